@@ -1,0 +1,50 @@
+# lss_target(NAME LIBRARY|INTERFACE|PROGRAM|TEST [SOURCES ...] [LINK ...] [SYSTEM ...] [LABELS ...])
+#
+# The one place that says how code of this project is compiled: C++20, warnings are errors, sanitizers by
+# preset, includes from the top of the tree ("gnc/zebro/gait.h"). LINK names our own targets and well-behaved
+# imported ones; SYSTEM names third-party include directories whose warnings are not ours.
+# A TEST is linked to GoogleTest's main and registered with CTest case by case under its LABELS.
+
+option(LSS_SANITIZE "Sanitizers to compile with, e.g. address,undefined" "")
+
+set(LSS_WARNINGS -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast
+                 -Wnon-virtual-dtor -Woverloaded-virtual -Wdouble-promotion -Wformat=2 -Werror)
+
+function(lss_target name kind)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK;SYSTEM;LABELS" ${ARGN})
+  if(ARG_UNPARSED_ARGUMENTS)
+    message(FATAL_ERROR "lss_target(${name}): do not know ${ARG_UNPARSED_ARGUMENTS}")
+  endif()
+  if(kind STREQUAL "INTERFACE")
+    add_library(${name} INTERFACE)
+    target_include_directories(${name} INTERFACE ${PROJECT_SOURCE_DIR})
+    target_link_libraries(${name} INTERFACE ${ARG_LINK})
+    target_include_directories(${name} SYSTEM INTERFACE ${ARG_SYSTEM})
+    return()
+  elseif(kind STREQUAL "LIBRARY")
+    add_library(${name} STATIC ${ARG_SOURCES})
+  elseif(kind STREQUAL "PROGRAM" OR kind STREQUAL "TEST")
+    add_executable(${name} ${ARG_SOURCES})
+  else()
+    message(FATAL_ERROR "lss_target(${name}): kind is LIBRARY, INTERFACE, PROGRAM or TEST, not ${kind}")
+  endif()
+
+  target_compile_features(${name} PUBLIC cxx_std_20)
+  set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF)
+  target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
+  target_include_directories(${name} SYSTEM PUBLIC ${ARG_SYSTEM})
+  target_compile_options(${name} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:${LSS_WARNINGS}>)
+  target_link_libraries(${name} PUBLIC ${ARG_LINK})
+  if(LSS_SANITIZE)
+    target_compile_options(${name} PRIVATE -fsanitize=${LSS_SANITIZE} -fno-omit-frame-pointer)
+    target_link_options(${name} PRIVATE -fsanitize=${LSS_SANITIZE})
+    target_compile_definitions(${name} PRIVATE LSS_SANITIZED=1)
+  endif()
+
+  if(kind STREQUAL "TEST")
+    target_link_libraries(${name} PRIVATE GTest::gtest GTest::gmock GTest::gtest_main)
+    gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT 120)
+  elseif(kind STREQUAL "PROGRAM")
+    set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
+  endif()
+endfunction()

@@ -1,0 +1,71 @@
+#!/usr/bin/env bash
+# check_sources.sh [ROOT]: which folder may include and name what. Prints FILE:LINE for each violation and
+# fails when there is one. What may link whom: cmake/link_rules.cmake.
+set -euo pipefail
+cd "${1:-$(dirname "$0")/../..}"
+faults=0
+
+# Sources below the given folders; none is no error.
+sources() {
+  local folder
+  for folder in "$@"; do
+    [ -d "$folder" ] && find "$folder" -type f \( -name '*.h' -o -name '*.cpp' -o -name '*.c' \)
+  done | sort
+}
+
+report() {  # RULE; FILE:LINE:TEXT lines on stdin
+  local line
+  while IFS= read -r line; do
+    printf '%s\n    %s\n' "$line" "$1"
+    faults=$((faults + 1))
+  done
+}
+
+# includes FOLDER... : FILE:LINE:TARGET of every #include, as "x" or <x>
+includes() {
+  sources "$@" | xargs -r grep -HnE '^[[:space:]]*#[[:space:]]*include' |
+    sed -E 's/^([^:]*:[0-9]+:)[[:space:]]*#[[:space:]]*include[[:space:]]*/\1/' || true
+}
+
+# code FOLDER... : FILE:LINE:TEXT without comments and text in quotes
+code() {
+  sources "$@" | xargs -r grep -Hn '' | sed -E 's/"([^"\\]|\\.)*"/""/g; s@//.*@@' || true
+}
+
+report 'gnc includes Eigen, the standard library and gnc only' \
+  < <(includes gnc | grep -vE ':("gnc/|<Eigen/|<[a-z_]+>)' || true)
+
+banned='\bnew\b|\b(malloc|calloc|realloc|free)\b|std::(vector|string|deque|list|map|unordered_map|function|mutex|thread|shared_ptr|unique_ptr|cout|cerr|chrono)\b|\bspdlog|printf\b|\bdds_|\bclock_gettime\b'
+report 'gnc allocates nothing, locks nothing, logs nothing and knows no clock' \
+  < <(code gnc | grep -E "$banned" || true)
+
+report 'drivers include libc, the kernel, the standard library and drivers only' \
+  < <(includes drivers | grep -E ':"' | grep -vE ':"drivers/' || true)
+report 'drivers include libc, the kernel, the standard library and drivers only' \
+  < <(includes drivers | grep -E ':<(Eigen|dds|spdlog|fmt|boost|toml|nlohmann|dart)' || true)
+
+vehicle_headers=$(find idl -name '*.idl' -printf '%f\n' 2>/dev/null | sed 's@\.idl$@@' | paste -sd'|')
+report 'DDS types stay in daemon/dds, idl, tools and tests' \
+  < <(includes gnc drivers daemon | grep -v '^daemon/dds/' | grep -E ":[<\"](dds/|ddsc/|idl/topics\.h|(${vehicle_headers:-lss})\.h)" || true)
+
+report 'nothing but tools and tests includes tools' \
+  < <(includes idl gnc drivers daemon | grep -E ':["<]tools/' || true)
+report 'nothing includes tests' \
+  < <(includes idl gnc drivers daemon tools | grep -E ':["<]tests/' || true)
+
+# A vehicle is the name of a folder in gnc; its files are NAME/* and NAME.* and NAME_* in every folder.
+vehicles=$(find gnc -mindepth 1 -maxdepth 1 -type d -printf '%f\n' 2>/dev/null || true)
+for own in $vehicles; do
+  for other in $vehicles; do
+    [ "$own" = "$other" ] && continue
+    report "vehicle $own includes vehicle $other" \
+      < <(includes idl gnc drivers daemon tools tests | grep -E "^[^:]*/$own(/|\.|_)" |
+            grep -E ":[<\"]([^>\"]*/)?$other(/|\.|_)" || true)
+  done
+done
+
+if [ "$faults" -gt 0 ]; then
+  echo "$faults violations of the source rules"
+  exit 1
+fi
+echo "source rules hold"

@@ -1,0 +1,56 @@
+#!/usr/bin/env bash
+# Plants each violation that check_sources.sh looks for in a tree of its own and expects it to be found.
+set -euo pipefail
+check=$(cd "$(dirname "$0")" && pwd)/check_sources.sh
+tree=$(mktemp -d)
+trap 'rm -rf "$tree"' EXIT
+failed=0
+
+fresh() {
+  rm -rf "${tree:?}"/*
+  mkdir -p "$tree"/{gnc/{zebro,ardito},drivers/zebro,daemon/{core,dds,vehicles},idl,tools/lss-sim,tests/zebro}
+  touch "$tree"/idl/{lss,zebro,ardito}.idl
+  cat > "$tree/gnc/zebro/good.h" <<'SOURCE'
+#include <array>
+#include <Eigen/Core>
+#include "gnc/zebro/other.h"
+// a new gait: printf and std::vector may stand in a comment
+const char* text = "new std::string";
+int renew(int new_gait);
+SOURCE
+  echo '#include <dds/dds.h>' > "$tree/daemon/dds/face.cpp"
+  echo '#include "daemon/dds/face.h"' > "$tree/daemon/core/main.cpp"
+  echo '#include "tools/lss-sim/zebro.h"' > "$tree/tests/zebro/sim_test.cpp"
+}
+
+expect_fault() {  # PATH LINE RULE
+  fresh
+  printf '%s\n' "$2" > "$tree/$1"
+  local output
+  if output=$("$BASH" "$check" "$tree") || ! grep -qF "$1:1:" <<<"$output" || ! grep -qF "$3" <<<"$output"; then
+    printf 'not caught: %s in %s\n%s\n' "$2" "$1" "$output"
+    failed=1
+  fi
+}
+
+fresh
+"$BASH" "$check" "$tree" || { echo 'a good tree is refused'; failed=1; }
+
+for line in 'int* a = new int;' 'void* b = malloc(1);' 'std::vector<int> c;' 'std::string d;' 'std::mutex e;' \
+            'spdlog::info("x");' 'printf("x");' 'dds_write(w, &x);' 'clock_gettime(0, &t);'; do
+  expect_fault gnc/zebro/bad.cpp "$line" 'gnc allocates nothing'
+done
+expect_fault gnc/zebro/bad.h '#include "drivers/time.h"' 'gnc includes Eigen'
+expect_fault gnc/zebro/bad.h '#include <sys/mman.h>' 'gnc includes Eigen'
+expect_fault drivers/zebro/bad.h '#include "idl/codes.h"' 'drivers include'
+expect_fault drivers/zebro/bad.h '#include <fmt/format.h>' 'drivers include'
+expect_fault daemon/core/bad.cpp '#include <dds/dds.h>' 'DDS types stay'
+expect_fault daemon/vehicles/zebro.cpp '#include "zebro.h"' 'DDS types stay'
+expect_fault daemon/core/bad.cpp '#include "tools/lss-sim/zebro.h"' 'nothing but tools and tests'
+expect_fault daemon/core/bad.cpp '#include "tests/zebro/x.h"' 'nothing includes tests'
+expect_fault gnc/zebro/bad.h '#include "gnc/ardito/drive.h"' 'vehicle zebro includes vehicle ardito'
+expect_fault daemon/vehicles/zebro.cpp '#include "idl/ardito_commands.h"' 'vehicle zebro includes vehicle ardito'
+expect_fault tools/lss-sim/zebro.cpp '#include "drivers/ardito/x.h"' 'vehicle zebro includes vehicle ardito'
+
+[ "$failed" = 0 ] && echo 'each violation is caught'
+exit "$failed"

@@ -1,0 +1,108 @@
+# Shared by tools/demo and tools/test: messages, missing packages, commands with bounded output.
+# Sourced by bash with `set -euo pipefail`, from the top of the tree. Sets the EXIT trap; a script that starts
+# processes of its own defines at_exit.
+# shellcheck shell=bash
+
+export LC_NUMERIC=C
+logs=build/logs
+child=''  # what `quietly` runs; it does not get the terminal's Ctrl-C by itself
+at_exit() { :; }
+trap 'if [ -n "$child" ]; then kill "$child" 2> /dev/null || true; fi; at_exit' EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+
+if [ -t 1 ] && [ -z "${NO_COLOR:-}" ] && [ "${TERM:-dumb}" != dumb ]; then
+  bold=$'\e[1m' red=$'\e[31m' green=$'\e[32m' plain=$'\e[0m'
+else
+  bold='' red='' green='' plain=''
+fi
+
+say() { printf '%s==>%s %s\n' "$bold" "$plain" "$*"; }
+good() { printf '%s%s%s\n' "$green" "$*" "$plain"; }
+die() {
+  printf '%s%s%s\n' "$red" "$*" "$plain" >&2
+  exit 1
+}
+
+jobs_to_run() { echo "${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}"; }
+
+# Packages of the given groups of tools/packages.txt that are not installed, one per line.
+missing_packages() {
+  local wanted package
+  wanted=$(awk -v groups=" $* " '/^[a-z]/ && index(groups, " " $1 " ") { print $2 }' tools/packages.txt)
+  for package in $wanted; do
+    dpkg-query -W -f='${db:Status-Status}\n' "$package" 2>/dev/null | grep -qx installed || echo "$package"
+  done
+}
+
+# install_missing GROUP... : nothing when all are there; else apt as root, through sudo, or a list and the end.
+install_missing() {
+  command -v dpkg-query > /dev/null ||
+    die "This is no Debian system; the packages that are needed stand in tools/packages.txt."
+  local missing sudo=()
+  mapfile -t missing < <(missing_packages "$@")
+  [ "${#missing[@]}" -eq 0 ] && return
+  say "Installing ${#missing[@]} missing Debian packages: ${missing[*]}"
+  if [ "$(id -u)" -ne 0 ]; then
+    if ! command -v sudo > /dev/null || ! { sudo -n true 2> /dev/null || [ -t 0 ]; }; then
+      die "Installing needs root. Run as root, then try again:
+  apt-get install --no-install-recommends ${missing[*]}"
+    fi
+    sudo -v  # the password, if any, before the output goes to a log
+    sudo=(sudo)
+  fi
+  local apt=("${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y)
+  # A fresh system has no lists, and old lists name files that are gone.
+  if ! apt-cache show "${missing[@]}" > /dev/null 2>&1; then
+    quietly "$logs/apt.log" "apt-get update" "${apt[@]}" update || fail_with "$logs/apt.log"
+  fi
+  local install=("${apt[@]}" install --no-install-recommends "${missing[@]}")
+  quietly "$logs/apt.log" "apt-get install" "${install[@]}" && return
+  quietly "$logs/apt.log" "apt-get update" "${apt[@]}" update || fail_with "$logs/apt.log"
+  quietly "$logs/apt.log" "apt-get install, again" "${install[@]}" || fail_with "$logs/apt.log"
+}
+
+fail_with() {  # LOG
+  printf '\n--- end of %s\n' "$1" >&2
+  tail -n "${2:-40}" "$1" >&2 || true
+  die "Failed; the whole output is in $1"
+}
+
+# quietly LOG TITLE COMMAND... : output into LOG; on a terminal its last line as progress, else a line a minute.
+quietly() {
+  local log=$1 title=$2 start=$SECONDS status=0 ticks=0
+  shift 2
+  mkdir -p "$(dirname "$log")"
+  "$@" > "$log" 2>&1 < /dev/null &
+  child=$!
+  while kill -0 "$child" 2> /dev/null; do
+    if [ -n "$bold" ]; then
+      printf '\r\e[K    %s: %s' "$title" "$(tail -n 1 "$log" | tr -d '\r' | cut -c -60)"
+    elif [ $((++ticks % 300)) -eq 0 ]; then
+      printf '    %s: %d s, %s\n' "$title" $((SECONDS - start)) "$(tail -n 1 "$log" | cut -c -60)"
+    fi
+    sleep 0.2
+  done
+  wait "$child" || status=$?
+  child=''
+  [ -n "$bold" ] && printf '\r\e[K'
+  if [ "$status" -eq 0 ]; then
+    printf '    %s: done in %d s\n' "$title" $((SECONDS - start))
+  else
+    printf '    %s: %sfailed%s after %d s\n' "$title" "$red" "$plain" $((SECONDS - start))
+  fi
+  return "$status"
+}
+
+# build PRESET [TARGET...] : configure the first time (later the build does it when needed) and build.
+build() {
+  local preset=$1 log=build/$1/build.log
+  shift
+  if [ ! -f "build/$preset/build.ninja" ]; then
+    quietly "build/$preset/configure.log" "configure $preset" cmake --preset "$preset" ||
+      fail_with "build/$preset/configure.log"
+  fi
+  quietly "$log" "build $preset" ninja -C "build/$preset" -j "$(jobs_to_run)" "$@" && return
+  grep -E 'error:|FAILED' "$log" | head -n 20 >&2 || true
+  fail_with "$log"
+}
