@@ -1,0 +1,169 @@
+#pragma once
+
+// The one numbered list of reject reasons, faults and events. Numbers are never reused: a retired
+// line stays, marked so. The daemon, the command line and the documents read it from here; on the
+// wire only the number travels. Pure data, callable from every thread.
+
+#include <cstdint>
+
+namespace lss {
+
+// number, name, what it says, what to do about it
+#define LSS_REASONS(X)                                                                            \
+  X(0, none, "no reason", "")                                                                     \
+  X(1, unknown_command, "unknown command kind", "list the commands with: lss-cli command list")   \
+  X(2, wrong_vehicle, "command of another vehicle",                                               \
+    "list the commands with: lss-cli command list")                                               \
+  X(3, not_finite, "parameter is not a finite number", "send a number")                           \
+  X(4, out_of_range, "parameter is out of range", "see: lss-cli command describe NAME")           \
+  X(5, not_a_choice, "parameter is none of its choices", "see: lss-cli command describe NAME")    \
+  X(6, bad_source, "source name is empty or not terminated", "name the source")                   \
+  X(7, stale_sequence, "sequence number was used before", "count the sequence number up")         \
+  X(8, too_many_sources, "too many sources command at once", "stop one of them")                  \
+  X(9, bad_lease, "lease is out of range", "ask for a lease within the limits of the config")     \
+  X(10, busy, "request queue is full", "send fewer commands at a time")                           \
+  X(11, not_authorised, "another source holds authority",                                         \
+    "let it stop, or stop it: any emergency stop is obeyed")                                      \
+  X(12, not_in_state, "not allowed in this state", "see the state with: lss-cli status")          \
+  X(13, not_in_mode, "not allowed in this mode", "see the mode with: lss-cli status")             \
+  X(14, module_silent, "a module does not answer",                                                \
+    "check its power and the bus, then: lss-cli solve")                                           \
+  X(15, panel_deployed, "the solar panel is deployed", "retract it first: lss-cli panel retract") \
+  X(16, motors_not_on, "motion control is not confirmed by all modules",                          \
+    "wait for it, or check lss-cli status")                                                       \
+  X(17, fault_latched, "a fault is latched", "lss-cli solve, when its cause is gone")             \
+  X(18, port_closed, "the bus port is not open", "check the port named in the config")            \
+  X(19, emergency, "an emergency ended it", "see lss-cli status, then: lss-cli solve")            \
+  X(20, lease_expired, "the heartbeat of its source stopped",                                     \
+    "keep the client running, or start lss-cli heartbeat")                                        \
+  X(21, superseded, "another command took its place", "")                                         \
+  X(22, over_current, "a module draws too much current", "free the leg, then: lss-cli solve")     \
+  X(23, not_solved, "errors remain", "see lss-cli status for the faults that are still there")    \
+  X(24, shutting_down, "the daemon is stopping", "start it again")                                \
+  X(25, panel_moving, "the solar panel is moving", "wait for it to end")                          \
+  X(26, unused_parameter, "a parameter that the command does not have is not zero",               \
+    "see: lss-cli command describe NAME")                                                         \
+  X(27, never_heard, "a module has not been heard since the daemon started",                      \
+    "check its power and the bus")                                                                \
+  X(28, too_fast, "faster than a leg may turn", "give it more time")
+
+// number, name, severity (of lss.idl: 0 info, 1 warning, 2 error, 3 fatal), what it says, what to
+// do about it
+#define LSS_FAULTS(X)                                                                             \
+  X(1, emergency_stop, 3, "emergency stop commanded", "lss-cli solve")                            \
+  X(2, obc_silent, 3, "no heartbeat from the OBC",                                                \
+    "start the OBC's client or lss-cli heartbeat, then: lss-cli solve")                           \
+  X(3, frame_overrun, 3, "too many frames in a row without a command in time",                    \
+    "check the load and the real-time contract: lss-cli status")                                  \
+  X(4, module_silent, 3, "module does not answer",                                                \
+    "check its power and the bus, then: lss-cli solve")                                           \
+  X(5, module_over_current, 3, "module stopped by over-current",                                  \
+    "free what blocks it, then: lss-cli solve")                                                   \
+  X(6, module_driver_fault, 3, "module stopped by a motor-driver fault",                          \
+    "lss-cli solve resets it")                                                                    \
+  X(7, module_watchdog, 3, "module stopped by its own watchdog",                                  \
+    "check the bus, then: lss-cli solve")                                                         \
+  X(8, module_reset, 3, "module was reset while operational",                                     \
+    "check its supply, then: lss-cli solve")                                                      \
+  X(9, module_disobeys, 3, "module does not do what it was commanded", "lss-cli solve resets it") \
+  X(10, current_limit, 3, "current above the software limit",                                     \
+    "free what blocks it, then: lss-cli solve")                                                   \
+  X(11, port_lost, 3, "bus port is gone",                                                         \
+    "plug it in again: it is reopened by itself; then: lss-cli solve")                            \
+  X(12, port_absent, 1, "bus port is not there yet", "plug it in: it is opened by itself")        \
+  X(13, not_calibrated, 1, "module did not pass its calibration sensor",                          \
+    "walking goes on with less precision; check the sensor")                                      \
+  X(14, temperature_warning, 1, "module is hot", "let it cool down")                              \
+  X(15, shared_memory_lost, 1, "RouDi died or was replaced: telemetry goes by the network",       \
+    "restart the daemon when the vehicle is idle")                                                \
+  X(16, bus_noise, 1, "many broken frames on the bus", "check wiring and termination")            \
+  X(17, bus_stuck, 3, "bus thread made no cycle in time", "check the port and the load")          \
+  X(18, motion_timeout, 3, "a motion did not end in its time",                                    \
+    "free what blocks it, then: lss-cli solve")                                                   \
+  X(19, gate_closed, 3, "an order failed a check at the gate",                                    \
+    "report it with the events before it; then: lss-cli solve")                                   \
+  X(20, orders_stale, 3, "the cycle gave no orders in time and the bus stopped the modules",      \
+    "check the load and the real-time contract: lss-cli status; then: lss-cli solve")
+
+// number, name, severity, what it says ({0}..{3}: arguments). Faults are events of the same number
+// + 1000.
+#define LSS_EVENTS(X)                                                                   \
+  X(1, started, 0, "daemon started")                                                    \
+  X(2, stopping, 0, "daemon stops")                                                     \
+  X(3, state_changed, 0, "state {0} to {1}")                                            \
+  X(4, mode_changed, 0, "mode {0} to {1}")                                              \
+  X(5, authority_taken, 0, "authority taken")                                           \
+  X(6, authority_released, 0, "authority released")                                     \
+  X(7, lease_expired, 1, "heartbeat of the authority stopped for {0} ms: safe stop")    \
+  X(8, command_rejected, 1, "command {0} rejected, reason {1}")                         \
+  X(9, module_online, 0, "module answers")                                              \
+  X(10, module_calibrated, 0, "module passed its calibration sensor")                   \
+  X(11, port_opened, 0, "bus port opened")                                              \
+  X(12, port_closed, 1, "bus port closed")                                              \
+  X(13, frame_late, 1, "a command was late, {0} so far: the previous one was repeated") \
+  X(14, gate_closed, 1, "gate replaced a command, check {0}")                           \
+  X(15, solve_ended, 0, "error solving ended, {0} faults left")                         \
+  X(16, safe_command_sent, 2, "bus sent the safe command by itself")                    \
+  X(17, module_resent, 1, "command re-sent to module, try {0}")                         \
+  X(18, fault_cleared, 0, "fault {0} cleared")                                          \
+  X(19, module_was_reset, 1, "module was reset")
+
+enum class Reason : std::uint16_t {
+#define LSS_ENUM(number, name, ...) name = number,
+  LSS_REASONS(LSS_ENUM)
+};
+enum class FaultId : std::uint16_t { none = 0, LSS_FAULTS(LSS_ENUM) };
+enum class EventId : std::uint16_t {
+  none = 0,
+  LSS_EVENTS(LSS_ENUM)
+#undef LSS_ENUM
+};
+
+inline constexpr std::uint16_t kFaultEventBase = 1000;
+
+struct CodeInfo {
+  std::uint16_t number;
+  const char* name;
+  std::uint8_t severity;
+  const char* text;
+  const char* advice;
+};
+
+inline constexpr CodeInfo kReasons[] = {
+#define LSS_INFO(number, name, text, advice) {number, #name, 1, text, advice},
+    LSS_REASONS(LSS_INFO)
+#undef LSS_INFO
+};
+inline constexpr CodeInfo kFaults[] = {
+#define LSS_INFO(number, name, severity, text, advice) {number, #name, severity, text, advice},
+    LSS_FAULTS(LSS_INFO)
+#undef LSS_INFO
+};
+inline constexpr CodeInfo kEvents[] = {
+#define LSS_INFO(number, name, severity, text) {number, #name, severity, text, ""},
+    LSS_EVENTS(LSS_INFO)
+#undef LSS_INFO
+};
+
+namespace detail {
+template <std::size_t N>
+constexpr const CodeInfo* find_code(const CodeInfo (&table)[N], std::uint16_t number) {
+  for (const CodeInfo& info : table) {
+    if (info.number == number) return &info;
+  }
+  return nullptr;
+}
+}  // namespace detail
+
+// nullptr for a number that is not in the list.
+constexpr const CodeInfo* info(Reason r) {
+  return detail::find_code(kReasons, static_cast<std::uint16_t>(r));
+}
+constexpr const CodeInfo* info(FaultId f) {
+  return detail::find_code(kFaults, static_cast<std::uint16_t>(f));
+}
+constexpr const CodeInfo* info(EventId e) {
+  return detail::find_code(kEvents, static_cast<std::uint16_t>(e));
+}
+
+}  // namespace lss

@@ -1,0 +1,72 @@
+#pragma once
+
+// The command table: every command of the DDS face with its number, parameters, units and ranges.
+// The daemon's armour validates from it, `lss-cli` parses, lists and describes from it, the
+// documents are made from it. Commands shared by all vehicles stand here (1..99); a vehicle's own
+// in idl/NAME_commands.h. Pure data, callable from every thread.
+
+#include <cstdint>
+#include <limits>
+#include <span>
+
+namespace lss {
+
+inline constexpr std::size_t kMaxParameters = 8;         // of lss::Command in lss.idl
+inline constexpr std::uint16_t kFlagDryRun = 1u << 0;    // evaluate the guards, do nothing
+inline constexpr std::uint16_t kFlagDetached = 1u << 1;  // any heartbeat renews the lease
+
+struct ParameterInfo {
+  const char* name;
+  const char* unit;  // "rad", "s", ""; a choice has the unit "choice"
+  double min;
+  double max;
+  double fallback;  // what the command line sends when it is not given; NaN: must be given
+  const char* const* choices;  // choices[i] is the name of value min + i; nullptr for a number
+  const char* help;
+  bool whole = false;  // a number without a fraction; choices always are
+
+  constexpr bool is_whole() const { return whole || choices != nullptr; }
+};
+
+// Who may send it.
+enum class Access : std::uint8_t {
+  anyone,  // data, emergency stop
+  holder,  // takes authority, or needs it
+};
+
+struct CommandInfo {
+  std::uint16_t kind;
+  const char* name;
+  Access access;
+  bool leased;  // carries a motion lease
+  const char* summary;
+  std::span<const ParameterInfo> parameters;
+};
+
+inline constexpr double kRequired = std::numeric_limits<double>::quiet_NaN();
+inline constexpr const char* kNoYes[] = {"no", "yes"};
+inline constexpr const char* kOffOn[] = {"off", "on"};
+
+// Commands of every vehicle.
+enum class CommandKind : std::uint16_t {
+  none = 0,
+  start = 1,
+  stop = 2,
+  emergency_stop = 3,
+  solve = 4,
+  reset = 5,
+  request_data = 6,
+};
+
+inline constexpr ParameterInfo kStopParameters[] = {
+    {"lay-down", "choice", 0, 1, 1, kNoYes, "lie down before the motors go off"},
+};
+inline constexpr CommandInfo kCommonCommands[] = {
+    {2, "stop", Access::holder, false,
+     "come to a safe stop: finish the motion, lie down if asked, motors off", kStopParameters},
+    {3, "estop", Access::anyone, false, "emergency stop of everything, at once, from anyone", {}},
+    {4, "solve", Access::holder, false, "leave FatalError: run the error-solving strategies", {}},
+    {6, "data", Access::anyone, false, "ask for one telemetry sample", {}},
+};
+
+}  // namespace lss

@@ -1,0 +1,216 @@
+#include "idl/topics.h"
+
+#include <cstdlib>
+#include <memory>
+
+namespace lss::dds {
+namespace {
+
+// A finite deadline keeps a topic off shared memory (measured 2026-11, Cyclone 0.10.2). What a
+// writer offers must not be longer than what a reader asks for, so readers of ours ask for far more
+// than any writer offers; a reader with default QoS asks for nothing and matches. Nobody listens
+// for misses, and a timer that runs every ten seconds per vehicle costs nothing that can be
+// measured.
+constexpr dds_duration_t kOfferedDeadline_ns = DDS_SECS(10);
+constexpr dds_duration_t kRequestedDeadline_ns = DDS_SECS(3600);
+constexpr dds_duration_t kMaxBlocking_ns = DDS_MSECS(100);
+
+constexpr int kCommandDepth = 16;
+constexpr int kAckDepth = 64;
+constexpr int kEventDepth = 256;
+constexpr int kTimingDepth = 256;  // readers: a client sees every frame also when it wakes seldom
+
+struct QosDeleter {
+  void operator()(dds_qos_t* qos) const { dds_delete_qos(qos); }
+};
+using Qos = std::unique_ptr<dds_qos_t, QosDeleter>;
+
+bool is_control(Kind kind) { return kind != Kind::timing && kind != Kind::telemetry; }
+
+bool is_reliable(Kind kind) { return is_control(kind) && kind != Kind::heartbeat; }
+
+int depth(Kind kind) {
+  switch (kind) {
+    case Kind::command:
+      return kCommandDepth;
+    case Kind::command_ack:
+      return kAckDepth;
+    case Kind::event:
+      return kEventDepth;
+    default:
+      return 1;
+  }
+}
+
+// What readers and writers have in common.
+Qos common_qos(Kind kind) {
+  Qos qos{dds_create_qos()};
+  if (is_reliable(kind)) {
+    dds_qset_reliability(qos.get(), DDS_RELIABILITY_RELIABLE, kMaxBlocking_ns);
+  } else {
+    dds_qset_reliability(qos.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
+  }
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, depth(kind));
+  if (kind == Kind::status || kind == Kind::event) {
+    dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
+    // What a late reader gets is counted by this history, not by the other.
+    dds_qset_durability_service(qos.get(), 0, DDS_HISTORY_KEEP_LAST, depth(kind),
+                                DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
+  } else {
+    dds_qset_durability(qos.get(), DDS_DURABILITY_VOLATILE);
+  }
+  return qos;
+}
+
+Qos writer_qos(Kind kind, Transport transport) {
+  Qos qos = common_qos(kind);
+  if (is_control(kind) || transport == Transport::network) {
+    dds_qset_deadline(qos.get(), kOfferedDeadline_ns);
+  }
+  if (kind == Kind::command) dds_qset_lifespan(qos.get(), kCommandLifespan_ns);
+  return qos;
+}
+
+Qos reader_qos(Kind kind, Transport transport) {
+  Qos qos = common_qos(kind);
+  if (is_control(kind)) {
+    dds_qset_deadline(qos.get(), kRequestedDeadline_ns);
+  } else if (kind == Kind::timing) {
+    dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kTimingDepth);
+  }
+  // Not by a deadline: a shared-memory writer offers none and would not match.
+  if (!is_control(kind) && transport == Transport::network) {
+    dds_qset_history(qos.get(), DDS_HISTORY_KEEP_ALL, 0);
+  }
+  return qos;
+}
+
+// Keep-all also stays off shared memory, and asks for no deadline that a stranger's writer had to
+// know of. The listener takes every sample at once, so nothing piles up.
+Qos daemon_reader_qos(Kind kind) {
+  Qos qos = common_qos(kind);
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_ALL, 0);
+  dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
+  return qos;
+}
+
+std::string configuration(const ParticipantParameters& parameters, bool shared_memory) {
+  std::string interfaces;
+  for (const std::string& name : parameters.interfaces) {
+    interfaces += "<NetworkInterface name=\"" + name + "\"" +
+                  (name == "lo" ? " multicast=\"true\"" : "") + "/>";
+  }
+  const std::string memory = std::string("<SharedMemory><Enable>") +
+                             (shared_memory ? "true" : "false") +
+                             "</Enable><LogLevel>warn</LogLevel></SharedMemory>";
+  std::string text = "<General><Interfaces>" + interfaces + "</Interfaces></General>" + memory;
+  if (const char* user = std::getenv("CYCLONEDDS_URI"); user != nullptr && *user != '\0') {
+    text += "," + std::string(user);
+    // The user's configuration may ask for shared memory too; without RouDi that would abort the
+    // process.
+    if (!shared_memory) text += "," + memory;
+  }
+  return text;
+}
+
+std::string failure(const std::string& what, dds_return_t code) {
+  return "cannot create " + what + ": " + dds_strretcode(code);
+}
+
+// Writers and readers hold the topic, so that our own handle of it can go at once.
+Result<Entity> create_topic(dds_entity_t participant, const Topic& topic) {
+  const dds_entity_t handle =
+      dds_create_topic(participant, topic.descriptor, topic.name.c_str(), nullptr, nullptr);
+  if (handle < 0) return tl::unexpected(failure("DDS topic " + topic.name, handle));
+  return Entity(handle);
+}
+
+Result<Entity> create_reader_with(const Qos& qos, dds_entity_t participant, const Topic& topic,
+                                  const dds_listener_t* listener) {
+  const Result<Entity> type = create_topic(participant, topic);
+  if (!type) return tl::unexpected(type.error());
+  const dds_entity_t handle = dds_create_reader(participant, type->get(), qos.get(), listener);
+  if (handle < 0) return tl::unexpected(failure("DDS reader of " + topic.name, handle));
+  return Entity(handle);
+}
+
+}  // namespace
+
+Result<Participant> Participant::create(const ParticipantParameters& parameters) {
+  if (parameters.domain < 0 || parameters.domain > 230) {
+    return tl::unexpected("DDS domain " + std::to_string(parameters.domain) +
+                          " is out of range: choose one of 0 to 230");
+  }
+  Participant result;
+  const auto domain = static_cast<dds_domainid_t>(parameters.domain);
+  if (parameters.shared_memory) result.roudi_ = find_roudi();
+  const dds_entity_t handle =
+      dds_create_domain(domain, configuration(parameters, result.roudi_.has_value()).c_str());
+  if (handle > 0) {
+    result.domain_ = Entity(handle);
+  } else if (handle != DDS_RETCODE_PRECONDITION_NOT_MET) {  // this one: it stands already
+    std::string interfaces;
+    for (const std::string& name : parameters.interfaces) interfaces += " " + name;
+    return tl::unexpected(failure("DDS domain", handle) + "; check the interfaces (" +
+                          interfaces.substr(interfaces.empty() ? 0 : 1) +
+                          ") with: ip link, and CYCLONEDDS_URI when it is set");
+  }
+  const dds_entity_t participant = dds_create_participant(domain, nullptr, nullptr);
+  if (participant < 0) return tl::unexpected(failure("DDS participant", participant));
+  result.participant_ = Entity(participant);
+  return result;
+}
+
+Topic common_topic(Kind kind) {
+  switch (kind) {
+    case Kind::command:
+      return {kind, "lss/command", &lss_Command_desc};
+    case Kind::command_ack:
+      return {kind, "lss/command_ack", &lss_CommandAck_desc};
+    case Kind::heartbeat:
+      return {kind, "lss/heartbeat", &lss_Heartbeat_desc};
+    case Kind::status:
+      return {kind, "lss/status", &lss_Status_desc};
+    case Kind::event:
+      return {kind, "lss/event", &lss_Event_desc};
+    case Kind::timing:
+      return {kind, "lss/timing", &lss_Timing_desc};
+    case Kind::telemetry:
+      break;  // each vehicle has its own
+  }
+  return {kind, "", nullptr};
+}
+
+Topic telemetry_topic(std::string_view vehicle, const dds_topic_descriptor_t* descriptor) {
+  return {Kind::telemetry, "lss/telemetry/" + std::string(vehicle), descriptor};
+}
+
+Result<Entity> create_writer(dds_entity_t participant, const Topic& topic, Transport transport) {
+  const Result<Entity> type = create_topic(participant, topic);
+  if (!type) return tl::unexpected(type.error());
+  const Qos qos = writer_qos(topic.kind, transport);
+  const dds_entity_t handle = dds_create_writer(participant, type->get(), qos.get(), nullptr);
+  if (handle < 0) return tl::unexpected(failure("DDS writer of " + topic.name, handle));
+  return Entity(handle);
+}
+
+Result<Entity> create_reader(dds_entity_t participant, const Topic& topic, Transport transport,
+                             const dds_listener_t* listener) {
+  return create_reader_with(reader_qos(topic.kind, transport), participant, topic, listener);
+}
+
+Result<Entity> create_daemon_reader(dds_entity_t participant, const Topic& topic,
+                                    const dds_listener_t* listener) {
+  return create_reader_with(daemon_reader_qos(topic.kind), participant, topic, listener);
+}
+
+}  // namespace lss::dds
+
+#if defined(__SANITIZE_THREAD__)
+// The thread sanitizer does not see the atomics inside these libraries, which are not compiled for
+// it, and takes what they order for races. It does see their mutexes, so that what goes through
+// them to another thread is still checked there.
+extern "C" const char* __tsan_default_suppressions() {
+  return "race:libddsc.so\nrace:libiceoryx_\n";
+}
+#endif

@@ -1,0 +1,118 @@
+#pragma once
+
+// Topic names and QoS of the DDS face, in one place for the daemon, the command line and the tests,
+// with owners for the handles of Cyclone's C API. Control topics never touch shared memory;
+// telemetry does when the participant has it. Start-up code of ordinary threads: everything here
+// may allocate and block.
+
+#include <dds/dds.h>
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <utility>
+#include <vector>
+
+#include "idl/roudi.h"
+#include "lss.h"
+
+namespace lss::dds {
+
+// Deletes the DDS entity, with its children, at the end of its life. Also used after the entity
+// went with its parent: deleting a handle that is gone does nothing.
+class Entity {
+ public:
+  Entity() = default;
+  explicit Entity(dds_entity_t handle) : handle_(handle) {}
+  Entity(Entity&& other) noexcept : handle_(std::exchange(other.handle_, 0)) {}
+  Entity& operator=(Entity&& other) noexcept {
+    if (this != &other) {
+      reset();
+      handle_ = std::exchange(other.handle_, 0);
+    }
+    return *this;
+  }
+  ~Entity() { reset(); }
+
+  void reset() noexcept {
+    if (handle_ > 0) dds_delete(handle_);
+    handle_ = 0;
+  }
+  dds_entity_t release() noexcept { return std::exchange(handle_, 0); }
+  dds_entity_t get() const { return handle_; }
+  explicit operator bool() const { return handle_ > 0; }
+
+ private:
+  dds_entity_t handle_ = 0;
+};
+
+// Errors are sentences that say what to do.
+template <class T>
+using Result = tl::expected<T, std::string>;
+
+struct ParticipantParameters {
+  int domain = 0;
+  std::vector<std::string> interfaces = {"lo"};  // nothing leaves the machine unless told
+  bool shared_memory = false;                    // wanted; used when RouDi lives
+};
+
+// Domain and participant with our own configuration; CYCLONEDDS_URI is read after it and wins,
+// except that shared memory stays off without a living RouDi. Within one process the first
+// Participant of a domain configures it and must outlive the others of the same domain.
+class Participant {
+ public:
+  static Result<Participant> create(const ParticipantParameters& parameters);
+
+  dds_entity_t get() const { return participant_.get(); }
+  // The RouDi that was joined; empty without shared memory.
+  const std::optional<RoudiIdentity>& roudi() const { return roudi_; }
+
+  // Leaves the entities to the end of the process, for when deleting them could hang.
+  void abandon() noexcept {
+    participant_.release();
+    domain_.release();
+  }
+
+ private:
+  Entity domain_;
+  Entity participant_;
+  std::optional<RoudiIdentity> roudi_;
+};
+
+enum class Kind { command, command_ack, heartbeat, status, event, timing, telemetry };
+
+struct Topic {
+  Kind kind;
+  std::string name;
+  const dds_topic_descriptor_t* descriptor;
+};
+
+// The topic that all vehicles share; any kind but telemetry.
+Topic common_topic(Kind kind);
+// lss/telemetry/NAME with the descriptor of the vehicle's own IDL.
+Topic telemetry_topic(std::string_view vehicle, const dds_topic_descriptor_t* descriptor);
+
+enum class Transport {
+  best,     // shared memory where the topic and the participant have it
+  network,  // off shared memory, also in a participant that has it
+};
+
+// The listener may be null; it must outlive the call only.
+Result<Entity> create_writer(dds_entity_t participant, const Topic& topic,
+                             Transport transport = Transport::best);
+Result<Entity> create_reader(dds_entity_t participant, const Topic& topic,
+                             Transport transport = Transport::best,
+                             const dds_listener_t* listener = nullptr);
+// For the two topics that the daemon hears, commands and heartbeats: also matches writers made from
+// the IDL alone, with default QoS, and does not hear its own participant.
+Result<Entity> create_daemon_reader(dds_entity_t participant, const Topic& topic,
+                                    const dds_listener_t* listener);
+
+// The daemon's own source in heartbeats.
+inline constexpr std::string_view kDaemonSource = "lssd";
+
+// How long a command is worth obeying.
+inline constexpr dds_duration_t kCommandLifespan_ns = DDS_SECS(1);
+
+}  // namespace lss::dds
