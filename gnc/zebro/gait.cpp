@@ -1,0 +1,157 @@
+#include "gnc/zebro/gait.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+
+namespace lss::gnc::zebro {
+
+namespace {
+
+using max_plus::kEps;
+using max_plus::Matrix;
+using max_plus::Vector;
+
+constexpr std::size_t kN = kLegs;
+
+double last_touchdown_s(const Partition& gait, int group, const Events& events) noexcept {
+  double last_s = kEps;
+  for (std::size_t i = 0; i < kN; ++i) {
+    if (gait.group_of[i] == group) last_s = std::max(last_s, events.touchdown_s[i]);
+  }
+  return last_s;
+}
+
+}  // namespace
+
+Vector to_vector(const Events& events) noexcept {
+  Vector x;
+  std::copy(events.touchdown_s.begin(), events.touchdown_s.end(), x.begin());
+  std::copy(events.lift_off_s.begin(), events.lift_off_s.end(), x.begin() + kLegs);
+  return x;
+}
+
+Events to_events(const Vector& x) noexcept {
+  Events events;
+  std::copy_n(x.begin(), kLegs, events.touchdown_s.begin());
+  std::copy_n(x.begin() + kLegs, kLegs, events.lift_off_s.begin());
+  return events;
+}
+
+Matrix same_cycle(const Partition& gait, const GaitTimes& times) noexcept {
+  Matrix a0 = max_plus::null();
+  for (std::size_t i = 0; i < kN; ++i) {
+    a0[i][kN + i] = times.flight_s;
+    for (std::size_t j = 0; j < kN; ++j) {
+      if (gait.group_of[i] == gait.group_of[j] + 1) a0[kN + i][j] = times.double_stance_s;
+    }
+  }
+  return a0;
+}
+
+Matrix from_last_cycle(const Partition& gait, const GaitTimes& times, Guard guard) noexcept {
+  Matrix a1 = max_plus::identity();
+  for (std::size_t i = 0; i < kN; ++i) {
+    for (std::size_t j = 0; j < kN; ++j) {
+      const bool waits = gait.group_of[i] == 0 &&
+                         (guard == Guard::all_legs || gait.group_of[j] == gait.groups - 1);
+      if (waits) a1[kN + i][j] = times.double_stance_s;
+    }
+    a1[kN + i][i] = std::max(a1[kN + i][i], times.stance_min_s);
+  }
+  return a1;
+}
+
+std::optional<Matrix> system_matrix(const Partition& gait, const GaitTimes& times,
+                                    Guard guard) noexcept {
+  const std::optional<Matrix> star = max_plus::star(same_cycle(gait, times));
+  if (!star) return std::nullopt;
+  return max_plus::multiply(*star, from_last_cycle(gait, times, guard));
+}
+
+double cycle_time_s(const Partition& gait, const GaitTimes& times) noexcept {
+  return std::max(times.flight_s + times.stance_min_s,
+                  gait.groups * (times.flight_s + times.double_stance_s));
+}
+
+Events rhythm(const Partition& gait, const GaitTimes& times) noexcept {
+  Events v;
+  for (std::size_t i = 0; i < kN; ++i) {
+    v.lift_off_s[i] = gait.group_of[i] * (times.flight_s + times.double_stance_s);
+    v.touchdown_s[i] = v.lift_off_s[i] + times.flight_s;
+  }
+  return v;
+}
+
+bool synchronised(const Partition& gait, const GaitTimes& times) noexcept {
+  return times.flight_s + times.stance_min_s <=
+         gait.groups * (times.flight_s + times.double_stance_s);
+}
+
+Events next_cycle(const Partition& gait, const GaitTimes& times, const Events& last, Guard guard,
+                  const PerLeg<double>& not_before_s) noexcept {
+  Events next;
+  double landed_s = guard == Guard::all_legs
+                        ? *std::max_element(last.touchdown_s.begin(), last.touchdown_s.end())
+                        : last_touchdown_s(gait, gait.groups - 1, last);
+  for (int group = 0; group < gait.groups; ++group) {
+    for (std::size_t i = 0; i < kN; ++i) {
+      if (gait.group_of[i] != group) continue;
+      next.lift_off_s[i] =
+          std::max({landed_s + times.double_stance_s, last.touchdown_s[i] + times.stance_min_s,
+                    last.lift_off_s[i], not_before_s[i]});
+      next.touchdown_s[i] = std::max(next.lift_off_s[i] + times.flight_s, last.touchdown_s[i]);
+    }
+    landed_s = last_touchdown_s(gait, group, next);
+  }
+  return next;
+}
+
+void postpone_dependents(const Partition& gait, const GaitTimes& times, Events& cycle) noexcept {
+  for (int group = 1; group < gait.groups; ++group) {
+    const double landed_s = last_touchdown_s(gait, group - 1, cycle);
+    for (std::size_t i = 0; i < kN; ++i) {
+      if (gait.group_of[i] != group) continue;
+      cycle.lift_off_s[i] = std::max(cycle.lift_off_s[i], landed_s + times.double_stance_s);
+      cycle.touchdown_s[i] = std::max(cycle.touchdown_s[i], cycle.lift_off_s[i] + times.flight_s);
+    }
+  }
+}
+
+Partition rotated(const Partition& gait, int first_group) noexcept {
+  Partition turned = gait;
+  for (std::uint8_t& group : turned.group_of) {
+    group = static_cast<std::uint8_t>((group - first_group + gait.groups) % gait.groups);
+  }
+  return turned;
+}
+
+Switch best_switch(const Partition& to, const GaitTimes& times, const Events& last,
+                   const PerLeg<double>& not_before_s) noexcept {
+  constexpr int kCycles = 4;
+  Switch best{to, std::numeric_limits<double>::infinity()};
+  for (int first = 0; first < to.groups; ++first) {
+    const Partition gait = rotated(to, first);
+    double longest_s = 0;
+    double shortest_s = std::numeric_limits<double>::infinity();
+    Events before = last;
+    for (int k = 0; k < kCycles; ++k) {
+      const Events cycle = k == 0 ? next_cycle(gait, times, before, Guard::all_legs, not_before_s)
+                                  : next_cycle(gait, times, before, Guard::own_last_group);
+      for (std::size_t i = 0; i < kN; ++i) {
+        const double stance_s = cycle.lift_off_s[i] - before.touchdown_s[i];
+        longest_s = std::max(longest_s, stance_s);
+        shortest_s = std::min(shortest_s, stance_s);
+      }
+      before = cycle;
+    }
+    // Rotations that differ by rounding only are equal: the first one wins, on every machine.
+    constexpr double kRounding = 1e-9;
+    if (longest_s / shortest_s < best.stance_ratio - kRounding) {
+      best = {gait, longest_s / shortest_s};
+    }
+  }
+  return best;
+}
+
+}  // namespace lss::gnc::zebro

@@ -1,0 +1,84 @@
+#pragma once
+
+// Gaits as max-plus linear systems. A gait is an ordered partition of the legs into groups; each
+// group lifts off double_stance after the one before it has landed, in a ring. Pure functions, no
+// allocation, callable from every thread. Lopes, Kersbergen, De Schutter, van den Boom, Babuska:
+// "Modeling and Control of Legged Locomotion via Switching Max-Plus Models" (T-RO 2014); derivation
+// and symbols in docs/gait-zebro.md.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "gnc/zebro/leg.h"
+#include "gnc/zebro/max_plus.h"
+
+namespace lss::gnc::zebro {
+
+template <typename T>
+using PerLeg = std::array<T, kLegs>;
+
+struct Partition {
+  int groups = 0;                   // m
+  PerLeg<std::uint8_t> group_of{};  // 0..m-1, in the order of lifting off
+  bool operator==(const Partition&) const = default;
+};
+
+inline constexpr Partition kTripod{2, {0, 1, 1, 0, 0, 1}};     // {LF RM LH} {RF LM RH}
+inline constexpr Partition kTetrapodB{3, {0, 1, 2, 0, 1, 2}};  // {LF RM} {RF LH} {LM RH}
+inline constexpr Partition kWave{6, {2, 5, 1, 4, 0, 3}};       // LH LM LF RH RM RF: back to front
+
+struct GaitTimes {
+  double flight_s = 0;         // tau_f, lift-off to touchdown
+  double stance_min_s = 0;     // tau_g, touchdown to the earliest lift-off
+  double double_stance_s = 0;  // tau_Delta, touchdown of a group to lift-off of the next
+};
+
+// x(k): when each leg lifts off and touches down in one cycle.
+struct Events {
+  PerLeg<double> touchdown_s{};
+  PerLeg<double> lift_off_s{};
+};
+max_plus::Vector to_vector(const Events& events) noexcept;  // [t_1..t_6 l_1..l_6]
+Events to_events(const max_plus::Vector& x) noexcept;
+
+// x(k) = A0 (x) x(k) (+) A1 (x) x(k-1). Guarded: the first group of this cycle waits for all legs
+// instead of the last group of its own gait, which makes the change from any other gait safe.
+enum class Guard : std::uint8_t { own_last_group, all_legs };
+max_plus::Matrix same_cycle(const Partition& gait, const GaitTimes& times) noexcept;   // A0
+max_plus::Matrix from_last_cycle(const Partition&, const GaitTimes&, Guard) noexcept;  // A1
+// A = A0* (x) A1; nothing when A0 is not nilpotent.
+std::optional<max_plus::Matrix> system_matrix(const Partition&, const GaitTimes&, Guard) noexcept;
+
+// Steady rhythm: cycle time lambda and one eigenvector v (first lift-off at 0), A (x) v = lambda
+// (x) v.
+double cycle_time_s(const Partition& gait, const GaitTimes& times) noexcept;
+Events rhythm(const Partition& gait, const GaitTimes& times) noexcept;
+// Every start converges to the one rhythm: tau_f + tau_g <= m (tau_f + tau_Delta).
+bool synchronised(const Partition& gait, const GaitTimes& times) noexcept;
+
+// One cycle ahead: A (x) x(k-1), solved in the order of the groups instead of by the full matrix
+// (36 maxima). No leg lifts off before `not_before_s` (lift-offs that were already commanded).
+inline constexpr PerLeg<double> kAnyTime = {max_plus::kEps, max_plus::kEps, max_plus::kEps,
+                                            max_plus::kEps, max_plus::kEps, max_plus::kEps};
+Events next_cycle(const Partition& gait, const GaitTimes& times, const Events& last, Guard guard,
+                  const PerLeg<double>& not_before_s = kAnyTime) noexcept;
+
+// Put what depends on a touchdown that was moved later behind it, within the cycle; moves nothing
+// earlier.
+void postpone_dependents(const Partition& gait, const GaitTimes& times, Events& cycle) noexcept;
+
+// The same gait, beginning with another group.
+Partition rotated(const Partition& gait, int first_group) noexcept;
+
+// The rotation of the new gait that disturbs the body's speed least after `last`, and its longest
+// over shortest stance during four cycles (at fixed sweep the body's speed is the inverse of the
+// stance time).
+struct Switch {
+  Partition gait;
+  double stance_ratio = 0;
+};
+Switch best_switch(const Partition& to, const GaitTimes& times, const Events& last,
+                   const PerLeg<double>& not_before_s = kAnyTime) noexcept;
+
+}  // namespace lss::gnc::zebro

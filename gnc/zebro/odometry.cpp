@@ -1,0 +1,59 @@
+// Dead reckoning of Locomotion: the body goes where the legs on the ground roll it.
+
+#include <algorithm>
+#include <cmath>
+
+#include "gnc/zebro/locomotion.h"
+
+namespace lss::gnc::zebro {
+
+namespace {
+constexpr double kSpeedFilter_s = 1.0;
+}
+
+void Locomotion::reset_odometry() noexcept {
+  distance_m_ = yaw_rad_ = 0;
+  steps_ = 0;
+}
+
+void Locomotion::dead_reckon(double now_s, const PerLeg<double>& last_rad,
+                             const PerLeg<bool>& comparable) noexcept {
+  // Only angles at which a leg carries count: a leg that is still on its way down does not push.
+  // Aligning counts for nothing: legs ahead and legs behind slip against each other, and the body
+  // hardly moves.
+  double low_rad = 0;
+  double high_rad = 0;
+  if (stage_ == Stage::push || stage_ == Stage::lower) {
+    high_rad = lowered_rad(parameters_.belly_height_m, parameters_.leg_diameter_m);
+  } else if (stage_ == Stage::step || stage_ == Stage::land) {
+    high_rad = std::abs(parameters_.offset_rad) + kFurthestReach * parameters_.sweep_rad / 2;
+    low_rad = -high_rad;
+  }
+
+  struct Side {
+    double advance_m = 0;
+    int legs = 0;
+  };
+  std::array<Side, 2> sides{};
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    if (targets_[i].swing || !comparable[i]) continue;
+    const double from_rad = std::clamp(last_rad[i], low_rad, high_rad);
+    const double to_rad = std::clamp(legs_[i].estimate_rad, low_rad, high_rad);
+    Side& side = sides[is_left(static_cast<int>(i)) ? 0 : 1];
+    side.advance_m += advance_m(to_rad, parameters_.leg_diameter_m) -
+                      advance_m(from_rad, parameters_.leg_diameter_m);
+    ++side.legs;
+  }
+  const double left_m = sides[0].legs > 0 ? sides[0].advance_m / sides[0].legs : 0;
+  const double right_m = sides[1].legs > 0 ? sides[1].advance_m / sides[1].legs : 0;
+
+  const double ahead_m = (left_m + right_m) / 2;
+  distance_m_ += ahead_m;
+  yaw_rad_ += (left_m - right_m) / parameters_.track_m;
+  const double elapsed_s = now_s - last_update_s_;
+  if (elapsed_s > 0) {
+    speed_m_s_ += (ahead_m / elapsed_s - speed_m_s_) * elapsed_s / (elapsed_s + kSpeedFilter_s);
+  }
+}
+
+}  // namespace lss::gnc::zebro

@@ -1,0 +1,255 @@
+// The walking stage of Locomotion: turns the events of the schedule into the movements of the legs.
+
+#include <algorithm>
+#include <cmath>
+
+#include "gnc/zebro/locomotion.h"
+
+namespace lss::gnc::zebro {
+
+namespace {
+
+constexpr std::size_t kN = kLegs;
+// A swing that ends within 20 deg of where it began is ordered in two halves, lest "rotate to here"
+// moves nothing.
+constexpr double kAmbiguous_rad = 2 * kPi - 0.35;
+// A stance whose end moved by less is left alone: the leg waits this long at its end instead of a
+// new order per frame.
+constexpr double kSlower_s = 0.1;
+
+// A stance shorter than this is none, and an order for it would be one to turn to where the leg is.
+constexpr double kStill_rad = 1e-3;
+
+double first_s(const PerLeg<double>& times_s) noexcept {
+  return *std::min_element(times_s.begin(), times_s.end());
+}
+
+const Partition& gait_of(Speed speed) noexcept {
+  if (speed == Speed::high) return kTripod;
+  return speed == Speed::medium ? kTetrapodB : kWave;
+}
+
+bool reverses(double before, double after) noexcept { return before * after < 0; }
+
+}  // namespace
+
+double Locomotion::requested_half_sweep_rad(std::size_t leg) const noexcept {
+  const double speed = is_left(static_cast<int>(leg)) ? sides_.left : sides_.right;
+  return half_sweep_rad(speed, parameters_.sweep_rad, parameters_.leg_diameter_m);
+}
+
+void Locomotion::begin_stepping(double now_s) noexcept {
+  sides_ = side_speeds(request_.direction, request_.heading_rad);
+  // Two tripods put the legs where the gait wants them; six single legs would take three times as
+  // long.
+  schedule_.start(kTripod, times_, now_s + parameters_.start_delay_s);
+  schedule_.change(gait_of(request_.speed), kAnyTime);
+  pushed_off_ = false;
+  first_cycle_ = true;
+  walk_changed_ = false;
+  for (Leg& leg : legs_) {
+    leg.lifted = leg.landed = leg.late = false;
+    leg.half_sweep_rad = 0;
+    leg.top_s = 0;
+  }
+}
+
+void Locomotion::step(double now_s) noexcept {
+  if (walk_changed_) change_walk();
+  if (stage_ != Stage::step) return;
+  if (!pushed_off_ && now_s >= first_s(schedule_.current().lift_off_s)) push_off();
+  // Usually nothing or one event is due; after a gap in time they are made up for in order.
+  constexpr int kMostRounds = 64;
+  bool more = true;
+  for (int round = 0; more && round < kMostRounds && progress_ == Progress::running; ++round) {
+    more = false;
+    for (std::size_t i = 0; i < kN; ++i) {
+      if (!targets_[i].swing || !swing_over(i, now_s)) continue;
+      touch_down(i);
+      stance(i);
+      more = true;
+    }
+    if (next_cycle_begins(now_s)) begin_next_cycle(now_s);
+    for (std::size_t i = 0; i < kN; ++i) {
+      if (legs_[i].lifted || now_s < schedule_.current().lift_off_s[i]) continue;
+      lift_off(i);
+      more = true;
+    }
+  }
+  slow_stances(now_s);
+}
+
+// A new request takes effect leg by leg with each next swing, the gait with the next cycle. Where a
+// side changes its direction the legs of that side would work against each other for a whole cycle:
+// there the step is finished first.
+void Locomotion::change_walk() noexcept {
+  walk_changed_ = false;
+  const SideSpeeds wanted = side_speeds(request_.direction, request_.heading_rad);
+  if (request_.speed == Speed::zero || reverses(sides_.left, wanted.left) ||
+      reverses(sides_.right, wanted.right)) {
+    stage_ = Stage::land;
+    return;
+  }
+  sides_ = wanted;
+  PerLeg<double> commanded_s = kAnyTime;
+  for (std::size_t i = 0; i < kN; ++i) {
+    if (legs_[i].landed) commanded_s[i] = schedule_.next().lift_off_s[i];
+  }
+  schedule_.change(gait_of(request_.speed), commanded_s);
+}
+
+// The first cycle is walked at half speed, which is what brings legs that all start straight down
+// into the rhythm without working against each other: each rolls from the middle to where it lifts
+// off, and touches down as far ahead as it can roll back by its next lift-off, at half speed to the
+// end of this cycle and at full speed from there.
+void Locomotion::push_off() noexcept {
+  pushed_off_ = true;
+  const PerLeg<double>& lift_off_s = schedule_.current().lift_off_s;
+  const double start_s = first_s(lift_off_s);
+  for (std::size_t i = 0; i < kN; ++i) {
+    const double rolled = (lift_off_s[i] - start_s) / schedule_.steady_stance_s();
+    const double from_rad = legs_[i].estimate_rad;
+    const double to_rad = parameters_.offset_rad - rolled * requested_half_sweep_rad(i);
+    if (std::abs(to_rad - from_rad) < parameters_.arrived_rad) continue;
+    order(i, from_rad, to_rad, start_s, lift_off_s[i], false);
+  }
+}
+
+// Where a leg of the first cycle stands when that cycle ends, and where it has to touch down to get
+// there.
+double Locomotion::end_of_first_cycle_rad(std::size_t i) const noexcept {
+  const PerLeg<double>& next_s = schedule_.next().lift_off_s;
+  const double to_roll = 2 * (next_s[i] - first_s(next_s)) / schedule_.steady_stance_s();
+  return parameters_.offset_rad + legs_[i].half_sweep_rad * (std::min(to_roll, 2.0) - 1);
+}
+
+double Locomotion::touchdown_rad(std::size_t i) const noexcept {
+  const double half_rad = legs_[i].half_sweep_rad;
+  if (!first_cycle_) return parameters_.offset_rad + half_rad;
+  const double until_s = first_s(schedule_.next().lift_off_s) - schedule_.current().touchdown_s[i];
+  const double end_rad = end_of_first_cycle_rad(i) - parameters_.offset_rad;
+  const double touchdown_rad = end_rad + half_rad * until_s / schedule_.steady_stance_s();
+  const double furthest_rad = kFurthestReach * std::abs(half_rad);
+  return parameters_.offset_rad + std::clamp(touchdown_rad, -furthest_rad, furthest_rad);
+}
+
+bool Locomotion::next_cycle_begins(double now_s) const noexcept {
+  const bool all_landed =
+      std::all_of(legs_.begin(), legs_.end(), [](const Leg& leg) { return leg.landed; });
+  return all_landed && now_s >= first_s(schedule_.next().lift_off_s);
+}
+
+void Locomotion::begin_next_cycle(double now_s) noexcept {
+  schedule_.advance();
+  for (Leg& leg : legs_) leg.lifted = leg.landed = false;
+  if (!first_cycle_) return;
+  first_cycle_ = false;
+  for (std::size_t i = 0; i < kN; ++i) {  // from half to full speed
+    const double lift_off_s = schedule_.current().lift_off_s[i];
+    if (now_s < lift_off_s) roll(i, reference_rad(i, now_s), now_s, lift_off_s);
+  }
+}
+
+void Locomotion::lift_off(std::size_t i) noexcept {
+  Leg& leg = legs_[i];
+  leg.lifted = true;
+  leg.landed = leg.late = false;
+  leg.half_sweep_rad = requested_half_sweep_rad(i);
+  const double start_s = schedule_.current().lift_off_s[i];
+  const double arrive_s = schedule_.current().touchdown_s[i];
+  const double from_rad = wrap_rad(leg.to_rad);
+  const double travel_rad =
+      travel_through_top_rad(from_rad, touchdown_rad(i), request_.direction >= 0);
+  if (std::abs(travel_rad) <= kAmbiguous_rad) {
+    leg.top_s = 0;
+    swing(i, from_rad, from_rad + travel_rad, start_s, arrive_s);
+    return;
+  }
+  leg.top_s = (start_s + arrive_s) / 2;
+  leg.top_to_rad = from_rad + travel_rad;
+  order(i, from_rad, from_rad + travel_rad / 2, start_s, leg.top_s, true);
+}
+
+// The last or only part of a swing. A leg that cannot make it in time touches down later, and all
+// know it now.
+void Locomotion::swing(std::size_t i, double from_rad, double to_rad, double start_s,
+                       double arrive_s) noexcept {
+  order(i, from_rad, to_rad, start_s, arrive_s, true);
+  schedule_.postpone_touchdown(i, targets_[i].arrive_s);
+}
+
+// The leg is down: by its own report when it can tell, else by the clock. While it is late,
+// everything that waits for it is moved.
+bool Locomotion::swing_over(std::size_t i, double now_s) noexcept {
+  Leg& leg = legs_[i];
+  const double& touchdown_s = schedule_.current().touchdown_s[i];
+  if (leg.top_s > 0) {
+    if (now_s < leg.top_s) return false;
+    const double top_s = leg.top_s;
+    leg.top_s = 0;
+    swing(i, leg.to_rad, leg.top_to_rad, top_s, touchdown_s);
+  }
+  if (now_s < touchdown_s) return false;
+  const bool down = !leg.usable || arrived(i);
+  if (!down || leg.late) {
+    leg.late = true;
+    schedule_.postpone_touchdown(i, now_s);
+  }
+  if (!down && now_s > targets_[i].arrive_s + parameters_.late_limit_s) {
+    progress_ = Progress::failed;
+  }
+  return down;
+}
+
+void Locomotion::touch_down(std::size_t i) noexcept {
+  targets_[i].swing = false;
+  legs_[i].landed = true;
+  if (std::all_of(legs_.begin(), legs_.end(), [](const Leg& leg) { return leg.landed; })) ++steps_;
+}
+
+void Locomotion::stance(std::size_t i) noexcept {
+  const double from_rad = wrap_rad(legs_[i].to_rad);
+  const double touchdown_s = schedule_.current().touchdown_s[i];
+  if (!first_cycle_) {
+    roll(i, from_rad, touchdown_s, schedule_.next().lift_off_s[i]);
+  } else if (const double to_rad = end_of_first_cycle_rad(i);
+             std::abs(to_rad - from_rad) > kStill_rad) {
+    order(i, from_rad, to_rad, touchdown_s, first_s(schedule_.next().lift_off_s), false);
+  }
+}
+
+// To the lift-off angle of the sweep that the leg touched down with.
+void Locomotion::roll(std::size_t i, double from_rad, double start_s, double lift_off_s) noexcept {
+  const double to_rad = parameters_.offset_rad - legs_[i].half_sweep_rad;
+  if (std::abs(to_rad - from_rad) <= kStill_rad) return;  // it only steps on the spot
+  order(i, from_rad, to_rad, start_s, lift_off_s, false);
+}
+
+// Events moved later while legs roll towards them: the same way, slower.
+void Locomotion::slow_stances(double now_s) noexcept {
+  for (std::size_t i = 0; i < kN; ++i) {
+    if (targets_[i].swing || !pushed_off_) continue;
+    const double end_s = !legs_[i].lifted ? schedule_.current().lift_off_s[i]
+                         : first_cycle_   ? first_s(schedule_.next().lift_off_s)
+                                          : schedule_.next().lift_off_s[i];
+    const double here_rad = reference_rad(i, now_s);
+    if (end_s < targets_[i].arrive_s + kSlower_s) continue;
+    if (std::abs(legs_[i].to_rad - here_rad) < parameters_.arrived_rad) continue;
+    order(i, here_rad, legs_[i].to_rad, now_s, end_s, false);
+  }
+}
+
+bool Locomotion::landed(double now_s) noexcept {
+  bool all = true;
+  for (std::size_t i = 0; i < kN; ++i) {
+    if (!targets_[i].swing) continue;
+    if (swing_over(i, now_s)) {
+      touch_down(i);
+    } else {
+      all = false;
+    }
+  }
+  return all;
+}
+
+}  // namespace lss::gnc::zebro
