@@ -1,0 +1,214 @@
+#include "daemon/config/config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <regex>
+#include <system_error>
+#include <utility>
+
+namespace lss::config {
+namespace {
+
+constexpr int kFramePriority = 70;
+constexpr int kBusPriority = 80;
+constexpr int kActuatePriority = 85;
+constexpr std::int64_t kMaxDomain = 230;  // Cyclone's, by its port numbers
+constexpr std::int64_t kMaxLeaseMs = 3'600'000;
+
+TimeNs ns_from(double value, TimeNs unit) {
+  return std::llround(value * static_cast<double>(unit));
+}
+
+void read_identity(Section& root, const std::vector<std::string>& vehicles, Config& config) {
+  static const std::regex syntax("[A-Za-z0-9_-]{1,15}");
+  config.vehicle = root.required_text("vehicle");
+  const bool known = std::find(vehicles.begin(), vehicles.end(), config.vehicle) != vehicles.end();
+  if (!known && !config.vehicle.empty()) {
+    root.error("vehicle", fmt::format("\"{}\" is not built into this daemon; it has: {}",
+                                      config.vehicle, join(vehicles)));
+  }
+  config.vehicle_id = root.text("vehicle_id", config.vehicle + "-1");
+  if (known && !std::regex_match(config.vehicle_id, syntax)) {
+    root.error("vehicle_id",
+               fmt::format("\"{}\" must be 1 to 15 letters, digits, - or _", config.vehicle_id));
+  }
+}
+
+void read_frame(Section frame, Config& config) {
+  const double period_ms = frame.number("period_ms", 20, 1, 1000);
+  const double offset_ms = frame.number("offset_ms", 5, 0, 1000);
+  if (offset_ms >= period_ms) {
+    frame.error("offset_ms", fmt::format("{} must be shorter than the period of {} ms: a command "
+                                         "is released within its frame",
+                                         offset_ms, period_ms));
+  }
+  config.period_ns = ns_from(period_ms, kMillisecond);
+  config.offset_ns = ns_from(offset_ms, kMillisecond);
+  config.max_consecutive_overruns =
+      static_cast<int>(frame.integer("max_consecutive_overruns", 5, 1, 1000));
+}
+
+// What is wrong with the path and what to write instead; nothing when it is well-formed.
+std::optional<std::string> path_fault(const std::string& path) {
+  static const std::regex sim("sim:[A-Za-z0-9_-][A-Za-z0-9_.-]*");
+  static const std::regex device("/[^\\s]*[^\\s/]");
+  static const std::regex can("v?can[0-9]{1,4}");
+  static const std::regex udp(
+      "udp://([0-9]{1,3})\\.([0-9]{1,3})\\.([0-9]{1,3})\\.([0-9]{1,3}):([0-9]{1,5})"
+      "(?:\\?local=([0-9]{1,5}))?");
+  for (const std::regex* syntax : {&sim, &device, &can}) {
+    if (std::regex_match(path, *syntax)) return std::nullopt;
+  }
+  std::smatch part;
+  if (!std::regex_match(path, part, udp)) {
+    return "is no port; write sim:NAME, /dev/DEVICE, canN or udp://127.0.0.1:PORT";
+  }
+  for (std::size_t i = 1; i <= 4; ++i) {
+    if (std::stoi(part[i]) > 255) return "has no valid IPv4 address";
+  }
+  for (std::size_t i = 5; i <= 6; ++i) {
+    if (!part[i].matched) continue;
+    const int port = std::stoi(part[i]);
+    if (port < 1 || port > 65'535) return "has a UDP port out of range 1 to 65535";
+  }
+  return std::nullopt;
+}
+
+void check_port(Section& section, const Port& port, const std::vector<Port>& others) {
+  static const std::regex syntax("[A-Za-z0-9_-]{1,11}");  // "bus/" + 11: the kernel's thread names
+  if (!port.name.empty() && !std::regex_match(port.name, syntax)) {
+    section.error("name", fmt::format("\"{}\" must be 1 to 11 letters, digits, - or _", port.name));
+  }
+  if (const auto fault = path_fault(port.path); fault && !port.path.empty()) {
+    section.error("path", fmt::format("\"{}\" {}", port.path, *fault));
+  }
+  for (const Port& other : others) {
+    if (!port.name.empty() && other.name == port.name) {
+      section.error("name", fmt::format("\"{}\" names a port already", port.name));
+    }
+    if (!port.path.empty() && other.path == port.path) {
+      section.error(
+          "path", fmt::format("\"{}\" is the path of port \"{}\" already", port.path, other.name));
+    }
+  }
+}
+
+void read_ports(Section& root, Config& config) {
+  std::vector<Section> sections = root.sections("port");
+  if (sections.empty()) root.error("port", "is missing; name at least one [[port]]");
+  for (Section& section : sections) {
+    Port port;
+    port.name = section.required_text("name");
+    port.path = section.required_text("path");
+    port.baud = section.integer("baud", 115'200, 1200, 4'000'000);
+    port.half_duplex = section.choice("duplex", 0, {"full", "half"}) == 1;
+    check_port(section, port, config.ports);
+    config.ports.push_back(std::move(port));
+  }
+}
+
+// After the ports: each has its thread.
+void read_realtime(Section realtime, Config& config) {
+  config.realtime_enforce = realtime.choice("policy", 0, {"degrade", "enforce"}) == 1;
+  config.threads = {{"frame", kFramePriority, -1}, {"actuate", kActuatePriority, -1}};
+  for (const Port& port : config.ports) {
+    config.threads.push_back({"bus/" + port.name, kBusPriority, -1});
+  }
+  std::vector<std::string> names;
+  for (const Thread& thread : config.threads) names.push_back(thread.name);
+
+  std::vector<std::string> seen;
+  for (Section& section : realtime.sections("thread")) {
+    const std::string name = section.required_text("name");
+    Thread unknown;
+    const auto found = std::find_if(config.threads.begin(), config.threads.end(),
+                                    [&](const Thread& thread) { return thread.name == name; });
+    Thread& thread = found == config.threads.end() ? unknown : *found;
+    thread.priority = static_cast<int>(section.integer("priority", thread.priority, 0, 99));
+    thread.cpu = static_cast<int>(section.integer("cpu", -1, -1, 1023));
+    if (name.empty()) continue;
+    if (found == config.threads.end()) {
+      section.error("name", fmt::format("\"{}\" is no thread; there are: {}", name, join(names)));
+    } else if (std::find(seen.begin(), seen.end(), name) != seen.end()) {
+      section.error("name", fmt::format("\"{}\" stands in the table twice", name));
+    }
+    seen.push_back(name);
+  }
+}
+
+void read_dds(Section dds, Config& config) {
+  config.domain = static_cast<int>(dds.integer("domain", 0, 0, kMaxDomain));
+  config.interfaces = dds.texts("interfaces", {"lo"});
+  if (config.interfaces.empty()) {
+    dds.error("interfaces", "is empty; [\"lo\"] stays on this machine");
+  }
+  static const std::regex syntax("[A-Za-z0-9._:@-]{1,45}");  // goes into an XML attribute
+  for (const std::string& name : config.interfaces) {
+    if (!std::regex_match(name, syntax)) {
+      dds.error("interfaces", fmt::format("\"{}\" is no name of a network interface", name));
+    }
+  }
+  config.shared_memory = dds.flag("shared_memory", true);
+  config.restart_for_shared_memory = dds.flag("restart_for_shared_memory", false);
+}
+
+void read_link(Section link, Config& config) {
+  config.obc_timeout_ns = ns_from(link.number("obc_timeout_s", 30, 0.1, 86'400), kSecond);
+  config.lease_min_ms = link.integer("lease_min_ms", 200, 10, kMaxLeaseMs);
+  config.lease_max_ms = link.integer("lease_max_ms", 60'000, 10, kMaxLeaseMs);
+  if (config.lease_min_ms > config.lease_max_ms) {
+    link.error("lease_min_ms", fmt::format("{} is longer than lease_max_ms, {}",
+                                           config.lease_min_ms, config.lease_max_ms));
+  }
+}
+
+void read_all(Section root, const std::vector<std::string>& vehicles,
+              const VehicleReader& read_vehicle, Config& config) {
+  read_identity(root, vehicles, config);
+  read_frame(root.section("frame"), config);
+  read_ports(root, config);
+  read_realtime(root.section("realtime"), config);
+  read_dds(root.section("dds"), config);
+  {
+    Section telemetry = root.section("telemetry");
+    config.telemetry_periodic = telemetry.choice("mode", 0, {"periodic", "on_request"}) == 0;
+    Section log = root.section("log");
+    const std::vector<std::string> levels = {"trace", "debug", "info", "warning", "error"};
+    config.log_level = static_cast<std::int64_t>(log.choice("level", 2, levels));
+  }
+  read_link(root.section("link"), config);
+  if (std::find(vehicles.begin(), vehicles.end(), config.vehicle) != vehicles.end()) {
+    Section own = root.section(config.vehicle);
+    read_vehicle(config.vehicle, own);
+  } else {
+    for (const std::string& name : vehicles) root.skip(name);  // one error is enough
+  }
+}
+
+}  // namespace
+
+tl::expected<Config, std::string> load(const std::filesystem::path& file,
+                                       const std::vector<std::string>& vehicles,
+                                       const VehicleReader& read_vehicle) {
+  Config config;
+  config.file = file.string();
+  std::error_code trouble;
+  if (!std::filesystem::is_regular_file(file, trouble)) {
+    return tl::unexpected(
+        fmt::format("{}: no such file; name the configuration with --config FILE\n", config.file));
+  }
+  Errors errors;
+  try {
+    const toml::table root = toml::parse_file(config.file);
+    read_all(Section(&root, "", config.file, errors), vehicles, read_vehicle, config);
+  } catch (const toml::parse_error& fault) {
+    errors.add(config.file, fault.source(), fmt::format("not TOML: {}", fault.description()));
+  }
+  if (!errors.empty()) return tl::unexpected(errors.text());
+  return config;
+}
+
+}  // namespace lss::config

@@ -1,0 +1,59 @@
+#pragma once
+
+// The configuration shared by all vehicles: config/NAME.toml without its [NAME] table, which the
+// vehicle reads itself. Start-up only.
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "daemon/config/section.h"
+#include "drivers/time.h"
+
+namespace lss::config {
+
+struct Thread {
+  std::string name;  // "frame", "actuate", "bus/legs", ...
+  int priority = 0;  // SCHED_FIFO 1..99; 0: SCHED_OTHER
+  int cpu = -1;      // -1: any
+};
+
+struct Port {
+  std::string name;  // "legs"; the bus thread is "bus/legs"
+  std::string path;  // sim:NAME, a device, can0, udp://...
+  std::int64_t baud = 115'200;
+  bool half_duplex = false;
+};
+
+struct Config {
+  std::string file;
+  std::string vehicle;
+  std::string vehicle_id;
+  TimeNs period_ns = 0, offset_ns = 0;
+  int max_consecutive_overruns = 5;
+  bool realtime_enforce = false;
+  std::vector<Thread>
+      threads;  // frame, actuate, and one bus/PORT for each port; completed with defaults
+  std::vector<Port> ports;
+  int domain = 0;
+  std::vector<std::string> interfaces{"lo"};
+  bool shared_memory = true;
+  bool telemetry_periodic = true;  // telemetry.mode = "periodic" | "on_request"
+  bool restart_for_shared_memory = false;
+  TimeNs obc_timeout_ns = 30 * kSecond;
+  std::int64_t lease_min_ms = 200, lease_max_ms = 60'000;
+  std::int64_t log_level = 2;  // 0 trace, 1 debug, 2 info, 3 warning, 4 error
+};
+
+// Reads the vehicle's own [NAME] table; called with that Section, to record errors there.
+using VehicleReader = std::function<void(const std::string& vehicle, Section& section)>;
+
+// Reads and checks the file; `read_vehicle` runs in the same pass, so that all errors of the file
+// come together. The error text has a line for each fault: FILE:LINE:COLUMN: what and what to do.
+tl::expected<Config, std::string> load(const std::filesystem::path& file,
+                                       const std::vector<std::string>& vehicles,
+                                       const VehicleReader& read_vehicle);
+
+}  // namespace lss::config

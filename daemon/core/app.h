@@ -1,0 +1,30 @@
+#pragma once
+
+// What main needs of a vehicle's running daemon. One implementation: Runtime<Vehicle>
+// (daemon/core/runtime.h).
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <tl/expected.hpp>
+
+namespace lss {
+
+class App {
+ public:
+  virtual ~App() = default;
+
+  // DDS first, then memory, then the real-time threads. The error says what to do.
+  virtual tl::expected<void, std::string> start() = 0;
+  // To the safe command, then all threads end. Bounded.
+  virtual void stop() = 0;
+
+  // Frames run so far: the watchdog is fed only while it grows.
+  virtual std::uint64_t frames() const = 0;
+  virtual std::string summary() const = 0;  // one line for systemctl status
+  // The daemon shall be restarted now to take up shared memory again (vehicle idle, RouDi back,
+  // configured).
+  virtual bool wants_restart() const = 0;
+};
+
+}  // namespace lss

@@ -1,0 +1,34 @@
+#pragma once
+
+// The clocks of the machine. Threads read them; the cycle never does: it gets time as data.
+
+#include <cerrno>
+#include <ctime>
+
+#include "drivers/time.h"
+
+namespace lss {
+
+inline TimeNs now_ns() noexcept {
+  timespec t{};
+  ::clock_gettime(CLOCK_MONOTONIC, &t);
+  return t.tv_sec * kSecond + t.tv_nsec;
+}
+
+inline std::int64_t utc_ns() noexcept {
+  timespec t{};
+  ::clock_gettime(CLOCK_REALTIME, &t);
+  return t.tv_sec * kSecond + t.tv_nsec;
+}
+
+inline timespec to_timespec(TimeNs time_ns) noexcept {
+  return {static_cast<std::time_t>(time_ns / kSecond), static_cast<long>(time_ns % kSecond)};
+}
+
+inline void sleep_until(TimeNs time_ns) noexcept {
+  const timespec t = to_timespec(time_ns);
+  while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
+  }
+}
+
+}  // namespace lss

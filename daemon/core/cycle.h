@@ -1,0 +1,72 @@
+#pragma once
+
+// One cycle, once per frame, the same for every vehicle. The same inputs give bit-identical
+// outputs: no clock, I/O, lock, log or allocation in here; time comes in as data. `mark` is told
+// when a stage has ended (the frame thread stamps the timing points with it) and returns nothing.
+
+#include <array>
+#include <cstdint>
+
+#include "daemon/core/supervisor.h"
+
+namespace lss {
+
+inline constexpr std::size_t kMaxRequests = 32;
+
+// Everything a frame gets: the batch stamped in [T_k-1, T_k), and the requests that came in.
+template <class Vehicle>
+struct Inputs {
+  std::uint64_t frame = 0;
+  TimeNs time_ns = 0;  // T_k
+  std::array<typename Vehicle::Sample, Vehicle::kMaxSamples> samples{};
+  std::uint32_t sample_count = 0;
+  std::array<Request, kMaxRequests> requests{};
+  std::uint32_t request_count = 0;
+  typename Vehicle::BusReport bus{};
+  std::uint64_t late_commands = 0;  // so far
+  bool overrun_limit = false;       // too many in a row
+  bool shut_down = false;           // the daemon stops: to the safe command, now
+};
+
+template <class Vehicle>
+struct Outputs {
+  typename Vehicle::Command command{};
+  typename Vehicle::Telemetry telemetry{};
+  bool data_requested = false;
+};
+
+enum class Stage : std::uint8_t { read, supervised, navigated, guided, controlled, gated };
+
+template <class Vehicle, class Mark>
+void cycle(Vehicle& vehicle, Supervisor& supervisor, const Inputs<Vehicle>& in,
+           Outputs<Vehicle>& out, Mark&& mark) noexcept {
+  // read: the samples of the last frame
+  vehicle.read(in);
+  mark(Stage::read);
+
+  // supervise: requests and what the vehicle reports, through the locomotion controller
+  supervisor.begin(in.time_ns, vehicle);
+  for (std::uint32_t i = 0; i < in.request_count; ++i) supervisor.request(in.requests[i]);
+  supervisor.count_late(in.late_commands);
+  if (in.shut_down) supervisor.happen(lc::Event::reset_controller);
+  vehicle.watch(in, supervisor);
+  supervisor.check_links();
+  mark(Stage::supervised);
+
+  // navigate: where is it; guide: where shall it go; control: what are the actuators to do
+  vehicle.navigate(in.time_ns);
+  mark(Stage::navigated);
+  vehicle.guide(in.time_ns);
+  mark(Stage::guided);
+  const typename Vehicle::Command wanted = vehicle.control(in.time_ns);
+  mark(Stage::controlled);
+
+  // gate: the one place a command passes on its way out
+  out.command = vehicle.gate(wanted, supervisor, in.time_ns);
+  mark(Stage::gated);
+
+  // write: the caller puts out.command into the slot that the actuate thread releases
+  out.data_requested = vehicle.describe(in, supervisor.state(), out.telemetry);
+}
+
+}  // namespace lss

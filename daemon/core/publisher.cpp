@@ -1,0 +1,205 @@
+#include "daemon/core/publisher.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <spdlog/spdlog.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include "daemon/core/clock.h"
+
+namespace lss {
+namespace {
+
+constexpr TimeNs kStatusEvery = kSecond;
+constexpr TimeNs kHeartbeatEvery = 200 * kMillisecond;
+constexpr TimeNs kWatchEvery = 100 * kMillisecond;
+
+}  // namespace
+
+Publisher::Publisher(const config::Config& config, const Vocabulary& vocabulary)
+    : config_(config),
+      vocabulary_(vocabulary),
+      wake_fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
+
+Publisher::~Publisher() {
+  stop();
+  ::close(wake_fd_);
+}
+
+tl::expected<void, std::string> Publisher::open(RequestSink sink) {
+  auto face = Face::create({.domain = config_.domain,
+                            .vehicle = config_.vehicle,
+                            .vehicle_id = config_.vehicle_id,
+                            .version = LSS_VERSION,
+                            .interfaces = config_.interfaces,
+                            .shared_memory = config_.shared_memory},
+                           std::move(sink));
+  if (!face) return tl::unexpected(face.error());
+  face_ = std::move(*face);
+  answering_ = face_.get();
+  return {};
+}
+
+void Publisher::complain(const std::string& refused) {
+  granted_ = false;
+  spdlog::warn("{}", refused);
+}
+
+void Publisher::start(const Threads& threads, std::function<const void*()> newest_telemetry,
+                      std::function<std::uint64_t()> commands_refused) {
+  threads_ = &threads;
+  newest_telemetry_ = std::move(newest_telemetry);
+  commands_refused_ = std::move(commands_refused);
+  const EventRecord started{.time_ns = now_ns(),
+                            .severity = Severity::info,
+                            .id = static_cast<std::uint16_t>(EventId::started)};
+  tell(started);
+  thread_ = std::thread([this] { run(); });
+}
+
+void Publisher::stop() {
+  if (!thread_.joinable()) return;
+  stop_ = true;
+  wake();
+  thread_.join();
+  const EventRecord stopping{.time_ns = now_ns(),
+                             .severity = Severity::info,
+                             .id = static_cast<std::uint16_t>(EventId::stopping)};
+  tell(stopping);
+  face_.reset();  // returns when no answer is under way any more
+  answering_ = nullptr;
+}
+
+void Publisher::answer(const Ack& ack) {
+  if (Face* face = answering_) face->acknowledge(ack);
+}
+
+void Publisher::put(const Supervisor::Outbox& outbox) noexcept {
+  for (std::uint32_t i = 0; i < outbox.ack_count; ++i) acks_.push(outbox.acks[i]);
+  for (std::uint32_t i = 0; i < outbox.event_count; ++i) events_.push(outbox.events[i]);
+  if (outbox.dropped != 0) dropped_.fetch_add(outbox.dropped, std::memory_order_relaxed);
+}
+
+void Publisher::wake() noexcept {
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
+}
+
+void Publisher::run() {
+  while (!stop_) {
+    pollfd fd{wake_fd_, POLLIN, 0};
+    ::poll(&fd, 1, static_cast<int>(kWatchEvery / kMillisecond));
+    std::uint64_t count = 0;
+    [[maybe_unused]] const auto got = ::read(wake_fd_, &count, sizeof count);
+    drain();
+    const TimeNs now = now_ns();
+    if (now >= next_watch_ns_) {
+      next_watch_ns_ = now + kWatchEvery;
+      watch(now);
+    }
+    publish_status(now);
+    if (now >= next_heartbeat_ns_) {
+      next_heartbeat_ns_ = now + kHeartbeatEvery;
+      face_->heartbeat(state_.value().controller.state);
+    }
+  }
+  drain();
+  publish_status(now_ns());
+}
+
+void Publisher::drain() {
+  for (Ack ack; acks_.pop(ack);) face_->acknowledge(ack);
+  for (EventRecord event; events_.pop(event);) {
+    tell(event);
+    next_status_ns_ = 0;  // something changed: say so
+  }
+  while (timings_.pop(timing_)) face_->timing(timing_);
+  if (const void* sample = newest_telemetry_()) face_->telemetry(sample);
+}
+
+void Publisher::watch(TimeNs now) {
+  if (face_->watch_shared_memory()) {
+    next_status_ns_ = 0;
+    if (face_->shared_memory() == SharedMemory::lost) {
+      const EventRecord lost{
+          .time_ns = now,
+          .severity = Severity::warning,
+          .id = static_cast<std::uint16_t>(FaultId::shared_memory_lost) + kFaultEventBase};
+      tell(lost);
+    }
+  }
+  wants_restart_ = config_.restart_for_shared_memory && face_->shared_memory_could_return() &&
+                   state_.value().controller.state == State::idle;
+}
+
+void Publisher::publish_status(TimeNs now) {
+  state_.update();
+  if (now < next_status_ns_) return;
+  next_status_ns_ = now + kStatusEvery;
+  const StatusReport r = report(now);
+  face_->status(r);
+  const std::lock_guard lock(summary_mutex_);
+  summary_ = fmt::format("{} {}{}{}, frame {}, overruns {}, faults {}", config_.vehicle_id,
+                         kStateNames[static_cast<std::size_t>(r.state)], *r.mode_name ? "/" : "",
+                         r.mode_name, r.frame_index, r.overruns, r.fault_count);
+}
+
+StatusReport Publisher::report(TimeNs now) const {
+  const SupervisorState& s = state_.value();
+  StatusReport r;
+  r.state = s.controller.state;
+  r.mode = s.controller.mode;
+  r.mode_name = vocabulary_.modes[s.controller.mode];
+  r.authority = s.authority;
+  r.faults = s.faults;
+  r.fault_count = s.fault_count;
+  r.time_ns = now;
+  r.obc_age_ms = s.contact_ns == 0 ? -1 : (now - s.contact_ns) / kMillisecond;
+  r.frame_index = timing_.frame;
+  r.period_ns = config_.period_ns;
+  r.offset_ns = config_.offset_ns;
+  r.overruns = timing_.overruns;
+  r.commands_rejected = s.commands_refused + commands_refused_();
+  r.safe_commands = s.safe_commands;
+  r.telemetry_dropped = acks_.dropped() + events_.dropped() + timings_.dropped() + dropped_;
+  r.realtime_enforced = config_.realtime_enforce;
+  r.realtime_granted = granted_ && memory_locked_;
+  r.memory_locked = memory_locked_;
+  for (const auto& thread : *threads_) {
+    if (r.thread_count == kMaxThreads) break;
+    const ThreadStatus t = r.threads[r.thread_count++] = thread->status();
+    if (t.policy == SCHED_OTHER) continue;
+    r.page_faults += t.page_faults;
+    r.mallocs += t.mallocs;
+  }
+  return r;
+}
+
+std::string Publisher::summary() const {
+  const std::lock_guard lock(summary_mutex_);
+  return summary_;
+}
+
+void Publisher::tell(const EventRecord& event) {
+  std::string text = event_text(event, vocabulary_);
+  face_->event(event, text);
+  if (event.id >= kFaultEventBase) {  // the log has no list to look the advice up in
+    const CodeInfo* fault = info(static_cast<FaultId>(event.id - kFaultEventBase));
+    text = fmt::format("fault: {}. {}", text, fault ? fault->advice : "");
+  }
+  switch (event.severity) {
+    case Severity::info:
+      spdlog::info("{}", text);
+      break;
+    case Severity::warning:
+      spdlog::warn("{}", text);
+      break;
+    case Severity::error:
+    case Severity::fatal:
+      spdlog::error("{}", text);
+      break;
+  }
+}
+
+}  // namespace lss

@@ -1,0 +1,92 @@
+#pragma once
+
+// The publish thread and the DDS face behind it: carries what the frame thread says
+// (acknowledgements, events, timing, telemetry, state) to DDS and to the log, watches shared memory
+// and what the kernel granted. Ordinary thread. The frame thread's side is wait-free: full rings
+// drop and count, so that a slow subscriber, a full disk or a stuck logger can never delay a frame.
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "daemon/config/config.h"
+#include "daemon/core/latest.h"
+#include "daemon/core/ring.h"
+#include "daemon/core/supervisor.h"
+#include "daemon/core/text.h"
+#include "daemon/dds/face.h"
+#include "daemon/rt/thread.h"
+
+namespace lss {
+
+class Publisher {
+ public:
+  using Threads = std::vector<std::unique_ptr<rt::Thread>>;
+
+  Publisher(const config::Config& config, const Vocabulary& vocabulary);
+  ~Publisher();
+  Publisher(const Publisher&) = delete;
+  Publisher& operator=(const Publisher&) = delete;
+
+  // Start-up, main thread.
+  tl::expected<void, std::string> open(RequestSink sink);
+  void complain(const std::string& refused);  // what the kernel did not grant: log and status
+  void memory_locked(bool locked) { memory_locked_ = locked; }
+  void start(const Threads& threads, std::function<const void*()> newest_telemetry,
+             std::function<std::uint64_t()> commands_refused);
+  void stop();
+
+  // Listener thread: an answer that needs no frame.
+  void answer(const Ack& ack);
+
+  // Frame thread.
+  void put(const Supervisor::Outbox& outbox) noexcept;
+  void put(const SupervisorState& state) noexcept { state_.put(state); }
+  void put(const TimingPoints& timing) noexcept { timings_.push(timing); }
+  void wake() noexcept;
+
+  // Main thread.
+  std::string summary() const;
+  bool wants_restart() const { return wants_restart_; }
+
+ private:
+  void run();
+  void drain();
+  void publish_status(TimeNs now);
+  void watch(TimeNs now);
+  void tell(const EventRecord& event);  // to DDS and to the log
+  StatusReport report(TimeNs now) const;
+
+  const config::Config& config_;
+  Vocabulary vocabulary_;
+  std::unique_ptr<Face> face_;
+  std::atomic<Face*> answering_{nullptr};  // face_, while the listener may use it
+  const Threads* threads_ = nullptr;
+  std::function<const void*()> newest_telemetry_;
+  std::function<std::uint64_t()> commands_refused_;
+
+  Ring<Ack, 256> acks_;
+  Ring<EventRecord, 512> events_;
+  Ring<TimingPoints, 256> timings_;
+  Latest<SupervisorState> state_;
+  std::atomic<std::uint64_t> dropped_{0};  // in the outbox of a frame
+  int wake_fd_ = -1;
+
+  TimingPoints timing_;  // the newest
+  TimeNs next_status_ns_ = 0, next_heartbeat_ns_ = 0, next_watch_ns_ = 0;
+  std::uint64_t published_version_ = 0;
+  bool memory_locked_ = false, granted_ = true;
+  std::uint64_t safe_commands_ = 0;
+
+  mutable std::mutex summary_mutex_;  // main and publish thread only
+  std::string summary_;
+  std::atomic<bool> wants_restart_{false}, stop_{false};
+  std::thread thread_;
+};
+
+}  // namespace lss

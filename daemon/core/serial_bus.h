@@ -1,0 +1,193 @@
+#pragma once
+
+// The body of a bus thread on a serial port: bytes to samples, orders to bytes, by file descriptor
+// and by the driver's schedule. Opens the port, notices that it is gone, opens it again. FIFO
+// thread: nothing here allocates, locks or logs. The driver knows bytes and time only
+// (drivers/zebro/leg_bus.h is one).
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <tl/expected.hpp>
+
+#include "daemon/core/clock.h"
+#include "daemon/core/latest.h"
+#include "daemon/core/ring.h"
+#include "drivers/serial/serial_port.h"
+
+namespace lss {
+
+struct SerialSettings {
+  std::string path;
+  int baud = 115'200;
+  bool half_duplex = false;
+};
+
+// Start-up: an absent port is waited for; what configuration got wrong is an error that says what
+// to do.
+inline tl::expected<void, std::string> check_port(const SerialSettings& settings,
+                                                  SerialPort::Status status) {
+  if (status == SerialPort::Status::ok || status == SerialPort::Status::absent) return {};
+  return tl::unexpected(fmt::format("port {}: {}", settings.path, text(status)));
+}
+
+template <class Driver, class Parameters, class Orders, class Reply, class Counters>
+class SerialBus {
+ public:
+  struct Report {
+    Counters counters{};
+    TimeNs time_ns = 0;  // when the thread wrote this
+    bool open = false;
+    bool was_open = false;  // ever
+  };
+
+  SerialBus(const Parameters& parameters, const SerialSettings& settings)
+      : driver_(parameters),
+        settings_(settings),
+        wake_fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
+  ~SerialBus() { ::close(wake_fd_); }
+  SerialBus(const SerialBus&) = delete;
+  SerialBus& operator=(const SerialBus&) = delete;
+
+  // Start-up: what the port says to being opened once; it is closed again.
+  SerialPort::Status probe() {
+    const SerialPort::Status status =
+        port_.open(settings_.path.c_str(), settings_.baud, settings_.half_duplex);
+    port_.close();
+    return status;
+  }
+
+  // Actuate thread: new orders, and wake the bus.
+  void release(const Orders& orders) noexcept {
+    orders_.put(orders);
+    wake();
+  }
+
+  // Frame thread: the oldest reply stamped before `end`.
+  bool pop(Reply& reply, TimeNs end) noexcept {
+    return replies_.pop_if(reply, [end](const Reply& r) { return r.time_ns < end; });
+  }
+  const Report& report() noexcept { return report_.get(); }
+  std::uint64_t dropped() const noexcept { return replies_.dropped(); }
+
+  void stop() noexcept {
+    stop_.store(true, std::memory_order_relaxed);
+    wake();
+  }
+
+  // Bus thread.
+  void run() noexcept {
+    while (!stop_.load(std::memory_order_relaxed)) {
+      TimeNs now = now_ns();
+      if (!port_.is_open()) reopen(now);
+      wait(now);
+      now = now_ns();
+      if (port_.is_open()) {
+        if (orders_.update()) driver_.release(orders_.value(), now);
+        serve(now);
+      }
+      if (now - reported_.time_ns >= kReportEvery || reported_.open != port_.is_open()) report(now);
+    }
+    port_.close();
+  }
+
+ private:
+  static constexpr TimeNs kReopenEvery = 100 * kMillisecond;
+  static constexpr TimeNs kBlockedLimit = 100 * kMillisecond;
+  static constexpr TimeNs kReportEvery = 5 * kMillisecond;
+
+  void wake() noexcept {
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
+  }
+
+  void reopen(TimeNs now) noexcept {
+    if (now < reopen_ns_) return;
+    reopen_ns_ = now + kReopenEvery;
+    if (port_.open(settings_.path.c_str(), settings_.baud, settings_.half_duplex) !=
+        SerialPort::Status::ok)
+      return;
+    pending_ = {};
+    driver_.restart(now);
+    reported_.was_open = true;
+  }
+
+  void wait(TimeNs now) noexcept {
+    // While the kernel's queue is full the driver is not asked, so its clock does not count.
+    const TimeNs wake_ns = !port_.is_open()   ? reopen_ns_
+                           : pending_.empty() ? driver_.next_wake()
+                                              : blocked_ns_ + kBlockedLimit;
+    const short events = static_cast<short>(POLLIN | (pending_.empty() ? 0 : POLLOUT));
+    std::array<pollfd, 2> fds{{{wake_fd_, POLLIN, 0}, {port_.fd(), events, 0}}};
+    const timespec timeout = to_timespec(wake_ns > now ? wake_ns - now : 0);
+    ::ppoll(fds.data(), fds.size(), &timeout, nullptr);
+    if (fds[0].revents) {
+      std::uint64_t count = 0;
+      [[maybe_unused]] const auto got = ::read(wake_fd_, &count, sizeof count);
+    }
+  }
+
+  // Bytes in, bytes out, replies up.
+  void serve(TimeNs now) noexcept {
+    std::array<std::uint8_t, 512> bytes;
+    for (;;) {
+      const SerialPort::Transfer in = port_.read(bytes);
+      if (in.lost) return lost();
+      if (in.bytes == 0) break;
+      driver_.receive(std::span(bytes.data(), in.bytes), now);
+    }
+    for (;;) {
+      if (pending_.empty()) {
+        pending_ = driver_.transmit(now);
+        blocked_ns_ = now;
+      }
+      if (pending_.empty()) break;
+      const SerialPort::Transfer out = port_.write(pending_);
+      if (out.lost) return lost();
+      pending_ = pending_.subspan(out.bytes);
+      if (!pending_.empty()) break;  // the kernel's queue is full: poll says when
+    }
+    // Nobody takes the bytes, a stopped USB adapter for one: begin anew rather than send what is
+    // old.
+    if (!pending_.empty() && now - blocked_ns_ >= kBlockedLimit) return lost();
+    std::array<Reply, Driver::kMaxReplies> replies;
+    const std::size_t count = driver_.take(replies);
+    for (std::size_t i = 0; i < count; ++i) replies_.push(replies[i]);
+  }
+
+  void lost() noexcept {
+    port_.close();
+    pending_ = {};
+    reopen_ns_ = 0;
+  }
+
+  void report(TimeNs now) noexcept {
+    reported_.counters = driver_.counters();
+    reported_.time_ns = now;
+    reported_.open = port_.is_open();
+    report_.put(reported_);
+  }
+
+  Driver driver_;
+  SerialSettings settings_;
+  SerialPort port_;
+  int wake_fd_;
+  std::span<const std::uint8_t> pending_;
+  TimeNs reopen_ns_ = 0;
+  TimeNs blocked_ns_ = 0;  // since when pending_ waits
+  Report reported_{};
+  std::atomic<bool> stop_{false};
+
+  Latest<Orders> orders_;
+  Latest<Report> report_;
+  Ring<Reply, 256> replies_;
+};
+
+}  // namespace lss

@@ -1,0 +1,250 @@
+#include "daemon/core/supervisor.h"
+
+namespace lss {
+namespace {
+
+constexpr std::uint16_t number(CommandKind kind) { return static_cast<std::uint16_t>(kind); }
+
+bool held_by_another(const SupervisorState& s, const Name& source) noexcept {
+  return s.authority.front() != '\0' && s.authority != source;
+}
+
+}  // namespace
+
+Verdict Supervisor::evaluate(const Logic& logic, const SupervisorState& state,
+                             const Request& request) noexcept {
+  const CommandInfo* info = logic.command(request.kind);
+  if (info == nullptr)
+    return {.reason = Reason::unknown_command, .measured = static_cast<double>(request.kind)};
+  if (info->access == Access::holder && held_by_another(state, request.source)) {
+    return {.reason = Reason::not_authorised};
+  }
+  Verdict verdict = lc::step(*logic.table, state.controller, logic.event_of(request)).verdict;
+  if (verdict.subject != 0 && verdict.reason == Reason::module_silent) {
+    verdict.measured = static_cast<double>(state.age_ms[verdict.subject - 1u]);
+    verdict.limit = static_cast<double>(state.silent_limit_ms);
+  }
+  return verdict.reason == Reason::none ? logic.sense(state, request) : verdict;
+}
+
+void Supervisor::begin(TimeNs now, Actor& actor) noexcept {
+  state_.time_ns = now;
+  actor_ = &actor;
+  outbox_.ack_count = outbox_.event_count = outbox_.dropped = 0;
+}
+
+void Supervisor::request(const Request& request) noexcept {
+  if (request.kind == 0) {
+    heartbeat(request);
+  } else {
+    ++state_.commands_taken;
+    command(request);
+  }
+}
+
+void Supervisor::heartbeat(const Request& request) noexcept {
+  state_.contact_ns = state_.time_ns;
+  if (state_.detached || request.source == state_.authority) state_.heartbeat_ns = state_.time_ns;
+}
+
+void Supervisor::command(const Request& request) noexcept {
+  const Active command{
+      .source = request.source, .sequence = request.sequence, .kind = request.kind};
+  const Verdict verdict = evaluate(logic_, state_, request);
+  if (verdict.reason != Reason::none) {
+    ++state_.commands_refused;
+    note(EventId::command_rejected, verdict.subject, request.kind,
+         static_cast<double>(verdict.reason));
+    acknowledge(command, request.acknowledged ? Phase::failed : Phase::rejected, verdict);
+    return;
+  }
+  heartbeat(request);
+  if (!request.acknowledged) acknowledge(command, Phase::accepted);
+  if (request.flags & kFlagDryRun) return;
+
+  const CommandInfo& info = *logic_.command(request.kind);
+  const bool replaces = info.access == Access::holder && request.kind != number(CommandKind::reset);
+  if (replaces && state_.active.kind != 0) finish(Phase::superseded, Reason::superseded);
+  if (info.leased) take_authority(request);
+  if (replaces) state_.active = command;
+  acknowledge(command, Phase::executing);
+  if (request.kind == number(CommandKind::emergency_stop)) raise(FaultId::emergency_stop);
+  apply(logic_.event_of(request), &request);
+  if (!replaces) acknowledge(command, Phase::completed);
+}
+
+void Supervisor::happen(lc::Event event) noexcept { apply(event, nullptr); }
+
+Verdict Supervisor::apply(lc::Event event, const Request* request) noexcept {
+  const lc::ControllerState before = state_.controller;
+  const lc::Result result = lc::step(*logic_.table, before, event);
+  if (result.row < 0) return result.verdict;
+  state_.controller = result.next;
+  if (result.actions & lc::kClearFaults) {
+    for (const FaultRecord& fault : state_.faults) {
+      if (fault.id != FaultId::none)
+        note(EventId::fault_cleared, fault.subject, static_cast<double>(fault.id));
+    }
+    state_.faults = {};
+    state_.fault_count = 0;
+  }
+  if (result.actions & lc::kReleaseAuthority) release_authority();
+  if (result.actions != 0) actor_->act(result.actions, request);
+  follow(before);
+  return result.verdict;
+}
+
+// What a change of state means for the events and for the command that is being executed.
+void Supervisor::follow(const lc::ControllerState& before) noexcept {
+  const lc::ControllerState& now = state_.controller;
+  if (now.state != before.state) {
+    note(EventId::state_changed, 0, static_cast<double>(before.state),
+         static_cast<double>(now.state));
+  }
+  if (now.mode != before.mode) note(EventId::mode_changed, 0, before.mode, now.mode);
+  if (now.state != State::operational) release_authority();
+  if (state_.active.kind == 0) return;
+  if (logic_.reached(state_.active.kind, now)) {
+    finish(Phase::completed);
+  } else if (now.state == State::fatal_error && before.state == State::solve_errors) {
+    finish(Phase::failed, Reason::not_solved);
+  } else if (now.state == State::fatal_error) {
+    finish(Phase::failed, Reason::emergency);
+  } else if (now.state == State::idle && before.state == State::operational &&
+             state_.active.kind != number(CommandKind::stop)) {
+    finish(Phase::superseded, Reason::superseded);
+  }
+}
+
+void Supervisor::raise(FaultId id, std::uint16_t subject) noexcept {
+  const bool fatal = info(id)->severity == static_cast<std::uint8_t>(Severity::fatal);
+  FaultRecord* fault = find(id, subject);
+  if (fault == nullptr) {
+    ++state_.fault_count;
+    report(fatal ? Severity::fatal : Severity::warning,
+           static_cast<std::uint16_t>(static_cast<std::uint16_t>(id) + kFaultEventBase), subject, 0,
+           0);
+    fault = find(FaultId::none, 0);
+    if (fault != nullptr)
+      *fault = {.id = id, .subject = subject, .count = 0, .since_ns = state_.time_ns};
+  }
+  if (fault != nullptr) ++fault->count;
+  if (fatal) happen(lc::Event::emergency);
+}
+
+void Supervisor::clear(FaultId id, std::uint16_t subject) noexcept {
+  FaultRecord* fault = find(id, subject);
+  if (fault == nullptr) return;
+  *fault = {};
+  --state_.fault_count;
+  note(EventId::fault_cleared, subject, static_cast<double>(id));
+}
+
+FaultRecord* Supervisor::find(FaultId id, std::uint16_t subject) noexcept {
+  for (FaultRecord& fault : state_.faults) {
+    if (fault.id == id && fault.subject == subject) return &fault;
+  }
+  return nullptr;
+}
+
+void Supervisor::check_links() noexcept {
+  // What the vehicle reported may be what the running command was waiting for.
+  if (state_.active.kind != 0 && logic_.reached(state_.active.kind, state_.controller)) {
+    finish(Phase::completed);
+  }
+  if (state_.controller.state != State::operational) return;
+  if (state_.authority.front() != '\0' && state_.time_ns - state_.heartbeat_ns > state_.lease_ns) {
+    note(EventId::lease_expired, 0,
+         static_cast<double>(state_.time_ns - state_.heartbeat_ns) * 1e-6);
+    // What is on its way to a stop anyway goes on to its end.
+    if (state_.active.kind != 0 && logic_.command(state_.active.kind)->leased) {
+      finish(Phase::failed, Reason::lease_expired);
+    }
+    happen(logic_.lease_expired);
+    release_authority();
+  }
+  if (state_.controller.state == State::operational &&
+      state_.time_ns - state_.contact_ns > parameters_.obc_timeout_ns) {
+    raise(FaultId::obc_silent);
+  }
+}
+
+void Supervisor::count_late(std::uint64_t late) noexcept {
+  if (late != state_.late_commands) note(EventId::frame_late, 0, static_cast<double>(late));
+  state_.late_commands = late;
+}
+
+void Supervisor::gate_closed(double check) noexcept {
+  ++state_.safe_commands;
+  note(EventId::gate_closed, 0, check);
+  raise(FaultId::gate_closed);
+}
+
+void Supervisor::set_modules(std::uint16_t silent, std::uint16_t unheard) noexcept {
+  state_.controller.silent = silent;
+  state_.controller.unheard = unheard;
+}
+
+void Supervisor::set_flag(std::uint8_t flag, bool on) noexcept {
+  std::uint8_t& flags = state_.controller.flags;
+  flags = static_cast<std::uint8_t>(on ? flags | flag : flags & ~flag);
+}
+
+void Supervisor::set_ages(const std::array<std::int64_t, kMaxModules>& age_ms,
+                          std::int64_t limit_ms) noexcept {
+  state_.age_ms = age_ms;
+  state_.silent_limit_ms = limit_ms;
+}
+
+void Supervisor::take_authority(const Request& request) noexcept {
+  if (state_.authority.front() == '\0') note(EventId::authority_taken);
+  state_.authority = request.source;
+  state_.detached = (request.flags & kFlagDetached) != 0;
+  state_.lease_ns = static_cast<TimeNs>(request.lease_ms) * kMillisecond;
+  state_.heartbeat_ns = state_.time_ns;
+}
+
+void Supervisor::release_authority() noexcept {
+  if (state_.authority.front() == '\0') return;
+  note(EventId::authority_released);
+  state_.authority = {};
+  state_.detached = false;
+}
+
+void Supervisor::finish(Phase phase, Reason reason) noexcept {
+  const Active command = state_.active;
+  state_.active = {};
+  acknowledge(command, phase, {.reason = reason});
+}
+
+void Supervisor::acknowledge(const Active& command, Phase phase, const Verdict& verdict) noexcept {
+  if (outbox_.ack_count == kMaxAcks) {
+    ++outbox_.dropped;
+    return;
+  }
+  outbox_.acks[outbox_.ack_count++] = {.source = command.source,
+                                       .sequence = command.sequence,
+                                       .kind = command.kind,
+                                       .phase = phase,
+                                       .verdict = verdict,
+                                       .time_ns = state_.time_ns};
+}
+
+void Supervisor::note(EventId id, std::uint16_t subject, double a, double b) noexcept {
+  report(static_cast<Severity>(info(id)->severity), static_cast<std::uint16_t>(id), subject, a, b);
+}
+
+void Supervisor::report(Severity severity, std::uint16_t id, std::uint16_t subject, double a,
+                        double b) noexcept {
+  if (outbox_.event_count == kMaxEvents) {
+    ++outbox_.dropped;
+    return;
+  }
+  outbox_.events[outbox_.event_count++] = {.time_ns = state_.time_ns,
+                                           .severity = severity,
+                                           .id = id,
+                                           .subject = subject,
+                                           .argument = {a, b, 0, 0}};
+}
+
+}  // namespace lss

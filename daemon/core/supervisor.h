@@ -1,0 +1,144 @@
+#pragma once
+
+// Supervision, the second stage of the cycle: runs the locomotion controller on requests and on
+// what the vehicle reports, keeps authority, lease, link to the OBC and latched faults, and answers
+// every command. Shared by all vehicles. Frame thread; time is data; bounded, no allocation. The
+// state is one trivially copyable struct, so that the command thread can evaluate a command on a
+// copy and answer at once.
+
+#include <array>
+#include <cstdint>
+
+#include "daemon/core/messages.h"
+#include "daemon/lc/controller.h"
+
+namespace lss {
+
+inline constexpr std::size_t kMaxModules = 16;
+
+struct SupervisorState;
+
+// What a vehicle brings to be supervised.
+struct Logic {
+  const lc::Table* table;
+  lc::Event (*event_of)(const Request& request);
+  bool (*reached)(std::uint16_t kind, const lc::ControllerState& state);
+  const CommandInfo* (*command)(std::uint16_t kind);
+  // Whether it makes sense with what the vehicle measures (SupervisorState::sense).
+  Verdict (*sense)(const SupervisorState& state, const Request& request);
+  lc::Event lease_expired;
+  std::uint16_t modules;  // bit i: there is a module i+1
+};
+
+// Carries out the actions of a row, at once and in order. `request` is the command they come from,
+// or nullptr.
+class Actor {
+ public:
+  virtual void act(lc::ActionSet actions, const Request* request) noexcept = 0;
+
+ protected:
+  ~Actor() = default;
+};
+
+struct SupervisorState {
+  lc::ControllerState controller;
+
+  Name authority{};  // empty: nobody
+  bool detached = false;
+  TimeNs lease_ns = 0;
+  TimeNs heartbeat_ns = 0;  // that renewed the lease last
+  TimeNs contact_ns = 0;    // with anyone; 0: never
+
+  struct Active {  // the command that is being executed
+    Name source{};
+    std::uint64_t sequence = 0;
+    std::uint16_t kind = 0;  // 0: none
+  } active;
+
+  std::array<FaultRecord, kMaxFaults> faults{};
+  std::uint32_t fault_count = 0;
+
+  std::array<std::int64_t, kMaxModules> age_ms{};  // since each module's last reply
+  std::int64_t silent_limit_ms = 0;
+  std::array<double, kMaxModules>
+      sense{};                       // what the vehicle's own guards look at; the vehicle's layout
+  std::uint64_t commands_taken = 0;  // out of the request queue
+  std::uint64_t commands_refused = 0;
+  std::uint64_t safe_commands = 0;  // that the gate put in the place of another
+  std::uint64_t late_commands = 0;
+  TimeNs time_ns = 0;
+};
+
+class Supervisor {
+ public:
+  struct Parameters {
+    TimeNs obc_timeout_ns = 30 * kSecond;
+  };
+
+  Supervisor(const Logic& logic, const Parameters& parameters) noexcept
+      : logic_(logic), parameters_(parameters) {
+    state_.controller.unheard = logic.modules;
+  }
+
+  // Whether the request would be accepted in this state, else the guard that says no. Any thread,
+  // on a copy.
+  static Verdict evaluate(const Logic& logic, const SupervisorState& state,
+                          const Request& request) noexcept;
+
+  // One frame: begin, then requests and reports in any order, then check_links.
+  void begin(TimeNs now, Actor& actor) noexcept;
+  void request(const Request& request) noexcept;
+  void happen(lc::Event event) noexcept;
+  // Latches a fault; a fatal one is an emergency.
+  void raise(FaultId id, std::uint16_t subject = 0) noexcept;
+  void clear(FaultId id, std::uint16_t subject = 0) noexcept;
+  void note(EventId id, std::uint16_t subject = 0, double a = 0, double b = 0) noexcept;
+  void check_links() noexcept;
+  // How many commands were late so far (of the actuate thread); a new one is told.
+  void count_late(std::uint64_t late) noexcept;
+  // The gate replaced a command by the safe one: counted, told, and an emergency.
+  void gate_closed(double check) noexcept;
+
+  // What the vehicle knows of its modules and its own flags; guards look at it.
+  void set_modules(std::uint16_t silent, std::uint16_t unheard) noexcept;
+  void set_flag(std::uint8_t flag, bool on) noexcept;
+  void set_ages(const std::array<std::int64_t, kMaxModules>& age_ms,
+                std::int64_t limit_ms) noexcept;
+
+  void set_sense(const std::array<double, kMaxModules>& sense) noexcept { state_.sense = sense; }
+
+  const SupervisorState& state() const noexcept { return state_; }
+  const lc::ControllerState& controller() const noexcept { return state_.controller; }
+
+  // What this frame has to say; at most so many, more are dropped and counted.
+  static constexpr std::size_t kMaxAcks = 64, kMaxEvents = 64;
+  struct Outbox {
+    std::array<Ack, kMaxAcks> acks{};
+    std::array<EventRecord, kMaxEvents> events{};
+    std::uint32_t ack_count = 0, event_count = 0, dropped = 0;
+  };
+  const Outbox& outbox() const noexcept { return outbox_; }
+
+ private:
+  using Active = SupervisorState::Active;
+
+  void command(const Request& request) noexcept;
+  void heartbeat(const Request& request) noexcept;
+  Verdict apply(lc::Event event, const Request* request) noexcept;
+  void follow(const lc::ControllerState& before) noexcept;
+  void take_authority(const Request& request) noexcept;
+  void release_authority() noexcept;
+  void finish(Phase phase, Reason reason = Reason::none) noexcept;
+  void acknowledge(const Active& command, Phase phase, const Verdict& verdict = {}) noexcept;
+  void report(Severity severity, std::uint16_t id, std::uint16_t subject, double a,
+              double b) noexcept;
+  FaultRecord* find(FaultId id, std::uint16_t subject) noexcept;
+
+  Logic logic_;
+  Parameters parameters_;
+  SupervisorState state_;
+  Outbox outbox_;
+  Actor* actor_ = nullptr;
+};
+
+}  // namespace lss

@@ -1,0 +1,42 @@
+#include "daemon/core/text.h"
+
+#include <fmt/args.h>
+#include <fmt/format.h>
+
+namespace lss {
+
+std::string event_text(const EventRecord& event, const Vocabulary& vocabulary) {
+  std::string prefix;
+  if (event.subject > 0 && event.subject <= vocabulary.module_count) {
+    prefix = fmt::format("module {} ({}): ", event.subject, vocabulary.modules[event.subject - 1u]);
+  }
+  if (event.id >= kFaultEventBase) {
+    const CodeInfo* fault = info(static_cast<FaultId>(event.id - kFaultEventBase));
+    return prefix + (fault ? fault->text : fmt::format("fault {}", event.id - kFaultEventBase));
+  }
+  const CodeInfo* code = info(static_cast<EventId>(event.id));
+  if (code == nullptr) return fmt::format("{}event {}", prefix, event.id);
+
+  // Numbers that have names are told by name.
+  fmt::dynamic_format_arg_store<fmt::format_context> arguments;
+  const auto id = static_cast<EventId>(event.id);
+  for (const double& argument : event.argument) {
+    const auto index = static_cast<std::size_t>(argument >= 0 ? argument : 0);
+    if (id == EventId::state_changed) {
+      arguments.push_back(kStateNames[index < 4 ? index : 0]);
+    } else if (id == EventId::mode_changed) {
+      arguments.push_back(index < vocabulary.mode_count ? vocabulary.modes[index] : "unknown");
+    } else if (id == EventId::fault_cleared) {
+      const CodeInfo* fault = info(static_cast<FaultId>(static_cast<std::uint16_t>(index)));
+      arguments.push_back(fault ? fault->name : "none");
+    } else if (id == EventId::command_rejected && &argument == &event.argument[1]) {
+      const CodeInfo* reason = info(static_cast<Reason>(static_cast<std::uint16_t>(index)));
+      arguments.push_back(reason ? reason->text : "none");
+    } else {
+      arguments.push_back(argument);
+    }
+  }
+  return prefix + fmt::vformat(code->text, arguments);
+}
+
+}  // namespace lss

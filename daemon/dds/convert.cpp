@@ -1,0 +1,170 @@
+#include "daemon/dds/convert.h"
+
+#include "daemon/core/clock.h"
+
+namespace lss::dds {
+namespace {
+
+template <class E>
+constexpr int value(E e) {
+  return static_cast<int>(e);
+}
+
+static_assert(value(State::idle) == lss_STATE_IDLE &&
+              value(State::operational) == lss_STATE_OPERATIONAL &&
+              value(State::fatal_error) == lss_STATE_FATAL_ERROR &&
+              value(State::solve_errors) == lss_STATE_SOLVE_ERRORS);
+static_assert(value(Phase::accepted) == lss_PHASE_ACCEPTED &&
+              value(Phase::rejected) == lss_PHASE_REJECTED &&
+              value(Phase::executing) == lss_PHASE_EXECUTING &&
+              value(Phase::completed) == lss_PHASE_COMPLETED &&
+              value(Phase::failed) == lss_PHASE_FAILED &&
+              value(Phase::superseded) == lss_PHASE_SUPERSEDED);
+static_assert(value(Severity::info) == lss_SEVERITY_INFO &&
+              value(Severity::warning) == lss_SEVERITY_WARNING &&
+              value(Severity::error) == lss_SEVERITY_ERROR &&
+              value(Severity::fatal) == lss_SEVERITY_FATAL);
+static_assert(value(SharedMemory::off) == lss_SHM_OFF &&
+              value(SharedMemory::active) == lss_SHM_ACTIVE &&
+              value(SharedMemory::absent) == lss_SHM_ABSENT &&
+              value(SharedMemory::lost) == lss_SHM_LOST);
+static_assert(sizeof(lss_Command::source) == sizeof(Name));
+static_assert(sizeof(lss_Command::parameter) == sizeof(Request::parameter));
+static_assert(std::size(decltype(lss_Status::faults){}) == kMaxFaults);
+static_assert(std::size(decltype(lss_Status::threads){}) == kMaxThreads);
+
+Name to_name(const char (&from)[sizeof(Name)]) {
+  Name name{};
+  if (const auto text = read_text(from)) std::copy(text->begin(), text->end(), name.begin());
+  return name;
+}
+
+template <std::size_t N>
+std::string_view view(const std::array<char, N>& text) {
+  return {text.data(), ::strnlen(text.data(), N)};
+}
+
+lss_Fault to_dds(const FaultRecord& fault) {
+  lss_Fault to{};
+  to.id = static_cast<std::uint16_t>(fault.id);
+  to.subject = fault.subject;
+  to.count = fault.count;
+  to.since_ns = fault.since_ns;
+  return to;
+}
+
+lss_ThreadContract to_dds(const ThreadStatus& thread) {
+  lss_ThreadContract to{};
+  copy_text(view(thread.name), to.name);
+  to.policy = thread.policy;
+  to.priority = thread.priority;
+  to.cpu = thread.cpu;
+  to.granted = thread.granted;
+  to.page_faults_since_start = thread.page_faults;
+  to.mallocs_since_start = thread.mallocs;
+  return to;
+}
+
+}  // namespace
+
+Request to_request(const lss_Command& command, TimeNs arrival_ns) {
+  Request request;
+  request.source = to_name(command.source);
+  request.sequence = command.seq;
+  request.kind = command.kind;
+  request.flags = command.flags;
+  request.lease_ms = command.lease_ms;
+  std::copy(std::begin(command.parameter), std::end(command.parameter), request.parameter.begin());
+  request.arrival_ns = arrival_ns;
+  return request;
+}
+
+Request to_request(const lss_Heartbeat& heartbeat, TimeNs arrival_ns) {
+  Request request;
+  request.source = to_name(heartbeat.source);
+  request.sequence = heartbeat.counter;
+  request.arrival_ns = arrival_ns;
+  return request;
+}
+
+lss_CommandAck to_dds(const Ack& ack, std::string_view vehicle_id) {
+  lss_CommandAck to{};
+  copy_text(vehicle_id, to.vehicle_id);
+  copy_text(view(ack.source), to.source);
+  to.seq = ack.sequence;
+  to.kind = ack.kind;
+  to.reason = static_cast<std::uint16_t>(ack.verdict.reason);
+  to.phase = static_cast<lss_Phase>(ack.phase);
+  to.measured = ack.verdict.measured;
+  to.limit = ack.verdict.limit;
+  to.time_ns = ack.time_ns;
+  copy_text(ack_text(ack), to.text);
+  return to;
+}
+
+lss_Event to_dds(const EventRecord& record, std::string_view text, std::string_view vehicle_id,
+                 std::uint64_t index) {
+  lss_Event to{};
+  copy_text(vehicle_id, to.vehicle_id);
+  to.index = index;
+  to.time_ns = record.time_ns;
+  // The event happened some time ago; the wall clock of then is the one of now less that time.
+  to.utc_ns = utc_ns() - (now_ns() - record.time_ns);
+  to.severity = static_cast<lss_Severity>(record.severity);
+  to.id = record.id;
+  to.subject = record.subject;
+  std::copy(record.argument.begin(), record.argument.end(), std::begin(to.argument));
+  copy_text(text, to.text);
+  return to;
+}
+
+lss_Status to_dds(const StatusReport& report, std::string_view vehicle_id) {
+  lss_Status to{};
+  copy_text(vehicle_id, to.vehicle_id);
+  to.state = static_cast<lss_State>(report.state);
+  to.mode = report.mode;
+  copy_text(report.mode_name, to.mode_name);
+  copy_text(view(report.authority), to.authority);
+  std::transform(report.faults.begin(), report.faults.end(), std::begin(to.faults),
+                 [](const FaultRecord& fault) { return to_dds(fault); });
+  to.fault_count = report.fault_count;
+  to.time_ns = report.time_ns;
+  to.utc_ns = utc_ns() - (now_ns() - report.time_ns);
+  to.obc_age_ms = report.obc_age_ms;
+  to.frame_index = report.frame_index;
+  to.period_ns = report.period_ns;
+  to.offset_ns = report.offset_ns;
+  to.overruns = report.overruns;
+  to.commands_rejected = report.commands_rejected;
+  to.safe_commands = report.safe_commands;
+  to.telemetry_dropped = report.telemetry_dropped;
+  to.realtime_enforced = report.realtime_enforced;
+  to.realtime_granted = report.realtime_granted;
+  to.memory_locked = report.memory_locked;
+  to.page_faults_since_start = report.page_faults;
+  to.mallocs_since_start = report.mallocs;
+  std::transform(report.threads.begin(), report.threads.end(), std::begin(to.threads),
+                 [](const ThreadStatus& thread) { return to_dds(thread); });
+  to.thread_count = report.thread_count;
+  return to;
+}
+
+void to_dds(const TimingPoints& points, std::string_view vehicle_id, lss_Timing& to) {
+  to = {};
+  copy_text(vehicle_id, to.vehicle_id);
+  to.frame = points.frame;
+  to.boundary_ns = points.boundary_ns;
+  to.woken_ns = points.woken_ns;
+  to.read_ns = points.read_ns;
+  to.navigated_ns = points.navigated_ns;
+  to.ready_ns = points.ready_ns;
+  to.released_ns = points.released_ns;
+  to.margin_ns = points.margin_ns;
+  to.offset_ns = points.offset_ns;
+  to.overruns = points.overruns;
+  to.frames_skipped = points.frames_skipped;
+  to.commands_repeated = points.commands_repeated;
+  to.samples = points.samples;
+}
+
+}  // namespace lss::dds

@@ -1,0 +1,51 @@
+#pragma once
+
+// Between the daemon's plain structs and the DDS types of idl/lss.idl, and the sentences that
+// people read in acknowledgements and events. Pure functions but for the wall clock; any thread
+// that is not a real-time one.
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "daemon/core/messages.h"
+#include "lss.h"
+
+namespace lss::dds {
+
+// Into a char array of the IDL: cut where it does not fit, terminated, and zeroed to the end, since
+// key fields are compared whole.
+template <std::size_t N>
+void copy_text(std::string_view from, char (&to)[N]) {
+  const std::size_t length = std::min(from.size(), N - 1);
+  std::memcpy(to, from.data(), length);
+  std::memset(to + length, 0, N - length);
+}
+
+// Empty optional: not terminated within its field.
+template <std::size_t N>
+std::optional<std::string_view> read_text(const char (&from)[N]) {
+  const std::size_t length = ::strnlen(from, N);
+  if (length == N) return {};
+  return std::string_view(from, length);
+}
+
+// A source that is not terminated becomes the empty one, which the armour rejects.
+Request to_request(const lss_Command& command, TimeNs arrival_ns);
+Request to_request(const lss_Heartbeat& heartbeat, TimeNs arrival_ns);
+
+lss_CommandAck to_dds(const Ack& ack, std::string_view vehicle_id);
+lss_Event to_dds(const EventRecord& record, std::string_view text, std::string_view vehicle_id,
+                 std::uint64_t index);
+// What is the face's own to say (version, vehicle, shared memory) stays empty.
+lss_Status to_dds(const StatusReport& report, std::string_view vehicle_id);
+void to_dds(const TimingPoints& points, std::string_view vehicle_id, lss_Timing& to);
+
+// "rejected: module 3 does not answer (measured 5000, allowed 200); check its power and the bus,
+// ..."
+std::string ack_text(const Ack& ack);
+
+}  // namespace lss::dds

@@ -1,0 +1,125 @@
+// lssd: the boot order. Configuration, vehicle, DDS, memory, real-time threads, READY; then signals
+// and the watchdog until the end.
+
+#include <signal.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <systemd/sd-daemon.h>
+
+#include <CLI/CLI.hpp>
+#include <cerrno>
+#include <filesystem>
+#include <string>
+
+#include "daemon/config/config.h"
+#include "daemon/core/clock.h"
+#include "daemon/vehicles/roster.h"
+
+namespace {
+
+constexpr int kExitFailure = 1;
+constexpr int kExitConfig = 78;   // EX_CONFIG: starting again will not help
+constexpr int kExitRestart = 75;  // EX_TEMPFAIL: systemd starts us again (RestartForceExitStatus)
+
+struct Options {
+  std::filesystem::path config;
+  std::filesystem::path run_dir = "/run/lss";
+  int domain = -1;  // -1: as the configuration says
+};
+
+// "sim:NAME" is a link in the run directory, made by lss-sim.
+void resolve_ports(lss::config::Config& config, const std::filesystem::path& run_dir) {
+  for (lss::config::Port& port : config.ports) {
+    if (port.path.starts_with("sim:")) port.path = run_dir / port.path.substr(4);
+  }
+}
+
+// Signals are taken by sigtimedwait in main and by nobody else: block them before any thread
+// exists.
+sigset_t block_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int s : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&set, s);
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  ::signal(SIGPIPE, SIG_IGN);
+  return set;
+}
+
+// Until a signal comes or the daemon wants to be restarted. Feeds the watchdog only while frames
+// advance.
+int supervise(lss::App& app, const sigset_t& signals) {
+  const timespec tenth = lss::to_timespec(100 * lss::kMillisecond);
+  std::uint64_t frames = app.frames();
+  std::string summary;
+  for (;;) {
+    const int signal = ::sigtimedwait(&signals, nullptr, &tenth);
+    if (signal > 0) {
+      spdlog::info("{}: stopping", signal == SIGINT ? "interrupt" : "termination asked for");
+      return 0;
+    }
+    if (app.wants_restart()) {
+      spdlog::warn(
+          "RouDi is back and the vehicle is idle: leaving, to be started again with shared memory");
+      return kExitRestart;
+    }
+    if (const std::uint64_t now = app.frames(); now != frames) {
+      frames = now;
+      ::sd_notify(0, "WATCHDOG=1");
+    }
+    if (const std::string text = app.summary(); text != summary) {
+      summary = text;
+      ::sd_notify(0, ("STATUS=" + summary).c_str());
+    }
+  }
+}
+
+int run(const Options& options) {
+  lss::Maker make;
+  auto config = lss::config::load(options.config, lss::vehicle_names(),
+                                  [&](const std::string& vehicle, lss::config::Section& section) {
+                                    make = lss::vehicle_port(vehicle).read(section);
+                                  });
+  if (!config) {
+    spdlog::critical("the configuration has errors:\n{}", config.error());
+    return kExitConfig;
+  }
+  if (options.domain >= 0) config->domain = options.domain;
+  resolve_ports(*config, options.run_dir);
+  spdlog::set_level(static_cast<spdlog::level::level_enum>(config->log_level));
+
+  const sigset_t signals = block_signals();
+  const std::unique_ptr<lss::App> app = make(*config);
+  if (auto ok = app->start(); !ok) {
+    spdlog::critical("{}", ok.error());
+    return kExitFailure;
+  }
+  ::sd_notify(0, "READY=1");
+  spdlog::info("lssd {} ready: {} ({}) on DDS domain {}", LSS_VERSION, config->vehicle_id,
+               config->vehicle, config->domain);
+  const int code = supervise(*app, signals);
+  ::sd_notify(0, "STOPPING=1");
+  app->stop();
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App cli("lssd: the Locomotion Sub-System of a small planetary vehicle");
+  cli.add_option("--config", options.config, "configuration file, e.g. /etc/lss/zebro.toml")
+      ->required();
+  cli.add_option("--run-dir", options.run_dir, "where links of simulated ports (sim:NAME) are")
+      ->capture_default_str();
+  cli.add_option("--domain", options.domain, "DDS domain; wins over the configuration")
+      ->envname("LSS_DOMAIN")
+      ->check(CLI::Range(0, 230));
+  cli.set_version_flag("--version", "lssd " LSS_VERSION);
+  cli.footer("Example:\n  lssd --config config/zebro.toml --run-dir /tmp/lss --domain 7");
+  CLI11_PARSE(cli, argc, argv);
+
+  spdlog::set_default_logger(spdlog::stderr_color_mt("lssd"));
+  // The journal brings its own time and level.
+  spdlog::set_pattern(::sd_notify(0, "STATUS=starting") > 0 ? "%v" : "%H:%M:%S.%e %^%-8l%$ %v");
+  return run(options);
+}

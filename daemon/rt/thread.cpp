@@ -1,0 +1,169 @@
+#include "daemon/rt/thread.h"
+
+#include <fmt/format.h>
+#include <pthread.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <condition_variable>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <mutex>
+#include <sstream>
+
+namespace lss::rt {
+namespace {
+
+constexpr std::size_t kTouchedStack = 256 * 1024;
+constexpr std::size_t kLargeMapping = 4 * 1024 * 1024;
+
+// The counter of the calling thread; set for threads of this class only.
+thread_local std::atomic<std::uint64_t>* own_mallocs = nullptr;
+
+// Asks the kernel for what is wished. Returns what was refused, or nothing.
+std::string apply(const Wish& wish) {
+  std::string refused;
+  if (wish.priority > 0) {
+    const sched_param parameter{.sched_priority = wish.priority};
+    if (const int error = ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &parameter)) {
+      refused = fmt::format(
+          "thread {}: SCHED_FIFO {} refused ({}): give the service LimitRTPRIO={} or the user an "
+          "rtprio limit, "
+          "and check that the control group has a real-time budget",
+          wish.name, wish.priority, std::strerror(error), wish.priority);
+    }
+  }
+  if (wish.cpu >= 0) {
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    CPU_SET(static_cast<std::size_t>(wish.cpu), &set);
+    if (const int error = ::pthread_setaffinity_np(::pthread_self(), sizeof set, &set)) {
+      if (!refused.empty()) refused += '\n';
+      refused += fmt::format("thread {}: CPU {} refused ({}): name a CPU that this machine has",
+                             wish.name, wish.cpu, std::strerror(error));
+    }
+  }
+  return refused;
+}
+
+}  // namespace
+
+Thread::~Thread() { join(); }
+
+void Thread::join() {
+  if (thread_.joinable()) thread_.join();
+}
+
+tl::expected<void, std::string> Thread::start(const Wish& wish, bool enforce,
+                                              std::function<void()> body) {
+  wish_ = wish;
+  std::mutex mutex;
+  std::condition_variable answered;
+  bool done = false;
+  std::string refused;
+
+  thread_ = std::thread([&, body = std::move(body)] {
+    ::pthread_setname_np(::pthread_self(), wish_.name.substr(0, 15).c_str());
+    tid_ = static_cast<pid_t>(::syscall(SYS_gettid));
+    std::string problem = apply(wish_);
+    const bool run = problem.empty() || !enforce;
+    const bool real_time = wish_.priority > 0;
+    {
+      const std::lock_guard lock(mutex);
+      refused = std::move(problem);
+      done = true;
+      answered.notify_one();  // inside the lock: the waiter's stack outlives this line
+    }
+    if (!run) return;
+    if (real_time) touch_stack(kTouchedStack);
+    own_mallocs = &mallocs_;
+    body();
+    own_mallocs = nullptr;
+  });
+
+  std::unique_lock lock(mutex);
+  answered.wait(lock, [&] { return done; });
+  granted_ = refused.empty();
+  if (granted_) return {};
+  return tl::unexpected(refused);
+}
+
+std::uint64_t Thread::page_faults_now() const {
+  std::ifstream file(fmt::format("/proc/self/task/{}/stat", tid_.load()));
+  std::string line;
+  if (!std::getline(file, line)) return 0;
+  // Fields after the name in parentheses: state ppid pgrp session tty tpgid flags minflt cminflt
+  // majflt
+  std::istringstream fields(line.substr(line.rfind(')') + 2));
+  std::string skip;
+  for (int i = 0; i < 7; ++i) fields >> skip;
+  std::uint64_t minor = 0, minor_of_children = 0, major = 0;
+  fields >> minor >> minor_of_children >> major;
+  return minor + major;
+}
+
+void Thread::mark_ready() {
+  page_faults_base_ = page_faults_now();
+  mallocs_base_ = mallocs_.load();
+}
+
+ThreadStatus Thread::status() const {
+  ThreadStatus s;
+  wish_.name.copy(s.name.data(), s.name.size() - 1);
+  s.policy = wish_.priority > 0 && granted_ ? SCHED_FIFO : SCHED_OTHER;
+  s.priority = granted_ ? wish_.priority : 0;
+  s.cpu = wish_.cpu;
+  s.granted = granted_;
+  const std::uint64_t faults = page_faults_now();
+  s.page_faults = faults > page_faults_base_ ? faults - page_faults_base_ : 0;
+  s.mallocs = mallocs_.load() - mallocs_base_;
+  return s;
+}
+
+tl::expected<void, std::string> lock_memory() {
+  // MCL_ONFAULT: without it every thread's whole stack and every arena is populated, some 190 MB
+  // (2026-11).
+  if (::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0) return {};
+  return tl::unexpected(
+      fmt::format("memory is not locked ({}): give the service LimitMEMLOCK=infinity or the user a "
+                  "memlock limit",
+                  std::strerror(errno)));
+}
+
+void populate_memory() noexcept {
+  std::ifstream maps("/proc/self/maps");
+  for (std::string line; std::getline(maps, line);) {
+    std::uintptr_t begin = 0, end = 0;
+    char read = 0, write = 0, execute = 0, shared = 0;
+    if (std::sscanf(line.c_str(), "%lx-%lx %c%c%c%c", &begin, &end, &read, &write, &execute,
+                    &shared) != 6)
+      continue;
+    // Thread stacks and arenas reserve far more than they use: those are touched by their threads.
+    const bool anonymous =
+        line.find('/') == std::string::npos && line.find("[heap]") == std::string::npos;
+    if (read != 'r' || (anonymous && end - begin > kLargeMapping)) continue;
+    const int advice = write == 'w' && shared == 'p' ? MADV_POPULATE_WRITE : MADV_POPULATE_READ;
+    ::madvise(reinterpret_cast<void*>(begin), end - begin,
+              advice);  // an older kernel says no: then pages fault once
+  }
+}
+
+void touch_stack(std::size_t bytes) noexcept {
+  constexpr std::size_t kPage = 4096;
+  volatile unsigned char page[kPage];
+  page[0] = 0;
+  page[kPage - 1] = page[0];
+  if (bytes > kPage) touch_stack(bytes - kPage);
+  page[1] = 0;  // after the call: no tail recursion
+}
+
+void count_malloc() noexcept {
+  if (own_mallocs != nullptr) own_mallocs->fetch_add(1, std::memory_order_relaxed);
+}
+
+}  // namespace lss::rt

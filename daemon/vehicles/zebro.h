@@ -1,0 +1,148 @@
+#pragma once
+
+// Lunar Zebro inside the cycle: samples of seven modules in, orders for seven modules out, with the
+// locomotion algorithm between. The stages are called by daemon/core/cycle.h in the order in which
+// they stand here, on the frame thread; time is data, nothing allocates. The wiring (which port,
+// which driver) is Buses, below.
+
+#include <array>
+#include <cstdint>
+
+#include "daemon/core/cycle.h"
+#include "daemon/core/serial_bus.h"
+#include "daemon/vehicles/zebro_config.h"
+#include "daemon/vehicles/zebro_gate.h"
+#include "daemon/vehicles/zebro_modes.h"
+#include "daemon/vehicles/zebro_solver.h"
+#include "daemon/vehicles/zebro_telemetry.h"
+
+namespace lss::zebro {
+
+using LegSerialBus = SerialBus<LegBus, LegBusParameters, BusOrders, ModuleReply, BusCounters>;
+
+// What is known of one module.
+struct Module {
+  Status status;
+  Health health;
+  Identity identity;
+  TimeNs heard_ns = 0;       // 0: never
+  TimeNs status_ns = 0;      // of the last status
+  TimeNs over_limit_ns = 0;  // current above the software limit since; 0: it is not
+  bool hot = false;
+  bool greeted = false;  // had a status
+};
+
+class Vehicle final : public Actor {
+ public:
+  using Sample = ModuleReply;
+  using BusReport = LegSerialBus::Report;
+  using Command = BusOrders;
+  using Telemetry = zebro::Telemetry;
+  static constexpr std::size_t kMaxSamples = 64;
+
+  explicit Vehicle(const Parameters& parameters) noexcept;
+
+  void read(const Inputs<Vehicle>& in) noexcept;
+  void watch(const Inputs<Vehicle>& in, Supervisor& supervisor) noexcept;
+  void act(lc::ActionSet actions, const Request* request) noexcept override;
+  void navigate(TimeNs now) noexcept;
+  void guide(TimeNs now) noexcept;
+  Command control(TimeNs now) noexcept;
+  Command gate(const Command& wanted, Supervisor& supervisor, TimeNs now) noexcept;
+  // Fills the telemetry; true when a sample was asked for.
+  bool describe(const Inputs<Vehicle>& in, const SupervisorState& state, Telemetry& out) noexcept;
+
+  const std::array<Module, kModules>& modules() const noexcept { return modules_; }
+
+ private:
+  static constexpr std::size_t kPanel = kModules - 1;
+  static constexpr std::uint16_t kStopFlags = kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog;
+
+  double seconds(TimeNs time) const noexcept {
+    return static_cast<double>(time - epoch_ns_) * 1e-9;
+  }
+  TimeNs nanoseconds(double time_s) const noexcept {
+    return epoch_ns_ + static_cast<TimeNs>(time_s * 1e9);
+  }
+  void order_all(ModuleOrder::Kind kind) noexcept;
+  void order(std::size_t module, ModuleOrder::Kind kind) noexcept;
+  void order_move(std::size_t module, double position_rad, TimeNs arrive_ns, bool forward) noexcept;
+  bool answers(std::size_t module) const noexcept;
+
+  void watch_modules(Supervisor& s) noexcept;
+  void watch_flags(std::size_t module, Supervisor& s) noexcept;
+  void watch_current(std::size_t module, Supervisor& s) noexcept;
+  void watch_bus(const BusReport& bus, Supervisor& s) noexcept;
+  void watch_temperature(std::size_t module, Supervisor& s) noexcept;
+  void watch_obedience(std::size_t module, const ModuleLink& link, Supervisor& s) noexcept;
+  void watch_motion(Supervisor& s) noexcept;
+  void watch_solver(Supervisor& s) noexcept;
+  void report_uncalibrated(Supervisor& s) noexcept;
+  bool motors_confirmed() const noexcept;
+  void describe_module(std::size_t module, const ModuleLink& link,
+                       ModuleTelemetry& out) const noexcept;
+  void watch_panel(Supervisor& s) noexcept;
+  void begin_motion(lc::ActionSet actions, const Request* request) noexcept;
+  void move_leg(const Request& request) noexcept;
+  void move_panel(bool deploy) noexcept;
+  void reset_modules(const Request& request) noexcept;
+
+  Parameters parameters_;
+  gnc::zebro::Locomotion locomotion_;
+  std::array<gnc::zebro::LegMeasured, kLegs> measured_{};
+  std::array<Module, kModules> modules_{};
+  std::array<std::uint16_t, kModules> flags_before_{};
+  std::array<bool, kModules> disobeyed_{};
+  std::array<std::uint64_t, kModules> resends_before_{};
+  std::array<std::uint32_t, kLegs> segment_{};  // the last one that was ordered
+
+  BusOrders orders_{};  // as wanted
+  BusOrders sent_{};    // as they left the gate
+  gnc::zebro::WalkRequest walk_{};
+  Solver solver_;
+  TimeNs epoch_ns_ = 0;  // of the locomotion's clock; 0: not begun
+  TimeNs now_ns_ = 0;
+  bool walking_legs_ = false;  // the legs follow the locomotion algorithm
+  bool in_motion_ = false;     // a motion of the algorithm has not ended yet
+  bool port_open_ = false, port_reported_ = false;
+  TimeNs motors_on_ns_ = 0;
+  TimeNs noise_window_ns_ = 0;
+  std::uint64_t noise_frames_ = 0;
+  std::uint64_t bus_stops_ = 0;
+
+  struct Bridge {
+    std::size_t leg = 0;
+    TimeNs due_ns = 0;  // 0: no leg moves by direct command
+  } bridge_;
+  struct Panel {
+    enum class Step : std::uint8_t { rest, switching_on, moving } step = Step::rest;
+    bool deploy = false;
+    TimeNs due_ns = 0;
+  } panel_;
+  bool data_requested_ = false;
+};
+
+// The wiring: one port, one bus of leg modules.
+class Buses {
+ public:
+  using Parameters = zebro::Parameters;
+
+  Buses(const config::Config& config, const Parameters& parameters);
+
+  // Start-up: a port that is no terminal or is used by another is an error, one that is absent is
+  // waited for.
+  tl::expected<void, std::string> probe();
+  std::vector<std::pair<std::string, std::function<void()>>> bodies();
+  void stop() noexcept { legs_.stop(); }
+
+  void collect(Inputs<Vehicle>& in) noexcept;                                // frame thread
+  void release(const BusOrders& orders) noexcept { legs_.release(orders); }  // actuate thread
+  std::uint64_t dropped() const noexcept { return legs_.dropped(); }
+
+ private:
+  std::string name_;
+  SerialSettings settings_;
+  LegSerialBus legs_;
+};
+
+}  // namespace lss::zebro

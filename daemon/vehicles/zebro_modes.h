@@ -1,0 +1,77 @@
+#pragma once
+
+// Lunar Zebro's part of the locomotion controller: its modes (idl/zebro_commands.h), goals, flags,
+// events, guards and rows. Pure data and pure functions.
+
+#include "daemon/core/supervisor.h"
+#include "daemon/lc/controller.h"
+#include "idl/zebro_commands.h"
+
+namespace lss::zebro {
+
+// Where a chain of modes is going.
+enum class Goal : std::uint8_t {
+  none,  // stay in the mode that was commanded
+  stand,
+  walk,
+  lie,
+  stow,
+  idle,      // motors off when the running motion has ended
+  lie_idle,  // lie down, then motors off
+  leg,       // a leg moves by direct command
+};
+
+enum Flag : std::uint8_t {
+  kPanelOut = 1u << 0,  // deployed, or not known to be retracted
+  kPanelMoving = 1u << 1,
+  kMotorsConfirmed = 1u << 2,  // all legs report motion control on
+  kPortClosed = 1u << 3,
+  kMotorsRunning = 1u << 4,  // some leg reports motion control on
+};
+
+namespace event {
+inline constexpr lc::Event vehicle(unsigned n) {
+  return static_cast<lc::Event>(lc::kVehicleEvents + n);
+}
+inline constexpr lc::Event start = vehicle(0), start_stand = vehicle(1), start_walk = vehicle(2),
+                           stop = vehicle(3), stop_lay_down = vehicle(4), stand = vehicle(5),
+                           lay_down = vehicle(6), stow = vehicle(7), walk = vehicle(8),
+                           walk_zero = vehicle(9), leg = vehicle(10), panel_deploy = vehicle(11),
+                           panel_retract = vehicle(12), lease_expired = vehicle(13),
+                           motors_confirmed = vehicle(14), motion_done = vehicle(15),
+                           panel_arrived_in = vehicle(16), panel_arrived_out = vehicle(17),
+                           panel_seen_out = vehicle(18);
+}  // namespace event
+
+enum Action : lc::ActionSet {
+  kMotorsOn = 1u << lc::kVehicleActions,
+  kConfirm = kMotorsOn << 1,
+  kStandUp = kMotorsOn << 2,
+  kWalk = kMotorsOn << 3,
+  kFinishStep = kMotorsOn << 4,
+  kLayDown = kMotorsOn << 5,
+  kStow = kMotorsOn << 6,
+  kMoveLeg = kMotorsOn << 7,
+  kPanelDeploy = kMotorsOn << 8,
+  kPanelRetract = kMotorsOn << 9,
+  kPanelIsIn = kMotorsOn << 10,
+  kPanelIsOut = kMotorsOn << 11,
+};
+
+extern const lc::Table kTable;
+
+// The event that a command of the DDS face is; Event::none when it is not one of ours.
+lc::Event event_of(const Request& request) noexcept;
+
+// Whether what the command asked for has been reached. walk never ends by itself.
+bool reached(std::uint16_t kind, const lc::ControllerState& state) noexcept;
+
+// Guards on measured values. Layout of SupervisorState::sense: [0..6] position_rad of the modules,
+// NaN when unknown; [7] the fastest a leg may turn, rad/s.
+Verdict sense(const SupervisorState& state, const Request& request) noexcept;
+inline constexpr std::size_t kSenseTurnLimit = kModules;
+
+// The command for `kind`, common or zebro's own; nullptr when there is none.
+const CommandInfo* command(std::uint16_t kind) noexcept;
+
+}  // namespace lss::zebro

@@ -1,0 +1,268 @@
+// Supervision of Lunar Zebro: what the modules, the bus and the motions report, turned into events
+// and faults of the locomotion controller.
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "daemon/vehicles/zebro.h"
+
+namespace lss::zebro {
+namespace {
+
+constexpr TimeNs kBusStuckAfter = 200 * kMillisecond;
+constexpr TimeNs kNoiseWindow = kSecond;
+constexpr std::uint64_t kNoisyFrames = 20;  // dropped in one window
+constexpr TimeNs kMoveGrace = 3 * kSecond;  // a direct movement this late has failed
+constexpr double kHysteresis_degC = 5;
+constexpr double kPanelIn_rad = 0.2;  // further out than this is not retracted
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double kTurn_rad = 6.283185307179586;
+
+bool rising(std::uint16_t now, std::uint16_t before, std::uint16_t flag) noexcept {
+  return (now & flag) != 0 && (before & flag) == 0;
+}
+
+std::uint16_t number(std::size_t module) noexcept { return static_cast<std::uint16_t>(module + 1); }
+
+}  // namespace
+
+void Vehicle::watch(const Inputs<Vehicle>& in, Supervisor& s) noexcept {
+  // First: what a standstill of the machine makes of the modules' ages is its consequence.
+  if (in.overrun_limit && s.controller().state == State::operational)
+    s.raise(FaultId::frame_overrun);
+  watch_bus(in.bus, s);
+  watch_modules(s);
+  for (std::size_t i = 0; i < kModules; ++i) {
+    watch_flags(i, s);
+    watch_current(i, s);
+    watch_temperature(i, s);
+    watch_obedience(i, in.bus.counters.module[i], s);
+  }
+  const bool running = std::any_of(modules_.begin(), modules_.begin() + kLegs, [](const Module& m) {
+    return (m.status.flags & kFlagMotionControl) != 0;
+  });
+  s.set_flag(kMotorsRunning, running);
+  watch_motion(s);
+  watch_panel(s);
+  watch_solver(s);
+}
+
+void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
+  if (bus.time_ns == 0) {  // the bus thread has not spoken yet
+    s.set_flag(kPortClosed, true);
+    return;
+  }
+  if (bus.open != port_open_ || !port_reported_) {
+    s.set_flag(kPortClosed, !bus.open);
+    if (bus.open) {
+      s.note(EventId::port_opened);
+      s.clear(FaultId::port_absent);
+    } else {
+      s.note(EventId::port_closed);
+      s.raise(bus.was_open ? FaultId::port_lost : FaultId::port_absent);
+    }
+    port_open_ = bus.open;
+    port_reported_ = true;
+  }
+  if (bus.open && now_ns_ - bus.time_ns > kBusStuckAfter &&
+      s.controller().state == State::operational) {
+    s.raise(FaultId::bus_stuck);
+  }
+  if (bus.counters.safe_commands != bus_stops_) {
+    bus_stops_ = bus.counters.safe_commands;
+    s.note(EventId::safe_command_sent);
+    if (s.controller().state == State::operational) s.raise(FaultId::orders_stale);
+  }
+  const BusCounters& c =
+      bus.counters;  // a late reply is whole: the machine's trouble, not the wire's
+  const std::uint64_t broken = c.bad_start + c.bad_length + c.bad_character + c.bad_check;
+  if (now_ns_ - noise_window_ns_ >= kNoiseWindow) {
+    const std::uint64_t dropped = broken - noise_frames_;
+    if (dropped >= kNoisyFrames) s.raise(FaultId::bus_noise);
+    if (dropped == 0) s.clear(FaultId::bus_noise);
+    noise_window_ns_ = now_ns_;
+    noise_frames_ = broken;
+  }
+}
+
+// Contact: never heard, answering, or silent.
+void Vehicle::watch_modules(Supervisor& s) noexcept {
+  std::uint16_t silent = 0, unheard = 0;
+  std::array<std::int64_t, kMaxModules> age_ms{};
+  for (std::size_t i = 0; i < kModules; ++i) {
+    const auto bit = static_cast<std::uint16_t>(1u << i);
+    if (modules_[i].heard_ns == 0) {
+      unheard |= bit;
+      continue;
+    }
+    age_ms[i] = (now_ns_ - modules_[i].heard_ns) / kMillisecond;
+    if (!answers(i)) silent |= bit;
+  }
+  const std::uint16_t silent_before = s.controller().silent,
+                      unheard_before = s.controller().unheard;
+  s.set_ages(age_ms, parameters_.module_silent_ns / kMillisecond);
+  s.set_modules(silent, unheard);
+  std::array<double, kMaxModules> sense{};
+  for (std::size_t i = 0; i < kModules; ++i)
+    sense[i] = answers(i) ? modules_[i].status.position_rad : kUnknown;
+  sense[kSenseTurnLimit] = parameters_.locomotion.swing_limit_rad_s;
+  s.set_sense(sense);
+  for (std::size_t i = 0; i < kModules; ++i) {
+    const auto bit = static_cast<std::uint16_t>(1u << i);
+    if (rising(silent, silent_before, bit)) s.raise(FaultId::module_silent, number(i));
+    if (rising(static_cast<std::uint16_t>(~(silent | unheard)),
+               static_cast<std::uint16_t>(~(silent_before | unheard_before)), bit) &&
+        modules_[i].heard_ns != 0) {
+      s.note(EventId::module_online, number(i));
+    }
+  }
+}
+
+// What a module's own flags tell, once per change.
+void Vehicle::watch_flags(std::size_t i, Supervisor& s) noexcept {
+  const std::uint16_t flags = modules_[i].status.flags, before = flags_before_[i];
+  if (modules_[i].status_ns == 0 || flags == before) return;
+  flags_before_[i] = flags;
+  // Whether its motor may be on: only then a stop by itself means something now.
+  const bool driven = i == kPanel ? (s.controller().flags & kPanelMoving) != 0
+                                  : s.controller().state == State::operational;
+  if (rising(flags, before, kFlagOverCurrent) && driven)
+    s.raise(FaultId::module_over_current, number(i));
+  if (rising(flags, before, kFlagWatchdog) && driven) s.raise(FaultId::module_watchdog, number(i));
+  if (rising(flags, before, kFlagDriverFault)) s.raise(FaultId::module_driver_fault, number(i));
+  const bool first =
+      std::exchange(modules_[i].greeted, true) == false;  // every module was reset some time
+  if (rising(flags, before, kFlagReset) && !first) {
+    if (s.controller().state == State::operational) {
+      s.raise(FaultId::module_reset, number(i));
+    } else {
+      s.note(EventId::module_was_reset, number(i));
+    }
+  }
+  if (rising(flags, before, kFlagCalibrated)) {
+    s.note(EventId::module_calibrated, number(i));
+    s.clear(FaultId::not_calibrated, number(i));
+  }
+}
+
+void Vehicle::watch_current(std::size_t i, Supervisor& s) noexcept {
+  Module& module = modules_[i];
+  if (s.controller().state != State::operational ||
+      module.status.current_A <= parameters_.current_limit_A) {
+    module.over_limit_ns = 0;
+    return;
+  }
+  if (module.over_limit_ns == 0) module.over_limit_ns = now_ns_;
+  if (now_ns_ - module.over_limit_ns >= parameters_.current_time_ns)
+    s.raise(FaultId::current_limit, number(i));
+}
+
+// Reported, not acted on (Zebro thesis [Prod-5]).
+void Vehicle::watch_temperature(std::size_t i, Supervisor& s) noexcept {
+  Module& module = modules_[i];
+  const double limit = parameters_.temperature_warning_degC;
+  if (!module.hot && module.health.temperature_degC > limit) {
+    module.hot = true;
+    s.raise(FaultId::temperature_warning, number(i));
+  } else if (module.hot && module.health.temperature_degC < limit - kHysteresis_degC) {
+    module.hot = false;
+    s.clear(FaultId::temperature_warning, number(i));
+  }
+}
+
+void Vehicle::watch_obedience(std::size_t i, const ModuleLink& link, Supervisor& s) noexcept {
+  if (link.disobeys && !disobeyed_[i]) s.raise(FaultId::module_disobeys, number(i));
+  disobeyed_[i] = link.disobeys;
+  if (link.resends != resends_before_[i]) {
+    resends_before_[i] = link.resends;
+    s.note(EventId::module_resent, number(i), static_cast<double>(link.resends));
+  }
+}
+
+void Vehicle::watch_motion(Supervisor& s) noexcept {
+  const auto mode = static_cast<Mode>(s.controller().mode);
+  if (mode == Mode::holding && (s.controller().flags & kMotorsConfirmed) == 0 &&
+      motors_confirmed()) {
+    s.happen(event::motors_confirmed);
+  }
+  if (bridge_.due_ns != 0 && now_ns_ >= bridge_.due_ns) {
+    if ((modules_[bridge_.leg].status.flags & kFlagMoving) == 0) {
+      bridge_.due_ns = 0;
+      s.happen(event::motion_done);
+    } else if (now_ns_ - bridge_.due_ns > kMoveGrace) {
+      s.raise(FaultId::motion_timeout, number(bridge_.leg));
+    }
+  }
+  if (!walking_legs_) return;
+  const gnc::zebro::Progress progress = locomotion_.progress();
+  if (progress == gnc::zebro::Progress::failed) {
+    s.raise(FaultId::motion_timeout);
+  } else if (in_motion_ && progress == gnc::zebro::Progress::done) {
+    in_motion_ = false;
+    if (mode == Mode::standing_up) report_uncalibrated(s);
+    s.happen(event::motion_done);
+  }
+}
+
+// All legs say so in a status younger than the order.
+bool Vehicle::motors_confirmed() const noexcept {
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    if ((modules_[i].status.flags & kFlagMotionControl) == 0 ||
+        modules_[i].status_ns < motors_on_ns_)
+      return false;
+  }
+  return true;
+}
+
+// Walking goes on with uncalibrated legs (Zebro thesis 5.2.3), but not silently.
+void Vehicle::report_uncalibrated(Supervisor& s) noexcept {
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    if ((modules_[i].status.flags & kFlagCalibrated) == 0)
+      s.raise(FaultId::not_calibrated, number(i));
+  }
+}
+
+void Vehicle::watch_panel(Supervisor& s) noexcept {
+  const Status& status = modules_[kPanel].status;
+  switch (panel_.step) {
+    case Panel::Step::rest: {
+      const bool out =
+          status.position_rad > kPanelIn_rad && status.position_rad < kTurn_rad - kPanelIn_rad;
+      if (out && (status.flags & kFlagCalibrated) != 0 && (s.controller().flags & kPanelOut) == 0) {
+        s.happen(event::panel_seen_out);
+      }
+      return;
+    }
+    case Panel::Step::switching_on:
+      if ((status.flags & kFlagMotionControl) == 0) break;
+      panel_.step = Panel::Step::moving;
+      panel_.due_ns = now_ns_ + parameters_.panel_move_ns;
+      order_move(kPanel, panel_.deploy ? parameters_.panel_deployed_deg / 180 * kTurn_rad / 2 : 0,
+                 panel_.due_ns, panel_.deploy);
+      break;
+    case Panel::Step::moving:
+      if (now_ns_ < panel_.due_ns || (status.flags & kFlagMoving) != 0) break;
+      panel_.step = Panel::Step::rest;
+      order(kPanel, ModuleOrder::Kind::motion_off);
+      s.happen(panel_.deploy ? event::panel_arrived_out : event::panel_arrived_in);
+      return;
+  }
+  if (now_ns_ - panel_.due_ns > kMoveGrace) s.raise(FaultId::motion_timeout, number(kPanel));
+}
+
+void Vehicle::watch_solver(Supervisor& s) noexcept {
+  if (!solver_.running()) return;
+  bool healthy = port_open_ && s.controller().silent == 0 && s.controller().unheard == 0;
+  for (std::size_t i = 0; i < kModules; ++i) {
+    healthy = healthy && (modules_[i].status.flags & (kStopFlags | kFlagMotionControl)) == 0 &&
+              !disobeyed_[i];
+  }
+  const Solver::Outcome outcome = solver_.step(now_ns_, healthy);
+  if (outcome == Solver::Outcome::running || outcome == Solver::Outcome::idle) return;
+  const bool solved = outcome == Solver::Outcome::solved;
+  s.note(EventId::solve_ended, 0, solved ? 0 : s.state().fault_count);
+  s.happen(solved ? lc::Event::solved : lc::Event::unsolved);
+}
+
+}  // namespace lss::zebro

@@ -1,0 +1,81 @@
+// The wiring of Lunar Zebro, read from top to bottom: the port "legs" carries a bus of seven leg
+// modules; the frame takes its replies and the actuate thread releases orders to it.
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "daemon/core/runtime.h"
+#include "daemon/vehicles/roster.h"
+#include "daemon/vehicles/zebro.h"
+
+namespace lss::zebro {
+namespace {
+
+const Logic kLogic{.table = &kTable,
+                   .event_of = event_of,
+                   .reached = reached,
+                   .command = command,
+                   .sense = sense,
+                   .lease_expired = event::lease_expired,
+                   .modules = (1u << kModules) - 1};
+
+const Vocabulary kVocabulary{kModeNames, std::size(kModeNames), kModuleNames, kModules};
+
+const config::Port& legs_port(const config::Config& config) {
+  for (const config::Port& port : config.ports) {
+    if (port.name == "legs") return port;
+  }
+  return config.ports.front();
+}
+
+// What the bus inherits from the port and the frame.
+LegBusParameters bus_parameters(const config::Config& config, LegBusParameters bus) {
+  const config::Port& port = legs_port(config);
+  bus.baud = static_cast<int>(port.baud);
+  bus.half_duplex = port.half_duplex;
+  bus.period_ns = config.period_ns;
+  return bus;
+}
+
+SerialSettings settings(const config::Config& config) {
+  const config::Port& port = legs_port(config);
+  return {.path = port.path, .baud = static_cast<int>(port.baud), .half_duplex = port.half_duplex};
+}
+
+}  // namespace
+
+Buses::Buses(const config::Config& config, const Parameters& parameters)
+    : name_("bus/" + legs_port(config).name),
+      settings_(settings(config)),
+      legs_(bus_parameters(config, parameters.bus), settings_) {}
+
+tl::expected<void, std::string> Buses::probe() { return check_port(settings_, legs_.probe()); }
+
+std::vector<std::pair<std::string, std::function<void()>>> Buses::bodies() {
+  return {{name_, [this] { legs_.run(); }}};
+}
+
+void Buses::collect(Inputs<Vehicle>& in) noexcept {
+  in.sample_count = 0;
+  while (in.sample_count < in.samples.size() && legs_.pop(in.samples[in.sample_count], in.time_ns))
+    ++in.sample_count;
+  in.bus = legs_.report();
+}
+
+}  // namespace lss::zebro
+
+namespace lss {
+
+Port zebro_port() {
+  return {.read = [](config::Section& section) -> Maker {
+    const zebro::Parameters parameters = zebro::read_parameters(section);
+    return [parameters](const config::Config& config) -> std::unique_ptr<App> {
+      return std::make_unique<Runtime<zebro::Vehicle, zebro::Buses>>(
+          config, parameters, zebro::kLogic, zebro::kVocabulary);
+    };
+  }};
+}
+
+}  // namespace lss

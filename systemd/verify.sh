@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# verify.sh BUILD_DIR BINDIR: installs the units into a root of its own and has systemd judge them there, and
+# sysusers make their users. The programs that they start are stood in for by empty files.
+set -euo pipefail
+build=$1 bindir=$2
+root=$(mktemp -d)
+trap 'rm -rf "$root"' EXIT
+
+DESTDIR=$root cmake --install "$build" --component systemd > /dev/null
+for program in "$bindir/lssd" /usr/bin/iox-roudi /bin/sh; do
+  install -D -m 755 /dev/null "$root$program"
+done
+# The targets, slices and sockets that units refer to by default.
+find /usr/lib/systemd/system -maxdepth 1 -regex '.*\.\(target\|slice\|mount\|socket\)' \
+  -exec cp -P -t "$root/usr/lib/systemd/system" {} +
+
+units=("$root"/usr/lib/systemd/system/iox-roudi.service "$root"/usr/lib/systemd/system/lssd@.service)
+[ -f "${units[0]}" ] && [ -f "${units[1]}" ]
+complaints=$(systemd-analyze verify --root="$root" --man=no iox-roudi.service lssd@zebro.service 2>&1) ||
+  { echo "$complaints"; exit 1; }
+# A misspelled key is only a complaint, not a failure.
+if [ -n "$complaints" ]; then
+  echo "$complaints"
+  exit 1
+fi
+
+mkdir -p "$root/etc"
+systemd-sysusers --root="$root" "$root/usr/lib/sysusers.d/lss.conf" > /dev/null
+for user in lss iox; do
+  grep -q "^$user:" "$root/etc/passwd" || { echo "sysusers makes no user $user"; exit 1; }
+done
+echo "units and users are clean"
