@@ -1,0 +1,45 @@
+#pragma once
+
+// How the command line ends: the exit codes that scripts rely on (docs/cli.md), and the exception
+// that carries one of them with a sentence for the person who typed. Thrown anywhere in lss-cli,
+// caught where a verb is run.
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace lss::cli {
+
+enum class ExitCode : std::uint8_t {
+  completed = 0,
+  internal = 1,
+  usage = 2,
+  unreachable = 3,     // no daemon, or it went away before anything was asked of it
+  unknown_name = 4,    // verb, command or vehicle
+  rejected = 5,        // and nothing was done
+  failed = 6,          // accepted, then failed; for health: something is wrong
+  timed_out = 7,       // outcome unknown
+  not_authorised = 8,  // another source holds authority
+};
+
+class Failure : public std::runtime_error {
+ public:
+  Failure(ExitCode code, const std::string& text, std::string advice = "")
+      : std::runtime_error(text), code_(code), advice_(std::move(advice)) {}
+
+  ExitCode code() const { return code_; }
+  const std::string& advice() const { return advice_; }  // what to do about it; may be empty
+
+ private:
+  ExitCode code_;
+  std::string advice_;
+};
+
+// Ctrl-C, SIGTERM or the end of the terminal came while something was waited for.
+class Interrupted : public std::exception {
+ public:
+  const char* what() const noexcept override { return "interrupted"; }
+};
+
+}  // namespace lss::cli

@@ -1,0 +1,29 @@
+#pragma once
+
+// What is said on the command line once, for all verbs. Plain data.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace lss::cli {
+
+struct Options {
+  int domain = 0;
+  std::string vehicle_id;  // empty: the only one on the domain
+  std::string source;      // empty: lss-cli:PID
+  std::optional<double> timeout_s;
+  std::uint32_t lease_ms = 2000;
+  bool json = false, jsonl = false;
+  bool dry_run = false, detach = false, wait = false;
+  bool shared_memory = false;
+  bool no_color = false;
+
+  bool machine() const { return json || jsonl; }
+  double find_timeout_s() const { return timeout_s.value_or(3); }  // for the daemon to be found
+  double finish_timeout_s() const {
+    return timeout_s.value_or(120);
+  }  // for one command to be completed
+};
+
+}  // namespace lss::cli

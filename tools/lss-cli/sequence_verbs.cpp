@@ -1,0 +1,92 @@
+// run and shell: many verbs under one heartbeat; wait between them.
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+
+#include "tools/lss-cli/shell.h"
+#include "tools/lss-cli/steps.h"
+#include "tools/lss-cli/verbs.h"
+
+namespace lss::cli {
+namespace {
+
+std::string read_file(const std::string& name) {
+  if (name == "-") return {std::istreambuf_iterator<char>(std::cin), {}};
+  std::ifstream file(name);
+  if (!file)
+    throw Failure(ExitCode::usage, fmt::format("cannot read {}", name),
+                  "name a file, or - for stdin");
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+ExitCode run_sequence(Context& context, const std::vector<Step>& steps, bool stay) {
+  context.in_sequence = true;
+  for (const Step& step : steps) {
+    try {
+      run_step(context, step);
+    } catch (const Failure& e) {
+      stop_attached(context, e.what());
+      throw;
+    }
+  }
+  if (!stay) stop_attached(context, "the sequence is done");
+  return ExitCode::completed;
+}
+
+void add_run(Grammar& grammar) {
+  CLI::App& sub =
+      grammar.verb("run", "many verbs under one heartbeat; then it lies down and stops",
+                   "  lss-cli run patrol.lss\n"
+                   "  lss-cli run -e 'start; stand; walk forward --for 10s; stop'\n"
+                   "  lss-cli run -e 'walk forward low; wait 20s; walk --heading 45; wait 10s'\n");
+  auto file = std::make_shared<std::string>();
+  auto text = std::make_shared<std::string>();
+  auto stay = std::make_shared<bool>(false);
+  CLI::Option* named = sub.add_option(
+      "file", *file, "a verb per line, or several divided by ';'; # begins a comment");
+  sub.add_option("-e,--execute", *text, "the verbs themselves")->excludes(named);
+  sub.add_flag("--stay", *stay, "leave it at the end as it is (the lease stops it)");
+  grammar.on(sub, [file, text, stay](Context& context) {
+    if (file->empty() && text->empty())
+      throw Failure(ExitCode::usage, "run what?", "name a FILE, or -e 'VERB; VERB'");
+    const std::string name = file->empty() ? "-e" : *file;
+    return run_sequence(context, parse_steps(file->empty() ? *text : read_file(*file), name),
+                        *stay);
+  });
+}
+
+void add_wait(Grammar& grammar) {
+  CLI::App& sub = grammar.verb("wait", "let time pass, with the heartbeat", "  wait 10s\n");
+  const auto time_s = add_duration(sub, "time", "how long");
+  sub.get_option("time")->required();
+  grammar.on(sub, [time_s](Context& context) {
+    const Clock::time_point end = Clock::now() + seconds(**time_s);
+    Session& session = context.session();
+    const bool attached = session.attached();
+    while (Clock::now() < end) {
+      session.pump(end);
+      if (attached) session.check_in_force();
+    }
+    return ExitCode::completed;
+  });
+}
+
+}  // namespace
+
+void add_sequence_verbs(Grammar& grammar) {
+  if (grammar.scope() == Grammar::Scope::sequence) {
+    add_wait(grammar);
+    return;
+  }
+  add_run(grammar);
+  grammar.on(grammar.verb("shell",
+                          "verbs typed one by one under one heartbeat, with history and completion",
+                          "  lss-cli shell\n"),
+             run_shell);
+}
+
+}  // namespace lss::cli

@@ -1,0 +1,102 @@
+#pragma once
+
+// A conversation with one vehicle: commands with their acknowledgements, the heartbeat that keeps
+// the lease, and what Ctrl-C and a dead daemon mean for both. Everything that waits goes through
+// pump(). Main thread only; every wait is bounded. Trouble is thrown: Failure with the exit code,
+// Interrupted for Ctrl-C.
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "tools/lss-cli/link.h"
+#include "tools/lss-cli/output.h"
+
+namespace lss::cli {
+
+// One command that was sent, and how it went.
+struct Sent {
+  Invocation command;
+  std::uint64_t seq = 0;
+  bool answered = false;
+  bool executing = false;
+  lss_CommandAck ack{};  // the last one
+  Clock::time_point sent{}, heard{};
+
+  bool over() const {
+    return answered && ack.phase != lss_PHASE_ACCEPTED && ack.phase != lss_PHASE_EXECUTING;
+  }
+};
+
+class Session {
+ public:
+  Session(Link& link, Output& output, const Options& options);
+
+  Link& link() { return link_; }
+  const Vehicle& vehicle() const { return link_.vehicle(); }
+
+  // Each waits for the phase of its name and throws when it ends otherwise.
+  const Sent& accept(const Invocation& command);
+  const Sent& begin(const Invocation& command);
+  const Sent& complete(const Invocation& command);
+  // Only asks whether it would be accepted.
+  void dry_run(const Invocation& command);
+  // Sent until it is acknowledged, without the questions that other commands begin with.
+  void emergency_stop();
+
+  // Stop, lie down, motors off, with progress; nothing when there is nothing to stop. A Ctrl-C on
+  // the way leaves at once, with timed_out.
+  void safe_stop(const std::string& why);
+
+  // The status, not older than the last acknowledgement.
+  const lss_Status& status();
+  // The newest telemetry; asks for a sample when none comes by itself. nullptr when there is none.
+  const void* telemetry();
+  void open_telemetry() { link_.open_telemetry(); }
+
+  // Waits for news or `until`; sends the heartbeat when this session holds a lease, or always with
+  // beat().
+  void pump(Clock::time_point until) { pump_input(until, -1); }
+  bool pump_input(Clock::time_point until, int input_fd);  // true: input_fd has something
+  void beat() { beating_ = true; }
+  // A motion command of this session is in force, as far as it knows.
+  bool attached() const { return attached_; }
+  // Throws when the command failed or the vehicle left Operational by itself.
+  void check(const Sent& command);
+  void check_operational();
+  // Throws when what was commanded last failed meanwhile, or an emergency came.
+  void check_in_force();
+
+  // What stands in the line of progress, asked ten times a second.
+  void set_progress(std::function<std::string()> text) { progress_ = std::move(text); }
+
+  // Of every command so far.
+  nlohmann::json report() const;
+
+ private:
+  void open();
+  Sent& submit(const Invocation& command, std::uint16_t flags, bool quiet = false);
+  void await(Sent& sent, const char* phase, bool (*done)(const Sent&));
+  void take_acks();
+  void heard(const lss_CommandAck& ack);
+  void check_daemon();
+  [[noreturn]] void fail(const Sent& sent);
+  std::string faults();
+  nlohmann::json to_json(const Sent& sent) const;
+  void show(const Sent& sent);
+
+  Link& link_;
+  Output& output_;
+  Options options_;
+  std::deque<Sent> sent_;   // references stay valid
+  std::deque<Sent> quiet_;  // not part of the report
+  bool attached_ = false, beating_ = false;
+  std::int64_t last_ack_ns_ = 0;
+  Clock::time_point next_beat_{}, next_progress_{};
+  std::function<std::string()> progress_;
+};
+
+}  // namespace lss::cli

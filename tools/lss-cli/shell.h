@@ -1,0 +1,12 @@
+#pragma once
+
+// The interactive lss-cli: a prompt with history and completion, one heartbeat for all that is
+// typed, also while somebody types. Main thread.
+
+#include "tools/lss-cli/context.h"
+
+namespace lss::cli {
+
+ExitCode run_shell(Context& context);
+
+}  // namespace lss::cli

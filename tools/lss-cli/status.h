@@ -1,0 +1,44 @@
+#pragma once
+
+// The status of a vehicle for people and for programs. Pure functions of what was heard;
+// `telemetry` is a sample of the vehicle's own topic or nullptr.
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "lss.h"
+#include "tools/lss-cli/output.h"
+#include "tools/lss-cli/vehicle.h"
+
+namespace lss::cli {
+
+const char* state_name(lss_State state);
+const char* phase_name(lss_Phase phase);
+const char* severity_name(lss_Severity severity);
+
+// "RM: module does not answer".
+std::string fault_text(const Vehicle& vehicle, const lss_Fault& fault);
+
+// Errors first.
+std::vector<Problem> problems(const Vehicle& vehicle, const lss_Status& status,
+                              const void* telemetry);
+
+// A line each, with what to do about it.
+std::string problem_lines(const std::vector<Problem>& list, const Style& style);
+
+// The keys are in docs/cli.md.
+nlohmann::json status_json(const Vehicle& vehicle, const lss_Status& status, const void* telemetry);
+
+// One screen, what is wrong first.
+std::string status_screen(const Vehicle& vehicle, const lss_Status& status, const void* telemetry,
+                          const Style& style);
+
+// "Operational, Walking forward, high: 0.083 m ...".
+std::string status_line(const Vehicle& vehicle, const lss_Status& status, const void* telemetry);
+
+// One event as a line.
+std::string event_line(const lss_Event& event, const Style& style);
+nlohmann::json event_json(const Vehicle& vehicle, const lss_Event& event);
+
+}  // namespace lss::cli

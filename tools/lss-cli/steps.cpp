@@ -1,0 +1,39 @@
+#include "tools/lss-cli/steps.h"
+
+#include <fmt/format.h>
+
+namespace lss::cli {
+
+std::vector<Step> parse_steps(std::string_view text, const std::string& name) {
+  std::vector<Step> steps;
+  for (const Line& line : parse_sequence(text, name)) {
+    Step step{name.empty() ? "" : fmt::format("{}:{}: ", name, line.number),
+              std::make_unique<Grammar>(Grammar::Scope::sequence), nullptr};
+    try {
+      step.action = step.grammar->parse(line.words);
+    } catch (const Failure& e) {
+      throw Failure(e.code(), step.where + e.what(), e.advice());
+    }
+    steps.push_back(std::move(step));
+  }
+  return steps;
+}
+
+void run_step(Context& context, const Step& step) {
+  ExitCode code = ExitCode::completed;
+  try {
+    code = step.action(context);
+  } catch (const Failure& e) {
+    throw Failure(e.code(), step.where + e.what(), e.advice());
+  } catch (const Interrupted&) {
+    stop_attached(context, "interrupted");
+    throw Failure(ExitCode::failed, step.where + "interrupted");
+  }
+  if (code != ExitCode::completed) throw Failure(code, step.where + "ends here");
+}
+
+void stop_attached(Context& context, const std::string& why) {
+  if (context.connected() && !context.options.detach) context.session().safe_stop(why);
+}
+
+}  // namespace lss::cli

@@ -1,0 +1,78 @@
+#include "tools/lss-cli/units.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+#include "tools/lss-cli/failure.h"
+
+namespace lss::cli {
+namespace {
+
+struct Suffix {
+  std::string_view text;
+  double factor;
+};
+
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr Suffix kAngles[] = {{"", kDegree}, {"deg", kDegree}, {"°", kDegree}, {"rad", 1}};
+constexpr Suffix kTimes[] = {{"", 1}, {"s", 1}, {"ms", 1e-3}, {"min", 60}, {"h", 3600}};
+
+std::span<const Suffix> suffixes(std::string_view unit) {
+  if (unit == "rad") return kAngles;
+  if (unit == "s") return kTimes;
+  return {};
+}
+
+[[noreturn]] void refuse(std::string_view what, std::string_view text, const std::string& why) {
+  throw Failure(ExitCode::usage, fmt::format("{}: '{}' {}", what, text, why));
+}
+
+}  // namespace
+
+double parse_quantity(std::string_view text, std::string_view unit, std::string_view what) {
+  const std::string_view number = text.starts_with('+') ? text.substr(1) : text;
+  double value = 0;
+  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
+  if (error != std::errc() || !std::isfinite(value)) refuse(what, text, "is not a number");
+  std::string_view suffix(end, static_cast<std::size_t>(number.data() + number.size() - end));
+  while (suffix.starts_with(' ')) suffix.remove_prefix(1);
+
+  const std::span<const Suffix> known = suffixes(unit);
+  if (known.empty()) {
+    if (suffix.empty() || suffix == unit) return value;
+    refuse(what, text,
+           unit.empty() ? "must be a number without unit" : fmt::format("must be in {}", unit));
+  }
+  std::string list;
+  for (const Suffix& s : known) {
+    if (s.text == suffix) return value * s.factor;
+    if (!s.text.empty()) list += fmt::format("{}{}", list.empty() ? "" : ", ", s.text);
+  }
+  refuse(what, text, fmt::format("has an unknown unit (known: {})", list));
+}
+
+double parse_duration_s(std::string_view text, std::string_view what) {
+  const double seconds = parse_quantity(text, "s", what);
+  if (seconds <= 0) refuse(what, text, "must be longer than nothing");
+  return seconds;
+}
+
+std::string format_quantity(double value, std::string_view unit) {
+  if (unit == "rad") return fmt::format("{:.4g} deg", value / kDegree);
+  if (unit.empty() || unit == "choice") return fmt::format("{:.6g}", value);
+  return fmt::format("{:.4g} {}", value, unit);
+}
+
+std::string format_duration(double seconds) {
+  if (seconds < 10) return fmt::format("{:.1f} s", seconds);
+  const auto whole = static_cast<long long>(std::llround(seconds));
+  if (whole < 60) return fmt::format("{} s", whole);
+  if (whole < 3600) return fmt::format("{} min {} s", whole / 60, whole % 60);
+  return fmt::format("{} h {} min", whole / 3600, whole % 3600 / 60);
+}
+
+}  // namespace lss::cli

@@ -1,0 +1,25 @@
+#pragma once
+
+// Numbers as people write them, to and from SI: angles in degrees unless they say rad, times in
+// seconds unless they say ms, min or h. Pure functions. What cannot be read is a Failure with
+// ExitCode::usage.
+
+#include <string>
+#include <string_view>
+
+namespace lss::cli {
+
+// "30", "30deg", "0.5rad" to rad; "20", "20s", "500ms", "1.5min" to s; other units: a number, which
+// may carry its unit. `what` names the value in the error text.
+double parse_quantity(std::string_view text, std::string_view unit, std::string_view what);
+
+// A duration in seconds, above zero.
+double parse_duration_s(std::string_view text, std::string_view what);
+
+// "30 deg", "20 s", "0.25 m".
+std::string format_quantity(double value, std::string_view unit);
+
+// "0.4 s", "12 s", "3 min 20 s", "2 h 5 min".
+std::string format_duration(double seconds);
+
+}  // namespace lss::cli

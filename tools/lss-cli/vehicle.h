@@ -1,0 +1,65 @@
+#pragma once
+
+// What a vehicle brings to the command line: its commands, how to get from where it is to where a
+// command may be given, and how its telemetry is shown. One `kVehicle` in tools/lss-cli/NAME.cpp;
+// the roster is made from LSS_VEHICLES by CMake. Pure functions; `telemetry` is a sample of the
+// vehicle's own topic or nullptr.
+
+#include <dds/dds.h>
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "lss.h"
+#include "tools/lss-cli/commands.h"
+#include "tools/lss-cli/output.h"
+
+namespace lss::cli {
+
+// Something that a person should know, the worst first.
+struct Problem {
+  bool error = true;  // else a warning: health stays good
+  std::string text;
+  std::string advice;
+};
+
+// A verb's help beyond what the command table says.
+struct VerbHelp {
+  std::string_view verb;
+  std::string_view examples;  // lines
+};
+
+struct Vehicle {
+  std::string_view name;
+  std::span<const CommandInfo> commands;  // its own
+  std::span<const char* const> subjects;  // names of modules, wheels or nodes 1..n
+  std::span<const VerbHelp> help;
+  const dds_topic_descriptor_t* telemetry;
+
+  // The commands that must be completed before `wanted` may be given; without it.
+  std::vector<Invocation> (*prepare)(const lss_Status& status, const Invocation& wanted);
+  // It goes on until another command (walk, drive), which is then ended by `rest`.
+  bool (*endless)(const Invocation& command);
+  std::uint16_t rest;
+
+  std::vector<Problem> (*problems)(const lss_Status& status, const void* telemetry);
+  void (*add_json)(const void* telemetry, nlohmann::json& document);
+  std::string (*screen)(const void* telemetry, const Style& style);  // lines, each ended
+  std::string (*details)(const void* telemetry,
+                         const Style& style);  // the rest of what is measured
+  std::string (*progress)(const lss_Status& status, const void* telemetry);  // a few words
+  std::optional<double> (*distance_m)(const void* telemetry);
+};
+
+std::span<const Vehicle* const> vehicles();
+const Vehicle* find_vehicle(std::string_view name);
+
+// "RM" for 4, "module 9" for what has no name, empty for the vehicle as a whole.
+std::string subject_name(const Vehicle& vehicle, std::uint16_t subject);
+
+}  // namespace lss::cli

@@ -1,0 +1,22 @@
+#pragma once
+
+// The verbs of lss-cli, each room its own file. Called once per Grammar.
+
+#include <string>
+#include <vector>
+
+#include "tools/lss-cli/grammar.h"
+
+namespace lss::cli {
+
+void add_verbs(Grammar& grammar);  // all of them, in the order of --help
+
+void add_status_verbs(Grammar& grammar);    // status, health, watch, data
+void add_report_verbs(Grammar& grammar);    // events, timing
+void add_command_verbs(Grammar& grammar);   // what stands in the command tables; heartbeat, command
+void add_sequence_verbs(Grammar& grammar);  // run, shell; wait inside of them
+void add_completion_verbs(Grammar& grammar);
+
+std::string version_text();
+
+}  // namespace lss::cli

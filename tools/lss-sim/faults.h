@@ -1,0 +1,86 @@
+#pragma once
+
+// What can be broken from outside while a simulator runs: the kinds that a vehicle has, their
+// arguments, how they are written ("5s:module-dead:3", "clear:noise"), and which are in force.
+// Parsing is for start-up and for the control thread; FaultBoard may be called from every thread,
+// one lock, short lists.
+
+#include <functional>
+#include <mutex>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+namespace lss::sim {
+
+struct FaultArgument {
+  const char* name;  // "N", "P", "SECONDS"
+  const char* meaning;
+  double min, max;
+  bool whole = false;
+  bool optional = false;
+  double fallback = 0;
+};
+
+struct FaultKind {
+  const char* name;
+  std::span<const FaultArgument> arguments;
+  const char* meaning;
+  bool momentary = false;  // happens once; nothing stays to be cleared
+  bool per_unit = false;   // the first argument says which unit: each has its own
+};
+
+struct Fault {
+  const FaultKind* kind = nullptr;  // nullptr: all, only when clearing
+  std::vector<double> values;       // one for each argument; when clearing, none or the unit
+  bool clear = false;
+};
+
+struct TimedFault {
+  double at_s = 0;
+  Fault fault;
+};
+
+// "KIND[:ARG...]", "clear", "clear:KIND" or "clear:KIND:UNIT". The error is a sentence for a
+// person.
+tl::expected<Fault, std::string> parse_fault(std::string_view text,
+                                             std::span<const FaultKind> kinds);
+
+// "TIME:" before it; TIME is 5s, 0.5s, 500ms or 2min after the start.
+tl::expected<TimedFault, std::string> parse_timed_fault(std::string_view text,
+                                                        std::span<const FaultKind> kinds);
+
+// As parse_fault reads it.
+std::string to_text(const Fault& fault);
+
+// One line a kind, with arguments and their ranges.
+std::string describe(std::span<const FaultKind> kinds);
+
+// The nearest of `names` in spelling, empty when none is near.
+std::string nearest_name(std::string_view wrong, std::span<const std::string> names);
+
+// Which faults are in force. `act` carries out attaching and clearing, called with the lock not
+// held.
+class FaultBoard {
+ public:
+  using Act = std::function<void(const Fault&, bool attach)>;
+  using InForce = std::function<bool(const Fault&)>;
+
+  FaultBoard(Act act, InForce in_force) : act_(std::move(act)), in_force_(std::move(in_force)) {}
+
+  void inject(const Fault& fault);
+  // Canonical texts; those that ended by themselves are dropped.
+  std::vector<std::string> attached();
+
+ private:
+  std::vector<Fault> take_matching(const Fault& fault);
+
+  Act act_;
+  InForce in_force_;
+  std::mutex mutex_;
+  std::vector<Fault> attached_;
+};
+
+}  // namespace lss::sim

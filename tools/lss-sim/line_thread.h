@@ -1,0 +1,52 @@
+#pragma once
+
+// One serial line of a simulator: moves bytes between its pseudo-terminal and the UART in front of
+// the devices, on time. Its own thread; start, stop, faults and plugging from the others.
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <tl/expected.hpp>
+
+#include "drivers/time.h"
+#include "tools/lss-sim/pty_port.h"
+#include "tools/lss-sim/uart.h"
+
+namespace lss::sim {
+
+TimeNs monotonic_now();
+
+// For the calling thread: hardware does not wait for a loaded machine. SCHED_FIFO when that is
+// allowed, and waits that end when they should either way.
+void keep_time(int fifo_priority);
+
+class LineThread {
+ public:
+  LineThread(std::filesystem::path link, const Uart::Parameters& parameters, LineDevice& device);
+  ~LineThread();
+
+  // Makes the port and begins. The error says what failed.
+  tl::expected<void, std::string> start();
+
+  void set_fault(const Fault& fault, bool attach);  // of line_fault_kinds()
+  void unplug(TimeNs duration_ns);                  // 0: plug in at once
+  bool unplugged() const { return monotonic_now() < plug_at_ns_; }
+  const PtyPort& port() const { return port_; }
+
+ private:
+  void loop();
+  TimeNs serve(TimeNs now);
+  void wake();
+
+  std::mutex mutex_;  // of the UART and the port
+  PtyPort port_;
+  Uart uart_;
+  std::atomic<TimeNs> plug_at_ns_ = 0;
+  std::atomic<bool> stop_ = false;
+  File wake_;
+  std::thread thread_;
+};
+
+}  // namespace lss::sim

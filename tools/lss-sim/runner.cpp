@@ -1,0 +1,206 @@
+#include "tools/lss-sim/runner.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/signalfd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <ctime>
+#include <fstream>
+#include <memory>
+#include <string_view>
+#include <thread>
+
+#include "tools/lss-sim/control.h"
+#include "tools/lss-sim/line_thread.h"
+
+namespace lss::sim {
+namespace {
+
+constexpr FaultArgument kUnplug[] = {{"SECONDS", "how long the port is gone", 0.01, 3600}};
+constexpr FaultKind kUnplugKind = {"unplug", kUnplug,
+                                   "the port goes away as a pulled adapter does, and comes back"};
+constexpr TimeNs kMostBehindNs = 100 * kMillisecond;
+constexpr int kPhysicsPriority = 40;  // below the lines and the daemon
+constexpr long kStepsPerTruth = 100;
+
+class Simulation {
+ public:
+  Simulation(std::unique_ptr<Vehicle> vehicle, const RunOptions& options)
+      : vehicle_(std::move(vehicle)),
+        options_(options),
+        board_([this](const Fault& fault, bool attach) { act(fault, attach); },
+               [this](const Fault& fault) { return in_force(fault); }) {
+    std::ranges::stable_sort(options_.faults, {}, &TimedFault::at_s);
+    unsigned seed = options.seed;
+    for (const SerialLine& line : vehicle_->lines()) {
+      const Uart::Parameters parameters{
+          .baud = options.baud, .paced = options.pace, .seed = ++seed};
+      lines_.push_back(
+          std::make_unique<LineThread>(options.folder / line.name, parameters, *line.device));
+    }
+  }
+
+  ~Simulation() { stop(); }
+
+  tl::expected<void, std::string> start() {
+    if (options_.truth) {
+      truth_.open(*options_.truth, std::ios::trunc);
+      if (!truth_) {
+        return tl::unexpected(fmt::format("cannot write the truth to {}: {}",
+                                          options_.truth->string(), std::strerror(errno)));
+      }
+    }
+    for (const auto& line : lines_) {
+      if (auto started = line->start(); !started) return started;
+    }
+    thread_ = std::thread([this] { physics(); });
+    return {};
+  }
+
+  void stop() {
+    stop_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+
+  void inject(const Fault& fault) { board_.inject(fault); }
+
+  std::string ports() const {
+    std::string text;
+    for (const auto& line : lines_) {
+      text += fmt::format(", port {} at {} -> {}", line->port().link().filename().string(),
+                          line->port().link().string(), line->port().terminal());
+    }
+    return text;
+  }
+
+  double slipped_s() const { return static_cast<double>(slipped_ns_) * 1e-9; }
+  double simulated_s() const { return static_cast<double>(steps_ * kStepNs) * 1e-9; }
+
+ private:
+  void act(const Fault& fault, bool attach) {
+    const std::string_view name = fault.kind->name;
+    if (name == kUnplugKind.name) {
+      const double seconds = attach ? fault.values.front() : 0;
+      for (const auto& line : lines_) line->unplug(static_cast<TimeNs>(seconds * kSecond));
+    } else if (std::ranges::find(line_fault_kinds(), name, &FaultKind::name) !=
+               line_fault_kinds().end()) {
+      for (const auto& line : lines_) line->set_fault(fault, attach);
+    } else {
+      vehicle_->set_fault(fault, attach);
+    }
+  }
+
+  bool in_force(const Fault& fault) const {
+    if (fault.kind->name == std::string_view(kUnplugKind.name)) {
+      return std::ranges::any_of(lines_, [](const auto& line) { return line->unplugged(); });
+    }
+    return vehicle_->in_force(fault);
+  }
+
+  void physics() {
+    // Faster than real time it would leave nothing to the others.
+    if (options_.speed <= 1) keep_time(kPhysicsPriority);
+    const auto period_ns = static_cast<TimeNs>(static_cast<double>(kStepNs) / options_.speed);
+    TimeNs next = monotonic_now();
+    for (std::size_t fault = 0; !stop_; ++steps_) {
+      while (fault < options_.faults.size() && options_.faults[fault].at_s <= simulated_s()) {
+        inject(options_.faults[fault++].fault);
+      }
+      if (steps_ % kStepsPerTruth == 0) write_truth();
+      vehicle_->step();
+      next += period_ns;
+      const TimeNs now = monotonic_now();
+      if (now > next + kMostBehindNs) {
+        slipped_ns_ += now - next;
+        next = now;
+      }
+      const timespec until{.tv_sec = next / kSecond, .tv_nsec = next % kSecond};
+      while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
+      }
+    }
+  }
+
+  void write_truth() {
+    if (!truth_.is_open()) return;
+    nlohmann::ordered_json line = {{"t_s", simulated_s()}};
+    line.update(vehicle_->truth());
+    line["attached_faults"] = board_.attached();
+    truth_ << line.dump() << std::endl;
+  }
+
+  std::unique_ptr<Vehicle> vehicle_;
+  RunOptions options_;
+  FaultBoard board_;
+  std::vector<std::unique_ptr<LineThread>> lines_;
+  std::ofstream truth_;
+  std::atomic<bool> stop_ = false;
+  std::atomic<long> steps_ = 0;
+  std::atomic<TimeNs> slipped_ns_ = 0;
+  std::thread thread_;
+};
+
+// Before any thread starts, so that all of them leave these signals to the returned descriptor.
+File take_signals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) sigaddset(&signals, signal);
+  ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  return File(::signalfd(-1, &signals, SFD_CLOEXEC));
+}
+
+}  // namespace
+
+std::span<const FaultKind> shared_fault_kinds() {
+  static const std::vector<FaultKind> kinds = [] {
+    const auto line = line_fault_kinds();
+    std::vector<FaultKind> all(line.begin(), line.end());
+    all.push_back(kUnplugKind);
+    return all;
+  }();
+  return kinds;
+}
+
+std::vector<FaultKind> fault_kinds_of(const VehicleKind& kind) {
+  const auto own = kind.fault_kinds();
+  std::vector<FaultKind> kinds(own.begin(), own.end());
+  const auto shared = shared_fault_kinds();
+  kinds.insert(kinds.end(), shared.begin(), shared.end());
+  return kinds;
+}
+
+tl::expected<void, std::string> run(const VehicleKind& kind, const RunOptions& options) {
+  const File signals = take_signals();
+  auto control = Control::open(options.folder);
+  if (!control) return tl::unexpected(control.error());
+  const std::vector<FaultKind> kinds = fault_kinds_of(kind);
+  Simulation simulation(kind.make(options.seed), options);
+  if (auto started = simulation.start(); !started) return started;
+  fmt::print("lss-sim: {} ready{}\n", kind.name(), simulation.ports());
+  std::fflush(stdout);
+
+  pollfd files[] = {{signals.get(), POLLIN, 0}, {control->fd(), POLLIN, 0}};
+  while ((files[0].revents & POLLIN) == 0) {
+    if (::poll(files, 2, -1) < 0) continue;
+    if ((files[1].revents & POLLIN) == 0) continue;
+    control->serve([&](const std::string& text) -> std::string {
+      const auto fault = parse_fault(text, kinds);
+      if (!fault) return fault.error();
+      simulation.inject(*fault);
+      return {};
+    });
+  }
+  simulation.stop();
+  if (simulation.slipped_s() > 0) {
+    fmt::print(stderr, "lss-sim: the machine was too slow: {:.2f} s of {:.2f} s were slipped\n",
+               simulation.slipped_s(), simulation.slipped_s() + simulation.simulated_s());
+  }
+  return {};
+}
+
+}  // namespace lss::sim

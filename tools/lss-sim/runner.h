@@ -1,0 +1,35 @@
+#pragma once
+
+// Runs one vehicle in real time until SIGTERM or SIGINT: a physics thread at 1 kHz on
+// CLOCK_MONOTONIC, a thread for each serial line, and the caller's thread for signals and faults.
+// When the machine is too slow, simulated time slips against the clock, which is counted and said
+// at the end; it never races after it.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "tools/lss-sim/vehicle.h"
+
+namespace lss::sim {
+
+struct RunOptions {
+  std::filesystem::path folder;
+  bool pace = false;
+  int baud = 115'200;
+  unsigned seed = 1;
+  double speed = 1;  // of physics against the clock; the bytes keep their rate
+  std::optional<std::filesystem::path> truth;
+  std::vector<TimedFault> faults;
+};
+
+// Kinds that any vehicle with serial lines has: those of the line, and unplug.
+std::span<const FaultKind> shared_fault_kinds();
+std::vector<FaultKind> fault_kinds_of(const VehicleKind& kind);
+
+// The error says what failed at start.
+tl::expected<void, std::string> run(const VehicleKind& kind, const RunOptions& options);
+
+}  // namespace lss::sim

@@ -1,0 +1,120 @@
+#include "tools/lss-sim/uart.h"
+
+#include <algorithm>
+#include <limits>
+#include <string_view>
+
+namespace lss::sim {
+namespace {
+
+constexpr FaultArgument kProbability[] = {{"P", "probability", 0, 1}};
+constexpr FaultArgument kLate[] = {{"MS", "milliseconds", 0, 10'000}};
+constexpr FaultKind kKinds[] = {
+    {"noise", kProbability, "each character loses a bit with this probability, either direction"},
+    {"drop", kProbability, "a frame is lost with this probability, either direction"},
+    {"duplicate", kProbability, "a reply comes twice with this probability"},
+    {"late", kLate, "replies come so much later"},
+    {"bus-cut", {}, "the bus is cut: nothing passes in either direction"},
+};
+
+}  // namespace
+
+std::span<const FaultKind> line_fault_kinds() { return kKinds; }
+
+bool LineFaults::set(const Fault& fault, bool attach) {
+  const std::string_view name = fault.kind->name;
+  const double value = attach && !fault.values.empty() ? fault.values.front() : 0;
+  if (name == "noise") {
+    noise = value;
+  } else if (name == "drop") {
+    drop = value;
+  } else if (name == "duplicate") {
+    duplicate = value;
+  } else if (name == "late") {
+    late_ns = static_cast<TimeNs>(value * kMillisecond);
+  } else if (name == "bus-cut") {
+    cut = attach;
+  } else {
+    return false;
+  }
+  return true;
+}
+
+Uart::Uart(const Parameters& parameters, LineDevice& device)
+    : parameters_(parameters),
+      device_(device),
+      character_ns_(parameters.paced ? 10 * kSecond / parameters.baud : 0),
+      random_(parameters.seed) {}
+
+bool Uart::chance(double probability) {
+  return probability > 0 && std::bernoulli_distribution(probability)(random_);
+}
+
+std::uint8_t Uart::through_noise(std::uint8_t character) {
+  if (!chance(faults.noise)) return character;
+  const int bit = std::uniform_int_distribution(0, 7)(random_);
+  return static_cast<std::uint8_t>(character ^ (1 << bit));
+}
+
+void Uart::from_master(std::span<const std::uint8_t> characters, TimeNs now) {
+  for (const std::uint8_t character : characters) {
+    master_free_ns_ = std::max(now, master_free_ns_) + character_ns_;
+    if (character == parameters_.frame_begin) dropping_ = chance(faults.drop);
+    if (faults.cut || dropping_) continue;
+    arriving_.push_back({master_free_ns_, through_noise(character)});
+  }
+}
+
+void Uart::advance(TimeNs now) {
+  while (!arriving_.empty() && arriving_.front().at_ns <= now) {
+    const Timed arrived = arriving_.front();
+    arriving_.pop_front();
+    const std::span<const std::uint8_t> reply = device_.receive(arrived.character, arrived.at_ns);
+    if (reply.empty() || faults.cut || chance(faults.drop)) continue;
+    queue_reply(reply, arrived.at_ns);
+    if (chance(faults.duplicate)) queue_reply(reply, arrived.at_ns);
+  }
+}
+
+// A reply begins one character after its request ended. Requests follow one another at least as far
+// apart as replies are long, so without faults they never meet; a late or doubled one waits for the
+// one before.
+void Uart::queue_reply(std::span<const std::uint8_t> frame, TimeNs now) {
+  TimeNs at_ns = std::max(now + character_ns_ + faults.late_ns, reply_free_ns_);
+  for (const std::uint8_t character : frame) {
+    at_ns += character_ns_;
+    leaving_.push_back({at_ns, through_noise(character)});
+  }
+  reply_free_ns_ = at_ns;
+}
+
+std::span<const std::uint8_t> Uart::take(TimeNs now) {
+  taken_.clear();
+  if (next_wake() > now) return {};
+  while (!leaving_.empty() && leaving_.front().at_ns <= now) {
+    taken_.push_back(leaving_.front().character);
+    leaving_.pop_front();
+  }
+  return taken_;
+}
+
+TimeNs Uart::next_wake() const {
+  TimeNs wake = std::numeric_limits<TimeNs>::max();
+  for (const Timed& character : arriving_) {
+    wake = character.at_ns;
+    if (character.character == parameters_.frame_end) break;
+  }
+  TimeNs piece = std::numeric_limits<TimeNs>::max();
+  for (std::size_t i = 0; i < std::min(kPiece, leaving_.size()); ++i) {
+    piece = leaving_[i].at_ns;
+    if (leaving_[i].character == parameters_.frame_end) break;
+  }
+  return std::min(wake, piece);
+}
+
+void Uart::forget() {
+  arriving_.clear();
+  leaving_.clear();
+}
+
+}  // namespace lss::sim

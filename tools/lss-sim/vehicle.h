@@ -1,0 +1,55 @@
+#pragma once
+
+// What a simulated vehicle is to the rest of lss-sim: serial lines with devices on them, physics in
+// steps of one millisecond, faults, and the truth. Threads: step() and truth() from the physics
+// thread, a line's device from that line's thread, faults from any; the vehicle locks what these
+// share.
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drivers/time.h"
+#include "tools/lss-sim/faults.h"
+#include "tools/lss-sim/uart.h"
+
+namespace lss::sim {
+
+inline constexpr TimeNs kStepNs = kMillisecond;
+
+struct SerialLine {
+  std::string name;  // of the link in DIR
+  LineDevice* device = nullptr;
+};
+
+class Vehicle {
+ public:
+  virtual ~Vehicle() = default;
+  virtual std::vector<SerialLine> lines() = 0;
+  virtual void step() = 0;  // kStepNs of simulated time
+  // position_m, attitude_wxyz, velocity_m_s and the vehicle's own.
+  virtual nlohmann::ordered_json truth() const = 0;
+  // One of the vehicle's own kinds: attach or clear it.
+  virtual void set_fault(const Fault& fault, bool attach) = 0;
+  // False when an attached fault of its own has ended by itself.
+  virtual bool in_force(const Fault& fault) const = 0;
+};
+
+// The entry of a vehicle in lss-sim's roster.
+class VehicleKind {
+ public:
+  virtual ~VehicleKind() = default;
+  virtual std::string name() const = 0;
+  virtual std::string summary() const = 0;
+  virtual std::span<const FaultKind> fault_kinds() const = 0;
+  virtual void add_options(CLI::App& command) = 0;
+  virtual std::unique_ptr<Vehicle> make(unsigned seed) const = 0;
+};
+
+// Every vehicle in the build, by its make_NAME_kind().
+std::vector<std::unique_ptr<VehicleKind>> all_vehicles();
+
+}  // namespace lss::sim

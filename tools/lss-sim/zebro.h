@@ -1,0 +1,78 @@
+#pragma once
+
+// Lunar Zebro as its On-Board Computer sees it: one serial line `legs` with seven modules on it,
+// six of them turning the legs of the robot, one the solar panel. The entry for lss-sim's roster,
+// and the vehicle itself for tests that step it without threads.
+
+#include <array>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "drivers/zebro/ascii_codec.h"
+#include "tools/lss-sim/vehicle.h"
+#include "tools/lss-sim/zebro_module.h"
+#include "tools/lss-sim/zebro_robot.h"
+
+namespace lss::sim {
+
+std::unique_ptr<VehicleKind> make_zebro_kind();
+
+namespace zebro {
+
+inline constexpr int kModules = 7;  // addresses 1..7: legs LF, RF, LM, RM, LH, RH and the panel
+
+struct ZebroOptions {
+  TerrainOptions terrain;
+  lss::zebro::Check check = lss::zebro::Check::lrc;
+  lss::zebro::Stop stop = lss::zebro::Stop::lf;
+};
+
+// The solar panel: from its mechanical stop at 0 (retracted) to the one at 110 deg.
+class Panel {
+ public:
+  const ShaftState& step(const ShaftDrive& drive);
+  const ShaftState& shaft() const { return shaft_; }
+
+ private:
+  ShaftState shaft_;
+};
+
+class Zebro final : public Vehicle, public LineDevice {
+ public:
+  explicit Zebro(const ZebroOptions& options);
+
+  std::vector<SerialLine> lines() override { return {{"legs", this}}; }
+  void step() override;
+  nlohmann::ordered_json truth() const override;
+  void set_fault(const Fault& fault, bool attach) override;
+  bool in_force(const Fault& fault) const override;
+  std::span<const std::uint8_t> receive(std::uint8_t character, TimeNs now) override;
+
+  const Robot& robot() const { return robot_; }
+
+ private:
+  // What a fault does to a shaft between gear and leg.
+  struct Obstacle {
+    bool stuck = false;
+    double drag_Nm = 0;
+  };
+
+  ShaftDrive through_obstacle(std::size_t module, const ShaftDrive& drive);
+  void feel(std::size_t module, const ShaftState& shaft);
+
+  ZebroOptions options_;
+  Robot robot_;
+  Panel panel_;
+  mutable std::mutex mutex_;  // of all below: shared by physics, the line and faults
+  std::vector<Module> modules_;
+  std::array<Obstacle, kModules> obstacles_{};
+  std::array<ShaftState, kModules> felt_{};  // what the motors felt in the last step
+  std::array<ShaftDrive, kModules> wanted_{};
+  lss::zebro::Receiver receiver_;
+  std::uint64_t dropped_ = 0;
+  std::array<std::uint8_t, lss::zebro::kMaxFrameCharacters> reply_{};
+};
+
+}  // namespace zebro
+}  // namespace lss::sim
