@@ -1,0 +1,303 @@
+#include "tests/cli/fake_daemon.h"
+
+#include <zebro.h>  // of the IDL
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+
+#include "tools/lss-cli/link.h"
+
+namespace lss::cli::test {
+namespace {
+
+using std::chrono::milliseconds;
+using zebro::Mode;
+
+constexpr milliseconds kPeriod{10};
+
+std::int64_t now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch())
+      .count();
+}
+
+template <class T>
+T must(dds::Result<T> result) {
+  if (!result) throw std::runtime_error(result.error());
+  return std::move(*result);
+}
+
+dds::Participant join(int domain) {
+  dds::ParticipantParameters parameters;
+  parameters.domain = domain;
+  return must(dds::Participant::create(parameters));
+}
+
+}  // namespace
+
+FakeDaemon::FakeDaemon(int domain, const std::string& vehicle_id)
+    : participant_(join(domain)), vehicle_id_(vehicle_id) {
+  const auto writer = [&](dds::Kind kind) {
+    return must(dds::create_writer(participant_.get(), dds::common_topic(kind)));
+  };
+  acks_ = writer(dds::Kind::command_ack);
+  status_ = writer(dds::Kind::status);
+  events_ = writer(dds::Kind::event);
+  telemetry_ = must(dds::create_writer(participant_.get(),
+                                       dds::telemetry_topic("zebro", &lss_ZebroTelemetry_desc)));
+  const auto reader = [&](dds::Kind kind) {
+    return must(dds::create_daemon_reader(participant_.get(), dds::common_topic(kind), nullptr));
+  };
+  commands_ = reader(dds::Kind::command);
+  heartbeat_reader_ = reader(dds::Kind::heartbeat);
+  thread_ = std::thread([this] { run(); });
+}
+
+FakeDaemon::~FakeDaemon() {
+  stop_ = true;
+  thread_.join();
+}
+
+void FakeDaemon::run() {
+  Clock::time_point next_status{};
+  while (!stop_) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (!silent_) {
+        take_commands();
+        if (changed_ || Clock::now() >= next_status) {
+          publish_status();
+          next_status = Clock::now() + milliseconds(1000);
+        }
+        if (mode_ == Mode::walking) distance_m_ += 0.0001;
+        if (periodic_) publish_telemetry();
+      }
+    }
+    std::this_thread::sleep_for(kPeriod);  // the frame period of this daemon
+  }
+}
+
+void FakeDaemon::take_commands() {
+  dds_sample_info_t info{};
+  lss_Heartbeat heartbeat{};
+  void* heartbeats[1] = {&heartbeat};
+  while (dds_take(heartbeat_reader_.get(), heartbeats, &info, 1, 1) == 1)
+    heartbeats_ += info.valid_data ? 1 : 0;
+  lss_Command command{};
+  void* commands[1] = {&command};
+  while (dds_take(commands_.get(), commands, &info, 1, 1) == 1) {
+    if (info.valid_data && text(command.vehicle_id) == vehicle_id_) obey(command);
+  }
+}
+
+void FakeDaemon::obey(const lss_Command& command) {
+  const bool dry_run = (command.flags & kFlagDryRun) != 0;
+  if (!dry_run) heard_.push_back(command);
+  std::uint64_t& newest = sequences_[std::string(text(command.source))];
+  if (command.seq <= newest) {
+    return acknowledge(command, lss_PHASE_REJECTED, Reason::stale_sequence);
+  }
+  newest = command.seq;
+  const auto found = troubles_.find(command.kind);
+  const bool troubled = found != troubles_.end();
+  if (troubled && found->second.kind == Trouble::Kind::no_answer) return;
+  const bool anyone = command.kind == kData || command.kind == kEstop;
+  if (!anyone && !authority_.empty() && text(command.source) != authority_) {
+    return acknowledge(command, lss_PHASE_REJECTED, Reason::not_authorised);
+  }
+  if (troubled && found->second.kind == Trouble::Kind::reject) {
+    return acknowledge(command, lss_PHASE_REJECTED, found->second.reason);
+  }
+  acknowledge(command, lss_PHASE_ACCEPTED);
+  if (dry_run) return;
+  if (command.kind == kData) {
+    publish_telemetry();
+    return acknowledge(command, lss_PHASE_COMPLETED);
+  }
+  if (active_.kind != 0) finish(lss_PHASE_SUPERSEDED, Reason::superseded);
+  acknowledge(command, lss_PHASE_EXECUTING);
+  active_ = command;
+  if (troubled && found->second.kind == Trouble::Kind::fail)
+    return finish(lss_PHASE_FAILED, found->second.reason);
+  if (troubled) return;  // never ends
+  perform(command);
+}
+
+void FakeDaemon::perform(const lss_Command& command) {
+  const auto reach = [&](lss_State state, Mode mode) {
+    state_ = state;
+    mode_ = mode;
+    changed_ = true;
+    authority_ = state == lss_STATE_OPERATIONAL ? text(command.source) : "";
+  };
+  switch (command.kind) {
+    case kStart:
+      reach(lss_STATE_OPERATIONAL, Mode::holding);
+      break;
+    case kStand:
+      reach(lss_STATE_OPERATIONAL, Mode::standing);
+      break;
+    case kLayDown:
+      reach(lss_STATE_OPERATIONAL, Mode::lying);
+      break;
+    case kStow:
+      reach(lss_STATE_OPERATIONAL, Mode::stowed);
+      break;
+    case kLeg:
+      reach(lss_STATE_OPERATIONAL, Mode::bridge);
+      break;
+    case kWalk:
+      return reach(lss_STATE_OPERATIONAL, Mode::walking);  // until another command
+    case kEstop:
+      reach(lss_STATE_FATAL_ERROR, Mode::none);
+      break;
+    default:
+      reach(lss_STATE_IDLE, Mode::none);
+      break;
+  }
+  finish(lss_PHASE_COMPLETED);
+}
+
+void FakeDaemon::acknowledge(const lss_Command& command, lss_Phase phase, Reason reason) {
+  lss_CommandAck ack{};
+  put(ack.vehicle_id, vehicle_id_);
+  std::ranges::copy(command.source, ack.source);
+  ack.seq = command.seq;
+  ack.kind = command.kind;
+  ack.phase = phase;
+  ack.reason = static_cast<std::uint16_t>(reason);
+  ack.measured = ack.limit = NAN;
+  ack.time_ns = now_ns();
+  dds_write(acks_.get(), &ack);
+}
+
+void FakeDaemon::finish(lss_Phase phase, Reason reason) {
+  acknowledge(active_, phase, reason);
+  active_ = {};
+}
+
+void FakeDaemon::publish_status() {
+  lss_Status status{};
+  put(status.vehicle_id, vehicle_id_);
+  put(status.vehicle, "zebro");
+  put(status.version, "0.0.0");
+  put(status.authority, authority_);
+  put(status.mode_name, zebro::kModeNames[static_cast<std::size_t>(mode_)]);
+  status.state = state_;
+  status.mode = static_cast<std::uint8_t>(mode_);
+  status.time_ns = now_ns();
+  status.period_ns = 20'000'000;
+  status.realtime_granted = true;
+  status.memory_locked = true;
+  status.obc_age_ms = 12;
+  status.shared_memory = lss_SHM_OFF;
+  status.thread_count = 1;
+  put(status.threads[0].name, "frame");
+  status.threads[0].policy = 1;
+  status.threads[0].priority = 70;
+  std::ranges::copy(faults_, status.faults);
+  status.fault_count = static_cast<std::uint32_t>(faults_.size());
+  dds_write(status_.get(), &status);
+  changed_ = false;
+}
+
+void FakeDaemon::publish_telemetry() {
+  lss_ZebroTelemetry t{};
+  put(t.vehicle_id, vehicle_id_);
+  t.time_ns = now_ns();
+  t.state = static_cast<std::uint8_t>(state_);
+  t.mode = static_cast<std::uint8_t>(mode_);
+  t.speed = 3;
+  t.direction = 1;
+  t.distance_m = distance_m_;
+  t.port_open = true;
+  for (std::uint8_t i = 0; i < zebro::kModules; ++i) {
+    lss_ZebroModule& module = t.modules[i];
+    module.id = module.address = static_cast<std::uint8_t>(i + 1);
+    module.online = module.id != silent_module_;
+    module.calibrated = true;
+    module.temperature_degC = 21.5;
+  }
+  dds_write(telemetry_.get(), &t);
+}
+
+void FakeDaemon::trouble(std::uint16_t kind, Trouble trouble) {
+  const std::lock_guard lock(mutex_);
+  troubles_.insert_or_assign(kind, trouble);
+}
+void FakeDaemon::set_state(lss_State state, Mode mode) {
+  const std::lock_guard lock(mutex_);
+  state_ = state;
+  mode_ = mode;
+  changed_ = true;
+}
+void FakeDaemon::set_authority(const std::string& source) {
+  const std::lock_guard lock(mutex_);
+  authority_ = source;
+  changed_ = true;
+}
+void FakeDaemon::latch(FaultId fault, std::uint16_t subject) {
+  const std::lock_guard lock(mutex_);
+  faults_.push_back({.id = static_cast<std::uint16_t>(fault),
+                     .subject = subject,
+                     .count = 1,
+                     .since_ns = now_ns()});
+  changed_ = true;
+}
+void FakeDaemon::silence_module(std::uint8_t id) {
+  const std::lock_guard lock(mutex_);
+  silent_module_ = id;
+}
+void FakeDaemon::telemetry_on_request() {
+  const std::lock_guard lock(mutex_);
+  periodic_ = false;
+}
+void FakeDaemon::fall_silent() {
+  const std::lock_guard lock(mutex_);
+  silent_ = true;
+}
+void FakeDaemon::emergency() {
+  const std::lock_guard lock(mutex_);
+  state_ = lss_STATE_FATAL_ERROR;
+  mode_ = Mode::none;
+  changed_ = true;
+  if (active_.kind != 0) finish(lss_PHASE_FAILED, Reason::emergency);
+}
+
+void FakeDaemon::event(EventId id, const std::string& what) {
+  const std::lock_guard lock(mutex_);
+  lss_Event event{};
+  put(event.vehicle_id, vehicle_id_);
+  event.index = ++event_index_;
+  event.time_ns = now_ns();
+  event.severity = lss_SEVERITY_INFO;
+  event.id = static_cast<std::uint16_t>(id);
+  put(event.text, what);
+  dds_write(events_.get(), &event);
+}
+
+std::vector<std::uint16_t> FakeDaemon::kinds() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::uint16_t> list;
+  for (const lss_Command& command : heard_) list.push_back(command.kind);
+  return list;
+}
+lss_Command FakeDaemon::last(std::uint16_t kind) const {
+  const std::lock_guard lock(mutex_);
+  lss_Command found{};
+  for (const lss_Command& command : heard_) {
+    if (command.kind == kind) found = command;
+  }
+  return found;
+}
+lss_State FakeDaemon::state() const {
+  const std::lock_guard lock(mutex_);
+  return state_;
+}
+Mode FakeDaemon::mode() const {
+  const std::lock_guard lock(mutex_);
+  return mode_;
+}
+
+}  // namespace lss::cli::test

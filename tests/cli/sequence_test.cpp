@@ -1,0 +1,71 @@
+#include "tools/lss-cli/sequence.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tools/lss-cli/failure.h"
+#include "tools/lss-cli/steps.h"
+
+namespace lss::cli {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+TEST(Sequence, CommandsEndAtSemicolonsAndLineEnds) {
+  const std::vector<Line> lines =
+      parse_sequence("start; stand\n\n  walk forward --for 10s ;; stop", "-e");
+  ASSERT_EQ(lines.size(), 4U);
+  EXPECT_THAT(lines[0].words, ElementsAre("start"));
+  EXPECT_THAT(lines[2].words, ElementsAre("walk", "forward", "--for", "10s"));
+  EXPECT_EQ(lines[1].number, 1);
+  EXPECT_EQ(lines[2].number, 3);
+}
+
+TEST(Sequence, CommentsAreLeftOutAndQuotesKeepBlanks) {
+  const std::vector<Line> lines =
+      parse_sequence("# patrol; of the north\nwait '5 s' # rest\nsay \"a;b\" c#d", "f");
+  ASSERT_EQ(lines.size(), 2U);
+  EXPECT_THAT(lines[0].words, ElementsAre("wait", "5 s"));
+  EXPECT_THAT(lines[1].words, ElementsAre("say", "a;b", "c#d"));
+}
+
+TEST(Sequence, AnOpenQuoteIsAnErrorWithItsLine) {
+  try {
+    parse_sequence("start\nwait '5 s\nstop", "patrol.lss");
+    FAIL() << "was taken";
+  } catch (const Failure& e) {
+    EXPECT_EQ(e.code(), ExitCode::usage);
+    EXPECT_THAT(e.what(), StartsWith("patrol.lss:2: "));
+  }
+}
+
+TEST(Sequence, AVerbThatNobodyKnowsIsAnErrorWithItsLineBeforeAnythingIsDone) {
+  try {
+    parse_steps("start\nstand\nwlak forward", "patrol.lss");
+    FAIL() << "was taken";
+  } catch (const Failure& e) {
+    EXPECT_EQ(e.code(), ExitCode::unknown_name);
+    EXPECT_THAT(e.what(), StartsWith("patrol.lss:3: "));
+    EXPECT_THAT(e.advice(), HasSubstr("walk"));
+  }
+}
+
+TEST(Sequence, AWrongParameterIsAnErrorWithItsLineBeforeAnythingIsDone) {
+  try {
+    parse_steps("start; stand\nwalk --heading 120", "patrol.lss");
+    FAIL() << "was taken";
+  } catch (const Failure& e) {
+    EXPECT_EQ(e.code(), ExitCode::usage);
+    EXPECT_THAT(e.what(), StartsWith("patrol.lss:2: "));
+  }
+}
+
+TEST(Sequence, TheOptionsOfTheWholeProgramBelongToTheProgram) {
+  EXPECT_THROW(parse_steps("walk forward --domain 3", "-e"), Failure);
+  EXPECT_THROW(parse_steps("run other.lss", "-e"), Failure);
+}
+
+}  // namespace
+}  // namespace lss::cli

@@ -1,0 +1,67 @@
+#include "tools/lss-cli/units.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <numbers>
+
+#include "tools/lss-cli/failure.h"
+
+namespace lss::cli {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+TEST(Units, AnAngleIsInDegreesUnlessItSaysOtherwise) {
+  EXPECT_NEAR(parse_quantity("30", "rad", "heading"), 30 * kDegree, 1e-12);
+  EXPECT_NEAR(parse_quantity("30deg", "rad", "heading"), 30 * kDegree, 1e-12);
+  EXPECT_NEAR(parse_quantity("-12.5 deg", "rad", "heading"), -12.5 * kDegree, 1e-12);
+  EXPECT_NEAR(parse_quantity("+90°", "rad", "heading"), 90 * kDegree, 1e-12);
+  EXPECT_DOUBLE_EQ(parse_quantity("1.5rad", "rad", "heading"), 1.5);
+}
+
+TEST(Units, ATimeIsInSecondsUnlessItSaysOtherwise) {
+  EXPECT_DOUBLE_EQ(parse_quantity("20", "s", "time"), 20);
+  EXPECT_DOUBLE_EQ(parse_quantity("20s", "s", "time"), 20);
+  EXPECT_DOUBLE_EQ(parse_quantity("500ms", "s", "time"), 0.5);
+  EXPECT_DOUBLE_EQ(parse_quantity("1.5min", "s", "time"), 90);
+  EXPECT_DOUBLE_EQ(parse_quantity("2h", "s", "time"), 7200);
+}
+
+TEST(Units, WhatIsNoFiniteNumberWithAKnownUnitIsAUsageError) {
+  for (const char* text :
+       {"", "abc", "nan", "inf", "-inf", "1e999", "30grad", "10 m", "s", "--5", "5s5"}) {
+    for (const char* unit : {"rad", "s"}) {
+      try {
+        const double value = parse_quantity(text, unit, "it");
+        ADD_FAILURE() << "'" << text << "' was read as " << value << " " << unit;
+      } catch (const Failure& e) {
+        EXPECT_EQ(e.code(), ExitCode::usage);
+      }
+    }
+  }
+  EXPECT_THROW(parse_quantity("3deg", "", "leg"), Failure);
+  EXPECT_DOUBLE_EQ(parse_quantity("3 m/s", "m/s", "speed"), 3);
+}
+
+TEST(Units, ADurationIsLongerThanNothing) {
+  EXPECT_THROW(parse_duration_s("0", "--for"), Failure);
+  EXPECT_THROW(parse_duration_s("-5s", "--for"), Failure);
+  EXPECT_DOUBLE_EQ(parse_duration_s("1ms", "--for"), 0.001);
+}
+
+RC_GTEST_PROP(Units, AnAngleThatIsShownReadsBackAsItself, ()) {
+  const double degrees = *rc::gen::inRange(-3600, 3600) / 10.0;
+  RC_ASSERT(std::abs(parse_quantity(format_quantity(degrees * kDegree, "rad"), "rad", "it") -
+                     degrees * kDegree) < 1e-9);
+}
+
+TEST(Units, DurationsAreShownAsPeopleSayThem) {
+  EXPECT_EQ(format_duration(0.43), "0.4 s");
+  EXPECT_EQ(format_duration(12.3), "12 s");
+  EXPECT_EQ(format_duration(200), "3 min 20 s");
+  EXPECT_EQ(format_duration(7500), "2 h 5 min");
+}
+
+}  // namespace
+}  // namespace lss::cli

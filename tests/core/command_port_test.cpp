@@ -1,0 +1,101 @@
+#include "daemon/core/command_port.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace lss {
+namespace {
+
+constexpr CommandInfo kSolve{4, "solve", Access::holder, false, "", {}};
+constexpr CommandInfo kStop{3, "estop", Access::anyone, false, "", {}};
+const lc::Table kTable{{},
+                       [](unsigned, const lc::ControllerState&) { return Verdict{}; },
+                       [](lc::ActionSet, lc::ControllerState&) {}};
+const Logic kLogic{
+    .table = &kTable,
+    .event_of =
+        [](const Request& r) { return r.kind == 4 ? lc::Event::solve : lc::Event::emergency_stop; },
+    .reached = [](std::uint16_t, const lc::ControllerState&) { return true; },
+    .command = [](std::uint16_t kind) -> const CommandInfo* {
+      if (kind == 4) return &kSolve;
+      return kind == 3 ? &kStop : nullptr;
+    },
+    .sense = [](const SupervisorState&, const Request&) { return Verdict{}; },
+    .lease_expired = lc::Event::none,
+    .modules = 0};
+
+class CommandPortTest : public testing::Test {
+ protected:
+  void receive(std::uint16_t kind, std::uint64_t sequence, std::uint16_t flags = 0) {
+    Request r{.sequence = sequence, .kind = kind, .flags = flags};
+    std::string("test").copy(r.source.data(), 31);
+    port_.receive(r, [&](const Ack& ack) { acks_.push_back(ack); });
+  }
+  // The frame thread has run: state, and how many commands it took.
+  void show(State state, std::uint64_t taken) {
+    SupervisorState s;
+    s.controller.state = state;
+    s.commands_taken = taken;
+    port_.show(s);
+  }
+  CommandPort port_{kLogic, 100, 1000};
+  std::vector<Ack> acks_;
+};
+
+TEST_F(CommandPortTest, AcceptsAtOnceWhatTheNewestStateAllows) {
+  show(State::fatal_error, 0);
+  receive(4, 1);
+  ASSERT_EQ(acks_.size(), 1u);
+  EXPECT_EQ(acks_[0].phase, Phase::accepted);
+  Request r;
+  ASSERT_TRUE(port_.pop(r));
+  EXPECT_TRUE(r.acknowledged);
+}
+
+TEST_F(CommandPortTest, RejectsAtOnceWhatTheNewestStateForbids) {
+  show(State::idle, 0);
+  receive(4, 1);
+  ASSERT_EQ(acks_.size(), 1u);
+  EXPECT_EQ(acks_[0].phase, Phase::rejected);
+  EXPECT_EQ(acks_[0].verdict.reason, Reason::not_in_state);
+  EXPECT_EQ(port_.refused(), 1u);
+  Request r;
+  EXPECT_FALSE(port_.pop(r));
+}
+
+TEST_F(CommandPortTest, LeavesTheVerdictToTheFrameWhileAnotherCommandIsOnItsWay) {
+  show(State::fatal_error, 0);
+  receive(3, 1);
+  receive(4, 2);
+  EXPECT_EQ(acks_.size(), 1u) << "what the first will have changed is not known yet";
+  Request r;
+  ASSERT_TRUE(port_.pop(r) && port_.pop(r));
+  EXPECT_FALSE(r.acknowledged);
+  show(State::fatal_error, 2);
+  receive(4, 3);
+  EXPECT_EQ(acks_.size(), 2u);
+}
+
+TEST_F(CommandPortTest, ADryRunIsAnsweredAndGoesNoFurther) {
+  show(State::fatal_error, 0);
+  receive(4, 1, kFlagDryRun);
+  ASSERT_EQ(acks_.size(), 1u);
+  EXPECT_EQ(acks_[0].phase, Phase::accepted);
+  Request r;
+  EXPECT_FALSE(port_.pop(r));
+}
+
+TEST_F(CommandPortTest, AFullQueueIsAnsweredAndNothingIsLostSilently) {
+  show(State::fatal_error, 0);
+  for (std::uint64_t i = 1; i <= 100; ++i) receive(4, i);
+  unsigned busy = 0, taken = 0;
+  for (const Ack& ack : acks_) busy += ack.verdict.reason == Reason::busy;
+  for (Request r; port_.pop(r);) ++taken;
+  EXPECT_GT(busy, 0u);
+  EXPECT_EQ(busy + taken, 100u);
+}
+
+}  // namespace
+}  // namespace lss

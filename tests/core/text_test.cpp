@@ -1,0 +1,42 @@
+#include "daemon/core/text.h"
+
+#include <gtest/gtest.h>
+
+namespace lss {
+namespace {
+
+constexpr const char* kModes[] = {"none", "Cruising"};
+constexpr const char* kModules[] = {"front", "rear"};
+constexpr Vocabulary kWords{kModes, 2, kModules, 2};
+
+EventRecord event(EventId id, double a = 0, double b = 0, std::uint16_t subject = 0) {
+  return {.id = static_cast<std::uint16_t>(id), .subject = subject, .argument = {a, b, 0, 0}};
+}
+
+TEST(EventText, SaysStatesModesReasonsAndFaultsByName) {
+  EXPECT_EQ(event_text(event(EventId::state_changed, 0, 2), kWords), "state Idle to FatalError");
+  EXPECT_EQ(event_text(event(EventId::mode_changed, 0, 1), kWords), "mode none to Cruising");
+  EXPECT_EQ(event_text(event(EventId::fault_cleared, 16), kWords), "fault bus_noise cleared");
+  EXPECT_EQ(event_text(event(EventId::command_rejected, 7, 12), kWords),
+            "command 7 rejected, reason not allowed in this state");
+}
+
+TEST(EventText, NamesTheModuleOfAFault) {
+  EventRecord record;
+  record.id = static_cast<std::uint16_t>(FaultId::module_over_current) + kFaultEventBase;
+  record.subject = 2;
+  EXPECT_EQ(event_text(record, kWords), "module 2 (rear): module stopped by over-current");
+}
+
+TEST(EventText, LeavesNoPlaceholderWhateverTheNumbers) {
+  for (const CodeInfo& info : kEvents) {
+    for (const double argument : {0.0, -1.0, 1e9}) {
+      const std::string text =
+          event_text(event(static_cast<EventId>(info.number), argument, argument, 99), kWords);
+      EXPECT_EQ(text.find('{'), std::string::npos) << text;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lss

@@ -1,0 +1,105 @@
+// The conversions and sentences of the DDS face, without DDS.
+
+#include "daemon/dds/convert.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "daemon/core/clock.h"
+
+namespace lss::dds {
+namespace {
+
+Ack rejection(Reason reason, std::uint16_t subject = 0, double measured = kRequired,
+              double limit = kRequired) {
+  Ack ack;
+  ack.phase = Phase::rejected;
+  ack.verdict = {reason, measured, limit, subject};
+  return ack;
+}
+
+TEST(AckText, NamesTheModuleTheMeasuredValueTheLimitAndWhatToDo) {
+  EXPECT_EQ(ack_text(rejection(Reason::module_silent, 3, 5000, 200)),
+            "rejected: module 3 does not answer (measured 5000, allowed 200); "
+            "check its power and the bus, then: lss-cli solve");
+}
+
+TEST(AckText, IsThePhaseAloneWhenThereIsNoReason) {
+  Ack ack;
+  ack.phase = Phase::completed;
+  EXPECT_EQ(ack_text(ack), "completed");
+}
+
+TEST(AckText, LeavesOutTheNumbersThatTheGuardDoesNotHave) {
+  EXPECT_EQ(ack_text(rejection(Reason::panel_deployed)),
+            "rejected: the solar panel is deployed; retract it first: lss-cli panel retract");
+  EXPECT_NE(ack_text(rejection(Reason::out_of_range, 0, 1.75)).find("(measured 1.75)"),
+            std::string::npos);
+}
+
+TEST(AckText, GivesTheNumberOfAReasonThatIsNotInTheList) {
+  EXPECT_EQ(ack_text(rejection(static_cast<Reason>(60'000))), "rejected: reason 60000");
+}
+
+TEST(AckText, OfEveryReasonFitsItsFieldWithTheLongestNumbers) {
+  for (const CodeInfo& reason : kReasons) {
+    const Ack ack =
+        rejection(static_cast<Reason>(reason.number), 127, -1.23456e-100, -1.23456e-100);
+    const lss_CommandAck sample = to_dds(ack, "v1");
+    const auto text = read_text(sample.text);
+    ASSERT_TRUE(text.has_value()) << reason.name;
+    EXPECT_EQ(*text, std::string_view(ack_text(ack)).substr(0, 159)) << reason.name;
+  }
+}
+
+TEST(Event, CarriesTheWallClockOfTheTimeItHappened) {
+  EventRecord record;
+  record.time_ns = now_ns() - 5 * kSecond;
+  const std::int64_t age_ns = utc_ns() - to_dds(record, "", "v1", 1).utc_ns;
+  EXPECT_NEAR(static_cast<double>(age_ns), 5e9, 1e9);
+}
+
+TEST(Request, OfAnUnterminatedSourceHasNone) {
+  lss_Command command{};
+  std::fill(std::begin(command.source), std::end(command.source), 'x');
+  EXPECT_EQ(to_request(command, 1).source, Name{});
+}
+
+TEST(Request, HasNothingOfWhatStandsBehindTheTerminator) {
+  lss_Command command{};
+  copy_text("cli", command.source);
+  command.source[5] = 'x';
+  Name expected{};
+  std::copy_n("cli", 3, expected.begin());
+  EXPECT_EQ(to_request(command, 1).source, expected);
+}
+
+TEST(Request, CarriesEveryFieldOfTheCommand) {
+  lss_Command command{};
+  command.seq = 7;
+  command.kind = 104;
+  command.flags = kFlagDryRun;
+  command.lease_ms = 500;
+  command.parameter[0] = 1;
+  command.parameter[7] = -2.5;
+  const Request request = to_request(command, 42);
+  EXPECT_EQ(request.sequence, 7u);
+  EXPECT_EQ(request.kind, 104);
+  EXPECT_EQ(request.flags, kFlagDryRun);
+  EXPECT_EQ(request.lease_ms, 500u);
+  EXPECT_EQ(request.parameter.front(), 1);
+  EXPECT_EQ(request.parameter.back(), -2.5);
+  EXPECT_EQ(request.arrival_ns, 42);
+}
+
+TEST(CopyText, CutsTerminatesAndZeroesToTheEnd) {
+  char field[6] = {'x', 'x', 'x', 'x', 'x', 'x'};
+  copy_text("ab", field);
+  EXPECT_EQ(std::string_view(field, 6), std::string_view("ab\0\0\0\0", 6));
+  copy_text("abcdefgh", field);
+  EXPECT_STREQ(field, "abcde");
+}
+
+}  // namespace
+}  // namespace lss::dds

@@ -1,0 +1,95 @@
+#include "tests/dds/roudi_support.h"
+
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <grp.h>
+#include <sys/file.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+
+#include "daemon/vehicles/zebro_telemetry.h"
+#include "idl/roudi.h"
+
+namespace {
+thread_local std::uint64_t sent_by_this_thread = 0;
+constexpr const char* kLockFile = "/tmp/lss-test-roudi.lock";
+}  // namespace
+
+// Stands before the C library's, so that the test sees what Cyclone sends and on which thread.
+extern "C" ssize_t sendmsg(int fd, const msghdr* message, int flags) {
+  using Function = ssize_t (*)(int, const msghdr*, int);
+  static const auto kNext = reinterpret_cast<Function>(::dlsym(RTLD_NEXT, "sendmsg"));
+  ++sent_by_this_thread;
+  return kNext(fd, message, flags);
+}
+
+namespace lss::testing_support {
+
+RoudiLock::RoudiLock() : fd_(::open(kLockFile, O_RDONLY | O_CLOEXEC)) {
+  // Not made by the first call: the kernel refuses to "create" a file that another user's run left
+  // in /tmp.
+  if (fd_ < 0) fd_ = ::open(kLockFile, O_RDONLY | O_CREAT | O_CLOEXEC, 0644);
+  require(fd_ >= 0 && ::flock(fd_, LOCK_EX) == 0, "the lock for RouDi");
+  // That of the test before us may be dying still.
+  require(eventually([] { return !dds::find_roudi(); }),
+          "no RouDi but ours on this machine while its tests run");
+}
+
+// A killed RouDi leaves files that the RouDi of another user could not replace.
+RoudiLock::~RoudiLock() {
+  const group* own = ::getgrgid(::getegid());
+  const std::string segment = std::string("/dev/shm/") + (own != nullptr ? own->gr_name : "");
+  for (const std::string& file :
+       {std::string("/dev/shm/iceoryx_mgmt"), segment, std::string("/tmp/roudi"),
+        std::string("/tmp/roudi.lock"), std::string("/tmp/iox-unique-roudi.lock")}) {
+    if (!dds::find_roudi()) ::unlink(file.c_str());  // never those of one that lives
+  }
+  ::close(fd_);
+}
+
+Roudi::Roudi()
+    : log_file_(std::filesystem::temp_directory_path() /
+                ("lss-test-roudi-" + std::to_string(::getpid()) + ".log")) {
+  process_.emplace(std::vector<std::string>{
+      "sh", "-c", "exec iox-roudi -c " ROUDI_CONFIG " > " + log_file_ + " 2>&1"});
+  require(eventually([] { return dds::find_roudi().has_value(); }), "RouDi starts");
+}
+
+Roudi::~Roudi() {
+  kill();
+  std::filesystem::remove(log_file_);
+}
+
+void Roudi::kill() {
+  process_.reset();
+  require(!dds::find_roudi(), "a killed RouDi is not found");
+}
+
+Publisher::Publisher(Face& face)
+    : face_(face), thread_([this](const std::stop_token& stop) {
+        zebro::Telemetry telemetry;
+        while (!stop.stop_requested()) {
+          ++telemetry.frame;
+          face_.telemetry(&telemetry);
+          face_.timing({});
+          if (face_.watch_shared_memory()) ++changes_;
+          samples_ = telemetry.frame;
+          datagrams_ = sent_by_this_thread;
+          std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        }
+      }) {}
+
+Publisher::~Publisher() = default;
+
+void require(bool truth, const std::string& what) {
+  if (truth) return;
+  std::fprintf(stderr, "not so: %s\n", what.c_str());
+  ::_exit(3);
+}
+
+}  // namespace lss::testing_support

@@ -1,0 +1,67 @@
+#pragma once
+
+// RouDi processes of the tests' own, and a face that publishes meanwhile. There can be one RouDi on
+// a machine, so whoever starts one holds a lock that all test processes share.
+
+#include <array>
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "daemon/dds/face.h"
+#include "tests/dds/dds_support.h"
+
+namespace lss::testing_support {
+
+// Held from construction to the end of the process' interest in RouDi.
+class RoudiLock {
+ public:
+  RoudiLock();
+  ~RoudiLock();
+  RoudiLock(const RoudiLock&) = delete;
+  RoudiLock& operator=(const RoudiLock&) = delete;
+
+ private:
+  int fd_ = -1;
+};
+
+class Roudi {
+ public:
+  Roudi();   // returns when it lives
+  ~Roudi();  // kill -9: RouDi would terminate its clients when asked to end
+  Roudi(const Roudi&) = delete;
+  Roudi& operator=(const Roudi&) = delete;
+
+  void kill();  // returns when it is gone
+  const std::string& log_file() const { return log_file_; }
+
+ private:
+  std::string log_file_;
+  std::optional<Child> process_;
+};
+
+// A face that publishes telemetry every few milliseconds and looks after RouDi, as the publish
+// thread does.
+class Publisher {
+ public:
+  explicit Publisher(Face& face);
+  ~Publisher();
+
+  // UDP datagrams that its thread sent so far.
+  std::uint64_t datagrams() const { return datagrams_; }
+  std::uint64_t samples() const { return samples_; }
+  std::uint64_t changes() const { return changes_; }  // how often watch_shared_memory() said true
+
+ private:
+  Face& face_;
+  std::atomic<std::uint64_t> datagrams_{0}, samples_{0}, changes_{0};
+  std::jthread thread_;
+};
+
+// A scenario runs in a process of its own, since iceoryx has one life per process, and ends by
+// exit(0), since leaving is part of what is tested. What is not as it should be ends it at once.
+void require(bool truth, const std::string& what);
+
+}  // namespace lss::testing_support

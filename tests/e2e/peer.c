@@ -1,0 +1,224 @@
+// The other end of the DDS face for the end-to-end tests: built from the IDL alone, default QoS,
+// plain C, no header of ours. Interfaces and shared memory come from CYCLONEDDS_URI, as with any
+// DDS program.
+//
+//   e2e_peer commander DOMAIN VEHICLE_ID
+//     says "ready" when the daemon's end is known, then obeys lines on its standard input until it
+//     ends:
+//       command SOURCE SEQ KIND FLAGS LEASE_MS P0 .. P7    (SOURCE "-": 32 characters without a
+//       NUL) heartbeat SOURCE COUNTER
+//     and puts out a line for each acknowledgement that it hears:
+//       ack SOURCE SEQ KIND PHASE REASON TIME_NS
+//   e2e_peer telemetry DOMAIN COUNT SECONDS
+//     takes COUNT samples as loans and COUNT as they came, and says
+//       reader shm=B loan=B        what the reader can do
+//       loaned N                   samples taken as loans, frames growing
+//       chunks N                   samples that came as chunks of shared memory
+// Exit code 0 when it got what it waited for, 1 when the time ran out, 2 when DDS refused.
+#include <poll.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "dds/dds.h"
+#include "dds/ddsc/dds_loan_api.h"
+#include "dds/ddsi/ddsi_serdata.h"
+#include "lss.h"
+#include "zebro.h"
+
+static void put_text(char* field, size_t size, const char* text) {
+  memset(field, 0, size);
+  strncpy(field, text, size - 1);
+}
+
+static dds_entity_t waitset_on(dds_entity_t participant, dds_entity_t entity, uint32_t mask) {
+  const dds_entity_t waitset = dds_create_waitset(participant);
+  dds_set_status_mask(entity, mask);
+  dds_waitset_attach(waitset, entity, 0);
+  return waitset;
+}
+
+static bool wait_for(dds_entity_t waitset, dds_time_t until) {
+  dds_attach_t triggered;
+  return dds_waitset_wait_until(waitset, &triggered, 1, until) > 0;
+}
+
+// --- telemetry
+
+typedef struct {
+  unsigned long long frame;  // of the last sample
+  long count;
+  bool growing;
+} Series;
+
+static void add(Series* series, const lss_ZebroTelemetry* sample) {
+  if (series->count > 0 && sample->frame <= series->frame) series->growing = false;
+  series->frame = sample->frame;
+  ++series->count;
+}
+
+static void take_loans(dds_entity_t reader, Series* series) {
+  void* samples[8] = {NULL};
+  dds_sample_info_t infos[8];
+  const dds_return_t count = dds_take(reader, samples, infos, 8, 8);
+  for (dds_return_t i = 0; i < count; ++i) {
+    if (infos[i].valid_data) add(series, samples[i]);
+  }
+  if (count > 0) dds_return_loan(reader, samples, count);
+}
+
+static void take_chunks(dds_entity_t reader, long* chunks, long* others) {
+  struct ddsi_serdata* data[8];
+  dds_sample_info_t infos[8];
+  const dds_return_t count = dds_takecdr(reader, data, 8, infos, DDS_ANY_STATE);
+  for (dds_return_t i = 0; i < count; ++i) {
+    if (infos[i].valid_data) ++*(data[i]->iox_chunk != NULL ? chunks : others);
+    ddsi_serdata_unref(data[i]);
+  }
+}
+
+static int telemetry(dds_entity_t participant, long wanted, dds_time_t until) {
+  const dds_entity_t topic =
+      dds_create_topic(participant, &lss_ZebroTelemetry_desc, "lss/telemetry/zebro", NULL, NULL);
+  dds_qos_t* qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_BEST_EFFORT, 0);
+  const dds_entity_t reader = dds_create_reader(participant, topic, qos, NULL);
+  dds_delete_qos(qos);
+  if (reader < 0) return 2;
+  printf("reader shm=%d loan=%d\n", dds_is_shared_memory_available(reader),
+         dds_is_loan_available(reader));
+
+  const dds_entity_t waitset = waitset_on(participant, reader, DDS_DATA_AVAILABLE_STATUS);
+  Series loaned = {0, 0, true};
+  while (loaned.count < wanted && wait_for(waitset, until)) take_loans(reader, &loaned);
+  printf("loaned %ld\n", loaned.count);
+  long chunks = 0, others = 0;
+  while (chunks + others < wanted && wait_for(waitset, until))
+    take_chunks(reader, &chunks, &others);
+  printf("chunks %ld\n", chunks);
+  if (!loaned.growing) printf("frames went back\n");
+  return loaned.growing && loaned.count >= wanted && chunks + others >= wanted ? 0 : 1;
+}
+
+// --- commander
+
+typedef struct {
+  const char* vehicle_id;
+  dds_entity_t command, heartbeat, ack;
+} Commander;
+
+static bool send_command(const Commander* c, char* words) {
+  lss_Command sample;
+  memset(&sample, 0, sizeof sample);
+  put_text(sample.vehicle_id, sizeof sample.vehicle_id, c->vehicle_id);
+  const char* source = strtok_r(NULL, " \n", &words);
+  if (source == NULL) return false;
+  if (strcmp(source, "-") == 0) {
+    memset(sample.source, 'x', sizeof sample.source);
+  } else {
+    put_text(sample.source, sizeof sample.source, source);
+  }
+  double number[4 + 8] = {0};  // seq kind flags lease_ms p0..p7
+  for (size_t i = 0; i < 12; ++i) {
+    const char* word = strtok_r(NULL, " \n", &words);
+    if (word == NULL) break;
+    number[i] = strtod(word, NULL);
+  }
+  sample.seq = (unsigned long long)number[0];
+  sample.kind = (uint16_t)number[1];
+  sample.flags = (uint16_t)number[2];
+  sample.lease_ms = (uint32_t)number[3];
+  memcpy(sample.parameter, number + 4, sizeof sample.parameter);
+  return dds_write(c->command, &sample) == DDS_RETCODE_OK;
+}
+
+static bool send_heartbeat(const Commander* c, char* words) {
+  lss_Heartbeat sample;
+  memset(&sample, 0, sizeof sample);
+  const char* source = strtok_r(NULL, " \n", &words);
+  const char* counter = strtok_r(NULL, " \n", &words);
+  if (source == NULL || counter == NULL) return false;
+  put_text(sample.vehicle_id, sizeof sample.vehicle_id, c->vehicle_id);
+  put_text(sample.source, sizeof sample.source, source);
+  sample.counter = strtoull(counter, NULL, 10);
+  return dds_write(c->heartbeat, &sample) == DDS_RETCODE_OK;
+}
+
+static bool obey(const Commander* c, char* line) {
+  char* rest = NULL;
+  const char* verb = strtok_r(line, " \n", &rest);
+  if (verb == NULL) return true;
+  if (strcmp(verb, "command") == 0) return send_command(c, rest);
+  if (strcmp(verb, "heartbeat") == 0) return send_heartbeat(c, rest);
+  return false;
+}
+
+static void report_acks(const Commander* c) {
+  void* samples[16] = {NULL};
+  dds_sample_info_t infos[16];
+  const dds_return_t count = dds_take(c->ack, samples, infos, 16, 16);
+  for (dds_return_t i = 0; i < count; ++i) {
+    const lss_CommandAck* ack = samples[i];
+    if (!infos[i].valid_data) continue;
+    printf("ack %.32s %llu %u %d %u %lld\n", ack->source[0] != 0 ? ack->source : "-",
+           (unsigned long long)ack->seq, ack->kind, (int)ack->phase, ack->reason,
+           (long long)ack->time_ns);
+  }
+  if (count > 0) dds_return_loan(c->ack, samples, count);
+}
+
+static dds_entity_t topic_of(dds_entity_t participant, const dds_topic_descriptor_t* type,
+                             const char* name) {
+  return dds_create_topic(participant, type, name, NULL, NULL);
+}
+
+static int commander(dds_entity_t participant, const char* vehicle_id) {
+  dds_qos_t* keep_all = dds_create_qos();  // acknowledgements in a row are all wanted
+  dds_qset_history(keep_all, DDS_HISTORY_KEEP_ALL, 0);
+  dds_qset_reliability(keep_all, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  const Commander c = {
+      vehicle_id,
+      dds_create_writer(participant, topic_of(participant, &lss_Command_desc, "lss/command"), NULL,
+                        NULL),
+      dds_create_writer(participant, topic_of(participant, &lss_Heartbeat_desc, "lss/heartbeat"),
+                        NULL, NULL),
+      dds_create_reader(participant, topic_of(participant, &lss_CommandAck_desc, "lss/command_ack"),
+                        keep_all, NULL)};
+  dds_delete_qos(keep_all);
+  if (c.command < 0 || c.heartbeat < 0 || c.ack < 0) return 2;
+  const dds_time_t until = dds_time() + DDS_SECS(20);
+  // A command is volatile, and so is its acknowledgement: both ends have to know each other first.
+  if (!wait_for(waitset_on(participant, c.command, DDS_PUBLICATION_MATCHED_STATUS), until) ||
+      !wait_for(waitset_on(participant, c.heartbeat, DDS_PUBLICATION_MATCHED_STATUS), until) ||
+      !wait_for(waitset_on(participant, c.ack, DDS_SUBSCRIPTION_MATCHED_STATUS), until)) {
+    return 1;
+  }
+  printf("ready\n");
+
+  char line[1024];
+  struct pollfd input = {STDIN_FILENO, POLLIN, 0};
+  for (;;) {
+    if (poll(&input, 1, 1) > 0) {  // every millisecond the acknowledgements
+      if (fgets(line, sizeof line, stdin) == NULL) return 0;
+      if (!obey(&c, line)) return 2;
+    }
+    report_acks(&c);
+  }
+}
+
+int main(int argc, char** argv) {
+  if (argc < 4) return 2;
+  setvbuf(stdout, NULL, _IOLBF, 0);
+  setvbuf(stdin, NULL, _IONBF, 0);  // poll() shall see every line
+  const dds_entity_t participant =
+      dds_create_participant((dds_domainid_t)atoi(argv[2]), NULL, NULL);
+  if (participant < 0) return 2;
+  const int result =
+      strcmp(argv[1], "commander") == 0
+          ? commander(participant, argv[3])
+          : telemetry(participant, atol(argv[3]), dds_time() + DDS_SECS(atol(argv[4])));
+  dds_delete(participant);
+  return result;
+}

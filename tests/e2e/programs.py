@@ -1,0 +1,146 @@
+"""Programs that a test starts: their logs, waits that end, and no process left behind."""
+
+import collections
+import ctypes
+import json
+import os
+import signal
+import subprocess
+import threading
+import time
+
+Result = collections.namedtuple("Result", "code out err")
+LIBC = ctypes.CDLL(None, use_errno=True)
+PR_SET_PDEATHSIG = 1
+HARDWARE_PRIORITY = 60
+
+
+def wait_until(condition, limit_s, what, poll_s=0.05):
+    """What the condition returned, once it is true; AssertionError when the time is over."""
+    end = time.monotonic() + limit_s
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > end:
+            raise AssertionError(f"not within {limit_s} s: {what}")
+        time.sleep(poll_s)
+
+
+def die_with_parent():
+    LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+def as_hardware():
+    """Hardware does not wait for a busy machine; below the daemon, so that it never delays what is tested."""
+    die_with_parent()
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(HARDWARE_PRIORITY))
+    except PermissionError:
+        pass
+
+
+class Program:
+    """A process in the background. Its output goes to files of its name in the folder."""
+
+    def __init__(self, name, words, folder, environment, before=die_with_parent):
+        self.name = name
+        self.out_path = os.path.join(folder, name + ".out")
+        self.err_path = os.path.join(folder, name + ".err")
+        with open(self.out_path, "ab") as out, open(self.err_path, "ab") as err:
+            self.process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=out, stderr=err,
+                                            env=environment, preexec_fn=before)
+        self.end_signal = signal.SIGTERM
+
+    def running(self):
+        return self.process.poll() is None
+
+    def out(self):
+        return read_text(self.out_path)
+
+    def err(self):
+        return read_text(self.err_path)
+
+    def json_lines(self):
+        """What --jsonl said so far; the last line may be half written."""
+        return [json.loads(line) for line in self.out().split("\n")[:-1]]
+
+    def say(self, line):
+        self.process.stdin.write(line.encode() + b"\n")
+        self.process.stdin.flush()
+
+    def signal(self, number):
+        self.process.send_signal(number)
+
+    def wait(self, limit_s):
+        """Its exit code."""
+        try:
+            return self.process.wait(limit_s)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f"{self.name} did not end within {limit_s} s") from None
+
+    def kill(self):
+        """-9, and waits for its end."""
+        if self.running():
+            self.process.kill()
+        self.process.wait()
+
+    def stop(self, limit_s=10):
+        if self.running():
+            self.signal(self.end_signal)
+            try:
+                self.process.wait(limit_s)
+            except subprocess.TimeoutExpired:
+                self.kill()
+        if not self.process.stdin.closed:
+            try:
+                self.process.stdin.close()
+            except BrokenPipeError:
+                pass
+
+
+def read_text(path):
+    with open(path, encoding="utf-8", errors="replace") as file:
+        return file.read()
+
+
+def run(words, environment, limit_s):
+    """Runs to the end; a run that does not end is killed and an AssertionError."""
+    process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, env=environment, preexec_fn=die_with_parent,
+                               text=True, errors="replace")
+    try:
+        out, err = process.communicate(timeout=limit_s)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        out, err = process.communicate()
+        raise AssertionError(f"{' '.join(words)} did not end within {limit_s} s\n{out}{err}") from None
+    return Result(process.returncode, out, err)
+
+
+class Truth:
+    """The simulator's true state, followed while it is written: (CLOCK_MONOTONIC ns, state)."""
+
+    def __init__(self, path):
+        self.path = path
+        self.samples = []
+        self.ending = threading.Event()
+        self.thread = threading.Thread(target=self.follow, daemon=True)
+        self.thread.start()
+
+    def follow(self):
+        file, rest = None, ""
+        while not self.ending.wait(0.02):
+            if file is None:
+                if not os.path.exists(self.path):
+                    continue
+                file = open(self.path, encoding="utf-8")
+            *lines, rest = (rest + file.read()).split("\n")
+            now_ns = time.monotonic_ns()
+            self.samples += [(now_ns, json.loads(line)) for line in lines if line]
+        if file is not None:
+            file.close()
+
+    def stop(self):
+        self.ending.set()
+        self.thread.join()

@@ -1,0 +1,103 @@
+"""kill -9 of everything around the daemon while it walks: it lives, reacts as specified, goes on afterwards."""
+
+import signal
+import unittest
+
+import motion
+from rig import EXIT, FATAL_ERROR, FAULT, IDLE, OPERATIONAL, Scenario
+
+
+class Kill(Scenario):
+    def walk_again(self):
+        walked = len(self.walks())
+        self.cli_ok("walk", "forward", "--speed", "high", "--for", "9s", limit_s=120)
+        span = self.walks()[walked]
+        forward_m = motion.moved(motion.at(self.truth, span[0]), motion.at(self.truth, span[1]))[0]
+        self.assertGreater(forward_m, 0.04)
+        self.assert_resting(self.status())
+
+    def test_a_killed_client_leaves_a_vehicle_that_stops_safely_and_obeys_the_next(self):
+        daemon = self.start_all()
+        client = self.begin_walk("--source", "first")
+        self.assertEqual(self.status()["authority"], "first")
+        client.kill()
+        status = self.wait_state(IDLE, 60)
+        self.assert_resting(status)
+        self.assertEqual(self.fault_ids(status) - {FAULT["bus_noise"]}, set())
+        self.assertIn("lease_expired", [e["name"] for e in self.events()])
+        self.walk_again()
+        self.assertTrue(daemon.running())
+
+    def test_a_stop_in_the_name_of_a_killed_client_is_completed(self):
+        self.start_all()
+        client = self.begin_walk("--source", "first")
+        client.kill()
+        self.cli_ok("--source", "first", "stop")
+        self.assert_resting(self.status())
+
+    def test_a_killed_simulator_is_a_fatal_error_and_can_come_back(self):
+        self.start_sim()
+        daemon = self.start_daemon()
+        self.wait_modules()
+        client = self.begin_walk()
+        sim = next(p for p in self.programs if p.name == "lss-sim")
+        sim.kill()
+        status = self.wait_state(FATAL_ERROR)
+        self.assertTrue(self.fault_ids(status) & {FAULT["port_lost"], FAULT["module_silent"]}, status["faults"])
+        self.assertEqual(client.wait(20), EXIT["failed"])
+        self.assertTrue(daemon.running())
+
+        self.start_sim(seed=2)
+        status = self.wait_status(lambda s: s.get("bus", {}).get("port_open") and all(m["online"] for m in s["modules"]),
+                                  20, "the port is opened by itself")
+        self.assertEqual(status["state"], FATAL_ERROR, "only by command")
+        self.cli_ok("solve")
+        self.assertEqual(self.fault_ids(self.wait_state(IDLE)) - {FAULT["bus_noise"]}, set())
+        self.walk_again()
+        self.assertTrue(daemon.running())
+
+    def test_a_killed_roudi_changes_nothing_but_the_way_of_telemetry(self):
+        self.take_roudi()
+        roudi = self.start_roudi()
+        self.start_sim()
+        daemon = self.start_daemon(self.write_config(shared_memory=True))
+        self.assertEqual(self.wait_modules()["shared_memory"], "active")
+        client = self.begin_walk()
+        roudi.kill()
+        status = self.wait_status(lambda s: s["shared_memory"] == "lost", 10, "the loss is reported")
+        self.assertIn(1000 + FAULT["shared_memory_lost"], [e["id"] for e in self.events()])
+        self.assertEqual((status["state"], status["mode"]), (OPERATIONAL, "Walking"))
+        self.subscribe(100, shared_memory=False)
+
+        self.start_roudi()
+        self.subscribe(100, shared_memory=False)
+        status = self.status()
+        self.assertEqual((status["state"], status["mode"]), (OPERATIONAL, "Walking"))
+        client.signal(signal.SIGINT)
+        self.assertEqual(client.wait(60), 0)
+        self.assert_resting(self.wait_state(IDLE))
+        self.assertTrue(daemon.running())
+
+    def test_without_roudi_telemetry_goes_by_the_network_and_status_says_so(self):
+        self.take_roudi()
+        self.start_sim()
+        self.start_daemon(self.write_config(shared_memory=True))
+        status = self.wait_modules()
+        self.assertEqual(status["shared_memory"], "absent")
+        self.assertNotEqual(status["shared_memory_text"], "")
+        self.subscribe(100, shared_memory=False)
+
+    def test_a_subscriber_from_the_idl_alone_gets_loaned_samples_by_shared_memory(self):
+        self.take_roudi()
+        self.start_roudi()
+        self.start_sim()
+        self.start_daemon(self.write_config(shared_memory=True))
+        self.assertEqual(self.wait_modules()["shared_memory"], "active")
+        said = self.subscribe(200, shared_memory=True)
+        self.assertIn("reader shm=1 loan=1", said)
+        self.assertIn("loaned 20", said)  # the last take may bring a few more than 200
+        self.assertIn("chunks 20", said)
+
+
+if __name__ == "__main__":
+    unittest.main()

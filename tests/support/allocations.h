@@ -1,0 +1,10 @@
+#pragma once
+
+// How many times this test program allocated with operator new so far, on any thread. Link
+// tests/support/allocations.cpp, which replaces the operators.
+
+#include <cstdint>
+
+namespace lss::testing_support {
+std::uint64_t allocations() noexcept;
+}

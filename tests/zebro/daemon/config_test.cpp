@@ -1,0 +1,68 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "daemon/vehicles/zebro_config.h"
+
+namespace lss::zebro {
+namespace {
+
+tl::expected<config::Config, std::string> load(const std::string& file, Parameters& parameters) {
+  return config::load(file, {"zebro"}, [&](const std::string&, config::Section& s) {
+    parameters = read_parameters(s);
+  });
+}
+
+// The example with one line replaced.
+std::string altered(const std::string& from, const std::string& to) {
+  std::ifstream in(LSS_CONFIG);
+  std::string text((std::istreambuf_iterator<char>(in)), {});
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  text.replace(at, from.size(), to);
+  const std::string path = testing::TempDir() + "zebro_altered_" +
+                           testing::UnitTest::GetInstance()->current_test_info()->name() + ".toml";
+  std::ofstream(path) << text;
+  return path;
+}
+
+TEST(ZebroConfig, TheExampleHoldsTheDefaults) {
+  Parameters p;
+  const auto config = load(LSS_CONFIG, p);
+  ASSERT_TRUE(config) << config.error();
+  const Parameters d;
+  EXPECT_EQ(p.bus.address, d.bus.address);
+  EXPECT_EQ(p.bus.stale_after_ns, d.bus.stale_after_ns);
+  EXPECT_EQ(p.module_silent_ns, d.module_silent_ns);
+  EXPECT_DOUBLE_EQ(p.current_limit_A, d.current_limit_A);
+  EXPECT_EQ(p.current_time_ns, d.current_time_ns);
+  EXPECT_DOUBLE_EQ(p.temperature_warning_degC, d.temperature_warning_degC);
+  EXPECT_EQ(p.solve_budget_ns, d.solve_budget_ns);
+  EXPECT_DOUBLE_EQ(p.locomotion.flight_s, d.locomotion.flight_s);
+  EXPECT_NEAR(p.locomotion.sweep_rad, d.locomotion.sweep_rad, 1e-12);
+  EXPECT_NEAR(p.locomotion.arrived_rad, d.locomotion.arrived_rad, 1e-4);
+  EXPECT_NEAR(p.locomotion.swing_limit_rad_s, d.locomotion.swing_limit_rad_s, 1e-12);
+  EXPECT_DOUBLE_EQ(p.locomotion.leg_diameter_m, d.locomotion.leg_diameter_m);
+}
+
+TEST(ZebroConfig, AGaitThatWouldNotSynchroniseIsRefusedWithItsLine) {
+  Parameters p;
+  const auto config = load(altered("stance_min_s = 3.3", "stance_min_s = 30.0"), p);
+  ASSERT_FALSE(config);
+  EXPECT_NE(config.error().find("zebro_altered_"), std::string::npos) << config.error();
+}
+
+TEST(ZebroConfig, TwoModulesOfOneAddressAreRefused) {
+  Parameters p;
+  const auto config = load(altered("[1, 2, 3, 4, 5, 6, 7]", "[1, 2, 3, 4, 5, 6, 6]"), p);
+  ASSERT_FALSE(config);
+  EXPECT_NE(config.error().find("same address"), std::string::npos) << config.error();
+}
+
+TEST(ZebroConfig, TheSoftwareCurrentLimitStaysBelowTheHardwares_P_Int_1) {
+  Parameters p;
+  EXPECT_FALSE(load(altered("current_A = 1.2", "current_A = 2.0"), p));
+}
+
+}  // namespace
+}  // namespace lss::zebro

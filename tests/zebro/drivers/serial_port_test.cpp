@@ -1,0 +1,269 @@
+// On real pseudo-terminals.
+
+#include "drivers/serial/serial_port.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <numeric>
+#include <string>
+#include <vector>
+
+namespace lss {
+namespace {
+
+using Status = SerialPort::Status;
+using Bytes = std::vector<std::uint8_t>;
+
+// The far end of a pseudo-terminal.
+class Pty {
+ public:
+  Pty() : master_(::posix_openpt(O_RDWR | O_NOCTTY)) {
+    EXPECT_GE(master_, 0);
+    EXPECT_EQ(::grantpt(master_), 0);
+    EXPECT_EQ(::unlockpt(master_), 0);
+    path_ = ::ptsname(master_);
+  }
+  ~Pty() { hang_up(); }
+  Pty(const Pty&) = delete;
+  Pty& operator=(const Pty&) = delete;
+
+  void hang_up() {
+    if (master_ >= 0) ::close(master_);
+    master_ = -1;
+  }
+  int fd() const { return master_; }
+  const std::string& path() const { return path_; }
+
+ private:
+  int master_;
+  std::string path_;
+};
+
+bool readable(int fd) {
+  pollfd p{fd, POLLIN, 0};
+  return ::poll(&p, 1, 2000) == 1;
+}
+
+Bytes read_from(int fd, std::size_t count) {
+  Bytes bytes;
+  while (bytes.size() < count && readable(fd)) {
+    std::uint8_t piece[256];
+    const ssize_t n = ::read(fd, piece, sizeof piece);
+    if (n <= 0) break;
+    bytes.insert(bytes.end(), piece, piece + n);
+  }
+  return bytes;
+}
+
+Bytes read_from(SerialPort& port, std::size_t count) {
+  Bytes bytes;
+  while (bytes.size() < count && readable(port.fd())) {
+    std::uint8_t piece[256];
+    const auto got = port.read(piece);
+    if (got.lost) break;
+    bytes.insert(bytes.end(), piece, piece + got.bytes);
+  }
+  return bytes;
+}
+
+class SerialPortOnDisk : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (std::filesystem::temp_directory_path() / "lss_serial_XXXXXX").string();
+    ASSERT_NE(::mkdtemp(name.data()), nullptr);
+    folder_ = name;
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::string path(const char* name) const { return (folder_ / name).string(); }
+  std::filesystem::path folder_;
+};
+
+TEST(SerialPort, All256BytesPassUnchangedInBothDirections) {
+  Pty pty;
+  SerialPort port;
+  ASSERT_EQ(port.open(pty.path().c_str(), 115'200, false), Status::ok);
+  Bytes all(256);
+  std::iota(all.begin(), all.end(), std::uint8_t{0});
+
+  EXPECT_EQ(port.write(all).bytes, all.size());
+  EXPECT_EQ(read_from(pty.fd(), all.size()), all);
+  ASSERT_EQ(::write(pty.fd(), all.data(), all.size()), 256);
+  EXPECT_EQ(read_from(port, all.size()), all);
+}
+
+TEST(SerialPort, NothingToReadIsNeitherBytesNorLoss) {
+  Pty pty;
+  SerialPort port;
+  ASSERT_EQ(port.open(pty.path().c_str(), 115'200, false), Status::ok);
+  std::uint8_t byte[1];
+  const auto got = port.read(byte);
+  EXPECT_EQ(got.bytes, 0u);
+  EXPECT_FALSE(got.lost);
+}
+
+TEST(SerialPort, TheLineIsRawEightBitsNoParityOneStopAtTheRateAskedFor) {
+  Pty pty;
+  SerialPort port;
+  ASSERT_EQ(port.open(pty.path().c_str(), 1'000'000, false), Status::ok);
+  termios line{};
+  ASSERT_EQ(::tcgetattr(port.fd(), &line), 0);
+  EXPECT_EQ(::cfgetospeed(&line), static_cast<speed_t>(B1000000));
+  EXPECT_EQ(::cfgetispeed(&line), static_cast<speed_t>(B1000000));
+  EXPECT_EQ(line.c_cflag & CSIZE, static_cast<tcflag_t>(CS8));
+  EXPECT_EQ(line.c_cflag & (PARENB | CSTOPB | CRTSCTS), 0u);
+  EXPECT_EQ(line.c_lflag & (ECHO | ICANON | ISIG), 0u);
+  EXPECT_NE(::fcntl(port.fd(), F_GETFL) & O_NONBLOCK, 0);
+  EXPECT_NE(::fcntl(port.fd(), F_GETFD) & FD_CLOEXEC, 0);
+}
+
+TEST(SerialPort, BytesFromBeforeOpeningAreGone) {
+  Pty pty;
+  {
+    SerialPort before;
+    ASSERT_EQ(before.open(pty.path().c_str(), 115'200, false), Status::ok);
+    ASSERT_EQ(::write(pty.fd(), "old", 3), 3);
+    ASSERT_TRUE(readable(before.fd()));
+    const int keep = ::open(pty.path().c_str(), O_RDWR | O_NOCTTY);  // the queue outlives the port
+    ASSERT_GE(keep, 0);
+    before.close();
+    SerialPort port;
+    ASSERT_EQ(port.open(pty.path().c_str(), 115'200, false), Status::ok);
+    ASSERT_EQ(::write(pty.fd(), "new", 3), 3);
+    EXPECT_EQ(read_from(port, 3), (Bytes{'n', 'e', 'w'}));
+    ::close(keep);
+  }
+}
+
+TEST(SerialPort, AFullQueueTakesFewerBytesAndIsNoLoss) {
+  Pty pty;
+  SerialPort port;
+  ASSERT_EQ(port.open(pty.path().c_str(), 115'200, false), Status::ok);
+  const Bytes much(1 << 20, 0x55);
+  std::size_t taken = 0;
+  SerialPort::Transfer put;
+  do {
+    put = port.write(much);
+    taken += put.bytes;
+  } while (put.bytes > 0);
+  EXPECT_FALSE(put.lost);
+  EXPECT_GT(taken, 0u);
+  EXPECT_LT(taken, much.size());
+}
+
+TEST(SerialPort, HangUpIsSeenByReadAndWrite) {
+  Pty pty;
+  SerialPort port;
+  ASSERT_EQ(port.open(pty.path().c_str(), 115'200, false), Status::ok);
+  pty.hang_up();
+  ASSERT_TRUE(readable(port.fd()));
+  std::uint8_t byte[1] = {0};
+  EXPECT_TRUE(port.read(byte).lost);
+  EXPECT_TRUE(port.write(byte).lost);
+}
+
+TEST_F(SerialPortOnDisk, ALinkIsFollowedAnewWhenThePortIsOpenedAgain) {
+  const std::string link = path("legs");
+  auto first = std::make_unique<Pty>();
+  std::filesystem::create_symlink(first->path(), link);
+  SerialPort port;
+  ASSERT_EQ(port.open(link.c_str(), 115'200, false), Status::ok);
+  first->hang_up();
+  std::uint8_t byte[1];
+  ASSERT_TRUE(readable(port.fd()));
+  ASSERT_TRUE(port.read(byte).lost);
+  EXPECT_EQ(port.open(link.c_str(), 115'200, false), Status::absent);  // dangles
+  EXPECT_FALSE(port.is_open());
+
+  Pty second;
+  std::filesystem::remove(link);
+  std::filesystem::create_symlink(second.path(), link);
+  ASSERT_EQ(port.open(link.c_str(), 115'200, false), Status::ok);
+  ASSERT_EQ(port.write(Bytes{'x'}).bytes, 1u);
+  EXPECT_EQ(read_from(second.fd(), 1), (Bytes{'x'}));
+}
+
+TEST(SerialPort, ASecondOpenerIsTurnedAwayAndTheFirstIsNotDisturbed) {
+  Pty pty;
+  SerialPort first, second;
+  ASSERT_EQ(first.open(pty.path().c_str(), 115'200, false), Status::ok);
+  EXPECT_EQ(second.open(pty.path().c_str(), 9'600, false), Status::in_use);
+  termios line{};
+  ASSERT_EQ(::tcgetattr(first.fd(), &line), 0);
+  EXPECT_EQ(::cfgetospeed(&line), static_cast<speed_t>(B115200));
+  first.close();
+  EXPECT_EQ(second.open(pty.path().c_str(), 9'600, false), Status::ok);
+}
+
+TEST(SerialPort, AnOpenerInAnotherProcessIsTurnedAwayUntilTheFirstIsKilled) {
+  Pty pty;
+  int ready[2];
+  ASSERT_EQ(::pipe(ready), 0);
+  const pid_t other = ::fork();
+  ASSERT_GE(other, 0);
+  if (other == 0) {
+    SerialPort theirs;
+    const char outcome = theirs.open(pty.path().c_str(), 115'200, false) == Status::ok ? 1 : 0;
+    if (::write(ready[1], &outcome, 1) != 1) ::_exit(1);
+    ::pause();
+    ::_exit(0);
+  }
+  char outcome = 0;
+  ASSERT_EQ(::read(ready[0], &outcome, 1), 1);
+  ASSERT_EQ(outcome, 1);
+  SerialPort port;
+  EXPECT_EQ(port.open(pty.path().c_str(), 115'200, false), Status::in_use);
+  ::kill(other, SIGKILL);
+  ::waitpid(other, nullptr, 0);
+  EXPECT_EQ(port.open(pty.path().c_str(), 115'200, false), Status::ok);
+  ::close(ready[0]);
+  ::close(ready[1]);
+}
+
+TEST_F(SerialPortOnDisk, WhatIsNoTerminalIsCalledSo) {
+  std::ofstream(path("file")) << "text";
+  SerialPort port;
+  EXPECT_EQ(port.open(path("file").c_str(), 115'200, false), Status::not_a_terminal);
+  EXPECT_EQ(port.open(folder_.c_str(), 115'200, false), Status::not_a_terminal);
+  EXPECT_EQ(port.open("/dev/null", 115'200, false), Status::not_a_terminal);
+  EXPECT_FALSE(port.is_open());
+}
+
+TEST_F(SerialPortOnDisk, WhatIsNotThereIsAbsent) {
+  SerialPort port;
+  EXPECT_EQ(port.open(path("nothing").c_str(), 115'200, false), Status::absent);
+  EXPECT_EQ(port.error(), ENOENT);
+}
+
+TEST(SerialPort, ARateThatDoesNotExistIsRefused) {
+  Pty pty;
+  SerialPort port;
+  EXPECT_EQ(port.open(pty.path().c_str(), 123'456, false), Status::bad_baud);
+  EXPECT_FALSE(port.is_open());
+}
+
+TEST(SerialPort, WithoutRs485HardwareHalfDuplexOpensAndSaysThatItWasNotGranted) {
+  Pty pty;
+  SerialPort port;
+  ASSERT_EQ(port.open(pty.path().c_str(), 115'200, true), Status::ok);
+  EXPECT_FALSE(port.rs485_granted());
+}
+
+TEST(SerialPort, AClosedPortLosesEverythingAndBreaksNothing) {
+  SerialPort port;
+  std::uint8_t byte[1] = {0};
+  EXPECT_TRUE(port.read(byte).lost);
+  EXPECT_TRUE(port.write(byte).lost);
+  port.close();
+  EXPECT_FALSE(port.is_open());
+}
+
+}  // namespace
+}  // namespace lss

@@ -1,0 +1,138 @@
+#pragma once
+
+// Six legs that do what LegTarget says, as a leg module would: a new segment is a rotation at
+// constant rate in the ordered direction, to be over at the ordered time; what is passed by less
+// than 5 deg is gone back to. A leg counts from an unknown zero until it passes its sensor at the
+// top. Virtual time; no physics.
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "gnc/zebro/locomotion.h"
+
+namespace lss::gnc::zebro::test {
+
+inline constexpr double kDeg = kPi / 180;
+inline constexpr double kFrame_s = 0.02;
+
+struct RobotLeg {
+  double theta_rad = 0;  // true, unwrapped
+  double zero_rad = 0;   // what it counts too much until it has passed its sensor
+  bool calibrated = true;
+  bool has_sensor = true;
+  bool answers = true;
+  double stuck_until_s = -1;
+  // the order under way
+  std::uint32_t segment = 0;
+  double left_rad = 0;  // signed, still to travel
+  double due_s = 0;
+  double rate_rad_s = 0;
+};
+
+struct Robot {
+  explicit Robot(const LocomotionParameters& with = {}, double start_s = 0)
+      : parameters(with), locomotion(with), now_s(start_s), fastest_rad_s(with.swing_limit_rad_s) {}
+
+  // Called with each new order before it is followed: leg, target, way to go in the ordered
+  // direction.
+  std::function<void(std::size_t, const LegTarget&, double)> on_order;
+
+  // What the legs report now: as they were report_age_frames ago.
+  PerLeg<LegMeasured> measured() const { return history[report_age_frames]; }
+
+  PerLeg<LegMeasured> seen_now() const {
+    PerLeg<LegMeasured> out;
+    for (std::size_t i = 0; i < kLegs; ++i) {
+      out[i] = {.angle_rad = legs[i].theta_rad + legs[i].zero_rad,
+                .known = legs[i].answers,
+                .calibrated = legs[i].calibrated};
+    }
+    return out;
+  }
+
+  void follow_targets() {
+    for (std::size_t i = 0; i < kLegs; ++i) {
+      const LegTarget& target = locomotion.targets()[i];
+      RobotLeg& leg = legs[i];
+      if (target.segment == leg.segment || target.rotation == 0) continue;
+      leg.segment = target.segment;
+      double way_rad = wrap_rad(target.angle_rad - leg.theta_rad - leg.zero_rad);
+      if (target.rotation > 0 && way_rad > 5 * kDeg) way_rad -= 2 * kPi;
+      if (target.rotation < 0 && way_rad < -5 * kDeg) way_rad += 2 * kPi;
+      if (on_order) on_order(i, target, way_rad);
+      leg.left_rad = way_rad;
+      leg.due_s = target.arrive_s;
+    }
+  }
+
+  void turn_legs() {
+    for (RobotLeg& leg : legs) {
+      if (now_s < leg.stuck_until_s) continue;
+      const double remaining_s = std::max(leg.due_s - now_s, kFrame_s);
+      const double fastest_rad = fastest_rad_s * kFrame_s;
+      const double step_rad =
+          std::clamp(leg.left_rad * kFrame_s / remaining_s, -fastest_rad, fastest_rad);
+      const double before = std::floor((leg.theta_rad - kPi) / (2 * kPi));
+      leg.theta_rad += step_rad;
+      leg.left_rad -= step_rad;
+      leg.rate_rad_s = step_rad / kFrame_s;
+      if (leg.has_sensor && before != std::floor((leg.theta_rad - kPi) / (2 * kPi))) {
+        leg.calibrated = true;
+        leg.zero_rad = 0;
+      }
+    }
+  }
+
+  void remember() {
+    for (std::size_t age = history.size() - 1; age > 0; --age) history[age] = history[age - 1];
+    history[0] = seen_now();
+    if (!remembered) history.fill(history[0]);
+    remembered = true;
+  }
+
+  void frame() {
+    remember();
+    update_and_move();
+  }
+
+  void update_and_move() {
+    locomotion.update(now_s, measured());
+    follow_targets();
+    turn_legs();
+    now_s += kFrame_s;
+  }
+
+  void run(double duration_s) {
+    const double until_s = now_s + duration_s;
+    while (now_s < until_s - kFrame_s / 2) frame();
+  }
+
+  // Until the motion is over; false when it takes longer than most_s.
+  bool finish(double most_s = 120) {
+    const double until_s = now_s + most_s;
+    while (now_s < until_s) {
+      frame();
+      if (locomotion.progress() != Progress::running) return true;
+    }
+    return false;
+  }
+
+  int flying() const {
+    return static_cast<int>(std::count_if(locomotion.targets().begin(), locomotion.targets().end(),
+                                          [](const LegTarget& t) { return t.swing; }));
+  }
+
+  double theta_rad(std::size_t leg) const { return wrap_rad(legs[leg].theta_rad); }
+
+  LocomotionParameters parameters;
+  Locomotion locomotion;
+  double now_s;
+  double fastest_rad_s;
+  std::size_t report_age_frames = 0;
+  bool remembered = false;
+  std::array<PerLeg<LegMeasured>, 3> history{};
+  PerLeg<RobotLeg> legs{};
+};
+
+}  // namespace lss::gnc::zebro::test
