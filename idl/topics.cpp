@@ -17,7 +17,6 @@ constexpr dds_duration_t kMaxBlocking_ns = DDS_MSECS(100);
 
 constexpr int kCommandDepth = 16;
 constexpr int kAckDepth = 64;
-constexpr int kEventDepth = 256;
 constexpr int kTimingDepth = 256;  // readers: a client sees every frame also when it wakes seldom
 
 struct QosDeleter {

@@ -47,6 +47,8 @@ class Entity {
   dds_entity_t handle_ = 0;
 };
 
+constexpr int kEventDepth = 256;  // old events that a late reader gets
+
 // Errors are sentences that say what to do.
 template <class T>
 using Result = tl::expected<T, std::string>;

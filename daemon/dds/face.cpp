@@ -158,6 +158,7 @@ void Face::status(const StatusReport& report) {
   lss_Status sample = dds::to_dds(report, impl_->parameters.vehicle_id);
   dds::copy_text(impl_->parameters.vehicle, sample.vehicle);
   dds::copy_text(impl_->parameters.version, sample.version);
+  sample.events = impl_->events;
   sample.telemetry_dropped += impl_->plane.dropped();
   sample.shared_memory = static_cast<lss_SharedMemory>(impl_->plane.state());
   dds::copy_text(impl_->plane.text(), sample.shared_memory_text);

@@ -187,6 +187,7 @@ void FakeDaemon::publish_status() {
   status.state = state_;
   status.mode = static_cast<std::uint8_t>(mode_);
   status.time_ns = now_ns();
+  status.events = event_index_;
   status.period_ns = 20'000'000;
   status.realtime_granted = true;
   status.memory_locked = true;
@@ -275,6 +276,7 @@ void FakeDaemon::event(EventId id, const std::string& what) {
   event.id = static_cast<std::uint16_t>(id);
   put(event.text, what);
   dds_write(events_.get(), &event);
+  publish_status();
 }
 
 std::vector<std::uint16_t> FakeDaemon::kinds() const {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 #include "tools/lss-cli/status.h"
@@ -12,28 +13,40 @@
 namespace lss::cli {
 namespace {
 
-constexpr double kHistory_s = 1;   // for the first old event
-constexpr double kQuiet_s = 0.15;  // after the last of them
+constexpr double kHistory_s = 5;  // for the old events, on a busy machine
 
-// The history has come when nothing more comes.
-std::vector<lss_Event> history(Session& session) {
-  std::vector<lss_Event> list;
+// Of events without a hole the newest is the last that the daemon tells of, and the oldest the
+// first that it keeps.
+bool is_whole(const std::map<std::uint64_t, lss_Event>& events, std::uint64_t newest) {
+  if (newest == 0) return true;
+  if (events.empty() || events.rbegin()->first < newest) return false;
+  const std::uint64_t last = events.rbegin()->first;
+  return events.size() >= std::min<std::uint64_t>(last, dds::kEventDepth);
+}
+
+std::vector<lss_Event> history(Session& session, Output& output) {
+  std::map<std::uint64_t, lss_Event> events;
   session.link().open_events();
-  Clock::time_point until = Clock::now() + seconds(kHistory_s);
-  while (Clock::now() < until) {
-    while (const std::optional<lss_Event> event = session.link().next_event()) {
-      list.push_back(*event);
-      until = Clock::now() + seconds(kQuiet_s);
+  const std::uint64_t newest = session.status().events;
+  const Clock::time_point until = Clock::now() + seconds(kHistory_s);
+  while (!is_whole(events, newest)) {
+    if (Clock::now() >= until) {
+      output.note(
+          fmt::format("{} of {} events came within {} s", events.size(), newest, kHistory_s));
+      break;
     }
     session.pump(until);
+    while (const std::optional<lss_Event> event = session.link().next_event())
+      events.insert({event->index, *event});
   }
-  std::ranges::sort(list, {}, &lss_Event::index);
+  std::vector<lss_Event> list;
+  for (const auto& [index, event] : events) list.push_back(event);
   return list;
 }
 
 ExitCode run_events(Context& context, bool follow, std::size_t last) {
   Session& session = context.session();
-  std::vector<lss_Event> list = history(session);
+  std::vector<lss_Event> list = history(session, context.output);
   nlohmann::json all = nlohmann::json::array();
   std::uint64_t newest = 0;
   const auto show = [&](const lss_Event& event) {
