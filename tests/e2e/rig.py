@@ -16,7 +16,8 @@ import unittest
 import wire
 from programs import Program, Truth, as_hardware, die_with_parent, read_text, run, wait_until
 
-BIN = os.environ["LSS_E2E_BIN"]
+DAEMON = os.environ["LSS_E2E_DAEMON"]
+TOOLS = os.environ["LSS_E2E_TOOLS"]
 PEER = os.environ["LSS_E2E_PEER"]
 SOURCE = os.environ["LSS_E2E_SOURCE"]
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -136,7 +137,7 @@ class Scenario(unittest.TestCase):
 
     def start_sim(self, *words, seed=1):
         truth = os.path.join(self.folder, f"truth-{len(self.programs)}.jsonl")
-        sim = self.begin("lss-sim", [os.path.join(BIN, "lss-sim"), "zebro", "--dir", self.sim_folder, "--pace",
+        sim = self.begin("lss-sim", [os.path.join(TOOLS, "lss-sim"), "zebro", "--dir", self.sim_folder, "--pace",
                                      "--seed", str(seed), "--truth", truth, *words], as_hardware)
         port = os.path.join(self.sim_folder, "legs")
         wait_until(lambda: os.path.exists(port) and sim.running(), BOOT_S, "the simulator makes its port")
@@ -156,7 +157,7 @@ class Scenario(unittest.TestCase):
 
     def start_daemon(self, config=None, wait=True):
         config = config or self.write_config()
-        daemon = self.begin("lssd", [os.path.join(BIN, "lssd"), "--config", config, "--run-dir", self.run_folder,
+        daemon = self.begin("lssd", [DAEMON, "--config", config, "--run-dir", self.run_folder,
                                      "--domain", str(self.domain)])
         if wait:
             self.wait_status(lambda s: s["state"] == IDLE, BOOT_S, "the daemon answers", daemon)
@@ -227,7 +228,7 @@ class Scenario(unittest.TestCase):
     # --- lss-cli
 
     def cli(self, *words, limit_s=60):
-        return run([os.path.join(BIN, "lss-cli"), *words], self.environment(), limit_s)
+        return run([os.path.join(TOOLS, "lss-cli"), *words], self.environment(), limit_s)
 
     def cli_ok(self, *words, limit_s=60):
         result = self.cli(*words, limit_s=limit_s)
@@ -235,7 +236,7 @@ class Scenario(unittest.TestCase):
         return result
 
     def begin_cli(self, *words, name="lss-cli"):
-        return self.begin(name, [os.path.join(BIN, "lss-cli"), *words])
+        return self.begin(name, [os.path.join(TOOLS, "lss-cli"), *words])
 
     def status(self):
         """As `lss-cli --json status` has it; None when nobody answers."""

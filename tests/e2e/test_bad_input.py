@@ -9,7 +9,7 @@ import unittest
 import motion
 import wire
 from programs import read_text, run, wait_until
-from rig import BIN, BOOT_S, EXIT, FATAL_ERROR, FAULT, IDLE, OPERATIONAL, REJECTED, SOURCE, Scenario, own_domain
+from rig import BOOT_S, DAEMON, EXIT, FATAL_ERROR, FAULT, IDLE, OPERATIONAL, REJECTED, SOURCE, Scenario, own_domain
 
 UNKNOWN, NOT_FINITE, OUT_OF_RANGE, NOT_A_CHOICE, BAD_SOURCE, STALE, BAD_LEASE, UNUSED = 1, 3, 4, 5, 6, 7, 9, 26
 ACCEPTED_OR_DONE = (0, 2, 3)
@@ -19,7 +19,7 @@ START, DATA, WALK = 1, 6, 104
 class BadConfiguration(Scenario):
     def refuse(self, path, limit_s=10, domain=None):
         """What lssd says when it does not start."""
-        result = run([os.path.join(BIN, "lssd"), "--config", path, "--run-dir", self.run_folder,
+        result = run([DAEMON, "--config", path, "--run-dir", self.run_folder,
                       "--domain", str(domain or self.domain)], self.environment(), limit_s)
         self.assertNotEqual(result.code, 0, result)
         self.assertGreater(result.code, 0, f"not by a signal: {result}")
