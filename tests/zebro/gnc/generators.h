@@ -67,6 +67,19 @@ inline rc::Gen<Events> any_events(int last_64ths = 3200) {
 
 inline rc::Gen<Partition> shipped_gait() { return rc::gen::element(kTripod, kTetrapodB, kWave); }
 
+inline rc::Gen<Speed> any_pace() {
+  return rc::gen::element(Speed::low, Speed::medium, Speed::high);
+}
+
+inline rc::Gen<WalkRequest> any_walk() {
+  return rc::gen::build<WalkRequest>(
+      rc::gen::set(&WalkRequest::direction, rc::gen::element(1.0, -1.0)),
+      rc::gen::set(
+          &WalkRequest::heading_rad,
+          rc::gen::map(rc::gen::inRange(-90, 91), [](int deg) { return deg * kPi / 180; })),
+      rc::gen::set(&WalkRequest::speed, any_pace()));
+}
+
 }  // namespace lss::gnc::zebro::test
 
 // Found by RapidCheck by argument-dependent look-up when it prints a counter-example.

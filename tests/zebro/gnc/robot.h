@@ -15,6 +15,19 @@ namespace lss::gnc::zebro::test {
 
 inline constexpr double kDeg = kPi / 180;
 inline constexpr double kFrame_s = 0.02;
+inline constexpr double kStride_m = 36.42e-3;
+
+// The three speeds of the gait table (Zebro thesis, table 10.1).
+struct Pace {
+  Speed speed;
+  double cycle_s, speed_m_s;
+};
+inline constexpr Pace kPaces[] = {
+    {Speed::low, 19.8, 2.2e-3}, {Speed::medium, 9.9, 5.3e-3}, {Speed::high, 6.6, 10.1e-3}};
+
+inline double cycle_s(Speed speed) {
+  return std::ranges::find(kPaces, speed, &Pace::speed)->cycle_s;
+}
 
 struct RobotLeg {
   double theta_rad = 0;  // true, unwrapped
@@ -134,5 +147,13 @@ struct Robot {
   std::array<PerLeg<LegMeasured>, 3> history{};
   PerLeg<RobotLeg> legs{};
 };
+
+// Distance of two whole cycles in the steady rhythm.
+inline double two_cycles_m(Robot& robot, double period_s) {
+  robot.run(2 * period_s + robot.parameters.start_delay_s);
+  const double from_m = robot.locomotion.distance_m();
+  robot.run(2 * period_s);
+  return robot.locomotion.distance_m() - from_m;
+}
 
 }  // namespace lss::gnc::zebro::test

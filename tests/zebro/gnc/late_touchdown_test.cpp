@@ -1,0 +1,164 @@
+// A leg that comes down late, or not at all.
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <vector>
+
+#include "gnc/zebro/locomotion.h"
+#include "tests/zebro/gnc/generators.h"
+#include "tests/zebro/gnc/robot.h"
+
+namespace lss::gnc::zebro::test {
+namespace {
+
+// When did each leg lift off and touch down, as ordered.
+struct Diary {
+  explicit Diary(Robot& robot) {
+    robot.on_order = [this, &robot](std::size_t i, const LegTarget& target, double) {
+      if (target.swing != flying[i]) {
+        (target.swing ? lift_off_s : touchdown_s)[i].push_back(robot.now_s);
+      }
+      flying[i] = target.swing;
+    };
+  }
+  PerLeg<bool> flying{};
+  PerLeg<std::vector<double>> lift_off_s{}, touchdown_s{};
+};
+
+RC_GTEST_PROP(LateTouchdown, DelaysTheOthersByNoMoreAndTheRhythmIsBackAfterTwoCycles, ()) {
+  const Speed speed = *any_pace();
+  const double lambda_s = cycle_s(speed);
+  const auto late = static_cast<std::size_t>(*rc::gen::inRange(0, kLegs));
+  const double stuck_s = *rc::gen::inRange(10, 40) * 0.1;
+  const double at_s = 2 * lambda_s + *rc::gen::inRange(0, 100) * 0.01 * lambda_s;
+
+  Robot on_time, disturbed;
+  disturbed.legs[late].stuck_until_s = -1;
+  Diary a(on_time), b(disturbed);
+  for (Robot* robot : {&on_time, &disturbed}) {
+    robot->locomotion.walk(0, {.direction = 1, .heading_rad = 0, .speed = speed});
+  }
+  on_time.run(8 * lambda_s);
+  disturbed.run(at_s);
+  disturbed.legs[late].stuck_until_s = disturbed.now_s + stuck_s;
+  disturbed.run(8 * lambda_s - at_s);
+  RC_ASSERT(disturbed.locomotion.progress() == Progress::running);
+
+  // The leg needs up to its flight time more to catch up from where it was stuck.
+  const double most_s = stuck_s + 0.1;
+  const Events v = rhythm(speed == Speed::low      ? kWave
+                          : speed == Speed::medium ? kTetrapodB
+                                                   : kTripod,
+                          {3.0, 3.3, 0.3});
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    const std::size_t cycles = std::min(a.lift_off_s[i].size(), b.lift_off_s[i].size());
+    for (std::size_t k = 0; k < cycles; ++k) {
+      const double delay_s = b.lift_off_s[i][k] - a.lift_off_s[i][k];
+      RC_ASSERT(delay_s >= -kFrame_s * 1.1);
+      RC_ASSERT(delay_s <= most_s);
+    }
+    // Two cycles after the disturbance the legs keep the gait's intervals again.
+    const double offset_s = b.lift_off_s[0][5] - v.lift_off_s[0];
+    RC_ASSERT(std::abs(b.lift_off_s[i][5] - v.lift_off_s[i] - offset_s) <= 2.1 * kFrame_s);
+  }
+}
+
+TEST(LateTouchdown, NoOtherLegLiftsOffBeforeTheLateOneIsDown) {
+  Robot robot;
+  robot.locomotion.walk(0, {.direction = 1, .heading_rad = 0, .speed = Speed::high});
+  robot.run(6.6 + 2.0);  // LF, RM, LH fly
+  ASSERT_TRUE(robot.locomotion.targets()[0].swing);
+  robot.legs[0].stuck_until_s = robot.now_s + 4;
+  double down_s = 0;
+  robot.on_order = [&](std::size_t i, const LegTarget& target, double) {
+    if (i == 0 && !target.swing && down_s == 0) down_s = robot.now_s;
+    if (i != 0 && target.swing) {
+      EXPECT_GT(down_s, 0);
+      EXPECT_GE(robot.now_s, down_s + robot.parameters.double_stance_s - kFrame_s);
+    }
+  };
+  robot.run(8);
+  EXPECT_GT(down_s, robot.legs[0].stuck_until_s);
+}
+
+// Walks on until a leg has flown half its time; then it sticks for 4 s. Returns the leg on the
+// ground that has furthest to roll.
+std::size_t stick_a_leg_in_the_air(Robot& robot) {
+  robot.locomotion.walk(0, {.direction = 1, .heading_rad = 0, .speed = Speed::medium});
+  robot.run(40);
+  while (robot.flying() > 0) robot.frame();
+  while (robot.flying() == 0) robot.frame();
+  robot.run(1.5);
+  const PerLeg<LegTarget>& targets = robot.locomotion.targets();
+  const auto flies = [](const LegTarget& target) { return target.swing; };
+  const auto late = std::find_if(targets.begin(), targets.end(), flies) - targets.begin();
+  robot.legs[static_cast<std::size_t>(late)].stuck_until_s = robot.now_s + 4;
+  const auto sooner = [](const LegTarget& a, const LegTarget& b) {
+    return a.arrive_s < b.arrive_s;
+  };
+  return static_cast<std::size_t>(std::max_element(targets.begin(), targets.end(), sooner) -
+                                  targets.begin());
+}
+
+TEST(LateTouchdown, LegsOnTheGroundAreSlowedSoThatTheyArriveWhenTheyLiftOff) {
+  Robot robot;
+  const std::size_t rolling = stick_a_leg_in_the_air(robot);
+  double promised_s = robot.locomotion.targets()[rolling].arrive_s;
+  const double at_first_s = promised_s;
+  double swing_s = 0;
+  robot.on_order = [&](std::size_t i, const LegTarget& target, double) {
+    if (i != rolling) return;
+    if (target.swing && swing_s == 0) {
+      swing_s = robot.now_s;
+      EXPECT_NEAR(robot.theta_rad(rolling), -20 * kDeg, 1 * kDeg);
+      EXPECT_NEAR(promised_s, swing_s, 0.15);
+    }
+    promised_s = target.arrive_s;
+  };
+  robot.run(12);
+  EXPECT_GT(swing_s, at_first_s + 2);
+}
+
+TEST(LateTouchdown, LegThatRanAheadIsTurnedBackWhenSlowedAndNotOnceRound) {
+  Robot robot;
+  const std::size_t rolling = stick_a_leg_in_the_air(robot);
+  robot.legs[rolling].theta_rad = -30 * kDeg;
+  robot.legs[rolling].left_rad = 0;
+  int turned_back = 0;
+  robot.on_order = [&](std::size_t i, const LegTarget& target, double way_rad) {
+    if (i != rolling || target.swing) return;
+    EXPECT_LT(std::abs(way_rad), 20 * kDeg);
+    if (target.rotation < 0) ++turned_back;
+  };
+  robot.run(4);
+  EXPECT_GT(turned_back, 0);
+}
+
+TEST(LateTouchdown, BeyondTheLateLimitFails) {
+  Robot robot;
+  robot.locomotion.walk(0, {.direction = 1, .heading_rad = 0, .speed = Speed::high});
+  robot.run(8.6);
+  robot.legs[0].stuck_until_s = 1e9;
+  const double due_s = robot.locomotion.targets()[0].arrive_s;
+  ASSERT_TRUE(robot.finish(30));
+  EXPECT_EQ(robot.locomotion.progress(), Progress::failed);
+  EXPECT_NEAR(robot.now_s, due_s + robot.parameters.late_limit_s, 0.1);
+}
+
+TEST(LateTouchdown, LegWithoutReferenceIsNotBelievedToBeLate) {
+  Robot robot;
+  robot.legs[2].calibrated = robot.legs[2].has_sensor = false;
+  robot.legs[5].answers = false;
+  robot.locomotion.stand_up(0);
+  ASSERT_TRUE(robot.finish());
+  robot.locomotion.walk(robot.now_s, {.direction = 1, .heading_rad = 0, .speed = Speed::high});
+  robot.legs[2].stuck_until_s = 1e9;
+  const std::uint32_t steps = robot.locomotion.steps();
+  robot.run(4 * 6.6 + 1);
+  EXPECT_EQ(robot.locomotion.progress(), Progress::running);
+  EXPECT_EQ(robot.locomotion.steps() - steps, 4U);
+}
+
+}  // namespace
+}  // namespace lss::gnc::zebro::test
