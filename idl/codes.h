@@ -106,7 +106,8 @@ namespace lss {
   X(16, safe_command_sent, 2, "bus sent the safe command by itself")                    \
   X(17, module_resent, 1, "command re-sent to module, try {0}")                         \
   X(18, fault_cleared, 0, "fault {0} cleared")                                          \
-  X(19, module_was_reset, 1, "module was reset")
+  X(19, module_was_reset, 1, "module was reset")                                        \
+  X(20, timing_reset, 0, "timing statistics begin anew")
 
 enum class Reason : std::uint16_t {
 #define LSS_ENUM(number, name, ...) name = number,

@@ -56,6 +56,7 @@ enum class CommandKind : std::uint16_t {
   solve = 4,
   reset = 5,
   request_data = 6,
+  reset_timing = 7,
 };
 
 inline constexpr ParameterInfo kStopParameters[] = {
@@ -67,6 +68,7 @@ inline constexpr CommandInfo kCommonCommands[] = {
     {3, "estop", Access::anyone, false, "emergency stop of everything, at once, from anyone", {}},
     {4, "solve", Access::holder, false, "leave FatalError: run the error-solving strategies", {}},
     {6, "data", Access::anyone, false, "ask for one telemetry sample", {}},
+    {7, "reset-timing", Access::anyone, false, "begin the timing statistics anew", {}},
 };
 
 }  // namespace lss

@@ -82,7 +82,16 @@ class Participant {
   std::optional<RoudiIdentity> roudi_;
 };
 
-enum class Kind { command, command_ack, heartbeat, status, event, timing, telemetry };
+enum class Kind {
+  command,
+  command_ack,
+  heartbeat,
+  status,
+  event,
+  timing_statistics,
+  timing,
+  telemetry
+};
 
 struct Topic {
   Kind kind;

@@ -16,6 +16,7 @@ constexpr int kFramePriority = 70;
 constexpr int kBusPriority = 80;
 constexpr int kActuatePriority = 85;
 constexpr std::int64_t kMaxDomain = 230;  // Cyclone's, by its port numbers
+constexpr std::int64_t kMaxSpinUs = 500;
 constexpr std::int64_t kMaxLeaseMs = 3'600'000;
 
 TimeNs ns_from(double value, TimeNs unit) {
@@ -113,9 +114,9 @@ void read_ports(Section& root, Config& config) {
 // After the ports: each has its thread.
 void read_realtime(Section realtime, Config& config) {
   config.realtime_enforce = realtime.choice("policy", 0, {"degrade", "enforce"}) == 1;
-  config.threads = {{"frame", kFramePriority, -1}, {"actuate", kActuatePriority, -1}};
+  config.threads = {{"frame", kFramePriority}, {"actuate", kActuatePriority}};
   for (const Port& port : config.ports) {
-    config.threads.push_back({"bus/" + port.name, kBusPriority, -1});
+    config.threads.push_back({"bus/" + port.name, kBusPriority});
   }
   std::vector<std::string> names;
   for (const Thread& thread : config.threads) names.push_back(thread.name);
@@ -129,6 +130,10 @@ void read_realtime(Section realtime, Config& config) {
     Thread& thread = found == config.threads.end() ? unknown : *found;
     thread.priority = static_cast<int>(section.integer("priority", thread.priority, 0, 99));
     thread.cpu = static_cast<int>(section.integer("cpu", -1, -1, 1023));
+    thread.spin_ns = section.integer("spin_us", 0, 0, kMaxSpinUs) * kMicrosecond;
+    if (thread.spin_ns != 0 && name.starts_with("bus/")) {
+      section.error("spin_us", "is for frame and actuate: a bus thread waits for bytes");
+    }
     if (name.empty()) continue;
     if (found == config.threads.end()) {
       section.error("name", fmt::format("\"{}\" is no thread; there are: {}", name, join(names)));

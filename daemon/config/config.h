@@ -15,9 +15,10 @@
 namespace lss::config {
 
 struct Thread {
-  std::string name;  // "frame", "actuate", "bus/legs", ...
-  int priority = 0;  // SCHED_FIFO 1..99; 0: SCHED_OTHER
-  int cpu = -1;      // -1: any
+  std::string name;    // "frame", "actuate", "bus/legs", ...
+  int priority = 0;    // SCHED_FIFO 1..99; 0: SCHED_OTHER
+  int cpu = -1;        // -1: any
+  TimeNs spin_ns = 0;  // frame and actuate: waits so long awake before a deadline
 };
 
 struct Port {

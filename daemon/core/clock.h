@@ -31,4 +31,15 @@ inline void sleep_until(TimeNs time_ns) noexcept {
   }
 }
 
+// Sleeps until shortly before and waits the rest of the time awake, which costs the CPU `spin_ns` a
+// time and saves what waking up takes. 0: sleeps only.
+inline void wait_until(TimeNs time_ns, TimeNs spin_ns) noexcept {
+  sleep_until(time_ns - spin_ns);
+  while (now_ns() < time_ns) {
+#if defined(__x86_64__) || defined(__i386__)
+    __builtin_ia32_pause();
+#endif
+  }
+}
+
 }  // namespace lss

@@ -25,6 +25,7 @@ struct Inputs {
   typename Vehicle::BusReport bus{};
   std::uint64_t late_commands = 0;  // so far
   bool overrun_limit = false;       // too many in a row
+  bool held = false;                // begun by the clock, see daemon/core/frames.h
   bool shut_down = false;           // the daemon stops: to the safe command, now
 };
 

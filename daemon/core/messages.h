@@ -9,6 +9,7 @@
 #include "drivers/time.h"
 #include "idl/codes.h"
 #include "idl/commands.h"
+#include "idl/timing_statistics.h"
 
 namespace lss {
 
@@ -79,6 +80,7 @@ struct TimingPoints {
   TimeNs offset_ns = 0;
   std::uint64_t overruns = 0;
   std::uint64_t frames_skipped = 0;
+  std::uint64_t frames_held = 0;  // begun by the clock, the sensor that makes frames being silent
   std::uint64_t commands_repeated = 0;
   std::uint32_t samples = 0;
 };

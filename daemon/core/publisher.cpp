@@ -49,6 +49,7 @@ void Publisher::complain(const std::string& refused) {
 void Publisher::start(const Threads& threads, std::function<const void*()> newest_telemetry,
                       std::function<std::uint64_t()> commands_refused) {
   threads_ = &threads;
+  statistics_.set_period(config_.period_ns);
   newest_telemetry_ = std::move(newest_telemetry);
   commands_refused_ = std::move(commands_refused);
   const EventRecord started{.time_ns = now_ns(),
@@ -113,8 +114,12 @@ void Publisher::drain() {
   for (EventRecord event; events_.pop(event);) {
     tell(event);
     next_status_ns_ = 0;  // something changed: say so
+    if (event.id == static_cast<std::uint16_t>(EventId::timing_reset)) statistics_.reset();
   }
-  while (timings_.pop(timing_)) face_->timing(timing_);
+  while (timings_.pop(timing_)) {
+    face_->timing(timing_);
+    statistics_.add(timing_);
+  }
   if (const void* sample = newest_telemetry_()) face_->telemetry(sample);
 }
 
@@ -139,6 +144,7 @@ void Publisher::publish_status(TimeNs now) {
   next_status_ns_ = now + kStatusEvery;
   const StatusReport r = report(now);
   face_->status(r);
+  if (statistics_.statistics().frames != 0) face_->timing(statistics_.statistics());
   const std::lock_guard lock(summary_mutex_);
   summary_ = fmt::format("{} {}{}{}, frame {}, overruns {}, faults {}", config_.vehicle_id,
                          kStateNames[static_cast<std::size_t>(r.state)], *r.mode_name ? "/" : "",

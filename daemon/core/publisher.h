@@ -78,6 +78,7 @@ class Publisher {
   int wake_fd_ = -1;
 
   TimingPoints timing_;  // the newest
+  TimingCollector<TimingPoints> statistics_;
   TimeNs next_status_ns_ = 0, next_heartbeat_ns_ = 0, next_watch_ns_ = 0;
   std::uint64_t published_version_ = 0;
   bool memory_locked_ = false, granted_ = true;

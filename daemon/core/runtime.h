@@ -23,7 +23,7 @@
 #include "daemon/core/clock.h"
 #include "daemon/core/command_port.h"
 #include "daemon/core/cycle.h"
-#include "daemon/core/frame_clock.h"
+#include "daemon/core/frame_engine.h"
 #include "daemon/core/publisher.h"
 #include "daemon/rt/thread.h"
 
@@ -64,7 +64,9 @@ class Runtime final : public App {
 
     // The grid begins a little ahead, on a whole period of the monotonic clock.
     const TimeNs epoch = (now_ns() / config_.period_ns + 2) * config_.period_ns;
-    clock_ = std::make_unique<FrameClock>(epoch, config_.period_ns, config_.offset_ns);
+    frames_ =
+        std::make_unique<ClockFrames>(FrameClock(epoch, config_.period_ns, config_.offset_ns));
+    engine_ = std::make_unique<Engine>(*frames_, engine_parameters());
     for (auto& [name, body] : buses_.bodies()) {
       if (auto ok = launch(name, std::move(body)); !ok) return ok;
     }
@@ -90,14 +92,14 @@ class Runtime final : public App {
     const std::uint64_t last = frames() + kShutDownFrames;
     const TimeNs until = now_ns() + kSecond;
     while (frames() < last && now_ns() < until) sleep_until(now_ns() + config_.period_ns);
-    stop_ = true;
+    engine_->stop();
     buses_.stop();
     for (const auto& thread : threads_) thread->join();
     publisher_.stop();
     threads_.clear();
   }
 
-  std::uint64_t frames() const override { return frames_.load(std::memory_order_relaxed); }
+  std::uint64_t frames() const override { return engine_ ? engine_->frames() : 0; }
   std::string summary() const override { return publisher_.summary(); }
   bool wants_restart() const override { return publisher_.wants_restart(); }
 
@@ -106,16 +108,7 @@ class Runtime final : public App {
   static constexpr std::uint64_t kShutDownFrames =
       10;  // for the safe command to reach every module
 
-  // What the frame thread hands to the actuate thread, and what that one reports back.
-  struct Due {
-    std::uint64_t frame = 0;  // 0: none yet
-    typename Vehicle::Command command{};
-  };
-  struct Released {
-    TimeNs released_ns = 0;
-    std::uint64_t overruns = 0, repeated = 0;
-    bool limit = false;
-  };
+  using Engine = FrameEngine<ClockFrames, typename Vehicle::Command>;
 
   tl::expected<void, std::string> launch(const std::string& name, std::function<void()> body) {
     rt::Wish wish{.name = name};
@@ -131,12 +124,23 @@ class Runtime final : public App {
     return ok;
   }
 
+  FrameParameters engine_parameters() const {
+    FrameParameters p{.period_ns = config_.period_ns,
+                      .offset_ns = config_.offset_ns,
+                      .max_consecutive_overruns = config_.max_consecutive_overruns};
+    for (const config::Thread& t : config_.threads) {
+      if (t.name == "frame") p.frame_spin_ns = t.spin_ns;
+      if (t.name == "actuate") p.actuate_spin_ns = t.spin_ns;
+    }
+    return p;
+  }
+
   // Publish thread: nullptr when there is nothing new.
   const void* newest_telemetry() { return telemetry_.update() ? &telemetry_.value() : nullptr; }
 
   void frame() noexcept;
   void actuate() noexcept;
-  void collect(std::uint64_t frame, TimingPoints& timing) noexcept;
+  void collect(const Boundary& boundary, const Released& released, TimingPoints& timing) noexcept;
   void hand_over(const TimingPoints& timing) noexcept;
 
   config::Config config_;
@@ -145,60 +149,51 @@ class Runtime final : public App {
   Supervisor supervisor_;
   CommandPort port_;
   Publisher publisher_;
-  std::unique_ptr<FrameClock> clock_;
+  std::unique_ptr<ClockFrames> frames_;
+  std::unique_ptr<Engine> engine_;
 
   Inputs<Vehicle> in_;
   Outputs<Vehicle> out_;
   Latest<typename Vehicle::Telemetry> telemetry_;
-  Latest<Due> due_;
-  Latest<Released> released_;
-  std::atomic<std::uint64_t> frames_{0};
-  std::atomic<bool> stop_{false}, shut_down_{false};
+  std::atomic<bool> shut_down_{false};
   std::vector<std::unique_ptr<rt::Thread>> threads_;
 };
 
 // The frame thread.
 template <class Vehicle, class Buses>
 void Runtime<Vehicle, Buses>::frame() noexcept {
-  std::uint64_t skipped = 0;
-  for (std::uint64_t k = 1; !stop_.load(std::memory_order_relaxed);) {
-    sleep_until(clock_->boundary(k));
-    TimingPoints timing{.frame = k,
-                        .boundary_ns = clock_->boundary(k),
-                        .woken_ns = now_ns(),
-                        .offset_ns = clock_->offset_ns()};
-    collect(k, timing);
-    cycle(vehicle_, supervisor_, in_, out_, [&](Stage stage) {
-      if (stage == Stage::navigated) timing.navigated_ns = now_ns();
-    });
-    due_.put({.frame = k, .command = out_.command});
-    timing.ready_ns = now_ns();
-    timing.margin_ns = clock_->release(k) - timing.ready_ns;
-    timing.frames_skipped = skipped;
-    hand_over(timing);
-    frames_.fetch_add(1, std::memory_order_relaxed);
-    const std::uint64_t next = clock_->after(k, now_ns());
-    skipped += next - k - 1;
-    k = next;
-  }
+  engine_->frame(
+      [this](const Boundary& boundary, const Released& released,
+             TimingPoints& timing) noexcept -> const typename Vehicle::Command& {
+        collect(boundary, released, timing);
+        cycle(vehicle_, supervisor_, in_, out_, [&](Stage stage) {
+          if (stage == Stage::navigated) timing.navigated_ns = now_ns();
+        });
+        return out_.command;
+      },
+      [this](const TimingPoints& timing) noexcept { hand_over(timing); });
+}
+
+// The actuate thread.
+template <class Vehicle, class Buses>
+void Runtime<Vehicle, Buses>::actuate() noexcept {
+  engine_->actuate(
+      [this](const typename Vehicle::Command& command) noexcept { buses_.release(command); });
 }
 
 template <class Vehicle, class Buses>
-void Runtime<Vehicle, Buses>::collect(std::uint64_t frame, TimingPoints& timing) noexcept {
-  in_.frame = frame;
-  in_.time_ns = timing.boundary_ns;
+void Runtime<Vehicle, Buses>::collect(const Boundary& boundary, const Released& released,
+                                      TimingPoints& timing) noexcept {
+  in_.frame = boundary.frame;
+  in_.time_ns = boundary.time_ns;
+  in_.held = boundary.held;
   buses_.collect(in_);
   in_.request_count = 0;
   while (in_.request_count < kMaxRequests && port_.pop(in_.requests[in_.request_count]))
     ++in_.request_count;
-  const Released& released = released_.get();
   in_.late_commands = released.overruns;
-  in_.overrun_limit = released.limit || timing.woken_ns - timing.boundary_ns >=
-                                            config_.max_consecutive_overruns * clock_->period_ns();
+  in_.overrun_limit = released.limit;
   in_.shut_down = shut_down_.load(std::memory_order_relaxed);
-  timing.released_ns = released.released_ns;
-  timing.overruns = released.overruns;
-  timing.commands_repeated = released.repeated;
   timing.samples = in_.sample_count;
   timing.read_ns = now_ns();
 }
@@ -211,38 +206,6 @@ void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
   publisher_.put(timing);
   if (config_.telemetry_periodic || out_.data_requested) telemetry_.put(out_.telemetry);
   publisher_.wake();
-}
-
-// The actuate thread: the command of frame k leaves at T_k + offset, never earlier and never "when
-// ready".
-template <class Vehicle, class Buses>
-void Runtime<Vehicle, Buses>::actuate() noexcept {
-  OverrunCounter overruns(config_.max_consecutive_overruns);
-  Released report;
-  for (std::uint64_t k = 1; !stop_.load(std::memory_order_relaxed);) {
-    sleep_until(clock_->release(k));
-    const Due& due = due_.get();
-    const bool in_time = due.frame == k;
-    if (in_time) {
-      overruns.in_time();
-      report.limit = false;
-    } else {
-      report.limit = overruns.late();
-    }
-    // Late once: the previous command again. Late again: nothing, and the bus sees its orders grow
-    // stale.
-    if (in_time || (due.frame != 0 && overruns.consecutive() == 1)) {
-      report.repeated += in_time ? 0 : 1;
-      buses_.release(due.command);
-    }
-    report.released_ns = now_ns();
-    // Releases that were slept through are late as well: a standstill of the machine is an overrun.
-    const std::uint64_t next = clock_->after(k, report.released_ns - clock_->offset_ns());
-    if (next > k + 1) report.limit = overruns.late(next - k - 1);
-    report.overruns = overruns.total();
-    released_.put(report);
-    k = next;
-  }
 }
 
 }  // namespace lss

@@ -69,6 +69,7 @@ void Supervisor::command(const Request& request) noexcept {
   if (replaces) state_.active = command;
   acknowledge(command, Phase::executing);
   if (request.kind == number(CommandKind::emergency_stop)) raise(FaultId::emergency_stop);
+  if (request.kind == number(CommandKind::reset_timing)) note(EventId::timing_reset);
   apply(logic_.event_of(request), &request);
   if (!replaces) acknowledge(command, Phase::completed);
 }

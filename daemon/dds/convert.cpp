@@ -163,8 +163,34 @@ void to_dds(const TimingPoints& points, std::string_view vehicle_id, lss_Timing&
   to.offset_ns = points.offset_ns;
   to.overruns = points.overruns;
   to.frames_skipped = points.frames_skipped;
+  to.frames_held = points.frames_held;
   to.commands_repeated = points.commands_repeated;
   to.samples = points.samples;
+}
+
+void to_dds(const TimingStatistics& statistics, std::string_view vehicle_id,
+            lss_TimingStatistics& to) {
+  copy_text(vehicle_id, to.vehicle_id);
+  to.frames = statistics.frames;
+  to.overruns = statistics.overruns;
+  to.repeated = statistics.repeated;
+  to.skipped = statistics.skipped;
+  to.held = statistics.held;
+  to.since_ns = statistics.since_ns;
+  to.until_ns = statistics.until_ns;
+  to.period_ns = statistics.period_ns;
+  to.offset_ns = statistics.offset_ns;
+  for (std::size_t i = 0; i < kTimingStepCount; ++i) {
+    const TimingSeries& from = statistics.series[i];
+    lss_TimingSeries& series = to.series[i];
+    series = {.count = from.count,
+              .sum_ns = from.sum_ns,
+              .squares_ns2 = from.squares_ns2,
+              .min_ns = from.min_ns,
+              .max_ns = from.max_ns,
+              .bucket = {}};
+    std::ranges::copy(from.bucket, std::begin(series.bucket));
+  }
 }
 
 }  // namespace lss::dds

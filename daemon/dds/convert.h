@@ -43,6 +43,8 @@ lss_Event to_dds(const EventRecord& record, std::string_view text, std::string_v
 // What is the face's own to say (version, vehicle, shared memory) stays empty.
 lss_Status to_dds(const StatusReport& report, std::string_view vehicle_id);
 void to_dds(const TimingPoints& points, std::string_view vehicle_id, lss_Timing& to);
+void to_dds(const TimingStatistics& statistics, std::string_view vehicle_id,
+            lss_TimingStatistics& to);
 
 // "rejected: module 3 does not answer (measured 5000, allowed 200); check its power and the bus,
 // ..."

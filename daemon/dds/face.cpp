@@ -45,7 +45,7 @@ struct Face::Impl {
 
   dds::Participant participant;
   dds::TelemetryPlane plane;
-  dds::Entity ack_writer, event_writer, status_writer, heartbeat_writer;
+  dds::Entity ack_writer, event_writer, status_writer, statistics_writer, heartbeat_writer;
   dds::Entity command_reader, heartbeat_reader;
 };
 
@@ -79,6 +79,7 @@ dds::Result<void> Face::Impl::open_writers() {
   for (const auto& [kind, writer] : {std::pair{dds::Kind::command_ack, &ack_writer},
                                      {dds::Kind::event, &event_writer},
                                      {dds::Kind::status, &status_writer},
+                                     {dds::Kind::timing_statistics, &statistics_writer},
                                      {dds::Kind::heartbeat, &heartbeat_writer}}) {
     auto created = dds::create_writer(participant.get(), dds::common_topic(kind));
     if (!created) return tl::unexpected(created.error());
@@ -166,6 +167,12 @@ void Face::status(const StatusReport& report) {
 }
 
 void Face::timing(const TimingPoints& points) { impl_->plane.timing(points, now_ns()); }
+
+void Face::timing(const TimingStatistics& statistics) {
+  lss_TimingStatistics sample{};
+  dds::to_dds(statistics, impl_->parameters.vehicle_id, sample);
+  dds_write(impl_->statistics_writer.get(), &sample);
+}
 
 void Face::heartbeat(State state) {
   lss_Heartbeat sample{};

@@ -41,6 +41,7 @@ class Face {
   void event(const EventRecord& record, std::string_view text);  // publish thread
   void status(const StatusReport& report);                       // publish thread
   void timing(const TimingPoints& points);                       // publish thread
+  void timing(const TimingStatistics& statistics);               // publish thread
   void heartbeat(State state);                                   // publish thread
   // Publish thread. Points to the struct of the vehicle, e.g. lss::zebro::Telemetry.
   void telemetry(const void* vehicle_telemetry);

@@ -30,6 +30,7 @@ constexpr std::array kRows = {
         kResetModule},
     Row{Event::request_data, kAnyState, kAnyMode, 0, kKeep, State::idle, kKeep, kKeep,
         kPublishData},
+    Row{Event::reset_timing, kAnyState, kAnyMode, 0, kKeep, State::idle, kKeep, kKeep, 0},
 };
 
 const Row* find(std::span<const Row> rows, const ControllerState& s, Event event,

@@ -29,6 +29,7 @@ enum class Event : std::uint8_t {
   reset_controller,  // commanded: back to a safe state
   reset_module,      // commanded
   request_data,      // commanded
+  reset_timing,      // commanded
 };
 inline constexpr std::uint8_t kVehicleEvents = 16;
 

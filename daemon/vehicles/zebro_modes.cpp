@@ -212,6 +212,8 @@ lc::Event event_of(const Request& r) noexcept {
       return r.parameter[0] < 0 ? lc::Event::reset_controller : lc::Event::reset_module;
     case lss::CommandKind::request_data:
       return lc::Event::request_data;
+    case lss::CommandKind::reset_timing:
+      return lc::Event::reset_timing;
     default:
       break;
   }
@@ -245,6 +247,7 @@ bool reached(std::uint16_t kind, const lc::ControllerState& s) noexcept {
     case lss::CommandKind::emergency_stop:
     case lss::CommandKind::reset:
     case lss::CommandKind::request_data:
+    case lss::CommandKind::reset_timing:
       return true;
     default:
       break;

@@ -195,6 +195,28 @@ TEST_F(Answers, EventsTellTheHistoryInOrder) {
   EXPECT_THAT(last.out, Not(HasSubstr("second")));
 }
 
+TEST_F(Answers, TimingTellsWhatTheDaemonCollected) {
+  FakeDaemon daemon(domain());
+  TimingStatistics statistics{.frames = 1000, .overruns = 3, .offset_ns = 5'000'000};
+  for (int i = 0; i < 990; ++i) statistics.series[4].add(50'000);
+  for (int i = 0; i < 10; ++i) statistics.series[4].add(6'000'000);
+  daemon.timing(statistics);
+  const json all = json::parse(run({"--json", "timing"}).out);
+  EXPECT_EQ(all["frames"], 1000);
+  EXPECT_EQ(all["missed"]["overruns"], 3);
+  const json& command = all["points"]["command"];
+  EXPECT_NEAR(command["p50_us"].get<double>(), 50, 4);
+  EXPECT_NEAR(command["mean_us"].get<double>(), 0.99 * 50 + 0.01 * 6000, 0.01);
+  EXPECT_EQ(command["max_us"], 6000);
+  EXPECT_EQ(command["histogram"].size(), 2U);
+  EXPECT_EQ(all["margin"]["min_us"], -1000);
+  EXPECT_FALSE(all["points"].contains("wake-up")) << "nothing of it was collected";
+  EXPECT_THAT(run({"timing"}).out, HasSubstr("3 of 1000 commands late"));
+  EXPECT_EQ(run({"timing", "--histogram", "bogus"}).code, 2);
+  EXPECT_EQ(run({"timing", "--reset"}).code, 0);
+  EXPECT_EQ(daemon.kinds().back(), static_cast<std::uint16_t>(CommandKind::reset_timing));
+}
+
 TEST_F(Answers, ADaemonThatFallsSilentWhileSomethingIsAwaitedLeavesTheOutcomeUnknown) {
   FakeDaemon daemon(domain());
   daemon.trouble(kStart, {Trouble::Kind::never_ends});

@@ -44,6 +44,7 @@ FakeDaemon::FakeDaemon(int domain, const std::string& vehicle_id)
   acks_ = writer(dds::Kind::command_ack);
   status_ = writer(dds::Kind::status);
   events_ = writer(dds::Kind::event);
+  timing_ = writer(dds::Kind::timing_statistics);
   telemetry_ = must(dds::create_writer(participant_.get(),
                                        dds::telemetry_topic("zebro", &lss_ZebroTelemetry_desc)));
   const auto reader = [&](dds::Kind kind) {
@@ -277,6 +278,24 @@ void FakeDaemon::event(EventId id, const std::string& what) {
   put(event.text, what);
   dds_write(events_.get(), &event);
   publish_status();
+}
+
+void FakeDaemon::timing(const TimingStatistics& statistics) {
+  const std::lock_guard lock(mutex_);
+  lss_TimingStatistics sample{};
+  put(sample.vehicle_id, vehicle_id_);
+  sample.frames = statistics.frames;
+  sample.overruns = statistics.overruns;
+  sample.offset_ns = statistics.offset_ns;
+  for (std::size_t i = 0; i < kTimingStepCount; ++i) {
+    const TimingSeries& from = statistics.series[i];
+    sample.series[i].count = from.count;
+    sample.series[i].sum_ns = from.sum_ns;
+    sample.series[i].min_ns = from.min_ns;
+    sample.series[i].max_ns = from.max_ns;
+    std::ranges::copy(from.bucket, sample.series[i].bucket);
+  }
+  dds_write(timing_.get(), &sample);
 }
 
 std::vector<std::uint16_t> FakeDaemon::kinds() const {

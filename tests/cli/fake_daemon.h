@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "idl/codes.h"
+#include "idl/timing_statistics.h"
 #include "idl/topics.h"
 #include "idl/zebro_commands.h"
 #include "lss.h"
@@ -44,6 +45,7 @@ class FakeDaemon {
   void silence_module(std::uint8_t id);
   void telemetry_on_request();
   void fall_silent();  // as if killed: no status, no answer
+  void timing(const TimingStatistics& statistics);
   void event(EventId id, const std::string& text);
   // The command that is being executed fails.
   void emergency();
@@ -67,7 +69,7 @@ class FakeDaemon {
 
   mutable std::mutex mutex_;
   dds::Participant participant_;
-  dds::Entity commands_, heartbeat_reader_, acks_, status_, events_, telemetry_;
+  dds::Entity commands_, heartbeat_reader_, acks_, status_, events_, timing_, telemetry_;
   std::string vehicle_id_;
   std::string authority_;
   std::map<std::uint16_t, Trouble> troubles_;

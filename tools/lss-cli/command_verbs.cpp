@@ -100,7 +100,7 @@ void add_table_verbs(Grammar& grammar) {
   for (const Vehicle* vehicle : vehicles()) {
     for (const CommandInfo* info : commands_of(*vehicle)) {
       const std::string name = info->name;
-      if (name == "data") continue;  // shows what comes
+      if (name == "data" || name == "reset-timing") continue;  // more than a command
       auto& [sub, typed] = known[name];
       if (sub == nullptr) {
         sub = &grammar.verb(name, info->summary, help_of(name));

@@ -74,8 +74,10 @@ void add_completion_verbs(Grammar& grammar) {
 void add_verbs(Grammar& grammar) {
   add_status_verbs(grammar);
   add_command_verbs(grammar);
-  add_report_verbs(grammar);
+  add_event_verbs(grammar);
+  add_timing_verbs(grammar);
   add_sequence_verbs(grammar);
+  add_doctor_verbs(grammar);
   add_completion_verbs(grammar);
 }
 

@@ -231,6 +231,9 @@ void Link::open_emergency(const std::string& source) {
 
 void Link::open_events() { event_reader_ = reader(dds::common_topic(dds::Kind::event)); }
 void Link::open_timing() { timing_reader_ = reader(dds::common_topic(dds::Kind::timing)); }
+void Link::open_timing_statistics() {
+  statistics_reader_ = reader(dds::common_topic(dds::Kind::timing_statistics));
+}
 void Link::open_telemetry() {
   if (telemetry_reader_) return;
   const std::size_t size = vehicle_->telemetry->m_size;
@@ -246,6 +249,9 @@ std::optional<lss_CommandAck> Link::next_ack() {
 }
 std::optional<lss_Event> Link::next_event() { return take<lss_Event>(event_reader_.get()); }
 std::optional<lss_Timing> Link::next_timing() { return take<lss_Timing>(timing_reader_.get()); }
+std::optional<lss_TimingStatistics> Link::next_timing_statistics() {
+  return take<lss_TimingStatistics>(statistics_reader_.get());
+}
 
 const void* Link::telemetry() {
   if (!telemetry_reader_) return nullptr;

@@ -1,0 +1,121 @@
+#pragma once
+
+// The frame-offset loop (TALARIS thesis 4.3 and 5.1.3): the frame thread computes the command of
+// frame k from T_k on, the actuate thread releases it at T_k + offset, never earlier and never
+// "when ready", so that a stochastic delay becomes a known constant. A command that is not ready
+// then is late: the one before is repeated once; late again, nothing is released and the bus sees
+// its orders grow stale. Frames: of daemon/core/frames.h.
+//
+// frame() and actuate() are the bodies of the two threads; nothing in here allocates, locks or
+// logs.
+
+#include <atomic>
+#include <cstdint>
+
+#include "daemon/core/frames.h"
+#include "daemon/core/latest.h"
+#include "daemon/core/messages.h"
+
+namespace lss {
+
+struct FrameParameters {
+  TimeNs period_ns = 20 * kMillisecond;
+  TimeNs offset_ns = 5 * kMillisecond;
+  int max_consecutive_overruns = 5;
+  TimeNs frame_spin_ns = 0, actuate_spin_ns = 0;
+};
+
+// What the actuate thread reports to the frame thread.
+struct Released {
+  TimeNs released_ns = 0;  // of the last frame
+  std::uint64_t overruns = 0, repeated = 0;
+  bool limit = false;  // too many in a row
+};
+
+template <class Frames, class Command>
+class FrameEngine {
+ public:
+  FrameEngine(Frames& frames, const FrameParameters& parameters) noexcept
+      : frames_(frames), parameters_(parameters), overruns_(parameters.max_consecutive_overruns) {}
+
+  // compute(Boundary, Released, TimingPoints&) -> Command makes the command and stamps read and
+  // navigated; say(TimingPoints) comes after the command was put down.
+  template <class Compute, class Say>
+  void frame(Compute&& compute, Say&& say) noexcept {
+    auto follower = frames_.follow_frame(parameters_.frame_spin_ns);
+    while (!stop_.load(std::memory_order_relaxed)) begin(follower.next(0), compute, say);
+  }
+
+  // release(Command) hands it to the buses.
+  template <class Release>
+  void actuate(Release&& release) noexcept {
+    auto follower = frames_.follow_actuate(parameters_.actuate_spin_ns);
+    while (!stop_.load(std::memory_order_relaxed))
+      due(follower.next(parameters_.offset_ns), release);
+  }
+
+  // One frame of the frame thread, at its boundary.
+  template <class Compute, class Say>
+  void begin(const Boundary& boundary, Compute&& compute, Say&& say) noexcept {
+    timing_.offset_ns = parameters_.offset_ns;
+    timing_.woken_ns = now_ns();
+    timing_.frame = boundary.frame;
+    timing_.boundary_ns = boundary.time_ns;
+    timing_.frames_skipped += boundary.skipped;
+    timing_.frames_held += boundary.held ? 1 : 0;
+    Released released = released_.get();
+    released.limit |= timing_.woken_ns - boundary.time_ns >=
+                      parameters_.max_consecutive_overruns * parameters_.period_ns;
+    timing_.released_ns = released.released_ns;
+    timing_.overruns = released.overruns;
+    timing_.commands_repeated = released.repeated;
+    due_.put({.boundary_ns = boundary.time_ns, .command = compute(boundary, released, timing_)});
+    timing_.ready_ns = now_ns();
+    timing_.margin_ns = boundary.time_ns + parameters_.offset_ns - timing_.ready_ns;
+    say(timing_);
+    count_.fetch_add(1, std::memory_order_relaxed);
+  }
+
+  // One frame of the actuate thread, at its release.
+  template <class Release>
+  void due(const Boundary& boundary, Release&& release) noexcept {
+    // Releases that were slept through are late as well: a standstill of the machine is an overrun.
+    report_.limit = boundary.skipped != 0 && overruns_.late(boundary.skipped);
+    const Due& due = due_.get();
+    if (due.boundary_ns == boundary.time_ns) {
+      overruns_.in_time();
+      release(due.command);
+    } else {
+      report_.limit = overruns_.late();
+      if (due.boundary_ns != 0 && overruns_.consecutive() == 1) {
+        ++report_.repeated;
+        release(due.command);
+      }
+    }
+    report_.released_ns = now_ns();
+    report_.overruns = overruns_.total();
+    released_.put(report_);
+  }
+
+  void stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
+  // Frames computed so far; any thread.
+  std::uint64_t frames() const noexcept { return count_.load(std::memory_order_relaxed); }
+
+ private:
+  struct Due {
+    TimeNs boundary_ns = 0;  // 0: none yet
+    Command command{};
+  };
+
+  Frames& frames_;
+  FrameParameters parameters_;
+  TimingPoints timing_;      // frame thread
+  OverrunCounter overruns_;  // actuate thread, with what it reports
+  Released report_;
+  Latest<Due> due_;
+  Latest<Released> released_;
+  std::atomic<std::uint64_t> count_{0};
+  std::atomic<bool> stop_{false};
+};
+
+}  // namespace lss

@@ -1,0 +1,123 @@
+#include "daemon/core/frame_engine.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace lss {
+namespace {
+
+constexpr TimeNs kPeriod = 20 * kMillisecond;
+
+// Steps both threads of an engine by hand, in any order.
+struct Stage {
+  ClockFrames frames{FrameClock(0, kPeriod, 5 * kMillisecond)};
+  FrameEngine<ClockFrames, int> engine{frames,
+                                       {.period_ns = kPeriod, .max_consecutive_overruns = 3}};
+  TimeNs start_ns = now_ns();
+  TimingPoints timing{};
+  Released seen{};
+  std::vector<int> sent;
+
+  Boundary boundary(std::uint64_t frame, std::uint64_t skipped = 0) const {
+    return {frame, start_ns + static_cast<TimeNs>(frame) * kPeriod, skipped, false};
+  }
+  void compute(std::uint64_t frame, std::uint64_t skipped = 0) {
+    engine.begin(
+        boundary(frame, skipped),
+        [&](const Boundary& b, const Released& released, TimingPoints&) {
+          seen = released;
+          return static_cast<int>(b.frame) * 10;
+        },
+        [&](const TimingPoints& t) { timing = t; });
+  }
+  void release(std::uint64_t frame, std::uint64_t skipped = 0) {
+    engine.due(boundary(frame, skipped), [&](int command) { sent.push_back(command); });
+  }
+};
+
+TEST(FrameEngine, ReleasesTheCommandOfItsFrame) {
+  Stage s;
+  for (std::uint64_t k = 1; k <= 3; ++k) {
+    s.compute(k);
+    s.release(k);
+  }
+  EXPECT_EQ(s.sent, (std::vector{10, 20, 30}));
+  s.compute(4);
+  EXPECT_EQ(s.seen.overruns, 0u);
+  EXPECT_FALSE(s.seen.limit);
+  EXPECT_GE(s.timing.released_ns, s.start_ns);
+  EXPECT_EQ(s.engine.frames(), 4u);
+}
+
+TEST(FrameEngine, ALateCommandIsRepeatedOnceAndThenNothingIsReleased) {
+  Stage s;
+  s.compute(1);
+  s.release(1);
+  s.release(2);
+  s.release(3);
+  EXPECT_EQ(s.sent, (std::vector{10, 10}));
+  s.compute(3);
+  EXPECT_EQ(s.timing.overruns, 2u);
+  EXPECT_EQ(s.timing.commands_repeated, 1u);
+  s.compute(4);
+  s.release(4);
+  EXPECT_EQ(s.sent, (std::vector{10, 10, 40}));
+}
+
+TEST(FrameEngine, ACommandThatCameTooLateIsNotReleasedAsTheNextOne) {
+  Stage s;
+  s.compute(1);
+  s.release(1);
+  s.release(2);  // repeats
+  s.compute(2);
+  s.release(3);  // of frame 2 there is a command now, of frame 3 there is none
+  EXPECT_EQ(s.sent, (std::vector{10, 10}));
+}
+
+TEST(FrameEngine, NothingIsReleasedBeforeTheFirstCommand) {
+  Stage s;
+  s.release(1);
+  EXPECT_TRUE(s.sent.empty());
+}
+
+TEST(FrameEngine, OverrunsInARowReachTheLimitAndOneInTimeEndsTheRow) {
+  Stage s;
+  s.compute(1);
+  s.release(1);
+  s.release(2);
+  s.release(3);
+  s.compute(3);
+  EXPECT_FALSE(s.seen.limit);
+  s.release(4);
+  s.compute(4);
+  EXPECT_TRUE(s.seen.limit);
+  s.compute(5);
+  s.release(5);
+  s.compute(6);
+  EXPECT_FALSE(s.seen.limit);
+}
+
+TEST(FrameEngine, AStandstillCountsEveryFrameThatWasSleptThrough) {
+  Stage s;
+  s.compute(1);
+  s.release(1);
+  s.compute(12, 10);
+  EXPECT_EQ(s.timing.frames_skipped, 10u);
+  s.release(12, 10);
+  EXPECT_EQ(s.sent, (std::vector{10, 120}));
+  s.compute(13);
+  EXPECT_EQ(s.seen.overruns, 10u);
+  EXPECT_TRUE(s.seen.limit);
+}
+
+TEST(FrameEngine, MarginIsWhatIsLeftUntilTheRelease) {
+  Stage s;
+  s.start_ns = now_ns() - kPeriod;
+  s.compute(1);
+  EXPECT_LE(s.timing.margin_ns, 5 * kMillisecond);
+  EXPECT_EQ(s.timing.margin_ns, s.boundary(1).time_ns + 5 * kMillisecond - s.timing.ready_ns);
+}
+
+}  // namespace
+}  // namespace lss

@@ -1,0 +1,76 @@
+// The daemon itself, if one runs: asked over DDS, as every other verb does.
+
+#include <fmt/format.h>
+
+#include "tools/lss-cli/doctor/checks.h"
+#include "tools/lss-cli/link.h"
+#include "tools/lss-cli/status.h"
+
+namespace lss::cli::doctor {
+
+Finding judge_contract(const lss_Status& status) {
+  Finding finding{.name = "daemon_contract",
+                  .found = fmt::format("policy {}, {}; memory {}; {} page faults and {} mallocs of "
+                                       "real-time threads since start",
+                                       status.realtime_enforced ? "enforce" : "degrade",
+                                       status.realtime_granted ? "all granted" : "not all granted",
+                                       status.memory_locked ? "locked" : "not locked",
+                                       status.page_faults_since_start, status.mallocs_since_start),
+                  .meaning = "it runs in real time"};
+  if (!status.realtime_granted || !status.memory_locked) {
+    finding.result = Result::warning;
+    finding.meaning = "it runs, but nothing guarantees that its frames are in time";
+    finding.mend =
+        "start it by systemd (lssd@NAME), or mend rtprio_limit and memlock_limit and "
+        "start it again";
+  } else if (status.page_faults_since_start > 0 || status.mallocs_since_start > 0) {
+    finding.result = Result::warning;
+    finding.meaning =
+        "its real-time threads should never allocate or fault: each may delay a frame";
+    finding.mend = "lss-cli status says which thread; report it with the journal";
+  }
+  return finding;
+}
+
+Findings daemon_findings(const System& system, const Options& options) {
+  Finding finding{.name = "daemon"};
+  try {
+    Link link(options);
+    link.find_vehicle();
+    const lss_Status& status = link.status();
+    finding.found = fmt::format("{} ({}, lssd {}) answers on DDS domain {}: {}",
+                                text(status.vehicle_id), text(status.vehicle), text(status.version),
+                                options.domain, state_name(status.state));
+    finding.meaning = "commands reach it";
+    if (status.fault_count > 0 || status.state == lss_STATE_FATAL_ERROR) {
+      finding.result = Result::note;
+      finding.meaning = fmt::format("it has {} faults", status.fault_count);
+      finding.mend = "lss-cli status";
+    }
+    return {finding, judge_contract(status)};
+  } catch (const Failure& failure) {
+    finding.found = failure.what();
+    finding.mend = failure.advice();
+    switch (failure.code()) {
+      case ExitCode::unreachable:
+        finding.result = Result::note;
+        finding.meaning = "no lssd runs";
+        if (const auto running = processes_named(system, "lssd"); !running.empty()) {
+          finding.result = Result::warning;
+          finding.meaning = fmt::format("{} runs, on another domain or interface", spoken(running));
+        }
+        break;
+      case ExitCode::unknown_name:
+      case ExitCode::usage:
+        finding.result = Result::note;
+        finding.meaning = "DDS works, but which vehicle is meant is not clear";
+        break;
+      default:
+        finding.result = Result::problem;
+        finding.meaning = "DDS does not work here";
+    }
+  }
+  return {finding};
+}
+
+}  // namespace lss::cli::doctor

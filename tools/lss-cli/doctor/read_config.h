@@ -1,0 +1,18 @@
+#pragma once
+
+// What the checks of lss-cli doctor need of a configuration. Lenient: lssd itself is the judge of
+// the rest, of types, ranges and unknown keys.
+
+#include <filesystem>
+#include <string>
+#include <tl/expected.hpp>
+
+#include "daemon/config/config.h"
+
+namespace lss::cli::doctor {
+
+// Identity, ports, threads and DDS; what is missing or of another type has its default. Threads are
+// those that the file names. The error is FILE:LINE:COLUMN: what.
+tl::expected<config::Config, std::string> read_config(const std::filesystem::path& file);
+
+}  // namespace lss::cli::doctor

@@ -1,0 +1,226 @@
+// timing: how punctual the frames are.
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "idl/timing_statistics.h"
+#include "tools/lss-cli/names.h"
+#include "tools/lss-cli/status.h"
+#include "tools/lss-cli/units.h"
+#include "tools/lss-cli/verbs.h"
+
+namespace lss::cli {
+namespace {
+
+constexpr double kWait_s = 3;  // for what the daemon says every second
+constexpr std::size_t kRows = 16, kBarWidth = 40;
+
+double us(double ns) { return ns / 1000; }
+
+TimingStatistics from_dds(const lss_TimingStatistics& from) {
+  TimingStatistics to{.frames = from.frames,
+                      .overruns = from.overruns,
+                      .repeated = from.repeated,
+                      .skipped = from.skipped,
+                      .held = from.held,
+                      .since_ns = from.since_ns,
+                      .until_ns = from.until_ns,
+                      .period_ns = from.period_ns,
+                      .offset_ns = from.offset_ns};
+  for (std::size_t i = 0; i < kTimingStepCount; ++i) {
+    TimingSeries& series = to.series[i];
+    series.count = from.series[i].count;
+    series.sum_ns = from.series[i].sum_ns;
+    series.squares_ns2 = from.series[i].squares_ns2;
+    series.min_ns = from.series[i].min_ns;
+    series.max_ns = from.series[i].max_ns;
+    std::copy_n(from.series[i].bucket, TimingSeries::kBuckets, series.bucket.begin());
+  }
+  return to;
+}
+
+// What the daemon collected since its start or the last reset.
+TimingStatistics collected(Session& session) {
+  session.link().open_timing_statistics();
+  const Clock::time_point until = Clock::now() + seconds(kWait_s);
+  while (Clock::now() < until) {
+    if (const std::optional<lss_TimingStatistics> s = session.link().next_timing_statistics())
+      return from_dds(*s);
+    session.pump(until);
+  }
+  throw Failure(ExitCode::timed_out, "no timing came", "does the daemon live? see: lss-cli status");
+}
+
+// What comes in so long.
+TimingStatistics listened(Session& session, double for_s) {
+  session.link().open_timing();
+  TimingCollector<lss_Timing> collector;
+  collector.set_period(session.status().period_ns);
+  const Clock::time_point end = Clock::now() + seconds(for_s);
+  session.set_progress([&] { return fmt::format("{} frames", collector.statistics().frames); });
+  try {
+    while (Clock::now() < end) {
+      session.pump(end);
+      while (const std::optional<lss_Timing> timing = session.link().next_timing())
+        collector.add(*timing);
+    }
+  } catch (const Interrupted&) {  // what came until now is shown
+  }
+  session.set_progress(nullptr);
+  if (collector.statistics().frames == 0) {
+    throw Failure(ExitCode::timed_out, "no timing came",
+                  "is it on shared memory only? see: lss-cli status");
+  }
+  return collector.statistics();
+}
+
+// One row for each bucket, or for several when there are many; bars by the logarithm, since it is
+// the rare ones that matter.
+std::string histogram(const TimingSeries& series, const Style& style) {
+  const std::size_t first = TimingSeries::index(series.min_ns);
+  const std::size_t last = TimingSeries::index(series.max_ns);
+  const std::size_t step = (last - first) / kRows + 1;
+  const double longest = std::log2(1.0 + static_cast<double>(series.count));
+  std::string text;
+  for (std::size_t i = first; i <= last; i += step) {
+    const std::size_t end = std::min(i + step, TimingSeries::kBuckets);
+    std::uint64_t count = 0;
+    for (std::size_t k = i; k < end; ++k) count += series.bucket[k];
+    const double length = std::log2(1.0 + static_cast<double>(count)) / longest * kBarWidth;
+    std::string bar;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(std::lround(length)); ++k) bar += "▇";
+    text += fmt::format(
+        "{:>9.1f} .. {:>9.1f} us {:>10}  {}\n", us(static_cast<double>(TimingSeries::lower_ns(i))),
+        us(static_cast<double>(TimingSeries::lower_ns(end))), count, style.good(bar));
+  }
+  return text;
+}
+
+std::string table(const TimingStatistics& all, const Style& style) {
+  std::string text =
+      style.dim(fmt::format("{:<10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}  us", "", "mean",
+                            "sigma", "min", "p50", "p99", "p99.9", "max")) +
+      "\n";
+  for (std::size_t i = 0; i < kTimingStepCount; ++i) {
+    const TimingSeries& s = all.series[i];
+    if (s.count == 0) continue;
+    text += fmt::format(
+        "{:<10} {:>9.1f} {:>9.1f} {:>9.1f} {:>9.1f} {:>9.1f} {:>9.1f} {:>9.1f}  {}\n",
+        kTimingSteps[i].name, us(s.mean_ns()), us(s.sigma_ns()), us(static_cast<double>(s.min_ns)),
+        us(s.quantile_ns(0.5)), us(s.quantile_ns(0.99)), us(s.quantile_ns(0.999)),
+        us(static_cast<double>(s.max_ns)), style.dim(kTimingSteps[i].what));
+  }
+  return text;
+}
+
+std::string summary(const TimingStatistics& all, const Style& style) {
+  const TimingSeries& command = all.series[4];
+  const std::string missed = fmt::format(
+      "missed     {} of {} commands late, {} repeated; {} frames skipped, {} begun without the "
+      "sensor\n",
+      all.overruns, all.frames, all.repeated, all.skipped, all.held);
+  return fmt::format(
+             "margin     {:.1f} us in the mean, {:.1f} at p99.9, {:.1f} at least, of {:.1f}\n",
+             us(all.margin_ns(command.mean_ns())), us(all.margin_ns(command.quantile_ns(0.999))),
+             us(all.margin_ns(static_cast<double>(command.max_ns))),
+             us(static_cast<double>(all.offset_ns))) +
+         (all.overruns == 0 ? missed : style.warning(missed));
+}
+
+nlohmann::json series_json(const TimingSeries& s) {
+  nlohmann::json buckets = nlohmann::json::array();
+  for (std::size_t i = 0; i < TimingSeries::kBuckets; ++i) {
+    if (s.bucket[i] != 0)
+      buckets.push_back({{"from_us", us(static_cast<double>(TimingSeries::lower_ns(i)))},
+                         {"to_us", us(static_cast<double>(TimingSeries::lower_ns(i + 1)))},
+                         {"count", s.bucket[i]}});
+  }
+  return {{"count", s.count},
+          {"mean_us", us(s.mean_ns())},
+          {"sigma_us", us(s.sigma_ns())},
+          {"min_us", us(static_cast<double>(s.min_ns))},
+          {"p50_us", us(s.quantile_ns(0.5))},
+          {"p99_us", us(s.quantile_ns(0.99))},
+          {"p999_us", us(s.quantile_ns(0.999))},
+          {"max_us", us(static_cast<double>(s.max_ns))},
+          {"histogram", std::move(buckets)}};
+}
+
+nlohmann::json to_json(const TimingStatistics& all) {
+  nlohmann::json steps = nlohmann::json::object();
+  for (std::size_t i = 0; i < kTimingStepCount; ++i) {
+    if (all.series[i].count != 0) steps[kTimingSteps[i].name] = series_json(all.series[i]);
+  }
+  const TimingSeries& command = all.series[4];
+  return {{"frames", all.frames},
+          {"since_ns", all.since_ns},
+          {"until_ns", all.until_ns},
+          {"period_ns", all.period_ns},
+          {"offset_ns", all.offset_ns},
+          {"missed",
+           {{"overruns", all.overruns},
+            {"repeated", all.repeated},
+            {"skipped", all.skipped},
+            {"held", all.held}}},
+          {"margin",
+           {{"mean_us", us(all.margin_ns(command.mean_ns()))},
+            {"p999_us", us(all.margin_ns(command.quantile_ns(0.999)))},
+            {"min_us", us(all.margin_ns(static_cast<double>(command.max_ns)))}}},
+          {"points", std::move(steps)}};
+}
+
+struct Wanted {
+  std::optional<double> for_s;
+  std::string histogram = "command";
+  bool reset = false;
+};
+
+ExitCode run_timing(Context& context, const Wanted& wanted) {
+  Session& session = context.session();
+  if (wanted.reset) {
+    session.complete(
+        {&find_command(session.vehicle(), static_cast<std::uint16_t>(CommandKind::reset_timing)),
+         {}});
+    return ExitCode::completed;
+  }
+  const TimingStatistics all = wanted.for_s ? listened(session, *wanted.for_s) : collected(session);
+  context.output.document(to_json(all));
+  const Style& style = context.output.style();
+  std::size_t step = 0;
+  while (kTimingSteps[step].name != wanted.histogram) ++step;
+  context.output.print(fmt::format(
+      "{} frames of {:.1f} ms in {}, {}\n", all.frames, static_cast<double>(all.period_ns) * 1e-6,
+      format_duration(static_cast<double>(all.until_ns - all.since_ns) * 1e-9),
+      wanted.for_s ? "as listened to" : "since the start or the last --reset"));
+  context.output.print(table(all, style) + summary(all, style));
+  if (all.series[step].count != 0) {
+    context.output.print(
+        fmt::format("\n{}: {}\n", style.bold(wanted.histogram), kTimingSteps[step].what) +
+        histogram(all.series[step], style));
+  }
+  return ExitCode::completed;
+}
+
+}  // namespace
+
+void add_timing_verbs(Grammar& grammar) {
+  CLI::App& timing = grammar.verb("timing", "how punctual the frames are",
+                                  "  lss-cli timing\n  lss-cli timing --histogram wake-up\n"
+                                  "  lss-cli timing --reset\n  lss-cli --json timing --for 1min\n");
+  auto wanted = std::make_shared<Wanted>();
+  std::vector<std::string> names;
+  for (const TimingStep& step : kTimingSteps) names.emplace_back(step.name);
+  const auto for_s =
+      add_duration(timing, "--for", "listen so long, instead of what the daemon collected");
+  timing.add_option("--histogram", wanted->histogram, "of which step")
+      ->check(CLI::IsMember(names))
+      ->capture_default_str();
+  timing.add_flag("--reset", wanted->reset, "the daemon's statistics begin anew");
+  grammar.on(timing, [wanted, for_s](Context& context) {
+    wanted->for_s = *for_s;
+    return run_timing(context, *wanted);
+  });
+}
+
+}  // namespace lss::cli
