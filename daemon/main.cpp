@@ -2,12 +2,14 @@
 // and the watchdog until the end.
 
 #include <signal.h>
+#include <spdlog/async.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <systemd/sd-daemon.h>
 
 #include <CLI/CLI.hpp>
 #include <cerrno>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 
@@ -17,6 +19,8 @@
 
 namespace {
 
+constexpr lss::TimeNs kStandstill = lss::kSecond;  // a thread without a turn for so long is stuck
+constexpr std::size_t kLogLines = 1024;
 constexpr int kExitFailure = 1;
 constexpr int kExitConfig = 78;   // EX_CONFIG: starting again will not help
 constexpr int kExitRestart = 75;  // EX_TEMPFAIL: systemd starts us again (RestartForceExitStatus)
@@ -42,15 +46,36 @@ sigset_t block_signals() {
   for (const int s : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&set, s);
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   ::signal(SIGPIPE, SIG_IGN);
+  ::signal(SIGXFSZ, SIG_IGN);  // a file size limit is an error like a full disk
   return set;
+}
+
+// What a thread that stands still means: true when there was something to tell.
+bool tell_standstills(const std::vector<lss::ProgressWatch::Change>& changes) {
+  for (const auto& change : changes) {
+    const double still_s = static_cast<double>(change.still_ns) * 1e-9;
+    if (!change.stuck) {
+      spdlog::warn("thread {} runs again after {:.1f} s", change.thread, still_s);
+    } else if (change.thread == "frame") {
+      spdlog::error("thread frame stands still for {:.1f} s: the watchdog is not fed", still_s);
+    } else if (change.thread == "publish" || change.thread == "log") {
+      spdlog::error("thread {} stands still for {:.1f} s: frames go on, nobody hears of them",
+                    change.thread, still_s);
+    } else {
+      spdlog::error("thread {} stands still for {:.1f} s: no orders reach the modules",
+                    change.thread, still_s);
+    }
+  }
+  return !changes.empty();
 }
 
 // Until a signal comes or the daemon wants to be restarted. Feeds the watchdog only while frames
 // advance.
 int supervise(lss::App& app, const sigset_t& signals) {
   const timespec tenth = lss::to_timespec(100 * lss::kMillisecond);
-  std::uint64_t frames = app.frames();
-  std::string summary;
+  lss::ProgressWatch watch(kStandstill);
+  std::uint64_t frames = 0;
+  std::string summary, stuck;
   for (;;) {
     const int signal = ::sigtimedwait(&signals, nullptr, &tenth);
     if (signal > 0) {
@@ -62,11 +87,18 @@ int supervise(lss::App& app, const sigset_t& signals) {
           "RouDi is back and the vehicle is idle: leaving, to be started again with shared memory");
       return kExitRestart;
     }
-    if (const std::uint64_t now = app.frames(); now != frames) {
-      frames = now;
+    const std::vector<lss::Progress> progress = app.progress();
+    if (progress.front().turns != frames) {
+      frames = progress.front().turns;
       ::sd_notify(0, "WATCHDOG=1");
     }
-    if (const std::string text = app.summary(); text != summary) {
+    if (tell_standstills(watch.look(progress, lss::now_ns()))) {
+      stuck.clear();
+      for (std::size_t i = 0; i < progress.size(); ++i) {
+        if (watch.stuck(i)) stuck += " " + progress[i].thread + " stands still!";
+      }
+    }
+    if (const std::string text = app.summary() + stuck; text != summary) {
       summary = text;
       ::sd_notify(0, ("STATUS=" + summary).c_str());
     }
@@ -85,6 +117,10 @@ int run(const Options& options) {
   }
   if (options.domain >= 0) config->domain = options.domain;
   resolve_ports(*config, options.run_dir);
+  if (config->log_folder.empty()) {
+    const char* state = std::getenv("STATE_DIRECTORY");  // systemd's
+    config->log_folder = state != nullptr ? state : options.run_dir;
+  }
   spdlog::set_level(static_cast<spdlog::level::level_enum>(config->log_level));
 
   const sigset_t signals = block_signals();
@@ -118,8 +154,12 @@ int main(int argc, char** argv) {
   cli.footer("Example:\n  lssd --config config/zebro.toml --run-dir /tmp/lss --domain 7");
   CLI11_PARSE(cli, argc, argv);
 
-  spdlog::set_default_logger(spdlog::stderr_color_mt("lssd"));
+  // By a thread of its own, which forgets the oldest lines when nobody takes them.
+  spdlog::init_thread_pool(kLogLines, 1);
+  spdlog::set_default_logger(spdlog::create_async_nb<spdlog::sinks::stderr_color_sink_mt>("lssd"));
   // The journal brings its own time and level.
   spdlog::set_pattern(::sd_notify(0, "STATUS=starting") > 0 ? "%v" : "%H:%M:%S.%e %^%-8l%$ %v");
-  return run(options);
+  const int code = run(options);
+  spdlog::shutdown();
+  return code;
 }

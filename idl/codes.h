@@ -87,27 +87,30 @@ namespace lss {
 
 // number, name, severity, what it says ({0}..{3}: arguments). Faults are events of the same number
 // + 1000.
-#define LSS_EVENTS(X)                                                                   \
-  X(1, started, 0, "daemon started")                                                    \
-  X(2, stopping, 0, "daemon stops")                                                     \
-  X(3, state_changed, 0, "state {0} to {1}")                                            \
-  X(4, mode_changed, 0, "mode {0} to {1}")                                              \
-  X(5, authority_taken, 0, "authority taken")                                           \
-  X(6, authority_released, 0, "authority released")                                     \
-  X(7, lease_expired, 1, "heartbeat of the authority stopped for {0} ms: safe stop")    \
-  X(8, command_rejected, 1, "command {0} rejected, reason {1}")                         \
-  X(9, module_online, 0, "module answers")                                              \
-  X(10, module_calibrated, 0, "module passed its calibration sensor")                   \
-  X(11, port_opened, 0, "bus port opened")                                              \
-  X(12, port_closed, 1, "bus port closed")                                              \
-  X(13, frame_late, 1, "a command was late, {0} so far: the previous one was repeated") \
-  X(14, gate_closed, 1, "gate replaced a command, check {0}")                           \
-  X(15, solve_ended, 0, "error solving ended, {0} faults left")                         \
-  X(16, safe_command_sent, 2, "bus sent the safe command by itself")                    \
-  X(17, module_resent, 1, "command re-sent to module, try {0}")                         \
-  X(18, fault_cleared, 0, "fault {0} cleared")                                          \
-  X(19, module_was_reset, 1, "module was reset")                                        \
-  X(20, timing_reset, 0, "timing statistics begin anew")
+#define LSS_EVENTS(X)                                                                    \
+  X(1, started, 0, "daemon started")                                                     \
+  X(2, stopping, 0, "daemon stops")                                                      \
+  X(3, state_changed, 0, "state {0} to {1}")                                             \
+  X(4, mode_changed, 0, "mode {0} to {1}")                                               \
+  X(5, authority_taken, 0, "authority taken")                                            \
+  X(6, authority_released, 0, "authority released")                                      \
+  X(7, lease_expired, 1, "heartbeat of the authority stopped for {0} ms: safe stop")     \
+  X(8, command_rejected, 1, "command {0} rejected, reason {1}")                          \
+  X(9, module_online, 0, "module answers")                                               \
+  X(10, module_calibrated, 0, "module passed its calibration sensor")                    \
+  X(11, port_opened, 0, "bus port opened")                                               \
+  X(12, port_closed, 1, "bus port closed")                                               \
+  X(13, frame_late, 1, "a command was late, {0} so far")                                 \
+  X(14, gate_closed, 1, "gate replaced a command, check {0}")                            \
+  X(15, solve_ended, 0, "error solving ended, {0} faults left")                          \
+  X(16, safe_command_sent, 2, "bus sent the safe command by itself")                     \
+  X(17, module_resent, 1, "command re-sent to module, try {0}")                          \
+  X(18, fault_cleared, 0, "fault {0} cleared")                                           \
+  X(19, module_was_reset, 1, "module was reset")                                         \
+  X(20, timing_reset, 0, "timing statistics begin anew")                                 \
+  X(21, clock_stepped, 1, "wall clock was set by {0} s: UTC stamps jump, frames do not") \
+  X(22, frames_kept, 0, "the frames before a fault are kept in a file")                  \
+  X(23, log_failed, 1, "the frames before a fault could not be written")
 
 enum class Reason : std::uint16_t {
 #define LSS_ENUM(number, name, ...) name = number,

@@ -183,6 +183,8 @@ void read_all(Section root, const std::vector<std::string>& vehicles,
     Section log = root.section("log");
     const std::vector<std::string> levels = {"trace", "debug", "info", "warning", "error"};
     config.log_level = static_cast<std::int64_t>(log.choice("level", 2, levels));
+    config.log_folder = log.text("folder", "");
+    config.log_files = static_cast<std::size_t>(log.integer("files", 32, 1, 10'000));
   }
   read_link(root.section("link"), config);
   if (std::find(vehicles.begin(), vehicles.end(), config.vehicle) != vehicles.end()) {

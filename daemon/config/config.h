@@ -45,7 +45,9 @@ struct Config {
   bool restart_for_shared_memory = false;
   TimeNs obc_timeout_ns = 30 * kSecond;
   std::int64_t lease_min_ms = 200, lease_max_ms = 60'000;
-  std::int64_t log_level = 2;  // 0 trace, 1 debug, 2 info, 3 warning, 4 error
+  std::filesystem::path log_folder;  // empty: $STATE_DIRECTORY, else the run directory
+  std::size_t log_files = 32;        // of frames before a fault; the oldest go
+  std::int64_t log_level = 2;        // 0 trace, 1 debug, 2 info, 3 warning, 4 error
 };
 
 // Reads the vehicle's own [NAME] table; called with that Section, to record errors there.

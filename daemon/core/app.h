@@ -7,6 +7,9 @@
 #include <memory>
 #include <string>
 #include <tl/expected.hpp>
+#include <vector>
+
+#include "daemon/core/progress.h"
 
 namespace lss {
 
@@ -19,8 +22,8 @@ class App {
   // To the safe command, then all threads end. Bounded.
   virtual void stop() = 0;
 
-  // Frames run so far: the watchdog is fed only while it grows.
-  virtual std::uint64_t frames() const = 0;
+  // The turns of every thread, the frame's first: the watchdog is fed only while that one runs.
+  virtual std::vector<Progress> progress() const = 0;
   virtual std::string summary() const = 0;  // one line for systemctl status
   // The daemon shall be restarted now to take up shared memory again (vehicle idle, RouDi back,
   // configured).

@@ -95,11 +95,13 @@ class FrameEngine {
     report_.released_ns = now_ns();
     report_.overruns = overruns_.total();
     released_.put(report_);
+    releases_.fetch_add(1, std::memory_order_relaxed);
   }
 
   void stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
-  // Frames computed so far; any thread.
+  // Frames computed and released so far; any thread.
   std::uint64_t frames() const noexcept { return count_.load(std::memory_order_relaxed); }
+  std::uint64_t releases() const noexcept { return releases_.load(std::memory_order_relaxed); }
 
  private:
   struct Due {
@@ -114,7 +116,7 @@ class FrameEngine {
   Released report_;
   Latest<Due> due_;
   Latest<Released> released_;
-  std::atomic<std::uint64_t> count_{0};
+  std::atomic<std::uint64_t> count_{0}, releases_{0};
   std::atomic<bool> stop_{false};
 };
 

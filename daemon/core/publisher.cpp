@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <poll.h>
+#include <pthread.h>
 #include <spdlog/spdlog.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
@@ -46,16 +47,11 @@ void Publisher::complain(const std::string& refused) {
   spdlog::warn("{}", refused);
 }
 
-void Publisher::start(const Threads& threads, std::function<const void*()> newest_telemetry,
-                      std::function<std::uint64_t()> commands_refused) {
+void Publisher::start(const Threads& threads, Sources sources) {
   threads_ = &threads;
   statistics_.set_period(config_.period_ns);
-  newest_telemetry_ = std::move(newest_telemetry);
-  commands_refused_ = std::move(commands_refused);
-  const EventRecord started{.time_ns = now_ns(),
-                            .severity = Severity::info,
-                            .id = static_cast<std::uint16_t>(EventId::started)};
-  tell(started);
+  sources_ = std::move(sources);
+  tell(EventId::started, now_ns());
   thread_ = std::thread([this] { run(); });
 }
 
@@ -64,10 +60,7 @@ void Publisher::stop() {
   stop_ = true;
   wake();
   thread_.join();
-  const EventRecord stopping{.time_ns = now_ns(),
-                             .severity = Severity::info,
-                             .id = static_cast<std::uint16_t>(EventId::stopping)};
-  tell(stopping);
+  tell(EventId::stopping, now_ns());
   face_.reset();  // returns when no answer is under way any more
   answering_ = nullptr;
 }
@@ -88,6 +81,7 @@ void Publisher::wake() noexcept {
 }
 
 void Publisher::run() {
+  ::pthread_setname_np(::pthread_self(), "publish");
   while (!stop_) {
     pollfd fd{wake_fd_, POLLIN, 0};
     ::poll(&fd, 1, static_cast<int>(kWatchEvery / kMillisecond));
@@ -104,6 +98,7 @@ void Publisher::run() {
       next_heartbeat_ns_ = now + kHeartbeatEvery;
       face_->heartbeat(state_.value().controller.state);
     }
+    turns_.fetch_add(1, std::memory_order_relaxed);
   }
   drain();
   publish_status(now_ns());
@@ -120,7 +115,7 @@ void Publisher::drain() {
     face_->timing(timing_);
     statistics_.add(timing_);
   }
-  if (const void* sample = newest_telemetry_()) face_->telemetry(sample);
+  if (const void* sample = sources_.newest_telemetry()) face_->telemetry(sample);
 }
 
 void Publisher::watch(TimeNs now) {
@@ -134,6 +129,9 @@ void Publisher::watch(TimeNs now) {
       tell(lost);
     }
   }
+  if (const TimeNs step = clock_step_.look(now, utc_ns()); step != 0)
+    tell(EventId::clock_stepped, now, static_cast<double>(step) * 1e-9);
+  for (EventId event; sources_.log_event(event);) tell(event, now);
   wants_restart_ = config_.restart_for_shared_memory && face_->shared_memory_could_return() &&
                    state_.value().controller.state == State::idle;
 }
@@ -166,9 +164,10 @@ StatusReport Publisher::report(TimeNs now) const {
   r.period_ns = config_.period_ns;
   r.offset_ns = config_.offset_ns;
   r.overruns = timing_.overruns;
-  r.commands_rejected = s.commands_refused + commands_refused_();
+  r.commands_rejected = s.commands_refused + sources_.commands_refused();
   r.safe_commands = s.safe_commands;
-  r.telemetry_dropped = acks_.dropped() + events_.dropped() + timings_.dropped() + dropped_;
+  r.telemetry_dropped =
+      acks_.dropped() + events_.dropped() + timings_.dropped() + dropped_ + sources_.log_dropped();
   r.realtime_enforced = config_.realtime_enforce;
   r.realtime_granted = granted_ && memory_locked_;
   r.memory_locked = memory_locked_;
@@ -185,6 +184,13 @@ StatusReport Publisher::report(TimeNs now) const {
 std::string Publisher::summary() const {
   const std::lock_guard lock(summary_mutex_);
   return summary_;
+}
+
+void Publisher::tell(EventId id, TimeNs now, double argument) {
+  tell({.time_ns = now,
+        .severity = static_cast<Severity>(info(id)->severity),
+        .id = static_cast<std::uint16_t>(id),
+        .argument = {argument}});
 }
 
 void Publisher::tell(const EventRecord& event) {

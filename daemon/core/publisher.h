@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "daemon/config/config.h"
+#include "daemon/core/clock_step.h"
 #include "daemon/core/latest.h"
 #include "daemon/core/ring.h"
 #include "daemon/core/supervisor.h"
@@ -28,6 +29,14 @@ class Publisher {
  public:
   using Threads = std::vector<std::unique_ptr<rt::Thread>>;
 
+  // What it asks other threads for; each is called on the publish thread only.
+  struct Sources {
+    std::function<const void*()> newest_telemetry;  // nullptr: nothing new
+    std::function<std::uint64_t()> commands_refused;
+    std::function<bool(EventId&)> log_event;  // of the log thread; false: none
+    std::function<std::uint64_t()> log_dropped;
+  };
+
   Publisher(const config::Config& config, const Vocabulary& vocabulary);
   ~Publisher();
   Publisher(const Publisher&) = delete;
@@ -37,8 +46,7 @@ class Publisher {
   tl::expected<void, std::string> open(RequestSink sink);
   void complain(const std::string& refused);  // what the kernel did not grant: log and status
   void memory_locked(bool locked) { memory_locked_ = locked; }
-  void start(const Threads& threads, std::function<const void*()> newest_telemetry,
-             std::function<std::uint64_t()> commands_refused);
+  void start(const Threads& threads, Sources sources);
   void stop();
 
   // Listener thread: an answer that needs no frame.
@@ -53,6 +61,7 @@ class Publisher {
   // Main thread.
   std::string summary() const;
   bool wants_restart() const { return wants_restart_; }
+  std::uint64_t turns() const { return turns_.load(std::memory_order_relaxed); }
 
  private:
   void run();
@@ -60,6 +69,7 @@ class Publisher {
   void publish_status(TimeNs now);
   void watch(TimeNs now);
   void tell(const EventRecord& event);  // to DDS and to the log
+  void tell(EventId id, TimeNs now, double argument = 0);
   StatusReport report(TimeNs now) const;
 
   const config::Config& config_;
@@ -67,18 +77,19 @@ class Publisher {
   std::unique_ptr<Face> face_;
   std::atomic<Face*> answering_{nullptr};  // face_, while the listener may use it
   const Threads* threads_ = nullptr;
-  std::function<const void*()> newest_telemetry_;
-  std::function<std::uint64_t()> commands_refused_;
+  Sources sources_;
 
   Ring<Ack, 256> acks_;
   Ring<EventRecord, 512> events_;
   Ring<TimingPoints, 256> timings_;
   Latest<SupervisorState> state_;
+  std::atomic<std::uint64_t> turns_{0};
   std::atomic<std::uint64_t> dropped_{0};  // in the outbox of a frame
   int wake_fd_ = -1;
 
   TimingPoints timing_;  // the newest
   TimingCollector<TimingPoints> statistics_;
+  ClockStep clock_step_;
   TimeNs next_status_ns_ = 0, next_heartbeat_ns_ = 0, next_watch_ns_ = 0;
   std::uint64_t published_version_ = 0;
   bool memory_locked_ = false, granted_ = true;

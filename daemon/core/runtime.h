@@ -8,13 +8,18 @@
 //
 // Vehicle: what daemon/core/cycle.h asks for. Buses: the vehicle's wiring,
 //   Buses(config, parameters), probe() -> expected, bodies() -> {name, function}, stop(),
-//   collect(Inputs&) (frame thread), release(const Command&) (actuate thread), dropped().
+//   collect(Inputs&) (frame thread), release(const Command&) (actuate thread), dropped(),
+//   progress().
+// The vehicle's structs are described for records in daemon/vehicles/NAME_record.h.
 
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
+#include <iterator>
 #include <memory>
 #include <vector>
 
@@ -25,6 +30,9 @@
 #include "daemon/core/cycle.h"
 #include "daemon/core/frame_engine.h"
 #include "daemon/core/publisher.h"
+#include "daemon/record/frame_log.h"
+#include "daemon/record/frame_record.h"
+#include "daemon/record/json.h"
 #include "daemon/rt/thread.h"
 
 namespace lss {
@@ -42,7 +50,14 @@ class Runtime final : public App {
         supervisor_(logic, {.obc_timeout_ns = config.obc_timeout_ns}),
         port_(logic, static_cast<std::uint32_t>(config.lease_min_ms),
               static_cast<std::uint32_t>(config.lease_max_ms)),
-        publisher_(config_, vocabulary) {
+        publisher_(config_, vocabulary),
+        frame_log_({.folder = config_.log_folder,
+                    .files = config_.log_files,
+                    .vehicle_id = config_.vehicle_id,
+                    .header = {{"vehicle", config_.vehicle},
+                               {"vehicle_id", config_.vehicle_id},
+                               {"version", LSS_VERSION}}},
+                   record_json) {
     port_.show(supervisor_.state());
   }
   ~Runtime() override { stop(); }
@@ -62,6 +77,7 @@ class Runtime final : public App {
     publisher_.memory_locked(locked.has_value());
     rt::populate_memory();
 
+    frame_log_.start();
     // The grid begins a little ahead, on a whole period of the monotonic clock.
     const TimeNs epoch = (now_ns() / config_.period_ns + 2) * config_.period_ns;
     frames_ =
@@ -74,32 +90,41 @@ class Runtime final : public App {
     if (auto ok = launch("frame", [this] { frame(); }); !ok) return ok;
     // READY is when frames run and every thread has touched what it will touch.
     const TimeNs until = now_ns() + 5 * kSecond;
-    while (frames() < kWarmUpFrames) {
+    while (engine_->frames() < kWarmUpFrames) {
       if (now_ns() > until)
         return tl::unexpected(std::string(
             "the frame thread does not run: check the CPU numbers and priorities in [realtime]"));
       sleep_until(now_ns() + config_.period_ns);
     }
     for (const auto& thread : threads_) thread->mark_ready();
-    publisher_.start(
-        threads_, [this] { return newest_telemetry(); }, [this] { return port_.refused(); });
+    publisher_.start(threads_, {.newest_telemetry = [this] { return newest_telemetry(); },
+                                .commands_refused = [this] { return port_.refused(); },
+                                .log_event = [this](EventId& e) { return frame_log_.pop(e); },
+                                .log_dropped = [this] { return frame_log_.dropped(); }});
     return {};
   }
 
   void stop() override {
     if (threads_.empty()) return;
     shut_down_ = true;
-    const std::uint64_t last = frames() + kShutDownFrames;
+    const std::uint64_t last = engine_->frames() + kShutDownFrames;
     const TimeNs until = now_ns() + kSecond;
-    while (frames() < last && now_ns() < until) sleep_until(now_ns() + config_.period_ns);
+    while (engine_->frames() < last && now_ns() < until) sleep_until(now_ns() + config_.period_ns);
     engine_->stop();
     buses_.stop();
     for (const auto& thread : threads_) thread->join();
+    frame_log_.stop();
     publisher_.stop();
     threads_.clear();
   }
 
-  std::uint64_t frames() const override { return engine_ ? engine_->frames() : 0; }
+  std::vector<Progress> progress() const override {
+    std::vector<Progress> all{{"frame", engine_->frames()}, {"actuate", engine_->releases()}};
+    std::ranges::move(buses_.progress(), std::back_inserter(all));
+    all.push_back({"publish", publisher_.turns()});
+    all.push_back({"log", frame_log_.turns()});
+    return all;
+  }
   std::string summary() const override { return publisher_.summary(); }
   bool wants_restart() const override { return publisher_.wants_restart(); }
 
@@ -135,6 +160,14 @@ class Runtime final : public App {
     return p;
   }
 
+  // Log thread.
+  static nlohmann::ordered_json record_json(std::span<const std::uint8_t> bytes) {
+    auto frame = std::make_unique<record::FrameRecord<Vehicle>>();
+    record::Reader reader(bytes);
+    fields(reader, *frame);
+    return record::to_json(*frame);
+  }
+
   // Publish thread: nullptr when there is nothing new.
   const void* newest_telemetry() { return telemetry_.update() ? &telemetry_.value() : nullptr; }
 
@@ -149,11 +182,13 @@ class Runtime final : public App {
   Supervisor supervisor_;
   CommandPort port_;
   Publisher publisher_;
+  record::FrameLog frame_log_;
   std::unique_ptr<ClockFrames> frames_;
   std::unique_ptr<Engine> engine_;
 
   Inputs<Vehicle> in_;
   Outputs<Vehicle> out_;
+  std::array<std::uint8_t, sizeof(record::FrameRecord<Vehicle>)> scratch_{};  // holds any record
   Latest<typename Vehicle::Telemetry> telemetry_;
   std::atomic<bool> shut_down_{false};
   std::vector<std::unique_ptr<rt::Thread>> threads_;
@@ -206,6 +241,11 @@ void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
   publisher_.put(timing);
   if (config_.telemetry_periodic || out_.data_requested) telemetry_.put(out_.telemetry);
   publisher_.wake();
+  record::Writer writer(scratch_);
+  fields(writer, record::FrameView<Vehicle>{in_, out_.command, supervisor_.outbox(),
+                                            supervisor_.state(), out_.telemetry, timing});
+  frame_log_.put(record::first_fault(supervisor_.outbox()),
+                 std::span(scratch_).first(writer.size()));
 }
 
 }  // namespace lss

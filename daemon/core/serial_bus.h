@@ -76,6 +76,7 @@ class SerialBus {
   }
   const Report& report() noexcept { return report_.get(); }
   std::uint64_t dropped() const noexcept { return replies_.dropped(); }
+  std::uint64_t turns() const noexcept { return turns_.load(std::memory_order_relaxed); }
 
   void stop() noexcept {
     stop_.store(true, std::memory_order_relaxed);
@@ -94,6 +95,7 @@ class SerialBus {
         serve(now);
       }
       if (now - reported_.time_ns >= kReportEvery || reported_.open != port_.is_open()) report(now);
+      turns_.fetch_add(1, std::memory_order_relaxed);
     }
     port_.close();
   }
@@ -183,6 +185,7 @@ class SerialBus {
   TimeNs reopen_ns_ = 0;
   TimeNs blocked_ns_ = 0;  // since when pending_ waits
   Report reported_{};
+  std::atomic<std::uint64_t> turns_{0};
   std::atomic<bool> stop_{false};
 
   Latest<Orders> orders_;

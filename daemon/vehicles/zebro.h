@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "daemon/core/cycle.h"
+#include "daemon/core/progress.h"
 #include "daemon/core/serial_bus.h"
 #include "daemon/vehicles/zebro_config.h"
 #include "daemon/vehicles/zebro_gate.h"
@@ -133,6 +134,7 @@ class Buses {
   // waited for.
   tl::expected<void, std::string> probe();
   std::vector<std::pair<std::string, std::function<void()>>> bodies();
+  std::vector<Progress> progress() const { return {{name_, legs_.turns()}}; }
   void stop() noexcept { legs_.stop(); }
 
   void collect(Inputs<Vehicle>& in) noexcept;                                // frame thread

@@ -8,7 +8,7 @@
 
 #include "daemon/core/runtime.h"
 #include "daemon/vehicles/roster.h"
-#include "daemon/vehicles/zebro.h"
+#include "daemon/vehicles/zebro_record.h"
 
 namespace lss::zebro {
 namespace {

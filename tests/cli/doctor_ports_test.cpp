@@ -89,6 +89,8 @@ TEST_F(DoctorPorts, MissingDeviceIsAProblemWithAdvice) {
 TEST_F(DoctorPorts, OtherProgramsThatHaveThePortOpenAreNamed) {
   const std::string path = serial_port(0666, {.terminal = true, .low_latency = true});
   expect(check(path), Result::good, "is free; low latency is on");
+  process(getpid(), "lss-cli", path);  // ourselves do not count
+  expect(check(path), Result::good, "is free");
   process(81, "minicom", path);
   expect(check(path), Result::problem, "open in minicom (pid 81)", "stop");
   process(82, "lssd", path);
@@ -343,6 +345,15 @@ TEST_F(DoctorConfig, SyntaxErrorsComeWithFileAndLine) {
   EXPECT_THAT(broken.error(),
               AllOf(StartsWith((root / "broken.toml:2:").string()), HasSubstr("not TOML")));
   EXPECT_THAT(read_config(root / "nowhere.toml").error(), HasSubstr("no such file"));
+}
+
+TEST_F(DoctorConfig, OfAllVehiclesAreFoundWithoutRoudis) {
+  for (const char* name : {"zebro.toml", "roudi.toml", "zebro.toml.old", "second.toml"})
+    write(std::string("etc/") + name, "");
+  EXPECT_THAT(configurations(system),
+              ElementsAre(root / "etc/second.toml", root / "etc/zebro.toml"));
+  std::filesystem::remove_all(root / "etc");
+  EXPECT_TRUE(configurations(system).empty());
 }
 
 TEST(DoctorReport, AlignsWrapsAndSums) {

@@ -43,12 +43,12 @@ def as_hardware():
 class Program:
     """A process in the background. Its output goes to files of its name in the folder."""
 
-    def __init__(self, name, words, folder, environment, before=die_with_parent):
+    def __init__(self, name, words, folder, environment, before=die_with_parent, stderr=None):
         self.name = name
         self.out_path = os.path.join(folder, name + ".out")
         self.err_path = os.path.join(folder, name + ".err")
         with open(self.out_path, "ab") as out, open(self.err_path, "ab") as err:
-            self.process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=out, stderr=err,
+            self.process = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=out, stderr=stderr or err,
                                             env=environment, preexec_fn=before)
         self.end_signal = signal.SIGTERM
 

@@ -19,6 +19,7 @@ from programs import Program, Truth, as_hardware, die_with_parent, read_text, ru
 DAEMON = os.environ["LSS_E2E_DAEMON"]
 TOOLS = os.environ["LSS_E2E_TOOLS"]
 PEER = os.environ["LSS_E2E_PEER"]
+CLOCK = os.environ["LSS_E2E_CLOCK_LIBRARY"]
 SOURCE = os.environ["LSS_E2E_SOURCE"]
 HERE = os.path.dirname(os.path.abspath(__file__))
 
@@ -28,7 +29,8 @@ MODE_CHANGED = 4
 WALKING = 4
 REJECTED = 1
 FAULT = {"emergency_stop": 1, "obc_silent": 2, "module_silent": 4, "port_lost": 11, "port_absent": 12,
-         "shared_memory_lost": 15, "bus_noise": 16}
+         "shared_memory_lost": 15, "bus_noise": 16,
+         "frame_overrun": 3, "bus_stuck": 17, "orders_stale": 20}
 EXIT = {"usage": 2, "unreachable": 3, "unknown_name": 4, "rejected": 5, "failed": 6, "timed_out": 7,
         "not_authorised": 8}
 
@@ -119,10 +121,10 @@ class Scenario(unittest.TestCase):
         kept = {k: v for k, v in os.environ.items() if k not in ("CYCLONEDDS_URI", "LSS_DOMAIN", "LSS_SOURCE")}
         return {**kept, "NO_COLOR": "1", "LSS_DOMAIN": str(self.domain), **more}
 
-    def begin(self, name, words, before=die_with_parent, **environment):
+    def begin(self, name, words, before=die_with_parent, stderr=None, **environment):
         again = sum(p.name.split("#")[0] == name for p in self.programs)
         program = Program(f"{name}#{again + 1}" if again else name, words, self.folder,
-                          self.environment(**environment), before)
+                          self.environment(**environment), before, stderr)
         self.programs.append(program)
         return program
 
@@ -155,10 +157,10 @@ class Scenario(unittest.TestCase):
             file.write(edited(text, changes))
         return path
 
-    def start_daemon(self, config=None, wait=True):
+    def start_daemon(self, config=None, wait=True, **how):
         config = config or self.write_config()
         daemon = self.begin("lssd", [DAEMON, "--config", config, "--run-dir", self.run_folder,
-                                     "--domain", str(self.domain)])
+                                     "--domain", str(self.domain)], **how)
         if wait:
             self.wait_status(lambda s: s["state"] == IDLE, BOOT_S, "the daemon answers", daemon)
         return daemon
@@ -174,6 +176,19 @@ class Scenario(unittest.TestCase):
         daemon = self.start_daemon(self.write_config(**config))
         self.wait_modules()
         return daemon
+
+    def start_with_clock(self):
+        """As start_all(), with a wall clock that set_clock() sets."""
+        self.clock = os.path.join(self.folder, "clock")
+        self.set_clock(0)
+        self.start_sim()
+        daemon = self.start_daemon(LD_PRELOAD=CLOCK, LSS_E2E_CLOCK=self.clock)
+        self.wait_modules()
+        return daemon
+
+    def set_clock(self, step_s):
+        with open(self.clock, "r+b" if os.path.exists(self.clock) else "wb") as file:
+            file.write(step_s.to_bytes(8, sys.byteorder, signed=True))
 
     def start_tap(self):
         """The simulator must run; daemons that start afterwards are heard."""

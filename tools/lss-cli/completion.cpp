@@ -76,6 +76,7 @@ void add_verbs(Grammar& grammar) {
   add_command_verbs(grammar);
   add_event_verbs(grammar);
   add_timing_verbs(grammar);
+  add_log_verbs(grammar);
   add_sequence_verbs(grammar);
   add_doctor_verbs(grammar);
   add_completion_verbs(grammar);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <iterator>
 
 #include "tools/lss-cli/doctor/checks.h"
 #include "tools/lss-cli/doctor/read_config.h"
@@ -20,22 +21,11 @@ using namespace doctor;
 constexpr int kHighestDefault = 85;  // of lssd's threads, when no configuration says otherwise
 
 struct Asked {
-  std::string file;     // empty: those of System::configurations
-  std::string run_dir;  // empty: systemd's, or lssd's default
+  std::vector<std::string> files;  // none: those of System::configurations
+  std::string run_dir;             // empty: systemd's, or lssd's default
   bool explain = false;
   bool domain_given = false;
 };
-
-// The files to check; RouDi's lies beside them and is of another kind.
-std::vector<std::filesystem::path> files(const System& system, const Asked& asked) {
-  if (!asked.file.empty()) return {asked.file};
-  std::vector<std::filesystem::path> list;
-  for (const std::string& name : names_in(system.configurations)) {
-    if (name.ends_with(".toml") && name != "roudi.toml")
-      list.push_back(system.configurations / name);
-  }
-  return list;
-}
 
 void add(Findings& all, Findings more) { std::ranges::move(more, std::back_inserter(all)); }
 
@@ -101,16 +91,33 @@ std::size_t terminal_width() {
   return size.ws_col;
 }
 
-ExitCode run_doctor(Context& context, const Asked& asked) {
+// The configuration, null when there is none, and the daemon that it is of.
+Findings examine(Context& context, const Asked& asked, const System& system,
+                 const config::Config* config) {
+  Findings all = configured(system, config);
+  const Options options = about_daemon(context.options, asked, config);
+  context.output.progress(fmt::format("listening for lssd on DDS domain {}", options.domain));
+  add(all, daemon_findings(system, options));
+  context.output.end_progress();
+  return all;
+}
+
+System this_machine(const Asked& asked) {
   System system;
   if (const char* given = std::getenv("RUNTIME_DIRECTORY"); given != nullptr && *given != '\0')
     system.run_dir = given;
   if (!asked.run_dir.empty()) system.run_dir = asked.run_dir;
+  return system;
+}
 
+ExitCode run_doctor(Context& context, const Asked& asked) {
+  const System system = this_machine(asked);
   const std::int64_t offset_before_ns = system.utc_offset_ns();
   std::vector<config::Config> configs;
   Findings broken;
-  for (const std::filesystem::path& file : files(system, asked)) {
+  std::vector<std::filesystem::path> files(asked.files.begin(), asked.files.end());
+  if (files.empty()) files = configurations(system);
+  for (const std::filesystem::path& file : files) {
     if (auto config = read_config(file)) {
       configs.push_back(std::move(*config));
     } else {
@@ -123,17 +130,11 @@ ExitCode run_doctor(Context& context, const Asked& asked) {
   }
   Findings all = machine(system, highest_priority(configs));
   add(all, std::move(broken));
-  std::vector<const config::Config*> views;
-  for (const config::Config& config : configs) views.push_back(&config);
-  if (views.empty()) views.push_back(nullptr);
-  for (const config::Config* config : views) {
-    Findings own = configured(system, config);
-    const Options options = about_daemon(context.options, asked, config);
-    context.output.progress(fmt::format("listening for lssd on DDS domain {}", options.domain));
-    add(own, daemon_findings(system, options));
-    context.output.end_progress();
-    if (views.size() > 1) {
-      for (Finding& finding : own) finding.name = config->vehicle_id + " " + finding.name;
+  if (configs.empty()) add(all, examine(context, asked, system, nullptr));
+  for (const config::Config& config : configs) {
+    Findings own = examine(context, asked, system, &config);
+    for (Finding& finding : own) {
+      if (configs.size() > 1) finding.name = fmt::format("{} {}", config.vehicle_id, finding.name);
     }
     add(all, std::move(own));
   }
@@ -155,7 +156,9 @@ void add_doctor_verbs(Grammar& grammar) {
                    "  lss-cli doctor --config /etc/lss/zebro.toml\n"
                    "  lss-cli --json doctor | jq '.checks[] | select(.result != \"good\")'\n");
   auto asked = std::make_shared<Asked>();
-  sub.add_option("--config", asked->file, "configuration of lssd (default: those in /etc/lss)");
+  sub.add_option("--config", asked->files,
+                 "configuration of lssd, once for each (default: those in /etc/lss)")
+      ->allow_extra_args(false);
   sub.add_option("--run-dir", asked->run_dir,
                  "as of lssd: where ports of a simulated vehicle are (default /run/lss)");
   sub.add_flag("--explain", asked->explain, "also what the good ones mean");

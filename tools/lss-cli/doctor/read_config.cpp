@@ -62,4 +62,14 @@ tl::expected<config::Config, std::string> read_config(const std::filesystem::pat
   }
 }
 
+std::vector<std::filesystem::path> configurations(const System& system) {
+  std::vector<std::filesystem::path> files;
+  for (const std::string& name : names_in(system.configurations)) {
+    // RouDi's lies beside them, and is of another kind.
+    if (name.ends_with(".toml") && name != "roudi.toml")
+      files.push_back(system.configurations / name);
+  }
+  return files;
+}
+
 }  // namespace lss::cli::doctor

@@ -61,23 +61,24 @@ std::string report_text(const Findings& findings, const Style& style, const Layo
   for (const Finding& finding : findings) name_width = std::max(name_width, finding.name.size());
   const std::size_t indent = kResultWidth + 2 + name_width + 2;
   const std::size_t room = std::max(kNarrowest, layout.width - std::min(layout.width, indent));
+  const std::string margin(indent, ' ');
 
   std::string text;
   for (const Finding& finding : findings) {
     text += fmt::format("{}  {:<{}}  ", painted(finding.result, style), finding.name, name_width);
-    std::string margin;  // the first line has its own
+    std::string_view before;  // the first line stands behind the name
     for (const std::string& line : wrap(finding.found, room)) {
-      text += margin + line + "\n";
-      margin.assign(indent, ' ');
+      text += fmt::format("{}{}\n", before, line);
+      before = margin;
     }
     if (finding.result != Result::good || layout.explain) {
       for (const std::string& line : wrap(finding.meaning, room))
-        text += margin + style.dim(line) + "\n";
+        text += fmt::format("{}{}\n", margin, style.dim(line));
     }
     if (finding.mend.empty()) continue;
-    std::string arrow = "-> ";
+    std::string_view arrow = "-> ";
     for (const std::string& line : wrap(finding.mend, room - arrow.size())) {
-      text += margin + arrow + line + "\n";
+      text += fmt::format("{}{}{}\n", margin, arrow, line);
       arrow = "   ";
     }
   }

@@ -1,0 +1,60 @@
+#pragma once
+
+// Which threads stand still: each counts its turns, main looks. A stuck frame, a stuck bus and a
+// stuck publisher are told apart; only a frame that stands still keeps the watchdog from being fed.
+// Time is data.
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/time.h"
+
+namespace lss {
+
+struct Progress {
+  std::string thread;
+  std::uint64_t turns = 0;
+};
+
+class ProgressWatch {
+ public:
+  explicit ProgressWatch(TimeNs limit_ns) : limit_ns_(limit_ns) {}
+
+  // In what changed: {thread, how long it stood still}. A thread appears when it stood still for
+  // the limit, and again, with stuck false, when it runs.
+  struct Change {
+    std::string thread;
+    bool stuck = false;
+    TimeNs still_ns = 0;
+  };
+  std::vector<Change> look(const std::vector<Progress>& now_running, TimeNs now) {
+    std::vector<Change> changes;
+    known_.resize(now_running.size());
+    for (std::size_t i = 0; i < now_running.size(); ++i) {
+      Known& known = known_[i];
+      if (known.since_ns == 0 || known.turns != now_running[i].turns) {
+        if (std::exchange(known.stuck, false))
+          changes.push_back({now_running[i].thread, false, now - known.since_ns});
+        known = {now_running[i].turns, now, false};
+      } else if (!known.stuck && now - known.since_ns >= limit_ns_) {
+        known.stuck = true;
+        changes.push_back({now_running[i].thread, true, now - known.since_ns});
+      }
+    }
+    return changes;
+  }
+  bool stuck(std::size_t i) const { return i < known_.size() && known_[i].stuck; }
+
+ private:
+  struct Known {
+    std::uint64_t turns = 0;
+    TimeNs since_ns = 0;
+    bool stuck = false;
+  };
+  TimeNs limit_ns_;
+  std::vector<Known> known_;
+};
+
+}  // namespace lss

@@ -1,0 +1,92 @@
+#pragma once
+
+// One frame, whole: what the cycle got, what it made of it, and when. FrameView refers to it where
+// it stands (frame thread), FrameRecord holds it (whoever reads records).
+
+#include "daemon/core/cycle.h"
+#include "daemon/record/fields.h"
+
+namespace lss {
+
+template <class V, class Vehicle>
+void fields(V& v, const Inputs<Vehicle>& x);
+
+namespace record {
+
+template <class Vehicle>
+struct FrameRecord {
+  Inputs<Vehicle> in;
+  typename Vehicle::Command command;
+  Supervisor::Outbox outbox;
+  SupervisorState state;
+  typename Vehicle::Telemetry telemetry;
+  TimingPoints timing;
+};
+
+template <class Vehicle>
+struct FrameView {
+  const Inputs<Vehicle>& in;
+  const typename Vehicle::Command& command;
+  const Supervisor::Outbox& outbox;
+  const SupervisorState& state;
+  const typename Vehicle::Telemetry& telemetry;
+  const TimingPoints& timing;
+};
+
+template <class V, class X>
+void inputs(V& v, X& x) {
+  v("frame", x.frame);
+  v("time_ns", x.time_ns);
+  v.list("samples", x.samples, x.sample_count);
+  v.list("requests", x.requests, x.request_count);
+  v("bus", x.bus);
+  v("late_commands", x.late_commands);
+  v("overrun_limit", x.overrun_limit);
+  v("held", x.held);
+  v("shut_down", x.shut_down);
+}
+
+template <class V, class X>
+void frame(V& v, X& x) {
+  v("in", x.in);
+  v("command", x.command);
+  v("outbox", x.outbox);
+  v("state", x.state);
+  v("telemetry", x.telemetry);
+  v("timing", x.timing);
+}
+
+template <class V, class Vehicle>
+void fields(V& v, const FrameView<Vehicle>& x) {
+  frame(v, x);
+}
+template <class V, class Vehicle>
+void fields(V& v, FrameRecord<Vehicle>& x) {
+  frame(v, x);
+}
+template <class V, class Vehicle>
+void fields(V& v, const FrameRecord<Vehicle>& x) {
+  frame(v, x);
+}
+
+// The first fault of the frame; none when there is none.
+inline FaultId first_fault(const Supervisor::Outbox& outbox) noexcept {
+  for (std::uint32_t i = 0; i < outbox.event_count; ++i) {
+    if (outbox.events[i].id >= kFaultEventBase)
+      return static_cast<FaultId>(outbox.events[i].id - kFaultEventBase);
+  }
+  return FaultId::none;
+}
+
+}  // namespace record
+
+template <class V, class Vehicle>
+void fields(V& v, const Inputs<Vehicle>& x) {
+  record::inputs(v, x);
+}
+template <class V, class Vehicle>
+void fields(V& v, Inputs<Vehicle>& x) {
+  record::inputs(v, x);
+}
+
+}  // namespace lss

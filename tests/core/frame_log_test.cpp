@@ -1,0 +1,138 @@
+// The log thread on a folder of its own. Records are a number each; what they hold is the
+// vehicles' matter.
+#include "daemon/record/frame_log.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <cstring>
+#include <fstream>
+
+namespace lss::record {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+
+class FrameLogTest : public testing::Test {
+ protected:
+  FrameLogTest() {
+    std::string name = (fs::temp_directory_path() / "lss-frame-log-XXXXXX").string();
+    folder_ = ::mkdtemp(name.data());
+  }
+  ~FrameLogTest() override { fs::remove_all(folder_); }
+
+  FrameLogSettings settings(std::size_t files = 32) const {
+    return {.folder = folder_, .files = files, .vehicle_id = "v-1", .header = {{"vehicle", "v"}}};
+  }
+  static nlohmann::ordered_json to_json(std::span<const std::uint8_t> bytes) {
+    std::uint32_t number = 0;
+    std::memcpy(&number, bytes.data(), sizeof number);
+    return number;
+  }
+  static void put(FrameLog& log, std::uint32_t number, FaultId fault = FaultId::none) {
+    std::array<std::uint8_t, sizeof number> bytes;
+    std::memcpy(bytes.data(), &number, sizeof number);
+    log.put(fault, bytes);
+  }
+  // As long as the log thread did not take them, records are in the ring: stop() empties it.
+  std::vector<fs::path> files() const {
+    std::vector<fs::path> found;
+    for (const auto& entry : fs::directory_iterator(folder_)) found.push_back(entry.path());
+    std::ranges::sort(found);
+    return found;
+  }
+  static std::vector<nlohmann::json> lines(const fs::path& path) {
+    std::ifstream file(path);
+    std::vector<nlohmann::json> all;
+    for (std::string line; std::getline(file, line);) all.push_back(nlohmann::json::parse(line));
+    return all;
+  }
+  static std::vector<EventId> told(FrameLog& log) {
+    std::vector<EventId> events;
+    for (EventId event; log.pop(event);) events.push_back(event);
+    return events;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(FrameLogTest, KeepsTheLastFramesOfAFaultOldestFirst) {
+  FrameLog log(settings(), to_json);
+  log.start();
+  for (std::uint32_t i = 1; i < 100; ++i) put(log, i);
+  put(log, 100, FaultId::port_lost);
+  log.stop();
+  ASSERT_EQ(files().size(), 1u);
+  EXPECT_THAT(files()[0].filename().string(),
+              testing::MatchesRegex("v-1-.*Z-0001-port_lost.crash.jsonl"));
+  const auto all = lines(files()[0]);
+  ASSERT_EQ(all.size(), 1 + FrameLog::kFrames);
+  EXPECT_EQ(all[0]["vehicle"], "v");
+  EXPECT_EQ(all[0]["frames"], FrameLog::kFrames);
+  EXPECT_EQ(all[1], 37);
+  EXPECT_EQ(all.back(), 100);
+  EXPECT_THAT(told(log), ElementsAre(EventId::frames_kept));
+}
+
+TEST_F(FrameLogTest, WithoutAFaultNothingIsWritten) {
+  FrameLog log(settings(), to_json);
+  log.start();
+  for (std::uint32_t i = 1; i < 300; ++i) put(log, i);
+  log.stop();
+  EXPECT_TRUE(files().empty());
+}
+
+TEST_F(FrameLogTest, AStormOfFaultsLosesNoFrameAndWritesNoneTwice) {
+  FrameLog log(settings(), to_json);
+  log.start();
+  for (std::uint32_t i = 1; i <= 200; ++i) put(log, i, FaultId::bus_noise);
+  log.stop();
+  std::vector<int> frames;
+  for (const fs::path& file : files()) {
+    const auto all = lines(file);
+    for (std::size_t i = 1; i < all.size(); ++i) frames.push_back(all[i]);
+  }
+  std::ranges::sort(frames);
+  frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
+  EXPECT_EQ(frames.size(), 200u);
+  EXPECT_LE(files().size(), 5u);
+}
+
+TEST_F(FrameLogTest, OnlyTheNewestFilesAreKept) {
+  { std::ofstream(folder_ / "v-2-20200101T000000.000Z-port_lost.crash.jsonl") << "of another\n"; }
+  FrameLog log(settings(2), to_json);
+  log.start();
+  for (std::uint32_t i = 1; i <= 64 * 6; ++i) put(log, i, FaultId::bus_noise);
+  log.stop();
+  ASSERT_EQ(files().size(), 3u) << "two of ours, and the other vehicle's";
+  EXPECT_EQ(lines(files()[1]).back(), 64 * 6);
+}
+
+TEST_F(FrameLogTest, AFullDiskIsToldOnceAndLeavesNoHalfFile) {
+  const auto before = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit limit{};
+  ::getrlimit(RLIMIT_FSIZE, &limit);
+  const rlimit tiny{16, limit.rlim_max};
+  FrameLog log(settings(), to_json);
+  ::setrlimit(RLIMIT_FSIZE, &tiny);
+  log.start();
+  for (std::uint32_t i = 1; i <= 64 * 3; ++i) put(log, i, FaultId::bus_noise);
+  log.stop();
+  ::setrlimit(RLIMIT_FSIZE, &limit);
+  std::signal(SIGXFSZ, before);
+  EXPECT_TRUE(files().empty());
+  EXPECT_THAT(told(log), ElementsAre(EventId::log_failed));
+}
+
+TEST_F(FrameLogTest, ALogThatIsNotEmptiedDropsAndCounts) {
+  FrameLog log(settings(), to_json);  // never started
+  const std::vector<std::uint8_t> record(10'000);
+  for (int i = 0; i < 100; ++i) log.put(FaultId::none, record);
+  EXPECT_EQ(log.dropped(), 100u - (1u << 19) / 10'008);
+}
+
+}  // namespace
+}  // namespace lss::record

@@ -1,0 +1,142 @@
+"""One thing stands still, all else goes on: a thread of the daemon, a subscriber, the log, the disk."""
+
+import glob
+import json
+import os
+import resource
+import signal
+import time
+import unittest
+
+import threads
+from programs import die_with_parent, wait_until
+from rig import FATAL_ERROR, FAULT, IDLE, Scenario
+
+PERIOD_NS = 20_000_000
+OVER = 1.5  # s; longer than the daemon takes to call a thread stuck
+
+
+class Stuck(Scenario):
+    def frames_go_on(self, count=25):
+        first = self.status()["frame"]["index"]
+        return self.wait_status(lambda s: s["frame"]["index"] >= first + count, 20, "frames go on")
+
+    def test_a_late_frame_repeats_its_command_and_keeps_the_phase(self):
+        daemon = self.start_all()
+        before = self.status()["frame"]["overruns"]
+        for _ in range(5):  # a frame may just have ended
+            with threads.stopped(daemon.process.pid, "frame"):
+                time.sleep(0.030)
+        status = self.wait_status(lambda s: s["frame"]["overruns"] > before, 10, "late commands are counted")
+        self.assertEqual(status["state"], IDLE)
+        self.assertIn("frame_late", [e["name"] for e in self.events()])
+        missed = json.loads(self.cli_ok("--json", "timing").out)["missed"]
+        self.assertGreater(missed["repeated"], 0)
+        self.frames_go_on(64)
+        self.cli_ok("estop")
+        boundaries = [f["timing"]["boundary_ns"] for f in self.kept_frames()]
+        self.assertEqual({b % PERIOD_NS for b in boundaries}, {boundaries[0] % PERIOD_NS})
+        self.assertEqual(len(boundaries), 64)
+
+    def kept_frames(self):
+        path = wait_until(lambda: glob.glob(os.path.join(self.run_folder, "*.crash.jsonl")), 10,
+                          "the frames before the fault are kept")[0]
+        shown = json.loads(self.cli_ok("--json", "log", "show", path).out)
+        return shown["frames"]
+
+    def test_a_stuck_frame_thread_stops_the_modules_and_is_told(self):
+        daemon = self.start_all()
+        client = self.begin_walk()
+        with threads.stopped(daemon.process.pid, "frame"):
+            time.sleep(OVER)
+            self.assertIn("thread frame stands still", daemon.err())
+        status = self.wait_state(FATAL_ERROR)
+        self.assertTrue(self.fault_ids(status) & {FAULT["frame_overrun"], FAULT["orders_stale"]}, status["faults"])
+        self.assertEqual(client.wait(30), 6)
+        wait_until(lambda: "thread frame runs again" in daemon.err(), 5, "that it runs again is told")
+        self.assertNotIn("thread bus/legs stands still", daemon.err())
+
+    def test_a_stuck_bus_thread_is_a_fatal_error_and_told_apart(self):
+        daemon = self.start_all()
+        client = self.begin_walk()
+        with threads.stopped(daemon.process.pid, "bus/legs"):
+            status = self.wait_state(FATAL_ERROR, 10)
+            self.assertIn(FAULT["bus_stuck"], self.fault_ids(status))
+            wait_until(lambda: "thread bus/legs stands still" in daemon.err(), 5, "it is told")
+        self.assertEqual(client.wait(30), 6)
+        self.assertNotIn("thread frame stands still", daemon.err())
+        self.cli_ok("solve")
+        self.assertEqual(self.fault_ids(self.wait_state(IDLE)) - {FAULT["bus_noise"]}, set())
+
+    def test_a_stuck_publisher_delays_no_frame(self):
+        daemon = self.start_all()
+        before = self.frames_go_on()
+        with threads.stopped(daemon.process.pid, "publish"):
+            time.sleep(OVER)
+            self.assertIn("thread publish stands still", daemon.err())
+        status = self.frames_go_on()
+        seconds = (status["time_ns"] - before["time_ns"]) * 1e-9
+        frames = status["frame"]["index"] - before["frame"]["index"]
+        self.assertAlmostEqual(frames, seconds / 0.020, delta=6)
+        self.assertEqual(status["realtime"]["mallocs_since_start"], 0)
+        self.assertNotIn("thread frame stands still", daemon.err())
+
+    def test_a_full_disk_a_stuck_log_and_subscribers_that_stop_reading_delay_no_frame(self):
+        self.start_sim()
+        config = self.write_config()
+
+        def tiny_disk():
+            die_with_parent()
+            resource.setrlimit(resource.RLIMIT_FSIZE, (65536, 65536))
+        # Nobody reads what the daemon says: its pipe is full after 64 KiB.
+        unread, stderr = os.pipe()
+        self.addCleanup(os.close, unread)
+        os.set_blocking(stderr, False)
+        try:
+            while os.write(stderr, b"x" * 4096):
+                pass
+        except BlockingIOError:
+            pass
+        os.set_blocking(stderr, True)
+        daemon = self.start_daemon(config, before=tiny_disk, stderr=stderr)
+        os.close(stderr)
+        self.wait_modules()
+        subscribers = [self.begin_cli("--jsonl", "watch", name=f"watch{i}") for i in range(2)]
+        subscribers.append(self.begin_cli("--jsonl", "events", "--follow", name="follow"))
+        for subscriber in subscribers:
+            wait_until(lambda s=subscriber: s.out() or s.name == "follow", 20, "it hears the daemon")
+            subscriber.signal(signal.SIGSTOP)
+        self.cli_ok("timing", "--reset")
+        for _ in range(3):
+            self.cli_ok("estop")
+            self.cli_ok("solve")
+        self.cli_ok("walk", "forward", "--for", "10s", limit_s=120)
+        self.assertEqual(glob.glob(os.path.join(self.run_folder, "*.crash.jsonl*")), [])
+        events = [e["name"] for e in self.events()]
+        self.assertIn("log_failed", events)
+        status = self.frames_go_on()
+        self.assertEqual(status["state"], IDLE)
+        self.assertEqual(status["realtime"]["mallocs_since_start"], 0)
+        self.assertEqual(status["realtime"]["page_faults_since_start"], 0)
+        missed = json.loads(self.cli_ok("--json", "timing").out)["missed"]
+        print("missed", missed)
+        self.assertEqual(missed["skipped"], 0)
+        self.assertTrue(daemon.running())
+        for subscriber in subscribers:
+            subscriber.kill()
+
+    def test_a_clock_that_is_set_moves_no_frame(self):
+        daemon = self.start_with_clock()
+        before = self.frames_go_on()
+        self.set_clock(3600)
+        self.wait_status(lambda s: s["utc_ns"] - before["utc_ns"] > 3500 * 10**9, 10, "UTC stamps follow")
+        status = self.frames_go_on()
+        self.assertIn("clock_stepped", [e["name"] for e in self.events()])
+        frames = status["frame"]["index"] - before["frame"]["index"]
+        self.assertAlmostEqual(frames, (status["time_ns"] - before["time_ns"]) / PERIOD_NS, delta=6)
+        self.assertEqual(status["state"], IDLE)
+        self.assertTrue(daemon.running())
+
+
+if __name__ == "__main__":
+    unittest.main()
