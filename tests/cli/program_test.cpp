@@ -19,9 +19,9 @@ TEST_F(ProgramAlone, HelpOfEveryVerbHasAnExampleOfItself) {
   const Ended help = run({"--help"});
   EXPECT_EQ(help.code, 0);
   for (const char* verb :
-       {"status", "health",  "start", "stop",  "stand",      "lay-down",  "stow",  "walk",
-        "leg",    "panel",   "estop", "solve", "reset",      "data",      "watch", "events",
-        "timing", "command", "run",   "shell", "completion", "heartbeat", "doctor"}) {
+       {"status", "health",  "start", "stop",  "stand",      "lay-down",  "stow",   "walk",
+        "leg",    "panel",   "estop", "solve", "reset",      "data",      "watch",  "events",
+        "timing", "command", "run",   "shell", "completion", "heartbeat", "doctor", "log"}) {
     EXPECT_THAT(help.out, HasSubstr(std::string("\n  ") + verb));
     const Ended own = run({verb, "--help"});
     EXPECT_EQ(own.code, 0);

@@ -81,8 +81,7 @@ std::string frame_line(const Json& frame, std::int64_t last_ns, const Style& sty
   return (fault ? style.bad(line) : margin_us < 0 ? style.warning(line) : line) + "\n";
 }
 
-ExitCode show(Context& context, const Wanted& wanted) {
-  const std::vector<Json> lines = read_log(wanted.path);
+ExitCode show(Context& context, const Wanted& wanted, const std::vector<Json>& lines) {
   const Style& style = context.output.style();
   if (wanted.frame >= 0) {
     const auto found = std::find_if(lines.begin() + 1, lines.end(), [&](const Json& frame) {
@@ -150,7 +149,16 @@ void add_log_verbs(Grammar& grammar) {
   grammar.values(sub, "", {"list", "show"});
   grammar.on(sub, [wanted](Context& context) {
     if (wanted->what == "list") return list(context, *wanted);
-    if (wanted->what == "show" && !wanted->path.empty()) return show(context, *wanted);
+    if (wanted->what == "show" && !wanted->path.empty()) {
+      const std::vector<Json> lines = read_log(wanted->path);
+      try {
+        return show(context, *wanted, lines);
+      } catch (const Json::exception& e) {
+        throw Failure(ExitCode::usage,
+                      fmt::format("{} lacks what a frame has: {}", wanted->path, e.what()),
+                      "was it written by another version of lssd?");
+      }
+    }
     throw Failure(ExitCode::usage,
                   fmt::format("log {} {}: what is that?", wanted->what, wanted->path),
                   "log list [FOLDER], or log show FILE");

@@ -20,7 +20,8 @@ namespace fs = std::filesystem;
 // lssd has 0.5 GB (2026-11).
 constexpr std::int64_t kAddressSpace = std::int64_t{1} << 30;
 
-constexpr const char* kUnit = "the unit lssd@ brings its own limits; by hand lssd runs without";
+constexpr const char* kUnit =
+    "the unit lssd@ brings its own limits; started by hand, lssd gets no more";
 
 std::int64_t priority_limit(const System& system) {
   const std::int64_t value = limit(system, "Max realtime priority").value_or(0);

@@ -1,0 +1,103 @@
+// log list and log show, on files as the daemon leaves them (the real ones:
+// tests/e2e/test_stuck.py).
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/cli/program_test.h"
+
+namespace lss::cli::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+
+class Log : public ProgramTest {
+ protected:
+  Log() {
+    std::string name = (fs::temp_directory_path() / "lss-log-XXXXXX").string();
+    folder_ = ::mkdtemp(name.data());
+  }
+  ~Log() override { fs::remove_all(folder_); }
+
+  std::string write(const std::string& name, const std::vector<json>& lines) const {
+    const fs::path path = folder_ / name;
+    std::ofstream file(path);
+    for (const json& line : lines) file << line.dump() << "\n";
+    return path.string();
+  }
+  static json header() { return {{"lss", "crash"}, {"vehicle", "zebro"}, {"vehicle_id", "z-1"}}; }
+  static json frame(int number, std::int64_t margin_ns, const json& events = json::array()) {
+    const std::int64_t boundary = number * 20'000'000;
+    return {{"in", {{"requests", {{{"source", "me"}, {"kind", 3}}}}}},
+            {"outbox", {{"events", events}}},
+            {"state", {{"controller", {{"state", "Idle"}}}}},
+            {"timing",
+             {{"frame", number},
+              {"boundary_ns", boundary},
+              {"woken_ns", boundary + 50'000},
+              {"ready_ns", boundary + 70'000},
+              {"margin_ns", margin_ns},
+              {"samples", 8}}}};
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Log, ShowsEveryFrameWithItsTimesAndEvents) {
+  const std::string file =
+      write("z.crash.jsonl",
+            {header(), frame(7, 4'900'000),
+             frame(8, 4'800'000, {{{"id", 1011}, {"subject", 0}}, {{"id", 9}, {"subject", 4}}})});
+  const Ended ended = run({"log", "show", file});
+  EXPECT_EQ(ended.code, 0);
+  EXPECT_THAT(ended.out, HasSubstr("z-1 (zebro)"));
+  EXPECT_THAT(ended.out, HasSubstr("-20.0      50.0      70.0    4900.0        8  Idle"));
+  EXPECT_THAT(ended.out, HasSubstr("<me command 3> FAULT port_lost module_online 4"));
+  const json all = json::parse(run({"--json", "log", "show", file}).out);
+  EXPECT_EQ(all["frames"].size(), 2U);
+  EXPECT_EQ(all["header"]["vehicle"], "zebro");
+}
+
+TEST_F(Log, ShowsOneFrameWhole) {
+  const std::string file = write("z.crash.jsonl", {header(), frame(7, 1), frame(8, 1)});
+  const Ended one = run({"--json", "log", "show", file, "--frame", "8"});
+  EXPECT_EQ(json::parse(one.out)["timing"]["frame"], 8);
+  const Ended none = run({"log", "show", file, "--frame", "9"});
+  EXPECT_EQ(none.code, 4);
+  EXPECT_THAT(none.err, HasSubstr("no frame 9"));
+}
+
+TEST_F(Log, ListsWhatADaemonKeptOldestFirst) {
+  write("z-1-2.crash.jsonl", {header()});
+  write("z-1-1.crash.jsonl", {header()});
+  write("z-1-3.crash.jsonl.part", {header()});
+  const json all = json::parse(run({"--json", "log", "list", folder_.string()}).out);
+  ASSERT_EQ(all["files"].size(), 2U);
+  EXPECT_THAT(all["files"][0].get<std::string>(), HasSubstr("z-1-1"));
+  EXPECT_EQ(run({"log", "list", (folder_ / "nowhere").string()}).code, 2);
+}
+
+TEST_F(Log, WhatIsNoLogIsRefusedByLine) {
+  EXPECT_EQ(run({"log", "show", (folder_ / "nowhere").string()}).code, 2);
+  EXPECT_EQ(run({"log", "show", write("empty", {})}).code, 2);
+  EXPECT_EQ(run({"log", "show", write("other", {{{"a", 1}}})}).code, 2);
+  const std::string damaged = write("damaged", {header(), frame(1, 1), json::array()});
+  const Ended ended = run({"log", "show", damaged});
+  EXPECT_EQ(ended.code, 2);
+  EXPECT_THAT(ended.err, HasSubstr(damaged + ":3"));
+  // Whole JSON, but not of a frame.
+  json half = frame(1, 1);
+  half["timing"].erase("margin_ns");
+  const Ended hollow = run({"log", "show", write("half", {header(), half})});
+  EXPECT_EQ(hollow.code, 2);
+  EXPECT_THAT(hollow.err, HasSubstr("lacks what a frame has"));
+}
+
+}  // namespace
+}  // namespace lss::cli::test
