@@ -6,12 +6,14 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <systemd/sd-daemon.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
+#include <thread>
 
 #include "daemon/config/config.h"
 #include "daemon/core/clock.h"
@@ -58,9 +60,12 @@ bool tell_standstills(const std::vector<lss::ProgressWatch::Change>& changes) {
       spdlog::warn("thread {} runs again after {:.1f} s", change.thread, still_s);
     } else if (change.thread == "frame") {
       spdlog::error("thread frame stands still for {:.1f} s: the watchdog is not fed", still_s);
-    } else if (change.thread == "publish" || change.thread == "log") {
-      spdlog::error("thread {} stands still for {:.1f} s: frames go on, nobody hears of them",
-                    change.thread, still_s);
+    } else if (change.thread == "publish") {
+      spdlog::error("thread publish stands still for {:.1f} s: frames go on, nobody hears of them",
+                    still_s);
+    } else if (change.thread == "log") {
+      spdlog::error("thread log stands still for {:.1f} s: frames before a fault are not kept",
+                    still_s);
     } else {
       spdlog::error("thread {} stands still for {:.1f} s: no orders reach the modules",
                     change.thread, still_s);
@@ -92,7 +97,9 @@ int supervise(lss::App& app, const sigset_t& signals) {
       frames = progress.front().turns;
       ::sd_notify(0, "WATCHDOG=1");
     }
+    const bool frame_stuck = watch.stuck(0);
     if (tell_standstills(watch.look(progress, lss::now_ns()))) {
+      if (watch.stuck(0) && !frame_stuck) app.keep_frames();
       stuck.clear();
       for (std::size_t i = 0; i < progress.size(); ++i) {
         if (watch.stuck(i)) stuck += " " + progress[i].thread + " stands still!";
@@ -105,7 +112,7 @@ int supervise(lss::App& app, const sigset_t& signals) {
   }
 }
 
-int run(const Options& options) {
+int run(const Options& options, const sigset_t& signals) {
   lss::Maker make;
   auto config = lss::config::load(options.config, lss::vehicle_names(),
                                   [&](const std::string& vehicle, lss::config::Section& section) {
@@ -119,11 +126,10 @@ int run(const Options& options) {
   resolve_ports(*config, options.run_dir);
   if (config->log_folder.empty()) {
     const char* state = std::getenv("STATE_DIRECTORY");  // systemd's
-    config->log_folder = state != nullptr ? state : options.run_dir;
+    config->log_folder = state != nullptr && *state != '\0' ? state : options.run_dir;
   }
   spdlog::set_level(static_cast<spdlog::level::level_enum>(config->log_level));
 
-  const sigset_t signals = block_signals();
   const std::unique_ptr<lss::App> app = make(*config);
   if (auto ok = app->start(); !ok) {
     spdlog::critical("{}", ok.error());
@@ -136,6 +142,15 @@ int run(const Options& options) {
   ::sd_notify(0, "STOPPING=1");
   app->stop();
   return code;
+}
+
+// Lines that nobody takes must not keep the daemon from ending.
+void end_log(int code) {
+  std::thread([code] {
+    lss::sleep_until(lss::now_ns() + lss::kSecond);
+    ::_exit(code);
+  }).detach();
+  spdlog::shutdown();
 }
 
 }  // namespace
@@ -154,12 +169,13 @@ int main(int argc, char** argv) {
   cli.footer("Example:\n  lssd --config config/zebro.toml --run-dir /tmp/lss --domain 7");
   CLI11_PARSE(cli, argc, argv);
 
+  const sigset_t signals = block_signals();
   // By a thread of its own, which forgets the oldest lines when nobody takes them.
   spdlog::init_thread_pool(kLogLines, 1);
   spdlog::set_default_logger(spdlog::create_async_nb<spdlog::sinks::stderr_color_sink_mt>("lssd"));
   // The journal brings its own time and level.
   spdlog::set_pattern(::sd_notify(0, "STATUS=starting") > 0 ? "%v" : "%H:%M:%S.%e %^%-8l%$ %v");
-  const int code = run(options);
-  spdlog::shutdown();
+  const int code = run(options, signals);
+  end_log(code);
   return code;
 }

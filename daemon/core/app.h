@@ -24,6 +24,7 @@ class App {
 
   // The turns of every thread, the frame's first: the watchdog is fed only while that one runs.
   virtual std::vector<Progress> progress() const = 0;
+  virtual void keep_frames() = 0;           // the last frames go to a file, as at a fault
   virtual std::string summary() const = 0;  // one line for systemctl status
   // The daemon shall be restarted now to take up shared memory again (vehicle idle, RouDi back,
   // configured).

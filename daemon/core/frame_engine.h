@@ -11,6 +11,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <utility>
 
 #include "daemon/core/frames.h"
 #include "daemon/core/latest.h"
@@ -29,7 +30,8 @@ struct FrameParameters {
 struct Released {
   TimeNs released_ns = 0;  // of the last frame
   std::uint64_t overruns = 0, repeated = 0;
-  bool limit = false;  // too many in a row
+  std::uint64_t limits = 0;  // how often too many were late in a row
+  bool limit = false;        // frame thread: again, since the frame before
 };
 
 template <class Frames, class Command>
@@ -64,6 +66,7 @@ class FrameEngine {
     timing_.frames_skipped += boundary.skipped;
     timing_.frames_held += boundary.held ? 1 : 0;
     Released released = released_.get();
+    released.limit = std::exchange(limits_seen_, released.limits) != released.limits;
     released.limit |= timing_.woken_ns - boundary.time_ns >=
                       parameters_.max_consecutive_overruns * parameters_.period_ns;
     timing_.released_ns = released.released_ns;
@@ -80,18 +83,19 @@ class FrameEngine {
   template <class Release>
   void due(const Boundary& boundary, Release&& release) noexcept {
     // Releases that were slept through are late as well: a standstill of the machine is an overrun.
-    report_.limit = boundary.skipped != 0 && overruns_.late(boundary.skipped);
+    bool limit = boundary.skipped != 0 && overruns_.late(boundary.skipped);
     const Due& due = due_.get();
     if (due.boundary_ns == boundary.time_ns) {
       overruns_.in_time();
       release(due.command);
     } else {
-      report_.limit = overruns_.late();
+      limit = overruns_.late() || limit;
       if (due.boundary_ns != 0 && overruns_.consecutive() == 1) {
         ++report_.repeated;
         release(due.command);
       }
     }
+    report_.limits += limit ? 1 : 0;
     report_.released_ns = now_ns();
     report_.overruns = overruns_.total();
     released_.put(report_);
@@ -111,7 +115,8 @@ class FrameEngine {
 
   Frames& frames_;
   FrameParameters parameters_;
-  TimingPoints timing_;      // frame thread
+  TimingPoints timing_;  // frame thread
+  std::uint64_t limits_seen_ = 0;
   OverrunCounter overruns_;  // actuate thread, with what it reports
   Released report_;
   Latest<Due> due_;

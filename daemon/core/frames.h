@@ -67,27 +67,33 @@ struct SensorFramesParameters {
 class SensorGrid {
  public:
   SensorGrid(const SensorFramesParameters& parameters, TimeNs epoch_ns) noexcept
-      : parameters_(parameters), last_ns_(epoch_ns) {}
+      : parameters_(parameters),
+        last_ns_(epoch_ns),
+        deadline_ns_(epoch_ns + parameters.period_ns + parameters.grace_ns) {}
 
   // Without a packet until then the frame begins by the clock.
-  TimeNs deadline() const noexcept {
-    return last_ns_ + parameters_.period_ns + (held_ ? 0 : parameters_.grace_ns);
-  }
+  TimeNs deadline() const noexcept { return deadline_ns_; }
   // The n-th packet arrived, `index` counting them. False: too soon after a frame by the clock, its
   // samples are left to the next one.
   bool arrived(std::uint64_t index, TimeNs time_ns, Boundary& out) noexcept {
     const std::uint64_t missed = index_ == 0 ? 0 : index - index_ - 1;
     index_ = index;
-    if (time_ns - last_ns_ < parameters_.period_ns / 2 && frame_ != 0) return false;
+    const TimeNs next_ns = time_ns + parameters_.period_ns + parameters_.grace_ns;
+    if (time_ns - last_ns_ < parameters_.period_ns / 2 && frame_ != 0) {
+      deadline_ns_ = next_ns;  // the sensor's phase again
+      return false;
+    }
     begin(time_ns, held_ ? 0 : missed, false, out);
+    deadline_ns_ = next_ns;
     return true;
   }
   // The deadline passed.
   void held(TimeNs now, Boundary& out) noexcept {
-    const TimeNs late = now - deadline();
+    const TimeNs late = now - deadline_ns_;
     const std::uint64_t skipped =
         late < 0 ? 0 : static_cast<std::uint64_t>(late / parameters_.period_ns);
-    begin(deadline() + static_cast<TimeNs>(skipped) * parameters_.period_ns, skipped, true, out);
+    begin(deadline_ns_ + static_cast<TimeNs>(skipped) * parameters_.period_ns, skipped, true, out);
+    deadline_ns_ = last_ns_ + parameters_.period_ns;
   }
 
  private:
@@ -99,7 +105,7 @@ class SensorGrid {
   }
 
   SensorFramesParameters parameters_;
-  TimeNs last_ns_;
+  TimeNs last_ns_, deadline_ns_;
   std::uint64_t frame_ = 0, index_ = 0;
   bool held_ = false;
 };
@@ -133,9 +139,9 @@ class SensorFrames {
     bool take(T& value, TimeNs deadline_ns) noexcept {
       const timespec deadline = to_timespec(deadline_ns);
       while (!value_.update()) {
-        if (::sem_clockwait(&posted_, CLOCK_MONOTONIC, &deadline) != 0 && errno == ETIMEDOUT &&
-            !value_.update())
-          return false;
+        if (::sem_clockwait(&posted_, CLOCK_MONOTONIC, &deadline) == 0 || errno == EINTR) continue;
+        if (!value_.update()) return false;
+        break;
       }
       value = value_.value();
       return true;
@@ -185,13 +191,14 @@ class SensorFrames {
 
     Boundary next(TimeNs lag) noexcept {
       const SensorFramesParameters& p = frames_.parameters_;
+      const TimeNs deadline_ns = last_.time_ns + p.period_ns + 2 * p.grace_ns + lag;
       Boundary boundary;
-      if (frames_.begun_.take(boundary, last_.time_ns + p.period_ns + 2 * p.grace_ns + lag)) {
-        boundary.skipped = boundary.frame > last_.frame + 1 ? boundary.frame - last_.frame - 1 : 0;
-        wait_until(boundary.time_ns + lag, spin_ns_);
-      } else {
-        boundary = {last_.frame + 1, last_.time_ns + p.period_ns, 0, true};
-      }
+      do {
+        if (!frames_.begun_.take(boundary, deadline_ns))
+          return last_ = {last_.frame + 1, last_.time_ns + p.period_ns, 0, true};
+      } while (boundary.frame <= last_.frame);  // it was given up already
+      boundary.skipped = boundary.frame - last_.frame - 1;
+      wait_until(boundary.time_ns + lag, spin_ns_);
       return last_ = boundary;
     }
 

@@ -109,11 +109,14 @@ void Publisher::drain() {
   for (EventRecord event; events_.pop(event);) {
     tell(event);
     next_status_ns_ = 0;  // something changed: say so
-    if (event.id == static_cast<std::uint16_t>(EventId::timing_reset)) statistics_.reset();
+    if (event.id == static_cast<std::uint16_t>(EventId::timing_reset)) {
+      statistics_.reset();
+      statistics_from_ns_ = event.time_ns;
+    }
   }
   while (timings_.pop(timing_)) {
     face_->timing(timing_);
-    statistics_.add(timing_);
+    if (timing_.boundary_ns > statistics_from_ns_) statistics_.add(timing_);
   }
   if (const void* sample = sources_.newest_telemetry()) face_->telemetry(sample);
 }
@@ -129,11 +132,19 @@ void Publisher::watch(TimeNs now) {
       tell(lost);
     }
   }
-  if (const TimeNs step = clock_step_.look(now, utc_ns()); step != 0)
-    tell(EventId::clock_stepped, now, static_cast<double>(step) * 1e-9);
+  watch_clock();
   for (EventId event; sources_.log_event(event);) tell(event, now);
   wants_restart_ = config_.restart_for_shared_memory && face_->shared_memory_could_return() &&
                    state_.value().controller.state == State::idle;
+}
+
+// Both clocks together: this thread may be kept waiting between any two lines.
+void Publisher::watch_clock() {
+  const TimeNs before = now_ns();
+  const std::int64_t utc = utc_ns();
+  if (now_ns() - before > ClockStep::kLimit / 10) return;
+  if (const TimeNs step = clock_step_.look(before, utc); step != 0)
+    tell(EventId::clock_stepped, before, static_cast<double>(step) * 1e-9);
 }
 
 void Publisher::publish_status(TimeNs now) {
@@ -142,11 +153,13 @@ void Publisher::publish_status(TimeNs now) {
   next_status_ns_ = now + kStatusEvery;
   const StatusReport r = report(now);
   face_->status(r);
-  if (statistics_.statistics().frames != 0) face_->timing(statistics_.statistics());
+  face_->timing(statistics_.statistics());
+  std::string summary =
+      fmt::format("{} {}{}{}, frame {}, overruns {}, faults {}", config_.vehicle_id,
+                  kStateNames[static_cast<std::size_t>(r.state)], *r.mode_name ? "/" : "",
+                  r.mode_name, r.frame_index, r.overruns, r.fault_count);
   const std::lock_guard lock(summary_mutex_);
-  summary_ = fmt::format("{} {}{}{}, frame {}, overruns {}, faults {}", config_.vehicle_id,
-                         kStateNames[static_cast<std::size_t>(r.state)], *r.mode_name ? "/" : "",
-                         r.mode_name, r.frame_index, r.overruns, r.fault_count);
+  summary_.swap(summary);
 }
 
 StatusReport Publisher::report(TimeNs now) const {

@@ -68,6 +68,7 @@ class Publisher {
   void drain();
   void publish_status(TimeNs now);
   void watch(TimeNs now);
+  void watch_clock();
   void tell(const EventRecord& event);  // to DDS and to the log
   void tell(EventId id, TimeNs now, double argument = 0);
   StatusReport report(TimeNs now) const;
@@ -89,6 +90,7 @@ class Publisher {
 
   TimingPoints timing_;  // the newest
   TimingCollector<TimingPoints> statistics_;
+  TimeNs statistics_from_ns_ = 0;  // frames that began later count
   ClockStep clock_step_;
   TimeNs next_status_ns_ = 0, next_heartbeat_ns_ = 0, next_watch_ns_ = 0;
   std::uint64_t published_version_ = 0;

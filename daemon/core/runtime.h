@@ -113,8 +113,8 @@ class Runtime final : public App {
     engine_->stop();
     buses_.stop();
     for (const auto& thread : threads_) thread->join();
-    frame_log_.stop();
     publisher_.stop();
+    frame_log_.stop();
     threads_.clear();
   }
 
@@ -125,6 +125,7 @@ class Runtime final : public App {
     all.push_back({"log", frame_log_.turns()});
     return all;
   }
+  void keep_frames() override { frame_log_.keep(); }
   std::string summary() const override { return publisher_.summary(); }
   bool wants_restart() const override { return publisher_.wants_restart(); }
 
@@ -244,6 +245,7 @@ void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
   record::Writer writer(scratch_);
   fields(writer, record::FrameView<Vehicle>{in_, out_.command, supervisor_.outbox(),
                                             supervisor_.state(), out_.telemetry, timing});
+  if (!writer.fits()) return;  // a struct that names a member twice
   frame_log_.put(record::first_fault(supervisor_.outbox()),
                  std::span(scratch_).first(writer.size()));
 }

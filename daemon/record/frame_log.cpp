@@ -9,8 +9,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <ctime>
+#include <exception>
 #include <system_error>
 
 #include "daemon/core/clock.h"
@@ -19,7 +21,18 @@ namespace lss::record {
 namespace {
 
 constexpr const char* kSuffix = ".crash.jsonl";
+constexpr const char* kPart = ".part";
 constexpr TimeNs kTurn = 50 * kMillisecond;
+constexpr TimeNs kNoMoreFrames = 500 * kMillisecond;
+
+std::vector<std::filesystem::path> entries(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> found;
+  std::error_code error;
+  for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end;
+       at.increment(error))
+    found.push_back(at->path());
+  return found;
+}
 
 // Everything to the disk, or the error's number.
 int write_all(int fd, std::string_view text) {
@@ -38,19 +51,28 @@ FrameLog::FrameLog(FrameLogSettings settings, ToJson to_json)
     : settings_(std::move(settings)), to_json_(std::move(to_json)) {}
 
 void FrameLog::start() {
-  if (!settings_.folder.empty()) {
-    std::error_code error;
-    std::filesystem::create_directories(settings_.folder, error);
-    if (!error && ::access(settings_.folder.c_str(), W_OK | X_OK) != 0)
-      error.assign(errno, std::generic_category());
-    if (error) {
-      spdlog::warn(
-          "frames before a fault cannot be kept in {} ({}): make the folder writable or name "
-          "another as log.folder",
-          settings_.folder.string(), error.message());
-    }
-  }
+  if (!settings_.folder.empty()) prepare_folder();
   thread_ = std::thread([this] { run(); });
+}
+
+// Makes it, clears what a killed daemon left half written, and goes on counting.
+void FrameLog::prepare_folder() {
+  std::error_code error;
+  std::filesystem::create_directories(settings_.folder, error);
+  if (!error && ::access(settings_.folder.c_str(), W_OK | X_OK) != 0)
+    error.assign(errno, std::generic_category());
+  if (error) {
+    spdlog::warn(
+        "frames before a fault cannot be kept in {} ({}): make the folder writable or name another "
+        "as log.folder",
+        settings_.folder.string(), error.message());
+    return;
+  }
+  for (const std::filesystem::path& path : entries(settings_.folder)) {
+    number_ = std::max(number_, number_of(path));
+    if (path.extension() == kPart && number_of(path.parent_path() / path.stem()) != 0)
+      std::filesystem::remove(path, error);
+  }
 }
 
 void FrameLog::stop() {
@@ -73,10 +95,17 @@ void FrameLog::put(FaultId fault, std::span<const std::uint8_t> record) noexcept
 
 void FrameLog::run() {
   ::pthread_setname_np(::pthread_self(), "log");
+  TimeNs heard_ns = now_ns();
   while (!stop_) {
+    const std::size_t before = since_;
     drain();
+    const TimeNs now = now_ns();
+    if (since_ != before) heard_ns = now;
+    const bool keep = keep_.exchange(false);
+    if (keep && !last_.empty() && pending_ == FaultId::none) pending_ = FaultId::frame_overrun;
+    if (pending_ != FaultId::none && (keep || now - heard_ns >= kNoMoreFrames)) write();
     turns_.fetch_add(1, std::memory_order_relaxed);
-    sleep_until(now_ns() + kTurn);
+    sleep_until(now + kTurn);
   }
   drain();
   if (pending_ != FaultId::none) write();
@@ -103,57 +132,89 @@ void FrameLog::write() {
   const CodeInfo* fault = info(std::exchange(pending_, FaultId::none));
   since_ = 0;
   if (settings_.folder.empty()) return;
-  const TimeNs utc = utc_ns();
-  const std::string name = fmt::format(
-      "{}-{:%Y%m%dT%H%M%S}.{:03}Z-{:04}-{}{}", settings_.vehicle_id,
-      fmt::gmtime(static_cast<std::time_t>(utc / kSecond)), utc % kSecond / kMillisecond,
-      ++written_, fault != nullptr ? fault->name : "fault", kSuffix);
-  const std::filesystem::path path = settings_.folder / name;
-  if (const std::string error = write_file(path); !error.empty()) {
+  const auto utc_s = static_cast<std::time_t>(utc_ns() / kSecond);
+  const std::filesystem::path path =
+      settings_.folder / fmt::format("{}-{:06}-{:%Y%m%dT%H%M%S}Z-{}{}", settings_.vehicle_id,
+                                     ++number_, fmt::gmtime(utc_s),
+                                     fault != nullptr ? fault->name : "fault", kSuffix);
+  std::string error;
+  try {
+    error = write_file(path);
+  } catch (const std::exception& e) {  // memory is out
+    error = e.what();
+  }
+  if (!error.empty()) {
     spdlog::error(
-        "the {} frames before the fault could not be kept in {}: {}; free or mend the "
-        "disk, or name another log.folder",
+        "the {} frames before the fault could not be kept in {}: {}; free or mend the disk, or "
+        "name another log.folder",
         last_.size(), path.string(), error);
     if (!failed_) told_.push(EventId::log_failed);
     failed_ = true;
     return;
   }
   failed_ = false;
+  if (first_.empty()) first_ = path;
+  keep_newest();
   spdlog::info("the last {} frames are kept: lss-cli log show {}", last_.size(), path.string());
   told_.push(EventId::frames_kept);
-  keep_newest();
 }
 
 // Empty, or what went wrong. Half a file never has the name of a whole one.
 std::string FrameLog::write_file(const std::filesystem::path& path) const {
+  // A source may have any bytes.
+  const auto line = [](const nlohmann::ordered_json& json) {
+    return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  };
   nlohmann::ordered_json first = {{"lss", "crash"}, {"schema_version", 1}, {"utc_ns", utc_ns()}};
   first.update(settings_.header);
   first["frames"] = last_.size();
-  std::string text = first.dump() + "\n";
-  for (const std::vector<std::uint8_t>& record : last_) text += to_json_(record).dump() + "\n";
+  first["dropped_since_start"] = dropped();
+  std::string text = line(first);
+  for (const std::vector<std::uint8_t>& record : last_) text += line(to_json_(record));
 
-  const std::string temporary = path.string() + ".part";
+  const std::string temporary = path.string() + kPart;
   const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (fd < 0) return std::strerror(errno);
   int error = write_all(fd, text);
   if (::close(fd) != 0 && error == 0) error = errno;
   if (error == 0 && ::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
-  if (error == 0) return {};
-  ::unlink(temporary.c_str());
-  return std::strerror(error);
+  if (error != 0) {
+    ::unlink(temporary.c_str());
+    return std::strerror(error);
+  }
+  // The name too is to survive a power cut.
+  if (const int folder = ::open(settings_.folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+      folder >= 0) {
+    ::fsync(folder);
+    ::close(folder);
+  }
+  return {};
+}
+
+// ID-NUMBER-TIME-FAULT.crash.jsonl
+unsigned FrameLog::number_of(const std::filesystem::path& path) const {
+  const std::string name = path.filename().string();
+  const std::string prefix = settings_.vehicle_id + "-";
+  constexpr std::size_t kDigits = 6;
+  if (!name.starts_with(prefix) || !name.ends_with(kSuffix)) return 0;
+  const std::string_view rest = std::string_view(name).substr(prefix.size());
+  const std::size_t digits = rest.find_first_not_of("0123456789");
+  if (digits == std::string_view::npos || digits < kDigits || rest[digits] != '-') return 0;
+  unsigned number = 0;
+  std::from_chars(rest.data(), rest.data() + digits, number);
+  return number;
 }
 
 void FrameLog::keep_newest() const {
-  std::error_code error;
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(settings_.folder, error)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with(settings_.vehicle_id + "-") && name.ends_with(kSuffix))
-      files.push_back(entry.path());
+  std::vector<std::pair<unsigned, std::filesystem::path>> files;
+  for (std::filesystem::path& path : entries(settings_.folder)) {
+    if (const unsigned number = number_of(path); number != 0 && path != first_)
+      files.emplace_back(number, std::move(path));
   }
-  std::ranges::sort(files);  // the time of their making stands in their names
-  for (std::size_t i = 0; i + settings_.files < files.size(); ++i)
-    std::filesystem::remove(files[i], error);
+  std::ranges::sort(files);
+  std::error_code error;
+  for (std::size_t i = 0; i + settings_.files < files.size() + 1; ++i)
+    std::filesystem::remove(files[i].second, error);
 }
 
 }  // namespace lss::record

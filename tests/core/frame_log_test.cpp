@@ -67,7 +67,7 @@ TEST_F(FrameLogTest, KeepsTheLastFramesOfAFaultOldestFirst) {
   log.stop();
   ASSERT_EQ(files().size(), 1u);
   EXPECT_THAT(files()[0].filename().string(),
-              testing::MatchesRegex("v-1-.*Z-0001-port_lost.crash.jsonl"));
+              testing::MatchesRegex("v-1-000001-.*Z-port_lost.crash.jsonl"));
   const auto all = lines(files()[0]);
   ASSERT_EQ(all.size(), 1 + FrameLog::kFrames);
   EXPECT_EQ(all[0]["vehicle"], "v");
@@ -101,14 +101,51 @@ TEST_F(FrameLogTest, AStormOfFaultsLosesNoFrameAndWritesNoneTwice) {
   EXPECT_LE(files().size(), 5u);
 }
 
-TEST_F(FrameLogTest, OnlyTheNewestFilesAreKept) {
-  { std::ofstream(folder_ / "v-2-20200101T000000.000Z-port_lost.crash.jsonl") << "of another\n"; }
-  FrameLog log(settings(2), to_json);
+TEST_F(FrameLogTest, TheNewestFilesAreKeptAndTheFirstSinceTheStart) {
+  const auto touch = [&](const char* name) { std::ofstream(folder_ / name) << "old\n"; };
+  touch("v-1-000007-20300101T000000Z-port_lost.crash.jsonl");  // the clock was ahead then
+  touch("v-1-000008-20300101T000000Z-port_lost.crash.jsonl.part");
+  touch("v-1-2-000009-20300101T000000Z-port_lost.crash.jsonl");  // vehicle v-1-2
+  FrameLog log(settings(3), to_json);
   log.start();
   for (std::uint32_t i = 1; i <= 64 * 6; ++i) put(log, i, FaultId::bus_noise);
   log.stop();
-  ASSERT_EQ(files().size(), 3u) << "two of ours, and the other vehicle's";
-  EXPECT_EQ(lines(files()[1]).back(), 64 * 6);
+  std::vector<std::string> names;
+  for (const fs::path& file : files()) names.push_back(file.filename().string().substr(0, 11));
+  EXPECT_THAT(names, ElementsAre("v-1-000008-", "v-1-000013-", "v-1-000014-", "v-1-2-00000"));
+  EXPECT_EQ(lines(files()[0]).back(), 1) << "the one that began it";
+  EXPECT_EQ(lines(files()[2]).back(), 64 * 6);
+}
+
+TEST_F(FrameLogTest, ASecondFaultIsWrittenAlsoWhenFramesEndAfterIt) {
+  FrameLog log(settings(), to_json);
+  log.start();
+  put(log, 1, FaultId::bus_noise);
+  put(log, 2, FaultId::port_lost);
+  while (files().size() < 2 || files()[1].extension() == ".part") std::this_thread::yield();
+  EXPECT_THAT(files()[1].string(), testing::HasSubstr("port_lost"));
+  log.stop();
+}
+
+TEST_F(FrameLogTest, FramesAreKeptWhenTheFrameThreadStandsStill) {
+  FrameLog log(settings(), to_json);
+  log.start();
+  for (std::uint32_t i = 1; i <= 10; ++i) put(log, i);
+  while (log.turns() < 2) std::this_thread::yield();
+  log.keep();
+  while (files().empty() || files()[0].extension() == ".part") std::this_thread::yield();
+  EXPECT_EQ(lines(files()[0]).back(), 10);
+}
+
+TEST_F(FrameLogTest, TextThatIsNoUtf8IsWrittenToo) {
+  FrameLog log(settings(), [](std::span<const std::uint8_t>) {
+    return nlohmann::ordered_json{{"source", "\xff\xfe"}};
+  });
+  log.start();
+  put(log, 1, FaultId::emergency_stop);
+  log.stop();
+  ASSERT_EQ(files().size(), 1u);
+  EXPECT_EQ(lines(files()[0]).size(), 2u);
 }
 
 TEST_F(FrameLogTest, AFullDiskIsToldOnceAndLeavesNoHalfFile) {

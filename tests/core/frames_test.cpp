@@ -76,12 +76,34 @@ TEST(SensorGrid, ABatchThatComesRightAfterAFrameByTheClockIsLeftToTheNext) {
   Boundary b;
   ASSERT_TRUE(grid.arrived(1, kEpoch + kPeriod, b));
   grid.held(grid.deadline(), b);
-  EXPECT_FALSE(grid.arrived(2, b.time_ns + kMillisecond, b));
-  ASSERT_TRUE(grid.arrived(3, b.time_ns + kPeriod + kMillisecond, b));
+  const TimeNs arrival = b.time_ns + kMillisecond;
+  EXPECT_FALSE(grid.arrived(2, arrival, b));
+  EXPECT_EQ(grid.deadline(), arrival + kPeriod + kGrace) << "the next one is waited for";
+  ASSERT_TRUE(grid.arrived(3, arrival + kPeriod, b));
   EXPECT_EQ(b.frame, 3u);
   EXPECT_EQ(b.skipped, 0u);
   EXPECT_FALSE(b.held);
-  EXPECT_EQ(grid.deadline(), b.time_ns + kPeriod + kGrace) << "grace again";
+}
+
+// As the follower does it: what is later than the deadline begins by the clock.
+TEST(SensorGrid, AfterABatchThatWasLateFramesAreTheSensorsAgain) {
+  EXPECT_TRUE(rc::check([] {
+    const TimeNs late = *rc::gen::inRange<TimeNs>(0, 3 * kPeriod);
+    SensorGrid grid(kSensor, kEpoch);
+    Boundary b;
+    std::uint64_t held_at_the_end = 0;
+    for (std::uint64_t index = 1; index <= 30; ++index) {
+      const TimeNs arrival =
+          kEpoch + static_cast<TimeNs>(index) * kPeriod + (index >= 10 ? late : 0);
+      while (grid.deadline() < arrival) {
+        grid.held(grid.deadline(), b);
+        if (index > 12) ++held_at_the_end;
+      }
+      const bool begun = grid.arrived(index, arrival, b);
+      if (index > 12) RC_ASSERT(begun);
+    }
+    RC_ASSERT(held_at_the_end == 0u);
+  }));
 }
 
 // Whatever comes when: frames count up by one and what was skipped, and their boundaries never go
@@ -111,6 +133,26 @@ TEST(SensorGrid, FramesCountUpAndAreAtLeastHalfAPeriodApart) {
       now = arrives;
     }
   }));
+}
+
+// By the real clock: never early, on the grid, and what was slept through is skipped.
+TEST(ClockFrames, AFollowerReturnsOnTheGridAndNeverEarly) {
+  for (const TimeNs spin : {TimeNs{0}, 200 * kMicrosecond}) {
+    const FrameClock clock(now_ns(), kMillisecond, 0);
+    const ClockFrames frames(clock);
+    auto follower = frames.follow_actuate(spin);
+    constexpr TimeNs kLag = 300 * kMicrosecond;
+    std::uint64_t before = 0;
+    for (int i = 0; i < 20; ++i) {
+      const Boundary b = follower.next(kLag);
+      EXPECT_GE(now_ns(), b.time_ns + kLag);
+      EXPECT_EQ(b.time_ns, clock.boundary(b.frame));
+      EXPECT_TRUE(before == 0 || b.frame == before + b.skipped + 1);
+      before = b.frame;
+      if (i == 10) sleep_until(now_ns() + 5 * kMillisecond);
+      EXPECT_TRUE(i != 11 || b.skipped >= 4);
+    }
+  }
 }
 
 // Real threads: both follow the boundaries that packets made. The grace is endless, so that no

@@ -13,7 +13,6 @@ from programs import die_with_parent, wait_until
 from rig import FATAL_ERROR, FAULT, IDLE, Scenario
 
 PERIOD_NS = 20_000_000
-OVER = 1.5  # s; longer than the daemon takes to call a thread stuck
 
 
 class Stuck(Scenario):
@@ -35,11 +34,11 @@ class Stuck(Scenario):
         self.frames_go_on(64)
         self.cli_ok("estop")
         boundaries = [f["timing"]["boundary_ns"] for f in self.kept_frames()]
-        self.assertEqual({b % PERIOD_NS for b in boundaries}, {boundaries[0] % PERIOD_NS})
+        self.assertEqual({b % PERIOD_NS for b in boundaries}, {0}, "the grid that the daemon began on")
         self.assertEqual(len(boundaries), 64)
 
     def kept_frames(self):
-        path = wait_until(lambda: glob.glob(os.path.join(self.run_folder, "*.crash.jsonl")), 10,
+        path = wait_until(lambda: glob.glob(os.path.join(self.run_folder, "*emergency_stop.crash.jsonl")), 10,
                           "the frames before the fault are kept")[0]
         shown = json.loads(self.cli_ok("--json", "log", "show", path).out)
         return shown["frames"]
@@ -48,8 +47,9 @@ class Stuck(Scenario):
         daemon = self.start_all()
         client = self.begin_walk()
         with threads.stopped(daemon.process.pid, "frame"):
-            time.sleep(OVER)
-            self.assertIn("thread frame stands still", daemon.err())
+            wait_until(lambda: "thread frame stands still" in daemon.err(), 10, "it is told")
+            wait_until(lambda: glob.glob(os.path.join(self.run_folder, "*.crash.jsonl")), 10,
+                       "the frames before it are kept")
         status = self.wait_state(FATAL_ERROR)
         self.assertTrue(self.fault_ids(status) & {FAULT["frame_overrun"], FAULT["orders_stale"]}, status["faults"])
         self.assertEqual(client.wait(30), 6)
@@ -70,14 +70,13 @@ class Stuck(Scenario):
 
     def test_a_stuck_publisher_delays_no_frame(self):
         daemon = self.start_all()
-        before = self.frames_go_on()
+        self.cli_ok("timing", "--reset")
         with threads.stopped(daemon.process.pid, "publish"):
-            time.sleep(OVER)
-            self.assertIn("thread publish stands still", daemon.err())
+            wait_until(lambda: "thread publish stands still" in daemon.err(), 10, "it is told")
         status = self.frames_go_on()
-        seconds = (status["time_ns"] - before["time_ns"]) * 1e-9
-        frames = status["frame"]["index"] - before["frame"]["index"]
-        self.assertAlmostEqual(frames, seconds / 0.020, delta=6)
+        timing = json.loads(self.cli_ok("--json", "timing").out)
+        self.assertGreater(timing["frames"], 50)
+        self.assertLess(timing["missed"]["skipped"] + timing["missed"]["overruns"], 3, "of 50 in that time")
         self.assertEqual(status["realtime"]["mallocs_since_start"], 0)
         self.assertNotIn("thread frame stands still", daemon.err())
 
@@ -124,6 +123,20 @@ class Stuck(Scenario):
         self.assertTrue(daemon.running())
         for subscriber in subscribers:
             subscriber.kill()
+        daemon.signal(signal.SIGTERM)
+        self.assertEqual(daemon.wait(10), 0, "it ends although nobody takes its lines")
+
+    def test_a_stuck_log_thread_is_told_and_delays_nothing(self):
+        daemon = self.start_all()
+        self.cli_ok("timing", "--reset")
+        with threads.stopped(daemon.process.pid, "log"):
+            wait_until(lambda: "thread log stands still" in daemon.err(), 10, "it is told")
+            self.cli_ok("estop")
+            self.cli_ok("solve")
+            self.frames_go_on()
+        missed = json.loads(self.cli_ok("--json", "timing").out)["missed"]
+        self.assertLess(missed["skipped"] + missed["overruns"], 3)
+        self.assertEqual(len(self.kept_frames()), 64, "kept when it runs again")
 
     def test_a_clock_that_is_set_moves_no_frame(self):
         daemon = self.start_with_clock()

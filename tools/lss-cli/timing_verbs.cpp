@@ -115,6 +115,7 @@ std::string table(const TimingStatistics& all, const Style& style) {
 }
 
 std::string summary(const TimingStatistics& all, const Style& style) {
+  if (all.frames == 0) return "no frame since the reset\n";
   const TimingSeries& command = all.series[4];
   const std::string missed = fmt::format(
       "missed     {} of {} commands late, {} repeated; {} frames skipped, {} begun without the "
@@ -153,6 +154,12 @@ nlohmann::json to_json(const TimingStatistics& all) {
     if (all.series[i].count != 0) steps[kTimingSteps[i].name] = series_json(all.series[i]);
   }
   const TimingSeries& command = all.series[4];
+  nlohmann::json margin;  // null: no frame yet
+  if (all.frames != 0) {
+    margin = {{"mean_us", us(all.margin_ns(command.mean_ns()))},
+              {"p999_us", us(all.margin_ns(command.quantile_ns(0.999)))},
+              {"min_us", us(all.margin_ns(static_cast<double>(command.max_ns)))}};
+  }
   return {{"frames", all.frames},
           {"since_ns", all.since_ns},
           {"until_ns", all.until_ns},
@@ -163,10 +170,7 @@ nlohmann::json to_json(const TimingStatistics& all) {
             {"repeated", all.repeated},
             {"skipped", all.skipped},
             {"held", all.held}}},
-          {"margin",
-           {{"mean_us", us(all.margin_ns(command.mean_ns()))},
-            {"p999_us", us(all.margin_ns(command.quantile_ns(0.999)))},
-            {"min_us", us(all.margin_ns(static_cast<double>(command.max_ns)))}}},
+          {"margin", std::move(margin)},
           {"points", std::move(steps)}};
 }
 
@@ -216,7 +220,8 @@ void add_timing_verbs(Grammar& grammar) {
   timing.add_option("--histogram", wanted->histogram, "of which step")
       ->check(CLI::IsMember(names))
       ->capture_default_str();
-  timing.add_flag("--reset", wanted->reset, "the daemon's statistics begin anew");
+  timing.add_flag("--reset", wanted->reset, "the daemon's statistics begin anew; nothing is shown")
+      ->excludes("--for", "--histogram");
   grammar.on(timing, [wanted, for_s](Context& context) {
     wanted->for_s = *for_s;
     return run_timing(context, *wanted);
