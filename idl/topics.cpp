@@ -103,6 +103,11 @@ std::string configuration(const ParticipantParameters& parameters, bool shared_m
                              (shared_memory ? "true" : "false") +
                              "</Enable><LogLevel>warn</LogLevel></SharedMemory>";
   std::string text = "<General><Interfaces>" + interfaces + "</Interfaces></General>" + memory;
+  if (parameters.short_lived) {
+    text +=
+        "<Internal><HeartbeatInterval min=\"2 ms\" minsched=\"2 ms\" max=\"8 s\">4 ms"
+        "</HeartbeatInterval></Internal>";
+  }
   if (const char* user = std::getenv("CYCLONEDDS_URI"); user != nullptr && *user != '\0') {
     text += "," + std::string(user);
     // The user's configuration may ask for shared memory too; without RouDi that would abort the

@@ -57,6 +57,9 @@ struct ParticipantParameters {
   int domain = 0;
   std::vector<std::string> interfaces = {"lo"};  // nothing leaves the machine unless told
   bool shared_memory = false;                    // wanted; used when RouDi lives
+  // Of a program that lives shortly: it asks every 4 ms, not every 100 ms, whether what it sent was
+  // heard, so that it is known at once.
+  bool short_lived = false;
 };
 
 // Domain and participant with our own configuration; CYCLONEDDS_URI is read after it and wins,

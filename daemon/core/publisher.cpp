@@ -114,11 +114,11 @@ void Publisher::drain() {
       statistics_from_ns_ = event.time_ns;
     }
   }
+  if (const void* sample = sources_.newest_telemetry()) face_->telemetry(sample);
   while (timings_.pop(timing_)) {
     face_->timing(timing_);
     if (timing_.boundary_ns > statistics_from_ns_) statistics_.add(timing_);
   }
-  if (const void* sample = sources_.newest_telemetry()) face_->telemetry(sample);
 }
 
 void Publisher::watch(TimeNs now) {

@@ -144,9 +144,11 @@ void populate_memory() noexcept {
                     &shared) != 6)
       continue;
     // Thread stacks and arenas reserve far more than they use: those are touched by their threads.
+    // Shared memory of that size is iceoryx', which no real-time thread knows.
     const bool anonymous =
         line.find('/') == std::string::npos && line.find("[heap]") == std::string::npos;
-    if (read != 'r' || (anonymous && end - begin > kLargeMapping)) continue;
+    const bool large = end - begin > kLargeMapping;
+    if (read != 'r' || (large && (anonymous || shared == 's'))) continue;
     const int advice = write == 'w' && shared == 'p' ? MADV_POPULATE_WRITE : MADV_POPULATE_READ;
     ::madvise(reinterpret_cast<void*>(begin), end - begin,
               advice);  // an older kernel says no: then pages fault once

@@ -76,7 +76,7 @@ Publisher::Publisher(Face& face)
         while (!stop.stop_requested()) {
           ++telemetry.frame;
           face_.telemetry(&telemetry);
-          face_.timing({});
+          face_.timing(TimingPoints{});
           if (face_.watch_shared_memory()) ++changes_;
           samples_ = telemetry.frame;
           datagrams_ = sent_by_this_thread;

@@ -30,6 +30,7 @@ T checked(dds::Result<T> result) {
 
 dds::ParticipantParameters parameters(const Options& options) {
   dds::ParticipantParameters result;
+  result.short_lived = true;
   result.domain = options.domain;
   result.shared_memory = options.shared_memory;
   return result;

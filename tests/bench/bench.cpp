@@ -1,0 +1,131 @@
+#include "tests/bench/bench.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace lss::bench {
+
+double quantile(Samples samples, double q) {
+  if (samples.empty()) return kNone;
+  const auto index = static_cast<std::size_t>(
+      std::min(q * static_cast<double>(samples.size()), static_cast<double>(samples.size() - 1)));
+  std::ranges::nth_element(samples, samples.begin() + static_cast<std::ptrdiff_t>(index));
+  return samples[index];
+}
+
+double median(const Samples& samples) { return quantile(samples, 0.5); }
+double p99(const Samples& samples) { return quantile(samples, 0.99); }
+
+double sigma(const Samples& samples) {
+  if (samples.empty()) return kNone;
+  const double n = static_cast<double>(samples.size());
+  const double mean = std::accumulate(samples.begin(), samples.end(), 0.0) / n;
+  double squares = 0;
+  for (const double s : samples) squares += (s - mean) * (s - mean);
+  return std::sqrt(squares / n);
+}
+
+namespace {
+
+Samples joined(Samples a, const Samples& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
+// Part `index` of `parts`, as equal as they can be.
+Samples part(const Samples& all, std::size_t index, std::size_t parts) {
+  const auto at = [&](std::size_t i) {
+    return all.begin() + static_cast<std::ptrdiff_t>(i * all.size() / parts);
+  };
+  return {at(index), at(index + 1)};
+}
+
+}  // namespace
+
+Rounds turn_by_turn(const std::function<Samples()>& subject,
+                    const std::function<Samples()>& reference) {
+  Rounds rounds;
+  for (int i = 0; i < kRounds; ++i) {
+    Round round;
+    round.reference = reference();
+    round.value = subject();
+    round.value = joined(std::move(round.value), subject());
+    round.again = reference();
+    rounds.push_back(std::move(round));
+  }
+  return rounds;
+}
+
+Rounds side_by_side(const Samples& subject, const Samples& reference) {
+  Rounds rounds;
+  for (std::size_t i = 0; i < kRounds; ++i) {
+    const Samples both = part(reference, i, kRounds);
+    rounds.push_back({.value = part(subject, i, kRounds),
+                      .reference = part(both, 0, 2),
+                      .again = part(both, 1, 2)});
+  }
+  return rounds;
+}
+
+std::string Figure::remark() const {
+  if (held_back.empty() || met().value_or(true)) return note;
+  return note + (note.empty() ? "" : "; ") + "held back by: " + held_back;
+}
+
+std::optional<bool> Figure::met() const {
+  if (!std::isfinite(goal) || !std::isfinite(value)) return {};
+  if (absolute) return value <= goal;
+  if (std::isfinite(ratio)) return ratio <= goal;
+  if (!std::isfinite(reference)) return {};
+  return value <= goal * reference;  // both are zero
+}
+
+Figure figure(const std::string& row, const std::string& name, const std::string& unit,
+              const Rounds& rounds, const Statistic& statistic, double goal) {
+  Samples values, references, ratios, aa;
+  for (const Round& round : rounds) {
+    const double value = statistic(round.value);
+    const double reference = statistic(joined(round.reference, round.again));
+    values.push_back(value);
+    references.push_back(reference);
+    if (reference > 0) ratios.push_back(value / reference);
+    if (statistic(round.reference) > 0)
+      aa.push_back(statistic(round.again) / statistic(round.reference));
+  }
+  return {.row = row,
+          .name = name,
+          .unit = unit,
+          .value = median(values),
+          .reference = median(references),
+          .ratio = median(ratios),
+          .aa_ratio = median(aa),
+          .goal = goal};
+}
+
+Figure figure_of(const std::string& row, const std::string& name, const std::string& unit,
+                 double value, double reference, double goal, const std::string& note) {
+  return {.row = row,
+          .name = name,
+          .unit = unit,
+          .value = value,
+          .reference = reference,
+          .ratio = reference > 0 ? value / reference : kNone,
+          .goal = goal,
+          .note = note};
+}
+
+Figure noted(Figure figure, const std::string& note) {
+  figure.note = note;
+  return figure;
+}
+
+Figure held_back(Figure figure, const std::string& by) {
+  figure.held_back = by;
+  return figure;
+}
+
+Figure not_measured(const std::string& row, const std::string& name, const std::string& why) {
+  return {.row = row, .name = name, .unit = "", .note = "not measured: " + why};
+}
+
+}  // namespace lss::bench

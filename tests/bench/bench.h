@@ -1,0 +1,91 @@
+#pragma once
+
+// What the rows of lss-bench share: a figure is the median of at least five ratios against a
+// reference of the same run, with the ratio of the reference to itself (A/A) beside it, which says
+// how far a ratio can be trusted. Ordinary code; what runs on FIFO threads only puts numbers down.
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace lss::bench {
+
+inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+inline constexpr int kRounds = 5;
+
+enum class Campaign { none, idle, load };
+
+struct Options {
+  bool quick = false;
+  Campaign campaign = Campaign::none;  // of row ii
+
+  // How many of something: for figures, or for seconds.
+  int count(int normal, int quick_count) const { return quick ? quick_count : normal; }
+};
+
+using Samples = std::vector<double>;
+using Statistic = std::function<double(const Samples&)>;
+
+// 0 <= q <= 1, of the sorted samples; kNone without samples.
+double quantile(Samples samples, double q);
+double median(const Samples& samples);
+double p99(const Samples& samples);
+double sigma(const Samples& samples);
+
+// One comparison. The reference is measured twice: side by side, or before and after the subject.
+struct Round {
+  Samples value, reference, again;
+};
+using Rounds = std::vector<Round>;
+
+// Reference, subject, subject, reference; each returns its samples.
+Rounds turn_by_turn(const std::function<Samples()>& subject,
+                    const std::function<Samples()>& reference);
+// What was measured at once, cut into kRounds parts in the order of time; the halves of each part
+// of the reference are compared for A/A.
+Rounds side_by_side(const Samples& subject, const Samples& reference);
+
+struct Figure {
+  std::string row, name, unit;
+  double value = kNone, reference = kNone, ratio = kNone, aa_ratio = kNone;
+  double goal = kNone;    // at most; kNone: only reported
+  bool absolute = false;  // the goal is one of the value, not of the ratio
+  std::string note{};
+  std::string held_back{};  // by what, when the goal is not met
+
+  std::string remark() const;       // the note, and what holds it back when that is so
+  std::optional<bool> met() const;  // nothing: no goal, or not measured
+};
+
+Figure figure(const std::string& row, const std::string& name, const std::string& unit,
+              const Rounds& rounds, const Statistic& statistic, double goal);
+// Of a value and a reference that are each one number.
+Figure figure_of(const std::string& row, const std::string& name, const std::string& unit,
+                 double value, double reference, double goal, const std::string& note = "");
+Figure noted(Figure figure, const std::string& note);
+Figure held_back(Figure figure, const std::string& by);
+// For what stands beside the row's goals.
+Figure not_measured(const std::string& row, const std::string& name, const std::string& why);
+
+// This machine cannot measure the row; the message says why in one sentence.
+struct NotHere : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+using Figures = std::vector<Figure>;
+Figures row_i(const Options& options);
+Figures row_ii(const Options& options);
+Figures row_iii(const Options& options);
+Figures row_iv(const Options& options);
+Figures row_v(const Options& options);
+Figures row_vii(const Options& options);
+Figures row_ix(const Options& options);
+Figures row_x(const Options& options);
+Figures row_xi(const Options& options);
+
+}  // namespace lss::bench

@@ -1,0 +1,132 @@
+// lss-bench: how fast the parts of the daemon are, each against a reference in the same run.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <fstream>
+#include <string>
+
+#include "tests/bench/programs.h"
+#include "tests/bench/report.h"
+
+namespace {
+
+using namespace lss::bench;
+
+constexpr double kBusy = 0.1;  // of all CPUs, for others: too much for figures
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  lss-bench                         all rows, five minutes\n"
+    "  lss-bench --quick                 all rows for seconds: does it run, not how fast\n"
+    "  lss-bench --row ii,v --json       two rows, for a program\n"
+    "  lss-bench --row ii --campaign load   3034 frames of 200 ms, eleven minutes, all CPUs busy\n"
+    "  lss-bench --markdown docs/performance.md\n"
+    "Run it with nothing else on the machine, and with the permission for SCHED_FIFO.";
+
+struct Row {
+  const char* name;
+  const char* what;
+  Figures (*measure)(const Options&);  // nullptr: not by this program, `what` says why
+};
+constexpr Row kRows[] = {
+    {"i", "wake-up of the frame thread", row_i},
+    {"ii", "last sensor byte in to actuator byte out", row_ii},
+    {"iii", "command to acknowledgement", row_iii},
+    {"iv", "telemetry", row_iv},
+    {"v", "cycle of seven modules on RS-485", row_v},
+    {"vi", "cycle on CAN: no vehicle with a CAN bus is built", nullptr},
+    {"vii", "mathematics of a frame", row_vii},
+    {"viii", "state space of the locomotion controller: its explorer is not built", nullptr},
+    {"ix", "memory and steadiness", row_ix},
+    {"x", "exec to READY", row_x},
+    {"xi", "edge at an absolute time", row_xi},
+    {"xii", "simulation against the wall clock: missions are not run faster than real time here",
+     nullptr},
+};
+
+std::string row_list() {
+  std::string text = "Rows:\n";
+  for (const Row& row : kRows)
+    text += fmt::format("  {:<5} {}{}\n", row.name, row.what, row.measure ? "" : " (not measured)");
+  return text;
+}
+
+// A row that failed is no reason to lose the others; `failed` says so at the end.
+Figures measure(const Row& row, const Options& options, bool& failed) {
+  if (row.measure == nullptr) return {not_measured(row.name, "", row.what)};
+  try {
+    return row.measure(options);
+  } catch (const NotHere& why) {
+    return {not_measured(row.name, row.what, why.what())};
+  } catch (const std::exception& error) {
+    failed = true;
+    fmt::print(stderr, "row {} failed: {}\n", row.name, error.what());
+    return {not_measured(row.name, row.what, error.what())};
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  std::vector<std::string> names;
+  std::string campaign, document;
+  bool as_json = false;
+  CLI::App cli("Performance figures, each a ratio against a reference of the same run.",
+               "lss-bench");
+  cli.add_option("--row", names, "rows to measure, e.g. ii,v; without it all")->delimiter(',');
+  cli.add_flag("--quick", options.quick, "for seconds; the figures mean little");
+  cli.add_option("--campaign", campaign, "row ii in full length: idle, or load (all CPUs at work)")
+      ->check(CLI::IsMember({"idle", "load"}));
+  cli.add_flag("--json", as_json, "a list instead of a table");
+  cli.add_option("--markdown", document, "also write the document with machine and table there");
+  cli.footer(row_list() + "\n" + kExamples);
+  CLI11_PARSE(cli, argc, argv);
+
+  if (!campaign.empty()) {
+    options.campaign = campaign == "load" ? Campaign::load : Campaign::idle;
+    if (names != std::vector<std::string>{"ii"}) {
+      fmt::print(stderr, "--campaign is of row ii: add --row ii\n");
+      return 2;
+    }
+  }
+  for (const std::string& name : names) {
+    if (std::ranges::none_of(kRows, [&](const Row& row) { return row.name == name; })) {
+      fmt::print(stderr, "there is no row '{}'. {}", name, row_list());
+      return 2;
+    }
+  }
+
+  const Machine machine = this_machine();
+  Figures figures;
+  bool failed = false;
+  for (const Row& row : kRows) {
+    const bool wanted =
+        names.empty() ? row.measure != nullptr : std::ranges::count(names, row.name) > 0;
+    if (!wanted) continue;
+    fmt::print(stderr, "row {}: {}\n", row.name, row.what);
+    const Others others;
+    Figures measured = measure(row, options, failed);
+    const double share = others.share();
+    for (Figure& f : measured) {
+      if (share > kBusy && std::isfinite(f.value))
+        f.note += fmt::format("{}not to be quoted: others took {:.0f} % of the CPUs",
+                              f.note.empty() ? "" : "; ", share * 100);
+      figures.push_back(std::move(f));
+    }
+  }
+  fmt::print("{}", as_json ? json(figures) : table(figures));
+  if (!document.empty()) {
+    std::string command = "lss-bench --markdown";
+    if (options.quick) command += " --quick";
+    if (!names.empty()) command += fmt::format(" --row {}", fmt::join(names, ","));
+    if (!campaign.empty()) command += " --campaign " + campaign;
+    if (!(std::ofstream(document) << markdown(figures, machine, command))) {
+      fmt::print(stderr, "cannot write {}\n", document);
+      return 1;
+    }
+  }
+  return failed ? 1 : 0;
+}

@@ -1,0 +1,171 @@
+#pragma once
+
+// Programs that rows start: the daemon, the simulator, the references, cyclictest. All are ended by
+// the end of their object, and die with lss-bench.
+
+#include <sched.h>
+#include <sys/types.h>
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/time.h"
+#include "tests/bench/bench.h"
+
+namespace lss::bench {
+
+// Polls every 2 ms; false when the condition did not come true in time.
+bool eventually(const std::function<bool()>& condition,
+                std::chrono::seconds limit = std::chrono::seconds(20));
+
+// A folder of our own in the temporary folder, removed at the end.
+class Folder {
+ public:
+  Folder();
+  ~Folder();
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+// Programs of this build, which stand beside lss-bench; references are made for it alone.
+std::string program(const std::string& name);
+
+class Process {
+ public:
+  using Environment = std::vector<std::pair<std::string, std::string>>;
+
+  // Output goes to the file, which is made anew. Throws NotHere when the program cannot be run.
+  Process(const std::vector<std::string>& words, const std::filesystem::path& output,
+          const Environment& environment = {});
+  ~Process();  // kill -9 when it still runs
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  pid_t pid() const { return pid_; }
+  TimeNs started_ns() const { return started_ns_; }  // just before the fork
+  bool said(const std::string& text) const;
+  bool running();
+  void signal(int number) const;
+  // Exit code, or -signal. Throws when it does not end in time.
+  int wait(std::chrono::seconds limit = std::chrono::seconds(30));
+
+ private:
+  std::string name_;
+  std::filesystem::path output_;
+  pid_t pid_ = -1;
+  TimeNs started_ns_ = 0;
+  std::optional<int> exit_;
+};
+
+std::string read_file(const std::filesystem::path& path);
+double rss_mb(pid_t pid);
+
+// CPU time that everybody else, and the host, took between construction and share().
+class Others {
+ public:
+  Others();
+  double share() const;  // of all CPUs; what is below a few percent is the kernel's for us
+
+ private:
+  TimeNs begin_ns_;
+  double begin_s_;
+};
+
+// While it lives the calling thread, and what it starts, runs on that CPU.
+class OnCpu {
+ public:
+  explicit OnCpu(int cpu);
+  ~OnCpu();
+  OnCpu(const OnCpu&) = delete;
+  OnCpu& operator=(const OnCpu&) = delete;
+
+ private:
+  cpu_set_t before_;
+};
+
+// Where services say READY=1 (sd_notify).
+class ReadySocket {
+ public:
+  explicit ReadySocket(const std::filesystem::path& folder);
+  ~ReadySocket();
+  ReadySocket(const ReadySocket&) = delete;
+  ReadySocket& operator=(const ReadySocket&) = delete;
+
+  std::pair<std::string, std::string> variable() const { return {"NOTIFY_SOCKET", path_}; }
+  // When it was heard; throws when it was not in time.
+  TimeNs wait(std::chrono::seconds limit = std::chrono::seconds(20));
+
+ private:
+  std::string path_;
+  int fd_ = -1;
+};
+
+// DDS on loopback for programs that are configured by their environment.
+std::pair<std::string, std::string> loopback(bool shared_memory = false);
+// Domains of this run: 0, 1, ... are different, and different from other runs at the same time.
+int domain(int index);
+
+// lssd with config/zebro.toml, and no hardware at its port; READY when the constructor returns.
+class Daemon {
+ public:
+  Daemon(int domain, bool shared_memory);
+
+  pid_t pid() const { return process_->pid(); }
+  TimeNs exec_to_ready_ns() const { return ready_ns_ - process_->started_ns(); }
+
+ private:
+  Folder folder_;
+  std::optional<Process> process_;
+  TimeNs ready_ns_ = 0;
+};
+
+// cyclictest at a priority on a CPU; ends by itself.
+class Cyclictest {
+ public:
+  // Finer than it is long: in nanoseconds latencies above 1 ms are told apart only by their
+  // maximum.
+  enum class Unit { nanoseconds, microseconds };
+  Cyclictest(int priority, TimeNs period_ns, int cycles, int cpu, Unit unit = Unit::nanoseconds);
+  // Latencies in microseconds, when it has ended. In order of size, not of time.
+  Samples latencies();
+
+ private:
+  Folder folder_;
+  int cycles_;
+  double unit_us_;
+  std::optional<Process> process_;
+};
+
+// The lock that all who need a RouDi, or none, share; nothing when it was not free in time.
+class RoudiLock {
+ public:
+  explicit RoudiLock(std::chrono::seconds limit);
+  ~RoudiLock();
+  RoudiLock(const RoudiLock&) = delete;
+  RoudiLock& operator=(const RoudiLock&) = delete;
+  bool held() const { return held_; }
+
+ private:
+  int fd_ = -1;
+  bool held_ = false;
+};
+
+// A RouDi of our own with the configuration of the project.
+class Roudi {
+ public:
+  Roudi();
+
+ private:
+  Folder folder_;
+  std::optional<Process> process_;
+};
+
+}  // namespace lss::bench

@@ -1,0 +1,42 @@
+// The least a program can do to answer bytes on a terminal: reads, and writes one byte for each so
+// many that came in.
+//
+//   bench-pty-echo PATH BYTES PRIORITY CPU
+#define _GNU_SOURCE
+#include <fcntl.h>
+#include <sched.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/mman.h>
+#include <termios.h>
+#include <unistd.h>
+
+int main(int argc, char** argv) {
+  if (argc < 5) return 2;
+  const int fd = open(argv[1], O_RDWR | O_NOCTTY);
+  const long wanted = atol(argv[2]);
+  struct termios settings;
+  if (fd < 0 || tcgetattr(fd, &settings) != 0) return 2;
+  cfmakeraw(&settings);
+  tcsetattr(fd, TCSANOW, &settings);
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  CPU_SET((size_t)atoi(argv[4]), &set);
+  const struct sched_param parameter = {.sched_priority = atoi(argv[3])};
+  if (sched_setaffinity(0, sizeof set, &set) != 0 ||
+      sched_setscheduler(0, SCHED_FIFO, &parameter) != 0 || mlockall(MCL_CURRENT | MCL_FUTURE) != 0)
+    return 2;
+  printf("ready\n");
+  fflush(stdout);
+
+  char bytes[512];
+  long got = 0;
+  for (;;) {
+    const ssize_t count = read(fd, bytes, sizeof bytes);
+    if (count <= 0) return 0;
+    got += count;
+    for (; got >= wanted; got -= wanted) {
+      if (write(fd, "a", 1) != 1) return 1;
+    }
+  }
+}

@@ -1,0 +1,152 @@
+#include "tests/bench/report.h"
+
+#include <fmt/format.h>
+#include <sys/utsname.h>
+
+#include <algorithm>
+#include <array>
+#include <ctime>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/bench/programs.h"
+
+namespace lss::bench {
+namespace {
+
+std::string number(double value) {
+  if (!std::isfinite(value)) return "-";
+  const double size = std::abs(value);
+  if (size >= 100) return fmt::format("{:.0f}", value);
+  if (size >= 10) return fmt::format("{:.1f}", value);
+  if (size == 0) return "0";
+  return fmt::format("{:.3f}", value);
+}
+
+std::string goal(const Figure& f) {
+  if (!std::isfinite(f.goal)) return "-";
+  return "<= " + number(f.goal) + (f.absolute ? f.unit == "1" ? "" : " " + f.unit : "x");
+}
+
+std::string met(const Figure& f) {
+  const std::optional<bool> is = f.met();
+  return !is ? "-" : *is ? "yes" : "no";
+}
+
+using Cells = std::array<std::string, 9>;
+const Cells kHead{"row", "figure", "unit", "value", "reference", "ratio", "A/A", "goal", "met"};
+
+Cells cells(const Figure& f) {
+  return {f.row,
+          f.name,
+          f.unit,
+          number(f.value),
+          number(f.reference),
+          number(f.ratio),
+          number(f.aa_ratio),
+          goal(f),
+          met(f)};
+}
+
+nlohmann::json finite(double value) {
+  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
+}
+
+std::string first_line_after(const std::string& text, const std::string& key) {
+  const std::size_t at = text.find(key);
+  if (at == std::string::npos) return "unknown";
+  const std::size_t from = text.find(':', at) + 2;
+  return text.substr(from, text.find('\n', from) - from);
+}
+
+}  // namespace
+
+std::string table(const Figures& figures) {
+  std::vector<Cells> rows{kHead};
+  for (const Figure& f : figures) rows.push_back(cells(f));
+  std::array<std::size_t, std::tuple_size_v<Cells>> width{};
+  for (const Cells& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) width[i] = std::max(width[i], row[i].size());
+  }
+  std::string text;
+  for (std::size_t r = 0; r < rows.size(); ++r) {
+    std::string line;
+    for (std::size_t i = 0; i < rows[r].size(); ++i) {
+      const bool right = i >= 3 && i <= 6;
+      line += right ? fmt::format("{:>{}}  ", rows[r][i], width[i])
+                    : fmt::format("{:<{}}  ", rows[r][i], width[i]);
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    text += line + '\n';
+    if (r > 0 && !figures[r - 1].remark().empty()) text += "     " + figures[r - 1].remark() + '\n';
+  }
+  return text;
+}
+
+std::string json(const Figures& figures) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const Figure& f : figures) {
+    const std::optional<bool> is = f.met();
+    list.push_back({{"row", f.row},
+                    {"figure", f.name},
+                    {"unit", f.unit},
+                    {"value", finite(f.value)},
+                    {"reference", finite(f.reference)},
+                    {"ratio", finite(f.ratio)},
+                    {"aa_ratio", finite(f.aa_ratio)},
+                    {"goal", finite(f.goal)},
+                    {"met", is ? nlohmann::json(*is) : nlohmann::json(nullptr)},
+                    {"note", f.remark()}});
+  }
+  return list.dump(2) + '\n';
+}
+
+Machine this_machine() {
+  utsname system{};
+  ::uname(&system);
+  const std::string version = system.version;
+  std::string governor = read_file("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
+  governor.erase(std::remove(governor.begin(), governor.end(), '\n'), governor.end());
+  const std::string load = read_file("/proc/loadavg");
+  char date[32];
+  const std::time_t now = std::time(nullptr);
+  std::strftime(date, sizeof date, "%Y-%m-%d", std::gmtime(&now));
+  return {.cpu = first_line_after(read_file("/proc/cpuinfo"), "model name"),
+          .kernel = system.release,
+          .preemption = read_file("/sys/kernel/realtime").starts_with("1") ? "PREEMPT_RT"
+                        : version.find("PREEMPT_DYNAMIC") != std::string::npos
+                            ? "PREEMPT_DYNAMIC, not PREEMPT_RT"
+                            : "not PREEMPT_RT",
+          .governor = governor.empty() ? "none to be seen (as in a virtual machine)" : governor,
+          .date = date,
+          .load = load.substr(0, load.find(' ')),
+          .cpus = std::thread::hardware_concurrency()};
+}
+
+std::string markdown(const Figures& figures, const Machine& machine, const std::string& command) {
+  std::string text = fmt::format(
+      "# Performance\n\n"
+      "Made by `{}`; do not edit. Each figure is the median of at least five ratios against a\n"
+      "reference of the same minutes on the same CPU; A/A is the reference against itself: what a\n"
+      "ratio is uncertain by. How it is measured: [tests/bench](../tests/bench/), a file for each "
+      "row.\n\n"
+      "| machine | |\n|---|---|\n| date | {} |\n| CPU | {} x {} |\n| kernel | {}, {} |\n| governor "
+      "| {} |\n"
+      "| load average at the start | {} |\n\n",
+      command, machine.date, machine.cpus, machine.cpu, machine.kernel, machine.preemption,
+      machine.governor, machine.load);
+  const auto line = [](const Cells& row) {
+    std::string out = "|";
+    for (const std::string& cell : row) out += " " + cell + " |";
+    return out + '\n';
+  };
+  text += line(kHead) + "|---|---|---|---:|---:|---:|---:|---|---|\n";
+  for (const Figure& f : figures) text += line(cells(f));
+  text += "\n## Notes\n\n";
+  for (const Figure& f : figures) {
+    if (!f.remark().empty()) text += fmt::format("- {}, {}: {}\n", f.row, f.name, f.remark());
+  }
+  return text;
+}
+
+}  // namespace lss::bench

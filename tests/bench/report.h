@@ -1,0 +1,22 @@
+#pragma once
+
+// What lss-bench says: a table, JSON, or the document docs/performance.md.
+
+#include <string>
+
+#include "tests/bench/bench.h"
+
+namespace lss::bench {
+
+std::string table(const Figures& figures);
+std::string json(const Figures& figures);
+
+// What the machine was when the run began.
+struct Machine {
+  std::string cpu, kernel, preemption, governor, date, load;
+  unsigned cpus = 0;
+};
+Machine this_machine();
+std::string markdown(const Figures& figures, const Machine& machine, const std::string& command);
+
+}  // namespace lss::bench
