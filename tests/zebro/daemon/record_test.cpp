@@ -65,7 +65,7 @@ class Randomiser {
   }
   template <class T, std::size_t N>
   void list(const char*, std::array<T, N>& x, std::uint32_t& count) {
-    count = next() % (N + 1);
+    count = next() % static_cast<std::uint32_t>(N + 1);
     for (std::uint32_t i = 0; i < count; ++i) fill(x[i]);
   }
 
