@@ -150,6 +150,7 @@ void end_log(int code) {
     lss::sleep_until(lss::now_ns() + lss::kSecond);
     ::_exit(code);
   }).detach();
+  const auto log = spdlog::default_logger();  // it goes after the thread that uses it has ended
   spdlog::shutdown();
 }
 
