@@ -78,8 +78,8 @@ class Runtime final : public App {
     rt::populate_memory();
 
     frame_log_.start();
-    // The grid begins a little ahead, on a whole period of the monotonic clock.
-    const TimeNs epoch = (now_ns() / config_.period_ns + 2) * config_.period_ns;
+    // Frame 1 begins a little ahead, on a whole millisecond of the monotonic clock.
+    const TimeNs epoch = (now_ns() / kMillisecond + 2) * kMillisecond - config_.period_ns;
     frames_ =
         std::make_unique<ClockFrames>(FrameClock(epoch, config_.period_ns, config_.offset_ns));
     engine_ = std::make_unique<Engine>(*frames_, engine_parameters());
@@ -88,13 +88,13 @@ class Runtime final : public App {
     }
     if (auto ok = launch("actuate", [this] { actuate(); }); !ok) return ok;
     if (auto ok = launch("frame", [this] { frame(); }); !ok) return ok;
-    // READY is when frames run and every thread has touched what it will touch.
+    // READY is when frames run: the first made the safe command that the buses are sent.
     const TimeNs until = now_ns() + 5 * kSecond;
-    while (engine_->frames() < kWarmUpFrames) {
+    while (engine_->frames() == 0) {
       if (now_ns() > until)
         return tl::unexpected(std::string(
             "the frame thread does not run: check the CPU numbers and priorities in [realtime]"));
-      sleep_until(now_ns() + config_.period_ns);
+      sleep_until(now_ns() + kMillisecond / 4);
     }
     for (const auto& thread : threads_) thread->mark_ready();
     publisher_.start(threads_, {.newest_telemetry = [this] { return newest_telemetry(); },
@@ -130,7 +130,6 @@ class Runtime final : public App {
   bool wants_restart() const override { return publisher_.wants_restart(); }
 
  private:
-  static constexpr std::uint64_t kWarmUpFrames = 5;
   static constexpr std::uint64_t kShutDownFrames =
       10;  // for the safe command to reach every module
 

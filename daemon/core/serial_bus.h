@@ -88,11 +88,11 @@ class SerialBus {
     while (!stop_.load(std::memory_order_relaxed)) {
       TimeNs now = now_ns();
       if (!port_.is_open()) reopen(now);
-      wait(now);
+      const bool readable = wait(now);
       now = now_ns();
       if (port_.is_open()) {
         if (orders_.update()) driver_.release(orders_.value(), now);
-        serve(now);
+        serve(readable, now);
       }
       if (now - reported_.time_ns >= kReportEvery || reported_.open != port_.is_open()) report(now);
       turns_.fetch_add(1, std::memory_order_relaxed);
@@ -121,7 +121,8 @@ class SerialBus {
     reported_.was_open = true;
   }
 
-  void wait(TimeNs now) noexcept {
+  // True when the port has bytes, or is gone.
+  bool wait(TimeNs now) noexcept {
     // While the kernel's queue is full the driver is not asked, so its clock does not count.
     const TimeNs wake_ns = !port_.is_open()   ? reopen_ns_
                            : pending_.empty() ? driver_.next_wake()
@@ -134,16 +135,17 @@ class SerialBus {
       std::uint64_t count = 0;
       [[maybe_unused]] const auto got = ::read(wake_fd_, &count, sizeof count);
     }
+    return (fds[1].revents & ~POLLOUT) != 0;
   }
 
   // Bytes in, bytes out, replies up.
-  void serve(TimeNs now) noexcept {
+  void serve(bool readable, TimeNs now) noexcept {
     std::array<std::uint8_t, 512> bytes;
-    for (;;) {
+    while (readable) {
       const SerialPort::Transfer in = port_.read(bytes);
       if (in.lost) return lost();
-      if (in.bytes == 0) break;
       driver_.receive(std::span(bytes.data(), in.bytes), now);
+      readable = in.bytes == bytes.size();  // what comes later, poll tells
     }
     for (;;) {
       if (pending_.empty()) {

@@ -7,7 +7,9 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <climits>
 #include <condition_variable>
 #include <cstdint>
 #include <cstdio>
@@ -15,6 +17,7 @@
 #include <fstream>
 #include <mutex>
 #include <sstream>
+#include <string_view>
 
 namespace lss::rt {
 namespace {
@@ -49,6 +52,18 @@ std::string apply(const Wish& wish) {
     }
   }
   return refused;
+}
+
+// Whether a mapping of that name belongs to what real-time threads call: the program itself, the
+// runtimes of C and C++, memory without a file. They call no other library.
+bool called_in_real_time(std::string_view name, std::string_view executable) {
+  if (!name.starts_with('/')) return true;
+  if (name == executable) return true;
+  const std::string_view file = name.substr(name.rfind('/') + 1);
+  for (const std::string_view library : {"libc.", "libm.", "libstdc++.", "libgcc_s.", "ld-linux"}) {
+    if (file.starts_with(library)) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -136,20 +151,19 @@ tl::expected<void, std::string> lock_memory() {
 }
 
 void populate_memory() noexcept {
+  char executable[PATH_MAX] = "";
+  [[maybe_unused]] const auto length = ::readlink("/proc/self/exe", executable, PATH_MAX - 1);
   std::ifstream maps("/proc/self/maps");
   for (std::string line; std::getline(maps, line);) {
     std::uintptr_t begin = 0, end = 0;
-    char read = 0, write = 0, execute = 0, shared = 0;
-    if (std::sscanf(line.c_str(), "%lx-%lx %c%c%c%c", &begin, &end, &read, &write, &execute,
-                    &shared) != 6)
+    char read = 0, write = 0, shared = 0;
+    if (std::sscanf(line.c_str(), "%lx-%lx %c%c%*c%c", &begin, &end, &read, &write, &shared) != 5)
       continue;
-    // Thread stacks and arenas reserve far more than they use: those are touched by their threads.
-    // Shared memory of that size is iceoryx', which no real-time thread knows.
-    const bool anonymous =
-        line.find('/') == std::string::npos && line.find("[heap]") == std::string::npos;
-    const bool large = end - begin > kLargeMapping;
-    if (read != 'r' || (large && (anonymous || shared == 's'))) continue;
-    const int advice = write == 'w' && shared == 'p' ? MADV_POPULATE_WRITE : MADV_POPULATE_READ;
+    const std::string name = line.substr(std::min(line.find_first_of("/["), line.size()));
+    if (read != 'r' || shared == 's' || !called_in_real_time(name, executable)) continue;
+    // Stacks and arenas reserve far more than they use: those are touched by their threads.
+    if (name.empty() && end - begin > kLargeMapping) continue;
+    const int advice = write == 'w' ? MADV_POPULATE_WRITE : MADV_POPULATE_READ;
     ::madvise(reinterpret_cast<void*>(begin), end - begin,
               advice);  // an older kernel says no: then pages fault once
   }

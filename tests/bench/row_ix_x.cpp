@@ -78,7 +78,8 @@ Figures row_ix(const Options& options) {
                    [&] { return resident(std::make_unique<Minimal>(domain(7), lock.held())); });
   figures.push_back(held_back(
       noted(figure("ix", "resident memory", "MB", rounds, median, 1.5), how),
-      "rt::populate_memory() touches libraries whole, so that no real-time thread is the first"));
+      "the program and the runtimes of C and C++ are populated whole, so that no real-time thread "
+      "is the first to touch a page; the history of events; five readers and writers more"));
 
   const Daemon daemon(domain(6), lock.held());
   const lss_Status status =
@@ -115,7 +116,8 @@ Figures row_x(const Options&) {
              turn_by_turn([] { return exec_to_ready_ms<Daemon>(domain(6)); },
                           [] { return exec_to_ready_ms<Minimal>(domain(7)); }),
              median, 1.5),
-      "READY is said when five frames have run, on a grid that begins two periods ahead")};
+      "more libraries to link, the configuration, twelve topics, memory to populate, a first "
+      "frame")};
 }
 
 }  // namespace lss::bench
