@@ -41,6 +41,7 @@ Events to_events(const Vector& x) noexcept {
 Matrix same_cycle(const Partition& gait, const GaitTimes& times) noexcept {
   Matrix a0 = max_plus::null();
   for (std::size_t i = 0; i < kN; ++i) {
+    if (gait.group_of[i] == kNoGroup) continue;
     a0[i][kN + i] = times.flight_s;
     for (std::size_t j = 0; j < kN; ++j) {
       if (gait.group_of[i] == gait.group_of[j] + 1) a0[kN + i][j] = times.double_stance_s;
@@ -52,6 +53,10 @@ Matrix same_cycle(const Partition& gait, const GaitTimes& times) noexcept {
 Matrix from_last_cycle(const Partition& gait, const GaitTimes& times, Guard guard) noexcept {
   Matrix a1 = max_plus::identity();
   for (std::size_t i = 0; i < kN; ++i) {
+    if (gait.group_of[i] == kNoGroup) {
+      a1[i][i] = a1[kN + i][kN + i] = max_plus::kEps;
+      continue;
+    }
     for (std::size_t j = 0; j < kN; ++j) {
       const bool waits = gait.group_of[i] == 0 &&
                          (guard == Guard::all_legs || gait.group_of[j] == gait.groups - 1);
@@ -77,7 +82,9 @@ double cycle_time_s(const Partition& gait, const GaitTimes& times) noexcept {
 Events rhythm(const Partition& gait, const GaitTimes& times) noexcept {
   Events v;
   for (std::size_t i = 0; i < kN; ++i) {
-    v.lift_off_s[i] = gait.group_of[i] * (times.flight_s + times.double_stance_s);
+    const bool steps = gait.group_of[i] != kNoGroup;
+    v.lift_off_s[i] =
+        !steps ? max_plus::kEps : gait.group_of[i] * (times.flight_s + times.double_stance_s);
     v.touchdown_s[i] = v.lift_off_s[i] + times.flight_s;
   }
   return v;
@@ -91,6 +98,7 @@ bool synchronised(const Partition& gait, const GaitTimes& times) noexcept {
 Events next_cycle(const Partition& gait, const GaitTimes& times, const Events& last, Guard guard,
                   const PerLeg<double>& not_before_s) noexcept {
   Events next;
+  next.lift_off_s = next.touchdown_s = kAnyTime;
   double landed_s = guard == Guard::all_legs
                         ? *std::max_element(last.touchdown_s.begin(), last.touchdown_s.end())
                         : last_touchdown_s(gait, gait.groups - 1, last);
@@ -121,6 +129,7 @@ void postpone_dependents(const Partition& gait, const GaitTimes& times, Events& 
 Partition rotated(const Partition& gait, int first_group) noexcept {
   Partition turned = gait;
   for (std::uint8_t& group : turned.group_of) {
+    if (group == kNoGroup) continue;
     group = static_cast<std::uint8_t>((group - first_group + gait.groups) % gait.groups);
   }
   return turned;
@@ -139,6 +148,7 @@ Switch best_switch(const Partition& to, const GaitTimes& times, const Events& la
       const Events cycle = k == 0 ? next_cycle(gait, times, before, Guard::all_legs, not_before_s)
                                   : next_cycle(gait, times, before, Guard::own_last_group);
       for (std::size_t i = 0; i < kN; ++i) {
+        if (gait.group_of[i] == kNoGroup) continue;
         const double stance_s = cycle.lift_off_s[i] - before.touchdown_s[i];
         longest_s = std::max(longest_s, stance_s);
         shortest_s = std::min(shortest_s, stance_s);

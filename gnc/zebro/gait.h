@@ -7,6 +7,7 @@
 // and symbols in docs/gait-zebro.md.
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -18,9 +19,18 @@ namespace lss::gnc::zebro {
 template <typename T>
 using PerLeg = std::array<T, kLegs>;
 
+// Some of the legs, bit i = leg i.
+using LegSet = std::uint8_t;
+inline constexpr bool contains(LegSet legs, std::size_t leg) noexcept {
+  return ((legs >> leg) & 1) != 0;
+}
+
+// A leg out of service has no group and no events: its times are eps and nothing waits for it.
+inline constexpr std::uint8_t kNoGroup = 0xFF;
+
 struct Partition {
   int groups = 0;                   // m
-  PerLeg<std::uint8_t> group_of{};  // 0..m-1, in the order of lifting off
+  PerLeg<std::uint8_t> group_of{};  // 0..m-1, in the order of lifting off, or kNoGroup
   bool operator==(const Partition&) const = default;
 };
 

@@ -1,6 +1,7 @@
 #include "gnc/zebro/locomotion.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <type_traits>
 
@@ -35,7 +36,29 @@ double fall_rad(double from_rad, double to_rad) noexcept {
 
 Locomotion::Locomotion(const LocomotionParameters& parameters) noexcept
     : parameters_(parameters),
-      times_{parameters.flight_s, parameters.stance_min_s, parameters.double_stance_s} {}
+      times_{parameters.flight_s, parameters.stance_min_s, parameters.double_stance_s},
+      sweep_rad_(parameters.sweep_rad),
+      offset_rad_(parameters.offset_rad) {}
+
+bool Locomotion::isolate(LegSet legs) noexcept {
+  const bool possible = legs < 1 << kLegs && std::popcount(legs) <= kMostIsolated;
+  if (progress_ == Progress::running || !possible) return false;
+  if (legs == isolated_) return true;
+  isolated_ = legs;
+  const Footing f = footing(legs, parameters_);
+  times_ = f.times;
+  sweep_rad_ = f.sweep_rad;
+  offset_rad_ = f.offset_rad;
+  can_walk_ = can_walk_without(legs, parameters_);
+  for (std::size_t i = 0; i < kN; ++i) {
+    if (in_service(i)) continue;
+    targets_[i].rotation = 0;
+    targets_[i].swing = false;
+    legs_[i].ordered = legs_[i].searching = false;
+    legs_[i].top_s = 0;
+  }
+  return true;
+}
 
 void Locomotion::begin(Motion motion) noexcept {
   motion_ = motion;
@@ -62,12 +85,15 @@ void Locomotion::lay_down(double) noexcept { begin(Motion::lay_down); }
 void Locomotion::stow(double) noexcept { begin(Motion::stow); }
 
 void Locomotion::walk(double, const WalkRequest& request) noexcept {
+  const bool steps_off = walks();
   request_ = request;
   const bool under_way = motion_ == Motion::walk && progress_ == Progress::running;
   if (!under_way) {
     begin(Motion::walk);
   } else if (stage_ == Stage::step) {
     walk_changed_ = true;
+  } else if (isolated_ != 0 && stage_ == Stage::align && walks() != steps_off) {
+    stage_ = Stage::decide;
   }  // else it is settling, and then walks as it was asked last
 }
 
@@ -151,7 +177,8 @@ Locomotion::Stage Locomotion::first_stage() const noexcept {
   if (motion_ == Motion::walk || motion_ == Motion::finish_step) return Stage::align;
   // While it stands a leg without a reference is not spun only to lie down; to stand is the time to
   // find it.
-  const bool lost = std::any_of(legs_.begin(), legs_.end(), [](const Leg& l) { return !l.usable; });
+  bool lost = false;
+  for (std::size_t i = 0; i < kN; ++i) lost |= in_service(i) && !legs_[i].usable;
   const bool stands = upright();
   if (lost && !calibration_tried_ && (motion_ == Motion::stand_up || !stands)) {
     return Stage::calibrate;
@@ -163,9 +190,7 @@ Locomotion::Stage Locomotion::stage_after(Stage stage) const noexcept {
   const bool goes_down = motion_ == Motion::lay_down || motion_ == Motion::stow;
   if (stage == Stage::lift && !goes_down) return Stage::push;
   if (stage == Stage::align && goes_down) return Stage::lower;
-  if (stage == Stage::align && motion_ == Motion::walk && request_.speed != Speed::zero) {
-    return Stage::step;
-  }
+  if (stage == Stage::align && walks()) return Stage::step;
   return Stage::rest;
 }
 
@@ -185,6 +210,13 @@ void Locomotion::enter(Stage stage, double now_s) noexcept {
     case Stage::step:
       begin_stepping(now_s);
       break;
+    case Stage::align:
+      if (walks() && isolated_ != 0 && !choose_gait()) {
+        progress_ = Progress::failed;
+        break;
+      }
+      move_together(now_s);
+      break;
     default:
       move_together(now_s);
   }
@@ -202,8 +234,10 @@ double Locomotion::travel_rad(std::size_t leg) const noexcept {
     case Stage::lower:
       return rest_rad() - from_rad;
     case Stage::align: {
-      const bool walks = motion_ == Motion::walk && request_.speed != Speed::zero;
-      const double to_rad = walks ? parameters_.offset_rad : 0;  // the middle of the stance
+      const double to_rad =
+          !walks()         ? 0
+          : isolated_ != 0 ? creep_rad(creep_, leg, 0, requested_half_sweep_rad(leg), offset_rad_)
+                           : offset_rad_;  // the middle of the stance
       return std::abs(from_rad) <= 2 * kUpright_rad ? to_rad - from_rad
                                                     : -fall_rad(from_rad, to_rad);
     }
@@ -221,11 +255,13 @@ void Locomotion::move_together(double now_s) noexcept {
   PerLeg<double> travel{};
   double duration_s = nominal_s;
   for (std::size_t i = 0; i < kN; ++i) {
+    if (!in_service(i)) continue;
     travel[i] = travel_rad(i);
     duration_s =
         std::max(duration_s, std::abs(travel[i]) / (kShareOfLimit * parameters_.swing_limit_rad_s));
   }
   for (std::size_t i = 0; i < kN; ++i) {
+    if (!in_service(i)) continue;
     // A leg that rests there needs no order, and must not get one: "forward" to an angle that it
     // has passed by a hair is a full turn.
     const double to_rad = legs_[i].estimate_rad + travel[i];
@@ -251,6 +287,7 @@ bool Locomotion::upright() const noexcept {
   PerLeg<bool> carries{};
   PerLeg<double> theta_rad{};
   for (std::size_t i = 0; i < kN; ++i) {
+    if (!in_service(i)) continue;
     theta_rad[i] = legs_[i].usable ? legs_[i].estimate_rad : 0;
     carries[i] = legs_[i].usable ? std::abs(theta_rad[i]) < kUpright_rad : standing_;
   }
@@ -260,8 +297,8 @@ bool Locomotion::upright() const noexcept {
 void Locomotion::begin_calibration(double now_s) noexcept {
   const std::uint8_t tripod = search_ == Search::first_tripod ? 0 : 1;
   for (std::size_t i = 0; i < kN; ++i) {
-    legs_[i].searching = !legs_[i].usable;
-    if (legs_[i].usable) continue;
+    legs_[i].searching = in_service(i) && !legs_[i].usable;
+    if (!legs_[i].searching) continue;
     if (search_ == Search::back) {
       legs_[i].turns_left = 0;
       turn(i, kBack_rad, now_s);

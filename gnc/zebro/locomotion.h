@@ -11,13 +11,14 @@
 #include <array>
 #include <cstdint>
 
+#include "gnc/zebro/fewer_legs.h"
 #include "gnc/zebro/gait.h"
 #include "gnc/zebro/leg.h"
 #include "gnc/zebro/schedule.h"
 
 namespace lss::gnc::zebro {
 
-// low: wave, medium: tetrapod-B, high: tripod.
+// low: wave, medium: tetrapod-B, high: tripod; with legs out of service see fewer_legs.h.
 enum class Speed : std::uint8_t { zero, low, medium, high };
 
 struct LocomotionParameters {
@@ -46,6 +47,10 @@ struct LocomotionParameters {
 // nullptr when usable, else the sentence that says what is wrong (unsynchronised gait, swing too
 // fast, ...), valid until the next call on this thread. Before the loop starts.
 const char* check(const LocomotionParameters& parameters) noexcept;
+
+// Is there a statically stable gait without these legs (bit i = leg i)? At most two; the sets are
+// listed in docs/gait-zebro.md.
+bool can_walk_without(LegSet isolated, const LocomotionParameters& parameters = {}) noexcept;
 
 struct WalkRequest {
   double direction = 1;    // +1 forward, -1 backward
@@ -92,6 +97,14 @@ class Locomotion {
   void finish_step(double now_s) noexcept;
   void lay_down(double now_s) noexcept;
   void stow(double now_s) noexcept;
+
+  // These legs, and no others, are out of service: they are never ordered, nothing waits for them,
+  // nothing is concluded from their angles. They stay where their gears hold them; that this is
+  // clear of the ground is the caller's to know. Only while no motion runs, at most two legs; else
+  // false, and nothing changes. Without legs that can_walk_without() refuses, walk fails at once
+  // and the other motions still do what they can.
+  bool isolate(LegSet legs) noexcept;
+  LegSet isolated() const noexcept { return isolated_; }
 
   // Once per frame. Targets are for segments that began at or before now_s.
   void update(double now_s, const std::array<LegMeasured, kLegs>& measured) noexcept;
@@ -159,6 +172,8 @@ class Locomotion {
 
   void order_again(std::size_t leg) noexcept;
 
+  bool in_service(std::size_t leg) const noexcept { return !contains(isolated_, leg); }
+  bool walks() const noexcept { return motion_ == Motion::walk && request_.speed != Speed::zero; }
   bool run_stage(double now_s) noexcept;
   Stage first_stage() const noexcept;
   Stage stage_after(Stage stage) const noexcept;
@@ -172,6 +187,9 @@ class Locomotion {
   void turn_on(std::size_t leg, double now_s) noexcept;
   void turn(std::size_t leg, double way_rad, double now_s) noexcept;
 
+  bool choose_gait() noexcept;
+  bool gait_stays(const SideSpeeds& wanted) const noexcept;
+  Roll roll_of(const SideSpeeds& sides) const noexcept;
   void begin_stepping(double now_s) noexcept;
   void step(double now_s) noexcept;
   void change_walk() noexcept;
@@ -188,6 +206,8 @@ class Locomotion {
   void stance(std::size_t leg) noexcept;
   void roll(std::size_t leg, double from_rad, double start_s, double lift_off_s) noexcept;
   void slow_stances(double now_s) noexcept;
+  bool group_landed() noexcept;
+  void roll_body() noexcept;
   bool landed(double now_s) noexcept;
 
   void order(std::size_t leg, double from_rad, double to_rad, double start_s, double arrive_s,
@@ -198,7 +218,16 @@ class Locomotion {
   double rest_rad() const noexcept;
 
   LocomotionParameters parameters_;
+  // With the legs that are in service.
   GaitTimes times_;
+  double sweep_rad_;
+  double offset_rad_;
+  LegSet isolated_ = 0;
+  bool can_walk_ = true;
+  // Of the walk under way, when legs are isolated.
+  Creep creep_{};
+  Speed creep_speed_ = Speed::zero;
+  int landing_group_ = 0;  // the first one whose landing has not been followed up
   std::array<LegTarget, kLegs> targets_{};
   std::array<Leg, kLegs> legs_{};
   Schedule schedule_{};

@@ -26,7 +26,7 @@ void Locomotion::dead_reckon(double now_s, const PerLeg<double>& last_rad,
   if (stage_ == Stage::push || stage_ == Stage::lower) {
     high_rad = lowered_rad(parameters_.belly_height_m, parameters_.leg_diameter_m);
   } else if (stage_ == Stage::step || stage_ == Stage::land) {
-    high_rad = std::abs(parameters_.offset_rad) + kFurthestReach * parameters_.sweep_rad / 2;
+    high_rad = std::abs(offset_rad_) + kFurthestReach * sweep_rad_ / 2;
     low_rad = -high_rad;
   }
 
@@ -36,7 +36,7 @@ void Locomotion::dead_reckon(double now_s, const PerLeg<double>& last_rad,
   };
   std::array<Side, 2> sides{};
   for (std::size_t i = 0; i < kLegs; ++i) {
-    if (targets_[i].swing || !comparable[i]) continue;
+    if (targets_[i].swing || !comparable[i] || !in_service(i)) continue;
     const double from_rad = std::clamp(last_rad[i], low_rad, high_rad);
     const double to_rad = std::clamp(legs_[i].estimate_rad, low_rad, high_rad);
     Side& side = sides[is_left(static_cast<int>(i)) ? 0 : 1];

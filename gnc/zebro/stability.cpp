@@ -26,17 +26,17 @@ double static_margin_m(const PerLeg<bool>& in_stance, const PerLeg<double>& thet
     for (std::size_t b = 0; b < feet; ++b) {
       const double dx_m = x_m[b] - x_m[a];
       const double dy_m = y_m[b] - y_m[a];
-      const double length_m = std::hypot(dx_m, dy_m);
-      if (length_m == 0) continue;
-      const auto left_of_edge_m = [&](double px_m, double py_m) {
-        return (dx_m * (py_m - y_m[a]) - dy_m * (px_m - x_m[a])) / length_m;
+      if (dx_m == 0 && dy_m == 0) continue;
+      const auto left_of_edge = [&](double px_m, double py_m) {  // times the edge's length
+        return dx_m * (py_m - y_m[a]) - dy_m * (px_m - x_m[a]);
       };
       constexpr double kRounding_m = 1e-12;
+      const double rounding = -kRounding_m * (std::abs(dx_m) + std::abs(dy_m));
       bool edge = true;
       for (std::size_t c = 0; c < feet && edge; ++c) {
-        edge = left_of_edge_m(x_m[c], y_m[c]) >= -kRounding_m;
+        edge = left_of_edge(x_m[c], y_m[c]) >= rounding;
       }
-      if (edge) margin_m = std::min(margin_m, left_of_edge_m(0, 0));
+      if (edge) margin_m = std::min(margin_m, left_of_edge(0, 0) / std::hypot(dx_m, dy_m));
     }
   }
   return margin_m;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "gnc/zebro/locomotion.h"
 
@@ -20,8 +21,13 @@ constexpr double kSlower_s = 0.1;
 // A stance shorter than this is none, and an order for it would be one to turn to where the leg is.
 constexpr double kStill_rad = 1e-3;
 
+// Of the legs that have one.
 double first_s(const PerLeg<double>& times_s) noexcept {
-  return *std::min_element(times_s.begin(), times_s.end());
+  double first = std::numeric_limits<double>::infinity();
+  for (const double time_s : times_s) {
+    if (time_s != max_plus::kEps) first = std::min(first, time_s);
+  }
+  return first;
 }
 
 const Partition& gait_of(Speed speed) noexcept {
@@ -35,21 +41,59 @@ bool reverses(double before, double after) noexcept { return before * after < 0;
 
 double Locomotion::requested_half_sweep_rad(std::size_t leg) const noexcept {
   const double speed = is_left(static_cast<int>(leg)) ? sides_.left : sides_.right;
-  return half_sweep_rad(speed, parameters_.sweep_rad, parameters_.leg_diameter_m);
+  return half_sweep_rad(speed, sweep_rad_, parameters_.leg_diameter_m);
+}
+
+Roll Locomotion::roll_of(const SideSpeeds& sides) const noexcept {
+  Roll roll{{}, offset_rad_, parameters_.leg_diameter_m};
+  const double left_rad = half_sweep_rad(sides.left, sweep_rad_, parameters_.leg_diameter_m);
+  const double right_rad = half_sweep_rad(sides.right, sweep_rad_, parameters_.leg_diameter_m);
+  for (std::size_t i = 0; i < kN; ++i) {
+    roll.half_sweep_rad[i] = is_left(static_cast<int>(i)) ? left_rad : right_rad;
+  }
+  return roll;
+}
+
+// With legs out of service; false when none is stable.
+bool Locomotion::choose_gait() noexcept {
+  if (!can_walk_) return false;
+  sides_ = side_speeds(request_.direction, request_.heading_rad);
+  creep_speed_ = request_.speed;
+  const StableGait found = stable_gait(isolated_, request_.speed, roll_of(sides_));
+  creep_ = found.creep;
+  return found.margin_m >= kLeastMargin_m;
+}
+
+// A small change of heading is walked in the gait under way, when that is stable with it.
+bool Locomotion::gait_stays(const SideSpeeds& wanted) const noexcept {
+  const Roll roll = roll_of(wanted);
+  if (request_.speed == creep_speed_ && static_margin_m(creep_, roll) >= kLeastMargin_m) {
+    return true;
+  }
+  return stable_gait(isolated_, request_.speed, roll).creep == creep_;
 }
 
 void Locomotion::begin_stepping(double now_s) noexcept {
-  sides_ = side_speeds(request_.direction, request_.heading_rad);
-  // Two tripods put the legs where the gait wants them; six single legs would take three times as
-  // long.
-  schedule_.start(kTripod, times_, now_s + parameters_.start_delay_s);
-  schedule_.change(gait_of(request_.speed), kAnyTime);
-  pushed_off_ = false;
-  first_cycle_ = true;
-  walk_changed_ = false;
-  for (Leg& leg : legs_) {
-    leg.lifted = leg.landed = leg.late = false;
-    leg.half_sweep_rad = 0;
+  const bool creeps = isolated_ != 0;
+  if (creeps) {
+    schedule_.start(creep_.gait, times_, now_s + parameters_.start_delay_s);
+  } else {
+    sides_ = side_speeds(request_.direction, request_.heading_rad);
+    // Two tripods put the legs where the gait wants them; six single legs would take three times
+    // as long.
+    schedule_.start(kTripod, times_, now_s + parameters_.start_delay_s);
+    schedule_.change(gait_of(request_.speed), kAnyTime);
+  }
+  // A creep begins in its rhythm, for the walk that the legs were aligned for.
+  pushed_off_ = creeps;
+  first_cycle_ = !creeps;
+  walk_changed_ = creeps;
+  landing_group_ = 0;
+  for (std::size_t i = 0; i < kN; ++i) {
+    Leg& leg = legs_[i];
+    leg.lifted = leg.landed = !in_service(i);  // which has nothing to do in any cycle
+    leg.late = false;
+    leg.half_sweep_rad = creeps ? requested_half_sweep_rad(i) : 0;
     leg.top_s = 0;
   }
 }
@@ -66,9 +110,10 @@ void Locomotion::step(double now_s) noexcept {
     for (std::size_t i = 0; i < kN; ++i) {
       if (!targets_[i].swing || !swing_over(i, now_s)) continue;
       touch_down(i);
-      stance(i);
+      if (isolated_ == 0) stance(i);
       more = true;
     }
+    if (isolated_ != 0 && group_landed()) roll_body();
     if (next_cycle_begins(now_s)) begin_next_cycle(now_s);
     for (std::size_t i = 0; i < kN; ++i) {
       if (legs_[i].lifted || now_s < schedule_.current().lift_off_s[i]) continue;
@@ -76,7 +121,7 @@ void Locomotion::step(double now_s) noexcept {
       more = true;
     }
   }
-  slow_stances(now_s);
+  if (isolated_ == 0) slow_stances(now_s);
 }
 
 // A new request takes effect leg by leg with each next swing, the gait with the next cycle. Where a
@@ -88,6 +133,15 @@ void Locomotion::change_walk() noexcept {
   if (request_.speed == Speed::zero || reverses(sides_.left, wanted.left) ||
       reverses(sides_.right, wanted.right)) {
     stage_ = Stage::land;
+    return;
+  }
+  if (isolated_ != 0) {
+    if (gait_stays(wanted)) {
+      creep_speed_ = request_.speed;
+      sides_ = wanted;
+    } else {
+      stage_ = Stage::land;  // between two gaits there need be no margin
+    }
     return;
   }
   sides_ = wanted;
@@ -109,7 +163,7 @@ void Locomotion::push_off() noexcept {
   for (std::size_t i = 0; i < kN; ++i) {
     const double rolled = (lift_off_s[i] - start_s) / schedule_.steady_stance_s();
     const double from_rad = legs_[i].estimate_rad;
-    const double to_rad = parameters_.offset_rad - rolled * requested_half_sweep_rad(i);
+    const double to_rad = offset_rad_ - rolled * requested_half_sweep_rad(i);
     if (std::abs(to_rad - from_rad) < parameters_.arrived_rad) continue;
     order(i, from_rad, to_rad, start_s, lift_off_s[i], false);
   }
@@ -120,17 +174,17 @@ void Locomotion::push_off() noexcept {
 double Locomotion::end_of_first_cycle_rad(std::size_t i) const noexcept {
   const PerLeg<double>& next_s = schedule_.next().lift_off_s;
   const double to_roll = 2 * (next_s[i] - first_s(next_s)) / schedule_.steady_stance_s();
-  return parameters_.offset_rad + legs_[i].half_sweep_rad * (std::min(to_roll, 2.0) - 1);
+  return offset_rad_ + legs_[i].half_sweep_rad * (std::min(to_roll, 2.0) - 1);
 }
 
 double Locomotion::touchdown_rad(std::size_t i) const noexcept {
   const double half_rad = legs_[i].half_sweep_rad;
-  if (!first_cycle_) return parameters_.offset_rad + half_rad;
+  if (!first_cycle_) return offset_rad_ + half_rad;
   const double until_s = first_s(schedule_.next().lift_off_s) - schedule_.current().touchdown_s[i];
-  const double end_rad = end_of_first_cycle_rad(i) - parameters_.offset_rad;
+  const double end_rad = end_of_first_cycle_rad(i) - offset_rad_;
   const double touchdown_rad = end_rad + half_rad * until_s / schedule_.steady_stance_s();
   const double furthest_rad = kFurthestReach * std::abs(half_rad);
-  return parameters_.offset_rad + std::clamp(touchdown_rad, -furthest_rad, furthest_rad);
+  return offset_rad_ + std::clamp(touchdown_rad, -furthest_rad, furthest_rad);
 }
 
 bool Locomotion::next_cycle_begins(double now_s) const noexcept {
@@ -141,7 +195,8 @@ bool Locomotion::next_cycle_begins(double now_s) const noexcept {
 
 void Locomotion::begin_next_cycle(double now_s) noexcept {
   schedule_.advance();
-  for (Leg& leg : legs_) leg.lifted = leg.landed = false;
+  for (std::size_t i = 0; i < kN; ++i) legs_[i].lifted = legs_[i].landed = !in_service(i);
+  landing_group_ = 0;
   if (!first_cycle_) return;
   first_cycle_ = false;
   for (std::size_t i = 0; i < kN; ++i) {  // from half to full speed
@@ -220,7 +275,7 @@ void Locomotion::stance(std::size_t i) noexcept {
 
 // To the lift-off angle of the sweep that the leg touched down with.
 void Locomotion::roll(std::size_t i, double from_rad, double start_s, double lift_off_s) noexcept {
-  const double to_rad = parameters_.offset_rad - legs_[i].half_sweep_rad;
+  const double to_rad = offset_rad_ - legs_[i].half_sweep_rad;
   if (std::abs(to_rad - from_rad) <= kStill_rad) return;  // it only steps on the spot
   order(i, from_rad, to_rad, start_s, lift_off_s, false);
 }
@@ -236,6 +291,38 @@ void Locomotion::slow_stances(double now_s) noexcept {
     if (end_s < targets_[i].arrive_s + kSlower_s) continue;
     if (std::abs(legs_[i].to_rad - here_rad) < parameters_.arrived_rad) continue;
     order(i, here_rad, legs_[i].to_rad, now_s, end_s, false);
+  }
+}
+
+bool Locomotion::group_landed() noexcept {
+  if (landing_group_ == creep_.gait.groups) return false;
+  for (std::size_t i = 0; i < kN; ++i) {
+    if (creep_.gait.group_of[i] == landing_group_ && !legs_[i].landed) return false;
+  }
+  return true;
+}
+
+// A group of a creep has landed: all feet are down, and the body may roll until the next lifts off.
+void Locomotion::roll_body() noexcept {
+  const bool rolls = ((creep_.rolls_after >> landing_group_) & 1) != 0;
+  ++landing_group_;
+  if (!rolls) return;
+  const int next = landing_group_ % creep_.gait.groups;
+  const Events& events = next == 0 ? schedule_.next() : schedule_.current();
+  double start_s = max_plus::kEps;
+  double end_s = max_plus::kEps;
+  for (std::size_t i = 0; i < kN; ++i) {
+    if (creep_.gait.group_of[i] == landing_group_ - 1) {
+      start_s = std::max(start_s, schedule_.current().touchdown_s[i]);
+    }
+    if (creep_.gait.group_of[i] == next) end_s = std::max(end_s, events.lift_off_s[i]);
+  }
+  for (std::size_t i = 0; i < kN; ++i) {
+    if (!in_service(i)) continue;
+    const double from_rad = wrap_rad(legs_[i].to_rad);
+    const double to_rad = creep_rad(creep_, i, next, legs_[i].half_sweep_rad, offset_rad_);
+    if (std::abs(to_rad - from_rad) <= kStill_rad) continue;  // it only steps on the spot
+    order(i, from_rad, to_rad, start_s, end_s, false);
   }
 }
 

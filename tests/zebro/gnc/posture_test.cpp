@@ -35,6 +35,7 @@ TEST(Hold, AsksForNoMovement) {
   }
 }
 
+// [Miss-1]
 RC_GTEST_PROP(StandUp, FromAnyUnknownAnglesEndsCalibratedWithAllLegsStraightDown, ()) {
   Robot robot;
   for (RobotLeg& leg : robot.legs) {

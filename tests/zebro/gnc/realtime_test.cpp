@@ -90,6 +90,7 @@ RC_GTEST_PROP(Realtime, SameCallsGiveTheSameBitsAlsoFromASnapshotInTheMiddle, ()
   }
 }
 
+// [Prod-1]
 RC_GTEST_PROP(Realtime, AnySequenceOfMotionsEndsWellOnLegsThatObey, ()) {
   Robot robot;
   for (RobotLeg& leg : robot.legs) {

@@ -147,6 +147,7 @@ TEST(Walk, OneSideReversingAloneFinishesTheStepToo) {
 
 class Stopping : public testing::TestWithParam<int> {};
 
+// [Func-2] [Oper-7]
 TEST_P(Stopping, SwingsInTheAirLandAsPlannedAndNoOtherLegLiftsOff) {
   for (const bool by_zero_speed : {false, true}) {
     for (const Pace& pace : kPaces) {

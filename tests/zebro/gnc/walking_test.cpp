@@ -10,6 +10,7 @@
 namespace lss::gnc::zebro::test {
 namespace {
 
+// [Func-4]
 TEST(Walk, SpeedsAreThoseOfTheGaitTable) {
   for (const Pace& pace : kPaces) {
     Robot robot;
@@ -21,6 +22,7 @@ TEST(Walk, SpeedsAreThoseOfTheGaitTable) {
   }
 }
 
+// [Func-3]
 TEST(Walk, BackwardIsAsFastTheOtherWay) {
   for (const Pace& pace : kPaces) {
     Robot robot;
@@ -30,6 +32,7 @@ TEST(Walk, BackwardIsAsFastTheOtherWay) {
   }
 }
 
+// [Func-3]
 TEST(Walk, HeadingNinetyDegreesTurnsClockwiseOnTheSpot) {
   Robot robot;
   robot.locomotion.walk(0, {.direction = 1, .heading_rad = kPi / 2, .speed = Speed::high});

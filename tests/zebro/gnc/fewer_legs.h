@@ -1,0 +1,33 @@
+#pragma once
+
+// Sets of legs out of service, for tests.
+
+#include <bit>
+#include <vector>
+
+#include "tests/zebro/gnc/generators.h"
+#include "tests/zebro/gnc/robot.h"
+
+namespace lss::gnc::zebro::test {
+
+inline constexpr const char* kLegNames[] = {"LF", "RF", "LM", "RM", "LH", "RH"};
+inline constexpr const char* kSpeedNames[] = {"zero", "low", "medium", "high"};
+
+// All sets of one and of two legs.
+inline std::vector<LegSet> some_isolated() {
+  std::vector<LegSet> sets;
+  for (int legs = 1; legs < 1 << kLegs; ++legs) {
+    if (std::popcount(static_cast<LegSet>(legs)) <= 2) sets.push_back(static_cast<LegSet>(legs));
+  }
+  return sets;
+}
+
+inline std::vector<LegSet> walkable() {
+  std::vector<LegSet> sets;
+  for (const LegSet legs : some_isolated()) {
+    if (can_walk_without(legs)) sets.push_back(legs);
+  }
+  return sets;
+}
+
+}  // namespace lss::gnc::zebro::test
