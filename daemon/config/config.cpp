@@ -170,6 +170,134 @@ void read_link(Section link, Config& config) {
   }
 }
 
+// A list of parts, or "all".
+unsigned read_what(Section& section, unsigned fallback) {
+  std::vector<std::string> names(kLogParts.begin(), kLogParts.end());
+  std::vector<std::string> fallback_names;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if ((fallback >> i & 1u) != 0) fallback_names.push_back(names[i]);
+  }
+  unsigned what = 0;
+  const std::vector<std::string> chosen = section.texts("what", fallback_names);
+  if (chosen.empty()) section.error("what", "is empty; choose of: " + join(names) + ", all");
+  for (const std::string& word : chosen) {
+    const auto found = std::find(names.begin(), names.end(), word);
+    if (word == "all") {
+      what |= kAllLogParts;
+    } else if (found != names.end()) {
+      what |= 1u << static_cast<unsigned>(found - names.begin());
+    } else {
+      const std::string* meant = nearest(word, names);
+      section.error(
+          "what",
+          meant != nullptr
+              ? fmt::format("\"{}\" is no part of a frame; did you mean \"{}\"?", word, *meant)
+              : fmt::format("\"{}\" is no part of a frame; choose of: {}, all", word, join(names)));
+    }
+  }
+  return what;
+}
+
+void check_address(Section& section, const std::string& address) {
+  static const std::regex udp("udp://127\\.[0-9]{1,3}\\.[0-9]{1,3}\\.[0-9]{1,3}:[0-9]{1,5}");
+  static const std::regex local("/[^\\s]{0,105}[^\\s/]");  // 107: what a UNIX address holds
+  if (std::regex_match(address, udp)) {
+    if (const auto fault = path_fault(address))
+      section.error("address", fmt::format("\"{}\" {}", address, *fault));
+  } else if (!std::regex_match(address, local)) {
+    section.error("address", fmt::format("\"{}\" is no socket; write /run/lss/NAME, at most 107 "
+                                         "characters, or udp://127.0.0.1:PORT",
+                                         address));
+  }
+}
+
+LogPreset read_preset(Section& section, LogPreset preset) {
+  constexpr std::int64_t kMega = 1'000'000;
+  preset.what = read_what(section, preset.what);
+  preset.every_ns =
+      section.integer("every_ms", preset.every_ns / kMillisecond, 0, 3'600'000) * kMillisecond;
+  const bool socket = section.choice("to", preset.address.empty() ? 0 : 1, {"file", "socket"}) == 1;
+  preset.address = section.text("address", socket ? preset.address : "");
+  if (socket) {
+    check_address(section, preset.address);
+  } else if (!preset.address.empty()) {
+    section.error("address", "is for to = \"socket\"; files are in log.folder");
+    preset.address.clear();
+  }
+  const auto size = [&](const char* key, std::uint64_t& bytes, std::int64_t max) {
+    bytes = static_cast<std::uint64_t>(
+        section.integer(key, static_cast<std::int64_t>(bytes) / kMega, 1, max) * kMega);
+  };
+  size("file_mb", preset.file_bytes, 1000);
+  size("total_mb", preset.total_bytes, 1'000'000);
+  if (preset.total_bytes < 2 * preset.file_bytes) {
+    section.error("total_mb", fmt::format("{} must be at least twice file_mb, {}: the oldest file "
+                                          "goes before the next one begins",
+                                          preset.total_bytes / kMega, preset.file_bytes / kMega));
+  }
+  return preset;
+}
+
+// What is there without a configuration; config/NAME.toml shows it.
+std::vector<LogPreset> shipped_presets() {
+  const unsigned events = bit(LogPart::events);
+  return {{.name = "quiet", .what = events},
+          {.name = "standard", .what = events | bit(LogPart::state) | bit(LogPart::telemetry)},
+          {.name = "timing",
+           .what = events | bit(LogPart::timing),
+           .every_ns = 0,
+           .file_bytes = 50'000'000,
+           .total_bytes = 500'000'000},
+          {.name = "everything",
+           .what = kAllLogParts,
+           .every_ns = 0,
+           .file_bytes = 50'000'000,
+           .total_bytes = 1'000'000'000},
+          {.name = "stream",
+           .what = events | bit(LogPart::telemetry),
+           .every_ns = 100 * kMillisecond,
+           .address = "/run/lss/log"}};
+}
+
+void read_presets(Section& log, Config& config) {
+  static const std::regex syntax("[A-Za-z0-9_-]{1,24}");  // goes into the names of files
+  config.log_presets = shipped_presets();
+  std::vector<std::string> seen;
+  for (Section& section : log.sections("preset")) {
+    const std::string name = section.required_text("name");
+    const auto found = std::find_if(config.log_presets.begin(), config.log_presets.end(),
+                                    [&](const LogPreset& preset) { return preset.name == name; });
+    const bool known = found != config.log_presets.end();
+    LogPreset preset = read_preset(section, known ? *found : LogPreset{.name = name});
+    if (name.empty()) continue;
+    if (!std::regex_match(name, syntax)) {
+      section.error("name", fmt::format("\"{}\" must be 1 to 24 letters, digits, - or _", name));
+    } else if (std::find(seen.begin(), seen.end(), name) != seen.end()) {
+      section.error("name", fmt::format("\"{}\" stands in the list twice", name));
+    }
+    seen.push_back(name);
+    if (known) {
+      *found = std::move(preset);
+    } else {
+      config.log_presets.push_back(std::move(preset));
+    }
+  }
+  config.log_use = log.text("use", "standard");
+  if (config.log_use.empty() || config.log_preset() != nullptr) return;
+  std::vector<std::string> names;
+  for (const LogPreset& preset : config.log_presets) names.push_back(preset.name);
+  log.error("use", fmt::format("\"{}\" is no preset; there are: {}; \"\" logs nothing",
+                               config.log_use, join(names)));
+}
+
+void read_log(Section log, Config& config) {
+  const std::vector<std::string> levels = {"trace", "debug", "info", "warning", "error"};
+  config.log_level = static_cast<std::int64_t>(log.choice("level", 2, levels));
+  config.log_folder = log.text("folder", "");
+  config.log_files = static_cast<std::size_t>(log.integer("files", 32, 1, 10'000));
+  read_presets(log, config);
+}
+
 void read_all(Section root, const std::vector<std::string>& vehicles,
               const VehicleReader& read_vehicle, Config& config) {
   read_identity(root, vehicles, config);
@@ -180,12 +308,8 @@ void read_all(Section root, const std::vector<std::string>& vehicles,
   {
     Section telemetry = root.section("telemetry");
     config.telemetry_periodic = telemetry.choice("mode", 0, {"periodic", "on_request"}) == 0;
-    Section log = root.section("log");
-    const std::vector<std::string> levels = {"trace", "debug", "info", "warning", "error"};
-    config.log_level = static_cast<std::int64_t>(log.choice("level", 2, levels));
-    config.log_folder = log.text("folder", "");
-    config.log_files = static_cast<std::size_t>(log.integer("files", 32, 1, 10'000));
   }
+  read_log(root.section("log"), config);
   read_link(root.section("link"), config);
   if (std::find(vehicles.begin(), vehicles.end(), config.vehicle) != vehicles.end()) {
     Section own = root.section(config.vehicle);
@@ -196,6 +320,12 @@ void read_all(Section root, const std::vector<std::string>& vehicles,
 }
 
 }  // namespace
+
+const LogPreset* Config::log_preset() const {
+  const auto found = std::find_if(log_presets.begin(), log_presets.end(),
+                                  [&](const LogPreset& p) { return p.name == log_use; });
+  return found == log_presets.end() ? nullptr : &*found;
+}
 
 tl::expected<Config, std::string> load(const std::filesystem::path& file,
                                        const std::vector<std::string>& vehicles,

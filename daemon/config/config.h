@@ -3,6 +3,8 @@
 // The configuration shared by all vehicles: config/NAME.toml without its [NAME] table, which the
 // vehicle reads itself. Start-up only.
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -28,6 +30,22 @@ struct Port {
   bool half_duplex = false;
 };
 
+// What a line of the log may hold: the parts of a frame's record. events: its events and
+// acknowledgements, in a line as soon as there are some; the other parts at the preset's period.
+enum class LogPart : std::uint8_t { inputs, command, events, state, telemetry, timing };
+inline constexpr std::array kLogParts = {"inputs", "command",   "events",
+                                         "state",  "telemetry", "timing"};
+constexpr unsigned bit(LogPart part) { return 1u << static_cast<unsigned>(part); }
+inline constexpr unsigned kAllLogParts = (1u << kLogParts.size()) - 1;
+
+struct LogPreset {
+  std::string name;
+  unsigned what = bit(LogPart::events);
+  TimeNs every_ns = kSecond;                                         // 0: every frame
+  std::string address{};                                             // of a socket; empty: to files
+  std::uint64_t file_bytes = 10'000'000, total_bytes = 100'000'000;  // the oldest files go
+};
+
 struct Config {
   std::string file;
   std::string vehicle;
@@ -48,6 +66,9 @@ struct Config {
   std::filesystem::path log_folder;  // empty: $STATE_DIRECTORY, else the run directory
   std::size_t log_files = 32;        // of frames before a fault; the oldest go
   std::int64_t log_level = 2;        // 0 trace, 1 debug, 2 info, 3 warning, 4 error
+  std::vector<LogPreset> log_presets;
+  std::string log_use;                  // the one that runs; empty: none
+  const LogPreset* log_preset() const;  // that one; nullptr: none
 };
 
 // Reads the vehicle's own [NAME] table; called with that Section, to record errors there.

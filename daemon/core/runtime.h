@@ -21,6 +21,7 @@
 #include <atomic>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "daemon/config/config.h"
@@ -56,7 +57,8 @@ class Runtime final : public App {
                     .vehicle_id = config_.vehicle_id,
                     .header = {{"vehicle", config_.vehicle},
                                {"vehicle_id", config_.vehicle_id},
-                               {"version", LSS_VERSION}}},
+                               {"version", LSS_VERSION}},
+                    .preset = running_preset(config_)},
                    record_json) {
     port_.show(supervisor_.state());
   }
@@ -160,6 +162,11 @@ class Runtime final : public App {
     return p;
   }
 
+  static std::optional<config::LogPreset> running_preset(const config::Config& config) {
+    const config::LogPreset* preset = config.log_preset();
+    return preset != nullptr ? std::optional(*preset) : std::nullopt;
+  }
+
   // Log thread.
   static nlohmann::ordered_json record_json(std::span<const std::uint8_t> bytes) {
     auto frame = std::make_unique<record::FrameRecord<Vehicle>>();
@@ -245,7 +252,10 @@ void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
   fields(writer, record::FrameView<Vehicle>{in_, out_.command, supervisor_.outbox(),
                                             supervisor_.state(), out_.telemetry, timing});
   if (!writer.fits()) return;  // a struct that names a member twice
-  frame_log_.put(record::first_fault(supervisor_.outbox()),
+  const Supervisor::Outbox& outbox = supervisor_.outbox();
+  frame_log_.put({.fault = record::first_fault(outbox),
+                  .events = outbox.event_count + outbox.ack_count + outbox.dropped != 0,
+                  .time_ns = in_.time_ns},
                  std::span(scratch_).first(writer.size()));
 }
 

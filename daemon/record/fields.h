@@ -194,8 +194,11 @@ void fields(V& v, X& x) {
   v("mode", x.mode);
   v("goal", x.goal);
   v("flags", x.flags);
+  v("links", x.links);
+  v("strategy", x.strategy);
   v("silent", x.silent);
   v("unheard", x.unheard);
+  v("isolated", x.isolated);
 }
 }  // namespace lc
 

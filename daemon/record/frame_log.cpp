@@ -1,17 +1,13 @@
 #include "daemon/record/frame_log.h"
 
 #include <fcntl.h>
-#include <fmt/chrono.h>
-#include <fmt/format.h>
 #include <pthread.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cstring>
-#include <ctime>
 #include <exception>
 #include <system_error>
 
@@ -24,34 +20,23 @@ constexpr const char* kSuffix = ".crash.jsonl";
 constexpr const char* kPart = ".part";
 constexpr TimeNs kTurn = 50 * kMillisecond;
 constexpr TimeNs kNoMoreFrames = 500 * kMillisecond;
-
-std::vector<std::filesystem::path> entries(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> found;
-  std::error_code error;
-  for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end;
-       at.increment(error))
-    found.push_back(at->path());
-  return found;
-}
-
-// Everything to the disk, or the error's number.
-int write_all(int fd, std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t written = ::write(fd, text.data(), text.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0) return errno;
-    text.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return ::fsync(fd) == 0 ? 0 : errno;
-}
+constexpr TimeNs kTellDropped = 60 * kSecond;
 
 }  // namespace
 
 FrameLog::FrameLog(FrameLogSettings settings, ToJson to_json)
-    : settings_(std::move(settings)), to_json_(std::move(to_json)) {}
+    : settings_(std::move(settings)),
+      files_(settings_.folder, settings_.vehicle_id, kSuffix),
+      to_json_(std::move(to_json)) {}
 
 void FrameLog::start() {
   if (!settings_.folder.empty()) prepare_folder();
+  if (const auto& preset = settings_.preset) {
+    run_log_ =
+        std::make_unique<RunLog>(*preset, settings_.folder, settings_.vehicle_id, settings_.header,
+                                 to_json_, [this](EventId id) { told_.push(id); });
+    spdlog::info("logging \"{}\" to {}", preset->name, run_log_->where());
+  }
   thread_ = std::thread([this] { run(); });
 }
 
@@ -69,8 +54,8 @@ void FrameLog::prepare_folder() {
     return;
   }
   for (const std::filesystem::path& path : entries(settings_.folder)) {
-    number_ = std::max(number_, number_of(path));
-    if (path.extension() == kPart && number_of(path.parent_path() / path.stem()) != 0)
+    number_ = std::max(number_, files_.number_of(path));
+    if (path.extension() == kPart && files_.number_of(path.parent_path() / path.stem()) != 0)
       std::filesystem::remove(path, error);
   }
 }
@@ -81,8 +66,8 @@ void FrameLog::stop() {
   thread_.join();
 }
 
-void FrameLog::put(FaultId fault, std::span<const std::uint8_t> record) noexcept {
-  const Header header{static_cast<std::uint32_t>(record.size()), fault};
+void FrameLog::put(const FrameMark& mark, std::span<const std::uint8_t> record) noexcept {
+  const Header header{.size = record.size(), .dropped = dropped(), .mark = mark};
   std::array<std::uint8_t, sizeof header> bytes;
   std::memcpy(bytes.data(), &header, sizeof header);
   if (queue_.write_available() < bytes.size() + record.size()) {
@@ -104,6 +89,7 @@ void FrameLog::run() {
     const bool keep = keep_.exchange(false);
     if (keep && !last_.empty() && pending_ == FaultId::none) pending_ = FaultId::frame_overrun;
     if (pending_ != FaultId::none && (keep || now - heard_ns >= kNoMoreFrames)) write();
+    tell_dropped(now);
     turns_.fetch_add(1, std::memory_order_relaxed);
     sleep_until(now + kTurn);
   }
@@ -123,20 +109,29 @@ void FrameLog::drain() {
     last_.emplace_back(header.size);
     queue_.pop(last_.back().data(), header.size);
     ++since_;
-    if (pending_ == FaultId::none) pending_ = header.fault;
+    if (run_log_) run_log_->put(header.mark, last_.back(), header.dropped, now_ns());
+    if (pending_ == FaultId::none) pending_ = header.mark.fault;
     if (pending_ != FaultId::none && since_ >= kFrames) write();
   }
+}
+
+// At most once a minute.
+void FrameLog::tell_dropped(TimeNs now) {
+  const std::uint64_t all = dropped();
+  if (all == told_dropped_ || now < tell_dropped_ns_) return;
+  spdlog::warn("{} frames are missing in the log: the disk or the machine was too slow",
+               all - told_dropped_);
+  told_dropped_ = all;
+  tell_dropped_ns_ = now + kTellDropped;
+  told_.push(EventId::log_lost);
 }
 
 void FrameLog::write() {
   const CodeInfo* fault = info(std::exchange(pending_, FaultId::none));
   since_ = 0;
   if (settings_.folder.empty()) return;
-  const auto utc_s = static_cast<std::time_t>(utc_ns() / kSecond);
   const std::filesystem::path path =
-      settings_.folder / fmt::format("{}-{:06}-{:%Y%m%dT%H%M%S}Z-{}{}", settings_.vehicle_id,
-                                     ++number_, fmt::gmtime(utc_s),
-                                     fault != nullptr ? fault->name : "fault", kSuffix);
+      files_.path(++number_, utc_ns(), fault != nullptr ? fault->name : "fault");
   std::string error;
   try {
     error = write_file(path);
@@ -161,21 +156,18 @@ void FrameLog::write() {
 
 // Empty, or what went wrong. Half a file never has the name of a whole one.
 std::string FrameLog::write_file(const std::filesystem::path& path) const {
-  // A source may have any bytes.
-  const auto line = [](const nlohmann::ordered_json& json) {
-    return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-  };
   nlohmann::ordered_json first = {{"lss", "crash"}, {"schema_version", 1}, {"utc_ns", utc_ns()}};
   first.update(settings_.header);
   first["frames"] = last_.size();
   first["dropped_since_start"] = dropped();
-  std::string text = line(first);
-  for (const std::vector<std::uint8_t>& record : last_) text += line(to_json_(record));
+  std::string text = line_of(first);
+  for (const std::vector<std::uint8_t>& record : last_) text += line_of(to_json_(record));
 
   const std::string temporary = path.string() + kPart;
   const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (fd < 0) return std::strerror(errno);
   int error = write_all(fd, text);
+  if (error == 0 && ::fsync(fd) != 0) error = errno;
   if (::close(fd) != 0 && error == 0) error = errno;
   if (error == 0 && ::rename(temporary.c_str(), path.c_str()) != 0) error = errno;
   if (error != 0) {
@@ -191,27 +183,9 @@ std::string FrameLog::write_file(const std::filesystem::path& path) const {
   return {};
 }
 
-// ID-NUMBER-TIME-FAULT.crash.jsonl
-unsigned FrameLog::number_of(const std::filesystem::path& path) const {
-  const std::string name = path.filename().string();
-  const std::string prefix = settings_.vehicle_id + "-";
-  constexpr std::size_t kDigits = 6;
-  if (!name.starts_with(prefix) || !name.ends_with(kSuffix)) return 0;
-  const std::string_view rest = std::string_view(name).substr(prefix.size());
-  const std::size_t digits = rest.find_first_not_of("0123456789");
-  if (digits == std::string_view::npos || digits < kDigits || rest[digits] != '-') return 0;
-  unsigned number = 0;
-  std::from_chars(rest.data(), rest.data() + digits, number);
-  return number;
-}
-
 void FrameLog::keep_newest() const {
-  std::vector<std::pair<unsigned, std::filesystem::path>> files;
-  for (std::filesystem::path& path : entries(settings_.folder)) {
-    if (const unsigned number = number_of(path); number != 0 && path != first_)
-      files.emplace_back(number, std::move(path));
-  }
-  std::ranges::sort(files);
+  auto files = files_.list();
+  std::erase_if(files, [this](const auto& file) { return file.second == first_; });
   std::error_code error;
   for (std::size_t i = 0; i + settings_.files < files.size() + 1; ++i)
     std::filesystem::remove(files[i].second, error);

@@ -1,14 +1,15 @@
 #pragma once
 
-// The log thread: keeps the last frames and writes them to a file when a fault was raised, so that
-// what led to it can be read (lss-cli log show). The frame thread's side is wait-free and drops
-// when the ring is full: a slow or full disk never delays a frame. Ordinary thread.
+// The log thread: gives every frame to the log that runs (run_log.h), keeps the last frames and
+// writes them to a file when a fault was raised, so that what led to it can be read (lss-cli log
+// show). The frame thread's side is wait-free and drops when the ring is full: a slow or full disk
+// never delays a frame; what was dropped is counted and told. Ordinary thread.
 //
-// A file holds JSON lines: what it is, then a frame a line, the oldest first. It appears under its
-// name when it is whole. Files are numbered; the newest are kept, and the first since the start,
-// since a fault that comes and goes must not push out the one that began it. A fault soon after
-// another does not write the same frames again: the file comes when the frames since have filled
-// the ring once, or when no frame comes any more.
+// A file of a fault holds JSON lines: what it is, then a frame a line, the oldest first. It appears
+// under its name when it is whole. Files are numbered; the newest are kept, and the first since the
+// start, since a fault that comes and goes must not push out the one that began it. A fault soon
+// after another does not write the same frames again: the file comes when the frames since have
+// filled the ring once, or when no frame comes any more.
 
 #include <array>
 #include <atomic>
@@ -17,14 +18,18 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
-#include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "daemon/config/config.h"
 #include "daemon/core/ring.h"
+#include "daemon/record/files.h"
+#include "daemon/record/run_log.h"
 #include "idl/codes.h"
 
 namespace lss::record {
@@ -33,15 +38,13 @@ struct FrameLogSettings {
   std::filesystem::path folder;  // empty: nothing is written
   std::size_t files = 32;        // kept
   std::string vehicle_id;
-  nlohmann::ordered_json header;  // more for the first line
+  nlohmann::ordered_json header;              // more for the first line
+  std::optional<config::LogPreset> preset{};  // of the log that runs; none: only faults are logged
 };
 
 class FrameLog {
  public:
   static constexpr std::size_t kFrames = 64;
-  // Makes JSON of a record, on the log thread.
-  using ToJson = std::function<nlohmann::ordered_json(std::span<const std::uint8_t>)>;
-
   FrameLog(FrameLogSettings settings, ToJson to_json);
   ~FrameLog() { stop(); }
   FrameLog(const FrameLog&) = delete;
@@ -51,8 +54,8 @@ class FrameLog {
   void start();
   void stop();  // writes what is pending
 
-  // Frame thread. `fault`: the first that was raised in this frame.
-  void put(FaultId fault, std::span<const std::uint8_t> record) noexcept;
+  // Frame thread.
+  void put(const FrameMark& mark, std::span<const std::uint8_t> record) noexcept;
 
   // Main thread: the frame thread stands still, so that it will raise no fault.
   void keep() noexcept { keep_ = true; }
@@ -65,8 +68,9 @@ class FrameLog {
 
  private:
   struct Header {
-    std::uint32_t size = 0;
-    FaultId fault = FaultId::none;
+    std::size_t size = 0;
+    std::uint64_t dropped = 0;  // before it
+    FrameMark mark;
   };
 
   void run();
@@ -75,10 +79,10 @@ class FrameLog {
   std::string write_file(const std::filesystem::path& path) const;
   void prepare_folder();
   void keep_newest() const;
-  // The number of a file of this vehicle; 0: it is none.
-  unsigned number_of(const std::filesystem::path& path) const;
+  void tell_dropped(TimeNs now);
 
   FrameLogSettings settings_;
+  NumberedFiles files_;
   ToJson to_json_;
   // Half a megabyte: four seconds of zebro's usual 2.3 kB every 20 ms, seldom less than one.
   boost::lockfree::spsc_queue<std::uint8_t, boost::lockfree::capacity<(1u << 19)>> queue_;
@@ -89,6 +93,9 @@ class FrameLog {
   std::size_t since_ = kFrames;                 // frames since the last file
   FaultId pending_ = FaultId::none;
   bool failed_ = false;
+  std::unique_ptr<RunLog> run_log_;
+  std::uint64_t told_dropped_ = 0;
+  TimeNs tell_dropped_ns_ = 0;   // not before
   unsigned number_ = 0;          // of the newest file
   std::filesystem::path first_;  // since the start
   std::atomic<bool> keep_{false}, stop_{false};

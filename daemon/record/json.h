@@ -22,6 +22,12 @@ inline nlohmann::ordered_json name_of(const CodeInfo* info, std::uint16_t number
   return info != nullptr ? nlohmann::ordered_json(info->name) : nlohmann::ordered_json(number);
 }
 
+// Faults are events, too.
+inline nlohmann::ordered_json event_name(std::uint16_t id) {
+  if (id < kFaultEventBase) return name_of(info(static_cast<EventId>(id)), id);
+  return name_of(info(static_cast<FaultId>(id - kFaultEventBase)), id);
+}
+
 class JsonWriter {
  public:
   template <class T>
@@ -64,7 +70,9 @@ nlohmann::ordered_json to_json(const T& x) {
   } else {
     JsonWriter writer;
     fields(writer, x);
-    return writer.take();
+    nlohmann::ordered_json json = writer.take();
+    if constexpr (std::same_as<T, EventRecord>) json["name"] = event_name(x.id);
+    return json;
   }
 }
 

@@ -31,6 +31,20 @@ class Log : public ProgramTest {
     for (const json& line : lines) file << line.dump() << "\n";
     return path.string();
   }
+  static json log_header() {
+    return {{"lss", "log"},
+            {"vehicle", "zebro"},
+            {"vehicle_id", "z-1"},
+            {"preset", "standard"},
+            {"utc_ns", 1'900'000'000'000'000'000}};
+  }
+  // Of a preset with state; nothing else is there.
+  static json log_frame(int number) {
+    return {{"frame", number},
+            {"time_ns", number * 20'000'000},
+            {"utc_ns", 1'900'000'000'000'000'000 + number * 20'000'000},
+            {"state", {{"controller", {{"state", "Operational"}}}}}};
+  }
   static json header() { return {{"lss", "crash"}, {"vehicle", "zebro"}, {"vehicle_id", "z-1"}}; }
   static json frame(int number, std::int64_t margin_ns, const json& events = json::array()) {
     const std::int64_t boundary = number * 20'000'000;
@@ -73,14 +87,66 @@ TEST_F(Log, ShowsOneFrameWhole) {
   EXPECT_THAT(none.err, HasSubstr("no frame 9"));
 }
 
-TEST_F(Log, ListsWhatADaemonKeptOldestFirst) {
-  write("z-1-2.crash.jsonl", {header()});
-  write("z-1-1.crash.jsonl", {header()});
-  write("z-1-3.crash.jsonl.part", {header()});
+TEST_F(Log, ListsWhatADaemonWroteOldestFirst) {
+  write("z-1-000002-20300317T174640Z-standard.log.jsonl", {log_header(), log_frame(1)});
+  write("z-1-000001-20300317T174640Z-port_lost.crash.jsonl", {header()});
+  write("z-1-000003-20300317T174640Z-quiet.log.jsonl", {});  // killed before its first line
+  write("z-1-000003-20300317T174640Z-port_lost.crash.jsonl.part", {header()});
+  write("notes.txt", {});
   const json all = json::parse(run({"--json", "log", "list", folder_.string()}).out);
-  ASSERT_EQ(all["files"].size(), 2U);
-  EXPECT_THAT(all["files"][0].get<std::string>(), HasSubstr("z-1-1"));
+  ASSERT_EQ(all["files"].size(), 3U);
+  const json& crash = all["files"][0];
+  EXPECT_EQ(crash["kind"], "crash");
+  EXPECT_EQ(crash["what"], "port_lost");
+  const json& log = all["files"][1];
+  EXPECT_EQ(log["kind"], "log");
+  EXPECT_EQ(log["what"], "standard");
+  EXPECT_EQ(log["vehicle_id"], "z-1");
+  EXPECT_EQ(log["begun_utc_ns"], 1'900'000'000'000'000'000);
+  EXPECT_GT(log["written_utc_ns"], 1'700'000'000'000'000'000);
+  EXPECT_EQ(log["bytes"], fs::file_size(log["path"].get<std::string>()));
+  EXPECT_EQ(all["files"][2]["what"], nullptr);
+  const Ended ended = run({"log", "list", folder_.string()});
+  EXPECT_THAT(ended.out, HasSubstr("2030-03-17 17:46:40"));
+  EXPECT_THAT(ended.out, HasSubstr("port_lost"));
   EXPECT_EQ(run({"log", "list", (folder_ / "nowhere").string()}).code, 2);
+}
+
+TEST_F(Log, ShowsTheLogThatRunsLineByLine) {
+  json second = log_frame(2);
+  second["lost_frames"] = 7;
+  second["outbox"] = {{"events", {{{"id", 1011}, {"subject", 0}}}}};
+  json third = log_frame(9);
+  third.erase("state");  // events alone
+  const std::string file = write("z.log.jsonl", {log_header(), log_frame(1), second, third});
+  const Ended ended = run({"log", "show", file});
+  EXPECT_EQ(ended.code, 0);
+  EXPECT_THAT(ended.out, HasSubstr("z-1 (zebro)"));
+  EXPECT_THAT(ended.out, HasSubstr("log \"standard\""));
+  EXPECT_THAT(ended.out, HasSubstr("       1 2030-03-17 17:46:40.020  Operational"));
+  EXPECT_THAT(ended.out, HasSubstr("FAULT port_lost lost_frames 7"));
+  EXPECT_THAT(ended.out, HasSubstr("       9 2030-03-17 17:46:40.180"));
+  const json all = json::parse(run({"--json", "log", "show", file}).out);
+  EXPECT_EQ(all["header"]["preset"], "standard");
+  ASSERT_EQ(all["frames"].size(), 3U);
+  EXPECT_EQ(all["frames"][1]["lost_frames"], 7);
+  const std::string lines = run({"--jsonl", "log", "show", file}).out;
+  EXPECT_EQ(std::count(lines.begin(), lines.end(), '\n'), 4);
+  EXPECT_EQ(json::parse(run({"--json", "log", "show", file, "--frame", "9"}).out)["frame"], 9);
+  EXPECT_EQ(run({"log", "show", file, "--frame", "3"}).code, 4);
+}
+
+TEST_F(Log, AHalfLineAtTheEndOfALogIsLeftOutAndTold) {
+  const std::string file = write("z.log.jsonl", {log_header(), log_frame(1), log_frame(2)});
+  fs::resize_file(file, fs::file_size(file) - 10);
+  const Ended ended = run({"--json", "log", "show", file});
+  EXPECT_EQ(ended.code, 0);
+  EXPECT_EQ(json::parse(ended.out)["frames"].size(), 1U);
+  EXPECT_THAT(ended.err, HasSubstr("last line is cut off"));
+  std::ofstream(file, std::ios::app) << "\n" << log_frame(3).dump() << "\n";
+  const Ended damaged = run({"log", "show", file});
+  EXPECT_EQ(damaged.code, 2);
+  EXPECT_THAT(damaged.err, HasSubstr(file + ":3"));
 }
 
 TEST_F(Log, WhatIsNoLogIsRefusedByLine) {

@@ -103,6 +103,19 @@ TEST(Config, TheExampleSaysWhatTheDefaultsAre) {
   EXPECT_EQ(full->lease_min_ms, bare->lease_min_ms);
   EXPECT_EQ(full->lease_max_ms, bare->lease_max_ms);
   EXPECT_EQ(full->log_level, bare->log_level);
+  EXPECT_EQ(full->log_files, bare->log_files);
+  EXPECT_EQ(full->log_use, bare->log_use);
+  ASSERT_EQ(full->log_presets.size(), bare->log_presets.size());
+  for (std::size_t i = 0; i < full->log_presets.size(); ++i) {
+    const LogPreset& a = full->log_presets[i];
+    const LogPreset& b = bare->log_presets[i];
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.what, b.what) << a.name;
+    EXPECT_EQ(a.every_ns, b.every_ns) << a.name;
+    EXPECT_EQ(a.address, b.address) << a.name;
+    EXPECT_EQ(a.file_bytes, b.file_bytes) << a.name;
+    EXPECT_EQ(a.total_bytes, b.total_bytes) << a.name;
+  }
   ASSERT_EQ(full->ports.size(), 1u);
   EXPECT_EQ(full->ports[0].baud, bare->ports[0].baud);
   EXPECT_EQ(full->ports[0].half_duplex, bare->ports[0].half_duplex);
@@ -150,6 +163,41 @@ TEST(Config, EveryValueOfTheFileArrives) {
   EXPECT_EQ(config->lease_min_ms, 300);
   EXPECT_EQ(config->lease_max_ms, 400);
   EXPECT_EQ(config->log_level, 1);
+}
+
+TEST(Config, PresetsOfTheLogAreChangedAddedAndChosen) {
+  const Scratch file(
+      minimal("[log]\nuse = 'mine'\n"
+              "[[log.preset]]\nname = 'mine'\nwhat = ['timing', 'events', 'timing']\n"
+              "every_ms = 250\nfile_mb = 3\ntotal_mb = 6\n"
+              "[[log.preset]]\nname = 'stream'\nto = 'file'\n"
+              "[[log.preset]]\nname = 'standard'\nwhat = ['all']\nto = 'socket'\n"
+              "address = 'udp://127.0.0.1:9000'\n"));
+  const auto config = load(file.path(), kVehicles, read_nothing);
+  ASSERT_TRUE(config) << config.error();
+  const LogPreset* mine = config->log_preset();
+  ASSERT_NE(mine, nullptr);
+  EXPECT_EQ(mine->name, "mine");
+  EXPECT_EQ(mine->what, bit(LogPart::events) | bit(LogPart::timing));
+  EXPECT_EQ(mine->every_ns, 250 * kMillisecond);
+  EXPECT_EQ(mine->address, "");
+  EXPECT_EQ(mine->file_bytes, 3'000'000u);
+  EXPECT_EQ(mine->total_bytes, 6'000'000u);
+  const auto preset = [&](const char* name) {
+    return *std::find_if(config->log_presets.begin(), config->log_presets.end(),
+                         [&](const LogPreset& p) { return p.name == name; });
+  };
+  EXPECT_EQ(preset("stream").address, "");
+  EXPECT_EQ(preset("stream").every_ns, 100 * kMillisecond);  // the rest stays
+  EXPECT_EQ(preset("standard").what, kAllLogParts);
+  EXPECT_EQ(preset("standard").address, "udp://127.0.0.1:9000");
+}
+
+TEST(Config, NoPresetLogsNothing) {
+  const Scratch file(minimal("[log]\nuse = ''\n"));
+  const auto config = load(file.path(), kVehicles, read_nothing);
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_EQ(config->log_preset(), nullptr);
 }
 
 TEST(Config, AMissingFileIsAnErrorThatNamesIt) {
@@ -248,6 +296,43 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"LeaseBoundsCrossed", "[link]\nlease_min_ms = 500\nlease_max_ms = 400\n",
               ":6:16: link.lease_min_ms: 500 is longer than lease_max_ms, 400"},
         Wrong{"ShortenedLevel", "[log]\nlevel = 'warn'\n", "did you mean \"warning\"?"},
+        Wrong{
+            "UnknownPreset", "[log]\nuse = 'all'\n",
+            ":6:7: log.use: \"all\" is no preset; there are: quiet, standard, timing, everything, "
+            "stream; \"\" logs nothing"},
+        Wrong{"PresetWithoutName", "[[log.preset]]\nevery_ms = 5\n",
+              ":5:1: log.preset.name: is missing"},
+        Wrong{"PresetNameOutOfItsFolder", "[[log.preset]]\nname = '../a'\n",
+              ":6:8: log.preset.name: \"../a\" must be 1 to 24 letters"},
+        Wrong{"PresetTwice", "[[log.preset]]\nname = 'quiet'\n[[log.preset]]\nname = 'quiet'\n",
+              ":8:8: log.preset.name: \"quiet\" stands in the list twice"},
+        Wrong{"PresetOfNothing", "[[log.preset]]\nname = 'a'\nwhat = []\n",
+              ":7:8: log.preset.what: is empty; choose of: inputs, command, events"},
+        Wrong{"PresetOfAnUnknownPart", "[[log.preset]]\nname = 'a'\nwhat = ['event']\n",
+              ":7:8: log.preset.what: \"event\" is no part of a frame; did you mean \"events\"?"},
+        Wrong{"PresetOfWrongType", "[[log.preset]]\nname = 'a'\nwhat = 'events'\n",
+              ":7:8: log.preset.what: must be a list of texts in quotes"},
+        Wrong{"PresetPeriodOutOfRange", "[[log.preset]]\nname = 'a'\nevery_ms = -1\n",
+              ":7:12: log.preset.every_ms: -1 is out of range 0 to 3600000"},
+        Wrong{"PresetPeriodInSeconds", "[[log.preset]]\nname = 'a'\nevery_s = 1\n",
+              ":7:1: unknown key every_s in [log.preset]; unit of every is ms here: every_ms"},
+        Wrong{"PresetToDds", "[[log.preset]]\nname = 'a'\nto = 'dds'\n",
+              ":7:6: log.preset.to: \"dds\" is no choice; choose one of: file, socket"},
+        Wrong{"SocketWithoutAddress", "[[log.preset]]\nname = 'a'\nto = 'socket'\n",
+              ":5:1: log.preset.address: \"\" is no socket; write /run/lss/NAME"},
+        Wrong{"SocketOnAnotherMachine",
+              "[[log.preset]]\nname = 'a'\nto = 'socket'\naddress = 'udp://192.168.7.1:9000'\n",
+              ":8:11: log.preset.address: \"udp://192.168.7.1:9000\" is no socket"},
+        Wrong{"SocketPortOutOfRange",
+              "[[log.preset]]\nname = 'a'\nto = 'socket'\naddress = 'udp://127.0.0.1:70000'\n",
+              "UDP port out of range"},
+        Wrong{"AddressOfAFile", "[[log.preset]]\nname = 'a'\naddress = '/run/lss/log'\n",
+              ":7:11: log.preset.address: is for to = \"socket\""},
+        Wrong{"FilesOutOfRange", "[[log.preset]]\nname = 'a'\nfile_mb = 0\n",
+              ":7:11: log.preset.file_mb: 0 is out of range 1 to 1000"},
+        Wrong{"TotalOfLessThanTwoFiles",
+              "[[log.preset]]\nname = 'a'\nfile_mb = 20\ntotal_mb = 39\n",
+              ":8:12: log.preset.total_mb: 39 must be at least twice file_mb, 20"},
         Wrong{"UnknownKeyOfTheVehicle", "[zebro]\nsomething = 1\n",
               ":6:1: unknown key something in [zebro]; nothing is known here"}),
     [](const auto& tested) { return tested.param.name; });
@@ -294,6 +379,7 @@ std::vector<Key> keys_of(const Lines& lines) {
 
 TEST(Config, TheExampleHasKeysToMutate) { EXPECT_GT(keys_of(lines_of_example()).size(), 50u); }
 
+// [Env-2]
 RC_GTEST_PROP(Config, AnyMutatedKeyOfTheExampleIsAnErrorThatNamesItsLine, ()) {
   const Lines lines = lines_of_example();
   const toml::table example = toml::parse(joined(lines));

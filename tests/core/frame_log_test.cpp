@@ -35,7 +35,7 @@ class FrameLogTest : public testing::Test {
   static void put(FrameLog& log, std::uint32_t number, FaultId fault = FaultId::none) {
     std::array<std::uint8_t, sizeof number> bytes;
     std::memcpy(bytes.data(), &number, sizeof number);
-    log.put(fault, bytes);
+    log.put({.fault = fault}, bytes);
   }
   // As long as the log thread did not take them, records are in the ring: stop() empties it.
   std::vector<fs::path> files() const {
@@ -164,11 +164,44 @@ TEST_F(FrameLogTest, AFullDiskIsToldOnceAndLeavesNoHalfFile) {
   EXPECT_THAT(told(log), ElementsAre(EventId::log_failed));
 }
 
+TEST_F(FrameLogTest, FramesThatTheLogMissedAreToldOnceAndCountedWhereTheyAreMissing) {
+  FrameLogSettings with_log = settings();
+  with_log.preset = config::LogPreset{.name = "all", .what = config::kAllLogParts, .every_ns = 0};
+  FrameLog log(with_log, [](std::span<const std::uint8_t> bytes) {
+    nlohmann::ordered_json json = {{"in", {{"frame", to_json(bytes)}}}};
+    for (const char* part : {"command", "outbox", "state", "telemetry", "timing"}) json[part] = 0;
+    return json;
+  });
+  std::vector<std::uint8_t> record(10'000);
+  const auto fill = [&](std::uint32_t from, std::uint32_t to) {
+    for (std::uint32_t number = from; number <= to; ++number) {
+      std::memcpy(record.data(), &number, sizeof number);
+      log.put({}, record);
+    }
+  };
+  fill(1, 60);  // the thread does not run yet
+  const auto missing = static_cast<std::uint32_t>(log.dropped());
+  log.start();
+  while (log.turns() < 1) std::this_thread::yield();
+  fill(61, 70);
+  log.stop();
+  ASSERT_EQ(files().size(), 1u);
+  const auto all = lines(files()[0]);
+  ASSERT_EQ(all.size(), 1 + 70 - missing);
+  ASSERT_GT(missing, 0u);
+  EXPECT_EQ(all[60 - missing]["frame"], 60 - missing);
+  EXPECT_FALSE(all[60 - missing].contains("lost_frames"));
+  EXPECT_EQ(all[61 - missing]["frame"], 61);
+  EXPECT_EQ(all[61 - missing]["lost_frames"], missing);
+  EXPECT_FALSE(all[62 - missing].contains("lost_frames"));
+  EXPECT_THAT(told(log), ElementsAre(EventId::log_lost));
+}
+
 TEST_F(FrameLogTest, ALogThatIsNotEmptiedDropsAndCounts) {
   FrameLog log(settings(), to_json);  // never started
   const std::vector<std::uint8_t> record(10'000);
-  for (int i = 0; i < 100; ++i) log.put(FaultId::none, record);
-  EXPECT_EQ(log.dropped(), 100u - (1u << 19) / 10'008);
+  for (int i = 0; i < 100; ++i) log.put({}, record);
+  EXPECT_EQ(log.dropped(), 100u - (1u << 19) / 10'032);
 }
 
 }  // namespace

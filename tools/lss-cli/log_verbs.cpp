@@ -1,10 +1,13 @@
-// log: the frames before a fault, as the daemon kept them.
+// log: what the daemon wrote into files: the log that runs, and the frames before a fault.
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 
 #include "idl/codes.h"
 #include "tools/lss-cli/verbs.h"
@@ -14,7 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kSuffix = ".crash.jsonl";
+constexpr std::string_view kCrash = ".crash.jsonl";  // whole, or not there
+constexpr std::string_view kLog = ".log.jsonl";      // may end within a line
 using Json = nlohmann::ordered_json;
 
 struct Wanted {
@@ -22,27 +26,61 @@ struct Wanted {
   std::int64_t frame = -1;
 };
 
-// The header, then the frames.
-std::vector<Json> read_log(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) {
-    throw Failure(ExitCode::usage, fmt::format("{} cannot be read", path),
-                  "list what there is with: lss-cli log list FOLDER");
-  }
-  std::vector<Json> lines;
-  for (std::string line; std::getline(file, line);) {
-    lines.push_back(Json::parse(line, nullptr, false));
-    const bool good =
-        lines.back().is_object() && (lines.size() == 1 ? lines.back().value("lss", "") == "crash"
-                                                       : lines.back().contains("timing"));
-    if (!good) {
-      throw Failure(ExitCode::usage,
-                    fmt::format("{}:{}: no log of lssd, or a damaged one", path, lines.size()),
-                    "name a file that ends in " + std::string(kSuffix));
+// Line by line: the header first.
+class LogFile {
+ public:
+  explicit LogFile(const std::string& path) : path_(path), file_(path) {
+    if (!file_) {
+      throw Failure(ExitCode::usage, fmt::format("{} cannot be read", path),
+                    "list what there is with: lss-cli log list FOLDER");
     }
+    auto first = next();
+    if (!first) throw Failure(ExitCode::usage, path + " is empty", "");
+    header_ = std::move(*first);
+    const Json kind = header_.is_object() ? header_["lss"] : Json();
+    crash_ = kind == "crash";
+    if (!crash_ && kind != "log") refuse();
   }
-  if (lines.empty()) throw Failure(ExitCode::usage, path + " is empty", "");
-  return lines;
+
+  const Json& header() const { return header_; }
+  bool crash() const { return crash_; }
+  bool cut() const { return cut_; }  // the last line was, and is left out
+
+  std::optional<Json> frame() {
+    std::optional<Json> line = next();
+    const char* number = crash() ? "timing" : "frame";
+    if (line && !(line->is_object() && line->contains(number))) {
+      // A daemon that is killed, or that writes just now.
+      if (crash() || !file_.eof() || !line->is_discarded()) refuse();
+      cut_ = true;
+      line.reset();
+    }
+    return line;
+  }
+
+ private:
+  std::optional<Json> next() {
+    std::string line;
+    if (!std::getline(file_, line)) return std::nullopt;
+    ++line_;
+    return Json::parse(line, nullptr, false);
+  }
+  [[noreturn]] void refuse() const {
+    throw Failure(ExitCode::usage,
+                  fmt::format("{}:{}: no log of lssd, or a damaged one", path_, line_),
+                  fmt::format("name a file that ends in {} or {}", kLog, kCrash));
+  }
+
+  std::string path_;
+  std::ifstream file_;
+  std::size_t line_ = 0;
+  Json header_;
+  bool crash_ = false, cut_ = false;
+};
+
+std::string utc_text(std::int64_t utc_ns, const char* format) {
+  constexpr std::int64_t kNsPerS = 1'000'000'000;
+  return fmt::format(fmt::runtime(format), fmt::gmtime(static_cast<std::time_t>(utc_ns / kNsPerS)));
 }
 
 std::string event_name(const Json& event) {
@@ -55,110 +93,209 @@ std::string event_name(const Json& event) {
   return name;
 }
 
-std::string frame_line(const Json& frame, std::int64_t last_ns, const Style& style) {
+// What came in and what happened, of the parts that are there; true when there was a fault.
+bool tell_happened(const Json& frame, std::string& text) {
+  if (const auto in = frame.find("in"); in != frame.end()) {
+    for (const Json& request : in->at("requests"))
+      text += fmt::format(" <{} {}>", request.at("source").get<std::string>(),
+                          request.at("kind").get<int>() == 0
+                              ? "heartbeat"
+                              : fmt::format("command {}", request.at("kind").get<int>()));
+  }
+  bool fault = false;
+  if (const auto outbox = frame.find("outbox"); outbox != frame.end()) {
+    for (const Json& event : outbox->at("events")) {
+      text += " " + event_name(event);
+      fault |= event.at("id").get<int>() >= kFaultEventBase;
+    }
+  }
+  return fault;
+}
+
+std::string state_name(const Json& frame) {
+  const auto state = frame.find("state");
+  return state == frame.end() ? "" : state->at("controller").at("state").get<std::string>();
+}
+
+std::string crash_line(const Json& frame, std::int64_t last_ns, const Style& style) {
   const Json& t = frame.at("timing");
   const std::int64_t boundary = t.at("boundary_ns");
   const auto us = [&](const char* point) {
     return static_cast<double>(t.at(point).get<std::int64_t>() - boundary) * 1e-3;
   };
-  std::string happened;
-  for (const Json& request : frame.at("in").at("requests"))
-    happened += fmt::format(" <{} {}>", request.at("source").get<std::string>(),
-                            request.at("kind").get<int>() == 0
-                                ? "heartbeat"
-                                : fmt::format("command {}", request.at("kind").get<int>()));
-  bool fault = false;
-  for (const Json& event : frame.at("outbox").at("events")) {
-    happened += " " + event_name(event);
-    fault |= event.at("id").get<int>() >= kFaultEventBase;
-  }
   const double margin_us = static_cast<double>(t.at("margin_ns").get<std::int64_t>()) * 1e-3;
   std::string line = fmt::format(
-      "{:>8} {:>9.1f} {:>9.1f} {:>9.1f} {:>9.1f} {:>8}  {:<11}{}",
-      t.at("frame").get<std::uint64_t>(), static_cast<double>(boundary - last_ns) * 1e-6,
-      us("woken_ns"), us("ready_ns"), margin_us, t.at("samples").get<int>(),
-      frame.at("state").at("controller").at("state").get<std::string>(), happened);
+      "{:>8} {:>9.1f} {:>9.1f} {:>9.1f} {:>9.1f} {:>8}  {:<11}", t.at("frame").get<std::uint64_t>(),
+      static_cast<double>(boundary - last_ns) * 1e-6, us("woken_ns"), us("ready_ns"), margin_us,
+      t.at("samples").get<int>(), state_name(frame));
+  const bool fault = tell_happened(frame, line);
   return (fault ? style.bad(line) : margin_us < 0 ? style.warning(line) : line) + "\n";
 }
 
-ExitCode show(Context& context, const Wanted& wanted, const std::vector<Json>& lines) {
-  const Style& style = context.output.style();
-  if (wanted.frame >= 0) {
-    const auto found = std::find_if(lines.begin() + 1, lines.end(), [&](const Json& frame) {
-      return frame.at("timing").at("frame") == wanted.frame;
-    });
-    if (found == lines.end()) {
-      throw Failure(ExitCode::unknown_name, fmt::format("there is no frame {} in it", wanted.frame),
-                    "see them all with: lss-cli log show " + wanted.path);
-    }
-    context.output.document(*found);
-    context.output.print(found->dump(2) + "\n");
-    return ExitCode::completed;
+std::string log_line(const Json& frame, const Style& style) {
+  const std::int64_t utc_ns = frame.at("utc_ns");
+  std::string line =
+      fmt::format("{:>8} {}.{:03}  {:<11}", frame.at("frame").get<std::uint64_t>(),
+                  utc_text(utc_ns, "{:%F %T}"), utc_ns / 1'000'000 % 1000, state_name(frame));
+  const bool fault = tell_happened(frame, line);
+  std::string lost;
+  for (const char* what : {"lost_frames", "lost_lines"}) {
+    if (const auto count = frame.find(what); count != frame.end())
+      lost += fmt::format(" {} {}", what, count->get<std::uint64_t>());
   }
-  const Json& first = lines.front();
-  context.output.print(fmt::format("{} ({}), lssd {}: {} frames\n", first.value("vehicle_id", "?"),
-                                   first.value("vehicle", "?"), first.value("version", "?"),
-                                   lines.size() - 1));
-  context.output.print(
-      style.dim(fmt::format("{:>8} {:>9} {:>9} {:>9} {:>9} {:>8}  {}", "frame", "ms", "woken us",
-                            "ready us", "margin us", "samples", "state")) +
-      "\n");
+  return (fault ? style.bad(line) : line) + style.warning(lost) + "\n";
+}
+
+void print_header(Context& context, const LogFile& file, const std::string& columns) {
+  const Json& first = file.header();
+  context.output.print(fmt::format(
+      "{} ({}), lssd {}: {}\n", first.value("vehicle_id", "?"), first.value("vehicle", "?"),
+      first.value("version", "?"),
+      file.crash() ? "the frames before a fault" : "log \"" + first.value("preset", "?") + "\""));
+  context.output.print(context.output.style().dim(columns) + "\n");
+}
+
+// A few frames, timed by the last.
+void show_crash(Context& context, LogFile& file) {
+  print_header(context, file,
+               fmt::format("{:>8} {:>9} {:>9} {:>9} {:>9} {:>8}  {}", "frame", "ms", "woken us",
+                           "ready us", "margin us", "samples", "state"));
+  Json frames = Json::array();
+  while (auto frame = file.frame()) frames.push_back(std::move(*frame));
   const std::int64_t last_ns =
-      lines.size() > 1 ? lines.back().at("timing").at("boundary_ns").get<std::int64_t>() : 0;
-  Json document = {{"header", first}, {"frames", Json::array()}};
-  for (std::size_t i = 1; i < lines.size(); ++i) {
-    context.output.print(frame_line(lines[i], last_ns, style));
-    document["frames"].push_back(lines[i]);
+      frames.empty() ? 0 : frames.back().at("timing").at("boundary_ns").get<std::int64_t>();
+  for (const Json& frame : frames)
+    context.output.print(crash_line(frame, last_ns, context.output.style()));
+  context.output.document({{"header", file.header()}, {"frames", frames}});
+}
+
+// A long file: what can be put out line by line is.
+void show_log(Context& context, LogFile& file) {
+  print_header(context, file, fmt::format("{:>8} {:<23}  {}", "frame", "UTC", "state"));
+  context.output.record({{"header", file.header()}});
+  nlohmann::json frames = nlohmann::json::array();
+  while (auto frame = file.frame()) {
+    context.output.print(log_line(*frame, context.output.style()));
+    if (context.output.stream()) {
+      context.output.record(*frame);
+    } else if (context.output.machine()) {
+      frames.emplace_back(*frame);
+    }
   }
-  context.output.document(document);
+  if (!context.output.stream())
+    context.output.document({{"header", file.header()}, {"frames", std::move(frames)}});
+}
+
+void show_frame(Context& context, LogFile& file, const Wanted& wanted) {
+  while (const auto frame = file.frame()) {
+    const Json& number = file.crash() ? frame->at("timing").at("frame") : frame->at("frame");
+    if (number != wanted.frame) continue;
+    context.output.document(*frame);
+    context.output.print(frame->dump(2) + "\n");
+    return;
+  }
+  throw Failure(ExitCode::unknown_name, fmt::format("there is no frame {} in it", wanted.frame),
+                "see them all with: lss-cli log show " + wanted.path);
+}
+
+ExitCode show(Context& context, const Wanted& wanted) {
+  LogFile file(wanted.path);
+  try {
+    if (wanted.frame >= 0) {
+      show_frame(context, file, wanted);
+    } else if (file.crash()) {
+      show_crash(context, file);
+    } else {
+      show_log(context, file);
+    }
+  } catch (const Json::exception& e) {
+    throw Failure(ExitCode::usage,
+                  fmt::format("{} lacks what a frame has: {}", wanted.path, e.what()),
+                  "was it written by another version of lssd?");
+  }
+  if (file.cut()) context.output.note("its last line is cut off");
   return ExitCode::completed;
+}
+
+// As its name, its first line and the file system say.
+nlohmann::json describe(const fs::path& path) {
+  const std::string name = path.filename().string();
+  const bool crash = name.ends_with(kCrash);
+  std::string line;
+  std::ifstream file(path);
+  std::getline(file, line);
+  const Json first = Json::parse(line, nullptr, false);
+  const auto field = [&](const char* key) -> nlohmann::json {
+    return first.is_object() && first.contains(key) ? nlohmann::json(first.at(key)) : nullptr;
+  };
+  const std::string fault = name.substr(name.rfind('-') + 1);
+  struct stat info {};
+  ::stat(path.c_str(), &info);
+  return {{"path", path.string()},
+          {"kind", crash ? "crash" : "log"},
+          {"vehicle_id", field("vehicle_id")},
+          {"what", crash ? nlohmann::json(fault.substr(0, fault.find('.'))) : field("preset")},
+          {"bytes", info.st_size},
+          {"begun_utc_ns", field("utc_ns")},
+          {"written_utc_ns", info.st_mtim.tv_sec * 1'000'000'000 + info.st_mtim.tv_nsec}};
+}
+
+std::string list_line(const nlohmann::json& file) {
+  const auto time = [&](const char* key) {
+    return file[key].is_number_integer() ? utc_text(file[key], "{:%F %T}") : std::string("?");
+  };
+  return fmt::format("{:<19}  {:<19}  {:>10}  {:<5}  {:<16}  {}\n", time("begun_utc_ns"),
+                     time("written_utc_ns"), file["bytes"].get<std::uint64_t>(),
+                     file["kind"].get<std::string>(),
+                     file["what"].is_string() ? file["what"].get<std::string>() : "?",
+                     file["path"].get<std::string>());
 }
 
 ExitCode list(Context& context, const Wanted& wanted) {
   const fs::path folder = wanted.path.empty() ? "/var/lib/lss" : wanted.path;
   std::error_code error;
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    if (entry.path().filename().string().ends_with(kSuffix)) files.push_back(entry.path());
+  std::vector<fs::path> paths;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    const std::string name = at->path().filename().string();
+    if (name.ends_with(kCrash) || name.ends_with(kLog)) paths.push_back(at->path());
   }
   if (error) {
     throw Failure(ExitCode::usage, fmt::format("{}: {}", folder.string(), error.message()),
                   "name the folder: log.folder of the configuration, else --run-dir of lssd");
   }
-  std::ranges::sort(files);
-  nlohmann::json names = nlohmann::json::array();
-  for (const fs::path& file : files) {
-    names.push_back(file.string());
-    context.output.print(file.string() + "\n");
+  std::ranges::sort(paths);
+  nlohmann::json files = nlohmann::json::array();
+  for (const fs::path& path : paths) files.push_back(describe(path));
+  if (files.empty()) {
+    context.output.note("there is no log in " + folder.string());
+  } else {
+    context.output.print(context.output.style().dim(
+                             fmt::format("{:<19}  {:<19}  {:>10}  {:<5}  {:<16}  {}", "begun (UTC)",
+                                         "written (UTC)", "bytes", "kind", "what", "file")) +
+                         "\n");
   }
-  if (files.empty()) context.output.note("no frames were kept in " + folder.string());
-  context.output.document({{"folder", folder.string()}, {"files", names}});
+  for (const nlohmann::json& file : files) context.output.print(list_line(file));
+  context.output.document({{"folder", folder.string()}, {"files", std::move(files)}});
   return ExitCode::completed;
 }
 
 }  // namespace
 
 void add_log_verbs(Grammar& grammar) {
-  CLI::App& sub = grammar.verb("log", "the last frames before a fault: list [FOLDER], show FILE",
+  CLI::App& sub = grammar.verb("log", "what the daemon logged: list [FOLDER], show FILE",
                                "  lss-cli log list /run/lss\n  lss-cli log show FILE\n  lss-cli "
-                               "log show FILE --frame 154\n");
+                               "log show FILE --frame 154\n  lss-cli --jsonl log show FILE | jq "
+                               "'.telemetry.distance_m'\n");
   auto wanted = std::make_shared<Wanted>();
   sub.add_option("what", wanted->what, "list or show")->required();
-  sub.add_option("path", wanted->path, "folder (default /var/lib/lss) or file");
+  sub.add_option("path", wanted->path,
+                 "folder (default /var/lib/lss), or a file: of the log that runs, or of the frames "
+                 "before a fault");
   sub.add_option("--frame", wanted->frame, "only this one, with everything in it");
   grammar.values(sub, "", {"list", "show"});
   grammar.on(sub, [wanted](Context& context) {
     if (wanted->what == "list") return list(context, *wanted);
-    if (wanted->what == "show" && !wanted->path.empty()) {
-      const std::vector<Json> lines = read_log(wanted->path);
-      try {
-        return show(context, *wanted, lines);
-      } catch (const Json::exception& e) {
-        throw Failure(ExitCode::usage,
-                      fmt::format("{} lacks what a frame has: {}", wanted->path, e.what()),
-                      "was it written by another version of lssd?");
-      }
-    }
+    if (wanted->what == "show" && !wanted->path.empty()) return show(context, *wanted);
     throw Failure(ExitCode::usage,
                   fmt::format("log {} {}: what is that?", wanted->what, wanted->path),
                   "log list [FOLDER], or log show FILE");

@@ -1,0 +1,69 @@
+#include "daemon/record/files.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <ctime>
+#include <system_error>
+
+#include "drivers/time.h"
+
+namespace lss::record {
+
+namespace fs = std::filesystem;
+
+fs::path NumberedFiles::path(unsigned number, std::int64_t utc_ns, std::string_view what) const {
+  const auto utc_s = static_cast<std::time_t>(utc_ns / kSecond);
+  return folder_ / fmt::format("{}{:06}-{:%Y%m%dT%H%M%S}Z-{}{}", prefix_, number,
+                               fmt::gmtime(utc_s), what, suffix_);
+}
+
+unsigned NumberedFiles::number_of(const fs::path& path) const {
+  const std::string name = path.filename().string();
+  constexpr std::size_t kDigits = 6;
+  if (!name.starts_with(prefix_) || !name.ends_with(suffix_)) return 0;
+  const std::string_view rest = std::string_view(name).substr(prefix_.size());
+  const std::size_t digits = rest.find_first_not_of("0123456789");
+  if (digits == std::string_view::npos || digits < kDigits || rest[digits] != '-') return 0;
+  unsigned number = 0;
+  std::from_chars(rest.data(), rest.data() + digits, number);
+  return number;
+}
+
+std::vector<std::pair<unsigned, fs::path>> NumberedFiles::list() const {
+  std::vector<std::pair<unsigned, fs::path>> files;
+  for (fs::path& path : entries(folder_)) {
+    if (const unsigned number = number_of(path); number != 0)
+      files.emplace_back(number, std::move(path));
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+std::vector<fs::path> entries(const fs::path& folder) {
+  std::vector<fs::path> found;
+  std::error_code error;
+  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
+    found.push_back(at->path());
+  return found;
+}
+
+std::string line_of(const nlohmann::ordered_json& json) {
+  return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+int write_all(int fd, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(fd, text.data(), text.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return 0;
+}
+
+}  // namespace lss::record

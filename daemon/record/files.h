@@ -1,0 +1,41 @@
+#pragma once
+
+// The files that the log thread leaves in a folder: ID-NUMBER-TIME-WHAT.SUFFIX, numbered by vehicle
+// and suffix, so that their order does not hang on a clock that is set.
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace lss::record {
+
+class NumberedFiles {
+ public:
+  NumberedFiles(std::filesystem::path folder, const std::string& vehicle_id, std::string suffix)
+      : folder_(std::move(folder)), prefix_(vehicle_id + "-"), suffix_(std::move(suffix)) {}
+
+  std::filesystem::path path(unsigned number, std::int64_t utc_ns, std::string_view what) const;
+  // The number of a file of this vehicle and suffix; 0: it is none.
+  unsigned number_of(const std::filesystem::path& path) const;
+  // All that there are, the oldest first.
+  std::vector<std::pair<unsigned, std::filesystem::path>> list() const;
+
+ private:
+  std::filesystem::path folder_;
+  std::string prefix_, suffix_;
+};
+
+// Everything in the folder; empty when it cannot be read.
+std::vector<std::filesystem::path> entries(const std::filesystem::path& folder);
+
+// A line of a file, with its end. Text may hold any bytes: a source chooses its own.
+std::string line_of(const nlohmann::ordered_json& json);
+
+// Everything into the file, or the error's number.
+int write_all(int fd, std::string_view text);
+
+}  // namespace lss::record

@@ -1,0 +1,146 @@
+#include "daemon/record/log_sink.h"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+#include "daemon/core/clock.h"
+
+namespace lss::record {
+
+namespace fs = std::filesystem;
+
+LogFiles::LogFiles(const config::LogPreset& preset, fs::path folder, const std::string& vehicle_id,
+                   FirstLine first_line)
+    : preset_(preset.name),
+      file_bytes_(preset.file_bytes),
+      total_bytes_(preset.total_bytes),
+      folder_(std::move(folder)),
+      files_(folder_, vehicle_id, kSuffix),
+      first_line_(std::move(first_line)) {}
+
+std::string LogFiles::put(std::string_view line, TimeNs now) {
+  const bool full = lines_ > 0 && size_ + line.size() > file_bytes_;
+  if (fd_ >= 0 && (full || removed())) close();
+  if (fd_ < 0 && now < retry_ns_) return error_;
+  int error = fd_ < 0 ? begin() : 0;
+  if (error == 0) error = add(line);
+  if (error == 0) {
+    ++lines_;
+    return {};
+  }
+  close();
+  retry_ns_ = now + kRetry;
+  return error_ = std::strerror(error);
+}
+
+// The oldest files go until there is room for a whole one.
+int LogFiles::begin() {
+  auto files = files_.list();
+  const unsigned number = files.empty() ? 1 : files.back().first + 1;
+  std::error_code ignored;
+  std::uint64_t total = file_bytes_;
+  for (auto file = files.rbegin(); file != files.rend(); ++file) {
+    const std::uintmax_t size = fs::file_size(file->second, ignored);
+    if (!ignored) total += size;
+    if (total > total_bytes_) fs::remove(file->second, ignored);
+  }
+  path_ = files_.path(number, utc_ns(), preset_);
+  size_ = lines_ = 0;
+  fd_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644);
+  return fd_ < 0 ? errno : add(first_line_());
+}
+
+// Whole, or not at all.
+int LogFiles::add(std::string_view text) {
+  const int error = write_all(fd_, text);
+  if (error == 0) {
+    size_ += text.size();
+  } else {
+    [[maybe_unused]] const int cut = ::ftruncate(fd_, static_cast<off_t>(size_));
+  }
+  return error;
+}
+
+// By somebody who wanted the room: nothing more goes into it.
+bool LogFiles::removed() const {
+  struct stat info {};
+  return ::fstat(fd_, &info) == 0 && info.st_nlink == 0;
+}
+
+void LogFiles::close() {
+  if (fd_ < 0) return;
+  if (lines_ == 0) ::unlink(path_.c_str());
+  ::close(std::exchange(fd_, -1));
+}
+
+std::string LogSocket::put(std::string_view line, TimeNs now) {
+  if (fd_ < 0 && now < retry_ns_) return error_;
+  int error = fd_ < 0 ? connect() : 0;
+  if (error == 0 && now >= first_line_ns_) {
+    error = send(first_line_());
+    if (error == 0) first_line_ns_ = now + kFirstLineEvery;
+  }
+  if (error == 0) error = send(line);
+  if (error == 0) return {};
+  if (error == EAGAIN || error == ENOBUFS) return "who listens is too slow";
+  if (error == EMSGSIZE) return "a line is longer than a datagram may be";
+  close();
+  retry_ns_ = now + kRetry;
+  return error_ = std::strerror(error);
+}
+
+int LogSocket::connect() {
+  sockaddr_storage storage{};
+  socklen_t size = 0;
+  constexpr std::string_view kUdp = "udp://";
+  if (address_.starts_with(kUdp)) {
+    const std::size_t colon = address_.rfind(':');
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    std::uint16_t port = 0;
+    std::from_chars(address_.data() + colon + 1, address_.data() + address_.size(), port);
+    to.sin_port = htons(port);
+    const std::string host = address_.substr(kUdp.size(), colon - kUdp.size());
+    if (::inet_pton(AF_INET, host.c_str(), &to.sin_addr) != 1) return EADDRNOTAVAIL;
+    std::memcpy(&storage, &to, size = sizeof to);
+  } else {
+    sockaddr_un to{};
+    to.sun_family = AF_UNIX;
+    if (address_.size() >= sizeof to.sun_path) return ENAMETOOLONG;
+    std::memcpy(to.sun_path, address_.data(), address_.size());
+    std::memcpy(&storage, &to, size = sizeof to);
+  }
+  fd_ = ::socket(storage.ss_family, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (fd_ < 0) return errno;
+  first_line_ns_ = 0;
+  return ::connect(fd_, reinterpret_cast<const sockaddr*>(&storage), size) == 0 ? 0 : errno;
+}
+
+int LogSocket::send(std::string_view text) const {
+  return ::send(fd_, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL) < 0 ? errno : 0;
+}
+
+void LogSocket::close() {
+  if (fd_ >= 0) ::close(std::exchange(fd_, -1));
+}
+
+std::unique_ptr<LogSink> make_sink(const config::LogPreset& preset, const fs::path& folder,
+                                   const std::string& vehicle_id, FirstLine first_line) {
+  if (!preset.address.empty())
+    return std::make_unique<LogSocket>(preset.address, std::move(first_line));
+  return std::make_unique<LogFiles>(preset, folder, vehicle_id, std::move(first_line));
+}
+
+}  // namespace lss::record

@@ -1,0 +1,100 @@
+#pragma once
+
+// Where the lines of a running log go: to files that rotate, or as datagrams to a socket. Log
+// thread. No line waits for another try: what cannot be written is lost, and the caller counts it.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "daemon/config/config.h"
+#include "daemon/record/files.h"
+#include "drivers/time.h"
+
+namespace lss::record {
+
+class LogSink {
+ public:
+  virtual ~LogSink() = default;
+  // A line, with its end. Empty, or why it is lost.
+  virtual std::string put(std::string_view line, TimeNs now) = 0;
+  virtual std::string where() const = 0;  // for people
+};
+
+// Says who writes and what: the first line of a file.
+using FirstLine = std::function<std::string()>;
+
+// Each start, and each file that is full, begins a new file, ID-NUMBER-TIME-PRESET.log.jsonl.
+// Before that the oldest of this vehicle go, so that all together stay within total_bytes; other
+// files are never touched. Every line is with the kernel when put() returns: a daemon that is
+// killed loses none. When the disk is full, the file ends with its last whole line, and a new one
+// is tried again and again.
+class LogFiles final : public LogSink {
+ public:
+  static constexpr const char* kSuffix = ".log.jsonl";
+  static constexpr TimeNs kRetry = 5 * kSecond;
+
+  LogFiles(const config::LogPreset& preset, std::filesystem::path folder,
+           const std::string& vehicle_id, FirstLine first_line);
+  ~LogFiles() override { close(); }
+  LogFiles(const LogFiles&) = delete;
+  LogFiles& operator=(const LogFiles&) = delete;
+
+  std::string put(std::string_view line, TimeNs now) override;
+  std::string where() const override { return folder_.string(); }
+
+ private:
+  int begin();
+  int add(std::string_view text);
+  bool removed() const;
+  void close();
+
+  std::string preset_;
+  std::uint64_t file_bytes_, total_bytes_;
+  std::filesystem::path folder_;
+  NumberedFiles files_;
+  FirstLine first_line_;
+  std::filesystem::path path_;  // of the open file
+  int fd_ = -1;
+  std::uint64_t size_ = 0, lines_ = 0;
+  std::string error_;
+  TimeNs retry_ns_ = 0;
+};
+
+// A datagram each line, to a UNIX socket or to UDP on the loopback interface. Who listens need not
+// be there, may leave and come back, and may be slow. The first line is sent when a connection
+// begins and every ten seconds.
+class LogSocket final : public LogSink {
+ public:
+  static constexpr TimeNs kRetry = kSecond;
+  static constexpr TimeNs kFirstLineEvery = 10 * kSecond;
+
+  LogSocket(std::string address, FirstLine first_line)
+      : address_(std::move(address)), first_line_(std::move(first_line)) {}
+  ~LogSocket() override { close(); }
+  LogSocket(const LogSocket&) = delete;
+  LogSocket& operator=(const LogSocket&) = delete;
+
+  std::string put(std::string_view line, TimeNs now) override;
+  std::string where() const override { return address_; }
+
+ private:
+  int connect();
+  int send(std::string_view text) const;
+  void close();
+
+  std::string address_;
+  FirstLine first_line_;
+  int fd_ = -1;
+  std::string error_;
+  TimeNs retry_ns_ = 0, first_line_ns_ = 0;
+};
+
+std::unique_ptr<LogSink> make_sink(const config::LogPreset& preset,
+                                   const std::filesystem::path& folder,
+                                   const std::string& vehicle_id, FirstLine first_line);
+
+}  // namespace lss::record
