@@ -83,14 +83,14 @@ class FrameEngine {
   template <class Release>
   void due(const Boundary& boundary, Release&& release) noexcept {
     // Releases that were slept through are late as well: a standstill of the machine is an overrun.
-    bool limit = boundary.skipped != 0 && overruns_.late(boundary.skipped);
     const Due& due = due_.get();
+    bool limit = due.boundary_ns != 0 && boundary.skipped != 0 && overruns_.late(boundary.skipped);
     if (due.boundary_ns == boundary.time_ns) {
       overruns_.in_time();
       release(due.command);
-    } else {
+    } else if (due.boundary_ns != 0) {  // before the first frame nothing is late
       limit = overruns_.late() || limit;
-      if (due.boundary_ns != 0 && overruns_.consecutive() == 1) {
+      if (overruns_.consecutive() == 1) {
         ++report_.repeated;
         release(due.command);
       }

@@ -81,6 +81,7 @@ class Stuck(Scenario):
         self.assertEqual(status["realtime"]["mallocs_since_start"], 0)
         self.assertNotIn("thread frame stands still", daemon.err())
 
+    # [Prod-2]
     def test_a_full_disk_a_stuck_log_and_subscribers_that_stop_reading_delay_no_frame(self):
         self.start_sim()
         config = self.write_config()
@@ -149,6 +150,11 @@ class Stuck(Scenario):
         frames = status["frame"]["index"] - before["frame"]["index"]
         self.assertAlmostEqual(frames, (status["time_ns"] - before["time_ns"]) / PERIOD_NS, delta=6)
         self.assertEqual(status["state"], IDLE)
+        # Back by more than it was: whatever waits until a wall-clock time would wait for hours.
+        self.set_clock(-3600)
+        self.wait_status(lambda s: s["utc_ns"] < before["utc_ns"], 10, "UTC stamps follow back")
+        self.frames_go_on(100)
+        self.assertEqual([e["name"] for e in self.events()].count("clock_stepped"), 2)
         self.assertTrue(daemon.running())
 
 
