@@ -45,7 +45,12 @@ namespace lss {
     "see: lss-cli command describe NAME")                                                         \
   X(27, never_heard, "a module has not been heard since the daemon started",                      \
     "check its power and the bus")                                                                \
-  X(28, too_fast, "faster than a leg may turn", "give it more time")
+  X(28, too_fast, "faster than a leg may turn", "give it more time")                              \
+  X(29, isolated, "the module is out of service", "lss-cli restore, when it is well again")       \
+  X(30, obc_silent, "the OBC is not heard", "start the OBC's client or lss-cli heartbeat")        \
+  X(31, nobody_holds, "nobody holds authority", "")                                               \
+  X(32, not_stable, "too few legs would be left to stand and walk on",                            \
+    "mend a leg and restore it first")
 
 // number, name, severity (of lss.idl: 0 info, 1 warning, 2 error, 3 fatal), what it says, what to
 // do about it
@@ -110,7 +115,12 @@ namespace lss {
   X(20, timing_reset, 0, "timing statistics begin anew")                                 \
   X(21, clock_stepped, 1, "wall clock was set by {0} s: UTC stamps jump, frames do not") \
   X(22, frames_kept, 0, "the frames before a fault are kept in a file")                  \
-  X(23, log_failed, 1, "the frames before a fault could not be written")
+  X(23, log_failed, 1, "the log or the frames before a fault could not be written")      \
+  X(24, strategy_begun, 0, "error solving tries {0}")                                    \
+  X(25, strategy_ended, 0, "{0} ended: {1}")                                             \
+  X(26, module_isolated, 1, "module is out of service")                                  \
+  X(27, modules_restored, 0, "all modules are in service again")                         \
+  X(28, log_lost, 1, "frames are missing in the log")
 
 enum class Reason : std::uint16_t {
 #define LSS_ENUM(number, name, ...) name = number,

@@ -57,6 +57,7 @@ enum class CommandKind : std::uint16_t {
   reset = 5,
   request_data = 6,
   reset_timing = 7,
+  restore = 8,
 };
 
 inline constexpr ParameterInfo kStopParameters[] = {
@@ -69,6 +70,12 @@ inline constexpr CommandInfo kCommonCommands[] = {
     {4, "solve", Access::holder, false, "leave FatalError: run the error-solving strategies", {}},
     {6, "data", Access::anyone, false, "ask for one telemetry sample", {}},
     {7, "reset-timing", Access::anyone, false, "begin the timing statistics anew", {}},
+    {8,
+     "restore",
+     Access::holder,
+     false,
+     "put modules that error solving isolated into service again",
+     {}},
 };
 
 }  // namespace lss

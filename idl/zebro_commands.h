@@ -45,6 +45,20 @@ enum class CommandKind : std::uint16_t {
   leg = 106,
 };
 
+// How error solving tries to get rid of a fault; numbers as in the events strategy_begun and
+// strategy_ended.
+enum class StrategyKind : std::uint8_t {
+  none = 0,
+  reconnect,     // wait until everything answers again
+  reset_module,  // reset what is at fault
+  move_free,     // move a blocked leg a little, back and forth
+  cool_down,     // wait until it is cool, then reset it
+  isolate,       // take legs out of service and go on without them
+  reset_all,     // reset all modules
+};
+inline constexpr const char* kStrategyNames[] = {
+    "none", "reconnect", "reset_module", "move_free", "cool_down", "isolate", "reset_all"};
+
 inline constexpr const char* kSpeeds[] = {"zero", "low", "medium", "high"};
 inline constexpr const char* kFollowUps[] = {"none", "stand", "walk"};
 inline constexpr const char* kDirections[] = {"backward", "forward"};

@@ -19,7 +19,11 @@ Verdict Supervisor::evaluate(const Logic& logic, const SupervisorState& state,
   if (info->access == Access::holder && held_by_another(state, request.source)) {
     return {.reason = Reason::not_authorised};
   }
-  Verdict verdict = lc::step(*logic.table, state.controller, logic.event_of(request)).verdict;
+  lc::ControllerState controller = state.controller;
+  controller.links = static_cast<std::uint8_t>(controller.links & ~lc::kObcSilent);  // it speaks
+  Verdict verdict =
+      lc::step(*logic.table, controller, logic.event_of(request), logic.subject_of(request))
+          .verdict;
   if (verdict.subject != 0 && verdict.reason == Reason::module_silent) {
     verdict.measured = static_cast<double>(state.age_ms[verdict.subject - 1u]);
     verdict.limit = static_cast<double>(state.silent_limit_ms);
@@ -44,6 +48,7 @@ void Supervisor::request(const Request& request) noexcept {
 
 void Supervisor::heartbeat(const Request& request) noexcept {
   state_.contact_ns = state_.time_ns;
+  if (state_.controller.links & lc::kObcSilent) happen(lc::Event::obc_heard);
   if (state_.detached || request.source == state_.authority) state_.heartbeat_ns = state_.time_ns;
 }
 
@@ -70,15 +75,17 @@ void Supervisor::command(const Request& request) noexcept {
   acknowledge(command, Phase::executing);
   if (request.kind == number(CommandKind::emergency_stop)) raise(FaultId::emergency_stop);
   if (request.kind == number(CommandKind::reset_timing)) note(EventId::timing_reset);
-  apply(logic_.event_of(request), &request);
+  apply(logic_.event_of(request), &request, logic_.subject_of(request));
   if (!replaces) acknowledge(command, Phase::completed);
 }
 
-void Supervisor::happen(lc::Event event) noexcept { apply(event, nullptr); }
+Verdict Supervisor::happen(lc::Event event, unsigned subject) noexcept {
+  return apply(event, nullptr, subject);
+}
 
-Verdict Supervisor::apply(lc::Event event, const Request* request) noexcept {
+Verdict Supervisor::apply(lc::Event event, const Request* request, unsigned subject) noexcept {
   const lc::ControllerState before = state_.controller;
-  const lc::Result result = lc::step(*logic_.table, before, event);
+  const lc::Result result = lc::step(*logic_.table, before, event, subject);
   if (result.row < 0) return result.verdict;
   state_.controller = result.next;
   if (result.actions & lc::kClearFaults) {
@@ -89,7 +96,9 @@ Verdict Supervisor::apply(lc::Event event, const Request* request) noexcept {
     state_.faults = {};
     state_.fault_count = 0;
   }
-  if (result.actions & lc::kReleaseAuthority) release_authority();
+  if (result.actions & lc::kIsolate)
+    note(EventId::module_isolated, static_cast<std::uint16_t>(subject));
+  if ((result.actions & lc::kRestore) && before.isolated != 0) note(EventId::modules_restored);
   if (result.actions != 0) actor_->act(result.actions, request);
   follow(before);
   return result.verdict;
@@ -103,9 +112,13 @@ void Supervisor::follow(const lc::ControllerState& before) noexcept {
          static_cast<double>(now.state));
   }
   if (now.mode != before.mode) note(EventId::mode_changed, 0, before.mode, now.mode);
-  if (now.state != State::operational) release_authority();
+  if (!(now.links & lc::kHeld) && state_.authority.front() != '\0') {
+    note(EventId::authority_released);
+    state_.authority = {};
+    state_.detached = false;
+  }
   if (state_.active.kind == 0) return;
-  if (logic_.reached(state_.active.kind, now)) {
+  if (logic_.reached(state_.active.kind, state_)) {
     finish(Phase::completed);
   } else if (now.state == State::fatal_error && before.state == State::solve_errors) {
     finish(Phase::failed, Reason::not_solved);
@@ -118,6 +131,12 @@ void Supervisor::follow(const lc::ControllerState& before) noexcept {
 }
 
 void Supervisor::raise(FaultId id, std::uint16_t subject) noexcept {
+  latch(id, subject);
+  if (info(id)->severity == static_cast<std::uint8_t>(Severity::fatal))
+    happen(lc::Event::emergency);
+}
+
+void Supervisor::latch(FaultId id, std::uint16_t subject) noexcept {
   const bool fatal = info(id)->severity == static_cast<std::uint8_t>(Severity::fatal);
   FaultRecord* fault = find(id, subject);
   if (fault == nullptr) {
@@ -130,7 +149,6 @@ void Supervisor::raise(FaultId id, std::uint16_t subject) noexcept {
       *fault = {.id = id, .subject = subject, .count = 0, .since_ns = state_.time_ns};
   }
   if (fault != nullptr) ++fault->count;
-  if (fatal) happen(lc::Event::emergency);
 }
 
 void Supervisor::clear(FaultId id, std::uint16_t subject) noexcept {
@@ -150,23 +168,22 @@ FaultRecord* Supervisor::find(FaultId id, std::uint16_t subject) noexcept {
 
 void Supervisor::check_links() noexcept {
   // What the vehicle reported may be what the running command was waiting for.
-  if (state_.active.kind != 0 && logic_.reached(state_.active.kind, state_.controller)) {
+  if (state_.active.kind != 0 && logic_.reached(state_.active.kind, state_))
     finish(Phase::completed);
-  }
-  if (state_.controller.state != State::operational) return;
-  if (state_.authority.front() != '\0' && state_.time_ns - state_.heartbeat_ns > state_.lease_ns) {
+  const std::uint8_t links = state_.controller.links;
+  if ((links & lc::kHeld) && state_.time_ns - state_.heartbeat_ns > state_.lease_ns) {
     note(EventId::lease_expired, 0,
          static_cast<double>(state_.time_ns - state_.heartbeat_ns) * 1e-6);
     // What is on its way to a stop anyway goes on to its end.
-    if (state_.active.kind != 0 && logic_.command(state_.active.kind)->leased) {
+    if (state_.active.kind != 0 && logic_.command(state_.active.kind)->leased)
       finish(Phase::failed, Reason::lease_expired);
-    }
-    happen(logic_.lease_expired);
-    release_authority();
+    happen(lc::Event::lease_expired);
   }
-  if (state_.controller.state == State::operational &&
+  if (!(links & lc::kObcSilent) &&
       state_.time_ns - state_.contact_ns > parameters_.obc_timeout_ns) {
-    raise(FaultId::obc_silent);
+    const bool operational = state_.controller.state == State::operational;
+    happen(lc::Event::obc_silent);
+    if (operational) raise(FaultId::obc_silent);
   }
 }
 
@@ -181,16 +198,6 @@ void Supervisor::gate_closed(double check) noexcept {
   raise(FaultId::gate_closed);
 }
 
-void Supervisor::set_modules(std::uint16_t silent, std::uint16_t unheard) noexcept {
-  state_.controller.silent = silent;
-  state_.controller.unheard = unheard;
-}
-
-void Supervisor::set_flag(std::uint8_t flag, bool on) noexcept {
-  std::uint8_t& flags = state_.controller.flags;
-  flags = static_cast<std::uint8_t>(on ? flags | flag : flags & ~flag);
-}
-
 void Supervisor::set_ages(const std::array<std::int64_t, kMaxModules>& age_ms,
                           std::int64_t limit_ms) noexcept {
   state_.age_ms = age_ms;
@@ -203,13 +210,6 @@ void Supervisor::take_authority(const Request& request) noexcept {
   state_.detached = (request.flags & kFlagDetached) != 0;
   state_.lease_ns = static_cast<TimeNs>(request.lease_ms) * kMillisecond;
   state_.heartbeat_ns = state_.time_ns;
-}
-
-void Supervisor::release_authority() noexcept {
-  if (state_.authority.front() == '\0') return;
-  note(EventId::authority_released);
-  state_.authority = {};
-  state_.detached = false;
 }
 
 void Supervisor::finish(Phase phase, Reason reason) noexcept {

@@ -22,12 +22,11 @@ struct SupervisorState;
 struct Logic {
   const lc::Table* table;
   lc::Event (*event_of)(const Request& request);
-  bool (*reached)(std::uint16_t kind, const lc::ControllerState& state);
+  unsigned (*subject_of)(const Request& request);  // the module it is for; 0: none
+  bool (*reached)(std::uint16_t kind, const SupervisorState& state);
   const CommandInfo* (*command)(std::uint16_t kind);
   // Whether it makes sense with what the vehicle measures (SupervisorState::sense).
   Verdict (*sense)(const SupervisorState& state, const Request& request);
-  lc::Event lease_expired;
-  std::uint16_t modules;  // bit i: there is a module i+1
 };
 
 // Carries out the actions of a row, at once and in order. `request` is the command they come from,
@@ -77,7 +76,7 @@ class Supervisor {
 
   Supervisor(const Logic& logic, const Parameters& parameters) noexcept
       : logic_(logic), parameters_(parameters) {
-    state_.controller.unheard = logic.modules;
+    state_.controller = lc::begin(*logic.table);
   }
 
   // Whether the request would be accepted in this state, else the guard that says no. Any thread,
@@ -88,7 +87,10 @@ class Supervisor {
   // One frame: begin, then requests and reports in any order, then check_links.
   void begin(TimeNs now, Actor& actor) noexcept;
   void request(const Request& request) noexcept;
-  void happen(lc::Event event) noexcept;
+  // Anything but a command, through the locomotion controller; reason none: it was taken.
+  Verdict happen(lc::Event event, unsigned subject = 0) noexcept;
+  // Latches a fault.
+  void latch(FaultId id, std::uint16_t subject = 0) noexcept;
   // Latches a fault; a fatal one is an emergency.
   void raise(FaultId id, std::uint16_t subject = 0) noexcept;
   void clear(FaultId id, std::uint16_t subject = 0) noexcept;
@@ -99,12 +101,9 @@ class Supervisor {
   // The gate replaced a command by the safe one: counted, told, and an emergency.
   void gate_closed(double check) noexcept;
 
-  // What the vehicle knows of its modules and its own flags; guards look at it.
-  void set_modules(std::uint16_t silent, std::uint16_t unheard) noexcept;
-  void set_flag(std::uint8_t flag, bool on) noexcept;
+  // What the vehicle knows of its modules; guards look at it.
   void set_ages(const std::array<std::int64_t, kMaxModules>& age_ms,
                 std::int64_t limit_ms) noexcept;
-
   void set_sense(const std::array<double, kMaxModules>& sense) noexcept { state_.sense = sense; }
 
   const SupervisorState& state() const noexcept { return state_; }
@@ -124,10 +123,9 @@ class Supervisor {
 
   void command(const Request& request) noexcept;
   void heartbeat(const Request& request) noexcept;
-  Verdict apply(lc::Event event, const Request* request) noexcept;
+  Verdict apply(lc::Event event, const Request* request, unsigned subject) noexcept;
   void follow(const lc::ControllerState& before) noexcept;
   void take_authority(const Request& request) noexcept;
-  void release_authority() noexcept;
   void finish(Phase phase, Reason reason = Reason::none) noexcept;
   void acknowledge(const Active& command, Phase phase, const Verdict& verdict = {}) noexcept;
   void report(Severity severity, std::uint16_t id, std::uint16_t subject, double a,

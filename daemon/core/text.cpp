@@ -7,7 +7,7 @@ namespace lss {
 
 std::string event_text(const EventRecord& event, const Vocabulary& vocabulary) {
   std::string prefix;
-  if (event.subject > 0 && event.subject <= vocabulary.module_count) {
+  if (event.subject > 0 && event.subject <= vocabulary.modules.size()) {
     prefix = fmt::format("module {} ({}): ", event.subject, vocabulary.modules[event.subject - 1u]);
   }
   if (event.id >= kFaultEventBase) {
@@ -25,13 +25,18 @@ std::string event_text(const EventRecord& event, const Vocabulary& vocabulary) {
     if (id == EventId::state_changed) {
       arguments.push_back(kStateNames[index < 4 ? index : 0]);
     } else if (id == EventId::mode_changed) {
-      arguments.push_back(index < vocabulary.mode_count ? vocabulary.modes[index] : "unknown");
+      arguments.push_back(index < vocabulary.modes.size() ? vocabulary.modes[index] : "unknown");
     } else if (id == EventId::fault_cleared) {
       const CodeInfo* fault = info(static_cast<FaultId>(static_cast<std::uint16_t>(index)));
       arguments.push_back(fault ? fault->name : "none");
     } else if (id == EventId::command_rejected && &argument == &event.argument[1]) {
       const CodeInfo* reason = info(static_cast<Reason>(static_cast<std::uint16_t>(index)));
       arguments.push_back(reason ? reason->text : "none");
+    } else if (id == EventId::strategy_ended && &argument == &event.argument[1]) {
+      arguments.push_back(argument > 0 ? "solved" : "not solved");
+    } else if (id == EventId::strategy_begun || id == EventId::strategy_ended) {
+      arguments.push_back(index < vocabulary.strategies.size() ? vocabulary.strategies[index]
+                                                               : "unknown");
     } else {
       arguments.push_back(argument);
     }

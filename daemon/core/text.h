@@ -2,18 +2,17 @@
 
 // Events as sentences, for the log and for DDS. Ordinary threads.
 
+#include <span>
 #include <string>
 
 #include "daemon/core/messages.h"
 
 namespace lss {
 
-// How a vehicle names its modes and its modules (wheels, nodes); subject n is modules[n - 1].
+// How a vehicle names its modes, its modules (wheels, nodes; subject n is modules[n - 1]) and its
+// strategies of error solving.
 struct Vocabulary {
-  const char* const* modes;
-  std::size_t mode_count;
-  const char* const* modules;
-  std::size_t module_count;
+  std::span<const char*const> modes, modules, strategies;
 };
 
 // "module 3 (LM): leg passed its calibration sensor"

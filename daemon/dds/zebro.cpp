@@ -20,6 +20,7 @@ lss_ZebroModule to_dds(const ModuleTelemetry& module) {
   to.motion_control = module.motion_control;
   to.moving = module.moving;
   to.swing = module.swing;
+  to.isolated = module.isolated;
   to.flags = module.flags;
   to.position_rad = module.position_rad;
   to.velocity_rad_s = module.velocity_rad_s;
@@ -32,6 +33,7 @@ lss_ZebroModule to_dds(const ModuleTelemetry& module) {
   to.firmware_major = module.firmware_major;
   to.firmware_minor = module.firmware_minor;
   to.reset_cause = module.reset_cause;
+  to.dropped_frames = module.dropped_frames;
   to.age_ms = module.age_ms;
   to.replies = module.replies;
   to.resends = module.resends;

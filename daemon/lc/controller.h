@@ -1,15 +1,16 @@
 #pragma once
 
 // The locomotion controller (LC): four states (Zebro thesis 4.3.1), the vehicle's modes inside
-// Operational, and one table of rows (event, from, guards, actions, to) from which come the code
-// that runs, the rejects with their reasons, and the list of what is allowed when. step() is a pure
-// function: the same state and event give the same result; no clock, no I/O, no allocation. Called
-// from the frame thread, from the command thread (to answer at once, on a copy of the state) and
-// from tests.
+// Operational, the links to modules, port and OBC, and one table of rows (event, from, guards,
+// actions, to) from which come the code that runs, the rejects with their reasons, the list of what
+// is allowed when, and the model that is verified (tools/lss-lc). step() is a pure function: the
+// same state and event give the same result; no clock, no I/O, no allocation. Called from the frame
+// thread, from the command thread (to answer at once, on a copy of the state) and from tests.
 //
 // A vehicle brings its modes, goals, flags, guards and its own rows; the rows of kCommonRows hold
 // for all.
 
+#include <array>
 #include <cstdint>
 #include <span>
 
@@ -18,32 +19,42 @@
 namespace lss::lc {
 
 // What can happen. Commands first, then what the world does. A vehicle's own begin at
-// kVehicleEvents.
+// kVehicleEvents. Those of a module have its number, from 1 on, as subject.
 enum class Event : std::uint8_t {
   none,
   emergency_stop,    // commanded, by anyone
-  emergency,         // a fatal fault was raised
   solve,             // commanded: leave FatalError
-  solved,            // all errors are solved
-  unsolved,          // the strategies gave up
   reset_controller,  // commanded: back to a safe state
   reset_module,      // commanded
+  restore,           // commanded: isolated modules are in service again
   request_data,      // commanded
   reset_timing,      // commanded
+  emergency,         // a fatal fault was raised
+  module_heard,      // subject; it answers
+  module_silent,     // subject; it did not answer in its time
+  port_opened,
+  port_closed,
+  obc_heard,
+  obc_silent,     // no command and no heartbeat of anyone in its time
+  lease_expired,  // no heartbeat of who holds authority in its time
+  next_strategy,  // the one before did not solve the errors
+  solved,         // all errors are solved
+  unsolved,       // the strategies gave up
 };
-inline constexpr std::uint8_t kVehicleEvents = 16;
+inline constexpr std::uint8_t kVehicleEvents = 32;
 
 // Sets as bit masks.
 using StateSet = std::uint8_t;
 using ModeSet = std::uint32_t;
 using GuardSet = std::uint16_t;
-using ActionSet = std::uint32_t;
+using ActionSet = std::uint64_t;
 
 constexpr StateSet in(State s) { return static_cast<StateSet>(1u << static_cast<unsigned>(s)); }
 inline constexpr StateSet kAnyState = 0x0F;
 inline constexpr ModeSet kAnyMode = ~ModeSet{0};
 
-// Actions that every vehicle knows; its own are bits from kVehicleActions on.
+// Actions that every vehicle knows; its own are bits from kVehicleActions on. The first ones are
+// carried out by the vehicle, the others are done when step() returns: they change the state only.
 enum Action : ActionSet {
   kEmergencyStop = 1u << 0,  // to every actuator, in this frame
   kMotorsOff = 1u << 1,
@@ -52,22 +63,59 @@ enum Action : ActionSet {
   kResetModule = 1u << 4,
   kPublishData = 1u << 5,
   kClearFaults = 1u << 6,
-  kReleaseAuthority = 1u << 7,
+  kNextStrategy = 1u << 7,
+  kTakeAuthority = 1u << 8,
+  kReleaseAuthority = 1u << 9,
+  kHeard = 1u << 10,
+  kSilent = 1u << 11,
+  kPortIsOpen = 1u << 12,
+  kPortIsClosed = 1u << 13,
+  kObcIsHeard = 1u << 14,
+  kObcIsSilent = 1u << 15,
+  kIsolate = 1u << 16,
+  kRestore = 1u << 17,
 };
-inline constexpr unsigned kVehicleActions = 8;  // first free bit
+inline constexpr ActionSet kOnlyState = kTakeAuthority | kReleaseAuthority | kHeard | kSilent |
+                                        kPortIsOpen | kPortIsClosed | kObcIsHeard | kObcIsSilent;
+inline constexpr unsigned kVehicleActions = 20;  // first free bit
 
-// The discrete state, all of it: what a guard may look at. Continuous values stay outside.
+enum Link : std::uint8_t {
+  kPortClosed = 1u << 0,
+  kObcSilent = 1u << 1,
+  kHeld = 1u << 2,  // a source holds authority: its lease runs
+};
+
+inline constexpr std::uint8_t kMaxStrategies = 7;  // tried one after the other
+
+// The discrete state, all of it: what a guard may look at. Only step() changes it. Continuous
+// values stay outside.
 struct ControllerState {
   State state = State::idle;
-  std::uint8_t mode = 0;      // 0 outside Operational
-  std::uint8_t goal = 0;      // where the chain of modes is going; the vehicle's numbering
-  std::uint8_t flags = 0;     // the vehicle's own booleans
-  std::uint16_t silent = 0;   // bit i: module i+1 was heard and is silent now
-  std::uint16_t unheard = 0;  // bit i: module i+1 was never heard since start
+  std::uint8_t mode = 0;   // 0 outside Operational
+  std::uint8_t goal = 0;   // where the chain of modes is going; the vehicle's numbering
+  std::uint8_t flags = 0;  // the vehicle's own booleans
+  std::uint8_t links = kPortClosed | kObcSilent;
+  std::uint8_t strategy = 0;   // of error solving, counted from 1; 0 outside SolveErrors
+  std::uint16_t silent = 0;    // bit i: module i+1 was heard and is silent now
+  std::uint16_t unheard = 0;   // bit i: module i+1 was never heard since start
+  std::uint16_t isolated = 0;  // bit i: module i+1 is out of service; nothing is asked of it
   bool operator==(const ControllerState&) const = default;
 };
 
 inline constexpr std::uint8_t kKeep = 0xFF;  // as mode or goal: stays as it is
+
+// Guards that every vehicle knows, by bit; its own from kVehicleGuards on.
+enum CommonGuard : unsigned {
+  kInService,  // the subject is not isolated
+  kPortOpen,
+  kAllHeard,  // modules, since start
+  kAllAnswer,
+  kObcHeard,
+  kAuthorityHeld,
+  kStrategiesLeft,
+};
+inline constexpr unsigned kVehicleGuards = 8;
+constexpr GuardSet guard(unsigned number) { return static_cast<GuardSet>(1u << number); }
 
 struct Row {
   Event event;
@@ -75,10 +123,27 @@ struct Row {
   ModeSet modes;      // looked at in Operational only
   GuardSet guards;    // all must hold, lowest bit first; the first that does not gives the reason
   std::uint8_t goal;  // looked at: the row holds only for this goal; kKeep: for any
-  State to;
+  State to;           // with kKeep as to_mode: the state stays, too
   std::uint8_t to_mode;
   std::uint8_t to_goal;
   ActionSet actions;
+};
+
+// Rows, those of one event together, and where those of each event begin and end.
+struct Rows {
+  static constexpr std::size_t kEvents = 64;
+
+  std::span<const Row> rows;
+  std::array<std::uint8_t, kEvents> begin{}, end{};
+
+  constexpr explicit Rows(std::span<const Row> all) : rows(all) {
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const auto event = static_cast<std::size_t>(all[i].event);
+      if (end[event] == 0) begin[event] = static_cast<std::uint8_t>(i);
+      if (end[event] != 0 && end[event] != i) throw "rows of one event stand together";
+      end[event] = static_cast<std::uint8_t>(i + 1);
+    }
+  }
 };
 
 struct Result {
@@ -88,18 +153,35 @@ struct Result {
   int row = -1;     // index in the table, common rows first; -1: none
 };
 
+struct EventInfo {
+  Event event;
+  const char* name;
+  bool command;           // of a client; else of the world or of the daemon itself
+  std::uint8_t subjects;  // 0: it has no subject; n: 1..n
+};
+inline constexpr std::uint8_t kEachModule =
+    0xFF;  // as subjects: as many as the vehicle has modules
+
 // What a vehicle brings.
 struct Table {
-  std::span<const Row> rows;
-  // Guard number `bit` on this state; reason none: it holds.
-  Verdict (*guard)(unsigned bit, const ControllerState& state);
+  const Rows* rows;
+  std::span<const EventInfo> events;  // all of its own; those of kCommonEvents hold for all
+  std::uint8_t modules;
+  // Guard number `bit`, from kVehicleGuards on, on this state; reason none: it holds.
+  Verdict (*guard)(unsigned bit, const ControllerState& state, unsigned subject);
   // Applied after a row was taken: flags that follow from the actions.
   void (*effect)(ActionSet actions, ControllerState& state);
+  const Rows* common;  // kCommonRows; another only to see whether a wrong one is noticed
 };
 
-extern const std::span<const Row> kCommonRows;
+extern const Rows kCommonRows;
+extern const std::span<const EventInfo> kCommonEvents;
+
+// At boot: Idle, nobody heard yet.
+ControllerState begin(const Table& table) noexcept;
 
 // One event. Total: an event that no row takes leaves the state as it is and says why.
-Result step(const Table& table, const ControllerState& state, Event event) noexcept;
+Result step(const Table& table, const ControllerState& state, Event event,
+            unsigned subject = 0) noexcept;
 
 }  // namespace lss::lc

@@ -19,7 +19,7 @@ gnc::zebro::WalkRequest walk_request(const double* parameter) noexcept {
 }  // namespace
 
 Vehicle::Vehicle(const Parameters& parameters) noexcept
-    : parameters_(parameters), locomotion_(parameters.locomotion) {
+    : parameters_(parameters), locomotion_(parameters.locomotion), solver_(parameters.solver) {
   order_all(Kind::motion_off);
 }
 
@@ -89,12 +89,6 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     panel_.step = Panel::Step::rest;
   }
   if (actions & lc::kEndSolve) solver_.end();
-  if (actions & lc::kBeginSolve) {
-    solver_.begin(now_ns_, parameters_.solve_budget_ns);
-    for (std::size_t i = 0; i < kModules; ++i) {
-      if ((modules_[i].status.flags & kStopFlags) != 0 || disobeyed_[i]) order(i, Kind::reset);
-    }
-  }
   if (actions & lc::kResetModule) reset_modules(*request);
   if (actions & lc::kPublishData) data_requested_ = true;
   if (actions & kPanelDeploy) move_panel(true);
@@ -105,8 +99,11 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
 void Vehicle::begin_motion(lc::ActionSet actions, const Request* request) noexcept {
   const double now_s = seconds(now_ns_);
   if (actions & kMotorsOn) {
-    for (std::size_t i = 0; i < kLegs; ++i) order(i, Kind::motion_on);
+    // Whatever else a module was told last, a reset for one, is not for Operational.
+    for (std::size_t i = 0; i < kModules; ++i)
+      order(i, i < kLegs && in_service(i) ? Kind::motion_on : Kind::motion_off);
     motors_on_ns_ = now_ns_;
+    locomotion_.isolate(static_cast<std::uint8_t>(isolated_));
     locomotion_.reset_odometry();
     walk_ = walk_request(&request->parameter[1]);  // used when the follow-up is to walk
   }
@@ -153,7 +150,7 @@ void Vehicle::navigate(TimeNs) noexcept {
   for (std::size_t i = 0; i < kLegs; ++i) {
     const Status& status = modules_[i].status;
     measured_[i] = {.angle_rad = -status.position_rad,
-                    .known = answers(i) && modules_[i].status_ns != 0,
+                    .known = in_service(i) && answers(i) && modules_[i].status_ns != 0,
                     .calibrated = (status.flags & kFlagCalibrated) != 0};
   }
 }
@@ -230,6 +227,7 @@ void Vehicle::describe_module(std::size_t i, const ModuleLink& link,
   out.id = static_cast<std::uint8_t>(i + 1);
   out.address = parameters_.bus.address[i];
   out.online = answers(i);
+  out.isolated = !in_service(i);
   out.flags = module.status.flags;
   out.calibrated = (module.status.flags & kFlagCalibrated) != 0;
   out.motion_control = (module.status.flags & kFlagMotionControl) != 0;
@@ -246,6 +244,7 @@ void Vehicle::describe_module(std::size_t i, const ModuleLink& link,
   out.firmware_major = module.identity.firmware_major;
   out.firmware_minor = module.identity.firmware_minor;
   out.reset_cause = module.identity.reset_cause;
+  out.dropped_frames = module.identity.dropped_frames;
   out.age_ms = module.heard_ns == 0
                    ? ~std::uint64_t{0}
                    : static_cast<std::uint64_t>((now_ns_ - module.heard_ns) / kMillisecond);

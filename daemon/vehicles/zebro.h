@@ -33,7 +33,7 @@ struct Module {
   bool greeted = false;  // had a status
 };
 
-class Vehicle final : public Actor {
+class Vehicle final : public Actor, private Patient {
  public:
   using Sample = ModuleReply;
   using BusReport = LegSerialBus::Report;
@@ -68,7 +68,26 @@ class Vehicle final : public Actor {
   void order_all(ModuleOrder::Kind kind) noexcept;
   void order(std::size_t module, ModuleOrder::Kind kind) noexcept;
   void order_move(std::size_t module, double position_rad, TimeNs arrive_ns, bool forward) noexcept;
-  bool answers(std::size_t module) const noexcept;
+  bool in_service(std::size_t module) const noexcept { return (isolated_ >> module & 1u) == 0; }
+
+  // For error solving.
+  TimeNs now() const noexcept override { return now_ns_; }
+  bool answers(std::size_t module) const noexcept override;
+  const Status& status(std::size_t module) const noexcept override {
+    return modules_[module].status;
+  }
+  double temperature_degC(std::size_t module) const noexcept override {
+    return modules_[module].health.temperature_degC;
+  }
+  std::uint8_t sick() const noexcept override;
+  void reset(std::size_t module) noexcept override { order(module, ModuleOrder::Kind::reset); }
+  bool isolate(std::uint8_t modules) noexcept override;
+  bool begin_move(std::size_t leg) noexcept override;
+  void move(std::size_t leg, double position_rad, TimeNs arrive_ns,
+            bool forward) noexcept override {
+    order_move(leg, position_rad, arrive_ns, forward);
+  }
+  void rest() noexcept override;
 
   void watch_modules(Supervisor& s) noexcept;
   void watch_flags(std::size_t module, Supervisor& s) noexcept;
@@ -101,7 +120,9 @@ class Vehicle final : public Actor {
   BusOrders sent_{};    // as they left the gate
   gnc::zebro::WalkRequest walk_{};
   Solver solver_;
-  TimeNs epoch_ns_ = 0;  // of the locomotion's clock; 0: not begun
+  Supervisor* supervisor_ = nullptr;  // of the frame
+  std::uint16_t isolated_ = 0;        // as the locomotion controller says
+  TimeNs epoch_ns_ = 0;               // of the locomotion's clock; 0: not begun
   TimeNs now_ns_ = 0;
   bool walking_legs_ = false;  // the legs follow the locomotion algorithm
   bool in_motion_ = false;     // a motion of the algorithm has not ended yet

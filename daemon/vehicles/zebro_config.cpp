@@ -1,5 +1,8 @@
 #include "daemon/vehicles/zebro_config.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <numbers>
 #include <set>
 
@@ -59,6 +62,40 @@ void read_locomotion(config::Section& root, gnc::zebro::LocomotionParameters& p)
   if (const char* wrong = gnc::zebro::check(p)) gait.error("", wrong);
 }
 
+// The strategies of a fault class, in their order.
+void read_order(config::Section& s, std::size_t fault_class, SolverParameters& p) {
+  const std::vector<std::string> known(std::begin(kStrategyNames) + 1, std::end(kStrategyNames));
+  StrategyList& order = p.order[fault_class];
+  std::vector<std::string> fallback;
+  for (const StrategyKind kind : order) {
+    if (kind != StrategyKind::none)
+      fallback.emplace_back(kStrategyNames[static_cast<std::size_t>(kind)]);
+  }
+  const char* const key = kFaultClassNames[fault_class];
+  const std::vector<std::string> names = s.texts(key, fallback);
+  if (names.empty() || names.size() > order.size()) {
+    s.error(key, fmt::format("{} strategies: name between one and {}", names.size(), order.size()));
+    return;
+  }
+  order.fill(StrategyKind::none);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto found = std::find(known.begin(), known.end(), names[i]);
+    if (found == known.end()) {
+      s.error(key, fmt::format("\"{}\" is no strategy: use {}", names[i], config::join(known)));
+      continue;
+    }
+    order[i] = static_cast<StrategyKind>(found - known.begin() + 1);
+  }
+}
+
+void read_solver(config::Section s, Parameters& p) {
+  for (std::size_t c = 0; c < kFaultClasses; ++c) read_order(s, c, p.solver);
+  p.solver.budget_ns = seconds(s, "budget_s", p.solver.budget_ns, 2, 600);
+  p.solver.cool_down_ns = seconds(s, "cool_down_s", p.solver.cool_down_ns, 2, 3600);
+  p.solver.cool_degC = s.number("cool_degC", p.solver.cool_degC, -50, 150);
+  p.solver.current_limit_A = p.current_limit_A;
+}
+
 }  // namespace
 
 Parameters read_parameters(config::Section& root) {
@@ -76,8 +113,7 @@ Parameters read_parameters(config::Section& root) {
   p.panel_deployed_deg = panel.number("deployed_deg", p.panel_deployed_deg, 10, 350);
   p.panel_move_ns = seconds(panel, "move_s", p.panel_move_ns, 1, 60);
 
-  config::Section solve = root.section("solve");
-  p.solve_budget_ns = seconds(solve, "budget_s", p.solve_budget_ns, 1, 600);
+  read_solver(root.section("solve"), p);
   return p;
 }
 

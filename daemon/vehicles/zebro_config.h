@@ -3,6 +3,7 @@
 // The [zebro] table of the configuration. Start-up only.
 
 #include "daemon/config/config.h"
+#include "daemon/vehicles/zebro_solver.h"
 #include "drivers/zebro/leg_bus.h"
 #include "gnc/zebro/locomotion.h"
 
@@ -17,7 +18,7 @@ struct Parameters {
   double temperature_warning_degC = 80;
   double panel_deployed_deg = 110;
   TimeNs panel_move_ns = 10 * kSecond;
-  TimeNs solve_budget_ns = 10 * kSecond;
+  SolverParameters solver;
 };
 
 // Errors go to the section; what it returns is usable when there are none.

@@ -1,9 +1,10 @@
 #include "daemon/vehicles/zebro_modes.h"
 
 #include <array>
-#include <bit>
 #include <cmath>
 #include <numbers>
+
+#include "gnc/zebro/locomotion.h"
 
 namespace lss::zebro {
 namespace {
@@ -11,7 +12,8 @@ namespace {
 using lc::kKeep;
 using lc::Row;
 
-constexpr lc::StateSet kIdle = lc::in(State::idle), kOperational = lc::in(State::operational);
+constexpr lc::StateSet kIdle = lc::in(State::idle), kOperational = lc::in(State::operational),
+                       kSolving = lc::in(State::solve_errors);
 
 constexpr lc::ModeSet in(Mode mode) { return 1u << static_cast<unsigned>(mode); }
 constexpr lc::ModeSet kHolding = in(Mode::holding), kStandingUp = in(Mode::standing_up),
@@ -20,35 +22,36 @@ constexpr lc::ModeSet kHolding = in(Mode::holding), kStandingUp = in(Mode::stand
                       kLying = in(Mode::lying), kStowing = in(Mode::stowing),
                       kStowed = in(Mode::stowed), kBridge = in(Mode::bridge);
 
-enum GuardBit : unsigned { port, heard, answering, panel_in, panel_still, motors_on };
-constexpr lc::GuardSet bit(GuardBit g) { return static_cast<lc::GuardSet>(1u << g); }
-constexpr lc::GuardSet kContact = bit(port) | bit(heard) | bit(answering);
-constexpr lc::GuardSet kMayStart = kContact | bit(panel_in) | bit(panel_still);
-constexpr lc::GuardSet kMotors = bit(motors_on);
+enum Guard : unsigned {
+  kPanelIn = lc::kVehicleGuards,
+  kPanelStill,
+  kMotorsOnConfirmed,
+  kEnoughLegs,  // to stand and walk on without the subject
+};
+constexpr lc::GuardSet kInService = lc::guard(lc::kInService),
+                       kPanelAtRest = lc::guard(kPanelStill),
+                       kMotors = lc::guard(kMotorsOnConfirmed);
+constexpr lc::GuardSet kContact =
+    lc::guard(lc::kPortOpen) | lc::guard(lc::kAllHeard) | lc::guard(lc::kAllAnswer);
+constexpr lc::GuardSet kMayStart = kContact | lc::guard(lc::kObcHeard) | lc::guard(kPanelIn);
 
-Verdict guard(unsigned number, const lc::ControllerState& s) {
-  const auto first = [](std::uint16_t mask) {
-    return static_cast<std::uint16_t>(std::countr_zero(mask) + 1);
-  };
+Verdict guard(unsigned number, const lc::ControllerState& s, unsigned subject) {
   switch (number) {
-    case port:
-      if (s.flags & kPortClosed) return {.reason = Reason::port_closed};
-      break;
-    case heard:
-      if (s.unheard) return {.reason = Reason::never_heard, .subject = first(s.unheard)};
-      break;
-    case answering:
-      if (s.silent) return {.reason = Reason::module_silent, .subject = first(s.silent)};
-      break;
-    case panel_in:
+    case kPanelIn:
       if (s.flags & kPanelOut) return {.reason = Reason::panel_deployed, .subject = kModules};
       break;
-    case panel_still:
+    case kPanelStill:
       if (s.flags & kPanelMoving) return {.reason = Reason::panel_moving, .subject = kModules};
       break;
-    case motors_on:
+    case kMotorsOnConfirmed:
       if (!(s.flags & kMotorsConfirmed)) return {.reason = Reason::motors_not_on};
       break;
+    case kEnoughLegs: {
+      const unsigned isolated = s.isolated | 1u << (subject - 1);
+      if (subject > kLegs || !enough_legs_without(isolated))
+        return {.reason = Reason::not_stable, .subject = static_cast<std::uint16_t>(subject)};
+      break;
+    }
     default:
       break;
   }
@@ -62,7 +65,8 @@ void effect(lc::ActionSet actions, lc::ControllerState& s) {
   const auto clear = [&](std::uint8_t flags) {
     s.flags = static_cast<std::uint8_t>(s.flags & ~flags);
   };
-  if (actions & (lc::kEmergencyStop | lc::kMotorsOff)) clear(kMotorsConfirmed | kPanelMoving);
+  if (actions & (lc::kEmergencyStop | lc::kMotorsOff))
+    clear(kMotorsConfirmed | kPanelMoving | kFreeing);
   if (actions & kMotorsOn) clear(kMotorsConfirmed);
   if (actions & kConfirm) set(kMotorsConfirmed);
   if (actions & kPanelDeploy) set(kPanelOut | kPanelMoving);
@@ -72,19 +76,26 @@ void effect(lc::ActionSet actions, lc::ControllerState& s) {
     clear(kPanelMoving);
   }
   if (actions & kPanelIsIn) clear(kPanelOut | kPanelMoving);
+  if (actions & kFreeLeg) set(kFreeing);
 }
 
 constexpr std::uint8_t m(Mode mode) { return static_cast<std::uint8_t>(mode); }
 constexpr std::uint8_t g(Goal goal) { return static_cast<std::uint8_t>(goal); }
 
-// A row inside Operational.
+// A row inside Operational. Whoever commands holds authority there since start, unless the lease
+// expired and a stop is under way: only those rows take it.
 constexpr Row move(lc::Event event, lc::ModeSet from, lc::GuardSet guards, Mode to, Goal goal,
                    lc::ActionSet actions) {
   return {event, kOperational, from, guards, kKeep, State::operational, m(to), g(goal), actions};
 }
 // Only the goal changes: the running motion goes on.
-constexpr Row aim(lc::Event event, lc::ModeSet from, Goal goal) {
-  return {event, kOperational, from, 0, kKeep, State::operational, kKeep, g(goal), 0};
+constexpr Row aim(lc::Event event, lc::ModeSet from, lc::GuardSet guards, Goal goal,
+                  lc::ActionSet actions) {
+  return {event, kOperational, from, guards, kKeep, State::operational, kKeep, g(goal), actions};
+}
+// Already there: accepted, nothing to do.
+constexpr Row stay(lc::Event event, lc::ModeSet from, lc::ActionSet actions) {
+  return {event, kOperational, from, 0, kKeep, State::operational, kKeep, kKeep, actions};
 }
 // The running motion has ended and the goal says what is next.
 constexpr Row done(lc::ModeSet from, Goal goal, Mode to, Goal next, lc::ActionSet actions) {
@@ -92,85 +103,86 @@ constexpr Row done(lc::ModeSet from, Goal goal, Mode to, Goal next, lc::ActionSe
           State::operational, m(to),        g(next), actions};
 }
 constexpr Row off(lc::Event event, lc::ModeSet from, std::uint8_t goal) {
-  return {event,
-          kOperational,
-          from,
-          0,
-          goal,
-          State::idle,
-          0,
-          0,
-          lc::kMotorsOff | lc::kReleaseAuthority};
+  return {event, kOperational, from, 0, goal, State::idle, 0, 0, lc::kMotorsOff};
 }
-// Already there: accepted, nothing to do.
-constexpr Row stay(lc::Event event, lc::ModeSet from) {
-  return {event, kOperational, from, 0, kKeep, State::operational, kKeep, kKeep, 0};
+// Outside Operational.
+constexpr Row in_state(lc::StateSet from, lc::Event event, lc::GuardSet guards,
+                       lc::ActionSet actions) {
+  return {event, from, 0, guards, kKeep, State::idle, kKeep, kKeep, actions};
+}
+constexpr Row begin(lc::Event event, Goal goal) {
+  return {event,
+          kIdle,
+          0,
+          kMayStart,
+          kKeep,
+          State::operational,
+          m(Mode::holding),
+          g(goal),
+          lc::ActionSet{kMotorsOn} | lc::kTakeAuthority};
 }
 
 constexpr lc::ModeSet kAtRest = kHolding | kLying | kStowed | kBridge;
 
+constexpr lc::GuardSet kHeld = lc::guard(lc::kAuthorityHeld);
+
 constexpr std::array kRows = {
-    Row{event::start, kIdle, 0, kMayStart, kKeep, State::operational, m(Mode::holding),
-        g(Goal::none), kMotorsOn},
-    Row{event::start_stand, kIdle, 0, kMayStart, kKeep, State::operational, m(Mode::holding),
-        g(Goal::stand), kMotorsOn},
-    Row{event::start_walk, kIdle, 0, kMayStart, kKeep, State::operational, m(Mode::holding),
-        g(Goal::walk), kMotorsOn},
+    begin(event::start, Goal::none),
+    begin(event::start_stand, Goal::stand),
+    begin(event::start_walk, Goal::walk),
 
     Row{event::motors_confirmed, kOperational, kHolding, 0, g(Goal::stand), State::operational,
         m(Mode::standing_up), g(Goal::stand), kConfirm | kStandUp},
     Row{event::motors_confirmed, kOperational, kHolding, 0, g(Goal::walk), State::operational,
         m(Mode::standing_up), g(Goal::walk), kConfirm | kStandUp},
-    Row{event::motors_confirmed, kOperational, lc::kAnyMode, 0, kKeep, State::operational, kKeep,
-        kKeep, kConfirm},
+    Row{event::motors_confirmed, kOperational, kHolding, 0, kKeep, State::operational, kKeep, kKeep,
+        kConfirm},
 
     move(event::stand, kAtRest, kMotors, Mode::standing_up, Goal::stand, kStandUp),
     move(event::stand, kWalking, 0, Mode::finishing_step, Goal::stand, kFinishStep),
-    aim(event::stand, kStandingUp | kFinishing, Goal::stand),
-    stay(event::stand, kStanding),
+    aim(event::stand, kStandingUp | kFinishing, 0, Goal::stand, lc::kTakeAuthority),
+    stay(event::stand, kStanding, 0),
 
     move(event::walk, kStanding | kWalking, 0, Mode::walking, Goal::none, kWalk),
     move(event::walk_zero, kWalking, 0, Mode::finishing_step, Goal::stand, kFinishStep),
-    stay(event::walk_zero, kStanding | kFinishing),
+    stay(event::walk_zero, kStanding | kFinishing, lc::kTakeAuthority),
 
     move(event::lay_down, kHolding | kStanding | kStowed | kBridge, kMotors, Mode::lying_down,
          Goal::none, kLayDown),
     move(event::lay_down, kWalking, 0, Mode::finishing_step, Goal::lie, kFinishStep),
-    aim(event::lay_down, kFinishing, Goal::lie),
-    aim(event::lay_down, kLyingDown, Goal::none),
-    stay(event::lay_down, kLying),
+    aim(event::lay_down, kFinishing, 0, Goal::lie, lc::kTakeAuthority),
+    aim(event::lay_down, kLyingDown, 0, Goal::none, lc::kTakeAuthority),
+    stay(event::lay_down, kLying, 0),
 
     move(event::stow, kHolding | kStanding | kLying | kBridge, kMotors, Mode::stowing, Goal::none,
          kStow),
     move(event::stow, kWalking, 0, Mode::finishing_step, Goal::stow, kFinishStep),
-    aim(event::stow, kFinishing, Goal::stow),
-    aim(event::stow, kStowing, Goal::none),
-    stay(event::stow, kStowed),
+    aim(event::stow, kFinishing, 0, Goal::stow, lc::kTakeAuthority),
+    aim(event::stow, kStowing, 0, Goal::none, lc::kTakeAuthority),
+    stay(event::stow, kStowed, 0),
 
-    move(event::leg, kAtRest | kStanding, kMotors, Mode::bridge, Goal::leg, kMoveLeg),
+    move(event::leg, kAtRest | kStanding, kInService | kMotors, Mode::bridge, Goal::leg, kMoveLeg),
 
-    Row{event::stop, kIdle, 0, 0, kKeep, State::idle, kKeep, kKeep, 0},
+    in_state(kIdle, event::stop, 0, 0),
     off(event::stop, kAtRest | kStanding, kKeep),
     move(event::stop, kWalking, 0, Mode::finishing_step, Goal::idle, kFinishStep),
-    aim(event::stop, kStandingUp | kFinishing | kLyingDown | kStowing, Goal::idle),
+    aim(event::stop, kStandingUp | kFinishing | kLyingDown | kStowing, 0, Goal::idle, 0),
 
-    Row{event::stop_lay_down, kIdle, 0, 0, kKeep, State::idle, kKeep, kKeep, 0},
+    in_state(kIdle, event::stop_lay_down, 0, 0),
     off(event::stop_lay_down, kHolding | kLying | kStowed, kKeep),
     move(event::stop_lay_down, kStandingUp | kStanding | kBridge, 0, Mode::lying_down, Goal::idle,
          kLayDown),
     move(event::stop_lay_down, kWalking, 0, Mode::finishing_step, Goal::lie_idle, kFinishStep),
-    aim(event::stop_lay_down, kFinishing, Goal::lie_idle),
-    aim(event::stop_lay_down, kLyingDown | kStowing, Goal::idle),
+    aim(event::stop_lay_down, kFinishing, 0, Goal::lie_idle, 0),
+    aim(event::stop_lay_down, kLyingDown | kStowing, 0, Goal::idle, 0),
 
-    off(event::lease_expired, kHolding | kLying | kStowed, kKeep),
-    move(event::lease_expired, kStandingUp | kStanding | kBridge, 0, Mode::lying_down, Goal::idle,
-         lc::ActionSet{kLayDown} | lc::kReleaseAuthority),
-    move(event::lease_expired, kWalking, 0, Mode::finishing_step, Goal::lie_idle,
+    off(lc::Event::lease_expired, kHolding | kLying | kStowed, kKeep),
+    move(lc::Event::lease_expired, kStandingUp | kStanding | kBridge, 0, Mode::lying_down,
+         Goal::idle, lc::ActionSet{kLayDown} | lc::kReleaseAuthority),
+    move(lc::Event::lease_expired, kWalking, 0, Mode::finishing_step, Goal::lie_idle,
          lc::ActionSet{kFinishStep} | lc::kReleaseAuthority),
-    Row{event::lease_expired, kOperational, kFinishing, 0, kKeep, State::operational, kKeep,
-        g(Goal::lie_idle), lc::kReleaseAuthority},
-    Row{event::lease_expired, kOperational, kLyingDown | kStowing, 0, kKeep, State::operational,
-        kKeep, g(Goal::idle), lc::kReleaseAuthority},
+    aim(lc::Event::lease_expired, kFinishing, kHeld, Goal::lie_idle, lc::kReleaseAuthority),
+    aim(lc::Event::lease_expired, kLyingDown | kStowing, kHeld, Goal::idle, lc::kReleaseAuthority),
 
     done(kStandingUp, Goal::stand, Mode::standing, Goal::none, 0),
     done(kStandingUp, Goal::walk, Mode::walking, Goal::none, kWalk),
@@ -183,18 +195,58 @@ constexpr std::array kRows = {
     done(kStowing, Goal::none, Mode::stowed, Goal::none, 0),
     done(kBridge, Goal::leg, Mode::bridge, Goal::none, 0),
 
-    Row{event::panel_deploy, kIdle, 0, kContact | bit(panel_still), kKeep, State::idle, kKeep,
-        kKeep, kPanelDeploy},
-    Row{event::panel_retract, kIdle, 0, kContact | bit(panel_still), kKeep, State::idle, kKeep,
-        kKeep, kPanelRetract},
-    Row{event::panel_arrived_in, kIdle, 0, 0, kKeep, State::idle, kKeep, kKeep, kPanelIsIn},
-    Row{event::panel_arrived_out, kIdle, 0, 0, kKeep, State::idle, kKeep, kKeep, kPanelIsOut},
-    Row{event::panel_seen_out, kIdle, 0, 0, kKeep, State::idle, kKeep, kKeep, kPanelIsOut},
+    in_state(kIdle, event::panel_deploy, kContact | kPanelAtRest, kPanelDeploy),
+    in_state(kIdle, event::panel_retract, kContact | kPanelAtRest, kPanelRetract),
+    in_state(kIdle, event::panel_arrived_in, 0, kPanelIsIn),
+    in_state(kIdle, event::panel_arrived_out, 0, kPanelIsOut),
+    in_state(kIdle, event::panel_seen_out, 0, kPanelIsOut),
+
+    in_state(kSolving, event::free_leg, kInService | lc::guard(lc::kPortOpen), kFreeLeg),
+    in_state(kSolving, event::leg_freed, 0, lc::kMotorsOff),
+    in_state(kSolving, event::isolate, kInService | lc::guard(kEnoughLegs),
+             lc::ActionSet{lc::kIsolate} | lc::kMotorsOff),
 };
+constexpr lc::Rows kIndexed(kRows);
+
+constexpr std::array kEvents = {
+    lc::EventInfo{event::start, "start", true, 0},
+    lc::EventInfo{event::start_stand, "start stand", true, 0},
+    lc::EventInfo{event::start_walk, "start walk", true, 0},
+    lc::EventInfo{event::stop, "stop", true, 0},
+    lc::EventInfo{event::stop_lay_down, "stop lay-down", true, 0},
+    lc::EventInfo{event::stand, "stand", true, 0},
+    lc::EventInfo{event::lay_down, "lay-down", true, 0},
+    lc::EventInfo{event::stow, "stow", true, 0},
+    lc::EventInfo{event::walk, "walk", true, 0},
+    lc::EventInfo{event::walk_zero, "walk zero", true, 0},
+    lc::EventInfo{event::leg, "leg", true, kLegs},
+    lc::EventInfo{event::panel_deploy, "panel deploy", true, 0},
+    lc::EventInfo{event::panel_retract, "panel retract", true, 0},
+    lc::EventInfo{event::motors_confirmed, "motors confirmed", false, 0},
+    lc::EventInfo{event::motion_done, "motion done", false, 0},
+    lc::EventInfo{event::panel_arrived_in, "panel arrived in", false, 0},
+    lc::EventInfo{event::panel_arrived_out, "panel arrived out", false, 0},
+    lc::EventInfo{event::panel_seen_out, "panel seen out", false, 0},
+    lc::EventInfo{event::free_leg, "free leg", false, kLegs},
+    lc::EventInfo{event::leg_freed, "leg freed", false, 0},
+    lc::EventInfo{event::isolate, "isolate", false, lc::kEachModule},
+};
+
+// Searched once, at start-up.
+const auto kEnoughLegsWithout = [] {
+  std::array<bool, 1u << kLegs> enough{};
+  for (std::size_t i = 0; i < enough.size(); ++i)
+    enough[i] = gnc::zebro::can_walk_without(static_cast<gnc::zebro::LegSet>(i));
+  return enough;
+}();
 
 }  // namespace
 
-const lc::Table kTable{kRows, guard, effect};
+bool enough_legs_without(unsigned isolated) noexcept {
+  return isolated < kEnoughLegsWithout.size() && kEnoughLegsWithout[isolated];
+}
+
+const lc::Table kTable{&kIndexed, kEvents, kModules, guard, effect, &lc::kCommonRows};
 
 lc::Event event_of(const Request& r) noexcept {
   switch (static_cast<lss::CommandKind>(r.kind)) {
@@ -214,6 +266,8 @@ lc::Event event_of(const Request& r) noexcept {
       return lc::Event::request_data;
     case lss::CommandKind::reset_timing:
       return lc::Event::reset_timing;
+    case lss::CommandKind::restore:
+      return lc::Event::restore;
     default:
       break;
   }
@@ -234,20 +288,28 @@ lc::Event event_of(const Request& r) noexcept {
   return lc::Event::none;
 }
 
-bool reached(std::uint16_t kind, const lc::ControllerState& s) noexcept {
+unsigned subject_of(const Request& r) noexcept {
+  return r.kind == static_cast<std::uint16_t>(CommandKind::leg)
+             ? static_cast<unsigned>(r.parameter[0])
+             : 0;
+}
+
+bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
+  const lc::ControllerState& s = state.controller;
   const auto mode = static_cast<Mode>(s.mode);
   const bool operational = s.state == State::operational;
   switch (static_cast<lss::CommandKind>(kind)) {
     case lss::CommandKind::start:
       return operational && (s.flags & kMotorsConfirmed) && s.goal == g(Goal::none);
     case lss::CommandKind::stop:
-      return s.state == State::idle && (s.flags & kMotorsRunning) == 0;
+      return s.state == State::idle && state.sense[kSenseMotorsOn] == 0;
     case lss::CommandKind::solve:
       return s.state == State::idle;
     case lss::CommandKind::emergency_stop:
     case lss::CommandKind::reset:
     case lss::CommandKind::request_data:
     case lss::CommandKind::reset_timing:
+    case lss::CommandKind::restore:
       return true;
     default:
       break;

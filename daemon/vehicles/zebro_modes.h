@@ -25,26 +25,29 @@ enum Flag : std::uint8_t {
   kPanelOut = 1u << 0,  // deployed, or not known to be retracted
   kPanelMoving = 1u << 1,
   kMotorsConfirmed = 1u << 2,  // all legs report motion control on
-  kPortClosed = 1u << 3,
-  kMotorsRunning = 1u << 4,  // some leg reports motion control on
+  kFreeing = 1u << 3,          // error solving moves one leg
 };
 
 namespace event {
 inline constexpr lc::Event vehicle(unsigned n) {
   return static_cast<lc::Event>(lc::kVehicleEvents + n);
 }
+// commanded
 inline constexpr lc::Event start = vehicle(0), start_stand = vehicle(1), start_walk = vehicle(2),
                            stop = vehicle(3), stop_lay_down = vehicle(4), stand = vehicle(5),
                            lay_down = vehicle(6), stow = vehicle(7), walk = vehicle(8),
                            walk_zero = vehicle(9), leg = vehicle(10), panel_deploy = vehicle(11),
-                           panel_retract = vehicle(12), lease_expired = vehicle(13),
-                           motors_confirmed = vehicle(14), motion_done = vehicle(15),
-                           panel_arrived_in = vehicle(16), panel_arrived_out = vehicle(17),
-                           panel_seen_out = vehicle(18);
+                           panel_retract = vehicle(12);
+// the world's
+inline constexpr lc::Event motors_confirmed = vehicle(13), motion_done = vehicle(14),
+                           panel_arrived_in = vehicle(15), panel_arrived_out = vehicle(16),
+                           panel_seen_out = vehicle(17);
+// of error solving
+inline constexpr lc::Event free_leg = vehicle(18), leg_freed = vehicle(19), isolate = vehicle(20);
 }  // namespace event
 
 enum Action : lc::ActionSet {
-  kMotorsOn = 1u << lc::kVehicleActions,
+  kMotorsOn = lc::ActionSet{1} << lc::kVehicleActions,
   kConfirm = kMotorsOn << 1,
   kStandUp = kMotorsOn << 2,
   kWalk = kMotorsOn << 3,
@@ -56,20 +59,28 @@ enum Action : lc::ActionSet {
   kPanelRetract = kMotorsOn << 9,
   kPanelIsIn = kMotorsOn << 10,
   kPanelIsOut = kMotorsOn << 11,
+  kFreeLeg = kMotorsOn << 12,
 };
 
 extern const lc::Table kTable;
+
+// Whether the others can stand and walk without these legs (bit i: leg i+1), with the default
+// gaits.
+bool enough_legs_without(unsigned isolated) noexcept;
 
 // The event that a command of the DDS face is; Event::none when it is not one of ours.
 lc::Event event_of(const Request& request) noexcept;
 
 // Whether what the command asked for has been reached. walk never ends by itself.
-bool reached(std::uint16_t kind, const lc::ControllerState& state) noexcept;
+bool reached(std::uint16_t kind, const SupervisorState& state) noexcept;
+
+// The module that a command is for; 0: none.
+unsigned subject_of(const Request& request) noexcept;
 
 // Guards on measured values. Layout of SupervisorState::sense: [0..6] position_rad of the modules,
-// NaN when unknown; [7] the fastest a leg may turn, rad/s.
+// NaN when unknown; [7] the fastest a leg may turn, rad/s; [8] legs with motion control on.
 Verdict sense(const SupervisorState& state, const Request& request) noexcept;
-inline constexpr std::size_t kSenseTurnLimit = kModules;
+inline constexpr std::size_t kSenseTurnLimit = kModules, kSenseMotorsOn = kModules + 1;
 
 // The command for `kind`, common or zebro's own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;

@@ -66,6 +66,7 @@ void fields(V& v, X& x) {
   v("motion_control", x.motion_control);
   v("moving", x.moving);
   v("swing", x.swing);
+  v("isolated", x.isolated);
   v("flags", x.flags);
   v("position_rad", x.position_rad);
   v("velocity_rad_s", x.velocity_rad_s);
@@ -78,6 +79,7 @@ void fields(V& v, X& x) {
   v("firmware_major", x.firmware_major);
   v("firmware_minor", x.firmware_minor);
   v("reset_cause", x.reset_cause);
+  v("dropped_frames", x.dropped_frames);
   v("age_ms", x.age_ms);
   v("replies", x.replies);
   v("resends", x.resends);

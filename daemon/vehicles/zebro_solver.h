@@ -1,45 +1,183 @@
 #pragma once
 
-// Error solving of Lunar Zebro (Zebro thesis [Conf-3]): the bare minimum the thesis asks for, a
-// reset of what is at fault, and then a proof: every module must answer, without a fault flag, for
-// a while. Frame thread.
+// Error solving of Lunar Zebro (Zebro thesis [Conf-3]): strategies, tried one after the other until
+// every module in service answers, without a fault, for a while. Which strategies for which class
+// of faults, in which order, says the configuration. Frame thread; time is data.
 
 #include <array>
 #include <cstdint>
+#include <span>
 
-#include "drivers/time.h"
+#include "daemon/lc/controller.h"
+#include "drivers/zebro/leg_module.h"
 #include "idl/zebro_commands.h"
 
 namespace lss::zebro {
 
+// What a fault takes to be solved.
+enum class FaultClass : std::uint8_t {
+  contact,    // a module does not answer
+  current,    // over-current, of the module or of our limit
+  driver,     // motor driver
+  obedience,  // a module that does not do what it is told, or a motion without an end
+  supply,     // a module was reset
+  system,     // not a module's: links, frames, emergency stops by command
+};
+inline constexpr std::size_t kFaultClasses = 6;
+inline constexpr const char* kFaultClassNames[kFaultClasses] = {"contact",   "current", "driver",
+                                                                "obedience", "supply",  "system"};
+FaultClass class_of(FaultId fault) noexcept;
+
+// Strategies, in a row; none ends it.
+using StrategyList = std::array<StrategyKind, lc::kMaxStrategies>;
+
+struct SolverParameters {
+  std::array<StrategyList, kFaultClasses> order{{
+      {StrategyKind::reconnect, StrategyKind::reset_module, StrategyKind::isolate},
+      {StrategyKind::move_free, StrategyKind::cool_down, StrategyKind::isolate},
+      {StrategyKind::reset_module, StrategyKind::isolate},
+      {StrategyKind::reset_module, StrategyKind::move_free, StrategyKind::isolate},
+      {StrategyKind::reconnect},
+      {StrategyKind::reconnect, StrategyKind::reset_all},
+  }};
+  TimeNs budget_ns = 10 * kSecond;     // for one strategy
+  TimeNs cool_down_ns = 60 * kSecond;  // for cool_down
+  double cool_degC = 60;               // cool enough
+  double current_limit_A = 1.2;        // of a leg that is moved free
+  double free_rad = 0.35;              // how far it is moved, back and forth
+  TimeNs free_move_ns = 2 * kSecond;   // in how long
+};
+
+// The vehicle as a strategy sees and moves it.
+class Patient {
+ public:
+  virtual TimeNs now() const noexcept = 0;
+  virtual bool answers(std::size_t module) const noexcept = 0;
+  virtual const Status& status(std::size_t module) const noexcept = 0;
+  virtual double temperature_degC(std::size_t module) const noexcept = 0;
+  // Bit i: something is wrong with module i+1, and it is in service.
+  virtual std::uint8_t sick() const noexcept = 0;
+  virtual void reset(std::size_t module) noexcept = 0;
+  // False when the locomotion controller says no.
+  virtual bool isolate(std::uint8_t modules) noexcept = 0;
+  // One leg may move until rest(); false when the locomotion controller says no.
+  virtual bool begin_move(std::size_t leg) noexcept = 0;
+  virtual void move(std::size_t leg, double position_rad, TimeNs arrive_ns,
+                    bool forward) noexcept = 0;
+  virtual void rest() noexcept = 0;
+
+ protected:
+  ~Patient() = default;
+};
+
+enum class Outcome : std::uint8_t { running, done, failed };  // done: now it must prove itself
+
+// One way to solve errors. `modules`, as bits, are what it is for.
+class Strategy {
+ public:
+  virtual void begin(Patient& patient, std::uint8_t modules) noexcept = 0;
+  virtual Outcome step(Patient& patient) noexcept = 0;
+
+ protected:
+  ~Strategy() = default;
+};
+
+// Does nothing but wait: contact is sought all the time, and the port opened again.
+class Reconnect final : public Strategy {
+ public:
+  void begin(Patient&, std::uint8_t) noexcept override {}
+  Outcome step(Patient&) noexcept override { return Outcome::done; }
+};
+
+class ResetModules final : public Strategy {
+ public:
+  explicit ResetModules(bool all) noexcept : all_(all) {}
+  void begin(Patient& patient, std::uint8_t modules) noexcept override;
+  Outcome step(Patient&) noexcept override { return Outcome::done; }
+
+ private:
+  bool all_;
+};
+
+// Moves each leg that answers a little way back, then forth. A leg that draws too much current or
+// does not move is blocked, and it has failed.
+class MoveFree final : public Strategy {
+ public:
+  explicit MoveFree(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
+  void begin(Patient& patient, std::uint8_t modules) noexcept override;
+  Outcome step(Patient& patient) noexcept override;
+
+ private:
+  enum class Phase : std::uint8_t { next_leg, switching_on, back, forth };
+  Outcome end(Patient& patient, Outcome outcome) noexcept;
+
+  SolverParameters parameters_;
+  Phase phase_ = Phase::next_leg;
+  std::size_t leg_ = 0;
+  std::uint8_t left_ = 0;  // legs to move
+  double from_rad_ = 0;
+  TimeNs due_ns_ = 0;
+};
+
+class CoolDown final : public Strategy {
+ public:
+  explicit CoolDown(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
+  void begin(Patient&, std::uint8_t modules) noexcept override { modules_ = modules; }
+  Outcome step(Patient& patient) noexcept override;
+
+ private:
+  SolverParameters parameters_;
+  std::uint8_t modules_ = 0;
+};
+
+// Takes the legs out of service, when the others can stand and walk.
+class Isolate final : public Strategy {
+ public:
+  void begin(Patient&, std::uint8_t modules) noexcept override { modules_ = modules; }
+  Outcome step(Patient& patient) noexcept override;
+
+ private:
+  std::uint8_t modules_ = 0;
+};
+
 class Solver {
  public:
-  enum class Outcome : std::uint8_t { idle, running, solved, unsolved };
+  enum class Report : std::uint8_t { running, next, solved, unsolved };
 
-  // `reset`: bit i asks for a reset of module i+1 first.
-  void begin(TimeNs now, TimeNs budget_ns) noexcept {
-    begun_ns_ = now;
-    budget_ns_ = budget_ns;
-    healthy_since_ns_ = 0;
-    running_ = true;
-  }
+  explicit Solver(const SolverParameters& parameters) noexcept;
+
+  // What is to be tried, from the fatal faults that are latched. The first strategy begins with the
+  // next step.
+  void begin(std::span<const FaultRecord> faults) noexcept;
   void end() noexcept { running_ = false; }
   bool running() const noexcept { return running_; }
+  StrategyKind kind() const noexcept { return plan_[at_]; }
 
-  // Once per frame while running: `healthy` says that nothing is wrong in this frame.
-  Outcome step(TimeNs now, bool healthy) noexcept {
-    if (!running_) return Outcome::idle;
-    if (!healthy) healthy_since_ns_ = 0;
-    if (healthy && healthy_since_ns_ == 0) healthy_since_ns_ = now;
-    if (healthy && now - healthy_since_ns_ >= kProof) return Outcome::solved;
-    return now - begun_ns_ > budget_ns_ ? Outcome::unsolved : Outcome::running;
-  }
+  // Once per frame while running. `healthy`: nothing at all is wrong in this frame. next: the
+  // strategy did not help; call again when the locomotion controller agreed to the next one.
+  Report step(Patient& patient, bool healthy) noexcept;
 
  private:
   static constexpr TimeNs kProof = kSecond;
 
-  TimeNs begun_ns_ = 0, budget_ns_ = 0, healthy_since_ns_ = 0;
+  Strategy& strategy() noexcept;
+  TimeNs budget_ns() const noexcept;
+
+  SolverParameters parameters_;
+  Reconnect reconnect_;
+  ResetModules reset_module_{false}, reset_all_{true};
+  MoveFree move_free_;
+  CoolDown cool_down_;
+  Isolate isolate_;
+
+  StrategyList plan_{};
+  std::size_t at_ = 0;
+  // Legs that are taken for blocked, whatever their flags say, until a strategy has ended well.
+  std::uint8_t blocked_ = 0;
   bool running_ = false;
+  bool begun_ = false;  // the strategy at at_
+  Outcome outcome_ = Outcome::running;
+  TimeNs begun_ns_ = 0, healthy_since_ns_ = 0;
 };
 
 }  // namespace lss::zebro

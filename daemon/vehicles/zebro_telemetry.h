@@ -23,6 +23,7 @@ struct ModuleTelemetry {
   bool calibrated = false;
   bool motion_control = false;
   bool moving = false;
+  bool isolated = false;  // out of service
   bool swing = false;
   std::uint16_t flags = 0;  // as the module sent them
   double position_rad = 0;
@@ -36,6 +37,7 @@ struct ModuleTelemetry {
   std::uint8_t firmware_major = 0;
   std::uint8_t firmware_minor = 0;
   std::uint8_t reset_cause = 0;
+  std::uint8_t dropped_frames = 0;        // mod 256
   std::uint64_t age_ms = kNeverHeard_ms;  // since its last reply
   std::uint64_t replies = 0;
   std::uint64_t resends = 0;

@@ -1,7 +1,6 @@
 // Supervision of Lunar Zebro: what the modules, the bus and the motions report, turned into events
 // and faults of the locomotion controller.
 
-#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -28,33 +27,29 @@ std::uint16_t number(std::size_t module) noexcept { return static_cast<std::uint
 }  // namespace
 
 void Vehicle::watch(const Inputs<Vehicle>& in, Supervisor& s) noexcept {
+  supervisor_ = &s;
+  isolated_ = s.controller().isolated;
   // First: what a standstill of the machine makes of the modules' ages is its consequence.
   if (in.overrun_limit && s.controller().state == State::operational)
     s.raise(FaultId::frame_overrun);
   watch_bus(in.bus, s);
   watch_modules(s);
   for (std::size_t i = 0; i < kModules; ++i) {
+    watch_temperature(i, s);
+    if (!in_service(i)) continue;
     watch_flags(i, s);
     watch_current(i, s);
-    watch_temperature(i, s);
     watch_obedience(i, in.bus.counters.module[i], s);
   }
-  const bool running = std::any_of(modules_.begin(), modules_.begin() + kLegs, [](const Module& m) {
-    return (m.status.flags & kFlagMotionControl) != 0;
-  });
-  s.set_flag(kMotorsRunning, running);
   watch_motion(s);
   watch_panel(s);
   watch_solver(s);
 }
 
 void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
-  if (bus.time_ns == 0) {  // the bus thread has not spoken yet
-    s.set_flag(kPortClosed, true);
-    return;
-  }
+  if (bus.time_ns == 0) return;  // the bus thread has not spoken yet
   if (bus.open != port_open_ || !port_reported_) {
-    s.set_flag(kPortClosed, !bus.open);
+    s.happen(bus.open ? lc::Event::port_opened : lc::Event::port_closed);
     if (bus.open) {
       s.note(EventId::port_opened);
       s.clear(FaultId::port_absent);
@@ -86,35 +81,31 @@ void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
   }
 }
 
-// Contact: never heard, answering, or silent.
+// Contact: never heard, answering, or silent. Isolated modules may do as they like.
 void Vehicle::watch_modules(Supervisor& s) noexcept {
-  std::uint16_t silent = 0, unheard = 0;
   std::array<std::int64_t, kMaxModules> age_ms{};
-  for (std::size_t i = 0; i < kModules; ++i) {
-    const auto bit = static_cast<std::uint16_t>(1u << i);
-    if (modules_[i].heard_ns == 0) {
-      unheard |= bit;
-      continue;
-    }
-    age_ms[i] = (now_ns_ - modules_[i].heard_ns) / kMillisecond;
-    if (!answers(i)) silent |= bit;
-  }
-  const std::uint16_t silent_before = s.controller().silent,
-                      unheard_before = s.controller().unheard;
-  s.set_ages(age_ms, parameters_.module_silent_ns / kMillisecond);
-  s.set_modules(silent, unheard);
   std::array<double, kMaxModules> sense{};
-  for (std::size_t i = 0; i < kModules; ++i)
+  for (std::size_t i = 0; i < kModules; ++i) {
+    if (modules_[i].heard_ns != 0) age_ms[i] = (now_ns_ - modules_[i].heard_ns) / kMillisecond;
     sense[i] = answers(i) ? modules_[i].status.position_rad : kUnknown;
+    const bool motor = i < kLegs && (modules_[i].status.flags & kFlagMotionControl) != 0;
+    sense[kSenseMotorsOn] += motor && in_service(i) ? 1 : 0;
+  }
   sense[kSenseTurnLimit] = parameters_.locomotion.swing_limit_rad_s;
+  s.set_ages(age_ms, parameters_.module_silent_ns / kMillisecond);
   s.set_sense(sense);
   for (std::size_t i = 0; i < kModules; ++i) {
-    const auto bit = static_cast<std::uint16_t>(1u << i);
-    if (rising(silent, silent_before, bit)) s.raise(FaultId::module_silent, number(i));
-    if (rising(static_cast<std::uint16_t>(~(silent | unheard)),
-               static_cast<std::uint16_t>(~(silent_before | unheard_before)), bit) &&
-        modules_[i].heard_ns != 0) {
+    if (modules_[i].heard_ns == 0 || !in_service(i)) continue;
+    const lc::ControllerState& c = s.controller();
+    const bool lost = ((c.silent | c.unheard) >> i & 1u) != 0;
+    if (answers(i) && lost) {
+      s.happen(lc::Event::module_heard, number(i));
       s.note(EventId::module_online, number(i));
+    } else if (!answers(i) && !lost) {
+      const bool solving = c.state == State::solve_errors;  // it may be being reset
+      s.happen(lc::Event::module_silent, number(i));
+      solving ? s.latch(FaultId::module_silent, number(i))
+              : s.raise(FaultId::module_silent, number(i));
     }
   }
 }
@@ -122,7 +113,9 @@ void Vehicle::watch_modules(Supervisor& s) noexcept {
 // What a module's own flags tell, once per change.
 void Vehicle::watch_flags(std::size_t i, Supervisor& s) noexcept {
   const std::uint16_t flags = modules_[i].status.flags, before = flags_before_[i];
-  if (modules_[i].status_ns == 0 || flags == before) return;
+  if (modules_[i].status_ns == 0) return;
+  const bool first = !std::exchange(modules_[i].greeted, true);  // every module was reset some time
+  if (flags == before) return;
   flags_before_[i] = flags;
   // Whether its motor may be on: only then a stop by itself means something now.
   const bool driven = i == kPanel ? (s.controller().flags & kPanelMoving) != 0
@@ -131,8 +124,6 @@ void Vehicle::watch_flags(std::size_t i, Supervisor& s) noexcept {
     s.raise(FaultId::module_over_current, number(i));
   if (rising(flags, before, kFlagWatchdog) && driven) s.raise(FaultId::module_watchdog, number(i));
   if (rising(flags, before, kFlagDriverFault)) s.raise(FaultId::module_driver_fault, number(i));
-  const bool first =
-      std::exchange(modules_[i].greeted, true) == false;  // every module was reset some time
   if (rising(flags, before, kFlagReset) && !first) {
     if (s.controller().state == State::operational) {
       s.raise(FaultId::module_reset, number(i));
@@ -208,8 +199,8 @@ void Vehicle::watch_motion(Supervisor& s) noexcept {
 // All legs say so in a status younger than the order.
 bool Vehicle::motors_confirmed() const noexcept {
   for (std::size_t i = 0; i < kLegs; ++i) {
-    if ((modules_[i].status.flags & kFlagMotionControl) == 0 ||
-        modules_[i].status_ns < motors_on_ns_)
+    if (in_service(i) && ((modules_[i].status.flags & kFlagMotionControl) == 0 ||
+                          modules_[i].status_ns < motors_on_ns_))
       return false;
   }
   return true;
@@ -218,7 +209,7 @@ bool Vehicle::motors_confirmed() const noexcept {
 // Walking goes on with uncalibrated legs (Zebro thesis 5.2.3), but not silently.
 void Vehicle::report_uncalibrated(Supervisor& s) noexcept {
   for (std::size_t i = 0; i < kLegs; ++i) {
-    if ((modules_[i].status.flags & kFlagCalibrated) == 0)
+    if (in_service(i) && (modules_[i].status.flags & kFlagCalibrated) == 0)
       s.raise(FaultId::not_calibrated, number(i));
   }
 }
@@ -251,18 +242,74 @@ void Vehicle::watch_panel(Supervisor& s) noexcept {
   if (now_ns_ - panel_.due_ns > kMoveGrace) s.raise(FaultId::motion_timeout, number(kPanel));
 }
 
-void Vehicle::watch_solver(Supervisor& s) noexcept {
-  if (!solver_.running()) return;
-  bool healthy = port_open_ && s.controller().silent == 0 && s.controller().unheard == 0;
+// ---- error solving
+
+std::uint8_t Vehicle::sick() const noexcept {
+  unsigned sick = 0;
   for (std::size_t i = 0; i < kModules; ++i) {
-    healthy = healthy && (modules_[i].status.flags & (kStopFlags | kFlagMotionControl)) == 0 &&
-              !disobeyed_[i];
+    const bool well = answers(i) && (modules_[i].status.flags & kStopFlags) == 0 && !disobeyed_[i];
+    if (in_service(i) && !well) sick |= 1u << i;
   }
-  const Solver::Outcome outcome = solver_.step(now_ns_, healthy);
-  if (outcome == Solver::Outcome::running || outcome == Solver::Outcome::idle) return;
-  const bool solved = outcome == Solver::Outcome::solved;
-  s.note(EventId::solve_ended, 0, solved ? 0 : s.state().fault_count);
-  s.happen(solved ? lc::Event::solved : lc::Event::unsolved);
+  return static_cast<std::uint8_t>(sick);
+}
+
+bool Vehicle::isolate(std::uint8_t modules) noexcept {
+  // All of them, or none: what cannot walk in the end shall not have lost legs on the way.
+  if (!enough_legs_without(isolated_ | modules)) return false;
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    if ((modules >> i & 1u) != 0) supervisor_->happen(event::isolate, number(i));
+  }
+  isolated_ = supervisor_->controller().isolated;
+  return true;
+}
+
+bool Vehicle::begin_move(std::size_t leg) noexcept {
+  if (supervisor_->happen(event::free_leg, number(leg)).reason != Reason::none) return false;
+  order(leg, ModuleOrder::Kind::motion_on);
+  return true;
+}
+
+void Vehicle::rest() noexcept {
+  if (supervisor_->controller().flags & kFreeing) supervisor_->happen(event::leg_freed);
+}
+
+void Vehicle::watch_solver(Supervisor& s) noexcept {
+  if (s.controller().state != State::solve_errors) return;
+  const auto tell_begin = [&] {
+    s.note(EventId::strategy_begun, 0, static_cast<double>(solver_.kind()));
+  };
+  if (!solver_.running()) {
+    std::array<FaultRecord, kMaxFaults> faults;
+    std::size_t count = 0;
+    for (const FaultRecord& fault : s.state().faults) {
+      if (fault.id != FaultId::none &&
+          info(fault.id)->severity == static_cast<std::uint8_t>(Severity::fatal))
+        faults[count++] = fault;
+    }
+    solver_.begin(std::span(faults).first(count));
+    tell_begin();
+  }
+  bool healthy = port_open_ && sick() == 0 && s.controller().unheard == 0;
+  for (std::size_t i = 0; i < kModules; ++i) {
+    const bool motor = (modules_[i].status.flags & kFlagMotionControl) != 0;
+    healthy = healthy && !(motor && in_service(i));
+  }
+  const StrategyKind tried = solver_.kind();
+  Solver::Report report = solver_.step(*this, healthy);
+  if (report == Solver::Report::running) return;
+  s.note(EventId::strategy_ended, 0, static_cast<double>(tried),
+         report == Solver::Report::solved ? 1 : 0);
+  if (report == Solver::Report::next) {
+    if (s.happen(lc::Event::next_strategy).reason == Reason::none) {
+      tell_begin();
+      return;
+    }
+    report = Solver::Report::unsolved;
+  }
+  const bool solved =
+      report == Solver::Report::solved && s.happen(lc::Event::solved).reason == Reason::none;
+  if (!solved) s.happen(lc::Event::unsolved);
+  s.note(EventId::solve_ended, 0, s.state().fault_count);
 }
 
 }  // namespace lss::zebro

@@ -15,13 +15,12 @@ namespace {
 
 const Logic kLogic{.table = &kTable,
                    .event_of = event_of,
+                   .subject_of = subject_of,
                    .reached = reached,
                    .command = command,
-                   .sense = sense,
-                   .lease_expired = event::lease_expired,
-                   .modules = (1u << kModules) - 1};
+                   .sense = sense};
 
-const Vocabulary kVocabulary{kModeNames, std::size(kModeNames), kModuleNames, kModules};
+const Vocabulary kVocabulary{kModeNames, kModuleNames, kStrategyNames};
 
 const config::Port& legs_port(const config::Config& config) {
   for (const config::Port& port : config.ports) {

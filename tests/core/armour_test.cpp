@@ -136,6 +136,7 @@ TEST_F(ArmourTest, MakesRoomForNewSourcesOnlyWhenOldOnesAreSilent) {
   EXPECT_EQ(check(late), Reason::none);
 }
 
+// [Env-2]
 TEST_F(ArmourTest, WhateverComesInOnlySaneCommandsPass) {
   EXPECT_TRUE(rc::check([](const std::array<double, 8>& parameter, std::uint16_t kind,
                            std::uint64_t sequence, std::uint32_t lease,

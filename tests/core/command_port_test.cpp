@@ -10,21 +10,24 @@ namespace {
 
 constexpr CommandInfo kSolve{4, "solve", Access::holder, false, "", {}};
 constexpr CommandInfo kStop{3, "estop", Access::anyone, false, "", {}};
-const lc::Table kTable{{},
-                       [](unsigned, const lc::ControllerState&) { return Verdict{}; },
-                       [](lc::ActionSet, lc::ControllerState&) {}};
+const lc::Rows kNoRows({});
+const lc::Table kTable{&kNoRows,
+                       {},
+                       0,
+                       [](unsigned, const lc::ControllerState&, unsigned) { return Verdict{}; },
+                       [](lc::ActionSet, lc::ControllerState&) {},
+                       &lc::kCommonRows};
 const Logic kLogic{
     .table = &kTable,
     .event_of =
         [](const Request& r) { return r.kind == 4 ? lc::Event::solve : lc::Event::emergency_stop; },
-    .reached = [](std::uint16_t, const lc::ControllerState&) { return true; },
+    .subject_of = [](const Request&) { return 0U; },
+    .reached = [](std::uint16_t, const SupervisorState&) { return true; },
     .command = [](std::uint16_t kind) -> const CommandInfo* {
       if (kind == 4) return &kSolve;
       return kind == 3 ? &kStop : nullptr;
     },
-    .sense = [](const SupervisorState&, const Request&) { return Verdict{}; },
-    .lease_expired = lc::Event::none,
-    .modules = 0};
+    .sense = [](const SupervisorState&, const Request&) { return Verdict{}; }};
 
 class CommandPortTest : public testing::Test {
  protected:

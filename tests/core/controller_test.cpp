@@ -5,12 +5,17 @@
 namespace lss::lc {
 namespace {
 
-const Table kNoVehicle{{},
-                       [](unsigned, const ControllerState&) { return Verdict{}; },
-                       [](ActionSet, ControllerState&) {}};
+const Rows kNoRows({});
+const Table kNoVehicle{&kNoRows,
+                       {},
+                       0,
+                       [](unsigned, const ControllerState&, unsigned) { return Verdict{}; },
+                       [](ActionSet, ControllerState&) {},
+                       &kCommonRows};
 
-ControllerState in_state(State s) { return {.state = s}; }
+ControllerState in_state(State s) { return {.state = s, .links = 0}; }
 
+// [Oper-5]
 TEST(Controller, EmergencyStopFromAnywhereStopsEverythingAndEndsInFatalError) {
   for (const State s : {State::idle, State::operational, State::fatal_error, State::solve_errors}) {
     const Result r = step(kNoVehicle, in_state(s), Event::emergency_stop);
@@ -19,6 +24,7 @@ TEST(Controller, EmergencyStopFromAnywhereStopsEverythingAndEndsInFatalError) {
   }
 }
 
+// [Oper-6]
 TEST(Controller, FatalErrorIsLeftOnlyBySolve) {
   for (unsigned e = 0; e < 256; ++e) {
     const Result r = step(kNoVehicle, in_state(State::fatal_error), static_cast<Event>(e));
@@ -30,6 +36,7 @@ TEST(Controller, FatalErrorIsLeftOnlyBySolve) {
   }
 }
 
+// [Oper-6]
 TEST(Controller, SolveErrorsEndsInIdleWhenSolvedElseInFatalError) {
   EXPECT_EQ(step(kNoVehicle, in_state(State::solve_errors), Event::solved).next.state, State::idle);
   EXPECT_EQ(step(kNoVehicle, in_state(State::solve_errors), Event::unsolved).next.state,

@@ -7,7 +7,7 @@ namespace {
 
 constexpr const char* kModes[] = {"none", "Cruising"};
 constexpr const char* kModules[] = {"front", "rear"};
-constexpr Vocabulary kWords{kModes, 2, kModules, 2};
+constexpr Vocabulary kWords{kModes, kModules, {}};
 
 EventRecord event(EventId id, double a = 0, double b = 0, std::uint16_t subject = 0) {
   return {.id = static_cast<std::uint16_t>(id), .subject = subject, .argument = {a, b, 0, 0}};

@@ -125,6 +125,7 @@ nlohmann::json module_json(const lss_ZebroModule& m) {
           {"motion_control", m.motion_control},
           {"moving", m.moving},
           {"swing", m.swing},
+          {"isolated", m.isolated},
           {"flags", m.flags},
           {"position_rad", m.position_rad},
           {"velocity_rad_s", m.velocity_rad_s},
@@ -136,6 +137,7 @@ nlohmann::json module_json(const lss_ZebroModule& m) {
           {"uptime_s", m.uptime_s},
           {"firmware", fmt::format("{}.{}", m.firmware_major, m.firmware_minor)},
           {"reset_cause", m.reset_cause},
+          {"dropped_frames", m.dropped_frames},
           {"age_ms", std::move(age)},
           {"replies", m.replies},
           {"resends", m.resends}};
@@ -174,10 +176,11 @@ std::string module_row(const lss_ZebroModule& m, const Style& style) {
   if (never_heard(m)) return fmt::format("{} {}\n", style.bold(name), style.bad("never heard"));
   const std::string link = fmt::format("{:<8}", m.online ? "online" : "silent");
   const std::string calibrated = fmt::format("{:<6}", m.calibrated ? "yes" : "no");
-  const char* activity = !m.motion_control ? "off"
-                         : m.swing         ? "swing"
-                         : m.moving        ? "moving"
-                                           : "holding";
+  const char* activity = m.isolated          ? "isolated"
+                         : !m.motion_control ? "off"
+                         : m.swing           ? "swing"
+                         : m.moving          ? "moving"
+                                             : "holding";
   return fmt::format("{} {} {} {:<8} {:>7} {:>7} {:>7} {:>7} {:>6} {:>6}\n", style.bold(name),
                      m.online ? style.good(link) : style.bad(link),
                      m.calibrated ? calibrated : style.dim(calibrated), activity,

@@ -37,7 +37,11 @@ TEST(ZebroConfig, TheExampleHoldsTheDefaults) {
   EXPECT_DOUBLE_EQ(p.current_limit_A, d.current_limit_A);
   EXPECT_EQ(p.current_time_ns, d.current_time_ns);
   EXPECT_DOUBLE_EQ(p.temperature_warning_degC, d.temperature_warning_degC);
-  EXPECT_EQ(p.solve_budget_ns, d.solve_budget_ns);
+  EXPECT_EQ(p.solver.order, d.solver.order);
+  EXPECT_EQ(p.solver.budget_ns, d.solver.budget_ns);
+  EXPECT_EQ(p.solver.cool_down_ns, d.solver.cool_down_ns);
+  EXPECT_EQ(p.solver.cool_degC, d.solver.cool_degC);
+  EXPECT_EQ(p.solver.current_limit_A, d.solver.current_limit_A);
   EXPECT_DOUBLE_EQ(p.locomotion.flight_s, d.locomotion.flight_s);
   EXPECT_NEAR(p.locomotion.sweep_rad, d.locomotion.sweep_rad, 1e-12);
   EXPECT_NEAR(p.locomotion.arrived_rad, d.locomotion.arrived_rad, 1e-4);
@@ -52,6 +56,7 @@ TEST(ZebroConfig, AGaitThatWouldNotSynchroniseIsRefusedWithItsLine) {
   EXPECT_NE(config.error().find("zebro_altered_"), std::string::npos) << config.error();
 }
 
+// [S-Int-1]
 TEST(ZebroConfig, TwoModulesOfOneAddressAreRefused) {
   Parameters p;
   const auto config = load(altered("[1, 2, 3, 4, 5, 6, 7]", "[1, 2, 3, 4, 5, 6, 6]"), p);
@@ -59,6 +64,7 @@ TEST(ZebroConfig, TwoModulesOfOneAddressAreRefused) {
   EXPECT_NE(config.error().find("same address"), std::string::npos) << config.error();
 }
 
+// [Prod-4]
 TEST(ZebroConfig, TheSoftwareCurrentLimitStaysBelowTheHardwares_P_Int_1) {
   Parameters p;
   EXPECT_FALSE(load(altered("current_A = 1.2", "current_A = 2.0"), p));

@@ -52,6 +52,7 @@ TEST(Cycle, StartCanGoOnByItselfToWalk_Func_1) {
   EXPECT_EQ(w.out_.telemetry.speed, 1);
 }
 
+// [Miss-3]
 TEST(Cycle, StowsTheLegsAndStandsUpAgain_Miss_2) {
   World w;
   ASSERT_TRUE(w.stand());
@@ -62,6 +63,7 @@ TEST(Cycle, StowsTheLegsAndStandsUpAgain_Miss_2) {
   EXPECT_TRUE(w.run_until(Mode::standing, 20));
 }
 
+// [Miss-3]
 TEST(Cycle, BridgeMovesOneLegAndOnlyThat) {
   World w;
   ASSERT_TRUE(w.stand());
@@ -109,6 +111,7 @@ struct Emergency {
 
 class Emergencies : public testing::TestWithParam<Emergency> {};
 
+// [P-Int-2] [Oper-5] [Prod-4]
 TEST_P(Emergencies, StopAllModulesInTheSameFrameAndEndInFatalError) {
   World w;
   ASSERT_TRUE(w.stand());
@@ -186,6 +189,7 @@ TEST(Cycle, ReportsAHotModuleAndGoesOn_Prod_5) {
   EXPECT_FALSE(w.has(FaultId::temperature_warning, 3));
 }
 
+// [Prod-1]
 TEST(Cycle, SameInputsGiveTheSameBits) {
   World a, b;
   for (World* w : {&a, &b}) {

@@ -31,6 +31,7 @@ TEST_F(Gate, LetsALegalMovePass) {
   EXPECT_EQ(check(), GateCheck::passed);
 }
 
+// [Env-2]
 TEST_F(Gate, StopsWhatIsTooFast) {
   move(0, Kind::rotate_forward, 32000, 2 * kSecond);
   EXPECT_EQ(check(), GateCheck::slew);
@@ -44,6 +45,7 @@ TEST_F(Gate, TakesALegThatIsALittleTooFarForOneThatGoesBack) {
   EXPECT_EQ(check(), GateCheck::passed);
 }
 
+// [Env-2]
 TEST_F(Gate, StopsPositionsAndTimesThatNoModuleCanTake) {
   move(0, Kind::rotate_forward, 36000, kSecond);
   EXPECT_EQ(check(), GateCheck::range);

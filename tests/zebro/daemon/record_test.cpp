@@ -2,9 +2,15 @@
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
+#include <bit>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
 
 #include "daemon/record/json.h"
+#include "daemon/record/run_log.h"
 #include "daemon/vehicles/zebro_record.h"
 
 namespace lss::zebro {
@@ -111,6 +117,60 @@ TEST(Record, AnyRecordIsReadBackTheSame) {
     RC_ASSERT(reader.at_end());
     RC_ASSERT(bytes_of(*read) == bytes);
   }));
+}
+
+// The whole way of a frame into a file of the log that runs.
+TEST(Record, AnyRecordGoesThroughTheLogPartByPart) {
+  std::string folder = (std::filesystem::temp_directory_path() / "lss-record-XXXXXX").string();
+  ASSERT_NE(::mkdtemp(folder.data()), nullptr);
+  const auto to_json = [](std::span<const std::uint8_t> bytes) {
+    auto frame = std::make_unique<Frame>();
+    record::Reader reader(bytes);
+    fields(reader, *frame);
+    return record::to_json(*frame);
+  };
+  EXPECT_TRUE(rc::check([&](std::uint32_t seed, std::uint8_t chosen) {
+    auto frame = std::make_unique<Frame>();
+    Randomiser random(seed);
+    fields(random, *frame);
+    std::vector<std::uint8_t> bytes(sizeof(Frame));
+    record::Writer writer(bytes);
+    fields(writer, *frame);
+    bytes.resize(writer.size());
+
+    const unsigned what = chosen & config::kAllLogParts;
+    RC_PRE(what != 0);
+    bool trouble = false;
+    record::RunLog log({.name = "any", .what = what, .every_ns = 0}, folder, "z",
+                       nlohmann::ordered_json::object(), to_json, [&](EventId) { trouble = true; });
+    log.put({.events = true, .time_ns = 5}, bytes, 0, 5);
+    RC_ASSERT(!trouble);
+
+    std::filesystem::path path;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) path = entry.path();
+    std::ifstream file(path);
+    std::string line;
+    std::getline(file, line);
+    const auto first = nlohmann::ordered_json::parse(line);
+    RC_ASSERT(first["what"].size() == static_cast<std::size_t>(std::popcount(what)));
+    std::getline(file, line);
+    std::filesystem::remove(path);
+    auto logged = nlohmann::ordered_json::parse(line);
+    RC_ASSERT(logged["frame"] == frame->in.frame);
+    // As it is in the record; a second dump takes bytes that are no text, and NaN, as the first
+    // did.
+    using Json = nlohmann::ordered_json;
+    Json whole = Json::parse(record::line_of(record::to_json(*frame)));
+    std::size_t parts = 0;
+    for (const auto& [key, part] : whole.items()) {
+      if (!logged.contains(key)) continue;
+      RC_ASSERT(logged[key] == part);
+      ++parts;
+    }
+    RC_ASSERT(parts == first["what"].size());
+    if (what == config::kAllLogParts) RC_ASSERT(parts == whole.size());
+  }));
+  std::filesystem::remove_all(folder);
 }
 
 TEST(Record, ACutOrBrokenRecordIsNotGoodAndReadsNothingBeyondItsEnd) {

@@ -46,6 +46,7 @@ TEST(Supervisor, ReleasesAuthorityWithTheStop) {
   EXPECT_EQ(w.supervisor_.state().authority, Name{});
 }
 
+// [O-Int-2]
 TEST(Supervisor, WithoutHeartbeatTheVehicleComesToASafeStopAndEndsIdle) {
   World w;
   ASSERT_TRUE(w.stand());
@@ -138,14 +139,16 @@ TEST(Supervisor, FaultsLatchUntilTheyAreSolved_Oper_6) {
   EXPECT_EQ(w.supervisor_.state().fault_count, 0u);
 }
 
+// [Oper-6]
 TEST(Supervisor, WhatCannotBeSolvedEndsInFatalErrorAgain) {
   World w;
   ASSERT_TRUE(w.stand());
-  w.modules[1].alive = false;
+  w.modules[6].alive = false;  // the panel, which nothing can do without
   w.run(1);
   w.send(lss::CommandKind::solve);
-  w.run(11);
-  EXPECT_EQ(w.state(), State::fatal_error);
+  w.step();
+  ASSERT_EQ(w.state(), State::solve_errors);
+  EXPECT_TRUE(w.run_until([&] { return w.state() == State::fatal_error; }, 40));
   ASSERT_NE(w.last(Phase::failed), nullptr);
   EXPECT_EQ(w.last(Phase::failed)->verdict.reason, Reason::not_solved);
 }

@@ -116,11 +116,10 @@ class World {
   static Logic logic() {
     return {.table = &kTable,
             .event_of = event_of,
+            .subject_of = subject_of,
             .reached = reached,
             .command = command,
-            .sense = sense,
-            .lease_expired = event::lease_expired,
-            .modules = 0x7F};
+            .sense = sense};
   }
 
   // One frame.
