@@ -84,6 +84,7 @@ Figures row_iii(const Options& options);
 Figures row_iv(const Options& options);
 Figures row_v(const Options& options);
 Figures row_vii(const Options& options);
+Figures row_viii(const Options& options);
 Figures row_ix(const Options& options);
 Figures row_x(const Options& options);
 Figures row_xi(const Options& options);

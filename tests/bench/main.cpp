@@ -38,7 +38,7 @@ constexpr Row kRows[] = {
     {"v", "cycle of seven modules on RS-485", row_v},
     {"vi", "cycle on CAN: no vehicle with a CAN bus is built", nullptr},
     {"vii", "mathematics of a frame", row_vii},
-    {"viii", "state space of the locomotion controller: its explorer is not built", nullptr},
+    {"viii", "state space of the locomotion controller", row_viii},
     {"ix", "memory and steadiness", row_ix},
     {"x", "exec to READY", row_x},
     {"xi", "edge at an absolute time", row_xi},

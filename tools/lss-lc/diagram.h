@@ -1,0 +1,17 @@
+#pragma once
+
+// The locomotion controller as a picture, drawn by Graphviz from what was explored: states and
+// modes as boxes, an arrow for every way from one to another with the events that take it. Made
+// from the reachable transitions, so it shows what can happen and nothing else.
+
+#include <string>
+
+#include "tools/lss-lc/explorer.h"
+
+namespace lss::lc {
+
+// `box` names the box of a state; events without a change of box are left out.
+std::string diagram(const Model& model, std::string (*box)(const ControllerState&),
+                    std::string (*name)(const Table&, Happening));
+
+}  // namespace lss::lc

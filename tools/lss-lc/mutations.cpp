@@ -1,0 +1,175 @@
+#include "tools/lss-lc/mutations.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <set>
+#include <utility>
+
+namespace lss::lc {
+namespace {
+
+// A table with one row changed.
+class Mutant {
+ public:
+  Mutant(const Table& table, std::size_t row, const Row& changed)
+      : common_(table.common->rows.begin(), table.common->rows.end()),
+        own_(table.rows->rows.begin(), table.rows->rows.end()),
+        common_rows_(*table.common),
+        own_rows_(*table.rows),
+        table_(table) {
+    (row < common_.size() ? common_[row] : own_[row - common_.size()]) = changed;
+    common_rows_.rows = common_;
+    own_rows_.rows = own_;
+    table_.common = &common_rows_;
+    table_.rows = &own_rows_;
+  }
+  const Table& table() const { return table_; }
+
+ private:
+  std::vector<Row> common_, own_;
+  Rows common_rows_, own_rows_;
+  Table table_;
+};
+
+// In every state that can be reached, every event does the same.
+bool behaves_the_same(const Model& a, const Model& b) {
+  std::set<Key> seen{pack(a.begin)};
+  std::vector<ControllerState> left{a.begin};
+  while (!left.empty()) {
+    const ControllerState state = left.back();
+    left.pop_back();
+    for (const Happening h : a.happenings) {
+      const Result of_a = step(*a.table, state, h.event, h.subject),
+                   of_b = step(*b.table, state, h.event, h.subject);
+      if (of_a.next != of_b.next || of_a.actions != of_b.actions ||
+          of_a.verdict.reason != of_b.verdict.reason)
+        return false;
+      if (seen.insert(pack(of_a.next)).second) left.push_back(of_a.next);
+    }
+  }
+  return true;
+}
+
+class Measure {
+ public:
+  Measure(const Table& table, Model (*model_of)(const Table&), std::uint8_t modes,
+          std::uint8_t goals)
+      : table_(table), model_of_(model_of), modes_(modes), goals_(goals) {}
+
+  Mutations run() {
+    const auto begin = std::chrono::steady_clock::now();
+    const std::size_t common = table_.common->rows.size();
+    for (row_ = 0; row_ < common + table_.rows->rows.size(); ++row_) {
+      original_ = row_ < common ? table_.common->rows[row_] : table_.rows->rows[row_ - common];
+      drop();
+      redirect();
+      loosen();
+      idle();
+    }
+    result_.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return std::move(result_);
+  }
+
+ private:
+  void attempt(const Row& changed, const std::string& what) {
+    const Mutant mutant(table_, row_, changed);
+    ++result_.count;
+    const Model changed_model = model_of_(mutant.table());
+    if (explore(changed_model).violation) {
+      ++result_.caught;
+    } else if (behaves_the_same(model_of_(table_), changed_model)) {
+      ++result_.equivalent;
+    } else {
+      result_.survivors.push_back(
+          fmt::format("row {} (event {}): {}", row_, static_cast<int>(original_.event), what));
+    }
+  }
+
+  // Every transition that the row makes: each state, each mode.
+  void drop() {
+    for (unsigned s = 0; s < 4; ++s) {
+      const auto state = static_cast<State>(s);
+      if ((original_.from & in(state)) == 0) continue;
+      if (state == State::operational && original_.modes != kAnyMode) continue;
+      Row row = original_;
+      row.from = static_cast<StateSet>(row.from & ~in(state));
+      attempt(row, fmt::format("not from {}", kStateNames[s]));
+    }
+    if ((original_.from & in(State::operational)) == 0) return;
+    for (unsigned mode = 1; mode < modes_; ++mode) {
+      if ((original_.modes >> mode & 1u) == 0) continue;
+      Row row = original_;
+      row.modes &= ~(1u << mode);
+      attempt(row, fmt::format("not from mode {}", mode));
+    }
+  }
+
+  void redirect() {
+    for (unsigned s = 0; s < 4; ++s) {
+      const auto state = static_cast<State>(s);
+      if (state == State::operational) continue;
+      if (original_.to_mode != kKeep && original_.to == state) continue;
+      if (original_.to_mode == kKeep && original_.from == in(state)) continue;  // the same
+      Row row = original_;
+      row.to = state;
+      row.to_mode = row.to_goal = 0;
+      attempt(row, fmt::format("to {}", kStateNames[s]));
+    }
+    for (std::uint8_t mode = 1; mode < modes_; ++mode) {
+      if (original_.to_mode == mode) continue;
+      if (original_.to_mode == kKeep && original_.from == in(State::operational) &&
+          original_.modes == 1u << mode)
+        continue;
+      Row row = original_;
+      row.to = State::operational;
+      row.to_mode = mode;
+      if (row.to_goal == kKeep) row.to_goal = 0;
+      attempt(row, fmt::format("to mode {}", mode));
+    }
+    if ((original_.from & in(State::operational)) == 0 && original_.to != State::operational)
+      return;
+    for (std::uint8_t goal = 0; goal < goals_; ++goal) {
+      if (original_.to_goal == goal || (original_.to_goal == kKeep && original_.goal == goal))
+        continue;
+      Row row = original_;
+      row.to_goal = goal;
+      attempt(row, fmt::format("to goal {}", goal));
+    }
+  }
+
+  void loosen() {
+    for (unsigned bit = 0; original_.guards >> bit != 0; ++bit) {
+      if ((original_.guards >> bit & 1u) == 0) continue;
+      Row row = original_;
+      row.guards = static_cast<GuardSet>(row.guards & ~guard(bit));
+      attempt(row, fmt::format("without guard {}", bit));
+    }
+  }
+
+  void idle() {
+    for (unsigned bit = 0; original_.actions >> bit != 0; ++bit) {
+      if ((original_.actions >> bit & 1u) == 0) continue;
+      Row row = original_;
+      row.actions &= ~(ActionSet{1} << bit);
+      attempt(row, fmt::format("without action {}", bit));
+    }
+  }
+
+  const Table& table_;
+  Model (*model_of_)(const Table&);
+  std::uint8_t modes_, goals_;
+  std::size_t row_ = 0;
+  Row original_{};
+  Mutations result_;
+};
+
+}  // namespace
+
+Mutations mutate(const Table& table, Model (*model_of)(const Table&), std::uint8_t modes,
+                 std::uint8_t goals) {
+  return Measure(table, model_of, modes, goals).run();
+}
+
+}  // namespace lss::lc

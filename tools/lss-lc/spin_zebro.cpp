@@ -1,0 +1,54 @@
+// What SPIN's verifier calls for Lunar Zebro.
+
+#include <cstring>
+
+#include "daemon/vehicles/zebro_modes.h"
+#include "tools/lss-lc/spin.h"
+#include "tools/lss-lc/zebro.h"
+
+namespace {
+
+using namespace lss;
+
+const lc::Model& model() {
+  static const lc::Model model = zebro::model_of(zebro::kTable);
+  return model;
+}
+
+lc::ControllerState state() {
+  lc::Key key;
+  std::memcpy(&key, lss_lc_state, sizeof key);
+  return lc::unpack(key);
+}
+void set(const lc::ControllerState& state) {
+  const lc::Key key = lc::pack(state);
+  std::memcpy(lss_lc_state, &key, sizeof key);
+}
+
+// Before main(): the state that the search begins with.
+[[maybe_unused]] const bool begun = [] {
+  set(model().begin);
+  return true;
+}();
+
+}  // namespace
+
+extern "C" {
+
+unsigned char lss_lc_state[8];
+
+void lss_lc_step(int happening) {
+  const lc::Happening h = model().happenings[static_cast<std::size_t>(happening)];
+  set(lc::step(zebro::kTable, state(), h.event, h.subject).next);
+}
+
+// The properties of states; SPIN stops with an error where one does not hold.
+int lss_lc_good() {
+  const lc::ControllerState s = state();
+  for (const lc::StateProperty& property : model().states) {
+    if (!property.holds(zebro::kTable, s)) return 0;
+  }
+  return 1;
+}
+
+}  // extern "C"

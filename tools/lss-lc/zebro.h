@@ -1,0 +1,21 @@
+#pragma once
+
+// What Lunar Zebro's locomotion controller must do, as properties of its states and steps, written
+// from the requirements and not from the table: tools/lss-lc/explorer.h visits all states and holds
+// the table against them.
+
+#include "tools/lss-lc/explorer.h"
+
+namespace lss::zebro {
+
+inline constexpr std::uint16_t kAllModules = 0x7F;
+
+// The table that ships, or another to be held against the same properties.
+lc::Model model_of(const lc::Table& table, std::uint16_t modules = kAllModules);
+
+// "Operational Walking, goal idle, panel in, held, module 3 (LM) silent"
+std::string text(const lc::ControllerState& state);
+// "module 3 (LM) silent"
+std::string text(const lc::Table& table, lc::Happening happening);
+
+}  // namespace lss::zebro
