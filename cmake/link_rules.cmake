@@ -76,6 +76,7 @@ lss_never_link("${lss_room}" "lss_idl;lss_idl_types;CycloneDDS::ddsc")
 
 find_program(LSS_BASH bash)
 if(BUILD_TESTING AND LSS_BASH)
+  # [Conf-2]
   add_test(NAME source_rules
            COMMAND ${LSS_BASH} ${PROJECT_SOURCE_DIR}/tools/lib/check_sources.sh ${PROJECT_SOURCE_DIR})
   foreach(rules check_sources link_rules)

@@ -186,6 +186,7 @@ TEST_F(Control, ALateClientGetsTheLastStatusAndTheLast256Events) {
   EXPECT_EQ(late.statuses().front().frame_index, 3u);
 }
 
+// [O-Int-2]
 TEST_F(Control, HeartbeatsOfTheDaemonCountUpAndCarryItsState) {
   ASSERT_TRUE(eventually([&] {
     face_->heartbeat(State::fatal_error);
@@ -215,6 +216,7 @@ TEST_F(Control, TwoVehiclesShareADomain) {
   }
 }
 
+// [Conf-1]
 TEST_F(Control, ACommanderMadeFromTheIdlAloneIsHeardAndAnswered) {
   Child stranger({DDS_STRANGER, "command", std::to_string(test_domain()), "v1", "1", "20"},
                  loopback_uri(false));
@@ -257,6 +259,7 @@ TEST_F(Control, ACommandOlderThanItsLifespanIsNotObeyedButAnEmergencyStopIs) {
   EXPECT_EQ(requests_.commands().front().kind, kEstop);
 }
 
+// [O-Int-3]
 TEST_F(Control, TelemetryArrivesWithEveryModuleOfTheVehicle) {
   Child stranger({DDS_STRANGER, "telemetry", std::to_string(test_domain()), "3", "20"},
                  loopback_uri(false));

@@ -87,6 +87,7 @@ class BadConfiguration(Scenario):
 
 
 class BadCommands(Scenario):
+    # [Env-2]
     def test_commands_that_make_no_sense_are_rejected_with_the_reason(self):
         self.start_all()
         peer = self.commander()
@@ -169,6 +170,7 @@ class BadBytes(Scenario):
                          else f"{kind} {direction} {dice.randint(1, 2)}")
             time.sleep(0.3)  # the rate of the disturbance
 
+    # [Env-1] [Env-2]
     def test_random_bytes_and_broken_frames_are_dropped_counted_and_walked_through(self):
         daemon = self.start_tapped()
         self.begin_walk()

@@ -1,9 +1,11 @@
 """kill -9 of everything around the daemon while it walks: it lives, reacts as specified, goes on afterwards."""
 
 import signal
+import time
 import unittest
 
 import motion
+import wire
 from rig import EXIT, FATAL_ERROR, FAULT, IDLE, OPERATIONAL, Scenario
 
 
@@ -16,6 +18,7 @@ class Kill(Scenario):
         self.assertGreater(forward_m, 0.04)
         self.assert_resting(self.status())
 
+    # [O-Int-2]
     def test_a_killed_client_leaves_a_vehicle_that_stops_safely_and_obeys_the_next(self):
         daemon = self.start_all()
         client = self.begin_walk("--source", "first")
@@ -35,6 +38,7 @@ class Kill(Scenario):
         self.cli_ok("--source", "first", "stop")
         self.assert_resting(self.status())
 
+    # [P-Int-2] [Oper-6]
     def test_a_killed_simulator_is_a_fatal_error_and_can_come_back(self):
         self.start_sim()
         daemon = self.start_daemon()
@@ -56,6 +60,24 @@ class Kill(Scenario):
         self.walk_again()
         self.assertTrue(daemon.running())
 
+    # [Oper-3] [P-Int-2] [Prod-2]
+    def test_a_killed_daemon_that_is_started_again_stops_every_module_and_walks_again(self):
+        daemon = self.start_tapped()
+        client = self.begin_walk()
+        daemon.kill()
+        client.kill()
+        again_ns = time.monotonic_ns()
+        daemon = self.start_daemon()
+        orders = self.orders(again_ns)
+        told_ns = wire.stopped_ns(orders, [wire.EMERGENCY])
+        self.assertIsNotNone(told_ns, "every module has its emergency stop")
+        print(f"every module was stopped {(told_ns - again_ns) / 1e6:.0f} ms after the start of the daemon")
+        self.assertEqual([f for f in orders if f.code in (wire.START_MOTION, *wire.ROTATES)], [])
+        self.assert_resting(self.wait_modules())
+        self.walk_again()
+        self.assertTrue(daemon.running())
+
+    # [Prod-2]
     def test_a_killed_roudi_changes_nothing_but_the_way_of_telemetry(self):
         self.take_roudi()
         roudi = self.start_roudi()

@@ -6,6 +6,7 @@ from rig import IDLE, Scenario
 
 
 class Quiet(Scenario):
+    # [Prod-1]
     def test_two_minutes_of_walking_without_a_malloc_or_a_page_fault_on_real_time_threads(self):
         self.start_all()
         self.cli_ok("walk", "forward", "--speed", "high", "--for", "2min", limit_s=220)

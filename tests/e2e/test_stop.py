@@ -8,20 +8,10 @@ import unittest
 import wire
 from rig import EXIT, FATAL_ERROR, IDLE, OPERATIONAL, FAULT, Scenario
 from programs import wait_until
+from wire import stopped_ns
 
 FRAME_AND_BUS_CYCLE_S = 0.040
 ESTOP_KIND = 3
-MODULES = range(1, 8)
-
-
-def stopped_ns(orders, codes):
-    """When the last of the seven modules was told by one of these codes; None when one was not."""
-    first = {}
-    for frame in orders:
-        if frame.code in codes:
-            for address in MODULES if frame.address == 0 else (frame.address,):
-                first.setdefault(address, frame.time_ns)
-    return max(first.values()) if set(first) >= set(MODULES) else None
 
 
 def moving(orders):
@@ -29,6 +19,7 @@ def moving(orders):
 
 
 class Stop(Scenario):
+    # [Oper-5]
     def test_an_emergency_stop_from_anyone_is_on_the_wire_within_a_frame_and_a_bus_cycle(self):
         self.start_tapped()
         stranger = self.commander()
@@ -91,6 +82,7 @@ class Stop(Scenario):
             off = [m["name"] for m in status["modules"][:6] if not m["motion_control"]]
             self.assertEqual(off, [], "said to stand, with motors that are off")
 
+    # [Oper-7]
     def test_a_terminated_daemon_stops_every_module_before_it_leaves(self):
         daemon = self.start_tapped()
         self.begin_walk()
@@ -104,6 +96,7 @@ class Stop(Scenario):
         last = {f.address: f for f in wire.orders(self.wire_log, asked_ns)}
         self.assertEqual(moving(last.values()), [], "the last order of each module stops")
 
+    # [O-Int-2]
     def test_a_detached_walk_goes_on_with_a_heartbeat_and_stops_without(self):
         self.start_tapped()
         heartbeat = self.begin_cli("heartbeat", name="heartbeat")
@@ -122,6 +115,7 @@ class Stop(Scenario):
         orders = self.orders(ended_ns)
         self.assertEqual([f for f in orders if f.code == wire.EMERGENCY], [], "a safe stop is no emergency")
 
+    # [Func-2] [Oper-7]
     def test_ctrl_c_ends_an_attached_walk_with_a_safe_stop(self):
         self.start_tapped()
         client = self.begin_walk()

@@ -8,6 +8,7 @@ from rig import Scenario
 
 
 class Walk(Scenario):
+    # [Func-1]
     def test_walks_forward_at_the_speed_of_the_gait_table_and_rests_again(self):
         self.start_sim()
         self.start_daemon(self.write_config(shared_memory=True))
@@ -28,6 +29,7 @@ class Walk(Scenario):
         self.assertLess(abs(aside_m), 0.2 * whole_m)
         self.assert_resting(self.status())
 
+    # [Func-4]
     def test_low_medium_and_high_follow_the_gait_table(self):
         self.start_all()
         parts = [("low", 42), ("medium", 31), ("high", 21)]  # two cycles after the beginning of the first
@@ -49,6 +51,7 @@ class Walk(Scenario):
         self.assertLess(measured["low"], measured["medium"])
         self.assertLess(measured["medium"], measured["high"])
 
+    # [Func-3]
     def test_backward_and_turns_go_their_way(self):
         self.start_all()
         self.cli_ok("run", "-e", "start; stand; walk backward --speed high --for 14s; "

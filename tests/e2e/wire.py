@@ -11,6 +11,7 @@ STATUS = 0x40
 ROTATES = (FORWARD, BACKWARD)
 STATUS_MOTION_ON, STATUS_MOVING = 1 << 0, 1 << 2
 LENGTH = 24
+MODULES = range(1, 8)
 
 Frame = collections.namedtuple("Frame", "time_ns to_daemon address code data")
 
@@ -54,6 +55,16 @@ def frames(log, since_ns=0):
 def orders(log, since_ns=0):
     """What the daemon sent besides questions."""
     return [f for f in frames(log, since_ns) if not f.to_daemon and f.code != REQUEST]
+
+
+def stopped_ns(orders, codes):
+    """When the last of the seven modules was told by one of these codes; None when one was not."""
+    first = {}
+    for frame in orders:
+        if frame.code in codes:
+            for address in MODULES if frame.address == 0 else (frame.address,):
+                first.setdefault(address, frame.time_ns)
+    return max(first.values()) if set(first) >= set(MODULES) else None
 
 
 def last_status_flags(log):

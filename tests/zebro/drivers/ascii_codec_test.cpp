@@ -101,6 +101,7 @@ TEST(AsciiCodec, AFrameIsStampedWithTheArrivalOfItsFirstCharacter) {
   EXPECT_EQ(received->frame, kStartLeg1);
 }
 
+// [Env-1]
 TEST(AsciiCodec, EachWrongFrameIsDroppedAndCountedByItsCause) {
   struct Case {
     const char* characters;
@@ -182,6 +183,7 @@ RC_GTEST_PROP(AsciiCodec, AnyFramesComeBackInAnyCutOfTheBytes, ()) {
   RC_ASSERT(drops(receiver) == 0u);
 }
 
+// [Env-1]
 RC_GTEST_PROP(AsciiCodec, AnySingleWrongCharacterNeverGivesAFrame, ()) {
   const Check check = *any_check();
   const Stop stop = *any_stop();
@@ -228,6 +230,7 @@ RC_GTEST_PROP(AsciiCodec, AnInsertedCharacterNeverGivesAWrongFrame, (std::uint8_
   }
 }
 
+// [Env-1]
 RC_GTEST_PROP(AsciiCodec, Crc8FindsEveryErrorWithinEightNeighbouringBitsAndAnyThreeBits, ()) {
   Bytes bytes(kFrameBytes);
   const Frame frame = *any_frame();

@@ -60,6 +60,7 @@ INSTANTIATE_TEST_SUITE_P(Lines, LegBusTiming,
                                   (line.param.half_duplex ? "half" : "full");
                          });
 
+// [P-Int-2]
 TEST(LegBus, BeginsWithAnEmergencyStopToAllAndToEach) {
   World world;
   for (TestModule& m : world.module) m.on = true;
@@ -148,6 +149,7 @@ TEST(LegBus, CommandsGoBeforePolls) {
   EXPECT_EQ(world.sent[0].frame, command(5, Code::start_motion_control));
 }
 
+// [S-Int-1] [S-Int-2]
 TEST(LegBus, AddressesAreThoseOfTheConfiguration) {
   LegBusParameters p;
   p.address = {17, 16, 15, 14, 13, 12, 11};

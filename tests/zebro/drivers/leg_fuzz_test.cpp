@@ -131,6 +131,7 @@ BusOrders changed(BusOrders orders, TimeNs now) {
   return orders;
 }
 
+// [Env-2]
 RC_GTEST_PROP(LegFuzz, NothingThatComesInMakesTheBusSendWhatItMustNot, ()) {
   LegBusParameters p;
   p.baud = *rc::gen::element(9'600, 115'200, 1'000'000);

@@ -164,6 +164,7 @@ TEST(LegOrders, ASilentModuleIsNotSentMotionAgain) {
   EXPECT_FALSE(link(world, 5).disobeys);
 }
 
+// [Oper-4]
 TEST(LegOrders, ALostResetIsSentAgainOnlyAfterASecond) {
   World world;
   world.settle();

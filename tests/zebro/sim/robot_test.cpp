@@ -13,6 +13,7 @@ constexpr double kStanding_m = 0.053;  // the hip's height is a leg's diameter
 
 class FromSeed : public testing::TestWithParam<unsigned> {};
 
+// [Miss-1]
 TEST_P(FromSeed, StandsUpFromUnknownLegAnglesAndStaysUp) {
   RobotDriver driver({.seed = GetParam()});
   driver.stand_up();

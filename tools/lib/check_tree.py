@@ -1,0 +1,67 @@
+#!/usr/bin/env python3
+"""check_tree.py RULE [ROOT]: what the sources as a whole have to be. Prints FILE:LINE for each violation."""
+import pathlib
+import re
+import subprocess
+import sys
+
+rule = sys.argv[1] if len(sys.argv) > 1 else ""
+root = pathlib.Path(sys.argv[2] if len(sys.argv) > 2 else pathlib.Path(__file__).parents[2])
+faults = []
+PRODUCT = ("idl", "gnc", "drivers", "daemon")
+UNIT = re.compile(r"_(m|m_s|rad|rad_s|s|ns|ns2|A|V|degC)$")
+FILTER = pathlib.Path(__file__).with_name("doxygen_filter.awk")
+
+
+def files(*folders):
+    return sorted(path for folder in folders for path in (root / folder).rglob("*") if path.is_file())
+
+
+def fault(path, line, text):
+    faults.append(f"{path.relative_to(root)}:{line}: {text}")
+
+
+def headers():
+    """Every header begins with what it is for, and Doxygen gets it as the comment of the file."""
+    for path in files(*PRODUCT, "tools"):
+        if path.suffix != ".h":
+            continue
+        seen = subprocess.run(["awk", "-f", FILTER, path], check=True, capture_output=True, text=True).stdout
+        if not re.match(r"#pragma once\n\n/// @file\n/// \w", seen):
+            fault(path, 3, "say after #pragma once what the file is for")
+
+
+def languages():
+    """What runs on the on-board computer is C and C++; DDS types are generated from IDL."""
+    for path in files(*PRODUCT):
+        if path.suffix not in (".h", ".cpp", ".c", ".idl") and path.name != "CMakeLists.txt":
+            fault(path, 1, "the product is written in C and C++")
+
+
+def license_():
+    """Whoever has the sources may use, change and pass them on, and they come with every installation."""
+    text = (root / "LICENSE").read_text(encoding="utf-8")
+    if not re.match(r"\s*Apache License\s+Version 2\.0", text):
+        fault(root / "LICENSE", 1, "is not the Apache License 2.0")
+    if "/LICENSE" not in (root / "systemd/CMakeLists.txt").read_text(encoding="utf-8"):
+        fault(root / "systemd/CMakeLists.txt", 1, "install LICENSE with the documents")
+
+
+def units():
+    """Every number of the DDS face that is no count has its SI unit in its name, or a comment that says what it is."""
+    for path in files("idl"):
+        if path.suffix != ".idl":
+            continue
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            m = re.match(r"\s*(?:float|double) (\w+)(?:\[\d+\])?;( *// \S)?", line)
+            if m and not UNIT.search(m[1]) and not m[2]:
+                fault(path, number, f"{m[1]}: put its unit into its name, or say here what it means")
+
+
+RULES = {"headers": headers, "languages": languages, "license": license_, "units": units}
+if rule not in RULES:
+    sys.exit(f"usage: check_tree.py {'|'.join(RULES)} [ROOT]")
+RULES[rule]()
+print(*faults, sep="\n", end="\n" if faults else "")
+print(f"{rule}: {len(faults)} violations")
+sys.exit(1 if faults else 0)
