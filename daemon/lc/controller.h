@@ -115,6 +115,11 @@ enum CommonGuard : unsigned {
   kStrategiesLeft,
 };
 inline constexpr unsigned kVehicleGuards = 8;
+// What each wants, for people.
+inline constexpr const char* kCommonGuardNames[] = {
+    "the module is in service", "the port is open", "all modules were heard",
+    "all modules answer",       "the OBC is heard", "somebody holds authority",
+    "there is a strategy left"};
 constexpr GuardSet guard(unsigned number) { return static_cast<GuardSet>(1u << number); }
 
 struct Row {
@@ -167,6 +172,7 @@ struct Table {
   const Rows* rows;
   std::span<const EventInfo> events;  // all of its own; those of kCommonEvents hold for all
   std::uint8_t modules;
+  std::span<const char* const> guard_names;  // of its own
   // Guard number `bit`, from kVehicleGuards on, on this state; reason none: it holds.
   Verdict (*guard)(unsigned bit, const ControllerState& state, unsigned subject);
   // Applied after a row was taken: flags that follow from the actions.

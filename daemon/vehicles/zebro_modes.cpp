@@ -28,6 +28,9 @@ enum Guard : unsigned {
   kMotorsOnConfirmed,
   kEnoughLegs,  // to stand and walk on without the subject
 };
+constexpr const char* kGuardNames[] = {"the panel is in", "the panel is still",
+                                       "all motors are confirmed on",
+                                       "the other legs can stand and walk"};
 constexpr lc::GuardSet kInService = lc::guard(lc::kInService),
                        kPanelAtRest = lc::guard(kPanelStill),
                        kMotors = lc::guard(kMotorsOnConfirmed);
@@ -246,7 +249,7 @@ bool enough_legs_without(unsigned isolated) noexcept {
   return isolated < kEnoughLegsWithout.size() && kEnoughLegsWithout[isolated];
 }
 
-const lc::Table kTable{&kIndexed, kEvents, kModules, guard, effect, &lc::kCommonRows};
+const lc::Table kTable{&kIndexed, kEvents, kModules, kGuardNames, guard, effect, &lc::kCommonRows};
 
 lc::Event event_of(const Request& r) noexcept {
   switch (static_cast<lss::CommandKind>(r.kind)) {

@@ -41,14 +41,14 @@ FaultClass class_of(FaultId fault) noexcept {
 
 void ResetModules::begin(Patient& patient, std::uint8_t modules) noexcept {
   for (std::size_t i = 0; i < kModules; ++i) {
-    if (all_ || (modules >> i & 1u) != 0) patient.reset(i);
+    if (all_ || contains(modules, i)) patient.reset(i);
   }
 }
 
 void MoveFree::begin(Patient& patient, std::uint8_t modules) noexcept {
   left_ = 0;
   for (std::size_t i = 0; i < kLegs; ++i) {
-    if ((modules >> i & 1u) != 0 && patient.answers(i))
+    if (contains(modules, i) && patient.answers(i))
       left_ = static_cast<std::uint8_t>(left_ | 1u << i);
   }
   phase_ = Phase::next_leg;
@@ -110,12 +110,12 @@ Outcome MoveFree::step(Patient& patient) noexcept {
 
 Outcome CoolDown::step(Patient& patient) noexcept {
   for (std::size_t i = 0; i < kModules; ++i) {
-    if ((modules_ >> i & 1u) != 0 && patient.temperature_degC(i) > parameters_.cool_degC)
+    if (contains(modules_, i) && patient.temperature_degC(i) > parameters_.cool_degC)
       return Outcome::running;
   }
   // Cool: what tripped may be forgotten.
   for (std::size_t i = 0; i < kModules; ++i) {
-    if ((modules_ >> i & 1u) != 0) patient.reset(i);
+    if (contains(modules_, i)) patient.reset(i);
   }
   return Outcome::done;
 }

@@ -48,6 +48,11 @@ struct SolverParameters {
   TimeNs free_move_ns = 2 * kSecond;   // in how long
 };
 
+// Sets of modules as bits: bit i is module i+1.
+constexpr bool contains(std::uint8_t modules, std::size_t i) noexcept {
+  return (static_cast<unsigned>(modules) >> i & 1u) != 0;
+}
+
 // The vehicle as a strategy sees and moves it.
 class Patient {
  public:

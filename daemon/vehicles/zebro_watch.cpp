@@ -257,7 +257,7 @@ bool Vehicle::isolate(std::uint8_t modules) noexcept {
   // All of them, or none: what cannot walk in the end shall not have lost legs on the way.
   if (!enough_legs_without(isolated_ | modules)) return false;
   for (std::size_t i = 0; i < kLegs; ++i) {
-    if ((modules >> i & 1u) != 0) supervisor_->happen(event::isolate, number(i));
+    if (contains(modules, i)) supervisor_->happen(event::isolate, number(i));
   }
   isolated_ = supervisor_->controller().isolated;
   return true;

@@ -97,8 +97,20 @@ TEST(Commands, EveryCommandOfTheTableIsDescribedWithAllItsParameters) {
     EXPECT_THAT(text, HasSubstr(info->name));
     for (const ParameterInfo& p : info->parameters)
       EXPECT_THAT(text, HasSubstr(std::string("--") + p.name));
-    EXPECT_EQ(to_json(*info)["parameters"].size(), info->parameters.size());
+    const nlohmann::json document = to_json(*info, zebro::kVehicle);
+    EXPECT_EQ(document["parameters"].size(), info->parameters.size());
+    EXPECT_FALSE(document["allowed"].empty()) << "from the rows of the controller";
   }
+}
+
+TEST(Commands, SaysWhereACommandIsAllowedAndWhatItNeeds) {
+  const std::string start = describe(find_command(zebro::kVehicle, "start"), zebro::kVehicle);
+  EXPECT_THAT(start, HasSubstr("in: Idle\n"));
+  EXPECT_THAT(start, HasSubstr("all modules answer, the OBC is heard, the panel is in"));
+  EXPECT_THAT(describe(find_command(zebro::kVehicle, "walk"), zebro::kVehicle),
+              HasSubstr("in: Operational Standing, Walking\n"));
+  EXPECT_THAT(describe(find_command(zebro::kVehicle, "estop"), zebro::kVehicle),
+              HasSubstr("in: every state\n"));
 }
 
 // Where a command comes from decides what must come first.

@@ -14,6 +14,7 @@ const lc::Rows kNoRows({});
 const lc::Table kTable{&kNoRows,
                        {},
                        0,
+                       {},
                        [](unsigned, const lc::ControllerState&, unsigned) { return Verdict{}; },
                        [](lc::ActionSet, lc::ControllerState&) {},
                        &lc::kCommonRows};

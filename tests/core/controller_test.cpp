@@ -9,6 +9,7 @@ const Rows kNoRows({});
 const Table kNoVehicle{&kNoRows,
                        {},
                        0,
+                       {},
                        [](unsigned, const ControllerState&, unsigned) { return Verdict{}; },
                        [](ActionSet, ControllerState&) {},
                        &kCommonRows};

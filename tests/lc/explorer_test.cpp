@@ -12,7 +12,7 @@
 namespace lss::zebro {
 namespace {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef LSS_SANITIZED
 constexpr bool kSlow = true;
 #else
 constexpr bool kSlow = false;

@@ -145,7 +145,7 @@ ExitCode list_commands(Context& context) {
   const Vehicle& vehicle = vehicle_for_tables(context);
   nlohmann::json list = nlohmann::json::array();
   for (const CommandInfo* info : commands_of(vehicle)) {
-    list.push_back(to_json(*info));
+    list.push_back(to_json(*info, vehicle));
     context.output.print(fmt::format("{:>4}  {:<10} {}\n", info->kind, info->name, info->summary));
   }
   context.output.document({{"vehicle", vehicle.name}, {"commands", std::move(list)}});
@@ -155,7 +155,7 @@ ExitCode list_commands(Context& context) {
 ExitCode describe_command(Context& context, const std::string& name) {
   const Vehicle& vehicle = vehicle_for_tables(context);
   const CommandInfo& info = find_command(vehicle, name);
-  context.output.document(to_json(info));
+  context.output.document(to_json(info, vehicle));
   context.output.print(describe(info, vehicle));
   return ExitCode::completed;
 }

@@ -1,6 +1,7 @@
 #include "tools/lss-cli/commands.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -207,13 +208,20 @@ std::string describe(const CommandInfo& info, const Vehicle& vehicle) {
         required(p) ? "; must be given" : fmt::format("; default {}", show(p, p.fallback)));
     text += fmt::format("  {:<12} {}\n", "", p.help);
   }
+  for (const Allowed& a : vehicle.allowed(info)) {
+    text += fmt::format("  in: {}\n", a.where);
+    if (!a.when.empty()) text += fmt::format("      when {}\n", fmt::join(a.when, ", "));
+  }
   for (const VerbHelp& help : vehicle.help) {
     if (help.verb == info.name) text += fmt::format("  Examples:\n{}", help.examples);
   }
   return text;
 }
 
-nlohmann::json to_json(const CommandInfo& info) {
+nlohmann::json to_json(const CommandInfo& info, const Vehicle& vehicle) {
+  nlohmann::json places = nlohmann::json::array();
+  for (const Allowed& a : vehicle.allowed(info))
+    places.push_back({{"where", a.where}, {"when", a.when}});
   nlohmann::json parameters = nlohmann::json::array();
   for (const ParameterInfo& p : info.parameters) {
     nlohmann::json one = {{"name", p.name}, {"unit", p.unit},          {"min", p.min},
@@ -225,10 +233,13 @@ nlohmann::json to_json(const CommandInfo& info) {
     }
     parameters.push_back(std::move(one));
   }
-  return {
-      {"kind", info.kind},       {"name", info.name},
-      {"summary", info.summary}, {"access", info.access == Access::anyone ? "anyone" : "holder"},
-      {"leased", info.leased},   {"parameters", std::move(parameters)}};
+  return {{"kind", info.kind},
+          {"name", info.name},
+          {"summary", info.summary},
+          {"access", info.access == Access::anyone ? "anyone" : "holder"},
+          {"leased", info.leased},
+          {"parameters", std::move(parameters)},
+          {"allowed", std::move(places)}};
 }
 
 std::vector<std::string> value_names(const ParameterInfo& p, const Vehicle& vehicle) {

@@ -45,7 +45,7 @@ Invocation read_invocation(const CommandInfo& info, const Vehicle& vehicle,
 std::string describe(const Invocation& invocation);
 // The whole entry of the table, several lines.
 std::string describe(const CommandInfo& info, const Vehicle& vehicle);
-nlohmann::json to_json(const CommandInfo& info);
+nlohmann::json to_json(const CommandInfo& info, const Vehicle& vehicle);
 
 // What may stand for a parameter: its choices, or the names of modules; empty for a number.
 std::vector<std::string> value_names(const ParameterInfo& parameter, const Vehicle& vehicle);

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "lss.h"
+#include "tools/lss-cli/allowed.h"
 #include "tools/lss-cli/commands.h"
 #include "tools/lss-cli/output.h"
 
@@ -40,6 +41,7 @@ struct Vehicle {
   std::span<const char* const> subjects;  // names of modules, wheels or nodes 1..n
   std::span<const VerbHelp> help;
   const dds_topic_descriptor_t* telemetry;
+  std::vector<Allowed> (*allowed)(const CommandInfo& info);  // when it may be given
 
   // The commands that must be completed before `wanted` may be given; without it.
   std::vector<Invocation> (*prepare)(const lss_Status& status, const Invocation& wanted);

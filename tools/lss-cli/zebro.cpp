@@ -9,6 +9,7 @@
 #include <limits>
 #include <numbers>
 
+#include "daemon/vehicles/zebro_modes.h"
 #include "drivers/zebro/leg_module.h"
 #include "idl/codes.h"
 #include "idl/zebro_commands.h"
@@ -266,6 +267,10 @@ std::optional<double> distance_m(const void* telemetry) {
   return sample(telemetry).distance_m;
 }
 
+std::vector<Allowed> allowed_in(const CommandInfo& info) {
+  return allowed(lss::zebro::kTable, lss::zebro::kModeNames, events_of(info, lss::zebro::event_of));
+}
+
 }  // namespace
 
 const Vehicle kVehicle{
@@ -274,6 +279,7 @@ const Vehicle kVehicle{
     .subjects = lss::zebro::kModuleNames,
     .help = kHelp,
     .telemetry = &lss_ZebroTelemetry_desc,
+    .allowed = allowed_in,
     .prepare = prepare,
     .endless = endless,
     .rest = static_cast<std::uint16_t>(CommandKind::stand),

@@ -298,7 +298,7 @@ Model model(const Table& table, std::uint16_t modules) {
       if (e.subjects == 0) m.happenings.push_back({e.event, 0});
       const unsigned last = e.subjects == kEachModule ? table.modules : e.subjects;
       for (unsigned subject = 1; subject <= last; ++subject) {
-        if (modules >> (subject - 1) & 1u)
+        if ((unsigned{modules} >> (subject - 1) & 1u) != 0)
           m.happenings.push_back({e.event, static_cast<std::uint8_t>(subject)});
       }
     }

@@ -141,7 +141,7 @@ class Measure {
 
   void loosen() {
     for (unsigned bit = 0; original_.guards >> bit != 0; ++bit) {
-      if ((original_.guards >> bit & 1u) == 0) continue;
+      if ((unsigned{original_.guards} >> bit & 1u) == 0) continue;
       Row row = original_;
       row.guards = static_cast<GuardSet>(row.guards & ~guard(bit));
       attempt(row, fmt::format("without guard {}", bit));

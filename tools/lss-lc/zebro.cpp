@@ -568,7 +568,7 @@ std::string text(const ControllerState& s) {
   say(link(s, lc::kObcSilent), "OBC silent");
   say(link(s, lc::kHeld), "held");
   for (std::size_t i = 0; i < kModules; ++i) {
-    const auto is = [&](std::uint16_t set) { return (set >> i & 1u) != 0; };
+    const auto is = [&](std::uint16_t set) { return (unsigned{set} >> i & 1u) != 0; };
     if (is(s.silent)) text += fmt::format(", {} silent", kModuleNames[i]);
     if (is(s.unheard)) text += fmt::format(", {} never heard", kModuleNames[i]);
     if (is(s.isolated)) text += fmt::format(", {} isolated", kModuleNames[i]);

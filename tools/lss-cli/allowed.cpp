@@ -1,0 +1,79 @@
+#include "tools/lss-cli/allowed.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+namespace lss::cli {
+namespace {
+
+std::string where(const lc::Row& row, std::span<const char* const> modes) {
+  if (row.from == lc::kAnyState) return "every state";
+  std::vector<std::string> states;
+  for (unsigned s = 0; s < 4; ++s) {
+    const auto state = static_cast<State>(s);
+    if ((row.from & lc::in(state)) == 0) continue;
+    states.emplace_back(kStateNames[s]);
+    if (state != State::operational || row.modes == lc::kAnyMode) continue;
+    std::vector<std::string> names;
+    for (unsigned m = 1; m < modes.size(); ++m) {
+      if ((row.modes >> m & 1u) != 0) names.emplace_back(modes[m]);
+    }
+    states.back() += fmt::format(" {}", fmt::join(names, ", "));
+  }
+  return fmt::format("{}", fmt::join(states, "; "));
+}
+
+std::vector<std::string> when(const lc::Table& table, const lc::Row& row) {
+  std::vector<std::string> names;
+  for (unsigned bit = 0; bit < 16; ++bit) {
+    if ((unsigned{row.guards} >> bit & 1u) == 0) continue;
+    names.emplace_back(bit < lc::kVehicleGuards ? lc::kCommonGuardNames[bit]
+                                                : table.guard_names[bit - lc::kVehicleGuards]);
+  }
+  return names;
+}
+
+}  // namespace
+
+std::vector<Allowed> allowed(const lc::Table& table, std::span<const char* const> modes,
+                             std::span<const lc::Event> events) {
+  std::vector<Allowed> all;
+  for (const lc::Rows* rows : {table.common, table.rows}) {
+    for (const lc::Row& row : rows->rows) {
+      if (std::ranges::find(events, row.event) == events.end()) continue;
+      Allowed one{.where = where(row, modes), .when = when(table, row)};
+      const bool known = std::ranges::any_of(
+          all, [&](const Allowed& a) { return a.where == one.where && a.when == one.when; });
+      if (!known) all.push_back(std::move(one));
+    }
+  }
+  return all;
+}
+
+std::vector<lc::Event> events_of(const CommandInfo& info,
+                                 lc::Event (*event_of)(const Request& request)) {
+  std::vector<lc::Event> events;
+  Request request{.kind = info.kind};
+  for (std::size_t i = 0; i < info.parameters.size(); ++i) {
+    const ParameterInfo& p = info.parameters[i];
+    request.parameter[i] = p.fallback == p.fallback ? p.fallback : p.min;
+  }
+  const auto add = [&](const Request& r) {
+    const lc::Event event = event_of(r);
+    if (std::ranges::find(events, event) == events.end()) events.push_back(event);
+  };
+  add(request);
+  for (std::size_t i = 0; i < info.parameters.size(); ++i) {
+    if (!info.parameters[i].is_whole()) continue;
+    Request varied = request;
+    for (double v = info.parameters[i].min; v <= info.parameters[i].max; ++v) {
+      varied.parameter[i] = v;
+      add(varied);
+    }
+  }
+  return events;
+}
+
+}  // namespace lss::cli
