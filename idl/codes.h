@@ -31,7 +31,8 @@ namespace lss {
   X(15, panel_deployed, "the solar panel is deployed", "retract it first: lss-cli panel retract") \
   X(16, motors_not_on, "motion control is not confirmed by all modules",                          \
     "wait for it, or check lss-cli status")                                                       \
-  X(17, fault_latched, "a fault is latched", "lss-cli solve, when its cause is gone")             \
+  X(17, fault_latched, "a module stopped by itself and was not reset since",                      \
+    "lss-cli reset MODULE")                                                                       \
   X(18, port_closed, "the bus port is not open", "check the port named in the config")            \
   X(19, emergency, "an emergency ended it", "see lss-cli status, then: lss-cli solve")            \
   X(20, lease_expired, "the heartbeat of its source stopped",                                     \

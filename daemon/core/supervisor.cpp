@@ -89,15 +89,19 @@ Verdict Supervisor::apply(lc::Event event, const Request* request, unsigned subj
   if (result.row < 0) return result.verdict;
   state_.controller = result.next;
   if (result.actions & lc::kClearFaults) {
-    for (const FaultRecord& fault : state_.faults) {
-      if (fault.id != FaultId::none)
-        note(EventId::fault_cleared, fault.subject, static_cast<double>(fault.id));
+    // Warnings go by themselves, when what they warn of is over.
+    for (const FaultRecord& fault : std::array(state_.faults)) {
+      if (fault.id != FaultId::none &&
+          info(fault.id)->severity == static_cast<std::uint8_t>(Severity::fatal))
+        clear(fault.id, fault.subject);
     }
-    state_.faults = {};
-    state_.fault_count = 0;
   }
-  if (result.actions & lc::kIsolate)
+  if (result.actions & lc::kIsolate) {
     note(EventId::module_isolated, static_cast<std::uint16_t>(subject));
+    for (const FaultRecord& fault : std::array(state_.faults)) {
+      if (fault.id != FaultId::none && fault.subject == subject) clear(fault.id, fault.subject);
+    }
+  }
   if ((result.actions & lc::kRestore) && before.isolated != 0) note(EventId::modules_restored);
   if (result.actions != 0) actor_->act(result.actions, request);
   follow(before);

@@ -78,7 +78,7 @@ Verdict common_guard(unsigned number, const ControllerState& s, unsigned subject
   };
   switch (number) {
     case kInService:
-      if (subject != 0 && (s.isolated >> (subject - 1) & 1u) != 0)
+      if (subject != 0 && subject <= 16 && (s.isolated >> (subject - 1) & 1u) != 0)
         return {.reason = Reason::isolated, .subject = static_cast<std::uint16_t>(subject)};
       break;
     case kPortOpen:
@@ -111,7 +111,7 @@ void set(Set& bits, unsigned mask, bool on) noexcept {
 }
 
 void common_effect(ActionSet actions, unsigned subject, ControllerState& s) noexcept {
-  const unsigned module = subject == 0 ? 0 : 1u << (subject - 1);
+  const unsigned module = subject == 0 || subject > 16 ? 0 : 1u << (subject - 1);
   if (actions & kBeginSolve) s.strategy = 1;
   if (actions & kNextStrategy) ++s.strategy;
   if (actions & kEndSolve) s.strategy = 0;

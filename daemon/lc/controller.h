@@ -85,7 +85,7 @@ enum Link : std::uint8_t {
   kHeld = 1u << 2,  // a source holds authority: its lease runs
 };
 
-inline constexpr std::uint8_t kMaxStrategies = 7;  // tried one after the other
+inline constexpr std::uint8_t kMaxStrategies = 6;  // tried one after the other
 
 // The discrete state, all of it: what a guard may look at. Only step() changes it. Continuous
 // values stay outside.

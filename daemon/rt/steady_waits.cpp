@@ -1,7 +1,8 @@
 // Cyclone DDS waits on condition variables until times of the wall clock. A wall clock that is set
 // back by an hour, as NTP does after a start without a battery, would stop its timers for that
 // hour: no heartbeats, no announcements, no retransmissions. In this program such waits end after
-// the time that was left when they began. (The thread sanitizer brings this function itself.)
+// the time that was left when they began. (Cyclone and iceoryx use no conditions of other
+// clocks, 2026-11. The thread sanitizer brings this function itself.)
 
 #ifndef __SANITIZE_THREAD__
 

@@ -21,6 +21,9 @@ gnc::zebro::WalkRequest walk_request(const double* parameter) noexcept {
 Vehicle::Vehicle(const Parameters& parameters) noexcept
     : parameters_(parameters), locomotion_(parameters.locomotion), solver_(parameters.solver) {
   order_all(Kind::motion_off);
+  for (std::size_t i = 0; i < walks_without_.size(); ++i)
+    walks_without_[i] =
+        gnc::zebro::can_walk_without(static_cast<gnc::zebro::LegSet>(i), parameters.locomotion);
 }
 
 // ---- read
@@ -89,6 +92,13 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     panel_.step = Panel::Step::rest;
   }
   if (actions & lc::kEndSolve) solver_.end();
+  if (actions & lc::kRestore) {  // what they report is looked at anew
+    for (std::size_t i = 0; i < kModules; ++i) {
+      if (!in_service(i)) flags_before_[i] = 0;
+      if (!in_service(i)) disobeyed_[i] = false;
+    }
+    isolated_ = 0;
+  }
   if (actions & lc::kResetModule) reset_modules(*request);
   if (actions & lc::kPublishData) data_requested_ = true;
   if (actions & kPanelDeploy) move_panel(true);

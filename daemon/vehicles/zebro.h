@@ -80,7 +80,10 @@ class Vehicle final : public Actor, private Patient {
     return modules_[module].health.temperature_degC;
   }
   std::uint8_t sick() const noexcept override;
-  void reset(std::size_t module) noexcept override { order(module, ModuleOrder::Kind::reset); }
+  std::uint8_t isolated() const noexcept override { return static_cast<std::uint8_t>(isolated_); }
+  void reset(std::size_t module) noexcept override {
+    if (in_service(module)) order(module, ModuleOrder::Kind::reset);
+  }
   bool isolate(std::uint8_t modules) noexcept override;
   bool begin_move(std::size_t leg) noexcept override;
   void move(std::size_t leg, double position_rad, TimeNs arrive_ns,
@@ -97,6 +100,8 @@ class Vehicle final : public Actor, private Patient {
   void watch_obedience(std::size_t module, const ModuleLink& link, Supervisor& s) noexcept;
   void watch_motion(Supervisor& s) noexcept;
   void watch_solver(Supervisor& s) noexcept;
+  void begin_solving(const Supervisor& s) noexcept;
+  void blame(FaultId id, std::size_t module, Supervisor& s) noexcept;
   void report_uncalibrated(Supervisor& s) noexcept;
   bool motors_confirmed() const noexcept;
   void describe_module(std::size_t module, const ModuleLink& link,
@@ -120,9 +125,10 @@ class Vehicle final : public Actor, private Patient {
   BusOrders sent_{};    // as they left the gate
   gnc::zebro::WalkRequest walk_{};
   Solver solver_;
-  Supervisor* supervisor_ = nullptr;  // of the frame
-  std::uint16_t isolated_ = 0;        // as the locomotion controller says
-  TimeNs epoch_ns_ = 0;               // of the locomotion's clock; 0: not begun
+  Supervisor* supervisor_ = nullptr;               // of the frame
+  std::uint16_t isolated_ = 0;                     // as the locomotion controller says
+  std::array<bool, 1u << kLegs> walks_without_{};  // with the configured gait, by set of legs
+  TimeNs epoch_ns_ = 0;                            // of the locomotion's clock; 0: not begun
   TimeNs now_ns_ = 0;
   bool walking_legs_ = false;  // the legs follow the locomotion algorithm
   bool in_motion_ = false;     // a motion of the algorithm has not ended yet

@@ -29,8 +29,8 @@ bool allowed(std::size_t module, Kind kind, const lc::ControllerState& s) noexce
       break;
   }
   const bool panel = module + 1 == kModules;
-  if (!panel && s.state == State::solve_errors) return (s.flags & kFreeing) != 0;
   if ((s.isolated >> module & 1u) != 0) return false;
+  if (!panel && s.state == State::solve_errors) return (s.flags & kFreeing) != 0;
   return panel ? s.state == State::idle && (s.flags & kPanelMoving) != 0
                : s.state == State::operational;
 }

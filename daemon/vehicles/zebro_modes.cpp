@@ -50,8 +50,8 @@ Verdict guard(unsigned number, const lc::ControllerState& s, unsigned subject) {
       if (!(s.flags & kMotorsConfirmed)) return {.reason = Reason::motors_not_on};
       break;
     case kEnoughLegs: {
-      const unsigned isolated = s.isolated | 1u << (subject - 1);
-      if (subject > kLegs || !enough_legs_without(isolated))
+      const bool leg = subject >= 1 && subject <= kLegs;
+      if (!leg || !enough_legs_without(s.isolated | 1u << (subject - 1)))
         return {.reason = Reason::not_stable, .subject = static_cast<std::uint16_t>(subject)};
       break;
     }
@@ -335,6 +335,9 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
 }
 
 Verdict sense(const SupervisorState& state, const Request& r) noexcept {
+  const auto tripped = static_cast<std::uint16_t>(state.sense[kSenseTripped]);
+  if (r.kind == static_cast<std::uint16_t>(lss::CommandKind::start) && tripped != 0)
+    return {.reason = Reason::fault_latched, .subject = tripped};
   if (r.kind != static_cast<std::uint16_t>(CommandKind::leg)) return {};
   constexpr double kTurn = 2 * std::numbers::pi;
   const double from_rad = state.sense[static_cast<std::size_t>(r.parameter[0]) - 1];

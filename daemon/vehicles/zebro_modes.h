@@ -78,9 +78,11 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept;
 unsigned subject_of(const Request& request) noexcept;
 
 // Guards on measured values. Layout of SupervisorState::sense: [0..6] position_rad of the modules,
-// NaN when unknown; [7] the fastest a leg may turn, rad/s; [8] legs with motion control on.
+// NaN when unknown; [7] the fastest a leg may turn, rad/s; [8] legs with motion control on;
+// [9] the first module that stopped by itself and was not reset since, 0: none.
 Verdict sense(const SupervisorState& state, const Request& request) noexcept;
-inline constexpr std::size_t kSenseTurnLimit = kModules, kSenseMotorsOn = kModules + 1;
+inline constexpr std::size_t kSenseTurnLimit = kModules, kSenseMotorsOn = kModules + 1,
+                             kSenseTripped = kModules + 2;
 
 // The command for `kind`, common or zebro's own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;

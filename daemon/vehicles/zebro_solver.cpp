@@ -1,5 +1,6 @@
 #include "daemon/vehicles/zebro_solver.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -127,30 +128,36 @@ Outcome Isolate::step(Patient& patient) noexcept {
 Solver::Solver(const SolverParameters& parameters) noexcept
     : parameters_(parameters), move_free_(parameters), cool_down_(parameters) {}
 
-// The first choice of every class that has a fault, then the second ones, and so on.
-void Solver::begin(std::span<const FaultRecord> faults) noexcept {
+// The first choice of every class that is there, then the second ones, and so on; each strategy
+// once, as late as any class wants it: it is for all that is wrong, and what costs most comes last.
+void Solver::begin(std::span<const Symptom> symptoms) noexcept {
   std::array<bool, kFaultClasses> present{};
-  unsigned blocked = 0;
-  for (const FaultRecord& fault : faults) {
-    const FaultClass c = class_of(fault.id);
+  unsigned suspects = 0;
+  for (const Symptom& symptom : symptoms) {
+    const FaultClass c = symptom.fault_class;
     present[static_cast<std::size_t>(c)] = true;
-    const bool blocks = c == FaultClass::current || fault.id == FaultId::motion_timeout;
-    if (blocks && fault.subject >= 1 && fault.subject <= kLegs)
-      blocked |= 1u << (fault.subject - 1);
+    const bool under_power =
+        c == FaultClass::current || c == FaultClass::driver || c == FaultClass::obedience;
+    if (under_power && symptom.module >= 1 && symptom.module <= kLegs)
+      suspects |= 1u << (symptom.module - 1);
   }
-  blocked_ = static_cast<std::uint8_t>(blocked);
-  plan_.fill(StrategyKind::none);
+  suspects_ = static_cast<std::uint8_t>(suspects);
+  StrategyList backwards{};
   std::size_t count = 0;
-  for (std::size_t choice = 0; choice < lc::kMaxStrategies; ++choice) {
-    for (std::size_t c = 0; c < kFaultClasses; ++c) {
+  for (std::size_t choice = lc::kMaxStrategies; choice-- > 0;) {
+    for (std::size_t c = kFaultClasses; c-- > 0;) {
       const StrategyKind kind = parameters_.order[c][choice];
-      if (!present[c] || kind == StrategyKind::none || count == plan_.size()) continue;
-      if (count > 0 && plan_[count - 1] == kind) continue;
-      plan_[count++] = kind;
+      const auto planned = backwards.begin() + static_cast<std::ptrdiff_t>(count);
+      if (present[c] && kind != StrategyKind::none &&
+          std::find(backwards.begin(), planned, kind) == planned)
+        backwards[count++] = kind;
     }
   }
   // Whatever was wrong may be well by now.
-  if (count == 0) plan_[0] = StrategyKind::reconnect;
+  if (count == 0) backwards[count++] = StrategyKind::reconnect;
+  plan_.fill(StrategyKind::none);
+  std::reverse_copy(backwards.begin(), backwards.begin() + static_cast<std::ptrdiff_t>(count),
+                    plan_.begin());
   at_ = 0;
   running_ = true;
   begun_ = false;
@@ -175,32 +182,61 @@ Strategy& Solver::strategy() noexcept {
   return reconnect_;
 }
 
-TimeNs Solver::budget_ns() const noexcept {
-  return kind() == StrategyKind::cool_down ? parameters_.cool_down_ns : parameters_.budget_ns;
+TimeNs Solver::moves_ns(std::uint8_t legs) const noexcept {
+  return std::popcount(legs) * 2 * (parameters_.free_move_ns + 2 * kMoveGrace);
 }
 
-Solver::Report Solver::step(Patient& patient, bool healthy) noexcept {
-  const TimeNs now = patient.now();
-  if (!begun_) {
-    strategy().begin(patient, static_cast<std::uint8_t>(patient.sick() | blocked_));
-    begun_ = true;
-    begun_ns_ = now;
-    healthy_since_ns_ = 0;
-    outcome_ = Outcome::running;
-  }
-  if (outcome_ == Outcome::running) outcome_ = strategy().step(patient);
-  if (outcome_ == Outcome::done) blocked_ = 0;
-  const bool proving = outcome_ == Outcome::done && healthy;
-  if (!proving) healthy_since_ns_ = 0;
-  if (proving && healthy_since_ns_ == 0) healthy_since_ns_ = now;
-  if (proving && now - healthy_since_ns_ >= kProof) return Report::solved;
-  if (outcome_ != Outcome::failed && now - begun_ns_ <= budget_ns()) return Report::running;
-  // Nothing that it began goes on.
-  patient.rest();
+Solver::Report Solver::give_up(Patient& patient) noexcept {
+  patient.rest();  // nothing that was begun goes on
   if (at_ + 1 == plan_.size() || plan_[at_ + 1] == StrategyKind::none) return Report::unsolved;
   ++at_;
   begun_ = false;
   return Report::next;
+}
+
+Solver::Report Solver::step(Patient& patient, bool healthy) noexcept {
+  const TimeNs now = patient.now();
+  suspects_ = static_cast<std::uint8_t>(suspects_ & ~patient.isolated());
+  if (!begun_) {
+    const auto modules = static_cast<std::uint8_t>(patient.sick() | suspects_);
+    strategy().begin(patient, modules);
+    begun_ = true;
+    until_ns_ = now + moves_ns(kind() == StrategyKind::move_free ? modules : suspects_) +
+                (kind() == StrategyKind::cool_down ? parameters_.cool_down_ns : 0) +
+                parameters_.budget_ns;
+    phase_ = Phase::treating;
+  }
+  if (now > until_ns_) return give_up(patient);
+  switch (phase_) {
+    case Phase::treating: {
+      const Outcome outcome = strategy().step(patient);
+      if (outcome == Outcome::failed) return give_up(patient);
+      if (outcome == Outcome::running) break;
+      if (kind() == StrategyKind::move_free) suspects_ = 0;
+      phase_ = Phase::waiting;
+      until_ns_ = std::min(until_ns_, now + parameters_.budget_ns + moves_ns(suspects_));
+      break;
+    }
+    case Phase::waiting:
+      if (!healthy) break;
+      healthy_since_ns_ = now;
+      phase_ = suspects_ != 0 ? Phase::moving : Phase::proving;
+      if (phase_ == Phase::moving) move_free_.begin(patient, suspects_);
+      break;
+    case Phase::moving: {
+      const Outcome outcome = move_free_.step(patient);
+      if (outcome == Outcome::failed) return give_up(patient);
+      if (outcome == Outcome::running) break;
+      suspects_ = 0;
+      phase_ = Phase::waiting;
+      break;
+    }
+    case Phase::proving:
+      if (!healthy) phase_ = Phase::waiting;
+      if (healthy && now - healthy_since_ns_ >= kProof) return Report::solved;
+      break;
+  }
+  return Report::running;
 }
 
 }  // namespace lss::zebro

@@ -28,6 +28,12 @@ inline constexpr const char* kFaultClassNames[kFaultClasses] = {"contact",   "cu
                                                                 "obedience", "supply",  "system"};
 FaultClass class_of(FaultId fault) noexcept;
 
+// Something that is wrong: a fault that is latched, or what can be seen now.
+struct Symptom {
+  FaultClass fault_class;
+  std::uint16_t module;  // from 1 on; 0: none
+};
+
 // Strategies, in a row; none ends it.
 using StrategyList = std::array<StrategyKind, lc::kMaxStrategies>;
 
@@ -40,7 +46,7 @@ struct SolverParameters {
       {StrategyKind::reconnect},
       {StrategyKind::reconnect, StrategyKind::reset_all},
   }};
-  TimeNs budget_ns = 10 * kSecond;     // for one strategy
+  TimeNs budget_ns = 10 * kSecond;     // for one strategy, without the time that legs are moved
   TimeNs cool_down_ns = 60 * kSecond;  // for cool_down
   double cool_degC = 60;               // cool enough
   double current_limit_A = 1.2;        // of a leg that is moved free
@@ -62,6 +68,7 @@ class Patient {
   virtual double temperature_degC(std::size_t module) const noexcept = 0;
   // Bit i: something is wrong with module i+1, and it is in service.
   virtual std::uint8_t sick() const noexcept = 0;
+  virtual std::uint8_t isolated() const noexcept = 0;
   virtual void reset(std::size_t module) noexcept = 0;
   // False when the locomotion controller says no.
   virtual bool isolate(std::uint8_t modules) noexcept = 0;
@@ -75,7 +82,7 @@ class Patient {
   ~Patient() = default;
 };
 
-enum class Outcome : std::uint8_t { running, done, failed };  // done: now it must prove itself
+enum class Outcome : std::uint8_t { running, done, failed };
 
 // One way to solve errors. `modules`, as bits, are what it is for.
 class Strategy {
@@ -151,9 +158,8 @@ class Solver {
 
   explicit Solver(const SolverParameters& parameters) noexcept;
 
-  // What is to be tried, from the fatal faults that are latched. The first strategy begins with the
-  // next step.
-  void begin(std::span<const FaultRecord> faults) noexcept;
+  // What is to be tried, from what is wrong. The first strategy begins with the next step.
+  void begin(std::span<const Symptom> symptoms) noexcept;
   void end() noexcept { running_ = false; }
   bool running() const noexcept { return running_; }
   StrategyKind kind() const noexcept { return plan_[at_]; }
@@ -166,7 +172,10 @@ class Solver {
   static constexpr TimeNs kProof = kSecond;
 
   Strategy& strategy() noexcept;
-  TimeNs budget_ns() const noexcept;
+  TimeNs moves_ns(std::uint8_t legs) const noexcept;  // that moving them free may take
+  Report give_up(Patient& patient) noexcept;
+  // After the treatment: all is well, legs that were stopped have moved, all is well for a while.
+  enum class Phase : std::uint8_t { treating, waiting, moving, proving };
 
   SolverParameters parameters_;
   Reconnect reconnect_;
@@ -177,12 +186,13 @@ class Solver {
 
   StrategyList plan_{};
   std::size_t at_ = 0;
-  // Legs that are taken for blocked, whatever their flags say, until a strategy has ended well.
-  std::uint8_t blocked_ = 0;
+  // Legs that were stopped under power: whatever their flags say without it, they have to move once
+  // before they count as well.
+  std::uint8_t suspects_ = 0;
   bool running_ = false;
   bool begun_ = false;  // the strategy at at_
-  Outcome outcome_ = Outcome::running;
-  TimeNs begun_ns_ = 0, healthy_since_ns_ = 0;
+  Phase phase_ = Phase::treating;
+  TimeNs until_ns_ = 0, healthy_since_ns_ = 0;
 };
 
 }  // namespace lss::zebro

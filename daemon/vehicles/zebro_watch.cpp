@@ -81,6 +81,16 @@ void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
   }
 }
 
+// A fault of a module. While errors are solved it is what the strategies are about: it is latched,
+// and they see it themselves.
+void Vehicle::blame(FaultId id, std::size_t i, Supervisor& s) noexcept {
+  if (s.controller().state == State::solve_errors) {
+    s.latch(id, number(i));
+  } else {
+    s.raise(id, number(i));
+  }
+}
+
 // Contact: never heard, answering, or silent. Isolated modules may do as they like.
 void Vehicle::watch_modules(Supervisor& s) noexcept {
   std::array<std::int64_t, kMaxModules> age_ms{};
@@ -89,7 +99,9 @@ void Vehicle::watch_modules(Supervisor& s) noexcept {
     if (modules_[i].heard_ns != 0) age_ms[i] = (now_ns_ - modules_[i].heard_ns) / kMillisecond;
     sense[i] = answers(i) ? modules_[i].status.position_rad : kUnknown;
     const bool motor = i < kLegs && (modules_[i].status.flags & kFlagMotionControl) != 0;
-    sense[kSenseMotorsOn] += motor && in_service(i) ? 1 : 0;
+    sense[kSenseMotorsOn] += motor && answers(i) ? 1 : 0;
+    const bool tripped = in_service(i) && (modules_[i].status.flags & kStopFlags) != 0;
+    if (tripped && sense[kSenseTripped] == 0) sense[kSenseTripped] = number(i);
   }
   sense[kSenseTurnLimit] = parameters_.locomotion.swing_limit_rad_s;
   s.set_ages(age_ms, parameters_.module_silent_ns / kMillisecond);
@@ -102,10 +114,8 @@ void Vehicle::watch_modules(Supervisor& s) noexcept {
       s.happen(lc::Event::module_heard, number(i));
       s.note(EventId::module_online, number(i));
     } else if (!answers(i) && !lost) {
-      const bool solving = c.state == State::solve_errors;  // it may be being reset
       s.happen(lc::Event::module_silent, number(i));
-      solving ? s.latch(FaultId::module_silent, number(i))
-              : s.raise(FaultId::module_silent, number(i));
+      blame(FaultId::module_silent, i, s);
     }
   }
 }
@@ -123,7 +133,7 @@ void Vehicle::watch_flags(std::size_t i, Supervisor& s) noexcept {
   if (rising(flags, before, kFlagOverCurrent) && driven)
     s.raise(FaultId::module_over_current, number(i));
   if (rising(flags, before, kFlagWatchdog) && driven) s.raise(FaultId::module_watchdog, number(i));
-  if (rising(flags, before, kFlagDriverFault)) s.raise(FaultId::module_driver_fault, number(i));
+  if (rising(flags, before, kFlagDriverFault)) blame(FaultId::module_driver_fault, i, s);
   if (rising(flags, before, kFlagReset) && !first) {
     if (s.controller().state == State::operational) {
       s.raise(FaultId::module_reset, number(i));
@@ -163,7 +173,7 @@ void Vehicle::watch_temperature(std::size_t i, Supervisor& s) noexcept {
 }
 
 void Vehicle::watch_obedience(std::size_t i, const ModuleLink& link, Supervisor& s) noexcept {
-  if (link.disobeys && !disobeyed_[i]) s.raise(FaultId::module_disobeys, number(i));
+  if (link.disobeys && !disobeyed_[i]) blame(FaultId::module_disobeys, i, s);
   disobeyed_[i] = link.disobeys;
   if (link.resends != resends_before_[i]) {
     resends_before_[i] = link.resends;
@@ -255,7 +265,13 @@ std::uint8_t Vehicle::sick() const noexcept {
 
 bool Vehicle::isolate(std::uint8_t modules) noexcept {
   // All of them, or none: what cannot walk in the end shall not have lost legs on the way.
-  if (!enough_legs_without(isolated_ | modules)) return false;
+  const unsigned all = isolated_ | modules;
+  if (!enough_legs_without(all) || !walks_without_[all]) return false;
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    // A motor that cannot be switched off is not one to go on with.
+    const bool motor = (modules_[i].status.flags & kFlagMotionControl) != 0;
+    if (contains(modules, i) && answers(i) && motor) return false;
+  }
   for (std::size_t i = 0; i < kLegs; ++i) {
     if (contains(modules, i)) supervisor_->happen(event::isolate, number(i));
   }
@@ -273,26 +289,42 @@ void Vehicle::rest() noexcept {
   if (supervisor_->controller().flags & kFreeing) supervisor_->happen(event::leg_freed);
 }
 
+// From the faults that are latched and from what is wrong now.
+void Vehicle::begin_solving(const Supervisor& s) noexcept {
+  std::array<Symptom, kMaxFaults + 4 * kModules> symptoms;
+  std::size_t count = 0;
+  for (const FaultRecord& fault : s.state().faults) {
+    if (fault.id != FaultId::none &&
+        info(fault.id)->severity == static_cast<std::uint8_t>(Severity::fatal))
+      symptoms[count++] = {class_of(fault.id), fault.subject};
+  }
+  for (std::size_t i = 0; i < kModules; ++i) {
+    if (!in_service(i)) continue;
+    const auto see = [&](bool wrong, FaultClass fault_class) {
+      if (wrong) symptoms[count++] = {fault_class, number(i)};
+    };
+    const std::uint16_t flags = modules_[i].status.flags;
+    see(!answers(i), FaultClass::contact);
+    see((flags & kFlagOverCurrent) != 0, FaultClass::current);
+    see((flags & kFlagDriverFault) != 0, FaultClass::driver);
+    see((flags & kFlagWatchdog) != 0 || disobeyed_[i], FaultClass::obedience);
+  }
+  solver_.begin(std::span(symptoms).first(count));
+}
+
 void Vehicle::watch_solver(Supervisor& s) noexcept {
   if (s.controller().state != State::solve_errors) return;
   const auto tell_begin = [&] {
     s.note(EventId::strategy_begun, 0, static_cast<double>(solver_.kind()));
   };
   if (!solver_.running()) {
-    std::array<FaultRecord, kMaxFaults> faults;
-    std::size_t count = 0;
-    for (const FaultRecord& fault : s.state().faults) {
-      if (fault.id != FaultId::none &&
-          info(fault.id)->severity == static_cast<std::uint8_t>(Severity::fatal))
-        faults[count++] = fault;
-    }
-    solver_.begin(std::span(faults).first(count));
+    begin_solving(s);
     tell_begin();
   }
   bool healthy = port_open_ && sick() == 0 && s.controller().unheard == 0;
   for (std::size_t i = 0; i < kModules; ++i) {
     const bool motor = (modules_[i].status.flags & kFlagMotionControl) != 0;
-    healthy = healthy && !(motor && in_service(i));
+    healthy = healthy && !(motor && answers(i));
   }
   const StrategyKind tried = solver_.kind();
   Solver::Report report = solver_.step(*this, healthy);

@@ -90,20 +90,5 @@ TEST(Explorer, AStateIsThePackedOneUnpacked) {
   }));
 }
 
-// What the command table says of a command is what the rows do.
-TEST(Explorer, CommandsWithALeaseTakeAuthority) {
-  for (const CommandInfo& info : kCommands) {
-    Request request{.kind = info.kind};
-    if (info.kind == static_cast<std::uint16_t>(CommandKind::leg)) request.parameter[0] = 1;
-    if (info.kind == static_cast<std::uint16_t>(CommandKind::walk)) request.parameter[2] = 2;
-    bool takes = false;
-    for (const lc::Row& row : kTable.rows->rows)
-      takes |= row.event == event_of(request) && (row.from & lc::in(State::operational)) != 0 &&
-               row.to != State::idle;
-    takes |= info.kind == static_cast<std::uint16_t>(lss::CommandKind::start);
-    EXPECT_EQ(takes, info.leased) << info.name;
-  }
-}
-
 }  // namespace
 }  // namespace lss::zebro

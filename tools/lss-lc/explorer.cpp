@@ -160,6 +160,8 @@ class Explorer {
           return violate(property.name, number, h);
       }
       if (result.next == before) continue;
+      if (unpack(pack(result.next)) != result.next)
+        return violate("a state can be packed: no module is two things at once", number, h);
       nexts_.push_back({result.next, pack(result.next), h});
       states_.prefetch_slot(nexts_.back().key);
     }

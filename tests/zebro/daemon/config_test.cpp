@@ -64,6 +64,22 @@ TEST(ZebroConfig, TwoModulesOfOneAddressAreRefused) {
   EXPECT_NE(config.error().find("same address"), std::string::npos) << config.error();
 }
 
+// [Conf-3]
+TEST(ZebroConfig, StrategiesAreTakenInTheirOrderAndUnknownOnesAreRefused) {
+  Parameters p;
+  const std::string as_shipped = "[\"move_free\", \"cool_down\", \"isolate\"]";
+  ASSERT_TRUE(load(altered(as_shipped, "[\"isolate\", \"move_free\"]"), p));
+  const StrategyList wanted{StrategyKind::isolate, StrategyKind::move_free};
+  EXPECT_EQ(p.solver.order[static_cast<std::size_t>(FaultClass::current)], wanted);
+  const auto unknown = load(altered(as_shipped, "[\"pray\"]"), p);
+  ASSERT_FALSE(unknown);
+  EXPECT_NE(unknown.error().find("\"pray\" is no strategy: use reconnect"), std::string::npos)
+      << unknown.error();
+  const auto none = load(altered(as_shipped, "[]"), p);
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().find("between one and"), std::string::npos) << none.error();
+}
+
 // [Prod-4]
 TEST(ZebroConfig, TheSoftwareCurrentLimitStaysBelowTheHardwares_P_Int_1) {
   Parameters p;

@@ -109,13 +109,92 @@ TEST(Solver, ABlockedLegIsMovedFreeAndNoOtherMoves) {
   EXPECT_EQ(w.supervisor_.state().fault_count, 0u);
 }
 
-TEST(Solver, ALegThatDoesNotComeFreeIsLeftAloneAndIsolated) {
+TEST(Solver, ALegThatDoesNotComeFreeIsIsolated) {
   World w;
   ASSERT_NO_FATAL_FAILURE(trip(w, 3, kFlagOverCurrent));
   w.modules[3].stuck = true;
-  ASSERT_TRUE(solve(w, 40)) << "after its rest and a reset";
+  ASSERT_TRUE(solve(w, 60));
   EXPECT_TRUE(tried(w, StrategyKind::cool_down));
-  EXPECT_EQ(isolated(w), 0) << "it is well as far as anyone can see";
+  EXPECT_EQ(isolated(w), 1u << 3) << "its flags are well without power, but it does not move";
+}
+
+TEST(Solver, ADriverThatFailsUnderPowerOnlyIsIsolated) {
+  World w;
+  ASSERT_NO_FATAL_FAILURE(trip(w, 1, kFlagDriverFault));
+  w.send(lss::CommandKind::solve);
+  w.step();
+  while (w.state() == State::solve_errors) {
+    w.step();
+    if (w.modules[1].flags & kFlagMotionControl) {
+      w.modules[1].flags |= kFlagDriverFault;
+      w.modules[1].stuck = true;
+    }
+  }
+  EXPECT_EQ(w.state(), State::idle);
+  EXPECT_TRUE(tried(w, StrategyKind::reset_module));
+  EXPECT_EQ(isolated(w), 1u << 1);
+  EXPECT_TRUE(w.stand());
+}
+
+TEST(Solver, ALegThatIsDeadAtBootIsIsolatedAfterAnEmergencyStop) {
+  World w;
+  w.modules[5].alive = false;
+  w.run(1);
+  w.send(lss::CommandKind::emergency_stop);
+  w.step();
+  ASSERT_TRUE(solve(w, 60));
+  EXPECT_EQ(isolated(w), 1u << 5);
+  EXPECT_TRUE(w.stand());
+}
+
+TEST(Solver, TwoLegsWithDifferentFaultsAreBothLookedAt) {
+  World w;
+  ASSERT_TRUE(w.stand());
+  w.modules[2].alive = false;
+  w.modules[3].current_mA = 1500;
+  w.run(1);
+  ASSERT_EQ(w.state(), State::fatal_error);
+  w.modules[3].current_mA = 100;
+  ASSERT_TRUE(solve(w, 120));
+  EXPECT_EQ(isolated(w), 1u << 2);
+  EXPECT_TRUE(tried(w, StrategyKind::move_free)) << "for the one that drew too much";
+}
+
+TEST(Solver, ARestoredLegThatIsStillStoppedIsNoticed) {
+  World w;
+  ASSERT_NO_FATAL_FAILURE(trip(w, 1, kFlagDriverFault));
+  w.send(lss::CommandKind::solve);
+  w.step();
+  while (w.state() == State::solve_errors) {
+    w.step();
+    w.modules[1].flags |= kFlagDriverFault;
+  }
+  ASSERT_EQ(w.state(), State::idle);
+  ASSERT_EQ(isolated(w), 1u << 1);
+  EXPECT_EQ(w.supervisor_.state().fault_count, 0u) << "what it has is nobody's concern";
+  w.send(lss::CommandKind::restore);
+  w.run(0.1);
+  EXPECT_EQ(w.state(), State::fatal_error);
+  EXPECT_TRUE(w.has(FaultId::module_driver_fault, 2));
+}
+
+TEST(Solver, AMotorThatCannotBeSwitchedOffIsNotIsolated) {
+  Parameters p;
+  p.solver.order[static_cast<std::size_t>(FaultClass::obedience)] = {StrategyKind::isolate};
+  World w(p);
+  ASSERT_TRUE(w.stand());
+  w.in_.bus.counters.module[1].disobeys = true;
+  w.run(0.1);
+  ASSERT_EQ(w.state(), State::fatal_error);
+  w.modules[1].flags |= kFlagMotionControl;
+  w.send(lss::CommandKind::solve);
+  w.step();
+  while (w.state() == State::solve_errors) {
+    w.modules[1].flags |= kFlagMotionControl;
+    w.step();
+  }
+  EXPECT_EQ(w.state(), State::fatal_error);
+  EXPECT_EQ(isolated(w), 0);
 }
 
 TEST(Solver, AHotLegIsLeftToCoolDown) {
