@@ -52,6 +52,7 @@ struct ModuleOrder {
   TimeNs arrive_ns = 0;             // the delta time is computed when the frame goes on the wire
   std::uint32_t serial = 0;         // a new number is a new order; begins at 1
 
+  bool operator==(const ModuleOrder&) const = default;
   bool rotates() const { return kind == Kind::rotate_forward || kind == Kind::rotate_backward; }
 };
 
@@ -60,6 +61,7 @@ struct BusOrders {
   // A new number: emergency stop to all first, then only new orders.
   std::uint32_t emergency_serial = 0;
   std::array<ModuleOrder, kBusModules> module{};
+  bool operator==(const BusOrders&) const = default;
 };
 
 // What the bus heard from a module, stamped with the arrival of the first byte of the frame.

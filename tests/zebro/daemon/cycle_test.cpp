@@ -199,7 +199,7 @@ TEST(Cycle, SameInputsGiveTheSameBits) {
   for (int i = 0; i < 2000; ++i) {
     a.step();
     b.step();
-    ASSERT_EQ(std::memcmp(&a.out_.command, &b.out_.command, sizeof a.out_.command), 0);
+    ASSERT_EQ(a.out_.command, b.out_.command);
     ASSERT_EQ(a.out_.telemetry.distance_m, b.out_.telemetry.distance_m);
   }
 }
