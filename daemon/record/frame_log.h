@@ -35,7 +35,7 @@
 namespace lss::record {
 
 struct FrameLogSettings {
-  std::filesystem::path folder;  // empty: nothing is written
+  std::filesystem::path folder;  // of what is kept; empty: no frames before a fault
   std::size_t files = 32;        // kept
   std::string vehicle_id;
   nlohmann::ordered_json header;              // more for the first line
