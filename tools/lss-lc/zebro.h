@@ -13,6 +13,8 @@ inline constexpr std::uint16_t kAllModules = 0x7F;
 // The table that ships, or another to be held against the same properties.
 lc::Model model_of(const lc::Table& table, std::uint16_t modules = kAllModules);
 
+std::span<const lc::Contract> contracts();
+
 // "Operational Walking, goal idle, panel in, held, module 3 (LM) silent"
 std::string text(const lc::ControllerState& state);
 // "module 3 (LM) silent"

@@ -1,0 +1,83 @@
+#pragma once
+
+// The words in which Lunar Zebro's properties and contracts are written. Included by those only.
+
+#include <array>
+#include <initializer_list>
+
+#include "daemon/vehicles/zebro_modes.h"
+#include "gnc/zebro/locomotion.h"
+#include "tools/lss-lc/zebro.h"
+
+namespace lss::zebro::words {
+
+using lc::Contract;
+using lc::ControllerState;
+using lc::Event;
+using lc::Happening;
+using lc::Return;
+using lc::StateProperty;
+using lc::StepProperty;
+using lc::Transition;
+using S = const ControllerState&;
+using T = const Transition&;
+
+inline constexpr std::uint16_t kLegMask = (1u << kLegs) - 1;
+
+inline bool others_can_walk(unsigned isolated) {
+  static const auto enough = [] {
+    std::array<bool, 1u << kLegs> walks{};
+    for (std::size_t i = 0; i < walks.size(); ++i)
+      walks[i] = gnc::zebro::can_walk_without(static_cast<gnc::zebro::LegSet>(i));
+    return walks;
+  }();
+  return isolated < enough.size() && enough[isolated];
+}
+
+inline Mode mode(S s) { return static_cast<Mode>(s.mode); }
+inline Goal goal(S s) { return static_cast<Goal>(s.goal); }
+inline bool idle(S s) { return s.state == State::idle; }
+inline bool operational(S s) { return s.state == State::operational; }
+inline bool fatal(S s) { return s.state == State::fatal_error; }
+inline bool solving(S s) { return s.state == State::solve_errors; }
+inline bool has(S s, std::uint8_t flags) { return (s.flags & flags) != 0; }
+inline bool link(S s, lc::Link bit) { return (s.links & bit) != 0; }
+inline bool in_service(S s, unsigned module) { return (s.isolated >> (module - 1) & 1u) == 0; }
+inline bool contact(S s) { return s.silent == 0 && s.unheard == 0 && !link(s, lc::kPortClosed); }
+inline bool may_start(S s) {
+  return idle(s) && contact(s) && !link(s, lc::kObcSilent) && !has(s, kPanelOut | kPanelMoving);
+}
+inline bool one_of(Mode m, std::initializer_list<Mode> modes) {
+  for (const Mode candidate : modes) {
+    if (m == candidate) return true;
+  }
+  return false;
+}
+inline bool in_mode(S s, std::initializer_list<Mode> modes) {
+  return operational(s) && one_of(mode(s), modes);
+}
+// A motion that ends by itself.
+inline bool in_motion(S s) {
+  return in_mode(s, {Mode::standing_up, Mode::finishing_step, Mode::lying_down, Mode::stowing});
+}
+inline bool holds_still(S s) {
+  return in_mode(s, {Mode::holding, Mode::standing, Mode::lying, Mode::stowed, Mode::bridge});
+}
+inline bool confirmed(S s) { return has(s, kMotorsConfirmed); }
+inline bool stops_motors(lc::ActionSet actions) {
+  return (actions & (lc::kMotorsOff | lc::kEmergencyStop)) != 0;
+}
+inline bool same_mode(T t) {
+  return t.result.next.state == t.before.state && t.result.next.mode == t.before.mode;
+}
+inline bool to(T t, Mode m) { return operational(t.result.next) && mode(t.result.next) == m; }
+// Comes to rest with the motors off, at once or by motions that end by themselves.
+inline bool stops(S s) {
+  return idle(s) || (in_motion(s) && (goal(s) == Goal::idle || goal(s) == Goal::lie_idle));
+}
+
+inline constexpr lc::ActionSet kLegMotion =
+    lc::ActionSet{kMotorsOn} | kStandUp | kWalk | kFinishStep | kLayDown | kStow | kMoveLeg;
+inline constexpr lc::ActionSet kPanelMotion = lc::ActionSet{kPanelDeploy} | kPanelRetract;
+
+}  // namespace lss::zebro::words
