@@ -40,7 +40,7 @@ void read_identity(Section& root, const std::vector<std::string>& vehicles, Conf
 
 void read_frame(Section frame, Config& config) {
   const double period_ms = frame.number("period_ms", 20, 1, 1000);
-  const double offset_ms = frame.number("offset_ms", 5, 0, 1000);
+  const double offset_ms = frame.number("offset_ms", 5, 0.1, 1000);
   if (offset_ms >= period_ms) {
     frame.error("offset_ms", fmt::format("{} must be shorter than the period of {} ms: a command "
                                          "is released within its frame",

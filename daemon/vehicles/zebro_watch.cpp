@@ -100,7 +100,9 @@ void Vehicle::watch_modules(Supervisor& s) noexcept {
     sense[i] = answers(i) ? modules_[i].status.position_rad : kUnknown;
     const bool motor = i < kLegs && (modules_[i].status.flags & kFlagMotionControl) != 0;
     sense[kSenseMotorsOn] += motor && answers(i) ? 1 : 0;
-    const bool tripped = in_service(i) && (modules_[i].status.flags & kStopFlags) != 0;
+    // What stopped by its watchdog only missed us, and here we are again: start clears it.
+    const bool tripped =
+        in_service(i) && (modules_[i].status.flags & kStopFlags & ~kFlagWatchdog) != 0;
     if (tripped && sense[kSenseTripped] == 0) sense[kSenseTripped] = number(i);
   }
   sense[kSenseTurnLimit] = parameters_.locomotion.swing_limit_rad_s;

@@ -94,6 +94,9 @@ quietly() {
   return "$status"
 }
 
+# A second clone finds in the cache what the first one compiled.
+export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
+
 # build PRESET [TARGET...] : configure the first time (later the build does it when needed) and build.
 build() {
   local preset=$1 log=build/$1/build.log

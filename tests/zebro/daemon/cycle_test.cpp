@@ -153,6 +153,24 @@ INSTANTIATE_TEST_SUITE_P(
                               [](World& w) { w.modules[0].stuck = true; }}),
     [](const auto& test) { return std::string(test.param.name); });
 
+TEST(Cycle, StartIsRefusedAfterAnOverCurrentButNotAfterTheModulesMissedUs) {
+  World w;
+  w.run(0.2);
+  w.modules[2].flags |= kFlagOverCurrent;
+  w.run(0.1);
+  w.send(lss::CommandKind::start);
+  w.step();
+  ASSERT_NE(w.last(Phase::rejected), nullptr);
+  EXPECT_EQ(w.last(Phase::rejected)->verdict.reason, Reason::fault_latched);
+  EXPECT_EQ(w.last(Phase::rejected)->verdict.subject, 3);
+  // Their own watchdogs: nobody spoke for 8 s, the daemon was down for one.
+  w.modules[2].flags = static_cast<std::uint16_t>(w.modules[2].flags & ~kFlagOverCurrent);
+  for (IdealModule& m : w.modules) m.flags |= kFlagWatchdog;
+  w.run(0.1);
+  w.send(lss::CommandKind::start, {1});
+  EXPECT_TRUE(w.run_until(Mode::standing, 40));
+}
+
 TEST(Cycle, ShutDownStopsAllModules) {
   World w;
   ASSERT_TRUE(w.stand());
