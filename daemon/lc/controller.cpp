@@ -72,37 +72,41 @@ constexpr std::array kEvents = {
     EventInfo{Event::unsolved, "unsolved", false, 0},
 };
 
-Verdict common_guard(unsigned number, const ControllerState& s, unsigned subject) noexcept {
-  const auto first = [](std::uint16_t modules) {
-    return static_cast<std::uint16_t>(std::countr_zero(modules) + 1);
+// Whether it holds; if not, `why` says so.
+bool holds(unsigned guard, const ControllerState& s, unsigned subject, Verdict& why) noexcept {
+  const auto refused = [&](Reason reason, int module = 0) {
+    why.reason = reason;
+    why.subject = static_cast<std::uint16_t>(module);
+    return false;
   };
-  switch (number) {
+  const auto first = [](std::uint16_t modules) { return std::countr_zero(modules) + 1; };
+  switch (guard) {
     case kInService:
       if (subject != 0 && subject <= 16 && (s.isolated >> (subject - 1) & 1u) != 0)
-        return {.reason = Reason::isolated, .subject = static_cast<std::uint16_t>(subject)};
+        return refused(Reason::isolated, static_cast<int>(subject));
       break;
     case kPortOpen:
-      if (s.links & kPortClosed) return {.reason = Reason::port_closed};
+      if (s.links & kPortClosed) return refused(Reason::port_closed);
       break;
     case kAllHeard:
-      if (s.unheard) return {.reason = Reason::never_heard, .subject = first(s.unheard)};
+      if (s.unheard) return refused(Reason::never_heard, first(s.unheard));
       break;
     case kAllAnswer:
-      if (s.silent) return {.reason = Reason::module_silent, .subject = first(s.silent)};
+      if (s.silent) return refused(Reason::module_silent, first(s.silent));
       break;
     case kObcHeard:
-      if (s.links & kObcSilent) return {.reason = Reason::obc_silent};
+      if (s.links & kObcSilent) return refused(Reason::obc_silent);
       break;
     case kAuthorityHeld:
-      if (!(s.links & kHeld)) return {.reason = Reason::nobody_holds};
+      if (!(s.links & kHeld)) return refused(Reason::nobody_holds);
       break;
     case kStrategiesLeft:
-      if (s.strategy >= kMaxStrategies) return {.reason = Reason::not_solved};
+      if (s.strategy >= kMaxStrategies) return refused(Reason::not_solved);
       break;
     default:
       break;
   }
-  return {};
+  return true;
 }
 
 template <class Set>
@@ -132,28 +136,26 @@ void common_effect(ActionSet actions, unsigned subject, ControllerState& s) noex
   if ((actions & kReleaseAuthority) || s.state != State::operational) set(s.links, kHeld, false);
 }
 
-struct Found {
-  const Row* row = nullptr;
-  int index = -1;
-  bool known = false, known_in_state = false;  // the event
-};
-
-void find(const Rows& rows, const ControllerState& s, Event event, int offset,
-          Found& found) noexcept {
-  const auto e = static_cast<std::size_t>(event);
-  if (e >= Rows::kEvents) return;
-  for (std::size_t i = rows.begin[e]; i < rows.end[e]; ++i) {
+// The first row that takes the event here; -1: none.
+int find(const Rows& rows, const ControllerState& s, std::size_t event) noexcept {
+  const StateSet here = in(s.state);
+  if ((rows.from[event] & here) == 0) return -1;
+  for (std::size_t i = rows.begin[event]; i < rows.end[event]; ++i) {
     const Row& row = rows.rows[i];
-    if (row.event != event) continue;
-    found.known = true;
-    if ((row.from & in(s.state)) == 0) continue;
-    found.known_in_state = true;
+    if ((row.from & here) == 0) continue;
     if (s.state == State::operational && (row.modes >> s.mode & 1u) == 0) continue;
-    if (row.goal != kKeep && row.goal != s.goal) continue;
-    found.row = &row;
-    found.index = offset + static_cast<int>(i);
-    return;
+    if (row.goal == kKeep || row.goal == s.goal) return static_cast<int>(i);
   }
+  return -1;
+}
+
+// Why no row takes the event.
+Verdict no_row(const Table& table, const ControllerState& s, std::size_t event) noexcept {
+  const int from = event < Rows::kEvents ? table.common->from[event] | table.rows->from[event] : 0;
+  if (from & in(s.state))
+    return {.reason = Reason::not_in_mode, .measured = static_cast<double>(s.mode)};
+  return {.reason = from == 0 ? Reason::unknown_command : Reason::not_in_state,
+          .measured = static_cast<double>(s.state)};
 }
 
 }  // namespace
@@ -170,31 +172,35 @@ ControllerState begin(const Table& table) noexcept {
 Result step(const Table& table, const ControllerState& state, Event event,
             unsigned subject) noexcept {
   Result result{.next = state, .actions = 0, .verdict = {}, .row = -1};
-  Found found;
-  find(*table.common, state, event, 0, found);
-  if (found.row == nullptr)
-    find(*table.rows, state, event, static_cast<int>(table.common->rows.size()), found);
-  const Row* const row = found.row;
-  if (row == nullptr) {
-    result.verdict.reason = !found.known            ? Reason::unknown_command
-                            : !found.known_in_state ? Reason::not_in_state
-                                                    : Reason::not_in_mode;
-    result.verdict.measured = found.known_in_state ? state.mode : static_cast<double>(state.state);
+  const auto e = static_cast<std::size_t>(event);
+  const Rows* rows = table.common;
+  int found = e < Rows::kEvents ? find(*rows, state, e) : -1;
+  if (found < 0 && e < Rows::kEvents) {
+    rows = table.rows;
+    found = find(*rows, state, e);
+  }
+  if (found < 0) {
+    result.verdict = no_row(table, state, e);
     return result;
   }
-  for (unsigned bit = 0; row->guards >> bit != 0; ++bit) {
-    if ((row->guards >> bit & 1u) == 0) continue;
-    result.verdict =
-        bit < kVehicleGuards ? common_guard(bit, state, subject) : table.guard(bit, state, subject);
-    if (result.verdict.reason != Reason::none) return result;
+  const Row& row = rows->rows[static_cast<std::size_t>(found)];
+  for (unsigned left = row.guards; left != 0; left &= left - 1) {
+    const auto number = static_cast<unsigned>(std::countr_zero(left));
+    if (number < kVehicleGuards) {
+      if (!holds(number, state, subject, result.verdict)) return result;
+    } else if (const Verdict why = table.guard(number, state, subject);
+               why.reason != Reason::none) {
+      result.verdict = why;
+      return result;
+    }
   }
-  result.row = found.index;
-  result.actions = row->actions;
-  if (row->to_mode != kKeep) {
-    result.next.state = row->to;
-    result.next.mode = row->to_mode;
+  result.row = found + (rows == table.rows ? static_cast<int>(table.common->rows.size()) : 0);
+  result.actions = row.actions;
+  if (row.to_mode != kKeep) {
+    result.next.state = row.to;
+    result.next.mode = row.to_mode;
   }
-  if (row->to_goal != kKeep) result.next.goal = row->to_goal;
+  if (row.to_goal != kKeep) result.next.goal = row.to_goal;
   common_effect(result.actions, subject, result.next);
   table.effect(result.actions, result.next);
   return result;

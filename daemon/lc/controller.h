@@ -134,12 +134,14 @@ struct Row {
   ActionSet actions;
 };
 
-// Rows, those of one event together, and where those of each event begin and end.
+// Rows, those of one event together; where those of each event begin and end, and the states that
+// any of them is from: most events are rejected by that alone.
 struct Rows {
   static constexpr std::size_t kEvents = 64;
 
   std::span<const Row> rows;
   std::array<std::uint8_t, kEvents> begin{}, end{};
+  std::array<StateSet, kEvents> from{};
 
   constexpr explicit Rows(std::span<const Row> all) : rows(all) {
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -147,6 +149,7 @@ struct Rows {
       if (end[event] == 0) begin[event] = static_cast<std::uint8_t>(i);
       if (end[event] != 0 && end[event] != i) throw "rows of one event stand together";
       end[event] = static_cast<std::uint8_t>(i + 1);
+      from[event] = static_cast<StateSet>(from[event] | all[i].from);
     }
   }
 };

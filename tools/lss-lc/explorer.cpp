@@ -1,114 +1,104 @@
 #include "tools/lss-lc/explorer.h"
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
+#include <cstring>
+#include <stdexcept>
+#include <type_traits>
+
+#include "tools/lss-lc/states.h"
+#include "tools/lss-lc/team.h"
 
 namespace lss::lc {
 namespace {
 
-// Bits of each part, from the lowest on; modules come last: answering, unheard, silent or isolated
-// take two bits each.
-constexpr unsigned kStateBits = 2, kModeBits = 5, kGoalBits = 4, kFlagBits = 8, kLinkBits = 3,
-                   kStrategyBits = 3;
-constexpr unsigned kModuleBits =
-    (64 - kStateBits - kModeBits - kGoalBits - kFlagBits - kLinkBits - kStrategyBits) / 2;
+constexpr std::uint32_t kNone = States::kNone;
 
-constexpr unsigned kNumberBits = 24;
-constexpr std::uint32_t kMaxNumber = (1u << kNumberBits) - 1;
-constexpr std::uint32_t kNone = ~std::uint32_t{0};
+// States are visited in pieces, and several pieces at a time while the index only is read. What a
+// piece found is added afterwards, piece by piece: in the very order in which one thread would have
+// found it.
+constexpr std::uint32_t kPiece = 128;
+constexpr std::uint32_t kPiecesAtATime = 64;  // with several threads
+constexpr std::uint32_t kShare = 8192;        // states of which the way back is looked for at once
 
-// States in the order in which they were found, with an index by open addressing. A slot has the
-// number of its state and eight bits of its hash: most wrong slots are passed without a look at the
-// state, which is far away in memory.
-class States {
+// Where a step leads.
+struct Next {
+  Key key;
+  std::uint32_t parent;
+  std::uint8_t by;
+};
+
+// A step that breaks a property.
+struct Break {
+  std::string property;
+  std::uint32_t number;  // of the state that it is made in
+  std::uint8_t by;
+};
+
+struct alignas(64) Piece {            // no two in one line of the cache: threads write to them
+  std::uint32_t first = 0, last = 0;  // states, without the last one
+  std::vector<Next> nexts;            // in the order of steps; those that may be new
+  std::uint64_t taken = 0;
+  std::vector<std::uint64_t> row;
+  std::optional<Break> violated;  // by the step that was looked at last
+};
+
+// What one thread needs: where the steps of its piece lead, and keys that it met lately, which need
+// no second look: each is an old one, or came up in an earlier step.
+class Scratch {
  public:
-  States() : slots_(1u << 12, kNone) {}
-
-  std::size_t size() const { return keys_.size(); }
-  Key operator[](std::size_t i) const { return keys_[i]; }
-  std::uint32_t parent(std::size_t i) const { return parents_[i]; }
-  std::uint8_t by(std::size_t i) const { return by_[i]; }
+  Scratch(Key known, std::size_t steps) : nexts_(steps), met_(std::size_t{1} << kBits, known) {}
+  void clear() { count_ = 0; }
+  // Without a branch: half of all keys were met, and nobody can tell which.
+  void add(const Next& next) {
+    Key& place = met_[next.key * 0x9E3779B97F4A7C15u >> (64 - kBits)];
+    nexts_[count_] = next;
+    count_ += place != next.key ? 1U : 0U;
+    place = next.key;
+  }
+  std::span<const Next> nexts() const { return {nexts_.data(), count_}; }
   std::size_t octets() const {
-    return keys_.capacity() * sizeof(Key) + parents_.capacity() * sizeof(std::uint32_t) +
-           by_.capacity() + slots_.capacity() * sizeof(std::uint32_t);
-  }
-
-  // True when it is new.
-  bool add(Key key, std::uint32_t parent, std::uint8_t by) {
-    std::size_t slot = find(key);
-    if (slots_[slot] != kNone) return false;
-    if ((keys_.size() + 1) * 4 > slots_.size() * 3) {
-      grow();
-      slot = find(key);
-    }
-    slots_[slot] = tag(key) << kNumberBits | static_cast<std::uint32_t>(keys_.size());
-    if (keys_.size() == keys_.capacity()) {
-      const std::size_t capacity = keys_.size() + std::max<std::size_t>(keys_.size() / 8, 1024);
-      keys_.reserve(capacity);
-      parents_.reserve(capacity);
-      by_.reserve(capacity);
-    }
-    keys_.push_back(key);
-    parents_.push_back(parent);
-    by_.push_back(by);
-    return true;
-  }
-  std::uint32_t number(Key key) const {
-    const std::uint32_t slot = slots_[find(key)];
-    return slot == kNone ? kNone : slot & kMaxNumber;
-  }
-  void prefetch_slot(Key key) const { __builtin_prefetch(&slots_[home(key)]); }
-  void prefetch_key(Key key) const {
-    const std::uint32_t slot = slots_[home(key)];
-    if (slot != kNone) __builtin_prefetch(&keys_[slot & kMaxNumber]);
+    return nexts_.capacity() * sizeof(Next) + met_.capacity() * sizeof(Key);
   }
 
  private:
-  static std::uint64_t hash(Key key) { return key * 0x9E3779B97F4A7C15u; }
-  std::size_t home(Key key) const { return hash(key) >> std::countl_zero(slots_.size() - 1); }
-  static std::uint32_t tag(Key key) { return static_cast<std::uint32_t>(hash(key) >> 24) & 0xFF; }
-  // Its slot, or the empty one where it belongs.
-  std::size_t find(Key key) const {
-    const std::size_t mask = slots_.size() - 1;
-    const std::uint32_t wanted = tag(key);
-    std::size_t slot = home(key);
-    for (;; slot = (slot + 1) & mask) {
-      const std::uint32_t found = slots_[slot];
-      if (found == kNone) return slot;
-      if (found >> kNumberBits == wanted && keys_[found & kMaxNumber] == key) return slot;
-    }
-  }
-  void grow() {
-    slots_.assign(slots_.size() * 2, kNone);
-    for (std::uint32_t i = 0; i < keys_.size(); ++i)
-      slots_[find(keys_[i])] = tag(keys_[i]) << kNumberBits | i;
-  }
-
-  std::vector<Key> keys_;
-  std::vector<std::uint32_t> parents_;
-  std::vector<std::uint8_t> by_;
-  std::vector<std::uint32_t> slots_;
+  static constexpr unsigned kBits = 13;
+  std::vector<Next> nexts_;
+  std::size_t count_ = 0;
+  std::vector<Key> met_;
 };
 
-unsigned about_of(const Transition& t) {
-  const ControllerState &a = t.before, &b = t.result.next;
-  unsigned about = (t.result.actions & ~kOnlyState) != 0 ? unsigned{kActions} : 0U;
-  if (a.state != b.state || a.mode != b.mode || a.goal != b.goal || a.strategy != b.strategy)
-    about |= kChange;
-  if (a.flags != b.flags || a.links != b.links || a.silent != b.silent || a.unheard != b.unheard ||
-      a.isolated != b.isolated)
-    about |= kLinks;
-  return about;
+// What a step did, from the packed states before and after: the first parts of a key are state,
+// mode, goal and strategy.
+unsigned about_of(Key before, Key after, ActionSet actions) {
+  const Key changed = before ^ after;
+  return ((changed << (64 - KeyBits::kFirst)) != 0 ? unsigned{kChange} : 0U) |
+         ((changed >> KeyBits::kFirst) != 0 ? unsigned{kLinks} : 0U) |
+         ((actions & ~kOnlyState) != 0 ? unsigned{kActions} : 0U);
+}
+
+// a == b, in two comparisons instead of nine.
+bool same(const ControllerState& a, const ControllerState& b) {
+  static_assert(std::has_unique_object_representations_v<ControllerState>);
+  return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
 class Explorer {
  public:
-  Explorer(const Model& model, std::size_t max_states)
-      : model_(model), max_states_(std::min<std::size_t>(max_states, kMaxNumber - 100)) {
+  Explorer(const Model& model, const Effort& effort)
+      : model_(model),
+        max_states_(std::min<std::size_t>(effort.max_states, States::kMaxNumber - kPiece * 256)),
+        team_(effort.threads != 0 ? effort.threads
+                                  : std::max(1U, std::thread::hardware_concurrency())),
+        scratch_(team_.members(), Scratch(pack(model.begin), kPiece * model.happenings.size())),
+        pieces_(team_.members() == 1 ? 1 : kPiecesAtATime) {
     result_.row.resize(model.table->common->rows.size() + model.table->rows->rows.size());
-    for (const Contract& contract : model.contracts)
-      contracts_[static_cast<std::size_t>(contract.event)] = &contract;
+    for (const Happening happening : model.happenings) {
+      const auto contract = std::find_if(
+          model.contracts.begin(), model.contracts.end(),
+          [&](const Contract& candidate) { return candidate.event == happening.event; });
+      events_.emplace_back(happening, contract == model.contracts.end() ? nullptr : &*contract);
+    }
   }
 
   Exploration run() {
@@ -117,7 +107,7 @@ class Explorer {
     if (!result_.violation && result_.complete) check_returns();
     result_.complete = result_.complete && !result_.violation;
     result_.states = states_.size();
-    result_.octets = states_.octets();
+    result_.octets = octets();
     result_.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return std::move(result_);
@@ -127,70 +117,124 @@ class Explorer {
   void visit_all() {
     states_.add(pack(model_.begin), kNone, 0);
     if (!good(model_.begin, kNone, 0)) return;
-    std::size_t level_end = 1;
-    for (std::uint32_t i = 0; i < states_.size(); ++i) {
-      if (i == level_end) {
-        level_end = states_.size();
-        ++result_.depth;
+    for (std::uint32_t first = 0; first < states_.size(); ++result_.depth) {
+      const std::uint32_t level_end = states_.size();
+      while (first < level_end) {
+        const std::size_t pieces = divide(first, level_end);
+        team_.run(pieces, [this](std::size_t i, unsigned member) {
+          visit(pieces_[i], scratch_[member]);
+          take_new(scratch_[member].nexts(), pieces_[i]);
+        });
+        for (std::size_t i = 0; i < pieces; ++i) {
+          if (!add(pieces_[i]) || states_.size() > max_states_) return;
+        }
+        first = pieces_[pieces - 1].last;
       }
-      if (!visit(i)) return;
-      if (states_.size() > max_states_) return;
     }
+    --result_.depth;  // the last one found nothing new
     result_.complete = true;
   }
 
-  // Every event in one state; false when something does not hold. Where the next states are in
-  // memory is asked for all of them before the first is looked at: that waits once instead of
-  // often.
-  bool visit(std::uint32_t number) {
-    nexts_.clear();
-    const ControllerState before = unpack(states_[number]);
-    for (std::uint8_t h = 0; h < model_.happenings.size(); ++h) {
-      const Happening happening = model_.happenings[h];
-      const Result result = step(*model_.table, before, happening.event, happening.subject);
-      ++result_.transitions;
-      const Transition transition{*model_.table, before, happening, result};
-      if (!kept(transition, number, h)) return false;
-      if (result.row < 0) continue;
-      ++result_.taken;
-      ++result_.row[static_cast<std::size_t>(result.row)];
-      const unsigned about = about_of(transition);
-      for (const StepProperty& property : model_.steps) {
-        if ((property.about & about) != 0 && !property.holds(transition))
-          return violate(property.name, number, h);
-      }
-      if (result.next == before) continue;
-      if (unpack(pack(result.next)) != result.next)
-        return violate("a state can be packed: no module is two things at once", number, h);
-      nexts_.push_back({result.next, pack(result.next), h});
-      states_.prefetch_slot(nexts_.back().key);
+  std::size_t divide(std::uint32_t first, std::uint32_t end) {
+    std::size_t count = 0;
+    for (; count < pieces_.size() && first < end; ++count) {
+      Piece& piece = pieces_[count];
+      piece.first = first;
+      piece.last = first = std::min(end, first + kPiece);
     }
-    for (const Next& next : nexts_) states_.prefetch_key(next.key);
-    for (const Next& next : nexts_) {
-      if (states_.add(next.key, number, next.by) && !good(next.state, number, next.by))
-        return false;
-    }
-    return true;
+    return count;
   }
 
-  bool kept(const Transition& t, std::uint32_t number, std::uint8_t h) {
-    const Contract* contract = contracts_[static_cast<std::size_t>(t.happening.event)];
+  // Every event in every state of the piece, or until something does not hold.
+  void visit(Piece& piece, Scratch& scratch) const {
+    scratch.clear();
+    piece.row.assign(result_.row.size(), 0);
+    piece.taken = 0;
+    for (std::uint32_t number = piece.first; number < piece.last; ++number) {
+      const Key key = states_[number];
+      const ControllerState before = unpack(key);
+      for (std::uint8_t by = 0; by < events_.size(); ++by) {
+        const auto [happening, contract] = events_[by];
+        const Result result = step(*model_.table, before, happening.event, happening.subject);
+        const Transition transition{*model_.table, before, happening, result};
+        const bool taken = result.row >= 0;
+        const Key next = taken ? pack(result.next) : key;
+        const unsigned about = about_of(key, next, result.actions);
+        const bool kept =
+            (contract == nullptr || contract->accepts(before, happening.subject) == taken) &&
+            (taken ? packs(result.next) && (contract == nullptr || contract->leads(transition)) &&
+                         model_.steps.all[about](transition)
+                   : refused(transition));
+        if (!kept) {
+          piece.violated = {broken(transition, contract, about), number, by};
+          return;
+        }
+        if (!taken) continue;
+        ++piece.taken;
+        ++piece.row[static_cast<std::size_t>(result.row)];
+        if (next != key) scratch.add({next, number, by});
+      }
+    }
+  }
+
+  static bool refused(const Transition& t) {
+    return t.result.actions == 0 && t.result.verdict.reason != Reason::none &&
+           same(t.result.next, t.before);
+  }
+  // What of all that is said of a step does not hold.
+  std::string broken(const Transition& t, const Contract* contract, unsigned about) const {
     const bool taken = t.result.row >= 0;
-    if (!taken && (t.result.actions != 0 || t.result.verdict.reason == Reason::none ||
-                   t.result.next != t.before))
-      return violate("a rejection changes nothing and has a reason", number, h);
-    if (contract == nullptr) return true;
-    if (contract->accepts(t.before, t.happening.subject) != taken)
-      return violate(std::string(contract->name) + (taken ? ": taken when it must not be"
-                                                          : ": rejected when it must be taken"),
-                     number, h);
-    if (taken && !contract->leads(t))
-      return violate(std::string(contract->name) + ": leads elsewhere", number, h);
-    return true;
+    if (!taken && !refused(t)) return "a rejection changes nothing and has a reason";
+    if (contract != nullptr && contract->accepts(t.before, t.happening.subject) != taken)
+      return std::string(contract->name) +
+             (taken ? ": taken when it must not be" : ": rejected when it must be taken");
+    if (!packs(t.result.next)) return "a state can be packed: no module is two things at once";
+    if (contract != nullptr && !contract->leads(t))
+      return std::string(contract->name) + ": leads elsewhere";
+    for (const StepProperty& property : model_.steps.each) {
+      if ((property.about & about) != 0 && !property.holds(t)) return property.name;
+    }
+    throw std::logic_error("a property that does not hold holds when asked alone");
+  }
+
+  // Leaves out the states that are in the index. What the look at one needs of the memory is asked
+  // for some looks ahead.
+  void take_new(std::span<const Next> found, Piece& piece) const {
+    constexpr std::size_t kSlots = 24, kKeys = 12;  // ahead
+    piece.nexts.clear();
+    for (std::size_t i = 0; i < std::min(kSlots, found.size()); ++i)
+      states_.prefetch_slot(found[i].key);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      if (i + kSlots < found.size()) states_.prefetch_slot(found[i + kSlots].key);
+      if (i + kKeys < found.size()) states_.prefetch_key(found[i + kKeys].key);
+      if (states_.number(found[i].key) == kNone) piece.nexts.push_back(found[i]);
+    }
+  }
+
+  // Adds what the piece found; false when something does not hold.
+  bool add(Piece& piece) {
+    constexpr std::size_t kSlots = 8;
+    const std::size_t events = events_.size();
+    result_.transitions +=
+        piece.violated ? (piece.violated->number - piece.first) * events + piece.violated->by + 1
+                       : (piece.last - piece.first) * events;
+    result_.taken += piece.taken;
+    for (std::size_t i = 0; i < piece.row.size(); ++i) result_.row[i] += piece.row[i];
+    for (std::size_t i = 0; i < piece.nexts.size(); ++i) {
+      if (i + kSlots < piece.nexts.size()) states_.prefetch_slot(piece.nexts[i + kSlots].key);
+      const Next& next = piece.nexts[i];
+      if (piece.violated && next.parent == piece.violated->number) break;
+      if (states_.add(next.key, next.parent, next.by) &&
+          !good(unpack(next.key), next.parent, next.by))
+        return false;
+    }
+    return !piece.violated ||
+           violate(piece.violated->property, piece.violated->number, piece.violated->by);
   }
 
   bool good(const ControllerState& state, std::uint32_t parent, std::uint8_t h) {
-    for (const StateProperty& property : model_.states) {
+    if (model_.states.all(*model_.table, state)) return true;
+    for (const StateProperty& property : model_.states.each) {
       if (!property.holds(*model_.table, state)) return violate(property.name, parent, h);
     }
     return true;
@@ -211,80 +255,60 @@ class Explorer {
     return way;
   }
 
-  // Follows the helping world from every state until the target or a state that is known to lead
-  // there.
   void check_returns() {
+    const std::uint32_t size = states_.size();
     for (const Return& r : model_.returns) {
-      std::vector<bool> returns(states_.size());
-      for (std::uint32_t i = 0; i < states_.size(); ++i) {
-        std::vector<std::uint32_t> way{i};
-        for (ControllerState s = unpack(states_[i]); !returns[way.back()] && !r.reached(s);) {
-          const Happening help = r.help(s);
-          s = step(*model_.table, s, help.event, help.subject).next;
-          way.push_back(states_.number(pack(s)));
-          if (way.back() == kNone || way.size() > 1000) {
-            result_.violation = Violation{r.name, way_to(i)};
-            return;
-          }
-        }
-        for (const std::uint32_t s : way) returns[s] = true;
+      // Of each member: states that are known to lead there.
+      std::vector<std::vector<bool>> returns(team_.members(), std::vector<bool>(size));
+      std::vector<std::uint32_t> lost((size - 1) / kShare + 1);
+      team_.run(lost.size(), [&](std::size_t i, unsigned member) {
+        const auto first = static_cast<std::uint32_t>(i) * kShare;
+        lost[i] = first_lost(r, first, std::min(size, first + kShare), returns[member]);
+      });
+      for (const std::uint32_t number : lost) {
+        if (number == kNone) continue;
+        result_.violation = Violation{r.name, way_to(number)};
+        return;
       }
     }
+  }
+  // Follows the helping world from each of these states until the target or a state that is known
+  // to lead there. Returns the first one from where it goes round in circles.
+  std::uint32_t first_lost(const Return& r, std::uint32_t first, std::uint32_t last,
+                           std::vector<bool>& returns) const {
+    std::vector<std::uint32_t> way;
+    for (std::uint32_t i = first; i < last; ++i) {
+      way.assign(1, i);
+      for (ControllerState s = unpack(states_[i]); !returns[way.back()] && !r.reached(s);) {
+        const Happening help = r.help(s);
+        s = step(*model_.table, s, help.event, help.subject).next;
+        way.push_back(states_.number(pack(s)));
+        if (way.back() == kNone || way.size() > states_.size()) return i;
+      }
+      for (const std::uint32_t number : way) returns[number] = true;
+    }
+    return kNone;
+  }
+
+  std::size_t octets() const {
+    std::size_t sum = states_.octets();
+    for (const Scratch& scratch : scratch_) sum += scratch.octets();
+    for (const Piece& piece : pieces_)
+      sum += piece.nexts.capacity() * sizeof(Next) + piece.row.capacity() * sizeof(piece.row[0]);
+    return sum;
   }
 
   const Model& model_;
   std::size_t max_states_;
-  std::array<const Contract*, Rows::kEvents> contracts_{};
-  struct Next {
-    ControllerState state;
-    Key key;
-    std::uint8_t by;
-  };
+  std::vector<std::pair<Happening, const Contract*>> events_;  // nullptr: none
   States states_;
-  std::vector<Next> nexts_;
+  Team team_;
+  std::vector<Scratch> scratch_;  // of each member
+  std::vector<Piece> pieces_;
   Exploration result_;
 };
 
 }  // namespace
-
-Key pack(const ControllerState& s) noexcept {
-  Key key = 0;
-  unsigned at = 0;
-  const auto put = [&](std::uint64_t value, unsigned bits) {
-    key |= value << at;
-    at += bits;
-  };
-  put(static_cast<std::uint64_t>(s.state), kStateBits);
-  put(s.mode, kModeBits);
-  put(s.goal, kGoalBits);
-  put(s.flags, kFlagBits);
-  put(s.links, kLinkBits);
-  put(s.strategy, kStrategyBits);
-  // A module is at most one of these; what is two breaks the property that says so.
-  put(s.silent | s.isolated, kModuleBits);
-  put(s.unheard | s.isolated, kModuleBits);
-  return key;
-}
-
-ControllerState unpack(Key key) noexcept {
-  ControllerState s;
-  const auto take = [&](unsigned bits) {
-    const std::uint64_t value = key & ((std::uint64_t{1} << bits) - 1);
-    key >>= bits;
-    return value;
-  };
-  s.state = static_cast<State>(take(kStateBits));
-  s.mode = static_cast<std::uint8_t>(take(kModeBits));
-  s.goal = static_cast<std::uint8_t>(take(kGoalBits));
-  s.flags = static_cast<std::uint8_t>(take(kFlagBits));
-  s.links = static_cast<std::uint8_t>(take(kLinkBits));
-  s.strategy = static_cast<std::uint8_t>(take(kStrategyBits));
-  const std::uint64_t low = take(kModuleBits), high = take(kModuleBits);
-  s.isolated = static_cast<std::uint16_t>(low & high);
-  s.silent = static_cast<std::uint16_t>(low & ~high);
-  s.unheard = static_cast<std::uint16_t>(high & ~low);
-  return s;
-}
 
 Model model(const Table& table, std::uint16_t modules) {
   Model m{.table = &table,
@@ -308,8 +332,8 @@ Model model(const Table& table, std::uint16_t modules) {
   return m;
 }
 
-Exploration explore(const Model& model, std::size_t max_states) {
-  return Explorer(model, max_states).run();
+Exploration explore(const Model& model, const Effort& effort) {
+  return Explorer(model, effort).run();
 }
 
 }  // namespace lss::lc

@@ -3,22 +3,20 @@
 // Visits every state that the locomotion controller can reach, breadth first, with every event in
 // every state: commands, links, timers and error solving come in any order and at any time. It runs
 // the step() that ships (daemon/lc/controller.h); nothing is modelled a second time. Memory is
-// bounded: a state takes 8 octets packed, 6 for how it was reached, and its share of the index.
+// bounded: a state takes 8 octets packed, 5 for how it was reached, and its share of the index.
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "daemon/lc/controller.h"
+#include "tools/lss-lc/key.h"
 
 namespace lss::lc {
-
-// All of a ControllerState in 8 octets, 16 modules at most.
-using Key = std::uint64_t;
-Key pack(const ControllerState& state) noexcept;
-ControllerState unpack(Key key) noexcept;
 
 // An event with its subject.
 struct Happening {
@@ -45,12 +43,59 @@ enum About : unsigned {
   kActions = 1u << 1,  // something for the vehicle to do
   kLinks = 1u << 2,    // a change of links, modules or flags
 };
+inline constexpr std::size_t kAbouts = 8;
 struct StepProperty {
   const char* name;
   const char* source;
   unsigned about;
   bool (*holds)(const Transition& transition);
 };
+// Properties, and all of them in one function, which compiles to one piece of code and not to a
+// call for each: there are many, and they are asked in every state and step.
+struct StateProperties {
+  std::span<const StateProperty> each;
+  bool (*all)(const Table& table, const ControllerState& state);
+};
+struct StepProperties {
+  std::span<const StepProperty> each;
+  std::array<bool (*)(const Transition& transition), kAbouts> all;  // by what the step did
+};
+// Whether property i holds: as a constant, its code is here and not behind a pointer.
+template <const auto& kProperties, std::size_t i>
+bool holds(const Table& table, const ControllerState& state) {
+  constexpr StateProperty kProperty = kProperties[i];
+  return kProperty.holds(table, state);
+}
+template <const auto& kProperties, std::size_t i, unsigned about>
+bool holds(const Transition& transition) {
+  constexpr StepProperty kProperty = kProperties[i];
+  return (kProperty.about & about) == 0 || kProperty.holds(transition);
+}
+template <const auto& kProperties, unsigned about>
+[[gnu::flatten]] bool all_hold(const Transition& transition) {
+  return [&]<std::size_t... i>(std::index_sequence<i...>) {
+    return (holds<kProperties, i, about>(transition) && ...);
+  }
+  (std::make_index_sequence<kProperties.size()>());
+}
+template <const auto& kProperties>
+[[gnu::flatten]] bool all_hold(const Table& table, const ControllerState& state) {
+  return [&]<std::size_t... i>(std::index_sequence<i...>) {
+    return (holds<kProperties, i>(table, state) && ...);
+  }
+  (std::make_index_sequence<kProperties.size()>());
+}
+template <const auto& kProperties>
+constexpr StateProperties state_properties() {
+  return {kProperties, all_hold<kProperties>};
+}
+template <const auto& kProperties>
+constexpr StepProperties step_properties() {
+  return [&]<std::size_t... about>(std::index_sequence<about...>) {
+    return StepProperties{kProperties, {all_hold<kProperties, about>...}};
+  }
+  (std::make_index_sequence<kAbouts>());
+}
 // When an event is taken, and what it leads to.
 struct Contract {
   const char* name;
@@ -69,8 +114,8 @@ struct Model {
   const Table* table;
   ControllerState begin;
   std::vector<Happening> happenings;
-  std::span<const StateProperty> states;
-  std::span<const StepProperty> steps;
+  StateProperties states;
+  StepProperties steps;
   std::span<const Contract> contracts;
   std::span<const Return> returns;
 };
@@ -83,6 +128,7 @@ struct Violation {
   std::vector<Happening> trace;  // shortest, from the beginning; the last one breaks the property
 };
 
+// All but octets and seconds is the same whatever the number of threads.
 struct Exploration {
   std::size_t states = 0;
   std::uint64_t transitions = 0;  // states x events
@@ -95,6 +141,11 @@ struct Exploration {
   std::optional<Violation> violation;
 };
 
-Exploration explore(const Model& model, std::size_t max_states = 16'000'000);
+struct Effort {
+  std::size_t max_states = 16'000'000;
+  unsigned threads = 0;  // 0: one for each processor
+};
+
+Exploration explore(const Model& model, const Effort& effort = {});
 
 }  // namespace lss::lc

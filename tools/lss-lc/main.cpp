@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "daemon/vehicles/zebro_modes.h"
 #include "tools/lss-lc/diagram.h"
@@ -34,9 +36,9 @@ void print_trace(const lc::Violation& violation) {
   }
 }
 
-int explore(bool as_json) {
+int explore(bool as_json, unsigned threads) {
   const lc::Model model = zebro::model_of(zebro::kTable);
-  const lc::Exploration e = lc::explore(model);
+  const lc::Exploration e = lc::explore(model, {.threads = threads});
   std::size_t unused = 0;
   for (const std::uint64_t count : e.row) unused += count == 0 ? 1 : 0;
   const double per_state = static_cast<double>(e.octets) / static_cast<double>(e.states);
@@ -59,7 +61,7 @@ int explore(bool as_json) {
     fmt::print("furthest state   {} events from boot\n", e.depth);
     fmt::print("rows             {}, {} never taken\n", e.row.size(), unused);
     fmt::print("properties       {} of states, {} of steps, {} of events, {} of the way back\n",
-               model.states.size(), model.steps.size(), model.contracts.size(),
+               model.states.each.size(), model.steps.each.size(), model.contracts.size(),
                model.returns.size());
     fmt::print("time, memory     {:.2f} s, {:.1f} octets a state\n", e.seconds, per_state);
     if (e.violation) print_trace(*e.violation);
@@ -83,9 +85,13 @@ int mutate() {
 int main(int argc, char** argv) {
   CLI::App cli("lss-lc: the locomotion controller of Lunar Zebro, explored state by state");
   bool as_json = false;
+  unsigned threads = std::max(1U, std::thread::hardware_concurrency());
   auto* exploring = cli.add_subcommand(
       "explore", "visit every reachable state, hold all properties against every step");
   exploring->add_flag("--json", as_json, "for a program");
+  exploring->add_option("--threads", threads, "how many share the work; the result is the same")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
   auto* mutating = cli.add_subcommand(
       "mutate", "break the table, one transition at a time: do the properties notice?");
   auto* spin =
@@ -94,7 +100,7 @@ int main(int argc, char** argv) {
   cli.require_subcommand(1);
   cli.footer("Examples:\n  lss-lc explore\n  lss-lc diagram | dot -Tsvg > lc.svg");
   CLI11_PARSE(cli, argc, argv);
-  if (exploring->parsed()) return explore(as_json);
+  if (exploring->parsed()) return explore(as_json, threads);
   if (mutating->parsed()) return mutate();
   const auto name = [](const lc::Table& table, lc::Happening h) { return zebro::text(table, h); };
   if (spin->parsed()) fmt::print("{}", lc::promela(zebro::model_of(zebro::kTable), name));

@@ -9,25 +9,30 @@
 namespace lss::lc {
 namespace {
 
+using AllRows = std::vector<Row>;
+
 // A table with one row changed.
 class Mutant {
  public:
   Mutant(const Table& table, std::size_t row, const Row& changed)
-      : common_(table.common->rows.begin(), table.common->rows.end()),
-        own_(table.rows->rows.begin(), table.rows->rows.end()),
-        common_rows_(*table.common),
-        own_rows_(*table.rows),
+      : common_(with(table.common->rows, row, changed)),
+        own_(with(table.rows->rows, row - table.common->rows.size(), changed)),
+        common_rows_(common_),
+        own_rows_(own_),
         table_(table) {
-    (row < common_.size() ? common_[row] : own_[row - common_.size()]) = changed;
-    common_rows_.rows = common_;
-    own_rows_.rows = own_;
     table_.common = &common_rows_;
     table_.rows = &own_rows_;
   }
   const Table& table() const { return table_; }
 
  private:
-  std::vector<Row> common_, own_;
+  static AllRows with(std::span<const Row> rows, std::size_t row, const Row& changed) {
+    AllRows all(rows.begin(), rows.end());
+    if (row < all.size()) all[row] = changed;
+    return all;
+  }
+
+  AllRows common_, own_;
   Rows common_rows_, own_rows_;
   Table table_;
 };
@@ -77,7 +82,7 @@ class Measure {
     const Mutant mutant(table_, row_, changed);
     ++result_.count;
     const Model changed_model = model_of_(mutant.table());
-    if (explore(changed_model).violation) {
+    if (explore(changed_model, {.threads = 1}).violation) {
       ++result_.caught;
     } else if (behaves_the_same(model_of_(table_), changed_model)) {
       ++result_.equivalent;

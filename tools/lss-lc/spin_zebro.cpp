@@ -49,11 +49,7 @@ void lss_lc_step(int happening) {
 // The properties of states; SPIN stops with an error where one does not hold.
 int lss_lc_good() {
   if (!packs) return 0;
-  const lc::ControllerState s = state();
-  for (const lc::StateProperty& property : model().states) {
-    if (!property.holds(zebro::kTable, s)) return 0;
-  }
-  return 1;
+  return model().states.all(zebro::kTable, state()) ? 1 : 0;
 }
 
 }  // extern "C"

@@ -218,8 +218,8 @@ constexpr std::array kReturns = {
 
 lc::Model model_of(const lc::Table& table, std::uint16_t modules) {
   lc::Model m = lc::model(table, modules);
-  m.states = kStates;
-  m.steps = kSteps;
+  m.states = lc::state_properties<kStates>();
+  m.steps = lc::step_properties<kSteps>();
   m.contracts = contracts();
   m.returns = kReturns;
   return m;
