@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "gnc/zebro/locomotion.h"
+#include "gnc/zebro/rowing.h"
 
 namespace lss::gnc::zebro {
 
@@ -109,9 +110,7 @@ StableGait stable_gait(LegSet isolated, Speed speed, const Roll& roll) noexcept 
   return best;
 }
 
-bool can_walk_without(LegSet isolated, const LocomotionParameters& p) noexcept {
-  if (isolated == 0) return true;
-  if (isolated >= 1 << kLegs || std::popcount(isolated) > kMostIsolated) return false;
+bool creeps_without(LegSet isolated, const LocomotionParameters& p) noexcept {
   const Footing f = footing(isolated, p);
   const double furthest_rad = std::abs(f.offset_rad) + f.sweep_rad / 2;
   if (furthest_rad >= std::acos(p.belly_height_m / p.leg_diameter_m)) return false;
@@ -119,6 +118,12 @@ bool can_walk_without(LegSet isolated, const LocomotionParameters& p) noexcept {
   Roll roll{{}, f.offset_rad, p.leg_diameter_m};
   roll.half_sweep_rad.fill(f.sweep_rad / 2);
   return stable_gait(isolated, Speed::high, roll).margin_m >= kLeastMargin_m;
+}
+
+bool can_walk_without(LegSet isolated, const LocomotionParameters& p) noexcept {
+  if (isolated == 0) return true;
+  if (isolated >= 1 << kLegs || std::popcount(isolated) > kMostIsolated) return false;
+  return creeps_without(isolated, p) || rowing_margin_m(isolated, p) >= kLeastMargin_m;
 }
 
 }  // namespace lss::gnc::zebro

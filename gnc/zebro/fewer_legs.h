@@ -2,8 +2,9 @@
 
 // Walking on five or four legs by creeping: legs swing while the body rests, and the body rolls
 // ahead only while all feet are down. So the centre of mass can be well within three or four feet
-// whenever a leg is in the air. The legs out of service are believed to hang clear of the ground;
-// one that touches drags. Pure, no allocation; a search takes a millisecond.
+// whenever a leg is in the air; where no order of the legs leaves it there, by rowing (rowing.h).
+// The legs out of service are believed to hang clear of the ground; one that touches drags. Pure,
+// no allocation; a search takes a millisecond.
 
 #include <limits>
 
@@ -59,5 +60,8 @@ struct StableGait {
   double margin_m = 0;
 };
 StableGait stable_gait(LegSet isolated, Speed speed, const Roll& roll) noexcept;
+
+// Is there a creep with margin enough? Where there is none the legs row (rowing.h), if they can.
+bool creeps_without(LegSet isolated, const LocomotionParameters& parameters) noexcept;
 
 }  // namespace lss::gnc::zebro

@@ -69,6 +69,15 @@ double half_sweep_rad(double side_speed, double full_sweep_rad, double diameter_
   return std::copysign(sweep_rad / 2, side_speed);
 }
 
+double fall_rad(double from_rad, double to_rad) noexcept {
+  const double fall = std::fmod(from_rad - to_rad, 2 * kPi);
+  return fall < 0 ? fall + 2 * kPi : fall;
+}
+
+double lift_rad(double from_rad, double to_rad) noexcept {
+  return from_rad >= 0 && from_rad < to_rad ? to_rad - from_rad : -fall_rad(from_rad, to_rad);
+}
+
 double travel_through_top_rad(double from_rad, double to_rad, bool forward) noexcept {
   const double direct_rad = wrap_rad(to_rad - from_rad);
   constexpr double kSame_rad = 1e-6;

@@ -48,6 +48,13 @@ double half_sweep_rad(double side_speed, double full_sweep_rad, double diameter_
 // A leg may touch down this much further ahead than half its sweep, when a walk begins.
 inline constexpr double kFurthestReach = 1.25;
 
+// How far theta falls on the way from one angle to another, [0, 2 pi).
+double fall_rad(double from_rad, double to_rad) noexcept;
+
+// Signed travel to an angle ahead at which the leg is off the ground: from between straight down
+// and there back, from anywhere else falling through the top; all other ways would push the body.
+double lift_rad(double from_rad, double to_rad) noexcept;
+
 // Signed travel from one angle near straight down to another through the top, the shorter way
 // round, so never more than a full turn; between equal angles a full turn, robot-forward (theta
 // falls) when `forward`.

@@ -14,10 +14,10 @@ static_assert(std::is_trivially_copyable_v<Locomotion>, "snapshots and replay co
 namespace {
 
 constexpr std::size_t kN = kLegs;
-constexpr double kUpright_rad = 0.52;    // 30 deg: a leg this near to straight down carries
-constexpr double kRestClear_rad = 0.05;  // beyond where the belly carries: no load on the arc
+constexpr double kUpright_rad = 0.52;  // 30 deg: a leg this near to straight down carries
 // Share of the swing limit, for movements that have no time of their own.
 constexpr double kShareOfLimit = 0.75;
+constexpr double kLongestOrder_s = 60;  // a leg module counts its time in 16 bits of milliseconds
 // Two frames: an order must not be over before it is on the wire.
 constexpr double kSoonest_s = 0.04;
 // One revolution and a little in three orders: of two half turns nobody knows which way round they
@@ -26,16 +26,11 @@ constexpr std::uint8_t kTurns = 3;
 constexpr double kTurn_rad = 2 * kPi * 1.05 / kTurns;
 constexpr double kBack_rad = kPi * 100 / 180;  // from the resting attitude to beyond the top
 
-// How far theta falls on the way from one angle to another, [0, 2 pi).
-double fall_rad(double from_rad, double to_rad) noexcept {
-  const double fall = std::fmod(from_rad - to_rad, 2 * kPi);
-  return fall < 0 ? fall + 2 * kPi : fall;
-}
-
 }  // namespace
 
 Locomotion::Locomotion(const LocomotionParameters& parameters) noexcept
     : parameters_(parameters),
+      ends_(stroke_ends(parameters)),
       times_{parameters.flight_s, parameters.stance_min_s, parameters.double_stance_s},
       sweep_rad_(parameters.sweep_rad),
       offset_rad_(parameters.offset_rad) {}
@@ -50,6 +45,7 @@ bool Locomotion::isolate(LegSet legs) noexcept {
   sweep_rad_ = f.sweep_rad;
   offset_rad_ = f.offset_rad;
   can_walk_ = can_walk_without(legs, parameters_);
+  rows_ = legs != 0 && can_walk_ && !creeps_without(legs, parameters_);
   for (std::size_t i = 0; i < kN; ++i) {
     if (in_service(i)) continue;
     targets_[i].rotation = 0;
@@ -80,7 +76,11 @@ void Locomotion::hold(double) noexcept {
 }
 
 void Locomotion::stand_up(double) noexcept { begin(Motion::stand_up); }
-void Locomotion::finish_step(double) noexcept { begin(Motion::finish_step); }
+void Locomotion::finish_step(double) noexcept {
+  const bool rises = rows_ && stage_ == Stage::push && progress_ == Progress::running;
+  begin(Motion::finish_step);
+  if (rises) stage_ = Stage::push;  // which ends where the step is to end
+}
 void Locomotion::lay_down(double) noexcept { begin(Motion::lay_down); }
 void Locomotion::stow(double) noexcept { begin(Motion::stow); }
 
@@ -174,7 +174,9 @@ bool Locomotion::run_stage(double now_s) noexcept {
 }
 
 Locomotion::Stage Locomotion::first_stage() const noexcept {
-  if (motion_ == Motion::walk || motion_ == Motion::finish_step) return Stage::align;
+  if (motion_ == Motion::walk || motion_ == Motion::finish_step) {
+    return rows_ && !upright() ? Stage::lift : Stage::align;
+  }
   // While it stands a leg without a reference is not spun only to lie down; to stand is the time to
   // find it.
   bool lost = false;
@@ -190,11 +192,14 @@ Locomotion::Stage Locomotion::stage_after(Stage stage) const noexcept {
   const bool goes_down = motion_ == Motion::lay_down || motion_ == Motion::stow;
   if (stage == Stage::lift && !goes_down) return Stage::push;
   if (stage == Stage::align && goes_down) return Stage::lower;
-  if (stage == Stage::align && walks()) return Stage::step;
+  if (stage == Stage::align && walks()) return rows_ ? Stage::sink : Stage::step;
+  if (stage == Stage::push && walks()) return Stage::sink;
+  if (stage == Stage::sink) return Stage::lift;
   return Stage::rest;
 }
 
 void Locomotion::enter(Stage stage, double now_s) noexcept {
+  const Stage before = stage_;
   stage_ = stage;
   stage_due_s_ = now_s;
   for (Leg& leg : legs_) leg.ordered = false;
@@ -210,8 +215,17 @@ void Locomotion::enter(Stage stage, double now_s) noexcept {
     case Stage::step:
       begin_stepping(now_s);
       break;
+    case Stage::sink:
+      if (before == Stage::push) ++steps_;
+      if (before == Stage::align) begin_rowing();
+      move_together(now_s);
+      break;
+    case Stage::lift:
+      if (rows_ && walks()) choose_strokes();
+      move_together(now_s);
+      break;
     case Stage::align:
-      if (walks() && isolated_ != 0 && !choose_gait()) {
+      if (walks() && isolated_ != 0 && !rows_ && !choose_gait()) {
         progress_ = Progress::failed;
         break;
       }
@@ -227,40 +241,44 @@ double Locomotion::travel_rad(std::size_t leg) const noexcept {
   const double from_rad = legs_[leg].estimate_rad;
   switch (stage_) {
     case Stage::lift:
-      // Between straight down and the resting angle back off the ground; from anywhere else fall
-      // through the top.
-      return from_rad >= 0 && from_rad < rest_rad() ? rest_rad() - from_rad
-                                                    : -fall_rad(from_rad, rest_rad());
+      return rows_ && walks() ? swing_to_stroke_rad(leg) : lift_rad(from_rad, ends_.ahead_rad);
+    case Stage::sink:
+      return end_rad(stroke_of(leg), ends_) - from_rad;
     case Stage::lower:
-      return rest_rad() - from_rad;
+      return ends_.ahead_rad - from_rad;
     case Stage::align: {
       const double to_rad =
-          !walks()         ? 0
-          : isolated_ != 0 ? creep_rad(creep_, leg, 0, requested_half_sweep_rad(leg), offset_rad_)
-                           : offset_rad_;  // the middle of the stance
+          !walks() || rows_ ? 0
+          : isolated_ != 0  ? creep_rad(creep_, leg, 0, requested_half_sweep_rad(leg), offset_rad_)
+                            : offset_rad_;  // the middle of the stance
       return std::abs(from_rad) <= 2 * kUpright_rad ? to_rad - from_rad
                                                     : -fall_rad(from_rad, to_rad);
     }
-    default:
-      return -fall_rad(from_rad, 0);
+    default:  // push; from behind by rowing only
+      return from_rad < 0 && rows_ ? -from_rad : -fall_rad(from_rad, 0);
   }
 }
 
 void Locomotion::move_together(double now_s) noexcept {
-  const double nominal_s = stage_ == Stage::lift    ? parameters_.lift_s
+  const bool rows = rows_ && walks() && stage_ != Stage::align;
+  const double nominal_s = rows                     ? 0
+                           : stage_ == Stage::lift  ? parameters_.lift_s
                            : stage_ == Stage::push  ? parameters_.stand_up_s
                            : stage_ == Stage::lower ? parameters_.lay_down_s
                                                     : parameters_.align_s;
+  const double rate_rad_s =
+      kShareOfLimit * parameters_.swing_limit_rad_s / (rows ? rowing_slowness() : 1);
   standing_ = stage_ == Stage::push || stage_ == Stage::align;
   PerLeg<double> travel{};
   double duration_s = nominal_s;
   for (std::size_t i = 0; i < kN; ++i) {
     if (!in_service(i)) continue;
     travel[i] = travel_rad(i);
-    duration_s =
-        std::max(duration_s, std::abs(travel[i]) / (kShareOfLimit * parameters_.swing_limit_rad_s));
+    duration_s = std::max(duration_s, std::abs(travel[i]) / rate_rad_s);
   }
+  if (rows) duration_s = std::min(duration_s, kLongestOrder_s);
   for (std::size_t i = 0; i < kN; ++i) {
+    targets_[i].swing = false;
     if (!in_service(i)) continue;
     // A leg that rests there needs no order, and must not get one: "forward" to an angle that it
     // has passed by a hair is a full turn.
@@ -269,7 +287,8 @@ void Locomotion::move_together(double now_s) noexcept {
                        std::abs(wrap_rad(targets_[i].angle_rad - to_rad)) < parameters_.arrived_rad;
     if (rests && std::abs(wrap_rad(travel[i])) < parameters_.arrived_rad) continue;
     const double from_rad = legs_[i].estimate_rad;
-    order(i, from_rad, from_rad + travel[i], now_s, now_s + duration_s, false);
+    order(i, from_rad, from_rad + travel[i], now_s, now_s + duration_s,
+          rows && stage_ == Stage::lift);
   }
 }
 
@@ -328,7 +347,7 @@ bool Locomotion::calibration_over(double now_s) noexcept {
     if (leg.searching && leg.usable) {
       // Its angle has just jumped to the truth; the order it follows was in the old count. Park it
       // in the air.
-      const double travel = fall_rad(leg.measured_rad, rest_rad());
+      const double travel = fall_rad(leg.measured_rad, ends_.ahead_rad);
       leg.searching = false;
       order(i, leg.measured_rad, leg.measured_rad - travel, now_s,
             now_s + travel / (kShareOfLimit * parameters_.swing_limit_rad_s), false);
@@ -386,14 +405,6 @@ double Locomotion::reference_rad(std::size_t i, double now_s) const noexcept {
 bool Locomotion::arrived(std::size_t i) const noexcept {
   return std::abs(wrap_rad(legs_[i].measured_rad - targets_[i].angle_rad)) <
          parameters_.arrived_rad;
-}
-
-// Lying and stowed: halfway between where the arc would touch the ground and where the toe would
-// rise above the body, whose top is as far from the hips as its bottom.
-double Locomotion::rest_rad() const noexcept {
-  const double carries_rad = lowered_rad(parameters_.belly_height_m, parameters_.leg_diameter_m);
-  const double toe_rad = std::acos(-parameters_.belly_height_m / parameters_.leg_diameter_m);
-  return std::max((carries_rad + toe_rad) / 2, carries_rad + kRestClear_rad);
 }
 
 }  // namespace lss::gnc::zebro

@@ -14,11 +14,12 @@
 #include "gnc/zebro/fewer_legs.h"
 #include "gnc/zebro/gait.h"
 #include "gnc/zebro/leg.h"
+#include "gnc/zebro/rowing.h"
 #include "gnc/zebro/schedule.h"
 
 namespace lss::gnc::zebro {
 
-// low: wave, medium: tetrapod-B, high: tripod; with legs out of service see fewer_legs.h.
+// low: wave, medium: tetrapod-B, high: tripod; with legs out of service see fewer_legs.h, rowing.h.
 enum class Speed : std::uint8_t { zero, low, medium, high };
 
 struct LocomotionParameters {
@@ -48,8 +49,8 @@ struct LocomotionParameters {
 // fast, ...), valid until the next call on this thread. Before the loop starts.
 const char* check(const LocomotionParameters& parameters) noexcept;
 
-// Is there a statically stable gait without these legs (bit i = leg i)? At most two; the sets are
-// listed in docs/gait-zebro.md.
+// Is there a way to walk without these legs (bit i = leg i), by creeping or rowing? At most two;
+// the sets are listed in docs/gait-zebro.md.
 bool can_walk_without(LegSet isolated, const LocomotionParameters& parameters = {}) noexcept;
 
 struct WalkRequest {
@@ -90,7 +91,8 @@ class Locomotion {
   // posture; legs that are lost are found first, unless the robot stands on them. finish_step: no
   // new swing, all legs to straight down. walk while walking: the gait changes with the next cycle,
   // by the guarded switching cycle, heading and direction leg by leg with the next swing; where a
-  // side reverses, the step is finished first. walk at speed zero: finish_step, then done.
+  // side reverses, the step is finished first; rowing, all of it with the next stroke. walk at
+  // speed zero: finish_step, then done.
   void hold(double now_s) noexcept;
   void stand_up(double now_s) noexcept;
   void walk(double now_s, const WalkRequest& request) noexcept;
@@ -135,6 +137,7 @@ class Locomotion {
     lift,       // all legs through the air to where the belly carries; to rest, push
     push,       // all legs together to straight down, the body rises; to rest
     lower,      // the way back, the body goes down; to rest
+    sink,       // rowing: all legs together on to the end of their stroke; to lift
     step,       // walking; to land
   };
   // How legs without a reference look for their sensor, at the top. Legs that were stowed find it
@@ -187,6 +190,12 @@ class Locomotion {
   void turn_on(std::size_t leg, double now_s) noexcept;
   void turn(std::size_t leg, double way_rad, double now_s) noexcept;
 
+  void begin_rowing() noexcept;
+  void choose_strokes() noexcept;
+  Stroke stroke_of(std::size_t leg) const noexcept;
+  double swing_to_stroke_rad(std::size_t leg) const noexcept;
+  double rowing_slowness() const noexcept;
+
   bool choose_gait() noexcept;
   bool gait_stays(const SideSpeeds& wanted) const noexcept;
   Roll roll_of(const SideSpeeds& sides) const noexcept;
@@ -215,15 +224,16 @@ class Locomotion {
   double reference_rad(std::size_t leg, double now_s) const noexcept;
   bool arrived(std::size_t leg) const noexcept;
   double requested_half_sweep_rad(std::size_t leg) const noexcept;
-  double rest_rad() const noexcept;
 
   LocomotionParameters parameters_;
+  StrokeEnds ends_;
   // With the legs that are in service.
   GaitTimes times_;
   double sweep_rad_;
   double offset_rad_;
   LegSet isolated_ = 0;
   bool can_walk_ = true;
+  bool rows_ = false;  // instead of stepping
   // Of the walk under way, when legs are isolated.
   Creep creep_{};
   Speed creep_speed_ = Speed::zero;
@@ -235,7 +245,9 @@ class Locomotion {
   Progress progress_ = Progress::done;
   Stage stage_ = Stage::rest;
   WalkRequest request_{};
-  SideSpeeds sides_{};  // of the walk under way
+  SideSpeeds sides_{};               // of the walk under way
+  SideSpeeds owed_{};                // rowing: asked for and not yet gone, in strokes
+  std::array<Stroke, 2> strokes_{};  // left, right
   double stage_due_s_ = 0;
   double last_update_s_ = 0;
   bool updated_ = false;

@@ -3,8 +3,10 @@
 // Sets of legs out of service, for tests.
 
 #include <bit>
+#include <string>
 #include <vector>
 
+#include "gnc/zebro/fewer_legs.h"
 #include "tests/zebro/gnc/generators.h"
 #include "tests/zebro/gnc/robot.h"
 
@@ -22,12 +24,28 @@ inline std::vector<LegSet> some_isolated() {
   return sets;
 }
 
-inline std::vector<LegSet> walkable() {
+inline std::vector<LegSet> creeping() {
   std::vector<LegSet> sets;
   for (const LegSet legs : some_isolated()) {
-    if (can_walk_without(legs)) sets.push_back(legs);
+    if (creeps_without(legs, {})) sets.push_back(legs);
   }
   return sets;
+}
+
+inline std::vector<LegSet> rowing() {
+  std::vector<LegSet> sets;
+  for (const LegSet legs : some_isolated()) {
+    if (can_walk_without(legs) && !creeps_without(legs, {})) sets.push_back(legs);
+  }
+  return sets;
+}
+
+inline std::string legs_text(LegSet legs) {
+  std::string text;
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    if (contains(legs, i)) text += (text.empty() ? "" : " ") + std::string(kLegNames[i]);
+  }
+  return text;
 }
 
 }  // namespace lss::gnc::zebro::test

@@ -140,7 +140,9 @@ INSTANTIATE_TEST_SUITE_P(
     Robot, Cripples,
     testing::Values(Cripple{"WithoutFrontLeft", 0b000001, +1, 13.5, 0.0040},
                     Cripple{"WithoutHindRightBackward", 0b100000, -1, 13.5, 0.0040},
-                    Cripple{"WithoutOppositeCorners", 0b100001, +1, 18.0, 0.0030}),
+                    Cripple{"WithoutOppositeCorners", 0b100001, +1, 18.0, 0.0030},
+                    Cripple{"WithoutLeftCorners", 0b010001, +1, 4.1, 0.0284},
+                    Cripple{"WithoutMiddleAndCornerBackward", 0b100100, -1, 4.1, 0.0284}),
     [](const auto& robot) { return robot.param.name; });
 
 }  // namespace
