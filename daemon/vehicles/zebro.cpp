@@ -33,6 +33,7 @@ void Vehicle::read(const Inputs<Vehicle>& in) noexcept {
   now_ns_ = in.time_ns;
   if (epoch_ns_ == 0) epoch_ns_ = in.time_ns;
   data_requested_ = false;
+  std::array<bool, kModules> reset{};  // said by any status of the frame
   for (std::uint32_t i = 0; i < in.sample_count; ++i) {
     const ModuleReply& reply = in.samples[i];
     if (reply.module >= kModules) continue;
@@ -41,6 +42,8 @@ void Vehicle::read(const Inputs<Vehicle>& in) noexcept {
     switch (static_cast<Code>(reply.code)) {
       case Code::status:
         module.status = decode_status(reply.data);
+        reset[reply.module] |= (module.status.flags & kFlagReset) != 0;
+        if (reset[reply.module]) module.status.flags |= kFlagReset;
         module.status_ns = reply.time_ns;
         break;
       case Code::health:

@@ -325,7 +325,7 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
     case CommandKind::stow:
       return operational && mode == Mode::stowed;
     case CommandKind::panel:
-      return !(s.flags & kPanelMoving);
+      return s.state == State::idle && !(s.flags & kPanelMoving);
     case CommandKind::walk:
       return operational && mode == Mode::standing;  // with speed zero
     case CommandKind::leg:

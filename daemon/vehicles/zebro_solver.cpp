@@ -9,7 +9,8 @@ namespace {
 
 constexpr double kTurn_rad = 6.283185307179586;
 constexpr double kArrived_rad = 0.05;
-constexpr TimeNs kMoveGrace = kSecond;  // a movement this late has failed
+constexpr TimeNs kMoveGrace = kSecond;      // a movement this late has failed
+constexpr TimeNs kReplanned = kSecond / 2;  // shortest time of a movement that is ordered anew
 
 double turned(double from_rad, double by_rad) noexcept {
   return std::fmod(from_rad + by_rad + kTurn_rad, kTurn_rad);
@@ -79,24 +80,24 @@ Outcome MoveFree::step(Patient& patient) noexcept {
                        (status.flags & (kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog)) != 0;
   if (late || stopped || !patient.answers(leg_) || status.current_A > parameters_.current_limit_A)
     return end(patient, Outcome::failed);
+  follow_calibration(patient);
   const auto moved = [&](double to_rad) {
     return now >= due_ns_ && (status.flags & kFlagMoving) == 0 &&
            apart(status.position_rad, to_rad) < kArrived_rad;
   };
-  const double back_rad = turned(from_rad_, -parameters_.free_rad);
   switch (phase_) {
     case Phase::switching_on:
       if ((status.flags & kFlagMotionControl) == 0) break;
       from_rad_ = status.position_rad;
       due_ns_ = now + parameters_.free_move_ns;
-      patient.move(leg_, turned(from_rad_, -parameters_.free_rad), due_ns_, false);
       phase_ = Phase::back;
+      order(patient);
       break;
     case Phase::back:
-      if (!moved(back_rad)) break;
+      if (!moved(turned(from_rad_, -parameters_.free_rad))) break;
       due_ns_ = now + parameters_.free_move_ns;
-      patient.move(leg_, from_rad_, due_ns_, true);
       phase_ = Phase::forth;
+      order(patient);
       break;
     case Phase::forth:
       if (!moved(from_rad_)) break;
@@ -107,6 +108,26 @@ Outcome MoveFree::step(Patient& patient) noexcept {
       break;
   }
   return Outcome::running;
+}
+
+void MoveFree::order(Patient& patient) noexcept {
+  const bool forth = phase_ == Phase::forth;
+  patient.move(leg_, forth ? from_rad_ : turned(from_rad_, -parameters_.free_rad), due_ns_, forth);
+}
+
+// At its Hall sensor a leg's position becomes the true one, and the module goes on to the position
+// that it was told before, which is now another place, up to a turn away.
+void MoveFree::follow_calibration(Patient& patient) noexcept {
+  const Status& status = patient.status(leg_);
+  const bool calibrated = (status.flags & kFlagCalibrated) != 0;
+  const bool under_way = phase_ == Phase::back || phase_ == Phase::forth;
+  if (under_way && calibrated && !calibrated_) {
+    from_rad_ = turned(status.position_rad, std::remainder(from_rad_ - seen_rad_, kTurn_rad));
+    due_ns_ = std::max(due_ns_, patient.now() + kReplanned);
+    order(patient);
+  }
+  calibrated_ = calibrated;
+  seen_rad_ = status.position_rad;
 }
 
 Outcome CoolDown::step(Patient& patient) noexcept {
@@ -121,7 +142,17 @@ Outcome CoolDown::step(Patient& patient) noexcept {
   return Outcome::done;
 }
 
+void Isolate::begin(Patient& patient, std::uint8_t modules) noexcept {
+  modules_ = modules;
+  until_ns_ = patient.now() + kMoveGrace;
+}
+
+// The motor of a leg that was just being moved is about to go off.
 Outcome Isolate::step(Patient& patient) noexcept {
+  for (std::size_t i = 0; i < kModules && patient.now() < until_ns_; ++i) {
+    const bool motor = (patient.status(i).flags & kFlagMotionControl) != 0;
+    if (contains(modules_, i) && patient.answers(i) && motor) return Outcome::running;
+  }
   return modules_ == 0 || patient.isolate(modules_) ? Outcome::done : Outcome::failed;
 }
 

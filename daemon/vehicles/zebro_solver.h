@@ -112,7 +112,8 @@ class ResetModules final : public Strategy {
 };
 
 // Moves each leg that answers a little way back, then forth. A leg that draws too much current or
-// does not move is blocked, and it has failed.
+// does not move is blocked, and it has failed. One that was reset may pass its Hall sensor on the
+// way: it still goes so far and no further.
 class MoveFree final : public Strategy {
  public:
   explicit MoveFree(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
@@ -122,12 +123,16 @@ class MoveFree final : public Strategy {
  private:
   enum class Phase : std::uint8_t { next_leg, switching_on, back, forth };
   Outcome end(Patient& patient, Outcome outcome) noexcept;
+  void follow_calibration(Patient& patient) noexcept;
+  void order(Patient& patient) noexcept;
 
   SolverParameters parameters_;
   Phase phase_ = Phase::next_leg;
   std::size_t leg_ = 0;
   std::uint8_t left_ = 0;  // legs to move
   double from_rad_ = 0;
+  double seen_rad_ = 0;  // in the frame before
+  bool calibrated_ = false;
   TimeNs due_ns_ = 0;
 };
 
@@ -145,11 +150,12 @@ class CoolDown final : public Strategy {
 // Takes the legs out of service, when the others can stand and walk.
 class Isolate final : public Strategy {
  public:
-  void begin(Patient&, std::uint8_t modules) noexcept override { modules_ = modules; }
+  void begin(Patient& patient, std::uint8_t modules) noexcept override;
   Outcome step(Patient& patient) noexcept override;
 
  private:
   std::uint8_t modules_ = 0;
+  TimeNs until_ns_ = 0;  // for their motors to go off
 };
 
 class Solver {

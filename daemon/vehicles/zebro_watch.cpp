@@ -22,6 +22,10 @@ bool rising(std::uint16_t now, std::uint16_t before, std::uint16_t flag) noexcep
   return (now & flag) != 0 && (before & flag) == 0;
 }
 
+bool falling(std::uint16_t now, std::uint16_t before, std::uint16_t flag) noexcept {
+  return rising(before, now, flag);
+}
+
 std::uint16_t number(std::size_t module) noexcept { return static_cast<std::uint16_t>(module + 1); }
 
 }  // namespace
@@ -136,12 +140,17 @@ void Vehicle::watch_flags(std::size_t i, Supervisor& s) noexcept {
     s.raise(FaultId::module_over_current, number(i));
   if (rising(flags, before, kFlagWatchdog) && driven) s.raise(FaultId::module_watchdog, number(i));
   if (rising(flags, before, kFlagDriverFault)) blame(FaultId::module_driver_fault, i, s);
-  if (rising(flags, before, kFlagReset) && !first) {
-    if (s.controller().state == State::operational) {
+  // Only a reset loses the calibration: the status that said so may have been lost.
+  const bool reset = rising(flags, before, kFlagReset) || falling(flags, before, kFlagCalibrated);
+  if (reset && !first) {
+    if (driven || s.controller().state == State::operational) {
       s.raise(FaultId::module_reset, number(i));
     } else {
       s.note(EventId::module_was_reset, number(i));
     }
+  } else if (falling(flags, before, kFlagMotionControl) && i != kPanel && driven &&
+             (flags & kStopFlags) == 0 && (s.controller().flags & kMotorsConfirmed) != 0) {
+    s.raise(FaultId::module_disobeys, number(i));
   }
   if (rising(flags, before, kFlagCalibrated)) {
     s.note(EventId::module_calibrated, number(i));

@@ -79,6 +79,7 @@ void LegBus::accept(Module& module, ModuleLink& link, const ModuleOrder& order, 
   module.order = order;
   module.due_ns = now;
   module.unconfirmed = true;
+  module.sent = false;
   module.contradictions = module.silences = 0;
   link.disobeys = false;
 }
@@ -95,6 +96,7 @@ void LegBus::stop_all(TimeNs now, bool anew) noexcept {
     module.order.kind = Kind::emergency_stop;
     module.due_ns = now;
     module.unconfirmed = true;
+    module.sent = false;
   }
 }
 
@@ -205,6 +207,7 @@ std::span<const std::uint8_t> LegBus::transmit(TimeNs now) noexcept {
 
 Frame LegBus::command_frame(Module& module, std::uint8_t address, TimeNs end_ns) noexcept {
   module.due_ns = kNever;
+  module.sent = true;
   module.sent_ns = end_ns;
   ++module.commands;
   const Code code = code_of(module.order.kind);

@@ -148,6 +148,7 @@ class LegBus {
     std::uint32_t serial = 0;          // last seen, also when it was replaced by an emergency stop
     TimeNs due_ns = kNever;            // when the command goes out (again)
     bool unconfirmed = false;          // sent, or due, and not yet seen to be executed
+    bool sent = false;                 // at least once: what was heard before says nothing of it
     int contradictions = 0;            // of the order, by the module's own report
     int silences = 0;                  // since the order
     std::uint32_t commands = 0;        // sent to it

@@ -69,7 +69,8 @@ void LegBus::heard(const Received& received, TimeNs now) noexcept {
   } else if (request.page == Page::identity) {
     module.identity_cycle = counters_.cycles + kIdentityCycles;
   }
-  if (module.unconfirmed && request.commands == module.commands) verify(module, link, reply, now);
+  if (module.unconfirmed && module.sent && request.commands == module.commands)
+    verify(module, link, reply, now);
 }
 
 void LegBus::verify(Module& module, ModuleLink& link, const ModuleReply& reply,

@@ -101,6 +101,22 @@ TEST(Cycle, PanelMovesOnlyInIdleAndForbidsStartWhileItIsOut_Func_5) {
   EXPECT_EQ(w.acks.back().verdict.reason, Reason::not_in_state);
 }
 
+// A panel that was stopped on its way is neither in nor out, and the command says so.
+TEST(Cycle, APanelThatBreaksOnItsWayHasNotArrived) {
+  for (const std::uint16_t flag : {kFlagDriverFault, kFlagReset}) {
+    World w;
+    w.run(0.2);
+    w.send(CommandKind::panel, {1});
+    w.run(3);
+    w.modules[6].flags = flag;
+    w.modules[6].rate_deg_s = 0;
+    EXPECT_TRUE(w.run_until([&] { return w.state() == State::fatal_error; }, 1));
+    EXPECT_EQ(w.last(Phase::completed), nullptr);
+    ASSERT_NE(w.last(Phase::failed), nullptr);
+    EXPECT_EQ(w.last(Phase::failed)->verdict.reason, Reason::emergency);
+  }
+}
+
 struct Emergency {
   const char* name;
   FaultId fault;
@@ -183,16 +199,36 @@ TEST(Cycle, ShutDownStopsAllModules) {
 TEST(Cycle, WalksWithALegThatNeverCalibratesAndSaysSo_Miss_1) {
   World w;
   w.modules[3].position_deg = 90;
+  w.modules[3].hall_broken = true;
   w.run(0.2);
   w.send(lss::CommandKind::start, {2, 1, 0, 3});
-  const bool walking = w.run_until(
-      [&] {
-        w.modules[3].flags = static_cast<std::uint16_t>(w.modules[3].flags & ~kFlagCalibrated);
-        return w.mode() == Mode::walking;
-      },
-      40);
-  ASSERT_TRUE(walking);
+  ASSERT_TRUE(w.run_until(Mode::walking, 40));
   EXPECT_TRUE(w.has(FaultId::not_calibrated, 4));
+}
+
+// Of two statuses in one frame the first may be the one that tells of the reset; it may also be
+// lost.
+TEST(Cycle, AResetIsNoticedWhateverStatusTellsOfIt) {
+  for (const bool told : {true, false}) {
+    World w;
+    ASSERT_TRUE(w.stand());
+    w.twice = true;
+    const std::uint16_t module = told ? 7 : 2;  // the panel was not calibrated
+    w.modules[module - 1u].flags = told ? kFlagReset : 0;
+    w.step();
+    EXPECT_EQ(w.state(), State::fatal_error);
+    EXPECT_TRUE(w.has(FaultId::module_reset, module));
+    EXPECT_TRUE(w.all_stopped());
+  }
+}
+
+TEST(Cycle, AMotorThatGoesOffUnaskedIsAnEmergency) {
+  World w;
+  ASSERT_TRUE(w.stand());
+  w.modules[4].flags &= static_cast<std::uint16_t>(~kFlagMotionControl);
+  w.step();
+  EXPECT_EQ(w.state(), State::fatal_error);
+  EXPECT_TRUE(w.has(FaultId::module_disobeys, 5));
 }
 
 TEST(Cycle, ReportsAHotModuleAndGoesOn_Prod_5) {

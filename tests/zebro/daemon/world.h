@@ -32,6 +32,7 @@ struct IdealModule {
   std::uint16_t target_cdeg = 0;
   TimeNs arrive_ns = 0;
   bool stuck = false;
+  bool hall_broken = false;
   std::uint32_t serial = 0;
 
   void obey(const ModuleOrder& o, TimeNs now) {
@@ -74,7 +75,7 @@ struct IdealModule {
     const double before = position_deg;
     position_deg = now >= arrive_ns ? target_cdeg / 100.0
                                     : std::fmod(position_deg + rate_deg_s * dt_s + 720, 360);
-    if ((before - 180) * (position_deg - 180) <= 0) flags |= kFlagCalibrated;
+    if (!hall_broken && (before - 180) * (position_deg - 180) <= 0) flags |= kFlagCalibrated;
     if (now >= arrive_ns) flags = static_cast<std::uint16_t>(flags & ~kFlagMoving);
   }
 
@@ -131,7 +132,8 @@ class World {
     std::vector<ModuleReply> replies;
     for (std::size_t i = 0; i < modules.size(); ++i) {
       modules[i].pass(time_ns_, 0.02);
-      if (in_.bus.open) modules[i].reply(static_cast<std::uint8_t>(i), time_ns_ - 1, replies);
+      for (int replied = 0; in_.bus.open && replied < (twice ? 2 : 1); ++replied)
+        modules[i].reply(static_cast<std::uint8_t>(i), time_ns_ - 1, replies);
     }
     in_.sample_count = static_cast<std::uint32_t>(replies.size());
     for (std::size_t i = 0; i < replies.size(); ++i) in_.samples[i] = replies[i];
@@ -209,6 +211,7 @@ class World {
   Vehicle vehicle_;
   Supervisor supervisor_;
   bool heartbeat_ = true;
+  bool twice = false;  // modules answer twice a frame
   TimeNs time_ns_ = 1000 * kSecond;
 
  private:

@@ -221,6 +221,26 @@ INSTANTIATE_TEST_SUITE_P(Lines, LegBusEmergency, ::testing::Bool(), [](const aut
   return std::string(line.param ? "half" : "full");
 });
 
+// What it says was asked for before the emergency; so late it may be from before a start.
+TEST(LegBus, AnEmergencyStopGoesToEachModuleAlsoWhenItIsJustSayingThatItIsOff) {
+  const LegBusParameters p = with(115'200, false);
+  for (TimeNs offset = 0; offset < p.period_ns; offset += 700 * kMicrosecond) {
+    World world(p, 110);
+    world.settle();
+    world.release();
+    world.run_for(offset);
+    world.sent.clear();
+    world.emergency();
+    for (int m = 0; m < kBusModules; ++m) world.order(m, Kind::emergency_stop);
+    world.release();
+    world.run_for(p.period_ns);
+    ASSERT_GE(world.sent.size(), 8u);
+    for (std::uint8_t address = 0; address <= kBusModules; ++address) {
+      EXPECT_EQ(world.sent[address].frame, command(address, Code::emergency_stop)) << offset;
+    }
+  }
+}
+
 TEST(LegBus, AnEmergencyEndsOldMotionOrdersAndLetsNewOnesThrough) {
   World world;
   world.settle();
