@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -58,8 +59,12 @@ int run_vehicle(const lss::sim::VehicleKind& kind, Arguments& arguments) {
     arguments.run.faults.push_back(*fault);
   }
   if (!arguments.truth.empty()) arguments.run.truth = arguments.truth;
-  const auto ran = lss::sim::run(kind, arguments.run);
-  return ran ? kOk : complain(ran.error(), kFailed);
+  try {
+    const auto ran = lss::sim::run(kind, arguments.run);
+    return ran ? kOk : complain(ran.error(), kFailed);
+  } catch (const std::invalid_argument& error) {  // options that do not go together
+    return complain(error.what(), kUsage);
+  }
 }
 
 int inject(const Arguments& arguments) {

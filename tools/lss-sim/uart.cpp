@@ -16,6 +16,7 @@ constexpr FaultKind kKinds[] = {
     {"late", kLate, "replies come so much later"},
     {"bus-cut", {}, "the bus is cut: nothing passes in either direction"},
 };
+constexpr TimeNs kMostWaited = 2;  // replies that another waits for
 
 }  // namespace
 
@@ -78,9 +79,13 @@ void Uart::advance(TimeNs now) {
 
 // A reply begins one character after its request ended. Requests follow one another at least as far
 // apart as replies are long, so without faults they never meet; a late or doubled one waits for the
-// one before.
+// one before. Nothing waits long on a line: what would, because earlier ones are later still, is
+// lost in them. So a fault that is cleared leaves nothing behind.
 void Uart::queue_reply(std::span<const std::uint8_t> frame, TimeNs now) {
-  TimeNs at_ns = std::max(now + character_ns_ + faults.late_ns, reply_free_ns_);
+  const TimeNs wanted_ns = now + character_ns_ + faults.late_ns;
+  const TimeNs most_ns = kMostWaited * static_cast<TimeNs>(frame.size()) * character_ns_;
+  if (reply_free_ns_ - wanted_ns > most_ns) return;
+  TimeNs at_ns = std::max(wanted_ns, reply_free_ns_);
   for (const std::uint8_t character : frame) {
     at_ns += character_ns_;
     leaving_.push_back({at_ns, through_noise(character)});

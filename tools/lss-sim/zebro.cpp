@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 #include <string_view>
+
+#include "tools/lss-sim/zebro_kinematic.h"
+#include "tools/lss-sim/zebro_robot.h"
 
 namespace lss::sim {
 namespace zebro {
@@ -37,17 +41,26 @@ std::size_t unit_of(const Fault& fault) {
 
 std::array<double, 3> to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
+double to_seconds(TimeNs time) { return static_cast<double>(time) / 1e9; }
+
+std::unique_ptr<Plant> make_plant(const ZebroOptions& options) {
+  if (options.plant == PlantKind::kinematic)
+    return std::make_unique<KinematicRobot>(options.terrain, to_seconds(options.step_ns));
+  if (options.step_ns != kStepNs) throw std::invalid_argument("rigid bodies take steps of 1 ms");
+  return std::make_unique<Robot>(options.terrain);
+}
+
 }  // namespace
 
 const ShaftState& Panel::step(const ShaftDrive& drive) {
   constexpr double kTravel_rad = 110 * kDegree_rad;
   constexpr double kStop_Nm_rad = 20;  // of the stops
   constexpr double kHinge_Nm = 0.02;   // friction
-  const double angle_rad = shaft_.angle_rad + drive.velocity_rad_s * kStep_s;
+  const double angle_rad = shaft_.angle_rad + drive.velocity_rad_s * step_s_;
   const double past_rad = angle_rad - std::clamp(angle_rad, 0.0, kTravel_rad);
   const bool held = std::abs(past_rad) * kStop_Nm_rad > drive.torque_limit_Nm;
   shaft_.velocity_rad_s = held ? 0 : drive.velocity_rad_s;
-  shaft_.angle_rad += shaft_.velocity_rad_s * kStep_s;
+  shaft_.angle_rad += shaft_.velocity_rad_s * step_s_;
   const double friction_Nm = std::abs(shaft_.velocity_rad_s) > kWanting_rad_s
                                  ? std::copysign(kHinge_Nm, shaft_.velocity_rad_s)
                                  : 0;
@@ -57,12 +70,16 @@ const ShaftState& Panel::step(const ShaftDrive& drive) {
 }
 
 Zebro::Zebro(const ZebroOptions& options)
-    : options_(options), robot_(options.terrain), receiver_(options.check, options.stop) {
-  for (const ShaftState& shaft : robot_.shafts()) {
-    modules_.emplace_back(std::numbers::pi, shaft.angle_rad);
+    : options_(options),
+      plant_(make_plant(options)),
+      panel_(to_seconds(options.step_ns)),
+      receiver_(options.check, options.stop) {
+  const double step_s = to_seconds(options.step_ns);
+  for (const ShaftState& shaft : plant_->shafts()) {
+    modules_.emplace_back(std::numbers::pi, shaft.angle_rad, step_s);
   }
-  modules_.emplace_back(0.0, panel_.shaft().angle_rad);
-  std::ranges::copy(robot_.shafts(), felt_.begin());
+  modules_.emplace_back(0.0, panel_.shaft().angle_rad, step_s);
+  std::ranges::copy(plant_->shafts(), felt_.begin());
   felt_.back() = panel_.shaft();
 }
 
@@ -76,12 +93,24 @@ void Zebro::step() {
       (i < kLegs ? legs[i] : panel) = drive;
     }
   }
-  robot_.step(legs);
+  plant_->step(legs);
   panel_.step(panel);
   const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < kModules; ++i) {
-    feel(i, i < kLegs ? robot_.shafts()[i] : panel_.shaft());
+    feel(i, i < kLegs ? plant_->shafts()[i] : panel_.shaft());
   }
+}
+
+void Zebro::rest(double seconds) {
+  const std::lock_guard lock(mutex_);
+  for (Module& module : modules_) module.rest(seconds);
+}
+
+double Zebro::current_A() const {
+  const std::lock_guard lock(mutex_);
+  double sum_A = 0;
+  for (const Module& module : modules_) sum_A += module.current_A();
+  return sum_A;
 }
 
 ShaftDrive Zebro::through_obstacle(std::size_t module, const ShaftDrive& drive) {
@@ -109,8 +138,12 @@ void Zebro::feel(std::size_t module, const ShaftState& shaft) {
 }
 
 std::span<const std::uint8_t> Zebro::receive(std::uint8_t character, TimeNs now) {
+  return receive({&character, 1}, now);
+}
+
+std::span<const std::uint8_t> Zebro::receive(std::span<const std::uint8_t> characters, TimeNs now) {
   const std::lock_guard lock(mutex_);
-  receiver_.receive({&character, 1}, now);
+  receiver_.receive(characters, now);
   const lss::zebro::ReceiverCounters& c = receiver_.counters();
   const std::uint64_t dropped = c.bad_start + c.bad_length + c.bad_character + c.bad_check;
   for (; dropped_ < dropped; ++dropped_) {
@@ -160,10 +193,10 @@ bool Zebro::in_force(const Fault& fault) const {
 }
 
 nlohmann::ordered_json Zebro::truth() const {
-  const BodyState body = robot_.body();
+  const BodyState body = plant_->body();
   const Eigen::Quaterniond& q = body.attitude;
   std::array<double, kLegs> legs{};
-  std::ranges::transform(robot_.shafts(), legs.begin(), &ShaftState::angle_rad);
+  std::ranges::transform(plant_->shafts(), legs.begin(), &ShaftState::angle_rad);
   return {{"position_m", to_array(body.position_m)},
           {"attitude_wxyz", {q.w(), q.x(), q.y(), q.z()}},
           {"velocity_m_s", to_array(body.velocity_m_s)},
@@ -185,6 +218,12 @@ class ZebroKind final : public VehicleKind {
     const std::map<std::string, double> gravities = {
         {"moon", 1.625}, {"mars", 3.72}, {"earth", 9.81}};
     TerrainOptions& terrain = options_.terrain;
+    command
+        .add_option(
+            "--plant", plant_,
+            "dart: rigid bodies; kinematic: legs that carry and roll, no falling or slipping")
+        ->check(CLI::IsMember({"dart", "kinematic"}))
+        ->capture_default_str();
     command.add_option("--gravity", terrain.gravity_m_s2, "moon, mars, earth, or m/s2")
         ->transform((CLI::CheckedTransformer(gravities) | CLI::Range(0.1, 30.0)).description(""))
         ->default_str("moon");
@@ -212,6 +251,7 @@ class ZebroKind final : public VehicleKind {
     ZebroOptions options = options_;
     options.check = check_ == "lrc" ? lss::zebro::Check::lrc : lss::zebro::Check::crc8;
     options.stop = stop_ == "lf" ? lss::zebro::Stop::lf : lss::zebro::Stop::crlf;
+    options.plant = plant_ == "dart" ? PlantKind::dart : PlantKind::kinematic;
     options.terrain.seed = seed;
     options.terrain.slope_rad = slope_deg_ * kDegree_rad;
     options.terrain.scatter_rad = scatter_deg_ * kDegree_rad;
@@ -222,7 +262,7 @@ class ZebroKind final : public VehicleKind {
   ZebroOptions options_;
   double slope_deg_ = 0;
   double scatter_deg_ = 20;
-  std::string check_ = "lrc", stop_ = "lf";
+  std::string check_ = "lrc", stop_ = "lf", plant_ = "dart";
 };
 
 }  // namespace

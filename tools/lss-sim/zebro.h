@@ -12,7 +12,7 @@
 #include "drivers/zebro/ascii_codec.h"
 #include "tools/lss-sim/vehicle.h"
 #include "tools/lss-sim/zebro_module.h"
-#include "tools/lss-sim/zebro_robot.h"
+#include "tools/lss-sim/zebro_plant.h"
 
 namespace lss::sim {
 
@@ -26,20 +26,25 @@ struct ZebroOptions {
   TerrainOptions terrain;
   lss::zebro::Check check = lss::zebro::Check::lrc;
   lss::zebro::Stop stop = lss::zebro::Stop::lf;
+  PlantKind plant = PlantKind::dart;
+  TimeNs step_ns = kStepNs;  // of step(); another than that of the simulator: kinematic only
 };
 
 // The solar panel: from its mechanical stop at 0 (retracted) to the one at 110 deg.
 class Panel {
  public:
+  explicit Panel(double step_s) : step_s_(step_s) {}
   const ShaftState& step(const ShaftDrive& drive);
   const ShaftState& shaft() const { return shaft_; }
 
  private:
+  double step_s_;
   ShaftState shaft_;
 };
 
 class Zebro final : public Vehicle, public LineDevice {
  public:
+  // Throws std::invalid_argument for a step or a terrain that the plant does not have.
   explicit Zebro(const ZebroOptions& options);
 
   std::vector<SerialLine> lines() override { return {{"legs", this}}; }
@@ -48,8 +53,17 @@ class Zebro final : public Vehicle, public LineDevice {
   void set_fault(const Fault& fault, bool attach) override;
   bool in_force(const Fault& fault) const override;
   std::span<const std::uint8_t> receive(std::uint8_t character, TimeNs now) override;
+  // The same for characters that arrive together; the reply to the last whole frame of them.
+  std::span<const std::uint8_t> receive(std::span<const std::uint8_t> characters, TimeNs now);
 
-  const Robot& robot() const { return robot_; }
+  // Time passes with all motors off, as when the OBC sleeps: nothing moves, the motors cool.
+  void rest(double seconds);
+
+  const Plant& robot() const { return *plant_; }
+  double panel_rad() const { return panel_.shaft().angle_rad; }
+  TimeNs step_ns() const { return options_.step_ns; }
+  // Of all motors together, as in the last step.
+  double current_A() const;
 
  private:
   // What a fault does to a shaft between gear and leg.
@@ -62,7 +76,7 @@ class Zebro final : public Vehicle, public LineDevice {
   void feel(std::size_t module, const ShaftState& shaft);
 
   ZebroOptions options_;
-  Robot robot_;
+  std::unique_ptr<Plant> plant_;
   Panel panel_;
   mutable std::mutex mutex_;  // of all below: shared by physics, the line and faults
   std::vector<Module> modules_;

@@ -58,8 +58,8 @@ double wrap(double angle_rad) {  // into [0, 2 pi)
 
 double wrap_half(double angle_rad) { return std::remainder(angle_rad, kTurn_rad); }
 
-double low_pass(double old, double now, double time_constant_s) {
-  return old + (now - old) * kStep_s / time_constant_s;
+double low_pass(double old, double now, double step_s, double time_constant_s) {
+  return step_s >= time_constant_s ? now : old + (now - old) * step_s / time_constant_s;
 }
 
 std::uint16_t get_u16(const Payload& data, std::size_t at) {
@@ -87,8 +87,11 @@ std::uint16_t to_cdeg(double angle_rad) {
 
 }  // namespace
 
-Module::Module(double hall_rad, double shaft_rad)
-    : hall_{.at_rad = hall_rad}, shaft_rad_(shaft_rad) {
+Module::Module(double hall_rad, double shaft_rad, double step_s)
+    : step_s_(step_s),
+      hall_{.at_rad = hall_rad},
+      shaft_rad_(shaft_rad),
+      from_hall_rad_(wrap_half(shaft_rad - hall_rad)) {
   reset(ResetCause::power_on);
   boot_left_s_ = 0;
 }
@@ -109,6 +112,16 @@ void Module::reset(ResetCause cause) {
     offset_rad_ -= measured_rad_;
     measured_rad_ = 0;
   }
+}
+
+void Module::rest(double seconds) {
+  constexpr double kPiece_s = 10;  // short against the time constant of the heat
+  for (double left_s = seconds; left_s > 0; left_s -= kPiece_s)
+    heat_.step(0, 0, std::min(left_s, kPiece_s));
+  uptime_s_ += seconds;
+  unheard_s_ += seconds;
+  velocity_rad_s_ = current_A_ = time_left_s_ = 0;
+  boot_left_s_ = std::max(0.0, boot_left_s_ - seconds);
 }
 
 std::optional<Reply> Module::handle(std::uint8_t code, const Payload& data, bool own) {
@@ -187,24 +200,26 @@ void Module::stop(std::uint16_t because) {
 }
 
 ShaftDrive Module::step(const ShaftState& shaft) {
-  heat_.step(shaft.torque_Nm, shaft.velocity_rad_s, kStep_s);
+  heat_.step(shaft.torque_Nm, shaft.velocity_rad_s, step_s_);
   if (held_degC_) heat_.set_motor_degC(*held_degC_);
   const double before_rad = measured_rad_;
   const double before_offset_rad = offset_rad_;
   sense(shaft.angle_rad);
   const double moved_rad = (measured_rad_ - before_rad) - (offset_rad_ - before_offset_rad);
-  velocity_rad_s_ = low_pass(velocity_rad_s_, moved_rad / kStep_s, 0.1);
+  velocity_rad_s_ = low_pass(velocity_rad_s_, moved_rad / step_s_, step_s_, 0.1);
 
-  uptime_s_ += kStep_s;
-  unheard_s_ += kStep_s;
-  time_left_s_ = std::max(0.0, time_left_s_ - kStep_s);
-  boot_left_s_ = std::max(0.0, boot_left_s_ - kStep_s);
+  uptime_s_ += step_s_;
+  unheard_s_ += step_s_;
+  time_left_s_ = std::max(0.0, time_left_s_ - step_s_);
+  boot_left_s_ = std::max(0.0, boot_left_s_ - step_s_);
   protect(shaft.torque_Nm, shaft.velocity_rad_s);
 
   // A module without power or firmware lets its driver go: the gear holds by its friction.
   if (dead_ || !motion_control_) return {.velocity_rad_s = 0, .torque_limit_Nm = motor::kHold_Nm};
   const double reference_rad_s = advance_reference();
-  const double error_rad = reference_rad_ - measured_rad_;
+  // The reference is at the end of this step; what a long one takes it further is no error yet.
+  const double ahead_rad = reference_rad_s * (step_s_ - kStep_s);
+  const double error_rad = reference_rad_ - ahead_rad - measured_rad_;
   const double felt_rad = error_rad - std::clamp(error_rad, -kCount_rad, kCount_rad);
   const double speed_rad_s =
       std::clamp(reference_rad_s + kPositionGain_1_s * felt_rad, -1.1 * motor::kMaxSpeed_rad_s,
@@ -215,9 +230,10 @@ ShaftDrive Module::step(const ShaftState& shaft) {
 
 // Counts the encoder and watches the Hall sensor: at its middle the position becomes the true one.
 void Module::sense(double shaft_rad) {
-  const double before_rad = wrap_half(shaft_rad_ - hall_.at_rad);
+  const double before_rad = from_hall_rad_;
   const double after_rad = wrap_half(shaft_rad - hall_.at_rad);
   shaft_rad_ = shaft_rad;
+  from_hall_rad_ = after_rad;
   const double counted_rad = (std::floor(shaft_rad / kCount_rad) + 0.5) * kCount_rad;
   measured_rad_ = counted_rad + offset_rad_;
 
@@ -225,7 +241,9 @@ void Module::sense(double shaft_rad) {
                        std::abs(before_rad) < kHallWindow_rad;
   const bool still = calibrated_ && before_rad == after_rad;
   if (hall_.broken || !crossed || still) return;
-  const double jump_rad = wrap_half(hall_.at_rad - measured_rad_);
+  // In a long step the shaft has gone on since.
+  const double since_rad = after_rad * (1 - kStep_s / step_s_);
+  const double jump_rad = wrap_half(hall_.at_rad + since_rad - measured_rad_);
   offset_rad_ += jump_rad;
   measured_rad_ += jump_rad;
   const bool corrected = calibrated_ && std::abs(jump_rad) < kMoving_rad;
@@ -242,8 +260,8 @@ void Module::sense(double shaft_rad) {
 void Module::protect(double shaft_torque_Nm, double shaft_speed_rad_s) {
   const double current_A =
       motion_control_ ? motor::current_A(shaft_torque_Nm, shaft_speed_rad_s) : 0.0;
-  current_A_ = low_pass(current_A_, current_A, 0.010);
-  over_current_s_ = current_A > motor::kCurrentLimit_A ? over_current_s_ + kStep_s : 0;
+  current_A_ = low_pass(current_A_, current_A, step_s_, 0.010);
+  over_current_s_ = current_A > motor::kCurrentLimit_A ? over_current_s_ + step_s_ : 0;
   const double temperature_degC = heat_.motor_degC();
   hot_ = temperature_degC > kHot_degC || (hot_ && temperature_degC > kCool_degC);
   if (!motion_control_) return;
@@ -263,13 +281,13 @@ double Module::advance_reference() {
   speed_rad_s = std::min(
       {speed_rad_s, motor::kMaxSpeed_rad_s, std::sqrt(2 * kAcceleration_rad_s2 * left_rad)});
   const double wanted_rad_s = std::copysign(speed_rad_s, way_rad);
-  const double change_rad_s = kAcceleration_rad_s2 * kStep_s;
+  const double change_rad_s = kAcceleration_rad_s2 * step_s_;
   reference_rad_s_ += std::clamp(wanted_rad_s - reference_rad_s_, -change_rad_s, change_rad_s);
-  if (left_rad <= std::abs(reference_rad_s_) * kStep_s + 1e-6) {
+  if (left_rad <= std::abs(reference_rad_s_) * step_s_ + 1e-6) {
     reference_rad_ = goal_rad_;
     reference_rad_s_ = 0;
   } else {
-    reference_rad_ += reference_rad_s_ * kStep_s;
+    reference_rad_ += reference_rad_s_ * step_s_;
   }
   reference_rad_ =
       std::clamp(reference_rad_, measured_rad_ - kFollowing_rad, measured_rad_ + kFollowing_rad);
@@ -277,7 +295,7 @@ double Module::advance_reference() {
 }
 
 bool Module::hall_level() const {
-  return !hall_.broken && std::abs(wrap_half(shaft_rad_ - hall_.at_rad)) < kHallWindow_rad;
+  return !hall_.broken && std::abs(from_hall_rad_) < kHallWindow_rad;
 }
 
 std::uint16_t Module::flags() const {

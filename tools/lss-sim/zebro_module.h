@@ -2,15 +2,16 @@
 
 // One module of Lunar Zebro's leg bus as its firmware sees the world: frames in, a reply out, an
 // encoder, a Hall sensor and a motor driver. Written from docs/icd-zebro.md alone, not from the
-// daemon's driver. Time is the module's own: it passes in step(), 1 ms a call. One thread at a
-// time; nothing allocates.
+// daemon's driver. Time is the module's own: it passes in step(), 1 ms a call, as its firmware
+// controls; up to 20 ms for a mission that has to be over soon. One thread at a time; nothing
+// allocates.
 
 #include <array>
 #include <cstdint>
 #include <optional>
 
 #include "tools/lss-sim/zebro_motor.h"
-#include "tools/lss-sim/zebro_robot.h"
+#include "tools/lss-sim/zebro_plant.h"
 
 namespace lss::sim::zebro {
 
@@ -35,17 +36,19 @@ class Module {
  public:
   // `hall_rad`: pi for a leg (straight up), 0 for the panel (retracted). `shaft_rad`: where it
   // boots.
-  Module(double hall_rad, double shaft_rad);
+  Module(double hall_rad, double shaft_rad, double step_s = kStep_s);
 
   // A good frame to this module's address or to all (`own` false), executed at once.
   std::optional<Reply> handle(std::uint8_t code, const Payload& data, bool own);
   // A frame that the receiver dropped.
   void count_dropped() { ++dropped_; }
 
-  // One millisecond: `shaft` is what the plant did in the last one, torque as the motor felt it.
+  // One step: `shaft` is what the plant did in the last one, torque as the motor felt it.
   ShaftDrive step(const ShaftState& shaft);
 
   void reset(ResetCause cause);
+  // Time passes without steps, motion control being off.
+  void rest(double seconds);
 
   // Faults of the hardware around the firmware.
   void set_dead(bool dead) { dead_ = dead; }
@@ -74,12 +77,15 @@ class Module {
   Reply identity() const;
   bool hall_level() const;
 
+  double step_s_;
+
   // Hardware.
   HallSensor hall_;
   Heat heat_;
   bool dead_ = false, driver_broken_ = false;
   std::optional<double> held_degC_;
   double shaft_rad_ = 0;
+  double from_hall_rad_ = 0;  // the same from the magnet, within half a turn
 
   // Firmware: measured.
   double measured_rad_ = 0;  // from the encoder, continuous; 0 at boot until calibrated

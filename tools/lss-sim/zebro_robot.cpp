@@ -30,19 +30,9 @@ using dart::dynamics::RevoluteJoint;
 using dart::dynamics::Skeleton;
 using dart::dynamics::SkeletonPtr;
 
-constexpr double kMass_kg = 1.5;
 constexpr double kLegMass_kg = 0.02;
-const Eigen::Vector3d kBodySize_m(0.200, 0.130, 0.050);
-constexpr double kLegDiameter_m = 0.053;
-constexpr double kTread_m = 0.004;  // radius of the spheres that a leg is made of
-constexpr int kSpheres = 10;        // along the half circle from the toe to the hip
-constexpr double kHipX_m[kLegs] = {0.080, 0.080, 0.0, 0.0, -0.080, -0.080};
-constexpr double kHipY_m[kLegs] = {0.065, -0.065, 0.080, -0.080, 0.065, -0.065};
-
-// Legs boot near where they were stowed for the flight, to the rear and up. Up to 262 deg they keep
-// clear of the ground; a wider scatter therefore moves its middle upwards.
-constexpr double kStowed_rad = 235 * std::numbers::pi / 180;
-constexpr double kLowest_rad = 262 * std::numbers::pi / 180;
+const Eigen::Vector3d kBodySize_m(kBodyLength_m, kBodyWidth_m, 2 * kHipHeightLying_m);
+constexpr int kSpheres = 10;  // along the half circle from the toe to the hip
 
 template <typename Shape, typename... Arguments>
 dart::dynamics::ShapeNode* add_shape(BodyNode& body, double friction, Arguments&&... arguments) {
@@ -161,16 +151,12 @@ Robot::Robot(const TerrainOptions& terrain) : world_(std::make_unique<World>()) 
   w.body = w.robot->getRootBodyNode();
   w.world->addSkeleton(w.robot);
 
-  std::mt19937 random(terrain.seed);
-  const double middle_rad = std::min(kStowed_rad, kLowest_rad - terrain.scatter_rad);
-  std::uniform_real_distribution<double> boot(middle_rad - terrain.scatter_rad,
-                                              middle_rad + terrain.scatter_rad);
+  const std::array<double, kLegs> angles = boot_angles(terrain);
   for (int leg = 0; leg < kLegs; ++leg) {
     const auto index = static_cast<std::size_t>(leg);
     w.hips[index] = dynamic_cast<RevoluteJoint*>(w.robot->getJoint(index + 1));
-    const double angle = boot(random);
-    w.hips[index]->setPosition(0, angle);
-    shafts_[index].angle_rad = angle;
+    w.hips[index]->setPosition(0, angles[index]);
+    shafts_[index].angle_rad = angles[index];
   }
   Eigen::Isometry3d pose = tilt;
   pose.translation() = tilt * Eigen::Vector3d(0, 0, kHipHeightLying_m);

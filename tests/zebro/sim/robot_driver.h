@@ -27,11 +27,14 @@ struct Pose {
 
 class RobotDriver {
  public:
-  explicit RobotDriver(const TerrainOptions& terrain) : zebro_({.terrain = terrain}) {}
+  explicit RobotDriver(const TerrainOptions& terrain, PlantKind plant = PlantKind::dart,
+                       long step_ms = 1)
+      : zebro_({.terrain = terrain, .plant = plant, .step_ns = step_ms * kMillisecond}),
+        step_ms_(step_ms) {}
 
   void run(double seconds) {
-    const long end = step_ + std::lround(seconds / kStep_s);
-    while (step_ < end) step();
+    const long end_ms = time_ms_ + std::lround(seconds / kStep_s);
+    while (time_ms_ < end_ms) step();
   }
 
   // Turns every leg forward until it has passed its sensor, all to the front, then pushes the body
@@ -54,6 +57,12 @@ class RobotDriver {
     ASSERT_TRUE(std::ranges::all_of(found, [](bool f) { return f; }));
     run(1);
     for (int leg = 1; leg <= kLegs; ++leg) rotate(leg, +1, 0, 3);
+    run(3.5);
+  }
+
+  // From standing, rolling forward on all legs.
+  void lay_down() {
+    for (int leg = 1; leg <= kLegs; ++leg) rotate(leg, -1, 254, 3);
     run(3.5);
   }
 
@@ -94,7 +103,7 @@ class RobotDriver {
   }
 
   BodyState body() const { return zebro_.robot().body(); }
-  double now_s() const { return static_cast<double>(step_) * kStep_s; }
+  double now_s() const { return static_cast<double>(time_ms_) * kStep_s; }
 
   // A frame as the master writes it; returns the reply's data.
   std::array<std::uint8_t, 8> command(int address, std::uint8_t code,
@@ -122,7 +131,8 @@ class RobotDriver {
 
   void step() {
     zebro_.step();
-    if (++step_ % 1000 == 0) {
+    time_ms_ += step_ms_;
+    if (time_ms_ % 1000 == 0) {
       for (int leg = 1; leg <= kLegs; ++leg) command(leg, 0x05);  // feeds the watchdogs
     }
   }
@@ -143,7 +153,8 @@ class RobotDriver {
   }
 
   Zebro zebro_;
-  long step_ = 0;
+  long step_ms_;
+  long time_ms_ = 0;
 };
 
 }  // namespace lss::sim::zebro

@@ -93,6 +93,29 @@ TEST_F(UartTest, DuplicatedRepliesComeTwice) {
   EXPECT_EQ(run(), ":ABC\n:ABC\n");
 }
 
+TEST_F(UartTest, LateRepliesDoNotMakeThoseLateThatFollow) {
+  attach("late:500");
+  for (int i = 0; i < 10; ++i) write(":abc\n", now_);
+  uart_.advance(50 * kCharacter);
+  uart_.faults.set(fault("late:500"), false);
+  for (int i = 0; i < 10; ++i) write(":def\n", 50 * kCharacter);  // lost in those that are late
+  EXPECT_EQ(run().size(), 50u);
+  EXPECT_EQ(now_, 56 * kCharacter + 500 * kMillisecond);
+  const TimeNs again_ns = now_;
+  write(":ghi\n", again_ns);
+  EXPECT_EQ(run(), ":GHI\n");
+  EXPECT_EQ(now_, again_ns + 11 * kCharacter);
+}
+
+TEST_F(UartTest, MoreRepliesThanTheLineCarriesAreLostAndNotLaterAndLater) {
+  attach("duplicate:1");
+  constexpr int kRequests = 1000;
+  for (int i = 0; i < kRequests; ++i) write(":abc\n", 0);
+  const auto replies = run().size() / 5;
+  EXPECT_LE(now_, (kRequests + 5) * 5 * kCharacter);
+  EXPECT_NEAR(static_cast<double>(replies), kRequests, 5);
+}
+
 TEST_F(UartTest, ACutBusPassesNothingUntilItIsMended) {
   attach("bus-cut");
   write(":abc\n", 0);

@@ -1,0 +1,68 @@
+#pragma once
+
+// What turning six shafts does to Lunar Zebro: the interface of its plants, and the robot in
+// numbers. Frames: world x forward along the start heading, y left, z up; body the same, origin at
+// its centre. Shaft angles: 0 = leg straight down, growing with forward rotation, unbounded. Legs
+// LF, RF, LM, RM, LH, RH. Used by one thread (physics).
+
+#include <Eigen/Geometry>
+#include <array>
+#include <memory>
+#include <numbers>
+
+namespace lss::sim::zebro {
+
+inline constexpr int kLegs = 6;
+inline constexpr double kStep_s = 0.001;  // of the simulator, and the only one of rigid bodies
+inline constexpr double kHipHeightLying_m = 0.025;  // hip above the underside of the body
+
+// The body is a box with the hips at half its height; a leg is a half circle with a round tread.
+inline constexpr double kMass_kg = 1.5;
+inline constexpr double kBodyLength_m = 0.200, kBodyWidth_m = 0.130;
+inline constexpr double kLegDiameter_m = 0.053;
+inline constexpr double kTread_m = 0.004;  // radius
+inline constexpr double kHipX_m[kLegs] = {0.080, 0.080, 0.0, 0.0, -0.080, -0.080};
+inline constexpr double kHipY_m[kLegs] = {0.065, -0.065, 0.080, -0.080, 0.065, -0.065};
+
+struct TerrainOptions {
+  double gravity_m_s2 = 1.625;
+  double slope_rad = 0;  // positive: uphill ahead
+  bool rocks = false;
+  double friction = 0.8;
+  double scatter_rad = 0.35;  // legs boot at up to this from stowed
+  unsigned seed = 1;          // of the legs' angles at boot and of the rocks
+};
+
+// What the gear does with its shaft in one step: turns it at this speed as far as the torque
+// suffices.
+struct ShaftDrive {
+  double velocity_rad_s = 0;
+  double torque_limit_Nm = 0;
+};
+
+struct ShaftState {
+  double angle_rad = 0;
+  double velocity_rad_s = 0;
+  double torque_Nm = 0;  // that the gear gave in the last step
+};
+
+struct BodyState {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond attitude = Eigen::Quaterniond::Identity();  // body to world
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+};
+
+// Where the legs are at boot: near where they were stowed for the flight, nobody knows where.
+std::array<double, kLegs> boot_angles(const TerrainOptions& terrain);
+
+class Plant {
+ public:
+  virtual ~Plant() = default;
+  virtual void step(const std::array<ShaftDrive, kLegs>& drives) = 0;
+  virtual const std::array<ShaftState, kLegs>& shafts() const = 0;
+  virtual BodyState body() const = 0;
+};
+
+enum class PlantKind { dart, kinematic };
+
+}  // namespace lss::sim::zebro
