@@ -88,5 +88,6 @@ Figures row_viii(const Options& options);
 Figures row_ix(const Options& options);
 Figures row_x(const Options& options);
 Figures row_xi(const Options& options);
+Figures row_xii(const Options& options);
 
 }  // namespace lss::bench

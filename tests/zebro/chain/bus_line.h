@@ -1,0 +1,45 @@
+#pragma once
+
+// The bus thread of daemon/core/serial_bus.h in virtual time: the shipping bus master on one side,
+// the line of lss-sim on the other, every byte at its instant. A turn does what a turn of the
+// thread does, in the same order. Writes down every frame of the master with its time on the wire.
+// One thread.
+
+#include "daemon/core/ring.h"
+#include "tests/zebro/chain/bus.h"
+#include "tools/lss-sim/uart.h"
+
+namespace lss::zebro {
+
+class BusLine final : public Bus {
+ public:
+  // `line`: outlives this.
+  BusLine(const LegBusParameters& parameters, sim::Uart& line);
+
+  void release(const BusOrders& orders) override;
+  bool pop(ModuleReply& reply, TimeNs end) override;
+  const Report& report() const override { return report_; }
+  void plug(bool plugged, TimeNs now) override;
+  void turn(TimeNs now, std::span<const std::uint8_t> bytes) override;
+  TimeNs next_wake() const override;
+
+ private:
+  void serve(TimeNs now, std::span<const std::uint8_t> bytes);
+  void log(std::span<const std::uint8_t> frame, TimeNs now);
+  void tell(TimeNs now);
+
+  LegBus driver_;
+  sim::Uart& line_;
+  Receiver overheard_;
+  TimeNs frame_ns_, wire_free_ns_ = 0;
+  BusOrders orders_{};
+  bool released_ = false;
+  bool plugged_ = true, open_ = false;
+  TimeNs reopen_ns_ = 0;
+  TimeNs turned_ns_ = 0;
+  int turns_at_once_ = 0;  // at one instant
+  Report report_{};
+  Ring<ModuleReply, 256> replies_;
+};
+
+}  // namespace lss::zebro

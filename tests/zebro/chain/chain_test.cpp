@@ -1,0 +1,103 @@
+// The chain itself: it walks, and the same options give the same run.
+
+#include "tests/zebro/chain/chain.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "tools/lss-sim/zebro.h"
+
+namespace lss::zebro {
+namespace {
+
+#ifdef LSS_SANITIZED
+constexpr auto kPlant = sim::zebro::PlantKind::kinematic;  // the other takes too long
+#else
+constexpr auto kPlant = sim::zebro::PlantKind::dart;
+#endif
+
+TEST(ZebroChain, StandsWalksAndComesToASafeStop) {
+  Chain chain({.plant = kPlant});
+  ASSERT_TRUE(chain.stand());
+  EXPECT_GT(chain.body().position_m.z(), 0.04);
+  const auto from = chain.body().position_m;
+  const double said_m = chain.telemetry().distance_m;
+  ASSERT_TRUE(chain.walk());
+  chain.run(20);
+  EXPECT_EQ(chain.mode(), Mode::walking);
+  const double walked_m = (chain.body().position_m - from).norm();
+  EXPECT_GT(walked_m, 0.15);
+  EXPECT_NEAR(walked_m, chain.telemetry().distance_m - said_m, 0.02);
+  const auto stop = chain.send(lss::CommandKind::stop, {1});
+  ASSERT_TRUE(chain.run_until(State::idle, 30));
+  chain.run(0.1);  // until the last module has said that its motor is off
+  EXPECT_EQ(chain.last_ack(stop)->phase, Phase::completed);
+  EXPECT_EQ(chain.supervisor().fault_count, 0u);
+  EXPECT_EQ(chain.bus().frames_dropped, 0u);
+}
+
+TEST(ZebroChain, TheSameSeedGivesTheSameRunToTheBit) {
+  const auto run = [](unsigned seed) {
+    Chain chain({.seed = seed, .plant = kPlant});
+    chain.inject("noise:0.001");
+    EXPECT_TRUE(chain.stand());
+    EXPECT_TRUE(chain.walk(false, 0.3, gnc::zebro::Speed::medium));
+    chain.run(1.2345);
+    chain.inject("leg-stuck:2");
+    chain.run(3);
+    return std::pair(chain.wire(), chain.body().position_m);
+  };
+  const auto same = [](const WireFrame& a, const WireFrame& b) {
+    return a.begin_ns == b.begin_ns && a.frame.address == b.frame.address &&
+           a.frame.code == b.frame.code && a.frame.data == b.frame.data;
+  };
+  const auto [wire, at] = run(5);
+  const auto [wire_again, at_again] = run(5);
+  EXPECT_TRUE(std::ranges::equal(wire, wire_again, same));
+  EXPECT_EQ(at, at_again);
+  const auto [other_wire, other_at] = run(6);
+  EXPECT_FALSE(std::ranges::equal(wire, other_wire, same));
+  EXPECT_NE(at, other_at);
+}
+
+// A module that was reset counts from 0 until its leg passes the Hall sensor, then from where it
+// is.
+TEST(ZebroChain, AFaultyLegNearItsSensorIsMovedFreeNoFurtherThanItShould) {
+  constexpr double kDeg = std::numbers::pi / 180;
+  constexpr std::size_t kLeg = 2;
+  for (const double past_deg : {3.0, 8.0, 14.0, 19.0}) {
+    Chain chain({.plant = sim::zebro::PlantKind::kinematic});
+    ASSERT_TRUE(chain.stand());
+    ASSERT_TRUE(chain.walk());
+    const auto angle_rad = [&] { return chain.world().robot().shafts()[kLeg].angle_rad; };
+    const auto past_sensor_deg = [&] { return std::remainder(angle_rad() / kDeg - 180, 360); };
+    ASSERT_TRUE(chain.run_until(
+        [&] { return past_sensor_deg() > past_deg && past_sensor_deg() < 90; }, 10));
+    chain.inject("driver-fault:3");
+    ASSERT_TRUE(chain.run_until(State::fatal_error, 0.1));
+    chain.run(1);
+    const double from_rad = angle_rad();
+    double back_rad = 0, forth_rad = 0;
+    chain.send(lss::CommandKind::solve);
+    ASSERT_TRUE(chain.run_until(State::solve_errors, 0.1));
+    chain.run_until(
+        [&] {
+          back_rad = std::max(back_rad, from_rad - angle_rad());
+          forth_rad = std::max(forth_rad, angle_rad() - from_rad);
+          return chain.state() != State::solve_errors;
+        },
+        60);
+    EXPECT_EQ(chain.state(), State::idle);
+    EXPECT_EQ(chain.supervisor().controller.isolated, 0);
+    EXPECT_NEAR(back_rad / kDeg, 20, 2) << past_deg;
+    EXPECT_LT(forth_rad / kDeg, 2) << past_deg;
+    EXPECT_NEAR(angle_rad() / kDeg, from_rad / kDeg, 2) << past_deg;
+  }
+}
+
+}  // namespace
+}  // namespace lss::zebro

@@ -1,0 +1,105 @@
+// Legs die in the middle of a walk and stay where they are; error solving takes them out of
+// service, and the others walk on. Where the legs died is chance: in the air, or on the ground,
+// where they drag and prop the body up. The table in docs/gait-zebro.md is of these runs.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "tests/zebro/chain/chain.h"
+#include "tools/lss-sim/zebro.h"
+
+namespace lss::zebro {
+namespace {
+
+constexpr double kDeg = std::numbers::pi / 180;
+constexpr double kLeast_m_s = 1e-3;   // Zebro thesis [Oper-8]
+constexpr double kMostTilt_deg = 20;  // a body on its belly and two dead legs: 12
+constexpr double kStroke_s = 5;       // a cycle of rowing is shorter, one of creeping longer
+
+struct Dead {
+  const char* name;
+  std::vector<int> legs;  // numbers of modules
+};
+
+double tilt_deg(const sim::zebro::BodyState& body) {
+  return std::acos(std::min(1.0, body.attitude.toRotationMatrix()(2, 2))) / kDeg;
+}
+
+double yaw_deg(const sim::zebro::BodyState& from, const sim::zebro::BodyState& to) {
+  const Eigen::Matrix3d turned = (from.attitude.conjugate() * to.attitude).toRotationMatrix();
+  return std::atan2(turned(1, 0), turned(0, 0)) / kDeg;
+}
+
+class DeadLegs : public testing::TestWithParam<Dead> {
+ protected:
+  // Runs until so many steps more are done; false when the walk ends before. Watches the attitude.
+  bool walk_steps(Chain& chain, unsigned count) {
+    const std::uint32_t end = chain.telemetry().steps + count;
+    return chain.run_until(
+               [&] {
+                 tilted_deg_ = std::max(tilted_deg_, tilt_deg(chain.body()));
+                 return chain.telemetry().steps >= end || chain.mode() != Mode::walking;
+               },
+               60) &&
+           chain.mode() == Mode::walking;
+  }
+
+  double tilted_deg_ = 0;
+};
+
+TEST_P(DeadLegs, OthersWalkOnAfterSolving) {
+  const Dead& dead = GetParam();
+  unsigned seed = 20;  // of this run: which moment, and where the legs are at boot
+  for (const int leg : dead.legs) seed = seed * 7 + static_cast<unsigned>(leg);
+  Chain chain({.seed = seed});
+  ASSERT_TRUE(chain.stand());
+  ASSERT_TRUE(chain.walk());
+  std::mt19937 random(seed);
+  chain.run(std::uniform_real_distribution<double>(3, 15)(random));
+  for (const int leg : dead.legs) chain.inject("module-dead:" + std::to_string(leg));
+  ASSERT_TRUE(chain.run_until(State::fatal_error, 2));
+  ASSERT_TRUE(chain.solve());
+  for (const int leg : dead.legs) {
+    EXPECT_TRUE(chain.telemetry().modules[static_cast<std::size_t>(leg - 1)].isolated);
+    const double hangs_rad =
+        -chain.world().robot().shafts()[static_cast<std::size_t>(leg - 1)].angle_rad;
+    RecordProperty("hangs_deg_" + std::to_string(leg),
+                   static_cast<int>(std::lround(std::remainder(hangs_rad / kDeg, 360))));
+  }
+
+  ASSERT_TRUE(chain.stand());
+  ASSERT_TRUE(chain.walk());
+  const sim::zebro::BodyState ahead = chain.body();
+  ASSERT_TRUE(walk_steps(chain, 1));
+  const sim::zebro::BodyState from = chain.body();
+  const double began_s = chain.seconds();
+  do {
+    ASSERT_TRUE(walk_steps(chain, 1));  // whole cycles
+  } while (chain.seconds() - began_s < kStroke_s);
+  const double lasted_s = chain.seconds() - began_s;
+  const Eigen::Vector3d way =
+      ahead.attitude.conjugate() * (chain.body().position_m - from.position_m);
+  const double speed_m_s = way.x() / lasted_s;
+  RecordProperty("speed_mm_s", std::to_string(speed_m_s * 1e3));
+  RecordProperty("yaw_deg_per_s", std::to_string(yaw_deg(from, chain.body()) / lasted_s));
+  RecordProperty("tilted_deg", std::to_string(tilted_deg_));
+  EXPECT_GE(speed_m_s, kLeast_m_s);
+  EXPECT_LT(tilted_deg_, kMostTilt_deg);
+  EXPECT_FALSE(chain.has_fatal());
+}
+
+INSTANTIATE_TEST_SUITE_P(Robot, DeadLegs,
+                         testing::Values(Dead{"LF", {1}}, Dead{"RF", {2}}, Dead{"LM", {3}},
+                                         Dead{"RM", {4}}, Dead{"LH", {5}}, Dead{"RH", {6}},
+                                         Dead{"LM_RM", {3, 4}}, Dead{"LF_RH", {1, 6}},
+                                         Dead{"RF_LH", {2, 5}}, Dead{"LF_LH", {1, 5}},
+                                         Dead{"RF_RH", {2, 6}}, Dead{"LF_RM", {1, 4}},
+                                         Dead{"RF_LM", {2, 3}}, Dead{"LM_RH", {3, 6}},
+                                         Dead{"RM_LH", {4, 5}}),
+                         [](const auto& dead) { return dead.param.name; });
+
+}  // namespace
+}  // namespace lss::zebro

@@ -1,0 +1,134 @@
+#include "tests/zebro/chain/fault_document.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <sstream>
+
+#include "tests/zebro/chain/fault_cases.h"
+
+namespace lss::zebro {
+namespace {
+
+constexpr const char* kBeginning =
+    R"(# Faults of Lunar Zebro: what happens, and by when
+
+Made by `zebro_faults_test`, which checks it: every fault of `lss-sim faults zebro`, alone and two at a time, on a
+walking vehicle in virtual time, where the daemon's cycle and bus master, the line with its bytes and the modules
+are the real ones and the robot walks on kinematics. `LSS_WRITE_FAULTS=1 zebro_faults_test` writes it anew.
+
+Whenever it **stops**: emergency stop to all on the wire within two frame times of the release of that frame's orders, to
+each module within ten (20.8 ms); from then on nothing but requests and stops; legs stand still within 0.3 s unless the
+line hides them; FatalError until `solve`. When everything is mended `solve` leads to Idle with all legs, and it stands up
+again. Where it **walks on**, it walks for 10 s more without an emergency stop on the wire and comes to a safe stop when told to.
+
+## Alone
+
+Ten moments of a walk each, with legs that differ. *Within*: from the fault to FatalError, or to the warning, for the
+parameters of `config/zebro.toml`.
+
+| | fault | Lunar Zebro | says | within | because | measured | `solve` while it lasts |
+|---|---|---|---|---|---|---|---|
+)";
+
+constexpr const char* kPairs = R"(
+A bus that is cut, drowned in noise or gone hides what happens to modules: only its own fault counts then, as does a dead module's
+or a restarting one's. Replies that come late are taken for what they are asked for: up to 15 ms late as if they
+were in time; what they report is as old as they are late.
+
+## Two at a time, on different legs
+
+Rows: the first fault, by its number above; columns: the second, 0 to 2 s later and once more within the time of the first.
+`1`, `2`: it stops, and which of the two it names first; `-`: it walks on; empty: the second replaces the first. It stops by the
+earlier of both times; a line that loses or delays replies adds a bus cycle for each.
+
+)";
+
+constexpr const char* kOneLeg = R"(
+## Two at a time, on one leg
+
+)";
+
+constexpr const char* kEnd = R"(
+An over-current of 0.2 Nm drags without reaching a limit, one of 0.75 Nm exceeds the software's limit only, the default of 1 Nm
+stalls the motor.
+)";
+
+std::map<FaultTable, std::map<std::size_t, std::string>> kept;
+
+std::string numbers(std::size_t columns) {
+  std::string first = "| first \\ second |", second = "|---|";
+  for (std::size_t i = 1; i <= columns; ++i) {
+    first += " " + std::to_string(i) + " |";
+    second += "---|";
+  }
+  return first + "\n" + second + "\n";
+}
+
+std::size_t one_leg_columns() {
+  return static_cast<std::size_t>(std::ranges::count_if(fault_cases(), &FaultCase::of_module));
+}
+
+std::string read() {
+  std::ifstream file(LSS_FAULTS_DOCUMENT);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+// Without what was measured: milliseconds from-to, and which of two stopped it.
+std::string lasting(const std::string& row) {
+  static const std::regex measured("[0-9]+ to [0-9]+ ms"), which("\\| [12]( 2)? (?=\\|)");
+  return std::regex_replace(std::regex_replace(row, measured, "# ms"), which, "| stops ");
+}
+
+}  // namespace
+
+bool writing_faults() { return std::getenv("LSS_WRITE_FAULTS") != nullptr; }
+
+std::string check_row(FaultTable table, std::size_t number, const std::string& row) {
+  if (writing_faults()) {
+    kept[table][number] = row;
+    return {};
+  }
+  static const std::string document = read();
+  std::istringstream lines(document);
+  const std::string wanted = lasting(row);
+  for (std::string line; std::getline(lines, line);) {
+    if (lasting(line) == wanted) return {};
+  }
+  return "docs/faults-zebro.md has no row\n" + row +
+         "\nWhen this is what Lunar Zebro shall do: LSS_WRITE_FAULTS=1 zebro_faults_test";
+}
+
+std::string check_frame(std::size_t alone, std::size_t pairs, std::size_t one_leg) {
+  if (writing_faults()) return {};
+  const std::string document = read();
+  for (const std::string& part : {std::string(kBeginning), kPairs + numbers(pairs),
+                                  kOneLeg + numbers(one_leg), std::string(kEnd)}) {
+    if (document.find(part) == std::string::npos) return "docs/faults-zebro.md lacks\n" + part;
+  }
+  const std::size_t heads = 6;  // and lines under them
+  std::size_t rows = 0;
+  std::istringstream lines(document);
+  for (std::string line; std::getline(lines, line);) rows += line.starts_with("|") ? 1u : 0u;
+  return rows == heads + alone + pairs + one_leg ? "" : "docs/faults-zebro.md has other rows";
+}
+
+void write_faults() {
+  std::ofstream file(LSS_FAULTS_DOCUMENT);
+  const auto table = [&](FaultTable which) {
+    for (const auto& [number, row] : kept[which]) file << row << "\n";
+  };
+  file << kBeginning;
+  table(FaultTable::alone);
+  file << kPairs << numbers(fault_cases().size());
+  table(FaultTable::pairs);
+  file << kOneLeg << numbers(one_leg_columns());
+  table(FaultTable::one_leg);
+  file << kEnd;
+}
+
+}  // namespace lss::zebro

@@ -1,0 +1,26 @@
+#pragma once
+
+// docs/faults-zebro.md: its text around the rows, and rows compared with those in the file. The
+// tests make the rows; run with LSS_WRITE_FAULTS=1 in the environment, all of them in one program,
+// they write the document. What was measured is not compared: it is rounded, and another processor
+// may round otherwise. Throws nothing; errors are sentences.
+
+#include <string>
+
+namespace lss::zebro {
+
+// Rows of each table, in order.
+enum class FaultTable { alone, pairs, one_leg };
+
+// Empty when the row with this number stands in the document, but for what was measured; else what
+// to do. When writing: keeps the row, always empty.
+std::string check_row(FaultTable table, std::size_t number, const std::string& row);
+
+// Empty when the document has the text around the tables and no other rows than so many.
+std::string check_frame(std::size_t alone, std::size_t pairs, std::size_t one_leg);
+
+// Whether rows are kept to be written; and writes them.
+bool writing_faults();
+void write_faults();
+
+}  // namespace lss::zebro

@@ -1,0 +1,123 @@
+#include "tests/zebro/chain/frame_bus.h"
+
+#include <algorithm>
+
+#include "tools/lss-sim/zebro.h"
+
+namespace lss::zebro {
+namespace {
+
+constexpr TimeNs kMostWaited = 2;   // replies that another waits for, as in tools/lss-sim/uart.cpp
+constexpr std::size_t kCodeAt = 3;  // characters of the code in a frame: two digits
+
+bool asks(std::span<const std::uint8_t> frame) {
+  return frame[kCodeAt] == '0' &&
+         frame[kCodeAt + 1] == '0' + static_cast<std::uint8_t>(Code::request_data);
+}
+
+}  // namespace
+
+FrameBus::FrameBus(const LegBusParameters& parameters, sim::zebro::Zebro& modules, unsigned seed)
+    : driver_(parameters),
+      modules_(modules),
+      frame_ns_(frame_time_ns(parameters.baud, parameters.stop)),
+      character_ns_(10 * kSecond / parameters.baud),
+      overheard_(parameters.check, parameters.stop),
+      random_(seed) {}
+
+FrameBus::Timed* FrameBus::Way::next(TimeNs now) {
+  return count > 0 && frames[first].end_ns <= now ? &frames[first] : nullptr;
+}
+
+void FrameBus::Way::put(TimeNs end_ns, std::span<const std::uint8_t> bytes) {
+  if (count == kMost) return;
+  Timed& frame = frames[(first + count) % kMost];
+  frame.end_ns = end_ns;
+  frame.size = bytes.size();
+  std::ranges::copy(bytes, frame.characters.begin());
+  ++count;
+}
+
+bool FrameBus::chance(double probability) {
+  return probability > 0 && std::bernoulli_distribution(probability)(random_);
+}
+
+void FrameBus::release(const BusOrders& orders) {
+  orders_ = orders;
+  released_ = true;
+}
+
+bool FrameBus::pop(ModuleReply& reply, TimeNs end) {
+  return replies_.pop_if(reply, [end](const ModuleReply& r) { return r.time_ns < end; });
+}
+
+void FrameBus::plug(bool plugged, TimeNs now) {
+  if (plugged && !open_) driver_.restart(now);
+  if (!plugged) to_modules_.count = to_master_.count = 0;
+  open_ = plugged;
+  report_.was_open |= plugged;
+  report_.open = open_;
+  report_.time_ns = now;
+}
+
+void FrameBus::turn(TimeNs now, std::span<const std::uint8_t>) {
+  if (open_) {
+    arrive(now);
+    if (std::exchange(released_, false)) driver_.release(orders_, now);
+    for (auto out = driver_.transmit(now); !out.empty(); out = driver_.transmit(now))
+      send(out, now);
+    std::array<ModuleReply, LegBus::kMaxReplies> replies;
+    const std::size_t count = driver_.take(replies);
+    for (std::size_t i = 0; i < count; ++i) replies_.push(replies[i]);
+  }
+  report_.counters = driver_.counters();
+  report_.time_ns = now;
+}
+
+// What has come by now, on both sides.
+void FrameBus::arrive(TimeNs now) {
+  while (const Timed* frame = to_modules_.next(now)) {
+    const auto reply = modules_.receive(frame->bytes(), frame->end_ns);
+    if (!reply.empty() && !faults.cut && !chance(faults.drop)) {
+      answer(reply, frame->end_ns);
+      if (chance(faults.duplicate)) answer(reply, frame->end_ns);
+    }
+    to_modules_.take();
+  }
+  while (const Timed* frame = to_master_.next(now)) {
+    driver_.receive(frame->bytes(), frame->end_ns);
+    to_master_.take();
+  }
+}
+
+void FrameBus::send(std::span<const std::uint8_t> frame, TimeNs now) {
+  const TimeNs begin_ns = std::max(now, master_free_ns_);
+  master_free_ns_ = begin_ns + frame_ns_;
+  if (!asks(frame)) {
+    overheard_.receive(frame, now);
+    if (const auto received = overheard_.take())
+      wire.push_back({begin_ns, master_free_ns_, received->frame});
+  }
+  if (faults.cut || chance(faults.drop)) return;
+  put(to_modules_, master_free_ns_, frame);
+}
+
+// A reply begins one character after its request ended, or waits for the one before, but not long.
+void FrameBus::answer(std::span<const std::uint8_t> frame, TimeNs request_end_ns) {
+  const TimeNs wanted_ns = request_end_ns + character_ns_ + faults.late_ns;
+  if (reply_free_ns_ - wanted_ns > kMostWaited * frame_ns_) return;
+  reply_free_ns_ = std::max(wanted_ns, reply_free_ns_) + frame_ns_;
+  put(to_master_, reply_free_ns_, frame);
+}
+
+void FrameBus::put(Way& way, TimeNs end_ns, std::span<const std::uint8_t> frame) {
+  if (faults.noise <= 0) return way.put(end_ns, frame);
+  std::array<std::uint8_t, kMaxFrameCharacters> heard{};
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    const int flip = chance(faults.noise) ? 1 << std::uniform_int_distribution(0, 7)(random_) : 0;
+    heard[i] = static_cast<std::uint8_t>(frame[i] ^ flip);
+  }
+  way.put(end_ns, std::span(heard).first(frame.size()));
+}
+
+}  // namespace lss::zebro

@@ -1,0 +1,39 @@
+#pragma once
+
+// What the On-Board Computer has of Lunar Zebro during a mission: the commands of the DDS face and
+// what the daemon says, its own power and a Sun sensor. The autopilot knows nothing else.
+
+#include <cstdint>
+#include <initializer_list>
+#include <span>
+
+#include "daemon/core/messages.h"
+#include "daemon/vehicles/zebro_telemetry.h"
+
+namespace lss::zebro::mission {
+
+class Link {
+ public:
+  virtual ~Link() = default;
+
+  // The sequence number of the command.
+  virtual std::uint64_t send(std::uint16_t kind, std::initializer_list<double> parameters) = 0;
+  // The newest acknowledgement of a command; nullptr: none yet.
+  virtual const Ack* answer(std::uint64_t sequence) const = 0;
+  virtual State state() const = 0;
+  virtual Mode mode() const = 0;
+  virtual const Telemetry& telemetry() const = 0;
+
+  virtual double charge() const = 0;       // of the battery, 0..1
+  virtual bool daylight() const = 0;       // enough is left to go on
+  virtual double heading_rad() const = 0;  // by the Sun, from the course, counter-clockwise
+
+  virtual void pass(double seconds) = 0;  // at most; at once when the state changes
+  // The OBC switches itself and the daemon off until the battery is this full; when it is back, the
+  // daemon knows nothing of before.
+  virtual void sleep(double charge) = 0;
+  // A person looks, mends what can be mended, and says that it is safe to go on.
+  virtual void ask_person() = 0;
+};
+
+}  // namespace lss::zebro::mission

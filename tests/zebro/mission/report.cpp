@@ -1,0 +1,152 @@
+#include "tests/zebro/mission/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+
+namespace lss::zebro::mission {
+namespace {
+
+using Measure = std::function<double(const Result&)>;
+
+struct Quantity {
+  const char* name;
+  int digits;
+  Measure measure;
+};
+
+const Quantity kQuantities[] = {
+    {"way along the course, true, m", 1, [](const Result& r) { return r.true_m; }},
+    {"aside of the course, true, m", 1, [](const Result& r) { return r.aside_m; }},
+    {"way by dead reckoning, m", 1, [](const Result& r) { return r.course_m; }},
+    {"days until the end", 2, [](const Result& r) { return r.elapsed_h / 24; }},
+    {"hours in Walking", 1, [](const Result& r) { return r.walked_h; }},
+    {"hours asleep, charging", 1, [](const Result& r) { return r.rested_h; }},
+    {"least charge, %", 0, [](const Result& r) { return r.least_charge * 100; }},
+    {"rests", 0, [](const Result& r) { return r.count.rests; }},
+    {"faults injected", 0, [](const Result& r) { return r.fault_total(); }},
+    {"times in FatalError", 0, [](const Result& r) { return r.emergencies; }},
+    {"recovered by the daemon", 0, [](const Result& r) { return r.count.recoveries; }},
+    {"legs isolated", 0, [](const Result& r) { return r.isolations; }},
+    {"resets of everything", 0, [](const Result& r) { return r.count.resets; }},
+    {"interventions of a person", 0, [](const Result& r) { return r.count.interventions; }},
+};
+
+double quantile(std::vector<double> sorted, double q) {
+  return sorted[static_cast<std::size_t>(q * static_cast<double>(sorted.size() - 1) + 0.5)];
+}
+
+std::vector<double> sorted(std::span<const Result> results, const Measure& measure) {
+  std::vector<double> values;
+  for (const Result& result : results) values.push_back(measure(result));
+  std::ranges::sort(values);
+  return values;
+}
+
+std::string quantiles(std::span<const Result> results) {
+  std::string text =
+      "| of each mission | least | 5 % | 25 % | median | 75 % | 95 % | most |\n"
+      "|---|---:|---:|---:|---:|---:|---:|---:|\n";
+  for (const Quantity& quantity : kQuantities) {
+    const std::vector<double> values = sorted(results, quantity.measure);
+    text += fmt::format("| {} |", quantity.name);
+    for (const double q : {0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0})
+      text += fmt::format(" {:.{}f} |", quantile(values, q), quantity.digits);
+    text += "\n";
+  }
+  return text;
+}
+
+std::string faults(std::span<const Result> results) {
+  std::string text =
+      "| fault | injected | in Operational | of these FatalError within 10 s |\n"
+      "|---|---:|---:|---:|\n";
+  for (std::size_t i = 0; i < kFaultShapes.size(); ++i) {
+    FaultCount sum;
+    for (const Result& result : results) {
+      sum.begun += result.faults[i].begun;
+      sum.operational += result.faults[i].operational;
+      sum.fatal += result.faults[i].fatal;
+    }
+    text += fmt::format("| {} | {} | {} | {} |\n", kFaultShapes[i].name, sum.begun, sum.operational,
+                        sum.fatal);
+  }
+  return text;
+}
+
+std::string histogram(std::span<const Result> results, const char* title, double width, int digits,
+                      const Measure& measure) {
+  const std::vector<double> values = sorted(results, measure);
+  std::string text = fmt::format("{}\n\n", title);
+  const double first = std::floor(values.front() / width) * width;
+  for (double from = first; from <= values.back(); from += width) {
+    const auto count =
+        std::ranges::count_if(values, [&](double v) { return v >= from && v < from + width; });
+    text += fmt::format("    {:>6.{}f} {:>4} {}\n", from, digits, count,
+                        std::string(static_cast<std::size_t>(count), '#'));
+  }
+  return text + "\n";
+}
+
+}  // namespace
+
+std::string line(const Result& r) {
+  return fmt::format(
+      "seed {:>3}: {} {:.1f} m (true {:.1f}, aside {:.1f}) in {:.2f} d, walked {:.1f} h, rested "
+      "{:.1f} h, {} faults, {} emergencies, {} recovered, {} isolated, {} resets, {} "
+      "interventions, {} violations, {:.1f} s",
+      r.seed, r.arrived ? "arrived" : "ENDED", r.course_m, r.true_m, r.aside_m, r.elapsed_h / 24,
+      r.walked_h, r.rested_h, r.fault_total(), r.emergencies, r.count.recoveries, r.isolations,
+      r.count.resets, r.count.interventions, r.violations.size(), r.wall_s);
+}
+
+std::string document(std::span<const Result> results, const Options& options,
+                     const std::string& command) {
+  const auto count = [&](auto of) { return std::ranges::count_if(results, of); };
+  std::size_t violations = 0;
+  double hours = 0, wall_s = 0;
+  for (const Result& result : results) {
+    violations += result.violations.size();
+    hours += result.elapsed_h - result.rested_h;
+    wall_s += result.wall_s;
+  }
+  const Power power;
+  std::string text = fmt::format(
+      R"(# Missions of Lunar Zebro
+
+Made by `{}`; do not edit. {} missions of {:.0f} m on the level Moon, each with another seed, within a lunar day of
+{:.0f} days: the shipping cycle, bus master and error solving on the simulated modules and the kinematic plant
+([simulator.md](simulator.md)), every frame of 20 ms and every byte on the bus; walking at speed "{}" with a flight of {:.1f} s. An
+autopilot ([tests/zebro/mission](../tests/zebro/mission/)) has the commands, acknowledgements, status and telemetry of an
+OBC, the charge and a Sun sensor. At {:.0f} % of {:.0f} Wh it lies down, puts the panel out ({:.0f} W) and switches OBC and
+daemon off until {:.0f} %; then a new daemon begins, the modules having kept their power. Time asleep is skipped, nothing
+breaks in it. Faults come at random, every {:.1f} h of operation on average. A person is asked when three times solving,
+a reset of everything and solving again did not help, or commands are refused again and again; it takes two hours and
+mends everything. All assumptions on power, panel and faults are ours: see `mission.h` and `faults.h` there.
+
+{} of {} arrived. What has to hold in every frame was broken {} times: no order to move on the wire outside Operational
+(but for a leg that error solving moves, and the panel in Idle), never operational with the panel out or with a fatal
+fault latched, a reset or driver fault of a leg stops the vehicle within three seconds.
+
+)",
+      command, results.size(), options.autopilot.course_m, options.day_h / 24,
+      kSpeeds[static_cast<std::size_t>(options.autopilot.speed)], options.flight_s,
+      options.autopilot.rest_below * 100, power.capacity_Wh, power.panel_W,
+      options.autopilot.rest_until * 100, options.fault_mean_h,
+      count([](const Result& r) { return r.arrived; }), results.size(), violations);
+  text += quantiles(results) + "\n" + faults(results) + "\n";
+  text += histogram(results, "Missions by interventions of a person:", 1, 0,
+                    [](const Result& r) { return r.count.interventions; });
+  text += histogram(results, "Missions by days until the end (from, in steps of half a day):", 0.5,
+                    1, [](const Result& r) { return r.elapsed_h / 24; });
+  for (const Result& result : results) {
+    for (const std::string& violation : result.violations)
+      text += fmt::format("- seed {}, {}\n", result.seed, violation);
+  }
+  text += fmt::format("{:.0f} hours awake took {:.0f} s of wall-clock: {:.0f} times real time.\n",
+                      hours, wall_s, hours * 3600 / wall_s);
+  return text;
+}
+
+}  // namespace lss::zebro::mission

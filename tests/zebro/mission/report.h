@@ -1,0 +1,19 @@
+#pragma once
+
+// Many missions as a document: quantiles, faults by kind, and a histogram in text.
+
+#include <span>
+#include <string>
+
+#include "tests/zebro/mission/mission.h"
+
+namespace lss::zebro::mission {
+
+// One line for a person who waits.
+std::string line(const Result& result);
+
+// `command`: that made it.
+std::string document(std::span<const Result> results, const Options& options,
+                     const std::string& command);
+
+}  // namespace lss::zebro::mission
