@@ -1,0 +1,81 @@
+#include "drivers/can/can_port.h"
+
+#include <string_view>
+
+namespace lss {
+CanStatus CanPort::open(const char* path, std::span<const CanFilter> filters) noexcept {
+  close();
+  if (std::string_view(path).starts_with(CanUdp::kScheme)) {
+    transport_ = &udp_;
+  } else {
+    transport_ = &socket_can_;
+  }
+  return transport_->open(path, filters);
+}
+
+void CanPort::close() noexcept {
+  if (transport_ != nullptr) transport_->close();
+  queue_.clear();
+}
+
+CanPort::Received CanPort::receive(std::span<CanFrame> into) noexcept {
+  if (!is_open() || into.empty()) return {};
+  const CanState before = transport_->state();
+  const Received received = transport_->receive(into, counters_);
+  // What waits was meant for a bus of before.
+  if (before != CanState::bus_off && transport_->state() == CanState::bus_off) {
+    counters_.dropped_stale += queue_.size();
+    queue_.clear();
+  }
+  return received;
+}
+
+void CanPort::send(const CanFrame& frame, TimeNs now) noexcept {
+  if (is_open()) queue_.push(frame, now, counters_);
+}
+
+bool CanPort::flush(TimeNs now) noexcept {
+  return !is_open() || queue_.flush(*transport_, now, counters_);
+}
+
+const char* text(CanStatus status) noexcept {
+  switch (status) {
+    case CanStatus::ok:
+      return "open";
+    case CanStatus::absent:
+      return "there is no such interface: plug it in, or name another in the config";
+    case CanStatus::down:
+      return "the interface is down: ip link set NAME up type can bitrate 500000 restart-ms 100";
+    case CanStatus::not_can:
+      return "it is no CAN interface: name another in the config";
+    case CanStatus::no_can:
+      return "this kernel has no CAN: load the modules can and can_raw, or use a kernel with them";
+    case CanStatus::bad_address:
+      return "it is neither the name of an interface nor udp://ADDRESS:PORT, with ?local=PORT if "
+             "need be: correct it in the config";
+    case CanStatus::not_local:
+      return "datagrams beyond this machine are not taken: use an address of 127.0.0.0/8";
+    case CanStatus::in_use:
+      return "another program has the local port: stop that one first, or name another port";
+    case CanStatus::denied:
+      return "no permission: the sandbox of the service must allow AF_CAN, ports below 1024 need "
+             "root";
+    case CanStatus::failed:
+      break;
+  }
+  return "it could not be opened";
+}
+
+const char* text(CanState state) noexcept {
+  switch (state) {
+    case CanState::active:
+      return "active";
+    case CanState::passive:
+      return "error passive";
+    case CanState::bus_off:
+      return "bus-off";
+  }
+  return "unknown";
+}
+
+}  // namespace lss

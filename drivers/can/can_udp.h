@@ -1,0 +1,39 @@
+#pragma once
+
+// CAN frames in datagrams to and from one peer on this machine, a simulator: cannelloni.h.
+
+#include <array>
+
+#include "drivers/can/transport.h"
+
+namespace lss {
+
+class CanUdp final : public CanTransport {
+ public:
+  static constexpr const char* kScheme = "udp://";
+
+  ~CanUdp() override { close_fd(); }
+
+  // udp://127.0.0.1:PORT, with ?local=PORT2 when we must be found at a port of our own. Loopback
+  // only: the datagrams carry no proof of who sent them.
+  CanStatus open(const char* address, std::span<const CanFilter> filters) noexcept override;
+  void close() noexcept override { close_fd(); }
+  Received receive(std::span<CanFrame> into, CanCounters& counters) noexcept override;
+  Sent send(std::span<const CanFrame> frames, CanCounters& counters) noexcept override;
+
+ private:
+  enum class Datagram : std::uint8_t { none, read, skipped, lost };
+  Datagram next_datagram(CanCounters& counters) noexcept;
+  bool passes(const CanFrame& frame) const noexcept;
+
+  std::uint32_t peer_address_ = 0;  // network order
+  std::uint16_t peer_port_ = 0;     // network order
+  std::span<const CanFilter> filters_;
+  std::array<std::uint8_t, kMaxDatagram + 1> bytes_{};  // one more shows that it was cut
+  TimeNs time_ns_ = 0;                                  // of the datagram that is being read
+  std::uint32_t dropped_ = 0;
+  CannelloniReader reader_;
+  CannelloniWriter writer_;
+};
+
+}  // namespace lss

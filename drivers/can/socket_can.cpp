@@ -1,0 +1,184 @@
+#include "drivers/can/socket_can.h"
+
+#include <linux/can.h>
+#include <linux/can/error.h>
+#include <linux/can/raw.h>
+#include <net/if.h>
+#include <net/if_arp.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+namespace lss {
+namespace {
+
+constexpr std::size_t kBatch = 32;
+constexpr int kReceiveBuffer = 256 * 1024;
+
+bool from_kernel(const can_frame& raw, CanFrame& frame) noexcept {
+  frame = {};
+  frame.error = (raw.can_id & CAN_ERR_FLAG) != 0;
+  frame.extended = (raw.can_id & CAN_EFF_FLAG) != 0;
+  frame.remote = (raw.can_id & CAN_RTR_FLAG) != 0;
+  frame.id = raw.can_id & (frame.error || frame.extended ? CAN_EFF_MASK : CAN_SFF_MASK);
+  if (raw.can_dlc > CAN_MAX_DLEN) return false;
+  frame.size = raw.can_dlc;
+  if (!frame.remote) std::copy_n(raw.data, frame.size, frame.data.begin());
+  return true;
+}
+
+can_frame to_kernel(const CanFrame& frame) noexcept {
+  can_frame raw{};
+  raw.can_id = frame.id | (frame.extended ? CAN_EFF_FLAG : 0u) | (frame.remote ? CAN_RTR_FLAG : 0u);
+  raw.can_dlc = std::min<std::uint8_t>(frame.size, CAN_MAX_DLEN);
+  std::copy_n(frame.data.begin(), raw.can_dlc, raw.data);
+  return raw;
+}
+
+}  // namespace
+
+CanStatus SocketCan::open(const char* interface, std::span<const CanFilter> filters) noexcept {
+  close_fd();
+  error_ = 0;
+  dropped_ = 0;
+  const std::size_t length = std::strlen(interface);
+  if (length == 0 || length >= IFNAMSIZ) return CanStatus::bad_address;
+  fd_ = ::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
+  if (fd_ < 0) return failed();
+  const CanStatus status = prepare(interface, filters);
+  if (status != CanStatus::ok) close_fd();
+  return status;
+}
+
+CanStatus SocketCan::prepare(const char* interface, std::span<const CanFilter> filters) noexcept {
+  ifreq request{};
+  std::strncpy(request.ifr_name, interface, IFNAMSIZ - 1);
+  if (::ioctl(fd_, SIOCGIFINDEX, &request) != 0) return failed();
+  const int index = request.ifr_ifindex;
+  if (::ioctl(fd_, SIOCGIFHWADDR, &request) != 0) return failed();
+  if (request.ifr_hwaddr.sa_family != ARPHRD_CAN) return CanStatus::not_can;
+  if (::ioctl(fd_, SIOCGIFFLAGS, &request) != 0) return failed();
+  if ((request.ifr_flags & IFF_UP) == 0) return CanStatus::down;
+
+  if (filters.size() > kMaxFilters) {
+    error_ = EINVAL;
+    return CanStatus::failed;
+  }
+  if (!filters.empty()) {  // none: everything passes
+    std::array<can_filter, kMaxFilters> raw{};
+    std::transform(filters.begin(), filters.end(), raw.begin(), [](const CanFilter& f) {
+      return can_filter{f.id, f.mask | CAN_EFF_FLAG | CAN_RTR_FLAG};
+    });
+    const auto size = static_cast<socklen_t>(filters.size() * sizeof(can_filter));
+    if (::setsockopt(fd_, SOL_CAN_RAW, CAN_RAW_FILTER, raw.data(), size) != 0) return failed();
+  }
+  const can_err_mask_t errors = CAN_ERR_BUSOFF | CAN_ERR_RESTARTED | CAN_ERR_CRTL;
+  if (::setsockopt(fd_, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors) != 0) {
+    return failed();
+  }
+  // A bus full of somebody's frames must not push out an answer. Less than asked for is no error.
+  ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &kReceiveBuffer, sizeof kReceiveBuffer);
+  ask_for_stamps(fd_);
+
+  sockaddr_can address{};
+  address.can_family = AF_CAN;
+  address.can_ifindex = index;
+  if (::bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    return failed();
+  }
+  return CanStatus::ok;
+}
+
+CanTransport::Received SocketCan::receive(std::span<CanFrame> into,
+                                          CanCounters& counters) noexcept {
+  const std::size_t wanted = std::min(into.size(), kBatch);
+  std::array<can_frame, kBatch> raw;
+  std::array<iovec, kBatch> piece;
+  std::array<mmsghdr, kBatch> message{};
+  struct Control {
+    alignas(cmsghdr) std::array<std::uint8_t, 128> bytes;
+  };
+  std::array<Control, kBatch> control;
+  for (std::size_t i = 0; i < wanted; ++i) {
+    piece[i] = {&raw[i], sizeof raw[i]};
+    message[i].msg_hdr.msg_iov = &piece[i];
+    message[i].msg_hdr.msg_iovlen = 1;
+    message[i].msg_hdr.msg_control = control[i].bytes.data();
+    message[i].msg_hdr.msg_controllen = control[i].bytes.size();
+  }
+  const int got =
+      ::recvmmsg(fd_, message.data(), static_cast<unsigned>(wanted), MSG_DONTWAIT, nullptr);
+  if (got < 0) {
+    error_ = errno;
+    return {0, false, error_ != EAGAIN && error_ != EINTR && error_ != ENOBUFS};
+  }
+  const CanClocks now = read_clocks();
+  const std::uint32_t dropped = dropped_;
+  Received result{0, static_cast<std::size_t>(got) == wanted, false};
+  for (std::size_t i = 0; i < static_cast<std::size_t>(got); ++i) {
+    CanFrame& frame = into[result.frames];
+    const TimeNs time = stamp(message[i].msg_hdr, now, dropped_);
+    if (message[i].msg_len != sizeof(can_frame) || !from_kernel(raw[i], frame)) continue;
+    frame.time_ns = time;
+    if (frame.error) {
+      told(frame, counters);
+    } else {
+      ++result.frames;
+    }
+  }
+  counters.overflows += dropped_ - dropped;  // wraps as the kernel's does
+  counters.received += result.frames;
+  return result;
+}
+
+// Bus-off ends by `restart-ms` of the interface, by `ip link set can0 type can restart`, or by
+// taking it down and up, which is `lost` here.
+void SocketCan::told(const CanFrame& error, CanCounters& counters) noexcept {
+  ++counters.error_frames;
+  if ((error.id & CAN_ERR_BUSOFF) != 0) {
+    if (state_ != CanState::bus_off) ++counters.bus_offs;
+    state_ = CanState::bus_off;
+  }
+  if ((error.id & CAN_ERR_RESTARTED) != 0) {
+    ++counters.restarts;
+    state_ = CanState::active;
+  }
+  if ((error.id & CAN_ERR_CRTL) != 0 && state_ != CanState::bus_off) {
+    if ((error.data[1] & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE)) != 0) {
+      if (state_ != CanState::passive) ++counters.error_passive;
+      state_ = CanState::passive;
+    } else if ((error.data[1] & CAN_ERR_CRTL_ACTIVE) != 0) {
+      state_ = CanState::active;
+    }
+    if ((error.data[1] & CAN_ERR_CRTL_RX_OVERFLOW) != 0) ++counters.overflows;
+  }
+}
+
+CanTransport::Sent SocketCan::send(std::span<const CanFrame> frames,
+                                   CanCounters& counters) noexcept {
+  Sent result;
+  for (const CanFrame& frame : frames) {
+    const can_frame raw = to_kernel(frame);
+    if (::write(fd_, &raw, sizeof raw) == static_cast<ssize_t>(sizeof raw)) {
+      ++result.frames;
+      ++counters.sent;
+      continue;
+    }
+    error_ = errno;
+    // The queue of the device is full (ENOBUFS, of which poll knows nothing) or of the socket.
+    if (error_ == ENOBUFS || error_ == EAGAIN || error_ == EINTR) break;
+    if (error_ == ENETDOWN || error_ == ENODEV || error_ == ENXIO) {
+      result.lost = true;
+      break;
+    }
+    ++counters.send_errors;  // this frame will never go
+    ++result.frames;
+  }
+  return result;
+}
+
+}  // namespace lss

@@ -1,0 +1,29 @@
+#pragma once
+
+// A CAN interface of the kernel (SocketCAN), for example can0 or vcan0.
+
+#include <array>
+
+#include "drivers/can/transport.h"
+
+namespace lss {
+
+class SocketCan final : public CanTransport {
+ public:
+  ~SocketCan() override { close_fd(); }
+
+  CanStatus open(const char* interface, std::span<const CanFilter> filters) noexcept override;
+  void close() noexcept override { close_fd(); }
+  Received receive(std::span<CanFrame> into, CanCounters& counters) noexcept override;
+  Sent send(std::span<const CanFrame> frames, CanCounters& counters) noexcept override;
+
+  static constexpr std::size_t kMaxFilters = 16;
+
+ private:
+  CanStatus prepare(const char* interface, std::span<const CanFilter> filters) noexcept;
+  void told(const CanFrame& error, CanCounters& counters) noexcept;
+
+  std::uint32_t dropped_ = 0;  // by the kernel, as it last said
+};
+
+}  // namespace lss
