@@ -1,0 +1,45 @@
+#pragma once
+
+// Six wheels that roll about one centre of rotation on the middle axle: from the velocity of the CM
+// to steering angles and hub speeds, and back (Ardito thesis 11.2.5, 11.2.6 and 17.7). Written
+// without r = f / sin(sigma), so that straight ahead and turning on the spot are ordinary cases and
+// nothing is clipped (E9, E10). Pure functions, callable from every thread.
+
+#include "gnc/ardito/parameters.h"
+
+namespace lss::gnc::ardito {
+
+// A direction as (sin, cos); sigma and sigma + pi are the same line.
+struct Direction {
+  double sin = 0;
+  double cos = 1;
+};
+Direction direction(double sigma_rad) noexcept;
+inline constexpr Direction kOnTheSpot = {1, 0};
+// In (-pi/2, pi/2].
+double sigma_rad(const Direction& direction) noexcept;
+
+// On the spot v_m_s is the CM's, which is f behind the front: yaw rate * f.
+struct PlaneMotion {
+  Direction direction;
+  double v_m_s = 0;  // of the CM along the direction, negative backwards
+};
+double yaw_rate_rad_s(const PlaneMotion& motion, const Geometry& geometry) noexcept;
+
+struct PlaneWheels {
+  PerWheel<double> steering_rad{};  // 0 for the middle wheels
+  PerWheel<double> hub_m_s{};
+};
+PlaneWheels ackermann(const PlaneMotion& motion, const Geometry& geometry) noexcept;
+
+// Of one steered wheel (0, 1, 4, 5): the direction that its angle belongs to (17.7.1).
+Direction direction_from_steering(std::size_t wheel, double steering_rad,
+                                  const Geometry& geometry) noexcept;
+// Of any wheel: how fast its hub is when v of the CM is 1. Near 0 the wheel stands on the centre of
+// rotation and says nothing about v.
+double hub_ratio(std::size_t wheel, const Direction& direction, const Geometry& geometry) noexcept;
+// v of the CM when this wheel's hub is this fast (17.7.2, E8); 0 when it says nothing.
+double v_from_hub_m_s(std::size_t wheel, double hub_m_s, const Direction& direction,
+                      const Geometry& geometry) noexcept;
+
+}  // namespace lss::gnc::ardito

@@ -1,0 +1,80 @@
+#pragma once
+
+// From disagreeing sensors to a failure: the decision table of one wheel and of one steering system
+// (Ardito thesis 17.2, 17.4; made consistent: E14 to E18, E21, E24, table in docs/gnc-ardito.md).
+// Pure functions of one frame, callable from every thread.
+
+#include "gnc/ardito/parameters.h"
+
+namespace lss::gnc::ardito {
+
+// What was ordered in the last frames: drives follow with a delay, so any value between is obeyed.
+struct Ordered {
+  double low = 0;
+  double high = 0;
+};
+
+// A value that cannot be used disagrees with everything.
+struct Sensor {
+  double value = 0;
+  bool usable = false;
+};
+
+struct WheelSensors {
+  Sensor motor;
+  Sensor hall;
+  Sensor reduction;
+};
+
+// Bits of Command::sensors_lost, and what else a wheel can lose.
+enum Part : std::uint32_t {
+  kMotorEncoder = 1U << 0,
+  kHall = 1U << 1,
+  kReductionEncoder = 1U << 2,
+  kMotor = 1U << 3,
+  kReduction = 1U << 4,
+  kClutch = 1U << 5,
+  kSensors = kMotorEncoder | kHall | kReductionEncoder,
+};
+
+// Speeds agree within 2 rpm or 20 % of the larger one, whichever is more (E21, E24).
+bool agree(double a_rad_s, double b_rad_s, const Parameters& parameters) noexcept;
+
+// Six flags as the thesis writes them, 0b110001 = 110001: C-M, C-H, H-M, M-R, R-H, C-R disagree.
+unsigned wheel_flags(const Ordered& ordered, const WheelSensors& sensors,
+                     const Parameters& parameters) noexcept;
+
+enum class Outcome : std::uint32_t {
+  failure,       // or none: `failure` and `parts` say which
+  hold,          // normal for a wheel with an open clutch; think as before
+  inconclusive,  // agreement is not transitive here; think as before, and count
+};
+struct WheelVerdict {
+  Outcome outcome = Outcome::failure;
+  WheelFailure failure = WheelFailure::none;
+  std::uint32_t parts = 0;  // Part bits
+};
+
+// rho: |reduction encoder|, rad/s, 0 when it cannot be used. nearest: smallest distance of a sensor
+// to what was ordered. One outcome for each of the 64 patterns.
+WheelVerdict diagnose_wheel(unsigned flags, bool clutch_engaged, double rho_rad_s,
+                            double nearest_rad_s, const Parameters& parameters) noexcept;
+
+// The number that stands for these lost parts; the worst comes first (E19: sensors that were lost
+// for good and a motor or gear that fails are state 8 only when no sensor is left).
+WheelFailure failure_of(std::uint32_t parts) noexcept;
+
+// 0b110: C-M, M-R, C-R disagree.
+unsigned steering_flags(const Ordered& ordered, const Sensor& motor, const Sensor& reduction,
+                        const Parameters& parameters) noexcept;
+struct SteeringVerdict {
+  Outcome outcome = Outcome::failure;
+  SteeringFailure failure = SteeringFailure::none;
+};
+SteeringVerdict diagnose_steering(unsigned flags) noexcept;
+// Sooner than by angles: how far both encoders went in this frame, while the gear was ordered to
+// turn by `ordered_rad`. The one that stands while the other turns is lost.
+SteeringFailure standing_encoder(double motor_rad, double reduction_rad, double ordered_rad,
+                                 const Parameters& parameters) noexcept;
+
+}  // namespace lss::gnc::ardito

@@ -1,0 +1,125 @@
+#include "gnc/ardito/estimate.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lss::gnc::ardito {
+namespace {
+
+constexpr double kSpotSin = 0.7;  // sigma beyond 45 deg is turning on the spot
+
+double dot(const Direction& a, const Direction& b) noexcept {
+  return a.sin * b.sin + a.cos * b.cos;
+}
+
+// Directions are lines: each is taken the way round that fits the first one.
+struct MeanDirection {
+  Direction sum{0, 0};
+  int count = 0;
+
+  void add(const Direction& d) noexcept {
+    const double sign = count > 0 && dot(sum, d) < 0 ? -1 : 1;
+    sum = {sum.sin + sign * d.sin, sum.cos + sign * d.cos};
+    ++count;
+  }
+  Direction value() const noexcept {
+    const double length = std::hypot(sum.sin, sum.cos);
+    if (count == 0 || !(length > 0)) return {};
+    Direction d{sum.sin / length, sum.cos / length};
+    // on the spot sigma is +90 deg; (sigma, v) and (-sigma, -v) are the same there
+    const bool spot = std::abs(d.sin) > kSpotSin;
+    if (spot ? d.sin < 0 : d.cos < 0) d = {-d.sin, -d.cos};
+    return d;
+  }
+};
+
+double plane_hub_m_s(std::size_t wheel, double wheel_rad_s, const Feedback& feedback,
+                     const Inputs& inputs, bool correction, const Parameters& p) noexcept {
+  const double rim = wheel_rad_s * p.geometry.wheel_radius_m;
+  if (!correction || !inputs.rocker) return rim;
+  return plane_speed_m_s(rim, feedback.steering_rad[wheel], inputs.vx_m_s[wheel],
+                         inputs.vz_m_s[wheel], p.correction_sign);
+}
+
+// The IMU's speed on the scale of Motion::v_to_hub: on the spot its yaw rate says more.
+double imu_speed_m_s(const Motion& motion, const Inputs& inputs, const Parameters& p) noexcept {
+  if (motion.v_to_hub != 1) return inputs.imu.yaw_rate_rad_s.value * p.parking_length_m;
+  return inputs.imu.speed_m_s.value;
+}
+
+bool slips(const Motion& motion, const Inputs& inputs, const Parameters& p) noexcept {
+  if (!inputs.imu.usable) return false;
+  const double v = motion.mean.v_m_s * motion.v_to_hub;
+  if (std::abs(v - imu_speed_m_s(motion, inputs, p)) > p.slip_m_s) return true;
+  // a direction needs speed to be one
+  if (motion.v_to_hub != 1 || std::abs(v) < p.slip_m_s) return false;
+  return std::abs(sigma_rad(motion.mean.direction) - inputs.imu.sigma_rad.value) > p.slip_sigma_rad;
+}
+
+}  // namespace
+
+Motion estimate_motion(const Feedback& feedback, const Inputs& inputs, WheelSet trusted,
+                       SteeringSet trusted_steering, bool correction,
+                       const Parameters& p) noexcept {
+  Motion motion;
+  if ((trusted & kAllWheels) == 0) trusted = kAllWheels;
+  PerSteered<Direction> directions;
+  MeanDirection mean;
+  for (std::size_t i = 0; i < kSteered; ++i) {
+    const std::size_t wheel = kWheelOfSteered[i];
+    directions[i] = direction_from_steering(wheel, feedback.steering_rad[wheel], p.geometry);
+    if (contains(trusted_steering, i)) mean.add(directions[i]);
+  }
+  motion.mean.direction = mean.value();
+  const Direction& d = motion.mean.direction;
+  const bool spot = std::abs(d.sin) > kSpotSin;
+  if (spot) motion.v_to_hub = p.parking_length_m / p.geometry.f_m;
+
+  // least squares: a wheel near the centre of rotation has little to say
+  PerWheel<double> hub{}, ratio{};
+  double sum = 0, weight = 0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    hub[i] = plane_hub_m_s(i, feedback.wheel_rad_s[i], feedback, inputs, correction, p);
+    ratio[i] = hub_ratio(i, d, p.geometry);
+    if (!contains(trusted, i)) continue;
+    sum += hub[i] * ratio[i];
+    weight += ratio[i] * ratio[i];
+  }
+  motion.mean.v_m_s = weight > 0 ? sum / weight : 0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const bool says = ratio[i] * ratio[i] * kWheels > 0.1 * weight;
+    motion.v_m_s[i] = says ? hub[i] / ratio[i] : motion.mean.v_m_s;
+  }
+
+  // E13. As in the thesis, wheels that are fit do not count: they are what the mean is made of.
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    if (!contains(trusted, i) && incoherent(motion, i, p)) motion.incoherent_speed = true;
+  }
+  double apart_rad = 0;
+  for (const Direction& one : directions) {
+    const double sine = std::abs(one.sin * d.cos - one.cos * d.sin);
+    apart_rad = std::max(apart_rad, std::asin(std::min(sine, 1.0)));
+  }
+  if (spot) apart_rad /= 4;
+  motion.incoherent_sigma =
+      apart_rad >= p.coherent_sigma_rad && std::abs(motion.mean.v_m_s) * motion.v_to_hub >= 0.010;
+  motion.slip = slips(motion, inputs, p);
+  return motion;
+}
+
+bool incoherent(const Motion& motion, std::size_t wheel, const Parameters& p) noexcept {
+  const double mean = std::abs(motion.mean.v_m_s) * motion.v_to_hub;
+  const double apart = std::abs(motion.mean.v_m_s - motion.v_m_s[wheel]) * motion.v_to_hub;
+  const double least = p.agree_rad_s * p.geometry.wheel_radius_m;
+  return apart >= std::max(std::min(p.coherent_m_s, p.coherent_share * mean), least);
+}
+
+bool imu_confirms(const Motion& motion, std::size_t wheel, double wheel_rad_s,
+                  const Feedback& feedback, const Inputs& inputs, bool correction,
+                  const Parameters& p) noexcept {
+  const double hub = plane_hub_m_s(wheel, wheel_rad_s, feedback, inputs, correction, p);
+  const double v = v_from_hub_m_s(wheel, hub, motion.mean.direction, p.geometry) * motion.v_to_hub;
+  return std::abs(v - imu_speed_m_s(motion, inputs, p)) <= p.imu_agree_m_s;
+}
+
+}  // namespace lss::gnc::ardito

@@ -1,0 +1,231 @@
+#include "gnc/ardito/inputs.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lss::gnc::ardito {
+namespace {
+
+// More than this no healthy sensor says.
+constexpr double kMaxWheel_rad_s = 30;
+constexpr double kMaxSteering_rad = 100 * kPi / 180;
+constexpr double kMaxCurrent = 100;
+constexpr double kMaxTemperature_C = 1000;
+constexpr double kMaxImu = 1e6;
+constexpr double kMaxRocker_rad = 60 * kPi / 180;
+constexpr double kMaxImuSpeed_m_s = 3;
+constexpr double kMaxImuYaw_rad_s = 3;
+constexpr double kMaxImuStep_m_s = 1;  // in a frame: 10 m/s2
+
+// Also says no to what is no number.
+Sensor fresh(const Reading& reading, double age_limit_s, double most) noexcept {
+  const bool usable =
+      std::abs(reading.value) <= most && reading.age_s >= 0 && reading.age_s <= age_limit_s;
+  return {usable ? reading.value : 0, usable};
+}
+
+Sensor unless(std::uint32_t lost, const Sensor& sensor) noexcept {
+  return lost != 0 ? Sensor{} : sensor;
+}
+
+WheelInputs read_wheel(const WheelMeasured& m, std::uint32_t lost, const Parameters& p) noexcept {
+  WheelInputs in;
+  const Sensor motor = fresh(m.motor_rad_s, p.drive_age_s, kMaxWheel_rad_s);
+  const Sensor hall = fresh(m.hall_rad_s, p.drive_age_s, kMaxWheel_rad_s);
+  const Sensor reduction = fresh(m.reduction_rad_s, p.drive_age_s, kMaxWheel_rad_s);
+  in.current = fresh(m.current, p.drive_age_s, kMaxCurrent);
+  in.temperature_C = fresh(m.temperature_C, p.temperature_age_s, kMaxTemperature_C);
+  in.stale = !motor.usable || !hall.usable || !reduction.usable || !in.current.usable ||
+             !in.temperature_C.usable;
+  in.sensors = {unless(lost & kMotorEncoder, motor), unless(lost & kHall, hall),
+                unless(lost & kReductionEncoder, reduction)};
+  in.drive_fault = m.drive_fault;
+  return in;
+}
+
+ImuInputs read_imu(const ImuMeasured& m, const Parameters& p, State& state) noexcept {
+  ImuInputs in;
+  in.speed_m_s = fresh(m.speed_m_s, p.imu_age_s, kMaxImu);
+  in.sigma_rad = fresh(m.sigma_rad, p.imu_age_s, kMaxImu);
+  in.yaw_rate_rad_s = fresh(m.yaw_rate_rad_s, p.imu_age_s, kMaxImu);
+  const bool heard = in.speed_m_s.usable && in.sigma_rad.usable && in.yaw_rate_rad_s.usable;
+  const bool known = state.started != 0 && state.imu_frozen < p.imu_frozen_frames;
+  const bool news = heard && (state.started == 0 || m.counter != state.imu_counter);
+  state.imu_frozen = news ? 0 : std::min(state.imu_frozen + 1, p.imu_frozen_frames);
+  state.imu_counter = m.counter;
+  in.silent = !heard || state.imu_frozen >= p.imu_frozen_frames;
+  if (!in.silent) {
+    const bool jumped =
+        known && std::abs(in.speed_m_s.value - state.imu_speed_m_s) > kMaxImuStep_m_s;
+    in.implausible = jumped || std::abs(in.speed_m_s.value) > kMaxImuSpeed_m_s ||
+                     std::abs(in.sigma_rad.value) > kPi / 2 + 0.01 ||
+                     std::abs(in.yaw_rate_rad_s.value) > kMaxImuYaw_rad_s;
+    state.imu_speed_m_s = in.speed_m_s.value;
+  }
+  in.usable = !in.silent && !in.implausible;
+  return in;
+}
+
+void read_rocker(const Measured& m, const Parameters& p, State& state, Inputs& in) noexcept {
+  const Sensor angles[] = {fresh(m.beta_rad, p.rocker_age_s, kMaxRocker_rad),
+                           fresh(m.rho1_rad, p.rocker_age_s, kMaxRocker_rad),
+                           fresh(m.rho2_rad, p.rocker_age_s, kMaxRocker_rad)};
+  const bool usable =
+      std::all_of(std::begin(angles), std::end(angles), [](const Sensor& s) { return s.usable; });
+  in.rocker_stale = !usable;
+  if (!usable) {
+    state.poses_known = 0;
+    return;
+  }
+  const WheelPoses poses =
+      wheel_poses({angles[0].value, angles[1].value, angles[2].value}, p.geometry);
+  in.rocker = state.poses_known != 0;
+  if (in.rocker) {
+    for (std::size_t i = 0; i < kWheels; ++i) {
+      in.vx_m_s[i] = (poses.x_m[i] - state.poses.x_m[i]) / kFrame_s;
+      in.vz_m_s[i] = (poses.z_m[i] - state.poses.z_m[i]) / kFrame_s;
+    }
+  }
+  state.poses = poses;
+  state.poses_known = 1;
+}
+
+double distance(const Ordered& ordered, double value) noexcept {
+  return std::max({ordered.low - value, value - ordered.high, 0.0});
+}
+
+// Of three the one in the middle; of two that contradict each other the one that obeys.
+double best_of(const Sensor* sensors, std::size_t count, const Ordered& ordered, double otherwise,
+               const Parameters& p) noexcept {
+  std::array<double, 3> usable{};
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (sensors[i].usable) usable[n++] = sensors[i].value;
+  }
+  if (n == 0) return otherwise;
+  if (n == 1) return usable[0];
+  if (n == 3) {
+    return std::max(std::min(usable[0], usable[1]),
+                    std::min(std::max(usable[0], usable[1]), usable[2]));
+  }
+  if (agree(usable[0], usable[1], p)) return (usable[0] + usable[1]) / 2;
+  return distance(ordered, usable[0]) <= distance(ordered, usable[1]) ? usable[0] : usable[1];
+}
+
+double wheel_feedback(const WheelInputs& in, WheelService service, const Ordered& ordered,
+                      double expected_rad_s, const Parameters& p) noexcept {
+  const WheelSensors& s = in.sensors;
+  if (service != WheelService::engaged) {
+    return s.reduction.usable ? s.reduction.value : expected_rad_s;
+  }
+  const Sensor all[] = {s.motor, s.hall, s.reduction};
+  return best_of(all, 3, ordered, expected_rad_s, p);
+}
+
+double steering_feedback(const SteeringInputs& in, const Ordered& ordered, double expected_rad,
+                         const Parameters& p) noexcept {
+  if (in.motor.usable && in.reduction.usable) {
+    if (std::abs(in.motor.value - in.reduction.value) < p.steering_agree_rad) {
+      return in.reduction.value;
+    }
+    return distance(ordered, in.reduction.value) <= distance(ordered, in.motor.value)
+               ? in.reduction.value
+               : in.motor.value;
+  }
+  if (in.reduction.usable) return in.reduction.value;
+  return in.motor.usable ? in.motor.value : expected_rad;
+}
+
+}  // namespace
+
+Inputs read_inputs(const Measured& measured, const Parameters& parameters, State& state) noexcept {
+  Inputs in;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    in.wheels[i] = read_wheel(measured.wheels[i], state.wheels[i].lost, parameters);
+  }
+  for (std::size_t i = 0; i < kSteered; ++i) {
+    const Sensor motor =
+        fresh(measured.steering[i].motor_rad, parameters.drive_age_s, kMaxSteering_rad);
+    const Sensor reduction =
+        fresh(measured.steering[i].reduction_rad, parameters.drive_age_s, kMaxSteering_rad);
+    const std::uint32_t lost = state.steering[i].lost;
+    in.steering[i].motor = unless(lost & 1U, motor);
+    in.steering[i].reduction = unless(lost & 2U, reduction);
+    in.steering[i].stale = !motor.usable || !reduction.usable;
+    in.steering[i].drive_fault = measured.steering[i].drive_fault;
+  }
+  in.imu = read_imu(measured.imu, parameters, state);
+  read_rocker(measured, parameters, state, in);
+  return in;
+}
+
+Request sane(const Request& request, const Parameters& parameters) noexcept {
+  Request r = request;
+  if (!std::isfinite(r.speed) || !std::isfinite(r.sigma_rad) || !std::isfinite(r.speed_limit_m_s) ||
+      r.speed_limit_m_s < 0) {
+    r.run = false;
+    r.speed = 0;
+    r.sigma_rad = 0;
+    r.speed_limit_m_s = 0;
+  }
+  r.sigma_rad = std::clamp(r.sigma_rad, -parameters.max_sigma_rad, parameters.max_sigma_rad);
+  r.speed_limit_m_s = std::min(r.speed_limit_m_s, parameters.top_speed_m_s);
+  r.speed = r.run ? std::clamp(r.speed, -1.0, 1.0) : 0;
+  return r;
+}
+
+Ordered wheel_ordered(const State& state, std::size_t wheel) noexcept {
+  const auto [low, high] =
+      std::minmax(state.wheels_ordered[0][wheel], state.wheels_ordered[1][wheel]);
+  return {low, high};
+}
+
+Ordered steering_ordered(const State& state, std::size_t steered) noexcept {
+  Ordered ordered{state.steering_ordered[0][steered], state.steering_ordered[0][steered]};
+  for (const PerSteered<double>& frame : state.steering_ordered) {
+    ordered.low = std::min(ordered.low, frame[steered]);
+    ordered.high = std::max(ordered.high, frame[steered]);
+  }
+  return ordered;
+}
+
+Feedback choose_feedback(const Inputs& inputs, const Parameters& parameters, bool correction,
+                         const State& state) noexcept {
+  Feedback feedback;
+  const PlaneMotion motion = estimated_motion(state);
+  const PlaneWheels expected = ackermann({motion.direction, 0}, parameters.geometry);
+  for (std::size_t i = 0; i < kSteered; ++i) {
+    const std::size_t wheel = kWheelOfSteered[i];
+    feedback.steering_rad[wheel] = steering_feedback(inputs.steering[i], steering_ordered(state, i),
+                                                     expected.steering_rad[wheel], parameters);
+  }
+  const PerWheel<double> expected_rad_s =
+      wheel_speeds(motion, feedback.steering_rad, inputs, correction, parameters);
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    feedback.wheel_rad_s[i] =
+        wheel_feedback(inputs.wheels[i], state.wheels[i].service, wheel_ordered(state, i),
+                       expected_rad_s[i], parameters);
+  }
+  return feedback;
+}
+
+PerWheel<double> wheel_speeds(const PlaneMotion& motion, const PerWheel<double>& steering_rad,
+                              const Inputs& inputs, bool correction,
+                              const Parameters& parameters) noexcept {
+  const PlaneWheels plane = ackermann(motion, parameters.geometry);
+  PerWheel<double> speeds{};
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const double hub = plane.hub_m_s[i];
+    double rim = hub;
+    if (correction && inputs.rocker) {
+      rim = rim_speed_m_s(hub, steering_rad[i], inputs.vx_m_s[i], inputs.vz_m_s[i],
+                          parameters.correction_sign);
+      const double most = std::abs(hub) * parameters.max_correction;
+      rim = std::clamp(rim, hub - most, hub + most);
+    }
+    speeds[i] = rim / parameters.geometry.wheel_radius_m;
+  }
+  return speeds;
+}
+
+}  // namespace lss::gnc::ardito

@@ -1,0 +1,70 @@
+#pragma once
+
+// What one frame's measurements are worth: old values, values that are none, and sensors that were
+// found out are not usable from here on. Pure functions of the frame thread.
+
+#include "gnc/ardito/ackermann.h"
+#include "gnc/ardito/state.h"
+
+namespace lss::gnc::ardito {
+
+struct WheelInputs {
+  WheelSensors sensors;
+  Sensor current;
+  Sensor temperature_C;
+  bool drive_fault = false;
+  bool stale = false;
+};
+
+struct SteeringInputs {
+  Sensor motor;
+  Sensor reduction;
+  bool drive_fault = false;
+  bool stale = false;
+};
+
+struct ImuInputs {
+  Sensor speed_m_s;
+  Sensor sigma_rad;
+  Sensor yaw_rate_rad_s;
+  bool usable = false;  // all of them
+  bool silent = false;
+  bool implausible = false;
+};
+
+struct Inputs {
+  PerWheel<WheelInputs> wheels;
+  PerSteered<SteeringInputs> steering;
+  ImuInputs imu;
+  bool rocker = false;  // vx, vz can be used
+  bool rocker_stale = false;
+  PerWheel<double> vx_m_s{};  // of the hubs against the chassis
+  PerWheel<double> vz_m_s{};
+};
+
+// Remembers poses and IMU for the next frame.
+Inputs read_inputs(const Measured& measured, const Parameters& parameters, State& state) noexcept;
+
+// Finite and within the limits, whatever came in.
+Request sane(const Request& request, const Parameters& parameters) noexcept;
+
+// The feedback that control and estimate use (17.2, comparator_feed).
+struct Feedback {
+  PerWheel<double> wheel_rad_s{};
+  PerWheel<double> steering_rad{};  // of all wheels, 0 for the middle ones
+};
+Feedback choose_feedback(const Inputs& inputs, const Parameters& parameters, bool correction,
+                         const State& state) noexcept;
+
+Ordered wheel_ordered(const State& state, std::size_t wheel) noexcept;
+Ordered steering_ordered(const State& state, std::size_t steered) noexcept;
+
+// Speeds of all wheels for this motion on this ground, rad/s: Ackermann, then 3-D (18.2.1).
+PerWheel<double> wheel_speeds(const PlaneMotion& motion, const PerWheel<double>& steering_rad,
+                              const Inputs& inputs, bool correction,
+                              const Parameters& parameters) noexcept;
+inline PlaneMotion estimated_motion(const State& state) noexcept {
+  return {{state.direction_sin, state.direction_cos}, state.v_m_s};
+}
+
+}  // namespace lss::gnc::ardito

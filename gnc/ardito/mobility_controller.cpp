@@ -1,0 +1,344 @@
+#include "gnc/ardito/mobility_controller.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gnc/ardito/decision.h"
+#include "gnc/ardito/ratio.h"
+
+namespace lss::gnc::ardito {
+namespace {
+
+PerSteered<double> steered(const PerWheel<double>& all) noexcept {
+  PerSteered<double> some{};
+  for (std::size_t i = 0; i < kSteered; ++i) some[i] = all[kWheelOfSteered[i]];
+  return some;
+}
+
+constexpr double kFurthest_rad = 65 * kPi / 180;  // 11.2.1
+
+// Where steering is held: where it is, as far as it can be there.
+PerSteered<double> angles_to_hold(const Feedback& feedback) noexcept {
+  PerSteered<double> angles = steered(feedback.steering_rad);
+  for (double& angle : angles) angle = std::clamp(angle, -kFurthest_rad, kFurthest_rad);
+  return angles;
+}
+
+bool drives(Mode mode) noexcept { return mode == Mode::running || mode == Mode::parking; }
+
+}  // namespace
+
+Command MobilityController::step(const Request& asked, const Measured& measured) noexcept {
+  Command command;
+  const Request request = sane(asked, parameters_);
+  retry(request);
+
+  const Inputs inputs = read_inputs(measured, parameters_, state_);
+  const bool correction = request.enable_correction;
+  const Feedback feedback = choose_feedback(inputs, parameters_, correction, state_);
+
+  PerWheel<WheelLook> looks;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    looks[i] =
+        look_at_wheel(inputs.wheels[i], state_.wheels[i], wheel_ordered(state_, i), parameters_);
+  }
+  const Motion motion = estimate(request, inputs, feedback, looks, command);
+  diagnose(request, inputs, feedback, looks, motion, command);
+  watch_imu(inputs, motion, command);
+  const bool stop = error(request, command) || request.error || !request.powered;
+
+  find_steering(inputs, feedback);
+  const PerSteered<double> asked_rad =
+      steered(ackermann(asked_motion(request), parameters_.geometry).steering_rad);
+  if (request.powered) {
+    decide(request, feedback, stop, asked_rad);
+    const bool ready =
+        state_.phase == StopPhase::rover_steer || state_.phase == StopPhase::rover_stop;
+    steer(request.run && !stop && state_.steering_known != 0 && (drives(state_.mode) || ready),
+          feedback, asked_rad);
+    drive(request, inputs, feedback, motion);
+  } else {
+    stand(feedback);
+  }
+  state_.sigma_rad = request.sigma_rad;
+  state_.started = 1;
+  report(inputs, feedback, motion, command);
+  return command;
+}
+
+void MobilityController::retry(const Request& request) noexcept {
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    if (contains(request.retry_wheels, i)) state_.wheels[i] = {};
+  }
+  for (std::size_t i = 0; i < kSteered; ++i) {
+    if (contains(request.retry_steering, i)) state_.steering[i] = {};
+  }
+}
+
+WheelSet MobilityController::wheels_in(WheelService service) const noexcept {
+  WheelSet set = 0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    if (state_.wheels[i].service == service) set |= only(i);
+  }
+  return set;
+}
+
+WheelSet MobilityController::probed_wheels() const noexcept {
+  WheelSet set = 0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    if (state_.wheels[i].test == ClutchTest::probe) set |= only(i);
+  }
+  return set;
+}
+
+Motion MobilityController::estimate(const Request& request, const Inputs& inputs,
+                                    const Feedback& feedback, const PerWheel<WheelLook>& looks,
+                                    Command& command) noexcept {
+  // angles stand in for each other, so steering is judged first
+  SteeringSet trusted_steering = 0;
+  for (std::size_t i = 0; i < kSteered; ++i) {
+    command.steering_suspect[i] =
+        update_steering(state_.steering[i], inputs.steering[i], steering_ordered(state_, i),
+                        request.powered && state_.steering_known != 0, parameters_);
+    if (command.steering_suspect[i] <= SteeringFailure::reduction_encoder) {
+      trusted_steering |= only(i);
+    }
+  }
+  WheelSet trusted = 0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const bool fit = looks[i].verdict.failure <= WheelFailure::reduction_encoder &&
+                     state_.wheels[i].service == WheelService::engaged &&
+                     state_.wheels[i].test == ClutchTest::watch;
+    if (fit) trusted |= only(i);
+  }
+  const Motion motion = estimate_motion(feedback, inputs, trusted, trusted_steering,
+                                        request.enable_correction, parameters_);
+  state_.v_m_s = motion.mean.v_m_s;
+  state_.direction_sin = motion.mean.direction.sin;
+  state_.direction_cos = motion.mean.direction.cos;
+  return motion;
+}
+
+void MobilityController::diagnose(const Request& request, const Inputs& inputs,
+                                  const Feedback& feedback, const PerWheel<WheelLook>& looks,
+                                  const Motion& motion, Command& command) noexcept {
+  PerWheel<double> load{};
+  double total = 0;
+  int loads = 0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const Sensor one = load_current(inputs.wheels[i], wheel_ordered(state_, i), parameters_);
+    load[i] = one.usable && state_.wheels[i].service == WheelService::engaged ? one.value : 0;
+    if (load[i] != 0) ++loads;
+    total += load[i];
+  }
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const int others = loads - (load[i] != 0 ? 1 : 0);
+    WheelEvidence evidence;
+    evidence.counts = request.powered;
+    evidence.incoherent = incoherent(motion, i, parameters_);
+    evidence.imu_usable = inputs.imu.usable && inputs.wheels[i].sensors.reduction.usable;
+    evidence.imu_confirms = imu_confirms(motion, i, inputs.wheels[i].sensors.reduction.value,
+                                         feedback, inputs, request.enable_correction, parameters_);
+    evidence.rover_drives = drives(state_.mode);
+    evidence.others_loaded = others > 0 && (total - load[i]) / others > parameters_.loaded_current;
+    evidence.other_probe = (probed_wheels() & ~only(i)) != 0;
+    command.wheel_suspect[i] = update_wheel(state_.wheels[i], looks[i], inputs.wheels[i],
+                                            wheel_ordered(state_, i), evidence, parameters_);
+  }
+}
+
+void MobilityController::watch_imu(const Inputs& inputs, const Motion& motion,
+                                   Command& command) noexcept {
+  if (inputs.rocker_stale) command.faults |= kRockerStale;
+  if (motion.slip) command.faults |= kSlip;
+  if (motion.incoherent_speed) command.faults |= kIncoherentSpeed;
+  if (motion.incoherent_sigma) command.faults |= kIncoherentSigma;
+  if (inputs.imu.silent) command.faults |= kImuSilent;
+  // wheels that agree with each other for long and not with the IMU (7.7)
+  const bool contradicts = motion.slip && !motion.incoherent_speed;
+  state_.imu_contradiction =
+      contradicts ? std::min(state_.imu_contradiction + 1, parameters_.imu_frames) : 0;
+  if (inputs.imu.implausible || state_.imu_contradiction >= parameters_.imu_frames) {
+    command.faults |= kImuImplausible;
+  }
+}
+
+bool MobilityController::error(const Request& request, Command& command) const noexcept {
+  std::uint32_t lost_wheels = 0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const WheelHealth& h = state_.wheels[i];
+    if (h.service == WheelService::isolated) ++lost_wheels;
+    if (h.error != 0 && !contains(request.accept_lost_wheels, i)) command.error = 1;
+  }
+  for (const SteeringHealth& h : state_.steering) {
+    if (h.error != 0) command.error = 1;
+  }
+  if (lost_wheels > parameters_.max_lost_wheels) {
+    command.faults |= kTooFewWheels;
+    command.error = 1;
+  }
+  return command.error != 0;
+}
+
+void MobilityController::decide(const Request& request, const Feedback& feedback, bool stop,
+                                const PerSteered<double>& asked_rad) noexcept {
+  const bool was_busy = state_.mode == Mode::stop && busy(state_.phase);
+  const double delta =
+      request.parking || state_.started == 0 ? 0 : std::abs(request.sigma_rad - state_.sigma_rad);
+  state_.mode =
+      next_mode(state_.mode, {request.speed, request.parking, was_busy, stop, delta}, parameters_);
+  if (state_.mode != Mode::stop) return;
+
+  // steering motors that do not follow any more cannot be waited for
+  StopInputs in;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const bool driven = state_.wheels[i].service == WheelService::engaged;
+    if (driven) in.fastest_rad_s = std::max(in.fastest_rad_s, std::abs(feedback.wheel_rad_s[i]));
+    const std::size_t s = kSteeredOfWheel[i];
+    const bool waits = s < kSteered && request.run && !stop &&
+                       failure_of(state_.steering[s]) < SteeringFailure::critical;
+    if (waits) {
+      in.largest_angle_rad =
+          std::max(in.largest_angle_rad, std::abs(asked_rad[s] - feedback.steering_rad[i]));
+    }
+  }
+  if (state_.steering_known != 0) state_.phase = next_phase(state_.phase, in, parameters_);
+}
+
+// Where to, in the plane; while standing, what the wheels are steered for (11.2.1 to 11.2.3).
+PlaneMotion MobilityController::asked_motion(const Request& request) const noexcept {
+  const double speed_m_s = request.speed * request.speed_limit_m_s;
+  if (request.parking) {
+    return {kOnTheSpot, speed_m_s * parameters_.geometry.f_m / parameters_.parking_length_m};
+  }
+  return {direction(request.sigma_rad),
+          speed_m_s * (1 - std::abs(std::sin(5 * request.sigma_rad)))};
+}
+
+// Steering starts from where it is: until every angle was measured nothing is ordered.
+void MobilityController::find_steering(const Inputs& inputs, const Feedback& feedback) noexcept {
+  if (state_.steering_known != 0) return;
+  for (const SteeringInputs& in : inputs.steering) {
+    if (!in.motor.usable && !in.reduction.usable) return;
+  }
+  state_.steering_held = angles_to_hold(feedback);
+  state_.steering_integral = state_.steering_held;
+  state_.steering_ordered.fill(state_.steering_held);
+  state_.steering_known = 1;
+}
+
+void MobilityController::steer(bool moves, const Feedback& feedback,
+                               const PerSteered<double>& asked_rad) noexcept {
+  PerSteered<double> orders = state_.steering_held;
+  if (moves) {
+    const PerSteered<double> now = angles_to_hold(feedback);
+    PerSteered<double> errors{};
+    std::uint32_t skip = 0;
+    for (std::size_t i = 0; i < kSteered; ++i) {
+      errors[i] = asked_rad[i] - feedback.steering_rad[kWheelOfSteered[i]];
+      if (failure_of(state_.steering[i]) >= SteeringFailure::critical) skip |= only(i);
+    }
+    const auto cut = equal_settling(errors, parameters_.steering_saturation_rad, skip);
+    for (std::size_t i = 0; i < kSteered; ++i) {
+      if (contains(skip, i)) continue;
+      orders[i] = pi_step(cut[i], kFurthest_rad, state_.steering_integral[i], parameters_);
+      state_.steering_held[i] = now[i];
+    }
+  } else {
+    state_.steering_integral = state_.steering_held;
+  }
+  std::copy_backward(state_.steering_ordered.begin(), state_.steering_ordered.end() - 1,
+                     state_.steering_ordered.end());
+  state_.steering_ordered[0] = orders;
+}
+
+void MobilityController::drive(const Request& request, const Inputs& inputs,
+                               const Feedback& feedback, const Motion& motion) noexcept {
+  PlaneMotion target;
+  if (drives(state_.mode)) target = asked_motion(request);
+  const PerWheel<double> wanted =
+      wheel_speeds(target, feedback.steering_rad, inputs, request.enable_correction, parameters_);
+  // wheels that nothing drives are watched against the speed at which they would roll along
+  const PerWheel<double> rolling = wheel_speeds(motion.mean, feedback.steering_rad, inputs,
+                                                request.enable_correction, parameters_);
+  const WheelSet isolated = wheels_in(WheelService::isolated);
+  const WheelSet probed = probed_wheels();
+
+  PerWheel<double> errors{};
+  double fastest = 0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    errors[i] = wanted[i] - feedback.wheel_rad_s[i];
+    if (!contains(isolated, i)) fastest = std::max(fastest, std::abs(feedback.wheel_rad_s[i]));
+  }
+  const auto cut = equal_settling(errors, parameters_.wheel_saturation_rad_s, isolated | probed);
+  const bool stands = !drives(state_.mode) && fastest < parameters_.standing_rad_s;
+
+  const PerWheel<double> last = state_.wheels_ordered[0];
+  state_.wheels_ordered[1] = last;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    double& integral = state_.wheel_integral[i];
+    double& order = state_.wheels_ordered[0][i];
+    if (contains(isolated, i)) {
+      integral = 0;
+      order = rolling[i];
+    } else if (stands) {
+      integral = 0;
+      order = 0;
+    } else if (contains(probed, i)) {
+      const double limit = std::abs(wanted[i]);
+      order = probe_speed_rad_s(std::clamp(integral, -limit, limit), parameters_);
+    } else {
+      // never faster than wanted, and never faster than before while that is too fast
+      const double limit = std::max(std::abs(wanted[i]), std::abs(last[i]));
+      order = pi_step(cut[i], limit, integral, parameters_);
+    }
+  }
+}
+
+void MobilityController::stand(const Feedback& feedback) noexcept {
+  state_.mode = Mode::stop;
+  state_.phase = StopPhase::begin;
+  state_.wheel_integral = {};
+  state_.wheels_ordered = {};
+  state_.steering_held = angles_to_hold(feedback);
+  state_.steering_integral = state_.steering_held;
+  state_.steering_ordered.fill(state_.steering_held);
+}
+
+void MobilityController::report(const Inputs& inputs, const Feedback& feedback,
+                                const Motion& motion, Command& command) const noexcept {
+  const WheelSet isolated = wheels_in(WheelService::isolated);
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const WheelHealth& h = state_.wheels[i];
+    const WheelInputs& in = inputs.wheels[i];
+    if (!contains(isolated, i)) command.wheel_rad_s[i] = state_.wheels_ordered[0][i];
+    command.wheel_failure[i] = failure_of(h.lost);
+    command.sensors_lost[i] = h.lost & kSensors;
+    if (in.stale) command.stale_wheels |= only(i);
+    if (in.temperature_C.usable && in.temperature_C.value > parameters_.max_temperature_C) {
+      command.hot_motors |= only(i);
+    }
+    if (h.inconclusive >= parameters_.inconclusive_frames) command.inconclusive_wheels |= only(i);
+  }
+  for (std::size_t i = 0; i < kSteered; ++i) {
+    command.steering_failure[i] = failure_of(state_.steering[i]);
+    command.encoders_lost[i] = state_.steering[i].lost;
+    if (inputs.steering[i].stale) command.stale_steering |= only(i);
+  }
+  command.steering_rad = state_.steering_ordered[0];
+  command.steering_known = state_.steering_known;
+  command.clutches_engaged = wheels_in(WheelService::engaged);
+  command.motors_stopped = isolated;
+  command.mode = state_.mode;
+  command.phase = state_.phase;
+  command.busy = state_.mode == Mode::stop && busy(state_.phase) ? 1 : 0;
+  command.probing = probed_wheels();
+  command.estimate = {motion.mean.v_m_s,
+                      sigma_rad(motion.mean.direction),
+                      yaw_rate_rad_s(motion.mean, parameters_.geometry),
+                      feedback.wheel_rad_s,
+                      steered(feedback.steering_rad),
+                      motion.v_m_s};
+}
+
+}  // namespace lss::gnc::ardito

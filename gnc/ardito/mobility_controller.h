@@ -1,0 +1,61 @@
+#pragma once
+
+// The mobility controller of D.I.A.N.A. Ardito and its FMEDA behind one call a frame (Ardito thesis
+// parts V and VI, corrected: docs/gnc-ardito.md). Called from the frame thread, every 100 ms; time
+// is data; nothing allocates; the same calls give the same bits. No input makes a command that is
+// not a number, faster than the limit allows, or that turns a stopped motor.
+//
+// Run it through Redundant (redundant.h), which votes three of them.
+
+#include "gnc/ardito/fmeda.h"
+#include "gnc/ardito/parameters.h"
+#include "gnc/ardito/state.h"
+#include "gnc/ardito/types.h"
+
+namespace lss::gnc::ardito {
+
+class MobilityController {
+ public:
+  // Parameters must have passed check().
+  explicit MobilityController(const Parameters& parameters = {}) noexcept
+      : parameters_(parameters) {}
+
+  // One frame. `measured` are the values of the frame that just ended, so answers to the commands
+  // before; the result is the command for the next one.
+  Command step(const Request& request, const Measured& measured) noexcept;
+
+  const Parameters& parameters() const noexcept { return parameters_; }
+
+  // What the voter compares.
+  template <class Self>
+  static constexpr auto members(Self& self) noexcept {
+    return std::tie(self.parameters_, self.state_);
+  }
+
+ private:
+  // The stages of step().
+  void retry(const Request& request) noexcept;
+  Motion estimate(const Request& request, const Inputs& inputs, const Feedback& feedback,
+                  const PerWheel<WheelLook>& looks, Command& command) noexcept;
+  void diagnose(const Request& request, const Inputs& inputs, const Feedback& feedback,
+                const PerWheel<WheelLook>& looks, const Motion& motion, Command& command) noexcept;
+  void watch_imu(const Inputs& inputs, const Motion& motion, Command& command) noexcept;
+  bool error(const Request& request, Command& command) const noexcept;
+  void decide(const Request& request, const Feedback& feedback, bool stop,
+              const PerSteered<double>& asked_rad) noexcept;
+  PlaneMotion asked_motion(const Request& request) const noexcept;
+  void find_steering(const Inputs& inputs, const Feedback& feedback) noexcept;
+  void steer(bool moves, const Feedback& feedback, const PerSteered<double>& asked_rad) noexcept;
+  void drive(const Request& request, const Inputs& inputs, const Feedback& feedback,
+             const Motion& motion) noexcept;
+  void stand(const Feedback& feedback) noexcept;
+  void report(const Inputs& inputs, const Feedback& feedback, const Motion& motion,
+              Command& command) const noexcept;
+  WheelSet wheels_in(WheelService service) const noexcept;
+  WheelSet probed_wheels() const noexcept;
+
+  Parameters parameters_;
+  State state_;
+};
+
+}  // namespace lss::gnc::ardito

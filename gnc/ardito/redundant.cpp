@@ -1,0 +1,37 @@
+#include "gnc/ardito/redundant.h"
+
+#include <type_traits>
+
+namespace lss::gnc::ardito {
+
+static_assert(std::is_trivially_copyable_v<MobilityController>);
+static_assert(kAllMembersTied<Geometry> && kAllMembersTied<Parameters>);
+static_assert(kAllMembersTied<WheelHealth> && kAllMembersTied<SteeringHealth>);
+static_assert(kAllMembersTied<State> && kAllMembersTied<MobilityController>);
+static_assert(kAllMembersTied<Estimate> && kAllMembersTied<Command>);
+
+namespace {
+
+bool several(std::uint32_t set) noexcept { return (set & (set - 1)) != 0; }
+
+}  // namespace
+
+Command Redundant::step(const Request& request, const Measured& measured) noexcept {
+  auto& [a, b, c] = instances_;
+  const std::uint32_t before = vote(a, b, c);
+  Command command = a.step(request, measured);
+  Command second = b.step(request, measured);
+  Command third = c.step(request, measured);
+  const std::uint32_t after = vote(a, b, c) | vote(command, second, third);
+
+  report_.disagreed = before | after;
+  report_.no_majority = several(before) || several(after) ? 1 : 0;
+  if (report_.disagreed != 0 && report_.upsets < UINT32_MAX) ++report_.upsets;
+  if (report_.no_majority != 0) {
+    command = {};
+    command.error = 1;
+  }
+  return command;
+}
+
+}  // namespace lss::gnc::ardito

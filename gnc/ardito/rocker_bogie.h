@@ -1,0 +1,40 @@
+#pragma once
+
+// Where the wheels are against the CM when rockers and bogies turn, and back (Ardito thesis 13,
+// with E2 to E6, E23); and what that does to the speed of a wheel on uneven ground (12.1.2, 17.6).
+// Pure functions, callable from every thread. x forward, z down, origin in the CM.
+
+#include "gnc/ardito/parameters.h"
+
+namespace lss::gnc::ardito {
+
+struct RockerAngles {
+  double beta_rad = 0;  // left rocker; the right one is at -beta
+  double rho1_rad = 0;  // left bogie
+  double rho2_rad = 0;  // right bogie
+};
+
+struct WheelPoses {
+  PerWheel<double> x_m{};
+  PerWheel<double> z_m{};
+
+  template <class Self>
+  static constexpr auto members(Self& self) noexcept {
+    return std::tie(self.x_m, self.z_m);
+  }
+};
+
+WheelPoses wheel_poses(const RockerAngles& angles, const Geometry& geometry) noexcept;
+
+// From wheels 1, 3 and 4 (13.3); any pose that wheel_poses() can make, no singular one.
+RockerAngles rocker_angles(const WheelPoses& poses, const Geometry& geometry) noexcept;
+
+// Speed at the rim so that the CM goes on as in the plane while suspension moves the hub by
+// (vx, vz) against it. sign: +1 right, -1 as printed (E7, E1).
+double rim_speed_m_s(double plane_m_s, double steering_rad, double vx_m_s, double vz_m_s,
+                     double sign) noexcept;
+// Its exact inverse (E11). A rim that is slower than its hub has slipped; then 0 along the ground.
+double plane_speed_m_s(double rim_m_s, double steering_rad, double vx_m_s, double vz_m_s,
+                       double sign) noexcept;
+
+}  // namespace lss::gnc::ardito

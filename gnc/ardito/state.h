@@ -1,0 +1,104 @@
+#pragma once
+
+// What the mobility controller remembers from frame to frame. All of it is voted (vote.h), so there
+// are only whole words here and every member is tied.
+
+#include "gnc/ardito/diagnosis.h"
+#include "gnc/ardito/rocker_bogie.h"
+
+namespace lss::gnc::ardito {
+
+// engaged -> testing: clutch open, motor runs on: does it turn now? -> isolated: clutch open, motor
+// stopped, until retried.
+enum class WheelService : std::uint32_t { engaged, testing, isolated };
+// Of the clutch: watch -> probe (a little slower) -> watch after a pause, or the part is lost.
+enum class ClutchTest : std::uint32_t { watch, probe };
+
+struct WheelHealth {
+  std::uint32_t lost = 0;       // Part bits, latched
+  std::uint32_t candidate = 0;  // Part bits that are being counted
+  std::uint32_t count = 0;
+  std::uint32_t inconclusive = 0;
+  WheelService service = WheelService::engaged;
+  std::uint32_t service_frames = 0;  // testing: since the clutch opened
+  std::uint32_t error_frames = 0;    // since a part was lost that makes an error when it lasts
+  std::uint32_t error = 0;
+  std::uint32_t hot = 0;          // frames of the motor above its limit, counted up and down
+  std::uint32_t overcurrent = 0;  // the same
+  ClutchTest test = ClutchTest::watch;
+  std::uint32_t quiet = 0;  // frames at no load: in a row, or in the probe
+  std::uint32_t probed = 0;
+  std::uint32_t pause = 0;
+  double drift_rad = 0;     // motor ahead of wheel, since the probe began
+  double astray_rad_s = 0;  // of the motor from what was ordered, in the probe's second half
+
+  template <class Self>
+  static constexpr auto members(Self& self) noexcept {
+    return std::tie(self.lost, self.candidate, self.count, self.inconclusive, self.service,
+                    self.service_frames, self.error_frames, self.error, self.hot, self.overcurrent,
+                    self.test, self.quiet, self.probed, self.pause, self.drift_rad,
+                    self.astray_rad_s);
+  }
+};
+
+struct SteeringHealth {
+  std::uint32_t lost = 0;  // bit 0 motor encoder, bit 1 reduction encoder, latched
+  std::uint32_t critical = 0;
+  SteeringFailure candidate = SteeringFailure::none;
+  std::uint32_t count = 0;
+  std::uint32_t error = 0;
+  std::uint32_t compared = 0;  // both encoders were usable in the frame before, and said:
+  double motor_rad = 0;
+  double reduction_rad = 0;
+
+  template <class Self>
+  static constexpr auto members(Self& self) noexcept {
+    return std::tie(self.lost, self.critical, self.candidate, self.count, self.error, self.compared,
+                    self.motor_rad, self.reduction_rad);
+  }
+};
+
+inline constexpr std::size_t kWheelDelay = 2;     // frames in which a wheel's drive has obeyed
+inline constexpr std::size_t kSteeringDelay = 5;  // a steering drive turns round, too
+
+struct State {
+  // decisions
+  Mode mode = Mode::stop;
+  StopPhase phase = StopPhase::begin;
+  std::uint32_t started = 0;         // a frame was stepped
+  std::uint32_t steering_known = 0;  // all angles were measured once
+  std::uint32_t poses_known = 0;     // of the frame before
+  // IMU
+  std::uint32_t imu_counter = 0;
+  std::uint32_t imu_frozen = 0;         // frames without news
+  std::uint32_t imu_contradiction = 0;  // frames
+  double imu_speed_m_s = 0;
+  double sigma_rad = 0;  // asked in the frame before
+
+  // rover as estimated in the frame before
+  double v_m_s = 0;
+  double direction_sin = 0;
+  double direction_cos = 1;
+  WheelPoses poses;
+
+  // ratio blocks, and what was ordered, latest first
+  PerWheel<double> wheel_integral{};
+  PerSteered<double> steering_integral{};
+  PerSteered<double> steering_held{};
+  std::array<PerWheel<double>, kWheelDelay> wheels_ordered{};
+  std::array<PerSteered<double>, kSteeringDelay> steering_ordered{};
+
+  PerWheel<WheelHealth> wheels;
+  PerSteered<SteeringHealth> steering;
+
+  template <class Self>
+  static constexpr auto members(Self& self) noexcept {
+    return std::tie(self.mode, self.phase, self.started, self.steering_known, self.poses_known,
+                    self.imu_counter, self.imu_frozen, self.imu_contradiction, self.imu_speed_m_s,
+                    self.sigma_rad, self.v_m_s, self.direction_sin, self.direction_cos, self.poses,
+                    self.wheel_integral, self.steering_integral, self.steering_held,
+                    self.wheels_ordered, self.steering_ordered, self.wheels, self.steering);
+  }
+};
+
+}  // namespace lss::gnc::ardito

@@ -1,0 +1,205 @@
+#pragma once
+
+// What goes into the mobility controller of D.I.A.N.A. Ardito and what comes out, as plain structs.
+//
+// Wheels 0..5 = LF, RF, LM, RM, LR, RR (wheels 1..6 of the Ardito thesis); steering systems 0..3 =
+// those of wheels 1, 2, 5, 6. All speeds and angles are at the wheel: what drives say on the
+// motor's side is divided by Geometry::gear_ratio before it comes in and multiplied after it went
+// out. Frames: x forward, y right, z down, origin in the centre of mass (CM). sigma > 0 moves the
+// CM to the right. Steering angle > 0 turns the wheel to the left, a positive wheel speed drives
+// forward.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <tuple>
+
+namespace lss::gnc::ardito {
+
+inline constexpr double kPi = 3.14159265358979323846;
+inline constexpr double kFrame_s = 0.1;
+inline constexpr std::size_t kWheels = 6;
+inline constexpr std::size_t kSteered = 4;
+inline constexpr double kRadPerSecondPerRpm = 2 * kPi / 60;
+
+template <class T>
+using PerWheel = std::array<T, kWheels>;
+template <class T>
+using PerSteered = std::array<T, kSteered>;
+
+// Bit i = wheel i, or steering system i.
+using WheelSet = std::uint32_t;
+using SteeringSet = std::uint32_t;
+inline constexpr WheelSet kAllWheels = 0x3F;
+inline constexpr SteeringSet kAllSteered = 0x0F;
+inline constexpr bool contains(std::uint32_t set, std::size_t i) noexcept {
+  return ((set >> i) & 1U) != 0;
+}
+inline constexpr std::uint32_t only(std::size_t i) noexcept { return 1U << i; }
+
+// The wheel of a steering system, and back (kSteered for the middle wheels).
+inline constexpr PerSteered<std::size_t> kWheelOfSteered = {0, 1, 4, 5};
+inline constexpr PerWheel<std::size_t> kSteeredOfWheel = {0, 1, kSteered, kSteered, 2, 3};
+inline constexpr bool is_left(std::size_t wheel) noexcept { return wheel % 2 == 0; }
+
+// One value of a sensor. An old one, or one that is no number, is a fault and never used.
+struct Reading {
+  double value = std::numeric_limits<double>::quiet_NaN();
+  double age_s = std::numeric_limits<double>::infinity();  // never heard
+};
+
+struct WheelMeasured {
+  Reading motor_rad_s;      // motor encoder
+  Reading hall_rad_s;       // Hall sensors of the motor
+  Reading reduction_rad_s;  // encoder behind gear and clutch, on the wheel's shaft
+  // Of the motor, share of the rated current, positive when it drives forward.
+  Reading current;
+  Reading temperature_C;
+  bool drive_fault = false;  // the drive says so itself, or it cannot be reached
+};
+
+struct SteeringMeasured {
+  Reading motor_rad;      // motor encoder
+  Reading reduction_rad;  // encoder behind the gear
+  Reading current;        // share of the rated current
+  bool drive_fault = false;
+};
+
+struct ImuMeasured {
+  Reading speed_m_s;  // Vtan: of the CM, along sigma
+  Reading sigma_rad;
+  Reading yaw_rate_rad_s;     // clockwise seen from above positive (about z, down)
+  std::uint32_t counter = 0;  // must change from frame to frame; wraps as it likes
+};
+
+struct Measured {
+  PerWheel<WheelMeasured> wheels;
+  PerSteered<SteeringMeasured> steering;
+  Reading beta_rad;  // left rocker against nominal, positive lifts the left front wheel
+  Reading rho1_rad;  // left bogie
+  Reading rho2_rad;  // right bogie
+  ImuMeasured imu;
+};
+
+// What the rover shall do. Values out of range are clipped; what is no number means stop.
+struct Request {
+  double sigma_rad = 0;  // direction of the CM's velocity, +-5 deg; not looked at when parking
+  double speed = 0;      // Vtan, [-1, 1], share of speed_limit_m_s; below 1 % is a stop
+  double speed_limit_m_s = 0.5;  // 1.0 URC, 0.5 ERC; never more than Parameters::top_speed_m_s
+  bool parking = false;          // turn on the spot
+  bool run = false;              // false: stop, whatever speed says
+  bool enable_correction = true;
+  bool error = false;  // of the levels above: stop
+  // Drives have power and were given the last command. false (booting, emergency stop, gate shut):
+  // nothing is counted or latched, and the command is to stand.
+  bool powered = true;
+  // SolveErrors. Forget everything that was found about these: sensors count again, clutches close
+  // again, motors run again.
+  WheelSet retry_wheels = 0;
+  SteeringSet retry_steering = 0;
+  // These wheels are isolated (clutch open, motor stopped) and going on without them was decided:
+  // they raise no error any more.
+  WheelSet accept_lost_wheels = 0;
+};
+
+// Ardito thesis 11.1 and, inside Stop, 11.2.4.
+enum class Mode : std::uint32_t { stop, running, parking };
+enum class StopPhase : std::uint32_t {
+  begin,         // after the start, until measured speeds and angles say what the rover does
+  rover_stop,    // stands, steered as asked; the only phase that is left to other modes
+  rover_steer,   // stands and steers
+  deceleration,  // slows down, steering held
+};
+
+// Ardito thesis 17.2.1, with its numbers.
+enum class WheelFailure : std::uint32_t {
+  none = 0,
+  motor_sensor = 1,       // E-TM or H-TM: one of the two sensors of the motor
+  reduction_encoder = 2,  // E-TRG
+  motor = 3,              // TM: clutch open, motor stopped
+  reduction = 4,          // TRG: the same, and an error when it lasts
+  clutch = 5,             // TC: transmits nothing
+  two_sensors = 6,        // drives on with the one that is left
+  clutch_and_sensor = 7,  // TC with E-TM or H-TM
+  all_sensors = 8,        // clutch open, motor stopped, then an error
+};
+
+// Ardito thesis 17.4.
+enum class SteeringFailure : std::uint32_t {
+  none = 0,
+  motor_encoder = 1,      // E-SM
+  reduction_encoder = 2,  // E-SRG
+  critical = 3,           // SM or SRG: does not follow; error
+  both_encoders = 4,      // or one encoder and the motor; error
+};
+
+// Bits of Command::faults: what is wrong beside wheels and steering systems.
+enum Fault : std::uint32_t {
+  kImuSilent = 1U << 0,       // old or frozen
+  kImuImplausible = 1U << 1,  // out of range, jumps, or contradicts coherent wheels for long
+  kRockerStale = 1U << 2,     // beta, rho1 or rho2 old or impossible: no correction to 3-D
+  kSlip = 1U << 3,            // wheels and IMU disagree
+  kIncoherentSpeed = 1U << 4,
+  kIncoherentSigma = 1U << 5,
+  kTooFewWheels = 1U << 6,  // more wheels lost than Parameters::max_lost_wheels
+};
+
+struct Estimate {
+  // From wheels and steering systems that can be trusted. Turning on the spot sigma = +pi/2 and
+  // speed_m_s is that of the CM, yaw rate * f.
+  double speed_m_s = 0;
+  double sigma_rad = 0;
+  double yaw_rate_rad_s = 0;
+  PerWheel<double> wheel_rad_s{};      // the feedback that control uses
+  PerSteered<double> steering_rad{};   // the same
+  PerWheel<double> wheel_speed_m_s{};  // Vtan as each wheel alone would have it
+
+  template <class Self>
+  static constexpr auto members(Self& self) noexcept {
+    return std::tie(self.speed_m_s, self.sigma_rad, self.yaw_rate_rad_s, self.wheel_rad_s,
+                    self.steering_rad, self.wheel_speed_m_s);
+  }
+};
+
+struct Command {
+  PerWheel<double> wheel_rad_s{};
+  PerSteered<double> steering_rad{};
+  // false until the angles were measured once: steering drives must not be ordered anywhere yet.
+  std::uint32_t steering_known = 0;
+  WheelSet clutches_engaged = kAllWheels;
+  WheelSet motors_stopped = 0;  // no torque; wheel_rad_s is 0 there
+  Mode mode = Mode::stop;
+  StopPhase phase = StopPhase::begin;  // says something in Mode::stop
+  std::uint32_t busy = 1;              // 1: no change of mode now
+  std::uint32_t error = 0;             // 1: for the locomotion controller; stays until retried
+  std::uint32_t faults = 0;            // Fault bits of this frame
+  // Latched until retried.
+  PerWheel<WheelFailure> wheel_failure{};
+  PerSteered<SteeringFailure> steering_failure{};
+  // As this frame alone looks, before counting: may come and go.
+  PerWheel<WheelFailure> wheel_suspect{};
+  PerSteered<SteeringFailure> steering_suspect{};
+  // Sensors that are not believed any more, bit 0 motor encoder, bit 1 Hall, bit 2 reduction.
+  PerWheel<std::uint32_t> sensors_lost{};
+  PerSteered<std::uint32_t> encoders_lost{};  // bit 0 motor, bit 1 reduction
+  WheelSet stale_wheels = 0;                  // something of this wheel was too old this frame
+  SteeringSet stale_steering = 0;
+  WheelSet hot_motors = 0;
+  WheelSet inconclusive_wheels = 0;  // contradictory sensors for long, no failure fits
+  WheelSet probing = 0;              // clutch under test: this wheel runs a little slower for it
+  std::uint32_t reserved = 0;
+  Estimate estimate;
+
+  template <class Self>
+  static constexpr auto members(Self& self) noexcept {
+    return std::tie(self.wheel_rad_s, self.steering_rad, self.steering_known, self.clutches_engaged,
+                    self.motors_stopped, self.mode, self.phase, self.busy, self.error, self.faults,
+                    self.wheel_failure, self.steering_failure, self.wheel_suspect,
+                    self.steering_suspect, self.sensors_lost, self.encoders_lost, self.stale_wheels,
+                    self.stale_steering, self.hot_motors, self.inconclusive_wheels, self.probing,
+                    self.reserved, self.estimate);
+  }
+};
+
+}  // namespace lss::gnc::ardito

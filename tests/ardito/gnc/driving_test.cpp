@@ -1,0 +1,238 @@
+// The whole controller on a healthy rover.
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+
+#include "tests/ardito/gnc/rover.h"
+
+namespace lss::gnc::ardito::test {
+namespace {
+
+constexpr double kDeg = kPi / 180;
+
+bool nothing_suspected(const Command& c) {
+  bool clean = c.error == 0 && c.clutches_engaged == kAllWheels && c.motors_stopped == 0 &&
+               c.stale_wheels == 0 && c.stale_steering == 0 && c.inconclusive_wheels == 0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    clean = clean && c.wheel_failure[i] == WheelFailure::none &&
+            c.wheel_suspect[i] == WheelFailure::none;
+  }
+  for (std::size_t i = 0; i < kSteered; ++i) {
+    clean = clean && c.steering_failure[i] == SteeringFailure::none &&
+            c.steering_suspect[i] == SteeringFailure::none;
+  }
+  return clean;
+}
+
+// v of the CM, in hub scale on the spot, that these wheel speeds would make.
+double commanded_speed_m_s(const Rover& rover, std::size_t wheel) {
+  const Parameters p;
+  const PerSteered<double>& angles = rover.true_steering_rad();
+  const Direction d = direction_from_steering(1, angles[1], p.geometry);
+  const double scale = std::abs(d.sin) > 0.7 ? p.parking_length_m / p.geometry.f_m : 1;
+  return scale * v_from_hub_m_s(wheel, rover.command.wheel_rad_s[wheel] * p.geometry.wheel_radius_m,
+                                d, p.geometry);
+}
+
+TEST(Driving, StartsStoppedAndBusyUntilItKnowsWhereItIs) {
+  Rover rover;
+  rover.step();
+  EXPECT_EQ(rover.command.mode, Mode::stop);
+  rover.run(0.3);
+  EXPECT_EQ(rover.command.busy, 0U);
+  EXPECT_EQ(rover.command.steering_known, 1U);
+  for (const double w : rover.command.wheel_rad_s) EXPECT_EQ(w, 0);
+}
+
+TEST(Driving, WithoutMeasuredAnglesNothingIsSteeredAndNothingDrives) {
+  Rover rover;
+  rover.tamper = [](Measured& m) { m.steering[2] = {}; };
+  rover.request.run = true;
+  rover.request.speed = 1;
+  rover.run(5);
+  EXPECT_EQ(rover.command.steering_known, 0U);
+  EXPECT_EQ(rover.command.busy, 1U);
+  EXPECT_EQ(rover.command.mode, Mode::stop);
+}
+
+TEST(Driving, RunsStraightAtTheSpeedAsked) {
+  Rover rover;
+  rover.request.run = true;
+  for (const double speed : {1.0, 0.3, -0.6}) {
+    rover.request.speed = speed;
+    ASSERT_TRUE(rover.settle()) << speed;
+    rover.run(3);
+    EXPECT_EQ(rover.command.mode, Mode::running);
+    EXPECT_NEAR(rover.true_speed_m_s(), speed, 0.03);
+    EXPECT_NEAR(rover.command.estimate.speed_m_s, rover.true_speed_m_s(), 0.03);
+  }
+}
+
+TEST(Driving, SlowsDownInCurvesAndGoesWhereSigmaPoints) {
+  Rover rover;
+  rover.request.run = true;
+  rover.request.speed = 1;
+  rover.request.sigma_rad = 4 * kDeg;
+  ASSERT_TRUE(rover.settle());
+  rover.run(5);
+  EXPECT_NEAR(rover.true_speed_m_s(), 1 - std::sin(20 * kDeg), 0.03);
+  EXPECT_NEAR(rover.command.estimate.sigma_rad, 4 * kDeg, 0.2 * kDeg);
+  EXPECT_GT(rover.true_yaw_rate_rad_s(), 0);
+}
+
+TEST(Driving, FromRunningToTurningOnTheSpotItStopsSteersAndTurns) {
+  Rover rover;
+  rover.request.run = true;
+  rover.request.speed = 0.5;
+  ASSERT_TRUE(rover.settle());
+  rover.request.parking = true;
+  std::vector<StopPhase> phases;
+  double steered_while_moving = 0;
+  for (int n = 0; n < 200 && rover.command.mode != Mode::parking; ++n) {
+    const PerSteered<double> before = rover.true_steering_rad();
+    rover.step();
+    if (rover.command.mode == Mode::stop &&
+        (phases.empty() || phases.back() != rover.command.phase)) {
+      phases.push_back(rover.command.phase);
+    }
+    if (std::abs(rover.true_speed_m_s()) > 0.05) {
+      for (std::size_t i = 0; i < kSteered; ++i) {
+        steered_while_moving =
+            std::max(steered_while_moving, std::abs(rover.true_steering_rad()[i] - before[i]));
+      }
+    }
+  }
+  const std::vector<StopPhase> expected = {StopPhase::deceleration, StopPhase::rover_steer,
+                                           StopPhase::rover_stop};
+  EXPECT_EQ(phases, expected);
+  EXPECT_LT(steered_while_moving, 0.005);
+  EXPECT_EQ(rover.command.mode, Mode::parking);
+  rover.run(10);
+  EXPECT_NEAR(rover.true_yaw_rate_rad_s(), 0.5 / 3.429, 0.005);
+  EXPECT_NEAR(rover.command.estimate.yaw_rate_rad_s, rover.true_yaw_rate_rad_s(), 0.005);
+  EXPECT_NEAR(rover.true_steering_rad()[0], -57.43 * kDeg, 0.01);
+  EXPECT_NEAR(rover.true_steering_rad()[3], -56.33 * kDeg, 0.01);
+  rover.request.run = false;
+  ASSERT_TRUE(rover.settle());
+  EXPECT_TRUE(nothing_suspected(rover.command));
+}
+
+TEST(Driving, ErrorFromAboveStopsIt) {
+  Rover rover;
+  rover.request.run = true;
+  rover.request.speed = 1;
+  ASSERT_TRUE(rover.settle());
+  rover.request.error = true;
+  rover.run(0.1);
+  EXPECT_EQ(rover.command.mode, Mode::stop);
+  rover.run(6);
+  EXPECT_NEAR(rover.true_speed_m_s(), 0, 0.01);
+  for (const double w : rover.command.wheel_rad_s) EXPECT_EQ(w, 0);
+}
+
+// Each wheel alone would not take the rover beyond what was asked, whatever changes.
+RC_GTEST_PROP(Driving, TheLimitIsNeverExceeded, ()) {
+  Rover rover(static_cast<unsigned>(*rc::gen::inRange(0, 1000000)));
+  rover.request.enable_correction = false;  // speeds along the ground are compared in the plane
+  rover.request.run = true;
+  double allowed = 0;
+  for (int part = 0; part < 8; ++part) {
+    rover.request.speed_limit_m_s = *rc::gen::element(0.5, 1.0, 0.7, 5.0);
+    rover.request.speed = *rc::gen::element(-2.0, -1.0, -0.3, 0.0, 0.5, 1.0);
+    rover.request.sigma_rad = *rc::gen::inRange(-8, 9) * kDeg;
+    rover.request.parking = *rc::gen::weightedElement<bool>({{4, false}, {1, true}});
+    const double limit = std::min(rover.request.speed_limit_m_s, 1.0);
+    const int frames = *rc::gen::inRange(5, 120);
+    for (int n = 0; n < frames; ++n) {
+      rover.step();
+      double fastest = 0;
+      for (std::size_t i = 0; i < kWheels; ++i) {
+        fastest = std::max(fastest, std::abs(rover.command.wheel_rad_s[i]) * 0.15);
+      }
+      // outer wheels of the narrowest curve are 1.67 times as fast as the CM, which is slowed down
+      // to 0.58 there: no wheel is ever above 1.02 times the limit; and when the limit fell, not
+      // above what it did before
+      allowed = std::max(limit * 1.02, std::min(allowed, fastest));
+      RC_ASSERT(fastest <= allowed + 1e-9);
+      if (part > 0 && rover.command.mode == Mode::running &&
+          std::abs(rover.true_steering_rad()[1]) < 1e-3) {
+        RC_ASSERT(std::abs(commanded_speed_m_s(rover, 2)) <= std::max(limit, allowed) + 1e-3);
+      }
+    }
+  }
+}
+
+TEST(Driving, WheelsArriveTogether) {
+  Rover rover;
+  rover.noise = {0, 0, 0, 0, 0, 0, 0, 0};
+  rover.request.run = true;
+  rover.request.sigma_rad = 3 * kDeg;
+  rover.request.speed = 0;
+  rover.run(5);  // steered, standing
+  rover.request.speed = 1;
+  PerWheel<double> last{};
+  const PlaneWheels ratio = ackermann({direction(3 * kDeg), 1}, Geometry{});
+  for (int n = 0; n < 100; ++n) {
+    rover.step();
+    if (rover.command.mode != Mode::running) continue;
+    const double share = rover.command.wheel_rad_s[0] / ratio.hub_m_s[0];
+    for (std::size_t i = 0; i < kWheels; ++i) {
+      EXPECT_NEAR(rover.command.wheel_rad_s[i] / ratio.hub_m_s[i], share, 0.02 * share + 1e-3);
+    }
+    last = rover.command.wheel_rad_s;
+  }
+  EXPECT_GT(last[0], 4);
+}
+
+TEST(Driving, FallingLimitBringsItDownAtOnce) {
+  Rover rover;
+  rover.request.enable_correction = false;
+  rover.request.run = true;
+  rover.request.speed = 1;
+  ASSERT_TRUE(rover.settle());
+  rover.request.speed_limit_m_s = 0.5;
+  double before = 10;
+  for (int n = 0; n < 40; ++n) {
+    rover.step();
+    EXPECT_LE(rover.command.wheel_rad_s[2], before + 0.05);
+    before = rover.command.wheel_rad_s[2];
+  }
+  EXPECT_NEAR(rover.true_speed_m_s(), 0.5, 0.02);
+}
+
+TEST(Driving, AnHourOfNoisyDrivingRaisesNoAlarm) {
+  Rover rover(7);
+  std::mt19937 random(3);
+  const auto any = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  int suspected = 0, probes = 0, driving = 0;
+  rover.request.run = true;
+  for (int second = 0; second < 3600; ++second) {
+    if (second % 12 == 0) {
+      rover.request.speed_limit_m_s = any(2) == 0 ? 0.5 : 1.0;
+      rover.request.sigma_rad = (any(11) - 5) * kDeg;
+      rover.request.speed = (any(21) - 10) * 0.1;
+      rover.request.parking = any(5) == 0;
+      rover.request.enable_correction = any(4) != 0;
+      rover.drive_load = 0.05 + 0.05 * any(8);
+    }
+    for (int n = 0; n < 10; ++n) {
+      rover.step();
+      if (!nothing_suspected(rover.command)) ++suspected;
+      if (rover.command.probing != 0) ++probes;
+      if (rover.command.mode != Mode::stop) ++driving;
+      const std::uint32_t faults = rover.command.faults & ~std::uint32_t{kIncoherentSigma};
+      ASSERT_EQ(faults & (kImuSilent | kImuImplausible | kRockerStale | kTooFewWheels), 0U)
+          << "second " << second;
+    }
+  }
+  EXPECT_EQ(suspected, 0);
+  EXPECT_GT(driving, 20000);
+  RecordProperty("frames_with_a_probe", probes);
+  std::printf("an hour: %d frames driving, %d frames with a clutch probe, %d with a suspicion\n",
+              driving, probes, suspected);
+}
+
+}  // namespace
+}  // namespace lss::gnc::ardito::test

@@ -1,0 +1,188 @@
+// Old values, silent and implausible sensors: faults, never values (FMEA 7.3.1, 7.5.1, 7.6, 7.7).
+
+#include <gtest/gtest.h>
+
+#include "tests/ardito/gnc/rover.h"
+
+namespace lss::gnc::ardito::test {
+namespace {
+
+Rover driving(double speed = 0.6) {
+  Rover rover(5);
+  rover.request.run = true;
+  rover.request.speed = speed;
+  EXPECT_TRUE(rover.settle(30));
+  rover.run(1);
+  return rover;
+}
+
+TEST(Stale, OneOldSensorIsASensorFailureEvenWhenItsValueFits) {
+  Rover rover = driving();
+  rover.tamper = [](Measured& m) { m.wheels[2].hall_rad_s.age_s = 0.3; };
+  rover.step();
+  EXPECT_EQ(rover.command.stale_wheels, only(2));
+  EXPECT_EQ(rover.command.wheel_suspect[2], WheelFailure::motor_sensor);
+  rover.run(0.3);
+  EXPECT_EQ(rover.command.wheel_failure[2], WheelFailure::motor_sensor);
+  EXPECT_EQ(rover.command.sensors_lost[2], static_cast<std::uint32_t>(kHall));
+}
+
+TEST(Stale, TwoMissedFramesAreNoFailure) {
+  Rover rover = driving();
+  rover.tamper = [](Measured& m) { m.wheels[2].hall_rad_s.age_s = 0.3; };
+  rover.run(0.2);
+  rover.tamper = nullptr;
+  rover.run(2);
+  EXPECT_EQ(rover.command.wheel_failure[2], WheelFailure::none);
+}
+
+TEST(Stale, ASilentWheelDriveIsIsolatedAndThenAnError) {
+  Rover rover = driving();
+  rover.tamper = [](Measured& m) {
+    for (Reading* r : {&m.wheels[0].motor_rad_s, &m.wheels[0].hall_rad_s,
+                       &m.wheels[0].reduction_rad_s, &m.wheels[0].current}) {
+      r->age_s = 1;
+    }
+  };
+  rover.run(0.3);
+  EXPECT_EQ(rover.command.wheel_failure[0], WheelFailure::all_sensors);
+  EXPECT_TRUE(contains(rover.command.motors_stopped, 0));
+  EXPECT_EQ(rover.command.error, 0U);
+  rover.run(0.6);
+  EXPECT_EQ(rover.command.error, 1U);
+  EXPECT_EQ(rover.command.mode, Mode::stop);
+}
+
+TEST(Stale, ADriveThatSaysItIsFaultyIsAMotorFailure) {
+  Rover rover = driving();
+  rover.tamper = [](Measured& m) { m.wheels[5].drive_fault = true; };
+  rover.step();
+  EXPECT_EQ(rover.command.wheel_suspect[5], WheelFailure::motor);
+  rover.run(0.5);
+  EXPECT_EQ(rover.command.wheel_failure[5], WheelFailure::motor);
+  EXPECT_TRUE(contains(rover.command.motors_stopped, 5));
+  EXPECT_EQ(rover.command.error, 0U);
+  rover.tamper = [](Measured& m) { m.steering[1].drive_fault = true; };
+  rover.run(0.6);
+  EXPECT_EQ(rover.command.steering_failure[1], SteeringFailure::critical);
+  EXPECT_EQ(rover.command.error, 1U);
+}
+
+TEST(Stale, HotAndOverloadedMotorsAreStopped) {
+  Rover rover = driving();
+  rover.tamper = [](Measured& m) { m.wheels[3].temperature_C.value = 120; };
+  rover.run(0.7);
+  EXPECT_EQ(rover.command.hot_motors, only(3));
+  EXPECT_TRUE(contains(rover.command.motors_stopped, 3));
+  rover.tamper = [](Measured& m) { m.wheels[1].current.value = 2.5; };
+  rover.run(0.9);
+  EXPECT_FALSE(contains(rover.command.motors_stopped, 1));
+  rover.run(0.7);
+  EXPECT_TRUE(contains(rover.command.motors_stopped, 1));
+}
+
+TEST(Stale, AnOldTemperatureIsSaidAndChangesNothing) {
+  Rover rover = driving();
+  rover.tamper = [](Measured& m) { m.wheels[3].temperature_C = {200, 5}; };
+  rover.run(2);
+  EXPECT_EQ(rover.command.stale_wheels, only(3));
+  EXPECT_EQ(rover.command.hot_motors, 0U);
+  EXPECT_EQ(rover.command.wheel_failure[3], WheelFailure::none);
+}
+
+TEST(Stale, OldSteeringEncodersAreLost) {
+  Rover rover = driving();
+  rover.tamper = [](Measured& m) { m.steering[0].motor_rad.age_s = 0.3; };
+  rover.run(0.3);
+  EXPECT_EQ(rover.command.steering_failure[0], SteeringFailure::motor_encoder);
+  EXPECT_EQ(rover.command.stale_steering, only(0));
+  rover.tamper = [](Measured& m) { m.steering[0].motor_rad = m.steering[0].reduction_rad = {}; };
+  rover.run(0.5);
+  EXPECT_EQ(rover.command.steering_failure[0], SteeringFailure::both_encoders);
+  EXPECT_EQ(rover.command.error, 1U);
+}
+
+TEST(Stale, RockerAnglesThatAreOldOrImpossibleSwitchTheCorrectionOff) {
+  for (const Reading bad : {Reading{0.2, 0.3}, Reading{2, 0.01}, Reading{NAN, 0}}) {
+    static Reading reading;
+    reading = bad;
+    Rover rover = driving();
+    rover.noise.ground_rad = 0.5;
+    rover.tamper = [](Measured& m) { m.rho1_rad = reading; };
+    rover.run(3);
+    EXPECT_NE(rover.command.faults & kRockerStale, 0U);
+    double least = 100, most = 0;
+    for (const double w : rover.command.wheel_rad_s) {
+      least = std::min(least, w);
+      most = std::max(most, w);
+    }
+    EXPECT_LT(most - least, 0.2);  // the plane's: all alike
+    rover.tamper = nullptr;
+    rover.run(0.2);
+    EXPECT_EQ(rover.command.faults & kRockerStale, 0U);
+  }
+}
+
+TEST(Stale, ImuSilentFrozenImplausibleAndContradicting) {
+  Rover rover = driving();
+  EXPECT_EQ(rover.command.faults & (kImuSilent | kImuImplausible), 0U);
+  rover.tamper = [](Measured& m) { m.imu.sigma_rad.age_s = 0.3; };
+  rover.step();
+  EXPECT_NE(rover.command.faults & kImuSilent, 0U);
+
+  rover.tamper = [](Measured& m) { m.imu.counter = 17; };
+  rover.run(0.3);
+  EXPECT_NE(rover.command.faults & kImuSilent, 0U);
+  rover.tamper = nullptr;
+  rover.run(0.2);
+  EXPECT_EQ(rover.command.faults & (kImuSilent | kImuImplausible), 0U);
+
+  rover.tamper = [](Measured& m) { m.imu.speed_m_s.value = 5; };
+  rover.step();
+  EXPECT_NE(rover.command.faults & kImuImplausible, 0U);
+  rover.tamper = nullptr;
+  rover.run(0.3);
+  EXPECT_EQ(rover.command.faults & kImuImplausible, 0U);
+
+  // slip is said at once, a contradiction that stays is the IMU's
+  rover.tamper = [](Measured& m) { m.imu.speed_m_s.value += 0.3; };
+  rover.run(0.3);
+  EXPECT_NE(rover.command.faults & kSlip, 0U);
+  EXPECT_EQ(rover.command.faults & kImuImplausible, 0U);
+  rover.run(2);
+  EXPECT_NE(rover.command.faults & kImuImplausible, 0U);
+  // none of it is a wheel's fault
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    EXPECT_EQ(rover.command.wheel_failure[i], WheelFailure::none);
+  }
+}
+
+// 17.8.1 with E12: a reduction encoder that the IMU or the motor's load contradicts is broken, not
+// the clutch.
+TEST(Stale, TheImuAndTheLoadTellAWrongReductionEncoderFromASlippingClutch) {
+  const auto wrong = [](Measured& m) { m.wheels[1].reduction_rad_s.value *= 0.6; };
+  const auto alone = [](Measured& m) {
+    m.wheels[1].reduction_rad_s.value *= 0.6;
+    m.wheels[1].current.value = 0.09;
+  };
+  // the rover is held up behind a motor that turns on
+  const auto slipping = [](Measured& m) {
+    m.wheels[1].reduction_rad_s.value *= 0.6;
+    m.wheels[1].current.value = 0.09;
+    m.imu.speed_m_s.value = m.wheels[1].reduction_rad_s.value * 0.15;
+  };
+  const std::pair<void (*)(Measured&), WheelFailure> cases[] = {
+      {wrong, WheelFailure::reduction_encoder},
+      {alone, WheelFailure::reduction_encoder},
+      {slipping, WheelFailure::clutch}};
+  for (const auto& [tamper, found] : cases) {
+    Rover rover = driving();
+    rover.request.enable_correction = false;
+    rover.tamper = tamper;
+    rover.step();
+    EXPECT_EQ(rover.command.wheel_suspect[1], found);
+  }
+}
+
+}  // namespace
+}  // namespace lss::gnc::ardito::test
