@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <iterator>
 #include <numeric>
 #include <optional>
@@ -27,6 +28,12 @@ std::vector<std::string_view> split(std::string_view text) {
 }
 
 std::optional<double> to_number(std::string_view text) {
+  if (text.starts_with("0x") || text.starts_with("0X")) {
+    std::uint32_t bits = 0;
+    const auto [end, error] = std::from_chars(text.data() + 2, text.data() + text.size(), bits, 16);
+    if (error != std::errc{} || end != text.data() + text.size()) return {};
+    return bits;
+  }
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) return {};
@@ -56,14 +63,31 @@ tl::expected<const FaultKind*, std::string> find_kind(std::string_view name,
                            fmt::join(names, ", ")));
 }
 
+std::string written(double value, const FaultArgument& argument) {
+  if (argument.hexadecimal) return fmt::format("0x{:02X}", static_cast<std::uint32_t>(value));
+  return fmt::format("{}", value);
+}
+
+// "a whole number from 1 to 6", "one of 1, 2, 5, 6".
+std::string allowed(const FaultArgument& argument) {
+  if (argument.choices.empty()) {
+    return fmt::format("a {} from {} to {}", argument.whole ? "whole number" : "number",
+                       written(argument.min, argument), written(argument.max, argument));
+  }
+  std::vector<std::string> texts;
+  for (const double choice : argument.choices) texts.push_back(written(choice, argument));
+  return fmt::format("one of {}", fmt::join(texts, ", "));
+}
+
 tl::expected<double, std::string> parse_value(std::string_view text, const FaultKind& kind,
                                               const FaultArgument& argument) {
   const std::optional<double> value = to_number(text);
+  const auto& choices = argument.choices;
   if (!value || *value < argument.min || *value > argument.max ||
-      (argument.whole && *value != std::round(*value))) {
-    return Error(fmt::format("{}: {} is '{}', but must be a {} from {} to {} ({})", usage(kind),
-                             argument.name, text, argument.whole ? "whole number" : "number",
-                             argument.min, argument.max, argument.meaning));
+      (argument.whole && *value != std::round(*value)) ||
+      (!choices.empty() && std::ranges::find(choices, *value) == choices.end())) {
+    return Error(fmt::format("{}: {} is '{}', but must be {} ({})", usage(kind), argument.name,
+                             text, allowed(argument), argument.meaning));
   }
   return *value;
 }
@@ -71,7 +95,7 @@ tl::expected<double, std::string> parse_value(std::string_view text, const Fault
 tl::expected<Fault, std::string> parse_values(std::span<const std::string_view> texts,
                                               const FaultKind& kind, bool clear) {
   Fault fault{.kind = &kind, .values = {}, .clear = clear};
-  const std::size_t most = clear ? std::size_t{kind.per_unit} : kind.arguments.size();
+  const std::size_t most = clear ? kind.per_unit : kind.arguments.size();
   if (texts.size() > most) {
     return Error(fmt::format("too many arguments in '{}:{}', it is written {}{}", kind.name,
                              fmt::join(texts, ":"), clear ? "clear:" : "", usage(kind)));
@@ -122,8 +146,10 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 bool same_unit(const Fault& a, const Fault& b) {
-  return a.kind == b.kind && (!a.kind->per_unit || a.values.empty() || b.values.empty() ||
-                              a.values.front() == b.values.front());
+  const std::size_t said = std::min({a.kind->per_unit, a.values.size(), b.values.size()});
+  const auto count = static_cast<std::ptrdiff_t>(said);
+  return a.kind == b.kind &&
+         std::equal(a.values.begin(), a.values.begin() + count, b.values.begin());
 }
 
 }  // namespace
@@ -156,7 +182,9 @@ tl::expected<TimedFault, std::string> parse_timed_fault(std::string_view text,
 std::string to_text(const Fault& fault) {
   std::string text = fault.clear ? "clear" : "";
   if (fault.kind != nullptr) text += (fault.clear ? ":" : "") + std::string(fault.kind->name);
-  for (const double value : fault.values) text += fmt::format(":{}", value);
+  for (std::size_t i = 0; i < fault.values.size(); ++i) {
+    text += ":" + written(fault.values[i], fault.kind->arguments[i]);
+  }
   return text;
 }
 
@@ -165,9 +193,14 @@ std::string describe(std::span<const FaultKind> kinds) {
   for (const FaultKind& kind : kinds) {
     text += fmt::format("{:<28} {}\n", usage(kind), kind.meaning);
     for (const FaultArgument& argument : kind.arguments) {
-      text += fmt::format("{:<28}   {}: {}, {} to {}", "", argument.name, argument.meaning,
-                          argument.min, argument.max);
-      text += argument.optional ? fmt::format(", default {}\n", argument.fallback) : "\n";
+      text += fmt::format("{:<28}   {}: {}, {}", "", argument.name, argument.meaning,
+                          argument.choices.empty()
+                              ? fmt::format("{} to {}", written(argument.min, argument),
+                                            written(argument.max, argument))
+                              : allowed(argument));
+      text += argument.optional
+                  ? fmt::format(", default {}\n", written(argument.fallback, argument))
+                  : "\n";
     }
   }
   return text;

@@ -22,19 +22,21 @@ struct FaultArgument {
   bool whole = false;
   bool optional = false;
   double fallback = 0;
+  bool hexadecimal = false;              // written so; either is read
+  std::span<const double> choices = {};  // only these, when there are any
 };
 
 struct FaultKind {
   const char* name;
   std::span<const FaultArgument> arguments;
   const char* meaning;
-  bool momentary = false;  // happens once; nothing stays to be cleared
-  bool per_unit = false;   // the first argument says which unit: each has its own
+  bool momentary = false;    // happens once; nothing stays to be cleared
+  std::size_t per_unit = 0;  // so many of the first arguments say which unit: each has its own
 };
 
 struct Fault {
   const FaultKind* kind = nullptr;  // nullptr: all, only when clearing
-  std::vector<double> values;       // one for each argument; when clearing, none or the unit
+  std::vector<double> values;  // one for each argument; when clearing, none or some of the unit
   bool clear = false;
 };
 

@@ -21,7 +21,8 @@ constexpr const char* kExamples =
     "  lss-sim zebro --dir /tmp/z --pace --seed 7 --truth truth.jsonl --fault 5s:module-dead:3\n"
     "  lss-sim fault --dir /tmp/z leg-stuck:2\n"
     "  lss-sim fault --dir /tmp/z clear\n"
-    "  lss-sim faults zebro\n";
+    "  lss-sim faults zebro\n"
+    "  lss-sim ardito --dir /tmp/a --pace --fault 10s:E-TM:2\n";
 
 struct Arguments {
   lss::sim::RunOptions run;
@@ -35,12 +36,27 @@ int complain(const std::string& sentence, ExitCode code) {
   return code;
 }
 
-void add_run_options(CLI::App& command, Arguments& arguments) {
-  command.add_option("--dir", arguments.run.folder, "folder of the links to the ports")->required();
+void add_line_options(CLI::App& command, Arguments& arguments) {
   command.add_flag("--pace", arguments.run.pace, "characters take the time they take on a wire");
   command.add_option("--baud", arguments.run.baud, "rate of the serial lines, when paced")
       ->check(CLI::Range(1'200, 4'000'000))
       ->capture_default_str();
+}
+
+void add_can_options(CLI::App& command, Arguments& arguments, const std::string& address) {
+  command.add_flag("--pace", arguments.run.pace, "frames take the time they take at 500 kbit/s");
+  command
+      .add_option("--can", arguments.run.can,
+                  "the bus: udp://127.0.0.1:PORT (cannelloni; port 0: any), or an interface, vcan0")
+      ->default_str(address);
+}
+
+void add_run_options(CLI::App& command, Arguments& arguments, const std::string& can_address) {
+  command
+      .add_option("--dir", arguments.run.folder, "folder of the links to the ports, and of faults")
+      ->required();
+  can_address.empty() ? add_line_options(command, arguments)
+                      : add_can_options(command, arguments, can_address);
   command.add_option("--seed", arguments.run.seed, "of everything random")->capture_default_str();
   command.add_option("--speed", arguments.run.speed, "of the physics against the clock")
       ->check(CLI::Range(0.01, 100.0))
@@ -59,6 +75,7 @@ int run_vehicle(const lss::sim::VehicleKind& kind, Arguments& arguments) {
     arguments.run.faults.push_back(*fault);
   }
   if (!arguments.truth.empty()) arguments.run.truth = arguments.truth;
+  if (arguments.run.can.empty()) arguments.run.can = kind.can_address();
   try {
     const auto ran = lss::sim::run(kind, arguments.run);
     return ran ? kOk : complain(ran.error(), kFailed);
@@ -96,15 +113,14 @@ int main(int argc, char** argv) {
   for (const auto& vehicle : vehicles) names.push_back(vehicle->name());
 
   Arguments arguments;
-  CLI::App app(
-      "Simulated vehicles: real bytes on pseudo-terminals, rigid-body physics behind them.",
-      "lss-sim");
+  CLI::App app("Simulated vehicles: real bytes on lines and buses, rigid-body physics behind them.",
+               "lss-sim");
   app.set_version_flag("--version", "lss-sim " LSS_VERSION);
   app.footer(kExamples);
   app.require_subcommand(1);
   for (const auto& vehicle : vehicles) {
     CLI::App* command = app.add_subcommand(vehicle->name(), vehicle->summary());
-    add_run_options(*command, arguments);
+    add_run_options(*command, arguments, vehicle->can_address());
     vehicle->add_options(*command);
   }
   CLI::App* fault = app.add_subcommand("fault", "break or mend something while a simulator runs");

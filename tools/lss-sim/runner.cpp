@@ -16,6 +16,7 @@
 #include <string_view>
 #include <thread>
 
+#include "tools/lss-sim/can_thread.h"
 #include "tools/lss-sim/control.h"
 #include "tools/lss-sim/line_thread.h"
 
@@ -28,6 +29,10 @@ constexpr FaultKind kUnplugKind = {"unplug", kUnplug,
 constexpr TimeNs kMostBehindNs = 100 * kMillisecond;
 constexpr int kPhysicsPriority = 40;  // below the lines and the daemon
 constexpr long kStepsPerTruth = 100;
+
+bool among(std::span<const FaultKind> kinds, std::string_view name) {
+  return std::ranges::find(kinds, name, &FaultKind::name) != kinds.end();
+}
 
 class Simulation {
  public:
@@ -44,6 +49,11 @@ class Simulation {
       lines_.push_back(
           std::make_unique<LineThread>(options.folder / line.name, parameters, *line.device));
     }
+    for (const CanLine& bus : vehicle_->can_buses()) {
+      const CanBus::Parameters parameters{.paced = options.pace, .seed = ++seed};
+      buses_.push_back({bus.name, bus.device,
+                        std::make_unique<CanThread>(options.can, parameters, *bus.device)});
+    }
   }
 
   ~Simulation() { stop(); }
@@ -58,6 +68,9 @@ class Simulation {
     }
     for (const auto& line : lines_) {
       if (auto started = line->start(); !started) return started;
+    }
+    for (const auto& bus : buses_) {
+      if (auto started = bus.thread->start(); !started) return started;
     }
     thread_ = std::thread([this] { physics(); });
     return {};
@@ -76,6 +89,9 @@ class Simulation {
       text += fmt::format(", port {} at {} -> {}", line->port().link().filename().string(),
                           line->port().link().string(), line->port().terminal());
     }
+    for (const auto& bus : buses_) {
+      text += fmt::format(", CAN bus {} at {}", bus.name, bus.thread->address());
+    }
     return text;
   }
 
@@ -87,20 +103,28 @@ class Simulation {
     const std::string_view name = fault.kind->name;
     if (name == kUnplugKind.name) {
       const double seconds = attach ? fault.values.front() : 0;
-      for (const auto& line : lines_) line->unplug(static_cast<TimeNs>(seconds * kSecond));
-    } else if (std::ranges::find(line_fault_kinds(), name, &FaultKind::name) !=
-               line_fault_kinds().end()) {
+      const auto duration_ns = static_cast<TimeNs>(seconds * kSecond);
+      for (const auto& line : lines_) line->unplug(duration_ns);
+      for (const auto& bus : buses_) bus.thread->unplug(duration_ns);
+    } else if (among(line_fault_kinds(), name) || among(can_fault_kinds(), name)) {
       for (const auto& line : lines_) line->set_fault(fault, attach);
+      for (const auto& bus : buses_) bus.thread->set_fault(fault, attach);
     } else {
       vehicle_->set_fault(fault, attach);
     }
   }
 
   bool in_force(const Fault& fault) const {
-    if (fault.kind->name == std::string_view(kUnplugKind.name)) {
-      return std::ranges::any_of(lines_, [](const auto& line) { return line->unplugged(); });
+    const std::string_view name = fault.kind->name;
+    if (name == kUnplugKind.name) {
+      return std::ranges::any_of(lines_, [](const auto& line) { return line->unplugged(); }) ||
+             std::ranges::any_of(buses_, [](const auto& bus) { return bus.thread->unplugged(); });
     }
-    return vehicle_->in_force(fault);
+    if (name == "bus-off") {
+      return std::ranges::any_of(buses_, [](const auto& bus) { return bus.thread->is_off(); });
+    }
+    return among(line_fault_kinds(), name) || among(can_fault_kinds(), name) ||
+           vehicle_->in_force(fault);
   }
 
   void physics() {
@@ -114,6 +138,9 @@ class Simulation {
       }
       if (steps_ % kStepsPerTruth == 0) write_truth();
       vehicle_->step();
+      for (const auto& bus : buses_) {
+        if (bus.device->wants_to_send()) bus.thread->wake();
+      }
       next += period_ns;
       const TimeNs now = monotonic_now();
       if (now > next + kMostBehindNs) {
@@ -137,7 +164,13 @@ class Simulation {
   std::unique_ptr<Vehicle> vehicle_;
   RunOptions options_;
   FaultBoard board_;
+  struct Bus {
+    std::string name;
+    CanDevice* device;
+    std::unique_ptr<CanThread> thread;
+  };
   std::vector<std::unique_ptr<LineThread>> lines_;
+  std::vector<Bus> buses_;
   std::ofstream truth_;
   std::atomic<bool> stop_ = false;
   std::atomic<long> steps_ = 0;
@@ -156,21 +189,12 @@ File take_signals() {
 
 }  // namespace
 
-std::span<const FaultKind> shared_fault_kinds() {
-  static const std::vector<FaultKind> kinds = [] {
-    const auto line = line_fault_kinds();
-    std::vector<FaultKind> all(line.begin(), line.end());
-    all.push_back(kUnplugKind);
-    return all;
-  }();
-  return kinds;
-}
-
 std::vector<FaultKind> fault_kinds_of(const VehicleKind& kind) {
   const auto own = kind.fault_kinds();
   std::vector<FaultKind> kinds(own.begin(), own.end());
-  const auto shared = shared_fault_kinds();
-  kinds.insert(kinds.end(), shared.begin(), shared.end());
+  const auto wire = kind.can_address().empty() ? line_fault_kinds() : can_fault_kinds();
+  kinds.insert(kinds.end(), wire.begin(), wire.end());
+  kinds.push_back(kUnplugKind);
   return kinds;
 }
 

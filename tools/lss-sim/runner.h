@@ -1,7 +1,8 @@
 #pragma once
 
 // Runs one vehicle in real time until SIGTERM or SIGINT: a physics thread at 1 kHz on
-// CLOCK_MONOTONIC, a thread for each serial line, and the caller's thread for signals and faults.
+// CLOCK_MONOTONIC, a thread for each serial line and CAN bus, and the caller's thread for signals
+// and faults.
 // When the machine is too slow, simulated time slips against the clock, which is counted and said
 // at the end; it never races after it.
 
@@ -19,14 +20,14 @@ struct RunOptions {
   std::filesystem::path folder;
   bool pace = false;
   int baud = 115'200;
+  std::string can;  // where the CAN bus is found; empty: where the vehicle has it by default
   unsigned seed = 1;
   double speed = 1;  // of physics against the clock; the bytes keep their rate
   std::optional<std::filesystem::path> truth;
   std::vector<TimedFault> faults;
 };
 
-// Kinds that any vehicle with serial lines has: those of the line, and unplug.
-std::span<const FaultKind> shared_fault_kinds();
+// The vehicle's own, those of its lines or bus, and unplug.
 std::vector<FaultKind> fault_kinds_of(const VehicleKind& kind);
 
 // The error says what failed at start.

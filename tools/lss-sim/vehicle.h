@@ -1,9 +1,9 @@
 #pragma once
 
-// What a simulated vehicle is to the rest of lss-sim: serial lines with devices on them, physics in
-// steps of one millisecond, faults, and the truth. Threads: step() and truth() from the physics
-// thread, a line's device from that line's thread, faults from any; the vehicle locks what these
-// share.
+// What a simulated vehicle is to the rest of lss-sim: serial lines and CAN buses with devices on
+// them, physics in steps of one millisecond, faults, and the truth. Threads: step() and truth()
+// from the physics thread, a line's or bus's device from that line's or bus's thread, faults from
+// any; the vehicle locks what these share.
 
 #include <CLI/CLI.hpp>
 #include <memory>
@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "drivers/time.h"
+#include "tools/lss-sim/can_bus.h"
 #include "tools/lss-sim/faults.h"
 #include "tools/lss-sim/uart.h"
 
@@ -25,11 +26,17 @@ struct SerialLine {
   LineDevice* device = nullptr;
 };
 
+struct CanLine {
+  std::string name;  // for people
+  CanDevice* device = nullptr;
+};
+
 class Vehicle {
  public:
   virtual ~Vehicle() = default;
-  virtual std::vector<SerialLine> lines() = 0;
-  virtual void step() = 0;  // kStepNs of simulated time
+  virtual std::vector<SerialLine> lines() { return {}; }
+  virtual std::vector<CanLine> can_buses() { return {}; }
+  virtual void step() = 0;  // kStepNs of simulated time; wakes the buses' threads after it
   // position_m, attitude_wxyz, velocity_m_s and the vehicle's own.
   virtual nlohmann::ordered_json truth() const = 0;
   // One of the vehicle's own kinds: attach or clear it.
@@ -45,6 +52,8 @@ class VehicleKind {
   virtual std::string name() const = 0;
   virtual std::string summary() const = 0;
   virtual std::span<const FaultKind> fault_kinds() const = 0;
+  // Where its CAN bus is found unless told otherwise; empty for a vehicle on serial lines.
+  virtual std::string can_address() const { return {}; }
   virtual void add_options(CLI::App& command) = 0;
   virtual std::unique_ptr<Vehicle> make(unsigned seed) const = 0;
 };

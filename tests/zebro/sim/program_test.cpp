@@ -4,7 +4,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
-#include <sys/wait.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -16,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/sim_process.h"
 #include "tools/lss-sim/file.h"
 
 namespace lss::sim {
@@ -24,67 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
-constexpr auto kPatience = std::chrono::seconds(20);
-
-// A child process; what it writes to stdout and stderr is one stream.
-class Process {
- public:
-  explicit Process(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), LSS_SIM);
-    std::vector<char*> argv;
-    for (std::string& argument : arguments) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    int ends[2];
-    if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error("pipe");
-    output_ = File(ends[0]);
-    const File write_end(ends[1]);
-    pid_ = ::fork();
-    if (pid_ != 0) return;
-    ::dup2(write_end.get(), STDOUT_FILENO);
-    ::dup2(write_end.get(), STDERR_FILENO);
-    ::execv(LSS_SIM, argv.data());
-    ::_exit(127);
-  }
-  ~Process() {
-    if (!waited_) ::kill(pid_, SIGKILL);
-    wait();
-  }
-  Process(const Process&) = delete;
-  Process& operator=(const Process&) = delete;
-
-  // Reads until the text has come or the stream has ended.
-  bool says(const std::string& text) {
-    const auto deadline = Clock::now() + kPatience;
-    while (heard.find(text) == std::string::npos) {
-      if (Clock::now() > deadline || !read()) return false;
-    }
-    return true;
-  }
-  void signal(int number) { ::kill(pid_, number); }
-  // Exit code, or minus the signal that ended it.
-  int wait() {
-    while (read()) {
-    }
-    if (!waited_) ::waitpid(pid_, &status_, 0);
-    waited_ = true;
-    return WIFEXITED(status_) ? WEXITSTATUS(status_) : -WTERMSIG(status_);
-  }
-
-  std::string heard;
-
- private:
-  bool read() {
-    char buffer[4096];
-    const ssize_t bytes = ::read(output_.get(), buffer, sizeof buffer);
-    if (bytes > 0) heard.append(buffer, static_cast<std::size_t>(bytes));
-    return bytes > 0;
-  }
-
-  File output_;
-  pid_t pid_ = -1;
-  int status_ = 0;
-  bool waited_ = false;
-};
 
 class Program : public testing::Test {
  protected:

@@ -1,0 +1,102 @@
+#pragma once
+
+// D.I.A.N.A. Ardito's chassis, rockers, bogies, steering and wheels on its ground as rigid bodies
+// (DART): what turning six wheels and four steering shafts does to the rover. Frames: world x
+// forward at the start, y left, z up; body the same, its origin at the thesis' centre of mass.
+// Angles: wheels grow with forward rotation; steering to the left is positive; a rocker or bogie
+// angle is positive when it lifts its front wheel (Ardito thesis 13, erratum on the frames). Wheels
+// 1..6 are LF, RF, LM, RM, LR, RR; steering shafts belong to wheels 1, 2, 5, 6. Used by one thread
+// (physics). One step is 1 ms.
+
+#include <Eigen/Geometry>
+#include <array>
+#include <memory>
+
+#include "tools/lss-sim/ardito_terrain.h"
+
+namespace lss::sim::ardito {
+
+inline constexpr std::size_t kWheels = 6;
+inline constexpr std::size_t kSteered = 4;
+inline constexpr std::array<std::size_t, kSteered> kSteeredWheels = {0, 1, 4, 5};
+inline constexpr double kStep_s = 0.001;
+
+// Ardito thesis 14 (a = b = c, d, e, f) and 13.4 (the pivots). Both sections give the places of the
+// wheels, and differently (erratum): the ground plan is that of section 14, which steering goes by.
+namespace dimensions {
+inline constexpr double kTrack_m = 0.782;
+inline constexpr double kFront_m = 0.612;   // ahead of the middle axle
+inline constexpr double kRear_m = 0.587;    // behind it
+inline constexpr double kCentre_m = 0.070;  // from the middle axle forward to the centre of mass
+inline constexpr double kWheelRadius_m = 0.150;
+inline constexpr double kMass_kg = 50;
+}  // namespace dimensions
+
+enum class StepSide { both, left, right };
+
+struct RoverOptions {
+  Ground ground = Ground::flat;
+  double gravity_m_s2 = 9.81;
+  double friction = 0.3;
+  double slope_rad = 0;        // uphill ahead
+  double step_height_m = 0;    // a kerb across the way; 0: none
+  double step_at_m = 1.5;      // where it begins, from the start
+  double step_length_m = 100;  // how long it stays up
+  StepSide step_side = StepSide::both;
+  unsigned seed = 1;  // of the ground
+};
+
+// What a gear does with its shaft in one step: turns it at this speed as far as the torque
+// suffices.
+struct ShaftDrive {
+  double velocity_rad_s = 0;
+  double torque_limit_Nm = 0;
+};
+
+struct ShaftState {
+  double angle_rad = 0;
+  double velocity_rad_s = 0;
+  double torque_Nm = 0;  // that the gear gave in the last step
+};
+
+struct BodyState {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond attitude = Eigen::Quaterniond::Identity();  // body to world
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();        // world
+  Eigen::Vector3d velocity_B_m_s = Eigen::Vector3d::Zero();      // the same in body axes
+  double yaw_rate_rad_s = 0;                                     // about the body's z
+};
+
+struct Suspension {
+  double beta_rad = 0;  // left rocker; the right one has the opposite, but for the bar's twist
+  double rho1_rad = 0, rho2_rad = 0;  // left and right bogie against their rockers
+};
+
+class Rover {
+ public:
+  // The rover stands on its wheels at the origin.
+  explicit Rover(const RoverOptions& options);
+  ~Rover();
+  Rover(const Rover&) = delete;
+  Rover& operator=(const Rover&) = delete;
+
+  void step(const std::array<ShaftDrive, kWheels>& wheels,
+            const std::array<ShaftDrive, kSteered>& steering);
+
+  const std::array<ShaftState, kWheels>& wheels() const { return wheels_; }
+  const std::array<ShaftState, kSteered>& steering() const { return steering_; }
+  const std::array<double, kWheels>& loads_N() const { return loads_N_; }  // on the ground
+  // How much faster than its hub goes a wheel's tread goes.
+  double slip_m_s(std::size_t wheel) const;
+  Suspension suspension() const;
+  BodyState body() const;
+
+ private:
+  struct World;
+  std::unique_ptr<World> world_;
+  std::array<ShaftState, kWheels> wheels_{};
+  std::array<ShaftState, kSteered> steering_{};
+  std::array<double, kWheels> loads_N_{};
+};
+
+}  // namespace lss::sim::ardito

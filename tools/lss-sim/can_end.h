@@ -1,0 +1,55 @@
+#pragma once
+
+// The end of a CAN bus at which the master speaks: a UDP socket with frames in cannelloni datagrams
+// ("udp://127.0.0.1:20000"), answering whoever spoke last, or a SocketCAN interface ("vcan0"). Used
+// by one thread at a time.
+
+#include <netinet/in.h>
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "drivers/can/cannelloni.h"
+#include "tools/lss-sim/file.h"
+
+namespace lss::sim {
+
+class CanEnd {
+ public:
+  explicit CanEnd(std::string address) : address_(std::move(address)) {}
+
+  // The error says what failed and what to do.
+  tl::expected<void, std::string> open();
+  void close();
+  bool is_open() const { return static_cast<bool>(file_); }
+
+  // What the master sent; empty when nothing waits. Valid until the next call.
+  std::span<const CanFrame> read();
+  // What nobody reads is lost, as on a wire.
+  void write(std::span<const CanFrame> frames);
+
+  int fd() const { return file_.get(); }
+  // As given; a port of 0 is replaced by the one that the kernel chose.
+  const std::string& address() const { return address_; }
+
+ private:
+  tl::expected<void, std::string> open_udp();
+  tl::expected<void, std::string> open_interface();
+  void read_udp();
+  void read_interface();
+  void send_datagram();
+
+  std::string address_;
+  File file_;
+  bool udp_ = false;
+  std::optional<sockaddr_in> master_;  // who spoke last
+  CannelloniReader reader_;
+  CannelloniWriter writer_;
+  std::vector<CanFrame> frames_;
+};
+
+}  // namespace lss::sim

@@ -1,0 +1,45 @@
+#pragma once
+
+// One CAN bus of a simulator: moves frames between the end at which the master speaks and the bus
+// in front of the nodes, on time. Its own thread; start, stop, faults and plugging from the others.
+
+#include <atomic>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <tl/expected.hpp>
+
+#include "tools/lss-sim/can_bus.h"
+#include "tools/lss-sim/can_end.h"
+
+namespace lss::sim {
+
+class CanThread {
+ public:
+  CanThread(std::string address, const CanBus::Parameters& parameters, CanDevice& device);
+  ~CanThread();
+
+  // Opens the end and begins. The error says what failed.
+  tl::expected<void, std::string> start();
+
+  void set_fault(const Fault& fault, bool attach);  // of can_fault_kinds()
+  bool is_off();                                    // bus-off
+  void unplug(TimeNs duration_ns);                  // 0: plug in at once
+  bool unplugged() const;
+  void wake();  // a node has something to send
+  const std::string& address() const { return end_.address(); }
+
+ private:
+  void loop();
+  TimeNs serve(TimeNs now);
+
+  std::mutex mutex_;  // of the bus and its end
+  CanEnd end_;
+  CanBus bus_;
+  std::atomic<TimeNs> plug_at_ns_ = 0;
+  std::atomic<bool> stop_ = false;
+  File wake_;
+  std::thread thread_;
+};
+
+}  // namespace lss::sim
