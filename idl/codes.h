@@ -9,49 +9,56 @@
 namespace lss {
 
 // number, name, what it says, what to do about it
-#define LSS_REASONS(X)                                                                            \
-  X(0, none, "no reason", "")                                                                     \
-  X(1, unknown_command, "unknown command kind", "list the commands with: lss-cli command list")   \
-  X(2, wrong_vehicle, "command of another vehicle",                                               \
-    "list the commands with: lss-cli command list")                                               \
-  X(3, not_finite, "parameter is not a finite number", "send a number")                           \
-  X(4, out_of_range, "parameter is out of range", "see: lss-cli command describe NAME")           \
-  X(5, not_a_choice, "parameter is none of its choices", "see: lss-cli command describe NAME")    \
-  X(6, bad_source, "source name is empty or not terminated", "name the source")                   \
-  X(7, stale_sequence, "sequence number was used before", "count the sequence number up")         \
-  X(8, too_many_sources, "too many sources command at once", "stop one of them")                  \
-  X(9, bad_lease, "lease is out of range", "ask for a lease within the limits of the config")     \
-  X(10, busy, "request queue is full", "send fewer commands at a time")                           \
-  X(11, not_authorised, "another source holds authority",                                         \
-    "let it stop, or stop it: any emergency stop is obeyed")                                      \
-  X(12, not_in_state, "not allowed in this state", "see the state with: lss-cli status")          \
-  X(13, not_in_mode, "not allowed in this mode", "see the mode with: lss-cli status")             \
-  X(14, module_silent, "a module does not answer",                                                \
-    "check its power and the bus, then: lss-cli solve")                                           \
-  X(15, panel_deployed, "the solar panel is deployed", "retract it first: lss-cli panel retract") \
-  X(16, motors_not_on, "motion control is not confirmed by all modules",                          \
-    "wait for it, or check lss-cli status")                                                       \
-  X(17, fault_latched, "a module stopped by itself and was not reset since",                      \
-    "lss-cli reset MODULE")                                                                       \
-  X(18, port_closed, "the bus port is not open", "check the port named in the config")            \
-  X(19, emergency, "an emergency ended it", "see lss-cli status, then: lss-cli solve")            \
-  X(20, lease_expired, "the heartbeat of its source stopped",                                     \
-    "keep the client running, or start lss-cli heartbeat")                                        \
-  X(21, superseded, "another command took its place", "")                                         \
-  X(22, over_current, "a module draws too much current", "free the leg, then: lss-cli solve")     \
-  X(23, not_solved, "errors remain", "see lss-cli status for the faults that are still there")    \
-  X(24, shutting_down, "the daemon is stopping", "start it again")                                \
-  X(25, panel_moving, "the solar panel is moving", "wait for it to end")                          \
-  X(26, unused_parameter, "a parameter that the command does not have is not zero",               \
-    "see: lss-cli command describe NAME")                                                         \
-  X(27, never_heard, "a module has not been heard since the daemon started",                      \
-    "check its power and the bus")                                                                \
-  X(28, too_fast, "faster than a leg may turn", "give it more time")                              \
-  X(29, isolated, "the module is out of service", "lss-cli restore, when it is well again")       \
-  X(30, obc_silent, "the OBC is not heard", "start the OBC's client or lss-cli heartbeat")        \
-  X(31, nobody_holds, "nobody holds authority", "")                                               \
-  X(32, not_stable, "too few legs would be left to stand and walk on",                            \
-    "mend a leg and restore it first")
+#define LSS_REASONS(X)                                                                             \
+  X(0, none, "no reason", "")                                                                      \
+  X(1, unknown_command, "unknown command kind", "list the commands with: lss-cli command list")    \
+  X(2, wrong_vehicle, "command of another vehicle",                                                \
+    "list the commands with: lss-cli command list")                                                \
+  X(3, not_finite, "parameter is not a finite number", "send a number")                            \
+  X(4, out_of_range, "parameter is out of range", "see: lss-cli command describe NAME")            \
+  X(5, not_a_choice, "parameter is none of its choices", "see: lss-cli command describe NAME")     \
+  X(6, bad_source, "source name is empty or not terminated", "name the source")                    \
+  X(7, stale_sequence, "sequence number was used before", "count the sequence number up")          \
+  X(8, too_many_sources, "too many sources command at once", "stop one of them")                   \
+  X(9, bad_lease, "lease is out of range", "ask for a lease within the limits of the config")      \
+  X(10, busy, "request queue is full", "send fewer commands at a time")                            \
+  X(11, not_authorised, "another source holds authority",                                          \
+    "let it stop, or stop it: any emergency stop is obeyed")                                       \
+  X(12, not_in_state, "not allowed in this state", "see the state with: lss-cli status")           \
+  X(13, not_in_mode, "not allowed in this mode", "see the mode with: lss-cli status")              \
+  X(14, module_silent, "a module does not answer",                                                 \
+    "check its power and the bus, then: lss-cli solve")                                            \
+  X(15, panel_deployed, "the solar panel is deployed", "retract it first: lss-cli panel retract")  \
+  X(16, motors_not_on, "motion control is not confirmed by all modules",                           \
+    "wait for it, or check lss-cli status")                                                        \
+  X(17, fault_latched, "a module stopped by itself and was not reset since",                       \
+    "lss-cli reset MODULE")                                                                        \
+  X(18, port_closed, "the bus port is not open", "check the port named in the config")             \
+  X(19, emergency, "an emergency ended it", "see lss-cli status, then: lss-cli solve")             \
+  X(20, lease_expired, "the heartbeat of its source stopped",                                      \
+    "keep the client running, or start lss-cli heartbeat")                                         \
+  X(21, superseded, "another command took its place", "")                                          \
+  X(22, over_current, "a module draws too much current", "free the leg, then: lss-cli solve")      \
+  X(23, not_solved, "errors remain", "see lss-cli status for the faults that are still there")     \
+  X(24, shutting_down, "the daemon is stopping", "start it again")                                 \
+  X(25, panel_moving, "the solar panel is moving", "wait for it to end")                           \
+  X(26, unused_parameter, "a parameter that the command does not have is not zero",                \
+    "see: lss-cli command describe NAME")                                                          \
+  X(27, never_heard, "a module has not been heard since the daemon started",                       \
+    "check its power and the bus")                                                                 \
+  X(28, too_fast, "faster than a leg may turn", "give it more time")                               \
+  X(29, isolated, "the module is out of service", "lss-cli restore, when it is well again")        \
+  X(30, obc_silent, "the OBC is not heard", "start the OBC's client or lss-cli heartbeat")         \
+  X(31, nobody_holds, "nobody holds authority", "")                                                \
+  X(32, not_stable, "too few legs would be left to stand and walk on",                             \
+    "mend a leg and restore it first")                                                             \
+  X(33, over_limit, "faster than the limit selected at start",                                     \
+    "drive slower, or stop and start with another --limit")                                        \
+  X(34, imu_lost, "the IMU is not to be trusted", "drive by hand, or mend the IMU")                \
+  X(35, button_pressed, "the emergency-stop button is pressed", "release it, then: lss-cli solve") \
+  X(36, power_bad, "the motors have no power", "check the battery, then: lss-cli solve")           \
+  X(37, too_few_wheels, "another wheel is out of service already", "mend it and restore it first") \
+  X(38, too_early, "autonomous driving begins only a while after the start", "wait for it")
 
 // number, name, severity (of lss.idl: 0 info, 1 warning, 2 error, 3 fatal), what it says, what to
 // do about it
@@ -89,7 +96,43 @@ namespace lss {
   X(19, gate_closed, 3, "an order failed a check at the gate",                                    \
     "report it with the events before it; then: lss-cli solve")                                   \
   X(20, orders_stale, 3, "the cycle gave no orders in time and the bus stopped the modules",      \
-    "check the load and the real-time contract: lss-cli status; then: lss-cli solve")
+    "check the load and the real-time contract: lss-cli status; then: lss-cli solve")             \
+  X(21, wheel_sensor, 1, "a speed sensor of the wheel failed and is substituted",                 \
+    "driving goes on; check it, then: lss-cli reset")                                             \
+  X(22, wheel_motor, 1, "the wheel's motor failed: its clutch is open",                           \
+    "driving goes on with five wheels; check it, then: lss-cli reset")                            \
+  X(23, wheel_gear, 1, "the wheel's gear failed: its motor is stopped",                           \
+    "driving goes on with five wheels; check it, then: lss-cli reset")                            \
+  X(24, wheel_clutch, 1, "the wheel's clutch slips or is open: its motor is stopped",             \
+    "driving goes on with five wheels; check it, then: lss-cli reset")                            \
+  X(25, wheel_critical, 3, "several parts of the wheel failed", "check it, then: lss-cli solve")  \
+  X(26, steering_sensor, 1, "a position sensor of the steering failed and is substituted",        \
+    "driving goes on; check it, then: lss-cli reset")                                             \
+  X(27, steering_critical, 3, "the steering does not follow", "check it, then: lss-cli solve")    \
+  X(28, mobility_error, 3, "the failure detection cannot keep the rover driving",                 \
+    "see which wheels failed: lss-cli status; then: lss-cli solve")                               \
+  X(29, imu_lost, 1, "the IMU is silent or implausible: no correction, no autonomous driving",    \
+    "check it; driving by hand goes on")                                                          \
+  X(30, rocker_lost, 1, "a rocker or bogie angle is stale or implausible: no correction",         \
+    "check the I/O node; driving goes on")                                                        \
+  X(31, stale_input, 3, "a measurement that is needed is too old",                                \
+    "check the node and the bus, then: lss-cli solve")                                            \
+  X(32, emergency_button, 3, "the emergency-stop button was pressed",                             \
+    "release it, then: lss-cli solve")                                                            \
+  X(33, power_lost, 3, "the motors lost their power", "check the battery, then: lss-cli solve")   \
+  X(34, drive_fault, 3, "a drive reports a fault", "lss-cli solve resets it")                     \
+  X(35, node_wrong, 1, "the node is of another type than configured",                             \
+    "check its number and the config")                                                            \
+  X(36, node_refuses, 1, "the node refused its configuration",                                    \
+    "check its firmware and the config")                                                          \
+  X(37, bus_off, 3, "the CAN controller went bus-off",                                            \
+    "check wiring and termination, then: lss-cli solve")                                          \
+  X(38, node_babbles, 1, "the node sends too much and is not listened to", "reset or replace it") \
+  X(39, instance_disagreed, 1,                                                                    \
+    "an instance of the mobility controller was out-voted and set to the others' state",          \
+    "memory may be failing: watch whether it comes again")                                        \
+  X(40, no_majority, 3, "the instances of the mobility controller all disagree",                  \
+    "restart the daemon")
 
 // number, name, severity, what it says ({0}..{3}: arguments). Faults are events of the same number
 // + 1000.
@@ -121,7 +164,10 @@ namespace lss {
   X(25, strategy_ended, 0, "{0} ended: {1}")                                             \
   X(26, module_isolated, 1, "module is out of service")                                  \
   X(27, modules_restored, 0, "all modules are in service again")                         \
-  X(28, log_lost, 1, "frames are missing in the log")
+  X(28, log_lost, 1, "frames are missing in the log")                                    \
+  X(29, emergency_message, 1, "node sent emergency {0}")                                 \
+  X(30, node_configured, 0, "node is configured and running")                            \
+  X(31, autonomy_ended, 1, "back to manual driving: the IMU is lost")
 
 enum class Reason : std::uint16_t {
 #define LSS_ENUM(number, name, ...) name = number,

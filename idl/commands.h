@@ -47,7 +47,8 @@ inline constexpr double kRequired = std::numeric_limits<double>::quiet_NaN();
 inline constexpr const char* kNoYes[] = {"no", "yes"};
 inline constexpr const char* kOffOn[] = {"off", "on"};
 
-// Commands of every vehicle.
+// Commands of every vehicle. start, stop and reset have parameters of the vehicle's own and stand
+// in its list.
 enum class CommandKind : std::uint16_t {
   none = 0,
   start = 1,
@@ -60,12 +61,7 @@ enum class CommandKind : std::uint16_t {
   restore = 8,
 };
 
-inline constexpr ParameterInfo kStopParameters[] = {
-    {"lay-down", "choice", 0, 1, 1, kNoYes, "lie down before the motors go off"},
-};
 inline constexpr CommandInfo kCommonCommands[] = {
-    {2, "stop", Access::holder, false,
-     "come to a safe stop: finish the motion, lie down if asked, motors off", kStopParameters},
     {3, "estop", Access::anyone, false, "emergency stop of everything, at once, from anyone", {}},
     {4, "solve", Access::holder, false, "leave FatalError: run the error-solving strategies", {}},
     {6, "data", Access::anyone, false, "ask for one telemetry sample", {}},

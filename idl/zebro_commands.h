@@ -80,6 +80,9 @@ inline constexpr ParameterInfo kStartParameters[] = {
     kWalkParameters[1],
     kWalkParameters[2],
 };
+inline constexpr ParameterInfo kStopParameters[] = {
+    {"lay-down", "choice", 0, 1, 1, kNoYes, "lie down before the motors go off"},
+};
 inline constexpr ParameterInfo kPanelParameters[] = {
     {"move", "choice", 0, 1, kRequired, kPanelMoves,
      "only in Idle; a deployed panel forbids operation"},
@@ -100,6 +103,8 @@ inline constexpr ParameterInfo kResetParameters[] = {
 inline constexpr CommandInfo kCommands[] = {
     {1, "start", Access::holder, true,
      "motion control on; from here on the link to the OBC is supervised", kStartParameters},
+    {2, "stop", Access::holder, false,
+     "come to a safe stop: finish the motion, lie down if asked, motors off", kStopParameters},
     {5, "reset", Access::holder, false, "reset a module, all modules, or the controller",
      kResetParameters},
     {101, "stand", Access::holder, true, "stand up", {}},

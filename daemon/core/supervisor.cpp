@@ -191,6 +191,10 @@ void Supervisor::check_links() noexcept {
   }
 }
 
+void Supervisor::abandon(Reason reason) noexcept {
+  if (state_.active.kind != 0) finish(Phase::failed, reason);
+}
+
 void Supervisor::count_late(std::uint64_t late) noexcept {
   if (late != state_.late_commands) note(EventId::frame_late, 0, static_cast<double>(late));
   state_.late_commands = late;

@@ -95,6 +95,8 @@ class Supervisor {
   void raise(FaultId id, std::uint16_t subject = 0) noexcept;
   void clear(FaultId id, std::uint16_t subject = 0) noexcept;
   void note(EventId id, std::uint16_t subject = 0, double a = 0, double b = 0) noexcept;
+  // The command that is being executed cannot go on.
+  void abandon(Reason reason) noexcept;
   void check_links() noexcept;
   // How many commands were late so far (of the actuate thread); a new one is told.
   void count_late(std::uint64_t late) noexcept;

@@ -37,6 +37,8 @@ std::string event_text(const EventRecord& event, const Vocabulary& vocabulary) {
     } else if (id == EventId::strategy_begun || id == EventId::strategy_ended) {
       arguments.push_back(index < vocabulary.strategies.size() ? vocabulary.strategies[index]
                                                                : "unknown");
+    } else if (id == EventId::emergency_message) {
+      arguments.push_back(fmt::format("{:#06x}", index));
     } else {
       arguments.push_back(argument);
     }

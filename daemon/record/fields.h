@@ -4,7 +4,8 @@
 // that records are written, read back, compared and shown by the same description. A vehicle
 // describes its own structs in daemon/vehicles/NAME_record.h.
 //
-//   v("name", member)                 numbers, enums, arrays of them, structs with fields()
+//   v("name", member)                 numbers, enums, arrays of them, structs with fields(), and
+//                                     variants of such structs
 //   v.list("name", array, count)      the first `count` elements of an array; count is a member
 //
 // The writer allocates nothing.
@@ -14,6 +15,8 @@
 #include <cstring>
 #include <span>
 #include <type_traits>
+#include <utility>
+#include <variant>
 
 #include "daemon/core/supervisor.h"
 
@@ -56,6 +59,11 @@ class Writer {
   template <class T, std::size_t N>
   void put(const std::array<T, N>& x) noexcept {
     for (const T& element : x) put(element);
+  }
+  template <class... T>
+  void put(const std::variant<T...>& x) noexcept {
+    put(static_cast<std::uint8_t>(x.index()));
+    std::visit([this](const auto& alternative) { put(alternative); }, x);
   }
 
   std::span<std::uint8_t> buffer_;
@@ -103,6 +111,17 @@ class Reader {
   template <class T, std::size_t N>
   void get(std::array<T, N>& x) noexcept {
     for (T& element : x) get(element);
+  }
+  template <class... T>
+  void get(std::variant<T...>& x) noexcept {
+    std::uint8_t index = 0;
+    get(index);
+    good_ = good_ && index < sizeof...(T);
+    if (!good_) return;
+    [&]<std::size_t... I>(std::index_sequence<I...>) {
+      ((I == index ? get(x.template emplace<I>()) : void()), ...);
+    }
+    (std::index_sequence_for<T...>());
   }
 
   std::span<const std::uint8_t> buffer_;

@@ -17,6 +17,8 @@ template <std::size_t N>
 nlohmann::ordered_json to_json(const std::array<char, N>& text);
 template <class T, std::size_t N>
 nlohmann::ordered_json to_json(const std::array<T, N>& list);
+template <class... T>
+nlohmann::ordered_json to_json(const std::variant<T...>& x);
 
 inline nlohmann::ordered_json name_of(const CodeInfo* info, std::uint16_t number) {
   return info != nullptr ? nlohmann::ordered_json(info->name) : nlohmann::ordered_json(number);
@@ -55,6 +57,11 @@ nlohmann::ordered_json to_json(const std::array<T, N>& list) {
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   for (const T& x : list) json.push_back(to_json(x));
   return json;
+}
+
+template <class... T>
+nlohmann::ordered_json to_json(const std::variant<T...>& x) {
+  return std::visit([](const auto& alternative) { return to_json(alternative); }, x);
 }
 
 template <class T>

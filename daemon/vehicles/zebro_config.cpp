@@ -6,26 +6,21 @@
 #include <numbers>
 #include <set>
 
+#include "daemon/config/reading.h"
+
 namespace lss::zebro {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-TimeNs milliseconds(config::Section& s, std::string_view key, TimeNs fallback, double min,
-                    double max) {
-  return static_cast<TimeNs>(s.number(key, static_cast<double>(fallback) * 1e-6, min, max) * 1e6);
-}
-TimeNs seconds(config::Section& s, std::string_view key, TimeNs fallback, double min, double max) {
-  return static_cast<TimeNs>(s.number(key, static_cast<double>(fallback) * 1e-9, min, max) * 1e9);
-}
-
 void read_bus(config::Section s, Parameters& p) {
   p.bus.check = s.choice("check", 0, {"lrc", "crc8"}) == 0 ? Check::lrc : Check::crc8;
   p.bus.stop = s.choice("stop", 0, {"lf", "crlf"}) == 0 ? Stop::lf : Stop::crlf;
-  p.bus.reply_timeout_ns = milliseconds(s, "reply_timeout_ms", p.bus.reply_timeout_ns, 0.5, 1000);
+  p.bus.reply_timeout_ns =
+      config::milliseconds(s, "reply_timeout_ms", p.bus.reply_timeout_ns, 0.5, 1000);
   p.bus.resend_limit = static_cast<int>(s.integer("resend_limit", p.bus.resend_limit, 0, 100));
-  p.module_silent_ns = milliseconds(s, "module_silent_ms", p.module_silent_ns, 50, 7900);
-  p.bus.stale_after_ns = milliseconds(s, "stale_ms", p.bus.stale_after_ns, 40, 5000);
+  p.module_silent_ns = config::milliseconds(s, "module_silent_ms", p.module_silent_ns, 50, 7900);
+  p.bus.stale_after_ns = config::milliseconds(s, "stale_ms", p.bus.stale_after_ns, 40, 5000);
   const auto addresses = s.integers("addresses", {1, 2, 3, 4, 5, 6, 7}, kBusModules, 1, 127);
   if (std::set(addresses.begin(), addresses.end()).size() != addresses.size()) {
     s.error("addresses", "two modules have the same address: give each its own");
@@ -62,36 +57,11 @@ void read_locomotion(config::Section& root, gnc::zebro::LocomotionParameters& p)
   if (const char* wrong = gnc::zebro::check(p)) gait.error("", wrong);
 }
 
-// The strategies of a fault class, in their order.
-void read_order(config::Section& s, std::size_t fault_class, SolverParameters& p) {
-  const std::vector<std::string> known(std::begin(kStrategyNames) + 1, std::end(kStrategyNames));
-  StrategyList& order = p.order[fault_class];
-  std::vector<std::string> fallback;
-  for (const StrategyKind kind : order) {
-    if (kind != StrategyKind::none)
-      fallback.emplace_back(kStrategyNames[static_cast<std::size_t>(kind)]);
-  }
-  const char* const key = kFaultClassNames[fault_class];
-  const std::vector<std::string> names = s.texts(key, fallback);
-  if (names.empty() || names.size() > order.size()) {
-    s.error(key, fmt::format("{} strategies: name between one and {}", names.size(), order.size()));
-    return;
-  }
-  order.fill(StrategyKind::none);
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const auto found = std::find(known.begin(), known.end(), names[i]);
-    if (found == known.end()) {
-      s.error(key, fmt::format("\"{}\" is no strategy: use {}", names[i], config::join(known)));
-      continue;
-    }
-    order[i] = static_cast<StrategyKind>(found - known.begin() + 1);
-  }
-}
-
 void read_solver(config::Section s, Parameters& p) {
-  for (std::size_t c = 0; c < kFaultClasses; ++c) read_order(s, c, p.solver);
-  p.solver.budget_ns = seconds(s, "budget_s", p.solver.budget_ns, 2, 600);
-  p.solver.cool_down_ns = seconds(s, "cool_down_s", p.solver.cool_down_ns, 2, 3600);
+  for (std::size_t c = 0; c < kFaultClasses; ++c)
+    config::read_strategies(s, kFaultClassNames[c], kStrategyNames, p.solver.order[c]);
+  p.solver.budget_ns = config::seconds(s, "budget_s", p.solver.budget_ns, 2, 600);
+  p.solver.cool_down_ns = config::seconds(s, "cool_down_s", p.solver.cool_down_ns, 2, 3600);
   p.solver.cool_degC = s.number("cool_degC", p.solver.cool_degC, -50, 150);
   p.solver.current_limit_A = p.current_limit_A;
 }
@@ -105,13 +75,13 @@ Parameters read_parameters(config::Section& root) {
 
   config::Section limits = root.section("limits");
   p.current_limit_A = limits.number("current_A", p.current_limit_A, 0.05, 1.7);
-  p.current_time_ns = milliseconds(limits, "current_time_ms", p.current_time_ns, 0, 10'000);
+  p.current_time_ns = config::milliseconds(limits, "current_time_ms", p.current_time_ns, 0, 10'000);
   p.temperature_warning_degC =
       limits.number("temperature_warning_degC", p.temperature_warning_degC, -50, 150);
 
   config::Section panel = root.section("panel");
   p.panel_deployed_deg = panel.number("deployed_deg", p.panel_deployed_deg, 10, 350);
-  p.panel_move_ns = seconds(panel, "move_s", p.panel_move_ns, 1, 60);
+  p.panel_move_ns = config::seconds(panel, "move_s", p.panel_move_ns, 1, 60);
 
   read_solver(root.section("solve"), p);
   return p;

@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 
+#include "daemon/core/plan.h"
+
 namespace lss::zebro {
 namespace {
 
@@ -159,8 +161,6 @@ Outcome Isolate::step(Patient& patient) noexcept {
 Solver::Solver(const SolverParameters& parameters) noexcept
     : parameters_(parameters), move_free_(parameters), cool_down_(parameters) {}
 
-// The first choice of every class that is there, then the second ones, and so on; each strategy
-// once, as late as any class wants it: it is for all that is wrong, and what costs most comes last.
 void Solver::begin(std::span<const Symptom> symptoms) noexcept {
   std::array<bool, kFaultClasses> present{};
   unsigned suspects = 0;
@@ -173,22 +173,8 @@ void Solver::begin(std::span<const Symptom> symptoms) noexcept {
       suspects |= 1u << (symptom.module - 1);
   }
   suspects_ = static_cast<std::uint8_t>(suspects);
-  StrategyList backwards{};
-  std::size_t count = 0;
-  for (std::size_t choice = lc::kMaxStrategies; choice-- > 0;) {
-    for (std::size_t c = kFaultClasses; c-- > 0;) {
-      const StrategyKind kind = parameters_.order[c][choice];
-      const auto planned = backwards.begin() + static_cast<std::ptrdiff_t>(count);
-      if (present[c] && kind != StrategyKind::none &&
-          std::find(backwards.begin(), planned, kind) == planned)
-        backwards[count++] = kind;
-    }
-  }
   // Whatever was wrong may be well by now.
-  if (count == 0) backwards[count++] = StrategyKind::reconnect;
-  plan_.fill(StrategyKind::none);
-  std::reverse_copy(backwards.begin(), backwards.begin() + static_cast<std::ptrdiff_t>(count),
-                    plan_.begin());
+  plan_ = plan(parameters_.order, present, StrategyKind::reconnect);
   at_ = 0;
   running_ = true;
   begun_ = false;

@@ -16,6 +16,12 @@ class Demo(unittest.TestCase):
         moved_m = float(re.search(r"zebro moved (\S+) m", result.out).group(1))
         self.assertGreaterEqual(moved_m, 0.15)
 
+    def test_the_demo_drives_ardito_and_says_what_it_did(self):
+        result = run([os.path.join(SOURCE, "tools", "demo"), "ardito"], dict(os.environ, NO_COLOR="1"), 1100)
+        print(result.out)
+        self.assertEqual(result.code, 0, result.err)
+        self.assertRegex(result.out, "an S.*on the spot.*climbed")
+
 
 if __name__ == "__main__":
     unittest.main()

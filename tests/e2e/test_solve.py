@@ -1,21 +1,15 @@
 """Error solving on the whole: what cannot be mended is done without, what can is mended."""
 
-import os
 import unittest
 
 import motion
-from programs import run
-from rig import FATAL_ERROR, FAULT, IDLE, TOOLS, Scenario
+from rig import FATAL_ERROR, FAULT, IDLE, Scenario
 
 LM = 3
 WALK_S = 40
 
 
 class Solve(Scenario):
-    def fault(self, words):
-        told = run([os.path.join(TOOLS, "lss-sim"), "fault", "--dir", self.sim_folder, words], self.environment(), 10)
-        self.assertEqual(told.code, 0, told)
-
     def tried(self):
         return [e["text"] for e in self.events() if e["name"] == "strategy_begun"]
 

@@ -20,10 +20,12 @@ struct Suffix {
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr Suffix kAngles[] = {{"", kDegree}, {"deg", kDegree}, {"°", kDegree}, {"rad", 1}};
 constexpr Suffix kTimes[] = {{"", 1}, {"s", 1}, {"ms", 1e-3}, {"min", 60}, {"h", 3600}};
+constexpr Suffix kSpeeds[] = {{"", 1}, {"m/s", 1}, {"cm/s", 1e-2}, {"mm/s", 1e-3}};
 
 std::span<const Suffix> suffixes(std::string_view unit) {
   if (unit == "rad") return kAngles;
   if (unit == "s") return kTimes;
+  if (unit == "m/s") return kSpeeds;
   return {};
 }
 

@@ -1,0 +1,186 @@
+#pragma once
+
+// The body of a bus thread on a CAN bus: frames to samples, orders to frames, by file descriptor
+// and by the driver's schedule. Opens the port, notices that it is gone, opens it again. FIFO
+// thread: nothing here allocates, locks or logs. The driver knows frames and time only
+// (drivers/ardito/rover_bus.h is one).
+//
+// Driver: restart(now), release(orders, now), receive(frames), transmit(now, frame) -> bool,
+// next_wake(), take(samples) -> how many, status(), kMaxSamples.
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <tl/expected.hpp>
+
+#include "daemon/core/clock.h"
+#include "daemon/core/latest.h"
+#include "daemon/core/ring.h"
+#include "drivers/can/can_port.h"
+
+namespace lss {
+
+// Start-up: an absent interface is waited for; what configuration got wrong is an error that says
+// what to do.
+inline tl::expected<void, std::string> check_can(const std::string& path, CanStatus status) {
+  if (status == CanStatus::ok || status == CanStatus::absent || status == CanStatus::down)
+    return {};
+  return tl::unexpected(fmt::format("port {}: {}", path, text(status)));
+}
+
+template <class Driver, class Parameters, class Orders, class Sample, class Status>
+class CanBus {
+ public:
+  struct Report {
+    Status status{};
+    CanCounters port{};
+    CanState state = CanState::active;
+    TimeNs time_ns = 0;  // when the thread wrote this
+    bool open = false;
+    bool was_open = false;  // ever
+  };
+
+  CanBus(const Parameters& parameters, std::string path, std::span<const CanFilter> filters)
+      : driver_(parameters),
+        path_(std::move(path)),
+        filters_(filters),
+        wake_fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
+  ~CanBus() { ::close(wake_fd_); }
+  CanBus(const CanBus&) = delete;
+  CanBus& operator=(const CanBus&) = delete;
+
+  // Start-up: what the port says to being opened once; it is closed again.
+  CanStatus probe() {
+    const CanStatus status = port_.open(path_.c_str(), filters_);
+    port_.close();
+    return status;
+  }
+
+  // Actuate thread: new orders, and wake the bus.
+  void release(const Orders& orders) noexcept {
+    orders_.put(orders);
+    wake();
+  }
+
+  // Frame thread: the oldest sample stamped before `end`.
+  bool pop(Sample& sample, TimeNs end) noexcept {
+    return samples_.pop_if(sample, [end](const Sample& s) { return s.time_ns < end; });
+  }
+  const Report& report() noexcept { return report_.get(); }
+  std::uint64_t dropped() const noexcept { return samples_.dropped(); }
+  std::uint64_t turns() const noexcept { return turns_.load(std::memory_order_relaxed); }
+
+  void stop() noexcept {
+    stop_.store(true, std::memory_order_relaxed);
+    wake();
+  }
+
+  // Bus thread.
+  void run() noexcept {
+    while (!stop_.load(std::memory_order_relaxed)) {
+      TimeNs now = now_ns();
+      if (!port_.is_open()) reopen(now);
+      wait(now);
+      now = now_ns();
+      if (port_.is_open()) {
+        if (orders_.update()) driver_.release(orders_.value(), now);
+        serve(now);
+      }
+      if (now - reported_.time_ns >= kReportEvery || reported_.open != port_.is_open()) report(now);
+      turns_.fetch_add(1, std::memory_order_relaxed);
+    }
+    port_.close();
+  }
+
+ private:
+  static constexpr TimeNs kReopenEvery = 100 * kMillisecond;
+  static constexpr TimeNs kReportEvery = 5 * kMillisecond;
+  static constexpr int kMostReads = 8;
+
+  void wake() noexcept {
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
+  }
+
+  void reopen(TimeNs now) noexcept {
+    if (now < reopen_ns_) return;
+    reopen_ns_ = now + kReopenEvery;
+    if (port_.open(path_.c_str(), filters_) != CanStatus::ok) return;
+    driver_.restart(now);
+    reported_.was_open = true;
+  }
+
+  void wait(TimeNs now) noexcept {
+    TimeNs wake_ns = reopen_ns_;
+    if (port_.is_open()) wake_ns = std::min(driver_.next_wake(), port_.next_wake());
+    wake_ns = std::min(wake_ns, now + kSecond);  // to see that it is to stop
+    std::array<pollfd, 2> fds{{{wake_fd_, POLLIN, 0}, {port_.fd(), POLLIN, 0}}};
+    const timespec timeout = to_timespec(wake_ns > now ? wake_ns - now : 0);
+    ::ppoll(fds.data(), fds.size(), &timeout, nullptr);
+    if (fds[0].revents) {
+      std::uint64_t count = 0;
+      [[maybe_unused]] const auto got = ::read(wake_fd_, &count, sizeof count);
+    }
+  }
+
+  // Frames in, frames out, samples up.
+  void serve(TimeNs now) noexcept {
+    std::array<CanFrame, 64> frames;
+    bool more = true;  // bounded: a flood must not keep the orders waiting
+    for (int reads = 0; more && reads < kMostReads; ++reads) {
+      const CanPort::Received in = port_.receive(frames);
+      if (in.lost) return lost();
+      driver_.receive(std::span(frames).first(in.frames));
+      more = in.more;
+    }
+    // Back from bus-off: whoever is on the bus may have missed anything.
+    if (port_.counters().restarts != restarts_) {
+      restarts_ = port_.counters().restarts;
+      driver_.restart(now);
+    }
+    for (CanFrame frame; driver_.transmit(now, frame);) port_.send(frame, now);
+    if (!port_.flush(now)) return lost();
+    std::array<Sample, Driver::kMaxSamples> samples;
+    const std::size_t count = driver_.take(samples);
+    for (std::size_t i = 0; i < count; ++i) samples_.push(samples[i]);
+  }
+
+  void lost() noexcept {
+    port_.close();
+    reopen_ns_ = 0;
+  }
+
+  void report(TimeNs now) noexcept {
+    reported_.status = driver_.status();
+    reported_.port = port_.counters();
+    reported_.state = port_.state();
+    reported_.time_ns = now;
+    reported_.open = port_.is_open();
+    report_.put(reported_);
+  }
+
+  Driver driver_;
+  std::string path_;
+  std::span<const CanFilter> filters_;
+  CanPort port_;
+  int wake_fd_;
+  TimeNs reopen_ns_ = 0;
+  std::uint64_t restarts_ = 0;
+  Report reported_{};
+  std::atomic<std::uint64_t> turns_{0};
+  std::atomic<bool> stop_{false};
+
+  Latest<Orders> orders_;
+  Latest<Report> report_;
+  Ring<Sample, 256> samples_;
+};
+
+}  // namespace lss

@@ -1,0 +1,35 @@
+#pragma once
+
+// In which order error solving tries what the configuration names for each class of faults. Pure.
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+namespace lss {
+
+// The first choice of every class that is there, then the second ones, and so on; each strategy
+// once, as late as any class wants it: it is for all that is wrong, and what costs most comes last.
+// The value-initialised Kind is none and ends a list. `otherwise`: when nothing is named.
+template <class Kind, std::size_t Choices, std::size_t Classes>
+std::array<Kind, Choices> plan(const std::array<std::array<Kind, Choices>, Classes>& order,
+                               const std::array<bool, Classes>& present, Kind otherwise) noexcept {
+  std::array<Kind, Choices> backwards{};
+  std::size_t count = 0;
+  for (std::size_t choice = Choices; choice-- > 0;) {
+    for (std::size_t c = Classes; c-- > 0;) {
+      const Kind kind = order[c][choice];
+      const auto end = backwards.begin() + static_cast<std::ptrdiff_t>(count);
+      if (present[c] && kind != Kind{} && count < Choices &&
+          std::find(backwards.begin(), end, kind) == end)
+        backwards[count++] = kind;
+    }
+  }
+  if (count == 0) backwards[count++] = otherwise;
+  std::array<Kind, Choices> forwards{};
+  std::reverse_copy(backwards.begin(), backwards.begin() + static_cast<std::ptrdiff_t>(count),
+                    forwards.begin());
+  return forwards;
+}
+
+}  // namespace lss

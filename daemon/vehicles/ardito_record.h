@@ -1,0 +1,308 @@
+#pragma once
+
+// The structs of D.I.A.N.A. Ardito that records hold, member by member (daemon/record/fields.h).
+
+#include "daemon/record/frame_record.h"
+#include "daemon/vehicles/ardito.h"
+
+namespace lss {
+
+template <class V, record::Like<CannelloniCounters> X>
+void fields(V& v, X& x) {
+  v("datagrams", x.datagrams);
+  v("frames", x.frames);
+  v("bad_header", x.bad_header);
+  v("truncated", x.truncated);
+  v("trailing", x.trailing);
+  v("bad_frame", x.bad_frame);
+  v("can_fd", x.can_fd);
+}
+
+template <class V, record::Like<CanCounters> X>
+void fields(V& v, X& x) {
+  v("received", x.received);
+  v("filtered", x.filtered);
+  v("overflows", x.overflows);
+  v("sent", x.sent);
+  v("retries", x.retries);
+  v("dropped_full", x.dropped_full);
+  v("dropped_stale", x.dropped_stale);
+  v("send_errors", x.send_errors);
+  v("error_frames", x.error_frames);
+  v("error_passive", x.error_passive);
+  v("bus_offs", x.bus_offs);
+  v("restarts", x.restarts);
+  v("foreign", x.foreign);
+  v("cannelloni", x.cannelloni);
+}
+
+}  // namespace lss
+
+namespace lss::canopen {
+
+using record::Like;
+
+template <class V, Like<Entry> X>
+void fields(V& v, X& x) {
+  v("index", x.index);
+  v("sub", x.sub);
+  v("size", x.size);
+  v("value", x.value);
+}
+
+template <class V, Like<NodeStatus> X>
+void fields(V& v, X& x) {
+  v("state", x.state);
+  v("nmt", x.nmt);
+  v("since_ns", x.since_ns);
+  v("heartbeat_ns", x.heartbeat_ns);
+  v("found_type", x.found_type);
+  v("failed_entry", x.failed_entry);
+  v("abort_code", x.abort_code);
+  v("emcy_code", x.emcy_code);
+  v("emcy_register", x.emcy_register);
+  v("emcy_ns", x.emcy_ns);
+  v("emcy_storm", x.emcy_storm);
+  v("emcys", x.emcys);
+  v("frames", x.frames);
+  v("boots", x.boots);
+  v("reboots", x.reboots);
+  v("losses", x.losses);
+  v("fall_backs", x.fall_backs);
+  v("wrong_lengths", x.wrong_lengths);
+  v("babbles", x.babbles);
+  v("ignored", x.ignored);
+}
+
+template <class V, Like<MasterCounters> X>
+void fields(V& v, X& x) {
+  v("frames_received", x.frames_received);
+  v("frames_sent", x.frames_sent);
+  v("syncs", x.syncs);
+  v("syncs_skipped", x.syncs_skipped);
+  v("unknown_nodes", x.unknown_nodes);
+  v("unknown_frames", x.unknown_frames);
+  v("other_masters", x.other_masters);
+  v("overflows", x.overflows);
+}
+
+}  // namespace lss::canopen
+
+namespace lss::ardito {
+
+using record::Like;
+
+template <class V, Like<WheelMotion> X>
+void fields(V& v, X& x) {
+  v("wheel", x.wheel);
+  v("statusword", x.statusword);
+  v("motor_rpm", x.motor_rpm);
+  v("current_permille", x.current_permille);
+}
+
+template <class V, Like<WheelSpeeds> X>
+void fields(V& v, X& x) {
+  v("wheel", x.wheel);
+  v("hall_rpm", x.hall_rpm);
+  v("reduction_rpm", x.reduction_rpm);
+}
+
+template <class V, Like<WheelHealth> X>
+void fields(V& v, X& x) {
+  v("wheel", x.wheel);
+  v("temperature_degC", x.temperature_degC);
+  v("link_V", x.link_V);
+}
+
+template <class V, Like<SteeringMotion> X>
+void fields(V& v, X& x) {
+  v("wheel", x.wheel);
+  v("statusword", x.statusword);
+  v("motor_rad", x.motor_rad);
+  v("current_permille", x.current_permille);
+}
+
+template <class V, Like<SteeringAngle> X>
+void fields(V& v, X& x) {
+  v("wheel", x.wheel);
+  v("reduction_rad", x.reduction_rad);
+}
+
+template <class V, Like<ardito::Inputs> X>
+void fields(V& v, X& x) {
+  v("emergency_button", x.emergency_button);
+  v("power_good", x.power_good);
+}
+
+template <class V, Like<Rocker> X>
+void fields(V& v, X& x) {
+  v("beta_rad", x.beta_rad);
+  v("rho1_rad", x.rho1_rad);
+  v("rho2_rad", x.rho2_rad);
+}
+
+template <class V, Like<Imu> X>
+void fields(V& v, X& x) {
+  v("Vtan_mm_s", x.Vtan_mm_s);
+  v("sigma_rad", x.sigma_rad);
+  v("yaw_rate_rad_s", x.yaw_rate_rad_s);
+  v("counter", x.counter);
+}
+
+template <class V, Like<RoverSample> X>
+void fields(V& v, X& x) {
+  v("time_ns", x.time_ns);
+  v("reading", x.reading);
+}
+
+template <class V, Like<RoverLink> X>
+void fields(V& v, X& x) {
+  v("node", x.node);
+  v("drive", x.drive);
+  v("statusword", x.statusword);
+  v("disobeys", x.disobeys);
+  v("set_points", x.set_points);
+  v("set_points_refused", x.set_points_refused);
+  v("sdo_aborts", x.sdo_aborts);
+  v("sdo_repeats", x.sdo_repeats);
+}
+
+template <class V, Like<RoverCounters> X>
+void fields(V& v, X& x) {
+  v("master", x.master);
+  v("releases", x.releases);
+  v("safe_commands", x.safe_commands);
+  v("stale_orders", x.stale_orders);
+  v("old_orders", x.old_orders);
+  v("bad_orders", x.bad_orders);
+  v("overflows", x.overflows);
+}
+
+template <class V, Like<RoverStatus> X>
+void fields(V& v, X& x) {
+  v("link", x.link);
+  v("counters", x.counters);
+}
+
+template <class V, Like<WheelOrder> X>
+void fields(V& v, X& x) {
+  v("enabled", x.enabled);
+  v("motor_rpm", x.motor_rpm);
+}
+
+template <class V, Like<SteeringOrder> X>
+void fields(V& v, X& x) {
+  v("enabled", x.enabled);
+  v("position_rad", x.position_rad);
+}
+
+template <class V, Like<RoverOrders> X>
+void fields(V& v, X& x) {
+  v("issued_ns", x.issued_ns);
+  v("serial", x.serial);
+  v("emergency_serial", x.emergency_serial);
+  v("fault_reset_serial", x.fault_reset_serial);
+  v("node_reset_serial", x.node_reset_serial);
+  v("reset_nodes", x.reset_nodes);
+  v("next_frame_ns", x.next_frame_ns);
+  v("quick_stop", x.quick_stop);
+  v("standing", x.standing);
+  v("wheel", x.wheel);
+  v("steering", x.steering);
+  v("clutches", x.clutches);
+  v("beacon", x.beacon);
+}
+
+template <class V, Like<NodeTelemetry> X>
+void fields(V& v, X& x) {
+  v("id", x.id);
+  v("address", x.address);
+  v("online", x.online);
+  v("isolated", x.isolated);
+  v("link", x.link);
+  v("drive", x.drive);
+  v("emergency", x.emergency);
+  v("emergencies", x.emergencies);
+  v("age_ms", x.age_ms);
+}
+
+template <class V, Like<WheelTelemetry> X>
+void fields(V& v, X& x) {
+  v("id", x.id);
+  v("state", x.state);
+  v("clutch", x.clutch);
+  v("stopped", x.stopped);
+  v("target_rad_s", x.target_rad_s);
+  v("motor_rad_s", x.motor_rad_s);
+  v("hall_rad_s", x.hall_rad_s);
+  v("reduction_rad_s", x.reduction_rad_s);
+  v("current_A", x.current_A);
+  v("temperature_degC", x.temperature_degC);
+  v("voltage_V", x.voltage_V);
+}
+
+template <class V, Like<SteeringTelemetry> X>
+void fields(V& v, X& x) {
+  v("id", x.id);
+  v("state", x.state);
+  v("stopped", x.stopped);
+  v("target_rad", x.target_rad);
+  v("motor_rad", x.motor_rad);
+  v("reduction_rad", x.reduction_rad);
+  v("current_A", x.current_A);
+}
+
+template <class V, Like<Telemetry> X>
+void fields(V& v, X& x) {
+  v("time_ns", x.time_ns);
+  v("frame", x.frame);
+  v("state", x.state);
+  v("mode", x.mode);
+  v("autonomous", x.autonomous);
+  v("correction", x.correction);
+  v("limit_m_s", x.limit_m_s);
+  v("speed_m_s", x.speed_m_s);
+  v("heading_rad", x.heading_rad);
+  v("measured_m_s", x.measured_m_s);
+  v("measured_rad", x.measured_rad);
+  v("distance_m", x.distance_m);
+  v("yaw_rad", x.yaw_rad);
+  v("x_m", x.x_m);
+  v("y_m", x.y_m);
+  v("wheels", x.wheels);
+  v("steering", x.steering);
+  v("nodes", x.nodes);
+  v("beta_rad", x.beta_rad);
+  v("rho_rad", x.rho_rad);
+  v("imu_valid", x.imu_valid);
+  v("imu_speed_m_s", x.imu_speed_m_s);
+  v("imu_heading_rad", x.imu_heading_rad);
+  v("imu_yaw_rate_rad_s", x.imu_yaw_rate_rad_s);
+  v("emergency_button", x.emergency_button);
+  v("power_good", x.power_good);
+  v("beacon", x.beacon);
+  v("disagreeing", x.disagreeing);
+  v("disagreements", x.disagreements);
+  v("bus_frames_sent", x.bus_frames_sent);
+  v("bus_frames_received", x.bus_frames_received);
+  v("bus_frames_dropped", x.bus_frames_dropped);
+  v("bus_overflows", x.bus_overflows);
+  v("bus_offs", x.bus_offs);
+  v("port_open", x.port_open);
+}
+
+}  // namespace lss::ardito
+
+namespace lss {
+
+template <class V, record::Like<ardito::RoverCanBus::Report> X>
+void fields(V& v, X& x) {
+  v("status", x.status);
+  v("port", x.port);
+  v("state", x.state);
+  v("time_ns", x.time_ns);
+  v("open", x.open);
+  v("was_open", x.was_open);
+}
+
+}  // namespace lss

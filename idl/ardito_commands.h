@@ -1,0 +1,106 @@
+#pragma once
+
+// The commands of D.I.A.N.A. Ardito (its own: 200..299), its modes and the names of its nodes. See
+// idl/commands.h.
+
+#include <cstdint>
+#include <numbers>
+#include <span>
+
+#include "idl/commands.h"
+
+namespace lss::ardito {
+
+inline constexpr int kDriveWheels = 6;    // 1 LF, 2 RF, 3 LM, 4 RM, 5 LR, 6 RR
+inline constexpr int kSteeredWheels = 4;  // of wheels 1, 2, 5, 6
+inline constexpr int kBusNodes = 12;  // wheel drives 1..6, steering drives 7..10, I/O 11, IMU 12
+inline constexpr int kIoNode = 11, kImuNode = 12;
+
+inline constexpr const char* kNodeNames[kBusNodes] = {
+    "LF",       "RF",       "LM",       "RM",       "LR", "RR",
+    "steer-LF", "steer-RF", "steer-LR", "steer-RR", "IO", "IMU"};
+
+// Of the link to a node, and of a drive (CiA 402), as the telemetry numbers them.
+inline constexpr const char* kLinkNames[] = {
+    "off",      "booting",     "missing", "identifying", "wrong",       "configuring", "refuses",
+    "starting", "operational", "lost",    "rebooted",    "fallen back", "babbling"};
+inline constexpr const char* kDriveNames[] = {
+    "unknown",     "not ready",         "switch-on disabled", "ready to switch on",
+    "switched on", "operation enabled", "quick stop",         "fault reaction",
+    "fault"};
+
+// Modes of the state Operational (Ardito thesis 10, 11; the last five are its decision logic).
+enum class Mode : std::uint8_t {
+  none = 0,      // not Operational
+  warning,       // the beacon runs before anything else; then to stopped
+  stopped,       // wheels at zero, steering where it is
+  steering,      // standing: the steering drives go to their angles
+  running,       // driving along an arc
+  parking,       // turning on the spot
+  decelerating,  // wheels slow down
+};
+inline constexpr const char* kModeNames[] = {"none",    "Warning", "Stopped",     "Steering",
+                                             "Running", "Parking", "Decelerating"};
+
+enum class CommandKind : std::uint16_t {
+  drive = 201,
+  park = 202,
+  halt = 203,
+};
+
+// How error solving tries to get rid of a fault; numbers as in the events strategy_begun and
+// strategy_ended.
+enum class StrategyKind : std::uint8_t {
+  none = 0,
+  reconnect,    // wait until everything answers again
+  reset_fault,  // reset the faults of drives
+  reset_node,   // reset the nodes at fault and configure them anew
+  retest,       // forget the diagnosis, close the clutches again one at a time, and look anew
+  isolate,      // go on with five wheels
+};
+inline constexpr const char* kStrategyNames[] = {"none",       "reconnect", "reset_fault",
+                                                 "reset_node", "retest",    "isolate"};
+
+// Limits of the speed for a whole operation (Ardito thesis 10.1: the rules of two competitions).
+enum class SpeedLimit : std::uint8_t { erc, urc };
+inline constexpr const char* kSpeedLimits[] = {"erc", "urc"};
+inline constexpr double kSpeedLimits_m_s[] = {0.5, 1.0};
+
+inline constexpr const char* kDrivers[] = {"manual", "autonomous"};
+
+inline constexpr double kMaxHeading_rad = 5 * (std::numbers::pi / 180);  // Ardito thesis 11.2
+
+inline constexpr ParameterInfo kStartParameters[] = {
+    {"limit", "choice", 0, 1, 0, kSpeedLimits,
+     "of the speed until the next start: erc 0.5 m/s, urc 1 m/s"},
+};
+inline constexpr ParameterInfo kDriveParameters[] = {
+    {"speed", "m/s", -1, 1, kRequired, nullptr, "of the middle of the rover; negative: backward"},
+    {"heading", "rad", -kMaxHeading_rad, kMaxHeading_rad, 0, nullptr,
+     "direction of the motion, positive: to the right; 5 deg is a radius of 0.8 m"},
+    {"correction", "choice", 0, 1, 1, kOffOn, "of the wheels' speeds for uneven ground"},
+    {"driver", "choice", 0, 1, 0, kDrivers, "autonomous: stops when the IMU is lost"},
+};
+inline constexpr ParameterInfo kParkParameters[] = {
+    {"speed", "m/s", -1, 1, kRequired, nullptr, "of the corner wheels; positive: to the right"},
+};
+inline constexpr ParameterInfo kResetParameters[] = {
+    {"node", "", -1, kBusNodes, -1, nullptr,
+     "1..6 a wheel drive, 7..10 a steering drive, 11 I/O, 12 IMU, 0 all, -1 the controller itself",
+     true},
+};
+
+inline constexpr CommandInfo kCommands[] = {
+    {1, "start", Access::holder, true,
+     "beacon on, then the motors; from here on the link to the OBC is supervised",
+     kStartParameters},
+    {2, "stop", Access::holder, false, "come to a safe stop, motors off", {}},
+    {5, "reset", Access::holder, false, "reset a node, all nodes, or the controller",
+     kResetParameters},
+    {201, "drive", Access::holder, true, "drive along an arc until another command",
+     kDriveParameters},
+    {202, "park", Access::holder, true, "turn on the spot until another command", kParkParameters},
+    {203, "halt", Access::holder, true, "stand still, ready to go on", {}},
+};
+
+}  // namespace lss::ardito

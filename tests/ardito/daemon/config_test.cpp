@@ -1,0 +1,73 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "daemon/vehicles/ardito_config.h"
+
+namespace lss::ardito {
+namespace {
+
+tl::expected<config::Config, std::string> load(const std::string& file, Parameters& parameters) {
+  return config::load(file, {"ardito"}, [&](const std::string&, config::Section& s) {
+    parameters = read_parameters(s);
+  });
+}
+
+std::string error_of(const std::string& from, const std::string& to) {
+  std::ifstream in(LSS_CONFIG);
+  std::string text((std::istreambuf_iterator<char>(in)), {});
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  text.replace(at, from.size(), to);
+  const std::string path = testing::TempDir() + "ardito_altered_" +
+                           testing::UnitTest::GetInstance()->current_test_info()->name() + ".toml";
+  std::ofstream(path) << text;
+  Parameters p;
+  const auto config = load(path, p);
+  return config ? "" : config.error();
+}
+
+TEST(ArditoConfig, TheExampleHoldsTheDefaults) {
+  Parameters p;
+  const auto config = load(LSS_CONFIG, p);
+  ASSERT_TRUE(config) << config.error();
+  EXPECT_EQ(config->period_ns, 100 * kMillisecond);
+  const Parameters d;
+  EXPECT_EQ(p.bus.wheel_node, d.bus.wheel_node);
+  EXPECT_EQ(p.bus.steering_node, d.bus.steering_node);
+  EXPECT_EQ(p.bus.io_node, d.bus.io_node);
+  EXPECT_EQ(p.bus.imu_node, d.bus.imu_node);
+  EXPECT_EQ(p.bus.sync_lead_ns, d.bus.sync_lead_ns);
+  EXPECT_EQ(p.bus.stale_after_ns, d.bus.stale_after_ns);
+  EXPECT_EQ(p.bus.heartbeat_timeout_ns, d.bus.heartbeat_timeout_ns);
+  EXPECT_DOUBLE_EQ(p.bus.wheel_acceleration_rpm_s, d.bus.wheel_acceleration_rpm_s);
+  EXPECT_DOUBLE_EQ(p.bus.steering_speed_rad_s, d.bus.steering_speed_rad_s);
+  EXPECT_DOUBLE_EQ(p.wheel_current_A, d.wheel_current_A);
+  EXPECT_DOUBLE_EQ(p.mobility.geometry.a_m, d.mobility.geometry.a_m);
+  EXPECT_DOUBLE_EQ(p.mobility.geometry.f_m, d.mobility.geometry.f_m);
+  EXPECT_DOUBLE_EQ(p.mobility.geometry.gear_ratio, d.mobility.geometry.gear_ratio);
+  EXPECT_NEAR(p.mobility.max_sigma_rad, d.mobility.max_sigma_rad, 1e-12);
+  EXPECT_DOUBLE_EQ(p.mobility.correction_sign, d.mobility.correction_sign);
+  EXPECT_EQ(p.mobility.max_lost_wheels, d.mobility.max_lost_wheels);
+  EXPECT_EQ(p.beacon_ns, d.beacon_ns);
+  EXPECT_EQ(p.solver.order, d.solver.order);
+  EXPECT_EQ(p.solver.budget_ns, d.solver.budget_ns);
+}
+
+TEST(ArditoConfig, TwoNodesOfOneNumberAreRefused) {
+  EXPECT_NE(error_of("io_node = 32", "io_node = 3").find("node 3 is there twice"),
+            std::string::npos);
+}
+
+TEST(ArditoConfig, AnUnknownStrategyIsRefusedWithTheOnesThereAre) {
+  EXPECT_NE(error_of("[\"retest\", \"isolate\"]", "[\"pray\"]").find("\"pray\" is no strategy"),
+            std::string::npos);
+}
+
+TEST(ArditoConfig, AWrongUnitIsToldWithTheRightOne) {
+  EXPECT_NE(error_of("sync_lead_ms = 10", "sync_lead_s = 0.01").find("sync_lead_ms"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace lss::ardito

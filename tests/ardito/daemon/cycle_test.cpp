@@ -1,0 +1,393 @@
+// The cycle of D.I.A.N.A. Ardito from commands to orders, in an ideal world.
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "world.h"
+
+namespace lss::ardito {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+TEST(ArditoCycle, SafeOrdersBeforeAnything) {
+  World w;
+  w.run(1);
+  EXPECT_EQ(w.state(), State::idle);
+  for (const WheelOrder& wheel : w.out_.command.wheel) EXPECT_FALSE(wheel.enabled);
+  for (const SteeringOrder& steering : w.out_.command.steering) EXPECT_FALSE(steering.enabled);
+  EXPECT_FALSE(w.out_.command.beacon);
+  EXPECT_TRUE(w.out_.command.standing);
+  EXPECT_EQ(w.out_.command.next_frame_ns, w.time_ns_ + World::kPeriod);
+}
+
+// Ardito thesis part III: the lamp runs for 5 s before any operation.
+TEST(ArditoCycle, TheBeaconRunsFiveSecondsBeforeTheMotorsGoOn) {
+  World w;
+  w.run(0.5);
+  w.send(lss::CommandKind::start, {0});
+  w.step();
+  EXPECT_EQ(w.mode(), Mode::warning);
+  EXPECT_TRUE(w.out_.command.beacon);
+  const TimeNs from = w.time_ns_;
+  ASSERT_TRUE(w.run_until([&] { return w.out_.command.wheel[0].enabled; }, 10));
+  EXPECT_GE(w.time_ns_ - from, 5 * kSecond);
+  EXPECT_LE(w.time_ns_ - from, 5 * kSecond + 2 * World::kPeriod);
+  ASSERT_TRUE(w.run_until([&] { return w.last(Phase::completed) != nullptr; }, 2));
+  EXPECT_EQ(w.mode(), Mode::stopped);
+}
+
+TEST(ArditoCycle, DrivesStraightAtTheSpeedAskedFor) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.drive_at(0.3));
+  w.run(3);
+  EXPECT_NEAR(w.out_.telemetry.measured_m_s, 0.3, 0.01);
+  const double distance = w.out_.telemetry.distance_m;
+  w.run(10);
+  EXPECT_NEAR(w.out_.telemetry.distance_m - distance, 3.0, 0.1);
+  EXPECT_NEAR(w.out_.telemetry.y_m, 0, 0.05);
+  w.send(lss::CommandKind::stop);
+  ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 10));
+  w.run(0.5);
+  EXPECT_EQ(w.last(Phase::completed)->kind, 2);
+  EXPECT_FALSE(w.out_.command.beacon);
+  EXPECT_FALSE(w.out_.command.wheel[3].enabled);
+}
+
+TEST(ArditoCycle, SteersStandingBeforeItDrivesAnArc) {
+  World w;
+  ASSERT_TRUE(w.start());
+  w.send(CommandKind::drive, {0.3, 5 * kDegree, 1, 0});
+  ASSERT_TRUE(w.run_until(Mode::steering, 3));
+  for (std::size_t i = 0; i < kWheels; ++i) EXPECT_EQ(w.wheel_rpm(i), 0);
+  ASSERT_TRUE(w.run_until(Mode::running, 20));
+  w.run(3);
+  // To the right: front wheels turn right (negative), rear ones left; outer wheels are faster.
+  EXPECT_LT(w.out_.command.steering[0].position_rad, 0);
+  EXPECT_GT(w.out_.command.steering[2].position_rad, 0);
+  EXPECT_GT(w.wheel_rpm(0), w.wheel_rpm(1));
+  EXPECT_GT(w.out_.telemetry.yaw_rad, 0);
+}
+
+TEST(ArditoCycle, ParkingTurnsOnTheSpot) {
+  World w;
+  ASSERT_TRUE(w.start());
+  w.send(CommandKind::park, {0.5});
+  ASSERT_TRUE(w.run_until(Mode::parking, 20));
+  w.run(3);
+  // (-57.43, +57.43, +56.33, -56.33) deg, as far as 2 deg count as steered.
+  EXPECT_NEAR(w.out_.command.steering[0].position_rad / kDegree, -57.43, 2);
+  EXPECT_NEAR(w.out_.command.steering[1].position_rad / kDegree, 57.43, 2);
+  EXPECT_GT(w.wheel_rpm(0), 0);
+  EXPECT_LT(w.wheel_rpm(1), 0);
+  EXPECT_NEAR(w.out_.telemetry.distance_m, 0, 1e-9);
+  w.send(CommandKind::halt);
+  ASSERT_TRUE(w.run_until(Mode::stopped, 20));
+  EXPECT_EQ(w.state(), State::operational);
+}
+
+TEST(ArditoCycle, FasterThanTheLimitIsRefusedWithBothNumbers) {
+  World w;
+  ASSERT_TRUE(w.start(0));
+  w.send(CommandKind::drive, {0.6, 0, 1, 0});
+  w.step();
+  ASSERT_NE(w.last(Phase::rejected), nullptr);
+  EXPECT_EQ(w.last(Phase::rejected)->verdict.reason, Reason::over_limit);
+  EXPECT_DOUBLE_EQ(w.last(Phase::rejected)->verdict.measured, 0.6);
+  EXPECT_DOUBLE_EQ(w.last(Phase::rejected)->verdict.limit, 0.5);
+
+  World fast;
+  ASSERT_TRUE(fast.start(1));
+  EXPECT_TRUE(fast.drive_at(0.9));
+}
+
+TEST(ArditoCycle, NoWheelEverTurnsFasterThanTheLimitAllows) {
+  World w;
+  ASSERT_TRUE(w.start(0));
+  const double fastest_rpm = 0.5 / 0.15 / (2 * std::numbers::pi) * 60 * 50;
+  for (const double heading : {0.0, 3 * kDegree, -5 * kDegree, 5 * kDegree}) {
+    w.send(CommandKind::drive, {0.5, heading, 1, 0});
+    for (int i = 0; i < 150; ++i) {
+      w.step();
+      for (std::size_t wheel = 0; wheel < kWheels; ++wheel)
+        EXPECT_LE(std::abs(w.wheel_rpm(wheel)), fastest_rpm * 1.2);
+    }
+  }
+  EXPECT_EQ(w.supervisor_.state().safe_commands, 0u);
+}
+
+struct Emergency {
+  const char* name;
+  FaultId fault;
+  std::uint16_t subject;
+  double within_s;
+  void (*cause)(World&);
+};
+
+class ArditoEmergencies : public testing::TestWithParam<Emergency> {};
+
+TEST_P(ArditoEmergencies, AllDrivesStopInTheFrameThatSeesIt) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.drive_at(0.3));
+  w.run(2);
+  GetParam().cause(w);
+  ASSERT_TRUE(w.run_until([&] { return w.state() == State::fatal_error; }, GetParam().within_s));
+  EXPECT_TRUE(w.all_stopped());
+  EXPECT_TRUE(w.has(GetParam().fault, GetParam().subject));
+  w.run(2);
+  EXPECT_TRUE(w.all_stopped());
+  EXPECT_EQ(w.state(), State::fatal_error);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Each, ArditoEmergencies,
+    testing::Values(
+        Emergency{"command", FaultId::emergency_stop, 0, 0.15,
+                  [](World& w) { w.send(lss::CommandKind::emergency_stop, {}, "anyone"); }},
+        Emergency{"node_lost", FaultId::module_silent, 3, 0.15,
+                  [](World& w) { w.node(2).state = canopen::NodeState::lost; }},
+        Emergency{"io_lost", FaultId::module_silent, kIoNode, 0.15,
+                  [](World& w) { w.node(kIo).state = canopen::NodeState::lost; }},
+        Emergency{"node_rebooted", FaultId::module_reset, 8, 0.15,
+                  [](World& w) {
+                    ++w.node(7).reboots;
+                    w.node(7).state = canopen::NodeState::rebooted;
+                  }},
+        Emergency{"drive_fault", FaultId::drive_fault, 5, 0.15,
+                  [](World& w) { w.drive(4) = canopen::DriveState::fault; }},
+        Emergency{"disobeys", FaultId::module_disobeys, 2, 0.15,
+                  [](World& w) { w.in_.bus.status.link[1].disobeys = true; }},
+        Emergency{"button", FaultId::emergency_button, kIoNode, 0.15,
+                  [](World& w) { w.inputs.emergency_button = true; }},
+        Emergency{"power", FaultId::power_lost, kIoNode, 0.15,
+                  [](World& w) { w.inputs.power_good = false; }},
+        Emergency{"port", FaultId::port_lost, 0, 0.15, [](World& w) { w.in_.bus.open = false; }},
+        Emergency{"bus_off", FaultId::bus_off, 0, 0.15,
+                  [](World& w) { ++w.in_.bus.port.bus_offs; }},
+        Emergency{"overruns", FaultId::frame_overrun, 0, 0.15,
+                  [](World& w) { w.in_.overrun_limit = true; }},
+        Emergency{"stale_wheel", FaultId::stale_input, 4, 0.7,
+                  [](World& w) {
+                    w.distort = [](std::vector<Reading>& readings) {
+                      std::erase_if(readings, [](const Reading& r) {
+                        const auto* motion = std::get_if<WheelMotion>(&r);
+                        return motion != nullptr && motion->wheel == 3;
+                      });
+                    };
+                  }},
+        Emergency{"steering_stuck", FaultId::steering_critical, 7, 3,
+                  [](World& w) {
+                    w.send(CommandKind::drive, {0.3, 5 * kDegree, 1, 0});
+                    w.distort = [](std::vector<Reading>& readings) {
+                      for (Reading& r : readings) {
+                        if (auto* m = std::get_if<SteeringMotion>(&r); m && m->wheel == 0)
+                          m->motor_rad = 0;
+                        if (auto* a = std::get_if<SteeringAngle>(&r); a && a->wheel == 0)
+                          a->reduction_rad = 0;
+                      }
+                    };
+                  }}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+TEST(ArditoCycle, ASilentCommanderIsASafeStop) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.drive_at(0.3));
+  w.heartbeat_ = false;
+  ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 10));
+  EXPECT_TRUE(w.heard(EventId::lease_expired));
+  EXPECT_EQ(w.last(Phase::failed)->verdict.reason, Reason::lease_expired);
+}
+
+TEST(ArditoCycle, TheButtonCutsEverythingUntilItIsReleasedAndSolved) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.drive_at(0.3));
+  w.inputs.emergency_button = true;
+  w.run(1);
+  EXPECT_EQ(w.state(), State::fatal_error);
+  w.send(lss::CommandKind::solve);
+  w.run(40);
+  EXPECT_EQ(w.state(), State::fatal_error) << "still pressed";
+  w.inputs.emergency_button = false;
+  w.run(1);
+  EXPECT_EQ(w.state(), State::fatal_error) << "not by itself";
+  w.send(lss::CommandKind::solve);
+  ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 30));
+  EXPECT_EQ(w.supervisor_.state().fault_count, 0u);
+  w.acks.clear();
+  EXPECT_TRUE(w.start());
+}
+
+TEST(ArditoCycle, ADriveInFaultIsResetBySolve) {
+  World w;
+  ASSERT_TRUE(w.start());
+  w.drive(2) = canopen::DriveState::fault;
+  w.run(0.3);
+  ASSERT_EQ(w.state(), State::fatal_error);
+  w.send(lss::CommandKind::solve);
+  ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 30));
+  EXPECT_TRUE(w.heard(EventId::strategy_begun));
+}
+
+TEST(ArditoCycle, AWheelWhoseNodeStaysAwayIsIsolatedAndTheOtherFiveDrive) {
+  World w;
+  ASSERT_TRUE(w.start());
+  w.node(4).state = canopen::NodeState::missing;
+  w.run(0.5);
+  w.send(lss::CommandKind::solve);
+  ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 60));
+  EXPECT_EQ(w.supervisor_.controller().isolated, 1u << 4);
+  w.acks.clear();
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.drive_at(0.3));
+  w.run(2);
+  EXPECT_FALSE(w.out_.command.wheel[4].enabled);
+  EXPECT_EQ(w.out_.command.clutches >> 4 & 1, 0);
+  EXPECT_TRUE(w.out_.command.wheel[0].enabled);
+  w.send(lss::CommandKind::stop);
+  ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 10));
+  w.node(4).state = canopen::NodeState::operational;
+  w.send(lss::CommandKind::restore);
+  w.run(1);
+  EXPECT_EQ(w.supervisor_.controller().isolated, 0u);
+  w.acks.clear();
+  EXPECT_TRUE(w.start());
+  EXPECT_TRUE(w.out_.command.wheel[4].enabled);
+}
+
+TEST(ArditoCycle, ASteeringDriveThatStaysAwayCannotBeDoneWithout) {
+  World w;
+  ASSERT_TRUE(w.start());
+  w.node(kFirstSteering).state = canopen::NodeState::missing;
+  w.run(0.5);
+  w.send(lss::CommandKind::solve);
+  w.run(60);
+  EXPECT_EQ(w.state(), State::fatal_error);
+  EXPECT_EQ(w.last(Phase::failed)->verdict.reason, Reason::not_solved);
+}
+
+TEST(ArditoCycle, ALostImuEndsAutonomousDrivingAndLeavesDrivingByHand) {
+  World w;
+  ASSERT_TRUE(w.start());
+  w.run(1);
+  w.send(CommandKind::drive, {0.3, 0, 1, 1});
+  ASSERT_TRUE(w.run_until(Mode::running, 10));
+  w.imu_alive = false;
+  ASSERT_TRUE(w.run_until(Mode::stopped, 10));
+  EXPECT_TRUE(w.heard(EventId::autonomy_ended));
+  EXPECT_TRUE(w.has(FaultId::imu_lost, kImuNode));
+  EXPECT_EQ(w.last(Phase::failed)->verdict.reason, Reason::imu_lost);
+  EXPECT_EQ(w.state(), State::operational);
+  w.send(CommandKind::drive, {0.3, 0, 1, 1});
+  w.step();
+  EXPECT_EQ(w.last(Phase::rejected)->verdict.reason, Reason::imu_lost);
+  EXPECT_TRUE(w.drive_at(0.3));
+}
+
+TEST(ArditoCycle, AMotorEncoderThatFailsIsSubstitutedWhileItDrives) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.drive_at(0.3));
+  w.run(2);
+  w.distort = [](std::vector<Reading>& readings) {
+    for (Reading& r : readings) {
+      if (auto* m = std::get_if<WheelMotion>(&r); m && m->wheel == 1) m->motor_rpm = 0;
+    }
+  };
+  ASSERT_TRUE(w.run_until([&] { return w.has(FaultId::wheel_sensor, 2); }, 2));
+  w.run(5);
+  EXPECT_EQ(w.mode(), Mode::running);
+  EXPECT_EQ(w.out_.telemetry.wheels[1].state, 1);
+}
+
+TEST(ArditoCycle, AnInstanceThatIsUpsetIsOutVotedAndTold) {
+  World w;
+  ASSERT_TRUE(w.start());
+  EXPECT_FALSE(w.has(FaultId::instance_disagreed));
+  EXPECT_EQ(w.out_.telemetry.disagreements, 0u);
+}
+
+TEST(ArditoCycle, ShutDownStopsAllDrives) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.drive_at(0.3));
+  w.in_.shut_down = true;
+  w.step();
+  EXPECT_TRUE(w.all_stopped());
+  EXPECT_EQ(w.state(), State::idle);
+}
+
+// Whatever happens when: drives are enabled in Operational only, and not while the beacon warns.
+TEST(ArditoCycle, NoDriveIsEnabledOutsideOperational) {
+  World w;
+  std::uint32_t seed = 7;
+  const auto random = [&](std::uint32_t n) {
+    return (seed = seed * 1664525 + 1013904223) / 65536 % n;
+  };
+  for (int i = 0; i < 20000; ++i) {
+    switch (random(40)) {
+      case 0:
+        w.send(lss::CommandKind::start, {double(random(2))});
+        break;
+      case 1:
+        w.send(lss::CommandKind::stop);
+        break;
+      case 2:
+        w.send(lss::CommandKind::solve);
+        break;
+      case 3:
+        w.send(CommandKind::drive,
+               {random(9) * 0.1 - 0.4, random(11) * kDegree - 5 * kDegree, 1, double(random(2))});
+        break;
+      case 4:
+        w.send(CommandKind::park, {random(9) * 0.1 - 0.4});
+        break;
+      case 5:
+        w.send(CommandKind::halt);
+        break;
+      case 6:
+        if (random(10) == 0) w.send(lss::CommandKind::emergency_stop);
+        break;
+      case 7:
+        if (random(10) == 0) w.drive(random(10)) = canopen::DriveState::fault;
+        break;
+      case 8:
+        w.node(random(12)).state =
+            random(8) ? canopen::NodeState::operational : canopen::NodeState::lost;
+        break;
+      case 9:
+        for (std::size_t n = 0; n < kNodes; ++n) w.node(n).state = canopen::NodeState::operational;
+        break;
+      case 10:
+        w.inputs.emergency_button = random(10) == 0;
+        break;
+      case 11:
+        w.inputs.power_good = random(10) != 0;
+        break;
+      case 12:
+        w.heartbeat_ = random(4) != 0;
+        break;
+      case 13:
+        w.send(lss::CommandKind::restore);
+        break;
+      case 14:
+        w.send(lss::CommandKind::reset, {double(random(14)) - 1});
+        break;
+      default:
+        break;
+    }
+    w.step();
+    bool enabled = false;
+    for (const auto& o : w.out_.command.wheel) enabled = enabled || o.enabled;
+    for (const auto& o : w.out_.command.steering) enabled = enabled || o.enabled;
+    ASSERT_FALSE(enabled && (w.state() != State::operational || w.mode() == Mode::warning)) << i;
+    ASSERT_EQ(w.supervisor_.state().safe_commands, 0u) << "the gate had nothing to do, " << i;
+  }
+}
+
+}  // namespace
+}  // namespace lss::ardito

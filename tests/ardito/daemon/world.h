@@ -1,0 +1,220 @@
+#pragma once
+
+// A world for the cycle of D.I.A.N.A. Ardito without threads, frames or physics: twelve nodes that
+// run, ten drives that do within a frame what they are ordered, in virtual time. Tests break them
+// by hand.
+
+#include <array>
+#include <cmath>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "daemon/core/cycle.h"
+#include "daemon/vehicles/ardito.h"
+
+namespace lss::ardito {
+
+inline Name source(const std::string& text) {
+  Name n{};
+  text.copy(n.data(), n.size() - 1);
+  return n;
+}
+
+class World {
+ public:
+  static constexpr TimeNs kPeriod = 100 * kMillisecond;
+
+  explicit World(const Parameters& parameters = {}, const Supervisor::Parameters& links = {})
+      : parameters_(parameters), vehicle_(parameters), supervisor_(logic(), links) {
+    in_.bus.was_open = in_.bus.open = true;
+    for (RoverLink& link : in_.bus.status.link) link.node.state = canopen::NodeState::operational;
+    for (std::size_t i = 0; i < kWheels + kSteered; ++i)
+      drive(i) = canopen::DriveState::switch_on_disabled;
+  }
+
+  static Logic logic() {
+    return {.table = &kTable,
+            .event_of = event_of,
+            .subject_of = subject_of,
+            .reached = reached,
+            .command = command,
+            .sense = sense};
+  }
+
+  canopen::DriveState& drive(std::size_t i) { return in_.bus.status.link[i].drive; }
+  canopen::NodeStatus& node(std::size_t i) { return in_.bus.status.link[i].node; }
+
+  // One frame.
+  void step() {
+    time_ns_ += kPeriod;
+    in_.frame += 1;
+    in_.time_ns = time_ns_;
+    in_.bus.time_ns = time_ns_ - kMillisecond;
+    in_.sample_count = 0;
+    if (in_.bus.open) measure();
+    in_.request_count = 0;
+    for (const Request& r : requests_) in_.requests[in_.request_count++] = r;
+    requests_.clear();
+    if (heartbeat_ && in_.request_count < kMaxRequests)
+      in_.requests[in_.request_count++] = {.source = source("test")};
+    cycle(vehicle_, supervisor_, in_, out_, [](Stage) {});
+    obey(out_.command);
+    const auto& box = supervisor_.outbox();
+    acks.insert(acks.end(), box.acks.begin(), box.acks.begin() + box.ack_count);
+    events.insert(events.end(), box.events.begin(), box.events.begin() + box.event_count);
+  }
+  void run(double seconds) {
+    for (TimeNs end = time_ns_ + static_cast<TimeNs>(seconds * 1e9); time_ns_ < end;) step();
+  }
+  template <class Condition>
+  bool run_until(Condition condition, double seconds) {
+    for (TimeNs end = time_ns_ + static_cast<TimeNs>(seconds * 1e9); time_ns_ < end;) {
+      step();
+      if (condition()) return true;
+    }
+    return false;
+  }
+  bool run_until(Mode mode, double seconds) {
+    return run_until([&] { return this->mode() == mode; }, seconds);
+  }
+
+  template <class Kind>
+  void send(Kind kind, std::initializer_list<double> parameters = {}, const char* from = "test",
+            std::uint16_t flags = 0) {
+    Request r{.source = source(from),
+              .sequence = ++sequence_,
+              .kind = static_cast<std::uint16_t>(kind),
+              .flags = flags,
+              .lease_ms = 1000};
+    std::copy(parameters.begin(), parameters.end(), r.parameter.begin());
+    requests_.push_back(r);
+  }
+  // From Idle to Stopped with all motors on.
+  bool start(double limit = 0) {
+    run(0.5);
+    send(lss::CommandKind::start, {limit});
+    return run_until([&] { return last(Phase::completed) != nullptr && mode() == Mode::stopped; },
+                     10);
+  }
+  bool drive_at(double speed, double heading = 0) {
+    send(CommandKind::drive, {speed, heading, 1, 0});
+    return run_until(Mode::running, 20);
+  }
+
+  State state() const { return supervisor_.controller().state; }
+  Mode mode() const { return static_cast<Mode>(supervisor_.controller().mode); }
+  bool has(FaultId id, std::uint16_t subject = 0) const {
+    for (const FaultRecord& f : supervisor_.state().faults) {
+      if (f.id == id && f.subject == subject) return true;
+    }
+    return false;
+  }
+  bool heard(EventId id) const {
+    for (const EventRecord& e : events) {
+      if (e.id == static_cast<std::uint16_t>(id)) return true;
+    }
+    return false;
+  }
+  const Ack* last(Phase phase) const {
+    for (auto i = acks.rbegin(); i != acks.rend(); ++i) {
+      if (i->phase == phase) return &*i;
+    }
+    return nullptr;
+  }
+  bool all_stopped() const {
+    const auto off = [](const auto& drive) { return !drive.enabled; };
+    return out_.command.quick_stop && std::ranges::all_of(out_.command.wheel, off) &&
+           std::ranges::all_of(out_.command.steering, off);
+  }
+  double wheel_rpm(std::size_t i) const { return out_.command.wheel[i].motor_rpm; }
+
+  // What is measured, before it is sent; a test breaks it here.
+  std::function<void(std::vector<Reading>&)> distort;
+
+  std::vector<Ack> acks;
+  std::vector<EventRecord> events;
+  lss::Inputs<Vehicle> in_{};
+  Outputs<Vehicle> out_{};
+  Parameters parameters_;
+  Vehicle vehicle_;
+  Supervisor supervisor_;
+  bool heartbeat_ = true;
+  TimeNs time_ns_ = 1000 * kSecond;
+  ardito::Inputs inputs{.emergency_button = false, .power_good = true};
+  bool imu_alive = true;
+  std::array<double, kWheels> rpm{};  // of the motors
+  std::array<double, kSteered> angle_rad{};
+
+ private:
+  void measure() {
+    const double gear = parameters_.mobility.geometry.gear_ratio;
+    std::vector<Reading> readings;
+    double sum = 0;
+    for (std::uint8_t i = 0; i < kWheels; ++i) {
+      readings.push_back(WheelMotion{.wheel = i,
+                                     .statusword = 0,
+                                     .motor_rpm = rpm[i],
+                                     .current_permille = std::copysign(200, rpm[i])});
+      readings.push_back(
+          WheelSpeeds{.wheel = i, .hall_rpm = rpm[i], .reduction_rpm = rpm[i] / gear});
+      readings.push_back(WheelHealth{.wheel = i, .temperature_degC = 25, .link_V = 24});
+      sum += rpm[i];
+    }
+    for (std::size_t i = 0; i < kSteered; ++i) {
+      const auto wheel = static_cast<std::uint8_t>(kSteeredWheel[i]);
+      readings.push_back(SteeringMotion{.wheel = wheel,
+                                        .statusword = 0,
+                                        .motor_rad = angle_rad[i] * gear,
+                                        .current_permille = 0});
+      readings.push_back(SteeringAngle{.wheel = wheel, .reduction_rad = angle_rad[i]});
+    }
+    readings.push_back(inputs);
+    readings.push_back(Rocker{});
+    const double m_s = sum / kWheels / gear * 2 * 3.14159265358979 / 60 *
+                       parameters_.mobility.geometry.wheel_radius_m;
+    const gnc::ardito::Estimate& e = vehicle_.command().estimate;
+    const bool parking = vehicle_.command().mode == gnc::ardito::Mode::parking;
+    if (imu_alive)
+      readings.push_back(Imu{.Vtan_mm_s = parking ? e.speed_m_s * 1e3 : m_s * 1e3,
+                             .sigma_rad = e.sigma_rad,
+                             .yaw_rate_rad_s = e.yaw_rate_rad_s,
+                             .counter = ++counter_});
+    if (distort) distort(readings);
+    for (const Reading& reading : readings) {
+      if (in_.sample_count < in_.samples.size())
+        in_.samples[in_.sample_count++] = {.time_ns = time_ns_ - kMillisecond, .reading = reading};
+    }
+    for (std::size_t i = 0; i < kNodes; ++i) {
+      if (node(i).state == canopen::NodeState::operational)
+        node(i).heartbeat_ns = time_ns_ - kMillisecond;
+    }
+  }
+
+  void obey(const RoverOrders& orders) {
+    using canopen::DriveState;
+    for (std::size_t i = 0; i < kWheels + kSteered; ++i) {
+      const bool enabled =
+          i < kWheels ? orders.wheel[i].enabled : orders.steering[i - kWheels].enabled;
+      if (drive(i) == DriveState::fault) {
+        if (orders.fault_reset_serial == resets_) continue;
+        drive(i) = DriveState::switch_on_disabled;
+      }
+      drive(i) = enabled             ? DriveState::operation_enabled
+                 : orders.quick_stop ? DriveState::quick_stop_active
+                                     : DriveState::switch_on_disabled;
+      if (i < kWheels) rpm[i] = enabled ? orders.wheel[i].motor_rpm : 0;
+      if (i >= kWheels && enabled)
+        angle_rad[i - kWheels] = orders.steering[i - kWheels].position_rad;
+    }
+    resets_ = orders.fault_reset_serial;
+  }
+
+  std::vector<Request> requests_;
+  std::uint64_t sequence_ = 0;
+  std::uint16_t counter_ = 0;
+  std::uint32_t resets_ = 0;
+};
+
+}  // namespace lss::ardito
