@@ -151,7 +151,9 @@ class Vehicle final : public Actor, private Patient {
   std::array<bool, kNodes> was_faulty_{}, disobeyed_{};
   std::array<gnc::ardito::WheelFailure, kWheels> failure_{};
   std::array<gnc::ardito::SteeringFailure, kSteered> steering_failure_{};
-  bool error_ = false, imu_lost_ = true, rocker_lost_ = false;
+  bool error_ = false, rocker_lost_ = false;
+  bool imu_lost_ = true, imu_seen_ = false, imu_told_ = false;
+  TimeNs opened_ns_ = 0;          // the port
   std::uint8_t disagreeing_ = 0;  // 1..3; 0: none
 
   Solver solver_;

@@ -12,6 +12,7 @@ using gnc::ardito::SteeringFailure;
 using gnc::ardito::WheelFailure;
 
 constexpr TimeNs kBusStuckAfter = 200 * kMillisecond;
+constexpr TimeNs kBoot = 5 * kSecond;  // a node that is not there by then is missing
 
 std::uint16_t number(std::size_t node) noexcept { return static_cast<std::uint16_t>(node + 1); }
 
@@ -88,6 +89,7 @@ void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
   if (bus.open != port_open_ || !port_reported_) {
     s.happen(bus.open ? lc::Event::port_opened : lc::Event::port_closed);
     if (bus.open) {
+      opened_ns_ = now_ns_;
       s.note(EventId::port_opened);
       s.clear(FaultId::port_absent);
     } else {
@@ -255,11 +257,14 @@ void Vehicle::watch_steering(std::size_t i, Supervisor& s) noexcept {
 void Vehicle::watch_imu(Supervisor& s) noexcept {
   constexpr std::uint32_t kBad = gnc::ardito::kImuSilent | gnc::ardito::kImuImplausible;
   const bool lost = !answers(kImu) || (stepped_ && (command_.faults & kBad) != 0);
-  const bool known = ((s.controller().flags & kImuLost) != 0) == lost;
-  if (!known) {
+  if (((s.controller().flags & kImuLost) != 0) != lost)
     s.happen(lost ? event::imu_lost : event::imu_good);
-    lost ? s.latch(FaultId::imu_lost, kImuNode) : s.clear(FaultId::imu_lost, kImuNode);
-  }
+  // While it boots it is not there yet: no fault.
+  const bool tell = imu_seen_ || (port_open_ && now_ns_ - opened_ns_ > kBoot);
+  if (lost && tell && !imu_told_) s.latch(FaultId::imu_lost, kImuNode);
+  if (!lost && imu_told_) s.clear(FaultId::imu_lost, kImuNode);
+  imu_told_ = lost && (tell || imu_told_);
+  imu_seen_ = imu_seen_ || !lost;
   imu_lost_ = lost;
   if (lost && (s.controller().flags & kAutonomous) != 0 &&
       s.happen(event::autonomy_lost).reason == Reason::none) {

@@ -288,6 +288,20 @@ TEST(ArditoCycle, ALostImuEndsAutonomousDrivingAndLeavesDrivingByHand) {
   EXPECT_TRUE(w.drive_at(0.3));
 }
 
+TEST(ArditoCycle, AnImuThatNeverComesIsToldAndOneThatBootsIsNot) {
+  World w;
+  w.node(kImu).state = canopen::NodeState::booting;
+  w.imu_alive = false;
+  w.run(1);
+  EXPECT_FALSE(w.has(FaultId::imu_lost, kImuNode)) << "it is still booting";
+  w.run(6);
+  EXPECT_TRUE(w.has(FaultId::imu_lost, kImuNode));
+  w.node(kImu).state = canopen::NodeState::operational;
+  w.imu_alive = true;
+  w.run(1);
+  EXPECT_FALSE(w.has(FaultId::imu_lost, kImuNode));
+}
+
 TEST(ArditoCycle, AMotorEncoderThatFailsIsSubstitutedWhileItDrives) {
   World w;
   ASSERT_TRUE(w.start());
