@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <exception>
 
 #include "tools/lss-cli/motion.h"
 #include "tools/lss-cli/names.h"
@@ -59,6 +60,31 @@ Motion motion_of(const Vehicle& vehicle, const std::string& verb, const Typed& t
   return motion;
 }
 
+// Those on the roster that have a command of this name.
+std::vector<const Vehicle*> owners_of(const std::string& command) {
+  std::vector<const Vehicle*> owners;
+  for (const Vehicle* vehicle : vehicles()) {
+    const std::vector<std::string> names = command_names(*vehicle);
+    if (std::ranges::find(names, command) != names.end()) owners.push_back(vehicle);
+  }
+  return owners;
+}
+
+// Before anybody is asked: whose words these are is not known yet, but one of them must understand
+// them.
+void check_words(const std::string& verb, const Typed& typed) {
+  std::exception_ptr first;
+  for (const Vehicle* vehicle : owners_of(verb)) {
+    try {
+      motion_of(*vehicle, verb, typed);
+      return;
+    } catch (const Failure&) {
+      if (!first) first = std::current_exception();
+    }
+  }
+  if (first) std::rethrow_exception(first);
+}
+
 ExitCode run_command(Context& context, const std::string& verb, const Typed& typed) {
   Session& session = context.session();
   if (verb == "estop" && !context.options.dry_run) {
@@ -110,10 +136,7 @@ void add_table_verbs(Grammar& grammar) {
         grammar.on(
             *sub,
             [name, typed = typed](Context& context) { return run_command(context, name, *typed); },
-            [name, typed = typed] {
-              // With more than one vehicle on the roster it is not known yet whose words these are.
-              if (vehicles().size() == 1) motion_of(*vehicles().front(), name, *typed);
-            });
+            [name, typed = typed] { check_words(name, *typed); });
       }
       add_parameters(grammar, *sub, *info, *vehicle, *typed);
     }
@@ -153,7 +176,9 @@ ExitCode list_commands(Context& context) {
 }
 
 ExitCode describe_command(Context& context, const std::string& name) {
-  const Vehicle& vehicle = vehicle_for_tables(context);
+  const std::vector<const Vehicle*> owners = owners_of(name);
+  if (owners.empty()) find_command(*vehicles().front(), name);  // says what is near
+  const Vehicle& vehicle = owners.size() == 1 ? *owners.front() : vehicle_for_tables(context);
   const CommandInfo& info = find_command(vehicle, name);
   context.output.document(to_json(info, vehicle));
   context.output.print(describe(info, vehicle));
