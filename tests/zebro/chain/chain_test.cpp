@@ -24,9 +24,10 @@ TEST(ZebroChain, StandsWalksAndComesToASafeStop) {
   Chain chain({.plant = kPlant});
   ASSERT_TRUE(chain.stand());
   EXPECT_GT(chain.body().position_m.z(), 0.04);
+  ASSERT_TRUE(chain.walk());
+  chain.run(7);  // aligning the legs moves the body, too, and is not reckoned
   const auto from = chain.body().position_m;
   const double said_m = chain.telemetry().distance_m;
-  ASSERT_TRUE(chain.walk());
   chain.run(20);
   EXPECT_EQ(chain.mode(), Mode::walking);
   const double walked_m = (chain.body().position_m - from).norm();
