@@ -318,7 +318,7 @@ TEST(ArditoCycle, AMotorEncoderThatFailsIsSubstitutedWhileItDrives) {
   EXPECT_EQ(w.out_.telemetry.wheels[1].state, 1);
 }
 
-TEST(ArditoCycle, AnInstanceThatIsUpsetIsOutVotedAndTold) {
+TEST(ArditoCycle, TheThreeInstancesAgreeWhileNothingUpsetsOne) {
   World w;
   ASSERT_TRUE(w.start());
   EXPECT_FALSE(w.has(FaultId::instance_disagreed));
