@@ -1,0 +1,130 @@
+#pragma once
+
+// Error-state Kalman filter of 15 states: position, velocity, attitude, biases of accelerometers
+// and gyroscopes. The nominal state follows every IMU sample; the covariance follows once for all
+// samples between two corrections, by their common transition matrix, of which only a few 3 x 3
+// blocks are not known beforehand. Corrections are scalars, one after another.
+//
+// Attitude errors are kept about the axes of N (true q = exp(psi) q), because there the transition
+// needs sums only; covariance() gives them about the axes of B (true q = q exp(dth), psi = C dth).
+// Both are the same filter. Equations: docs/gnc-talaris.md.
+
+#include "gnc/talaris/types.h"
+
+namespace lss::gnc::talaris {
+
+using Matrix3 = Eigen::Matrix3d;
+using Matrix15 = Eigen::Matrix<double, 15, 15, Eigen::DontAlign>;
+
+// What the filter corrects.
+struct Nominal {
+  Vector3 position_N_m = Vector3::Zero();
+  Vector3 velocity_N_m_s = Vector3::Zero();
+  Quaternion q_NB = Quaternion::Identity();
+  Vector3 accelerometer_bias_m_s2 = Vector3::Zero();
+  Vector3 gyro_bias_rad_s = Vector3::Zero();
+};
+
+// White noise and random walks as densities (1/sqrt(Hz), 1/sqrt(s)), 1 sigma.
+struct NoiseDensity {
+  double force = 0;       // m/s2/sqrt(Hz)
+  double rate = 0;        // rad/s/sqrt(Hz)
+  double force_bias = 0;  // m/s2/sqrt(s)
+  double rate_bias = 0;   // rad/s/sqrt(s)
+};
+
+// A beam of the altimeter at a plane: the range is what is left to go along the beam.
+struct Beam {
+  int axis = 0;                             // of N, across the plane
+  double sign = 1;                          // 1: the plane lies below, -1: ahead along the axis
+  double plane_m = 0;                       // where the plane cuts the axis
+  Vector3 direction_B = -Vector3::UnitX();  // unit vector
+  Vector3 at_B_m = Vector3::Zero();         // where the beam begins
+};
+
+// A range as the state has it, and its derivatives.
+struct ExpectedRange {
+  double range_m = 0;
+  double cosine = 0;                      // between beam and the plane's normal
+  double by_position = 0;                 // by position along Beam::axis
+  Vector3 by_attitude = Vector3::Zero();  // by psi, about N
+};
+ExpectedRange expected_range(const Nominal& nominal, const Beam& beam) noexcept;
+
+// Attitude after turning by `angle_rad` (rotation vector).
+Quaternion exponential(const Vector3& angle_rad) noexcept;
+
+class Ekf {
+ public:
+  Ekf() = default;
+  Ekf(const NoiseDensity& noise, double gravity_m_s2) noexcept
+      : noise_(noise), gravity_m_s2_(gravity_m_s2) {}
+
+  // Blocks in the order p, v, dth (about B), b_a, b_g.
+  void start(const Nominal& nominal, const Matrix15& covariance) noexcept;
+
+  // One sample that holds for dt_s, bias and all.
+  void propagate(double dt_s, const Vector3& rate_B_rad_s, const Vector3& force_B_m_s2) noexcept;
+  // Variance from elsewhere, on each axis: nothing was measured for a while.
+  void blur(double position_m2, double velocity_m2_s2, double attitude_rad2) noexcept;
+  void blur_axis(int axis, double position_m2, double velocity_m2_s2) noexcept;
+
+  // Linear scalar measurement: residual = by_position dp_axis + by_velocity dv_axis + by_attitude
+  // psi
+  // + noise.
+  struct Measurement {
+    int axis = 0;
+    double by_position = 0;
+    double by_velocity = 0;
+    Vector3 by_attitude = Vector3::Zero();
+    double residual = 0;
+    double variance = 0;
+  };
+  // Brings the covariance to the time of the state; corrects unless the residual is beyond `gate`
+  // times its standard deviation. Returns the variance of the residual.
+  double correct(const Measurement& m,
+                 double gate = std::numeric_limits<double>::infinity()) noexcept;
+
+  const Nominal& nominal() const noexcept { return nominal_; }
+  // Mean acceleration of the last propagate(), in N, gravity taken off.
+  const Vector3& acceleration_N_m_s2() const noexcept { return acceleration_; }
+  void settle() noexcept;  // brings the covariance to the time of the state
+
+  // As of the last settle() or correct().
+  Vector3 position_variance() const noexcept { return pp_.diagonal(); }
+  Vector3 velocity_variance() const noexcept { return vv_.diagonal(); }
+  Vector3 attitude_variance() const noexcept;  // about the axes of B
+  Matrix15 covariance() const noexcept;        // about B, as for start()
+
+ private:
+  struct Column {
+    Vector3 p, v, t, a, g;
+  };
+  Column times_derivative(const Measurement& m) const noexcept;  // P H^T
+  void inject(const Column& k, double residual) noexcept;
+
+  // Since the covariance was brought up to date (docs/gnc-talaris.md): sums over the samples that
+  // make up the transition matrix, and variance that came by the noise of the accelerometers.
+  struct Since {
+    double time_s = 0;
+    Vector3 vt = Vector3::Zero(), pt = Vector3::Zero();  // dv, dp by psi: -[vt x], -[pt x]
+    Matrix3 va = Matrix3::Zero(),
+            pa = Matrix3::Zero();  // dv, dp by b_a, and psi by b_g: minus these
+    Matrix3 vg = Matrix3::Zero(), pg = Matrix3::Zero();  // dv, dp by b_g
+    double qvv = 0, qpv = 0, qpp = 0;
+  };
+
+  NoiseDensity noise_;
+  double gravity_m_s2_ = kGravity_m_s2;
+  Nominal nominal_;
+  Vector3 acceleration_ = Vector3::Zero();
+  Since since_;
+  // Upper triangle; t is psi.
+  Matrix3 pp_ = Matrix3::Zero(), pv_ = Matrix3::Zero(), pt_ = Matrix3::Zero(),
+          pa_ = Matrix3::Zero(), pg_ = Matrix3::Zero(), vv_ = Matrix3::Zero(),
+          vt_ = Matrix3::Zero(), va_ = Matrix3::Zero(), vg_ = Matrix3::Zero(),
+          tt_ = Matrix3::Zero(), ta_ = Matrix3::Zero(), tg_ = Matrix3::Zero(),
+          aa_ = Matrix3::Zero(), ag_ = Matrix3::Zero(), gg_ = Matrix3::Zero();
+};
+
+}  // namespace lss::gnc::talaris

@@ -1,0 +1,272 @@
+#include "gnc/talaris/flight.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lss::gnc::talaris {
+namespace {
+
+constexpr double kRangeLead_s = 0.5;  // time constant of the altimeter's own speed
+constexpr double kMaxGap_s = 0.1;     // 20 packets: more is a gap
+
+bool finite(const NavState& s) noexcept {
+  return std::isfinite(s.position_N_m.sum() + s.velocity_N_m_s.sum() + s.rate_B_rad_s.sum() +
+                       s.acceleration_N_m_s2.sum() + s.q_NB.coeffs().sum()) &&
+         std::abs(s.q_NB.norm() - 1) < 1e-3 && s.position_N_m.cwiseAbs().maxCoeff() < 1e4 &&
+         s.velocity_N_m_s.cwiseAbs().maxCoeff() < 1e3 &&
+         s.rate_B_rad_s.cwiseAbs().maxCoeff() < 1e2 &&
+         s.acceleration_N_m_s2.cwiseAbs().maxCoeff() < 1e4;
+}
+
+}  // namespace
+
+Flight::Flight(const Parameters& parameters) noexcept
+    : parameters_(parameters),
+      gas_(parameters.gas),
+      control_(parameters, parameters.gains[0]),
+      fan_speed_(parameters.fans, parameters.gains[0]),
+      fan_flight_(parameters, parameters.gains[0]) {}
+
+bool Flight::active() const noexcept {
+  return begun_ && phase_ != Phase::none && phase_ != Phase::ready && phase_ != Phase::landed;
+}
+
+bool Flight::select_gains(std::size_t set) noexcept {
+  if (active() || set < 1 || set > parameters_.gain_sets) return false;
+  set_ = set - 1;
+  control_.set_gains(gain());
+  fan_speed_.set_gains(gain());
+  fan_flight_.set_gains(gain());
+  return true;
+}
+
+PlanResult Flight::plan(const PlanRequest& request) noexcept {
+  if (active()) {
+    PlanResult refused;
+    refused.guard = Guard::request;
+    return refused;
+  }
+  const PlanResult result = make_plan(request, parameters_, gas_.left_s());
+  if (result.feasible()) {
+    plan_ = result.plan;
+    begun_ = stopped_ = false;
+    enter(Phase::ready);
+  }
+  return result;
+}
+
+void Flight::drop_plan() noexcept {
+  if (!active()) enter(Phase::none);
+}
+
+bool Flight::execute() noexcept {
+  if (phase_ != Phase::ready) return false;
+  begun_ = settled_ = true;
+  stopped_ = airborne_ = false;
+  reaction_ = Reaction::none;
+  faults_ = 0;
+  flown_s_ = fans_s_ = settle_s_ = silent_s_ = below_s_ = 0;
+  lift_N_ = lift_before_N_ = bias_m_s2_ = expected_m_s2_ = fans_N_ = 0;
+  low_frames_ = contact_frames_ = 0;
+  range_height_m_ = kNaN;
+  range_climb_m_s_ = 0;
+  start_range_m_ = kNaN;
+  control_.begin();
+  fan_flight_.begin();
+  fan_speed_.reset();
+  enter(Phase::spin_up);
+  phase_s_ = -kFrame_s;  // step() counts the frame before its phase
+  return true;
+}
+
+void Flight::land() noexcept {
+  if (!active()) return;
+  if (reaction_ < Reaction::land) respond(Reaction::land);
+}
+
+void Flight::all_stop() noexcept {
+  stopped_ = begun_;
+  airborne_ = false;
+  if (begun_) reaction_ = Reaction::all_stop;
+  fan_speed_.reset();
+  enter(Phase::none);
+}
+
+void Flight::count_gas(const std::array<double, kValves>& open_s) noexcept { gas_.count(open_s); }
+
+void Flight::enter(Phase phase) noexcept {
+  phase_ = phase;
+  phase_s_ = 0;
+  const bool down = phase == Phase::parachute || phase == Phase::descend;
+  if (down && by_fans()) below_s_ = -ground_due_s();
+}
+
+FlightOutput Flight::step(const FlightInputs& inputs) noexcept {
+  FlightOutput out;
+  gas_.pressure(inputs.tank_kPa);
+  if (active()) {
+    phase_s_ += kFrame_s;
+    take_state(inputs);
+    if (phase_ == Phase::spin_up && silent_s_ <= 0) {
+      start_m_ = leg_m_ = state_.position_N_m;
+      start_roll_rad_ = roll_rad_ = attitude_of(state_.q_NB).roll_rad;
+    }
+    const FaultSet lasting = faults_ & ~static_cast<FaultSet>(kImuGap);
+    faults_ = lasting | find_faults(inputs);
+    observe(inputs.rpm);
+    respond(react(faults_, airborne_, plan_.uses_fans, plan_.uses_gas));
+    if (active()) advance(inputs);
+    if (active()) act(inputs, out);
+    flown_s_ += airborne_ ? kFrame_s : 0;
+  }
+  gas_.count(out.actuation.valve);
+
+  const bool gap = active() && (faults_ & kImuGap) != 0 && reaction_ == Reaction::hold;
+  out.phase = gap ? Phase::hold : phase_;
+  out.reaction = reaction_;
+  out.faults = faults_;
+  out.airborne = airborne_;
+  out.all_stop = stopped_;
+  out.finished = begun_ && !active();
+  out.succeeded =
+      out.finished && phase_ == Phase::landed && reaction_ <= Reaction::hold && settled_;
+  out.phase_s = std::max(phase_s_, 0.0);
+  out.height_m = std::isfinite(height_m_) ? height_m_ : 0;
+  out.lift_m_s2 = expected_m_s2_ + bias_m_s2_ + kGravity_m_s2;
+  if (begun_) {
+    out.target_N_m = guidance_.target().position_m;
+    out.target_N_m_s = guidance_.target().velocity_m_s;
+  }
+  out.target_roll_rad = roll_rad_;
+  out.gas_used_s = gas_.used_s();
+  out.gas_left_s = gas_.left_s();
+  out.gas_needed_s = active() ? needed_gas_s() : 0;
+  return out;
+}
+
+// Navigation's state while it is there; its last one carried on by rates and speeds when not.
+void Flight::take_state(const FlightInputs& inputs) noexcept {
+  const bool heard = inputs.nav.valid && finite(inputs.nav);
+  if (heard) {
+    state_ = inputs.nav;
+  } else {
+    state_.position_N_m += state_.velocity_N_m_s * kFrame_s;
+    const Vector3 turn = state_.rate_B_rad_s * kFrame_s;
+    if (const double angle = turn.norm(); angle > 0) {
+      state_.q_NB = (state_.q_NB * Quaternion(Eigen::AngleAxisd(angle, turn / angle))).normalized();
+    }
+    state_.acceleration_N_m_s2.setZero();
+  }
+  const bool silent = !heard || !(inputs.imu_age_s <= kMaxGap_s);
+  silent_s_ = silent ? silent_s_ + kFrame_s : 0;
+
+  // the altimeter alone: for when the IMU is gone
+  if (inputs.range_age_s < kFrame_s && std::isfinite(inputs.range_m)) {
+    if (!std::isfinite(start_range_m_)) start_range_m_ = inputs.range_m;
+    const double height = inputs.range_m - start_range_m_;
+    if (std::isfinite(range_height_m_)) {
+      const double rate = (height - range_height_m_) / (kFrame_s + range_ahead_s_);
+      const double share = std::min((kFrame_s + range_ahead_s_) / kRangeLead_s, 1.0);
+      range_climb_m_s_ += share * (std::clamp(rate, -10.0, 10.0) - range_climb_m_s_);
+    }
+    range_height_m_ = height;
+    range_ahead_s_ = 0;
+  } else {
+    range_ahead_s_ += kFrame_s;
+  }
+
+  if (imu_usable()) {
+    height_m_ = state_.position_N_m.x() - start_m_.x();
+    climb_m_s_ = state_.velocity_N_m_s.x();
+  } else {
+    const bool known = inputs.range_age_s <= parameters_.limits.range_age_s;
+    height_m_ = known ? range_height_m_ + range_climb_m_s_ * range_ahead_s_ : kNaN;
+    climb_m_s_ = known ? range_climb_m_s_ : kNaN;
+  }
+}
+
+FaultSet Flight::find_faults(const FlightInputs& in) const noexcept {
+  const Limits& limits = parameters_.limits;
+  FaultSet found = in.faults;
+  if (silent_s_ > limits.imu_hold_s) {
+    found |= kImuLost;
+  } else if (silent_s_ > 0) {
+    found |= kImuGap;
+  }
+  if (!(in.range_age_s <= limits.range_age_s)) found |= kAltimeterLost;
+  if (!(in.valve_age_s <= limits.valve_age_s)) found |= kValvesLost;
+  if (!(in.fan_age_s <= limits.fan_age_s)) found |= kFansLost;
+  // without a sensor the count of the pulses has to do
+  if (std::isfinite(in.regulated_kPa) ? in.regulated_kPa < parameters_.gas.min_regulated_kPa
+                                      : gas_.left_s() <= 0) {
+    found |= kPressureLost;
+  }
+  // not while it comes down already: it would land no sooner
+  const bool coming_down = phase_ == Phase::descend || phase_ >= Phase::hold;
+  if (airborne_ && !coming_down &&
+      gas_.left_s() < landing_gas_s() + parameters_.gas.reserve_s / 2) {
+    found |= kGasLow;
+  }
+  const Attitude attitude = attitude_of(state_.q_NB);
+  if (silent_s_ <= 0 && (attitude.cosine < std::cos(limits.tilt_rad) ||
+                         state_.rate_B_rad_s.norm() > limits.rate_rad_s)) {
+    found |= kUpset;
+  }
+  if (phase_ == Phase::spin_up && phase_s_ > parameters_.fans.spin_up_timeout_s) {
+    found |= kSpinUpFailed;
+  }
+  if (airborne_ && fans_s_ > parameters_.fans.max_run_s) found |= kRunTime;
+
+  // what the program does not use, it does not miss
+  if (!plan_.uses_gas) found &= ~static_cast<FaultSet>(kValvesLost | kPressureLost | kGasLow);
+  if (!plan_.uses_fans) found &= ~static_cast<FaultSet>(kFansLost | kRunTime | kSpinUpFailed);
+  if (!plan_.needs_altimeter) found &= ~static_cast<FaultSet>(kAltimeterLost);
+  return found;
+}
+
+// Reactions only become worse, hold excepted.
+void Flight::respond(Reaction reaction) noexcept {
+  if (reaction_ == Reaction::hold && reaction == Reaction::none) reaction_ = Reaction::none;
+  // touchdown shuts everything off anyway
+  if (phase_ == Phase::touchdown || reaction <= reaction_) return;
+  reaction_ = reaction;
+  switch (reaction) {
+    case Reaction::none:
+    case Reaction::hold:
+      return;
+    case Reaction::land:
+      if (!airborne_) {
+        if (phase_ == Phase::spin_up || plan_.flies || plan_.request.program == Program::attitude) {
+          enter(Phase::touchdown);
+        } else {
+          stop_here();
+          enter(Phase::brake);
+        }
+      } else if (!plan_.uses_gas) {
+        enter(Phase::parachute);
+      } else if (phase_ != Phase::descend) {
+        come_down(parameters_.profile.descend_m_s2, parameters_.profile.touchdown_speed_m_s,
+                  parameters_.profile.touchdown_height_m);
+        enter(Phase::descend);
+      }
+      return;
+    case Reaction::escape: {
+      const bool blind = (faults_ & kAltimeterLost) != 0;
+      // without altimeter the height may be wrong: slow sooner, and slowly into the ground
+      come_down(parameters_.limits.escape_m_s2,
+                blind ? parameters_.limits.blind_m_s : parameters_.profile.touchdown_speed_m_s,
+                (blind ? 2 : 1) * parameters_.profile.touchdown_height_m);
+      enter(Phase::escape);
+      return;
+    }
+    case Reaction::parachute:
+      fan_flight_.begin();
+      enter(Phase::parachute);
+      return;
+    case Reaction::all_stop:
+      all_stop();
+      return;
+  }
+}
+
+}  // namespace lss::gnc::talaris

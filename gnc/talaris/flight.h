@@ -1,0 +1,211 @@
+#pragma once
+
+// Flies what was planned: guidance, control and what to do when something fails, behind one call a
+// frame. Called from the frame thread every 200 ms, also on the ground; time is data; nothing
+// allocates; the same calls give the same bits. Whatever comes in, pulses and throttles are numbers
+// within their limits.
+//
+//   plan() -> ready -> execute() -> spin_up ... touchdown -> landed -> (plan() again)
+//
+// Contingencies, worst reaction wins and is never taken back (only hold ends by itself). In flight:
+//
+//   fault                                 | reaction
+//   IMU silent for <= imu_hold_s          | hold: goes on by dead reckoning
+//   IMU silent for longer                 | parachute without attitude: valves shut, fans alike
+//   altimeter silent > range_age_s        | escape; blind end at blind_m_s, contact by acceleration
+//   valve node silent, gas pressure gone  | parachute
+//   fan node silent                       | escape with all lift that the gas has
+//   gas left < what landing takes + half the reserve | escape
+//   frame overruns (two in a row)         | escape
+//   tilt or rate beyond the limits        | parachute; escape when the fans are lost
+//   valves and fans, IMU and fans         | all-stop: nothing is left to do
+//   land()                                | descends in good order, here
+//
+// On the ground, on rails or sled: IMU or valve loss, tilt: all-stop; altimeter, gas, overruns,
+// land(): brake to a stand, end. Needed parts only: a program without fans does not miss them.
+
+#include "gnc/talaris/altitude.h"
+#include "gnc/talaris/control.h"
+#include "gnc/talaris/fans.h"
+#include "gnc/talaris/gas.h"
+#include "gnc/talaris/guidance.h"
+#include "gnc/talaris/parameters.h"
+#include "gnc/talaris/plan.h"
+#include "gnc/talaris/types.h"
+
+namespace lss::gnc::talaris {
+
+// Numbers as telemetry has them.
+enum class Phase : std::uint8_t {
+  none,     // nothing planned
+  ready,    // planned, on the ground
+  spin_up,  // fans come to their speed
+  ascend,
+  hover,
+  traverse,
+  brake,  // comes to rest after the traverse
+  descend,
+  touchdown,  // contact: valves shut, fans run down
+  landed,     // the end, also of programs on the ground
+  hold,
+  escape,
+  parachute,
+  turn,
+  keep,
+};
+
+// Bits of a set; what the caller knows and what Flight finds by itself are put together.
+enum Fault : std::uint32_t {
+  kImuLost = 1U << 0,
+  kAltimeterLost = 1U << 1,
+  kValvesLost = 1U << 2,
+  kFansLost = 1U << 3,
+  kPressureLost = 1U << 4,
+  kGasLow = 1U << 5,
+  kUpset = 1U << 6,     // tilt or rates
+  kOverruns = 1U << 7,  // frames: only the caller knows
+  kSpinUpFailed = 1U << 8,
+  kRunTime = 1U << 9,  // fans run for too long
+  kImuGap = 1U << 10,  // short; it is forgotten when the IMU is heard again
+};
+using FaultSet = std::uint32_t;
+
+// In order of severity.
+enum class Reaction : std::uint8_t { none, hold, land, escape, parachute, all_stop };
+
+// The contingency table; pure. `flying`: off the ground, or about to be; `fans`, `gas`: the program
+// uses them.
+Reaction react(FaultSet faults, bool flying, bool fans, bool gas) noexcept;
+
+struct FlightInputs {
+  std::int64_t time_ns = 0;  // T_k
+  NavState nav;              // valid false: the IMU was not heard in this frame
+  double range_m = kNaN;     // last good reading of the altimeter
+  // s since the last good word of each at T_k
+  double imu_age_s = 1e9;
+  double range_age_s = 1e9;
+  double valve_age_s = 1e9;
+  double fan_age_s = 1e9;
+  std::array<double, kFans> rpm{};
+  double tank_kPa = kNaN;  // NaN: no sensor, not looked at
+  double regulated_kPa = kNaN;
+  bool contact = false;  // the IMU felt the ground (contact.h), if that is watched
+  FaultSet faults = 0;   // that the caller knows, now
+};
+
+struct FlightOutput {
+  Actuation actuation;  // value-initialised: everything shut, fans off
+  Phase phase = Phase::none;
+  Reaction reaction = Reaction::none;
+  FaultSet faults = 0;                     // since execute()
+  bool airborne = false;                   // a fault must not cut the actuators off
+  bool finished = false;                   // landed, valves shut, fans off
+  bool succeeded = false;                  // and as planned: no reaction, turn settled
+  bool all_stop = false;                   // the caller shall stop everything at once
+  double phase_s = 0;                      // since the phase began
+  Vector3 target_N_m = Vector3::Zero();    // where guidance aims, also after the end
+  Vector3 target_N_m_s = Vector3::Zero();  // and with which velocity to be there
+  double target_roll_rad = 0;
+  double height_m = 0;                           // as the flight sees it
+  Vector3 attitude_error_rad = Vector3::Zero();  // about the axes of B, at the centre of the pulses
+  Vector3 force_N = Vector3::Zero();             // that cold gas shall give, along the axes of N
+  double lift_m_s2 = 0;  // what fans and lift valves should give in the frame that just ended
+  std::array<double, kFans> rpm_target{};
+  double gas_used_s = 0;    // thruster-seconds since full tanks
+  double gas_left_s = 0;    // the lower of what pulses and what pressure say
+  double gas_needed_s = 0;  // to the planned end from here
+};
+
+class Flight {
+ public:
+  // Parameters must have passed check().
+  explicit Flight(const Parameters& parameters = {}) noexcept;
+
+  // Set 1..gain_sets; false while something is flown, or there is no such set.
+  bool select_gains(std::size_t set) noexcept;
+  std::size_t gains() const noexcept { return set_ + 1; }
+  // Keeps the plan when it is feasible; while something is flown: Guard::request, nothing changes.
+  PlanResult plan(const PlanRequest& request) noexcept;
+  void drop_plan() noexcept;  // on the ground only
+  // From the next step() on; false: nothing planned. Place and attitude are taken from it.
+  bool execute() noexcept;
+  void land() noexcept;          // flying: down, here; else ends
+  void all_stop() noexcept;      // everything shut and off, now; the next step() says so, too
+  bool active() const noexcept;  // something is flown
+
+  FlightOutput step(const FlightInputs& inputs) noexcept;
+
+  // Valves that others opened in the last frame (manual, duty cycle, script), s each.
+  void count_gas(const std::array<double, kValves>& open_s) noexcept;
+  void refuel() noexcept { gas_.refuel(); }  // tanks were filled
+  const GasBudget& gas() const noexcept { return gas_; }
+  const Plan& planned() const noexcept { return plan_; }
+  const Parameters& parameters() const noexcept { return parameters_; }
+
+ private:
+  // The stages of step().
+  void take_state(const FlightInputs& inputs) noexcept;
+  FaultSet find_faults(const FlightInputs& inputs) const noexcept;
+  void respond(Reaction reaction) noexcept;
+  void advance(const FlightInputs& inputs) noexcept;
+  void advance_in_air() noexcept;
+  void advance_on_ground() noexcept;
+  void next_leg() noexcept;
+  void act(const FlightInputs& inputs, FlightOutput& output) noexcept;
+  void act_gas(FlightOutput& output) noexcept;
+  void act_fans(const FlightInputs& inputs, FlightOutput& output) noexcept;
+  void fly_by_fans(const FlightInputs& inputs, FlightOutput& output) noexcept;
+
+  void enter(Phase phase) noexcept;
+  void leave_ground() noexcept;
+  void begin_leg() noexcept;  // traverse, from where it is meant to be
+  void come_down(double peak_m_s2, double end_speed_m_s, double end_height_m) noexcept;
+  void stop_here() noexcept;  // guidance: comes to rest sideways
+  bool touches(const FlightInputs& inputs) noexcept;
+  void observe(const PerFan& rpm) noexcept;
+  double ground_due_s() const noexcept;
+  bool brakes() const noexcept;  // parachute: sideways first, height is kept
+  bool turned() noexcept;
+  bool by_fans() const noexcept;
+  bool rests() const noexcept;
+  double needed_gas_s() const noexcept;
+  double landing_gas_s() const noexcept;
+  bool imu_usable() const noexcept { return (faults_ & kImuLost) == 0; }
+  const Gains& gain() const noexcept { return parameters_.gains[set_]; }
+
+  Parameters parameters_;
+  std::size_t set_ = 0;
+  Plan plan_;
+  GasBudget gas_;
+  Guidance guidance_;
+  Control control_;
+  FanSpeed fan_speed_;
+  FanFlight fan_flight_;
+
+  Phase phase_ = Phase::none;
+  double phase_s_ = 0, flown_s_ = 0, fans_s_ = 0;
+  Reaction reaction_ = Reaction::none;
+  FaultSet faults_ = 0;
+  bool airborne_ = false, begun_ = false, stopped_ = false, settled_ = true;
+  double settle_s_ = 0;
+
+  // where it stood, and the leg it is on
+  Vector3 start_m_ = Vector3::Zero(), leg_m_ = Vector3::Zero();
+  double start_roll_rad_ = 0, roll_rad_ = 0, start_range_m_ = kNaN;
+
+  // the state that is used: navigation's, carried on while the IMU is silent
+  NavState state_;
+  double silent_s_ = 0;
+  double height_m_ = 0, climb_m_s_ = 0;  // by navigation, or by the altimeter alone
+  double range_height_m_ = kNaN, range_climb_m_s_ = 0, range_ahead_s_ = 0;
+
+  // what the last frames should have done, and what they did
+  double lift_N_ = 0, lift_before_N_ = 0, expected_m_s2_ = 0, bias_m_s2_ = 0;
+  double fans_N_ = 0, fans_before_N_ = 0;  // thrust of the fans, now and a frame ago
+  double fan_height_m_ = 0;                // commanded, of a flight by fans
+  double fan_goal_rpm_ = 0;
+  int low_frames_ = 0, contact_frames_ = 0;
+  double below_s_ = 0;  // since it should have touched the ground; negative: until then
+};
+
+}  // namespace lss::gnc::talaris

@@ -1,0 +1,203 @@
+// What the actuators do in each phase.
+
+#include <algorithm>
+#include <cmath>
+
+#include "gnc/talaris/flight.h"
+
+namespace lss::gnc::talaris {
+namespace {
+
+constexpr double kBiasShare = 0.15, kBiasShareLost = 0.5;  // of the difference, each frame
+constexpr double kMaxBias_m_s2 = 0.6, kMaxBiasLost_m_s2 = 12;
+constexpr double kObserveAbove_m = 0.3;
+constexpr double kRest_m = 0.06, kRest_m_s = 0.085;
+constexpr double kFanStart = 0.8;  // of the weight, on the ground, before height is controlled
+constexpr double kBrakeSpeed_m_s = 0.6, kBrakeTime_s = 6;  // parachute: sideways first, then down
+constexpr double kApproach_1_s = 0.8;
+constexpr double kMaxLead_m = 0.1;
+constexpr double kVelocityTime_s = 2.5;
+constexpr double kLevelBelow_m = 0.4;
+constexpr double kSoftSpeed_m_s = 0.2, kSoftSlope_1_s = 0.5;  // near the ground, by the fans
+
+}  // namespace
+
+bool Flight::by_fans() const noexcept {
+  return phase_ == Phase::parachute || (plan_.uses_fans && !plan_.uses_gas);
+}
+
+bool Flight::brakes() const noexcept {
+  const Vector3& v = state_.velocity_N_m_s;
+  return phase_ == Phase::parachute && imu_usable() && phase_s_ < kBrakeTime_s &&
+         std::hypot(v.y(), v.z()) > kBrakeSpeed_m_s;
+}
+
+void Flight::act(const FlightInputs& inputs, FlightOutput& output) noexcept {
+  if (airborne_ && by_fans()) {
+    fly_by_fans(inputs, output);
+  } else {
+    act_fans(inputs, output);
+    const bool fires = phase_ != Phase::spin_up && phase_ != Phase::touchdown &&
+                       phase_ != Phase::landed && !by_fans();
+    if (fires) {
+      act_gas(output);
+    } else {
+      lift_before_N_ = lift_N_;
+      lift_N_ = 0;
+    }
+  }
+  const auto& throttle = output.actuation.fan_throttle;
+  const bool running = throttle[0] + throttle[1] + throttle[2] + throttle[3] > 0;
+  fans_s_ = running ? fans_s_ + kFrame_s : 0;
+}
+
+// What the frame that just ended should have been like, and by how much it was not: an error of
+// thrust, mass or fans that control then takes into account.
+void Flight::observe(const PerFan& rpm) noexcept {
+  fans_before_N_ = fans_N_;
+  if ((faults_ & kFansLost) == 0) fans_N_ = fan_thrust_N(rpm, parameters_.fans);
+  const Thrusters& t = parameters_.thrusters;
+  const auto late = [&](double lift_N) {  // share of a frame's lift that comes in the next
+    const double on = lift_N * kFrame_s / (4 * t.force_N);
+    return on > 0 ? remaining_s(centred(on), parameters_.offset_s, t.lag_s) / on : 0.0;
+  };
+  const double lift = lift_N_ * (1 - late(lift_N_)) + lift_before_N_ * late(lift_before_N_);
+  const double mass = gas_.mass_kg(parameters_.body.mass_kg);
+  const double cosine = std::max(attitude_of(state_.q_NB).cosine, 0.0);
+  expected_m_s2_ = (lift + (fans_N_ + fans_before_N_) / 2) * cosine / mass - kGravity_m_s2;
+  if (!airborne_ || !imu_usable() || silent_s_ > 0) return;
+  const bool lost = (faults_ & kFansLost) != 0;
+  // the ground is no bias
+  const bool blind = (faults_ & kAltimeterLost) != 0 && guidance_.time_to_go_s() < kMinTimeToGo_s;
+  if (height_m_ < kObserveAbove_m || blind) return;
+  const double most = lost ? kMaxBiasLost_m_s2 : kMaxBias_m_s2;
+  const double difference = state_.acceleration_N_m_s2.x() - expected_m_s2_ - bias_m_s2_;
+  bias_m_s2_ =
+      std::clamp(bias_m_s2_ + (lost ? kBiasShareLost : kBiasShare) * difference, -most, most);
+}
+
+// On rails or sled at the target: a jet's least push would only take it away again.
+bool Flight::rests() const noexcept {
+  if (plan_.flies || phase_ != Phase::brake) return false;
+  const Vector3 way = guidance_.target().position_m - state_.position_N_m;
+  const Vector3 along(0, -std::sin(roll_rad_), std::cos(roll_rad_));
+  return std::abs(way.dot(along)) < kRest_m &&
+         std::abs(state_.velocity_N_m_s.dot(along)) < kRest_m_s;
+}
+
+void Flight::act_fans(const FlightInputs& inputs, FlightOutput& output) noexcept {
+  const Fans& fans = parameters_.fans;
+  if (!plan_.uses_fans) return;
+  const double weight = parameters_.body.mass_kg * kGravity_m_s2;
+  if (phase_ != Phase::touchdown) {
+    fan_goal_rpm_ = plan_.uses_gas ? plan_.fan_rpm : rpm_for(kFanStart * weight, fans);
+  }
+  PerFan goal{};
+  goal.fill(fan_goal_rpm_);
+  PerFan throttle{};
+  if (phase_ == Phase::touchdown) {
+    const double left = 1 - phase_s_ / parameters_.limits.run_down_s;
+    goal.fill(std::max(std::min(fan_goal_rpm_, plan_.fan_rpm) * left, 0.0));
+    throttle = (faults_ & kFansLost) != 0 ? PerFan{} : fan_speed_.direct(goal, inputs.rpm);
+  } else if ((faults_ & kFansLost) != 0) {
+    throttle = fan_speed_.blind(goal);
+  } else {
+    throttle = fan_speed_.ramp(goal, fans.ramp_rpm_s, inputs.rpm);
+  }
+  output.rpm_target = goal;
+  output.actuation.fan_throttle = throttle;
+}
+
+void Flight::act_gas(FlightOutput& output) noexcept {
+  const Program program = plan_.request.program;
+  const Thrusters& t = parameters_.thrusters;
+  const double mass = gas_.mass_kg(parameters_.body.mass_kg);
+  const double ahead = parameters_.offset_s + kFrame_s / 2;
+
+  ControlTarget target;
+  target.roll_rad = roll_rad_;
+  Vector3 acceleration = Vector3::Zero();
+  const bool guided = phase_ != Phase::turn || plan_.flies;
+  if (guided && phase_ != Phase::keep) {
+    acceleration = guidance_.step(state_.position_N_m, state_.velocity_N_m_s, ahead);
+  }
+  if (plan_.flies && phase_ == Phase::traverse) {
+    // the traverse has many seconds to go, the height has not: held in every frame
+    const Coefficients up =
+        e_guidance(state_.position_N_m, state_.velocity_N_m_s, guidance_.target(), kMinTimeToGo_s);
+    acceleration.x() = up.c0_m_s2.x() + up.c1_m_s3.x() * ahead;
+  }
+  const double cosine = std::max(attitude_of(state_.q_NB).cosine, 0.5);
+  target.force_N =
+      gas_force_N(acceleration - Vector3(bias_m_s2_, 0, 0), mass, Vector3(fans_N_ * cosine, 0, 0));
+  const bool stand = program == Program::altitude || program == Program::attitude;
+  target.lift = plan_.flies || program == Program::attitude;
+  target.side = guided && !stand && !rests();
+  target.roll = !stand && program != Program::traverse;
+  target.full = (faults_ & kFansLost) != 0;
+  if (program == Program::attitude) {
+    target.force_N = Vector3(4 * t.force_N * parameters_.profile.stand_on_s / kFrame_s, 0, 0);
+  }
+  if (program == Program::hop) {
+    // along y there is no jet
+    const double c = std::cos(roll_rad_), s = std::sin(roll_rad_);
+    const Vector3 off = state_.position_N_m - leg_m_, v = state_.velocity_N_m_s;
+    target.tilt_z_rad = tilt_for_y(c * off.y() + s * off.z(), c * v.y() + s * v.z(), gain());
+  }
+  const ControlOutput out = control_.step(state_, target);
+  output.actuation.valve = out.valve;
+  output.attitude_error_rad = out.error_rad;
+  output.force_N = target.force_N;
+  lift_before_N_ = lift_N_;
+  lift_N_ = out.lift_N;
+}
+
+void Flight::fly_by_fans(const FlightInputs& inputs, FlightOutput& output) noexcept {
+  const Limits& limits = parameters_.limits;
+  lift_before_N_ = lift_N_;
+  lift_N_ = 0;
+  const Attitude attitude = attitude_of(state_.q_NB);
+  double tilt_y = attitude.tilt_y_rad, tilt_z = attitude.tilt_z_rad;
+  const bool held = plan_.request.program == Program::fan_altitude;  // by the stand
+  double speed = 0, height = kNaN;
+
+  if (phase_ == Phase::parachute) {
+    const double c = std::cos(attitude.roll_rad), s = std::sin(attitude.roll_rad);
+    const Vector3 v = state_.velocity_N_m_s;
+    const double vy = c * v.y() + s * v.z(), vz = -s * v.y() + c * v.z();
+    if (imu_usable() && height_m_ > kLevelBelow_m) {
+      const double most = gain().fan_max_tilt_rad * kGravity_m_s2;
+      tilt_y += std::clamp(-vz / kVelocityTime_s, -most, most) / kGravity_m_s2;
+      tilt_z -= std::clamp(-vy / kVelocityTime_s, -most, most) / kGravity_m_s2;
+    }
+    // without attitude it tilts more every second
+    const double most = imu_usable() ? limits.parachute_m_s : limits.level_m_s;
+    const double soft = std::max(kSoftSpeed_m_s + kSoftSlope_1_s * height_m_, kSoftSpeed_m_s);
+    speed = brakes() ? 0 : -std::min(soft, most);
+  } else {
+    const double step = gain().height_rate_m_s * kFrame_s;
+    const double goal = phase_ == Phase::descend ? -1 : plan_.request.height_m;
+    // slows down before the goal: the fans' lag would carry it beyond
+    const double moved = std::clamp(kApproach_1_s * kFrame_s * (goal - fan_height_m_), -step, step);
+    fan_height_m_ += moved;
+    // a vehicle that does not follow yet is waited for: its integral would only wind up
+    if (std::isfinite(height_m_)) {
+      fan_height_m_ = std::clamp(fan_height_m_, height_m_ - kMaxLead_m, height_m_ + kMaxLead_m);
+    }
+    height = fan_height_m_;
+    speed = moved / kFrame_s;
+  }
+  if (held || !imu_usable()) tilt_y = tilt_z = kNaN;
+
+  const double mass = gas_.mass_kg(parameters_.body.mass_kg);
+  const PerFan rpm = fan_flight_.step({height_m_, climb_m_s_}, height, speed, mass, tilt_y, tilt_z,
+                                      state_.rate_B_rad_s, inputs.rpm, parameters_.offset_s,
+                                      control_.disturbance_y(), control_.disturbance_z());
+  output.rpm_target = rpm;
+  output.actuation.fan_throttle = fan_speed_.direct(rpm, inputs.rpm);
+  output.attitude_error_rad =
+      Vector3(0, std::isfinite(tilt_y) ? tilt_y : 0, std::isfinite(tilt_z) ? tilt_z : 0);
+  fan_goal_rpm_ = (rpm[0] + rpm[1] + rpm[2] + rpm[3]) / kFans;
+}
+
+}  // namespace lss::gnc::talaris

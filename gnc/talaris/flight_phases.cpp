@@ -1,0 +1,267 @@
+// Which phase follows which, and where guidance aims in each.
+
+#include <algorithm>
+#include <cmath>
+
+#include "gnc/talaris/flight.h"
+
+namespace lss::gnc::talaris {
+namespace {
+
+constexpr double kStopping_m_s2 = 1.2;                // sideways, when a flight is cut short
+constexpr double kContactBelow_m = 0.4;               // accelerations are not asked above
+constexpr double kShock = 1.6, kShockBelow_m = 0.15;  // one frame of that is enough
+constexpr double kOverdue_s = 4;     // then an altimeter that is lost is not waited for
+constexpr double kGivenUp_s = 12;    // so low and so long overdue it must stand
+constexpr double kSlowEnd_s = 4;     // by fans: until it sinks, and slower near the ground
+constexpr double kBrakeTime_s = 12;  // on the ground, at most
+constexpr double kThere_m = 0.12;
+constexpr double kStill_m_s =
+    0.085;  // half of what the shortest pulse of two jets changes, and more
+
+Vector3 along(double roll_rad) noexcept { return {0, -std::sin(roll_rad), std::cos(roll_rad)}; }
+
+}  // namespace
+
+void Flight::advance(const FlightInputs& inputs) noexcept {
+  if (phase_ == Phase::touchdown) {
+    if (phase_s_ >= parameters_.limits.run_down_s) enter(Phase::landed);
+    return;
+  }
+  if (airborne_) {
+    if ((phase_ == Phase::descend || phase_ == Phase::escape || phase_ == Phase::parachute) &&
+        touches(inputs)) {
+      airborne_ = false;
+      enter(Phase::touchdown);
+    } else {
+      advance_in_air();
+    }
+    return;
+  }
+  if (phase_ == Phase::spin_up && silent_s_ > 0) return;  // begins where it is known to be
+  if (phase_ == Phase::spin_up && plan_.flies) {
+    bool there = true;
+    for (std::size_t i = 0; i < kFans; ++i) {
+      there = there && std::abs(inputs.rpm[i] - fan_goal_rpm_) <= parameters_.fans.settled_rpm;
+    }
+    settle_s_ = there ? settle_s_ + kFrame_s : 0;
+    if (there && settle_s_ >= parameters_.fans.settled_s) leave_ground();
+    return;
+  }
+  advance_on_ground();
+}
+
+void Flight::leave_ground() noexcept {
+  airborne_ = true;
+  fan_height_m_ = 0;
+  fan_flight_.begin();
+  Target target;
+  target.position_m = start_m_ + Vector3(plan_.request.height_m, 0, 0);
+  target.time_to_go_s = plan_.climb_s;
+  leg_m_ = target.position_m;
+  guidance_.aim(target);
+  enter(Phase::ascend);
+}
+
+void Flight::begin_leg() noexcept {
+  Target target;
+  if (!plan_.flies) leg_m_ = state_.position_N_m;
+  target.position_m = leg_m_ + plan_.request.distance_m * along(roll_rad_);
+  target.time_to_go_s = plan_.traverse_s;
+  guidance_.aim(target);
+  enter(Phase::traverse);
+}
+
+// After the turn, or in its place.
+void Flight::next_leg() noexcept {
+  if (plan_.traverse_s > 0) {
+    begin_leg();
+  } else if (plan_.flies) {
+    enter(Phase::brake);
+  } else {
+    enter(Phase::landed);
+  }
+}
+
+bool Flight::turned() noexcept {
+  const Profile& profile = parameters_.profile;
+  const double error = wrapped(attitude_of(state_.q_NB).roll_rad - roll_rad_);
+  const bool still = std::abs(error) <= profile.settle_angle_rad &&
+                     std::abs(state_.rate_B_rad_s.x()) <= profile.settle_rate_rad_s;
+  settle_s_ = still ? settle_s_ + kFrame_s : 0;
+  if (settle_s_ >= profile.settle_s) return true;
+  if (phase_s_ < plan_.turn_s + profile.turn_timeout_s) return false;
+  settled_ = false;
+  return true;
+}
+
+void Flight::advance_in_air() noexcept {
+  switch (phase_) {
+    case Phase::ascend:
+      if (phase_s_ >= plan_.climb_s) enter(Phase::hover);
+      return;
+    case Phase::hover:
+      if (phase_s_ < plan_.hover_s) return;
+      if (plan_.turn_s > 0) {
+        roll_rad_ = wrapped(start_roll_rad_ + plan_.request.turn_rad);
+        settle_s_ = 0;
+        enter(Phase::turn);
+      } else {
+        next_leg();
+      }
+      return;
+    case Phase::turn:
+      if (turned()) next_leg();
+      return;
+    case Phase::traverse:
+      if (phase_s_ >= plan_.traverse_s) enter(Phase::brake);
+      return;
+    case Phase::brake:
+      if (phase_s_ < plan_.keep_s) return;
+      if (plan_.request.program == Program::parachute) {
+        fan_flight_.begin();
+        enter(Phase::parachute);
+      } else {
+        if (plan_.uses_gas) {
+          const Vector3 place = guidance_.target().position_m;
+          come_down(parameters_.profile.descend_m_s2, parameters_.profile.touchdown_speed_m_s,
+                    parameters_.profile.touchdown_height_m);
+          // in good order: where it was meant to be
+          Target target = guidance_.target();
+          target.position_m.tail<2>() = place.tail<2>();
+          leg_m_ = target.position_m;
+          guidance_.aim(target);
+        }
+        enter(Phase::descend);
+      }
+      return;
+    default:
+      return;
+  }
+}
+
+void Flight::advance_on_ground() noexcept {
+  const Program program = plan_.request.program;
+  switch (phase_) {
+    case Phase::spin_up:  // nothing spins: begins at once
+      if (program == Program::attitude) {
+        enter(Phase::keep);
+      } else if (plan_.turn_s > 0) {
+        roll_rad_ = wrapped(start_roll_rad_ + plan_.request.turn_rad);
+        settle_s_ = 0;
+        enter(Phase::turn);
+      } else {
+        next_leg();
+      }
+      return;
+    case Phase::turn:
+      if (turned()) next_leg();
+      return;
+    case Phase::traverse:
+      if (phase_s_ < plan_.traverse_s) return;
+      settle_s_ = 0;
+      enter(Phase::brake);
+      return;
+    case Phase::brake: {
+      const Vector3 way = guidance_.target().position_m - state_.position_N_m;
+      const bool there = std::abs(way.dot(along(roll_rad_))) <= kThere_m;
+      const bool still = std::abs(state_.velocity_N_m_s.dot(along(roll_rad_))) <= kStill_m_s;
+      settle_s_ = there && still ? settle_s_ + kFrame_s : 0;
+      if (settle_s_ < parameters_.profile.settle_s && phase_s_ < kBrakeTime_s) return;
+      settled_ = settled_ && there;
+      enter(Phase::landed);
+      return;
+    }
+    case Phase::keep:
+      if (phase_s_ >= plan_.keep_s) enter(Phase::landed);
+      return;
+    default:
+      return;
+  }
+}
+
+void Flight::stop_here() noexcept {
+  Target target;
+  const Vector3 v(0, state_.velocity_N_m_s.y(), state_.velocity_N_m_s.z());
+  target.time_to_go_s = std::max(v.norm() / kStopping_m_s2, kMinTimeToGo_s);
+  target.position_m = state_.position_N_m + v * (target.time_to_go_s / 2);
+  leg_m_ = target.position_m;
+  guidance_.aim(target);
+}
+
+// From here to `end_height_m` above the start, there with `end_speed_m_s` down, at rest sideways.
+void Flight::come_down(double peak_m_s2, double end_speed_m_s, double end_height_m) noexcept {
+  const Vector3 v = state_.velocity_N_m_s;
+  const Vector3 sideways(0, v.y(), v.z());
+  const double way = std::max(height_m_ - end_height_m, 0.0);
+  const double down =
+      std::max(std::sqrt(6 * way / peak_m_s2), kMinTimeToGo_s) + std::max(v.x(), 0.0) / peak_m_s2;
+  Target target;
+  target.time_to_go_s = std::max(down, sideways.norm() / kStopping_m_s2);
+  target.position_m = state_.position_N_m + sideways * (target.time_to_go_s / 2);
+  // already below: goes on down with that speed
+  const double end = std::min(end_height_m, height_m_ - end_speed_m_s * target.time_to_go_s / 2);
+  target.position_m.x() = start_m_.x() + end;
+  target.velocity_m_s.x() = -end_speed_m_s;
+  leg_m_ = target.position_m;
+  below_s_ = -target.time_to_go_s - std::max(end, 0.0) / end_speed_m_s;
+  guidance_.aim(target);
+}
+
+// The ground, on the way down: low and slow, or held up by more than the commanded lift.
+bool Flight::touches(const FlightInputs& inputs) noexcept {
+  const Limits& limits = parameters_.limits;
+  const bool blind = (faults_ & kAltimeterLost) != 0;
+  const bool low =
+      height_m_ < limits.contact_height_m && std::abs(climb_m_s_) < limits.contact_speed_m_s;
+  low_frames_ = low && !blind ? low_frames_ + 1 : 0;
+  // where the height is not known, only once the ground is due
+  const bool near =
+      blind ? below_s_ > -kGuidancePeriod_s - kMinTimeToGo_s : height_m_ < kContactBelow_m;
+  const double more = state_.acceleration_N_m_s2.x() - expected_m_s2_ - bias_m_s2_;
+  const bool asked = imu_usable() && silent_s_ <= 0 && near;
+  const bool held = asked && more > limits.contact_m_s2;
+  const bool shock =
+      asked && more > kShock * limits.contact_m_s2 && (blind || height_m_ < kShockBelow_m);
+  contact_frames_ = held ? contact_frames_ + 1 : 0;
+  // without IMU nobody knows where the altimeter looks: it may lie on its side
+  const bool high = !blind && imu_usable() && height_m_ > kContactBelow_m;
+  if (high && (by_fans() || below_s_ > 0)) {
+    below_s_ = -ground_due_s();  // slower than planned
+  } else if (!brakes()) {
+    below_s_ += kFrame_s;
+  }
+  if (low_frames_ >= 2 || contact_frames_ >= 2 || shock || (near && inputs.contact)) return true;
+  // Fans and valves are never cut by the clock while it is known to be high.
+  return !high && below_s_ > (blind ? kOverdue_s : kGivenUp_s);
+}
+
+// From here, as slowly as it may be: the IMU may be lost on the way.
+double Flight::ground_due_s() const noexcept {
+  const double high = std::isfinite(height_m_) ? std::max(height_m_, 0.0) : 0;
+  if (!by_fans()) return high / parameters_.profile.touchdown_speed_m_s;
+  const Limits& limits = parameters_.limits;
+  const double speed = phase_ != Phase::parachute ? gain().height_rate_m_s
+                       : imu_usable()             ? std::min(limits.parachute_m_s, limits.level_m_s)
+                                                  : limits.level_m_s;
+  return high / speed + kSlowEnd_s;
+}
+
+double Flight::landing_gas_s() const noexcept {
+  const Vector3 v = state_.velocity_N_m_s;
+  const double sideways = std::hypot(v.y(), v.z());
+  const double down = std::sqrt(6 * std::max(height_m_, 0.0) / parameters_.limits.escape_m_s2) + 1;
+  return hover_thrusters(parameters_) * std::max(down, sideways / kStopping_m_s2) +
+         parameters_.body.mass_kg * sideways / parameters_.thrusters.force_N;
+}
+
+double Flight::needed_gas_s() const noexcept {
+  if (!plan_.uses_gas || phase_ == Phase::touchdown || phase_ == Phase::parachute) return 0;
+  if (phase_ == Phase::escape || phase_ == Phase::descend) return landing_gas_s();
+  if (plan_.total_s <= 0) return 0;
+  // by time; the traverse is what costs more than hovering
+  const double elapsed = airborne_ ? flown_s_ : 0;
+  return plan_.gas_s * std::clamp(1 - elapsed / plan_.total_s, 0.0, 1.0);
+}
+
+}  // namespace lss::gnc::talaris

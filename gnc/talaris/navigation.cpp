@@ -1,0 +1,343 @@
+#include "gnc/talaris/navigation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lss::gnc::talaris {
+namespace {
+
+constexpr double kLongest_s = 0.02;  // step of dead reckoning
+constexpr int kMostSteps = 200;      // bounds the time of one gap
+// variance of a median against that of one reading, for many of them
+constexpr double kMedian = 1.5707963267948966;
+
+double square(double x) noexcept { return x * x; }
+
+std::int64_t to_ns(double s) noexcept { return static_cast<std::int64_t>(std::llround(s * 1e9)); }
+
+Beam beam_of(const NavigationParameters& p) noexcept {
+  Beam beam;
+  beam.at_B_m = p.altimeter_at_B_m;
+  if (p.pointing == Pointing::sideways) {
+    beam.axis = 2;
+    beam.sign = -1;
+    beam.direction_B = Vector3::UnitZ();
+  }
+  return beam;
+}
+
+}  // namespace
+
+NavState predict(const NavState& state, double ahead_s) noexcept {
+  NavState s = state;
+  s.time_ns += to_ns(ahead_s);
+  s.position_N_m += ahead_s * (state.velocity_N_m_s + (ahead_s / 2) * state.acceleration_N_m_s2);
+  s.velocity_N_m_s += ahead_s * state.acceleration_N_m_s2;
+  s.q_NB = state.q_NB * exponential(ahead_s * state.rate_B_rad_s);
+  return s;
+}
+
+Navigation::Navigation(const NavigationParameters& parameters) noexcept
+    : parameters_(parameters),
+      beam_(beam_of(parameters)),
+      least_cosine_(std::cos(parameters.max_tilt_rad)) {}
+
+void Navigation::begin_calibration() noexcept {
+  *this = Navigation(parameters_);
+  calibration_.begin();
+}
+
+const CalibrationStatus& Navigation::calibrate(const Batch& batch) noexcept {
+  const bool before = aligned();
+  calibration_.step(batch, parameters_);
+  if (aligned() && !before) {
+    align();
+    publish(batch.end_ns);
+  }
+  return calibration_.status();
+}
+
+// What calibration found is the filter's beginning, with what it cannot have found: the bias of the
+// accelerometers across the vertical and the tilt that it pretends, which belong together.
+void Navigation::align() noexcept {
+  const NavigationParameters& p = parameters_;
+  const Alignment& a = calibration_.result();
+  Nominal x;
+  x.q_NB = a.q_NB;
+  x.gyro_bias_rad_s = a.gyro_bias_rad_s;
+  x.accelerometer_bias_m_s2 = a.accelerometer_bias_m_s2;
+
+  Matrix15 c = Matrix15::Zero();
+  c.diagonal().segment<3>(0).setConstant(square(p.start_position_sigma_m));
+  c.diagonal().segment<3>(3).setConstant(square(p.start_velocity_sigma_m_s));
+  c(0, 0) += p.altimeter ? 0 : square(p.range_sigma_m);
+  x.position_N_m.x() = p.height_m;
+  if (p.altimeter) {
+    // with the position still 0, what is missing of the range along the axis
+    const ExpectedRange e = expected_range(x, beam_);
+    const double along = (a.range_m - e.range_m) * e.cosine;
+    if (p.pointing == Pointing::down) {
+      x.position_N_m.x() += along;
+    } else {
+      beam_.plane_m = along;
+    }
+    c(beam_.axis, beam_.axis) += kMedian * square(p.range_sigma_m) / a.ranges;
+  }
+  const double noise = square(p.force_noise) / a.seconds;
+  const double bias = square(p.force_bias_sigma_m_s2);
+  const Matrix3 along_up = a.up_B * a.up_B.transpose();
+  const Matrix3 across = Matrix3::Identity() - along_up;
+  Matrix3 tilt_by_bias;  // [up x] / g
+  tilt_by_bias << 0, -a.up_B.z(), a.up_B.y(), a.up_B.z(), 0, -a.up_B.x(), -a.up_B.y(), a.up_B.x(),
+      0;
+  tilt_by_bias /= p.gravity_m_s2;
+  c.block<3, 3>(6, 6) = (bias + noise) / square(p.gravity_m_s2) * across +
+                        square(p.start_heading_sigma_rad) * along_up;
+  c.block<3, 3>(6, 9) = bias * tilt_by_bias;
+  c.block<3, 3>(9, 6) = c.block<3, 3>(6, 9).transpose();
+  c.block<3, 3>(9, 9) = bias * across + noise * along_up;
+  c.diagonal().segment<3>(12).setConstant(square(p.rate_noise) / a.seconds +
+                                          square(p.rate_bias_walk) * a.seconds / 3);
+
+  ekf_ = Ekf({p.force_noise, p.rate_noise, p.force_bias_walk, p.rate_bias_walk}, p.gravity_m_s2);
+  ekf_.start(x, c);
+  start_ = ekf_.nominal();
+  filter_ns_ = last_imu_ns_ = last_range_ns_ = a.time_ns;
+  rate_m_ = a.gyro_bias_rad_s;
+  force_m_ = a.up_B * p.gravity_m_s2 + a.accelerometer_bias_m_s2;
+}
+
+const NavState& Navigation::step(const Batch& batch, bool standing) noexcept {
+  if (!aligned()) return state_;
+  way_ = {};
+  std::size_t next = 0;
+  const auto ranges_until = [&](std::int64_t until_ns) {
+    while (next < batch.ranges.size() && measured_ns(batch.ranges[next]) <= until_ns) {
+      use_range(batch.ranges[next++]);
+    }
+  };
+  bool heard = false;
+  const std::int64_t period_ns = to_ns(parameters_.imu_period_s);
+  for (const ImuSample& sample : batch.imu) {
+    // one from the future would make all that follow late
+    if (!usable(sample, parameters_) || sample.time_ns > batch.end_ns + period_ns) {
+      ++counters_.imu_bad;
+      continue;
+    }
+    if (sample.time_ns <= last_imu_ns_ || sample.time_ns <= filter_ns_) {
+      ++counters_.imu_late;
+      continue;
+    }
+    const std::int64_t since_ns = sample.time_ns - last_imu_ns_;
+    if (2 * since_ns > 3 * period_ns) {
+      // the sample stands for one period; what was before it has to be guessed
+      ++counters_.gaps;
+      counters_.longest_gap_s = std::max(counters_.longest_gap_s, in_seconds(since_ns));
+      if (in_seconds(since_ns) > parameters_.hold_s) lost_ = true;
+      const std::int64_t begin_ns = sample.time_ns - period_ns;
+      ranges_until(begin_ns);
+      reckon(begin_ns);
+    }
+    rate_m_ = sample.rate_B_rad_s;
+    force_m_ = sample.force_B_m_s2;
+    last_imu_ns_ = sample.time_ns;
+    ranges_until(sample.time_ns);
+    advance(sample.time_ns);
+    ++counters_.imu_used;
+    heard = true;
+  }
+  ranges_until(batch.end_ns);
+  if (!heard) ++counters_.frames_held;
+  // what is left is later than the frame: not measured yet
+  counters_.ranges_bad += static_cast<std::uint32_t>(batch.ranges.size() - next);
+  if (standing) stand_still();
+  hold_to_stand();
+  publish(batch.end_ns);
+  return state_;
+}
+
+std::int64_t Navigation::measured_ns(const RangeSample& sample) const noexcept {
+  return sample.time_ns - to_ns(parameters_.range_latency_s);
+}
+
+// With the rate and force of the present sample.
+void Navigation::advance(std::int64_t until_ns) noexcept {
+  if (until_ns <= filter_ns_) return;
+  const double dt = in_seconds(until_ns - filter_ns_);
+  ekf_.propagate(dt, rate_m_, force_m_);
+  filter_ns_ = until_ns;
+  way_.time_s += dt;
+  way_.velocity_m_s += dt * ekf_.acceleration_N_m_s2();
+}
+
+// The same without a sample for this time: in small steps, and less and less certain.
+void Navigation::reckon(std::int64_t until_ns) noexcept {
+  if (until_ns <= filter_ns_) return;
+  const double grace_s = 1.5 * parameters_.imu_period_s;
+  const auto silent_s = [&](std::int64_t at_ns) {
+    return std::max(0.0, in_seconds(at_ns - last_imu_ns_) - grace_s);
+  };
+  const double a = silent_s(filter_ns_), b = silent_s(until_ns);
+  const double whole_s = in_seconds(until_ns - filter_ns_);
+  const int steps =
+      std::clamp(static_cast<int>(std::min(whole_s / kLongest_s, 1e6)) + 1, 1, kMostSteps);
+  const std::int64_t begin_ns = filter_ns_;
+  for (int i = 1; i <= steps; ++i) advance(begin_ns + (until_ns - begin_ns) * i / steps);
+  if (b <= 0) return;
+  const double rotation = square(parameters_.gap_rotation_rad_s2);
+  const double acceleration = square(parameters_.gap_acceleration_m_s2);
+  const double fourth = (square(square(b)) - square(square(a))) / 4;
+  ekf_.blur(acceleration * fourth, acceleration * (square(b) - square(a)), rotation * fourth);
+}
+
+void Navigation::use_range(const RangeSample& sample) noexcept {
+  const NavigationParameters& p = parameters_;
+  const std::int64_t at_ns = measured_ns(sample);
+  const bool late =
+      sample.time_ns <= last_range_ns_ || in_seconds(filter_ns_ - at_ns) > kLatestRange_s;
+  if (!p.altimeter || late || !usable(sample, p)) {
+    ++counters_.ranges_bad;
+    return;
+  }
+  last_range_ns_ = sample.time_ns;
+  // within the present sample, or without one
+  if (at_ns <= last_imu_ns_) {
+    advance(at_ns);
+  } else {
+    reckon(at_ns);
+  }
+  const double ago_s = in_seconds(filter_ns_ - at_ns);
+  Nominal then = ekf_.nominal();
+  then.position_N_m -= ago_s * then.velocity_N_m_s;
+  const ExpectedRange e = expected_range(then, beam_);
+  if (!(e.cosine >= least_cosine_)) {
+    ++counters_.ranges_bad;
+    return;
+  }
+  const Ekf::Measurement m{beam_.axis,
+                           e.by_position,
+                           -ago_s * e.by_position,
+                           e.by_attitude,
+                           sample.range_m - e.range_m,
+                           square(p.range_sigma_m)};
+  const double variance = ekf_.correct(m, p.gate_sigma);
+  counters_.innovation_m = m.residual;
+  counters_.innovation_sigma_m = std::sqrt(variance);
+  if (square(m.residual) <= square(p.gate_sigma) * variance) {
+    gate_ = {};
+    ++counters_.ranges_used;
+    return;
+  }
+  ++counters_.ranges_gated;
+  reopen(m, at_ns);
+}
+
+// Many readings that contradict the filter and agree with each other are right, and the filter, or
+// the ground that it knows, is wrong: its height is given up for theirs.
+void Navigation::reopen(const Ekf::Measurement& m, std::int64_t at_ns) noexcept {
+  const NavigationParameters& p = parameters_;
+  const double agree_m = p.gate_sigma * std::sqrt(2.0) * p.range_sigma_m;
+  if (gate_.gated > 0 && std::abs(m.residual - gate_.last_m) > agree_m) gate_ = {};
+  if (gate_.gated == 0) {
+    gate_.first_ns = at_ns;
+    gate_.first_m = m.residual;
+  }
+  ++gate_.gated;
+  gate_.last_m = m.residual;
+  if (gate_.gated < p.gate_reopens_after) return;
+  const double seconds = std::max(in_seconds(at_ns - gate_.first_ns), p.imu_period_s);
+  ekf_.blur_axis(m.axis, square(m.residual / m.by_position),
+                 square((m.residual - gate_.first_m) / m.by_position / seconds));
+  ekf_.correct(m);
+  gate_ = {};
+  ++counters_.gates_reopened;
+}
+
+// Nothing moves: no velocity.
+void Navigation::stand_still() noexcept {
+  for (int axis = 0; axis < 3; ++axis) {
+    Ekf::Measurement m;
+    m.axis = axis;
+    m.by_velocity = 1;
+    m.residual = -ekf_.nominal().velocity_N_m_s(axis);
+    m.variance = square(parameters_.standing_sigma_m_s);
+    ekf_.correct(m);
+  }
+}
+
+void Navigation::hold_to_stand() noexcept {
+  const Stand& stand = parameters_.stand;
+  const bool fixed[] = {stand.fixed_x, stand.fixed_y, stand.fixed_z};
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!fixed[axis]) continue;
+    Ekf::Measurement m;
+    m.axis = axis;
+    m.by_position = 1;
+    m.residual = start_.position_N_m(axis) - ekf_.nominal().position_N_m(axis);
+    m.variance = square(stand.position_sigma_m);
+    ekf_.correct(m);
+    m.by_position = 0;
+    m.by_velocity = 1;
+    m.residual = -ekf_.nominal().velocity_N_m_s(axis);
+    m.variance = square(stand.velocity_sigma_m_s);
+    ekf_.correct(m);
+  }
+  switch (stand.rotation) {
+    case FreeRotation::all:
+      return;
+    case FreeRotation::none:
+      hold_axis(0, 1);
+      hold_axis(0, 2);
+      hold_axis(1, 2);
+      return;
+    case FreeRotation::x:
+    case FreeRotation::y:
+    case FreeRotation::z: {
+      const int axis = static_cast<int>(stand.rotation) - static_cast<int>(FreeRotation::x);
+      hold_axis(axis, (axis + 1) % 3);
+      hold_axis(axis, (axis + 2) % 3);
+      return;
+    }
+  }
+}
+
+// The axis of B that pointed along `axis` of N at calibration has still nothing of `component`.
+void Navigation::hold_axis(int axis, int component) noexcept {
+  const Quaternion turned = ekf_.nominal().q_NB * start_.q_NB.conjugate();
+  const Vector3 e = turned * Vector3::Unit(axis);
+  Ekf::Measurement m;
+  m.by_attitude = e.cross(Vector3::Unit(component));  // of (psi x e) in `component`
+  m.residual = -e(component);
+  m.variance = square(parameters_.stand.attitude_sigma_rad);
+  ekf_.correct(m);
+}
+
+void Navigation::publish(std::int64_t end_ns) noexcept {
+  ekf_.settle();
+  const Nominal& x = ekf_.nominal();
+  NavState s;
+  s.time_ns = filter_ns_;
+  s.position_N_m = x.position_N_m;
+  s.velocity_N_m_s = x.velocity_N_m_s;
+  s.q_NB = x.q_NB;
+  s.rate_B_rad_s = rate_m_ - x.gyro_bias_rad_s;
+  s.acceleration_N_m_s2 =
+      way_.time_s > 0 ? Vector3(way_.velocity_m_s / way_.time_s) : state_.acceleration_N_m_s2;
+  s.position_sigma_m = ekf_.position_variance().cwiseMax(0).cwiseSqrt();
+  s.velocity_sigma_m_s = ekf_.velocity_variance().cwiseMax(0).cwiseSqrt();
+  s.attitude_sigma_rad = ekf_.attitude_variance().cwiseMax(0).cwiseSqrt();
+  s.gyro_bias_rad_s = x.gyro_bias_rad_s;
+  s.accelerometer_bias_m_s2 = x.accelerometer_bias_m_s2;
+
+  const double silent_s = in_seconds(end_ns - last_imu_ns_);
+  if (silent_s > parameters_.hold_s) {
+    lost_ = true;
+  } else if (lost_ && s.attitude_sigma_rad.maxCoeff() <= parameters_.lost_attitude_rad) {
+    lost_ = false;
+  }
+  state_ = predict(s, in_seconds(end_ns - filter_ns_));
+  state_.time_ns = end_ns;
+  state_.valid = !lost_;
+}
+
+}  // namespace lss::gnc::talaris

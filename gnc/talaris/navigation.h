@@ -1,0 +1,96 @@
+#pragma once
+
+// Navigation of TALARIS: where the vehicle is, how it moves and how it stands, from the IMU and the
+// altimeter, a frame of 200 ms at once (TALARIS thesis 4.2). Calibrated standing still, then dead
+// reckoning with a Kalman filter that the altimeter corrects. No clock: times are data. A plain
+// value: copies go on independently. Equations, decisions and figures: docs/gnc-talaris.md.
+
+#include "gnc/talaris/calibration.h"
+#include "gnc/talaris/ekf.h"
+#include "gnc/talaris/navigation_parameters.h"
+#include "gnc/talaris/types.h"
+
+namespace lss::gnc::talaris {
+
+// Since begin_calibration(), of samples that came in by step().
+struct NavCounters {
+  std::uint32_t imu_used = 0;
+  std::uint32_t imu_bad = 0;   // no number, beyond what the sensor can say, or from the future
+  std::uint32_t imu_late = 0;  // not later than what was used before
+  std::uint32_t gaps = 0;      // more than 1.5 periods between two samples
+  double longest_gap_s = 0;
+  std::uint32_t frames_held = 0;  // without a usable sample
+  std::uint32_t ranges_used = 0;
+  std::uint32_t ranges_bad = 0;      // no number, out of the sensor's range, or too tilted for one
+  std::uint32_t ranges_gated = 0;    // beyond the gate
+  std::uint32_t gates_reopened = 0;  // believed again after many gated ones that agreed
+  double innovation_m = 0;           // of the last range: measured - expected
+  double innovation_sigma_m = 0;     // expected standard deviation of that
+};
+
+class Navigation {
+ public:
+  Navigation() : Navigation(NavigationParameters{}) {}
+  explicit Navigation(const NavigationParameters& parameters) noexcept;
+
+  // Forgets everything; calibrate() then takes the frames in which the vehicle stands still.
+  void begin_calibration() noexcept;
+  const CalibrationStatus& calibrate(const Batch& batch) noexcept;
+  const CalibrationStatus& calibration() const noexcept { return calibration_.status(); }
+  bool aligned() const noexcept { return calibration().phase == CalibrationPhase::done; }
+
+  // One frame; call it for every frame from then on. `valid` is false before the calibration is
+  // done, when the IMU was silent for longer than `hold_s`, and after that until the attitude is
+  // known to `lost_attitude_rad` (mostly: until calibrated anew). Silence is bridged with the last
+  // rate and force. `standing`: it stands on the ground, nothing moves; no drift then.
+  const NavState& step(const Batch& batch, bool standing = false) noexcept;
+  const NavState& state() const noexcept { return state_; }  // of the last step, or as calibrated
+  const NavCounters& counters() const noexcept { return counters_; }
+  const Ekf& filter() const noexcept { return ekf_; }  // at the last IMU sample or range
+  const NavigationParameters& parameters() const noexcept { return parameters_; }
+
+ private:
+  void align() noexcept;
+  std::int64_t measured_ns(const RangeSample& sample) const noexcept;
+  void advance(std::int64_t until_ns) noexcept;
+  void reckon(std::int64_t until_ns) noexcept;
+  void use_range(const RangeSample& sample) noexcept;
+  void reopen(const Ekf::Measurement& m, std::int64_t at_ns) noexcept;
+  void stand_still() noexcept;
+  void hold_to_stand() noexcept;
+  void hold_axis(int axis, int component) noexcept;
+  void publish(std::int64_t end_ns) noexcept;
+
+  NavigationParameters parameters_;
+  Calibration calibration_;
+  Ekf ekf_;
+  Nominal start_;  // as calibrated
+  NavState state_;
+  NavCounters counters_;
+  std::int64_t filter_ns_ = 0;        // time of the filter's state
+  std::int64_t last_imu_ns_ = 0;      // of the last sample that was used
+  std::int64_t last_range_ns_ = 0;    // as above
+  Vector3 rate_m_ = Vector3::Zero();  // last sample, bias and all
+  Vector3 force_m_ = Vector3::Zero();
+  bool lost_ = false;
+  struct Way {
+    double time_s = 0;
+    Vector3 velocity_m_s = Vector3::Zero();  // gained by acceleration, corrections left out
+  };
+  Way way_;  // of this frame
+  // Ranges beyond the gate, one after another, that agree with each other.
+  struct Gate {
+    int gated = 0;
+    std::int64_t first_ns = 0;
+    double first_m = 0, last_m = 0;  // innovations
+  };
+  Gate gate_;
+  Beam beam_;
+  double least_cosine_ = 0;  // between beam and the plane's normal
+};
+
+// The state `ahead_s` later when rate and acceleration stay as they are: control works on the
+// centre of the frame that it commands.
+NavState predict(const NavState& state, double ahead_s) noexcept;
+
+}  // namespace lss::gnc::talaris

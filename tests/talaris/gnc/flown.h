@@ -1,0 +1,144 @@
+#pragma once
+
+// A vehicle that stands and then flies about as one would like it to, and what its IMU and
+// altimeter say of it, with the noise, biases and quantisation of the real ones. No dynamics: the
+// motion is given, and the truth is integrated as the filter integrates.
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "gnc/talaris/navigation.h"
+#include "tests/talaris/gnc/dense_ekf.h"
+
+namespace lss::gnc::talaris::test {
+
+inline constexpr std::int64_t kFrame_ns = 200'000'000;
+
+class Flown {
+ public:
+  // Noise as the parameters say it is; `seed` also chooses biases and the way it flies.
+  Flown(const NavigationParameters& p, unsigned seed) : parameters(p), engine_(seed) {
+    period_ns = static_cast<std::int64_t>(std::llround(p.imu_period_s * 1e9));
+    for (double& f : phase_) f = std::uniform_real_distribution<double>(0, 6.28)(engine_);
+    const Vector3 tilt(0, normal(0.02), normal(0.02));
+    const Vector3 up = exponential(tilt).conjugate() * Vector3::UnitX();
+    truth.q = Eigen::Quaterniond::FromTwoVectors(up, Vector3::UnitX());
+    truth.q = DenseEkf::exponential(Vector3(p.roll_rad + normal(p.start_heading_sigma_rad), 0, 0)) *
+              truth.q;
+    truth.p = Vector3(p.pointing == Pointing::down ? 1.2 : p.height_m, 0, 0) +
+              vector(p.start_position_sigma_m);
+    truth.v.setZero();
+    truth.gravity = p.gravity_m_s2;
+    truth.ba = vector(p.force_bias_sigma_m_s2);
+    truth.bg = vector(0.1 * kRadPerDeg);
+  }
+
+  NavigationParameters parameters;
+  DenseEkf truth;  // p, v, q, ba, bg
+  std::int64_t now_ns = 1'000'000'000;
+  std::int64_t period_ns = 0;
+  std::vector<ImuSample> imu;
+  std::vector<RangeSample> ranges;
+  double wall_m = 8;  // distance of the wall from the origin, pointing sideways
+  double ground_m = 0;
+  bool quantised = true;
+  bool flying = false;
+  double size = 1;  // of the motion
+
+  // The next frame; imu and ranges are what was measured in it.
+  Batch frame() {
+    imu.clear();
+    ranges.clear();
+    const std::int64_t end_ns = now_ns + kFrame_ns;
+    while (now_ns + period_ns <= end_ns) {
+      now_ns += period_ns;
+      sample();
+      if (now_ns >= next_range_ns_) range();
+    }
+    return batch();
+  }
+  Batch batch() const { return {imu, ranges, now_ns}; }
+
+  double normal(double sigma) { return std::normal_distribution<double>(0, sigma)(engine_); }
+  Vector3 vector(double sigma) { return {normal(sigma), normal(sigma), normal(sigma)}; }
+
+  // Estimate minus truth as dx of the filter: what has to be added to the estimate.
+  DenseEkf::Vector error(const Navigation& navigation) const {
+    const Nominal& n = navigation.filter().nominal();
+    DenseEkf x;
+    x.p = n.position_N_m;
+    x.v = n.velocity_N_m_s;
+    x.q = n.q_NB;
+    x.ba = n.accelerometer_bias_m_s2;
+    x.bg = n.gyro_bias_rad_s;
+    return truth.minus(x);
+  }
+
+  // Calibrates; false when that fails.
+  bool calibrate(Navigation& navigation) {
+    navigation.begin_calibration();
+    while (navigation.calibration().phase == CalibrationPhase::running) {
+      navigation.calibrate(frame());
+    }
+    return navigation.aligned();
+  }
+
+ private:
+  void sample() {
+    const double dt = static_cast<double>(period_ns) * 1e-9;
+    Vector3 rate = Vector3::Zero(), acceleration = Vector3::Zero();
+    if (flying) {
+      t_ += dt;
+      const auto wave = [&](int i, double amplitude, double w) {
+        // begins at rest: a sine's derivative with the phase only after a soft start
+        const double soft = std::min(1.0, t_ / 2);
+        return size * soft * amplitude * std::cos(w * t_ + phase_[i]);
+      };
+      rate = {wave(0, 0.3, 0.9), wave(1, 0.1, 1.7), wave(2, 0.1, 1.3)};
+      acceleration = {wave(3, 0.8, 1.9), wave(4, 0.3, 1.1), wave(5, 0.5, 1.5)};
+      // back towards where it was, so that it stays in the altimeter's range
+      acceleration -= 0.3 * truth.v + 0.1 * (truth.p - Vector3(2.5, 0, 0));
+    }
+    const auto middle = truth.q * DenseEkf::exponential(rate * (dt / 2));
+    const Vector3 force = middle.conjugate() * Vector3(acceleration + Vector3(truth.gravity, 0, 0));
+    truth.ba += vector(parameters.force_bias_walk * std::sqrt(dt));
+    truth.bg += vector(parameters.rate_bias_walk * std::sqrt(dt));
+    truth.p += truth.v * dt + acceleration * (dt * dt / 2);
+    truth.v += acceleration * dt;
+    truth.q = (truth.q * DenseEkf::exponential(rate * dt)).normalized();
+
+    ImuSample s;
+    s.time_ns = now_ns;
+    s.rate_B_rad_s = rate + truth.bg + vector(parameters.rate_noise / std::sqrt(dt));
+    s.force_B_m_s2 = force + truth.ba + vector(parameters.force_noise / std::sqrt(dt));
+    if (quantised) {
+      s.rate_B_rad_s = rounded(s.rate_B_rad_s, 0.01 * kRadPerDeg);
+      s.force_B_m_s2 = rounded(s.force_B_m_s2, 0.001 * kGravity_m_s2);
+    }
+    imu.push_back(s);
+  }
+
+  void range() {
+    next_range_ns_ = now_ns + 97'000'000 + static_cast<std::int64_t>(engine_() % 6'000'000);
+    const bool down = parameters.pointing == Pointing::down;
+    const int axis = down ? 0 : 2;
+    const Vector3 from = truth.p + truth.q * parameters.altimeter_at_B_m;
+    const Vector3 along = truth.q * (down ? Vector3(-Vector3::UnitX()) : Vector3::UnitZ());
+    double r = ((down ? ground_m : wall_m) - from(axis)) / along(axis);
+    r += normal(parameters.range_sigma_m);
+    if (quantised) r = std::round(r * 1000) / 1000;
+    ranges.push_back({now_ns, r});
+  }
+
+  static Vector3 rounded(const Vector3& v, double step) {
+    return (v / step).array().round().matrix() * step;
+  }
+
+  std::mt19937_64 engine_;
+  double phase_[6];
+  double t_ = 0;
+  std::int64_t next_range_ns_ = 0;
+};
+
+}  // namespace lss::gnc::talaris::test
