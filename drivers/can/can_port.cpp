@@ -7,13 +7,20 @@ CanStatus CanPort::open(const char* path, std::span<const CanFilter> filters) no
   close();
   if (std::string_view(path).starts_with(CanUdp::kScheme)) {
     transport_ = &udp_;
+    udp_.number_by(sender_);
   } else {
     transport_ = &socket_can_;
   }
-  return transport_->open(path, filters);
+  const Status status = transport_->open(path, filters);
+  if (status == Status::ok && sender_ != nullptr) {
+    const bool datagrams = transport_ == &udp_;
+    sender_->offer(fd(), datagrams ? udp_.peer_address() : 0, datagrams ? udp_.peer_port() : 0);
+  }
+  return status;
 }
 
 void CanPort::close() noexcept {
+  if (sender_ != nullptr) sender_->withdraw();
   if (transport_ != nullptr) transport_->close();
   queue_.clear();
 }
@@ -21,7 +28,9 @@ void CanPort::close() noexcept {
 CanPort::Received CanPort::receive(std::span<CanFrame> into) noexcept {
   if (!is_open() || into.empty()) return {};
   const CanState before = transport_->state();
+  const std::uint64_t restarts = counters_.restarts;
   const Received received = transport_->receive(into, counters_);
+  if (sender_ != nullptr && counters_.restarts != restarts) sender_->renew();
   // What waits was meant for a bus of before.
   if (before != CanState::bus_off && transport_->state() == CanState::bus_off) {
     counters_.dropped_stale += queue_.size();

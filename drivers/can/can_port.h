@@ -13,6 +13,7 @@
 #include <span>
 
 #include "drivers/can/can_queue.h"
+#include "drivers/can/can_sender.h"
 #include "drivers/can/can_udp.h"
 #include "drivers/can/socket_can.h"
 #include "drivers/can/transport.h"
@@ -27,6 +28,9 @@ class CanPort {
   CanPort() = default;
   CanPort(const CanPort&) = delete;
   CanPort& operator=(const CanPort&) = delete;
+
+  // A second thread sends by it while the port is open. Before open().
+  void attach(CanSender* sender) noexcept { sender_ = sender; }
 
   // Closes what was open. Frames that no filter passes are not handed up; no filter at all: every
   // frame is. `filters` must stay while the port is open; at most SocketCan::kMaxFilters.
@@ -59,6 +63,7 @@ class CanPort {
   CanTransport* transport_ = nullptr;
   CanCounters counters_;
   CanQueue queue_;
+  CanSender* sender_ = nullptr;
 };
 
 // What is wrong and what to do, for messages.

@@ -54,6 +54,7 @@ CanStatus CanUdp::open(const char* path, std::span<const CanFilter> filters) noe
   dropped_ = 0;
   reader_.clear();
   writer_ = {};
+  if (sender_ != nullptr) sender_->restart_sequence();
   filters_ = filters;
   Address address;
   if (!parse(path, address)) return CanStatus::bad_address;
@@ -151,7 +152,8 @@ CanTransport::Sent CanUdp::send(std::span<const CanFrame> frames, CanCounters& c
     to.sin_family = AF_INET;
     to.sin_addr.s_addr = peer_address_;
     to.sin_port = peer_port_;
-    const std::span<const std::uint8_t> datagram = writer_.take();
+    const std::span<const std::uint8_t> datagram =
+        sender_ != nullptr ? writer_.take(sender_->next_sequence()) : writer_.take();
     const ssize_t sent = ::sendto(fd_, datagram.data(), datagram.size(), MSG_DONTWAIT,
                                   reinterpret_cast<const sockaddr*>(&to), sizeof to);
     if (sent < 0) {

@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "drivers/can/can_sender.h"
 #include "drivers/can/transport.h"
 
 namespace lss {
@@ -21,6 +22,11 @@ class CanUdp final : public CanTransport {
   Received receive(std::span<CanFrame> into, CanCounters& counters) noexcept override;
   Sent send(std::span<const CanFrame> frames, CanCounters& counters) noexcept override;
 
+  std::uint32_t peer_address() const noexcept { return peer_address_; }  // network order
+  std::uint16_t peer_port() const noexcept { return peer_port_; }
+  // Its datagrams are numbered together with those of a second thread. nullptr: alone.
+  void number_by(CanSender* sender) noexcept { sender_ = sender; }
+
  private:
   enum class Datagram : std::uint8_t { none, read, skipped, lost };
   Datagram next_datagram(CanCounters& counters) noexcept;
@@ -34,6 +40,7 @@ class CanUdp final : public CanTransport {
   std::uint32_t dropped_ = 0;
   CannelloniReader reader_;
   CannelloniWriter writer_;
+  CanSender* sender_ = nullptr;
 };
 
 }  // namespace lss

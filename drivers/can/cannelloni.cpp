@@ -96,10 +96,10 @@ bool CannelloniWriter::add(const CanFrame& frame) noexcept {
   return true;
 }
 
-std::span<const std::uint8_t> CannelloniWriter::take() noexcept {
+std::span<const std::uint8_t> CannelloniWriter::take(std::uint8_t sequence) noexcept {
   bytes_[0] = kVersion;
   bytes_[1] = kData;
-  bytes_[2] = sequence_++;
+  bytes_[2] = sequence;
   bytes_[3] = static_cast<std::uint8_t>(count_ >> 8);
   bytes_[4] = static_cast<std::uint8_t>(count_);
   const std::size_t size = count_ == 0 ? kHeader : size_;

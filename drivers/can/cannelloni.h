@@ -50,7 +50,9 @@ class CannelloniWriter {
   bool add(const CanFrame& frame) noexcept;  // false: full; take() first
   bool empty() const noexcept { return count_ == 0; }
   // The datagram, valid until the next add(), which begins a new one.
-  std::span<const std::uint8_t> take() noexcept;
+  std::span<const std::uint8_t> take() noexcept { return take(sequence_++); }
+  // The same, numbered by somebody else.
+  std::span<const std::uint8_t> take(std::uint8_t sequence) noexcept;
 
  private:
   static constexpr std::size_t kHeader = 5;

@@ -31,6 +31,8 @@ bool from_kernel(const can_frame& raw, CanFrame& frame) noexcept {
   return true;
 }
 
+}  // namespace
+
 can_frame to_kernel(const CanFrame& frame) noexcept {
   can_frame raw{};
   raw.can_id = frame.id | (frame.extended ? CAN_EFF_FLAG : 0u) | (frame.remote ? CAN_RTR_FLAG : 0u);
@@ -38,8 +40,6 @@ can_frame to_kernel(const CanFrame& frame) noexcept {
   std::copy_n(frame.data.begin(), raw.can_dlc, raw.data);
   return raw;
 }
-
-}  // namespace
 
 CanStatus SocketCan::open(const char* interface, std::span<const CanFilter> filters) noexcept {
   close_fd();

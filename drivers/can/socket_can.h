@@ -6,7 +6,11 @@
 
 #include "drivers/can/transport.h"
 
+struct can_frame;
+
 namespace lss {
+
+can_frame to_kernel(const CanFrame& frame) noexcept;
 
 class SocketCan final : public CanTransport {
  public:

@@ -52,7 +52,8 @@ void Master::restart(TimeNs now, TimeNs reset_at) noexcept {
     enter(node, NodeState::off, now, reset_at);
   }
   sample_count_ = 0;
-  sync_ns_ = heartbeat_ns_ = now;
+  heartbeat_ns_ = now;
+  sync_ns_ = parameters_.sync_period_ns > 0 ? now : kNever;
   last_sync_ns_ = now - parameters_.sync_period_ns;
 }
 
@@ -147,16 +148,23 @@ void Master::deadline_over(Node& node, TimeNs now) noexcept {
   }
 }
 
+// It is not allowed to leave its state.
+bool Master::waits(const Node& node) const noexcept {
+  const bool resumes = resume_allowed_ && node.status.state == NodeState::fallen_back;
+  return !boot_allowed_ && !resumes && waits_for_leave(node.status.state);
+}
+
 void Master::advance(Node& node, TimeNs now) noexcept {
   if (node.status.emcy_storm && now - node.storm_ns >= 2 * kSecond) node.status.emcy_storm = false;
   if (now < node.deadline_ns) return;
-  if (waits_for_leave(node.status.state) && !boot_allowed_) return;
+  if (waits(node)) return;
   node.deadline_ns = kNever;
   deadline_over(node, now);
 }
 
 void Master::sync_at(TimeNs next) noexcept {
   const TimeNs period = parameters_.sync_period_ns;
+  if (period <= 0) return;
   const TimeNs earliest = last_sync_ns_ + period / 2;  // never two for one frame
   const TimeNs away = (next - earliest) % period;
   sync_ns_ = earliest + (away < 0 ? away + period : away);
@@ -238,9 +246,7 @@ TimeNs Master::next_wake() const noexcept {
       if (rpdo.due) return INT64_MIN;
     }
     wake = std::min(wake, node.sdo.next_wake());
-    if (boot_allowed_ || !waits_for_leave(node.status.state)) {
-      wake = std::min(wake, node.deadline_ns);
-    }
+    if (!waits(node)) wake = std::min(wake, node.deadline_ns);
   }
   return wake;
 }

@@ -24,12 +24,12 @@ inline constexpr TimeNs kNever = INT64_MAX;
 struct MasterParameters {
   HeartbeatParameters heartbeat{};
   std::array<NodeParameters, kMaxNodes> nodes{};  // node 0: end
-  TimeNs sync_period_ns = 100 * kMillisecond;
-  TimeNs boot_timeout_ns = 2 * kSecond;          // from reset to boot-up
-  TimeNs sdo_timeout_ns = 200 * kMillisecond;    // of one attempt
-  int sdo_attempts = 3;                          // in all
-  TimeNs start_timeout_ns = 500 * kMillisecond;  // from start to the heartbeat that says so
-  TimeNs retry_ns = kSecond;                     // after a boot that failed, to the next reset
+  TimeNs sync_period_ns = 100 * kMillisecond;     // 0: no SYNC
+  TimeNs boot_timeout_ns = 2 * kSecond;           // from reset to boot-up
+  TimeNs sdo_timeout_ns = 200 * kMillisecond;     // of one attempt
+  int sdo_attempts = 3;                           // in all
+  TimeNs start_timeout_ns = 500 * kMillisecond;   // from start to the heartbeat that says so
+  TimeNs retry_ns = kSecond;                      // after a boot that failed, to the next reset
   TimeNs wrong_device_retry_ns = 5 * kSecond;
   TimeNs babble_window_ns = 100 * kMillisecond;
   int babble_frames = 100;           // more in one window: the node babbles
@@ -107,12 +107,14 @@ class Master {
   bool transmit(TimeNs now, CanFrame& frame) noexcept;
   TimeNs next_wake() const noexcept;
 
-  // SYNC goes out at this time and every period after it.
+  // SYNC goes out at this time and every period after it. Not without a period.
   void sync_at(TimeNs next) noexcept;
   // Resets a node, power stage and outputs too, and boots it anew, whatever it does.
   void reset(std::size_t node, TimeNs now) noexcept;
   // Whether nodes that were lost, rebooted, fell back or failed may be brought up (again) now.
   void allow_boot(bool allowed) noexcept { boot_allowed_ = allowed; }
+  // Whether those that only fell back, powered all the time, may be even when the others may not.
+  void allow_resume(bool allowed) noexcept { resume_allowed_ = allowed; }
   // Sent with the next transmit(), before everything else; a newer one replaces it.
   void send_rpdo(std::size_t node, int number, std::span<const std::uint8_t> data) noexcept;
 
@@ -154,6 +156,7 @@ class Master {
   };
 
   Node* node_of(std::uint32_t id) noexcept;
+  bool waits(const Node& node) const noexcept;
   void enter(Node& node, NodeState state, TimeNs now, TimeNs deadline = kNever) noexcept;
   void command(Node& node, Nmt nmt) noexcept;
   void boot(Node& node, Nmt how, TimeNs now) noexcept;
@@ -179,7 +182,7 @@ class Master {
   bool fit_ = true;
   std::array<std::uint8_t, kMaxNode + 1> index_{};  // of a node's number; kMaxNodes: not ours
   MasterCounters counters_{};
-  bool boot_allowed_ = true;
+  bool boot_allowed_ = true, resume_allowed_ = false;
   TimeNs sync_ns_ = 0, last_sync_ns_ = 0, heartbeat_ns_ = 0;
   std::array<PdoSample, kMaxSamples> samples_{};  // ring
   std::size_t first_sample_ = 0, sample_count_ = 0;

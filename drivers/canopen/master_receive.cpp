@@ -109,7 +109,7 @@ void Master::heartbeat(Node& node, const CanFrame& frame) noexcept {
   const NodeState state = node.status.state;
   const bool watched = state == NodeState::operational || state == NodeState::lost;
   if (nmt == NmtState::operational && (watched || state == NodeState::starting)) {
-    enter(node, NodeState::operational, time, time + parameters_.heartbeat.timeout_ns);
+    enter(node, NodeState::operational, time, time + parameters_.heartbeat.lost_after_ns());
   } else if (watched) {
     ++node.status.fall_backs;
     enter(node, NodeState::fallen_back, time, time);

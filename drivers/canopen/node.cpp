@@ -24,7 +24,7 @@ const Pdo* NodeParameters::rpdo_of(int number) const noexcept { return find(rpdo
 
 Configuration::Configuration(const NodeParameters& node,
                              const HeartbeatParameters& heartbeat) noexcept {
-  add(kProducerHeartbeat, 0, 2, milliseconds(heartbeat.period_ns));
+  add(kProducerHeartbeat, 0, 2, milliseconds(heartbeat.of_node_ns()));
   add(kConsumerHeartbeat, 1, 4,
       std::uint32_t{heartbeat.master} << 16 | milliseconds(heartbeat.timeout_ns));
   for (const Entry& entry : node.entries) {

@@ -45,6 +45,13 @@ struct HeartbeatParameters {
   std::uint8_t master = 0x7F;
   TimeNs period_ns = 100 * kMillisecond;   // of the master and of each node
   TimeNs timeout_ns = 300 * kMillisecond;  // after which either takes the other as lost
+  TimeNs node_period_ns = 0;               // of the nodes, when it is another
+  TimeNs node_timeout_ns = 0;              // after which a node is lost, when it is another
+
+  constexpr TimeNs of_node_ns() const { return node_period_ns > 0 ? node_period_ns : period_ns; }
+  constexpr TimeNs lost_after_ns() const {
+    return node_timeout_ns > 0 ? node_timeout_ns : timeout_ns;
+  }
 };
 
 // Everything that is written into a node, in the order in which CiA 301 allows it.

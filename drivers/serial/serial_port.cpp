@@ -9,6 +9,8 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 
 namespace lss {
@@ -61,22 +63,23 @@ bool is_pseudo_terminal(int fd) {
 
 }  // namespace
 
-Status SerialPort::open(const char* path, int baud, bool half_duplex) noexcept {
+Status SerialPort::open(const char* path, const SerialFormat& format) noexcept {
   close();
   error_ = 0;
-  rs485_granted_ = low_latency_granted_ = false;
+  rs485_granted_ = low_latency_granted_ = marked_ = false;
+  marks_.clear();
   fd_ = ::open(path, O_RDWR | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
   if (fd_ < 0) {
     error_ = errno;
     return from_errno(error_);
   }
-  const Status status = prepare(baud, half_duplex);
+  const Status status = prepare(format);
   if (status != Status::ok) close();
   return status;
 }
 
 // Nothing of the line is touched before the lock is ours.
-Status SerialPort::prepare(int baud, bool half_duplex) noexcept {
+Status SerialPort::prepare(const SerialFormat& format) noexcept {
   if (::isatty(fd_) == 0) {
     error_ = errno;
     return Status::not_a_terminal;
@@ -92,8 +95,8 @@ Status SerialPort::prepare(int baud, bool half_duplex) noexcept {
     error_ = errno;
     return from_errno(error_);
   }
-  if (const Status status = set_line(baud); status != Status::ok) return status;
-  set_rs485(half_duplex);
+  if (const Status status = set_line(format); status != Status::ok) return status;
+  set_rs485(format.half_duplex);
   set_low_latency();
   if (::tcflush(fd_, TCIOFLUSH) != 0) {
     error_ = errno;
@@ -102,10 +105,10 @@ Status SerialPort::prepare(int baud, bool half_duplex) noexcept {
   return Status::ok;
 }
 
-Status SerialPort::set_line(int baud) noexcept {
+Status SerialPort::set_line(const SerialFormat& format) noexcept {
   const Rate* rate = nullptr;
   for (const Rate& known : kRates) {
-    if (known.baud == baud) rate = &known;
+    if (known.baud == format.baud) rate = &known;
   }
   if (rate == nullptr) {
     error_ = EINVAL;
@@ -117,8 +120,15 @@ Status SerialPort::set_line(int baud) noexcept {
     return from_errno(error_);
   }
   ::cfmakeraw(&line);
-  line.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | CRTSCTS);
+  line.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | PARODD | CRTSCTS);
   line.c_cflag |= CLOCAL | CREAD;
+  const bool even = format.parity == SerialFormat::Parity::even;
+  // A pseudo-terminal has bytes and no bits: it drops the parity, which libc takes for a failure
+  // when nothing else changes, as when it is opened again. No byte of it comes marked.
+  const bool has_bits = !is_pseudo_terminal(fd_);
+  const tcflag_t framing = (even && has_bits ? PARENB : 0u) | (format.stop_bits == 2 ? CSTOPB : 0u);
+  line.c_cflag |= framing;
+  if (even) line.c_iflag |= INPCK | PARMRK;
   // With VMIN 0 a read of 0 would mean "nothing there" as well as "hung up"; O_NONBLOCK tells them
   // apart.
   line.c_cc[VMIN] = 1;
@@ -136,6 +146,11 @@ Status SerialPort::set_line(int baud) noexcept {
     error_ = EINVAL;
     return Status::bad_baud;
   }
+  if (has_bits && (granted.c_cflag & (PARENB | CSTOPB)) != framing) {
+    error_ = EINVAL;
+    return Status::bad_format;
+  }
+  marked_ = (granted.c_iflag & PARMRK) != 0;
   return Status::ok;
 }
 
@@ -176,6 +191,20 @@ SerialPort::Transfer SerialPort::read(std::span<std::uint8_t> into) noexcept {
   return outcome(::read(fd_, into.data(), into.size()), true);
 }
 
+SerialPort::Transfer SerialPort::read(std::span<LineByte> into) noexcept {
+  std::array<std::uint8_t, kMostRaw> raw;
+  Transfer got = read(std::span(raw).first(std::min(into.size(), raw.size())));
+  const std::span<const std::uint8_t> bytes = std::span(raw).first(got.bytes);
+  if (marked_) {
+    got.bytes = marks_.decode(bytes, into);
+  } else {
+    std::transform(bytes.begin(), bytes.end(), into.begin(), [](std::uint8_t byte) {
+      return LineByte{byte, false};
+    });
+  }
+  return got;
+}
+
 SerialPort::Transfer SerialPort::write(std::span<const std::uint8_t> bytes) noexcept {
   if (bytes.empty()) return {};
   return outcome(::write(fd_, bytes.data(), bytes.size()), false);
@@ -202,6 +231,8 @@ const char* text(SerialPort::Status status) noexcept {
       return "no permission: add the user to the group of the device (often dialout)";
     case Status::bad_baud:
       return "it does not have this baud rate: use another in the config";
+    case Status::bad_format:
+      return "it does not have even parity or two stop bits: use another port";
     case Status::failed:
       break;
   }

@@ -1,15 +1,30 @@
 #pragma once
 
-// A serial line as raw bytes: 8N1, non-blocking, exclusive, RS-485 direction by the kernel driver
-// where the hardware has it. One thread at a time, any; the bus thread polls fd() and calls read
-// and write, which neither block nor allocate. A port that is lost is closed by its owner and
+// A serial line as raw bytes: 8 data bits, non-blocking, exclusive, RS-485 direction by the kernel
+// driver where the hardware has it. One thread at a time, any; the bus thread polls fd() and calls
+// read and write, which neither block nor allocate. A port that is lost is closed by its owner and
 // opened again by path, so a symbolic link is followed anew each time.
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
 
+#include "drivers/serial/line_byte.h"
+
 namespace lss {
+
+// How characters go over the line; 8 data bits always.
+struct SerialFormat {
+  enum class Parity : std::uint8_t { none, even };
+  int baud = 115'200;
+  Parity parity = Parity::none;  // even: bytes with a wrong one are marked, see read()
+  int stop_bits = 1;             // or 2
+  bool half_duplex = false;
+
+  // Bits of one character on the wire.
+  constexpr int bits() const { return 9 + (parity == Parity::even ? 1 : 0) + stop_bits; }
+  bool operator==(const SerialFormat&) const = default;
+};
 
 class SerialPort {
  public:
@@ -20,6 +35,7 @@ class SerialPort {
     in_use,          // locked by another process, or by another port of this one
     denied,          // by its permissions
     bad_baud,        // a rate that the kernel or the hardware does not have
+    bad_format,      // the hardware has no parity or not two stop bits
     failed,          // anything else; see error()
   };
 
@@ -35,10 +51,17 @@ class SerialPort {
 
   // Closes what was open. Both queues begin empty. Takes a few system calls: milliseconds on some
   // USB adapters.
-  Status open(const char* path, int baud, bool half_duplex) noexcept;
+  Status open(const char* path, const SerialFormat& format) noexcept;
+  Status open(const char* path, int baud, bool half_duplex) noexcept {  // 8N1
+    return open(path, {.baud = baud, .half_duplex = half_duplex});
+  }
   void close() noexcept;
 
   Transfer read(std::span<std::uint8_t> into) noexcept;  // 0 bytes: nothing there
+  // The same with the marks of parity errors undone: of a line with parity always this one. Bytes
+  // that only begin a mark may make it 0 though there was something. At most kMostRaw at once.
+  Transfer read(std::span<LineByte> into) noexcept;
+  static constexpr std::size_t kMostRaw = 512;
   Transfer write(
       std::span<const std::uint8_t> bytes) noexcept;  // fewer bytes than given: the queue is full
 
@@ -49,8 +72,8 @@ class SerialPort {
   bool low_latency_granted() const noexcept { return low_latency_granted_; }
 
  private:
-  Status prepare(int baud, bool half_duplex) noexcept;
-  Status set_line(int baud) noexcept;
+  Status prepare(const SerialFormat& format) noexcept;
+  Status set_line(const SerialFormat& format) noexcept;
   void set_rs485(bool half_duplex) noexcept;
   void set_low_latency() noexcept;
   Transfer outcome(std::ptrdiff_t result, bool zero_is_lost) noexcept;
@@ -59,6 +82,8 @@ class SerialPort {
   int error_ = 0;
   bool rs485_granted_ = false;
   bool low_latency_granted_ = false;
+  bool marked_ = false;  // the terminal marks parity errors
+  ParityMarks marks_;
 };
 
 // What is wrong and what to do, for messages.

@@ -1,0 +1,32 @@
+#pragma once
+
+// Bytes of a serial line with what the receiver thought of them. A terminal with INPCK and PARMRK
+// writes a byte that came with a parity or framing error as FF 00 X, and a good FF as FF FF; a
+// break is FF 00 00. Pure.
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+namespace lss {
+
+struct LineByte {
+  std::uint8_t value = 0;
+  bool bad = false;  // parity, framing or break
+
+  bool operator==(const LineByte&) const = default;
+};
+
+// Undoes the marks, which may be cut anywhere between two reads.
+class ParityMarks {
+ public:
+  // What `raw` says, to the front of `out`, which is at least as long. Returns how many.
+  std::size_t decode(std::span<const std::uint8_t> raw, std::span<LineByte> out) noexcept;
+  void clear() noexcept { state_ = State::plain; }
+
+ private:
+  enum class State : std::uint8_t { plain, escaped, marked };
+  State state_ = State::plain;
+};
+
+}  // namespace lss

@@ -1,0 +1,160 @@
+#include "drivers/talaris/hopper_bus.h"
+
+#include <algorithm>
+
+#include "drivers/talaris/valves.h"
+
+namespace lss::talaris {
+namespace {
+
+std::span<const std::uint8_t> data_of(const CanFrame& frame) {
+  return std::span(frame.data).first(frame.size);
+}
+
+}  // namespace
+
+HopperBus::HopperBus(const HopperBusParameters& parameters) noexcept
+    : parameters_(parameters), master_(master_parameters(parameters)) {
+  restart(0);
+}
+
+// Orders from before are not taken up again: what is released next counts.
+void HopperBus::restart(TimeNs now) noexcept {
+  master_.restart(now, now + parameters_.settle_ns);
+  sample_count_ = 0;
+  has_half_ = false;
+  released_ = stale_ = false;
+  shut(now);
+}
+
+// Sequence 0: whatever the actuate thread said last, this shuts.
+void HopperBus::shut(TimeNs now) noexcept {
+  shut_ns_ = now + parameters_.shut_period_ns;
+  master_.send_rpdo(kValveNode, 1, data_of(valve_frame(parameters_.node[kValveNode], 0, 0)));
+  send_fans(now);
+}
+
+void HopperBus::send_fans(TimeNs now) noexcept {
+  fans_ns_ = now + parameters_.fan_period_ns;
+  const TalarisOrders off;
+  const CanFrame frame =
+      fan_frame(parameters_.node[kFanNode], safe() ? off.fan_us : orders_.fan_us);
+  master_.send_rpdo(kFanNode, 1, data_of(frame));
+}
+
+void HopperBus::release(const TalarisOrders& orders, TimeNs now) noexcept {
+  ++counters_.releases;
+  orders_ = orders;
+  released_ = true;
+  for (const std::uint16_t width : orders.fan_us) {
+    if (width < kFanOff_us || width > kFanFull_us) ++counters_.bad_orders;
+  }
+  const bool was_stale = stale_;
+  stale_ = now - orders.issued_ns > parameters_.stale_after_ns;
+  if (stale_) {
+    ++counters_.stale_orders;
+    if (!was_stale) ++counters_.safe_commands;
+    allow_boot(false, false);
+    return shut(now);
+  }
+  if (orders.node_reset_serial != node_reset_serial_) {
+    node_reset_serial_ = orders.node_reset_serial;
+    for (std::size_t i = 0; i < master_.nodes(); ++i) {
+      if ((orders.reset_nodes >> i & 1) != 0) master_.reset(i, now);
+    }
+  }
+  allow_boot(orders.boot_allowed, !orders.all_stop);
+  if (orders.all_stop) return shut(now);
+  send_fans(now);
+}
+
+// A node that fell back shut everything by itself and kept its power: in the air, too, it is better
+// there than not. What was without power is not what it was.
+void HopperBus::allow_boot(bool all, bool fallen_back) noexcept {
+  master_.allow_boot(all);
+  master_.allow_resume(fallen_back);
+}
+
+void HopperBus::receive(std::span<const CanFrame> frames) noexcept {
+  canopen::PdoSample raw;
+  for (const CanFrame& frame : frames) {
+    master_.receive(frame);
+    while (master_.take(raw)) heard(raw);
+  }
+}
+
+// Forces wait for the moments of the same moment.
+void HopperBus::heard(const canopen::PdoSample& raw) noexcept {
+  TalarisSample sample{raw.time_ns, {}};
+  if (!decode(raw.node, raw.number, std::span(raw.data).first(raw.size), sample.reading)) return;
+  const Load* load = std::get_if<Load>(&sample.reading);
+  if (load == nullptr) return keep(sample);
+  if (raw.number == 1) {
+    if (has_half_) ++counters_.load_unpaired;
+    half_ = sample;
+    has_half_ = true;
+    return;
+  }
+  const bool pairs = has_half_ && raw.time_ns - half_.time_ns < parameters_.load_pair_ns;
+  if (!pairs) {
+    counters_.load_unpaired += has_half_ ? 2 : 1;
+    has_half_ = false;
+    return;
+  }
+  has_half_ = false;
+  std::get<Load>(half_.reading).moment_Nm = load->moment_Nm;
+  keep(half_);
+}
+
+void HopperBus::keep(const TalarisSample& sample) noexcept {
+  if (sample_count_ == kMaxSamples) {
+    ++counters_.overflows;
+    first_sample_ = (first_sample_ + 1) % kMaxSamples;
+    --sample_count_;
+  }
+  sample_[(first_sample_ + sample_count_++) % kMaxSamples] = sample;
+}
+
+std::size_t HopperBus::take(std::span<TalarisSample> out) noexcept {
+  const std::size_t count = std::min(out.size(), sample_count_);
+  for (std::size_t i = 0; i < count; ++i) out[i] = sample_[(first_sample_ + i) % kMaxSamples];
+  first_sample_ = (first_sample_ + count) % kMaxSamples;
+  sample_count_ -= count;
+  return count;
+}
+
+bool HopperBus::transmit(TimeNs now, CanFrame& frame) noexcept {
+  if (released_ && !stale_ && now - orders_.issued_ns > parameters_.stale_after_ns) {
+    // Nobody commands any more, or too late.
+    stale_ = true;
+    ++counters_.safe_commands;
+    allow_boot(false, false);
+    shut(now);
+  }
+  if (safe() && now >= shut_ns_) shut(now);
+  if (now >= fans_ns_) send_fans(now);
+  return master_.transmit(now, frame);
+}
+
+TimeNs HopperBus::next_wake() const noexcept {
+  TimeNs wake = std::min(master_.next_wake(), fans_ns_);
+  if (safe()) wake = std::min(wake, shut_ns_);
+  if (released_ && !stale_) {
+    wake = std::min(wake, orders_.issued_ns + parameters_.stale_after_ns + 1);
+  }
+  return wake;
+}
+
+const HopperStatus& HopperBus::status() noexcept {
+  for (std::size_t node = 0; node < master_.nodes(); ++node) {
+    HopperLink& link = status_.link[node];
+    link.node = master_.status(node);
+    link.sdo_aborts = master_.sdo(node).aborts;
+    link.sdo_repeats = master_.sdo(node).repeats;
+  }
+  counters_.master = master_.counters();
+  status_.counters = counters_;
+  return status_;
+}
+
+}  // namespace lss::talaris

@@ -1,0 +1,86 @@
+#pragma once
+
+// What the sensors of TALARIS say, as plain numbers in SI units, each stamped on CLOCK_MONOTONIC.
+// Bytes: docs/icd-talaris.md.
+
+#include <array>
+#include <cstdint>
+#include <variant>
+
+#include "drivers/time.h"
+
+namespace lss::talaris {
+
+inline constexpr std::size_t kHopperValves = 8;  // index i: valve i + 1
+inline constexpr std::size_t kHopperFans = 4;
+
+// CAN nodes in the order of the driver, whatever their numbers on the bus are.
+inline constexpr std::size_t kValveNode = 0, kFanNode = 1, kLoadCellNode = 2;
+inline constexpr std::size_t kHopperNodes = 3;
+
+// One packet of the IMU, in the axes of the sensor.
+struct ImuPacket {
+  std::array<double, 3> rate_rad_s{};
+  std::array<double, 3> force_m_s2{};  // specific force
+  double temperature_degC = 0;
+  // Packets of the sensor since the line was opened, those that were lost included: the sensor's
+  // own counter, unwrapped. Frames are counted by it.
+  std::uint64_t count = 0;
+  std::uint8_t status = 0;  // LandMark 30: as sent
+};
+
+// What the IMU says about itself, when it is said for the first time and when it changes. From
+// `scale` on packets are converted by the new factors.
+struct ImuStatus {
+  enum class Kind : std::uint8_t {
+    firmware_major,
+    firmware_minor,
+    product,
+    release,
+    filter,
+    board_number,   // byte `index` 0..3
+    serial_number,  // byte `index` 0..3
+    test_flags,     // not 0: a self-test failed
+    scale,
+  };
+  Kind kind = Kind::test_flags;
+  std::uint8_t index = 0;
+  std::uint8_t value = 0;      // as sent
+  double rate_unit_rad_s = 0;  // of `scale`: of one bit
+  double force_unit_m_s2 = 0;  // of `scale`: of one bit
+};
+
+// One line of the altimeter.
+struct Range {
+  static constexpr std::uint8_t kOutOfRange = 255;  // a number that cannot be
+  double range_m = 0;                               // 0 with an error
+  std::uint8_t error = 0;  // 0: none; its own number, 15 for E15 (weak signal); kOutOfRange
+};
+
+// Of the valve node.
+struct GasState {
+  double tank_Pa = 0;
+  double regulated_Pa = 0;
+  double voltage_V = 0;
+  double temperature_degC = 0;
+};
+
+struct FanSpeeds {
+  std::array<double, kHopperFans> rpm{};
+};
+
+// Of the load cell: both its PDOs of one moment.
+struct Load {
+  std::array<double, 3> force_N{};
+  std::array<double, 3> moment_Nm{};
+};
+
+using Reading = std::variant<ImuPacket, ImuStatus, Range, GasState, FanSpeeds, Load>;
+
+// Stamped with the arrival of the first byte, or of the CAN frame.
+struct TalarisSample {
+  TimeNs time_ns = 0;
+  Reading reading{};
+};
+
+}  // namespace lss::talaris

@@ -1,0 +1,101 @@
+#pragma once
+
+// A sensor on a serial line as its bus thread sees it: bytes and time in, samples out, and what is
+// to be written. Knows no file descriptor and no thread. Nothing here allocates, locks or logs.
+//
+// Stamps. Bytes are read some time after they arrived, several at once: a byte is taken to have
+// arrived as many character times before the read as bytes came behind it, and its start bit one
+// character before that. What is left is the delay of waking up, which only ever makes a stamp
+// late; LandMark30 takes it out by the sensor's own rhythm (landmark30.h).
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "drivers/serial/line_byte.h"
+#include "drivers/serial/serial_port.h"
+#include "drivers/talaris/samples.h"
+
+namespace lss::talaris {
+
+struct LineCounters {
+  std::uint64_t bytes = 0;
+  std::uint64_t packets = 0;      // good ones, or lines; with those that say an error
+  std::uint64_t lost = 0;         // missing by the sensor's counter, or polled and not answered
+  std::uint64_t repeated = 0;     // thrown away: the counter stood
+  std::uint64_t parity = 0;       // thrown away: a byte was marked
+  std::uint64_t bad_check = 0;    // thrown away: sum, or no number
+  std::uint64_t skipped = 0;      // bytes between packets
+  std::uint64_t said_errors = 0;  // altimeter: lines with an error
+  std::uint64_t out_of_range = 0;
+  std::uint64_t commands = 0;   // written to the sensor
+  std::uint64_t restarts = 0;   // begun anew, the sensor being silent
+  std::uint64_t overflows = 0;  // samples that nobody took
+
+  std::uint64_t errors() const { return parity + bad_check + repeated + out_of_range; }
+};
+
+struct LineStatus {
+  LineCounters counters{};
+  TimeNs heard_ns = 0;         // stamp of the last good packet; 0: never
+  double rate_unit_rad_s = 0;  // IMU: factors in force
+  double force_unit_m_s2 = 0;
+};
+
+// A frame begins: its first packet by the sensor's own count arrived, or the first one after that.
+struct FrameTick {
+  std::uint64_t index = 0;  // counts frames from 1, with gaps where all packets of one were lost
+  TimeNs time_ns = 0;       // of the first byte of the packet that begins it, heard or not
+};
+
+class SensorLine {
+ public:
+  static constexpr std::size_t kMaxSamples = 64;
+
+  virtual ~SensorLine() = default;
+  SensorLine() = default;
+  SensorLine(const SensorLine&) = delete;
+  SensorLine& operator=(const SensorLine&) = delete;
+
+  virtual SerialFormat format() const noexcept = 0;
+  // The port was opened (again): forget what is half heard, say what has to be said first.
+  virtual void restart(TimeNs now) noexcept = 0;
+  // Bytes that were read at `now`, in any cut.
+  virtual void receive(std::span<const LineByte> bytes, TimeNs now) noexcept = 0;
+  // Bytes to write now, valid until the next call; empty: nothing is due. Call until it is empty.
+  virtual std::span<const std::uint8_t> transmit(TimeNs now) noexcept = 0;
+  virtual TimeNs next_wake() const noexcept = 0;  // INT64_MAX: never
+
+  // Samples since the last call; at most kMaxSamples are kept, the oldest dropped.
+  std::size_t take(std::span<TalarisSample> out) noexcept;
+  // IMUs: the newest frame that began since the last call.
+  bool take_tick(FrameTick& tick) noexcept;
+  const LineStatus& status() const noexcept { return status_; }
+
+ protected:
+  void keep(const TalarisSample& sample) noexcept;
+  // A packet of the IMU, by the sensor's own count.
+  void tick(std::uint64_t count, TimeNs time_ns, int packets_per_frame, TimeNs period_ns) noexcept;
+  void clear() noexcept;  // samples, and where the frame was
+
+  LineStatus status_{};
+
+ private:
+  std::array<TalarisSample, kMaxSamples> sample_{};  // ring
+  std::size_t first_ = 0, count_ = 0;
+  FrameTick tick_{};
+  bool ticked_ = false;
+};
+
+// When byte `i` of `count` that were read at `now` began on the line.
+constexpr TimeNs arrival_ns(TimeNs now, std::size_t i, std::size_t count, TimeNs byte_ns) {
+  return now - static_cast<TimeNs>(count - i) * byte_ns;
+}
+
+// Of one character.
+constexpr TimeNs byte_time_ns(const SerialFormat& format) {
+  return format.bits() * kSecond / format.baud;
+}
+
+}  // namespace lss::talaris
