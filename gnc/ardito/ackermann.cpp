@@ -50,17 +50,28 @@ double yaw_rate_rad_s(const PlaneMotion& motion, const Geometry& geometry) noexc
   return motion.v_m_s * motion.direction.sin / geometry.f_m;
 }
 
-PlaneWheels ackermann(const PlaneMotion& motion, const Geometry& geometry) noexcept {
-  PlaneWheels wheels;
+PerWheel<double> steering_angles_rad(const Direction& direction,
+                                     const Geometry& geometry) noexcept {
+  PerWheel<double> angles{};
+  for (const std::size_t i : kWheelOfSteered) {
+    const Radius r = radius(i, direction, geometry);
+    // -pi/2..pi/2: a wheel that would turn further rolls backward instead
+    if (r.along_m != 0) angles[i] = std::atan(-r.along_m / r.across_m);
+  }
+  return angles;
+}
+
+PerWheel<double> hub_speeds_m_s(const PlaneMotion& motion, const Geometry& geometry) noexcept {
+  PerWheel<double> speeds{};
   for (std::size_t i = 0; i < kWheels; ++i) {
     const Radius r = radius(i, motion.direction, geometry);
-    // -pi/2..pi/2: a wheel that would turn further rolls backward instead
-    if (kSteeredOfWheel[i] < kSteered && r.along_m != 0) {
-      wheels.steering_rad[i] = std::atan(-r.along_m / r.across_m);
-    }
-    wheels.hub_m_s[i] = motion.v_m_s * signed_length(r) / geometry.f_m;
+    speeds[i] = motion.v_m_s * signed_length(r) / geometry.f_m;
   }
-  return wheels;
+  return speeds;
+}
+
+PlaneWheels ackermann(const PlaneMotion& motion, const Geometry& geometry) noexcept {
+  return {steering_angles_rad(motion.direction, geometry), hub_speeds_m_s(motion, geometry)};
 }
 
 Direction direction_from_steering(std::size_t wheel, double steering_rad,

@@ -31,6 +31,9 @@ struct PlaneWheels {
   PerWheel<double> hub_m_s{};
 };
 PlaneWheels ackermann(const PlaneMotion& motion, const Geometry& geometry) noexcept;
+// Half of it each.
+PerWheel<double> steering_angles_rad(const Direction& direction, const Geometry& geometry) noexcept;
+PerWheel<double> hub_speeds_m_s(const PlaneMotion& motion, const Geometry& geometry) noexcept;
 
 // Of one steered wheel (0, 1, 4, 5): the direction that its angle belongs to (17.7.1).
 Direction direction_from_steering(std::size_t wheel, double steering_rad,

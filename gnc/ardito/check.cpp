@@ -46,7 +46,9 @@ const char* check(const Parameters& p) noexcept {
     return "max_sigma_rad puts the centre of rotation between the middle wheels; make it smaller";
   }
   if (5 * p.max_sigma_rad > kPi / 2) return "max_sigma_rad must not be above 18 deg";
-  if (std::abs(p.correction_sign) != 1) return "correction_sign must be 1 or -1";
+  if (std::abs(p.correction_sign) != 1 && p.correction_sign != 0) {
+    return "correction_sign must be 1, -1, or 0 for no correction";
+  }
   if (p.max_correction < 0 || p.max_correction > 1) return "max_correction must be in 0..1";
   const double step = p.integral_1_s * kFrame_s;
   if (p.proportional < 0 || step <= 0 || std::abs(step - p.proportional) >= 1 ||
@@ -75,7 +77,7 @@ const char* check(const Parameters& p) noexcept {
       p.all_sensors_error_frames < p.all_sensors_frames) {
     return "counters must be at least 1, probe_frames 2, all_sensors_error_frames the larger one";
   }
-  if (!rising(p.no_load_rad_s)) return "no_load_rad_s must rise";
+  if (!rising(p.no_load_rad_s)) return "the speeds of no_load_rad_s must rise";
   if (p.probe_share <= 0 || p.probe_share >= 1 || p.clutch_min_rad_s <= p.probe_rad_s) {
     return "a probe must leave some speed: probe_share in 0..1, clutch_min_rad_s > probe_rad_s";
   }

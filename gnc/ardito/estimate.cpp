@@ -56,6 +56,16 @@ bool slips(const Motion& motion, const Inputs& inputs, const Parameters& p) noex
   return std::abs(sigma_rad(motion.mean.direction) - inputs.imu.sigma_rad.value) > p.slip_sigma_rad;
 }
 
+// A rover that slides down across a slope goes another way than its wheels, and the IMU is right to
+// say so: the two velocities must be further apart than that before it is wrong.
+bool contradicts(const Motion& motion, const Inputs& inputs, const Parameters& p) noexcept {
+  if (!inputs.imu.usable) return false;
+  const double v = motion.mean.v_m_s * motion.v_to_hub, imu = imu_speed_m_s(motion, inputs, p);
+  if (motion.v_to_hub != 1) return std::abs(v - imu) > p.slip_m_s;
+  const double turned_rad = sigma_rad(motion.mean.direction) - inputs.imu.sigma_rad.value;
+  return std::hypot(v - imu * std::cos(turned_rad), imu * std::sin(turned_rad)) > p.slip_m_s;
+}
+
 }  // namespace
 
 Motion estimate_motion(const Feedback& feedback, const Inputs& inputs, WheelSet trusted,
@@ -104,6 +114,7 @@ Motion estimate_motion(const Feedback& feedback, const Inputs& inputs, WheelSet 
   motion.incoherent_sigma =
       apart_rad >= p.coherent_sigma_rad && std::abs(motion.mean.v_m_s) * motion.v_to_hub >= 0.010;
   motion.slip = slips(motion, inputs, p);
+  motion.imu_contradicts = contradicts(motion, inputs, p);
   return motion;
 }
 

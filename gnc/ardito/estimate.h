@@ -14,6 +14,7 @@ struct Motion {
   bool incoherent_speed = false;
   bool incoherent_sigma = false;
   bool slip = false;
+  bool imu_contradicts = false;  // more than a rover that slides sideways can make of it
 };
 
 // trusted, trusted_steering: what the means are made of; none: all of them.

@@ -171,6 +171,7 @@ Request sane(const Request& request, const Parameters& parameters) noexcept {
   r.sigma_rad = std::clamp(r.sigma_rad, -parameters.max_sigma_rad, parameters.max_sigma_rad);
   r.speed_limit_m_s = std::min(r.speed_limit_m_s, parameters.top_speed_m_s);
   r.speed = r.run ? std::clamp(r.speed, -1.0, 1.0) : 0;
+  r.enable_correction = r.enable_correction && parameters.correction_sign != 0;
   return r;
 }
 
@@ -193,11 +194,11 @@ Feedback choose_feedback(const Inputs& inputs, const Parameters& parameters, boo
                          const State& state) noexcept {
   Feedback feedback;
   const PlaneMotion motion = estimated_motion(state);
-  const PlaneWheels expected = ackermann({motion.direction, 0}, parameters.geometry);
+  const PerWheel<double> expected_rad = steering_angles_rad(motion.direction, parameters.geometry);
   for (std::size_t i = 0; i < kSteered; ++i) {
     const std::size_t wheel = kWheelOfSteered[i];
     feedback.steering_rad[wheel] = steering_feedback(inputs.steering[i], steering_ordered(state, i),
-                                                     expected.steering_rad[wheel], parameters);
+                                                     expected_rad[wheel], parameters);
   }
   const PerWheel<double> expected_rad_s =
       wheel_speeds(motion, feedback.steering_rad, inputs, correction, parameters);
@@ -212,10 +213,10 @@ Feedback choose_feedback(const Inputs& inputs, const Parameters& parameters, boo
 PerWheel<double> wheel_speeds(const PlaneMotion& motion, const PerWheel<double>& steering_rad,
                               const Inputs& inputs, bool correction,
                               const Parameters& parameters) noexcept {
-  const PlaneWheels plane = ackermann(motion, parameters.geometry);
+  const PerWheel<double> plane_m_s = hub_speeds_m_s(motion, parameters.geometry);
   PerWheel<double> speeds{};
   for (std::size_t i = 0; i < kWheels; ++i) {
-    const double hub = plane.hub_m_s[i];
+    const double hub = plane_m_s[i];
     double rim = hub;
     if (correction && inputs.rocker) {
       rim = rim_speed_m_s(hub, steering_rad[i], inputs.vx_m_s[i], inputs.vz_m_s[i],

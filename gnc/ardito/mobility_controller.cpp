@@ -49,7 +49,7 @@ Command MobilityController::step(const Request& asked, const Measured& measured)
 
   find_steering(inputs, feedback);
   const PerSteered<double> asked_rad =
-      steered(ackermann(asked_motion(request), parameters_.geometry).steering_rad);
+      steered(steering_angles_rad(asked_motion(request).direction, parameters_.geometry));
   if (request.powered) {
     decide(request, feedback, stop, asked_rad);
     const bool ready =
@@ -155,7 +155,7 @@ void MobilityController::watch_imu(const Inputs& inputs, const Motion& motion,
   if (motion.incoherent_sigma) command.faults |= kIncoherentSigma;
   if (inputs.imu.silent) command.faults |= kImuSilent;
   // wheels that agree with each other for long and not with the IMU (7.7)
-  const bool contradicts = motion.slip && !motion.incoherent_speed;
+  const bool contradicts = motion.imu_contradicts && !motion.incoherent_speed;
   state_.imu_contradiction =
       contradicts ? std::min(state_.imu_contradiction + 1, parameters_.imu_frames) : 0;
   if (inputs.imu.implausible || state_.imu_contradiction >= parameters_.imu_frames) {

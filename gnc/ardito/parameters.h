@@ -51,7 +51,7 @@ struct Parameters {
   double parking_length_m = 3.4290;  // yaw rate on the spot = Vtan / this (E10)
 
   // correction and ratio blocks (12)
-  double correction_sign = 1;   // E7; -1 is the thesis' print
+  double correction_sign = 1;   // E7; -1 is the thesis' print, 0: no correction
   double max_correction = 0.5;  // share of a wheel's speed in the plane
   double proportional = 0.5;
   double integral_1_s = 4;

@@ -20,6 +20,14 @@ Chain::Options options(sim::ardito::RoverOptions rover, unsigned seed) {
           }};
 }
 
+Chain::Options corrected(Chain::Options with, int sign) {
+  with.adjust = [adjust = with.adjust, sign](Parameters& p) {
+    adjust(p);
+    if (sign != 0) p.mobility.correction_sign = sign;
+  };
+  return with;
+}
+
 // Clockwise, as the daemon counts.
 double true_yaw_rad(const Chain& chain) {
   const Eigen::Matrix3d turn = chain.world().rover().body().attitude.toRotationMatrix();
@@ -177,12 +185,8 @@ Healthy drive_healthy(sim::ardito::Ground ground, double slope_rad, double minut
 }
 
 Slip climb(int sign, unsigned seed) {
-  auto with = options({.step_height_m = kStep_m, .step_side = sim::ardito::StepSide::left}, seed);
-  with.adjust = [sign](Parameters& p) {
-    p.beacon_ns = 1500 * kMillisecond;
-    if (sign != 0) p.mobility.correction_sign = sign;
-  };
-  Chain chain(with);
+  Chain chain(corrected(
+      options({.step_height_m = kStep_m, .step_side = sim::ardito::StepSide::left}, seed), sign));
   Slip slip;
   if (!chain.start() || !chain.drive(kSpeed_m_s, 0, sign != 0)) return slip;
   // Steps of 60 mm at 1.5 m: the last wheel is over it when the rover has gone 2.5 m.
@@ -193,6 +197,17 @@ Slip climb(int sign, unsigned seed) {
   meter.into(slip);
   slip.reckoned_m = chain.telemetry().distance_m - from_m;
   slip.arrived = chain.supervisor().fault_count == 0 && chain.seconds() < 60;
+  return slip;
+}
+
+Slip cross(sim::ardito::Ground ground, int sign, unsigned seed) {
+  Chain chain(corrected(options({.ground = ground}, seed), sign));
+  Slip slip;
+  if (!chain.start() || !chain.drive(kSpeed_m_s, 0, sign != 0)) return slip;
+  Meter meter(chain);
+  run(chain, 30, meter);
+  meter.into(slip);
+  slip.arrived = chain.supervisor().fault_count == 0;
   return slip;
 }
 

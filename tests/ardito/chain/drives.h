@@ -37,6 +37,8 @@ struct Slip {
 };
 // Left wheels climb a step of 60 mm; `sign` as correction_sign in the configuration, 0: off.
 Slip climb(int sign, unsigned seed);
+// 30 s straight ahead over ground of this kind; `sign` as above.
+Slip cross(sim::ardito::Ground ground, int sign, unsigned seed);
 // +3 deg, then -3 deg, 4 s each, at 0.5 m/s.
 Slip drive_s(unsigned seed);
 // On the spot to the right at 0.5 m/s of the corner wheels, 10 s.

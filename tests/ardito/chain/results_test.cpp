@@ -209,7 +209,8 @@ TEST(ArditoResults, SlipAndDeadReckoning) {
       "| drive | slip of all wheels, mm/s RMS | of the worst wheel | way, true (reckoned), m | "
       "turned, true (reckoned), deg |\n"
       "|---|---|---|---|---|\n";
-  const auto row = [&](const char* name, auto&& drive) {
+  std::map<std::string, double> sum_m_s;  // of all seeds
+  const auto row = [&](const std::string& name, auto&& drive) {
     for (unsigned seed = 1; seed <= seeds; ++seed) {
       const Slip slip = drive(seed);
       EXPECT_TRUE(slip.arrived) << name << ", seed " << seed;
@@ -223,6 +224,7 @@ TEST(ArditoResults, SlipAndDeadReckoning) {
                         both = fmt::format("{} ({:.2f})", way, slip.reckoned_m),
                         turned = fmt::format("{:.1f} ({:.1f})", slip.yaw_rad / kDeg,
                                              slip.reckoned_yaw_rad / kDeg);
+      sum_m_s[name] += slip.tread_rms_m_s;
       text += fmt::format("| {}, seed {} | {:.1f} | {:.1f} | {} | {} |\n", name, seed,
                           slip.tread_rms_m_s * 1e3, slip.worst_rms_m_s * 1e3,
                           slip.reckoned_m != 0 ? both : way, slip.yaw_rad != 0 ? turned : "-");
@@ -232,6 +234,17 @@ TEST(ArditoResults, SlipAndDeadReckoning) {
   row("the same; correction as shipped (plus)", [](unsigned seed) { return climb(1, seed); });
   if (writing_results())
     row("the same; correction as printed (minus)", [](unsigned seed) { return climb(-1, seed); });
+  using sim::ardito::Ground;
+  for (const auto& [name, ground] : {std::pair("rough", Ground::rough), {"hills", Ground::hills}}) {
+    if (ground == Ground::hills && !writing_results()) break;
+    const std::string drive = fmt::format("{}, 30 s; ", name), none = drive + "no correction",
+                      plus = drive + "as shipped";
+    row(none, [&](unsigned seed) { return cross(ground, 0, seed); });
+    row(plus, [&](unsigned seed) { return cross(ground, 1, seed); });
+    if (writing_results())
+      row(drive + "as printed", [&](unsigned seed) { return cross(ground, -1, seed); });
+    EXPECT_LT(sum_m_s[plus], 0.95 * sum_m_s[none]) << name;
+  }
   row("S: 3 deg right, 3 deg left, 4 s each", [](unsigned seed) { return drive_s(seed); });
   row("on the spot, 10 s", [](unsigned seed) { return turn_on_the_spot(seed); });
   fmt::print("{}", text);

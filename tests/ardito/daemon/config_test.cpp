@@ -49,9 +49,26 @@ TEST(ArditoConfig, TheExampleHoldsTheDefaults) {
   EXPECT_NEAR(p.mobility.max_sigma_rad, d.mobility.max_sigma_rad, 1e-12);
   EXPECT_DOUBLE_EQ(p.mobility.correction_sign, d.mobility.correction_sign);
   EXPECT_EQ(p.mobility.max_lost_wheels, d.mobility.max_lost_wheels);
+  EXPECT_EQ(p.mobility.no_load_rad_s, d.mobility.no_load_rad_s);
+  EXPECT_EQ(p.mobility.no_load_current, d.mobility.no_load_current);
   EXPECT_EQ(p.beacon_ns, d.beacon_ns);
   EXPECT_EQ(p.solver.order, d.solver.order);
   EXPECT_EQ(p.solver.budget_ns, d.solver.budget_ns);
+}
+
+TEST(ArditoConfig, EachSignOfTheCorrectionInItsRangeIsTaken) {
+  for (const char* sign : {"-1", "0", "1"})
+    EXPECT_EQ(error_of("correction_sign = 1", std::string("correction_sign = ") + sign), "");
+  EXPECT_NE(error_of("correction_sign = 1", "correction_sign = 2").find("out of range -1 to 1"),
+            std::string::npos);
+}
+
+TEST(ArditoConfig, NoLoadCurrentsAreFiveAtRisingSpeeds) {
+  EXPECT_EQ(error_of("[0.05, 0.06, 0.07, 0.09, 0.13]", "[0.04, 0.05, 0.05, 0.06, 0.08]"), "");
+  EXPECT_NE(error_of("[0.05, 0.06, 0.07, 0.09, 0.13]", "[0.05, 0.06]").find("a list of 5 numbers"),
+            std::string::npos);
+  EXPECT_NE(error_of("[0.0, 1.0, 2.0, 4.0, 8.0]", "[0.0, 2.0, 1.0, 4.0, 8.0]").find("must rise"),
+            std::string::npos);
 }
 
 TEST(ArditoConfig, TwoNodesOfOneNumberAreRefused) {

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "tests/ardito/drivers/can_frames.h"
 #include "tests/support/allocations.h"
+#include "tests/support/can_frames.h"
 
 namespace lss {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "tests/ardito/drivers/can_frames.h"
+#include "tests/support/can_frames.h"
 
 namespace lss {
 namespace {

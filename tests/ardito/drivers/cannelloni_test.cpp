@@ -8,8 +8,8 @@
 
 #include <vector>
 
-#include "tests/ardito/drivers/can_frames.h"
 #include "tests/support/allocations.h"
+#include "tests/support/can_frames.h"
 
 namespace lss {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "drivers/canopen/node.h"
 #include "drivers/canopen/sdo.h"
-#include "tests/ardito/drivers/can_frames.h"
+#include "tests/support/can_frames.h"
 
 namespace lss::canopen {
 namespace {

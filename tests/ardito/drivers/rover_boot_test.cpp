@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/ardito/drivers/can_frames.h"
 #include "tests/ardito/drivers/rover_world.h"
+#include "tests/support/can_frames.h"
 
 namespace lss::ardito {
 namespace {

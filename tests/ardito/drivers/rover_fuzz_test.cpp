@@ -7,9 +7,9 @@
 
 #include <optional>
 
-#include "tests/ardito/drivers/can_frames.h"
 #include "tests/ardito/drivers/rover_world.h"
 #include "tests/support/allocations.h"
+#include "tests/support/can_frames.h"
 
 namespace lss::ardito {
 namespace {

@@ -18,8 +18,8 @@
 #include <vector>
 
 #include "drivers/can/can_port.h"
-#include "tests/ardito/drivers/can_frames.h"
 #include "tests/support/allocations.h"
+#include "tests/support/can_frames.h"
 
 namespace lss {
 namespace {

@@ -145,7 +145,9 @@ TEST(Parameters, DefaultsAreUsableAndNonsenseIsSaid) {
   EXPECT_NE(check(p), nullptr);
   p = {};
   p.correction_sign = 0;
-  EXPECT_NE(check(p), nullptr);
+  EXPECT_EQ(check(p), nullptr);
+  p.correction_sign = 0.5;
+  EXPECT_STREQ(check(p), "correction_sign must be 1, -1, or 0 for no correction");
   p = {};
   p.no_load_rad_s = {0, 1, 1, 2, 3};
   EXPECT_NE(check(p), nullptr);

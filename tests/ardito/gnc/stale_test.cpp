@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "tests/ardito/gnc/rover.h"
 
 namespace lss::gnc::ardito::test {
@@ -123,6 +126,23 @@ TEST(Stale, RockerAnglesThatAreOldOrImpossibleSwitchTheCorrectionOff) {
   }
 }
 
+TEST(Stale, ACorrectionOfSignZeroIsNone) {
+  Parameters p;
+  p.correction_sign = 0;
+  ASSERT_EQ(check(p), nullptr);
+  Rover rover(5, p);
+  rover.request.run = true;
+  rover.request.speed = 0.6;
+  rover.noise.ground_rad = 0.5;
+  ASSERT_TRUE(rover.settle(30));
+  for (int n = 0; n < 30; ++n) {
+    rover.step();
+    const auto [least, most] =
+        std::minmax_element(rover.command.wheel_rad_s.begin(), rover.command.wheel_rad_s.end());
+    EXPECT_LT(*most - *least, 0.2);  // the plane's: all alike
+  }
+}
+
 TEST(Stale, ImuSilentFrozenImplausibleAndContradicting) {
   Rover rover = driving();
   EXPECT_EQ(rover.command.faults & (kImuSilent | kImuImplausible), 0U);
@@ -154,6 +174,36 @@ TEST(Stale, ImuSilentFrozenImplausibleAndContradicting) {
   // none of it is a wheel's fault
   for (std::size_t i = 0; i < kWheels; ++i) {
     EXPECT_EQ(rover.command.wheel_failure[i], WheelFailure::none);
+  }
+}
+
+// On the slope of a hill the rover slides down sideways while it drives, for seconds.
+TEST(Stale, ARoverThatSlidesSidewaysSlipsAndItsImuIsRight) {
+  for (const double speed : {1.0, -0.6}) {
+    Rover rover = driving(speed);
+    rover.tamper = [](Measured& m) {
+      constexpr double kSideways_m_s = 0.09;
+      const double ahead_m_s = m.imu.speed_m_s.value;
+      m.imu.speed_m_s.value = std::copysign(std::hypot(ahead_m_s, kSideways_m_s), ahead_m_s);
+      m.imu.sigma_rad.value = std::atan2(kSideways_m_s, std::abs(ahead_m_s));
+    };
+    rover.run(0.3);
+    for (int n = 0; n < 100; ++n) {
+      rover.step();
+      ASSERT_NE(rover.command.faults & kSlip, 0U) << n;
+      ASSERT_EQ(rover.command.faults & kImuImplausible, 0U) << n;
+    }
+  }
+}
+
+TEST(Stale, AnImuOfWrongDirectionIsToldApartFromASlide) {
+  for (const double speed : {1.0, -1.0}) {
+    Rover rover = driving(speed);
+    rover.tamper = [](Measured& m) { m.imu.sigma_rad.value = 0.4; };
+    rover.run(1.8);
+    EXPECT_EQ(rover.command.faults & kImuImplausible, 0U);
+    rover.run(0.4);
+    EXPECT_NE(rover.command.faults & kImuImplausible, 0U);
   }
 }
 

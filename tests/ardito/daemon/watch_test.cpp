@@ -1,0 +1,87 @@
+// What the daemon tells of the mobility controller, and waits for, in an ideal world.
+
+#include <gtest/gtest.h>
+
+#include "world.h"
+
+namespace lss::ardito {
+namespace {
+
+// One instance of the mobility controller went wrong: it is set right, and told.
+TEST(ArditoWatch, AnInstanceThatDisagreesIsOutvotedAndTold) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.drive_at(0.3));
+  gnc::ardito::Parameters wrong;
+  wrong.proportional = 0.25;
+  w.vehicle_.mobility().instance(1) = gnc::ardito::MobilityController(wrong);
+  w.run(0.2);
+  EXPECT_TRUE(w.has(FaultId::instance_disagreed));
+  EXPECT_EQ(w.out_.telemetry.disagreeing, 2);
+  EXPECT_EQ(w.out_.telemetry.disagreements, 1u);
+  w.run(3);
+  EXPECT_EQ(w.mode(), Mode::running);
+  EXPECT_NEAR(w.out_.telemetry.measured_m_s, 0.3, 0.01);
+  EXPECT_EQ(w.out_.telemetry.disagreements, 1u) << "it agrees again";
+}
+
+TEST(ArditoWatch, InstancesWithoutAMajorityAreAnEmergency) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.drive_at(0.3));
+  for (const std::size_t i : {1U, 2U}) {
+    gnc::ardito::Parameters wrong;
+    wrong.proportional = 0.25 * static_cast<double>(i + 2);
+    w.vehicle_.mobility().instance(i) = gnc::ardito::MobilityController(wrong);
+  }
+  ASSERT_TRUE(w.run_until([&] { return w.state() == State::fatal_error; }, 0.3));
+  EXPECT_TRUE(w.has(FaultId::no_majority));
+  EXPECT_TRUE(w.all_stopped());
+}
+
+// Drives tell their temperature once a second.
+TEST(ArditoWatch, AShortBeaconWaitsUntilEveryValueWasHeard) {
+  Parameters p;
+  p.beacon_ns = 0;
+  World w(p);
+  w.distort = [&](std::vector<Reading>& readings) {
+    if (w.time_ns_ < 1002 * kSecond)
+      std::erase_if(readings,
+                    [](const Reading& r) { return std::holds_alternative<WheelHealth>(r); });
+  };
+  ASSERT_TRUE(w.start());
+  EXPECT_GE(w.time_ns_, 1002 * kSecond);
+  w.run(1);
+  EXPECT_EQ(w.state(), State::operational);
+}
+
+TEST(ArditoWatch, AValueThatNeverComesIsAFaultAfterTheBeacon) {
+  Parameters p;
+  p.beacon_ns = 0;
+  World w(p);
+  w.distort = [](std::vector<Reading>& readings) {
+    std::erase_if(readings, [](const Reading& r) {
+      const auto* health = std::get_if<WheelHealth>(&r);
+      return health != nullptr && health->wheel == 3;
+    });
+  };
+  w.run(0.5);
+  w.send(lss::CommandKind::start, {0});
+  w.run(2.5);
+  EXPECT_EQ(w.mode(), Mode::warning);
+  ASSERT_TRUE(w.run_until([&] { return w.state() == State::fatal_error; }, 1.5));
+  EXPECT_TRUE(w.has(FaultId::stale_input, 4));
+}
+
+// The frame wakes a little after its T_k and knows of heartbeats since.
+TEST(ArditoWatch, ANodeHeardAfterTheBoundaryWasHeardNow) {
+  World w;
+  w.run(0.5);
+  w.node(3).state = canopen::NodeState::lost;  // its time stays as it is set here
+  w.node(3).heartbeat_ns = w.time_ns_ + kSecond;
+  w.step();
+  EXPECT_EQ(w.out_.telemetry.nodes[3].age_ms, 0u);
+}
+
+}  // namespace
+}  // namespace lss::ardito
