@@ -58,7 +58,63 @@ namespace lss {
   X(35, button_pressed, "the emergency-stop button is pressed", "release it, then: lss-cli solve") \
   X(36, power_bad, "the motors have no power", "check the battery, then: lss-cli solve")           \
   X(37, too_few_wheels, "another wheel is out of service already", "mend it and restore it first") \
-  X(38, too_early, "autonomous driving begins only a while after the start", "wait for it")
+  X(38, too_early, "autonomous driving begins only a while after the start", "wait for it")        \
+  X(39, solved_too_often, "the same fault was solved again and again without healthy operation",   \
+    "mend what is wrong, then: lss-cli reset controller, lss-cli solve")                           \
+  X(40, not_calibrated, "the navigation is not calibrated",                                        \
+    "lss-cli gnc standby, then lss-cli gnc calibrate, standing still")                             \
+  X(41, not_planned, "nothing is planned", "lss-cli plan PROGRAM")                                 \
+  X(42, gas_short,                                                                                 \
+    "the gas does not suffice: thruster-seconds needed, and left beyond the reserve",              \
+    "refill, or plan less")                                                                        \
+  X(43, plan_request, "no program can be flown with these numbers",                                \
+    "see: lss-cli command describe plan")                                                          \
+  X(44, plan_height, "too low to fly: m", "plan higher")                                           \
+  X(45, hover_short, "no pulse holds it up: s open in a frame needed, and the longest",            \
+    "make it lighter, or the thrusters stronger")                                                  \
+  X(46, climb_short, "climbing takes more than the thrust leaves: m/s2", "plan lower")             \
+  X(47, lateral_short, "the traverse takes more than the lateral thrusters leave: m/s2",           \
+    "give it more time, or plan it shorter")                                                       \
+  X(48, altimeter_short, "beyond what the altimeter sees: m", "plan lower or shorter")             \
+  X(49, wall_near, "the wall is too near: m to go, and to the wall without clearance",             \
+    "plan it shorter, or move back")                                                               \
+  X(50, fans_short, "the fans are too weak: N needed of all, and what they have",                  \
+    "make it lighter")                                                                             \
+  X(51, fans_long, "the fans would run for too long: s", "plan it shorter")                        \
+  X(52, fans_not_armed, "the fans' speed controllers are not started", "lss-cli edf arm")          \
+  X(53, valve_disabled, "a valve that is needed is disabled", "lss-cli enable all")                \
+  X(54, pulse_too_long, "delay and on-time do not fit into the frame: s, and the frame",           \
+    "shorten one of them")                                                                         \
+  X(55, script_overlap, "a pulse begins before the last of the same valve ended: s",               \
+    "let the first one end; the subject is the step, counted from 1")                              \
+  X(56, script_backwards, "the step is before the one before it: s",                               \
+    "sort the steps; the subject is the step, counted from 1")                                     \
+  X(57, script_too_long, "the script ends too late: s",                                            \
+    "make two of it; the subject is the step, counted from 1")                                     \
+  X(58, script_actuator, "the step is for a fan that there is not: set, and the largest",          \
+    "valves are bits 0 to 7, fans bits 0 to 3; the subject is the step, counted from 1")           \
+  X(59, script_value, "the value of the step is out of range",                                     \
+    "pulses 0.04 s to 30 s, throttle 0 to 1, rpm 0 to 40000; the subject is the step, counted "    \
+    "from 1")                                                                                      \
+  X(60, script_incomplete, "the script is not there as a whole: steps there, and announced",       \
+    "send it with: lss-cli script run FILE")                                                       \
+  X(61, script_other, "another script was begun: the number sent, and the one that is there",      \
+    "send it again, as a whole")                                                                   \
+  X(62, script_order, "the steps have to come in order: the one that came, and the one expected",  \
+    "send it again, as a whole")                                                                   \
+  X(63, moved, "it moved while it was calibrated", "let it stand still, then calibrate again")     \
+  X(64, in_flight, "it is in the air", "lss-cli land")                                             \
+  X(65, not_in_flight, "it is not in the air", "")                                                 \
+  X(66, altimeter_lost, "the altimeter is silent, or has errors only",                             \
+    "check its line and what it looks at")                                                         \
+  X(67, no_such_gains, "there is no such set of gains: the one asked for, and how many there are", \
+    "add it to the config")                                                                        \
+  X(68, pressure_low, "the pressure is too low: kPa", "open the bottle, or refill it")             \
+  X(69, voltage_low, "the supply is too low: V", "charge or exchange the battery")                 \
+  X(70, flight_failed, "the flight did not go as planned",                                         \
+    "see the events before it and: lss-cli status")                                                \
+  X(71, calibration_bad, "what was measured standing still cannot be",                             \
+    "level it, check IMU and altimeter; the event says what was found")
 
 // number, name, severity (of lss.idl: 0 info, 1 warning, 2 error, 3 fatal), what it says, what to
 // do about it
@@ -132,7 +188,29 @@ namespace lss {
     "an instance of the mobility controller was out-voted and set to the others' state",          \
     "memory may be failing: watch whether it comes again")                                        \
   X(40, no_majority, 3, "the instances of the mobility controller all disagree",                  \
-    "restart the daemon")
+    "restart the daemon")                                                                         \
+  X(41, imu_silent, 1, "no packets of the IMU come",                                              \
+    "check its power and line; then calibrate again")                                             \
+  X(42, imu_stuck, 1, "the IMU says the same again and again, or what cannot be",                 \
+    "check it, then calibrate again")                                                             \
+  X(43, imu_lossy, 1, "packets of the IMU are lost", "check its line")                            \
+  X(44, altimeter_lost, 1, "the altimeter is silent, has errors only, or is out of range",        \
+    "check its line and what it looks at")                                                        \
+  X(45, navigation_lost, 3, "the IMU was lost in flight",                                         \
+    "check the IMU, then: lss-cli solve, and calibrate again")                                    \
+  X(46, altitude_lost, 3, "the altimeter was lost in flight", "check it, then: lss-cli solve")    \
+  X(47, gas_low, 3, "less gas than the rest of the flight needs", "refill, then: lss-cli solve")  \
+  X(48, pressure_lost, 3, "the regulated pressure was gone in flight",                            \
+    "check bottle, regulator and lines, then: lss-cli solve")                                     \
+  X(49, attitude_lost, 3, "tilt or rates beyond what can be held",                                \
+    "look at vehicle and gains, then: lss-cli solve")                                             \
+  X(50, valves_shut_fast, 3, "the valves were shut ahead of the cycle and it did not follow",     \
+    "report it with the events before it; then: lss-cli solve")                                   \
+  X(51, load_cell_lost, 1, "the load cell does not answer", "check the node and the bus")         \
+  X(52, supply_low, 1, "the supply is low", "charge or exchange the battery")                     \
+  X(53, fan_slow, 3, "the fans do not come to their speed",                                       \
+    "check fans, speed controllers and battery, then: lss-cli solve")                             \
+  X(54, fans_hot, 3, "the fans ran for too long", "let them cool, then: lss-cli solve")
 
 // number, name, severity, what it says ({0}..{3}: arguments). Faults are events of the same number
 // + 1000.
@@ -167,7 +245,24 @@ namespace lss {
   X(28, log_lost, 1, "frames are missing in the log")                                    \
   X(29, emergency_message, 1, "node sent emergency {0}")                                 \
   X(30, node_configured, 0, "node is configured and running")                            \
-  X(31, autonomy_ended, 1, "back to manual driving: the IMU is lost")
+  X(31, autonomy_ended, 1, "back to manual driving: the IMU is lost")                    \
+  X(32, calibrated, 0, "navigation is calibrated")                                       \
+  X(33, calibration_refused, 1, "calibration failed, {0}: {1}, allowed {2}")             \
+  X(34, planned, 0, "planned: {0}, {1} s, {2} of {3} thruster-seconds")                  \
+  X(35, phase_changed, 0, "phase {0} to {1}")                                            \
+  X(36, lifted_off, 0, "in the air")                                                     \
+  X(37, landed, 0, "landed with {0} m/s, {1} thruster-seconds used")                     \
+  X(38, contingency, 2, "a fault in the air: {0}")                                       \
+  X(39, script_begun, 0, "script {0} runs: {1} steps, the first in {2} s")               \
+  X(40, script_step_done, 0, "script {0}: step {1} of {2}")                              \
+  X(41, script_ended, 0, "script {0} ended")                                             \
+  X(42, script_aborted, 2, "script {0} aborted after {1} of {2} steps: all-stop")        \
+  X(43, imu_scale_changed, 1, "the IMU changed its scale: status {0} to {1}")            \
+  X(44, imu_packets_lost, 1, "{0} packets of the IMU lost, {1} in all")                  \
+  X(45, gains_selected, 0, "set of gains {0}")                                           \
+  X(46, fans_armed, 0, "the fans' speed controllers are started")                        \
+  X(47, valve_timed_out, 1, "valves {0} shut after their time")                          \
+  X(48, altimeter_error, 1, "altimeter says error {0}, {1} in all")
 
 enum class Reason : std::uint16_t {
 #define LSS_ENUM(number, name, ...) name = number,

@@ -17,7 +17,8 @@ inline constexpr std::uint16_t kFlagDetached = 1u << 1;  // any heartbeat renews
 
 struct ParameterInfo {
   const char* name;
-  const char* unit;  // "rad", "s", ""; a choice has the unit "choice"
+  // "rad", "s", ""; a choice has the unit "choice", a set of numbered things "set": bit i is i + 1.
+  const char* unit;
   double min;
   double max;
   double fallback;  // what the command line sends when it is not given; NaN: must be given

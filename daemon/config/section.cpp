@@ -232,6 +232,26 @@ std::vector<std::int64_t> Section::integers(std::string_view key,
   return values;
 }
 
+std::vector<double> Section::numbers(std::string_view key, const std::vector<double>& fallback,
+                                     std::size_t count, double min, double max) {
+  const toml::node* node = find(key);
+  if (node == nullptr) return fallback;
+  const toml::array* array = node->as_array();
+  const auto is_number = [](const toml::node& element) { return element.is_number(); };
+  if (array == nullptr || array->size() != count || !std::ranges::all_of(*array, is_number)) {
+    error(key, fmt::format("must be a list of {} numbers", count));
+    return fallback;
+  }
+  std::vector<double> values;
+  for (const toml::node& element : *array) {
+    values.push_back(element.value<double>().value_or(std::nan("")));
+    if (values.back() >= min && values.back() <= max) continue;
+    error(key, fmt::format("{} is out of range {} to {}", values.back(), min, max));
+    return fallback;
+  }
+  return values;
+}
+
 std::vector<std::string> Section::texts(std::string_view key,
                                         const std::vector<std::string>& fallback) {
   const toml::node* node = find(key);

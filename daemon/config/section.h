@@ -55,6 +55,8 @@ class Section {
   std::vector<std::int64_t> integers(std::string_view key,
                                      const std::vector<std::int64_t>& fallback, std::size_t count,
                                      std::int64_t min, std::int64_t max);
+  std::vector<double> numbers(std::string_view key, const std::vector<double>& fallback,
+                              std::size_t count, double min, double max);
   std::vector<std::string> texts(std::string_view key, const std::vector<std::string>& fallback);
   Section section(std::string_view key);
   std::vector<Section> sections(std::string_view key);  // array of tables

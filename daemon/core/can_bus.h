@@ -57,6 +57,9 @@ class CanBus {
   CanBus(const CanBus&) = delete;
   CanBus& operator=(const CanBus&) = delete;
 
+  // Before the thread runs: a second thread may send on the bus, too.
+  void attach(CanSender& sender) noexcept { port_.attach(&sender); }
+
   // Start-up: what the port says to being opened once; it is closed again.
   CanStatus probe() {
     const CanStatus status = port_.open(path_.c_str(), filters_);

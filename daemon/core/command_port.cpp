@@ -18,15 +18,21 @@ void CommandPort::receive(Request request, const Answer& answer) {
   };
 
   if (const Verdict v = armour_.check(request); v.reason != Reason::none) return refuse(v);
-  // A heartbeat, and a command while others wait for their frame, is for the frame to judge. Else
-  // the newest state is the present one, and the answer needs no frame.
+  if (stop_now_ && (request.flags & kFlagDryRun) == 0 &&
+      request.kind == static_cast<std::uint16_t>(CommandKind::emergency_stop))
+    stop_now_();
+  // A heartbeat, a command while others wait for their frame, and one that the vehicle itself has
+  // to look at is for the frame to judge. Else the newest state is the present one, and the answer
+  // needs no frame.
   if (request.kind != 0 && state_.get().commands_taken == pushed_) {
     if (const Verdict v = Supervisor::evaluate(logic_, state_.value(), request);
         v.reason != Reason::none)
       return refuse(v);
-    say(Phase::accepted);
-    if (request.flags & kFlagDryRun) return;
-    request.acknowledged = true;
+    if (logic_.considered == nullptr || !logic_.considered(request.kind)) {
+      say(Phase::accepted);
+      if (request.flags & kFlagDryRun) return;
+      request.acknowledged = true;
+    }
   }
   if (!queue_.push(request)) {
     if (request.kind == 0) return;

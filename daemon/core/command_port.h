@@ -2,9 +2,12 @@
 
 // Where commands enter: the armour, an answer at once when the newest state allows one, and the
 // queue to the frame thread. Called by the DDS listener, one call at a time, on an ordinary thread.
+// An emergency stop that passed the armour is told to `stop_now` besides, before anything else is
+// done with it: a vehicle with long frames cannot wait for the next.
 
 #include <atomic>
 #include <functional>
+#include <utility>
 
 #include "daemon/core/armour.h"
 #include "daemon/core/latest.h"
@@ -17,8 +20,11 @@ class CommandPort {
  public:
   using Answer = std::function<void(const Ack&)>;
 
-  CommandPort(const Logic& logic, std::uint32_t lease_min_ms, std::uint32_t lease_max_ms) noexcept
-      : logic_(logic), armour_(logic.command, lease_min_ms, lease_max_ms) {}
+  CommandPort(const Logic& logic, std::uint32_t lease_min_ms, std::uint32_t lease_max_ms,
+              std::function<void()> stop_now = {})
+      : logic_(logic),
+        armour_(logic.command, lease_min_ms, lease_max_ms),
+        stop_now_(std::move(stop_now)) {}
 
   // Listener.
   void receive(Request request, const Answer& answer);
@@ -33,6 +39,7 @@ class CommandPort {
  private:
   Logic logic_;
   Armour armour_;
+  std::function<void()> stop_now_;  // empty: the frame is soon enough
   Latest<SupervisorState> state_;
   Ring<Request, 64> queue_;
   std::uint64_t pushed_ = 0;  // commands, not heartbeats

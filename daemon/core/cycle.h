@@ -26,7 +26,7 @@ struct Inputs {
   std::uint64_t late_commands = 0;  // so far
   bool overrun_limit = false;       // too many in a row
   bool held = false;                // begun by the clock, see daemon/core/frames.h
-  bool shut_down = false;           // the daemon stops: to the safe command, now
+  bool shut_down = false;           // the daemon stops: to the safe command
 };
 
 template <class Vehicle>
@@ -49,7 +49,7 @@ void cycle(Vehicle& vehicle, Supervisor& supervisor, const Inputs<Vehicle>& in,
   supervisor.begin(in.time_ns, vehicle);
   for (std::uint32_t i = 0; i < in.request_count; ++i) supervisor.request(in.requests[i]);
   supervisor.count_late(in.late_commands);
-  if (in.shut_down) supervisor.happen(lc::Event::reset_controller);
+  if (in.shut_down) supervisor.shut_down();
   vehicle.watch(in, supervisor);
   supervisor.check_links();
   mark(Stage::supervised);

@@ -11,6 +11,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <type_traits>
 #include <utility>
 
 #include "daemon/core/frames.h"
@@ -45,15 +46,30 @@ class FrameEngine {
   template <class Compute, class Say>
   void frame(Compute&& compute, Say&& say) noexcept {
     auto follower = frames_.follow_frame(parameters_.frame_spin_ns);
-    while (!stop_.load(std::memory_order_relaxed)) begin(follower.next(0), compute, say);
+    while (!stopped()) {
+      const Boundary boundary = follower.next(0);
+      if (!stopped()) begin(boundary, compute, say);
+    }
   }
 
-  // release(Command) hands it to the buses.
+  // release(Command) hands it to the buses; or release(Command, Boundary), where a command that is
+  // repeated has a frame before this one.
   template <class Release>
   void actuate(Release&& release) noexcept {
     auto follower = frames_.follow_actuate(parameters_.actuate_spin_ns);
-    while (!stop_.load(std::memory_order_relaxed))
-      due(follower.next(parameters_.offset_ns), release);
+    while (!stopped()) {
+      const Boundary boundary = follower.next(parameters_.offset_ns);
+      if (!stopped()) due(boundary, release);
+    }
+  }
+  // With work of the thread's own between releases (NoWork in frames.h says what that is).
+  template <class Release, class Work>
+  void actuate(Release&& release, Work& work) noexcept {
+    auto follower = frames_.follow_actuate(parameters_.actuate_spin_ns);
+    while (!stopped()) {
+      const Boundary boundary = follower.next(parameters_.offset_ns, work);
+      if (!stopped()) due(boundary, release);
+    }
   }
 
   // One frame of the frame thread, at its boundary.
@@ -87,12 +103,12 @@ class FrameEngine {
     bool limit = due.boundary_ns != 0 && boundary.skipped != 0 && overruns_.late(boundary.skipped);
     if (due.boundary_ns == boundary.time_ns) {
       overruns_.in_time();
-      release(due.command);
+      hand(release, due.command, boundary);
     } else if (due.boundary_ns != 0) {  // before the first frame nothing is late
       limit = overruns_.late() || limit;
       if (overruns_.consecutive() == 1) {
         ++report_.repeated;
-        release(due.command);
+        hand(release, due.command, boundary);
       }
     }
     report_.limits += limit ? 1 : 0;
@@ -102,16 +118,30 @@ class FrameEngine {
     releases_.fetch_add(1, std::memory_order_relaxed);
   }
 
-  void stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
+  void stop() noexcept {
+    stop_.store(true, std::memory_order_relaxed);
+    if constexpr (requires { frames_.stop(); }) frames_.stop();
+  }
   // Frames computed and released so far; any thread.
   std::uint64_t frames() const noexcept { return count_.load(std::memory_order_relaxed); }
   std::uint64_t releases() const noexcept { return releases_.load(std::memory_order_relaxed); }
 
  private:
+  bool stopped() const noexcept { return stop_.load(std::memory_order_relaxed); }
+
   struct Due {
     TimeNs boundary_ns = 0;  // 0: none yet
     Command command{};
   };
+
+  template <class Release>
+  static void hand(Release& release, const Command& command, const Boundary& boundary) noexcept {
+    if constexpr (std::is_invocable_v<Release&, const Command&, const Boundary&>) {
+      release(command, boundary);
+    } else {
+      release(command);
+    }
+  }
 
   Frames& frames_;
   FrameParameters parameters_;

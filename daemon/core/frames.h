@@ -6,14 +6,15 @@
 // are skipped, never shifted.
 //
 // Both real-time threads follow the frames, each with a follower of its own: next(lag) returns at
-// T_k + lag of the next frame (lag 0: the frame thread; the offset: the actuate thread). Nothing
-// here allocates or locks.
+// T_k + lag of the next frame (lag 0: the frame thread; the offset: the actuate thread). With
+// SensorFrames the actuate thread has work to do while it waits, if it likes: next(lag, work).
+// Nothing here allocates or locks.
 
-#include <semaphore.h>
-
-#include <cerrno>
+#include <algorithm>
+#include <atomic>
 #include <cstdint>
 
+#include "daemon/core/alarm.h"
 #include "daemon/core/clock.h"
 #include "daemon/core/frame_clock.h"
 #include "daemon/core/latest.h"
@@ -76,7 +77,7 @@ class SensorGrid {
   // The n-th packet arrived, `index` counting them. False: too soon after a frame by the clock, its
   // samples are left to the next one.
   bool arrived(std::uint64_t index, TimeNs time_ns, Boundary& out) noexcept {
-    const std::uint64_t missed = index_ == 0 ? 0 : index - index_ - 1;
+    const std::uint64_t missed = index_ == 0 || index <= index_ ? 0 : index - index_ - 1;
     index_ = index;
     const TimeNs next_ns = time_ns + parameters_.period_ns + parameters_.grace_ns;
     if (time_ns - last_ns_ < parameters_.period_ns / 2 && frame_ != 0) {
@@ -110,46 +111,61 @@ class SensorGrid {
   bool held_ = false;
 };
 
+// What the actuate thread does at times of its own before a release: next_wake() is the first of
+// them, run(now) comes then and whenever the thread was rung for.
+struct NoWork {
+  static constexpr TimeNs next_wake() noexcept { return INT64_MAX; }
+  static constexpr void run(TimeNs) noexcept {}
+};
+
 class SensorFrames {
  public:
   explicit SensorFrames(const SensorFramesParameters& parameters) noexcept
       : parameters_(parameters), epoch_ns_(now_ns()) {}
 
-  // The one bus thread that hears the sensor: a packet whose first byte arrived then.
+  // Before anybody follows: without a packet the first frame begins a period and the grace later.
+  void start(TimeNs epoch_ns) noexcept { epoch_ns_ = epoch_ns; }
+
+  // The one bus thread that hears the sensor: a packet whose first byte arrived then. For sensors
+  // that do not number their packets; one that is lost shifts the frames after it.
   void packet(TimeNs arrival_ns) noexcept {
-    if (++packets_ % parameters_.packets == 0)
-      arrived_.post({packets_ / parameters_.packets, arrival_ns});
+    if (++packets_ % parameters_.packets == 0) announce(packets_ / parameters_.packets, arrival_ns);
   }
+  // The same thread, when its driver counts by the sensor's own numbers: the packet that ends frame
+  // `index` (or the next one, when that was lost). Indices count up; those left out are frames that
+  // were lost.
+  void announce(std::uint64_t index, TimeNs arrival_ns) noexcept {
+    arrived_.post({index, arrival_ns});
+  }
+
+  // Any thread: nobody waits any more.
+  void stop() noexcept {
+    stopped_.store(true, std::memory_order_relaxed);
+    arrived_.alarm().ring();
+    begun_.alarm().ring();
+  }
+  // Any thread: the actuate thread's work is run at once.
+  void wake_actuate() noexcept { begun_.alarm().ring(); }
 
  private:
   // The newest value, and somebody who waits for it.
   template <class T>
   class Mailbox {
    public:
-    Mailbox() noexcept { ::sem_init(&posted_, 0, 0); }
-    ~Mailbox() { ::sem_destroy(&posted_); }
-    Mailbox(const Mailbox&) = delete;
-    Mailbox& operator=(const Mailbox&) = delete;
-
     void post(const T& value) noexcept {
       value_.put(value);
-      ::sem_post(&posted_);
+      alarm_.ring();
     }
-    // False: nothing new came until the deadline.
-    bool take(T& value, TimeNs deadline_ns) noexcept {
-      const timespec deadline = to_timespec(deadline_ns);
-      while (!value_.update()) {
-        if (::sem_clockwait(&posted_, CLOCK_MONOTONIC, &deadline) == 0 || errno == EINTR) continue;
-        if (!value_.update()) return false;
-        break;
-      }
+    bool take(T& value) noexcept {
+      if (!value_.update()) return false;
       value = value_.value();
       return true;
     }
+    Alarm& alarm() noexcept { return alarm_; }
 
    private:
     Latest<T> value_;
-    ::sem_t posted_;
+    Alarm alarm_;
   };
   struct Arrival {
     std::uint64_t index = 0;
@@ -165,13 +181,15 @@ class SensorFrames {
 
     Boundary next(TimeNs) noexcept {
       Boundary boundary;
-      for (;;) {
-        Arrival arrival;
-        if (!frames_.arrived_.take(arrival, grid_.deadline())) {
+      for (bool over = false;;) {
+        if (Arrival arrival; frames_.arrived_.take(arrival)) {
+          if (grid_.arrived(arrival.index, arrival.time_ns, boundary)) break;
+        } else if (over) {
           grid_.held(now_ns(), boundary);
           break;
         }
-        if (grid_.arrived(arrival.index, arrival.time_ns, boundary)) break;
+        if (frames_.stopped()) return boundary;  // that nobody begins
+        over = !frames_.arrived_.alarm().wait(grid_.deadline(), 0);
       }
       frames_.begun_.post(boundary);
       return boundary;
@@ -190,19 +208,43 @@ class SensorFrames {
         : frames_(frames), last_{.time_ns = frames.epoch_ns_}, spin_ns_(spin_ns) {}
 
     Boundary next(TimeNs lag) noexcept {
+      NoWork none;
+      return next(lag, none);
+    }
+    // A release and work due at the same time: the release comes first.
+    template <class Work>
+    Boundary next(TimeNs lag, Work& work) noexcept {
       const SensorFramesParameters& p = frames_.parameters_;
       const TimeNs deadline_ns = last_.time_ns + p.period_ns + 2 * p.grace_ns + lag;
       Boundary boundary;
-      do {
-        if (!frames_.begun_.take(boundary, deadline_ns))
+      for (bool over = false; !begun(boundary, lag); over = reached(deadline_ns, work)) {
+        if (over || frames_.stopped())
           return last_ = {last_.frame + 1, last_.time_ns + p.period_ns, 0, true};
-      } while (boundary.frame <= last_.frame);  // it was given up already
-      boundary.skipped = boundary.frame - last_.frame - 1;
-      wait_until(boundary.time_ns + lag, spin_ns_);
+      }
+      boundary.skipped = boundary.frame > last_.frame ? boundary.frame - last_.frame - 1 : 0;
+      while (!frames_.stopped() && !reached(boundary.time_ns + lag, work)) {
+      }
       return last_ = boundary;
     }
 
    private:
+    // What was given up may still come: too late, unless its release is ahead. Time tells and not
+    // the number, for what was given up may never have been a frame.
+    bool begun(Boundary& boundary, TimeNs lag) noexcept {
+      return frames_.begun_.take(boundary) &&
+             (!last_.held || boundary.time_ns > last_.time_ns + frames_.parameters_.period_ns / 2 ||
+              boundary.time_ns + lag > now_ns());
+    }
+    // False: it was woken before, and the work is done.
+    template <class Work>
+    bool reached(TimeNs time_ns, Work& work) noexcept {
+      const TimeNs wake_ns = work.next_wake();
+      const bool rung = frames_.begun_.alarm().wait(std::min(wake_ns, time_ns), spin_ns_);
+      if (!rung && wake_ns >= time_ns) return true;
+      work.run(now_ns());
+      return false;
+    }
+
     SensorFrames& frames_;
     Boundary last_;
     TimeNs spin_ns_;
@@ -211,9 +253,12 @@ class SensorFrames {
   ActuateFollower follow_actuate(TimeNs spin_ns) noexcept { return {*this, spin_ns}; }
 
  private:
+  bool stopped() const noexcept { return stopped_.load(std::memory_order_relaxed); }
+
   SensorFramesParameters parameters_;
   TimeNs epoch_ns_;
   std::uint64_t packets_ = 0;  // bus thread
+  std::atomic<bool> stopped_{false};
   Mailbox<Arrival> arrived_;
   Mailbox<Boundary> begun_;
 };

@@ -113,6 +113,7 @@ struct StatusReport {
   std::uint64_t commands_rejected = 0;
   std::uint64_t safe_commands = 0;
   std::uint64_t telemetry_dropped = 0;
+  bool recording = false;
   bool realtime_enforced = false;
   bool realtime_granted = false;
   bool memory_locked = false;

@@ -33,6 +33,7 @@ tl::expected<void, std::string> Publisher::open(RequestSink sink) {
                             .vehicle = config_.vehicle,
                             .vehicle_id = config_.vehicle_id,
                             .version = LSS_VERSION,
+                            .modules = vocabulary_.modules,
                             .interfaces = config_.interfaces,
                             .shared_memory = config_.shared_memory},
                            std::move(sink));
@@ -181,6 +182,7 @@ StatusReport Publisher::report(TimeNs now) const {
   r.safe_commands = s.safe_commands;
   r.telemetry_dropped =
       acks_.dropped() + events_.dropped() + timings_.dropped() + dropped_ + sources_.log_dropped();
+  r.recording = sources_.recording();
   r.realtime_enforced = config_.realtime_enforce;
   r.realtime_granted = granted_ && memory_locked_;
   r.memory_locked = memory_locked_;

@@ -35,6 +35,7 @@ class Publisher {
     std::function<std::uint64_t()> commands_refused;
     std::function<bool(EventId&)> log_event;  // of the log thread; false: none
     std::function<std::uint64_t()> log_dropped;
+    std::function<bool()> recording;
   };
 
   Publisher(const config::Config& config, const Vocabulary& vocabulary);

@@ -9,7 +9,12 @@
 // Vehicle: what daemon/core/cycle.h asks for. Buses: the vehicle's wiring,
 //   Buses(config, parameters), probe() -> expected, bodies() -> {name, function}, stop(),
 //   collect(Inputs&) (frame thread), release(const Command&) (actuate thread), dropped(),
-//   progress().
+//   progress();
+// and optionally
+//   Frames, frames() -> Frames&: where frames begin, started by start(epoch); else by the clock,
+//   actuation(): what the actuate thread does between releases (NoWork in daemon/core/frames.h);
+//   release(Command, Boundary) then,
+//   all_stop(): an emergency stop was taken; any thread, does not wait.
 // The vehicle's structs are described for records in daemon/vehicles/NAME_record.h.
 
 #include <poll.h>
@@ -19,9 +24,11 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <functional>
 #include <iterator>
 #include <memory>
 #include <optional>
+#include <type_traits>
 #include <vector>
 
 #include "daemon/config/config.h"
@@ -38,10 +45,22 @@
 
 namespace lss {
 
+// Where a vehicle's frames begin.
+template <class Buses>
+struct FramesOf {
+  using Type = ClockFrames;
+};
+template <class Buses>
+requires requires { typename Buses::Frames; }
+struct FramesOf<Buses> {
+  using Type = typename Buses::Frames;
+};
+
 template <class Vehicle, class Buses>
 class Runtime final : public App {
  public:
   using Parameters = typename Buses::Parameters;
+  using Frames = typename FramesOf<Buses>::Type;
 
   Runtime(const config::Config& config, const Parameters& parameters, const Logic& logic,
           const Vocabulary& vocabulary)
@@ -50,7 +69,7 @@ class Runtime final : public App {
         vehicle_(parameters),
         supervisor_(logic, {.obc_timeout_ns = config.obc_timeout_ns}),
         port_(logic, static_cast<std::uint32_t>(config.lease_min_ms),
-              static_cast<std::uint32_t>(config.lease_max_ms)),
+              static_cast<std::uint32_t>(config.lease_max_ms), stop_now()),
         publisher_(config_, vocabulary),
         frame_log_({.folder = config_.log_folder,
                     .files = config_.log_files,
@@ -80,11 +99,7 @@ class Runtime final : public App {
     rt::populate_memory();
 
     frame_log_.start();
-    // Frame 1 begins a little ahead, on a whole millisecond of the monotonic clock.
-    const TimeNs epoch = (now_ns() / kMillisecond + 2) * kMillisecond - config_.period_ns;
-    frames_ =
-        std::make_unique<ClockFrames>(FrameClock(epoch, config_.period_ns, config_.offset_ns));
-    engine_ = std::make_unique<Engine>(*frames_, engine_parameters());
+    engine_ = std::make_unique<Engine>(start_frames(), engine_parameters());
     for (auto& [name, body] : buses_.bodies()) {
       if (auto ok = launch(name, std::move(body)); !ok) return ok;
     }
@@ -102,13 +117,17 @@ class Runtime final : public App {
     publisher_.start(threads_, {.newest_telemetry = [this] { return newest_telemetry(); },
                                 .commands_refused = [this] { return port_.refused(); },
                                 .log_event = [this](EventId& e) { return frame_log_.pop(e); },
-                                .log_dropped = [this] { return frame_log_.dropped(); }});
+                                .log_dropped = [this] { return frame_log_.dropped(); },
+                                .recording = [this] { return frame_log_.recording(); }});
     return {};
   }
 
   void stop() override {
     if (threads_.empty()) return;
     shut_down_ = true;
+    // What flies lands first, within the time that the service manager gives.
+    const TimeNs landed = now_ns() + kLandingTime;
+    while (airborne_ && now_ns() < landed) sleep_until(now_ns() + config_.period_ns);
     const std::uint64_t last = engine_->frames() + kShutDownFrames;
     const TimeNs until = now_ns() + kSecond;
     while (engine_->frames() < last && now_ns() < until) sleep_until(now_ns() + config_.period_ns);
@@ -132,10 +151,29 @@ class Runtime final : public App {
   bool wants_restart() const override { return publisher_.wants_restart(); }
 
  private:
+  static constexpr TimeNs kLandingTime = 25 * kSecond;  // less than TimeoutStopSec of the unit
   static constexpr std::uint64_t kShutDownFrames =
       10;  // for the safe command to reach every module
 
-  using Engine = FrameEngine<ClockFrames, typename Vehicle::Command>;
+  using Engine = FrameEngine<Frames, typename Vehicle::Command>;
+
+  // Frame 1 begins a little ahead, on a whole millisecond of the monotonic clock; or as soon as the
+  // sensor that makes frames has had its time to speak.
+  Frames& start_frames() {
+    const TimeNs epoch = (now_ns() / kMillisecond + 2) * kMillisecond - config_.period_ns;
+    if constexpr (std::is_same_v<Frames, ClockFrames>) {
+      frames_ = std::make_unique<Frames>(FrameClock(epoch, config_.period_ns, config_.offset_ns));
+      return *frames_;
+    } else {
+      buses_.frames().start(epoch);
+      return buses_.frames();
+    }
+  }
+
+  std::function<void()> stop_now() {
+    if constexpr (requires { buses_.all_stop(); }) return [this] { buses_.all_stop(); };
+    return {};
+  }
 
   tl::expected<void, std::string> launch(const std::string& name, std::function<void()> body) {
     rt::Wish wish{.name = name};
@@ -190,14 +228,14 @@ class Runtime final : public App {
   CommandPort port_;
   Publisher publisher_;
   record::FrameLog frame_log_;
-  std::unique_ptr<ClockFrames> frames_;
+  std::unique_ptr<Frames> frames_;  // empty: the buses have them
   std::unique_ptr<Engine> engine_;
 
   Inputs<Vehicle> in_;
   Outputs<Vehicle> out_;
   std::array<std::uint8_t, sizeof(record::FrameRecord<Vehicle>)> scratch_{};  // holds any record
   Latest<typename Vehicle::Telemetry> telemetry_;
-  std::atomic<bool> shut_down_{false};
+  std::atomic<bool> shut_down_{false}, airborne_{false};
   std::vector<std::unique_ptr<rt::Thread>> threads_;
 };
 
@@ -219,8 +257,16 @@ void Runtime<Vehicle, Buses>::frame() noexcept {
 // The actuate thread.
 template <class Vehicle, class Buses>
 void Runtime<Vehicle, Buses>::actuate() noexcept {
-  engine_->actuate(
-      [this](const typename Vehicle::Command& command) noexcept { buses_.release(command); });
+  using Command = typename Vehicle::Command;
+  if constexpr (requires { buses_.actuation(); }) {
+    engine_->actuate(
+        [this](const Command& command, const Boundary& boundary) noexcept {
+          buses_.release(command, boundary);
+        },
+        buses_.actuation());
+  } else {
+    engine_->actuate([this](const Command& command) noexcept { buses_.release(command); });
+  }
 }
 
 template <class Vehicle, class Buses>
@@ -243,6 +289,7 @@ void Runtime<Vehicle, Buses>::collect(const Boundary& boundary, const Released& 
 template <class Vehicle, class Buses>
 void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
   port_.show(supervisor_.state());
+  airborne_.store(supervisor_.airborne(), std::memory_order_relaxed);
   publisher_.put(supervisor_.outbox());
   publisher_.put(supervisor_.state());
   publisher_.put(timing);

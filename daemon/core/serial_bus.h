@@ -4,18 +4,25 @@
 // and by the driver's schedule. Opens the port, notices that it is gone, opens it again. FIFO
 // thread: nothing here allocates, locks or logs. The driver knows bytes and time only
 // (drivers/zebro/leg_bus.h is one).
+//
+// Driver: restart(now), receive(bytes, now), transmit(now) -> bytes, next_wake(), take(replies) ->
+// how many, counters(), kMaxReplies; with orders release(orders, now). When it has them: Byte, what
+// it is given of the line (LineByte: with the marks of parity errors); published(), called when the
+// replies of a turn can be popped.
 
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
 #include <span>
 #include <string>
 #include <tl/expected.hpp>
+#include <type_traits>
 
 #include "daemon/core/clock.h"
 #include "daemon/core/latest.h"
@@ -28,6 +35,12 @@ struct SerialSettings {
   std::string path;
   int baud = 115'200;
   bool half_duplex = false;
+  SerialFormat::Parity parity = SerialFormat::Parity::none;
+  int stop_bits = 1;
+
+  SerialFormat format() const {
+    return {.baud = baud, .parity = parity, .stop_bits = stop_bits, .half_duplex = half_duplex};
+  }
 };
 
 // Start-up: an absent port is waited for; what configuration got wrong is an error that says what
@@ -37,6 +50,20 @@ inline tl::expected<void, std::string> check_port(const SerialSettings& settings
   if (status == SerialPort::Status::ok || status == SerialPort::Status::absent) return {};
   return tl::unexpected(fmt::format("port {}: {}", settings.path, text(status)));
 }
+
+// Of a line that only listens, or asks by itself.
+struct NoOrders {};
+
+// What a driver is given of the line: bytes, or those with the marks of parity errors.
+template <class Driver>
+struct ByteOf {
+  using Type = std::uint8_t;
+};
+template <class Driver>
+requires requires { typename Driver::Byte; }
+struct ByteOf<Driver> {
+  using Type = typename Driver::Byte;
+};
 
 template <class Driver, class Parameters, class Orders, class Reply, class Counters>
 class SerialBus {
@@ -58,8 +85,7 @@ class SerialBus {
 
   // Start-up: what the port says to being opened once; it is closed again.
   SerialPort::Status probe() {
-    const SerialPort::Status status =
-        port_.open(settings_.path.c_str(), settings_.baud, settings_.half_duplex);
+    const SerialPort::Status status = port_.open(settings_.path.c_str(), settings_.format());
     port_.close();
     return status;
   }
@@ -91,7 +117,9 @@ class SerialBus {
       const bool readable = wait(now);
       now = now_ns();
       if (port_.is_open()) {
-        if (orders_.update()) driver_.release(orders_.value(), now);
+        if constexpr (!std::is_same_v<Orders, NoOrders>) {
+          if (orders_.update()) driver_.release(orders_.value(), now);
+        }
         serve(readable, now);
       }
       if (now - reported_.time_ns >= kReportEvery || reported_.open != port_.is_open()) report(now);
@@ -104,6 +132,7 @@ class SerialBus {
   static constexpr TimeNs kReopenEvery = 100 * kMillisecond;
   static constexpr TimeNs kBlockedLimit = 100 * kMillisecond;
   static constexpr TimeNs kReportEvery = 5 * kMillisecond;
+  static constexpr TimeNs kIdleTurn = 250 * kMillisecond;  // a thread with nothing to do is seen
 
   void wake() noexcept {
     const std::uint64_t one = 1;
@@ -113,9 +142,7 @@ class SerialBus {
   void reopen(TimeNs now) noexcept {
     if (now < reopen_ns_) return;
     reopen_ns_ = now + kReopenEvery;
-    if (port_.open(settings_.path.c_str(), settings_.baud, settings_.half_duplex) !=
-        SerialPort::Status::ok)
-      return;
+    if (port_.open(settings_.path.c_str(), settings_.format()) != SerialPort::Status::ok) return;
     pending_ = {};
     driver_.restart(now);
     reported_.was_open = true;
@@ -124,9 +151,10 @@ class SerialBus {
   // True when the port has bytes, or is gone.
   bool wait(TimeNs now) noexcept {
     // While the kernel's queue is full the driver is not asked, so its clock does not count.
-    const TimeNs wake_ns = !port_.is_open()   ? reopen_ns_
-                           : pending_.empty() ? driver_.next_wake()
-                                              : blocked_ns_ + kBlockedLimit;
+    TimeNs wake_ns = !port_.is_open()   ? reopen_ns_
+                     : pending_.empty() ? driver_.next_wake()
+                                        : blocked_ns_ + kBlockedLimit;
+    wake_ns = std::min(wake_ns, now + kIdleTurn);
     const short events = static_cast<short>(POLLIN | (pending_.empty() ? 0 : POLLOUT));
     std::array<pollfd, 2> fds{{{wake_fd_, POLLIN, 0}, {port_.fd(), events, 0}}};
     const timespec timeout = to_timespec(wake_ns > now ? wake_ns - now : 0);
@@ -140,7 +168,7 @@ class SerialBus {
 
   // Bytes in, bytes out, replies up.
   void serve(bool readable, TimeNs now) noexcept {
-    std::array<std::uint8_t, 512> bytes;
+    std::array<typename ByteOf<Driver>::Type, 512> bytes;
     while (readable) {
       const SerialPort::Transfer in = port_.read(bytes);
       if (in.lost) return lost();
@@ -164,6 +192,7 @@ class SerialBus {
     std::array<Reply, Driver::kMaxReplies> replies;
     const std::size_t count = driver_.take(replies);
     for (std::size_t i = 0; i < count; ++i) replies_.push(replies[i]);
+    if constexpr (requires { driver_.published(); }) driver_.published();
   }
 
   void lost() noexcept {

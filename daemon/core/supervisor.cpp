@@ -5,6 +5,10 @@ namespace {
 
 constexpr std::uint16_t number(CommandKind kind) { return static_cast<std::uint16_t>(kind); }
 
+bool fatal(FaultId id) noexcept {
+  return info(id)->severity == static_cast<std::uint8_t>(Severity::fatal);
+}
+
 bool held_by_another(const SupervisorState& s, const Name& source) noexcept {
   return s.authority.front() != '\0' && s.authority != source;
 }
@@ -55,7 +59,8 @@ void Supervisor::heartbeat(const Request& request) noexcept {
 void Supervisor::command(const Request& request) noexcept {
   const Active command{
       .source = request.source, .sequence = request.sequence, .kind = request.kind};
-  const Verdict verdict = evaluate(logic_, state_, request);
+  Verdict verdict = evaluate(logic_, state_, request);
+  if (verdict.reason == Reason::none) verdict = actor_->consider(request);
   if (verdict.reason != Reason::none) {
     ++state_.commands_refused;
     note(EventId::command_rejected, verdict.subject, request.kind,
@@ -91,9 +96,7 @@ Verdict Supervisor::apply(lc::Event event, const Request* request, unsigned subj
   if (result.actions & lc::kClearFaults) {
     // Warnings go by themselves, when what they warn of is over.
     for (const FaultRecord& fault : std::array(state_.faults)) {
-      if (fault.id != FaultId::none &&
-          info(fault.id)->severity == static_cast<std::uint8_t>(Severity::fatal))
-        clear(fault.id, fault.subject);
+      if (fault.id != FaultId::none && fatal(fault.id)) clear(fault.id, fault.subject);
     }
   }
   if (result.actions & lc::kIsolate) {
@@ -104,6 +107,10 @@ Verdict Supervisor::apply(lc::Event event, const Request* request, unsigned subj
   }
   if ((result.actions & lc::kRestore) && before.isolated != 0) note(EventId::modules_restored);
   if (result.actions != 0) actor_->act(result.actions, request);
+  // What a reset of the controller ends in Idle looks as if it had come to its end.
+  if (event == lc::Event::reset_controller && before.state == State::idle &&
+      state_.active.kind != 0 && state_.active.kind != number(CommandKind::stop))
+    finish(Phase::superseded, Reason::superseded);
   follow(before);
   return result.verdict;
 }
@@ -136,18 +143,26 @@ void Supervisor::follow(const lc::ControllerState& before) noexcept {
 
 void Supervisor::raise(FaultId id, std::uint16_t subject) noexcept {
   latch(id, subject);
-  if (info(id)->severity == static_cast<std::uint8_t>(Severity::fatal))
-    happen(lc::Event::emergency);
+  if (fatal(id) && !airborne()) happen(lc::Event::emergency);
+}
+
+// What was raised in the air. Else no fatal fault is latched in these states.
+void Supervisor::stop_after_landing() noexcept {
+  const State state = state_.controller.state;
+  if (logic_.airborne == nullptr || airborne()) return;
+  if (state != State::idle && state != State::operational) return;
+  for (const FaultRecord& fault : state_.faults) {
+    if (fault.id != FaultId::none && fatal(fault.id)) return void(happen(lc::Event::emergency));
+  }
 }
 
 void Supervisor::latch(FaultId id, std::uint16_t subject) noexcept {
-  const bool fatal = info(id)->severity == static_cast<std::uint8_t>(Severity::fatal);
   FaultRecord* fault = find(id, subject);
   if (fault == nullptr) {
     ++state_.fault_count;
-    report(fatal ? Severity::fatal : Severity::warning,
-           static_cast<std::uint16_t>(static_cast<std::uint16_t>(id) + kFaultEventBase), subject, 0,
-           0);
+    report(fatal(id) ? Severity::fatal : Severity::warning,
+           static_cast<std::uint16_t>(static_cast<std::uint16_t>(id) + kFaultEventBase), subject,
+           {});
     fault = find(FaultId::none, 0);
     if (fault != nullptr)
       *fault = {.id = id, .subject = subject, .count = 0, .since_ns = state_.time_ns};
@@ -183,12 +198,26 @@ void Supervisor::check_links() noexcept {
       finish(Phase::failed, Reason::lease_expired);
     happen(lc::Event::lease_expired);
   }
-  if (!(links & lc::kObcSilent) &&
-      state_.time_ns - state_.contact_ns > parameters_.obc_timeout_ns) {
-    const bool operational = state_.controller.state == State::operational;
-    happen(lc::Event::obc_silent);
-    if (operational) raise(FaultId::obc_silent);
+  check_obc();
+  stop_after_landing();
+}
+
+void Supervisor::shut_down() noexcept {
+  // In the air the safe command would let it fall.
+  happen(airborne() ? lc::Event::lease_expired : lc::Event::reset_controller);
+}
+
+void Supervisor::check_obc() noexcept {
+  if ((state_.controller.links & lc::kObcSilent) ||
+      state_.time_ns - state_.contact_ns <= parameters_.obc_timeout_ns)
+    return;
+  if (airborne()) {  // the same as without a lease: it lands
+    happen(lc::Event::lease_expired);
+    return;
   }
+  const bool operational = state_.controller.state == State::operational;
+  happen(lc::Event::obc_silent);
+  if (operational) raise(FaultId::obc_silent);
 }
 
 void Supervisor::abandon(Reason reason) noexcept {
@@ -239,12 +268,14 @@ void Supervisor::acknowledge(const Active& command, Phase phase, const Verdict& 
                                        .time_ns = state_.time_ns};
 }
 
-void Supervisor::note(EventId id, std::uint16_t subject, double a, double b) noexcept {
-  report(static_cast<Severity>(info(id)->severity), static_cast<std::uint16_t>(id), subject, a, b);
+void Supervisor::note(EventId id, std::uint16_t subject, double a, double b, double c,
+                      double d) noexcept {
+  report(static_cast<Severity>(info(id)->severity), static_cast<std::uint16_t>(id), subject,
+         {a, b, c, d});
 }
 
-void Supervisor::report(Severity severity, std::uint16_t id, std::uint16_t subject, double a,
-                        double b) noexcept {
+void Supervisor::report(Severity severity, std::uint16_t id, std::uint16_t subject,
+                        const std::array<double, 4>& argument) noexcept {
   if (outbox_.event_count == kMaxEvents) {
     ++outbox_.dropped;
     return;
@@ -253,7 +284,7 @@ void Supervisor::report(Severity severity, std::uint16_t id, std::uint16_t subje
                                            .severity = severity,
                                            .id = id,
                                            .subject = subject,
-                                           .argument = {a, b, 0, 0}};
+                                           .argument = argument};
 }
 
 }  // namespace lss

@@ -27,6 +27,11 @@ struct Logic {
   const CommandInfo* (*command)(std::uint16_t kind);
   // Whether it makes sense with what the vehicle measures (SupervisorState::sense).
   Verdict (*sense)(const SupervisorState& state, const Request& request);
+  // For vehicles that fly: they land before they stop for a fault. nullptr: never in the air.
+  bool (*airborne)(const lc::ControllerState& controller) = nullptr;
+  // Commands that the vehicle itself has to look at (Actor::consider): the frame thread answers
+  // them. nullptr: none.
+  bool (*considered)(std::uint16_t kind) = nullptr;
 };
 
 // Carries out the actions of a row, at once and in order. `request` is the command they come from,
@@ -34,6 +39,8 @@ struct Logic {
 class Actor {
  public:
   virtual void act(lc::ActionSet actions, const Request* request) noexcept = 0;
+  // What only the vehicle can say of a command that everything else allows. Changes nothing.
+  virtual Verdict consider(const Request&) noexcept { return {}; }
 
  protected:
   ~Actor() = default;
@@ -91,12 +98,16 @@ class Supervisor {
   Verdict happen(lc::Event event, unsigned subject = 0) noexcept;
   // Latches a fault.
   void latch(FaultId id, std::uint16_t subject = 0) noexcept;
-  // Latches a fault; a fatal one is an emergency.
+  // Latches a fault; a fatal one is an emergency, in the air as soon as the vehicle has landed.
   void raise(FaultId id, std::uint16_t subject = 0) noexcept;
   void clear(FaultId id, std::uint16_t subject = 0) noexcept;
-  void note(EventId id, std::uint16_t subject = 0, double a = 0, double b = 0) noexcept;
+  void note(EventId id, std::uint16_t subject = 0, double a = 0, double b = 0, double c = 0,
+            double d = 0) noexcept;
   // The command that is being executed cannot go on.
   void abandon(Reason reason) noexcept;
+  // The daemon stops, said in every frame until then: at once to the safe command, or in the air as
+  // without a lease.
+  void shut_down() noexcept;
   void check_links() noexcept;
   // How many commands were late so far (of the actuate thread); a new one is told.
   void count_late(std::uint64_t late) noexcept;
@@ -109,6 +120,9 @@ class Supervisor {
   void set_sense(const std::array<double, kMaxModules>& sense) noexcept { state_.sense = sense; }
 
   const SupervisorState& state() const noexcept { return state_; }
+  bool airborne() const noexcept {
+    return logic_.airborne != nullptr && logic_.airborne(state_.controller);
+  }
   const lc::ControllerState& controller() const noexcept { return state_.controller; }
 
   // What this frame has to say; at most so many, more are dropped and counted.
@@ -127,11 +141,13 @@ class Supervisor {
   void heartbeat(const Request& request) noexcept;
   Verdict apply(lc::Event event, const Request* request, unsigned subject) noexcept;
   void follow(const lc::ControllerState& before) noexcept;
+  void check_obc() noexcept;
+  void stop_after_landing() noexcept;
   void take_authority(const Request& request) noexcept;
   void finish(Phase phase, Reason reason = Reason::none) noexcept;
   void acknowledge(const Active& command, Phase phase, const Verdict& verdict = {}) noexcept;
-  void report(Severity severity, std::uint16_t id, std::uint16_t subject, double a,
-              double b) noexcept;
+  void report(Severity severity, std::uint16_t id, std::uint16_t subject,
+              const std::array<double, 4>& argument) noexcept;
   FaultRecord* find(FaultId id, std::uint16_t subject) noexcept;
 
   Logic logic_;

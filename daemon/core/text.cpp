@@ -3,7 +3,21 @@
 #include <fmt/args.h>
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace lss {
+namespace {
+
+std::string name_of(std::span<const char* const> names, std::size_t index) {
+  return index < names.size() ? names[index] : "unknown";
+}
+
+// Six digits; counts as a whole.
+std::string number(double value) {
+  return std::abs(value) < 1e6 ? fmt::format("{:.6g}", value) : fmt::format("{:.0f}", value);
+}
+
+}  // namespace
 
 std::string event_text(const EventRecord& event, const Vocabulary& vocabulary) {
   std::string prefix;
@@ -25,7 +39,13 @@ std::string event_text(const EventRecord& event, const Vocabulary& vocabulary) {
     if (id == EventId::state_changed) {
       arguments.push_back(kStateNames[index < 4 ? index : 0]);
     } else if (id == EventId::mode_changed) {
-      arguments.push_back(index < vocabulary.modes.size() ? vocabulary.modes[index] : "unknown");
+      arguments.push_back(name_of(vocabulary.modes, index));
+    } else if (id == EventId::phase_changed || id == EventId::contingency) {
+      arguments.push_back(name_of(vocabulary.phases, index));
+    } else if (id == EventId::planned && &argument == &event.argument[0]) {
+      arguments.push_back(name_of(vocabulary.programs, index));
+    } else if (id == EventId::calibration_refused && &argument == &event.argument[0]) {
+      arguments.push_back(name_of(vocabulary.findings, index));
     } else if (id == EventId::fault_cleared) {
       const CodeInfo* fault = info(static_cast<FaultId>(static_cast<std::uint16_t>(index)));
       arguments.push_back(fault ? fault->name : "none");
@@ -35,12 +55,11 @@ std::string event_text(const EventRecord& event, const Vocabulary& vocabulary) {
     } else if (id == EventId::strategy_ended && &argument == &event.argument[1]) {
       arguments.push_back(argument > 0 ? "solved" : "not solved");
     } else if (id == EventId::strategy_begun || id == EventId::strategy_ended) {
-      arguments.push_back(index < vocabulary.strategies.size() ? vocabulary.strategies[index]
-                                                               : "unknown");
+      arguments.push_back(name_of(vocabulary.strategies, index));
     } else if (id == EventId::emergency_message) {
       arguments.push_back(fmt::format("{:#06x}", index));
     } else {
-      arguments.push_back(argument);
+      arguments.push_back(number(argument));
     }
   }
   return prefix + fmt::vformat(code->text, arguments);

@@ -9,10 +9,11 @@
 
 namespace lss {
 
-// How a vehicle names its modes, its modules (wheels, nodes; subject n is modules[n - 1]) and its
-// strategies of error solving.
+// How a vehicle names its modes, its modules (wheels, nodes; subject n is modules[n - 1]), its
+// strategies of error solving, and, when it flies, phases and programs of a flight and what a
+// calibration may find.
 struct Vocabulary {
-  std::span<const char*const> modes, modules, strategies;
+  std::span<const char*const> modes, modules, strategies, phases = {}, programs = {}, findings = {};
 };
 
 // "module 3 (LM): leg passed its calibration sensor"

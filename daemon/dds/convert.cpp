@@ -87,7 +87,8 @@ Request to_request(const lss_Heartbeat& heartbeat, TimeNs arrival_ns) {
   return request;
 }
 
-lss_CommandAck to_dds(const Ack& ack, std::string_view vehicle_id) {
+lss_CommandAck to_dds(const Ack& ack, std::string_view vehicle_id,
+                      std::span<const char* const> modules) {
   lss_CommandAck to{};
   copy_text(vehicle_id, to.vehicle_id);
   copy_text(view(ack.source), to.source);
@@ -98,7 +99,7 @@ lss_CommandAck to_dds(const Ack& ack, std::string_view vehicle_id) {
   to.measured = ack.verdict.measured;
   to.limit = ack.verdict.limit;
   to.time_ns = ack.time_ns;
-  copy_text(ack_text(ack), to.text);
+  copy_text(ack_text(ack, modules), to.text);
   return to;
 }
 
@@ -127,6 +128,7 @@ lss_Status to_dds(const StatusReport& report, std::string_view vehicle_id) {
   copy_text(view(report.authority), to.authority);
   std::transform(report.faults.begin(), report.faults.end(), std::begin(to.faults),
                  [](const FaultRecord& fault) { return to_dds(fault); });
+  to.recording = report.recording;
   to.fault_count = report.fault_count;
   to.time_ns = report.time_ns;
   to.utc_ns = utc_ns() - (now_ns() - report.time_ns);

@@ -37,7 +37,8 @@ std::optional<std::string_view> read_text(const char (&from)[N]) {
 Request to_request(const lss_Command& command, TimeNs arrival_ns);
 Request to_request(const lss_Heartbeat& heartbeat, TimeNs arrival_ns);
 
-lss_CommandAck to_dds(const Ack& ack, std::string_view vehicle_id);
+lss_CommandAck to_dds(const Ack& ack, std::string_view vehicle_id,
+                      std::span<const char* const> modules = {});
 lss_Event to_dds(const EventRecord& record, std::string_view text, std::string_view vehicle_id,
                  std::uint64_t index);
 // What is the face's own to say (version, vehicle, shared memory) stays empty.
@@ -46,8 +47,8 @@ void to_dds(const TimingPoints& points, std::string_view vehicle_id, lss_Timing&
 void to_dds(const TimingStatistics& statistics, std::string_view vehicle_id,
             lss_TimingStatistics& to);
 
-// "rejected: module 3 does not answer (measured 5000, allowed 200); check its power and the bus,
-// ..."
-std::string ack_text(const Ack& ack);
+// "rejected: module 3 (LM) does not answer (measured 5000, allowed 200); check its power and the
+// bus, ..."
+std::string ack_text(const Ack& ack, std::span<const char* const> modules = {});
 
 }  // namespace lss::dds

@@ -146,7 +146,8 @@ Face::Face(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Face::~Face() = default;
 
 void Face::acknowledge(const Ack& ack) {
-  const lss_CommandAck sample = dds::to_dds(ack, impl_->parameters.vehicle_id);
+  const lss_CommandAck sample =
+      dds::to_dds(ack, impl_->parameters.vehicle_id, impl_->parameters.modules);
   dds_write(impl_->ack_writer.get(), &sample);
 }
 

@@ -8,6 +8,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
@@ -22,6 +23,7 @@ struct FaceParameters {
   std::string vehicle;     // "zebro"
   std::string vehicle_id;  // at most 15 characters
   std::string version;
+  std::span<const char* const> modules{};  // their names; subject n is modules[n - 1]
   std::vector<std::string> interfaces = {"lo"};
   bool shared_memory = true;  // wanted; used when RouDi is there
 };

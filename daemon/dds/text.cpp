@@ -15,8 +15,12 @@ constexpr const char* kPhaseNames[] = {"accepted",  "rejected", "executing",
 std::string number(double value) { return fmt::format("{:.6g}", value); }
 
 // Names the module, wheel or node in the place where the text speaks of "a module" or "module".
-std::string with_subject(std::string text, std::uint16_t subject) {
+std::string with_subject(std::string text, std::uint16_t subject,
+                         std::span<const char* const> modules) {
   if (subject == 0) return text;
+  const std::string named = subject <= modules.size()
+                                ? fmt::format("{} ({})", subject, modules[subject - 1u])
+                                : fmt::format("{}", subject);
   for (const std::string_view word : {"module", "leg", "wheel", "node"}) {
     const std::size_t at = text.find(word);
     const std::size_t end = at + word.size();
@@ -24,23 +28,23 @@ std::string with_subject(std::string text, std::uint16_t subject) {
                          (end == text.size() || text[end] == ' ' || text[end] == ',') &&
                          (at == 0 || text[at - 1] == ' ');
     if (!is_word) continue;
-    text.insert(end, fmt::format(" {}", subject));
+    text.insert(end, " " + named);
     if (at >= 2 && text.compare(at - 2, 2, "a ") == 0) text.erase(at - 2, 2);
     return text;
   }
-  return text + fmt::format(" (module {})", subject);
+  return text + fmt::format(", module {}", named);
 }
 
 }  // namespace
 
-std::string ack_text(const Ack& ack) {
+std::string ack_text(const Ack& ack, std::span<const char* const> modules) {
   std::string text = kPhaseNames[static_cast<std::size_t>(ack.phase)];
   const CodeInfo* reason = info(ack.verdict.reason);
   if (ack.verdict.reason == Reason::none) return text;
   if (reason == nullptr) {
     return text + fmt::format(": reason {}", static_cast<unsigned>(ack.verdict.reason));
   }
-  text += ": " + with_subject(reason->text, ack.verdict.subject);
+  text += ": " + with_subject(reason->text, ack.verdict.subject, modules);
   const bool measured = !std::isnan(ack.verdict.measured);
   const bool limited = !std::isnan(ack.verdict.limit);
   if (measured && limited) {

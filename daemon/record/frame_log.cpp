@@ -89,6 +89,7 @@ void FrameLog::run() {
     const bool keep = keep_.exchange(false);
     if (keep && !last_.empty() && pending_ == FaultId::none) pending_ = FaultId::frame_overrun;
     if (pending_ != FaultId::none && (keep || now - heard_ns >= kNoMoreFrames)) write();
+    recording_.store(run_log_ && !run_log_->in_trouble(), std::memory_order_relaxed);
     tell_dropped(now);
     turns_.fetch_add(1, std::memory_order_relaxed);
     sleep_until(now + kTurn);

@@ -63,6 +63,8 @@ class FrameLog {
   // Any thread.
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
   std::uint64_t turns() const noexcept { return turns_.load(std::memory_order_relaxed); }
+  // Whether a log runs and its lines are written.
+  bool recording() const noexcept { return recording_.load(std::memory_order_relaxed); }
   // Publish thread: what to tell.
   bool pop(EventId& event) noexcept { return told_.pop(event); }
 
@@ -94,6 +96,7 @@ class FrameLog {
   FaultId pending_ = FaultId::none;
   bool failed_ = false;
   std::unique_ptr<RunLog> run_log_;
+  std::atomic<bool> recording_{false};
   std::uint64_t told_dropped_ = 0;
   TimeNs tell_dropped_ns_ = 0;   // not before
   unsigned number_ = 0;          // of the newest file

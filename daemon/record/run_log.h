@@ -41,6 +41,7 @@ class RunLog {
            TimeNs now) noexcept;
 
   std::string where() const { return sink_->where(); }
+  bool in_trouble() const { return told_; }  // lines are lost
 
  private:
   std::string first_line() const;

@@ -305,7 +305,7 @@ bool Vehicle::describe(const lss::Inputs<Vehicle>& in, const SupervisorState& st
   out.state = state.controller.state;
   out.mode = static_cast<Mode>(state.controller.mode);
   out.autonomous = (state.controller.flags & kAutonomous) != 0;
-  out.correction = correction_;
+  out.correction = correction_ && parameters_.mobility.correction_sign != 0;
   out.limit_m_s = limit_m_s_;
   out.speed_m_s = request_.run ? wanted_m_s_ : 0;
   out.heading_rad = request_.run ? wanted_rad_ : 0;
@@ -381,7 +381,8 @@ void Vehicle::describe_node(std::size_t i, NodeTelemetry& out) const noexcept {
   out.emergencies = static_cast<std::uint32_t>(l.node.emcys);
   out.age_ms = l.node.heartbeat_ns == 0
                    ? kNeverHeard_ms
-                   : static_cast<std::uint64_t>((now_ns_ - l.node.heartbeat_ns) / kMillisecond);
+                   : static_cast<std::uint64_t>(std::max<TimeNs>(now_ns_ - l.node.heartbeat_ns, 0) /
+                                                kMillisecond);
 }
 
 }  // namespace lss::ardito

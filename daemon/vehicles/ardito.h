@@ -54,6 +54,8 @@ class Vehicle final : public Actor, private Patient {
                 Telemetry& out) noexcept;
 
   const gnc::ardito::Command& command() const noexcept { return command_; }
+  // For tests that put soft errors in.
+  gnc::ardito::Redundant& mobility() noexcept { return mobility_; }
 
  private:
   struct Wheel {
@@ -89,6 +91,7 @@ class Vehicle final : public Actor, private Patient {
   void blame(FaultId id, std::size_t node, Supervisor& s) noexcept;
   void set_sense(Supervisor& s) noexcept;
   bool healthy(const Supervisor& s) const noexcept;
+  bool all_heard() const noexcept;
 
   // For error solving.
   TimeNs now() const noexcept override { return now_ns_; }

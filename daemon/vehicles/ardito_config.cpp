@@ -67,6 +67,14 @@ void read_geometry(config::Section s, gnc::ardito::Geometry& g) {
   g.gear_ratio = s.number("gear_ratio", g.gear_ratio, 1, 1000);
 }
 
+template <std::size_t N>
+void read_list(config::Section& s, std::string_view key, std::array<double, N>& values,
+               double max) {
+  const std::vector<double> read =
+      s.numbers(key, std::vector<double>(values.begin(), values.end()), N, 0, max);
+  std::copy(read.begin(), read.end(), values.begin());
+}
+
 void read_mobility(config::Section s, gnc::ardito::Parameters& p) {
   p.max_sigma_rad = s.number("heading_limit_deg", p.max_sigma_rad / kDegree, 0.5, 5) * kDegree;
   p.proportional = s.number("ratio_p", p.proportional, 0, 10);
@@ -76,6 +84,8 @@ void read_mobility(config::Section s, gnc::ardito::Parameters& p) {
   p.max_temperature_C = s.number("motor_temperature_degC", p.max_temperature_C, 0, 200);
   p.max_current = s.number("motor_current", p.max_current, 0.1, 10);
   p.max_lost_wheels = static_cast<std::uint32_t>(s.integer("lost_wheels", p.max_lost_wheels, 0, 2));
+  read_list(s, "no_load_rad_s", p.no_load_rad_s, 100);
+  read_list(s, "no_load_current", p.no_load_current, 2);
   if (const char* wrong = gnc::ardito::check(p)) s.error("", wrong);
 }
 

@@ -53,8 +53,8 @@ Verdict guard(unsigned number, const lc::ControllerState& s, unsigned subject) {
       break;
     case kEnoughWheels: {
       const bool wheel = subject >= 1 && subject <= kDriveWheels;
-      const auto out = static_cast<unsigned>(std::popcount(s.isolated));
-      if (!wheel || out >= kMostIsolated)
+      const unsigned others = wheel ? s.isolated & ~(1u << (subject - 1)) : 0;
+      if (!wheel || static_cast<unsigned>(std::popcount(others)) >= kMostIsolated)
         return {.reason = Reason::too_few_wheels, .subject = static_cast<std::uint16_t>(subject)};
       break;
     }
@@ -85,9 +85,12 @@ constexpr Row aim(lc::Event event, lc::ModeSet from, lc::GuardSet guards, Goal g
                   lc::ActionSet actions) {
   return {event, kOperational, from, guards, kKeep, State::operational, kKeep, g(goal), actions};
 }
-// It went to another mode.
+// It went to another mode. Nothing moves before the motors are on.
 constexpr Row now_in(lc::Event event, Mode mode) {
-  return {event, kOperational, kReady & ~in(mode), 0, kKeep, State::operational, m(mode), kKeep, 0};
+  const lc::GuardSet guards = mode == Mode::stopped ? lc::GuardSet{0} : kMotors;
+  return {event,   kOperational, kReady & ~in(mode),
+          guards,  kKeep,        State::operational,
+          m(mode), kKeep,        0};
 }
 constexpr Row off(lc::Event event, lc::ModeSet from, std::uint8_t goal) {
   return {event, kOperational, from, 0, goal, State::idle, 0, 0, lc::kMotorsOff};
@@ -113,7 +116,8 @@ constexpr std::array kRows = {
         g(Goal::none), lc::ActionSet{kBeacon} | lc::kTakeAuthority},
     Row{event::warned, kOperational, kWarning, 0, kKeep, State::operational, m(Mode::stopped),
         g(Goal::none), kMotorsOn},
-    stay(event::motors_confirmed, kOperational, kConfirm),
+    Row{event::motors_confirmed, kOperational, kReady, 0, kKeep, State::operational, kKeep, kKeep,
+        kConfirm},
 
     stay(event::stop, kIdle, 0),
     off(event::stop, kWarning | kStopped, kKeep),
@@ -141,7 +145,9 @@ constexpr std::array kRows = {
 
     stay(event::imu_good, lc::kAnyState, kImuIsGood),
     stay(event::imu_lost, lc::kAnyState, kImuIsLost),
-    aim(event::autonomy_lost, kReady, 0, Goal::none, lc::ActionSet{kHalt} | kByHand),
+    // A stop that was ordered before goes on.
+    Row{event::autonomy_lost, kOperational, kReady, 0, g(Goal::drive), State::operational, kKeep,
+        g(Goal::none), lc::ActionSet{kHalt} | kByHand},
     stay(event::button_out, lc::kAnyState, kButtonIsOut),
     emergency(event::button_in, kButtonIsIn),
     stay(event::button_in, kIdle | kFatal | kSolving, kButtonIsIn),

@@ -13,6 +13,7 @@ using gnc::ardito::WheelFailure;
 
 constexpr TimeNs kBusStuckAfter = 200 * kMillisecond;
 constexpr TimeNs kBoot = 5 * kSecond;  // a node that is not there by then is missing
+constexpr TimeNs kSlowestValue = 3 * kSecond;
 
 std::uint16_t number(std::size_t node) noexcept { return static_cast<std::uint16_t>(node + 1); }
 
@@ -273,13 +274,20 @@ void Vehicle::watch_imu(Supervisor& s) noexcept {
   }
 }
 
+bool Vehicle::all_heard() const noexcept {
+  return (command_.stale_wheels & ~unsigned{isolated_}) == 0 && command_.stale_steering == 0;
+}
+
 // What it does, as modes of the locomotion controller.
 void Vehicle::watch_mode(Supervisor& s) noexcept {
   const lc::ControllerState& c = s.controller();
   if (c.state != State::operational) return;
   if (c.mode == static_cast<std::uint8_t>(Mode::warning)) {
-    // It must have come to rest before the motors go on: whatever it did last is over.
-    if (now_ns_ - started_ns_ >= parameters_.beacon_ns && stepped_ && standing())
+    // It must have come to rest before the motors go on: whatever it did last is over. And each
+    // value must have been heard, some come once a second; what does not come is a fault then.
+    const TimeNs warned_ns = now_ns_ - started_ns_;
+    const bool heard = all_heard() || warned_ns >= kSlowestValue;
+    if (warned_ns >= parameters_.beacon_ns && stepped_ && standing() && heard)
       s.happen(event::warned);
     return;
   }

@@ -1,5 +1,6 @@
 #include "daemon/vehicles/zebro.h"
 
+#include <algorithm>
 #include <numbers>
 
 namespace lss::zebro {
@@ -95,6 +96,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     panel_.step = Panel::Step::rest;
   }
   if (actions & lc::kEndSolve) solver_.end();
+  if (request != nullptr && event_of(*request) == lc::Event::reset_controller) rounds_.forget();
   if (actions & lc::kRestore) {  // what they report is looked at anew
     for (std::size_t i = 0; i < kModules; ++i) {
       if (!in_service(i)) flags_before_[i] = 0;
@@ -142,11 +144,6 @@ void Vehicle::move_leg(const Request& request) noexcept {
   locomotion_.hold(seconds(now_ns_));
   bridge_ = {.leg = leg, .due_ns = now_ns_ + static_cast<TimeNs>(request.parameter[2] * 1e9)};
   order_move(leg, request.parameter[1], bridge_.due_ns, request.parameter[3] > 0.5);
-}
-
-void Vehicle::move_panel(bool deploy) noexcept {
-  panel_ = {.step = Panel::Step::switching_on, .deploy = deploy, .due_ns = now_ns_ + kSecond};
-  order(kPanel, Kind::motion_on);
 }
 
 void Vehicle::reset_modules(const Request& request) noexcept {
@@ -260,7 +257,8 @@ void Vehicle::describe_module(std::size_t i, const ModuleLink& link,
   out.dropped_frames = module.identity.dropped_frames;
   out.age_ms = module.heard_ns == 0
                    ? ~std::uint64_t{0}
-                   : static_cast<std::uint64_t>((now_ns_ - module.heard_ns) / kMillisecond);
+                   : static_cast<std::uint64_t>(std::max<TimeNs>(now_ns_ - module.heard_ns, 0) /
+                                                kMillisecond);
   out.replies = link.replies;
   out.resends = link.resends;
 }

@@ -14,6 +14,7 @@
 #include "daemon/vehicles/zebro_config.h"
 #include "daemon/vehicles/zebro_gate.h"
 #include "daemon/vehicles/zebro_modes.h"
+#include "daemon/vehicles/zebro_rounds.h"
 #include "daemon/vehicles/zebro_solver.h"
 #include "daemon/vehicles/zebro_telemetry.h"
 
@@ -58,6 +59,18 @@ class Vehicle final : public Actor, private Patient {
  private:
   static constexpr std::size_t kPanel = kModules - 1;
   static constexpr std::uint16_t kStopFlags = kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog;
+  static constexpr TimeNs kMoveGrace = 3 * kSecond;  // a direct movement this late has failed
+
+  struct Symptoms {
+    std::array<Symptom, kMaxFaults + 4 * kModules> items;
+    std::size_t count = 0;
+    void add(const Symptom& symptom) noexcept { items[count++] = symptom; }
+    std::span<const Symptom> all() const noexcept { return std::span(items).first(count); }
+  };
+
+  static constexpr std::uint16_t number(std::size_t module) noexcept {
+    return static_cast<std::uint16_t>(module + 1);
+  }
 
   double seconds(TimeNs time) const noexcept {
     return static_cast<double>(time - epoch_ns_) * 1e-9;
@@ -100,13 +113,18 @@ class Vehicle final : public Actor, private Patient {
   void watch_obedience(std::size_t module, const ModuleLink& link, Supervisor& s) noexcept;
   void watch_motion(Supervisor& s) noexcept;
   void watch_solver(Supervisor& s) noexcept;
-  void begin_solving(const Supervisor& s) noexcept;
+  void watch_rounds(Supervisor& s) noexcept;
+  Symptoms symptoms(const Supervisor& s) const noexcept;
   void blame(FaultId id, std::size_t module, Supervisor& s) noexcept;
   void report_uncalibrated(Supervisor& s) noexcept;
   bool motors_confirmed() const noexcept;
   void describe_module(std::size_t module, const ModuleLink& link,
                        ModuleTelemetry& out) const noexcept;
   void watch_panel(Supervisor& s) noexcept;
+  bool panel_known() const noexcept;
+  bool panel_in() const noexcept;
+  void seek_panel_sensor() noexcept;
+  void drive_panel() noexcept;
   void begin_motion(lc::ActionSet actions, const Request* request) noexcept;
   void move_leg(const Request& request) noexcept;
   void move_panel(bool deploy) noexcept;
@@ -125,13 +143,15 @@ class Vehicle final : public Actor, private Patient {
   BusOrders sent_{};    // as they left the gate
   gnc::zebro::WalkRequest walk_{};
   Solver solver_;
+  Rounds rounds_;
+  TimeNs operated_ns_ = 0;                         // since the last emergency
   Supervisor* supervisor_ = nullptr;               // of the frame
   std::uint16_t isolated_ = 0;                     // as the locomotion controller says
   std::array<bool, 1u << kLegs> walks_without_{};  // with the configured gait, by set of legs
   TimeNs epoch_ns_ = 0;                            // of the locomotion's clock; 0: not begun
-  TimeNs now_ns_ = 0;
-  bool walking_legs_ = false;  // the legs follow the locomotion algorithm
-  bool in_motion_ = false;     // a motion of the algorithm has not ended yet
+  TimeNs now_ns_ = 0, before_ns_ = 0;              // of this frame, of the last one
+  bool walking_legs_ = false;                      // the legs follow the locomotion algorithm
+  bool in_motion_ = false;                         // a motion of the algorithm has not ended yet
   bool port_open_ = false, port_reported_ = false;
   TimeNs motors_on_ns_ = 0;
   TimeNs noise_window_ns_ = 0;
@@ -143,7 +163,7 @@ class Vehicle final : public Actor, private Patient {
     TimeNs due_ns = 0;  // 0: no leg moves by direct command
   } bridge_;
   struct Panel {
-    enum class Step : std::uint8_t { rest, switching_on, moving } step = Step::rest;
+    enum class Step : std::uint8_t { rest, switching_on, seeking, moving } step = Step::rest;
     bool deploy = false;
     TimeNs due_ns = 0;
   } panel_;

@@ -63,6 +63,8 @@ void read_solver(config::Section s, Parameters& p) {
   p.solver.budget_ns = config::seconds(s, "budget_s", p.solver.budget_ns, 2, 600);
   p.solver.cool_down_ns = config::seconds(s, "cool_down_s", p.solver.cool_down_ns, 2, 3600);
   p.solver.cool_degC = s.number("cool_degC", p.solver.cool_degC, -50, 150);
+  p.solver.rounds = static_cast<unsigned>(s.integer("rounds", p.solver.rounds, 1, 1000));
+  p.solver.healthy_ns = config::seconds(s, "healthy_s", p.solver.healthy_ns, 1, 3600);
   p.solver.current_limit_A = p.current_limit_A;
 }
 

@@ -202,7 +202,9 @@ constexpr std::array kRows = {
     in_state(kIdle, event::panel_retract, kContact | kPanelAtRest, kPanelRetract),
     in_state(kIdle, event::panel_arrived_in, 0, kPanelIsIn),
     in_state(kIdle, event::panel_arrived_out, 0, kPanelIsOut),
-    in_state(kIdle, event::panel_seen_out, 0, kPanelIsOut),
+    in_state(kIdle | lc::in(State::fatal_error) | kSolving, event::panel_seen_out, 0, kPanelIsOut),
+    Row{event::panel_seen_out, kOperational, lc::kAnyMode, 0, kKeep, State::fatal_error, 0, 0,
+        lc::ActionSet{kPanelIsOut} | lc::kEmergencyStop},
 
     in_state(kSolving, event::free_leg, kInService | lc::guard(lc::kPortOpen), kFreeLeg),
     in_state(kSolving, event::leg_freed, 0, lc::kMotorsOff),
@@ -338,6 +340,12 @@ Verdict sense(const SupervisorState& state, const Request& r) noexcept {
   const auto tripped = static_cast<std::uint16_t>(state.sense[kSenseTripped]);
   if (r.kind == static_cast<std::uint16_t>(lss::CommandKind::start) && tripped != 0)
     return {.reason = Reason::fault_latched, .subject = tripped};
+  const double rounds = state.sense[kSenseSolveRounds], limit = state.sense[kSenseSolveLimit];
+  if (r.kind == static_cast<std::uint16_t>(lss::CommandKind::solve) && limit > 0 && rounds >= limit)
+    return {.reason = Reason::solved_too_often,
+            .measured = rounds,
+            .limit = limit,
+            .subject = static_cast<std::uint16_t>(state.sense[kSenseSolveModule])};
   if (r.kind != static_cast<std::uint16_t>(CommandKind::leg)) return {};
   constexpr double kTurn = 2 * std::numbers::pi;
   const double from_rad = state.sense[static_cast<std::size_t>(r.parameter[0]) - 1];

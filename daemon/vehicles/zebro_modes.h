@@ -79,10 +79,12 @@ unsigned subject_of(const Request& request) noexcept;
 
 // Guards on measured values. Layout of SupervisorState::sense: [0..6] position_rad of the modules,
 // NaN when unknown; [7] the fastest a leg may turn, rad/s; [8] legs with motion control on;
-// [9] the first module that stopped by itself and was not reset since, 0: none.
+// [9] the first module that stopped by itself and was not reset since, 0: none; [10] how often
+// error solving was begun for the worst of what is wrong, [11] of which module, [12] the limit.
 Verdict sense(const SupervisorState& state, const Request& request) noexcept;
 inline constexpr std::size_t kSenseTurnLimit = kModules, kSenseMotorsOn = kModules + 1,
-                             kSenseTripped = kModules + 2;
+                             kSenseTripped = kModules + 2, kSenseSolveRounds = kModules + 3,
+                             kSenseSolveModule = kModules + 4, kSenseSolveLimit = kModules + 5;
 
 // The command for `kind`, common or zebro's own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;

@@ -43,6 +43,10 @@ FaultClass class_of(FaultId fault) noexcept {
   }
 }
 
+bool of_operator(FaultId fault) noexcept {
+  return fault == FaultId::emergency_stop || fault == FaultId::obc_silent;
+}
+
 void ResetModules::begin(Patient& patient, std::uint8_t modules) noexcept {
   for (std::size_t i = 0; i < kModules; ++i) {
     if (all_ || contains(modules, i)) patient.reset(i);

@@ -27,11 +27,14 @@ inline constexpr std::size_t kFaultClasses = 6;
 inline constexpr const char* kFaultClassNames[kFaultClasses] = {"contact",   "current", "driver",
                                                                 "obedience", "supply",  "system"};
 FaultClass class_of(FaultId fault) noexcept;
+// Of who commands, not of the vehicle: an emergency stop, or that nobody was heard.
+bool of_operator(FaultId fault) noexcept;
 
 // Something that is wrong: a fault that is latched, or what can be seen now.
 struct Symptom {
   FaultClass fault_class;
   std::uint16_t module;  // from 1 on; 0: none
+  bool counts = true;    // towards the rounds after which a person is needed
 };
 
 // Strategies, in a row; none ends it.
@@ -52,6 +55,8 @@ struct SolverParameters {
   double current_limit_A = 1.2;        // of a leg that is moved free
   double free_rad = 0.35;              // how far it is moved, back and forth
   TimeNs free_move_ns = 2 * kSecond;   // in how long
+  unsigned rounds = 10;                // of solving the same, then a person is needed
+  TimeNs healthy_ns = 60 * kSecond;    // of operation, after which they count anew
 };
 
 // Sets of modules as bits: bit i is module i+1.

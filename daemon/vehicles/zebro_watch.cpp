@@ -1,5 +1,6 @@
 // Supervision of Lunar Zebro: what the modules, the bus and the motions report, turned into events
-// and faults of the locomotion controller.
+// and faults of the locomotion controller. The panel: zebro_panel.cpp; error solving:
+// zebro_solving.cpp.
 
 #include <limits>
 #include <utility>
@@ -12,11 +13,8 @@ namespace {
 constexpr TimeNs kBusStuckAfter = 200 * kMillisecond;
 constexpr TimeNs kNoiseWindow = kSecond;
 constexpr std::uint64_t kNoisyFrames = 20;  // dropped in one window
-constexpr TimeNs kMoveGrace = 3 * kSecond;  // a direct movement this late has failed
 constexpr double kHysteresis_degC = 5;
-constexpr double kPanelIn_rad = 0.2;  // further out than this is not retracted
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-constexpr double kTurn_rad = 6.283185307179586;
 
 bool rising(std::uint16_t now, std::uint16_t before, std::uint16_t flag) noexcept {
   return (now & flag) != 0 && (before & flag) == 0;
@@ -25,8 +23,6 @@ bool rising(std::uint16_t now, std::uint16_t before, std::uint16_t flag) noexcep
 bool falling(std::uint16_t now, std::uint16_t before, std::uint16_t flag) noexcept {
   return rising(before, now, flag);
 }
-
-std::uint16_t number(std::size_t module) noexcept { return static_cast<std::uint16_t>(module + 1); }
 
 }  // namespace
 
@@ -48,6 +44,7 @@ void Vehicle::watch(const Inputs<Vehicle>& in, Supervisor& s) noexcept {
   watch_motion(s);
   watch_panel(s);
   watch_solver(s);
+  watch_rounds(s);
 }
 
 void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
@@ -113,7 +110,8 @@ void Vehicle::watch_modules(Supervisor& s) noexcept {
   s.set_ages(age_ms, parameters_.module_silent_ns / kMillisecond);
   s.set_sense(sense);
   for (std::size_t i = 0; i < kModules; ++i) {
-    if (modules_[i].heard_ns == 0 || !in_service(i)) continue;
+    // Heard is who told its status: guards rest on it.
+    if (modules_[i].status_ns == 0 || !in_service(i)) continue;
     const lc::ControllerState& c = s.controller();
     const bool lost = ((c.silent | c.unheard) >> i & 1u) != 0;
     if (answers(i) && lost) {
@@ -233,126 +231,6 @@ void Vehicle::report_uncalibrated(Supervisor& s) noexcept {
     if (in_service(i) && (modules_[i].status.flags & kFlagCalibrated) == 0)
       s.raise(FaultId::not_calibrated, number(i));
   }
-}
-
-void Vehicle::watch_panel(Supervisor& s) noexcept {
-  const Status& status = modules_[kPanel].status;
-  switch (panel_.step) {
-    case Panel::Step::rest: {
-      const bool out =
-          status.position_rad > kPanelIn_rad && status.position_rad < kTurn_rad - kPanelIn_rad;
-      if (out && (status.flags & kFlagCalibrated) != 0 && (s.controller().flags & kPanelOut) == 0) {
-        s.happen(event::panel_seen_out);
-      }
-      return;
-    }
-    case Panel::Step::switching_on:
-      if ((status.flags & kFlagMotionControl) == 0) break;
-      panel_.step = Panel::Step::moving;
-      panel_.due_ns = now_ns_ + parameters_.panel_move_ns;
-      order_move(kPanel, panel_.deploy ? parameters_.panel_deployed_deg / 180 * kTurn_rad / 2 : 0,
-                 panel_.due_ns, panel_.deploy);
-      break;
-    case Panel::Step::moving:
-      if (now_ns_ < panel_.due_ns || (status.flags & kFlagMoving) != 0) break;
-      panel_.step = Panel::Step::rest;
-      order(kPanel, ModuleOrder::Kind::motion_off);
-      s.happen(panel_.deploy ? event::panel_arrived_out : event::panel_arrived_in);
-      return;
-  }
-  if (now_ns_ - panel_.due_ns > kMoveGrace) s.raise(FaultId::motion_timeout, number(kPanel));
-}
-
-// ---- error solving
-
-std::uint8_t Vehicle::sick() const noexcept {
-  unsigned sick = 0;
-  for (std::size_t i = 0; i < kModules; ++i) {
-    const bool well = answers(i) && (modules_[i].status.flags & kStopFlags) == 0 && !disobeyed_[i];
-    if (in_service(i) && !well) sick |= 1u << i;
-  }
-  return static_cast<std::uint8_t>(sick);
-}
-
-bool Vehicle::isolate(std::uint8_t modules) noexcept {
-  // All of them, or none: what cannot walk in the end shall not have lost legs on the way.
-  const unsigned all = isolated_ | modules;
-  if (!enough_legs_without(all) || !walks_without_[all]) return false;
-  for (std::size_t i = 0; i < kLegs; ++i) {
-    // A motor that cannot be switched off is not one to go on with.
-    const bool motor = (modules_[i].status.flags & kFlagMotionControl) != 0;
-    if (contains(modules, i) && answers(i) && motor) return false;
-  }
-  for (std::size_t i = 0; i < kLegs; ++i) {
-    if (contains(modules, i)) supervisor_->happen(event::isolate, number(i));
-  }
-  isolated_ = supervisor_->controller().isolated;
-  return true;
-}
-
-bool Vehicle::begin_move(std::size_t leg) noexcept {
-  if (supervisor_->happen(event::free_leg, number(leg)).reason != Reason::none) return false;
-  order(leg, ModuleOrder::Kind::motion_on);
-  return true;
-}
-
-void Vehicle::rest() noexcept {
-  if (supervisor_->controller().flags & kFreeing) supervisor_->happen(event::leg_freed);
-}
-
-// From the faults that are latched and from what is wrong now.
-void Vehicle::begin_solving(const Supervisor& s) noexcept {
-  std::array<Symptom, kMaxFaults + 4 * kModules> symptoms;
-  std::size_t count = 0;
-  for (const FaultRecord& fault : s.state().faults) {
-    if (fault.id != FaultId::none &&
-        info(fault.id)->severity == static_cast<std::uint8_t>(Severity::fatal))
-      symptoms[count++] = {class_of(fault.id), fault.subject};
-  }
-  for (std::size_t i = 0; i < kModules; ++i) {
-    if (!in_service(i)) continue;
-    const auto see = [&](bool wrong, FaultClass fault_class) {
-      if (wrong) symptoms[count++] = {fault_class, number(i)};
-    };
-    const std::uint16_t flags = modules_[i].status.flags;
-    see(!answers(i), FaultClass::contact);
-    see((flags & kFlagOverCurrent) != 0, FaultClass::current);
-    see((flags & kFlagDriverFault) != 0, FaultClass::driver);
-    see((flags & kFlagWatchdog) != 0 || disobeyed_[i], FaultClass::obedience);
-  }
-  solver_.begin(std::span(symptoms).first(count));
-}
-
-void Vehicle::watch_solver(Supervisor& s) noexcept {
-  if (s.controller().state != State::solve_errors) return;
-  const auto tell_begin = [&] {
-    s.note(EventId::strategy_begun, 0, static_cast<double>(solver_.kind()));
-  };
-  if (!solver_.running()) {
-    begin_solving(s);
-    tell_begin();
-  }
-  bool healthy = port_open_ && sick() == 0 && s.controller().unheard == 0;
-  for (std::size_t i = 0; i < kModules; ++i) {
-    const bool motor = (modules_[i].status.flags & kFlagMotionControl) != 0;
-    healthy = healthy && !(motor && answers(i));
-  }
-  const StrategyKind tried = solver_.kind();
-  Solver::Report report = solver_.step(*this, healthy);
-  if (report == Solver::Report::running) return;
-  s.note(EventId::strategy_ended, 0, static_cast<double>(tried),
-         report == Solver::Report::solved ? 1 : 0);
-  if (report == Solver::Report::next) {
-    if (s.happen(lc::Event::next_strategy).reason == Reason::none) {
-      tell_begin();
-      return;
-    }
-    report = Solver::Report::unsolved;
-  }
-  const bool solved =
-      report == Solver::Report::solved && s.happen(lc::Event::solved).reason == Reason::none;
-  if (!solved) s.happen(lc::Event::unsolved);
-  s.note(EventId::solve_ended, 0, s.state().fault_count);
 }
 
 }  // namespace lss::zebro

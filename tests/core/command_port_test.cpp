@@ -44,7 +44,8 @@ class CommandPortTest : public testing::Test {
     s.commands_taken = taken;
     port_.show(s);
   }
-  CommandPort port_{kLogic, 100, 1000};
+  int stops_ = 0;
+  CommandPort port_{kLogic, 100, 1000, [this] { ++stops_; }};
   std::vector<Ack> acks_;
 };
 
@@ -89,6 +90,37 @@ TEST_F(CommandPortTest, ADryRunIsAnsweredAndGoesNoFurther) {
   EXPECT_EQ(acks_[0].phase, Phase::accepted);
   Request r;
   EXPECT_FALSE(port_.pop(r));
+}
+
+TEST_F(CommandPortTest, AnEmergencyStopIsToldAtOnceAndStillGoesToTheFrame) {
+  show(State::operational, 0);
+  receive(4, 1);
+  EXPECT_EQ(stops_, 0) << "no other command is";
+  receive(3, 2);
+  EXPECT_EQ(stops_, 1);
+  Request r;
+  ASSERT_TRUE(port_.pop(r));
+  EXPECT_EQ(r.kind, 3);
+  receive(3, 3, kFlagDryRun);
+  EXPECT_EQ(stops_, 1) << "a dry run stops nothing";
+}
+
+TEST_F(CommandPortTest, AnEmergencyStopIsToldHoweverBadlyItIsPut) {
+  show(State::operational, 0);
+  Request unnamed{.sequence = 1, .kind = 4};
+  port_.receive(unnamed, [](const Ack&) {});
+  EXPECT_EQ(stops_, 0) << "refused by the armour, and another command";
+  unnamed.kind = 3;
+  port_.receive(unnamed, [](const Ack&) {});
+  EXPECT_EQ(stops_, 1);
+}
+
+TEST_F(CommandPortTest, AnEmergencyStopIsToldAtOnceAlsoWhenTheQueueIsFull) {
+  show(State::fatal_error, 0);
+  for (std::uint64_t i = 1; i <= 100; ++i) receive(4, i);
+  receive(3, 101);
+  EXPECT_EQ(stops_, 1);
+  EXPECT_EQ(acks_.back().verdict.reason, Reason::busy);
 }
 
 TEST_F(CommandPortTest, AFullQueueIsAnsweredAndNothingIsLostSilently) {

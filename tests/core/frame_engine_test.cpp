@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace lss {
@@ -65,6 +66,16 @@ TEST(FrameEngine, ALateCommandIsRepeatedOnceAndThenNothingIsReleased) {
   s.compute(4);
   s.release(4);
   EXPECT_EQ(s.sent, (std::vector{10, 10, 40}));
+}
+
+TEST(FrameEngine, WhoWantsToKnowHearsOfWhichFrameTheReleaseIs) {
+  Stage s;
+  std::vector<std::pair<int, std::uint64_t>> sent;
+  const auto release = [&](int command, const Boundary& b) { sent.emplace_back(command, b.frame); };
+  s.compute(1);
+  s.engine.due(s.boundary(1), release);
+  s.engine.due(s.boundary(2), release);
+  EXPECT_EQ(sent, (std::vector<std::pair<int, std::uint64_t>>{{10, 1}, {10, 2}}));
 }
 
 TEST(FrameEngine, ACommandThatCameTooLateIsNotReleasedAsTheNextOne) {
@@ -130,6 +141,43 @@ TEST(FrameEngine, ThreadsRunUntilTheyAreStopped) {
   actuate.join();
   EXPECT_GT(engine.frames(), 0u);
   EXPECT_GT(engine.releases(), 0u);
+}
+
+// Frames by the sensor, edges between their releases: nothing is early, and all in order.
+TEST(FrameEngine, TheActuateThreadDoesItsWorkBetweenReleases) {
+  constexpr TimeNs kStep = kMillisecond;
+  struct Work {
+    TimeNs due_ns = INT64_MAX;
+    int edges = 0, early = 0;
+    TimeNs next_wake() const noexcept { return due_ns; }
+    void run(TimeNs now) noexcept {
+      if (now < due_ns) return;
+      due_ns = INT64_MAX;
+      ++edges;
+    }
+  } work;
+  SensorFrames frames({.packets = 1, .period_ns = 4 * kStep, .grace_ns = kStep});
+  FrameEngine<SensorFrames, int> engine(frames, {.period_ns = 4 * kStep, .offset_ns = 2 * kStep});
+  std::atomic<int> releases{0};
+  std::thread actuate([&] {
+    engine.actuate(
+        [&](int, const Boundary& b) {
+          if (now_ns() < b.time_ns + 2 * kStep) ++work.early;
+          work.due_ns = now_ns() + kStep;
+          ++releases;
+        },
+        work);
+  });
+  std::thread frame([&] {
+    engine.frame([](const Boundary&, const Released&, TimingPoints&) { return 1; },
+                 [&](const TimingPoints& t) {
+                   if (t.frame >= 20 && releases >= 10) engine.stop();
+                 });
+  });
+  frame.join();
+  actuate.join();
+  EXPECT_EQ(work.early, 0);
+  EXPECT_GE(work.edges, releases - 2) << "one may be replaced by a release that was late";
 }
 
 TEST(FrameEngine, AStandstillCountsEveryFrameThatWasSleptThrough) {

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <future>
 #include <thread>
 #include <vector>
 
@@ -83,6 +85,44 @@ TEST(SensorGrid, ABatchThatComesRightAfterAFrameByTheClockIsLeftToTheNext) {
   EXPECT_EQ(b.frame, 3u);
   EXPECT_EQ(b.skipped, 0u);
   EXPECT_FALSE(b.held);
+}
+
+TEST(SensorGrid, ADriverThatBeginsToCountAnewHasNotLostFrames) {
+  SensorGrid grid(kSensor, kEpoch);
+  Boundary b;
+  ASSERT_TRUE(grid.arrived(7, kEpoch + kPeriod, b));
+  ASSERT_TRUE(grid.arrived(1, kEpoch + 2 * kPeriod, b));
+  EXPECT_EQ(b.frame, 2u);
+  EXPECT_EQ(b.skipped, 0u);
+}
+
+// Counted by the sensor's own numbers: the frame ends with the first packet that is not lost of
+// number 40 n or later.
+TEST(SensorGrid, LostPacketsNeverShiftTheFramesAfterThem) {
+  EXPECT_TRUE(rc::check([](const std::vector<std::uint8_t>& luck) {
+    constexpr TimeNs kPacket = kPeriod / 40;
+    SensorGrid grid(kSensor, kEpoch);
+    Boundary b;
+    std::uint64_t frame = 0, ended = 0;
+    for (std::uint64_t number = 1; number <= 40 * 20; ++number) {
+      const TimeNs arrival = kEpoch + static_cast<TimeNs>(number) * kPacket;
+      const bool lost = number < luck.size() * 8 && (luck[number / 8] >> number % 8 & 1) != 0;
+      while (grid.deadline() < arrival) {
+        grid.held(grid.deadline(), b);
+        frame = b.frame;
+      }
+      if (lost || number / 40 == ended) continue;
+      ended = number / 40;
+      if (!grid.arrived(ended, arrival, b)) continue;
+      RC_ASSERT(b.frame == frame + 1 + b.skipped);
+      frame = b.frame;
+      const TimeNs late = b.time_ns - kEpoch - static_cast<TimeNs>(ended) * kPeriod;
+      RC_ASSERT(late >= 0);
+      RC_ASSERT(late <= kGrace || number < luck.size() * 8);
+      if (number >= luck.size() * 8 + 80) RC_ASSERT(late == 0);
+    }
+    RC_ASSERT(frame == 20u);
+  }));
 }
 
 // As the follower does it: what is later than the deadline begins by the clock.
@@ -191,6 +231,105 @@ TEST(SensorFrames, BothThreadsFollowThePackets) {
   ASSERT_FALSE(released.empty());
   EXPECT_EQ(released.back(), announced.back());
   for (const TimeNs time : released) EXPECT_NE(std::ranges::find(announced, time), announced.end());
+}
+
+// Notes when it is run.
+struct Edges {
+  std::vector<TimeNs> due{};
+  std::vector<TimeNs> run_ns{};
+  TimeNs next_wake() const { return run_ns.size() < due.size() ? due[run_ns.size()] : INT64_MAX; }
+  void run(TimeNs now) {
+    while (next_wake() <= now) run_ns.push_back(now);
+  }
+};
+
+struct Followed {
+  explicit Followed(TimeNs period, TimeNs spin = 0)
+      : frames({.packets = 40, .period_ns = period, .grace_ns = kMillisecond}),
+        frame(frames.follow_frame(0)),
+        actuate(frames.follow_actuate(spin)) {}
+  // The frame thread's turn.
+  TimeNs begin(std::uint64_t index) {
+    frames.announce(index, now_ns());
+    return frame.next(0).time_ns;
+  }
+  SensorFrames frames;
+  SensorFrames::FrameFollower frame;
+  SensorFrames::ActuateFollower actuate;
+};
+
+TEST(ActuateFollower, DoesItsWorkOnTimeAndTheReleaseGoesFirst) {
+  for (const TimeNs spin : {TimeNs{0}, 200 * kMicrosecond}) {
+    Followed f(kSecond, spin);
+    const TimeNs begun = f.begin(1);
+    Edges edges;
+    for (int i = 1; i <= 4; ++i) edges.due.push_back(begun + i * kMillisecond);
+    EXPECT_EQ(f.actuate.next(3 * kMillisecond, edges).time_ns, begun);
+    EXPECT_GE(now_ns(), begun + 3 * kMillisecond);
+    ASSERT_EQ(edges.run_ns.size(), 2u) << "the third is due with the release, which goes first";
+    const TimeNs second = f.begin(2);
+    EXPECT_EQ(f.actuate.next(5 * kMillisecond, edges).time_ns, second);
+    ASSERT_EQ(edges.run_ns.size(), 4u);
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_GE(edges.run_ns[i], edges.due[i]) << i;
+  }
+}
+
+TEST(ActuateFollower, DoesItsWorkWhileNoFrameBegins) {
+  Followed f(4 * kMillisecond);
+  const TimeNs begun = f.begin(1);
+  Edges edges{.due = {begun + 2 * kMillisecond, begun + 3 * kMillisecond}};
+  EXPECT_EQ(f.actuate.next(kMillisecond, edges).time_ns, begun);
+  EXPECT_TRUE(edges.run_ns.empty());
+  const Boundary given_up = f.actuate.next(kMillisecond, edges);
+  EXPECT_TRUE(given_up.held);
+  EXPECT_EQ(given_up.frame, 2u);
+  EXPECT_EQ(given_up.time_ns, begun + 4 * kMillisecond);
+  EXPECT_EQ(edges.run_ns.size(), 2u);
+  // Begun after all, too late: not once more.
+  f.frames.announce(2, given_up.time_ns);
+  f.frame.next(0);
+  const TimeNs third = f.begin(3);
+  EXPECT_EQ(f.actuate.next(0, edges).time_ns, third);
+}
+
+TEST(ActuateFollower, WhoGaveUpTooManyFramesIsInStepWithTheNextOne) {
+  Followed f(4 * kMillisecond);
+  f.frames.start(now_ns() - kSecond);
+  auto actuate = f.frames.follow_actuate(0);
+  Boundary b;
+  while (b.frame < 20) b = actuate.next(0);
+  const TimeNs begun = f.begin(1);
+  b = actuate.next(kMillisecond);
+  EXPECT_EQ(b.time_ns, begun);
+  EXPECT_EQ(b.frame, 1u);
+  EXPECT_EQ(b.skipped, 0u);
+}
+
+TEST(ActuateFollower, WhoIsRungDoesItsWorkAtOnce) {
+  struct Rung {
+    std::atomic<bool> asked{false};
+    std::promise<void> done{};
+    TimeNs next_wake() const { return INT64_MAX; }
+    void run(TimeNs) {
+      if (asked.exchange(false)) done.set_value();
+    }
+  } work;
+  Followed f(1000 * kSecond);
+  std::thread actuate([&] { EXPECT_EQ(f.actuate.next(0, work).frame, 1u); });
+  work.asked = true;
+  f.frames.wake_actuate();
+  EXPECT_EQ(work.done.get_future().wait_for(std::chrono::seconds(30)), std::future_status::ready);
+  f.begin(1);
+  actuate.join();
+}
+
+TEST(SensorFrames, StoppedNobodyWaitsAnyMore) {
+  SensorFrames frames({.packets = 40, .period_ns = kSecond, .grace_ns = 1000 * kSecond});
+  auto frame = std::async(std::launch::async, [&] { frames.follow_frame(0).next(0); });
+  auto actuate = std::async(std::launch::async, [&] { frames.follow_actuate(0).next(0); });
+  frames.stop();
+  EXPECT_EQ(frame.wait_for(std::chrono::seconds(30)), std::future_status::ready);
+  EXPECT_EQ(actuate.wait_for(std::chrono::seconds(30)), std::future_status::ready);
 }
 
 }  // namespace

@@ -7,7 +7,10 @@ namespace {
 
 constexpr const char* kModes[] = {"none", "Cruising"};
 constexpr const char* kModules[] = {"front", "rear"};
-constexpr Vocabulary kWords{kModes, kModules, {}};
+constexpr const char* kPhases[] = {"none", "ascend"};
+constexpr const char* kPrograms[] = {"hop"};
+constexpr const char* kFindings[] = {"none", "it turns (rad/s)"};
+constexpr Vocabulary kWords{kModes, kModules, {}, kPhases, kPrograms, kFindings};
 
 EventRecord event(EventId id, double a = 0, double b = 0, std::uint16_t subject = 0) {
   return {.id = static_cast<std::uint16_t>(id), .subject = subject, .argument = {a, b, 0, 0}};
@@ -19,6 +22,14 @@ TEST(EventText, SaysStatesModesReasonsAndFaultsByName) {
   EXPECT_EQ(event_text(event(EventId::fault_cleared, 16), kWords), "fault bus_noise cleared");
   EXPECT_EQ(event_text(event(EventId::command_rejected, 7, 12), kWords),
             "command 7 rejected, reason not allowed in this state");
+}
+
+TEST(EventText, SaysPhasesProgramsAndFindingsByNameAndNumbersShortly) {
+  EXPECT_EQ(event_text(event(EventId::phase_changed, 0, 1), kWords), "phase none to ascend");
+  EXPECT_EQ(event_text(event(EventId::planned, 0, 20.969779954920366), kWords),
+            "planned: hop, 20.9698 s, 0 of 0 thruster-seconds");
+  EXPECT_EQ(event_text(event(EventId::calibration_refused, 1, 0.25), kWords),
+            "calibration failed, it turns (rad/s): 0.25, allowed 0");
 }
 
 TEST(EventText, NamesTheModuleOfAFault) {

@@ -67,6 +67,7 @@ TEST(ZebroChain, TheSameSeedGivesTheSameRunToTheBit) {
 
 // A module that was reset counts from 0 until its leg passes the Hall sensor, then from where it
 // is.
+// [Conf-3]
 TEST(ZebroChain, AFaultyLegNearItsSensorIsMovedFreeNoFurtherThanItShould) {
   constexpr double kDeg = std::numbers::pi / 180;
   constexpr std::size_t kLeg = 2;

@@ -79,11 +79,15 @@ class ZebroResets : public testing::TestWithParam<Walks> {
   }
 
   std::mt19937 random_{GetParam().seed};
-  Chain chain_{{.seed = GetParam().seed, .plant = GetParam().plant}};
+  // More often than error solving takes it from anyone who never walks for a minute.
+  Chain chain_{{.seed = GetParam().seed, .plant = GetParam().plant, .adjust = [](Parameters& p) {
+                  p.solver.rounds = 1000;
+                }}};
   TimeNs latest_ns_ = 0;
   int noticed_ = 0;
 };
 
+// [P-Int-2]
 TEST_P(ZebroResets, AtAnyMomentOfAWalkEndSafeAndCanGoOn) {
   for (int i = 0; i < GetParam().resets && !HasFailure(); ++i) {
     const auto module = static_cast<std::uint16_t>(draw_int(1, kModules));
@@ -101,6 +105,7 @@ TEST_P(ZebroResets, AtAnyMomentOfAWalkEndSafeAndCanGoOn) {
 }
 
 // From Idle to Idle: standing up, standing, walking, the last step, lying down.
+// [P-Int-2]
 TEST_P(ZebroResets, AtAnyMomentBetweenIdleAndIdleEndSafe) {
   for (int i = 0; i < GetParam().resets && !HasFailure(); ++i) {
     const auto module = static_cast<std::uint16_t>(draw_int(1, kModules));

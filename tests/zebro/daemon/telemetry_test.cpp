@@ -43,5 +43,19 @@ TEST(Telemetry, HasWhatAModuleReportsInSiUnits) {
   EXPECT_NEAR(m.uptime_s, 123.456, 1e-9);
 }
 
+TEST(Telemetry, WhatWasHeardAfterTheBoundaryWasHeardNow) {
+  World w;
+  w.run(0.2);
+  w.in_.request_count = 0;
+  w.in_.sample_count = 1;
+  w.in_.samples[0] = {.time_ns = w.time_ns_ + 5 * kMillisecond,
+                      .module = 2,
+                      .code = static_cast<std::uint8_t>(Code::status),
+                      .data = {0x00, 0x07, 0x23, 0x28, 0xFB, 0x50, 0x00, 0x96}};
+  w.in_.time_ns = w.time_ns_ + 2 * kMillisecond;
+  cycle(w.vehicle_, w.supervisor_, w.in_, w.out_, [](Stage) {});
+  EXPECT_EQ(w.out_.telemetry.modules[2].age_ms, 0u);
+}
+
 }  // namespace
 }  // namespace lss::zebro

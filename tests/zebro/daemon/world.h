@@ -3,11 +3,13 @@
 // A world for the cycle of Lunar Zebro without threads, bytes or physics: seven modules that do at
 // once and exactly what they are ordered, in virtual time. Tests break them by hand.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "daemon/core/cycle.h"
@@ -33,7 +35,21 @@ struct IdealModule {
   TimeNs arrive_ns = 0;
   bool stuck = false;
   bool hall_broken = false;
+  bool says_status = true;
+  double hall_deg = 180;    // the position that it takes on at its sensor
+  double sensor_deg = 180;  // where it passes the sensor, as it counts now
   std::uint32_t serial = 0;
+
+  // It counts from where it is, until it passes its sensor.
+  void count_anew() {
+    flags = kFlagReset;
+    rate_deg_s = 0;
+    sensor_deg -= position_deg;
+    position_deg = 0;
+  }
+  // From the sensor, as it counts now.
+  double from_sensor_deg() const { return std::remainder(position_deg - sensor_deg, 360); }
+  double true_deg() const { return std::fmod(hall_deg + from_sensor_deg() + 360, 360); }
 
   void obey(const ModuleOrder& o, TimeNs now) {
     using Kind = ModuleOrder::Kind;
@@ -60,22 +76,31 @@ struct IdealModule {
         break;
     }
     if (!(flags & kFlagMotionControl)) return;
-    const double forward = std::fmod(o.position_cdeg / 100.0 - position_deg + 720, 360);
-    double way = o.kind == Kind::rotate_forward ? forward : forward - 360;
-    if (std::abs(way) > 355) way += way > 0 ? -360 : 360;  // a little past: back, not once round
-    const double time_s = static_cast<double>(o.arrive_ns - now) * 1e-9;
-    rate_deg_s = way / time_s;
     target_cdeg = o.position_cdeg;
     arrive_ns = o.arrive_ns;
     flags |= kFlagMoving;
+    go(o.kind == Kind::rotate_forward, now);
+  }
+
+  void go(bool forward, TimeNs now) {
+    const double ahead = std::fmod(target_cdeg / 100.0 - position_deg + 720, 360);
+    double way = forward ? ahead : ahead - 360;
+    if (std::abs(way) > 355) way += way > 0 ? -360 : 360;  // a little past: back, not once round
+    rate_deg_s = way / std::max(static_cast<double>(arrive_ns - now) * 1e-9, 0.02);
   }
 
   void pass(TimeNs now, double dt_s) {
     if (!(flags & kFlagMoving) || stuck) return;
-    const double before = position_deg;
+    const double before = from_sensor_deg();
     position_deg = now >= arrive_ns ? target_cdeg / 100.0
                                     : std::fmod(position_deg + rate_deg_s * dt_s + 720, 360);
-    if (!hall_broken && (before - 180) * (position_deg - 180) <= 0) flags |= kFlagCalibrated;
+    const double after = from_sensor_deg();
+    if (!hall_broken && before * after <= 0 && std::abs(before - after) < 180) {
+      flags |= kFlagCalibrated;
+      position_deg = true_deg();
+      const bool jumped = std::exchange(sensor_deg, hall_deg) != hall_deg;
+      if (jumped && now < arrive_ns) go(rate_deg_s > 0, now);
+    }
     if (now >= arrive_ns) flags = static_cast<std::uint16_t>(flags & ~kFlagMoving);
   }
 
@@ -89,11 +114,12 @@ struct IdealModule {
       r.data[i] = static_cast<std::uint8_t>(v >> 8);
       r.data[i + 1] = static_cast<std::uint8_t>(v & 0xFF);
     };
-    put(0, flags);
+    const bool level = !hall_broken && std::abs(from_sensor_deg()) < 3;
+    put(0, static_cast<std::uint16_t>(flags | (level ? kFlagHallSensor : 0)));
     put(2, static_cast<std::uint16_t>(std::lround(position_deg * 100) % 36000));
     put(6, current_mA);
-    out.push_back(r);
-    flags = static_cast<std::uint16_t>(flags & ~kFlagReset);
+    if (says_status) out.push_back(r);
+    if (says_status) flags = static_cast<std::uint16_t>(flags & ~kFlagReset);
     r = {.time_ns = now,
          .module = index,
          .code = static_cast<std::uint8_t>(Code::health),
@@ -111,6 +137,8 @@ class World {
       : vehicle_(parameters), supervisor_(logic(), links) {
     for (std::size_t i = 0; i < modules.size(); ++i)
       modules[i].position_deg = 30.0 * static_cast<double>(i);
+    IdealModule& panel = modules.back();
+    panel.position_deg = panel.hall_deg = panel.sensor_deg = 0;
     in_.bus.was_open = in_.bus.open = true;
   }
 

@@ -57,15 +57,18 @@ bool Autopilot::to_idle() {
 void Autopilot::recover() {
   for (int i = 0; i < parameters_.solve_tries; ++i) {
     ++count_.solves;
-    if (command(Common::solve, {}, kSolve_s).phase == Phase::completed) {
+    const Ack solved = command(Common::solve, {}, kSolve_s);
+    if (solved.phase == Phase::completed) {
       ++count_.recoveries;
       return;
     }
+    if (solved.verdict.reason == Reason::solved_too_often) return person();
     link_.pass(kAgain_s);
   }
-  // What error solving does not dare: everything anew, and legs that were given up as well.
+  if (++resets_ > parameters_.reset_tries) return person();
+  // What error solving does not dare: everything anew, and legs that were given up as well. Not the
+  // controller: that it has solved the same too often is for a person to forgive.
   ++count_.resets;
-  command(Common::reset, {-1}, 1);
   command(Common::reset, {0}, 1);
   command(Common::restore, {}, 1);
   link_.pass(kAfterReset_s);
@@ -79,7 +82,9 @@ void Autopilot::recover() {
 
 void Autopilot::person() {
   ++count_.interventions;
+  resets_ = 0;
   link_.ask_person();
+  command(Common::reset, {-1}, 1);
   command(Common::reset, {0}, 1);
   command(Common::restore, {}, 1);
   link_.pass(kAfterReset_s);
@@ -132,11 +137,13 @@ void Autopilot::stretch() {
   if (started.phase == Phase::rejected) return refused(started);
   if (started.phase != Phase::completed || !walk(0)) return;
   refusals_ = 0;
-  double steering_rad = 0, without_s = 0;
+  double steering_rad = 0, without_s = 0, well_s = 0;
   while (link_.state() == State::operational) {
     link_.pass(kLook_s);
     reckon();
     if (misses_a_leg()) without_s += kLook_s;
+    well_s += kLook_s;
+    if (well_s > parameters_.healthy_s) resets_ = 0;
     const bool tired = link_.charge() < parameters_.rest_below;
     const bool restores = without_s > parameters_.restore_after_s;
     if (!may_go_on() || tired || restores) {

@@ -20,6 +20,8 @@ class Autopilot {
     double back_rad_m = 0.1, most_back_rad = 0.2;  // heading for a metre aside
     double restore_after_s = 1800;                 // of walking without a leg
     int solve_tries = 3;
+    int reset_tries = 3;  // of everything, without so long an operation in between
+    double healthy_s = 60;
     int most_interventions = 20;
   };
   struct Count {
@@ -61,6 +63,7 @@ class Autopilot {
   double course_m_ = 0, aside_m_ = 0;  // by dead reckoning; to the left
   double said_m_ = 0;                  // by telemetry, since this start
   int refusals_ = 0;                   // in a row
+  int resets_ = 0;                     // of everything, in a row
 };
 
 }  // namespace lss::zebro::mission

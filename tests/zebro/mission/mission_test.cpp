@@ -35,6 +35,45 @@ TEST_P(Missions, ArriveWhateverBreaksAndNeverMoveWhenTheyMustNot) {
 }
 INSTANTIATE_TEST_SUITE_P(Zebro, Missions, testing::Values(1u, 2u));
 
+// Leg 2 is dead for good and the robot wakes with its panel out: error solving resets all modules,
+// and the panel's counts from where it is.
+TEST(Mission, NeverOperatesWithThePanelOutWhoeverResetItsModule_Func_5) {
+  Options options;
+  options.seed = 74;
+  options.fault_mean_h = 0.05;
+  options.flight_s = 3;
+  options.autopilot.course_m = 15;
+  options.autopilot.speed = gnc::zebro::Speed::high;
+  options.autopilot.rest_below = 0.95;
+  options.autopilot.rest_until = 0.97;
+  const Result result = run(options);
+  EXPECT_THAT(result.violations, testing::IsEmpty());
+  EXPECT_TRUE(result.arrived);
+  EXPECT_GE(result.count.rests, 1);
+  EXPECT_GE(result.isolations, 2) << "after it woke as well";
+}
+
+// Two legs side by side jam for good: one is isolated, the other stops it at the next start, and a
+// reset of everything forgets the first. With an autopilot that never tires it is the daemon that
+// refuses to go on.
+TEST(Mission, AFaultThatComesBackAtEveryStartIsSoonForAPerson) {
+  for (const int reset_tries : {3, 1000}) {
+    SCOPED_TRACE(reset_tries);
+    Options options;
+    options.seed = 69;
+    options.fault_mean_h = 0.03;
+    options.flight_s = 3;
+    options.autopilot.course_m = 15;
+    options.autopilot.speed = gnc::zebro::Speed::high;
+    options.autopilot.reset_tries = reset_tries;
+    const Result result = run(options);
+    EXPECT_TRUE(result.arrived);
+    EXPECT_GE(result.count.interventions, 1);
+    EXPECT_LT(result.emergencies, 40);
+    EXPECT_LT(result.count.resets, 10);
+  }
+}
+
 TEST(Mission, TheSameSeedGivesTheSameMission) {
   Options options;
   options.seed = 5;

@@ -1,0 +1,146 @@
+#pragma once
+
+// TALARIS in the daemon: the stages of its cycle (daemon/core/cycle.h). An IMU and an altimeter on
+// serial lines, eight valves and four fans on a CAN bus; navigation, guidance and control of
+// gnc/talaris fly what was planned, valves and fans are also moved by hand and by scripts. What is
+// wrong in the air is told at once and becomes an emergency on the ground. Frame thread; time is
+// data; no allocation.
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "daemon/core/cycle.h"
+#include "daemon/vehicles/talaris_buses.h"
+#include "daemon/vehicles/talaris_config.h"
+#include "daemon/vehicles/talaris_gate.h"
+#include "daemon/vehicles/talaris_hand.h"
+#include "daemon/vehicles/talaris_modes.h"
+#include "daemon/vehicles/talaris_script.h"
+#include "daemon/vehicles/talaris_sensors.h"
+#include "daemon/vehicles/talaris_solver.h"
+#include "daemon/vehicles/talaris_telemetry.h"
+#include "gnc/talaris/contact.h"
+#include "gnc/talaris/flight.h"
+#include "gnc/talaris/navigation.h"
+
+namespace lss::talaris {
+
+class Vehicle final : public Actor, private Patient {
+ public:
+  using Sample = TalarisSample;
+  using BusReport = talaris::BusReport;
+  using Command = TalarisOrders;
+  using Telemetry = talaris::Telemetry;
+  static constexpr std::size_t kMaxSamples = 256;
+
+  explicit Vehicle(const Parameters& parameters) noexcept;
+
+  void read(const lss::Inputs<Vehicle>& in) noexcept;
+  void watch(const lss::Inputs<Vehicle>& in, Supervisor& supervisor) noexcept;
+  Verdict consider(const Request& request) noexcept override;
+  void act(lc::ActionSet actions, const Request* request) noexcept override;
+  void navigate(TimeNs now) noexcept;
+  void guide(TimeNs now) noexcept;
+  Command control(TimeNs now) noexcept;
+  Command gate(const Command& wanted, Supervisor& supervisor, TimeNs now) noexcept;
+  // Fills the telemetry; true when a sample was asked for.
+  bool describe(const lss::Inputs<Vehicle>& in, const SupervisorState& state,
+                Telemetry& out) noexcept;
+
+  const gnc::talaris::FlightOutput& flight() const noexcept { return output_; }
+  const gnc::talaris::NavState& nav() const noexcept { return navigation_.state(); }
+
+ private:
+  // Commands (talaris_commands.cpp).
+  Verdict consider_start() const noexcept;
+  Verdict consider_gnc(const Request& request) const noexcept;
+  Verdict consider_execute() const noexcept;
+  Verdict consider_valves(std::uint8_t valves) const noexcept;
+  gnc::talaris::PlanRequest plan_request(const Request& request) const noexcept;
+  void carry_out(const Request& request) noexcept;
+  void plan(const Request& request) noexcept;
+  void end_script() noexcept;
+  void tell(EventId id, double a = 0, double b = 0, double c = 0, double d = 0) const noexcept;
+
+  // Watch (talaris_watch.cpp, talaris_watch_flight.cpp).
+  void watch_bus(const HopperCan::Report& bus, Supervisor& s) noexcept;
+  void watch_edges(const EdgeReport& edges, Supervisor& s) noexcept;
+  void watch_nodes(Supervisor& s) noexcept;
+  void watch_node(std::size_t node, Supervisor& s) noexcept;
+  void watch_link(std::size_t node, Supervisor& s) noexcept;
+  void watch_imu(Supervisor& s) noexcept;
+  void watch_altimeter(Supervisor& s) noexcept;
+  void watch_supply(Supervisor& s) noexcept;
+  void tell_sense(Supervisor& s) const noexcept;
+  void watch_hand(Supervisor& s) noexcept;
+  void watch_script(Supervisor& s) noexcept;
+  void watch_calibration(Supervisor& s) noexcept;
+  void watch_flight(Supervisor& s) noexcept;
+  void watch_faults(Supervisor& s) noexcept;
+  void watch_solver(Supervisor& s) noexcept;
+  void begin_solving(const Supervisor& s) noexcept;
+  void warn(bool wrong, bool& told, FaultId id, std::uint16_t subject, Supervisor& s) noexcept;
+
+  // For error solving.
+  TimeNs now() const noexcept override { return now_ns_; }
+  std::uint16_t sick() const noexcept override;
+  void reset_modules(std::uint16_t modules) noexcept override;
+  void realign() noexcept override;
+
+  Mode mode() const noexcept;
+  const HopperLink& link(std::size_t node) const noexcept { return bus_.can.status.link[node]; }
+  bool answers(std::size_t node) const noexcept;
+  // A frame wakes after its T_k and may know what was heard since.
+  TimeNs age_of(TimeNs heard_ns) const noexcept { return std::max<TimeNs>(now_ns_ - heard_ns, 0); }
+  bool flying() const noexcept;  // valves and fans are the flight's
+  int fan_step_us() const noexcept;
+  bool touches() noexcept;
+  void actuate_flight() noexcept;
+  void count_gas() noexcept;
+  void describe_modules(Telemetry& out) const noexcept;
+  void describe_flight(Telemetry& out) const noexcept;
+  void describe_actuators(Telemetry& out) const noexcept;
+
+  Parameters parameters_;
+  Sensors sensors_;
+  gnc::talaris::Navigation navigation_;
+  gnc::talaris::Flight flight_;
+  gnc::talaris::Contact contact_;
+  gnc::talaris::FlightOutput output_;  // of the last frame, at the latest
+  Hand hand_;
+  Script script_;
+  Solver solver_;
+
+  BusReport bus_{};  // of the frame
+  Supervisor* supervisor_ = nullptr;
+  TalarisOrders orders_{};  // as wanted
+  TalarisOrders sent_{};    // as they left the gate
+  std::uint8_t enabled_ = 0xFF;
+  TimeNs now_ns_ = 0;
+  TimeNs executed_ns_ = 0;
+  bool data_requested_ = false;
+  bool overrun_ = false;
+  bool arming_ = false;  // the start-up of the fans' speed controllers is sent
+  int gate_failed_ = 0;  // frames in a row, in the air
+  bool begun_ = false;   // execute found something to fly
+  double touchdown_m_s_ = 0;
+  std::uint8_t program_ = 0;
+
+  // What was told before.
+  bool port_open_ = false, port_reported_ = false;
+  std::uint64_t bus_stops_ = 0, bus_offs_ = 0;
+  std::array<std::uint64_t, kHopperNodes> reboots_{}, emcys_{};
+  TimeNs opened_ns_ = 0;  // the port; for sensors: the first frame
+  TimeNs begun_ns_ = 0;
+  std::array<TimeNs, kHopperNodes> reset_ns_{};  // ordered by us; 0: not lately
+  bool imu_silent_told_ = false, imu_stuck_told_ = false, lossy_told_ = false;
+  bool altimeter_told_ = false, supply_told_ = false, load_cell_told_ = false;
+  std::uint16_t script_told_ = 0;
+  gnc::talaris::Phase phase_ = gnc::talaris::Phase::none;
+  gnc::talaris::Reaction reaction_ = gnc::talaris::Reaction::none;
+  gnc::talaris::FaultSet faults_ = 0, pending_ = 0;  // told; not yet an emergency
+  int shut_frames_ = 0;                              // the fast all-stop is not confirmed
+};
+
+}  // namespace lss::talaris

@@ -1,0 +1,79 @@
+#pragma once
+
+// Error solving of TALARIS: strategies, tried one after the other until everything that is needed
+// answers and nothing else is wrong, for a while. Which strategies for which class of faults, in
+// which order, says the configuration. Frame thread; time is data.
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "daemon/lc/controller.h"
+#include "idl/talaris_commands.h"
+
+namespace lss::talaris {
+
+enum class FaultClass : std::uint8_t {
+  contact,     // a node of the actuators or a port is not there
+  navigation,  // what navigation says cannot be trusted
+  system,      // frames, gas, emergency stops by command
+};
+inline constexpr std::size_t kFaultClasses = 3;
+inline constexpr const char* kFaultClassNames[kFaultClasses] = {"contact", "navigation", "system"};
+FaultClass class_of(FaultId fault) noexcept;
+
+using StrategyList = std::array<StrategyKind, lc::kMaxStrategies>;  // none ends it
+
+struct SolverParameters {
+  std::array<StrategyList, kFaultClasses> order{{
+      {StrategyKind::reconnect, StrategyKind::reset_node},
+      {StrategyKind::realign, StrategyKind::reconnect},
+      {StrategyKind::reconnect},
+  }};
+  TimeNs budget_ns = 10 * kSecond;  // for one strategy
+};
+
+// The vehicle as a strategy sees and treats it. Sets of modules as bits: bit i is module i+1.
+class Patient {
+ public:
+  virtual TimeNs now() const noexcept = 0;
+  virtual std::uint16_t sick() const noexcept = 0;  // modules that are needed
+  virtual void reset_modules(std::uint16_t modules) noexcept = 0;
+  virtual void realign() noexcept = 0;
+
+ protected:
+  ~Patient() = default;
+};
+
+class Solver {
+ public:
+  enum class Report : std::uint8_t { running, next, solved, unsolved };
+
+  explicit Solver(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
+
+  // What is to be tried, from what is wrong. The first strategy begins with the next step.
+  void begin(std::span<const FaultClass> wrong) noexcept;
+  void end() noexcept { running_ = false; }
+  bool running() const noexcept { return running_; }
+  StrategyKind kind() const noexcept { return plan_[at_]; }
+
+  // Once per frame while running. `healthy`: nothing at all is wrong in this frame. next: the
+  // strategy did not help; call again when the locomotion controller agreed to the next one.
+  Report step(Patient& patient, bool healthy) noexcept;
+
+ private:
+  static constexpr TimeNs kProof = kSecond;
+
+  void begin_strategy(Patient& patient) noexcept;
+  Report give_up() noexcept;
+
+  SolverParameters parameters_;
+  StrategyList plan_{};
+  std::size_t at_ = 0;
+  bool running_ = false;
+  bool begun_ = false;  // the strategy at at_
+  TimeNs until_ns_ = 0;
+  TimeNs healthy_since_ns_ = 0;  // 0: it is not
+};
+
+}  // namespace lss::talaris

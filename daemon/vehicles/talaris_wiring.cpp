@@ -1,0 +1,70 @@
+// The wiring of TALARIS, read from top to bottom: two sensor lines and a CAN bus (talaris_buses.h);
+// the IMU's packets begin the frames, the actuate thread writes the edges of the valves.
+
+#include <memory>
+
+#include "daemon/core/runtime.h"
+#include "daemon/vehicles/roster.h"
+#include "daemon/vehicles/talaris.h"
+#include "daemon/vehicles/talaris_buses.h"
+#include "daemon/vehicles/talaris_record.h"
+
+namespace lss::talaris {
+namespace {
+
+const Logic kLogic{.table = &kTable,
+                   .event_of = event_of,
+                   .subject_of = subject_of,
+                   .reached = reached,
+                   .command = command,
+                   .sense = sense,
+                   .airborne = airborne,
+                   .considered = considered};
+
+const auto kFindings = [] {
+  using gnc::talaris::CalibrationFault;
+  std::array<const char*, static_cast<std::size_t>(CalibrationFault::range_spread) + 1> names{};
+  for (std::size_t i = 0; i < names.size(); ++i)
+    names[i] = describe(static_cast<CalibrationFault>(i));
+  return names;
+}();
+const Vocabulary kVocabulary{.modes = kModeNames,
+                             .modules = kModuleNames,
+                             .strategies = kStrategyNames,
+                             .phases = kPhaseNames,
+                             .programs = kProgramNames,
+                             .findings = kFindings};
+
+// The buses as the runtime asks for them.
+class Wiring final : public Buses {
+ public:
+  using Parameters = talaris::Parameters;
+
+  Wiring(const config::Config& config, const Parameters& parameters)
+      : Buses(config, parameters.buses) {}
+
+  void collect(lss::Inputs<Vehicle>& in) noexcept {
+    in.sample_count =
+        static_cast<std::uint32_t>(Buses::collect(in.time_ns, std::span(in.samples), in.bus));
+  }
+};
+
+}  // namespace
+}  // namespace lss::talaris
+
+namespace lss {
+
+Port talaris_port() {
+  return {.read = [](config::Section& section) -> Maker {
+    const talaris::Parameters read = talaris::read_parameters(section);
+    return [read](const config::Config& config) -> std::unique_ptr<App> {
+      talaris::Parameters parameters = read;
+      parameters.offset_ns = config.offset_ns;
+      parameters.flight.offset_s = static_cast<double>(config.offset_ns) * 1e-9;
+      return std::make_unique<Runtime<talaris::Vehicle, talaris::Wiring>>(
+          config, parameters, talaris::kLogic, talaris::kVocabulary);
+    };
+  }};
+}
+
+}  // namespace lss

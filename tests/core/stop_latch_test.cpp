@@ -1,0 +1,51 @@
+#include "daemon/core/stop_latch.h"
+
+#include <gtest/gtest.h>
+
+namespace lss {
+namespace {
+
+constexpr TimeNs kFrame = 200 * kMillisecond;
+
+TEST(StopLatch, OrdersPassUntilSomebodyAsks) {
+  StopLatch latch;
+  EXPECT_FALSE(latch.fell());
+  EXPECT_TRUE(latch.passes(false, kFrame));
+  latch.ask(kFrame + 1);
+  EXPECT_TRUE(latch.fell());
+  EXPECT_FALSE(latch.fell()) << "once for every request";
+  EXPECT_TRUE(latch.pending());
+  EXPECT_FALSE(latch.passes(false, kFrame)) << "computed before it";
+  EXPECT_FALSE(latch.passes(false, 2 * kFrame)) << "the cycle has not heard of it yet";
+}
+
+TEST(StopLatch, TheCycleConfirmsByOrdersThatStopAll) {
+  StopLatch latch;
+  latch.ask(kFrame + 1);
+  latch.fell();
+  EXPECT_TRUE(latch.passes(true, 2 * kFrame));
+  EXPECT_FALSE(latch.pending());
+  EXPECT_TRUE(latch.passes(false, 3 * kFrame));
+}
+
+TEST(StopLatch, OrdersThatStoppedAllForAnotherReasonBeforeDoNotConfirm) {
+  StopLatch latch;
+  latch.ask(kFrame + 1);
+  latch.fell();
+  EXPECT_TRUE(latch.passes(true, kFrame)) << "to stop is always right";
+  EXPECT_TRUE(latch.pending());
+  EXPECT_FALSE(latch.passes(false, 2 * kFrame));
+}
+
+TEST(StopLatch, AskedAgainItHasToBeConfirmedAgain) {
+  StopLatch latch;
+  latch.ask(kFrame + 1);
+  latch.fell();
+  latch.passes(true, 2 * kFrame);
+  latch.ask(2 * kFrame + 1);
+  EXPECT_TRUE(latch.fell());
+  EXPECT_FALSE(latch.passes(false, 3 * kFrame));
+}
+
+}  // namespace
+}  // namespace lss

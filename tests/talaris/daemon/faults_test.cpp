@@ -1,0 +1,426 @@
+// Bad inputs and failures: each has its reaction, on the ground and in the air.
+
+#include <gtest/gtest.h>
+
+#include "world.h"
+
+namespace lss::talaris {
+namespace {
+
+using Kind = CommandKind;
+
+template <class T>
+void remove(std::vector<TalarisSample>& samples) {
+  std::erase_if(samples, [](const auto& s) { return std::holds_alternative<T>(s.reading); });
+}
+
+TEST(TalarisFaults, ASilentImuIsToldAndCalibrationRefused) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_EQ(w.why(Kind::gnc, {0}), Reason::none);
+  w.imu_alive = false;
+  w.run(1);
+  EXPECT_TRUE(w.has(FaultId::imu_silent, kImuModule));
+  EXPECT_EQ(w.state(), State::operational) << "a warning on the ground";
+  const Verdict v = w.ask(Kind::gnc, {1});
+  EXPECT_EQ(v.reason, Reason::imu_lost);
+  EXPECT_EQ(v.subject, kImuModule);
+  w.imu_alive = true;
+  w.run(1);
+  EXPECT_FALSE(w.has(FaultId::imu_silent, kImuModule));
+  EXPECT_EQ(w.why(Kind::gnc, {1}), Reason::none);
+}
+
+TEST(TalarisFaults, AnImuThatFallsSilentWhileCalibratingFailsIt) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_EQ(w.why(Kind::gnc, {0}), Reason::none);
+  ASSERT_EQ(w.why(Kind::gnc, {1}), Reason::none);
+  w.imu_alive = false;
+  ASSERT_TRUE(w.run_until(Mode::standby, 2));
+  EXPECT_EQ(w.last(lss::Phase::failed)->verdict.reason, Reason::imu_lost);
+}
+
+TEST(TalarisFaults, AnImuThatWasCalibratedAndFellSilentHasToBeCalibratedAnew) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.calibrate());
+  w.imu_alive = false;
+  w.run(1);
+  w.imu_alive = true;
+  w.run(1);
+  EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::not_calibrated);
+}
+
+TEST(TalarisFaults, AStuckImuIsNotBelieved) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.calibrate());
+  w.distort = [](std::vector<TalarisSample>& samples) {
+    for (TalarisSample& s : samples) {
+      if (auto* imu = std::get_if<ImuPacket>(&s.reading)) {
+        imu->rate_rad_s = {0.1, 0, 0};
+        imu->force_m_s2 = {9.8, 0, 0};
+      }
+    }
+  };
+  w.run(2);
+  EXPECT_TRUE(w.has(FaultId::imu_stuck, kImuModule));
+  EXPECT_FALSE(w.out_.telemetry.modules[0].online);
+  EXPECT_EQ(w.why(Kind::gnc, {1}), Reason::imu_lost);
+  EXPECT_NEAR(w.out_.telemetry.attitude_wxyz[1], 0, 0.005) << "0.1 rad/s was not taken in";
+}
+
+TEST(TalarisFaults, LostPacketsAreCountedAndManyAreAFault) {
+  World w;
+  ASSERT_TRUE(w.start());
+  w.imu_count += 3;
+  w.step();
+  ASSERT_NE(w.heard(EventId::imu_packets_lost), nullptr);
+  EXPECT_EQ(w.heard(EventId::imu_packets_lost)->argument[0], 3);
+  EXPECT_EQ(w.out_.telemetry.modules[0].lost, 3u);
+  EXPECT_FALSE(w.has(FaultId::imu_lossy, kImuModule));
+  for (int i = 0; i < 5; ++i) {
+    w.imu_count += 10;
+    w.step();
+  }
+  EXPECT_TRUE(w.has(FaultId::imu_lossy, kImuModule));
+  w.run(10);
+  EXPECT_FALSE(w.has(FaultId::imu_lossy, kImuModule)) << "it goes when it is over";
+}
+
+TEST(TalarisFaults, ACounterThatGoesBackIsNoLoss) {
+  World w;
+  ASSERT_TRUE(w.start());
+  w.imu_count = 5;
+  w.run(1);
+  EXPECT_EQ(w.out_.telemetry.modules[0].lost, 0u);
+}
+
+TEST(TalarisFaults, AScaleThatChangesIsTold) {
+  World w;
+  ASSERT_TRUE(w.start());
+  std::uint8_t scale = 1;
+  w.distort = [&](std::vector<TalarisSample>& samples) {
+    samples.push_back({.time_ns = samples.back().time_ns,
+                       .reading = ImuStatus{.kind = ImuStatus::Kind::scale, .value = scale}});
+  };
+  w.run(1);
+  EXPECT_EQ(w.heard(EventId::imu_scale_changed), nullptr) << "the first says what it is";
+  scale = 2;
+  w.run(1);
+  ASSERT_NE(w.heard(EventId::imu_scale_changed), nullptr);
+  EXPECT_EQ(w.heard(EventId::imu_scale_changed)->argument[0], 1);
+  EXPECT_EQ(w.heard(EventId::imu_scale_changed)->argument[1], 2);
+}
+
+TEST(TalarisFaults, AltimeterErrorsAreToldAndMakeItLostWhenNothingElseComes) {
+  World w;
+  ASSERT_TRUE(w.start());
+  w.distort = [](std::vector<TalarisSample>& samples) {
+    for (TalarisSample& s : samples) {
+      if (auto* range = std::get_if<Range>(&s.reading)) *range = {.range_m = 0, .error = 15};
+    }
+  };
+  w.step();
+  ASSERT_NE(w.heard(EventId::altimeter_error), nullptr);
+  EXPECT_EQ(w.heard(EventId::altimeter_error)->argument[0], 15);
+  EXPECT_FALSE(w.has(FaultId::altimeter_lost, kAltimeterModule));
+  w.run(1.4);
+  EXPECT_TRUE(w.has(FaultId::altimeter_lost, kAltimeterModule));
+  w.distort = nullptr;
+  w.run(1);
+  EXPECT_FALSE(w.has(FaultId::altimeter_lost, kAltimeterModule));
+}
+
+TEST(TalarisFaults, RangesThatCannotBeDoNotMoveNavigation) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.calibrate());
+  int n = 0;
+  w.distort = [&](std::vector<TalarisSample>& samples) {
+    for (TalarisSample& s : samples) {
+      if (auto* range = std::get_if<Range>(&s.reading)) range->range_m = 3 + (++n % 7);
+    }
+  };
+  w.run(3);
+  EXPECT_NEAR(w.out_.telemetry.position_m[0], 0.5, 0.1);
+  EXPECT_GT(w.out_.telemetry.ranges_gated, 10u);
+}
+
+struct Lost {
+  const char* name;
+  FaultId fault;
+  std::uint16_t subject;
+  void (*cause)(World&);
+};
+
+class TalarisGroundFaults : public testing::TestWithParam<Lost> {};
+
+TEST_P(TalarisGroundFaults, OnTheGroundEverythingIsShutInTheFrameThatSeesIt) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_EQ(w.why(Kind::valve, {1, 1, 30}), Reason::none);
+  GetParam().cause(w);
+  ASSERT_TRUE(w.run_until(State::fatal_error, 0.7));
+  EXPECT_TRUE(w.shut());
+  EXPECT_TRUE(w.orders().all_stop);
+  EXPECT_TRUE(w.has(GetParam().fault, GetParam().subject));
+}
+INSTANTIATE_TEST_SUITE_P(
+    Each, TalarisGroundFaults,
+    testing::Values(
+        Lost{"valves", FaultId::module_silent, kValveModule,
+             [](World& w) { w.node(kValveNode).state = canopen::NodeState::lost; }},
+        Lost{"fans", FaultId::module_silent, kFanModule,
+             [](World& w) { w.node(kFanNode).state = canopen::NodeState::lost; }},
+        Lost{"reboot", FaultId::module_reset, kFanModule,
+             [](World& w) { ++w.node(kFanNode).reboots; }},
+        Lost{"port", FaultId::port_lost, 0, [](World& w) { w.in_.bus.can.open = false; }},
+        Lost{"bus_off", FaultId::bus_off, 0, [](World& w) { ++w.in_.bus.can.port.bus_offs; }},
+        Lost{"overruns", FaultId::frame_overrun, 0, [](World& w) { w.in_.overrun_limit = true; }},
+        Lost{"stale", FaultId::orders_stale, 0,
+             [](World& w) { ++w.in_.bus.can.status.counters.safe_commands; }},
+        Lost{"not_followed", FaultId::valves_shut_fast, kValveModule,
+             [](World& w) { w.in_.bus.edges.all_stop_pending = true; }}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+// The flight goes on to the ground as well as it can; then it is an emergency.
+struct InTheAir {
+  const char* name;
+  FaultId fault;
+  std::uint16_t subject;
+  Phase phase;  // what it does
+  double landing_m_s;
+  void (*cause)(World&);
+};
+
+class TalarisAirFaults : public testing::TestWithParam<InTheAir> {};
+
+TEST_P(TalarisAirFaults, InTheAirItComesDownFirst) {
+  World w;
+  ASSERT_TRUE(w.fly(Program::hop, 2, 20));
+  ASSERT_TRUE(w.run_until(Phase::traverse, 10));
+  w.events.clear();
+  GetParam().cause(w);
+  ASSERT_TRUE(w.run_until(GetParam().phase, 3));
+  w.step();
+  EXPECT_EQ(w.state(), State::operational);
+  EXPECT_TRUE(w.airborne());
+  EXPECT_TRUE(w.has(GetParam().fault, GetParam().subject)) << "told and latched at once";
+  EXPECT_NE(w.heard(EventId::contingency), nullptr);
+  ASSERT_TRUE(w.run_until(State::fatal_error, 60));
+  EXPECT_EQ(w.height_m, 0) << "not before it is down";
+  EXPECT_LT(w.landing_m_s, GetParam().landing_m_s);
+  EXPECT_TRUE(w.shut());
+  EXPECT_TRUE(w.has(GetParam().fault, GetParam().subject));
+  EXPECT_EQ(w.last(lss::Phase::failed)->kind, 310);
+}
+INSTANTIATE_TEST_SUITE_P(
+    Each, TalarisAirFaults,
+    testing::Values(
+        InTheAir{"imu_silent", FaultId::navigation_lost, kImuModule, Phase::parachute, 2.5,
+                 [](World& w) { w.imu_alive = false; }},
+        InTheAir{"imu_stuck", FaultId::navigation_lost, kImuModule, Phase::parachute, 2.5,
+                 [](World& w) {
+                   w.distort = [](std::vector<TalarisSample>& samples) {
+                     for (TalarisSample& s : samples) {
+                       if (auto* imu = std::get_if<ImuPacket>(&s.reading)) {
+                         imu->rate_rad_s = {};
+                         imu->force_m_s2 = {9.8, 0, 0};
+                       }
+                     }
+                   };
+                 }},
+        InTheAir{"altimeter_silent", FaultId::altitude_lost, kAltimeterModule, Phase::escape, 1.2,
+                 [](World& w) { w.altimeter_alive = false; }},
+        InTheAir{"altimeter_errors", FaultId::altitude_lost, kAltimeterModule, Phase::escape, 1.2,
+                 [](World& w) {
+                   w.distort = [](std::vector<TalarisSample>& samples) {
+                     for (TalarisSample& s : samples) {
+                       if (auto* range = std::get_if<Range>(&s.reading)) *range = {0, 15};
+                     }
+                   };
+                 }},
+        InTheAir{"valves_silent", FaultId::module_silent, kValveModule, Phase::parachute, 1.5,
+                 [](World& w) {
+                   w.valves_alive = false;
+                   w.node(kValveNode).state = canopen::NodeState::lost;
+                 }},
+        InTheAir{"pressure_gone", FaultId::pressure_lost, kValveModule, Phase::parachute, 1.5,
+                 [](World& w) {
+                   w.regulated_kPa = 0;
+                   w.gas_works = false;
+                 }},
+        InTheAir{"gas_low", FaultId::gas_low, kValveModule, Phase::escape, 1.0,
+                 [](World& w) { w.tank_kPa = 5500; }},
+        InTheAir{"overruns", FaultId::frame_overrun, 0, Phase::escape, 1.0,
+                 [](World& w) { w.in_.overrun_limit = true; }}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+TEST(TalarisAirFault, AShortSilenceOfTheImuIsBridgedAndTheHopGoesOn) {
+  World w;
+  ASSERT_TRUE(w.fly(Program::hop, 2, 10));
+  w.imu_alive = false;
+  w.step();
+  w.imu_alive = true;
+  ASSERT_TRUE(w.run_until(Mode::standby, 60));
+  EXPECT_EQ(w.state(), State::operational);
+  EXPECT_NEAR(w.along_m, 10, 1.5);
+}
+
+// Nothing is left that could carry it.
+TEST(TalarisAirFault, WithTheBusGoneEverythingIsStopped) {
+  World w;
+  ASSERT_TRUE(w.fly(Program::hop));
+  w.valves_alive = w.fans_alive = false;
+  w.in_.bus.can.open = false;
+  ASSERT_TRUE(w.run_until(State::fatal_error, 2));
+  EXPECT_TRUE(w.shut());
+  EXPECT_TRUE(w.has(FaultId::module_silent, kValveModule));
+}
+
+// A command that cannot be right: in the air the fans go on as they were, on the ground all stops.
+TEST(TalarisAirFault, AtTheGateValvesAreShutAndTheFansGoOn) {
+  World w;
+  ASSERT_TRUE(w.fly(Program::hop));
+  const TalarisOrders before = w.orders();
+  TalarisOrders bad = before;
+  bad.pulse[2] = {0, 20 * kMillisecond};
+  bad.fan_us.fill(1000);
+  const TalarisOrders out = w.vehicle_.gate(bad, w.supervisor_, w.time_ns_);
+  EXPECT_EQ(out.fan_us, before.fan_us);
+  for (const ValvePulse& pulse : out.pulse) EXPECT_EQ(pulse, ValvePulse{});
+  EXPECT_FALSE(out.all_stop);
+  EXPECT_TRUE(w.has(FaultId::gate_closed));
+  EXPECT_EQ(w.state(), State::operational);
+  EXPECT_EQ(w.supervisor_.state().safe_commands, 1u);
+  ASSERT_TRUE(w.run_until(State::fatal_error, 60));
+  EXPECT_EQ(w.height_m, 0) << "after it has landed";
+  EXPECT_LT(w.landing_m_s, 0.6);
+}
+
+TEST(TalarisFaults, AtTheGateEverythingIsShutOnTheGround) {
+  World w;
+  ASSERT_TRUE(w.start());
+  TalarisOrders bad = w.orders();
+  bad.pulse[2] = {0, 20 * kMillisecond};
+  const TalarisOrders out = w.vehicle_.gate(bad, w.supervisor_, w.time_ns_);
+  EXPECT_FALSE(active(out));
+  EXPECT_TRUE(out.all_stop);
+  EXPECT_EQ(w.state(), State::fatal_error);
+}
+
+// ---- solving
+
+TEST(TalarisSolve, ANodeThatStaysAwayIsResetAndComesBack) {
+  World w;
+  ASSERT_TRUE(w.start());
+  w.node(kValveNode).state = canopen::NodeState::lost;
+  ASSERT_TRUE(w.run_until(State::fatal_error, 1));
+  const std::uint32_t serial = w.orders().node_reset_serial;
+  w.send(lss::CommandKind::solve);
+  ASSERT_TRUE(w.run_until([&] { return w.orders().node_reset_serial != serial; }, 20));
+  EXPECT_EQ(w.orders().reset_nodes, 1u << kValveNode);
+  w.node(kValveNode).state = canopen::NodeState::operational;
+  ASSERT_TRUE(w.run_until(State::idle, 5));
+  EXPECT_EQ(w.supervisor_.state().fault_count, 0u);
+}
+
+TEST(TalarisSolve, ANodeThatDoesNotComeBackIsNotSolved) {
+  World w;
+  ASSERT_TRUE(w.start());
+  w.node(kFanNode).state = canopen::NodeState::lost;
+  ASSERT_TRUE(w.run_until(State::fatal_error, 1));
+  w.send(lss::CommandKind::solve);
+  w.run(40);
+  EXPECT_EQ(w.state(), State::fatal_error);
+  EXPECT_EQ(w.last(lss::Phase::failed)->verdict.reason, Reason::not_solved);
+}
+
+TEST(TalarisSolve, AfterALostImuNavigationBeginsAnew) {
+  World w;
+  ASSERT_TRUE(w.fly(Program::hop));
+  w.imu_alive = false;
+  ASSERT_TRUE(w.run_until(State::fatal_error, 60));
+  w.imu_alive = true;
+  w.events.clear();
+  w.send(lss::CommandKind::solve);
+  ASSERT_TRUE(w.run_until(State::idle, 30));
+  ASSERT_NE(w.heard(EventId::strategy_begun), nullptr);
+  EXPECT_EQ(w.supervisor_.state().fault_count, 0u);
+  EXPECT_EQ(w.out_.telemetry.calibrated_share, 0);
+}
+
+TEST(TalarisSolve, ResetOfAModuleReachesItsNode) {
+  World w;
+  w.run(1);
+  const std::uint32_t serial = w.orders().node_reset_serial;
+  ASSERT_EQ(w.why(lss::CommandKind::reset, {kFanModule}), Reason::none);
+  EXPECT_EQ(w.orders().node_reset_serial, serial + 1);
+  EXPECT_EQ(w.orders().reset_nodes, 1u << kFanNode);
+  ASSERT_EQ(w.why(lss::CommandKind::reset, {0}), Reason::none);
+  EXPECT_EQ(w.orders().reset_nodes, 0b111);
+}
+
+// A node that boots because it was told to is no loss; start waits for it.
+TEST(TalarisSolve, ANodeThatBootsByOrderIsNoFault) {
+  for (const std::size_t node : {kValveNode, kFanNode}) {
+    const auto module = static_cast<std::uint16_t>(kValveModule + node);
+    World w;
+    w.run(1);
+    ASSERT_EQ(w.why(lss::CommandKind::reset, {double(module)}), Reason::none);
+    w.step();
+    w.node(node).state = canopen::NodeState::booting;
+    w.run(1);
+    EXPECT_EQ(w.state(), State::idle);
+    EXPECT_EQ(w.supervisor_.state().fault_count, 0u);
+    EXPECT_EQ(w.why(lss::CommandKind::start), Reason::module_silent);
+    w.node(node).state = canopen::NodeState::operational;
+    w.run(6);
+    EXPECT_EQ(w.state(), State::idle);
+    EXPECT_EQ(w.why(lss::CommandKind::start), Reason::none);
+  }
+}
+
+TEST(TalarisSolve, ANodeThatDoesNotComeBackFromItsResetIsAFault) {
+  World w;
+  w.run(1);
+  ASSERT_EQ(w.why(lss::CommandKind::reset, {kFanModule}), Reason::none);
+  w.node(kFanNode).state = canopen::NodeState::booting;
+  w.run(4);
+  EXPECT_EQ(w.state(), State::idle);
+  ASSERT_TRUE(w.run_until(State::fatal_error, 3));
+  EXPECT_TRUE(w.has(FaultId::module_silent, kFanModule));
+}
+
+TEST(TalarisSolve, AFanNodeThatIsResetHasToStartItsFansAnew) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.arm());
+  w.send(lss::CommandKind::stop);
+  ASSERT_TRUE(w.run_until(State::idle, 1));
+  EXPECT_TRUE(w.out_.telemetry.fans[0].armed);
+  ASSERT_EQ(w.why(lss::CommandKind::reset, {kValveModule}), Reason::none);
+  EXPECT_TRUE(w.out_.telemetry.fans[0].armed);
+  ASSERT_EQ(w.why(lss::CommandKind::reset, {kFanModule}), Reason::none);
+  EXPECT_FALSE(w.out_.telemetry.fans[0].armed);
+  ASSERT_TRUE(w.start());
+  EXPECT_EQ(w.why(Kind::edf_throttle, {15, 0.1}), Reason::fans_not_armed);
+}
+
+// The frame wakes a little after its T_k and knows of heartbeats since.
+TEST(TalarisTelemetry, WhatWasHeardAfterTheBoundaryIsNew) {
+  World w;
+  ASSERT_TRUE(w.start());
+  w.distort = [&](std::vector<TalarisSample>&) {
+    w.node(kLoadCellNode).state = canopen::NodeState::lost;  // its time stays as it is set here
+    w.node(kLoadCellNode).heartbeat_ns = w.time_ns_ + 2 * kMillisecond;
+  };
+  w.step();
+  EXPECT_EQ(w.out_.telemetry.modules[kLoadCellModule - 1].age_ms, 0u);
+  EXPECT_EQ(w.supervisor_.state().age_ms[kLoadCellModule - 1], 0);
+}
+
+}  // namespace
+}  // namespace lss::talaris

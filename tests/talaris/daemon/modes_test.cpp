@@ -1,0 +1,395 @@
+// Which command is taken in which mode, and what is said to the others.
+
+#include <gtest/gtest.h>
+
+#include "world.h"
+
+namespace lss::talaris {
+namespace {
+
+using Kind = CommandKind;
+
+TEST(TalarisModes, EverythingIsShutBeforeAnything) {
+  World w;
+  w.run(1);
+  EXPECT_EQ(w.state(), State::idle);
+  EXPECT_TRUE(w.shut());
+  EXPECT_FALSE(w.orders().all_stop);
+  EXPECT_EQ(w.orders().issued_ns, w.time_ns_);
+  EXPECT_EQ(w.orders().release_ns, w.time_ns_ + 5 * kMillisecond);
+  EXPECT_TRUE(w.orders().boot_allowed);
+}
+
+TEST(TalarisModes, StartIsManualWithEverythingShut) {
+  World w;
+  ASSERT_TRUE(w.start());
+  EXPECT_TRUE(w.shut());
+  ASSERT_NE(w.last(lss::Phase::completed), nullptr);
+  EXPECT_EQ(w.last(lss::Phase::completed)->kind, 1);
+}
+
+TEST(TalarisModes, StartNeedsValvesAndFans) {
+  World w;
+  w.node(kFanNode).state = canopen::NodeState::missing;
+  w.run(1);
+  const Verdict v = w.ask(lss::CommandKind::start);
+  EXPECT_EQ(v.reason, Reason::never_heard);
+  EXPECT_EQ(v.subject, kFanModule);
+}
+
+// The three steps of the GNC come in their order only (TALARIS thesis 4.5.1).
+TEST(TalarisModes, StandbyCalibrateExecuteInThisOrderOnly) {
+  World w;
+  ASSERT_TRUE(w.start());
+  EXPECT_EQ(w.why(Kind::gnc, {1}), Reason::not_in_mode);
+  EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::not_in_mode);
+  ASSERT_EQ(w.why(Kind::gnc, {0}), Reason::none);
+  EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::not_calibrated);
+  ASSERT_EQ(w.why(Kind::gnc, {1}), Reason::none);
+  EXPECT_EQ(w.mode(), Mode::calibrate);
+  EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::not_in_mode);
+  ASSERT_TRUE(w.run_until(Mode::standby, 10));
+  EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::not_planned);
+}
+
+TEST(TalarisModes, ManualCommandsAreRefusedWhileTheGncIsOn) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.arm());
+  ASSERT_EQ(w.why(Kind::gnc, {0}), Reason::none);
+  const auto refused = [&] {
+    EXPECT_EQ(w.why(Kind::valve, {1, 1, 1}), Reason::not_in_mode);
+    EXPECT_EQ(w.why(Kind::pulse, {1, 0.1, 0, 1}), Reason::not_in_mode);
+    EXPECT_EQ(w.why(Kind::edf_throttle, {15, 0.5}), Reason::not_in_mode);
+    EXPECT_EQ(w.why(Kind::edf_rpm, {15, 5000, 4000}), Reason::not_in_mode);
+    EXPECT_EQ(w.why(Kind::edf_arm, {0}), Reason::not_in_mode);
+    EXPECT_EQ(w.why(Kind::script_run, {1}), Reason::not_in_mode);
+    EXPECT_TRUE(w.shut());
+  };
+  refused();
+  ASSERT_EQ(w.why(Kind::gnc, {1}), Reason::none);
+  refused();
+}
+
+TEST(TalarisModes, ManualAndDutyCycleAndBack) {
+  World w;
+  ASSERT_TRUE(w.start());
+  EXPECT_EQ(w.why(Kind::pulse, {1, 0.1, 0, 1}), Reason::not_in_mode);
+  ASSERT_EQ(w.why(Kind::duty_cycle), Reason::none);
+  EXPECT_EQ(w.mode(), Mode::duty_cycle);
+  EXPECT_EQ(w.why(Kind::valve, {1, 1, 1}), Reason::not_in_mode);
+  ASSERT_EQ(w.why(Kind::manual), Reason::none);
+  EXPECT_EQ(w.mode(), Mode::manual);
+}
+
+TEST(TalarisModes, GoingManualForgetsTheCalibration) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.calibrate());
+  ASSERT_EQ(w.why(Kind::manual), Reason::none);
+  EXPECT_FALSE(w.out_.telemetry.calibrated);
+  ASSERT_EQ(w.why(Kind::gnc, {0}), Reason::none);
+  EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::not_calibrated);
+}
+
+// In Execute, the fans on their way to their speed, on the ground.
+bool spin_up(World& w) {
+  if (!w.start() || !w.arm() || !w.calibrate()) return false;
+  w.send(Kind::plan, {double(Program::hop), 2, 5, 0, 0});
+  w.step();
+  w.send(Kind::gnc, {2});
+  return w.run_until(Phase::spin_up, 1) && w.mode() == Mode::execute;
+}
+
+TEST(TalarisModes, LeavingTheSpinUpDropsThePlanAndTheNextFlightIsPlannedAnew) {
+  for (const Kind way : {Kind::manual, Kind::duty_cycle}) {
+    World w;
+    ASSERT_TRUE(spin_up(w));
+    ASSERT_EQ(w.why(way), Reason::none);
+    EXPECT_TRUE(w.shut());
+    EXPECT_FALSE(w.out_.telemetry.planned);
+    ASSERT_TRUE(w.calibrate());
+    EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::not_planned);
+    ASSERT_EQ(w.why(Kind::plan, {double(Program::hop), 2, 5, 0, 0}), Reason::none);
+    ASSERT_EQ(w.why(Kind::gnc, {2}), Reason::none);
+    EXPECT_TRUE(w.run_until([&] { return w.airborne(); }, 30));
+    EXPECT_EQ(w.supervisor_.state().fault_count, 0u);
+  }
+}
+
+// What the flight threw away without the controller is no flight.
+TEST(TalarisModes, ExecuteWithoutAPlanFailsAndIsBackInStandby) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.arm());
+  ASSERT_TRUE(w.calibrate());
+  ASSERT_EQ(w.why(Kind::plan, {double(Program::hop), 2, 5, 0, 0}), Reason::none);
+  w.vehicle_.act(kExecute, nullptr);
+  w.vehicle_.act(kShut, nullptr);
+  ASSERT_EQ(w.why(Kind::gnc, {2}), Reason::none);
+  ASSERT_TRUE(w.run_until(Mode::standby, 1));
+  EXPECT_EQ(w.state(), State::operational);
+  ASSERT_NE(w.last(lss::Phase::failed), nullptr);
+  EXPECT_EQ(w.last(lss::Phase::failed)->verdict.reason, Reason::not_planned);
+  EXPECT_FALSE(w.out_.telemetry.planned);
+}
+
+TEST(TalarisModes, AFlightThatStopsEverythingLatchesAFault) {
+  World w;
+  ASSERT_TRUE(spin_up(w));
+  w.vehicle_.act(kShut, nullptr);
+  ASSERT_TRUE(w.run_until(State::fatal_error, 1));
+  EXPECT_TRUE(w.has(FaultId::valves_shut_fast, kValveModule));
+}
+
+TEST(TalarisModes, AScriptIsAbortedByAnyone) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_EQ(w.why(Kind::script_begin, {7, 1}), Reason::none);
+  ASSERT_EQ(w.why(Kind::script_step, {7, 0, 0, 0, 1, 0.5}), Reason::none);
+  ASSERT_EQ(w.why(Kind::script_run, {7}), Reason::none);
+  EXPECT_EQ(w.ask(Kind::land, {}, "another").reason, Reason::not_authorised);
+  EXPECT_EQ(w.ask(Kind::script_abort, {}, "another").reason, Reason::none);
+  EXPECT_EQ(w.state(), State::fatal_error);
+  EXPECT_TRUE(w.shut());
+}
+
+TEST(TalarisModes, LandOnTheGroundIsRefused) {
+  World w;
+  ASSERT_TRUE(w.start());
+  EXPECT_EQ(w.why(Kind::land), Reason::not_in_flight);
+}
+
+TEST(TalarisModes, ValvesThatAreDisabledDoNotFire) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_EQ(w.why(Kind::enable, {0b11111101}), Reason::none);
+  const Verdict v = w.ask(Kind::valve, {0b11, 1, 1});
+  EXPECT_EQ(v.reason, Reason::valve_disabled);
+  EXPECT_EQ(v.measured, 2) << "valve 2";
+  EXPECT_EQ(w.why(Kind::valve, {0b1, 1, 1}), Reason::none);
+  EXPECT_EQ(w.orders().enabled, 0b11111101);
+}
+
+TEST(TalarisModes, APulseLongerThanTheFrameIsRefusedWithBothNumbers) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_EQ(w.why(Kind::duty_cycle), Reason::none);
+  const Verdict v = w.ask(Kind::pulse, {1, 0.16, 0.06, 5});
+  EXPECT_EQ(v.reason, Reason::pulse_too_long);
+  EXPECT_NEAR(v.measured, 0.22, 1e-12);
+  EXPECT_NEAR(v.limit, 0.2, 1e-12);
+  EXPECT_TRUE(w.shut());
+}
+
+TEST(TalarisModes, FansNeedTheirStartUpFirst) {
+  World w;
+  ASSERT_TRUE(w.start());
+  EXPECT_EQ(w.why(Kind::edf_throttle, {15, 0.1}), Reason::fans_not_armed);
+  EXPECT_EQ(w.why(Kind::edf_rpm, {15, 3000, 4000}), Reason::fans_not_armed);
+  ASSERT_TRUE(w.arm());
+  EXPECT_EQ(w.why(Kind::edf_throttle, {15, 0.1}), Reason::none);
+}
+
+TEST(TalarisModes, FansThatWereStartedBeforeCountAsArmedAndNothingIsSent) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_EQ(w.why(Kind::edf_arm, {1}), Reason::none);
+  EXPECT_TRUE(w.shut());
+  EXPECT_TRUE(w.out_.telemetry.fans[3].armed);
+}
+
+TEST(TalarisModes, ASetOfGainsThatIsNotThereIsRefused) {
+  Parameters p = quick();
+  p.flight.gain_sets = 2;
+  World w(p);
+  w.run(1);
+  const Verdict v = w.ask(Kind::gains, {3});
+  EXPECT_EQ(v.reason, Reason::no_such_gains);
+  EXPECT_EQ(v.limit, 2);
+  EXPECT_EQ(w.why(Kind::gains, {2}), Reason::none);
+  EXPECT_EQ(w.out_.telemetry.gains, 2);
+}
+
+TEST(TalarisModes, ADryRunChangesNothing) {
+  World w;
+  ASSERT_TRUE(w.start());
+  EXPECT_EQ(w.ask(Kind::valve, {1, 1, 1}, "test", kFlagDryRun).reason, Reason::none);
+  w.step();
+  EXPECT_TRUE(w.shut());
+  ASSERT_EQ(w.why(Kind::enable, {0}), Reason::none);
+  EXPECT_EQ(w.ask(Kind::valve, {1, 1, 1}, "test", kFlagDryRun).reason, Reason::valve_disabled);
+}
+
+TEST(TalarisModes, AnotherSourceIsRefusedButMayStopEverything) {
+  World w;
+  ASSERT_TRUE(w.start());
+  EXPECT_EQ(w.ask(Kind::valve, {1, 1, 1}, "other").reason, Reason::not_authorised);
+  w.send(lss::CommandKind::emergency_stop, {}, "other");
+  w.step();
+  EXPECT_EQ(w.state(), State::fatal_error);
+}
+
+TEST(TalarisModes, WhatCannotBeResetIsSaid) {
+  World w;
+  EXPECT_EQ(w.why(lss::CommandKind::reset, {2}), Reason::not_a_choice);
+  EXPECT_EQ(w.why(lss::CommandKind::reset, {1}), Reason::none);
+}
+
+// TALARIS thesis A.5.3: at any time, and nothing is accepted until it is reset.
+TEST(TalarisModes, AfterAnAllStopNothingIsAcceptedUntilSolve) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_EQ(w.why(Kind::valve, {0xFF, 1, 30}), Reason::none);
+  EXPECT_FALSE(w.shut());
+  w.send(lss::CommandKind::emergency_stop);
+  w.step();
+  EXPECT_EQ(w.state(), State::fatal_error);
+  EXPECT_TRUE(w.shut());
+  EXPECT_TRUE(w.orders().all_stop);
+  for (const auto kind : {Kind::manual, Kind::duty_cycle, Kind::valve, Kind::pulse, Kind::edf_arm,
+                          Kind::edf_throttle, Kind::edf_rpm, Kind::gnc, Kind::plan, Kind::land,
+                          Kind::script_begin, Kind::script_run, Kind::enable, Kind::gains}) {
+    EXPECT_EQ(w.why(kind, {1, 1, 1}), Reason::not_in_state) << static_cast<int>(kind);
+    EXPECT_TRUE(w.shut());
+  }
+  EXPECT_EQ(w.why(lss::CommandKind::start), Reason::not_in_state);
+  w.send(lss::CommandKind::solve);
+  ASSERT_TRUE(w.run_until(State::idle, 20));
+  EXPECT_TRUE(w.shut());
+  EXPECT_FALSE(w.orders().all_stop);
+  EXPECT_EQ(w.supervisor_.state().fault_count, 0u);
+  EXPECT_EQ(w.why(lss::CommandKind::start), Reason::none);
+  EXPECT_TRUE(w.shut()) << "what was open before does not open again";
+}
+
+TEST(TalarisModes, ASilentCommanderShutsEverything) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_EQ(w.why(Kind::valve, {1, 1, 30}), Reason::none);
+  w.heartbeat_ = false;
+  ASSERT_TRUE(w.run_until(State::idle, 3));
+  EXPECT_TRUE(w.shut());
+  EXPECT_NE(w.heard(EventId::lease_expired), nullptr);
+}
+
+TEST(TalarisModes, ShutDownShutsEverything) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_EQ(w.why(Kind::valve, {1, 1, 30}), Reason::none);
+  w.in_.shut_down = true;
+  w.step();
+  EXPECT_TRUE(w.shut());
+  EXPECT_EQ(w.state(), State::idle);
+}
+
+// Whatever happens when: nothing opens or runs outside of the modes that open and run.
+TEST(TalarisModes, NothingIsOpenOutsideOperational) {
+  World w;
+  std::uint32_t seed = 11;
+  const auto random = [&](std::uint32_t n) {
+    return (seed = seed * 1664525 + 1013904223) / 65536 % n;
+  };
+  const auto any = [&](auto kind) {
+    w.send(kind, {double(random(8)), double(random(3)), random(10) * 0.05, double(random(3))});
+  };
+  int open = 0;
+  for (int i = 0; i < 6000; ++i) {
+    switch (random(30)) {
+      case 0:
+      case 1:
+      case 2:
+        w.send(lss::CommandKind::start);
+        break;
+      case 3:
+        w.send(lss::CommandKind::stop);
+        break;
+      case 4:
+      case 5:
+        w.send(lss::CommandKind::solve);
+        break;
+      case 6:
+        any(Kind::manual);
+        break;
+      case 7:
+        any(Kind::duty_cycle);
+        break;
+      case 8:
+        w.send(Kind::valve, {double(1 + random(255)), double(random(2)), 0.04 + random(9)});
+        break;
+      case 9:
+        w.send(Kind::pulse, {double(random(256)), 0.04 + random(16) * 0.01, random(16) * 0.01, 3});
+        break;
+      case 10:
+        w.send(Kind::edf_arm, {double(random(2))});
+        break;
+      case 11:
+        w.send(Kind::edf_throttle, {double(1 + random(15)), random(11) * 0.1});
+        break;
+      case 12:
+        w.send(Kind::edf_rpm, {double(1 + random(15)), random(11) * 2000.0, 4000});
+        break;
+      case 13:
+        w.send(Kind::gnc, {double(random(3))});
+        break;
+      case 14:
+        w.send(Kind::plan, {double(random(8)), 1, 3, 0, 0});
+        break;
+      case 15:
+        w.send(Kind::land);
+        break;
+      case 16:
+        w.send(Kind::enable, {double(random(256))});
+        break;
+      case 17:
+        if (random(5) == 0) w.send(lss::CommandKind::emergency_stop);
+        break;
+      case 18:
+        w.node(random(2)).state =
+            random(6) ? canopen::NodeState::operational : canopen::NodeState::lost;
+        break;
+      case 19:
+        w.node(0).state = w.node(1).state = canopen::NodeState::operational;
+        break;
+      case 20:
+        w.imu_alive = random(5) != 0;
+        break;
+      case 21:
+        w.altimeter_alive = random(5) != 0;
+        break;
+      case 22:
+        w.heartbeat_ = random(4) != 0;
+        break;
+      case 23:
+        w.send(lss::CommandKind::reset, {double(random(7)) - 1});
+        break;
+      case 24:
+        w.send(Kind::script_begin, {1, 1});
+        break;
+      case 25:
+        w.send(Kind::script_step, {1, 0, 0, 0, 1, 0.5});
+        break;
+      case 26:
+        w.send(Kind::script_run, {1});
+        break;
+      case 27:
+        w.send(Kind::script_abort);
+        break;
+      default:
+        break;
+    }
+    w.step();
+    open += w.shut() ? 0 : 1;
+    const bool quiet =
+        w.state() != State::operational || w.mode() == Mode::standby || w.mode() == Mode::calibrate;
+    ASSERT_FALSE(quiet && !w.shut()) << i;
+    ASSERT_EQ(w.orders().all_stop,
+              w.state() == State::fatal_error || w.state() == State::solve_errors)
+        << i;
+    ASSERT_EQ(w.supervisor_.state().safe_commands, 0u) << "the gate had nothing to do, " << i;
+  }
+  EXPECT_GT(open, 100) << "it did something";
+}
+
+}  // namespace
+}  // namespace lss::talaris

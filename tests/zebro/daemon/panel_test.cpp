@@ -1,0 +1,191 @@
+// Where the panel is, when its module knows it and when it does not.
+
+#include <gtest/gtest.h>
+
+#include "world.h"
+
+namespace lss::zebro {
+namespace {
+
+constexpr std::uint16_t kPanelNumber = 7;
+
+IdealModule& panel(World& w) { return w.modules[kPanelNumber - 1]; }
+
+Reason start(World& w) {
+  w.send(lss::CommandKind::start, {0});
+  w.step();
+  return w.state() == State::operational ? Reason::none : w.acks.back().verdict.reason;
+}
+
+bool move(World& w, bool deploy) {
+  w.send(CommandKind::panel, {deploy ? 1.0 : 0.0});
+  w.step();
+  const auto moving = [&] { return w.supervisor_.state().active.kind != 0; };
+  return w.run_until([&] { return !moving(); }, 40) && w.acks.back().phase == Phase::completed;
+}
+
+// The same modules and another daemon.
+World restarted(const World& before) {
+  World w;
+  w.modules = before.modules;
+  w.time_ns_ = before.time_ns_;
+  for (IdealModule& m : w.modules) m.serial = ~0u;
+  w.run(0.2);
+  return w;
+}
+
+// [Func-5]
+TEST(Panel, WithoutCalibrationAndAwayFromItsSensorItIsOut) {
+  World w;
+  w.run(0.2);
+  ASSERT_TRUE(move(w, true));
+  panel(w).count_anew();
+  w.run(0.2);
+  EXPECT_EQ(w.vehicle_.modules()[6].status.position_rad, 0) << "so it says";
+  EXPECT_EQ(w.state(), State::idle);
+  EXPECT_EQ(start(w), Reason::panel_deployed);
+  World other = restarted(w);
+  EXPECT_EQ(start(other), Reason::panel_deployed) << "a daemon that knows nothing of before";
+  ASSERT_TRUE(move(other, false));
+  EXPECT_NEAR(std::remainder(panel(other).true_deg(), 360), 0, 1);
+  EXPECT_TRUE(panel(other).flags & kFlagCalibrated) << "it went over its sensor";
+  EXPECT_TRUE(other.stand());
+}
+
+TEST(Panel, WithoutCalibrationAtItsSensorItIsIn_Func_5) {
+  World w;
+  panel(w).position_deg = 1.5;
+  w.run(0.2);
+  ASSERT_FALSE(panel(w).flags & kFlagCalibrated);
+  EXPECT_TRUE(w.stand());
+}
+
+TEST(Panel, DeployingAPanelOfUnknownPlaceBeginsAtItsSensor) {
+  World w;
+  w.run(0.2);
+  ASSERT_TRUE(move(w, true));
+  panel(w).position_deg = 60;  // somebody turned it
+  panel(w).count_anew();
+  w.run(0.2);
+  ASSERT_TRUE(move(w, true));
+  EXPECT_TRUE(panel(w).flags & kFlagCalibrated);
+  EXPECT_NEAR(panel(w).true_deg(), 110, 1);
+}
+
+TEST(Panel, AResetWhileItIsRetractedEndsItAndItIsStillOut_Func_5) {
+  for (const double after_s : {0.1, 2.0, 6.0, 9.0}) {
+    SCOPED_TRACE(after_s);
+    World w;
+    w.run(0.2);
+    ASSERT_TRUE(move(w, true));
+    panel(w).count_anew();  // so that its retracting begins with looking for the sensor
+    w.run(0.1);
+    w.send(CommandKind::panel, {0});
+    w.run(after_s);
+    panel(w).count_anew();
+    ASSERT_TRUE(w.run_until([&] { return w.state() == State::fatal_error; }, 0.1));
+    EXPECT_TRUE(w.has(FaultId::module_reset, kPanelNumber));
+    EXPECT_EQ(w.last(Phase::failed)->verdict.reason, Reason::emergency);
+    w.send(lss::CommandKind::solve);
+    ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 15));
+    EXPECT_EQ(start(w), Reason::panel_deployed);
+    ASSERT_TRUE(move(w, false));
+    EXPECT_NEAR(std::remainder(panel(w).true_deg(), 360), 0, 1);
+    EXPECT_TRUE(w.stand());
+  }
+}
+
+TEST(Panel, WhoseSensorSeesNothingIsNeverBelievedToBeIn_Func_5) {
+  World w;
+  w.run(0.2);
+  ASSERT_TRUE(move(w, true));
+  panel(w).count_anew();
+  panel(w).hall_broken = true;
+  w.run(0.2);
+  w.send(CommandKind::panel, {0});
+  ASSERT_TRUE(w.run_until([&] { return w.state() == State::fatal_error; }, 20));
+  EXPECT_TRUE(w.has(FaultId::motion_timeout, kPanelNumber));
+  w.send(lss::CommandKind::solve);
+  ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 60));
+  EXPECT_EQ(start(w), Reason::panel_deployed);
+}
+
+// Nobody told it to move: it is stopped like everything else, and stays out until it is retracted.
+TEST(Panel, ThatIsOutWhileLegsMoveIsAnEmergency_Func_5) {
+  for (const bool calibrated : {true, false}) {
+    World w;
+    panel(w).flags = calibrated ? kFlagCalibrated : 0;
+    ASSERT_TRUE(w.stand());
+    panel(w).position_deg = 15;
+    w.step();
+    EXPECT_EQ(w.state(), State::fatal_error);
+    EXPECT_TRUE(w.all_stopped()) << "in the frame that saw it";
+    EXPECT_TRUE(w.has(FaultId::module_disobeys, kPanelNumber));
+    w.send(lss::CommandKind::solve);
+    ASSERT_TRUE(w.run_until([&] { return w.state() != State::solve_errors; }, 60));
+    ASSERT_EQ(w.state(), State::idle);
+    EXPECT_EQ(start(w), Reason::panel_deployed);
+    ASSERT_TRUE(move(w, false));
+    EXPECT_TRUE(w.stand());
+  }
+}
+
+// What happened to it in FatalError is known in the first frame of Idle.
+TEST(Panel, ThatIsMovedWhileErrorsAreSolvedIsOutInTheFrameAfterIt_Func_5) {
+  for (const bool calibrated : {true, false}) {
+    World w;
+    w.run(0.2);
+    w.send(lss::CommandKind::emergency_stop);
+    w.run(0.2);
+    panel(w).flags = calibrated ? kFlagCalibrated : 0;
+    panel(w).position_deg = 60;
+    w.send(lss::CommandKind::solve);
+    ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 15));
+    EXPECT_EQ(start(w), Reason::panel_deployed);
+  }
+}
+
+// A module may be heard before it said where it is.
+TEST(Panel, NothingStartsBeforeItsFirstStatus_Func_5) {
+  World w;
+  panel(w).position_deg = 110;
+  panel(w).sensor_deg = 0;
+  panel(w).says_status = false;
+  w.run(0.2);
+  EXPECT_EQ(start(w), Reason::never_heard);
+  panel(w).says_status = true;
+  w.step();
+  EXPECT_EQ(start(w), Reason::panel_deployed);
+}
+
+// [Oper-4]
+TEST(Panel, AResetOfTheControllerOrOfModulesEndsItsMovementAndSaysSo) {
+  for (const double what : {-1.0, 0.0, 7.0}) {
+    SCOPED_TRACE(what);
+    World w;
+    w.run(0.2);
+    w.send(CommandKind::panel, {1});
+    w.run(3);
+    w.send(lss::CommandKind::reset, {what});
+    w.run(1);
+    const auto answer = [&](Phase phase) {
+      for (const Ack& ack : w.acks) {
+        if (ack.kind == static_cast<std::uint16_t>(CommandKind::panel) && ack.phase == phase)
+          return &ack;
+      }
+      return static_cast<const Ack*>(nullptr);
+    };
+    EXPECT_EQ(answer(Phase::completed), nullptr);
+    const Ack* ended = answer(what < 0 ? Phase::superseded : Phase::failed);
+    ASSERT_NE(ended, nullptr);
+    EXPECT_EQ(ended->verdict.reason, what < 0 ? Reason::superseded : Reason::emergency);
+    EXPECT_FALSE(panel(w).flags & kFlagMotionControl);
+    EXPECT_EQ(w.state(), what < 0 ? State::idle : State::fatal_error);
+    w.send(lss::CommandKind::solve);
+    ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 15));
+    EXPECT_EQ(start(w), Reason::panel_deployed);
+  }
+}
+
+}  // namespace
+}  // namespace lss::zebro
