@@ -189,6 +189,7 @@ void FakeDaemon::publish_status() {
   status.mode = static_cast<std::uint8_t>(mode_);
   status.time_ns = now_ns();
   status.events = event_index_;
+  status.recording = true;
   status.period_ns = 20'000'000;
   status.realtime_granted = true;
   status.memory_locked = true;

@@ -44,6 +44,20 @@ TEST(Units, WhatIsNoFiniteNumberWithAKnownUnitIsAUsageError) {
   EXPECT_DOUBLE_EQ(parse_quantity("3 m/s", "m/s", "speed"), 3);
 }
 
+TEST(Units, ASetIsItsNumbersDividedByCommas) {
+  EXPECT_EQ(parse_set("1,3,8", 0xFF, "valves"), 0x85);
+  EXPECT_EQ(parse_set("2", 0x0F, "fans"), 2);
+  EXPECT_EQ(format_quantity(0x85, "set"), "1,3,8");
+  EXPECT_EQ(format_set(0), "none");
+  for (const char* text : {"", "0", "9", "1,9", "1;3", "1 3", ",", "1,,3", "x", "-1", "1.5", "33"})
+    EXPECT_THROW(parse_set(text, 0xFF, "valves"), Failure) << text;
+}
+
+RC_GTEST_PROP(Units, ASetThatIsShownReadsBackAsItself, ()) {
+  const auto set = *rc::gen::inRange<std::uint64_t>(1, 256);
+  RC_ASSERT(parse_set(format_set(set), 0xFF, "it") == static_cast<double>(set));
+}
+
 TEST(Units, ADurationIsLongerThanNothing) {
   EXPECT_THROW(parse_duration_s("0", "--for"), Failure);
   EXPECT_THROW(parse_duration_s("-5s", "--for"), Failure);

@@ -1,12 +1,12 @@
 #!/bin/sh
 # SPIN explores the same system through the same step(): it must count the same states and transitions, and find no
-# state in which a property does not hold. spin.sh LSS-LC SPIN-VERIFIER
+# state in which a property does not hold. spin.sh LSS-LC VEHICLE SPIN-VERIFIER
 set -eu
 number() { sed -n "s/^ *\"$1\": \([0-9]*\).*/\1/p"; }
-ours=$("$1" explore --json)
+ours=$("$1" explore "$2" --json)
 states=$(echo "$ours" | number states)
 transitions=$(echo "$ours" | number transitions)
-theirs=$("$2" -w24 -m10000000)
+theirs=$("$3" -w24 -m10000000)
 echo "$theirs"
 echo "$theirs" | grep -q "errors: 0" || { echo "SPIN found an error"; exit 1; }
 echo "$theirs" | grep -q "^ *$states states, stored" || { echo "ours: $states states"; exit 1; }

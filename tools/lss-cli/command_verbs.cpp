@@ -127,6 +127,7 @@ void add_table_verbs(Grammar& grammar) {
     for (const CommandInfo* info : commands_of(*vehicle)) {
       const std::string name = info->name;
       if (name == "data" || name == "reset-timing") continue;  // more than a command
+      if (std::ranges::find(vehicle->composed, name) != vehicle->composed.end()) continue;
       auto& [sub, typed] = known[name];
       if (sub == nullptr) {
         sub = &grammar.verb(name, info->summary, help_of(name));
@@ -214,6 +215,9 @@ void add_command(Grammar& grammar) {
 
 void add_command_verbs(Grammar& grammar) {
   add_table_verbs(grammar);
+  for (const Vehicle* vehicle : vehicles()) {
+    if (vehicle->add_verbs != nullptr) vehicle->add_verbs(grammar);
+  }
   add_heartbeat(grammar);
   add_command(grammar);
 }

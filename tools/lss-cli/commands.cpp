@@ -20,8 +20,10 @@ bool required(const ParameterInfo& p) { return std::isnan(p.fallback); }
 
 bool numbers_subjects(const ParameterInfo& p) {
   const std::string_view name = p.name;
-  return p.choices == nullptr && (name == "leg" || name == "module");
+  return p.choices == nullptr && (name == "leg" || name == "module" || name == "node");
 }
+
+bool is_set(const ParameterInfo& p) { return std::string_view(p.unit) == "set"; }
 
 // Yes and no say nothing about what they are for: they need the parameter's name.
 bool speaks_for_itself(const ParameterInfo& p) {
@@ -34,6 +36,9 @@ std::optional<double> value_named(const ParameterInfo& p, const Vehicle& vehicle
     for (double v = p.min; v <= p.max; ++v) {
       if (p.choices[static_cast<std::size_t>(v - p.min)] == word) return v;
     }
+  } else if (is_set(p)) {
+    if (word == "all") return p.max;
+    if (word == "none") return 0;
   } else if (numbers_subjects(p)) {
     if (word == "controller" && p.min <= -1) return -1;
     if (word == "all" && p.min <= 0) return 0;
@@ -52,6 +57,7 @@ std::string show(const ParameterInfo& p, double value) {
 }
 
 std::string range(const ParameterInfo& p) {
+  if (is_set(p)) return fmt::format("one or more of {}, divided by commas, or all", show(p, p.max));
   if (p.choices == nullptr) {
     return fmt::format("{} to {}", format_quantity(p.min, p.unit), format_quantity(p.max, p.unit));
   }
@@ -70,7 +76,9 @@ double parse(const CommandInfo& info, const ParameterInfo& p, const Vehicle& veh
                   fmt::format("{} --{}: '{}' is none of: {}", info.name, p.name, word, range(p)),
                   did_you_mean(word, value_names(p, vehicle)));
   }
-  const double value = parse_quantity(word, p.unit, fmt::format("{} --{}", info.name, p.name));
+  const std::string what = fmt::format("{} --{}", info.name, p.name);
+  if (is_set(p)) return parse_set(word, static_cast<std::uint64_t>(p.max), what);
+  const double value = parse_quantity(word, p.unit, what);
   if (value < p.min || value > p.max) {
     throw Failure(ExitCode::usage,
                   fmt::format("{} --{}: {} is out of range", info.name, p.name,
@@ -246,6 +254,9 @@ std::vector<std::string> value_names(const ParameterInfo& p, const Vehicle& vehi
   std::vector<std::string> names;
   if (p.choices != nullptr) {
     for (double v = p.min; v <= p.max; ++v) names.push_back(show(p, v));
+  } else if (is_set(p)) {
+    names.emplace_back("all");
+    if (p.min <= 0) names.emplace_back("none");
   } else if (numbers_subjects(p)) {
     for (std::size_t i = 0; i < vehicle.subjects.size(); ++i) {
       if (static_cast<double>(i + 1) <= p.max) names.emplace_back(vehicle.subjects[i]);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "tools/lss-cli/failure.h"
@@ -131,12 +132,18 @@ void run_endless(Context& context, const Motion& motion) {
   context.output.print(fmt::format("{} {}\n", describe(motion.command), result));
 }
 
+double takes_s(const Session& session, const Motion& motion) {
+  const auto of_vehicle = session.vehicle().takes_s;
+  return of_vehicle != nullptr ? std::max(motion.takes_s, of_vehicle(motion.command))
+                               : motion.takes_s;
+}
+
 void run_attached(Context& context, const Motion& motion) {
   Session& session = context.session();
   if (session.vehicle().endless(motion.command)) {
     run_endless(context, motion);
   } else {
-    session.complete(motion.command);
+    session.complete(motion.command, takes_s(session, motion));
   }
   if (motion.hold) hold(session);
 }
@@ -144,7 +151,8 @@ void run_attached(Context& context, const Motion& motion) {
 void run_detached(Context& context, const Motion& motion) {
   Session& session = context.session();
   const bool wait = context.options.wait && !session.vehicle().endless(motion.command);
-  wait ? session.complete(motion.command) : session.accept(motion.command);
+  wait ? session.complete(motion.command, takes_s(session, motion))
+       : session.accept(motion.command);
   if (motion.command.info->leased) {
     context.output.note(
         fmt::format("detached: without a heartbeat for {} the vehicle stops (lss-cli heartbeat)",
@@ -162,13 +170,16 @@ ExitCode interrupted(Context& context, const Motion& motion, Clock::time_point b
   }
   const double after_s = seconds_since(begin);
   show_progress(session, "stop");
-  session.safe_stop("interrupted");
+  motion.ending ? session.end_by(*motion.ending, "interrupted") : session.safe_stop("interrupted");
   session.set_progress(nullptr);
+  const bool stopped_all = session.status().state == lss_STATE_FATAL_ERROR;
   const bool open_end = motion.hold || (session.vehicle().endless(motion.command) && !motion.for_s);
   if (open_end && !context.in_sequence) return ExitCode::completed;
   throw Failure(ExitCode::failed,
-                fmt::format("{} was interrupted after {}; the vehicle stopped safely",
-                            motion.command.info->name, format_duration(after_s)));
+                fmt::format("{} was interrupted after {}; {}", motion.command.info->name,
+                            format_duration(after_s),
+                            stopped_all ? "all-stop: lss-cli solve makes it ready again"
+                                        : "the vehicle stopped safely"));
 }
 
 bool ends_unattended(const Context& context, const Motion& motion) {
@@ -203,7 +214,7 @@ ExitCode run_motion(Context& context, const Motion& motion) {
   }
   if (ends_unattended(context, motion) && session.status().state == lss_STATE_OPERATIONAL) {
     context.output.note(
-        fmt::format("note: no heartbeat goes on from here: the vehicle lies down and stops in {}. "
+        fmt::format("note: no heartbeat goes on from here: the vehicle comes to a safe stop in {}. "
                     "Stay attached with "
                     "--hold, or --detach and lss-cli heartbeat",
                     format_duration(context.options.lease_ms / 1000.0)));

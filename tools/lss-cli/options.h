@@ -2,6 +2,7 @@
 
 // What is said on the command line once, for all verbs. Plain data.
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -21,9 +22,10 @@ struct Options {
 
   bool machine() const { return json || jsonl; }
   double find_timeout_s() const { return timeout_s.value_or(3); }  // for the daemon to be found
-  double finish_timeout_s() const {
-    return timeout_s.value_or(120);
-  }  // for one command to be completed
+  // For one command to be completed that takes so long by itself.
+  double finish_timeout_s(double takes_s = 0) const {
+    return timeout_s.value_or(std::max(120.0, takes_s + 30));
+  }
 };
 
 }  // namespace lss::cli

@@ -2,40 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
-#include <fstream>
-#include <iostream>
-#include <iterator>
-
 #include "tools/lss-cli/shell.h"
 #include "tools/lss-cli/steps.h"
 #include "tools/lss-cli/verbs.h"
 
 namespace lss::cli {
 namespace {
-
-std::string read_file(const std::string& name) {
-  if (name == "-") return {std::istreambuf_iterator<char>(std::cin), {}};
-  std::ifstream file(name);
-  if (!file)
-    throw Failure(ExitCode::usage, fmt::format("cannot read {}", name),
-                  "name a file, or - for stdin");
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-ExitCode run_sequence(Context& context, const std::vector<Step>& steps, bool stay) {
-  context.in_sequence = true;
-  for (const Step& step : steps) {
-    try {
-      run_step(context, step);
-    } catch (const Failure& e) {
-      stop_attached(context, e.what());
-      throw;
-    }
-  }
-  if (!stay) stop_attached(context, "the sequence is done");
-  return ExitCode::completed;
-}
 
 void add_run(Grammar& grammar) {
   CLI::App& sub =
@@ -54,8 +26,7 @@ void add_run(Grammar& grammar) {
     if (file->empty() && text->empty())
       throw Failure(ExitCode::usage, "run what?", "name a FILE, or -e 'VERB; VERB'");
     const std::string name = file->empty() ? "-e" : *file;
-    return run_sequence(context, parse_steps(file->empty() ? *text : read_file(*file), name),
-                        *stay);
+    return run_steps(context, parse_steps(file->empty() ? *text : read_input(*file), name), *stay);
   });
 }
 

@@ -21,6 +21,7 @@ constexpr double kStatusLost_s = 3;  // the daemon sends one a second
 constexpr double kStatusFollows_s = 1.5;
 constexpr double kTelemetryComes_s = 0.5, kTelemetryAsked_s = 1;
 constexpr double kRepeat_s = 0.1;
+constexpr std::size_t kAtOnce = 8;  // half of what the topic keeps
 
 // The name that commands of no process in particular are given under.
 constexpr std::string_view kSharedSource = "lss-cli";
@@ -73,9 +74,10 @@ Sent& Session::submit(const Invocation& command, std::uint16_t flags, bool quiet
   return sent;
 }
 
-void Session::await(Sent& sent, const char* phase, bool (*done)(const Sent&)) {
+void Session::await(Sent& sent, const char* phase, bool (*done)(const Sent&), double takes_s) {
   const Clock::time_point answer = sent.sent + seconds(kAnswer_s);
-  const Clock::time_point finish = sent.sent + seconds(options_.finish_timeout_s());
+  const double longest_s = options_.finish_timeout_s(takes_s);
+  const Clock::time_point finish = sent.sent + seconds(longest_s);
   while (!done(sent)) {
     if (sent.over()) fail(sent);
     const Clock::time_point now = Clock::now();
@@ -88,7 +90,7 @@ void Session::await(Sent& sent, const char* phase, bool (*done)(const Sent&)) {
     if (now >= finish) {
       throw Failure(ExitCode::timed_out,
                     fmt::format("{} is not {} after {}: outcome unknown", sent.command.info->name,
-                                phase, format_duration(options_.finish_timeout_s())),
+                                phase, format_duration(longest_s)),
                     "see: lss-cli status; wait longer with --timeout");
     }
     pump(sent.answered ? finish : answer);
@@ -109,11 +111,27 @@ const Sent& Session::begin(const Invocation& command) {
   return sent;
 }
 
-const Sent& Session::complete(const Invocation& command) {
+const Sent& Session::complete(const Invocation& command, double takes_s) {
   Sent& sent = submit(command, 0);
-  await(sent, "completed", is_completed);
+  await(sent, "completed", is_completed, takes_s);
   show(sent);
   return sent;
+}
+
+void Session::complete_all(const std::vector<Invocation>& commands,
+                           const std::function<std::string(std::size_t)>& where) {
+  for (std::size_t first = 0; first < commands.size(); first += kAtOnce) {
+    const std::size_t end = std::min(commands.size(), first + kAtOnce);
+    const std::size_t before = quiet_.size();
+    for (std::size_t i = first; i < end; ++i) submit(commands[i], 0, true);
+    for (std::size_t i = first; i < end; ++i) {
+      try {
+        await(quiet_[before + i - first], "completed", is_completed);
+      } catch (const Failure& e) {
+        throw Failure(e.code(), where(i) + e.what(), e.advice());
+      }
+    }
+  }
 }
 
 void Session::dry_run(const Invocation& command) {
@@ -150,9 +168,7 @@ void Session::safe_stop(const std::string& why) {
     output_.note(why + ": stopping safely (Ctrl-C leaves at once)");
     complete(with_defaults(find_command(vehicle(), static_cast<std::uint16_t>(CommandKind::stop))));
   } catch (const Interrupted&) {
-    throw Failure(ExitCode::timed_out, "left at once",
-                  fmt::format("without a heartbeat the daemon stops the vehicle in {}",
-                              format_duration(options_.lease_ms / 1000.0)));
+    left_at_once();
   }
 }
 
@@ -160,6 +176,25 @@ const lss_Status& Session::status() {
   const Clock::time_point until = Clock::now() + seconds(kStatusFollows_s);
   while (link_.status().time_ns < last_ack_ns_ && Clock::now() < until) pump(until);
   return link_.status();
+}
+
+void Session::end_by(const Invocation& command, const std::string& why) {
+  if (!attached_) return;
+  try {
+    output_.note(fmt::format("{}: {} (Ctrl-C leaves at once)", why, command.info->name));
+    complete(command);
+    attached_ = false;
+  } catch (const Failure&) {  // it was not what there is to end
+    safe_stop(why);
+  } catch (const Interrupted&) {
+    left_at_once();
+  }
+}
+
+void Session::left_at_once() const {
+  throw Failure(ExitCode::timed_out, "left at once",
+                fmt::format("without a heartbeat the daemon stops the vehicle in {}",
+                            format_duration(options_.lease_ms / 1000.0)));
 }
 
 const void* Session::telemetry() {

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tools/lss-cli/link.h"
 #include "tools/lss-cli/output.h"
@@ -41,7 +42,12 @@ class Session {
   // Each waits for the phase of its name and throws when it ends otherwise.
   const Sent& accept(const Invocation& command);
   const Sent& begin(const Invocation& command);
-  const Sent& complete(const Invocation& command);
+  // `takes_s`: how long it takes by itself, when that is known.
+  const Sent& complete(const Invocation& command, double takes_s = 0);
+  // Many that need no telling one by one, some at a time. where(i) begins the text of what is wrong
+  // with one.
+  void complete_all(const std::vector<Invocation>& commands,
+                    const std::function<std::string(std::size_t)>& where);
   // Only asks whether it would be accepted.
   void dry_run(const Invocation& command);
   // Sent until it is acknowledged, without the questions that other commands begin with.
@@ -50,6 +56,8 @@ class Session {
   // Stop, lie down, motors off, with progress; nothing when there is nothing to stop. A Ctrl-C on
   // the way leaves at once, with timed_out.
   void safe_stop(const std::string& why);
+  // The same by `command`, which has its own end; by a stop when it is refused.
+  void end_by(const Invocation& command, const std::string& why);
 
   // The status, not older than the last acknowledgement.
   const lss_Status& status();
@@ -79,11 +87,12 @@ class Session {
  private:
   void open();
   Sent& submit(const Invocation& command, std::uint16_t flags, bool quiet = false);
-  void await(Sent& sent, const char* phase, bool (*done)(const Sent&));
+  void await(Sent& sent, const char* phase, bool (*done)(const Sent&), double takes_s = 0);
   void take_acks();
   void heard(const lss_CommandAck& ack);
   void check_daemon();
   [[noreturn]] void fail(const Sent& sent);
+  [[noreturn]] void left_at_once() const;
   std::string faults();
   nlohmann::json to_json(const Sent& sent) const;
   void show(const Sent& sent);

@@ -197,6 +197,9 @@ std::vector<Problem> problems(const Vehicle& vehicle, const lss_Status& status,
                      shared_memory_name(status.shared_memory)),
          "start RouDi (iox-roudi.service), then restart the daemon when the vehicle is Idle"});
   }
+  if (!status.recording)
+    list.push_back({false, "nothing is recorded",
+                    "name a preset in log.use; when there is one, the journal says what is wrong"});
   std::ranges::stable_sort(list, std::greater<>{}, &Problem::error);
   return list;
 }

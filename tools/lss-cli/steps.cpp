@@ -2,7 +2,20 @@
 
 #include <fmt/format.h>
 
+#include <fstream>
+#include <iostream>
+#include <iterator>
+
 namespace lss::cli {
+
+std::string read_input(const std::string& name) {
+  if (name == "-") return {std::istreambuf_iterator<char>(std::cin), {}};
+  std::ifstream file(name);
+  if (!file)
+    throw Failure(ExitCode::usage, fmt::format("cannot read {}", name),
+                  "name a file, or - for stdin");
+  return {std::istreambuf_iterator<char>(file), {}};
+}
 
 std::vector<Step> parse_steps(std::string_view text, const std::string& name) {
   std::vector<Step> steps;
@@ -30,6 +43,20 @@ void run_step(Context& context, const Step& step) {
     throw Failure(ExitCode::failed, step.where + "interrupted");
   }
   if (code != ExitCode::completed) throw Failure(code, step.where + "ends here");
+}
+
+ExitCode run_steps(Context& context, const std::vector<Step>& steps, bool stay) {
+  context.in_sequence = true;
+  for (const Step& step : steps) {
+    try {
+      run_step(context, step);
+    } catch (const Failure& e) {
+      stop_attached(context, e.what());
+      throw;
+    }
+  }
+  if (!stay) stop_attached(context, "the sequence is done");
+  return ExitCode::completed;
 }
 
 void stop_attached(Context& context, const std::string& why) {

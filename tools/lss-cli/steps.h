@@ -19,9 +19,15 @@ struct Step {
   Action action;
 };
 
+// What a file holds; "-": stdin.
+std::string read_input(const std::string& name);
+
 // All lines of the text are understood before the first is done; `name` names the text in errors,
 // and without it there is no place to tell.
 std::vector<Step> parse_steps(std::string_view text, const std::string& name);
+
+// All of them, one after the other; then, unless it is to stay as it is, to a safe stop.
+ExitCode run_steps(Context& context, const std::vector<Step>& steps, bool stay);
 
 // Throws a Failure that says where. Ctrl-C brings the vehicle to a safe stop first.
 void run_step(Context& context, const Step& step);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <numbers>
@@ -57,6 +58,31 @@ double parse_quantity(std::string_view text, std::string_view unit, std::string_
   refuse(what, text, fmt::format("has an unknown unit (known: {})", list));
 }
 
+double parse_set(std::string_view text, std::uint64_t all, std::string_view what) {
+  std::uint64_t set = 0;
+  for (std::string_view rest = text; !rest.empty();) {
+    const std::string_view word = rest.substr(0, rest.find(','));
+    rest.remove_prefix(std::min(rest.size(), word.size() + 1));
+    unsigned number = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+    const bool read = error == std::errc() && end == word.data() + word.size();
+    if (!read || number < 1 || number > 32 || ((all >> (number - 1)) & 1u) == 0)
+      refuse(what, text,
+             fmt::format("must be numbers out of {}, divided by commas", format_set(all)));
+    set |= std::uint64_t{1} << (number - 1);
+  }
+  if (set == 0) refuse(what, text, "names nothing");
+  return static_cast<double>(set);
+}
+
+std::string format_set(std::uint64_t set) {
+  std::string text;
+  for (unsigned i = 0; i < 32; ++i) {
+    if (((set >> i) & 1u) != 0) text += fmt::format("{}{}", text.empty() ? "" : ",", i + 1);
+  }
+  return text.empty() ? "none" : text;
+}
+
 double parse_duration_s(std::string_view text, std::string_view what) {
   const double seconds = parse_quantity(text, "s", what);
   if (seconds <= 0) refuse(what, text, "must be longer than nothing");
@@ -65,6 +91,7 @@ double parse_duration_s(std::string_view text, std::string_view what) {
 
 std::string format_quantity(double value, std::string_view unit) {
   if (unit == "rad") return fmt::format("{:.4g} deg", value / kDegree);
+  if (unit == "set") return format_set(static_cast<std::uint64_t>(value));
   if (unit.empty() || unit == "choice") return fmt::format("{:.6g}", value);
   return fmt::format("{:.4g} {}", value, unit);
 }

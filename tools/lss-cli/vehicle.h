@@ -35,6 +35,8 @@ struct VerbHelp {
   std::string_view examples;  // lines
 };
 
+class Grammar;
+
 struct Vehicle {
   std::string_view name;
   std::span<const CommandInfo> commands;  // its own
@@ -56,6 +58,13 @@ struct Vehicle {
                          const Style& style);  // the rest of what is measured
   std::string (*progress)(const lss_Status& status, const void* telemetry);  // a few words
   std::optional<double> (*distance_m)(const void* telemetry);
+
+  // How long a command may take by itself, when that may be longer than others take.
+  double (*takes_s)(const Invocation& command) = nullptr;
+
+  // Verbs that are more than one command, and the commands that are given by them only.
+  void (*add_verbs)(Grammar& grammar) = nullptr;
+  std::span<const std::string_view> composed = {};
 };
 
 std::span<const Vehicle* const> vehicles();

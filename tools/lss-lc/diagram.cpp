@@ -9,8 +9,12 @@
 
 namespace lss::lc {
 
-std::string diagram(const Model& model, std::string (*box)(const ControllerState&),
-                    std::string (*name)(const Table&, Happening)) {
+std::string diagram(const Verified& vehicle) {
+  const Model model = vehicle.model(*vehicle.table, vehicle.few);
+  const auto box = [&](const ControllerState& s) -> std::string {
+    return s.mode != 0 ? vehicle.mode_names[s.mode]
+                       : kStateNames[static_cast<std::size_t>(s.state)];
+  };
   std::map<std::pair<std::string, std::string>, std::set<std::string>> ways;
   std::map<std::string, std::set<std::string>> boxes;  // of a state
   std::set<Key> seen{pack(model.begin)};
@@ -26,12 +30,11 @@ std::string diagram(const Model& model, std::string (*box)(const ControllerState
                          h.event == Event::reset_controller;
       const std::string from =
           falls ? kStateNames[static_cast<std::size_t>(before.state)] : box(before);
-      if (box(before) != box(next))
-        ways[{from, box(next)}].insert(name(*model.table, {h.event, 0}));
+      if (box(before) != box(next)) ways[{from, box(next)}].insert(text(vehicle, {h.event, 0}));
       if (seen.insert(pack(next)).second) left.push_back(next);
     }
   }
-  std::string text =
+  std::string drawn =
       "// Made by: lss-lc diagram\n"
       "digraph locomotion_controller {\n"
       "  compound=true; rankdir=TB; fontname=\"sans-serif\"; nodesep=0.5; ranksep=0.6;\n"
@@ -41,20 +44,20 @@ std::string diagram(const Model& model, std::string (*box)(const ControllerState
   for (const auto& [state, of_state] : boxes) {
     if (of_state.size() == 1) continue;
     first[state] = *of_state.begin();
-    text +=
+    drawn +=
         fmt::format("  subgraph \"cluster_{}\" {{ label=\"{}\"; style=rounded; bgcolor=gray95;\n",
                     state, state);
-    for (const std::string& b : of_state) text += fmt::format("    \"{}\";\n", b);
-    text += "  }\n";
+    for (const std::string& b : of_state) drawn += fmt::format("    \"{}\";\n", b);
+    drawn += "  }\n";
   }
   for (const auto& [way, events] : ways) {
     const auto cluster = first.find(way.first);
-    text += fmt::format(
+    drawn += fmt::format(
         "  \"{}\" -> \"{}\" [label=\"{}\"{}];\n",
         cluster == first.end() ? way.first : cluster->second, way.second, fmt::join(events, "\\n"),
         cluster == first.end() ? "" : fmt::format(", ltail=\"cluster_{}\"", way.first));
   }
-  return text + "}\n";
+  return drawn + "}\n";
 }
 
 }  // namespace lss::lc

@@ -6,12 +6,11 @@
 
 #include <string>
 
-#include "tools/lss-lc/explorer.h"
+#include "tools/lss-lc/vehicle.h"
 
 namespace lss::lc {
 
-// `box` names the box of a state; events without a change of box are left out.
-std::string diagram(const Model& model, std::string (*box)(const ControllerState&),
-                    std::string (*name)(const Table&, Happening));
+// Events without a change of box are left out.
+std::string diagram(const Verified& vehicle);
 
 }  // namespace lss::lc

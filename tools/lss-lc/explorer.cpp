@@ -172,9 +172,13 @@ class Explorer {
         if (!taken) continue;
         ++piece.taken;
         ++piece.row[static_cast<std::size_t>(result.row)];
-        if (next != key) scratch.add({next, number, by});
+        if (next != key) scratch.add({stand_in(result.next, next), number, by});
       }
     }
+  }
+
+  Key stand_in(const ControllerState& state, Key key) const {
+    return model_.stands_for == nullptr ? key : pack(model_.stands_for(state));
   }
 
   static bool refused(const Transition& t) {
@@ -281,7 +285,7 @@ class Explorer {
       way.assign(1, i);
       for (ControllerState s = unpack(states_[i]); !returns[way.back()] && !r.reached(s);) {
         const Happening help = r.help(s);
-        s = step(*model_.table, s, help.event, help.subject).next;
+        s = lc::stand_in(model_, step(*model_.table, s, help.event, help.subject).next);
         way.push_back(states_.number(pack(s)));
         if (way.back() == kNone || way.size() > states_.size()) return i;
       }
@@ -317,7 +321,8 @@ Model model(const Table& table, std::uint16_t modules) {
           .states = {},
           .steps = {},
           .contracts = {},
-          .returns = {}};
+          .returns = {},
+          .stands_for = nullptr};
   m.begin.unheard &= modules;
   for (const std::span<const EventInfo> events : {kCommonEvents, table.events}) {
     for (const EventInfo& e : events) {

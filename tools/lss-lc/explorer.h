@@ -118,14 +118,22 @@ struct Model {
   StepProperties steps;
   std::span<const Contract> contracts;
   std::span<const Return> returns;
+  // Of states that differ only in which of several like modules is silent, unheard or isolated, the
+  // one that stands for all of them; nullptr: each stands for itself. Neither step nor properties
+  // may tell like modules apart.
+  ControllerState (*stands_for)(const ControllerState& state) = nullptr;
 };
+inline ControllerState stand_in(const Model& model, const ControllerState& state) {
+  return model.stands_for == nullptr ? state : model.stands_for(state);
+}
 
 // Begins as at boot, with these modules only (bit i: module i+1).
 Model model(const Table& table, std::uint16_t modules);
 
 struct Violation {
   std::string property;
-  std::vector<Happening> trace;  // shortest, from the beginning; the last one breaks the property
+  // Shortest, from the beginning, from stand-in to stand-in; the last one breaks the property.
+  std::vector<Happening> trace;
 };
 
 // All but octets and seconds is the same whatever the number of threads.

@@ -1,110 +1,139 @@
-// lss-lc: the locomotion controller held against its requirements, state by state.
+// lss-lc: the locomotion controllers held against their requirements, state by state.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "daemon/vehicles/zebro_modes.h"
 #include "tools/lss-lc/diagram.h"
-#include "tools/lss-lc/explorer.h"
 #include "tools/lss-lc/mutations.h"
 #include "tools/lss-lc/spin.h"
-#include "tools/lss-lc/zebro.h"
+#include "tools/lss-lc/vehicle.h"
 
 namespace {
 
 using namespace lss;
 
-constexpr std::uint16_t kTwoModules = 0x41;  // a leg and the panel, for mutations
-
-std::string box(const lc::ControllerState& s) {
-  return s.mode != 0 ? zebro::kModeNames[s.mode] : kStateNames[static_cast<std::size_t>(s.state)];
-}
-
-void print_trace(const lc::Violation& violation) {
+void print_trace(const lc::Verified& vehicle, const lc::Model& model,
+                 const lc::Violation& violation) {
   fmt::print("broken: {}\n", violation.property);
-  const lc::Model model = zebro::model_of(zebro::kTable);
   lc::ControllerState state = model.begin;
-  fmt::print("   0  {:<28} {}\n", "at boot", zebro::text(state));
+  fmt::print("   0  {:<28} {}\n", "at boot", vehicle.text(state));
   int number = 0;
   for (const lc::Happening h : violation.trace) {
-    state = lc::step(zebro::kTable, state, h.event, h.subject).next;
-    fmt::print("{:>4}  {:<28} {}\n", ++number, zebro::text(zebro::kTable, h), zebro::text(state));
+    state = lc::stand_in(model, lc::step(*model.table, state, h.event, h.subject).next);
+    fmt::print("{:>4}  {:<28} {}\n", ++number, lc::text(vehicle, h), vehicle.text(state));
   }
 }
 
-int explore(bool as_json, unsigned threads) {
-  const lc::Model model = zebro::model_of(zebro::kTable);
-  const lc::Exploration e = lc::explore(model, {.threads = threads});
-  std::size_t unused = 0;
-  for (const std::uint64_t count : e.row) unused += count == 0 ? 1 : 0;
-  const double per_state = static_cast<double>(e.octets) / static_cast<double>(e.states);
-  if (as_json) {
-    const nlohmann::json document{{"states", e.states},
-                                  {"transitions", e.transitions},
-                                  {"taken", e.taken},
-                                  {"depth", e.depth},
-                                  {"octets_per_state", per_state},
-                                  {"seconds", e.seconds},
-                                  {"rows", e.row.size()},
-                                  {"rows_never_taken", unused},
-                                  {"complete", e.complete},
-                                  {"broken", e.violation ? e.violation->property : ""}};
-    fmt::print("{}\n", document.dump(2));
-  } else {
-    fmt::print("states           {}\n", e.states);
-    fmt::print("transitions      {} ({} events in every state), {} taken by a row\n", e.transitions,
-               model.happenings.size(), e.taken);
-    fmt::print("furthest state   {} events from boot\n", e.depth);
-    fmt::print("rows             {}, {} never taken\n", e.row.size(), unused);
-    fmt::print("properties       {} of states, {} of steps, {} of events, {} of the way back\n",
-               model.states.each.size(), model.steps.each.size(), model.contracts.size(),
-               model.returns.size());
-    fmt::print("time, memory     {:.2f} s, {:.1f} octets a state\n", e.seconds, per_state);
-    if (e.violation) print_trace(*e.violation);
-    fmt::print("{}\n", e.complete && unused == 0 ? "all hold" : "NOT all hold");
-  }
-  return e.complete && unused == 0 ? 0 : 1;
+double octets_per_state(const lc::Exploration& e) {
+  return static_cast<double>(e.octets) / static_cast<double>(e.states);
 }
 
-int mutate() {
-  const lc::Mutations m = lc::mutate(
-      zebro::kTable, [](const lc::Table& table) { return zebro::model_of(table, kTwoModules); },
-      static_cast<std::uint8_t>(std::size(zebro::kModeNames)), 8);
-  for (const std::string& survivor : m.survivors) fmt::print("not noticed: {}\n", survivor);
-  fmt::print("{} changes of the table: {} noticed, {} that change no reachable step, {:.1f} s\n",
-             m.count, m.caught, m.equivalent, m.seconds);
-  return m.survivors.empty() ? 0 : 1;
+nlohmann::json json(const lc::Verified& vehicle, const lc::Exploration& e, std::size_t unused) {
+  return {{"vehicle", vehicle.name},
+          {"states", e.states},
+          {"transitions", e.transitions},
+          {"taken", e.taken},
+          {"depth", e.depth},
+          {"octets_per_state", octets_per_state(e)},
+          {"seconds", e.seconds},
+          {"rows", e.row.size()},
+          {"rows_never_taken", unused},
+          {"complete", e.complete},
+          {"broken", e.violation ? e.violation->property : ""}};
+}
+
+void print(const lc::Verified& vehicle, const lc::Model& model, const lc::Exploration& e,
+           std::size_t unused) {
+  fmt::print("{}\n", vehicle.title);
+  fmt::print("states           {}{}\n", e.states,
+             model.stands_for != nullptr ? ", each for all that differ in like modules" : "");
+  fmt::print("transitions      {} ({} events in every state), {} taken by a row\n", e.transitions,
+             model.happenings.size(), e.taken);
+  fmt::print("furthest state   {} events from boot\n", e.depth);
+  fmt::print("rows             {}, {} never taken\n", e.row.size(), unused);
+  fmt::print("properties       {} of states, {} of steps, {} of events, {} of the way back\n",
+             model.states.each.size(), model.steps.each.size(), model.contracts.size(),
+             model.returns.size());
+  fmt::print("time, memory     {:.2f} s, {:.1f} octets a state\n", e.seconds, octets_per_state(e));
+  if (e.violation) print_trace(vehicle, model, *e.violation);
+  fmt::print("{}\n", e.complete && unused == 0 ? "all hold" : "NOT all hold");
+}
+
+int explore(const std::vector<const lc::Verified*>& vehicles, bool as_json, unsigned threads) {
+  bool hold = true;
+  nlohmann::json documents = nlohmann::json::array();
+  for (const lc::Verified* vehicle : vehicles) {
+    const lc::Model model = vehicle->model(*vehicle->table, vehicle->modules);
+    const lc::Exploration e = lc::explore(model, {.threads = threads});
+    const auto unused = static_cast<std::size_t>(std::count(e.row.begin(), e.row.end(), 0U));
+    hold = hold && e.complete && unused == 0;
+    if (as_json) {
+      documents.push_back(json(*vehicle, e, unused));
+    } else {
+      fmt::print("{}", vehicle == vehicles.front() ? "" : "\n");
+      print(*vehicle, model, e, unused);
+    }
+  }
+  if (as_json) fmt::print("{}\n", documents.dump(2));
+  return hold ? 0 : 1;
+}
+
+int mutate(const std::vector<const lc::Verified*>& vehicles) {
+  bool noticed = true;
+  for (const lc::Verified* vehicle : vehicles) {
+    const lc::Mutations m = lc::mutate(*vehicle);
+    for (const std::string& survivor : m.survivors) fmt::print("not noticed: {}\n", survivor);
+    fmt::print(
+        "{}: {} changes of the table: {} noticed, {} that change no reachable step, {:.1f} s\n",
+        vehicle->title, m.count, m.caught, m.equivalent, m.seconds);
+    noticed = noticed && m.survivors.empty();
+  }
+  return noticed ? 0 : 1;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App cli("lss-lc: the locomotion controller of Lunar Zebro, explored state by state");
+  CLI::App cli("lss-lc: the locomotion controllers, explored state by state");
   bool as_json = false;
   unsigned threads = std::max(1U, std::thread::hardware_concurrency());
+  std::vector<std::string> names, wanted;
+  for (const lc::Verified* vehicle : lc::verified_vehicles()) names.emplace_back(vehicle->name);
+  const auto takes_vehicles = [&](CLI::App* command, bool one) {
+    auto* option = command->add_option(
+        "vehicle", wanted, fmt::format("{}{}", fmt::join(names, ", "), one ? "" : "; none: all"));
+    option->check(CLI::IsMember(names));
+    if (one) option->required()->expected(1);
+  };
   auto* exploring = cli.add_subcommand(
       "explore", "visit every reachable state, hold all properties against every step");
-  exploring->add_flag("--json", as_json, "for a program");
+  takes_vehicles(exploring, false);
+  exploring->add_flag("--json", as_json, "for a program: a list, an entry for each vehicle");
   exploring->add_option("--threads", threads, "how many share the work; the result is the same")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
   auto* mutating = cli.add_subcommand(
       "mutate", "break the table, one transition at a time: do the properties notice?");
-  auto* spin =
-      cli.add_subcommand("promela", "the model for SPIN (build target lss-lc-spin runs it)");
+  takes_vehicles(mutating, false);
+  auto* spin = cli.add_subcommand("promela",
+                                  "the model for SPIN (build target lss-lc-spin-VEHICLE runs it)");
+  takes_vehicles(spin, true);
   auto* drawing = cli.add_subcommand("diagram", "states and modes for Graphviz");
+  takes_vehicles(drawing, true);
   cli.require_subcommand(1);
-  cli.footer("Examples:\n  lss-lc explore\n  lss-lc diagram | dot -Tsvg > lc.svg");
+  cli.footer("Examples:\n  lss-lc explore\n  lss-lc diagram zebro | dot -Tsvg > lc.svg");
   CLI11_PARSE(cli, argc, argv);
-  if (exploring->parsed()) return explore(as_json, threads);
-  if (mutating->parsed()) return mutate();
-  const auto name = [](const lc::Table& table, lc::Happening h) { return zebro::text(table, h); };
-  if (spin->parsed()) fmt::print("{}", lc::promela(zebro::model_of(zebro::kTable), name));
-  if (drawing->parsed())
-    fmt::print("{}", lc::diagram(zebro::model_of(zebro::kTable, kTwoModules), box, name));
+  std::vector<const lc::Verified*> vehicles;
+  for (const std::string& name : wanted.empty() ? names : wanted)
+    vehicles.push_back(lc::verified_vehicle(name));
+  if (exploring->parsed()) return explore(vehicles, as_json, threads);
+  if (mutating->parsed()) return mutate(vehicles);
+  if (spin->parsed()) fmt::print("{}", lc::promela(*vehicles.front()));
+  if (drawing->parsed()) fmt::print("{}", lc::diagram(*vehicles.front()));
   return 0;
 }

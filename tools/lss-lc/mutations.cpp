@@ -58,9 +58,11 @@ bool behaves_the_same(const Model& a, const Model& b) {
 
 class Measure {
  public:
-  Measure(const Table& table, Model (*model_of)(const Table&), std::uint8_t modes,
-          std::uint8_t goals)
-      : table_(table), model_of_(model_of), modes_(modes), goals_(goals) {}
+  explicit Measure(const Verified& vehicle)
+      : vehicle_(vehicle),
+        table_(*vehicle.table),
+        modes_(static_cast<std::uint8_t>(vehicle.mode_names.size())),
+        goals_(vehicle.goals) {}
 
   Mutations run() {
     const auto begin = std::chrono::steady_clock::now();
@@ -78,13 +80,15 @@ class Measure {
   }
 
  private:
+  Model model_of(const Table& table) const { return vehicle_.model(table, vehicle_.few); }
+
   void attempt(const Row& changed, const std::string& what) {
     const Mutant mutant(table_, row_, changed);
     ++result_.count;
-    const Model changed_model = model_of_(mutant.table());
+    const Model changed_model = model_of(mutant.table());
     if (explore(changed_model, {.threads = 1}).violation) {
       ++result_.caught;
-    } else if (behaves_the_same(model_of_(table_), changed_model)) {
+    } else if (behaves_the_same(model_of(table_), changed_model)) {
       ++result_.equivalent;
     } else {
       result_.survivors.push_back(
@@ -162,8 +166,8 @@ class Measure {
     }
   }
 
+  const Verified& vehicle_;
   const Table& table_;
-  Model (*model_of_)(const Table&);
   std::uint8_t modes_, goals_;
   std::size_t row_ = 0;
   Row original_{};
@@ -172,9 +176,6 @@ class Measure {
 
 }  // namespace
 
-Mutations mutate(const Table& table, Model (*model_of)(const Table&), std::uint8_t modes,
-                 std::uint8_t goals) {
-  return Measure(table, model_of, modes, goals).run();
-}
+Mutations mutate(const Verified& vehicle) { return Measure(vehicle).run(); }
 
 }  // namespace lss::lc

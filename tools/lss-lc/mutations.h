@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/lss-lc/explorer.h"
+#include "tools/lss-lc/vehicle.h"
 
 namespace lss::lc {
 
@@ -17,9 +17,7 @@ struct Mutations {
   double seconds = 0;
 };
 
-// `model_of` makes the model of a changed table; few modules are enough and quick. `modes`: how
-// many the vehicle has, with none; `goals` likewise.
-Mutations mutate(const Table& table, Model (*model_of)(const Table& table), std::uint8_t modes,
-                 std::uint8_t goals);
+// With few modules, which is quick.
+Mutations mutate(const Verified& vehicle);
 
 }  // namespace lss::lc

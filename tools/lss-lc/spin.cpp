@@ -4,7 +4,8 @@
 
 namespace lss::lc {
 
-std::string promela(const Model& model, std::string (*name)(const Table&, Happening)) {
+std::string promela(const Verified& vehicle) {
+  const Model model = vehicle.model(*vehicle.table, vehicle.modules);
   std::string text =
       "/* Made by: lss-lc promela. Every event may happen in every state; the step is the one "
       "that\n"
@@ -19,7 +20,7 @@ std::string promela(const Model& model, std::string (*name)(const Table&, Happen
       "  do\n";
   for (std::size_t i = 0; i < model.happenings.size(); ++i) {
     text += fmt::format("  :: c_code [lss_lc_good()] {{ lss_lc_step({}); }} /* {} */\n", i,
-                        name(*model.table, model.happenings[i]));
+                        lc::text(vehicle, model.happenings[i]));
   }
   return text + "  od\n}\n";
 }

@@ -6,15 +6,15 @@
 
 #include <string>
 
-#include "tools/lss-lc/explorer.h"
+#include "tools/lss-lc/vehicle.h"
 
 namespace lss::lc {
 
-std::string promela(const Model& model, std::string (*name)(const Table&, Happening));
+std::string promela(const Verified& vehicle);
 
 }  // namespace lss::lc
 
-// Called by the verifier that SPIN makes from the model; the vehicle's is in spin_NAME.cpp.
+// Called by the verifier that SPIN makes from the model: spin_step.cpp, compiled for each vehicle.
 extern "C" {
 extern unsigned char lss_lc_state[8];
 void lss_lc_step(int happening);

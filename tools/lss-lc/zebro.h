@@ -17,7 +17,5 @@ std::span<const lc::Contract> contracts();
 
 // "Operational Walking, goal idle, panel in, held, module 3 (LM) silent"
 std::string text(const lc::ControllerState& state);
-// "module 3 (LM) silent"
-std::string text(const lc::Table& table, lc::Happening happening);
 
 }  // namespace lss::zebro

@@ -9,74 +9,13 @@ namespace {
 
 using namespace words;
 
-bool keeps(T t) { return t.result.next == t.before; }
-bool emergency(T t) {
-  return fatal(t.result.next) && (t.result.actions & lc::kEmergencyStop) != 0 &&
-         !link(t.result.next, lc::kHeld);
-}
-bool lost_is_emergency(T t) { return operational(t.before) ? emergency(t) : same_mode(t); }
-bool held_after(T t) { return link(t.result.next, lc::kHeld); }
-
-constexpr std::array kContracts = {
-    Contract{"emergency stop", Event::emergency_stop, [](S, unsigned) { return true; },
-             [](T t) { return emergency(t) && (t.result.actions & lc::kEndSolve) != 0; }},
-    Contract{"fatal fault", Event::emergency, [](S, unsigned) { return true; },
-             [](T t) { return fatal(t.before) ? keeps(t) : emergency(t); }},
-    Contract{"solve", Event::solve, [](S s, unsigned) { return fatal(s); },
-             [](T t) {
-               return solving(t.result.next) && (t.result.actions & lc::kBeginSolve) != 0 &&
-                      t.result.next.strategy == 1;
-             }},
+constexpr std::array kOwnContracts = {
     Contract{"next strategy", Event::next_strategy,
              [](S s, unsigned) { return solving(s) && s.strategy < lc::kMaxStrategies; },
              [](T t) {
                return solving(t.result.next) && t.result.next.strategy == t.before.strategy + 1 &&
                       !has(t.result.next, kFreeing) && stops_motors(t.result.actions);
              }},
-    Contract{"solved", Event::solved, [](S s, unsigned) { return solving(s) && contact(s); },
-             [](T t) { return idle(t.result.next) && (t.result.actions & lc::kClearFaults) != 0; }},
-    Contract{"unsolved", Event::unsolved, [](S s, unsigned) { return solving(s); }, emergency},
-    Contract{"reset of the controller", Event::reset_controller, [](S, unsigned) { return true; },
-             [](T t) {
-               const bool back = fatal(t.before) || solving(t.before);
-               return (back ? emergency(t) : idle(t.result.next)) &&
-                      stops_motors(t.result.actions) &&
-                      (!operational(t.before) || (t.result.actions & lc::kEmergencyStop) != 0);
-             }},
-    Contract{"reset of a module", Event::reset_module,
-             [](S s, unsigned) { return idle(s) || fatal(s); },
-             [](T t) { return keeps(t) && (t.result.actions & lc::kResetModule) != 0; }},
-    Contract{"restore", Event::restore, [](S s, unsigned) { return idle(s) || fatal(s); },
-             [](T t) {
-               return same_mode(t) && t.result.next.isolated == 0 &&
-                      t.result.next.silent == (t.before.silent | t.before.isolated);
-             }},
-    Contract{"data", Event::request_data, [](S, unsigned) { return true; },
-             [](T t) { return keeps(t) && (t.result.actions & lc::kPublishData) != 0; }},
-    Contract{"reset of the timing", Event::reset_timing, [](S, unsigned) { return true; }, keeps},
-    Contract{"module heard", Event::module_heard,
-             [](S s, unsigned module) { return in_service(s, module); },
-             [](T t) {
-               const unsigned bit = 1u << (t.happening.subject - 1);
-               return same_mode(t) && t.result.next.silent == (t.before.silent & ~bit) &&
-                      t.result.next.unheard == (t.before.unheard & ~bit);
-             }},
-    Contract{"module silent", Event::module_silent,
-             [](S s, unsigned module) { return in_service(s, module); },
-             [](T t) {
-               const unsigned bit = 1u << (t.happening.subject - 1);
-               const bool moves = operational(t.before) || idle(t.before);
-               return t.result.next.silent == (t.before.silent | bit) &&
-                      (moves ? emergency(t) : same_mode(t));
-             }},
-    Contract{"port opened", Event::port_opened, [](S, unsigned) { return true; },
-             [](T t) { return same_mode(t) && !link(t.result.next, lc::kPortClosed); }},
-    Contract{"port closed", Event::port_closed, [](S, unsigned) { return true; },
-             [](T t) { return lost_is_emergency(t) && link(t.result.next, lc::kPortClosed); }},
-    Contract{"OBC heard", Event::obc_heard, [](S, unsigned) { return true; },
-             [](T t) { return same_mode(t) && !link(t.result.next, lc::kObcSilent); }},
-    Contract{"OBC silent", Event::obc_silent, [](S, unsigned) { return true; },
-             [](T t) { return lost_is_emergency(t) && link(t.result.next, lc::kObcSilent); }},
     Contract{"lease expired", Event::lease_expired,
              [](S s, unsigned) { return link(s, lc::kHeld); },
              [](T t) {
@@ -200,10 +139,10 @@ constexpr std::array kContracts = {
                return same_mode(t) && has(t.result.next, kPanelOut) &&
                       !has(t.result.next, kPanelMoving);
              }},
-    Contract{"panel seen out", event::panel_seen_out, [](S s, unsigned) { return idle(s); },
+    Contract{"panel seen out", event::panel_seen_out, [](S, unsigned) { return true; },
              [](T t) {
-               return same_mode(t) && has(t.result.next, kPanelOut) &&
-                      !has(t.result.next, kPanelMoving);
+               return (operational(t.before) ? emergency(t) : same_mode(t)) &&
+                      has(t.result.next, kPanelOut) && !has(t.result.next, kPanelMoving);
              }},
 
     Contract{"motors confirmed", event::motors_confirmed,
@@ -261,6 +200,7 @@ constexpr std::array kContracts = {
                       stops_motors(t.result.actions);
              }},
 };
+constexpr auto kContracts = lc::join(lc::common::kContracts, kOwnContracts);
 
 }  // namespace
 

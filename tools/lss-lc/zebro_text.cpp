@@ -1,7 +1,8 @@
-// States and events of Lunar Zebro's controller as people read them.
+// Lunar Zebro's controller as it is verified, and its states as people read them.
 
 #include <fmt/format.h>
 
+#include "tools/lss-lc/vehicle.h"
 #include "tools/lss-lc/zebro_words.h"
 
 namespace lss::zebro {
@@ -22,28 +23,25 @@ std::string text(const ControllerState& s) {
   say(has(s, kPanelOut) && !has(s, kPanelMoving), "panel out");
   say(confirmed(s), "motors confirmed");
   say(has(s, kFreeing), "leg is freed");
-  say(link(s, lc::kPortClosed), "port closed");
-  say(link(s, lc::kObcSilent), "OBC silent");
-  say(link(s, lc::kHeld), "held");
-  for (std::size_t i = 0; i < kModules; ++i) {
-    const auto is = [&](std::uint16_t set) { return (unsigned{set} >> i & 1u) != 0; };
-    if (is(s.silent)) text += fmt::format(", {} silent", kModuleNames[i]);
-    if (is(s.unheard)) text += fmt::format(", {} never heard", kModuleNames[i]);
-    if (is(s.isolated)) text += fmt::format(", {} isolated", kModuleNames[i]);
-  }
-  return text;
-}
-
-std::string text(const lc::Table& table, Happening happening) {
-  for (const std::span<const lc::EventInfo> events : {lc::kCommonEvents, table.events}) {
-    for (const lc::EventInfo& e : events) {
-      if (e.event != happening.event) continue;
-      return happening.subject == 0
-                 ? e.name
-                 : fmt::format("{} {}", e.name, kModuleNames[happening.subject - 1]);
-    }
-  }
-  return "?";
+  return text + lc::text_of_links(s, kModuleNames);
 }
 
 }  // namespace lss::zebro
+
+namespace lss::lc {
+
+const Verified& zebro_verified() {
+  static const Verified vehicle{.name = "zebro",
+                                .title = "Lunar Zebro",
+                                .table = &zebro::kTable,
+                                .model = zebro::model_of,
+                                .modules = zebro::kAllModules,
+                                .few = 0x41,  // a leg and the panel
+                                .mode_names = zebro::kModeNames,
+                                .goals = static_cast<std::uint8_t>(zebro::Goal::leg) + 1,
+                                .text = zebro::text,
+                                .module_names = zebro::kModuleNames};
+  return vehicle;
+}
+
+}  // namespace lss::lc

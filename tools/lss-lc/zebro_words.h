@@ -7,6 +7,7 @@
 
 #include "daemon/vehicles/zebro_modes.h"
 #include "gnc/zebro/locomotion.h"
+#include "tools/lss-lc/common.h"
 #include "tools/lss-lc/zebro.h"
 
 namespace lss::zebro::words {
@@ -19,8 +20,21 @@ using lc::Return;
 using lc::StateProperty;
 using lc::StepProperty;
 using lc::Transition;
-using S = const ControllerState&;
-using T = const Transition&;
+using lc::common::contact;
+using lc::common::emergency;
+using lc::common::fatal;
+using lc::common::has;
+using lc::common::held_after;
+using lc::common::idle;
+using lc::common::in_service;
+using lc::common::keeps;
+using lc::common::link;
+using lc::common::operational;
+using lc::common::S;
+using lc::common::same_mode;
+using lc::common::solving;
+using lc::common::stops_motors;
+using lc::common::T;
 
 inline constexpr std::uint16_t kLegMask = (1u << kLegs) - 1;
 
@@ -36,14 +50,6 @@ inline bool others_can_walk(unsigned isolated) {
 
 inline Mode mode(S s) { return static_cast<Mode>(s.mode); }
 inline Goal goal(S s) { return static_cast<Goal>(s.goal); }
-inline bool idle(S s) { return s.state == State::idle; }
-inline bool operational(S s) { return s.state == State::operational; }
-inline bool fatal(S s) { return s.state == State::fatal_error; }
-inline bool solving(S s) { return s.state == State::solve_errors; }
-inline bool has(S s, std::uint8_t flags) { return (s.flags & flags) != 0; }
-inline bool link(S s, lc::Link bit) { return (s.links & bit) != 0; }
-inline bool in_service(S s, unsigned module) { return (s.isolated >> (module - 1) & 1u) == 0; }
-inline bool contact(S s) { return s.silent == 0 && s.unheard == 0 && !link(s, lc::kPortClosed); }
 inline bool may_start(S s) {
   return idle(s) && contact(s) && !link(s, lc::kObcSilent) && !has(s, kPanelOut | kPanelMoving);
 }
@@ -64,12 +70,6 @@ inline bool holds_still(S s) {
   return in_mode(s, {Mode::holding, Mode::standing, Mode::lying, Mode::stowed, Mode::bridge});
 }
 inline bool confirmed(S s) { return has(s, kMotorsConfirmed); }
-inline bool stops_motors(lc::ActionSet actions) {
-  return (actions & (lc::kMotorsOff | lc::kEmergencyStop)) != 0;
-}
-inline bool same_mode(T t) {
-  return t.result.next.state == t.before.state && t.result.next.mode == t.before.mode;
-}
 inline bool to(T t, Mode m) { return operational(t.result.next) && mode(t.result.next) == m; }
 // Comes to rest with the motors off, at once or by motions that end by themselves.
 inline bool stops(S s) {

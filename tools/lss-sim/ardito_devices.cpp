@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tools/lss-sim/ardito_wire.h"
+#include "tools/lss-sim/canopen_wire.h"
 
 namespace lss::sim::ardito {
 namespace {
@@ -36,7 +36,10 @@ constexpr double kStanding_mm_s = 5;  // below it a velocity has no direction
 }  // namespace
 
 IoNode::IoNode(unsigned seed)
-    : Node(kId, 0x0007'0191, 1, 2, kIoObjects, seed), beta_(kAngle), rho1_(kAngle), rho2_(kAngle) {}
+    : Node({.id = kId, .device_type = 0x0007'0191, .product = kProduct}, 1, 2, kIoObjects, seed),
+      beta_(kAngle),
+      rho1_(kAngle),
+      rho2_(kAngle) {}
 
 Signal* IoNode::signal(int number) {
   Signal* all[] = {&beta_, &rho1_, &rho2_};
@@ -72,7 +75,7 @@ void IoNode::left_operational(bool communication_error) {
 }
 
 ImuNode::ImuNode(unsigned seed)
-    : Node(kId, 0x0001'0000, 0, 1, kImuObjects, seed),
+    : Node({.id = kId, .device_type = 0x0001'0000, .product = kProduct}, 0, 1, kImuObjects, seed),
       forward_mm_s_({.noise = 4, .quantum = 0.1, .lag_ms = 10}),
       right_mm_s_({.noise = 1.5, .quantum = 0.1, .lag_ms = 10, .velocity = false}),
       speed_({.quantum = 1}),

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tools/lss-sim/ardito_wire.h"
+#include "tools/lss-sim/canopen_wire.h"
 
 namespace lss::sim::ardito {
 namespace {

@@ -24,7 +24,8 @@ class Drive : public Node {
  public:
   Drive(std::uint8_t id, std::uint32_t device_type, std::size_t tpdos,
         std::span<const Object> objects, unsigned seed)
-      : Node(id, device_type, 1, tpdos, objects, seed) {}
+      : Node({.id = id, .device_type = device_type, .product = kProduct}, 1, tpdos, objects, seed) {
+  }
 
   Power power() const { return power_; }
   void set_link_V(double link_V) { link_V_ = link_V; }

@@ -33,12 +33,12 @@ class LineThread {
   void set_fault(const Fault& fault, bool attach);  // of line_fault_kinds()
   void unplug(TimeNs duration_ns);                  // 0: plug in at once
   bool unplugged() const { return monotonic_now() < plug_at_ns_; }
+  void wake();  // the device has something to say
   const PtyPort& port() const { return port_; }
 
  private:
   void loop();
   TimeNs serve(TimeNs now);
-  void wake();
 
   std::mutex mutex_;  // of the UART and the port
   PtyPort port_;

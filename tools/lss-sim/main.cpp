@@ -44,7 +44,8 @@ void add_line_options(CLI::App& command, Arguments& arguments) {
 }
 
 void add_can_options(CLI::App& command, Arguments& arguments, const std::string& address) {
-  command.add_flag("--pace", arguments.run.pace, "frames take the time they take at 500 kbit/s");
+  command.add_flag("--pace", arguments.run.pace,
+                   "characters and frames take the time they take on their wires");
   command
       .add_option("--can", arguments.run.can,
                   "the bus: udp://127.0.0.1:PORT (cannelloni; port 0: any), or an interface, vcan0")

@@ -44,10 +44,15 @@ class Simulation {
     std::ranges::stable_sort(options_.faults, {}, &TimedFault::at_s);
     unsigned seed = options.seed;
     for (const SerialLine& line : vehicle_->lines()) {
-      const Uart::Parameters parameters{
-          .baud = options.baud, .paced = options.pace, .seed = ++seed};
+      const Uart::Parameters parameters{.baud = line.baud != 0 ? line.baud : options.baud,
+                                        .bits = line.bits,
+                                        .paced = options.pace,
+                                        .frame_begin = line.frame_begin,
+                                        .frame_end = line.frame_end,
+                                        .seed = ++seed};
       lines_.push_back(
           std::make_unique<LineThread>(options.folder / line.name, parameters, *line.device));
+      devices_.push_back(line.device);
     }
     for (const CanLine& bus : vehicle_->can_buses()) {
       const CanBus::Parameters parameters{.paced = options.pace, .seed = ++seed};
@@ -106,11 +111,33 @@ class Simulation {
       const auto duration_ns = static_cast<TimeNs>(seconds * kSecond);
       for (const auto& line : lines_) line->unplug(duration_ns);
       for (const auto& bus : buses_) bus.thread->unplug(duration_ns);
+    } else if (among(numbered_line_fault_kinds(), name)) {
+      act_on_line(fault, attach);
     } else if (among(line_fault_kinds(), name) || among(can_fault_kinds(), name)) {
-      for (const auto& line : lines_) line->set_fault(fault, attach);
+      // Of the bus where there is one: then lines have faults by number.
       for (const auto& bus : buses_) bus.thread->set_fault(fault, attach);
+      if (!buses_.empty()) return;
+      for (const auto& line : lines_) line->set_fault(fault, attach);
     } else {
       vehicle_->set_fault(fault, attach);
+    }
+  }
+
+  // Null when there is no such line.
+  LineThread* line_of(const Fault& fault) const {
+    const auto number = static_cast<std::size_t>(fault.values.front());
+    return number <= lines_.size() ? lines_[number - 1].get() : nullptr;
+  }
+
+  void act_on_line(const Fault& fault, bool attach) {
+    LineThread* line = line_of(fault);
+    if (line == nullptr) {
+      fmt::print(stderr, "lss-sim: {} does nothing: there are {} lines\n", to_text(fault),
+                 lines_.size());
+    } else if (std::string_view(fault.kind->name) == "line-unplug") {
+      line->unplug(attach ? static_cast<TimeNs>(fault.values.back() * kSecond) : 0);
+    } else {
+      line->set_fault(fault, attach);
     }
   }
 
@@ -119,6 +146,10 @@ class Simulation {
     if (name == kUnplugKind.name) {
       return std::ranges::any_of(lines_, [](const auto& line) { return line->unplugged(); }) ||
              std::ranges::any_of(buses_, [](const auto& bus) { return bus.thread->unplugged(); });
+    }
+    if (among(numbered_line_fault_kinds(), name)) {
+      const LineThread* line = line_of(fault);
+      return line != nullptr && (name != "line-unplug" || line->unplugged());
     }
     if (name == "bus-off") {
       return std::ranges::any_of(buses_, [](const auto& bus) { return bus.thread->is_off(); });
@@ -138,6 +169,9 @@ class Simulation {
       }
       if (steps_ % kStepsPerTruth == 0) write_truth();
       vehicle_->step();
+      for (std::size_t i = 0; i < lines_.size(); ++i) {
+        if (devices_[i]->wants_to_send()) lines_[i]->wake();
+      }
       for (const auto& bus : buses_) {
         if (bus.device->wants_to_send()) bus.thread->wake();
       }
@@ -170,6 +204,7 @@ class Simulation {
     std::unique_ptr<CanThread> thread;
   };
   std::vector<std::unique_ptr<LineThread>> lines_;
+  std::vector<LineDevice*> devices_;  // of the lines
   std::vector<Bus> buses_;
   std::ofstream truth_;
   std::atomic<bool> stop_ = false;
@@ -192,8 +227,12 @@ File take_signals() {
 std::vector<FaultKind> fault_kinds_of(const VehicleKind& kind) {
   const auto own = kind.fault_kinds();
   std::vector<FaultKind> kinds(own.begin(), own.end());
-  const auto wire = kind.can_address().empty() ? line_fault_kinds() : can_fault_kinds();
+  const bool can = !kind.can_address().empty();
+  const auto wire = can ? can_fault_kinds() : line_fault_kinds();
   kinds.insert(kinds.end(), wire.begin(), wire.end());
+  if (const auto lines = numbered_line_fault_kinds(); can && kind.has_lines()) {
+    kinds.insert(kinds.end(), lines.begin(), lines.end());
+  }
   kinds.push_back(kUnplugKind);
   return kinds;
 }

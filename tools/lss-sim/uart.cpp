@@ -16,15 +16,32 @@ constexpr FaultKind kKinds[] = {
     {"late", kLate, "replies come so much later"},
     {"bus-cut", {}, "the bus is cut: nothing passes in either direction"},
 };
+constexpr FaultArgument kLine = {"LINE", "number of the line, as they are named at start", 1, 8,
+                                 true};
+constexpr FaultArgument kLineOnly[] = {kLine};
+constexpr FaultArgument kLineProbability[] = {kLine, kProbability[0]};
+constexpr FaultArgument kLineLate[] = {kLine, kLate[0]};
+constexpr FaultArgument kLineUnplug[] = {kLine, {"SECONDS", "how long it is gone", 0.01, 3600}};
+constexpr FaultKind kNumberedKinds[] = {
+    {"line-noise", kLineProbability, "a line's characters lose a bit, either direction", false, 1},
+    {"line-drop", kLineProbability, "a line's frames are lost, either direction", false, 1},
+    {"line-duplicate", kLineProbability, "what a line's device says comes twice", false, 1},
+    {"line-late", kLineLate, "what a line's device says comes so much later", false, 1},
+    {"line-cut", kLineOnly, "the line is cut: nothing passes in either direction", false, 1},
+    {"line-unplug", kLineUnplug, "the line's port goes away, and comes back", false, 1},
+};
 constexpr TimeNs kMostWaited = 2;  // replies that another waits for
 
 }  // namespace
 
 std::span<const FaultKind> line_fault_kinds() { return kKinds; }
+std::span<const FaultKind> numbered_line_fault_kinds() { return kNumberedKinds; }
 
 bool LineFaults::set(const Fault& fault, bool attach) {
-  const std::string_view name = fault.kind->name;
-  const double value = attach && !fault.values.empty() ? fault.values.front() : 0;
+  std::string_view name = fault.kind->name;
+  constexpr std::string_view kNumbered = "line-";
+  if (name.starts_with(kNumbered)) name.remove_prefix(kNumbered.size());
+  const double value = attach && !fault.values.empty() ? fault.values.back() : 0;
   if (name == "noise") {
     noise = value;
   } else if (name == "drop") {
@@ -33,7 +50,7 @@ bool LineFaults::set(const Fault& fault, bool attach) {
     duplicate = value;
   } else if (name == "late") {
     late_ns = static_cast<TimeNs>(value * kMillisecond);
-  } else if (name == "bus-cut") {
+  } else if (name == "bus-cut" || name == "cut") {
     cut = attach;
   } else {
     return false;
@@ -44,7 +61,7 @@ bool LineFaults::set(const Fault& fault, bool attach) {
 Uart::Uart(const Parameters& parameters, LineDevice& device)
     : parameters_(parameters),
       device_(device),
-      character_ns_(parameters.paced ? 10 * kSecond / parameters.baud : 0),
+      character_ns_(parameters.paced ? parameters.bits * kSecond / parameters.baud : 0),
       random_(parameters.seed) {}
 
 bool Uart::chance(double probability) {
@@ -71,18 +88,23 @@ void Uart::advance(TimeNs now) {
     const Timed arrived = arriving_.front();
     arriving_.pop_front();
     const std::span<const std::uint8_t> reply = device_.receive(arrived.character, arrived.at_ns);
-    if (reply.empty() || faults.cut || chance(faults.drop)) continue;
-    queue_reply(reply, arrived.at_ns);
-    if (chance(faults.duplicate)) queue_reply(reply, arrived.at_ns);
+    say(reply, arrived.at_ns + character_ns_);
   }
+  for (auto frame = device_.send(now); !frame.empty(); frame = device_.send(now)) say(frame, now);
+}
+
+void Uart::say(std::span<const std::uint8_t> frame, TimeNs now) {
+  if (frame.empty() || faults.cut || chance(faults.drop)) return;
+  queue(frame, now);
+  if (chance(faults.duplicate)) queue(frame, now);
 }
 
 // A reply begins one character after its request ended. Requests follow one another at least as far
 // apart as replies are long, so without faults they never meet; a late or doubled one waits for the
 // one before. Nothing waits long on a line: what would, because earlier ones are later still, is
 // lost in them. So a fault that is cleared leaves nothing behind.
-void Uart::queue_reply(std::span<const std::uint8_t> frame, TimeNs now) {
-  const TimeNs wanted_ns = now + character_ns_ + faults.late_ns;
+void Uart::queue(std::span<const std::uint8_t> frame, TimeNs now) {
+  const TimeNs wanted_ns = now + faults.late_ns;
   const TimeNs most_ns = kMostWaited * static_cast<TimeNs>(frame.size()) * character_ns_;
   if (reply_free_ns_ - wanted_ns > most_ns) return;
   TimeNs at_ns = std::max(wanted_ns, reply_free_ns_);

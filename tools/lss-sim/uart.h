@@ -1,8 +1,9 @@
 #pragma once
 
-// A serial line as time: each character takes 10 bits in each direction, both directions at once,
-// and the devices on it answer one turn-around after the character that they answer to. Knows no
-// file descriptor and no clock: one thread passes both in. Also the faults that a line can have.
+// A serial line as time: each character takes its bits (10 unless told otherwise) in each
+// direction, both directions at once, and the devices on it answer one turn-around after the
+// character that they answer to, or speak unasked. Knows no file descriptor and no clock: one
+// thread passes both in. Also the faults that a line can have.
 
 #include <cstdint>
 #include <deque>
@@ -23,10 +24,16 @@ class LineDevice {
   // A character of the master, received whole. Returns the frame that answers it, empty for none;
   // the span is valid until the next call.
   virtual std::span<const std::uint8_t> receive(std::uint8_t character, TimeNs now) = 0;
+  // The next frame that it says unasked, empty for none; valid until the next call.
+  virtual std::span<const std::uint8_t> send(TimeNs) { return {}; }
+  virtual bool wants_to_send() const { return false; }  // from any thread
 };
 
 // Kinds: noise, drop, duplicate, late, bus-cut.
 std::span<const FaultKind> line_fault_kinds();
+// The same of a vehicle that has a CAN bus besides, by the number of the line: line-noise,
+// line-drop, line-duplicate, line-late, line-cut, line-unplug.
+std::span<const FaultKind> numbered_line_fault_kinds();
 
 struct LineFaults {
   double noise = 0;      // probability that a character loses a bit
@@ -35,7 +42,7 @@ struct LineFaults {
   TimeNs late_ns = 0;    // replies come so much later
   bool cut = false;      // nothing passes, either direction
 
-  // False when the fault is not one of the line.
+  // Of either sort of kinds. False when the fault is not one of the line.
   bool set(const Fault& fault, bool attach);
 };
 
@@ -43,6 +50,7 @@ class Uart {
  public:
   struct Parameters {
     int baud = 115'200;
+    int bits = 10;      // of a character, with start, parity and stop
     bool paced = true;  // false: every character arrives at once
     std::uint8_t frame_begin = ':';
     std::uint8_t frame_end = '\n';
@@ -53,7 +61,7 @@ class Uart {
 
   // Characters that the master has written.
   void from_master(std::span<const std::uint8_t> characters, TimeNs now);
-  // Gives the device what has arrived by now, and queues its replies.
+  // Gives the device what has arrived by now, and queues its replies and what it says unasked.
   void advance(TimeNs now);
   // The characters of replies whose last bit has left by now; in pieces of up to kPiece as the FIFO
   // of a UART hands them over, a frame's end at its own instant.
@@ -71,7 +79,8 @@ class Uart {
     std::uint8_t character;
   };
 
-  void queue_reply(std::span<const std::uint8_t> frame, TimeNs now);
+  void say(std::span<const std::uint8_t> frame, TimeNs now);
+  void queue(std::span<const std::uint8_t> frame, TimeNs now);
   std::uint8_t through_noise(std::uint8_t character);
   bool chance(double probability);
 

@@ -24,6 +24,9 @@ inline constexpr TimeNs kStepNs = kMillisecond;
 struct SerialLine {
   std::string name;  // of the link in DIR
   LineDevice* device = nullptr;
+  int baud = 0;                                      // 0: as the program was told
+  int bits = 10;                                     // of a character
+  std::uint8_t frame_begin = ':', frame_end = '\n';  // of what the master says
 };
 
 struct CanLine {
@@ -54,6 +57,7 @@ class VehicleKind {
   virtual std::span<const FaultKind> fault_kinds() const = 0;
   // Where its CAN bus is found unless told otherwise; empty for a vehicle on serial lines.
   virtual std::string can_address() const { return {}; }
+  virtual bool has_lines() const { return can_address().empty(); }
   virtual void add_options(CLI::App& command) = 0;
   virtual std::unique_ptr<Vehicle> make(unsigned seed) const = 0;
 };

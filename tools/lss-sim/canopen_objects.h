@@ -1,14 +1,14 @@
 #pragma once
 
 // The object dictionary of a simulated CANopen node: what can be read and written by SDO and mapped
-// into PDOs (CiA 301), after docs/icd-ardito.md section 7. Values are the bits on the bus. One
-// thread at a time; nothing allocates after construction.
+// into PDOs (CiA 301). Values are the bits on the bus. One thread at a time; nothing allocates
+// after construction.
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
-namespace lss::sim::ardito {
+namespace lss::sim::nodes {
 
 // Abort codes of SDO.
 enum Abort : std::uint32_t {
@@ -68,4 +68,4 @@ class Objects {
 // Sign-extends the low `bytes` of a value as it stands in a frame.
 std::int64_t to_signed(std::uint32_t value, std::size_t bytes);
 
-}  // namespace lss::sim::ardito
+}  // namespace lss::sim::nodes

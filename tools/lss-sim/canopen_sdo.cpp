@@ -1,9 +1,9 @@
 // The SDO server of a simulated CANopen node, and what CiA 301 lets it write when.
 
-#include "tools/lss-sim/ardito_node.h"
-#include "tools/lss-sim/ardito_wire.h"
+#include "tools/lss-sim/canopen_node.h"
+#include "tools/lss-sim/canopen_wire.h"
 
-namespace lss::sim::ardito {
+namespace lss::sim::nodes {
 
 void Node::serve_sdo(const CanFrame& request) {
   const std::uint8_t command = request.data[0];
@@ -83,4 +83,4 @@ Abort Node::check_pdo(const Pdo& pdo, bool transmit, std::uint16_t index, std::u
   return kDone;
 }
 
-}  // namespace lss::sim::ardito
+}  // namespace lss::sim::nodes

@@ -1,8 +1,8 @@
-#include "tools/lss-sim/ardito_objects.h"
+#include "tools/lss-sim/canopen_objects.h"
 
 #include <algorithm>
 
-namespace lss::sim::ardito {
+namespace lss::sim::nodes {
 
 std::int64_t to_signed(std::uint32_t value, std::size_t bytes) {
   if (bytes == 1) return static_cast<std::int8_t>(value);
@@ -69,4 +69,4 @@ Abort Objects::check(std::uint16_t index, std::uint8_t sub, std::size_t bytes,
   return number < object->min || number > object->max ? kOutOfRange : kDone;
 }
 
-}  // namespace lss::sim::ardito
+}  // namespace lss::sim::nodes

@@ -1,17 +1,18 @@
-// What SPIN's verifier calls for Lunar Zebro.
+// What SPIN's verifier calls, for the vehicle LSS_VERIFIED of this build.
 
 #include <cstring>
 
-#include "daemon/vehicles/zebro_modes.h"
 #include "tools/lss-lc/spin.h"
-#include "tools/lss-lc/zebro.h"
 
 namespace {
 
 using namespace lss;
 
 const lc::Model& model() {
-  static const lc::Model model = zebro::model_of(zebro::kTable);
+  static const lc::Model model = [] {
+    const lc::Verified& vehicle = *lc::verified_vehicle(LSS_VERIFIED);
+    return vehicle.model(*vehicle.table, vehicle.modules);
+  }();
   return model;
 }
 
@@ -21,7 +22,7 @@ lc::ControllerState state() {
   return lc::unpack(key);
 }
 void set(const lc::ControllerState& state) {
-  const lc::Key key = lc::pack(state);
+  const lc::Key key = lc::pack(lc::stand_in(model(), state));
   std::memcpy(lss_lc_state, &key, sizeof key);
 }
 
@@ -41,7 +42,7 @@ unsigned char lss_lc_state[8];
 
 void lss_lc_step(int happening) {
   const lc::Happening h = model().happenings[static_cast<std::size_t>(happening)];
-  const lc::ControllerState next = lc::step(zebro::kTable, state(), h.event, h.subject).next;
+  const lc::ControllerState next = lc::step(*model().table, state(), h.event, h.subject).next;
   packs = packs && lc::unpack(lc::pack(next)) == next;
   set(next);
 }
@@ -49,7 +50,7 @@ void lss_lc_step(int happening) {
 // The properties of states; SPIN stops with an error where one does not hold.
 int lss_lc_good() {
   if (!packs) return 0;
-  return model().states.all(zebro::kTable, state()) ? 1 : 0;
+  return model().states.all(*model().table, state()) ? 1 : 0;
 }
 
 }  // extern "C"

@@ -8,7 +8,7 @@
 #include <optional>
 #include <random>
 
-namespace lss::sim::ardito {
+namespace lss::sim::nodes {
 
 class Signal {
  public:
@@ -54,4 +54,4 @@ class Signal {
   std::optional<double> held_;
 };
 
-}  // namespace lss::sim::ardito
+}  // namespace lss::sim::nodes

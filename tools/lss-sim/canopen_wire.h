@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <span>
 
-namespace lss::sim::ardito {
+namespace lss::sim::nodes {
 
 // Of a COB-ID.
 inline constexpr std::uint32_t kInvalid = 0x8000'0000, kNoRemote = 0x4000'0000;
@@ -46,4 +46,4 @@ inline std::int64_t to_i16(double value) { return saturate(value, INT16_MIN, INT
 inline std::int64_t to_u16(double value) { return saturate(value, 0, UINT16_MAX); }
 inline std::int64_t to_i32(double value) { return saturate(value, INT32_MIN, INT32_MAX); }
 
-}  // namespace lss::sim::ardito
+}  // namespace lss::sim::nodes

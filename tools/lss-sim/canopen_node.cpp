@@ -1,11 +1,11 @@
-#include "tools/lss-sim/ardito_node.h"
+#include "tools/lss-sim/canopen_node.h"
 
 #include <algorithm>
 #include <iterator>
 
-#include "tools/lss-sim/ardito_wire.h"
+#include "tools/lss-sim/canopen_wire.h"
 
-namespace lss::sim::ardito {
+namespace lss::sim::nodes {
 namespace {
 
 constexpr std::uint8_t kMaster = 0x7F;
@@ -36,8 +36,6 @@ constexpr Object kCommunication[] = {
     {.index = 0x1017, .bytes = 2, .access = rw},
     {.index = 0x1018, .bytes = 1, .initial = 4},
     {.index = 0x1018, .sub = 1, .initial = 0},  // no vendor
-    {.index = 0x1018, .sub = 2, .initial = 0x0A12D170},
-    {.index = 0x1018, .sub = 3, .initial = 0x00010000},
     {.index = 0x1018, .sub = 4, .initial = 1},
     {.index = 0x1029, .bytes = 1, .initial = 1},
     {.index = 0x1029, .sub = 1, .bytes = 1, .access = rw, .min = 0, .max = 2},
@@ -65,11 +63,13 @@ std::uint8_t register_of(std::uint16_t code) {
 
 }  // namespace
 
-Node::Node(std::uint8_t id, std::uint32_t device_type, std::size_t rpdos, std::size_t tpdos,
+Node::Node(const Identity& identity, std::size_t rpdos, std::size_t tpdos,
            std::span<const Object> objects, unsigned seed)
-    : random_(seed), id_(id), device_type_(device_type) {
+    : random_(seed), id_(identity.id), device_type_(identity.device_type) {
   objects_.add({.index = 0x1000});
-  objects_.add({.index = 0x1014, .initial = 0x80 + id});
+  objects_.add({.index = 0x1014, .initial = 0x80 + id_});
+  objects_.add({.index = 0x1018, .sub = 2, .initial = identity.product});
+  objects_.add({.index = 0x1018, .sub = 3, .initial = identity.revision});
   objects_.add(kCommunication);
   const auto add_pdo = [&](std::vector<Pdo>& pdos, std::uint16_t base, std::uint16_t mapping_base,
                            std::uint32_t cob_id) {
@@ -80,7 +80,7 @@ Node::Node(std::uint8_t id, std::uint32_t device_type, std::size_t rpdos, std::s
     objects_.add({.index = parameters,
                   .sub = 1,
                   .access = rw,
-                  .initial = kInvalid | (cob_id + 0x100u * n + id)});
+                  .initial = kInvalid | (cob_id + 0x100u * n + id_)});
     objects_.add({.index = parameters, .sub = 2, .bytes = 1, .access = rw, .initial = 255});
     objects_.add({.index = parameters, .sub = 3, .bytes = 2, .access = rw});
     objects_.add({.index = parameters, .sub = 5, .bytes = 2, .access = rw});
@@ -338,4 +338,4 @@ void Node::misbehave() {
   }
 }
 
-}  // namespace lss::sim::ardito
+}  // namespace lss::sim::nodes

@@ -1,0 +1,18 @@
+#pragma once
+
+// The verbs of TALARIS that are more than one command: hop, edf, script. Main thread.
+
+#include <string_view>
+
+#include "tools/lss-cli/grammar.h"
+
+namespace lss::cli::talaris {
+
+void add_verbs(Grammar& grammar);
+
+// Commands that are given by these only.
+inline constexpr std::string_view kComposed[] = {"edf-arm",      "edf-throttle", "edf-rpm",
+                                                 "script-begin", "script-step",  "script-run",
+                                                 "script-abort"};
+
+}  // namespace lss::cli::talaris

@@ -1,0 +1,194 @@
+#pragma once
+
+// The words in which properties and contracts are written, and those that hold for every vehicle.
+// Included by the vehicles' own only.
+
+#include <array>
+
+#include "tools/lss-lc/explorer.h"
+
+namespace lss::lc {
+
+// First these, then those.
+template <class Item, std::size_t N, std::size_t M>
+constexpr std::array<Item, N + M> join(const std::array<Item, N>& these,
+                                       const std::array<Item, M>& those) {
+  std::array<Item, N + M> all{};
+  for (std::size_t i = 0; i < N; ++i) all[i] = these[i];
+  for (std::size_t i = 0; i < M; ++i) all[N + i] = those[i];
+  return all;
+}
+
+namespace common {
+
+using S = const ControllerState&;
+using T = const Transition&;
+
+inline bool idle(S s) { return s.state == State::idle; }
+inline bool operational(S s) { return s.state == State::operational; }
+inline bool fatal(S s) { return s.state == State::fatal_error; }
+inline bool solving(S s) { return s.state == State::solve_errors; }
+inline bool has(S s, std::uint8_t flags) { return (s.flags & flags) != 0; }
+inline bool link(S s, Link bit) { return (s.links & bit) != 0; }
+inline bool in_service(S s, unsigned module) { return (s.isolated >> (module - 1) & 1u) == 0; }
+inline bool contact(S s) { return s.silent == 0 && s.unheard == 0 && !link(s, kPortClosed); }
+inline bool stops_motors(ActionSet actions) {
+  return (actions & (kMotorsOff | lc::kEmergencyStop)) != 0;
+}
+inline bool same_mode(T t) {
+  return t.result.next.state == t.before.state && t.result.next.mode == t.before.mode;
+}
+inline bool keeps(T t) { return t.result.next == t.before; }
+inline bool held_after(T t) { return link(t.result.next, kHeld); }
+inline bool emergency(T t) {
+  return fatal(t.result.next) && (t.result.actions & kEmergencyStop) != 0 && !held_after(t);
+}
+inline bool lost_is_emergency(T t) { return operational(t.before) ? emergency(t) : same_mode(t); }
+
+// ---- states
+
+inline constexpr std::array kStates = {
+    StateProperty{"a mode runs exactly in Operational", "4.3.1",
+                  [](const Table&, S s) { return operational(s) == (s.mode != 0); }},
+    StateProperty{
+        "Operational has every link: port, OBC, all modules in service", "O-Int-2",
+        [](const Table&, S s) { return !operational(s) || (contact(s) && !link(s, kObcSilent)); }},
+    StateProperty{"authority is held only in Operational", "architecture",
+                  [](const Table&, S s) { return operational(s) || !link(s, kHeld); }},
+    StateProperty{"a chain of motions has a goal only in Operational", "4.3.1",
+                  [](const Table&, S s) { return operational(s) || s.goal == 0; }},
+    StateProperty{"a strategy runs exactly in SolveErrors", "Conf-3",
+                  [](const Table&, S s) {
+                    return solving(s) == (s.strategy != 0) && s.strategy <= kMaxStrategies;
+                  }},
+    StateProperty{"a module is silent, never heard or isolated, not two of these", "P-Int-2",
+                  [](const Table&, S s) {
+                    return (s.silent & s.unheard) == 0 && (s.silent & s.isolated) == 0 &&
+                           (s.unheard & s.isolated) == 0;
+                  }},
+};
+
+// ---- steps that were taken
+
+inline constexpr std::array kSteps = {
+    StepProperty{"FatalError is left only for SolveErrors, by solve", "Oper-6", kChange,
+                 [](T t) {
+                   return !fatal(t.before) || fatal(t.result.next) ||
+                          (solving(t.result.next) && t.happening.event == Event::solve);
+                 }},
+    StepProperty{"SolveErrors is left only for FatalError, or for Idle when all is well", "Oper-6",
+                 kChange,
+                 [](T t) {
+                   return !solving(t.before) || solving(t.result.next) || fatal(t.result.next) ||
+                          (idle(t.result.next) && t.happening.event == Event::solved &&
+                           contact(t.result.next));
+                 }},
+    StepProperty{
+        "SolveErrors is entered only from FatalError", "4.3.1", kChange,
+        [](T t) { return !solving(t.result.next) || solving(t.before) || fatal(t.before); }},
+    StepProperty{"into FatalError every module gets an emergency stop", "Oper-5", kChange,
+                 [](T t) {
+                   return fatal(t.before) || !fatal(t.result.next) ||
+                          (t.result.actions & kEmergencyStop) != 0;
+                 }},
+    StepProperty{"leaving Operational stops the motors", "Oper-7", kChange,
+                 [](T t) {
+                   return !operational(t.before) || operational(t.result.next) ||
+                          stops_motors(t.result.actions);
+                 }},
+    StepProperty{"leaving SolveErrors stops the motors", "Oper-7", kChange,
+                 [](T t) {
+                   return !solving(t.before) || solving(t.result.next) ||
+                          (stops_motors(t.result.actions) && (t.result.actions & kEndSolve) != 0);
+                 }},
+    StepProperty{"links change by what is heard of them, only", "O-Int-2", kLinks,
+                 [](T t) {
+                   const ControllerState &a = t.before, &b = t.result.next;
+                   const Event e = t.happening.event;
+                   const auto changed = [&](Link bit) { return ((a.links ^ b.links) & bit) != 0; };
+                   if (changed(kPortClosed) && e != Event::port_opened && e != Event::port_closed)
+                     return false;
+                   if (changed(kObcSilent) && e != Event::obc_heard && e != Event::obc_silent)
+                     return false;
+                   const bool of_modules = e == Event::module_heard || e == Event::module_silent ||
+                                           e == Event::restore ||
+                                           (t.result.actions & kIsolate) != 0;
+                   return of_modules || (a.silent == b.silent && a.unheard == b.unheard);
+                 }},
+    StepProperty{"modules are isolated by error solving only, and restored by command only",
+                 "Conf-3", kLinks,
+                 [](T t) {
+                   const unsigned gone = t.before.isolated & ~t.result.next.isolated,
+                                  more = t.result.next.isolated & ~t.before.isolated;
+                   return (gone == 0 || t.happening.event == Event::restore) &&
+                          (more == 0 || ((t.result.actions & kIsolate) != 0 && solving(t.before) &&
+                                         more == 1u << (t.happening.subject - 1)));
+                 }},
+    StepProperty{"faults are forgotten only when they are solved", "Oper-6", kActions,
+                 [](T t) {
+                   return (t.result.actions & kClearFaults) == 0 ||
+                          (solving(t.before) && idle(t.result.next));
+                 }},
+};
+
+// ---- events
+
+inline constexpr std::array kContracts = {
+    Contract{"emergency stop", Event::emergency_stop, [](S, unsigned) { return true; },
+             [](T t) { return emergency(t) && (t.result.actions & kEndSolve) != 0; }},
+    Contract{"fatal fault", Event::emergency, [](S, unsigned) { return true; },
+             [](T t) { return fatal(t.before) ? keeps(t) : emergency(t); }},
+    Contract{"solve", Event::solve, [](S s, unsigned) { return fatal(s); },
+             [](T t) {
+               return solving(t.result.next) && (t.result.actions & kBeginSolve) != 0 &&
+                      t.result.next.strategy == 1;
+             }},
+    Contract{"solved", Event::solved, [](S s, unsigned) { return solving(s) && contact(s); },
+             [](T t) { return idle(t.result.next) && (t.result.actions & kClearFaults) != 0; }},
+    Contract{"unsolved", Event::unsolved, [](S s, unsigned) { return solving(s); }, emergency},
+    Contract{"reset of the controller", Event::reset_controller, [](S, unsigned) { return true; },
+             [](T t) {
+               const bool back = fatal(t.before) || solving(t.before);
+               return (back ? emergency(t) : idle(t.result.next)) &&
+                      stops_motors(t.result.actions) &&
+                      (!operational(t.before) || (t.result.actions & kEmergencyStop) != 0);
+             }},
+    Contract{"reset of a module", Event::reset_module,
+             [](S s, unsigned) { return idle(s) || fatal(s); },
+             [](T t) { return keeps(t) && (t.result.actions & kResetModule) != 0; }},
+    Contract{"restore", Event::restore, [](S s, unsigned) { return idle(s) || fatal(s); },
+             [](T t) {
+               return same_mode(t) && t.result.next.isolated == 0 &&
+                      t.result.next.silent == (t.before.silent | t.before.isolated) &&
+                      (t.result.actions & kRestore) != 0;
+             }},
+    Contract{"data", Event::request_data, [](S, unsigned) { return true; },
+             [](T t) { return keeps(t) && (t.result.actions & kPublishData) != 0; }},
+    Contract{"reset of the timing", Event::reset_timing, [](S, unsigned) { return true; }, keeps},
+    Contract{"module heard", Event::module_heard,
+             [](S s, unsigned module) { return in_service(s, module); },
+             [](T t) {
+               const unsigned bit = 1u << (t.happening.subject - 1);
+               return same_mode(t) && t.result.next.silent == (t.before.silent & ~bit) &&
+                      t.result.next.unheard == (t.before.unheard & ~bit);
+             }},
+    Contract{"module silent", Event::module_silent,
+             [](S s, unsigned module) { return in_service(s, module); },
+             [](T t) {
+               const unsigned bit = 1u << (t.happening.subject - 1);
+               const bool moves = operational(t.before) || idle(t.before);
+               return t.result.next.silent == (t.before.silent | bit) &&
+                      (moves ? emergency(t) : same_mode(t));
+             }},
+    Contract{"port opened", Event::port_opened, [](S, unsigned) { return true; },
+             [](T t) { return same_mode(t) && !link(t.result.next, kPortClosed); }},
+    Contract{"port closed", Event::port_closed, [](S, unsigned) { return true; },
+             [](T t) { return lost_is_emergency(t) && link(t.result.next, kPortClosed); }},
+    Contract{"OBC heard", Event::obc_heard, [](S, unsigned) { return true; },
+             [](T t) { return same_mode(t) && !link(t.result.next, kObcSilent); }},
+    Contract{"OBC silent", Event::obc_silent, [](S, unsigned) { return true; },
+             [](T t) { return lost_is_emergency(t) && link(t.result.next, kObcSilent); }},
+};
+
+}  // namespace common
+}  // namespace lss::lc
