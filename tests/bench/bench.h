@@ -80,6 +80,7 @@ struct NotHere : std::runtime_error {
 using Figures = std::vector<Figure>;
 Figures row_i(const Options& options);
 Figures row_ii(const Options& options);
+Figures row_ii_sync(const Options& options);  // where Ardito is built
 Figures row_iii(const Options& options);
 Figures row_iv(const Options& options);
 Figures row_v(const Options& options);

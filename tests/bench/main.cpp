@@ -36,7 +36,7 @@ constexpr Row kRows[] = {
     {"iii", "command to acknowledgement", row_iii},
     {"iv", "telemetry", row_iv},
     {"v", "cycle of seven modules on RS-485", row_v},
-    {"vi", "cycle on CAN: no vehicle with a CAN bus is built", nullptr},
+    {"vi", "cycle on CAN: needs a kernel with CAN interfaces", nullptr},
     {"vii", "mathematics of a frame", row_vii},
     {"viii", "state space of the locomotion controller", row_viii},
     {"ix", "memory and steadiness", row_ix},

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <iterator>
 #include <list>
 #include <tuple>
 
@@ -355,6 +356,9 @@ Figures row_ii(const Options& options) {
          with_offset(offset.subjects[static_cast<std::size_t>(index)], offset, plan, spin + how))
       figures.push_back(std::move(f));
   }
+#ifdef LSS_BENCH_ARDITO
+  if (!campaign) std::ranges::move(row_ii_sync(options), std::back_inserter(figures));
+#endif
   return figures;
 }
 

@@ -23,7 +23,7 @@ struct Spin {
 Spin spin() {
   Folder folder;
   const TimeNs begin = now_ns();
-  Process verifier({program("lss-lc-spin"), "-w24"}, folder.path() / "spin.log");
+  Process verifier({program("lss-lc-spin-zebro"), "-w24"}, folder.path() / "spin.log");
   if (verifier.wait() != 0) throw NotHere("SPIN's verifier is not built: install the package spin");
   Spin s{.states = 0, .transitions = 0, .seconds = static_cast<double>(now_ns() - begin) * 1e-9};
   const std::string said = read_file(folder.path() / "spin.log");

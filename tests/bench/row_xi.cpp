@@ -2,6 +2,8 @@
 // the order is issued, and when its byte was written to a port; against cyclictest with the same
 // period, priority and CPU at the same time.
 
+#include "tests/bench/row_xi.h"
+
 #include <unistd.h>
 
 #include <array>
@@ -18,10 +20,6 @@ namespace {
 constexpr TimeNs kPeriod = 5 * kMillisecond;
 constexpr TimeNs kOffset = 2 * kMillisecond;
 constexpr TimeNs kSpin = 200 * kMicrosecond;
-
-struct Errors {
-  Samples issued_us, written_us;
-};
 
 Errors edges(int count, TimeNs spin_ns) {
   Terminal terminal;
@@ -71,25 +69,23 @@ Errors edges(int count, TimeNs spin_ns) {
   return errors;
 }
 
-}  // namespace
-
-Figures row_xi(const Options& options) {
-  prepare_real_time();
+// Of one way to make edges, beside cyclictest.
+void measure(const Options& options, const std::string& what, Errors (*subject)(int, TimeNs),
+             Figures& figures) {
   const int count = options.count(300, 40);
   const int rounds_wanted = options.count(15, kRounds);
-  Figures figures;
   for (const TimeNs spin_ns : {TimeNs{0}, kSpin}) {
     Rounds issued, written;
     for (int i = 0; i < rounds_wanted; ++i) {
       Cyclictest first(kActuatePriority, kPeriod, count, measured_cpu());
       Cyclictest second(kActuatePriority, kPeriod, count, measured_cpu());
-      const Errors errors = edges(count, spin_ns);
+      const Errors errors = subject(count, spin_ns);
       const Samples a = first.latencies(), b = second.latencies();
       issued.push_back({errors.issued_us, a, b});
       written.push_back({errors.written_us, a, b});
     }
     const bool spin = spin_ns != 0;
-    const std::string how = spin ? ", spin_us = 200, " : ", asleep, ";
+    const std::string how = what + (spin ? ", spin_us = 200, " : ", asleep, ");
     figures.push_back(figure("xi", "edge issued" + how + "p50", "us", issued, median, kNone));
     figures.push_back(
         figure("xi", "edge issued" + how + "p99", "us", issued, p99, spin ? 0.05 : kNone));
@@ -100,6 +96,17 @@ Figures row_xi(const Options& options) {
     figures.push_back(
         figure("xi", "byte written" + how + "p99", "us", written, p99, spin ? 0.6 : kNone));
   }
+}
+
+}  // namespace
+
+Figures row_xi(const Options& options) {
+  prepare_real_time();
+  Figures figures;
+  measure(options, "", edges, figures);
+#ifdef LSS_BENCH_TALARIS
+  measure(options, " between releases", valve_edges, figures);
+#endif
   return figures;
 }
 

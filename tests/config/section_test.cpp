@@ -23,6 +23,8 @@ TEST_F(SectionTest, ValuesAreReadAndAbsentKeysFallBack) {
   EXPECT_EQ(s.text("d", ""), "x");
   EXPECT_EQ(s.choice("e", 0, {"full", "half"}), 1u);
   EXPECT_EQ(s.integers("f", {}, 2, 0, 9), (std::vector<std::int64_t>{1, 2}));
+  EXPECT_EQ(s.numbers("f", {}, 2, 0, 9), (std::vector<double>{1, 2}));
+  EXPECT_EQ(s.numbers("none", {0.5}, 1, 0, 9), std::vector<double>{0.5});
   EXPECT_EQ(s.texts("g", {}), std::vector<std::string>{"lo"});
   EXPECT_EQ(s.number("none", 7, 0, 9), 7.0);
   EXPECT_EQ(s.integer("none", 8, 0, 9), 8);
@@ -137,6 +139,18 @@ TEST_F(SectionTest, ListsHaveTheirLengthTypeAndRangeChecked) {
             "f.toml:3:5: c: 300 is out of range 0 to 255\n"
             "f.toml:4:5: d: must be a list of texts in quotes\n"
             "f.toml:5:5: e: must be a list of texts in quotes\n");
+}
+
+TEST_F(SectionTest, ListsOfNumbersHaveTheirLengthTypeAndRangeChecked) {
+  Section s = read("a = [0.5, 1]\nb = [0.5, 'x']\nc = [0.5]\nd = [0.5, 3]\ne = [0.5, nan]");
+  EXPECT_EQ(s.numbers("a", {}, 2, 0, 1), (std::vector<double>{0.5, 1}));
+  for (const char* key : {"b", "c", "d", "e"})
+    EXPECT_EQ(s.numbers(key, {7, 8}, 2, 0, 1), (std::vector<double>{7, 8}));
+  EXPECT_EQ(errors_.text(),
+            "f.toml:2:5: b: must be a list of 2 numbers\n"
+            "f.toml:3:5: c: must be a list of 2 numbers\n"
+            "f.toml:4:5: d: 3 is out of range 0 to 1\n"
+            "f.toml:5:5: e: nan is out of range 0 to 1\n");
 }
 
 TEST_F(SectionTest, AWrongChoiceIsNamedWithTheNearestOrAllOfThem) {

@@ -23,6 +23,12 @@ TEST(AckText, NamesTheModuleTheMeasuredValueTheLimitAndWhatToDo) {
   EXPECT_EQ(ack_text(rejection(Reason::module_silent, 3, 5000, 200)),
             "rejected: module 3 does not answer (measured 5000, allowed 200); "
             "check its power and the bus, then: lss-cli solve");
+  static constexpr const char* kNames[] = {"LF", "RF", "LM"};
+  EXPECT_EQ(ack_text(rejection(Reason::module_silent, 3), kNames),
+            "rejected: module 3 (LM) does not answer; "
+            "check its power and the bus, then: lss-cli solve");
+  EXPECT_EQ(ack_text(rejection(Reason::module_silent, 4), kNames),
+            "rejected: module 4 does not answer; check its power and the bus, then: lss-cli solve");
 }
 
 TEST(AckText, IsThePhaseAloneWhenThereIsNoReason) {

@@ -173,7 +173,7 @@ class Ardito(Rover):
         self.assertIn(links["IMU"], ("missing", "booting"))
         result = self.cli("start")
         self.assertEqual(result.code, EXIT["rejected"], result)
-        self.assertIn("module 2 has not been heard", result.err)
+        self.assertIn("module 2 (RF) has not been heard", result.err)
         self.fault("clear")
         self.wait_modules()
         self.assertGreater(self.driven("drive", "0.3", "--for", "3s")[0], 0.5)

@@ -22,6 +22,12 @@ class Demo(unittest.TestCase):
         self.assertEqual(result.code, 0, result.err)
         self.assertRegex(result.out, "an S.*on the spot.*climbed")
 
+    def test_the_demo_flies_talaris_and_says_how_it_landed(self):
+        result = run([os.path.join(SOURCE, "tools", "demo"), "talaris"], dict(os.environ, NO_COLOR="1"), 1100)
+        print(result.out)
+        self.assertEqual(result.code, 0, result.err)
+        self.assertIn("landed well", result.out)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -83,9 +83,11 @@ class Log(Scenario):
         self.cli_ok("timing", "--reset")
         client = self.begin_walk()
         wait_until(lambda: "the log cannot be written" in daemon.err(), 30, "it is told")
+        self.wait_status(lambda s: not s["recording"], 5, "status says that nothing is recorded")
         # There is room again.
         resource.prlimit(daemon.process.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
         wait_until(lambda: "the log goes on" in daemon.err(), 30, "it goes on")
+        self.wait_status(lambda s: s["recording"], 5, "status says so")
         client.signal(signal.SIGINT)
         client.wait(60)
         self.assertEqual(self.assert_no_frame_was_late()["state"], IDLE)

@@ -1,0 +1,22 @@
+#pragma once
+
+// Row vii: the mathematics of one frame of those vehicles that are not in every build.
+
+#include <functional>
+
+#include "tests/bench/bench.h"
+
+namespace lss::bench {
+
+// The compiler must believe that somebody looks at it.
+inline void keep(const void* memory) { asm volatile("" : : "r"(memory) : "memory"); }
+
+// Each call goes through the same recorded frames and gives the ns of one.
+std::function<Samples()> ardito_frame(const Options& options);
+
+// TALARIS: one frame of navigation, 40 samples of the IMU and two ranges, ns.
+std::function<Samples()> talaris_navigation(const Options& options);
+// The same filter, dense.
+Figure talaris_against_dense(const Options& options);
+
+}  // namespace lss::bench

@@ -1,0 +1,176 @@
+"""TALARIS flies, and what happens when something fails: judged by the simulator's true path."""
+
+import os
+import signal
+import unittest
+
+from hopper_rig import Hopper
+from programs import wait_until
+from rig import BOOT_S, EXIT, FATAL_ERROR, FAULT, IDLE
+
+SOFT_m_s = 1.0
+
+
+class Talaris(Hopper):
+    def landing(self):
+        """Of the last flight: height, way along, speed before the ground, tilt afterwards."""
+        samples = [s for _, s in self.truth.samples]
+        first = samples[0]["position_m"]
+        height = max(s["position_m"][0] - first[0] for s in samples)
+        flying = [s for s in samples if s["position_m"][0] - first[0] > 0.05]
+        w, x, y, z = samples[-1]["attitude_wxyz"]
+        upright = 1 - 2 * (y * y + z * z)
+        result = {"height_m": height, "along_m": samples[-1]["position_m"][2] - first[2],
+                  "sink_m_s": -flying[-1]["velocity_m_s"][0] if flying else 0.0, "upright": upright}
+        print(result)
+        return result
+
+    def rests(self, limit_s=20):
+        """Until it stands on the ground, everything shut."""
+        wait_until(lambda: self.true_height() < 0.05 and self.all_shut()
+                   and abs(self.truth.samples[-1][1]["velocity_m_s"][0]) < 0.02, limit_s, "it stands on the ground")
+
+    def assert_soft(self, result):
+        self.assertLess(result["sink_m_s"], SOFT_m_s)
+        self.assertGreater(result["upright"], 0.98)
+
+    def begin_hop(self, *words):
+        client = self.begin_cli("--jsonl", "hop", "--arm", "--height", "2", "--distance", "30", *words, name="hop")
+        self.wait_phase("traverse", 90, client)
+        return client
+
+    def test_hops_two_metres_up_thirty_along_and_lands(self):
+        self.start_all()
+        self.cli_ok("hop", "--arm", "--height", "2", "--distance", "30", limit_s=180)
+        self.rests()
+        result = self.landing()
+        self.assertAlmostEqual(result["height_m"], 2.0, delta=0.4)
+        self.assertAlmostEqual(result["along_m"], 30.0, delta=10)  # dead reckoning, see tools/demo
+        self.assert_soft(result)
+        self.assertEqual(self.status()["state"], IDLE)
+
+    def test_a_killed_client_in_flight_lets_it_land(self):
+        self.start_all()
+        self.begin_hop().kill()
+        self.wait_state(IDLE, 60)
+        self.rests()
+        self.assert_soft(self.landing())
+
+    def test_a_daemon_that_is_terminated_in_flight_lands_first(self):
+        daemon = self.start_all()
+        self.begin_hop()
+        daemon.signal(signal.SIGTERM)
+        self.assertEqual(daemon.wait(40), 0)
+        self.rests()
+        self.assert_soft(self.landing())
+
+    def test_an_emergency_stop_in_flight_and_in_a_script_shuts_everything_at_once(self):
+        self.start_all()
+        path = os.path.join(self.folder, "long.script")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write("0s valves 1,3 for 100ms\n" + "".join(f"{i}s valves 2 for 800ms\n" for i in range(1, 60)))
+        script = self.begin_cli("--jsonl", "script", "run", path, name="script")
+        wait_until(lambda: not self.all_shut(), 30, "a valve opens")
+        self.cli_ok("estop")
+        self.wait_state(FATAL_ERROR)
+        wait_until(self.all_shut, 1, "everything is shut")
+        self.assertEqual(script.wait(10), EXIT["failed"])
+        self.assertEqual(self.cli("valve", "1").code, EXIT["rejected"])
+        self.cli_ok("solve", limit_s=60)
+        self.wait_state(IDLE)
+
+        client = self.begin_hop()
+        self.cli_ok("estop")
+        self.wait_state(FATAL_ERROR)
+        wait_until(self.all_shut, 1, "everything is shut")
+        self.assertEqual(client.wait(10), EXIT["failed"])
+
+    def test_ctrl_c_and_an_abort_from_elsewhere_end_a_script(self):
+        self.start_all()
+        self.assertIn("gnc calibrate; plan hop", self.cli_ok("--dry-run", "hop").out)
+        path = os.path.join(self.folder, "long.script")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write("".join(f"{i}s valves 2 for 800ms\n" for i in range(60)))
+        for end in (lambda script: script.signal(signal.SIGINT), lambda _: self.cli_ok("script", "abort")):
+            script = self.begin_cli("--jsonl", "script", "run", path, name="script")
+            wait_until(lambda: not self.all_shut(), 30, "a valve opens")
+            end(script)
+            self.wait_state(FATAL_ERROR)
+            wait_until(self.all_shut, 1, "everything is shut")
+            self.assertEqual(script.wait(10), EXIT["failed"])
+            self.cli_ok("solve", limit_s=60)
+            self.wait_state(IDLE)
+
+    def test_an_altimeter_that_fails_in_flight_is_an_escape_and_a_fault(self):
+        self.start_all()
+        client = self.begin_hop()
+        self.fault("altimeter-silent")
+        status = self.wait_state(FATAL_ERROR, 60)
+        self.assertIn(FAULT["altitude_lost"], self.fault_ids(status))
+        self.rests()
+        result = self.landing()
+        self.assertLess(result["sink_m_s"], 2.0)
+        self.assertGreater(result["upright"], 0.95)
+        self.assertEqual(client.wait(10), EXIT["failed"])
+
+    def test_cold_gas_that_fails_in_flight_leaves_the_fans_as_a_parachute(self):
+        self.start_all()
+        client = self.begin_hop()
+        self.fault("node-silent:0x20")
+        self.wait_phase("parachute", 20, client)
+        self.wait_state(FATAL_ERROR, 60)
+        self.rests()
+        result = self.landing()
+        self.assertLess(result["sink_m_s"], 2.0)
+        self.assertGreater(result["upright"], 0.95)
+
+    def test_valves_by_hand_and_pulses_are_what_was_commanded(self):
+        self.start_all()
+        shell = self.begin_cli("valve", "3", "--time", "2s", "--hold", name="valve")
+        wait_until(lambda: self.truth.samples[-1][1]["valves"] == 0b100, 20, "valve 3 is open")
+        wait_until(self.all_shut, 10, "it shuts by itself")
+        shell.signal(signal.SIGINT)
+        shell.wait(20)
+        self.wait_state(IDLE)
+        before = self.status()["valves"][4]["fired_s"]
+        self.cli_ok("run", "-e", "pulse 5,7 --on 80ms --delay 40ms --frames 10")
+        fired = self.status()["valves"][4]["fired_s"] - before
+        self.assertAlmostEqual(fired, 0.8, delta=0.002)
+
+    def test_what_is_out_of_order_or_cannot_be_flown_is_rejected_with_its_numbers(self):
+        self.start_all()
+        result = self.cli("run", "-e", "gnc standby; gnc execute")
+        self.assertEqual(result.code, EXIT["rejected"])
+        self.assertIn("calibrat", result.err)
+        result = self.cli("run", "-e", "edf arm; gnc calibrate; plan hop --height 2 --distance 100")
+        self.assertEqual(result.code, EXIT["rejected"], result)
+        self.assertRegex(result.err, r"\d")
+        path = os.path.join(self.folder, "bad.script")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write("0s valves 1 for 500ms\n300ms valves 1,2 for 100ms\n")
+        result = self.cli("script", "check", path)
+        self.assertEqual(result.code, EXIT["rejected"], result)
+        self.assertIn("bad.script:2", result.err)
+
+    def test_sensors_that_fail_on_the_ground_refuse_what_needs_them(self):
+        self.start_all()
+        self.fault("imu-silent")
+        self.wait_status(lambda s: not s["modules"][0]["online"], 10, "the IMU is missed")
+        result = self.cli("run", "-e", "gnc calibrate")
+        self.assertEqual(result.code, EXIT["rejected"], result)
+        self.assertIn("IMU", result.err)
+
+    def test_a_killed_daemon_leaves_valves_shut_and_comes_back(self):
+        daemon = self.start_all()
+        self.begin_cli("valve", "1,3,5,7", "--time", "20s", "--hold", name="valve")
+        wait_until(lambda: self.truth.samples[-1][1]["valves"] == 0b1010101, 20, "the valves are open")
+        daemon.kill()
+        wait_until(self.all_shut, 2, "the valves shut by themselves")
+        self.start_daemon(os.path.join(self.folder, "talaris.toml"))
+        self.wait_modules()
+        self.assertTrue(self.all_shut())
+        self.wait_state(IDLE, BOOT_S)
+
+
+if __name__ == "__main__":
+    unittest.main()
