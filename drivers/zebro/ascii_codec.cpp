@@ -8,11 +8,12 @@ constexpr char kDigits[] = "0123456789ABCDEF";
 constexpr std::size_t kStopAt = 1 + 2 * kFrameBytes;  // place of the first stop character
 
 // -1: no legal digit; lower case is none.
-constexpr int digit(std::uint8_t c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
+constexpr auto kValues = [] {
+  std::array<std::int8_t, 256> values{};
+  values.fill(-1);
+  for (std::int8_t i = 0; i < 16; ++i) values[static_cast<std::uint8_t>(kDigits[i])] = i;
+  return values;
+}();
 
 std::uint8_t lrc(std::span<const std::uint8_t> bytes) {
   unsigned sum = 0;
@@ -53,7 +54,23 @@ std::span<const std::uint8_t> encode(const Frame& frame, Check check, Stop stop,
 }
 
 void Receiver::receive(std::span<const std::uint8_t> bytes, TimeNs now) noexcept {
-  for (const std::uint8_t c : bytes) character(c, now);
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    i += digits(bytes.subspan(i));
+    if (i < bytes.size()) character(bytes[i], now);
+  }
+}
+
+// Takes the digits of a frame that come next, most of all that is received; how many.
+std::size_t Receiver::digits(std::span<const std::uint8_t> bytes) noexcept {
+  if (place_ != Place::inside) return 0;
+  std::size_t taken = 0;
+  for (; characters_ < kStopAt && taken < bytes.size(); ++characters_, ++taken) {
+    const int value = kValues[bytes[taken]];
+    if (value < 0) break;
+    std::uint8_t& byte = bytes_[(characters_ - 1) / 2];
+    byte = static_cast<std::uint8_t>((byte << 4) | value);
+  }
+  return taken;
 }
 
 std::optional<Received> Receiver::take() noexcept {
@@ -97,11 +114,7 @@ void Receiver::inside(std::uint8_t c, TimeNs now) noexcept {
     }
     return drop(counters_.bad_length, c);
   }
-  const int value = digit(c);
-  if (value < 0) return drop(counters_.bad_character, c);
-  std::uint8_t& byte = bytes_[(characters_ - 1) / 2];
-  byte = static_cast<std::uint8_t>((byte << 4) | value);
-  ++characters_;
+  drop(counters_.bad_character, c);  // digits() would have taken a digit
 }
 
 void Receiver::begin(TimeNs now) noexcept {

@@ -71,6 +71,7 @@ class Receiver {
   enum class Place : std::uint8_t { outside, inside, skipping };
 
   void character(std::uint8_t c, TimeNs now) noexcept;
+  std::size_t digits(std::span<const std::uint8_t> bytes) noexcept;
   void inside(std::uint8_t c, TimeNs now) noexcept;
   void begin(TimeNs now) noexcept;
   void finish() noexcept;

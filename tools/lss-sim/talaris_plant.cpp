@@ -186,7 +186,11 @@ void Plant::step(const Wrench& wrench, double gas_used_kg, const Vector3& push_N
 
 // Dry friction of a stand takes velocity away, so that it holds what it can hold.
 void Plant::brake() {
-  Eigen::VectorXd velocity = world_->skeleton->getVelocities();
+  if (options_.stand == Stand::free || options_.stand == Stand::load) return;
+  Skeleton& skeleton = *world_->skeleton;
+  Vector3 velocity = Vector3::Zero();  // of the stand's degrees of freedom, at most three
+  for (std::size_t i = 0; i < skeleton.getNumDofs(); ++i)
+    velocity[static_cast<Eigen::Index>(i)] = skeleton.getVelocity(i);
   const double slide = options_.friction_m_s2 * kStep_s;
   const auto turn = [&] {
     const double about = options_.inertia_kg_m2[options_.axis == Axis::pitch ? 1 : 2];
@@ -195,7 +199,7 @@ void Plant::brake() {
   switch (options_.stand) {
     case Stand::free:
     case Stand::load:
-      return;
+      break;
     case Stand::rail:
     case Stand::fans:
       slow(velocity, slide);
@@ -210,10 +214,11 @@ void Plant::brake() {
       break;
     case Stand::lift:
       slow(velocity.head(1), slide);
-      slow(velocity.tail(1), turn());
+      slow(velocity.segment(1, 1), turn());
       break;
   }
-  world_->skeleton->setVelocities(velocity);
+  for (std::size_t i = 0; i < skeleton.getNumDofs(); ++i)
+    skeleton.setVelocity(i, velocity[static_cast<Eigen::Index>(i)]);
 }
 
 void Plant::feel(const Vector3& last_velocity_m_s) {
