@@ -196,7 +196,7 @@ inline constexpr CommandInfo kCommands[] = {
     {304, "pulse", Access::holder, true, "the pulses of the duty cycle", kPulseParameters},
     {305, "enable", Access::holder, false, "which valves may fire at all", kEnableParameters},
     {306, "edf-arm", Access::holder, true,
-     "start-up of the fans' speed controllers: full throttle for 380 ms, then none. Only when they "
+     "start-up of the fans' speed controllers: full throttle for 400 ms, then none. Only when they "
      "were just switched on: otherwise the fans run at full throttle",
      kArmParameters},
     {307, "edf-throttle", Access::holder, true, "fans at a throttle", kThrottleParameters},

@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 
+#include "daemon/core/common_commands.h"
+
 namespace lss::ardito {
 namespace {
 
@@ -201,18 +203,6 @@ lc::Event event_of(const Request& r) noexcept {
       return event::start;
     case lss::CommandKind::stop:
       return event::stop;
-    case lss::CommandKind::emergency_stop:
-      return lc::Event::emergency_stop;
-    case lss::CommandKind::solve:
-      return lc::Event::solve;
-    case lss::CommandKind::reset:
-      return r.parameter[0] < 0 ? lc::Event::reset_controller : lc::Event::reset_module;
-    case lss::CommandKind::request_data:
-      return lc::Event::request_data;
-    case lss::CommandKind::reset_timing:
-      return lc::Event::reset_timing;
-    case lss::CommandKind::restore:
-      return lc::Event::restore;
     default:
       break;
   }
@@ -224,12 +214,13 @@ lc::Event event_of(const Request& r) noexcept {
     case CommandKind::halt:
       return event::halt;
   }
-  return lc::Event::none;
+  return common_event(r);
 }
 
 unsigned subject_of(const Request&) noexcept { return 0; }
 
 bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
+  if (done_at_once(kind)) return true;
   const lc::ControllerState& s = state.controller;
   const bool ready = s.state == State::operational && (s.flags & kMotorsConfirmed) != 0;
   const bool stopped = s.mode == m(Mode::stopped);
@@ -240,12 +231,6 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
       return s.state == State::idle && state.sense[kSenseMotorsOn] == 0;
     case lss::CommandKind::solve:
       return s.state == State::idle;
-    case lss::CommandKind::emergency_stop:
-    case lss::CommandKind::reset:
-    case lss::CommandKind::request_data:
-    case lss::CommandKind::reset_timing:
-    case lss::CommandKind::restore:
-      return true;
     default:
       break;
   }
@@ -263,14 +248,6 @@ Verdict sense(const SupervisorState& state, const Request& r) noexcept {
   return {.reason = Reason::over_limit, .measured = std::abs(r.parameter[0]), .limit = limit_m_s};
 }
 
-const CommandInfo* command(std::uint16_t kind) noexcept {
-  for (const CommandInfo& info : kCommands) {
-    if (info.kind == kind) return &info;
-  }
-  for (const CommandInfo& info : kCommonCommands) {
-    if (info.kind == kind) return &info;
-  }
-  return nullptr;
-}
+const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
 
 }  // namespace lss::ardito

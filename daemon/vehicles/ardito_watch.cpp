@@ -3,6 +3,7 @@
 
 #include <bit>
 
+#include "daemon/core/solving.h"
 #include "daemon/vehicles/ardito.h"
 
 namespace lss::ardito {
@@ -385,29 +386,9 @@ void Vehicle::begin_solving(const Supervisor& s) noexcept {
 
 void Vehicle::watch_solver(Supervisor& s) noexcept {
   if (s.controller().state != State::solve_errors) return;
-  const auto tell_begin = [&] {
-    s.note(EventId::strategy_begun, 0, static_cast<double>(solver_.kind()));
-  };
-  if (!solver_.running()) {
-    begin_solving(s);
-    tell_begin();
-  }
-  const StrategyKind tried = solver_.kind();
-  Solver::Report report = solver_.step(*this, healthy(s));
-  if (report == Solver::Report::running) return;
-  s.note(EventId::strategy_ended, 0, static_cast<double>(tried),
-         report == Solver::Report::solved ? 1 : 0);
-  if (report == Solver::Report::next) {
-    if (s.happen(lc::Event::next_strategy).reason == Reason::none) {
-      tell_begin();
-      return;
-    }
-    report = Solver::Report::unsolved;
-  }
-  const bool solved =
-      report == Solver::Report::solved && s.happen(lc::Event::solved).reason == Reason::none;
-  if (!solved) s.happen(lc::Event::unsolved);
-  s.note(EventId::solve_ended, 0, s.state().fault_count);
+  Patient& patient = *this;
+  solve_errors(
+      s, solver_, patient, [&] { begin_solving(s); }, healthy(s));
 }
 
 }  // namespace lss::ardito

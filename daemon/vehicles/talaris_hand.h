@@ -42,7 +42,7 @@ class Hand {
   double target_rpm(std::size_t fan) const noexcept { return by_rpm_[fan] ? rpm_[fan] : 0; }
 
  private:
-  // 2 ms for 380 ms, then 1 ms; frames are whole, so it is 400 ms.
+  // Pulses of 2 ms for at least 380 ms, then of 1 ms: whole frames, so it is 400 ms.
   static constexpr int kFullFrames = 2, kQuietFrames = 1;
 
   double default_ramp() const noexcept { return default_ramp_rpm_s_; }

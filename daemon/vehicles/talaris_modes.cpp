@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "daemon/core/common_commands.h"
+
 namespace lss::talaris {
 namespace {
 
@@ -123,8 +125,7 @@ constexpr std::array kRows = {
     stay(event::fan, kOperational, kByHand, lc::guard(kFansStarted), kTake | kFan),
 
     stay(event::standby, kOperational, kInStandby, 0, kTake),
-    go(event::standby, kByHand, 0, Mode::standby, kTake | kShut | kGncOff),
-    go(event::standby, kInCalibrate, 0, Mode::standby, kTake | kShut | kGncOff),
+    go(event::standby, kByHand | kInCalibrate, 0, Mode::standby, kTake | kShut | kGncOff),
     go(event::standby, kInExecute, kGroundOnly, Mode::standby, kTake | kShut | kEndFlight),
     go(event::calibrate, kInStandby, lc::guard(kImuTrusted), Mode::calibrate,
        kTake | kShut | kCalibrate),
@@ -141,7 +142,7 @@ constexpr std::array kRows = {
     stay(event::script_upload, kIdle | kOperational, kByHand, 0, kUpload),
     go(event::script_run, kByHand, 0, Mode::script, kTake | kShut | kRunScript),
     Row{event::script_abort, kOperational, kInScript, 0, kKeep, State::fatal_error, 0, 0,
-        lc::ActionSet{lc::kEmergencyStop} | kAbortScript},
+        lc::kEmergencyStop},
 
     off(lc::Event::lease_expired, kGround, kKeep),
     off(lc::Event::lease_expired, kInExecute, g(Goal::none)),
@@ -242,18 +243,6 @@ lc::Event event_of(const Request& r) noexcept {
       return event::start;
     case lss::CommandKind::stop:
       return event::stop;
-    case lss::CommandKind::emergency_stop:
-      return lc::Event::emergency_stop;
-    case lss::CommandKind::solve:
-      return lc::Event::solve;
-    case lss::CommandKind::reset:
-      return r.parameter[0] < 0 ? lc::Event::reset_controller : lc::Event::reset_module;
-    case lss::CommandKind::request_data:
-      return lc::Event::request_data;
-    case lss::CommandKind::reset_timing:
-      return lc::Event::reset_timing;
-    case lss::CommandKind::restore:
-      return lc::Event::restore;
     default:
       break;
   }
@@ -291,12 +280,13 @@ lc::Event event_of(const Request& r) noexcept {
     case CommandKind::script_abort:
       return event::script_abort;
   }
-  return lc::Event::none;
+  return common_event(r);
 }
 
 unsigned subject_of(const Request&) noexcept { return 0; }
 
 bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
+  if (done_at_once(kind)) return true;
   const lc::ControllerState& s = state.controller;
   const bool operational = s.state == State::operational;
   const auto mode = static_cast<Mode>(s.mode);
@@ -307,12 +297,6 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
       return s.state == State::idle && state.sense[kSenseActive] == 0;
     case lss::CommandKind::solve:
       return s.state == State::idle;
-    case lss::CommandKind::emergency_stop:
-    case lss::CommandKind::reset:
-    case lss::CommandKind::request_data:
-    case lss::CommandKind::reset_timing:
-    case lss::CommandKind::restore:
-      return true;
     default:
       break;
   }
@@ -335,14 +319,6 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
 
 Verdict sense(const SupervisorState&, const Request&) noexcept { return {}; }
 
-const CommandInfo* command(std::uint16_t kind) noexcept {
-  for (const CommandInfo& info : kCommands) {
-    if (info.kind == kind) return &info;
-  }
-  for (const CommandInfo& info : kCommonCommands) {
-    if (info.kind == kind) return &info;
-  }
-  return nullptr;
-}
+const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
 
 }  // namespace lss::talaris

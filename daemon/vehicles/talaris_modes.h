@@ -65,12 +65,11 @@ enum Action : lc::ActionSet {
   kLand = kShut << 14,
   kUpload = kShut << 15,
   kRunScript = kShut << 16,
-  kAbortScript = kShut << 17,
-  kEndFlight = kShut << 18,
-  kImuIsGood = kShut << 19,
-  kImuIsLost = kShut << 20,
-  kAltimeterIsGood = kShut << 21,
-  kAltimeterIsLost = kShut << 22,
+  kEndFlight = kShut << 17,
+  kImuIsGood = kShut << 18,
+  kImuIsLost = kShut << 19,
+  kAltimeterIsGood = kShut << 20,
+  kAltimeterIsLost = kShut << 21,
 };
 
 extern const lc::Table kTable;

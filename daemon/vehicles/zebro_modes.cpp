@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "daemon/core/common_commands.h"
 #include "gnc/zebro/locomotion.h"
 
 namespace lss::zebro {
@@ -261,18 +262,6 @@ lc::Event event_of(const Request& r) noexcept {
     }
     case lss::CommandKind::stop:
       return r.parameter[0] > 0.5 ? event::stop_lay_down : event::stop;
-    case lss::CommandKind::emergency_stop:
-      return lc::Event::emergency_stop;
-    case lss::CommandKind::solve:
-      return lc::Event::solve;
-    case lss::CommandKind::reset:
-      return r.parameter[0] < 0 ? lc::Event::reset_controller : lc::Event::reset_module;
-    case lss::CommandKind::request_data:
-      return lc::Event::request_data;
-    case lss::CommandKind::reset_timing:
-      return lc::Event::reset_timing;
-    case lss::CommandKind::restore:
-      return lc::Event::restore;
     default:
       break;
   }
@@ -290,7 +279,7 @@ lc::Event event_of(const Request& r) noexcept {
     case CommandKind::panel:
       return r.parameter[0] > 0.5 ? event::panel_deploy : event::panel_retract;
   }
-  return lc::Event::none;
+  return common_event(r);
 }
 
 unsigned subject_of(const Request& r) noexcept {
@@ -300,6 +289,7 @@ unsigned subject_of(const Request& r) noexcept {
 }
 
 bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
+  if (done_at_once(kind)) return true;
   const lc::ControllerState& s = state.controller;
   const auto mode = static_cast<Mode>(s.mode);
   const bool operational = s.state == State::operational;
@@ -310,12 +300,6 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
       return s.state == State::idle && state.sense[kSenseMotorsOn] == 0;
     case lss::CommandKind::solve:
       return s.state == State::idle;
-    case lss::CommandKind::emergency_stop:
-    case lss::CommandKind::reset:
-    case lss::CommandKind::request_data:
-    case lss::CommandKind::reset_timing:
-    case lss::CommandKind::restore:
-      return true;
     default:
       break;
   }
@@ -360,14 +344,6 @@ Verdict sense(const SupervisorState& state, const Request& r) noexcept {
           .subject = static_cast<std::uint16_t>(r.parameter[0])};
 }
 
-const CommandInfo* command(std::uint16_t kind) noexcept {
-  for (const CommandInfo& info : kCommands) {
-    if (info.kind == kind) return &info;
-  }
-  for (const CommandInfo& info : kCommonCommands) {
-    if (info.kind == kind) return &info;
-  }
-  return nullptr;
-}
+const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
 
 }  // namespace lss::zebro

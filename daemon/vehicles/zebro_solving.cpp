@@ -1,6 +1,7 @@
 // Error solving of Lunar Zebro: the vehicle as its strategies see and move it, what they begin
 // with, and how often they are begun for the same.
 
+#include "daemon/core/solving.h"
 #include "daemon/vehicles/zebro.h"
 
 namespace lss::zebro {
@@ -80,36 +81,18 @@ void Vehicle::watch_rounds(Supervisor& s) noexcept {
 
 void Vehicle::watch_solver(Supervisor& s) noexcept {
   if (s.controller().state != State::solve_errors) return;
-  const auto tell_begin = [&] {
-    s.note(EventId::strategy_begun, 0, static_cast<double>(solver_.kind()));
-  };
-  if (!solver_.running()) {
-    const Symptoms all = symptoms(s);
-    rounds_.begun(all.all());
-    solver_.begin(all.all());
-    tell_begin();
-  }
   bool healthy = port_open_ && sick() == 0 && s.controller().unheard == 0;
   for (std::size_t i = 0; i < kModules; ++i) {
     const bool motor = (modules_[i].status.flags & kFlagMotionControl) != 0;
     healthy = healthy && !(motor && answers(i));
   }
-  const StrategyKind tried = solver_.kind();
-  Solver::Report report = solver_.step(*this, healthy);
-  if (report == Solver::Report::running) return;
-  s.note(EventId::strategy_ended, 0, static_cast<double>(tried),
-         report == Solver::Report::solved ? 1 : 0);
-  if (report == Solver::Report::next) {
-    if (s.happen(lc::Event::next_strategy).reason == Reason::none) {
-      tell_begin();
-      return;
-    }
-    report = Solver::Report::unsolved;
-  }
-  const bool solved =
-      report == Solver::Report::solved && s.happen(lc::Event::solved).reason == Reason::none;
-  if (!solved) s.happen(lc::Event::unsolved);
-  s.note(EventId::solve_ended, 0, s.state().fault_count);
+  Patient& patient = *this;
+  const auto begin = [&] {
+    const Symptoms all = symptoms(s);
+    rounds_.begun(all.all());
+    solver_.begin(all.all());
+  };
+  solve_errors(s, solver_, patient, begin, healthy);
 }
 
 }  // namespace lss::zebro

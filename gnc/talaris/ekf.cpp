@@ -11,40 +11,33 @@ Matrix3 skew(const Vector3& v) noexcept {
   return m;
 }
 
-// [v x] m
-Matrix3 cross(const Vector3& v, const Matrix3& m) noexcept {
-  Matrix3 r;
-  r.row(0) = v.y() * m.row(2) - v.z() * m.row(1);
-  r.row(1) = v.z() * m.row(0) - v.x() * m.row(2);
-  r.row(2) = v.x() * m.row(1) - v.y() * m.row(0);
-  return r;
-}
-
-// m [v x]^T
-Matrix3 cross_right(const Matrix3& m, const Vector3& v) noexcept {
-  Matrix3 r;
-  r.col(0) = v.y() * m.col(2) - v.z() * m.col(1);
-  r.col(1) = v.z() * m.col(0) - v.x() * m.col(2);
-  r.col(2) = v.x() * m.col(1) - v.y() * m.col(0);
-  return r;
-}
-
-// The mean of a matrix and its transpose: what should be symmetric is so to the last bit.
-void make_symmetric(Matrix3& m) noexcept {
-  m(0, 1) = m(1, 0) = (m(0, 1) + m(1, 0)) / 2;
-  m(0, 2) = m(2, 0) = (m(0, 2) + m(2, 0)) / 2;
-  m(1, 2) = m(2, 1) = (m(1, 2) + m(2, 1)) / 2;
-}
-
 Matrix3 rotation(const Quaternion& q) noexcept { return q.toRotationMatrix(); }
 
-// One Newton step: a product of unit quaternions is off by rounding only.
-void normalise(Quaternion& q) noexcept { q.coeffs() *= 1.5 - 0.5 * q.squaredNorm(); }
+// f x, column by column.
+template <class F, class X>
+inline Vector3 times(const F& f, const X& x) noexcept {
+  double r0 = 0, r1 = 0, r2 = 0;
+#pragma GCC unroll 9
+  for (Eigen::Index k = 0; k < X::RowsAtCompileTime; ++k) {
+    r0 += f(0, k) * x(k);
+    r1 += f(1, k) * x(k);
+    r2 += f(2, k) * x(k);
+  }
+  return {r0, r1, r2};
+}
 
-}  // namespace
-
-Quaternion exponential(const Vector3& angle) noexcept {
-  const double h2 = angle.squaredNorm() / 4;
+// Of four numbers in registers: Eigen's goes through memory, in pairs, and waits for its own
+// stores.
+struct Turn {
+  double w, x, y, z;
+};
+inline Turn operator*(const Turn& a, const Turn& b) noexcept {
+  return {
+      a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z, a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y,
+      a.w * b.y + a.y * b.w + a.z * b.x - a.x * b.z, a.w * b.z + a.z * b.w + a.x * b.y - a.y * b.x};
+}
+inline Turn turn_of(double x, double y, double z) noexcept {
+  const double h2 = (x * x + y * y + z * z) / 4;
   double c, s;  // cos h, sin(h) / (2 h)
   // series of which the rest is below 1e-17; no division, this is done for every sample
   if (h2 < 1e-5) {
@@ -58,7 +51,17 @@ Quaternion exponential(const Vector3& angle) noexcept {
     c = std::cos(h);
     s = std::sin(h) / (2 * h);
   }
-  return {c, s * angle.x(), s * angle.y(), s * angle.z()};
+  return {c, s * x, s * y, s * z};
+}
+
+// One Newton step: a product of unit quaternions is off by rounding only.
+void normalise(Quaternion& q) noexcept { q.coeffs() *= 1.5 - 0.5 * q.squaredNorm(); }
+
+}  // namespace
+
+Quaternion exponential(const Vector3& angle) noexcept {
+  const Turn t = turn_of(angle.x(), angle.y(), angle.z());
+  return {t.w, t.x, t.y, t.z};
 }
 
 ExpectedRange expected_range(const Nominal& nominal, const Beam& beam) noexcept {
@@ -83,52 +86,75 @@ void Ekf::start(const Nominal& nominal, const Matrix15& p) noexcept {
   acceleration_.setZero();
   since_ = {};
   const Matrix3 c = rotation(nominal_.q_NB);
-  pp_ = p.block<3, 3>(0, 0);
-  pv_ = p.block<3, 3>(0, 3);
-  pt_ = p.block<3, 3>(0, 6) * c.transpose();
-  pa_ = p.block<3, 3>(0, 9);
-  pg_ = p.block<3, 3>(0, 12);
-  vv_ = p.block<3, 3>(3, 3);
-  vt_ = p.block<3, 3>(3, 6) * c.transpose();
-  va_ = p.block<3, 3>(3, 9);
-  vg_ = p.block<3, 3>(3, 12);
-  tt_ = c * p.block<3, 3>(6, 6) * c.transpose();
-  ta_ = c * p.block<3, 3>(6, 9);
-  tg_ = c * p.block<3, 3>(6, 12);
-  aa_ = p.block<3, 3>(9, 9);
-  ag_ = p.block<3, 3>(9, 12);
-  gg_ = p.block<3, 3>(12, 12);
-  make_symmetric(tt_);
+  p_.setZero();
+  p_.topRows<15>() = p;
+  p_.middleCols<3>(kAttitude) = (p_.middleCols<3>(kAttitude) * c.transpose()).eval();
+  p_.middleRows<3>(kAttitude) = (c * p_.middleRows<3>(kAttitude)).eval();
+  mirror();
+}
+
+// The upper triangle becomes what the lower one is.
+void Ekf::mirror() noexcept {
+  p_.block<3, 12>(0, 3) = p_.block<12, 3>(3, 0).transpose();
+  p_.block<3, 9>(3, 6) = p_.block<9, 3>(6, 3).transpose();
+  p_.block<3, 6>(6, 9) = p_.block<6, 3>(9, 6).transpose();
+  for (const int i : {kPosition, kVelocity, kAttitude}) {
+    p_(i, i + 1) = p_(i + 1, i);
+    p_(i, i + 2) = p_(i + 2, i);
+    p_(i + 1, i + 2) = p_(i + 2, i + 1);
+  }
 }
 
 void Ekf::propagate(double dt, const Vector3& rate, const Vector3& force) noexcept {
   Nominal& x = nominal_;
-  const Quaternion half = exponential((rate - x.gyro_bias_rad_s) * (dt / 2));
-  const Quaternion middle = x.q_NB * half;
-  const Matrix3 c = rotation(middle);
-  const Vector3 f = c * (force - x.accelerometer_bias_m_s2);
-  acceleration_ = f;
-  acceleration_.x() -= gravity_m_s2_;
-  x.position_N_m += dt * (x.velocity_N_m_s + (dt / 2) * acceleration_);
-  x.velocity_N_m_s += dt * acceleration_;
+  const double half_dt = dt / 2;
+  const Turn q{x.q_NB.w(), x.q_NB.x(), x.q_NB.y(), x.q_NB.z()};
+  const Turn half = turn_of((rate.x() - x.gyro_bias_rad_s.x()) * half_dt,
+                            (rate.y() - x.gyro_bias_rad_s.y()) * half_dt,
+                            (rate.z() - x.gyro_bias_rad_s.z()) * half_dt);
+  const Turn m = q * half;
   // half * half; settle() takes off what rounding did to the length
-  const double twice = 2 * half.w();
-  x.q_NB = x.q_NB *
-           Quaternion(twice * half.w() - 1, twice * half.x(), twice * half.y(), twice * half.z());
+  const Turn end = m * half;
+  x.q_NB = Quaternion(end.w, end.x, end.y, end.z);
+  const double x2 = 2 * m.x, y2 = 2 * m.y, z2 = 2 * m.z;
+  const double xx = x2 * m.x, yy = y2 * m.y, zz = z2 * m.z, xy = x2 * m.y, xz = x2 * m.z,
+               yz = y2 * m.z, wx = x2 * m.w, wy = y2 * m.w, wz = z2 * m.w;
+  const double c[3][3] = {{1 - yy - zz, xy - wz, xz + wy},
+                          {xy + wz, 1 - xx - zz, yz - wx},
+                          {xz - wy, yz + wx, 1 - xx - yy}};
+  const double ax = force.x() - x.accelerometer_bias_m_s2.x(),
+               ay = force.y() - x.accelerometer_bias_m_s2.y(),
+               az = force.z() - x.accelerometer_bias_m_s2.z();
+  double f[3];
+#pragma GCC unroll 3
+  for (int i = 0; i < 3; ++i) f[i] = c[i][0] * ax + c[i][1] * ay + c[i][2] * az;
+  acceleration_ = {f[0] - gravity_m_s2_, f[1], f[2]};
+#pragma GCC unroll 3
+  for (int i = 0; i < 3; ++i) {
+    x.position_N_m[i] += dt * (x.velocity_N_m_s[i] + half_dt * acceleration_[i]);
+    x.velocity_N_m_s[i] += dt * acceleration_[i];
+  }
 
   Since& s = since_;
-  const Vector3 df = dt * f;
-  s.pg += dt * s.vg;
-  for (int i = 0; i < 3; ++i) {  // += [df x] va, without a matrix in between
-    const double a = s.va(0, i), b = s.va(1, i), d = s.va(2, i);
-    s.vg(0, i) += df.y() * d - df.z() * b;
-    s.vg(1, i) += df.z() * a - df.x() * d;
-    s.vg(2, i) += df.x() * b - df.y() * a;
+  const double dx = dt * f[0], dy = dt * f[1], dz = dt * f[2];
+  double* const v = s.velocity.all.data();
+  s.position.all += dt * s.velocity.all;
+#pragma GCC unroll 3
+  for (int i = 0; i < 3; ++i) {  // += [df x] d
+    const double d0 = v[3 * i], d1 = v[3 * i + 1], d2 = v[3 * i + 2];
+    v[9 + 3 * i] += dy * d2 - dz * d1;
+    v[9 + 3 * i + 1] += dz * d0 - dx * d2;
+    v[9 + 3 * i + 2] += dx * d1 - dy * d0;
   }
-  s.pt += dt * s.vt;
-  s.vt += df;
-  s.pa += dt * s.va;
-  s.va += dt * c;
+#pragma GCC unroll 3
+  for (int i = 0; i < 3; ++i) {
+    v[3 * i] += dt * c[0][i];
+    v[3 * i + 1] += dt * c[1][i];
+    v[3 * i + 2] += dt * c[2][i];
+  }
+  v[18] += dx;
+  v[19] += dy;
+  v[20] += dz;
   s.qpp += dt * (2 * s.qpv + dt * s.qvv);
   s.qpv += dt * s.qvv;
   s.qvv += dt * noise_.force * noise_.force;
@@ -137,185 +163,126 @@ void Ekf::propagate(double dt, const Vector3& rate, const Vector3& force) noexce
 
 void Ekf::blur(double position, double velocity, double attitude) noexcept {
   settle();
-  pp_.diagonal().array() += position;
-  vv_.diagonal().array() += velocity;
-  tt_.diagonal().array() += attitude;
+  p_.diagonal().segment<3>(kPosition).array() += position;
+  p_.diagonal().segment<3>(kVelocity).array() += velocity;
+  p_.diagonal().segment<3>(kAttitude).array() += attitude;
 }
 
 void Ekf::blur_axis(int axis, double position, double velocity) noexcept {
   settle();
-  pp_(axis, axis) += position;
-  vv_(axis, axis) += velocity;
+  p_(kPosition + axis, kPosition + axis) += position;
+  p_(kVelocity + axis, kVelocity + axis) += velocity;
 }
 
-// P <- F P F^T + Q, F made of the sums in Since.
+Ekf::Tail Ekf::tail_of(const Sums& sums) noexcept {
+  const auto& s = sums.all;
+  Tail f;
+  f << 0, s(2, 6), -s(1, 6), -s(0, 0), -s(0, 1), -s(0, 2), s(0, 3), s(0, 4), s(0, 5),  //
+      -s(2, 6), 0, s(0, 6), -s(1, 0), -s(1, 1), -s(1, 2), s(1, 3), s(1, 4), s(1, 5),   //
+      s(1, 6), -s(0, 6), 0, -s(2, 0), -s(2, 1), -s(2, 2), s(2, 3), s(2, 4), s(2, 5);
+  return f;
+}
+
+// P <- F P F^T + Q. F is the identity but for rows of the position, velocity and attitude:
+//   p: t of v, `fp` of psi, b_a and b_g;   v: `fv` of these;   psi: `ft` of b_g.
+// In place, from the top: each row needs only those below it as they were. The lower triangle
+// counts; the upper one becomes the same in the end.
 void Ekf::settle() noexcept {
-  const Since& s = since_;
+  Since& s = since_;
   if (!(s.time_s > 0)) return;
   const double t = s.time_s;
   normalise(nominal_.q_NB);
+  const Tail fp = tail_of(s.position), fv = tail_of(s.velocity);
+  const auto ft = fv.middleCols<3>(3);  // psi by b_g is v by b_a
 
-  // dp, before anything below it changes
-  Matrix3 up = pp_ + t * pv_.transpose() - cross(s.pt, pt_.transpose());
-  up.noalias() -= s.pa * pa_.transpose();
-  up.noalias() += s.pg * pg_.transpose();
-  Matrix3 uv = pv_ + t * vv_ - cross(s.pt, vt_.transpose());
-  uv.noalias() -= s.pa * va_.transpose();
-  uv.noalias() += s.pg * vg_.transpose();
-  Matrix3 ut = pt_ + t * vt_ - cross(s.pt, tt_);
-  ut.noalias() -= s.pa * ta_.transpose();
-  ut.noalias() += s.pg * tg_.transpose();
-  Matrix3 ua = pa_ + t * va_ - cross(s.pt, ta_);
-  ua.noalias() -= s.pa * aa_;
-  ua.noalias() += s.pg * ag_.transpose();
-  Matrix3 ug = pg_ + t * vg_ - cross(s.pt, tg_);
-  ug.noalias() -= s.pa * ag_;
-  ug.noalias() += s.pg * gg_;
-  pp_ = up + t * uv - cross_right(ut, s.pt);
-  pp_.noalias() -= ua * s.pa.transpose();
-  pp_.noalias() += ug * s.pg.transpose();
-  pv_ = uv - cross_right(ut, s.vt);
-  pv_.noalias() -= ua * s.va.transpose();
-  pv_.noalias() += ug * s.vg.transpose();
-  pt_ = ut;
-  pt_.noalias() -= ug * s.va.transpose();
-  pa_ = ua;
-  pg_ = ug;
+  // P F^T; rows that are not needed are left out, two at a time
+  for (int i = 0; i < 3; ++i) {
+    Column p = p_.col(kPosition + i) + t * p_.col(kVelocity + i);
+    for (int k = 0; k < 9; ++k) p += fp(i, k) * p_.col(kAttitude + k);
+    p_.col(kPosition + i) = p;
+  }
+  for (int i = 0; i < 3; ++i) {
+    Eigen::Matrix<double, 14, 1> v = p_.col(kVelocity + i).tail<14>();
+    for (int k = 0; k < 9; ++k) v += fv(i, k) * p_.col(kAttitude + k).tail<14>();
+    p_.col(kVelocity + i).tail<14>() = v;
+  }
+  for (int i = 0; i < 3; ++i) {
+    p_.col(kAttitude + i).tail<10>() += ft(i, 0) * p_.col(kRateBias).tail<10>() +
+                                        ft(i, 1) * p_.col(kRateBias + 1).tail<10>() +
+                                        ft(i, 2) * p_.col(kRateBias + 2).tail<10>();
+  }
+  // F of that
+  for (int i = 0; i < 3; ++i) {
+    p_.col(i).segment<3>(kPosition) +=
+        t * p_.col(i).segment<3>(kVelocity) + times(fp, p_.col(i).segment<9>(kAttitude));
+  }
+  for (int i = 0; i < 6; ++i)
+    p_.col(i).segment<3>(kVelocity) += times(fv, p_.col(i).segment<9>(kAttitude));
+  for (int i = 0; i < 9; ++i)
+    p_.col(i).segment<3>(kAttitude) += times(ft, p_.col(i).segment<3>(kRateBias));
 
-  // dv
-  Matrix3 wv = vv_ - cross(s.vt, vt_.transpose());
-  wv.noalias() -= s.va * va_.transpose();
-  wv.noalias() += s.vg * vg_.transpose();
-  Matrix3 wt = vt_ - cross(s.vt, tt_);
-  wt.noalias() -= s.va * ta_.transpose();
-  wt.noalias() += s.vg * tg_.transpose();
-  va_ -= cross(s.vt, ta_);
-  va_.noalias() -= s.va * aa_;
-  va_.noalias() += s.vg * ag_.transpose();
-  vg_ -= cross(s.vt, tg_);
-  vg_.noalias() -= s.va * ag_;
-  vg_.noalias() += s.vg * gg_;
-  vv_ = wv - cross_right(wt, s.vt);
-  vv_.noalias() -= va_ * s.va.transpose();
-  vv_.noalias() += vg_ * s.vg.transpose();
-  vt_ = wt;
-  vt_.noalias() -= vg_ * s.va.transpose();
-
-  // psi
-  Matrix3 tt = tt_;
-  tt.noalias() -= s.va * tg_.transpose();
-  ta_.noalias() -= s.va * ag_.transpose();
-  tg_.noalias() -= s.va * gg_;
-  tt_ = tt;
-  tt_.noalias() -= tg_ * s.va.transpose();
-
-  pp_.diagonal().array() += s.qpp;
-  pv_.diagonal().array() += s.qpv;
-  vv_.diagonal().array() += s.qvv;
-  tt_.diagonal().array() += t * noise_.rate * noise_.rate;
-  aa_.diagonal().array() += t * noise_.force_bias * noise_.force_bias;
-  gg_.diagonal().array() += t * noise_.rate_bias * noise_.rate_bias;
-  make_symmetric(pp_);
-  make_symmetric(vv_);
-  make_symmetric(tt_);
+  p_.diagonal().segment<3>(kPosition).array() += s.qpp;
+  p_.block<3, 3>(kVelocity, kPosition).diagonal().array() += s.qpv;
+  p_.diagonal().segment<3>(kVelocity).array() += s.qvv;
+  p_.diagonal().segment<3>(kAttitude).array() += t * noise_.rate * noise_.rate;
+  p_.diagonal().segment<3>(kForceBias).array() += t * noise_.force_bias * noise_.force_bias;
+  p_.diagonal().segment<3>(kRateBias).array() += t * noise_.rate_bias * noise_.rate_bias;
+  mirror();
   since_ = {};
-}
-
-Ekf::Column Ekf::times_derivative(const Measurement& m) const noexcept {
-  const int i = m.axis;
-  const double hp = m.by_position, hv = m.by_velocity;
-  const Vector3& ht = m.by_attitude;
-  Column d;
-  d.p = hp * pp_.col(i) + hv * pv_.col(i) + pt_ * ht;
-  d.v = hp * pv_.row(i).transpose() + hv * vv_.col(i) + vt_ * ht;
-  d.t = hp * pt_.row(i).transpose() + hv * vt_.row(i).transpose() + tt_ * ht;
-  d.a = hp * pa_.row(i).transpose() + hv * va_.row(i).transpose() + ta_.transpose() * ht;
-  d.g = hp * pg_.row(i).transpose() + hv * vg_.row(i).transpose() + tg_.transpose() * ht;
-  return d;
 }
 
 double Ekf::correct(const Measurement& m, double gate) noexcept {
   settle();
-  const Column d = times_derivative(m);
-  const double s = m.by_position * d.p(m.axis) + m.by_velocity * d.v(m.axis) +
-                   m.by_attitude.dot(d.t) + m.variance;
+  // P H^T
+  const Column d = m.by_position * p_.col(kPosition + m.axis) +
+                   m.by_velocity * p_.col(kVelocity + m.axis) +
+                   p_.middleCols<3>(kAttitude).lazyProduct(m.by_attitude);
+  const double s = m.by_position * d(kPosition + m.axis) + m.by_velocity * d(kVelocity + m.axis) +
+                   m.by_attitude.dot(d.segment<3>(kAttitude)) + m.variance;
   if (!(s > 0) || !(m.residual * m.residual <= gate * gate * s)) return s;
-  const double one_s = 1 / s;
-  const Column k{one_s * d.p, one_s * d.v, one_s * d.t, one_s * d.a, one_s * d.g};
-  // Joseph's form multiplied out: P - k d^T - d k^T + k s k^T, symmetric as it stands
-  const auto joseph = [s](Matrix3& block, const Vector3& ki, const Vector3& di, const Vector3& kj,
-                          const Vector3& dj) {
-    const Vector3 left = s * kj - dj;
-    for (int c = 0; c < 3; ++c) block.col(c) += left(c) * ki - kj(c) * di;
-  };
-  joseph(pp_, k.p, d.p, k.p, d.p);
-  joseph(pv_, k.p, d.p, k.v, d.v);
-  joseph(pt_, k.p, d.p, k.t, d.t);
-  joseph(pa_, k.p, d.p, k.a, d.a);
-  joseph(pg_, k.p, d.p, k.g, d.g);
-  joseph(vv_, k.v, d.v, k.v, d.v);
-  joseph(vt_, k.v, d.v, k.t, d.t);
-  joseph(va_, k.v, d.v, k.a, d.a);
-  joseph(vg_, k.v, d.v, k.g, d.g);
-  joseph(tt_, k.t, d.t, k.t, d.t);
-  joseph(ta_, k.t, d.t, k.a, d.a);
-  joseph(tg_, k.t, d.t, k.g, d.g);
-  joseph(aa_, k.a, d.a, k.a, d.a);
-  joseph(ag_, k.a, d.a, k.g, d.g);
-  joseph(gg_, k.g, d.g, k.g, d.g);
-  make_symmetric(pp_);
-  make_symmetric(vv_);
-  make_symmetric(tt_);
-  make_symmetric(aa_);
-  make_symmetric(gg_);
-  inject(k, m.residual);
+  // With this gain, d / s, Joseph's form is P - d d^T / s: written so that it stays symmetric to
+  // the last bit.
+  const double one_root = 1 / std::sqrt(s);
+  const Column e = one_root * d;
+  for (int i = 0; i < 15; ++i) p_.col(i) -= e(i) * e;
+  inject(m.residual * one_root * e);
   return s;
 }
 
-void Ekf::inject(const Column& k, double residual) noexcept {
+void Ekf::inject(const Column& correction) noexcept {
   Nominal& x = nominal_;
-  x.position_N_m += residual * k.p;
-  x.velocity_N_m_s += residual * k.v;
-  x.accelerometer_bias_m_s2 += residual * k.a;
-  x.gyro_bias_rad_s += residual * k.g;
-  const Vector3 psi = residual * k.t;
+  x.position_N_m += correction.segment<3>(kPosition);
+  x.velocity_N_m_s += correction.segment<3>(kVelocity);
+  x.accelerometer_bias_m_s2 += correction.segment<3>(kForceBias);
+  x.gyro_bias_rad_s += correction.segment<3>(kRateBias);
+  const Vector3 psi = correction.segment<3>(kAttitude);
   const Quaternion turn = exponential(psi);
   x.q_NB = turn * x.q_NB;
   normalise(x.q_NB);
   // Reset: I - [dth/2 x] about B, in the new axes; about N that is R (I - [psi/2 x]).
   const Matrix3 r = rotation(turn);
   const Matrix3 g = r - r * skew(psi / 2);
-  pt_ *= g.transpose();
-  vt_ *= g.transpose();
-  tt_ = g * tt_ * g.transpose();
-  ta_ = g * ta_;
-  tg_ = g * tg_;
-  make_symmetric(tt_);
+  auto columns = p_.middleCols<3>(kAttitude);
+  columns = columns.lazyProduct(g.transpose()).eval();
+  auto square = p_.block<3, 3>(kAttitude, kAttitude);
+  square = g.lazyProduct(square).eval();
+  square(0, 1) = square(1, 0);
+  square(0, 2) = square(2, 0);
+  square(1, 2) = square(2, 1);
+  p_.block<3, 6>(kAttitude, kPosition) = p_.block<6, 3>(kPosition, kAttitude).transpose();
+  p_.block<3, 6>(kAttitude, kForceBias) = p_.block<6, 3>(kForceBias, kAttitude).transpose();
 }
 
 Vector3 Ekf::attitude_variance() const noexcept {
   const Matrix3 c = rotation(nominal_.q_NB);
-  return (c.transpose() * tt_ * c).diagonal();
+  return (c.transpose() * p_.block<3, 3>(kAttitude, kAttitude) * c).diagonal();
 }
 
 Matrix15 Ekf::covariance() const noexcept {
   const Matrix3 c = rotation(nominal_.q_NB);
-  Matrix15 m;
-  m.block<3, 3>(0, 0) = pp_;
-  m.block<3, 3>(0, 3) = pv_;
-  m.block<3, 3>(0, 6) = pt_ * c;
-  m.block<3, 3>(0, 9) = pa_;
-  m.block<3, 3>(0, 12) = pg_;
-  m.block<3, 3>(3, 3) = vv_;
-  m.block<3, 3>(3, 6) = vt_ * c;
-  m.block<3, 3>(3, 9) = va_;
-  m.block<3, 3>(3, 12) = vg_;
-  m.block<3, 3>(6, 6) = c.transpose() * tt_ * c;
-  m.block<3, 3>(6, 9) = c.transpose() * ta_;
-  m.block<3, 3>(6, 12) = c.transpose() * tg_;
-  m.block<3, 3>(9, 9) = aa_;
-  m.block<3, 3>(9, 12) = ag_;
-  m.block<3, 3>(12, 12) = gg_;
+  Matrix15 m = p_.topRows<15>();
+  m.middleCols<3>(kAttitude) = (m.middleCols<3>(kAttitude) * c).eval();
+  m.middleRows<3>(kAttitude) = (c.transpose() * m.middleRows<3>(kAttitude)).eval();
   for (int row = 0; row < 15; ++row) {
     for (int column = 0; column < row; ++column) m(row, column) = m(column, row);
   }

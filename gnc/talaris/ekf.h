@@ -91,40 +91,45 @@ class Ekf {
   void settle() noexcept;  // brings the covariance to the time of the state
 
   // As of the last settle() or correct().
-  Vector3 position_variance() const noexcept { return pp_.diagonal(); }
-  Vector3 velocity_variance() const noexcept { return vv_.diagonal(); }
+  Vector3 position_variance() const noexcept { return p_.diagonal().segment<3>(kPosition); }
+  Vector3 velocity_variance() const noexcept { return p_.diagonal().segment<3>(kVelocity); }
   Vector3 attitude_variance() const noexcept;  // about the axes of B
   Matrix15 covariance() const noexcept;        // about B, as for start()
 
  private:
-  struct Column {
-    Vector3 p, v, t, a, g;
-  };
-  Column times_derivative(const Measurement& m) const noexcept;  // P H^T
-  void inject(const Column& k, double residual) noexcept;
+  static constexpr int kPosition = 0, kVelocity = 3, kAttitude = 6, kForceBias = 9, kRateBias = 12;
+  // A row more, of zeros: whole columns are pairs for SIMD.
+  using Column = Eigen::Matrix<double, 16, 1>;
+  using Covariance = Eigen::Matrix<double, 16, 15>;
 
-  // Since the covariance was brought up to date (docs/gnc-talaris.md): sums over the samples that
-  // make up the transition matrix, and variance that came by the noise of the accelerometers.
+  void mirror() noexcept;
+  void inject(const Column& correction) noexcept;
+
+  // Sums over the samples since the covariance was brought up to date (docs/gnc-talaris.md), which
+  // make up the transition matrix: derivatives by b_a (with the sign turned; of psi by b_g, too),
+  // by b_g, and by psi (as vectors: -[v x]).
+  struct Sums {
+    Eigen::Matrix<double, 3, 8> all = Eigen::Matrix<double, 3, 8>::Zero();  // the last is nothing
+    auto by_force_bias() noexcept { return all.leftCols<3>(); }
+    auto by_rate_bias() noexcept { return all.middleCols<3>(3); }
+    auto by_attitude() noexcept { return all.col(6); }
+  };
   struct Since {
     double time_s = 0;
-    Vector3 vt = Vector3::Zero(), pt = Vector3::Zero();  // dv, dp by psi: -[vt x], -[pt x]
-    Matrix3 va = Matrix3::Zero(),
-            pa = Matrix3::Zero();  // dv, dp by b_a, and psi by b_g: minus these
-    Matrix3 vg = Matrix3::Zero(), pg = Matrix3::Zero();  // dv, dp by b_g
-    double qvv = 0, qpv = 0, qpp = 0;
+    Sums velocity, position;
+    double qvv = 0, qpv = 0, qpp = 0;  // variance by the noise of the accelerometers
   };
+
+  // Of position or velocity by psi, b_a and b_g.
+  using Tail = Eigen::Matrix<double, 3, 9>;
+  static Tail tail_of(const Sums& sums) noexcept;
 
   NoiseDensity noise_;
   double gravity_m_s2_ = kGravity_m_s2;
   Nominal nominal_;
   Vector3 acceleration_ = Vector3::Zero();
   Since since_;
-  // Upper triangle; t is psi.
-  Matrix3 pp_ = Matrix3::Zero(), pv_ = Matrix3::Zero(), pt_ = Matrix3::Zero(),
-          pa_ = Matrix3::Zero(), pg_ = Matrix3::Zero(), vv_ = Matrix3::Zero(),
-          vt_ = Matrix3::Zero(), va_ = Matrix3::Zero(), vg_ = Matrix3::Zero(),
-          tt_ = Matrix3::Zero(), ta_ = Matrix3::Zero(), tg_ = Matrix3::Zero(),
-          aa_ = Matrix3::Zero(), ag_ = Matrix3::Zero(), gg_ = Matrix3::Zero();
+  Covariance p_ = Covariance::Zero();  // of p, v, psi, b_a, b_g
 };
 
 }  // namespace lss::gnc::talaris

@@ -95,7 +95,7 @@ constexpr std::array kOwn = {
              [](T t) { return to(t, Mode::script) && takes(t, kRunScript); }},
     Contract{"script abort", event::script_abort,
              [](S s, unsigned) { return in_mode(s, Mode::script); },
-             [](T t) { return emergency(t) && does(t, kAbortScript); }},
+             [](T t) { return emergency(t); }},
 
     Contract{"calibrated", event::calibrated,
              [](S s, unsigned) { return in_mode(s, Mode::calibrate) && !has(s, kImuLost); },
