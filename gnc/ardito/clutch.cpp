@@ -53,7 +53,7 @@ double probe_speed_rad_s(double ordered_rad_s, const Parameters& p) noexcept {
 
 std::uint32_t test_clutch(WheelHealth& h, const WheelInputs& in, const Ordered& ordered,
                           const WheelEvidence& evidence, const Parameters& p) noexcept {
-  const Sensor load = load_current(in, ordered, p);
+  const Sensor& load = evidence.load;
   if (h.test == ClutchTest::watch) {
     if (h.pause > 0) --h.pause;
     const bool testable = evidence.counts && evidence.rover_drives && evidence.others_loaded &&

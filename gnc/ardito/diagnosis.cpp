@@ -82,7 +82,7 @@ WheelVerdict diagnose_wheel(unsigned flags, bool clutch_engaged, double rho_rad_
       return motor_or_reduction(clutch_engaged, still, kHall);
     case 0b111101:  // {H,R} C M
       return motor_or_reduction(clutch_engaged, still, kMotorEncoder);
-    case 0b111111:
+    case kAllDiffer:
       // no two agree. Which sensors those are that left what was ordered cannot be told.
       if (nearest_rad_s < p.agree_rad_s) return {Outcome::failure, WheelFailure::two_sensors, 0};
       return lost(kSensors);

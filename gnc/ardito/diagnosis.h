@@ -41,6 +41,7 @@ enum Part : std::uint32_t {
 bool agree(double a_rad_s, double b_rad_s, const Parameters& parameters) noexcept;
 
 // Six flags as the thesis writes them, 0b110001 = 110001: C-M, C-H, H-M, M-R, R-H, C-R disagree.
+inline constexpr unsigned kAllDiffer = 0b111111;
 unsigned wheel_flags(const Ordered& ordered, const WheelSensors& sensors,
                      const Parameters& parameters) noexcept;
 
@@ -56,7 +57,7 @@ struct WheelVerdict {
 };
 
 // rho: |reduction encoder|, rad/s, 0 when it cannot be used. nearest: smallest distance of a sensor
-// to what was ordered. One outcome for each of the 64 patterns.
+// to what was ordered, looked at when all differ. One outcome for each of the 64 patterns.
 WheelVerdict diagnose_wheel(unsigned flags, bool clutch_engaged, double rho_rad_s,
                             double nearest_rad_s, const Parameters& parameters) noexcept;
 

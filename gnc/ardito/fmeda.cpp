@@ -25,13 +25,12 @@ std::uint32_t frames_for(std::uint32_t parts, std::uint32_t lost, const Paramete
 
 // A reduction encoder that the IMU or the motor's load contradicts is what is broken, not the
 // clutch (17.8.1).
-std::uint32_t corrected(std::uint32_t parts, const WheelInputs& in, const Ordered& ordered,
-                        const WheelEvidence& evidence, const Parameters& p) noexcept {
+std::uint32_t corrected(std::uint32_t parts, const WheelEvidence& evidence,
+                        const Parameters& p) noexcept {
   if ((parts & kClutch) == 0) return parts;
-  const Sensor load = load_current(in, ordered, p);
+  const Sensor& load = evidence.load;
   const bool loaded = load.usable && std::abs(load.value) > 2 * p.no_load_tolerance;
-  const bool contradicted = evidence.imu_usable && !evidence.imu_confirms;
-  if (!loaded && !contradicted) return parts;
+  if (!loaded && !evidence.imu_contradicts) return parts;
   return (parts & ~static_cast<std::uint32_t>(kClutch)) | kReductionEncoder;
 }
 
@@ -120,16 +119,20 @@ void count_error(WheelHealth& h, const Parameters& p) noexcept {
 WheelLook look_at_wheel(const WheelInputs& in, const WheelHealth& h, const Ordered& ordered,
                         const Parameters& p) noexcept {
   const WheelSensors& s = in.sensors;
+  const unsigned flags = wheel_flags(ordered, s, p);
   const auto distance = [&](const Sensor& sensor) {
     if (!sensor.usable) return std::numeric_limits<double>::infinity();
     return std::max({ordered.low - sensor.value, sensor.value - ordered.high, 0.0});
   };
-  const double nearest = std::min({distance(s.motor), distance(s.hall), distance(s.reduction)});
+  double nearest = 0;  // only asked for when all differ
+  if (flags == kAllDiffer) {
+    nearest = std::min({distance(s.motor), distance(s.hall), distance(s.reduction)});
+  }
   const double rho = s.reduction.usable ? std::abs(s.reduction.value) : 0;
   WheelLook look;
   // without a reduction encoder nothing can be said about what is behind an open clutch
   const bool engaged = h.service == WheelService::engaged || !s.reduction.usable;
-  look.verdict = diagnose_wheel(wheel_flags(ordered, s, p), engaged, rho, nearest, p);
+  look.verdict = diagnose_wheel(flags, engaged, rho, nearest, p);
   look.fresh_parts = look.verdict.parts & ~h.lost;
   return look;
 }
@@ -171,7 +174,7 @@ WheelFailure update_wheel(WheelHealth& h, const WheelLook& look, const WheelInpu
     return failure_of(h.lost | h.candidate);
   }
   h.inconclusive = 0;
-  const std::uint32_t parts = corrected(look.fresh_parts, in, ordered, evidence, p) & ~h.lost;
+  const std::uint32_t parts = corrected(look.fresh_parts, evidence, p) & ~h.lost;
   if (parts == 0) {
     h.count = down(h.count);
     if (h.count == 0) h.candidate = 0;

@@ -17,13 +17,13 @@ WheelLook look_at_wheel(const WheelInputs& inputs, const WheelHealth& health,
                         const Ordered& ordered, const Parameters& parameters) noexcept;
 
 struct WheelEvidence {
-  bool counts = true;          // drives have power and were given the last command
-  bool incoherent = false;     // against the rover
-  bool imu_usable = false;     // and
-  bool imu_confirms = false;   // the reduction encoder's speed
-  bool rover_drives = false;   // running or parking: a probe is allowed
-  bool others_loaded = false;  // the other motors work
-  bool other_probe = false;    // one at a time
+  bool counts = true;            // drives have power and were given the last command
+  bool incoherent = false;       // against the rover
+  bool imu_contradicts = false;  // the reduction encoder's speed, when the clutch is in question
+  bool rover_drives = false;     // running or parking: a probe is allowed
+  bool others_loaded = false;    // the other motors work
+  bool other_probe = false;      // one at a time
+  Sensor load;                   // load_current()
 };
 // Counts, latches, decides what happens to the wheel. Returns what is suspected this frame.
 WheelFailure update_wheel(WheelHealth& health, const WheelLook& look, const WheelInputs& inputs,

@@ -66,7 +66,8 @@ ImuInputs read_imu(const ImuMeasured& m, const Parameters& p, State& state) noex
   return in;
 }
 
-void read_rocker(const Measured& m, const Parameters& p, State& state, Inputs& in) noexcept {
+void read_rocker(const Measured& m, const Parameters& p, const Linkage& linkage, State& state,
+                 Inputs& in) noexcept {
   const Sensor angles[] = {fresh(m.beta_rad, p.rocker_age_s, kMaxRocker_rad),
                            fresh(m.rho1_rad, p.rocker_age_s, kMaxRocker_rad),
                            fresh(m.rho2_rad, p.rocker_age_s, kMaxRocker_rad)};
@@ -78,7 +79,7 @@ void read_rocker(const Measured& m, const Parameters& p, State& state, Inputs& i
     return;
   }
   const WheelPoses poses =
-      wheel_poses({angles[0].value, angles[1].value, angles[2].value}, p.geometry);
+      wheel_poses({angles[0].value, angles[1].value, angles[2].value}, linkage);
   in.rocker = state.poses_known != 0;
   if (in.rocker) {
     for (std::size_t i = 0; i < kWheels; ++i) {
@@ -95,15 +96,13 @@ double distance(const Ordered& ordered, double value) noexcept {
 }
 
 // Of three the one in the middle; of two that contradict each other the one that obeys.
-double best_of(const Sensor* sensors, std::size_t count, const Ordered& ordered, double otherwise,
-               const Parameters& p) noexcept {
+double best_of(const WheelSensors& s, const Ordered& ordered, const Parameters& p) noexcept {
   std::array<double, 3> usable{};
   std::size_t n = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (sensors[i].usable) usable[n++] = sensors[i].value;
+  for (const Sensor* sensor : {&s.motor, &s.hall, &s.reduction}) {
+    if (sensor->usable) usable[n++] = sensor->value;
   }
-  if (n == 0) return otherwise;
-  if (n == 1) return usable[0];
+  if (n <= 1) return usable[0];
   if (n == 3) {
     return std::max(std::min(usable[0], usable[1]),
                     std::min(std::max(usable[0], usable[1]), usable[2]));
@@ -112,17 +111,22 @@ double best_of(const Sensor* sensors, std::size_t count, const Ordered& ordered,
   return distance(ordered, usable[0]) <= distance(ordered, usable[1]) ? usable[0] : usable[1];
 }
 
-double wheel_feedback(const WheelInputs& in, WheelService service, const Ordered& ordered,
-                      double expected_rad_s, const Parameters& p) noexcept {
-  const WheelSensors& s = in.sensors;
-  if (service != WheelService::engaged) {
-    return s.reduction.usable ? s.reduction.value : expected_rad_s;
-  }
-  const Sensor all[] = {s.motor, s.hall, s.reduction};
-  return best_of(all, 3, ordered, expected_rad_s, p);
+// No sensor says how fast the wheel is; behind an open clutch only that of the reduction does.
+bool speed_unknown(const WheelSensors& s, WheelService service) noexcept {
+  if (service != WheelService::engaged) return !s.reduction.usable;
+  return !s.motor.usable && !s.hall.usable && !s.reduction.usable;
 }
 
-double steering_feedback(const SteeringInputs& in, const Ordered& ordered, double expected_rad,
+double wheel_feedback(const WheelSensors& s, WheelService service, const Ordered& ordered,
+                      const Parameters& p) noexcept {
+  return service != WheelService::engaged ? s.reduction.value : best_of(s, ordered, p);
+}
+
+bool angle_unknown(const SteeringInputs& in) noexcept {
+  return !in.motor.usable && !in.reduction.usable;
+}
+
+double steering_feedback(const SteeringInputs& in, const Ordered& ordered,
                          const Parameters& p) noexcept {
   if (in.motor.usable && in.reduction.usable) {
     if (std::abs(in.motor.value - in.reduction.value) < p.steering_agree_rad) {
@@ -132,13 +136,13 @@ double steering_feedback(const SteeringInputs& in, const Ordered& ordered, doubl
                ? in.reduction.value
                : in.motor.value;
   }
-  if (in.reduction.usable) return in.reduction.value;
-  return in.motor.usable ? in.motor.value : expected_rad;
+  return in.reduction.usable ? in.reduction.value : in.motor.value;
 }
 
 }  // namespace
 
-Inputs read_inputs(const Measured& measured, const Parameters& parameters, State& state) noexcept {
+Inputs read_inputs(const Measured& measured, const Parameters& parameters, const Linkage& linkage,
+                   State& state) noexcept {
   Inputs in;
   for (std::size_t i = 0; i < kWheels; ++i) {
     in.wheels[i] = read_wheel(measured.wheels[i], state.wheels[i].lost, parameters);
@@ -155,7 +159,7 @@ Inputs read_inputs(const Measured& measured, const Parameters& parameters, State
     in.steering[i].drive_fault = measured.steering[i].drive_fault;
   }
   in.imu = read_imu(measured.imu, parameters, state);
-  read_rocker(measured, parameters, state, in);
+  read_rocker(measured, parameters, linkage, state, in);
   return in;
 }
 
@@ -192,41 +196,43 @@ Ordered steering_ordered(const State& state, std::size_t steered) noexcept {
 
 Feedback choose_feedback(const Inputs& inputs, const Parameters& parameters, bool correction,
                          const State& state) noexcept {
+  // what no sensor says is as the rover moved in the frame before
   Feedback feedback;
   const PlaneMotion motion = estimated_motion(state);
-  const PerWheel<double> expected_rad = steering_angles_rad(motion.direction, parameters.geometry);
   for (std::size_t i = 0; i < kSteered; ++i) {
     const std::size_t wheel = kWheelOfSteered[i];
-    feedback.steering_rad[wheel] = steering_feedback(inputs.steering[i], steering_ordered(state, i),
-                                                     expected_rad[wheel], parameters);
+    const SteeringInputs& in = inputs.steering[i];
+    feedback.steering_rad[wheel] =
+        angle_unknown(in) ? steering_angle_rad(wheel, motion.direction, parameters.geometry)
+                          : steering_feedback(in, steering_ordered(state, i), parameters);
+    feedback.steering[wheel] = direction(feedback.steering_rad[wheel]);
   }
-  const PerWheel<double> expected_rad_s =
-      wheel_speeds(motion, feedback.steering_rad, inputs, correction, parameters);
   for (std::size_t i = 0; i < kWheels; ++i) {
-    feedback.wheel_rad_s[i] =
-        wheel_feedback(inputs.wheels[i], state.wheels[i].service, wheel_ordered(state, i),
-                       expected_rad_s[i], parameters);
+    const WheelSensors& sensors = inputs.wheels[i].sensors;
+    const WheelService service = state.wheels[i].service;
+    if (speed_unknown(sensors, service)) {
+      const double hub = motion.v_m_s * hub_ratio(i, motion.direction, parameters.geometry);
+      feedback.wheel_rad_s[i] =
+          wheel_speed_rad_s(i, hub, feedback.steering[i], inputs, correction, parameters);
+    } else {
+      feedback.wheel_rad_s[i] =
+          wheel_feedback(sensors, service, wheel_ordered(state, i), parameters);
+    }
   }
   return feedback;
 }
 
-PerWheel<double> wheel_speeds(const PlaneMotion& motion, const PerWheel<double>& steering_rad,
-                              const Inputs& inputs, bool correction,
-                              const Parameters& parameters) noexcept {
-  const PerWheel<double> plane_m_s = hub_speeds_m_s(motion, parameters.geometry);
-  PerWheel<double> speeds{};
-  for (std::size_t i = 0; i < kWheels; ++i) {
-    const double hub = plane_m_s[i];
-    double rim = hub;
-    if (correction && inputs.rocker) {
-      rim = rim_speed_m_s(hub, steering_rad[i], inputs.vx_m_s[i], inputs.vz_m_s[i],
-                          parameters.correction_sign);
-      const double most = std::abs(hub) * parameters.max_correction;
-      rim = std::clamp(rim, hub - most, hub + most);
-    }
-    speeds[i] = rim / parameters.geometry.wheel_radius_m;
+double wheel_speed_rad_s(std::size_t wheel, double hub_m_s, const Direction& steering,
+                         const Inputs& inputs, bool correction,
+                         const Parameters& parameters) noexcept {
+  double rim = hub_m_s;
+  if (correction && inputs.rocker) {
+    rim = rim_speed_m_s(hub_m_s, steering, inputs.vx_m_s[wheel], inputs.vz_m_s[wheel],
+                        parameters.correction_sign);
+    const double most = std::abs(hub_m_s) * parameters.max_correction;
+    rim = std::clamp(rim, hub_m_s - most, hub_m_s + most);
   }
-  return speeds;
+  return rim / parameters.geometry.wheel_radius_m;
 }
 
 }  // namespace lss::gnc::ardito
