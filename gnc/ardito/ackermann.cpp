@@ -31,6 +31,11 @@ double signed_length(const Radius& r) noexcept {
   return std::copysign(std::sqrt(r.across_m * r.across_m + r.along_m * r.along_m), r.across_m);
 }
 
+// -pi/2..pi/2: a wheel that would turn further rolls backward instead.
+double steered_along(const Radius& r) noexcept {
+  return r.along_m != 0 ? std::atan(-r.along_m / r.across_m) : 0;
+}
+
 }  // namespace
 
 double sigma_rad(const Direction& direction) noexcept {
@@ -44,17 +49,17 @@ double yaw_rate_rad_s(const PlaneMotion& motion, const Geometry& geometry) noexc
 
 PerWheel<double> steering_angles_rad(const Direction& direction,
                                      const Geometry& geometry) noexcept {
+  const Places p = places(geometry);
   PerWheel<double> angles{};
-  for (const std::size_t i : kWheelOfSteered)
-    angles[i] = steering_angle_rad(i, direction, geometry);
+  for (const std::size_t i : kWheelOfSteered) {
+    angles[i] = steered_along(radius(i, p, direction, geometry));
+  }
   return angles;
 }
 
 double steering_angle_rad(std::size_t wheel, const Direction& direction,
                           const Geometry& geometry) noexcept {
-  const Radius r = radius(wheel, places(geometry), direction, geometry);
-  // -pi/2..pi/2: a wheel that would turn further rolls backward instead
-  return r.along_m != 0 ? std::atan(-r.along_m / r.across_m) : 0;
+  return steered_along(radius(wheel, places(geometry), direction, geometry));
 }
 
 PerWheel<double> hub_speeds_m_s(const PlaneMotion& motion, const Geometry& geometry) noexcept {
@@ -75,8 +80,8 @@ Direction direction_from_steering(std::size_t wheel, const Direction& steering,
   const double c = -p.ahead_m[wheel] * steering.cos - p.left_m[wheel] * steering.sin;
   const double length = std::sqrt(s * s + c * c);
   if (!(length > 0)) return {};
-  const double sign = c < 0 || (c == 0 && s < 0) ? -1 : 1;
-  return {sign * s / length, sign * c / length};
+  const double scale = (c < 0 || (c == 0 && s < 0) ? -1.0 : 1.0) / length;
+  return {s * scale, c * scale};
 }
 
 PerWheel<double> hub_ratios(const Direction& direction, const Geometry& geometry) noexcept {

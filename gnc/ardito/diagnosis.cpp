@@ -38,6 +38,13 @@ bool agree(double a_rad_s, double b_rad_s, const Parameters& parameters) noexcep
 }
 
 unsigned wheel_flags(const Ordered& ordered, const WheelSensors& s, const Parameters& p) noexcept {
+  // as a rule all that is ordered and measured lies together
+  if (s.motor.usable && s.hall.usable && s.reduction.usable) {
+    const double m = s.motor.value, h = s.hall.value, r = s.reduction.value;
+    const double low = std::min(std::min(m, h), std::min(r, ordered.low));
+    const double high = std::max(std::max(m, h), std::max(r, ordered.high));
+    if (high - low < p.agree_rad_s) return kAllAgree;
+  }
   return bit(differ(ordered, s.motor, p), 5) | bit(differ(ordered, s.hall, p), 4) |
          bit(differ(s.hall, s.motor, p), 3) | bit(differ(s.motor, s.reduction, p), 2) |
          bit(differ(s.reduction, s.hall, p), 1) | bit(differ(ordered, s.reduction, p), 0);
@@ -49,7 +56,7 @@ WheelVerdict diagnose_wheel(unsigned flags, bool clutch_engaged, double rho_rad_
   const bool still = rho_rad_s < p.still_rad_s;
   const bool slow = rho_rad_s < p.slow_rad_s;
   switch (flags) {
-    case 0b000000:
+    case kAllAgree:
       return lost(0);
     case 0b101100:  // M alone
       return lost(kMotorEncoder);
@@ -91,7 +98,7 @@ WheelVerdict diagnose_wheel(unsigned flags, bool clutch_engaged, double rho_rad_
   }
 }
 
-WheelFailure failure_of(std::uint32_t parts) noexcept {
+WheelFailure failure_of_any(std::uint32_t parts) noexcept {
   const std::uint32_t sensors = parts & kSensors;
   const int lost_sensors =
       static_cast<int>((sensors & 1U) + ((sensors >> 1) & 1U) + (sensors >> 2));

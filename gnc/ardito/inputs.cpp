@@ -24,23 +24,41 @@ Sensor fresh(const Reading& reading, double age_limit_s, double most) noexcept {
   return {usable ? reading.value : 0, usable};
 }
 
-Sensor unless(std::uint32_t lost, const Sensor& sensor) noexcept {
-  return lost != 0 ? Sensor{} : sensor;
-}
-
-WheelInputs read_wheel(const WheelMeasured& m, std::uint32_t lost, const Parameters& p) noexcept {
-  WheelInputs in;
-  const Sensor motor = fresh(m.motor_rad_s, p.drive_age_s, kMaxWheel_rad_s);
-  const Sensor hall = fresh(m.hall_rad_s, p.drive_age_s, kMaxWheel_rad_s);
-  const Sensor reduction = fresh(m.reduction_rad_s, p.drive_age_s, kMaxWheel_rad_s);
+void read_wheel(const WheelMeasured& m, std::uint32_t lost, const Parameters& p,
+                WheelInputs& in) noexcept {
+  WheelSensors& s = in.sensors;
+  s.motor = fresh(m.motor_rad_s, p.drive_age_s, kMaxWheel_rad_s);
+  s.hall = fresh(m.hall_rad_s, p.drive_age_s, kMaxWheel_rad_s);
+  s.reduction = fresh(m.reduction_rad_s, p.drive_age_s, kMaxWheel_rad_s);
   in.current = fresh(m.current, p.drive_age_s, kMaxCurrent);
   in.temperature_C = fresh(m.temperature_C, p.temperature_age_s, kMaxTemperature_C);
-  in.stale = !motor.usable || !hall.usable || !reduction.usable || !in.current.usable ||
+  in.stale = !s.motor.usable || !s.hall.usable || !s.reduction.usable || !in.current.usable ||
              !in.temperature_C.usable;
-  in.sensors = {unless(lost & kMotorEncoder, motor), unless(lost & kHall, hall),
-                unless(lost & kReductionEncoder, reduction)};
   in.drive_fault = m.drive_fault;
-  return in;
+  if ((lost & kMotorEncoder) != 0) s.motor = {};
+  if ((lost & kHall) != 0) s.hall = {};
+  if ((lost & kReductionEncoder) != 0) s.reduction = {};
+}
+
+void read_steering(const SteeringMeasured& m, std::uint32_t lost, const Parameters& p,
+                   SteeringInputs& in) noexcept {
+  in.motor = fresh(m.motor_rad, p.drive_age_s, kMaxSteering_rad);
+  in.reduction = fresh(m.reduction_rad, p.drive_age_s, kMaxSteering_rad);
+  in.stale = !in.motor.usable || !in.reduction.usable;
+  in.drive_fault = m.drive_fault;
+  if ((lost & 1U) != 0) in.motor = {};
+  if ((lost & 2U) != 0) in.reduction = {};
+}
+
+// Lowest and highest of what was ordered in the last frames.
+template <std::size_t N, std::size_t Frames>
+Ordered ordered(const std::array<std::array<double, N>, Frames>& orders, std::size_t i) noexcept {
+  Ordered all{orders[0][i], orders[0][i]};
+  for (std::size_t frame = 1; frame < Frames; ++frame) {
+    all.low = std::min(all.low, orders[frame][i]);
+    all.high = std::max(all.high, orders[frame][i]);
+  }
+  return all;
 }
 
 ImuInputs read_imu(const ImuMeasured& m, const Parameters& p, State& state) noexcept {
@@ -91,12 +109,9 @@ void read_rocker(const Measured& m, const Parameters& p, const Linkage& linkage,
   state.poses_known = 1;
 }
 
-double distance(const Ordered& ordered, double value) noexcept {
-  return std::max({ordered.low - value, value - ordered.high, 0.0});
-}
-
 // Of three the one in the middle; of two that contradict each other the one that obeys.
-double best_of(const WheelSensors& s, const Ordered& ordered, const Parameters& p) noexcept {
+double best_of(const WheelInputs& in, const Parameters& p) noexcept {
+  const WheelSensors& s = in.sensors;
   std::array<double, 3> usable{};
   std::size_t n = 0;
   for (const Sensor* sensor : {&s.motor, &s.hall, &s.reduction}) {
@@ -108,7 +123,7 @@ double best_of(const WheelSensors& s, const Ordered& ordered, const Parameters& 
                     std::min(std::max(usable[0], usable[1]), usable[2]));
   }
   if (agree(usable[0], usable[1], p)) return (usable[0] + usable[1]) / 2;
-  return distance(ordered, usable[0]) <= distance(ordered, usable[1]) ? usable[0] : usable[1];
+  return distance(in.ordered, usable[0]) <= distance(in.ordered, usable[1]) ? usable[0] : usable[1];
 }
 
 // No sensor says how fast the wheel is; behind an open clutch only that of the reduction does.
@@ -117,22 +132,20 @@ bool speed_unknown(const WheelSensors& s, WheelService service) noexcept {
   return !s.motor.usable && !s.hall.usable && !s.reduction.usable;
 }
 
-double wheel_feedback(const WheelSensors& s, WheelService service, const Ordered& ordered,
-                      const Parameters& p) noexcept {
-  return service != WheelService::engaged ? s.reduction.value : best_of(s, ordered, p);
+double wheel_feedback(const WheelInputs& in, WheelService service, const Parameters& p) noexcept {
+  return service != WheelService::engaged ? in.sensors.reduction.value : best_of(in, p);
 }
 
 bool angle_unknown(const SteeringInputs& in) noexcept {
   return !in.motor.usable && !in.reduction.usable;
 }
 
-double steering_feedback(const SteeringInputs& in, const Ordered& ordered,
-                         const Parameters& p) noexcept {
+double steering_feedback(const SteeringInputs& in, const Parameters& p) noexcept {
   if (in.motor.usable && in.reduction.usable) {
     if (std::abs(in.motor.value - in.reduction.value) < p.steering_agree_rad) {
       return in.reduction.value;
     }
-    return distance(ordered, in.reduction.value) <= distance(ordered, in.motor.value)
+    return distance(in.ordered, in.reduction.value) <= distance(in.ordered, in.motor.value)
                ? in.reduction.value
                : in.motor.value;
   }
@@ -145,18 +158,12 @@ Inputs read_inputs(const Measured& measured, const Parameters& parameters, const
                    State& state) noexcept {
   Inputs in;
   for (std::size_t i = 0; i < kWheels; ++i) {
-    in.wheels[i] = read_wheel(measured.wheels[i], state.wheels[i].lost, parameters);
+    read_wheel(measured.wheels[i], state.wheels[i].lost, parameters, in.wheels[i]);
+    in.wheels[i].ordered = ordered(state.wheels_ordered, i);
   }
   for (std::size_t i = 0; i < kSteered; ++i) {
-    const Sensor motor =
-        fresh(measured.steering[i].motor_rad, parameters.drive_age_s, kMaxSteering_rad);
-    const Sensor reduction =
-        fresh(measured.steering[i].reduction_rad, parameters.drive_age_s, kMaxSteering_rad);
-    const std::uint32_t lost = state.steering[i].lost;
-    in.steering[i].motor = unless(lost & 1U, motor);
-    in.steering[i].reduction = unless(lost & 2U, reduction);
-    in.steering[i].stale = !motor.usable || !reduction.usable;
-    in.steering[i].drive_fault = measured.steering[i].drive_fault;
+    read_steering(measured.steering[i], state.steering[i].lost, parameters, in.steering[i]);
+    in.steering[i].ordered = ordered(state.steering_ordered, i);
   }
   in.imu = read_imu(measured.imu, parameters, state);
   read_rocker(measured, parameters, linkage, state, in);
@@ -179,21 +186,6 @@ Request sane(const Request& request, const Parameters& parameters) noexcept {
   return r;
 }
 
-Ordered wheel_ordered(const State& state, std::size_t wheel) noexcept {
-  const auto [low, high] =
-      std::minmax(state.wheels_ordered[0][wheel], state.wheels_ordered[1][wheel]);
-  return {low, high};
-}
-
-Ordered steering_ordered(const State& state, std::size_t steered) noexcept {
-  Ordered ordered{state.steering_ordered[0][steered], state.steering_ordered[0][steered]};
-  for (const PerSteered<double>& frame : state.steering_ordered) {
-    ordered.low = std::min(ordered.low, frame[steered]);
-    ordered.high = std::max(ordered.high, frame[steered]);
-  }
-  return ordered;
-}
-
 Feedback choose_feedback(const Inputs& inputs, const Parameters& parameters, bool correction,
                          const State& state) noexcept {
   // what no sensor says is as the rover moved in the frame before
@@ -204,19 +196,18 @@ Feedback choose_feedback(const Inputs& inputs, const Parameters& parameters, boo
     const SteeringInputs& in = inputs.steering[i];
     feedback.steering_rad[wheel] =
         angle_unknown(in) ? steering_angle_rad(wheel, motion.direction, parameters.geometry)
-                          : steering_feedback(in, steering_ordered(state, i), parameters);
+                          : steering_feedback(in, parameters);
     feedback.steering[wheel] = direction(feedback.steering_rad[wheel]);
   }
   for (std::size_t i = 0; i < kWheels; ++i) {
-    const WheelSensors& sensors = inputs.wheels[i].sensors;
+    const WheelInputs& in = inputs.wheels[i];
     const WheelService service = state.wheels[i].service;
-    if (speed_unknown(sensors, service)) {
+    if (speed_unknown(in.sensors, service)) {
       const double hub = motion.v_m_s * hub_ratio(i, motion.direction, parameters.geometry);
       feedback.wheel_rad_s[i] =
           wheel_speed_rad_s(i, hub, feedback.steering[i], inputs, correction, parameters);
     } else {
-      feedback.wheel_rad_s[i] =
-          wheel_feedback(sensors, service, wheel_ordered(state, i), parameters);
+      feedback.wheel_rad_s[i] = wheel_feedback(in, service, parameters);
     }
   }
   return feedback;

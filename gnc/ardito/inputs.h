@@ -12,6 +12,7 @@ struct WheelInputs {
   WheelSensors sensors;
   Sensor current;
   Sensor temperature_C;
+  Ordered ordered;
   bool drive_fault = false;
   bool stale = false;
 };
@@ -19,6 +20,7 @@ struct WheelInputs {
 struct SteeringInputs {
   Sensor motor;
   Sensor reduction;
+  Ordered ordered;
   bool drive_fault = false;
   bool stale = false;
 };
@@ -57,9 +59,6 @@ struct Feedback {
 };
 Feedback choose_feedback(const Inputs& inputs, const Parameters& parameters, bool correction,
                          const State& state) noexcept;
-
-Ordered wheel_ordered(const State& state, std::size_t wheel) noexcept;
-Ordered steering_ordered(const State& state, std::size_t steered) noexcept;
 
 // Speed of a wheel on this ground whose hub shall be so fast in the plane: from Ackermann to 3-D
 // (18.2.1).

@@ -45,8 +45,7 @@ Command MobilityController::step(const Request& asked, const Measured& measured)
 
   PerWheel<WheelLook> looks;
   for (std::size_t i = 0; i < kWheels; ++i) {
-    looks[i] =
-        look_at_wheel(inputs.wheels[i], state_.wheels[i], wheel_ordered(state_, i), parameters_);
+    looks[i] = look_at_wheel(inputs.wheels[i], state_.wheels[i], parameters_);
   }
   const Motion motion = estimate(request, inputs, feedback, looks, command);
   diagnose(request, inputs, feedback, looks, motion, command);
@@ -105,7 +104,7 @@ Motion MobilityController::estimate(const Request& request, const Inputs& inputs
   SteeringSet trusted_steering = 0;
   for (std::size_t i = 0; i < kSteered; ++i) {
     command.steering_suspect[i] =
-        update_steering(state_.steering[i], inputs.steering[i], steering_ordered(state_, i),
+        update_steering(state_.steering[i], inputs.steering[i],
                         request.powered && state_.steering_known != 0, parameters_);
     if (command.steering_suspect[i] <= SteeringFailure::reduction_encoder) {
       trusted_steering |= only(i);
@@ -134,7 +133,7 @@ void MobilityController::diagnose(const Request& request, const Inputs& inputs,
   double total = 0;
   int working = 0;
   for (std::size_t i = 0; i < kWheels; ++i) {
-    loads[i] = load_current(inputs.wheels[i], wheel_ordered(state_, i), parameters_);
+    loads[i] = load_current(inputs.wheels[i], parameters_);
     const bool engaged = state_.wheels[i].service == WheelService::engaged;
     works[i] = loads[i].usable && engaged ? loads[i].value : 0;
     if (works[i] != 0) ++working;
@@ -152,11 +151,11 @@ void MobilityController::diagnose(const Request& request, const Inputs& inputs,
                                !imu_confirms(motion, i, reduction.value, feedback, inputs,
                                              request.enable_correction, parameters_);
     evidence.rover_drives = drives(state_.mode);
-    evidence.others_loaded = others > 0 && (total - works[i]) / others > parameters_.loaded_current;
+    evidence.others_loaded = others > 0 && total - works[i] > parameters_.loaded_current * others;
     evidence.other_probe = (probed & ~only(i)) != 0;
     evidence.load = loads[i];
-    command.wheel_suspect[i] = update_wheel(state_.wheels[i], looks[i], inputs.wheels[i],
-                                            wheel_ordered(state_, i), evidence, parameters_);
+    command.wheel_suspect[i] =
+        update_wheel(state_.wheels[i], looks[i], inputs.wheels[i], evidence, parameters_);
     probed &= ~only(i);
     if (state_.wheels[i].test == ClutchTest::probe) probed |= only(i);
   }
