@@ -5,15 +5,17 @@
 namespace lss::gnc::ardito {
 namespace {
 
-// Of the wheels, seen from the middle of the middle axle.
-struct Places {
-  PerWheel<double> ahead_m;
-  PerWheel<double> left_m;
+// Seen from the middle of the middle axle.
+struct Place {
+  double ahead_m;
+  double left_m;
 };
 
-Places places(const Geometry& g) noexcept {
-  const double a = g.a_m / 2, b = g.b_m / 2, c = g.c_m / 2;
-  return {{g.d_m, g.d_m, 0, 0, -g.e_m, -g.e_m}, {a, -a, b, -b, c, -c}};
+Place place(std::size_t wheel, const Geometry& g) noexcept {
+  const double side = is_left(wheel) ? 0.5 : -0.5;
+  if (wheel < 2) return {g.d_m, side * g.a_m};
+  if (wheel < 4) return {0, side * g.b_m};
+  return {-g.e_m, side * g.c_m};
 }
 
 // Curved radius of the wheel times sin(sigma) / f: its hub's speed along the steered wheel, as a
@@ -23,17 +25,13 @@ struct Radius {
   double along_m;   // ahead sin
 };
 
-Radius radius(std::size_t wheel, const Places& p, const Direction& d, const Geometry& g) noexcept {
-  return {g.f_m * d.cos + p.left_m[wheel] * d.sin, p.ahead_m[wheel] * d.sin};
+Radius radius(std::size_t wheel, const Direction& direction, const Geometry& g) noexcept {
+  const Place p = place(wheel, g);
+  return {g.f_m * direction.cos + p.left_m * direction.sin, p.ahead_m * direction.sin};
 }
 
 double signed_length(const Radius& r) noexcept {
   return std::copysign(std::sqrt(r.across_m * r.across_m + r.along_m * r.along_m), r.across_m);
-}
-
-// -pi/2..pi/2: a wheel that would turn further rolls backward instead.
-double steered_along(const Radius& r) noexcept {
-  return r.along_m != 0 ? std::atan(-r.along_m / r.across_m) : 0;
 }
 
 }  // namespace
@@ -49,17 +47,18 @@ double yaw_rate_rad_s(const PlaneMotion& motion, const Geometry& geometry) noexc
 
 PerWheel<double> steering_angles_rad(const Direction& direction,
                                      const Geometry& geometry) noexcept {
-  const Places p = places(geometry);
   PerWheel<double> angles{};
   for (const std::size_t i : kWheelOfSteered) {
-    angles[i] = steered_along(radius(i, p, direction, geometry));
+    angles[i] = steering_angle_rad(i, direction, geometry);
   }
   return angles;
 }
 
 double steering_angle_rad(std::size_t wheel, const Direction& direction,
                           const Geometry& geometry) noexcept {
-  return steered_along(radius(wheel, places(geometry), direction, geometry));
+  const Radius r = radius(wheel, direction, geometry);
+  // -pi/2..pi/2: a wheel that would turn further rolls backward instead
+  return r.along_m != 0 ? std::atan(-r.along_m / r.across_m) : 0;
 }
 
 PerWheel<double> hub_speeds_m_s(const PlaneMotion& motion, const Geometry& geometry) noexcept {
@@ -75,9 +74,9 @@ PlaneWheels ackermann(const PlaneMotion& motion, const Geometry& geometry) noexc
 Direction direction_from_steering(std::size_t wheel, const Direction& steering,
                                   const Geometry& geometry) noexcept {
   // tan(alpha) (f cos + left sin) = -ahead sin, solved for (sin, cos)
-  const Places p = places(geometry);
+  const Place p = place(wheel, geometry);
   const double s = geometry.f_m * steering.sin;
-  const double c = -p.ahead_m[wheel] * steering.cos - p.left_m[wheel] * steering.sin;
+  const double c = -p.ahead_m * steering.cos - p.left_m * steering.sin;
   const double length = std::sqrt(s * s + c * c);
   if (!(length > 0)) return {};
   const double scale = (c < 0 || (c == 0 && s < 0) ? -1.0 : 1.0) / length;
@@ -85,16 +84,13 @@ Direction direction_from_steering(std::size_t wheel, const Direction& steering,
 }
 
 PerWheel<double> hub_ratios(const Direction& direction, const Geometry& geometry) noexcept {
-  const Places p = places(geometry);
   PerWheel<double> ratios{};
-  for (std::size_t i = 0; i < kWheels; ++i) {
-    ratios[i] = signed_length(radius(i, p, direction, geometry)) / geometry.f_m;
-  }
+  for (std::size_t i = 0; i < kWheels; ++i) ratios[i] = hub_ratio(i, direction, geometry);
   return ratios;
 }
 
 double hub_ratio(std::size_t wheel, const Direction& direction, const Geometry& geometry) noexcept {
-  return signed_length(radius(wheel, places(geometry), direction, geometry)) / geometry.f_m;
+  return signed_length(radius(wheel, direction, geometry)) / geometry.f_m;
 }
 
 double v_from_hub_m_s(std::size_t wheel, double hub_m_s, const Direction& direction,

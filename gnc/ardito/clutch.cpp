@@ -52,7 +52,7 @@ double probe_speed_rad_s(double ordered_rad_s, const Parameters& p) noexcept {
 
 std::uint32_t test_clutch(WheelHealth& h, const WheelInputs& in, const WheelEvidence& evidence,
                           const Parameters& p) noexcept {
-  const Sensor& load = evidence.load;
+  const Sensor& load = in.load;
   if (h.test == ClutchTest::watch) {
     if (h.pause > 0) --h.pause;
     const bool testable = evidence.counts && evidence.rover_drives && evidence.others_loaded &&

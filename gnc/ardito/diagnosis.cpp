@@ -6,13 +6,9 @@
 namespace lss::gnc::ardito {
 namespace {
 
-double nearest_ordered(const Ordered& ordered, double value) noexcept {
-  return std::clamp(value, std::min(ordered.low, ordered.high),
-                    std::max(ordered.low, ordered.high));
-}
-
 bool differ(const Ordered& ordered, const Sensor& sensor, const Parameters& p) noexcept {
-  return !sensor.usable || !agree(nearest_ordered(ordered, sensor.value), sensor.value, p);
+  return !sensor.usable ||
+         !agree(std::clamp(sensor.value, ordered.low, ordered.high), sensor.value, p);
 }
 
 bool differ(const Sensor& a, const Sensor& b, const Parameters& p) noexcept {
@@ -116,11 +112,11 @@ WheelFailure failure_of_any(std::uint32_t parts) noexcept {
 
 unsigned steering_flags(const Ordered& ordered, const Sensor& motor, const Sensor& reduction,
                         const Parameters& p) noexcept {
-  const auto far = [&](double a, double b) { return std::abs(a - b) >= p.steering_agree_rad; };
   const auto from_ordered = [&](const Sensor& sensor) {
-    return !sensor.usable || far(nearest_ordered(ordered, sensor.value), sensor.value);
+    return !sensor.usable || distance(ordered, sensor.value) >= p.steering_agree_rad;
   };
-  const bool apart = !motor.usable || !reduction.usable || far(motor.value, reduction.value);
+  const bool apart = !motor.usable || !reduction.usable ||
+                     std::abs(motor.value - reduction.value) >= p.steering_agree_rad;
   return bit(from_ordered(motor), 2) | bit(apart, 1) | bit(from_ordered(reduction), 0);
 }
 

@@ -25,11 +25,10 @@ std::uint32_t frames_for(std::uint32_t parts, std::uint32_t lost, const Paramete
 
 // A reduction encoder that the IMU or the motor's load contradicts is what is broken, not the
 // clutch (17.8.1).
-std::uint32_t corrected(std::uint32_t parts, const WheelEvidence& evidence,
+std::uint32_t corrected(std::uint32_t parts, const WheelInputs& in, const WheelEvidence& evidence,
                         const Parameters& p) noexcept {
   if ((parts & kClutch) == 0) return parts;
-  const Sensor& load = evidence.load;
-  const bool loaded = load.usable && std::abs(load.value) > 2 * p.no_load_tolerance;
+  const bool loaded = in.load.usable && std::abs(in.load.value) > 2 * p.no_load_tolerance;
   if (!loaded && !evidence.imu_contradicts) return parts;
   return (parts & ~static_cast<std::uint32_t>(kClutch)) | kReductionEncoder;
 }
@@ -169,7 +168,7 @@ WheelFailure update_wheel(WheelHealth& h, const WheelLook& look, const WheelInpu
     return failure_of(h.lost | h.candidate);
   }
   h.inconclusive = 0;
-  const std::uint32_t parts = corrected(look.fresh_parts, evidence, p) & ~h.lost;
+  const std::uint32_t parts = corrected(look.fresh_parts, in, evidence, p) & ~h.lost;
   if (parts == 0) {
     h.count = down(h.count);
     if (h.count == 0) h.candidate = 0;

@@ -23,7 +23,6 @@ struct WheelEvidence {
   bool rover_drives = false;     // running or parking: a probe is allowed
   bool others_loaded = false;    // the other motors work
   bool other_probe = false;      // one at a time
-  Sensor load;                   // load_current()
 };
 // Counts, latches, decides what happens to the wheel. Returns what is suspected this frame.
 WheelFailure update_wheel(WheelHealth& health, const WheelLook& look, const WheelInputs& inputs,
@@ -33,8 +32,7 @@ SteeringFailure update_steering(SteeringHealth& health, const SteeringInputs& in
                                 const Parameters& parameters) noexcept;
 SteeringFailure failure_of(const SteeringHealth& health) noexcept;
 
-// Clutch test (part VII): current of the motor above that of no load, signed with the speed.
-Sensor load_current(const WheelInputs& inputs, const Parameters& parameters) noexcept;
+// Clutch test (part VII).
 // Parts found out this frame.
 std::uint32_t test_clutch(WheelHealth& health, const WheelInputs& inputs,
                           const WheelEvidence& evidence, const Parameters& parameters) noexcept;

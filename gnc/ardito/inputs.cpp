@@ -109,21 +109,19 @@ void read_rocker(const Measured& m, const Parameters& p, const Linkage& linkage,
   state.poses_known = 1;
 }
 
-// Of three the one in the middle; of two that contradict each other the one that obeys.
+// Of three the one in the middle; of two that contradict each other the one that obeys. One there
+// must be.
 double best_of(const WheelInputs& in, const Parameters& p) noexcept {
-  const WheelSensors& s = in.sensors;
-  std::array<double, 3> usable{};
-  std::size_t n = 0;
-  for (const Sensor* sensor : {&s.motor, &s.hall, &s.reduction}) {
-    if (sensor->usable) usable[n++] = sensor->value;
+  const Sensor &m = in.sensors.motor, &h = in.sensors.hall, &r = in.sensors.reduction;
+  if (m.usable && h.usable && r.usable) {
+    return std::max(std::min(m.value, h.value), std::min(std::max(m.value, h.value), r.value));
   }
-  if (n <= 1) return usable[0];
-  if (n == 3) {
-    return std::max(std::min(usable[0], usable[1]),
-                    std::min(std::max(usable[0], usable[1]), usable[2]));
-  }
-  if (agree(usable[0], usable[1], p)) return (usable[0] + usable[1]) / 2;
-  return distance(in.ordered, usable[0]) <= distance(in.ordered, usable[1]) ? usable[0] : usable[1];
+  const Sensor &one = m.usable ? m : h, &other = r.usable ? r : h;
+  if (!one.usable) return other.value;
+  if (!other.usable) return one.value;
+  if (agree(one.value, other.value, p)) return (one.value + other.value) / 2;
+  return distance(in.ordered, one.value) <= distance(in.ordered, other.value) ? one.value
+                                                                              : other.value;
 }
 
 // No sensor says how fast the wheel is; behind an open clutch only that of the reduction does.
@@ -160,6 +158,7 @@ Inputs read_inputs(const Measured& measured, const Parameters& parameters, const
   for (std::size_t i = 0; i < kWheels; ++i) {
     read_wheel(measured.wheels[i], state.wheels[i].lost, parameters, in.wheels[i]);
     in.wheels[i].ordered = ordered(state.wheels_ordered, i);
+    in.wheels[i].load = load_current(in.wheels[i], parameters);
   }
   for (std::size_t i = 0; i < kSteered; ++i) {
     read_steering(measured.steering[i], state.steering[i].lost, parameters, in.steering[i]);

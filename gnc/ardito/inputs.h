@@ -13,6 +13,7 @@ struct WheelInputs {
   Sensor current;
   Sensor temperature_C;
   Ordered ordered;
+  Sensor load;  // current above that of no load at this speed, positive when the motor works
   bool drive_fault = false;
   bool stale = false;
 };
@@ -43,6 +44,9 @@ struct Inputs {
   PerWheel<double> vx_m_s{};  // of the hubs against the chassis
   PerWheel<double> vz_m_s{};
 };
+
+// WheelInputs::load, from the rest of it (part VII).
+Sensor load_current(const WheelInputs& inputs, const Parameters& parameters) noexcept;
 
 // Remembers poses and IMU for the next frame.
 Inputs read_inputs(const Measured& measured, const Parameters& parameters, const Linkage& linkage,

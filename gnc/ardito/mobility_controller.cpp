@@ -128,14 +128,13 @@ Motion MobilityController::estimate(const Request& request, const Inputs& inputs
 void MobilityController::diagnose(const Request& request, const Inputs& inputs,
                                   const Feedback& feedback, const PerWheel<WheelLook>& looks,
                                   const Motion& motion, Command& command) noexcept {
-  PerWheel<Sensor> loads;
   PerWheel<double> works{};  // the load of the motors that drive
   double total = 0;
   int working = 0;
   for (std::size_t i = 0; i < kWheels; ++i) {
-    loads[i] = load_current(inputs.wheels[i], parameters_);
+    const Sensor& load = inputs.wheels[i].load;
     const bool engaged = state_.wheels[i].service == WheelService::engaged;
-    works[i] = loads[i].usable && engaged ? loads[i].value : 0;
+    works[i] = load.usable && engaged ? load.value : 0;
     if (works[i] != 0) ++working;
     total += works[i];
   }
@@ -153,7 +152,6 @@ void MobilityController::diagnose(const Request& request, const Inputs& inputs,
     evidence.rover_drives = drives(state_.mode);
     evidence.others_loaded = others > 0 && total - works[i] > parameters_.loaded_current * others;
     evidence.other_probe = (probed & ~only(i)) != 0;
-    evidence.load = loads[i];
     command.wheel_suspect[i] =
         update_wheel(state_.wheels[i], looks[i], inputs.wheels[i], evidence, parameters_);
     probed &= ~only(i);
