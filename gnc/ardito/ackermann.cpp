@@ -31,19 +31,14 @@ Radius radius(std::size_t wheel, const Direction& direction, const Geometry& g) 
 }
 
 double signed_length(const Radius& r) noexcept {
-  return std::copysign(std::hypot(r.across_m, r.along_m), r.across_m);
+  return std::copysign(std::sqrt(r.across_m * r.across_m + r.along_m * r.along_m), r.across_m);
 }
 
 }  // namespace
 
-Direction direction(double sigma_rad) noexcept {
-  return {std::sin(sigma_rad), std::cos(sigma_rad)};
-}
-
 double sigma_rad(const Direction& direction) noexcept {
-  const bool backward = direction.cos < 0 || (direction.cos == 0 && direction.sin < 0);
-  return backward ? std::atan2(-direction.sin, -direction.cos)
-                  : std::atan2(direction.sin, direction.cos);
+  if (direction.sin == 0) return 0;
+  return direction.cos != 0 ? std::atan(direction.sin / direction.cos) : kPi / 2;
 }
 
 double yaw_rate_rad_s(const PlaneMotion& motion, const Geometry& geometry) noexcept {
@@ -54,19 +49,21 @@ PerWheel<double> steering_angles_rad(const Direction& direction,
                                      const Geometry& geometry) noexcept {
   PerWheel<double> angles{};
   for (const std::size_t i : kWheelOfSteered) {
-    const Radius r = radius(i, direction, geometry);
-    // -pi/2..pi/2: a wheel that would turn further rolls backward instead
-    if (r.along_m != 0) angles[i] = std::atan(-r.along_m / r.across_m);
+    angles[i] = steering_angle_rad(i, direction, geometry);
   }
   return angles;
 }
 
+double steering_angle_rad(std::size_t wheel, const Direction& direction,
+                          const Geometry& geometry) noexcept {
+  const Radius r = radius(wheel, direction, geometry);
+  // -pi/2..pi/2: a wheel that would turn further rolls backward instead
+  return r.along_m != 0 ? std::atan(-r.along_m / r.across_m) : 0;
+}
+
 PerWheel<double> hub_speeds_m_s(const PlaneMotion& motion, const Geometry& geometry) noexcept {
-  PerWheel<double> speeds{};
-  for (std::size_t i = 0; i < kWheels; ++i) {
-    const Radius r = radius(i, motion.direction, geometry);
-    speeds[i] = motion.v_m_s * signed_length(r) / geometry.f_m;
-  }
+  PerWheel<double> speeds = hub_ratios(motion.direction, geometry);
+  for (double& speed : speeds) speed *= motion.v_m_s;
   return speeds;
 }
 
@@ -74,16 +71,22 @@ PlaneWheels ackermann(const PlaneMotion& motion, const Geometry& geometry) noexc
   return {steering_angles_rad(motion.direction, geometry), hub_speeds_m_s(motion, geometry)};
 }
 
-Direction direction_from_steering(std::size_t wheel, double steering_rad,
+Direction direction_from_steering(std::size_t wheel, const Direction& steering,
                                   const Geometry& geometry) noexcept {
   // tan(alpha) (f cos + left sin) = -ahead sin, solved for (sin, cos)
   const Place p = place(wheel, geometry);
-  const double s = geometry.f_m * std::sin(steering_rad);
-  const double c = -p.ahead_m * std::cos(steering_rad) - p.left_m * std::sin(steering_rad);
-  const double length = std::hypot(s, c);
+  const double s = geometry.f_m * steering.sin;
+  const double c = -p.ahead_m * steering.cos - p.left_m * steering.sin;
+  const double length = std::sqrt(s * s + c * c);
   if (!(length > 0)) return {};
-  const double sign = c < 0 || (c == 0 && s < 0) ? -1 : 1;
-  return {sign * s / length, sign * c / length};
+  const double scale = (c < 0 || (c == 0 && s < 0) ? -1.0 : 1.0) / length;
+  return {s * scale, c * scale};
+}
+
+PerWheel<double> hub_ratios(const Direction& direction, const Geometry& geometry) noexcept {
+  PerWheel<double> ratios{};
+  for (std::size_t i = 0; i < kWheels; ++i) ratios[i] = hub_ratio(i, direction, geometry);
+  return ratios;
 }
 
 double hub_ratio(std::size_t wheel, const Direction& direction, const Geometry& geometry) noexcept {

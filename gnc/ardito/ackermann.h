@@ -5,16 +5,11 @@
 // without r = f / sin(sigma), so that straight ahead and turning on the spot are ordinary cases and
 // nothing is clipped (E9, E10). Pure functions, callable from every thread.
 
+#include "gnc/ardito/direction.h"
 #include "gnc/ardito/parameters.h"
 
 namespace lss::gnc::ardito {
 
-// A direction as (sin, cos); sigma and sigma + pi are the same line.
-struct Direction {
-  double sin = 0;
-  double cos = 1;
-};
-Direction direction(double sigma_rad) noexcept;
 inline constexpr Direction kOnTheSpot = {1, 0};
 // In (-pi/2, pi/2].
 double sigma_rad(const Direction& direction) noexcept;
@@ -34,12 +29,16 @@ PlaneWheels ackermann(const PlaneMotion& motion, const Geometry& geometry) noexc
 // Half of it each.
 PerWheel<double> steering_angles_rad(const Direction& direction, const Geometry& geometry) noexcept;
 PerWheel<double> hub_speeds_m_s(const PlaneMotion& motion, const Geometry& geometry) noexcept;
+// Of one of them.
+double steering_angle_rad(std::size_t wheel, const Direction& direction,
+                          const Geometry& geometry) noexcept;
 
 // Of one steered wheel (0, 1, 4, 5): the direction that its angle belongs to (17.7.1).
-Direction direction_from_steering(std::size_t wheel, double steering_rad,
+Direction direction_from_steering(std::size_t wheel, const Direction& steering,
                                   const Geometry& geometry) noexcept;
 // Of any wheel: how fast its hub is when v of the CM is 1. Near 0 the wheel stands on the centre of
 // rotation and says nothing about v.
+PerWheel<double> hub_ratios(const Direction& direction, const Geometry& geometry) noexcept;
 double hub_ratio(std::size_t wheel, const Direction& direction, const Geometry& geometry) noexcept;
 // v of the CM when this wheel's hub is this fast (17.7.2, E8); 0 when it says nothing.
 double v_from_hub_m_s(std::size_t wheel, double hub_m_s, const Direction& direction,

@@ -37,10 +37,9 @@ bool at_no_load(double load, const Parameters& p) noexcept {
 
 }  // namespace
 
-Sensor load_current(const WheelInputs& inputs, const Ordered& ordered,
-                    const Parameters& p) noexcept {
+Sensor load_current(const WheelInputs& inputs, const Parameters& p) noexcept {
   const Sensor& motor = motor_speed(inputs.sensors);
-  const double speed = motor.usable ? motor.value : (ordered.low + ordered.high) / 2;
+  const double speed = motor.usable ? motor.value : (inputs.ordered.low + inputs.ordered.high) / 2;
   if (!inputs.current.usable || std::abs(speed) < p.clutch_min_rad_s) return {};
   const double forward = std::copysign(inputs.current.value, inputs.current.value * speed);
   return {forward - no_load_current(std::abs(speed), p), true};
@@ -51,9 +50,9 @@ double probe_speed_rad_s(double ordered_rad_s, const Parameters& p) noexcept {
   return std::copysign(std::max(std::abs(ordered_rad_s) - slower, 0.0), ordered_rad_s);
 }
 
-std::uint32_t test_clutch(WheelHealth& h, const WheelInputs& in, const Ordered& ordered,
-                          const WheelEvidence& evidence, const Parameters& p) noexcept {
-  const Sensor load = load_current(in, ordered, p);
+std::uint32_t test_clutch(WheelHealth& h, const WheelInputs& in, const WheelEvidence& evidence,
+                          const Parameters& p) noexcept {
+  const Sensor& load = in.load;
   if (h.test == ClutchTest::watch) {
     if (h.pause > 0) --h.pause;
     const bool testable = evidence.counts && evidence.rover_drives && evidence.others_loaded &&
@@ -61,7 +60,7 @@ std::uint32_t test_clutch(WheelHealth& h, const WheelInputs& in, const Ordered& 
     // a motor without any current is as suspicious: its drive may be dead, the wheel dragged along
     const bool quiet =
         testable && load.value <= p.no_load_tolerance &&
-        load.value >= -p.no_load_tolerance - no_load_current(std::abs(ordered.high), p);
+        load.value >= -p.no_load_tolerance - no_load_current(std::abs(in.ordered.high), p);
     if (!quiet) {
       h.quiet = 0;
       return 0;
@@ -87,8 +86,7 @@ std::uint32_t test_clutch(WheelHealth& h, const WheelInputs& in, const Ordered& 
   if (!load.usable || at_no_load(load.value, p)) ++h.quiet;
   const std::uint32_t frames = s.reduction.usable ? p.probe_frames : 2 * p.probe_frames;
   if (h.probed > frames / 2 && motor.usable) {
-    const double off = std::max({ordered.low - motor.value, motor.value - ordered.high, 0.0});
-    h.astray_rad_s += off;
+    h.astray_rad_s += distance(in.ordered, motor.value);
   }
   if (h.probed < frames) return 0;
 

@@ -6,13 +6,9 @@
 namespace lss::gnc::ardito {
 namespace {
 
-double nearest_ordered(const Ordered& ordered, double value) noexcept {
-  return std::clamp(value, std::min(ordered.low, ordered.high),
-                    std::max(ordered.low, ordered.high));
-}
-
 bool differ(const Ordered& ordered, const Sensor& sensor, const Parameters& p) noexcept {
-  return !sensor.usable || !agree(nearest_ordered(ordered, sensor.value), sensor.value, p);
+  return !sensor.usable ||
+         !agree(std::clamp(sensor.value, ordered.low, ordered.high), sensor.value, p);
 }
 
 bool differ(const Sensor& a, const Sensor& b, const Parameters& p) noexcept {
@@ -38,6 +34,13 @@ bool agree(double a_rad_s, double b_rad_s, const Parameters& parameters) noexcep
 }
 
 unsigned wheel_flags(const Ordered& ordered, const WheelSensors& s, const Parameters& p) noexcept {
+  // as a rule all that is ordered and measured lies together
+  if (s.motor.usable && s.hall.usable && s.reduction.usable) {
+    const double m = s.motor.value, h = s.hall.value, r = s.reduction.value;
+    const double low = std::min(std::min(m, h), std::min(r, ordered.low));
+    const double high = std::max(std::max(m, h), std::max(r, ordered.high));
+    if (high - low < p.agree_rad_s) return kAllAgree;
+  }
   return bit(differ(ordered, s.motor, p), 5) | bit(differ(ordered, s.hall, p), 4) |
          bit(differ(s.hall, s.motor, p), 3) | bit(differ(s.motor, s.reduction, p), 2) |
          bit(differ(s.reduction, s.hall, p), 1) | bit(differ(ordered, s.reduction, p), 0);
@@ -49,7 +52,7 @@ WheelVerdict diagnose_wheel(unsigned flags, bool clutch_engaged, double rho_rad_
   const bool still = rho_rad_s < p.still_rad_s;
   const bool slow = rho_rad_s < p.slow_rad_s;
   switch (flags) {
-    case 0b000000:
+    case kAllAgree:
       return lost(0);
     case 0b101100:  // M alone
       return lost(kMotorEncoder);
@@ -82,7 +85,7 @@ WheelVerdict diagnose_wheel(unsigned flags, bool clutch_engaged, double rho_rad_
       return motor_or_reduction(clutch_engaged, still, kHall);
     case 0b111101:  // {H,R} C M
       return motor_or_reduction(clutch_engaged, still, kMotorEncoder);
-    case 0b111111:
+    case kAllDiffer:
       // no two agree. Which sensors those are that left what was ordered cannot be told.
       if (nearest_rad_s < p.agree_rad_s) return {Outcome::failure, WheelFailure::two_sensors, 0};
       return lost(kSensors);
@@ -91,7 +94,7 @@ WheelVerdict diagnose_wheel(unsigned flags, bool clutch_engaged, double rho_rad_
   }
 }
 
-WheelFailure failure_of(std::uint32_t parts) noexcept {
+WheelFailure failure_of_any(std::uint32_t parts) noexcept {
   const std::uint32_t sensors = parts & kSensors;
   const int lost_sensors =
       static_cast<int>((sensors & 1U) + ((sensors >> 1) & 1U) + (sensors >> 2));
@@ -109,11 +112,11 @@ WheelFailure failure_of(std::uint32_t parts) noexcept {
 
 unsigned steering_flags(const Ordered& ordered, const Sensor& motor, const Sensor& reduction,
                         const Parameters& p) noexcept {
-  const auto far = [&](double a, double b) { return std::abs(a - b) >= p.steering_agree_rad; };
   const auto from_ordered = [&](const Sensor& sensor) {
-    return !sensor.usable || far(nearest_ordered(ordered, sensor.value), sensor.value);
+    return !sensor.usable || distance(ordered, sensor.value) >= p.steering_agree_rad;
   };
-  const bool apart = !motor.usable || !reduction.usable || far(motor.value, reduction.value);
+  const bool apart = !motor.usable || !reduction.usable ||
+                     std::abs(motor.value - reduction.value) >= p.steering_agree_rad;
   return bit(from_ordered(motor), 2) | bit(apart, 1) | bit(from_ordered(reduction), 0);
 }
 

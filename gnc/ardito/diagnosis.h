@@ -4,6 +4,8 @@
 // (Ardito thesis 17.2, 17.4; made consistent: E14 to E18, E21, E24, table in docs/gnc-ardito.md).
 // Pure functions of one frame, callable from every thread.
 
+#include <algorithm>
+
 #include "gnc/ardito/parameters.h"
 
 namespace lss::gnc::ardito {
@@ -13,6 +15,10 @@ struct Ordered {
   double low = 0;
   double high = 0;
 };
+// From there to this value, 0 between.
+inline double distance(const Ordered& ordered, double value) noexcept {
+  return std::max(std::max(ordered.low - value, value - ordered.high), 0.0);
+}
 
 // A value that cannot be used disagrees with everything.
 struct Sensor {
@@ -41,6 +47,8 @@ enum Part : std::uint32_t {
 bool agree(double a_rad_s, double b_rad_s, const Parameters& parameters) noexcept;
 
 // Six flags as the thesis writes them, 0b110001 = 110001: C-M, C-H, H-M, M-R, R-H, C-R disagree.
+inline constexpr unsigned kAllAgree = 0b000000;
+inline constexpr unsigned kAllDiffer = 0b111111;
 unsigned wheel_flags(const Ordered& ordered, const WheelSensors& sensors,
                      const Parameters& parameters) noexcept;
 
@@ -56,13 +64,16 @@ struct WheelVerdict {
 };
 
 // rho: |reduction encoder|, rad/s, 0 when it cannot be used. nearest: smallest distance of a sensor
-// to what was ordered. One outcome for each of the 64 patterns.
+// to what was ordered, looked at when all differ. One outcome for each of the 64 patterns.
 WheelVerdict diagnose_wheel(unsigned flags, bool clutch_engaged, double rho_rad_s,
                             double nearest_rad_s, const Parameters& parameters) noexcept;
 
 // The number that stands for these lost parts; the worst comes first (E19: sensors that were lost
 // for good and a motor or gear that fails are state 8 only when no sensor is left).
-WheelFailure failure_of(std::uint32_t parts) noexcept;
+WheelFailure failure_of_any(std::uint32_t parts) noexcept;
+inline WheelFailure failure_of(std::uint32_t parts) noexcept {
+  return parts == 0 ? WheelFailure::none : failure_of_any(parts);
+}
 
 // 0b110: C-M, M-R, C-R disagree.
 unsigned steering_flags(const Ordered& ordered, const Sensor& motor, const Sensor& reduction,

@@ -23,7 +23,7 @@ struct MeanDirection {
     ++count;
   }
   Direction value() const noexcept {
-    const double length = std::hypot(sum.sin, sum.cos);
+    const double length = std::sqrt(dot(sum, sum));
     if (count == 0 || !(length > 0)) return {};
     Direction d{sum.sin / length, sum.cos / length};
     // on the spot sigma is +90 deg; (sigma, v) and (-sigma, -v) are the same there
@@ -37,8 +37,8 @@ double plane_hub_m_s(std::size_t wheel, double wheel_rad_s, const Feedback& feed
                      const Inputs& inputs, bool correction, const Parameters& p) noexcept {
   const double rim = wheel_rad_s * p.geometry.wheel_radius_m;
   if (!correction || !inputs.rocker) return rim;
-  return plane_speed_m_s(rim, feedback.steering_rad[wheel], inputs.vx_m_s[wheel],
-                         inputs.vz_m_s[wheel], p.correction_sign);
+  return plane_speed_m_s(rim, feedback.steering[wheel], inputs.vx_m_s[wheel], inputs.vz_m_s[wheel],
+                         p.correction_sign);
 }
 
 // The IMU's speed on the scale of Motion::v_to_hub: on the spot its yaw rate says more.
@@ -53,7 +53,7 @@ bool slips(const Motion& motion, const Inputs& inputs, const Parameters& p) noex
   if (std::abs(v - imu_speed_m_s(motion, inputs, p)) > p.slip_m_s) return true;
   // a direction needs speed to be one
   if (motion.v_to_hub != 1 || std::abs(v) < p.slip_m_s) return false;
-  return std::abs(sigma_rad(motion.mean.direction) - inputs.imu.sigma_rad.value) > p.slip_sigma_rad;
+  return std::abs(motion.sigma_rad - inputs.imu.sigma_rad.value) > p.slip_sigma_rad;
 }
 
 // A rover that slides down across a slope goes another way than its wheels, and the IMU is right to
@@ -62,8 +62,8 @@ bool contradicts(const Motion& motion, const Inputs& inputs, const Parameters& p
   if (!inputs.imu.usable) return false;
   const double v = motion.mean.v_m_s * motion.v_to_hub, imu = imu_speed_m_s(motion, inputs, p);
   if (motion.v_to_hub != 1) return std::abs(v - imu) > p.slip_m_s;
-  const double turned_rad = sigma_rad(motion.mean.direction) - inputs.imu.sigma_rad.value;
-  return std::hypot(v - imu * std::cos(turned_rad), imu * std::sin(turned_rad)) > p.slip_m_s;
+  const double turned_rad = motion.sigma_rad - inputs.imu.sigma_rad.value;
+  return v * v + imu * imu - 2 * v * imu * std::cos(turned_rad) > p.slip_m_s * p.slip_m_s;
 }
 
 }  // namespace
@@ -77,20 +77,21 @@ Motion estimate_motion(const Feedback& feedback, const Inputs& inputs, WheelSet 
   MeanDirection mean;
   for (std::size_t i = 0; i < kSteered; ++i) {
     const std::size_t wheel = kWheelOfSteered[i];
-    directions[i] = direction_from_steering(wheel, feedback.steering_rad[wheel], p.geometry);
+    directions[i] = direction_from_steering(wheel, feedback.steering[wheel], p.geometry);
     if (contains(trusted_steering, i)) mean.add(directions[i]);
   }
   motion.mean.direction = mean.value();
   const Direction& d = motion.mean.direction;
+  motion.sigma_rad = sigma_rad(d);
   const bool spot = std::abs(d.sin) > kSpotSin;
   if (spot) motion.v_to_hub = p.parking_length_m / p.geometry.f_m;
 
   // least squares: a wheel near the centre of rotation has little to say
-  PerWheel<double> hub{}, ratio{};
+  const PerWheel<double> ratio = hub_ratios(d, p.geometry);
+  PerWheel<double> hub{};
   double sum = 0, weight = 0;
   for (std::size_t i = 0; i < kWheels; ++i) {
     hub[i] = plane_hub_m_s(i, feedback.wheel_rad_s[i], feedback, inputs, correction, p);
-    ratio[i] = hub_ratio(i, d, p.geometry);
     if (!contains(trusted, i)) continue;
     sum += hub[i] * ratio[i];
     weight += ratio[i] * ratio[i];
@@ -105,11 +106,11 @@ Motion estimate_motion(const Feedback& feedback, const Inputs& inputs, WheelSet 
   for (std::size_t i = 0; i < kWheels; ++i) {
     if (!contains(trusted, i) && incoherent(motion, i, p)) motion.incoherent_speed = true;
   }
-  double apart_rad = 0;
+  double sine = 0;
   for (const Direction& one : directions) {
-    const double sine = std::abs(one.sin * d.cos - one.cos * d.sin);
-    apart_rad = std::max(apart_rad, std::asin(std::min(sine, 1.0)));
+    sine = std::max(sine, std::abs(one.sin * d.cos - one.cos * d.sin));
   }
+  double apart_rad = std::asin(std::min(sine, 1.0));
   if (spot) apart_rad /= 4;
   motion.incoherent_sigma =
       apart_rad >= p.coherent_sigma_rad && std::abs(motion.mean.v_m_s) * motion.v_to_hub >= 0.010;

@@ -9,6 +9,7 @@ namespace lss::gnc::ardito {
 
 struct Motion {
   PlaneMotion mean;
+  double sigma_rad = 0;      // of mean
   PerWheel<double> v_m_s{};  // of the CM, as each wheel alone would have it
   double v_to_hub = 1;       // on the spot the CM hardly moves: speeds are compared times this
   bool incoherent_speed = false;

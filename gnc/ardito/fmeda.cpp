@@ -25,13 +25,11 @@ std::uint32_t frames_for(std::uint32_t parts, std::uint32_t lost, const Paramete
 
 // A reduction encoder that the IMU or the motor's load contradicts is what is broken, not the
 // clutch (17.8.1).
-std::uint32_t corrected(std::uint32_t parts, const WheelInputs& in, const Ordered& ordered,
-                        const WheelEvidence& evidence, const Parameters& p) noexcept {
+std::uint32_t corrected(std::uint32_t parts, const WheelInputs& in, const WheelEvidence& evidence,
+                        const Parameters& p) noexcept {
   if ((parts & kClutch) == 0) return parts;
-  const Sensor load = load_current(in, ordered, p);
-  const bool loaded = load.usable && std::abs(load.value) > 2 * p.no_load_tolerance;
-  const bool contradicted = evidence.imu_usable && !evidence.imu_confirms;
-  if (!loaded && !contradicted) return parts;
+  const bool loaded = in.load.usable && std::abs(in.load.value) > 2 * p.no_load_tolerance;
+  if (!loaded && !evidence.imu_contradicts) return parts;
   return (parts & ~static_cast<std::uint32_t>(kClutch)) | kReductionEncoder;
 }
 
@@ -65,10 +63,9 @@ bool motor_unfit(WheelHealth& h, const WheelInputs& in, const Parameters& p) noe
 }
 
 // The clutch just opened under a motor that did not turn. Turns it now, the gear held it.
-WheelFailure test_motor(WheelHealth& h, const WheelInputs& in, const Ordered& ordered,
-                        const Parameters& p) noexcept {
+WheelFailure test_motor(WheelHealth& h, const WheelInputs& in, const Parameters& p) noexcept {
   const auto follows = [&](const Sensor& s) {
-    const double wanted = (ordered.low + ordered.high) / 2;
+    const double wanted = (in.ordered.low + in.ordered.high) / 2;
     return s.usable && std::abs(wanted) >= p.still_rad_s && agree(wanted, s.value, p);
   };
   ++h.service_frames;
@@ -84,9 +81,9 @@ WheelFailure test_motor(WheelHealth& h, const WheelInputs& in, const Ordered& or
 }
 
 // An open clutch leaves one thing to see: does the wheel roll along?
-WheelFailure watch_isolated(WheelHealth& h, const WheelInputs& in, const Ordered& ordered,
-                            bool counts, const Parameters& p) noexcept {
-  const double expected = std::min(std::abs(ordered.low), std::abs(ordered.high));
+WheelFailure watch_isolated(WheelHealth& h, const WheelInputs& in, bool counts,
+                            const Parameters& p) noexcept {
+  const double expected = std::min(std::abs(in.ordered.low), std::abs(in.ordered.high));
   const Sensor& r = in.sensors.reduction;
   const bool stuck = counts && r.usable && (h.lost & kReduction) == 0 && expected >= p.slow_rad_s &&
                      std::abs(r.value) < p.still_rad_s;
@@ -117,37 +114,37 @@ void count_error(WheelHealth& h, const Parameters& p) noexcept {
 
 }  // namespace
 
-WheelLook look_at_wheel(const WheelInputs& in, const WheelHealth& h, const Ordered& ordered,
-                        const Parameters& p) noexcept {
+WheelLook look_at_wheel(const WheelInputs& in, const WheelHealth& h, const Parameters& p) noexcept {
   const WheelSensors& s = in.sensors;
-  const auto distance = [&](const Sensor& sensor) {
-    if (!sensor.usable) return std::numeric_limits<double>::infinity();
-    return std::max({ordered.low - sensor.value, sensor.value - ordered.high, 0.0});
-  };
-  const double nearest = std::min({distance(s.motor), distance(s.hall), distance(s.reduction)});
+  const unsigned flags = wheel_flags(in.ordered, s, p);
+  double nearest = std::numeric_limits<double>::infinity();
+  if (flags == kAllDiffer) {  // else nobody asks
+    for (const Sensor& sensor : {s.motor, s.hall, s.reduction}) {
+      if (sensor.usable) nearest = std::min(nearest, distance(in.ordered, sensor.value));
+    }
+  }
   const double rho = s.reduction.usable ? std::abs(s.reduction.value) : 0;
   WheelLook look;
   // without a reduction encoder nothing can be said about what is behind an open clutch
   const bool engaged = h.service == WheelService::engaged || !s.reduction.usable;
-  look.verdict = diagnose_wheel(wheel_flags(ordered, s, p), engaged, rho, nearest, p);
+  look.verdict = diagnose_wheel(flags, engaged, rho, nearest, p);
   look.fresh_parts = look.verdict.parts & ~h.lost;
   return look;
 }
 
 WheelFailure update_wheel(WheelHealth& h, const WheelLook& look, const WheelInputs& in,
-                          const Ordered& ordered, const WheelEvidence& evidence,
-                          const Parameters& p) noexcept {
+                          const WheelEvidence& evidence, const Parameters& p) noexcept {
   count_error(h, p);
   if (h.service == WheelService::isolated) {
-    return watch_isolated(h, in, ordered, evidence.counts, p);
+    return watch_isolated(h, in, evidence.counts, p);
   }
   if (!evidence.counts) {
     h.candidate = 0;
     h.count = 0;
-    test_clutch(h, in, ordered, evidence, p);
+    test_clutch(h, in, evidence, p);
     return failure_of(h.lost);
   }
-  if (h.service == WheelService::testing) return test_motor(h, in, ordered, p);
+  if (h.service == WheelService::testing) return test_motor(h, in, p);
 
   if (motor_unfit(h, in, p)) {
     if ((h.candidate & kDrive) == 0) h.count = 0;
@@ -159,7 +156,7 @@ WheelFailure update_wheel(WheelHealth& h, const WheelLook& look, const WheelInpu
     }
     return failure_of(h.lost | kMotor);  // its sensors may be silent with it
   }
-  const std::uint32_t by_load = test_clutch(h, in, ordered, evidence, p);
+  const std::uint32_t by_load = test_clutch(h, in, evidence, p);
   if (by_load != 0) {
     lose(h, by_load);
     isolate(h);
@@ -171,7 +168,7 @@ WheelFailure update_wheel(WheelHealth& h, const WheelLook& look, const WheelInpu
     return failure_of(h.lost | h.candidate);
   }
   h.inconclusive = 0;
-  const std::uint32_t parts = corrected(look.fresh_parts, in, ordered, evidence, p) & ~h.lost;
+  const std::uint32_t parts = corrected(look.fresh_parts, in, evidence, p) & ~h.lost;
   if (parts == 0) {
     h.count = down(h.count);
     if (h.count == 0) h.candidate = 0;
@@ -200,15 +197,15 @@ SteeringFailure failure_of(const SteeringHealth& h) noexcept {
 namespace {
 
 // Remembers both encoders for the next frame.
-SteeringFailure compare_steps(SteeringHealth& h, const SteeringInputs& in, const Ordered& ordered,
+SteeringFailure compare_steps(SteeringHealth& h, const SteeringInputs& in,
                               const Parameters& p) noexcept {
   const bool both = in.motor.usable && in.reduction.usable;
   SteeringFailure found = SteeringFailure::none;
   if (both && h.compared != 0) {
     const double middle = (h.motor_rad + h.reduction_rad) / 2;
-    const double asked = std::abs(ordered.high - middle) > std::abs(ordered.low - middle)
-                             ? ordered.high
-                             : ordered.low;
+    const double asked = std::abs(in.ordered.high - middle) > std::abs(in.ordered.low - middle)
+                             ? in.ordered.high
+                             : in.ordered.low;
     found = standing_encoder(in.motor.value - h.motor_rad, in.reduction.value - h.reduction_rad,
                              asked - middle, p);
   }
@@ -220,15 +217,16 @@ SteeringFailure compare_steps(SteeringHealth& h, const SteeringInputs& in, const
 
 }  // namespace
 
-SteeringFailure update_steering(SteeringHealth& h, const SteeringInputs& in, const Ordered& ordered,
-                                bool counts, const Parameters& p) noexcept {
-  const SteeringFailure stands = compare_steps(h, in, ordered, p);
+SteeringFailure update_steering(SteeringHealth& h, const SteeringInputs& in, bool counts,
+                                const Parameters& p) noexcept {
+  const SteeringFailure stands = compare_steps(h, in, p);
   if (!counts) {
     h.candidate = SteeringFailure::none;
     h.count = 0;
     return failure_of(h);
   }
-  SteeringVerdict verdict = diagnose_steering(steering_flags(ordered, in.motor, in.reduction, p));
+  SteeringVerdict verdict =
+      diagnose_steering(steering_flags(in.ordered, in.motor, in.reduction, p));
   if (in.drive_fault) verdict = {Outcome::failure, SteeringFailure::critical};
   if (verdict.failure == SteeringFailure::none && stands != SteeringFailure::none) {
     verdict = {.outcome = Outcome::failure, .failure = stands};

@@ -14,32 +14,27 @@ struct WheelLook {
   std::uint32_t fresh_parts = 0;  // of the verdict, not lost before
 };
 WheelLook look_at_wheel(const WheelInputs& inputs, const WheelHealth& health,
-                        const Ordered& ordered, const Parameters& parameters) noexcept;
+                        const Parameters& parameters) noexcept;
 
 struct WheelEvidence {
-  bool counts = true;          // drives have power and were given the last command
-  bool incoherent = false;     // against the rover
-  bool imu_usable = false;     // and
-  bool imu_confirms = false;   // the reduction encoder's speed
-  bool rover_drives = false;   // running or parking: a probe is allowed
-  bool others_loaded = false;  // the other motors work
-  bool other_probe = false;    // one at a time
+  bool counts = true;            // drives have power and were given the last command
+  bool incoherent = false;       // against the rover
+  bool imu_contradicts = false;  // the reduction encoder's speed, when the clutch is in question
+  bool rover_drives = false;     // running or parking: a probe is allowed
+  bool others_loaded = false;    // the other motors work
+  bool other_probe = false;      // one at a time
 };
 // Counts, latches, decides what happens to the wheel. Returns what is suspected this frame.
 WheelFailure update_wheel(WheelHealth& health, const WheelLook& look, const WheelInputs& inputs,
-                          const Ordered& ordered, const WheelEvidence& evidence,
-                          const Parameters& parameters) noexcept;
+                          const WheelEvidence& evidence, const Parameters& parameters) noexcept;
 
-SteeringFailure update_steering(SteeringHealth& health, const SteeringInputs& inputs,
-                                const Ordered& ordered, bool counts,
+SteeringFailure update_steering(SteeringHealth& health, const SteeringInputs& inputs, bool counts,
                                 const Parameters& parameters) noexcept;
 SteeringFailure failure_of(const SteeringHealth& health) noexcept;
 
-// Clutch test (part VII): current of the motor above that of no load, signed with the speed.
-Sensor load_current(const WheelInputs& inputs, const Ordered& ordered,
-                    const Parameters& parameters) noexcept;
+// Clutch test (part VII).
 // Parts found out this frame.
-std::uint32_t test_clutch(WheelHealth& health, const WheelInputs& inputs, const Ordered& ordered,
+std::uint32_t test_clutch(WheelHealth& health, const WheelInputs& inputs,
                           const WheelEvidence& evidence, const Parameters& parameters) noexcept;
 // What a wheel runs at while its clutch is tested.
 double probe_speed_rad_s(double ordered_rad_s, const Parameters& parameters) noexcept;

@@ -24,23 +24,41 @@ Sensor fresh(const Reading& reading, double age_limit_s, double most) noexcept {
   return {usable ? reading.value : 0, usable};
 }
 
-Sensor unless(std::uint32_t lost, const Sensor& sensor) noexcept {
-  return lost != 0 ? Sensor{} : sensor;
-}
-
-WheelInputs read_wheel(const WheelMeasured& m, std::uint32_t lost, const Parameters& p) noexcept {
-  WheelInputs in;
-  const Sensor motor = fresh(m.motor_rad_s, p.drive_age_s, kMaxWheel_rad_s);
-  const Sensor hall = fresh(m.hall_rad_s, p.drive_age_s, kMaxWheel_rad_s);
-  const Sensor reduction = fresh(m.reduction_rad_s, p.drive_age_s, kMaxWheel_rad_s);
+void read_wheel(const WheelMeasured& m, std::uint32_t lost, const Parameters& p,
+                WheelInputs& in) noexcept {
+  WheelSensors& s = in.sensors;
+  s.motor = fresh(m.motor_rad_s, p.drive_age_s, kMaxWheel_rad_s);
+  s.hall = fresh(m.hall_rad_s, p.drive_age_s, kMaxWheel_rad_s);
+  s.reduction = fresh(m.reduction_rad_s, p.drive_age_s, kMaxWheel_rad_s);
   in.current = fresh(m.current, p.drive_age_s, kMaxCurrent);
   in.temperature_C = fresh(m.temperature_C, p.temperature_age_s, kMaxTemperature_C);
-  in.stale = !motor.usable || !hall.usable || !reduction.usable || !in.current.usable ||
+  in.stale = !s.motor.usable || !s.hall.usable || !s.reduction.usable || !in.current.usable ||
              !in.temperature_C.usable;
-  in.sensors = {unless(lost & kMotorEncoder, motor), unless(lost & kHall, hall),
-                unless(lost & kReductionEncoder, reduction)};
   in.drive_fault = m.drive_fault;
-  return in;
+  if ((lost & kMotorEncoder) != 0) s.motor = {};
+  if ((lost & kHall) != 0) s.hall = {};
+  if ((lost & kReductionEncoder) != 0) s.reduction = {};
+}
+
+void read_steering(const SteeringMeasured& m, std::uint32_t lost, const Parameters& p,
+                   SteeringInputs& in) noexcept {
+  in.motor = fresh(m.motor_rad, p.drive_age_s, kMaxSteering_rad);
+  in.reduction = fresh(m.reduction_rad, p.drive_age_s, kMaxSteering_rad);
+  in.stale = !in.motor.usable || !in.reduction.usable;
+  in.drive_fault = m.drive_fault;
+  if ((lost & 1U) != 0) in.motor = {};
+  if ((lost & 2U) != 0) in.reduction = {};
+}
+
+// Lowest and highest of what was ordered in the last frames.
+template <std::size_t N, std::size_t Frames>
+Ordered ordered(const std::array<std::array<double, N>, Frames>& orders, std::size_t i) noexcept {
+  Ordered all{orders[0][i], orders[0][i]};
+  for (std::size_t frame = 1; frame < Frames; ++frame) {
+    all.low = std::min(all.low, orders[frame][i]);
+    all.high = std::max(all.high, orders[frame][i]);
+  }
+  return all;
 }
 
 ImuInputs read_imu(const ImuMeasured& m, const Parameters& p, State& state) noexcept {
@@ -66,7 +84,8 @@ ImuInputs read_imu(const ImuMeasured& m, const Parameters& p, State& state) noex
   return in;
 }
 
-void read_rocker(const Measured& m, const Parameters& p, State& state, Inputs& in) noexcept {
+void read_rocker(const Measured& m, const Parameters& p, const Linkage& linkage, State& state,
+                 Inputs& in) noexcept {
   const Sensor angles[] = {fresh(m.beta_rad, p.rocker_age_s, kMaxRocker_rad),
                            fresh(m.rho1_rad, p.rocker_age_s, kMaxRocker_rad),
                            fresh(m.rho2_rad, p.rocker_age_s, kMaxRocker_rad)};
@@ -78,7 +97,7 @@ void read_rocker(const Measured& m, const Parameters& p, State& state, Inputs& i
     return;
   }
   const WheelPoses poses =
-      wheel_poses({angles[0].value, angles[1].value, angles[2].value}, p.geometry);
+      wheel_poses({angles[0].value, angles[1].value, angles[2].value}, linkage);
   in.rocker = state.poses_known != 0;
   if (in.rocker) {
     for (std::size_t i = 0; i < kWheels; ++i) {
@@ -90,72 +109,63 @@ void read_rocker(const Measured& m, const Parameters& p, State& state, Inputs& i
   state.poses_known = 1;
 }
 
-double distance(const Ordered& ordered, double value) noexcept {
-  return std::max({ordered.low - value, value - ordered.high, 0.0});
+// Of three the one in the middle; of two that contradict each other the one that obeys. One there
+// must be.
+double best_of(const WheelInputs& in, const Parameters& p) noexcept {
+  const Sensor &m = in.sensors.motor, &h = in.sensors.hall, &r = in.sensors.reduction;
+  if (m.usable && h.usable && r.usable) {
+    return std::max(std::min(m.value, h.value), std::min(std::max(m.value, h.value), r.value));
+  }
+  const Sensor &one = m.usable ? m : h, &other = r.usable ? r : h;
+  if (!one.usable) return other.value;
+  if (!other.usable) return one.value;
+  if (agree(one.value, other.value, p)) return (one.value + other.value) / 2;
+  return distance(in.ordered, one.value) <= distance(in.ordered, other.value) ? one.value
+                                                                              : other.value;
 }
 
-// Of three the one in the middle; of two that contradict each other the one that obeys.
-double best_of(const Sensor* sensors, std::size_t count, const Ordered& ordered, double otherwise,
-               const Parameters& p) noexcept {
-  std::array<double, 3> usable{};
-  std::size_t n = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (sensors[i].usable) usable[n++] = sensors[i].value;
-  }
-  if (n == 0) return otherwise;
-  if (n == 1) return usable[0];
-  if (n == 3) {
-    return std::max(std::min(usable[0], usable[1]),
-                    std::min(std::max(usable[0], usable[1]), usable[2]));
-  }
-  if (agree(usable[0], usable[1], p)) return (usable[0] + usable[1]) / 2;
-  return distance(ordered, usable[0]) <= distance(ordered, usable[1]) ? usable[0] : usable[1];
+// No sensor says how fast the wheel is; behind an open clutch only that of the reduction does.
+bool speed_unknown(const WheelSensors& s, WheelService service) noexcept {
+  if (service != WheelService::engaged) return !s.reduction.usable;
+  return !s.motor.usable && !s.hall.usable && !s.reduction.usable;
 }
 
-double wheel_feedback(const WheelInputs& in, WheelService service, const Ordered& ordered,
-                      double expected_rad_s, const Parameters& p) noexcept {
-  const WheelSensors& s = in.sensors;
-  if (service != WheelService::engaged) {
-    return s.reduction.usable ? s.reduction.value : expected_rad_s;
-  }
-  const Sensor all[] = {s.motor, s.hall, s.reduction};
-  return best_of(all, 3, ordered, expected_rad_s, p);
+double wheel_feedback(const WheelInputs& in, WheelService service, const Parameters& p) noexcept {
+  return service != WheelService::engaged ? in.sensors.reduction.value : best_of(in, p);
 }
 
-double steering_feedback(const SteeringInputs& in, const Ordered& ordered, double expected_rad,
-                         const Parameters& p) noexcept {
+bool angle_unknown(const SteeringInputs& in) noexcept {
+  return !in.motor.usable && !in.reduction.usable;
+}
+
+double steering_feedback(const SteeringInputs& in, const Parameters& p) noexcept {
   if (in.motor.usable && in.reduction.usable) {
     if (std::abs(in.motor.value - in.reduction.value) < p.steering_agree_rad) {
       return in.reduction.value;
     }
-    return distance(ordered, in.reduction.value) <= distance(ordered, in.motor.value)
+    return distance(in.ordered, in.reduction.value) <= distance(in.ordered, in.motor.value)
                ? in.reduction.value
                : in.motor.value;
   }
-  if (in.reduction.usable) return in.reduction.value;
-  return in.motor.usable ? in.motor.value : expected_rad;
+  return in.reduction.usable ? in.reduction.value : in.motor.value;
 }
 
 }  // namespace
 
-Inputs read_inputs(const Measured& measured, const Parameters& parameters, State& state) noexcept {
+Inputs read_inputs(const Measured& measured, const Parameters& parameters, const Linkage& linkage,
+                   State& state) noexcept {
   Inputs in;
   for (std::size_t i = 0; i < kWheels; ++i) {
-    in.wheels[i] = read_wheel(measured.wheels[i], state.wheels[i].lost, parameters);
+    read_wheel(measured.wheels[i], state.wheels[i].lost, parameters, in.wheels[i]);
+    in.wheels[i].ordered = ordered(state.wheels_ordered, i);
+    in.wheels[i].load = load_current(in.wheels[i], parameters);
   }
   for (std::size_t i = 0; i < kSteered; ++i) {
-    const Sensor motor =
-        fresh(measured.steering[i].motor_rad, parameters.drive_age_s, kMaxSteering_rad);
-    const Sensor reduction =
-        fresh(measured.steering[i].reduction_rad, parameters.drive_age_s, kMaxSteering_rad);
-    const std::uint32_t lost = state.steering[i].lost;
-    in.steering[i].motor = unless(lost & 1U, motor);
-    in.steering[i].reduction = unless(lost & 2U, reduction);
-    in.steering[i].stale = !motor.usable || !reduction.usable;
-    in.steering[i].drive_fault = measured.steering[i].drive_fault;
+    read_steering(measured.steering[i], state.steering[i].lost, parameters, in.steering[i]);
+    in.steering[i].ordered = ordered(state.steering_ordered, i);
   }
   in.imu = read_imu(measured.imu, parameters, state);
-  read_rocker(measured, parameters, state, in);
+  read_rocker(measured, parameters, linkage, state, in);
   return in;
 }
 
@@ -175,58 +185,44 @@ Request sane(const Request& request, const Parameters& parameters) noexcept {
   return r;
 }
 
-Ordered wheel_ordered(const State& state, std::size_t wheel) noexcept {
-  const auto [low, high] =
-      std::minmax(state.wheels_ordered[0][wheel], state.wheels_ordered[1][wheel]);
-  return {low, high};
-}
-
-Ordered steering_ordered(const State& state, std::size_t steered) noexcept {
-  Ordered ordered{state.steering_ordered[0][steered], state.steering_ordered[0][steered]};
-  for (const PerSteered<double>& frame : state.steering_ordered) {
-    ordered.low = std::min(ordered.low, frame[steered]);
-    ordered.high = std::max(ordered.high, frame[steered]);
-  }
-  return ordered;
-}
-
 Feedback choose_feedback(const Inputs& inputs, const Parameters& parameters, bool correction,
                          const State& state) noexcept {
+  // what no sensor says is as the rover moved in the frame before
   Feedback feedback;
   const PlaneMotion motion = estimated_motion(state);
-  const PerWheel<double> expected_rad = steering_angles_rad(motion.direction, parameters.geometry);
   for (std::size_t i = 0; i < kSteered; ++i) {
     const std::size_t wheel = kWheelOfSteered[i];
-    feedback.steering_rad[wheel] = steering_feedback(inputs.steering[i], steering_ordered(state, i),
-                                                     expected_rad[wheel], parameters);
+    const SteeringInputs& in = inputs.steering[i];
+    feedback.steering_rad[wheel] =
+        angle_unknown(in) ? steering_angle_rad(wheel, motion.direction, parameters.geometry)
+                          : steering_feedback(in, parameters);
+    feedback.steering[wheel] = direction(feedback.steering_rad[wheel]);
   }
-  const PerWheel<double> expected_rad_s =
-      wheel_speeds(motion, feedback.steering_rad, inputs, correction, parameters);
   for (std::size_t i = 0; i < kWheels; ++i) {
-    feedback.wheel_rad_s[i] =
-        wheel_feedback(inputs.wheels[i], state.wheels[i].service, wheel_ordered(state, i),
-                       expected_rad_s[i], parameters);
+    const WheelInputs& in = inputs.wheels[i];
+    const WheelService service = state.wheels[i].service;
+    if (speed_unknown(in.sensors, service)) {
+      const double hub = motion.v_m_s * hub_ratio(i, motion.direction, parameters.geometry);
+      feedback.wheel_rad_s[i] =
+          wheel_speed_rad_s(i, hub, feedback.steering[i], inputs, correction, parameters);
+    } else {
+      feedback.wheel_rad_s[i] = wheel_feedback(in, service, parameters);
+    }
   }
   return feedback;
 }
 
-PerWheel<double> wheel_speeds(const PlaneMotion& motion, const PerWheel<double>& steering_rad,
-                              const Inputs& inputs, bool correction,
-                              const Parameters& parameters) noexcept {
-  const PerWheel<double> plane_m_s = hub_speeds_m_s(motion, parameters.geometry);
-  PerWheel<double> speeds{};
-  for (std::size_t i = 0; i < kWheels; ++i) {
-    const double hub = plane_m_s[i];
-    double rim = hub;
-    if (correction && inputs.rocker) {
-      rim = rim_speed_m_s(hub, steering_rad[i], inputs.vx_m_s[i], inputs.vz_m_s[i],
-                          parameters.correction_sign);
-      const double most = std::abs(hub) * parameters.max_correction;
-      rim = std::clamp(rim, hub - most, hub + most);
-    }
-    speeds[i] = rim / parameters.geometry.wheel_radius_m;
+double wheel_speed_rad_s(std::size_t wheel, double hub_m_s, const Direction& steering,
+                         const Inputs& inputs, bool correction,
+                         const Parameters& parameters) noexcept {
+  double rim = hub_m_s;
+  if (correction && inputs.rocker) {
+    rim = rim_speed_m_s(hub_m_s, steering, inputs.vx_m_s[wheel], inputs.vz_m_s[wheel],
+                        parameters.correction_sign);
+    const double most = std::abs(hub_m_s) * parameters.max_correction;
+    rim = std::clamp(rim, hub_m_s - most, hub_m_s + most);
   }
-  return speeds;
+  return rim / parameters.geometry.wheel_radius_m;
 }
 
 }  // namespace lss::gnc::ardito

@@ -12,6 +12,8 @@ struct WheelInputs {
   WheelSensors sensors;
   Sensor current;
   Sensor temperature_C;
+  Ordered ordered;
+  Sensor load;  // current above that of no load at this speed, positive when the motor works
   bool drive_fault = false;
   bool stale = false;
 };
@@ -19,6 +21,7 @@ struct WheelInputs {
 struct SteeringInputs {
   Sensor motor;
   Sensor reduction;
+  Ordered ordered;
   bool drive_fault = false;
   bool stale = false;
 };
@@ -42,8 +45,12 @@ struct Inputs {
   PerWheel<double> vz_m_s{};
 };
 
+// WheelInputs::load, from the rest of it (part VII).
+Sensor load_current(const WheelInputs& inputs, const Parameters& parameters) noexcept;
+
 // Remembers poses and IMU for the next frame.
-Inputs read_inputs(const Measured& measured, const Parameters& parameters, State& state) noexcept;
+Inputs read_inputs(const Measured& measured, const Parameters& parameters, const Linkage& linkage,
+                   State& state) noexcept;
 
 // Finite and within the limits, whatever came in.
 Request sane(const Request& request, const Parameters& parameters) noexcept;
@@ -52,17 +59,16 @@ Request sane(const Request& request, const Parameters& parameters) noexcept;
 struct Feedback {
   PerWheel<double> wheel_rad_s{};
   PerWheel<double> steering_rad{};  // of all wheels, 0 for the middle ones
+  PerWheel<Direction> steering;     // the same
 };
 Feedback choose_feedback(const Inputs& inputs, const Parameters& parameters, bool correction,
                          const State& state) noexcept;
 
-Ordered wheel_ordered(const State& state, std::size_t wheel) noexcept;
-Ordered steering_ordered(const State& state, std::size_t steered) noexcept;
-
-// Speeds of all wheels for this motion on this ground, rad/s: Ackermann, then 3-D (18.2.1).
-PerWheel<double> wheel_speeds(const PlaneMotion& motion, const PerWheel<double>& steering_rad,
-                              const Inputs& inputs, bool correction,
-                              const Parameters& parameters) noexcept;
+// Speed of a wheel on this ground whose hub shall be so fast in the plane: from Ackermann to 3-D
+// (18.2.1).
+double wheel_speed_rad_s(std::size_t wheel, double hub_m_s, const Direction& steering,
+                         const Inputs& inputs, bool correction,
+                         const Parameters& parameters) noexcept;
 inline PlaneMotion estimated_motion(const State& state) noexcept {
   return {{state.direction_sin, state.direction_cos}, state.v_m_s};
 }

@@ -15,6 +15,12 @@ PerSteered<double> steered(const PerWheel<double>& all) noexcept {
   return some;
 }
 
+// sin(5 x) from sin(x).
+double sine_of_five(double sine) noexcept {
+  const double square = sine * sine;
+  return sine * ((16 * square - 20) * square + 5);
+}
+
 constexpr double kFurthest_rad = 65 * kPi / 180;  // 11.2.1
 
 // Where steering is held: where it is, as far as it can be there.
@@ -33,14 +39,13 @@ Command MobilityController::step(const Request& asked, const Measured& measured)
   const Request request = sane(asked, parameters_);
   retry(request);
 
-  const Inputs inputs = read_inputs(measured, parameters_, state_);
+  const Inputs inputs = read_inputs(measured, parameters_, linkage_, state_);
   const bool correction = request.enable_correction;
   const Feedback feedback = choose_feedback(inputs, parameters_, correction, state_);
 
   PerWheel<WheelLook> looks;
   for (std::size_t i = 0; i < kWheels; ++i) {
-    looks[i] =
-        look_at_wheel(inputs.wheels[i], state_.wheels[i], wheel_ordered(state_, i), parameters_);
+    looks[i] = look_at_wheel(inputs.wheels[i], state_.wheels[i], parameters_);
   }
   const Motion motion = estimate(request, inputs, feedback, looks, command);
   diagnose(request, inputs, feedback, looks, motion, command);
@@ -48,15 +53,16 @@ Command MobilityController::step(const Request& asked, const Measured& measured)
   const bool stop = error(request, command) || request.error || !request.powered;
 
   find_steering(inputs, feedback);
+  const PlaneMotion target = asked_motion(request);
   const PerSteered<double> asked_rad =
-      steered(steering_angles_rad(asked_motion(request).direction, parameters_.geometry));
+      steered(steering_angles_rad(target.direction, parameters_.geometry));
   if (request.powered) {
     decide(request, feedback, stop, asked_rad);
     const bool ready =
         state_.phase == StopPhase::rover_steer || state_.phase == StopPhase::rover_stop;
     steer(request.run && !stop && state_.steering_known != 0 && (drives(state_.mode) || ready),
           feedback, asked_rad);
-    drive(request, inputs, feedback, motion);
+    drive(request, target, inputs, feedback, motion);
   } else {
     stand(feedback);
   }
@@ -98,7 +104,7 @@ Motion MobilityController::estimate(const Request& request, const Inputs& inputs
   SteeringSet trusted_steering = 0;
   for (std::size_t i = 0; i < kSteered; ++i) {
     command.steering_suspect[i] =
-        update_steering(state_.steering[i], inputs.steering[i], steering_ordered(state_, i),
+        update_steering(state_.steering[i], inputs.steering[i],
                         request.powered && state_.steering_known != 0, parameters_);
     if (command.steering_suspect[i] <= SteeringFailure::reduction_encoder) {
       trusted_steering |= only(i);
@@ -122,28 +128,34 @@ Motion MobilityController::estimate(const Request& request, const Inputs& inputs
 void MobilityController::diagnose(const Request& request, const Inputs& inputs,
                                   const Feedback& feedback, const PerWheel<WheelLook>& looks,
                                   const Motion& motion, Command& command) noexcept {
-  PerWheel<double> load{};
+  PerWheel<double> works{};  // the load of the motors that drive
   double total = 0;
-  int loads = 0;
+  int working = 0;
   for (std::size_t i = 0; i < kWheels; ++i) {
-    const Sensor one = load_current(inputs.wheels[i], wheel_ordered(state_, i), parameters_);
-    load[i] = one.usable && state_.wheels[i].service == WheelService::engaged ? one.value : 0;
-    if (load[i] != 0) ++loads;
-    total += load[i];
+    const Sensor& load = inputs.wheels[i].load;
+    const bool engaged = state_.wheels[i].service == WheelService::engaged;
+    works[i] = load.usable && engaged ? load.value : 0;
+    if (works[i] != 0) ++working;
+    total += works[i];
   }
+  WheelSet probed = probed_wheels();
   for (std::size_t i = 0; i < kWheels; ++i) {
-    const int others = loads - (load[i] != 0 ? 1 : 0);
+    const int others = working - (works[i] != 0 ? 1 : 0);
+    const Sensor& reduction = inputs.wheels[i].sensors.reduction;
     WheelEvidence evidence;
     evidence.counts = request.powered;
     evidence.incoherent = incoherent(motion, i, parameters_);
-    evidence.imu_usable = inputs.imu.usable && inputs.wheels[i].sensors.reduction.usable;
-    evidence.imu_confirms = imu_confirms(motion, i, inputs.wheels[i].sensors.reduction.value,
-                                         feedback, inputs, request.enable_correction, parameters_);
+    evidence.imu_contradicts = (looks[i].fresh_parts & kClutch) != 0 && inputs.imu.usable &&
+                               reduction.usable &&
+                               !imu_confirms(motion, i, reduction.value, feedback, inputs,
+                                             request.enable_correction, parameters_);
     evidence.rover_drives = drives(state_.mode);
-    evidence.others_loaded = others > 0 && (total - load[i]) / others > parameters_.loaded_current;
-    evidence.other_probe = (probed_wheels() & ~only(i)) != 0;
-    command.wheel_suspect[i] = update_wheel(state_.wheels[i], looks[i], inputs.wheels[i],
-                                            wheel_ordered(state_, i), evidence, parameters_);
+    evidence.others_loaded = others > 0 && total - works[i] > parameters_.loaded_current * others;
+    evidence.other_probe = (probed & ~only(i)) != 0;
+    command.wheel_suspect[i] =
+        update_wheel(state_.wheels[i], looks[i], inputs.wheels[i], evidence, parameters_);
+    probed &= ~only(i);
+    if (state_.wheels[i].test == ClutchTest::probe) probed |= only(i);
   }
 }
 
@@ -211,8 +223,8 @@ PlaneMotion MobilityController::asked_motion(const Request& request) const noexc
   if (request.parking) {
     return {kOnTheSpot, speed_m_s * parameters_.geometry.f_m / parameters_.parking_length_m};
   }
-  return {direction(request.sigma_rad),
-          speed_m_s * (1 - std::abs(std::sin(5 * request.sigma_rad)))};
+  const Direction d = direction(request.sigma_rad);
+  return {d, speed_m_s * (1 - std::abs(sine_of_five(d.sin)))};
 }
 
 // Steering starts from where it is: until every angle was measured nothing is ordered.
@@ -252,21 +264,22 @@ void MobilityController::steer(bool moves, const Feedback& feedback,
   state_.steering_ordered[0] = orders;
 }
 
-void MobilityController::drive(const Request& request, const Inputs& inputs,
-                               const Feedback& feedback, const Motion& motion) noexcept {
-  PlaneMotion target;
-  if (drives(state_.mode)) target = asked_motion(request);
-  const PerWheel<double> wanted =
-      wheel_speeds(target, feedback.steering_rad, inputs, request.enable_correction, parameters_);
-  // wheels that nothing drives are watched against the speed at which they would roll along
-  const PerWheel<double> rolling = wheel_speeds(motion.mean, feedback.steering_rad, inputs,
-                                                request.enable_correction, parameters_);
+void MobilityController::drive(const Request& request, const PlaneMotion& target,
+                               const Inputs& inputs, const Feedback& feedback,
+                               const Motion& motion) noexcept {
+  const auto speed_rad_s = [&](std::size_t i, double hub_m_s) {
+    return wheel_speed_rad_s(i, hub_m_s, feedback.steering[i], inputs, request.enable_correction,
+                             parameters_);
+  };
+  PerWheel<double> hubs_m_s{};
+  if (drives(state_.mode)) hubs_m_s = hub_speeds_m_s(target, parameters_.geometry);
   const WheelSet isolated = wheels_in(WheelService::isolated);
   const WheelSet probed = probed_wheels();
 
-  PerWheel<double> errors{};
+  PerWheel<double> wanted{}, errors{};
   double fastest = 0;
   for (std::size_t i = 0; i < kWheels; ++i) {
+    wanted[i] = speed_rad_s(i, hubs_m_s[i]);
     errors[i] = wanted[i] - feedback.wheel_rad_s[i];
     if (!contains(isolated, i)) fastest = std::max(fastest, std::abs(feedback.wheel_rad_s[i]));
   }
@@ -279,8 +292,10 @@ void MobilityController::drive(const Request& request, const Inputs& inputs,
     double& integral = state_.wheel_integral[i];
     double& order = state_.wheels_ordered[0][i];
     if (contains(isolated, i)) {
+      // nothing drives it: watched against the speed at which it would roll along
       integral = 0;
-      order = rolling[i];
+      order = speed_rad_s(
+          i, motion.mean.v_m_s * hub_ratio(i, motion.mean.direction, parameters_.geometry));
     } else if (stands) {
       integral = 0;
       order = 0;
@@ -334,7 +349,7 @@ void MobilityController::report(const Inputs& inputs, const Feedback& feedback,
   command.busy = state_.mode == Mode::stop && busy(state_.phase) ? 1 : 0;
   command.probing = probed_wheels();
   command.estimate = {motion.mean.v_m_s,
-                      sigma_rad(motion.mean.direction),
+                      motion.sigma_rad,
                       yaw_rate_rad_s(motion.mean, parameters_.geometry),
                       feedback.wheel_rad_s,
                       steered(feedback.steering_rad),

@@ -18,7 +18,7 @@ class MobilityController {
  public:
   // Parameters must have passed check().
   explicit MobilityController(const Parameters& parameters = {}) noexcept
-      : parameters_(parameters) {}
+      : parameters_(parameters), linkage_(linkage(parameters.geometry)) {}
 
   // One frame. `measured` are the values of the frame that just ended, so answers to the commands
   // before; the result is the command for the next one.
@@ -29,7 +29,7 @@ class MobilityController {
   // What the voter compares.
   template <class Self>
   static constexpr auto members(Self& self) noexcept {
-    return std::tie(self.parameters_, self.state_);
+    return std::tie(self.parameters_, self.linkage_, self.state_);
   }
 
  private:
@@ -46,8 +46,8 @@ class MobilityController {
   PlaneMotion asked_motion(const Request& request) const noexcept;
   void find_steering(const Inputs& inputs, const Feedback& feedback) noexcept;
   void steer(bool moves, const Feedback& feedback, const PerSteered<double>& asked_rad) noexcept;
-  void drive(const Request& request, const Inputs& inputs, const Feedback& feedback,
-             const Motion& motion) noexcept;
+  void drive(const Request& request, const PlaneMotion& target, const Inputs& inputs,
+             const Feedback& feedback, const Motion& motion) noexcept;
   void stand(const Feedback& feedback) noexcept;
   void report(const Inputs& inputs, const Feedback& feedback, const Motion& motion,
               Command& command) const noexcept;
@@ -55,6 +55,7 @@ class MobilityController {
   WheelSet probed_wheels() const noexcept;
 
   Parameters parameters_;
+  Linkage linkage_;  // made of them
   State state_;
 };
 

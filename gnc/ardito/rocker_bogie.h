@@ -4,6 +4,7 @@
 // with E2 to E6, E23); and what that does to the speed of a wheel on uneven ground (12.1.2, 17.6).
 // Pure functions, callable from every thread. x forward, z down, origin in the CM.
 
+#include "gnc/ardito/direction.h"
 #include "gnc/ardito/parameters.h"
 
 namespace lss::gnc::ardito {
@@ -13,6 +14,34 @@ struct RockerAngles {
   double rho1_rad = 0;  // left bogie
   double rho2_rad = 0;  // right bogie
 };
+
+// About the pivot that it turns on.
+struct Point {
+  double x_m = 0;
+  double z_m = 0;
+
+  template <class Self>
+  static constexpr auto members(Self& self) noexcept {
+    return std::tie(self.x_m, self.z_m);
+  }
+};
+
+// What hangs on rocker and bogie, as it is when these are not turned (13.1); the same on both
+// sides. Made once, for it has sines of its own.
+struct Linkage {
+  double pivot_x_m = 0;  // of the rocker, from the CM
+  Point front_on_rocker;
+  Point bogie_on_rocker;
+  Point middle_on_bogie;
+  Point rear_on_bogie;
+
+  template <class Self>
+  static constexpr auto members(Self& self) noexcept {
+    return std::tie(self.pivot_x_m, self.front_on_rocker, self.bogie_on_rocker,
+                    self.middle_on_bogie, self.rear_on_bogie);
+  }
+};
+Linkage linkage(const Geometry& geometry) noexcept;
 
 struct WheelPoses {
   PerWheel<double> x_m{};
@@ -24,17 +53,20 @@ struct WheelPoses {
   }
 };
 
-WheelPoses wheel_poses(const RockerAngles& angles, const Geometry& geometry) noexcept;
+WheelPoses wheel_poses(const RockerAngles& angles, const Linkage& linkage) noexcept;
+inline WheelPoses wheel_poses(const RockerAngles& angles, const Geometry& geometry) noexcept {
+  return wheel_poses(angles, linkage(geometry));
+}
 
 // From wheels 1, 3 and 4 (13.3); any pose that wheel_poses() can make, no singular one.
 RockerAngles rocker_angles(const WheelPoses& poses, const Geometry& geometry) noexcept;
 
 // Speed at the rim so that the CM goes on as in the plane while suspension moves the hub by
 // (vx, vz) against it. sign: +1 right, -1 as printed (E7, E1).
-double rim_speed_m_s(double plane_m_s, double steering_rad, double vx_m_s, double vz_m_s,
+double rim_speed_m_s(double plane_m_s, const Direction& steering, double vx_m_s, double vz_m_s,
                      double sign) noexcept;
 // Its exact inverse (E11). A rim that is slower than its hub has slipped; then 0 along the ground.
-double plane_speed_m_s(double rim_m_s, double steering_rad, double vx_m_s, double vz_m_s,
+double plane_speed_m_s(double rim_m_s, const Direction& steering, double vx_m_s, double vz_m_s,
                        double sign) noexcept;
 
 }  // namespace lss::gnc::ardito

@@ -88,7 +88,8 @@ constexpr Vehicle kVehicles[] = {
     {"Zebro's gait, legs and odometry", zebro_frame, ""},
 #ifdef LSS_BENCH_ARDITO
     {"Ardito's controller, three times, vote and failure detection", ardito_frame,
-     "sines and arc tangents of six wheels and the suspension, in each of three instances"},
+     "44 readings to check, six wheels to judge and 15 sines and arc tangents, in each of three "
+     "instances"},
 #endif
 #ifdef LSS_BENCH_TALARIS
     {"TALARIS' navigation", talaris_navigation,

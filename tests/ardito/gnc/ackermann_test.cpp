@@ -75,9 +75,10 @@ void round_trip(const PlaneMotion& motion) {
     // a middle wheel on the centre of rotation says nothing
     const double R = kGeometry.f_m * motion.direction.cos;
     if (std::abs(R - kGeometry.b_m / 2 * std::abs(motion.direction.sin)) < 1e-5) continue;
-    const Direction d = kSteeredOfWheel[i] < kSteered
-                            ? direction_from_steering(i, wheels.steering_rad[i], kGeometry)
-                            : motion.direction;
+    const Direction d =
+        kSteeredOfWheel[i] < kSteered
+            ? direction_from_steering(i, direction(wheels.steering_rad[i]), kGeometry)
+            : motion.direction;
     const double v = v_from_hub_m_s(i, wheels.hub_m_s[i], d, kGeometry);
     expect_same({d, v}, motion, 1e-6 * std::max(1.0, std::abs(motion.v_m_s)));
   }
@@ -94,7 +95,7 @@ RC_GTEST_PROP(Ackermann, InverseGivesBackTheRangeOfTheRover, ()) {
   const double v = *rc::gen::inRange(-1000, 1001) * 1e-3;
   const PlaneWheels wheels = ackermann({direction(sigma), v}, kGeometry);
   for (const std::size_t i : kWheelOfSteered) {
-    const Direction d = direction_from_steering(i, wheels.steering_rad[i], kGeometry);
+    const Direction d = direction_from_steering(i, direction(wheels.steering_rad[i]), kGeometry);
     RC_ASSERT(std::abs(sigma_rad(d) - sigma) < 1e-6);
     RC_ASSERT(std::abs(v_from_hub_m_s(i, wheels.hub_m_s[i], d, kGeometry) - v) < 1e-6);
   }

@@ -30,7 +30,7 @@ bool nothing_suspected(const Command& c) {
 double commanded_speed_m_s(const Rover& rover, std::size_t wheel) {
   const Parameters p;
   const PerSteered<double>& angles = rover.true_steering_rad();
-  const Direction d = direction_from_steering(1, angles[1], p.geometry);
+  const Direction d = direction_from_steering(1, direction(angles[1]), p.geometry);
   const double scale = std::abs(d.sin) > 0.7 ? p.parking_length_m / p.geometry.f_m : 1;
   return scale * v_from_hub_m_s(wheel, rover.command.wheel_rad_s[wheel] * p.geometry.wheel_radius_m,
                                 d, p.geometry);

@@ -90,15 +90,16 @@ TEST(RockerBogie, InverseIsNotSingularWhereTheBogieArmPointsAlongTheRocker) {
 
 TEST(Correction, FlatGroundChangesNothing) {
   // E1: 0.3 m/s at the rim of a wheel stay 0.3 m/s
-  EXPECT_DOUBLE_EQ(rim_speed_m_s(0.3, 0, 0, 0, 1), 0.3);
-  EXPECT_DOUBLE_EQ(rim_speed_m_s(-0.3, 0.4, 0, 0, 1), -0.3);
-  EXPECT_EQ(rim_speed_m_s(0, 0.4, 0.1, 0.1, 1), 0);
+  EXPECT_DOUBLE_EQ(rim_speed_m_s(0.3, direction(0), 0, 0, 1), 0.3);
+  EXPECT_DOUBLE_EQ(rim_speed_m_s(-0.3, direction(0.4), 0, 0, 1), -0.3);
+  EXPECT_EQ(rim_speed_m_s(0, direction(0.4), 0.1, 0.1, 1), 0);
 }
 
 RC_GTEST_PROP(Correction, FromThePlaneToTheGroundAndBack, ()) {
   const double u = *rc::gen::inRange(-1000, 1001) * 1e-3;
   const double vx = *rc::gen::inRange(-300, 301) * 1e-3, vz = *rc::gen::inRange(-300, 301) * 1e-3;
-  const double alpha = angle(57.5), sign = *rc::gen::element(1.0, -1.0);
+  const Direction alpha = direction(angle(57.5));
+  const double sign = *rc::gen::element(1.0, -1.0);
   // a hub that suspension moves faster than the rover drives turns the wheel's direction over
   RC_PRE(std::abs(u) > std::abs(vx) || u == 0);
   const double rim = rim_speed_m_s(u, alpha, vx, vz, sign);
@@ -107,8 +108,9 @@ RC_GTEST_PROP(Correction, FromThePlaneToTheGroundAndBack, ()) {
 
 RC_GTEST_PROP(Correction, SlippingWheelsGiveNumbersToo, ()) {
   const double rim = *rc::gen::inRange(-1000, 1001) * 1e-3;
-  const double v = plane_speed_m_s(rim, angle(57.5), *rc::gen::inRange(-3000, 3001) * 1e-3,
-                                   *rc::gen::inRange(-3000, 3001) * 1e-3, 1);
+  const double v =
+      plane_speed_m_s(rim, direction(angle(57.5)), *rc::gen::inRange(-3000, 3001) * 1e-3,
+                      *rc::gen::inRange(-3000, 3001) * 1e-3, 1);
   RC_ASSERT(std::isfinite(v));
 }
 

@@ -92,7 +92,7 @@ void Rover::move() {
   }
   Direction sum{0, 0};
   for (std::size_t i = 0; i < kSteered; ++i) {
-    Direction d = direction_from_steering(kWheelOfSteered[i], steering_rad_[i], g);
+    Direction d = direction_from_steering(kWheelOfSteered[i], direction(steering_rad_[i]), g);
     if (d.sin * sum.sin + d.cos * sum.cos < 0) d = {-d.sin, -d.cos};
     sum = {sum.sin + d.sin, sum.cos + d.cos};
   }
@@ -115,10 +115,10 @@ void Rover::move() {
     drives[i] = engaged[i] && powered && !held;
     if (f.reduction || (engaged[i] && f.motor_blocked)) ++dragged;
     if (!drives[i]) continue;
-    const double hub = plane_speed_m_s(
-        motor_rad_s_[i] * g.wheel_radius_m,
-        steering_rad_[kSteeredOfWheel[i] % kSteered] * (kSteeredOfWheel[i] < kSteered ? 1 : 0),
-        vx_m_s_[i], vz_m_s_[i], 1);
+    const std::size_t s = kSteeredOfWheel[i];
+    const Direction steering = s < kSteered ? direction(steering_rad_[s]) : Direction{};
+    const double hub =
+        plane_speed_m_s(motor_rad_s_[i] * g.wheel_radius_m, steering, vx_m_s_[i], vz_m_s_[i], 1);
     const double ratio = hub_ratio(i, direction_, g);
     v += hub * ratio;
     weight += ratio * ratio;

@@ -93,10 +93,10 @@ double error_mm_s(const Step& step, double sign) {
         const double truth =
             std::hypot(world.x_m[i] - world_before.x_m[i], world.z_m[i] - world_before.z_m[i]) /
             kDt;
-        const double guess = sign == 0
-                                 ? kSpeed_m_s
-                                 : rim_speed_m_s(kSpeed_m_s, 0, (now.x_m[i] - before.x_m[i]) / kDt,
-                                                 (now.z_m[i] - before.z_m[i]) / kDt, sign);
+        const double guess =
+            sign == 0 ? kSpeed_m_s
+                      : rim_speed_m_s(kSpeed_m_s, direction(0), (now.x_m[i] - before.x_m[i]) / kDt,
+                                      (now.z_m[i] - before.z_m[i]) / kDt, sign);
         sum += (guess - truth) * (guess - truth);
         ++count;
       }

@@ -1,0 +1,25 @@
+#pragma once
+
+// An angle by its sine and cosine, which is what nearly all of the mathematics wants of it: worked
+// out once where the angle comes in, composed from there on.
+
+#include <cmath>
+
+namespace lss::gnc::ardito {
+
+// Of a velocity sigma and sigma + pi are the same line.
+struct Direction {
+  double sin = 0;
+  double cos = 1;
+};
+
+inline Direction direction(double angle_rad) noexcept {
+  return {std::sin(angle_rad), std::cos(angle_rad)};
+}
+// Of the sum of both angles.
+inline Direction turned(const Direction& a, const Direction& b) noexcept {
+  return {a.sin * b.cos + a.cos * b.sin, a.cos * b.cos - a.sin * b.sin};
+}
+inline Direction opposite(const Direction& a) noexcept { return {-a.sin, a.cos}; }
+
+}  // namespace lss::gnc::ardito
