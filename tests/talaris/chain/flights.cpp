@@ -65,6 +65,9 @@ struct Watch {
     if (contact_ns == 0 && plant.contact()) {
       contact_ns = chain.now();
       flown.contact_tilt_deg = tilt_deg(body);
+      const auto& nav = chain.telemetry().position_m;
+      flown.nav_along_m = nav[2] - body.position_m.z();
+      flown.nav_across_m = nav[1] - body.position_m.y();
     }
     if (contact_ns == 0) {
       flown.max_tilt_deg = std::max(flown.max_tilt_deg, tilt_deg(body));
@@ -123,15 +126,12 @@ Flown fly(const FlightPlan& plan, unsigned seed) {
   chain.after_step = {};
 
   const BodyState& body = chain.body();
-  const auto& nav = chain.telemetry().position_m;
   const bool moves = plan.program == Program::hop;
   const double way = moves ? plan.wish.distance_m : 0;
   const Vector3 target(0, -way * std::sin(plan.wish.turn_rad), way * std::cos(plan.wish.turn_rad));
   flown.rest_tilt_deg = tilt_deg(body);
   flown.along_m = body.position_m.z() - target.z();
   flown.across_m = body.position_m.y() - target.y();
-  flown.nav_along_m = nav[2] - body.position_m.z();
-  flown.nav_across_m = nav[1] - body.position_m.y();
   flown.gas_s = chain.world().gas().used_s() - gas_before_s;
   if (watch.contact_ns != 0)
     flown.air_s = static_cast<double>(watch.contact_ns - watch.lift_ns) * 1e-9;

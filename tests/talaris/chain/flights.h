@@ -36,7 +36,7 @@ struct Flown {
   double down_m_s = 0, sideways_m_s = 0, contact_tilt_deg = 0;  // of the landing
   double rest_tilt_deg = 0;
   double along_m = 0, across_m = 0;                               // from where it should stand
-  double nav_along_m = 0, nav_across_m = 0;                       // what navigation was off by
+  double nav_along_m = 0, nav_across_m = 0;                       // what navigation was off by at touchdown
   double max_height_m = 0, max_tilt_deg = 0, height_error_m = 0;  // in the air
   double gas_s = 0, air_s = 0;
   std::vector<FaultId> faults;
