@@ -313,7 +313,7 @@ bool Chain::calibrate() {
   if (!run_until(Mode::standby, 1)) return false;
   send(CommandKind::gnc, {static_cast<double>(GncStep::calibrate)});
   if (!run_until(Mode::calibrate, 1)) return false;
-  return run_until(Mode::standby, parameters_.navigation.calibration_s + 5) &&
+  return run_until(Mode::standby, parameters_.navigation.calibration_s + 20) &&
          telemetry().calibrated;
 }
 

@@ -35,8 +35,8 @@ struct Flown {
   // By the world.
   double down_m_s = 0, sideways_m_s = 0, contact_tilt_deg = 0;  // of the landing
   double rest_tilt_deg = 0;
-  double along_m = 0, across_m = 0;                               // from where it should stand
-  double nav_along_m = 0, nav_across_m = 0;                       // what navigation was off by at touchdown
+  double along_m = 0, across_m = 0;          // from where it should stand
+  double nav_along_m = 0, nav_across_m = 0;  // what navigation was off by at touchdown
   double max_height_m = 0, max_tilt_deg = 0, height_error_m = 0;  // in the air
   double gas_s = 0, air_s = 0;
   std::vector<FaultId> faults;
@@ -94,7 +94,7 @@ Spun spin(unsigned fans, double rpm, unsigned seed);
 
 // A valve on the load cell.
 struct Fired {
-  double force_N = 0;  // as the daemon tells it, behind the notch, open for a second
+  double force_N = 0;  // mean of the load cell behind the daemon's notch, while it is open
   double true_N = 0;
   double raw_N = 0;    // swing of the load cell's own reading, peak to peak
   double clean_N = 0;  // the same behind the notch
