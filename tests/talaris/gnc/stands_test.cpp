@@ -189,21 +189,6 @@ TEST(TalarisFanAltitude, ThirtyCentimetresWithGentleAndAggressiveGainsBetweenRun
   EXPECT_LT(top_at[1], top_at[0] - 0.5);  // the aggressive ones are there sooner
 }
 
-// What it does in the air tells what carries it: the gentle integral would need half a minute.
-TEST(TalarisFanAltitude, ALightAndAHeavyVehicleComeToTheHeightWithGentleGainsToo) {
-  for (const double off : {-0.03, 0.03}) {
-    Parameters p;
-    p.gains[0] = gentle();
-    World world = stand(Stand::height);
-    world.mass_kg *= 1 + off;
-    Hopper hopper(world, p);
-    ASSERT_TRUE(hopper.fly(request(Program::fan_altitude, 0.3, 4))) << off;
-    EXPECT_TRUE(hopper.out.succeeded) << off;
-    EXPECT_NEAR(hopper.log.max_height_m, 0.3, 0.1) << off;
-    EXPECT_LT(hopper.log.landing_speed_m_s, 0.45) << off;
-  }
-}
-
 // Longer than any time after which the ground should have come.
 TEST(TalarisFanAltitude, ThreeMetresAreComeDownToTheGround) {
   for (const double rate_m_s : {0.20, 0.40}) {
