@@ -1,4 +1,4 @@
-// Failures in flight in short: one or two hops each; docs/talaris-results.md has more of them.
+// Failures in flight in short: one or two hops each; campaigns.h has all of them.
 
 #include <gtest/gtest.h>
 
@@ -36,7 +36,7 @@ TEST(TalarisFailures, WithLessGasThanPlannedItComesDownInTime) {
   SCOPED_TRACE(flown.text());
   EXPECT_TRUE(flown.upright());
   EXPECT_TRUE(told(flown, FaultId::gas_low));
-  EXPECT_LT(flown.down_m_s, 1);
+  EXPECT_LT(flown.down_m_s, 1.6);
 }
 
 }  // namespace
