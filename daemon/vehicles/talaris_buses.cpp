@@ -17,18 +17,6 @@ const config::Port* find_port(const config::Config& config, std::string_view nam
   return port != config.ports.end() ? &*port : nullptr;
 }
 
-// What the drivers inherit from the ports and the frame.
-BusesParameters complete(BusesParameters p, const config::Config& config) {
-  if (const config::Port* imu = find_port(config, "imu"))
-    p.landmark.baud = p.crossbow.baud = static_cast<int>(imu->baud);
-  if (const config::Port* altimeter = find_port(config, "altimeter"))
-    p.altimeter.baud = static_cast<int>(altimeter->baud);
-  p.valves.frame_ns = config.period_ns;
-  p.valves.node = p.can.node[kValveNode];
-  p.valves.fan_node = p.can.node[kFanNode];
-  return p;
-}
-
 SerialSettings settings(const config::Config& config, const char* name, const SensorLine& line) {
   const config::Port* port = find_port(config, name);
   if (port == nullptr) return {};
@@ -67,6 +55,17 @@ LineReport report_of(const LineBus::Report& bus) noexcept {
 }
 
 }  // namespace
+
+BusesParameters complete(BusesParameters p, const config::Config& config) {
+  if (const config::Port* imu = find_port(config, "imu"))
+    p.landmark.baud = p.crossbow.baud = static_cast<int>(imu->baud);
+  if (const config::Port* altimeter = find_port(config, "altimeter"))
+    p.altimeter.baud = static_cast<int>(altimeter->baud);
+  p.valves.frame_ns = config.period_ns;
+  p.valves.node = p.can.node[kValveNode];
+  p.valves.fan_node = p.can.node[kFanNode];
+  return p;
+}
 
 Buses::Buses(const config::Config& config, const BusesParameters& parameters)
     : missing_ports_(missing_ports(config)),

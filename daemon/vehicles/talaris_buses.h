@@ -37,6 +37,9 @@ struct BusesParameters {
   TimeNs grace_ns = 15 * kMillisecond;
 };
 
+// With what the drivers inherit from the ports and the frame.
+BusesParameters complete(BusesParameters parameters, const config::Config& config);
+
 // A serial line.
 struct LineReport {
   LineStatus status{};

@@ -153,6 +153,7 @@ class Flight {
   void next_leg() noexcept;
   void act(const FlightInputs& inputs, FlightOutput& output) noexcept;
   void act_gas(FlightOutput& output) noexcept;
+  void trim_fans() noexcept;
   void act_fans(const FlightInputs& inputs, FlightOutput& output) noexcept;
   void fly_by_fans(const FlightInputs& inputs, FlightOutput& output) noexcept;
 
@@ -204,6 +205,7 @@ class Flight {
   double fans_N_ = 0, fans_before_N_ = 0;  // thrust of the fans, now and a frame ago
   double fan_height_m_ = 0;                // commanded, of a flight by fans
   double fan_goal_rpm_ = 0;
+  double fan_trim_N_ = 0;  // more than planned, so that the valves keep their share of the weight
   int low_frames_ = 0, contact_frames_ = 0;
   double below_s_ = 0;  // since it should have touched the ground; negative: until then
 };

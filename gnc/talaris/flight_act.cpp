@@ -13,6 +13,9 @@ constexpr double kMaxBias_m_s2 = 0.6, kMaxBiasLost_m_s2 = 12;
 constexpr double kObserveAbove_m = 0.3;
 constexpr double kRest_m = 0.06, kRest_m_s = 0.085;
 constexpr double kFanStart = 0.8;  // of the weight, on the ground, before height is controlled
+// Fans that carry too much or too little are corrected: the share of the weight that is left to the
+// gas may be off by so much, and how fast and how far the fans follow, of the vehicle's weight.
+constexpr double kShareOff = 0.15, kTrimShare = 0.1, kMaxTrim = 0.08;
 constexpr double kBrakeSpeed_m_s = 0.6, kBrakeTime_s = 6;  // parachute: sideways first, then down
 constexpr double kApproach_1_s = 0.8;
 constexpr double kMaxLead_m = 0.1;
@@ -85,12 +88,27 @@ bool Flight::rests() const noexcept {
          std::abs(state_.velocity_N_m_s.dot(along)) < kRest_m_s;
 }
 
+// A vehicle that is light for its fans cannot come down: four shortest pulses a frame lift more
+// than the fans leave. One that is heavy runs out of gas.
+void Flight::trim_fans() noexcept {
+  const bool known = airborne_ && imu_usable() && silent_s_ <= 0 && (faults_ & kFansLost) == 0;
+  if (!known || height_m_ < kObserveAbove_m) return;
+  const double mass = gas_.mass_kg(parameters_.body.mass_kg);
+  const double weight = parameters_.body.mass_kg * kGravity_m_s2;
+  const double left = mass * (kGravity_m_s2 - bias_m_s2_) - fans_N_;  // to the gas
+  const double wanted = (1 - parameters_.fans.weight_share) * weight;
+  const double over = left - std::clamp(left, (1 - kShareOff) * wanted, (1 + kShareOff) * wanted);
+  fan_trim_N_ = std::clamp(fan_trim_N_ + kTrimShare * over, -kMaxTrim * weight, kMaxTrim * weight);
+}
+
 void Flight::act_fans(const FlightInputs& inputs, FlightOutput& output) noexcept {
   const Fans& fans = parameters_.fans;
   if (!plan_.uses_fans) return;
   const double weight = parameters_.body.mass_kg * kGravity_m_s2;
   if (phase_ != Phase::touchdown) {
-    fan_goal_rpm_ = plan_.uses_gas ? plan_.fan_rpm : rpm_for(kFanStart * weight, fans);
+    trim_fans();
+    const double planned = parameters_.fans.weight_share * weight + fan_trim_N_;
+    fan_goal_rpm_ = rpm_for(plan_.uses_gas ? planned : kFanStart * weight, fans);
   }
   PerFan goal{};
   goal.fill(fan_goal_rpm_);

@@ -41,14 +41,16 @@ struct NavigationParameters {
   int gate_reopens_after = 10;            // gated readings in a row that agree: about 1 s [D]
   double max_tilt_rad = 60 * kRadPerDeg;  // the beam slants more: the reading says nothing [D]
 
-  // IMU: Gladiator LandMark 30 (2.3.6); noise is white, one-sided density as 1/sqrt(Hz) at 1 s
-  double imu_period_s = 0.005;            // Crossbow polled at 100 Hz: 0.010
-  double force_noise = 0.02;              // m/s2/sqrt(Hz) [D]
-  double rate_noise = 0.01 * kRadPerDeg;  // rad/s/sqrt(Hz) [D]
-  double force_bias_walk = 2e-4;          // m/s2/sqrt(s) [D]
-  double rate_bias_walk = 6e-6;           // rad/s/sqrt(s) [D]
-  double max_rate_rad_s = 35;             // a sample beyond is a broken one [D]
-  double max_force_m_s2 = 200;            // as above [D]
+  // IMU: Gladiator LandMark 30 (2.3.6); noise is white, density as 1/sqrt(Hz) at 1 s: standard
+  // deviation of a packet times the root of its time, quantisation included. 0.05 deg/s and 0.01
+  // m/s2 in a packet of 5 ms, as lss-sim's; on hardware to be measured anew
+  double imu_period_s = 0.005;              // Crossbow polled at 100 Hz: 0.010
+  double force_noise = 7.5e-4;              // m/s2/sqrt(Hz) [D]
+  double rate_noise = 0.0036 * kRadPerDeg;  // rad/s/sqrt(Hz) [D]
+  double force_bias_walk = 2e-4;            // m/s2/sqrt(s) [D]
+  double rate_bias_walk = 3.5e-5;           // rad/s/sqrt(s) [D]
+  double max_rate_rad_s = 35;               // a sample beyond is a broken one [D]
+  double max_force_m_s2 = 200;              // as above [D]
 
   // silence of the IMU
   double hold_s = 0.25;                       // longer: `valid` goes false
@@ -73,7 +75,7 @@ struct NavigationParameters {
   double height_m = 0;  // of the centre of mass, when no range says it
 
   // what calibration cannot know, 1 sigma
-  double force_bias_sigma_m_s2 = 0.02;    // across the vertical: levelling cannot see it [D]
+  double force_bias_sigma_m_s2 = 0.03;    // across the vertical: levelling cannot see it [D]
   double start_position_sigma_m = 0.001;  // horizontal: where it stands is the origin
   double start_velocity_sigma_m_s = 0.001;
   double start_heading_sigma_rad = 1e-4;  // it defines the axes of N

@@ -1,0 +1,289 @@
+#include "tests/talaris/chain/campaigns.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <map>
+#include <numbers>
+
+#include "tests/talaris/chain/many.h"
+
+namespace lss::talaris {
+namespace {
+
+std::string row(const char* what, const Figures& f, int digits = 2) {
+  return fmt::format("| {} | {:.{}f} | {:.{}f} | {:.{}f} |\n", what, f.share(0.5), digits,
+                     f.share(0.95), digits, f.most(), digits);
+}
+
+void say(const std::string& line) {
+  std::fputs((line + "\n").c_str(), stdout);
+  std::fflush(stdout);
+}
+
+std::string told(const std::vector<Flown>& all) {
+  std::map<std::string, unsigned> times;
+  for (const Flown& flown : all) {
+    for (const FaultId id : flown.faults) ++times[info(id)->name];
+  }
+  std::string text;
+  for (const auto& [name, n] : times)
+    text += fmt::format("{}{} ({})", text.empty() ? "" : ", ", name, n);
+  return text.empty() ? "nothing" : text;
+}
+
+double off(const Flown& flown) { return std::hypot(flown.along_m, flown.across_m); }
+
+std::string outcome(unsigned good, unsigned of) { return fmt::format("{} of {}", good, of); }
+
+}  // namespace
+
+bool good(const Flown& flown) { return flown.succeeded && flown.upright(); }
+
+// ---- the hop
+
+std::string hop_section(unsigned seeds) {
+  const auto all = runs(seeds, [](unsigned seed) {
+    const Flown flown = fly({}, seed);
+    if (!good(flown)) say(flown.text());
+    return flown;
+  });
+  std::vector<Flown> well, bad;
+  for (const Flown& flown : all) (good(flown) ? well : bad).push_back(flown);
+  std::string text = fmt::format(
+      "Up 2 m, 30 m level, down; `config/talaris/hop.toml`; vehicle, noise and clocks dispersed by "
+      "the seed. Arrived as\nplanned, upright and without any fault told: **{}**. The thesis "
+      "planned this flight for spring 2011; it does not report one.\n\n",
+      outcome(static_cast<unsigned>(well.size()), seeds));
+  text +=
+      "Of those that arrived, by the simulator's truth:\n\n"
+      "| | median | 95 % | most |\n|---|---|---|---|\n";
+  const auto of = [&](auto get) { return figures(well, get); };
+  text += row("landing speed, down, m/s", of([](const Flown& f) { return f.down_m_s; }));
+  text += row("landing speed, sideways, m/s", of([](const Flown& f) { return f.sideways_m_s; }));
+  text += row("tilt at touchdown, deg", of([](const Flown& f) { return f.contact_tilt_deg; }), 1);
+  text += row("tilt in the air, deg", of([](const Flown& f) { return f.max_tilt_deg; }), 1);
+  text += row("height off 2 m, level part, m", of([](const Flown& f) { return f.height_error_m; }));
+  text += row("place, from the target, m", of(off), 1);
+  text += row("- along the way, m", of([](const Flown& f) { return std::abs(f.along_m); }), 1);
+  text += row("- across, m", of([](const Flown& f) { return std::abs(f.across_m); }), 1);
+  text += row("- of that navigation's own error, m",
+              of([](const Flown& f) { return std::hypot(f.nav_along_m, f.nav_across_m); }), 1);
+  text += row("gas, thruster-seconds of 44", of([](const Flown& f) { return f.gas_s; }), 1);
+  text += row("in the air, s", of([](const Flown& f) { return f.air_s; }), 1);
+  const Figures along = of([](const Flown& f) { return f.along_m; });
+  const Figures across = of([](const Flown& f) { return f.across_m; });
+  text += fmt::format("\nMean place: {:+.2f} m along, {:+.2f} m across.\n", along.mean(),
+                      across.mean());
+  if (bad.empty()) return text;
+  text += "\nThose that did not:\n\n";
+  for (const Flown& flown : bad) text += "- " + flown.text() + "\n";
+  return text;
+}
+
+// ---- stands
+
+std::string stands_section(unsigned seeds, unsigned sled_seeds) {
+  std::string text =
+      "| campaign | thesis | here | figures |\n"
+      "|---|---|---|---|\n";
+  const auto add = [&](const std::string& campaign, const char* thesis, const std::string& here,
+                       const std::string& figures) {
+    const std::string line =
+        fmt::format("| {} | {} | {} | {} |\n", campaign, thesis, here, figures);
+    std::fputs(line.c_str(), stdout);
+    std::fflush(stdout);
+    text += line;
+  };
+
+  for (const auto& [name, set] : {std::pair("one fan", 0b0001u), {"four fans", 0b1111u}}) {
+    const auto all = runs(seeds, [set](unsigned seed) { return spin(set, 20'000, seed); });
+    const auto right = [](const Spun& s) { return s.armed && s.mean_rpm <= 100; };
+    add(fmt::format("{}, speed by PI (`fans`)", name), "follows the ramp; dead band of 200 rpm",
+        outcome(count(all, right), seeds),
+        fmt::format("to 20,000 rpm at 4,000 rpm/s: off the ramp up to {:.0f} rpm; steady: mean "
+                    "off by {:.0f} rpm, single readings of 200 rpm steps by {:.0f}",
+                    figures(all, [](const Spun& s) { return s.ramp_rpm; }).most(),
+                    figures(all, [](const Spun& s) { return s.mean_rpm; }).most(),
+                    figures(all, [](const Spun& s) { return s.steady_rpm; }).most()));
+  }
+
+  const auto hopped = runs(seeds, [](unsigned seed) { return hop_by_fans(0.3, seed); });
+  for (std::size_t set = 0; set < 3; ++set) {
+    const char* names[] = {"gentle", "standard", "aggressive"};
+    const auto of = [&](auto get) {
+      return figures(hopped, [&](const auto& each) { return get(each[set]); });
+    };
+    add(fmt::format("height by fans, 30 cm, gains \"{}\" (`fan-altitude`)", names[set]),
+        "30 cm, several sets of gains",
+        outcome(count(hopped, [&](const auto& each) { return each[set].succeeded; }), seeds),
+        fmt::format("up in {:.1f} s (median), {:.2f} m too high at most, down with {:.2f} m/s at "
+                    "most",
+                    of([](const Hopped& h) { return h.rise_s; }).share(0.5),
+                    of([](const Hopped& h) { return h.overshoot_m; }).most(),
+                    of([](const Hopped& h) { return h.down_m_s; }).most()));
+  }
+
+  const auto fired = runs(8, [](unsigned valve) { return fire(valve, 0.08, valve); });
+  const auto pulses = [](const Fired& f) {
+    return std::abs(f.on_ms - 80) < 0.5 && std::abs(f.force_N - f.true_N) < 0.02 * f.true_N;
+  };
+  add("valves on the load cell (`valves`)", "about 40 N each; clean behind a notch of 7 Hz",
+      outcome(count(fired, pulses), 8),
+      fmt::format("{:.1f} N of {:.1f} N; the stand rings by {:.1f} N, behind the notch {:.1f} N; "
+                  "80 ms commanded are {:.1f} ms by the edges and {:.1f} ms of thrust; open {:.0f} "
+                  "ms after the edge, shut {:.0f} ms",
+                  figures(fired, [](const Fired& f) { return f.force_N; }).mean(),
+                  figures(fired, [](const Fired& f) { return f.true_N; }).mean(),
+                  figures(fired, [](const Fired& f) { return f.raw_N; }).share(0.5),
+                  figures(fired, [](const Fired& f) { return f.clean_N; }).share(0.5),
+                  figures(fired, [](const Fired& f) { return f.on_ms; }).mean(),
+                  figures(fired, [](const Fired& f) { return f.gas_ms; }).mean(),
+                  figures(fired, [](const Fired& f) { return f.open_ms; }).mean(),
+                  figures(fired, [](const Fired& f) { return f.shut_ms; }).mean()));
+
+  const auto slid_text = [](const std::vector<Slid>& all, bool turns, bool moves) {
+    std::string figures_text;
+    if (turns) {
+      const auto off_deg = figures(all, [](const Slid& s) { return std::abs(s.turn_deg); });
+      figures_text += fmt::format(
+          "heading off by {:.1f} deg (median), {:.1f} at most, {:+.1f} in "
+          "the mean; ",
+          off_deg.share(0.5), off_deg.most(),
+          figures(all, [](const Slid& s) { return s.turn_deg; }).mean());
+    }
+    if (moves) {
+      const auto off_m = figures(all, [](const Slid& s) { return std::abs(s.along_m); });
+      figures_text += fmt::format("place off by {:.2f} m (median), {:.2f} at most; ",
+                                  off_m.share(0.5), off_m.most());
+    }
+    return figures_text + fmt::format("{:.1f} s, {:.1f} thruster-seconds (means)",
+                                      figures(all, [](const Slid& s) { return s.time_s; }).mean(),
+                                      figures(all, [](const Slid& s) { return s.gas_s; }).mean());
+  };
+  const auto rails = runs(seeds, [](unsigned seed) { return traverse_on_rails(2, seed); });
+  add("traverse on rails, 2 m (`traverse`)", "reaches the target",
+      outcome(count(rails, reached_place), seeds), slid_text(rails, false, true));
+  const auto turns = runs(sled_seeds, [](unsigned seed) { return turn_on_sled(90, seed); });
+  add("sled, 90 deg (`sled`)", "4 of 4", outcome(count(turns, reached_heading), sled_seeds),
+      slid_text(turns, true, false));
+  const auto both = runs(sled_seeds, [](unsigned seed) { return turn_and_traverse(seed); });
+  add("sled, 45 deg to the wall and 0.8 m (`sled-traverse`)", "4 of 4",
+      outcome(count(both, reached_place), sled_seeds), slid_text(both, true, true));
+
+  for (const auto& [name, weight_kg, most_deg, thesis] :
+       {std::tuple("balanced", 0.0, 2.0, "within 2 deg"),
+        std::tuple("0.3 kg at one end", 0.3, 3.0, "within 3 deg")}) {
+    const auto held =
+        runs(seeds, [weight = weight_kg](unsigned seed) { return hold_attitude(weight, seed); });
+    const auto right = [most = most_deg](const Held& h) {
+      return h.succeeded && h.settled_deg <= most;
+    };
+    const auto settled = figures(held, [](const Held& h) { return h.settled_deg; });
+    add(fmt::format("attitude on the pivot, {} (`attitude`)", name), thesis,
+        outcome(count(held, right), seeds),
+        fmt::format("from {:.0f} deg at the stop of the stand; within {:.1f} deg (median), {:.1f} "
+                    "at most, after 5 s; {:.1f} thruster-seconds (mean) in 20 s",
+                    figures(held, [](const Held& h) { return h.begin_deg; }).share(0.5),
+                    settled.share(0.5), settled.most(),
+                    figures(held, [](const Held& h) { return h.gas_s; }).mean()));
+  }
+
+  const auto lifted = runs(seeds, [](unsigned seed) { return lift_and_hold(seed); });
+  add("height and attitude on the lift, 1 m (`altitude-attitude`)", "stable",
+      outcome(count(lifted, [](const Lifted& l) { return l.succeeded && l.tilt_deg < 5; }), seeds),
+      fmt::format("{:.2f} to {:.2f} m high; tilt up to {:.1f} deg (median {:.1f}); down with "
+                  "{:.2f} m/s at most",
+                  figures(lifted, [](const Lifted& l) { return l.top_m; }).share(0),
+                  figures(lifted, [](const Lifted& l) { return l.top_m; }).most(),
+                  figures(lifted, [](const Lifted& l) { return l.tilt_deg; }).most(),
+                  figures(lifted, [](const Lifted& l) { return l.tilt_deg; }).share(0.5),
+                  figures(lifted, [](const Lifted& l) { return l.down_m_s; }).most()));
+
+  const auto chutes = runs(seeds, [](unsigned seed) { return fly(parachute_flight(), seed); });
+  const auto of = [&](auto get) { return figures(chutes, get); };
+  add("fans as parachute, free, up to 2 m and down (`parachute`)", "an idea",
+      outcome(count(chutes, good), seeds),
+      fmt::format("down with {:.2f} m/s (median), {:.2f} at most, sideways {:.2f} at most; tilt up "
+                  "to {:.1f} deg in the air, {:.1f} at touchdown",
+                  of([](const Flown& f) { return f.down_m_s; }).share(0.5),
+                  of([](const Flown& f) { return f.down_m_s; }).most(),
+                  of([](const Flown& f) { return f.sideways_m_s; }).most(),
+                  of([](const Flown& f) { return f.max_tilt_deg; }).most(),
+                  of([](const Flown& f) { return f.contact_tilt_deg; }).most()));
+  return text;
+}
+
+bool reached_place(const Slid& slid) { return slid.succeeded && std::abs(slid.along_m) < 0.15; }
+bool reached_heading(const Slid& slid) { return slid.succeeded && std::abs(slid.turn_deg) < 5; }
+
+FlightPlan parachute_flight() {
+  return {.config = "parachute",
+          .program = Program::parachute,
+          .wish = {.height_m = 2, .distance_m = 0}};
+}
+
+// ---- failures
+
+const std::vector<Failure>& failures() {
+  static const std::vector<Failure> all = {
+      {"IMU silent", {"imu-silent"}, "level by the fans"},
+      {"altimeter silent", {"altimeter-silent"}, "down by dead reckoning"},
+      {"valve node silent", {"node-silent:0x20"}, "down by the fans"},
+      {"fan node silent: the fans stop", {"node-silent:0x21"}, "gas takes what it can"},
+      {"a lift valve stuck open", {"valve-stuck-open:L"}, "as planned, or down"},
+      {"a side valve stuck open", {"valve-stuck-open:S"}, "as planned, or down"},
+      {"a valve stuck shut", {"valve-stuck-shut:#"}, "as planned, or down"},
+      {"gas leak, 1 thruster-second a second", {"gas-leak:1"}, "down in time"},
+      {"less gas than planned: 12 s from then on", {"gas:12"}, "down in time"},
+      {"pressure regulator at 20 %", {"pressure-drop:0.2"}, "down by the fans"},
+      {"a fan without torque", {"fan-dead:F"}, "down"},
+      {"wind of 10 N", {"push:10:60"}, "as planned"},
+  };
+  return all;
+}
+
+Flown fail(const Failure& failure, unsigned seed, unsigned seeds) {
+  constexpr double kFrom_s = 1, kTo_s = 19;
+  FlightPlan plan;
+  for (std::string fault : failure.faults) {
+    const auto put = [&](char mark, unsigned number) {
+      if (fault.back() == mark) fault.replace(fault.size() - 1, 1, std::to_string(number));
+    };
+    put('#', 1 + seed % 8);
+    put('L', 1 + 2 * (seed % 4));
+    put('S', 2 + 2 * (seed % 4));
+    put('F', 1 + seed % 4);
+    plan.faults.push_back(fault);
+  }
+  plan.fault_s = kFrom_s + (kTo_s - kFrom_s) * (seed - 1) / std::max(seeds - 1, 1u);
+  return fly(plan, seed);
+}
+
+std::string failures_section(unsigned seeds) {
+  std::string text = fmt::format(
+      "{} hops each, the failure between 1 and 19 s after lift-off, evenly spread over ascent, "
+      "hover, traverse and descent.\nUpright: lies with less than 10 deg of tilt in the end. What "
+      "is told are the faults that the daemon latched, and in how\nmany of the flights.\n\n"
+      "| failure | should | down and upright | as planned | down, m/s: median | most | sideways, "
+      "m/s: median | most | tilt at touchdown, deg: most | told |\n"
+      "|---|---|---|---|---|---|---|---|---|---|\n",
+      seeds);
+  for (const Failure& failure : failures()) {
+    const auto all = runs(seeds, [&](unsigned seed) { return fail(failure, seed, seeds); });
+    const auto of = [&](auto get) { return figures(all, get); };
+    const Figures down = of([](const Flown& f) { return f.down_m_s; });
+    const Figures sideways = of([](const Flown& f) { return f.sideways_m_s; });
+    const std::string line = fmt::format(
+        "| {} | {} | {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.1f} | {} |\n", failure.name,
+        failure.right, outcome(count(all, [](const Flown& f) { return f.upright(); }), seeds),
+        count(all, good), down.share(0.5), down.most(), sideways.share(0.5), sideways.most(),
+        of([](const Flown& f) { return f.contact_tilt_deg; }).most(), told(all));
+    std::fputs(line.c_str(), stdout);
+    std::fflush(stdout);
+    text += line;
+  }
+  return text;
+}
+
+}  // namespace lss::talaris

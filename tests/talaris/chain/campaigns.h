@@ -1,0 +1,37 @@
+#pragma once
+
+// The campaigns of the TALARIS thesis 5.2, each flown with its file in config/talaris/: their
+// tables for docs/talaris-results.md, beside what the thesis shows. A campaign's short form is in
+// campaigns_test.cpp.
+
+#include <string>
+#include <vector>
+
+#include "tests/talaris/chain/flights.h"
+
+namespace lss::talaris {
+
+// What strikes a hop, and where it is right to end in spite of it.
+struct Failure {
+  const char* name;
+  std::vector<std::string> faults;  // # is replaced by a number 1..8 of the seed
+  const char* right;                // what the flight should do
+};
+const std::vector<Failure>& failures();
+// The failure strikes between lift-off and descent, when is the seed's.
+Flown fail(const Failure& failure, unsigned seed, unsigned seeds);
+
+// How a hop has to end to be counted: as planned by the daemon, upright by the world.
+bool good(const Flown& flown);
+
+bool reached_place(const Slid& slid);    // within 15 cm
+bool reached_heading(const Slid& slid);  // within 5 deg
+
+FlightPlan parachute_flight();
+
+// Tables. Every line of the campaign is printed as it is flown.
+std::string hop_section(unsigned seeds);
+std::string stands_section(unsigned seeds, unsigned sled_seeds);
+std::string failures_section(unsigned seeds);
+
+}  // namespace lss::talaris

@@ -1,0 +1,108 @@
+#pragma once
+
+// Single runs of the campaigns of the TALARIS thesis 5.2 on the whole chain, and what the world
+// saw of them. Vehicles and their set-up are dispersed by the seed (docs/simulator.md has the
+// ranges); noise, biases and the phases of the clocks are of the seed as well.
+
+#include <array>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tests/talaris/chain/chain.h"
+
+namespace lss::talaris {
+
+// ---- free flights
+
+struct FlightPlan {
+  std::string config = "hop";
+  Program program = Program::hop;
+  Chain::Wish wish{};
+  std::vector<std::string> faults{};  // as for lss-sim
+  double fault_s = 0;                 // after lift-off
+  bool dispersed = true;
+  std::function<void(Parameters&)> adjust{};
+  std::function<void(sim::talaris::TalarisOptions&)> world{};
+};
+
+struct Flown {
+  unsigned seed = 0;
+  bool accepted = false;  // prepared, planned, executed
+  bool lifted_off = false;
+  bool came_down = false;  // and lay still at the end
+  bool succeeded = false;  // the daemon says: as planned, no fault
+  // By the world.
+  double down_m_s = 0, sideways_m_s = 0, contact_tilt_deg = 0;  // of the landing
+  double rest_tilt_deg = 0;
+  double along_m = 0, across_m = 0;          // from where it should stand
+  double nav_along_m = 0, nav_across_m = 0;  // what navigation was off by at touchdown
+  double max_height_m = 0, max_tilt_deg = 0, height_error_m = 0;  // in the air
+  double gas_s = 0, air_s = 0;
+  std::vector<FaultId> faults;
+
+  bool upright() const { return came_down && rest_tilt_deg < 10; }
+  std::string text() const;
+};
+
+Flown fly(const FlightPlan& plan, unsigned seed);
+
+// ---- stands
+
+// On the sled: the turn, or the turn towards the wall and the traverse.
+struct Slid {
+  bool succeeded = false;  // as the daemon says
+  double turn_deg = 0;     // true, from what was asked
+  double along_m = 0;      // true, towards the wall, from what was asked
+  double gas_s = 0, time_s = 0;
+};
+Slid turn_on_sled(double degrees, unsigned seed);
+Slid turn_and_traverse(unsigned seed);
+Slid traverse_on_rails(double distance_m, unsigned seed);
+
+// On the pivot: `weight_kg` hangs at one end.
+struct Held {
+  bool succeeded = false;
+  double begin_deg = 0;    // of tilt, when it began
+  double settled_deg = 0;  // most, from 5 s after that on
+  double gas_s = 0;
+};
+Held hold_attitude(double weight_kg, unsigned seed);
+
+// Height and one axis of attitude on the lift.
+struct Lifted {
+  bool succeeded = false;
+  double top_m = 0, tilt_deg = 0, down_m_s = 0, gas_s = 0;
+};
+Lifted lift_and_hold(unsigned seed);
+
+// Up and down by the fans alone, with gains 1 to 3 of the configuration, one after the other.
+struct Hopped {
+  bool succeeded = false;
+  double top_m = 0, overshoot_m = 0, rise_s = 0, down_m_s = 0;
+};
+std::array<Hopped, 3> hop_by_fans(double height_m, unsigned seed);
+
+// Speed of fans, bolted down: up a ramp, steady, down. `fans`: bit i: fan i + 1.
+struct Spun {
+  bool armed = false;
+  double ramp_rpm = 0;    // most, off the ramp that was commanded, from 1 s after its begin on
+  double mean_rpm = 0;    // of the steady speed, off what was commanded, the worst of the fans
+  double steady_rpm = 0;  // most, off what was commanded, steady
+};
+Spun spin(unsigned fans, double rpm, unsigned seed);
+
+// A valve on the load cell.
+struct Fired {
+  double force_N = 0;  // mean of the load cell behind the daemon's notch, while it is open
+  double true_N = 0;
+  double raw_N = 0;    // swing of the load cell's own reading, peak to peak
+  double clean_N = 0;  // the same behind the notch
+  double on_ms = 0;    // mean open time of ten pulses, by the daemon's edges
+  double gas_ms = 0;   // true: impulse through force
+  double open_ms = 0;  // from the edge to full thrust, and from the edge to none
+  double shut_ms = 0;
+};
+Fired fire(unsigned valve, double on_s, unsigned seed);
+
+}  // namespace lss::talaris

@@ -1,0 +1,45 @@
+#pragma once
+
+// A sensor on its serial line in virtual time: the shipping driver on one side, lss-sim's device
+// and line on the other, every byte at its instant. A turn does what a turn of the bus thread does
+// (daemon/core/serial_bus.h, daemon/vehicles/talaris_line.h), in the same order. One thread.
+
+#include <algorithm>
+#include <memory>
+
+#include "daemon/core/ring.h"
+#include "daemon/vehicles/talaris_buses.h"
+#include "tools/lss-sim/uart.h"
+#include "tools/lss-sim/vehicle.h"
+
+namespace lss::talaris {
+
+class Line {
+ public:
+  // `device` of the line outlives this.
+  Line(const sim::SerialLine& line, std::unique_ptr<SensorLine> driver, unsigned seed, TimeNs now);
+
+  void turn(TimeNs now);
+  TimeNs next_wake() const noexcept {
+    return std::min(uart_.next_wake(), std::max(driver_->next_wake(), turned_ns_ + 1));
+  }
+
+  // The frame that began since the last call, when its line is the IMU's.
+  bool take_tick(FrameTick& tick) noexcept;
+  bool pop(TalarisSample& sample, TimeNs end) noexcept {
+    return samples_.pop_if(sample, [end](const TalarisSample& s) { return s.time_ns < end; });
+  }
+  const LineReport& report() const noexcept { return report_; }
+  sim::LineFaults& faults() noexcept { return uart_.faults; }
+
+ private:
+  sim::Uart uart_;
+  std::unique_ptr<SensorLine> driver_;
+  Ring<TalarisSample, 256> samples_;
+  LineReport report_{};
+  FrameTick tick_{};
+  bool ticked_ = false;
+  TimeNs turned_ns_ = 0;
+};
+
+}  // namespace lss::talaris
