@@ -109,11 +109,18 @@ class Box(unittest.TestCase):
                     return status
         raise AssertionError(f"not within {limit_s} s: {what}: {json.dumps(status)[:2000]}")
 
-    def edit(self, path, *changes):
-        """sed -i."""
-        self.must(f"sed -i -E {' '.join(f'-e {vm.shlex.quote(change)}' for change in changes)} {path}")
+    def until(self, condition, what, limit_s=30):
+        end_s = time.monotonic() + limit_s
+        while not condition():
+            if time.monotonic() > end_s:
+                raise AssertionError(f"not within {limit_s} s: {what}")
 
-    def start_sim(self, *words):
-        """lss-sim as a unit of its own, in the run folder of the daemon."""
-        self.must(f"systemd-run -q --unit=lss-sim --collect lss-sim {' '.join(words)}")
-        self.wait("journalctl -b -u lss-sim -o cat --no-pager | grep -q ready", "the simulator is ready", 90)
+    @classmethod
+    def use_can(cls):
+        cls.must("sed -i 's|^path = \"udp://127.0.0.1:20000\"|path = \"can0\"|' /etc/lss/ardito.toml")
+
+    @classmethod
+    def start_sim(cls, *words):
+        """lss-sim as a unit of its own. Without real-time rights: without KVM its physics would take a whole CPU."""
+        cls.must(f"systemd-run -q --unit=lss-sim --collect -p RestrictRealtime=yes lss-sim {' '.join(words)}")
+        cls.wait("journalctl -b -u lss-sim -o cat --no-pager | grep -q ready", "the simulator is ready", 90)

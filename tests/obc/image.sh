@@ -21,7 +21,7 @@ done
 [ "$(dpkg --print-architecture)" = amd64 ] || cannot "the box is an amd64 machine, this one is not"
 
 packages=(base-files base-passwd bash dash coreutils util-linux mount login passwd grep sed mawk findutils hostname
-  libc-bin procps dpkg apt sudo kmod udev systemd systemd-sysv dbus iproute2 can-utils tar gzip usr-is-merged
+  diffutils libc-bin procps dpkg apt sudo kmod udev systemd systemd-sysv dbus iproute2 can-utils tar gzip usr-is-merged
   busybox-static init-system-helpers linux-image-rt-amd64)
 # Of the first alternative each.
 mapfile -t depends < <(for deb in "$@"; do dpkg-deb -f "$deb" Depends; done |
@@ -62,8 +62,10 @@ fetch() {
 }
 if ! fetch; then  # no lists, or old ones that name files that are gone
   own=(-o Dir::State::lists="$cache/lists")
-  apt-get "${apt[@]}" "${own[@]}" update > "$work/apt.log" 2>&1 && fetch "${own[@]}" ||
-    { tail -n 5 "$work/apt.log"; cannot "the packages of the image cannot be downloaded"; }
+  if ! { apt-get "${apt[@]}" "${own[@]}" update > "$work/apt.log" 2>&1 && fetch "${own[@]}"; }; then
+    tail -n 5 "$work/apt.log"
+    cannot "the packages of the image cannot be downloaded"
+  fi
 fi
 mapfile -t files < <(sed -n "s/^'[^']*' \([^ ]*\.deb\) .*/\1/p" "$work/uris")
 step "${#files[@]} packages"
@@ -148,4 +150,6 @@ PATH=$PATH:/sbin:/usr/sbin mke2fs -q -t ext4 -d "$root" -E lazy_itable_init=1,la
   "$work/image/root.ext4"
 rm -rf "${cache:?}/$key"
 mv "$work/image" "$cache/$key"
+# Those that nobody needed for long.
+find "$cache" -maxdepth 1 -type d -regex '.*/[0-9a-f]*' -mtime +30 -exec rm -rf {} +
 step "image: $cache/$key, $(du -h "$cache/$key/root.ext4" | cut -f 1)"
