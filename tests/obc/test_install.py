@@ -32,9 +32,11 @@ class Install(Box):
             self.assertEqual(status, 0, f"{block}\n{text}")
             said[block] = text
             if "enable --now lssd@" in block:
-                self.wait_status("all(n['online'] for n in s['nodes'])", "the nodes answer", 60)
-                self.assertEqual(self.active("lssd@ardito"), "active")
-        self.assertTrue(any("lss-cli drive" in block for block in said))
+                self.wait_status("all(m['online'] for m in s['modules'])", "the modules answer", 60)
+            if "lss-cli walk" in block:
+                walked = float(re.search(r"walk forward high ([\d.]+) m", text)[1])
+                self.assertGreater(walked, 0.05)
+        self.assertTrue(any("lss-cli walk" in block for block in said))
 
         self.must("systemctl stop lss-sim 2> /dev/null; systemctl reset-failed; rm /etc/systemd/network/80-can0.network")
         self.assertEqual(self.run_there("pgrep -l 'lssd|iox-roudi'")[1], "")
