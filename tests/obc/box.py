@@ -27,6 +27,7 @@ class Box(unittest.TestCase):
 
     INSTALL = True
     DISK = False
+    COUNTED = True  # see vm.py
 
     @classmethod
     def setUpClass(cls):
@@ -45,9 +46,9 @@ class Box(unittest.TestCase):
 
     @classmethod
     def boot(cls):
-        cls.machine = vm.Machine(cls.share, cls.disk)
+        cls.machine = vm.Machine(cls.share, cls.disk, cls.COUNTED)
         cls.machine.wait_for_boot()
-        print(f"boot to agent: {cls.machine.boot_s:.1f} s", flush=True)
+        print(f"boot to agent: {cls.machine.boot_s:.1f} s, {cls.machine.cpu_s:.1f} s of CPU", flush=True)
 
     def tearDown(self):
         result = self._outcome.result
