@@ -47,19 +47,5 @@ class Install(Box):
         self.assertEqual(left, [], "what is left after purge")
 
 
-class Removal(Box):
-    def test_an_upgrade_leaves_a_running_vehicle_alone_and_removal_stops_it_and_keeps_its_configuration(self):
-        self.use_can()
-        self.must("systemctl enable --now lssd@ardito", 90)
-        pid = self.pid("lssd@ardito")
-        self.must("dpkg -i /mnt/host/*.deb", 120)
-        self.assertEqual(self.pid("lssd@ardito"), pid)
-        self.must("grep -q '^path = \"can0\"' /etc/lss/ardito.toml")
-        self.must("dpkg -r lssd", 120)
-        self.assertEqual(self.run_there("pgrep -l 'lssd|iox-roudi'")[1], "")
-        self.must("grep -q '^path = \"can0\"' /etc/lss/ardito.toml && [ -d /var/lib/lss ]")
-        self.assertEqual(self.must("find /etc/systemd/system -name '*lssd*'; systemctl --failed --no-legend"), "")
-
-
 if __name__ == "__main__":
     unittest.main()
