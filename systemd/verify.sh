@@ -7,7 +7,7 @@ root=$(mktemp -d)
 trap 'rm -rf "$root"' EXIT
 
 DESTDIR=$root cmake --install "$build" --component systemd > /dev/null
-for program in "$bindir/lssd" /usr/bin/iox-roudi /bin/sh; do
+for program in "$bindir/lssd" /usr/bin/iox-roudi /bin/sh /bin/rm; do
   install -D -m 755 /dev/null "$root$program"
 done
 # The targets, slices and sockets that units refer to by default.

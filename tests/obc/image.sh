@@ -1,0 +1,155 @@
+#!/usr/bin/env bash
+# image.sh FOLDER DEB... : the OBC in a box, for the packages DEB that will be installed in it: FOLDER/image becomes a
+# link to a folder with vmlinuz, initrd.gz and root.ext4. Debian 12 with systemd and the PREEMPT_RT kernel; what DEB
+# depend on is there, they themselves are not. Needs no root: packages are unpacked under fakeroot, and what their
+# scripts would do is done by hand. Kept in ${LSS_OBC_CACHE:-${XDG_CACHE_HOME:-~/.cache}/lss-obc}; built anew when
+# what goes into it changed. Status 77: cannot be built here, and it says why.
+set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+out=$1
+shift
+cache=${LSS_OBC_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/lss-obc}
+
+cannot() {
+  echo "the OBC in a box is skipped: $*"
+  exit 77
+}
+for program in qemu-system-x86_64 fakeroot busybox cpio mke2fs dpkg-deb apt-get; do
+  PATH=$PATH:/sbin:/usr/sbin command -v "$program" > /dev/null ||
+    cannot "no $program; install the packages of group obc in tools/packages.txt"
+done
+[ "$(dpkg --print-architecture)" = amd64 ] || cannot "the box is an amd64 machine, this one is not"
+
+packages=(base-files base-passwd bash dash coreutils util-linux mount login passwd grep sed mawk findutils hostname
+  diffutils libc-bin procps dpkg apt sudo kmod udev systemd systemd-sysv dbus iproute2 can-utils tar gzip usr-is-merged
+  busybox-static init-system-helpers linux-image-rt-amd64)
+# Of the first alternative each.
+mapfile -t depends < <(for deb in "$@"; do dpkg-deb -f "$deb" Depends; done |
+  tr ',' '\n' | sed 's/|.*//; s/(.*//; s/ //g' | grep -vx 'lssd.*' | sort -u)
+
+key=$( (printf '%s\n' "${packages[@]}" "${depends[@]}"; cat "$here/image.sh" "$here"/guest/*) | sha256sum | cut -c 1-16)
+if [ -z "${FAKEROOTKEY:-}" ]; then
+  mkdir -p "$cache"/archives/partial "$cache"/lists/partial "$out"
+  exec 9> "$cache/lock"
+  flock 9
+  ln -sfn "$cache/$key" "$out/image"
+  if [ -e "$cache/$key/root.ext4" ]; then
+    echo "cached: $cache/$key"
+    exit 0
+  fi
+  # Everything below is done by who looks like root. fakeroot's server must not inherit the lock.
+  status=0
+  fakeroot "$here/image.sh" "$out" "$@" 9>&- || status=$?
+  exit "$status"
+fi
+
+work=$cache/work
+rm -rf "$work"
+mkdir -p "$work/root" "$work/image" "$work/none/partial" "$work/ram/"{bin,modules,dev,root}
+trap 'rm -rf "$work"' EXIT
+: > "$work/status"
+step() { printf '%4d s %s\n' "$SECONDS" "$1"; }
+
+# The sources of this machine, nothing installed: apt tells and fetches all that it takes.
+apt=(-q -y -o Dir::State::status="$work/status" -o Dir::Cache="$cache" -o Dir::Cache::archives="$cache/archives"
+  -o Dir::Log="$work" -o APT::Sandbox::User=root -o APT::Install-Recommends=false -o Debug::NoLocking=1)
+wanted=("${packages[@]}" "${depends[@]}")
+fetch() {
+  # Told are files that are not there yet: all of them, with an empty archive.
+  apt-get "${apt[@]}" "$@" -o Dir::Cache::archives="$work/none" --print-uris install "${wanted[@]}" \
+    > "$work/uris" 2> "$work/apt.log" &&
+    apt-get "${apt[@]}" "$@" --download-only install "${wanted[@]}" > "$work/apt.log" 2>&1
+}
+if ! fetch; then  # no lists, or old ones that name files that are gone
+  own=(-o Dir::State::lists="$cache/lists")
+  if ! { apt-get "${apt[@]}" "${own[@]}" update > "$work/apt.log" 2>&1 && fetch "${own[@]}"; }; then
+    tail -n 5 "$work/apt.log"
+    cannot "the packages of the image cannot be downloaded"
+  fi
+fi
+mapfile -t files < <(sed -n "s/^'[^']*' \([^ ]*\.deb\) .*/\1/p" "$work/uris")
+step "${#files[@]} packages"
+root=$work/root
+for folder in bin sbin lib lib64; do
+  mkdir -p "$root/usr/$folder"
+  ln -s "usr/$folder" "$root/$folder"
+done
+info=$root/var/lib/dpkg/info
+mkdir -p "$info" "$root"/var/lib/dpkg/{updates,triggers,alternatives,parts}
+printf '1\n' > "$info/format"
+for file in "${files[@]}"; do
+  deb=$cache/archives/$file
+  case $file in
+    linux-image-6*) mkdir "$work/kernel" && dpkg-deb --fsys-tarfile "$deb" | tar -xC "$work/kernel" ;;
+    *) dpkg-deb --fsys-tarfile "$deb" | tar -x --keep-directory-symlink -C "$root" --exclude='./usr/share/doc/*' \
+         --exclude='./usr/share/man/*' --exclude='./usr/share/locale/*' --exclude='./usr/share/info/*' ;;
+  esac
+  # The database of dpkg, as if it had been installed.
+  dpkg-deb -f "$deb" > "$work/control"
+  package=$(sed -n 's/^Package: //p' "$work/control")
+  grep -qx 'Multi-Arch: same' "$work/control" && package+=:amd64
+  { sed 's/^Package: .*/&\nStatus: install ok installed/' "$work/control"; echo; } >> "$root/var/lib/dpkg/status"
+  dpkg-deb --fsys-tarfile "$deb" | tar -t | sed 's@^\./@/@; s@/$@@; s@^$@/.@' > "$info/$package.list"
+done
+: > "$root/var/lib/dpkg/available"
+step unpacked
+
+# guest NAME PROGRAM ... : runs a program of the image under a name, before it can boot.
+guest() {
+  local name=$1 program=$2 libraries=$root/usr/lib/x86_64-linux-gnu
+  shift 2
+  env -u LD_PRELOAD "$libraries/ld-linux-x86-64.so.2" --argv0 "$name" \
+    --library-path "$libraries:$libraries/systemd:$root/usr/lib/systemd" "$root/$program" "$@"
+}
+release=$(ls "$work/kernel/lib/modules")
+cp "$work/kernel/boot/vmlinuz-$release" "$work/image/vmlinuz"
+guest depmod usr/bin/kmod -b "$work/kernel" "$release"
+modules=$work/kernel/lib/modules/$release
+mkdir -p "$root/usr/lib/modules/$release"
+cp "$modules"/modules.{builtin,order,builtin.modinfo} "$root/usr/lib/modules/$release"
+for name in virtio_pci virtio_blk virtio_console virtio-rng ext4 crc32c_generic 9p 9pnet_virtio can can-raw can-dev vcan \
+  autofs4 i6300esb; do
+  # Its line in modules.dep: itself and what it needs.
+  line=$(grep -E "/${name//[-_]/[-_]}\.ko:" "$modules/modules.dep") || continue
+  for module in ${line/:/}; do
+    install -D -m 644 "$modules/$module" "$root/usr/lib/modules/$release/$module"
+  done
+done
+guest depmod usr/bin/kmod -b "$root" "$release"
+step modules
+
+cp "$root/usr/share/base-passwd/passwd.master" "$root/etc/passwd"
+cp "$root/usr/share/base-passwd/group.master" "$root/etc/group"
+sed 's/:.*/:*:19000:0:99999:7:::/' "$root/etc/passwd" > "$root/etc/shadow"
+sed 's/:.*/:*::/' "$root/etc/group" > "$root/etc/gshadow"
+chmod 640 "$root/etc/shadow" "$root/etc/gshadow"
+echo 'messagebus:x:105:105::/nonexistent:/usr/sbin/nologin' >> "$root/etc/passwd"
+echo 'messagebus:x:105:' >> "$root/etc/group"
+for group in input:106 kvm:107 render:108 sgx:109; do
+  echo "${group%:*}:x:${group#*:}:" >> "$root/etc/group"
+done
+[ -e "$root/usr/bin/sh" ] || ln -s dash "$root/usr/bin/sh"
+[ -e "$root/usr/bin/awk" ] || ln -s mawk "$root/usr/bin/awk"
+mkdir -p "$root"/{proc,sys,dev,run,tmp,root,var/tmp}
+chmod 1777 "$root/tmp" "$root/var/tmp"
+guest systemd-sysusers usr/bin/systemd-sysusers --root="$root" > /dev/null 2>&1
+sh "$here/guest/configure.sh" "$root" "$here/guest"
+PATH=$PATH:/sbin:/usr/sbin ldconfig -r "$root"
+
+order="virtio_ring virtio virtio_pci_modern_dev virtio_pci_legacy_dev virtio_pci virtio_blk crc16 mbcache jbd2
+crc32c_generic ext4"
+cp "$root/usr/bin/busybox" "$work/ram/bin/"
+for module in $order; do
+  find "$root/usr/lib/modules" -name "$module.ko" -exec cp {} "$work/ram/modules/" \;
+done
+echo "$order" > "$work/ram/MODULES"
+install -m 755 "$here/guest/init" "$work/ram/init"
+(cd "$work/ram" && find . | cpio -o -H newc -R 0:0 --quiet | gzip -1) > "$work/image/initrd.gz"
+truncate -s 1G "$work/image/root.ext4"
+PATH=$PATH:/sbin:/usr/sbin mke2fs -q -t ext4 -d "$root" -E lazy_itable_init=1,lazy_journal_init=1 -m 0 -J size=8 -L obc \
+  "$work/image/root.ext4"
+rm -rf "${cache:?}/$key"
+mv "$work/image" "$cache/$key"
+# Those that nobody needed for long.
+find "$cache" -maxdepth 1 -type d -regex '.*/[0-9a-f]*' -mtime +30 -exec rm -rf {} +
+step "image: $cache/$key, $(du -h "$cache/$key/root.ext4" | cut -f 1)"

@@ -1,0 +1,126 @@
+"""An OBC in a box: QEMU without KVM, and a way to run commands in it.
+
+With `counted`, time in the box is counted in instructions, one nanosecond each, on one CPU, and leaps ahead when nothing
+is to do: a busy host makes the box slow, never late. Deadlines are met or missed there as the code takes instructions,
+not as the host has time. Without, it has two CPUs and the host's time, and is twice as fast.
+"""
+
+import base64
+import ctypes
+import os
+import re
+import select
+import shlex
+import shutil
+import signal
+import socket
+import subprocess
+import tempfile
+import time
+
+IMAGE = os.environ["LSS_OBC_IMAGE"]
+BOOT_S = 300  # on a busy machine
+PATIENCE = 5  # limits are seconds in the box; so many times as long here
+
+
+class Gone(Exception):
+    """The machine ended while it was spoken to."""
+
+
+def die_with_parent():
+    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+
+
+class Machine:
+    """share: folder of this machine that is /mnt/host there. disk: what is written to; none: forgotten at the end."""
+
+    COUNTED = ["-accel", "tcg,thread=single", "-icount", "shift=0,sleep=off", "-rtc", "clock=vm", "-smp", "1"]
+    FREE = ["-accel", "tcg,thread=multi", "-smp", "2"]
+
+    def __init__(self, share, disk=None, counted=True):
+        self.folder = tempfile.mkdtemp(prefix="lss-obc-")
+        self.listener = socket.socket(socket.AF_UNIX)
+        path = os.path.join(self.folder, "agent")
+        self.listener.bind(path)
+        self.listener.listen(1)
+        self.console = os.path.join(self.folder, "console")
+        words = ["qemu-system-x86_64", "-nodefaults", "-no-user-config", "-display", "none", "-M", "q35",
+                 *(self.COUNTED if counted else self.FREE), "-cpu", "max", "-m", "768", "-no-reboot",
+                 "-kernel", os.path.join(IMAGE, "vmlinuz"), "-initrd", os.path.join(IMAGE, "initrd.gz"),
+                 "-append", "root=/dev/vda rw console=ttyS0 quiet panic=-1 mitigations=off nokaslr systemd.show_status=0",
+                 "-serial", f"file:{self.console}",
+                 "-drive", f"file={disk or os.path.join(IMAGE, 'root.ext4')},format=raw,if=none,id=disk,"
+                           f"snapshot={'off' if disk else 'on'}",
+                 "-device", "virtio-blk-pci,drive=disk", "-device", "virtio-rng-pci",
+                 "-virtfs", f"local,path={share},mount_tag=host,security_model=none,multidevs=remap",
+                 "-device", "virtio-serial", "-chardev", f"socket,id=agent,path={path}",
+                 "-device", "virtserialport,chardev=agent,name=obc"]
+        self.began_s = time.monotonic()
+        with open(os.path.join(self.folder, "qemu"), "wb") as log:
+            self.process = subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
+                                            preexec_fn=die_with_parent)
+        self.line = None
+        self.buffer = b""
+        self.commands = 0
+
+    def wait_for_boot(self):
+        self.listener.settimeout(BOOT_S)
+        self.line, _ = self.listener.accept()
+        self.answer("ready", BOOT_S)
+        self.boot_s = time.monotonic() - self.began_s
+        with open(f"/proc/{self.process.pid}/stat", encoding="ascii") as file:
+            ticks = file.read().rsplit(")", 1)[1].split()[11:13]
+        self.cpu_s = sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
+
+    def read_line(self, end_s):
+        while b"\n" not in self.buffer:
+            ready, _, _ = select.select([self.line], [], [], max(0, end_s - time.monotonic()))
+            if not ready:
+                raise TimeoutError
+            got = self.line.recv(65536)
+            if not got:
+                raise Gone(self.last_words())
+            self.buffer += got
+        line, self.buffer = self.buffer.split(b"\n", 1)
+        return line.decode()
+
+    def answer(self, name, limit_s):
+        end_s = time.monotonic() + limit_s
+        while True:
+            words = self.read_line(end_s).split()
+            if words and words[0] == name:
+                return int(words[1]), base64.b64decode(words[2]).decode(errors="replace").rstrip("\n")
+
+    def run(self, command, limit_s=60):
+        """Exit status and output of a shell command, as root."""
+        self.commands += 1
+        name = f"c{self.commands}"
+        self.line.sendall(f"{name} {base64.b64encode(command.encode()).decode()}\n".encode())
+        try:
+            return self.answer(name, PATIENCE * limit_s)
+        except TimeoutError:
+            raise AssertionError(f"no answer in {PATIENCE * limit_s} s to: {command}\n{self.last_words()}") from None
+
+    def last_words(self):
+        with open(self.console, encoding="utf-8", errors="replace") as file:
+            return "console: " + "\n".join(file.read().splitlines()[-20:])
+
+    def cut_power(self):
+        self.process.kill()
+        self.process.wait()
+        self.end()
+
+    def end(self):
+        self.process.kill()
+        self.process.wait()
+        for end in (self.line, self.listener):
+            if end is not None:
+                end.close()
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def new_disk(folder):
+    """A copy of the image that may be written to."""
+    path = os.path.join(folder, "disk.ext4")
+    subprocess.run(["cp", "--sparse=always", "--reflink=auto", os.path.join(IMAGE, "root.ext4"), path], check=True)
+    return path
