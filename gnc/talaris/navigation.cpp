@@ -83,7 +83,9 @@ void Navigation::align() noexcept {
     }
     c(beam_.axis, beam_.axis) += kMedian * square(p.range_sigma_m) / a.ranges;
   }
-  const double noise = square(p.force_noise) / a.seconds;
+  // of a mean over the calibration, for a bias that walked during it
+  const double noise =
+      square(p.force_noise) / a.seconds + square(p.force_bias_walk) * a.seconds / 3;
   const double bias = square(p.force_bias_sigma_m_s2);
   const Matrix3 along_up = a.up_B * a.up_B.transpose();
   const Matrix3 across = Matrix3::Identity() - along_up;

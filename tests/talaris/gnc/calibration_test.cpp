@@ -59,7 +59,10 @@ TEST(Calibration, FindsBiasesUprightAndHeightIn30Seconds) {
     EXPECT_EQ(frames, 151);  // the first sample is one period into the first frame
     EXPECT_EQ(progress, 1);
     const Alignment& a = calibration.result();
-    EXPECT_LT((a.gyro_bias_rad_s - flown.truth.bg).norm(), 5 * p.rate_noise / std::sqrt(30.0) * 2);
+    // a mean of 30 s, of a bias that walked on
+    const double rate_sigma =
+        std::hypot(p.rate_noise / std::sqrt(30.0), p.rate_bias_walk * std::sqrt(30.0 / 3));
+    EXPECT_LT((a.gyro_bias_rad_s - flown.truth.bg).norm(), 5 * rate_sigma);
     // the filter's own unit: across the vertical bias and tilt cannot be told apart
     const Vector3 felt = flown.truth.q.conjugate() * Vector3(p.gravity_m_s2, 0, 0) + flown.truth.ba;
     const Vector3 expected =

@@ -72,6 +72,8 @@ TEST(Consistency, FindsAFilterThatIsTooSure) {
   NavigationParameters real, believed;
   believed.force_noise = real.force_noise / 2;
   believed.rate_noise = real.rate_noise / 2;
+  believed.force_bias_walk = real.force_bias_walk / 2;
+  believed.rate_bias_walk = real.rate_bias_walk / 2;
   double squares = 0;
   constexpr int kFew = 20;
   for (unsigned run = 0; run < kFew; ++run) {
