@@ -74,6 +74,20 @@ TEST(TalarisHop, AWeakerVehicleHopsLessFar) {
   EXPECT_NEAR(hopper.position.z(), 5, 1.0);
 }
 
+// Without the trim of the fans it stays up: the shortest pulses of four valves lift more than these
+// fans leave of it.
+TEST(TalarisHop, AVehicleThatIsLightForItsFansComesDown) {
+  World world;
+  world.mass_kg = 43.9;
+  world.fan_scale = 1.03;
+  Hopper hopper(world, Parameters{});
+  ASSERT_TRUE(hopper.fly({}));
+  EXPECT_TRUE(hopper.out.succeeded);
+  EXPECT_LT(hopper.log.max_height_m, 6) << "until the trim has seen it";
+  EXPECT_LT(hopper.log.landing_speed_m_s, 0.7);
+  EXPECT_LT(hopper.out.gas_used_s, 41);
+}
+
 // Mass +-1 %, inertia +-20 %, thrust +-5 % (+-2 % from jet to jet), fans +-1 %, moments up to 0.5 N
 // m, navigation drifting by up to 0.01 m/s2.
 TEST(TalarisHop, TwoHundredDispersedHopsSucceed) {
