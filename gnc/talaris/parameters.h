@@ -91,8 +91,8 @@ struct Gains {
   double attitude_max_integral_rad_s2 = 1.5;  // what a load put on one end needs (5.2.8)
   double attitude_observer =
       0.35;  // share by which the disturbance is corrected in a frame; 0: off
-  // roll: phase plane
-  double roll_dead_band_rad = 2 * kDegree;
+  // roll: phase plane. Dead band and half a smallest pulse on the slope stay below settle_angle_rad
+  double roll_dead_band_rad = 0.8 * kDegree;
   double roll_rate_limit_rad_s = 20 * kDegree;
   double roll_brake_share = 0.35;  // of the acceleration, in the switching curve
   double roll_slope_1_s = 3;       // of the curve near the dead band, where the root is steep
