@@ -266,8 +266,8 @@ TEST(ActuateFollower, DoesItsWorkOnTimeAndTheReleaseGoesFirst) {
     for (int i = 1; i <= 4; ++i) edges.due.push_back(begun + i * kMillisecond);
     EXPECT_EQ(f.actuate.next(3 * kMillisecond, edges).time_ns, begun);
     EXPECT_GE(now_ns(), begun + 3 * kMillisecond);
-    // the third is due with the release, which goes first; a machine that was late with the second by
-    // as much ran it then
+    // the third is due with the release, which goes first; a machine that was late with the second
+    // by as much ran it then
     ASSERT_GE(edges.run_ns.size(), 2u);
     ASSERT_TRUE(edges.run_ns.size() == 2 || edges.run_ns[1] >= edges.due[2]);
     const TimeNs second = f.begin(2);
