@@ -45,7 +45,7 @@ fi
 
 work=$cache/work
 rm -rf "$work"
-mkdir -p "$work/root" "$work/image" "$work/none/partial" "$work/ram/"{bin,modules,dev,root}
+mkdir -p "$work/root" "$work/image" "$work/none/partial" "$work/ram/"{bin,modules,dev,new}
 trap 'rm -rf "$work"' EXIT
 : > "$work/status"
 step() { printf '%4d s %s\n' "$SECONDS" "$1"; }
