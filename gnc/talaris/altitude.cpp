@@ -12,6 +12,8 @@ namespace {
 constexpr double kMinLiftShare = 0.7;    // of what height wants, when attitude takes from it
 constexpr double kStandsBelow_m = 0.03;  // and m/s
 constexpr double kMaxIntegral_m_s2 = 1.5;
+// On the ground: how far below hovering the lift begins, and how fast it rises.
+constexpr double kBelowHover_m_s2 = 0.6, kLiftOff_m_s3 = 0.3;
 
 // Angle, rate, acceleration after `dt` of the constant command u.
 struct Axis {
@@ -63,7 +65,8 @@ void FanFlight::set_gains(const Gains& gains) noexcept {
   attitude_gains_ = fan_attitude_gains(fans_.lag_s, gains.fan_attitude_pole_rad_s);
 }
 
-void FanFlight::begin() noexcept {
+void FanFlight::begin(bool on_ground) noexcept {
+  ground_m_s2_ = on_ground ? -kBelowHover_m_s2 : 0;
   height_integral_ = integral_y_ = integral_z_ = command_y_ = command_z_ = 0;
 }
 
@@ -80,19 +83,23 @@ PerFan FanFlight::step(const FanHeight& now, double target_height_m, double targ
   const double ahead = offset_s + kFrame_s / 2 + fans_.lag_s;
   // what stands does not fall
   const bool stands = now.height_m < kStandsBelow_m && std::abs(now.speed_m_s) < kStandsBelow_m;
-  const double acceleration = std::clamp(lift / mass_kg - kGravity_m_s2, stands ? 0.0 : -3.0, 3.0);
+  const double acceleration =
+      std::clamp(lift / mass_kg - kGravity_m_s2 + now.bias_m_s2, stands ? 0.0 : -3.0, 3.0);
   const double height = now.height_m + now.speed_m_s * ahead;
   const double speed = now.speed_m_s + acceleration * ahead;
   const bool place = std::isfinite(target_height_m);
   const double speed_error = target_speed_m_s - speed;
   const double height_error = place ? target_height_m + target_speed_m_s * ahead - height : 0;
-  double wanted =
-      gains_.height_kp_1_s2 * height_error + gains_.height_kd_1_s * speed_error + height_integral_;
+  double wanted = gains_.height_kp_1_s2 * height_error + gains_.height_kd_1_s * speed_error +
+                  height_integral_ - now.bias_m_s2;
   if (!std::isfinite(wanted)) wanted = -0.4;  // no height at all: sinks slowly
   const double ceiling = kFans * most / mass_kg - kGravity_m_s2;
   const double e = place ? gains_.height_ki_1_s3 * (target_height_m - now.height_m)
                          : 2 * gains_.height_ki_1_s3 * (target_speed_m_s - now.speed_m_s);
-  const bool stuck = (wanted >= ceiling && e > 0) || (wanted <= -3 && e < 0);
+  const bool leaves = stands && place && target_height_m > now.height_m;
+  if (leaves)
+    wanted = ground_m_s2_ = std::min(ground_m_s2_ + kLiftOff_m_s3 * kFrame_s, kMaxIntegral_m_s2);
+  const bool stuck = leaves || (wanted >= ceiling && e > 0) || (wanted <= -3 && e < 0);
   if (std::isfinite(e) && !stuck) {
     height_integral_ =
         std::clamp(height_integral_ + e * kFrame_s, -kMaxIntegral_m_s2, kMaxIntegral_m_s2);

@@ -23,13 +23,16 @@ Eigen::Vector4d fan_attitude_gains(double lag_s, double pole_rad_s) noexcept;
 struct FanHeight {
   double height_m = 0;   // measured
   double speed_m_s = 0;  // up
+  double bias_m_s2 = 0;  // acceleration that fans and mass do not explain
 };
 
 class FanFlight {
  public:
   FanFlight(const Parameters& parameters, const Gains& gains) noexcept;
 
-  void begin() noexcept;  // forgets integrals
+  // Forgets integrals. On the ground the lift is raised from what lifts no vehicle until this one
+  // leaves it: a vehicle light for its fans jumps otherwise, a heavy one never leaves.
+  void begin(bool on_ground = false) noexcept;
   void set_gains(const Gains& gains) noexcept;
 
   // Speeds for one frame. Height control: PID towards `target_height_m` moving with
@@ -47,6 +50,7 @@ class FanFlight {
   Gains gains_;
   Eigen::Vector4d attitude_gains_;
   double height_integral_ = 0;              // m/s2
+  double ground_m_s2_ = 0;                  // lift on the ground, of what it takes to hover
   double integral_y_ = 0, integral_z_ = 0;  // rad s
   double command_y_ = 0, command_z_ = 0;    // rad/s2, of the frame before
 };

@@ -5,6 +5,11 @@
 #include <numbers>
 
 namespace lss::gnc::talaris {
+namespace {
+
+constexpr double kCollectBelow_rad = 5 * kDegree;  // by the integral
+
+}  // namespace
 
 double wrapped(double angle_rad) noexcept {
   return std::isfinite(angle_rad) ? std::remainder(angle_rad, 2 * std::numbers::pi) : 0;
@@ -86,11 +91,11 @@ ControlOutput Control::step(const NavState& state, const ControlTarget& target) 
   if (target.lift) {
     double alpha_y = 0, alpha_z = 0;
     if (target.attitude) {
-      // an error that cannot be worked off now is not collected
+      // an error that cannot be worked off now, or is a way still to go, is not collected
       const double limit = gains_.attitude_max_integral_rad_s2 / gains_.attitude_ki_1_s3;
       const auto collect = [&](double& integral, double error) {
         const bool grows = integral * error > 0;
-        if (std::isfinite(error) && !(saturated_ > 0.5 && grows)) {
+        if (std::abs(error) < kCollectBelow_rad && !(saturated_ > 0.5 && grows)) {
           integral = std::clamp(integral + error * kFrame_s, -limit, limit);
         }
       };

@@ -202,6 +202,7 @@ class Flight {
 
   // what the last frames should have done, and what they did
   double lift_N_ = 0, lift_before_N_ = 0, expected_m_s2_ = 0, bias_m_s2_ = 0;
+  bool observed_ = false;                  // the bias, in this flight
   double fans_N_ = 0, fans_before_N_ = 0;  // thrust of the fans, now and a frame ago
   double fan_height_m_ = 0;                // commanded, of a flight by fans
   double fan_goal_rpm_ = 0;

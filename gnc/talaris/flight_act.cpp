@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kBiasShare = 0.15, kBiasShareLost = 0.5;  // of the difference, each frame
 constexpr double kMaxBias_m_s2 = 0.6, kMaxBiasLost_m_s2 = 12;
-constexpr double kObserveAbove_m = 0.3;
+constexpr double kObserveAbove_m = 0.3, kObserveByFansAbove_m = 0.03;
 constexpr double kRest_m = 0.06, kRest_m_s = 0.085;
 constexpr double kFanStart = 0.8;  // of the weight, on the ground, before height is controlled
 // Fans that carry too much or too little are corrected: the share of the weight that is left to the
@@ -72,11 +72,13 @@ void Flight::observe(const PerFan& rpm) noexcept {
   const bool lost = (faults_ & kFansLost) != 0;
   // the ground is no bias
   const bool blind = (faults_ & kAltimeterLost) != 0 && guidance_.time_to_go_s() < kMinTimeToGo_s;
-  if (height_m_ < kObserveAbove_m || blind) return;
+  if (height_m_ < (by_fans() ? kObserveByFansAbove_m : kObserveAbove_m) || blind) return;
   const double most = lost ? kMaxBiasLost_m_s2 : kMaxBias_m_s2;
   const double difference = state_.acceleration_N_m_s2.x() - expected_m_s2_ - bias_m_s2_;
-  bias_m_s2_ =
-      std::clamp(bias_m_s2_ + (lost ? kBiasShareLost : kBiasShare) * difference, -most, most);
+  // by fans it hovers the moment it leaves the ground: the first look tells all
+  const double share = lost ? kBiasShareLost : by_fans() && !observed_ ? 1 : kBiasShare;
+  bias_m_s2_ = std::clamp(bias_m_s2_ + share * difference, -most, most);
+  observed_ = true;
 }
 
 // On rails or sled at the target: a jet's least push would only take it away again.
@@ -208,9 +210,9 @@ void Flight::fly_by_fans(const FlightInputs& inputs, FlightOutput& output) noexc
   if (held || !imu_usable()) tilt_y = tilt_z = kNaN;
 
   const double mass = gas_.mass_kg(parameters_.body.mass_kg);
-  const PerFan rpm = fan_flight_.step({height_m_, climb_m_s_}, height, speed, mass, tilt_y, tilt_z,
-                                      state_.rate_B_rad_s, inputs.rpm, parameters_.offset_s,
-                                      control_.disturbance_y(), control_.disturbance_z());
+  const PerFan rpm = fan_flight_.step(
+      {height_m_, climb_m_s_, bias_m_s2_}, height, speed, mass, tilt_y, tilt_z, state_.rate_B_rad_s,
+      inputs.rpm, parameters_.offset_s, control_.disturbance_y(), control_.disturbance_z());
   output.rpm_target = rpm;
   output.actuation.fan_throttle = fan_speed_.direct(rpm, inputs.rpm);
   output.attitude_error_rad =

@@ -54,7 +54,7 @@ void Flight::advance(const FlightInputs& inputs) noexcept {
 void Flight::leave_ground() noexcept {
   airborne_ = true;
   fan_height_m_ = 0;
-  fan_flight_.begin();
+  fan_flight_.begin(true);
   Target target;
   target.position_m = start_m_ + Vector3(plan_.request.height_m, 0, 0);
   target.time_to_go_s = plan_.climb_s;

@@ -84,6 +84,16 @@ TEST(TalarisCampaigns, HeightAndAttitudeTogether) {
   EXPECT_LT(lifted.tilt_deg, 5);
 }
 
+TEST(TalarisCampaigns, FansAloneLiftALightAndAHeavyVehicleAlike) {
+  constexpr unsigned kLight = 13, kHeavy = 9;
+  for (const unsigned seed : {kLight, kHeavy}) {
+    for (const Hopped& hopped : hop_by_fans(0.3, seed)) {
+      EXPECT_TRUE(hopped.reached())
+          << seed << ": up in " << hopped.rise_s << " s, " << hopped.overshoot_m << " m too high";
+    }
+  }
+}
+
 TEST(TalarisCampaigns, FansAloneBringItDown) {
   const Flown flown = fly(parachute_flight(), 1);
   SCOPED_TRACE(flown.text());

@@ -71,8 +71,9 @@ class Chain {
   // ---- What an operator does. Each command is from "test", with a lease of 60 s.
   template <class Kind>
   std::uint64_t send(Kind kind, std::initializer_list<double> parameters = {}) {
-    return send_number(static_cast<std::uint16_t>(kind), parameters);
+    return send(static_cast<std::uint16_t>(kind), std::span(parameters.begin(), parameters.size()));
   }
+  std::uint64_t send(std::uint16_t kind, std::span<const double> parameters);
   void heartbeat(bool on) { heartbeat_ = on; }  // of "test", five times a second; on at first
   // From Idle to Manual; the fans' start-up; to Standby, calibrated. False: not in its time.
   bool start();
@@ -86,6 +87,8 @@ class Chain {
 
   // ---- Faults, written as for lss-sim: "node-silent:0x20", "clear:push", "clear".
   void inject(const std::string& fault);
+  std::vector<std::string> attached() { return board_->attached(); }
+  std::span<const sim::FaultKind> fault_kinds() const { return fault_kinds_; }
 
   // ---- What the daemon says.
   const SupervisorState& supervisor() const { return supervisor_.state(); }
@@ -117,7 +120,6 @@ class Chain {
   static constexpr TimeNs kBegin = 1000 * kSecond;
   static constexpr TimeNs kNever = std::numeric_limits<TimeNs>::max();
 
-  std::uint64_t send_number(std::uint16_t kind, std::initializer_list<double> parameters);
   void post(Request request);
   void act(const sim::Fault& fault, bool attach);
   TimeNs next_event();

@@ -206,7 +206,7 @@ Held hold_attitude(double weight_kg, unsigned seed) {
   const double gas_s = chain.world().gas().used_s();
   if (!chain.fly(Program::attitude, {.height_m = 0, .distance_m = 0, .time_s = 20})) return held;
   held.begin_deg = tilt_deg(chain.body());
-  const TimeNs settled_ns = chain.now() + 5 * kSecond;
+  const TimeNs settled_ns = chain.now() + 6 * kSecond;
   chain.after_step = [&] {
     if (chain.now() >= settled_ns && chain.mode() == Mode::execute && chain.phase() == Phase::keep)
       held.settled_deg = std::max(held.settled_deg, tilt_deg(chain.body()));

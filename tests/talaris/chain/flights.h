@@ -80,6 +80,8 @@ Lifted lift_and_hold(unsigned seed);
 struct Hopped {
   bool succeeded = false;
   double top_m = 0, overshoot_m = 0, rise_s = 0, down_m_s = 0;
+  // Up, not much too high, and down again.
+  bool reached() const { return succeeded && rise_s > 0 && overshoot_m < 0.15; }
 };
 std::array<Hopped, 3> hop_by_fans(double height_m, unsigned seed);
 
