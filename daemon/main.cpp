@@ -10,13 +10,16 @@
 
 #include <CLI/CLI.hpp>
 #include <cerrno>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "daemon/config/config.h"
 #include "daemon/core/clock.h"
+#include "daemon/record/replay_files.h"
 #include "daemon/vehicles/roster.h"
 
 namespace {
@@ -31,6 +34,7 @@ struct Options {
   std::filesystem::path config;
   std::filesystem::path run_dir = "/run/lss";
   int domain = -1;  // -1: as the configuration says
+  std::vector<std::filesystem::path> replay;
 };
 
 // "sim:NAME" is a link in the run directory, made by lss-sim.
@@ -159,16 +163,31 @@ void end_log(int code) {
 int main(int argc, char** argv) {
   Options options;
   CLI::App cli("lssd: the Locomotion Sub-System of a small planetary vehicle");
-  cli.add_option("--config", options.config, "configuration file, e.g. /etc/lss/zebro.toml")
-      ->required();
+  CLI::Option* config =
+      cli.add_option("--config", options.config, "configuration file, e.g. /etc/lss/zebro.toml");
   cli.add_option("--run-dir", options.run_dir, "where links of simulated ports (sim:NAME) are")
       ->capture_default_str();
   cli.add_option("--domain", options.domain, "DDS domain; wins over the configuration")
       ->envname("LSS_DOMAIN")
       ->check(CLI::Range(0, 230));
+  cli.add_option(
+         "--replay", options.replay,
+         "moves nothing: executes recordings (*.lssrec) again and compares every bit of "
+         "every output; 0: equal, 2: different, 3: damaged, 4: of another build or vehicle, "
+         "5: frames that cannot be compared, 1: unreadable")
+      ->type_name("FILE")
+      ->excludes(config);
   cli.set_version_flag("--version", "lssd " LSS_VERSION);
-  cli.footer("Example:\n  lssd --config config/zebro.toml --run-dir /tmp/lss --domain 7");
+  cli.footer(
+      "Examples:\n  lssd --config config/zebro.toml --run-dir /tmp/lss --domain 7\n"
+      "  lssd --replay /var/lib/lss/*.lssrec");
   CLI11_PARSE(cli, argc, argv);
+  if (!options.replay.empty()) {
+    const auto print = [](const std::string& line) { std::fputs(line.c_str(), stdout); };
+    return static_cast<int>(lss::record::replay_files(options.replay, print));
+  }
+  if (options.config.empty())
+    return cli.exit(CLI::RequiredError("--config FILE (or --replay FILE)"));
 
   const sigset_t signals = block_signals();
   // By a thread of its own, which forgets the oldest lines when nobody takes them.

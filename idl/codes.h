@@ -262,7 +262,9 @@ namespace lss {
   X(45, gains_selected, 0, "set of gains {0}")                                           \
   X(46, fans_armed, 0, "the fans' speed controllers are started")                        \
   X(47, valve_timed_out, 1, "valves {0} shut after their time")                          \
-  X(48, altimeter_error, 1, "altimeter says error {0}, {1} in all")
+  X(48, altimeter_error, 1, "altimeter says error {0}, {1} in all")                      \
+  X(49, recording_failed, 1, "frames cannot be recorded")                                \
+  X(50, recording_cut, 1, "the last recording was not written to its end")
 
 enum class Reason : std::uint16_t {
 #define LSS_ENUM(number, name, ...) name = number,

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 #include <optional>
 #include <regex>
 #include <system_error>
@@ -211,8 +213,22 @@ void check_address(Section& section, const std::string& address) {
   }
 }
 
-LogPreset read_preset(Section& section, LogPreset preset) {
+void read_sizes(Section& section, std::uint64_t& file_bytes, std::uint64_t& total_bytes) {
   constexpr std::int64_t kMega = 1'000'000;
+  const auto size = [&](const char* key, std::uint64_t& bytes, std::int64_t max) {
+    bytes = static_cast<std::uint64_t>(
+        section.integer(key, static_cast<std::int64_t>(bytes) / kMega, 1, max) * kMega);
+  };
+  size("file_mb", file_bytes, 1000);
+  size("total_mb", total_bytes, 1'000'000);
+  if (total_bytes < 2 * file_bytes) {
+    section.error("total_mb", fmt::format("{} must be at least twice file_mb, {}: the oldest file "
+                                          "goes before the next one begins",
+                                          total_bytes / kMega, file_bytes / kMega));
+  }
+}
+
+LogPreset read_preset(Section& section, LogPreset preset) {
   preset.what = read_what(section, preset.what);
   preset.every_ns =
       section.integer("every_ms", preset.every_ns / kMillisecond, 0, 3'600'000) * kMillisecond;
@@ -224,17 +240,7 @@ LogPreset read_preset(Section& section, LogPreset preset) {
     section.error("address", "is for to = \"socket\"; files are in log.folder");
     preset.address.clear();
   }
-  const auto size = [&](const char* key, std::uint64_t& bytes, std::int64_t max) {
-    bytes = static_cast<std::uint64_t>(
-        section.integer(key, static_cast<std::int64_t>(bytes) / kMega, 1, max) * kMega);
-  };
-  size("file_mb", preset.file_bytes, 1000);
-  size("total_mb", preset.total_bytes, 1'000'000);
-  if (preset.total_bytes < 2 * preset.file_bytes) {
-    section.error("total_mb", fmt::format("{} must be at least twice file_mb, {}: the oldest file "
-                                          "goes before the next one begins",
-                                          preset.total_bytes / kMega, preset.file_bytes / kMega));
-  }
+  read_sizes(section, preset.file_bytes, preset.total_bytes);
   return preset;
 }
 
@@ -298,6 +304,12 @@ void read_log(Section log, Config& config) {
   read_presets(log, config);
 }
 
+void read_recorder(Section section, Recorder& recorder) {
+  recorder.record = section.flag("record", true);
+  recorder.sync = section.flag("sync", true);
+  read_sizes(section, recorder.file_bytes, recorder.total_bytes);
+}
+
 void read_all(Section root, const std::vector<std::string>& vehicles,
               const VehicleReader& read_vehicle, Config& config) {
   read_identity(root, vehicles, config);
@@ -310,6 +322,7 @@ void read_all(Section root, const std::vector<std::string>& vehicles,
     config.telemetry_periodic = telemetry.choice("mode", 0, {"periodic", "on_request"}) == 0;
   }
   read_log(root.section("log"), config);
+  read_recorder(root.section("recorder"), config.recorder);
   read_link(root.section("link"), config);
   if (std::find(vehicles.begin(), vehicles.end(), config.vehicle) != vehicles.end()) {
     Section own = root.section(config.vehicle);
@@ -330,16 +343,26 @@ const LogPreset* Config::log_preset() const {
 tl::expected<Config, std::string> load(const std::filesystem::path& file,
                                        const std::vector<std::string>& vehicles,
                                        const VehicleReader& read_vehicle) {
-  Config config;
-  config.file = file.string();
   std::error_code trouble;
   if (!std::filesystem::is_regular_file(file, trouble)) {
-    return tl::unexpected(
-        fmt::format("{}: no such file; name the configuration with --config FILE\n", config.file));
+    return tl::unexpected(fmt::format(
+        "{}: no such file; name the configuration with --config FILE\n", file.string()));
   }
+  std::ifstream stream(file, std::ios::binary);
+  std::string text(std::istreambuf_iterator<char>(stream), {});
+  if (!stream) return tl::unexpected(fmt::format("{}: cannot be read\n", file.string()));
+  return parse(std::move(text), file.string(), vehicles, read_vehicle);
+}
+
+tl::expected<Config, std::string> parse(std::string text, const std::string& name,
+                                        const std::vector<std::string>& vehicles,
+                                        const VehicleReader& read_vehicle) {
+  Config config;
+  config.file = name;
+  config.text = std::move(text);
   Errors errors;
   try {
-    const toml::table root = toml::parse_file(config.file);
+    const toml::table root = toml::parse(config.text, config.file);
     read_all(Section(&root, "", config.file, errors), vehicles, read_vehicle, config);
   } catch (const toml::parse_error& fault) {
     errors.add(config.file, fault.source(), fmt::format("not TOML: {}", fault.description()));

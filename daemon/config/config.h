@@ -46,8 +46,16 @@ struct LogPreset {
   std::uint64_t file_bytes = 10'000'000, total_bytes = 100'000'000;  // the oldest files go
 };
 
+// The flight recorder.
+struct Recorder {
+  bool record = true;
+  std::uint64_t file_bytes = 16'000'000, total_bytes = 512'000'000;  // the oldest files go
+  bool sync = true;  // to the disk every 50 ms; else when the kernel likes
+};
+
 struct Config {
   std::string file;
+  std::string text;  // the whole of it, as it was read
   std::string vehicle;
   std::string vehicle_id;
   TimeNs period_ns = 0, offset_ns = 0;
@@ -69,6 +77,7 @@ struct Config {
   std::vector<LogPreset> log_presets;
   std::string log_use;                  // the one that runs; empty: none
   const LogPreset* log_preset() const;  // that one; nullptr: none
+  Recorder recorder;
 };
 
 // Reads the vehicle's own [NAME] table; called with that Section, to record errors there.
@@ -79,5 +88,9 @@ using VehicleReader = std::function<void(const std::string& vehicle, Section& se
 tl::expected<Config, std::string> load(const std::filesystem::path& file,
                                        const std::vector<std::string>& vehicles,
                                        const VehicleReader& read_vehicle);
+// The same of a text; `name` is for the errors.
+tl::expected<Config, std::string> parse(std::string text, const std::string& name,
+                                        const std::vector<std::string>& vehicles,
+                                        const VehicleReader& read_vehicle);
 
 }  // namespace lss::config

@@ -13,7 +13,8 @@ void CommandPort::receive(Request request, const Answer& answer) {
   };
   const auto refuse = [&](const Verdict& verdict) {
     if (request.kind == 0) return;  // heartbeats are not answered
-    refused_.fetch_add(1, std::memory_order_relaxed);
+    // Who only asks is answered, not counted.
+    if ((request.flags & kFlagDryRun) == 0) refused_.fetch_add(1, std::memory_order_relaxed);
     say(Phase::rejected, verdict);
   };
 

@@ -40,7 +40,8 @@
 #include "daemon/core/publisher.h"
 #include "daemon/record/frame_log.h"
 #include "daemon/record/frame_record.h"
-#include "daemon/record/json.h"
+#include "daemon/record/state.h"
+#include "daemon/record/vehicle_records.h"
 #include "daemon/rt/thread.h"
 
 namespace lss {
@@ -63,7 +64,7 @@ class Runtime final : public App {
   using Frames = typename FramesOf<Buses>::Type;
 
   Runtime(const config::Config& config, const Parameters& parameters, const Logic& logic,
-          const Vocabulary& vocabulary)
+          const Vocabulary& vocabulary, const record::VehicleRecords& records)
       : config_(config),
         buses_(config_, parameters),
         vehicle_(parameters),
@@ -77,8 +78,9 @@ class Runtime final : public App {
                     .header = {{"vehicle", config_.vehicle},
                                {"vehicle_id", config_.vehicle_id},
                                {"version", LSS_VERSION}},
-                    .preset = running_preset(config_)},
-                   record_json) {
+                    .preset = running_preset(config_),
+                    .recorder = flight_recorder(config_, records)},
+                   records.to_json) {
     port_.show(supervisor_.state());
   }
   ~Runtime() override { stop(); }
@@ -205,12 +207,10 @@ class Runtime final : public App {
     return preset != nullptr ? std::optional(*preset) : std::nullopt;
   }
 
-  // Log thread.
-  static nlohmann::ordered_json record_json(std::span<const std::uint8_t> bytes) {
-    auto frame = std::make_unique<record::FrameRecord<Vehicle>>();
-    record::Reader reader(bytes);
-    fields(reader, *frame);
-    return record::to_json(*frame);
+  static std::optional<record::RecorderSettings> flight_recorder(
+      const config::Config& config, const record::VehicleRecords& records) {
+    if (!config.recorder.record) return std::nullopt;
+    return record::recorder_settings(config, LSS_VERSION, records.schema(), records.state_layout());
   }
 
   // Publish thread: nullptr when there is nothing new.
@@ -220,6 +220,7 @@ class Runtime final : public App {
   void actuate() noexcept;
   void collect(const Boundary& boundary, const Released& released, TimingPoints& timing) noexcept;
   void hand_over(const TimingPoints& timing) noexcept;
+  void record_frame(const TimingPoints& timing) noexcept;
 
   config::Config config_;
   Buses buses_;
@@ -233,7 +234,11 @@ class Runtime final : public App {
 
   Inputs<Vehicle> in_;
   Outputs<Vehicle> out_;
-  std::array<std::uint8_t, sizeof(record::FrameRecord<Vehicle>)> scratch_{};  // holds any record
+  // Holds any record, and what the vehicle remembers.
+  std::array<std::uint8_t,
+             std::max(sizeof(record::FrameRecord<Vehicle>),
+                      sizeof(Vehicle) + sizeof(Supervisor) + sizeof(typename Vehicle::Telemetry))>
+      scratch_{};
   Latest<typename Vehicle::Telemetry> telemetry_;
   std::atomic<bool> shut_down_{false}, airborne_{false};
   std::vector<std::unique_ptr<rt::Thread>> threads_;
@@ -295,15 +300,25 @@ void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
   publisher_.put(timing);
   if (config_.telemetry_periodic || out_.data_requested) telemetry_.put(out_.telemetry);
   publisher_.wake();
+  record_frame(timing);
+}
+
+template <class Vehicle, class Buses>
+void Runtime<Vehicle, Buses>::record_frame(const TimingPoints& timing) noexcept {
   record::Writer writer(scratch_);
-  fields(writer, record::FrameView<Vehicle>{in_, out_.command, supervisor_.outbox(),
-                                            supervisor_.state(), out_.telemetry, timing});
+  fields(writer,
+         record::FrameView<Vehicle>{in_, out_.command, supervisor_.outbox(), supervisor_.state(),
+                                    out_.telemetry, out_.data_requested, timing});
   if (!writer.fits()) return;  // a struct that names a member twice
   const Supervisor::Outbox& outbox = supervisor_.outbox();
   frame_log_.put({.fault = record::first_fault(outbox),
                   .events = outbox.event_count + outbox.ack_count + outbox.dropped != 0,
                   .time_ns = in_.time_ns},
                  std::span(scratch_).first(writer.size()));
+  if (!frame_log_.wants_state()) return;
+  record::StateWriter state(scratch_);
+  record::keep(state, vehicle_, supervisor_, out_.telemetry);
+  if (state.fits()) frame_log_.put_state(std::span(scratch_).first(state.size()));
 }
 
 }  // namespace lss

@@ -62,9 +62,11 @@ void Supervisor::command(const Request& request) noexcept {
   Verdict verdict = evaluate(logic_, state_, request);
   if (verdict.reason == Reason::none) verdict = actor_->consider(request);
   if (verdict.reason != Reason::none) {
-    ++state_.commands_refused;
-    note(EventId::command_rejected, verdict.subject, request.kind,
-         static_cast<double>(verdict.reason));
+    if ((request.flags & kFlagDryRun) == 0) {
+      ++state_.commands_refused;
+      note(EventId::command_rejected, verdict.subject, request.kind,
+           static_cast<double>(verdict.reason));
+    }
     acknowledge(command, request.acknowledged ? Phase::failed : Phase::rejected, verdict);
     return;
   }
@@ -225,8 +227,12 @@ void Supervisor::abandon(Reason reason) noexcept {
 }
 
 void Supervisor::count_late(std::uint64_t late) noexcept {
-  if (late != state_.late_commands) note(EventId::frame_late, 0, static_cast<double>(late));
   state_.late_commands = late;
+  const bool soon = late_told_ != 0 && state_.time_ns - late_told_ns_ < kLateToldEvery;
+  if (late == late_told_ || soon) return;
+  late_told_ = late;
+  late_told_ns_ = state_.time_ns;
+  note(EventId::frame_late, 0, static_cast<double>(late));
 }
 
 void Supervisor::gate_closed(double check) noexcept {

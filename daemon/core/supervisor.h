@@ -109,7 +109,9 @@ class Supervisor {
   // without a lease.
   void shut_down() noexcept;
   void check_links() noexcept;
-  // How many commands were late so far (of the actuate thread); a new one is told.
+  // How many commands were late so far (of the actuate thread); new ones are told, at most so
+  // often: a machine that is too slow must not flood the log besides.
+  static constexpr TimeNs kLateToldEvery = 5 * kSecond;
   void count_late(std::uint64_t late) noexcept;
   // The gate replaced a command by the safe one: counted, told, and an emergency.
   void gate_closed(double check) noexcept;
@@ -134,6 +136,14 @@ class Supervisor {
   };
   const Outbox& outbox() const noexcept { return outbox_; }
 
+  // For records (daemon/record/state.h): the rest is made anew in each frame.
+  template <class V>
+  void keep(V& v) {
+    v(state_);
+    v(late_told_);
+    v(late_told_ns_);
+  }
+
  private:
   using Active = SupervisorState::Active;
 
@@ -155,6 +165,8 @@ class Supervisor {
   SupervisorState state_;
   Outbox outbox_;
   Actor* actor_ = nullptr;
+  std::uint64_t late_told_ = 0;
+  TimeNs late_told_ns_ = 0;
 };
 
 }  // namespace lss

@@ -76,6 +76,7 @@ class Reader {
   explicit Reader(std::span<const std::uint8_t> buffer) noexcept : buffer_(buffer) {}
   bool good() const noexcept { return good_; }
   bool at_end() const noexcept { return at_ == buffer_.size(); }
+  std::size_t at() const noexcept { return at_; }
 
   template <class T>
   void operator()(const char*, T& x) noexcept {

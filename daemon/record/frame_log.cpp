@@ -37,6 +37,10 @@ void FrameLog::start() {
                                  to_json_, [this](EventId id) { told_.push(id); });
     spdlog::info("logging \"{}\" to {}", preset->name, run_log_->where());
   }
+  if (const auto& settings = settings_.recorder) {
+    recorder_ = std::make_unique<Recorder>(*settings, [this](EventId id) { told_.push(id); });
+    spdlog::info("recording every frame to {}", recorder_->where());
+  }
   thread_ = std::thread([this] { run(); });
 }
 
@@ -67,35 +71,56 @@ void FrameLog::stop() {
 }
 
 void FrameLog::put(const FrameMark& mark, std::span<const std::uint8_t> record) noexcept {
-  const Header header{.size = record.size(), .dropped = dropped(), .mark = mark};
-  std::array<std::uint8_t, sizeof header> bytes;
-  std::memcpy(bytes.data(), &header, sizeof header);
-  if (queue_.write_available() < bytes.size() + record.size()) {
+  if (!push({.size = record.size(), .dropped = dropped(), .mark = mark}, record))
     dropped_.fetch_add(1, std::memory_order_relaxed);
-    return;
-  }
+}
+
+// Without room for it, it is asked for again.
+void FrameLog::put_state(std::span<const std::uint8_t> state) noexcept {
+  if (push({.item = Item::state, .size = state.size(), .dropped = dropped(), .mark = {}}, state))
+    wants_state_.store(false, std::memory_order_relaxed);
+}
+
+bool FrameLog::push(const Header& header, std::span<const std::uint8_t> bytes) noexcept {
+  std::array<std::uint8_t, sizeof header> head;
+  std::memcpy(head.data(), &header, sizeof header);
+  if (queue_.write_available() < head.size() + bytes.size()) return false;
+  queue_.push(head.data(), head.size());
   queue_.push(bytes.data(), bytes.size());
-  queue_.push(record.data(), record.size());
+  return true;
 }
 
 void FrameLog::run() {
   ::pthread_setname_np(::pthread_self(), "log");
+  if (recorder_) recorder_->begin();
   TimeNs heard_ns = now_ns();
   while (!stop_) {
     const std::size_t before = since_;
     drain();
     const TimeNs now = now_ns();
+    if (recorder_) {
+      recorder_->turn(now);
+      wants_state_.store(recorder_->wants_state(), std::memory_order_relaxed);
+    }
     if (since_ != before) heard_ns = now;
     const bool keep = keep_.exchange(false);
     if (keep && !last_.empty() && pending_ == FaultId::none) pending_ = FaultId::frame_overrun;
     if (pending_ != FaultId::none && (keep || now - heard_ns >= kNoMoreFrames)) write();
-    recording_.store(run_log_ && !run_log_->in_trouble(), std::memory_order_relaxed);
+    recording_.store(writes(), std::memory_order_relaxed);
     tell_dropped(now);
     turns_.fetch_add(1, std::memory_order_relaxed);
     sleep_until(now + kTurn);
   }
   drain();
   if (pending_ != FaultId::none) write();
+  if (recorder_) recorder_->end();
+}
+
+// All that was asked for, and something was.
+bool FrameLog::writes() const {
+  const bool trouble =
+      (run_log_ && run_log_->in_trouble()) || (recorder_ && recorder_->in_trouble());
+  return (run_log_ || recorder_) && !trouble;
 }
 
 void FrameLog::drain() {
@@ -106,14 +131,25 @@ void FrameLog::drain() {
     std::memcpy(&header, bytes.data(), sizeof header);
     // The writer pushes a record in two pieces.
     while (queue_.read_available() < header.size) std::this_thread::yield();
-    if (last_.size() == kFrames) last_.pop_front();
-    last_.emplace_back(header.size);
-    queue_.pop(last_.back().data(), header.size);
-    ++since_;
-    if (run_log_) run_log_->put(header.mark, last_.back(), header.dropped, now_ns());
-    if (pending_ == FaultId::none) pending_ = header.mark.fault;
+    take(header, now_ns());
     if (pending_ != FaultId::none && since_ >= kFrames) write();
   }
+}
+
+void FrameLog::take(const Header& header, TimeNs now) {
+  if (header.item == Item::state) {
+    state_.resize(header.size);
+    queue_.pop(state_.data(), header.size);
+    if (recorder_) recorder_->put_state(state_, header.dropped, now);
+    return;
+  }
+  if (last_.size() == kFrames) last_.pop_front();
+  last_.emplace_back(header.size);
+  queue_.pop(last_.back().data(), header.size);
+  ++since_;
+  if (recorder_) recorder_->put_frame(last_.back(), header.mark.time_ns, header.dropped, now);
+  if (run_log_) run_log_->put(header.mark, last_.back(), header.dropped, now);
+  if (pending_ == FaultId::none) pending_ = header.mark.fault;
 }
 
 // At most once a minute.

@@ -2,8 +2,9 @@
 
 // The log thread: gives every frame to the log that runs (run_log.h), keeps the last frames and
 // writes them to a file when a fault was raised, so that what led to it can be read (lss-cli log
-// show). The frame thread's side is wait-free and drops when the ring is full: a slow or full disk
-// never delays a frame; what was dropped is counted and told. Ordinary thread.
+// show). It gives every frame to the flight recorder (recorder.h), too. The frame thread's side is
+// wait-free and drops when the ring is full: a slow or full disk never delays a frame; what was
+// dropped is counted and told. Ordinary thread.
 //
 // A file of a fault holds JSON lines: what it is, then a frame a line, the oldest first. It appears
 // under its name when it is whole. Files are numbered; the newest are kept, and the first since the
@@ -29,6 +30,7 @@
 #include "daemon/config/config.h"
 #include "daemon/core/ring.h"
 #include "daemon/record/files.h"
+#include "daemon/record/recorder.h"
 #include "daemon/record/run_log.h"
 #include "idl/codes.h"
 
@@ -40,6 +42,7 @@ struct FrameLogSettings {
   std::string vehicle_id;
   nlohmann::ordered_json header;              // more for the first line
   std::optional<config::LogPreset> preset{};  // of the log that runs; none: only faults are logged
+  std::optional<RecorderSettings> recorder{};
 };
 
 class FrameLog {
@@ -56,6 +59,9 @@ class FrameLog {
 
   // Frame thread.
   void put(const FrameMark& mark, std::span<const std::uint8_t> record) noexcept;
+  // The recorder needs to know what the vehicle remembers after the frame that was put last.
+  bool wants_state() const noexcept { return wants_state_.load(std::memory_order_relaxed); }
+  void put_state(std::span<const std::uint8_t> state) noexcept;
 
   // Main thread: the frame thread stands still, so that it will raise no fault.
   void keep() noexcept { keep_ = true; }
@@ -63,20 +69,24 @@ class FrameLog {
   // Any thread.
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
   std::uint64_t turns() const noexcept { return turns_.load(std::memory_order_relaxed); }
-  // Whether a log runs and its lines are written.
+  // Whether frames are recorded or a log runs, and what is to be written is.
   bool recording() const noexcept { return recording_.load(std::memory_order_relaxed); }
   // Publish thread: what to tell.
   bool pop(EventId& event) noexcept { return told_.pop(event); }
 
  private:
   struct Header {
+    Item item = Item::frame;
     std::size_t size = 0;
     std::uint64_t dropped = 0;  // before it
     FrameMark mark;
   };
 
+  bool push(const Header& header, std::span<const std::uint8_t> bytes) noexcept;
   void run();
   void drain();
+  void take(const Header& header, TimeNs now);
+  bool writes() const;
   void write();
   std::string write_file(const std::filesystem::path& path) const;
   void prepare_folder();
@@ -89,6 +99,7 @@ class FrameLog {
   // Half a megabyte: four seconds of zebro's usual 2.3 kB every 20 ms, seldom less than one.
   boost::lockfree::spsc_queue<std::uint8_t, boost::lockfree::capacity<(1u << 19)>> queue_;
   std::atomic<std::uint64_t> dropped_{0}, turns_{0};
+  std::atomic<bool> wants_state_{false};
   Ring<EventId, 16> told_;
 
   std::deque<std::vector<std::uint8_t>> last_;  // log thread
@@ -96,6 +107,8 @@ class FrameLog {
   FaultId pending_ = FaultId::none;
   bool failed_ = false;
   std::unique_ptr<RunLog> run_log_;
+  std::unique_ptr<Recorder> recorder_;
+  std::vector<std::uint8_t> state_;
   std::atomic<bool> recording_{false};
   std::uint64_t told_dropped_ = 0;
   TimeNs tell_dropped_ns_ = 0;   // not before

@@ -20,6 +20,7 @@ struct FrameRecord {
   Supervisor::Outbox outbox;
   SupervisorState state;
   typename Vehicle::Telemetry telemetry;
+  bool data_requested;
   TimingPoints timing;
 };
 
@@ -30,6 +31,7 @@ struct FrameView {
   const Supervisor::Outbox& outbox;
   const SupervisorState& state;
   const typename Vehicle::Telemetry& telemetry;
+  const bool& data_requested;
   const TimingPoints& timing;
 };
 
@@ -46,13 +48,20 @@ void inputs(V& v, X& x) {
   v("shut_down", x.shut_down);
 }
 
+// Everything that the cycle makes: the same inputs give the same, to the bit.
 template <class V, class X>
-void frame(V& v, X& x) {
-  v("in", x.in);
+void outputs(V& v, X& x) {
   v("command", x.command);
   v("outbox", x.outbox);
   v("state", x.state);
   v("telemetry", x.telemetry);
+  v("data_requested", x.data_requested);
+}
+
+template <class V, class X>
+void frame(V& v, X& x) {
+  v("in", x.in);
+  outputs(v, x);
   v("timing", x.timing);
 }
 

@@ -57,6 +57,18 @@ class Vehicle final : public Actor, private Patient {
   // For tests that put soft errors in.
   gnc::ardito::Redundant& mobility() noexcept { return mobility_; }
 
+  // For records (daemon/record/state.h): every member that the cycle changes.
+  template <class V>
+  void keep(V& v) {
+    v(mobility_, measured_, request_, command_, wheel_, steering_, beta_rad_, rho1_rad_, rho2_rad_,
+      imu_speed_m_s_, imu_sigma_rad_, imu_yaw_rate_rad_s_, imu_counter_, inputs_, inputs_ns_, bus_,
+      orders_, sent_, now_ns_, started_ns_, drives_on_, limit_m_s_, wanted_m_s_, wanted_rad_,
+      correction_, ramped_m_s_, retry_wheels_, retry_steering_, isolated_, stepped_,
+      data_requested_, port_open_, port_reported_, bus_stops_, bus_offs_, reboots_, emcys_,
+      was_faulty_, disobeyed_, failure_, steering_failure_, error_, rocker_lost_, imu_lost_,
+      imu_seen_, imu_told_, opened_ns_, disagreeing_, solver_, distance_m_, yaw_rad_, x_m_, y_m_);
+  }
+
  private:
   struct Wheel {
     Known motor_rpm, hall_rpm, reduction_rpm, current_permille, temperature_degC, link_V;

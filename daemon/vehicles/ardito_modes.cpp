@@ -250,4 +250,14 @@ Verdict sense(const SupervisorState& state, const Request& r) noexcept {
 
 const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
 
+const Logic& logic() noexcept {
+  static constexpr Logic kLogic{.table = &kTable,
+                                .event_of = event_of,
+                                .subject_of = subject_of,
+                                .reached = reached,
+                                .command = command,
+                                .sense = sense};
+  return kLogic;
+}
+
 }  // namespace lss::ardito

@@ -85,4 +85,7 @@ inline constexpr std::size_t kSenseLimit = 0, kSenseMotorsOn = 1, kSenseEarly = 
 // The command for `kind`, common or ardito's own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;
 
+// All of it, for the supervisor.
+const Logic& logic() noexcept;
+
 }  // namespace lss::ardito

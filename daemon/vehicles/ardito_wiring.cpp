@@ -8,12 +8,6 @@
 namespace lss::ardito {
 namespace {
 
-const Logic kLogic{.table = &kTable,
-                   .event_of = event_of,
-                   .subject_of = subject_of,
-                   .reached = reached,
-                   .command = command,
-                   .sense = sense};
 const Vocabulary kVocabulary{
     .modes = kModeNames, .modules = kNodeNames, .strategies = kStrategyNames};
 
@@ -57,12 +51,14 @@ void Buses::collect(lss::Inputs<Vehicle>& in) noexcept {
 
 namespace lss {
 
+record::VehicleRecords ardito_records();
+
 Port ardito_port() {
   return {.read = [](config::Section& section) -> Maker {
     const ardito::Parameters parameters = ardito::read_parameters(section);
     return [parameters](const config::Config& config) -> std::unique_ptr<App> {
       return std::make_unique<Runtime<ardito::Vehicle, ardito::Buses>>(
-          config, parameters, ardito::kLogic, ardito::kVocabulary);
+          config, parameters, ardito::logic(), ardito::kVocabulary, ardito_records());
     };
   }};
 }

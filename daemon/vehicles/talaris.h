@@ -51,6 +51,17 @@ class Vehicle final : public Actor, private Patient {
   const gnc::talaris::FlightOutput& flight() const noexcept { return output_; }
   const gnc::talaris::NavState& nav() const noexcept { return navigation_.state(); }
 
+  // For records (daemon/record/state.h): every member that the cycle changes.
+  template <class V>
+  void keep(V& v) {
+    v(sensors_, navigation_, flight_, contact_, output_, hand_, script_, solver_, bus_, orders_,
+      sent_, enabled_, now_ns_, executed_ns_, data_requested_, overrun_, arming_, gate_failed_,
+      begun_, touchdown_m_s_, program_, port_open_, port_reported_, bus_stops_, bus_offs_, reboots_,
+      emcys_, opened_ns_, begun_ns_, reset_ns_, imu_silent_told_, imu_stuck_told_, lossy_told_,
+      altimeter_told_, supply_told_, load_cell_told_, script_told_, phase_, reaction_, faults_,
+      pending_, shut_frames_);
+  }
+
  private:
   // Commands (talaris_commands.cpp).
   Verdict consider_start() const noexcept;

@@ -316,4 +316,10 @@ Parameters read_parameters(config::Section& root) {
   return p;
 }
 
+Parameters with_frame(Parameters parameters, const config::Config& config) noexcept {
+  parameters.offset_ns = config.offset_ns;
+  parameters.flight.offset_s = static_cast<double>(config.offset_ns) * 1e-9;
+  return parameters;
+}
+
 }  // namespace lss::talaris

@@ -22,7 +22,7 @@ struct SensorAxis {
 };
 
 struct Parameters {
-  // The wiring sets it from [frame] offset_ms: commands are released so long after the boundary.
+  // with_frame() sets it from [frame] offset_ms: commands are released so long after the boundary.
   TimeNs offset_ns = 5 * kMillisecond;
 
   BusesParameters buses;
@@ -46,5 +46,7 @@ struct Parameters {
 
 // Errors go to the section; what it returns is usable when there are none.
 Parameters read_parameters(config::Section& section);
+// And what flight and valves take from [frame].
+Parameters with_frame(Parameters parameters, const config::Config& config) noexcept;
 
 }  // namespace lss::talaris

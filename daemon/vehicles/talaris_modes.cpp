@@ -321,4 +321,16 @@ Verdict sense(const SupervisorState&, const Request&) noexcept { return {}; }
 
 const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
 
+const Logic& logic() noexcept {
+  static constexpr Logic kLogic{.table = &kTable,
+                                .event_of = event_of,
+                                .subject_of = subject_of,
+                                .reached = reached,
+                                .command = command,
+                                .sense = sense,
+                                .airborne = airborne,
+                                .considered = considered};
+  return kLogic;
+}
+
 }  // namespace lss::talaris

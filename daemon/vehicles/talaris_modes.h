@@ -97,4 +97,7 @@ inline constexpr std::size_t kSenseActive = 0, kSensePulsing = 1;
 // The command for `kind`, common or talaris' own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;
 
+// All of it, for the supervisor.
+const Logic& logic() noexcept;
+
 }  // namespace lss::talaris

@@ -12,15 +12,6 @@
 namespace lss::talaris {
 namespace {
 
-const Logic kLogic{.table = &kTable,
-                   .event_of = event_of,
-                   .subject_of = subject_of,
-                   .reached = reached,
-                   .command = command,
-                   .sense = sense,
-                   .airborne = airborne,
-                   .considered = considered};
-
 const auto kFindings = [] {
   using gnc::talaris::CalibrationFault;
   std::array<const char*, static_cast<std::size_t>(CalibrationFault::range_spread) + 1> names{};
@@ -54,15 +45,15 @@ class Wiring final : public Buses {
 
 namespace lss {
 
+record::VehicleRecords talaris_records();
+
 Port talaris_port() {
   return {.read = [](config::Section& section) -> Maker {
-    const talaris::Parameters read = talaris::read_parameters(section);
-    return [read](const config::Config& config) -> std::unique_ptr<App> {
-      talaris::Parameters parameters = read;
-      parameters.offset_ns = config.offset_ns;
-      parameters.flight.offset_s = static_cast<double>(config.offset_ns) * 1e-9;
+    const talaris::Parameters parameters = talaris::read_parameters(section);
+    return [parameters](const config::Config& config) -> std::unique_ptr<App> {
       return std::make_unique<Runtime<talaris::Vehicle, talaris::Wiring>>(
-          config, parameters, talaris::kLogic, talaris::kVocabulary);
+          config, talaris::with_frame(parameters, config), talaris::logic(), talaris::kVocabulary,
+          talaris_records());
     };
   }};
 }

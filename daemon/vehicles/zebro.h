@@ -56,6 +56,15 @@ class Vehicle final : public Actor, private Patient {
 
   const std::array<Module, kModules>& modules() const noexcept { return modules_; }
 
+  // For records (daemon/record/state.h): every member that the cycle changes.
+  template <class V>
+  void keep(V& v) {
+    v(locomotion_, measured_, modules_, flags_before_, disobeyed_, resends_before_, segment_,
+      orders_, sent_, walk_, solver_, rounds_, operated_ns_, isolated_, walks_without_, epoch_ns_,
+      now_ns_, before_ns_, walking_legs_, in_motion_, port_open_, port_reported_, motors_on_ns_,
+      noise_window_ns_, noise_frames_, bus_stops_, bridge_, panel_, data_requested_);
+  }
+
  private:
   static constexpr std::size_t kPanel = kModules - 1;
   static constexpr std::uint16_t kStopFlags = kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog;

@@ -89,4 +89,7 @@ inline constexpr std::size_t kSenseTurnLimit = kModules, kSenseMotorsOn = kModul
 // The command for `kind`, common or zebro's own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;
 
+// All of it, for the supervisor.
+const Logic& logic() noexcept;
+
 }  // namespace lss::zebro

@@ -124,6 +124,10 @@ class MoveFree final : public Strategy {
   explicit MoveFree(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
   void begin(Patient& patient, std::uint8_t modules) noexcept override;
   Outcome step(Patient& patient) noexcept override;
+  template <class V>
+  void keep(V& v) {
+    v(phase_, leg_, left_, from_rad_, seen_rad_, calibrated_, due_ns_);
+  }
 
  private:
   enum class Phase : std::uint8_t { next_leg, switching_on, back, forth };
@@ -146,6 +150,10 @@ class CoolDown final : public Strategy {
   explicit CoolDown(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
   void begin(Patient&, std::uint8_t modules) noexcept override { modules_ = modules; }
   Outcome step(Patient& patient) noexcept override;
+  template <class V>
+  void keep(V& v) {
+    v(modules_);
+  }
 
  private:
   SolverParameters parameters_;
@@ -157,6 +165,10 @@ class Isolate final : public Strategy {
  public:
   void begin(Patient& patient, std::uint8_t modules) noexcept override;
   Outcome step(Patient& patient) noexcept override;
+  template <class V>
+  void keep(V& v) {
+    v(modules_, until_ns_);
+  }
 
  private:
   std::uint8_t modules_ = 0;
@@ -178,6 +190,13 @@ class Solver {
   // Once per frame while running. `healthy`: nothing at all is wrong in this frame. next: the
   // strategy did not help; call again when the locomotion controller agreed to the next one.
   Report step(Patient& patient, bool healthy) noexcept;
+
+  // For records (daemon/record/state.h).
+  template <class V>
+  void keep(V& v) {
+    v(move_free_, cool_down_, isolate_, plan_, at_, suspects_, running_, begun_, phase_, until_ns_,
+      healthy_since_ns_);
+  }
 
  private:
   static constexpr TimeNs kProof = kSecond;

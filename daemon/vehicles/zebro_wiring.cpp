@@ -13,13 +13,6 @@
 namespace lss::zebro {
 namespace {
 
-const Logic kLogic{.table = &kTable,
-                   .event_of = event_of,
-                   .subject_of = subject_of,
-                   .reached = reached,
-                   .command = command,
-                   .sense = sense};
-
 const Vocabulary kVocabulary{kModeNames, kModuleNames, kStrategyNames};
 
 const config::Port& legs_port(const config::Config& config) {
@@ -67,12 +60,14 @@ void Buses::collect(Inputs<Vehicle>& in) noexcept {
 
 namespace lss {
 
+record::VehicleRecords zebro_records();
+
 Port zebro_port() {
   return {.read = [](config::Section& section) -> Maker {
     const zebro::Parameters parameters = zebro::read_parameters(section);
     return [parameters](const config::Config& config) -> std::unique_ptr<App> {
       return std::make_unique<Runtime<zebro::Vehicle, zebro::Buses>>(
-          config, parameters, zebro::kLogic, zebro::kVocabulary);
+          config, parameters, zebro::logic(), zebro::kVocabulary, zebro_records());
     };
   }};
 }

@@ -200,6 +200,22 @@ TEST(Config, NoPresetLogsNothing) {
   EXPECT_EQ(config->log_preset(), nullptr);
 }
 
+TEST(Config, TheFlightRecorderRecordsUnlessToldNotTo) {
+  const auto plain = parse(minimal(""), "text", kVehicles, read_nothing);
+  ASSERT_TRUE(plain) << plain.error();
+  EXPECT_TRUE(plain->recorder.record);
+  EXPECT_TRUE(plain->recorder.sync);
+  EXPECT_EQ(plain->text, minimal(""));
+  const auto other =
+      parse(minimal("[recorder]\nrecord = false\nsync = false\nfile_mb = 2\ntotal_mb = 5\n"),
+            "text", kVehicles, read_nothing);
+  ASSERT_TRUE(other) << other.error();
+  EXPECT_FALSE(other->recorder.record);
+  EXPECT_FALSE(other->recorder.sync);
+  EXPECT_EQ(other->recorder.file_bytes, 2'000'000u);
+  EXPECT_EQ(other->recorder.total_bytes, 5'000'000u);
+}
+
 TEST(Config, AMissingFileIsAnErrorThatNamesIt) {
   const auto config = load("/nowhere/zebro.toml", kVehicles, read_nothing);
   ASSERT_FALSE(config);
@@ -333,6 +349,8 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"TotalOfLessThanTwoFiles",
               "[[log.preset]]\nname = 'a'\nfile_mb = 20\ntotal_mb = 39\n",
               ":8:12: log.preset.total_mb: 39 must be at least twice file_mb, 20"},
+        Wrong{"RecordingsOfLessThanTwoFiles", "[recorder]\nfile_mb = 20\ntotal_mb = 39\n",
+              ":7:12: recorder.total_mb: 39 must be at least twice file_mb, 20"},
         Wrong{"UnknownKeyOfTheVehicle", "[zebro]\nsomething = 1\n",
               ":6:1: unknown key something in [zebro]; nothing is known here"}),
     [](const auto& tested) { return tested.param.name; });

@@ -92,6 +92,14 @@ TEST_F(CommandPortTest, ADryRunIsAnsweredAndGoesNoFurther) {
   EXPECT_FALSE(port_.pop(r));
 }
 
+TEST_F(CommandPortTest, ADryRunThatIsRefusedIsAnsweredAndNotCounted) {
+  show(State::idle, 0);
+  receive(4, 1, kFlagDryRun);
+  ASSERT_EQ(acks_.size(), 1u);
+  EXPECT_EQ(acks_[0].phase, Phase::rejected);
+  EXPECT_EQ(port_.refused(), 0u);
+}
+
 TEST_F(CommandPortTest, AnEmergencyStopIsToldAtOnceAndStillGoesToTheFrame) {
   show(State::operational, 0);
   receive(4, 1);

@@ -13,8 +13,8 @@ using Frame = record::FrameRecord<Vehicle>;
 std::vector<std::uint8_t> written(const Frame& f) {
   std::vector<std::uint8_t> bytes(sizeof(Frame));
   record::Writer writer(bytes);
-  fields(writer,
-         record::FrameView<Vehicle>{f.in, f.command, f.outbox, f.state, f.telemetry, f.timing});
+  fields(writer, record::FrameView<Vehicle>{f.in, f.command, f.outbox, f.state, f.telemetry,
+                                            f.data_requested, f.timing});
   EXPECT_TRUE(writer.fits());
   bytes.resize(writer.size());
   return bytes;

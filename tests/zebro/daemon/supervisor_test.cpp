@@ -153,5 +153,29 @@ TEST(Supervisor, WhatCannotBeSolvedEndsInFatalErrorAgain) {
   EXPECT_EQ(w.last(Phase::failed)->verdict.reason, Reason::not_solved);
 }
 
+// A machine that is too slow must not be slowed down by being told so.
+TEST(Supervisor, LateCommandsAreToldAtOnceThenNowAndThenAndNoneIsForgotten) {
+  World w;
+  w.run(0.2);
+  const auto told = [&] {
+    std::vector<double> counts;
+    for (const EventRecord& event : w.events) {
+      if (event.id == static_cast<std::uint16_t>(EventId::frame_late))
+        counts.push_back(event.argument[0]);
+    }
+    return counts;
+  };
+  w.in_.late_commands = 1;
+  w.step();
+  EXPECT_EQ(told(), std::vector<double>{1});
+  for (const TimeNs end = w.time_ns_ + 2 * kSecond; w.time_ns_ < end; w.step())
+    ++w.in_.late_commands;
+  const auto late = static_cast<double>(w.in_.late_commands);
+  EXPECT_EQ(told(), std::vector<double>{1});
+  EXPECT_EQ(w.supervisor_.state().late_commands, w.in_.late_commands);
+  w.run(10);
+  EXPECT_EQ(told(), (std::vector<double>{1, late})) << "the rest, once, when it is time";
+}
+
 }  // namespace
 }  // namespace lss::zebro

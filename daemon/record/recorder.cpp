@@ -1,0 +1,168 @@
+#include "daemon/record/recorder.h"
+
+#include <spdlog/spdlog.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <system_error>
+#include <utility>
+
+#include "daemon/core/clock.h"
+#include "daemon/record/build.h"
+
+namespace lss::record {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kChunk = 256 * 1024;  // written at once, at the latest
+
+}  // namespace
+
+RecorderSettings recorder_settings(const config::Config& config, const std::string& version,
+                                   const std::string& schema, const std::string& state_layout) {
+  return {.folder = config.log_folder,
+          .vehicle_id = config.vehicle_id,
+          .name = config.vehicle,
+          .file_bytes = config.recorder.file_bytes,
+          .total_bytes = config.recorder.total_bytes,
+          .sync = config.recorder.sync,
+          .header = {{"vehicle", config.vehicle},
+                     {"vehicle_id", config.vehicle_id},
+                     {"version", version},
+                     {"build", this_build()},
+                     {"period_ns", config.period_ns},
+                     {"config_file", config.file},
+                     {"config", config.text},
+                     {"state_layout", state_layout},
+                     {"schema", schema}}};
+}
+
+Recorder::Recorder(RecorderSettings settings, std::function<void(EventId)> tell)
+    : settings_(std::move(settings)),
+      tell_(std::move(tell)),
+      files_(settings_.folder, settings_.vehicle_id, kRecordingSuffix) {}
+
+void Recorder::begin() {
+  run_utc_ns_ = utc_ns();
+  std::error_code ignored;
+  fs::create_directories(settings_.folder, ignored);  // what is wrong, the first file tells
+  const auto files = files_.list();
+  if (files.empty()) return;
+  const fs::path& last = files.back().second;
+  const auto torn = cut_recording(last);
+  if (!torn) {
+    spdlog::warn("the last recording stays as it is: {}", torn.error());
+  } else if (*torn > 0) {
+    spdlog::warn("the last recording was not written to its end: {} bytes are cut off {}", *torn,
+                 last.string());
+  } else {
+    return;
+  }
+  tell_(EventId::recording_cut);
+}
+
+void Recorder::put_frame(std::span<const std::uint8_t> record, TimeNs time_ns,
+                         std::uint64_t dropped, TimeNs now) {
+  note_dropped(dropped);
+  if (!file_.is_open() && in_run_ == 0 && lost_ == 0 && !trouble_) open(true, now);
+  if (!file_.is_open()) {
+    ++lost_;
+    ++lost_in_trouble_;
+    wants_state_ = now >= retry_ns_;
+    return;
+  }
+  file_.add_frame(record, time_ns);
+  // A little before: the state comes with the next frame.
+  if (file_.size() > settings_.file_bytes - settings_.file_bytes / 16) wants_state_ = true;
+  if (file_.pending() > kChunk) flush(now);
+}
+
+void Recorder::put_state(std::span<const std::uint8_t> state, std::uint64_t dropped, TimeNs now) {
+  note_dropped(dropped);
+  wants_state_ = false;
+  if (file_.is_open() && file_.size() > settings_.file_bytes / 2) {
+    if (const int error = file_.end(); error != 0) return fail(error, now);
+  }
+  if (!file_.is_open() && now >= retry_ns_) open(false, now);
+  if (file_.is_open()) file_.add(Item::state, state);
+}
+
+// A gap: what comes after it cannot be replayed before there is a state again.
+void Recorder::note_dropped(std::uint64_t dropped) {
+  const std::uint64_t more = dropped - std::exchange(dropped_, dropped);
+  if (more == 0) return;
+  wants_state_ = true;
+  if (file_.is_open()) {
+    file_.add_lost(more);
+  } else {
+    lost_ += more;
+  }
+}
+
+void Recorder::turn(TimeNs now) {
+  if (!file_.is_open()) return;
+  if (file_.removed()) {  // nothing more goes into it
+    file_.abandon();
+    wants_state_ = true;
+    return;
+  }
+  if (file_.pending() == 0) return;
+  flush(now);
+  if (!file_.is_open()) return;
+  if (const int error = settings_.sync ? file_.sync() : 0; error != 0) return fail(error, now);
+  if (trouble_ && told_) spdlog::info("frames are recorded again; {} are lost", lost_in_trouble_);
+  trouble_ = told_ = false;
+}
+
+void Recorder::end() {
+  if (!file_.is_open()) return;
+  if (const int error = file_.end(); error != 0) fail(error, now_ns());
+}
+
+void Recorder::flush(TimeNs now) {
+  if (const int error = file_.flush(); error != 0) fail(error, now);
+}
+
+void Recorder::open(bool start, TimeNs now) {
+  const auto files = files_.list();
+  const unsigned number = files.empty() ? 1 : files.back().first + 1;
+  std::uint64_t total = settings_.file_bytes;
+  std::error_code ignored;
+  for (auto file = files.rbegin(); file != files.rend(); ++file) {
+    const std::uintmax_t size = fs::file_size(file->second, ignored);
+    if (!ignored) total += size;
+    if (total > settings_.total_bytes) fs::remove(file->second, ignored);
+  }
+  nlohmann::ordered_json header = {{"lss", "recording"},  {"utc_ns", utc_ns()},
+                                   {"time_ns", now},      {"run_utc_ns", run_utc_ns_},
+                                   {"file", in_run_ + 1}, {"start", start},
+                                   {"lost_before", lost_}};
+  header.update(settings_.header);
+  const int error =
+      file_.begin(files_.path(number, utc_ns(), settings_.name), header, settings_.file_bytes);
+  if (error != 0) return fail(error, now);
+  ++in_run_;
+  lost_ = 0;
+}
+
+void Recorder::fail(int error, TimeNs now) {
+  if (!trouble_) lost_in_trouble_ = 0;
+  lost_ += file_.pending_frames();
+  lost_in_trouble_ += file_.pending_frames();
+  file_.abandon();
+  trouble_ = true;
+  wants_state_ = false;
+  retry_ns_ = now + kRetry;
+  if (told_ || now < tell_again_ns_) return;
+  told_ = true;
+  tell_again_ns_ = now + kTellAgain;
+  spdlog::error(
+      "frames cannot be recorded in {}: {}; free or mend the disk, make the folder writable, or "
+      "name another log.folder",
+      settings_.folder.string(), std::strerror(error));
+  tell_(EventId::recording_failed);
+}
+
+}  // namespace lss::record

@@ -1,0 +1,80 @@
+#pragma once
+
+// The flight recorder: every frame whole, in files that a replay needs nothing else for
+// (docs/recording.md). The log thread alone calls it. A file begins with the start of the daemon,
+// or with what the vehicle remembers, which the frame thread puts down when wants_state() says so.
+// Trouble with the disk is told once, and tried again and again; frames until then are lost and
+// counted.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+
+#include "daemon/config/config.h"
+#include "daemon/record/files.h"
+#include "daemon/record/recording.h"
+#include "drivers/time.h"
+#include "idl/codes.h"
+
+namespace lss::record {
+
+struct RecorderSettings {
+  std::filesystem::path folder;
+  std::string vehicle_id;
+  std::string name;  // in the names of the files
+  std::uint64_t file_bytes = 16'000'000, total_bytes = 512'000'000;
+  bool sync = true;               // each turn is on the disk, not only with the kernel
+  nlohmann::ordered_json header;  // more for the header: what a replay needs
+};
+
+// Of a daemon with this configuration; schema and layout: schema.h, state.h.
+RecorderSettings recorder_settings(const config::Config& config, const std::string& version,
+                                   const std::string& schema, const std::string& state_layout);
+
+class Recorder {
+ public:
+  static constexpr TimeNs kRetry = 5 * kSecond;
+  static constexpr TimeNs kTellAgain = 60 * kSecond;  // trouble that comes and goes
+
+  // `tell`: what shall be told as an event.
+  Recorder(RecorderSettings settings, std::function<void(EventId)> tell);
+  ~Recorder() { end(); }
+
+  // Cuts what a daemon that was killed left unfinished.
+  void begin();
+  // `dropped`: how many frames before it could not be taken, since the start.
+  void put_frame(std::span<const std::uint8_t> record, TimeNs time_ns, std::uint64_t dropped,
+                 TimeNs now);
+  void put_state(std::span<const std::uint8_t> state, std::uint64_t dropped, TimeNs now);
+  // What was put is readable from now on, whatever becomes of this process.
+  void turn(TimeNs now);
+  void end();
+
+  bool wants_state() const noexcept { return wants_state_; }
+  bool in_trouble() const noexcept { return trouble_; }  // frames are lost
+  std::string where() const { return settings_.folder.string(); }
+
+ private:
+  void open(bool start, TimeNs now);
+  void note_dropped(std::uint64_t dropped);
+  void flush(TimeNs now);
+  void fail(int error, TimeNs now);
+
+  RecorderSettings settings_;
+  std::function<void(EventId)> tell_;
+  NumberedFiles files_;
+  RecordingWriter file_;
+  unsigned in_run_ = 0;  // files of this run so far
+  std::int64_t run_utc_ns_ = 0;
+  bool wants_state_ = false;
+  std::uint64_t dropped_ = 0;  // of the frame thread, so far
+  std::uint64_t lost_ = 0;     // not written, since a file could be
+  std::uint64_t lost_in_trouble_ = 0;
+  bool trouble_ = false, told_ = false;
+  TimeNs retry_ns_ = 0, tell_again_ns_ = 0;
+};
+
+}  // namespace lss::record

@@ -1,0 +1,78 @@
+#pragma once
+
+// What a record is made of, as text: the members in their order, with their types. It stands in
+// the header of a recording, so that a program reads only what it knows, and others can read it at
+// all (docs/recording.md). Made from fields(); ordinary threads.
+//
+//   record  = { member }            member = name ":" type ";"
+//   type    = i1 i2 i4 i8           signed numbers by their octets
+//           | u1 u2 u4 u8           unsigned ones
+//           | f4 f8 | b1 | c1       floating point, 0 or 1, a character
+//           | "{" record "}"        a struct
+//           | "[" count "]" type    an array
+//           | "<" type ">"          a list: its length as u4, then as many
+//           | "(" type {"|" type} ")"  one of these: its index as u1, then it
+
+#include <array>
+#include <concepts>
+#include <string>
+#include <type_traits>
+#include <variant>
+
+#include "daemon/record/fields.h"
+
+namespace lss::record {
+
+class Schema {
+ public:
+  template <class T>
+  void operator()(const char* name, const T& x) {
+    text_ += name;
+    text_ += ':';
+    type(x);
+    text_ += ';';
+  }
+  template <class T, std::size_t N>
+  void list(const char* name, const std::array<T, N>& x, const std::uint32_t&) {
+    text_ += name;
+    text_ += ":<";
+    type(x[0]);
+    text_ += ">;";
+  }
+  const std::string& text() const noexcept { return text_; }
+
+ private:
+  template <class T>
+  void type(const T& x) {
+    if constexpr (std::is_enum_v<T>) {
+      type(std::underlying_type_t<T>{});
+    } else if constexpr (std::same_as<T, bool>) {
+      text_ += "b1";
+    } else if constexpr (std::same_as<T, char>) {
+      text_ += "c1";
+    } else if constexpr (Number<T>) {
+      text_ += std::floating_point<T> ? 'f' : std::unsigned_integral<T> ? 'u' : 'i';
+      text_ += std::to_string(sizeof x);
+    } else {
+      text_ += '{';
+      fields(*this, x);
+      text_ += '}';
+    }
+  }
+  template <class T, std::size_t N>
+  void type(const std::array<T, N>& x) {
+    text_ += '[' + std::to_string(N) + ']';
+    type(x[0]);
+  }
+  template <class... T>
+  void type(const std::variant<T...>&) {
+    text_ += '(';
+    bool first = true;
+    ((text_ += first ? "" : "|", first = false, type(T{})), ...);
+    text_ += ')';
+  }
+
+  std::string text_;
+};
+
+}  // namespace lss::record

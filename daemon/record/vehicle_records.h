@@ -1,0 +1,50 @@
+#pragma once
+
+// What can be done with the records of a vehicle whatever it is.
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "daemon/config/config.h"
+#include "daemon/record/run_log.h"
+#include "drivers/time.h"
+
+namespace lss::record {
+
+// Of the first member that differs.
+struct Difference {
+  std::string field;  // "telemetry.modules[3].position_rad"
+  std::string recorded, computed;
+};
+
+// A vehicle that lives on records.
+class Replay {
+ public:
+  virtual ~Replay() = default;
+  struct Frame {
+    std::uint64_t frame = 0;
+    TimeNs time_ns = 0;
+    std::optional<Difference> difference{};
+  };
+  // The next frame: from its inputs, compared with its outputs.
+  virtual Frame step(std::span<const std::uint8_t> record) = 0;
+  // To what a recording says of the vehicle between two frames. False: not of this program.
+  virtual bool restore(std::span<const std::uint8_t> state) = 0;
+};
+
+using MakeReplay = std::function<std::unique_ptr<Replay>(const config::Config& config)>;
+
+struct VehicleRecords {
+  std::function<std::string()> schema;        // schema.h
+  std::function<std::string()> state_layout;  // state.h
+  ToJson to_json;
+  // Reads the vehicle's table of the configuration; errors go to the section.
+  std::function<MakeReplay(config::Section& section)> replay;
+};
+
+}  // namespace lss::record

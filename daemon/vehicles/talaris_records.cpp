@@ -1,0 +1,12 @@
+#include "daemon/record/replay.h"
+#include "daemon/vehicles/records.h"
+#include "daemon/vehicles/talaris_record.h"
+
+namespace lss {
+
+record::VehicleRecords talaris_records() {
+  return record::records_of<talaris::Vehicle>(talaris::logic(), talaris::read_parameters,
+                                              talaris::with_frame);
+}
+
+}  // namespace lss
