@@ -4,6 +4,9 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <stdexcept>
+
+#include "tools/lss-sim/ardito_kinematic.h"
 
 namespace lss::sim {
 namespace ardito {
@@ -24,10 +27,24 @@ auto collect(Get get) {
   return values;
 }
 
+std::unique_ptr<RoverPlant> make_plant(const RoverOptions& options) {
+  if (options.plant == PlantKind::kinematic) {
+    if (options.ground != Ground::flat || options.slope_rad != 0 || options.step_height_m > 0)
+      throw std::invalid_argument(
+          "the kinematic plant is on level ground: leave out --ground, --slope and --step, or use "
+          "--plant dart");
+    return std::make_unique<KinematicRover>(options.gravity_m_s2);
+  }
+  return std::make_unique<Rover>(options);
+}
+
 }  // namespace
 
 Ardito::Ardito(const RoverOptions& options)
-    : rover_(options), io_(options.seed + 32), imu_(options.seed + 33), random_(options.seed + 34) {
+    : rover_(make_plant(options)),
+      io_(options.seed + 32),
+      imu_(options.seed + 33),
+      random_(options.seed + 34) {
   for (std::size_t i = 0; i < kWheels; ++i) {
     const auto id = static_cast<std::uint8_t>(i + 1);
     wheels_[i] = std::make_unique<WheelDrive>(id, options.seed + id);
@@ -64,14 +81,14 @@ void Ardito::step() {
     for (std::size_t i = 0; i < kWheels; ++i) {
       trains_[i].clutch_ordered = io_.clutch(i);
       if (held_degC_[i]) trains_[i].heat_to(*held_degC_[i]);
-      wheels[i] = trains_[i].step(wheels_[i]->order(), rover_.wheels()[i], link_V_);
+      wheels[i] = trains_[i].step(wheels_[i]->order(), rover_->wheels()[i], link_V_);
     }
     for (std::size_t i = 0; i < kSteered; ++i) {
-      steering[i] = steering_trains_[i].step(steering_[i]->order(), rover_.steering()[i], link_V_);
+      steering[i] = steering_trains_[i].step(steering_[i]->order(), rover_->steering()[i], link_V_);
     }
     note_waiting();
   }
-  rover_.step(wheels, steering);
+  rover_->step(wheels, steering);
   const std::lock_guard lock(mutex_);
   feel();
 }
@@ -88,13 +105,13 @@ void Ardito::step_power() {
 }
 
 void Ardito::feel() {
-  for (std::size_t i = 0; i < kWheels; ++i) wheels_[i]->feel(trains_[i], rover_.wheels()[i]);
+  for (std::size_t i = 0; i < kWheels; ++i) wheels_[i]->feel(trains_[i], rover_->wheels()[i]);
   for (std::size_t i = 0; i < kSteered; ++i) {
-    steering_[i]->feel(steering_trains_[i], rover_.steering()[i]);
+    steering_[i]->feel(steering_trains_[i], rover_->steering()[i]);
   }
   const bool power_good = !button_ && !power_bad_ && link_V_ > kPowerGood_V;
-  io_.feel(rover_.suspension(), button_, power_good);
-  imu_.feel(rover_.body());
+  io_.feel(rover_->suspension(), button_, power_good);
+  imu_.feel(rover_->body());
 }
 
 void Ardito::receive(const CanFrame& frame) {
@@ -144,8 +161,8 @@ void Ardito::speak_foreign() {
 }
 
 nlohmann::ordered_json Ardito::truth() const {
-  const BodyState body = rover_.body();
-  const Suspension suspension = rover_.suspension();
+  const BodyState body = rover_->body();
+  const Suspension suspension = rover_->suspension();
   const Eigen::Quaterniond& q = body.attitude;
   const std::lock_guard lock(mutex_);
   return {
@@ -154,10 +171,10 @@ nlohmann::ordered_json Ardito::truth() const {
       {"velocity_m_s", to_array(body.velocity_m_s)},
       {"velocity_body_m_s", to_array(body.velocity_B_m_s)},
       {"yaw_rate_rad_s", body.yaw_rate_rad_s},
-      {"wheel_rad_s", collect<kWheels>([&](auto i) { return rover_.wheels()[i].velocity_rad_s; })},
-      {"wheel_slip_m_s", collect<kWheels>([&](auto i) { return rover_.slip_m_s(i); })},
-      {"wheel_load_N", rover_.loads_N()},
-      {"steering_rad", collect<kSteered>([&](auto i) { return rover_.steering()[i].angle_rad; })},
+      {"wheel_rad_s", collect<kWheels>([&](auto i) { return rover_->wheels()[i].velocity_rad_s; })},
+      {"wheel_slip_m_s", collect<kWheels>([&](auto i) { return rover_->slip_m_s(i); })},
+      {"wheel_load_N", rover_->loads_N()},
+      {"steering_rad", collect<kSteered>([&](auto i) { return rover_->steering()[i].angle_rad; })},
       {"beta_rad", suspension.beta_rad},
       {"rho_rad", {suspension.rho1_rad, suspension.rho2_rad}},
       {"motor_rad_s", collect<kWheels>([&](auto i) { return trains_[i].motor_rad_s(); })},
@@ -186,6 +203,11 @@ class ArditoKind final : public VehicleKind {
         {"flat", Ground::flat}, {"hills", Ground::hills}, {"rough", Ground::rough}};
     const std::map<std::string, StepSide> sides = {
         {"both", StepSide::both}, {"left", StepSide::left}, {"right", StepSide::right}};
+    command
+        .add_option("--plant", plant_,
+                    "dart: rigid bodies; kinematic: wheels that roll on level ground")
+        ->check(CLI::IsMember({"dart", "kinematic"}))
+        ->capture_default_str();
     command.add_option("--ground", options_.ground, "flat, hills, or rough; placed by the seed")
         ->transform(CLI::CheckedTransformer(grounds).description(""))
         ->default_str("flat");
@@ -215,6 +237,7 @@ class ArditoKind final : public VehicleKind {
   std::unique_ptr<Vehicle> make(unsigned seed) const override {
     RoverOptions options = options_;
     options.seed = seed;
+    options.plant = plant_ == "dart" ? PlantKind::dart : PlantKind::kinematic;
     options.slope_rad = slope_deg_ * kDegree_rad;
     options.step_height_m = step_mm_ * 1e-3;
     return std::make_unique<Ardito>(options);
@@ -222,6 +245,7 @@ class ArditoKind final : public VehicleKind {
 
  private:
   RoverOptions options_;
+  std::string plant_ = "dart";
   double slope_deg_ = 0, step_mm_ = 0;
 };
 

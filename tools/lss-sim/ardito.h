@@ -40,7 +40,7 @@ class Ardito final : public Vehicle, public CanDevice {
   bool wants_to_send() const override { return waiting_; }
 
   // For tests, which have one thread.
-  const Rover& rover() const { return rover_; }
+  const RoverPlant& rover() const { return *rover_; }
   Node* node(std::uint8_t id);
   const WheelDrive& wheel(std::size_t i) const { return *wheels_[i]; }
   const SteeringDrive& steering(std::size_t i) const { return *steering_[i]; }
@@ -60,7 +60,7 @@ class Ardito final : public Vehicle, public CanDevice {
   bool set_sensor_fault(const Fault& fault, bool attach);
   bool set_node_fault(const Fault& fault, bool attach);
 
-  Rover rover_;
+  std::unique_ptr<RoverPlant> rover_;
   mutable std::mutex mutex_;  // of all below: shared by physics, the bus and faults
   std::array<std::unique_ptr<WheelDrive>, kWheels> wheels_;
   std::array<std::unique_ptr<SteeringDrive>, kSteered> steering_;

@@ -50,9 +50,6 @@ constexpr double kBogie_Nms_rad = 1.0;
 constexpr double kRockerStop_rad = 35 * kDegree_rad, kBogieStop_rad = 45 * kDegree_rad;
 constexpr double kSteeringStop_rad = 75 * kDegree_rad;
 
-// Of elastic wheels with grousers on firm sand, and of a contact patch that is turned in place.
-constexpr double kRollingResistance = 0.06;
-constexpr double kPatchRadius_m = 0.03;
 // A wheel pulls by slipping a little: in proportion to the pull, by this share of its speed for a
 // pull of its whole load. Without it rigid wheels wind one another up.
 constexpr double kSlip = 0.15;

@@ -1,7 +1,8 @@
 #pragma once
 
-// D.I.A.N.A. Ardito's chassis, rockers, bogies, steering and wheels on its ground as rigid bodies
-// (DART): what turning six wheels and four steering shafts does to the rover. Frames: world x
+// What turning six wheels and four steering shafts does to D.I.A.N.A. Ardito: the interface of its
+// plants, and chassis, rockers, bogies, steering and wheels on their ground as rigid bodies (DART);
+// ardito_kinematic.h has the other. Frames: world x
 // forward at the start, y left, z up; body the same, its origin at the thesis' centre of mass.
 // Angles: wheels grow with forward rotation; steering to the left is positive; a rocker or bogie
 // angle is positive when it lifts its front wheel (Ardito thesis 13, erratum on the frames). Wheels
@@ -33,8 +34,10 @@ inline constexpr double kMass_kg = 50;
 }  // namespace dimensions
 
 enum class StepSide { both, left, right };
+enum class PlantKind { dart, kinematic };
 
 struct RoverOptions {
+  PlantKind plant = PlantKind::dart;
   Ground ground = Ground::flat;
   double gravity_m_s2 = 9.81;
   double friction = 0.3;
@@ -72,31 +75,48 @@ struct Suspension {
   double rho1_rad = 0, rho2_rad = 0;  // left and right bogie against their rockers
 };
 
-class Rover {
+class RoverPlant {
  public:
-  // The rover stands on its wheels at the origin.
-  explicit Rover(const RoverOptions& options);
-  ~Rover();
-  Rover(const Rover&) = delete;
-  Rover& operator=(const Rover&) = delete;
+  virtual ~RoverPlant() = default;
 
-  void step(const std::array<ShaftDrive, kWheels>& wheels,
-            const std::array<ShaftDrive, kSteered>& steering);
+  virtual void step(const std::array<ShaftDrive, kWheels>& wheels,
+                    const std::array<ShaftDrive, kSteered>& steering) = 0;
 
   const std::array<ShaftState, kWheels>& wheels() const { return wheels_; }
   const std::array<ShaftState, kSteered>& steering() const { return steering_; }
   const std::array<double, kWheels>& loads_N() const { return loads_N_; }  // on the ground
   // How much faster than its hub goes a wheel's tread goes.
-  double slip_m_s(std::size_t wheel) const;
-  Suspension suspension() const;
-  BodyState body() const;
+  virtual double slip_m_s(std::size_t wheel) const = 0;
+  virtual Suspension suspension() const = 0;
+  virtual BodyState body() const = 0;
 
- private:
-  struct World;
-  std::unique_ptr<World> world_;
+ protected:
   std::array<ShaftState, kWheels> wheels_{};
   std::array<ShaftState, kSteered> steering_{};
   std::array<double, kWheels> loads_N_{};
 };
+
+class Rover final : public RoverPlant {
+ public:
+  // The rover stands on its wheels at the origin.
+  explicit Rover(const RoverOptions& options);
+  ~Rover() override;
+  Rover(const Rover&) = delete;
+  Rover& operator=(const Rover&) = delete;
+
+  void step(const std::array<ShaftDrive, kWheels>& wheels,
+            const std::array<ShaftDrive, kSteered>& steering) override;
+  double slip_m_s(std::size_t wheel) const override;
+  Suspension suspension() const override;
+  BodyState body() const override;
+
+ private:
+  struct World;
+  std::unique_ptr<World> world_;
+};
+
+// Of elastic wheels with grousers on firm sand, and of a contact patch that is turned in place.
+inline constexpr double kRollingResistance = 0.06;
+inline constexpr double kPatchRadius_m = 0.03;
 
 }  // namespace lss::sim::ardito

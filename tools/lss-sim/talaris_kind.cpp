@@ -7,6 +7,11 @@
 
 namespace lss::sim {
 namespace talaris {
+namespace {
+
+constexpr double kBalanced = 0.05;  // of the offset of the centre of mass
+
+}  // namespace
 
 TalarisOptions dispersed(const TalarisOptions& nominal, unsigned seed) {
   TalarisOptions drawn = nominal;
@@ -17,7 +22,9 @@ TalarisOptions dispersed(const TalarisOptions& nominal, unsigned seed) {
   const auto off = [&](double most) { return std::uniform_real_distribution(-most, most)(random); };
   drawn.plant.mass_kg *= share(0.02);
   for (Eigen::Index i = 0; i < 3; ++i) drawn.plant.inertia_kg_m2[i] *= share(0.3);
-  drawn.plant.cg_m += Vector3(off(0.010), off(0.0015), off(0.0015));
+  const Vector3 cg_m(off(0.010), off(0.0015), off(0.0015));
+  // On the pivot it was balanced first: what is left is what the pivot's friction holds.
+  drawn.plant.cg_m += drawn.plant.stand == Stand::pivot ? kBalanced * cg_m : cg_m;
   drawn.plant.friction_m_s2 *= share(0.5);
   for (double& each : drawn.gas.thrust_scale) each *= share(0.03);
   for (double& each : drawn.fans.thrust_scale) each *= share(0.01);

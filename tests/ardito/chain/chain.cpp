@@ -170,7 +170,7 @@ void Chain::post(Request request) {
   port_.receive(request, [this](const Ack& ack) { acks.push_back(ack); });
 }
 
-std::uint64_t Chain::send_number(std::uint16_t kind, std::initializer_list<double> parameters) {
+std::uint64_t Chain::send(std::uint16_t kind, std::span<const double> parameters) {
   Request request{
       .source = name("test"), .sequence = ++sequence_, .kind = kind, .lease_ms = kLease_ms};
   std::ranges::copy(parameters, request.parameter.begin());

@@ -17,6 +17,7 @@
 #include <functional>
 #include <initializer_list>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -58,8 +59,9 @@ class Chain {
   // ---- What an operator does. Each command is from "test", with a lease of 10 s.
   template <class Kind>
   std::uint64_t send(Kind kind, std::initializer_list<double> parameters = {}) {
-    return send_number(static_cast<std::uint16_t>(kind), parameters);
+    return send(static_cast<std::uint16_t>(kind), std::span(parameters.begin(), parameters.size()));
   }
+  std::uint64_t send(std::uint16_t kind, std::span<const double> parameters);
   void heartbeat(bool on) { heartbeat_ = on; }  // of "test", five times a second; on at first
   // From Idle to Stopped with all motors on; to Running, which is not yet at speed. False when it
   // does not come to that in its time.
@@ -68,6 +70,8 @@ class Chain {
 
   // ---- Faults, written as for lss-sim: "E-TM:2", "noise:0.01", "clear:noise", "clear".
   void inject(const std::string& fault);
+  std::vector<std::string> attached() { return board_->attached(); }
+  std::span<const sim::FaultKind> fault_kinds() const { return fault_kinds_; }
 
   // ---- What the daemon says.
   const SupervisorState& supervisor() const { return supervisor_.state(); }
@@ -89,7 +93,6 @@ class Chain {
   static constexpr TimeNs kBegin = 1000 * kSecond;
   static constexpr TimeNs kNever = INT64_MAX;
 
-  std::uint64_t send_number(std::uint16_t kind, std::initializer_list<double> parameters);
   void post(Request request);
   void act(const sim::Fault& fault, bool attach);
   TimeNs next_event();

@@ -95,7 +95,7 @@ class Meter {
   explicit Meter(const Chain& chain) : chain_(chain) {}
 
   void look() {
-    const sim::ardito::Rover& rover = chain_.world().rover();
+    const sim::ardito::RoverPlant& rover = chain_.world().rover();
     const sim::ardito::BodyState body = rover.body();
     if (count_ > 0) way_m_ += (body.position_m - last_m_).norm();
     last_m_ = body.position_m;

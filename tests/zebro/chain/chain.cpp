@@ -172,8 +172,8 @@ void Chain::post(Request request) {
   port_.receive(request, [this](const Ack& ack) { acks.push_back(ack); });
 }
 
-std::uint64_t Chain::send_number(std::uint16_t kind, std::initializer_list<double> parameters,
-                                 const char* from, std::uint16_t flags) {
+std::uint64_t Chain::send(std::uint16_t kind, std::span<const double> parameters, const char* from,
+                          std::uint16_t flags) {
   Request request{.source = name(from),
                   .sequence = ++sequence_,
                   .kind = kind,

@@ -19,6 +19,7 @@
 #include <functional>
 #include <initializer_list>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -71,8 +72,11 @@ class Chain {
   template <class Kind>
   std::uint64_t send(Kind kind, std::initializer_list<double> parameters = {},
                      const char* from = "test", std::uint16_t flags = 0) {
-    return send_number(static_cast<std::uint16_t>(kind), parameters, from, flags);
+    return send(static_cast<std::uint16_t>(kind), std::span(parameters.begin(), parameters.size()),
+                from, flags);
   }
+  std::uint64_t send(std::uint16_t kind, std::span<const double> parameters,
+                     const char* from = "test", std::uint16_t flags = 0);
   void heartbeat(bool on) { heartbeat_ = on; }  // of "test", five times a second; on at first
   // From Idle to Standing, to Walking; false when it does not come to that in its time.
   bool stand();
@@ -83,6 +87,7 @@ class Chain {
 
   // ---- Faults, written as for lss-sim: "module-dead:3", "noise:0.01", "clear:noise", "clear".
   void inject(const std::string& fault);
+  std::span<const sim::FaultKind> fault_kinds() const { return fault_kinds_; }
   std::vector<std::string> attached() { return board_->attached(); }
 
   // ---- What the daemon says.
@@ -117,8 +122,6 @@ class Chain {
   static constexpr TimeNs kBegin = 1000 * kSecond;
   static constexpr TimeNs kNever = INT64_MAX;
 
-  std::uint64_t send_number(std::uint16_t kind, std::initializer_list<double> parameters,
-                            const char* from, std::uint16_t flags);
   void post(Request request);
   void act(const sim::Fault& fault, bool attach);
   bool in_force(const sim::Fault& fault) const;

@@ -1,0 +1,63 @@
+// Ardito in a fault campaign: drives on flat ground.
+
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "tests/ardito/chain/chain.h"
+#include "tests/campaign/play.h"
+
+namespace lss::campaign {
+namespace {
+
+struct World {
+  using Chain = ardito::Chain;
+  static constexpr std::array<std::string_view, 2> kNotHere = {"unplug", "bus-off"};
+  static constexpr double kRest_s = 3;
+  static constexpr double kCutRest_s = kRest_s;
+  static constexpr double kStill_m_s = 0.02;
+
+  World(unsigned seed, Dice&) : chain({.seed = seed}) {}
+
+  bool start() { return chain.start(); }
+  bool begin(Dice& dice) {
+    if (!chain.start()) return false;
+    if (dice.chance(0.1)) return true;
+    const double heading = dice.chance(0.5) ? 0 : dice.between(-0.08, 0.08);
+    if (!chain.drive(dice.between(0.1, 0.5), heading)) return false;
+    chain.run(dice.between(0, 6));
+    return true;
+  }
+
+  bool moves() const {
+    const auto on = [](const auto& drive) { return drive.enabled; };
+    const ardito::RoverOrders& o = chain.orders();
+    return !o.quick_stop &&
+           (std::ranges::any_of(o.wheel, on) || std::ranges::any_of(o.steering, on));
+  }
+  bool may_move() const { return false; }
+  bool cut() const { return false; }
+  bool sound() const {
+    const ardito::RoverOrders& o = chain.orders();
+    return std::ranges::all_of(o.wheel, [](const auto& w) { return std::isfinite(w.motor_rpm); }) &&
+           std::ranges::all_of(o.steering,
+                               [](const auto& s) { return std::isfinite(s.position_rad); });
+  }
+  bool rests() const { return chain.world().rover().body().velocity_m_s.norm() < kStill_m_s; }
+  std::string motion() const {
+    return fmt::format("{:.2f} m/s", chain.world().rover().body().velocity_m_s.norm());
+  }
+  static std::span<const CommandInfo> commands() { return ardito::kCommands; }
+
+  Chain chain;
+};
+
+}  // namespace
+
+Subject ardito() {
+  return {"ardito",         "driving at 0.1 to 0.5 m/s, straight and in arcs",
+          World::kRest_s,   World::kCutRest_s,
+          "below 0.02 m/s", [](unsigned number) { return Scenario<World>(number).play(); }};
+}
+
+}  // namespace lss::campaign

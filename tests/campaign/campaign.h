@@ -1,0 +1,52 @@
+#pragma once
+
+// Fault campaigns: scenarios that are drawn from their number alone, on the whole chain of a
+// vehicle in virtual time (tests/NAME/chain). A scenario brings the vehicle to where it works,
+// attaches one to three faults of `lss-sim faults NAME` at any moments, sends commands that nobody
+// would send then, loses the operator, mends everything and asks the vehicle to go on. In every
+// frame, whatever happened:
+//
+//   - outside Operational no order moves the vehicle;
+//   - the vehicle is at rest soon after it left Operational, and stays so;
+//   - what is ordered is a number in its range;
+//   - every command is acknowledged, and ended exactly once;
+//   - the daemon's parts go on: nothing throws, frames count on;
+//   - mended, the vehicle comes back to Idle, and starts again.
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace lss::campaign {
+
+struct Run {
+  unsigned number = 0;
+  std::vector<std::string> story;   // what was done, for a person
+  std::vector<std::string> broken;  // what must hold and did not; empty: all held
+  double simulated_s = 0;
+  std::uint64_t frames = 0;
+  unsigned faults = 0, commands = 0, rejected = 0;
+  unsigned stops = 0;             // into FatalError
+  double slowest_rest_s = 0;      // from leaving Operational
+  double slowest_cut_rest_s = 0;  // the same with the bus cut
+  double slowest_idle_s = 0;      // from mended to Idle
+};
+
+struct Subject {
+  const char* vehicle;
+  const char* begin;    // where the faults hit
+  double rest_s;        // at rest within
+  double cut_rest_s;    // with the bus cut
+  const char* at_rest;  // what that is
+  Run (*play)(unsigned number);
+};
+
+std::span<const Subject> subjects();  // of the vehicles that are built
+
+// Of the roster; each in its own file.
+Subject zebro();
+Subject ardito();
+Subject talaris();
+
+}  // namespace lss::campaign

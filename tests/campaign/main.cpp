@@ -1,0 +1,80 @@
+// lss-campaign: fault campaigns of all vehicles, a scenario for each number.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+
+#include "tests/campaign/report.h"
+
+namespace {
+
+using namespace lss::campaign;
+
+constexpr const char* kExamples =
+    "Examples:\n"
+    "  lss-campaign --runs 200\n"
+    "  lss-campaign zebro --first 17 --runs 1 --verbose    what happened in scenario 17\n"
+    "  lss-campaign --runs 300 --markdown docs/campaign.md\n"
+    "Exit code 0: all that must hold held.";
+
+void tell(const Subject& subject, const Run& run, bool all) {
+  if (run.broken.empty() && !all) return;
+  fmt::print("{} {}\n", subject.vehicle, run.number);
+  for (const std::string& line : run.story) fmt::print("  {}\n", line);
+  for (const std::string& line : run.broken) fmt::print("  BROKEN {}\n", line);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  unsigned runs = 100, first = 1;
+  bool verbose = false;
+  std::vector<std::string> wanted;
+  std::string markdown;
+  CLI::App cli("Scenarios of random faults and commands on the whole chain, in virtual time.",
+               "lss-campaign");
+  std::vector<std::string> names;
+  for (const Subject& subject : subjects()) names.emplace_back(subject.vehicle);
+  cli.add_option("vehicle", wanted, "of which; none: all")->check(CLI::IsMember(names));
+  cli.add_option("--runs", runs, "scenarios of each vehicle")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  cli.add_option("--first", first, "number of the first scenario")->capture_default_str();
+  cli.add_flag("--verbose", verbose, "tell every scenario, not only where something is broken");
+  cli.add_option("--markdown", markdown, "write the document there");
+  cli.footer(kExamples);
+  CLI11_PARSE(cli, argc, argv);
+
+  std::vector<Summary> summaries;
+  bool held = true;
+  for (const Subject& subject : subjects()) {
+    if (!wanted.empty() && std::ranges::count(wanted, subject.vehicle) == 0) continue;
+    Summary& summary = summaries.emplace_back(subject);
+    const auto begin = std::chrono::steady_clock::now();
+    for (unsigned i = 0; i < runs; ++i) {
+      const Run run = subject.play(first + i);
+      tell(subject, run, verbose);
+      summary.add(run);
+    }
+    summary.wall_s =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    fmt::print("{}\n", summary.line());
+    std::fflush(stdout);
+    held = held && summary.broken == 0;
+  }
+  if (!markdown.empty()) {
+    std::ofstream file(markdown, std::ios::trunc);
+    file << document(summaries, fmt::format("lss-campaign --first {} --runs {} --markdown "
+                                            "docs/campaign.md",
+                                            first, runs));
+    if (!file.flush()) {
+      fmt::print(stderr, "{} cannot be written\n", markdown);
+      return 1;
+    }
+  }
+  return held ? 0 : 1;
+}

@@ -1,0 +1,257 @@
+#pragma once
+
+// A scenario of tests/campaign/campaign.h, played with a vehicle. World has:
+//
+//   using Chain;                              of tests/NAME/chain
+//   static constexpr double kRest_s, kCutRest_s;  from leaving Operational to rest; when its bus is
+//                                             cut, so that the vehicle's own watchdogs stop it
+//   static constexpr kNotHere                 kinds of faults that the chain has not
+//   bool cut()                                it is
+//   World(unsigned seed, Dice&)               with the member `chain`
+//   bool begin(Dice&)                         from Idle to where the faults hit
+//   bool start()                              from Idle to Operational
+//   bool moves() const                        an order moves the vehicle
+//   bool may_move() const                     one may be moved outside Operational: by error
+//                                             solving, or by a command of Idle
+//   bool sound() const                        orders are numbers in their ranges
+//   bool rests() const                        the vehicle does nothing
+//   std::string motion() const                what it does, for a person
+//   static std::span<const CommandInfo> commands()
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <exception>
+#include <map>
+#include <string_view>
+
+#include "tests/campaign/campaign.h"
+#include "tests/campaign/dice.h"
+
+namespace lss::campaign {
+
+template <class World>
+class Scenario {
+ public:
+  explicit Scenario(unsigned number) : dice_(number), world_(number, dice_) {
+    run_.number = number;
+    for (const sim::FaultKind& kind : chain().fault_kinds())
+      if (!std::ranges::count(World::kNotHere, std::string_view(kind.name))) kinds_.push_back(kind);
+  }
+
+  Run play() {
+    try {
+      if (!world_.begin(dice_)) {
+        broke("without any fault it does not begin");
+      } else {
+        hit();
+        mend();
+      }
+      look_at_acks();
+    } catch (const std::exception& error) {
+      broke(fmt::format("threw: {}", error.what()));
+    }
+    run_.simulated_s = chain().seconds();
+    run_.frames = chain().frames();
+    return run_;
+  }
+
+ private:
+  static constexpr double kMended_s = 300;  // motors cool, fans stop, a hopper comes down
+  static constexpr int kSolves = 8;
+
+  struct Deed {
+    double at_s;
+    enum { attach, clear, command, leave, come_back } what;
+    std::string fault{};
+  };
+
+  auto& chain() { return world_.chain; }
+  double seconds() { return chain().seconds() - begin_s_; }
+  bool operational() { return chain().state() == State::operational; }
+
+  void say(const std::string& what) {
+    run_.story.push_back(fmt::format("{:.3f} s: {}", chain().seconds(), what));
+  }
+  void broke(const std::string& what) {
+    if (!run_.broken.empty() && run_.broken.size() >= 5) return;
+    run_.broken.push_back(fmt::format("{:.3f} s: {}", chain().seconds(), what));
+  }
+
+  // Frame by frame.
+  template <class Condition>
+  bool pass_until(Condition condition, double limit_s) {
+    return chain().run_until(
+        [&] {
+          look();
+          return condition();
+        },
+        limit_s);
+  }
+  void pass(double time_s) {
+    if (time_s > 0) pass_until([] { return false; }, time_s);
+  }
+
+  void look() {
+    const double now_s = chain().seconds();
+    if (!world_.sound()) broke("an order is no number, or out of its range");
+    if (operational()) {
+      was_operational_ = true;
+      rested_ = was_cut_ = false;
+      return;
+    }
+    was_cut_ = was_cut_ || world_.cut();
+    const bool left = was_operational_;
+    if (left) {
+      was_operational_ = false;
+      left_s_ = now_s;
+      if (chain().state() == State::fatal_error) ++run_.stops;
+    }
+    if (world_.may_move()) {
+      left_s_ = now_s;
+      rested_ = false;
+      return;
+    }
+    if (world_.moves()) broke("an order moves it outside Operational");
+    if (world_.rests()) {
+      double& slowest_s = was_cut_ ? run_.slowest_cut_rest_s : run_.slowest_rest_s;
+      if (!rested_) slowest_s = std::max(slowest_s, now_s - left_s_);
+      rested_ = true;
+    } else if (now_s - left_s_ > (was_cut_ ? World::kCutRest_s : World::kRest_s)) {
+      if (!complained_)
+        broke(
+            fmt::format("moves {:.1f} s after Operational: {}", now_s - left_s_, world_.motion()));
+      complained_ = true;
+    }
+  }
+
+  std::vector<Deed> plan() {
+    std::vector<Deed> deeds;
+    const double length_s = dice_.between(8, 25);
+    for (int faults = dice_.whole(1, 3); faults > 0; --faults) {
+      const double at_s = dice_.between(0, length_s);
+      const std::string fault = draw_fault(dice_, kinds_);
+      deeds.push_back({at_s, Deed::attach, fault});
+      if (dice_.chance(0.5)) deeds.push_back({at_s + dice_.between(0.05, 8), Deed::clear, fault});
+    }
+    for (int commands = dice_.whole(0, 6); commands > 0; --commands)
+      deeds.push_back({dice_.between(0, length_s), Deed::command});
+    if (dice_.chance(0.2)) {
+      const double at_s = dice_.between(0, length_s);
+      deeds.push_back({at_s, Deed::leave});
+      deeds.push_back({at_s + dice_.between(0.5, 15), Deed::come_back});
+    }
+    std::ranges::stable_sort(deeds, {}, &Deed::at_s);
+    return deeds;
+  }
+
+  void send(std::uint16_t kind, std::span<const double> parameters) {
+    last_sequence_ = chain().send(kind, parameters);
+    ++run_.commands;
+  }
+
+  void hit() {
+    begin_s_ = chain().seconds();
+    for (const Deed& deed : plan()) {
+      pass(deed.at_s - seconds());
+      switch (deed.what) {
+        case Deed::attach:
+          say(deed.fault);
+          chain().inject(deed.fault);
+          ++run_.faults;
+          break;
+        case Deed::clear:
+          say("clear:" + deed.fault.substr(0, deed.fault.find(':')));
+          chain().inject("clear:" + deed.fault.substr(0, deed.fault.find(':')));
+          break;
+        case Deed::command:
+          any_command();
+          break;
+        case Deed::leave:
+        case Deed::come_back:
+          say(deed.what == Deed::leave ? "the operator is gone" : "the operator is back");
+          chain().heartbeat(deed.what == Deed::come_back);
+          break;
+      }
+    }
+    pass(dice_.between(0, 5));
+  }
+
+  void any_command() {
+    const bool common = dice_.chance(0.3);
+    const CommandInfo& command =
+        common ? dice_.one_of(std::span(kCommonCommands)) : dice_.one_of(World::commands());
+    const std::vector<double> parameters = draw_parameters(dice_, command);
+    say(fmt::format("{} {:.4g}", command.name, fmt::join(parameters, " ")));
+    send(command.kind, parameters);
+  }
+
+  void mend() {
+    say(fmt::format("mended, in {}", kStateNames[static_cast<std::size_t>(chain().state())]));
+    chain().inject("clear");
+    chain().heartbeat(true);
+    pass(1);
+    const double mended_s = chain().seconds();
+    const double give_up_s = mended_s + kMended_s;
+    const auto left_s = [&] { return give_up_s - chain().seconds(); };
+    for (int solves = 0; left_s() > 0; ++solves) {
+      if (operational()) send(static_cast<std::uint16_t>(CommandKind::stop), {});
+      pass_until([&] { return !operational() && chain().state() != State::solve_errors; },
+                 left_s());
+      if (chain().state() == State::idle || solves == kSolves) break;
+      send(static_cast<std::uint16_t>(CommandKind::solve), {});
+      pass(2);
+    }
+    run_.slowest_idle_s = chain().seconds() - mended_s;
+    if (chain().state() != State::idle)
+      return broke("mended, it does not come back to Idle: " + faults());
+    send(static_cast<std::uint16_t>(CommandKind::restore), {});
+    pass(World::kRest_s + 1);
+    say("starts again");
+    if (!world_.start()) return broke("mended and in Idle, it does not start again: " + faults());
+    send(static_cast<std::uint16_t>(CommandKind::stop), {});
+    if (!pass_until([&] { return chain().state() == State::idle; }, 60))
+      broke("started again, it does not stop");
+    pass(2);
+  }
+
+  std::string faults() {
+    std::string text = kStateNames[static_cast<std::size_t>(chain().state())];
+    const auto& s = chain().supervisor();
+    const auto& modules = s.controller;
+    if (modules.silent != 0) text += fmt::format(", silent {:#x}", modules.silent);
+    if (modules.unheard != 0) text += fmt::format(", unheard {:#x}", modules.unheard);
+    if (modules.isolated != 0) text += fmt::format(", isolated {:#x}", modules.isolated);
+    for (const FaultRecord& fault : s.faults) {
+      if (fault.id != FaultId::none)
+        text += fmt::format(", {} {}", info(fault.id)->name, fault.subject);
+    }
+    if (!chain().acks.empty() && chain().acks.back().phase == Phase::rejected)
+      text += fmt::format(", rejected: {}", info(chain().acks.back().verdict.reason)->name);
+    return text;
+  }
+
+  // Each command that was sent has an end, one.
+  void look_at_acks() {
+    std::map<std::uint64_t, int> ends;
+    for (const Ack& ack : chain().acks) {
+      if (ack.phase == Phase::accepted || ack.phase == Phase::executing) continue;
+      ++ends[ack.sequence];
+      run_.rejected += ack.phase == Phase::rejected ? 1u : 0u;
+    }
+    for (std::uint64_t i = 1; i <= last_sequence_; ++i) {
+      if (ends[i] != 1) broke(fmt::format("command {} was ended {} times", i, ends[i]));
+    }
+  }
+
+  Dice dice_;
+  World world_;
+  std::vector<sim::FaultKind> kinds_;
+  Run run_;
+  double begin_s_ = 0;
+  double left_s_ = 0;  // when it left Operational
+  bool was_operational_ = false, was_cut_ = false, rested_ = true, complained_ = false;
+  std::uint64_t last_sequence_ = 0;
+};
+
+}  // namespace lss::campaign

@@ -1,0 +1,79 @@
+#include "tests/campaign/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace lss::campaign {
+
+void Summary::add(const Run& run) {
+  ++runs;
+  broken += run.broken.empty() ? 0u : 1u;
+  frames += run.frames;
+  faults += run.faults;
+  commands += run.commands;
+  rejected += run.rejected;
+  stops += run.stops;
+  simulated_s += run.simulated_s;
+  slowest_rest_s = std::max(slowest_rest_s, run.slowest_rest_s);
+  slowest_cut_rest_s = std::max(slowest_cut_rest_s, run.slowest_cut_rest_s);
+  slowest_idle_s = std::max(slowest_idle_s, run.slowest_idle_s);
+  for (const std::string& what : run.broken)
+    complaints.push_back(fmt::format("{}: {}", run.number, what));
+}
+
+std::string Summary::line() const {
+  return fmt::format(
+      "{}: all held in {} of {} scenarios; {} faults, {} commands ({} rejected), {} stops, {} "
+      "frames "
+      "in {:.0f} s, {:.0f} times real time",
+      subject.vehicle, runs - broken, runs, faults, commands, rejected, stops, frames, wall_s,
+      simulated_s / wall_s);
+}
+
+std::string document(const std::vector<Summary>& summaries, const std::string& command) {
+  std::string text = fmt::format(
+      R"(# Fault campaigns
+
+Made by `{}`; do not edit. Each scenario is drawn from its number: the vehicle is brought to where it works, one to three of
+the faults of `lss-sim faults NAME` with any arguments hit at any moments of 8 to 25 s, half of them go away again; up to six
+commands of its table with any parameters come in between; now and then the operator is gone. Then everything is mended, and
+the vehicle is asked to come back and to start again. All of it on the daemon's own cycle, drivers and bus masters, with bytes
+on lines and frames on buses, in virtual time (`tests/campaign/`).
+
+In every frame, whatever happened, must hold:
+
+- outside Operational no order moves the vehicle;
+- the vehicle is at rest soon after it left Operational, and stays so;
+- orders are numbers in their ranges;
+- every command is ended exactly once: rejected, completed, failed or superseded;
+- nothing throws, and frames count on;
+- mended, the vehicle comes back to Idle, and starts again.
+
+| vehicle | where the faults hit | scenarios | all held | faults | commands | of them rejected | stops to FatalError | frames | simulated | times real time |
+|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|
+)",
+      command);
+  for (const Summary& s : summaries) {
+    text += fmt::format("| {} | {} | {} | **{}** | {} | {} | {} | {} | {} | {:.1f} h | {:.0f} |\n",
+                        s.subject.vehicle, s.subject.begin, s.runs, s.runs - s.broken, s.faults,
+                        s.commands, s.rejected, s.stops, s.frames, s.simulated_s / 3600,
+                        s.simulated_s / s.wall_s);
+  }
+  text +=
+      "\n| vehicle | at rest is | must be within | slowest | slowest from mended to Idle |\n"
+      "|---|---|---:|---:|---:|\n";
+  for (const Summary& s : summaries) {
+    text += fmt::format("| {} | {} | {:g} s | {:.2f} s | {:g} s | {:.2f} s | {:.0f} s |\n",
+                        s.subject.vehicle, s.subject.at_rest, s.subject.rest_s, s.slowest_rest_s,
+                        s.subject.cut_rest_s, s.slowest_cut_rest_s, s.slowest_idle_s);
+  }
+  for (const Summary& s : summaries) {
+    if (s.complaints.empty()) continue;
+    text += fmt::format("\n## What did not hold: {}\n", s.subject.vehicle);
+    for (const std::string& what : s.complaints) text += "- scenario " + what + "\n";
+  }
+  return text;
+}
+
+}  // namespace lss::campaign

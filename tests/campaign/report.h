@@ -1,0 +1,28 @@
+#pragma once
+
+// What a fault campaign gave, as a line and as a document.
+
+#include <string>
+#include <vector>
+
+#include "tests/campaign/campaign.h"
+
+namespace lss::campaign {
+
+struct Summary {
+  explicit Summary(const Subject& of) : subject(of) {}
+
+  Subject subject;
+  unsigned runs = 0, broken = 0;
+  std::uint64_t frames = 0, faults = 0, commands = 0, rejected = 0, stops = 0;
+  double simulated_s = 0, wall_s = 0, slowest_rest_s = 0, slowest_cut_rest_s = 0,
+         slowest_idle_s = 0;
+  std::vector<std::string> complaints;  // "17: 3.2 s: ..."
+
+  void add(const Run& run);
+  std::string line() const;
+};
+
+std::string document(const std::vector<Summary>& summaries, const std::string& command);
+
+}  // namespace lss::campaign

@@ -1,0 +1,98 @@
+// Lunar Zebro in a fault campaign: stands up and walks, on kinematics.
+
+#include "tools/lss-sim/zebro.h"
+
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "daemon/vehicles/zebro_modes.h"
+#include "tests/campaign/play.h"
+#include "tests/zebro/chain/chain.h"
+
+namespace lss::campaign {
+namespace {
+
+using zebro::ModuleOrder;
+
+struct World {
+  using Chain = zebro::Chain;
+  static constexpr std::array<std::string_view, 0> kNotHere{};
+  static constexpr double kRest_s = 1;
+  static constexpr double kCutRest_s = 8.5;  // a module's watchdog: 8 s (docs/icd-zebro.md)
+  static constexpr double kStill_rad_s = 0.05;
+
+  World(unsigned seed, Dice&) : chain({.seed = seed, .plant = sim::zebro::PlantKind::kinematic}) {}
+
+  bool start() {
+    // As an operator does it: what tripped is reset, and a deployed panel forbids to start.
+    chain.run_until([this] { return !may_move(); }, 60);
+    chain.send(lss::CommandKind::reset, {0});
+    chain.run(2);
+    chain.send(zebro::CommandKind::panel, {0});
+    chain.run_until([this] { return may_move(); }, 2);
+    chain.run_until([this] { return !may_move(); }, 60);
+    return chain.stand();
+  }
+  bool begin(Dice& dice) {
+    if (!chain.stand()) return false;
+    if (dice.chance(0.1)) return true;
+    const auto speed = static_cast<gnc::zebro::Speed>(dice.whole(1, 3));
+    const double heading = dice.chance(0.5) ? 0 : dice.between(-zebro::kHalfPi, zebro::kHalfPi);
+    if (!chain.walk(dice.chance(0.7), heading, speed)) return false;
+    chain.run(dice.between(0, 10));
+    return true;
+  }
+
+  bool moves() const {
+    return std::ranges::any_of(chain.orders().module, [](const ModuleOrder& order) {
+      return order.kind == ModuleOrder::Kind::rotate_forward ||
+             order.kind == ModuleOrder::Kind::rotate_backward;
+    });
+  }
+  bool may_move() const {
+    const auto& s = chain.supervisor().controller;
+    return (s.state == State::solve_errors && (s.flags & zebro::kFreeing) != 0) ||
+           (s.state == State::idle && (s.flags & zebro::kPanelMoving) != 0);
+  }
+  bool cut() {
+    return std::ranges::any_of(chain.attached(), [](const std::string& fault) {
+      return fault.starts_with("bus-cut") || fault.starts_with("unplug") ||
+             fault.starts_with("drop") || fault.starts_with("noise") || fault.starts_with("late");
+    });
+  }
+  bool sound() const {
+    return std::ranges::all_of(chain.orders().module, [](const ModuleOrder& order) {
+      return order.position_cdeg < 36'000;
+    });
+  }
+  bool rests() const {
+    return std::ranges::all_of(world().robot().shafts(), [](const auto& shaft) {
+      return std::abs(shaft.velocity_rad_s) < kStill_rad_s;
+    });
+  }
+  std::string motion() const {
+    std::string text = "rad/s";
+    for (const auto& shaft : world().robot().shafts())
+      text += fmt::format(" {:.2f}", shaft.velocity_rad_s);
+    return text;
+  }
+  static std::span<const CommandInfo> commands() { return zebro::kCommands; }
+
+  sim::zebro::Zebro& world() const { return const_cast<Chain&>(chain).world(); }
+
+  Chain chain;
+};
+
+}  // namespace
+
+Subject zebro() {
+  return {"zebro",
+          "standing and walking, at any speed and heading",
+          World::kRest_s,
+          World::kCutRest_s,
+          "all legs below 0.05 rad/s",
+          [](unsigned number) { return Scenario<World>(number).play(); }};
+}
+
+}  // namespace lss::campaign
