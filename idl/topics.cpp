@@ -3,6 +3,8 @@
 #include <cstdlib>
 #include <memory>
 
+#include "idl/recording_reader.h"
+
 namespace lss::dds {
 namespace {
 
@@ -17,6 +19,7 @@ constexpr dds_duration_t kMaxBlocking_ns = DDS_MSECS(100);
 
 constexpr int kCommandDepth = 16;
 constexpr int kAckDepth = 64;
+constexpr int kRecordingDepth = 4096;
 constexpr int kTimingDepth = 256;  // readers: a client sees every frame also when it wakes seldom
 
 struct QosDeleter {
@@ -90,6 +93,13 @@ Qos daemon_reader_qos(Kind kind) {
   Qos qos = common_qos(kind);
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_ALL, 0);
   dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
+  return qos;
+}
+
+// Whoever puts samples into a file is late at times; but what is kept meanwhile has a bound.
+Qos recording_reader_qos(Kind kind) {
+  Qos qos = common_qos(kind);
+  dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kRecordingDepth);
   return qos;
 }
 
@@ -208,6 +218,11 @@ Result<Entity> create_reader(dds_entity_t participant, const Topic& topic, Trans
 Result<Entity> create_daemon_reader(dds_entity_t participant, const Topic& topic,
                                     const dds_listener_t* listener) {
   return create_reader_with(daemon_reader_qos(topic.kind), participant, topic, listener);
+}
+
+Result<Entity> create_recording_reader(dds_entity_t participant, const Topic& topic,
+                                       const dds_listener_t* listener) {
+  return create_reader_with(recording_reader_qos(topic.kind), participant, topic, listener);
 }
 
 }  // namespace lss::dds

@@ -7,6 +7,7 @@
 
 #include "idl/zebro_commands.h"
 #include "tools/lss-cli/failure.h"
+#include "tools/lss-cli/vehicle.h"
 #include "tools/lss-cli/zebro.h"
 
 namespace lss::cli {
@@ -29,6 +30,14 @@ Failure refusal(const char* command, const Words& words, const Named& named = {}
     return e;
   }
   return {ExitCode::completed, "was taken"};
+}
+
+// A script's number is one of four thousand million: they are not tried out.
+TEST(Commands, EachOfEveryVehicleSaysWhereItIsAllowedAtOnce) {
+  for (const Vehicle* vehicle : vehicles()) {
+    for (const CommandInfo* info : commands_of(*vehicle))
+      EXPECT_FALSE(vehicle->allowed(*info).empty()) << vehicle->name << " " << info->name;
+  }
 }
 
 TEST(Commands, WhatIsNotGivenHasTheDefaultOfTheTable) {

@@ -25,6 +25,8 @@ std::string where(const lc::Row& row, std::span<const char* const> modes) {
   return fmt::format("{}", fmt::join(states, "; "));
 }
 
+constexpr double kMostVaried = 4096;
+
 std::vector<std::string> when(const lc::Table& table, const lc::Row& row) {
   std::vector<std::string> names;
   for (unsigned bit = 0; bit < 16; ++bit) {
@@ -66,9 +68,11 @@ std::vector<lc::Event> events_of(const CommandInfo& info,
   };
   add(request);
   for (std::size_t i = 0; i < info.parameters.size(); ++i) {
-    if (!info.parameters[i].is_whole()) continue;
+    const ParameterInfo& p = info.parameters[i];
+    // A number out of so many is a name or a count: what it is decides nothing.
+    if (!p.is_whole() || p.max - p.min > kMostVaried) continue;
     Request varied = request;
-    for (double v = info.parameters[i].min; v <= info.parameters[i].max; ++v) {
+    for (double v = p.min; v <= p.max; ++v) {
       varied.parameter[i] = v;
       add(varied);
     }

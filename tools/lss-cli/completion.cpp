@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/lss-cli/recording_verbs.h"
 #include "tools/lss-cli/verbs.h"
 
 namespace lss::cli {
@@ -77,6 +78,9 @@ void add_verbs(Grammar& grammar) {
   add_event_verbs(grammar);
   add_timing_verbs(grammar);
   add_log_verbs(grammar);
+  add_record_verb(grammar);
+  add_plot_verb(grammar);
+  add_report_verb(grammar);
   add_sequence_verbs(grammar);
   add_doctor_verbs(grammar);
   add_completion_verbs(grammar);

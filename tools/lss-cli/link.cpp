@@ -16,12 +16,6 @@ namespace {
 constexpr double kOthers_s = 0.1;
 constexpr double kProbe_s = 0.25;
 
-std::uint64_t wall_clock_us() {
-  using namespace std::chrono;
-  return static_cast<std::uint64_t>(
-      duration_cast<microseconds>(system_clock::now().time_since_epoch()).count());
-}
-
 template <class T>
 T checked(dds::Result<T> result) {
   if (!result) throw Failure(ExitCode::internal, result.error());
@@ -270,16 +264,8 @@ const void* Link::telemetry() {
 }
 
 std::uint64_t Link::send(const Invocation& command, std::uint16_t flags) {
-  lss_Command sample{};
-  put(sample.vehicle_id, vehicle_id_);
-  put(sample.source, source_);
-  // By the clock, so that programs that act under one name count up together.
-  sequence_ = std::max(sequence_ + 1, wall_clock_us());
-  sample.seq = sequence_;
-  sample.kind = command.info->kind;
-  sample.flags = flags;
-  sample.lease_ms = command.info->leased ? options_.lease_ms : 0;
-  std::ranges::copy(command.parameter, sample.parameter);
+  const lss_Command sample =
+      to_dds(command, {vehicle_id_, source_, sequence_.next(), flags, options_.lease_ms});
   const dds_return_t result = dds_write(command_writer_.get(), &sample);
   if (result < 0)
     throw Failure(ExitCode::internal, fmt::format("cannot send: {}", dds_strretcode(result)));
@@ -287,10 +273,7 @@ std::uint64_t Link::send(const Invocation& command, std::uint16_t flags) {
 }
 
 void Link::heartbeat() {
-  lss_Heartbeat sample{};
-  put(sample.vehicle_id, vehicle_id_);
-  put(sample.source, source_);
-  sample.counter = ++heartbeats_;
+  const lss_Heartbeat sample = heartbeat_to_dds(vehicle_id_, source_, ++heartbeats_);
   dds_write(heartbeat_writer_.get(), &sample);
 }
 

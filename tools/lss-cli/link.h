@@ -21,21 +21,9 @@
 #include "tools/lss-cli/failure.h"
 #include "tools/lss-cli/options.h"
 #include "tools/lss-cli/waker.h"
+#include "tools/lss-cli/wire.h"
 
 namespace lss::cli {
-
-template <std::size_t N>
-std::string_view text(const char (&field)[N]) {
-  const std::string_view all(field, N);
-  return all.substr(0, all.find('\0'));
-}
-
-template <std::size_t N>
-void put(char (&field)[N], std::string_view text) {
-  const std::size_t size = std::min(text.size(), N - 1);
-  text.copy(field, size);
-  field[size] = '\0';
-}
 
 class Link {
  public:
@@ -110,7 +98,8 @@ class Link {
   Clock::time_point status_time_{};
   bool left_ = false;
   std::string source_;
-  std::uint64_t sequence_ = 0, heartbeats_ = 0;
+  Sequence sequence_;
+  std::uint64_t heartbeats_ = 0;
   std::vector<std::max_align_t> sample_;  // of telemetry
   std::uint64_t telemetry_count_ = 0;
 };

@@ -1,4 +1,5 @@
-// log: what the daemon wrote into files: the log that runs, and the frames before a fault.
+// log: files of what happened. Here: what the daemon writes, the log that runs and the frames
+// before a fault; recordings: recording_log.cpp.
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -10,6 +11,8 @@
 #include <optional>
 
 #include "idl/codes.h"
+#include "tools/lss-cli/log_files.h"
+#include "tools/lss-cli/units.h"
 #include "tools/lss-cli/verbs.h"
 
 namespace lss::cli {
@@ -20,11 +23,6 @@ namespace fs = std::filesystem;
 constexpr std::string_view kCrash = ".crash.jsonl";  // whole, or not there
 constexpr std::string_view kLog = ".log.jsonl";      // may end within a line
 using Json = nlohmann::ordered_json;
-
-struct Wanted {
-  std::string what, path;
-  std::int64_t frame = -1;
-};
 
 // Line by line: the header first.
 class LogFile {
@@ -186,7 +184,7 @@ void show_log(Context& context, LogFile& file) {
     context.output.document({{"header", file.header()}, {"frames", std::move(frames)}});
 }
 
-void show_frame(Context& context, LogFile& file, const Wanted& wanted) {
+void show_frame(Context& context, LogFile& file, const LogWanted& wanted) {
   while (const auto frame = file.frame()) {
     const Json& number = file.crash() ? frame->at("timing").at("frame") : frame->at("frame");
     if (number != wanted.frame) continue;
@@ -198,7 +196,7 @@ void show_frame(Context& context, LogFile& file, const Wanted& wanted) {
                 "see them all with: lss-cli log show " + wanted.path);
 }
 
-ExitCode show(Context& context, const Wanted& wanted) {
+ExitCode show(Context& context, const LogWanted& wanted) {
   LogFile file(wanted.path);
   try {
     if (wanted.frame >= 0) {
@@ -218,8 +216,8 @@ ExitCode show(Context& context, const Wanted& wanted) {
 }
 
 // As its name, its first line and the file system say.
-nlohmann::json describe(const fs::path& path) {
-  const std::string name = path.filename().string();
+nlohmann::json describe(const std::string& path) {
+  const std::string name = fs::path(path).filename().string();
   const bool crash = name.ends_with(kCrash);
   std::string line;
   std::ifstream file(path);
@@ -229,15 +227,11 @@ nlohmann::json describe(const fs::path& path) {
     return first.is_object() && first.contains(key) ? nlohmann::json(first.at(key)) : nullptr;
   };
   const std::string fault = name.substr(name.rfind('-') + 1);
-  struct stat info {};
-  ::stat(path.c_str(), &info);
-  return {{"path", path.string()},
-          {"kind", crash ? "crash" : "log"},
-          {"vehicle_id", field("vehicle_id")},
-          {"what", crash ? nlohmann::json(fault.substr(0, fault.find('.'))) : field("preset")},
-          {"bytes", info.st_size},
-          {"begun_utc_ns", field("utc_ns")},
-          {"written_utc_ns", info.st_mtim.tv_sec * 1'000'000'000 + info.st_mtim.tv_nsec}};
+  nlohmann::json result = describe_file(path, crash ? "crash" : "log");
+  result["vehicle_id"] = field("vehicle_id");
+  result["what"] = crash ? nlohmann::json(fault.substr(0, fault.find('.'))) : field("preset");
+  result["begun_utc_ns"] = field("utc_ns");
+  return result;
 }
 
 std::string list_line(const nlohmann::json& file) {
@@ -251,13 +245,34 @@ std::string list_line(const nlohmann::json& file) {
                      file["path"].get<std::string>());
 }
 
-ExitCode list(Context& context, const Wanted& wanted) {
+bool knows(const std::string& path) { return path.ends_with(kCrash) || path.ends_with(kLog); }
+
+[[noreturn]] void cannot(const char* what) {
+  throw Failure(ExitCode::usage, fmt::format("log {} is for recordings, files in .mcap", what),
+                "see a log of the daemon with: lss-cli log show FILE");
+}
+
+ExitCode list_one(Context&, const LogWanted&) { cannot("list FILE"); }
+ExitCode export_one(Context&, const LogWanted&) { cannot("export"); }
+
+constexpr LogKind kDaemonLog{knows, describe, list_one, show, export_one};
+const LogKind* const kKinds[] = {&kDaemonLog, &kRecordingLog};
+
+// nullptr: what cannot be told by its name is taken for a file of the daemon.
+const LogKind* kind_of(const std::string& path) {
+  for (const LogKind* kind : kKinds) {
+    if (kind->knows(path)) return kind;
+  }
+  return nullptr;
+}
+
+ExitCode list(Context& context, const LogWanted& wanted) {
   const fs::path folder = wanted.path.empty() ? "/var/lib/lss" : wanted.path;
   std::error_code error;
-  std::vector<fs::path> paths;
+  std::vector<std::string> paths;
   for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    const std::string name = at->path().filename().string();
-    if (name.ends_with(kCrash) || name.ends_with(kLog)) paths.push_back(at->path());
+    if (at->is_regular_file() && kind_of(at->path().string()) != nullptr)
+      paths.push_back(at->path().string());
   }
   if (error) {
     throw Failure(ExitCode::usage, fmt::format("{}: {}", folder.string(), error.message()),
@@ -265,7 +280,7 @@ ExitCode list(Context& context, const Wanted& wanted) {
   }
   std::ranges::sort(paths);
   nlohmann::json files = nlohmann::json::array();
-  for (const fs::path& path : paths) files.push_back(describe(path));
+  for (const std::string& path : paths) files.push_back(kind_of(path)->describe(path));
   if (files.empty()) {
     context.output.note("there is no log in " + folder.string());
   } else {
@@ -281,25 +296,66 @@ ExitCode list(Context& context, const Wanted& wanted) {
 
 }  // namespace
 
+nlohmann::json describe_file(const std::string& path, const char* kind) {
+  struct stat info {};
+  ::stat(path.c_str(), &info);
+  return {{"path", path},
+          {"kind", kind},
+          {"vehicle_id", nullptr},
+          {"what", nullptr},
+          {"bytes", info.st_size},
+          {"begun_utc_ns", nullptr},
+          {"written_utc_ns", info.st_mtim.tv_sec * 1'000'000'000 + info.st_mtim.tv_nsec}};
+}
+
+namespace {
+
+ExitCode run_log(Context& context, const LogWanted& wanted) {
+  const bool named = !wanted.path.empty();
+  const LogKind* known = named ? kind_of(wanted.path) : nullptr;
+  const LogKind& kind = known == nullptr ? kDaemonLog : *known;
+  if (wanted.what == "list")
+    return fs::is_regular_file(wanted.path) ? kind.list(context, wanted) : list(context, wanted);
+  if (wanted.what == "show" && named) return kind.show(context, wanted);
+  if (wanted.what == "export" && named) return kind.exports(context, wanted);
+  throw Failure(ExitCode::usage, fmt::format("log {} {}: what is that?", wanted.what, wanted.path),
+                "log list [FOLDER|FILE], log show FILE, or log export FILE");
+}
+
+}  // namespace
+
 void add_log_verbs(Grammar& grammar) {
-  CLI::App& sub = grammar.verb("log", "what the daemon logged: list [FOLDER], show FILE",
-                               "  lss-cli log list /run/lss\n  lss-cli log show FILE\n  lss-cli "
-                               "log show FILE --frame 154\n  lss-cli --jsonl log show FILE | jq "
-                               "'.telemetry.distance_m'\n");
-  auto wanted = std::make_shared<Wanted>();
-  sub.add_option("what", wanted->what, "list or show")->required();
+  CLI::App& sub = grammar.verb(
+      "log", "files of what happened: list [FOLDER|FILE], show FILE, export FILE",
+      "  lss-cli log list /run/lss\n  lss-cli log show FILE\n  lss-cli log show FILE --frame 154\n"
+      "  lss-cli --jsonl log show FILE | jq '.telemetry.distance_m'\n"
+      "  lss-cli log list run.mcap\n  lss-cli log show run.mcap --topic event --from 5s\n"
+      "  lss-cli log export run.mcap --topic telemetry --columns 'modules[*].current_A' --out "
+      "run.csv\n  lss-cli log export run.mcap --from 10s --to 20s --out part.mcap\n");
+  auto wanted = std::make_shared<LogWanted>();
+  sub.add_option("what", wanted->what, "list, show or export")->required();
   sub.add_option("path", wanted->path,
-                 "folder (default /var/lib/lss), or a file: of the log that runs, or of the frames "
-                 "before a fault");
+                 "folder (default /var/lib/lss), or a file: of the log that runs, of the frames "
+                 "before a fault, or a recording");
   sub.add_option("--frame", wanted->frame, "only this one, with everything in it");
-  grammar.values(sub, "", {"list", "show"});
-  grammar.on(sub, [wanted](Context& context) {
-    if (wanted->what == "list") return list(context, *wanted);
-    if (wanted->what == "show" && !wanted->path.empty()) return show(context, *wanted);
-    throw Failure(ExitCode::usage,
-                  fmt::format("log {} {}: what is that?", wanted->what, wanted->path),
-                  "log list [FOLDER], or log show FILE");
-  });
+  sub.add_option("--topic", wanted->filter.topics, "recordings: only these, divided by commas")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  const auto add_time = [&](const char* option, double& value, const char* help) {
+    sub.add_option_function<std::string>(
+        option,
+        [&value, option](const std::string& text) { value = parse_quantity(text, "s", option); },
+        help);
+  };
+  add_time("--from", wanted->filter.from_s, "recordings: since the first message");
+  add_time("--to", wanted->filter.until_s, "recordings: since the first message");
+  sub.add_option("--columns", wanted->columns, "CSV: only these, divided by commas; * is anything")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  sub.add_option("-o,--out", wanted->out,
+                 "export: FILE.csv or FILE.mcap; without it CSV to stdout");
+  grammar.values(sub, "", {"list", "show", "export"});
+  grammar.on(sub, [wanted](Context& context) { return run_log(context, *wanted); });
 }
 
 }  // namespace lss::cli

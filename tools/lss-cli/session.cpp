@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "idl/codes.h"
+#include "tools/lss-cli/ack.h"
 #include "tools/lss-cli/failure.h"
 #include "tools/lss-cli/status.h"
 #include "tools/lss-cli/units.h"
@@ -31,22 +32,6 @@ std::string source_name(const Options& options, const lss_Status& status) {
   if (!options.source.empty()) return options.source;
   if (options.detach || text(status.authority) == kSharedSource) return std::string(kSharedSource);
   return fmt::format("{}:{}", kSharedSource, getpid());
-}
-
-const CodeInfo* reason_of(const lss_CommandAck& ack) {
-  return info(static_cast<Reason>(ack.reason));
-}
-
-// The daemon's sentence without the phase before it and the advice after it.
-std::string reason_text(const lss_CommandAck& ack) {
-  const CodeInfo* reason = reason_of(ack);
-  std::string_view why = text(ack.text);
-  const std::string phase = std::string(phase_name(ack.phase)) + ": ";
-  if (why.starts_with(phase)) why.remove_prefix(phase.size());
-  const std::string advice = std::string("; ") + (reason != nullptr ? reason->advice : "");
-  if (why.ends_with(advice)) why.remove_suffix(advice.size());
-  if (!why.empty()) return std::string(why);
-  return reason != nullptr ? reason->text : fmt::format("reason {}", ack.reason);
 }
 
 bool is_accepted(const Sent& sent) { return sent.answered && sent.ack.phase != lss_PHASE_REJECTED; }
@@ -324,26 +309,13 @@ void Session::show(const Sent& sent) {
 }
 
 nlohmann::json Session::to_json(const Sent& sent) const {
-  const lss_CommandAck& ack = sent.ack;
-  const auto number = [](double value) {
-    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
-  };
-  nlohmann::json result = {{"command", sent.command.info->name},
-                           {"kind", sent.command.info->kind},
-                           {"source", link_.source()},
-                           {"seq", sent.seq},
-                           {"phase", sent.answered ? phase_name(ack.phase) : "unanswered"},
-                           {"reason", nullptr},
-                           {"text", text(ack.text)},
-                           {"measured", number(ack.measured)},
-                           {"limit", number(ack.limit)},
-                           {"duration_s", nullptr}};
-  if (ack.reason != 0) {
-    const CodeInfo* reason = reason_of(ack);
-    result["reason"] = {{"id", ack.reason},
-                        {"name", reason != nullptr ? reason->name : ""},
-                        {"advice", reason != nullptr ? reason->advice : ""}};
-  }
+  nlohmann::json result = ack_json(sent.ack);
+  if (!sent.answered) result["phase"] = "unanswered";
+  result["command"] = sent.command.info->name;
+  result["kind"] = sent.command.info->kind;
+  result["source"] = link_.source();
+  result["seq"] = sent.seq;
+  result["duration_s"] = nullptr;
   if (sent.answered)
     result["duration_s"] = std::chrono::duration<double>(sent.heard - sent.sent).count();
   return result;

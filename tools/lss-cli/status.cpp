@@ -198,8 +198,10 @@ std::vector<Problem> problems(const Vehicle& vehicle, const lss_Status& status,
          "start RouDi (iox-roudi.service), then restart the daemon when the vehicle is Idle"});
   }
   if (!status.recording)
-    list.push_back({false, "nothing is recorded",
-                    "name a preset in log.use; when there is one, the journal says what is wrong"});
+    list.push_back({false, "not everything is recorded",
+                    "the journal says what is wrong; or nothing is to be recorded: name a preset "
+                    "in log.use, or "
+                    "set record = true in [recorder]"});
   std::ranges::stable_sort(list, std::greater<>{}, &Problem::error);
   return list;
 }

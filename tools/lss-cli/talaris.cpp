@@ -395,6 +395,7 @@ const Vehicle kVehicle{
     .takes_s = takes_s,
     .add_verbs = add_verbs,
     .composed = kComposed,
+    .script = script_commands,
 };
 
 }  // namespace lss::cli::talaris

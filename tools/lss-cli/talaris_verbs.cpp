@@ -161,21 +161,26 @@ double new_id() {
   return 1 + device() % 4'000'000'000u;
 }
 
+// What sends the script under an id: its announcement, then a step for each line.
+std::vector<Invocation> upload_of(double id, const std::vector<ScriptStep>& script) {
+  std::vector<Invocation> all = {
+      {&command(CommandKind::script_begin), {id, static_cast<double>(script.size())}}};
+  for (std::size_t i = 0; i < script.size(); ++i) {
+    const ScriptStep& s = script[i];
+    all.push_back(
+        {&command(CommandKind::script_step),
+         {id, static_cast<double>(i), s.at_s, static_cast<double>(s.kind), s.which, s.value}});
+  }
+  return all;
+}
+
 // Into the daemon, which says what cannot be done, with the line.
 double upload(Context& context, const std::string& name, const std::vector<ScriptStep>& script) {
   const double id = new_id();
   Session& session = context.session();
-  const auto count = static_cast<double>(script.size());
-  session.complete_all({{&command(CommandKind::script_begin), {id, count}}},
-                       [&](std::size_t) { return name + ": "; });
-  std::vector<Invocation> steps;
-  for (std::size_t i = 0; i < script.size(); ++i) {
-    const ScriptStep& s = script[i];
-    steps.push_back(
-        {&command(CommandKind::script_step),
-         {id, static_cast<double>(i), s.at_s, static_cast<double>(s.kind), s.which, s.value}});
-  }
-  session.complete_all(steps,
+  const std::vector<Invocation> all = upload_of(id, script);
+  session.complete_all({all.front()}, [&](std::size_t) { return name + ": "; });
+  session.complete_all({all.begin() + 1, all.end()},
                        [&](std::size_t i) { return fmt::format("{}:{}: ", name, script[i].line); });
   return id;
 }
@@ -235,6 +240,13 @@ void add_script(Grammar& grammar) {
 }
 
 }  // namespace
+
+std::vector<Invocation> script_commands(std::string_view text) {
+  const double id = new_id();
+  std::vector<Invocation> all = upload_of(id, parse_script(text, "line"));
+  all.push_back({&command(CommandKind::script_run), {id}});
+  return all;
+}
 
 void add_verbs(Grammar& grammar) {
   add_hop(grammar);

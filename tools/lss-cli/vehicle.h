@@ -65,6 +65,8 @@ struct Vehicle {
   // Verbs that are more than one command, and the commands that are given by them only.
   void (*add_verbs)(Grammar& grammar) = nullptr;
   std::span<const std::string_view> composed = {};
+  // The commands that send a text of timed actuations and run it, one after the other.
+  std::vector<Invocation> (*script)(std::string_view text) = nullptr;
 };
 
 std::span<const Vehicle* const> vehicles();

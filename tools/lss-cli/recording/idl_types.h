@@ -1,0 +1,95 @@
+#pragma once
+
+// Types that an IDL text describes, as far as our own files go: modules, enums, structs of numbers,
+// characters, enums and structs, and one-dimensional arrays of these. Such a type has a fixed size,
+// and every field of it a fixed place in the CDR octets. A recording carries its IDL, so that it is
+// read by the types of the version that made it. Pure; what cannot be read is thrown as a Failure.
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/lss-cli/recording/octets.h"
+
+namespace lss::cli::recording {
+
+enum class Kind : std::uint8_t {
+  boolean,
+  octet,
+  character,
+  int16,
+  uint16,
+  int32,
+  uint32,
+  int64,
+  uint64,
+  float32,
+  float64,
+  enumeration,
+  structure,
+};
+
+struct Type;
+
+struct Member {
+  std::string name;
+  const Type* type = nullptr;
+  std::size_t count = 0;  // elements of an array; 0: it is none
+};
+
+struct Type {
+  Kind kind = Kind::octet;
+  std::string name;  // with its modules: lss::Status
+  std::vector<Member> members;
+  std::vector<std::string> names;  // of an enumeration
+};
+
+class Types {
+ public:
+  explicit Types(std::string_view idl);
+  const Type* find(std::string_view name) const;  // nullptr when there is none
+
+ private:
+  friend class Parser;
+  std::map<std::string, std::unique_ptr<Type>, std::less<>> types_;
+};
+
+// A number, or a text, and where it stands.
+struct Column {
+  std::string name;  // modules[3].position_rad
+  const Type* type = nullptr;
+  std::size_t offset = 0;     // behind the encapsulation header
+  std::size_t text_size = 0;  // of an array of char, which is a text; else 0
+};
+
+// A type as it lies in the octets of `cdr`.
+class Layout {
+ public:
+  explicit Layout(const Type& type);
+
+  const Type& type() const { return type_; }
+  const std::vector<Column>& columns() const { return columns_; }
+  const Column* find(std::string_view name) const;
+
+  // Of one message, with its encapsulation header. Numbers of 64 bits lose digits beyond 2^53; a
+  // text is NaN.
+  double number(const Column& column, Octets message) const;
+  std::string text(const Column& column, Octets message) const;
+  nlohmann::ordered_json json(const Column& column, Octets message) const;
+  // Nested as the type is.
+  nlohmann::ordered_json json(Octets message) const;
+
+  // Throws when the octets are not of this type.
+  void check(Octets message) const;
+
+ private:
+  const Type& type_;
+  std::vector<Column> columns_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace lss::cli::recording

@@ -1,0 +1,225 @@
+#include "tools/lss-cli/recording/mcap_scan.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "tools/lss-cli/failure.h"
+
+namespace lss::cli::recording {
+namespace {
+
+struct Record {
+  std::uint8_t opcode = 0;
+  Octets content;
+};
+
+Record next(Reader& reader) {
+  Record record;
+  record.opcode = reader.number<std::uint8_t>();
+  record.content = reader.block();
+  return record;
+}
+
+void take_schema(Octets content, Scan& scan) {
+  Reader in(content);
+  const auto id = in.number<std::uint16_t>();
+  Schema& schema = scan.schemas[id];
+  schema.name = in.text();
+  schema.encoding = in.text();
+  schema.text = in.text();
+}
+
+void take_channel(Octets content, Scan& scan) {
+  Reader in(content);
+  const auto id = in.number<std::uint16_t>();
+  Channel& channel = scan.channels[id];
+  channel.schema = in.number<std::uint16_t>();
+  channel.topic = in.text();
+  channel.encoding = in.text();
+  channel.metadata = in.texts();
+}
+
+void take_message(const RawMessage& message, Scan& scan) {
+  ChannelSpan& span = scan.spans[message.channel];
+  span.add(message.log_ns);
+  span.published_ns = std::max(span.published_ns, message.publish_ns);
+  span.sequence = message.sequence;
+  scan.all.add(message.log_ns);
+}
+
+// Throws Torn when it is not what it should be.
+Chunk read_chunk(Octets content) {
+  Reader in(content);
+  Chunk chunk;
+  chunk.first_ns = in.number<std::int64_t>();
+  chunk.last_ns = in.number<std::int64_t>();
+  chunk.size = in.number<std::uint64_t>();
+  const auto crc = in.number<std::uint32_t>();
+  const std::string compression = in.text();
+  if (!compression.empty()) {
+    throw Failure(ExitCode::usage, "its chunks are compressed by " + compression,
+                  "decompress it first: mcap compress --compression none FILE -o OTHER");
+  }
+  chunk.records = in.block();
+  if (chunk.records.size() != chunk.size || (crc != 0 && crc_of(chunk.records) != crc))
+    throw Torn();
+  return chunk;
+}
+
+void take_chunk(const Chunk& chunk, Scan& scan) {
+  Reader records(chunk.records);
+  while (!records.empty()) {
+    const Record record = next(records);
+    if (record.opcode == kSchema) take_schema(record.content, scan);
+    if (record.opcode == kChannel) take_channel(record.content, scan);
+    if (record.opcode == kMessage) take_message(read_message(record.content), scan);
+  }
+  scan.chunks.push_back(chunk);
+}
+
+void take_metadata(Octets content, std::uint64_t offset, std::uint64_t length, Scan& scan) {
+  Reader in(content);
+  MetadataAt& metadata = scan.metadata.emplace_back();
+  metadata.offset = offset;
+  metadata.length = length;
+  metadata.name = in.text();
+  metadata.values = in.texts();
+}
+
+// False at the end of the data section.
+bool take(const Record& record, std::uint64_t offset, std::uint64_t length, Scan& scan) {
+  switch (record.opcode) {
+    case kHeader: {
+      Reader in(record.content);
+      in.text();  // profile
+      scan.library = in.text();
+      break;
+    }
+    case kSchema:
+      take_schema(record.content, scan);
+      break;
+    case kChannel:
+      take_channel(record.content, scan);
+      break;
+    case kMessage:  // without a chunk: as if it had one of its own
+      throw Failure(ExitCode::usage, "it has messages outside of chunks",
+                    "put them into chunks first: mcap filter FILE -o OTHER");
+    case kChunk: {
+      Chunk chunk = read_chunk(record.content);
+      chunk.offset = offset;
+      chunk.length = length;
+      take_chunk(chunk, scan);
+      break;
+    }
+    case kMessageIndex:
+      if (!scan.chunks.empty()) {
+        Chunk& chunk = scan.chunks.back();
+        chunk.index[Reader(record.content).number<std::uint16_t>()] = offset;
+        chunk.index_length += length;
+      }
+      break;
+    case kMetadataRecord:
+      take_metadata(record.content, offset, length, scan);
+      break;
+    case kDataEnd:
+      return false;
+    default:
+      break;  // what we do not know is passed over, as the format asks for
+  }
+  return true;
+}
+
+bool ends_whole(Octets file, std::uint64_t data_end) {
+  if (file.size() < data_end + kFooterSize + kMagic.size()) return false;
+  const Octets magic = file.last(kMagic.size());
+  const Octets footer = file.last(kMagic.size() + kFooterSize).first(kFooterSize);
+  return std::memcmp(magic.data(), kMagic.data(), kMagic.size()) == 0 &&
+         footer.front() == std::byte{kFooter};
+}
+
+}  // namespace
+
+MappedFile::MappedFile(const std::string& path) {
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  struct stat info {};
+  const bool there = fd >= 0 && fstat(fd, &info) == 0;
+  int error = there ? 0 : errno;
+  if (there && !S_ISREG(info.st_mode)) error = EISDIR;
+  if (error == 0 && info.st_size > 0) {
+    const auto size = static_cast<std::size_t>(info.st_size);
+    void* at = mmap(nullptr, size, PROT_READ, MAP_SHARED, fd, 0);
+    if (at == MAP_FAILED) {
+      error = errno;
+    } else {
+      data_ = {static_cast<const std::byte*>(at), size};
+    }
+  }
+  if (fd >= 0) close(fd);
+  if (error != 0) {
+    throw Failure(ExitCode::usage, fmt::format("{}: {}", path, std::strerror(error)),
+                  "name a file that lss-cli record made");
+  }
+}
+
+MappedFile::~MappedFile() {
+  // Mapped read-only; munmap only wants a pointer that is not const.
+  if (!data_.empty()) munmap(const_cast<std::byte*>(data_.data()), data_.size());
+}
+
+RawMessage read_message(Octets record) {
+  Reader in(record);
+  RawMessage message;
+  message.channel = in.number<std::uint16_t>();
+  message.sequence = in.number<std::uint32_t>();
+  message.log_ns = in.number<std::int64_t>();
+  message.publish_ns = in.number<std::int64_t>();
+  message.data = in.rest();
+  return message;
+}
+
+void Scan::each(const std::function<void(const RawMessage&)>& take) const {
+  for (const Chunk& chunk : chunks) {
+    Reader records(chunk.records);
+    while (!records.empty()) {
+      const Record record = next(records);
+      if (record.opcode == kMessage) take(read_message(record.content));
+    }
+  }
+}
+
+Scan scan(const std::string& path, Octets file) {
+  Scan result;
+  if (file.size() < kMagic.size() || std::memcmp(file.data(), kMagic.data(), kMagic.size()) != 0) {
+    throw Failure(ExitCode::usage, path + " is no MCAP file", "name one that ends in .mcap");
+  }
+  Reader reader(file);
+  reader.take(kMagic.size());
+  result.end = reader.at();
+  try {
+    while (true) {
+      const std::uint64_t offset = reader.at();
+      if (reader.empty()) {
+        result.complaint = "it has no end: its recorder was killed, or writes just now";
+        return result;
+      }
+      const Record record = next(reader);
+      if (!take(record, offset, reader.at() - offset, result)) break;
+      result.end = reader.at();
+    }
+    result.whole = ends_whole(file, reader.at());
+    if (!result.whole) result.complaint = "its summary is torn";
+  } catch (const Torn&) {
+    result.complaint = fmt::format("it is torn or damaged at octet {}", result.end);
+  } catch (const Failure& e) {
+    throw Failure(e.code(), fmt::format("{}: {}", path, e.what()), e.advice());
+  }
+  return result;
+}
+
+}  // namespace lss::cli::recording

@@ -1,0 +1,387 @@
+#include "tools/lss-cli/recording/mcap_writer.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "tools/lss-cli/failure.h"
+
+namespace lss::cli::recording {
+namespace {
+
+Writer schema_record(std::uint16_t id, const Schema& schema) {
+  Writer out;
+  out.number(id);
+  out.text(schema.name);
+  out.text(schema.encoding);
+  out.text(schema.text);
+  return out;
+}
+
+Writer channel_record(std::uint16_t id, const Channel& channel) {
+  Writer out;
+  out.number(id);
+  out.number(channel.schema);
+  out.text(channel.topic);
+  out.text(channel.encoding);
+  out.texts(channel.metadata);
+  return out;
+}
+
+Writer chunk_index_record(const Chunk& chunk) {
+  Writer out;
+  out.number(chunk.first_ns);
+  out.number(chunk.last_ns);
+  out.number(chunk.offset);
+  out.number(chunk.length);
+  Writer index;
+  for (const auto& [channel, offset] : chunk.index) {
+    index.number(channel);
+    index.number(offset);
+  }
+  out.text(index.str());
+  out.number(chunk.index_length);
+  out.text("");  // no compression
+  out.number(chunk.size);
+  out.number(chunk.size);
+  return out;
+}
+
+Writer statistics_record(const Scan& scan) {
+  Writer out;
+  out.number(scan.all.messages);
+  out.number(static_cast<std::uint16_t>(scan.schemas.size()));
+  out.number(static_cast<std::uint32_t>(scan.channels.size()));
+  out.number(std::uint32_t{0});  // attachments
+  out.number(static_cast<std::uint32_t>(scan.metadata.size()));
+  out.number(static_cast<std::uint32_t>(scan.chunks.size()));
+  out.number(scan.all.first_ns);
+  out.number(scan.all.last_ns);
+  Writer counts;
+  for (const auto& [channel, span] : scan.spans) {
+    counts.number(channel);
+    counts.number(span.messages);
+  }
+  out.text(counts.str());
+  return out;
+}
+
+Writer metadata_record(const std::string& name, const Texts& values) {
+  Writer out;
+  out.text(name);
+  out.texts(values);
+  return out;
+}
+
+// Of a chunk that has none, or not all.
+std::map<std::uint16_t, Writer> index_of(const Chunk& chunk) {
+  std::map<std::uint16_t, Writer> index;
+  Reader records(chunk.records);
+  while (!records.empty()) {
+    const std::uint64_t offset = records.at();
+    const auto opcode = records.number<std::uint8_t>();
+    const Octets content = records.block();
+    if (opcode != kMessage) continue;
+    const RawMessage message = read_message(content);
+    index[message.channel].number(message.log_ns);
+    index[message.channel].number(offset);
+  }
+  return index;
+}
+
+int open_file(const std::string& path, int flags) {
+  const int fd = open(path.c_str(), O_RDWR | O_CLOEXEC | flags, 0644);
+  if (fd < 0) {
+    const int error = errno;
+    throw Failure(ExitCode::usage, fmt::format("{}: {}", path, std::strerror(error)),
+                  error == EEXIST ? "go on with it by --append, or name another file"
+                                  : "name a file in a folder that you may write to: --out FILE");
+  }
+  if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    close(fd);
+    throw Failure(ExitCode::usage, path + " is being written by another process",
+                  "let it end, or name another file: --out FILE");
+  }
+  return fd;
+}
+
+}  // namespace
+
+McapWriter::McapWriter(McapWriter&& other) noexcept
+    : path_(std::move(other.path_)),
+      fd_(std::exchange(other.fd_, -1)),
+      at_(other.at_),
+      cut_(other.cut_),
+      crc_(other.crc_),
+      scan_(std::move(other.scan_)),
+      summary_size_(other.summary_size_),
+      records_(std::move(other.records_)),
+      chunk_(other.chunk_),
+      index_(std::move(other.index_)) {}
+
+McapWriter::~McapWriter() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+McapWriter McapWriter::create(const std::string& path, const std::string& library) {
+  McapWriter writer(path, open_file(path, O_CREAT | O_EXCL));
+  writer.begin(library);
+  return writer;
+}
+
+McapWriter McapWriter::append(const std::string& path, const std::string& library) {
+  McapWriter writer(path, open_file(path, O_CREAT));
+  // Less than a header is nothing.
+  if (lseek(writer.fd_, 0, SEEK_END) <= static_cast<off_t>(kMagic.size() + kRecordHead)) {
+    if (ftruncate(writer.fd_, 0) != 0 || lseek(writer.fd_, 0, SEEK_SET) != 0)
+      writer.fail("cannot be cut", errno);
+    writer.begin(library);
+  } else {
+    writer.resume();
+  }
+  return writer;
+}
+
+void McapWriter::begin(const std::string& library) {
+  Writer head;
+  head.raw(octets(kMagic));
+  put(head);
+  Writer header;
+  header.text("");  // no profile: those are for ROS
+  header.text(library);
+  put_record(kHeader, header);
+}
+
+void McapWriter::resume() {
+  const MappedFile file(path_);
+  scan_ = scan(path_, file.data());
+  if (!scan_.library.starts_with(kLibrary)) {
+    throw Failure(ExitCode::usage,
+                  fmt::format("{} was made by '{}', not by lss-cli", path_, scan_.library),
+                  "only files of lss-cli record can be gone on with; name another one");
+  }
+  if (!scan_.whole) cut_ = file.data().size() - scan_.end;
+  at_ = scan_.end;
+  // Of the last chunk the indexes may be missing, and then they are the last thing in the file.
+  std::map<std::uint16_t, Writer> index;
+  if (!scan_.chunks.empty()) index = index_of(scan_.chunks.back());
+  const bool without_index =
+      !scan_.chunks.empty() && index.size() != scan_.chunks.back().index.size();
+  if (without_index) at_ = scan_.chunks.back().offset + scan_.chunks.back().length;
+  crc_.add(file.data().first(at_));
+  if (ftruncate(fd_, static_cast<off_t>(at_)) != 0 ||
+      lseek(fd_, static_cast<off_t>(at_), SEEK_SET) < 0) {
+    fail("cannot be cut", errno);
+  }
+  if (without_index) {
+    index_ = std::move(index);
+    scan_.chunks.back().index.clear();
+    const Writer out = message_indexes(scan_.chunks.back(), at_);
+    index_.clear();
+    put(out);
+  }
+  for (Chunk& chunk : scan_.chunks) {
+    summary_size_ += kRecordHead + chunk_index_record(chunk).size();
+    chunk.records = {};  // gone with the mapping
+  }
+}
+
+void McapWriter::fail(const char* what, int error) {
+  // Nothing half: the reader of this file shall find whole chunks.
+  [[maybe_unused]] const int cut = ftruncate(fd_, static_cast<off_t>(at_));
+  lseek(fd_, static_cast<off_t>(at_), SEEK_SET);
+  throw Failure(ExitCode::failed, fmt::format("{} {}: {}", path_, what, std::strerror(error)),
+                error == ENOSPC || error == EFBIG || error == EDQUOT
+                    ? "make room; what was recorded until here is in the file"
+                    : "what was recorded until here is in the file");
+}
+
+void McapWriter::put(const Writer& data) {
+  Octets left = data.data();
+  while (!left.empty()) {
+    const ssize_t written = ::write(fd_, left.data(), left.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) fail("cannot be written", written < 0 ? errno : ENOSPC);
+    left = left.subspan(static_cast<std::size_t>(written));
+  }
+  crc_.add(data.data());
+  at_ += data.size();
+}
+
+void McapWriter::put_record(Opcode opcode, const Writer& content) {
+  Writer out;
+  out.record(opcode, content);
+  put(out);
+}
+
+std::uint16_t McapWriter::channel(const std::string& topic, const Schema& schema,
+                                  const std::string& encoding, const Texts& metadata) {
+  std::uint16_t schema_id = 0;
+  for (const auto& [id, known] : scan_.schemas) {
+    if (known.name == schema.name && known.text == schema.text) schema_id = id;
+  }
+  for (const auto& [id, known] : scan_.channels) {
+    if (schema_id != 0 && known.schema == schema_id && known.topic == topic) return id;
+  }
+  end_chunk();
+  if (schema_id == 0) {
+    schema_id = static_cast<std::uint16_t>(scan_.schemas.size() + 1);  // 0: no schema
+    scan_.schemas[schema_id] = schema;
+    put_record(kSchema, schema_record(schema_id, schema));
+  }
+  const auto id = static_cast<std::uint16_t>(scan_.channels.size() + 1);
+  scan_.channels[id] = {schema_id, topic, encoding, metadata};
+  put_record(kChannel, channel_record(id, scan_.channels[id]));
+  return id;
+}
+
+void McapWriter::metadata(const std::string& name, const Texts& values) {
+  end_chunk();
+  const std::uint64_t offset = at_;
+  put_record(kMetadataRecord, metadata_record(name, values));
+  scan_.metadata.push_back({offset, at_ - offset, name, values});
+}
+
+void McapWriter::write(const RawMessage& message) {
+  Writer content;
+  content.number(message.channel);
+  content.number(message.sequence);
+  content.number(message.log_ns);
+  content.number(message.publish_ns);
+  content.raw(message.data);
+  Writer& index = index_[message.channel];
+  index.number(message.log_ns);
+  index.number(static_cast<std::uint64_t>(records_.size()));
+  records_.record(kMessage, content);
+  chunk_.add(message.log_ns);
+}
+
+// Of the chunk, to stand at `at`.
+Writer McapWriter::message_indexes(Chunk& chunk, std::uint64_t at) {
+  Writer out;
+  for (const auto& [channel, entries] : index_) {
+    chunk.index[channel] = at + out.size();
+    Writer content;
+    content.number(channel);
+    content.text(entries.str());
+    out.record(kMessageIndex, content);
+  }
+  chunk.index_length = out.size();
+  return out;
+}
+
+void McapWriter::end_chunk() {
+  if (records_.size() == 0) return;
+  Writer content;
+  content.number(chunk_.first_ns);
+  content.number(chunk_.last_ns);
+  content.number(static_cast<std::uint64_t>(records_.size()));
+  content.number(crc_of(records_.data()));
+  content.text("");  // no compression
+  content.block(records_.data());
+  Writer out;
+  out.record(kChunk, content);
+  Chunk chunk{at_, out.size(), chunk_.first_ns, chunk_.last_ns, records_.size(), {}, 0, {}};
+  out.raw(message_indexes(chunk, at_ + out.size()).data());
+  const Writer records = std::exchange(records_, {});
+  chunk_ = {};
+  index_.clear();
+  put(out);  // or it is lost, as a whole
+  count(records.data());
+  summary_size_ += kRecordHead + chunk_index_record(chunk).size();
+  scan_.chunks.push_back(std::move(chunk));
+}
+
+void McapWriter::count(Octets records) {
+  Reader reader(records);
+  while (!reader.empty()) {
+    reader.number<std::uint8_t>();
+    const RawMessage message = read_message(reader.block());
+    scan_.all.add(message.log_ns);
+    ChannelSpan& span = scan_.spans[message.channel];
+    span.add(message.log_ns);
+    span.published_ns = std::max(span.published_ns, message.publish_ns);
+    span.sequence = message.sequence;
+  }
+}
+
+void McapWriter::sync() {
+  if (fdatasync(fd_) != 0 && errno != EINVAL && errno != EROFS) fail("cannot be synced", errno);
+}
+
+std::uint64_t McapWriter::size() const {
+  constexpr std::uint64_t kSchemasAndChannels = 64 * 1024;
+  if (fd_ < 0) return at_;
+  return at_ + records_.size() + summary_size_ + kSchemasAndChannels;
+}
+
+Writer McapWriter::summary(std::uint64_t start) const {
+  Writer out, offsets;
+  const auto group = [&](Opcode opcode, const auto& put_group) {
+    const std::uint64_t begin = out.size();
+    put_group();
+    if (out.size() == begin) return;
+    Writer content;
+    content.number(static_cast<std::uint8_t>(opcode));
+    content.number(start + begin);
+    content.number(static_cast<std::uint64_t>(out.size() - begin));
+    offsets.record(kSummaryOffset, content);
+  };
+  group(kSchema, [&] {
+    for (const auto& [id, schema] : scan_.schemas) out.record(kSchema, schema_record(id, schema));
+  });
+  group(kChannel, [&] {
+    for (const auto& [id, channel] : scan_.channels)
+      out.record(kChannel, channel_record(id, channel));
+  });
+  group(kStatistics, [&] { out.record(kStatistics, statistics_record(scan_)); });
+  group(kChunkIndex, [&] {
+    for (const Chunk& chunk : scan_.chunks) out.record(kChunkIndex, chunk_index_record(chunk));
+  });
+  group(kMetadataIndex, [&] {
+    for (const MetadataAt& metadata : scan_.metadata) {
+      Writer content;
+      content.number(metadata.offset);
+      content.number(metadata.length);
+      content.text(metadata.name);
+      out.record(kMetadataIndex, content);
+    }
+  });
+  const std::uint64_t offsets_start = start + out.size();
+  out.raw(offsets.data());
+  // The footer, up to its checksum, which goes over all of this.
+  out.number(static_cast<std::uint8_t>(kFooter));
+  out.number(static_cast<std::uint64_t>(kFooterSize - kRecordHead));
+  out.number(start);
+  out.number(offsets_start);
+  out.number(crc_of(out.data()));
+  out.raw(octets(kMagic));
+  return out;
+}
+
+void McapWriter::close() {
+  if (fd_ < 0) return;
+  end_chunk();
+  const std::uint64_t end = at_;
+  Writer data_end;
+  data_end.number(crc_.value());
+  Writer out;
+  out.record(kDataEnd, data_end);
+  out.raw(summary(at_ + out.size()).data());
+  try {
+    put(out);
+    sync();
+  } catch (const Failure& e) {
+    at_ = end;
+    throw Failure(e.code(), e.what(), "make room, then: lss-cli record --append ends it whole");
+  }
+  ::close(std::exchange(fd_, -1));
+}
+
+}  // namespace lss::cli::recording

@@ -1,0 +1,181 @@
+#include "tools/lss-cli/recording/recording.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <set>
+
+#include "tools/lss-cli/failure.h"
+#include "tools/lss-cli/names.h"
+#include "tools/lss-cli/recording/mcap_writer.h"
+
+namespace lss::cli::recording {
+namespace {
+
+class McapRecording : public Recording {
+ public:
+  explicit McapRecording(const std::string& path) : file_(path), scan_(scan(path, file_.data())) {
+    topics_.reserve(scan_.channels.size());
+    for (const auto& [id, channel] : scan_.channels) {
+      Topic& topic = topics_.emplace_back();
+      const Schema& schema = scan_.schemas[channel.schema];
+      topic.name = channel.topic;
+      topic.type_name = schema.name;
+      topic.encoding = schema.encoding + ", " + channel.encoding;
+      if (const auto span = scan_.spans.find(id); span != scan_.spans.end())
+        topic.span = span->second;
+      topic.layout = layout(schema, channel);
+      by_id_[id] = &topic;
+    }
+    for (const MetadataAt& metadata : scan_.metadata) {
+      if (metadata.name == kMetadata) about_.insert(metadata.values.begin(), metadata.values.end());
+    }
+    count_gaps();
+  }
+
+  const char* kind() const override { return "mcap"; }
+  const std::vector<Topic>& topics() const override { return topics_; }
+  const Span& span() const override { return scan_.all; }
+  const Texts& about() const override { return about_; }
+  const std::string& complaint() const override { return scan_.complaint; }
+
+  void each(const Filter& filter, const std::function<void(const Message&)>& take) const override {
+    each_raw(filter, [&](const RawMessage& raw, const Topic& topic) {
+      if (topic.layout != nullptr) topic.layout->check(raw.data);
+      take({topic, raw.sequence, raw.log_ns, raw.publish_ns, raw.data});
+    });
+  }
+
+  std::uint64_t copy(const Filter& filter, const std::string& path) const override {
+    McapWriter writer = McapWriter::create(path, scan_.library);
+    for (const MetadataAt& metadata : scan_.metadata)
+      writer.metadata(metadata.name, metadata.values);
+    std::map<std::uint16_t, std::uint16_t> ids;
+    for (const Topic* topic : select(*this, filter)) {
+      for (const auto& [id, known] : by_id_) {
+        if (known != topic) continue;
+        const Channel& channel = scan_.channels.at(id);
+        ids[id] = writer.channel(channel.topic, scan_.schemas.at(channel.schema), channel.encoding,
+                                 channel.metadata);
+      }
+    }
+    constexpr std::size_t kChunk = 1024 * 1024;
+    each_raw(filter, [&](RawMessage raw, const Topic&) {
+      raw.channel = ids.at(raw.channel);
+      writer.write(raw);
+      if (writer.open_chunk_size() > kChunk) writer.end_chunk();
+    });
+    writer.close();
+    return writer.all().messages;
+  }
+
+ private:
+  void each_raw(const Filter& filter,
+                const std::function<void(const RawMessage&, const Topic&)>& take) const {
+    const std::vector<const Topic*> wanted = select(*this, filter);
+    scan_.each([&](const RawMessage& raw) {
+      const auto topic = by_id_.find(raw.channel);
+      if (topic == by_id_.end() || std::ranges::count(wanted, topic->second) == 0) return;
+      const double at_s = seconds(raw.log_ns);
+      if (at_s >= filter.from_s && at_s <= filter.until_s) take(raw, *topic->second);
+    });
+  }
+
+  const Layout* layout(const Schema& schema, const Channel& channel) {
+    if (schema.encoding != "omgidl" || channel.encoding != "cdr") return nullptr;
+    auto& types = types_[schema.text];
+    if (types == nullptr) types = std::make_unique<Types>(schema.text);
+    const Type* type = types->find(schema.name);
+    if (type == nullptr || type->kind != Kind::structure) return nullptr;
+    return layouts_.emplace_back(std::make_unique<Layout>(*type)).get();
+  }
+
+  // A heartbeat counts for each of its sources, so that the key belongs to it.
+  void count_gaps() {
+    std::map<std::string, std::uint64_t> last;
+    scan_.each([&](const RawMessage& raw) {
+      const auto found = by_id_.find(raw.channel);
+      if (found == by_id_.end() || found->second->layout == nullptr) return;
+      Topic& topic = *found->second;
+      const Column* counter = counter_of(*topic.layout);
+      if (counter == nullptr) return;
+      topic.layout->check(raw.data);
+      std::string key = topic.name;
+      if (topic.layout->type().name == "lss::Heartbeat")
+        key += topic.layout->text(*topic.layout->find("source"), raw.data);
+      const auto now = topic.layout->json(*counter, raw.data).get<std::uint64_t>();
+      const auto [before, first] = last.try_emplace(key, now);
+      if (!first && now > before->second) topic.gaps += now - before->second - 1;
+      before->second = now;
+    });
+  }
+
+  MappedFile file_;
+  Scan scan_;
+  std::vector<Topic> topics_;
+  std::map<std::uint16_t, Topic*> by_id_;
+  std::map<std::string, std::unique_ptr<Types>> types_;
+  std::vector<std::unique_ptr<Layout>> layouts_;
+  Texts about_;
+};
+
+}  // namespace
+
+bool matches(std::string_view pattern, std::string_view text) {
+  if (pattern.empty()) return text.empty();
+  if (pattern.front() != '*') {
+    return !text.empty() && text.front() == pattern.front() &&
+           matches(pattern.substr(1), text.substr(1));
+  }
+  for (std::size_t skip = 0; skip <= text.size(); ++skip) {
+    if (matches(pattern.substr(1), text.substr(skip))) return true;
+  }
+  return false;
+}
+
+bool names(std::string_view wanted, std::string_view topic) {
+  const std::string full = "lss/" + std::string(wanted);
+  return matches(wanted, topic) || matches(full, topic) || topic.starts_with(full + "/");
+}
+
+std::vector<const Topic*> select(const Recording& recording, const Filter& filter) {
+  std::vector<const Topic*> list;
+  for (const Topic& topic : recording.topics()) {
+    const auto is_meant = [&](const std::string& wanted) { return names(wanted, topic.name); };
+    if (filter.topics.empty() || std::ranges::any_of(filter.topics, is_meant))
+      list.push_back(&topic);
+  }
+  std::vector<std::string> known;
+  for (const Topic& topic : recording.topics()) known.push_back(topic.name);
+  for (const std::string& wanted : filter.topics) {
+    const auto is_known = [&](const std::string& name) { return names(wanted, name); };
+    if (std::ranges::any_of(known, is_known)) continue;
+    const std::string guess = did_you_mean(wanted, known);
+    throw Failure(ExitCode::unknown_name, fmt::format("there is no topic '{}' in it", wanted),
+                  guess.empty() ? fmt::format("there are: {}", fmt::join(known, ", ")) : guess);
+  }
+  return list;
+}
+
+const Column* counter_of(const Layout& layout) {
+  for (const char* name : {"frame", "index", "counter"}) {
+    const Column* column = layout.find(name);
+    if (column != nullptr && column->type->kind == Kind::uint64) return column;
+  }
+  return nullptr;
+}
+
+bool is_recording(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string begin(kMagic.size(), '\0');
+  file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  return file.gcount() == static_cast<std::streamsize>(begin.size()) && begin == kMagic;
+}
+
+std::unique_ptr<Recording> open(const std::string& path) {
+  return std::make_unique<McapRecording>(path);
+}
+
+}  // namespace lss::cli::recording

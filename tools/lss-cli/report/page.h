@@ -1,0 +1,40 @@
+#pragma once
+
+// One HTML page that needs nothing but itself: sections of figures and tables, light or dark as the
+// reader's screen is, in one column on a phone. Text comes in plain and is escaped here. Pure.
+
+#include <string>
+#include <vector>
+
+#include "tools/lss-cli/report/chart.h"
+
+namespace lss::cli::report {
+
+struct Cells {
+  std::vector<std::string> cells;
+  std::string look;  // "bad", "warn" or nothing
+};
+
+class Page {
+ public:
+  Page(const std::string& title, const std::string& subtitle);
+
+  void section(const std::string& title, const std::string& explanation = "");
+  template <class Chart>
+  void add(const Chart& chart) {
+    figure_html(figure(chart));
+  }
+  void table(const std::vector<std::string>& heads, const std::vector<Cells>& rows);
+  void note(const std::string& text);
+
+  std::string html() const;
+
+ private:
+  void figure_html(const std::string& html);
+  void end_figures();
+
+  std::string title_, body_;
+  bool figures_ = false;
+};
+
+}  // namespace lss::cli::report

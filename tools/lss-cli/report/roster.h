@@ -1,0 +1,15 @@
+#pragma once
+
+// Which vehicle brings which sections to a report; made from LSS_VEHICLES by CMake. Pure.
+
+#include <string_view>
+
+#include "tools/lss-cli/recording/recording.h"
+#include "tools/lss-cli/report/page.h"
+
+namespace lss::cli::report {
+
+// False when this build does not have the vehicle.
+bool add_vehicle(std::string_view vehicle, const recording::Recording& recording, Page& page);
+
+}  // namespace lss::cli::report

@@ -1,0 +1,38 @@
+#pragma once
+
+// Columns of a recorded topic as numbers over time, for plots and reports. Read once, kept in
+// memory. One thread.
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/lss-cli/recording/recording.h"
+
+namespace lss::cli::report {
+
+// Some columns of one topic. Times: when it was published, in s since the recording began.
+class Table {
+ public:
+  // `columns` with `*`; those that the topic does not have stay out. Without the topic it is empty.
+  Table(const recording::Recording& recording, std::string_view topic,
+        const std::vector<std::string>& columns, const recording::Filter& filter = {});
+
+  const std::vector<double>& t_s() const { return t_s_; }
+  bool empty() const { return t_s_.empty(); }
+  std::size_t size() const { return t_s_.size(); }
+  // Empty when there is none.
+  const std::vector<double>& operator[](const std::string& column) const;
+  const std::vector<std::string>& names() const { return names_; }  // in the order of the type
+
+ private:
+  std::vector<double> t_s_;
+  std::vector<std::string> names_;
+  std::map<std::string, std::vector<double>> values_;
+};
+
+// "rad/s" of "wheels[2].target_rad_s"; empty when it has none.
+std::string unit_of(std::string_view column);
+
+}  // namespace lss::cli::report
