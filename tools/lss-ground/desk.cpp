@@ -1,0 +1,527 @@
+#include "tools/lss-ground/desk.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tools/lss-cli/ack.h"
+#include "tools/lss-cli/failure.h"
+#include "tools/lss-cli/status.h"
+#include "tools/lss-cli/timing.h"
+
+namespace lss::ground {
+namespace {
+
+using cli::Invocation;
+using nlohmann::json;
+
+constexpr Clock::duration kPulse = std::chrono::milliseconds(200);
+constexpr Clock::duration kHello = std::chrono::seconds(3);   // to say who it is
+constexpr Clock::duration kAnswer = std::chrono::seconds(2);  // of the daemon
+constexpr Clock::duration kStopAgain = std::chrono::milliseconds(100);
+constexpr Clock::duration kStopGiveUp = std::chrono::seconds(3);
+constexpr Clock::duration kToldWhy = std::chrono::seconds(1);
+constexpr unsigned kMostBad = 10;
+constexpr std::size_t kMostJobs = 64;  // of a client at a time; a page asks for some thirty
+
+std::string dump(const json& document) {
+  return document.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+FramePtr frame(const json& document) { return std::make_shared<Frame>(dump(document)); }
+
+double milliseconds(Clock::duration d) {
+  return std::chrono::duration<double, std::milli>(d).count();
+}
+
+json age_ms(Clock::time_point since, Clock::time_point now) {
+  return since == Clock::time_point{} ? json() : json(std::lround(milliseconds(now - since)));
+}
+
+const CommandInfo& stop_command(const Craft& craft) {
+  return cli::find_command(*craft.kind, static_cast<std::uint16_t>(CommandKind::emergency_stop));
+}
+
+Invocation read(const Craft& craft, const Order& order) {
+  const CommandInfo& info = cli::find_command(*craft.kind, order.command);
+  Invocation invocation = cli::with_defaults(info);
+  for (const auto& [name, value] : order.parameters) {
+    std::size_t i = 0;
+    while (i < info.parameters.size() && name != info.parameters[i].name) ++i;
+    if (i == info.parameters.size()) {
+      throw cli::Failure(cli::ExitCode::usage, fmt::format("{} has no '{}'", info.name, name));
+    }
+    invocation.parameter[i] = value;
+  }
+  for (std::size_t i = 0; i < info.parameters.size(); ++i) {
+    if (std::isnan(invocation.parameter[i])) {
+      throw cli::Failure(cli::ExitCode::usage,
+                         fmt::format("{} needs its {}", info.name, info.parameters[i].name),
+                         info.parameters[i].help);
+    }
+  }
+  return invocation;
+}
+
+bool is_final(lss_Phase phase) {
+  return phase != lss_PHASE_ACCEPTED && phase != lss_PHASE_EXECUTING;
+}
+
+}  // namespace
+
+Desk::Desk(Fleet& fleet, const Door& door, std::uint32_t lease_ms)
+    : fleet_(fleet), door_(door), lease_ms_(lease_ms) {
+  fleet_.listen({
+      .status = [this](Craft& craft) { heard_status(craft); },
+      .event =
+          [this](Craft& craft, const lss_Event& event) {
+            json document = cli::event_json(*craft.kind, event);
+            document["type"] = "event";
+            document["id"] = craft.id;
+            const FramePtr all = frame(document);
+            for (auto& [number, client] : clients_) {
+              if (client.line == Client::Line::data && client.role >= Role::look)
+                tell_newest(client, "", all);
+            }
+          },
+      .timing =
+          [this](Craft& craft) {
+            json document = cli::timing_json(cli::to_statistics(craft.timing));
+            document["type"] = "timing";
+            document["id"] = craft.id;
+            tell_everybody("timing " + craft.id, document);
+          },
+      .telemetry =
+          [this](Craft& craft) {
+            json document = {{"type", "telemetry"}, {"id", craft.id}};
+            craft.kind->add_json(craft.sample(), document);
+            tell_everybody("telemetry " + craft.id, document);
+          },
+      .ack = [this](const lss_CommandAck& ack) { heard_ack(ack); },
+  });
+}
+
+Client& Desk::enter(Client::Line line, std::function<void()> wake, std::function<void()> hang_up) {
+  ++counters_.connections;
+  const std::uint64_t number = ++numbers_;
+  Client& client = clients_[number];
+  client.number = number;
+  client.line = line;
+  client.since = Clock::now();
+  client.wake = std::move(wake);
+  client.hang_up = std::move(hang_up);
+  return client;
+}
+
+// Nothing is sent any more: not the rest of what it asked for, and no heartbeat. The lease brings
+// what it drove to a safe stop. An emergency stop goes on.
+void Desk::leave(Client& client) {
+  counters_.replaced += client.outbox.replaced();
+  std::erase_if(jobs_, [&](const Job& job) { return job.client == client.number; });
+  clients_.erase(client.number);
+}
+
+std::size_t Desk::clients(Client::Line line) const {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(clients_, [&](const auto& c) { return c.second.line == line; }));
+}
+
+Client* Desk::client_of(std::uint64_t number) {
+  const auto found = clients_.find(number);
+  return found == clients_.end() ? nullptr : &found->second;
+}
+
+void Desk::doom(Client& client, const std::string& why) {
+  if (client.doomed) return;
+  client.doomed = true;
+  client.doomed_at = Clock::now();
+  client.why = why;
+  client.wake();
+}
+
+std::vector<Client*> Desk::doomed() {
+  std::vector<Client*> list;
+  for (auto& [number, client] : clients_) {
+    if (client.doomed && Clock::now() - client.doomed_at > kToldWhy) list.push_back(&client);
+  }
+  return list;
+}
+
+void Desk::tell(Client& client, const json& document) { tell_newest(client, "", frame(document)); }
+
+void Desk::tell_newest(Client& client, const std::string& key, const FramePtr& all) {
+  const Clock::time_point now = Clock::now();
+  const bool fits =
+      key.empty() ? client.outbox.push(all, now) : client.outbox.push_newest(key, all, now);
+  if (!fits && !client.doomed) {
+    ++counters_.too_slow;
+    doom(client, "too slow: it stopped reading");
+    return;
+  }
+  client.wake();
+}
+
+void Desk::tell_everybody(const std::string& key, const json& document) {
+  FramePtr all;  // made when there is somebody to be told
+  for (auto& [number, client] : clients_) {
+    if (client.line != Client::Line::data || client.role < Role::look) continue;
+    if (!all) all = frame(document);
+    tell_newest(client, key, all);
+  }
+}
+
+void Desk::bad(Client& client, const std::string& why) {
+  ++counters_.bad_messages;
+  tell(client, {{"type", "bad"}, {"text", why}});
+  if (++client.bad >= kMostBad) doom(client, "too many bad messages");
+}
+
+void Desk::too_long(Client& client) {
+  ++counters_.bad_messages;
+  doom(client, "a message was too long, or no text");
+}
+
+// As if the daemon had rejected it.
+void Desk::refuse(Client& client, std::uint64_t id, const std::string& command,
+                  const std::string& why, const std::string& advice) {
+  tell(client, {{"type", "ack"},
+                {"request", id},
+                {"command", command},
+                {"phase", "rejected"},
+                {"final", true},
+                {"reason", {{"id", 0}, {"name", "ground"}, {"text", why}, {"advice", advice}}}});
+}
+
+void Desk::receive(Client& client, std::string_view text) {
+  if (client.doomed) return;
+  if (!client.rate.take(Clock::now())) {
+    ++counters_.too_fast;
+    return doom(client, "too many messages a second");
+  }
+  const tl::expected<Message, std::string> message = parse_message(text);
+  if (!message) return bad(client, message.error());
+  if (client.role == Role::none && !std::holds_alternative<Hello>(*message))
+    return doom(client, "say hello first");
+  std::visit([&](const auto& m) { on(client, m); }, *message);
+}
+
+void Desk::on(Client& client, const Hello& hello) {
+  if (client.role != Role::none) return bad(client, "said hello before");
+  const Role role = door_.admit(hello.key);
+  if (role == Role::none) {
+    ++counters_.wrong_keys;
+    return doom(client, "wrong key");
+  }
+  client.role = role;
+  client.source = source_of(hello.session);
+  tell(client, {{"type", "welcome"},
+                {"role", role_name(role)},
+                {"locked", door_.locked()},
+                {"source", client.source},
+                {"lease_ms", lease_ms_},
+                {"version", LSS_VERSION}});
+  if (client.line == Client::Line::data) tell_everything(client);
+}
+
+void Desk::on(Client& client, const Beat& beat) {
+  client.beat = beat.n;
+  for (const std::string& vehicle : client.driven) fleet_.heartbeat(vehicle, client.source);
+}
+
+void Desk::on(Client& client, const Order& order) {
+  const auto no = [&](const std::string& why, const std::string& advice = "") {
+    refuse(client, order.id, order.command, why, advice);
+  };
+  if (client.line != Client::Line::data) return bad(client, "this connection is for stopping");
+  if (client.role < Role::command) return no("this key may not command");
+  Craft* craft = fleet_.find(order.vehicle);
+  if (craft == nullptr) return no("there is no such vehicle");
+  try {
+    const Invocation wanted = read(*craft, order);
+    Job job{.id = order.id, .vehicle = craft->id, .dry_run = order.dry_run};
+    if (order.whole) {
+      for (const Invocation& step : craft->kind->prepare(craft->status, wanted))
+        job.steps.push_back(step);
+    }
+    job.steps.push_back(wanted);
+    add(client, std::move(job));
+  } catch (const cli::Failure& e) {
+    no(e.what(), e.advice());
+  }
+}
+
+void Desk::on(Client& client, const Script& script) {
+  const auto no = [&](const std::string& why, const std::string& advice = "") {
+    refuse(client, script.id, "script", why, advice);
+  };
+  if (client.line != Client::Line::data) return bad(client, "this connection is for stopping");
+  if (client.role < Role::command) return no("this key may not command");
+  Craft* craft = fleet_.find(script.vehicle);
+  if (craft == nullptr) return no("there is no such vehicle");
+  if (craft->kind->script == nullptr) return no("this vehicle has no scripts");
+  try {
+    Job job{.id = script.id, .vehicle = craft->id};
+    for (Invocation& step : craft->kind->script(script.text)) job.steps.push_back(std::move(step));
+    add(client, std::move(job));
+  } catch (const cli::Failure& e) {
+    no(e.what(), e.advice());
+  }
+}
+
+void Desk::on(Client& client, const Stop& stop) {
+  if (client.line != Client::Line::stop) return bad(client, "stopping has a connection of its own");
+  if (client.role < Role::stop) return refuse(client, stop.id, "estop", "this key may not stop");
+  bool any = false;
+  for (auto& [id, craft] : fleet_.crafts()) {
+    if (!stop.vehicle.empty() && stop.vehicle != id) continue;
+    any = true;
+    ++counters_.stops;
+    Emergency& emergency = emergencies_.emplace_back();
+    emergency.client = client.number;
+    emergency.id = stop.id;
+    emergency.vehicle = id;
+    emergency.source = client.source;
+    emergency.begun = Clock::now();
+    send_stop(emergency);
+  }
+  if (!any) refuse(client, stop.id, "estop", "there is no such vehicle");
+}
+
+void Desk::add(Client& client, Job job) {
+  const auto mine = std::ranges::count(jobs_, client.number, &Job::client);
+  if (static_cast<std::size_t>(mine) >= kMostJobs) {
+    return refuse(client, job.id, job.steps.back().info->name, "too many commands at a time",
+                  "wait for their answers");
+  }
+  ++counters_.commands;
+  job.client = client.number;
+  job.source = client.source;
+  job.count = job.steps.size();
+  send_step(jobs_.emplace_back(std::move(job)));
+}
+
+void Desk::send_step(Job& job) {
+  const Invocation& step = job.steps.front();
+  Client* client = client_of(job.client);
+  // Also a stop needs the lease until it is completed.
+  if (client != nullptr && !job.dry_run && step.info->access == Access::holder)
+    client->driven.insert(job.vehicle);
+  job.seq = sequence_.next();
+  job.sent = Clock::now();
+  job.accepted = false;
+  const std::uint16_t flags = job.dry_run ? kFlagDryRun : std::uint16_t{0};
+  fleet_.send(cli::to_dds(step, {job.vehicle, job.source, job.seq, flags, lease_ms_}));
+}
+
+void Desk::send_stop(Emergency& emergency) {
+  const Craft* craft = fleet_.find(emergency.vehicle);
+  if (craft == nullptr) return;
+  emergency.sent = Clock::now();
+  const std::uint64_t seq = sequence_.next();
+  emergency.asked.insert(seq);
+  fleet_.send(
+      cli::to_dds({&stop_command(*craft), {}}, {emergency.vehicle, emergency.source, seq, 0, 0}));
+}
+
+void Desk::heard_ack(const lss_CommandAck& ack) {
+  const std::string_view vehicle = cli::text(ack.vehicle_id), source = cli::text(ack.source);
+  const auto emergency = std::ranges::find_if(emergencies_, [&](const Emergency& e) {
+    return e.vehicle == vehicle && e.source == source && e.asked.contains(ack.seq);
+  });
+  if (emergency != emergencies_.end()) {
+    if (Client* client = client_of(emergency->client)) {
+      json document = cli::ack_json(ack);
+      document["type"] = "ack";
+      document["request"] = emergency->id;
+      document["vehicle"] = emergency->vehicle;
+      document["command"] = "estop";
+      document["final"] = is_final(ack.phase);
+      document["after_ms"] = milliseconds(Clock::now() - emergency->begun);
+      tell(*client, document);
+    }
+    if (is_final(ack.phase)) emergencies_.erase(emergency);
+    return;
+  }
+  const auto job = std::ranges::find_if(jobs_, [&](const Job& j) {
+    return j.seq == ack.seq && j.vehicle == vehicle && j.source == source;
+  });
+  if (job != jobs_.end() && is_over(*job, ack)) jobs_.erase(job);
+}
+
+bool Desk::is_over(Job& job, const lss_CommandAck& ack) {
+  job.accepted = true;
+  const bool done = ack.phase == lss_PHASE_COMPLETED && job.steps.size() > 1;
+  const bool over = !done && (job.dry_run || is_final(ack.phase));
+  if (Client* client = client_of(job.client)) {
+    json document = cli::ack_json(ack);
+    if (document["reason"].is_object()) document["reason"]["text"] = cli::reason_text(ack);
+    document["type"] = "ack";
+    document["request"] = job.id;
+    document["vehicle"] = job.vehicle;
+    document["command"] = job.steps.back().info->name;
+    document["step"] = cli::describe(job.steps.front());
+    document["left"] = job.steps.size() - 1;
+    document["steps"] = job.count;
+    document["dry_run"] = job.dry_run;
+    document["final"] = over;
+    tell(*client, document);
+  }
+  if (done) {
+    job.steps.pop_front();
+    send_step(job);
+  }
+  return over;
+}
+
+void Desk::heard_status(Craft& craft) {
+  if (described_.insert(craft.id).second) {
+    tell_everybody("", describe(craft));
+    for (const lss_Event& event : craft.events) {
+      json document = cli::event_json(*craft.kind, event);
+      document["type"] = "event";
+      document["id"] = craft.id;
+      tell_everybody("", document);
+    }
+  }
+  tell_everybody("status " + craft.id, status(craft));
+  // A page that lost its connection and is back in time goes on; one that holds nothing any more
+  // is no sign of life.
+  const std::string_view holder = cli::text(craft.status.authority);
+  for (auto& [number, client] : clients_) {
+    if (client.role < Role::command || client.line != Client::Line::data) continue;
+    const bool asks = std::ranges::any_of(jobs_, [&](const Job& job) {
+      return job.client == client.number && job.vehicle == craft.id && !job.dry_run;
+    });
+    if (holder == client.source) {
+      client.driven.insert(craft.id);
+    } else if (!asks) {
+      client.driven.erase(craft.id);
+    }
+  }
+}
+
+json Desk::describe(const Craft& craft) const {
+  json commands = json::array();
+  for (const CommandInfo* info : cli::commands_of(*craft.kind)) {
+    const bool composed = std::ranges::count(craft.kind->composed, info->name) > 0;
+    if (info->kind == static_cast<std::uint16_t>(CommandKind::emergency_stop)) continue;
+    json one = cli::to_json(*info, *craft.kind);
+    one["composed"] = composed;
+    commands.push_back(std::move(one));
+  }
+  json subjects = json::array();
+  for (const char* subject : craft.kind->subjects) subjects.push_back(subject);
+  return {{"type", "vehicle"},
+          {"id", craft.id},
+          {"vehicle", craft.kind->name},
+          {"commands", std::move(commands)},
+          {"subjects", std::move(subjects)},
+          {"scripts", craft.kind->script != nullptr}};
+}
+
+json Desk::status(const Craft& craft) const {
+  json document = cli::status_json(*craft.kind, craft.status, craft.sample());
+  document["type"] = "status";
+  document["id"] = craft.id;
+  document["alive"] = craft.alive;
+  document["progress"] = craft.kind->progress(craft.status, craft.sample());
+  document["problems"] = json::array();
+  for (const cli::Problem& p : cli::problems(*craft.kind, craft.status, craft.sample()))
+    document["problems"].push_back({{"error", p.error}, {"text", p.text}, {"advice", p.advice}});
+  return document;
+}
+
+void Desk::tell_everything(Client& client) {
+  for (const auto& [id, craft] : fleet_.crafts()) {
+    tell(client, describe(craft));
+    tell(client, status(craft));
+    json list = json::array();
+    for (const lss_Event& event : craft.events) list.push_back(cli::event_json(*craft.kind, event));
+    tell(client, {{"type", "events"}, {"id", craft.id}, {"events", std::move(list)}});
+    if (cli::text(craft.status.authority) == client.source && client.role >= Role::command)
+      client.driven.insert(id);
+  }
+}
+
+void Desk::tell_pulse() {
+  const Clock::time_point now = Clock::now();
+  json crafts = json::object();
+  for (const auto& [id, craft] : fleet_.crafts()) {
+    crafts[id] = {{"alive", craft.alive},
+                  {"status_age_ms", age_ms(craft.status_time, now)},
+                  {"telemetry_age_ms", age_ms(craft.telemetry_time, now)}};
+  }
+  const json counters = {{"clients", clients_.size()},
+                         {"connections", counters_.connections},
+                         {"refused", counters_.refused},
+                         {"wrong_keys", counters_.wrong_keys},
+                         {"bad_messages", counters_.bad_messages},
+                         {"too_fast", counters_.too_fast},
+                         {"too_slow", counters_.too_slow},
+                         {"replaced", counters_.replaced},
+                         {"commands", counters_.commands},
+                         {"stops", counters_.stops}};
+  for (auto& [number, client] : clients_) {
+    if (client.role == Role::none) continue;
+    json document = {{"type", "pulse"}, {"beat", client.beat}};
+    if (client.line == Client::Line::data) {
+      document["crafts"] = crafts;
+      document["gateway"] = counters;
+    }
+    tell_newest(client, "pulse", frame(document));
+  }
+}
+
+// What nobody answered.
+void Desk::give_up() {
+  const Clock::time_point now = Clock::now();
+  std::erase_if(jobs_, [&](const Job& job) {
+    if (job.accepted || now - job.sent < kAnswer) return false;
+    if (Client* client = client_of(job.client)) {
+      tell(*client, {{"type", "ack"},
+                     {"request", job.id},
+                     {"vehicle", job.vehicle},
+                     {"command", job.steps.back().info->name},
+                     {"dry_run", job.dry_run},
+                     {"phase", "unanswered"},
+                     {"final", true}});
+    }
+    return true;
+  });
+  std::erase_if(emergencies_, [&](Emergency& emergency) {
+    if (now - emergency.begun < kStopGiveUp) {
+      if (now - emergency.sent >= kStopAgain) send_stop(emergency);
+      return false;
+    }
+    if (Client* client = client_of(emergency.client)) {
+      tell(*client, {{"type", "ack"},
+                     {"request", emergency.id},
+                     {"vehicle", emergency.vehicle},
+                     {"command", "estop"},
+                     {"phase", "unanswered"},
+                     {"final", true}});
+    }
+    return true;
+  });
+}
+
+void Desk::tick() {
+  const Clock::time_point now = Clock::now();
+  fleet_.take_telemetry();
+  give_up();
+  if (now >= next_pulse_) {
+    next_pulse_ = now + kPulse;
+    tell_pulse();
+  }
+  for (auto& [number, client] : clients_) {
+    if (client.role == Role::none && now - client.since > kHello)
+      doom(client, "did not say who it is");
+    if (!client.doomed && client.outbox.stalled(now)) {
+      ++counters_.too_slow;
+      doom(client, "too slow: it stopped reading");
+    }
+  }
+}
+
+}  // namespace lss::ground

@@ -1,0 +1,141 @@
+#pragma once
+
+// What clients are told and what becomes of what they say: roles, commands with their answers,
+// heartbeats, emergency stops. Knows nothing of sockets (server.h) and has no vehicle of its own.
+// Every client commands under a source of its own, so the daemon's rule of authority holds between
+// pages as between everybody else. Event loop only.
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <list>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "tools/lss-cli/wire.h"
+#include "tools/lss-ground/access.h"
+#include "tools/lss-ground/fleet.h"
+#include "tools/lss-ground/message.h"
+#include "tools/lss-ground/outbox.h"
+
+namespace lss::ground {
+
+inline constexpr Clock::duration kTick = std::chrono::milliseconds(50);  // telemetry: 20 Hz
+
+struct Counters {
+  std::uint64_t connections = 0;  // ever
+  std::uint64_t refused = 0;      // over the limit, foreign origin
+  std::uint64_t wrong_keys = 0;
+  std::uint64_t bad_messages = 0;
+  std::uint64_t too_fast = 0;  // dropped for it
+  std::uint64_t too_slow = 0;  // dropped for it
+  std::uint64_t replaced = 0;  // told too late to be told: only the newest is
+  std::uint64_t commands = 0, stops = 0;
+};
+
+// One connection.
+struct Client {
+  enum class Line : std::uint8_t { data, stop };  // which of the two connections
+
+  std::uint64_t number = 0;
+  Line line = Line::data;
+  Role role = Role::none;
+  std::string source;
+  Outbox outbox;
+  RateLimit rate{100, 300};
+  std::set<std::string> driven;  // vehicles that its heartbeat is for
+  std::uint64_t beat = 0;
+  unsigned bad = 0;
+  Clock::time_point since{};
+  std::function<void()> wake;     // there is something to send
+  std::function<void()> hang_up;  // at once, without a word
+  bool doomed = false;            // to be closed, with why
+  std::string why;
+  Clock::time_point doomed_at{};
+};
+
+class Desk {
+ public:
+  Desk(Fleet& fleet, const Door& door, std::uint32_t lease_ms);
+
+  Client& enter(Client::Line line, std::function<void()> wake, std::function<void()> hang_up);
+  void leave(Client& client);
+  void refused() { ++counters_.refused; }
+  std::size_t clients(Client::Line line) const;
+
+  // A whole message. The client may be doomed afterwards.
+  void receive(Client& client, std::string_view text);
+  // Too long, or not a text: dooms it.
+  void too_long(Client& client);
+  // Every kTick.
+  void tick();
+  // Those to hang up on: they had their time to be told why.
+  std::vector<Client*> doomed();
+
+ private:
+  // A command, or several one after the other, that a client asked for.
+  struct Job {
+    std::uint64_t client = 0;
+    std::uint64_t id = 0;
+    std::string vehicle;
+    std::deque<cli::Invocation> steps{};  // the first one was sent, the others wait for its end
+    std::size_t count = 1;                // of steps in all
+    bool dry_run = false;
+    bool accepted = false;  // of the one that is sent
+    std::uint64_t seq = 0;
+    std::string source{};
+    Clock::time_point sent{};
+  };
+  struct Emergency {
+    std::uint64_t client = 0, id = 0;
+    std::string vehicle, source;
+    std::set<std::uint64_t> asked;
+    Clock::time_point begun{}, sent{};
+  };
+
+  void on(Client& client, const Hello& hello);
+  void on(Client& client, const Beat& beat);
+  void on(Client& client, const Order& order);
+  void on(Client& client, const Stop& stop);
+  void on(Client& client, const Script& script);
+
+  void heard_status(Craft& craft);
+  void heard_ack(const lss_CommandAck& ack);
+  bool is_over(Job& job, const lss_CommandAck& ack);  // else it goes on
+  void send_step(Job& job);
+  void send_stop(Emergency& emergency);
+
+  void doom(Client& client, const std::string& why);
+  void bad(Client& client, const std::string& why);
+  void refuse(Client& client, std::uint64_t id, const std::string& command, const std::string& why,
+              const std::string& advice = "");
+  void add(Client& client, Job job);
+  void tell(Client& client, const nlohmann::json& document);
+  void tell_newest(Client& client, const std::string& key, const FramePtr& frame);
+  void tell_everybody(const std::string& key, const nlohmann::json& document);
+  void tell_everything(Client& client);
+  nlohmann::json describe(const Craft& craft) const;
+  nlohmann::json status(const Craft& craft) const;
+  void tell_pulse();
+  void give_up();
+  Client* client_of(std::uint64_t number);
+
+  Fleet& fleet_;
+  const Door& door_;
+  std::uint32_t lease_ms_;
+  Counters counters_;
+  std::map<std::uint64_t, Client> clients_;
+  std::uint64_t numbers_ = 0;
+  std::list<Job> jobs_;
+  std::list<Emergency> emergencies_;
+  cli::Sequence sequence_;           // of all sources: it grows for each of them
+  std::set<std::string> described_;  // vehicles that everybody was told of
+  Clock::time_point next_pulse_{};
+};
+
+}  // namespace lss::ground

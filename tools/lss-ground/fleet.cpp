@@ -1,0 +1,182 @@
+#include "tools/lss-ground/fleet.h"
+
+#include <cstring>
+
+#include "tools/lss-cli/wire.h"
+
+namespace lss::ground {
+namespace {
+
+// An id that is none, of somebody who writes nonsense into the domain, is left alone; so is a
+// multitude of them.
+constexpr std::size_t kMostCrafts = 32;
+
+bool good_id(std::string_view id) {
+  if (id.empty() || id.size() >= sizeof lss_Status::vehicle_id) return false;
+  for (const char c : id) {
+    if (c <= ' ' || c > '~') return false;
+  }
+  return true;
+}
+
+template <class Sample, class Each>
+void take_each(const dds::Entity& reader, Each each) {
+  Sample sample{};
+  void* samples[1] = {&sample};
+  dds_sample_info_t info{};
+  while (dds_take(reader.get(), samples, &info, 1, 1) == 1) each(sample, info);
+}
+
+}  // namespace
+
+tl::expected<std::unique_ptr<Fleet>, std::string> Fleet::create(int domain,
+                                                                std::function<void()> wake) {
+  std::unique_ptr<Fleet> fleet(new Fleet(std::move(wake)));
+  if (auto opened = fleet->open(domain); !opened) return tl::unexpected(opened.error());
+  return fleet;
+}
+
+dds::Result<void> Fleet::open(int domain) {
+  listener_.reset(dds_create_listener(this));
+  dds_lset_data_available(listener_.get(),
+                          [](dds_entity_t, void* self) { static_cast<Fleet*>(self)->wake_(); });
+  dds::ParticipantParameters parameters;
+  parameters.domain = domain;
+  parameters.short_lived = true;  // commands are asked for at once when one was lost
+  auto participant = dds::Participant::create(parameters);
+  if (!participant) return tl::unexpected(participant.error());
+  participant_ = std::move(*participant);
+  for (const auto& [kind, reader] : {std::pair{dds::Kind::status, &status_reader_},
+                                     {dds::Kind::command_ack, &ack_reader_},
+                                     {dds::Kind::event, &event_reader_},
+                                     {dds::Kind::timing_statistics, &timing_reader_}}) {
+    if (auto opened = open_reader(kind, *reader); !opened) return opened;
+  }
+  for (const auto& [kind, writer] : {std::pair{dds::Kind::command, &command_writer_},
+                                     {dds::Kind::heartbeat, &heartbeat_writer_}}) {
+    auto created = dds::create_writer(participant_.get(), dds::common_topic(kind));
+    if (!created) return tl::unexpected(created.error());
+    *writer = std::move(*created);
+  }
+  // No listener: telemetry is looked at when it is time to show it, the newest only.
+  for (const cli::Vehicle* kind : cli::vehicles()) {
+    auto reader =
+        dds::create_reader(participant_.get(), dds::telemetry_topic(kind->name, kind->telemetry));
+    if (!reader) return tl::unexpected(reader.error());
+    telemetry_readers_.push_back({kind, std::move(*reader)});
+  }
+  return {};
+}
+
+dds::Result<void> Fleet::open_reader(dds::Kind kind, dds::Entity& reader) {
+  auto created = dds::create_reader(participant_.get(), dds::common_topic(kind),
+                                    dds::Transport::best, listener_.get());
+  if (!created) return tl::unexpected(created.error());
+  reader = std::move(*created);
+  return {};
+}
+
+Craft* Fleet::find(std::string_view id) {
+  const auto found = crafts_.find(std::string(id));
+  return found == crafts_.end() ? nullptr : &found->second;
+}
+
+void Fleet::take() {
+  take_status();
+  take_acks();
+  take_events();
+  take_timing();
+}
+
+void Fleet::take_status() {
+  take_each<lss_Status>(status_reader_,
+                        [&](const lss_Status& sample, const dds_sample_info_t& info) {
+                          const std::string_view id = cli::text(sample.vehicle_id);
+                          Craft* craft = find(id);
+                          if (!info.valid_data) {
+                            if (craft == nullptr) return;
+                            craft->alive = info.instance_state == DDS_IST_ALIVE;
+                            ears_.status(*craft);
+                            return;
+                          }
+                          if (craft == nullptr) {
+                            const cli::Vehicle* kind = cli::find_vehicle(cli::text(sample.vehicle));
+                            if (kind == nullptr || !good_id(id) || crafts_.size() >= kMostCrafts)
+                              return;
+                            craft = &crafts_[std::string(id)];
+                            craft->id = id;
+                            craft->kind = kind;
+                            craft->events = std::move(early_events_[craft->id]);
+                            early_events_.erase(craft->id);
+                          }
+                          craft->status = sample;
+                          craft->status_time = Clock::now();
+                          craft->alive = true;
+                          ears_.status(*craft);
+                        });
+}
+
+void Fleet::take_acks() {
+  take_each<lss_CommandAck>(ack_reader_,
+                            [&](const lss_CommandAck& ack, const dds_sample_info_t& info) {
+                              if (info.valid_data) ears_.ack(ack);
+                            });
+}
+
+void Fleet::take_events() {
+  take_each<lss_Event>(event_reader_, [&](const lss_Event& event, const dds_sample_info_t& info) {
+    const std::string_view id = cli::text(event.vehicle_id);
+    if (!info.valid_data || !good_id(id)) return;
+    Craft* craft = find(id);
+    if (craft == nullptr && early_events_.size() >= kMostCrafts) return;
+    std::deque<lss_Event>& events =
+        craft != nullptr ? craft->events : early_events_[std::string(id)];
+    // Another daemon of that name counts its events anew.
+    if (!events.empty() && event.index <= events.back().index &&
+        event.utc_ns > events.back().utc_ns)
+      events.clear();
+    events.push_back(event);
+    if (events.size() > dds::kEventDepth) events.pop_front();
+    if (craft != nullptr) ears_.event(*craft, event);
+  });
+}
+
+void Fleet::take_timing() {
+  take_each<lss_TimingStatistics>(
+      timing_reader_, [&](const lss_TimingStatistics& timing, const dds_sample_info_t& info) {
+        Craft* craft = info.valid_data ? find(cli::text(timing.vehicle_id)) : nullptr;
+        if (craft == nullptr) return;
+        craft->timing = timing;
+        ears_.timing(*craft);
+      });
+}
+
+void Fleet::take_telemetry() {
+  for (const TelemetryReader& reader : telemetry_readers_) {
+    const std::size_t size = reader.kind->telemetry->m_size;
+    std::vector<std::max_align_t> buffer((size + sizeof(std::max_align_t) - 1) /
+                                         sizeof(std::max_align_t));
+    void* samples[1] = {buffer.data()};
+    dds_sample_info_t info{};
+    while (dds_take(reader.entity.get(), samples, &info, 1, 1) == 1) {
+      char id[sizeof lss_Status::vehicle_id];  // the key is the first member of every type
+      std::memcpy(id, buffer.data(), sizeof id);
+      Craft* craft = info.valid_data ? find(cli::text(id)) : nullptr;
+      if (craft == nullptr || craft->kind != reader.kind) continue;
+      craft->telemetry = buffer;
+      craft->telemetry_time = Clock::now();
+      ears_.telemetry(*craft);
+    }
+  }
+}
+
+bool Fleet::send(const lss_Command& command) {
+  return dds_write(command_writer_.get(), &command) >= 0;
+}
+
+void Fleet::heartbeat(const std::string& vehicle_id, const std::string& source) {
+  const lss_Heartbeat sample = cli::heartbeat_to_dds(vehicle_id, source, ++heartbeats_);
+  dds_write(heartbeat_writer_.get(), &sample);
+}
+
+}  // namespace lss::ground

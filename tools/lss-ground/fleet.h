@@ -1,0 +1,96 @@
+#pragma once
+
+// All vehicles on the domain, seen and commanded over DDS, each under whatever source is asked for.
+// Without shared memory, so that it hears every daemon whatever RouDi does. Event loop only, but
+// for `wake`, which Cyclone's threads call.
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "idl/topics.h"
+#include "lss.h"
+#include "tools/lss-cli/vehicle.h"
+#include "tools/lss-ground/outbox.h"
+
+namespace lss::ground {
+
+// One vehicle, as far as it was heard.
+struct Craft {
+  std::string id;
+  const cli::Vehicle* kind = nullptr;  // the build knows it
+  lss_Status status{};
+  Clock::time_point status_time{};
+  bool alive = false;  // its daemon is there
+  std::vector<std::max_align_t> telemetry;
+  Clock::time_point telemetry_time{};
+  std::deque<lss_Event> events;  // the newest, as many as the daemon keeps
+  lss_TimingStatistics timing{};
+
+  const void* sample() const { return telemetry.empty() ? nullptr : telemetry.data(); }
+};
+
+class Fleet {
+ public:
+  // What comes in; called by take() and take_telemetry().
+  struct Ears {
+    std::function<void(Craft&)> status;
+    std::function<void(Craft&, const lss_Event&)> event;
+    std::function<void(Craft&)> timing;
+    std::function<void(Craft&)> telemetry;
+    std::function<void(const lss_CommandAck&)> ack;
+  };
+
+  // wake: something of what take() takes has come.
+  static tl::expected<std::unique_ptr<Fleet>, std::string> create(int domain,
+                                                                  std::function<void()> wake);
+
+  void listen(Ears ears) { ears_ = std::move(ears); }
+  void take();
+  void take_telemetry();
+
+  std::map<std::string, Craft>& crafts() { return crafts_; }
+  Craft* find(std::string_view id);
+
+  // False: DDS did not take it.
+  bool send(const lss_Command& command);
+  void heartbeat(const std::string& vehicle_id, const std::string& source);
+
+ private:
+  explicit Fleet(std::function<void()> wake) : wake_(std::move(wake)) {}
+  dds::Result<void> open(int domain);
+  dds::Result<void> open_reader(dds::Kind kind, dds::Entity& reader);
+  void take_status();
+  void take_acks();
+  void take_events();
+  void take_timing();
+
+  struct TelemetryReader {
+    const cli::Vehicle* kind;
+    dds::Entity entity;
+  };
+
+  std::function<void()> wake_;
+  Ears ears_;
+  std::map<std::string, Craft> crafts_;
+  std::map<std::string, std::deque<lss_Event>> early_events_;  // before the first status
+  std::uint64_t heartbeats_ = 0;
+
+  struct ListenerDeleter {
+    void operator()(dds_listener_t* listener) const { dds_delete_listener(listener); }
+  };
+  std::unique_ptr<dds_listener_t, ListenerDeleter> listener_;
+  dds::Participant participant_;
+  dds::Entity status_reader_, ack_reader_, event_reader_, timing_reader_;
+  std::vector<TelemetryReader> telemetry_readers_;
+  dds::Entity command_writer_, heartbeat_writer_;
+};
+
+}  // namespace lss::ground

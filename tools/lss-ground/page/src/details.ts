@@ -1,0 +1,99 @@
+// Below the picture: what happened, how punctual the frames are, and every module.
+
+import {$, age, el, fixed, show} from "./dom";
+import type {Json} from "./link";
+import type {Vehicle} from "./model";
+import {roster} from "./vehicles/roster";
+import type {Cell, Table} from "./vehicles/kind";
+
+const kTabs = [["events", "Events"], ["timing", "Timing"], ["parts", "Modules"]] as const;
+const kSeverities = ["info", "warning", "error", "fatal"];
+let chosen = "events", least = 0, words = "";
+
+export function tabs(changed: () => void) {
+  const list = document.querySelector("#tabs [role=tablist]")!;
+  for (const [id, title] of kTabs) {
+    const tab = el("button", {type: "button", role: "tab", "aria-controls": id, "aria-selected": String(id === chosen)}, title);
+    tab.onclick = () => {
+      chosen = id;
+      for (const other of list.children) other.setAttribute("aria-selected", String(other === tab));
+      for (const [name] of kTabs) $(name).hidden = name !== id;
+      changed();
+    };
+    list.append(tab);
+  }
+  const severity = el("select", {"aria-label": "Least severity"}, ...kSeverities.map((s, i) => el("option", {value: String(i)}, i ? `${s} and worse` : "all"))) as HTMLSelectElement;
+  const filter = el("input", {type: "search", placeholder: "words", "aria-label": "Words to filter by"}) as HTMLInputElement;
+  severity.onchange = () => { least = Number(severity.value); changed(); };
+  filter.oninput = () => { words = filter.value.toLowerCase(); changed(); };
+  $("events").append(el("div", {class: "filter"}, severity, filter), el("ol", {}));
+}
+
+export function details(vehicle: Vehicle) {
+  if (chosen === "events") events(vehicle);
+  if (chosen === "timing") timing(vehicle);
+  if (chosen === "parts") parts(vehicle);
+}
+
+function events(vehicle: Vehicle) {
+  const list = $("events").querySelector("ol")!;
+  show(list, [vehicle.id, vehicle.events_version, least, words], () => [...vehicle.events.values()]
+    .filter((e) => kSeverities.indexOf(e.severity) >= least && (!words || `${e.text} ${e.subject_name}`.toLowerCase().includes(words)))
+    .sort((a, b) => b.index - a.index).slice(0, 200)
+    .map((e) => el("li", {class: e.severity}, el("time", {}, new Date(e.utc_ns / 1e6).toISOString().slice(11, 23)), el("b", {}, e.severity), el("span", {}, e.text))));
+}
+
+function timing(vehicle: Vehicle) {
+  const t = vehicle.timing;
+  show($("timing"), [vehicle.id, t?.until_ns], () => {
+    if (!t) return [el("p", {class: "empty"}, "No timing was heard yet.")];
+    const us = (value: unknown) => fixed(value, 1);
+    const rows = Object.entries(t.points as Json).map(([name, p]) => [name, us(p.mean_us), us(p.sigma_us), us(p.p50_us), us(p.p99_us), us(p.p999_us), us(p.max_us)]);
+    return [el("p", {}, `${t.frames} frames of ${fixed(t.period_ns * 1e-6, 0)} ms · ${t.missed.overruns} commands late · ${t.missed.repeated} repeated · ${t.missed.skipped} frames skipped · least margin ${us(t.margin?.min_us)} µs`),
+      table({heads: ["µs", "mean", "sigma", "p50", "p99", "p99.9", "max"], rows}), histogram(t.points.command, "boundary to command ready")];
+  });
+}
+
+function histogram(series: Json | undefined, title: string): HTMLElement | null {
+  if (!series?.histogram?.length) return null;
+  const most = Math.max(...series.histogram.map((b: Json) => Math.log2(1 + b.count)));
+  const ns = "http://www.w3.org/2000/svg", svg = document.createElementNS(ns, "svg");
+  svg.setAttribute("viewBox", "0 0 600 90");
+  svg.setAttribute("role", "img");
+  svg.setAttribute("aria-label", title);
+  const width = 600 / series.histogram.length;
+  series.histogram.forEach((b: Json, i: number) => {
+    const height = Math.log2(1 + b.count) / most * 70, bar = document.createElementNS(ns, "rect");
+    for (const [k, value] of Object.entries({x: i * width + 0.5, y: 74 - height, width: Math.max(1, width - 1), height})) bar.setAttribute(k, String(value));
+    const tip = document.createElementNS(ns, "title");
+    tip.textContent = `${b.from_us.toFixed(1)} to ${b.to_us.toFixed(1)} µs: ${b.count}`;
+    bar.append(tip);
+    svg.append(bar);
+  });
+  for (const [x, anchor, bucket] of [[0, "start", series.histogram[0]], [600, "end", series.histogram.at(-1)]] as const) {
+    const label = document.createElementNS(ns, "text");
+    label.setAttribute("x", String(x));
+    label.setAttribute("y", "87");
+    label.setAttribute("text-anchor", anchor);
+    label.textContent = `${(anchor === "start" ? bucket.from_us : bucket.to_us).toFixed(0)} µs`;
+    svg.append(label);
+  }
+  return el("figure", {}, svg as unknown as Node, el("figcaption", {}, `${title}, counts by their logarithm`));
+}
+
+function cell(c: string | Cell): HTMLElement {
+  return typeof c === "string" ? el("td", {}, c) : el("td", {class: c.tone ?? ""}, c.text);
+}
+
+function table(t: Table): HTMLElement {
+  return el("table", {}, el("thead", {}, el("tr", {}, ...t.heads.map((h) => el("th", {}, h)))),
+    el("tbody", {}, ...t.rows.map((row) => el("tr", {}, ...row.map(cell)))));
+}
+
+function parts(vehicle: Vehicle) {
+  const kind = roster[vehicle.kind], s = vehicle.status;
+  const tables = kind && vehicle.telemetry ? kind.tables(vehicle.telemetry) : [];
+  show($("parts"), [vehicle.id, tables, s?.frame?.index], () => [...tables.map(table), s && el("p", {class: "hint"},
+    `frame ${s.frame.index}, ${s.frame.overruns} overruns · ${s.counters.commands_rejected} commands rejected · ${s.counters.safe_commands} safe commands · ` +
+    `OBC heard ${age(s.link.obc_age_ms)} ago · real time ${s.realtime.policy}, ${s.realtime.granted ? "granted" : "not granted"} · shared memory ${s.shared_memory} · lssd ${s.version}`)]);
+}

@@ -1,0 +1,99 @@
+// The two connections to the gateway. Each says hello, comes back by itself, and knows when it heard
+// something last. The gateway says something five times a second.
+
+export type Json = Record<string, any>;
+
+const kLost_ms = 800;
+const kBeat_ms = 200;
+const kShortestWait_ms = 250, kLongestWait_ms = 2000;
+
+function kept(name: string, make: () => string): string {
+  let value = sessionStorage.getItem(name);
+  if (!value) sessionStorage.setItem(name, value = make());
+  return value;
+}
+
+// What only this tab knows: with it, it commands under the same name after a lost connection.
+const session = kept("session", () =>
+  Array.from(crypto.getRandomValues(new Uint8Array(16)), (b) => b.toString(16).padStart(2, "0")).join(""));
+
+// A key may come with the address, behind #, which browsers do not send.
+const given = /[#&]key=([^&]+)/.exec(location.hash);
+if (given) {
+  sessionStorage.setItem("key", decodeURIComponent(given[1]));
+  history.replaceState(null, "", location.pathname + location.search);
+}
+
+export function setKey(key: string) {
+  sessionStorage.setItem("key", key);
+}
+
+export class Line {
+  heard_ms = 0;        // performance.now() of the last message
+  welcome: Json | null = null;
+  refused = "";        // why the gateway hung up, when it said so
+  private socket: WebSocket | null = null;
+  private wait_ms = kShortestWait_ms;
+
+  constructor(private readonly protocol: string, private readonly onMessage: (message: Json) => void) {
+    this.connect();
+  }
+
+  get open() { return this.welcome !== null && this.socket?.readyState === WebSocket.OPEN; }
+  get lost() { return !this.open || performance.now() - this.heard_ms > kLost_ms; }
+  get silent_ms() { return performance.now() - this.heard_ms; }
+
+  // False: it did not leave.
+  send(message: Json): boolean {
+    if (!this.open) return false;
+    this.socket!.send(JSON.stringify(message));
+    return true;
+  }
+
+  again() {
+    this.refused = "";
+    this.wait_ms = kShortestWait_ms;
+    this.connect();
+  }
+
+  private connect() {
+    const address = new URL("./", location.href);
+    address.protocol = address.protocol.replace("http", "ws");
+    address.hash = "";
+    const socket = this.socket = new WebSocket(address, this.protocol);
+    socket.onopen = () => socket.send(JSON.stringify(
+      {type: "hello", key: sessionStorage.getItem("key") ?? "", session}));
+    socket.onmessage = (event) => {
+      this.heard_ms = performance.now();
+      const message = JSON.parse(event.data) as Json;
+      if (message.type === "welcome") {
+        this.welcome = message;
+        this.wait_ms = kShortestWait_ms;
+      }
+      this.onMessage(message);
+    };
+    socket.onclose = (event) => {
+      this.welcome = null;
+      if (event.reason === "wrong key") this.refused = event.reason;
+      if (this.refused) return this.onMessage({type: "refused", text: this.refused});
+      setTimeout(() => this.connect(), this.wait_ms);
+      this.wait_ms = Math.min(this.wait_ms * 1.6, kLongestWait_ms);
+    };
+  }
+}
+
+// The heartbeat is made where the page is drawn: one that hangs drives nothing. `trip` gets the time
+// there and back.
+export function beat(line: Line, trip: (ms: number) => void): (pulse: Json) => void {
+  let n = 0;
+  const sent = new Map<number, number>();
+  setInterval(() => {
+    if (!line.send({type: "beat", n: ++n})) return;
+    sent.set(n, performance.now());
+    sent.delete(n - 50);
+  }, kBeat_ms);
+  return (pulse) => {
+    const then = sent.get(pulse.beat);
+    if (then !== undefined) trip(performance.now() - then);
+  };
+}

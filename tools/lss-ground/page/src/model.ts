@@ -1,0 +1,66 @@
+// What is known of the vehicles, as the gateway told it.
+
+import type {Json} from "./link";
+
+export interface Parameter {
+  name: string; unit: string; min: number; max: number; required: boolean; whole: boolean; help: string;
+  default: number | null; choices?: string[];
+}
+export interface Command {
+  kind: number; name: string; summary: string; access: string; leased: boolean; parameters: Parameter[];
+  allowed: {where: string; when: string[]}[];
+}
+export interface Guard { allowed: boolean; why: string; advice: string; first: string; }
+export interface Running { command: string; phase: string; step: string; left: number; steps: number; text: string; at: number; final: boolean; }
+
+// Samples of chosen signals over the last minute.
+export class History {
+  static readonly kSeconds = 60;
+  times: number[] = [];
+  values: (number | null)[][];
+  constructor(count: number) { this.values = Array.from({length: count}, () => []); }
+  add(time_s: number, row: (number | null)[]) {
+    this.times.push(time_s);
+    row.forEach((v, i) => this.values[i].push(v));
+    if (this.times.length > History.kSeconds * 25) {
+      const cut = this.times.findIndex((t) => t > time_s - History.kSeconds);
+      this.times.splice(0, cut);
+      this.values.forEach((v) => v.splice(0, cut));
+    }
+  }
+}
+
+export class Vehicle {
+  readonly kind: string;
+  readonly commands: Command[];
+  readonly subjects: string[];
+  readonly scripts: boolean;
+  status: Json | null = null;
+  telemetry: Json | null = null;
+  telemetry_ms = 0;  // performance.now()
+  timing: Json | null = null;
+  events = new Map<number, Json>();
+  events_version = 0;
+  guards = new Map<string, Guard>();
+  running: Running | null = null;
+  links: {alive: boolean; status_age_ms: number | null; telemetry_age_ms: number | null} =
+    {alive: false, status_age_ms: null, telemetry_age_ms: null};
+  history: History | null = null;
+  stop = "";  // what became of the last emergency stop
+
+  constructor(readonly id: string, message: Json) {
+    this.kind = message.vehicle;
+    this.commands = message.commands;
+    this.subjects = message.subjects;
+    this.scripts = message.scripts;
+  }
+
+  addEvent(event: Json) {
+    // A daemon that was started anew counts from 1 again.
+    const newest = [...this.events.values()].pop();
+    if (newest && event.index <= newest.index && event.utc_ns > newest.utc_ns) this.events.clear();
+    this.events.set(event.index, event);
+    if (this.events.size > 512) this.events.delete(this.events.keys().next().value!);
+    this.events_version++;
+  }
+}

@@ -1,0 +1,188 @@
+// Commands: what the daemon would not take now is disabled and says why. It is the daemon that is
+// asked, by a dry run of exactly what the button would send; nothing is decided here.
+
+import {$, advice, el, kDegree, show} from "./dom";
+import type {Json, Line} from "./link";
+import type {Command, Parameter, Vehicle} from "./model";
+import {roster} from "./vehicles/roster";
+
+const kAgain_ms = 1000;
+const kHidden = ["data"];  // the gateway asks for it itself
+
+interface Row { command: Command; element: HTMLElement; button: HTMLButtonElement; why: HTMLElement; inputs: Map<string, () => number | null>; }
+
+function shownUnit(p: Parameter): string {
+  return p.unit === "rad" ? "deg" : p.unit === "choice" || p.unit === "set" ? "" : p.unit;
+}
+
+export class Panel {
+  private rows: Row[] = [];
+  private shown: Vehicle | null = null;
+  private numbers = 0;
+  private asked = new Map<number, {vehicle: Vehicle; command: string}>();
+  private sent = new Map<number, Vehicle>();
+
+  constructor(private readonly line: Line) {
+    setInterval(() => this.ask(), kAgain_ms);
+  }
+
+  show(vehicle: Vehicle | null) {
+    this.shown = vehicle;
+    this.rows = [];
+    const list = $("list");
+    list.replaceChildren();
+    if (!vehicle) return;
+    const kind = roster[vehicle.kind], order = kind?.order ?? [];
+    const hidden = [...kHidden, ...(kind?.hidden ?? [])];
+    const rank = (c: Command) => (order.indexOf(c.name) + 1) || order.length + 1 + c.kind;
+    const commands = vehicle.commands.filter((c) => !hidden.includes(c.name)).sort((a, b) => rank(a) - rank(b));
+    for (const command of commands) this.rows.push(this.row(command));
+    const main = this.rows.filter((r) => order.includes(r.command.name)), more = this.rows.filter((r) => !main.includes(r));
+    list.append(...main.map((r) => r.element));
+    if (more.length) list.append(el("details", {class: "more"}, el("summary", {}, "more commands"), ...more.map((r) => r.element)));
+    if (vehicle.scripts) list.append(this.scripts());
+    this.ask();
+  }
+
+  private row(command: Command): Row {
+    const button = el("button", {type: "button", disabled: true, title: command.summary}, command.name.replace(/-/g, " ")) as HTMLButtonElement;
+    const fields = el("span", {class: "fields"}), why = el("div", {class: "why"});
+    const inputs = new Map<string, () => number | null>();
+    for (const p of command.parameters) fields.append(this.field(p, inputs));
+    const row = {command, button, why, inputs, element: el("div", {class: "command"}, button, fields, why)};
+    button.onclick = () => this.send(row);
+    return row;
+  }
+
+  private field(p: Parameter, inputs: Map<string, () => number | null>): HTMLElement {
+    const hint = `${p.name}: ${p.help}`;
+    const changed = () => this.ask();
+    if (p.choices) {
+      const select = el("select", {title: hint, "aria-label": p.name},
+        ...p.choices.map((choice, i) => el("option", {value: String(p.min + i), selected: p.default === p.min + i}, choice))) as HTMLSelectElement;
+      select.onchange = changed;
+      inputs.set(p.name, () => Number(select.value));
+      return el("label", {title: hint}, el("i", {}, p.name), select);
+    }
+    if (p.unit === "set") {
+      const count = Math.round(Math.log2(p.max + 1));
+      const boxes = Array.from({length: count}, (_, i) => el("input", {type: "checkbox", "aria-label": `${p.name} ${i + 1}`, checked: ((p.default ?? 0) >> i & 1) === 1}) as HTMLInputElement);
+      boxes.forEach((b) => { b.onchange = changed; });
+      inputs.set(p.name, () => boxes.reduce((set, b, i) => set + (b.checked ? 2 ** i : 0), 0));
+      return el("label", {title: hint, class: "set"}, el("i", {}, p.name), ...boxes.map((b, i) => el("span", {}, String(i + 1), b)));
+    }
+    const scale = p.unit === "rad" ? kDegree : 1, unit = shownUnit(p);
+    const shown = (value: number) => String(Number((value / scale).toPrecision(6)));
+    const input = el("input", {type: "number", title: `${hint} (${shown(p.min)} to ${shown(p.max)} ${unit})`, "aria-label": p.name,
+      min: shown(p.min), max: shown(p.max), step: p.whole ? "1" : "any", value: p.default === null ? "" : shown(p.default), placeholder: "?"}) as HTMLInputElement;
+    input.onchange = changed;
+    inputs.set(p.name, () => input.value === "" || !Number.isFinite(input.valueAsNumber) ? null : input.valueAsNumber * scale);
+    return el("label", {title: hint}, el("i", {}, p.name), input, unit && ` ${unit}`);
+  }
+
+  private parameters(row: Row): Record<string, number> | null {
+    const all: Record<string, number> = {};
+    for (const [name, read] of row.inputs) {
+      const value = read();
+      if (value === null) return null;
+      all[name] = value;
+    }
+    return all;
+  }
+
+  // Would it be taken?
+  ask() {
+    const vehicle = this.shown;
+    if (!vehicle || document.hidden || this.line.welcome?.role !== "command") return this.draw();
+    for (const row of this.rows) {
+      const more = row.element.closest("details");
+      if (more && !(more as HTMLDetailsElement).open) continue;
+      const parameters = this.parameters(row);
+      if (!parameters) {
+        vehicle.guards.set(row.command.name, {allowed: false, why: "fill in what has a ?", advice: "", first: ""});
+        continue;
+      }
+      const id = ++this.numbers;
+      this.asked.set(id, {vehicle, command: row.command.name});
+      this.asked.delete(id - 500);
+      this.line.send({type: "command", id, vehicle: vehicle.id, command: row.command.name, parameters, dry_run: true, whole: true});
+    }
+    this.draw();
+  }
+
+  private send(row: Row) {
+    const vehicle = this.shown, parameters = this.parameters(row);
+    if (!vehicle || !parameters) return;
+    const id = ++this.numbers;
+    this.sent.set(id, vehicle);
+    vehicle.running = {command: row.command.name, phase: "sent", step: "", left: 0, steps: 1, text: "", at: performance.now(), final: false};
+    if (!this.line.send({type: "command", id, vehicle: vehicle.id, command: row.command.name, parameters, whole: true}))
+      vehicle.running = {...vehicle.running, phase: "not sent", text: "there is no connection", final: true};
+    this.draw();
+  }
+
+  heard(ack: Json) {
+    const asked = this.asked.get(ack.request);
+    if (asked) {
+      if (ack.final) this.asked.delete(ack.request);
+      if (ack.phase !== "accepted" && ack.phase !== "rejected" && ack.phase !== "failed") return;
+      const reason = ack.reason;
+      const first = ack.steps > 1 ? String(ack.step).split(" ")[0] : "";
+      const plain = ["not_in_state", "not_in_mode", "not_authorised"].includes(reason?.name);  // it stands above
+      asked.vehicle.guards.set(asked.command, {allowed: ack.phase === "accepted", first,
+        why: plain ? reason.text.replace(/ \(measured.*/, "") : reason?.text ?? "", advice: plain ? "" : advice(reason?.advice ?? "")});
+      return this.draw();
+    }
+    const vehicle = this.sent.get(ack.request);
+    if (!vehicle) return;
+    if (ack.final) this.sent.delete(ack.request);
+    const reason = ack.reason;
+    vehicle.running = {command: ack.command, phase: ack.phase, step: ack.step ?? "", left: ack.left ?? 0, steps: ack.steps ?? 1,
+      text: reason ? [reason.text, advice(reason.advice ?? "")].filter(Boolean).join("; ") : "", at: performance.now(), final: ack.final};
+    if (ack.final) this.ask();
+    this.draw();
+  }
+
+  private scripts(): HTMLElement {
+    const text = el("textarea", {rows: "5", spellcheck: "false", "aria-label": "Script",
+      placeholder: "0s      valves 1,3  for 100ms\n500ms   valves 5,7  for 100ms\n2s      fans all    throttle 0.3"}) as HTMLTextAreaElement;
+    const run = el("button", {type: "button"}, "run script") as HTMLButtonElement;
+    run.onclick = () => {
+      const vehicle = this.shown;
+      if (!vehicle || !text.value.trim()) return;
+      const id = ++this.numbers;
+      this.sent.set(id, vehicle);
+      vehicle.running = {command: "script", phase: "sent", step: "", left: 0, steps: 1, text: "", at: performance.now(), final: false};
+      this.line.send({type: "script", id, vehicle: vehicle.id, text: text.value});
+      this.draw();
+    };
+    return el("details", {class: "more"}, el("summary", {}, "script of timed actuations"), text, run,
+      el("p", {class: "hint"}, "The first actuation comes 5 s after it was taken."));
+  }
+
+  draw() {
+    const vehicle = this.shown, role = this.line.welcome?.role;
+    if (!vehicle) return;
+    const holder = vehicle.status?.authority, mine = holder && holder === this.line.welcome?.source;
+    $("holder").textContent = role !== "command" && role ? "this key may only look" + (role === "stop" ? " and stop" : "")
+      : mine ? "you command" : holder ? `${holder} commands` : "nobody commands";
+    for (const row of this.rows) {
+      const guard = vehicle.guards.get(row.command.name);
+      const allowed = this.line.open && vehicle.links.alive && role === "command" && guard?.allowed === true;
+      if (row.button.disabled === allowed) row.button.disabled = !allowed;
+      const why = !this.line.open ? "" : role !== "command" ? "" : !guard ? "" :
+        guard.allowed ? guard.first && guard.first !== row.command.name ? `begins with: ${guard.first}` : "" : [guard.why, guard.advice].filter(Boolean).join(" → ");
+      if (row.why.textContent !== why) row.why.textContent = why;
+      row.why.classList.toggle("no", !allowed);
+    }
+    const running = vehicle.running;
+    show($("running"), [vehicle.id, running], () => {
+      if (!running) return [];
+      const tone = running.phase === "completed" ? "good" : ["rejected", "failed", "unanswered", "not sent"].includes(running.phase) ? "bad" : running.final ? "dim" : "busy";
+      const done = running.steps - running.left;
+      return [el("div", {class: `progress ${tone}`}, el("b", {}, running.command), ` ${running.phase}`,
+        running.steps > 1 && ` · step ${done} of ${running.steps}: ${running.step}`, running.text && ` · ${running.text}`,
+        !running.final && el("progress", running.steps > 1 ? {max: String(running.steps), value: String(done - 0.5)} : {}))];
+    });
+  }
+}

@@ -1,0 +1,124 @@
+// D.I.A.N.A. Ardito: six wheels on rockers and bogies, the corner ones steered.
+
+import * as THREE from "three";
+import type {Json} from "../link";
+import {fixed, kDegree} from "../dom";
+import type {Kind, Model} from "./kind";
+import {beam, box, cylinder, kColours, paint, place} from "./shapes";
+
+const kWheel_m = 0.1, kTread_m = 0.09, kTrack_m = 0.36, kBase_m = 0.42;
+const kNames = ["LF", "RF", "LM", "RM", "LR", "RR"];
+const kStates = ["good", "motor sensor", "encoder", "motor", "gear", "clutch", "two sensors", "clutch and sensor", "all sensors"];
+const kSteering: Record<number, number> = {0: 0, 1: 1, 4: 2, 5: 3};  // wheel to steering drive
+const v = (x: number, y: number, z: number) => new THREE.Vector3(x, y, z);
+
+function wheel(): THREE.Group {
+  const spinning = new THREE.Group();
+  spinning.add(cylinder(kWheel_m, kTread_m, kColours.metal, "z"));
+  for (let i = 0; i < 8; i++) {
+    const cleat = box(0.012, 0.03, kTread_m * 1.02, kColours.metal);
+    cleat.rotation.z = i * Math.PI / 4;
+    cleat.position.set(-Math.sin(i * Math.PI / 4) * kWheel_m, Math.cos(i * Math.PI / 4) * kWheel_m, 0);
+    spinning.add(cleat);
+  }
+  return spinning;
+}
+
+function model(): Model {
+  const root = new THREE.Group(), body = new THREE.Group();
+  root.add(body);
+  body.position.y = kWheel_m + 0.14;
+  body.add(place(box(0.56, 0.14, 0.36, kColours.body), 0, 0.1, 0));
+  body.add(place(box(0.5, 0.01, 0.34, kColours.panel), 0, 0.18, 0));
+  body.add(place(cylinder(0.015, 0.36, kColours.metal), 0.2, 0.35, 0.08));
+  body.add(place(box(0.05, 0.05, 0.12, kColours.metal), 0.2, 0.55, 0.08));
+  const beacon = place(cylinder(0.025, 0.05, kColours.off), -0.2, 0.21, 0.1);
+  body.add(beacon);
+  const wheels: {spin: THREE.Group; steer: THREE.Group; angle: number}[] = [];
+  const rockers: THREE.Group[] = [], bogies: THREE.Group[] = [];
+  for (const side of [-1, 1]) {
+    const z = side * kTrack_m, rocker = place(new THREE.Group(), 0, 0.06, z), bogie = place(new THREE.Group(), -kBase_m / 2, -0.07, 0);
+    body.add(rocker);
+    rocker.add(bogie, beam(v(0, 0, 0), v(kBase_m, 0, 0), 0.03, kColours.gold), beam(v(0, 0, 0), v(-kBase_m / 2, -0.07, 0), 0.03, kColours.gold),
+      beam(v(kBase_m, 0, 0), v(kBase_m, -0.14, 0), 0.026, kColours.gold));
+    bogie.add(beam(v(kBase_m / 2, 0, 0), v(-kBase_m / 2, 0, 0), 0.026, kColours.gold));
+    rockers.push(rocker);
+    bogies.push(bogie);
+    [0, 1, 2].forEach((row) => {
+      const spin = wheel(), steer = new THREE.Group();
+      steer.add(spin);
+      if (row === 0) rocker.add(place(steer, kBase_m, -0.2, 0));
+      else bogie.add(place(steer, row === 1 ? kBase_m / 2 : -kBase_m / 2, -0.13, 0));
+      wheels[row * 2 + (side < 0 ? 0 : 1)] = {spin, steer, angle: 0};
+    });
+  }
+  return {
+    root,
+    update(t: Json, dt_s: number) {
+      const motion = t.motion, suspension = t.suspension;
+      if (!motion) return;
+      const ease = Math.min(1, dt_s * 10);
+      root.position.x += ((motion.x_m ?? 0) - root.position.x) * ease;
+      root.position.z += (-(motion.y_m ?? 0) - root.position.z) * ease;
+      const yaw = -(motion.yaw_rad ?? 0);
+      root.rotation.y += Math.atan2(Math.sin(yaw - root.rotation.y), Math.cos(yaw - root.rotation.y)) * ease;
+      const beta = suspension?.beta_rad ?? 0;
+      rockers[0].rotation.z = beta;
+      rockers[1].rotation.z = -beta;
+      bogies.forEach((b, i) => { b.rotation.z = suspension?.rho_rad?.[i] ?? 0; });
+      (t.wheels ?? []).forEach((w: Json, i: number) => {
+        wheels[i].angle -= (w.hall_rad_s ?? w.motor_rad_s ?? 0) * dt_s;
+        wheels[i].spin.rotation.z = wheels[i].angle;
+        const steering = t.steering?.[kSteering[i]];
+        if (i in kSteering) wheels[i].steer.rotation.y = steering?.reduction_rad ?? steering?.motor_rad ?? 0;
+        const node = t.nodes?.[i];
+        paint(wheels[i].spin, node && !node.online || w.state >= 3 ? kColours.bad : w.state > 0 ? kColours.leg : node?.isolated ? kColours.off : kColours.metal);
+      });
+      paint(beacon, t.io?.beacon ? 0xffb020 : kColours.off);
+    },
+  };
+}
+
+const perWheel = (name: string, unit: string, get: (w: Json) => number) =>
+  kNames.map((wheel, i) => ({name: `${wheel} ${name}`, unit, get: (t: Json) => t.wheels?.[i] && get(t.wheels[i])}));
+
+export const ardito: Kind = {
+  name: "ardito",
+  metres: 1.3,
+  order: ["drive", "park", "halt", "stop", "start", "solve", "reset"],
+  safe: "slows down, stands still and switches its motors off",
+  signals: [
+    {name: "speed", unit: "m/s", shown: true, get: (t) => t.motion?.measured_m_s},
+    {name: "commanded", unit: "m/s", shown: true, get: (t) => t.motion?.speed_m_s},
+    {name: "distance", unit: "m", get: (t) => t.motion?.distance_m},
+    {name: "yaw", unit: "deg", get: (t) => t.motion && t.motion.yaw_rad / kDegree},
+    {name: "rocker", unit: "deg", get: (t) => t.suspension && t.suspension.beta_rad / kDegree},
+    ...perWheel("current", "A", (w) => w.current_A).map((s) => ({...s, shown: true})),
+    ...perWheel("speed", "rad/s", (w) => w.hall_rad_s),
+    ...perWheel("temperature", "degC", (w) => w.temperature_degC),
+  ],
+  model,
+  overlay(t) {
+    const m = t.motion;
+    if (!m) return [];
+    return [`${fixed(m.measured_m_s, 2)} m/s of ${fixed(m.speed_m_s, 2)}, limit ${fixed(m.limit_m_s, 1)}`, `${fixed(m.distance_m, 2)} m driven`,
+      `at ${fixed(m.x_m, 2)} m ahead, ${fixed(m.y_m, 2)} m left`, `turned ${fixed(m.yaw_rad / kDegree, 1)}°`,
+      `IMU ${t.imu?.valid ? "trusted" : "not trusted"}${t.io?.emergency_button ? " · EMERGENCY BUTTON PRESSED" : ""}`];
+  },
+  tables(t) {
+    const link = (i: number) => {
+      const n = t.nodes?.[i];
+      return n ? {text: n.isolated ? "isolated" : n.link, tone: n.online && !n.isolated ? "good" as const : "bad" as const} : "–";
+    };
+    return [{
+      heads: ["wheel", "link", "failure", "clutch", "target", "motor", "Hall", "encoder rad/s", "A", "°C"],
+      rows: (t.wheels ?? []).map((w: Json, i: number) => [w.name, link(i),
+        {text: kStates[w.state] ?? "?", tone: w.state ? "bad" : "good"}, w.clutch ? "engaged" : "open", fixed(w.target_rad_s, 2),
+        fixed(w.motor_rad_s, 2), fixed(w.hall_rad_s, 2), fixed(w.reduction_rad_s, 2), fixed(w.current_A, 2), fixed(w.temperature_degC, 1)]),
+    }, {
+      heads: ["steering", "link", "state", "target °", "motor °", "encoder °", "A"],
+      rows: (t.steering ?? []).map((s: Json, i: number) => [s.name, link(i + 6), {text: s.state ? `failure ${s.state}` : "good", tone: s.state ? "bad" : "good"},
+        fixed(s.target_rad / kDegree, 2), fixed(s.motor_rad / kDegree, 2), fixed(s.reduction_rad / kDegree, 2), fixed(s.current_A, 2)]),
+    }];
+  },
+};

@@ -1,0 +1,128 @@
+// TALARIS: a hopper on four fans and eight cold-gas thrusters. Its x is up, its z ahead; here y is up
+// and x ahead, so that axes change places all round: (z, x, y).
+
+import * as THREE from "three";
+import type {Json} from "../link";
+import {fixed, kDegree} from "../dom";
+import type {Kind, Model} from "./kind";
+import {beam, box, cylinder, kColours, material, paint, place} from "./shapes";
+
+const kHalf_m = 0.35;
+const v = (x: number, y: number, z: number) => new THREE.Vector3(x, y, z);
+
+function plume(length_m: number): THREE.Mesh {
+  const mesh = new THREE.Mesh(new THREE.ConeGeometry(0.045, length_m, 16),
+    new THREE.MeshBasicMaterial({color: kColours.plume, transparent: true, opacity: 0.75, depthWrite: false}));
+  mesh.geometry.translate(0, -length_m / 2, 0);  // from its tip, downwards
+  mesh.rotation.set(0, 0, 0);
+  mesh.visible = false;
+  return mesh;
+}
+
+function model(): Model {
+  const root = new THREE.Group(), body = new THREE.Group();
+  root.add(body);
+  body.add(place(box(0.5, 0.05, 0.5, kColours.body), 0, 0.02, 0), place(cylinder(0.12, 0.3, kColours.gold), 0, 0.2, 0));
+  body.add(place(box(0.2, 0.1, 0.2, kColours.panel), 0, 0.4, 0));
+  const corners = [[1, -1], [1, 1], [-1, 1], [-1, -1]];
+  const fans: THREE.Group[] = [];
+  const plumes: THREE.Mesh[] = [];
+  corners.forEach(([x, z], i) => {
+    const foot = v(x * kHalf_m * 1.25, -0.24, z * kHalf_m * 1.25);
+    body.add(beam(v(x * 0.24, 0, z * 0.24), foot, 0.03, kColours.metal), place(cylinder(0.06, 0.015, kColours.metal), foot.x, foot.y, foot.z));
+    const ring = new THREE.Mesh(new THREE.TorusGeometry(0.11, 0.018, 10, 32), material(kColours.metal));
+    ring.rotation.x = Math.PI / 2;
+    const blades = new THREE.Group();
+    blades.add(box(0.2, 0.006, 0.03, kColours.leg), box(0.03, 0.006, 0.2, kColours.leg));
+    const fan = new THREE.Group();
+    fan.add(ring, blades);
+    body.add(place(fan, i % 2 ? 0 : x * 0.42, 0.06, i % 2 ? z * 0.42 : 0));
+    fans.push(blades);
+    const lift = place(plume(0.4), x * 0.22, 0, z * 0.22);  // valves 1, 3, 5, 7
+    body.add(lift);
+    plumes[i * 2] = lift;
+  });
+  // 2 and 8 push ahead: their gas goes back; 4 and 6 the other way.
+  for (const [valve, z] of [[2, -1], [8, 1], [4, 1], [6, -1]] as const) {
+    const ahead = valve === 2 || valve === 8;
+    const side = place(plume(0.3), ahead ? -0.26 : 0.26, 0.02, z * 0.18);
+    side.rotation.z = ahead ? -Math.PI / 2 : Math.PI / 2;
+    body.add(side);
+    plumes[valve - 1] = side;
+  }
+  const turned = new THREE.Quaternion();
+  return {
+    root,
+    update(t: Json, dt_s: number) {
+      const g = t.gnc;
+      if (!g) return;
+      const ease = Math.min(1, dt_s * 8), p = g.position_m, q = g.attitude_wxyz;
+      if (p.every(Number.isFinite)) root.position.lerp(v(p[2], p[0] + 0.25, p[1]), ease);
+      if (q.every(Number.isFinite)) body.quaternion.slerp(turned.set(q[3], q[1], q[2], q[0]), ease);
+      (t.valves ?? []).forEach((valve: Json, i: number) => {
+        const share = valve.on_s > 0 ? Math.min(1, valve.on_s / 0.2) : valve.open ? 1 : 0;
+        plumes[i].visible = share > 0;
+        plumes[i].scale.set(1, 0.3 + 0.7 * share, 1);
+      });
+      (t.fans ?? []).forEach((f: Json, i: number) => {
+        fans[i].rotation.y += Math.min(30, (f.rpm ?? 0) / 500) * dt_s * (i % 2 ? 1 : -1);
+        paint(fans[i], f.rpm > 500 ? kColours.swing : kColours.leg);
+      });
+    },
+  };
+}
+
+const norm = (a: number[] | undefined) => a && Math.hypot(...a);
+
+export const talaris: Kind = {
+  name: "talaris",
+  metres: 1.4,
+  order: ["gnc", "plan", "land", "stop", "start", "solve", "reset"],
+  hidden: ["script-begin", "script-step", "script-run"],
+  safe: "lands if it is in the air, then shuts its valves and switches its fans off",
+  signals: [
+    {name: "height", unit: "m", shown: true, get: (t) => t.gnc?.position_m[0]},
+    {name: "along", unit: "m", shown: true, get: (t) => t.gnc?.position_m[2]},
+    {name: "climb", unit: "m/s", shown: true, get: (t) => t.gnc?.velocity_m_s[0]},
+    {name: "speed along", unit: "m/s", shown: true, get: (t) => t.gnc?.velocity_m_s[2]},
+    {name: "range", unit: "m", get: (t) => t.gnc?.range_m},
+    {name: "gas left", unit: "thruster-s", shown: true, get: (t) => t.gas?.left_thruster_s},
+    {name: "tank", unit: "bar", get: (t) => t.gas && t.gas.pressure_Pa[0] * 1e-5},
+    {name: "supply", unit: "V", get: (t) => t.gas?.voltage_V},
+    {name: "turning", unit: "deg/s", get: (t) => t.gnc && norm(t.gnc.rate_rad_s)! / kDegree},
+    {name: "height sigma", unit: "m", get: (t) => t.gnc?.position_sigma_m[0]},
+    ...[0, 1, 2, 3].map((i) => ({name: `fan ${i + 1}`, unit: "rpm", get: (t: Json) => t.fans?.[i]?.rpm})),
+  ],
+  model,
+  overlay(t) {
+    const g = t.gnc;
+    if (!g) return [];
+    const q = g.attitude_wxyz as number[];
+    const tilt = 2 * Math.asin(Math.min(1, Math.hypot(q[2], q[3])));
+    return [`${g.program}, ${g.phase}${g.airborne ? " · IN THE AIR" : ""}${g.remaining_s > 0 ? `, ${fixed(g.remaining_s, 0)} s to go` : ""}`,
+      g.calibrated ? "calibrated" : g.calibrated_share > 0 ? `calibrating: ${fixed(g.calibrated_share * 100, 0)} %` : "not calibrated",
+      `height ${fixed(g.position_m[0], 2)} m, along ${fixed(g.position_m[2], 1)} m`,
+      `climbing ${fixed(g.velocity_m_s[0], 2)} m/s, tilted ${fixed(tilt / kDegree, 1)}°`,
+      `gas ${fixed(t.gas?.left_thruster_s, 1)} thruster-s left, ${fixed(t.gas_thruster_s, 1)} used`,
+      ...(t.script?.id ? [`script: step ${t.script.done} of ${t.script.steps}`] : [])];
+  },
+  bars: {
+    names: ["1 up", "2 ahead", "3 up", "4 back", "5 up", "6 back", "7 up", "8 ahead"],
+    legend: "thrusters: filled while open",
+    get: (t) => (t.valves ?? []).map((w: Json) => w.on_s > 0 || w.open ? 1 : 0),
+  },
+  tables(t) {
+    return [{
+      heads: ["module", "link", "age", "samples", "errors", "lost"],
+      rows: (t.modules ?? []).map((m: Json) => [m.name, {text: m.online === null ? "not there" : m.online ? "online" : "silent",
+        tone: m.online === null ? "dim" : m.online ? "good" : "bad"}, m.age_ms === null ? "never" : `${m.age_ms} ms`, String(m.samples), String(m.errors), String(m.lost)]),
+    }, {
+      heads: ["valve", "enabled", "now", "pulses", "open so far"],
+      rows: (t.valves ?? []).map((w: Json) => [String(w.id), w.enabled ? "yes" : {text: "no", tone: "bad"},
+        w.on_s > 0 ? `${fixed(w.on_s * 1000, 0)} ms` : w.open ? "open" : {text: "shut", tone: "dim"}, String(w.pulses), `${fixed(w.fired_s, 2)} s`]),
+    }, {
+      heads: ["fan", "armed", "throttle", "rpm", "target"],
+      rows: (t.fans ?? []).map((f: Json) => [String(f.id), f.armed ? "yes" : {text: "no", tone: "dim"}, `${fixed(f.throttle * 100, 0)} %`, fixed(f.rpm, 0), fixed(f.target_rpm, 0)]),
+    }];
+  },
+};

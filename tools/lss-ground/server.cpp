@@ -1,0 +1,295 @@
+#include "tools/lss-ground/server.h"
+
+#include <fmt/format.h>
+#include <libwebsockets.h>
+#include <sys/socket.h>
+
+#include <array>
+#include <atomic>
+#include <new>
+
+#include "tools/lss-ground/desk.h"
+
+namespace lss::ground {
+namespace {
+
+constexpr const char* kDataProtocol = "lss-ground";
+constexpr const char* kStopProtocol = "lss-stop";
+constexpr std::size_t kReceive = 4096;    // a longer message comes in pieces
+constexpr std::size_t kSend = 64 * 1024;  // handed to the kernel at a time
+constexpr int kKernelBuffer = 64 * 1024;
+constexpr std::size_t kHttpConnections = 64;  // besides: browsers fetch the page by several
+constexpr unsigned kHandshake_s = 5;          // for the request of a connection to come as a whole
+constexpr unsigned kPing_s = 5, kHangUp_s = 10;
+
+static_assert(LWS_PRE <= 32, "Frame leaves too little room");
+
+// Lives in memory of libwebsockets, which is zero at first.
+struct Connection {
+  Client* client;
+  std::string* message;  // what came of it so far
+};
+
+std::string header(lws* wsi, lws_token_indexes which) {
+  std::array<char, 512> text{};
+  const int size = lws_hdr_copy(wsi, text.data(), static_cast<int>(text.size()), which);
+  // Too long for us counts as there, and wrong.
+  if (size < 0 && lws_hdr_total_length(wsi, which) > 0) return "?";
+  return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "";
+}
+
+}  // namespace
+
+struct Server::Impl {
+  ServerOptions options;
+  lws_context* context = nullptr;
+  lws_vhost* vhost = nullptr;
+  Desk* desk = nullptr;
+  std::function<void()> news;
+  std::atomic<bool> ending{false}, woken{false};
+  std::size_t sockets = 0;
+  struct Timer {
+    lws_sorted_usec_list_t list{};
+    Impl* impl = nullptr;
+  } timer;
+
+  lws_http_mount mount{};
+  lws_retry_bo_t keep_alive{};
+  std::array<lws_protocols, 4> protocols{};
+
+  int on_http(lws* wsi, lws_callback_reasons reason, void* user, void* in, std::size_t size);
+  int on_socket(lws* wsi, lws_callback_reasons reason, Connection& connection, const char* in,
+                std::size_t size);
+  bool may_enter(lws* wsi, Client::Line line) const;
+  int receive(lws* wsi, Connection& connection, std::string_view piece);
+  int send(lws* wsi, Connection& connection);
+  void tick();
+
+  static Impl& of(lws* wsi) { return *static_cast<Impl*>(lws_context_user(lws_get_context(wsi))); }
+  static int http(lws* wsi, lws_callback_reasons reason, void* user, void* in, std::size_t size) {
+    return of(wsi).on_http(wsi, reason, user, in, size);
+  }
+  static int socket(lws* wsi, lws_callback_reasons reason, void* user, void* in, std::size_t size) {
+    // Some reasons come before the connection has memory.
+    static Connection none;
+    Connection& connection = user != nullptr ? *static_cast<Connection*>(user) : none;
+    return of(wsi).on_socket(wsi, reason, connection, static_cast<const char*>(in), size);
+  }
+};
+
+int Server::Impl::on_http(lws* wsi, lws_callback_reasons reason, void* user, void* in,
+                          std::size_t size) {
+  switch (reason) {
+    case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
+      if (desk != nullptr && sockets >= options.clients + options.stops + kHttpConnections) {
+        desk->refused();
+        return 1;
+      }
+      return 0;
+    case LWS_CALLBACK_WSI_CREATE:
+      ++sockets;
+      return 0;
+    case LWS_CALLBACK_WSI_DESTROY:
+      --sockets;
+      return 0;
+    case LWS_CALLBACK_HTTP: {
+      // What the mount does not have.
+      if (options.page.empty()) {
+        lws_return_http_status(wsi, HTTP_STATUS_SERVICE_UNAVAILABLE,
+                               "The page was not built: cmake --build --preset release --target "
+                               "lss-ground-page");
+      } else {
+        lws_return_http_status(wsi, HTTP_STATUS_NOT_FOUND, nullptr);
+      }
+      return -1;
+    }
+    case LWS_CALLBACK_EVENT_WAIT_CANCELLED:
+      if (woken.exchange(false) && news) news();
+      return 0;
+    default:
+      return lws_callback_http_dummy(wsi, reason, user, in, size);
+  }
+}
+
+bool Server::Impl::may_enter(lws* wsi, Client::Line line) const {
+  const std::string origin = header(wsi, WSI_TOKEN_ORIGIN);
+  const std::string host = header(wsi, WSI_TOKEN_HOST);
+  if (!good_origin(origin, host, options.listen.loopback(), options.origins)) return false;
+  const std::size_t most = line == Client::Line::stop ? options.stops : options.clients;
+  return desk->clients(line) < most;
+}
+
+int Server::Impl::on_socket(lws* wsi, lws_callback_reasons reason, Connection& connection,
+                            const char* in, std::size_t size) {
+  const lws_protocols* protocol = lws_get_protocol(wsi);
+  const bool stops = protocol != nullptr && std::string_view(protocol->name) == kStopProtocol;
+  const Client::Line line = stops ? Client::Line::stop : Client::Line::data;
+  switch (reason) {
+    case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
+      if (desk == nullptr || !may_enter(wsi, line)) {
+        if (desk != nullptr) desk->refused();
+        return 1;
+      }
+      return 0;
+    case LWS_CALLBACK_ESTABLISHED: {
+      // What the kernel holds back is told late: the outbox has the newest instead.
+      const int buffer = kKernelBuffer;
+      setsockopt(lws_get_socket_fd(wsi), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
+      connection.message = new std::string;
+      connection.client = &desk->enter(
+          line, [wsi] { lws_callback_on_writable(wsi); },
+          [wsi] { lws_set_timeout(wsi, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC); });
+      return 0;
+    }
+    case LWS_CALLBACK_CLOSED:
+      if (connection.client != nullptr) desk->leave(*connection.client);
+      delete connection.message;
+      connection = {};
+      return 0;
+    case LWS_CALLBACK_RECEIVE:
+      return receive(wsi, connection, {in, size});
+    case LWS_CALLBACK_SERVER_WRITEABLE:
+      return send(wsi, connection);
+    default:
+      return 0;
+  }
+}
+
+int Server::Impl::receive(lws* wsi, Connection& connection, std::string_view piece) {
+  Client& client = *connection.client;
+  const std::size_t longest = client.role == Role::none ? kMaxHello : kMaxMessage;
+  if (lws_frame_is_binary(wsi) || connection.message->size() + piece.size() > longest) {
+    desk->too_long(client);
+  } else {
+    connection.message->append(piece);
+    if (lws_is_final_fragment(wsi) && lws_remaining_packet_payload(wsi) == 0) {
+      desk->receive(client, *connection.message);
+      connection.message->clear();
+    }
+  }
+  if (client.doomed) lws_callback_on_writable(wsi);
+  return 0;
+}
+
+int Server::Impl::send(lws* wsi, Connection& connection) {
+  Client& client = *connection.client;
+  if (client.doomed) {
+    std::string why = client.why;
+    lws_close_reason(wsi, LWS_CLOSE_STATUS_POLICY_VIOLATION,
+                     reinterpret_cast<unsigned char*>(why.data()), why.size());
+    return -1;
+  }
+  if (client.outbox.empty()) return 0;
+  const FramePtr frame = client.outbox.pop(Clock::now());
+  if (lws_write(wsi, frame->text(), frame->size(), LWS_WRITE_TEXT) < 0) return -1;
+  if (!client.outbox.empty()) lws_callback_on_writable(wsi);
+  return 0;
+}
+
+void Server::Impl::tick() {
+  desk->tick();
+  for (Client* client : desk->doomed()) client->hang_up();
+  lws_sul_schedule(
+      context, 0, &timer.list,
+      [](lws_sorted_usec_list_t* list) { lws_container_of(list, Timer, list)->impl->tick(); },
+      std::chrono::duration_cast<std::chrono::microseconds>(kTick).count());
+}
+
+Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+Server::~Server() {
+  impl_->desk = nullptr;
+  if (impl_->context != nullptr) lws_context_destroy(impl_->context);
+}
+
+tl::expected<std::unique_ptr<Server>, std::string> Server::create(const ServerOptions& options) {
+  lws_set_log_level(LLL_ERR, nullptr);
+  auto impl = std::make_unique<Impl>();
+  impl->options = options;
+  impl->timer.impl = impl.get();
+
+  lws_protocols& http = impl->protocols[0];
+  http.name = "http";
+  http.callback = Impl::http;
+  std::size_t next = 1;
+  for (const char* name : {kDataProtocol, kStopProtocol}) {
+    lws_protocols& protocol = impl->protocols[next++];
+    protocol.name = name;
+    protocol.callback = Impl::socket;
+    protocol.per_session_data_size = sizeof(Connection);
+    protocol.rx_buffer_size = kReceive;
+    protocol.tx_packet_size = kSend;
+  }
+  impl->mount.mountpoint = "/";
+  impl->mount.mountpoint_len = 1;
+  impl->mount.origin = impl->options.page.c_str();
+  impl->mount.origin_protocol = LWSMPRO_FILE;
+  impl->mount.def = "index.html";
+
+  // What keeps a connection whose other end is gone from staying.
+  lws_retry_bo_t& keep_alive = impl->keep_alive;
+  keep_alive.secs_since_valid_ping = kPing_s;
+  keep_alive.secs_since_valid_hangup = kHangUp_s;
+  lws_context_creation_info info{};
+  info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
+  info.user = impl.get();
+  info.gid = info.uid = -1;
+  impl->context = lws_create_context(&info);
+  if (impl->context == nullptr)
+    return tl::unexpected(std::string("the server cannot be made: out of memory?"));
+
+  const Listen& listen = impl->options.listen;
+  lws_context_creation_info vhost{};
+  vhost.options = LWS_SERVER_OPTION_HTTP_HEADERS_SECURITY_BEST_PRACTICES_ENFORCE |
+                  LWS_SERVER_OPTION_FAIL_UPON_UNABLE_TO_BIND;
+  if (listen.address.find(':') == std::string::npos)
+    vhost.options |= LWS_SERVER_OPTION_DISABLE_IPV6;
+  vhost.iface = listen.address.empty() ? nullptr : listen.address.c_str();
+  vhost.port = listen.port;
+  vhost.protocols = impl->protocols.data();
+  vhost.mounts = impl->options.page.empty() ? nullptr : &impl->mount;
+  vhost.vhost_name = "lss-ground";
+  vhost.server_string = "lss-ground";
+  vhost.timeout_secs = kHandshake_s;
+  vhost.retry_and_idle_policy = &impl->keep_alive;
+  vhost.gid = vhost.uid = -1;
+  if (!options.certificate.empty()) {
+    vhost.options |= LWS_SERVER_OPTION_DO_SSL_GLOBAL_INIT;
+    vhost.ssl_cert_filepath = impl->options.certificate.c_str();
+    vhost.ssl_private_key_filepath = impl->options.key.c_str();
+    vhost.alpn = "http/1.1";
+  }
+  impl->vhost = lws_create_vhost(impl->context, &vhost);
+  if (impl->vhost == nullptr) {
+    lws_context_destroy(impl->context);
+    return tl::unexpected(fmt::format(
+        "cannot listen on {}:{}: is the port taken, the address one "
+        "of this machine{}?",
+        listen.address, listen.port,
+        options.certificate.empty() ? "" : ", and do certificate and key belong together"));
+  }
+  return std::unique_ptr<Server>(new Server(std::move(impl)));
+}
+
+int Server::port() const { return lws_get_vhost_listen_port(impl_->vhost); }
+
+void Server::run(Desk& desk, const std::function<void()>& news) {
+  impl_->desk = &desk;
+  impl_->news = news;
+  impl_->tick();
+  news();
+  while (!impl_->ending && lws_service(impl_->context, 0) >= 0) {
+  }
+}
+
+void Server::wake() {
+  impl_->woken = true;
+  lws_cancel_service(impl_->context);
+}
+
+void Server::stop() {
+  impl_->ending = true;
+  lws_cancel_service(impl_->context);
+}
+
+}  // namespace lss::ground

@@ -1,0 +1,52 @@
+#pragma once
+
+// HTTP and WebSocket (libwebsockets): hands out the page, lets connections in within their limits,
+// and moves whole messages between them and the Desk. One thread, one event loop, in which nothing
+// waits: what a client does not read stays in its outbox. An emergency stop has a connection of its
+// own, so that no telemetry is before it in any queue.
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "tools/lss-ground/access.h"
+
+namespace lss::ground {
+
+class Desk;
+
+struct ServerOptions {
+  Listen listen;
+  std::string page;                  // folder; empty: none was built
+  std::string certificate, key;      // of TLS; empty: none
+  std::vector<std::string> origins;  // that may connect besides the page's own
+  std::size_t clients = 64;          // connections for looking and commanding
+  std::size_t stops = 64;            // for stopping: nobody who looks can take their place
+};
+
+class Server {
+ public:
+  static tl::expected<std::unique_ptr<Server>, std::string> create(const ServerOptions& options);
+  ~Server();
+  Server(const Server&) = delete;
+  Server& operator=(const Server&) = delete;
+
+  // Until stop(). `news`: after wake(), soon; every tick: desk.tick().
+  void run(Desk& desk, const std::function<void()>& news);
+  int port() const;
+
+  // From any thread, also from a signal handler.
+  void wake();
+  void stop();
+
+  struct Impl;
+
+ private:
+  explicit Server(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace lss::ground
