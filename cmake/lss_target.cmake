@@ -10,6 +10,12 @@ option(LSS_SANITIZE "Sanitizers to compile with, e.g. address,undefined" "")
 set(LSS_WARNINGS -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast
                  -Wnon-virtual-dtor -Woverloaded-virtual -Wdouble-promotion -Wformat=2 -Werror)
 
+# Where the compiler may fuse a multiplication with an addition, it does so by optimisation.
+set(LSS_BASELINE_X86 OFF)
+if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64" AND NOT CMAKE_CXX_FLAGS MATCHES "-m(arch|fma|avx)")
+  set(LSS_BASELINE_X86 ON)
+endif()
+
 function(lss_target name kind)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINK;SYSTEM;LABELS" ${ARGN})
   if(ARG_UNPARSED_ARGUMENTS)
@@ -34,6 +40,9 @@ function(lss_target name kind)
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
   target_include_directories(${name} SYSTEM PUBLIC ${ARG_SYSTEM})
   target_compile_options(${name} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:${LSS_WARNINGS}>)
+  if(NOT LSS_BASELINE_X86)  # a recording gives the same bits in every preset: docs/recording.md
+    target_compile_options(${name} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off>)
+  endif()
   target_link_libraries(${name} PUBLIC ${ARG_LINK})
   if(LSS_SANITIZE)
     target_compile_options(${name} PRIVATE -fsanitize=${LSS_SANITIZE} -fno-omit-frame-pointer)

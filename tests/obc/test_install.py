@@ -1,7 +1,9 @@
 """docs/install.md, followed literally by an ordinary person, up to its last line; then nothing is left."""
 
+import glob
 import os
 import re
+import subprocess
 import unittest
 
 from box import SOURCE, Box, setUpModule  # noqa: F401  pylint: disable=unused-import
@@ -45,6 +47,49 @@ class Install(Box):
         left = [line for line in left if not re.search(r"\.wants/systemd-network|/systemd/system/(dbus-org|sockets|"
                                                        r"sysinit|network-online)|^/etc/.*-$|/var/lib/dpkg/", line)]
         self.assertEqual(left, [], "what is left after purge")
+
+
+class Removal(Box):
+    """Upgrade and removal of a vehicle that runs, with a configuration that was edited."""
+
+    EDITED = "grep -q '^path = \"can0\"' /etc/lss/ardito.toml"
+
+    @classmethod
+    def newer(cls):
+        """The package as a next version with other defaults would be, in the shared folder."""
+        tree = os.path.join(cls.share, "tree")
+        deb = glob.glob(os.path.join(cls.share, "lssd_*.deb"))[0]
+        for words in (["dpkg-deb", "-R", deb, tree],
+                      ["sed", "-i", "s/^Version: .*/Version: 99.0/", os.path.join(tree, "DEBIAN/control")],
+                      ["sed", "-i", "s/^offset_ms = .*/offset_ms = 11/", os.path.join(tree, "etc/lss/ardito.toml"),
+                       os.path.join(tree, "etc/lss/zebro.toml")],
+                      ["dpkg-deb", "--root-owner-group", "-Zgzip", "-b", tree, os.path.join(cls.share, "newer.deb")]):
+            subprocess.run(words, stdout=subprocess.DEVNULL, check=True)
+
+    def test_1_an_upgrade_leaves_a_running_vehicle_alone_and_keeps_what_was_edited(self):
+        self.use_can()
+        self.must("systemctl enable --now lssd@ardito", 120)
+        pid = self.pid("lssd@ardito")
+        self.newer()
+        # A new line at dpkg's question is what it offers: the file stays as it is.
+        self.must("echo | dpkg -i /mnt/host/newer.deb", 120)
+        self.assertEqual(self.must("dpkg-query -W -f '${Version} ${Status}' lssd"), "99.0 install ok installed")
+        self.assertEqual((self.pid("lssd@ardito"), self.active("lssd@ardito")), (pid, "active"))
+        self.must(f"{self.EDITED} && ! grep -q '^offset_ms = 11' /etc/lss/ardito.toml")
+        self.must("grep -q '^offset_ms = 11' /etc/lss/ardito.toml.dpkg-dist", 10)
+        self.must("grep -q '^offset_ms = 11' /etc/lss/zebro.toml")  # nobody edited that one
+        self.must("systemctl restart lssd@ardito", 120)
+        self.assertEqual(self.wait_status("True", "the new version answers")["vehicle"], "ardito")
+
+    def test_2_removal_stops_the_vehicle_and_keeps_its_configuration_and_logs(self):
+        self.must("dpkg -r lssd", 120)
+        self.assertEqual(self.run_there("pgrep -l 'lssd|iox-roudi'")[1], "")
+        self.must(f"{self.EDITED} && ls /var/lib/lss/*.jsonl && getent passwd lss")
+        self.assertEqual(self.must("find /etc/systemd/system -name '*lssd*'; systemctl --failed --no-legend"), "")
+
+    def test_3_installed_again_it_runs_with_what_was_kept(self):
+        self.must("dpkg -i /mnt/host/newer.deb < /dev/null && systemctl start lssd@ardito", 120)
+        self.must(f"{self.EDITED} && timeout 20 candump -n 1 can0,080:7FF")
 
 
 if __name__ == "__main__":

@@ -62,6 +62,14 @@ install_missing() {
   quietly "$logs/apt.log" "apt-get install, again" "${install[@]}" || fail_with "$logs/apt.log"
 }
 
+# What builds the page: npm of any origin will do, since one of elsewhere excludes Debian's. False, with a sentence, when it
+# cannot be had.
+have_npm() {
+  command -v npm > /dev/null || (install_missing web) && return
+  say "npm is not there and cannot be installed: the page of lss-ground is not built, recordings are not read by others"
+  return 1
+}
+
 fail_with() {  # LOG
   printf '\n--- end of %s\n' "$1" >&2
   tail -n "${2:-40}" "$1" >&2 || true

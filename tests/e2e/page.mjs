@@ -1,0 +1,129 @@
+// page.mjs VEHICLE ADDRESS [SHOTS]: a person at the pilot's page, in headless Chromium. Needs CHROMIUM and
+// PLAYWRIGHT (the folder of playwright-core) in the environment. Prints what it measured; ends with 1 when something
+// was not as a person expects it.
+
+import {strict as assert} from "node:assert";
+import {pathToFileURL} from "node:url";
+
+const [vehicle, address, shots] = process.argv.slice(2);
+const {chromium} = await import(pathToFileURL(`${process.env.PLAYWRIGHT}/index.mjs`).href);
+
+const kPatience_ms = 60_000;
+const drawn = shots ? ["--disable-gpu-compositing", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-3d-apis"];
+const browser = await chromium.launch({executablePath: process.env.CHROMIUM, args: ["--no-sandbox", "--disable-gpu-sandbox", ...drawn]});
+const page = await browser.newPage({viewport: {width: 1440, height: 900}, colorScheme: "dark"});
+page.setDefaultTimeout(kPatience_ms);
+const errors = [];
+page.on("pageerror", (e) => errors.push(e.message));
+
+const button = (name) => page.locator("#list").getByRole("button", {name, exact: true});
+const says = (where, what, limit_ms = kPatience_ms) =>
+  page.waitForFunction(([w, t]) => document.querySelector(w)?.textContent.includes(t), [where, what], {timeout: limit_ms, polling: 50});
+const press = async (name) => {
+  await button(name).click();  // waits until it is enabled
+  console.log(`pressed ${name}`);
+};
+const row = (name) => page.locator(".command", {has: page.getByRole("button", {name, exact: true})});
+// Of the command that was pressed last.
+const ends = async (phase) => {
+  await page.waitForFunction(() => /completed|rejected|failed|unanswered|superseded/.test(document.querySelector("#running").textContent), null, {polling: 50});
+  const text = await page.textContent("#running");
+  assert.ok(text.includes(phase), text);
+};
+const done = async (name) => { await press(name); await ends("completed"); };
+const number = async (pattern) => Number(pattern.exec(await page.innerText("#overlay"))?.[1] ?? NaN);
+const shot = async (name) => { if (shots) await page.screenshot({path: `${shots}/${name}.png`}); };
+const more = () => page.locator("#list summary", {hasText: "more commands"}).click();
+
+async function zebro() {
+  await more();
+  await row("walk").getByLabel("speed").selectOption("high");
+  await press("walk");
+  await says("#state", "Walking");
+  await says("#running", "executing");
+  // What is not allowed now says why, from the daemon.
+  await page.waitForFunction(() => [...document.querySelectorAll(".command")].some((c) => c.textContent.startsWith("panel") && c.querySelector("button").disabled && c.textContent.includes("not allowed")));
+  await page.waitForFunction(() => parseFloat(document.querySelector("#overlay").innerText) > 0.1, null, {polling: 100});
+  await shot("ground-zebro");
+  console.log(`walked ${await number(/([\d.]+) m walked/)} m`);
+  await done("stop");
+  await says("#state", "Idle");
+}
+
+async function ardito() {
+  await row("drive").getByLabel("speed").fill("0.3");
+  await row("drive").getByLabel("heading").fill("3");
+  await page.keyboard.press("Tab");
+  await press("drive");
+  await says("#state", "Running");
+  await page.waitForFunction(() => Number(/([\d.]+) m driven/.exec(document.querySelector("#overlay").innerText)?.[1]) > 0.8, null, {polling: 100});
+  await shot("ground-ardito");
+  console.log(`drove ${await number(/([\d.]+) m driven/)} m`);
+  await done("halt");
+  await done("stop");
+  await says("#state", "Idle");
+}
+
+async function talaris() {
+  const gnc = async (step) => {
+    await row("gnc").getByLabel("step").selectOption(step);
+    await press("gnc");
+  };
+  const plan = row("plan");
+  await done("start");
+  await more();
+  await done("edf arm");
+  await more();
+  await gnc("standby");
+  await ends("completed");
+  await gnc("calibrate");
+  await ends("completed");
+  await plan.getByLabel("height").fill("1");
+  await plan.getByLabel("distance").fill("3");
+  await done("plan");
+  await gnc("execute");
+  await says("#overlay", "IN THE AIR");
+  await says("#overlay", "traverse");
+  await shot("ground-talaris");
+  await ends("completed");
+  console.log(`height at the end ${await number(/height (-?[\d.]+) m/)} m, along ${await number(/along (-?[\d.]+) m/)} m`);
+  await done("stop");
+  await says("#state", "Idle");
+}
+
+// The space bar, and the time from there to the daemon's acknowledgement, seen on the page.
+async function stops(count) {
+  await done("start");
+  await says("#state", "Operational");
+  const times = [];
+  for (let i = 0; i < count; i++) {
+    await page.evaluate(() => { document.querySelector("#estop").dataset.ms = ""; });
+    if (i % 2) await page.click("#estop"); else await page.keyboard.press("Space");
+    await page.waitForFunction(() => document.querySelector("#estop").dataset.ms, null, {polling: 5});
+    times.push(Number(await page.getAttribute("#estop", "data-ms")));
+  }
+  await says("#state", "FatalError");
+  await says("#problems", "emergency stop commanded");
+  await shot(`ground-${vehicle}-stopped`);
+  times.sort((a, b) => a - b);
+  console.log(`${count} emergency stops, to the acknowledgement on the page: p50 ${times[Math.floor(count / 2)].toFixed(1)} ms, ` +
+    `p99 ${times[Math.min(count - 1, Math.ceil(count * 0.99) - 1)].toFixed(1)} ms, most ${times[count - 1].toFixed(1)} ms`);
+  await done("solve");
+  await says("#state", "Idle");
+}
+
+try {
+  await page.goto(address);
+  await says("#state", "Idle");
+  await {zebro, ardito, talaris}[vehicle]();
+  await stops(Number(process.env.LSS_STOPS ?? 20));
+  assert.deepEqual(errors, []);
+} catch (error) {
+  console.log(error.message, errors);
+  for (const part of ["#state", "#running", "#problems", "#overlay", "#list", "#lost"])
+    console.log(part, await page.textContent(part).catch(() => "?"));
+  if (shots) await page.screenshot({path: `${shots}/failed.png`});
+  process.exitCode = 1;
+} finally {
+  await browser.close();
+}

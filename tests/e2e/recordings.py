@@ -1,0 +1,168 @@
+"""What a recording of any vehicle has to stand: read by us and by others, exported, drawn."""
+
+import csv
+import fcntl
+import json
+import os
+import re
+import shutil
+import subprocess
+
+import pictures
+from programs import run, wait_until
+from rig import HERE, TOOLS
+
+BUILD = os.environ.get("LSS_E2E_BUILD", "/tmp")
+FOREIGN = os.path.join(HERE, "foreign")
+
+
+def foreign_reader():
+    """The folder with the readers of others, fetched once for each build; else why there is none."""
+    if shutil.which("node") is None or shutil.which("npm") is None:
+        return None, "node and npm are not installed (tools/packages.txt, group web)"
+    folder = os.path.join(BUILD, "foreign")
+    os.makedirs(folder, exist_ok=True)
+    with open(os.path.join(folder, "lock"), "w", encoding="ascii") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        for name in ("package.json", "package-lock.json", ".npmrc", "decode.mjs"):
+            shutil.copyfile(os.path.join(FOREIGN, name), os.path.join(folder, name))
+        with open(os.path.join(folder, "package-lock.json"), encoding="utf-8") as file:
+            wanted = file.read()
+        stamp = os.path.join(folder, "fetched.json")
+        if os.path.exists(stamp) and open(stamp, encoding="utf-8").read() == wanted:
+            return folder, ""
+        try:
+            got = subprocess.run(["npm", "ci", "--no-audit", "--no-fund"], cwd=folder, timeout=100,
+                                 capture_output=True, text=True)
+        except subprocess.TimeoutExpired:
+            return None, "npm does not come to an end: is there a network?"
+        if got.returncode != 0:
+            return None, f"npm cannot fetch the readers: {got.stderr[-300:]}"
+        with open(stamp, "w", encoding="utf-8") as file:
+            file.write(wanted)
+        return folder, ""
+
+
+def same(ours, theirs):
+    """The same values; they have characters as numbers or text, we have text up to its end."""
+    if isinstance(ours, str):
+        if isinstance(theirs, list):
+            theirs = "".join(c if isinstance(c, str) else chr(c) for c in theirs)
+        return ours == theirs.split("\0")[0]
+    if isinstance(ours, dict):
+        return ours.keys() == theirs.keys() and all(same(ours[k], theirs[k]) for k in ours)
+    if isinstance(ours, list):
+        return len(ours) == len(theirs) and all(same(a, b) for a, b in zip(ours, theirs))
+    return ours == theirs
+
+
+class Recorded:
+    """Mixed into a Scenario: `self.recording` is the file."""
+
+    def record(self, *words, name="record"):
+        """Begins; returns when messages of the telemetry are in the file."""
+        self.recording = os.path.join(self.folder, "run.mcap")
+        client = self.begin_cli("--json", "record", "--out", self.recording, *words, name=name)
+
+        def comes():
+            listed = self.cli("--json", "log", "list", self.recording)
+            topics = json.loads(listed.out).get("topics", []) if listed.code == 0 else []
+            return any("telemetry" in t["topic"] and t["messages"] > 0 for t in topics)
+        wait_until(lambda: client.running() and comes(), 20, "telemetry is recorded")
+        return client
+
+    def listed(self, path=None):
+        return json.loads(self.cli_ok("--json", "log", "list", path or self.recording).out)
+
+    def shown(self, *words):
+        lines = self.cli_ok("log", "show", self.recording, *words).out.splitlines()
+        return [json.loads(line) for line in lines]
+
+    def assert_others_read_the_same(self):
+        folder, why = foreign_reader()
+        if folder is None:
+            self.skipTest("the file is not read by others: " + why)
+        result = run(["node", os.path.join(folder, "decode.mjs"), self.recording], dict(os.environ), 60)
+        self.assertEqual(result.code, 0, result.err)
+        *theirs, last = [json.loads(line) for line in result.out.splitlines()]
+        ours = self.shown()
+        end = last["end"]
+        self.assertTrue(end["done"])
+        self.assertEqual({end["counted"], end["streamed"], end["statistics"]}, {len(ours)})
+        self.assertTrue(end["library"].startswith("lss-cli"))
+        self.assertEqual([m["name"] for m in end["metadata"]][:1], ["lss"])
+        order = lambda m: (m["log_ns"], m["topic"], m["publish_ns"], m["sequence"])
+        ours.sort(key=order)
+        theirs.sort(key=order)
+        values = 0
+        for our, their in zip(ours, theirs):
+            for field in ("topic", "sequence", "log_ns", "publish_ns"):
+                self.assertEqual(our[field], their[field])
+            self.assertTrue(same(our["data"], their["data"]), f"{our}\n{their}")
+            values += 1
+        print(f"{values} messages are the same, decoded by others")
+        self.assertGreater(values, 50)
+
+    def assert_csv_says_the_same(self):
+        path = os.path.join(self.folder, "run.csv")
+        self.cli_ok("log", "export", self.recording, "--topic", "telemetry", "--out", path)
+        with open(path, encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        shown = self.shown("--topic", "telemetry")
+        self.assertEqual(len(rows), len(shown))
+        for row, message in zip(rows, shown):
+            for name, text in row.items():
+                if name == "t_s":
+                    continue
+                value = message if name in message else message["data"]
+                for part in re.findall(r"[^.\[\]]+", name):
+                    value = value[int(part) if part.isdigit() else part]
+                if isinstance(value, str):
+                    self.assertEqual(text, value, name)
+                elif value is None:
+                    self.assertEqual(text, "", name)
+                else:
+                    self.assertEqual(json.loads(text), value, name)  # true is 1
+        few = self.cli_ok("log", "export", self.recording, "--topic", "telemetry", "--columns", "time_ns,*_m*",
+                          "--from", "0.5", "--to", "1s").out.splitlines()
+        self.assertTrue(few[0].startswith("t_s,log_ns,publish_ns,sequence,time_ns"))
+        self.assertTrue(1 < len(few) < len(rows))
+        self.assertTrue(all(0.5 <= float(line.split(",")[0]) <= 1 for line in few[1:]))
+
+    def assert_page_shows(self, *captions):
+        path = os.path.join(self.folder, "run.html")
+        self.cli_ok("report", self.recording, "--out", path)
+        with open(path, encoding="utf-8") as file:
+            page = pictures.Page(file.read())
+        self.assertEqual(page.references, [], "it needs nothing else")
+        for caption in captions:
+            self.assertIn(caption, page.captions)
+        self.assertGreater(page.shapes, 20)
+        self.assertFalse([word for word in page.words if "nan" in word.lower() or "inf" in word.lower()])
+        kept = os.environ.get("LSS_E2E_PICTURES")
+        if kept:
+            os.makedirs(kept, exist_ok=True)
+            shutil.copy(path, kept)
+            shutil.copy(self.recording, kept)
+        if pictures.BROWSER is None:
+            self.skipTest("no picture is taken: chromium is not installed (tools/packages.txt, group web)")
+        picture = os.path.join(self.folder, "run.png")
+        pictures.screenshot(path, picture)
+        colours = pictures.shares(picture)
+        print(len(colours), "colours; the most", sorted(colours.values())[-3:])
+        self.assertGreater(len(colours), pictures.COLOURS_OF_A_CHART)
+        self.assertGreater(1 - max(colours.values()), 0.03, "it is not blank")
+        self.assertGreater(sum(share for colour, share in colours.items() if max(colour) - min(colour) > 60), 0.001,
+                           "there are lines and bars")
+
+    def assert_plot(self, signals, ending):
+        path = os.path.join(self.folder, "run" + ending)
+        done = json.loads(self.cli_ok("--json", "plot", self.recording, "--signals", signals, "--out", path).out)
+        with open(path, "rb") as file:
+            begin = file.read()
+        self.assertTrue(begin.startswith(b"\x89PNG" if ending == ".png" else b"<?xml"))
+        if ending == ".svg":
+            for name in done["signals"]:
+                self.assertIn(name.encode(), begin)
+        self.assertGreater(len(begin), 5000)
+        return done["signals"]

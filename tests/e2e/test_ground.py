@@ -1,0 +1,264 @@
+"""The pilot's gateway: who gets in, what becomes of nonsense, and that a page that is gone stops the vehicle."""
+
+import os
+import signal
+import socket
+import threading
+import time
+
+from programs import run, wait_until
+from rig import IDLE, OPERATIONAL, TOOLS, Scenario, read_text
+from ws import Closed, Refused, WebSocket
+
+KEYS = {"look": "look" * 8, "stop": "stop" * 8, "command": "command" * 4}
+
+
+class Gateway:
+    """lss-ground of a scenario, and clients that it lets in."""
+
+    def __init__(self, scenario, *words, port=0, **how):
+        self.program = scenario.begin(
+            "lss-ground", [os.path.join(TOOLS, "lss-ground"), "--listen", f"127.0.0.1:{port}", *words], **how)
+        scenario.wait_for_text(self.program, "http", 20)
+        self.port = int(read_text(self.program.out_path).split(":")[2].split("/")[0])
+        self.scenario = scenario
+
+    def client(self, protocol="lss-ground", key="", session="", **how):
+        client = WebSocket(self.port, protocol, **how)
+        self.scenario.addCleanup(client.close)
+        client.hello(key, session)
+        return client
+
+
+class Beating:
+    """A page's heartbeat, and everything that it is told, until stopped."""
+
+    def __init__(self, client):
+        self.client, self.messages, self.alive = client, [], True
+        self.threads = [threading.Thread(target=run, daemon=True) for run in (self.beat, self.listen)]
+        for thread in self.threads:
+            thread.start()
+
+    def beat(self):
+        count = 0
+        while self.alive:
+            count += 1
+            try:
+                self.client.send(type="beat", n=count)
+            except OSError:
+                return
+            time.sleep(0.2)
+
+    def listen(self):
+        try:
+            while self.alive:
+                self.messages.append(self.client.read())
+        except (Closed, OSError):
+            pass
+
+    def acks(self, request):
+        return [m for m in list(self.messages) if m["type"] == "ack" and m["request"] == request]
+
+    def phases(self, request):
+        return [(m["step"].split()[0], m["phase"]) for m in self.acks(request)]
+
+    def ends(self, request, limit_s):
+        wait_until(lambda: any(m["final"] for m in self.acks(request)), limit_s, f"answer of {request}")
+        return self.acks(request)[-1]
+
+    def counters(self):
+        return [m for m in list(self.messages) if m["type"] == "pulse"][-1]["gateway"]
+
+    def stop(self):
+        self.alive = False
+
+
+class Ground(Scenario):
+    def keyed(self):
+        path = os.path.join(self.folder, "ground.keys")
+        with open(os.open(path, os.O_CREAT | os.O_WRONLY, 0o600), "w", encoding="ascii") as file:
+            file.write("# who\n" + "".join(f"{role} {key}\n" for role, key in KEYS.items()))
+        return Gateway(self, "--key-file", path)
+
+    def wait_mode(self, name, limit_s):
+        self.wait_status(lambda s: s["mode"] == name, limit_s, name)
+
+    def walk(self, client, request=1):
+        client.send(type="command", id=request, vehicle="zebro-1", command="walk", parameters={"speed": 3}, whole=True)
+
+    def test_a_page_walks_zebro_and_its_end_stops_it_safely(self):
+        self.start_all()
+        gateway = Gateway(self)
+        client = gateway.client(session="a session that only it knows")
+        self.assertEqual(client.wait_for(lambda m: m["type"] == "vehicle")["vehicle"], "zebro")
+        page = Beating(client)
+        client.send(type="command", id=7, vehicle="zebro-1", command="walk", dry_run=True)
+        self.assertEqual(page.ends(7, 5)["reason"]["name"], "not_in_state")
+        client.send(type="command", id=8, vehicle="zebro-1", command="walk", dry_run=True, whole=True)
+        self.assertEqual(page.ends(8, 5)["phase"], "accepted")
+        self.assertEqual(self.status()["counters"]["commands_rejected"], 0, "who only asks is not counted")
+
+        self.walk(client)
+        wait_until(lambda: ("walk", "executing") in page.phases(1), 40, "it walks")
+        steps = [step for step, phase in page.phases(1) if phase == "completed"]
+        self.assertEqual(steps, ["start", "stand"])
+        source = self.status()["authority"]
+        self.assertTrue(source.startswith("ground:"))
+
+        other = gateway.client()
+        other.wait_for(lambda m: m["type"] == "vehicle")
+        self.walk(other, 2)
+        refused = other.wait_for(lambda m: m["type"] == "ack")
+        self.assertEqual(refused["reason"]["name"], "not_authorised")
+
+        page.stop()
+        client.socket.shutdown(socket.SHUT_RDWR)  # the tab is closed
+        self.wait_status(lambda s: s["state"] == IDLE, 40, "without its page it stops safely")
+        self.assertEqual(self.status()["faults"], [])
+
+    def test_a_killed_gateway_leaves_a_vehicle_that_stops_safely_and_the_next_shows_the_truth(self):
+        self.start_all()
+        gateway = Gateway(self)
+        client = gateway.client(session="a session that only it knows")
+        client.wait_for(lambda m: m["type"] == "vehicle")
+        page = Beating(client)
+        self.walk(client)
+        wait_until(lambda: ("walk", "executing") in page.phases(1), 40, "it walks")
+        source = self.status()["authority"]
+        gateway.program.process.send_signal(signal.SIGKILL)
+        page.stop()
+        self.wait_status(lambda s: s["state"] == IDLE, 40, "without the gateway it stops safely")
+        gateway = Gateway(self, port=gateway.port)
+        again = WebSocket(gateway.port)
+        welcome = again.hello(session="a session that only it knows")
+        self.assertEqual(welcome["source"], source, "who comes back keeps the name")
+        status = again.wait_for(lambda m: m["type"] == "status")
+        self.assertEqual((status["state"], status["authority"], status["alive"]), (IDLE, None, True))
+        events = again.wait_for(lambda m: m["type"] in ("event", "events"))
+        self.assertEqual(events["id"], "zebro-1")
+
+    def test_a_page_that_comes_back_in_time_goes_on_walking(self):
+        self.start_all()
+        gateway = Gateway(self, "--lease-ms", "6000")
+        client = gateway.client(session="a session that only it knows")
+        client.wait_for(lambda m: m["type"] == "vehicle")
+        page = Beating(client)
+        self.walk(client)
+        wait_until(lambda: ("walk", "executing") in page.phases(1), 40, "it walks")
+        page.stop()
+        client.close()
+        page = Beating(gateway.client(session="a session that only it knows"))
+        time.sleep(8)  # longer than the lease
+        self.assertEqual(self.status()["mode"], "Walking")
+
+    def test_an_emergency_stop_has_a_line_of_its_own_and_is_acknowledged(self):
+        self.start_all()
+        gateway = self.keyed()
+        commander = gateway.client(key=KEYS["command"])
+        commander.wait_for(lambda m: m["type"] == "vehicle")
+        page = Beating(commander)
+        self.walk(commander)
+        wait_until(lambda: ("walk", "executing") in page.phases(1), 40, "it walks")
+
+        looker = gateway.client("lss-stop", KEYS["look"])
+        looker.send(type="stop", id=1, vehicle="zebro-1")
+        self.assertEqual(looker.wait_for(lambda m: m["type"] == "ack")["phase"], "rejected")
+        self.assertEqual(self.status()["state"], OPERATIONAL)
+
+        stopper = gateway.client("lss-stop", KEYS["stop"])
+        stopper.send(type="stop", id=2, vehicle="zebro-1")
+        ack = stopper.wait_for(lambda m: m["type"] == "ack" and m["final"])
+        self.assertEqual(ack["phase"], "completed")
+        print(f"emergency stop acknowledged by the daemon after {ack['after_ms']:.1f} ms")
+        self.wait_status(lambda s: s["state"] == "FatalError", 5, "it is stopped")
+        self.assertEqual(page.ends(1, 5)["phase"], "failed")
+
+    def test_who_has_no_key_or_comes_from_a_foreign_page_does_not_get_in(self):
+        self.start_daemon()
+        gateway = self.keyed()
+        here = f"http://127.0.0.1:{gateway.port}"
+        for how in ({"origin": "http://elsewhere.example"}, {"origin": here, "host": "elsewhere.example"},
+                    {"origin": "null"}, {"host": "elsewhere.example"}):
+            with self.assertRaises(Refused, msg=str(how)):
+                WebSocket(gateway.port, **how)
+        WebSocket(gateway.port, origin=here).hello(KEYS["look"])
+
+        for key in ("", "wrong", KEYS["command"][:-1], KEYS["command"] + "x"):
+            client = WebSocket(gateway.port)
+            client.send(type="hello", key=key)
+            self.assertEqual(client.why_closed(), "wrong key", repr(key))
+        client = WebSocket(gateway.port)
+        self.walk(client)
+        self.assertEqual(client.why_closed(), "say hello first")
+        begun_s = time.monotonic()
+        self.assertEqual(WebSocket(gateway.port).why_closed(), "did not say who it is")
+        self.assertLess(time.monotonic() - begun_s, 8)
+
+        looker = gateway.client(key=KEYS["look"])
+        looker.wait_for(lambda m: m["type"] == "status")
+        self.walk(looker)
+        self.assertEqual(looker.wait_for(lambda m: m["type"] == "ack")["reason"]["text"], "this key may not command")
+        counters = looker.wait_for(lambda m: m["type"] == "pulse")["gateway"]
+        self.assertEqual((counters["refused"], counters["wrong_keys"]), (4, 4))
+
+        for words, why in ((["--listen", "0.0.0.0:0"], "--key-file"), (["--key-file", "/dev/null/none"], "cannot read"),
+                           (["--listen", "nowhere"], "is no address"), (["--tls-cert", "x"], "belong together")):
+            refused = run([os.path.join(TOOLS, "lss-ground"), *words], self.environment(), 10)
+            self.assertEqual((refused.code, why in refused.err), (2, True), refused)
+
+    def test_nonsense_is_refused_and_a_thousand_connections_and_one_that_stops_reading_disturb_nobody(self):
+        self.start_all()
+        gateway = Gateway(self, "--clients", "20")
+        client = gateway.client()
+        client.wait_for(lambda m: m["type"] == "vehicle")
+        page = Beating(client)
+        before = self.status()
+
+        bad = gateway.client()
+        for text in ("", "{", "[]", "null", '"x"', '{"type":1}', '{"type":"beat"}', '{"type":"beat","n":-1}',
+                     '{"type":"beat","n":1,"more":2}', '{"type":"stop","id":1}'):
+            bad.send_bytes(text.encode())
+        self.assertEqual(bad.why_closed(), "too many bad messages")
+        bad = gateway.client()
+        bad.send_bytes(b"x" * 40_000)
+        self.assertEqual(bad.why_closed(), "a message was too long, or no text")
+        bad = gateway.client()
+        bad.send_bytes(b"{}", opcode=2)
+        self.assertEqual(bad.why_closed(), "a message was too long, or no text")
+        fast = gateway.client()
+        try:
+            for n in range(2000):
+                fast.send(type="beat", n=n)
+        except OSError:
+            pass  # hung up on already
+        self.assertIn(fast.why_closed(), ("too many messages a second", "without a word", "[Errno 104] Connection reset by peer"))
+        odd = gateway.client()
+        for number, (command, parameters) in enumerate((("fly", {}), ("walk", {"height": 1}), ("walk", {"speed": 1e300}),
+                                                        ("leg", {}), ("leg", {"leg": 1.5, "position": 0}))):
+            odd.send(type="command", id=number, vehicle="zebro-1", command=command, parameters=parameters)
+            self.assertEqual(odd.wait_for(lambda m: m["type"] == "ack")["phase"], "rejected", command)
+
+        slow = gateway.client(receive_bytes=4096)
+        crowd, refused = [], 0
+        for _ in range(1000):
+            try:
+                crowd.append(WebSocket(gateway.port))
+            except Refused:
+                refused += 1
+        self.assertGreater(refused, 900)
+        for client in crowd:
+            client.close()
+        # Who stops by its own line is never kept out by those who look.
+        gateway.client("lss-stop").close()
+        wait_until(lambda: page.counters()["too_slow"] >= 1, 60, "who stops reading is dropped")
+        counters = page.counters()
+        self.assertEqual(counters["bad_messages"], 12)
+        self.assertEqual(counters["too_fast"], 1)
+        self.assertGreater(counters["refused"], 900)
+        after = self.status()
+        self.assertEqual((after["state"], after["faults"]), (IDLE, []))
+        print(f"frames {after['frame']['index'] - before['frame']['index']}, "
+              f"overruns {after['frame']['overruns'] - before['frame']['overruns']}, gateway {counters}")
+        self.assertLessEqual(after["frame"]["overruns"] - before["frame"]["overruns"], 2)
+        self.assertTrue(page.threads[1].is_alive(), "who behaves is told on")
+        slow.close()

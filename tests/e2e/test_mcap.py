@@ -1,0 +1,120 @@
+"""One short run of each vehicle, recorded; the file is read by us and by others, exported, and drawn."""
+
+import json
+import os
+import resource
+import signal
+import unittest
+
+from hopper_rig import Hopper
+from programs import die_with_parent, wait_until
+from recordings import Recorded
+from rig import EXIT, TOOLS, Scenario
+from rover_rig import Rover
+
+
+class Zebro(Recorded, Scenario):
+    def test_a_walk_is_recorded_killed_gone_on_with_and_read_by_others(self):
+        self.start_all()
+        self.assert_bad_files_are_told()
+        client = self.record(name="record")
+        self.begin_walk("--for", "6s").wait(90)
+        asked = [json.loads(self.cli_ok("--json", "data").out)["documents"][0] for _ in range(3)]
+        client.kill()
+        self.assert_torn_file_is_gone_on_with()
+        self.assert_data_is_in_it(asked)
+        self.assert_csv_says_the_same()
+        self.assertEqual(len(self.assert_plot("modules[*].current_A,distance_m,timing.margin_ns", ".svg")), 9)
+        self.assert_plot("modules[*].position_rad", ".png")
+        self.assert_a_part_is_whole()
+        self.assert_page_shows("Stance and swing", "Currents", "Temperatures", "State and mode", "Distance")
+        self.assert_others_read_the_same()
+
+    def assert_bad_files_are_told(self):
+        nobody = self.cli("record", "--for", "1s", "--vehicle", "nobody")
+        self.assertEqual(nobody.code, EXIT["unknown_name"])
+        folder = self.cli("record", "--for", "1s", "--out", os.path.join(self.folder, "none", "a.mcap"))
+        self.assertEqual(folder.code, EXIT["usage"])
+        self.assertIn("--out FILE", folder.err)
+        topic = self.cli("record", "--for", "1s", "--topics", "telemtry")
+        self.assertEqual(topic.code, EXIT["unknown_name"])
+
+        def tiny_disk():
+            die_with_parent()
+            resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, resource.RLIM_INFINITY))
+        path = os.path.join(self.folder, "full.mcap")
+        full = self.begin("full", [os.path.join(TOOLS, "lss-cli"), "record", "--for", "20s", "--out", path], tiny_disk)
+        self.assertEqual(full.wait(30), EXIT["failed"])
+        self.assertIn("make room", full.err())
+        self.assertGreater(self.listed(path)["messages"], 20)
+
+    def assert_torn_file_is_gone_on_with(self):
+        torn = self.listed()
+        self.assertFalse(torn["whole"])
+        last = self.shown("--topic", "timing")[-1]
+        again = self.begin_cli("--json", "record", "--append", "--out", self.recording, name="again")
+        wait_until(lambda: self.listed()["messages"] > torn["messages"] + 100, 20, "it goes on")
+        again.signal(signal.SIGINT)
+        self.assertEqual(again.wait(20), 0, "Ctrl-C is its proper end")
+        said = json.loads(again.out())
+        self.assertEqual(said["ended"], "interrupted")
+        self.assertEqual(said["missing"], 0, said)
+        whole = self.listed()
+        self.assertTrue(whole["whole"], whole["complaint"])
+        self.assertEqual(whole["messages"], torn["messages"] + said["messages"])
+        self.assertEqual(self.shown("--topic", "timing", "--to", str(last["t_s"]))[-1]["data"], last["data"])
+        events = [m["sequence"] for m in self.shown("--topic", "event")]
+        self.assertEqual(events, sorted(set(events)), "those that DDS keeps are not recorded twice")
+
+    def assert_data_is_in_it(self, asked):
+        """What `data` told, while it was recorded, is in one of the messages, to the last digit."""
+        shown = [m["data"]["modules"] for m in self.shown("--topic", "telemetry")]
+        for sample in asked:
+            wanted = [(m["id"], m["position_rad"], m["current_A"], m["supply_V"], m["replies"])
+                      for m in sample["modules"]]
+            self.assertTrue(any(wanted == [(m["id"], m["position_rad"], m["current_A"], m["supply_V"], m["replies"])
+                                           for m in modules] for modules in shown), wanted)
+
+    def assert_a_part_is_whole(self):
+        part = os.path.join(self.folder, "part.mcap")
+        self.cli_ok("log", "export", self.recording, "--topic", "timing,event", "--from", "1", "--to", "3s", "--out", part)
+        listed = self.listed(part)
+        self.assertTrue(listed["whole"])
+        self.assertEqual(sorted(t["topic"] for t in listed["topics"]), ["lss/event", "lss/timing"])
+        self.assertLess(listed["duration_s"], 2.01)
+        names = [f["kind"] for f in json.loads(self.cli_ok("--json", "log", "list", self.folder).out)["files"]]
+        self.assertEqual(names.count("mcap"), 3)
+
+
+class Ardito(Recorded, Rover):
+    def test_a_drive_is_recorded_and_drawn(self):
+        self.start_all()
+        client = self.record("--topics", "telemetry,timing,status,event,command,command_ack", "--max-size", "50")
+        self.cli_ok("run", "-e", "drive 0.3 --heading 5 --for 4s; park 0.4 --for 3s; drive 0.4 --for 3s; stop",
+                    limit_s=90)
+        client.signal(signal.SIGINT)
+        self.assertEqual(client.wait(20), 0)
+        self.assertTrue(self.listed()["whole"])
+        self.assert_plot("wheels[*].motor_rad_s", ".svg")
+        self.assert_page_shows("Wheel speeds", "Steering", "Failure states", "Seen from above")
+        self.assert_others_read_the_same()
+
+
+class Talaris(Recorded, Hopper):
+    def test_a_hop_is_recorded_and_drawn(self):
+        self.start_all()
+        client = self.record()
+        self.cli_ok("hop", "--arm", "--height", "2", "--distance", "8", limit_s=180)
+        client.signal(signal.SIGINT)
+        self.assertEqual(client.wait(20), 0)
+        listed = self.listed()
+        self.assertTrue(listed["whole"])
+        heights = [m["data"]["position_m"][0] for m in self.shown("--topic", "telemetry")]
+        self.assertGreater(max(heights), 1.5)
+        self.assert_plot("position_m[*],valves[*].on_s", ".svg")
+        self.assert_page_shows("Height", "Attitude", "Valve pulses", "Gas used")
+        self.assert_others_read_the_same()
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,246 @@
+"""The flight recorder and lssd --replay: what was recorded is executed again to the bit, by this build and by those
+of other presets; what was altered, damaged or cut is told apart."""
+
+import glob
+import json
+import os
+import re
+import resource
+import shutil
+import signal
+import time
+import unittest
+
+import recording
+from hopper_rig import Hopper
+from programs import die_with_parent, read_text, run, wait_until
+from rig import DAEMON, IDLE, SOURCE, Scenario
+from rover_rig import Rover
+
+RECORDING_FAILED = 49  # idl/codes.h
+KEPT = os.environ.get("LSS_E2E_RECORDINGS")
+EQUAL, UNREADABLE, DIFFERENT, DAMAGED, FOREIGN, INCOMPLETE = range(6)
+
+
+class Recorded:
+    """Beside a Scenario."""
+
+    def recordings(self):
+        return sorted(glob.glob(os.path.join(self.run_folder, "*.lssrec")))
+
+    def replay(self, *paths, daemon=DAEMON, expect=EQUAL):
+        result = run([daemon, "--replay", *paths], self.environment(), 300)
+        self.assertEqual(result.code, expect, result)
+        return result.out
+
+    def replay_everywhere(self):
+        """By this build, and by those of the other presets that are there."""
+        paths = self.recordings()
+        print(self.replay(*paths), sum(os.path.getsize(path) for path in paths), "bytes")
+        if KEPT:  # for builds of other presets that are made later
+            os.makedirs(KEPT, exist_ok=True)
+            for number, path in enumerate(paths):
+                shutil.copy(path, os.path.join(KEPT, f"{self.vehicle_name()}-{number}.lssrec"))
+        for preset in ("release", "debug", "asan", "tsan"):
+            other = os.path.join(SOURCE, "build", preset, "bin", "lssd")
+            if os.path.exists(other) and not os.path.samefile(other, DAEMON) and self.same_records(other, paths[0]):
+                print(preset, self.replay(*paths, daemon=other))
+
+    def vehicle_name(self):
+        return type(self).__name__.lower()
+
+    def same_records(self, other, path):
+        """A build that was made before the records changed has nothing to say."""
+        result = run([other, "--replay", path], self.environment(), 300)
+        return "laid out otherwise" not in result.out and "--config is required" not in result.err
+
+    def begin_again(self):
+        """What was recorded so far goes elsewhere; the next file begins in the middle of things."""
+        path, = self.recordings()
+        begun = os.path.join(self.folder, "begun.lssrec")
+        shutil.copy(path, begun)
+        os.remove(path)
+        wait_until(self.recordings, 10, "another file begins")
+        self.replay(begun)
+
+    def frames_of(self, path):
+        header, items, ended = recording.read(path)
+        schema = recording.Schema(header["schema"])
+        return [schema.read(item)[0] for kind, item in items if kind == recording.FRAME], ended
+
+    def assert_nothing_lost(self):
+        status = self.status()
+        self.assertEqual(status["counters"]["telemetry_dropped"], 0)
+        self.assertTrue(status["recording"])
+        self.assertEqual(status["realtime"]["mallocs_since_start"], 0)
+        self.assertEqual(status["realtime"]["page_faults_since_start"], 0)
+
+
+class Zebro(Recorded, Scenario):
+    def write_config(self, name="zebro.toml", file_mb=None, **changes):
+        path = super().write_config(name, **changes)
+        if file_mb:  # of the recorder: the log has one, too
+            text = re.sub(r"(?ms)(^\[recorder\].*?^file_mb = )\d+", rf"\g<1>{file_mb}", read_text(path))
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(text)
+        return path
+
+    def test_a_walk_is_replayed_to_the_bit_and_what_was_altered_is_told(self):
+        daemon = self.start_all(file_mb=1)
+        client = self.begin_walk()
+        wait_until(lambda: len(self.recordings()) >= 2, 60, "the second file begins")
+        client.signal(signal.SIGINT)
+        client.wait(60)
+        self.wait_state(IDLE)
+        if recording.read(self.recordings()[0])[0]["build"]["type"] == "RelWithDebInfo":  # else it has no time
+            self.assert_nothing_lost()
+        daemon.stop()
+        self.replay_everywhere()
+        first, second = self.recordings()[:2]
+        self.altered(first)
+        self.replay(second)  # alone: it begins in the middle of the run
+        frames = [f for path in self.recordings() for f in self.frames_of(path)[0]]
+        numbers = [f["in"]["frame"] for f in frames]
+        self.assertEqual(len(set(numbers)), len(numbers))
+        self.assertEqual(numbers, sorted(numbers))
+        self.assertGreater(max(f["telemetry"]["distance_m"] for f in frames), 0.001, "the walk is in it")
+
+    def altered(self, path):
+        header, items, _ = recording.read(path)
+        other = os.path.join(self.folder, "altered.lssrec")
+
+        def write(change_header=None, change_items=None):
+            recording.write(other, {**header, **(change_header or {})}, change_items or items)
+
+        # Unchanged, but for the end that is not there.
+        write()
+        self.assertIn("not ended", self.replay(other))
+
+        # One bit of one output, with the right checksums.
+        schema = recording.Schema(header["schema"])
+        numbers = [i for i, (kind, _) in enumerate(items) if kind == recording.FRAME]
+        chosen = numbers[len(numbers) // 2]
+        values, places = schema.read(items[chosen][1])
+        begin, size = places["telemetry.modules[3].set_point_rad"]
+        record = bytearray(items[chosen][1])
+        record[begin] ^= 1
+        write(change_items=items[:chosen] + [(recording.FRAME, bytes(record))] + items[chosen + 1:])
+        said = self.replay(other, expect=DIFFERENT)
+        self.assertIn(f"in frame {values['in']['frame']},", said)
+        self.assertIn("telemetry.modules[3].set_point_rad", said)
+        self.assertEqual(size, 8)
+        print(said)
+
+        # The program does something else than it did: as if a constant in it had been changed.
+        config, count = re.subn(r"(?m)^flight_s = [0-9.]+", "flight_s = 3.05", header["config"])
+        self.assertEqual(count, 1)
+        write({"config": config})
+        said = self.replay(other, expect=DIFFERENT)
+        self.assertRegex(said, r"field +(command|telemetry|state|outbox)\.")
+        print(said)
+
+        # Another layout, another vehicle, another configuration.
+        write({"schema": header["schema"].replace("distance_m:f8", "distance_m:f4")})
+        self.assertIn("laid out otherwise", self.replay(other, expect=FOREIGN))
+        write({"vehicle": "walrus"})
+        self.assertIn("not built into", self.replay(other, expect=FOREIGN))
+        write({"config": "vehicle = 'zebro'\nnonsense = 1\n"})
+        self.assertIn("nonsense", self.replay(other, expect=FOREIGN))
+
+        # Without its beginning nothing is known of the vehicle.
+        write({"start": False}, items[10:])
+        self.assertIn("cannot be compared", self.replay(other, expect=INCOMPLETE))
+
+        # Damage, a torn end, and no recording at all.
+        with open(path, "rb") as file:
+            data = bytearray(file.read())
+        with open(other, "wb") as file:
+            file.write(data[:-1000])
+        self.assertIn("torn: cut off at byte", self.replay(other))
+        data[len(data) // 2] ^= 0x10
+        with open(other, "wb") as file:
+            file.write(data)
+        self.assertRegex(self.replay(other, expect=DAMAGED), "refused: damaged in the chunk that begins at byte")
+        self.replay(os.path.join(self.folder, "none.lssrec"), expect=UNREADABLE)
+
+    def test_a_killed_daemon_leaves_all_but_the_last_100_ms(self):
+        daemon = self.start_all()
+        self.cli_ok("timing", "--reset")
+        client = self.begin_walk()
+        frame = self.status()["frame"]["index"]
+        self.wait_status(lambda s: s["frame"]["index"] > frame + 100, 60, "it walks for two seconds")
+        killed_ns = time.monotonic_ns()
+        daemon.process.kill()
+        daemon.process.wait()
+        client.kill()
+        path, = self.recordings()
+        frames, ended = self.frames_of(path)
+        self.assertFalse(ended)
+        missing_ms = (killed_ns - frames[-1]["in"]["time_ns"]) * 1e-6
+        print("the last frame that is readable began", missing_ms, "ms before the kill")
+        self.assertLess(missing_ms, 100)
+        self.assertIn("not ended", self.replay(path))
+        again = self.start_daemon()
+        wait_until(lambda: len(self.recordings()) == 2, 10, "another file")
+        wait_until(lambda: os.path.getsize(path) < 10_000_000, 10, "the room that was not used is given back")
+        again.stop()
+        self.replay(*self.recordings())
+
+    def test_a_full_disk_is_told_delays_nothing_and_recording_goes_on(self):
+        self.start_sim()
+
+        def small_disk():
+            die_with_parent()
+            resource.setrlimit(resource.RLIMIT_FSIZE, (15_000_000, resource.RLIM_INFINITY))
+        daemon = self.start_daemon(before=small_disk)
+        self.wait_modules()
+        self.cli_ok("timing", "--reset")
+        wait_until(lambda: "frames cannot be recorded" in daemon.err(), 30, "it is told")
+        self.wait_status(lambda s: not s["recording"], 5, "status says that nothing is recorded")
+        self.assertIn("is recorded", self.cli_ok("status").out)
+        self.assertEqual([e["id"] for e in self.events()].count(RECORDING_FAILED), 1)
+        resource.prlimit(daemon.process.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+        self.wait_status(lambda s: s["recording"], 30, "it goes on")
+        missed = json.loads(self.cli_ok("--json", "timing").out)["missed"]
+        self.assertEqual(missed["skipped"], 0)
+        frame = self.status()["frame"]["index"]
+        self.wait_status(lambda s: s["frame"]["index"] > frame + 20, 30, "some frames more")
+        daemon.stop()
+        path, = self.recordings()
+        header, items, _ = recording.read(path)
+        self.assertFalse(header["start"])
+        self.assertGreater(header["lost_before"], 0)
+        self.assertEqual(items[0][0], recording.STATE)
+        self.replay(path)
+
+
+class Ardito(Recorded, Rover):
+    def test_a_drive_is_replayed_to_the_bit_also_from_the_middle(self):
+        daemon = self.start_all(beacon_s="1.5")
+        client = self.begin_cli("drive", "0.3", "--for", "6s", name="drive")
+        self.wait_status(lambda s: s["mode"] == "Running", 60, "it drives", client)
+        self.begin_again()
+        self.assertEqual(client.wait(120), 0)
+        self.wait_state(IDLE)
+        daemon.stop()
+        self.replay_everywhere()
+        frames, _ = self.frames_of(self.recordings()[0])
+        self.assertGreater(frames[-1]["telemetry"]["distance_m"], 0.3)
+
+
+class Talaris(Recorded, Hopper):
+    def test_a_hop_is_replayed_to_the_bit_also_from_the_middle(self):
+        daemon = self.start_all()
+        client = self.begin_cli("hop", "--arm", "--height", "1", "--distance", "3", name="hop")
+        self.wait_phase("traverse", 90, client)
+        self.begin_again()
+        self.assertEqual(client.wait(120), 0)
+        self.wait_state(IDLE)
+        daemon.stop()
+        self.replay_everywhere()
+        frames, _ = self.frames_of(self.recordings()[0])
+        self.assertGreater(max(f["telemetry"]["position_m"][0] for f in frames), 0.5)
+
+
+if __name__ == "__main__":
+    unittest.main()
