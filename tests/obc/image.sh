@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# image.sh FOLDER DEB... : the OBC in a box, for the packages DEB that will be installed in it: FOLDER/image becomes a
-# link to a folder with vmlinuz, initrd.gz and root.ext4. Debian 12 with systemd and the PREEMPT_RT kernel; what DEB
-# depend on is there, they themselves are not. Needs no root: packages are unpacked under fakeroot, and what their
+# image.sh FOLDER PACKAGES : the OBC in a box, for PACKAGES/*.deb that will be installed in it: FOLDER/image becomes a
+# link to a folder with vmlinuz, initrd.gz and root.ext4. Debian 12 with systemd and the PREEMPT_RT kernel; what those
+# packages depend on is there, they themselves are not. Needs no root: packages are unpacked under fakeroot, and what their
 # scripts would do is done by hand. Kept in ${LSS_OBC_CACHE:-${XDG_CACHE_HOME:-~/.cache}/lss-obc}; built anew when
 # what goes into it changed. Status 77: cannot be built here, and it says why.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 out=$1
-shift
+ours=("$2"/*.deb)
 cache=${LSS_OBC_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/lss-obc}
 
 cannot() {
@@ -24,8 +24,8 @@ packages=(base-files base-passwd bash dash coreutils util-linux mount login pass
   diffutils libc-bin procps dpkg apt sudo kmod udev systemd systemd-sysv dbus iproute2 can-utils tar gzip usr-is-merged
   busybox-static init-system-helpers linux-image-rt-amd64)
 # Of the first alternative each.
-mapfile -t depends < <(for deb in "$@"; do dpkg-deb -f "$deb" Depends; done |
-  tr ',' '\n' | sed 's/|.*//; s/(.*//; s/ //g' | grep -vx 'lssd.*' | sort -u)
+mapfile -t depends < <(for deb in "${ours[@]}"; do dpkg-deb -f "$deb" Depends; done |
+  tr ',' '\n' | sed 's/|.*//; s/(.*//; s/ //g' | grep -vxE 'lssd.*|lss-ground' | sort -u)
 
 key=$( (printf '%s\n' "${packages[@]}" "${depends[@]}"; cat "$here/image.sh" "$here"/guest/*) | sha256sum | cut -c 1-16)
 if [ -z "${FAKEROOTKEY:-}" ]; then
