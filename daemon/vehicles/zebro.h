@@ -133,6 +133,7 @@ class Vehicle final : public Actor, private Patient {
   bool panel_known() const noexcept;
   bool panel_in() const noexcept;
   void seek_panel_sensor() noexcept;
+  void creep_over_panel_sensor() noexcept;
   void drive_panel() noexcept;
   void begin_motion(lc::ActionSet actions, const Request* request) noexcept;
   void move_leg(const Request& request) noexcept;
@@ -172,7 +173,13 @@ class Vehicle final : public Actor, private Patient {
     TimeNs due_ns = 0;  // 0: no leg moves by direct command
   } bridge_;
   struct Panel {
-    enum class Step : std::uint8_t { rest, switching_on, seeking, moving } step = Step::rest;
+    enum class Step : std::uint8_t {
+      rest,
+      switching_on,
+      seeking,
+      creeping,
+      moving
+    } step = Step::rest;
     bool deploy = false;
     TimeNs due_ns = 0;
   } panel_;

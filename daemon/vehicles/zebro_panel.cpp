@@ -15,7 +15,13 @@ constexpr double kTurn_rad = 360 * kDegree;
 constexpr double kPanelIn_rad = 0.2;               // further out than this is not retracted
 constexpr double kSeekFurther_rad = 20 * kDegree;  // than the whole way, for the sensor
 constexpr double kLongestWay_rad = 350 * kDegree;  // that one order can say
+// Over the sensor, whose middle is at the mechanical stop: until an answer of the module has led to
+// an order, the panel presses 0.2 deg into the stop. At the speed of seeking it trips there.
+constexpr double kCreep_rad_s = 1.5 * kDegree;
 constexpr TimeNs kSwitchOn = kSecond;
+// A status is believed that is so much younger than the order to switch on: it may follow at once
+// on one to switch off, which was sent but not answered yet.
+constexpr TimeNs kSettled = 100 * kMillisecond;
 constexpr TimeNs kLastBit = kSecond;  // from where the sensor was passed
 
 }  // namespace
@@ -45,14 +51,20 @@ void Vehicle::seek_panel_sensor() noexcept {
   order_move(kPanel, modules_[kPanel].status.position_rad - way_rad, panel_.due_ns, false);
 }
 
+void Vehicle::creep_over_panel_sensor() noexcept {
+  panel_.step = Panel::Step::creeping;
+  panel_.due_ns = now_ns_ + static_cast<TimeNs>(kSeekFurther_rad / kCreep_rad_s * kSecond);
+  order_move(kPanel, modules_[kPanel].status.position_rad - kSeekFurther_rad, panel_.due_ns, false);
+}
+
 void Vehicle::drive_panel() noexcept {
   const Status& status = modules_[kPanel].status;
   // At the sensor but not over it yet: where it is counts as retracted.
   const double in_rad = (status.flags & kFlagCalibrated) != 0 ? 0 : status.position_rad;
   // The module went on in its sense since it passed the sensor.
-  const bool past =
-      panel_.step == Panel::Step::seeking && std::remainder(status.position_rad, kTurn_rad) < 0;
-  const bool last_bit = panel_.step == Panel::Step::seeking && !panel_.deploy;
+  const bool sought = panel_.step == Panel::Step::seeking || panel_.step == Panel::Step::creeping;
+  const bool past = sought && std::remainder(status.position_rad, kTurn_rad) < 0;
+  const bool last_bit = sought && !panel_.deploy;
   panel_.step = Panel::Step::moving;
   panel_.due_ns = now_ns_ + (last_bit ? kLastBit : parameters_.panel_move_ns);
   order_move(kPanel, in_rad + (panel_.deploy ? parameters_.panel_deployed_deg * kDegree : 0),
@@ -71,10 +83,18 @@ void Vehicle::watch_panel(Supervisor& s) noexcept {
       s.happen(event::panel_seen_out);
       return;
     case Panel::Step::switching_on:
-      if ((status.flags & kFlagMotionControl) == 0) break;
+      if ((status.flags & kFlagMotionControl) == 0 ||
+          modules_[kPanel].status_ns < panel_.due_ns - kSwitchOn + kSettled)
+        break;
       panel_known() ? drive_panel() : seek_panel_sensor();
       break;
     case Panel::Step::seeking:
+    case Panel::Step::creeping:
+      if (panel_.step == Panel::Step::seeking && (status.flags & kFlagCalibrated) == 0 &&
+          (status.flags & kFlagHallSensor) != 0) {
+        creep_over_panel_sensor();
+        break;
+      }
       if ((status.flags & kFlagCalibrated) != 0 || (ended && panel_known())) drive_panel();
       break;
     case Panel::Step::moving:

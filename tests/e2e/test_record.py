@@ -89,7 +89,7 @@ class Zebro(Recorded, Scenario):
         daemon = self.start_all(file_mb=1)
         client = self.begin_walk()
         wait_until(lambda: len(self.recordings()) >= 2, 60, "the second file begins")
-        wait_until(lambda: self.walked_m() > 0.005, 60, "it walked 5 mm")
+        self.wait_status(lambda s: s["motion"]["distance_m"] > 0.005, 60, "it walked 5 mm", client)
         client.signal(signal.SIGINT)
         client.wait(60)
         self.wait_state(IDLE)
@@ -105,9 +105,6 @@ class Zebro(Recorded, Scenario):
         self.assertEqual(len(set(numbers)), len(numbers))
         self.assertEqual(numbers, sorted(numbers))
         self.assertGreater(max(f["telemetry"]["distance_m"] for f in frames), 0.001, "the walk is in it")
-
-    def walked_m(self):
-        return json.loads(self.cli_ok("--json", "data").out)["documents"][0]["distance_m"]
 
     def altered(self, path):
         header, items, _ = recording.read(path)

@@ -25,20 +25,6 @@ constexpr Clock::duration kToldWhy = std::chrono::seconds(1);
 constexpr unsigned kMostBad = 10;
 constexpr std::size_t kMostJobs = 64;  // of a client at a time; a page asks for some thirty
 
-std::string dump(const json& document) {
-  return document.dump(-1, ' ', false, json::error_handler_t::replace);
-}
-
-FramePtr frame(const json& document) { return std::make_shared<Frame>(dump(document)); }
-
-double milliseconds(Clock::duration d) {
-  return std::chrono::duration<double, std::milli>(d).count();
-}
-
-json age_ms(Clock::time_point since, Clock::time_point now) {
-  return since == Clock::time_point{} ? json() : json(std::lround(milliseconds(now - since)));
-}
-
 const CommandInfo& stop_command(const Craft& craft) {
   return cli::find_command(*craft.kind, static_cast<std::uint16_t>(CommandKind::emergency_stop));
 }
@@ -79,11 +65,7 @@ Desk::Desk(Fleet& fleet, const Door& door, std::uint32_t lease_ms)
             json document = cli::event_json(*craft.kind, event);
             document["type"] = "event";
             document["id"] = craft.id;
-            const FramePtr all = frame(document);
-            for (auto& [number, client] : clients_) {
-              if (client.line == Client::Line::data && client.role >= Role::look)
-                tell_newest(client, "", all);
-            }
+            tell_everybody("", document);
           },
       .timing =
           [this](Craft& craft) {
@@ -146,29 +128,6 @@ std::vector<Client*> Desk::doomed() {
     if (client.doomed && Clock::now() - client.doomed_at > kToldWhy) list.push_back(&client);
   }
   return list;
-}
-
-void Desk::tell(Client& client, const json& document) { tell_newest(client, "", frame(document)); }
-
-void Desk::tell_newest(Client& client, const std::string& key, const FramePtr& all) {
-  const Clock::time_point now = Clock::now();
-  const bool fits =
-      key.empty() ? client.outbox.push(all, now) : client.outbox.push_newest(key, all, now);
-  if (!fits && !client.doomed) {
-    ++counters_.too_slow;
-    doom(client, "too slow: it stopped reading");
-    return;
-  }
-  client.wake();
-}
-
-void Desk::tell_everybody(const std::string& key, const json& document) {
-  FramePtr all;  // made when there is somebody to be told
-  for (auto& [number, client] : clients_) {
-    if (client.line != Client::Line::data || client.role < Role::look) continue;
-    if (!all) all = frame(document);
-    tell_newest(client, key, all);
-  }
 }
 
 void Desk::bad(Client& client, const std::string& why) {
@@ -337,7 +296,8 @@ void Desk::heard_ack(const lss_CommandAck& ack) {
       document["vehicle"] = emergency->vehicle;
       document["command"] = "estop";
       document["final"] = is_final(ack.phase);
-      document["after_ms"] = milliseconds(Clock::now() - emergency->begun);
+      document["after_ms"] =
+          std::chrono::duration<double, std::milli>(Clock::now() - emergency->begun).count();
       tell(*client, document);
     }
     if (is_final(ack.phase)) emergencies_.erase(emergency);
@@ -398,78 +358,6 @@ void Desk::heard_status(Craft& craft) {
     } else if (!asks) {
       client.driven.erase(craft.id);
     }
-  }
-}
-
-json Desk::describe(const Craft& craft) const {
-  json commands = json::array();
-  for (const CommandInfo* info : cli::commands_of(*craft.kind)) {
-    const bool composed = std::ranges::count(craft.kind->composed, info->name) > 0;
-    if (info->kind == static_cast<std::uint16_t>(CommandKind::emergency_stop)) continue;
-    json one = cli::to_json(*info, *craft.kind);
-    one["composed"] = composed;
-    commands.push_back(std::move(one));
-  }
-  json subjects = json::array();
-  for (const char* subject : craft.kind->subjects) subjects.push_back(subject);
-  return {{"type", "vehicle"},
-          {"id", craft.id},
-          {"vehicle", craft.kind->name},
-          {"commands", std::move(commands)},
-          {"subjects", std::move(subjects)},
-          {"scripts", craft.kind->script != nullptr}};
-}
-
-json Desk::status(const Craft& craft) const {
-  json document = cli::status_json(*craft.kind, craft.status, craft.sample());
-  document["type"] = "status";
-  document["id"] = craft.id;
-  document["alive"] = craft.alive;
-  document["progress"] = craft.kind->progress(craft.status, craft.sample());
-  document["problems"] = json::array();
-  for (const cli::Problem& p : cli::problems(*craft.kind, craft.status, craft.sample()))
-    document["problems"].push_back({{"error", p.error}, {"text", p.text}, {"advice", p.advice}});
-  return document;
-}
-
-void Desk::tell_everything(Client& client) {
-  for (const auto& [id, craft] : fleet_.crafts()) {
-    tell(client, describe(craft));
-    tell(client, status(craft));
-    json list = json::array();
-    for (const lss_Event& event : craft.events) list.push_back(cli::event_json(*craft.kind, event));
-    tell(client, {{"type", "events"}, {"id", craft.id}, {"events", std::move(list)}});
-    if (cli::text(craft.status.authority) == client.source && client.role >= Role::command)
-      client.driven.insert(id);
-  }
-}
-
-void Desk::tell_pulse() {
-  const Clock::time_point now = Clock::now();
-  json crafts = json::object();
-  for (const auto& [id, craft] : fleet_.crafts()) {
-    crafts[id] = {{"alive", craft.alive},
-                  {"status_age_ms", age_ms(craft.status_time, now)},
-                  {"telemetry_age_ms", age_ms(craft.telemetry_time, now)}};
-  }
-  const json counters = {{"clients", clients_.size()},
-                         {"connections", counters_.connections},
-                         {"refused", counters_.refused},
-                         {"wrong_keys", counters_.wrong_keys},
-                         {"bad_messages", counters_.bad_messages},
-                         {"too_fast", counters_.too_fast},
-                         {"too_slow", counters_.too_slow},
-                         {"replaced", counters_.replaced},
-                         {"commands", counters_.commands},
-                         {"stops", counters_.stops}};
-  for (auto& [number, client] : clients_) {
-    if (client.role == Role::none) continue;
-    json document = {{"type", "pulse"}, {"beat", client.beat}};
-    if (client.line == Client::Line::data) {
-      document["crafts"] = crafts;
-      document["gateway"] = counters;
-    }
-    tell_newest(client, "pulse", frame(document));
   }
 }
 

@@ -130,6 +130,36 @@ TEST_F(ZebroPanel, ThatIsResetOnItsWayStopsAndIsOut) {
   }
 }
 
+// The middle of the sensor is at the mechanical stop: pressed into it at the speed of the way
+// there, the module tripped at one place out of hundreds. A new order right after the end of one is
+// obeyed.
+TEST(ZebroPanelAtItsStop, ThatLooksForItsSensorNeverPressesHardIntoIt) {
+  constexpr double kHalfOfTheTrip_A = 0.85;
+  double most_A = 0;
+  for (unsigned i = 0; i < 40; ++i) {
+    SCOPED_TRACE(i);
+    Chain chain({.seed = i, .plant = PlantKind::kinematic});
+    chain.run(1);
+    ASSERT_EQ(move(chain, true), Phase::completed);
+    chain.send(CommandKind::panel, {0});
+    chain.run(0.4 + 0.213 * i);
+    chain.inject("module-reset:7");
+    if (!chain.run_until(State::fatal_error, 0.340)) continue;  // it was in
+    ASSERT_TRUE(chain.solve());
+    const auto retract = chain.send(CommandKind::panel, {0});
+    chain.run_until(
+        [&] {
+          most_A = std::max(most_A, std::abs(chain.telemetry().modules[6].current_A));
+          return ended(chain, retract);
+        },
+        kMove_s);
+    ASSERT_EQ(chain.last_ack(retract)->phase, Phase::completed);
+    ASSERT_EQ(move(chain, true), Phase::completed);
+  }
+  EXPECT_LT(most_A, kHalfOfTheTrip_A);
+  EXPECT_GT(most_A, 0.01) << "it moved";
+}
+
 // The panel is in: its module is at the sensor and may be believed.
 TEST_F(ZebroPanel, ThatIsResetInOperationalStopsEverythingAndIsStillIn_Func_5) {
   ASSERT_EQ(move(chain_, true), Phase::completed);

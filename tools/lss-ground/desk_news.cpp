@@ -1,0 +1,123 @@
+// What the desk tells: the vehicles, their commands and status, the pulse; to one client or to
+// everybody.
+
+#include <algorithm>
+#include <chrono>
+
+#include "tools/lss-cli/ack.h"
+#include "tools/lss-cli/status.h"
+#include "tools/lss-ground/desk.h"
+
+namespace lss::ground {
+namespace {
+
+using nlohmann::json;
+
+FramePtr frame(const json& document) {
+  return std::make_shared<Frame>(document.dump(-1, ' ', false, json::error_handler_t::replace));
+}
+
+json age_ms(Clock::time_point since, Clock::time_point now) {
+  return since == Clock::time_point{}
+             ? json()
+             : json(std::chrono::round<std::chrono::milliseconds>(now - since).count());
+}
+
+}  // namespace
+
+void Desk::tell(Client& client, const json& document) { tell_newest(client, "", frame(document)); }
+
+void Desk::tell_newest(Client& client, const std::string& key, const FramePtr& all) {
+  const Clock::time_point now = Clock::now();
+  const bool fits =
+      key.empty() ? client.outbox.push(all, now) : client.outbox.push_newest(key, all, now);
+  if (!fits && !client.doomed) {
+    ++counters_.too_slow;
+    doom(client, "too slow: it stopped reading");
+    return;
+  }
+  client.wake();
+}
+
+void Desk::tell_everybody(const std::string& key, const json& document) {
+  FramePtr all;  // made when there is somebody to be told
+  for (auto& [number, client] : clients_) {
+    if (client.line != Client::Line::data || client.role < Role::look) continue;
+    if (!all) all = frame(document);
+    tell_newest(client, key, all);
+  }
+}
+
+json Desk::describe(const Craft& craft) const {
+  json commands = json::array();
+  for (const CommandInfo* info : cli::commands_of(*craft.kind)) {
+    const bool composed = std::ranges::count(craft.kind->composed, info->name) > 0;
+    if (info->kind == static_cast<std::uint16_t>(CommandKind::emergency_stop)) continue;
+    json one = cli::to_json(*info, *craft.kind);
+    one["composed"] = composed;
+    commands.push_back(std::move(one));
+  }
+  json subjects = json::array();
+  for (const char* subject : craft.kind->subjects) subjects.push_back(subject);
+  return {{"type", "vehicle"},
+          {"id", craft.id},
+          {"vehicle", craft.kind->name},
+          {"commands", std::move(commands)},
+          {"subjects", std::move(subjects)},
+          {"scripts", craft.kind->script != nullptr}};
+}
+
+json Desk::status(const Craft& craft) const {
+  json document = cli::status_json(*craft.kind, craft.status, craft.sample());
+  document["type"] = "status";
+  document["id"] = craft.id;
+  document["alive"] = craft.alive;
+  document["progress"] = craft.kind->progress(craft.status, craft.sample());
+  document["problems"] = json::array();
+  for (const cli::Problem& p : cli::problems(*craft.kind, craft.status, craft.sample()))
+    document["problems"].push_back({{"error", p.error}, {"text", p.text}, {"advice", p.advice}});
+  return document;
+}
+
+void Desk::tell_everything(Client& client) {
+  for (const auto& [id, craft] : fleet_.crafts()) {
+    tell(client, describe(craft));
+    tell(client, status(craft));
+    json list = json::array();
+    for (const lss_Event& event : craft.events) list.push_back(cli::event_json(*craft.kind, event));
+    tell(client, {{"type", "events"}, {"id", craft.id}, {"events", std::move(list)}});
+    if (cli::text(craft.status.authority) == client.source && client.role >= Role::command)
+      client.driven.insert(id);
+  }
+}
+
+void Desk::tell_pulse() {
+  const Clock::time_point now = Clock::now();
+  json crafts = json::object();
+  for (const auto& [id, craft] : fleet_.crafts()) {
+    crafts[id] = {{"alive", craft.alive},
+                  {"status_age_ms", age_ms(craft.status_time, now)},
+                  {"telemetry_age_ms", age_ms(craft.telemetry_time, now)}};
+  }
+  const json counters = {{"clients", clients_.size()},
+                         {"connections", counters_.connections},
+                         {"refused", counters_.refused},
+                         {"wrong_keys", counters_.wrong_keys},
+                         {"bad_messages", counters_.bad_messages},
+                         {"too_fast", counters_.too_fast},
+                         {"too_slow", counters_.too_slow},
+                         {"replaced", counters_.replaced},
+                         {"commands", counters_.commands},
+                         {"stops", counters_.stops}};
+  for (auto& [number, client] : clients_) {
+    if (client.role == Role::none) continue;
+    json document = {{"type", "pulse"}, {"beat", client.beat}};
+    if (client.line == Client::Line::data) {
+      document["crafts"] = crafts;
+      document["gateway"] = counters;
+    }
+    tell_newest(client, "pulse", frame(document));
+  }
+}
+
+}  // namespace lss::ground
