@@ -151,10 +151,11 @@ class CanListener {
 
   // The first frame from the `from`-th on that is so; its number, or nothing for a long time.
   template <class Is>
-  std::optional<std::size_t> wait_for(Is&& is, std::size_t from = 0) {
+  std::optional<std::size_t> wait_for(Is&& is, std::size_t from = 0,
+                                      std::chrono::nanoseconds patience = kPatience) {
     std::unique_lock lock(mutex_);
     std::size_t at = from;
-    const bool found = changed_.wait_for(lock, kPatience, [&] {
+    const bool found = changed_.wait_for(lock, patience, [&] {
       while (at < heard_.size() && !is(heard_[at].frame)) ++at;
       return at < heard_.size();
     });
