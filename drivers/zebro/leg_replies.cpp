@@ -13,6 +13,7 @@ using Kind = ModuleOrder::Kind;
 
 constexpr TimeNs kResetTime_ns = kSecond;  // after which a reset must show
 constexpr std::uint64_t kIdentityCycles = 64;
+constexpr TimeNs kUptimeTolerance_ns = 50 * kMillisecond;  // rounding, and a clock that is 1 % fast
 constexpr TimeNs kArrivalTolerance_ns = 250 * kMillisecond;
 
 TimeNs ns(double seconds) { return static_cast<TimeNs>(seconds * static_cast<double>(kSecond)); }
@@ -95,7 +96,7 @@ void LegBus::verify(Module& module, ModuleLink& link, const ModuleReply& reply,
   } else {
     if (kind != Kind::reset) return;
     const TimeNs since_ns = reply.time_ns - module.sent_ns;
-    executed = ns(decode_identity(reply.data).uptime_s) <= since_ns;
+    executed = ns(decode_identity(reply.data).uptime_s) <= since_ns + kUptimeTolerance_ns;
     if (!executed && since_ns < kResetTime_ns) return;
   }
 

@@ -53,6 +53,8 @@ def same(ours, theirs):
         return ours.keys() == theirs.keys() and all(same(ours[k], theirs[k]) for k in ours)
     if isinstance(ours, list):
         return len(ours) == len(theirs) and all(same(a, b) for a, b in zip(ours, theirs))
+    if isinstance(ours, float):  # theirs is without an exponent, and not all of its digits count
+        return ours == float(theirs)
     return ours == theirs
 
 

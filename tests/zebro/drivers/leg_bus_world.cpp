@@ -1,6 +1,7 @@
 #include "tests/zebro/drivers/leg_bus_world.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace lss::zebro {
 namespace {
@@ -93,7 +94,7 @@ void World::execute(const Frame& frame) {
       case Code::reset:
         m.on = false;
         m.boot_ns = now;
-        m.reset_since_status = true;
+        m.reset_since_status = m.tells_resets;
         break;
       default:
         reply(frame);
@@ -115,7 +116,8 @@ void World::reply(const Frame& asked) {
     put_u16(frame, 4, m.set_point_cdeg);
     put_u16(frame, 6, m.on ? (m.arrival_ns - now) / kMillisecond : 0);
   } else {
-    const TimeNs uptime_ms = (now - m.boot_ns) / kMillisecond;
+    const auto uptime_ms =
+        std::llround(static_cast<double>(now - m.boot_ns) * m.clock / kMillisecond);
     put_u16(frame, 4, uptime_ms >> 16);
     put_u16(frame, 6, uptime_ms & 0xFFFF);
   }

@@ -23,6 +23,8 @@ struct TestModule {
   TimeNs arrival_ns = 0;
   TimeNs boot_ns = -100 * kSecond;
   bool reset_since_status = false;
+  bool tells_resets = true;  // in its status
+  double clock = 1;          // its seconds for one of ours
 };
 
 struct Sent {

@@ -179,6 +179,19 @@ TEST(LegOrders, ALostResetIsSentAgainOnlyAfterASecond) {
   EXPECT_FALSE(link(world, 1).disobeys);
 }
 
+// Its status with the flag was lost; milliseconds are rounded, and its clock is not ours.
+TEST(LegOrders, AResetThatTheUptimeShowsIsNotSentAgain) {
+  for (const double clock : {0.99, 1.0, 1.01}) {
+    World world;
+    world.settle();
+    world.module[1].tells_resets = false;
+    world.module[1].clock = clock;
+    world.order(1, Kind::reset);
+    world.run_frames(100);
+    EXPECT_EQ(world.sent_to(2, Code::reset).size(), 1u) << clock;
+  }
+}
+
 // --- replies that go wrong ---
 
 TEST(LegReplies, AnUnansweredModuleCostsTheOthersNothing) {
