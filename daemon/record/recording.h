@@ -61,6 +61,7 @@ class RecordingWriter {
   std::uint64_t size() const noexcept { return size_ + items_.size(); }
   std::size_t pending() const noexcept { return items_.size(); }             // bytes, until flush()
   std::uint64_t pending_frames() const noexcept { return pending_frames_; }  // lost without it
+  const RecordingEnd& so_far() const noexcept { return so_far_; }
 
  private:
   int write_chunk(std::uint8_t kind, std::span<const std::uint8_t> payload);
