@@ -118,6 +118,14 @@ void Recorder::turn(TimeNs now) {
 
 void Recorder::end() {
   if (!file_.is_open()) return;
+  // The run ends where a file did: the next one would hold nothing but a state.
+  const RecordingEnd& held = file_.so_far();
+  if (in_run_ > 1 && held.frames + held.lost + lost_before_ == 0) {
+    file_.abandon();
+    std::error_code ignored;
+    fs::remove(path_, ignored);
+    return;
+  }
   if (const int error = file_.end(); error != 0) fail(error, now_ns());
 }
 
@@ -140,10 +148,11 @@ void Recorder::open(bool start, TimeNs now) {
                                    {"file", in_run_ + 1}, {"start", start},
                                    {"lost_before", lost_}};
   header.update(settings_.header);
-  const int error =
-      file_.begin(files_.path(number, utc_ns(), settings_.name), header, settings_.file_bytes);
+  path_ = files_.path(number, utc_ns(), settings_.name);
+  const int error = file_.begin(path_, header, settings_.file_bytes);
   if (error != 0) return fail(error, now);
   ++in_run_;
+  lost_before_ = lost_;
   lost_ = 0;
 }
 

@@ -67,7 +67,9 @@ class Recorder {
   std::function<void(EventId)> tell_;
   NumberedFiles files_;
   RecordingWriter file_;
-  unsigned in_run_ = 0;  // files of this run so far
+  std::filesystem::path path_;     // of the file
+  std::uint64_t lost_before_ = 0;  // as its header says
+  unsigned in_run_ = 0;            // files of this run so far
   std::int64_t run_utc_ns_ = 0;
   bool wants_state_ = false;
   std::uint64_t dropped_ = 0;  // of the frame thread, so far

@@ -20,8 +20,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "numbers in files are little-endian");
 
-// The first bytes of a file: no text, and a transfer that changes line ends is noticed.
-constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'L', 'S', 'S', 'R', 'E', 'C', '\n'};
+constexpr auto& kMagic = kRecordingMagic;
 constexpr std::size_t kPrologue = 16;  // magic, format, crc
 constexpr std::array<std::uint8_t, 4> kChunkMagic{'L', 'S', 'S', 'c'};
 constexpr std::array<std::uint8_t, 4> kTrailMagic{'c', 'S', 'S', 'L'};

@@ -4,6 +4,7 @@
 // octet): a header, then chunks with CRC-32C, in each some items. What is in a whole chunk is
 // certain; what is not in one is not there. No DDS, no log, no thread of its own.
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -16,6 +17,9 @@ namespace lss::record {
 
 inline constexpr const char* kRecordingSuffix = ".lssrec";
 inline constexpr std::uint32_t kRecordingFormat = 1;
+// The first bytes of a file: no text, and a transfer that changes line ends is noticed.
+inline constexpr std::array<std::uint8_t, 8> kRecordingMagic{0x89, 'L', 'S', 'S',
+                                                             'R',  'E', 'C', '\n'};
 
 enum class Item : std::uint8_t {
   frame = 1,  // a record, as fields() writes it (frame_record.h)
@@ -57,6 +61,7 @@ class RecordingWriter {
   std::uint64_t size() const noexcept { return size_ + items_.size(); }
   std::size_t pending() const noexcept { return items_.size(); }             // bytes, until flush()
   std::uint64_t pending_frames() const noexcept { return pending_frames_; }  // lost without it
+  const RecordingEnd& so_far() const noexcept { return so_far_; }
 
  private:
   int write_chunk(std::uint8_t kind, std::span<const std::uint8_t> payload);

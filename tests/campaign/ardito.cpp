@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "daemon/vehicles/ardito_record.h"
 #include "tests/ardito/chain/chain.h"
 #include "tests/campaign/play.h"
 
@@ -55,9 +56,15 @@ struct World {
 }  // namespace
 
 Subject ardito() {
-  return {"ardito",         "driving at 0.1 to 0.5 m/s, straight and in arcs",
-          World::kRest_s,   World::kCutRest_s,
-          "below 0.02 m/s", [](unsigned number) { return Scenario<World>(number).play(); }};
+  return {"ardito",
+          "driving at 0.1 to 0.5 m/s, straight and in arcs",
+          World::kRest_s,
+          World::kCutRest_s,
+          "below 0.02 m/s",
+          [](unsigned number) { return Scenario<World>(number).play(); },
+          [](unsigned number, const std::filesystem::path& folder) {
+            return Scenario<World>(number).record_to<ardito::Vehicle>(folder).play();
+          }};
 }
 
 }  // namespace lss::campaign

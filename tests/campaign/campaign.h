@@ -14,6 +14,7 @@
 //   - mended, the vehicle comes back to Idle, and starts again.
 
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <vector>
@@ -40,6 +41,8 @@ struct Subject {
   double cut_rest_s;    // with the bus cut
   const char* at_rest;  // what that is
   Run (*play)(unsigned number);
+  // The same, with its flight recording in files of this folder.
+  Run (*record)(unsigned number, const std::filesystem::path& folder);
 };
 
 std::span<const Subject> subjects();  // of the vehicles that are built

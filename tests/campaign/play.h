@@ -27,6 +27,7 @@
 
 #include "tests/campaign/campaign.h"
 #include "tests/campaign/dice.h"
+#include "tests/support/tape.h"
 
 namespace lss::campaign {
 
@@ -37,6 +38,12 @@ class Scenario {
     run_.number = number;
     for (const sim::FaultKind& kind : chain().fault_kinds())
       if (!std::ranges::count(World::kNotHere, std::string_view(kind.name))) kinds_.push_back(kind);
+  }
+
+  template <class Vehicle>
+  Scenario& record_to(const std::filesystem::path& folder) {
+    chain().tape = testing_support::tape<Vehicle>(folder, chain().config());
+    return *this;
   }
 
   Run play() {

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "daemon/vehicles/talaris_gate.h"
+#include "daemon/vehicles/talaris_record.h"
 #include "tests/campaign/play.h"
 #include "tests/talaris/chain/chain.h"
 
@@ -75,7 +76,10 @@ Subject talaris() {
           World::kRest_s,
           World::kCutRest_s,
           "valves that are not stuck shut, fans below 2000 rpm",
-          [](unsigned number) { return Scenario<World>(number).play(); }};
+          [](unsigned number) { return Scenario<World>(number).play(); },
+          [](unsigned number, const std::filesystem::path& folder) {
+            return Scenario<World>(number).record_to<talaris::Vehicle>(folder).play();
+          }};
 }
 
 }  // namespace lss::campaign

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "daemon/vehicles/zebro_modes.h"
+#include "daemon/vehicles/zebro_record.h"
 #include "tests/campaign/play.h"
 #include "tests/zebro/chain/chain.h"
 
@@ -92,7 +93,10 @@ Subject zebro() {
           World::kRest_s,
           World::kCutRest_s,
           "all legs below 0.05 rad/s",
-          [](unsigned number) { return Scenario<World>(number).play(); }};
+          [](unsigned number) { return Scenario<World>(number).play(); },
+          [](unsigned number, const std::filesystem::path& folder) {
+            return Scenario<World>(number).record_to<zebro::Vehicle>(folder).play();
+          }};
 }
 
 }  // namespace lss::campaign

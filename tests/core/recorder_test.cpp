@@ -108,6 +108,15 @@ TEST_F(RecorderTest, AFileBeginsWithTheStartAndTheNextOnesWithAState) {
   EXPECT_THAT(told_, IsEmpty());
 }
 
+TEST_F(RecorderTest, ARunThatEndsWhereAFileDoesLeavesNoFileWithoutFrames) {
+  auto recorder = this->recorder();
+  int frames = 0;
+  for (; files().size() < 2; ++frames) frame(*recorder);
+  recorder->end();
+  ASSERT_EQ(files().size(), 1u);
+  EXPECT_EQ(read(files()[0]).frames(), static_cast<std::size_t>(frames));
+}
+
 TEST_F(RecorderTest, TheOldestFilesGoAndOthersAreNotTouched) {
   std::ofstream(folder_ / "notes.txt") << "mine";
   std::ofstream(folder_ / "v-10-000001-x.lssrec") << "of another vehicle";

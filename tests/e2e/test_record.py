@@ -1,8 +1,11 @@
 """The flight recorder and lssd --replay: what was recorded is executed again to the bit, by this build and by those
 of other presets; what was altered, damaged or cut is told apart."""
 
+import csv
 import glob
+import io
 import json
+import math
 import os
 import re
 import resource
@@ -19,6 +22,7 @@ from rover_rig import Rover
 
 RECORDING_FAILED = 49  # idl/codes.h
 KEPT = os.environ.get("LSS_E2E_RECORDINGS")
+ALTERED = os.environ.get("LSS_E2E_ALTERED")  # another number in one place of each vehicle: tests/altered
 EQUAL, UNREADABLE, DIFFERENT, DAMAGED, FOREIGN, INCOMPLETE = range(6)
 
 
@@ -28,23 +32,26 @@ class Recorded:
     def recordings(self):
         return sorted(glob.glob(os.path.join(self.run_folder, "*.lssrec")))
 
-    def replay(self, *paths, daemon=DAEMON, expect=EQUAL):
-        result = run([daemon, "--replay", *paths], self.environment(), 300)
+    def replay(self, *paths, program=(DAEMON, "--replay"), expect=EQUAL):
+        result = run([*program, *paths], self.environment(), 300)
         self.assertEqual(result.code, expect, result)
         return result.out
 
     def replay_everywhere(self):
-        """By this build, and by those of the other presets that are there."""
+        """By this build, and by those of the other presets that are there; not by one that was altered."""
         paths = self.recordings()
         print(self.replay(*paths), sum(os.path.getsize(path) for path in paths), "bytes")
         if KEPT:  # for builds of other presets that are made later
             os.makedirs(KEPT, exist_ok=True)
             for number, path in enumerate(paths):
                 shutil.copy(path, os.path.join(KEPT, f"{self.vehicle_name()}-{number}.lssrec"))
+        said = self.replay(*paths, program=[ALTERED], expect=DIFFERENT)
+        self.assertRegex(said, r"field +(command|telemetry|state)\.")
+        print(said)
         for preset in ("release", "debug", "asan", "tsan"):
             other = os.path.join(SOURCE, "build", preset, "bin", "lssd")
             if os.path.exists(other) and not os.path.samefile(other, DAEMON) and self.same_records(other, paths[0]):
-                print(preset, self.replay(*paths, daemon=other))
+                print(preset, self.replay(*paths, program=[other, "--replay"]))
 
     def vehicle_name(self):
         return type(self).__name__.lower()
@@ -67,6 +74,30 @@ class Recorded:
         header, items, ended = recording.read(path)
         schema = recording.Schema(header["schema"])
         return [schema.read(item)[0] for kind, item in items if kind == recording.FRAME], ended
+
+    def assert_lss_cli_reads_the_same(self, path):
+        frames, ended = self.frames_of(path)
+        listed = json.loads(self.cli_ok("--json", "log", "list", path).out)
+        self.assertEqual((listed["frames"], listed["whole"]), (len(frames), ended))
+        self.assertEqual(listed["last_frame"], frames[-1]["in"]["frame"])
+        columns = "modules[*].position_rad,distance_m,timing.margin_ns"
+        rows = list(csv.DictReader(io.StringIO(self.cli_ok("log", "export", path, "--columns", columns).out)))
+        self.assertEqual(len(rows), len(frames))
+        for row, frame in zip(rows, frames):
+            self.assertEqual(int(row["frame"]), frame["in"]["frame"])
+            self.assertEqual(int(row["timing.margin_ns"]), frame["timing"]["margin_ns"])
+            for name in row:
+                if not name.startswith("telemetry."):
+                    continue
+                value = frame["telemetry"]
+                for part in re.findall(r"[^.\[\]]+", name)[1:]:
+                    value = value[int(part) if part.isdigit() else part]
+                self.assertTrue(float(row[name]) == value if row[name] else math.isnan(value), name)
+        self.assertEqual(len(row), 4 + len(frames[0]["telemetry"]["modules"]) + 2)
+        last = frames[-1]["in"]["frame"]
+        shown = json.loads(self.cli_ok("--json", "log", "show", path, "--frame", str(last)).out)
+        self.assertEqual(shown["state"]["controller"]["state"], IDLE)
+        self.assertEqual(shown["timing"]["woken_ns"], frames[-1]["timing"]["woken_ns"])
 
     def assert_nothing_lost(self):
         status = self.status()
@@ -100,6 +131,7 @@ class Zebro(Recorded, Scenario):
         first, second = self.recordings()[:2]
         self.altered(first)
         self.replay(second)  # alone: it begins in the middle of the run
+        self.assert_lss_cli_reads_the_same(self.recordings()[-1])
         frames = [f for path in self.recordings() for f in self.frames_of(path)[0]]
         numbers = [f["in"]["frame"] for f in frames]
         self.assertEqual(len(set(numbers)), len(numbers))

@@ -70,20 +70,21 @@ void add_failures(const Table& table, report::Page& page) {
     looks[static_cast<std::size_t>(i)] = {i == 0 ? "good" : "warn", fmt::format("state {}", i)};
     looks[static_cast<std::size_t>(i + kStates)] = {"bad", fmt::format("state {}, motor out", i)};
   }
+  // A steering motor that has nothing to do is off, too: that alone is no failure.
   const auto add = [&](const std::string& label, const std::vector<double>& state,
-                       const std::vector<double>& stopped) {
+                       const std::vector<double>& stopped, bool rests) {
     std::vector<double> values = state;
     for (std::size_t i = 0; i < values.size(); ++i) {
       values[i] = std::min(values[i], kStates - 1.0);
-      if (stopped[i] > 0) values[i] += kStates;
+      if (stopped[i] > 0 && !(rests && state[i] == 0)) values[i] += kStates;
     }
     chart.rows.push_back({label, report::bars_of(table.t_s(), values, looks)});
   };
   for (int i = 0; i < kDriveWheels; ++i)
-    add(kNodeNames[i], table[wheel(i, "state")], table[wheel(i, "stopped")]);
+    add(kNodeNames[i], table[wheel(i, "state")], table[wheel(i, "stopped")], false);
   for (int i = 0; i < kSteeredWheels; ++i) {
     constexpr const char* kLabels[] = {"str. LF", "str. RF", "str. LR", "str. RR"};
-    add(kLabels[i], table[steering(i, "state")], table[steering(i, "stopped")]);
+    add(kLabels[i], table[steering(i, "state")], table[steering(i, "stopped")], true);
   }
   page.add(chart);
 }

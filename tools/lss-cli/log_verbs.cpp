@@ -1,16 +1,12 @@
-// log: files of what happened. Here: what the daemon writes, the log that runs and the frames
-// before a fault; recordings: recording_log.cpp.
+// log: files of what happened, and folders of them. The kinds: daemon_log.cpp, flight_log.cpp and
+// recording_log.cpp.
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <optional>
 
-#include "idl/codes.h"
 #include "tools/lss-cli/log_files.h"
 #include "tools/lss-cli/units.h"
 #include "tools/lss-cli/verbs.h"
@@ -20,243 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kCrash = ".crash.jsonl";  // whole, or not there
-constexpr std::string_view kLog = ".log.jsonl";      // may end within a line
-using Json = nlohmann::ordered_json;
-
-// Line by line: the header first.
-class LogFile {
- public:
-  explicit LogFile(const std::string& path) : path_(path), file_(path) {
-    if (!file_) {
-      throw Failure(ExitCode::usage, fmt::format("{} cannot be read", path),
-                    "list what there is with: lss-cli log list FOLDER");
-    }
-    auto first = next();
-    if (!first) throw Failure(ExitCode::usage, path + " is empty", "");
-    header_ = std::move(*first);
-    const Json kind = header_.is_object() ? header_["lss"] : Json();
-    crash_ = kind == "crash";
-    if (!crash_ && kind != "log") refuse();
-  }
-
-  const Json& header() const { return header_; }
-  bool crash() const { return crash_; }
-  bool cut() const { return cut_; }  // the last line was, and is left out
-
-  std::optional<Json> frame() {
-    std::optional<Json> line = next();
-    const char* number = crash() ? "timing" : "frame";
-    if (line && !(line->is_object() && line->contains(number))) {
-      // A daemon that is killed, or that writes just now.
-      if (crash() || !file_.eof() || !line->is_discarded()) refuse();
-      cut_ = true;
-      line.reset();
-    }
-    return line;
-  }
-
- private:
-  std::optional<Json> next() {
-    std::string line;
-    if (!std::getline(file_, line)) return std::nullopt;
-    ++line_;
-    return Json::parse(line, nullptr, false);
-  }
-  [[noreturn]] void refuse() const {
-    throw Failure(ExitCode::usage,
-                  fmt::format("{}:{}: no log of lssd, or a damaged one", path_, line_),
-                  fmt::format("name a file that ends in {} or {}", kLog, kCrash));
-  }
-
-  std::string path_;
-  std::ifstream file_;
-  std::size_t line_ = 0;
-  Json header_;
-  bool crash_ = false, cut_ = false;
-};
-
-std::string utc_text(std::int64_t utc_ns, const char* format) {
-  constexpr std::int64_t kNsPerS = 1'000'000'000;
-  return fmt::format(fmt::runtime(format), fmt::gmtime(static_cast<std::time_t>(utc_ns / kNsPerS)));
-}
-
-std::string event_name(const Json& event) {
-  const auto id = event.at("id").get<std::uint16_t>();
-  const CodeInfo* code = id >= kFaultEventBase ? info(static_cast<FaultId>(id - kFaultEventBase))
-                                               : info(static_cast<EventId>(id));
-  std::string name = code != nullptr ? code->name : std::to_string(id);
-  if (id >= kFaultEventBase) name = "FAULT " + name;
-  if (const int subject = event.at("subject"); subject != 0) name += fmt::format(" {}", subject);
-  return name;
-}
-
-// What came in and what happened, of the parts that are there; true when there was a fault.
-bool tell_happened(const Json& frame, std::string& text) {
-  if (const auto in = frame.find("in"); in != frame.end()) {
-    for (const Json& request : in->at("requests"))
-      text += fmt::format(" <{} {}>", request.at("source").get<std::string>(),
-                          request.at("kind").get<int>() == 0
-                              ? "heartbeat"
-                              : fmt::format("command {}", request.at("kind").get<int>()));
-  }
-  bool fault = false;
-  if (const auto outbox = frame.find("outbox"); outbox != frame.end()) {
-    for (const Json& event : outbox->at("events")) {
-      text += " " + event_name(event);
-      fault |= event.at("id").get<int>() >= kFaultEventBase;
-    }
-  }
-  return fault;
-}
-
-std::string state_name(const Json& frame) {
-  const auto state = frame.find("state");
-  return state == frame.end() ? "" : state->at("controller").at("state").get<std::string>();
-}
-
-std::string crash_line(const Json& frame, std::int64_t last_ns, const Style& style) {
-  const Json& t = frame.at("timing");
-  const std::int64_t boundary = t.at("boundary_ns");
-  const auto us = [&](const char* point) {
-    return static_cast<double>(t.at(point).get<std::int64_t>() - boundary) * 1e-3;
-  };
-  const double margin_us = static_cast<double>(t.at("margin_ns").get<std::int64_t>()) * 1e-3;
-  std::string line = fmt::format(
-      "{:>8} {:>9.1f} {:>9.1f} {:>9.1f} {:>9.1f} {:>8}  {:<11}", t.at("frame").get<std::uint64_t>(),
-      static_cast<double>(boundary - last_ns) * 1e-6, us("woken_ns"), us("ready_ns"), margin_us,
-      t.at("samples").get<int>(), state_name(frame));
-  const bool fault = tell_happened(frame, line);
-  return (fault ? style.bad(line) : margin_us < 0 ? style.warning(line) : line) + "\n";
-}
-
-std::string log_line(const Json& frame, const Style& style) {
-  const std::int64_t utc_ns = frame.at("utc_ns");
-  std::string line =
-      fmt::format("{:>8} {}.{:03}  {:<11}", frame.at("frame").get<std::uint64_t>(),
-                  utc_text(utc_ns, "{:%F %T}"), utc_ns / 1'000'000 % 1000, state_name(frame));
-  const bool fault = tell_happened(frame, line);
-  std::string lost;
-  for (const char* what : {"lost_frames", "lost_lines"}) {
-    if (const auto count = frame.find(what); count != frame.end())
-      lost += fmt::format(" {} {}", what, count->get<std::uint64_t>());
-  }
-  return (fault ? style.bad(line) : line) + style.warning(lost) + "\n";
-}
-
-void print_header(Context& context, const LogFile& file, const std::string& columns) {
-  const Json& first = file.header();
-  context.output.print(fmt::format(
-      "{} ({}), lssd {}: {}\n", first.value("vehicle_id", "?"), first.value("vehicle", "?"),
-      first.value("version", "?"),
-      file.crash() ? "the frames before a fault" : "log \"" + first.value("preset", "?") + "\""));
-  context.output.print(context.output.style().dim(columns) + "\n");
-}
-
-// A few frames, timed by the last.
-void show_crash(Context& context, LogFile& file) {
-  print_header(context, file,
-               fmt::format("{:>8} {:>9} {:>9} {:>9} {:>9} {:>8}  {}", "frame", "ms", "woken us",
-                           "ready us", "margin us", "samples", "state"));
-  Json frames = Json::array();
-  while (auto frame = file.frame()) frames.push_back(std::move(*frame));
-  const std::int64_t last_ns =
-      frames.empty() ? 0 : frames.back().at("timing").at("boundary_ns").get<std::int64_t>();
-  for (const Json& frame : frames)
-    context.output.print(crash_line(frame, last_ns, context.output.style()));
-  context.output.document({{"header", file.header()}, {"frames", frames}});
-}
-
-// A long file: what can be put out line by line is.
-void show_log(Context& context, LogFile& file) {
-  print_header(context, file, fmt::format("{:>8} {:<23}  {}", "frame", "UTC", "state"));
-  context.output.record({{"header", file.header()}});
-  nlohmann::json frames = nlohmann::json::array();
-  while (auto frame = file.frame()) {
-    context.output.print(log_line(*frame, context.output.style()));
-    if (context.output.stream()) {
-      context.output.record(*frame);
-    } else if (context.output.machine()) {
-      frames.emplace_back(*frame);
-    }
-  }
-  if (!context.output.stream())
-    context.output.document({{"header", file.header()}, {"frames", std::move(frames)}});
-}
-
-void show_frame(Context& context, LogFile& file, const LogWanted& wanted) {
-  while (const auto frame = file.frame()) {
-    const Json& number = file.crash() ? frame->at("timing").at("frame") : frame->at("frame");
-    if (number != wanted.frame) continue;
-    context.output.document(*frame);
-    context.output.print(frame->dump(2) + "\n");
-    return;
-  }
-  throw Failure(ExitCode::unknown_name, fmt::format("there is no frame {} in it", wanted.frame),
-                "see them all with: lss-cli log show " + wanted.path);
-}
-
-ExitCode show(Context& context, const LogWanted& wanted) {
-  LogFile file(wanted.path);
-  try {
-    if (wanted.frame >= 0) {
-      show_frame(context, file, wanted);
-    } else if (file.crash()) {
-      show_crash(context, file);
-    } else {
-      show_log(context, file);
-    }
-  } catch (const Json::exception& e) {
-    throw Failure(ExitCode::usage,
-                  fmt::format("{} lacks what a frame has: {}", wanted.path, e.what()),
-                  "was it written by another version of lssd?");
-  }
-  if (file.cut()) context.output.note("its last line is cut off");
-  return ExitCode::completed;
-}
-
-// As its name, its first line and the file system say.
-nlohmann::json describe(const std::string& path) {
-  const std::string name = fs::path(path).filename().string();
-  const bool crash = name.ends_with(kCrash);
-  std::string line;
-  std::ifstream file(path);
-  std::getline(file, line);
-  const Json first = Json::parse(line, nullptr, false);
-  const auto field = [&](const char* key) -> nlohmann::json {
-    return first.is_object() && first.contains(key) ? nlohmann::json(first.at(key)) : nullptr;
-  };
-  const std::string fault = name.substr(name.rfind('-') + 1);
-  nlohmann::json result = describe_file(path, crash ? "crash" : "log");
-  result["vehicle_id"] = field("vehicle_id");
-  result["what"] = crash ? nlohmann::json(fault.substr(0, fault.find('.'))) : field("preset");
-  result["begun_utc_ns"] = field("utc_ns");
-  return result;
-}
-
-std::string list_line(const nlohmann::json& file) {
-  const auto time = [&](const char* key) {
-    return file[key].is_number_integer() ? utc_text(file[key], "{:%F %T}") : std::string("?");
-  };
-  return fmt::format("{:<19}  {:<19}  {:>10}  {:<5}  {:<16}  {}\n", time("begun_utc_ns"),
-                     time("written_utc_ns"), file["bytes"].get<std::uint64_t>(),
-                     file["kind"].get<std::string>(),
-                     file["what"].is_string() ? file["what"].get<std::string>() : "?",
-                     file["path"].get<std::string>());
-}
-
-bool knows(const std::string& path) { return path.ends_with(kCrash) || path.ends_with(kLog); }
-
-[[noreturn]] void cannot(const char* what) {
-  throw Failure(ExitCode::usage, fmt::format("log {} is for recordings, files in .mcap", what),
-                "see a log of the daemon with: lss-cli log show FILE");
-}
-
-ExitCode list_one(Context&, const LogWanted&) { cannot("list FILE"); }
-ExitCode export_one(Context&, const LogWanted&) { cannot("export"); }
-
-constexpr LogKind kDaemonLog{knows, describe, list_one, show, export_one};
-const LogKind* const kKinds[] = {&kDaemonLog, &kRecordingLog};
+const LogKind* const kKinds[] = {&kDaemonLog, &kFlightLog, &kRecordingLog};
 
 // nullptr: what cannot be told by its name is taken for a file of the daemon.
 const LogKind* kind_of(const std::string& path) {
@@ -264,6 +24,17 @@ const LogKind* kind_of(const std::string& path) {
     if (kind->knows(path)) return kind;
   }
   return nullptr;
+}
+
+std::string list_line(const nlohmann::json& file) {
+  const auto time = [&](const char* key) {
+    return file[key].is_number_integer() ? utc_text(file[key], "{:%F %T}") : std::string("?");
+  };
+  return fmt::format("{:<19}  {:<19}  {:>10}  {:<6}  {:<16}  {}\n", time("begun_utc_ns"),
+                     time("written_utc_ns"), file["bytes"].get<std::uint64_t>(),
+                     file["kind"].get<std::string>(),
+                     file["what"].is_string() ? file["what"].get<std::string>() : "?",
+                     file["path"].get<std::string>());
 }
 
 ExitCode list(Context& context, const LogWanted& wanted) {
@@ -285,7 +56,7 @@ ExitCode list(Context& context, const LogWanted& wanted) {
     context.output.note("there is no log in " + folder.string());
   } else {
     context.output.print(context.output.style().dim(
-                             fmt::format("{:<19}  {:<19}  {:>10}  {:<5}  {:<16}  {}", "begun (UTC)",
+                             fmt::format("{:<19}  {:<19}  {:>10}  {:<6}  {:<16}  {}", "begun (UTC)",
                                          "written (UTC)", "bytes", "kind", "what", "file")) +
                          "\n");
   }
@@ -329,6 +100,11 @@ void add_log_verbs(Grammar& grammar) {
       "log", "files of what happened: list [FOLDER|FILE], show FILE, export FILE",
       "  lss-cli log list /run/lss\n  lss-cli log show FILE\n  lss-cli log show FILE --frame 154\n"
       "  lss-cli --jsonl log show FILE | jq '.telemetry.distance_m'\n"
+      "flight recordings:\n"
+      "  lss-cli log list run.lssrec --columns 'telemetry.*'\n"
+      "  lss-cli log show run.lssrec --columns 'modules[*].current_A,timing' --from 5s --to 6s\n"
+      "  lss-cli log export run.lssrec --columns distance_m,timing.margin_ns --out run.csv\n"
+      "recordings of topics:\n"
       "  lss-cli log list run.mcap\n  lss-cli log show run.mcap --topic event --from 5s\n"
       "  lss-cli log export run.mcap --topic telemetry --columns 'modules[*].current_A' --out "
       "run.csv\n  lss-cli log export run.mcap --from 10s --to 20s --out part.mcap\n");
@@ -337,8 +113,12 @@ void add_log_verbs(Grammar& grammar) {
   sub.add_option("path", wanted->path,
                  "folder (default /var/lib/lss), or a file: of the log that runs, of the frames "
                  "before a fault, or a recording");
-  sub.add_option("--frame", wanted->frame, "only this one, with everything in it");
-  sub.add_option("--topic", wanted->filter.topics, "recordings: only these, divided by commas")
+  sub.add_option_function<std::string>(
+      "--frame",
+      [wanted](const std::string& text) { wanted->frames = recording::parse_frames(text); },
+      "only this one, with everything in it; or as 100..200");
+  sub.add_option("--topic", wanted->filter.topics,
+                 "recordings of topics: only these, divided by commas")
       ->delimiter(',')
       ->allow_extra_args(false);
   const auto add_time = [&](const char* option, double& value, const char* help) {
@@ -347,13 +127,14 @@ void add_log_verbs(Grammar& grammar) {
         [&value, option](const std::string& text) { value = parse_quantity(text, "s", option); },
         help);
   };
-  add_time("--from", wanted->filter.from_s, "recordings: since the first message");
-  add_time("--to", wanted->filter.until_s, "recordings: since the first message");
-  sub.add_option("--columns", wanted->columns, "CSV: only these, divided by commas; * is anything")
+  add_time("--from", wanted->filter.from_s, "recordings: since the first frame or message");
+  add_time("--to", wanted->filter.until_s, "recordings: since the first frame or message");
+  sub.add_option("--columns", wanted->columns,
+                 "flight recordings, CSV: only these, divided by commas; * is anything")
       ->delimiter(',')
       ->allow_extra_args(false);
   sub.add_option("-o,--out", wanted->out,
-                 "export: FILE.csv or FILE.mcap; without it CSV to stdout");
+                 "export: FILE.csv, of topics also FILE.mcap; without it CSV to stdout");
   grammar.values(sub, "", {"list", "show", "export"});
   grammar.on(sub, [wanted](Context& context) { return run_log(context, *wanted); });
 }

@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "tools/lss-cli/names.h"
+#include "tools/lss-cli/recording/flight.h"
 #include "tools/lss-cli/recording/recording.h"
 #include "tools/lss-cli/recording_verbs.h"
 #include "tools/lss-cli/report/series.h"
@@ -76,6 +77,42 @@ std::vector<Signal> read_signals(const recording::Recording& recording, const Wa
     const report::Table table(recording, at.topic, {at.pattern}, wanted.filter);
     for (const std::string& column : table.names())
       signals.push_back({column, report::unit_of(column), table.t_s(), table[column]});
+  }
+  return signals;
+}
+
+// Of a flight recording: fields of its records.
+std::vector<Signal> read_signals(recording::Flight& flight, const Wanted& wanted) {
+  recording::RecordLayout& layout = flight.layout();
+  layout.choose(wanted.signals);
+  const recording::Part part{.from_s = wanted.filter.from_s, .until_s = wanted.filter.until_s};
+  flight.each(part, [&](const recording::Flight::Frame& frame) { layout.look(frame.record); });
+  const auto columns = layout.columns();
+  std::vector<Signal> signals;
+  for (const auto& column : columns)
+    signals.push_back({column.name, report::unit_of(column.name), {}, {}});
+  std::vector<nlohmann::ordered_json> values;
+  flight.each(part, [&](const recording::Flight::Frame& frame) {
+    layout.values(frame.record, values);
+    for (std::size_t i = 0; i < signals.size(); ++i) {
+      const auto& value = values[i];
+      if (!value.is_number() && !value.is_boolean()) continue;
+      signals[i].t_s.push_back(frame.t_s);
+      signals[i].value.push_back(value.is_boolean() ? (value.get<bool>() ? 1 : 0)
+                                                    : value.get<double>());
+    }
+  });
+  std::erase_if(signals, [](const Signal& signal) { return signal.t_s.empty(); });
+  return signals;
+}
+
+std::vector<Signal> read_signals(const Wanted& wanted) {
+  std::vector<Signal> signals;
+  if (recording::is_flight(wanted.path)) {
+    recording::Flight flight(wanted.path);
+    signals = read_signals(flight, wanted);
+  } else {
+    signals = read_signals(*recording::open(wanted.path), wanted);
   }
   constexpr std::size_t kMost = 60;
   if (signals.size() > kMost) {
@@ -175,8 +212,7 @@ ExitCode plot(Context& context, Wanted wanted) {
     throw Failure(ExitCode::usage, fmt::format("do not know how to draw {}", wanted.out),
                   "end its name in .svg or .png");
   }
-  const auto recording = recording::open(wanted.path);
-  const std::vector<Signal> signals = read_signals(*recording, wanted);
+  const std::vector<Signal> signals = read_signals(wanted);
   std::signal(SIGPIPE, SIG_IGN);  // gnuplot that is not there
   run_gnuplot(script(signals, wanted, std::filesystem::path(wanted.path).filename().string()));
   context.output.print(fmt::format("{}: {} signals\n", wanted.out, signals.size()));
@@ -193,11 +229,13 @@ void add_plot_verb(Grammar& grammar) {
   CLI::App& sub = grammar.verb(
       "plot", "signals of a recording over time, as SVG or PNG",
       "  lss-cli plot run.mcap --signals distance_m,speed_m_s\n"
-      "  lss-cli plot run.mcap --signals 'modules[*].current_A,timing.margin_ns' --out run.png\n");
+      "  lss-cli plot run.mcap --signals 'modules[*].current_A,timing.margin_ns' --out run.png\n"
+      "  lss-cli plot run.lssrec --signals 'modules[*].set_point_rad,timing.margin_ns'\n");
   auto wanted = std::make_shared<Wanted>();
   sub.add_option("file", wanted->path, "a recording")->required();
   sub.add_option("--signals", wanted->signals,
-                 "divided by commas: columns of the telemetry, or TOPIC.COLUMN; * is anything")
+                 "divided by commas: columns of the telemetry, or TOPIC.COLUMN, of a flight "
+                 "recording any fields; * is anything")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->required();
@@ -209,8 +247,8 @@ void add_plot_verb(Grammar& grammar) {
         [&value, option](const std::string& text) { value = parse_quantity(text, "s", option); },
         help);
   };
-  add_time("--from", wanted->filter.from_s, "since the first message");
-  add_time("--to", wanted->filter.until_s, "since the first message");
+  add_time("--from", wanted->filter.from_s, "since the first message or frame");
+  add_time("--to", wanted->filter.until_s, "since the first message or frame");
   grammar.on(sub, [wanted](Context& context) { return plot(context, *wanted); });
 }
 

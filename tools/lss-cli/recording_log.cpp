@@ -137,12 +137,6 @@ std::vector<const Column*> columns_of(const Topic& topic, const LogWanted& wante
   return columns;
 }
 
-std::string csv_value(const Json& value) {
-  if (value.is_null()) return "";
-  if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
-  return value.is_string() ? csv_text(value.get<std::string>()) : value.dump();
-}
-
 std::uint64_t write_csv(const Recording& recording, const LogWanted& wanted, std::FILE* file) {
   const std::vector<const Topic*> topics = recording::select(recording, wanted.filter);
   if (topics.size() != 1) {
@@ -167,31 +161,6 @@ std::uint64_t write_csv(const Recording& recording, const LogWanted& wanted, std
   return rows;
 }
 
-std::uint64_t export_csv(const Recording& recording, const LogWanted& wanted) {
-  if (wanted.out.empty()) {
-    const std::uint64_t rows = write_csv(recording, wanted, stdout);
-    std::fflush(stdout);
-    return rows;
-  }
-  std::FILE* file = std::fopen(wanted.out.c_str(), "w");
-  if (file == nullptr) {
-    throw Failure(ExitCode::usage, fmt::format("{}: {}", wanted.out, std::strerror(errno)),
-                  "name a file in a folder that you may write to");
-  }
-  std::uint64_t rows = 0;
-  try {
-    rows = write_csv(recording, wanted, file);
-  } catch (...) {
-    std::fclose(file);
-    std::remove(wanted.out.c_str());
-    throw;
-  }
-  const bool failed = std::ferror(file) != 0;
-  if (std::fclose(file) != 0 || failed)
-    throw Failure(ExitCode::failed, wanted.out + " cannot be written", "is the disk full?");
-  return rows;
-}
-
 ExitCode exports(Context& context, const LogWanted& wanted) {
   const auto recording = recording::open(wanted.path);
   const bool mcap = wanted.out.ends_with(".mcap");
@@ -201,14 +170,14 @@ ExitCode exports(Context& context, const LogWanted& wanted) {
   }
   if (mcap && !wanted.columns.empty())
     throw Failure(ExitCode::usage, "--columns are of CSV: messages of MCAP stay whole");
-  if (wanted.out.empty() && context.output.machine())
-    throw Failure(ExitCode::usage, "the rows and the document would both go to stdout",
-                  "name a file by --out");
-  const std::uint64_t messages =
-      mcap ? recording->copy(wanted.filter, wanted.out) : export_csv(*recording, wanted);
-  if (!wanted.out.empty())
+  if (mcap) {
+    const std::uint64_t messages = recording->copy(wanted.filter, wanted.out);
     context.output.print(fmt::format("{}: {} messages\n", wanted.out, messages));
-  context.output.document({{"path", wanted.path}, {"out", wanted.out}, {"messages", messages}});
+    context.output.document({{"path", wanted.path}, {"out", wanted.out}, {"messages", messages}});
+  } else {
+    export_csv(context, wanted, "messages",
+               [&](std::FILE* file) { return write_csv(*recording, wanted, file); });
+  }
   if (!recording->complaint().empty()) context.output.note(recording->complaint());
   return ExitCode::completed;
 }
@@ -239,12 +208,5 @@ nlohmann::json describe(const std::string& path) {
 }  // namespace
 
 const LogKind kRecordingLog{knows, describe, list, show, exports};
-
-std::string csv_text(const std::string& text) {
-  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return quoted + "\"";
-}
 
 }  // namespace lss::cli

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tools/lss-cli/recording/flight.h"
 #include "tools/lss-cli/recording_verbs.h"
 #include "tools/lss-cli/report/common.h"
 #include "tools/lss-cli/report/roster.h"
@@ -45,6 +46,11 @@ std::string page_of(const recording::Recording& recording) {
 }
 
 ExitCode run_report(Context& context, const std::string& path, std::string out) {
+  if (recording::is_flight(path)) {
+    throw Failure(ExitCode::usage, path + " is a flight recording; reports are made of topics",
+                  "record them with: lss-cli record --out FILE.mcap; of this one there is "
+                  "lss-cli log and lss-cli plot");
+  }
   if (out.empty()) out = std::filesystem::path(path).stem().string() + ".html";
   const auto recording = recording::open(path);
   const std::string html = page_of(*recording);

@@ -138,6 +138,7 @@ void Chain::frame() {
   while (in_.request_count < kMaxRequests && port_.pop(in_.requests[in_.request_count]))
     ++in_.request_count;
   cycle(vehicle_, supervisor_, in_, out_, [](Stage) {});
+  if (tape) tape(in_, out_, supervisor_, vehicle_);
   port_.show(supervisor_.state());
   const Supervisor::Outbox& box = supervisor_.outbox();
   acks.insert(acks.end(), box.acks.begin(), box.acks.begin() + box.ack_count);

@@ -56,6 +56,10 @@ class Chain {
   bool run_until(State state, double limit_s);
   bool run_until(Mode mode, double limit_s);
 
+  // Given every frame, when it is set: a flight recording (tests/support/tape.h).
+  std::function<void(const lss::Inputs<Vehicle>&, const Outputs<Vehicle>&, Supervisor&, Vehicle&)>
+      tape{};
+
   // ---- What an operator does. Each command is from "test", with a lease of 10 s.
   template <class Kind>
   std::uint64_t send(Kind kind, std::initializer_list<double> parameters = {}) {
@@ -87,6 +91,7 @@ class Chain {
   // ---- What the world knows.
   const sim::ardito::Ardito& world() const { return *world_; }
   nlohmann::ordered_json truth() const { return world_->truth(); }
+  const config::Config& config() const { return config_; }
   const Parameters& parameters() const { return parameters_; }
 
  private:

@@ -269,6 +269,7 @@ void Chain::collect(const Boundary& boundary) {
 void Chain::frame(const Boundary& boundary) {
   collect(boundary);
   cycle(vehicle_, supervisor_, in_, out_, [](Stage) {});
+  if (tape) tape(in_, out_, supervisor_, vehicle_);
   port_.show(supervisor_.state());
   const Supervisor::Outbox& box = supervisor_.outbox();
   acks.insert(acks.end(), box.acks.begin(), box.acks.begin() + box.ack_count);

@@ -68,6 +68,10 @@ class Chain {
   // Called after every frame, and after every step of the physics.
   std::function<void()> after_frame{}, after_step{};
 
+  // Given every frame, when it is set: a flight recording (tests/support/tape.h).
+  std::function<void(const lss::Inputs<Vehicle>&, const Outputs<Vehicle>&, Supervisor&, Vehicle&)>
+      tape{};
+
   // ---- What an operator does. Each command is from "test", with a lease of 60 s.
   template <class Kind>
   std::uint64_t send(Kind kind, std::initializer_list<double> parameters = {}) {

@@ -68,6 +68,10 @@ class Chain {
   bool run_until(Mode mode, double limit_s);
   std::uint64_t frames() const { return in_.frame; }
 
+  // Given every frame, when it is set: a flight recording (tests/support/tape.h).
+  std::function<void(const lss::Inputs<Vehicle>&, const Outputs<Vehicle>&, Supervisor&, Vehicle&)>
+      tape{};
+
   // ---- What an operator does. Each command is from `from`, with a lease of 2 s.
   template <class Kind>
   std::uint64_t send(Kind kind, std::initializer_list<double> parameters = {},

@@ -1,0 +1,12 @@
+// lssd --replay with numbers that are not what they are in lssd (CMakeLists.txt names them): what
+// lssd recorded must not be what this program makes of it.
+
+#include <cstdio>
+
+#include "daemon/record/replay_files.h"
+
+int main(int argc, char** argv) {
+  const auto print = [](const std::string& line) { std::fputs(line.c_str(), stdout); };
+  return static_cast<int>(
+      lss::record::replay_files(std::vector<std::filesystem::path>(argv + 1, argv + argc), print));
+}

@@ -1,0 +1,171 @@
+// Flight recordings of the campaigns' runs, with faults, commands out of place and error solving:
+// executed again to the bit by the shipping replay, each file alone, and all but the first of a run
+// begin in its middle, with what the vehicle remembers there. An altered build does not give the
+// same.
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+
+#include "daemon/record/replay_files.h"
+#include "daemon/vehicles/records.h"
+#include "tests/campaign/campaign.h"
+#include "tools/lss-cli/recording/flight.h"
+
+namespace lss::campaign {
+namespace {
+
+namespace fs = std::filesystem;
+using cli::recording::Flight;
+using record::Replayed;
+using testing::HasSubstr;
+
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "lss-campaign-XXXXXX").string();
+    path_ = ::mkdtemp(name.data());
+  }
+  ~Folder() { fs::remove_all(path_); }
+  const fs::path& path() const { return path_; }
+  std::vector<fs::path> files() const {
+    std::vector<fs::path> found;
+    for (const auto& entry : fs::directory_iterator(path_)) found.push_back(entry.path());
+    std::ranges::sort(found);
+    return found;
+  }
+
+ private:
+  fs::path path_;
+};
+
+const Subject& subject(const std::string& vehicle) {
+  return *std::ranges::find(subjects(), vehicle, &Subject::vehicle);
+}
+bool is_built(const std::string& vehicle) {
+  return std::ranges::find(subjects(), vehicle, &Subject::vehicle) != subjects().end();
+}
+
+// Some scenarios of a vehicle; of each as many as a minute is enough for.
+struct Batch {
+  const char* vehicle;
+  unsigned first, count;
+
+  friend void PrintTo(const Batch& batch, std::ostream* to) {
+    *to << batch.vehicle << " " << batch.first << " to " << batch.first + batch.count - 1;
+  }
+};
+
+class CampaignReplay : public testing::TestWithParam<Batch> {};
+
+TEST_P(CampaignReplay, IsEqualToTheBitAlsoFromTheMiddle) {
+  const Batch& batch = GetParam();
+  if (!is_built(batch.vehicle)) GTEST_SKIP() << "not of this build";
+  std::uint64_t frames = 0, middles = 0, faults = 0;
+  double covered_s = 0, took_s = 0;
+  for (unsigned number = batch.first; number < batch.first + batch.count; ++number) {
+    SCOPED_TRACE(fmt::format("{} {}", batch.vehicle, number));
+    const Folder folder;
+    const campaign::Run run = subject(batch.vehicle).record(number, folder.path());
+    faults += run.faults;
+    std::uint64_t recorded = 0;
+    for (const fs::path& path : folder.files()) {
+      const Flight flight(path.string());
+      EXPECT_STREQ(flight.end_name(), "ended");
+      recorded += flight.frames();
+      covered_s += flight.duration_s();
+      if (!flight.header().at("start").get<bool>()) ++middles;
+      std::string said;
+      const auto begin = std::chrono::steady_clock::now();
+      const Replayed replayed =
+          record::replay_file(path, [&](const std::string& line) { said += line; });
+      took_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+      EXPECT_EQ(replayed, Replayed::equal) << said;
+    }
+    EXPECT_EQ(recorded, run.frames) << "every frame is in a file";
+    frames += recorded;
+  }
+  std::cout << fmt::format(
+      "{}: {} runs with {} faults, {} frames, {:.0f} s, {} files from the middle; replayed {:.0f} "
+      "times as fast\n",
+      batch.vehicle, batch.count, faults, frames, covered_s, middles, covered_s / took_s);
+  EXPECT_GE(faults, batch.count);
+  EXPECT_GE(middles, batch.count);
+}
+
+INSTANTIATE_TEST_SUITE_P(Vehicles, CampaignReplay,
+                         testing::Values(Batch{"zebro", 1, 20}, Batch{"zebro", 21, 20},
+                                         Batch{"talaris", 1, 20}, Batch{"talaris", 21, 20},
+                                         Batch{"ardito", 1, 3}, Batch{"ardito", 4, 3},
+                                         Batch{"ardito", 7, 3}),
+                         [](const auto& batch) {
+                           return fmt::format("{}_from_{}", batch.param.vehicle, batch.param.first);
+                         });
+
+class CampaignRecording : public testing::TestWithParam<const char*> {
+ protected:
+  struct Ended {
+    int code = -1;
+    std::string out;
+  };
+  static Ended run(std::string command, const std::vector<fs::path>& paths) {
+    Ended ended;
+    for (const fs::path& path : paths) command += " '" + path.string() + "'";
+    std::FILE* pipe = ::popen(command.c_str(), "r");
+    if (pipe == nullptr) return ended;
+    char some[4096];
+    while (const std::size_t got = std::fread(some, 1, sizeof some, pipe))
+      ended.out.append(some, got);
+    const int status = ::pclose(pipe);
+    ended.code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return ended;
+  }
+};
+
+// tests/altered has another number in one place for each vehicle.
+TEST_P(CampaignRecording, IsNotWhatAnAlteredBuildMakesOfIt) {
+  if (!is_built(GetParam())) GTEST_SKIP() << "not of this build";
+  const Folder folder;
+  subject(GetParam()).record(1, folder.path());
+  const Ended same = run(LSSD " --replay", folder.files());
+  EXPECT_EQ(same.code, static_cast<int>(Replayed::equal)) << same.out;
+  EXPECT_THAT(same.out, HasSubstr("every bit of every output"));
+  const Ended altered = run(LSS_ALTERED, folder.files());
+  EXPECT_EQ(altered.code, static_cast<int>(Replayed::different)) << altered.out;
+  EXPECT_THAT(altered.out, testing::ContainsRegex("field +(command|telemetry)\\."));
+  std::cout << altered.out;
+}
+
+// lss-cli reads records by the description in their file; the daemon by its own structs.
+TEST_P(CampaignRecording, IsReadByItsDescriptionAsByTheStructs) {
+  if (!is_built(GetParam())) GTEST_SKIP() << "not of this build";
+  const Folder folder;
+  subject(GetParam()).record(2, folder.path());
+  const auto records = vehicle_records(GetParam());
+  std::uint64_t frames = 0, events = 0;
+  for (const fs::path& path : folder.files()) {
+    Flight flight(path.string());
+    flight.each({}, [&](const Flight::Frame& frame) {
+      if (++frames % 7 != 0) return;
+      const auto theirs = records->to_json(frame.record);
+      const auto ours = flight.layout().json(frame.record);
+      ASSERT_EQ(ours.dump(), theirs.dump());
+      events += ours.at("outbox").at("events").size();
+    });
+  }
+  EXPECT_GT(frames, 100u);
+  EXPECT_GT(events, 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Vehicles, CampaignRecording, testing::Values("zebro", "ardito", "talaris"),
+                         [](const auto& which) { return std::string(which.param); });
+
+}  // namespace
+}  // namespace lss::campaign

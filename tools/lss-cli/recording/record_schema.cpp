@@ -1,0 +1,121 @@
+#include "tools/lss-cli/recording/record_schema.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+
+#include "tools/lss-cli/failure.h"
+
+namespace lss::cli::recording {
+namespace {
+
+class SchemaParser {
+ public:
+  explicit SchemaParser(std::string_view text) : text_(text) {}
+
+  std::unique_ptr<RecordType> record() {
+    auto type = make('{');
+    members(*type, '\0');
+    if (at_ != text_.size()) fail();
+    return type;
+  }
+
+ private:
+  static constexpr int kDeepest = 64;
+  static constexpr std::size_t kLargest = 1'000'000;  // an array, in octets
+
+  [[noreturn]] void fail() const {
+    throw Failure(ExitCode::failed,
+                  fmt::format("the description of its records cannot be read from \"{}\" on",
+                              text_.substr(std::min(at_, text_.size()), 20)),
+                  "was the file made by lssd? Take another copy of it");
+  }
+  char peek() const { return at_ < text_.size() ? text_[at_] : '\0'; }
+  void expect(char c) {
+    if (peek() != c) fail();
+    ++at_;
+  }
+  static std::unique_ptr<RecordType> make(char what) {
+    auto type = std::make_unique<RecordType>();
+    type->what = what;
+    return type;
+  }
+
+  void members(RecordType& type, char end) {
+    std::size_t size = 0;
+    bool fixed = true;
+    while (at_ < text_.size() && peek() != end) {
+      const std::size_t colon = text_.find(':', at_);
+      if (colon == std::string_view::npos) fail();
+      std::string name(text_.substr(at_, colon - at_));
+      at_ = colon + 1;
+      type.members.push_back({std::move(name), this->type()});
+      expect(';');
+      const auto& member = type.members.back().type->size;
+      fixed = fixed && member.has_value();
+      size += member.value_or(0);
+    }
+    if (fixed) type.size = size;
+  }
+
+  std::unique_ptr<RecordType> type() {
+    if (++depth_ > kDeepest) fail();
+    auto made = make(peek());
+    ++at_;
+    switch (made->what) {
+      case '{':
+        members(*made, '}');
+        expect('}');
+        break;
+      case '[': {
+        made->count = count();
+        expect(']');
+        made->members.push_back({"", type()});
+        const auto& element = made->members.front().type->size;
+        if (element) made->size = *element * made->count;
+        if (made->size > kLargest) fail();
+        break;
+      }
+      case '<':
+        made->members.push_back({"", type()});
+        expect('>');
+        break;
+      case '(':
+        do made->members.push_back({"", type()});
+        while (peek() == '|' && ++at_ != 0);
+        expect(')');
+        break;
+      default:
+        made->count = count();
+        if (!made->number() || !std::has_single_bit(made->count) || made->count > 8 ||
+            (made->what == 'f' && made->count < 4))
+          fail();
+        made->size = made->count;
+    }
+    --depth_;
+    return made;
+  }
+
+  std::size_t count() {
+    constexpr std::size_t kMost = 1'000'000;
+    std::size_t n = 0;
+    const std::size_t begin = at_;
+    while (peek() >= '0' && peek() <= '9' && n < kMost)
+      n = n * 10 + static_cast<std::size_t>(text_[at_++] - '0');
+    if (at_ == begin || n >= kMost) fail();
+    return n;
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+  int depth_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<RecordType> parse_schema(std::string_view text) {
+  return SchemaParser(text).record();
+}
+
+}  // namespace lss::cli::recording

@@ -1,0 +1,32 @@
+#pragma once
+
+// The description of records that stands in the header of a flight recording (docs/recording.md),
+// as a tree. Pure; what cannot be read is thrown as a Failure.
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace lss::cli::recording {
+
+struct RecordType {
+  char what = 0;          // i u f b c: a number; { [ < (
+  std::size_t count = 0;  // octets of a number, elements of an array
+  struct Member {
+    std::string name;  // empty but in a struct
+    std::unique_ptr<RecordType> type;
+  };
+  std::vector<Member> members;
+  std::optional<std::size_t> size;  // in octets, where it is always the same
+
+  bool number() const { return std::string_view("iufbc").find(what) != std::string_view::npos; }
+  bool text() const { return what == '[' && members.front().type->what == 'c'; }
+  std::string name() const { return text() ? "text" : what + std::to_string(count); }
+};
+
+// The struct that a whole record is.
+std::unique_ptr<RecordType> parse_schema(std::string_view text);
+
+}  // namespace lss::cli::recording
