@@ -128,9 +128,10 @@ int run(const Options& options, const sigset_t& signals) {
   }
   if (options.domain >= 0) config->domain = options.domain;
   resolve_ports(*config, options.run_dir);
-  if (config->log_folder.empty()) {
-    const char* state = std::getenv("STATE_DIRECTORY");  // systemd's
-    config->log_folder = state != nullptr && *state != '\0' ? state : options.run_dir;
+  const char* state = std::getenv("STATE_DIRECTORY");  // systemd's
+  const std::filesystem::path kept = state != nullptr && *state != '\0' ? state : options.run_dir;
+  for (std::filesystem::path* folder : {&config->log_folder, &config->parameters_folder}) {
+    if (folder->empty()) *folder = kept;
   }
   spdlog::set_level(static_cast<spdlog::level::level_enum>(config->log_level));
 

@@ -114,7 +114,16 @@ namespace lss {
   X(70, flight_failed, "the flight did not go as planned",                                         \
     "see the events before it and: lss-cli status")                                                \
   X(71, calibration_bad, "what was measured standing still cannot be",                             \
-    "level it, check IMU and altimeter; the event says what was found")
+    "level it, check IMU and altimeter; the event says what was found")                            \
+  X(72, no_such_parameter, "there is no parameter of this number",                                 \
+    "list them with: lss-cli param get")                                                           \
+  X(73, parameter_range, "the value of the parameter is out of its range",                         \
+    "see its range with: lss-cli param get NAME")                                                  \
+  X(74, parameter_whole, "the parameter is a whole number", "give it without a fraction")          \
+  X(75, parameter_together, "the value does not go with those of other parameters",                \
+    "change the others first; docs/parameters.md says which hang together")                        \
+  X(76, save_failed, "the parameters could not be written: error number",                          \
+    "free or mend the disk, make the folder writable, then save again; the journal says more")
 
 // number, name, severity (of lss.idl: 0 info, 1 warning, 2 error, 3 fatal), what it says, what to
 // do about it
@@ -264,7 +273,13 @@ namespace lss {
   X(47, valve_timed_out, 1, "valves {0} shut after their time")                          \
   X(48, altimeter_error, 1, "altimeter says error {0}, {1} in all")                      \
   X(49, recording_failed, 1, "frames cannot be recorded")                                \
-  X(50, recording_cut, 1, "the last recording was not written to its end")
+  X(50, recording_cut, 1, "the last recording was not written to its end")               \
+  X(51, parameter_changed, 0, "parameter {0}: {1} to {2}")                               \
+  X(52, parameters_saved, 0, "{0} parameters saved, number {1}")                         \
+  X(53, parameters_not_saved, 1, "parameters could not be saved in both copies: {0}")    \
+  X(54, parameters_taken, 0, "{0} saved parameters taken, number {1}")                   \
+  X(55, parameters_damaged, 1, "a copy of the saved parameters is damaged")              \
+  X(56, parameters_refused, 1, "saved parameters are not taken")
 
 enum class Reason : std::uint16_t {
 #define LSS_ENUM(number, name, ...) name = number,

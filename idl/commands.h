@@ -48,6 +48,10 @@ inline constexpr double kRequired = std::numeric_limits<double>::quiet_NaN();
 inline constexpr const char* kNoYes[] = {"no", "yes"};
 inline constexpr const char* kOffOn[] = {"off", "on"};
 
+// Parameters that can be changed while the daemon runs, at most; they are numbered from 1 on, in
+// the order of lss/parameters.
+inline constexpr std::size_t kMaxTunables = 40;
+
 // Commands of every vehicle. start, stop and reset have parameters of the vehicle's own and stand
 // in its list.
 enum class CommandKind : std::uint16_t {
@@ -60,6 +64,14 @@ enum class CommandKind : std::uint16_t {
   request_data = 6,
   reset_timing = 7,
   restore = 8,
+  set_parameter = 9,
+  save_parameters = 10,
+};
+
+// Ranges and units of each: lss/parameters, or docs/parameters.md.
+inline constexpr ParameterInfo kSetParameters[] = {
+    {"number", "", 1, kMaxTunables, kRequired, nullptr, "of the parameter", true},
+    {"value", "", -1e9, 1e9, kRequired, nullptr, "in its unit of the configuration"},
 };
 
 inline constexpr CommandInfo kCommonCommands[] = {
@@ -72,6 +84,14 @@ inline constexpr CommandInfo kCommonCommands[] = {
      Access::holder,
      false,
      "put modules that error solving isolated into service again",
+     {}},
+    {9, "set-parameter", Access::holder, false, "change a parameter; until the daemon ends",
+     kSetParameters},
+    {10,
+     "save-parameters",
+     Access::holder,
+     false,
+     "keep the parameters as they are beyond the next start",
      {}},
 };
 

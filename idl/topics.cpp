@@ -53,7 +53,8 @@ Qos common_qos(Kind kind) {
     dds_qset_reliability(qos.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
   }
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, depth(kind));
-  if (kind == Kind::status || kind == Kind::event || kind == Kind::timing_statistics) {
+  if (kind == Kind::status || kind == Kind::event || kind == Kind::timing_statistics ||
+      kind == Kind::parameters) {
     dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
     // What a late reader gets is counted by this history, not by the other.
     dds_qset_durability_service(qos.get(), 0, DDS_HISTORY_KEEP_LAST, depth(kind),
@@ -189,6 +190,8 @@ Topic common_topic(Kind kind) {
       return {kind, "lss/event", &lss_Event_desc};
     case Kind::timing_statistics:
       return {kind, "lss/timing_statistics", &lss_TimingStatistics_desc};
+    case Kind::parameters:
+      return {kind, "lss/parameters", &lss_Parameters_desc};
     case Kind::timing:
       return {kind, "lss/timing", &lss_Timing_desc};
     case Kind::telemetry:

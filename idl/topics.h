@@ -92,6 +92,7 @@ enum class Kind {
   status,
   event,
   timing_statistics,
+  parameters,
   timing,
   telemetry
 };

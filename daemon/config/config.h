@@ -53,6 +53,12 @@ struct Recorder {
   bool sync = true;  // to the disk every 50 ms; else when the kernel likes
 };
 
+// A parameter that was saved: it takes the place of the file's.
+struct SavedValue {
+  std::string name;  // dotted, in the vehicle's table
+  double value = 0;
+};
+
 struct Config {
   std::string file;
   std::string text;  // the whole of it, as it was read
@@ -78,6 +84,8 @@ struct Config {
   std::string log_use;                  // the one that runs; empty: none
   const LogPreset* log_preset() const;  // that one; nullptr: none
   Recorder recorder;
+  std::filesystem::path parameters_folder;  // of those that are saved; empty: as log_folder
+  std::vector<SavedValue> saved;            // not of the file
 };
 
 // Reads the vehicle's own [NAME] table; called with that Section, to record errors there.

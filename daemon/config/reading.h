@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "daemon/config/section.h"
+#include "daemon/core/tunables.h"
 #include "drivers/time.h"
 
 namespace lss::config {
@@ -22,6 +23,27 @@ inline TimeNs milliseconds(Section& s, std::string_view key, TimeNs fallback, do
 }
 inline TimeNs seconds(Section& s, std::string_view key, TimeNs fallback, double min, double max) {
   return static_cast<TimeNs>(s.number(key, static_cast<double>(fallback) * 1e-9, min, max) * 1e9);
+}
+
+// The parameters of `section` (a path below the vehicle's table, "" for the table itself) that can
+// be changed while the daemon runs, each by its own range. A default stays as it is, to the last
+// bit.
+template <class P>
+void read_tunables(Section& s, std::string_view section, std::span<const Tunable<P>> tunables,
+                   P& parameters) {
+  for (const Tunable<P>& t : tunables) {
+    const std::string_view name = t.info.name;
+    const std::size_t dot = name.rfind('.');
+    if (name.substr(0, dot) != section) continue;
+    const std::string_view key = name.substr(dot + 1);
+    const double was = get_tunable(t, parameters);
+    const double is = t.info.whole
+                          ? static_cast<double>(s.integer(key, static_cast<std::int64_t>(was),
+                                                          static_cast<std::int64_t>(t.info.min),
+                                                          static_cast<std::int64_t>(t.info.max)))
+                          : s.number(key, was, t.info.min, t.info.max);
+    if (is != was) set_tunable(t, parameters, is);
+  }
 }
 
 // The error-solving strategies of a fault class, in their order. names[0] is none, which ends the

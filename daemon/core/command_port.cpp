@@ -29,7 +29,10 @@ void CommandPort::receive(Request request, const Answer& answer) {
     if (const Verdict v = Supervisor::evaluate(logic_, state_.value(), request);
         v.reason != Reason::none)
       return refuse(v);
-    if (logic_.considered == nullptr || !logic_.considered(request.kind)) {
+    const bool considered =
+        request.kind == static_cast<std::uint16_t>(CommandKind::set_parameter) ||
+        (logic_.considered != nullptr && logic_.considered(request.kind));
+    if (!considered) {
       say(Phase::accepted);
       if (request.flags & kFlagDryRun) return;
       request.acknowledged = true;

@@ -28,10 +28,28 @@ bool done_at_once(std::uint16_t kind) noexcept {
     case CommandKind::request_data:
     case CommandKind::reset_timing:
     case CommandKind::restore:
+    case CommandKind::set_parameter:
+    case CommandKind::save_parameters:
       return true;
     default:
       return false;
   }
+}
+
+bool is_beside(std::uint16_t kind) noexcept {
+  switch (static_cast<CommandKind>(kind)) {
+    case CommandKind::reset:
+    case CommandKind::set_parameter:
+    case CommandKind::save_parameters:
+      return true;
+    default:
+      return false;
+  }
+}
+
+bool is_of_parameters(std::uint16_t kind) noexcept {
+  return kind == static_cast<std::uint16_t>(CommandKind::set_parameter) ||
+         kind == static_cast<std::uint16_t>(CommandKind::save_parameters);
 }
 
 const CommandInfo* find_command(std::span<const CommandInfo> own, std::uint16_t kind) noexcept {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 
+#include "daemon/core/tunables.h"
 #include "drivers/time.h"
 #include "idl/codes.h"
 #include "idl/commands.h"
@@ -121,6 +122,7 @@ struct StatusReport {
   std::uint64_t mallocs = 0;
   std::array<ThreadStatus, kMaxThreads> threads{};
   std::uint32_t thread_count = 0;
+  SavedState saved_parameters = SavedState::none;
   // (shared memory is the face's own to say)
 };
 

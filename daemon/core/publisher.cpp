@@ -7,6 +7,8 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "daemon/core/clock.h"
 
 namespace lss {
@@ -34,6 +36,7 @@ tl::expected<void, std::string> Publisher::open(RequestSink sink) {
                             .vehicle_id = config_.vehicle_id,
                             .version = LSS_VERSION,
                             .modules = vocabulary_.modules,
+                            .tunables = vocabulary_.tunables,
                             .interfaces = config_.interfaces,
                             .shared_memory = config_.shared_memory},
                            std::move(sink));
@@ -48,11 +51,25 @@ void Publisher::complain(const std::string& refused) {
   spdlog::warn("{}", refused);
 }
 
+void Publisher::parameters(const ParameterReport& report, std::vector<Told> told) {
+  parameters_ = report;
+  told_ = std::move(told);
+}
+
 void Publisher::start(const Threads& threads, Sources sources) {
   threads_ = &threads;
   statistics_.set_period(config_.period_ns);
   sources_ = std::move(sources);
-  tell(EventId::started, now_ns());
+  const TimeNs now = now_ns();
+  tell(EventId::started, now);
+  for (const Told& what : told_) {
+    EventRecord event{.time_ns = now,
+                      .severity = static_cast<Severity>(info(what.id)->severity),
+                      .id = static_cast<std::uint16_t>(what.id)};
+    std::ranges::copy(what.argument, event.argument.begin());
+    tell(event, what.text.empty() ? event_text(event, vocabulary_) : what.text);
+  }
+  face_->parameters(parameters_);
   thread_ = std::thread([this] { run(); });
 }
 
@@ -105,7 +122,49 @@ void Publisher::run() {
   publish_status(now_ns());
 }
 
+// Before the acknowledgements: who hears that it was done finds it so.
+void Publisher::drain_parameters() {
+  bool changed = tunables_.update();
+  if (changed) parameters_.present = tunables_.value();
+  for (SaveResult result; sources_.parameters_saved(result);) {
+    saved(result);
+    changed = false;
+  }
+  if (changed) face_->parameters(parameters_);
+}
+
+void Publisher::saved(const SaveResult& result) {
+  const TimeNs now = now_ns();
+  const bool failed = result.error != 0;
+  if (!failed) {
+    parameters_.saved = result.saved;
+    parameters_.number = result.number;
+    parameters_.state = SavedState::good;
+    next_status_ns_ = 0;
+  }
+  face_->parameters(parameters_);
+  EventRecord event{.time_ns = now, .severity = failed ? Severity::warning : Severity::info};
+  event.id = static_cast<std::uint16_t>(failed ? EventId::parameters_not_saved
+                                               : EventId::parameters_saved);
+  if (failed) {
+    event.argument = {static_cast<double>(result.error)};
+  } else {
+    event.argument = {static_cast<double>(result.count), static_cast<double>(result.number)};
+  }
+  tell(event);
+  Verdict verdict;
+  if (failed)
+    verdict = {.reason = Reason::save_failed, .measured = static_cast<double>(result.error)};
+  face_->acknowledge({.source = result.command.source,
+                      .sequence = result.command.sequence,
+                      .kind = result.command.kind,
+                      .phase = failed ? Phase::failed : Phase::completed,
+                      .verdict = verdict,
+                      .time_ns = now});
+}
+
 void Publisher::drain() {
+  drain_parameters();
   for (Ack ack; acks_.pop(ack);) face_->acknowledge(ack);
   for (EventRecord event; events_.pop(event);) {
     tell(event);
@@ -183,6 +242,7 @@ StatusReport Publisher::report(TimeNs now) const {
   r.telemetry_dropped =
       acks_.dropped() + events_.dropped() + timings_.dropped() + dropped_ + sources_.log_dropped();
   r.recording = sources_.recording();
+  r.saved_parameters = parameters_.state;
   r.realtime_enforced = config_.realtime_enforce;
   r.realtime_granted = granted_ && memory_locked_;
   r.memory_locked = memory_locked_;
@@ -208,8 +268,9 @@ void Publisher::tell(EventId id, TimeNs now, double argument) {
         .argument = {argument}});
 }
 
-void Publisher::tell(const EventRecord& event) {
-  std::string text = event_text(event, vocabulary_);
+void Publisher::tell(const EventRecord& event) { tell(event, event_text(event, vocabulary_)); }
+
+void Publisher::tell(const EventRecord& event, std::string text) {
   face_->event(event, text);
   if (event.id >= kFaultEventBase) {  // the log has no list to look the advice up in
     const CodeInfo* fault = info(static_cast<FaultId>(event.id - kFaultEventBase));

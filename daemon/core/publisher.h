@@ -21,6 +21,7 @@
 #include "daemon/core/supervisor.h"
 #include "daemon/core/text.h"
 #include "daemon/dds/face.h"
+#include "daemon/parameters/saver.h"
 #include "daemon/rt/thread.h"
 
 namespace lss {
@@ -36,6 +37,13 @@ class Publisher {
     std::function<bool(EventId&)> log_event;  // of the log thread; false: none
     std::function<std::uint64_t()> log_dropped;
     std::function<bool()> recording;
+    std::function<bool(SaveResult&)> parameters_saved;  // false: none
+  };
+  // What is to be told when it starts, besides.
+  struct Told {
+    EventId id;
+    std::string text;  // empty: that of the list
+    std::array<double, 2> argument{};
   };
 
   Publisher(const config::Config& config, const Vocabulary& vocabulary);
@@ -48,6 +56,8 @@ class Publisher {
   void complain(const std::string& refused);  // what the kernel did not grant: log and status
   void memory_locked(bool locked) { memory_locked_ = locked; }
   void start(const Threads& threads, Sources sources);
+  // Before start(): the parameters as they begin.
+  void parameters(const ParameterReport& report, std::vector<Told> told);
   void stop();
 
   // Listener thread: an answer that needs no frame.
@@ -57,6 +67,9 @@ class Publisher {
   void put(const Supervisor::Outbox& outbox) noexcept;
   void put(const SupervisorState& state) noexcept { state_.put(state); }
   void put(const TimingPoints& timing) noexcept { timings_.push(timing); }
+  void put(const TunableValues& values) noexcept { tunables_.put(values); }
+  void put(const Ack& ack) noexcept { acks_.push(ack); }
+  // Any thread.
   void wake() noexcept;
 
   // Main thread.
@@ -67,10 +80,13 @@ class Publisher {
  private:
   void run();
   void drain();
+  void drain_parameters();
+  void saved(const SaveResult& result);
   void publish_status(TimeNs now);
   void watch(TimeNs now);
   void watch_clock();
   void tell(const EventRecord& event);  // to DDS and to the log
+  void tell(const EventRecord& event, std::string text);
   void tell(EventId id, TimeNs now, double argument = 0);
   StatusReport report(TimeNs now) const;
 
@@ -85,9 +101,13 @@ class Publisher {
   Ring<EventRecord, 512> events_;
   Ring<TimingPoints, 256> timings_;
   Latest<SupervisorState> state_;
+  Latest<TunableValues> tunables_;
   std::atomic<std::uint64_t> turns_{0};
   std::atomic<std::uint64_t> dropped_{0};  // in the outbox of a frame
   int wake_fd_ = -1;
+
+  ParameterReport parameters_;
+  std::vector<Told> told_;
 
   TimingPoints timing_;  // the newest
   TimingCollector<TimingPoints> statistics_;

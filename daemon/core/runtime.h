@@ -29,6 +29,7 @@
 #include <memory>
 #include <optional>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "daemon/config/config.h"
@@ -38,6 +39,8 @@
 #include "daemon/core/cycle.h"
 #include "daemon/core/frame_engine.h"
 #include "daemon/core/publisher.h"
+#include "daemon/parameters/saver.h"
+#include "daemon/parameters/start.h"
 #include "daemon/record/frame_log.h"
 #include "daemon/record/frame_record.h"
 #include "daemon/record/state.h"
@@ -63,9 +66,10 @@ class Runtime final : public App {
   using Parameters = typename Buses::Parameters;
   using Frames = typename FramesOf<Buses>::Type;
 
-  Runtime(const config::Config& config, const Parameters& parameters, const Logic& logic,
-          const Vocabulary& vocabulary, const record::VehicleRecords& records)
-      : config_(config),
+  // `start`: of the parameters, which are those that it took already.
+  Runtime(const config::Config& config, const Parameters& parameters, const ParameterStart& start,
+          const Logic& logic, const Vocabulary& vocabulary, const record::VehicleRecords& records)
+      : config_(with_saved(config, start)),
         buses_(config_, parameters),
         vehicle_(parameters),
         supervisor_(logic, {.obc_timeout_ns = config.obc_timeout_ns}),
@@ -80,8 +84,10 @@ class Runtime final : public App {
                                {"version", LSS_VERSION}},
                     .preset = running_preset(config_),
                     .recorder = flight_recorder(config_, records)},
-                   records.to_json) {
+                   records.to_json),
+        saver_(start.store, logic.tunables, start.configured, [this] { publisher_.wake(); }) {
     port_.show(supervisor_.state());
+    publisher_.parameters(report_of(start, logic.tunables, vehicle_.tunables()), told_of(start));
   }
   ~Runtime() override { stop(); }
 
@@ -101,6 +107,7 @@ class Runtime final : public App {
     rt::populate_memory();
 
     frame_log_.start();
+    saver_.start();
     engine_ = std::make_unique<Engine>(start_frames(), engine_parameters());
     for (auto& [name, body] : buses_.bodies()) {
       if (auto ok = launch(name, std::move(body)); !ok) return ok;
@@ -116,11 +123,13 @@ class Runtime final : public App {
       sleep_until(now_ns() + kMillisecond / 4);
     }
     for (const auto& thread : threads_) thread->mark_ready();
-    publisher_.start(threads_, {.newest_telemetry = [this] { return newest_telemetry(); },
-                                .commands_refused = [this] { return port_.refused(); },
-                                .log_event = [this](EventId& e) { return frame_log_.pop(e); },
-                                .log_dropped = [this] { return frame_log_.dropped(); },
-                                .recording = [this] { return frame_log_.recording(); }});
+    publisher_.start(threads_,
+                     {.newest_telemetry = [this] { return newest_telemetry(); },
+                      .commands_refused = [this] { return port_.refused(); },
+                      .log_event = [this](EventId& e) { return frame_log_.pop(e); },
+                      .log_dropped = [this] { return frame_log_.dropped(); },
+                      .recording = [this] { return frame_log_.recording(); },
+                      .parameters_saved = [this](SaveResult& r) { return saver_.pop(r); }});
     return {};
   }
 
@@ -136,6 +145,7 @@ class Runtime final : public App {
     engine_->stop();
     buses_.stop();
     for (const auto& thread : threads_) thread->join();
+    saver_.stop();
     publisher_.stop();
     frame_log_.stop();
     threads_.clear();
@@ -202,6 +212,32 @@ class Runtime final : public App {
     return p;
   }
 
+  // For the header of recordings.
+  static config::Config with_saved(config::Config config, const ParameterStart& start) {
+    config.saved = start.taken.values;
+    return config;
+  }
+
+  // What became of the parameters that were saved.
+  static std::vector<Publisher::Told> told_of(const ParameterStart& start) {
+    std::vector<Publisher::Told> told;
+    for (const std::string& trouble : start.loaded.troubles)
+      told.push_back({EventId::parameters_damaged, "saved parameters: " + trouble});
+    for (const std::string& refused : start.taken.refused)
+      told.push_back({EventId::parameters_refused, "saved parameter not taken: " + refused});
+    if (start.loaded.state == SavedState::lost) {
+      told.push_back({EventId::parameters_refused,
+                      "no good copy of the saved parameters: those of the configuration hold"});
+    }
+    if (start.loaded.taken) {
+      told.push_back({EventId::parameters_taken,
+                      "",
+                      {static_cast<double>(start.taken.values.size()),
+                       static_cast<double>(start.loaded.taken->number)}});
+    }
+    return told;
+  }
+
   static std::optional<config::LogPreset> running_preset(const config::Config& config) {
     const config::LogPreset* preset = config.log_preset();
     return preset != nullptr ? std::optional(*preset) : std::nullopt;
@@ -220,6 +256,7 @@ class Runtime final : public App {
   void actuate() noexcept;
   void collect(const Boundary& boundary, const Released& released, TimingPoints& timing) noexcept;
   void hand_over(const TimingPoints& timing) noexcept;
+  void show_parameters() noexcept;
   void record_frame(const TimingPoints& timing) noexcept;
 
   config::Config config_;
@@ -229,6 +266,7 @@ class Runtime final : public App {
   CommandPort port_;
   Publisher publisher_;
   record::FrameLog frame_log_;
+  ParameterSaver saver_;
   std::unique_ptr<Frames> frames_;  // empty: the buses have them
   std::unique_ptr<Engine> engine_;
 
@@ -240,6 +278,7 @@ class Runtime final : public App {
                       sizeof(Vehicle) + sizeof(Supervisor) + sizeof(typename Vehicle::Telemetry))>
       scratch_{};
   Latest<typename Vehicle::Telemetry> telemetry_;
+  std::uint32_t changes_ = 0;  // of parameters, that were shown
   std::atomic<bool> shut_down_{false}, airborne_{false};
   std::vector<std::unique_ptr<rt::Thread>> threads_;
 };
@@ -295,12 +334,28 @@ template <class Vehicle, class Buses>
 void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
   port_.show(supervisor_.state());
   airborne_.store(supervisor_.airborne(), std::memory_order_relaxed);
+  show_parameters();
   publisher_.put(supervisor_.outbox());
   publisher_.put(supervisor_.state());
   publisher_.put(timing);
   if (config_.telemetry_periodic || out_.data_requested) telemetry_.put(out_.telemetry);
   publisher_.wake();
   record_frame(timing);
+}
+
+// Before the acknowledgements, so that they are published before them.
+template <class Vehicle, class Buses>
+void Runtime<Vehicle, Buses>::show_parameters() noexcept {
+  const TunableValues& values = vehicle_.tunables();
+  if (std::exchange(changes_, values.changes) != values.changes) publisher_.put(values);
+  const SupervisorState::Active* asked = supervisor_.save_asked();
+  if (asked == nullptr || saver_.ask({*asked, values})) return;
+  publisher_.put(Ack{.source = asked->source,
+                     .sequence = asked->sequence,
+                     .kind = asked->kind,
+                     .phase = Phase::failed,
+                     .verdict = {.reason = Reason::busy},
+                     .time_ns = in_.time_ns});
 }
 
 template <class Vehicle, class Buses>

@@ -1,5 +1,7 @@
 #include "daemon/core/supervisor.h"
 
+#include "daemon/core/common_commands.h"
+
 namespace lss {
 namespace {
 
@@ -13,6 +15,36 @@ bool held_by_another(const SupervisorState& s, const Name& source) noexcept {
   return s.authority.front() != '\0' && s.authority != source;
 }
 
+std::size_t tunable_of(const Request& request) noexcept {
+  return static_cast<std::size_t>(request.parameter[0]) - 1;
+}
+
+// Everything but whether the value goes with those of the others, which the vehicle knows.
+Verdict check_parameter(const Logic& logic, const SupervisorState& s, const Request& r) noexcept {
+  if (r.kind != number(CommandKind::set_parameter)) return {};
+  const std::size_t index = tunable_of(r);
+  if (index >= logic.tunables.size()) {
+    return {.reason = Reason::no_such_parameter,
+            .measured = r.parameter[0],
+            .limit = static_cast<double>(logic.tunables.size())};
+  }
+  const TunableInfo& t = logic.tunables[index];
+  const auto subject = static_cast<std::uint16_t>(index + 1);
+  const double value = r.parameter[1];
+  if (!(value >= t.min && value <= t.max)) {
+    return {.reason = Reason::parameter_range,
+            .measured = value,
+            .limit = value < t.min ? t.min : t.max,
+            .subject = subject};
+  }
+  if (!in_range(t, value))
+    return {.reason = Reason::parameter_whole, .measured = value, .subject = subject};
+  const bool rests = s.controller.state == State::idle || s.controller.state == State::fatal_error;
+  if (t.change == Change::at_rest && !rests)
+    return {.reason = Reason::not_in_state, .measured = static_cast<double>(s.controller.state)};
+  return {};
+}
+
 }  // namespace
 
 Verdict Supervisor::evaluate(const Logic& logic, const SupervisorState& state,
@@ -23,6 +55,7 @@ Verdict Supervisor::evaluate(const Logic& logic, const SupervisorState& state,
   if (info->access == Access::holder && held_by_another(state, request.source)) {
     return {.reason = Reason::not_authorised};
   }
+  if (is_of_parameters(request.kind)) return check_parameter(logic, state, request);
   lc::ControllerState controller = state.controller;
   controller.links = static_cast<std::uint8_t>(controller.links & ~lc::kObcSilent);  // it speaks
   Verdict verdict =
@@ -39,6 +72,7 @@ void Supervisor::begin(TimeNs now, Actor& actor) noexcept {
   state_.time_ns = now;
   actor_ = &actor;
   outbox_.ack_count = outbox_.event_count = outbox_.dropped = 0;
+  save_ = {};
 }
 
 void Supervisor::request(const Request& request) noexcept {
@@ -56,16 +90,41 @@ void Supervisor::heartbeat(const Request& request) noexcept {
   if (state_.detached || request.source == state_.authority) state_.heartbeat_ns = state_.time_ns;
 }
 
+// What the state says, and then what only the vehicle can say.
+Verdict Supervisor::judge(const Request& request) noexcept {
+  if (const Verdict v = evaluate(logic_, state_, request); v.reason != Reason::none) return v;
+  if (request.kind == number(CommandKind::set_parameter))
+    return actor_->adjust(tunable_of(request), request.parameter[1], false).verdict;
+  if (request.kind == number(CommandKind::save_parameters))
+    return save_.kind == 0 ? Verdict{} : Verdict{.reason = Reason::busy};
+  return actor_->consider(request);
+}
+
+// A change is in force in this frame; what is to be saved is answered when it is on the disk.
+bool Supervisor::handle_parameters(const Request& request, const Active& command) noexcept {
+  if (!is_of_parameters(request.kind)) return false;
+  if (request.kind == number(CommandKind::save_parameters)) {
+    save_ = command;
+    return true;
+  }
+  const double value = request.parameter[1];
+  const Adjusted adjusted = actor_->adjust(tunable_of(request), value, true);
+  note(EventId::parameter_changed, 0, request.parameter[0], adjusted.before, value);
+  acknowledge(command, Phase::completed);
+  return true;
+}
+
 void Supervisor::command(const Request& request) noexcept {
   const Active command{
       .source = request.source, .sequence = request.sequence, .kind = request.kind};
-  Verdict verdict = evaluate(logic_, state_, request);
-  if (verdict.reason == Reason::none) verdict = actor_->consider(request);
+  const Verdict verdict = judge(request);
   if (verdict.reason != Reason::none) {
     if ((request.flags & kFlagDryRun) == 0) {
       ++state_.commands_refused;
-      note(EventId::command_rejected, verdict.subject, request.kind,
-           static_cast<double>(verdict.reason));
+      // The subject of an event is a module; a parameter is named by the answer.
+      const std::uint16_t subject =
+          is_of_parameters(request.kind) ? std::uint16_t{0} : verdict.subject;
+      note(EventId::command_rejected, subject, request.kind, static_cast<double>(verdict.reason));
     }
     acknowledge(command, request.acknowledged ? Phase::failed : Phase::rejected, verdict);
     return;
@@ -75,11 +134,12 @@ void Supervisor::command(const Request& request) noexcept {
   if (request.flags & kFlagDryRun) return;
 
   const CommandInfo& info = *logic_.command(request.kind);
-  const bool replaces = info.access == Access::holder && request.kind != number(CommandKind::reset);
+  const bool replaces = info.access == Access::holder && !is_beside(request.kind);
   if (replaces && state_.active.kind != 0) finish(Phase::superseded, Reason::superseded);
   if (info.leased) take_authority(request);
   if (replaces) state_.active = command;
   acknowledge(command, Phase::executing);
+  if (handle_parameters(request, command)) return;
   if (request.kind == number(CommandKind::emergency_stop)) raise(FaultId::emergency_stop);
   if (request.kind == number(CommandKind::reset_timing)) note(EventId::timing_reset);
   apply(logic_.event_of(request), &request, logic_.subject_of(request));

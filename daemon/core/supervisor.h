@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "daemon/core/messages.h"
+#include "daemon/core/tunables.h"
 #include "daemon/lc/controller.h"
 
 namespace lss {
@@ -32,6 +33,14 @@ struct Logic {
   // Commands that the vehicle itself has to look at (Actor::consider): the frame thread answers
   // them. nullptr: none.
   bool (*considered)(std::uint16_t kind) = nullptr;
+  // Parameters that can be changed while it runs (Actor::adjust).
+  std::span<const TunableInfo> tunables = {};
+};
+
+// What became of a value for a parameter, and which it had before.
+struct Adjusted {
+  Verdict verdict;
+  double before = 0;
 };
 
 // Carries out the actions of a row, at once and in order. `request` is the command they come from,
@@ -41,6 +50,12 @@ class Actor {
   virtual void act(lc::ActionSet actions, const Request* request) noexcept = 0;
   // What only the vehicle can say of a command that everything else allows. Changes nothing.
   virtual Verdict consider(const Request&) noexcept { return {}; }
+  // A value in range for parameter `index` of Logic::tunables: in force from now on, or refused
+  // together with the values of others, and then nothing changes. `really` false: only asks.
+  virtual Adjusted adjust(std::size_t index, double value, bool really) noexcept {
+    static_cast<void>(index), static_cast<void>(value), static_cast<void>(really);
+    return {{.reason = Reason::no_such_parameter}};
+  }
 
  protected:
   ~Actor() = default;
@@ -121,6 +136,12 @@ class Supervisor {
                 std::int64_t limit_ms) noexcept;
   void set_sense(const std::array<double, kMaxModules>& sense) noexcept { state_.sense = sense; }
 
+  // Who asked in this frame that the parameters be saved, once the command was accepted; nullptr:
+  // nobody. Another thread does it and answers.
+  const SupervisorState::Active* save_asked() const noexcept {
+    return save_.kind != 0 ? &save_ : nullptr;
+  }
+
   const SupervisorState& state() const noexcept { return state_; }
   bool airborne() const noexcept {
     return logic_.airborne != nullptr && logic_.airborne(state_.controller);
@@ -149,6 +170,8 @@ class Supervisor {
 
   void command(const Request& request) noexcept;
   void heartbeat(const Request& request) noexcept;
+  Verdict judge(const Request& request) noexcept;
+  bool handle_parameters(const Request& request, const Active& command) noexcept;
   Verdict apply(lc::Event event, const Request* request, unsigned subject) noexcept;
   void follow(const lc::ControllerState& before) noexcept;
   void check_obc() noexcept;
@@ -164,6 +187,7 @@ class Supervisor {
   Parameters parameters_;
   SupervisorState state_;
   Outbox outbox_;
+  Active save_;  // of this frame
   Actor* actor_ = nullptr;
   std::uint64_t late_told_ = 0;
   TimeNs late_told_ns_ = 0;

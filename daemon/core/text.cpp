@@ -3,7 +3,9 @@
 #include <fmt/args.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <system_error>
 
 namespace lss {
 namespace {
@@ -18,6 +20,16 @@ std::string number(double value) {
 }
 
 }  // namespace
+
+std::string tunable_name(std::span<const TunableInfo> tunables, std::size_t number) {
+  return number >= 1 && number <= tunables.size() ? tunables[number - 1].name
+                                                  : fmt::format("{}", number);
+}
+
+std::string tunable_unit(std::span<const TunableInfo> tunables, std::size_t number) {
+  const bool has = number >= 1 && number <= tunables.size() && *tunables[number - 1].unit != '\0';
+  return has ? fmt::format(" {}", tunables[number - 1].unit) : "";
+}
 
 std::string event_text(const EventRecord& event, const Vocabulary& vocabulary) {
   std::string prefix;
@@ -56,6 +68,13 @@ std::string event_text(const EventRecord& event, const Vocabulary& vocabulary) {
       arguments.push_back(argument > 0 ? "solved" : "not solved");
     } else if (id == EventId::strategy_begun || id == EventId::strategy_ended) {
       arguments.push_back(name_of(vocabulary.strategies, index));
+    } else if (id == EventId::parameter_changed && &argument == &event.argument[0]) {
+      arguments.push_back(tunable_name(vocabulary.tunables, index));
+    } else if (id == EventId::parameter_changed && &argument == &event.argument[2]) {
+      const auto of = static_cast<std::size_t>(std::max(event.argument[0], 0.0));
+      arguments.push_back(number(argument) + tunable_unit(vocabulary.tunables, of));
+    } else if (id == EventId::parameters_not_saved) {
+      arguments.push_back(std::generic_category().message(static_cast<int>(index)));
     } else if (id == EventId::emergency_message) {
       arguments.push_back(fmt::format("{:#06x}", index));
     } else {

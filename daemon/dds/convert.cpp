@@ -28,6 +28,13 @@ static_assert(value(SharedMemory::off) == lss_SHM_OFF &&
               value(SharedMemory::active) == lss_SHM_ACTIVE &&
               value(SharedMemory::absent) == lss_SHM_ABSENT &&
               value(SharedMemory::lost) == lss_SHM_LOST);
+static_assert(value(SavedState::none) == lss_SAVED_NONE &&
+              value(SavedState::good) == lss_SAVED_GOOD &&
+              value(SavedState::one_copy) == lss_SAVED_ONE_COPY &&
+              value(SavedState::partly) == lss_SAVED_PARTLY &&
+              value(SavedState::lost) == lss_SAVED_LOST);
+static_assert(value(Change::always) == lss_CHANGE_ALWAYS &&
+              value(Change::at_rest) == lss_CHANGE_AT_REST);
 static_assert(sizeof(lss_Command::source) == sizeof(Name));
 static_assert(sizeof(lss_Command::parameter) == sizeof(Request::parameter));
 static_assert(std::size(decltype(lss_Status::faults){}) == kMaxFaults);
@@ -87,8 +94,7 @@ Request to_request(const lss_Heartbeat& heartbeat, TimeNs arrival_ns) {
   return request;
 }
 
-lss_CommandAck to_dds(const Ack& ack, std::string_view vehicle_id,
-                      std::span<const char* const> modules) {
+lss_CommandAck to_dds(const Ack& ack, std::string_view vehicle_id, const Subjects& subjects) {
   lss_CommandAck to{};
   copy_text(vehicle_id, to.vehicle_id);
   copy_text(view(ack.source), to.source);
@@ -99,7 +105,7 @@ lss_CommandAck to_dds(const Ack& ack, std::string_view vehicle_id,
   to.measured = ack.verdict.measured;
   to.limit = ack.verdict.limit;
   to.time_ns = ack.time_ns;
-  copy_text(ack_text(ack, modules), to.text);
+  copy_text(ack_text(ack, subjects), to.text);
   return to;
 }
 
@@ -148,6 +154,7 @@ lss_Status to_dds(const StatusReport& report, std::string_view vehicle_id) {
   std::transform(report.threads.begin(), report.threads.end(), std::begin(to.threads),
                  [](const ThreadStatus& thread) { return to_dds(thread); });
   to.thread_count = report.thread_count;
+  to.saved_parameters = static_cast<lss_SavedParameters>(report.saved_parameters);
   return to;
 }
 
@@ -192,6 +199,29 @@ void to_dds(const TimingStatistics& statistics, std::string_view vehicle_id,
               .max_ns = from.max_ns,
               .bucket = {}};
     std::ranges::copy(from.bucket, std::begin(series.bucket));
+  }
+}
+
+void to_dds(const ParameterReport& report, std::string_view vehicle_id, lss_Parameters& to) {
+  static_assert(std::extent_v<decltype(lss_Parameters::item)> == kMaxTunables);
+  to = {};
+  copy_text(vehicle_id, to.vehicle_id);
+  to.count = static_cast<std::uint32_t>(report.infos.size());
+  to.changes = report.present.changes;
+  to.save = report.number;
+  to.saved = static_cast<lss_SavedParameters>(report.state);
+  for (std::size_t i = 0; i < report.infos.size(); ++i) {
+    const TunableInfo& info = report.infos[i];
+    lss_Parameter& p = to.item[i];
+    copy_text(info.name, p.name);
+    copy_text(info.unit, p.unit);
+    p.value = report.present.value[i];
+    p.min = info.min;
+    p.max = info.max;
+    p.configured = report.configured.value[i];
+    p.saved = report.saved[i];
+    p.change = static_cast<lss_ParameterChange>(info.change);
+    p.whole = info.whole;
   }
 }
 

@@ -37,8 +37,13 @@ std::optional<std::string_view> read_text(const char (&from)[N]) {
 Request to_request(const lss_Command& command, TimeNs arrival_ns);
 Request to_request(const lss_Heartbeat& heartbeat, TimeNs arrival_ns);
 
-lss_CommandAck to_dds(const Ack& ack, std::string_view vehicle_id,
-                      std::span<const char* const> modules = {});
+// What subjects are called: modules[n - 1], or the name of a parameter.
+struct Subjects {
+  std::span<const char* const> modules{};
+  std::span<const TunableInfo> tunables{};
+};
+
+lss_CommandAck to_dds(const Ack& ack, std::string_view vehicle_id, const Subjects& subjects = {});
 lss_Event to_dds(const EventRecord& record, std::string_view text, std::string_view vehicle_id,
                  std::uint64_t index);
 // What is the face's own to say (version, vehicle, shared memory) stays empty.
@@ -46,9 +51,10 @@ lss_Status to_dds(const StatusReport& report, std::string_view vehicle_id);
 void to_dds(const TimingPoints& points, std::string_view vehicle_id, lss_Timing& to);
 void to_dds(const TimingStatistics& statistics, std::string_view vehicle_id,
             lss_TimingStatistics& to);
+void to_dds(const ParameterReport& report, std::string_view vehicle_id, lss_Parameters& to);
 
 // "rejected: module 3 (LM) does not answer (measured 5000, allowed 200); check its power and the
-// bus, ..."
-std::string ack_text(const Ack& ack, std::span<const char* const> modules = {});
+// bus, ..."; "rejected: limits.current_A: 12 A is out of range, allowed 0.05 to 1.7 A; ..."
+std::string ack_text(const Ack& ack, const Subjects& subjects = {});
 
 }  // namespace lss::dds

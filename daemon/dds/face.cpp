@@ -45,7 +45,8 @@ struct Face::Impl {
 
   dds::Participant participant;
   dds::TelemetryPlane plane;
-  dds::Entity ack_writer, event_writer, status_writer, statistics_writer, heartbeat_writer;
+  dds::Entity ack_writer, event_writer, status_writer, statistics_writer, parameter_writer,
+      heartbeat_writer;
   dds::Entity command_reader, heartbeat_reader;
 };
 
@@ -80,6 +81,7 @@ dds::Result<void> Face::Impl::open_writers() {
                                      {dds::Kind::event, &event_writer},
                                      {dds::Kind::status, &status_writer},
                                      {dds::Kind::timing_statistics, &statistics_writer},
+                                     {dds::Kind::parameters, &parameter_writer},
                                      {dds::Kind::heartbeat, &heartbeat_writer}}) {
     auto created = dds::create_writer(participant.get(), dds::common_topic(kind));
     if (!created) return tl::unexpected(created.error());
@@ -146,8 +148,8 @@ Face::Face(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Face::~Face() = default;
 
 void Face::acknowledge(const Ack& ack) {
-  const lss_CommandAck sample =
-      dds::to_dds(ack, impl_->parameters.vehicle_id, impl_->parameters.modules);
+  const lss_CommandAck sample = dds::to_dds(
+      ack, impl_->parameters.vehicle_id, {impl_->parameters.modules, impl_->parameters.tunables});
   dds_write(impl_->ack_writer.get(), &sample);
 }
 
@@ -173,6 +175,12 @@ void Face::timing(const TimingStatistics& statistics) {
   lss_TimingStatistics sample{};
   dds::to_dds(statistics, impl_->parameters.vehicle_id, sample);
   dds_write(impl_->statistics_writer.get(), &sample);
+}
+
+void Face::parameters(const ParameterReport& report) {
+  lss_Parameters sample{};
+  dds::to_dds(report, impl_->parameters.vehicle_id, sample);
+  dds_write(impl_->parameter_writer.get(), &sample);
 }
 
 void Face::heartbeat(State state) {

@@ -24,6 +24,7 @@ struct FaceParameters {
   std::string vehicle_id;  // at most 15 characters
   std::string version;
   std::span<const char* const> modules{};  // their names; subject n is modules[n - 1]
+  std::span<const TunableInfo> tunables{};
   std::vector<std::string> interfaces = {"lo"};
   bool shared_memory = true;  // wanted; used when RouDi is there
 };
@@ -44,6 +45,7 @@ class Face {
   void status(const StatusReport& report);                       // publish thread
   void timing(const TimingPoints& points);                       // publish thread
   void timing(const TimingStatistics& statistics);               // publish thread
+  void parameters(const ParameterReport& report);                // publish thread
   void heartbeat(State state);                                   // publish thread
   // Publish thread. Points to the struct of the vehicle, e.g. lss::zebro::Telemetry.
   void telemetry(const void* vehicle_telemetry);

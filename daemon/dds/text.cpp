@@ -35,16 +35,35 @@ std::string with_subject(std::string text, std::uint16_t subject,
   return text + fmt::format(", module {}", named);
 }
 
+bool of_parameter(Reason reason) {
+  return reason == Reason::parameter_range || reason == Reason::parameter_whole ||
+         reason == Reason::parameter_together;
+}
+
+// What is wrong with the value, and what would be right.
+std::string parameter_text(const Verdict& verdict, const CodeInfo& reason, const TunableInfo& t) {
+  const std::string unit = *t.unit != '\0' ? fmt::format(" {}", t.unit) : "";
+  const std::string value = fmt::format("{}: {}{}", t.name, number(verdict.measured), unit);
+  if (verdict.reason != Reason::parameter_range) return fmt::format("{}: {}", value, reason.text);
+  return fmt::format("{} is out of range, allowed {} to {}{}", value, number(t.min), number(t.max),
+                     unit);
+}
+
 }  // namespace
 
-std::string ack_text(const Ack& ack, std::span<const char* const> modules) {
+std::string ack_text(const Ack& ack, const Subjects& subjects) {
   std::string text = kPhaseNames[static_cast<std::size_t>(ack.phase)];
   const CodeInfo* reason = info(ack.verdict.reason);
   if (ack.verdict.reason == Reason::none) return text;
   if (reason == nullptr) {
     return text + fmt::format(": reason {}", static_cast<unsigned>(ack.verdict.reason));
   }
-  text += ": " + with_subject(reason->text, ack.verdict.subject, modules);
+  const std::size_t subject = ack.verdict.subject;
+  if (of_parameter(ack.verdict.reason) && subject >= 1 && subject <= subjects.tunables.size()) {
+    text += ": " + parameter_text(ack.verdict, *reason, subjects.tunables[subject - 1]);
+    return text + fmt::format("; {}", reason->advice);
+  }
+  text += ": " + with_subject(reason->text, ack.verdict.subject, subjects.modules);
   const bool measured = !std::isnan(ack.verdict.measured);
   const bool limited = !std::isnan(ack.verdict.limit);
   if (measured && limited) {

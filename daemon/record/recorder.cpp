@@ -18,6 +18,13 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kChunk = 256 * 1024;  // written at once, at the latest
 
+// Those that were saved and took the place of the configuration's.
+nlohmann::ordered_json saved_parameters(const config::Config& config) {
+  auto all = nlohmann::ordered_json::object();
+  for (const config::SavedValue& saved : config.saved) all[saved.name] = saved.value;
+  return all;
+}
+
 }  // namespace
 
 RecorderSettings recorder_settings(const config::Config& config, const std::string& version,
@@ -35,6 +42,7 @@ RecorderSettings recorder_settings(const config::Config& config, const std::stri
                      {"period_ns", config.period_ns},
                      {"config_file", config.file},
                      {"config", config.text},
+                     {"parameters", saved_parameters(config)},
                      {"state_layout", state_layout},
                      {"schema", schema}}};
 }

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "daemon/core/cycle.h"
+#include "daemon/parameters/start.h"
 #include "daemon/record/compare.h"
 #include "daemon/record/frame_record.h"
 #include "daemon/record/json.h"
@@ -100,7 +101,8 @@ nlohmann::ordered_json record_json(std::span<const std::uint8_t> bytes) {
 
 // read: the vehicle's table of the configuration; complete: and what it takes of the rest.
 template <class Vehicle, class Parameters>
-VehicleRecords records_of(const Logic& logic, Parameters (*read)(config::Section&),
+VehicleRecords records_of(const Logic& logic, const Tuning<Parameters>& tuning,
+                          Parameters (*read)(config::Section&),
                           Parameters (*complete)(Parameters, const config::Config&) = nullptr) {
   const auto layout = [&logic] {
     Vehicle vehicle{Parameters{}};
@@ -110,16 +112,19 @@ VehicleRecords records_of(const Logic& logic, Parameters (*read)(config::Section
     keep(all, vehicle, supervisor, *telemetry);
     return all.text();
   };
-  const auto replay = [&logic, read, complete](config::Section& section) -> MakeReplay {
-    return [&logic, complete, parameters = read(section)](const config::Config& config) {
-      return std::make_unique<VehicleReplay<Vehicle>>(
-          complete != nullptr ? complete(parameters, config) : parameters, logic,
-          config.obc_timeout_ns);
+  const auto replay = [&logic, &tuning, read, complete](config::Section& section) -> MakeReplay {
+    return [&logic, &tuning, complete, parameters = read(section)](
+               const config::Config& config) -> tl::expected<std::unique_ptr<Replay>, std::string> {
+      Parameters with = complete != nullptr ? complete(parameters, config) : parameters;
+      const TakenParameters taken = take_saved(tuning, config.saved, with);
+      if (!taken.refused.empty()) return tl::unexpected(taken.refused.front());
+      return std::make_unique<VehicleReplay<Vehicle>>(with, logic, config.obc_timeout_ns);
     };
   };
   return {.schema = schema_of<Vehicle>,
           .state_layout = layout,
           .to_json = record_json<Vehicle>,
+          .tunables = tuning.infos,
           .replay = replay};
 }
 

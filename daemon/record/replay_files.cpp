@@ -20,6 +20,17 @@ std::string text(const nlohmann::ordered_json& header, const char* key) {
   return header.contains(key) && header[key].is_string() ? header[key].get<std::string>() : "";
 }
 
+// That the daemon was started with, in the place of the configuration's.
+std::vector<config::SavedValue> saved_parameters(const nlohmann::ordered_json& header) {
+  std::vector<config::SavedValue> saved;
+  const auto found = header.find("parameters");
+  if (found == header.end() || !found->is_object()) return saved;
+  for (const auto& [name, value] : found->items()) {
+    if (value.is_number()) saved.push_back({.name = name, .value = value.get<double>()});
+  }
+  return saved;
+}
+
 // Where two schemas part, with the names around it.
 std::string first_difference(const std::string& theirs, const std::string& ours) {
   const auto [a, b] = std::ranges::mismatch(theirs, ours);
@@ -107,13 +118,18 @@ class FileReplay {
     same_state_ = text(header, "state_layout") == records->state_layout();
     starts_ = header.value("start", false);
     MakeReplay make;
-    const auto config = config::parse(
+    auto config = config::parse(
         text(header, "config"), "configuration in the recording", {vehicle},
         [&](const std::string&, config::Section& section) { make = records->replay(section); });
     if (!config)
       return refuse("this program does not take the configuration that was recorded:\n" +
                     config.error());
-    replay_ = make(*config);
+    config->saved = saved_parameters(header);
+    auto replay = make(*config);
+    if (!replay)
+      return refuse("this program does not take the parameters that it was started with: " +
+                    replay.error());
+    replay_ = std::move(*replay);
     period_ns_ = config->period_ns;
     return Replayed::equal;
   }

@@ -9,8 +9,10 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <tl/expected.hpp>
 
 #include "daemon/config/config.h"
+#include "daemon/core/tunables.h"
 #include "daemon/record/run_log.h"
 #include "drivers/time.h"
 
@@ -37,12 +39,15 @@ class Replay {
   virtual bool restore(std::span<const std::uint8_t> state) = 0;
 };
 
-using MakeReplay = std::function<std::unique_ptr<Replay>(const config::Config& config)>;
+// The error: which of the parameters that were saved this program does not take.
+using MakeReplay =
+    std::function<tl::expected<std::unique_ptr<Replay>, std::string>(const config::Config& config)>;
 
 struct VehicleRecords {
   std::function<std::string()> schema;        // schema.h
   std::function<std::string()> state_layout;  // state.h
   ToJson to_json;
+  std::span<const TunableInfo> tunables{};  // parameters that can be changed while it runs
   // Reads the vehicle's table of the configuration; errors go to the section.
   std::function<MakeReplay(config::Section& section)> replay;
 };

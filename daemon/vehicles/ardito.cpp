@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "daemon/vehicles/ardito_tunables.h"
+
 namespace lss::ardito {
 namespace {
 
@@ -24,12 +26,29 @@ std::size_t system_of(std::uint8_t wheel) noexcept {
 
 Vehicle::Vehicle(const Parameters& parameters) noexcept
     : parameters_(parameters),
+      tunables_(values_of(tuning().tunables, parameters)),
       mobility_(parameters.mobility),
       radius_m_(parameters.mobility.geometry.wheel_radius_m),
       gear_(parameters.mobility.geometry.gear_ratio),
       solver_(parameters.solver) {
   orders_.serial = 1;
   orders_.clutches = gnc::ardito::kAllWheels;
+}
+
+// ---- adjust: a parameter
+// -------------------------------------------------------------------------------------------------
+
+Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept {
+  const double before = tunables_.value[index];
+  if (!lss::adjust(tuning(), parameters_, tunables_, index, value, really))
+    return {{.reason = Reason::parameter_together,
+             .measured = value,
+             .subject = static_cast<std::uint16_t>(index + 1)}};
+  if (really) {
+    solver_.configure(parameters_.solver);
+    mobility_.configure(parameters_.mobility);
+  }
+  return {{}, before};
 }
 
 // ---- read

@@ -45,6 +45,7 @@ class Vehicle final : public Actor, private Patient {
   void read(const lss::Inputs<Vehicle>& in) noexcept;
   void watch(const lss::Inputs<Vehicle>& in, Supervisor& supervisor) noexcept;
   void act(lc::ActionSet actions, const Request* request) noexcept override;
+  Adjusted adjust(std::size_t index, double value, bool really) noexcept override;
   void navigate(TimeNs now) noexcept;
   void guide(TimeNs now) noexcept;
   Command control(TimeNs now) noexcept;
@@ -54,19 +55,21 @@ class Vehicle final : public Actor, private Patient {
                 Telemetry& out) noexcept;
 
   const gnc::ardito::Command& command() const noexcept { return command_; }
+  const TunableValues& tunables() const noexcept { return tunables_; }
   // For tests that put soft errors in.
   gnc::ardito::Redundant& mobility() noexcept { return mobility_; }
 
   // For records (daemon/record/state.h): every member that the cycle changes.
   template <class V>
   void keep(V& v) {
-    v(mobility_, measured_, request_, command_, wheel_, steering_, beta_rad_, rho1_rad_, rho2_rad_,
-      imu_speed_m_s_, imu_sigma_rad_, imu_yaw_rate_rad_s_, imu_counter_, inputs_, inputs_ns_, bus_,
-      orders_, sent_, now_ns_, started_ns_, drives_on_, limit_m_s_, wanted_m_s_, wanted_rad_,
-      correction_, ramped_m_s_, retry_wheels_, retry_steering_, isolated_, stepped_,
-      data_requested_, port_open_, port_reported_, bus_stops_, bus_offs_, reboots_, emcys_,
-      was_faulty_, disobeyed_, failure_, steering_failure_, error_, rocker_lost_, imu_lost_,
-      imu_seen_, imu_told_, opened_ns_, disagreeing_, solver_, distance_m_, yaw_rad_, x_m_, y_m_);
+    v(parameters_, tunables_, mobility_, measured_, request_, command_, wheel_, steering_,
+      beta_rad_, rho1_rad_, rho2_rad_, imu_speed_m_s_, imu_sigma_rad_, imu_yaw_rate_rad_s_,
+      imu_counter_, inputs_, inputs_ns_, bus_, orders_, sent_, now_ns_, started_ns_, drives_on_,
+      limit_m_s_, wanted_m_s_, wanted_rad_, correction_, ramped_m_s_, retry_wheels_,
+      retry_steering_, isolated_, stepped_, data_requested_, port_open_, port_reported_, bus_stops_,
+      bus_offs_, reboots_, emcys_, was_faulty_, disobeyed_, failure_, steering_failure_, error_,
+      rocker_lost_, imu_lost_, imu_seen_, imu_told_, opened_ns_, disagreeing_, solver_, distance_m_,
+      yaw_rad_, x_m_, y_m_);
   }
 
  private:
@@ -127,6 +130,7 @@ class Vehicle final : public Actor, private Patient {
   void describe_node(std::size_t node, NodeTelemetry& out) const noexcept;
 
   Parameters parameters_;
+  TunableValues tunables_;  // of them
   gnc::ardito::Redundant mobility_;
   gnc::ardito::Measured measured_;
   gnc::ardito::Request request_;

@@ -7,11 +7,16 @@
 #include <set>
 
 #include "daemon/config/reading.h"
+#include "daemon/vehicles/ardito_tunables.h"
 
 namespace lss::ardito {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
+
+void read_adjustable(config::Section& s, std::string_view section, Parameters& p) {
+  config::read_tunables(s, section, tuning().tunables, p);
+}
 
 double millimetres(config::Section& s, std::string_view key, double fallback_m, double min_mm,
                    double max_mm) {
@@ -52,8 +57,7 @@ void read_bus(config::Section s, Parameters& p) {
       s.number("steering_speed_rad_s", p.bus.steering_speed_rad_s, 0.05, 5);
   p.bus.steering_acceleration_rad_s2 =
       s.number("steering_acceleration_rad_s2", p.bus.steering_acceleration_rad_s2, 0.05, 50);
-  p.wheel_current_A = s.number("wheel_rated_A", p.wheel_current_A, 0.1, 100);
-  p.steering_current_A = s.number("steering_rated_A", p.steering_current_A, 0.1, 100);
+  read_adjustable(s, "bus", p);
 }
 
 void read_geometry(config::Section s, gnc::ardito::Geometry& g) {
@@ -75,15 +79,9 @@ void read_list(config::Section& s, std::string_view key, std::array<double, N>& 
   std::copy(read.begin(), read.end(), values.begin());
 }
 
-void read_mobility(config::Section s, gnc::ardito::Parameters& p) {
-  p.max_sigma_rad = s.number("heading_limit_deg", p.max_sigma_rad / kDegree, 0.5, 5) * kDegree;
-  p.proportional = s.number("ratio_p", p.proportional, 0, 10);
-  p.integral_1_s = s.number("ratio_i", p.integral_1_s, 0, 100);
-  p.correction_sign =
-      static_cast<double>(s.integer("correction_sign", static_cast<int>(p.correction_sign), -1, 1));
-  p.max_temperature_C = s.number("motor_temperature_degC", p.max_temperature_C, 0, 200);
-  p.max_current = s.number("motor_current", p.max_current, 0.1, 10);
-  p.max_lost_wheels = static_cast<std::uint32_t>(s.integer("lost_wheels", p.max_lost_wheels, 0, 2));
+void read_mobility(config::Section s, Parameters& all) {
+  gnc::ardito::Parameters& p = all.mobility;
+  read_adjustable(s, "mobility", all);
   read_list(s, "no_load_rad_s", p.no_load_rad_s, 100);
   read_list(s, "no_load_current", p.no_load_current, 2);
   if (const char* wrong = gnc::ardito::check(p)) s.error("", wrong);
@@ -96,17 +94,16 @@ Parameters read_parameters(config::Section& root) {
   read_bus(root.section("bus"), p);
   read_geometry(root.section("geometry"), p.mobility.geometry);
   p.bus.gear_ratio = p.mobility.geometry.gear_ratio;
-  read_mobility(root.section("mobility"), p.mobility);
+  read_mobility(root.section("mobility"), p);
 
   config::Section safety = root.section("safety");
-  p.beacon_ns = config::seconds(safety, "beacon_s", p.beacon_ns, 0, 60);
-  p.autonomy_ns = config::seconds(safety, "autonomy_s", p.autonomy_ns, 0, 60);
-  p.io_silent_ns = config::milliseconds(safety, "io_silent_ms", p.io_silent_ns, 150, 5000);
+  read_adjustable(safety, "safety", p);
 
   config::Section solve = root.section("solve");
   for (std::size_t c = 0; c < kFaultClasses; ++c)
     config::read_strategies(solve, kFaultClassNames[c], kStrategyNames, p.solver.order[c]);
-  p.solver.budget_ns = config::seconds(solve, "budget_s", p.solver.budget_ns, 3, 600);
+  read_adjustable(solve, "solve", p);
+  tuning().derive(p);
   return p;
 }
 

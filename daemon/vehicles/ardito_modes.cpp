@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "daemon/core/common_commands.h"
+#include "daemon/vehicles/ardito_tunables.h"
 
 namespace lss::ardito {
 namespace {
@@ -251,12 +252,13 @@ Verdict sense(const SupervisorState& state, const Request& r) noexcept {
 const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
 
 const Logic& logic() noexcept {
-  static constexpr Logic kLogic{.table = &kTable,
-                                .event_of = event_of,
-                                .subject_of = subject_of,
-                                .reached = reached,
-                                .command = command,
-                                .sense = sense};
+  static const Logic kLogic{.table = &kTable,
+                            .event_of = event_of,
+                            .subject_of = subject_of,
+                            .reached = reached,
+                            .command = command,
+                            .sense = sense,
+                            .tunables = tuning().infos};
   return kLogic;
 }
 

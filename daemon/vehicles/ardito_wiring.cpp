@@ -3,13 +3,16 @@
 #include "daemon/core/runtime.h"
 #include "daemon/vehicles/ardito.h"
 #include "daemon/vehicles/ardito_record.h"
+#include "daemon/vehicles/ardito_tunables.h"
 #include "daemon/vehicles/roster.h"
 
 namespace lss::ardito {
 namespace {
 
-const Vocabulary kVocabulary{
-    .modes = kModeNames, .modules = kNodeNames, .strategies = kStrategyNames};
+const Vocabulary kVocabulary{.modes = kModeNames,
+                             .modules = kNodeNames,
+                             .strategies = kStrategyNames,
+                             .tunables = tuning().infos};
 
 const config::Port& rover_port(const config::Config& config) {
   for (const config::Port& port : config.ports) {
@@ -57,8 +60,10 @@ Port ardito_port() {
   return {.read = [](config::Section& section) -> Maker {
     const ardito::Parameters parameters = ardito::read_parameters(section);
     return [parameters](const config::Config& config) -> std::unique_ptr<App> {
+      ardito::Parameters taken = parameters;
+      const ParameterStart start = start_parameters(ardito::tuning(), config, taken);
       return std::make_unique<Runtime<ardito::Vehicle, ardito::Buses>>(
-          config, parameters, ardito::logic(), ardito::kVocabulary, ardito_records());
+          config, taken, start, ardito::logic(), ardito::kVocabulary, ardito_records());
     };
   }};
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/vehicles/talaris_tunables.h"
+
 namespace lss::talaris {
 namespace {
 
@@ -21,11 +23,32 @@ ValvePulse pulse_of(const gnc::talaris::Pulse& pulse) noexcept {
 
 Vehicle::Vehicle(const Parameters& parameters) noexcept
     : parameters_(parameters),
+      tunables_(values_of(tuning().tunables, parameters)),
       sensors_(parameters),
       navigation_(parameters.navigation),
       flight_(parameters.flight),
       hand_(parameters.flight.fans, parameters.flight.gains[0]),
       solver_(parameters.solver) {}
+
+// ---- adjust: a parameter
+
+Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept {
+  const double before = tunables_.value[index];
+  if (!lss::adjust(tuning(), parameters_, tunables_, index, value, really))
+    return {{.reason = Reason::parameter_together,
+             .measured = value,
+             .subject = static_cast<std::uint16_t>(index + 1)}};
+  if (really) {
+    solver_.configure(parameters_.solver);
+    sensors_.configure(parameters_);
+    // The others are not the flight's, and would cost its plan.
+    if (tuning().infos[index].change == Change::at_rest) {
+      flight_.configure(parameters_.flight);
+      hand_.set_gains(parameters_.flight.gains[flight_.gains() - 1]);
+    }
+  }
+  return {{}, before};
+}
 
 // ---- read
 

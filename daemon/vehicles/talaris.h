@@ -40,6 +40,7 @@ class Vehicle final : public Actor, private Patient {
   void watch(const lss::Inputs<Vehicle>& in, Supervisor& supervisor) noexcept;
   Verdict consider(const Request& request) noexcept override;
   void act(lc::ActionSet actions, const Request* request) noexcept override;
+  Adjusted adjust(std::size_t index, double value, bool really) noexcept override;
   void navigate(TimeNs now) noexcept;
   void guide(TimeNs now) noexcept;
   Command control(TimeNs now) noexcept;
@@ -49,17 +50,18 @@ class Vehicle final : public Actor, private Patient {
                 Telemetry& out) noexcept;
 
   const gnc::talaris::FlightOutput& flight() const noexcept { return output_; }
+  const TunableValues& tunables() const noexcept { return tunables_; }
   const gnc::talaris::NavState& nav() const noexcept { return navigation_.state(); }
 
   // For records (daemon/record/state.h): every member that the cycle changes.
   template <class V>
   void keep(V& v) {
-    v(sensors_, navigation_, flight_, contact_, output_, hand_, script_, solver_, bus_, orders_,
-      sent_, enabled_, now_ns_, executed_ns_, data_requested_, overrun_, arming_, gate_failed_,
-      begun_, touchdown_m_s_, program_, port_open_, port_reported_, bus_stops_, bus_offs_, reboots_,
-      emcys_, opened_ns_, begun_ns_, reset_ns_, imu_silent_told_, imu_stuck_told_, lossy_told_,
-      altimeter_told_, supply_told_, load_cell_told_, script_told_, phase_, reaction_, faults_,
-      pending_, shut_frames_);
+    v(parameters_, tunables_, sensors_, navigation_, flight_, contact_, output_, hand_, script_,
+      solver_, bus_, orders_, sent_, enabled_, now_ns_, executed_ns_, data_requested_, overrun_,
+      arming_, gate_failed_, begun_, touchdown_m_s_, program_, port_open_, port_reported_,
+      bus_stops_, bus_offs_, reboots_, emcys_, opened_ns_, begun_ns_, reset_ns_, imu_silent_told_,
+      imu_stuck_told_, lossy_told_, altimeter_told_, supply_told_, load_cell_told_, script_told_,
+      phase_, reaction_, faults_, pending_, shut_frames_);
   }
 
  private:
@@ -114,6 +116,7 @@ class Vehicle final : public Actor, private Patient {
   void describe_actuators(Telemetry& out) const noexcept;
 
   Parameters parameters_;
+  TunableValues tunables_;  // of them
   Sensors sensors_;
   gnc::talaris::Navigation navigation_;
   gnc::talaris::Flight flight_;

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "daemon/config/reading.h"
+#include "daemon/vehicles/talaris_tunables.h"
 
 namespace lss::talaris {
 namespace {
@@ -30,6 +31,10 @@ void read(config::Section& s, std::string_view key, std::uint8_t& member, int mi
 }
 void read_ms(config::Section& s, std::string_view key, TimeNs& member, double min, double max) {
   member = config::milliseconds(s, key, member, min, max);
+}
+
+void read_adjustable(config::Section& s, std::string_view section, Parameters& p) {
+  config::read_tunables(s, section, tuning().tunables, p);
 }
 
 void read_axes(config::Section& s, std::array<SensorAxis, 3>& axes) {
@@ -57,9 +62,8 @@ void read_imu(config::Section s, Parameters& p) {
   p.buses.landmark.configure = s.flag("configure", p.buses.landmark.configure);
   read(s, "rate_range_deg_s", p.buses.crossbow.rate_range_deg_s, 10, 2000);
   read(s, "force_range_g", p.buses.crossbow.force_range_g, 1, 50);
-  read_ms(s, "silent_ms", p.imu_silent_ns, 20, 1000);
   read(s, "stuck_s", p.imu_stuck_s, 0.02, 1);
-  read(s, "lost_per_s", p.imu_lost_per_s, 1, 200);
+  read_adjustable(s, "imu", p);
   p.navigation.imu_period_s =
       static_cast<double>(p.buses.imu == ImuKind::landmark30 ? p.buses.landmark.period_ns
                                                              : p.buses.crossbow.period_ns) *
@@ -79,12 +83,11 @@ void read_altimeter(config::Section s, Parameters& p) {
   read(s, "max_slant_deg", n.max_tilt_rad, 5, 75, kDegree);
   if (n.range_min_m >= n.range_max_m) s.error("nearest_m", "nearest_m must be below farthest_m");
   read_ms(s, "latency_ms", p.buses.altimeter.latency_ns, 0, 200);
-  read_ms(s, "silent_ms", p.altimeter_silent_ns, 200, 10000);
+  read_adjustable(s, "altimeter", p);
   p.buses.altimeter.nearest_m = n.range_min_m;
   p.buses.altimeter.farthest_m = n.range_max_m;
   p.flight.limits.altimeter_min_m = n.range_min_m;
   p.flight.limits.altimeter_max_m = n.range_max_m;
-  p.flight.limits.range_age_s = static_cast<double>(p.altimeter_silent_ns) * 1e-9;
 }
 
 void read_bus(config::Section s, Parameters& p) {
@@ -189,33 +192,27 @@ void read_fans(config::Section s, Parameters& p) {
   read(s, "ramp_rpm_s", f.ramp_rpm_s, 100, 100'000);
   read(s, "settled_rpm", f.settled_rpm, 10, 5000);
   read(s, "settled_s", f.settled_s, 0, 10);
-  read(s, "spin_up_timeout_s", f.spin_up_timeout_s, 1, 60);
-  read(s, "max_run_s", f.max_run_s, 5, 600);
   read(s, "slew_us_s", p.fan_slew_us_s, 100, 50000);
+  read_adjustable(s, "fans", p);
 }
 
 void read_gas(config::Section s, Parameters& p) {
   g::Gas& gas = p.flight.gas;
   read(s, "budget_s", gas.budget_s, 1, 1000);
-  read(s, "reserve_s", gas.reserve_s, 0, 100);
   read(s, "attitude_N", gas.attitude_N, 0, 200);
   read(s, "mass_kg", gas.mass_kg, 0, 100);
   read(s, "full_kPa", gas.full_kPa, 100, 60000);
   read(s, "empty_kPa", gas.empty_kPa, 0, 30000);
-  read(s, "min_regulated_kPa", gas.min_regulated_kPa, 0, 20000);
   read(s, "refuelled", p.refuelled, 0.5, 1);
-  read(s, "min_voltage_V", p.min_voltage_V, 0, 100);
   read(s, "pressure_corner_Hz", p.pressure_corner_Hz, 0.05, 2.4);
+  read_adjustable(s, "gas", p);
 }
 
-void read_profile(config::Section s, g::Profile& f) {
-  read(s, "climb_m_s2", f.climb_m_s2, 0.05, 10);
-  read(s, "descend_m_s2", f.descend_m_s2, 0.05, 10);
-  read(s, "hover_s", f.hover_s, 0.2, 30);
+void read_profile(config::Section s, Parameters& p) {
+  g::Profile& f = p.flight.profile;
+  read_adjustable(s, "profile", p);
   read(s, "lateral_duty", f.lateral_duty, 0.05, 1);
   read(s, "min_leg_s", f.min_leg_s, 0.6, 30);
-  read(s, "touchdown_height_m", f.touchdown_height_m, 0.01, 1);
-  read(s, "touchdown_speed_m_s", f.touchdown_speed_m_s, 0.02, 1);
   read(s, "clearance_m", f.clearance_m, 0, 10);
   read(s, "settle_deg", f.settle_angle_rad, 0.1, 30, kDegree);
   read(s, "settle_deg_s", f.settle_rate_rad_s, 0.1, 90, kDegree);
@@ -226,27 +223,15 @@ void read_profile(config::Section s, g::Profile& f) {
   read(s, "stand_on_ms", f.stand_on_s, kMinPulse_s * 1e3, 160, 1e-3);
 }
 
-void read_limits(config::Section s, g::Limits& l) {
-  read(s, "imu_hold_s", l.imu_hold_s, 0, 2);
-  read(s, "valve_age_s", l.valve_age_s, 0.2, 5);
-  read(s, "fan_age_s", l.fan_age_s, 0.05, 5);
-  read(s, "tilt_deg", l.tilt_rad, 5, 80, kDegree);
-  read(s, "rate_deg_s", l.rate_rad_s, 20, 1000, kDegree);
-  read(s, "altimeter_share", l.altimeter_share, 0.1, 1);
-  read(s, "escape_m_s2", l.escape_m_s2, 0.1, 3);
-  read(s, "blind_m_s", l.blind_m_s, 0.05, 3);
-  read(s, "parachute_m_s", l.parachute_m_s, 0.05, 3);
-  read(s, "level_m_s", l.level_m_s, 0.1, 2);
-  read(s, "contact_height_m", l.contact_height_m, 0.01, 1);
-  read(s, "contact_m_s", l.contact_speed_m_s, 0.01, 1);
-  read(s, "contact_m_s2", l.contact_m_s2, 0.05, 10);
-  read(s, "run_down_s", l.run_down_s, 0, 20);
+void read_limits(config::Section s, Parameters& p) {
+  read_adjustable(s, "limits", p);
+  read(s, "altimeter_share", p.flight.limits.altimeter_share, 0.1, 1);
 }
 
 void read_gains(config::Section& s, g::Gains& k) {
-  read(s, "attitude_wn_rad_s", k.attitude_wn_rad_s, 0.1, 10);
-  read(s, "attitude_zeta", k.attitude_zeta, 0.1, 3);
-  read(s, "attitude_ki_1_s3", k.attitude_ki_1_s3, 0, 20);
+  Parameters first;  // the ranges are those of the first set
+  read_adjustable(s, "gains.1", first);
+  k = first.flight.gains[0];
   read(s, "attitude_max_integral_rad_s2", k.attitude_max_integral_rad_s2, 0, 10);
   read(s, "attitude_observer", k.attitude_observer, 0, 0.8);
   read(s, "roll_dead_band_deg", k.roll_dead_band_rad, 0.1, 20, kDegree);
@@ -254,17 +239,11 @@ void read_gains(config::Section& s, g::Gains& k) {
   read(s, "roll_brake_share", k.roll_brake_share, 0.05, 1);
   read(s, "roll_slope_1_s", k.roll_slope_1_s, 0.2, 10);
   read(s, "roll_share", k.roll_share, 0.2, 1);
-  read(s, "lateral_wn_rad_s", k.lateral_wn_rad_s, 0.01, 5);
-  read(s, "lateral_zeta", k.lateral_zeta, 0.1, 3);
   read(s, "lateral_max_tilt_deg", k.lateral_max_tilt_rad, 0, 20, kDegree);
   read(s, "lateral_carry_N_s", k.lateral_carry_N_s, 0, 100);
   read(s, "rpm_kp", k.rpm_kp, 0, 20);
   read(s, "rpm_ki_1_s", k.rpm_ki_1_s, 0, 20);
-  read(s, "height_kp_1_s2", k.height_kp_1_s2, 0, 50);
-  read(s, "height_ki_1_s3", k.height_ki_1_s3, 0, 50);
-  read(s, "height_kd_1_s", k.height_kd_1_s, 0, 50);
   read(s, "height_m_s", k.height_rate_m_s, 0.01, 5);
-  read(s, "fan_attitude_pole_rad_s", k.fan_attitude_pole_rad_s, 0.1, 10);
   read(s, "fan_max_tilt_deg", k.fan_max_tilt_rad, 0, 30, kDegree);
 }
 
@@ -298,8 +277,8 @@ Parameters read_parameters(config::Section& root) {
   read_thrusters(root.section("thrusters"), p.flight.thrusters);
   read_fans(root.section("fans"), p);
   read_gas(root.section("gas"), p);
-  read_profile(root.section("profile"), p.flight.profile);
-  read_limits(root.section("limits"), p.flight.limits);
+  read_profile(root.section("profile"), p);
+  read_limits(root.section("limits"), p);
   read_gain_sets(root, p.flight);
   {
     config::Section s = root.section("load_cell");
@@ -309,7 +288,8 @@ Parameters read_parameters(config::Section& root) {
   config::Section solve = root.section("solve");
   for (std::size_t c = 0; c < kFaultClasses; ++c)
     config::read_strategies(solve, kFaultClassNames[c], kStrategyNames, p.solver.order[c]);
-  p.solver.budget_ns = config::seconds(solve, "budget_s", p.solver.budget_ns, 3, 600);
+  read_adjustable(solve, "solve", p);
+  tuning().derive(p);
 
   if (const char* wrong = g::check(p.navigation)) root.error("navigation", wrong);
   if (const char* wrong = g::check(p.flight)) root.error("", wrong);

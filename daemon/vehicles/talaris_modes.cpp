@@ -3,6 +3,7 @@
 #include <array>
 
 #include "daemon/core/common_commands.h"
+#include "daemon/vehicles/talaris_tunables.h"
 
 namespace lss::talaris {
 namespace {
@@ -322,14 +323,15 @@ Verdict sense(const SupervisorState&, const Request&) noexcept { return {}; }
 const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
 
 const Logic& logic() noexcept {
-  static constexpr Logic kLogic{.table = &kTable,
-                                .event_of = event_of,
-                                .subject_of = subject_of,
-                                .reached = reached,
-                                .command = command,
-                                .sense = sense,
-                                .airborne = airborne,
-                                .considered = considered};
+  static const Logic kLogic{.table = &kTable,
+                            .event_of = event_of,
+                            .subject_of = subject_of,
+                            .reached = reached,
+                            .command = command,
+                            .sense = sense,
+                            .airborne = airborne,
+                            .considered = considered,
+                            .tunables = tuning().infos};
   return kLogic;
 }
 

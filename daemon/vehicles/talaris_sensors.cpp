@@ -22,6 +22,12 @@ Sensors::Sensors(const Parameters& p) noexcept
   load_.fill(gnc::talaris::Filter(gnc::talaris::notch(p.notch_Hz, kLoadRate_Hz, p.notch_quality)));
 }
 
+void Sensors::configure(const Parameters& p) noexcept {
+  imu_silent_ns_ = p.imu_silent_ns;
+  altimeter_silent_ns_ = p.altimeter_silent_ns;
+  lossy_limit_ = p.imu_lost_per_s;
+}
+
 void Sensors::begin(TimeNs now) noexcept {
   now_ns_ = now;
   imu_count_ = range_count_ = 0;

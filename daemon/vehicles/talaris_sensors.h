@@ -17,6 +17,7 @@ namespace lss::talaris {
 class Sensors {
  public:
   explicit Sensors(const Parameters& parameters) noexcept;
+  void configure(const Parameters& parameters) noexcept;  // when something is lost
 
   // One frame: begin, then each sample; then the rest may be asked.
   void begin(TimeNs now) noexcept;

@@ -54,6 +54,8 @@ class Solver {
   // What is to be tried, from what is wrong. The first strategy begins with the next step.
   void begin(std::span<const FaultClass> wrong) noexcept;
   void end() noexcept { running_ = false; }
+  // What is under way goes on by them.
+  void configure(const SolverParameters& parameters) noexcept { parameters_ = parameters; }
   bool running() const noexcept { return running_; }
   StrategyKind kind() const noexcept { return plan_[at_]; }
 

@@ -8,6 +8,7 @@
 #include "daemon/vehicles/talaris.h"
 #include "daemon/vehicles/talaris_buses.h"
 #include "daemon/vehicles/talaris_record.h"
+#include "daemon/vehicles/talaris_tunables.h"
 
 namespace lss::talaris {
 namespace {
@@ -24,7 +25,8 @@ const Vocabulary kVocabulary{.modes = kModeNames,
                              .strategies = kStrategyNames,
                              .phases = kPhaseNames,
                              .programs = kProgramNames,
-                             .findings = kFindings};
+                             .findings = kFindings,
+                             .tunables = tuning().infos};
 
 // The buses as the runtime asks for them.
 class Wiring final : public Buses {
@@ -51,9 +53,10 @@ Port talaris_port() {
   return {.read = [](config::Section& section) -> Maker {
     const talaris::Parameters parameters = talaris::read_parameters(section);
     return [parameters](const config::Config& config) -> std::unique_ptr<App> {
+      talaris::Parameters taken = talaris::with_frame(parameters, config);
+      const ParameterStart start = start_parameters(talaris::tuning(), config, taken);
       return std::make_unique<Runtime<talaris::Vehicle, talaris::Wiring>>(
-          config, talaris::with_frame(parameters, config), talaris::logic(), talaris::kVocabulary,
-          talaris_records());
+          config, taken, start, talaris::logic(), talaris::kVocabulary, talaris_records());
     };
   }};
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "daemon/vehicles/zebro_tunables.h"
+
 namespace lss::zebro {
 namespace {
 
@@ -20,7 +22,10 @@ gnc::zebro::WalkRequest walk_request(const double* parameter) noexcept {
 }  // namespace
 
 Vehicle::Vehicle(const Parameters& parameters) noexcept
-    : parameters_(parameters), locomotion_(parameters.locomotion), solver_(parameters.solver) {
+    : parameters_(parameters),
+      tunables_(values_of(tuning().tunables, parameters)),
+      locomotion_(parameters.locomotion),
+      solver_(parameters.solver) {
   order_all(Kind::motion_off);
   for (std::size_t i = 0; i < walks_without_.size(); ++i)
     walks_without_[i] =
@@ -62,6 +67,22 @@ void Vehicle::read(const Inputs<Vehicle>& in) noexcept {
 bool Vehicle::answers(std::size_t module) const noexcept {
   return modules_[module].heard_ns != 0 &&
          now_ns_ - modules_[module].heard_ns <= parameters_.module_silent_ns;
+}
+
+// ---- adjust: a parameter
+// -------------------------------------------------------------------------------------------------
+
+Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept {
+  const double before = tunables_.value[index];
+  if (!lss::adjust(tuning(), parameters_, tunables_, index, value, really))
+    return {{.reason = Reason::parameter_together,
+             .measured = value,
+             .subject = static_cast<std::uint16_t>(index + 1)}};
+  if (really) {
+    solver_.configure(parameters_.solver);
+    locomotion_.configure(parameters_.locomotion);  // while it moves, none of its own changed
+  }
+  return {{}, before};
 }
 
 // ---- act: what the locomotion controller wants done, at once

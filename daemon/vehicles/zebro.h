@@ -47,6 +47,7 @@ class Vehicle final : public Actor, private Patient {
   void read(const Inputs<Vehicle>& in) noexcept;
   void watch(const Inputs<Vehicle>& in, Supervisor& supervisor) noexcept;
   void act(lc::ActionSet actions, const Request* request) noexcept override;
+  Adjusted adjust(std::size_t index, double value, bool really) noexcept override;
   void navigate(TimeNs now) noexcept;
   void guide(TimeNs now) noexcept;
   Command control(TimeNs now) noexcept;
@@ -55,14 +56,16 @@ class Vehicle final : public Actor, private Patient {
   bool describe(const Inputs<Vehicle>& in, const SupervisorState& state, Telemetry& out) noexcept;
 
   const std::array<Module, kModules>& modules() const noexcept { return modules_; }
+  const TunableValues& tunables() const noexcept { return tunables_; }
 
   // For records (daemon/record/state.h): every member that the cycle changes.
   template <class V>
   void keep(V& v) {
-    v(locomotion_, measured_, modules_, flags_before_, disobeyed_, resends_before_, segment_,
-      orders_, sent_, walk_, solver_, rounds_, operated_ns_, isolated_, walks_without_, epoch_ns_,
-      now_ns_, before_ns_, walking_legs_, in_motion_, port_open_, port_reported_, motors_on_ns_,
-      noise_window_ns_, noise_frames_, bus_stops_, bridge_, panel_, data_requested_);
+    v(parameters_, tunables_, locomotion_, measured_, modules_, flags_before_, disobeyed_,
+      resends_before_, segment_, orders_, sent_, walk_, solver_, rounds_, operated_ns_, isolated_,
+      walks_without_, epoch_ns_, now_ns_, before_ns_, walking_legs_, in_motion_, port_open_,
+      port_reported_, motors_on_ns_, noise_window_ns_, noise_frames_, bus_stops_, bridge_, panel_,
+      data_requested_);
   }
 
  private:
@@ -141,6 +144,7 @@ class Vehicle final : public Actor, private Patient {
   void reset_modules(const Request& request) noexcept;
 
   Parameters parameters_;
+  TunableValues tunables_;  // of them
   gnc::zebro::Locomotion locomotion_;
   std::array<gnc::zebro::LegMeasured, kLegs> measured_{};
   std::array<Module, kModules> modules_{};

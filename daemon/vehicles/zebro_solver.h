@@ -126,8 +126,9 @@ class MoveFree final : public Strategy {
   Outcome step(Patient& patient) noexcept override;
   template <class V>
   void keep(V& v) {
-    v(phase_, leg_, left_, from_rad_, seen_rad_, calibrated_, due_ns_);
+    v(parameters_, phase_, leg_, left_, from_rad_, seen_rad_, calibrated_, due_ns_);
   }
+  void configure(const SolverParameters& parameters) noexcept { parameters_ = parameters; }
 
  private:
   enum class Phase : std::uint8_t { next_leg, switching_on, back, forth };
@@ -152,8 +153,9 @@ class CoolDown final : public Strategy {
   Outcome step(Patient& patient) noexcept override;
   template <class V>
   void keep(V& v) {
-    v(modules_);
+    v(parameters_, modules_);
   }
+  void configure(const SolverParameters& parameters) noexcept { parameters_ = parameters; }
 
  private:
   SolverParameters parameters_;
@@ -184,6 +186,12 @@ class Solver {
   // What is to be tried, from what is wrong. The first strategy begins with the next step.
   void begin(std::span<const Symptom> symptoms) noexcept;
   void end() noexcept { running_ = false; }
+  // What is under way goes on by them.
+  void configure(const SolverParameters& parameters) noexcept {
+    parameters_ = parameters;
+    move_free_.configure(parameters);
+    cool_down_.configure(parameters);
+  }
   bool running() const noexcept { return running_; }
   StrategyKind kind() const noexcept { return plan_[at_]; }
 
@@ -194,8 +202,8 @@ class Solver {
   // For records (daemon/record/state.h).
   template <class V>
   void keep(V& v) {
-    v(move_free_, cool_down_, isolate_, plan_, at_, suspects_, running_, begun_, phase_, until_ns_,
-      healthy_since_ns_);
+    v(parameters_, move_free_, cool_down_, isolate_, plan_, at_, suspects_, running_, begun_,
+      phase_, until_ns_, healthy_since_ns_);
   }
 
  private:

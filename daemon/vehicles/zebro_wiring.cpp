@@ -9,11 +9,15 @@
 #include "daemon/core/runtime.h"
 #include "daemon/vehicles/roster.h"
 #include "daemon/vehicles/zebro_record.h"
+#include "daemon/vehicles/zebro_tunables.h"
 
 namespace lss::zebro {
 namespace {
 
-const Vocabulary kVocabulary{kModeNames, kModuleNames, kStrategyNames};
+const Vocabulary kVocabulary{.modes = kModeNames,
+                             .modules = kModuleNames,
+                             .strategies = kStrategyNames,
+                             .tunables = tuning().infos};
 
 const config::Port& legs_port(const config::Config& config) {
   for (const config::Port& port : config.ports) {
@@ -66,8 +70,10 @@ Port zebro_port() {
   return {.read = [](config::Section& section) -> Maker {
     const zebro::Parameters parameters = zebro::read_parameters(section);
     return [parameters](const config::Config& config) -> std::unique_ptr<App> {
+      zebro::Parameters taken = parameters;
+      const ParameterStart start = start_parameters(zebro::tuning(), config, taken);
       return std::make_unique<Runtime<zebro::Vehicle, zebro::Buses>>(
-          config, parameters, zebro::logic(), zebro::kVocabulary, zebro_records());
+          config, taken, start, zebro::logic(), zebro::kVocabulary, zebro_records());
     };
   }};
 }

@@ -25,6 +25,8 @@ class MobilityController {
   Command step(const Request& request, const Measured& measured) noexcept;
 
   const Parameters& parameters() const noexcept { return parameters_; }
+  // From the next step() on; the geometry stays. They must have passed check().
+  void configure(const Parameters& parameters) noexcept { parameters_ = parameters; }
 
   // What the voter compares.
   template <class Self>

@@ -27,6 +27,11 @@ class Redundant {
 
   Command step(const Request& request, const Measured& measured) noexcept;
 
+  // All three, so that they still agree.
+  void configure(const Parameters& parameters) noexcept {
+    for (MobilityController& instance : instances_) instance.configure(parameters);
+  }
+
   const VoteReport& report() const noexcept { return report_; }
   // For tests that put soft errors in.
   MobilityController& instance(std::size_t i) noexcept { return instances_[i]; }

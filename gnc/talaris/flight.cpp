@@ -40,6 +40,13 @@ bool Flight::select_gains(std::size_t set) noexcept {
   return true;
 }
 
+bool Flight::configure(const Parameters& parameters) noexcept {
+  if (active()) return false;
+  parameters_ = parameters;
+  drop_plan();
+  return select_gains(gains());
+}
+
 PlanResult Flight::plan(const PlanRequest& request) noexcept {
   if (active()) {
     PlanResult refused;

@@ -124,6 +124,10 @@ class Flight {
   // Set 1..gain_sets; false while something is flown, or there is no such set.
   bool select_gains(std::size_t set) noexcept;
   std::size_t gains() const noexcept { return set_ + 1; }
+  // Limits, profile, reserves, times and gains, from now on; body, thrusters and what the fans can
+  // do stay what they were built with. They must have passed check(). What was planned is dropped.
+  // False while something is flown, and nothing changes.
+  bool configure(const Parameters& parameters) noexcept;
   // Keeps the plan when it is feasible; while something is flown: Guard::request, nothing changes.
   PlanResult plan(const PlanRequest& request) noexcept;
   void drop_plan() noexcept;  // on the ground only

@@ -56,6 +56,13 @@ bool Locomotion::isolate(LegSet legs) noexcept {
   return true;
 }
 
+bool Locomotion::configure(const LocomotionParameters& parameters) noexcept {
+  if (progress_ == Progress::running) return false;
+  parameters_ = parameters;
+  times_ = footing(isolated_, parameters_).times;
+  return true;
+}
+
 void Locomotion::begin(Motion motion) noexcept {
   motion_ = motion;
   progress_ = Progress::running;

@@ -108,6 +108,11 @@ class Locomotion {
   bool isolate(LegSet legs) noexcept;
   LegSet isolated() const noexcept { return isolated_; }
 
+  // Other times, speeds and limits, from the next motion on; geometry, sweep and offset stay what
+  // they were built with. They must have passed check(). Only while no motion runs; else false, and
+  // nothing changes.
+  bool configure(const LocomotionParameters& parameters) noexcept;
+
   // Once per frame. Targets are for segments that began at or before now_s.
   void update(double now_s, const std::array<LegMeasured, kLegs>& measured) noexcept;
 

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
+#include <tuple>
 
 #include "tools/lss-cli/link.h"
 
@@ -45,6 +46,7 @@ FakeDaemon::FakeDaemon(int domain, const std::string& vehicle_id)
   status_ = writer(dds::Kind::status);
   events_ = writer(dds::Kind::event);
   timing_ = writer(dds::Kind::timing_statistics);
+  parameter_writer_ = writer(dds::Kind::parameters);
   telemetry_ = must(dds::create_writer(participant_.get(),
                                        dds::telemetry_topic("zebro", &lss_ZebroTelemetry_desc)));
   const auto reader = [&](dds::Kind kind) {
@@ -52,6 +54,21 @@ FakeDaemon::FakeDaemon(int domain, const std::string& vehicle_id)
   };
   commands_ = reader(dds::Kind::command);
   heartbeat_reader_ = reader(dds::Kind::heartbeat);
+  put(parameters_.vehicle_id, vehicle_id_);
+  for (const auto& [name, unit, value, min, max, change] :
+       {std::tuple{"limits.current_A", "A", 1.2, 0.05, 1.7, lss_CHANGE_ALWAYS},
+        std::tuple{"gait.flight_s", "s", 3.0, 0.1, 60.0, lss_CHANGE_AT_REST},
+        std::tuple{"solve.rounds", "", 10.0, 1.0, 1000.0, lss_CHANGE_ALWAYS}}) {
+    lss_Parameter& p = parameters_.item[parameters_.count++];
+    put(p.name, name);
+    put(p.unit, unit);
+    p.value = p.configured = value;
+    p.min = min;
+    p.max = max;
+    p.saved = NAN;
+    p.change = change;
+  }
+  publish_parameters();
   thread_ = std::thread([this] { run(); });
 }
 
@@ -116,6 +133,8 @@ void FakeDaemon::obey(const lss_Command& command) {
     publish_telemetry();
     return acknowledge(command, lss_PHASE_COMPLETED);
   }
+  if (command.kind == kSetParameter || command.kind == kSaveParameters)
+    return obey_parameters(command);
   if (active_.kind != 0) finish(lss_PHASE_SUPERSEDED, Reason::superseded);
   acknowledge(command, lss_PHASE_EXECUTING);
   active_ = command;
@@ -124,6 +143,23 @@ void FakeDaemon::obey(const lss_Command& command) {
   if (troubled) return;  // never ends
   perform(command);
 }
+
+void FakeDaemon::obey_parameters(const lss_Command& command) {
+  if (command.kind == kSetParameter) {
+    parameters_.item[static_cast<std::size_t>(command.parameter[0]) - 1].value =
+        command.parameter[1];
+    ++parameters_.changes;
+  } else {
+    parameters_.saved = lss_SAVED_GOOD;
+    ++parameters_.save;
+    for (lss_Parameter& p : parameters_.item) p.saved = p.value == p.configured ? NAN : p.value;
+  }
+  publish_parameters();
+  acknowledge(command, lss_PHASE_EXECUTING);
+  acknowledge(command, lss_PHASE_COMPLETED);
+}
+
+void FakeDaemon::publish_parameters() { dds_write(parameter_writer_.get(), &parameters_); }
 
 void FakeDaemon::perform(const lss_Command& command) {
   const auto reach = [&](lss_State state, Mode mode) {
@@ -201,6 +237,7 @@ void FakeDaemon::publish_status() {
   status.threads[0].priority = 70;
   std::ranges::copy(faults_, status.faults);
   status.fault_count = static_cast<std::uint32_t>(faults_.size());
+  status.saved_parameters = parameters_.saved;
   dds_write(status_.get(), &status);
   changed_ = false;
 }
@@ -279,6 +316,13 @@ void FakeDaemon::event(EventId id, const std::string& what) {
   put(event.text, what);
   dds_write(events_.get(), &event);
   publish_status();
+}
+
+void FakeDaemon::saved_parameters(lss_SavedParameters saved) {
+  const std::lock_guard lock(mutex_);
+  parameters_.saved = saved;
+  publish_parameters();
+  changed_ = true;
 }
 
 void FakeDaemon::timing(const TimingStatistics& statistics) {

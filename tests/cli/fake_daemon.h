@@ -21,8 +21,8 @@
 namespace lss::cli::test {
 
 inline constexpr std::uint16_t kStart = 1, kStop = 2, kEstop = 3, kSolve = 4, kReset = 5, kData = 6,
-                               kStand = 101, kLayDown = 102, kStow = 103, kWalk = 104, kPanel = 105,
-                               kLeg = 106;
+                               kSetParameter = 9, kSaveParameters = 10, kStand = 101,
+                               kLayDown = 102, kStow = 103, kWalk = 104, kPanel = 105, kLeg = 106;
 
 // What happens to a command instead of being done.
 struct Trouble {
@@ -47,6 +47,7 @@ class FakeDaemon {
   void fall_silent();  // as if killed: no status, no answer
   void timing(const TimingStatistics& statistics);
   void event(EventId id, const std::string& text);
+  void saved_parameters(lss_SavedParameters saved);
   // The command that is being executed fails.
   void emergency();
 
@@ -62,6 +63,8 @@ class FakeDaemon {
   void take_commands();
   void obey(const lss_Command& command);
   void perform(const lss_Command& command);
+  void obey_parameters(const lss_Command& command);
+  void publish_parameters();
   void acknowledge(const lss_Command& command, lss_Phase phase, Reason reason = Reason::none);
   void finish(lss_Phase phase, Reason reason = Reason::none);
   void publish_status();
@@ -69,7 +72,8 @@ class FakeDaemon {
 
   mutable std::mutex mutex_;
   dds::Participant participant_;
-  dds::Entity commands_, heartbeat_reader_, acks_, status_, events_, timing_, telemetry_;
+  dds::Entity commands_, heartbeat_reader_, acks_, status_, events_, timing_, parameter_writer_,
+      telemetry_;
   std::string vehicle_id_;
   std::string authority_;
   std::map<std::uint16_t, Trouble> troubles_;
@@ -79,6 +83,7 @@ class FakeDaemon {
   std::vector<lss_Command> heard_;
   lss_Command active_{};  // kind 0: none
   std::vector<lss_Fault> faults_;
+  lss_Parameters parameters_{};
   std::uint8_t silent_module_ = 0;
   bool periodic_ = true, silent_ = false, changed_ = true;
   std::uint64_t event_index_ = 0;

@@ -74,6 +74,9 @@ TEST(Completion, VerbsOptionsAndValuesAreCompletedWhereTheyMayStand) {
   EXPECT_THAT(candidates({"command", "describe", "sta"}), ElementsAre("stand", "start"));
   EXPECT_THAT(candidates({"--json", "sta"}), ElementsAre("stand", "start", "status"));
   EXPECT_THAT(candidates({"status", "--js"}), ElementsAre("--json", "--jsonl"));
+  EXPECT_THAT(candidates({"param", "s"}), Contains("save"));
+  EXPECT_THAT(candidates({"param", "set", "limits.cur"}),
+              ElementsAre("limits.current_A", "limits.current_time_ms"));
   EXPECT_THAT(candidates({"zzz"}), IsEmpty());
   EXPECT_THAT(candidates({}), Not(IsEmpty()));
 }

@@ -19,9 +19,10 @@ TEST_F(ProgramAlone, HelpOfEveryVerbHasAnExampleOfItself) {
   const Ended help = run({"--help"});
   EXPECT_EQ(help.code, 0);
   for (const char* verb :
-       {"status", "health",  "start", "stop",  "stand",      "lay-down",  "stow",   "walk",
-        "leg",    "panel",   "estop", "solve", "reset",      "data",      "watch",  "events",
-        "timing", "command", "run",   "shell", "completion", "heartbeat", "doctor", "log"}) {
+       {"status",    "health", "start",  "stop",    "stand", "lay-down", "stow",
+        "walk",      "leg",    "panel",  "estop",   "solve", "reset",    "data",
+        "watch",     "events", "timing", "command", "run",   "shell",    "completion",
+        "heartbeat", "doctor", "log",    "param"}) {
     EXPECT_THAT(help.out, HasSubstr(std::string("\n  ") + verb));
     const Ended own = run({verb, "--help"});
     EXPECT_EQ(own.code, 0);

@@ -19,15 +19,54 @@ Ack rejection(Reason reason, std::uint16_t subject = 0, double measured = kRequi
   return ack;
 }
 
+constexpr TunableInfo kInfos[] = {
+    {"limits.current_A", "A", 0.05, 1.7, Change::always, false, "above it: emergency"},
+    {"solve.rounds", "", 1, 9, Change::at_rest, true, "how often"},
+};
+
+TEST(AckText, NamesTheParameterWithWhatCameAndWhatIsAllowed) {
+  EXPECT_EQ(ack_text(rejection(Reason::parameter_range, 1, 12, 1.7), {{}, kInfos}),
+            "rejected: limits.current_A: 12 A is out of range, allowed 0.05 to 1.7 A; see its "
+            "range with: lss-cli param get NAME");
+  EXPECT_EQ(ack_text(rejection(Reason::parameter_whole, 2, 2.5), {{}, kInfos}),
+            "rejected: solve.rounds: 2.5: the parameter is a whole number; give it without a "
+            "fraction");
+  EXPECT_NE(ack_text(rejection(Reason::parameter_range, 3, 12, 1.7), {{}, kInfos})
+                .find("measured 12, allowed 1.7"),
+            std::string::npos);
+}
+
+TEST(Parameters, GoOutWithRangeAndWhatIsSaved) {
+  ParameterReport report{.infos = kInfos, .present = {}, .configured = {}, .saved = {}};
+  report.present = {.value = {1.5, 7}, .count = 2, .changes = 3};
+  report.configured = {.value = {1.2, 7}, .count = 2};
+  report.saved = {1.5, std::nan("")};
+  report.number = 4;
+  report.state = SavedState::one_copy;
+  lss_Parameters sample;
+  to_dds(report, "z-1", sample);
+  EXPECT_EQ(sample.count, 2U);
+  EXPECT_EQ(sample.changes, 3U);
+  EXPECT_EQ(sample.save, 4U);
+  EXPECT_EQ(sample.saved, lss_SAVED_ONE_COPY);
+  EXPECT_EQ(read_text(sample.item[0].name), "limits.current_A");
+  EXPECT_EQ(sample.item[0].value, 1.5);
+  EXPECT_EQ(sample.item[0].configured, 1.2);
+  EXPECT_EQ(sample.item[0].saved, 1.5);
+  EXPECT_TRUE(std::isnan(sample.item[1].saved));
+  EXPECT_EQ(sample.item[1].change, lss_CHANGE_AT_REST);
+  EXPECT_TRUE(sample.item[1].whole);
+}
+
 TEST(AckText, NamesTheModuleTheMeasuredValueTheLimitAndWhatToDo) {
   EXPECT_EQ(ack_text(rejection(Reason::module_silent, 3, 5000, 200)),
             "rejected: module 3 does not answer (measured 5000, allowed 200); "
             "check its power and the bus, then: lss-cli solve");
   static constexpr const char* kNames[] = {"LF", "RF", "LM"};
-  EXPECT_EQ(ack_text(rejection(Reason::module_silent, 3), kNames),
+  EXPECT_EQ(ack_text(rejection(Reason::module_silent, 3), {kNames}),
             "rejected: module 3 (LM) does not answer; "
             "check its power and the bus, then: lss-cli solve");
-  EXPECT_EQ(ack_text(rejection(Reason::module_silent, 4), kNames),
+  EXPECT_EQ(ack_text(rejection(Reason::module_silent, 4), {kNames}),
             "rejected: module 4 does not answer; check its power and the bus, then: lss-cli solve");
 }
 

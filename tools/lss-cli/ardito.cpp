@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "daemon/vehicles/ardito_modes.h"
+#include "daemon/vehicles/ardito_tunables.h"
 #include "idl/ardito_commands.h"
 #include "idl/codes.h"
 #include "tools/lss-cli/units.h"
@@ -332,6 +333,7 @@ const Vehicle kVehicle{
     .details = details,
     .progress = progress,
     .distance_m = distance_m,
+    .tunables = [] { return lss::ardito::tuning().infos; },
 };
 
 }  // namespace lss::cli::ardito

@@ -23,6 +23,10 @@ struct Typed {
   bool stay = false, hold = false;
 };
 
+// Commands that are part of verbs which do more.
+constexpr std::string_view kOwnVerbs[] = {"data", "reset-timing", "set-parameter",
+                                          "save-parameters"};
+
 constexpr VerbHelp kHelp[] = {
     {"stop",
      "  lss-cli stop                     ends the motion, lies down, motors off\n"
@@ -126,7 +130,7 @@ void add_table_verbs(Grammar& grammar) {
   for (const Vehicle* vehicle : vehicles()) {
     for (const CommandInfo* info : commands_of(*vehicle)) {
       const std::string name = info->name;
-      if (name == "data" || name == "reset-timing") continue;  // more than a command
+      if (std::ranges::find(kOwnVerbs, name) != std::end(kOwnVerbs)) continue;
       if (std::ranges::find(vehicle->composed, name) != vehicle->composed.end()) continue;
       auto& [sub, typed] = known[name];
       if (sub == nullptr) {

@@ -75,6 +75,7 @@ void add_completion_verbs(Grammar& grammar) {
 void add_verbs(Grammar& grammar) {
   add_status_verbs(grammar);
   add_command_verbs(grammar);
+  add_param_verb(grammar);
   add_event_verbs(grammar);
   add_timing_verbs(grammar);
   add_log_verbs(grammar);

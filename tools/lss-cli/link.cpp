@@ -229,6 +229,9 @@ void Link::open_timing() { timing_reader_ = reader(dds::common_topic(dds::Kind::
 void Link::open_timing_statistics() {
   statistics_reader_ = reader(dds::common_topic(dds::Kind::timing_statistics));
 }
+void Link::open_parameters() {
+  if (!parameter_reader_) parameter_reader_ = reader(dds::common_topic(dds::Kind::parameters));
+}
 void Link::open_telemetry() {
   if (telemetry_reader_) return;
   const std::size_t size = vehicle_->telemetry->m_size;
@@ -246,6 +249,10 @@ std::optional<lss_Event> Link::next_event() { return take<lss_Event>(event_reade
 std::optional<lss_Timing> Link::next_timing() { return take<lss_Timing>(timing_reader_.get()); }
 std::optional<lss_TimingStatistics> Link::next_timing_statistics() {
   return take<lss_TimingStatistics>(statistics_reader_.get());
+}
+
+std::optional<lss_Parameters> Link::next_parameters() {
+  return take<lss_Parameters>(parameter_reader_.get());
 }
 
 const void* Link::telemetry() {

@@ -52,6 +52,7 @@ class Link {
   std::optional<lss_Event> next_event();
   std::optional<lss_Timing> next_timing();
   std::optional<lss_TimingStatistics> next_timing_statistics();
+  std::optional<lss_Parameters> next_parameters();
   // The newest sample, of the vehicle's own type; nullptr when none was heard yet.
   const void* telemetry();
   std::uint64_t telemetry_count() const { return telemetry_count_; }
@@ -64,6 +65,7 @@ class Link {
   void open_events();
   void open_timing();
   void open_timing_statistics();
+  void open_parameters();
   void open_telemetry();
 
  private:
@@ -89,7 +91,7 @@ class Link {
   Waker waker_;  // before any entity
   dds::Participant participant_;
   dds::Entity status_reader_, ack_reader_, event_reader_, timing_reader_, statistics_reader_,
-      telemetry_reader_;
+      parameter_reader_, telemetry_reader_;
   dds::Entity command_writer_, heartbeat_writer_;
 
   std::map<std::string, Seen> seen_;

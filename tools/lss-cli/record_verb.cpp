@@ -20,8 +20,9 @@ using recording::McapWriter;
 constexpr double kProgress_s = 0.2;
 constexpr double kMega = 1e6;
 
-const std::vector<std::string> kTopics = {"status",    "event",  "command",           "command_ack",
-                                          "heartbeat", "timing", "timing_statistics", "telemetry"};
+const std::vector<std::string> kTopics = {"status",     "event",     "command", "command_ack",
+                                          "parameters", "heartbeat", "timing",  "timing_statistics",
+                                          "telemetry"};
 
 struct Wanted {
   std::string out;

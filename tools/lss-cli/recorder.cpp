@@ -51,7 +51,7 @@ Recorder::Recorder(const Options& options, const Vehicle& vehicle, std::string v
            });
   };
   for (const dds::Kind kind :
-       {status, event, command, command_ack, heartbeat, timing_statistics, timing}) {
+       {status, event, command, command_ack, parameters, heartbeat, timing_statistics, timing}) {
     const dds::Topic topic = dds::common_topic(kind);
     if (wanted(topic.name)) add(topic, idl_text("lss"));
   }

@@ -148,6 +148,24 @@ const char* state_name(lss_State state) {
   return name_at(kNames, static_cast<unsigned>(state));
 }
 
+const char* saved_name(lss_SavedParameters saved) {
+  static constexpr const char* kNames[] = {"none", "good", "one_copy", "partly", "lost"};
+  return name_at(kNames, static_cast<unsigned>(saved));
+}
+
+const char* saved_trouble(lss_SavedParameters saved) {
+  switch (saved) {
+    case lss_SAVED_ONE_COPY:
+      return "one copy of the saved parameters is not good: the other one was taken";
+    case lss_SAVED_PARTLY:
+      return "some of the saved parameters were not taken";
+    case lss_SAVED_LOST:
+      return "no copy of the saved parameters is good: those of the configuration hold";
+    default:
+      return "";
+  }
+}
+
 const char* phase_name(lss_Phase phase) {
   static constexpr const char* kNames[] = {"accepted",  "rejected", "executing",
                                            "completed", "failed",   "superseded"};
@@ -197,6 +215,11 @@ std::vector<Problem> problems(const Vehicle& vehicle, const lss_Status& status,
                      shared_memory_name(status.shared_memory)),
          "start RouDi (iox-roudi.service), then restart the daemon when the vehicle is Idle"});
   }
+  if (const char* wrong = saved_trouble(status.saved_parameters); *wrong != '\0') {
+    list.push_back({false, wrong,
+                    "lss-cli events tells which; see lss-cli param diff, then lss-cli param save "
+                    "writes both copies anew"});
+  }
   if (!status.recording)
     list.push_back({false, "not everything is recorded",
                     "the journal says what is wrong; or nothing is to be recorded: name a preset "
@@ -236,6 +259,7 @@ nlohmann::json status_json(const Vehicle& vehicle, const lss_Status& status,
       {"realtime", realtime_json(status)},
       {"shared_memory", shared_memory_name(status.shared_memory)},
       {"shared_memory_text", text(status.shared_memory_text)},
+      {"saved_parameters", saved_name(status.saved_parameters)},
       {"telemetry", telemetry != nullptr}};
   vehicle.add_json(telemetry, document);
   return document;

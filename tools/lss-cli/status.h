@@ -14,6 +14,9 @@
 namespace lss::cli {
 
 const char* state_name(lss_State state);
+// none, good, one_copy, partly, lost; and what is wrong then, else "".
+const char* saved_name(lss_SavedParameters saved);
+const char* saved_trouble(lss_SavedParameters saved);
 const char* phase_name(lss_Phase phase);
 const char* severity_name(lss_Severity severity);
 

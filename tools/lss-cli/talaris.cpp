@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "daemon/vehicles/talaris_modes.h"
+#include "daemon/vehicles/talaris_tunables.h"
 #include "idl/codes.h"
 #include "idl/talaris_commands.h"
 #include "tools/lss-cli/talaris_verbs.h"
@@ -395,6 +396,7 @@ const Vehicle kVehicle{
     .takes_s = takes_s,
     .add_verbs = add_verbs,
     .composed = kComposed,
+    .tunables = [] { return lss::talaris::tuning().infos; },
     .script = script_commands,
 };
 

@@ -15,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "daemon/core/tunables.h"
 #include "lss.h"
 #include "tools/lss-cli/allowed.h"
 #include "tools/lss-cli/commands.h"
@@ -65,6 +66,8 @@ struct Vehicle {
   // Verbs that are more than one command, and the commands that are given by them only.
   void (*add_verbs)(Grammar& grammar) = nullptr;
   std::span<const std::string_view> composed = {};
+  // Parameters that can be changed while the daemon runs.
+  std::span<const TunableInfo> (*tunables)() = nullptr;
   // The commands that send a text of timed actuations and run it, one after the other.
   std::vector<Invocation> (*script)(std::string_view text) = nullptr;
 };

@@ -14,7 +14,8 @@ void add_verbs(Grammar& grammar);  // all of them, in the order of --help
 void add_status_verbs(Grammar& grammar);  // status, health, watch, data
 void add_event_verbs(Grammar& grammar);
 void add_timing_verbs(Grammar& grammar);
-void add_log_verbs(Grammar& grammar);       // events, timing
+void add_log_verbs(Grammar& grammar);  // events, timing
+void add_param_verb(Grammar& grammar);
 void add_command_verbs(Grammar& grammar);   // what stands in the command tables; heartbeat, command
 void add_sequence_verbs(Grammar& grammar);  // run, shell; wait inside of them
 void add_doctor_verbs(Grammar& grammar);

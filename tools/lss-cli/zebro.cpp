@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "daemon/vehicles/zebro_modes.h"
+#include "daemon/vehicles/zebro_tunables.h"
 #include "drivers/zebro/leg_module.h"
 #include "idl/codes.h"
 #include "idl/zebro_commands.h"
@@ -289,6 +290,7 @@ const Vehicle kVehicle{
     .details = details,
     .progress = progress,
     .distance_m = distance_m,
+    .tunables = [] { return lss::zebro::tuning().infos; },
 };
 
 }  // namespace lss::cli::zebro

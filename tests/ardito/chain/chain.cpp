@@ -15,12 +15,7 @@ constexpr TimeNs kHeartbeatEvery = 200 * kMillisecond;
 constexpr TimeNs kReportEvery = 5 * kMillisecond;  // as daemon/core/can_bus.h
 constexpr std::uint32_t kLease_ms = 10'000;
 
-const Logic kLogic{.table = &kTable,
-                   .event_of = event_of,
-                   .subject_of = subject_of,
-                   .reached = reached,
-                   .command = command,
-                   .sense = sense};
+const Logic& kLogic = logic();
 
 config::Config read(Parameters& parameters, const Chain::Options& options) {
   auto config = config::load(LSS_CONFIG, {"ardito"}, [&](const std::string&, config::Section& s) {

@@ -34,14 +34,7 @@ class World {
       drive(i) = canopen::DriveState::switch_on_disabled;
   }
 
-  static Logic logic() {
-    return {.table = &kTable,
-            .event_of = event_of,
-            .subject_of = subject_of,
-            .reached = reached,
-            .command = command,
-            .sense = sense};
-  }
+  static Logic logic() { return ardito::logic(); }
 
   canopen::DriveState& drive(std::size_t i) { return in_.bus.status.link[i].drive; }
   canopen::NodeStatus& node(std::size_t i) { return in_.bus.status.link[i].node; }

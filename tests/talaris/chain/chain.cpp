@@ -17,14 +17,7 @@ constexpr TimeNs kReportEvery = 5 * kMillisecond;  // as daemon/core/can_bus.h
 constexpr std::uint32_t kLease_ms = 60'000;
 
 // As in daemon/vehicles/talaris_wiring.cpp.
-const Logic kLogic{.table = &kTable,
-                   .event_of = event_of,
-                   .subject_of = subject_of,
-                   .reached = reached,
-                   .command = command,
-                   .sense = sense,
-                   .airborne = airborne,
-                   .considered = considered};
+const Logic& kLogic = logic();
 
 config::Config read(Parameters& parameters, const Chain::Options& options) {
   const std::string path = std::string(LSS_CAMPAIGNS) + "/" + options.config + ".toml";

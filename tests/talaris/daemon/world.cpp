@@ -10,16 +10,7 @@ Parameters quick() {
   return p;
 }
 
-Logic World::logic() {
-  return {.table = &kTable,
-          .event_of = event_of,
-          .subject_of = subject_of,
-          .reached = reached,
-          .command = command,
-          .sense = sense,
-          .airborne = talaris::airborne,
-          .considered = considered};
-}
+Logic World::logic() { return talaris::logic(); }
 
 World::World(const Parameters& parameters, const Supervisor::Parameters& links)
     : parameters_(parameters), vehicle_(parameters), supervisor_(logic(), links) {

@@ -13,12 +13,7 @@ namespace {
 constexpr TimeNs kHeartbeatEvery = 200 * kMillisecond;
 constexpr std::uint32_t kLease_ms = 2000;
 
-const Logic kLogic{.table = &kTable,
-                   .event_of = event_of,
-                   .subject_of = subject_of,
-                   .reached = reached,
-                   .command = command,
-                   .sense = sense};
+const Logic& kLogic = logic();
 
 config::Config read(Parameters& parameters) {
   auto config = config::load(LSS_CONFIG, {"zebro"}, [&](const std::string&, config::Section& s) {

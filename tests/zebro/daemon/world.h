@@ -142,14 +142,7 @@ class World {
     in_.bus.was_open = in_.bus.open = true;
   }
 
-  static Logic logic() {
-    return {.table = &kTable,
-            .event_of = event_of,
-            .subject_of = subject_of,
-            .reached = reached,
-            .command = command,
-            .sense = sense};
-  }
+  static Logic logic() { return zebro::logic(); }
 
   // One frame.
   void step() {

@@ -53,6 +53,7 @@ Finding check_buffers(const System& system);
 // says what it tells of itself.
 Findings daemon_findings(const System& system, const Options& options);
 Finding judge_contract(const lss_Status& status);
+Finding judge_parameters(const lss_Status& status);
 
 // folders.cpp
 Finding check_run_dir(const System& system);

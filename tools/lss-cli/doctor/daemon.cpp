@@ -32,6 +32,20 @@ Finding judge_contract(const lss_Status& status) {
   return finding;
 }
 
+Finding judge_parameters(const lss_Status& status) {
+  const std::string wrong = saved_trouble(status.saved_parameters);
+  Finding finding{.name = "daemon_parameters",
+                  .found = fmt::format("saved: {}", saved_name(status.saved_parameters)),
+                  .meaning = "what was saved is in force"};
+  if (status.saved_parameters == lss_SAVED_NONE)
+    finding.meaning = "parameters are those of the configuration";
+  if (wrong.empty()) return finding;
+  finding.result = Result::warning;
+  finding.meaning = wrong;
+  finding.mend = "lss-cli events tells which; lss-cli param save writes both copies anew";
+  return finding;
+}
+
 Findings daemon_findings(const System& system, const Options& options) {
   Finding finding{.name = "daemon"};
   try {
@@ -47,7 +61,7 @@ Findings daemon_findings(const System& system, const Options& options) {
       finding.meaning = fmt::format("it has {} faults", status.fault_count);
       finding.mend = "lss-cli status";
     }
-    return {finding, judge_contract(status)};
+    return {finding, judge_contract(status), judge_parameters(status)};
   } catch (const Failure& failure) {
     finding.found = failure.what();
     finding.mend = failure.advice();

@@ -1,0 +1,83 @@
+#include "daemon/parameters/saver.h"
+
+#include <poll.h>
+#include <pthread.h>
+#include <spdlog/spdlog.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <system_error>
+#include <utility>
+
+#include "daemon/core/clock.h"
+
+namespace lss {
+
+ParameterSaver::ParameterSaver(ParameterStore store, std::span<const TunableInfo> infos,
+                               const TunableValues& configured, std::function<void()> done)
+    : store_(std::move(store)),
+      infos_(infos),
+      configured_(configured),
+      done_(std::move(done)),
+      wake_fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
+
+ParameterSaver::~ParameterSaver() {
+  stop();
+  ::close(wake_fd_);
+}
+
+void ParameterSaver::start() {
+  thread_ = std::thread([this] { run(); });
+}
+
+void ParameterSaver::stop() {
+  if (!thread_.joinable()) return;
+  stop_ = true;
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
+  thread_.join();
+}
+
+bool ParameterSaver::ask(const SaveJob& job) noexcept {
+  if (!jobs_.push(job)) return false;
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
+  return true;
+}
+
+void ParameterSaver::run() {
+  ::pthread_setname_np(::pthread_self(), "save");
+  for (bool last = false; !last;) {
+    pollfd fd{wake_fd_, POLLIN, 0};
+    ::poll(&fd, 1, -1);
+    std::uint64_t count = 0;
+    [[maybe_unused]] const auto got = ::read(wake_fd_, &count, sizeof count);
+    last = stop_;
+    for (SaveJob job; jobs_.pop(job);) {
+      results_.push(save(job));
+      done_();
+    }
+  }
+}
+
+SaveResult ParameterSaver::save(const SaveJob& job) {
+  SaveResult result{.command = job.command};
+  result.saved.fill(kRequired);
+  std::vector<config::SavedValue> values;
+  for (std::size_t i = 0; i < infos_.size(); ++i) {
+    if (same_value(job.values.value[i], configured_.value[i])) continue;
+    values.push_back({.name = infos_[i].name, .value = job.values.value[i]});
+    result.saved[i] = job.values.value[i];
+  }
+  result.count = static_cast<std::uint32_t>(values.size());
+  result.error = store_.save(values, utc_ns(), result.number);
+  if (result.error != 0) {
+    spdlog::error(
+        "parameters cannot be saved in {}: {}; free or mend the disk, make the folder writable, or "
+        "name another parameters.folder",
+        store_.path(0).parent_path().string(), std::generic_category().message(result.error));
+  }
+  return result;
+}
+
+}  // namespace lss

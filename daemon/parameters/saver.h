@@ -1,0 +1,65 @@
+#pragma once
+
+// The thread that saves parameters: a disk may take its time, and neither frames nor what is
+// published wait for it. Ordinary thread; asleep but when asked.
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <thread>
+
+#include "daemon/core/ring.h"
+#include "daemon/core/supervisor.h"
+#include "daemon/core/tunables.h"
+#include "daemon/parameters/store.h"
+
+namespace lss {
+
+struct SaveJob {
+  SupervisorState::Active command;  // that asks for it
+  TunableValues values;
+};
+
+struct SaveResult {
+  SupervisorState::Active command;
+  int error = 0;
+  std::uint64_t number = 0;
+  std::uint32_t count = 0;                      // of values that are not the configuration's
+  std::array<double, kMaxTunables> saved = {};  // NaN: the configuration's
+};
+
+class ParameterSaver {
+ public:
+  // `configured`: what needs no saving. `done` is called when there is a result.
+  ParameterSaver(ParameterStore store, std::span<const TunableInfo> infos,
+                 const TunableValues& configured, std::function<void()> done);
+  ~ParameterSaver();
+  ParameterSaver(const ParameterSaver&) = delete;
+  ParameterSaver& operator=(const ParameterSaver&) = delete;
+
+  void start();
+  void stop();  // when everything that was asked for is done
+
+  // Frame thread; false: too many at once.
+  bool ask(const SaveJob& job) noexcept;
+  // Publish thread; false: none.
+  bool pop(SaveResult& result) noexcept { return results_.pop(result); }
+
+ private:
+  void run();
+  SaveResult save(const SaveJob& job);
+
+  ParameterStore store_;
+  std::span<const TunableInfo> infos_;
+  TunableValues configured_;
+  std::function<void()> done_;
+  Ring<SaveJob, 8> jobs_;
+  Ring<SaveResult, 8> results_;
+  int wake_fd_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+}  // namespace lss

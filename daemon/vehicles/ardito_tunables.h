@@ -1,0 +1,13 @@
+#pragma once
+
+// The parameters of D.I.A.N.A. Ardito that can be changed while the daemon runs
+// (docs/parameters.md). Constant data; any thread.
+
+#include "daemon/core/tunables.h"
+#include "daemon/vehicles/ardito_config.h"
+
+namespace lss::ardito {
+
+const Tuning<Parameters>& tuning() noexcept;
+
+}  // namespace lss::ardito

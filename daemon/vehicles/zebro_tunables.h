@@ -1,0 +1,13 @@
+#pragma once
+
+// The parameters of Lunar Zebro that can be changed while the daemon runs (docs/parameters.md).
+// Constant data; any thread.
+
+#include "daemon/core/tunables.h"
+#include "daemon/vehicles/zebro_config.h"
+
+namespace lss::zebro {
+
+const Tuning<Parameters>& tuning() noexcept;
+
+}  // namespace lss::zebro

@@ -1,0 +1,101 @@
+// Parameters of D.I.A.N.A. Ardito that change while it runs.
+#include "tests/support/parameters.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "daemon/vehicles/ardito_record.h"
+#include "daemon/vehicles/ardito_tunables.h"
+#include "world.h"
+
+namespace lss::ardito {
+namespace {
+
+namespace any = parameters_test;
+
+std::size_t index_of(const char* name) {
+  const int index = find_tunable(tuning().infos, name);
+  EXPECT_GE(index, 0) << name;
+  return static_cast<std::size_t>(index);
+}
+
+void ask(World& w, const char* name, double value) {
+  w.acks.clear();
+  w.send(lss::CommandKind::set_parameter, {any::number(index_of(name)), value});
+}
+
+Ack set(World& w, const char* name, double value) {
+  ask(w, name, value);
+  w.step();
+  return w.acks.empty() ? Ack{} : w.acks.back();
+}
+
+TEST(ArditoParameters, TheTableIsSound) { any::expect_a_sound_table(tuning()); }
+TEST(ArditoParameters, EachIsTakenAndToldInIdle) {
+  any::expect_each_is_taken_and_told<World>(tuning());
+}
+TEST(ArditoParameters, AdjustingAllocatesNothing) {
+  any::expect_adjusting_allocates_nothing<World>(tuning());
+}
+TEST(ArditoParameters, NonsenseIsRefusedWhateverItIs) {
+  any::expect_nonsense_is_refused<World>(tuning());
+}
+
+TEST(ArditoParameters, TheBeaconRunsAsLongAsItWasSetTo) {
+  World w;
+  w.run(0.5);
+  EXPECT_EQ(set(w, "safety.beacon_s", 2).phase, Phase::completed);
+  w.send(lss::CommandKind::start, {0});
+  w.step();
+  const TimeNs from = w.time_ns_;
+  ASSERT_TRUE(w.run_until([&] { return w.out_.command.wheel[0].enabled; }, 10));
+  EXPECT_GE(w.time_ns_ - from, 2 * kSecond);
+  EXPECT_LE(w.time_ns_ - from, 2 * kSecond + 2 * World::kPeriod);
+}
+
+TEST(ArditoParameters, AllThreeInstancesOfTheControllerTakeTheHeadingLimit) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  World w;
+  w.run(0.5);
+  EXPECT_EQ(set(w, "mobility.heading_limit_deg", 2).phase, Phase::completed);
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.drive_at(0.3, 5 * kDegree));
+  w.run(5);
+  EXPECT_NEAR(w.vehicle_.command().estimate.sigma_rad, 2 * kDegree, 0.2 * kDegree);
+  EXPECT_EQ(w.vehicle_.mobility().report().upsets, 0U);
+  // A gain is not changed under way.
+  EXPECT_EQ(set(w, "mobility.ratio_p", 0.4).verdict.reason, Reason::not_in_state);
+}
+
+TEST(ArditoParameters, GainsThatAreUnstableTogetherAreRefused) {
+  World w;
+  w.run(0.5);
+  EXPECT_EQ(set(w, "mobility.ratio_i", 30).verdict.reason, Reason::parameter_together);
+}
+
+TEST(ArditoParameters, ARecordingInWhichTheyChangeIsReplayedToTheBitAlsoFromTheMiddle) {
+  World w;
+  any::Recording<World, Vehicle> recording(w);
+  recording.run(0.5);
+  ask(w, "mobility.ratio_p", 0.43);
+  recording.step();
+  ask(w, "safety.beacon_s", 1.7);
+  recording.step();
+  w.send(lss::CommandKind::start, {0});
+  recording.run(4);
+  w.send(CommandKind::drive, {0.3, 0.05, 1, 0});
+  recording.run(3);
+  ask(w, "bus.wheel_rated_A", 3.21);
+  recording.step();
+  recording.remember();
+  recording.run(5);
+  EXPECT_EQ(w.mode(), Mode::running);
+  recording.expect_replayed(Parameters{}, logic());
+  Parameters other;
+  other.wheel_current_A = 7;
+  EXPECT_TRUE(recording.differs_with(other, logic()));
+}
+
+}  // namespace
+}  // namespace lss::ardito

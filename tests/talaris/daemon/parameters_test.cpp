@@ -1,0 +1,107 @@
+// Parameters of TALARIS that change while it runs.
+#include "tests/support/parameters.h"
+
+#include <gtest/gtest.h>
+
+#include "daemon/vehicles/talaris_record.h"
+#include "daemon/vehicles/talaris_tunables.h"
+#include "world.h"
+
+namespace lss::talaris {
+namespace {
+
+namespace any = parameters_test;
+using Kind = CommandKind;
+
+std::size_t index_of(const char* name) {
+  const int index = find_tunable(tuning().infos, name);
+  EXPECT_GE(index, 0) << name;
+  return static_cast<std::size_t>(index);
+}
+
+Verdict set(World& w, const char* name, double value) {
+  return w.ask(lss::CommandKind::set_parameter, {any::number(index_of(name)), value});
+}
+
+TEST(TalarisParameters, TheTableIsSound) { any::expect_a_sound_table(tuning()); }
+TEST(TalarisParameters, EachIsTakenAndToldInIdle) {
+  any::expect_each_is_taken_and_told<World>(tuning());
+}
+TEST(TalarisParameters, AdjustingAllocatesNothing) {
+  any::expect_adjusting_allocates_nothing<World>(tuning());
+}
+TEST(TalarisParameters, NonsenseIsRefusedWhateverItIs) {
+  any::expect_nonsense_is_refused<World>(tuning());
+}
+
+TEST(TalarisParameters, APlanLeavesTheReserveThatWasSet) {
+  World w;
+  w.run(1);
+  ASSERT_EQ(set(w, "gas.reserve_s", 43).reason, Reason::none);
+  ASSERT_TRUE(w.start());
+  ASSERT_EQ(w.why(Kind::gnc, {0}), Reason::none);
+  const double hop = static_cast<double>(Program::hop);
+  EXPECT_EQ(w.why(Kind::plan, {hop, 2, 5, 0, 0}), Reason::gas_short);
+}
+
+TEST(TalarisParameters, ALowSupplyIsToldByTheLimitThatWasSetAlsoWhileOperational) {
+  World w;
+  ASSERT_TRUE(w.start());
+  w.run(1);
+  EXPECT_FALSE(w.has(FaultId::supply_low));
+  ASSERT_EQ(set(w, "gas.min_voltage_V", 30).reason, Reason::none);
+  w.run(1);
+  EXPECT_TRUE(w.has(FaultId::supply_low));
+}
+
+TEST(TalarisParameters, NothingOfTheFlightIsChangedWhileOperational) {
+  World w;
+  ASSERT_TRUE(w.start());
+  EXPECT_EQ(set(w, "limits.tilt_deg", 25).reason, Reason::not_in_state);
+  EXPECT_EQ(set(w, "gains.1.attitude_wn_rad_s", 1.5).reason, Reason::not_in_state);
+}
+
+TEST(TalarisParameters, WhatIsNotTheFlightsCostsItNoPlan) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_TRUE(w.calibrate());
+  const double hop = static_cast<double>(Program::hop);
+  ASSERT_EQ(w.why(Kind::plan, {hop, 2, 5, 0, 0}), Reason::none);
+  ASSERT_EQ(set(w, "imu.lost_per_s", 30).reason, Reason::none);
+  EXPECT_EQ(w.vehicle_.flight().phase, gnc::talaris::Phase::ready);
+}
+
+TEST(TalarisParameters, ARecordingInWhichTheyChangeIsReplayedToTheBitAlsoFromTheMiddle) {
+  World w;
+  any::Recording<World, Vehicle> recording(w);
+  recording.run(1);
+  const auto change = [&](const char* name, double value) {
+    w.send(lss::CommandKind::set_parameter, {any::number(index_of(name)), value});
+    recording.step();
+  };
+  change("profile.climb_m_s2", 0.71);
+  change("gains.1.attitude_wn_rad_s", 1.55);
+  change("altimeter.silent_ms", 900);
+  w.send(lss::CommandKind::start);
+  recording.run(1);
+  w.send(Kind::gnc, {0});
+  recording.step();
+  change("gas.min_voltage_V", 20);
+  recording.remember();
+  w.send(Kind::gnc, {1});
+  recording.run(6);
+  EXPECT_EQ(w.mode(), Mode::standby);
+  w.send(Kind::plan, {static_cast<double>(Program::hop), 2, 5, 0, 0});
+  recording.run(1);
+  w.voltage_V = 19;
+  recording.run(2);
+  EXPECT_TRUE(w.has(FaultId::supply_low));
+  recording.expect_replayed(quick(), logic());
+  Parameters other = quick();
+  other.flight.profile.climb_m_s2 = 0.9;
+  other.min_voltage_V = 25;
+  EXPECT_TRUE(recording.differs_with(other, logic()));
+}
+
+}  // namespace
+}  // namespace lss::talaris
