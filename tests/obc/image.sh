@@ -39,7 +39,7 @@ if [ -z "${FAKEROOTKEY:-}" ]; then
   fi
   # Everything below is done by who looks like root. fakeroot's server must not inherit the lock.
   status=0
-  fakeroot "$here/image.sh" "$out" "$@" 9>&- || status=$?
+  fakeroot "$here/image.sh" "$@" 9>&- || status=$?
   exit "$status"
 fi
 
