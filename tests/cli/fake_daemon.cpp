@@ -152,7 +152,8 @@ void FakeDaemon::obey_parameters(const lss_Command& command) {
   } else {
     parameters_.saved = lss_SAVED_GOOD;
     ++parameters_.save;
-    for (lss_Parameter& p : parameters_.item) p.saved = p.value == p.configured ? NAN : p.value;
+    for (lss_Parameter& p : parameters_.item)
+      p.saved = p.value == p.configured ? std::nan("") : p.value;
   }
   publish_parameters();
   acknowledge(command, lss_PHASE_EXECUTING);
