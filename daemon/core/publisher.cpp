@@ -122,17 +122,6 @@ void Publisher::run() {
   publish_status(now_ns());
 }
 
-// Before the acknowledgements: who hears that it was done finds it so.
-void Publisher::drain_parameters() {
-  bool changed = tunables_.update();
-  if (changed) parameters_.present = tunables_.value();
-  for (SaveResult result; sources_.parameters_saved(result);) {
-    saved(result);
-    changed = false;
-  }
-  if (changed) face_->parameters(parameters_);
-}
-
 void Publisher::saved(const SaveResult& result) {
   const TimeNs now = now_ns();
   const bool failed = result.error != 0;
@@ -164,8 +153,16 @@ void Publisher::saved(const SaveResult& result) {
 }
 
 void Publisher::drain() {
-  drain_parameters();
+  // Before the acknowledgements: who hears that it was done finds it so.
+  if (tunables_.update()) {
+    parameters_.present = tunables_.value();
+    face_->parameters(parameters_);
+  }
+  // What was saved ends commands whose other acknowledgements were put before.
+  std::vector<SaveResult> results;
+  for (SaveResult result; sources_.parameters_saved(result);) results.push_back(result);
   for (Ack ack; acks_.pop(ack);) face_->acknowledge(ack);
+  for (const SaveResult& result : results) saved(result);
   for (EventRecord event; events_.pop(event);) {
     tell(event);
     next_status_ns_ = 0;  // something changed: say so

@@ -80,7 +80,6 @@ class Publisher {
  private:
   void run();
   void drain();
-  void drain_parameters();
   void saved(const SaveResult& result);
   void publish_status(TimeNs now);
   void watch(TimeNs now);

@@ -256,7 +256,7 @@ class Runtime final : public App {
   void actuate() noexcept;
   void collect(const Boundary& boundary, const Released& released, TimingPoints& timing) noexcept;
   void hand_over(const TimingPoints& timing) noexcept;
-  void show_parameters() noexcept;
+  void ask_to_save() noexcept;
   void record_frame(const TimingPoints& timing) noexcept;
 
   config::Config config_;
@@ -334,8 +334,10 @@ template <class Vehicle, class Buses>
 void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
   port_.show(supervisor_.state());
   airborne_.store(supervisor_.airborne(), std::memory_order_relaxed);
-  show_parameters();
+  const TunableValues& parameters = vehicle_.tunables();
+  if (std::exchange(changes_, parameters.changes) != parameters.changes) publisher_.put(parameters);
   publisher_.put(supervisor_.outbox());
+  ask_to_save();
   publisher_.put(supervisor_.state());
   publisher_.put(timing);
   if (config_.telemetry_periodic || out_.data_requested) telemetry_.put(out_.telemetry);
@@ -343,13 +345,11 @@ void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
   record_frame(timing);
 }
 
-// Before the acknowledgements, so that they are published before them.
+// When the acknowledgements so far are put: the answer of another thread comes after them.
 template <class Vehicle, class Buses>
-void Runtime<Vehicle, Buses>::show_parameters() noexcept {
-  const TunableValues& values = vehicle_.tunables();
-  if (std::exchange(changes_, values.changes) != values.changes) publisher_.put(values);
+void Runtime<Vehicle, Buses>::ask_to_save() noexcept {
   const SupervisorState::Active* asked = supervisor_.save_asked();
-  if (asked == nullptr || saver_.ask({*asked, values})) return;
+  if (asked == nullptr || saver_.ask({*asked, vehicle_.tunables()})) return;
   publisher_.put(Ack{.source = asked->source,
                      .sequence = asked->sequence,
                      .kind = asked->kind,

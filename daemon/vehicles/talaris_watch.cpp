@@ -193,9 +193,11 @@ void Vehicle::watch_altimeter(Supervisor& s) noexcept {
 
 void Vehicle::watch_supply(Supervisor& s) noexcept {
   constexpr double kHysteresis_V = 0.2;
-  if (parameters_.min_voltage_V <= 0 || sensors_.gas_age_s() > 1) return;
+  if (sensors_.gas_age_s() > 1) return;
+  const bool watched = parameters_.min_voltage_V > 0;
   const double limit_V = parameters_.min_voltage_V + (supply_told_ ? kHysteresis_V : 0);
-  warn(sensors_.gas().voltage_V < limit_V, supply_told_, FaultId::supply_low, kValveModule, s);
+  warn(watched && sensors_.gas().voltage_V < limit_V, supply_told_, FaultId::supply_low,
+       kValveModule, s);
 }
 
 // ---- what is done by hand and by scripts

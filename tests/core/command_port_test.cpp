@@ -100,6 +100,39 @@ TEST_F(CommandPortTest, ADryRunThatIsRefusedIsAnsweredAndNotCounted) {
   EXPECT_EQ(port_.refused(), 0u);
 }
 
+TEST_F(CommandPortTest, AParameterOutOfRangeIsRefusedAtOnceAndWhetherItGoesWithOthersIsTheFrames) {
+  static constexpr CommandInfo kSet{9, "set-parameter", Access::holder, false, "", kSetParameters};
+  static constexpr TunableInfo kInfos[] = {
+      {"a.speed_m_s", "m/s", 0, 2, Change::always, false, "how fast"},
+      {"a.gain", "", 0, 2, Change::at_rest, false, "how hard"}};
+  Logic logic = kLogic;
+  logic.command = [](std::uint16_t) { return &kSet; };
+  logic.tunables = kInfos;
+  CommandPort port(logic, 100, 1000);
+  SupervisorState walking;
+  walking.controller.state = State::operational;
+  port.show(walking);
+  std::uint64_t sequence = 0;
+  const auto answer = [&](double number, double value) {
+    Request r{.sequence = ++sequence, .kind = 9, .parameter = {number, value}};
+    std::string("test").copy(r.source.data(), 31);
+    acks_.clear();
+    port.receive(r, [&](const Ack& ack) { acks_.push_back(ack); });
+    return acks_.empty() ? Reason::none : acks_[0].verdict.reason;
+  };
+  EXPECT_EQ(answer(1, 3), Reason::parameter_range);
+  EXPECT_EQ(answer(3, 1), Reason::no_such_parameter);
+  EXPECT_EQ(answer(41, 1), Reason::out_of_range) << "by the armour";
+  EXPECT_EQ(answer(1.5, 1), Reason::not_a_choice);
+  EXPECT_EQ(answer(2, 1), Reason::not_in_state);
+  Request r;
+  EXPECT_FALSE(port.pop(r));
+  EXPECT_EQ(answer(1, 1), Reason::none);
+  EXPECT_TRUE(acks_.empty()) << "the frame says whether it is accepted";
+  ASSERT_TRUE(port.pop(r));
+  EXPECT_FALSE(r.acknowledged);
+}
+
 TEST_F(CommandPortTest, AnEmergencyStopIsToldAtOnceAndStillGoesToTheFrame) {
   show(State::operational, 0);
   receive(4, 1);

@@ -156,9 +156,11 @@ class Recording {
     record::Writer writer(bytes);
     const bool asked = world_.out_.data_requested;
     const TimingPoints timing{};
-    fields(writer, record::FrameView<Vehicle>{
-                       world_.in_, world_.out_.command, world_.supervisor_.outbox(),
-                       world_.supervisor_.state(), world_.out_.telemetry, asked, timing});
+    const Inputs<Vehicle>* in = &world_.in_;
+    if constexpr (requires { world_.taken_; }) in = &world_.taken_;
+    fields(writer, record::FrameView<Vehicle>{*in, world_.out_.command, world_.supervisor_.outbox(),
+                                              world_.supervisor_.state(), world_.out_.telemetry,
+                                              asked, timing});
     ASSERT_TRUE(writer.fits());
     bytes.resize(writer.size());
     frames_.push_back(std::move(bytes));

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "daemon/core/common_commands.h"
+
 namespace lss::cli {
 namespace {
 
@@ -78,6 +80,15 @@ std::vector<lc::Event> events_of(const CommandInfo& info,
     }
   }
   return events;
+}
+
+std::vector<Allowed> allowed(const CommandInfo& info, const lc::Table& table,
+                             std::span<const char* const> modes,
+                             lc::Event (*event_of)(const Request& request)) {
+  if (!is_of_parameters(info.kind)) return allowed(table, modes, events_of(info, event_of));
+  if (info.kind == static_cast<std::uint16_t>(CommandKind::save_parameters))
+    return {{.where = "every state", .when = {}}};
+  return {{.where = "every state", .when = {"the parameter may be changed there (param get)"}}};
 }
 
 }  // namespace lss::cli

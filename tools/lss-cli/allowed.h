@@ -23,4 +23,9 @@ std::vector<Allowed> allowed(const lc::Table& table, std::span<const char* const
 std::vector<lc::Event> events_of(const CommandInfo& info,
                                  lc::Event (*event_of)(const Request& request));
 
+// By the rows of its events. No row takes those of parameters, which have a table of their own.
+std::vector<Allowed> allowed(const CommandInfo& info, const lc::Table& table,
+                             std::span<const char* const> modes,
+                             lc::Event (*event_of)(const Request& request));
+
 }  // namespace lss::cli

@@ -311,8 +311,7 @@ std::optional<double> distance_m(const void* telemetry) {
 }
 
 std::vector<Allowed> allowed_in(const CommandInfo& info) {
-  return allowed(lss::ardito::kTable, lss::ardito::kModeNames,
-                 events_of(info, lss::ardito::event_of));
+  return allowed(info, lss::ardito::kTable, lss::ardito::kModeNames, lss::ardito::event_of);
 }
 
 }  // namespace

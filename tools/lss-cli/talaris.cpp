@@ -371,8 +371,7 @@ std::optional<double> distance_m(const void* telemetry) {
 }
 
 std::vector<Allowed> allowed_in(const CommandInfo& info) {
-  return allowed(lss::talaris::kTable, lss::talaris::kModeNames,
-                 events_of(info, lss::talaris::event_of));
+  return allowed(info, lss::talaris::kTable, lss::talaris::kModeNames, lss::talaris::event_of);
 }
 
 }  // namespace

@@ -269,7 +269,7 @@ std::optional<double> distance_m(const void* telemetry) {
 }
 
 std::vector<Allowed> allowed_in(const CommandInfo& info) {
-  return allowed(lss::zebro::kTable, lss::zebro::kModeNames, events_of(info, lss::zebro::event_of));
+  return allowed(info, lss::zebro::kTable, lss::zebro::kModeNames, lss::zebro::event_of);
 }
 
 }  // namespace

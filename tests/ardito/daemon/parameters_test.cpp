@@ -59,6 +59,7 @@ TEST(ArditoParameters, AllThreeInstancesOfTheControllerTakeTheHeadingLimit) {
   World w;
   w.run(0.5);
   EXPECT_EQ(set(w, "mobility.heading_limit_deg", 2).phase, Phase::completed);
+  w.acks.clear();  // the start waits for its own
   ASSERT_TRUE(w.start());
   ASSERT_TRUE(w.drive_at(0.3, 5 * kDegree));
   w.run(5);

@@ -52,6 +52,7 @@ class World {
     requests_.clear();
     if (heartbeat_ && in_.request_count < kMaxRequests)
       in_.requests[in_.request_count++] = {.source = source("test")};
+    taken_ = in_;
     cycle(vehicle_, supervisor_, in_, out_, [](Stage) {});
     obey(out_.command);
     const auto& box = supervisor_.outbox();
@@ -129,6 +130,7 @@ class World {
   std::vector<Ack> acks;
   std::vector<EventRecord> events;
   lss::Inputs<Vehicle> in_{};
+  lss::Inputs<Vehicle> taken_{};  // by the last cycle: what drives do after it is for the next one
   Outputs<Vehicle> out_{};
   Parameters parameters_;
   Vehicle vehicle_;

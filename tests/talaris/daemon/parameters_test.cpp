@@ -48,10 +48,13 @@ TEST(TalarisParameters, ALowSupplyIsToldByTheLimitThatWasSetAlsoWhileOperational
   World w;
   ASSERT_TRUE(w.start());
   w.run(1);
-  EXPECT_FALSE(w.has(FaultId::supply_low));
+  EXPECT_FALSE(w.has(FaultId::supply_low, kValveModule));
   ASSERT_EQ(set(w, "gas.min_voltage_V", 30).reason, Reason::none);
   w.run(1);
-  EXPECT_TRUE(w.has(FaultId::supply_low));
+  EXPECT_TRUE(w.has(FaultId::supply_low, kValveModule));
+  ASSERT_EQ(set(w, "gas.min_voltage_V", 0).reason, Reason::none);  // not looked at
+  w.run(1);
+  EXPECT_FALSE(w.has(FaultId::supply_low, kValveModule));
 }
 
 TEST(TalarisParameters, NothingOfTheFlightIsChangedWhileOperational) {
@@ -95,7 +98,7 @@ TEST(TalarisParameters, ARecordingInWhichTheyChangeIsReplayedToTheBitAlsoFromThe
   recording.run(1);
   w.voltage_V = 19;
   recording.run(2);
-  EXPECT_TRUE(w.has(FaultId::supply_low));
+  EXPECT_TRUE(w.has(FaultId::supply_low, kValveModule));
   recording.expect_replayed(quick(), logic());
   Parameters other = quick();
   other.flight.profile.climb_m_s2 = 0.9;
