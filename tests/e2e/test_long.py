@@ -31,9 +31,9 @@ def cpu_s(pid):
 
 @unittest.skipUnless(MINUTES > 0, "LSS_RECORD_MINUTES says how long")
 class Long(Recorded):
-    """Beside a Scenario with motion(), a generator: it begins, and when it is asked again it ends."""
+    """Beside a Scenario with motion(), a generator: the motion begins, and when it is asked again it ends."""
 
-    def test_nothing_is_lost_and_all_is_replayed(self):
+    def nothing_is_lost_and_all_is_replayed(self):
         daemon = self.start_all()
         self.cli_ok("timing", "--reset")
         motion = self.motion()
@@ -71,6 +71,9 @@ class Long(Recorded):
 
 
 class Zebro(Long, Scenario):
+    def test_a_long_walk_loses_nothing_and_is_replayed(self):
+        self.nothing_is_lost_and_all_is_replayed()
+
     def motion(self):
         client = self.begin_walk()
         yield
@@ -79,6 +82,9 @@ class Zebro(Long, Scenario):
 
 
 class Ardito(Long, Rover):
+    def test_a_long_drive_loses_nothing_and_is_replayed(self):
+        self.nothing_is_lost_and_all_is_replayed()
+
     def motion(self):
         client = self.begin_cli("drive", "0.2", "--heading", "10", name="drive")
         self.wait_status(lambda s: s["mode"] == "Running", 60, "it drives", client)
@@ -89,6 +95,9 @@ class Ardito(Long, Rover):
 
 class Talaris(Long, Hopper):
     """One hop, since it has gas for one; then at rest, at the full rate all the same."""
+
+    def test_a_hop_and_a_long_rest_lose_nothing_and_are_replayed(self):
+        self.nothing_is_lost_and_all_is_replayed()
 
     def motion(self):
         self.cli_ok("hop", "--arm", "--height", "2", "--distance", "8", limit_s=180)
