@@ -114,6 +114,38 @@ Figure figure_of(const std::string& row, const std::string& name, const std::str
           .note = note};
 }
 
+Figure most(const std::string& row, const std::string& name, const std::string& unit,
+            const Rounds& rounds) {
+  double value = -INFINITY, reference = -INFINITY, again = -INFINITY;
+  for (const Round& round : rounds) {
+    value = std::max(value, quantile(round.value, 1));
+    reference = std::max(reference, quantile(round.reference, 1));
+    again = std::max(again, quantile(round.again, 1));
+  }
+  Figure made = figure_of(row, name, unit, value, std::max(reference, again), kNone);
+  if (reference > 0) made.aa_ratio = again / reference;
+  return made;
+}
+
+Figure missed(const std::string& row, const std::string& name, const Rounds& rounds, double bound) {
+  std::ptrdiff_t value = 0, reference = 0;
+  const auto over = [bound](const Samples& samples) {
+    return std::ranges::count_if(samples, [bound](double sample) { return sample > bound; });
+  };
+  for (const Round& round : rounds) {
+    value += over(round.value);
+    reference += over(round.reference) + over(round.again);
+  }
+  return to_be_none(
+      figure_of(row, name, "1", static_cast<double>(value), static_cast<double>(reference), kNone));
+}
+
+Figure to_be_none(Figure figure) {
+  figure.goal = 0;
+  figure.absolute = true;
+  return figure;
+}
+
 Figure noted(Figure figure, const std::string& note) {
   figure.note = note;
   return figure;

@@ -23,6 +23,7 @@ enum class Campaign { none, idle, load };
 struct Options {
   bool quick = false;
   Campaign campaign = Campaign::none;  // of row ii
+  bool maxima = false;                 // also maxima, and how often something was missed
 
   // How many of something: for figures, or for seconds.
   int count(int normal, int quick_count) const { return quick ? quick_count : normal; }
@@ -67,6 +68,12 @@ Figure figure(const std::string& row, const std::string& name, const std::string
 // Of a value and a reference that are each one number.
 Figure figure_of(const std::string& row, const std::string& name, const std::string& unit,
                  double value, double reference, double goal, const std::string& note = "");
+// The maximum of all rounds.
+Figure most(const std::string& row, const std::string& name, const std::string& unit,
+            const Rounds& rounds);
+// How many samples of all rounds are beyond the bound; goal: none.
+Figure missed(const std::string& row, const std::string& name, const Rounds& rounds, double bound);
+Figure to_be_none(Figure figure);  // the goal is 0
 Figure noted(Figure figure, const std::string& note);
 Figure held_back(Figure figure, const std::string& by);
 // For what stands beside the row's goals.
@@ -84,6 +91,7 @@ Figures row_ii_sync(const Options& options);  // where Ardito is built
 Figures row_iii(const Options& options);
 Figures row_iv(const Options& options);
 Figures row_v(const Options& options);
+Figures row_vi(const Options& options);  // where Ardito is built
 Figures row_vii(const Options& options);
 Figures row_viii(const Options& options);
 Figures row_ix(const Options& options);

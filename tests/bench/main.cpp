@@ -1,6 +1,7 @@
 // lss-bench: how fast the parts of the daemon are, each against a reference in the same run.
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -23,6 +24,10 @@ constexpr const char* kExamples =
     "  lss-bench --row ii,v --json       two rows, for a program\n"
     "  lss-bench --row ii --campaign load   3034 frames of 200 ms, eleven minutes, all CPUs busy\n"
     "  lss-bench --markdown docs/performance.md\n"
+    "  lss-bench --machine --markdown docs/machine-timing.md   rows i, ii, vi, xi in a machine "
+    "whose\n"
+    "                                    time is counted in instructions: maxima and what was "
+    "missed\n"
     "Run it with nothing else on the machine, and with the permission for SCHED_FIFO.";
 
 struct Row {
@@ -36,7 +41,11 @@ constexpr Row kRows[] = {
     {"iii", "command to acknowledgement", row_iii},
     {"iv", "telemetry", row_iv},
     {"v", "cycle of seven modules on RS-485", row_v},
-    {"vi", "cycle on CAN: needs a kernel with CAN interfaces", nullptr},
+#ifdef LSS_BENCH_ARDITO
+    {"vi", "cycle of Ardito on CAN", row_vi},
+#else
+    {"vi", "cycle on CAN: Ardito is not built", nullptr},
+#endif
     {"vii", "mathematics of a frame", row_vii},
     {"viii", "state space of the locomotion controller", row_viii},
     {"ix", "memory and steadiness", row_ix},
@@ -66,19 +75,42 @@ Figures measure(const Row& row, const Options& options, bool& failed) {
   }
 }
 
+// The same program in the deterministic machine, twice: tests/bench/machine.py.
+int in_machine(const Options& options, const std::vector<std::string>& names, bool as_json,
+               const std::string& document) {
+  std::vector<std::string> words{"python3", LSS_BENCH_SOURCE "/tests/bench/machine.py",
+                                 program("lss-bench")};
+  if (options.quick) words.emplace_back("--quick");
+  if (as_json) words.emplace_back("--json");
+  if (!names.empty())
+    words.insert(words.end(), {"--row", fmt::format("{}", fmt::join(names, ","))});
+  if (!document.empty()) words.insert(words.end(), {"--markdown", document});
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  ::execvp(argv[0], argv.data());
+  fmt::print(stderr, "python3 is not installed\n");
+  return 1;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   Options options;
   std::vector<std::string> names;
   std::string campaign, document;
-  bool as_json = false;
+  bool as_json = false, machine_wanted = false;
   CLI::App cli("Performance figures, each a ratio against a reference of the same run.",
                "lss-bench");
   cli.add_option("--row", names, "rows to measure, e.g. ii,v; without it all")->delimiter(',');
   cli.add_flag("--quick", options.quick, "for seconds; the figures mean little");
   cli.add_option("--campaign", campaign, "row ii in full length: idle, or load (all CPUs at work)")
       ->check(CLI::IsMember({"idle", "load"}));
+  cli.add_flag(
+      "--maxima", options.maxima,
+      "also maxima and how often something was missed: in a machine that counts instructions");
+  cli.add_flag("--machine", machine_wanted,
+               "in a virtual machine that counts instructions; rows i,ii,vi,xi");
   cli.add_flag("--json", as_json, "a list instead of a table");
   cli.add_option("--markdown", document, "also write the document with machine and table there");
   cli.footer(row_list() + "\n" + kExamples);
@@ -97,6 +129,9 @@ int main(int argc, char** argv) {
       return 2;
     }
   }
+
+  Cyclictest::counts_instructions = options.maxima;
+  if (machine_wanted) return in_machine(options, names, as_json, document);
 
   const Machine machine = this_machine();
   Figures figures;

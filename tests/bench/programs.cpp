@@ -249,10 +249,11 @@ Cyclictest::Cyclictest(int priority, TimeNs period_ns, int cycles, int cpu, Unit
                                  std::to_string(cpu),
                                  "--json=" + (folder_.path() / "result.json").string()};
   if (unit == Unit::nanoseconds) {
-    words.insert(words.end(), {"-N", "-h", "1000000"});
+    words.insert(words.end(), {"-N", "-h", counts_instructions ? "100000" : "1000000"});
   } else {
     words.insert(words.end(), {"-h", "20000"});
   }
+  if (counts_instructions) words.emplace_back("--laptop");
   process_.emplace(words, "/dev/null");
 }
 

@@ -133,6 +133,9 @@ class Cyclictest {
   // Finer than it is long: in nanoseconds latencies above 1 ms are told apart only by their
   // maximum.
   enum class Unit { nanoseconds, microseconds };
+  // In a machine that counts instructions, all of which cost time of the host: idle CPUs sleep, as
+  // they do without cyclictest, and the histogram that it prints is short.
+  static inline bool counts_instructions = false;
   Cyclictest(int priority, TimeNs period_ns, int cycles, int cpu, Unit unit = Unit::nanoseconds);
   // Latencies in microseconds, when it has ended. In order of size, not of time.
   Samples latencies();

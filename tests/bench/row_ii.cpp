@@ -301,7 +301,7 @@ class Load {
 };
 
 Figures with_offset(const Subject& s, const Outcome& outcome, const Plan& plan,
-                    const std::string& how) {
+                    const std::string& how, bool maxima) {
   const std::string frames = fmt::format("{} frames of {} packets, offset {} ms", plan.frames,
                                          plan.packets, kOffset / kMillisecond);
   Figure spread = figure("ii", "byte to byte - offset" + how + ", sigma", "us",
@@ -311,7 +311,7 @@ Figures with_offset(const Subject& s, const Outcome& outcome, const Plan& plan,
   const auto over = static_cast<double>(std::ranges::count_if(
       outcome.cyclictest_us, [](double us) { return us > static_cast<double>(kOffset) * 1e-3; }));
   const auto cycles = static_cast<double>(outcome.cyclictest_us.size());
-  return {
+  Figures figures{
       noted(figure("ii", "byte to byte - offset" + how + ", p99", "us",
                    side_by_side(s.deviation_us, outcome.echo_us), p99, 1),
             frames +
@@ -326,6 +326,13 @@ Figures with_offset(const Subject& s, const Outcome& outcome, const Plan& plan,
                     "of {}, {} begun by the clock; reference: cycles of cyclictest later than the "
                     "offset, of {}",
                     plan.frames, s.held, cycles))};
+  if (maxima) {
+    figures.push_back(most("ii", "byte to byte - offset" + how + ", max", "us",
+                           side_by_side(s.deviation_us, outcome.echo_us)));
+    figures.push_back(most("ii", "release - (T_k + offset)" + how + ", max", "us",
+                           side_by_side(s.release_us, outcome.cyclictest_us)));
+  }
+  return figures;
 }
 
 }  // namespace
@@ -349,11 +356,13 @@ Figures row_ii(const Options& options) {
             fmt::format("{:.0f} us of it from the bus thread by the frame thread to the release",
                         median(path.release_us))),
       figure("ii", "byte to byte, event path" + how + ", p99", "us", rounds, p99, kNone)};
+  if (options.maxima)
+    figures.push_back(most("ii", "byte to byte, event path" + how + ", max", "us", rounds));
 
   const Outcome offset = measure(plan, {{kOffset, 0}, {kOffset, kSpin}});
   for (const auto& [index, spin] : {std::pair{0, ", asleep"}, {1, ", spin_us = 200"}}) {
-    for (Figure& f :
-         with_offset(offset.subjects[static_cast<std::size_t>(index)], offset, plan, spin + how))
+    for (Figure& f : with_offset(offset.subjects[static_cast<std::size_t>(index)], offset, plan,
+                                 spin + how, options.maxima))
       figures.push_back(std::move(f));
   }
 #ifdef LSS_BENCH_ARDITO

@@ -73,7 +73,7 @@ Errors edges(int count, TimeNs spin_ns) {
 void measure(const Options& options, const std::string& what, Errors (*subject)(int, TimeNs),
              Figures& figures) {
   const int count = options.count(300, 40);
-  const int rounds_wanted = options.count(15, kRounds);
+  const int rounds_wanted = options.maxima ? kRounds : options.count(15, kRounds);
   for (const TimeNs spin_ns : {TimeNs{0}, kSpin}) {
     Rounds issued, written;
     for (int i = 0; i < rounds_wanted; ++i) {
@@ -95,6 +95,11 @@ void measure(const Options& options, const std::string& what, Errors (*subject)(
         "above"));
     figures.push_back(
         figure("xi", "byte written" + how + "p99", "us", written, p99, spin ? 0.6 : kNone));
+    if (options.maxima) {
+      figures.push_back(most("xi", "edge issued" + how + "max", "us", issued));
+      figures.push_back(most("xi", "byte written" + how + "max", "us", written));
+      figures.push_back(missed("xi", "byte written" + how + "later than 1 ms", written, 1000));
+    }
   }
 }
 

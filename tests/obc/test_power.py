@@ -1,0 +1,149 @@
+"""Power cuts in the middle of writing: what was on the disk is there and whole when the computer is up again. The disk
+(disk.py) loses what it was not told to flush. Moments come from a seed: LSS_OBC_SEED, 1; cuts: LSS_OBC_CUTS, 5."""
+
+import glob
+import json
+import os
+import random
+import re
+import statistics
+import subprocess
+import sys
+import unittest
+
+import vm
+from box import SOURCE, Box, setUpModule  # noqa: F401  pylint: disable=unused-import
+from disk import Disk
+
+sys.path.append(os.path.join(SOURCE, "tests/e2e"))
+import recording  # noqa: E402  pylint: disable=wrong-import-position,wrong-import-order
+
+UNIT = "lssd@ardito"
+CUTS = int(os.environ.get("LSS_OBC_CUTS", "5"))
+SEED = int(os.environ.get("LSS_OBC_SEED", "1"))
+PERIOD_NS, LEAD_NS, MOST_LOST_NS = 100_000_000, 10_000_000, 100_000_000  # config/ardito.toml
+
+
+class Power(Box):
+    COUNTED = False  # a disk has the host's time
+
+    @classmethod
+    def boot(cls):
+        if cls.disk is None:
+            folder = f"{cls.share}-disk"
+            os.mkdir(folder)
+            cls.addClassCleanup(subprocess.run, ["rm", "-r", folder], check=True)
+            cls.drive = Disk(os.path.join(vm.IMAGE, "root.ext4"), folder, SEED)
+            cls.addClassCleanup(cls.drive.close)
+            cls.disk = cls.drive.name
+        super().boot()
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.random = random.Random(SEED)
+        cls.use_can()
+        # All of every frame into the log, and small files: a new one is begun every few seconds.
+        cls.must("sed -i 's|^use = \"standard\"|use = \"everything\"|; s|^file_mb = [0-9]*|file_mb = 1|' "
+                 "/etc/lss/ardito.toml && sync")
+
+    # --- what is written
+
+    def begin_writing(self):
+        """The daemon runs; who listens on the bus tells another disk, this machine's, which frames there were. Logs are the
+        kernel's to write, after half a minute: here after a second, so that there is something to tear."""
+        self.must("echo 100 > /proc/sys/vm/dirty_expire_centisecs; echo 50 > /proc/sys/vm/dirty_writeback_centisecs")
+        self.must(f"systemctl start {UNIT}", 120)
+        self.must("systemd-run -q --unit=watch -p StandardOutput=append:/mnt/host/sync.log "
+                  "stdbuf -oL candump -L can0,080:7FF")
+        self.wait_status("s['recording'] and s['frame']['index'] > 20", "frames are recorded", 60)
+
+    def cut(self):
+        """In the middle of a write; UTC of the last SYNC that was heard before."""
+        self.drive.stop_in_write(self.random.randrange(1, 400))
+        self.machine.cut_power()
+        lost, kept = self.drive.lose_power()
+        with open(os.path.join(self.share, "sync.log"), encoding="ascii") as file:
+            stamps = re.findall(r"^\((\d+)\.(\d{6})\) can0 080#\s*$", file.read(), re.M)
+        return lost, kept, int(stamps[-1][0]) * 1_000_000_000 + int(stamps[-1][1]) * 1000
+
+    # --- what has to hold
+
+    def recordings_are_whole(self, cut_ns):
+        """All of them are replayed to the bit; how much of the newest is missing before the cut."""
+        names = self.must("ls /var/lib/lss/*.lssrec").split()
+        status, text = self.run_there(f"lssd --replay {' '.join(names)}", 600)
+        self.assertEqual(status, 0, text)
+        self.must("rm -f /mnt/host/*.lssrec; cp " + names[-1] + " /mnt/host/")
+        header, items, ended = recording.read(os.path.join(self.share, os.path.basename(names[-1])))
+        self.assertFalse(ended)
+        schema = recording.Schema(header["schema"])
+        last = [schema.read(item)[0] for kind, item in items[-3:] if kind == recording.FRAME][-1]
+        last_ns = last["in"]["time_ns"] + header["utc_ns"] - header["time_ns"]
+        return cut_ns + LEAD_NS - last_ns, "torn" in text
+
+    def logs_are_whole(self):
+        """Every line but the last of a file is JSON."""
+        self.must("rm -rf /mnt/host/logs; mkdir /mnt/host/logs; cp /var/lib/lss/*.jsonl /mnt/host/logs/")
+        lines = 0
+        for path in glob.glob(os.path.join(self.share, "logs", "*.jsonl")):
+            with open(path, "rb") as file:
+                whole = file.read().split(b"\n")[:-1]
+            for line in whole:
+                try:
+                    json.loads(line)
+                except ValueError as error:
+                    raise AssertionError(f"{path}: {error}: {line[:200]!r}") from None
+            lines += len(whole)
+        return lines
+
+    # Whatever else is written while it runs and has to be there whole belongs here: one method, called below.
+
+    def comes_up_ready(self):
+        """The names of its events."""
+        self.must(f"systemctl start {UNIT}", 120)
+        self.assertEqual(self.active(UNIT), "active")
+        status = self.wait_status("s['telemetry']", "it answers", 60)
+        self.assertEqual(status["state"], "Idle")
+        self.wait_status("s['recording']", "everything is recorded", 20)
+        return [e["name"] for e in json.loads(self.must("lss-cli --json events"))["events"]]
+
+    def test_power_is_cut_at_any_moment_and_nothing_is_corrupt(self):
+        torn_files, lines, missing_ns = 0, 0, []
+        for number in range(1, CUTS + 1):
+            self.begin_writing()
+            lost, kept, cut_ns = self.cut()
+            self.boot()
+            self.must("dmesg | grep -q 'EXT4-fs (vda): recovery complete'")
+            self.assertEqual(self.must("dmesg | grep -E 'EXT4-fs (error|warning)' | cat"), "")
+            missing, torn = self.recordings_are_whole(cut_ns)
+            missing_ns.append(missing)
+            before, lines = lines, self.logs_are_whole()
+            self.assertGreaterEqual(lines, before)
+            events = self.comes_up_ready()
+            self.assertEqual("recording_cut" in events, torn, "what was torn is told, and nothing else")
+            torn_files += torn
+            print(f"cut {number}: {lost} writes not flushed, {kept} of them on the disk; recorded up to {missing / 1e6:.0f} ms "
+                  f"before the frame of the last SYNC{', torn' if torn else ''}; {lines} lines of logs", flush=True)
+        self.assertGreater(lines, 0)
+        # SYNC was heard, and so the power was there until then: the frames before the last 100 ms are recorded. The disk and
+        # the thread that writes have the host's time here, and may be late with it: the median has to hold.
+        self.assertLessEqual(statistics.median(missing_ns), MOST_LOST_NS + PERIOD_NS)
+        print(f"{CUTS} cuts, {torn_files} of them tore a recording; {self.drive.flushes} flushes")
+        # The file system has no scar that it hides.
+        self.must(f"systemctl stop {UNIT} && sync")
+        try:
+            self.run_there("systemctl poweroff")
+        except vm.Gone:
+            pass  # before it could answer
+        self.machine.process.wait(120)
+        self.drive.gone.wait(60)
+        self.drive.flush()
+        path = f"{os.environ['PATH']}:/sbin:/usr/sbin"
+        checked = subprocess.run(["e2fsck", "-fn", self.drive.safe_path], stdout=subprocess.PIPE,
+                                 stderr=subprocess.STDOUT, text=True, env={**os.environ, "PATH": path}, check=False)
+        self.assertEqual(checked.returncode, 0, checked.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
