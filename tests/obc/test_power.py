@@ -6,7 +6,6 @@ import json
 import os
 import random
 import re
-import statistics
 import subprocess
 import sys
 import unittest
@@ -126,9 +125,8 @@ class Power(Box):
             print(f"cut {number}: {lost} writes not flushed, {kept} of them on the disk; recorded up to {missing / 1e6:.0f} ms "
                   f"before the frame of the last SYNC{', torn' if torn else ''}; {lines} lines of logs", flush=True)
         self.assertGreater(lines, 0)
-        # SYNC was heard, and so the power was there until then: the frames before the last 100 ms are recorded. The disk and
-        # the thread that writes have the host's time here, and may be late with it: the median has to hold.
-        self.assertLessEqual(statistics.median(missing_ns), MOST_LOST_NS + PERIOD_NS)
+        # SYNC was heard, and so the power was there until then: the frames before the last 100 ms are recorded.
+        self.assertLessEqual(max(missing_ns), MOST_LOST_NS + PERIOD_NS, missing_ns)
         print(f"{CUTS} cuts, {torn_files} of them tore a recording; {self.drive.flushes} flushes")
         # The file system has no scar that it hides.
         self.must(f"systemctl stop {UNIT} && sync")
