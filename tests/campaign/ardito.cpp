@@ -61,6 +61,7 @@ Subject ardito() {
           World::kRest_s,
           World::kCutRest_s,
           "below 0.02 m/s",
+          10,
           [](unsigned number) { return Scenario<World>(number).play(); },
           [](unsigned number, const std::filesystem::path& folder) {
             return Scenario<World>(number).record_to<ardito::Vehicle>(folder).play();

@@ -153,11 +153,11 @@ TEST_P(CampaignRecording, IsReadByItsDescriptionAsByTheStructs) {
   for (const fs::path& path : folder.files()) {
     Flight flight(path.string());
     flight.each({}, [&](const Flight::Frame& frame) {
-      if (++frames % 7 != 0) return;
-      const auto theirs = records->to_json(frame.record);
       const auto ours = flight.layout().json(frame.record);
-      ASSERT_EQ(ours.dump(), theirs.dump());
-      events += ours.at("outbox").at("events").size();
+      const std::size_t told = ours.at("outbox").at("events").size();
+      events += told;
+      if (++frames % 7 != 0 && told == 0) return;
+      ASSERT_EQ(ours.dump(), records->to_json(frame.record).dump());
     });
   }
   EXPECT_GT(frames, 100u);

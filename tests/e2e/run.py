@@ -6,6 +6,7 @@ the priority of both ends is: measured at load 11 on two CPUs, 0.04 ms in the me
 Replies that late are lost for the bus master, and rightly so. A pseudo-terminal of our own, for measuring only,
 tells such a machine from a fault of the product: a scenario begins when hand-overs were quick for a while, and
 one that failed while they took longer than a bus cycle is tried again, up to three times in all, and it says so.
+For TALARIS that is half as long: its thrusters are held open or shut for as long as the machine stands still.
 """
 
 import os
@@ -93,7 +94,7 @@ def main():
             longest_s = meter.longest_s()
             print(f"try {count}: {'passed' if passed else 'failed'}; "
                   f"pseudo-terminals took up to {longest_s * 1e3:.1f} ms", flush=True)
-            if passed or longest_s < BUS_CYCLE_S:
+            if passed or longest_s < (BUS_CYCLE_S / 2 if ".Talaris." in sys.argv[1] else BUS_CYCLE_S):
                 return 0 if passed else 1
         return 1
     finally:
