@@ -166,7 +166,8 @@ class Zebro(Recorded, Scenario):
         print(said)
 
         # The program does something else than it did: as if a constant in it had been changed.
-        config, count = re.subn(r"(?m)^flight_s = [0-9.]+", "flight_s = 3.05", header["config"])
+        config, count = re.subn(r"(?m)^temperature_warning_degC = [0-9.]+", "temperature_warning_degC = 20.0",
+                                header["config"])
         self.assertEqual(count, 1)
         write({"config": config})
         said = self.replay(other, expect=DIFFERENT)
