@@ -57,9 +57,12 @@ class Recorded:
         return type(self).__name__.lower()
 
     def same_records(self, other, path):
-        """A build that was made before records or configuration changed has nothing to say. That builds of one
-        source do not refuse each other is for replay_kept.sh."""
-        result = run([other, "--replay", path], self.environment(), 300)
+        """A build that was made before records or configuration changed has nothing to say, nor one that is being
+        linked. That builds of one source do not refuse each other is for replay_kept.sh."""
+        try:
+            result = run([other, "--replay", path], self.environment(), 300)
+        except OSError:
+            return False
         return result.code != FOREIGN and "--config is required" not in result.err
 
     def begin_again(self):
