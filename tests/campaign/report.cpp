@@ -61,8 +61,8 @@ In every frame, whatever happened, must hold:
                         s.simulated_s / s.wall_s);
   }
   text +=
-      "\n| vehicle | at rest is | must be within | slowest | slowest from mended to Idle |\n"
-      "|---|---|---:|---:|---:|\n";
+      "\n| vehicle | at rest is | must be within | slowest | with the bus cut or noisy | slowest | "
+      "slowest from mended to Idle |\n|---|---|---:|---:|---:|---:|---:|\n";
   for (const Summary& s : summaries) {
     text += fmt::format("| {} | {} | {:g} s | {:.2f} s | {:g} s | {:.2f} s | {:.0f} s |\n",
                         s.subject.vehicle, s.subject.at_rest, s.subject.rest_s, s.slowest_rest_s,
