@@ -70,12 +70,12 @@ def measure(bench, rows, quick):
         machine = machine_class()(share)
         machine.wait_for_boot()
         # From its own disk: a page that comes from the host comes when the host likes.
-        must("mkdir /root/bench && cp /mnt/host/* /root/bench")
-        missing = must("for f in /root/bench/*; do ldd $f; done | sed -n 's/^ *\\(.*\\) => not found/\\1/p' | sort -u")
+        must("mkdir -p /opt/bench && cp /mnt/host/* /opt/bench")
+        missing = must("for f in /opt/bench/*; do ldd $f; done | sed -n 's/^ *\\(.*\\) => not found/\\1/p' | sort -u")
         for name in missing.split():
             shutil.copy(needed[name], share)
-        must("cp -n /mnt/host/* /root/bench")
-        must("cd /root/bench && PATH=$PWD:$PATH LD_LIBRARY_PATH=$PWD ./lss-bench --maxima --json "
+        must("cp -n /mnt/host/* /opt/bench")
+        must("cd /opt/bench && PATH=$PWD:$PATH LD_LIBRARY_PATH=$PWD ./lss-bench --maxima --json "
              f"--row {rows} {'--quick' if quick else ''} > /mnt/host/figures.json 2> /mnt/host/progress || "
              "{ cat /mnt/host/progress; false; }", LIMIT_S)
         with open(os.path.join(share, "figures.json"), encoding="utf-8") as file:

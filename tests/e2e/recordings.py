@@ -147,7 +147,7 @@ class Recorded:
             shutil.copy(path, kept)
             shutil.copy(self.recording, kept)
         if pictures.BROWSER is None:
-            self.skipTest("no picture is taken: chromium is not installed (tools/packages.txt, group web)")
+            self.skipTest("no picture is taken: chromium is not installed (tools/packages.txt, group show)")
         picture = os.path.join(self.folder, "run.png")
         pictures.screenshot(path, picture)
         colours = pictures.shares(picture)
