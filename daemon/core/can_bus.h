@@ -91,11 +91,11 @@ class CanBus {
     while (!stop_.load(std::memory_order_relaxed)) {
       TimeNs now = now_ns();
       if (!port_.is_open()) reopen(now);
-      wait(now);
+      const bool readable = wait(now);
       now = now_ns();
       if (port_.is_open()) {
         if (orders_.update()) driver_.release(orders_.value(), now);
-        serve(now);
+        serve(readable, now);
       }
       if (now - reported_.time_ns >= kReportEvery || reported_.open != port_.is_open()) report(now);
       turns_.fetch_add(1, std::memory_order_relaxed);
@@ -121,9 +121,11 @@ class CanBus {
     reported_.was_open = true;
   }
 
-  void wait(TimeNs now) noexcept {
+  // True when the port has frames, or is gone.
+  bool wait(TimeNs now) noexcept {
     TimeNs wake_ns = reopen_ns_;
     if (port_.is_open()) wake_ns = std::min(driver_.next_wake(), port_.next_wake());
+    if (more_) wake_ns = now;
     wake_ns = std::min(wake_ns, now + kSecond);  // to see that it is to stop
     std::array<pollfd, 2> fds{{{wake_fd_, POLLIN, 0}, {port_.fd(), POLLIN, 0}}};
     const timespec timeout = to_timespec(wake_ns > now ? wake_ns - now : 0);
@@ -132,17 +134,17 @@ class CanBus {
       std::uint64_t count = 0;
       [[maybe_unused]] const auto got = ::read(wake_fd_, &count, sizeof count);
     }
+    return fds[1].revents != 0 || more_;
   }
 
   // Frames in, frames out, samples up.
-  void serve(TimeNs now) noexcept {
-    std::array<CanFrame, 64> frames;
-    bool more = true;  // bounded: a flood must not keep the orders waiting
-    for (int reads = 0; more && reads < kMostReads; ++reads) {
-      const CanPort::Received in = port_.receive(frames);
+  void serve(bool readable, TimeNs now) noexcept {
+    more_ = readable;  // bounded: a flood must not keep the orders waiting
+    for (int reads = 0; more_ && reads < kMostReads; ++reads) {
+      const CanPort::Received in = port_.receive(frames_);
       if (in.lost) return lost();
-      driver_.receive(std::span(frames).first(in.frames));
-      more = in.more;
+      driver_.receive(std::span(frames_).first(in.frames));
+      more_ = in.more;
     }
     // Back from bus-off: whoever is on the bus may have missed anything.
     if (port_.counters().restarts != restarts_) {
@@ -151,13 +153,13 @@ class CanBus {
     }
     for (CanFrame frame; driver_.transmit(now, frame);) port_.send(frame, now);
     if (!port_.flush(now)) return lost();
-    std::array<Sample, Driver::kMaxSamples> samples;
-    const std::size_t count = driver_.take(samples);
-    for (std::size_t i = 0; i < count; ++i) samples_.push(samples[i]);
+    const std::size_t count = driver_.take(taken_);
+    for (std::size_t i = 0; i < count; ++i) samples_.push(taken_[i]);
   }
 
   void lost() noexcept {
     port_.close();
+    more_ = false;
     reopen_ns_ = 0;
   }
 
@@ -175,6 +177,10 @@ class CanBus {
   std::span<const CanFilter> filters_;
   CanPort port_;
   int wake_fd_;
+  // Of one turn. Here since they are big: to set them up anew for each frame takes longer than it.
+  std::array<CanFrame, 64> frames_{};
+  std::array<Sample, Driver::kMaxSamples> taken_{};
+  bool more_ = false;  // frames were left, of which poll may not tell
   TimeNs reopen_ns_ = 0;
   std::uint64_t restarts_ = 0;
   Report reported_{};

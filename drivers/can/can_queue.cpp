@@ -39,10 +39,11 @@ void CanQueue::push(const CanFrame& frame, TimeNs now, CanCounters& counters) no
 }
 
 bool CanQueue::flush(CanTransport& transport, TimeNs now, CanCounters& counters) noexcept {
+  retry_ns_ = kNever;
+  if (count_ == 0) return true;
   const std::size_t before = count_;
   drop_if([now](const Waiting& w) { return is_pdo(w.frame) && now - w.since_ns > kStale; });
   counters.dropped_stale += before - count_;
-  retry_ns_ = kNever;
   std::array<CanFrame, 32> batch;
   while (count_ > 0) {
     const std::size_t size = std::min(count_, batch.size());

@@ -16,7 +16,6 @@
 namespace lss {
 namespace {
 
-constexpr std::size_t kBatch = 32;
 constexpr int kReceiveBuffer = 256 * 1024;
 
 bool from_kernel(const can_frame& raw, CanFrame& frame) noexcept {
@@ -93,46 +92,35 @@ CanStatus SocketCan::prepare(const char* interface, std::span<const CanFilter> f
   return CanStatus::ok;
 }
 
+// One frame a call: frames come one by one at the pace of a bus, and to ask whether another one is
+// there takes as long as this. poll tells.
 CanTransport::Received SocketCan::receive(std::span<CanFrame> into,
                                           CanCounters& counters) noexcept {
-  const std::size_t wanted = std::min(into.size(), kBatch);
-  std::array<can_frame, kBatch> raw;
-  std::array<iovec, kBatch> piece;
-  std::array<mmsghdr, kBatch> message{};
-  struct Control {
-    alignas(cmsghdr) std::array<std::uint8_t, 128> bytes;
-  };
-  std::array<Control, kBatch> control;
-  for (std::size_t i = 0; i < wanted; ++i) {
-    piece[i] = {&raw[i], sizeof raw[i]};
-    message[i].msg_hdr.msg_iov = &piece[i];
-    message[i].msg_hdr.msg_iovlen = 1;
-    message[i].msg_hdr.msg_control = control[i].bytes.data();
-    message[i].msg_hdr.msg_controllen = control[i].bytes.size();
-  }
-  const int got =
-      ::recvmmsg(fd_, message.data(), static_cast<unsigned>(wanted), MSG_DONTWAIT, nullptr);
+  can_frame raw{};
+  iovec piece{&raw, sizeof raw};
+  alignas(cmsghdr) std::array<std::uint8_t, 128> control;
+  msghdr message{};
+  message.msg_iov = &piece;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  const ssize_t got = ::recvmsg(fd_, &message, MSG_DONTWAIT);
   if (got < 0) {
     error_ = errno;
     return {0, false, error_ != EAGAIN && error_ != EINTR && error_ != ENOBUFS};
   }
-  const CanClocks now = read_clocks();
   const std::uint32_t dropped = dropped_;
-  Received result{0, static_cast<std::size_t>(got) == wanted, false};
-  for (std::size_t i = 0; i < static_cast<std::size_t>(got); ++i) {
-    CanFrame& frame = into[result.frames];
-    const TimeNs time = stamp(message[i].msg_hdr, now, dropped_);
-    if (message[i].msg_len != sizeof(can_frame) || !from_kernel(raw[i], frame)) continue;
-    frame.time_ns = time;
-    if (frame.error) {
-      told(frame, counters);
-    } else {
-      ++result.frames;
-    }
-  }
+  CanFrame& frame = into.front();
+  const TimeNs time = stamp(message, read_clocks(), dropped_);
   counters.overflows += dropped_ - dropped;  // wraps as the kernel's does
-  counters.received += result.frames;
-  return result;
+  if (got != sizeof raw || !from_kernel(raw, frame)) return {};
+  frame.time_ns = time;
+  if (frame.error) {
+    told(frame, counters);
+    return {};
+  }
+  ++counters.received;
+  return {1, false, false};
 }
 
 // Bus-off ends by `restart-ms` of the interface, by `ip link set can0 type can restart`, or by

@@ -1,6 +1,7 @@
 #include "drivers/canopen/master.h"
 
 #include <algorithm>
+#include <bit>
 
 namespace lss::canopen {
 namespace {
@@ -45,12 +46,12 @@ void Master::restart(TimeNs now, TimeNs reset_at) noexcept {
     Node& node = nodes_[i];
     node.sdo.cancel();
     node.nmt_due = false;
-    for (Outgoing& rpdo : node.rpdo) rpdo.due = false;
     node.window_frames = node.storm_emcys = 0;
     node.status.nmt = NmtState::unknown;
     node.status.emcy_storm = false;
     enter(node, NodeState::off, now, reset_at);
   }
+  rpdos_due_ = 0;
   sample_count_ = 0;
   heartbeat_ns_ = now;
   sync_ns_ = parameters_.sync_period_ns > 0 ? now : kNever;
@@ -154,6 +155,11 @@ bool Master::waits(const Node& node) const noexcept {
   return !boot_allowed_ && !resumes && waits_for_leave(node.status.state);
 }
 
+// Most of the time none does, and it is asked for each frame that comes.
+bool Master::needs_care(const Node& node, TimeNs now) noexcept {
+  return node.nmt_due || node.sdo.busy() || node.status.emcy_storm || now >= node.deadline_ns;
+}
+
 void Master::advance(Node& node, TimeNs now) noexcept {
   if (node.status.emcy_storm && now - node.storm_ns >= 2 * kSecond) node.status.emcy_storm = false;
   if (now < node.deadline_ns) return;
@@ -172,25 +178,23 @@ void Master::sync_at(TimeNs next) noexcept {
 
 void Master::send_rpdo(std::size_t node, int number, std::span<const std::uint8_t> data) noexcept {
   if (node >= count_ || number < 1 || number > kMaxPdos) return;
-  Outgoing& rpdo = nodes_[node].rpdo[static_cast<std::size_t>(number - 1)];
+  const auto n = static_cast<std::size_t>(number - 1);
+  Outgoing& rpdo = nodes_[node].rpdo[n];
   rpdo.size = static_cast<std::uint8_t>(std::min(data.size(), rpdo.data.size()));
   std::copy_n(data.begin(), rpdo.size, rpdo.data.begin());
-  rpdo.due = true;
+  rpdos_due_ |= std::uint64_t{1} << (node * kMaxPdos + n);
 }
 
 bool Master::transmit_rpdo(CanFrame& frame) noexcept {
-  for (std::size_t i = 0; i < count_; ++i) {
-    for (std::size_t n = 0; n < kMaxPdos; ++n) {
-      Outgoing& rpdo = nodes_[i].rpdo[n];
-      if (!rpdo.due) continue;
-      rpdo.due = false;
-      frame.id = kRpdo1 + static_cast<std::uint32_t>(n) * kPdoStep + nodes_[i].parameters.node;
-      frame.size = rpdo.size;
-      frame.data = rpdo.data;
-      return true;
-    }
-  }
-  return false;
+  if (rpdos_due_ == 0) return false;
+  const auto first = static_cast<std::size_t>(std::countr_zero(rpdos_due_));
+  rpdos_due_ &= rpdos_due_ - 1;
+  const Node& node = nodes_[first / kMaxPdos];
+  const std::size_t n = first % kMaxPdos;
+  frame.id = kRpdo1 + static_cast<std::uint32_t>(n) * kPdoStep + node.parameters.node;
+  frame.size = node.rpdo[n].size;
+  frame.data = node.rpdo[n].data;
+  return true;
 }
 
 bool Master::transmit_sync(TimeNs now, CanFrame& frame) noexcept {
@@ -219,6 +223,7 @@ bool Master::transmit(TimeNs now, CanFrame& frame) noexcept {
   bool sends = transmit_rpdo(frame) || transmit_sync(now, frame) || transmit_heartbeat(now, frame);
   for (std::size_t i = 0; i < count_ && !sends; ++i) {
     Node& node = nodes_[i];
+    if (!needs_care(node, now)) continue;
     advance(node, now);
     if (node.nmt_due) {
       node.nmt_due = false;
@@ -238,14 +243,12 @@ bool Master::transmit(TimeNs now, CanFrame& frame) noexcept {
 }
 
 TimeNs Master::next_wake() const noexcept {
+  if (rpdos_due_ != 0) return INT64_MIN;
   TimeNs wake = std::min(sync_ns_, heartbeat_ns_);
   for (std::size_t i = 0; i < count_; ++i) {
     const Node& node = nodes_[i];
     if (node.nmt_due) return INT64_MIN;
-    for (const Outgoing& rpdo : node.rpdo) {
-      if (rpdo.due) return INT64_MIN;
-    }
-    wake = std::min(wake, node.sdo.next_wake());
+    if (node.sdo.busy()) wake = std::min(wake, node.sdo.next_wake());
     if (!waits(node)) wake = std::min(wake, node.deadline_ns);
   }
   return wake;

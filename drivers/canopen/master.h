@@ -133,7 +133,6 @@ class Master {
  private:
   struct Outgoing {
     std::uint8_t size = 0;
-    bool due = false;
     std::array<std::uint8_t, 8> data{};
   };
 
@@ -162,6 +161,7 @@ class Master {
   void boot(Node& node, Nmt how, TimeNs now) noexcept;
   void identify(Node& node, TimeNs now) noexcept;
   void fail(Node& node, TimeNs now) noexcept;
+  static bool needs_care(const Node& node, TimeNs now) noexcept;
   void advance(Node& node, TimeNs now) noexcept;
   void sdo_over(Node& node, TimeNs now) noexcept;
   void deadline_over(Node& node, TimeNs now) noexcept;
@@ -183,6 +183,8 @@ class Master {
   std::array<std::uint8_t, kMaxNode + 1> index_{};  // of a node's number; kMaxNodes: not ours
   MasterCounters counters_{};
   bool boot_allowed_ = true, resume_allowed_ = false;
+  std::uint64_t rpdos_due_ = 0;  // bit: node * kMaxPdos + number - 1
+  static_assert(kMaxNodes * kMaxPdos <= 64);
   TimeNs sync_ns_ = 0, last_sync_ns_ = 0, heartbeat_ns_ = 0;
   std::array<PdoSample, kMaxSamples> samples_{};  // ring
   std::size_t first_sample_ = 0, sample_count_ = 0;

@@ -55,6 +55,8 @@ class SdoClient {
   bool transmit(TimeNs now, CanFrame& frame) noexcept;
   TimeNs next_wake() const noexcept;  // INT64_MAX: never, INT64_MIN: at once
 
+  // False: transmit() has nothing to do.
+  bool busy() const noexcept { return tell_ || result_ == Result::pending; }
   Result result() const noexcept { return result_; }
   const Entry& entry() const noexcept { return entry_; }  // the last one asked for
   std::uint32_t value() const noexcept { return entry_.value; }

@@ -18,6 +18,7 @@ sys.path.append(os.path.join(SOURCE, "tests/e2e"))
 import recording  # noqa: E402  pylint: disable=wrong-import-position,wrong-import-order
 
 UNIT = "lssd@ardito"
+PARAMETER = "solve.budget_s"  # any number will do
 CUTS = int(os.environ.get("LSS_OBC_CUTS", "5"))
 SEED = int(os.environ.get("LSS_OBC_SEED", "1"))
 PERIOD_NS, LEAD_NS, MOST_LOST_NS = 100_000_000, 10_000_000, 100_000_000  # config/ardito.toml
@@ -56,6 +57,22 @@ class Power(Box):
         self.must("systemd-run -q --unit=watch -p StandardOutput=append:/mnt/host/sync.log "
                   "stdbuf -oL candump -L can0,080:7FF")
         self.wait_status("s['recording'] and s['frame']['index'] > 20", "frames are recorded", 60)
+        # One save after the other; those that were acknowledged are noted by this machine.
+        value, count = int(self.parameter()["value"]), len(self.acknowledged())
+        self.must(f"systemd-run -q --unit=save sh -c 'v={value}; while :; do v=$((v + 1)); lss-cli param set {PARAMETER} $v && "
+                  "lss-cli param save && echo $v >> /mnt/host/saved; done'")
+        self.until(lambda: len(self.acknowledged()) > count, "parameters are saved", 60)
+
+    def parameter(self):
+        return json.loads(self.must(f"lss-cli --json param get {PARAMETER}"))["parameters"][0]
+
+    def acknowledged(self):
+        """Values of the parameter whose save was acknowledged."""
+        path = os.path.join(self.share, "saved")
+        if not os.path.exists(path):
+            return []
+        with open(path, encoding="ascii") as file:
+            return [int(line) for line in file.read().split("\n")[:-1]]
 
     def cut(self):
         """In the middle of a write; UTC of the last SYNC that was heard before."""
@@ -96,7 +113,16 @@ class Power(Box):
             lines += len(whole)
         return lines
 
-    # Whatever else is written while it runs and has to be there whole belongs here: one method, called below.
+    def parameters_are_whole(self, events):
+        """What was acknowledged is in force again, or the save after it, which was on its way; and no copy is damaged."""
+        last = self.acknowledged()[-1]
+        parameter = self.parameter()
+        self.assertIn(parameter["saved"], (last, last + 1))
+        self.assertEqual(parameter["value"], parameter["saved"])
+        self.assertIn("parameters_taken", events)
+        self.assertEqual({"parameters_damaged", "parameters_refused"} & set(events), set())
+        self.assertEqual(self.status()["saved_parameters"], "good")
+        return int(parameter["saved"]) - last
 
     def comes_up_ready(self):
         """The names of its events."""
@@ -108,7 +134,7 @@ class Power(Box):
         return [e["name"] for e in json.loads(self.must("lss-cli --json events"))["events"]]
 
     def test_power_is_cut_at_any_moment_and_nothing_is_corrupt(self):
-        torn_files, lines, missing_ns = 0, 0, []
+        torn_files, lines, ahead, missing_ns = 0, 0, 0, []
         for number in range(1, CUTS + 1):
             self.begin_writing()
             lost, kept, cut_ns = self.cut()
@@ -121,13 +147,15 @@ class Power(Box):
             self.assertGreaterEqual(lines, before)
             events = self.comes_up_ready()
             self.assertEqual("recording_cut" in events, torn, "what was torn is told, and nothing else")
+            ahead += self.parameters_are_whole(events)
             torn_files += torn
             print(f"cut {number}: {lost} writes not flushed, {kept} of them on the disk; recorded up to {missing / 1e6:.0f} ms "
                   f"before the frame of the last SYNC{', torn' if torn else ''}; {lines} lines of logs", flush=True)
         self.assertGreater(lines, 0)
         # SYNC was heard, and so the power was there until then: the frames before the last 100 ms are recorded.
         self.assertLessEqual(max(missing_ns), MOST_LOST_NS + PERIOD_NS, missing_ns)
-        print(f"{CUTS} cuts, {torn_files} of them tore a recording; {self.drive.flushes} flushes")
+        print(f"{CUTS} cuts, {torn_files} of them tore a recording, {ahead} came between a save and its acknowledgement; "
+              f"{len(self.acknowledged())} saves, {self.drive.flushes} flushes")
         # The file system has no scar that it hides.
         self.must(f"systemctl stop {UNIT} && sync")
         try:
