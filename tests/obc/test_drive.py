@@ -14,7 +14,7 @@ sys.path.append(os.path.join(SOURCE, "tests/e2e"))
 import recording  # noqa: E402  pylint: disable=wrong-import-position,wrong-import-order
 
 UNIT = "lssd@ardito"
-DRIVE_S = int(os.environ.get("LSS_OBC_DRIVE_S", "300"))  # in the box
+DRIVE_S = int(os.environ.get("LSS_OBC_DRIVE_S", "600"))  # in the box
 SPEED_M_S = 0.3
 ESTOP = 3  # idl/commands.h
 HOUR_US = 3_600_000_000
