@@ -40,11 +40,11 @@ class Guarded(Scenario):
         return self.write(name, "".join(f"{role} {key}\n" for role, key in KEYS.items()), mode)
 
     def start_secured(self):
-        """On every address, by keys and TLS; self.tls trusts its certificate alone."""
+        """On every address, by keys and TLS (self.tls_files); self.tls trusts its certificate alone."""
         certificate, key = make_certificate(self.folder)
         self.tls = ssl.create_default_context(cafile=certificate)
-        return Gateway(self, "--key-file", self.write_keys(), "--tls-cert", certificate, "--tls-key", key,
-                       address="0.0.0.0")
+        self.tls_files = ("--tls-cert", certificate, "--tls-key", key)
+        return Gateway(self, "--key-file", self.write_keys(), *self.tls_files, address="0.0.0.0")
 
 
 class Access(Guarded):
