@@ -1,19 +1,64 @@
-"""The pilot's page in a browser: the key, and a connection that is lost."""
+"""The pilot's page in a browser: from the click to the bytes on the bus, the key, and a connection that is lost."""
 
+import math
+import os
 import signal
 import time
 
+import wire
 from browser import Browser, needs_browser
 from programs import wait_until
 from relay import Relay
 from rig import FATAL_ERROR, IDLE, Scenario
 from test_access import Guarded
-from test_ground import KEYS, Gateway
+from test_ground import KEYS, Beating, Gateway
 
+STOPS = int(os.environ.get("LSS_STOPS", "20"))
+OTHERS = 9  # clients besides the page, with everything that is told
+CLICK_TO_WIRE_S = 0.100
 LOST_S = 1.0
 MARGIN_S = 0.3  # for a browser on a busy machine
 ENABLED = "[...document.querySelectorAll('#list button')].filter((b) => !b.disabled).map((b) => b.textContent)"
 SELF_SIGNED = {"ignoreHTTPSErrors": True}
+
+
+def percentile(values, share):
+    return sorted(values)[math.ceil(len(values) * share) - 1]
+
+
+@needs_browser
+class Stops(Scenario):
+    def test_a_click_or_the_space_bar_is_on_the_wire_within_100_ms(self):
+        self.start_tapped()
+        gateway = Gateway(self, "--lease-ms", "10000")
+        others = [Beating(gateway.client()) for _ in range(OTHERS)]
+        page = Browser(self)
+        page.do("open", f"http://127.0.0.1:{gateway.port}/")
+        page.says("#state", "Idle")
+        from_driver_ms, from_page_ms, acknowledged_ms, errors_ms = [], [], [], []
+        for count in range(STOPS):
+            page.done("start")
+            page.says("#state", "Operational")
+            stop = page.do("stop", "space" if count % 2 else "click")
+            page.says("#state", FATAL_ERROR)
+            orders = self.orders(stop["told_ns"] - 1_000_000_000)
+            first_ns = next(f.time_ns for f in orders if f.code == wire.EMERGENCY)
+            self.assertGreater(first_ns, stop["pressed_ns"] - stop["error_ns"], "an emergency before it was pressed")
+            from_driver_ms.append((first_ns - stop["told_ns"]) / 1e6)
+            from_page_ms.append((first_ns - stop["pressed_ns"]) / 1e6)
+            acknowledged_ms.append(stop["acknowledged_ms"])
+            errors_ms.append(stop["error_ns"] / 1e6)
+            page.done("solve")
+            page.says("#state", "Idle")
+        for what, values in (("browser told to click, to the first byte on the bus", from_driver_ms),
+                             ("event of the page, to the first byte on the bus", from_page_ms),
+                             ("event of the page, to the acknowledgement on it", acknowledged_ms),
+                             ("uncertainty of the page's clock", errors_ms)):
+            print(f"{STOPS} stops, {what}: p50 {percentile(values, 0.5):.1f} ms, p99 {percentile(values, 0.99):.1f} ms, "
+                  f"most {max(values):.1f} ms")
+        self.assertTrue(all(m["type"] != "bad" for other in others for m in list(other.messages)))
+        self.assertEqual(page.do("errors"), [])
+        self.assertLess(percentile(from_driver_ms, 0.99), CLICK_TO_WIRE_S * 1e3)
 
 
 @needs_browser
