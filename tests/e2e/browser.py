@@ -55,7 +55,8 @@ class Browser:
         """Of the command that was pushed last."""
         self.do("until", "/completed|rejected|failed|unanswered|superseded/.test(document.querySelector('#running').textContent)")
         text = self.text("#running")
-        assert phase in text, text
+        if phase not in text:
+            raise AssertionError(f"{text}; problems: {self.text('#problems')}")
 
     def done(self, name):
         self.do("push", name)
