@@ -16,9 +16,9 @@ KEYS = {"look": "look" * 8, "stop": "stop" * 8, "command": "command" * 4}
 class Gateway:
     """lss-ground of a scenario, and clients that it lets in."""
 
-    def __init__(self, scenario, *words, port=0, **how):
+    def __init__(self, scenario, *words, port=0, address="127.0.0.1", **how):
         self.program = scenario.begin(
-            "lss-ground", [os.path.join(TOOLS, "lss-ground"), "--listen", f"127.0.0.1:{port}", *words], **how)
+            "lss-ground", [os.path.join(TOOLS, "lss-ground"), "--listen", f"{address}:{port}", *words], **how)
         scenario.wait_for_text(self.program, "http", 20)
         self.port = int(read_text(self.program.out_path).split(":")[2].split("/")[0])
         self.scenario = scenario

@@ -19,14 +19,18 @@ class Closed(Exception):
 
 
 class WebSocket:
-    def __init__(self, port, protocol="lss-ground", origin=None, host=None, receive_bytes=None):
+    def __init__(self, port, protocol="lss-ground", origin=None, host=None, receive_bytes=None, tls=None,
+                 address="127.0.0.1"):
+        """tls: the ssl.SSLContext of a client, for wss."""
         self.socket = socket.socket()
         if receive_bytes:  # a client that stops reading fills little
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_bytes)
         self.socket.settimeout(LIMIT_S)
-        self.socket.connect(("127.0.0.1", port))
+        self.socket.connect((address, port))
+        if tls:
+            self.socket = tls.wrap_socket(self.socket, server_hostname=address)
         self.buffer = b""
-        host = host or f"127.0.0.1:{port}"
+        host = host or f"{address}:{port}"
         lines = ["GET / HTTP/1.1", f"Host: {host}", "Upgrade: websocket", "Connection: Upgrade",
                  f"Sec-WebSocket-Key: {base64.b64encode(os.urandom(16)).decode()}", "Sec-WebSocket-Version: 13",
                  f"Sec-WebSocket-Protocol: {protocol}"]
@@ -37,7 +41,7 @@ class WebSocket:
             while b"\r\n\r\n" not in self.buffer:
                 piece = self.socket.recv(4096)
                 if not piece:
-                    raise Refused("closed")
+                    raise ConnectionError("closed")
                 self.buffer += piece
         except (ConnectionError, TimeoutError) as error:
             self.socket.close()

@@ -76,11 +76,12 @@ TEST(Access, AddressesAreReadAndNamesAreNot) {
 TEST(Access, OnlyOurOwnPageUnderOurOwnNameMayConnect) {
   const std::string more[] = {"https://ground.example"};
   const auto local = [&](const char* origin, const char* host) {
-    return good_origin(origin, host, true, more);
+    return good_origin(origin, host, true, false, more);
   };
   EXPECT_TRUE(local("http://127.0.0.1:8470", "127.0.0.1:8470"));
   EXPECT_TRUE(local("http://localhost:8470", "localhost:8470"));
   EXPECT_TRUE(local("http://[::1]:8470", "[::1]:8470"));
+  EXPECT_TRUE(local("http://127.0.0.2:8470", "127.0.0.2:8470"));
   EXPECT_TRUE(local("", "127.0.0.1:8470")) << "no browser";
   EXPECT_TRUE(local("https://ground.example", "ground.example"));
   EXPECT_FALSE(local("http://evil.example", "127.0.0.1:8470"));
@@ -89,10 +90,15 @@ TEST(Access, OnlyOurOwnPageUnderOurOwnNameMayConnect) {
       << "a foreign name that leads here";
   EXPECT_FALSE(local("", "evil.example:8470"));
   EXPECT_FALSE(local("", "localhost.evil.example"));
+  EXPECT_FALSE(local("", "127.evil.example"));
   EXPECT_FALSE(local("null", "127.0.0.1:8470"));
-  EXPECT_TRUE(good_origin("https://obc:8470", "obc:8470", false, {}));
-  EXPECT_FALSE(good_origin("https://evil.example", "obc:8470", false, {}));
-  EXPECT_FALSE(good_origin("ftp://obc:8470", "obc:8470", false, {}));
+  for (const bool tls : {false, true}) {
+    EXPECT_TRUE(good_origin("https://obc:8470", "obc:8470", false, tls, {}));
+    EXPECT_EQ(good_origin("http://obc:8470", "obc:8470", false, tls, {}), !tls)
+        << "forged on the way";
+    EXPECT_FALSE(good_origin("https://evil.example", "obc:8470", false, tls, {}));
+    EXPECT_FALSE(good_origin("ftp://obc:8470", "obc:8470", false, tls, {}));
+  }
 }
 
 TEST(Access, ASourceIsKeptBySessionAndDoesNotTellIt) {

@@ -1,7 +1,9 @@
 #include "tools/lss-ground/access.h"
 
 #include <fmt/format.h>
+#include <openssl/pem.h>
 #include <openssl/sha.h>
+#include <openssl/x509.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -9,6 +11,7 @@
 #include <charconv>
 #include <fstream>
 #include <iterator>
+#include <memory>
 #include <random>
 #include <sstream>
 
@@ -30,7 +33,29 @@ bool is_local_name(std::string_view host) {
   const bool v6 = host.starts_with('[');
   const std::size_t end = v6 ? host.find(']') : host.find(':');
   const std::string_view name = host.substr(0, v6 && end != host.npos ? end + 1 : end);
-  return name == "localhost" || name == "[::1]" || name == "127.0.0.1";
+  const bool v4 = name.starts_with("127.") && name.find_first_not_of("0123456789.") == name.npos;
+  return name == "localhost" || name == "[::1]" || v4;
+}
+
+tl::expected<std::string, std::string> read_file(const std::string& path) {
+  std::ifstream file(path);
+  if (!file)
+    return tl::unexpected("cannot read " + path + ": does it exist, and may this user read it?");
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+// What others must not be able to read.
+tl::expected<std::string, std::string> read_secret(const std::string& path) {
+  auto text = read_file(path);
+  struct stat info {};
+  if (text && ::stat(path.c_str(), &info) == 0 && (info.st_mode & S_IRWXO) != 0)
+    return tl::unexpected(fmt::format("others may read {0}: chmod o= {0}", path));
+  return text;
+}
+
+using Bio = std::unique_ptr<BIO, decltype([](BIO* bio) { BIO_free(bio); })>;
+Bio bytes_of(const std::string& text) {
+  return Bio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
 }
 
 }  // namespace
@@ -77,15 +102,25 @@ tl::expected<Door, std::string> Door::parse(std::string_view text, const std::st
 }
 
 tl::expected<Door, std::string> Door::read(const std::string& path) {
-  struct stat info {};
-  std::ifstream file(path);
-  if (!file || ::stat(path.c_str(), &info) != 0)
-    return tl::unexpected("cannot read " + path + ": does it exist, and may this user read it?");
-  if ((info.st_mode & S_IRWXO) != 0)
-    return tl::unexpected(fmt::format("others may read {0}: chmod o= {0}", path));
-  std::ostringstream text;
-  text << file.rdbuf();
-  return parse(text.str(), path);
+  const auto text = read_secret(path);
+  if (!text) return tl::unexpected(text.error());
+  return parse(*text, path);
+}
+
+tl::expected<void, std::string> check_tls(const std::string& certificate, const std::string& key) {
+  const auto certificate_text = read_file(certificate), key_text = read_secret(key);
+  if (!certificate_text) return tl::unexpected(certificate_text.error());
+  if (!key_text) return tl::unexpected(key_text.error());
+  const std::unique_ptr<X509, decltype([](X509* x) { X509_free(x); })> theirs(
+      PEM_read_bio_X509(bytes_of(*certificate_text).get(), nullptr, nullptr, nullptr));
+  if (!theirs) return tl::unexpected(certificate + " is no certificate in PEM");
+  const auto no_password = [](char*, int, int, void*) { return -1; };  // else it asks the terminal
+  const std::unique_ptr<EVP_PKEY, decltype([](EVP_PKEY* k) { EVP_PKEY_free(k); })> ours(
+      PEM_read_bio_PrivateKey(bytes_of(*key_text).get(), nullptr, no_password, nullptr));
+  if (!ours) return tl::unexpected(key + " is no private key in PEM without a password");
+  if (X509_check_private_key(theirs.get(), ours.get()) != 1)
+    return tl::unexpected(fmt::format("{} is not the key of {}", key, certificate));
+  return {};
 }
 
 Role Door::admit(std::string_view key) const {
@@ -132,14 +167,15 @@ std::string source_of(std::string_view session) {
   return fmt::format("ground:{:02x}{:02x}{:02x}{:02x}", digest[0], digest[1], digest[2], digest[3]);
 }
 
-bool good_origin(std::string_view origin, std::string_view host, bool loopback,
+bool good_origin(std::string_view origin, std::string_view host, bool loopback, bool tls,
                  std::span<const std::string> more) {
   if (loopback && !is_local_name(host) && std::ranges::find(more, origin) == more.end())
     return false;
   if (origin.empty()) return true;
   if (std::ranges::find(more, origin) != more.end()) return true;
-  for (const std::string_view scheme : {"http://", "https://"}) {
+  for (const std::string_view scheme : {"https://", "http://"}) {
     if (origin.starts_with(scheme)) return origin.substr(scheme.size()) == host;
+    if (tls) break;
   }
   return false;
 }

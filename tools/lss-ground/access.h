@@ -41,6 +41,9 @@ class Door {
   std::vector<Key> keys_;
 };
 
+// The files of TLS, before the server takes them; an error is a sentence about one of them.
+tl::expected<void, std::string> check_tls(const std::string& certificate, const std::string& key);
+
 // "127.0.0.1:8470", "[::1]:8470", "localhost:8470", ":8470" (every interface), "8470" (loopback).
 struct Listen {
   std::string address;  // a number; empty: every interface
@@ -57,8 +60,9 @@ std::string source_of(std::string_view session);
 // Browsers tell which page opened a connection: only ours may, under the name that it was asked for
 // by, so that a page from elsewhere commands nothing with the browser of somebody who may. Empty
 // origin: no browser. On loopback the name has to be one of this machine: a foreign name that leads
-// here is somebody's trick. `more`: origins besides, of a proxy.
-bool good_origin(std::string_view origin, std::string_view host, bool loopback,
+// here is somebody's trick. With TLS a page that came without it, forged on the way, is not ours.
+// `more`: origins besides, of a proxy.
+bool good_origin(std::string_view origin, std::string_view host, bool loopback, bool tls,
                  std::span<const std::string> more);
 
 }  // namespace lss::ground

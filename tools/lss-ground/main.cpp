@@ -105,6 +105,10 @@ int main(int argc, char** argv) {
   if (!listen) fail(listen.error(), kWrongUsage);
   if (options.server.certificate.empty() != options.server.key.empty())
     fail("--tls-cert and --tls-key belong together", kWrongUsage);
+  if (!options.server.certificate.empty()) {
+    const auto good = check_tls(options.server.certificate, options.server.key);
+    if (!good) fail(good.error(), kWrongUsage);
+  }
   options.server.listen = *listen;
   options.server.stops = options.server.clients;
   if (options.server.page.empty()) options.server.page = default_page();

@@ -114,7 +114,8 @@ int Server::Impl::on_http(lws* wsi, lws_callback_reasons reason, void* user, voi
 bool Server::Impl::may_enter(lws* wsi, Client::Line line) const {
   const std::string origin = header(wsi, WSI_TOKEN_ORIGIN);
   const std::string host = header(wsi, WSI_TOKEN_HOST);
-  if (!good_origin(origin, host, options.listen.loopback(), options.origins)) return false;
+  const bool tls = !options.certificate.empty();
+  if (!good_origin(origin, host, options.listen.loopback(), tls, options.origins)) return false;
   const std::size_t most = line == Client::Line::stop ? options.stops : options.clients;
   return desk->clients(line) < most;
 }
@@ -250,7 +251,7 @@ tl::expected<std::unique_ptr<Server>, std::string> Server::create(const ServerOp
   vhost.mounts = impl->options.page.empty() ? nullptr : &impl->mount;
   vhost.vhost_name = "lss-ground";
   vhost.server_string = "lss-ground";
-  vhost.timeout_secs = kHandshake_s;
+  vhost.timeout_secs = vhost.timeout_secs_ah_idle = kHandshake_s;
   vhost.retry_and_idle_policy = &impl->keep_alive;
   vhost.gid = vhost.uid = -1;
   if (!options.certificate.empty()) {
@@ -263,10 +264,8 @@ tl::expected<std::unique_ptr<Server>, std::string> Server::create(const ServerOp
   if (impl->vhost == nullptr) {
     lws_context_destroy(impl->context);
     return tl::unexpected(fmt::format(
-        "cannot listen on {}:{}: is the port taken, the address one "
-        "of this machine{}?",
-        listen.address, listen.port,
-        options.certificate.empty() ? "" : ", and do certificate and key belong together"));
+        "cannot listen on {}:{}: is the port taken, and the address one of this machine?",
+        listen.address, listen.port));
   }
   return std::unique_ptr<Server>(new Server(std::move(impl)));
 }

@@ -4,6 +4,7 @@
 export type Json = Record<string, any>;
 
 const kLost_ms = 800;
+const kSilent_ms = 2000, kConnect_ms = 5000;  // then another connection is tried
 const kBeat_ms = 200;
 const kShortestWait_ms = 250, kLongestWait_ms = 2000;
 
@@ -20,10 +21,14 @@ const session = kept("session", () =>
 // A key may come with the address, behind #, which browsers do not send.
 const given = /[#&]key=([^&]+)/.exec(location.hash);
 if (given) {
-  sessionStorage.setItem("key", decodeURIComponent(given[1]));
+  let key = given[1];
+  try { key = decodeURIComponent(key); } catch { /* a wrong key, then */ }
+  sessionStorage.setItem("key", key);
   history.replaceState(null, "", location.pathname + location.search);
 }
+addEventListener("hashchange", () => location.reload());  // told to a page that is open
 
+export const keyGiven = () => Boolean(sessionStorage.getItem("key"));
 export function setKey(key: string) {
   sessionStorage.setItem("key", key);
 }
@@ -34,9 +39,11 @@ export class Line {
   refused = "";        // why the gateway hung up, when it said so
   private socket: WebSocket | null = null;
   private wait_ms = kShortestWait_ms;
+  private begun_ms = 0;
 
   constructor(private readonly protocol: string, private readonly onMessage: (message: Json) => void) {
     this.connect();
+    setInterval(() => this.watch(), kBeat_ms);
   }
 
   get open() { return this.welcome !== null && this.socket?.readyState === WebSocket.OPEN; }
@@ -60,7 +67,13 @@ export class Line {
     const address = new URL("./", location.href);
     address.protocol = address.protocol.replace("http", "ws");
     address.hash = "";
+    const old = this.socket;
+    if (old) {
+      old.onopen = old.onmessage = old.onclose = null;
+      old.close();
+    }
     const socket = this.socket = new WebSocket(address, this.protocol);
+    this.begun_ms = performance.now();
     socket.onopen = () => socket.send(JSON.stringify(
       {type: "hello", key: sessionStorage.getItem("key") ?? "", session}));
     socket.onmessage = (event) => {
@@ -79,6 +92,15 @@ export class Line {
       setTimeout(() => this.connect(), this.wait_ms);
       this.wait_ms = Math.min(this.wait_ms * 1.6, kLongestWait_ms);
     };
+  }
+
+  // A connection whose network is gone stays open for many minutes.
+  private watch() {
+    const now = performance.now();
+    const silent = this.welcome ? now - this.heard_ms > kSilent_ms : now - this.begun_ms > kConnect_ms;
+    if (!silent || this.socket!.readyState > WebSocket.OPEN) return;
+    this.welcome = null;
+    this.connect();
   }
 }
 

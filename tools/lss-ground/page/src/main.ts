@@ -3,7 +3,7 @@
 import "./style.css";
 import {details, tabs} from "./details";
 import {$, advice, age, el, show} from "./dom";
-import {beat, Line, setKey, type Json} from "./link";
+import {beat, keyGiven, Line, setKey, type Json} from "./link";
 import {Vehicle} from "./model";
 import {Panel} from "./panel";
 import {Plots} from "./plots";
@@ -35,8 +35,8 @@ function hear(m: Json) {
       }
       return;
     }
-    case "refused": return askKey(m.text);
-    case "welcome": return panel.ask();
+    case "refused": return askKey();
+    case "welcome": return panel.again();
     case "vehicle": {
       const before = vehicles.get(m.id);
       if (before && before.kind === m.vehicle) return;
@@ -107,6 +107,8 @@ function stopText(text: string, tone: string) {
 }
 
 function hearStop(m: Json) {
+  // What the old connection may not have delivered.
+  if (m.type === "welcome") stopping.forEach((sent, id) => stop.send({type: "stop", id, vehicle: sent.vehicle?.id ?? ""}));
   const sent = m.type === "ack" ? stopping.get(m.request) : undefined;
   if (!sent) return;
   if (m.phase === "rejected" || m.phase === "failed" || m.phase === "unanswered") {
@@ -131,12 +133,14 @@ addEventListener("keyup", (e) => { if (e.code === "Space" && e.target instanceof
 
 // The key.
 
-function askKey(why: string) {
+function askKey() {
   const dialog = $("login") as HTMLDialogElement;
   if (dialog.open) return;
-  $("login-why").textContent = `The gateway lets in who has a key (${why}).`;
+  const input = $("key") as HTMLInputElement;
+  $("login-why").textContent = keyGiven() ? "The gateway does not know this key." : "The gateway lets in who has a key.";
+  input.value = "";
   dialog.onclose = () => {
-    setKey((($("key") as HTMLInputElement).value).trim());
+    setKey(input.value.trim());
     data.again();
     stop.again();
   };
@@ -183,7 +187,7 @@ function lost() {
     : `Connection lost${data.heard_ms ? ` ${(data.silent_ms / 1000).toFixed(1)} s ago` : ""}. ${was}. ` +
       (s.state !== "Operational" ? "It does not move." : mine ? `Without your heartbeat it ${does}, ${(lease_ms / 1000).toFixed(0)} s after it was heard last.`
         : s.authority ? `${s.authority} commands it.` : "Nobody commands it.");
-  banner.textContent = `${now} ${data.lost ? "Connecting again …" : ""}`;
+  banner.textContent = `${now} ${data.refused ? "A key is needed." : data.lost ? "Connecting again …" : ""}`;
 }
 let lastSource = "", lease_ms = 2000;
 
@@ -193,8 +197,9 @@ function header() {
   show($("state"), [s?.state, s?.mode, s?.progress, tone], () => s ? [el("b", {class: tone}, s.state),
     el("span", {}, s.state === "Operational" ? s.progress : s.state === "Idle" ? "motors off" : "")] : [el("span", {}, "waiting for a vehicle …")]);
   if (performance.now() - stopShown_ms > 6000 && !stopping.size) {
-    $("estop-text").textContent = stop.lost ? "no connection" : `${chosen?.id ?? "all"} · space bar`;
-    $("estop").dataset.tone = stop.lost ? "bad" : "";
+    const may = stop.welcome?.role !== "look";
+    $("estop-text").textContent = stop.lost ? "no connection" : may ? `${chosen?.id ?? "all"} · space bar` : "this key may not stop";
+    $("estop").dataset.tone = stop.lost || !may ? "bad" : "";
   }
   document.title = s ? `${v!.id}: ${s.state}${s.state === "Operational" ? `, ${s.mode}` : ""}` : "lss-ground";
 }

@@ -21,6 +21,7 @@ export class Panel {
   private numbers = 0;
   private asked = new Map<number, {vehicle: Vehicle; command: string}>();
   private sent = new Map<number, Vehicle>();
+  private runs: HTMLButtonElement | null = null;  // a script
 
   constructor(private readonly line: Line) {
     setInterval(() => this.ask(), kAgain_ms);
@@ -29,6 +30,7 @@ export class Panel {
   show(vehicle: Vehicle | null) {
     this.shown = vehicle;
     this.rows = [];
+    this.runs = null;
     const list = $("list");
     list.replaceChildren();
     if (!vehicle) return;
@@ -93,7 +95,7 @@ export class Panel {
   // Would it be taken?
   ask() {
     const vehicle = this.shown;
-    if (!vehicle || document.hidden || this.line.welcome?.role !== "command") return this.draw();
+    if (!vehicle || document.hidden || this.line.lost || this.line.welcome?.role !== "command") return this.draw();
     for (const row of this.rows) {
       const more = row.element.closest("details");
       if (more && !(more as HTMLDetailsElement).open) continue;
@@ -116,9 +118,25 @@ export class Panel {
     const id = ++this.numbers;
     this.sent.set(id, vehicle);
     vehicle.running = {command: row.command.name, phase: "sent", step: "", left: 0, steps: 1, text: "", at: performance.now(), final: false};
-    if (!this.line.send({type: "command", id, vehicle: vehicle.id, command: row.command.name, parameters, whole: true}))
-      vehicle.running = {...vehicle.running, phase: "not sent", text: "there is no connection", final: true};
+    this.order(vehicle, {type: "command", id, vehicle: vehicle.id, command: row.command.name, parameters, whole: true});
+  }
+
+  // What would leave some time later, when the connection is back, does not leave at all.
+  private order(vehicle: Vehicle, message: Json) {
+    if (this.line.lost || !this.line.send(message)) {
+      this.sent.delete(message.id);
+      vehicle.running = {...vehicle.running!, phase: "not sent", text: "there is no connection", final: true};
+    }
     this.draw();
+  }
+
+  // Of a connection that was lost nothing is answered any more.
+  again() {
+    for (const vehicle of this.sent.values())
+      vehicle.running = {...vehicle.running!, phase: "unanswered", text: "the connection was lost meanwhile; the state says what is", final: true};
+    this.sent.clear();
+    this.asked.clear();
+    this.ask();
   }
 
   heard(ack: Json) {
@@ -153,9 +171,9 @@ export class Panel {
       const id = ++this.numbers;
       this.sent.set(id, vehicle);
       vehicle.running = {command: "script", phase: "sent", step: "", left: 0, steps: 1, text: "", at: performance.now(), final: false};
-      this.line.send({type: "script", id, vehicle: vehicle.id, text: text.value});
-      this.draw();
+      this.order(vehicle, {type: "script", id, vehicle: vehicle.id, text: text.value});
     };
+    this.runs = run;
     return el("details", {class: "more"}, el("summary", {}, "script of timed actuations"), text, run,
       el("p", {class: "hint"}, "The first actuation comes 5 s after it was taken."));
   }
@@ -166,9 +184,11 @@ export class Panel {
     const holder = vehicle.status?.authority, mine = holder && holder === this.line.welcome?.source;
     $("holder").textContent = role !== "command" && role ? "this key may only look" + (role === "stop" ? " and stop" : "")
       : mine ? "you command" : holder ? `${holder} commands` : "nobody commands";
+    const open = !this.line.lost && vehicle.links.alive && role === "command";
+    if (this.runs) this.runs.disabled = !open;
     for (const row of this.rows) {
       const guard = vehicle.guards.get(row.command.name);
-      const allowed = this.line.open && vehicle.links.alive && role === "command" && guard?.allowed === true;
+      const allowed = open && guard?.allowed === true;
       if (row.button.disabled === allowed) row.button.disabled = !allowed;
       const why = !this.line.open ? "" : role !== "command" ? "" : !guard ? "" :
         guard.allowed ? guard.first && guard.first !== row.command.name ? `begins with: ${guard.first}` : "" : [guard.why, guard.advice].filter(Boolean).join(" → ");
