@@ -86,7 +86,7 @@ class Ardito(Long, Rover):
         self.nothing_is_lost_and_all_is_replayed()
 
     def motion(self):
-        client = self.begin_cli("drive", "0.2", "--heading", "10", name="drive")
+        client = self.begin_cli("drive", "0.2", "--heading", "3", name="drive")
         self.wait_status(lambda s: s["mode"] == "Running", 60, "it drives", client)
         yield
         client.signal(signal.SIGINT)
