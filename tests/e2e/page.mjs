@@ -44,6 +44,7 @@ async function zebro() {
   // What is not allowed now says why, from the daemon.
   await page.waitForFunction(() => [...document.querySelectorAll(".command")].some((c) => c.textContent.startsWith("panel") && c.querySelector("button").disabled && c.textContent.includes("not allowed")));
   await page.waitForFunction(() => parseFloat(document.querySelector("#overlay").innerText) > 0.1, null, {polling: 100});
+  await parametersMoving();
   await shot("ground-zebro");
   console.log(`walked ${await number(/([\d.]+) m walked/)} m`);
   await done("stop");
@@ -57,6 +58,7 @@ async function ardito() {
   await press("drive");
   await says("#state", "Running");
   await page.waitForFunction(() => Number(/([\d.]+) m driven/.exec(document.querySelector("#overlay").innerText)?.[1]) > 0.8, null, {polling: 100});
+  await parametersMoving();
   await shot("ground-ardito");
   console.log(`drove ${await number(/([\d.]+) m driven/)} m`);
   await done("halt");
@@ -83,12 +85,48 @@ async function talaris() {
   await done("plan");
   await gnc("execute");
   await says("#overlay", "IN THE AIR");
+  await parametersMoving();
   await says("#overlay", "traverse");
   await shot("ground-talaris");
   await ends("completed");
   console.log(`height at the end ${await number(/height (-?[\d.]+) m/)} m, along ${await number(/along (-?[\d.]+) m/)} m`);
   await done("stop");
   await says("#state", "Idle");
+}
+
+// A parameter is changed, refused with its numbers, saved, and put back; in Idle.
+async function parameters() {
+  await page.getByRole("tab", {name: "Parameters"}).click();
+  const name = "solve.budget_s", row = page.locator(".parameter", {has: page.getByText(name, {exact: true})}), input = row.getByLabel(name, {exact: true});
+  const shows = (where, what) => where.filter({hasText: what}).waitFor();
+  const answer = page.locator("#parameters .answer");
+  await shows(row, "to 600 · at any time");
+  await input.fill("1000");
+  await shows(row, /solve\.budget_s: 1000 s is out of range, allowed [23] to 600 s/);
+  assert.ok(await row.getByRole("button", {name: "set", exact: true}).isDisabled());
+  await input.press("Enter");  // the daemon judges
+  await shows(answer, /1000 s: rejected: .*1000 s is out of range, allowed [23] to 600 s/);
+  await input.fill("12");
+  await row.getByRole("button", {name: "set", exact: true}).click();
+  await shows(answer, "12 s: completed");
+  await shows(row, "configured 10");
+  await shows(row, "not saved");
+  await page.getByRole("button", {name: "save", exact: true}).click();
+  await shows(answer, "save: completed");
+  await shows(page.locator("#parameters .hint"), /^1 not as configured$/);
+  await shot(`ground-${vehicle}-parameters`);
+  await row.getByRole("button", {name: "reset", exact: true}).click();
+  await shows(row, "saved 12");
+  assert.equal(await input.inputValue(), "10");
+}
+
+// While it moves; the tab is open.
+async function parametersMoving() {
+  await page.locator("#parameters .hint").filter({hasText: "what changes at rest: not allowed in this state"}).waitFor();
+  assert.ok(await page.getByLabel("solve.budget_s", {exact: true}).isEnabled());
+  const resting = page.locator(".parameter", {hasText: "at rest"}).getByRole("spinbutton");
+  assert.ok(await resting.count() > 0);
+  for (const input of await resting.all()) assert.ok(await input.isDisabled());
 }
 
 // The space bar, and the time from there to the daemon's acknowledgement, seen on the page.
@@ -115,12 +153,13 @@ async function stops(count) {
 try {
   await page.goto(address);
   await says("#state", "Idle");
+  await parameters();
   await {zebro, ardito, talaris}[vehicle]();
   await stops(Number(process.env.LSS_STOPS ?? 20));
   assert.deepEqual(errors, []);
 } catch (error) {
   console.log(error.message, errors);
-  for (const part of ["#state", "#running", "#problems", "#overlay", "#list", "#lost"])
+  for (const part of ["#state", "#running", "#problems", "#overlay", "#list", "#parameters", "#lost"])
     console.log(part, await page.textContent(part).catch(() => "?"));
   if (shots) await page.screenshot({path: `${shots}/failed.png`});
   process.exitCode = 1;

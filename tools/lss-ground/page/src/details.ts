@@ -6,7 +6,7 @@ import type {Vehicle} from "./model";
 import {roster} from "./vehicles/roster";
 import type {Cell, Table} from "./vehicles/kind";
 
-const kTabs = [["events", "Events"], ["timing", "Timing"], ["parts", "Modules"]] as const;
+const kTabs = [["events", "Events"], ["timing", "Timing"], ["parts", "Modules"], ["parameters", "Parameters"]] as const;
 const kSeverities = ["info", "warning", "error", "fatal"];
 let chosen = "events", least = 0, words = "";
 
