@@ -32,7 +32,15 @@ const ends = async (phase) => {
 };
 const done = async (name) => { await press(name); await ends("completed"); };
 const number = async (pattern) => Number(pattern.exec(await page.innerText("#overlay"))?.[1] ?? NaN);
-const shot = async (name) => { if (shots) await page.screenshot({path: `${shots}/${name}.png`}); };
+const shot = async (name, fullPage = false) => {
+  if (!shots) return;
+  await page.evaluate(() => { document.querySelector("#scene").dataset.fine = "please"; });
+  await page.waitForFunction(() => document.querySelector("#scene").dataset.fine === "drawn");
+  // That took the processor's time: until the heartbeat is in time again.
+  await page.waitForFunction(() => parseFloat(document.querySelector("#links dd").textContent) < 200 && document.querySelector("#links dd").textContent.endsWith(" ms"));
+  await page.screenshot({path: `${shots}/${name}.png`, fullPage});
+  await page.evaluate(() => { delete document.querySelector("#scene").dataset.fine; });
+};
 const more = () => page.locator("#list summary", {hasText: "more commands"}).click();
 
 async function zebro() {
@@ -46,6 +54,8 @@ async function zebro() {
   await page.waitForFunction(() => parseFloat(document.querySelector("#overlay").innerText) > 0.1, null, {polling: 100});
   await parametersMoving();
   await shot("ground-zebro");
+  await frames(10);
+  await looks();
   console.log(`walked ${await number(/([\d.]+) m walked/)} m`);
   await done("stop");
   await says("#state", "Idle");
@@ -60,6 +70,8 @@ async function ardito() {
   await page.waitForFunction(() => Number(/([\d.]+) m driven/.exec(document.querySelector("#overlay").innerText)?.[1]) > 0.8, null, {polling: 100});
   await parametersMoving();
   await shot("ground-ardito");
+  await frames(10);
+  await looks();
   console.log(`drove ${await number(/([\d.]+) m driven/)} m`);
   await done("halt");
   await done("stop");
@@ -88,6 +100,8 @@ async function talaris() {
   await parametersMoving();
   await says("#overlay", "traverse");
   await shot("ground-talaris");
+  await frames(10);
+  await looks();
   await ends("completed");
   console.log(`height at the end ${await number(/height (-?[\d.]+) m/)} m, along ${await number(/along (-?[\d.]+) m/)} m`);
   await done("stop");
@@ -96,10 +110,11 @@ async function talaris() {
 
 // A parameter is changed, refused with its numbers, saved, and put back; in Idle.
 async function parameters() {
-  await page.getByRole("tab", {name: "Parameters"}).click();
+  await page.getByRole("tab", {name: "Events"}).focus();
+  for (let i = 0; i < 3; i++) await page.keyboard.press("ArrowRight");
   const name = "solve.budget_s", row = page.locator(".parameter", {has: page.getByText(name, {exact: true})}), input = row.getByLabel(name, {exact: true});
   const shows = (where, what) => where.filter({hasText: what}).waitFor();
-  const answer = page.locator("#parameters .answer");
+  const answer = page.locator("#parameters .answer"), rows = page.locator(".parameter:visible");
   await shows(row, "to 600 · at any time");
   await input.fill("1000");
   await shows(row, /solve\.budget_s: 1000 s is out of range, allowed [23] to 600 s/);
@@ -115,6 +130,11 @@ async function parameters() {
   await shows(answer, "save: completed");
   await shows(page.locator("#parameters .hint"), /^1 not as configured$/);
   await shot(`ground-${vehicle}-parameters`);
+  const differs = page.getByLabel("what differs"), all = await rows.count();
+  await differs.press("Enter");  // the space bar stops
+  await page.waitForFunction(() => [...document.querySelectorAll(".parameter")].filter((row) => !row.hidden).length === 1);
+  await differs.press("Enter");
+  await page.waitForFunction((n) => [...document.querySelectorAll(".parameter")].filter((row) => !row.hidden).length === n, all);
   await row.getByRole("button", {name: "reset", exact: true}).click();
   await shows(row, "saved 12");
   assert.equal(await input.inputValue(), "10");
@@ -127,6 +147,45 @@ async function parametersMoving() {
   const resting = page.locator(".parameter", {hasText: "at rest"}).getByRole("spinbutton");
   assert.ok(await resting.count() > 0);
   for (const input of await resting.all()) assert.ok(await input.isDisabled());
+}
+
+// How often the browser draws, and the CPU time that the page's scripts take of its main thread for it. A figure, no bound.
+async function frames(seconds) {
+  const probe = await page.context().newCDPSession(page);
+  await probe.send("Performance.enable", {timeDomain: "threadTicks"});
+  const metrics = async () => new Map((await probe.send("Performance.getMetrics")).metrics.map(({name, value}) => [name, value]));
+  const before = await metrics();
+  const [count, passed_s, drew, cost_ms] = await page.evaluate((limit_ms) => new Promise((resolve) => {
+    const drawn = () => Number(document.querySelector("#scene")?.dataset.drawn ?? 0);
+    const begun = performance.now(), first = drawn();
+    let n = 0;
+    requestAnimationFrame(function each() {
+      n++;
+      const passed_ms = performance.now() - begun;
+      if (passed_ms < limit_ms) requestAnimationFrame(each); else resolve([n, passed_ms / 1000, drawn() - first, document.querySelector("#scene")?.dataset.cost ?? "no"]);
+    });
+  }), seconds * 1000);
+  const after = await metrics(), ms = (name) => ((after.get(name) - before.get(name)) * 1000 / count).toFixed(2);
+  console.log(`${(count / passed_s).toFixed(1)} frames a second, ${(drew / passed_s).toFixed(1)} of them with a new picture, whose script takes ${cost_ms} ms; CPU a frame: ` +
+    `scripts ${ms("ScriptDuration")} ms, layout and style ${(Number(ms("LayoutDuration")) + Number(ms("RecalcStyleDuration"))).toFixed(2)} ms, main thread in all ${ms("TaskDuration")} ms`);
+  await probe.detach();
+}
+
+// Nothing is wider than the window, and STOP is in it, on a small screen and on a telephone.
+async function looks() {
+  for (const [width, height] of [[900, 900], [390, 844]]) {
+    await page.setViewportSize({width, height});
+    await page.waitForFunction((w) => innerWidth === w && document.documentElement.scrollWidth <= w, width);
+    const stop = await page.locator("#estop").boundingBox();
+    assert.ok(stop.x >= 0 && stop.x + stop.width <= width && stop.y >= 0 && stop.y + stop.height <= height, JSON.stringify(stop));
+    await shot(`ground-${vehicle}-${width}`, true);
+  }
+  await page.setViewportSize({width: 1024, height: 768});
+  await shot(`ground-${vehicle}-1024`);
+  await page.setViewportSize({width: 1440, height: 900});
+  await page.getByRole("button", {name: "Light or dark"}).click();
+  await shot(`ground-${vehicle}-light`);
+  await page.getByRole("button", {name: "Light or dark"}).click();
 }
 
 // The space bar, and the time from there to the daemon's acknowledgement, seen on the page.

@@ -109,7 +109,7 @@ function emergency() {
   }, kStopsAfter_ms);
 }
 
-let stopShown_ms = 0;
+let stopShown_ms = -Infinity;
 function stopText(text: string, tone: string) {
   $("estop-text").textContent = text;
   $("estop").dataset.tone = tone;
@@ -212,7 +212,7 @@ function header() {
 
 function problems() {
   const list = chosen?.status?.problems ?? [];
-  show(document.querySelector("#problems div")!, [chosen?.id, list], () => list.length
+  show(document.querySelector("#problems div")!, [chosen?.id, Boolean(chosen?.status), list], () => list.length
     ? list.map((p: Json) => el("p", {class: p.error ? "bad" : "warn"}, el("b", {}, p.text), p.advice && el("span", {}, `→ ${advice(p.advice)}`)))
     : [el("p", {class: "dim"}, chosen?.status ? "None." : "")]);
 }

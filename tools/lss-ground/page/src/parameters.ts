@@ -36,11 +36,12 @@ export class Parameters {
   private readonly resetAll = button("reset all", "all as the configuration says", () => this.asConfigured(this.rows));
   private readonly state = el("p", {class: "hint"});
   private readonly answer = el("p", {class: "answer", role: "status"});
+  private readonly head = el("div", {class: "head"});
   private readonly list = el("div", {});
 
   constructor(private readonly where: HTMLElement, private readonly requests: Requests) {
-    where.append(el("div", {class: "filter"}, this.words, el("label", {}, this.differs, " what differs"), this.save, this.resetAll),
-      this.state, this.answer, this.list);
+    this.head.append(el("div", {class: "filter"}, this.words, el("label", {}, this.differs, " what differs"), this.save, this.resetAll), this.state);
+    where.append(this.head, this.list);
     this.words.oninput = this.differs.onchange = () => this.redraw();
     setInterval(() => this.ask(), kAgain_ms);
   }
@@ -69,8 +70,9 @@ export class Parameters {
     const set = button("set", `set ${item.name}`, () => this.typed(row));
     const reset = button("reset", "", () => this.asConfigured([row]));
     const about = el("small", {}), why = el("div", {class: "why"});
-    const element = el("div", {class: "parameter"}, el("b", {title: item.help}, item.name),
-      el("span", {class: "fields"}, input, el("i", {}, item.unit), set, reset), about, why);
+    const name = item.name.split(/(?<=[._])/).flatMap((part) => [part, el("wbr")]);  // where it may be broken
+    const element = el("div", {class: "parameter"}, el("div", {class: "name"}, el("b", {title: item.help}, ...name), about),
+      el("span", {class: "fields"}, input, el("i", {}, item.unit), set, reset), why);
     const row: Row = {item, element, input, set, reset, about, why, written: "", judged: null};
     input.oninput = () => { this.askTyped(row); this.redraw(); };
     input.onkeydown = (e) => {
@@ -100,8 +102,8 @@ export class Parameters {
     row.reset.title = `to ${text(item.configured)} ${item.unit}, as configured`;
     const about = `${wanted !== null ? `is ${row.written} · ` : ""}${text(item.min)} to ${text(item.max)}${item.whole ? ", whole" : ""} · ${kWhen[item.change]}`;
     show(row.about, [about, item], () => [about,
-      !item.as_configured && el("em", {class: "warn"}, `configured ${text(item.configured)}`),
-      !item.as_saved && el("em", {class: "bad"}, item.saved === null ? "not saved" : `saved ${text(item.saved)}`)]);
+      !item.as_configured && el("em", {}, `configured ${text(item.configured)}`),
+      !item.as_saved && el("em", {class: "warn"}, item.saved === null ? "not saved" : `saved ${text(item.saved)}`)]);
     const why = wanted === null || not ? "" : judged?.why ?? "";
     if (row.why.textContent !== why) row.why.textContent = why;
     const found = !this.words.value || `${item.name} ${item.help}`.toLowerCase().includes(this.words.value.toLowerCase());
@@ -154,9 +156,10 @@ export class Parameters {
   }
 
   // True: done. What became of it is told in a line.
-  private command(vehicle: Vehicle, words: string, command: string, parameters: Json): Promise<boolean> {
+  private command(vehicle: Vehicle, words: string, command: string, parameters: Json, where: Element): Promise<boolean> {
     const tell = (what: string, tone: string) => {
       if (vehicle !== this.vehicle) return;
+      if (this.answer.parentElement !== where) where.append(this.answer);
       this.answer.textContent = `${words}: ${what}`;
       this.answer.className = `answer ${tone}`;
     };
@@ -174,22 +177,22 @@ export class Parameters {
     });
   }
 
-  private change(vehicle: Vehicle, item: Tunable, value: number): Promise<boolean> {
-    return this.command(vehicle, `${item.name} ${text(value)} ${item.unit}`.trim(), "set-parameter", {number: item.number, value});
+  private change(vehicle: Vehicle, {item, element}: Row, value: number): Promise<boolean> {
+    return this.command(vehicle, `${item.name} ${text(value)} ${item.unit}`.trim(), "set-parameter", {number: item.number, value}, element);
   }
 
   private typed(row: Row) {
     const value = this.wanted(row);
-    if (value !== null) void this.change(this.vehicle!, row.item, value);
+    if (value !== null) void this.change(this.vehicle!, row, value);
   }
 
   // One after the other, as long as each is taken.
   private async asConfigured(rows: Row[]) {
     const vehicle = this.vehicle!;
-    for (const {item} of rows.filter((row) => !row.item.as_configured)) {
-      if (!await this.change(vehicle, item, item.configured)) return;
+    for (const row of rows.filter((r) => !r.item.as_configured)) {
+      if (!await this.change(vehicle, row, row.item.configured)) return;
     }
   }
 
-  private keep() { void this.command(this.vehicle!, "save", "save-parameters", {}); }
+  private keep() { void this.command(this.vehicle!, "save", "save-parameters", {}, this.head); }
 }
