@@ -204,8 +204,9 @@ function header() {
   show($("state"), [s?.state, s?.mode, s?.progress, tone], () => s ? [el("b", {class: tone}, s.state),
     el("span", {}, s.state === "Operational" ? s.progress : s.state === "Idle" ? "motors off" : "")] : [el("span", {}, "waiting for a vehicle …")]);
   if (performance.now() - stopShown_ms > 6000 && !stopping.size) {
-    $("estop-text").textContent = stop.lost ? "no connection" : `${chosen?.id ?? "all"} · space bar`;
-    $("estop").dataset.tone = stop.lost ? "bad" : "";
+    const why = stop.lost ? "no connection" : stop.welcome?.role === "look" ? "this key may not stop" : "";
+    $("estop-text").textContent = why || `${chosen?.id ?? "all"} · space bar`;
+    $("estop").dataset.tone = why ? "bad" : "";
   }
   document.title = s ? `${v!.id}: ${s.state}${s.state === "Operational" ? `, ${s.mode}` : ""}` : "lss-ground";
 }

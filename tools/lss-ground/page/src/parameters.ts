@@ -4,7 +4,7 @@
 import {el, show} from "./dom";
 import type {Json} from "./link";
 import type {Tunable, Vehicle} from "./model";
-import {outcome, reasons, type Requests} from "./requests";
+import {reasons, type Requests} from "./requests";
 
 const kAgain_ms = 1000;
 const kWhen = {always: "at any time", at_rest: "at rest"};
@@ -17,7 +17,8 @@ interface Row {
 }
 
 const text = (value: number) => String(Number(value.toPrecision(10)));
-const said = (ack: Json) => [ack.phase, outcome(ack)].filter(Boolean).join(": ");
+const whyNot = (ack: Json) => { const {why, advice} = reasons(ack); return [why, advice].filter(Boolean).join(" → "); };
+const said = (ack: Json) => [ack.phase, whyNot(ack)].filter(Boolean).join(": ");
 
 function button(title: string, help: string, press: () => void): HTMLButtonElement {
   const made = el("button", {type: "button", title: help, disabled: true}, title) as HTMLButtonElement;
@@ -74,7 +75,11 @@ export class Parameters {
     const element = el("div", {class: "parameter"}, el("div", {class: "name"}, el("b", {title: item.help}, ...name), about),
       el("span", {class: "fields"}, input, el("i", {}, item.unit), set, reset), why);
     const row: Row = {item, element, input, set, reset, about, why, written: "", judged: null};
-    input.oninput = () => { this.askTyped(row); this.redraw(); };
+    input.oninput = () => {
+      if (this.answer.parentElement === element) this.answer.remove();
+      this.askTyped(row);
+      this.redraw();
+    };
     input.onkeydown = (e) => {
       if (e.key === "Enter") this.typed(row);  // the daemon judges
       if (e.key === "Escape") input.value = row.written;
@@ -104,7 +109,8 @@ export class Parameters {
     show(row.about, [about, item], () => [about,
       !item.as_configured && el("em", {}, `configured ${text(item.configured)}`),
       !item.as_saved && el("em", {class: "warn"}, item.saved === null ? "not saved" : `saved ${text(item.saved)}`)]);
-    const why = wanted === null || not ? "" : judged?.why ?? "";
+    const answered = this.answer.parentElement === row.element;
+    const why = wanted === null || not || answered ? "" : judged?.why ?? "";
     if (row.why.textContent !== why) row.why.textContent = why;
     const found = !this.words.value || `${item.name} ${item.help}`.toLowerCase().includes(this.words.value.toLowerCase());
     row.element.hidden = !found || (this.differs.checked && item.as_configured && item.as_saved && wanted === null);
@@ -149,8 +155,7 @@ export class Parameters {
     const vehicle = this.vehicle!;
     this.requests.send({type: "command", vehicle: vehicle.id, command, parameters, dry_run: true}, (ack) => {
       if (vehicle !== this.vehicle || !["accepted", "rejected", "failed"].includes(ack.phase)) return;
-      const {why, advice} = reasons(ack);
-      judge(ack.phase === "accepted" ? "" : [why || ack.phase, advice].filter(Boolean).join(" → "));
+      judge(ack.phase === "accepted" ? "" : whyNot(ack) || ack.phase);
       this.redraw();
     });
   }
@@ -178,7 +183,7 @@ export class Parameters {
   }
 
   private change(vehicle: Vehicle, {item, element}: Row, value: number): Promise<boolean> {
-    return this.command(vehicle, `${item.name} ${text(value)} ${item.unit}`.trim(), "set-parameter", {number: item.number, value}, element);
+    return this.command(vehicle, `${text(value)} ${item.unit}`.trim(), "set-parameter", {number: item.number, value}, element);
   }
 
   private typed(row: Row) {

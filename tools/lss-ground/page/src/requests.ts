@@ -31,10 +31,13 @@ export class Requests {
   }
 }
 
-// Why not, and what to do. Where the vehicle is and who commands stands above: no advice then.
+// What stands on the page anyway: where the vehicle is, who commands, the range of a parameter. No advice then.
+const kPlain = ["not_in_state", "not_in_mode", "not_authorised", "parameter_range", "parameter_whole"];
+
+// Why not, and what to do.
 export function reasons(ack: Json): {why: string; advice: string} {
   const reason = ack.reason;
-  const plain = ["not_in_state", "not_in_mode", "not_authorised"].includes(reason?.name);
+  const plain = kPlain.includes(reason?.name);
   return {why: plain ? reason.text.replace(/ \(measured.*/, "") : reason?.text ?? "", advice: plain ? "" : advice(reason?.advice ?? "")};
 }
 
