@@ -32,7 +32,15 @@ const ends = async (phase) => {
 };
 const done = async (name) => { await press(name); await ends("completed"); };
 const number = async (pattern) => Number(pattern.exec(await page.innerText("#overlay"))?.[1] ?? NaN);
-const shot = async (name) => { if (shots) await page.screenshot({path: `${shots}/${name}.png`}); };
+const shot = async (name, fullPage = false) => {
+  if (!shots) return;
+  await page.evaluate(() => { document.querySelector("#scene").dataset.fine = "please"; });
+  await page.waitForFunction(() => document.querySelector("#scene").dataset.fine === "drawn");
+  // That took the processor's time: until the heartbeat is in time again.
+  await page.waitForFunction(() => parseFloat(document.querySelector("#links dd").textContent) < 200 && document.querySelector("#links dd").textContent.endsWith(" ms"));
+  await page.screenshot({path: `${shots}/${name}.png`, fullPage});
+  await page.evaluate(() => { delete document.querySelector("#scene").dataset.fine; });
+};
 const more = () => page.locator("#list summary", {hasText: "more commands"}).click();
 
 async function zebro() {
@@ -44,7 +52,10 @@ async function zebro() {
   // What is not allowed now says why, from the daemon.
   await page.waitForFunction(() => [...document.querySelectorAll(".command")].some((c) => c.textContent.startsWith("panel") && c.querySelector("button").disabled && c.textContent.includes("not allowed")));
   await page.waitForFunction(() => parseFloat(document.querySelector("#overlay").innerText) > 0.1, null, {polling: 100});
+  await parametersMoving();
   await shot("ground-zebro");
+  await frames(10);
+  await looks();
   console.log(`walked ${await number(/([\d.]+) m walked/)} m`);
   await done("stop");
   await says("#state", "Idle");
@@ -57,7 +68,10 @@ async function ardito() {
   await press("drive");
   await says("#state", "Running");
   await page.waitForFunction(() => Number(/([\d.]+) m driven/.exec(document.querySelector("#overlay").innerText)?.[1]) > 0.8, null, {polling: 100});
+  await parametersMoving();
   await shot("ground-ardito");
+  await frames(10);
+  await looks();
   console.log(`drove ${await number(/([\d.]+) m driven/)} m`);
   await done("halt");
   await done("stop");
@@ -83,12 +97,95 @@ async function talaris() {
   await done("plan");
   await gnc("execute");
   await says("#overlay", "IN THE AIR");
+  await parametersMoving();
   await says("#overlay", "traverse");
   await shot("ground-talaris");
+  await frames(10);
+  await looks();
   await ends("completed");
   console.log(`height at the end ${await number(/height (-?[\d.]+) m/)} m, along ${await number(/along (-?[\d.]+) m/)} m`);
   await done("stop");
   await says("#state", "Idle");
+}
+
+// A parameter is changed, refused with its numbers, saved, and put back; in Idle.
+async function parameters() {
+  await page.getByRole("tab", {name: "Events"}).focus();
+  for (let i = 0; i < 3; i++) await page.keyboard.press("ArrowRight");
+  const name = "solve.budget_s", row = page.locator(".parameter", {has: page.getByText(name, {exact: true})}), input = row.getByLabel(name, {exact: true});
+  const shows = (where, what) => where.filter({hasText: what}).waitFor();
+  const answer = page.locator("#parameters .answer"), rows = page.locator(".parameter:visible");
+  await shows(row, "to 600 · at any time");
+  await input.fill("1000");
+  await shows(row, /solve\.budget_s: 1000 s is out of range, allowed [23] to 600 s/);
+  assert.ok(await row.getByRole("button", {name: "set", exact: true}).isDisabled());
+  await input.press("Enter");  // the daemon judges
+  await shows(answer, /1000 s: rejected: .*1000 s is out of range, allowed [23] to 600 s/);
+  await input.fill("12");
+  await row.getByRole("button", {name: "set", exact: true}).click();
+  await shows(answer, "12 s: completed");
+  await shows(row, "configured 10");
+  await shows(row, "not saved");
+  await page.getByRole("button", {name: "save", exact: true}).click();
+  await shows(answer, "save: completed");
+  await shows(page.locator("#parameters .hint"), /^1 not as configured$/);
+  await shot(`ground-${vehicle}-parameters`);
+  const differs = page.getByLabel("what differs"), all = await rows.count();
+  await differs.press("Enter");  // the space bar stops
+  await page.waitForFunction(() => [...document.querySelectorAll(".parameter")].filter((row) => !row.hidden).length === 1);
+  await differs.press("Enter");
+  await page.waitForFunction((n) => [...document.querySelectorAll(".parameter")].filter((row) => !row.hidden).length === n, all);
+  await row.getByRole("button", {name: "reset", exact: true}).click();
+  await shows(row, "saved 12");
+  assert.equal(await input.inputValue(), "10");
+}
+
+// While it moves; the tab is open.
+async function parametersMoving() {
+  await page.locator("#parameters .hint").filter({hasText: "what changes at rest: not allowed in this state"}).waitFor();
+  assert.ok(await page.getByLabel("solve.budget_s", {exact: true}).isEnabled());
+  const resting = page.locator(".parameter", {hasText: "at rest"}).getByRole("spinbutton");
+  assert.ok(await resting.count() > 0);
+  for (const input of await resting.all()) assert.ok(await input.isDisabled());
+}
+
+// How often the browser draws, and the CPU time that the page's scripts take of its main thread for it. A figure, no bound.
+async function frames(seconds) {
+  const probe = await page.context().newCDPSession(page);
+  await probe.send("Performance.enable", {timeDomain: "threadTicks"});
+  const metrics = async () => new Map((await probe.send("Performance.getMetrics")).metrics.map(({name, value}) => [name, value]));
+  const before = await metrics();
+  const [count, passed_s, drew, cost_ms] = await page.evaluate((limit_ms) => new Promise((resolve) => {
+    const drawn = () => Number(document.querySelector("#scene")?.dataset.drawn ?? 0);
+    const begun = performance.now(), first = drawn();
+    let n = 0;
+    requestAnimationFrame(function each() {
+      n++;
+      const passed_ms = performance.now() - begun;
+      if (passed_ms < limit_ms) requestAnimationFrame(each); else resolve([n, passed_ms / 1000, drawn() - first, document.querySelector("#scene")?.dataset.cost ?? "no"]);
+    });
+  }), seconds * 1000);
+  const after = await metrics(), ms = (name) => ((after.get(name) - before.get(name)) * 1000 / count).toFixed(2);
+  console.log(`${(count / passed_s).toFixed(1)} frames a second, ${(drew / passed_s).toFixed(1)} of them with a new picture, whose script takes ${cost_ms} ms; CPU a frame: ` +
+    `scripts ${ms("ScriptDuration")} ms, layout and style ${(Number(ms("LayoutDuration")) + Number(ms("RecalcStyleDuration"))).toFixed(2)} ms, main thread in all ${ms("TaskDuration")} ms`);
+  await probe.detach();
+}
+
+// Nothing is wider than the window, and STOP is in it, on a small screen and on a telephone.
+async function looks() {
+  for (const [width, height] of [[900, 900], [390, 844]]) {
+    await page.setViewportSize({width, height});
+    await page.waitForFunction((w) => innerWidth === w && document.documentElement.scrollWidth <= w, width);
+    const stop = await page.locator("#estop").boundingBox();
+    assert.ok(stop.x >= 0 && stop.x + stop.width <= width && stop.y >= 0 && stop.y + stop.height <= height, JSON.stringify(stop));
+    await shot(`ground-${vehicle}-${width}`, true);
+  }
+  await page.setViewportSize({width: 1024, height: 768});
+  await shot(`ground-${vehicle}-1024`);
+  await page.setViewportSize({width: 1440, height: 900});
+  await page.getByRole("button", {name: "Light or dark"}).click();
+  await shot(`ground-${vehicle}-light`);
+  await page.getByRole("button", {name: "Light or dark"}).click();
 }
 
 // The space bar, and the time from there to the daemon's acknowledgement, seen on the page.
@@ -115,12 +212,13 @@ async function stops(count) {
 try {
   await page.goto(address);
   await says("#state", "Idle");
+  await parameters();
   await {zebro, ardito, talaris}[vehicle]();
   await stops(Number(process.env.LSS_STOPS ?? 20));
   assert.deepEqual(errors, []);
 } catch (error) {
   console.log(error.message, errors);
-  for (const part of ["#state", "#running", "#problems", "#overlay", "#list", "#lost"])
+  for (const part of ["#state", "#running", "#problems", "#overlay", "#list", "#parameters", "#lost"])
     console.log(part, await page.textContent(part).catch(() => "?"));
   if (shots) await page.screenshot({path: `${shots}/failed.png`});
   process.exitCode = 1;

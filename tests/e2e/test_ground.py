@@ -1,5 +1,6 @@
 """The pilot's gateway: who gets in, what becomes of nonsense, and that a page that is gone stops the vehicle."""
 
+import json
 import os
 import signal
 import socket
@@ -205,6 +206,58 @@ class Ground(Scenario):
                            (["--listen", "nowhere"], "is no address"), (["--tls-cert", "x"], "belong together")):
             refused = run([os.path.join(TOOLS, "lss-ground"), *words], self.environment(), 10)
             self.assertEqual((refused.code, why in refused.err), (2, True), refused)
+
+    def test_parameters_are_told_and_change_by_the_daemons_rules_and_by_who_may(self):
+        gateway = self.keyed()
+        client = gateway.client(key=KEYS["command"])  # before the daemon
+        self.start_all()
+        told = client.wait_for(lambda m: m["type"] == "parameters")
+        self.assertEqual(told["id"], "zebro-1")
+        listed = json.loads(self.cli_ok("--json", "param", "get").out)
+        for key in ("vehicle_id", "save", "saved_parameters", "parameters"):
+            self.assertEqual(told[key], listed[key])
+        current = next(p for p in told["parameters"] if p["name"] == "limits.current_A")
+        requests = iter(range(1, 100))
+
+        def give(who, command, **parameters):
+            request = next(requests)
+            who.send(type="command", id=request, vehicle="zebro-1", command=command, parameters=parameters)
+            return who.wait_for(lambda m: m["type"] == "ack" and m["request"] == request and m["final"])
+
+        refused = give(client, "set-parameter", number=current["number"], value=12)
+        self.assertEqual((refused["phase"], refused["reason"]["name"]), ("rejected", "parameter_range"))
+        self.assertEqual((refused["measured"], refused["limit"]), (12, current["max"]))
+        self.assertIn("limits.current_A: 12 A is out of range, allowed 0.05 to 1.7 A", refused["reason"]["text"])
+        rounds = next(p for p in told["parameters"] if p["whole"])
+        self.assertEqual(give(client, "set-parameter", number=rounds["number"], value=rounds["min"] + 0.5)["reason"]["name"],
+                         "parameter_whole")
+        for parameters in ({"number": 0, "value": 1}, {"number": len(told["parameters"]) + 1, "value": 1}, {"number": 1.5, "value": 1},
+                           {"number": 1}, {"value": 1}, {"number": 1, "value": 1e300}, {"number": 1, "value": 1, "more": 1}):
+            self.assertEqual(give(client, "set-parameter", **parameters)["phase"], "rejected", parameters)
+        self.assertEqual(give(client, "save-parameters", value=1)["phase"], "rejected")
+        for value in ('"1"', "null", "true", "[1]", "1e999"):
+            client.send_bytes(f'{{"type":"command","id":1,"vehicle":"zebro-1","command":"set-parameter","parameters":{{"number":1,"value":{value}}}}}'
+                              .encode())
+            client.wait_for(lambda m: m["type"] == "bad")
+        for role in ("look", "stop"):
+            other = gateway.client(key=KEYS[role])
+            for command in ("set-parameter", "save-parameters"):
+                refused = give(other, command, number=current["number"], value=1)
+                self.assertEqual(refused["reason"]["text"], "this key may not command")
+        self.assertEqual(json.loads(self.cli_ok("--json", "param", "diff").out)["parameters"], [], "nothing of this did anything")
+
+        looker = gateway.client(key=KEYS["look"])
+
+        def told_of(who, **values):
+            who.wait_for(lambda m: m["type"] == "parameters" and values.items() <= m["parameters"][current["number"] - 1].items())
+
+        told_of(looker, value=1.2, as_configured=True, as_saved=True)
+        self.assertEqual(give(client, "set-parameter", number=current["number"], value=1.3)["phase"], "completed")
+        told_of(looker, value=1.3, saved=None, as_configured=False, as_saved=False)
+        self.assertEqual(give(client, "save-parameters")["phase"], "completed")
+        told_of(looker, value=1.3, saved=1.3, as_configured=False, as_saved=True)
+        told_of(gateway.client(key=KEYS["look"]), value=1.3, saved=1.3)
+        self.assertEqual(json.loads(self.cli_ok("--json", "param", "get", "limits.current_A").out)["parameters"][0]["saved"], 1.3)
 
     def test_nonsense_is_refused_and_a_thousand_connections_and_one_that_stops_reading_disturb_nobody(self):
         self.start_all()

@@ -1,5 +1,6 @@
 """A person at the pilot's page, in headless Chromium: walks, drives and flies, and stops each."""
 
+import json
 import os
 import shutil
 import sys
@@ -33,6 +34,8 @@ class Page:
         print(f"gateway: {counters}", file=sys.stderr)
         self.assertEqual([counters[c] for c in ("refused", "bad_messages", "too_fast")], [0, 0, 0])
         self.assertGreaterEqual(counters["stops"], 20)
+        budget, = json.loads(self.cli_ok("--json", "param", "get", "solve.budget_s").out)["parameters"]
+        self.assertEqual((budget["value"], budget["configured"], budget["saved"]), (10, 10, 12), "set, saved and reset on the page")
 
 
 class Zebro(Page, Scenario):

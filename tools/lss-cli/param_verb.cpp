@@ -6,9 +6,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "daemon/core/tunables.h"
 #include "tools/lss-cli/names.h"
-#include "tools/lss-cli/status.h"
+#include "tools/lss-cli/parameters.h"
 #include "tools/lss-cli/verbs.h"
 
 namespace lss::cli {
@@ -36,9 +35,7 @@ class Board {
     take();
     return sample_;
   }
-  std::span<const lss_Parameter> all() {
-    return {sample().item, std::min<std::size_t>(sample_.count, kMaxTunables)};
-  }
+  std::span<const lss_Parameter> all() { return items(sample()); }
   // Counted from 1, as the command has it.
   std::size_t number_of(const std::string& name) {
     Words names;
@@ -82,45 +79,12 @@ std::string with_unit(double value, const lss_Parameter& p) {
   return unit.empty() ? show(value) : fmt::format("{} {}", show(value), unit);
 }
 
-bool is_saved(const lss_Parameter& p) { return !std::isnan(p.saved); }
-// What the next start takes.
-double kept(const lss_Parameter& p) { return is_saved(p) ? p.saved : p.configured; }
-bool is_configured(const lss_Parameter& p) { return same_value(p.value, p.configured); }
-bool is_kept(const lss_Parameter& p) { return same_value(p.value, kept(p)); }
-
 const char* change_name(const lss_Parameter& p) {
   return p.change == lss_CHANGE_ALWAYS ? "always" : "at rest";
 }
 
-// What it is for: of the table that this program was built with.
-std::string help_of(const Vehicle& vehicle, std::string_view name) {
-  const std::span<const TunableInfo> infos = vehicle.tunables();
-  const int index = find_tunable(infos, name);
-  return index < 0 ? "" : infos[static_cast<std::size_t>(index)].help;
-}
-
-nlohmann::json to_json(const Vehicle& vehicle, const lss_Parameter& p, std::size_t number) {
-  return {{"name", text(p.name)},
-          {"number", number},
-          {"value", p.value},
-          {"unit", text(p.unit)},
-          {"min", p.min},
-          {"max", p.max},
-          {"whole", p.whole},
-          {"configured", p.configured},
-          {"saved", is_saved(p) ? nlohmann::json(p.saved) : nlohmann::json()},
-          {"change", p.change == lss_CHANGE_ALWAYS ? "always" : "at_rest"},
-          {"help", help_of(vehicle, text(p.name))}};
-}
-
 nlohmann::json document(Session& session, Board& board, const std::vector<std::size_t>& numbers) {
-  nlohmann::json list = nlohmann::json::array();
-  for (const std::size_t number : numbers)
-    list.push_back(to_json(session.vehicle(), board.all()[number - 1], number));
-  return {{"vehicle_id", text(board.sample().vehicle_id)},
-          {"save", board.sample().save},
-          {"saved_parameters", saved_name(board.sample().saved)},
-          {"parameters", std::move(list)}};
+  return parameters_json(session.vehicle(), board.sample(), numbers);
 }
 
 ExitCode get(Context& context, const Words& names) {

@@ -74,6 +74,8 @@ Desk::Desk(Fleet& fleet, const Door& door, std::uint32_t lease_ms)
             document["id"] = craft.id;
             tell_everybody("timing " + craft.id, document);
           },
+      .parameters =
+          [this](Craft& craft) { tell_everybody("parameters " + craft.id, parameters(craft)); },
       .telemetry =
           [this](Craft& craft) {
             json document = {{"type", "telemetry"}, {"id", craft.id}};
@@ -332,33 +334,6 @@ bool Desk::is_over(Job& job, const lss_CommandAck& ack) {
     send_step(job);
   }
   return over;
-}
-
-void Desk::heard_status(Craft& craft) {
-  if (described_.insert(craft.id).second) {
-    tell_everybody("", describe(craft));
-    for (const lss_Event& event : craft.events) {
-      json document = cli::event_json(*craft.kind, event);
-      document["type"] = "event";
-      document["id"] = craft.id;
-      tell_everybody("", document);
-    }
-  }
-  tell_everybody("status " + craft.id, status(craft));
-  // A page that lost its connection and is back in time goes on; one that holds nothing any more
-  // is no sign of life.
-  const std::string_view holder = cli::text(craft.status.authority);
-  for (auto& [number, client] : clients_) {
-    if (client.role < Role::command || client.line != Client::Line::data) continue;
-    const bool asks = std::ranges::any_of(jobs_, [&](const Job& job) {
-      return job.client == client.number && job.vehicle == craft.id && !job.dry_run;
-    });
-    if (holder == client.source) {
-      client.driven.insert(craft.id);
-    } else if (!asks) {
-      client.driven.erase(craft.id);
-    }
-  }
 }
 
 // What nobody answered.

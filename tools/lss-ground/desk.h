@@ -121,6 +121,7 @@ class Desk {
   void tell_everything(Client& client);
   nlohmann::json describe(const Craft& craft) const;
   nlohmann::json status(const Craft& craft) const;
+  nlohmann::json parameters(const Craft& craft) const;
   void tell_pulse();
   void give_up();
   Client* client_of(std::uint64_t number);

@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "tools/lss-cli/ack.h"
+#include "tools/lss-cli/parameters.h"
 #include "tools/lss-cli/status.h"
 #include "tools/lss-ground/desk.h"
 
@@ -79,15 +80,51 @@ json Desk::status(const Craft& craft) const {
   return document;
 }
 
+json Desk::parameters(const Craft& craft) const {
+  json document = cli::parameters_json(*craft.kind, craft.parameters);
+  document["type"] = "parameters";
+  document["id"] = craft.id;
+  return document;
+}
+
 void Desk::tell_everything(Client& client) {
   for (const auto& [id, craft] : fleet_.crafts()) {
     tell(client, describe(craft));
+    if (craft.parameters.count > 0) tell(client, parameters(craft));
     tell(client, status(craft));
     json list = json::array();
     for (const lss_Event& event : craft.events) list.push_back(cli::event_json(*craft.kind, event));
     tell(client, {{"type", "events"}, {"id", craft.id}, {"events", std::move(list)}});
     if (cli::text(craft.status.authority) == client.source && client.role >= Role::command)
       client.driven.insert(id);
+  }
+}
+
+void Desk::heard_status(Craft& craft) {
+  if (described_.insert(craft.id).second) {
+    tell_everybody("", describe(craft));
+    if (craft.parameters.count > 0) tell_everybody("parameters " + craft.id, parameters(craft));
+    for (const lss_Event& event : craft.events) {
+      json document = cli::event_json(*craft.kind, event);
+      document["type"] = "event";
+      document["id"] = craft.id;
+      tell_everybody("", document);
+    }
+  }
+  tell_everybody("status " + craft.id, status(craft));
+  // A page that lost its connection and is back in time goes on; one that holds nothing any more
+  // is no sign of life.
+  const std::string_view holder = cli::text(craft.status.authority);
+  for (auto& [number, client] : clients_) {
+    if (client.role < Role::command || client.line != Client::Line::data) continue;
+    const bool asks = std::ranges::any_of(jobs_, [&](const Job& job) {
+      return job.client == client.number && job.vehicle == craft.id && !job.dry_run;
+    });
+    if (holder == client.source) {
+      client.driven.insert(craft.id);
+    } else if (!asks) {
+      client.driven.erase(craft.id);
+    }
   }
 }
 

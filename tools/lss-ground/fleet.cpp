@@ -49,7 +49,8 @@ dds::Result<void> Fleet::open(int domain) {
   for (const auto& [kind, reader] : {std::pair{dds::Kind::status, &status_reader_},
                                      {dds::Kind::command_ack, &ack_reader_},
                                      {dds::Kind::event, &event_reader_},
-                                     {dds::Kind::timing_statistics, &timing_reader_}}) {
+                                     {dds::Kind::timing_statistics, &timing_reader_},
+                                     {dds::Kind::parameters, &parameter_reader_}}) {
     if (auto opened = open_reader(kind, *reader); !opened) return opened;
   }
   for (const auto& [kind, writer] : {std::pair{dds::Kind::command, &command_writer_},
@@ -86,6 +87,7 @@ void Fleet::take() {
   take_acks();
   take_events();
   take_timing();
+  take_parameters();
 }
 
 void Fleet::take_status() {
@@ -106,8 +108,10 @@ void Fleet::take_status() {
                             craft = &crafts_[std::string(id)];
                             craft->id = id;
                             craft->kind = kind;
-                            craft->events = std::move(early_events_[craft->id]);
-                            early_events_.erase(craft->id);
+                            Early& early = early_[craft->id];
+                            craft->events = std::move(early.events);
+                            craft->parameters = early.parameters;
+                            early_.erase(craft->id);
                           }
                           craft->status = sample;
                           craft->status_time = Clock::now();
@@ -128,9 +132,9 @@ void Fleet::take_events() {
     const std::string_view id = cli::text(event.vehicle_id);
     if (!info.valid_data || !good_id(id)) return;
     Craft* craft = find(id);
-    if (craft == nullptr && early_events_.size() >= kMostCrafts) return;
+    if (craft == nullptr && early_.size() >= kMostCrafts) return;
     std::deque<lss_Event>& events =
-        craft != nullptr ? craft->events : early_events_[std::string(id)];
+        craft != nullptr ? craft->events : early_[std::string(id)].events;
     // Another daemon of that name counts its events anew.
     if (!events.empty() && event.index <= events.back().index &&
         event.utc_ns > events.back().utc_ns)
@@ -148,6 +152,18 @@ void Fleet::take_timing() {
         if (craft == nullptr) return;
         craft->timing = timing;
         ears_.timing(*craft);
+      });
+}
+
+void Fleet::take_parameters() {
+  take_each<lss_Parameters>(
+      parameter_reader_, [&](const lss_Parameters& parameters, const dds_sample_info_t& info) {
+        const std::string_view id = cli::text(parameters.vehicle_id);
+        if (!info.valid_data || !good_id(id)) return;
+        Craft* craft = find(id);
+        if (craft == nullptr && early_.size() >= kMostCrafts) return;
+        (craft != nullptr ? craft->parameters : early_[std::string(id)].parameters) = parameters;
+        if (craft != nullptr) ears_.parameters(*craft);
       });
 }
 

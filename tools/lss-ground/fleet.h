@@ -33,6 +33,7 @@ struct Craft {
   Clock::time_point telemetry_time{};
   std::deque<lss_Event> events;  // the newest, as many as the daemon keeps
   lss_TimingStatistics timing{};
+  lss_Parameters parameters{};  // none: not heard yet
 
   const void* sample() const { return telemetry.empty() ? nullptr : telemetry.data(); }
 };
@@ -44,6 +45,7 @@ class Fleet {
     std::function<void(Craft&)> status;
     std::function<void(Craft&, const lss_Event&)> event;
     std::function<void(Craft&)> timing;
+    std::function<void(Craft&)> parameters;
     std::function<void(Craft&)> telemetry;
     std::function<void(const lss_CommandAck&)> ack;
   };
@@ -71,7 +73,13 @@ class Fleet {
   void take_acks();
   void take_events();
   void take_timing();
+  void take_parameters();
 
+  // What came before the first status.
+  struct Early {
+    std::deque<lss_Event> events;
+    lss_Parameters parameters{};
+  };
   struct TelemetryReader {
     const cli::Vehicle* kind;
     dds::Entity entity;
@@ -80,7 +88,7 @@ class Fleet {
   std::function<void()> wake_;
   Ears ears_;
   std::map<std::string, Craft> crafts_;
-  std::map<std::string, std::deque<lss_Event>> early_events_;  // before the first status
+  std::map<std::string, Early> early_;
   std::uint64_t heartbeats_ = 0;
 
   struct ListenerDeleter {
@@ -88,7 +96,7 @@ class Fleet {
   };
   std::unique_ptr<dds_listener_t, ListenerDeleter> listener_;
   dds::Participant participant_;
-  dds::Entity status_reader_, ack_reader_, event_reader_, timing_reader_;
+  dds::Entity status_reader_, ack_reader_, event_reader_, timing_reader_, parameter_reader_;
   std::vector<TelemetryReader> telemetry_readers_;
   dds::Entity command_writer_, heartbeat_writer_;
 };

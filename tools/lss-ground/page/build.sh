@@ -5,7 +5,7 @@ set -euo pipefail
 source=$(cd "$(dirname "$0")" && pwd)
 mkdir -p "$1" "$2"
 work=$(cd "$1" && pwd) out=$(cd "$2" && pwd)
-command -v npm > /dev/null || { echo "npm is missing: the page needs nodejs and npm (tools/packages.txt, group web)"; exit 1; }
+command -v npm > /dev/null || { echo "npm is missing: the page needs nodejs and npm (tools/packages.txt, group web)" >&2; exit 1; }
 
 rm -rf "$work/src"
 cp -R "$source"/{package.json,package-lock.json,.npmrc,tsconfig.json,vite.config.js,index.html,src} "$work"

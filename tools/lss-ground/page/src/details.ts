@@ -6,22 +6,36 @@ import type {Vehicle} from "./model";
 import {roster} from "./vehicles/roster";
 import type {Cell, Table} from "./vehicles/kind";
 
-const kTabs = [["events", "Events"], ["timing", "Timing"], ["parts", "Modules"]] as const;
+const kTabs = [["events", "Events"], ["timing", "Timing"], ["parts", "Modules"], ["parameters", "Parameters"]] as const;
 const kSeverities = ["info", "warning", "error", "fatal"];
 let chosen = "events", least = 0, words = "";
 
 export function tabs(changed: () => void) {
-  const list = document.querySelector("#tabs [role=tablist]")!;
+  const list = document.querySelector("#tabs [role=tablist]")! as HTMLElement;
+  const choose = (id: string) => {
+    chosen = id;
+    for (const [name] of kTabs) {
+      const tab = $(`tab-${name}`);
+      tab.setAttribute("aria-selected", String(name === id));
+      tab.tabIndex = name === id ? 0 : -1;
+      $(name).hidden = name !== id;
+    }
+    changed();
+  };
   for (const [id, title] of kTabs) {
-    const tab = el("button", {type: "button", role: "tab", "aria-controls": id, "aria-selected": String(id === chosen)}, title);
-    tab.onclick = () => {
-      chosen = id;
-      for (const other of list.children) other.setAttribute("aria-selected", String(other === tab));
-      for (const [name] of kTabs) $(name).hidden = name !== id;
-      changed();
-    };
+    const tab = el("button", {type: "button", role: "tab", id: `tab-${id}`, "aria-controls": id}, title);
+    tab.onclick = () => choose(id);
     list.append(tab);
+    $(id).setAttribute("aria-labelledby", tab.id);
   }
+  list.onkeydown = (e) => {
+    const step = {ArrowRight: 1, ArrowLeft: -1}[e.key];
+    if (!step) return;
+    const at = kTabs.findIndex(([id]) => id === chosen), [id] = kTabs[(at + step + kTabs.length) % kTabs.length];
+    choose(id);
+    $(`tab-${id}`).focus();
+  };
+  choose(chosen);
   const severity = el("select", {"aria-label": "Least severity"}, ...kSeverities.map((s, i) => el("option", {value: String(i)}, i ? `${s} and worse` : "all"))) as HTMLSelectElement;
   const filter = el("input", {type: "search", placeholder: "words", "aria-label": "Words to filter by"}) as HTMLInputElement;
   severity.onchange = () => { least = Number(severity.value); changed(); };

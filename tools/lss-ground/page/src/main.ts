@@ -6,7 +6,9 @@ import {$, advice, age, el, show} from "./dom";
 import {beat, keyGiven, Line, setKey, type Json} from "./link";
 import {Vehicle} from "./model";
 import {Panel} from "./panel";
+import {Parameters} from "./parameters";
 import {Plots} from "./plots";
+import {Requests} from "./requests";
 import {Bars, Scene} from "./scene";
 import {roster} from "./vehicles/roster";
 
@@ -23,7 +25,9 @@ const pulse = beat(data, (ms) => { trip_ms = ms; });
 const scene = new Scene($("scene") as HTMLCanvasElement);
 const bars = new Bars($("bars") as HTMLCanvasElement);
 const plots = new Plots();
-const panel = new Panel(data);
+const requests = new Requests(data);
+const panel = new Panel(requests);
+const parameters = new Parameters($("parameters"), requests);
 
 function hear(m: Json) {
   switch (m.type) {
@@ -36,14 +40,16 @@ function hear(m: Json) {
       return;
     }
     case "refused": return askKey();
-    case "welcome": return panel.again();
+    case "welcome":
+      requests.begin();
+      return panel.ask();
     case "vehicle": {
       const before = vehicles.get(m.id);
       if (before && before.kind === m.vehicle) return;
       vehicles.set(m.id, new Vehicle(m.id, m));
       return choose(chosen ? chosen.id : localStorage.getItem("vehicle") ?? m.id);
     }
-    case "ack": return panel.heard(m);
+    case "ack": return requests.heard(m);
   }
   const vehicle = vehicles.get(m.id);
   if (!vehicle) return;
@@ -52,7 +58,10 @@ function hear(m: Json) {
       const changed = vehicle.status?.state !== m.state || vehicle.status?.mode !== m.mode || vehicle.status?.authority !== m.authority;
       vehicle.status = m;
       vehicle.links.alive = m.alive;
-      if (changed && vehicle === chosen) panel.ask();
+      if (changed && vehicle === chosen) {
+        panel.ask();
+        parameters.ask();
+      }
       break;
     }
     case "telemetry":
@@ -67,6 +76,7 @@ function hear(m: Json) {
       break;
     case "event": vehicle.addEvent(m); break;
     case "timing": vehicle.timing = m; break;
+    case "parameters": vehicle.parameters = m; break;
   }
 }
 
@@ -99,7 +109,7 @@ function emergency() {
   }, kStopsAfter_ms);
 }
 
-let stopShown_ms = 0;
+let stopShown_ms = -Infinity;
 function stopText(text: string, tone: string) {
   $("estop-text").textContent = text;
   $("estop").dataset.tone = tone;
@@ -125,6 +135,7 @@ $("estop").addEventListener("pointerdown", (e) => { e.preventDefault(); emergenc
 addEventListener("keydown", (e) => {
   const writes = e.target instanceof HTMLTextAreaElement || e.target instanceof HTMLInputElement && ["search", "password"].includes(e.target.type);
   const onStop = e.target === $("estop") && e.key === "Enter";
+  if (e.key === "Enter" && e.target instanceof HTMLInputElement && e.target.type === "checkbox") e.target.click();
   if ((e.code !== "Space" || writes) && !onStop) return;
   e.preventDefault();  // also where the space bar would press another button
   if (!e.repeat) emergency();
@@ -176,7 +187,7 @@ function links() {
 }
 
 function lost() {
-  const banner = $("lost"), v = chosen, gone = v !== null && !data.lost && (!v.links.alive || (v.links.status_age_ms ?? 0) > 3000);
+  const banner = $("lost"), v = chosen, gone = v?.status && !data.lost && (!v.links.alive || (v.links.status_age_ms ?? 0) > 3000);
   banner.hidden = !(data.lost || gone) || (!data.heard_ms && !data.refused && performance.now() < 1500);
   if (banner.hidden) return;
   const s = v?.status, mine = s && s.authority && s.authority === lastSource;
@@ -197,16 +208,16 @@ function header() {
   show($("state"), [s?.state, s?.mode, s?.progress, tone], () => s ? [el("b", {class: tone}, s.state),
     el("span", {}, s.state === "Operational" ? s.progress : s.state === "Idle" ? "motors off" : "")] : [el("span", {}, "waiting for a vehicle …")]);
   if (performance.now() - stopShown_ms > 6000 && !stopping.size) {
-    const may = stop.welcome?.role !== "look";
-    $("estop-text").textContent = stop.lost ? "no connection" : may ? `${chosen?.id ?? "all"} · space bar` : "this key may not stop";
-    $("estop").dataset.tone = stop.lost || !may ? "bad" : "";
+    const why = stop.lost ? "no connection" : stop.welcome?.role === "look" ? "this key may not stop" : "";
+    $("estop-text").textContent = why || `${chosen?.id ?? "all"} · space bar`;
+    $("estop").dataset.tone = why ? "bad" : "";
   }
   document.title = s ? `${v!.id}: ${s.state}${s.state === "Operational" ? `, ${s.mode}` : ""}` : "lss-ground";
 }
 
 function problems() {
   const list = chosen?.status?.problems ?? [];
-  show(document.querySelector("#problems div")!, [chosen?.id, list], () => list.length
+  show(document.querySelector("#problems div")!, [chosen?.id, Boolean(chosen?.status), list], () => list.length
     ? list.map((p: Json) => el("p", {class: p.error ? "bad" : "warn"}, el("b", {}, p.text), p.advice && el("span", {}, `→ ${advice(p.advice)}`)))
     : [el("p", {class: "dim"}, chosen?.status ? "None." : "")]);
 }
@@ -229,7 +240,9 @@ function draw() {
   problems();
   overlay();
   panel.draw();
-  if (chosen) details(chosen);
+  if (!chosen) return;
+  details(chosen);
+  parameters.draw(chosen);
 }
 
 tabs(draw);

@@ -10,6 +10,10 @@ export interface Command {
   kind: number; name: string; summary: string; access: string; leased: boolean; parameters: Parameter[];
   allowed: {where: string; when: string[]}[];
 }
+export interface Tunable {
+  name: string; number: number; value: number; unit: string; min: number; max: number; whole: boolean; configured: number;
+  saved: number | null; as_configured: boolean; as_saved: boolean; change: "always" | "at_rest"; help: string;
+}
 export interface Guard { allowed: boolean; why: string; advice: string; first: string; }
 export interface Running { command: string; phase: string; step: string; left: number; steps: number; text: string; at: number; final: boolean; }
 
@@ -39,6 +43,7 @@ export class Vehicle {
   telemetry: Json | null = null;
   telemetry_ms = 0;  // performance.now()
   timing: Json | null = null;
+  parameters: Json | null = null;
   events = new Map<number, Json>();
   events_version = 0;
   guards = new Map<string, Guard>();

@@ -1,13 +1,15 @@
 // Commands: what the daemon would not take now is disabled and says why. It is the daemon that is
 // asked, by a dry run of exactly what the button would send; nothing is decided here.
 
-import {$, advice, el, kDegree, show} from "./dom";
-import type {Json, Line} from "./link";
+import {$, el, kDegree, show} from "./dom";
+import type {Json} from "./link";
 import type {Command, Parameter, Vehicle} from "./model";
+import {outcome, reasons, type Requests} from "./requests";
 import {roster} from "./vehicles/roster";
 
 const kAgain_ms = 1000;
-const kHidden = ["data"];  // the gateway asks for it itself
+// The gateway asks for data itself; parameters have a tab of their own.
+const kHidden = ["data", "set-parameter", "save-parameters"];
 
 interface Row { command: Command; element: HTMLElement; button: HTMLButtonElement; why: HTMLElement; inputs: Map<string, () => number | null>; }
 
@@ -18,12 +20,9 @@ function shownUnit(p: Parameter): string {
 export class Panel {
   private rows: Row[] = [];
   private shown: Vehicle | null = null;
-  private numbers = 0;
-  private asked = new Map<number, {vehicle: Vehicle; command: string}>();
-  private sent = new Map<number, Vehicle>();
   private runs: HTMLButtonElement | null = null;  // a script
 
-  constructor(private readonly line: Line) {
+  constructor(private readonly requests: Requests) {
     setInterval(() => this.ask(), kAgain_ms);
   }
 
@@ -95,7 +94,7 @@ export class Panel {
   // Would it be taken?
   ask() {
     const vehicle = this.shown;
-    if (!vehicle || document.hidden || this.line.lost || this.line.welcome?.role !== "command") return this.draw();
+    if (!vehicle || document.hidden || !this.requests.mayCommand) return this.draw();
     for (const row of this.rows) {
       const more = row.element.closest("details");
       if (more && !(more as HTMLDetailsElement).open) continue;
@@ -104,59 +103,36 @@ export class Panel {
         vehicle.guards.set(row.command.name, {allowed: false, why: "fill in what has a ?", advice: "", first: ""});
         continue;
       }
-      const id = ++this.numbers;
-      this.asked.set(id, {vehicle, command: row.command.name});
-      this.asked.delete(id - 500);
-      this.line.send({type: "command", id, vehicle: vehicle.id, command: row.command.name, parameters, dry_run: true, whole: true});
+      this.requests.send({type: "command", vehicle: vehicle.id, command: row.command.name, parameters, dry_run: true, whole: true},
+        (ack) => this.answered(vehicle, row.command.name, ack));
     }
+    this.draw();
+  }
+
+  private answered(vehicle: Vehicle, command: string, ack: Json) {
+    if (ack.phase !== "accepted" && ack.phase !== "rejected" && ack.phase !== "failed") return;
+    const first = ack.steps > 1 ? String(ack.step).split(" ")[0] : "";
+    vehicle.guards.set(command, {allowed: ack.phase === "accepted", first, ...reasons(ack)});
     this.draw();
   }
 
   private send(row: Row) {
-    const vehicle = this.shown, parameters = this.parameters(row);
-    if (!vehicle || !parameters) return;
-    const id = ++this.numbers;
-    this.sent.set(id, vehicle);
-    vehicle.running = {command: row.command.name, phase: "sent", step: "", left: 0, steps: 1, text: "", at: performance.now(), final: false};
-    this.order(vehicle, {type: "command", id, vehicle: vehicle.id, command: row.command.name, parameters, whole: true});
+    const parameters = this.parameters(row);
+    if (parameters) this.run(row.command.name, {type: "command", command: row.command.name, parameters, whole: true});
   }
 
-  // What would leave some time later, when the connection is back, does not leave at all.
-  private order(vehicle: Vehicle, message: Json) {
-    if (this.line.lost || !this.line.send(message)) {
-      this.sent.delete(message.id);
-      vehicle.running = {...vehicle.running!, phase: "not sent", text: "there is no connection", final: true};
-    }
+  private run(command: string, message: Json) {
+    const vehicle = this.shown;
+    if (!vehicle) return;
+    vehicle.running = {command, phase: "sent", step: "", left: 0, steps: 1, text: "", at: performance.now(), final: false};
+    if (!this.requests.send({...message, vehicle: vehicle.id}, (ack) => this.heard(vehicle, ack)))
+      vehicle.running = {...vehicle.running, phase: "not sent", text: "there is no connection", final: true};
     this.draw();
   }
 
-  // Of a connection that was lost nothing is answered any more.
-  again() {
-    for (const vehicle of this.sent.values())
-      vehicle.running = {...vehicle.running!, phase: "unanswered", text: "the connection was lost meanwhile; the state says what is", final: true};
-    this.sent.clear();
-    this.asked.clear();
-    this.ask();
-  }
-
-  heard(ack: Json) {
-    const asked = this.asked.get(ack.request);
-    if (asked) {
-      if (ack.final) this.asked.delete(ack.request);
-      if (ack.phase !== "accepted" && ack.phase !== "rejected" && ack.phase !== "failed") return;
-      const reason = ack.reason;
-      const first = ack.steps > 1 ? String(ack.step).split(" ")[0] : "";
-      const plain = ["not_in_state", "not_in_mode", "not_authorised"].includes(reason?.name);  // it stands above
-      asked.vehicle.guards.set(asked.command, {allowed: ack.phase === "accepted", first,
-        why: plain ? reason.text.replace(/ \(measured.*/, "") : reason?.text ?? "", advice: plain ? "" : advice(reason?.advice ?? "")});
-      return this.draw();
-    }
-    const vehicle = this.sent.get(ack.request);
-    if (!vehicle) return;
-    if (ack.final) this.sent.delete(ack.request);
-    const reason = ack.reason;
+  private heard(vehicle: Vehicle, ack: Json) {
     vehicle.running = {command: ack.command, phase: ack.phase, step: ack.step ?? "", left: ack.left ?? 0, steps: ack.steps ?? 1,
-      text: reason ? [reason.text, advice(reason.advice ?? "")].filter(Boolean).join("; ") : "", at: performance.now(), final: ack.final};
+      text: outcome(ack), at: performance.now(), final: ack.final};
     if (ack.final) this.ask();
     this.draw();
   }
@@ -166,12 +142,7 @@ export class Panel {
       placeholder: "0s      valves 1,3  for 100ms\n500ms   valves 5,7  for 100ms\n2s      fans all    throttle 0.3"}) as HTMLTextAreaElement;
     const run = el("button", {type: "button"}, "run script") as HTMLButtonElement;
     run.onclick = () => {
-      const vehicle = this.shown;
-      if (!vehicle || !text.value.trim()) return;
-      const id = ++this.numbers;
-      this.sent.set(id, vehicle);
-      vehicle.running = {command: "script", phase: "sent", step: "", left: 0, steps: 1, text: "", at: performance.now(), final: false};
-      this.order(vehicle, {type: "script", id, vehicle: vehicle.id, text: text.value});
+      if (text.value.trim()) this.run("script", {type: "script", text: text.value});
     };
     this.runs = run;
     return el("details", {class: "more"}, el("summary", {}, "script of timed actuations"), text, run,
@@ -179,18 +150,18 @@ export class Panel {
   }
 
   draw() {
-    const vehicle = this.shown, role = this.line.welcome?.role;
+    const vehicle = this.shown, role = this.requests.welcome?.role;
     if (!vehicle) return;
-    const holder = vehicle.status?.authority, mine = holder && holder === this.line.welcome?.source;
+    const holder = vehicle.status?.authority, mine = holder && holder === this.requests.welcome?.source;
     $("holder").textContent = role !== "command" && role ? "this key may only look" + (role === "stop" ? " and stop" : "")
       : mine ? "you command" : holder ? `${holder} commands` : "nobody commands";
-    const open = !this.line.lost && vehicle.links.alive && role === "command";
+    const open = this.requests.mayCommand && vehicle.links.alive;
     if (this.runs) this.runs.disabled = !open;
     for (const row of this.rows) {
       const guard = vehicle.guards.get(row.command.name);
       const allowed = open && guard?.allowed === true;
       if (row.button.disabled === allowed) row.button.disabled = !allowed;
-      const why = !this.line.open ? "" : role !== "command" ? "" : !guard ? "" :
+      const why = !this.requests.mayCommand || !guard ? "" :
         guard.allowed ? guard.first && guard.first !== row.command.name ? `begins with: ${guard.first}` : "" : [guard.why, guard.advice].filter(Boolean).join(" → ");
       if (row.why.textContent !== why) row.why.textContent = why;
       row.why.classList.toggle("no", !allowed);

@@ -8,7 +8,10 @@ import type {Signal} from "./vehicles/kind";
 import {roster} from "./vehicles/roster";
 
 const kHeight_px = 116;
-const kColours = ["#4f9cf0", "#e0a33e", "#5fc08a", "#c77dd8", "#e5736b", "#7fc4d6", "#a5ad5c", "#9a8fe0"];
+const kColours = {
+  dark: ["#4f9cf0", "#e0a33e", "#5fc08a", "#c77dd8", "#e5736b", "#7fc4d6", "#a5ad5c", "#9a8fe0"],
+  light: ["#1c66bd", "#a86700", "#1d7f4a", "#93399f", "#c0392f", "#1b7d95", "#6b7415", "#5a4cc0"],
+};
 
 export class Plots {
   private charts: {plot: uPlot; signals: number[]; unit: string}[] = [];
@@ -65,6 +68,7 @@ export class Plots {
       if (chosen.has(s.name)) units.set(s.unit, [...(units.get(s.unit) ?? []), i]);
     });
     const style = getComputedStyle(document.documentElement);
+    const colours = kColours[style.colorScheme.includes("dark") ? "dark" : "light"];
     const text = style.getPropertyValue("--dim").trim(), line = style.getPropertyValue("--line").trim();
     for (const [unit, members] of units) {
       const axis = {stroke: text, grid: {stroke: line, width: 1}, ticks: {show: false}, font: "11px system-ui, sans-serif"};
@@ -75,7 +79,7 @@ export class Plots {
         legend: {live: false},
         scales: {x: {time: true}},
         axes: [{...axis, size: 22, space: 70}, {...axis, size: 44, label: unit, labelSize: 14, labelFont: "11px system-ui, sans-serif", space: 24}],
-        series: [{}, ...members.map((i, k) => ({label: signals[i].name, stroke: kColours[k % kColours.length], width: 1.5, points: {show: false}}))],
+        series: [{}, ...members.map((i, k) => ({label: signals[i].name, stroke: colours[k % colours.length], width: 1.5, points: {show: false}}))],
       }, [[]] as unknown as uPlot.AlignedData, where);
       this.charts.push({plot, signals: members, unit});
     }

@@ -6,7 +6,7 @@ import {fixed, kDegree} from "../dom";
 import type {Kind, Model} from "./kind";
 import {beam, box, cylinder, kColours, paint, place} from "./shapes";
 
-const kWheel_m = 0.1, kTread_m = 0.09, kTrack_m = 0.36, kBase_m = 0.42;
+const kWheel_m = 0.15, kTread_m = 0.12, kTrack_m = 0.391, kBase_m = 0.6;  // from the middle to a wheel beside, ahead and behind
 const kNames = ["LF", "RF", "LM", "RM", "LR", "RR"];
 const kStates = ["good", "motor sensor", "encoder", "motor", "gear", "clutch", "two sensors", "clutch and sensor", "all sensors"];
 const kSteering: Record<number, number> = {0: 0, 1: 1, 4: 2, 5: 3};  // wheel to steering drive
@@ -16,7 +16,7 @@ function wheel(): THREE.Group {
   const spinning = new THREE.Group();
   spinning.add(cylinder(kWheel_m, kTread_m, kColours.metal, "z"));
   for (let i = 0; i < 8; i++) {
-    const cleat = box(0.012, 0.03, kTread_m * 1.02, kColours.metal);
+    const cleat = box(0.016, 0.04, kTread_m * 1.02, kColours.metal);
     cleat.rotation.z = i * Math.PI / 4;
     cleat.position.set(-Math.sin(i * Math.PI / 4) * kWheel_m, Math.cos(i * Math.PI / 4) * kWheel_m, 0);
     spinning.add(cleat);
@@ -27,28 +27,30 @@ function wheel(): THREE.Group {
 function model(): Model {
   const root = new THREE.Group(), body = new THREE.Group();
   root.add(body);
-  body.position.y = kWheel_m + 0.14;
-  body.add(place(box(0.56, 0.14, 0.36, kColours.body), 0, 0.1, 0));
-  body.add(place(box(0.5, 0.01, 0.34, kColours.panel), 0, 0.18, 0));
-  body.add(place(cylinder(0.015, 0.36, kColours.metal), 0.2, 0.35, 0.08));
-  body.add(place(box(0.05, 0.05, 0.12, kColours.metal), 0.2, 0.55, 0.08));
-  const beacon = place(cylinder(0.025, 0.05, kColours.off), -0.2, 0.21, 0.1);
+  body.position.y = kWheel_m + 0.2;
+  body.add(place(box(0.8, 0.2, 0.5, kColours.body), 0, 0.14, 0));
+  body.add(place(box(0.72, 0.014, 0.46, kColours.panel), 0, 0.25, 0));
+  body.add(place(cylinder(0.02, 0.5, kColours.metal), 0.28, 0.5, 0.11));
+  body.add(place(box(0.07, 0.07, 0.17, kColours.metal), 0.28, 0.78, 0.11));
+  body.add(place(cylinder(0.02, 2 * kTrack_m, kColours.metal, "z"), 0, 0.08, 0));  // on which the rockers turn
+  const beacon = place(cylinder(0.035, 0.07, kColours.off), -0.28, 0.29, 0.14);
   body.add(beacon);
   const wheels: {spin: THREE.Group; steer: THREE.Group; angle: number}[] = [];
   const rockers: THREE.Group[] = [], bogies: THREE.Group[] = [];
   for (const side of [-1, 1]) {
-    const z = side * kTrack_m, rocker = place(new THREE.Group(), 0, 0.06, z), bogie = place(new THREE.Group(), -kBase_m / 2, -0.07, 0);
+    const z = side * kTrack_m, rocker = place(new THREE.Group(), 0, 0.08, z), bogie = place(new THREE.Group(), -kBase_m / 2, -0.1, 0);
     body.add(rocker);
-    rocker.add(bogie, beam(v(0, 0, 0), v(kBase_m, 0, 0), 0.03, kColours.gold), beam(v(0, 0, 0), v(-kBase_m / 2, -0.07, 0), 0.03, kColours.gold),
-      beam(v(kBase_m, 0, 0), v(kBase_m, -0.14, 0), 0.026, kColours.gold));
-    bogie.add(beam(v(kBase_m / 2, 0, 0), v(-kBase_m / 2, 0, 0), 0.026, kColours.gold));
+    rocker.add(bogie, beam(v(0, 0, 0), v(kBase_m, 0, 0), 0.04, kColours.gold), beam(v(0, 0, 0), v(-kBase_m / 2, -0.1, 0), 0.04, kColours.gold),
+      beam(v(kBase_m, 0, 0), v(kBase_m, -0.28, 0), 0.035, kColours.gold));
+    bogie.add(beam(v(kBase_m / 2, 0, 0), v(-kBase_m / 2, 0, 0), 0.035, kColours.gold));
+    for (const x of [kBase_m / 2, -kBase_m / 2]) bogie.add(beam(v(x, 0, 0), v(x, -0.18, 0), 0.035, kColours.gold));
     rockers.push(rocker);
     bogies.push(bogie);
     [0, 1, 2].forEach((row) => {
       const spin = wheel(), steer = new THREE.Group();
       steer.add(spin);
-      if (row === 0) rocker.add(place(steer, kBase_m, -0.2, 0));
-      else bogie.add(place(steer, row === 1 ? kBase_m / 2 : -kBase_m / 2, -0.13, 0));
+      if (row === 0) rocker.add(place(steer, kBase_m, -0.28, 0));
+      else bogie.add(place(steer, row === 1 ? kBase_m / 2 : -kBase_m / 2, -0.18, 0));
       wheels[row * 2 + (side < 0 ? 0 : 1)] = {spin, steer, angle: 0};
     });
   }
@@ -84,7 +86,7 @@ const perWheel = (name: string, unit: string, get: (w: Json) => number) =>
 
 export const ardito: Kind = {
   name: "ardito",
-  metres: 1.3,
+  metres: 1.8,
   order: ["drive", "park", "halt", "stop", "start", "solve", "reset"],
   safe: "slows down, stands still and switches its motors off",
   signals: [

@@ -8,6 +8,7 @@ import type {Kind, Model} from "./kind";
 import {beam, box, cylinder, kColours, material, paint, place} from "./shapes";
 
 const kHalf_m = 0.35;
+const kLeg_m = 0.25;  // height of the position over the feet
 const v = (x: number, y: number, z: number) => new THREE.Vector3(x, y, z);
 
 function plume(length_m: number): THREE.Mesh {
@@ -36,6 +37,8 @@ function model(): Model {
     blades.add(box(0.2, 0.006, 0.03, kColours.leg), box(0.03, 0.006, 0.2, kColours.leg));
     const fan = new THREE.Group();
     fan.add(ring, blades);
+    const arm = i % 2 ? v(0, 0.04, z) : v(x, 0.04, 0);
+    body.add(beam(arm.clone().multiply(v(0.2, 1, 0.2)), arm.clone().multiply(v(0.42, 1, 0.42)), 0.025, kColours.metal));
     body.add(place(fan, i % 2 ? 0 : x * 0.42, 0.06, i % 2 ? z * 0.42 : 0));
     fans.push(blades);
     const lift = place(plume(0.4), x * 0.22, 0, z * 0.22);  // valves 1, 3, 5, 7
@@ -57,7 +60,7 @@ function model(): Model {
       const g = t.gnc;
       if (!g) return;
       const ease = Math.min(1, dt_s * 8), p = g.position_m, q = g.attitude_wxyz;
-      if (p.every(Number.isFinite)) root.position.lerp(v(p[2], p[0] + 0.25, p[1]), ease);
+      if (p.every(Number.isFinite)) root.position.lerp(v(p[2], Math.max(p[0], kLeg_m), p[1]), ease);
       if (q.every(Number.isFinite)) body.quaternion.slerp(turned.set(q[3], q[1], q[2], q[0]), ease);
       (t.valves ?? []).forEach((valve: Json, i: number) => {
         const share = valve.on_s > 0 ? Math.min(1, valve.on_s / 0.2) : valve.open ? 1 : 0;
