@@ -40,7 +40,6 @@ struct Subject {
   double rest_s;        // at rest within
   double cut_rest_s;    // with the bus cut
   const char* at_rest;  // what that is
-  unsigned one_in;      // of the scenarios asked for: rigid bodies take their time
   Run (*play)(unsigned number);
   // The same, with its flight recording in files of this folder.
   Run (*record)(unsigned number, const std::filesystem::path& folder);

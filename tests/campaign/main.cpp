@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <fstream>
 
 #include "tests/campaign/report.h"
@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> names;
   for (const Subject& subject : subjects()) names.emplace_back(subject.vehicle);
   cli.add_option("vehicle", wanted, "of which; none: all")->check(CLI::IsMember(names));
-  cli.add_option("--runs", runs, "scenarios of each vehicle; a tenth of ardito, which takes long")
+  cli.add_option("--runs", runs, "scenarios of each vehicle")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   cli.add_option("--first", first, "number of the first scenario")->capture_default_str();
@@ -54,14 +54,13 @@ int main(int argc, char** argv) {
   for (const Subject& subject : subjects()) {
     if (!wanted.empty() && std::ranges::count(wanted, subject.vehicle) == 0) continue;
     Summary& summary = summaries.emplace_back(subject);
-    const auto begin = std::chrono::steady_clock::now();
-    for (unsigned i = 0; i < std::max(1U, runs / subject.one_in); ++i) {
+    const std::clock_t begin = std::clock();
+    for (unsigned i = 0; i < runs; ++i) {
       const Run run = subject.play(first + i);
       tell(subject, run, verbose);
       summary.add(run);
     }
-    summary.wall_s =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    summary.cpu_s = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
     fmt::print("{}\n", summary.line());
     std::fflush(stdout);
     held = held && summary.broken == 0;

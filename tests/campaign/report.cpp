@@ -26,9 +26,9 @@ std::string Summary::line() const {
   return fmt::format(
       "{}: all held in {} of {} scenarios; {} faults, {} commands ({} rejected), {} stops, {} "
       "frames "
-      "in {:.0f} s, {:.0f} times real time",
-      subject.vehicle, runs - broken, runs, faults, commands, rejected, stops, frames, wall_s,
-      simulated_s / wall_s);
+      "in {:.0f} s of CPU, {:.0f} times real time",
+      subject.vehicle, runs - broken, runs, faults, commands, rejected, stops, frames, cpu_s,
+      simulated_s / cpu_s);
 }
 
 std::string document(const std::vector<Summary>& summaries, const std::string& command) {
@@ -50,7 +50,7 @@ In every frame, whatever happened, must hold:
 - nothing throws, and frames count on;
 - mended, the vehicle comes back to Idle, and starts again.
 
-| vehicle | where the faults hit | scenarios | all held | faults | commands | of them rejected | stops to FatalError | frames | simulated | times real time |
+| vehicle | where the faults hit | scenarios | all held | faults | commands | of them rejected | stops to FatalError | frames | simulated | times real time, by one CPU |
 |---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|
 )",
       command);
@@ -58,7 +58,7 @@ In every frame, whatever happened, must hold:
     text += fmt::format("| {} | {} | {} | **{}** | {} | {} | {} | {} | {} | {:.1f} h | {:.0f} |\n",
                         s.subject.vehicle, s.subject.begin, s.runs, s.runs - s.broken, s.faults,
                         s.commands, s.rejected, s.stops, s.frames, s.simulated_s / 3600,
-                        s.simulated_s / s.wall_s);
+                        s.simulated_s / s.cpu_s);
   }
   text +=
       "\n| vehicle | at rest is | must be within | slowest | with the bus cut or noisy | slowest | "

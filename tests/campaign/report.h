@@ -15,8 +15,7 @@ struct Summary {
   Subject subject;
   unsigned runs = 0, broken = 0;
   std::uint64_t frames = 0, faults = 0, commands = 0, rejected = 0, stops = 0;
-  double simulated_s = 0, wall_s = 0, slowest_rest_s = 0, slowest_cut_rest_s = 0,
-         slowest_idle_s = 0;
+  double simulated_s = 0, cpu_s = 0, slowest_rest_s = 0, slowest_cut_rest_s = 0, slowest_idle_s = 0;
   std::vector<std::string> complaints;  // "17: 3.2 s: ..."
 
   void add(const Run& run);

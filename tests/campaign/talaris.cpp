@@ -76,7 +76,6 @@ Subject talaris() {
           World::kRest_s,
           World::kCutRest_s,
           "valves that are not stuck shut, fans below 2000 rpm",
-          1,
           [](unsigned number) { return Scenario<World>(number).play(); },
           [](unsigned number, const std::filesystem::path& folder) {
             return Scenario<World>(number).record_to<talaris::Vehicle>(folder).play();

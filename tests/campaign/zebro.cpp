@@ -93,7 +93,6 @@ Subject zebro() {
           World::kRest_s,
           World::kCutRest_s,
           "all legs below 0.05 rad/s",
-          1,
           [](unsigned number) { return Scenario<World>(number).play(); },
           [](unsigned number, const std::filesystem::path& folder) {
             return Scenario<World>(number).record_to<zebro::Vehicle>(folder).play();
