@@ -81,8 +81,9 @@ void Vehicle::watch_bus(const HopperCan::Report& bus, Supervisor& s) noexcept {
 
 // The actuate thread obeyed an emergency stop ahead of the cycle: the cycle has to follow.
 void Vehicle::watch_edges(const EdgeReport& edges, Supervisor& s) noexcept {
-  shut_frames_ = edges.all_stop_pending ? shut_frames_ + 1 : 0;
-  if (shut_frames_ <= kShutFrames || s.controller().state == State::fatal_error) return;
+  const bool followed = s.controller().state == State::fatal_error;
+  shut_frames_ = edges.all_stop_pending && !followed ? shut_frames_ + 1 : 0;
+  if (shut_frames_ <= kShutFrames) return;
   s.latch(FaultId::valves_shut_fast, kValveModule);
   s.happen(lc::Event::emergency);  // also in the air: nothing gets out any more
 }

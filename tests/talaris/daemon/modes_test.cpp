@@ -142,6 +142,22 @@ TEST(TalarisModes, AFlightThatStopsEverythingLatchesAFault) {
   EXPECT_TRUE(w.has(FaultId::valves_shut_fast, kValveModule));
 }
 
+// Stops one after the other are pending in frame after frame, and each was followed: the vehicle
+// stands still.
+TEST(TalarisModes, SolveRightAfterManyStopsIsSolved) {
+  World w;
+  ASSERT_TRUE(w.start());
+  ASSERT_EQ(w.why(lss::CommandKind::emergency_stop), Reason::none);
+  ASSERT_EQ(w.state(), State::fatal_error);
+  w.in_.bus.edges.all_stop_pending = true;
+  for (int i = 0; i < 10; ++i) w.step();
+  ASSERT_EQ(w.why(lss::CommandKind::solve), Reason::none);
+  EXPECT_EQ(w.state(), State::solve_errors);
+  EXPECT_FALSE(w.has(FaultId::valves_shut_fast, kValveModule));
+  w.in_.bus.edges.all_stop_pending = false;
+  EXPECT_TRUE(w.run_until(State::idle, 10));
+}
+
 TEST(TalarisModes, AScriptIsAbortedByAnyone) {
   World w;
   ASSERT_TRUE(w.start());
