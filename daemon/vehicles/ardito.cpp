@@ -169,6 +169,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   if (actions & kBeacon) {
     orders_.beacon = true;
     orders_.quick_stop = false;
+    reset_faults();  // of power that was away at rest; of any other there would be no start
     started_ns_ = now_ns_;
     limit_m_s_ = kSpeedLimits_m_s[static_cast<std::size_t>(request->parameter[0])];
     distance_m_ = yaw_rad_ = x_m_ = y_m_ = 0;

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 
 #include "tests/campaign/report.h"
@@ -17,6 +18,7 @@ constexpr const char* kExamples =
     "Examples:\n"
     "  lss-campaign --runs 200\n"
     "  lss-campaign zebro --first 17 --runs 1 --verbose    what happened in scenario 17\n"
+    "  lss-campaign zebro --first 17 --runs 1 --record DIR    ... frame by frame, for lss-cli log\n"
     "  lss-campaign --runs 300 --markdown docs/campaign.md\n"
     "Exit code 0: all that must hold held.";
 
@@ -35,6 +37,7 @@ int main(int argc, char** argv) {
   bool verbose = false;
   std::vector<std::string> wanted;
   std::string markdown;
+  std::filesystem::path folder;
   CLI::App cli("Scenarios of random faults and commands on the whole chain, in virtual time.",
                "lss-campaign");
   std::vector<std::string> names;
@@ -45,6 +48,8 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   cli.add_option("--first", first, "number of the first scenario")->capture_default_str();
   cli.add_flag("--verbose", verbose, "tell every scenario, not only where something is broken");
+  cli.add_option("--record", folder, "keep a flight recording of each scenario in this folder")
+      ->check(CLI::ExistingDirectory);
   cli.add_option("--markdown", markdown, "write the document there");
   cli.footer(kExamples);
   CLI11_PARSE(cli, argc, argv);
@@ -56,7 +61,7 @@ int main(int argc, char** argv) {
     Summary& summary = summaries.emplace_back(subject);
     const std::clock_t begin = std::clock();
     for (unsigned i = 0; i < runs; ++i) {
-      const Run run = subject.play(first + i);
+      const Run run = folder.empty() ? subject.play(first + i) : subject.record(first + i, folder);
       tell(subject, run, verbose);
       summary.add(run);
     }
