@@ -1,54 +1,30 @@
 """D.I.A.N.A. Ardito drives over can0, with `candump` as the witness: every SYNC, every frame of it, and that whatever ends
-the drive leaves motors that stop. The vehicle is `lss-sim ardito`, without rigid bodies: those are too slow here."""
+the drive leaves motors that stop."""
 
+import itertools
 import json
 import os
 import statistics
-import sys
 import unittest
 
 import canlog
-from box import SOURCE, Box, setUpModule  # noqa: F401  pylint: disable=unused-import
+from box import setUpModule  # noqa: F401  pylint: disable=unused-import
+from rover import UNIT, Rover
 
-sys.path.append(os.path.join(SOURCE, "tests/e2e"))
-import recording  # noqa: E402  pylint: disable=wrong-import-position,wrong-import-order
-
-UNIT = "lssd@ardito"
 DRIVE_S = int(os.environ.get("LSS_OBC_DRIVE_S", "600"))  # in the box
 SPEED_M_S = 0.3
 ESTOP = 3  # idl/commands.h
 HOUR_US = 3_600_000_000
 
 
-class Drive(Box):
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.use_can()
-        cls.start_sim("ardito", "--dir", "/run/ardito", "--can", "can0", "--plant", "kinematic",
-                      "--truth", "/run/truth.jsonl")
-        cls.must(f"systemctl start {UNIT}", 120)
-
+class Drive(Rover):
     def setUp(self):
-        self.wait_status("s['nodes'] and all(n['online'] for n in s['nodes'])", "all nodes run", 60)
+        self.all_nodes_run()
         if self.status()["state"] == "FatalError":
             self.must("lss-cli solve", 120)
         self.assertEqual(self.status()["state"], "Idle")
         self.begun = self.status()
-        self.watched = f"{self._testMethodName}.log"
-        self.must(f"systemd-run -q --unit=watch --collect -p StandardOutput=file:/run/{self.watched} "
-                  "candump -L -d -r 4194304 can0,0:0,#FFFFFFFF")
-        self.wait(f"[ -s /run/{self.watched} ]", "candump watches", 20)
-
-    def tearDown(self):
-        super().tearDown()
-        self.run_there("systemctl stop watch drive; systemctl reset-failed; true")
-
-    # --- the vehicle
-
-    def drive(self):
-        self.must(f"systemd-run -q --unit=drive lss-cli --jsonl drive {SPEED_M_S}")
-        self.wait_status("s['mode'] == 'Running'", "it drives", 60)
+        self.watch_bus(self._testMethodName)
 
     def stop_drive(self):
         self.must("systemctl kill -s INT drive")
@@ -58,25 +34,10 @@ class Drive(Box):
         """So many frames, by their SYNC."""
         self.must(f"candump -n {count} can0,080:7FF > /dev/null", count // 10 + 60)
 
-    def truth(self):
-        return json.loads(self.must("tail -n 2 /run/truth.jsonl").splitlines()[0])
-
-    def stands(self):
-        self.until(lambda: max(map(abs, self.truth()["velocity_m_s"])) < 0.001, "the rover stands", 20)
-
-    def seen(self):
-        """All that candump saw, whose log was written to its end."""
-        self.must(f"systemctl stop watch && mv /run/{self.watched} /mnt/host/", 60)
-        return canlog.read(os.path.join(self.share, self.watched))
-
     def frames_of_the_end(self, count):
         """The last frames that the flight recorder has, and how far UTC is ahead of their clock."""
-        name = self.must("ls -t /var/lib/lss/*.lssrec | head -n 1")
-        self.must(f"cp {name} /mnt/host/end.lssrec")
-        header, items, _ = recording.read(os.path.join(self.share, "end.lssrec"))
-        schema = recording.Schema(header["schema"])
-        frames = [item for kind, item in items if kind == recording.FRAME][-count:]
-        return [schema.read(frame)[0] for frame in frames], header["utc_ns"] - header["time_ns"]
+        frames, in_all, ahead_ns = self.frames_of(self.must("ls -t /var/lib/lss/*.lssrec | head -n 1"))
+        return list(itertools.islice(frames, max(0, in_all - count), None)), ahead_ns
 
     # --- what has to hold
 
@@ -106,7 +67,7 @@ class Drive(Box):
 
     def test_1_it_drives_and_no_frame_is_missed_then_an_emergency_stop_stops_the_motors(self):
         before = self.truth()
-        self.drive()
+        self.drive(SPEED_M_S)
         self.pass_frames(DRIVE_S * 10)
         status = self.status()
         self.assertEqual((status["state"], status["mode"], status["faults"]), ("Operational", "Running", []))
@@ -149,7 +110,7 @@ class Drive(Box):
         self.no_order_moves([f for f in frames if f.time_us > min(stopped.values())])
 
     def test_2_a_clock_that_is_set_makes_no_frame_late(self):
-        self.drive()
+        self.drive(SPEED_M_S)
         self.pass_frames(20)
         self.must("date -s '+1 hour'")
         self.pass_frames(50)
@@ -176,7 +137,7 @@ class Drive(Box):
 
     def test_3_bus_off_is_an_emergency_and_the_rover_drives_again_when_it_is_over(self):
         pid = self.pid(UNIT)
-        self.drive()
+        self.drive(SPEED_M_S)
         self.must("cansend can0 20000040#0000000000000000")  # as a controller tells it: CAN_ERR_BUSOFF
         status = self.wait_status("s['state'] == 'FatalError'", "FatalError", 20)
         self.assertIn("bus_off", [f["name"] for f in status["faults"]])
@@ -187,7 +148,7 @@ class Drive(Box):
         self.must("lss-cli solve", 120)
         self.wait_status("s['state'] == 'Idle'", "Idle", 60)
         self.run_there("systemctl stop drive; systemctl reset-failed drive")
-        self.drive()
+        self.drive(SPEED_M_S)
         self.assertEqual(self.pid(UNIT), pid, "it is the same process")
         self.stop_drive()
         frames = self.seen()
@@ -202,7 +163,7 @@ class Drive(Box):
             self.assertLess(max(stopped.values()), begin_us + canlog.PERIOD_US + canlog.OFFSET_US + canlog.RPDOS_US)
 
     def test_4_a_unit_that_is_stopped_leaves_a_rover_that_stands(self):
-        self.drive()
+        self.drive(SPEED_M_S)
         self.must(f"s=$EPOCHREALTIME; systemctl stop {UNIT}; echo $s $EPOCHREALTIME", 60)
         self.assertEqual((self.active(UNIT), self.show(UNIT, "Result")), ("inactive", "success"))
         self.stands()
