@@ -13,7 +13,7 @@ from rig import FATAL_ERROR, IDLE, Scenario
 from test_access import Guarded
 from test_ground import KEYS, Beating, Gateway
 
-STOPS = int(os.environ.get("LSS_STOPS", "20"))
+STOPS = int(os.environ.get("LSS_STOPS", "10"))
 OTHERS = 9  # clients besides the page, with everything that is told
 CLICK_TO_WIRE_S = 0.100
 LOST_S = 1.0
