@@ -42,8 +42,12 @@ class Rover(Box):
         self.wait_status("s['nodes'] and all(n['online'] for n in s['nodes'])", "all nodes run", 60)
 
     def drive(self, speed_m_s):
-        self.must(f"systemd-run -q --unit=drive lss-cli --jsonl drive {speed_m_s}")
+        self.must(f"systemd-run -q --unit=drive --collect lss-cli --jsonl drive {speed_m_s}")
         self.wait_status("s['mode'] == 'Running'", "it drives", 60)
+
+    def end_drive(self):
+        """Of who drives: interrupted, and gone when this returns."""
+        self.run_there("systemctl kill -s INT drive; systemctl stop drive; systemctl reset-failed drive; true")
 
     def truth(self):
         return json.loads(self.must("tail -n 2 /run/truth.jsonl").splitlines()[0])

@@ -51,7 +51,7 @@ class Campaign(Rover):
     def mend(self):
         """Back to Idle, as a person would."""
         self.must(f"lss-sim fault --dir {SIM} clear")
-        self.run_there("systemctl kill -s INT drive; systemctl reset-failed drive")
+        self.end_drive()
         self.all_nodes_run()
         for _ in range(8):
             state = self.wait_status("s['state'] in ('Idle', 'Operational', 'FatalError')", "it does not solve any more", 60)["state"]
@@ -104,6 +104,7 @@ class Campaign(Rover):
         for number in range(1, SCENARIOS + 1):
             deeds = self.story(number)
             with self.subTest(number=number, story=[f"{at_s:.1f} s {what}" for at_s, what in deeds]):
+                self.run_there("systemctl stop watch; true")
                 self.must(f"touch /run/scenario; sleep 0.1; systemctl restart {UNIT}", 120)
                 self.all_nodes_run()
                 self.mend()
@@ -121,7 +122,7 @@ class Campaign(Rover):
                 status = self.status()
                 self.assertEqual(self.pid(UNIT), pid, "the daemon lives")
                 self.assertEqual(status["frame"]["overruns"], begun["frame"]["overruns"], "no frame was late")
-                self.run_there("systemctl reset-failed drive")
+                self.end_drive()
                 seen = self.seen()
                 self.must(f"systemctl stop {UNIT}", 60)  # its recording is ended
                 count, stops = self.what_must_hold(seen)

@@ -48,39 +48,44 @@ TEST(ArditoChain, TheSameSeedGivesTheSameRunToTheBit) {
   EXPECT_NE(first, run(6));
 }
 
+// It has driven, and is in Idle.
+struct AtRest {
+  AtRest() {
+    EXPECT_TRUE(chain.start());
+    chain.send(lss::CommandKind::stop);
+    EXPECT_TRUE(chain.run_until(State::idle, 10));
+  }
+  static Chain::Options rolling() {
+    Chain::Options options = with_short_lamp(1);
+    options.rover.plant = sim::ardito::PlantKind::kinematic;
+    return options;
+  }
+  Chain chain{rolling()};
+};
+
 // The button is pressed at rest and released again, or the battery is changed: drives are in fault
 // then, for want of voltage.
 TEST(ArditoChain, MotorPowerThatWasAwayAtRestDoesNotKeepItFromStarting) {
   for (const char* fault : {"power-bad", "e-stop-button"}) {
     SCOPED_TRACE(fault);
-    Chain::Options options = with_short_lamp(1);
-    options.rover.plant = sim::ardito::PlantKind::kinematic;
-    Chain chain(options);
-    ASSERT_TRUE(chain.start());
-    chain.send(lss::CommandKind::stop);
-    ASSERT_TRUE(chain.run_until(State::idle, 10));
-    chain.inject(fault);
-    chain.run(3);
-    EXPECT_EQ(chain.state(), State::idle);
-    chain.inject(std::string("clear:") + fault);
-    chain.run(1);
-    EXPECT_TRUE(chain.start());
-    EXPECT_TRUE(chain.drive(0.3));
-    EXPECT_FALSE(chain.has(FaultId::module_disobeys, 1));
+    AtRest rover;
+    rover.chain.inject(fault);
+    rover.chain.run(3);
+    EXPECT_EQ(rover.chain.state(), State::idle);
+    rover.chain.inject(std::string("clear:") + fault);
+    rover.chain.run(1);
+    EXPECT_TRUE(rover.chain.start());
+    EXPECT_TRUE(rover.chain.drive(0.3));
+    EXPECT_FALSE(rover.chain.has(FaultId::module_disobeys, 1));
   }
 }
 
 // So a start resets nothing that nobody was told of.
 TEST(ArditoChain, AFaultOfADriveItselfIsAnEmergencyAtRestToo) {
-  Chain::Options options = with_short_lamp(1);
-  options.rover.plant = sim::ardito::PlantKind::kinematic;
-  Chain chain(options);
-  ASSERT_TRUE(chain.start());
-  chain.send(lss::CommandKind::stop);
-  ASSERT_TRUE(chain.run_until(State::idle, 10));
-  chain.inject("drive-fault:0x03");
-  EXPECT_TRUE(chain.run_until(State::fatal_error, 1));
-  EXPECT_TRUE(chain.has(FaultId::drive_fault, 3));
+  AtRest rover;
+  rover.chain.inject("drive-fault:0x03");
+  EXPECT_TRUE(rover.chain.run_until(State::fatal_error, 1));
+  EXPECT_TRUE(rover.chain.has(FaultId::drive_fault, 3));
 }
 
 }  // namespace
