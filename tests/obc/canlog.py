@@ -64,8 +64,8 @@ def read(path):
             found = re.match(r"\((\d+)\.(\d{6})\) \S+ ([0-9A-F]{3})#([0-9A-F]*)\s*$", line)
             if found:
                 frames.append(Frame(int(found[1]) * 1_000_000 + int(found[2]), int(found[3], 16), bytes.fromhex(found[4])))
-            else:  # an error frame
-                assert re.match(r"\(\d+\.\d{6}\) \S+ [0-9A-F]{8}#", line), f"candump says: {line}"
+            else:  # an error frame, an extended one, or one that asks
+                assert re.match(r"\(\d+\.\d{6}\) \S+ ([0-9A-F]{8}#|[0-9A-F]{3}#R)", line), f"candump says: {line}"
     return frames
 
 
