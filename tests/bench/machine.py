@@ -139,8 +139,7 @@ def document(pairs, kernel, command):
     lines += ["", f"Between both machines medians differ by {worst['p50']:.1%} at most, maxima by {worst['max']:.1%}."]
     differ = unsteady(pairs)
     if differ:
-        lines += [f"By more than {REPEATS:.0%}, since an interrupt of the kernel fell on one cycle of all in one of them: "
-                  f"{'; '.join(differ)}."]
+        lines += [f"By more than {REPEATS:.0%}: {'; '.join(differ)}."]
     lines += ["", "## Notes", ""]
     lines += [f"- {a['row']}, {a['figure']}: {a['note']}" for a, _ in pairs if a["note"]]
     return "\n".join(lines) + "\n"

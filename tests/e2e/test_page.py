@@ -2,23 +2,19 @@
 
 import json
 import os
-import shutil
 import sys
-import unittest
 
 import hopper_rig
 import rover_rig
+from browser import CHROMIUM, NODE, PLAYWRIGHT, needs_browser
 from programs import run
 from rig import SOURCE, Scenario
 from test_ground import Beating, Gateway
 
-PLAYWRIGHT = os.environ.get("LSS_E2E_PLAYWRIGHT", "")
-CHROMIUM = shutil.which("chromium")
-NODE = shutil.which("node")
 OTHERS = 9  # clients besides, with everything that is told
 
 
-@unittest.skipUnless(CHROMIUM and NODE and os.path.isdir(PLAYWRIGHT), "needs chromium, node and the page that was built")
+@needs_browser
 class Page:
     def visit(self, vehicle, limit_s=150):
         self.start_all()

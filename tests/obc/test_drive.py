@@ -147,7 +147,7 @@ class Drive(Rover):
         self.wait_status("all(n['online'] for n in s['nodes'])", "all nodes run again", 60)
         self.must("lss-cli solve", 120)
         self.wait_status("s['state'] == 'Idle'", "Idle", 60)
-        self.run_there("systemctl stop drive; systemctl reset-failed drive")
+        self.end_drive()
         self.drive(SPEED_M_S)
         self.assertEqual(self.pid(UNIT), pid, "it is the same process")
         self.stop_drive()
