@@ -10,30 +10,34 @@
 
 #include <CLI/CLI.hpp>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <thread>
+#include <tl/expected.hpp>
 #include <vector>
 
 #include "daemon/config/config.h"
 #include "daemon/core/clock.h"
 #include "daemon/record/replay_files.h"
 #include "daemon/vehicles/roster.h"
+#include "drivers/lockstep/wire.h"
 
 namespace {
 
 constexpr lss::TimeNs kStandstill = lss::kSecond;  // a thread without a turn for so long is stuck
 constexpr std::size_t kLogLines = 1024;
 constexpr int kExitFailure = 1;
-constexpr int kExitConfig = 78;   // EX_CONFIG: starting again will not help
+constexpr int kExitConfig = 78;   // EX_CONFIG: another start will not help
 constexpr int kExitRestart = 75;  // EX_TEMPFAIL: systemd starts us again (RestartForceExitStatus)
 
 struct Options {
   std::filesystem::path config;
   std::filesystem::path run_dir = "/run/lss";
-  int domain = -1;  // -1: as the configuration says
+  int domain = -1;  // -1: from the configuration
+  bool lockstep = false;
   std::vector<std::filesystem::path> replay;
 };
 
@@ -44,8 +48,24 @@ void resolve_ports(lss::config::Config& config, const std::filesystem::path& run
   }
 }
 
-// Signals are taken by sigtimedwait in main and by nobody else: block them before any thread
-// exists.
+// Joins simulated time, only if all ports belong to the simulator. The error says what to do.
+tl::expected<void, std::string> follow_simulator(const lss::config::Config& config,
+                                                 const std::filesystem::path& run_dir) {
+  if (const std::string error = lss::lockstep::join(run_dir.string(), "lssd"); !error.empty())
+    return tl::unexpected(error);
+  for (const lss::config::Port& port : config.ports) {
+    const std::filesystem::path path = port.path;
+    const bool of_simulator = path.parent_path() == run_dir || port.path.starts_with("udp://");
+    if (of_simulator && lss::lockstep::has_line(lss::lockstep::line_name(port.path))) continue;
+    return tl::unexpected("--lockstep: port " + port.name + " (" + port.path +
+                          ") is no port of the simulator in " + run_dir.string() +
+                          ": give it the simulator's sim:NAME or udp:// address, or start without "
+                          "--lockstep");
+  }
+  return {};
+}
+
+// Signals are taken only by sigtimedwait in main: block them before any thread exists.
 sigset_t block_signals() {
   sigset_t set;
   sigemptyset(&set);
@@ -56,7 +76,7 @@ sigset_t block_signals() {
   return set;
 }
 
-// What a thread that stands still means: true when there was something to tell.
+// Reports threads that stand still: true when there was something to report.
 bool tell_standstills(const std::vector<lss::ProgressWatch::Change>& changes) {
   for (const auto& change : changes) {
     const double still_s = static_cast<double>(change.still_ns) * 1e-9;
@@ -128,6 +148,12 @@ int run(const Options& options, const sigset_t& signals) {
   }
   if (options.domain >= 0) config->domain = options.domain;
   resolve_ports(*config, options.run_dir);
+  if (options.lockstep) {
+    if (auto ok = follow_simulator(*config, options.run_dir); !ok) {
+      spdlog::critical("{}", ok.error());
+      return kExitConfig;
+    }
+  }
   const char* state = std::getenv("STATE_DIRECTORY");  // systemd's
   const std::filesystem::path kept = state != nullptr && *state != '\0' ? state : options.run_dir;
   for (std::filesystem::path* folder : {&config->log_folder, &config->parameters_folder}) {
@@ -149,13 +175,13 @@ int run(const Options& options, const sigset_t& signals) {
   return code;
 }
 
-// Lines that nobody takes must not keep the daemon from ending.
+// Lines that cannot be written must not keep the daemon from ending.
 void end_log(int code) {
   std::thread([code] {
-    lss::sleep_until(lss::now_ns() + lss::kSecond);
+    std::this_thread::sleep_for(std::chrono::seconds(1));
     ::_exit(code);
   }).detach();
-  const auto log = spdlog::default_logger();  // it goes after the thread that uses it has ended
+  const auto log = spdlog::default_logger();  // destroyed after the thread that uses it has ended
   spdlog::shutdown();
 }
 
@@ -171,6 +197,8 @@ int main(int argc, char** argv) {
   cli.add_option("--domain", options.domain, "DDS domain; wins over the configuration")
       ->envname("LSS_DOMAIN")
       ->check(CLI::Range(0, 230));
+  cli.add_flag("--lockstep", options.lockstep,
+               "simulated time: follows lss-sim --lockstep in the run directory");
   cli.add_option(
          "--replay", options.replay,
          "moves nothing: executes recordings (*.lssrec) again and compares every bit of "
@@ -191,10 +219,10 @@ int main(int argc, char** argv) {
     return cli.exit(CLI::RequiredError("--config FILE (or --replay FILE)"));
 
   const sigset_t signals = block_signals();
-  // By a thread of its own, which forgets the oldest lines when nobody takes them.
+  // In its own thread, which drops the oldest lines when they cannot be written.
   spdlog::init_thread_pool(kLogLines, 1);
   spdlog::set_default_logger(spdlog::create_async_nb<spdlog::sinks::stderr_color_sink_mt>("lssd"));
-  // The journal brings its own time and level.
+  // The journal adds its own time and level.
   spdlog::set_pattern(::sd_notify(0, "STATUS=starting") > 0 ? "%v" : "%H:%M:%S.%e %^%-8l%$ %v");
   const int code = run(options, signals);
   end_log(code);

@@ -1,6 +1,6 @@
 #pragma once
 
-// Time as every driver and thread counts it.
+// Time in all drivers and threads.
 
 #include <cstdint>
 

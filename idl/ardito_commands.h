@@ -1,6 +1,6 @@
 #pragma once
 
-// The commands of D.I.A.N.A. Ardito (its own: 200..299), its modes and the names of its nodes. See
+// The commands of D.I.A.N.A. Ardito (200..299), its modes and the names of its nodes. See
 // idl/commands.h.
 
 #include <cstdint>
@@ -20,7 +20,7 @@ inline constexpr const char* kNodeNames[kBusNodes] = {
     "LF",       "RF",       "LM",       "RM",       "LR", "RR",
     "steer-LF", "steer-RF", "steer-LR", "steer-RR", "IO", "IMU"};
 
-// Of the link to a node, and of a drive (CiA 402), as the telemetry numbers them.
+// States of the link to a node and of a drive (CiA 402), as the telemetry numbers them.
 inline constexpr const char* kLinkNames[] = {
     "off",      "booting",     "missing", "identifying", "wrong",       "configuring", "refuses",
     "starting", "operational", "lost",    "rebooted",    "fallen back", "babbling"};
@@ -29,7 +29,7 @@ inline constexpr const char* kDriveNames[] = {
     "switched on", "operation enabled", "quick stop",         "fault reaction",
     "fault"};
 
-// Modes of the state Operational (Ardito thesis 10, 11; the last five are its decision logic).
+// Modes of the state Operational (Ardito thesis 10, 11; the last five: its decision logic).
 enum class Mode : std::uint8_t {
   none = 0,      // not Operational
   warning,       // the beacon runs before anything else; then to stopped
@@ -48,20 +48,19 @@ enum class CommandKind : std::uint16_t {
   halt = 203,
 };
 
-// How error solving tries to get rid of a fault; numbers as in the events strategy_begun and
-// strategy_ended.
+// Strategies of error solving; numbers as in the events strategy_begun and strategy_ended.
 enum class StrategyKind : std::uint8_t {
   none = 0,
   reconnect,    // wait until everything answers again
   reset_fault,  // reset the faults of drives
-  reset_node,   // reset the nodes at fault and configure them anew
-  retest,       // forget the diagnosis, close the clutches again one at a time, and look anew
+  reset_node,   // reset the nodes at fault and configure them again
+  retest,       // forget the diagnosis, close the clutches one at a time, and diagnose again
   isolate,      // go on with five wheels
 };
 inline constexpr const char* kStrategyNames[] = {"none",       "reconnect", "reset_fault",
                                                  "reset_node", "retest",    "isolate"};
 
-// Limits of the speed for a whole operation (Ardito thesis 10.1: the rules of two competitions).
+// Speed limits of a whole operation (Ardito thesis 10.1: the rules of two competitions).
 enum class SpeedLimit : std::uint8_t { erc, urc };
 inline constexpr const char* kSpeedLimits[] = {"erc", "urc"};
 inline constexpr double kSpeedLimits_m_s[] = {0.5, 1.0};
@@ -94,7 +93,7 @@ inline constexpr CommandInfo kCommands[] = {
     {1, "start", Access::holder, true,
      "beacon on, then the motors; from here on the link to the OBC is supervised",
      kStartParameters},
-    {2, "stop", Access::holder, false, "come to a safe stop, motors off", {}},
+    {2, "stop", Access::holder, false, "come to a safe stop, motors off", {}, true},
     {5, "reset", Access::holder, false, "reset a node, all nodes, or the controller",
      kResetParameters},
     {201, "drive", Access::holder, true, "drive along an arc until another command",

@@ -1,28 +1,29 @@
 #pragma once
 
-// The one numbered list of reject reasons, faults and events. Numbers are never reused: a retired
-// line stays, marked so. The daemon, the command line and the documents read it from here; on the
-// wire only the number travels. Pure data, callable from every thread.
+// The numbered list of reject reasons, faults and events. Numbers are never reused: a retired line
+// stays and is marked so. The daemon, the command line and the documents use it; on the wire only
+// the number travels. Pure data, callable from every thread.
 
 #include <cstdint>
 
 namespace lss {
 
-// number, name, what it says, what to do about it
+// number, name, text, advice
 #define LSS_REASONS(X)                                                                             \
   X(0, none, "no reason", "")                                                                      \
-  X(1, unknown_command, "unknown command kind", "list the commands with: lss-cli command list")    \
+  X(1, unknown_command, "unknown command type", "list the commands with: lss-cli command list")    \
   X(2, wrong_vehicle, "command of another vehicle",                                                \
     "list the commands with: lss-cli command list")                                                \
   X(3, not_finite, "parameter is not a finite number", "send a number")                            \
   X(4, out_of_range, "parameter is out of range", "see: lss-cli command describe NAME")            \
   X(5, not_a_choice, "parameter is none of its choices", "see: lss-cli command describe NAME")     \
   X(6, bad_source, "source name is empty or not terminated", "name the source")                    \
-  X(7, stale_sequence, "sequence number was used before", "count the sequence number up")          \
-  X(8, too_many_sources, "too many sources command at once", "stop one of them")                   \
+  X(7, stale_sequence, "its sender used the sequence number before",                               \
+    "count the sequence number up")                                                                \
+  X(8, too_many_sources, "retired", "")                                                            \
   X(9, bad_lease, "lease is out of range", "ask for a lease within the limits of the config")      \
   X(10, busy, "request queue is full", "send fewer commands at a time")                            \
-  X(11, not_authorised, "another source holds authority",                                          \
+  X(11, not_authorised, "another source has authority",                                            \
     "let it stop, or stop it: any emergency stop is obeyed")                                       \
   X(12, not_in_state, "not allowed in this state", "see the state with: lss-cli status")           \
   X(13, not_in_mode, "not allowed in this mode", "see the mode with: lss-cli status")              \
@@ -44,28 +45,28 @@ namespace lss {
   X(25, panel_moving, "the solar panel is moving", "wait for it to end")                           \
   X(26, unused_parameter, "a parameter that the command does not have is not zero",                \
     "see: lss-cli command describe NAME")                                                          \
-  X(27, never_heard, "a module has not been heard since the daemon started",                       \
+  X(27, never_heard, "a module has not answered since the daemon started",                         \
     "check its power and the bus")                                                                 \
   X(28, too_fast, "faster than a leg may turn", "give it more time")                               \
-  X(29, isolated, "the module is out of service", "lss-cli restore, when it is well again")        \
-  X(30, obc_silent, "the OBC is not heard", "start the OBC's client or lss-cli heartbeat")         \
-  X(31, nobody_holds, "nobody holds authority", "")                                                \
+  X(29, isolated, "the module is out of service", "lss-cli restore, when it is repaired")          \
+  X(30, obc_silent, "no heartbeat from the OBC", "start the OBC's client or lss-cli heartbeat")    \
+  X(31, nobody_holds, "nobody has authority", "")                                                  \
   X(32, not_stable, "too few legs would be left to stand and walk on",                             \
-    "mend a leg and restore it first")                                                             \
+    "repair a leg and restore it first")                                                           \
   X(33, over_limit, "faster than the limit selected at start",                                     \
     "drive slower, or stop and start with another --limit")                                        \
-  X(34, imu_lost, "the IMU is not to be trusted", "drive by hand, or mend the IMU")                \
+  X(34, imu_lost, "the IMU is not reliable", "drive by hand, or repair the IMU")                   \
   X(35, button_pressed, "the emergency-stop button is pressed", "release it, then: lss-cli solve") \
   X(36, power_bad, "the motors have no power", "check the battery, then: lss-cli solve")           \
-  X(37, too_few_wheels, "another wheel is out of service already", "mend it and restore it first") \
+  X(37, too_few_wheels, "another wheel is out of service already", "repair and restore it first")  \
   X(38, too_early, "autonomous driving begins only a while after the start", "wait for it")        \
   X(39, solved_too_often, "the same fault was solved again and again without healthy operation",   \
-    "mend what is wrong, then: lss-cli reset controller, lss-cli solve")                           \
+    "repair the cause, then: lss-cli reset controller, lss-cli solve")                             \
   X(40, not_calibrated, "the navigation is not calibrated",                                        \
     "lss-cli gnc standby, then lss-cli gnc calibrate, standing still")                             \
   X(41, not_planned, "nothing is planned", "lss-cli plan PROGRAM")                                 \
   X(42, gas_short,                                                                                 \
-    "the gas does not suffice: thruster-seconds needed, and left beyond the reserve",              \
+    "the gas does not suffice: thruster-seconds needed, and available above the reserve",          \
     "refill, or plan less")                                                                        \
   X(43, plan_request, "no program can be flown with these numbers",                                \
     "see: lss-cli command describe plan")                                                          \
@@ -75,7 +76,7 @@ namespace lss {
   X(46, climb_short, "climbing takes more than the thrust leaves: m/s2", "plan lower")             \
   X(47, lateral_short, "the traverse takes more than the lateral thrusters leave: m/s2",           \
     "give it more time, or plan it shorter")                                                       \
-  X(48, altimeter_short, "beyond what the altimeter sees: m", "plan lower or shorter")             \
+  X(48, altimeter_short, "outside the range of the altimeter: m", "plan lower or shorter")         \
   X(49, wall_near, "the wall is too near: m to go, and to the wall without clearance",             \
     "plan it shorter, or move back")                                                               \
   X(50, fans_short, "the fans are too weak: N needed of all, and what they have",                  \
@@ -113,7 +114,7 @@ namespace lss {
   X(69, voltage_low, "the supply is too low: V", "charge or exchange the battery")                 \
   X(70, flight_failed, "the flight did not go as planned",                                         \
     "see the events before it and: lss-cli status")                                                \
-  X(71, calibration_bad, "what was measured standing still cannot be",                             \
+  X(71, calibration_bad, "the measurements at standstill are implausible",                         \
     "level it, check IMU and altimeter; the event says what was found")                            \
   X(72, no_such_parameter, "there is no parameter of this number",                                 \
     "list them with: lss-cli param get")                                                           \
@@ -123,10 +124,14 @@ namespace lss {
   X(75, parameter_together, "the value does not go with those of other parameters",                \
     "change the others first; docs/parameters.md says which hang together")                        \
   X(76, save_failed, "the parameters could not be written: error number",                          \
-    "free or mend the disk, make the folder writable, then save again; the journal says more")
+    "free or repair the disk, make the folder writable, then save again; the journal says more")   \
+  X(77, name_conflict, "another daemon with this vehicle_id is on the domain",                     \
+    "stop one, or change its vehicle_id; lss-cli doctor names both")                               \
+  X(78, not_reset, "a module answers, but was not reset",                                          \
+    "send it again; if that does not help, switch its power off and on")                           \
+  X(79, fell, "it was in the air: it fell", "")
 
-// number, name, severity (of lss.idl: 0 info, 1 warning, 2 error, 3 fatal), what it says, what to
-// do about it
+// number, name, severity (of lss.idl: 0 info, 1 warning, 2 error, 3 fatal), text, advice
 #define LSS_FAULTS(X)                                                                             \
   X(1, emergency_stop, 3, "emergency stop commanded", "lss-cli solve")                            \
   X(2, obc_silent, 3, "no heartbeat from the OBC",                                                \
@@ -152,7 +157,7 @@ namespace lss {
   X(13, not_calibrated, 1, "module did not pass its calibration sensor",                          \
     "walking goes on with less precision; check the sensor")                                      \
   X(14, temperature_warning, 1, "module is hot", "let it cool down")                              \
-  X(15, shared_memory_lost, 1, "RouDi died or was replaced: telemetry goes by the network",       \
+  X(15, shared_memory_lost, 1, "RouDi ended or was replaced: telemetry goes by the network",      \
     "restart the daemon when the vehicle is idle")                                                \
   X(16, bus_noise, 1, "many broken frames on the bus", "check wiring and termination")            \
   X(17, bus_stuck, 3, "bus thread made no cycle in time", "check the port and the load")          \
@@ -163,16 +168,16 @@ namespace lss {
   X(20, orders_stale, 3, "the cycle gave no orders in time and the bus stopped the modules",      \
     "check the load and the real-time contract: lss-cli status; then: lss-cli solve")             \
   X(21, wheel_sensor, 1, "a speed sensor of the wheel failed and is substituted",                 \
-    "driving goes on; check it, then: lss-cli reset")                                             \
+    "driving goes on; check it, then in Idle: lss-cli reset NODE")                                \
   X(22, wheel_motor, 1, "the wheel's motor failed: its clutch is open",                           \
-    "driving goes on with five wheels; check it, then: lss-cli reset")                            \
+    "driving goes on with five wheels; check it, then in Idle: lss-cli reset NODE")               \
   X(23, wheel_gear, 1, "the wheel's gear failed: its motor is stopped",                           \
-    "driving goes on with five wheels; check it, then: lss-cli reset")                            \
+    "driving goes on with five wheels; check it, then in Idle: lss-cli reset NODE")               \
   X(24, wheel_clutch, 1, "the wheel's clutch slips or is open: its motor is stopped",             \
-    "driving goes on with five wheels; check it, then: lss-cli reset")                            \
+    "driving goes on with five wheels; check it, then in Idle: lss-cli reset NODE")               \
   X(25, wheel_critical, 3, "several parts of the wheel failed", "check it, then: lss-cli solve")  \
   X(26, steering_sensor, 1, "a position sensor of the steering failed and is substituted",        \
-    "driving goes on; check it, then: lss-cli reset")                                             \
+    "driving goes on; check it, then in Idle: lss-cli reset NODE")                                \
   X(27, steering_critical, 3, "the steering does not follow", "check it, then: lss-cli solve")    \
   X(28, mobility_error, 3, "the failure detection cannot keep the rover driving",                 \
     "see which wheels failed: lss-cli status; then: lss-cli solve")                               \
@@ -192,7 +197,8 @@ namespace lss {
     "check its firmware and the config")                                                          \
   X(37, bus_off, 3, "the CAN controller went bus-off",                                            \
     "check wiring and termination, then: lss-cli solve")                                          \
-  X(38, node_babbles, 1, "the node sends too much and is not listened to", "reset or replace it") \
+  X(38, node_babbles, 1, "the node sends too much and is not listened to",                        \
+    "in Idle: lss-cli reset NODE; or replace it")                                                 \
   X(39, instance_disagreed, 1,                                                                    \
     "an instance of the mobility controller was out-voted and set to the others' state",          \
     "memory may be failing: watch whether it comes again")                                        \
@@ -200,7 +206,7 @@ namespace lss {
     "restart the daemon")                                                                         \
   X(41, imu_silent, 1, "no packets of the IMU come",                                              \
     "check its power and line; then calibrate again")                                             \
-  X(42, imu_stuck, 1, "the IMU says the same again and again, or what cannot be",                 \
+  X(42, imu_stuck, 1, "the IMU repeats its values, or they are implausible",                      \
     "check it, then calibrate again")                                                             \
   X(43, imu_lossy, 1, "packets of the IMU are lost", "check its line")                            \
   X(44, altimeter_lost, 1, "the altimeter is silent, has errors only, or is out of range",        \
@@ -208,21 +214,22 @@ namespace lss {
   X(45, navigation_lost, 3, "the IMU was lost in flight",                                         \
     "check the IMU, then: lss-cli solve, and calibrate again")                                    \
   X(46, altitude_lost, 3, "the altimeter was lost in flight", "check it, then: lss-cli solve")    \
-  X(47, gas_low, 3, "less gas than the rest of the flight needs", "refill, then: lss-cli solve")  \
+  X(47, gas_low, 3, "less gas than the remaining flight needs", "refill, then: lss-cli solve")    \
   X(48, pressure_lost, 3, "the regulated pressure was gone in flight",                            \
     "check bottle, regulator and lines, then: lss-cli solve")                                     \
-  X(49, attitude_lost, 3, "tilt or rates beyond what can be held",                                \
+  X(49, attitude_lost, 3, "tilt or rates above their limits",                                     \
     "look at vehicle and gains, then: lss-cli solve")                                             \
-  X(50, valves_shut_fast, 3, "the valves were shut ahead of the cycle and it did not follow",     \
+  X(50, stop_not_followed, 3, "the bus obeyed an emergency stop and the cycle did not follow",    \
     "report it with the events before it; then: lss-cli solve")                                   \
   X(51, load_cell_lost, 1, "the load cell does not answer", "check the node and the bus")         \
   X(52, supply_low, 1, "the supply is low", "charge or exchange the battery")                     \
   X(53, fan_slow, 3, "the fans do not come to their speed",                                       \
     "check fans, speed controllers and battery, then: lss-cli solve")                             \
-  X(54, fans_hot, 3, "the fans ran for too long", "let them cool, then: lss-cli solve")
+  X(54, fans_hot, 3, "the fans ran for too long", "let them cool, then: lss-cli solve")           \
+  X(55, name_conflict, 1, "another daemon with this vehicle_id is on the domain",                 \
+    "stop one, or change its vehicle_id; lss-cli doctor names both")
 
-// number, name, severity, what it says ({0}..{3}: arguments). Faults are events of the same number
-// + 1000.
+// number, name, severity, text ({0}..{3}: arguments). Faults are events of the same number + 1000.
 #define LSS_EVENTS(X)                                                                    \
   X(1, started, 0, "daemon started")                                                     \
   X(2, stopping, 0, "daemon stops")                                                      \
@@ -243,7 +250,7 @@ namespace lss {
   X(17, module_resent, 1, "command re-sent to module, try {0}")                          \
   X(18, fault_cleared, 0, "fault {0} cleared")                                           \
   X(19, module_was_reset, 1, "module was reset")                                         \
-  X(20, timing_reset, 0, "timing statistics begin anew")                                 \
+  X(20, timing_reset, 0, "timing statistics begin again")                                \
   X(21, clock_stepped, 1, "wall clock was set by {0} s: UTC stamps jump, frames do not") \
   X(22, frames_kept, 0, "the frames before a fault are kept in a file")                  \
   X(23, log_failed, 1, "the log or the frames before a fault could not be written")      \
@@ -271,7 +278,7 @@ namespace lss {
   X(45, gains_selected, 0, "set of gains {0}")                                           \
   X(46, fans_armed, 0, "the fans' speed controllers are started")                        \
   X(47, valve_timed_out, 1, "valves {0} shut after their time")                          \
-  X(48, altimeter_error, 1, "altimeter says error {0}, {1} in all")                      \
+  X(48, altimeter_error, 1, "altimeter reports error {0}, {1} in all")                   \
   X(49, recording_failed, 1, "frames cannot be recorded")                                \
   X(50, recording_cut, 1, "the last recording was not written to its end")               \
   X(51, parameter_changed, 0, "parameter {0}: {1} to {2}")                               \
@@ -279,7 +286,9 @@ namespace lss {
   X(53, parameters_not_saved, 1, "parameters could not be saved in both copies: {0}")    \
   X(54, parameters_taken, 0, "{0} saved parameters taken, number {1}")                   \
   X(55, parameters_damaged, 1, "a copy of the saved parameters is damaged")              \
-  X(56, parameters_refused, 1, "saved parameters are not taken")
+  X(56, parameters_refused, 1, "saved parameters are not taken")                         \
+  X(57, reset_begun, 0, "module is being reset, it has to answer within {0} s")          \
+  X(58, reset_ended, 0, "module answers again, {0} s after its reset was ordered")
 
 enum class Reason : std::uint16_t {
 #define LSS_ENUM(number, name, ...) name = number,

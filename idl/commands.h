@@ -1,8 +1,8 @@
 #pragma once
 
 // The command table: every command of the DDS face with its number, parameters, units and ranges.
-// The daemon's armour validates from it, `lss-cli` parses, lists and describes from it, the
-// documents are made from it. Commands shared by all vehicles stand here (1..99); a vehicle's own
+// The daemon's armour validates with it; `lss-cli` parses, lists and describes with it; the
+// documents are generated from it. Commands of all vehicles are here (1..99); a vehicle's own are
 // in idl/NAME_commands.h. Pure data, callable from every thread.
 
 #include <cstdint>
@@ -17,11 +17,11 @@ inline constexpr std::uint16_t kFlagDetached = 1u << 1;  // any heartbeat renews
 
 struct ParameterInfo {
   const char* name;
-  // "rad", "s", ""; a choice has the unit "choice", a set of numbered things "set": bit i is i + 1.
+  // "rad", "s", ""; unit of a choice: "choice"; of a set of numbered things: "set", bit i is i + 1.
   const char* unit;
   double min;
   double max;
-  double fallback;  // what the command line sends when it is not given; NaN: must be given
+  double fallback;             // sent by the command line when not given; NaN: required
   const char* const* choices;  // choices[i] is the name of value min + i; nullptr for a number
   const char* help;
   bool whole = false;  // a number without a fraction; choices always are
@@ -29,9 +29,9 @@ struct ParameterInfo {
   constexpr bool is_whole() const { return whole || choices != nullptr; }
 };
 
-// Who may send it.
+// Allowed senders.
 enum class Access : std::uint8_t {
-  anyone,  // data, emergency stop
+  anyone,  // data, emergency stop, land
   holder,  // takes authority, or needs it
 };
 
@@ -39,21 +39,23 @@ struct CommandInfo {
   std::uint16_t kind;
   const char* name;
   Access access;
-  bool leased;  // carries a motion lease
+  bool leased;  // has a motion lease
   const char* summary;
   std::span<const ParameterInfo> parameters;
+  // Stops the vehicle: never waits behind other commands; earlier commands are not obeyed after it.
+  bool ends_motion = false;
 };
 
 inline constexpr double kRequired = std::numeric_limits<double>::quiet_NaN();
 inline constexpr const char* kNoYes[] = {"no", "yes"};
 inline constexpr const char* kOffOn[] = {"off", "on"};
 
-// Parameters that can be changed while the daemon runs, at most; they are numbered from 1 on, in
-// the order of lss/parameters.
+// Maximum number of parameters that can change while the daemon runs; numbered from 1 in the order
+// of lss/parameters.
 inline constexpr std::size_t kMaxTunables = 40;
 
-// Commands of every vehicle. start, stop and reset have parameters of the vehicle's own and stand
-// in its list.
+// Commands of every vehicle. start, stop and reset have parameters of the vehicle and are in its
+// list.
 enum class CommandKind : std::uint16_t {
   none = 0,
   start = 1,
@@ -75,10 +77,16 @@ inline constexpr ParameterInfo kSetParameters[] = {
 };
 
 inline constexpr CommandInfo kCommonCommands[] = {
-    {3, "estop", Access::anyone, false, "emergency stop of everything, at once, from anyone", {}},
+    {3,
+     "estop",
+     Access::anyone,
+     false,
+     "emergency stop of everything, at once, from anyone",
+     {},
+     true},
     {4, "solve", Access::holder, false, "leave FatalError: run the error-solving strategies", {}},
     {6, "data", Access::anyone, false, "ask for one telemetry sample", {}},
-    {7, "reset-timing", Access::anyone, false, "begin the timing statistics anew", {}},
+    {7, "reset-timing", Access::anyone, false, "restart the timing statistics", {}},
     {8,
      "restore",
      Access::holder,
@@ -91,7 +99,7 @@ inline constexpr CommandInfo kCommonCommands[] = {
      "save-parameters",
      Access::holder,
      false,
-     "keep the parameters as they are beyond the next start",
+     "save the present parameters for the next start",
      {}},
 };
 

@@ -10,12 +10,12 @@
 namespace lss::dds {
 namespace {
 
-// Where iceoryx 2.0 binds it, whatever its configuration (IOX_UDS_SOCKET_PATH_PREFIX).
+// iceoryx 2.0 always binds this path, for each value of IOX_UDS_SOCKET_PATH_PREFIX.
 constexpr char kSocketPath[] = "/tmp/roudi";
 
-// A datagram socket can be connected to the path only while a process holds it bound and we may
-// write to it; the file that a killed RouDi leaves behind refuses. Nothing is sent. (RouDi's lock
-// file is no way: taking the lock for a moment makes a RouDi that starts in this moment give up.)
+// Connecting to the path succeeds only while a process has the socket bound and we may write to it;
+// the file that a killed RouDi leaves refuses. Nothing is sent. (Probing RouDi's lock file instead
+// would make a RouDi that starts at that moment give up.)
 bool somebody_listens() {
   const int fd = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) return false;

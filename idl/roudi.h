@@ -1,9 +1,9 @@
 #pragma once
 
 // Looks for RouDi, iceoryx' shared-memory broker, without joining it. Cyclone DDS aborts the
-// process when it is to use shared memory and RouDi does not answer, so everybody looks first. Any
-// thread, start-up or about ten times a second: three system calls, no wait, nothing that RouDi
-// could notice.
+// process when it shall use shared memory and RouDi does not answer, so every program looks first.
+// Any thread, at start-up or about ten times a second: three system calls, no wait, no effect on
+// RouDi.
 
 #include <sys/types.h>
 
@@ -12,8 +12,8 @@
 
 namespace lss::dds {
 
-// Tells one RouDi from the next: every start binds a new socket file. The inode number alone does
-// not do, since file systems hand a freed one out again at once.
+// Distinguishes one start of RouDi from the next: each binds a new socket file. The inode number
+// alone is not enough, since file systems reuse a freed one at once.
 struct RoudiIdentity {
   dev_t device = 0;
   ino_t inode = 0;
@@ -22,7 +22,7 @@ struct RoudiIdentity {
   bool operator==(const RoudiIdentity&) const = default;
 };
 
-// The RouDi that lives now and that this user may talk to. Empty when there is none.
+// The RouDi that runs now and that this user may connect to. Empty when there is none.
 std::optional<RoudiIdentity> find_roudi();
 
 }  // namespace lss::dds

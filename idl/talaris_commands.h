@@ -1,7 +1,6 @@
 #pragma once
 
-// The commands of TALARIS (its own: 300..399), its modes and the names of its modules. See
-// idl/commands.h.
+// The commands of TALARIS (300..399), its modes and the names of its modules. See idl/commands.h.
 
 #include <cstdint>
 #include <numbers>
@@ -14,7 +13,7 @@ namespace lss::talaris {
 inline constexpr int kValveCount = 8;  // 1, 3, 5, 7 lift; 2, 4, 6, 8 push sideways
 inline constexpr int kFanCount = 4;
 inline constexpr int kModuleCount = 5;
-// What the links are supervised to: 1..5. Modules 3 to 5 are CANopen nodes 0x20 to 0x22.
+// Supervised modules: 1..5. Modules 3 to 5 are CANopen nodes 0x20 to 0x22.
 inline constexpr int kImuModule = 1, kAltimeterModule = 2, kValveModule = 3, kFanModule = 4,
                      kLoadCellModule = 5;
 inline constexpr const char* kModuleNames[kModuleCount] = {"IMU", "altimeter", "valves", "fans",
@@ -27,13 +26,13 @@ enum class Mode : std::uint8_t {
   duty_cycle,  // pulses of chosen length and delay in every frame
   script,      // a list of timed actuations runs; its end: manual
   standby,     // GNC on, valves shut; to calibrate
-  calibrate,   // standing still, biases are measured; its end: standby, calibrated
+  calibrate,   // GNC flies the plan; its end: standby
   execute,     // GNC flies what was planned; its end: standby
 };
 inline constexpr const char* kModeNames[] = {"none",    "Manual",    "DutyCycle", "Script",
                                              "Standby", "Calibrate", "Execute"};
 
-// What the GNC is doing in Execute, as telemetry numbers it.
+// Phases of the flight in Execute, as telemetry numbers them.
 enum class Phase : std::uint8_t {
   none = 0,
   ready,     // planned, on the ground
@@ -46,18 +45,18 @@ enum class Phase : std::uint8_t {
   touchdown,  // contact: valves shut, fans run down
   landed,
   hold,       // a fault in flight: stays where it is for a moment
-  escape,     // a fault in flight: down, now
+  escape,     // no cold gas: fans hold attitude and height on the way down
   parachute,  // the cold gas is gone: fans hold attitude and height on the way down
   turn,       // about the vertical: sled and hover
-  keep,       // holds an attitude or a height until told otherwise (test stands)
+  keep,       // holds an attitude or a height until the next command (test stands)
 };
 inline constexpr const char* kPhaseNames[] = {
     "none",      "ready",  "spin-up", "ascend", "hover",     "traverse", "brake", "descend",
     "touchdown", "landed", "hold",    "escape", "parachute", "turn",     "keep"};
 
-// What is to be flown: one for each campaign of the TALARIS thesis 5.2, and the hop.
+// Flight programs: one for each campaign of the TALARIS thesis 5.2, and the hop.
 enum class Program : std::uint8_t {
-  hop,            // up, sideways, down: fans carry 5/6, cold gas the rest; six degrees of freedom
+  hop,            // up, sideways, down: fans carry 5/6, cold gas 1/6; six degrees of freedom
   traverse,       // sideways only, on rails; the altimeter looks at the wall
   turn,           // about the vertical only, on the sled
   turn_traverse,  // turn towards the wall, then traverse, on the sled
@@ -103,13 +102,12 @@ inline constexpr int kMaxScriptSteps = 256;
 inline constexpr double kScriptLead_s = 5;  // before the first actuation
 inline constexpr double kMaxScript_s = 600;
 
-// How error solving tries to get rid of a fault; numbers as in the events strategy_begun and
-// strategy_ended.
+// Strategies of error solving; numbers as in the events strategy_begun and strategy_ended.
 enum class StrategyKind : std::uint8_t {
   none = 0,
   reconnect,   // wait until everything answers again
-  reset_node,  // reset the CANopen nodes at fault and configure them anew
-  realign,     // navigation begins anew: it has to be calibrated again
+  reset_node,  // reset the CANopen nodes at fault and configure them again
+  realign,     // navigation starts again: it has to be calibrated again
 };
 inline constexpr const char* kStrategyNames[] = {"none", "reconnect", "reset_node", "realign"};
 
@@ -129,7 +127,7 @@ inline constexpr ParameterInfo kPulseParameters[] = {
 };
 inline constexpr ParameterInfo kEnableParameters[] = {
     {"valves", "set", 0, 255, kRequired, nullptr,
-     "bit i: valve i + 1 may fire; the others stay shut whatever is commanded", true},
+     "bit i: valve i + 1 may fire; the others always stay shut", true},
 };
 inline constexpr const char* kArming[] = {"start-up", "done"};
 inline constexpr ParameterInfo kArmParameters[] = {
@@ -187,7 +185,13 @@ inline constexpr CommandInfo kCommands[] = {
      true,
      "manual control on, everything shut; from here on the link to the OBC is supervised",
      {}},
-    {2, "stop", Access::holder, false, "in flight: land; then valves shut, fans off, Idle", {}},
+    {2,
+     "stop",
+     Access::holder,
+     false,
+     "in flight: land; then valves shut, fans off, Idle",
+     {},
+     true},
     {5, "reset", Access::holder, false, "reset a module, all of them, or the controller",
      kResetParameters},
     {301, "manual", Access::holder, true, "valves and fans by hand", {}},
@@ -206,13 +210,13 @@ inline constexpr CommandInfo kCommands[] = {
     {311, "plan", Access::holder, false,
      "what execute shall fly; what cannot be flown is rejected with its numbers", kPlanParameters},
     {312, "gains", Access::holder, false, "another set of gains; between runs", kGainsParameters},
-    {313, "land", Access::holder, false, "in flight: down, here and now, in good order", {}},
+    {313, "land", Access::anyone, false, "in flight: down, here and now, in good order", {}, true},
     {320, "script-begin", Access::holder, false, "a new script will be sent",
      kScriptBeginParameters},
     {321, "script-step", Access::holder, false, "a step of it", kScriptStepParameters},
     {322, "script-run", Access::holder, true, "run it: 5 s later the first actuation",
      kScriptRunParameters},
-    {323, "script-abort", Access::anyone, false, "all-stop", {}},
+    {323, "script-abort", Access::anyone, false, "all-stop", {}, true},
 };
 
 }  // namespace lss::talaris

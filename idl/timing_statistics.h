@@ -1,9 +1,9 @@
 #pragma once
 
-// What many frames have in common: mean, sigma, extremes and a histogram for each step of a frame
-// (TALARIS thesis, table 1). The daemon keeps one since its start or the last reset and publishes
-// it; lss-cli makes its own of the frames it listens to. Buckets are eight to the octave from 1 us
-// on, linear below, so that a quantile is right to some 6 %. Plain; no thread of its own.
+// Statistics over many frames: mean, sigma, extremes and a histogram for each step of a frame
+// (TALARIS thesis, table 1). The daemon publishes those since its start or the last reset; lss-cli
+// makes its own of the frames that it receives. Eight buckets per octave from 1 us on, linear
+// below: a quantile is right to some 6 %. Plain; no thread of its own.
 
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@ class TimingSeries {
  public:
   static constexpr std::size_t kBuckets = 200;  // of lss::TimingSeries in lss.idl; up to 17 s
 
-  // Durations below 0 count as 0, those too long for the last bucket as that.
+  // Durations below 0 count as 0, too long ones in the last bucket.
   void add(std::int64_t ns) noexcept {
     const double value = static_cast<double>(ns);
     ++count;
@@ -36,7 +36,7 @@ class TimingSeries {
     const double mean = mean_ns();
     return std::sqrt(std::max(0.0, squares_ns2 / static_cast<double>(count) - mean * mean));
   }
-  // Interpolated within its bucket, never outside of what was seen.
+  // Interpolated within its bucket, never outside the extremes.
   double quantile_ns(double q) const noexcept {
     const double rank = q * static_cast<double>(count);
     double below = 0;
@@ -62,7 +62,7 @@ class TimingSeries {
     const std::size_t eighth = (value >> (octave + kLinearBits - 3)) & 7;
     return std::min(8 + octave * 8 + eighth, kBuckets - 1);
   }
-  // Where a bucket begins; of kBuckets: where the last one ends.
+  // Lower bound of a bucket; of kBuckets: upper bound of the last one.
   static constexpr std::int64_t lower_ns(std::size_t i) noexcept {
     if (i < 8) return static_cast<std::int64_t>(i * (kLinear_ns / 8));
     const std::size_t octave = (i - 8) / 8, eighth = (i - 8) % 8;
@@ -105,8 +105,8 @@ struct TimingStatistics {
   }
 };
 
-// Adds frames up. Points: TimingPoints or lss_Timing, frame by frame; those that were missed in
-// between count by their counters only.
+// Accumulates frames. Points: TimingPoints or lss_Timing, one per frame; frames missed in between
+// count by their counters only.
 template <class Points>
 class TimingCollector {
  public:

@@ -1,6 +1,7 @@
 #include "idl/topics.h"
 
 #include <cstdlib>
+#include <cstring>
 #include <memory>
 
 #include "idl/recording_reader.h"
@@ -8,11 +9,10 @@
 namespace lss::dds {
 namespace {
 
-// A finite deadline keeps a topic off shared memory (measured 2026-11, Cyclone 0.10.2). What a
-// writer offers must not be longer than what a reader asks for, so readers of ours ask for far more
-// than any writer offers; a reader with default QoS asks for nothing and matches. Nobody listens
-// for misses, and a timer that runs every ten seconds per vehicle costs nothing that can be
-// measured.
+// A finite deadline keeps a topic off shared memory (measured 2026-11, Cyclone 0.10.2). The
+// writer's deadline must not be longer than the reader's, so our readers ask for far more than any
+// writer offers; a reader with default QoS has no deadline and matches. Nobody listens for misses,
+// and a timer every ten seconds per vehicle costs nothing measurable.
 constexpr dds_duration_t kOfferedDeadline_ns = DDS_SECS(10);
 constexpr dds_duration_t kRequestedDeadline_ns = DDS_SECS(3600);
 constexpr dds_duration_t kMaxBlocking_ns = DDS_MSECS(100);
@@ -20,7 +20,8 @@ constexpr dds_duration_t kMaxBlocking_ns = DDS_MSECS(100);
 constexpr int kCommandDepth = 16;
 constexpr int kAckDepth = 64;
 constexpr int kRecordingDepth = 4096;
-constexpr int kTimingDepth = 256;  // readers: a client sees every frame also when it wakes seldom
+constexpr int kDaemonReaderSamples = 256;
+constexpr int kTimingDepth = 256;  // readers: a client gets every frame even when it wakes rarely
 
 struct QosDeleter {
   void operator()(dds_qos_t* qos) const { dds_delete_qos(qos); }
@@ -44,7 +45,7 @@ int depth(Kind kind) {
   }
 }
 
-// What readers and writers have in common.
+// QoS common to readers and writers.
 Qos common_qos(Kind kind) {
   Qos qos{dds_create_qos()};
   if (is_reliable(kind)) {
@@ -56,7 +57,7 @@ Qos common_qos(Kind kind) {
   if (kind == Kind::status || kind == Kind::event || kind == Kind::timing_statistics ||
       kind == Kind::parameters) {
     dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
-    // What a late reader gets is counted by this history, not by the other.
+    // A late reader gets samples by this history, not by the other one.
     dds_qset_durability_service(qos.get(), 0, DDS_HISTORY_KEEP_LAST, depth(kind),
                                 DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
   } else {
@@ -88,16 +89,19 @@ Qos reader_qos(Kind kind, Transport transport) {
   return qos;
 }
 
-// Keep-all also stays off shared memory, and asks for no deadline that a stranger's writer had to
-// know of. The listener takes every sample at once, so nothing piles up.
+// Keep-all also stays off shared memory, and needs no deadline that a foreign writer had to offer.
+// The listener takes every sample at once, so the limit matters only until another thread of
+// Cyclone has taken it.
 Qos daemon_reader_qos(Kind kind) {
   Qos qos = common_qos(kind);
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_ALL, 0);
+  dds_qset_resource_limits(qos.get(), kDaemonReaderSamples, DDS_LENGTH_UNLIMITED,
+                           kDaemonReaderSamples);
   dds_qset_ignorelocal(qos.get(), DDS_IGNORELOCAL_PARTICIPANT);
   return qos;
 }
 
-// Whoever puts samples into a file is late at times; but what is kept meanwhile has a bound.
+// A recorder is late at times, so samples are kept, but up to a limit.
 Qos recording_reader_qos(Kind kind) {
   Qos qos = common_qos(kind);
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, kRecordingDepth);
@@ -132,7 +136,7 @@ std::string failure(const std::string& what, dds_return_t code) {
   return "cannot create " + what + ": " + dds_strretcode(code);
 }
 
-// Writers and readers hold the topic, so that our own handle of it can go at once.
+// Writers and readers keep the topic alive, so our own handle of it can be deleted at once.
 Result<Entity> create_topic(dds_entity_t participant, const Topic& topic) {
   const dds_entity_t handle =
       dds_create_topic(participant, topic.descriptor, topic.name.c_str(), nullptr, nullptr);
@@ -140,10 +144,27 @@ Result<Entity> create_topic(dds_entity_t participant, const Topic& topic) {
   return Entity(handle);
 }
 
+// vehicle_id is the first member of every type. Cyclone calls this before it keeps a sample.
+bool is_for(const void* sample, void* vehicle_id) {
+  char text[sizeof lss_Command::vehicle_id];
+  std::memcpy(text, sample, sizeof text);
+  const std::string_view id(text, ::strnlen(text, sizeof text));
+  return id == *static_cast<const std::string*>(vehicle_id) || id == kEveryVehicle;
+}
+
 Result<Entity> create_reader_with(const Qos& qos, dds_entity_t participant, const Topic& topic,
-                                  const dds_listener_t* listener) {
+                                  const dds_listener_t* listener,
+                                  const std::string* vehicle_id = nullptr) {
   const Result<Entity> type = create_topic(participant, topic);
   if (!type) return tl::unexpected(type.error());
+  if (vehicle_id != nullptr) {
+    dds_topic_filter filter{};
+    filter.mode = DDS_TOPIC_FILTER_SAMPLE_ARG;
+    filter.f.sample_arg = is_for;
+    filter.arg = const_cast<std::string*>(vehicle_id);  // Cyclone passes it on as it is
+    if (const dds_return_t set = dds_set_topic_filter_extended(type->get(), &filter); set < 0)
+      return tl::unexpected(failure("filter of DDS topic " + topic.name, set));
+  }
   const dds_entity_t handle = dds_create_reader(participant, type->get(), qos.get(), listener);
   if (handle < 0) return tl::unexpected(failure("DDS reader of " + topic.name, handle));
   return Entity(handle);
@@ -170,7 +191,9 @@ Result<Participant> Participant::create(const ParticipantParameters& parameters)
                           interfaces.substr(interfaces.empty() ? 0 : 1) +
                           ") with: ip link, and CYCLONEDDS_URI when it is set");
   }
-  const dds_entity_t participant = dds_create_participant(domain, nullptr, nullptr);
+  const Qos qos{dds_create_qos()};
+  if (parameters.daemon) dds_qset_userdata(qos.get(), kDaemonMark.data(), kDaemonMark.size());
+  const dds_entity_t participant = dds_create_participant(domain, qos.get(), nullptr);
   if (participant < 0) return tl::unexpected(failure("DDS participant", participant));
   result.participant_ = Entity(participant);
   return result;
@@ -219,8 +242,9 @@ Result<Entity> create_reader(dds_entity_t participant, const Topic& topic, Trans
 }
 
 Result<Entity> create_daemon_reader(dds_entity_t participant, const Topic& topic,
-                                    const dds_listener_t* listener) {
-  return create_reader_with(daemon_reader_qos(topic.kind), participant, topic, listener);
+                                    const std::string& vehicle_id, const dds_listener_t* listener) {
+  return create_reader_with(daemon_reader_qos(topic.kind), participant, topic, listener,
+                            &vehicle_id);
 }
 
 Result<Entity> create_recording_reader(dds_entity_t participant, const Topic& topic,
@@ -231,9 +255,9 @@ Result<Entity> create_recording_reader(dds_entity_t participant, const Topic& to
 }  // namespace lss::dds
 
 #if defined(__SANITIZE_THREAD__)
-// The thread sanitizer does not see the atomics inside these libraries, which are not compiled for
-// it, and takes what they order for races. It does see their mutexes, so that what goes through
-// them to another thread is still checked there.
+// The thread sanitizer does not see the atomics inside these libraries, which are not instrumented,
+// and reports what they order as races. It does see their mutexes, so data that passes through them
+// to another thread is still checked.
 extern "C" const char* __tsan_default_suppressions() {
   return "race:libddsc.so\nrace:libiceoryx_\n";
 }

@@ -19,8 +19,8 @@
 
 namespace lss::dds {
 
-// Deletes the DDS entity, with its children, at the end of its life. Also used after the entity
-// went with its parent: deleting a handle that is gone does nothing.
+// Deletes the DDS entity with its children when destroyed. Deleting a handle that is gone with its
+// parent does nothing.
 class Entity {
  public:
   Entity() = default;
@@ -55,16 +55,21 @@ using Result = tl::expected<T, std::string>;
 
 struct ParticipantParameters {
   int domain = 0;
-  std::vector<std::string> interfaces = {"lo"};  // nothing leaves the machine unless told
-  bool shared_memory = false;                    // wanted; used when RouDi lives
-  // Of a program that lives shortly: it asks every 4 ms, not every 100 ms, whether what it sent was
-  // heard, so that it is known at once.
+  std::vector<std::string> interfaces = {"lo"};  // stays on this machine by default
+  bool shared_memory = false;                    // wanted; used when RouDi runs
+  // For a short-lived program: it asks every 4 ms, not every 100 ms, whether its samples were
+  // received, so that it learns it at once.
   bool short_lived = false;
+  // Marks the participant as a daemon's to all that discover it, before its topics are known.
+  bool daemon = false;
 };
 
+// User data of such a participant.
+inline constexpr std::string_view kDaemonMark = "lssd";
+
 // Domain and participant with our own configuration; CYCLONEDDS_URI is read after it and wins,
-// except that shared memory stays off without a living RouDi. Within one process the first
-// Participant of a domain configures it and must outlive the others of the same domain.
+// except that shared memory stays off without a running RouDi. The first Participant of a domain in
+// a process configures it and must outlive the others of that domain.
 class Participant {
  public:
   static Result<Participant> create(const ParticipantParameters& parameters);
@@ -73,7 +78,7 @@ class Participant {
   // The RouDi that was joined; empty without shared memory.
   const std::optional<RoudiIdentity>& roudi() const { return roudi_; }
 
-  // Leaves the entities to the end of the process, for when deleting them could hang.
+  // Leaves the entities to the end of the process, when deleting them could hang.
   void abandon() noexcept {
     participant_.release();
     domain_.release();
@@ -103,7 +108,7 @@ struct Topic {
   const dds_topic_descriptor_t* descriptor;
 };
 
-// The topic that all vehicles share; any kind but telemetry.
+// The topic that all vehicles share; of any type but telemetry.
 Topic common_topic(Kind kind);
 // lss/telemetry/NAME with the descriptor of the vehicle's own IDL.
 Topic telemetry_topic(std::string_view vehicle, const dds_topic_descriptor_t* descriptor);
@@ -113,21 +118,26 @@ enum class Transport {
   network,  // off shared memory, also in a participant that has it
 };
 
-// The listener may be null; it must outlive the call only.
+// The listener may be null; it must outlive only the call.
 Result<Entity> create_writer(dds_entity_t participant, const Topic& topic,
                              Transport transport = Transport::best);
 Result<Entity> create_reader(dds_entity_t participant, const Topic& topic,
                              Transport transport = Transport::best,
                              const dds_listener_t* listener = nullptr);
-// For the two topics that the daemon hears, commands and heartbeats: also matches writers made from
-// the IDL alone, with default QoS, and does not hear its own participant.
+// For commands and heartbeats, the topics that the daemon reads: also matches writers made from the
+// IDL alone, with default QoS; ignores its own participant. Only samples for `vehicle_id` and
+// kEveryVehicle are kept, so that invented names take no memory; the string must outlive the
+// reader.
 Result<Entity> create_daemon_reader(dds_entity_t participant, const Topic& topic,
-                                    const dds_listener_t* listener);
+                                    const std::string& vehicle_id, const dds_listener_t* listener);
 
 // The daemon's own source in heartbeats.
 inline constexpr std::string_view kDaemonSource = "lssd";
 
-// How long a command is worth obeying.
+// As vehicle_id of an emergency stop: every vehicle of the domain.
+inline constexpr std::string_view kEveryVehicle = "*";
+
+// A command older than this is not obeyed.
 inline constexpr dds_duration_t kCommandLifespan_ns = DDS_SECS(1);
 
 }  // namespace lss::dds

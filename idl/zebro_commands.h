@@ -45,11 +45,10 @@ enum class CommandKind : std::uint16_t {
   leg = 106,
 };
 
-// How error solving tries to get rid of a fault; numbers as in the events strategy_begun and
-// strategy_ended.
+// Strategies of error solving; numbers as in the events strategy_begun and strategy_ended.
 enum class StrategyKind : std::uint8_t {
   none = 0,
-  reconnect,     // wait until everything answers again
+  reconnect,     // reset the faulty modules
   reset_module,  // reset what is at fault
   move_free,     // move a blocked leg a little, back and forth
   cool_down,     // wait until it is cool, then reset it
@@ -66,7 +65,7 @@ inline constexpr const char* kPanelMoves[] = {"retract", "deploy"};
 
 inline constexpr double kHalfPi = 1.57079632679489661923;
 
-// Shared by walk and by start with the follow-up walk, in this order.
+// Common to walk and to start with the follow-up walk, in this order.
 inline constexpr ParameterInfo kWalkParameters[] = {
     {"direction", "choice", 0, 1, 1, kDirections, "which way"},
     {"heading", "rad", -kHalfPi, kHalfPi, 0, nullptr,
@@ -104,7 +103,8 @@ inline constexpr CommandInfo kCommands[] = {
     {1, "start", Access::holder, true,
      "motion control on; from here on the link to the OBC is supervised", kStartParameters},
     {2, "stop", Access::holder, false,
-     "come to a safe stop: finish the motion, lie down if asked, motors off", kStopParameters},
+     "come to a safe stop: finish the motion, lie down if asked, motors off", kStopParameters,
+     true},
     {5, "reset", Access::holder, false, "reset a module, all modules, or the controller",
      kResetParameters},
     {101, "stand", Access::holder, true, "stand up", {}},

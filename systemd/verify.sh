@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# verify.sh BUILD_DIR BINDIR: installs the units into a root of its own and has systemd judge them there, and
-# sysusers make their users. The programs that they start are stood in for by empty files.
+# verify.sh BUILD_DIR BINDIR: installs the units into a temporary root and lets systemd verify them there, and sysusers
+# make their users. Empty files stand in for the programs that they start.
 set -euo pipefail
 build=$1 bindir=$2
 root=$(mktemp -d)
@@ -19,7 +19,7 @@ units=("$root"/usr/lib/systemd/system/iox-roudi.service "$root"/usr/lib/systemd/
 [ -f "${units[0]}" ] && [ -f "${units[1]}" ]
 complaints=$(systemd-analyze verify --root="$root" --man=no iox-roudi.service lssd@zebro.service lss-ground.service 2>&1) ||
   { echo "$complaints"; exit 1; }
-# A misspelled key is only a complaint, not a failure.
+# A misspelled key is only a warning, not a failure.
 if [ -n "$complaints" ]; then
   echo "$complaints"
   exit 1

@@ -4,12 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <optional>
-#include <regex>
-#include <system_error>
 #include <utility>
+
+#include "daemon/config/document.h"
+#include "daemon/config/syntax.h"
 
 namespace lss::config {
 namespace {
@@ -26,7 +25,6 @@ TimeNs ns_from(double value, TimeNs unit) {
 }
 
 void read_identity(Section& root, const std::vector<std::string>& vehicles, Config& config) {
-  static const std::regex syntax("[A-Za-z0-9_-]{1,15}");
   config.vehicle = root.required_text("vehicle");
   const bool known = std::find(vehicles.begin(), vehicles.end(), config.vehicle) != vehicles.end();
   if (!known && !config.vehicle.empty()) {
@@ -34,7 +32,7 @@ void read_identity(Section& root, const std::vector<std::string>& vehicles, Conf
                                       config.vehicle, join(vehicles)));
   }
   config.vehicle_id = root.text("vehicle_id", config.vehicle + "-1");
-  if (known && !std::regex_match(config.vehicle_id, syntax)) {
+  if (known && !is_name(config.vehicle_id, 15, "_-")) {
     root.error("vehicle_id",
                fmt::format("\"{}\" must be 1 to 15 letters, digits, - or _", config.vehicle_id));
   }
@@ -54,35 +52,9 @@ void read_frame(Section frame, Config& config) {
       static_cast<int>(frame.integer("max_consecutive_overruns", 5, 1, 1000));
 }
 
-// What is wrong with the path and what to write instead; nothing when it is well-formed.
-std::optional<std::string> path_fault(const std::string& path) {
-  static const std::regex sim("sim:[A-Za-z0-9_-][A-Za-z0-9_.-]*");
-  static const std::regex device("/[^\\s]*[^\\s/]");
-  static const std::regex can("v?can[0-9]{1,4}");
-  static const std::regex udp(
-      "udp://([0-9]{1,3})\\.([0-9]{1,3})\\.([0-9]{1,3})\\.([0-9]{1,3}):([0-9]{1,5})"
-      "(?:\\?local=([0-9]{1,5}))?");
-  for (const std::regex* syntax : {&sim, &device, &can}) {
-    if (std::regex_match(path, *syntax)) return std::nullopt;
-  }
-  std::smatch part;
-  if (!std::regex_match(path, part, udp)) {
-    return "is no port; write sim:NAME, /dev/DEVICE, canN or udp://127.0.0.1:PORT";
-  }
-  for (std::size_t i = 1; i <= 4; ++i) {
-    if (std::stoi(part[i]) > 255) return "has no valid IPv4 address";
-  }
-  for (std::size_t i = 5; i <= 6; ++i) {
-    if (!part[i].matched) continue;
-    const int port = std::stoi(part[i]);
-    if (port < 1 || port > 65'535) return "has a UDP port out of range 1 to 65535";
-  }
-  return std::nullopt;
-}
-
 void check_port(Section& section, const Port& port, const std::vector<Port>& others) {
-  static const std::regex syntax("[A-Za-z0-9_-]{1,11}");  // "bus/" + 11: the kernel's thread names
-  if (!port.name.empty() && !std::regex_match(port.name, syntax)) {
+  constexpr std::size_t kLongest = 11;  // "bus/" + 11: the kernel's thread names
+  if (!port.name.empty() && !is_name(port.name, kLongest, "_-")) {
     section.error("name", fmt::format("\"{}\" must be 1 to 11 letters, digits, - or _", port.name));
   }
   if (const auto fault = path_fault(port.path); fault && !port.path.empty()) {
@@ -113,7 +85,7 @@ void read_ports(Section& root, Config& config) {
   }
 }
 
-// After the ports: each has its thread.
+// After the ports: each has a thread.
 void read_realtime(Section realtime, Config& config) {
   config.realtime_enforce = realtime.choice("policy", 0, {"degrade", "enforce"}) == 1;
   config.threads = {{"frame", kFramePriority}, {"actuate", kActuatePriority}};
@@ -152,9 +124,8 @@ void read_dds(Section dds, Config& config) {
   if (config.interfaces.empty()) {
     dds.error("interfaces", "is empty; [\"lo\"] stays on this machine");
   }
-  static const std::regex syntax("[A-Za-z0-9._:@-]{1,45}");  // goes into an XML attribute
   for (const std::string& name : config.interfaces) {
-    if (!std::regex_match(name, syntax)) {
+    if (!is_name(name, 45, "._:@-")) {  // goes into an XML attribute
       dds.error("interfaces", fmt::format("\"{}\" is no name of a network interface", name));
     }
   }
@@ -164,6 +135,7 @@ void read_dds(Section dds, Config& config) {
 
 void read_link(Section link, Config& config) {
   config.obc_timeout_ns = ns_from(link.number("obc_timeout_s", 30, 0.1, 86'400), kSecond);
+  config.stop_falls = link.choice("stop_in_flight", 0, {"land", "fall"}) == 1;
   config.lease_min_ms = link.integer("lease_min_ms", 200, 10, kMaxLeaseMs);
   config.lease_max_ms = link.integer("lease_max_ms", 60'000, 10, kMaxLeaseMs);
   if (config.lease_min_ms > config.lease_max_ms) {
@@ -201,12 +173,13 @@ unsigned read_what(Section& section, unsigned fallback) {
 }
 
 void check_address(Section& section, const std::string& address) {
-  static const std::regex udp("udp://127\\.[0-9]{1,3}\\.[0-9]{1,3}\\.[0-9]{1,3}:[0-9]{1,5}");
-  static const std::regex local("/[^\\s]{0,105}[^\\s/]");  // 107: what a UNIX address holds
-  if (std::regex_match(address, udp)) {
-    if (const auto fault = path_fault(address))
-      section.error("address", fmt::format("\"{}\" {}", address, *fault));
-  } else if (!std::regex_match(address, local)) {
+  constexpr std::size_t kLongest = 107;  // size of a UNIX address
+  const auto udp = udp_address(address);
+  const auto fault = path_fault(address);
+  if (udp && udp->host.starts_with("127.") && udp->rest.empty() &&
+      (!fault || !fault->starts_with("is no port"))) {
+    if (fault) section.error("address", fmt::format("\"{}\" {}", address, *fault));
+  } else if (!is_path(address, kLongest)) {
     section.error("address", fmt::format("\"{}\" is no socket; write /run/lss/NAME, at most 107 "
                                          "characters, or udp://127.0.0.1:PORT",
                                          address));
@@ -244,7 +217,7 @@ LogPreset read_preset(Section& section, LogPreset preset) {
   return preset;
 }
 
-// What is there without a configuration; config/NAME.toml shows it.
+// The presets without a configuration; config/NAME.toml shows them.
 std::vector<LogPreset> shipped_presets() {
   const unsigned events = bit(LogPart::events);
   return {{.name = "quiet", .what = events},
@@ -266,7 +239,6 @@ std::vector<LogPreset> shipped_presets() {
 }
 
 void read_presets(Section& log, Config& config) {
-  static const std::regex syntax("[A-Za-z0-9_-]{1,24}");  // goes into the names of files
   config.log_presets = shipped_presets();
   std::vector<std::string> seen;
   for (Section& section : log.sections("preset")) {
@@ -276,7 +248,7 @@ void read_presets(Section& log, Config& config) {
     const bool known = found != config.log_presets.end();
     LogPreset preset = read_preset(section, known ? *found : LogPreset{.name = name});
     if (name.empty()) continue;
-    if (!std::regex_match(name, syntax)) {
+    if (!is_name(name, 24, "_-")) {  // goes into the names of files
       section.error("name", fmt::format("\"{}\" must be 1 to 24 letters, digits, - or _", name));
     } else if (std::find(seen.begin(), seen.end(), name) != seen.end()) {
       section.error("name", fmt::format("\"{}\" stands in the list twice", name));
@@ -344,20 +316,18 @@ const LogPreset* Config::log_preset() const {
 tl::expected<Config, std::string> load(const std::filesystem::path& file,
                                        const std::vector<std::string>& vehicles,
                                        const VehicleReader& read_vehicle) {
-  std::error_code trouble;
-  if (!std::filesystem::is_regular_file(file, trouble)) {
-    return tl::unexpected(fmt::format(
-        "{}: no such file; name the configuration with --config FILE\n", file.string()));
+  auto text = read_document(file);
+  if (!text) {
+    return tl::unexpected(fmt::format("{}: {}; name the configuration with --config FILE\n",
+                                      file.string(), text.error()));
   }
-  std::ifstream stream(file, std::ios::binary);
-  std::string text(std::istreambuf_iterator<char>(stream), {});
-  if (!stream) return tl::unexpected(fmt::format("{}: cannot be read\n", file.string()));
-  return parse(std::move(text), file.string(), vehicles, read_vehicle);
+  return parse(*std::move(text), file.string(), vehicles, read_vehicle);
 }
 
 tl::expected<Config, std::string> parse(std::string text, const std::string& name,
                                         const std::vector<std::string>& vehicles,
                                         const VehicleReader& read_vehicle) {
+  if (const auto why = too_much(text)) return tl::unexpected(fmt::format("{}: {}\n", name, *why));
   Config config;
   config.file = name;
   config.text = std::move(text);

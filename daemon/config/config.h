@@ -20,7 +20,7 @@ struct Thread {
   std::string name;    // "frame", "actuate", "bus/legs", ...
   int priority = 0;    // SCHED_FIFO 1..99; 0: SCHED_OTHER
   int cpu = -1;        // -1: any
-  TimeNs spin_ns = 0;  // frame and actuate: waits so long awake before a deadline
+  TimeNs spin_ns = 0;  // frame and actuate: busy wait before a deadline
 };
 
 struct Port {
@@ -30,8 +30,8 @@ struct Port {
   bool half_duplex = false;
 };
 
-// What a line of the log may hold: the parts of a frame's record. events: its events and
-// acknowledgements, in a line as soon as there are some; the other parts at the preset's period.
+// Parts of a frame's record that a line of the log may have. events: its events and
+// acknowledgements, written as soon as there are some; the other parts at the preset's period.
 enum class LogPart : std::uint8_t { inputs, command, events, state, telemetry, timing };
 inline constexpr std::array kLogParts = {"inputs", "command",   "events",
                                          "state",  "telemetry", "timing"};
@@ -50,10 +50,10 @@ struct LogPreset {
 struct Recorder {
   bool record = true;
   std::uint64_t file_bytes = 16'000'000, total_bytes = 512'000'000;  // the oldest files go
-  bool sync = true;  // to the disk every 50 ms; else when the kernel likes
+  bool sync = true;  // to the disk every 50 ms; else when the kernel decides
 };
 
-// A parameter that was saved: it takes the place of the file's.
+// A saved parameter: it replaces the value of the file.
 struct SavedValue {
   std::string name;  // dotted, in the vehicle's table
   double value = 0;
@@ -61,7 +61,7 @@ struct SavedValue {
 
 struct Config {
   std::string file;
-  std::string text;  // the whole of it, as it was read
+  std::string text;  // the whole text as read
   std::string vehicle;
   std::string vehicle_id;
   TimeNs period_ns = 0, offset_ns = 0;
@@ -77,26 +77,27 @@ struct Config {
   bool restart_for_shared_memory = false;
   TimeNs obc_timeout_ns = 30 * kSecond;
   std::int64_t lease_min_ms = 200, lease_max_ms = 60'000;
+  bool stop_falls = false;           // link.stop_in_flight = "land" | "fall"
   std::filesystem::path log_folder;  // empty: $STATE_DIRECTORY, else the run directory
   std::size_t log_files = 32;        // of frames before a fault; the oldest go
   std::int64_t log_level = 2;        // 0 trace, 1 debug, 2 info, 3 warning, 4 error
   std::vector<LogPreset> log_presets;
-  std::string log_use;                  // the one that runs; empty: none
-  const LogPreset* log_preset() const;  // that one; nullptr: none
+  std::string log_use;                  // the active one; empty: none
+  const LogPreset* log_preset() const;  // the active one; nullptr: none
   Recorder recorder;
-  std::filesystem::path parameters_folder;  // of those that are saved; empty: as log_folder
-  std::vector<SavedValue> saved;            // not of the file
+  std::filesystem::path parameters_folder;  // of saved parameters; empty: as log_folder
+  std::vector<SavedValue> saved;            // not in the file
 };
 
 // Reads the vehicle's own [NAME] table; called with that Section, to record errors there.
 using VehicleReader = std::function<void(const std::string& vehicle, Section& section)>;
 
-// Reads and checks the file; `read_vehicle` runs in the same pass, so that all errors of the file
-// come together. The error text has a line for each fault: FILE:LINE:COLUMN: what and what to do.
+// Reads and checks the file; `read_vehicle` runs in the same pass, so that all errors are reported
+// together. The error text has a line for each error: FILE:LINE:COLUMN: what and what to do.
 tl::expected<Config, std::string> load(const std::filesystem::path& file,
                                        const std::vector<std::string>& vehicles,
                                        const VehicleReader& read_vehicle);
-// The same of a text; `name` is for the errors.
+// The same for a text; `name` is for the errors.
 tl::expected<Config, std::string> parse(std::string text, const std::string& name,
                                         const std::vector<std::string>& vehicles,
                                         const VehicleReader& read_vehicle);

@@ -25,9 +25,8 @@ inline TimeNs seconds(Section& s, std::string_view key, TimeNs fallback, double 
   return static_cast<TimeNs>(s.number(key, static_cast<double>(fallback) * 1e-9, min, max) * 1e9);
 }
 
-// The parameters of `section` (a path below the vehicle's table, "" for the table itself) that can
-// be changed while the daemon runs, each by its own range. A default stays as it is, to the last
-// bit.
+// Reads the parameters of `section` (a path below the vehicle's table, "" for the table itself)
+// that can change while the daemon runs, each with its range. A default stays bit-identical.
 template <class P>
 void read_tunables(Section& s, std::string_view section, std::span<const Tunable<P>> tunables,
                    P& parameters) {
@@ -46,8 +45,7 @@ void read_tunables(Section& s, std::string_view section, std::span<const Tunable
   }
 }
 
-// The error-solving strategies of a fault class, in their order. names[0] is none, which ends the
-// list.
+// The error-solving strategies of a fault class, in order. names[0] is none, which ends the list.
 template <class Kind, std::size_t N>
 void read_strategies(Section& s, std::string_view key, std::span<const char* const> names,
                      std::array<Kind, N>& order) {

@@ -8,6 +8,8 @@
 #include <numeric>
 #include <utility>
 
+#include "daemon/config/document.h"
+
 namespace lss::config {
 namespace {
 
@@ -75,6 +77,7 @@ const char* type_name(const toml::node& node) {
 }  // namespace
 
 const std::string* nearest(std::string_view word, const std::vector<std::string>& candidates) {
+  if (word.size() > most::kGuess) return nullptr;
   const std::string* best = nullptr;
   std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
@@ -94,7 +97,7 @@ std::string join(const std::vector<std::string>& words) {
 
 void Errors::add(const std::string& file, const toml::source_region& where,
                  const std::string& sentence) {
-  // The parser does not place an empty document; its errors belong to the first line.
+  // The parser gives an empty document no position; its errors belong to the first line.
   const toml::source_position at = where.begin ? where.begin : toml::source_position{1, 1};
   lines_.push_back({at, fmt::format("{}:{}:{}: {}", file, at.line, at.column, sentence)});
 }
@@ -189,8 +192,13 @@ bool Section::flag(std::string_view key, bool fallback) {
 std::string Section::text(std::string_view key, std::string_view fallback) {
   const toml::node* node = find(key);
   if (node == nullptr) return std::string(fallback);
-  if (node->is_string()) return node->as_string()->get();
-  wrong_type(key, *node, "a text in quotes");
+  if (!node->is_string()) {
+    wrong_type(key, *node, "a text in quotes");
+  } else if (const std::string& value = node->as_string()->get(); value.size() <= most::kText) {
+    return value;
+  } else {
+    error(key, fmt::format("has {} characters; at most {} are read", value.size(), most::kText));
+  }
   return std::string(fallback);
 }
 
@@ -263,7 +271,11 @@ std::vector<std::string> Section::texts(std::string_view key,
   }
   std::vector<std::string> values;
   for (const toml::node& element : *array) values.push_back(element.as_string()->get());
-  return values;
+  const auto is_long = [](const std::string& value) { return value.size() > most::kText; };
+  if (values.size() <= most::kTables && std::ranges::none_of(values, is_long)) return values;
+  error(key, fmt::format("has more than {} texts, or one of more than {} characters", most::kTables,
+                         most::kText));
+  return fallback;
 }
 
 Section Section::section(std::string_view key) {
@@ -284,6 +296,10 @@ std::vector<Section> Section::sections(std::string_view key) {
     wrong_type(key, *node, fmt::format("a list of tables, [[{}]],", name_of(key)));
     return all;
   }
+  if (array->size() > most::kTables) {
+    error(key, fmt::format("has {} tables; at most {} are read", array->size(), most::kTables));
+    return all;
+  }
   all.reserve(array->size());
   for (const toml::node& element : *array) {
     all.emplace_back(element.as_table(), name_of(key), file_, errors_);
@@ -292,7 +308,7 @@ std::vector<Section> Section::sections(std::string_view key) {
 }
 
 void Section::report_unknown(const toml::key& key, const toml::node& node) {
-  const std::string_view word = key.str();
+  const std::string_view word = key.str().substr(0, most::kText);
   const char* kind = node.is_table() || node.is_array_of_tables() ? "table" : "key";
   const std::string place = path_.empty() ? "" : fmt::format(" in [{}]", path_);
   const auto add = [&](const std::string& advice) {

@@ -1,9 +1,8 @@
 #pragma once
 
-// Strict reading of one TOML table: every value has a type and a range, every key that nobody asked
-// for is an error with file and line, and a key of the right name but the wrong unit (`period_s`
-// for `period_ms`) says so. All errors of a file are collected and reported together. Start-up
-// only.
+// Strict reading of one TOML table: every value has a type and a range, every key that was not read
+// is an error with file and line, and a key with the wrong unit (`period_s` for `period_ms`) is
+// reported as such. All errors of a file are reported together. Start-up only.
 
 #include <toml++/toml.h>
 
@@ -61,15 +60,14 @@ class Section {
   Section section(std::string_view key);
   std::vector<Section> sections(std::string_view key);  // array of tables
 
-  // The key may be there, with whatever is in it.
+  // The key is allowed, with any value.
   void skip(std::string_view key) { find(key); }
 
   // For checks across keys: an error at the line of `key` (of the table when absent or "").
   void error(std::string_view key, const std::string& sentence);
 
-  // Reports every key that was not asked for, with the nearest known name and, when only the unit
-  // differs, the unit that is expected. At the latest when the Section goes out of scope; a second
-  // call does nothing.
+  // Reports every key that was not read, with the nearest known name and, when only the unit
+  // differs, the expected unit. Runs at the latest in the destructor; a second call does nothing.
   void finish();
 
  private:
@@ -86,7 +84,7 @@ class Section {
   bool finished_ = false;
 };
 
-// The candidate that a person most likely meant by `word`; nullptr when none is near.
+// The candidate most similar to `word`; nullptr when none is near.
 const std::string* nearest(std::string_view word, const std::vector<std::string>& candidates);
 
 // "a, b, c"

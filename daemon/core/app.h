@@ -1,6 +1,6 @@
 #pragma once
 
-// What main needs of a vehicle's running daemon. One implementation: Runtime<Vehicle>
+// What main needs of a vehicle's running daemon. Implemented by Runtime<Vehicle>
 // (daemon/core/runtime.h).
 
 #include <cstdint>
@@ -19,14 +19,14 @@ class App {
 
   // DDS first, then memory, then the real-time threads. The error says what to do.
   virtual tl::expected<void, std::string> start() = 0;
-  // To the safe command, then all threads end. Bounded.
+  // Sends the safe command, then ends all threads. Bounded.
   virtual void stop() = 0;
 
-  // The turns of every thread, the frame's first: the watchdog is fed only while that one runs.
+  // The turns of every thread, the frame's first: the watchdog is fed only while that one advances.
   virtual std::vector<Progress> progress() const = 0;
-  virtual void keep_frames() = 0;           // the last frames go to a file, as at a fault
+  virtual void keep_frames() = 0;           // writes the last frames to a file, as at a fault
   virtual std::string summary() const = 0;  // one line for systemctl status
-  // The daemon shall be restarted now to take up shared memory again (vehicle idle, RouDi back,
+  // The daemon shall be restarted to use shared memory again (vehicle idle, RouDi back,
   // configured).
   virtual bool wants_restart() const = 0;
 };

@@ -6,9 +6,6 @@
 namespace lss {
 namespace {
 
-constexpr TimeNs kForgetAfter =
-    10 * kSecond;  // a source that was silent so long makes room for another
-
 // Named, terminated, printable.
 bool good_source(const Name& name) noexcept {
   if (name.front() == '\0' || name.back() != '\0') return false;
@@ -26,11 +23,9 @@ Verdict refuse(Reason reason, double measured = kRequired, double limit = kRequi
 
 }  // namespace
 
-Verdict Armour::check(const Request& request) noexcept {
-  // An emergency stop is taken from anyone, always, however badly it is put.
-  if (request.kind == static_cast<std::uint16_t>(CommandKind::emergency_stop)) return {};
+Verdict Armour::check(const Request& request, std::uint64_t writer, const Name& holder) noexcept {
   if (!good_source(request.source)) return refuse(Reason::bad_source);
-  if (request.kind == 0) return {};  // a heartbeat: nothing else in it is believed
+  if (request.kind == 0) return {};  // a heartbeat: nothing else in it is used
   const CommandInfo* info = lookup_(request.kind);
   if (info == nullptr) return refuse(Reason::unknown_command, request.kind);
   if (const Verdict v = check_parameters(*info, request); v.reason != Reason::none) return v;
@@ -40,7 +35,8 @@ Verdict Armour::check(const Request& request) noexcept {
     if (request.lease_ms > lease_max_ms_)
       return refuse(Reason::bad_lease, request.lease_ms, lease_max_ms_);
   }
-  return check_sequence(request);
+  if (info->access == Access::anyone) return {};
+  return check_sequence(request, writer, holder);
 }
 
 Verdict Armour::check_parameters(const CommandInfo& info, const Request& request) const noexcept {
@@ -61,23 +57,23 @@ Verdict Armour::check_parameters(const CommandInfo& info, const Request& request
   return {};
 }
 
-Verdict Armour::check_sequence(const Request& request) noexcept {
-  Source* room = nullptr;
-  for (Source& source : sources_) {
-    if (source.name == request.source) {
-      if (request.sequence <= source.sequence) {
-        return refuse(Reason::stale_sequence, static_cast<double>(request.sequence),
-                      static_cast<double>(source.sequence));
-      }
-      room = &source;
-      break;
-    }
-    const bool free =
-        source.name.front() == '\0' || request.arrival_ns - source.seen_ns > kForgetAfter;
-    if (free && (room == nullptr || source.seen_ns < room->seen_ns)) room = &source;
+Verdict Armour::check_sequence(const Request& request, std::uint64_t writer,
+                               const Name& holder) noexcept {
+  const auto older = [&](const Writer& a, const Writer& b) {
+    const auto kept = [&](const Writer& w) { return w.id != 0 && w.source == holder; };
+    return kept(a) != kept(b) ? kept(b) : a.seen_ns < b.seen_ns;
+  };
+  auto room = std::ranges::find(writers_, writer, &Writer::id);
+  if (room == writers_.end()) {
+    room = std::ranges::min_element(writers_, older);
+  } else if (request.sequence <= room->sequence) {
+    return refuse(Reason::stale_sequence, static_cast<double>(request.sequence),
+                  static_cast<double>(room->sequence));
   }
-  if (room == nullptr) return refuse(Reason::too_many_sources, kMaxSources, kMaxSources);
-  *room = {.name = request.source, .sequence = request.sequence, .seen_ns = request.arrival_ns};
+  *room = {.id = writer,
+           .source = request.source,
+           .sequence = request.sequence,
+           .seen_ns = request.arrival_ns};
   return {};
 }
 

@@ -1,12 +1,13 @@
 #pragma once
 
 // The body of a bus thread on a CAN bus: frames to samples, orders to frames, by file descriptor
-// and by the driver's schedule. Opens the port, notices that it is gone, opens it again. FIFO
-// thread: nothing here allocates, locks or logs. The driver knows frames and time only
+// and by the driver's schedule. Opens the port and opens it again when it is lost. FIFO thread:
+// nothing here allocates, locks or logs. The driver knows only frames and time
 // (drivers/ardito/rover_bus.h is one).
 //
 // Driver: restart(now), release(orders, now), receive(frames), transmit(now, frame) -> bool,
-// next_wake(), take(samples) -> how many, status(), kMaxSamples.
+// next_wake(), take(samples) -> how many, status(), kMaxSamples. For an emergency stop that
+// bypasses the cycle: all_stop(now), and stops_all(orders), whether no order moves anything.
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -24,12 +25,13 @@
 #include "daemon/core/clock.h"
 #include "daemon/core/latest.h"
 #include "daemon/core/ring.h"
+#include "daemon/core/stop_latch.h"
 #include "drivers/can/can_port.h"
 
 namespace lss {
 
-// Start-up: an absent interface is waited for; what configuration got wrong is an error that says
-// what to do.
+// Start-up: an absent interface is waited for; an error of the configuration is reported with its
+// remedy.
 inline tl::expected<void, std::string> check_can(const std::string& path, CanStatus status) {
   if (status == CanStatus::ok || status == CanStatus::absent || status == CanStatus::down)
     return {};
@@ -45,7 +47,8 @@ class CanBus {
     CanState state = CanState::active;
     TimeNs time_ns = 0;  // when the thread wrote this
     bool open = false;
-    bool was_open = false;  // ever
+    bool was_open = false;          // ever
+    bool all_stop_pending = false;  // obeyed; the cycle has not confirmed it yet
   };
 
   CanBus(const Parameters& parameters, std::string path, std::span<const CanFilter> filters)
@@ -57,19 +60,26 @@ class CanBus {
   CanBus(const CanBus&) = delete;
   CanBus& operator=(const CanBus&) = delete;
 
-  // Before the thread runs: a second thread may send on the bus, too.
+  // Before the thread runs: lets a second thread send on the bus.
   void attach(CanSender& sender) noexcept { port_.attach(&sender); }
 
-  // Start-up: what the port says to being opened once; it is closed again.
+  // Start-up: opens the port once, closes it and returns the status.
   CanStatus probe() {
     const CanStatus status = port_.open(path_.c_str(), filters_);
     port_.close();
     return status;
   }
 
-  // Actuate thread: new orders, and wake the bus.
+  // Actuate thread: new orders; wakes the bus.
   void release(const Orders& orders) noexcept {
     orders_.put(orders);
+    wake();
+  }
+
+  // Any thread, never waits: the bus stops everything at once. Orders pass again when the cycle has
+  // stopped everything, too.
+  void all_stop() noexcept {
+    latch_.ask(now_ns());
     wake();
   }
 
@@ -94,7 +104,12 @@ class CanBus {
       const bool readable = wait(now);
       now = now_ns();
       if (port_.is_open()) {
-        if (orders_.update()) driver_.release(orders_.value(), now);
+        const Orders* orders = orders_.update() ? &orders_.value() : nullptr;
+        if constexpr (requires { driver_.all_stop(now); }) {
+          latch_.obey(driver_, orders, now);
+        } else if (orders != nullptr) {
+          driver_.release(*orders, now);
+        }
         serve(readable, now);
       }
       if (now - reported_.time_ns >= kReportEvery || reported_.open != port_.is_open()) report(now);
@@ -109,6 +124,7 @@ class CanBus {
   static constexpr int kMostReads = 8;
 
   void wake() noexcept {
+    if (lockstep::on()) return waiter_.wake();
     const std::uint64_t one = 1;
     [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
   }
@@ -126,7 +142,11 @@ class CanBus {
     TimeNs wake_ns = reopen_ns_;
     if (port_.is_open()) wake_ns = std::min(driver_.next_wake(), port_.next_wake());
     if (more_) wake_ns = now;
-    wake_ns = std::min(wake_ns, now + kSecond);  // to see that it is to stop
+    wake_ns = std::min(wake_ns, now + kSecond);  // to notice a stop request
+    if (lockstep::on()) {
+      waiter_.wait(wake_ns);
+      return port_.coming() || more_;
+    }
     std::array<pollfd, 2> fds{{{wake_fd_, POLLIN, 0}, {port_.fd(), POLLIN, 0}}};
     const timespec timeout = to_timespec(wake_ns > now ? wake_ns - now : 0);
     ::ppoll(fds.data(), fds.size(), &timeout, nullptr);
@@ -139,14 +159,14 @@ class CanBus {
 
   // Frames in, frames out, samples up.
   void serve(bool readable, TimeNs now) noexcept {
-    more_ = readable;  // bounded: a flood must not keep the orders waiting
+    more_ = readable;  // bounded: a flood must not delay the orders
     for (int reads = 0; more_ && reads < kMostReads; ++reads) {
       const CanPort::Received in = port_.receive(frames_);
       if (in.lost) return lost();
       driver_.receive(std::span(frames_).first(in.frames));
       more_ = in.more;
     }
-    // Back from bus-off: whoever is on the bus may have missed anything.
+    // Back from bus-off: any node may have missed any message.
     if (port_.counters().restarts != restarts_) {
       restarts_ = port_.counters().restarts;
       driver_.restart(now);
@@ -169,6 +189,7 @@ class CanBus {
     reported_.state = port_.state();
     reported_.time_ns = now;
     reported_.open = port_.is_open();
+    reported_.all_stop_pending = latch_.pending();
     report_.put(reported_);
   }
 
@@ -177,16 +198,18 @@ class CanBus {
   std::span<const CanFilter> filters_;
   CanPort port_;
   int wake_fd_;
-  // Of one turn. Here since they are big: to set them up anew for each frame takes longer than it.
+  lockstep::Waiter waiter_;  // in simulated time
+  // Of one turn. Members, since they are large: initialising them takes longer than a frame.
   std::array<CanFrame, 64> frames_{};
   std::array<Sample, Driver::kMaxSamples> taken_{};
-  bool more_ = false;  // frames were left, of which poll may not tell
+  bool more_ = false;  // frames were left, which poll may not report
   TimeNs reopen_ns_ = 0;
   std::uint64_t restarts_ = 0;
   Report reported_{};
   std::atomic<std::uint64_t> turns_{0};
   std::atomic<bool> stop_{false};
 
+  StopLatch latch_;
   Latest<Orders> orders_;
   Latest<Report> report_;
   Ring<Sample, 256> samples_;

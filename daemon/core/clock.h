@@ -1,21 +1,25 @@
 #pragma once
 
-// The clocks of the machine. Threads read them; the cycle never does: it gets time as data.
+// The clocks of the machine, or simulated time (drivers/lockstep). Threads read them; the cycle
+// never does: it gets time as data.
 
 #include <cerrno>
 #include <ctime>
 
+#include "drivers/lockstep/lockstep.h"
 #include "drivers/time.h"
 
 namespace lss {
 
 inline TimeNs now_ns() noexcept {
+  if (lockstep::on()) return lockstep::now();
   timespec t{};
   ::clock_gettime(CLOCK_MONOTONIC, &t);
   return t.tv_sec * kSecond + t.tv_nsec;
 }
 
 inline std::int64_t utc_ns() noexcept {
+  if (lockstep::on()) return lockstep::utc();
   timespec t{};
   ::clock_gettime(CLOCK_REALTIME, &t);
   return t.tv_sec * kSecond + t.tv_nsec;
@@ -26,14 +30,16 @@ inline timespec to_timespec(TimeNs time_ns) noexcept {
 }
 
 inline void sleep_until(TimeNs time_ns) noexcept {
+  if (lockstep::on()) return lockstep::sleep_until(time_ns);
   const timespec t = to_timespec(time_ns);
   while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, nullptr) == EINTR) {
   }
 }
 
-// Sleeps until shortly before and waits the rest of the time awake, which costs the CPU `spin_ns` a
-// time and saves what waking up takes. 0: sleeps only.
+// Sleeps until shortly before and waits the last `spin_ns` awake, which costs CPU time and saves
+// the wake-up latency. 0: sleeps only.
 inline void wait_until(TimeNs time_ns, TimeNs spin_ns) noexcept {
+  if (lockstep::on()) return lockstep::sleep_until(time_ns);
   sleep_until(time_ns - spin_ns);
   while (now_ns() < time_ns) {
 #if defined(__x86_64__) || defined(__i386__)

@@ -24,7 +24,6 @@ lc::Event common_event(const Request& r) noexcept {
 bool done_at_once(std::uint16_t kind) noexcept {
   switch (static_cast<CommandKind>(kind)) {
     case CommandKind::emergency_stop:
-    case CommandKind::reset:
     case CommandKind::request_data:
     case CommandKind::reset_timing:
     case CommandKind::restore:

@@ -1,8 +1,8 @@
 #pragma once
 
-// The commands that every vehicle has, where they mean the same for all of them: a vehicle's
-// event_of(), reached() and command() (Logic in daemon/core/supervisor.h) ask here first or last.
-// Pure functions; any thread.
+// The commands of every vehicle, as far as they mean the same for all: a vehicle's event_of(),
+// reached() and command() (Logic in daemon/core/supervisor.h) call these first or last. Pure
+// functions; any thread.
 
 #include <cstdint>
 #include <span>
@@ -12,16 +12,17 @@
 
 namespace lss {
 
-// Event::none for `start` and `stop`, which are the vehicle's own, and for all that are not common.
+// Event::none for `start` and `stop`, which belong to the vehicle, and for commands not in common.
 lc::Event common_event(const Request& request) noexcept;
 
-// Common commands that are over as soon as they are accepted. The others a vehicle has to judge.
+// Common commands that are complete when accepted. The others are judged by the vehicle.
 bool done_at_once(std::uint16_t kind) noexcept;
 
-// Needs authority where somebody holds it, but takes no command's place: what runs goes on.
+// Needs authority when a source has it, but supersedes no command. A reset of modules among them is
+// completed when they are back (Supervisor::set_resetting).
 bool is_beside(std::uint16_t kind) noexcept;
 
-// Changes nothing that the locomotion controller knows: no row of its table takes it.
+// Changes no state of the locomotion controller: no row of its table takes it.
 bool is_of_parameters(std::uint16_t kind) noexcept;
 
 // In the vehicle's table or in the common one; nullptr when there is none.

@@ -1,8 +1,8 @@
 #pragma once
 
 // One cycle, once per frame, the same for every vehicle. The same inputs give bit-identical
-// outputs: no clock, I/O, lock, log or allocation in here; time comes in as data. `mark` is told
-// when a stage has ended (the frame thread stamps the timing points with it) and returns nothing.
+// outputs: no clock, I/O, lock, log or allocation in here; time is data. `mark` is called at the
+// end of each stage (the frame thread stamps the timing points with it).
 
 #include <array>
 #include <cstdint>
@@ -11,9 +11,7 @@
 
 namespace lss {
 
-inline constexpr std::size_t kMaxRequests = 32;
-
-// Everything a frame gets: the batch stamped in [T_k-1, T_k), and the requests that came in.
+// Inputs of a frame: the batch stamped in [T_k-1, T_k), and the requests received.
 template <class Vehicle>
 struct Inputs {
   std::uint64_t frame = 0;
@@ -45,7 +43,7 @@ void cycle(Vehicle& vehicle, Supervisor& supervisor, const Inputs<Vehicle>& in,
   vehicle.read(in);
   mark(Stage::read);
 
-  // supervise: requests and what the vehicle reports, through the locomotion controller
+  // supervise: requests and the vehicle's reports, through the locomotion controller
   supervisor.begin(in.time_ns, vehicle);
   for (std::uint32_t i = 0; i < in.request_count; ++i) supervisor.request(in.requests[i]);
   supervisor.count_late(in.late_commands);
@@ -54,7 +52,7 @@ void cycle(Vehicle& vehicle, Supervisor& supervisor, const Inputs<Vehicle>& in,
   supervisor.check_links();
   mark(Stage::supervised);
 
-  // navigate: where is it; guide: where shall it go; control: what are the actuators to do
+  // navigate: position; guide: target; control: orders to the actuators
   vehicle.navigate(in.time_ns);
   mark(Stage::navigated);
   vehicle.guide(in.time_ns);
@@ -62,7 +60,7 @@ void cycle(Vehicle& vehicle, Supervisor& supervisor, const Inputs<Vehicle>& in,
   const typename Vehicle::Command wanted = vehicle.control(in.time_ns);
   mark(Stage::controlled);
 
-  // gate: the one place a command passes on its way out
+  // gate: every command passes it on its way out
   out.command = vehicle.gate(wanted, supervisor, in.time_ns);
   mark(Stage::gated);
 

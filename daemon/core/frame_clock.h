@@ -22,7 +22,7 @@ class FrameClock {
   }
   TimeNs release(std::uint64_t frame) const noexcept { return boundary(frame) + offset_ns_; }
 
-  // The frame to run after `frame`, it being `now`: the next one, or the first whose boundary is
+  // The frame to run after `frame` at time `now`: the next one, or the first whose boundary is
   // still ahead.
   std::uint64_t after(std::uint64_t frame, TimeNs now) const noexcept {
     if (now <= boundary(frame + 1)) return frame + 1;

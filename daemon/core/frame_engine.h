@@ -2,9 +2,9 @@
 
 // The frame-offset loop (TALARIS thesis 4.3 and 5.1.3): the frame thread computes the command of
 // frame k from T_k on, the actuate thread releases it at T_k + offset, never earlier and never
-// "when ready", so that a stochastic delay becomes a known constant. A command that is not ready
-// then is late: the one before is repeated once; late again, nothing is released and the bus sees
-// its orders grow stale. Frames: of daemon/core/frames.h.
+// "when ready", so that a stochastic delay becomes a known constant. When a command is not ready,
+// the one before is repeated once; when late again, nothing is released and the bus notices its
+// stale orders. Frames: of daemon/core/frames.h.
 //
 // frame() and actuate() are the bodies of the two threads; nothing in here allocates, locks or
 // logs.
@@ -27,7 +27,7 @@ struct FrameParameters {
   TimeNs frame_spin_ns = 0, actuate_spin_ns = 0;
 };
 
-// What the actuate thread reports to the frame thread.
+// Report of the actuate thread to the frame thread.
 struct Released {
   TimeNs released_ns = 0;  // of the last frame
   std::uint64_t overruns = 0, repeated = 0;
@@ -41,8 +41,8 @@ class FrameEngine {
   FrameEngine(Frames& frames, const FrameParameters& parameters) noexcept
       : frames_(frames), parameters_(parameters), overruns_(parameters.max_consecutive_overruns) {}
 
-  // compute(Boundary, Released, TimingPoints&) -> Command makes the command and stamps read and
-  // navigated; say(TimingPoints) comes after the command was put down.
+  // compute(Boundary, Released, TimingPoints&) -> Command computes the command and stamps read and
+  // navigated; say(TimingPoints) runs after the command was stored.
   template <class Compute, class Say>
   void frame(Compute&& compute, Say&& say) noexcept {
     auto follower = frames_.follow_frame(parameters_.frame_spin_ns);
@@ -52,8 +52,8 @@ class FrameEngine {
     }
   }
 
-  // release(Command) hands it to the buses; or release(Command, Boundary), where a command that is
-  // repeated has a frame before this one.
+  // release(Command) hands it to the buses; or release(Command, Boundary), where a repeated command
+  // has the boundary of an earlier frame.
   template <class Release>
   void actuate(Release&& release) noexcept {
     auto follower = frames_.follow_actuate(parameters_.actuate_spin_ns);
@@ -62,7 +62,7 @@ class FrameEngine {
       if (!stopped()) due(boundary, release);
     }
   }
-  // With work of the thread's own between releases (NoWork in frames.h says what that is).
+  // With work of the thread between releases (NoWork in frames.h explains it).
   template <class Release, class Work>
   void actuate(Release&& release, Work& work) noexcept {
     auto follower = frames_.follow_actuate(parameters_.actuate_spin_ns);
@@ -147,7 +147,7 @@ class FrameEngine {
   FrameParameters parameters_;
   TimingPoints timing_;  // frame thread
   std::uint64_t limits_seen_ = 0;
-  OverrunCounter overruns_;  // actuate thread, with what it reports
+  OverrunCounter overruns_;  // actuate thread, with its report
   Released report_;
   Latest<Due> due_;
   Latest<Released> released_;

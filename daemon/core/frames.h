@@ -1,14 +1,14 @@
 #pragma once
 
 // Where frames begin. ClockFrames: at T_k = epoch + k * period. SensorFrames: when the n-th packet
-// of a sensor arrives (TALARIS thesis 4.3: 40 packets of 200 Hz), and by the clock, in the rhythm
-// last seen, while the sensor is silent. Both keep their phase whatever an overrun does: frames
-// are skipped, never shifted.
+// of a sensor arrives (TALARIS thesis 4.3: 40 packets of 200 Hz), and by the clock, with the last
+// phase, while the sensor is silent. Both keep their phase after an overrun: frames are skipped,
+// never shifted.
 //
-// Both real-time threads follow the frames, each with a follower of its own: next(lag) returns at
-// T_k + lag of the next frame (lag 0: the frame thread; the offset: the actuate thread). With
-// SensorFrames the actuate thread has work to do while it waits, if it likes: next(lag, work).
-// Nothing here allocates or locks.
+// Both real-time threads follow the frames, each with its own follower: next(lag) returns at T_k +
+// lag of the next frame (lag 0: the frame thread; the offset: the actuate thread). With
+// SensorFrames the actuate thread may do work while it waits: next(lag, work). Nothing here
+// allocates or locks.
 
 #include <algorithm>
 #include <atomic>
@@ -60,11 +60,11 @@ class ClockFrames {
 struct SensorFramesParameters {
   std::uint32_t packets = 40;  // make a frame
   TimeNs period_ns = 200 * kMillisecond;
-  // A packet this late is not waited for: the frame begins by the clock.
+  // After this delay of a packet the frame begins by the clock.
   TimeNs grace_ns = 15 * kMillisecond;
 };
 
-// What a follower makes of the packets that were announced; pure arithmetic.
+// Frame boundaries from the announced packets; pure arithmetic.
 class SensorGrid {
  public:
   SensorGrid(const SensorFramesParameters& parameters, TimeNs epoch_ns) noexcept
@@ -74,8 +74,8 @@ class SensorGrid {
 
   // Without a packet until then the frame begins by the clock.
   TimeNs deadline() const noexcept { return deadline_ns_; }
-  // The n-th packet arrived, `index` counting them. False: too soon after a frame by the clock, its
-  // samples are left to the next one.
+  // The n-th packet arrived, `index` counts them. False: too soon after a frame by the clock; its
+  // samples are left to the next frame.
   bool arrived(std::uint64_t index, TimeNs time_ns, Boundary& out) noexcept {
     const std::uint64_t missed = index_ == 0 || index <= index_ ? 0 : index - index_ - 1;
     index_ = index;
@@ -111,8 +111,8 @@ class SensorGrid {
   bool held_ = false;
 };
 
-// What the actuate thread does at times of its own before a release: next_wake() is the first of
-// them, run(now) comes then and whenever the thread was rung for.
+// Work of the actuate thread between releases: next_wake() is the time of the next one, run(now) is
+// called then and whenever the thread was woken.
 struct NoWork {
   static constexpr TimeNs next_wake() noexcept { return INT64_MAX; }
   static constexpr void run(TimeNs) noexcept {}
@@ -123,22 +123,22 @@ class SensorFrames {
   explicit SensorFrames(const SensorFramesParameters& parameters) noexcept
       : parameters_(parameters), epoch_ns_(now_ns()) {}
 
-  // Before anybody follows: without a packet the first frame begins a period and the grace later.
+  // Before the followers run: without a packet the first frame begins a period and the grace later.
   void start(TimeNs epoch_ns) noexcept { epoch_ns_ = epoch_ns; }
 
-  // The one bus thread that hears the sensor: a packet whose first byte arrived then. For sensors
-  // that do not number their packets; one that is lost shifts the frames after it.
+  // The bus thread of the sensor: the first byte of a packet arrived then. For sensors that do not
+  // number their packets; a lost one shifts the frames after it.
   void packet(TimeNs arrival_ns) noexcept {
     if (++packets_ % parameters_.packets == 0) announce(packets_ / parameters_.packets, arrival_ns);
   }
-  // The same thread, when its driver counts by the sensor's own numbers: the packet that ends frame
-  // `index` (or the next one, when that was lost). Indices count up; those left out are frames that
-  // were lost.
+  // The same thread, when its driver uses the sensor's own numbers: the packet that ends frame
+  // `index` (or the next one, when that was lost). Indices count up; a skipped index is a lost
+  // frame.
   void announce(std::uint64_t index, TimeNs arrival_ns) noexcept {
     arrived_.post({index, arrival_ns});
   }
 
-  // Any thread: nobody waits any more.
+  // Any thread: ends all waits.
   void stop() noexcept {
     stopped_.store(true, std::memory_order_relaxed);
     arrived_.alarm().ring();
@@ -148,7 +148,7 @@ class SensorFrames {
   void wake_actuate() noexcept { begun_.alarm().ring(); }
 
  private:
-  // The newest value, and somebody who waits for it.
+  // The newest value, and an alarm for the thread that waits for it.
   template <class T>
   class Mailbox {
    public:
@@ -173,7 +173,7 @@ class SensorFrames {
   };
 
  public:
-  // Of the frame thread. Tells the other one what it decided.
+  // For the frame thread. Passes its decisions to the other follower.
   class FrameFollower {
    public:
     explicit FrameFollower(SensorFrames& frames) noexcept
@@ -188,7 +188,7 @@ class SensorFrames {
           grid_.held(now_ns(), boundary);
           break;
         }
-        if (frames_.stopped()) return boundary;  // that nobody begins
+        if (frames_.stopped()) return boundary;  // no frame begins
         over = !frames_.arrived_.alarm().wait(grid_.deadline(), 0);
       }
       frames_.begun_.post(boundary);
@@ -200,8 +200,8 @@ class SensorFrames {
     SensorGrid grid_;
   };
 
-  // Of the actuate thread. When the frame thread does not begin a frame in time, the frame is one
-  // that nobody computes a command for.
+  // For the actuate thread. When the frame thread does not begin a frame in time, the frame has no
+  // command.
   class ActuateFollower {
    public:
     ActuateFollower(SensorFrames& frames, TimeNs spin_ns) noexcept
@@ -228,14 +228,14 @@ class SensorFrames {
     }
 
    private:
-    // What was given up may still come: too late, unless its release is ahead. Time tells and not
-    // the number, for what was given up may never have been a frame.
+    // An abandoned frame may still begin: too late, unless its release is ahead. The time decides,
+    // not the number, since an abandoned frame may never have been one.
     bool begun(Boundary& boundary, TimeNs lag) noexcept {
       return frames_.begun_.take(boundary) &&
              (!last_.held || boundary.time_ns > last_.time_ns + frames_.parameters_.period_ns / 2 ||
               boundary.time_ns + lag > now_ns());
     }
-    // False: it was woken before, and the work is done.
+    // False: it was woken before the time, and the work is done.
     template <class Work>
     bool reached(TimeNs time_ns, Work& work) noexcept {
       const TimeNs wake_ns = work.next_wake();

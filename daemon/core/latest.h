@@ -1,9 +1,9 @@
 #pragma once
 
-// The newest value, handed from one thread to another: a triple buffer, wait-free on both sides.
-// One writer thread, one reader thread, one slot. The reader sees the newest complete value or,
-// when nothing new came, the one it had; values in between are lost, by design. Bound: one copy of
-// T on each side.
+// Passes the newest value from one thread to another: a triple buffer, wait-free on both sides. One
+// writer thread, one reader thread, one slot. The reader gets the newest complete value or, when
+// there is no new one, the previous; values in between are lost, by design. Bound: one copy of T on
+// each side.
 
 #include <array>
 #include <atomic>

@@ -1,6 +1,6 @@
 #pragma once
 
-// What goes between the threads of the daemon, and between the cycle and the DDS face: plain,
+// Messages between the threads of the daemon, and between the cycle and the DDS face: plain,
 // trivially copyable, no DDS type in it. Strings are NUL-terminated.
 
 #include <array>
@@ -23,7 +23,11 @@ enum class SharedMemory : std::uint8_t { off, active, absent, lost };
 
 using Name = std::array<char, 32>;  // a source
 
-// A command or heartbeat as it came in, before and after the armour. kind 0 is a heartbeat.
+// Internal flag, in addition to those of idl/commands.h: the heartbeat is that of another daemon
+// with our vehicle_id.
+inline constexpr std::uint16_t kFlagAnotherDaemon = 1u << 15;
+
+// A received command or heartbeat, before and after the armour. kind 0 is a heartbeat.
 struct Request {
   Name source{};
   std::uint64_t sequence = 0;
@@ -32,15 +36,16 @@ struct Request {
   std::uint32_t lease_ms = 0;
   std::array<double, kMaxParameters> parameter{};
   TimeNs arrival_ns = 0;
-  bool acknowledged = false;  // the armour said "accepted" already
+  bool acknowledged = false;  // "accepted" was answered already
+  bool answered = false;      // an emergency stop: "completed", too
 };
 
-// Why a command is not done: which guard, what it saw, what it allows. none: it is done.
+// Result of the guards: which guard, measured value, limit. none: accepted.
 struct Verdict {
   Reason reason = Reason::none;
   double measured = kRequired;  // NaN: the guard has no number
   double limit = kRequired;
-  std::uint16_t subject = 0;  // module the guard speaks of; 0: none
+  std::uint16_t subject = 0;  // module of the guard; 0: none
 };
 
 struct Ack {
@@ -81,7 +86,7 @@ struct TimingPoints {
   TimeNs offset_ns = 0;
   std::uint64_t overruns = 0;
   std::uint64_t frames_skipped = 0;
-  std::uint64_t frames_held = 0;  // begun by the clock, the sensor that makes frames being silent
+  std::uint64_t frames_held = 0;  // begun by the clock because the sensor was silent
   std::uint64_t commands_repeated = 0;
   std::uint32_t samples = 0;
 };
@@ -97,7 +102,7 @@ struct ThreadStatus {
   std::uint64_t mallocs = 0;      // since start
 };
 
-// Everything lss/status says that is not in the configuration.
+// The contents of lss/status that are not in the configuration.
 struct StatusReport {
   State state = State::idle;
   std::uint8_t mode = 0;
@@ -123,7 +128,9 @@ struct StatusReport {
   std::array<ThreadStatus, kMaxThreads> threads{};
   std::uint32_t thread_count = 0;
   SavedState saved_parameters = SavedState::none;
-  // (shared memory is the face's own to say)
+  bool airborne = false;
+  bool stop_falls = false;  // effect of a pilot's STOP in the air: land, or the emergency stop
+  // (shared memory is added by the face)
 };
 
 }  // namespace lss

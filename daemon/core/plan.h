@@ -1,6 +1,6 @@
 #pragma once
 
-// In which order error solving tries what the configuration names for each class of faults. Pure.
+// The order of strategies of error solving, from the configuration of each class of faults. Pure.
 
 #include <algorithm>
 #include <array>
@@ -8,9 +8,9 @@
 
 namespace lss {
 
-// The first choice of every class that is there, then the second ones, and so on; each strategy
-// once, as late as any class wants it: it is for all that is wrong, and what costs most comes last.
-// The value-initialised Kind is none and ends a list. `otherwise`: when nothing is named.
+// The first choice of every class that is present, then the second ones, and so on; each strategy
+// once, at its latest place in any class: it serves all classes, and the most expensive comes last.
+// The value-initialised Kind is none and ends a list. `otherwise`: when the result is empty.
 template <class Kind, std::size_t Choices, std::size_t Classes>
 std::array<Kind, Choices> plan(const std::array<std::array<Kind, Choices>, Classes>& order,
                                const std::array<bool, Classes>& present, Kind otherwise) noexcept {

@@ -1,8 +1,8 @@
 #pragma once
 
-// Which threads stand still: each counts its turns, main looks. A stuck frame, a stuck bus and a
-// stuck publisher are told apart; only a frame that stands still keeps the watchdog from being fed.
-// Time is data.
+// Detects threads that stand still: each counts its turns, main checks. A stuck frame, bus or
+// publisher thread is reported separately; only a stuck frame thread stops the feeding of the
+// watchdog. Time is data.
 
 #include <cstdint>
 #include <string>
@@ -22,8 +22,8 @@ class ProgressWatch {
  public:
   explicit ProgressWatch(TimeNs limit_ns) : limit_ns_(limit_ns) {}
 
-  // In what changed: {thread, how long it stood still}. A thread appears when it stood still for
-  // the limit, and again, with stuck false, when it runs.
+  // Changes: {thread, how long it stood still}. A thread appears when it stood still for the limit,
+  // and again, with stuck false, when it runs.
   struct Change {
     std::string thread;
     bool stuck = false;

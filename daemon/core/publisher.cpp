@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <span>
 
 #include "daemon/core/clock.h"
 
@@ -37,6 +38,7 @@ tl::expected<void, std::string> Publisher::open(RequestSink sink) {
                             .version = LSS_VERSION,
                             .modules = vocabulary_.modules,
                             .tunables = vocabulary_.tunables,
+                            .command = vocabulary_.command,
                             .interfaces = config_.interfaces,
                             .shared_memory = config_.shared_memory},
                            std::move(sink));
@@ -79,7 +81,7 @@ void Publisher::stop() {
   wake();
   thread_.join();
   tell(EventId::stopping, now_ns());
-  face_.reset();  // returns when no answer is under way any more
+  face_.reset();  // returns when no answer is in progress
   answering_ = nullptr;
 }
 
@@ -88,23 +90,41 @@ void Publisher::answer(const Ack& ack) {
 }
 
 void Publisher::put(const Supervisor::Outbox& outbox) noexcept {
-  for (std::uint32_t i = 0; i < outbox.ack_count; ++i) acks_.push(outbox.acks[i]);
+  std::uint64_t dropped = outbox.dropped;
+  for (const Ack& ack : std::span(outbox.acks).first(outbox.ack_count)) {
+    if (ack.source != outbox.holder && acks_.room() <= kAcks / 4) {
+      ++dropped;
+    } else {
+      acks_.push(ack);
+    }
+  }
   for (std::uint32_t i = 0; i < outbox.event_count; ++i) events_.push(outbox.events[i]);
-  if (outbox.dropped != 0) dropped_.fetch_add(outbox.dropped, std::memory_order_relaxed);
+  if (dropped != 0) dropped_.fetch_add(dropped, std::memory_order_relaxed);
 }
 
 void Publisher::wake() noexcept {
+  if (lockstep::on()) return waiter_.wake();
   const std::uint64_t one = 1;
   [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
 }
 
+// Until it is woken, at most until its next check is due.
+void Publisher::wait() noexcept {
+  if (lockstep::on()) {
+    waiter_.wait(now_ns() + kWatchEvery);
+    return;
+  }
+  pollfd fd{wake_fd_, POLLIN, 0};
+  ::poll(&fd, 1, static_cast<int>(kWatchEvery / kMillisecond));
+  std::uint64_t count = 0;
+  [[maybe_unused]] const auto got = ::read(wake_fd_, &count, sizeof count);
+}
+
 void Publisher::run() {
   ::pthread_setname_np(::pthread_self(), "publish");
+  const lockstep::Part part("publish");
   while (!stop_) {
-    pollfd fd{wake_fd_, POLLIN, 0};
-    ::poll(&fd, 1, static_cast<int>(kWatchEvery / kMillisecond));
-    std::uint64_t count = 0;
-    [[maybe_unused]] const auto got = ::read(wake_fd_, &count, sizeof count);
+    wait();
     drain();
     const TimeNs now = now_ns();
     if (now >= next_watch_ns_) {
@@ -153,19 +173,19 @@ void Publisher::saved(const SaveResult& result) {
 }
 
 void Publisher::drain() {
-  // Before the acknowledgements: who hears that it was done finds it so.
+  // Before the acknowledgements: a client that receives one finds the change.
   if (tunables_.update()) {
     parameters_.present = tunables_.value();
     face_->parameters(parameters_);
   }
-  // What was saved ends commands whose other acknowledgements were put before.
+  // Results of saving complete commands whose other acknowledgements were put before.
   std::vector<SaveResult> results;
   for (SaveResult result; sources_.parameters_saved(result);) results.push_back(result);
   for (Ack ack; acks_.pop(ack);) face_->acknowledge(ack);
   for (const SaveResult& result : results) saved(result);
   for (EventRecord event; events_.pop(event);) {
     tell(event);
-    next_status_ns_ = 0;  // something changed: say so
+    next_status_ns_ = 0;  // something changed: publish it
     if (event.id == static_cast<std::uint16_t>(EventId::timing_reset)) {
       statistics_.reset();
       statistics_from_ns_ = event.time_ns;
@@ -195,7 +215,7 @@ void Publisher::watch(TimeNs now) {
                    state_.value().controller.state == State::idle;
 }
 
-// Both clocks together: this thread may be kept waiting between any two lines.
+// Reads both clocks together: this thread may be delayed between any two lines.
 void Publisher::watch_clock() {
   const TimeNs before = now_ns();
   const std::int64_t utc = utc_ns();
@@ -207,7 +227,8 @@ void Publisher::watch_clock() {
 void Publisher::publish_status(TimeNs now) {
   state_.update();
   if (now < next_status_ns_) return;
-  next_status_ns_ = now + kStatusEvery;
+  // Simulated time may be slower than the clock by which a client misses it.
+  next_status_ns_ = now + (lockstep::on() ? kHeartbeatEvery : kStatusEvery);
   const StatusReport r = report(now);
   face_->status(r);
   face_->timing(statistics_.statistics());
@@ -236,10 +257,12 @@ StatusReport Publisher::report(TimeNs now) const {
   r.overruns = timing_.overruns;
   r.commands_rejected = s.commands_refused + sources_.commands_refused();
   r.safe_commands = s.safe_commands;
-  r.telemetry_dropped =
-      acks_.dropped() + events_.dropped() + timings_.dropped() + dropped_ + sources_.log_dropped();
+  r.telemetry_dropped = acks_.dropped() + events_.dropped() + timings_.dropped() + dropped_ +
+                        sources_.telemetry_missed() + sources_.log_dropped();
   r.recording = sources_.recording();
   r.saved_parameters = parameters_.state;
+  r.airborne = airborne_;
+  r.stop_falls = config_.stop_falls;
   r.realtime_enforced = config_.realtime_enforce;
   r.realtime_granted = granted_ && memory_locked_;
   r.memory_locked = memory_locked_;
@@ -269,7 +292,7 @@ void Publisher::tell(const EventRecord& event) { tell(event, event_text(event, v
 
 void Publisher::tell(const EventRecord& event, std::string text) {
   face_->event(event, text);
-  if (event.id >= kFaultEventBase) {  // the log has no list to look the advice up in
+  if (event.id >= kFaultEventBase) {  // the log has no list of advice
     const CodeInfo* fault = info(static_cast<FaultId>(event.id - kFaultEventBase));
     text = fmt::format("fault: {}. {}", text, fault ? fault->advice : "");
   }

@@ -1,9 +1,9 @@
 #pragma once
 
-// The publish thread and the DDS face behind it: carries what the frame thread says
+// The publish thread and the DDS face behind it: passes the output of the frame thread
 // (acknowledgements, events, timing, telemetry, state) to DDS and to the log, watches shared memory
-// and what the kernel granted. Ordinary thread. The frame thread's side is wait-free: full rings
-// drop and count, so that a slow subscriber, a full disk or a stuck logger can never delay a frame.
+// and the grants of the kernel. Ordinary thread. The frame thread's side is wait-free: full rings
+// drop and count, so that a slow subscriber, a full disk or a stuck logger never delays a frame.
 
 #include <atomic>
 #include <functional>
@@ -23,6 +23,7 @@
 #include "daemon/dds/face.h"
 #include "daemon/parameters/saver.h"
 #include "daemon/rt/thread.h"
+#include "drivers/lockstep/lockstep.h"
 
 namespace lss {
 
@@ -30,19 +31,20 @@ class Publisher {
  public:
   using Threads = std::vector<std::unique_ptr<rt::Thread>>;
 
-  // What it asks other threads for; each is called on the publish thread only.
+  // Callbacks into other threads; each is called on the publish thread only.
   struct Sources {
-    std::function<const void*()> newest_telemetry;  // nullptr: nothing new
+    std::function<const void*()> newest_telemetry;    // nullptr: nothing new
+    std::function<std::uint64_t()> telemetry_missed;  // samples that a newer one replaced
     std::function<std::uint64_t()> commands_refused;
     std::function<bool(EventId&)> log_event;  // of the log thread; false: none
     std::function<std::uint64_t()> log_dropped;
     std::function<bool()> recording;
     std::function<bool(SaveResult&)> parameters_saved;  // false: none
   };
-  // What is to be told when it starts, besides.
+  // Additional events at its start.
   struct Told {
     EventId id;
-    std::string text;  // empty: that of the list
+    std::string text;  // empty: text of the list
     std::array<double, 2> argument{};
   };
 
@@ -53,10 +55,10 @@ class Publisher {
 
   // Start-up, main thread.
   tl::expected<void, std::string> open(RequestSink sink);
-  void complain(const std::string& refused);  // what the kernel did not grant: log and status
+  void complain(const std::string& refused);  // refusals of the kernel: log and status
   void memory_locked(bool locked) { memory_locked_ = locked; }
   void start(const Threads& threads, Sources sources);
-  // Before start(): the parameters as they begin.
+  // Before start(): the initial parameters.
   void parameters(const ParameterReport& report, std::vector<Told> told);
   void stop();
 
@@ -69,6 +71,7 @@ class Publisher {
   void put(const TimingPoints& timing) noexcept { timings_.push(timing); }
   void put(const TunableValues& values) noexcept { tunables_.put(values); }
   void put(const Ack& ack) noexcept { acks_.push(ack); }
+  void airborne(bool airborne) noexcept { airborne_.store(airborne, std::memory_order_relaxed); }
   // Any thread.
   void wake() noexcept;
 
@@ -78,7 +81,11 @@ class Publisher {
   std::uint64_t turns() const { return turns_.load(std::memory_order_relaxed); }
 
  private:
+  // For some frames. A quarter is reserved for the holder (Outbox::holder).
+  static constexpr std::size_t kAcks = 4 * Supervisor::kMaxAcks;
+
   void run();
+  void wait() noexcept;
   void drain();
   void saved(const SaveResult& result);
   void publish_status(TimeNs now);
@@ -96,21 +103,23 @@ class Publisher {
   const Threads* threads_ = nullptr;
   Sources sources_;
 
-  Ring<Ack, 256> acks_;
+  Ring<Ack, kAcks> acks_;
   Ring<EventRecord, 512> events_;
   Ring<TimingPoints, 256> timings_;
   Latest<SupervisorState> state_;
   Latest<TunableValues> tunables_;
   std::atomic<std::uint64_t> turns_{0};
   std::atomic<std::uint64_t> dropped_{0};  // in the outbox of a frame
+  std::atomic<bool> airborne_{false};
   int wake_fd_ = -1;
+  lockstep::Waiter waiter_;  // in simulated time
 
   ParameterReport parameters_;
   std::vector<Told> told_;
 
   TimingPoints timing_;  // the newest
   TimingCollector<TimingPoints> statistics_;
-  TimeNs statistics_from_ns_ = 0;  // frames that began later count
+  TimeNs statistics_from_ns_ = 0;  // only later frames count
   ClockStep clock_step_;
   TimeNs next_status_ns_ = 0, next_heartbeat_ns_ = 0, next_watch_ns_ = 0;
   std::uint64_t published_version_ = 0;

@@ -24,10 +24,13 @@ class Ring {
     return false;
   }
 
+  // Writer thread only. How many more it takes now.
+  std::size_t room() const noexcept { return queue_.write_available(); }
+
   // Reader thread only. False: empty.
   bool pop(T& value) noexcept { return queue_.pop(value); }
 
-  // Reader thread only. The oldest value, when there is one and `take` says so of it.
+  // Reader thread only. The oldest value, if there is one and `take` accepts it.
   template <class Predicate>
   bool pop_if(T& value, Predicate&& take) noexcept {
     if (queue_.read_available() == 0 || !take(queue_.front())) return false;

@@ -1,20 +1,19 @@
 #pragma once
 
-// The running daemon of one vehicle: its threads and what goes between them (docs/architecture.md
-// has the picture). bus/NAME move bytes, frame runs the cycle at every boundary, actuate releases
-// the command of the frame at the offset, the DDS listener puts requests down, publish carries away
-// what the frame has to say. frame, actuate and bus are real-time: they never allocate, lock, log
-// or call DDS.
+// The running daemon of one vehicle: its threads and the data between them (picture in
+// docs/architecture.md). bus/NAME move bytes, frame runs the cycle at every boundary, actuate
+// releases the command of the frame at the offset, the DDS listener queues requests, publish sends
+// the output of the frame. frame, actuate and bus are real-time: they never allocate, lock, log or
+// call DDS.
 //
 // Vehicle: what daemon/core/cycle.h asks for. Buses: the vehicle's wiring,
 //   Buses(config, parameters), probe() -> expected, bodies() -> {name, function}, stop(),
 //   collect(Inputs&) (frame thread), release(const Command&) (actuate thread), dropped(),
-//   progress();
+//   progress(), all_stop(): an emergency stop was taken; any thread, does not wait;
 // and optionally
 //   Frames, frames() -> Frames&: where frames begin, started by start(epoch); else by the clock,
 //   actuation(): what the actuate thread does between releases (NoWork in daemon/core/frames.h);
-//   release(Command, Boundary) then,
-//   all_stop(): an emergency stop was taken; any thread, does not wait.
+//   release(Command, Boundary) then.
 // The vehicle's structs are described for records in daemon/vehicles/NAME_record.h.
 
 #include <poll.h>
@@ -66,7 +65,7 @@ class Runtime final : public App {
   using Parameters = typename Buses::Parameters;
   using Frames = typename FramesOf<Buses>::Type;
 
-  // `start`: of the parameters, which are those that it took already.
+  // `start`: state of the parameters, which `parameters` already contains.
   Runtime(const config::Config& config, const Parameters& parameters, const ParameterStart& start,
           const Logic& logic, const Vocabulary& vocabulary, const record::VehicleRecords& records)
       : config_(with_saved(config, start)),
@@ -74,7 +73,7 @@ class Runtime final : public App {
         vehicle_(parameters),
         supervisor_(logic, {.obc_timeout_ns = config.obc_timeout_ns}),
         port_(logic, static_cast<std::uint32_t>(config.lease_min_ms),
-              static_cast<std::uint32_t>(config.lease_max_ms), stop_now()),
+              static_cast<std::uint32_t>(config.lease_max_ms), [this] { buses_.all_stop(); }),
         publisher_(config_, vocabulary),
         frame_log_({.folder = config_.log_folder,
                     .files = config_.log_files,
@@ -94,8 +93,8 @@ class Runtime final : public App {
   tl::expected<void, std::string> start() override {
     if (auto ok = buses_.probe(); !ok) return ok;
     // DDS first: its threads inherit the ordinary scheduling of this one.
-    if (auto ok = publisher_.open([this](const Request& r) {
-          port_.receive(r, [this](const Ack& ack) { publisher_.answer(ack); });
+    if (auto ok = publisher_.open([this](const Request& r, std::uint64_t writer) {
+          port_.receive(r, writer, [this](const Ack& ack) { publisher_.answer(ack); });
         });
         !ok) {
       return ok;
@@ -114,36 +113,39 @@ class Runtime final : public App {
     }
     if (auto ok = launch("actuate", [this] { actuate(); }); !ok) return ok;
     if (auto ok = launch("frame", [this] { frame(); }); !ok) return ok;
-    // READY is when frames run: the first made the safe command that the buses are sent.
-    const TimeNs until = now_ns() + 5 * kSecond;
-    while (engine_->frames() == 0) {
-      if (now_ns() > until)
-        return tl::unexpected(std::string(
-            "the frame thread does not run: check the CPU numbers and priorities in [realtime]"));
-      sleep_until(now_ns() + kMillisecond / 4);
+    if (!lockstep::on()) {
+      if (auto ok = await_frames(); !ok) return ok;
     }
     for (const auto& thread : threads_) thread->mark_ready();
     publisher_.start(threads_,
                      {.newest_telemetry = [this] { return newest_telemetry(); },
+                      .telemetry_missed = [this] { return telemetry_missed_; },
                       .commands_refused = [this] { return port_.refused(); },
                       .log_event = [this](EventId& e) { return frame_log_.pop(e); },
                       .log_dropped = [this] { return frame_log_.dropped(); },
                       .recording = [this] { return frame_log_.recording(); },
                       .parameters_saved = [this](SaveResult& r) { return saver_.pop(r); }});
-    return {};
+    if (!lockstep::on()) return {};
+    constexpr unsigned kOthers = 3;  // publish, log, save
+    if (!lockstep::begin(static_cast<unsigned>(threads_.size()) + kOthers))
+      return tl::unexpected(std::string("lockstep: a thread does not start"));
+    return await_frames();
   }
 
   void stop() override {
     if (threads_.empty()) return;
     shut_down_ = true;
-    // What flies lands first, within the time that the service manager gives.
+    // A flying vehicle lands first, within the time that the service manager allows.
     const TimeNs landed = now_ns() + kLandingTime;
-    while (airborne_ && now_ns() < landed) sleep_until(now_ns() + config_.period_ns);
+    while (airborne_ && now_ns() < landed && !time_is_over())
+      sleep_until(now_ns() + config_.period_ns);
     const std::uint64_t last = engine_->frames() + kShutDownFrames;
     const TimeNs until = now_ns() + kSecond;
-    while (engine_->frames() < last && now_ns() < until) sleep_until(now_ns() + config_.period_ns);
+    while (engine_->frames() < last && now_ns() < until && !time_is_over())
+      sleep_until(now_ns() + config_.period_ns);
     engine_->stop();
     buses_.stop();
+    lockstep::leave();
     for (const auto& thread : threads_) thread->join();
     saver_.stop();
     publisher_.stop();
@@ -169,8 +171,23 @@ class Runtime final : public App {
 
   using Engine = FrameEngine<Frames, typename Vehicle::Command>;
 
-  // Frame 1 begins a little ahead, on a whole millisecond of the monotonic clock; or as soon as the
-  // sensor that makes frames has had its time to speak.
+  // READY is when frames run: the first one made the safe command for the buses.
+  tl::expected<void, std::string> await_frames() {
+    const TimeNs until = now_ns() + 5 * kSecond;
+    while (engine_->frames() == 0) {
+      if (now_ns() > until)
+        return tl::unexpected(std::string(
+            "the frame thread does not run: check the CPU numbers and priorities in [realtime]"));
+      sleep_until(now_ns() + kMillisecond / 4);
+    }
+    return {};
+  }
+
+  // Simulated time has ended.
+  static bool time_is_over() { return lockstep::on() && lockstep::over(); }
+
+  // Frame 1 begins a little ahead, on a whole millisecond of the monotonic clock; or when the
+  // sensor that makes frames has had time to send.
   Frames& start_frames() {
     const TimeNs epoch = (now_ns() / kMillisecond + 2) * kMillisecond - config_.period_ns;
     if constexpr (std::is_same_v<Frames, ClockFrames>) {
@@ -180,11 +197,6 @@ class Runtime final : public App {
       buses_.frames().start(epoch);
       return buses_.frames();
     }
-  }
-
-  std::function<void()> stop_now() {
-    if constexpr (requires { buses_.all_stop(); }) return [this] { buses_.all_stop(); };
-    return {};
   }
 
   tl::expected<void, std::string> launch(const std::string& name, std::function<void()> body) {
@@ -218,7 +230,7 @@ class Runtime final : public App {
     return config;
   }
 
-  // What became of the parameters that were saved.
+  // Events about the saved parameters.
   static std::vector<Publisher::Told> told_of(const ParameterStart& start) {
     std::vector<Publisher::Told> told;
     for (const std::string& trouble : start.loaded.troubles)
@@ -250,7 +262,12 @@ class Runtime final : public App {
   }
 
   // Publish thread: nullptr when there is nothing new.
-  const void* newest_telemetry() { return telemetry_.update() ? &telemetry_.value() : nullptr; }
+  const void* newest_telemetry() {
+    if (!telemetry_.update()) return nullptr;
+    const Made& made = telemetry_.value();
+    telemetry_missed_ += made.number - std::exchange(telemetry_taken_, made.number) - 1;
+    return &made.telemetry;
+  }
 
   void frame() noexcept;
   void actuate() noexcept;
@@ -272,13 +289,19 @@ class Runtime final : public App {
 
   Inputs<Vehicle> in_;
   Outputs<Vehicle> out_;
-  // Holds any record, and what the vehicle remembers.
+  // Space for any record and for the state of the vehicle.
   std::array<std::uint8_t,
              std::max(sizeof(record::FrameRecord<Vehicle>),
                       sizeof(Vehicle) + sizeof(Supervisor) + sizeof(typename Vehicle::Telemetry))>
       scratch_{};
-  Latest<typename Vehicle::Telemetry> telemetry_;
-  std::uint32_t changes_ = 0;  // of parameters, that were shown
+  struct Made {
+    std::uint64_t number = 0;
+    typename Vehicle::Telemetry telemetry{};
+  };
+  Latest<Made> telemetry_;
+  std::uint64_t telemetry_made_ = 0;                          // frame thread
+  std::uint64_t telemetry_taken_ = 0, telemetry_missed_ = 0;  // publish thread
+  std::uint32_t changes_ = 0;                                 // of parameters already shown
   std::atomic<bool> shut_down_{false}, airborne_{false};
   std::vector<std::unique_ptr<rt::Thread>> threads_;
 };
@@ -320,9 +343,7 @@ void Runtime<Vehicle, Buses>::collect(const Boundary& boundary, const Released& 
   in_.time_ns = boundary.time_ns;
   in_.held = boundary.held;
   buses_.collect(in_);
-  in_.request_count = 0;
-  while (in_.request_count < kMaxRequests && port_.pop(in_.requests[in_.request_count]))
-    ++in_.request_count;
+  in_.request_count = port_.take(in_.requests);
   in_.late_commands = released.overruns;
   in_.overrun_limit = released.limit;
   in_.shut_down = shut_down_.load(std::memory_order_relaxed);
@@ -333,14 +354,17 @@ void Runtime<Vehicle, Buses>::collect(const Boundary& boundary, const Released& 
 template <class Vehicle, class Buses>
 void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
   port_.show(supervisor_.state());
-  airborne_.store(supervisor_.airborne(), std::memory_order_relaxed);
+  const bool airborne = supervisor_.airborne();
+  publisher_.airborne(airborne);
+  airborne_.store(airborne, std::memory_order_relaxed);
   const TunableValues& parameters = vehicle_.tunables();
   if (std::exchange(changes_, parameters.changes) != parameters.changes) publisher_.put(parameters);
   publisher_.put(supervisor_.outbox());
   ask_to_save();
   publisher_.put(supervisor_.state());
   publisher_.put(timing);
-  if (config_.telemetry_periodic || out_.data_requested) telemetry_.put(out_.telemetry);
+  if (config_.telemetry_periodic || out_.data_requested)
+    telemetry_.put({++telemetry_made_, out_.telemetry});
   publisher_.wake();
   record_frame(timing);
 }
@@ -364,7 +388,7 @@ void Runtime<Vehicle, Buses>::record_frame(const TimingPoints& timing) noexcept 
   fields(writer,
          record::FrameView<Vehicle>{in_, out_.command, supervisor_.outbox(), supervisor_.state(),
                                     out_.telemetry, out_.data_requested, timing});
-  if (!writer.fits()) return;  // a struct that names a member twice
+  if (!writer.fits()) return;  // a struct names a member twice
   const Supervisor::Outbox& outbox = supervisor_.outbox();
   frame_log_.put({.fault = record::first_fault(outbox),
                   .events = outbox.event_count + outbox.ack_count + outbox.dropped != 0,

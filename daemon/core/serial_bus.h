@@ -1,14 +1,15 @@
 #pragma once
 
 // The body of a bus thread on a serial port: bytes to samples, orders to bytes, by file descriptor
-// and by the driver's schedule. Opens the port, notices that it is gone, opens it again. FIFO
-// thread: nothing here allocates, locks or logs. The driver knows bytes and time only
+// and by the driver's schedule. Opens the port and opens it again when it is lost. FIFO thread:
+// nothing here allocates, locks or logs. The driver knows only bytes and time
 // (drivers/zebro/leg_bus.h is one).
 //
 // Driver: restart(now), receive(bytes, now), transmit(now) -> bytes, next_wake(), take(replies) ->
-// how many, counters(), kMaxReplies; with orders release(orders, now). When it has them: Byte, what
-// it is given of the line (LineByte: with the marks of parity errors); published(), called when the
-// replies of a turn can be popped.
+// how many, counters(), kMaxReplies; with orders release(orders, now); for an emergency stop that
+// bypasses the cycle all_stop(now), and stops_all(orders), whether no order moves anything.
+// Optional: Byte, the type of received bytes (LineByte: with the marks of parity errors);
+// published(), called when the replies of a turn can be popped.
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -27,6 +28,8 @@
 #include "daemon/core/clock.h"
 #include "daemon/core/latest.h"
 #include "daemon/core/ring.h"
+#include "daemon/core/stop_latch.h"
+#include "drivers/lockstep/wire.h"
 #include "drivers/serial/serial_port.h"
 
 namespace lss {
@@ -43,18 +46,18 @@ struct SerialSettings {
   }
 };
 
-// Start-up: an absent port is waited for; what configuration got wrong is an error that says what
-// to do.
+// Start-up: an absent port is waited for; an error of the configuration is reported with its
+// remedy.
 inline tl::expected<void, std::string> check_port(const SerialSettings& settings,
                                                   SerialPort::Status status) {
   if (status == SerialPort::Status::ok || status == SerialPort::Status::absent) return {};
   return tl::unexpected(fmt::format("port {}: {}", settings.path, text(status)));
 }
 
-// Of a line that only listens, or asks by itself.
+// Of a line that only listens, or polls by itself.
 struct NoOrders {};
 
-// What a driver is given of the line: bytes, or those with the marks of parity errors.
+// Received bytes for a driver: plain, or with the marks of parity errors.
 template <class Driver>
 struct ByteOf {
   using Type = std::uint8_t;
@@ -72,7 +75,8 @@ class SerialBus {
     Counters counters{};
     TimeNs time_ns = 0;  // when the thread wrote this
     bool open = false;
-    bool was_open = false;  // ever
+    bool was_open = false;          // ever
+    bool all_stop_pending = false;  // obeyed; the cycle has not confirmed it yet
   };
 
   SerialBus(const Parameters& parameters, const SerialSettings& settings)
@@ -83,16 +87,23 @@ class SerialBus {
   SerialBus(const SerialBus&) = delete;
   SerialBus& operator=(const SerialBus&) = delete;
 
-  // Start-up: what the port says to being opened once; it is closed again.
+  // Start-up: opens the port once, closes it and returns the status.
   SerialPort::Status probe() {
     const SerialPort::Status status = port_.open(settings_.path.c_str(), settings_.format());
     port_.close();
     return status;
   }
 
-  // Actuate thread: new orders, and wake the bus.
+  // Actuate thread: new orders; wakes the bus.
   void release(const Orders& orders) noexcept {
     orders_.put(orders);
+    wake();
+  }
+
+  // Any thread, never waits: the bus stops everything at once. Orders pass again when the cycle has
+  // stopped everything, too.
+  void all_stop() noexcept {
+    latch_.ask(now_ns());
     wake();
   }
 
@@ -117,7 +128,9 @@ class SerialBus {
       const bool readable = wait(now);
       now = now_ns();
       if (port_.is_open()) {
-        if constexpr (!std::is_same_v<Orders, NoOrders>) {
+        if constexpr (requires { driver_.all_stop(now); }) {
+          latch_.obey(driver_, orders_.update() ? &orders_.value() : nullptr, now);
+        } else if constexpr (!std::is_same_v<Orders, NoOrders>) {
           if (orders_.update()) driver_.release(orders_.value(), now);
         }
         serve(readable, now);
@@ -126,6 +139,7 @@ class SerialBus {
       turns_.fetch_add(1, std::memory_order_relaxed);
     }
     port_.close();
+    wire_.close();
   }
 
  private:
@@ -135,6 +149,7 @@ class SerialBus {
   static constexpr TimeNs kIdleTurn = 250 * kMillisecond;  // a thread with nothing to do is seen
 
   void wake() noexcept {
+    if (lockstep::on()) return waiter_.wake();
     const std::uint64_t one = 1;
     [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
   }
@@ -144,17 +159,22 @@ class SerialBus {
     reopen_ns_ = now + kReopenEvery;
     if (port_.open(settings_.path.c_str(), settings_.format()) != SerialPort::Status::ok) return;
     pending_ = {};
+    wire_.open(lockstep::line_name(settings_.path));
     driver_.restart(now);
     reported_.was_open = true;
   }
 
   // True when the port has bytes, or is gone.
   bool wait(TimeNs now) noexcept {
-    // While the kernel's queue is full the driver is not asked, so its clock does not count.
+    // While the kernel's queue is full the driver is not called, so its wake time does not count.
     TimeNs wake_ns = !port_.is_open()   ? reopen_ns_
                      : pending_.empty() ? driver_.next_wake()
                                         : blocked_ns_ + kBlockedLimit;
     wake_ns = std::min(wake_ns, now + kIdleTurn);
+    if (lockstep::on()) {
+      waiter_.wait(wake_ns);
+      return wire_.coming();
+    }
     const short events = static_cast<short>(POLLIN | (pending_.empty() ? 0 : POLLOUT));
     std::array<pollfd, 2> fds{{{wake_fd_, POLLIN, 0}, {port_.fd(), events, 0}}};
     const timespec timeout = to_timespec(wake_ns > now ? wake_ns - now : 0);
@@ -173,7 +193,8 @@ class SerialBus {
       const SerialPort::Transfer in = port_.read(bytes);
       if (in.lost) return lost();
       driver_.receive(std::span(bytes.data(), in.bytes), now);
-      readable = in.bytes == bytes.size();  // what comes later, poll tells
+      wire_.took(in.bytes);
+      readable = in.bytes == bytes.size() || wire_.awaits(port_.fd());  // else poll reports
     }
     for (;;) {
       if (pending_.empty()) {
@@ -183,11 +204,12 @@ class SerialBus {
       if (pending_.empty()) break;
       const SerialPort::Transfer out = port_.write(pending_);
       if (out.lost) return lost();
+      wire_.sent(out.bytes);
       pending_ = pending_.subspan(out.bytes);
-      if (!pending_.empty()) break;  // the kernel's queue is full: poll says when
+      if (!pending_.empty()) break;  // the kernel's queue is full: wait for poll
     }
-    // Nobody takes the bytes, a stopped USB adapter for one: begin anew rather than send what is
-    // old.
+    // The bytes are not taken, for example by a stopped USB adapter: reopen rather than send stale
+    // bytes.
     if (!pending_.empty() && now - blocked_ns_ >= kBlockedLimit) return lost();
     std::array<Reply, Driver::kMaxReplies> replies;
     const std::size_t count = driver_.take(replies);
@@ -197,6 +219,7 @@ class SerialBus {
 
   void lost() noexcept {
     port_.close();
+    wire_.close();
     pending_ = {};
     reopen_ns_ = 0;
   }
@@ -205,6 +228,7 @@ class SerialBus {
     reported_.counters = driver_.counters();
     reported_.time_ns = now;
     reported_.open = port_.is_open();
+    reported_.all_stop_pending = latch_.pending();
     report_.put(reported_);
   }
 
@@ -212,6 +236,8 @@ class SerialBus {
   SerialSettings settings_;
   SerialPort port_;
   int wake_fd_;
+  lockstep::Waiter waiter_;  // in simulated time
+  lockstep::Wire wire_{lockstep::Wire::Side::daemon};
   std::span<const std::uint8_t> pending_;
   TimeNs reopen_ns_ = 0;
   TimeNs blocked_ns_ = 0;  // since when pending_ waits
@@ -219,6 +245,7 @@ class SerialBus {
   std::atomic<std::uint64_t> turns_{0};
   std::atomic<bool> stop_{false};
 
+  StopLatch latch_;
   Latest<Orders> orders_;
   Latest<Report> report_;
   Ring<Reply, 256> replies_;

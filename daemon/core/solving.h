@@ -1,14 +1,14 @@
 #pragma once
 
 // One frame of error solving, the same for every vehicle: its strategies one after the other, as
-// far as the locomotion controller agrees, with the events that tell of them. A vehicle has its own
-// Solver (kind(), running(), step()) and its own Patient, which the strategies treat. Frame thread.
+// far as the locomotion controller agrees, with their events. A vehicle has its own Solver (kind(),
+// running(), step()) and its own Patient, which the strategies treat. Frame thread.
 
 #include "daemon/core/supervisor.h"
 
 namespace lss {
 
-// begin(): fills the solver, from what is wrong. `healthy`: nothing at all is wrong in this frame.
+// begin(): fills the solver with the present faults. `healthy`: no fault at all in this frame.
 template <class Solver, class Patient, class Begin>
 void solve_errors(Supervisor& s, Solver& solver, Patient& patient, Begin&& begin,
                   bool healthy) noexcept {

@@ -1,5 +1,8 @@
 #include "daemon/core/supervisor.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "daemon/core/common_commands.h"
 
 namespace lss {
@@ -19,7 +22,7 @@ std::size_t tunable_of(const Request& request) noexcept {
   return static_cast<std::size_t>(request.parameter[0]) - 1;
 }
 
-// Everything but whether the value goes with those of the others, which the vehicle knows.
+// All checks except against the values of other parameters, which the vehicle does.
 Verdict check_parameter(const Logic& logic, const SupervisorState& s, const Request& r) noexcept {
   if (r.kind != number(CommandKind::set_parameter)) return {};
   const std::size_t index = tunable_of(r);
@@ -55,9 +58,22 @@ Verdict Supervisor::evaluate(const Logic& logic, const SupervisorState& state,
   if (info->access == Access::holder && held_by_another(state, request.source)) {
     return {.reason = Reason::not_authorised};
   }
+  // It was received before a stop that was obeyed already.
+  if (request.arrival_ns < state.ended_ns && info->access == Access::holder && !info->ends_motion &&
+      !is_beside(request.kind))
+    return {.reason = Reason::superseded};
+  if (request.kind == number(CommandKind::start) && state.another_daemon_ns != 0) {
+    return {
+        .reason = Reason::name_conflict,
+        .measured = static_cast<double>((state.time_ns - state.another_daemon_ns) / kMillisecond),
+        .limit = static_cast<double>(kGoneAfter / kMillisecond)};
+  }
   if (is_of_parameters(request.kind)) return check_parameter(logic, state, request);
   lc::ControllerState controller = state.controller;
-  controller.links = static_cast<std::uint8_t>(controller.links & ~lc::kObcSilent);  // it speaks
+  controller.links = static_cast<std::uint8_t>(controller.links & ~lc::kObcSilent);  // present
+  // Modules in reset do not answer.
+  controller.silent = static_cast<std::uint16_t>(
+      controller.silent | (state.resetting & ~static_cast<unsigned>(controller.isolated)));
   Verdict verdict =
       lc::step(*logic.table, controller, logic.event_of(request), logic.subject_of(request))
           .verdict;
@@ -72,16 +88,15 @@ void Supervisor::begin(TimeNs now, Actor& actor) noexcept {
   state_.time_ns = now;
   actor_ = &actor;
   outbox_.ack_count = outbox_.event_count = outbox_.dropped = 0;
+  outbox_.holder = state_.active.kind != 0 ? state_.active.source : state_.authority;
   save_ = {};
 }
 
 void Supervisor::request(const Request& request) noexcept {
-  if (request.kind == 0) {
-    heartbeat(request);
-  } else {
-    ++state_.commands_taken;
-    command(request);
-  }
+  if ((request.flags & kFlagAnotherDaemon) != 0) return another_daemon();
+  if (request.kind == 0) return heartbeat(request);
+  if (request.kind != number(CommandKind::emergency_stop)) ++state_.commands_taken;
+  command(request);
 }
 
 void Supervisor::heartbeat(const Request& request) noexcept {
@@ -90,7 +105,26 @@ void Supervisor::heartbeat(const Request& request) noexcept {
   if (state_.detached || request.source == state_.authority) state_.heartbeat_ns = state_.time_ns;
 }
 
-// What the state says, and then what only the vehicle can say.
+// Both daemons obey commands for either, and each renews the other's lease: this one stops as
+// without a lease, and does not start while the other is there.
+void Supervisor::another_daemon() noexcept {
+  const bool known = std::exchange(state_.another_daemon_ns, state_.time_ns) != 0;
+  if (known) return;
+  latch(FaultId::name_conflict);
+  if (state_.controller.state != State::operational) return;
+  if (state_.active.kind != 0 && logic_.command(state_.active.kind)->leased)
+    finish(Phase::failed, Reason::name_conflict);
+  happen(lc::Event::lease_expired);
+}
+
+void Supervisor::check_name() noexcept {
+  if (state_.another_daemon_ns == 0 || state_.time_ns - state_.another_daemon_ns <= kGoneAfter)
+    return;
+  state_.another_daemon_ns = 0;
+  clear(FaultId::name_conflict);
+}
+
+// Guards on the state, then those of the vehicle.
 Verdict Supervisor::judge(const Request& request) noexcept {
   if (const Verdict v = evaluate(logic_, state_, request); v.reason != Reason::none) return v;
   if (request.kind == number(CommandKind::set_parameter))
@@ -100,7 +134,7 @@ Verdict Supervisor::judge(const Request& request) noexcept {
   return actor_->consider(request);
 }
 
-// A change is in force in this frame; what is to be saved is answered when it is on the disk.
+// A change is in force in this frame; a save is answered when it is on the disk.
 bool Supervisor::handle_parameters(const Request& request, const Active& command) noexcept {
   if (!is_of_parameters(request.kind)) return false;
   if (request.kind == number(CommandKind::save_parameters)) {
@@ -121,7 +155,7 @@ void Supervisor::command(const Request& request) noexcept {
   if (verdict.reason != Reason::none) {
     if ((request.flags & kFlagDryRun) == 0) {
       ++state_.commands_refused;
-      // The subject of an event is a module; a parameter is named by the answer.
+      // The subject of an event is a module; the answer names the parameter.
       const std::uint16_t subject =
           is_of_parameters(request.kind) ? std::uint16_t{0} : verdict.subject;
       note(EventId::command_rejected, subject, request.kind, static_cast<double>(verdict.reason));
@@ -134,16 +168,48 @@ void Supervisor::command(const Request& request) noexcept {
   if (request.flags & kFlagDryRun) return;
 
   const CommandInfo& info = *logic_.command(request.kind);
-  const bool replaces = info.access == Access::holder && !is_beside(request.kind);
+  const bool replaces =
+      !is_beside(request.kind) && (info.access == Access::holder || !done_at_once(request.kind));
+  if (info.ends_motion) state_.ended_ns = std::max(state_.ended_ns, request.arrival_ns);
   if (replaces && state_.active.kind != 0) finish(Phase::superseded, Reason::superseded);
   if (info.leased) take_authority(request);
   if (replaces) state_.active = command;
-  acknowledge(command, Phase::executing);
+  if (!request.answered) acknowledge(command, Phase::executing);
   if (handle_parameters(request, command)) return;
+  const bool falls = request.kind == number(CommandKind::emergency_stop) && airborne();
   if (request.kind == number(CommandKind::emergency_stop)) raise(FaultId::emergency_stop);
   if (request.kind == number(CommandKind::reset_timing)) note(EventId::timing_reset);
-  apply(logic_.event_of(request), &request, logic_.subject_of(request));
-  if (!replaces) acknowledge(command, Phase::completed);
+  const lc::Event event = logic_.event_of(request);
+  const bool waits = event == lc::Event::reset_module;
+  if (waits) begin_reset(request, command);
+  apply(event, &request, logic_.subject_of(request));
+  if (!replaces && !waits && !request.answered)
+    acknowledge(command, Phase::completed, {.reason = falls ? Reason::fell : Reason::none});
+}
+
+// Completed when its modules are back. Only one at a time; modules of an earlier one are still
+// expected to be silent.
+void Supervisor::begin_reset(const Request& request, const Active& command) noexcept {
+  end_reset(Phase::superseded, {.reason = Reason::superseded});
+  const auto module = static_cast<unsigned>(request.parameter[0]);
+  reset_ = command;
+  reset_modules_ = static_cast<std::uint16_t>(module == 0 ? 0xFFFFu : 1u << (module - 1));
+  state_.resetting = static_cast<std::uint16_t>(state_.resetting | reset_modules_);
+}
+
+void Supervisor::end_reset(Phase phase, const Verdict& verdict) noexcept {
+  if (reset_.kind != 0) acknowledge(reset_, phase, verdict);
+  reset_ = {};
+}
+
+void Supervisor::reset_failed(Reason reason, std::uint16_t module) noexcept {
+  if ((static_cast<unsigned>(reset_modules_) >> (module - 1u) & 1u) == 0) return;
+  Verdict verdict{.reason = reason, .subject = module};
+  if (reason == Reason::module_silent) {
+    verdict.measured = static_cast<double>(state_.age_ms[module - 1u]);
+    verdict.limit = static_cast<double>(state_.silent_limit_ms);
+  }
+  end_reset(Phase::failed, verdict);
 }
 
 Verdict Supervisor::happen(lc::Event event, unsigned subject) noexcept {
@@ -156,7 +222,7 @@ Verdict Supervisor::apply(lc::Event event, const Request* request, unsigned subj
   if (result.row < 0) return result.verdict;
   state_.controller = result.next;
   if (result.actions & lc::kClearFaults) {
-    // Warnings go by themselves, when what they warn of is over.
+    // Warnings clear by themselves when their cause is gone.
     for (const FaultRecord& fault : std::array(state_.faults)) {
       if (fault.id != FaultId::none && fatal(fault.id)) clear(fault.id, fault.subject);
     }
@@ -169,7 +235,7 @@ Verdict Supervisor::apply(lc::Event event, const Request* request, unsigned subj
   }
   if ((result.actions & lc::kRestore) && before.isolated != 0) note(EventId::modules_restored);
   if (result.actions != 0) actor_->act(result.actions, request);
-  // What a reset of the controller ends in Idle looks as if it had come to its end.
+  // A command that a reset of the controller ends in Idle would look completed.
   if (event == lc::Event::reset_controller && before.state == State::idle &&
       state_.active.kind != 0 && state_.active.kind != number(CommandKind::stop))
     finish(Phase::superseded, Reason::superseded);
@@ -177,7 +243,7 @@ Verdict Supervisor::apply(lc::Event event, const Request* request, unsigned subj
   return result.verdict;
 }
 
-// What a change of state means for the events and for the command that is being executed.
+// Consequences of a change of state for the events and for the command being executed.
 void Supervisor::follow(const lc::ControllerState& before) noexcept {
   const lc::ControllerState& now = state_.controller;
   if (now.state != before.state) {
@@ -208,7 +274,7 @@ void Supervisor::raise(FaultId id, std::uint16_t subject) noexcept {
   if (fatal(id) && !airborne()) happen(lc::Event::emergency);
 }
 
-// What was raised in the air. Else no fatal fault is latched in these states.
+// Faults raised in the air. Otherwise no fatal fault is latched in these states.
 void Supervisor::stop_after_landing() noexcept {
   const State state = state_.controller.state;
   if (logic_.airborne == nullptr || airborne()) return;
@@ -248,24 +314,26 @@ FaultRecord* Supervisor::find(FaultId id, std::uint16_t subject) noexcept {
 }
 
 void Supervisor::check_links() noexcept {
-  // What the vehicle reported may be what the running command was waiting for.
+  // A report of the vehicle may complete the running command.
   if (state_.active.kind != 0 && logic_.reached(state_.active.kind, state_))
     finish(Phase::completed);
+  if ((state_.resetting & reset_modules_) == 0) end_reset(Phase::completed);
   const std::uint8_t links = state_.controller.links;
   if ((links & lc::kHeld) && state_.time_ns - state_.heartbeat_ns > state_.lease_ns) {
     note(EventId::lease_expired, 0,
          static_cast<double>(state_.time_ns - state_.heartbeat_ns) * 1e-6);
-    // What is on its way to a stop anyway goes on to its end.
+    // A command that already leads to a stop goes on to its end.
     if (state_.active.kind != 0 && logic_.command(state_.active.kind)->leased)
       finish(Phase::failed, Reason::lease_expired);
     happen(lc::Event::lease_expired);
   }
   check_obc();
+  check_name();
   stop_after_landing();
 }
 
 void Supervisor::shut_down() noexcept {
-  // In the air the safe command would let it fall.
+  // In the air the safe command would make it fall.
   happen(airborne() ? lc::Event::lease_expired : lc::Event::reset_controller);
 }
 
@@ -293,6 +361,15 @@ void Supervisor::count_late(std::uint64_t late) noexcept {
   late_told_ = late;
   late_told_ns_ = state_.time_ns;
   note(EventId::frame_late, 0, static_cast<double>(late));
+}
+
+void Supervisor::check_stop(bool pending) noexcept {
+  constexpr int kFramesToFollow = 2;
+  const bool followed = state_.controller.state == State::fatal_error;
+  unfollowed_frames_ = pending && !followed ? unfollowed_frames_ + 1 : 0;
+  if (unfollowed_frames_ <= kFramesToFollow) return;
+  latch(FaultId::stop_not_followed);
+  happen(lc::Event::emergency);  // also in the air: no command passes any more
 }
 
 void Supervisor::gate_closed(double check) noexcept {

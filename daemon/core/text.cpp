@@ -14,7 +14,7 @@ std::string name_of(std::span<const char* const> names, std::size_t index) {
   return index < names.size() ? names[index] : "unknown";
 }
 
-// Six digits; counts as a whole.
+// Six digits; counts as whole numbers.
 std::string number(double value) {
   return std::abs(value) < 1e6 ? fmt::format("{:.6g}", value) : fmt::format("{:.0f}", value);
 }
@@ -43,7 +43,7 @@ std::string event_text(const EventRecord& event, const Vocabulary& vocabulary) {
   const CodeInfo* code = info(static_cast<EventId>(event.id));
   if (code == nullptr) return fmt::format("{}event {}", prefix, event.id);
 
-  // Numbers that have names are told by name.
+  // Numbers that have names are shown by name.
   fmt::dynamic_format_arg_store<fmt::format_context> arguments;
   const auto id = static_cast<EventId>(event.id);
   for (const double& argument : event.argument) {

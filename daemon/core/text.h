@@ -10,15 +10,16 @@
 
 namespace lss {
 
-// How a vehicle names its modes, its modules (wheels, nodes; subject n is modules[n - 1]), its
-// strategies of error solving, its parameters, and, when it flies, phases and programs of a flight
-// and what a calibration may find.
+// A vehicle's names for its modes, modules (wheels, nodes; subject n is modules[n - 1]), strategies
+// of error solving, parameters, commands, and, when it flies, phases and programs of a flight and
+// findings of a calibration.
 struct Vocabulary {
   std::span<const char*const> modes, modules, strategies, phases = {}, programs = {}, findings = {};
   std::span<const TunableInfo> tunables = {};
+  const CommandInfo* (*command)(std::uint16_t kind) = nullptr;
 };
 
-// "limits.current_A", and the unit with a blank before it; for a number from 1 on.
+// "limits.current_A", and the unit with a leading blank; for numbers from 1 on.
 std::string tunable_name(std::span<const TunableInfo> tunables, std::size_t number);
 std::string tunable_unit(std::span<const TunableInfo> tunables, std::size_t number);
 

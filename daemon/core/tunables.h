@@ -1,9 +1,9 @@
 #pragma once
 
-// Parameters that can be changed while the daemon runs (docs/parameters.md): each is a key of the
-// vehicle's table of the configuration. A vehicle lists them once, in NAME_tunables.cpp: range and
-// unit are read from there by the configuration, by the armour and by whoever shows them. Values
-// are in the units of the configuration. Pure functions; any thread; nothing allocates.
+// Parameters that can change while the daemon runs (docs/parameters.md): each is a key of the
+// vehicle's table of the configuration. A vehicle lists them once, in NAME_tunables.cpp, with range
+// and unit for the configuration, the armour and the clients. Values are in the units of the
+// configuration. Pure functions; any thread; nothing allocates.
 
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@
 
 namespace lss {
 
-// When it may be changed.
+// When it may change.
 enum class Change : std::uint8_t {
   always,
   at_rest,  // in Idle and FatalError: nothing moves
@@ -40,7 +40,7 @@ struct TunableValues {
   std::uint32_t changes = 0;  // so far
 };
 
-// What became of the parameters that were saved.
+// State of the saved parameters.
 enum class SavedState : std::uint8_t {
   none,      // nothing was saved
   good,      // both copies are
@@ -49,7 +49,7 @@ enum class SavedState : std::uint8_t {
   lost,      // no copy is good: the values of the configuration
 };
 
-// Everything that lss/parameters says.
+// The contents of lss/parameters.
 struct ParameterReport {
   std::span<const TunableInfo> infos;
   TunableValues present, configured;
@@ -58,7 +58,7 @@ struct ParameterReport {
   SavedState state = SavedState::none;
 };
 
-// The same number, but for the rounding of a conversion there and back.
+// Equal but for the rounding of a conversion there and back.
 inline bool same_value(double a, double b) noexcept {
   return a == b || std::abs(a - b) <= 1e-9 * std::max(std::abs(a), std::abs(b));
 }
@@ -71,12 +71,12 @@ inline int find_tunable(std::span<const TunableInfo> all, std::string_view name)
   return -1;
 }
 
-// Whether a value of its own is right: finite, in range, whole where it has to be.
+// Whether the value alone is valid: finite, in range, whole where it has to be.
 inline bool in_range(const TunableInfo& t, double value) noexcept {
   return value >= t.min && value <= t.max && (!t.whole || value == std::floor(value));
 }
 
-// Where a vehicle's parameters hold it, P being their struct.
+// Member of the vehicle's parameters P that stores the value.
 using TunablePlace = std::variant<double*, TimeNs*, int*, unsigned*>;
 template <class P>
 struct Tunable {
@@ -120,13 +120,13 @@ double get_tunable(const Tunable<P>& t, const P& parameters) noexcept {
   return std::round(value * unit) / unit;
 }
 
-// All that a vehicle says of its parameters.
+// All parameters of a vehicle.
 template <class P>
 struct Tuning {
   std::span<const Tunable<P>> tunables;
   std::span<const TunableInfo> infos;         // of the same
-  void (*derive)(P& parameters);              // what follows from others
-  const char* (*check)(const P& parameters);  // nullptr, or what is wrong with them together
+  void (*derive)(P& parameters);              // computes dependent values
+  const char* (*check)(const P& parameters);  // nullptr, or why they do not fit together
 };
 
 template <class P>
@@ -136,8 +136,8 @@ TunableValues values_of(std::span<const Tunable<P>> tunables, const P& parameter
   return values;
 }
 
-// Value `index` becomes `value`, which is in range; false, and nothing changes, when it does not go
-// with the others. `really` false: only asks.
+// Sets value `index` to `value`, which is in range; false, and nothing changes, when it does not
+// fit the others. `really` false: only checks.
 template <class P>
 bool adjust(const Tuning<P>& tuning, P& parameters, TunableValues& values, std::size_t index,
             double value, bool really) noexcept {

@@ -1,4 +1,4 @@
-// Ardito's telemetry topic: its plain struct to the type of idl/ardito.idl.
+// Ardito's telemetry topic: conversion of its struct to the type of idl/ardito.idl.
 
 #include "ardito.h"
 

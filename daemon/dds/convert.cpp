@@ -79,7 +79,7 @@ Request to_request(const lss_Command& command, TimeNs arrival_ns) {
   request.source = to_name(command.source);
   request.sequence = command.seq;
   request.kind = command.kind;
-  request.flags = command.flags;
+  request.flags = command.flags & (kFlagDryRun | kFlagDetached);
   request.lease_ms = command.lease_ms;
   std::copy(std::begin(command.parameter), std::end(command.parameter), request.parameter.begin());
   request.arrival_ns = arrival_ns;
@@ -115,7 +115,7 @@ lss_Event to_dds(const EventRecord& record, std::string_view text, std::string_v
   copy_text(vehicle_id, to.vehicle_id);
   to.index = index;
   to.time_ns = record.time_ns;
-  // The event happened some time ago; the wall clock of then is the one of now less that time.
+  // UTC of the event: the present wall clock less the age of the event.
   to.utc_ns = utc_ns() - (now_ns() - record.time_ns);
   to.severity = static_cast<lss_Severity>(record.severity);
   to.id = record.id;
@@ -155,6 +155,8 @@ lss_Status to_dds(const StatusReport& report, std::string_view vehicle_id) {
                  [](const ThreadStatus& thread) { return to_dds(thread); });
   to.thread_count = report.thread_count;
   to.saved_parameters = static_cast<lss_SavedParameters>(report.saved_parameters);
+  to.airborne = report.airborne;
+  to.stop_in_flight = report.stop_falls ? lss_STOP_FALLS : lss_STOP_LANDS;
   return to;
 }
 

@@ -3,18 +3,20 @@
 #include <algorithm>
 #include <array>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "daemon/core/clock.h"
 #include "daemon/dds/convert.h"
+#include "daemon/dds/instance.h"
 #include "daemon/dds/telemetry_plane.h"
 #include "daemon/dds/telemetry_topic.h"
 #include "idl/topics.h"
 
 namespace lss {
 
-// The order of the members is the order of construction, and the reverse one that of the end:
-// readers, and with them the calls of the sink, go first, the participant last.
+// Members are destroyed in reverse order: first the readers, and with them the calls of the sink,
+// last the participant.
 struct Face::Impl {
   Impl(const FaceParameters& p, RequestSink s, dds::Participant domain_participant,
        const TelemetryTopic& topic)
@@ -28,21 +30,17 @@ struct Face::Impl {
   dds::Result<void> open_readers();
   template <class Sample>
   void take(dds_entity_t reader);
-  bool is_ours(const lss_Command& command) const { return is_our_id(command.vehicle_id); }
-  // Another daemon of our name is nobody's sign of life.
-  bool is_ours(const lss_Heartbeat& beat) const {
-    return is_our_id(beat.vehicle_id) && dds::read_text(beat.source) != dds::kDaemonSource;
-  }
-  bool is_our_id(const char (&id)[16]) const { return dds::read_text(id) == parameters.vehicle_id; }
-  bool is_stale(const Request& request, dds_time_t sent_utc_ns) const;
+  std::optional<Request> request_of(const lss_Command& command, dds_time_t sent_utc_ns) const;
+  std::optional<Request> request_of(const lss_Heartbeat& beat, dds_time_t sent_utc_ns) const;
 
   const FaceParameters parameters;
-  const bool same_clock;  // who writes to us is on this machine
+  const bool same_clock;  // writers are on this machine
   const RequestSink sink;
   std::mutex sink_mutex;
   std::uint64_t events = 0;
   std::uint64_t heartbeats = 0;
 
+  const lss_Instance instance = dds::this_instance();
   dds::Participant participant;
   dds::TelemetryPlane plane;
   dds::Entity ack_writer, event_writer, status_writer, statistics_writer, parameter_writer,
@@ -50,29 +48,74 @@ struct Face::Impl {
   dds::Entity command_reader, heartbeat_reader;
 };
 
-// Lifespan counts from the arrival at the reader (Cyclone 0.10.2), so commands that waited in the
-// socket while the process stood still would be obeyed late. An emergency stop is good at any age.
-bool Face::Impl::is_stale(const Request& request, dds_time_t sent_utc_ns) const {
-  return same_clock && request.kind != static_cast<std::uint16_t>(CommandKind::emergency_stop) &&
-         utc_ns() - sent_utc_ns > dds::kCommandLifespan_ns;
+namespace {
+
+// In simulated time the sender waits for it.
+void took(const lss_Command& command) {
+  lockstep::took_command(dds::read_text(command.source).value_or(""), command.seq);
+}
+void took(const lss_Heartbeat& beat) {
+  lockstep::took_heartbeat(dds::read_text(beat.source).value_or(""), beat.counter);
 }
 
+bool is_emergency_stop(const Request& request) {
+  return request.kind == static_cast<std::uint16_t>(CommandKind::emergency_stop);
+}
+
+}  // namespace
+
+// Lifespan counts from the arrival at the reader (Cyclone 0.10.2), so commands that waited in the
+// socket while the process stood still would be obeyed late. An emergency stop is valid at any age,
+// and is the only command that may address every vehicle.
+std::optional<Request> Face::Impl::request_of(const lss_Command& command,
+                                              dds_time_t sent_utc_ns) const {
+  const Request request = dds::to_request(command, now_ns());
+  if (is_emergency_stop(request)) return request;
+  const auto id = dds::read_text(command.vehicle_id);
+  // In simulated time nothing is late: the sender holds time until it was taken.
+  const bool stale =
+      same_clock && !lockstep::on() && utc_ns() - sent_utc_ns > dds::kCommandLifespan_ns;
+  if (id != parameters.vehicle_id || stale) return {};
+  return request;
+}
+
+// Heartbeats are valid at arrival: they only say that a client is present now.
+std::optional<Request> Face::Impl::request_of(const lss_Heartbeat& beat, dds_time_t) const {
+  if (dds::read_text(beat.vehicle_id) != parameters.vehicle_id) return {};
+  Request request = dds::to_request(beat, now_ns());
+  if (dds::read_text(beat.source) == dds::kDaemonSource) {
+    if (dds::is_same(beat.instance, instance)) return {};
+    request.flags = kFlagAnotherDaemon;
+  }
+  return request;
+}
+
+// Emergency stops first; the others in the order of `arrival_ns`.
 template <class Sample>
 void Face::Impl::take(dds_entity_t reader) {
   constexpr std::size_t kBatch = 8;
   std::array<Sample, kBatch> samples;
   std::array<void*, kBatch> pointers;
   std::array<dds_sample_info_t, kBatch> infos;
+  std::array<std::optional<Request>, kBatch> requests;
   std::transform(samples.begin(), samples.end(), pointers.begin(), [](Sample& s) { return &s; });
-  dds_return_t count = 0;
-  do {
-    count = dds_take(reader, pointers.data(), infos.data(), kBatch, kBatch);
-    for (std::size_t i = 0; count > 0 && i < static_cast<std::size_t>(count); ++i) {
-      if (!infos[i].valid_data || !is_ours(samples[i])) continue;
-      const Request request = dds::to_request(samples[i], now_ns());
-      if (!is_stale(request, infos[i].source_timestamp)) sink(request);
+  for (std::size_t count = kBatch; count == kBatch;) {
+    const std::lock_guard lock(sink_mutex);
+    const dds_return_t taken = dds_take(reader, pointers.data(), infos.data(), kBatch, kBatch);
+    count = taken > 0 ? static_cast<std::size_t>(taken) : 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      requests[i].reset();
+      if (infos[i].valid_data) requests[i] = request_of(samples[i], infos[i].source_timestamp);
     }
-  } while (count == kBatch);
+    for (const bool stops : {true, false}) {
+      for (std::size_t i = 0; i < count; ++i) {
+        if (requests[i] && is_emergency_stop(*requests[i]) == stops)
+          sink(*requests[i], infos[i].publication_handle);
+      }
+    }
+    for (std::size_t i = 0; i < count && lockstep::on(); ++i)
+      if (infos[i].valid_data) took(samples[i]);
+  }
 }
 
 dds::Result<void> Face::Impl::open_writers() {
@@ -90,9 +133,9 @@ dds::Result<void> Face::Impl::open_writers() {
   return {};
 }
 
-// Served in the listener: handing over to a thread of our own costs another 24 us (measured
-// 2026-11). The mutex is there because Cyclone may call for the two readers from different threads;
-// taking inside it keeps the order of what one reader gets.
+// Served in the listener: a hand-over to another thread costs another 24 us (measured 2026-11). The
+// mutex is needed because Cyclone may call for the two readers from different threads; taking
+// inside it keeps the order of one reader's samples. It is locked for a few samples at a time.
 dds::Result<void> Face::Impl::open_readers() {
   struct ListenerDeleter {
     void operator()(dds_listener_t* listener) const { dds_delete_listener(listener); }
@@ -101,25 +144,21 @@ dds::Result<void> Face::Impl::open_readers() {
   const auto open = [&](dds::Kind kind, dds::Entity& reader,
                         dds_on_data_available_fn on_data) -> dds::Result<void> {
     dds_lset_data_available(listener.get(), on_data);
-    auto created =
-        dds::create_daemon_reader(participant.get(), dds::common_topic(kind), listener.get());
+    auto created = dds::create_daemon_reader(participant.get(), dds::common_topic(kind),
+                                             parameters.vehicle_id, listener.get());
     if (!created) return tl::unexpected(created.error());
     reader = std::move(*created);
     return {};
   };
   if (auto opened = open(dds::Kind::heartbeat, heartbeat_reader,
                          [](dds_entity_t reader, void* impl) {
-                           auto& self = *static_cast<Impl*>(impl);
-                           const std::lock_guard lock(self.sink_mutex);
-                           self.take<lss_Heartbeat>(reader);
+                           static_cast<Impl*>(impl)->take<lss_Heartbeat>(reader);
                          });
       !opened) {
     return opened;
   }
   return open(dds::Kind::command, command_reader, [](dds_entity_t reader, void* impl) {
-    auto& self = *static_cast<Impl*>(impl);
-    const std::lock_guard lock(self.sink_mutex);
-    self.take<lss_Command>(reader);
+    static_cast<Impl*>(impl)->take<lss_Command>(reader);
   });
 }
 
@@ -135,8 +174,10 @@ tl::expected<std::unique_ptr<Face>, std::string> Face::create(const FaceParamete
     return tl::unexpected("vehicle \"" + parameters.vehicle +
                           "\" is not part of this build: build it with -DLSS_VEHICLES");
   }
-  auto participant = dds::Participant::create(
-      {parameters.domain, parameters.interfaces, parameters.shared_memory});
+  auto participant = dds::Participant::create({.domain = parameters.domain,
+                                               .interfaces = parameters.interfaces,
+                                               .shared_memory = parameters.shared_memory,
+                                               .daemon = true});
   if (!participant) return tl::unexpected(participant.error());
   auto impl = std::make_unique<Impl>(parameters, std::move(sink), std::move(*participant), *topic);
   if (auto opened = impl->open_writers(); !opened) return tl::unexpected(opened.error());
@@ -149,8 +190,10 @@ Face::~Face() = default;
 
 void Face::acknowledge(const Ack& ack) {
   const lss_CommandAck sample = dds::to_dds(
-      ack, impl_->parameters.vehicle_id, {impl_->parameters.modules, impl_->parameters.tunables});
+      ack, impl_->parameters.vehicle_id,
+      {impl_->parameters.modules, impl_->parameters.tunables, impl_->parameters.command});
   dds_write(impl_->ack_writer.get(), &sample);
+  if (lockstep::on()) lockstep::answered(dds::read_text(sample.source).value_or(""), sample.seq);
 }
 
 void Face::event(const EventRecord& record, std::string_view text) {
@@ -162,11 +205,13 @@ void Face::status(const StatusReport& report) {
   lss_Status sample = dds::to_dds(report, impl_->parameters.vehicle_id);
   dds::copy_text(impl_->parameters.vehicle, sample.vehicle);
   dds::copy_text(impl_->parameters.version, sample.version);
+  sample.instance = impl_->instance;
   sample.events = impl_->events;
   sample.telemetry_dropped += impl_->plane.dropped();
   sample.shared_memory = static_cast<lss_SharedMemory>(impl_->plane.state());
   dds::copy_text(impl_->plane.text(), sample.shared_memory_text);
   dds_write(impl_->status_writer.get(), &sample);
+  if (lockstep::on()) lockstep::said_status(sample.time_ns);
 }
 
 void Face::timing(const TimingPoints& points) { impl_->plane.timing(points, now_ns()); }
@@ -188,6 +233,7 @@ void Face::heartbeat(State state) {
   dds::copy_text(impl_->parameters.vehicle_id, sample.vehicle_id);
   dds::copy_text(dds::kDaemonSource, sample.source);
   sample.counter = ++impl_->heartbeats;
+  sample.instance = impl_->instance;
   sample.state = static_cast<lss_State>(state);
   dds_write(impl_->heartbeat_writer.get(), &sample);
 }

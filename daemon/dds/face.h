@@ -1,10 +1,9 @@
 #pragma once
 
 // The DDS face of the daemon in two planes: control (commands, acknowledgements, heartbeats,
-// status, events; never on shared memory) and telemetry (shared memory through RouDi when there is
-// one). No DDS type leaves daemon/dds. Nothing here is ever called from a real-time thread. Facts
-// about Cyclone DDS 0.10.2 and iceoryx 2.0.3 that shaped it were measured in 2026-11; they stand in
-// docs/dds.md.
+// status, events; never on shared memory) and telemetry (shared memory through RouDi when it runs).
+// No DDS type leaves daemon/dds. Nothing here is ever called from a real-time thread. The facts
+// about Cyclone DDS 0.10.2 and iceoryx 2.0.3 behind it were measured in 2026-11: docs/dds.md.
 
 #include <functional>
 #include <memory>
@@ -25,17 +24,19 @@ struct FaceParameters {
   std::string version;
   std::span<const char* const> modules{};  // their names; subject n is modules[n - 1]
   std::span<const TunableInfo> tunables{};
+  const CommandInfo* (*command)(std::uint16_t kind) = nullptr;
   std::vector<std::string> interfaces = {"lo"};
-  bool shared_memory = true;  // wanted; used when RouDi is there
+  bool shared_memory = true;  // wanted; used when RouDi runs
 };
 
 // Called by the listener, on a thread of Cyclone, one call at a time. May call acknowledge().
-using RequestSink = std::function<void(const Request&)>;
+// `writer`: the DDS writer of the request.
+using RequestSink = std::function<void(const Request&, std::uint64_t writer)>;
 
 class Face {
  public:
-  // Creates participant, topics, writers and, last, the readers that begin to call the sink. The
-  // error is a sentence that says what to do.
+  // Creates participant, topics, writers and, last, the readers that call the sink. The error is a
+  // sentence that says what to do.
   static tl::expected<std::unique_ptr<Face>, std::string> create(const FaceParameters& parameters,
                                                                  RequestSink sink);
   ~Face();  // no call of the sink is running when it returns
@@ -50,13 +51,13 @@ class Face {
   // Publish thread. Points to the struct of the vehicle, e.g. lss::zebro::Telemetry.
   void telemetry(const void* vehicle_telemetry);
 
-  // Looks whether RouDi is still the one we started with; when it died or was replaced, moves the
+  // Checks whether RouDi is still the one we started with; when it ended or was replaced, moves the
   // telemetry writers to the network. Publish thread, about ten times a second, also when there is
-  // nothing to publish: a second without it counts as a standstill of the process, after which
-  // RouDi may have dropped us. True when the answer changed.
+  // nothing to publish: a second without a call counts as a standstill of the process, after which
+  // RouDi may have dropped us. True when the result changed.
   bool watch_shared_memory();
   SharedMemory shared_memory() const;  // thread-safe
-  // RouDi is there (again) and a restart of the daemon would take shared memory up. Thread-safe.
+  // RouDi runs (again) and a restart of the daemon would use shared memory. Thread-safe.
   bool shared_memory_could_return() const;
 
  private:

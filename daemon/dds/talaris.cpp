@@ -1,4 +1,4 @@
-// TALARIS' telemetry topic: its plain struct to the type of idl/talaris.idl.
+// TALARIS' telemetry topic: conversion of its struct to the type of idl/talaris.idl.
 
 #include "talaris.h"
 

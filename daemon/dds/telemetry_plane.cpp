@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <cstring>
 #include <utility>
 
 #include "daemon/core/clock.h"
@@ -13,8 +14,8 @@
 namespace lss::dds {
 namespace {
 
-// RouDi drops a client whose sign of life, sent every 300 ms, is late by 1.5 s (measured 2026-11),
-// so a standstill of 1.2 s may be enough.
+// RouDi drops a client whose keep-alive, sent every 300 ms, is late by 1.5 s (measured 2026-11), so
+// a standstill of 1.2 s may be enough.
 constexpr TimeNs kStandstill_ns = kSecond;
 
 constexpr const char* kOffText = "not configured";
@@ -23,7 +24,7 @@ constexpr const char* kActiveText = "telemetry goes by shared memory";
 constexpr const char* kAbsentText =
     "no RouDi at start: telemetry by the network; start iox-roudi, then restart lssd";
 constexpr const char* kLostText =
-    "RouDi died or was replaced: telemetry by the network; restart lssd when idle";
+    "RouDi ended or was replaced: telemetry by the network; restart lssd when idle";
 constexpr const char* kStandstillText =
     "stood still, RouDi may have dropped us: telemetry by the network; restart lssd when idle";
 
@@ -45,7 +46,7 @@ TelemetryPlane::~TelemetryPlane() {
 
 Result<void> TelemetryPlane::open() {
   const auto& roudi = participant_.roudi();
-  // Looks once more: a shared-memory writer that finds RouDi gone ends the process.
+  // Checked again: a shared-memory writer that finds no RouDi ends the process.
   const bool lives = roudi && find_roudi() == roudi;
   if (Result<void> opened = open_channels(lives ? Transport::best : Transport::network); !opened) {
     return opened;
@@ -72,8 +73,13 @@ Result<void> TelemetryPlane::open_channels(Transport transport) {
 }
 
 void TelemetryPlane::telemetry(const void* vehicle_telemetry, TimeNs now_ns) {
-  write(telemetry_, own_sample_.data(), now_ns,
-        [&](void* sample) { telemetry_topic_.convert(vehicle_telemetry, vehicle_id_, sample); });
+  TimeNs time = 0;
+  write(telemetry_, own_sample_.data(), now_ns, [&](void* sample) {
+    telemetry_topic_.convert(vehicle_telemetry, vehicle_id_, sample);
+    const auto* bytes = static_cast<const char*>(sample);  // of every type: the key, then the time
+    std::memcpy(&time, bytes + sizeof lss_Status::vehicle_id, sizeof time);
+  });
+  if (lockstep::on()) lockstep::said_telemetry(time);
 }
 
 void TelemetryPlane::timing(const TimingPoints& points, TimeNs now_ns) {
@@ -82,8 +88,8 @@ void TelemetryPlane::timing(const TimingPoints& points, TimeNs now_ns) {
         [&](void* sample) { to_dds(points, vehicle_id_, *static_cast<lss_Timing*>(sample)); });
 }
 
-// A loaned sample is filled in place, in shared memory. When all chunks are held by slow
-// subscribers there is none, and the sample is dropped like any that a full ring drops.
+// A loaned sample is filled in place, in shared memory. When slow subscribers hold all chunks there
+// is none, and the sample is dropped as by a full ring.
 template <class Fill>
 void TelemetryPlane::write(Channel& channel, void* own_sample, TimeNs now_ns, Fill fill) {
   note_running(now_ns);
@@ -106,8 +112,8 @@ bool TelemetryPlane::watch(TimeNs now_ns) {
   return std::exchange(changed_, false);
 }
 
-// Before every touch of shared memory. A client that RouDi dropped must not touch it again: its
-// ports are freed and soon another's, and publishing through them ends the process
+// Before every access to shared memory. A client that RouDi dropped must not access it again: its
+// ports are freed and reused, and publishing through them ends the process
 // ("POPO__CHUNK_LOCKING_ERROR").
 void TelemetryPlane::note_running(TimeNs now_ns) {
   const TimeNs before_ns = std::exchange(last_running_ns_, now_ns);
@@ -115,19 +121,19 @@ void TelemetryPlane::note_running(TimeNs now_ns) {
   if (standstill_ns >= kStandstill_ns && state() == SharedMemory::active) abandon();
 }
 
-// RouDi's death leaves our mapping of its memory intact, so the old writers can be deleted.
+// Our mapping outlives RouDi, so the old writers can be deleted.
 void TelemetryPlane::fall_back() {
   telemetry_.writer.reset();
   timing_.writer.reset();
-  // Fails only when memory is out; the writes that follow then count as dropped.
+  // Fails only when memory is exhausted; the following writes then count as dropped.
   static_cast<void>(open_channels(Transport::network));
   state_ = SharedMemory::lost;
   changed_ = true;
 }
 
-// Deleting writers or participant would touch shared memory, and so would the end of the process:
+// Deleting writers or participant would access shared memory, and so would the exit of the process:
 // iceoryx' runtime says goodbye to RouDi and waits for an answer that a dropped client never gets.
-// So they stay, and the process leaves without that goodbye. (The handler runs before the runtime's
+// So they stay, and the process exits without it. (The handler runs before the runtime's
 // destructor, as it is registered after it.)
 void TelemetryPlane::abandon() {
   abandoned_ = true;

@@ -1,7 +1,7 @@
 #pragma once
 
 // The telemetry plane of the face: two writers, the vehicle's telemetry and the frame timing, on
-// shared memory while the RouDi that they were created with lives, else on the network. Publish
+// shared memory while the RouDi that they were created with runs, else on the network. Publish
 // thread only, except state() and could_return().
 
 #include <atomic>
@@ -57,10 +57,10 @@ class TelemetryPlane {
   Channel telemetry_;
   Channel timing_;
   std::vector<std::uint64_t>
-      own_sample_;  // what is written when no sample is loaned; aligned for any field
+      own_sample_;  // written when no sample is loaned; aligned for any field
   std::atomic<SharedMemory> state_{SharedMemory::off};
   const char* text_ = "";
-  TimeNs last_running_ns_ = 0;  // 0: not yet, while the daemon boots
+  TimeNs last_running_ns_ = 0;  // 0: not yet, while the daemon starts
   std::uint64_t dropped_ = 0;
   bool changed_ = false;
   bool abandoned_ = false;

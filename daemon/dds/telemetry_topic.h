@@ -1,8 +1,8 @@
 #pragma once
 
-// The one thing a vehicle adds to the DDS face: its telemetry topic, defined in daemon/dds/NAME.cpp
-// as `const TelemetryTopic& lss::NAME::telemetry_topic()`. The roster of the build lists the
-// vehicles. Constant data, any thread.
+// A vehicle's telemetry topic, its only addition to the DDS face, defined in daemon/dds/NAME.cpp as
+// `const TelemetryTopic& lss::NAME::telemetry_topic()`. The roster of the build lists the vehicles.
+// Constant data, any thread.
 
 #include <cstddef>
 #include <string_view>
@@ -15,8 +15,8 @@ struct TelemetryTopic {
   std::string_view vehicle;
   const dds_topic_descriptor* descriptor;  // of lss_NAMETelemetry
   std::size_t size;                        // of one sample
-  // From the vehicle's own struct to a sample of the descriptor's type. `to` may be uninitialised
-  // shared memory: every byte of it is written.
+  // Converts the vehicle's own struct to a sample of the descriptor's type. `to` may be
+  // uninitialised shared memory: every byte of it is written.
   void (*convert)(const void* from, std::string_view vehicle_id, void* to);
 };
 

@@ -1,4 +1,4 @@
-// Lunar Zebro's telemetry topic: its plain struct to the type of idl/zebro.idl.
+// Lunar Zebro's telemetry topic: conversion of its struct to the type of idl/zebro.idl.
 
 #include "zebro.h"
 

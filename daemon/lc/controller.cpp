@@ -38,7 +38,7 @@ constexpr std::array kRows = {
     stay(Event::request_data, kAnyState, 0, kPublishData),
     stay(Event::reset_timing, kAnyState, 0, 0),
 
-    // Links. A module that is lost is an emergency also in Idle: nobody knows what its motor does.
+    // Links. A lost module is an emergency also in Idle: the state of its motor is unknown.
     stay(Event::module_heard, kAnyState, guard(kInService), kHeard),
     go(Event::module_silent, kIdle | kOperational, guard(kInService), State::fatal_error,
        kSilent | kEmergencyStop),
@@ -72,7 +72,7 @@ constexpr std::array kEvents = {
     EventInfo{Event::unsolved, "unsolved", false, 0},
 };
 
-// Whether it holds; if not, `why` says so.
+// Whether it holds; if not, `why` is set.
 bool holds(unsigned guard, const ControllerState& s, unsigned subject, Verdict& why) noexcept {
   const auto refused = [&](Reason reason, int module = 0) {
     why.reason = reason;

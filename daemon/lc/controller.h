@@ -2,13 +2,12 @@
 
 // The locomotion controller (LC): four states (Zebro thesis 4.3.1), the vehicle's modes inside
 // Operational, the links to modules, port and OBC, and one table of rows (event, from, guards,
-// actions, to) from which come the code that runs, the rejects with their reasons, the list of what
-// is allowed when, and the model that is verified (tools/lss-lc). step() is a pure function: the
-// same state and event give the same result; no clock, no I/O, no allocation. Called from the frame
-// thread, from the command thread (to answer at once, on a copy of the state) and from tests.
+// actions, to). The executed code, the reject reasons, the list of allowed commands and the
+// verified model (tools/lss-lc) all come from the table. step() is pure: the same state and event
+// give the same result; no clock, no I/O, no allocation. Called from the frame thread, the command
+// thread (on a copy of the state) and tests.
 //
-// A vehicle brings its modes, goals, flags, guards and its own rows; the rows of kCommonRows hold
-// for all.
+// A vehicle adds its modes, goals, flags, guards and rows; the rows of kCommonRows are for all.
 
 #include <array>
 #include <cstdint>
@@ -18,8 +17,8 @@
 
 namespace lss::lc {
 
-// What can happen. Commands first, then what the world does. A vehicle's own begin at
-// kVehicleEvents. Those of a module have its number, from 1 on, as subject.
+// Events: first commands, then reports. A vehicle's own begin at kVehicleEvents. Events of a module
+// have its number, from 1 on, as subject.
 enum class Event : std::uint8_t {
   none,
   emergency_stop,    // commanded, by anyone
@@ -31,12 +30,12 @@ enum class Event : std::uint8_t {
   reset_timing,      // commanded
   emergency,         // a fatal fault was raised
   module_heard,      // subject; it answers
-  module_silent,     // subject; it did not answer in its time
+  module_silent,     // subject; no answer in its time
   port_opened,
   port_closed,
   obc_heard,
   obc_silent,     // no command and no heartbeat of anyone in its time
-  lease_expired,  // no heartbeat of who holds authority in its time
+  lease_expired,  // no heartbeat of the holder in its time
   next_strategy,  // the one before did not solve the errors
   solved,         // all errors are solved
   unsolved,       // the strategies gave up
@@ -53,8 +52,8 @@ constexpr StateSet in(State s) { return static_cast<StateSet>(1u << static_cast<
 inline constexpr StateSet kAnyState = 0x0F;
 inline constexpr ModeSet kAnyMode = ~ModeSet{0};
 
-// Actions that every vehicle knows; its own are bits from kVehicleActions on. The first ones are
-// carried out by the vehicle, the others are done when step() returns: they change the state only.
+// Actions of every vehicle; its own are bits from kVehicleActions on. The vehicle carries out the
+// first ones; the others only change the state and are done when step() returns.
 enum Action : ActionSet {
   kEmergencyStop = 1u << 0,  // to every actuator, in this frame
   kMotorsOff = 1u << 1,
@@ -82,29 +81,29 @@ inline constexpr unsigned kVehicleActions = 20;  // first free bit
 enum Link : std::uint8_t {
   kPortClosed = 1u << 0,
   kObcSilent = 1u << 1,
-  kHeld = 1u << 2,  // a source holds authority: its lease runs
+  kHeld = 1u << 2,  // a source has authority: its lease runs
 };
 
 inline constexpr std::uint8_t kMaxStrategies = 6;  // tried one after the other
 
-// The discrete state, all of it: what a guard may look at. Only step() changes it. Continuous
-// values stay outside.
+// The complete discrete state, which guards may read. Only step() changes it. Continuous values are
+// not part of it.
 struct ControllerState {
   State state = State::idle;
   std::uint8_t mode = 0;   // 0 outside Operational
-  std::uint8_t goal = 0;   // where the chain of modes is going; the vehicle's numbering
+  std::uint8_t goal = 0;   // target of the chain of modes; the vehicle's numbering
   std::uint8_t flags = 0;  // the vehicle's own booleans
   std::uint8_t links = kPortClosed | kObcSilent;
   std::uint8_t strategy = 0;   // of error solving, counted from 1; 0 outside SolveErrors
-  std::uint16_t silent = 0;    // bit i: module i+1 was heard and is silent now
-  std::uint16_t unheard = 0;   // bit i: module i+1 was never heard since start
+  std::uint16_t silent = 0;    // bit i: module i+1 answered before and is silent now
+  std::uint16_t unheard = 0;   // bit i: module i+1 has not answered since start
   std::uint16_t isolated = 0;  // bit i: module i+1 is out of service; nothing is asked of it
   bool operator==(const ControllerState&) const = default;
 };
 
 inline constexpr std::uint8_t kKeep = 0xFF;  // as mode or goal: stays as it is
 
-// Guards that every vehicle knows, by bit; its own from kVehicleGuards on.
+// Guards of every vehicle, by bit; its own from kVehicleGuards on.
 enum CommonGuard : unsigned {
   kInService,  // the subject is not isolated
   kPortOpen,
@@ -115,10 +114,10 @@ enum CommonGuard : unsigned {
   kStrategiesLeft,
 };
 inline constexpr unsigned kVehicleGuards = 8;
-// What each wants, for people.
+// Conditions of the guards, for people.
 inline constexpr const char* kCommonGuardNames[] = {
-    "the module is in service", "the port is open", "all modules were heard",
-    "all modules answer",       "the OBC is heard", "somebody holds authority",
+    "the module is in service", "the port is open",         "every module has answered",
+    "all modules answer",       "the OBC sends heartbeats", "a source has authority",
     "there is a strategy left"};
 constexpr GuardSet guard(unsigned number) { return static_cast<GuardSet>(1u << number); }
 
@@ -126,16 +125,16 @@ struct Row {
   Event event;
   StateSet from;
   ModeSet modes;      // looked at in Operational only
-  GuardSet guards;    // all must hold, lowest bit first; the first that does not gives the reason
-  std::uint8_t goal;  // looked at: the row holds only for this goal; kKeep: for any
+  GuardSet guards;    // all must hold, lowest bit first; the first that fails gives the reason
+  std::uint8_t goal;  // the row holds only for this goal; kKeep: for any
   State to;           // with kKeep as to_mode: the state stays, too
   std::uint8_t to_mode;
   std::uint8_t to_goal;
   ActionSet actions;
 };
 
-// Rows, those of one event together; where those of each event begin and end, and the states that
-// any of them is from: most events are rejected by that alone.
+// Rows, grouped by event; begin and end of each group; and the union of its `from` states, by which
+// most events are rejected.
 struct Rows {
   static constexpr std::size_t kEvents = 64;
 
@@ -164,32 +163,32 @@ struct Result {
 struct EventInfo {
   Event event;
   const char* name;
-  bool command;           // of a client; else of the world or of the daemon itself
+  bool command;           // of a client; else a report, or of the daemon itself
   std::uint8_t subjects;  // 0: it has no subject; n: 1..n
 };
 inline constexpr std::uint8_t kEachModule =
     0xFF;  // as subjects: as many as the vehicle has modules
 
-// What a vehicle brings.
+// The vehicle's part.
 struct Table {
   const Rows* rows;
-  std::span<const EventInfo> events;  // all of its own; those of kCommonEvents hold for all
+  std::span<const EventInfo> events;  // its own; those of kCommonEvents apply to all
   std::uint8_t modules;
   std::span<const char* const> guard_names;  // of its own
   // Guard number `bit`, from kVehicleGuards on, on this state; reason none: it holds.
   Verdict (*guard)(unsigned bit, const ControllerState& state, unsigned subject);
   // Applied after a row was taken: flags that follow from the actions.
   void (*effect)(ActionSet actions, ControllerState& state);
-  const Rows* common;  // kCommonRows; another only to see whether a wrong one is noticed
+  const Rows* common;  // kCommonRows; another only to test that a wrong one is noticed
 };
 
 extern const Rows kCommonRows;
 extern const std::span<const EventInfo> kCommonEvents;
 
-// At boot: Idle, nobody heard yet.
+// At boot: Idle, no module has answered yet.
 ControllerState begin(const Table& table) noexcept;
 
-// One event. Total: an event that no row takes leaves the state as it is and says why.
+// One event. Total: an event that no row takes leaves the state unchanged and gives the reason.
 Result step(const Table& table, const ControllerState& state, Event event,
             unsigned subject = 0) noexcept;
 

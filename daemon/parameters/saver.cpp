@@ -33,25 +33,38 @@ void ParameterSaver::start() {
 void ParameterSaver::stop() {
   if (!thread_.joinable()) return;
   stop_ = true;
-  const std::uint64_t one = 1;
-  [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
+  wake();
   thread_.join();
 }
 
 bool ParameterSaver::ask(const SaveJob& job) noexcept {
   if (!jobs_.push(job)) return false;
+  wake();
+  return true;
+}
+
+void ParameterSaver::wake() noexcept {
+  if (lockstep::on()) return waiter_.wake();
   const std::uint64_t one = 1;
   [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
-  return true;
+}
+
+void ParameterSaver::wait() noexcept {
+  if (lockstep::on()) {
+    waiter_.wait(lockstep::kNever);
+    return;
+  }
+  pollfd fd{wake_fd_, POLLIN, 0};
+  ::poll(&fd, 1, -1);
+  std::uint64_t count = 0;
+  [[maybe_unused]] const auto got = ::read(wake_fd_, &count, sizeof count);
 }
 
 void ParameterSaver::run() {
   ::pthread_setname_np(::pthread_self(), "save");
+  const lockstep::Part part("save");
   for (bool last = false; !last;) {
-    pollfd fd{wake_fd_, POLLIN, 0};
-    ::poll(&fd, 1, -1);
-    std::uint64_t count = 0;
-    [[maybe_unused]] const auto got = ::read(wake_fd_, &count, sizeof count);
+    wait();
     last = stop_;
     for (SaveJob job; jobs_.pop(job);) {
       results_.push(save(job));
@@ -73,8 +86,8 @@ SaveResult ParameterSaver::save(const SaveJob& job) {
   result.error = store_.save(values, utc_ns(), result.number);
   if (result.error != 0) {
     spdlog::error(
-        "parameters cannot be saved in {}: {}; free or mend the disk, make the folder writable, or "
-        "name another parameters.folder",
+        "parameters cannot be saved in {}: {}; free or repair the disk, make the folder writable, "
+        "or name another parameters.folder",
         store_.path(0).parent_path().string(), std::generic_category().message(result.error));
   }
   return result;

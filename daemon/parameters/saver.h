@@ -1,7 +1,7 @@
 #pragma once
 
-// The thread that saves parameters: a disk may take its time, and neither frames nor what is
-// published wait for it. Ordinary thread; asleep but when asked.
+// The thread that saves parameters: a slow disk delays neither frames nor publishing. Ordinary
+// thread; sleeps until asked.
 
 #include <array>
 #include <atomic>
@@ -14,11 +14,12 @@
 #include "daemon/core/supervisor.h"
 #include "daemon/core/tunables.h"
 #include "daemon/parameters/store.h"
+#include "drivers/lockstep/lockstep.h"
 
 namespace lss {
 
 struct SaveJob {
-  SupervisorState::Active command;  // that asks for it
+  SupervisorState::Active command;  // the one that asks for it
   TunableValues values;
 };
 
@@ -32,7 +33,7 @@ struct SaveResult {
 
 class ParameterSaver {
  public:
-  // `configured`: what needs no saving. `done` is called when there is a result.
+  // `configured`: values that need no saving. `done` is called when there is a result.
   ParameterSaver(ParameterStore store, std::span<const TunableInfo> infos,
                  const TunableValues& configured, std::function<void()> done);
   ~ParameterSaver();
@@ -40,7 +41,7 @@ class ParameterSaver {
   ParameterSaver& operator=(const ParameterSaver&) = delete;
 
   void start();
-  void stop();  // when everything that was asked for is done
+  void stop();  // when all requested saves are done
 
   // Frame thread; false: too many at once.
   bool ask(const SaveJob& job) noexcept;
@@ -49,6 +50,8 @@ class ParameterSaver {
 
  private:
   void run();
+  void wake() noexcept;
+  void wait() noexcept;
   SaveResult save(const SaveJob& job);
 
   ParameterStore store_;
@@ -58,6 +61,7 @@ class ParameterSaver {
   Ring<SaveJob, 8> jobs_;
   Ring<SaveResult, 8> results_;
   int wake_fd_;
+  lockstep::Waiter waiter_;  // in simulated time
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

@@ -1,7 +1,7 @@
 #pragma once
 
-// The parameters that a daemon, or a replay, begins with: those of the configuration, and in their
-// place those that were saved. What is not taken is told by name. Start-up only.
+// The initial parameters of a daemon or of a replay: those of the configuration, replaced by those
+// that were saved. Refused ones are reported by name. Start-up only.
 
 #include <string>
 #include <vector>
@@ -17,19 +17,19 @@ struct TakenParameters {
   std::vector<std::string> refused;        // sentences
 };
 
-// Of a daemon, with where they are saved.
+// Of a daemon, with the place of its saved parameters.
 struct ParameterStart {
   TunableValues configured;
   TakenParameters taken;
   ParameterStore store;
-  ParameterStore::Loaded loaded;  // `taken` of it: what was saved, and not necessarily taken
+  ParameterStore::Loaded loaded;  // `taken` of it: the saved ones, not necessarily accepted
 };
 
-// Each by itself: known, and in its range.
+// Checks each alone: known, and in its range.
 TakenParameters vet(std::span<const TunableInfo> infos,
                     const std::vector<config::SavedValue>& saved);
 
-// Also together; else none of them.
+// Checks them together, too; else none is accepted.
 template <class P>
 TakenParameters take_saved(const Tuning<P>& tuning, const std::vector<config::SavedValue>& saved,
                            P& parameters) {
@@ -50,7 +50,7 @@ TakenParameters take_saved(const Tuning<P>& tuning, const std::vector<config::Sa
   return taken;
 }
 
-// Reads what was saved and puts it into `parameters`, which are those of the configuration.
+// Reads the saved parameters into `parameters`, which are those of the configuration.
 template <class P>
 ParameterStart start_parameters(const Tuning<P>& tuning, const config::Config& config,
                                 P& parameters) {
@@ -65,7 +65,7 @@ ParameterStart start_parameters(const Tuning<P>& tuning, const config::Config& c
   return start;
 }
 
-// How they begin, to be published. `present`: as the vehicle has them.
+// The initial report to publish. `present`: the values of the vehicle.
 ParameterReport report_of(const ParameterStart& start, std::span<const TunableInfo> infos,
                           const TunableValues& present);
 

@@ -22,7 +22,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "numbers in files are little-endian");
 
-// No text, and a transfer that changes line ends is noticed.
+// Not text; shows a transfer that changed line ends.
 constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'L', 'S', 'S', 'P', 'A', 'R', '\n'};
 constexpr std::size_t kIdSize = 16, kNameSize = 48;
 constexpr std::size_t kHead = kMagic.size() + 4 + 4 + 8 + 8 + 2 * kIdSize;
@@ -67,9 +67,9 @@ class Reader {
 class Disk final : public StoreFiles {
  public:
   int read(const std::filesystem::path& path, Bytes& bytes) override {
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe has no end
     if (fd < 0) return errno;
-    bytes.resize(kMostBytes + 1);  // one more: longer than any of ours
+    bytes.resize(kMostBytes + 1);  // one more: shows a file that is too long
     std::size_t size = 0;
     int error = 0;
     while (size < bytes.size()) {
@@ -85,7 +85,7 @@ class Disk final : public StoreFiles {
   }
 
   int write(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) override {
-    std::error_code ignored;  // what is wrong, open tells
+    std::error_code ignored;  // open reports the error
     std::filesystem::create_directories(path.parent_path(), ignored);
     const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0640);
     if (fd < 0) return errno;
@@ -133,8 +133,8 @@ Bytes encode(const StoredParameters& stored, const std::string& vehicle,
   return bytes;
 }
 
-// The checksum is the last four octets in every schema: first it is known that these are the bytes
-// that were written, then whose they are.
+// The checksum is the last four bytes in every schema: first the bytes are verified, then the
+// vehicle.
 StoredCopy decode(std::span<const std::uint8_t> bytes, const std::string& vehicle,
                   const std::string& vehicle_id) {
   StoredCopy copy;
@@ -210,7 +210,7 @@ ParameterStore::Loaded ParameterStore::load() {
     newest_ = i;
     loaded.taken = std::move(copy.stored);
   }
-  if (absent == 1 && good == 1)  // the power was cut in the very first save, or somebody removed it
+  if (absent == 1 && good == 1)  // the power was cut in the very first save, or it was removed
     loaded.troubles.push_back(fmt::format("copy {} is not there", path(1 - newest_).string()));
   loaded.state = absent == kCopies         ? SavedState::none
                  : good == 0               ? SavedState::lost

@@ -1,10 +1,9 @@
 #pragma once
 
-// Parameters that were saved, in two files that hold the same (docs/parameters.md has the format to
-// the octet). A copy is written under another name, brought to the disk and then given its own
-// name, one copy after the other and the newest good one last: a power cut at any moment leaves a
-// good one. What a file system does stands behind StoreFiles, so that tests can cut the power. One
-// thread at a time.
+// Saved parameters, in two identical files (byte format: docs/parameters.md). A copy is written
+// under another name, synced to the disk and then renamed, one copy after the other and the newest
+// good one last: a power cut at any moment leaves a good one. The file system is behind StoreFiles,
+// so that tests can cut the power. One thread at a time.
 
 #include <array>
 #include <cstdint>
@@ -24,10 +23,10 @@ class StoreFiles {
  public:
   virtual ~StoreFiles() = default;
   virtual int read(const std::filesystem::path& path, std::vector<std::uint8_t>& bytes) = 0;
-  // The whole of it, on the disk when it returns.
+  // Writes the whole file; on the disk when it returns.
   virtual int write(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) = 0;
   virtual int rename(const std::filesystem::path& from, const std::filesystem::path& to) = 0;
-  // Makes sure of the names in it.
+  // Syncs the names in it.
   virtual int sync_folder(const std::filesystem::path& folder) = 0;
 };
 StoreFiles& disk();
@@ -43,7 +42,7 @@ inline constexpr std::uint32_t kStoreSchema = 1;
 std::vector<std::uint8_t> encode(const StoredParameters& stored, const std::string& vehicle,
                                  const std::string& vehicle_id);
 
-// A copy as it was found. trouble: what is wrong with it, and then there is nothing in it.
+// A copy as found. trouble: what is wrong with it; then there is nothing in it.
 struct StoredCopy {
   bool absent = false;
   std::string trouble;
@@ -65,10 +64,10 @@ class ParameterStore {
   struct Loaded {
     SavedState state = SavedState::none;
     std::optional<StoredParameters> taken;  // of the newest good copy
-    std::vector<std::string> troubles;      // sentences; of each copy that is not good
+    std::vector<std::string> troubles;      // sentences; for each copy that is not good
   };
   Loaded load();
-  // Under the next number; 0 when both copies are on the disk. `number`: which it is.
+  // Saves under the next number; 0 when both copies are on the disk. `number`: its number.
   int save(const std::vector<config::SavedValue>& values, std::int64_t utc_ns,
            std::uint64_t& number);
 
@@ -79,7 +78,7 @@ class ParameterStore {
   std::filesystem::path folder_;
   std::string vehicle_, vehicle_id_;
   StoreFiles& files_;
-  std::uint64_t number_ = 0;  // the highest that was seen
+  std::uint64_t number_ = 0;  // the highest seen
   std::size_t newest_ = 0;    // copy that is written last
 };
 

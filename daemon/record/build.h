@@ -1,7 +1,7 @@
 #pragma once
 
-// Which build this is, for recordings: what the linker numbered it, the compiler and how it was
-// asked to compile. Start-up only.
+// Identifies this build, for recordings: build ID of the linker, compiler and its options. Start-up
+// only.
 
 #include <nlohmann/json.hpp>
 

@@ -1,7 +1,6 @@
 #pragma once
 
-// The structs of CAN buses and CANopen masters that records hold, member by member
-// (daemon/record/fields.h).
+// Members of the structs of CAN buses and CANopen masters in records (daemon/record/fields.h).
 
 #include "daemon/record/fields.h"
 #include "drivers/can/transport.h"

@@ -1,7 +1,7 @@
 #pragma once
 
-// The first member in which structs differ from bytes that a record holds. Every bit counts: 0.0
-// is not -0.0, and a NaN equals only itself. Ordinary threads.
+// The first member in which structs differ from the bytes of a record. Every bit counts: 0.0 is not
+// -0.0, and a NaN equals only itself. Ordinary threads.
 
 #include <fmt/format.h>
 
@@ -54,7 +54,7 @@ class Compare {
         return;
       }
       if (std::memcmp(recorded_.data(), &x, sizeof x) != 0) {
-        if constexpr (std::same_as<T, bool>) {  // another byte would be no bool
+        if constexpr (std::same_as<T, bool>) {  // another byte is not a bool
           difference_ = {path_, fmt::format("{}", recorded_[0]), text(x)};
         } else {
           T was;
@@ -71,7 +71,7 @@ class Compare {
   void compare(const std::array<T, N>& x) {
     for (std::size_t i = 0; i < N && !difference_; ++i) inside(fmt::format("[{}]", i), x[i]);
   }
-  // Text is shown whole.
+  // Text is shown as a whole.
   template <std::size_t N>
   void compare(const std::array<char, N>& x) {
     if (recorded_.size() < N || std::memcmp(recorded_.data(), x.data(), N) != 0) {

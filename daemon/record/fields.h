@@ -1,6 +1,6 @@
 #pragma once
 
-// What a plain struct is made of, told once: fields(v, x) names each member to the visitor v, so
+// The members of plain structs, listed once: fields(v, x) names each member to the visitor v, so
 // that records are written, read back, compared and shown by the same description. A vehicle
 // describes its own structs in daemon/vehicles/NAME_record.h.
 //
@@ -29,7 +29,7 @@ concept Like = std::same_as<std::remove_const_t<X>, T>;
 template <class T>
 concept Number = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 
-// Into a buffer; `size` beyond its end when it was too small.
+// Into a buffer; `size` is larger than the buffer when it was too small.
 class Writer {
  public:
   explicit Writer(std::span<std::uint8_t> buffer) noexcept : buffer_(buffer) {}
@@ -70,7 +70,7 @@ class Writer {
   std::size_t size_ = 0;
 };
 
-// Out of a buffer. Broken input gives zeros and good() == false, never more than the buffer holds.
+// Out of a buffer. Broken input gives zeros and good() == false, never more than the buffer has.
 class Reader {
  public:
   explicit Reader(std::span<const std::uint8_t> buffer) noexcept : buffer_(buffer) {}
@@ -145,6 +145,7 @@ void fields(V& v, X& x) {
   v("parameter", x.parameter);
   v("arrival_ns", x.arrival_ns);
   v("acknowledged", x.acknowledged);
+  v("answered", x.answered);
 }
 
 template <class V, record::Like<Verdict> X>
@@ -240,10 +241,13 @@ void fields(V& v, X& x) {
   v("active", x.active);
   v("faults", x.faults);
   v("fault_count", x.fault_count);
+  v("resetting", x.resetting);
   v("age_ms", x.age_ms);
   v("silent_limit_ms", x.silent_limit_ms);
   v("sense", x.sense);
   v("commands_taken", x.commands_taken);
+  v("ended_ns", x.ended_ns);
+  v("another_daemon_ns", x.another_daemon_ns);
   v("commands_refused", x.commands_refused);
   v("safe_commands", x.safe_commands);
   v("late_commands", x.late_commands);

@@ -10,6 +10,7 @@
 #include <ctime>
 #include <system_error>
 
+#include "daemon/record/limits.h"
 #include "drivers/time.h"
 
 namespace lss::record {
@@ -24,11 +25,13 @@ fs::path NumberedFiles::path(unsigned number, std::int64_t utc_ns, std::string_v
 
 unsigned NumberedFiles::number_of(const fs::path& path) const {
   const std::string name = path.filename().string();
-  constexpr std::size_t kDigits = 6;
+  constexpr std::size_t kDigits = 6, kMostDigits = 9;
   if (!name.starts_with(prefix_) || !name.ends_with(suffix_)) return 0;
   const std::string_view rest = std::string_view(name).substr(prefix_.size());
   const std::size_t digits = rest.find_first_not_of("0123456789");
-  if (digits == std::string_view::npos || digits < kDigits || rest[digits] != '-') return 0;
+  if (digits == std::string_view::npos || digits < kDigits || digits > kMostDigits ||
+      rest[digits] != '-')
+    return 0;
   unsigned number = 0;
   std::from_chars(rest.data(), rest.data() + digits, number);
   return number;
@@ -54,6 +57,35 @@ std::vector<fs::path> entries(const fs::path& folder) {
 
 std::string line_of(const nlohmann::ordered_json& json) {
   return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+namespace {
+
+// The parser itself has no limit, and copies and destroys recursively.
+bool nests_too_deep(std::string_view json) {
+  int depth = 0;
+  bool in_text = false;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const char c = json[i];
+    if (in_text) {
+      if (c == '\\') ++i;
+      in_text = c != '"';
+    } else if (c == '"') {
+      in_text = true;
+    } else if (c == '{' || c == '[') {
+      if (++depth > most::kJsonDepth) return true;
+    } else if (c == '}' || c == ']') {
+      --depth;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+nlohmann::ordered_json parse_json(std::string_view text) {
+  using Json = nlohmann::ordered_json;
+  return nests_too_deep(text) ? Json(Json::value_t::discarded) : Json::parse(text, nullptr, false);
 }
 
 int write_all(int fd, std::string_view text) {

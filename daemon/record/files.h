@@ -1,7 +1,7 @@
 #pragma once
 
-// The files that the log thread leaves in a folder: ID-NUMBER-TIME-WHAT.SUFFIX, numbered by vehicle
-// and suffix, so that their order does not hang on a clock that is set.
+// Files of the log thread in a folder: ID-NUMBER-TIME-WHAT.SUFFIX, numbered by vehicle and suffix,
+// so that their order does not depend on a clock that may be set.
 
 #include <cstdint>
 #include <filesystem>
@@ -19,9 +19,9 @@ class NumberedFiles {
       : folder_(std::move(folder)), prefix_(vehicle_id + "-"), suffix_(std::move(suffix)) {}
 
   std::filesystem::path path(unsigned number, std::int64_t utc_ns, std::string_view what) const;
-  // The number of a file of this vehicle and suffix; 0: it is none.
+  // The number of a file of this vehicle and suffix; 0: it is not one.
   unsigned number_of(const std::filesystem::path& path) const;
-  // All that there are, the oldest first.
+  // All of them, the oldest first.
   std::vector<std::pair<unsigned, std::filesystem::path>> list() const;
 
  private:
@@ -32,10 +32,13 @@ class NumberedFiles {
 // Everything in the folder; empty when it cannot be read.
 std::vector<std::filesystem::path> entries(const std::filesystem::path& folder);
 
-// A line of a file, with its end. Text may hold any bytes: a source chooses its own.
+// A line of a file, with its end. Text may have any bytes: a source chooses its own name.
 std::string line_of(const nlohmann::ordered_json& json);
 
-// Everything into the file, or the error's number.
+// Parsed JSON of a file: discarded when it is no JSON, or nests deeper than limits.h allows.
+nlohmann::ordered_json parse_json(std::string_view text);
+
+// Writes everything; 0 or the error's number.
 int write_all(int fd, std::string_view text);
 
 }  // namespace lss::record

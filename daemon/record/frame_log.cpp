@@ -44,7 +44,7 @@ void FrameLog::start() {
   thread_ = std::thread([this] { run(); });
 }
 
-// Makes it, clears what a killed daemon left half written, and goes on counting.
+// Makes the folder, removes partial files of a killed daemon, and continues the numbering.
 void FrameLog::prepare_folder() {
   std::error_code error;
   std::filesystem::create_directories(settings_.folder, error);
@@ -75,7 +75,7 @@ void FrameLog::put(const FrameMark& mark, std::span<const std::uint8_t> record) 
     dropped_.fetch_add(1, std::memory_order_relaxed);
 }
 
-// Without room for it, it is asked for again.
+// Without room it is requested again.
 void FrameLog::put_state(std::span<const std::uint8_t> state) noexcept {
   if (push({.item = Item::state, .size = state.size(), .dropped = dropped(), .mark = {}}, state))
     wants_state_.store(false, std::memory_order_relaxed);
@@ -92,6 +92,7 @@ bool FrameLog::push(const Header& header, std::span<const std::uint8_t> bytes) n
 
 void FrameLog::run() {
   ::pthread_setname_np(::pthread_self(), "log");
+  const lockstep::Part part("log");
   if (recorder_) recorder_->begin();
   TimeNs heard_ns = now_ns();
   while (!stop_) {
@@ -116,7 +117,7 @@ void FrameLog::run() {
   if (recorder_) recorder_->end();
 }
 
-// All that was asked for, and something was.
+// Everything configured is being written, and something was configured.
 bool FrameLog::writes() const {
   const bool trouble =
       (run_log_ && run_log_->in_trouble()) || (recorder_ && recorder_->in_trouble());
@@ -172,12 +173,12 @@ void FrameLog::write() {
   std::string error;
   try {
     error = write_file(path);
-  } catch (const std::exception& e) {  // memory is out
+  } catch (const std::exception& e) {  // memory is exhausted
     error = e.what();
   }
   if (!error.empty()) {
     spdlog::error(
-        "the {} frames before the fault could not be kept in {}: {}; free or mend the disk, or "
+        "the {} frames before the fault could not be kept in {}: {}; free or repair the disk, or "
         "name another log.folder",
         last_.size(), path.string(), error);
     if (!failed_) told_.push(EventId::log_failed);
@@ -191,7 +192,7 @@ void FrameLog::write() {
   told_.push(EventId::frames_kept);
 }
 
-// Empty, or what went wrong. Half a file never has the name of a whole one.
+// Empty, or the error. A partial file never has the name of a complete one.
 std::string FrameLog::write_file(const std::filesystem::path& path) const {
   nlohmann::ordered_json first = {{"lss", "crash"}, {"schema_version", 1}, {"utc_ns", utc_ns()}};
   first.update(settings_.header);
@@ -211,7 +212,7 @@ std::string FrameLog::write_file(const std::filesystem::path& path) const {
     ::unlink(temporary.c_str());
     return std::strerror(error);
   }
-  // The name too is to survive a power cut.
+  // The name must survive a power cut, too.
   if (const int folder = ::open(settings_.folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
       folder >= 0) {
     ::fsync(folder);

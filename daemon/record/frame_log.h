@@ -1,16 +1,15 @@
 #pragma once
 
-// The log thread: gives every frame to the log that runs (run_log.h), keeps the last frames and
-// writes them to a file when a fault was raised, so that what led to it can be read (lss-cli log
-// show). It gives every frame to the flight recorder (recorder.h), too. The frame thread's side is
-// wait-free and drops when the ring is full: a slow or full disk never delays a frame; what was
-// dropped is counted and told. Ordinary thread.
+// The log thread: passes every frame to the running log (run_log.h) and to the flight recorder
+// (recorder.h), keeps the last frames and writes them to a file when a fault was raised (lss-cli
+// log show). The frame thread's side is wait-free and drops when the ring is full: a slow or full
+// disk never delays a frame; dropped frames are counted and reported. Ordinary thread.
 //
-// A file of a fault holds JSON lines: what it is, then a frame a line, the oldest first. It appears
-// under its name when it is whole. Files are numbered; the newest are kept, and the first since the
-// start, since a fault that comes and goes must not push out the one that began it. A fault soon
-// after another does not write the same frames again: the file comes when the frames since have
-// filled the ring once, or when no frame comes any more.
+// A file of a fault consists of JSON lines: a header, then one frame per line, the oldest first. It
+// gets its name when it is complete. Files are numbered; the newest are kept, and the first since
+// the start, so that a recurring fault does not delete the file of its cause. Soon after a fault
+// another does not write the same frames again: its file comes when later frames have filled the
+// ring once, or when no frame comes any more.
 
 #include <array>
 #include <atomic>
@@ -37,11 +36,11 @@
 namespace lss::record {
 
 struct FrameLogSettings {
-  std::filesystem::path folder;  // of what is kept; empty: no frames before a fault
+  std::filesystem::path folder;  // of kept files; empty: no frames before a fault
   std::size_t files = 32;        // kept
   std::string vehicle_id;
   nlohmann::ordered_json header;              // more for the first line
-  std::optional<config::LogPreset> preset{};  // of the log that runs; none: only faults are logged
+  std::optional<config::LogPreset> preset{};  // the running log; none: only faults are logged
   std::optional<RecorderSettings> recorder{};
 };
 
@@ -55,23 +54,23 @@ class FrameLog {
 
   // Warns when nothing can be written to the folder.
   void start();
-  void stop();  // writes what is pending
+  void stop();  // writes pending data
 
   // Frame thread.
   void put(const FrameMark& mark, std::span<const std::uint8_t> record) noexcept;
-  // The recorder needs to know what the vehicle remembers after the frame that was put last.
+  // The recorder needs the state of the vehicle after the last frame put.
   bool wants_state() const noexcept { return wants_state_.load(std::memory_order_relaxed); }
   void put_state(std::span<const std::uint8_t> state) noexcept;
 
-  // Main thread: the frame thread stands still, so that it will raise no fault.
+  // Main thread: the frame thread stands still and can raise no fault.
   void keep() noexcept { keep_ = true; }
 
   // Any thread.
   std::uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
   std::uint64_t turns() const noexcept { return turns_.load(std::memory_order_relaxed); }
-  // Whether frames are recorded or a log runs, and what is to be written is.
+  // Whether frames are recorded or a log runs, as configured, without errors.
   bool recording() const noexcept { return recording_.load(std::memory_order_relaxed); }
-  // Publish thread: what to tell.
+  // Publish thread: events to report.
   bool pop(EventId& event) noexcept { return told_.pop(event); }
 
  private:

@@ -1,7 +1,7 @@
 #pragma once
 
-// One frame, whole: what the cycle got, what it made of it, and when. FrameView refers to it where
-// it stands (frame thread), FrameRecord holds it (whoever reads records).
+// One complete frame: inputs, outputs and times of the cycle. FrameView refers to the originals
+// (frame thread), FrameRecord has a copy (readers of records).
 
 #include "daemon/core/cycle.h"
 #include "daemon/record/fields.h"
@@ -48,7 +48,7 @@ void inputs(V& v, X& x) {
   v("shut_down", x.shut_down);
 }
 
-// Everything that the cycle makes: the same inputs give the same, to the bit.
+// The outputs of the cycle: the same inputs give the same, to the bit.
 template <class V, class X>
 void outputs(V& v, X& x) {
   v("command", x.command);

@@ -45,7 +45,7 @@ std::string LogFiles::put(std::string_view line, TimeNs now) {
   return error_ = std::strerror(error);
 }
 
-// The oldest files go until there is room for a whole one.
+// Deletes the oldest files until there is room for a whole one.
 int LogFiles::begin() {
   auto files = files_.list();
   const unsigned number = files.empty() ? 1 : files.back().first + 1;
@@ -62,7 +62,7 @@ int LogFiles::begin() {
   return fd_ < 0 ? errno : add(first_line_());
 }
 
-// Whole, or not at all.
+// The whole line, or nothing.
 int LogFiles::add(std::string_view text) {
   const int error = write_all(fd_, text);
   if (error == 0) {
@@ -73,7 +73,7 @@ int LogFiles::add(std::string_view text) {
   return error;
 }
 
-// By somebody who wanted the room: nothing more goes into it.
+// Deleted by another program or a person: writing to it is useless.
 bool LogFiles::removed() const {
   struct stat info {};
   return ::fstat(fd_, &info) == 0 && info.st_nlink == 0;

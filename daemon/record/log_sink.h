@@ -1,7 +1,7 @@
 #pragma once
 
-// Where the lines of a running log go: to files that rotate, or as datagrams to a socket. Log
-// thread. No line waits for another try: what cannot be written is lost, and the caller counts it.
+// Targets of a running log: files that rotate, or datagrams to a socket. Log thread. No line is
+// retried: a line that cannot be written is lost, and the caller counts it.
 
 #include <cstdint>
 #include <filesystem>
@@ -19,19 +19,19 @@ namespace lss::record {
 class LogSink {
  public:
   virtual ~LogSink() = default;
-  // A line, with its end. Empty, or why it is lost.
+  // A line, with its end. Empty, or the reason why it is lost.
   virtual std::string put(std::string_view line, TimeNs now) = 0;
   virtual std::string where() const = 0;  // for people
 };
 
-// Says who writes and what: the first line of a file.
+// The first line of a file: writer and contents.
 using FirstLine = std::function<std::string()>;
 
 // Each start, and each file that is full, begins a new file, ID-NUMBER-TIME-PRESET.log.jsonl.
-// Before that the oldest of this vehicle go, so that all together stay within total_bytes; other
-// files are never touched. Every line is with the kernel when put() returns: a daemon that is
-// killed loses none. When the disk is full, the file ends with its last whole line, and a new one
-// is tried again and again.
+// Before that the oldest of this vehicle are deleted, so that all together stay within total_bytes;
+// other files are never touched. Every line is with the kernel when put() returns: a killed daemon
+// loses none. When the disk is full, the file ends with its last whole line, and opening a new one
+// is retried.
 class LogFiles final : public LogSink {
  public:
   static constexpr const char* kSuffix = ".log.jsonl";
@@ -64,9 +64,9 @@ class LogFiles final : public LogSink {
   TimeNs retry_ns_ = 0;
 };
 
-// A datagram each line, to a UNIX socket or to UDP on the loopback interface. Who listens need not
-// be there, may leave and come back, and may be slow. The first line is sent when a connection
-// begins and every ten seconds.
+// One datagram per line, to a UNIX socket or to UDP on the loopback interface. The receiver may be
+// absent, come and go, and be slow. The first line is sent when a connection begins and every ten
+// seconds.
 class LogSocket final : public LogSink {
  public:
   static constexpr TimeNs kRetry = kSecond;

@@ -16,9 +16,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kChunk = 256 * 1024;  // written at once, at the latest
+constexpr std::uint64_t kChunk = 256 * 1024;  // bytes in memory before a write, at most
 
-// Those that were saved and took the place of the configuration's.
+// Saved parameters that replaced those of the configuration.
 nlohmann::ordered_json saved_parameters(const config::Config& config) {
   auto all = nlohmann::ordered_json::object();
   for (const config::SavedValue& saved : config.saved) all[saved.name] = saved.value;
@@ -55,7 +55,7 @@ Recorder::Recorder(RecorderSettings settings, std::function<void(EventId)> tell)
 void Recorder::begin() {
   run_utc_ns_ = utc_ns();
   std::error_code ignored;
-  fs::create_directories(settings_.folder, ignored);  // what is wrong, the first file tells
+  fs::create_directories(settings_.folder, ignored);  // the first file reports the error
   const auto files = files_.list();
   if (files.empty()) return;
   const fs::path& last = files.back().second;
@@ -82,7 +82,7 @@ void Recorder::put_frame(std::span<const std::uint8_t> record, TimeNs time_ns,
     return;
   }
   file_.add_frame(record, time_ns);
-  // A little before: the state comes with the next frame.
+  // A little before the limit: the state comes with the next frame.
   if (file_.size() > settings_.file_bytes - settings_.file_bytes / 16) wants_state_ = true;
   if (file_.pending() > kChunk) flush(now);
 }
@@ -97,7 +97,7 @@ void Recorder::put_state(std::span<const std::uint8_t> state, std::uint64_t drop
   if (file_.is_open()) file_.add(Item::state, state);
 }
 
-// A gap: what comes after it cannot be replayed before there is a state again.
+// A gap: frames after it cannot be replayed until there is a state again.
 void Recorder::note_dropped(std::uint64_t dropped) {
   const std::uint64_t more = dropped - std::exchange(dropped_, dropped);
   if (more == 0) return;
@@ -111,7 +111,7 @@ void Recorder::note_dropped(std::uint64_t dropped) {
 
 void Recorder::turn(TimeNs now) {
   if (!file_.is_open()) return;
-  if (file_.removed()) {  // nothing more goes into it
+  if (file_.removed()) {  // writing to it is useless
     file_.abandon();
     wants_state_ = true;
     return;
@@ -126,7 +126,7 @@ void Recorder::turn(TimeNs now) {
 
 void Recorder::end() {
   if (!file_.is_open()) return;
-  // The run ends where a file did: the next one would hold nothing but a state.
+  // The run ends with the file: the next one would contain only a state.
   const RecordingEnd& held = file_.so_far();
   if (in_run_ > 1 && held.frames + held.lost + lost_before_ == 0) {
     file_.abandon();
@@ -176,7 +176,7 @@ void Recorder::fail(int error, TimeNs now) {
   told_ = true;
   tell_again_ns_ = now + kTellAgain;
   spdlog::error(
-      "frames cannot be recorded in {}: {}; free or mend the disk, make the folder writable, or "
+      "frames cannot be recorded in {}: {}; free or repair the disk, make the folder writable, or "
       "name another log.folder",
       settings_.folder.string(), std::strerror(error));
   tell_(EventId::recording_failed);

@@ -1,10 +1,9 @@
 #pragma once
 
-// The flight recorder: every frame whole, in files that a replay needs nothing else for
-// (docs/recording.md). The log thread alone calls it. A file begins with the start of the daemon,
-// or with what the vehicle remembers, which the frame thread puts down when wants_state() says so.
-// Trouble with the disk is told once, and tried again and again; frames until then are lost and
-// counted.
+// The flight recorder: every complete frame, in files that suffice for a replay
+// (docs/recording.md). Called only by the log thread. A file begins with the start of the daemon,
+// or with the state of the vehicle, which the frame thread provides when wants_state() is true. An
+// error of the disk is reported once and retried; frames until then are lost and counted.
 
 #include <cstdint>
 #include <filesystem>
@@ -26,8 +25,8 @@ struct RecorderSettings {
   std::string vehicle_id;
   std::string name;  // in the names of the files
   std::uint64_t file_bytes = 16'000'000, total_bytes = 512'000'000;
-  bool sync = true;               // each turn is on the disk, not only with the kernel
-  nlohmann::ordered_json header;  // more for the header: what a replay needs
+  bool sync = true;               // each turn is synced to the disk
+  nlohmann::ordered_json header;  // more for the header, for a replay
 };
 
 // Of a daemon with this configuration; schema and layout: schema.h, state.h.
@@ -37,19 +36,19 @@ RecorderSettings recorder_settings(const config::Config& config, const std::stri
 class Recorder {
  public:
   static constexpr TimeNs kRetry = 5 * kSecond;
-  static constexpr TimeNs kTellAgain = 60 * kSecond;  // trouble that comes and goes
+  static constexpr TimeNs kTellAgain = 60 * kSecond;  // repeated reports of an intermittent error
 
-  // `tell`: what shall be told as an event.
+  // `tell`: reports an event.
   Recorder(RecorderSettings settings, std::function<void(EventId)> tell);
   ~Recorder() { end(); }
 
-  // Cuts what a daemon that was killed left unfinished.
+  // Truncates the file of a killed daemon to its last complete chunk.
   void begin();
-  // `dropped`: how many frames before it could not be taken, since the start.
+  // `dropped`: frames dropped before this one since the start.
   void put_frame(std::span<const std::uint8_t> record, TimeNs time_ns, std::uint64_t dropped,
                  TimeNs now);
   void put_state(std::span<const std::uint8_t> state, std::uint64_t dropped, TimeNs now);
-  // What was put is readable from now on, whatever becomes of this process.
+  // What was put is readable from now on, even if this process is killed.
   void turn(TimeNs now);
   void end();
 
@@ -68,12 +67,12 @@ class Recorder {
   NumberedFiles files_;
   RecordingWriter file_;
   std::filesystem::path path_;     // of the file
-  std::uint64_t lost_before_ = 0;  // as its header says
+  std::uint64_t lost_before_ = 0;  // as in its header
   unsigned in_run_ = 0;            // files of this run so far
   std::int64_t run_utc_ns_ = 0;
   bool wants_state_ = false;
-  std::uint64_t dropped_ = 0;  // of the frame thread, so far
-  std::uint64_t lost_ = 0;     // not written, since a file could be
+  std::uint64_t dropped_ = 0;  // by the frame thread, so far
+  std::uint64_t lost_ = 0;     // not written since the last file was open
   std::uint64_t lost_in_trouble_ = 0;
   bool trouble_ = false, told_ = false;
   TimeNs retry_ns_ = 0, tell_again_ns_ = 0;

@@ -1,8 +1,8 @@
 #pragma once
 
-// Files of the flight recorder, ID-NUMBER-TIME-NAME.lssrec (docs/recording.md has the format to the
-// octet): a header, then chunks with CRC-32C, in each some items. What is in a whole chunk is
-// certain; what is not in one is not there. No DDS, no log, no thread of its own.
+// Files of the flight recorder, ID-NUMBER-TIME-NAME.lssrec (byte format: docs/recording.md): a
+// header, then chunks of items with CRC-32C. Only complete chunks are valid. Limits: limits.h. No
+// DDS, no log, no thread of its own.
 
 #include <array>
 #include <cstdint>
@@ -17,19 +17,19 @@ namespace lss::record {
 
 inline constexpr const char* kRecordingSuffix = ".lssrec";
 inline constexpr std::uint32_t kRecordingFormat = 1;
-// The first bytes of a file: no text, and a transfer that changes line ends is noticed.
+// The first bytes of a file: not text; shows a transfer that changed line ends.
 inline constexpr std::array<std::uint8_t, 8> kRecordingMagic{0x89, 'L', 'S', 'S',
                                                              'R',  'E', 'C', '\n'};
 
 enum class Item : std::uint8_t {
   frame = 1,  // a record, as fields() writes it (frame_record.h)
-  state = 2,  // what the vehicle remembers after the frame before (state.h)
+  state = 2,  // state of the vehicle after the frame before (state.h)
   lost = 3,   // so many frames are missing here: u64
 };
 
 std::uint32_t crc32c(std::span<const std::uint8_t> bytes);
 
-// What the last chunk says of a file that was ended.
+// Contents of the last chunk of a file that was ended.
 struct RecordingEnd {
   std::uint64_t frames = 0, lost = 0;
   std::int64_t first_ns = 0, last_ns = 0;  // of frames: T_k
@@ -51,12 +51,12 @@ class RecordingWriter {
   void add(Item kind, std::span<const std::uint8_t> bytes);
   void add_frame(std::span<const std::uint8_t> record, std::int64_t time_ns);
   void add_lost(std::uint64_t frames);
-  // Everything that was added is with the kernel.
+  // Everything added is with the kernel.
   int flush();
   int sync();  // ... and on the disk
-  int end();   // flush, the last chunk, and what was allocated in vain is given back
+  int end();   // flush, the last chunk, and unused allocated room is released
   void abandon();
-  bool removed() const;  // by somebody who wanted the room
+  bool removed() const;  // by another program or a person
 
   std::uint64_t size() const noexcept { return size_ + items_.size(); }
   std::size_t pending() const noexcept { return items_.size(); }             // bytes, until flush()
@@ -80,32 +80,38 @@ class RecordingReader {
   enum class End : std::uint8_t {
     none,     // there is more
     whole,    // it was ended
-    open,     // it was not, and nothing is cut: it is being written, or the daemon was killed
-    torn,     // the last chunk was not written to its end
-    damaged,  // bytes were changed: not to be trusted
+    open,     // it was not, without a partial chunk: it is being written, or the daemon was killed
+    torn,     // the last chunk is incomplete
+    damaged,  // bytes were changed: not reliable
   };
 
-  // An error says what is wrong with the file as a whole.
+  // An error concerns the file as a whole.
   static tl::expected<RecordingReader, std::string> open(const std::filesystem::path& path);
   RecordingReader(RecordingReader&& other) noexcept;
   RecordingReader& operator=(RecordingReader&&) = delete;
   ~RecordingReader();
 
   const nlohmann::ordered_json& header() const noexcept { return header_; }
-  // False: no more; end() says why. The bytes are good until the next call.
+  // False: no more; end() says why. The bytes are valid until the next call.
   bool next(Item& kind, std::span<const std::uint8_t>& bytes);
   End end() const noexcept { return end_; }
-  std::uint64_t offset() const noexcept { return offset_; }  // of the end of what is whole
+  std::uint64_t offset() const noexcept { return offset_; }  // end of the complete chunks
   std::uint64_t size() const noexcept { return size_; }
   const std::string& trouble() const noexcept { return trouble_; }  // torn, damaged: what and where
   std::uint64_t torn_bytes() const noexcept { return torn_bytes_; }
-  // What the last chunk of a file that was ended says, without reading the rest.
+  // The contents of the last chunk of an ended file, without reading the others.
   bool last_words(RecordingEnd& end) const;
 
  private:
   RecordingReader(int fd, std::uint64_t size) : fd_(fd), size_(size) {}
+  tl::expected<void, std::string> read_header();
   bool next_chunk();
+  bool read_chunk();
+  bool being_written() const;
   void classify();
+  std::uint64_t end_of_use() const;
+  bool looks_torn(std::uint64_t used) const;
+  bool has_head(std::uint64_t from, std::uint64_t to) const;
   bool read_at(std::uint64_t offset, std::span<std::uint8_t> to) const;
 
   int fd_;
@@ -120,8 +126,8 @@ class RecordingReader {
   std::string trouble_;
 };
 
-// Cuts a file that was not ended behind its last whole chunk. How many bytes were torn: 0 when
-// nothing but unused room was cut; an error when it cannot be read, is damaged or cannot be cut.
+// Truncates a file that was not ended after its last complete chunk. Returns the torn bytes, 0 for
+// unused room only; an error when it cannot be read, is damaged or cannot be cut.
 tl::expected<std::uint64_t, std::string> cut_recording(const std::filesystem::path& path);
 
 }  // namespace lss::record

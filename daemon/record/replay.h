@@ -1,11 +1,10 @@
 #pragma once
 
-// Re-executes frames from records, with the cycle and the vehicle of this very program, and
-// compares every bit of what it makes with what was recorded. Ordinary thread; time comes out of
-// the record.
+// Executes frames from records again, with the cycle and the vehicle of this program, and compares
+// every output bit with the record. Ordinary thread; time comes from the record.
 //
-// A vehicle's own: record::records_of<Vehicle>(...) in daemon/vehicles/NAME_records.cpp makes the
-// VehicleRecords that programs ask for by the vehicle's name (daemon/vehicles/records.h).
+// Per vehicle: record::records_of<Vehicle>(...) in daemon/vehicles/NAME_records.cpp makes the
+// VehicleRecords that programs find by the vehicle's name (daemon/vehicles/records.h).
 
 #include <memory>
 #include <optional>
@@ -18,6 +17,7 @@
 #include "daemon/record/compare.h"
 #include "daemon/record/frame_record.h"
 #include "daemon/record/json.h"
+#include "daemon/record/limits.h"
 #include "daemon/record/schema.h"
 #include "daemon/record/state.h"
 #include "daemon/record/vehicle_records.h"
@@ -40,7 +40,8 @@ class VehicleReplay final : public Replay {
   Frame step(std::span<const std::uint8_t> record) override {
     Reader reader(record);
     fields(reader, *in_);
-    if (!reader.good()) return {.difference = Difference{"in", "no inputs of a frame", "-"}};
+    if (!reader.good() || !most::is_time(in_->time_ns))
+      return {.difference = Difference{"in", "no inputs of a frame", "-"}};
     const std::span<const std::uint8_t> recorded = record.subspan(reader.at());
     cycle(vehicle_, supervisor_, *in_, *out_, [](Stage) {});
     const Outputs computed{out_->command, supervisor_.outbox(), supervisor_.state(),
@@ -99,7 +100,7 @@ nlohmann::ordered_json record_json(std::span<const std::uint8_t> bytes) {
   return to_json(*frame);
 }
 
-// read: the vehicle's table of the configuration; complete: and what it takes of the rest.
+// read: the vehicle's table of the configuration; complete: what it takes from other tables.
 template <class Vehicle, class Parameters>
 VehicleRecords records_of(const Logic& logic, const Tuning<Parameters>& tuning,
                           Parameters (*read)(config::Section&),

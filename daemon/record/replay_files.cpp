@@ -2,8 +2,13 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <ctime>
 
 #include "daemon/core/clock.h"
@@ -20,7 +25,7 @@ std::string text(const nlohmann::ordered_json& header, const char* key) {
   return header.contains(key) && header[key].is_string() ? header[key].get<std::string>() : "";
 }
 
-// That the daemon was started with, in the place of the configuration's.
+// Saved parameters at the start of the daemon, which replaced those of the configuration.
 std::vector<config::SavedValue> saved_parameters(const nlohmann::ordered_json& header) {
   std::vector<config::SavedValue> saved;
   const auto found = header.find("parameters");
@@ -31,7 +36,7 @@ std::vector<config::SavedValue> saved_parameters(const nlohmann::ordered_json& h
   return saved;
 }
 
-// Where two schemas part, with the names around it.
+// The first difference of two schemas, with the names around it.
 std::string first_difference(const std::string& theirs, const std::string& ours) {
   const auto [a, b] = std::ranges::mismatch(theirs, ours);
   const auto at = static_cast<std::size_t>(a - theirs.begin());
@@ -78,7 +83,7 @@ class FileReplay {
                     fmt::gmtime(utc_s)));
   }
 
-  // All of the file before any of it is believed.
+  // Checks the whole file before any of it is used.
   Replayed check_bytes(Reader& reader) const {
     Item kind;
     std::span<const std::uint8_t> bytes;
@@ -149,7 +154,7 @@ class FileReplay {
         pass.lost += lost;
         known = false;
       } else if (kind == Item::state) {
-        if (known) continue;  // from further back is the harder test
+        if (known) continue;  // a start further back is the harder test
         if (!same_state_)
           return refuse(
               "it begins in the middle of a run, with the memory of a program of another layout; "
@@ -215,10 +220,34 @@ Replayed replay_file(const fs::path& path, const Print& print) {
   return FileReplay(path, print).run();
 }
 
+Replayed apart(const std::function<Replayed()>& replay, const Print& print) {
+  std::fflush(nullptr);  // or both processes would print it
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const Replayed result = replay();
+    std::fflush(nullptr);
+    ::_exit(static_cast<int>(result));
+  }
+  int status = 0;
+  pid_t ended = child;
+  while (child > 0 && (ended = ::waitpid(child, &status, 0)) < 0 && errno == EINTR) {
+  }
+  if (ended < 0) {
+    print(fmt::format("refused: no process can be begun for it: {}\n", std::strerror(errno)));
+    return Replayed::unreadable;
+  }
+  if (WIFEXITED(status)) return static_cast<Replayed>(WEXITSTATUS(status));
+  print(
+      fmt::format("refused: executing it ended with signal {}: what it says of the vehicle's "
+                  "memory cannot be\n",
+                  WTERMSIG(status)));
+  return Replayed::damaged;
+}
+
 Replayed replay_files(const std::vector<fs::path>& paths, const Print& print) {
   Replayed first = Replayed::equal;
   for (const fs::path& path : paths) {
-    const Replayed result = replay_file(path, print);
+    const Replayed result = apart([&] { return replay_file(path, print); }, print);
     if (first == Replayed::equal) first = result;
   }
   return first;

@@ -12,8 +12,8 @@ namespace {
 
 using config::LogPart;
 
-constexpr TimeNs kTellAgain = 60 * kSecond;  // trouble that comes and goes, at most so often
-constexpr TimeNs kOver = 2 * kSecond;        // none for so long: the log goes on
+constexpr TimeNs kTellAgain = 60 * kSecond;  // an intermittent error is reported at most so often
+constexpr TimeNs kOver = 2 * kSecond;        // without an error for so long: the log goes on
 
 // The parts as the record names them, in the order of LogPart.
 constexpr std::array kKeys = {"in", "command", "outbox", "state", "telemetry", "timing"};
@@ -76,7 +76,7 @@ std::string RunLog::line(const FrameMark& mark, std::span<const std::uint8_t> re
   return line_of(line);
 }
 
-// What became of a line.
+// Updates the error state after a line.
 void RunLog::judge(const std::string& error, TimeNs now) {
   if (error.empty()) {
     said_dropped_ = dropped_;

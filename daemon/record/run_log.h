@@ -1,10 +1,10 @@
 #pragma once
 
-// The log that goes on while the daemon runs: what of each frame is written, how often and where
-// says a preset of the configuration (Zebro thesis 7.2.1). The log thread alone calls it. A line of
-// JSON holds the number of the frame, its times, and the parts that were chosen, as the record has
-// them; lost_frames and lost_lines say what is missing since the line before. Events and
-// acknowledgements are written with the frame that has them, whatever the period.
+// The log that runs with the daemon: a preset of the configuration selects parts of each frame,
+// period and target (Zebro thesis 7.2.1). Called only by the log thread. A line of JSON has the
+// number of the frame, its times, and the selected parts, as in the record; lost_frames and
+// lost_lines count what is missing since the line before. Events and acknowledgements are written
+// with their frame, at any period.
 
 #include <cstdint>
 #include <functional>
@@ -19,10 +19,10 @@
 
 namespace lss::record {
 
-// Makes JSON of a record.
+// Converts a record to JSON.
 using ToJson = std::function<nlohmann::ordered_json(std::span<const std::uint8_t>)>;
 
-// What the log thread needs to know of a frame before it reads the record.
+// Facts of a frame for the log thread, without reading the record.
 struct FrameMark {
   FaultId fault = FaultId::none;  // the first that was raised in it
   bool events = false;            // it has events or acknowledgements
@@ -31,12 +31,12 @@ struct FrameMark {
 
 class RunLog {
  public:
-  // `header`: more for the first line. `tell`: what shall be told as an event.
+  // `header`: more for the first line. `tell`: reports an event.
   RunLog(const config::LogPreset& preset, const std::filesystem::path& folder,
          const std::string& vehicle_id, nlohmann::ordered_json header, ToJson to_json,
          std::function<void(EventId)> tell);
 
-  // A frame; `dropped`: how many before it could not be taken, since the start.
+  // A frame; `dropped`: frames dropped before it since the start.
   void put(const FrameMark& mark, std::span<const std::uint8_t> record, std::uint64_t dropped,
            TimeNs now) noexcept;
 
@@ -55,9 +55,9 @@ class RunLog {
   std::function<void(EventId)> tell_;
   std::unique_ptr<LogSink> sink_;
   TimeNs next_ns_ = 0;                            // a line is due
-  std::uint64_t dropped_ = 0, said_dropped_ = 0;  // frames; said: in a line
+  std::uint64_t dropped_ = 0, said_dropped_ = 0;  // frames; said: written in a line
   std::uint64_t lost_ = 0, said_lost_ = 0;        // lines
-  bool told_ = false;                             // that lines are lost
+  bool told_ = false;                             // the loss of lines was reported
   std::uint64_t told_lost_ = 0;                   // lost before that
   TimeNs tell_again_ns_ = 0;                      // not before
   TimeNs trouble_ns_ = 0;                         // the last line that was lost

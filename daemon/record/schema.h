@@ -1,11 +1,11 @@
 #pragma once
 
-// What a record is made of, as text: the members in their order, with their types. It stands in
-// the header of a recording, so that a program reads only what it knows, and others can read it at
-// all (docs/recording.md). Made from fields(); ordinary threads.
+// The structure of a record as text: members in their order, with their types. It is in the header
+// of a recording, so that a program reads only what it knows, and other programs can read it
+// (docs/recording.md). Made from fields(); ordinary threads.
 //
 //   record  = { member }            member = name ":" type ";"
-//   type    = i1 i2 i4 i8           signed numbers by their octets
+//   type    = i1 i2 i4 i8           signed numbers by their bytes
 //           | u1 u2 u4 u8           unsigned ones
 //           | f4 f8 | b1 | c1       floating point, 0 or 1, a character
 //           | "{" record "}"        a struct

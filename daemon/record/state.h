@@ -1,13 +1,13 @@
 #pragma once
 
-// What a vehicle remembers from frame to frame, as bytes: with it a replay begins in the middle of
-// a run (docs/recording.md). A class names its members in keep(v), all that the cycle changes:
+// The state of a vehicle between frames, as bytes: a replay can begin with it in mid-run
+// (docs/recording.md). A class names in keep(v) all members that the cycle changes:
 //
 //   template <class V> void keep(V& v) { v(navigation_, orders_, solver_); }
 //
-// Members with keep() of their own are asked for theirs; the others are copied as they lie in
-// memory, so that they must not hold pointers. That is good for a program of the same layout, which
-// StateLayout describes. Nothing allocates but StateLayout.
+// Members with keep() are visited by it; the others are copied as they are in memory, so they must
+// not contain pointers. That suits programs of the same layout, which StateLayout describes. Only
+// StateLayout allocates.
 
 #include <array>
 #include <cstdint>
@@ -58,7 +58,7 @@ class StateWriter {
   std::size_t size_ = 0;
 };
 
-// good(): the bytes were as many as the members have.
+// good(): as many bytes as the members have.
 class StateReader {
  public:
   explicit StateReader(std::span<const std::uint8_t> bytes) noexcept : bytes_(bytes) {}
@@ -87,7 +87,7 @@ class StateReader {
   bool good_ = true;
 };
 
-// What brings a daemon back to where it was between two frames.
+// The complete state of a daemon between two frames.
 template <class V, class Vehicle, class Supervisor>
 void keep(V& v, Vehicle& vehicle, Supervisor& supervisor, typename Vehicle::Telemetry& telemetry) {
   v(vehicle, supervisor, telemetry);

@@ -1,6 +1,6 @@
 #pragma once
 
-// What can be done with the records of a vehicle whatever it is.
+// Operations on the records of any vehicle.
 
 #include <cstdint>
 #include <functional>
@@ -24,7 +24,7 @@ struct Difference {
   std::string recorded, computed;
 };
 
-// A vehicle that lives on records.
+// A vehicle that executes records.
 class Replay {
  public:
   virtual ~Replay() = default;
@@ -33,13 +33,13 @@ class Replay {
     TimeNs time_ns = 0;
     std::optional<Difference> difference{};
   };
-  // The next frame: from its inputs, compared with its outputs.
+  // Executes the next frame from its inputs and compares its outputs.
   virtual Frame step(std::span<const std::uint8_t> record) = 0;
-  // To what a recording says of the vehicle between two frames. False: not of this program.
+  // Sets the recorded state of the vehicle between two frames. False: not of this program.
   virtual bool restore(std::span<const std::uint8_t> state) = 0;
 };
 
-// The error: which of the parameters that were saved this program does not take.
+// The error: which saved parameter this program does not accept.
 using MakeReplay =
     std::function<tl::expected<std::unique_ptr<Replay>, std::string>(const config::Config& config)>;
 

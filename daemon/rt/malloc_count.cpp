@@ -1,6 +1,6 @@
-// The allocator of the daemon's program: glibc's, with a count per thread, so that status can say
-// how many times a real-time thread allocated since start (it must say 0). Linked into lssd and
-// tests that need it; not under sanitizers, which bring their own allocator.
+// The allocator of the daemon's program: glibc's, with a count per thread, so that status reports
+// the allocations of a real-time thread since start (must be 0). Linked into lssd and tests that
+// need it; not under sanitizers, which have their own allocator.
 
 #include <cstddef>
 

@@ -1,10 +1,10 @@
 // Cyclone DDS and iceoryx wait, on condition variables and semaphores, until times of the wall
-// clock. A wall clock that is set back by an hour, as NTP does after a start without a battery,
-// would stop their timers for that hour: no heartbeats, no announcements, no retransmissions; and
-// RouDi takes a program for dead that sends no sign of life for 1.5 s, takes its ports away, and
-// iceoryx ends the program then. In this program such waits end after the time that was left when
-// they began. (They use no conditions or semaphores of other clocks, 2026-11. The thread
-// sanitizer brings these functions itself.)
+// clock. A wall clock that is set back by an hour, as by NTP after a start without a battery, would
+// stop their timers for that hour: no heartbeats, no announcements, no retransmissions; and RouDi
+// drops a program without keep-alive for 1.5 s, frees its ports, and iceoryx ends the program then.
+// In this program such waits end after the time that remained when they began. (They use no
+// conditions or semaphores of other clocks, 2026-11. The thread sanitizer provides these functions
+// itself.)
 
 #ifndef __SANITIZE_THREAD__
 
@@ -15,7 +15,7 @@
 
 namespace {
 
-// On the monotonic clock, what `until` is on the wall clock now.
+// The time of the monotonic clock that corresponds to `until` of the wall clock.
 timespec steady(const timespec& until) {
   constexpr long kSecond_ns = 1'000'000'000;
   timespec wall{}, steady{};

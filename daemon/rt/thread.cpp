@@ -19,6 +19,8 @@
 #include <sstream>
 #include <string_view>
 
+#include "drivers/lockstep/lockstep.h"
+
 namespace lss::rt {
 namespace {
 
@@ -28,7 +30,7 @@ constexpr std::size_t kLargeMapping = 4 * 1024 * 1024;
 // The counter of the calling thread; set for threads of this class only.
 thread_local std::atomic<std::uint64_t>* own_mallocs = nullptr;
 
-// Asks the kernel for what is wished. Returns what was refused, or nothing.
+// Requests the settings from the kernel. Returns the refusals, or nothing.
 std::string apply(const Wish& wish) {
   std::string refused;
   if (wish.priority > 0) {
@@ -54,8 +56,8 @@ std::string apply(const Wish& wish) {
   return refused;
 }
 
-// Whether a mapping of that name belongs to what real-time threads call: the program itself, the
-// runtimes of C and C++, memory without a file. They call no other library.
+// Whether a mapping of that name is called by real-time threads: the program itself, the runtimes
+// of C and C++, memory without a file. They call no other library.
 bool called_in_real_time(std::string_view name, std::string_view executable) {
   if (!name.starts_with('/')) return true;
   if (name == executable) return true;
@@ -92,10 +94,11 @@ tl::expected<void, std::string> Thread::start(const Wish& wish, bool enforce,
       const std::lock_guard lock(mutex);
       refused = std::move(problem);
       done = true;
-      answered.notify_one();  // inside the lock: the waiter's stack outlives this line
+      answered.notify_one();  // inside the lock: the waiter's stack may be gone after it
     }
     if (!run) return;
     if (real_time) touch_stack(kTouchedStack);
+    const lockstep::Part part(wish_.name);
     own_mallocs = &mallocs_;
     body();
     own_mallocs = nullptr;
@@ -141,8 +144,8 @@ ThreadStatus Thread::status() const {
 }
 
 tl::expected<void, std::string> lock_memory() {
-  // MCL_ONFAULT: without it every thread's whole stack and every arena is populated, some 190 MB
-  // (2026-11).
+  // MCL_ONFAULT: without it the whole stack of each thread and every arena is populated, some 190
+  // MB (2026-11).
   if (::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0) return {};
   return tl::unexpected(
       fmt::format("memory is not locked ({}): give the service LimitMEMLOCK=infinity or the user a "
@@ -161,11 +164,11 @@ void populate_memory() noexcept {
       continue;
     const std::string name = line.substr(std::min(line.find_first_of("/["), line.size()));
     if (read != 'r' || shared == 's' || !called_in_real_time(name, executable)) continue;
-    // Stacks and arenas reserve far more than they use: those are touched by their threads.
+    // Stacks and arenas reserve far more than they use: their threads touch those pages.
     if (name.empty() && end - begin > kLargeMapping) continue;
     const int advice = write == 'w' ? MADV_POPULATE_WRITE : MADV_POPULATE_READ;
     ::madvise(reinterpret_cast<void*>(begin), end - begin,
-              advice);  // an older kernel says no: then pages fault once
+              advice);  // an older kernel refuses: then each page faults once
   }
 }
 

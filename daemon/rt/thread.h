@@ -1,7 +1,7 @@
 #pragma once
 
-// Threads as the table of the configuration wants them, and what the kernel granted. Start-up and
-// status; the bodies run wherever they are told to.
+// Threads as configured, and the grants of the kernel. Start-up and status; the bodies run in their
+// threads.
 
 #include <sched.h>
 #include <sys/types.h>
@@ -24,7 +24,7 @@ struct Wish {
   int cpu = -1;      // -1: any
 };
 
-// One running thread and its counters. The body starts when the wish was granted or given up.
+// One running thread and its counters. The body starts when the request was granted or given up.
 class Thread {
  public:
   Thread() = default;
@@ -32,16 +32,15 @@ class Thread {
   Thread(const Thread&) = delete;
   Thread& operator=(const Thread&) = delete;
 
-  // Starts the body. An error says what was not granted and how to mend it; with `enforce` the body
-  // then does not run, else it runs without.
+  // Starts the body. An error names the refusal and its remedy; with `enforce` the body then does
+  // not run, else it runs without.
   tl::expected<void, std::string> start(const Wish& wish, bool enforce, std::function<void()> body);
   void join();
 
   bool running() const { return thread_.joinable(); }
-  // What lss/status says of it. Page faults are read from /proc, allocations are counted by the
-  // thread.
+  // For lss/status. Page faults are read from /proc, allocations are counted by the thread.
   ThreadStatus status() const;
-  // From now on the counters start at zero: the daemon is READY.
+  // The counters restart from zero: the daemon is READY.
   void mark_ready();
 
  private:
@@ -55,11 +54,11 @@ class Thread {
   std::uint64_t page_faults_base_ = 0, mallocs_base_ = 0;
 };
 
-// Locks present and future pages as they are touched; false and a sentence when it is not
+// Locks present and future pages when they are touched; false and a sentence when it is not
 // permitted.
 tl::expected<void, std::string> lock_memory();
 
-// Faults in everything that is mapped now (code, data, heap), so that a real-time thread never is
+// Faults in everything that is mapped now (code, data, heap), so that a real-time thread is never
 // the first to touch a page. Called once, before the real-time threads start.
 void populate_memory() noexcept;
 

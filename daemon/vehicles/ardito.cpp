@@ -12,8 +12,8 @@ namespace {
 using gnc::ardito::contains;
 using gnc::ardito::kRadPerSecondPerRpm;
 
-constexpr double kAcceleration_m_s2 = 1.0;  // on the way to a speed that is commanded
-constexpr double kGateMargin = 1.2;         // over what the mobility controller itself keeps
+constexpr double kAcceleration_m_s2 = 1.0;  // towards a commanded speed
+constexpr double kGateMargin = 1.2;         // above the limits of the mobility controller
 constexpr double kSteeringLimit_rad = 65 * std::numbers::pi / 180;  // Ardito thesis 11.2
 
 double seconds(TimeNs time) noexcept { return static_cast<double>(time) * 1e-9; }
@@ -105,7 +105,7 @@ void Vehicle::take(const Imu& m, TimeNs time) noexcept {
   imu_counter_ = m.counter;
 }
 
-// ---- what is known
+// ---- state
 // ----------------------------------------------------------------------------------------
 
 bool Vehicle::answers(std::size_t node) const noexcept {
@@ -131,7 +131,7 @@ bool Vehicle::standing() const noexcept {
          (command_.phase == StopPhase::rover_stop || command_.phase == StopPhase::begin);
 }
 
-// All that shall be. A steering drive whose angle is not known yet must not be ordered anywhere.
+// The conditions for enabled drives. A steering drive of unknown angle must not get a target.
 bool Vehicle::drives_enabled() const noexcept {
   for (std::size_t i = 0; i < kWheels + kSteered; ++i) {
     const bool wanted = i < kWheels ? sent_.wheel[i].enabled : sent_.steering[i - kWheels].enabled;
@@ -140,7 +140,7 @@ bool Vehicle::drives_enabled() const noexcept {
   return command_.steering_known != 0;
 }
 
-// ---- act: what the locomotion controller wants done, at once
+// ---- act: actions of the locomotion controller, at once
 // ----------------------------------------------
 
 void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
@@ -152,7 +152,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     if (actions & lc::kEmergencyStop) {
       make_safe(orders_, now_ns_);
     } else {
-      ++orders_.serial;  // a stop that the bus holds ends here
+      ++orders_.serial;  // ends a stop that the bus keeps
     }
   }
   if (actions & lc::kEndSolve) solver_.end();
@@ -163,13 +163,17 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   if (actions & lc::kResetModule) {
     const auto number = static_cast<unsigned>(request->parameter[0]);
     const unsigned all = (1u << kNodes) - 1;
-    reset_nodes(static_cast<std::uint16_t>(number == 0 ? all : 1u << (number - 1)));
+    const unsigned nodes = number == 0 ? all : 1u << (number - 1);
+    reset_nodes(static_cast<std::uint16_t>(nodes));
+    for (std::size_t i = 0; i < kNodes; ++i) {
+      if (nodes >> i & 1u) resets_.begin(i, now_ns_, link(i).node.boots);
+    }
   }
   if (actions & lc::kPublishData) data_requested_ = true;
   if (actions & kBeacon) {
     orders_.beacon = true;
     orders_.quick_stop = false;
-    reset_faults();  // of power that was away at rest; of any other there would be no start
+    reset_faults();  // of power that was missing while standing; other faults prevent the start
     started_ns_ = now_ns_;
     limit_m_s_ = kSpeedLimits_m_s[static_cast<std::size_t>(request->parameter[0])];
     distance_m_ = yaw_rad_ = x_m_ = y_m_ = 0;
@@ -247,7 +251,7 @@ void Vehicle::guide(TimeNs) noexcept {
   const bool run = drives_on_ && (goal == Goal::drive || goal == Goal::park);
   const double step_m_s = kAcceleration_m_s2 * seconds(parameters_.bus.period_ns);
   if (!run || ramped_m_s_ * wanted_m_s_ < 0) {
-    ramped_m_s_ = 0;  // slowing down is the mobility controller's
+    ramped_m_s_ = 0;  // the mobility controller ramps down
   } else {
     ramped_m_s_ = std::copysign(std::min(std::abs(wanted_m_s_), std::abs(ramped_m_s_) + step_m_s),
                                 wanted_m_s_);
@@ -266,7 +270,7 @@ void Vehicle::guide(TimeNs) noexcept {
 }
 
 Vehicle::Command Vehicle::control(TimeNs now) noexcept {
-  // Without contact there is nothing to judge by: silence is no failure of a sensor.
+  // Without contact there is nothing to diagnose: silence is no failure of a sensor.
   stepped_ = contact();
   if (stepped_) {
     command_ = mobility_.step(request_, measured_);

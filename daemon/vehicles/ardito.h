@@ -2,7 +2,7 @@
 
 // D.I.A.N.A. Ardito in the daemon: the stages of its cycle (daemon/core/cycle.h) and its wiring.
 // Six wheel drives, four steering drives, an I/O node and an IMU on one CAN bus; the mobility
-// controller of gnc/ardito says what they shall do, three times over. Frame thread; time is data;
+// controller of gnc/ardito commands them, in three redundant instances. Frame thread; time is data;
 // no allocation.
 
 #include <array>
@@ -15,6 +15,7 @@
 #include "daemon/core/can_bus.h"
 #include "daemon/core/cycle.h"
 #include "daemon/core/progress.h"
+#include "daemon/core/resets.h"
 #include "daemon/vehicles/ardito_config.h"
 #include "daemon/vehicles/ardito_gate.h"
 #include "daemon/vehicles/ardito_modes.h"
@@ -26,7 +27,7 @@ namespace lss::ardito {
 
 using RoverCanBus = CanBus<RoverBus, RoverBusParameters, RoverOrders, RoverSample, RoverStatus>;
 
-// A value that was heard, and when.
+// A received value and its time.
 struct Known {
   double value = 0;
   TimeNs time_ns = 0;  // 0: never
@@ -50,13 +51,13 @@ class Vehicle final : public Actor, private Patient {
   void guide(TimeNs now) noexcept;
   Command control(TimeNs now) noexcept;
   Command gate(const Command& wanted, Supervisor& supervisor, TimeNs now) noexcept;
-  // Fills the telemetry; true when a sample was asked for.
+  // Fills the telemetry; true when a sample was requested.
   bool describe(const lss::Inputs<Vehicle>& in, const SupervisorState& state,
                 Telemetry& out) noexcept;
 
   const gnc::ardito::Command& command() const noexcept { return command_; }
   const TunableValues& tunables() const noexcept { return tunables_; }
-  // For tests that put soft errors in.
+  // For tests that inject soft errors.
   gnc::ardito::Redundant& mobility() noexcept { return mobility_; }
 
   // For records (daemon/record/state.h): every member that the cycle changes.
@@ -68,8 +69,8 @@ class Vehicle final : public Actor, private Patient {
       limit_m_s_, wanted_m_s_, wanted_rad_, correction_, ramped_m_s_, retry_wheels_,
       retry_steering_, isolated_, stepped_, data_requested_, port_open_, port_reported_, bus_stops_,
       bus_offs_, reboots_, emcys_, was_faulty_, disobeyed_, failure_, steering_failure_, error_,
-      rocker_lost_, imu_lost_, imu_seen_, imu_told_, opened_ns_, disagreeing_, solver_, distance_m_,
-      yaw_rad_, x_m_, y_m_);
+      rocker_lost_, imu_lost_, imu_seen_, imu_told_, opened_ns_, disagreeing_, solver_, resets_,
+      distance_m_, yaw_rad_, x_m_, y_m_);
   }
 
  private:
@@ -92,6 +93,7 @@ class Vehicle final : public Actor, private Patient {
 
   // watch
   void watch_bus(const BusReport& bus, Supervisor& s) noexcept;
+  void watch_resets(Supervisor& s) noexcept;
   void watch_nodes(Supervisor& s) noexcept;
   void watch_link(std::size_t node, Supervisor& s) noexcept;
   void watch_drive(std::size_t node, Supervisor& s) noexcept;
@@ -130,7 +132,7 @@ class Vehicle final : public Actor, private Patient {
   void describe_node(std::size_t node, NodeTelemetry& out) const noexcept;
 
   Parameters parameters_;
-  TunableValues tunables_;  // of them
+  TunableValues tunables_;  // of the parameters
   gnc::ardito::Redundant mobility_;
   gnc::ardito::Measured measured_;
   gnc::ardito::Request request_;
@@ -157,13 +159,13 @@ class Vehicle final : public Actor, private Patient {
   double limit_m_s_ = kSpeedLimits_m_s[0];
   double wanted_m_s_ = 0, wanted_rad_ = 0;  // commanded
   bool correction_ = true;
-  double ramped_m_s_ = 0;  // on its way to what is commanded
+  double ramped_m_s_ = 0;  // on its way to the commanded one
   std::uint32_t retry_wheels_ = 0, retry_steering_ = 0;
-  std::uint16_t isolated_ = 0;  // as the locomotion controller says
+  std::uint16_t isolated_ = 0;  // by the locomotion controller
   bool stepped_ = false;        // the mobility controller, in the last frame
   bool data_requested_ = false;
 
-  // What was told before.
+  // State already reported.
   bool port_open_ = false, port_reported_ = false;
   std::uint64_t bus_stops_ = 0, bus_offs_ = 0;
   std::array<std::uint64_t, kNodes> reboots_{}, emcys_{};
@@ -176,6 +178,7 @@ class Vehicle final : public Actor, private Patient {
   std::uint8_t disagreeing_ = 0;  // 1..3; 0: none
 
   Solver solver_;
+  Resets resets_;
   double distance_m_ = 0, yaw_rad_ = 0, x_m_ = 0, y_m_ = 0;
 };
 
@@ -186,7 +189,7 @@ class Buses {
 
   Buses(const config::Config& config, const Parameters& parameters);
 
-  // Start-up: a port that is no CAN bus is an error, one that is absent is waited for.
+  // Start-up: a port that is no CAN bus is an error; an absent one is waited for.
   tl::expected<void, std::string> probe();
   std::vector<std::pair<std::string, std::function<void()>>> bodies();
   std::vector<Progress> progress() const { return {{name_, rover_.turns()}}; }
@@ -194,6 +197,7 @@ class Buses {
 
   void collect(lss::Inputs<Vehicle>& in) noexcept;                              // frame thread
   void release(const RoverOrders& orders) noexcept { rover_.release(orders); }  // actuate thread
+  void all_stop() noexcept { rover_.all_stop(); }                               // any thread
   std::uint64_t dropped() const noexcept { return rover_.dropped(); }
 
  private:

@@ -3,16 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numbers>
 #include <set>
 
 #include "daemon/config/reading.h"
+#include "daemon/vehicles/angles.h"
 #include "daemon/vehicles/ardito_tunables.h"
 
 namespace lss::ardito {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 void read_adjustable(config::Section& s, std::string_view section, Parameters& p) {
   config::read_tunables(s, section, tuning().tunables, p);

@@ -17,10 +17,11 @@ struct Parameters {
   double wheel_current_A = 4;        // rated: what 1000 per mille are
   double steering_current_A = 2;
   TimeNs io_silent_ns = 300 * kMillisecond;
+  TimeNs reset_ns = 10 * kSecond;  // from a commanded reset until the node runs again
   SolverParameters solver;
 };
 
-// Errors go to the section; what it returns is usable when there are none.
+// Errors go to the section; without errors the result is usable.
 Parameters read_parameters(config::Section& section);
 
 }  // namespace lss::ardito

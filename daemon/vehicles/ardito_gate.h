@@ -1,9 +1,8 @@
 #pragma once
 
-// The gate of D.I.A.N.A. Ardito: the one place where orders to the drives pass on their way out. An
-// order that is no number, out of range, too fast, stale or not allowed in the state turns all
-// orders into the safe command, the quick stop of every drive. Pure functions; frame thread and
-// tests.
+// The gate of D.I.A.N.A. Ardito: all orders to the drives pass it on their way out. An order that
+// is no number, out of range, too fast, stale or not allowed in the state replaces all orders by
+// the safe command, the quick stop of every drive. Pure functions; frame thread and tests.
 
 #include <cstdint>
 
@@ -16,7 +15,7 @@ enum class GateCheck : std::uint8_t {
   passed,
   finite,
   range,  // a speed or an angle that the vehicle never needs
-  slew,   // a wheel shall change its speed faster than it may
+  slew,   // a wheel changes its speed faster than allowed
   fresh,  // not computed in this frame
   state,  // a drive enabled where none may be
 };
@@ -30,8 +29,8 @@ struct GateLimits {
 GateCheck check(const RoverOrders& orders, const RoverOrders& before,
                 const lc::ControllerState& state, const GateLimits& limits, TimeNs now) noexcept;
 
-// Quick stop of all drives; `orders` gives the serial numbers to go on from, clutches and beacon
-// stay as they are: a rover on a slope is held through engaged clutches.
+// Quick stop of all drives; serial numbers continue from `orders`, clutches and beacon stay:
+// engaged clutches keep a rover on a slope from rolling.
 void make_safe(RoverOrders& orders, TimeNs now) noexcept;
 
 }  // namespace lss::ardito

@@ -32,7 +32,7 @@ enum Guard : unsigned {
 };
 constexpr const char* kGuardNames[] = {"the emergency-stop button is released",
                                        "the motors have power", "all drives are enabled",
-                                       "the IMU is to be trusted", "the other wheels are enough"};
+                                       "the IMU is reliable", "the other wheels are enough"};
 constexpr lc::GuardSet kContact =
     lc::guard(lc::kPortOpen) | lc::guard(lc::kAllHeard) | lc::guard(lc::kAllAnswer);
 constexpr lc::GuardSet kMayStart =
@@ -83,7 +83,7 @@ void effect(lc::ActionSet actions, lc::ControllerState& s) {
 constexpr std::uint8_t m(Mode mode) { return static_cast<std::uint8_t>(mode); }
 constexpr std::uint8_t g(Goal goal) { return static_cast<std::uint8_t>(goal); }
 
-// What the mobility controller is asked for changes; it goes through its modes by itself.
+// The goal of the mobility controller changes; it goes through its modes by itself.
 constexpr Row aim(lc::Event event, lc::ModeSet from, lc::GuardSet guards, Goal goal,
                   lc::ActionSet actions) {
   return {event, kOperational, from, guards, kKeep, State::operational, kKeep, g(goal), actions};
@@ -98,7 +98,7 @@ constexpr Row now_in(lc::Event event, Mode mode) {
 constexpr Row off(lc::Event event, lc::ModeSet from, std::uint8_t goal) {
   return {event, kOperational, from, 0, goal, State::idle, 0, 0, lc::kMotorsOff};
 }
-// Nothing but flags.
+// Only flags change.
 constexpr Row stay(lc::Event event, lc::StateSet from, lc::ActionSet actions) {
   return {event, from, lc::kAnyMode, 0, kKeep, State::idle, kKeep, kKeep, actions};
 }

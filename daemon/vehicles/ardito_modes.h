@@ -11,7 +11,7 @@
 
 namespace lss::ardito {
 
-// What the mobility controller is asked for.
+// The goal of the mobility controller.
 enum class Goal : std::uint8_t {
   none,  // stand still
   drive,
@@ -34,7 +34,7 @@ inline constexpr lc::Event vehicle(unsigned n) {
 // commanded
 inline constexpr lc::Event start = vehicle(0), stop = vehicle(1), drive = vehicle(2),
                            drive_autonomous = vehicle(3), park = vehicle(4), halt = vehicle(5);
-// the world's
+// reports
 inline constexpr lc::Event warned = vehicle(6), motors_confirmed = vehicle(7),
                            is_stopped = vehicle(8), is_steering = vehicle(9),
                            is_running = vehicle(10), is_parking = vehicle(11),
@@ -67,25 +67,24 @@ extern const lc::Table kTable;
 
 inline constexpr unsigned kMostIsolated = 1;  // wheels; the rover goes on with five
 
-// The event that a command of the DDS face is; Event::none when it is not one of ours.
+// The event of a command of the DDS face; Event::none when it is not one of ours.
 lc::Event event_of(const Request& request) noexcept;
 
-// Whether what the command asked for has been reached. drive and park never end by themselves.
+// Whether the command's goal has been reached. drive and park never end by themselves.
 bool reached(std::uint16_t kind, const SupervisorState& state) noexcept;
 
-// The node that a command is for; 0: none.
+// The node of a command; 0: none.
 unsigned subject_of(const Request& request) noexcept;
 
-// Guards on measured values. Layout of SupervisorState::sense: [0] the limit of the speed that was
-// selected at start, m/s; [1] how many drives are enabled; [2] for how long the vehicle may not
-// drive by itself yet, s.
+// Guards on measured values. Layout of SupervisorState::sense: [0] the speed limit selected at
+// start, m/s; [1] how many drives are enabled; [2] time until the vehicle may drive by itself, s.
 Verdict sense(const SupervisorState& state, const Request& request) noexcept;
 inline constexpr std::size_t kSenseLimit = 0, kSenseMotorsOn = 1, kSenseEarly = 2;
 
 // The command for `kind`, common or ardito's own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;
 
-// All of it, for the supervisor.
+// All of the above, for the supervisor.
 const Logic& logic() noexcept;
 
 }  // namespace lss::ardito

@@ -1,6 +1,6 @@
 #pragma once
 
-// The structs of D.I.A.N.A. Ardito that records hold, member by member (daemon/record/fields.h).
+// Members of the structs of D.I.A.N.A. Ardito in records (daemon/record/fields.h).
 
 #include "daemon/record/can_fields.h"
 #include "daemon/record/frame_record.h"
@@ -221,6 +221,7 @@ void fields(V& v, X& x) {
   v("time_ns", x.time_ns);
   v("open", x.open);
   v("was_open", x.was_open);
+  v("all_stop_pending", x.all_stop_pending);
 }
 
 }  // namespace lss

@@ -30,7 +30,7 @@ FaultClass class_of(FaultId fault) noexcept {
 void Solver::begin(std::span<const FaultClass> wrong) noexcept {
   std::array<bool, kFaultClasses> present{};
   for (const FaultClass c : wrong) present[static_cast<std::size_t>(c)] = true;
-  // Whatever was wrong may be well by now.
+  // The cause may be gone by now.
   plan_ = plan(parameters_.order, present, StrategyKind::reconnect);
   at_ = 0;
   running_ = true;
@@ -87,7 +87,7 @@ Solver::Report Solver::step(Patient& patient, bool healthy) noexcept {
     const Treatment treatment = treat(patient);
     if (treatment == Treatment::failed) return give_up();
     treating_ = treatment == Treatment::running;
-    return Report::running;  // what it did shows in the next frames
+    return Report::running;  // its effect shows in the next frames
   }
   if (!healthy) {
     healthy_since_ns_ = 0;

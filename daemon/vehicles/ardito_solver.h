@@ -1,8 +1,8 @@
 #pragma once
 
 // Error solving of D.I.A.N.A. Ardito: strategies, tried one after the other until every node in
-// service runs, no drive is in fault and nothing else is wrong, for a while. Which strategies for
-// which class of faults, in which order, says the configuration. Frame thread; time is data.
+// service runs, no drive is in fault and nothing else is wrong, for a while. The configuration
+// names the strategies of each class of faults and their order. Frame thread; time is data.
 
 #include <array>
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace lss::ardito {
 
 enum class FaultClass : std::uint8_t {
   contact,   // a node is not there, or not as it should be
-  drive,     // a drive is in fault, or does not do what it is told
+  drive,     // a drive is in fault, or does not follow its orders
   mobility,  // the failure detection found too much
   system,    // links, frames, emergency stops by command or button
 };
@@ -34,10 +34,10 @@ struct SolverParameters {
       {StrategyKind::reconnect, StrategyKind::reset_fault},
   }};
   TimeNs budget_ns = 10 * kSecond;  // for one strategy
-  TimeNs close_ns = kSecond;        // between two clutches that are closed again
+  TimeNs close_ns = kSecond;        // between closing two clutches
 };
 
-// The vehicle as a strategy sees and treats it. Sets of nodes as bits: bit i is node i+1.
+// The strategies' access to the vehicle. Sets of nodes as bits: bit i is node i+1.
 class Patient {
  public:
   virtual TimeNs now() const noexcept = 0;
@@ -45,8 +45,8 @@ class Patient {
   virtual std::uint16_t diagnosed() const noexcept = 0;  // by the failure detection, in service
   virtual void reset_faults() noexcept = 0;              // of drives
   virtual void reset_nodes(std::uint16_t nodes) noexcept = 0;
-  virtual void forget(std::uint16_t nodes) noexcept = 0;  // what was diagnosed: look anew
-  // False when the locomotion controller says no.
+  virtual void forget(std::uint16_t nodes) noexcept = 0;  // clear the diagnosis, diagnose again
+  // False when the locomotion controller refuses.
   virtual bool isolate(std::uint16_t nodes) noexcept = 0;
 
  protected:
@@ -59,16 +59,16 @@ class Solver {
 
   explicit Solver(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
 
-  // What is to be tried, from what is wrong. The first strategy begins with the next step.
+  // Plans the strategies from the present faults. The first one begins with the next step.
   void begin(std::span<const FaultClass> wrong) noexcept;
   void end() noexcept { running_ = false; }
-  // What is under way goes on by them.
+  // Applies to the running strategy, too.
   void configure(const SolverParameters& parameters) noexcept { parameters_ = parameters; }
   bool running() const noexcept { return running_; }
   StrategyKind kind() const noexcept { return plan_[at_]; }
 
-  // Once per frame while running. `healthy`: nothing at all is wrong in this frame. next: the
-  // strategy did not help; call again when the locomotion controller agreed to the next one.
+  // Once per frame while running. `healthy`: no fault at all in this frame. next: the strategy did
+  // not help; call again when the locomotion controller agreed to the next one.
   Report step(Patient& patient, bool healthy) noexcept;
 
  private:
@@ -84,8 +84,8 @@ class Solver {
   std::size_t at_ = 0;
   bool running_ = false;
   bool begun_ = false;      // the strategy at at_
-  bool treating_ = true;    // then it waits for everything to be well
-  std::uint16_t left_ = 0;  // nodes to look at anew
+  bool treating_ = true;    // then it waits until nothing is wrong
+  std::uint16_t left_ = 0;  // nodes to diagnose again
   TimeNs next_ns_ = 0;      // the next of them
   TimeNs until_ns_ = 0;
   TimeNs healthy_since_ns_ = 0;  // 0: it is not

@@ -1,8 +1,8 @@
 #pragma once
 
-// What D.I.A.N.A. Ardito measures, once per frame: filled by the frame thread, carried to the
-// publish thread, converted in daemon/dds/ardito.cpp to idl/ardito.idl, whose fields it mirrors.
-// Plain and trivially copyable.
+// Telemetry of D.I.A.N.A. Ardito, once per frame: filled by the frame thread, passed to the publish
+// thread, converted in daemon/dds/ardito.cpp to idl/ardito.idl, whose fields it mirrors. Plain and
+// trivially copyable.
 
 #include <array>
 #include <cstdint>

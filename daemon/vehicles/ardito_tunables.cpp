@@ -1,6 +1,6 @@
 #include "daemon/vehicles/ardito_tunables.h"
 
-#include <numbers>
+#include "daemon/vehicles/angles.h"
 
 namespace lss::ardito {
 namespace {
@@ -8,7 +8,6 @@ namespace {
 using P = Parameters;
 using Place = TunablePlace;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kMs = 1e6, kS = 1e9;  // to ns
 constexpr Change kAlways = Change::always, kAtRest = Change::at_rest;
 
@@ -56,12 +55,16 @@ constexpr auto kTunables = std::to_array<Tunable<P>>({
      kS,
      [](P& p) -> Place { return &p.autonomy_ns; }},
     {{"safety.io_silent_ms", "ms", 150, 5000, kAlways, false,
-      "the emergency-stop button not heard of for so long: emergency"},
+      "no message of the emergency-stop button for so long: emergency"},
      kMs,
      [](P& p) -> Place { return &p.io_silent_ns; }},
     {{"solve.budget_s", "s", 3, 600, kAlways, false, "for one strategy of error solving"},
      kS,
      [](P& p) -> Place { return &p.solver.budget_ns; }},
+    {{"bus.reset_s", "s", 1, 120, kAlways, false,
+      "a node that a command resets has to answer again within it"},
+     kS,
+     [](P& p) -> Place { return &p.reset_ns; }},
 });
 constexpr auto kInfos = infos_of(kTunables);
 

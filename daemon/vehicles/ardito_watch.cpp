@@ -1,5 +1,5 @@
-// Supervision of D.I.A.N.A. Ardito: what nodes, bus, inputs and the failure detection report,
-// turned into events and faults of the locomotion controller.
+// Supervision of D.I.A.N.A. Ardito: turns reports of nodes, bus, inputs and the failure detection
+// into events and faults of the locomotion controller.
 
 #include <bit>
 
@@ -13,8 +13,9 @@ using gnc::ardito::SteeringFailure;
 using gnc::ardito::WheelFailure;
 
 constexpr TimeNs kBusStuckAfter = 200 * kMillisecond;
-constexpr TimeNs kBoot = 5 * kSecond;  // a node that is not there by then is missing
+constexpr TimeNs kBoot = 5 * kSecond;  // a node that is silent until then is missing
 constexpr TimeNs kSlowestValue = 3 * kSecond;
+constexpr TimeNs kSettled = 500 * kMillisecond;  // of a running node: until its values come again
 
 std::uint16_t number(std::size_t node) noexcept { return static_cast<std::uint16_t>(node + 1); }
 
@@ -62,11 +63,12 @@ FaultId fault_of(SteeringFailure failure) noexcept {
 void Vehicle::watch(const lss::Inputs<Vehicle>& in, Supervisor& s) noexcept {
   supervisor_ = &s;
   isolated_ = s.controller().isolated;
-  // First: what a standstill of the machine makes of ages is its consequence.
+  // First: a standstill of the machine makes data old, so it is the cause.
   if (in.overrun_limit && s.controller().state == State::operational)
     s.raise(FaultId::frame_overrun);
   watch_bus(in.bus, s);
   watch_inputs(s);
+  watch_resets(s);
   watch_nodes(s);
   watch_mobility(s);
   watch_imu(s);
@@ -75,8 +77,7 @@ void Vehicle::watch(const lss::Inputs<Vehicle>& in, Supervisor& s) noexcept {
   set_sense(s);
 }
 
-// A fault of a node. While errors are solved it is what the strategies are about: it is latched,
-// and they see it themselves.
+// A fault of a node. During error solving it is only latched: the strategies handle it.
 void Vehicle::blame(FaultId id, std::size_t node, Supervisor& s) noexcept {
   if (s.controller().state == State::solve_errors) {
     s.latch(id, number(node));
@@ -86,7 +87,8 @@ void Vehicle::blame(FaultId id, std::size_t node, Supervisor& s) noexcept {
 }
 
 void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
-  if (bus.time_ns == 0) return;  // the bus thread has not spoken yet
+  if (bus.time_ns == 0) return;  // no report of the bus thread yet
+  s.check_stop(bus.all_stop_pending);
   const bool operational = s.controller().state == State::operational;
   if (bus.open != port_open_ || !port_reported_) {
     s.happen(bus.open ? lc::Event::port_opened : lc::Event::port_closed);
@@ -116,6 +118,12 @@ void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
 
 // ---- nodes
 
+void Vehicle::watch_resets(Supervisor& s) noexcept {
+  resets_.watch(
+      now_ns_, parameters_.reset_ns, bus_.open, [&](std::size_t i) { return link(i).node.boots; },
+      [&](std::size_t i) { return answers(i) && now_ns_ - link(i).node.since_ns >= kSettled; }, s);
+}
+
 void Vehicle::watch_nodes(Supervisor& s) noexcept {
   std::array<std::int64_t, kMaxModules> age_ms{};
   for (std::size_t i = 0; i < kNodes; ++i) {
@@ -129,7 +137,7 @@ void Vehicle::watch_nodes(Supervisor& s) noexcept {
   }
 }
 
-// Contact with a node, what it is, and what it says of itself.
+// Contact with a node, its identity, and its own reports.
 void Vehicle::watch_link(std::size_t i, Supervisor& s) noexcept {
   const canopen::NodeStatus& node = link(i).node;
   const auto follow = [&](canopen::NodeState state, FaultId id) {
@@ -158,7 +166,7 @@ void Vehicle::watch_link(std::size_t i, Supervisor& s) noexcept {
   if (answers(i) && (unheard || silent)) {
     s.happen(lc::Event::module_heard, number(i));
     s.note(EventId::node_configured, number(i));
-  } else if (!answers(i) && !unheard && !silent && bus_.open) {
+  } else if (!answers(i) && !unheard && !silent && !resets_.away(i) && bus_.open) {
     s.happen(lc::Event::module_silent, number(i));
     blame(FaultId::module_silent, i, s);
   }
@@ -166,7 +174,7 @@ void Vehicle::watch_link(std::size_t i, Supervisor& s) noexcept {
 
 void Vehicle::watch_drive(std::size_t i, Supervisor& s) noexcept {
   const bool fault = answers(i) && faulty(i);
-  // Without power they all are, and that is what is told.
+  // Without power all drives report faults; the lost power is reported instead.
   if (fault && !was_faulty_[i] && inputs_.power_good) blame(FaultId::drive_fault, i, s);
   was_faulty_[i] = fault;
   const bool disobeys = answers(i) && link(i).disobeys;
@@ -188,7 +196,7 @@ void Vehicle::watch_inputs(Supervisor& s) noexcept {
       s.latch(FaultId::power_lost, kIoNode);
     s.happen(inputs_.power_good ? event::power_good : event::power_bad);
   }
-  // The node lives and its inputs do not come.
+  // The node answers but its inputs are missing.
   if (s.controller().state == State::operational && answers(kIo) &&
       now_ns_ - inputs_ns_ > parameters_.io_silent_ns)
     s.raise(FaultId::stale_input, kIoNode);
@@ -216,7 +224,7 @@ void Vehicle::watch_mobility(Supervisor& s) noexcept {
     }
   }
   error_ = error;
-  const bool rocker_lost = (command_.faults & gnc::ardito::kRockerStale) != 0;
+  const bool rocker_lost = (command_.faults & gnc::ardito::kRockerStale) != 0 && !resets_.away(kIo);
   if (rocker_lost != rocker_lost_) {
     rocker_lost ? s.latch(FaultId::rocker_lost, kIoNode) : s.clear(FaultId::rocker_lost, kIoNode);
     rocker_lost_ = rocker_lost;
@@ -261,8 +269,9 @@ void Vehicle::watch_imu(Supervisor& s) noexcept {
   const bool lost = !answers(kImu) || (stepped_ && (command_.faults & kBad) != 0);
   if (((s.controller().flags & kImuLost) != 0) != lost)
     s.happen(lost ? event::imu_lost : event::imu_good);
-  // While it boots it is not there yet: no fault.
-  const bool tell = imu_seen_ || (port_open_ && now_ns_ - opened_ns_ > kBoot);
+  // While it boots its absence is no fault.
+  const bool expected = imu_seen_ || (port_open_ && now_ns_ - opened_ns_ > kBoot);
+  const bool tell = expected && !resets_.away(kImu);
   if (lost && tell && !imu_told_) s.latch(FaultId::imu_lost, kImuNode);
   if (!lost && imu_told_) s.clear(FaultId::imu_lost, kImuNode);
   imu_told_ = lost && (tell || imu_told_);
@@ -279,13 +288,13 @@ bool Vehicle::all_heard() const noexcept {
   return (command_.stale_wheels & ~unsigned{isolated_}) == 0 && command_.stale_steering == 0;
 }
 
-// What it does, as modes of the locomotion controller.
+// Its modes as modes of the locomotion controller.
 void Vehicle::watch_mode(Supervisor& s) noexcept {
   const lc::ControllerState& c = s.controller();
   if (c.state != State::operational) return;
   if (c.mode == static_cast<std::uint8_t>(Mode::warning)) {
-    // It must have come to rest before the motors go on: whatever it did last is over. And each
-    // value must have been heard, some come once a second; what does not come is a fault then.
+    // The controller must be stopped before the motors go on, after any mode before. And each value
+    // must have been received, some come once a second; a missing one is a fault then.
     const TimeNs warned_ns = now_ns_ - started_ns_;
     const bool heard = all_heard() || warned_ns >= kSlowestValue;
     if (warned_ns >= parameters_.beacon_ns && stepped_ && standing() && heard)
@@ -300,7 +309,7 @@ void Vehicle::watch_mode(Supervisor& s) noexcept {
     if (command_.phase == gnc::ardito::StopPhase::rover_steer) is = event::is_steering;
     if (command_.phase == gnc::ardito::StopPhase::deceleration) is = event::is_decelerating;
   }
-  s.happen(is);  // where it is already: refused, and nothing changes
+  s.happen(is);  // in this mode already: refused, and nothing changes
 }
 
 void Vehicle::set_sense(Supervisor& s) noexcept {
@@ -342,7 +351,8 @@ std::uint16_t Vehicle::diagnosed() const noexcept {
 }
 
 void Vehicle::reset_nodes(std::uint16_t nodes) noexcept {
-  orders_.reset_nodes = nodes;
+  const bool sent = orders_.node_reset_serial == sent_.node_reset_serial;
+  orders_.reset_nodes = static_cast<std::uint16_t>(sent ? nodes : orders_.reset_nodes | nodes);
   ++orders_.node_reset_serial;
   forget(nodes);
 }
@@ -366,7 +376,7 @@ bool Vehicle::healthy(const Supervisor& s) const noexcept {
          (flags & (kButtonIn | kPowerBad)) == 0 && command_.error == 0;
 }
 
-// From the faults that are latched and from what is wrong now.
+// From the latched faults and the present ones.
 void Vehicle::begin_solving(const Supervisor& s) noexcept {
   std::array<FaultClass, kMaxFaults + 3> wrong;
   std::size_t count = 0;

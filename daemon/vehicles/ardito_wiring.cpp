@@ -12,7 +12,8 @@ namespace {
 const Vocabulary kVocabulary{.modes = kModeNames,
                              .modules = kNodeNames,
                              .strategies = kStrategyNames,
-                             .tunables = tuning().infos};
+                             .tunables = tuning().infos,
+                             .command = logic().command};
 
 const config::Port& rover_port(const config::Config& config) {
   for (const config::Port& port : config.ports) {

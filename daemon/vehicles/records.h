@@ -1,8 +1,8 @@
 #pragma once
 
-// What can be done with the records of the vehicles of this build: daemon/vehicles/NAME_records.cpp
-// defines NAME_records(), the roster in the top CMakeLists.txt makes the list. For the daemon's
-// replay and for programs that read recordings; no DDS.
+// Record operations of the vehicles of this build: daemon/vehicles/NAME_records.cpp defines
+// NAME_records(), the roster in the top CMakeLists.txt makes the list. For the daemon's replay and
+// for programs that read recordings; no DDS.
 
 #include <optional>
 #include <string>

@@ -13,7 +13,7 @@
 
 namespace lss {
 
-// Makes the daemon of a vehicle whose own table of the configuration was read before.
+// Makes the daemon of a vehicle whose own table of the configuration has been read.
 using Maker = std::function<std::unique_ptr<App>(const config::Config& config)>;
 
 struct Port {

@@ -41,7 +41,7 @@ Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept 
   if (really) {
     solver_.configure(parameters_.solver);
     sensors_.configure(parameters_);
-    // The others are not the flight's, and would cost its plan.
+    // The other parameters do not affect the flight and must not invalidate its plan.
     if (tuning().infos[index].change == Change::at_rest) {
       flight_.configure(parameters_.flight);
       hand_.set_gains(parameters_.flight.gains[flight_.gains() - 1]);
@@ -99,11 +99,11 @@ void Vehicle::guide(TimeNs now) noexcept {
   if (overrun_) in.faults |= gnc::talaris::kOverruns;
   if (sensors_.imu_stuck()) in.faults |= gnc::talaris::kImuLost;
   if (gate_failed_ >= 2)
-    in.faults |= gnc::talaris::kValvesLost;  // whatever makes such orders: by fans alone
+    in.faults |= gnc::talaris::kValvesLost;  // such orders mean: no valves, fans alone
   output_ = flight_.step(in);
 }
 
-// Whether the IMU feels the ground; on the way down only, for valves and fans shake it, too.
+// Whether the IMU detects the ground; on the way down only, since valves and fans shake it.
 bool Vehicle::touches() noexcept {
   using gnc::talaris::Phase;
   const Phase phase = output_.phase;
@@ -125,7 +125,7 @@ Vehicle::Command Vehicle::control(TimeNs now) noexcept {
   orders_.reset_nodes = before.reset_nodes;
   orders_.enabled = enabled_;
   orders_.all_stop = c.state == State::fatal_error || c.state == State::solve_errors;
-  // In the air a node that comes back is not what it was.
+  // In the air a rebooted node must not be used.
   orders_.boot_allowed = !flying();
   const bool speeds = sensors_.fan_age_s() < parameters_.flight.limits.fan_age_s;
   const auto* rpm = speeds ? &sensors_.rpm() : nullptr;
@@ -175,7 +175,7 @@ Vehicle::Command Vehicle::gate(const Command& wanted, Supervisor& supervisor, Ti
   if (failed == GateCheck::passed) {
     gate_failed_ = 0;
   } else {
-    supervisor.gate_closed(static_cast<double>(failed));  // in the air it goes on
+    supervisor.gate_closed(static_cast<double>(failed));  // in the air the flight goes on
     make_safe(sent_);
     if (supervisor.airborne()) {
       ++gate_failed_;
@@ -189,7 +189,7 @@ Vehicle::Command Vehicle::gate(const Command& wanted, Supervisor& supervisor, Ti
   return sent_;
 }
 
-// The flight counts its own.
+// The flight counts its own use.
 void Vehicle::count_gas() noexcept {
   if (flight_.active()) return;
   std::array<double, kHopperValves> open_s{};
@@ -213,15 +213,13 @@ std::uint16_t Vehicle::sick() const noexcept {
   return static_cast<std::uint16_t>(sick);
 }
 
-// Sensors have nothing to reset but what is known of them.
+// Sensors have no reset: their state is cleared.
 void Vehicle::reset_modules(std::uint16_t modules) noexcept {
   const unsigned nodes = modules >> (kValveModule - 1) & ((1u << kHopperNodes) - 1);
   if (nodes != 0) {
-    orders_.reset_nodes = static_cast<std::uint8_t>(nodes);
+    const bool sent = orders_.node_reset_serial == sent_.node_reset_serial;
+    orders_.reset_nodes = static_cast<std::uint8_t>(sent ? nodes : orders_.reset_nodes | nodes);
     ++orders_.node_reset_serial;
-    for (std::size_t i = 0; i < kHopperNodes; ++i) {
-      if (nodes >> i & 1u) reset_ns_[i] = now_ns_;
-    }
     if (supervisor_ != nullptr && nodes >> kFanNode & 1u) supervisor_->happen(event::fans_unarmed);
   }
   if (modules & 1u << (kImuModule - 1)) sensors_.forget_imu();

@@ -2,15 +2,16 @@
 
 // TALARIS in the daemon: the stages of its cycle (daemon/core/cycle.h). An IMU and an altimeter on
 // serial lines, eight valves and four fans on a CAN bus; navigation, guidance and control of
-// gnc/talaris fly what was planned, valves and fans are also moved by hand and by scripts. What is
-// wrong in the air is told at once and becomes an emergency on the ground. Frame thread; time is
-// data; no allocation.
+// gnc/talaris fly the plan; valves and fans are also moved by hand and by scripts. Faults in the
+// air are reported at once and become an emergency on the ground. Frame thread; time is data; no
+// allocation.
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
 
 #include "daemon/core/cycle.h"
+#include "daemon/core/resets.h"
 #include "daemon/vehicles/talaris_buses.h"
 #include "daemon/vehicles/talaris_config.h"
 #include "daemon/vehicles/talaris_gate.h"
@@ -45,7 +46,7 @@ class Vehicle final : public Actor, private Patient {
   void guide(TimeNs now) noexcept;
   Command control(TimeNs now) noexcept;
   Command gate(const Command& wanted, Supervisor& supervisor, TimeNs now) noexcept;
-  // Fills the telemetry; true when a sample was asked for.
+  // Fills the telemetry; true when a sample was requested.
   bool describe(const lss::Inputs<Vehicle>& in, const SupervisorState& state,
                 Telemetry& out) noexcept;
 
@@ -59,14 +60,13 @@ class Vehicle final : public Actor, private Patient {
     v(parameters_, tunables_, sensors_, navigation_, flight_, contact_, output_, hand_, script_,
       solver_, bus_, orders_, sent_, enabled_, now_ns_, executed_ns_, data_requested_, overrun_,
       arming_, gate_failed_, begun_, touchdown_m_s_, program_, port_open_, port_reported_,
-      bus_stops_, bus_offs_, reboots_, emcys_, opened_ns_, begun_ns_, reset_ns_, imu_silent_told_,
+      bus_stops_, bus_offs_, reboots_, emcys_, opened_ns_, begun_ns_, resets_, imu_silent_told_,
       imu_stuck_told_, lossy_told_, altimeter_told_, supply_told_, load_cell_told_, script_told_,
-      phase_, reaction_, faults_, pending_, shut_frames_);
+      phase_, reaction_, faults_, pending_);
   }
 
  private:
   // Commands (talaris_commands.cpp).
-  Verdict consider_start() const noexcept;
   Verdict consider_gnc(const Request& request) const noexcept;
   Verdict consider_execute() const noexcept;
   Verdict consider_valves(std::uint8_t valves) const noexcept;
@@ -78,7 +78,7 @@ class Vehicle final : public Actor, private Patient {
 
   // Watch (talaris_watch.cpp, talaris_watch_flight.cpp).
   void watch_bus(const HopperCan::Report& bus, Supervisor& s) noexcept;
-  void watch_edges(const EdgeReport& edges, Supervisor& s) noexcept;
+  void watch_resets(Supervisor& s) noexcept;
   void watch_nodes(Supervisor& s) noexcept;
   void watch_node(std::size_t node, Supervisor& s) noexcept;
   void watch_link(std::size_t node, Supervisor& s) noexcept;
@@ -104,9 +104,9 @@ class Vehicle final : public Actor, private Patient {
   Mode mode() const noexcept;
   const HopperLink& link(std::size_t node) const noexcept { return bus_.can.status.link[node]; }
   bool answers(std::size_t node) const noexcept;
-  // A frame wakes after its T_k and may know what was heard since.
+  // A frame wakes after its T_k and may know later messages.
   TimeNs age_of(TimeNs heard_ns) const noexcept { return std::max<TimeNs>(now_ns_ - heard_ns, 0); }
-  bool flying() const noexcept;  // valves and fans are the flight's
+  bool flying() const noexcept;  // the flight commands valves and fans
   int fan_step_us() const noexcept;
   bool touches() noexcept;
   void actuate_flight() noexcept;
@@ -116,7 +116,7 @@ class Vehicle final : public Actor, private Patient {
   void describe_actuators(Telemetry& out) const noexcept;
 
   Parameters parameters_;
-  TunableValues tunables_;  // of them
+  TunableValues tunables_;  // of the parameters
   Sensors sensors_;
   gnc::talaris::Navigation navigation_;
   gnc::talaris::Flight flight_;
@@ -135,26 +135,25 @@ class Vehicle final : public Actor, private Patient {
   TimeNs executed_ns_ = 0;
   bool data_requested_ = false;
   bool overrun_ = false;
-  bool arming_ = false;  // the start-up of the fans' speed controllers is sent
+  bool arming_ = false;  // the start-up of the fans' speed controllers is running
   int gate_failed_ = 0;  // frames in a row, in the air
-  bool begun_ = false;   // execute found something to fly
+  bool begun_ = false;   // execute found a plan
   double touchdown_m_s_ = 0;
   std::uint8_t program_ = 0;
 
-  // What was told before.
+  // State already reported.
   bool port_open_ = false, port_reported_ = false;
   std::uint64_t bus_stops_ = 0, bus_offs_ = 0;
   std::array<std::uint64_t, kHopperNodes> reboots_{}, emcys_{};
   TimeNs opened_ns_ = 0;  // the port; for sensors: the first frame
   TimeNs begun_ns_ = 0;
-  std::array<TimeNs, kHopperNodes> reset_ns_{};  // ordered by us; 0: not lately
+  Resets resets_;  // of modules
   bool imu_silent_told_ = false, imu_stuck_told_ = false, lossy_told_ = false;
   bool altimeter_told_ = false, supply_told_ = false, load_cell_told_ = false;
   std::uint16_t script_told_ = 0;
   gnc::talaris::Phase phase_ = gnc::talaris::Phase::none;
   gnc::talaris::Reaction reaction_ = gnc::talaris::Reaction::none;
-  gnc::talaris::FaultSet faults_ = 0, pending_ = 0;  // told; not yet an emergency
-  int shut_frames_ = 0;                              // the fast all-stop is not confirmed
+  gnc::talaris::FaultSet faults_ = 0, pending_ = 0;  // reported; not yet an emergency
 };
 
 }  // namespace lss::talaris

@@ -11,7 +11,7 @@ void Actuation::release(const TalarisOrders& orders, TimeNs release_ns, TimeNs n
     TalarisOrders due = orders;
     due.release_ns = release_ns;
     valves_.release(due, now);
-    send(release_ns, now);  // before anything that takes time
+    send(release_ns, now);  // before anything slow
     can_.release(due);
     reset_serial_ = due.node_reset_serial;
   } else {
@@ -26,7 +26,7 @@ void Actuation::run(TimeNs now) noexcept {
   send(due_ns, now);
 }
 
-// What the cycle does not order.
+// Orders of the actuate thread itself.
 void Actuation::obey(TimeNs now) noexcept {
   if (const std::uint32_t generation = sender_.generation(); generation != generation_) {
     generation_ = generation;
@@ -35,7 +35,7 @@ void Actuation::obey(TimeNs now) noexcept {
   if (!latch_.fell()) return;
   valves_.all_stop(now);
   send(now, now);
-  // Another number would boot nodes, now and when the cycle gives its own again.
+  // Another number would boot nodes, now and when the cycle's own number comes again.
   can_.release({.issued_ns = now,
                 .boundary_ns = now,
                 .release_ns = now,

@@ -1,9 +1,9 @@
 #pragma once
 
-// What the actuate thread of TALARIS does besides waiting: orders of a frame at T_k + offset, the
-// edges of the valves at their own times, and an all-stop that does not wait for the frame. It
-// writes valve frames to the CAN bus itself; the bus thread says all else. Time is data; actuate
-// thread, unless said otherwise. Nothing here allocates, locks or logs.
+// The work of the actuate thread of TALARIS: orders of a frame at T_k + offset, the edges of the
+// valves at their own times, and an all-stop that does not wait for the frame. It writes valve
+// frames to the CAN bus itself; the bus thread sends all others. Time is data; actuate thread,
+// unless noted otherwise. Nothing here allocates, locks or logs.
 
 #include <array>
 #include <cstdint>
@@ -20,15 +20,15 @@ namespace lss::talaris {
 using HopperCan =
     CanBus<HopperBus, HopperBusParameters, TalarisOrders, TalarisSample, HopperStatus>;
 
-// Every edge: when each valve was last told to open and to shut; a frame has one pulse for each.
+// The last edges that were sent to each valve; a frame has one pulse for each.
 struct EdgeReport {
   ValveCounters counters{};
   CanSender::Counters sender{};
   std::array<TimeNs, kHopperValves> opened_ns{}, shut_ns{};  // 0: never
   TimeNs last_ns = 0;                                        // of the last frame with an edge
-  TimeNs last_late_ns = 0;                                   // that one behind its time
-  std::uint8_t open = 0;                                     // bit i: valve i + 1, as last told
-  // Shut and off by the fast way; the cycle has not confirmed yet, and its orders do not pass.
+  TimeNs last_late_ns = 0;                                   // its delay
+  std::uint8_t open = 0;                                     // bit i: valve i + 1, as last sent
+  // An all-stop was obeyed; the orders of the cycle do not pass until it has confirmed.
   bool all_stop_pending = false;
   std::uint64_t refused_orders = 0;  // that did not pass
 };
@@ -39,13 +39,13 @@ class Actuation {
 
   CanSender& sender() noexcept { return sender_; }  // start-up: for the port
 
-  // At its release; pulses count from `release_ns`, of a command that is repeated, too.
+  // At its release; pulses count from `release_ns`, of a repeated command, too.
   void release(const TalarisOrders& orders, TimeNs release_ns, TimeNs now) noexcept;
   // Between releases (NoWork in daemon/core/frames.h).
   TimeNs next_wake() const noexcept { return valves_.next_wake(); }
   void run(TimeNs now) noexcept;
 
-  // Any thread; then the actuate thread has to be woken.
+  // Any thread; afterwards the actuate thread has to be woken.
   void all_stop(TimeNs now) noexcept { latch_.ask(now); }
 
   // Frame thread.

@@ -41,7 +41,7 @@ std::vector<std::string> missing_ports(const config::Config& config) {
   return missing;
 }
 
-// Of the IMU that is there.
+// Of the configured IMU.
 int packets(const BusesParameters& p) {
   return p.imu == ImuKind::landmark30 ? p.landmark.packets_per_frame : p.crossbow.packets_per_frame;
 }
@@ -102,7 +102,7 @@ tl::expected<void, std::string> Buses::probe() {
         fmt::format("[frame] period_ms is {}: {} packets of this IMU make frames of {} ms",
                     static_cast<double>(period_ns_) * 1e-6, packets(parameters_),
                     static_cast<double>(packets(parameters_) * packet_period(parameters_)) * 1e-6));
-  // One frame that comes too late is repeated; the next one comes two periods after the last.
+  // A late frame is repeated once; the next one comes two periods after the last.
   const TimeNs fresh_ns = 2 * period_ns_ + offset_ns_ + std::min(parameters_.grace_ns, period_ns_);
   if (std::min(parameters_.can.stale_after_ns, parameters_.valves.stale_after_ns) < fresh_ns)
     return tl::unexpected(

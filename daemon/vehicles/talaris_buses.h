@@ -1,6 +1,6 @@
 #pragma once
 
-// The wiring of TALARIS: an IMU, whose packets begin the frames, and an altimeter on serial lines,
+// The wiring of TALARIS: an IMU, whose packets begin the frames, and an altimeter on serial lines;
 // valves, fans and load cell on a CAN bus; and the actuate thread's part, which writes the edges of
 // the valves. Ports of the configuration: "imu", "altimeter", "can".
 
@@ -33,11 +33,11 @@ struct BusesParameters {
   Ar1000Parameters altimeter{};
   HopperBusParameters can{};
   ValveParameters valves{};
-  // The last packet of a frame is waited for so long; then the frame begins by the clock.
+  // After this delay of its last packet the frame begins by the clock.
   TimeNs grace_ns = 15 * kMillisecond;
 };
 
-// With what the drivers inherit from the ports and the frame.
+// Adds what the drivers inherit from the ports and the frame.
 BusesParameters complete(BusesParameters parameters, const config::Config& config);
 
 // A serial line.
@@ -48,7 +48,7 @@ struct LineReport {
   bool was_open = false;  // ever
 };
 
-// Everything the frame gets from the buses besides samples.
+// Inputs of the frame from the buses besides samples.
 struct BusReport {
   LineReport imu{}, altimeter{};
   HopperCan::Report can{};
@@ -61,7 +61,7 @@ class Buses {
 
   Buses(const config::Config& config, const BusesParameters& parameters);
 
-  // Start-up: what the configuration got wrong is an error; a port that is absent is waited for.
+  // Start-up: an error of the configuration is reported; an absent port is waited for.
   tl::expected<void, std::string> probe();
   std::vector<std::pair<std::string, std::function<void()>>> bodies();
   std::vector<Progress> progress() const;
@@ -69,13 +69,13 @@ class Buses {
 
   SensorFrames& frames() noexcept { return frames_; }
 
-  // Frame thread: what was stamped before T_k, each line in the order of time; how many. What finds
-  // no room is left to the next frame.
+  // Frame thread: samples stamped before T_k, each line in the order of time; how many. Those that
+  // find no room are left to the next frame.
   std::size_t collect(TimeNs boundary_ns, std::span<TalarisSample> samples,
                       BusReport& report) noexcept;
   std::uint64_t dropped() const noexcept;
 
-  // Actuate thread: orders of this frame, or those of the frame before once more.
+  // Actuate thread: orders of this frame, or again those of the frame before.
   void release(const TalarisOrders& orders, const Boundary& boundary) noexcept;
   Actuation& actuation() noexcept { return actuation_; }
 

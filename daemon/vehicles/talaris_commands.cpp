@@ -1,4 +1,4 @@
-// Commands of TALARIS: what only the vehicle can say of them, and what they do.
+// Commands of TALARIS: the checks of the vehicle, and the actions.
 
 #include <bit>
 #include <cmath>
@@ -54,11 +54,10 @@ Verdict verdict_of(const PlanResult& result) noexcept {
 Verdict Vehicle::consider(const Request& r) noexcept {
   if (r.kind == static_cast<std::uint16_t>(lss::CommandKind::reset)) {
     if (supervisor_ != nullptr && supervisor_->airborne()) return {.reason = Reason::in_flight};
-    if (r.parameter[0] == kAltimeterModule)  // nothing is known of it that could be forgotten
+    if (r.parameter[0] == kAltimeterModule)  // it has no state to clear
       return {.reason = Reason::not_a_choice, .measured = r.parameter[0], .subject = 0};
     return {};
   }
-  if (r.kind == static_cast<std::uint16_t>(lss::CommandKind::start)) return consider_start();
   switch (static_cast<CommandKind>(r.kind)) {
     case CommandKind::valve:
       return r.parameter[1] > 0.5 ? consider_valves(set_of(r.parameter[0])) : Verdict{};
@@ -95,18 +94,6 @@ Verdict Vehicle::consider(const Request& r) noexcept {
   }
 }
 
-// A node that was reset is no loss yet.
-Verdict Vehicle::consider_start() const noexcept {
-  for (const std::size_t node : {kValveNode, kFanNode}) {
-    if (!answers(node))
-      return {.reason = Reason::module_silent,
-              .measured = static_cast<double>(age_of(link(node).node.heartbeat_ns) / kMillisecond),
-              .limit = static_cast<double>(parameters_.buses.can.node_timeout_ns / kMillisecond),
-              .subject = static_cast<std::uint16_t>(kValveModule + node)};
-  }
-  return {};
-}
-
 // The first valve that is wanted and disabled.
 Verdict Vehicle::consider_valves(std::uint8_t valves) const noexcept {
   const unsigned disabled = valves & ~static_cast<unsigned>(enabled_);
@@ -121,7 +108,7 @@ Verdict Vehicle::consider_gnc(const Request& r) const noexcept {
   return static_cast<GncStep>(r.parameter[0]) == GncStep::execute ? consider_execute() : Verdict{};
 }
 
-// What may have changed since it was planned.
+// Conditions that may have changed since planning.
 Verdict Vehicle::consider_execute() const noexcept {
   const gnc::talaris::Plan& plan = flight_.planned();
   const std::uint8_t flags = supervisor_ != nullptr ? supervisor_->controller().flags : 0;
@@ -192,10 +179,17 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   if (actions & lc::kResetModule) {
     const auto number = static_cast<unsigned>(request->parameter[0]);
     constexpr unsigned kNodes = 0b11100;
-    reset_modules(static_cast<std::uint16_t>(number == 0 ? kNodes : 1u << (number - 1)));
+    const unsigned modules = number == 0 ? kNodes : 1u << (number - 1);
+    reset_modules(static_cast<std::uint16_t>(modules));
+    for (std::size_t i = 0; i < kHopperNodes; ++i) {
+      const std::size_t module = kValveModule - 1 + i;
+      const bool there = i != kLoadCellNode || parameters_.buses.can.load_cell;
+      if (there && (modules >> module & 1u) != 0)
+        resets_.begin(module, now_ns_, link(i).node.boots);
+    }
   }
   carry_out(*request);
-  // Whether it is over is asked at once.
+  // Its completion is checked at once.
   if (supervisor_ != nullptr) tell_sense(*supervisor_);
 }
 
@@ -247,7 +241,7 @@ void Vehicle::tell(EventId id, double a, double b, double c, double d) const noe
   if (supervisor_ != nullptr) supervisor_->note(id, 0, a, b, c, d);
 }
 
-// An emergency ends what runs.
+// An emergency ends a running script.
 void Vehicle::end_script() noexcept {
   if (script_.running())
     tell(EventId::script_aborted, script_.id(), script_.done(), script_.steps());

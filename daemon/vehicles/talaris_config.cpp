@@ -15,12 +15,12 @@ namespace {
 namespace g = gnc::talaris;
 constexpr double kDegree = g::kDegree;
 
-// The member is the default, and takes what is read; `unit`: of the key, in that of the member.
+// Replaces the default in the member; `unit`: of the key, in that of the member.
 void read(config::Section& s, std::string_view key, double& member, double min, double max,
           double unit = 1) {
   const double was = member / unit;
   const double is = s.number(key, was, min, max);
-  // A default stays as it is, to the last bit.
+  // A default stays bit-identical.
   if (std::abs(is - was) > 1e-5 * std::abs(was)) member = is * unit;
 }
 void read(config::Section& s, std::string_view key, int& member, int min, int max) {
@@ -103,6 +103,7 @@ void read_bus(config::Section s, Parameters& p) {
   read_ms(s, "heartbeat_timeout_ms", b.heartbeat_timeout_ns, 50, 1000);
   read_ms(s, "stale_ms", b.stale_after_ns, 250, 5000);
   read_ms(s, "renew_ms", p.buses.valves.renew_ns, 5, 100);
+  read_adjustable(s, "bus", p);
   p.buses.valves.node = b.node[kValveNode];
   p.buses.valves.fan_node = b.node[kFanNode];
   p.buses.valves.stale_after_ns = b.stale_after_ns;

@@ -15,7 +15,7 @@ bool fits(const ValvePulse& p) noexcept {
   if (p.on_ns == 0) return p.delay_ns >= 0 && p.delay_ns <= kFrame;
   if (p.delay_ns < 0 || p.on_ns < 0 || p.delay_ns > kFrame || p.on_ns > kFrame) return false;
   const TimeNs end = p.delay_ns + p.on_ns;
-  return end == kFrame || (end < kFrame && p.on_ns >= kShortest);  // to the end: it goes on
+  return end == kFrame || (end < kFrame && p.on_ns >= kShortest);  // a pulse to the end goes on
 }
 
 GateCheck check_valve(const TalarisOrders& o, std::size_t i, Mode mode,

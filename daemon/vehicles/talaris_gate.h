@@ -1,9 +1,9 @@
 #pragma once
 
-// The gate of TALARIS: the one place where orders to valves and fans pass on their way out. Orders
-// that cannot be right are not sent: on the ground the safe command goes out in their place,
-// everything shut and off; in the air valves shut and fans as they were, for a vehicle whose fans
-// stop falls. Pure functions; frame thread and tests.
+// The gate of TALARIS: all orders to valves and fans pass it on their way out. Faulty orders are
+// not sent: on the ground the safe command replaces them, everything shut and off; in the air
+// valves shut and fans as before, since a vehicle whose fans stop falls. Pure functions; frame
+// thread and tests.
 
 #include <cstdint>
 
@@ -15,12 +15,12 @@ namespace lss::talaris {
 enum class GateCheck : std::uint8_t {
   passed,
   fresh,     // not computed in this frame, or released at another time
-  state,     // something open or running where nothing may be
-  pulse,     // shorter than valves can do, longer than the frame, or negative
-  hold,      // open by hand for longer than that may be, or where valves are not opened by hand
-  disabled,  // a valve that may not fire
+  state,     // something open or running in a state that forbids it
+  pulse,     // shorter than a valve's minimum, longer than the frame, or negative
+  hold,      // open by hand for longer than allowed, or in a mode without valves by hand
+  disabled,  // a disabled valve
   range,     // of a fan's pulse width
-  slew,      // a fan shall go faster than its batteries and bearings should take
+  slew,      // a fan speeds up faster than its batteries and bearings allow
 };
 
 struct GateLimits {
@@ -33,7 +33,7 @@ struct GateLimits {
 GateCheck check(const TalarisOrders& orders, const TalarisOrders& before,
                 const lc::ControllerState& state, const GateLimits& limits, TimeNs now) noexcept;
 
-// Everything shut and off; `orders` gives the rest, times and serial numbers.
+// Everything shut and off; times and serial numbers continue from `orders`.
 void make_safe(TalarisOrders& orders) noexcept;
 
 bool active(const TalarisOrders& orders) noexcept;  // a valve opens or a fan runs

@@ -6,7 +6,7 @@
 namespace lss::talaris {
 namespace {
 
-TimeNs nanoseconds(double s) noexcept { return std::llround(s * 1e3) * kMillisecond; }
+TimeNs whole_milliseconds(double s) noexcept { return std::llround(s * 1e3) * kMillisecond; }
 bool in(std::uint8_t set, std::size_t i) noexcept { return (set & 1u << i) != 0; }
 
 }  // namespace
@@ -33,7 +33,7 @@ void Hand::shut() noexcept {
 void Hand::valve(std::uint8_t valves, bool open, double time_s) noexcept {
   for (std::size_t i = 0; i < kHopperValves; ++i) {
     if (!in(valves, i)) continue;
-    wanted_ns_[i] = open ? nanoseconds(time_s) : 0;
+    wanted_ns_[i] = open ? whole_milliseconds(time_s) : 0;
     if (!open) until_ns_[i] = 0;
   }
 }
@@ -41,8 +41,8 @@ void Hand::valve(std::uint8_t valves, bool open, double time_s) noexcept {
 void Hand::pulse(std::uint8_t valves, double on_s, double delay_s, int frames) noexcept {
   pulsed_ = valves;
   // Rounding must not make it longer than the frame.
-  const TimeNs delay_ns = nanoseconds(delay_s);
-  pulse_ = {delay_ns, std::min(nanoseconds(on_s), kFrame - delay_ns)};
+  const TimeNs delay_ns = whole_milliseconds(delay_s);
+  pulse_ = {delay_ns, std::min(whole_milliseconds(on_s), kFrame - delay_ns)};
   frames_ = frames;
 }
 

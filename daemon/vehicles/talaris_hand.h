@@ -1,8 +1,8 @@
 #pragma once
 
-// What is done by hand on TALARIS, or by a script: valves open for a time, pulses in every frame,
-// fans by throttle or speed, the start-up of their speed controllers (TALARIS thesis 4.4.6, 4.4.8).
-// One call a frame; time is data; no allocation.
+// Actuation of TALARIS by hand or by a script: valves open for a time, pulses in every frame, fans
+// by throttle or speed, the start-up of their speed controllers (TALARIS thesis 4.4.6, 4.4.8). One
+// call a frame; time is data; no allocation.
 
 #include <array>
 #include <cstdint>
@@ -26,10 +26,10 @@ class Hand {
   void rpm(std::uint8_t fans, double rpm, double ramp_rpm_s) noexcept;
   void rpm(std::uint8_t fans, double rpm) noexcept { this->rpm(fans, rpm, default_ramp()); }
   void arm() noexcept;
-  void limit(std::uint8_t valves) noexcept;  // the others shut, and stay so
+  void limit(std::uint8_t valves) noexcept;  // other valves are shut and stay so
   void set_gains(const gnc::talaris::Gains& gains) noexcept { speed_.set_gains(gains); }
 
-  // Into orders whose release_ns is set. `measured_rpm`: nullptr when the speeds are not heard.
+  // Into orders whose release_ns is set. `measured_rpm`: nullptr when the speeds are unknown.
   void step(TalarisOrders& orders, const gnc::talaris::PerFan* measured_rpm) noexcept;
 
   bool arming() const noexcept { return arming_ != 0; }
@@ -42,14 +42,14 @@ class Hand {
   double target_rpm(std::size_t fan) const noexcept { return by_rpm_[fan] ? rpm_[fan] : 0; }
 
  private:
-  // Pulses of 2 ms for at least 380 ms, then of 1 ms: whole frames, so it is 400 ms.
+  // Pulses of 2 ms for at least 380 ms, then of 1 ms: in whole frames 400 ms.
   static constexpr int kFullFrames = 2, kQuietFrames = 1;
 
   double default_ramp() const noexcept { return default_ramp_rpm_s_; }
 
   gnc::talaris::FanSpeed speed_;
   double ramp_rpm_s_, default_ramp_rpm_s_ = ramp_rpm_s_;
-  std::array<TimeNs, kHopperValves> wanted_ns_{};  // valves to open at the next release, so long
+  std::array<TimeNs, kHopperValves> wanted_ns_{};  // to open at the next release, for so long
   std::array<TimeNs, kHopperValves> until_ns_{};   // 0: shut
   std::uint8_t timed_out_ = 0;
   std::uint8_t pulsed_ = 0;
@@ -61,7 +61,7 @@ class Hand {
   bool armed_ = false;
 };
 
-// Width of the pulse that a throttle of 0..1 is; a throttle that is no number: off.
+// Pulse width of a throttle of 0..1; a throttle that is no number: off.
 std::uint16_t fan_us(double throttle) noexcept;
 
 }  // namespace lss::talaris

@@ -1,7 +1,7 @@
 #pragma once
 
 // A sensor of TALARIS on its serial line, as daemon/core/serial_bus.h drives it. The IMU's line
-// says besides where frames begin.
+// also announces where frames begin.
 
 #include "daemon/core/frames.h"
 #include "daemon/core/serial_bus.h"
@@ -38,8 +38,8 @@ class LineDriver {
   const LineStatus& counters() const noexcept { return line_.status(); }
 
  private:
-  // When the packet that begins the frame was lost, the frame begins with the next one: its time is
-  // over, and so might the time for its command be.
+  // When the packet that begins the frame was lost, the frame begins with the next one: it is late,
+  // and its command may be, too.
   void begin(std::span<const TalarisSample> heard) noexcept {
     tick_ns_ = tick_.time_ns;
     for (const TalarisSample& sample : heard) {

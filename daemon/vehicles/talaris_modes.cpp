@@ -29,7 +29,7 @@ enum Guard : unsigned {
   kOnGround,
 };
 constexpr const char* kGuardNames[] = {"navigation is calibrated", "something is planned",
-                                       "the IMU is to be trusted", "the fans are started",
+                                       "the IMU is reliable",      "the fans are started",
                                        "it is in the air",         "it is on the ground"};
 constexpr lc::GuardSet kMayStart = lc::guard(lc::kPortOpen) | lc::guard(lc::kAllHeard) |
                                    lc::guard(lc::kAllAnswer) | lc::guard(lc::kObcHeard);
@@ -81,7 +81,7 @@ constexpr Row go(lc::Event event, lc::ModeSet from, lc::GuardSet guards, Mode to
   return {event, kOperational,  from,   guards, kKeep, State::operational,
           m(to), g(Goal::none), actions};
 }
-// It flies on, to another end.
+// It flies on, to another goal.
 constexpr Row aim(lc::Event event, std::uint8_t from, lc::GuardSet guards, Goal goal,
                   lc::ActionSet actions) {
   return {event, kOperational, kInExecute, guards, from, State::operational,
@@ -136,7 +136,7 @@ constexpr std::array kRows = {
     stay(event::plan, kOperational, kByHand | kInStandby | kInCalibrate, 0, kPlan),
     stay(event::gains, kIdle | kOperational, kByHand | kInStandby, 0, kGains),
     aim(event::land, g(Goal::idle), 0, Goal::idle, 0),
-    // From every mode: on the ground the guard says why not.
+    // From every mode: on the ground the guard gives the reason.
     Row{event::land, kOperational, lc::kAnyMode, lc::guard(kInAir), kKeep, State::operational,
         kKeep, g(Goal::landing), kLand},
 
@@ -201,8 +201,8 @@ constexpr std::array kEvents = {
 
 }  // namespace
 
-// Valves and fans must answer. IMU and altimeter have their flags: much is done without them. The
-// load cell is there on the test stand only.
+// Valves and fans must answer. IMU and altimeter have their flags: much works without them. The
+// load cell exists on the test stand only.
 const lc::Table kTable{.rows = &kIndexed,
                        .events = kEvents,
                        .modules = kFanModule,
@@ -216,9 +216,7 @@ bool airborne(const lc::ControllerState& s) noexcept {
 }
 
 bool considered(std::uint16_t kind) noexcept {
-  if (kind == static_cast<std::uint16_t>(lss::CommandKind::start) ||
-      kind == static_cast<std::uint16_t>(lss::CommandKind::reset))
-    return true;
+  if (kind == static_cast<std::uint16_t>(lss::CommandKind::reset)) return true;
   switch (static_cast<CommandKind>(kind)) {
     case CommandKind::valve:
     case CommandKind::pulse:

@@ -10,7 +10,7 @@
 
 namespace lss::talaris {
 
-// In Execute: whether it is in the air, and what comes after the landing.
+// In Execute: whether it is in the air, and the state after the landing.
 enum class Goal : std::uint8_t {
   none,     // on the ground
   flying,   // in the air, as planned
@@ -22,7 +22,7 @@ enum Flag : std::uint8_t {
   kCalibrated = 1u << 0,
   kPlanned = 1u << 1,
   kFansArmed = 1u << 2,      // the speed controllers went through their start-up
-  kImuLost = 1u << 3,        // silent, or not to be believed
+  kImuLost = 1u << 3,        // silent, or not reliable
   kAltimeterLost = 1u << 4,  // silent, or errors only
 };
 
@@ -38,7 +38,7 @@ inline constexpr lc::Event start = vehicle(0), stop = vehicle(1), manual = vehic
                            execute = vehicle(12), plan = vehicle(13), gains = vehicle(14),
                            land = vehicle(15), script_upload = vehicle(16),
                            script_run = vehicle(17), script_abort = vehicle(18);
-// the world's
+// reports
 inline constexpr lc::Event calibrated = vehicle(19), calibration_refused = vehicle(20),
                            lifted_off = vehicle(21), finished = vehicle(22),
                            script_ended = vehicle(23), fans_armed = vehicle(24),
@@ -48,7 +48,7 @@ inline constexpr lc::Event calibrated = vehicle(19), calibration_refused = vehic
 }  // namespace event
 
 enum Action : lc::ActionSet {
-  kShut = lc::ActionSet{1} << lc::kVehicleActions,  // valves, fans off: what was done by hand ends
+  kShut = lc::ActionSet{1} << lc::kVehicleActions,  // valves, fans off: actuation by hand ends
   kValve = kShut << 1,
   kPulse = kShut << 2,
   kEnable = kShut << 3,
@@ -56,7 +56,7 @@ enum Action : lc::ActionSet {
   kIsArmed = kShut << 5,
   kIsUnarmed = kShut << 6,
   kFan = kShut << 7,
-  kGncOff = kShut << 8,  // what was calibrated is forgotten
+  kGncOff = kShut << 8,  // the calibration is cleared
   kCalibrate = kShut << 9,
   kIsCalibrated = kShut << 10,
   kExecute = kShut << 11,
@@ -77,27 +77,27 @@ extern const lc::Table kTable;
 // In Execute and off the ground.
 bool airborne(const lc::ControllerState& state) noexcept;
 
-// Commands that only the vehicle can judge: numbers of gas and thrust, scripts, valves by hand.
+// Commands that only the vehicle can judge: gas and thrust, scripts, valves by hand.
 bool considered(std::uint16_t kind) noexcept;
 
-// The event that a command of the DDS face is; Event::none when it is not one of ours.
+// The event of a command of the DDS face; Event::none when it is not one of ours.
 lc::Event event_of(const Request& request) noexcept;
 
-// Whether what the command asked for has been reached.
+// Whether the command's goal has been reached.
 bool reached(std::uint16_t kind, const SupervisorState& state) noexcept;
 
-// The module that a command is for; 0: none.
+// The module of a command; 0: none.
 unsigned subject_of(const Request& request) noexcept;
 
-// Nothing: the vehicle considers them (Actor::consider). Layout of SupervisorState::sense: [0] how
-// many valves are open and fans run; [1] whether valves are open by hand or pulses are left.
+// No guards: the vehicle has Actor::consider. Layout of SupervisorState::sense: [0] how many valves
+// are open and fans run; [1] whether valves are open by hand or pulses are left.
 Verdict sense(const SupervisorState& state, const Request& request) noexcept;
 inline constexpr std::size_t kSenseActive = 0, kSensePulsing = 1;
 
-// The command for `kind`, common or talaris' own; nullptr when there is none.
+// The command of `kind`, common or talaris' own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;
 
-// All of it, for the supervisor.
+// All of the above, for the supervisor.
 const Logic& logic() noexcept;
 
 }  // namespace lss::talaris

@@ -1,6 +1,6 @@
 #pragma once
 
-// The structs of TALARIS that records hold, member by member (daemon/record/fields.h).
+// Members of the structs of TALARIS in records (daemon/record/fields.h).
 
 #include "daemon/record/can_fields.h"
 #include "daemon/record/frame_record.h"

@@ -56,7 +56,7 @@ Verdict Script::consider_step(const Request& r) const noexcept {
   if (step.kind != StepKind::pulse) return {};
   for (std::size_t i = 0; i < kHopperValves; ++i) {
     if ((step.which >> i & 1u) == 0 || busy_until_ms_[i] == 0) continue;
-    // The first release at which nothing of the last pulse is left.
+    // The first release after the end of the last pulse.
     const std::int32_t earliest = (busy_until_ms_[i] + kFrame_ms - 1) / kFrame_ms * kFrame_ms;
     if (step.at_ms < earliest)
       return refuse(Reason::script_overlap, r.parameter[2], seconds(earliest));
@@ -110,7 +110,7 @@ void Script::write(TalarisOrders& orders, std::int32_t from_ms) noexcept {
   for (std::size_t i = 0; i < kHopperValves; ++i) {
     const Window& w = window_[i];
     if (w.to_ms <= from_ms || w.from_ms >= from_ms + kFrame_ms) continue;
-    if (w.from_ms < from_ms) {  // went on from the frame before
+    if (w.from_ms < from_ms) {  // continued from the frame before
       orders.hold[i] = {true, orders.release_ns + (w.to_ms - from_ms) * kMillisecond};
     } else {
       const std::int32_t delay_ms = w.from_ms - from_ms;

@@ -1,10 +1,10 @@
 #pragma once
 
-// Scripts of TALARIS: timed actuations that are sent step by step, checked as they come and as a
-// whole, and then run by themselves (TALARIS thesis 4.5.1, A.3.2). Time is counted in frames of
-// 200 ms from the lead on, so that a step at 0.2 n s is at a release. A valve has one pulse in a
-// frame: the next one begins in a later frame than the last one ends in. Frame thread; time is
-// data; no allocation.
+// Scripts of TALARIS: timed actuations that are sent step by step, checked at reception and as a
+// whole, and then run by themselves (TALARIS thesis 4.5.1, A.3.2). Time is counted in frames of 200
+// ms from the lead on, so that a step at 0.2 n s is at a release. A valve has one pulse in a frame:
+// the next one begins in a later frame than the last one ends in. Frame thread; time is data; no
+// allocation.
 
 #include <array>
 #include <cstdint>
@@ -26,7 +26,7 @@ struct ScriptStep {
   std::int32_t end_ms() const noexcept { return at_ms + (kind == StepKind::pulse ? on_ms : 0); }
 };
 
-// What fans are told by the steps of a frame: bit i of `fans`; rpm or throttle.
+// Orders of a frame's steps to fans: bit i of `fans`; rpm or throttle.
 struct FanChange {
   std::uint8_t fans = 0;
   bool rpm = false;
@@ -35,7 +35,7 @@ struct FanChange {
 
 class Script {
  public:
-  // What begin, step and run would say; a step's number (from 1 on) is the verdict's subject.
+  // Checks of begin, step and run; a step's number (from 1 on) is the verdict's subject.
   Verdict consider_begin(double id, double steps) const noexcept;
   Verdict consider_step(const Request& request) const noexcept;
   Verdict consider_run(double id) const noexcept;
@@ -43,14 +43,14 @@ class Script {
   std::uint8_t valves() const noexcept { return valves_; }
   bool uses_fans() const noexcept { return fans_; }
 
-  // Only what was considered before.
+  // Only after consider.
   void begin(const Request& request) noexcept;
   void add(const Request& request) noexcept;
   void run() noexcept;
   void end() noexcept { running_ = false; }
 
-  // One frame while it runs: its pulses into `orders` (release_ns is set), its fans one change at a
-  // time by `change`, in order.
+  // One frame while it runs: sets its pulses in `orders` (release_ns is set) and calls `change` for
+  // each change of fans, in order.
   template <class Change>
   void advance(TalarisOrders& orders, Change change) noexcept {
     const std::int32_t from = now_ms_, until = from + kFrame_ms;

@@ -1,8 +1,8 @@
 #pragma once
 
-// What the sensors of TALARIS said, a frame at a time: the batch for navigation in the axes of the
-// body, the newest of everything else, filtered where the thesis filters (4.5.2, 5.2.5), with its
-// age; and what is wrong with them. Frame thread; time is data; no allocation.
+// Sensor data of TALARIS, per frame: the batch for navigation in the axes of the body; the newest
+// of all other values, filtered as in the thesis (4.5.2, 5.2.5), with its age; and sensor faults.
+// Frame thread; time is data; no allocation.
 
 #include <array>
 #include <cstdint>
@@ -17,16 +17,16 @@ namespace lss::talaris {
 class Sensors {
  public:
   explicit Sensors(const Parameters& parameters) noexcept;
-  void configure(const Parameters& parameters) noexcept;  // when something is lost
+  void configure(const Parameters& parameters) noexcept;  // the fault thresholds
 
-  // One frame: begin, then each sample; then the rest may be asked.
+  // One frame: begin, then each sample; then the other functions may be called.
   void begin(TimeNs now) noexcept;
   void take(const TalarisSample& sample) noexcept;
 
   // For navigation. Empty when the IMU is stuck.
   gnc::talaris::Batch batch() const noexcept;
 
-  // IMU: nothing of it is to be believed.
+  // IMU: its data are not reliable.
   bool imu_lost() const noexcept { return imu_silent() || imu_stuck(); }
   bool imu_silent() const noexcept;
   bool imu_stuck() const noexcept { return same_ >= same_limit_; }
@@ -35,7 +35,7 @@ class Sensors {
   std::uint64_t imu_lost_packets() const noexcept { return lost_in_frame_; }
   std::uint64_t imu_lost_in_all() const noexcept { return lost_; }
   bool imu_lossy() const noexcept { return lossy_ > lossy_limit_; }
-  // Its scale, when it changed in the frame.
+  // Its new scale, when it changed in the frame.
   bool scale_changed() const noexcept { return scale_changed_; }
   double scale_before() const noexcept { return scale_before_; }
   double scale() const noexcept { return scale_; }
@@ -54,9 +54,9 @@ class Sensors {
 
   // Actuators.
   double gas_age_s() const noexcept { return age_s(gas_ns_); }
-  double tank_kPa() const noexcept;  // filtered; NaN: never heard
+  double tank_kPa() const noexcept;  // filtered; NaN: never received
   double regulated_kPa() const noexcept;
-  const GasState& gas() const noexcept { return gas_; }  // as it came
+  const GasState& gas() const noexcept { return gas_; }  // unfiltered
   double fan_age_s() const noexcept { return age_s(fans_ns_); }
   const std::array<double, kHopperFans>& rpm() const noexcept { return rpm_; }
   std::array<double, 3> load_N() const noexcept;
@@ -86,7 +86,7 @@ class Sensors {
 
   TimeNs imu_ns_ = 0;
   ImuPacket packet_{};
-  int same_ = 0;  // packets in a row that say the same
+  int same_ = 0;  // identical packets in a row
   std::uint64_t lost_ = 0, lost_in_frame_ = 0;
   double lossy_ = 0;  // packets lost, mean of about a second
   int scale_ = -1, scale_before_ = -1;

@@ -1,8 +1,8 @@
 #pragma once
 
 // Error solving of TALARIS: strategies, tried one after the other until everything that is needed
-// answers and nothing else is wrong, for a while. Which strategies for which class of faults, in
-// which order, says the configuration. Frame thread; time is data.
+// answers and nothing else is wrong, for a while. The configuration names the strategies of each
+// class of faults and their order. Frame thread; time is data.
 
 #include <array>
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace lss::talaris {
 
 enum class FaultClass : std::uint8_t {
   contact,     // a node of the actuators or a port is not there
-  navigation,  // what navigation says cannot be trusted
+  navigation,  // the data of navigation are not reliable
   system,      // frames, gas, emergency stops by command
 };
 inline constexpr std::size_t kFaultClasses = 3;
@@ -33,7 +33,7 @@ struct SolverParameters {
   TimeNs budget_ns = 10 * kSecond;  // for one strategy
 };
 
-// The vehicle as a strategy sees and treats it. Sets of modules as bits: bit i is module i+1.
+// The strategies' access to the vehicle. Sets of modules as bits: bit i is module i+1.
 class Patient {
  public:
   virtual TimeNs now() const noexcept = 0;
@@ -51,16 +51,16 @@ class Solver {
 
   explicit Solver(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
 
-  // What is to be tried, from what is wrong. The first strategy begins with the next step.
+  // Plans the strategies from the present faults. The first one begins with the next step.
   void begin(std::span<const FaultClass> wrong) noexcept;
   void end() noexcept { running_ = false; }
-  // What is under way goes on by them.
+  // Applies to the running strategy, too.
   void configure(const SolverParameters& parameters) noexcept { parameters_ = parameters; }
   bool running() const noexcept { return running_; }
   StrategyKind kind() const noexcept { return plan_[at_]; }
 
-  // Once per frame while running. `healthy`: nothing at all is wrong in this frame. next: the
-  // strategy did not help; call again when the locomotion controller agreed to the next one.
+  // Once per frame while running. `healthy`: no fault at all in this frame. next: the strategy did
+  // not help; call again when the locomotion controller agreed to the next one.
   Report step(Patient& patient, bool healthy) noexcept;
 
  private:

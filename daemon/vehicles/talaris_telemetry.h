@@ -1,6 +1,6 @@
 #pragma once
 
-// What TALARIS measures, once per frame: filled by the frame thread, carried to the publish thread,
+// Telemetry of TALARIS, once per frame: filled by the frame thread, passed to the publish thread,
 // converted in daemon/dds/talaris.cpp to idl/talaris.idl, whose fields it mirrors. Plain and
 // trivially copyable.
 

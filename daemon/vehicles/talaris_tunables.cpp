@@ -12,18 +12,18 @@ constexpr Change kAlways = Change::always, kAtRest = Change::at_rest;
 
 constexpr auto kTunables = std::to_array<Tunable<P>>({
     {{"limits.imu_hold_s", "s", 0.05, 1, kAtRest, false,
-      "silence of the IMU that is flown through"},
+      "silence of the IMU that is bridged in flight"},
      1,
      [](P& p) -> Place { return &p.flight.limits.imu_hold_s; }},
     {{"limits.valve_age_s", "s", 0.2, 5, kAtRest, false,
-      "nothing heard of the valves for so long: lost"},
+      "no message of the valve node for so long: lost"},
      1,
      [](P& p) -> Place { return &p.flight.limits.valve_age_s; }},
     {{"limits.fan_age_s", "s", 0.05, 5, kAtRest, false,
-      "nothing heard of the fans for so long: lost"},
+      "no message of the fan node for so long: lost"},
      1,
      [](P& p) -> Place { return &p.flight.limits.fan_age_s; }},
-    {{"limits.tilt_deg", "deg", 6, 68, kAtRest, false, "more is no flight any more"},
+    {{"limits.tilt_deg", "deg", 6, 68, kAtRest, false, "above it the flight has failed"},
      kDegree,
      [](P& p) -> Place { return &p.flight.limits.tilt_rad; }},
     {{"limits.rate_deg_s", "deg/s", 30, 450, kAtRest, false, "the same of rates"},
@@ -120,8 +120,7 @@ constexpr auto kTunables = std::to_array<Tunable<P>>({
     {{"imu.silent_ms", "ms", 20, 1000, kAtRest, false, "no packet for so long: lost"},
      kMs,
      [](P& p) -> Place { return &p.imu_silent_ns; }},
-    {{"imu.lost_per_s", "1/s", 1, 200, kAlways, true,
-      "more packets lost than that are told as a fault"},
+    {{"imu.lost_per_s", "1/s", 1, 200, kAlways, true, "more lost packets than that are a fault"},
      1,
      [](P& p) -> Place { return &p.imu_lost_per_s; }},
     {{"altimeter.silent_ms", "ms", 200, 5000, kAtRest, false, "no good reading for so long: lost"},
@@ -130,6 +129,10 @@ constexpr auto kTunables = std::to_array<Tunable<P>>({
     {{"solve.budget_s", "s", 3, 600, kAlways, false, "for one strategy of error solving"},
      kS,
      [](P& p) -> Place { return &p.solver.budget_ns; }},
+    {{"bus.reset_s", "s", 1, 120, kAlways, false,
+      "a node that a command resets has to answer again within it"},
+     kS,
+     [](P& p) -> Place { return &p.reset_ns; }},
 });
 constexpr auto kInfos = infos_of(kTunables);
 

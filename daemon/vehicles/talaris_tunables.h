@@ -1,7 +1,7 @@
 #pragma once
 
-// The parameters of TALARIS that can be changed while the daemon runs (docs/parameters.md).
-// Constant data; any thread.
+// The parameters of TALARIS that can change while the daemon runs (docs/parameters.md). Constant
+// data; any thread.
 
 #include "daemon/core/tunables.h"
 #include "daemon/vehicles/talaris_config.h"

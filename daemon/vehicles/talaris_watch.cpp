@@ -1,5 +1,5 @@
-// Supervision of TALARIS: what nodes, bus, sensors and supply report, turned into events and faults
-// of the locomotion controller. What is wrong in the air is talaris_watch_flight.cpp's.
+// Supervision of TALARIS: turns reports of nodes, bus, sensors and supply into events and faults of
+// the locomotion controller. Faults in the air are in talaris_watch_flight.cpp.
 
 #include "daemon/core/solving.h"
 #include "daemon/vehicles/talaris.h"
@@ -8,8 +8,7 @@ namespace lss::talaris {
 namespace {
 
 constexpr TimeNs kBusStuckAfter = 200 * kMillisecond;
-constexpr TimeNs kBoot = 5 * kSecond;  // what is not there by then is missing
-constexpr int kShutFrames = 2;         // until the cycle confirms a fast all-stop
+constexpr TimeNs kBoot = 5 * kSecond;  // a module that is silent until then is missing
 
 std::uint16_t module_of(std::size_t node) noexcept {
   return static_cast<std::uint16_t>(node + kValveModule);
@@ -22,7 +21,8 @@ void Vehicle::watch(const lss::Inputs<Vehicle>& in, Supervisor& s) noexcept {
   overrun_ = in.overrun_limit;
   if (overrun_ && s.controller().state == State::operational) s.raise(FaultId::frame_overrun);
   watch_bus(in.bus.can, s);
-  watch_edges(in.bus.edges, s);
+  s.check_stop(in.bus.edges.all_stop_pending);
+  watch_resets(s);
   watch_nodes(s);
   watch_imu(s);
   watch_altimeter(s);
@@ -51,7 +51,7 @@ void Vehicle::warn(bool wrong, bool& told, FaultId id, std::uint16_t subject,
 }
 
 void Vehicle::watch_bus(const HopperCan::Report& bus, Supervisor& s) noexcept {
-  if (bus.time_ns == 0) return;  // the bus thread has not spoken yet
+  if (bus.time_ns == 0) return;  // no report of the bus thread yet
   const bool operational = s.controller().state == State::operational;
   if ((bus.open != port_open_ && (bus.open || !s.airborne())) || !port_reported_) {
     s.happen(bus.open ? lc::Event::port_opened : lc::Event::port_closed);
@@ -79,16 +79,16 @@ void Vehicle::watch_bus(const HopperCan::Report& bus, Supervisor& s) noexcept {
   }
 }
 
-// The actuate thread obeyed an emergency stop ahead of the cycle: the cycle has to follow.
-void Vehicle::watch_edges(const EdgeReport& edges, Supervisor& s) noexcept {
-  const bool followed = s.controller().state == State::fatal_error;
-  shut_frames_ = edges.all_stop_pending && !followed ? shut_frames_ + 1 : 0;
-  if (shut_frames_ <= kShutFrames) return;
-  s.latch(FaultId::valves_shut_fast, kValveModule);
-  s.happen(lc::Event::emergency);  // also in the air: nothing gets out any more
-}
-
 // ---- nodes
+
+// Of nodes only: the state of the IMU is cleared at once.
+void Vehicle::watch_resets(Supervisor& s) noexcept {
+  const auto node_of = [](std::size_t module) { return module - (kValveModule - 1); };
+  resets_.watch(
+      now_ns_, parameters_.reset_ns, bus_.can.open,
+      [&](std::size_t module) { return link(node_of(module)).node.boots; },
+      [&](std::size_t module) { return answers(node_of(module)); }, s);
+}
 
 void Vehicle::watch_nodes(Supervisor& s) noexcept {
   std::array<std::int64_t, kMaxModules> age_ms{};
@@ -100,7 +100,7 @@ void Vehicle::watch_nodes(Supervisor& s) noexcept {
   for (std::size_t i = 0; i < kHopperNodes; ++i) age(module_of(i), link(i).node.heartbeat_ns);
   s.set_ages(age_ms, parameters_.buses.can.node_timeout_ns / kMillisecond);
 
-  // Sensors are looked at by what needs them.
+  // Sensors are checked by their users.
   for (const int number : {kImuModule, kAltimeterModule}) {
     const auto module = static_cast<unsigned>(number);
     if ((s.controller().unheard & 1u << (module - 1)) != 0)
@@ -110,11 +110,12 @@ void Vehicle::watch_nodes(Supervisor& s) noexcept {
   watch_node(kFanNode, s);
   if (!parameters_.buses.can.load_cell) return;
   watch_link(kLoadCellNode, s);
-  const bool missing = !answers(kLoadCellNode) && now_ns_ - begun_ns_ > kBoot;
-  warn(missing, load_cell_told_, FaultId::load_cell_lost, kLoadCellModule, s);
+  const bool expected = now_ns_ - begun_ns_ > kBoot && !resets_.away(kLoadCellModule - 1);
+  warn(!answers(kLoadCellNode) && expected, load_cell_told_, FaultId::load_cell_lost,
+       kLoadCellModule, s);
 }
 
-// What a node is, and what it says of itself.
+// The identity of a node, and its own reports.
 void Vehicle::watch_link(std::size_t i, Supervisor& s) noexcept {
   const canopen::NodeStatus& node = link(i).node;
   const std::uint16_t module = module_of(i);
@@ -145,17 +146,15 @@ void Vehicle::watch_node(std::size_t i, Supervisor& s) noexcept {
     }
   }
   const lc::ControllerState& c = s.controller();
-  // By our order it has its time to boot; until then start is refused (consider).
-  const bool boots = (c.state == State::idle || c.state == State::fatal_error) &&
-                     reset_ns_[i] != 0 && now_ns_ - reset_ns_[i] <= kBoot;
+  const bool expected = !resets_.away(module - 1u) && !flying();
   const unsigned bit = 1u << (module - 1);
   const bool unheard = (c.unheard & bit) != 0, silent = (c.silent & bit) != 0;
   if (answers(i) && (unheard || silent)) {
     s.happen(lc::Event::module_heard, module);
     s.note(EventId::node_configured, module);
-  } else if (!answers(i) && !unheard && !silent && !boots && bus_.can.open && !flying()) {
+  } else if (!answers(i) && !unheard && !silent && expected && bus_.can.open) {
     s.happen(lc::Event::module_silent, module);
-    // While errors are solved the strategies see it themselves.
+    // During error solving the strategies check it themselves.
     if (c.state == State::solve_errors) {
       s.latch(FaultId::module_silent, module);
     } else {
@@ -201,7 +200,7 @@ void Vehicle::watch_supply(Supervisor& s) noexcept {
        kValveModule, s);
 }
 
-// ---- what is done by hand and by scripts
+// ---- by hand and by scripts
 
 void Vehicle::watch_hand(Supervisor& s) noexcept {
   if (hand_.armed() && s.happen(event::fans_armed).reason == Reason::none)

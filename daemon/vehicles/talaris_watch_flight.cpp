@@ -1,6 +1,6 @@
 // Supervision of TALARIS' calibration and flight, as they were in the last frame. In the air the
-// flight reacts by itself (gnc/talaris/flight.h has the table); here its faults are told and
-// latched at once, and become an emergency when it has come down.
+// flight reacts by itself (gnc/talaris/flight.h has the table); here its faults are reported and
+// latched at once, and become an emergency after the landing.
 
 #include "daemon/vehicles/talaris.h"
 
@@ -70,7 +70,7 @@ void Vehicle::watch_calibration(Supervisor& s) noexcept {
 void Vehicle::watch_flight(Supervisor& s) noexcept {
   const FlightOutput& f = output_;
   if (mode() != Mode::execute) return;
-  if (!begun_) {  // the plan is gone: as if it were over
+  if (!begun_) {  // the plan is gone: treated as over
     s.abandon(Reason::not_planned);
     s.happen(event::finished);
     return;
@@ -84,13 +84,13 @@ void Vehicle::watch_flight(Supervisor& s) noexcept {
   }
   if (f.reaction != reaction_) {
     reaction_ = f.reaction;
-    // A landing that was commanded is none.
+    // A commanded landing is no failure.
     if (f.reaction > gnc::talaris::Reaction::land || f.faults != 0)
       s.note(EventId::contingency, 0, static_cast<double>(f.phase));
   }
   watch_faults(s);
   if (f.all_stop) {
-    if ((faults_ & kKnown) == 0) s.latch(FaultId::valves_shut_fast, kValveModule);
+    if ((faults_ & kKnown) == 0) s.latch(FaultId::stop_not_followed);
     s.happen(lc::Event::emergency);
   } else if (f.finished) {
     s.note(EventId::landed, 0, touchdown_m_s_, f.gas_used_s);
@@ -101,7 +101,7 @@ void Vehicle::watch_flight(Supervisor& s) noexcept {
   }
 }
 
-// On rails and sled it brakes to a stand first: until then nothing may cut the actuators off.
+// On rails and sled it brakes to standstill first: the actuators must not be cut off before.
 void Vehicle::watch_faults(Supervisor& s) noexcept {
   const gnc::talaris::FaultSet fresh = output_.faults & ~faults_;
   faults_ |= fresh;

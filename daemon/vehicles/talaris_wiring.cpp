@@ -1,5 +1,5 @@
-// The wiring of TALARIS, read from top to bottom: two sensor lines and a CAN bus (talaris_buses.h);
-// the IMU's packets begin the frames, the actuate thread writes the edges of the valves.
+// The wiring of TALARIS: two sensor lines and a CAN bus (talaris_buses.h); the IMU's packets begin
+// the frames, the actuate thread writes the edges of the valves.
 
 #include <memory>
 
@@ -26,7 +26,8 @@ const Vocabulary kVocabulary{.modes = kModeNames,
                              .phases = kPhaseNames,
                              .programs = kProgramNames,
                              .findings = kFindings,
-                             .tunables = tuning().infos};
+                             .tunables = tuning().infos,
+                             .command = logic().command};
 
 // The buses as the runtime asks for them.
 class Wiring final : public Buses {

@@ -1,8 +1,8 @@
 #include "daemon/vehicles/zebro.h"
 
 #include <algorithm>
-#include <numbers>
 
+#include "daemon/vehicles/angles.h"
 #include "daemon/vehicles/zebro_tunables.h"
 
 namespace lss::zebro {
@@ -10,8 +10,7 @@ namespace {
 
 using Kind = ModuleOrder::Kind;
 
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kGateMargin = 1.1;  // over the swing limit that the gait itself keeps
+constexpr double kGateMargin = 1.1;  // above the gait's own swing limit
 
 gnc::zebro::WalkRequest walk_request(const double* parameter) noexcept {
   return {.direction = parameter[0] > 0.5 ? 1.0 : -1.0,
@@ -39,7 +38,8 @@ void Vehicle::read(const Inputs<Vehicle>& in) noexcept {
   now_ns_ = in.time_ns;
   if (epoch_ns_ == 0) epoch_ns_ = in.time_ns;
   data_requested_ = false;
-  std::array<bool, kModules> reset{};  // said by any status of the frame
+  for (std::size_t i = 0; i < kModules; ++i) resets_seen_[i] = in.bus.counters.module[i].resets;
+  std::array<bool, kModules> reset{};  // in any status of the frame
   for (std::uint32_t i = 0; i < in.sample_count; ++i) {
     const ModuleReply& reply = in.samples[i];
     if (reply.module >= kModules) continue;
@@ -80,12 +80,12 @@ Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept 
              .subject = static_cast<std::uint16_t>(index + 1)}};
   if (really) {
     solver_.configure(parameters_.solver);
-    locomotion_.configure(parameters_.locomotion);  // while it moves, none of its own changed
+    locomotion_.configure(parameters_.locomotion);  // none of them changes while it moves
   }
   return {{}, before};
 }
 
-// ---- act: what the locomotion controller wants done, at once
+// ---- act: actions of the locomotion controller, at once
 // ----------------------------------------------
 
 void Vehicle::order(std::size_t module, Kind kind) noexcept {
@@ -118,7 +118,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   }
   if (actions & lc::kEndSolve) solver_.end();
   if (request != nullptr && event_of(*request) == lc::Event::reset_controller) rounds_.forget();
-  if (actions & lc::kRestore) {  // what they report is looked at anew
+  if (actions & lc::kRestore) {  // their reports are evaluated again
     for (std::size_t i = 0; i < kModules; ++i) {
       if (!in_service(i)) flags_before_[i] = 0;
       if (!in_service(i)) disobeyed_[i] = false;
@@ -135,7 +135,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
 void Vehicle::begin_motion(lc::ActionSet actions, const Request* request) noexcept {
   const double now_s = seconds(now_ns_);
   if (actions & kMotorsOn) {
-    // Whatever else a module was told last, a reset for one, is not for Operational.
+    // The last order of a module, for example a reset, does not apply in Operational.
     for (std::size_t i = 0; i < kModules; ++i)
       order(i, i < kLegs && in_service(i) ? Kind::motion_on : Kind::motion_off);
     motors_on_ns_ = now_ns_;
@@ -170,7 +170,10 @@ void Vehicle::move_leg(const Request& request) noexcept {
 void Vehicle::reset_modules(const Request& request) noexcept {
   const auto number = static_cast<std::size_t>(request.parameter[0]);
   for (std::size_t i = 0; i < kModules; ++i) {
-    if (number == 0 || number == i + 1) order(i, Kind::reset);
+    if (number != 0 && number != i + 1) continue;
+    order(i, Kind::reset);
+    resets_.begin(i, now_ns_, resets_seen_[i]);
+    if (i == kPanel && panel_.step != Panel::Step::rest) end_panel();
   }
 }
 

@@ -1,15 +1,16 @@
 #pragma once
 
-// Lunar Zebro inside the cycle: samples of seven modules in, orders for seven modules out, with the
-// locomotion algorithm between. The stages are called by daemon/core/cycle.h in the order in which
-// they stand here, on the frame thread; time is data, nothing allocates. The wiring (which port,
-// which driver) is Buses, below.
+// Lunar Zebro inside the cycle: samples of seven modules in, orders for seven modules out, the
+// locomotion algorithm in between. daemon/core/cycle.h calls the stages in the order of this file,
+// on the frame thread; time is data, nothing allocates. The wiring (port and driver) is Buses,
+// below.
 
 #include <array>
 #include <cstdint>
 
 #include "daemon/core/cycle.h"
 #include "daemon/core/progress.h"
+#include "daemon/core/resets.h"
 #include "daemon/core/serial_bus.h"
 #include "daemon/vehicles/zebro_config.h"
 #include "daemon/vehicles/zebro_gate.h"
@@ -22,16 +23,16 @@ namespace lss::zebro {
 
 using LegSerialBus = SerialBus<LegBus, LegBusParameters, BusOrders, ModuleReply, BusCounters>;
 
-// What is known of one module.
+// State of one module.
 struct Module {
   Status status;
   Health health;
   Identity identity;
   TimeNs heard_ns = 0;       // 0: never
   TimeNs status_ns = 0;      // of the last status
-  TimeNs over_limit_ns = 0;  // current above the software limit since; 0: it is not
+  TimeNs over_limit_ns = 0;  // since when the current is above the software limit; 0: it is not
   bool hot = false;
-  bool greeted = false;  // had a status
+  bool greeted = false;  // a status was received
 };
 
 class Vehicle final : public Actor, private Patient {
@@ -52,7 +53,7 @@ class Vehicle final : public Actor, private Patient {
   void guide(TimeNs now) noexcept;
   Command control(TimeNs now) noexcept;
   Command gate(const Command& wanted, Supervisor& supervisor, TimeNs now) noexcept;
-  // Fills the telemetry; true when a sample was asked for.
+  // Fills the telemetry; true when a sample was requested.
   bool describe(const Inputs<Vehicle>& in, const SupervisorState& state, Telemetry& out) noexcept;
 
   const std::array<Module, kModules>& modules() const noexcept { return modules_; }
@@ -65,7 +66,7 @@ class Vehicle final : public Actor, private Patient {
       resends_before_, segment_, orders_, sent_, walk_, solver_, rounds_, operated_ns_, isolated_,
       walks_without_, epoch_ns_, now_ns_, before_ns_, walking_legs_, in_motion_, port_open_,
       port_reported_, motors_on_ns_, noise_window_ns_, noise_frames_, bus_stops_, bridge_, panel_,
-      data_requested_);
+      resets_, resets_seen_, data_requested_);
   }
 
  private:
@@ -117,6 +118,7 @@ class Vehicle final : public Actor, private Patient {
   }
   void rest() noexcept override;
 
+  void watch_resets(Supervisor& s) noexcept;
   void watch_modules(Supervisor& s) noexcept;
   void watch_flags(std::size_t module, Supervisor& s) noexcept;
   void watch_current(std::size_t module, Supervisor& s) noexcept;
@@ -142,9 +144,10 @@ class Vehicle final : public Actor, private Patient {
   void move_leg(const Request& request) noexcept;
   void move_panel(bool deploy) noexcept;
   void reset_modules(const Request& request) noexcept;
+  void end_panel() noexcept;
 
   Parameters parameters_;
-  TunableValues tunables_;  // of them
+  TunableValues tunables_;  // of the parameters
   gnc::zebro::Locomotion locomotion_;
   std::array<gnc::zebro::LegMeasured, kLegs> measured_{};
   std::array<Module, kModules> modules_{};
@@ -160,7 +163,7 @@ class Vehicle final : public Actor, private Patient {
   Rounds rounds_;
   TimeNs operated_ns_ = 0;                         // since the last emergency
   Supervisor* supervisor_ = nullptr;               // of the frame
-  std::uint16_t isolated_ = 0;                     // as the locomotion controller says
+  std::uint16_t isolated_ = 0;                     // by the locomotion controller
   std::array<bool, 1u << kLegs> walks_without_{};  // with the configured gait, by set of legs
   TimeNs epoch_ns_ = 0;                            // of the locomotion's clock; 0: not begun
   TimeNs now_ns_ = 0, before_ns_ = 0;              // of this frame, of the last one
@@ -187,6 +190,8 @@ class Vehicle final : public Actor, private Patient {
     bool deploy = false;
     TimeNs due_ns = 0;
   } panel_;
+  Resets resets_;                                      // by command
+  std::array<std::uint64_t, kModules> resets_seen_{};  // by the bus, in all
   bool data_requested_ = false;
 };
 
@@ -197,8 +202,7 @@ class Buses {
 
   Buses(const config::Config& config, const Parameters& parameters);
 
-  // Start-up: a port that is no terminal or is used by another is an error, one that is absent is
-  // waited for.
+  // Start-up: a port that is no terminal or is in use is an error; an absent one is waited for.
   tl::expected<void, std::string> probe();
   std::vector<std::pair<std::string, std::function<void()>>> bodies();
   std::vector<Progress> progress() const { return {{name_, legs_.turns()}}; }
@@ -206,6 +210,7 @@ class Buses {
 
   void collect(Inputs<Vehicle>& in) noexcept;                                // frame thread
   void release(const BusOrders& orders) noexcept { legs_.release(orders); }  // actuate thread
+  void all_stop() noexcept { legs_.all_stop(); }                             // any thread
   std::uint64_t dropped() const noexcept { return legs_.dropped(); }
 
  private:

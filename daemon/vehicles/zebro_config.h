@@ -13,7 +13,8 @@ struct Parameters {
   LegBusParameters bus;
   gnc::zebro::LocomotionParameters locomotion;
   TimeNs module_silent_ns = 500 * kMillisecond;
-  double current_limit_A = 1.2;  // below the modules' own 1.7 A (Zebro thesis [P-Int-1])
+  TimeNs reset_ns = 5 * kSecond;  // from a commanded reset until the module answers again
+  double current_limit_A = 1.2;   // below the modules' own 1.7 A (Zebro thesis [P-Int-1])
   TimeNs current_time_ns = 100 * kMillisecond;
   double temperature_warning_degC = 80;
   double panel_deployed_deg = 110;
@@ -21,7 +22,7 @@ struct Parameters {
   SolverParameters solver;
 };
 
-// Errors go to the section; what it returns is usable when there are none.
+// Errors go to the section; without errors the result is usable.
 Parameters read_parameters(config::Section& section);
 
 }  // namespace lss::zebro

@@ -7,9 +7,9 @@ namespace {
 
 using Kind = ModuleOrder::Kind;
 
-constexpr TimeNs kLongestMove = 65'535 * kMillisecond;  // what the delta time can say
+constexpr TimeNs kLongestMove = 65'535 * kMillisecond;  // maximum of the delta time
 constexpr std::int32_t kTurn = 36'000;
-constexpr std::int32_t kOvershoot = 500;  // the module goes back this far instead of once round
+constexpr std::int32_t kOvershoot = 500;  // the module goes back this far instead of a full turn
 
 bool moves(Kind kind) noexcept {
   return kind == Kind::rotate_forward || kind == Kind::rotate_backward;
@@ -35,7 +35,7 @@ bool allowed(std::size_t module, Kind kind, const lc::ControllerState& s) noexce
                : s.state == State::operational;
 }
 
-// Way to go in the ordered sense, 0.01 deg.
+// Angle to go in the ordered sense, 0.01 deg.
 std::int32_t way(const ModuleOrder& order, std::int32_t from_cdeg) noexcept {
   const std::int32_t forward = ((order.position_cdeg - from_cdeg) % kTurn + kTurn) % kTurn;
   const std::int32_t in_sense =
@@ -68,7 +68,7 @@ GateCheck check(const BusOrders& orders, const BusOrders& before,
     const ModuleOrder& order = orders.module[i];
     if (!allowed(i, order.kind, state)) return GateCheck::state;
     if (!moves(order.kind) || order.serial == before.module[i].serial)
-      continue;  // was checked when it was new
+      continue;  // checked when it was new
     if (const GateCheck failed = check_move(order, measured_cdeg[i], limits, now);
         failed != GateCheck::passed)
       return failed;

@@ -1,8 +1,8 @@
 #pragma once
 
-// The gate of Lunar Zebro: the one place where orders to the modules pass on their way out. An
-// order that is out of range, too fast, stale or not allowed in the state turns all orders into the
-// safe command, the emergency stop of every module. Pure functions; frame thread and tests.
+// The gate of Lunar Zebro: all orders to the modules pass it on their way out. An order that is out
+// of range, too fast, stale or not allowed in the state replaces all orders by the safe command,
+// the emergency stop of every module. Pure functions; frame thread and tests.
 
 #include <array>
 #include <cstdint>
@@ -21,15 +21,15 @@ enum class GateCheck : std::uint8_t {
 };
 
 struct GateLimits {
-  double turn_rate_deg_s = 0;  // the fastest a leg may be asked to turn
+  double turn_rate_deg_s = 0;  // the fastest allowed turn of a leg
 };
 
-// `measured_cdeg`: what the modules report; negative when unknown.
+// `measured_cdeg`: reported by the modules; negative when unknown.
 GateCheck check(const BusOrders& orders, const BusOrders& before,
                 const std::array<std::int32_t, kBusModules>& measured_cdeg,
                 const lc::ControllerState& state, const GateLimits& limits, TimeNs now) noexcept;
 
-// Emergency stop to all; `orders` gives the serial numbers to go on from.
+// Emergency stop to all; serial numbers continue from `orders`.
 void make_safe(BusOrders& orders, TimeNs now) noexcept;
 
 }  // namespace lss::zebro

@@ -87,8 +87,8 @@ void effect(lc::ActionSet actions, lc::ControllerState& s) {
 constexpr std::uint8_t m(Mode mode) { return static_cast<std::uint8_t>(mode); }
 constexpr std::uint8_t g(Goal goal) { return static_cast<std::uint8_t>(goal); }
 
-// A row inside Operational. Whoever commands holds authority there since start, unless the lease
-// expired and a stop is under way: only those rows take it.
+// A row inside Operational. The source of the command has had authority since start, unless the
+// lease expired and a stop is in progress: only those rows take it.
 constexpr Row move(lc::Event event, lc::ModeSet from, lc::GuardSet guards, Mode to, Goal goal,
                    lc::ActionSet actions) {
   return {event, kOperational, from, guards, kKeep, State::operational, m(to), g(goal), actions};
@@ -102,7 +102,7 @@ constexpr Row aim(lc::Event event, lc::ModeSet from, lc::GuardSet guards, Goal g
 constexpr Row stay(lc::Event event, lc::ModeSet from, lc::ActionSet actions) {
   return {event, kOperational, from, 0, kKeep, State::operational, kKeep, kKeep, actions};
 }
-// The running motion has ended and the goal says what is next.
+// The running motion has ended and the goal determines the next.
 constexpr Row done(lc::ModeSet from, Goal goal, Mode to, Goal next, lc::ActionSet actions) {
   return {event::motion_done, kOperational, from,    0,      g(goal),
           State::operational, m(to),        g(next), actions};
@@ -239,7 +239,7 @@ constexpr std::array kEvents = {
     lc::EventInfo{event::isolate, "isolate", false, lc::kEachModule},
 };
 
-// Searched once, at start-up.
+// Computed once, at start-up.
 const auto kEnoughLegsWithout = [] {
   std::array<bool, 1u << kLegs> enough{};
   for (std::size_t i = 0; i < enough.size(); ++i)
@@ -332,11 +332,11 @@ Verdict sense(const SupervisorState& state, const Request& r) noexcept {
             .limit = limit,
             .subject = static_cast<std::uint16_t>(state.sense[kSenseSolveModule])};
   if (r.kind != static_cast<std::uint16_t>(CommandKind::leg)) return {};
-  constexpr double kTurn = 2 * std::numbers::pi;
+  constexpr double kRound_rad = 2 * std::numbers::pi;
   const double from_rad = state.sense[static_cast<std::size_t>(r.parameter[0]) - 1];
-  const double forward_rad = std::fmod(r.parameter[1] - from_rad + 2 * kTurn, kTurn);
+  const double forward_rad = std::fmod(r.parameter[1] - from_rad + 2 * kRound_rad, kRound_rad);
   const double rate_rad_s =
-      (r.parameter[3] > 0.5 ? forward_rad : kTurn - forward_rad) / r.parameter[2];
+      (r.parameter[3] > 0.5 ? forward_rad : kRound_rad - forward_rad) / r.parameter[2];
   const double limit_rad_s = state.sense[kSenseTurnLimit];
   if (rate_rad_s <= limit_rad_s || std::isnan(rate_rad_s)) return {};
   return {.reason = Reason::too_fast,

@@ -9,7 +9,7 @@
 
 namespace lss::zebro {
 
-// Where a chain of modes is going.
+// Target of a chain of modes.
 enum class Goal : std::uint8_t {
   none,  // stay in the mode that was commanded
   stand,
@@ -38,7 +38,7 @@ inline constexpr lc::Event start = vehicle(0), start_stand = vehicle(1), start_w
                            lay_down = vehicle(6), stow = vehicle(7), walk = vehicle(8),
                            walk_zero = vehicle(9), leg = vehicle(10), panel_deploy = vehicle(11),
                            panel_retract = vehicle(12);
-// the world's
+// reports
 inline constexpr lc::Event motors_confirmed = vehicle(13), motion_done = vehicle(14),
                            panel_arrived_in = vehicle(15), panel_arrived_out = vehicle(16),
                            panel_seen_out = vehicle(17);
@@ -68,19 +68,19 @@ extern const lc::Table kTable;
 // gaits.
 bool enough_legs_without(unsigned isolated) noexcept;
 
-// The event that a command of the DDS face is; Event::none when it is not one of ours.
+// The event of a command of the DDS face; Event::none when it is not one of ours.
 lc::Event event_of(const Request& request) noexcept;
 
-// Whether what the command asked for has been reached. walk never ends by itself.
+// Whether the command's goal has been reached. walk never ends by itself.
 bool reached(std::uint16_t kind, const SupervisorState& state) noexcept;
 
-// The module that a command is for; 0: none.
+// The module of a command; 0: none.
 unsigned subject_of(const Request& request) noexcept;
 
 // Guards on measured values. Layout of SupervisorState::sense: [0..6] position_rad of the modules,
-// NaN when unknown; [7] the fastest a leg may turn, rad/s; [8] legs with motion control on;
-// [9] the first module that stopped by itself and was not reset since, 0: none; [10] how often
-// error solving was begun for the worst of what is wrong, [11] of which module, [12] the limit.
+// NaN when unknown; [7] the fastest a leg may turn, rad/s; [8] legs with motion control on; [9] the
+// first module that stopped by itself and was not reset since, 0: none; [10] the largest number of
+// error-solving rounds of a present fault, [11] its module, [12] the limit.
 Verdict sense(const SupervisorState& state, const Request& request) noexcept;
 inline constexpr std::size_t kSenseTurnLimit = kModules, kSenseMotorsOn = kModules + 1,
                              kSenseTripped = kModules + 2, kSenseSolveRounds = kModules + 3,
@@ -89,7 +89,7 @@ inline constexpr std::size_t kSenseTurnLimit = kModules, kSenseMotorsOn = kModul
 // The command for `kind`, common or zebro's own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;
 
-// All of it, for the supervisor.
+// All of the above, for the supervisor.
 const Logic& logic() noexcept;
 
 }  // namespace lss::zebro

@@ -1,26 +1,26 @@
-// The solar panel of Lunar Zebro: where it is, and its movements in Idle. It counts as in only when
-// its module knows its position, or has it at the Hall sensor, which is where it is retracted: a
-// module that was reset counts from wherever the panel is.
+// The solar panel of Lunar Zebro: its position and its movements in Idle. It counts as in only when
+// its module knows its position, or has it at the Hall sensor, where it is retracted: a module that
+// was reset counts from any position of the panel.
 
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/vehicles/angles.h"
 #include "daemon/vehicles/zebro.h"
 
 namespace lss::zebro {
 namespace {
 
-constexpr double kDegree = 3.14159265358979323846 / 180;
 constexpr double kTurn_rad = 360 * kDegree;
-constexpr double kPanelIn_rad = 0.2;               // further out than this is not retracted
-constexpr double kSeekFurther_rad = 20 * kDegree;  // than the whole way, for the sensor
-constexpr double kLongestWay_rad = 350 * kDegree;  // that one order can say
-// Over the sensor, whose middle is at the mechanical stop: until an answer of the module has led to
-// an order, the panel presses 0.2 deg into the stop. At the speed of seeking it trips there.
+constexpr double kPanelIn_rad = 0.2;               // beyond this it is not retracted
+constexpr double kSeekFurther_rad = 20 * kDegree;  // more than the whole way, to the sensor
+constexpr double kLongestWay_rad = 350 * kDegree;  // maximum of one order
+// Speed over the sensor, whose middle is at the mechanical stop: until the module's answer has led
+// to an order, the panel presses 0.2 deg into the stop. At the speed of seeking it trips there.
 constexpr double kCreep_rad_s = 1.5 * kDegree;
 constexpr TimeNs kSwitchOn = kSecond;
-// A status is believed that is so much younger than the order to switch on: it may follow at once
-// on one to switch off, which was sent but not answered yet.
+// Minimum age of a status after the order to switch on: an earlier one may still show the state
+// before it.
 constexpr TimeNs kSettled = 100 * kMillisecond;
 constexpr TimeNs kLastBit = kSecond;  // from where the sensor was passed
 
@@ -41,7 +41,14 @@ void Vehicle::move_panel(bool deploy) noexcept {
   order(kPanel, ModuleOrder::Kind::motion_on);
 }
 
-// Backward until the module passes its sensor: from there on its position is the true one.
+// Its module is being reset: the panel stops on its way, and counts as out.
+void Vehicle::end_panel() noexcept {
+  panel_.step = Panel::Step::rest;
+  supervisor_->abandon(Reason::superseded);
+  supervisor_->happen(event::panel_seen_out);
+}
+
+// Backward until the module passes its sensor: from then on its position is the true one.
 void Vehicle::seek_panel_sensor() noexcept {
   const double whole_rad = parameters_.panel_deployed_deg * kDegree;
   const double way_rad = std::min(whole_rad + kSeekFurther_rad, kLongestWay_rad);
@@ -59,9 +66,9 @@ void Vehicle::creep_over_panel_sensor() noexcept {
 
 void Vehicle::drive_panel() noexcept {
   const Status& status = modules_[kPanel].status;
-  // At the sensor but not over it yet: where it is counts as retracted.
+  // At the sensor but not over it yet: this position counts as retracted.
   const double in_rad = (status.flags & kFlagCalibrated) != 0 ? 0 : status.position_rad;
-  // The module went on in its sense since it passed the sensor.
+  // The module went on in the same sense after it passed the sensor.
   const bool sought = panel_.step == Panel::Step::seeking || panel_.step == Panel::Step::creeping;
   const bool past = sought && std::remainder(status.position_rad, kTurn_rad) < 0;
   const bool last_bit = sought && !panel_.deploy;
@@ -78,7 +85,7 @@ void Vehicle::watch_panel(Supervisor& s) noexcept {
   switch (panel_.step) {
     case Panel::Step::rest:
       if (panel_in() || (s.controller().flags & kPanelOut) != 0) return;
-      // Nobody told it to move: a panel that is out while legs move is an emergency.
+      // It moves without an order: a panel that is out while legs move is an emergency.
       if (s.controller().state == State::operational) s.latch(FaultId::module_disobeys, kModules);
       s.happen(event::panel_seen_out);
       return;

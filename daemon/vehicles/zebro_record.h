@@ -1,6 +1,6 @@
 #pragma once
 
-// The structs of Lunar Zebro that records hold, member by member (daemon/record/fields.h).
+// Members of the structs of Lunar Zebro in records (daemon/record/fields.h).
 
 #include "daemon/record/frame_record.h"
 #include "daemon/vehicles/zebro.h"
@@ -22,6 +22,7 @@ void fields(V& v, X& x) {
   v("requests", x.requests);
   v("replies", x.replies);
   v("resends", x.resends);
+  v("resets", x.resets);
   v("disobeys", x.disobeys);
 }
 
@@ -117,6 +118,7 @@ void fields(V& v, X& x) {
   v("time_ns", x.time_ns);
   v("open", x.open);
   v("was_open", x.was_open);
+  v("all_stop_pending", x.all_stop_pending);
 }
 
 }  // namespace lss

@@ -1,8 +1,8 @@
 #pragma once
 
-// How often error solving was begun for the same, a class of faults of one module, without a
-// stretch of healthy operation in between. A leg that jams at every step is solved at every step,
-// or another is isolated in its place: that has an end. Frame thread; nothing allocates.
+// Counts the rounds of error solving for the same class of faults of one module, without a stretch
+// of healthy operation in between: a limit for a leg that jams at every step, or for isolating one
+// leg after another. Frame thread; nothing allocates.
 
 #include <algorithm>
 #include <array>
@@ -21,7 +21,7 @@ class Rounds {
     std::uint16_t module = 0;  // from 1 on; 0: none
   };
 
-  // Error solving begins with these. What is there twice counts once.
+  // Error solving begins with these. Duplicates count once.
   void begun(std::span<const Symptom> symptoms) noexcept {
     std::array<bool, kKinds> counted{};
     for (const Symptom& symptom : symptoms) {
@@ -31,7 +31,7 @@ class Rounds {
     }
   }
 
-  // The one of these that error solving was begun for most often.
+  // The one of these with the most rounds.
   Most most(std::span<const Symptom> symptoms) const noexcept {
     Most most;
     for (const Symptom& symptom : symptoms) {

@@ -9,16 +9,16 @@
 namespace lss::zebro {
 namespace {
 
-constexpr double kTurn_rad = 6.283185307179586;
+constexpr double kWholeTurn_rad = 6.283185307179586;
 constexpr double kArrived_rad = 0.05;
 constexpr TimeNs kMoveGrace = kSecond;      // a movement this late has failed
-constexpr TimeNs kReplanned = kSecond / 2;  // shortest time of a movement that is ordered anew
+constexpr TimeNs kReplanned = kSecond / 2;  // shortest time of a movement that is ordered again
 
 double turned(double from_rad, double by_rad) noexcept {
-  return std::fmod(from_rad + by_rad + kTurn_rad, kTurn_rad);
+  return std::fmod(from_rad + by_rad + kWholeTurn_rad, kWholeTurn_rad);
 }
 double apart(double a_rad, double b_rad) noexcept {
-  return std::abs(std::remainder(a_rad - b_rad, kTurn_rad));
+  return std::abs(std::remainder(a_rad - b_rad, kWholeTurn_rad));
 }
 
 }  // namespace
@@ -121,14 +121,14 @@ void MoveFree::order(Patient& patient) noexcept {
   patient.move(leg_, forth ? from_rad_ : turned(from_rad_, -parameters_.free_rad), due_ns_, forth);
 }
 
-// At its Hall sensor a leg's position becomes the true one, and the module goes on to the position
-// that it was told before, which is now another place, up to a turn away.
+// At its Hall sensor a leg's position becomes the true one, and the module goes on to its ordered
+// position, which is now another place, up to a turn away.
 void MoveFree::follow_calibration(Patient& patient) noexcept {
   const Status& status = patient.status(leg_);
   const bool calibrated = (status.flags & kFlagCalibrated) != 0;
   const bool under_way = phase_ == Phase::back || phase_ == Phase::forth;
   if (under_way && calibrated && !calibrated_) {
-    from_rad_ = turned(status.position_rad, std::remainder(from_rad_ - seen_rad_, kTurn_rad));
+    from_rad_ = turned(status.position_rad, std::remainder(from_rad_ - seen_rad_, kWholeTurn_rad));
     due_ns_ = std::max(due_ns_, patient.now() + kReplanned);
     order(patient);
   }
@@ -141,7 +141,7 @@ Outcome CoolDown::step(Patient& patient) noexcept {
     if (contains(modules_, i) && patient.temperature_degC(i) > parameters_.cool_degC)
       return Outcome::running;
   }
-  // Cool: what tripped may be forgotten.
+  // Cool: the trip may be cleared.
   for (std::size_t i = 0; i < kModules; ++i) {
     if (contains(modules_, i)) patient.reset(i);
   }
@@ -153,7 +153,7 @@ void Isolate::begin(Patient& patient, std::uint8_t modules) noexcept {
   until_ns_ = patient.now() + kMoveGrace;
 }
 
-// The motor of a leg that was just being moved is about to go off.
+// Waits until the motor of a leg that was just moved is off.
 Outcome Isolate::step(Patient& patient) noexcept {
   for (std::size_t i = 0; i < kModules && patient.now() < until_ns_; ++i) {
     const bool motor = (patient.status(i).flags & kFlagMotionControl) != 0;
@@ -177,7 +177,7 @@ void Solver::begin(std::span<const Symptom> symptoms) noexcept {
       suspects |= 1u << (symptom.module - 1);
   }
   suspects_ = static_cast<std::uint8_t>(suspects);
-  // Whatever was wrong may be well by now.
+  // The cause may be gone by now.
   plan_ = plan(parameters_.order, present, StrategyKind::reconnect);
   at_ = 0;
   running_ = true;
@@ -208,7 +208,7 @@ TimeNs Solver::moves_ns(std::uint8_t legs) const noexcept {
 }
 
 Solver::Report Solver::give_up(Patient& patient) noexcept {
-  patient.rest();  // nothing that was begun goes on
+  patient.rest();  // ends a movement in progress
   if (at_ + 1 == plan_.size() || plan_[at_ + 1] == StrategyKind::none) return Report::unsolved;
   ++at_;
   begun_ = false;

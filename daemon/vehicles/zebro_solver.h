@@ -1,8 +1,8 @@
 #pragma once
 
 // Error solving of Lunar Zebro (Zebro thesis [Conf-3]): strategies, tried one after the other until
-// every module in service answers, without a fault, for a while. Which strategies for which class
-// of faults, in which order, says the configuration. Frame thread; time is data.
+// every module in service answers, without a fault, for a while. The configuration names the
+// strategies of each class of faults and their order. Frame thread; time is data.
 
 #include <array>
 #include <cstdint>
@@ -14,12 +14,12 @@
 
 namespace lss::zebro {
 
-// What a fault takes to be solved.
+// Classes of faults by their strategies.
 enum class FaultClass : std::uint8_t {
   contact,    // a module does not answer
   current,    // over-current, of the module or of our limit
   driver,     // motor driver
-  obedience,  // a module that does not do what it is told, or a motion without an end
+  obedience,  // a module that does not follow its orders, or a motion without an end
   supply,     // a module was reset
   system,     // not a module's: links, frames, emergency stops by command
 };
@@ -27,17 +27,17 @@ inline constexpr std::size_t kFaultClasses = 6;
 inline constexpr const char* kFaultClassNames[kFaultClasses] = {"contact",   "current", "driver",
                                                                 "obedience", "supply",  "system"};
 FaultClass class_of(FaultId fault) noexcept;
-// Of who commands, not of the vehicle: an emergency stop, or that nobody was heard.
+// Caused by the operator, not by the vehicle: emergency stop, missing heartbeat.
 bool of_operator(FaultId fault) noexcept;
 
-// Something that is wrong: a fault that is latched, or what can be seen now.
+// A latched fault or a present one.
 struct Symptom {
   FaultClass fault_class;
   std::uint16_t module;  // from 1 on; 0: none
   bool counts = true;    // towards the rounds after which a person is needed
 };
 
-// Strategies, in a row; none ends it.
+// Strategies, in order; none ends it.
 using StrategyList = std::array<StrategyKind, lc::kMaxStrategies>;
 
 struct SolverParameters {
@@ -55,8 +55,8 @@ struct SolverParameters {
   double current_limit_A = 1.2;        // of a leg that is moved free
   double free_rad = 0.35;              // how far it is moved, back and forth
   TimeNs free_move_ns = 2 * kSecond;   // in how long
-  unsigned rounds = 10;                // of solving the same, then a person is needed
-  TimeNs healthy_ns = 60 * kSecond;    // of operation, after which they count anew
+  unsigned rounds = 10;                // for the same fault, then a person is needed
+  TimeNs healthy_ns = 60 * kSecond;    // of operation, after which they count again from 0
 };
 
 // Sets of modules as bits: bit i is module i+1.
@@ -64,7 +64,7 @@ constexpr bool contains(std::uint8_t modules, std::size_t i) noexcept {
   return (static_cast<unsigned>(modules) >> i & 1u) != 0;
 }
 
-// The vehicle as a strategy sees and moves it.
+// The strategies' access to the vehicle.
 class Patient {
  public:
   virtual TimeNs now() const noexcept = 0;
@@ -75,9 +75,9 @@ class Patient {
   virtual std::uint8_t sick() const noexcept = 0;
   virtual std::uint8_t isolated() const noexcept = 0;
   virtual void reset(std::size_t module) noexcept = 0;
-  // False when the locomotion controller says no.
+  // False when the locomotion controller refuses.
   virtual bool isolate(std::uint8_t modules) noexcept = 0;
-  // One leg may move until rest(); false when the locomotion controller says no.
+  // One leg may move until rest(); false when the locomotion controller refuses.
   virtual bool begin_move(std::size_t leg) noexcept = 0;
   virtual void move(std::size_t leg, double position_rad, TimeNs arrive_ns,
                     bool forward) noexcept = 0;
@@ -89,7 +89,7 @@ class Patient {
 
 enum class Outcome : std::uint8_t { running, done, failed };
 
-// One way to solve errors. `modules`, as bits, are what it is for.
+// One way to solve errors. `modules`: its modules, as bits.
 class Strategy {
  public:
   virtual void begin(Patient& patient, std::uint8_t modules) noexcept = 0;
@@ -99,7 +99,7 @@ class Strategy {
   ~Strategy() = default;
 };
 
-// Does nothing but wait: contact is sought all the time, and the port opened again.
+// Only waits: contact and port are retried all the time.
 class Reconnect final : public Strategy {
  public:
   void begin(Patient&, std::uint8_t) noexcept override {}
@@ -117,8 +117,8 @@ class ResetModules final : public Strategy {
 };
 
 // Moves each leg that answers a little way back, then forth. A leg that draws too much current or
-// does not move is blocked, and it has failed. One that was reset may pass its Hall sensor on the
-// way: it still goes so far and no further.
+// does not move is blocked, and the strategy has failed. A leg that was reset may pass its Hall
+// sensor on the way: it still moves only so far.
 class MoveFree final : public Strategy {
  public:
   explicit MoveFree(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
@@ -174,7 +174,7 @@ class Isolate final : public Strategy {
 
  private:
   std::uint8_t modules_ = 0;
-  TimeNs until_ns_ = 0;  // for their motors to go off
+  TimeNs until_ns_ = 0;  // until when their motors have to be off
 };
 
 class Solver {
@@ -183,10 +183,10 @@ class Solver {
 
   explicit Solver(const SolverParameters& parameters) noexcept;
 
-  // What is to be tried, from what is wrong. The first strategy begins with the next step.
+  // Plans the strategies from the present faults. The first one begins with the next step.
   void begin(std::span<const Symptom> symptoms) noexcept;
   void end() noexcept { running_ = false; }
-  // What is under way goes on by them.
+  // Applies to the running strategy, too.
   void configure(const SolverParameters& parameters) noexcept {
     parameters_ = parameters;
     move_free_.configure(parameters);
@@ -195,8 +195,8 @@ class Solver {
   bool running() const noexcept { return running_; }
   StrategyKind kind() const noexcept { return plan_[at_]; }
 
-  // Once per frame while running. `healthy`: nothing at all is wrong in this frame. next: the
-  // strategy did not help; call again when the locomotion controller agreed to the next one.
+  // Once per frame while running. `healthy`: no fault at all in this frame. next: the strategy did
+  // not help; call again when the locomotion controller agreed to the next one.
   Report step(Patient& patient, bool healthy) noexcept;
 
   // For records (daemon/record/state.h).
@@ -210,9 +210,9 @@ class Solver {
   static constexpr TimeNs kProof = kSecond;
 
   Strategy& strategy() noexcept;
-  TimeNs moves_ns(std::uint8_t legs) const noexcept;  // that moving them free may take
+  TimeNs moves_ns(std::uint8_t legs) const noexcept;  // time for moving them free
   Report give_up(Patient& patient) noexcept;
-  // After the treatment: all is well, legs that were stopped have moved, all is well for a while.
+  // After the treatment: no fault, stopped legs have moved, no fault for a while.
   enum class Phase : std::uint8_t { treating, waiting, moving, proving };
 
   SolverParameters parameters_;
@@ -224,8 +224,8 @@ class Solver {
 
   StrategyList plan_{};
   std::size_t at_ = 0;
-  // Legs that were stopped under power: whatever their flags say without it, they have to move once
-  // before they count as well.
+  // Legs that were stopped under power: their flags mean little without it, so they have to move
+  // once before they count as healthy.
   std::uint8_t suspects_ = 0;
   bool running_ = false;
   bool begun_ = false;  // the strategy at at_

@@ -1,5 +1,5 @@
-// Error solving of Lunar Zebro: the vehicle as its strategies see and move it, what they begin
-// with, and how often they are begun for the same.
+// Error solving of Lunar Zebro: the strategies' access to the vehicle, their initial symptoms, and
+// the count of rounds.
 
 #include "daemon/core/solving.h"
 #include "daemon/vehicles/zebro.h"
@@ -16,11 +16,11 @@ std::uint8_t Vehicle::sick() const noexcept {
 }
 
 bool Vehicle::isolate(std::uint8_t modules) noexcept {
-  // All of them, or none: what cannot walk in the end shall not have lost legs on the way.
+  // All of them, or none: no leg is lost when walking is impossible without them.
   const unsigned all = isolated_ | modules;
   if (!enough_legs_without(all) || !walks_without_[all]) return false;
   for (std::size_t i = 0; i < kLegs; ++i) {
-    // A motor that cannot be switched off is not one to go on with.
+    // Do not go on with a motor that cannot be switched off.
     const bool motor = (modules_[i].status.flags & kFlagMotionControl) != 0;
     if (contains(modules, i) && answers(i) && motor) return false;
   }
@@ -41,7 +41,7 @@ void Vehicle::rest() noexcept {
   if (supervisor_->controller().flags & kFreeing) supervisor_->happen(event::leg_freed);
 }
 
-// From the faults that are latched and from what is wrong now.
+// From the latched faults and the present ones.
 Vehicle::Symptoms Vehicle::symptoms(const Supervisor& s) const noexcept {
   Symptoms all;
   for (const FaultRecord& fault : s.state().faults) {
@@ -63,8 +63,8 @@ Vehicle::Symptoms Vehicle::symptoms(const Supervisor& s) const noexcept {
   return all;
 }
 
-// What is solved again and again and comes back at the next step is for a person: the guard on
-// `solve` looks at what this leaves in sense.
+// A fault that is solved again and again and returns at the next step needs a person: the guard of
+// `solve` reads these values in sense.
 void Vehicle::watch_rounds(Supervisor& s) noexcept {
   const State state = s.controller().state;
   if (state == State::fatal_error) operated_ns_ = 0;

@@ -1,6 +1,6 @@
 #pragma once
 
-// What Lunar Zebro measures, once per frame: filled by the frame thread, carried to the publish
+// Telemetry of Lunar Zebro, once per frame: filled by the frame thread, passed to the publish
 // thread, converted in daemon/dds/zebro.cpp to idl/zebro.idl, whose fields it mirrors. Plain and
 // trivially copyable.
 

@@ -1,6 +1,6 @@
 #include "daemon/vehicles/zebro_tunables.h"
 
-#include <numbers>
+#include "daemon/vehicles/angles.h"
 
 namespace lss::zebro {
 namespace {
@@ -8,7 +8,6 @@ namespace {
 using P = Parameters;
 using Place = TunablePlace;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kMs = 1e6, kS = 1e9;  // to ns
 constexpr Change kAlways = Change::always, kAtRest = Change::at_rest;
 
@@ -21,7 +20,7 @@ constexpr auto kTunables = std::to_array<Tunable<P>>({
      kMs,
      [](P& p) -> Place { return &p.current_time_ns; }},
     {{"limits.temperature_warning_degC", "degC", -50, 150, kAlways, false,
-      "a hotter module is told"},
+      "a hotter module is reported"},
      1,
      [](P& p) -> Place { return &p.temperature_warning_degC; }},
     {{"bus.module_silent_ms", "ms", 50, 7900, kAlways, false,
@@ -84,9 +83,13 @@ constexpr auto kTunables = std::to_array<Tunable<P>>({
      1,
      [](P& p) -> Place { return &p.solver.rounds; }},
     {{"solve.healthy_s", "s", 1, 3600, kAlways, false,
-      "of operation, after which rounds count anew"},
+      "of operation, after which rounds count again from 0"},
      kS,
      [](P& p) -> Place { return &p.solver.healthy_ns; }},
+    {{"bus.reset_s", "s", 1, 120, kAlways, false,
+      "a module that a command resets has to answer again within it"},
+     kS,
+     [](P& p) -> Place { return &p.reset_ns; }},
 });
 constexpr auto kInfos = infos_of(kTunables);
 

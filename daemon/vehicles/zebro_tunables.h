@@ -1,6 +1,6 @@
 #pragma once
 
-// The parameters of Lunar Zebro that can be changed while the daemon runs (docs/parameters.md).
+// The parameters of Lunar Zebro that can change while the daemon runs (docs/parameters.md).
 // Constant data; any thread.
 
 #include "daemon/core/tunables.h"

@@ -1,5 +1,5 @@
-// Supervision of Lunar Zebro: what the modules, the bus and the motions report, turned into events
-// and faults of the locomotion controller. The panel: zebro_panel.cpp; error solving:
+// Supervision of Lunar Zebro: turns reports of the modules, the bus and the motions into events and
+// faults of the locomotion controller. The panel: zebro_panel.cpp; error solving:
 // zebro_solving.cpp.
 
 #include <limits>
@@ -29,10 +29,11 @@ bool falling(std::uint16_t now, std::uint16_t before, std::uint16_t flag) noexce
 void Vehicle::watch(const Inputs<Vehicle>& in, Supervisor& s) noexcept {
   supervisor_ = &s;
   isolated_ = s.controller().isolated;
-  // First: what a standstill of the machine makes of the modules' ages is its consequence.
+  // First: a standstill of the machine makes replies old, so it is the cause.
   if (in.overrun_limit && s.controller().state == State::operational)
     s.raise(FaultId::frame_overrun);
   watch_bus(in.bus, s);
+  watch_resets(s);
   watch_modules(s);
   for (std::size_t i = 0; i < kModules; ++i) {
     watch_temperature(i, s);
@@ -48,7 +49,8 @@ void Vehicle::watch(const Inputs<Vehicle>& in, Supervisor& s) noexcept {
 }
 
 void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
-  if (bus.time_ns == 0) return;  // the bus thread has not spoken yet
+  if (bus.time_ns == 0) return;  // no report of the bus thread yet
+  s.check_stop(bus.all_stop_pending);
   if (bus.open != port_open_ || !port_reported_) {
     s.happen(bus.open ? lc::Event::port_opened : lc::Event::port_closed);
     if (bus.open) {
@@ -71,7 +73,7 @@ void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
     if (s.controller().state == State::operational) s.raise(FaultId::orders_stale);
   }
   const BusCounters& c =
-      bus.counters;  // a late reply is whole: the machine's trouble, not the wire's
+      bus.counters;  // a late reply is intact: the machine is slow, not the line noisy
   const std::uint64_t broken = c.bad_start + c.bad_length + c.bad_character + c.bad_check;
   if (now_ns_ - noise_window_ns_ >= kNoiseWindow) {
     const std::uint64_t dropped = broken - noise_frames_;
@@ -82,8 +84,7 @@ void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
   }
 }
 
-// A fault of a module. While errors are solved it is what the strategies are about: it is latched,
-// and they see it themselves.
+// A fault of a module. During error solving it is only latched: the strategies handle it.
 void Vehicle::blame(FaultId id, std::size_t i, Supervisor& s) noexcept {
   if (s.controller().state == State::solve_errors) {
     s.latch(id, number(i));
@@ -92,7 +93,13 @@ void Vehicle::blame(FaultId id, std::size_t i, Supervisor& s) noexcept {
   }
 }
 
-// Contact: never heard, answering, or silent. Isolated modules may do as they like.
+void Vehicle::watch_resets(Supervisor& s) noexcept {
+  resets_.watch(
+      now_ns_, parameters_.reset_ns, port_open_, [&](std::size_t i) { return resets_seen_[i]; },
+      [&](std::size_t i) { return answers(i); }, s);
+}
+
+// Contact: no reply yet, answering, or silent. Isolated modules are ignored.
 void Vehicle::watch_modules(Supervisor& s) noexcept {
   std::array<std::int64_t, kMaxModules> age_ms{};
   std::array<double, kMaxModules> sense{};
@@ -101,7 +108,7 @@ void Vehicle::watch_modules(Supervisor& s) noexcept {
     sense[i] = answers(i) ? modules_[i].status.position_rad : kUnknown;
     const bool motor = i < kLegs && (modules_[i].status.flags & kFlagMotionControl) != 0;
     sense[kSenseMotorsOn] += motor && answers(i) ? 1 : 0;
-    // What stopped by its watchdog only missed us, and here we are again: start clears it.
+    // A module stopped by its watchdog only lost contact, which is back: start clears it.
     const bool tripped =
         in_service(i) && (modules_[i].status.flags & kStopFlags & ~kFlagWatchdog) != 0;
     if (tripped && sense[kSenseTripped] == 0) sense[kSenseTripped] = number(i);
@@ -110,35 +117,35 @@ void Vehicle::watch_modules(Supervisor& s) noexcept {
   s.set_ages(age_ms, parameters_.module_silent_ns / kMillisecond);
   s.set_sense(sense);
   for (std::size_t i = 0; i < kModules; ++i) {
-    // Heard is who told its status: guards rest on it.
+    // Counts as answering after its first status: guards need it.
     if (modules_[i].status_ns == 0 || !in_service(i)) continue;
     const lc::ControllerState& c = s.controller();
     const bool lost = ((c.silent | c.unheard) >> i & 1u) != 0;
     if (answers(i) && lost) {
       s.happen(lc::Event::module_heard, number(i));
       s.note(EventId::module_online, number(i));
-    } else if (!answers(i) && !lost) {
+    } else if (!answers(i) && !lost && !resets_.away(i)) {
       s.happen(lc::Event::module_silent, number(i));
       blame(FaultId::module_silent, i, s);
     }
   }
 }
 
-// What a module's own flags tell, once per change.
+// Reports of a module's own flags, once per change.
 void Vehicle::watch_flags(std::size_t i, Supervisor& s) noexcept {
   const std::uint16_t flags = modules_[i].status.flags, before = flags_before_[i];
   if (modules_[i].status_ns == 0) return;
-  const bool first = !std::exchange(modules_[i].greeted, true);  // every module was reset some time
+  const bool first = !std::exchange(modules_[i].greeted, true);  // every module was reset before
   if (flags == before) return;
   flags_before_[i] = flags;
-  // Whether its motor may be on: only then a stop by itself means something now.
+  // Whether its motor may be on: only then is a stop by itself a fault.
   const bool driven = i == kPanel ? (s.controller().flags & kPanelMoving) != 0
                                   : s.controller().state == State::operational;
   if (rising(flags, before, kFlagOverCurrent) && driven)
     s.raise(FaultId::module_over_current, number(i));
   if (rising(flags, before, kFlagWatchdog) && driven) s.raise(FaultId::module_watchdog, number(i));
   if (rising(flags, before, kFlagDriverFault)) blame(FaultId::module_driver_fault, i, s);
-  // Only a reset loses the calibration: the status that said so may have been lost.
+  // Only a reset loses the calibration: the status with the reset flag may have been lost.
   const bool reset = rising(flags, before, kFlagReset) || falling(flags, before, kFlagCalibrated);
   if (reset && !first) {
     if (driven || s.controller().state == State::operational) {
@@ -215,7 +222,7 @@ void Vehicle::watch_motion(Supervisor& s) noexcept {
   }
 }
 
-// All legs say so in a status younger than the order.
+// All legs report it in a status younger than the order.
 bool Vehicle::motors_confirmed() const noexcept {
   for (std::size_t i = 0; i < kLegs; ++i) {
     if (in_service(i) && ((modules_[i].status.flags & kFlagMotionControl) == 0 ||
@@ -225,7 +232,7 @@ bool Vehicle::motors_confirmed() const noexcept {
   return true;
 }
 
-// Walking goes on with uncalibrated legs (Zebro thesis 5.2.3), but not silently.
+// Walking goes on with uncalibrated legs (Zebro thesis 5.2.3), but is reported.
 void Vehicle::report_uncalibrated(Supervisor& s) noexcept {
   for (std::size_t i = 0; i < kLegs; ++i) {
     if (in_service(i) && (modules_[i].status.flags & kFlagCalibrated) == 0)

@@ -1,5 +1,5 @@
-// The wiring of Lunar Zebro, read from top to bottom: the port "legs" carries a bus of seven leg
-// modules; the frame takes its replies and the actuate thread releases orders to it.
+// The wiring of Lunar Zebro: the port "legs" has a bus of seven leg modules; the frame thread takes
+// its replies and the actuate thread releases orders to it.
 
 #include <fmt/format.h>
 
@@ -17,7 +17,8 @@ namespace {
 const Vocabulary kVocabulary{.modes = kModeNames,
                              .modules = kModuleNames,
                              .strategies = kStrategyNames,
-                             .tunables = tuning().infos};
+                             .tunables = tuning().infos,
+                             .command = logic().command};
 
 const config::Port& legs_port(const config::Config& config) {
   for (const config::Port& port : config.ports) {
@@ -26,7 +27,7 @@ const config::Port& legs_port(const config::Config& config) {
   return config.ports.front();
 }
 
-// What the bus inherits from the port and the frame.
+// Parameters that the bus inherits from the port and the frame.
 LegBusParameters bus_parameters(const config::Config& config, LegBusParameters bus) {
   const config::Port& port = legs_port(config);
   bus.baud = static_cast<int>(port.baud);

@@ -16,10 +16,10 @@ constexpr std::uint32_t kImuDevice = 0x0001'0000;
 constexpr std::uint32_t kProfileVelocity = 3, kProfilePosition = 1;  // modes of operation
 constexpr std::uint32_t kBeaconBit = 0x40;
 
-// Written into every node.
+// Common to all nodes.
 constexpr Entry kInhibit = {canopen::kEmergencyInhibit, 0, 2, 100};  // 10 ms
 constexpr Entry kFallBack = {canopen::kErrorBehaviour, 1, 1, 0};     // to pre-operational
-// ... and into every drive.
+// ... and to all drives.
 constexpr Entry kStopOnLoss = {canopen::kAbortConnection, 0, 2, 3};
 constexpr Entry kHoldWhenStopped = {canopen::kQuickStopOption, 0, 2, 6};
 
@@ -75,7 +75,7 @@ NodeParameters steering(std::uint8_t node, const RoverBusParameters& p) {
           {kSteeringTpdo1, kSteeringTpdo2}};
 }
 
-// On a communication error the clutches stay and the beacon goes on.
+// On a communication error clutches and beacon keep their state.
 NodeParameters io(std::uint8_t node) {
   return {node,
           kIoDevice,

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the PDOs of D.I.A.N.A. Ardito carry, to and from physical units. Layouts, units and signs:
+// Contents of the PDOs of D.I.A.N.A. Ardito, to and from physical units. Layouts, units and signs:
 // docs/icd-ardito.md sections 3 and 5. Pure.
 
 #include <array>
@@ -17,7 +17,7 @@ inline constexpr std::size_t kWheels = 6;   // LF RF LM RM LR RR
 inline constexpr std::size_t kSteered = 4;  // wheels LF RF LR RR
 inline constexpr std::array<std::size_t, kSteered> kSteeredWheel = {0, 1, 4, 5};
 
-// Nodes in the order of the driver, whatever their numbers on the bus are.
+// Nodes in the order of the driver, independent of their numbers on the bus.
 inline constexpr std::size_t kFirstSteering = kWheels, kIo = kWheels + kSteered, kImu = kIo + 1;
 inline constexpr std::size_t kNodes = kImu + 1;
 
@@ -61,18 +61,18 @@ struct Imu {
   double Vtan_mm_s = 0;
   double sigma_rad = 0;
   double yaw_rate_rad_s = 0;
-  std::uint16_t counter = 0;  // stands when the sensor is dead
+  std::uint16_t counter = 0;  // constant when the sensor is dead
 };
 using Reading = std::variant<WheelMotion, WheelSpeeds, WheelHealth, SteeringMotion, SteeringAngle,
                              Inputs, Rocker, Imu>;
 
 // Data of TPDO `number` of a node (index, see above). None: there is no such PDO, or its length is
-// another.
+// wrong.
 std::optional<Reading> decode(std::size_t node, int number,
                               std::span<const std::uint8_t> data) noexcept;
 
 using RpdoBytes = std::array<std::uint8_t, 6>;
-// Values beyond the range of the field are cut to it; what is not finite becomes 0.
+// Values outside the range of the field are clipped to it; a value that is not finite becomes 0.
 RpdoBytes wheel_rpdo(std::uint16_t controlword, double motor_rpm) noexcept;
 RpdoBytes steering_rpdo(std::uint16_t controlword, std::int32_t position) noexcept;
 std::int32_t steering_counts(double motor_rad) noexcept;  // 0.0001 rad

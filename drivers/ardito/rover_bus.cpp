@@ -9,7 +9,7 @@ namespace {
 using canopen::DriveState;
 using canopen::NodeState;
 
-// Of a set-point that was acknowledged: when both frames were lost, it was the one before.
+// Repetition of an acknowledged set-point, in case both frames were lost and the answer was old.
 constexpr TimeNs kRepeat = kSecond;
 
 // Serials count up and wrap.
@@ -18,6 +18,12 @@ bool after(std::uint32_t serial, std::uint32_t other) {
 }
 
 }  // namespace
+
+bool stops_all(const RoverOrders& orders) noexcept {
+  const auto on = [](const auto& drive) { return drive.enabled; };
+  return orders.quick_stop ||
+         (std::ranges::none_of(orders.wheel, on) && std::ranges::none_of(orders.steering, on));
+}
 
 RoverBus::RoverBus(const RoverBusParameters& parameters) noexcept
     : parameters_(parameters), master_(master_parameters(parameters)) {
@@ -71,7 +77,7 @@ void RoverBus::release(const RoverOrders& orders, TimeNs now) noexcept {
   send_all(now);
 }
 
-// Nobody commands any more, or too late.
+// Orders are missing or too old.
 void RoverBus::stop_stale(TimeNs now) noexcept {
   if (!stale_) ++counters_.safe_commands;
   stale_ = true;
@@ -83,7 +89,7 @@ bool RoverBus::operational(std::size_t node) const noexcept {
   return master_.nodes() > node && master_.status(node).state == NodeState::operational;
 }
 
-// Everything that the orders say, or the stop.
+// Sends all orders, or the stop.
 void RoverBus::send_all(TimeNs now) noexcept {
   stop_again_ns_ = now + parameters_.period_ns;
   for (std::size_t node = 0; node < drive_.size(); ++node) {
@@ -95,7 +101,7 @@ void RoverBus::send_all(TimeNs now) noexcept {
   master_.send_rpdo(kIo, 1, {&outputs, 1});
 }
 
-// A drive whose heartbeat is lost may hear us still: it is told to stop.
+// A drive whose heartbeat is lost may still receive: it gets a stop.
 void RoverBus::send_drive(std::size_t node, TimeNs now) noexcept {
   Drive& drive = drive_[node];
   const bool enabled = ordered(node);
@@ -128,8 +134,8 @@ void RoverBus::send_wheel(std::size_t wheel, bool enabled) noexcept {
   master_.send_rpdo(wheel, 1, wheel_rpdo(word, turns ? orders_.wheel[wheel].motor_rpm : 0));
 }
 
-// A new set-point is taken at the rising edge of its bit: first down with the new target, then up,
-// which is held.
+// A new set-point is taken at the rising edge of its bit: first low with the new target, then high,
+// which is kept.
 void RoverBus::send_steering(std::size_t steered, bool enabled, TimeNs now) noexcept {
   const std::size_t node = kFirstSteering + steered;
   Drive& drive = drive_[node];
@@ -169,7 +175,7 @@ void RoverBus::send_edges(TimeNs now) noexcept {
   }
 }
 
-// Whether the orders enable this drive. An order that is no number does not.
+// Whether the orders enable this drive. An order that is not a number does not.
 bool RoverBus::ordered(std::size_t node) noexcept {
   const bool wheel = node < kWheels;
   const std::size_t s = node - (wheel ? 0 : kFirstSteering);

@@ -1,9 +1,9 @@
 #pragma once
 
-// Master of the CAN bus of D.I.A.N.A. Ardito: what goes out when, what came back, and whether the
-// drives do what they were ordered. Knows frames and time, no file descriptor and no thread: the
+// Master of the CAN bus of D.I.A.N.A. Ardito: sends orders, receives reports, and checks whether
+// the drives follow their orders. Knows only frames and time, no file descriptor and no thread: the
 // bus thread passes both in, so tests drive it without either. Nothing here allocates, locks or
-// logs. What goes out when is told in docs/icd-ardito.md.
+// logs. Schedule of messages: docs/icd-ardito.md.
 //
 // The orders are a desired state, not a queue: newer ones replace older ones.
 //
@@ -55,15 +55,15 @@ struct SteeringOrder {
 };
 
 struct RoverOrders {
-  TimeNs issued_ns = 0;      // when the frame computed them: the freshness the bus checks
+  TimeNs issued_ns = 0;      // when the frame computed them, to check freshness
   std::uint32_t serial = 0;  // a new number is new orders; begins at 1
-  // A new number: quick stop to all, whatever stands below. Motion needs a serial after this one's.
+  // A new number: quick stop to all, overrides all orders. Motion needs a serial after this one's.
   std::uint32_t emergency_serial = 0;
   std::uint32_t fault_reset_serial = 0;  // a new number: drives in fault are reset
-  std::uint32_t node_reset_serial = 0;   // a new number: `reset_nodes` are booted anew
+  std::uint32_t node_reset_serial = 0;   // a new number: `reset_nodes` are booted again
   std::uint16_t reset_nodes = 0;         // bit i: node i in the order of pdo.h
   TimeNs next_frame_ns = 0;  // a coming frame boundary, for SYNC; 0: SYNC goes on in its rhythm
-  bool quick_stop = false;   // of all drives, whatever stands below; they hold, under power
+  bool quick_stop = false;   // of all drives, overrides the orders below; power stays on
   bool standing = false;     // nodes that were lost may be reset, configured and started
   std::array<WheelOrder, kWheels> wheel{};
   std::array<SteeringOrder, kSteered> steering{};
@@ -72,19 +72,22 @@ struct RoverOrders {
   bool operator==(const RoverOrders&) const = default;
 };
 
-// A reading of the vehicle, stamped with the arrival of its frame.
+// No drive is enabled by these orders.
+bool stops_all(const RoverOrders& orders) noexcept;
+
+// A measurement of the vehicle, stamped with the arrival of its frame.
 struct RoverSample {
   TimeNs time_ns = 0;
   Reading reading{};
 };
 
-// What the bus has to say about a node besides its readings.
+// State of a node besides its readings.
 struct RoverLink {
   canopen::NodeStatus node{};
-  canopen::DriveState drive = canopen::DriveState::unknown;  // unknown: no drive, or not heard
+  canopen::DriveState drive = canopen::DriveState::unknown;  // unknown: no drive, or no statusword
   std::uint16_t statusword = 0;
-  bool disobeys = false;         // operational, and for long not in the state that was ordered
-  std::uint64_t set_points = 0;  // steering: sent
+  bool disobeys = false;                 // operational, and for long not in the ordered state
+  std::uint64_t set_points = 0;          // steering: sent
   std::uint64_t set_points_refused = 0;  // not acknowledged in the next statusword
   std::uint64_t sdo_aborts = 0;
   std::uint64_t sdo_repeats = 0;
@@ -93,11 +96,11 @@ struct RoverLink {
 struct RoverCounters {
   canopen::MasterCounters master{};
   std::uint64_t releases = 0;
-  std::uint64_t safe_commands = 0;  // times that it stopped all by itself, orders being stale
+  std::uint64_t safe_commands = 0;  // stops of all by itself, orders being stale
   std::uint64_t stale_orders = 0;   // too old when they arrived
-  std::uint64_t old_orders = 0;     // of a serial that an emergency has ended
-  std::uint64_t bad_orders = 0;     // of a drive, that were no finite number: it was disabled
-  std::uint64_t overflows = 0;      // samples that nobody took
+  std::uint64_t old_orders = 0;     // of a serial before an emergency
+  std::uint64_t bad_orders = 0;     // orders that were no finite number: the drive was disabled
+  std::uint64_t overflows = 0;      // samples that were not taken
 };
 
 struct RoverStatus {
@@ -109,42 +112,45 @@ class RoverBus {
  public:
   explicit RoverBus(const RoverBusParameters& parameters) noexcept;
 
-  // The bus was opened (again), or came back from bus-off: forget what is half said and half heard,
-  // stop all drives, for they may still be doing what they were told before, and boot all nodes.
-  // Motion in force is not taken up again by itself.
+  // The bus was opened (again), or came back from bus-off: discards partial messages, stops all
+  // drives, since they may still follow earlier orders, and boots all nodes. Earlier motion is not
+  // resumed.
   void restart(TimeNs now) noexcept;
 
   // New orders, or the same with a new time.
   void release(const RoverOrders& orders, TimeNs now) noexcept;
+
+  // Quick stop to all drives, before anything else is sent; earlier orders are void.
+  void all_stop(TimeNs now) noexcept { stop_all(now); }
 
   void receive(std::span<const CanFrame> frames) noexcept;  // each by its time_ns
 
   // True: `frame` is to be sent now. Call until it returns false.
   bool transmit(TimeNs now, CanFrame& frame) noexcept;
 
-  // When transmit needs the clock again; never later than the stale deadline.
+  // When transmit has to be called again; never later than the stale deadline.
   TimeNs next_wake() const noexcept;
 
   // Readings since the last call; at most kMaxSamples are kept, the oldest dropped.
   static constexpr std::size_t kMaxSamples = 128;
   std::size_t take(std::span<RoverSample> out) noexcept;
 
-  // False: two nodes have one number. Then nobody is spoken to.
+  // False: two nodes have one number. Then nothing is sent.
   bool parameters_fit() const noexcept { return master_.parameters_fit(); }
 
   // Of all nodes, in the order of pdo.h. Valid until the next call.
   const RoverStatus& status() noexcept;
 
  private:
-  // One drive and what was last said to it and by it.
+  // One drive and the last messages to and from it.
   struct Drive {
     canopen::DriveState state = canopen::DriveState::unknown;
     std::uint16_t statusword = 0;
     int reset_step = 0;    // of a fault: 1 edge down is due, 2 edge up is due
-    TimeNs obeyed_ns = 0;  // when it was last in the state that was ordered
+    TimeNs obeyed_ns = 0;  // when it was last in the ordered state
     bool disobeys = false;
     std::int32_t target = 0;      // steering: the set-point last sent, 0.0001 rad
-    bool has_target = false;      // ... which is what the orders want
+    bool has_target = false;      // ... as the orders want
     bool edge_due = false;        // of its handshake, at edge_ns
     bool unacknowledged = false;  // the edge went out at edge_ns
     TimeNs edge_ns = 0;
@@ -174,10 +180,10 @@ class RoverBus {
   std::array<Drive, kWheels + kSteered> drive_{};
   RoverOrders orders_{};
   std::uint32_t emergency_serial_ = 0, fault_reset_serial_ = 0, node_reset_serial_ = 0;
-  std::uint32_t ended_serial_ = 0;  // orders up to this serial move nothing any more
+  std::uint32_t ended_serial_ = 0;  // orders up to this serial move nothing
   bool released_ = false, stale_ = false;
   bool stopping_ = true;                           // until new orders come
-  TimeNs stop_again_ns_ = 0;                       // the next quick stop, when no orders bring it
+  TimeNs stop_again_ns_ = 0;                       // the next quick stop, without new orders
   std::array<RoverSample, kMaxSamples> sample_{};  // ring
   std::size_t first_sample_ = 0, sample_count_ = 0;
 };

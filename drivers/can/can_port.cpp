@@ -8,6 +8,7 @@ CanStatus CanPort::open(const char* path, std::span<const CanFilter> filters) no
   if (std::string_view(path).starts_with(CanUdp::kScheme)) {
     transport_ = &udp_;
     udp_.number_by(sender_);
+    if (sender_ != nullptr) sender_->count_on(&udp_.wire());
   } else {
     transport_ = &socket_can_;
   }
@@ -31,7 +32,7 @@ CanPort::Received CanPort::receive(std::span<CanFrame> into) noexcept {
   const std::uint64_t restarts = counters_.restarts;
   const Received received = transport_->receive(into, counters_);
   if (sender_ != nullptr && counters_.restarts != restarts) sender_->renew();
-  // What waits was meant for a bus of before.
+  // Waiting frames were for the bus before bus-off.
   if (before != CanState::bus_off && transport_->state() == CanState::bus_off) {
     counters_.dropped_stale += queue_.size();
     queue_.clear();
@@ -63,7 +64,7 @@ const char* text(CanStatus status) noexcept {
       return "it is neither the name of an interface nor udp://ADDRESS:PORT, with ?local=PORT if "
              "need be: correct it in the config";
     case CanStatus::not_local:
-      return "datagrams beyond this machine are not taken: use an address of 127.0.0.0/8";
+      return "datagrams to other machines are not allowed: use an address of 127.0.0.0/8";
     case CanStatus::in_use:
       return "another program has the local port: stop that one first, or name another port";
     case CanStatus::denied:

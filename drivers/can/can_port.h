@@ -29,18 +29,18 @@ class CanPort {
   CanPort(const CanPort&) = delete;
   CanPort& operator=(const CanPort&) = delete;
 
-  // A second thread sends by it while the port is open. Before open().
+  // Lets a second thread send while the port is open. Before open().
   void attach(CanSender* sender) noexcept { sender_ = sender; }
 
-  // Closes what was open. Frames that no filter passes are not handed up; no filter at all: every
-  // frame is. `filters` must stay while the port is open; at most SocketCan::kMaxFilters.
+  // Closes an open port first. Only frames that pass a filter are returned; without filters every
+  // frame. `filters` must stay while the port is open; at most SocketCan::kMaxFilters.
   Status open(const char* path, std::span<const CanFilter> filters = {}) noexcept;
   void close() noexcept;
 
-  // Frames that have come, oldest first. Call again while `more`.
+  // Received frames, oldest first. Call again while `more`.
   Received receive(std::span<CanFrame> into) noexcept;
 
-  // Into the queue of what goes out (can_queue.h).
+  // Into the send queue (can_queue.h).
   void send(const CanFrame& frame, TimeNs now) noexcept;
   // Sends what the kernel takes. False: lost, close and open again later. While the kernel's queue
   // is full it is due again at next_wake().
@@ -49,12 +49,13 @@ class CanPort {
 
   int fd() const noexcept { return transport_ != nullptr ? transport_->fd() : -1; }  // -1: closed
   bool is_open() const noexcept { return fd() >= 0; }
+  bool coming() noexcept { return udp_.coming(); }  // simulated time: what poll would report
   int error() const noexcept { return transport_ != nullptr ? transport_->error() : 0; }
   CanState state() const noexcept {
     return transport_ != nullptr ? transport_->state() : CanState::active;
   }
-  // Since it was first opened. `restarts` grew: it came back from bus-off, and whoever is on the
-  // bus may have missed anything.
+  // Since it was first opened. `restarts` grew: it came back from bus-off, and any node may have
+  // missed messages.
   const CanCounters& counters() const noexcept { return counters_; }
 
  private:
@@ -66,7 +67,7 @@ class CanPort {
   CanSender* sender_ = nullptr;
 };
 
-// What is wrong and what to do, for messages.
+// The error and its remedy, for messages.
 const char* text(CanStatus status) noexcept;
 const char* text(CanState state) noexcept;
 

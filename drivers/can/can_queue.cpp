@@ -5,7 +5,7 @@
 namespace lss {
 namespace {
 
-// CANopen's PDOs: what they say is said again. Other services say a thing once.
+// CANopen's PDOs are sent repeatedly. Other services send a message once.
 bool is_pdo(const CanFrame& frame) {
   return !frame.extended && frame.id >= 0x180 && frame.id < 0x580;
 }

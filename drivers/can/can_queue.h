@@ -13,12 +13,12 @@ namespace lss {
 class CanQueue {
  public:
   static constexpr std::size_t kLength = 128;
-  // PDOs that could not be sent for so long are not sent any more: newer ones are on their way.
+  // PDOs that could not be sent for so long are dropped: newer ones follow.
   static constexpr TimeNs kStale = 50 * kMillisecond;
   static constexpr TimeNs kRetry = kMillisecond;  // of a full queue of the kernel
   static constexpr TimeNs kNever = INT64_MAX;
 
-  // When the queue is full the oldest PDO gives way, without one the oldest frame; it is counted.
+  // When the queue is full, drops and counts the oldest PDO, or without one the oldest frame.
   void push(const CanFrame& frame, TimeNs now, CanCounters& counters) noexcept;
   // Passes on what the transport takes, in the order of push(). False: it is lost.
   bool flush(CanTransport& transport, TimeNs now, CanCounters& counters) noexcept;

@@ -24,7 +24,7 @@ int fd_of(std::uint64_t handle) { return static_cast<int>(handle & 0xFFFF); }
 
 void CanSender::offer(int fd, std::uint32_t peer_address, std::uint16_t peer_port) noexcept {
   withdraw();
-  // First: whoever gets hold of the new port sees by then that it is another one.
+  // First: a thread that takes the new port then sees the new generation.
   renew();
   const int own = ::fcntl(fd, F_DUPFD_CLOEXEC, 0);
   if (own >= 0 && static_cast<std::uint64_t>(own) <= kMostFd) {
@@ -34,8 +34,8 @@ void CanSender::offer(int fd, std::uint32_t peer_address, std::uint16_t peer_por
   }
 }
 
-// Out in the second thread's hands, the handle does not come back to what it was: that thread finds
-// it changed and closes.
+// When the second thread has the handle, the handle changes here: that thread notices it and closes
+// the descriptor.
 void CanSender::withdraw() noexcept {
   const std::uint64_t handle = handle_.exchange(kNone, std::memory_order_acq_rel);
   if (handle != kNone && handle != kTaken) ::close(fd_of(handle));
@@ -49,7 +49,7 @@ CanSender::Result CanSender::send(const CanFrame& frame) noexcept {
     closed_.fetch_add(1, std::memory_order_relaxed);
     return Result::closed;
   }
-  // What was reckoned for the bus before is not for this one.
+  // Frames for the earlier bus are not for this one.
   const bool same = generation_.load(std::memory_order_acquire) == seen_;
   const Result result = same ? put(handle, frame) : Result::closed;
   std::uint64_t taken = kTaken;
@@ -79,6 +79,7 @@ CanSender::Result CanSender::put(std::uint64_t handle, const CanFrame& frame) no
     const auto datagram = writer_.take(next_sequence());
     done = ::sendto(fd_of(handle), datagram.data(), datagram.size(), MSG_DONTWAIT,
                     reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    if (lockstep::Wire* const wire = wire_.load(); wire != nullptr && done >= 0) wire->sent(1);
   }
   if (done >= 0) return Result::sent;
   return errno == EAGAIN || errno == ENOBUFS || errno == EINTR ? Result::full : Result::failed;

@@ -13,7 +13,7 @@ namespace lss {
 namespace {
 
 constexpr std::string_view kLocal = "?local=";
-constexpr int kMaxDatagrams = 32;  // of one receive(): a flood must not hold the thread
+constexpr int kMaxDatagrams = 32;  // of one receive(): a flood must not block the thread
 
 struct Address {
   in_addr host{};
@@ -74,6 +74,7 @@ CanStatus CanUdp::open(const char* path, std::span<const CanFilter> filters) noe
     return status;
   }
   ask_for_stamps(fd_);
+  wire_.open(lockstep::line_name(path));
   return CanStatus::ok;
 }
 
@@ -99,7 +100,8 @@ CanUdp::Datagram CanUdp::next_datagram(CanCounters& counters) noexcept {
   const ssize_t got = ::recvmsg(fd_, &message, MSG_DONTWAIT);
   if (got < 0) {
     error_ = errno;
-    if (error_ == EAGAIN || error_ == EINTR) return Datagram::none;
+    if (error_ == EAGAIN || error_ == EINTR)
+      return wire_.awaits(fd_) ? Datagram::skipped : Datagram::none;
     return error_ == ECONNREFUSED ? Datagram::skipped : Datagram::lost;
   }
   const std::uint32_t dropped = dropped_;
@@ -110,6 +112,7 @@ CanUdp::Datagram CanUdp::next_datagram(CanCounters& counters) noexcept {
     ++counters.foreign;
     return Datagram::skipped;
   }
+  wire_.took(1);
   reader_.begin(std::span(bytes_).first(static_cast<std::size_t>(got)));
   return Datagram::read;
 }
@@ -122,7 +125,7 @@ CanTransport::Received CanUdp::receive(std::span<CanFrame> into, CanCounters& co
       CanFrame& frame = into[result.frames];
       frame.time_ns = time_ns_;
       if (frame.error) {
-        ++counters.error_frames;  // of the other end's bus, which is not ours
+        ++counters.error_frames;  // of the other end's bus, not ours
       } else if (passes(frame)) {
         ++result.frames;
       } else {
@@ -159,9 +162,10 @@ CanTransport::Sent CanUdp::send(std::span<const CanFrame> frames, CanCounters& c
     if (sent < 0) {
       error_ = errno;
       if (error_ == EAGAIN || error_ == ENOBUFS || error_ == EINTR) break;
-      counters.send_errors += count;  // they will never go
+      counters.send_errors += count;  // they will never be sent
     } else {
       counters.sent += count;
+      wire_.sent(1);
     }
     result.frames += count;
   }

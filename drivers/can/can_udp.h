@@ -6,6 +6,7 @@
 
 #include "drivers/can/can_sender.h"
 #include "drivers/can/transport.h"
+#include "drivers/lockstep/wire.h"
 
 namespace lss {
 
@@ -15,17 +16,22 @@ class CanUdp final : public CanTransport {
 
   ~CanUdp() override { close_fd(); }
 
-  // udp://127.0.0.1:PORT, with ?local=PORT2 when we must be found at a port of our own. Loopback
-  // only: the datagrams carry no proof of who sent them.
+  // udp://127.0.0.1:PORT, with ?local=PORT2 for a fixed port of our own. Loopback only: the
+  // datagrams carry no proof of their sender.
   CanStatus open(const char* address, std::span<const CanFilter> filters) noexcept override;
-  void close() noexcept override { close_fd(); }
+  void close() noexcept override {
+    wire_.close();
+    close_fd();
+  }
   Received receive(std::span<CanFrame> into, CanCounters& counters) noexcept override;
   Sent send(std::span<const CanFrame> frames, CanCounters& counters) noexcept override;
 
   std::uint32_t peer_address() const noexcept { return peer_address_; }  // network order
   std::uint16_t peer_port() const noexcept { return peer_port_; }
-  // Its datagrams are numbered together with those of a second thread. nullptr: alone.
+  // Numbers datagrams together with those of a second thread. nullptr: alone.
   void number_by(CanSender* sender) noexcept { sender_ = sender; }
+  bool coming() noexcept { return wire_.coming(); }
+  lockstep::Wire& wire() noexcept { return wire_; }
 
  private:
   enum class Datagram : std::uint8_t { none, read, skipped, lost };
@@ -35,12 +41,13 @@ class CanUdp final : public CanTransport {
   std::uint32_t peer_address_ = 0;  // network order
   std::uint16_t peer_port_ = 0;     // network order
   std::span<const CanFilter> filters_;
-  std::array<std::uint8_t, kMaxDatagram + 1> bytes_{};  // one more shows that it was cut
+  std::array<std::uint8_t, kMaxDatagram + 1> bytes_{};  // one more shows truncation
   TimeNs time_ns_ = 0;                                  // of the datagram that is being read
   std::uint32_t dropped_ = 0;
   CannelloniReader reader_;
   CannelloniWriter writer_;
   CanSender* sender_ = nullptr;
+  lockstep::Wire wire_{lockstep::Wire::Side::daemon};  // counts datagrams
 };
 
 }  // namespace lss

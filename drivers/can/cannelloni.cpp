@@ -47,7 +47,7 @@ bool CannelloniReader::next(CanFrame& frame) noexcept {
     const bool remote = (word & kRemote) != 0;
     const std::size_t header = kFrameHeader + (fd ? 1u : 0u);
     const std::size_t bytes = header + (remote ? 0u : length);
-    if (length > (fd ? kMaxFdData : frame.data.size())) {  // where the next begins is unknown
+    if (length > (fd ? kMaxFdData : frame.data.size())) {  // the begin of the next is unknown
       ++counters_.bad_frame;
       return end();
     }

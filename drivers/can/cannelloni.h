@@ -15,7 +15,7 @@ namespace lss {
 
 inline constexpr std::size_t kMaxDatagram = 1472;  // one Ethernet frame of UDP over IPv4
 
-// What was heard. A datagram that is broken somewhere is used up to there.
+// Counts of received data. Of a broken datagram the frames before the error are used.
 struct CannelloniCounters {
   std::uint64_t datagrams = 0;
   std::uint64_t frames = 0;
@@ -34,7 +34,7 @@ class CannelloniReader {
   void begin(std::span<const std::uint8_t> datagram) noexcept;
   // The next frame, with time_ns 0. False: there is none left.
   bool next(CanFrame& frame) noexcept;
-  void clear() noexcept { left_ = 0; }  // forgets the rest of the datagram
+  void clear() noexcept { left_ = 0; }  // drops the remaining frames of the datagram
   const CannelloniCounters& counters() const noexcept { return counters_; }
 
  private:
@@ -51,7 +51,7 @@ class CannelloniWriter {
   bool empty() const noexcept { return count_ == 0; }
   // The datagram, valid until the next add(), which begins a new one.
   std::span<const std::uint8_t> take() noexcept { return take(sequence_++); }
-  // The same, numbered by somebody else.
+  // The same, with a sequence number of the caller.
   std::span<const std::uint8_t> take(std::uint8_t sequence) noexcept;
 
  private:

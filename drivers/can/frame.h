@@ -1,6 +1,6 @@
 #pragma once
 
-// One classical CAN frame as every CAN driver of this project passes it on.
+// One classical CAN frame, as used by all CAN drivers of this project.
 
 #include <array>
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace lss {
 
 struct CanFrame {
   TimeNs time_ns = 0;    // received: when the kernel had it; to be sent: when it was made
-  std::uint32_t id = 0;  // 11 bits, or 29 when extended; of an error frame what happened, in bits
+  std::uint32_t id = 0;  // 11 bits, or 29 when extended; error frame: bits of the error
   bool extended = false;
   bool remote = false;    // asks for data and has none; `size` is how much it asks for
   bool error = false;     // made by the kernel, never on the wire

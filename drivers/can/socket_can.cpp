@@ -67,7 +67,7 @@ CanStatus SocketCan::prepare(const char* interface, std::span<const CanFilter> f
     error_ = EINVAL;
     return CanStatus::failed;
   }
-  if (!filters.empty()) {  // none: everything passes
+  if (!filters.empty()) {  // none: all pass
     std::array<can_filter, kMaxFilters> raw{};
     std::transform(filters.begin(), filters.end(), raw.begin(), [](const CanFilter& f) {
       return can_filter{f.id, f.mask | CAN_EFF_FLAG | CAN_RTR_FLAG};
@@ -79,7 +79,7 @@ CanStatus SocketCan::prepare(const char* interface, std::span<const CanFilter> f
   if (::setsockopt(fd_, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors) != 0) {
     return failed();
   }
-  // A bus full of somebody's frames must not push out an answer. Less than asked for is no error.
+  // A flood of foreign frames must not displace an answer. A smaller buffer is no error.
   ::setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &kReceiveBuffer, sizeof kReceiveBuffer);
   ask_for_stamps(fd_);
 
@@ -92,8 +92,8 @@ CanStatus SocketCan::prepare(const char* interface, std::span<const CanFilter> f
   return CanStatus::ok;
 }
 
-// One frame a call: frames come one by one at the pace of a bus, and to ask whether another one is
-// there takes as long as this. poll tells.
+// One frame per call: frames come one by one at the pace of a bus, and checking for another one
+// takes as long as this. poll reports it.
 CanTransport::Received SocketCan::receive(std::span<CanFrame> into,
                                           CanCounters& counters) noexcept {
   can_frame raw{};
@@ -157,13 +157,13 @@ CanTransport::Sent SocketCan::send(std::span<const CanFrame> frames,
       continue;
     }
     error_ = errno;
-    // The queue of the device is full (ENOBUFS, of which poll knows nothing) or of the socket.
+    // The queue of the device is full (ENOBUFS, which poll does not report) or of the socket.
     if (error_ == ENOBUFS || error_ == EAGAIN || error_ == EINTR) break;
     if (error_ == ENETDOWN || error_ == ENODEV || error_ == ENXIO) {
       result.lost = true;
       break;
     }
-    ++counters.send_errors;  // this frame will never go
+    ++counters.send_errors;  // this frame will never be sent
     ++result.frames;
   }
   return result;

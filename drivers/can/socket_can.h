@@ -27,7 +27,7 @@ class SocketCan final : public CanTransport {
   CanStatus prepare(const char* interface, std::span<const CanFilter> filters) noexcept;
   void told(const CanFrame& error, CanCounters& counters) noexcept;
 
-  std::uint32_t dropped_ = 0;  // by the kernel, as it last said
+  std::uint32_t dropped_ = 0;  // by the kernel, last reported
 };
 
 }  // namespace lss

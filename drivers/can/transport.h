@@ -1,6 +1,6 @@
 #pragma once
 
-// What carries CAN frames: a CAN interface of the kernel (socket_can.h) or datagrams (can_udp.h).
+// A carrier of CAN frames: a CAN interface of the kernel (socket_can.h) or datagrams (can_udp.h).
 // CanPort chooses by the path. One thread at a time; nothing blocks or, once opened, allocates.
 
 #include <cstddef>
@@ -18,25 +18,25 @@ enum class CanStatus : std::uint8_t {
   ok,
   absent,       // no such interface, or no hardware (any more) behind it
   down,         // the interface is not up
-  not_can,      // the interface is another kind of network
+  not_can,      // the interface is another type of network
   no_can,       // the kernel has no CAN
   bad_address,  // not udp://ADDRESS:PORT, nor the name of an interface
-  not_local,    // an address beyond this machine
+  not_local,    // an address of another machine
   in_use,       // another program has the local port
   denied,       // by permissions
   failed,       // anything else; see error()
 };
 
 enum class CanState : std::uint8_t {
-  active,   // as far as the controller told
+  active,   // as last reported by the controller
   passive,  // too many errors: it goes on, the next may be bus-off
-  bus_off,  // neither sends nor hears until it is restarted
+  bus_off,  // neither sends nor receives until it is restarted
 };
 
 struct CanCounters {
   std::uint64_t received = 0;   // frames handed up
   std::uint64_t filtered = 0;   // frames no filter passes, where the kernel does not filter
-  std::uint64_t overflows = 0;  // lost in the kernel: nobody took them in time
+  std::uint64_t overflows = 0;  // lost in the kernel: not taken in time
   std::uint64_t sent = 0;
   std::uint64_t retries = 0;        // times that the kernel's queue was full
   std::uint64_t dropped_full = 0;   // frames to send: our queue was full
@@ -54,11 +54,11 @@ class CanTransport {
  public:
   struct Received {
     std::size_t frames = 0;
-    bool more = false;  // call again: poll may not tell of what is left
+    bool more = false;  // call again: poll may not report the remaining frames
     bool lost = false;  // down or unplugged: close, and try to open again later
   };
   struct Sent {
-    std::size_t frames = 0;  // of those given, from the first: fewer when the queue is full
+    std::size_t frames = 0;  // sent frames, from the first: fewer when the queue is full
     bool lost = false;
   };
 
@@ -89,13 +89,13 @@ struct CanClocks {
 };
 CanClocks read_clocks() noexcept;
 
-// Asks the kernel to stamp what arrives and to tell what it dropped. It begins to stamp some
-// milliseconds after the first socket of the machine asked; until then its stamps are of reading.
+// Lets the kernel stamp arriving frames and report dropped ones. Stamping begins some milliseconds
+// after the first socket of the machine asked; until then its stamps are of reading.
 void ask_for_stamps(int fd) noexcept;
 
-// From the control data of one message: when the kernel had it, on CLOCK_MONOTONIC; now, when it
-// does not say or the wall clock was set in between. `dropped`: by the kernel since the socket was
-// opened, left alone when it does not say.
+// From the control data of one message: when the kernel had it, on CLOCK_MONOTONIC; now, without a
+// stamp or when the wall clock was set in between. `dropped`: by the kernel since the socket was
+// opened, unchanged when not reported.
 TimeNs stamp(msghdr& message, const CanClocks& now, std::uint32_t& dropped) noexcept;
 
 }  // namespace lss

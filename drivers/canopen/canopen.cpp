@@ -79,7 +79,7 @@ const char* abort_text(std::uint32_t code) noexcept {
   }
 }
 
-// The exact codes of docs/icd-ardito.md, else the class of CiA 301.
+// The codes of docs/icd-ardito.md, else the class of CiA 301.
 const char* emergency_text(std::uint16_t code) noexcept {
   switch (code) {
     case 0x0000:

@@ -1,7 +1,7 @@
 #pragma once
 
-// Numbers of CANopen: CiA 301 (services), CiA 402 (drives), CiA 401 (I/O), as far as they are used
-// here. docs/icd-ardito.md has them as tables.
+// Constants of CANopen: CiA 301 (services), CiA 402 (drives), CiA 401 (I/O), as far as used here.
+// docs/icd-ardito.md has them as tables.
 
 #include <cstdint>
 
@@ -32,7 +32,7 @@ enum class NmtState : std::uint8_t {
   stopped = 0x04,
   operational = 0x05,
   pre_operational = 0x7F,
-  unknown = 0xFF,  // ours: nothing was heard
+  unknown = 0xFF,  // ours: no heartbeat yet
 };
 
 // Objects, CiA 301.
@@ -105,7 +105,7 @@ inline constexpr std::uint16_t kDisableVoltage = 0x0000, kQuickStop = 0x0002, kS
 inline constexpr std::uint16_t kSwitchOn = 0x0007, kEnableOperation = 0x000F, kFaultReset = 0x0080;
 inline constexpr std::uint16_t kNewSetPoint = 1u << 4, kChangeImmediately = 1u << 5;
 
-// The controlword that brings a drive one step on to operation enabled. A fault is not left by it.
+// The controlword for the next step towards operation enabled. It does not leave a fault.
 constexpr std::uint16_t towards_enabled(DriveState state) {
   switch (state) {
     case DriveState::switch_on_disabled:

@@ -6,7 +6,7 @@
 namespace lss::canopen {
 namespace {
 
-// States that are left by resetting or configuring the node, which may have to wait.
+// States that need a reset or configuration of the node, which may have to wait.
 bool waits_for_leave(NodeState state) {
   switch (state) {
     case NodeState::missing:
@@ -92,7 +92,7 @@ void Master::fail(Node& node, TimeNs now) noexcept {
   enter(node, NodeState::failed, now, now + parameters_.retry_ns);
 }
 
-// What the last SDO transfer came to.
+// Handles the result of the last SDO transfer.
 void Master::sdo_over(Node& node, TimeNs now) noexcept {
   const SdoClient::Result result = node.sdo.result();
   if (result != SdoClient::Result::done && result != SdoClient::Result::aborted) return;
@@ -124,7 +124,7 @@ void Master::sdo_over(Node& node, TimeNs now) noexcept {
 void Master::deadline_over(Node& node, TimeNs now) noexcept {
   switch (node.status.state) {
     case NodeState::off:
-    case NodeState::lost:  // a drive that holds goes on holding, outputs stay
+    case NodeState::lost:  // an enabled drive and outputs keep their state
       return boot(node, Nmt::reset_communication, now);
     case NodeState::missing:
     case NodeState::failed:
@@ -149,13 +149,13 @@ void Master::deadline_over(Node& node, TimeNs now) noexcept {
   }
 }
 
-// It is not allowed to leave its state.
+// The node is not yet allowed to leave its state.
 bool Master::waits(const Node& node) const noexcept {
   const bool resumes = resume_allowed_ && node.status.state == NodeState::fallen_back;
   return !boot_allowed_ && !resumes && waits_for_leave(node.status.state);
 }
 
-// Most of the time none does, and it is asked for each frame that comes.
+// Mostly none does, and this is called for each frame received.
 bool Master::needs_care(const Node& node, TimeNs now) noexcept {
   return node.nmt_due || node.sdo.busy() || node.status.emcy_storm || now >= node.deadline_ns;
 }

@@ -1,11 +1,11 @@
 #pragma once
 
 // CANopen master of up to 16 nodes: boots and configures them, watches their heartbeats, sends its
-// own and SYNC, hands PDO data out and in. Knows frames and time, no file descriptor and no thread:
-// the bus thread passes both in. Nothing here allocates, locks or logs.
+// own and SYNC, passes PDO data in and out. Knows only frames and time, no file descriptor and no
+// thread: the bus thread passes both in. Nothing here allocates, locks or logs.
 //
-// What is said when: docs/icd-ardito.md sections 6, 7 and 11. The master decides nothing about
-// motion: what an RPDO says comes from above, and whether nodes may be brought up again, too.
+// Schedule of messages: docs/icd-ardito.md sections 6, 7 and 11. The master decides nothing about
+// motion: RPDO data come from the caller, and so does the permission to boot nodes again.
 
 #include <array>
 #include <cstddef>
@@ -19,7 +19,6 @@
 namespace lss::canopen {
 
 inline constexpr std::size_t kMaxNodes = 16;
-inline constexpr TimeNs kNever = INT64_MAX;
 
 struct MasterParameters {
   HeartbeatParameters heartbeat{};
@@ -28,7 +27,7 @@ struct MasterParameters {
   TimeNs boot_timeout_ns = 2 * kSecond;           // from reset to boot-up
   TimeNs sdo_timeout_ns = 200 * kMillisecond;     // of one attempt
   int sdo_attempts = 3;                           // in all
-  TimeNs start_timeout_ns = 500 * kMillisecond;   // from start to the heartbeat that says so
+  TimeNs start_timeout_ns = 500 * kMillisecond;   // from start to its heartbeat in operational
   TimeNs retry_ns = kSecond;                      // after a boot that failed, to the next reset
   TimeNs wrong_device_retry_ns = 5 * kSecond;
   TimeNs babble_window_ns = 100 * kMillisecond;
@@ -38,17 +37,17 @@ struct MasterParameters {
 
 enum class NodeState : std::uint8_t {
   off,           // not reset yet
-  booting,       // reset, its boot-up message is due
+  booting,       // reset, waits for its boot-up message
   missing,       // none came; it is reset again now and then
-  identifying,   // what device is it?
-  wrong_device,  // another one: found_type; asked again now and then
+  identifying,   // reads its device type
+  wrong_device,  // wrong type: found_type; read again now and then
   configuring,   // objects are written
   failed,        // one could not be: failed_entry, abort_code; booted again soon
-  starting,      // its heartbeat is due to say operational
+  starting,      // waits for its heartbeat in operational
   operational,   // the only state in which its PDOs are used
   lost,          // was operational, no heartbeat any more
-  rebooted,      // was operational, sent a boot-up that nobody asked for
-  fallen_back,   // was operational, says that it is pre-operational or stopped
+  rebooted,      // was operational, sent an unexpected boot-up
+  fallen_back,   // was operational, reports pre-operational or stopped
   babbling,      // sends too much: nothing of it is used
 };
 
@@ -58,17 +57,17 @@ struct NodeStatus {
   TimeNs since_ns = 0;               // when `state` began
   TimeNs heartbeat_ns = 0;           // when the last one came; 0: never
   std::uint32_t found_type = 0;      // object 0x1000, once it was read
-  Entry failed_entry{};              // what could last not be written or read
+  Entry failed_entry{};              // last entry that could not be written or read
   std::uint32_t abort_code = 0;      // and why
   std::uint16_t emcy_code = 0;       // of the last EMCY
   std::uint8_t emcy_register = 0;
   TimeNs emcy_ns = 0;
   bool emcy_storm = false;  // more than ten within a second
   std::uint64_t emcys = 0;
-  std::uint64_t frames = 0;         // of it, of any kind
+  std::uint64_t frames = 0;         // of any type
   std::uint64_t boots = 0;          // boot-up messages
   std::uint64_t reboots = 0;        // those of an operational node
-  std::uint64_t losses = 0;         // times that its heartbeat stayed out
+  std::uint64_t losses = 0;         // times that its heartbeat was missing
   std::uint64_t fall_backs = 0;     // times that it left operational by itself
   std::uint64_t wrong_lengths = 0;  // PDOs
   std::uint64_t babbles = 0;        // times
@@ -92,7 +91,7 @@ struct MasterCounters {
   std::uint64_t unknown_nodes = 0;   // frames of nodes that are not configured
   std::uint64_t unknown_frames = 0;  // of no service used here; extended, remote, wrong length
   std::uint64_t other_masters = 0;   // NMT, SYNC or heartbeats that only we may send
-  std::uint64_t overflows = 0;       // samples that nobody took
+  std::uint64_t overflows = 0;       // samples that were not taken
 };
 
 class Master {
@@ -109,16 +108,16 @@ class Master {
 
   // SYNC goes out at this time and every period after it. Not without a period.
   void sync_at(TimeNs next) noexcept;
-  // Resets a node, power stage and outputs too, and boots it anew, whatever it does.
+  // Resets a node, with power stage and outputs, and boots it again, in any state.
   void reset(std::size_t node, TimeNs now) noexcept;
-  // Whether nodes that were lost, rebooted, fell back or failed may be brought up (again) now.
+  // Whether nodes that were lost, rebooted, fell back or failed may be booted (again) now.
   void allow_boot(bool allowed) noexcept { boot_allowed_ = allowed; }
-  // Whether those that only fell back, powered all the time, may be even when the others may not.
+  // Whether nodes that only fell back, powered all the time, may be booted when the others may not.
   void allow_resume(bool allowed) noexcept { resume_allowed_ = allowed; }
   // Sent with the next transmit(), before everything else; a newer one replaces it.
   void send_rpdo(std::size_t node, int number, std::span<const std::uint8_t> data) noexcept;
 
-  // Data heard since the last call; at most kMaxSamples are kept, the oldest dropped.
+  // Data received since the last call; at most kMaxSamples are kept, the oldest dropped.
   static constexpr std::size_t kMaxSamples = 64;
   bool take(PdoSample& sample) noexcept;
 
@@ -126,8 +125,8 @@ class Master {
   const NodeStatus& status(std::size_t node) const noexcept { return nodes_[node].status; }
   const SdoCounters& sdo(std::size_t node) const noexcept { return nodes_[node].sdo.counters(); }
   const MasterCounters& counters() const noexcept { return counters_; }
-  // False: two nodes have one number, or a configuration has too many entries. Then no node is
-  // spoken to.
+  // False: two nodes have one number, or a configuration has too many entries. Then nothing is sent
+  // to any node.
   bool parameters_fit() const noexcept { return fit_; }
 
  private:

@@ -1,4 +1,4 @@
-// What the master hears.
+// Received messages of the master.
 
 #include <algorithm>
 

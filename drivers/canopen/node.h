@@ -1,7 +1,7 @@
 #pragma once
 
-// A CANopen node as the master wants it: what device it must be, and what is written into it before
-// it is started. Pure; nothing allocates.
+// A CANopen node for the master: its required device type, and its configuration before the start.
+// Pure; nothing allocates.
 
 #include <array>
 #include <cstddef>
@@ -40,13 +40,13 @@ struct NodeParameters {
   const Pdo* rpdo_of(int number) const noexcept;
 };
 
-// How heartbeats go, for all nodes.
+// Heartbeat times, for all nodes.
 struct HeartbeatParameters {
   std::uint8_t master = 0x7F;
   TimeNs period_ns = 100 * kMillisecond;   // of the master and of each node
   TimeNs timeout_ns = 300 * kMillisecond;  // after which either takes the other as lost
-  TimeNs node_period_ns = 0;               // of the nodes, when it is another
-  TimeNs node_timeout_ns = 0;              // after which a node is lost, when it is another
+  TimeNs node_period_ns = 0;               // of the nodes, when different
+  TimeNs node_timeout_ns = 0;              // after which a node is lost, when different
 
   constexpr TimeNs of_node_ns() const { return node_period_ns > 0 ? node_period_ns : period_ns; }
   constexpr TimeNs lost_after_ns() const {
@@ -54,7 +54,7 @@ struct HeartbeatParameters {
   }
 };
 
-// Everything that is written into a node, in the order in which CiA 301 allows it.
+// All entries written into a node, in the order required by CiA 301.
 class Configuration {
  public:
   static constexpr std::size_t kMaxEntries = 64;

@@ -8,7 +8,6 @@ namespace lss::canopen {
 namespace {
 
 constexpr std::uint8_t kWritten = 0x60, kRead = 0x40, kAbort = 0x80;
-constexpr TimeNs kNever = INT64_MAX;
 
 void put(CanFrame& frame, const Entry& entry, std::uint32_t value) {
   frame.data[1] = static_cast<std::uint8_t>(entry.index);
@@ -68,7 +67,7 @@ void SdoClient::receive(const CanFrame& frame) noexcept {
     result_ = Result::done;
     return;
   }
-  abort(kAbortBadCommand);  // segmented, for one: not of this client
+  abort(kAbortBadCommand);  // segmented, for example: not supported
   tell_ = true;
 }
 

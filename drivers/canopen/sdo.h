@@ -9,6 +9,8 @@
 
 namespace lss::canopen {
 
+inline constexpr TimeNs kNever = INT64_MAX;
+
 // One object of a node and a value for it.
 struct Entry {
   std::uint16_t index = 0;
@@ -19,21 +21,21 @@ struct Entry {
   bool operator==(const Entry&) const = default;
 };
 
-// Our own abort: the node did not answer. The same number as CiA 301's.
+// Our own abort: the node did not answer. The same number as in CiA 301.
 inline constexpr std::uint32_t kAbortTimeout = 0x0504'0000;
 inline constexpr std::uint32_t kAbortBadCommand = 0x0504'0001;
 
 struct SdoCounters {
   std::uint64_t requests = 0;  // with repetitions
   std::uint64_t repeats = 0;
-  std::uint64_t unexpected = 0;  // answers to nothing that was asked, late ones too
-  std::uint64_t aborts = 0;      // by the node, and for want of an answer
+  std::uint64_t unexpected = 0;  // answers without a request, late ones too
+  std::uint64_t aborts = 0;      // by the node, and by time-out
 };
 
 class SdoClient {
  public:
   enum class Result : std::uint8_t {
-    idle,     // nothing was asked
+    idle,     // no request
     pending,  // no answer yet
     done,     // written, or read: value()
     aborted,  // abort_code() says why
@@ -76,7 +78,7 @@ class SdoClient {
   int sent_ = 0;            // times
   TimeNs deadline_ns_ = 0;  // of the attempt under way
   std::uint32_t abort_code_ = 0;
-  bool tell_ = false;  // the node that we gave up
+  bool tell_ = false;  // report our abort to the node
   SdoCounters counters_{};
 };
 

@@ -16,7 +16,7 @@ std::size_t ParityMarks::decode(std::span<const std::uint8_t> raw,
       case State::escaped:
         if (byte == 0x00) {
           state_ = State::marked;
-        } else {  // FF FF; anything else no terminal writes
+        } else {  // FF FF; a terminal writes no other sequence
           state_ = State::plain;
           out[count++] = {byte, byte != 0xFF};
         }

@@ -1,8 +1,7 @@
 #pragma once
 
-// Bytes of a serial line with what the receiver thought of them. A terminal with INPCK and PARMRK
-// writes a byte that came with a parity or framing error as FF 00 X, and a good FF as FF FF; a
-// break is FF 00 00. Pure.
+// Bytes of a serial line with their receive errors. A terminal with INPCK and PARMRK writes a byte
+// with a parity or framing error as FF 00 X, and a good FF as FF FF; a break is FF 00 00. Pure.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,10 +16,10 @@ struct LineByte {
   bool operator==(const LineByte&) const = default;
 };
 
-// Undoes the marks, which may be cut anywhere between two reads.
+// Decodes the marks, which may be split between two reads.
 class ParityMarks {
  public:
-  // What `raw` says, to the front of `out`, which is at least as long. Returns how many.
+  // Decodes `raw` into `out`, which is at least as long. Returns the number of bytes.
   std::size_t decode(std::span<const std::uint8_t> raw, std::span<LineByte> out) noexcept;
   void clear() noexcept { state_ = State::plain; }
 

@@ -78,7 +78,7 @@ Status SerialPort::open(const char* path, const SerialFormat& format) noexcept {
   return status;
 }
 
-// Nothing of the line is touched before the lock is ours.
+// No setting of the line is changed before we have the lock.
 Status SerialPort::prepare(const SerialFormat& format) noexcept {
   if (::isatty(fd_) == 0) {
     error_ = errno;
@@ -88,9 +88,9 @@ Status SerialPort::prepare(const SerialFormat& format) noexcept {
     error_ = errno;
     return from_errno(error_);
   }
-  // Keeps out those who do not lock. The kernel clears it at the last close, which on a
-  // pseudo-terminal may never come when its other end holds it open: a killed daemon could then not
-  // come back.
+  // Keeps out programs that do not lock. The kernel clears it at the last close, which on a
+  // pseudo-terminal may never come while its other end keeps it open: a killed daemon could then
+  // not come back.
   if (!is_pseudo_terminal(fd_) && ::ioctl(fd_, TIOCEXCL) != 0) {
     error_ = errno;
     return from_errno(error_);
@@ -123,14 +123,14 @@ Status SerialPort::set_line(const SerialFormat& format) noexcept {
   line.c_cflag &= ~static_cast<tcflag_t>(CSTOPB | PARODD | CRTSCTS);
   line.c_cflag |= CLOCAL | CREAD;
   const bool even = format.parity == SerialFormat::Parity::even;
-  // A pseudo-terminal has bytes and no bits: it drops the parity, which libc takes for a failure
-  // when nothing else changes, as when it is opened again. No byte of it comes marked.
+  // A pseudo-terminal has no parity: it drops the setting, which libc reports as a failure when
+  // nothing else changes, as at reopening. No byte of it is marked.
   const bool has_bits = !is_pseudo_terminal(fd_);
   const tcflag_t framing = (even && has_bits ? PARENB : 0u) | (format.stop_bits == 2 ? CSTOPB : 0u);
   line.c_cflag |= framing;
   if (even) line.c_iflag |= INPCK | PARMRK;
-  // With VMIN 0 a read of 0 would mean "nothing there" as well as "hung up"; O_NONBLOCK tells them
-  // apart.
+  // With VMIN 0 a read of 0 would mean "no data" as well as "hung up"; O_NONBLOCK distinguishes
+  // them.
   line.c_cc[VMIN] = 1;
   line.c_cc[VTIME] = 0;
   ::cfsetispeed(&line, rate->speed);
@@ -139,7 +139,7 @@ Status SerialPort::set_line(const SerialFormat& format) noexcept {
     error_ = errno;
     return error_ == EINVAL ? Status::bad_baud : from_errno(error_);
   }
-  // tcsetattr succeeds when anything could be set.
+  // tcsetattr succeeds when any setting was applied.
   termios granted{};
   if (::tcgetattr(fd_, &granted) != 0 || ::cfgetospeed(&granted) != rate->speed ||
       ::cfgetispeed(&granted) != rate->speed) {
@@ -155,8 +155,7 @@ Status SerialPort::set_line(const SerialFormat& format) noexcept {
 }
 
 // Absent on pseudo-terminals and many USB adapters, which switch by themselves or not at all: not
-// fatal. Full duplex leaves to the board whether its driver is gated, but never lets it mute the
-// receiver.
+// fatal. Full duplex leaves driver enable to the board, but never lets it mute the receiver.
 void SerialPort::set_rs485(bool half_duplex) noexcept {
   serial_rs485 mode{};
   if (::ioctl(fd_, TIOCGRS485, &mode) != 0) return;
@@ -173,7 +172,7 @@ void SerialPort::set_rs485(bool half_duplex) noexcept {
   rs485_granted_ = (granted.flags & mode.flags) == mode.flags;
 }
 
-// USB adapters otherwise hold bytes back for up to 16 ms.
+// Otherwise USB adapters delay bytes by up to 16 ms.
 void SerialPort::set_low_latency() noexcept {
   serial_struct settings{};
   if (::ioctl(fd_, TIOCGSERIAL, &settings) != 0) return;

@@ -3,7 +3,7 @@
 // A serial line as raw bytes: 8 data bits, non-blocking, exclusive, RS-485 direction by the kernel
 // driver where the hardware has it. One thread at a time, any; the bus thread polls fd() and calls
 // read and write, which neither block nor allocate. A port that is lost is closed by its owner and
-// opened again by path, so a symbolic link is followed anew each time.
+// opened again by path, so a symbolic link is resolved again each time.
 
 #include <cstddef>
 #include <cstdint>
@@ -13,11 +13,11 @@
 
 namespace lss {
 
-// How characters go over the line; 8 data bits always.
+// Character format of the line; always 8 data bits.
 struct SerialFormat {
   enum class Parity : std::uint8_t { none, even };
   int baud = 115'200;
-  Parity parity = Parity::none;  // even: bytes with a wrong one are marked, see read()
+  Parity parity = Parity::none;  // even: bytes with wrong parity are marked, see read()
   int stop_bits = 1;             // or 2
   bool half_duplex = false;
 
@@ -49,8 +49,8 @@ class SerialPort {
   SerialPort(const SerialPort&) = delete;
   SerialPort& operator=(const SerialPort&) = delete;
 
-  // Closes what was open. Both queues begin empty. Takes a few system calls: milliseconds on some
-  // USB adapters.
+  // Closes an open port first. Both queues begin empty. Takes a few system calls: milliseconds on
+  // some USB adapters.
   Status open(const char* path, const SerialFormat& format) noexcept;
   Status open(const char* path, int baud, bool half_duplex) noexcept {  // 8N1
     return open(path, {.baud = baud, .half_duplex = half_duplex});
@@ -58,8 +58,8 @@ class SerialPort {
   void close() noexcept;
 
   Transfer read(std::span<std::uint8_t> into) noexcept;  // 0 bytes: nothing there
-  // The same with the marks of parity errors undone: of a line with parity always this one. Bytes
-  // that only begin a mark may make it 0 though there was something. At most kMostRaw at once.
+  // The same with the marks of parity errors decoded: required for a line with parity. 0 is
+  // possible when only a part of a mark was read. At most kMostRaw at once.
   Transfer read(std::span<LineByte> into) noexcept;
   static constexpr std::size_t kMostRaw = 512;
   Transfer write(
@@ -86,7 +86,7 @@ class SerialPort {
   ParityMarks marks_;
 };
 
-// What is wrong and what to do, for messages.
+// The error and its remedy, for messages.
 const char* text(SerialPort::Status status) noexcept;
 
 }  // namespace lss

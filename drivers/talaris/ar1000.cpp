@@ -90,7 +90,7 @@ void Ar1000::receive(std::span<const LineByte> bytes, TimeNs now) noexcept {
   }
 }
 
-// CR LF end a line; the CR is still there.
+// CR LF end a line; the CR is still in the buffer.
 void Ar1000::end_line() noexcept {
   std::string_view text(line_.data(), size_);
   if (marked_) {

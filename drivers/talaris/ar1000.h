@@ -1,8 +1,8 @@
 #pragma once
 
 // Acuity AR1000 laser altimeter: lines of ASCII about ten times a second, RS-232 8N1 9600
-// (docs/icd-talaris.md section 4; TALARIS thesis 4.4.2, 4.4.3). Told to measure at opening, and
-// again when it is silent.
+// (docs/icd-talaris.md section 4; TALARIS thesis 4.4.2, 4.4.3). The measuring command is sent at
+// opening, and again when it is silent.
 
 #include <cstdint>
 
@@ -15,7 +15,7 @@ struct Ar1000Parameters {
   std::array<char, 8> start_command = {'D', 'W'};  // NUL: end; CR is added
   TimeNs silent_after_ns = kSecond;
   TimeNs stop_ns = 100 * kMillisecond;  // from ESC to the command
-  TimeNs latency_ns = 0;                // from measuring to the first byte: taken off the stamp
+  TimeNs latency_ns = 0;                // from measuring to first byte: subtracted
   double nearest_m = 0.1;
   double farthest_m = 30;
 };
@@ -45,7 +45,7 @@ class Ar1000 final : public SensorLine {
   std::size_t size_ = 0;
   bool spoilt_ = false;  // too long
   bool marked_ = false;  // a byte of it
-  bool whole_ = false;   // its begin was heard
+  bool whole_ = false;   // its first byte was received
   TimeNs first_ns_ = 0;
 };
 

@@ -1,14 +1,13 @@
 #include "drivers/talaris/crossbow.h"
 
 #include <algorithm>
-#include <numbers>
+
+#include "drivers/talaris/units.h"
 
 namespace lss::talaris {
 namespace {
 
 constexpr std::uint8_t kHeader = 0xFF;
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kG_m_s2 = 9.80665;
 
 std::uint16_t u16(const std::uint8_t* at) { return static_cast<std::uint16_t>(at[0] << 8 | at[1]); }
 
@@ -63,7 +62,7 @@ void Crossbow::letter(const LineByte& byte, TimeNs now) noexcept {
   if (scaled) next_poll_ns_ = std::max(next_poll_ns_, now);
 }
 
-// 0xFF occurs in data: where the sum is not good, the packet may begin at a later one.
+// 0xFF occurs in data: with a wrong sum, the packet may begin at a later one.
 void Crossbow::packet_byte(const LineByte& byte, TimeNs time_ns) noexcept {
   if (size_ == 0 && byte.value != kHeader) {
     ++status_.counters.skipped;
@@ -109,7 +108,7 @@ void Crossbow::accept() noexcept {
   tick(polls_, time_ns, parameters_.packets_per_frame, parameters_.period_ns);
 }
 
-// A poll whose answer did not come.
+// A poll without an answer.
 void Crossbow::missed() noexcept {
   ++status_.counters.lost;
   asked_ = false;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Crossbow IMU400 class: 18-byte packets, each asked for with 'G', RS-232 8N1 38400
+// Crossbow IMU400 class: 18-byte packets, each polled with 'G', RS-232 8N1 38400
 // (docs/icd-talaris.md section 3; TALARIS thesis 5.3.2). Polled on a grid of our clock; a packet
 // counts as the poll that it answers, so frames keep their phase when one is lost.
 
@@ -16,7 +16,7 @@ struct CrossbowParameters {
   TimeNs period_ns = 10 * kMillisecond;
   TimeNs reply_timeout_ns = 8 * kMillisecond;  // from the poll to the last byte
   TimeNs handshake_ns = 100 * kMillisecond;    // for one answer at opening
-  int silent_polls = 100;                      // unanswered ones in a row: opened anew
+  int silent_polls = 100;                      // unanswered ones in a row: opened again
   double rate_range_deg_s = 100;               // of the model: GR
   double force_range_g = 2;                    // of the model: GA
 };

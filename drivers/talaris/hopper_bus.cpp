@@ -18,7 +18,7 @@ HopperBus::HopperBus(const HopperBusParameters& parameters) noexcept
   restart(0);
 }
 
-// Orders from before are not taken up again: what is released next counts.
+// Earlier orders are void: the next release counts.
 void HopperBus::restart(TimeNs now) noexcept {
   master_.restart(now, now + parameters_.settle_ns);
   sample_count_ = 0;
@@ -27,7 +27,7 @@ void HopperBus::restart(TimeNs now) noexcept {
   shut(now);
 }
 
-// Sequence 0: whatever the actuate thread said last, this shuts.
+// Sequence 0: shuts, regardless of the last sequence of the actuate thread.
 void HopperBus::shut(TimeNs now) noexcept {
   shut_ns_ = now + parameters_.shut_period_ns;
   master_.send_rpdo(kValveNode, 1, data_of(valve_frame(parameters_.node[kValveNode], 0, 0)));
@@ -68,8 +68,8 @@ void HopperBus::release(const TalarisOrders& orders, TimeNs now) noexcept {
   send_fans(now);
 }
 
-// A node that fell back shut everything by itself and kept its power: in the air, too, it is better
-// there than not. What was without power is not what it was.
+// A node that fell back has shut everything and kept its power: it is better booted, even in the
+// air. A node that lost power must not be used again in flight.
 void HopperBus::allow_boot(bool all, bool fallen_back) noexcept {
   master_.allow_boot(all);
   master_.allow_resume(fallen_back);
@@ -83,7 +83,7 @@ void HopperBus::receive(std::span<const CanFrame> frames) noexcept {
   }
 }
 
-// Forces wait for the moments of the same moment.
+// Forces wait for the moments of the same instant.
 void HopperBus::heard(const canopen::PdoSample& raw) noexcept {
   TalarisSample sample{raw.time_ns, {}};
   if (!decode(raw.node, raw.number, std::span(raw.data).first(raw.size), sample.reading)) return;
@@ -125,7 +125,7 @@ std::size_t HopperBus::take(std::span<TalarisSample> out) noexcept {
 
 bool HopperBus::transmit(TimeNs now, CanFrame& frame) noexcept {
   if (released_ && !stale_ && now - orders_.issued_ns > parameters_.stale_after_ns) {
-    // Nobody commands any more, or too late.
+    // Orders are missing or too old.
     stale_ = true;
     ++counters_.safe_commands;
     allow_boot(false, false);

@@ -1,12 +1,12 @@
 #pragma once
 
-// Master of the CAN bus of TALARIS: valves, fans, load cell. Knows frames and time, no file
+// Master of the CAN bus of TALARIS: valves, fans, load cell. Knows only frames and time, no file
 // descriptor and no thread; the bus thread passes both in. Nothing here allocates, locks or logs.
-// What goes out when: docs/icd-talaris.md.
+// Schedule of messages: docs/icd-talaris.md.
 //
-// Edges of valves are not its business but the actuate thread's (valves.h). It shuts them by
-// itself, and turns the fans off, when the bus begins, was opened again, when orders are stale and
-// when they say all_stop.
+// The edges of valves are the actuate thread's (valves.h). The master shuts them by itself, and
+// turns the fans off, when the bus begins, was opened again, when orders are stale and when they
+// have all_stop set.
 
 #include <array>
 #include <cstdint>
@@ -26,12 +26,12 @@ struct HopperBusParameters {
   TimeNs heartbeat_timeout_ns = 100 * kMillisecond;  // after which nodes shut and stop
   TimeNs node_period_ns = 50 * kMillisecond;         // heartbeats of the nodes
   TimeNs node_timeout_ns = 200 * kMillisecond;       // after which they are lost
-  TimeNs renewal_ns = 250 * kMillisecond;      // after which a node takes an output as forgotten
-  TimeNs fan_period_ns = 20 * kMillisecond;    // pulse widths are said again
-  TimeNs shut_period_ns = 50 * kMillisecond;   // "all shut" is said again, while it holds
+  TimeNs renewal_ns = 250 * kMillisecond;            // after which a node drops an output
+  TimeNs fan_period_ns = 20 * kMillisecond;          // pulse widths are sent again
+  TimeNs shut_period_ns = 50 * kMillisecond;         // "all shut" is sent again, while it applies
   TimeNs stale_after_ns = 450 * kMillisecond;  // orders older than this: everything shut and off
   TimeNs settle_ns = 50 * kMillisecond;        // from the first "all shut" to the first reset
-  TimeNs load_pair_ns = 2 * kMillisecond;      // both PDOs of the load cell are no further apart
+  TimeNs load_pair_ns = 2 * kMillisecond;      // largest distance of both PDOs of the load cell
 };
 
 struct HopperLink {
@@ -43,15 +43,15 @@ struct HopperLink {
 struct HopperCounters {
   canopen::MasterCounters master{};
   std::uint64_t releases = 0;
-  std::uint64_t safe_commands = 0;  // times that it shut all by itself, orders being stale
+  std::uint64_t safe_commands = 0;  // stops of all by itself, orders being stale
   std::uint64_t stale_orders = 0;   // too old when they arrived
-  std::uint64_t bad_orders = 0;     // pulse widths beyond 1000..2000 us: cut
+  std::uint64_t bad_orders = 0;     // pulse widths outside 1000..2000 us: clipped
   std::uint64_t load_unpaired = 0;  // halves of load samples
-  std::uint64_t overflows = 0;      // samples that nobody took
+  std::uint64_t overflows = 0;      // samples that were not taken
 };
 
 struct HopperStatus {
-  std::array<HopperLink, kHopperNodes> link{};  // without a load cell the last one stays as it is
+  std::array<HopperLink, kHopperNodes> link{};  // without a load cell the last one is unused
   HopperCounters counters{};
 };
 
@@ -72,7 +72,7 @@ class HopperBus {
   static constexpr std::size_t kMaxSamples = 256;
   std::size_t take(std::span<TalarisSample> out) noexcept;
 
-  // False: two nodes have one number. Then nobody is spoken to.
+  // False: two nodes have one number. Then nothing is sent.
   bool parameters_fit() const noexcept { return master_.parameters_fit(); }
   // Of all nodes, in the order of samples.h. Valid until the next call.
   const HopperStatus& status() noexcept;
@@ -92,7 +92,7 @@ class HopperBus {
   TalarisOrders orders_{};
   std::uint32_t node_reset_serial_ = 0;
   bool released_ = false, stale_ = false;
-  TimeNs fans_ns_ = 0, shut_ns_ = 0;  // when they are said again
+  TimeNs fans_ns_ = 0, shut_ns_ = 0;  // when they are sent again
   TalarisSample half_{};              // of the load cell: forces without moments yet
   bool has_half_ = false;
   std::array<TalarisSample, kMaxSamples> sample_{};  // ring
@@ -103,7 +103,7 @@ class HopperBus {
 canopen::MasterParameters master_parameters(const HopperBusParameters& parameters) noexcept;
 
 // Data of TPDO `number` of a node, in SI units: GasState, FanSpeeds, or a half of Load (TPDO 1 the
-// forces, TPDO 2 the moments). False: there is no such PDO, or its length is another.
+// forces, TPDO 2 the moments). False: there is no such PDO, or its length is wrong.
 bool decode(std::size_t node, int number, std::span<const std::uint8_t> data,
             Reading& reading) noexcept;
 

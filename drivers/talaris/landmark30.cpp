@@ -2,24 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "drivers/talaris/units.h"
 
 namespace lss::talaris {
 namespace {
 
 constexpr std::uint8_t kSync = 0x2A, kCommandSync = 0x2B;
-constexpr TimeNs kLate = 10 * kMillisecond;  // a stamp behind by more begins anew
-constexpr int kDrift = 500;                  // one part in: of the sensor's clock, at most
-constexpr int kMostMissing = 8;              // counts that a packet out of step may have gone on
+constexpr TimeNs kLate = 10 * kMillisecond;  // a stamp late by more restarts the rhythm
+constexpr int kDrift = 500;                  // one part in so many: largest drift of the sensor
+constexpr int kMostMissing = 8;              // largest count step to a packet out of step
 constexpr int kPauses = 10;
 constexpr TimeNs kPauseEvery = kMillisecond;
 constexpr TimeNs kBetweenCommands = 20 * kMillisecond;
 constexpr std::uint8_t kScaleBit = 0x40, kScaleBits = 0x3F;
 
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kG_m_s2 = 9.80665;
-
-// Places in what it last said of itself.
+// Places in its last reports on itself.
 constexpr std::size_t kToldFirmware = 0, kToldProduct = 2, kToldFilter = 4, kToldBoard = 5,
                       kToldSerial = 9, kToldTest = 13;
 
@@ -66,7 +64,7 @@ SerialFormat LandMark30::format() const noexcept {
   return {parameters_.baud, SerialFormat::Parity::even, 2, true};
 }
 
-// Counts and frames go on; what the sensor says of itself is said anew.
+// Counts and frames go on; the reports of the sensor on itself are repeated.
 void LandMark30::restart(TimeNs now) noexcept {
   clear();
   size_ = 0;
@@ -96,7 +94,7 @@ void LandMark30::receive(std::span<const LineByte> bytes, TimeNs now) noexcept {
   }
 }
 
-// What the `kPacket` bytes from `at` on are.
+// Classifies the `kPacket` bytes from `at` on.
 LandMark30::Looks LandMark30::look(std::size_t at) const noexcept {
   if (held_[at].byte.value != kSync) return Looks::no_packet;
   unsigned sum = 0;
@@ -109,7 +107,7 @@ LandMark30::Looks LandMark30::look(std::size_t at) const noexcept {
   return sum % 256 == 0 ? Looks::good : Looks::bad_sum;
 }
 
-// One step at the front of what is held. False: more bytes are needed.
+// One step at the front of the buffer. False: more bytes are needed.
 bool LandMark30::take_packet() noexcept {
   if (size_ == 0) return false;
   if (held_[0].byte.value != kSync) {
@@ -121,7 +119,7 @@ bool LandMark30::take_packet() noexcept {
   if (size_ < kPacket) return false;
   const Looks looks = look(0);
   if (looks != Looks::good) {
-    // What noise has changed is told apart from bytes that never were a packet.
+    // Damaged packets are counted apart from bytes that never were a packet.
     if (in_step_) ++(looks == Looks::marked ? status_.counters.parity : status_.counters.bad_check);
     in_step_ = false;
     ++status_.counters.skipped;
@@ -130,7 +128,7 @@ bool LandMark30::take_packet() noexcept {
   }
   const std::uint8_t counter = held_[1].byte.value;
   if (!in_step_ && !goes_on(counter, held_[0].time_ns)) {
-    if (size_ < 2 * kPacket) return false;  // the next one shows
+    if (size_ < 2 * kPacket) return false;  // the next one decides
     const auto next = static_cast<std::uint8_t>(counter + 1);
     if (look(kPacket) != Looks::good || held_[kPacket + 1].byte.value != next) {
       ++status_.counters.skipped;
@@ -144,8 +142,8 @@ bool LandMark30::take_packet() noexcept {
   return true;
 }
 
-// The counts from the last good packet to one of `counter` that came then: the number nearest to
-// what the time says.
+// The counts from the last good packet to one with `counter` at that time: the number nearest to
+// the elapsed time.
 std::int64_t LandMark30::counts_since(std::uint8_t counter, TimeNs time_ns) const noexcept {
   const TimeNs away = time_ns - stamp_ns_;
   const std::int64_t by_time = (away + parameters_.period_ns / 2) / parameters_.period_ns;
@@ -170,7 +168,7 @@ void LandMark30::accept() noexcept {
   if (heard_) {
     counts = counts_since(counter, raw_ns);
     if (counts <= 0) {
-      // A sensor that began anew, or bytes of before: the same number is no new packet.
+      // A restarted sensor, or old bytes: the same number is no new packet.
       if (counter == counter_) {
         ++status_.counters.repeated;
         return;
@@ -200,7 +198,7 @@ void LandMark30::accept() noexcept {
   tick(count_, stamp_ns_, parameters_.packets_per_frame, parameters_.period_ns);
 }
 
-// With more packets behind it this one waited to be read, and came when the rhythm says.
+// With more packets behind it this one waited to be read, and its time is that of the rhythm.
 TimeNs LandMark30::stamp(TimeNs raw_ns, std::int64_t counts) const noexcept {
   if (!heard_) return raw_ns;
   const TimeNs period = parameters_.period_ns;
@@ -243,7 +241,7 @@ void LandMark30::read_status(std::uint8_t counter, std::uint8_t value, TimeNs ti
   read_scale(value, time_ns);
 }
 
-// Noise that the sum does not find must not change a factor: another one is to be said twice.
+// Noise that the sum does not detect must not change a factor: a new one has to come twice.
 void LandMark30::read_scale(std::uint8_t value, TimeNs time_ns) noexcept {
   const std::uint8_t scale = value & kScaleBits;
   const bool again = scale == next_scale_;

@@ -4,13 +4,13 @@
 // TALARIS thesis 4.4.4). It sends by itself; commands are written only when `configure` says so.
 //
 // A packet is good when it begins with 2A, its bytes sum to 0 and none is marked. That is enough
-// where one is due, right behind the last. Anywhere else its counter must go on too: from the last
-// good packet, or in the packet that follows, for which it is kept back.
+// right behind the last one, where it is due. Elsewhere its counter must continue, too: from the
+// last good packet, or in the following packet, for which it is kept back.
 //
-// Stamps: the time of the first byte as in sensor_line.h, and not later than the stamp before plus
-// one period for each count, plus 0.2 % for the sensor's clock; so the delay of a late reader is
-// not taken for a late sensor. A packet more than 10 ms behind that, and not one of several that
-// were read at once, begins the rhythm anew.
+// Stamps: the time of the first byte as in sensor_line.h, at most the stamp before plus one period
+// for each count, plus 0.2 % for the sensor's clock; so the delay of a late reader is not taken for
+// a late sensor. A packet more than 10 ms behind that restarts the rhythm, unless it was read
+// together with others.
 
 #include <cstdint>
 
@@ -68,9 +68,9 @@ class LandMark30 final : public SensorLine {
   std::uint8_t counter_ = 0;             // of the last good packet
   std::uint64_t count_ = 0;              // unwrapped
   TimeNs stamp_ns_ = 0;                  // its stamp
-  std::array<std::int16_t, 14> told_{};  // what it last said of itself; -1: nothing
+  std::array<std::int16_t, 14> told_{};  // last reports on itself; -1: none
   bool scale_known_ = false;
-  std::uint8_t scale_ = 0, next_scale_ = 0;  // in force; last said
+  std::uint8_t scale_ = 0, next_scale_ = 0;  // in force; last received
   int step_ = kDone;
   TimeNs step_ns_ = 0;   // when it is due
   TimeNs alive_ns_ = 0;  // last packet, or last command

@@ -1,5 +1,4 @@
-// The nodes of docs/icd-talaris.md sections 5 and 6 for the CANopen master, and what their PDOs
-// say.
+// The nodes of docs/icd-talaris.md sections 5 and 6 for the CANopen master, and their PDOs.
 
 #include <algorithm>
 
@@ -90,11 +89,11 @@ canopen::MasterParameters master_parameters(const HopperBusParameters& p) noexce
 }
 
 bool decode(std::size_t node, int number, Bytes data, Reading& reading) noexcept {
-  constexpr double kKilopascal = 1000, kVolt = 0.01, kDegree = 0.1, kNewton = 0.1;
+  constexpr double kKilopascal = 1000, kVolt = 0.01, kCelsius = 0.1, kNewton = 0.1;
   constexpr double kNewtonMetre = 0.01;
   if (node == kValveNode && number == 2 && data.size() == 8) {
     reading = GasState{u16(data, 0) * kKilopascal, u16(data, 2) * kKilopascal, u16(data, 4) * kVolt,
-                       i16(data, 6) * kDegree};
+                       i16(data, 6) * kCelsius};
     return true;
   }
   if (node == kFanNode && number == 1 && data.size() == 8) {

@@ -1,7 +1,7 @@
 #pragma once
 
-// What the sensors of TALARIS say, as plain numbers in SI units, each stamped on CLOCK_MONOTONIC.
-// Bytes: docs/icd-talaris.md.
+// Sensor data of TALARIS as plain numbers in SI units, each stamped on CLOCK_MONOTONIC. Bytes:
+// docs/icd-talaris.md.
 
 #include <array>
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace lss::talaris {
 inline constexpr std::size_t kHopperValves = 8;  // index i: valve i + 1
 inline constexpr std::size_t kHopperFans = 4;
 
-// CAN nodes in the order of the driver, whatever their numbers on the bus are.
+// CAN nodes in the order of the driver, independent of their numbers on the bus.
 inline constexpr std::size_t kValveNode = 0, kFanNode = 1, kLoadCellNode = 2;
 inline constexpr std::size_t kHopperNodes = 3;
 
@@ -23,14 +23,14 @@ struct ImuPacket {
   std::array<double, 3> rate_rad_s{};
   std::array<double, 3> force_m_s2{};  // specific force
   double temperature_degC = 0;
-  // Packets of the sensor since the line was opened, those that were lost included: the sensor's
-  // own counter, unwrapped. Frames are counted by it.
+  // Packets of the sensor since the line was opened, lost ones included: the sensor's own counter,
+  // unwrapped. Frames are counted by it.
   std::uint64_t count = 0;
   std::uint8_t status = 0;  // LandMark 30: as sent
 };
 
-// What the IMU says about itself, when it is said for the first time and when it changes. From
-// `scale` on packets are converted by the new factors.
+// Reports of the IMU on itself, the first time and at each change. From `scale` on packets are
+// converted by the new factors.
 struct ImuStatus {
   enum class Kind : std::uint8_t {
     firmware_major,
@@ -52,7 +52,7 @@ struct ImuStatus {
 
 // One line of the altimeter.
 struct Range {
-  static constexpr std::uint8_t kOutOfRange = 255;  // a number that cannot be
+  static constexpr std::uint8_t kOutOfRange = 255;  // an implausible number
   double range_m = 0;                               // 0 with an error
   std::uint8_t error = 0;  // 0: none; its own number, 15 for E15 (weak signal); kOutOfRange
 };

@@ -1,12 +1,12 @@
 #pragma once
 
-// A sensor on a serial line as its bus thread sees it: bytes and time in, samples out, and what is
-// to be written. Knows no file descriptor and no thread. Nothing here allocates, locks or logs.
+// A sensor on a serial line for its bus thread: bytes and time in, samples and bytes to write out.
+// Knows no file descriptor and no thread. Nothing here allocates, locks or logs.
 //
-// Stamps. Bytes are read some time after they arrived, several at once: a byte is taken to have
-// arrived as many character times before the read as bytes came behind it, and its start bit one
-// character before that. What is left is the delay of waking up, which only ever makes a stamp
-// late; LandMark30 takes it out by the sensor's own rhythm (landmark30.h).
+// Stamps. Bytes are read some time after they arrived, several at once: the arrival of a byte is
+// the time of the read less one character time for each byte behind it, and its start bit one
+// character before that. What remains is the wake-up delay, which only makes a stamp late;
+// LandMark30 removes it with the sensor's own rhythm (landmark30.h).
 
 #include <array>
 #include <cstddef>
@@ -21,17 +21,17 @@ namespace lss::talaris {
 
 struct LineCounters {
   std::uint64_t bytes = 0;
-  std::uint64_t packets = 0;      // good ones, or lines; with those that say an error
+  std::uint64_t packets = 0;      // good ones, or lines; with those that report an error
   std::uint64_t lost = 0;         // missing by the sensor's counter, or polled and not answered
-  std::uint64_t repeated = 0;     // thrown away: the counter stood
-  std::uint64_t parity = 0;       // thrown away: a byte was marked
-  std::uint64_t bad_check = 0;    // thrown away: sum, or no number
+  std::uint64_t repeated = 0;     // rejected: the counter did not change
+  std::uint64_t parity = 0;       // rejected: a byte was marked
+  std::uint64_t bad_check = 0;    // rejected: sum, or no number
   std::uint64_t skipped = 0;      // bytes between packets
   std::uint64_t said_errors = 0;  // altimeter: lines with an error
   std::uint64_t out_of_range = 0;
   std::uint64_t commands = 0;   // written to the sensor
-  std::uint64_t restarts = 0;   // begun anew, the sensor being silent
-  std::uint64_t overflows = 0;  // samples that nobody took
+  std::uint64_t restarts = 0;   // restarts, the sensor being silent
+  std::uint64_t overflows = 0;  // samples that were not taken
 
   std::uint64_t errors() const { return parity + bad_check + repeated + out_of_range; }
 };
@@ -46,7 +46,7 @@ struct LineStatus {
 // A frame begins: its first packet by the sensor's own count arrived, or the first one after that.
 struct FrameTick {
   std::uint64_t index = 0;  // counts frames from 1, with gaps where all packets of one were lost
-  TimeNs time_ns = 0;       // of the first byte of the packet that begins it, heard or not
+  TimeNs time_ns = 0;       // of the first byte of the packet that begins it, received or not
 };
 
 class SensorLine {
@@ -59,9 +59,9 @@ class SensorLine {
   SensorLine& operator=(const SensorLine&) = delete;
 
   virtual SerialFormat format() const noexcept = 0;
-  // The port was opened (again): forget what is half heard, say what has to be said first.
+  // The port was opened (again): discards partial data, sends the first commands.
   virtual void restart(TimeNs now) noexcept = 0;
-  // Bytes that were read at `now`, in any cut.
+  // Bytes that were read at `now`, split anywhere.
   virtual void receive(std::span<const LineByte> bytes, TimeNs now) noexcept = 0;
   // Bytes to write now, valid until the next call; empty: nothing is due. Call until it is empty.
   virtual std::span<const std::uint8_t> transmit(TimeNs now) noexcept = 0;

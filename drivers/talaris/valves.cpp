@@ -38,7 +38,7 @@ CanFrame fan_frame(std::uint8_t node,
 ValveSequencer::ValveSequencer(const ValveParameters& parameters) noexcept
     : parameters_(parameters) {}
 
-// To be said at once, as it is.
+// Sends the present state at once.
 void ValveSequencer::force(TimeNs now) noexcept {
   if (!forced_) forced_ns_ = now;
   forced_ = true;
@@ -66,7 +66,7 @@ void ValveSequencer::release(const TalarisOrders& orders, TimeNs now) noexcept {
   orders_ = orders;
   told_stale_ = false;
   const TimeNs frame_end = orders.release_ns + parameters_.frame_ns;
-  // Repeated once they pulse again; for a third frame they were not made.
+  // Orders pulse again when repeated; they were not computed for a third frame.
   const bool worn = orders.release_ns - orders.boundary_ns >= 2 * parameters_.frame_ns;
   for (std::size_t i = 0; i < kHopperValves; ++i) {
     const ValvePulse& pulse = orders.pulse[i];
@@ -130,7 +130,7 @@ bool ValveSequencer::due(TimeNs now, CanFrame& frame) noexcept {
     ++counters_.stale;
   }
   const std::uint8_t bits = bits_at(now);
-  // Valves first: the fans' word can wait the time of one frame.
+  // Valves first: the fans' message can wait the time of one frame.
   if (forced_ || bits != sent_ || (bits != 0 && now - last_ns_ >= parameters_.renew_ns)) {
     pending_ = bits;
     fans_pending_ = false;
@@ -170,7 +170,7 @@ void ValveSequencer::sent(bool ok, TimeNs now) noexcept {
   last_ns_ = checked_ns_ = now;
 }
 
-// What was sent becomes true now.
+// The sent state becomes the present one.
 void ValveSequencer::count(std::uint8_t bits, TimeNs now) noexcept {
   const auto changed = static_cast<std::uint8_t>(bits ^ sent_);
   for (std::size_t i = 0; i < kHopperValves; ++i) {
@@ -180,7 +180,7 @@ void ValveSequencer::count(std::uint8_t bits, TimeNs now) noexcept {
     if (has(bits, i)) ++counters_.pulses[i];
   }
   if (changed == 0) return;
-  // The first of the edges that this frame brings.
+  // The first edge of this frame.
   TimeNs due_ns = edge_after(checked_ns_);
   if (forced_) due_ns = std::min(due_ns, forced_ns_);
   if (due_ns < now) counters_.worst_late_ns = std::max(counters_.worst_late_ns, now - due_ns);

@@ -1,22 +1,22 @@
 #pragma once
 
-// Which valves are open when. The actuate thread asks when the next edge is, sleeps until then and
-// writes the frame itself (TALARIS thesis 4.4.6: a valve is open while it is enabled and the time
-// is between mDelay = release + delay and mOn = mDelay + on). Pure: orders and time in, frames out;
+// Timing of the valves. The actuate thread asks when the next edge is, sleeps until then and writes
+// the frame itself (TALARIS thesis 4.4.6: a valve is open while it is enabled and the time is
+// between mDelay = release + delay and mOn = mDelay + on). Pure: orders and time in, frames out;
 // nothing allocates, locks or logs. One thread.
 //
 //   release(orders, now) at every release; then, and whenever next_wake() has come:
 //     while (due(now, frame)) sent(sender.send(frame) == sent, now);
 //
-// - Edges of new orders replace all of the ones before: what was open is shut at the release
-//   unless the new pulse begins with it.
+// - Edges of new orders replace all earlier ones: an open valve is shut at the release unless the
+//   new pulse begins with it.
 // - Orders that are released again, the frame being late, pulse again, but not a third time.
-// - Edges of one moment are one frame; each frame says all eight valves.
-// - While a valve is open the frame is said again every `renew_ns`, for the node shuts what is not
-//   renewed; at each release it is said in any case.
+// - Edges of one instant are one frame; each frame has the state of all eight valves.
+// - While a valve is open the frame is sent again every `renew_ns`, since the node shuts what is
+//   not renewed; at each release it is always sent.
 // - Orders older than `stale_after_ns`, a port that was opened again, an all-stop: everything is
-//   shut at once; at an all-stop the fans are told to be off, too. What may be released after an
-//   all-stop, and when, is decided above.
+//   shut at once; an all-stop also turns the fans off. The caller decides what may be released
+//   after an all-stop, and when.
 
 #include <array>
 #include <cstdint>
@@ -38,9 +38,9 @@ struct ValveParameters {
   TimeNs carry_ns = 10 * kMillisecond;
 };
 
-// What the valve node is told. Sequence 0 shuts everything and is out of the count 1..255.
+// Command to the valve node. Sequence 0 shuts everything and is out of the count 1..255.
 CanFrame valve_frame(std::uint8_t node, std::uint8_t bits, std::uint8_t sequence) noexcept;
-// What the fan node is told; widths are cut to 1000..2000 us.
+// Command to the fan node; widths are clipped to 1000..2000 us.
 CanFrame fan_frame(std::uint8_t node,
                    const std::array<std::uint16_t, kHopperFans>& fan_us) noexcept;
 
@@ -48,7 +48,7 @@ struct ValveCounters {
   std::uint64_t frames = 0;  // sent
   std::uint64_t edges = 0;   // of single valves
   std::uint64_t failed = 0;  // could not be sent; tried again
-  std::uint64_t stale = 0;   // times that everything was shut, orders being old
+  std::uint64_t stale = 0;   // everything was shut, orders being old
   std::uint64_t all_stops = 0;
   std::uint64_t restarts = 0;
   TimeNs worst_late_ns = 0;                           // a frame with an edge, behind its time
@@ -62,16 +62,16 @@ class ValveSequencer {
 
   explicit ValveSequencer(const ValveParameters& parameters = {}) noexcept;
 
-  // The port was opened (again) or came back from bus-off: shut first; what was ordered is gone.
+  // The port was opened (again) or came back from bus-off: shut first; earlier orders are void.
   void reopened(TimeNs now) noexcept;
   // Orders of a frame, at its release.
   void release(const TalarisOrders& orders, TimeNs now) noexcept;
   // At once, before the frame knows.
   void all_stop(TimeNs now) noexcept;
 
-  // When due() is to be asked again.
+  // When to call due() again.
   TimeNs next_wake() const noexcept { return next_ns_; }
-  // True: `frame` is to be sent now; then sent() is to be told.
+  // True: `frame` is to be sent now; then call sent().
   bool due(TimeNs now, CanFrame& frame) noexcept;
   void sent(bool ok, TimeNs now) noexcept;
 
@@ -94,7 +94,7 @@ class ValveSequencer {
   TalarisOrders orders_{};
   std::array<Window, kHopperValves> window_{};  // of the pulses
   bool told_stale_ = true;
-  bool forced_ = false;          // to be said, whatever was said before
+  bool forced_ = false;          // to be sent, even if unchanged
   bool fans_due_ = false;        // off, after an all-stop
   TimeNs forced_ns_ = 0;         // since when
   TimeNs checked_ns_ = 0;        // all edges up to here have been sent

@@ -60,7 +60,7 @@ void Receiver::receive(std::span<const std::uint8_t> bytes, TimeNs now) noexcept
   }
 }
 
-// Takes the digits of a frame that come next, most of all that is received; how many.
+// Takes the next digits of a frame, which are most of the received data; how many.
 std::size_t Receiver::digits(std::span<const std::uint8_t> bytes) noexcept {
   if (place_ != Place::inside) return 0;
   std::size_t taken = 0;

@@ -1,8 +1,8 @@
 #pragma once
 
 // The MODBUS-ASCII variant of Lunar Zebro's leg bus as bytes: frame, checks, and the receiver's
-// rules (Zebro thesis 5.2.1; docs/icd-zebro.md sections 2 and 3). Knows nothing of what the codes
-// mean. Callable from any thread, one Receiver per thread; nothing allocates, locks or throws.
+// rules (Zebro thesis 5.2.1; docs/icd-zebro.md sections 2 and 3). Does not interpret the codes.
+// Callable from any thread, one Receiver per thread; nothing allocates, locks or throws.
 
 #include <array>
 #include <cstddef>
@@ -50,11 +50,11 @@ struct ReceiverCounters {
   std::uint64_t bad_length = 0;     // stop or start too early, or no stop where it must be
   std::uint64_t bad_character = 0;  // neither upper-case hexadecimal nor start nor stop
   std::uint64_t bad_check = 0;
-  std::uint64_t overflows = 0;  // frames dropped, the oldest, because nobody took them
+  std::uint64_t overflows = 0;  // frames dropped, the oldest, because they were not taken
 };
 
-// Frames out of a stream of bytes in any cut. A good frame is received whatever came before it.
-// Wrong ones are dropped silently and counted. At most kCapacity frames wait to be taken.
+// Frames from a stream of bytes, split anywhere. A good frame is received after any bytes before
+// it. Wrong ones are dropped silently and counted. At most kCapacity frames wait to be taken.
 class Receiver {
  public:
   static constexpr std::size_t kCapacity = 16;
@@ -63,7 +63,7 @@ class Receiver {
 
   void receive(std::span<const std::uint8_t> bytes, TimeNs now) noexcept;
   std::optional<Received> take() noexcept;  // the oldest
-  void clear() noexcept;  // forget what is half heard and not taken; counters stay
+  void clear() noexcept;                    // discard partial and waiting frames; counters stay
 
   const ReceiverCounters& counters() const noexcept { return counters_; }
 

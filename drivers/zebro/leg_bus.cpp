@@ -30,11 +30,17 @@ Code code_of(Kind kind) {
 
 }  // namespace
 
+bool stops_all(const BusOrders& orders) noexcept {
+  return std::ranges::none_of(orders.module, [](const ModuleOrder& order) {
+    return order.rotates() || order.kind == Kind::motion_on;
+  });
+}
+
 LegBus::LegBus(const LegBusParameters& parameters) noexcept
     : parameters_(parameters),
       frame_ns_(frame_time_ns(parameters.baud, parameters.stop)),
       receiver_(parameters.check, parameters.stop) {
-  if (!parameters.half_duplex) {  // nobody waits for the reply: a late one is as good
+  if (!parameters.half_duplex) {  // nothing waits for the reply: a late one is valid
     parameters_.reply_timeout_ns =
         std::max(parameters.reply_timeout_ns, parameters.period_ns * 3 / 4);
   }
@@ -62,7 +68,12 @@ void LegBus::release(const BusOrders& orders, TimeNs now) noexcept {
   if (fresh) stale_ = false;
   if (orders.emergency_serial != emergency_serial_) {
     emergency_serial_ = orders.emergency_serial;
-    stop_all(now, true);
+    // A stop that is being sent is not restarted: it would reach the last modules later.
+    const auto stops = [](const Module& m) { return m.order.kind == Kind::emergency_stop; };
+    const auto unsent = [](const Module& m) { return !m.sent; };
+    const bool under_way =
+        std::ranges::all_of(module_, stops) && std::ranges::any_of(module_, unsent);
+    if (!under_way) stop_all(now, true);
   }
   for (std::size_t i = 0; i < module_.size(); ++i) {
     accept(module_[i], counters_.module[i], orders.module[i], fresh, now);
@@ -76,6 +87,8 @@ void LegBus::accept(Module& module, ModuleLink& link, const ModuleOrder& order, 
   module.serial = order.serial;
   if (order.kind == Kind::none) return;
   if (!fresh && order.kind != Kind::emergency_stop) return;
+  const bool stopping = module.order.kind == Kind::emergency_stop && module.unconfirmed;
+  if (stopping && order.kind == Kind::emergency_stop) return;  // it is being sent
   module.order = order;
   module.due_ns = now;
   module.unconfirmed = true;
@@ -120,7 +133,7 @@ void LegBus::begin_cycle(TimeNs now) noexcept {
   health_left_ = identity_left_ = true;
 }
 
-// One frame ahead of the wire; on one pair nothing while a reply may come.
+// One frame ahead of the wire; on one pair none while a reply may come.
 TimeNs LegBus::may_write_ns() const noexcept {
   if (parameters_.half_duplex && asked_count_ > 0) return kNever;
   return wire_free_ns_ - frame_ns_;
@@ -146,7 +159,7 @@ bool LegBus::next_poll(Poll& poll) const noexcept {
   return true;
 }
 
-// What an order waits for, then health and identity in turn.
+// Pages that an order waits for, then health and identity in turn.
 bool LegBus::next_page(Poll& poll) const noexcept {
   const auto take = [&poll](std::size_t module, Page page, bool verifies) {
     poll = {static_cast<std::uint8_t>(module), page, verifies};

@@ -1,12 +1,12 @@
 #pragma once
 
-// Master of the RS-485 bus of Lunar Zebro: what goes out when, what came back, and whether the
-// modules do what they were ordered. Knows bytes and time, no file descriptor and no thread: the
-// bus thread passes both in, so tests drive it without either. Nothing here allocates, locks or
-// logs. What goes out when is told in docs/icd-zebro.md sections 8 to 10.
+// Master of the RS-485 bus of Lunar Zebro: sends orders, receives replies, and checks whether the
+// modules follow their orders. Knows only bytes and time, no file descriptor and no thread: the bus
+// thread passes both in, so tests drive it without either. Nothing here allocates, locks or logs.
+// Schedule of messages: docs/icd-zebro.md sections 8 to 10.
 //
-// The orders are a desired state per module, not a queue: a newer order replaces an older one, an
-// order that the module's own report contradicts is sent again, up to the re-send limit. (Zebro
+// The orders are a desired state per module, not a queue: a newer order replaces an older one; an
+// order contradicted by the module's own report is sent again, up to the re-send limit. (Zebro
 // thesis 5.2.1: "the LC must periodically monitor if the desired commands are actually executed".)
 //
 // Stop first: when the bus begins, when the port came back and when orders are stale it sends the
@@ -57,14 +57,17 @@ struct ModuleOrder {
 };
 
 struct BusOrders {
-  TimeNs issued_ns = 0;  // when the frame computed them: the freshness the bus checks
+  TimeNs issued_ns = 0;  // when the frame computed them, to check freshness
   // A new number: emergency stop to all first, then only new orders.
   std::uint32_t emergency_serial = 0;
   std::array<ModuleOrder, kBusModules> module{};
   bool operator==(const BusOrders&) const = default;
 };
 
-// What the bus heard from a module, stamped with the arrival of the first byte of the frame.
+// These orders neither move nor hold any module.
+bool stops_all(const BusOrders& orders) noexcept;
+
+// A reply of a module, stamped with the arrival of the first byte of the frame.
 struct ModuleReply {
   TimeNs time_ns = 0;
   std::uint8_t module = 0;  // index 0..6, not the address
@@ -72,12 +75,13 @@ struct ModuleReply {
   std::array<std::uint8_t, 8> data{};
 };
 
-// What the bus has to say about a module besides its replies.
+// State of a module besides its replies.
 struct ModuleLink {
   std::uint64_t requests = 0;
   std::uint64_t replies = 0;
   std::uint64_t resends = 0;
-  bool disobeys = false;  // the re-send limit is used up; cleared by a new order
+  std::uint64_t resets = 0;  // ordered and confirmed
+  bool disobeys = false;     // the re-send limit is used up; cleared by a new order
 };
 
 struct BusCounters {
@@ -89,9 +93,9 @@ struct BusCounters {
   std::uint64_t bad_length = 0;
   std::uint64_t bad_character = 0;
   std::uint64_t bad_check = 0;
-  std::uint64_t unexpected = 0;     // well formed, but nobody asked
-  std::uint64_t overflows = 0;      // replies that nobody took
-  std::uint64_t safe_commands = 0;  // stops of all that the bus made by itself, orders being stale
+  std::uint64_t unexpected = 0;     // well formed, but not requested
+  std::uint64_t overflows = 0;      // replies that were not taken
+  std::uint64_t safe_commands = 0;  // stops of all by itself, orders being stale
   TimeNs cycle_ns = 0;  // last time from release to the last of the seven status replies
   std::array<ModuleLink, kBusModules> module{};
 };
@@ -100,18 +104,20 @@ class LegBus {
  public:
   explicit LegBus(const LegBusParameters& parameters) noexcept;
 
-  // The port was opened (again): forget what is half said and half heard, and stop all modules, for
-  // they may still be doing what they were told before. Motion in force is not taken up again by
-  // itself.
+  // The port was opened (again): discards partial messages and stops all modules, since they may
+  // still follow earlier orders. Earlier motion is not resumed.
   void restart(TimeNs now) noexcept;
 
   // New orders, or the same with a new time. Begins a bus cycle: due commands first, then status of
-  // all seven, then other pages in turn; what the last cycle did not reach comes first. An
+  // all seven, then other pages in turn, those that the last cycle did not reach first. An
   // emergency overtakes everything not yet written. Without a release for two periods the cycle
   // begins by itself.
   void release(const BusOrders& orders, TimeNs now) noexcept;
 
-  // Bytes that arrived, in any cut.
+  // Emergency stop to all, before anything else is sent; earlier orders are void.
+  void all_stop(TimeNs now) noexcept { stop_all(now, true); }
+
+  // Received bytes, split anywhere.
   void receive(std::span<const std::uint8_t> bytes, TimeNs now) noexcept;
 
   // Bytes to write now: empty when nothing is due. At most one frame ahead of the wire, so that an
@@ -122,7 +128,7 @@ class LegBus {
   // When transmit or a time-out needs the clock again; never later than the stale deadline.
   TimeNs next_wake() const noexcept;
 
-  // Replies heard since the last call; at most kMaxReplies are kept, the oldest dropped.
+  // Replies received since the last call; at most kMaxReplies are kept, the oldest dropped.
   static constexpr std::size_t kMaxReplies = 32;
   std::size_t take(std::span<ModuleReply> out) noexcept;
 
@@ -130,11 +136,11 @@ class LegBus {
 
  private:
   static constexpr TimeNs kNever = INT64_MAX;
-  static constexpr TimeNs kRepeat_ns = kSecond;  // of a stop that nobody confirms
+  static constexpr TimeNs kRepeat_ns = kSecond;  // of an unconfirmed stop
   static constexpr std::size_t kMaxAsked = 32;
 
-  // A request whose reply may still come. `commands`: how many the module had been sent, so that
-  // only a reply to a later request speaks of the last of them.
+  // A request whose reply may still come. `commands`: how many the module had been sent, since only
+  // a reply to a later request is about the last of them.
   struct Asked {
     std::uint8_t module = 0;
     Page page = Page::status;
@@ -144,16 +150,16 @@ class LegBus {
   };
 
   struct Module {
-    ModuleOrder order{};               // what is wanted of it
+    ModuleOrder order{};               // the desired state
     std::uint32_t serial = 0;          // last seen, also when it was replaced by an emergency stop
     TimeNs due_ns = kNever;            // when the command goes out (again)
-    bool unconfirmed = false;          // sent, or due, and not yet seen to be executed
-    bool sent = false;                 // at least once: what was heard before says nothing of it
+    bool unconfirmed = false;          // sent, or due, and not yet reported as executed
+    bool sent = false;                 // at least once: earlier replies do not concern it
     int contradictions = 0;            // of the order, by the module's own report
     int silences = 0;                  // since the order
     std::uint32_t commands = 0;        // sent to it
     TimeNs sent_ns = 0;                // end of the last one on the wire
-    TimeNs told_arrival_ns = 0;        // what the last rotate told the module
+    TimeNs told_arrival_ns = 0;        // in the last rotate command
     bool answers = false;              // its last status request was answered
     std::uint64_t verified_cycle = 0;  // in which a page was asked for to verify
     std::uint64_t identity_cycle = 0;  // from which on its identity is due

@@ -1,9 +1,8 @@
 #pragma once
 
-// The interface of a leg module as bytes: codes, flags, layouts and scales (docs/icd-zebro.md
-// sections 4 and 5 are the same table in prose). For the master's side: commands are encoded,
-// replies decoded; the simulator is written from the document. Pure functions, callable from every
-// thread.
+// The interface of a leg module as bytes: codes, flags, layouts and scales (the same table as
+// docs/icd-zebro.md sections 4 and 5). For the master's side: commands are encoded, replies
+// decoded; the simulator is written from the document. Pure functions, callable from every thread.
 
 #include <array>
 #include <cstdint>

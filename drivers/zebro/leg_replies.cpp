@@ -1,5 +1,4 @@
-// What comes back: which reply answers which request, and whether the module does what it was
-// ordered.
+// Replies: which one answers which request, and whether the module follows its orders.
 
 #include <algorithm>
 #include <cstdlib>
@@ -11,7 +10,7 @@ namespace {
 
 using Kind = ModuleOrder::Kind;
 
-constexpr TimeNs kResetTime_ns = kSecond;  // after which a reset must show
+constexpr TimeNs kResetTime_ns = kSecond;  // by then a reset must show
 constexpr std::uint64_t kIdentityCycles = 64;
 constexpr TimeNs kUptimeTolerance_ns = 50 * kMillisecond;  // rounding, and a clock that is 1 % fast
 constexpr TimeNs kArrivalTolerance_ns = 250 * kMillisecond;
@@ -48,7 +47,7 @@ void LegBus::heard(const Received& received, TimeNs now) noexcept {
     ++counters_.unexpected;
     return;
   }
-  // Replies come in the order of the requests: those before it will not come any more.
+  // Replies come in the order of the requests: earlier ones will not come any more.
   for (; n > 0; --n) {
     missed(asked(0), now);
     forget_first();
@@ -82,7 +81,7 @@ void LegBus::verify(Module& module, ModuleLink& link, const ModuleReply& reply,
     const std::uint16_t flags = decode_status(reply.data).flags;
     if (module.order.rotates()) return;
     if (kind == Kind::reset) {
-      if ((flags & kFlagReset) == 0) return;  // the uptime will tell
+      if ((flags & kFlagReset) == 0) return;  // the uptime shows it
       executed = true;
     } else {
       executed = ((flags & kFlagMotionControl) != 0) == (kind == Kind::motion_on);
@@ -101,6 +100,7 @@ void LegBus::verify(Module& module, ModuleLink& link, const ModuleReply& reply,
   }
 
   if (!executed) return again(module, link, true, now);
+  if (kind == Kind::reset) ++link.resets;
   module.unconfirmed = false;
   module.due_ns = kNever;
 }

@@ -5,7 +5,7 @@
 namespace lss::gnc::ardito {
 namespace {
 
-// Seen from the middle of the middle axle.
+// From the middle of the middle axle.
 struct Place {
   double ahead_m;
   double left_m;
@@ -57,7 +57,7 @@ PerWheel<double> steering_angles_rad(const Direction& direction,
 double steering_angle_rad(std::size_t wheel, const Direction& direction,
                           const Geometry& geometry) noexcept {
   const Radius r = radius(wheel, direction, geometry);
-  // -pi/2..pi/2: a wheel that would turn further rolls backward instead
+  // -pi/2..pi/2: a wheel that would have to turn further rolls backward instead
   return r.along_m != 0 ? std::atan(-r.along_m / r.across_m) : 0;
 }
 

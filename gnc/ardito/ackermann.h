@@ -36,11 +36,11 @@ double steering_angle_rad(std::size_t wheel, const Direction& direction,
 // Of one steered wheel (0, 1, 4, 5): the direction that its angle belongs to (17.7.1).
 Direction direction_from_steering(std::size_t wheel, const Direction& steering,
                                   const Geometry& geometry) noexcept;
-// Of any wheel: how fast its hub is when v of the CM is 1. Near 0 the wheel stands on the centre of
-// rotation and says nothing about v.
+// For any wheel: speed of its hub when v of the CM is 1. Near 0 the wheel is at the centre of
+// rotation and gives no information on v.
 PerWheel<double> hub_ratios(const Direction& direction, const Geometry& geometry) noexcept;
 double hub_ratio(std::size_t wheel, const Direction& direction, const Geometry& geometry) noexcept;
-// v of the CM when this wheel's hub is this fast (17.7.2, E8); 0 when it says nothing.
+// v of the CM for this speed of this wheel's hub (17.7.2, E8); 0 without information.
 double v_from_hub_m_s(std::size_t wheel, double hub_m_s, const Direction& direction,
                       const Geometry& geometry) noexcept;
 

@@ -39,9 +39,9 @@ const char* check(const Parameters& p) noexcept {
     return "lengths and the gear ratio must be greater than 0";
   }
   if (p.top_speed_m_s <= 0 || p.top_speed_m_s > 1) {
-    return "top_speed_m_s must be above 0 and at most 1: the rover tips over beyond";
+    return "top_speed_m_s must be above 0 and at most 1: above that the rover tips over";
   }
-  // with the centre of rotation inside a middle wheel it would have to turn without rolling
+  // with the centre of rotation inside a middle wheel, that wheel would turn without rolling
   if (p.max_sigma_rad < 0 || g.f_m / std::tan(p.max_sigma_rad) <= g.b_m / 2) {
     return "max_sigma_rad puts the centre of rotation between the middle wheels; make it smaller";
   }
@@ -58,7 +58,7 @@ const char* check(const Parameters& p) noexcept {
   if (p.wheel_saturation_rad_s <= 0 || p.steering_saturation_rad <= 0) {
     return "saturations must be greater than 0";
   }
-  // between two frames of a ramp a healthy drive is late by what the controller adds
+  // between two frames of a ramp a healthy drive lags by the controller's increment
   if (p.wheel_saturation_rad_s * step >= p.agree_rad_s) {
     return "agree_rad_s is smaller than one frame of a ramp: healthy wheels would be faults";
   }

@@ -57,7 +57,7 @@ std::uint32_t test_clutch(WheelHealth& h, const WheelInputs& in, const WheelEvid
     if (h.pause > 0) --h.pause;
     const bool testable = evidence.counts && evidence.rover_drives && evidence.others_loaded &&
                           load.usable && h.pause == 0 && h.candidate == 0;
-    // a motor without any current is as suspicious: its drive may be dead, the wheel dragged along
+    // no current at all is suspect, too: the drive may be dead and the wheel dragged along
     const bool quiet =
         testable && load.value <= p.no_load_tolerance &&
         load.value >= -p.no_load_tolerance - no_load_current(std::abs(in.ordered.high), p);

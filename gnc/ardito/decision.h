@@ -1,7 +1,7 @@
 #pragma once
 
-// Stop, Running or Parking, and how the rover comes to a stop and steers there (Ardito thesis 11.1,
-// 11.2.4). Pure functions; both begin in their enumerators 0.
+// Stop, Running or Parking, and the phases of stopping and steering (Ardito thesis 11.1, 11.2.4).
+// Pure functions; both begin in their enumerators 0.
 
 #include "gnc/ardito/parameters.h"
 
@@ -18,7 +18,7 @@ Mode next_mode(Mode mode, const ModeInputs& inputs, const Parameters& parameters
 
 struct StopInputs {
   double fastest_rad_s = 0;      // |speed| of the fastest wheel
-  double largest_angle_rad = 0;  // largest |asked - measured| steering angle
+  double largest_angle_rad = 0;  // largest |requested - measured| steering angle
 };
 StopPhase next_phase(StopPhase phase, const StopInputs& inputs,
                      const Parameters& parameters) noexcept;

@@ -34,7 +34,7 @@ bool agree(double a_rad_s, double b_rad_s, const Parameters& parameters) noexcep
 }
 
 unsigned wheel_flags(const Ordered& ordered, const WheelSensors& s, const Parameters& p) noexcept {
-  // as a rule all that is ordered and measured lies together
+  // usually all ordered and measured values agree
   if (s.motor.usable && s.hall.usable && s.reduction.usable) {
     const double m = s.motor.value, h = s.hall.value, r = s.reduction.value;
     const double low = std::min(std::min(m, h), std::min(r, ordered.low));
@@ -63,7 +63,7 @@ WheelVerdict diagnose_wheel(unsigned flags, bool clutch_engaged, double rho_rad_
       return lost(slow ? kReduction : kClutch);
     case 0b110001:  // C alone
       return motor_or_reduction(clutch_engaged, still, 0);
-    case 0b110110:  // {C,R} {M,H}: both sensors of the motor, say their supply
+    case 0b110110:  // {C,R} {M,H}: both sensors of the motor, perhaps their supply
       if (!clutch_engaged) return {Outcome::hold};
       return lost(kMotorEncoder | kHall);
     case 0b101011:  // {C,H} {M,R}
@@ -86,7 +86,7 @@ WheelVerdict diagnose_wheel(unsigned flags, bool clutch_engaged, double rho_rad_
     case 0b111101:  // {H,R} C M
       return motor_or_reduction(clutch_engaged, still, kMotorEncoder);
     case kAllDiffer:
-      // no two agree. Which sensors those are that left what was ordered cannot be told.
+      // no two agree. Which of the sensors that left the ordered values failed is unknown.
       if (nearest_rad_s < p.agree_rad_s) return {Outcome::failure, WheelFailure::two_sensors, 0};
       return lost(kSensors);
     default:

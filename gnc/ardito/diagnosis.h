@@ -10,17 +10,17 @@
 
 namespace lss::gnc::ardito {
 
-// What was ordered in the last frames: drives follow with a delay, so any value between is obeyed.
+// Orders of the last frames: drives follow with a delay, so any value between is accepted.
 struct Ordered {
   double low = 0;
   double high = 0;
 };
-// From there to this value, 0 between.
+// Distance from this range to the value, 0 inside.
 inline double distance(const Ordered& ordered, double value) noexcept {
   return std::max(std::max(ordered.low - value, value - ordered.high), 0.0);
 }
 
-// A value that cannot be used disagrees with everything.
+// A value that is not usable disagrees with all others.
 struct Sensor {
   double value = 0;
   bool usable = false;
@@ -32,7 +32,7 @@ struct WheelSensors {
   Sensor reduction;
 };
 
-// Bits of Command::sensors_lost, and what else a wheel can lose.
+// Bits of Command::sensors_lost, and other parts that a wheel can lose.
 enum Part : std::uint32_t {
   kMotorEncoder = 1U << 0,
   kHall = 1U << 1,
@@ -53,9 +53,9 @@ unsigned wheel_flags(const Ordered& ordered, const WheelSensors& sensors,
                      const Parameters& parameters) noexcept;
 
 enum class Outcome : std::uint32_t {
-  failure,       // or none: `failure` and `parts` say which
-  hold,          // normal for a wheel with an open clutch; think as before
-  inconclusive,  // agreement is not transitive here; think as before, and count
+  failure,       // or none: named by `failure` and `parts`
+  hold,          // normal for a wheel with an open clutch; keep the diagnosis
+  inconclusive,  // agreement is not transitive here; keep the diagnosis, and count
 };
 struct WheelVerdict {
   Outcome outcome = Outcome::failure;
@@ -63,13 +63,13 @@ struct WheelVerdict {
   std::uint32_t parts = 0;  // Part bits
 };
 
-// rho: |reduction encoder|, rad/s, 0 when it cannot be used. nearest: smallest distance of a sensor
-// to what was ordered, looked at when all differ. One outcome for each of the 64 patterns.
+// rho: |reduction encoder|, rad/s, 0 when it is not usable. nearest: smallest distance of a sensor
+// to the orders, used when all differ. One outcome for each of the 64 patterns.
 WheelVerdict diagnose_wheel(unsigned flags, bool clutch_engaged, double rho_rad_s,
                             double nearest_rad_s, const Parameters& parameters) noexcept;
 
-// The number that stands for these lost parts; the worst comes first (E19: sensors that were lost
-// for good and a motor or gear that fails are state 8 only when no sensor is left).
+// The number of these lost parts, the worst first (E19: sensors that were lost permanently and a
+// motor or gear that fails are state 8 only when no sensor is left).
 WheelFailure failure_of_any(std::uint32_t parts) noexcept;
 inline WheelFailure failure_of(std::uint32_t parts) noexcept {
   return parts == 0 ? WheelFailure::none : failure_of_any(parts);
@@ -83,7 +83,7 @@ struct SteeringVerdict {
   SteeringFailure failure = SteeringFailure::none;
 };
 SteeringVerdict diagnose_steering(unsigned flags) noexcept;
-// Sooner than by angles: how far both encoders went in this frame, while the gear was ordered to
+// Faster than by angles: how far both encoders moved in this frame, while the gear was ordered to
 // turn by `ordered_rad`. The one that stands while the other turns is lost.
 SteeringFailure standing_encoder(double motor_rad, double reduction_rad, double ordered_rad,
                                  const Parameters& parameters) noexcept;

@@ -1,13 +1,13 @@
 #pragma once
 
-// An angle by its sine and cosine, which is what nearly all of the mathematics wants of it: worked
-// out once where the angle comes in, composed from there on.
+// An angle by its sine and cosine, which most formulas need: computed once from the angle, composed
+// from then on.
 
 #include <cmath>
 
 namespace lss::gnc::ardito {
 
-// Of a velocity sigma and sigma + pi are the same line.
+// For a velocity sigma and sigma + pi are the same line.
 struct Direction {
   double sin = 0;
   double cos = 1;

@@ -6,13 +6,13 @@
 namespace lss::gnc::ardito {
 namespace {
 
-constexpr double kSpotSin = 0.7;  // sigma beyond 45 deg is turning on the spot
+constexpr double kSpotSin = 0.7;  // sigma above 45 deg is turning on the spot
 
 double dot(const Direction& a, const Direction& b) noexcept {
   return a.sin * b.sin + a.cos * b.cos;
 }
 
-// Directions are lines: each is taken the way round that fits the first one.
+// Directions are lines: each is taken in the sense that fits the first one.
 struct MeanDirection {
   Direction sum{0, 0};
   int count = 0;
@@ -41,7 +41,7 @@ double plane_hub_m_s(std::size_t wheel, double wheel_rad_s, const Feedback& feed
                          p.correction_sign);
 }
 
-// The IMU's speed on the scale of Motion::v_to_hub: on the spot its yaw rate says more.
+// The IMU's speed on the scale of Motion::v_to_hub: on the spot by its yaw rate.
 double imu_speed_m_s(const Motion& motion, const Inputs& inputs, const Parameters& p) noexcept {
   if (motion.v_to_hub != 1) return inputs.imu.yaw_rate_rad_s.value * p.parking_length_m;
   return inputs.imu.speed_m_s.value;
@@ -51,13 +51,13 @@ bool slips(const Motion& motion, const Inputs& inputs, const Parameters& p) noex
   if (!inputs.imu.usable) return false;
   const double v = motion.mean.v_m_s * motion.v_to_hub;
   if (std::abs(v - imu_speed_m_s(motion, inputs, p)) > p.slip_m_s) return true;
-  // a direction needs speed to be one
+  // a direction is defined only with speed
   if (motion.v_to_hub != 1 || std::abs(v) < p.slip_m_s) return false;
   return std::abs(motion.sigma_rad - inputs.imu.sigma_rad.value) > p.slip_sigma_rad;
 }
 
-// A rover that slides down across a slope goes another way than its wheels, and the IMU is right to
-// say so: the two velocities must be further apart than that before it is wrong.
+// A rover that slides down across a slope moves in another direction than its wheels, and the IMU
+// is right to report it: the velocities must differ by more than that before the IMU is wrong.
 bool contradicts(const Motion& motion, const Inputs& inputs, const Parameters& p) noexcept {
   if (!inputs.imu.usable) return false;
   const double v = motion.mean.v_m_s * motion.v_to_hub, imu = imu_speed_m_s(motion, inputs, p);
@@ -86,7 +86,7 @@ Motion estimate_motion(const Feedback& feedback, const Inputs& inputs, WheelSet 
   const bool spot = std::abs(d.sin) > kSpotSin;
   if (spot) motion.v_to_hub = p.parking_length_m / p.geometry.f_m;
 
-  // least squares: a wheel near the centre of rotation has little to say
+  // least squares: a wheel near the centre of rotation has little weight
   const PerWheel<double> ratio = hub_ratios(d, p.geometry);
   PerWheel<double> hub{};
   double sum = 0, weight = 0;
@@ -102,7 +102,7 @@ Motion estimate_motion(const Feedback& feedback, const Inputs& inputs, WheelSet 
     motion.v_m_s[i] = says ? hub[i] / ratio[i] : motion.mean.v_m_s;
   }
 
-  // E13. As in the thesis, wheels that are fit do not count: they are what the mean is made of.
+  // E13. As in the thesis, fit wheels are not counted: the mean is made of them.
   for (std::size_t i = 0; i < kWheels; ++i) {
     if (!contains(trusted, i) && incoherent(motion, i, p)) motion.incoherent_speed = true;
   }

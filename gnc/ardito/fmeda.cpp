@@ -15,7 +15,7 @@ std::uint32_t sensors_in(std::uint32_t parts) noexcept {
   return (parts & 1U) + ((parts >> 1) & 1U) + ((parts >> 2) & 1U);
 }
 
-// Frames that these parts must be suspected before they are lost.
+// Frames for which these parts must be suspected before they are lost.
 std::uint32_t frames_for(std::uint32_t parts, std::uint32_t lost, const Parameters& p) noexcept {
   if (sensors_in(parts | lost) == 3 && sensors_in(parts) > 0) return p.all_sensors_frames;
   if ((parts & kDrive) != 0) return p.motor_frames;
@@ -23,8 +23,8 @@ std::uint32_t frames_for(std::uint32_t parts, std::uint32_t lost, const Paramete
   return sensors_in(parts) >= 2 ? p.two_sensors_frames : p.sensor_frames;
 }
 
-// A reduction encoder that the IMU or the motor's load contradicts is what is broken, not the
-// clutch (17.8.1).
+// When the IMU or the motor's load contradicts the reduction encoder, the encoder has failed, not
+// the clutch (17.8.1).
 std::uint32_t corrected(std::uint32_t parts, const WheelInputs& in, const WheelEvidence& evidence,
                         const Parameters& p) noexcept {
   if ((parts & kClutch) == 0) return parts;
@@ -53,7 +53,7 @@ void lose(WheelHealth& h, std::uint32_t parts) noexcept {
   }
 }
 
-// Temperature, current and the drive's own word need no table.
+// Temperature, current and the drive's own fault need no table.
 bool motor_unfit(WheelHealth& h, const WheelInputs& in, const Parameters& p) noexcept {
   const bool over = in.current.usable && std::abs(in.current.value) > p.max_current;
   h.overcurrent = over ? up(h.overcurrent) : down(h.overcurrent);
@@ -62,7 +62,7 @@ bool motor_unfit(WheelHealth& h, const WheelInputs& in, const Parameters& p) noe
   return in.drive_fault || h.hot >= p.sensor_frames || h.overcurrent >= p.overcurrent_frames;
 }
 
-// The clutch just opened under a motor that did not turn. Turns it now, the gear held it.
+// The clutch just opened under a motor that did not turn. If it turns now, the gear was blocked.
 WheelFailure test_motor(WheelHealth& h, const WheelInputs& in, const Parameters& p) noexcept {
   const auto follows = [&](const Sensor& s) {
     const double wanted = (in.ordered.low + in.ordered.high) / 2;
@@ -80,7 +80,7 @@ WheelFailure test_motor(WheelHealth& h, const WheelInputs& in, const Parameters&
   return still ? WheelFailure::reduction : failure_of(h.lost);
 }
 
-// An open clutch leaves one thing to see: does the wheel roll along?
+// With an open clutch only one check is left: does the wheel roll with the rover?
 WheelFailure watch_isolated(WheelHealth& h, const WheelInputs& in, bool counts,
                             const Parameters& p) noexcept {
   const double expected = std::min(std::abs(in.ordered.low), std::abs(in.ordered.high));
@@ -99,7 +99,7 @@ WheelFailure watch_isolated(WheelHealth& h, const WheelInputs& in, bool counts,
   return WheelFailure::reduction;
 }
 
-// What cannot be driven with any longer when it lasts (18.1, states 4 and 8).
+// Failures that end driving when they last (18.1, states 4 and 8).
 void count_error(WheelHealth& h, const Parameters& p) noexcept {
   const WheelFailure failure = failure_of(h.lost);
   std::uint32_t frames = 0;
@@ -118,14 +118,14 @@ WheelLook look_at_wheel(const WheelInputs& in, const WheelHealth& h, const Param
   const WheelSensors& s = in.sensors;
   const unsigned flags = wheel_flags(in.ordered, s, p);
   double nearest = std::numeric_limits<double>::infinity();
-  if (flags == kAllDiffer) {  // else nobody asks
+  if (flags == kAllDiffer) {  // used in this case only
     for (const Sensor& sensor : {s.motor, s.hall, s.reduction}) {
       if (sensor.usable) nearest = std::min(nearest, distance(in.ordered, sensor.value));
     }
   }
   const double rho = s.reduction.usable ? std::abs(s.reduction.value) : 0;
   WheelLook look;
-  // without a reduction encoder nothing can be said about what is behind an open clutch
+  // without a reduction encoder nothing is known of the parts behind an open clutch
   const bool engaged = h.service == WheelService::engaged || !s.reduction.usable;
   look.verdict = diagnose_wheel(flags, engaged, rho, nearest, p);
   look.fresh_parts = look.verdict.parts & ~h.lost;
@@ -180,7 +180,7 @@ WheelFailure update_wheel(WheelHealth& h, const WheelLook& look, const WheelInpu
       parts == h.candidate || ((parts & kDrive) != 0 && (h.candidate & kDrive) != 0);
   if (!goes_on) h.count = 0;
   h.candidate = parts;
-  // the rover as a whole may be held up: a motor is only blamed when the others go on (18.1)
+  // the whole rover may be blocked: a motor is only blamed when the others move (18.1)
   if ((parts & kDrive) == 0 || evidence.incoherent) h.count = up(h.count);
   const WheelFailure suspect = failure_of(h.lost | parts);
   if (h.count >= frames_for(parts, h.lost, p)) lose(h, parts);
@@ -196,7 +196,7 @@ SteeringFailure failure_of(const SteeringHealth& h) noexcept {
 
 namespace {
 
-// Remembers both encoders for the next frame.
+// Stores both encoders for the next frame.
 SteeringFailure compare_steps(SteeringHealth& h, const SteeringInputs& in,
                               const Parameters& p) noexcept {
   const bool both = in.motor.usable && in.reduction.usable;
@@ -233,7 +233,7 @@ SteeringFailure update_steering(SteeringHealth& h, const SteeringInputs& in, boo
   }
   if (verdict.outcome != Outcome::failure) return std::max(failure_of(h), h.candidate);
   const SteeringFailure found = verdict.failure;
-  // a lost encoder goes on disagreeing
+  // a lost encoder keeps disagreeing
   if (found == SteeringFailure::none || found <= failure_of(h)) {
     h.count = down(h.count);
     if (h.count == 0) h.candidate = SteeringFailure::none;

@@ -6,7 +6,7 @@
 namespace lss::gnc::ardito {
 namespace {
 
-// More than this no healthy sensor says.
+// No healthy sensor reports more.
 constexpr double kMaxWheel_rad_s = 30;
 constexpr double kMaxSteering_rad = 100 * kPi / 180;
 constexpr double kMaxCurrent = 100;
@@ -17,7 +17,7 @@ constexpr double kMaxImuSpeed_m_s = 3;
 constexpr double kMaxImuYaw_rad_s = 3;
 constexpr double kMaxImuStep_m_s = 1;  // in a frame: 10 m/s2
 
-// Also says no to what is no number.
+// Rejects values that are not numbers, too.
 Sensor fresh(const Reading& reading, double age_limit_s, double most) noexcept {
   const bool usable =
       std::abs(reading.value) <= most && reading.age_s >= 0 && reading.age_s <= age_limit_s;
@@ -50,7 +50,7 @@ void read_steering(const SteeringMeasured& m, std::uint32_t lost, const Paramete
   if ((lost & 2U) != 0) in.reduction = {};
 }
 
-// Lowest and highest of what was ordered in the last frames.
+// Lowest and highest order of the last frames.
 template <std::size_t N, std::size_t Frames>
 Ordered ordered(const std::array<std::array<double, N>, Frames>& orders, std::size_t i) noexcept {
   Ordered all{orders[0][i], orders[0][i]};
@@ -109,8 +109,8 @@ void read_rocker(const Measured& m, const Parameters& p, const Linkage& linkage,
   state.poses_known = 1;
 }
 
-// Of three the one in the middle; of two that contradict each other the one that obeys. One there
-// must be.
+// Of three the median; of two that contradict each other the one that follows the orders. At least
+// one must exist.
 double best_of(const WheelInputs& in, const Parameters& p) noexcept {
   const Sensor &m = in.sensors.motor, &h = in.sensors.hall, &r = in.sensors.reduction;
   if (m.usable && h.usable && r.usable) {
@@ -124,7 +124,7 @@ double best_of(const WheelInputs& in, const Parameters& p) noexcept {
                                                                               : other.value;
 }
 
-// No sensor says how fast the wheel is; behind an open clutch only that of the reduction does.
+// No sensor reports the wheel's speed; behind an open clutch only that of the reduction does.
 bool speed_unknown(const WheelSensors& s, WheelService service) noexcept {
   if (service != WheelService::engaged) return !s.reduction.usable;
   return !s.motor.usable && !s.hall.usable && !s.reduction.usable;
@@ -187,7 +187,7 @@ Request sane(const Request& request, const Parameters& parameters) noexcept {
 
 Feedback choose_feedback(const Inputs& inputs, const Parameters& parameters, bool correction,
                          const State& state) noexcept {
-  // what no sensor says is as the rover moved in the frame before
+  // without a sensor: from the rover's motion in the frame before
   Feedback feedback;
   const PlaneMotion motion = estimated_motion(state);
   for (std::size_t i = 0; i < kSteered; ++i) {

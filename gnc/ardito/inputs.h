@@ -1,7 +1,7 @@
 #pragma once
 
-// What one frame's measurements are worth: old values, values that are none, and sensors that were
-// found out are not usable from here on. Pure functions of the frame thread.
+// Validity of one frame's measurements: old values, values that are not numbers, and failed sensors
+// are not usable from here on. Pure functions of the frame thread.
 
 #include "gnc/ardito/ackermann.h"
 #include "gnc/ardito/state.h"
@@ -45,14 +45,14 @@ struct Inputs {
   PerWheel<double> vz_m_s{};
 };
 
-// WheelInputs::load, from the rest of it (part VII).
+// WheelInputs::load, from the other members (part VII).
 Sensor load_current(const WheelInputs& inputs, const Parameters& parameters) noexcept;
 
-// Remembers poses and IMU for the next frame.
+// Stores poses and IMU for the next frame.
 Inputs read_inputs(const Measured& measured, const Parameters& parameters, const Linkage& linkage,
                    State& state) noexcept;
 
-// Finite and within the limits, whatever came in.
+// Finite and within the limits, for any request.
 Request sane(const Request& request, const Parameters& parameters) noexcept;
 
 // The feedback that control and estimate use (17.2, comparator_feed).
@@ -64,7 +64,7 @@ struct Feedback {
 Feedback choose_feedback(const Inputs& inputs, const Parameters& parameters, bool correction,
                          const State& state) noexcept;
 
-// Speed of a wheel on this ground whose hub shall be so fast in the plane: from Ackermann to 3-D
+// Speed of a wheel on this ground for a speed of its hub in the plane: from Ackermann to 3-D
 // (18.2.1).
 double wheel_speed_rad_s(std::size_t wheel, double hub_m_s, const Direction& steering,
                          const Inputs& inputs, bool correction,

@@ -23,7 +23,7 @@ double sine_of_five(double sine) noexcept {
 
 constexpr double kFurthest_rad = 65 * kPi / 180;  // 11.2.1
 
-// Where steering is held: where it is, as far as it can be there.
+// Angles to keep while steering is held: the present ones, within the limits.
 PerSteered<double> angles_to_hold(const Feedback& feedback) noexcept {
   PerSteered<double> angles = steered(feedback.steering_rad);
   for (double& angle : angles) angle = std::clamp(angle, -kFurthest_rad, kFurthest_rad);
@@ -100,7 +100,7 @@ WheelSet MobilityController::probed_wheels() const noexcept {
 Motion MobilityController::estimate(const Request& request, const Inputs& inputs,
                                     const Feedback& feedback, const PerWheel<WheelLook>& looks,
                                     Command& command) noexcept {
-  // angles stand in for each other, so steering is judged first
+  // angles substitute for each other, so steering is judged first
   SteeringSet trusted_steering = 0;
   for (std::size_t i = 0; i < kSteered; ++i) {
     command.steering_suspect[i] =
@@ -201,7 +201,7 @@ void MobilityController::decide(const Request& request, const Feedback& feedback
       next_mode(state_.mode, {request.speed, request.parking, was_busy, stop, delta}, parameters_);
   if (state_.mode != Mode::stop) return;
 
-  // steering motors that do not follow any more cannot be waited for
+  // steering motors that no longer follow cannot be waited for
   StopInputs in;
   for (std::size_t i = 0; i < kWheels; ++i) {
     const bool driven = state_.wheels[i].service == WheelService::engaged;
@@ -217,7 +217,7 @@ void MobilityController::decide(const Request& request, const Feedback& feedback
   if (state_.steering_known != 0) state_.phase = next_phase(state_.phase, in, parameters_);
 }
 
-// Where to, in the plane; while standing, what the wheels are steered for (11.2.1 to 11.2.3).
+// Requested motion in the plane; at standstill, the motion to steer for (11.2.1 to 11.2.3).
 PlaneMotion MobilityController::asked_motion(const Request& request) const noexcept {
   const double speed_m_s = request.speed * request.speed_limit_m_s;
   if (request.parking) {
@@ -227,7 +227,7 @@ PlaneMotion MobilityController::asked_motion(const Request& request) const noexc
   return {d, speed_m_s * (1 - std::abs(sine_of_five(d.sin)))};
 }
 
-// Steering starts from where it is: until every angle was measured nothing is ordered.
+// Steering starts from the present angles: until every angle was measured nothing is ordered.
 void MobilityController::find_steering(const Inputs& inputs, const Feedback& feedback) noexcept {
   if (state_.steering_known != 0) return;
   for (const SteeringInputs& in : inputs.steering) {
@@ -292,7 +292,7 @@ void MobilityController::drive(const Request& request, const PlaneMotion& target
     double& integral = state_.wheel_integral[i];
     double& order = state_.wheels_ordered[0][i];
     if (contains(isolated, i)) {
-      // nothing drives it: watched against the speed at which it would roll along
+      // not driven: compared with the speed at which it would roll with the rover
       integral = 0;
       order = speed_rad_s(
           i, motion.mean.v_m_s * hub_ratio(i, motion.mean.direction, parameters_.geometry));
@@ -303,7 +303,7 @@ void MobilityController::drive(const Request& request, const PlaneMotion& target
       const double limit = std::abs(wanted[i]);
       order = probe_speed_rad_s(std::clamp(integral, -limit, limit), parameters_);
     } else {
-      // never faster than wanted, and never faster than before while that is too fast
+      // never faster than requested, and never faster than before while that is too fast
       const double limit = std::max(std::abs(wanted[i]), std::abs(last[i]));
       order = pi_step(cut[i], limit, integral, parameters_);
     }

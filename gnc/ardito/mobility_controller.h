@@ -2,8 +2,8 @@
 
 // The mobility controller of D.I.A.N.A. Ardito and its FMEDA behind one call a frame (Ardito thesis
 // parts V and VI, corrected: docs/gnc-ardito.md). Called from the frame thread, every 100 ms; time
-// is data; nothing allocates; the same calls give the same bits. No input makes a command that is
-// not a number, faster than the limit allows, or that turns a stopped motor.
+// is data; nothing allocates; the same calls give the same bits. No input results in a command that
+// is not a number, exceeds the limit, or turns a stopped motor.
 //
 // Run it through Redundant (redundant.h), which votes three of them.
 
@@ -20,15 +20,15 @@ class MobilityController {
   explicit MobilityController(const Parameters& parameters = {}) noexcept
       : parameters_(parameters), linkage_(linkage(parameters.geometry)) {}
 
-  // One frame. `measured` are the values of the frame that just ended, so answers to the commands
-  // before; the result is the command for the next one.
+  // One frame. `measured` are the values of the frame that just ended, in response to earlier
+  // commands; the result is the command for the next one.
   Command step(const Request& request, const Measured& measured) noexcept;
 
   const Parameters& parameters() const noexcept { return parameters_; }
   // From the next step() on; the geometry stays. They must have passed check().
   void configure(const Parameters& parameters) noexcept { parameters_ = parameters; }
 
-  // What the voter compares.
+  // Members that the voter compares.
   template <class Self>
   static constexpr auto members(Self& self) noexcept {
     return std::tie(self.parameters_, self.linkage_, self.state_);
@@ -57,7 +57,7 @@ class MobilityController {
   WheelSet probed_wheels() const noexcept;
 
   Parameters parameters_;
-  Linkage linkage_;  // made of them
+  Linkage linkage_;  // computed from the parameters
   State state_;
 };
 

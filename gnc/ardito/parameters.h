@@ -42,7 +42,7 @@ struct Parameters {
   Geometry geometry;
 
   // cruise control (11)
-  double top_speed_m_s = 1.0;  // Request::speed_limit_m_s is never taken for more
+  double top_speed_m_s = 1.0;  // upper limit of Request::speed_limit_m_s
   double max_sigma_rad = 5 * kPi / 180;
   double min_speed = 0.01;           // normalised; less is a stop
   double steady_sigma_rad = 1e-6;    // per frame: sigma counts as unchanged
@@ -99,7 +99,7 @@ struct Parameters {
   std::uint32_t overcurrent_frames = 10;
   std::uint32_t quiet_frames = 6;        // clutch: at no load before a probe
   std::uint32_t probe_frames = 6;        // how long, twice that without a reduction encoder
-  std::uint32_t probe_pause_frames = 4;  // after one that found everything in order
+  std::uint32_t probe_pause_frames = 4;  // after a probe without findings
   // motor supervision (FMEA 7.1.1)
   double max_temperature_C = 110;
   double max_current = 2.0;  // share of rated, for overcurrent_frames
@@ -110,9 +110,8 @@ struct Parameters {
   double no_load_tolerance = 0.025;                   // a motor this close to it is at no load
   double clutch_min_rad_s = 4 * kRadPerSecondPerRpm;  // slower wheels are not tested
   double clutch_drift_rad = 0.06;  // motor ahead of wheel by this: nothing couples them
-  double loaded_current =
-      0.08;                  // of the other wheels' mean, above no load: else nothing can be told
-  double probe_share = 0.2;  // slower by this share, and by probe_rad_s at least
+  double loaded_current = 0.08;    // of the other wheels' mean, above no load: else no conclusion
+  double probe_share = 0.2;        // slower by this share, and by probe_rad_s at least
   double probe_rad_s = 3 * kRadPerSecondPerRpm;
 
   template <class Self>
@@ -137,7 +136,7 @@ struct Parameters {
   }
 };
 
-// nullptr when usable, else the sentence that says what is wrong. Before the loop starts.
+// nullptr when usable, else a sentence about the error. Before the loop starts.
 const char* check(const Parameters& parameters) noexcept;
 
 }  // namespace lss::gnc::ardito

@@ -1,7 +1,7 @@
 #pragma once
 
-// Ratio blocks: one PI controller for each wheel or steering motor, whose errors are cut so that
-// all arrive at the same time (Ardito thesis 12.2, 12.3). Pure functions.
+// Ratio blocks: one PI controller for each wheel or steering motor, whose errors are limited so
+// that all arrive at the same time (Ardito thesis 12.2, 12.3). Pure functions.
 
 #include <array>
 #include <cstddef>
@@ -10,8 +10,8 @@
 
 namespace lss::gnc::ardito {
 
-// The largest error is cut to `saturation`, the others in proportion; left alone when all are
-// smaller. Bit i of `skip`: this one is not looked at.
+// The largest error is limited to `saturation`, the others in proportion; unchanged when all are
+// smaller. Bit i of `skip`: this one is ignored.
 template <std::size_t N>
 std::array<double, N> equal_settling(const std::array<double, N>& errors, double saturation,
                                      std::uint32_t skip) noexcept {

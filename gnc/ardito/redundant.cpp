@@ -16,7 +16,7 @@ namespace {
 
 bool several(std::uint32_t set) noexcept { return (set & (set - 1)) != 0; }
 
-// As a rule all are equal, which is seen in one look: every octet of them is tied.
+// Usually all are equal, which one comparison shows: every byte of them is tied.
 template <class T>
 std::uint32_t compare(T& a, T& b, T& c) noexcept {
   static_assert(kAllMembersTied<T>);

@@ -33,7 +33,7 @@ class Redundant {
   }
 
   const VoteReport& report() const noexcept { return report_; }
-  // For tests that put soft errors in.
+  // For tests that inject soft errors.
   MobilityController& instance(std::size_t i) noexcept { return instances_[i]; }
 
  private:

@@ -6,7 +6,7 @@
 namespace lss::gnc::ardito {
 namespace {
 
-// About y, by an angle that lifts what is in front (z is down).
+// About y, by an angle that lifts the front (z is down).
 Point turned(const Direction& angle, const Point& p) noexcept {
   return {angle.cos * p.x_m + angle.sin * p.z_m, -angle.sin * p.x_m + angle.cos * p.z_m};
 }
@@ -27,7 +27,7 @@ void place_side(const Direction& rocker, const Direction& bogie_on_it, std::size
   put(side + 4, bogie.x_m + rear.x_m, bogie.z_m + rear.z_m);
 }
 
-// The bogie's own angle, from where its middle wheel is: E6.
+// The bogie's own angle, from the place of its middle wheel: E6.
 double bogie_rad(double rocker_rad, double x_m, double z_m, const Linkage& l,
                  const Geometry& g) noexcept {
   const Point bogie = turned(direction(rocker_rad), l.bogie_on_rocker);

@@ -1,8 +1,8 @@
 #pragma once
 
-// Where the wheels are against the CM when rockers and bogies turn, and back (Ardito thesis 13,
-// with E2 to E6, E23); and what that does to the speed of a wheel on uneven ground (12.1.2, 17.6).
-// Pure functions, callable from every thread. x forward, z down, origin in the CM.
+// Positions of the wheels relative to the CM when rockers and bogies turn, and back (Ardito thesis
+// 13, with E2 to E6, E23); and their effect on the speed of a wheel on uneven ground (12.1.2,
+// 17.6). Pure functions, callable from every thread. x forward, z down, origin in the CM.
 
 #include "gnc/ardito/direction.h"
 #include "gnc/ardito/parameters.h"
@@ -15,7 +15,7 @@ struct RockerAngles {
   double rho2_rad = 0;  // right bogie
 };
 
-// About the pivot that it turns on.
+// Relative to its pivot.
 struct Point {
   double x_m = 0;
   double z_m = 0;
@@ -26,8 +26,8 @@ struct Point {
   }
 };
 
-// What hangs on rocker and bogie, as it is when these are not turned (13.1); the same on both
-// sides. Made once, for it has sines of its own.
+// Points on rocker and bogie at zero angles (13.1); the same on both sides. Computed once, since it
+// needs sines.
 struct Linkage {
   double pivot_x_m = 0;  // of the rocker, from the CM
   Point front_on_rocker;
@@ -61,11 +61,11 @@ inline WheelPoses wheel_poses(const RockerAngles& angles, const Geometry& geomet
 // From wheels 1, 3 and 4 (13.3); any pose that wheel_poses() can make, no singular one.
 RockerAngles rocker_angles(const WheelPoses& poses, const Geometry& geometry) noexcept;
 
-// Speed at the rim so that the CM goes on as in the plane while suspension moves the hub by
-// (vx, vz) against it. sign: +1 right, -1 as printed (E7, E1).
+// Speed at the rim so that the CM moves as in the plane while the suspension moves the hub by (vx,
+// vz) relative to it. sign: +1 right, -1 as printed (E7, E1).
 double rim_speed_m_s(double plane_m_s, const Direction& steering, double vx_m_s, double vz_m_s,
                      double sign) noexcept;
-// Its exact inverse (E11). A rim that is slower than its hub has slipped; then 0 along the ground.
+// Its exact inverse (E11). A rim slower than its hub has slipped; then 0 along the ground.
 double plane_speed_m_s(double rim_m_s, const Direction& steering, double vx_m_s, double vz_m_s,
                        double sign) noexcept;
 

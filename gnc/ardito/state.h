@@ -1,14 +1,14 @@
 #pragma once
 
-// What the mobility controller remembers from frame to frame. All of it is voted (vote.h), so there
-// are only whole words here and every member is tied.
+// The state of the mobility controller between frames. All of it is voted (vote.h), so it has only
+// whole words and every member is tied.
 
 #include "gnc/ardito/diagnosis.h"
 #include "gnc/ardito/rocker_bogie.h"
 
 namespace lss::gnc::ardito {
 
-// engaged -> testing: clutch open, motor runs on: does it turn now? -> isolated: clutch open, motor
+// engaged -> testing: clutch open, motor runs on: does it turn? -> isolated: clutch open, motor
 // stopped, until retried.
 enum class WheelService : std::uint32_t { engaged, testing, isolated };
 // Of the clutch: watch -> probe (a little slower) -> watch after a pause, or the part is lost.
@@ -21,7 +21,7 @@ struct WheelHealth {
   std::uint32_t inconclusive = 0;
   WheelService service = WheelService::engaged;
   std::uint32_t service_frames = 0;  // testing: since the clutch opened
-  std::uint32_t error_frames = 0;    // since a part was lost that makes an error when it lasts
+  std::uint32_t error_frames = 0;    // since a part was lost that is an error when it lasts
   std::uint32_t error = 0;
   std::uint32_t hot = 0;          // frames of the motor above its limit, counted up and down
   std::uint32_t overcurrent = 0;  // the same
@@ -30,7 +30,7 @@ struct WheelHealth {
   std::uint32_t probed = 0;
   std::uint32_t pause = 0;
   double drift_rad = 0;     // motor ahead of wheel, since the probe began
-  double astray_rad_s = 0;  // of the motor from what was ordered, in the probe's second half
+  double astray_rad_s = 0;  // of the motor from its order, in the probe's second half
 
   template <class Self>
   static constexpr auto members(Self& self) noexcept {
@@ -47,7 +47,7 @@ struct SteeringHealth {
   SteeringFailure candidate = SteeringFailure::none;
   std::uint32_t count = 0;
   std::uint32_t error = 0;
-  std::uint32_t compared = 0;  // both encoders were usable in the frame before, and said:
+  std::uint32_t compared = 0;  // both encoders were usable in the frame before, with these values:
   double motor_rad = 0;
   double reduction_rad = 0;
 
@@ -70,10 +70,10 @@ struct State {
   std::uint32_t poses_known = 0;     // of the frame before
   // IMU
   std::uint32_t imu_counter = 0;
-  std::uint32_t imu_frozen = 0;         // frames without news
+  std::uint32_t imu_frozen = 0;         // frames without a new packet
   std::uint32_t imu_contradiction = 0;  // frames
   double imu_speed_m_s = 0;
-  double sigma_rad = 0;  // asked in the frame before
+  double sigma_rad = 0;  // requested in the frame before
 
   // rover as estimated in the frame before
   double v_m_s = 0;
@@ -81,7 +81,7 @@ struct State {
   double direction_cos = 1;
   WheelPoses poses;
 
-  // ratio blocks, and what was ordered, latest first
+  // ratio blocks, and the orders, latest first
   PerWheel<double> wheel_integral{};
   PerSteered<double> steering_integral{};
   PerSteered<double> steering_held{};

@@ -1,13 +1,12 @@
 #pragma once
 
-// What goes into the mobility controller of D.I.A.N.A. Ardito and what comes out, as plain structs.
+// Inputs and outputs of the mobility controller of D.I.A.N.A. Ardito, as plain structs.
 //
 // Wheels 0..5 = LF, RF, LM, RM, LR, RR (wheels 1..6 of the Ardito thesis); steering systems 0..3 =
-// those of wheels 1, 2, 5, 6. All speeds and angles are at the wheel: what drives say on the
-// motor's side is divided by Geometry::gear_ratio before it comes in and multiplied after it went
-// out. Frames: x forward, y right, z down, origin in the centre of mass (CM). sigma > 0 moves the
-// CM to the right. Steering angle > 0 turns the wheel to the left, a positive wheel speed drives
-// forward.
+// those of wheels 1, 2, 5, 6. All speeds and angles are at the wheel: values of the motor's side
+// are divided by Geometry::gear_ratio on input and multiplied on output. Frames: x forward, y
+// right, z down, origin in the centre of mass (CM). sigma > 0 moves the CM to the right. Steering
+// angle > 0 turns the wheel to the left, a positive wheel speed drives forward.
 
 #include <array>
 #include <cstddef>
@@ -43,10 +42,10 @@ inline constexpr PerSteered<std::size_t> kWheelOfSteered = {0, 1, 4, 5};
 inline constexpr PerWheel<std::size_t> kSteeredOfWheel = {0, 1, kSteered, kSteered, 2, 3};
 inline constexpr bool is_left(std::size_t wheel) noexcept { return wheel % 2 == 0; }
 
-// One value of a sensor. An old one, or one that is no number, is a fault and never used.
+// One value of a sensor. An old one, or one that is not a number, is a fault and never used.
 struct Reading {
   double value = std::numeric_limits<double>::quiet_NaN();
-  double age_s = std::numeric_limits<double>::infinity();  // never heard
+  double age_s = std::numeric_limits<double>::infinity();  // never received
 };
 
 struct WheelMeasured {
@@ -56,7 +55,7 @@ struct WheelMeasured {
   // Of the motor, share of the rated current, positive when it drives forward.
   Reading current;
   Reading temperature_C;
-  bool drive_fault = false;  // the drive says so itself, or it cannot be reached
+  bool drive_fault = false;  // reported by the drive, or it cannot be reached
 };
 
 struct SteeringMeasured {
@@ -70,7 +69,7 @@ struct ImuMeasured {
   Reading speed_m_s;  // Vtan: of the CM, along sigma
   Reading sigma_rad;
   Reading yaw_rate_rad_s;     // clockwise seen from above positive (about z, down)
-  std::uint32_t counter = 0;  // must change from frame to frame; wraps as it likes
+  std::uint32_t counter = 0;  // must change from frame to frame; may wrap
 };
 
 struct Measured {
@@ -82,32 +81,32 @@ struct Measured {
   ImuMeasured imu;
 };
 
-// What the rover shall do. Values out of range are clipped; what is no number means stop.
+// The requested motion. Values out of range are clipped; a value that is not a number means stop.
 struct Request {
-  double sigma_rad = 0;  // direction of the CM's velocity, +-5 deg; not looked at when parking
-  double speed = 0;      // Vtan, [-1, 1], share of speed_limit_m_s; below 1 % is a stop
+  double sigma_rad = 0;          // direction of the CM's velocity, +-5 deg; ignored when parking
+  double speed = 0;              // Vtan, [-1, 1], share of speed_limit_m_s; below 1 % is a stop
   double speed_limit_m_s = 0.5;  // 1.0 URC, 0.5 ERC; never more than Parameters::top_speed_m_s
   bool parking = false;          // turn on the spot
-  bool run = false;              // false: stop, whatever speed says
+  bool run = false;              // false: stop, at any speed
   bool enable_correction = true;
   bool error = false;  // of the levels above: stop
-  // Drives have power and were given the last command. false (booting, emergency stop, gate shut):
+  // Drives have power and received the last command. false (booting, emergency stop, gate shut):
   // nothing is counted or latched, and the command is to stand.
   bool powered = true;
-  // SolveErrors. Forget everything that was found about these: sensors count again, clutches close
-  // again, motors run again.
+  // SolveErrors. Clears all findings about these: sensors count again, clutches close again, motors
+  // run again.
   WheelSet retry_wheels = 0;
   SteeringSet retry_steering = 0;
-  // These wheels are isolated (clutch open, motor stopped) and going on without them was decided:
-  // they raise no error any more.
+  // These wheels are isolated (clutch open, motor stopped) and the decision is to go on without
+  // them: they raise no error any more.
   WheelSet accept_lost_wheels = 0;
 };
 
 // Ardito thesis 11.1 and, inside Stop, 11.2.4.
 enum class Mode : std::uint32_t { stop, running, parking };
 enum class StopPhase : std::uint32_t {
-  begin,         // after the start, until measured speeds and angles say what the rover does
-  rover_stop,    // stands, steered as asked; the only phase that is left to other modes
+  begin,         // after the start, until measured speeds and angles show the motion
+  rover_stop,    // stands, steered as requested; the only phase from which modes change
   rover_steer,   // stands and steers
   deceleration,  // slows down, steering held
 };
@@ -134,7 +133,7 @@ enum class SteeringFailure : std::uint32_t {
   both_encoders = 4,      // or one encoder and the motor; error
 };
 
-// Bits of Command::faults: what is wrong beside wheels and steering systems.
+// Bits of Command::faults: faults other than those of wheels and steering systems.
 enum Fault : std::uint32_t {
   kImuSilent = 1U << 0,       // old or frozen
   kImuImplausible = 1U << 1,  // out of range, jumps, or contradicts coherent wheels for long
@@ -146,14 +145,14 @@ enum Fault : std::uint32_t {
 };
 
 struct Estimate {
-  // From wheels and steering systems that can be trusted. Turning on the spot sigma = +pi/2 and
-  // speed_m_s is that of the CM, yaw rate * f.
+  // From trusted wheels and steering systems. Turning on the spot sigma = +pi/2 and speed_m_s is
+  // that of the CM, yaw rate * f.
   double speed_m_s = 0;
   double sigma_rad = 0;
   double yaw_rate_rad_s = 0;
   PerWheel<double> wheel_rad_s{};      // the feedback that control uses
   PerSteered<double> steering_rad{};   // the same
-  PerWheel<double> wheel_speed_m_s{};  // Vtan as each wheel alone would have it
+  PerWheel<double> wheel_speed_m_s{};  // Vtan by each wheel alone
 
   template <class Self>
   static constexpr auto members(Self& self) noexcept {
@@ -165,29 +164,29 @@ struct Estimate {
 struct Command {
   PerWheel<double> wheel_rad_s{};
   PerSteered<double> steering_rad{};
-  // false until the angles were measured once: steering drives must not be ordered anywhere yet.
+  // false until the angles were measured once: steering drives must not be ordered before.
   std::uint32_t steering_known = 0;
   WheelSet clutches_engaged = kAllWheels;
   WheelSet motors_stopped = 0;  // no torque; wheel_rad_s is 0 there
   Mode mode = Mode::stop;
-  StopPhase phase = StopPhase::begin;  // says something in Mode::stop
+  StopPhase phase = StopPhase::begin;  // used in Mode::stop
   std::uint32_t busy = 1;              // 1: no change of mode now
   std::uint32_t error = 0;             // 1: for the locomotion controller; stays until retried
   std::uint32_t faults = 0;            // Fault bits of this frame
   // Latched until retried.
   PerWheel<WheelFailure> wheel_failure{};
   PerSteered<SteeringFailure> steering_failure{};
-  // As this frame alone looks, before counting: may come and go.
+  // Suspected in this frame alone, before counting: may come and go.
   PerWheel<WheelFailure> wheel_suspect{};
   PerSteered<SteeringFailure> steering_suspect{};
-  // Sensors that are not believed any more, bit 0 motor encoder, bit 1 Hall, bit 2 reduction.
+  // Sensors considered failed, bit 0 motor encoder, bit 1 Hall, bit 2 reduction.
   PerWheel<std::uint32_t> sensors_lost{};
   PerSteered<std::uint32_t> encoders_lost{};  // bit 0 motor, bit 1 reduction
-  WheelSet stale_wheels = 0;                  // something of this wheel was too old this frame
+  WheelSet stale_wheels = 0;                  // a value of this wheel was too old in this frame
   SteeringSet stale_steering = 0;
   WheelSet hot_motors = 0;
   WheelSet inconclusive_wheels = 0;  // contradictory sensors for long, no failure fits
-  WheelSet probing = 0;              // clutch under test: this wheel runs a little slower for it
+  WheelSet probing = 0;              // clutch under test: this wheel runs a little slower
   std::uint32_t reserved = 0;
   Estimate estimate;
 

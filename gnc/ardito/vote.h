@@ -1,8 +1,8 @@
 #pragma once
 
-// Bitwise majority of three equal objects, member by member: no padding is ever looked at. A type
-// takes part by a static members(self) that ties all its members; that none is forgotten, and that
-// there is no padding for one to hide in, is checked when it compiles (kAllMembersTied).
+// Bitwise majority of three equal objects, member by member: padding is never read. A type takes
+// part by a static members(self) that ties all its members; the compiler checks that all are tied
+// and that there is no padding (kAllMembersTied).
 
 #include <array>
 #include <bit>
@@ -41,7 +41,7 @@ constexpr std::size_t tied_size() noexcept {
 template <class T>
 inline constexpr bool kAllMembersTied = tied_size<T>() == sizeof(T);
 
-// Writes the bitwise majority into all three; returns a bit for each that was different from it.
+// Writes the bitwise majority into all three; returns a bit for each that differed from it.
 template <class T>
 std::uint32_t vote(T& a, T& b, T& c) noexcept {
   if constexpr (IsArray<T>::value) {

@@ -9,7 +9,7 @@
 namespace lss::gnc::talaris {
 namespace {
 
-constexpr double kMinLiftShare = 0.7;    // of what height wants, when attitude takes from it
+constexpr double kMinLiftShare = 0.7;    // of the lift for height, when attitude needs some of it
 constexpr double kStandsBelow_m = 0.03;  // and m/s
 constexpr double kMaxIntegral_m_s2 = 1.5;
 // On the ground: how far below hovering the lift begins, and how fast it rises.
@@ -79,9 +79,9 @@ PerFan FanFlight::step(const FanHeight& now, double target_height_m, double targ
   for (std::size_t i = 0; i < kFans; ++i) thrust[i] = fan_thrust_N(measured_rpm[i], fans_);
   const double lift = thrust[0] + thrust[1] + thrust[2] + thrust[3];
 
-  // height, where the lag will have let go
+  // height, at the time when the lag has passed
   const double ahead = offset_s + kFrame_s / 2 + fans_.lag_s;
-  // what stands does not fall
+  // a standing vehicle does not fall
   const bool stands = now.height_m < kStandsBelow_m && std::abs(now.speed_m_s) < kStandsBelow_m;
   const double acceleration =
       std::clamp(lift / mass_kg - kGravity_m_s2 + now.bias_m_s2, stands ? 0.0 : -3.0, 3.0);
@@ -92,7 +92,7 @@ PerFan FanFlight::step(const FanHeight& now, double target_height_m, double targ
   const double height_error = place ? target_height_m + target_speed_m_s * ahead - height : 0;
   double wanted = gains_.height_kp_1_s2 * height_error + gains_.height_kd_1_s * speed_error +
                   height_integral_ - now.bias_m_s2;
-  if (!std::isfinite(wanted)) wanted = -0.4;  // no height at all: sinks slowly
+  if (!std::isfinite(wanted)) wanted = -0.4;  // no height known: sinks slowly
   const double ceiling = kFans * most / mass_kg - kGravity_m_s2;
   const double e = place ? gains_.height_ki_1_s3 * (target_height_m - now.height_m)
                          : 2 * gains_.height_ki_1_s3 * (target_speed_m_s - now.speed_m_s);
@@ -130,7 +130,7 @@ PerFan FanFlight::step(const FanHeight& now, double target_height_m, double targ
                command(tilt_z_rad, wz, mz / body_.inertia_z_kg_m2, command_z_, integral_z_);
   }
   double y = moment_y / (kFans * fans_.z_m), z = moment_z / (kFans * fans_.y_m);
-  // a moment needs room above and below the mean; the lift gives way, but not all of it
+  // a moment needs room above and below the mean; the lift is reduced, but not completely
   const double difference = std::abs(y) + std::abs(z);
   const double lowest = kMinLiftShare * std::min(each, most);
   each = std::clamp(std::min(each, most - difference), lowest, most);

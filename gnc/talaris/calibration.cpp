@@ -7,11 +7,11 @@ namespace lss::gnc::talaris {
 namespace {
 
 constexpr int kEnough = 8;      // samples of a frame that make a mean
-constexpr double kBegun_s = 1;  // movement before this much was collected is no restart
+constexpr double kBegun_s = 1;  // movement before this collected time is no restart
 
 double largest(const Vector3& v) noexcept { return v.cwiseAbs().maxCoeff(); }
 
-// False for what is no number, too.
+// False for values that are not numbers, too.
 bool within(const Vector3& v, double limit) noexcept {
   return std::abs(v.x()) <= limit && std::abs(v.y()) <= limit && std::abs(v.z()) <= limit;
 }
@@ -107,7 +107,7 @@ void Calibration::moved(CalibrationFault fault, double measured, double limit,
   status_.limit = limit;
 }
 
-// Tells the first movement that it finds in the frame.
+// Reports the first movement in the frame.
 bool Calibration::still(const Mean& frame, const NavigationParameters& p) noexcept {
   if (frame.count < kEnough) return true;
   struct Check {

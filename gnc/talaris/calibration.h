@@ -1,7 +1,7 @@
 #pragma once
 
-// Calibration standing still (TALARIS thesis 4.5.1, 30 s): biases of the gyroscopes, which way is
-// up, height or distance to the wall. What moves meanwhile is found and told with its number.
+// Calibration standing still (TALARIS thesis 4.5.1, 30 s): biases of the gyroscopes, direction of
+// the vertical, height or distance to the wall. Movement is detected and reported with its value.
 
 #include "gnc/talaris/navigation_parameters.h"
 #include "gnc/talaris/types.h"
@@ -19,16 +19,16 @@ enum class CalibrationFault : std::uint8_t {
   rate_bias,     // mean rate, rad/s
   force_size,    // |mean force| - g, m/s2
   tilted,        // from the vertical, rad
-  imu_silent,    // share of the samples that came; `limit`: at least
+  imu_silent,    // received share of the samples; `limit`: at least
   few_ranges,    // readings of the altimeter; `limit`: at least
   range_spread,  // between the quartiles of the ranges, m
 };
 
 struct CalibrationStatus {
   CalibrationPhase phase = CalibrationPhase::idle;
-  double progress = 0;  // 0..1, share of the time; back to 0 when it began anew
+  double progress = 0;  // 0..1, share of the time; back to 0 at a restart
   int restarts = 0;
-  CalibrationFault fault = CalibrationFault::none;  // why it began anew or failed; the last one
+  CalibrationFault fault = CalibrationFault::none;  // reason of the last restart or failure
   double measured = 0;                              // of the fault, in its unit
   double limit = 0;
 };
@@ -36,7 +36,7 @@ struct CalibrationStatus {
 // In words, with the unit of `measured` and `limit`: "the vehicle turns (rad/s)".
 const char* describe(CalibrationFault fault) noexcept;
 
-// What it found.
+// Results.
 struct Alignment {
   std::int64_t time_ns = 0;
   Quaternion q_NB = Quaternion::Identity();
@@ -52,7 +52,7 @@ class Calibration {
  public:
   Calibration() = default;
 
-  void begin() noexcept;  // from anew, restarts and all
+  void begin() noexcept;  // from the beginning, with restarts at 0
   const CalibrationStatus& step(const Batch& batch,
                                 const NavigationParameters& parameters) noexcept;
   const CalibrationStatus& status() const noexcept { return status_; }
@@ -89,7 +89,7 @@ class Calibration {
   std::size_t ranges_ = 0;
 };
 
-// A sample that can be used at all: numbers, and none beyond what the sensor can say.
+// A sample that can be used at all: numbers, within the range of the sensor.
 bool usable(const ImuSample& sample, const NavigationParameters& parameters) noexcept;
 bool usable(const RangeSample& sample, const NavigationParameters& parameters) noexcept;
 

@@ -14,7 +14,7 @@ bool Contact::step(const Batch& batch, double lift_m_s2) noexcept {
     sum += extra;
     ++count;
   }
-  if (count == 0) return touched_;  // a held frame says nothing
+  if (count == 0) return touched_;  // a held frame gives no information
   supported_ = sum / count > parameters_.support_m_s2 ? supported_ + 1 : 0;
   if (supported_ >= parameters_.support_frames) touched_ = true;
   return touched_;

@@ -1,16 +1,16 @@
 #pragma once
 
-// Whether the vehicle stands on the ground, from the IMU alone: for a landing whose altimeter is
-// silent. In the air the specific force along x is lift / mass and nothing else; the ground adds to
-// it, at first as a shock and then, when the lift goes, as support.
+// Detects ground contact with the IMU alone: for a landing whose altimeter is silent. In the air
+// the specific force along x is only lift / mass; the ground adds to it, at first as a shock and
+// then, when the lift decreases, as support.
 
 #include "gnc/talaris/types.h"
 
 namespace lss::gnc::talaris {
 
 struct ContactParameters {
-  double shock_m_s2 = 6;  // one sample off what lift explains: a touchdown at 0.3 m/s and more [D]
-  double support_m_s2 = 1;  // mean of a frame above what lift explains [D]
+  double shock_m_s2 = 6;    // one sample off the expected lift: a touchdown at 0.3 m/s and more [D]
+  double support_m_s2 = 1;  // mean of a frame above the expected lift [D]
   int support_frames = 2;   // so many in a row [D]
 };
 
@@ -19,8 +19,8 @@ class Contact {
   Contact() = default;
   explicit Contact(const ContactParameters& parameters) noexcept : parameters_(parameters) {}
 
-  // lift_m_s2: what fans and vertical valves should give, mean of the frame, over the mass.
-  // Samples that are no numbers count for nothing. Stays true until reset().
+  // lift_m_s2: expected lift of fans and vertical valves, mean of the frame, over the mass. Samples
+  // that are not numbers are ignored. Stays true until reset().
   bool step(const Batch& batch, double lift_m_s2) noexcept;
   bool touched() const noexcept { return touched_; }
   void reset() noexcept { *this = Contact(parameters_); }

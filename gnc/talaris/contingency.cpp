@@ -2,7 +2,7 @@
 
 namespace lss::gnc::talaris {
 
-// The table of flight.h. What is not used by the program is masked out before.
+// The table of flight.h. Parts that the program does not use are masked out before.
 Reaction react(FaultSet faults, bool flying, bool fans, bool gas) noexcept {
   const bool imu_lost = (faults & kImuLost) != 0;
   const bool gas_lost = gas && (faults & (kValvesLost | kPressureLost)) != 0;

@@ -16,7 +16,7 @@ double wrapped(double angle_rad) noexcept {
 }
 
 Attitude attitude_of(const Quaternion& q_NB) noexcept {
-  // the vertical as the body sees it: (cos, -sin about z, sin about y) for small tilts
+  // the vertical in the body frame: (cos, -sin about z, sin about y) for small tilts
   const Vector3 up_B = q_NB.conjugate() * Vector3::UnitX();
   Attitude a;
   a.cosine = up_B.x();
@@ -35,7 +35,7 @@ void Control::begin() noexcept {
   observed_ = false;
 }
 
-// Of pulses of a frame: what comes after that frame's end, or what comes in it.
+// Of pulses of a frame: the part after that frame's end, or the part in it.
 Vector3 Control::impulse_N_m_s(const std::array<Pulse, kValves>& pulses, bool late) const noexcept {
   const Thrusters& t = parameters_.thrusters;
   const auto open = [&](const Pulse& pulse) {
@@ -51,8 +51,8 @@ Vector3 Control::impulse_N_m_s(const std::array<Pulse, kValves>& pulses, bool la
   return sum;
 }
 
-// Fans that are not quite alike and a CM off the centre turn the vehicle before the integral has
-// seen much of an angle. What the rate did in the last frame beyond its pulses tells at once.
+// Unequal fans and a CM off the centre turn the vehicle before the integral has seen much of an
+// angle. The change of rate in the last frame, less that of its pulses, shows it at once.
 void Control::observe(const Vector3& rate) noexcept {
   const Vector3 pulses = impulse_N_m_s(last_, false) + impulse_N_m_s(before_, true);
   if (observed_) {
@@ -91,7 +91,7 @@ ControlOutput Control::step(const NavState& state, const ControlTarget& target) 
   if (target.lift) {
     double alpha_y = 0, alpha_z = 0;
     if (target.attitude) {
-      // an error that cannot be worked off now, or is a way still to go, is not collected
+      // an error that cannot be corrected now, or is a commanded turn, is not integrated
       const double limit = gains_.attitude_max_integral_rad_s2 / gains_.attitude_ki_1_s3;
       const auto collect = [&](double& integral, double error) {
         const bool grows = integral * error > 0;

@@ -1,9 +1,8 @@
 #pragma once
 
-// Cold gas control at 5 Hz (TALARIS thesis 4.2): from the force that guidance wants and the state
-// to on-time and delay of each valve. The state is predicted to the centre of the pulses, T_k +
-// offset
-// + 100 ms, with the impulse of pulses that are still under way at T_k.
+// Cold gas control at 5 Hz (TALARIS thesis 4.2): from the force of guidance and the state to
+// on-time and delay of each valve. The state is predicted to the centre of the pulses, T_k + offset
+// + 100 ms, with the impulse of pulses that still run at T_k.
 
 #include "gnc/talaris/lateral.h"
 #include "gnc/talaris/parameters.h"
@@ -23,8 +22,8 @@ struct ControlTarget {
   bool full = false;     // emergency: pulses up to the whole frame
 };
 
-// Rotation of the vehicle as control sees it: heading about the vertical (-pi..pi) and tilt, the
-// small rotation about y and z that takes the vertical to the body's x.
+// Rotation of the vehicle for control: heading about the vertical (-pi..pi) and tilt, the small
+// rotation about y and z that takes the vertical to the body's x.
 struct Attitude {
   double roll_rad = 0, tilt_y_rad = 0, tilt_z_rad = 0;
   double cosine = 1;  // of the tilt
@@ -45,9 +44,9 @@ class Control {
   Control(const Parameters& parameters, const Gains& gains) noexcept
       : parameters_(parameters), gains_(gains) {}
 
-  void begin() noexcept;  // forgets integral, carry and pulses
+  void begin() noexcept;  // clears integral, carry and pulses
   void set_gains(const Gains& gains) noexcept { gains_ = gains; }
-  // Turning of the vehicle that no pulse explains, rad/s2: fans, CM.
+  // Angular acceleration not explained by pulses, rad/s2: fans, CM.
   double disturbance_y() const noexcept { return disturbance_y_; }
   double disturbance_z() const noexcept { return disturbance_z_; }
   ControlOutput step(const NavState& state, const ControlTarget& target) noexcept;
@@ -60,10 +59,10 @@ class Control {
   Gains gains_;
   SideJets jets_;
   double integral_y_ = 0, integral_z_ = 0;  // rad s
-  double saturated_ = 0;                    // share of the moments that did not fit last frame
+  double saturated_ = 0;                    // share of the moments that was cut in the last frame
   std::array<Pulse, kValves> last_{}, before_{};
   Vector3 rate_before_ = Vector3::Zero();
-  double disturbance_y_ = 0, disturbance_z_ = 0;  // rad/s2, that no pulse explains
+  double disturbance_y_ = 0, disturbance_z_ = 0;  // rad/s2, not explained by pulses
   bool observed_ = false;
 };
 

@@ -26,7 +26,7 @@ inline Vector3 times(const F& f, const X& x) noexcept {
   return {r0, r1, r2};
 }
 
-// Of four numbers in registers: Eigen's goes through memory, in pairs, and waits for its own
+// With four numbers in registers: Eigen's goes through memory, in pairs, and waits for its own
 // stores.
 struct Turn {
   double w, x, y, z;
@@ -39,7 +39,7 @@ inline Turn operator*(const Turn& a, const Turn& b) noexcept {
 inline Turn turn_of(double x, double y, double z) noexcept {
   const double h2 = (x * x + y * y + z * z) / 4;
   double c, s;  // cos h, sin(h) / (2 h)
-  // series of which the rest is below 1e-17; no division, this is done for every sample
+  // series with a remainder below 1e-17; no division, this is done for every sample
   if (h2 < 1e-5) {
     c = 1 - h2 * (0.5 - h2 * (1.0 / 24));
     s = 0.5 - h2 * (1.0 / 12 - h2 * (1.0 / 240));
@@ -65,7 +65,7 @@ Quaternion exponential(const Vector3& angle) noexcept {
 }
 
 ExpectedRange expected_range(const Nominal& nominal, const Beam& beam) noexcept {
-  // row of C that belongs to the axis, seen from the plane
+  // row of C for the axis, seen from the plane
   const Matrix3 c = rotation(nominal.q_NB);
   const Vector3 n = beam.sign * c.row(beam.axis).transpose();
   const double cosine = -n.dot(beam.direction_B);
@@ -93,7 +93,7 @@ void Ekf::start(const Nominal& nominal, const Matrix15& p) noexcept {
   mirror();
 }
 
-// The upper triangle becomes what the lower one is.
+// Copies the lower triangle to the upper one.
 void Ekf::mirror() noexcept {
   p_.block<3, 12>(0, 3) = p_.block<12, 3>(3, 0).transpose();
   p_.block<3, 9>(3, 6) = p_.block<9, 3>(6, 3).transpose();
@@ -113,7 +113,7 @@ void Ekf::propagate(double dt, const Vector3& rate, const Vector3& force) noexce
                             (rate.y() - x.gyro_bias_rad_s.y()) * half_dt,
                             (rate.z() - x.gyro_bias_rad_s.z()) * half_dt);
   const Turn m = q * half;
-  // half * half; settle() takes off what rounding did to the length
+  // half * half; settle() corrects rounding of the length
   const Turn end = m * half;
   x.q_NB = Quaternion(end.w, end.x, end.y, end.z);
   const double x2 = 2 * m.x, y2 = 2 * m.y, z2 = 2 * m.z;
@@ -184,9 +184,9 @@ Ekf::Tail Ekf::tail_of(const Sums& sums) noexcept {
 }
 
 // P <- F P F^T + Q. F is the identity but for rows of the position, velocity and attitude:
-//   p: t of v, `fp` of psi, b_a and b_g;   v: `fv` of these;   psi: `ft` of b_g.
-// In place, from the top: each row needs only those below it as they were. The lower triangle
-// counts; the upper one becomes the same in the end.
+// p: t of v, `fp` of psi, b_a and b_g;   v: `fv` of these;   psi: `ft` of b_g.
+// In place, from the top: each row needs only the unchanged rows below it. The lower triangle
+// counts; the upper one is copied from it at the end.
 void Ekf::settle() noexcept {
   Since& s = since_;
   if (!(s.time_s > 0)) return;
@@ -195,7 +195,7 @@ void Ekf::settle() noexcept {
   const Tail fp = tail_of(s.position), fv = tail_of(s.velocity);
   const auto ft = fv.middleCols<3>(3);  // psi by b_g is v by b_a
 
-  // P F^T; rows that are not needed are left out, two at a time
+  // P F^T; unused rows are omitted, two at a time
   for (int i = 0; i < 3; ++i) {
     Column p = p_.col(kPosition + i) + t * p_.col(kVelocity + i);
     for (int k = 0; k < 9; ++k) p += fp(i, k) * p_.col(kAttitude + k);

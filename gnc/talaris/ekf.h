@@ -16,7 +16,7 @@ namespace lss::gnc::talaris {
 using Matrix3 = Eigen::Matrix3d;
 using Matrix15 = Eigen::Matrix<double, 15, 15, Eigen::DontAlign>;
 
-// What the filter corrects.
+// The state that the filter corrects.
 struct Nominal {
   Vector3 position_N_m = Vector3::Zero();
   Vector3 velocity_N_m_s = Vector3::Zero();
@@ -33,7 +33,7 @@ struct NoiseDensity {
   double rate_bias = 0;   // rad/s/sqrt(s)
 };
 
-// A beam of the altimeter at a plane: the range is what is left to go along the beam.
+// A beam of the altimeter at a plane: the range is the distance along the beam.
 struct Beam {
   int axis = 0;                             // of N, across the plane
   double sign = 1;                          // 1: the plane lies below, -1: ahead along the axis
@@ -42,7 +42,7 @@ struct Beam {
   Vector3 at_B_m = Vector3::Zero();         // where the beam begins
 };
 
-// A range as the state has it, and its derivatives.
+// The range expected from the state, and its derivatives.
 struct ExpectedRange {
   double range_m = 0;
   double cosine = 0;                      // between beam and the plane's normal
@@ -63,9 +63,9 @@ class Ekf {
   // Blocks in the order p, v, dth (about B), b_a, b_g.
   void start(const Nominal& nominal, const Matrix15& covariance) noexcept;
 
-  // One sample that holds for dt_s, bias and all.
+  // One sample, with bias, that applies for dt_s.
   void propagate(double dt_s, const Vector3& rate_B_rad_s, const Vector3& force_B_m_s2) noexcept;
-  // Variance from elsewhere, on each axis: nothing was measured for a while.
+  // Adds variance on each axis: nothing was measured for a while.
   void blur(double position_m2, double velocity_m2_s2, double attitude_rad2) noexcept;
   void blur_axis(int axis, double position_m2, double velocity_m2_s2) noexcept;
 
@@ -80,13 +80,13 @@ class Ekf {
     double residual = 0;
     double variance = 0;
   };
-  // Brings the covariance to the time of the state; corrects unless the residual is beyond `gate`
+  // Brings the covariance to the time of the state; corrects unless the residual exceeds `gate`
   // times its standard deviation. Returns the variance of the residual.
   double correct(const Measurement& m,
                  double gate = std::numeric_limits<double>::infinity()) noexcept;
 
   const Nominal& nominal() const noexcept { return nominal_; }
-  // Mean acceleration of the last propagate(), in N, gravity taken off.
+  // Mean acceleration of the last propagate(), in N, without gravity.
   const Vector3& acceleration_N_m_s2() const noexcept { return acceleration_; }
   void settle() noexcept;  // brings the covariance to the time of the state
 
@@ -98,7 +98,7 @@ class Ekf {
 
  private:
   static constexpr int kPosition = 0, kVelocity = 3, kAttitude = 6, kForceBias = 9, kRateBias = 12;
-  // A row more, of zeros: whole columns are pairs for SIMD.
+  // One more row, of zeros: whole columns are pairs for SIMD.
   using Column = Eigen::Matrix<double, 16, 1>;
   using Covariance = Eigen::Matrix<double, 16, 15>;
 
@@ -109,7 +109,7 @@ class Ekf {
   // make up the transition matrix: derivatives by b_a (with the sign turned; of psi by b_g, too),
   // by b_g, and by psi (as vectors: -[v x]).
   struct Sums {
-    Eigen::Matrix<double, 3, 8> all = Eigen::Matrix<double, 3, 8>::Zero();  // the last is nothing
+    Eigen::Matrix<double, 3, 8> all = Eigen::Matrix<double, 3, 8>::Zero();  // the last is unused
     auto by_force_bias() noexcept { return all.leftCols<3>(); }
     auto by_rate_bias() noexcept { return all.middleCols<3>(3); }
     auto by_attitude() noexcept { return all.col(6); }

@@ -44,7 +44,7 @@ PerFan FanSpeed::ramp(const PerFan& goal_rpm, double ramp_rpm_s,
       trim_[i] = 0;
       continue;
     }
-    // the command that takes a fan with this lag from one point of the ramp to the next
+    // the command that moves a fan with this lag from one point of the ramp to the next
     const double step =
         std::clamp(goal - reference_[i], -ramp_rpm_s * kFrame_s, ramp_rpm_s * kFrame_s);
     const double command = std::clamp(reference_[i] + step / (1 - a), 0.0, fans_.max_rpm);

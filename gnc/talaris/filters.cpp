@@ -26,7 +26,7 @@ FilterCoefficients notch(double notch_hz, double fs_hz, double quality) noexcept
 double Filter::step(double x) noexcept {
   if (!std::isfinite(x)) return y_;
   if (!begun_) {
-    // the states that a signal which was always x would have left
+    // the states after a signal that was always x
     const double gain = (c_.b0 + c_.b1 + c_.b2) / (1 + c_.a1 + c_.a2);
     y_ = gain * x;
     s2_ = c_.b2 * x - c_.a2 * y_;

@@ -11,14 +11,14 @@ struct FilterCoefficients {
   double b0 = 1, b1 = 0, b2 = 0, a1 = 0, a2 = 0;
 };
 
-// fs: samples a second. What is not 0 < corner < fs / 2 gives the filter that changes nothing.
+// fs: samples a second. Outside 0 < corner < fs / 2 the filter changes nothing.
 FilterCoefficients butterworth(double corner_hz, double fs_hz) noexcept;
 
 // Unit gain far from the notch, none at it; width between the -3 dB points: notch / quality. Use it
-// only where fs >= 4 notch: what is not 0 < notch <= fs / 4 gives the filter that changes nothing.
+// only where fs >= 4 notch: outside 0 < notch <= fs / 4 the filter changes nothing.
 FilterCoefficients notch(double notch_hz, double fs_hz, double quality) noexcept;
 
-// Starts settled at its first sample; ignores what is no number.
+// Starts settled at its first sample; ignores values that are not numbers.
 class Filter {
  public:
   Filter() = default;

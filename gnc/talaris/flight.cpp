@@ -151,7 +151,7 @@ FlightOutput Flight::step(const FlightInputs& inputs) noexcept {
   return out;
 }
 
-// Navigation's state while it is there; its last one carried on by rates and speeds when not.
+// Navigation's state when valid; else its last one, extrapolated by rates and speeds.
 void Flight::take_state(const FlightInputs& inputs) noexcept {
   const bool heard = inputs.nav.valid && finite(inputs.nav);
   if (heard) {
@@ -167,7 +167,7 @@ void Flight::take_state(const FlightInputs& inputs) noexcept {
   const bool silent = !heard || !(inputs.imu_age_s <= kMaxGap_s);
   silent_s_ = silent ? silent_s_ + kFrame_s : 0;
 
-  // the altimeter alone: for when the IMU is gone
+  // the altimeter alone, when the IMU is lost
   if (inputs.range_age_s < kFrame_s && std::isfinite(inputs.range_m)) {
     if (!std::isfinite(start_range_m_)) start_range_m_ = inputs.range_m;
     const double height = inputs.range_m - start_range_m_;
@@ -203,12 +203,12 @@ FaultSet Flight::find_faults(const FlightInputs& in) const noexcept {
   if (!(in.range_age_s <= limits.range_age_s)) found |= kAltimeterLost;
   if (!(in.valve_age_s <= limits.valve_age_s)) found |= kValvesLost;
   if (!(in.fan_age_s <= limits.fan_age_s)) found |= kFansLost;
-  // without a sensor the count of the pulses has to do
+  // without a sensor the count of the pulses is used
   if (std::isfinite(in.regulated_kPa) ? in.regulated_kPa < parameters_.gas.min_regulated_kPa
                                       : gas_.left_s() <= 0) {
     found |= kPressureLost;
   }
-  // not while it comes down already: it would land no sooner
+  // not while it descends already: it would land no sooner
   const bool coming_down = phase_ == Phase::descend || phase_ >= Phase::hold;
   if (airborne_ && !coming_down &&
       gas_.left_s() < landing_gas_s() + parameters_.gas.reserve_s / 2) {
@@ -224,14 +224,14 @@ FaultSet Flight::find_faults(const FlightInputs& in) const noexcept {
   }
   if (airborne_ && fans_s_ > parameters_.fans.max_run_s) found |= kRunTime;
 
-  // what the program does not use, it does not miss
+  // faults of parts that the program does not use are ignored
   if (!plan_.uses_gas) found &= ~static_cast<FaultSet>(kValvesLost | kPressureLost | kGasLow);
   if (!plan_.uses_fans) found &= ~static_cast<FaultSet>(kFansLost | kRunTime | kSpinUpFailed);
   if (!plan_.needs_altimeter) found &= ~static_cast<FaultSet>(kAltimeterLost);
   return found;
 }
 
-// Reactions only become worse, hold excepted.
+// Reactions only become worse, except hold.
 void Flight::respond(Reaction reaction) noexcept {
   if (reaction_ == Reaction::hold && reaction == Reaction::none) reaction_ = Reaction::none;
   // touchdown shuts everything off anyway
@@ -259,7 +259,7 @@ void Flight::respond(Reaction reaction) noexcept {
       return;
     case Reaction::escape: {
       const bool blind = (faults_ & kAltimeterLost) != 0;
-      // without altimeter the height may be wrong: slow sooner, and slowly into the ground
+      // without altimeter the height may be wrong: brake earlier, and slowly into the ground
       come_down(parameters_.limits.escape_m_s2,
                 blind ? parameters_.limits.blind_m_s : parameters_.profile.touchdown_speed_m_s,
                 (blind ? 2 : 1) * parameters_.profile.touchdown_height_m);

@@ -1,13 +1,12 @@
 #pragma once
 
-// Flies what was planned: guidance, control and what to do when something fails, behind one call a
-// frame. Called from the frame thread every 200 ms, also on the ground; time is data; nothing
-// allocates; the same calls give the same bits. Whatever comes in, pulses and throttles are numbers
-// within their limits.
+// Flies the plan: guidance, control and reactions to failures, behind one call a frame. Called from
+// the frame thread every 200 ms, also on the ground; time is data; nothing allocates; the same
+// calls give the same bits. For any input, pulses and throttles are numbers within their limits.
 //
 //   plan() -> ready -> execute() -> spin_up ... touchdown -> landed -> (plan() again)
 //
-// Contingencies, worst reaction wins and is never taken back (only hold ends by itself). In flight:
+// Contingencies: the worst reaction wins and stays (only hold ends by itself). In flight:
 //
 //   fault                                 | reaction
 //   IMU silent for <= imu_hold_s          | hold: goes on by dead reckoning
@@ -17,12 +16,12 @@
 //   fan node silent                       | escape with all lift that the gas has
 //   gas left < what landing takes + half the reserve | escape
 //   frame overruns (two in a row)         | escape
-//   tilt or rate beyond the limits        | parachute; escape when the fans are lost
+//   tilt or rate above the limits         | parachute; escape when the fans are lost
 //   valves and fans, IMU and fans         | all-stop: nothing is left to do
-//   land()                                | descends in good order, here
+//   land()                                | controlled descent, here
 //
 // On the ground, on rails or sled: IMU or valve loss, tilt: all-stop; altimeter, gas, overruns,
-// land(): brake to a stand, end. Needed parts only: a program without fans does not miss them.
+// land(): brake to standstill, end. Needed parts only: a program without fans ignores them.
 
 #include "gnc/talaris/altitude.h"
 #include "gnc/talaris/control.h"
@@ -35,7 +34,7 @@
 
 namespace lss::gnc::talaris {
 
-// Numbers as telemetry has them.
+// Numbers as in telemetry.
 enum class Phase : std::uint8_t {
   none,     // nothing planned
   ready,    // planned, on the ground
@@ -43,7 +42,7 @@ enum class Phase : std::uint8_t {
   ascend,
   hover,
   traverse,
-  brake,  // comes to rest after the traverse
+  brake,  // comes to standstill after the traverse
   descend,
   touchdown,  // contact: valves shut, fans run down
   landed,     // the end, also of programs on the ground
@@ -54,7 +53,7 @@ enum class Phase : std::uint8_t {
   keep,
 };
 
-// Bits of a set; what the caller knows and what Flight finds by itself are put together.
+// Bits of a set; faults of the caller and of Flight are combined.
 enum Fault : std::uint32_t {
   kImuLost = 1U << 0,
   kAltimeterLost = 1U << 1,
@@ -66,7 +65,7 @@ enum Fault : std::uint32_t {
   kOverruns = 1U << 7,  // frames: only the caller knows
   kSpinUpFailed = 1U << 8,
   kRunTime = 1U << 9,  // fans run for too long
-  kImuGap = 1U << 10,  // short; it is forgotten when the IMU is heard again
+  kImuGap = 1U << 10,  // short; cleared when packets of the IMU come again
 };
 using FaultSet = std::uint32_t;
 
@@ -79,18 +78,18 @@ Reaction react(FaultSet faults, bool flying, bool fans, bool gas) noexcept;
 
 struct FlightInputs {
   std::int64_t time_ns = 0;  // T_k
-  NavState nav;              // valid false: the IMU was not heard in this frame
+  NavState nav;              // valid false: no packet of the IMU in this frame
   double range_m = kNaN;     // last good reading of the altimeter
-  // s since the last good word of each at T_k
+  // s since the last good message of each at T_k
   double imu_age_s = 1e9;
   double range_age_s = 1e9;
   double valve_age_s = 1e9;
   double fan_age_s = 1e9;
   std::array<double, kFans> rpm{};
-  double tank_kPa = kNaN;  // NaN: no sensor, not looked at
+  double tank_kPa = kNaN;  // NaN: no sensor, ignored
   double regulated_kPa = kNaN;
-  bool contact = false;  // the IMU felt the ground (contact.h), if that is watched
-  FaultSet faults = 0;   // that the caller knows, now
+  bool contact = false;  // the IMU detected the ground (contact.h), if that is watched
+  FaultSet faults = 0;   // known to the caller, now
 };
 
 struct FlightOutput {
@@ -103,16 +102,16 @@ struct FlightOutput {
   bool succeeded = false;                  // and as planned: no reaction, turn settled
   bool all_stop = false;                   // the caller shall stop everything at once
   double phase_s = 0;                      // since the phase began
-  Vector3 target_N_m = Vector3::Zero();    // where guidance aims, also after the end
-  Vector3 target_N_m_s = Vector3::Zero();  // and with which velocity to be there
+  Vector3 target_N_m = Vector3::Zero();    // target of guidance, also after the end
+  Vector3 target_N_m_s = Vector3::Zero();  // and the target velocity
   double target_roll_rad = 0;
-  double height_m = 0;                           // as the flight sees it
+  double height_m = 0;                           // used by the flight
   Vector3 attitude_error_rad = Vector3::Zero();  // about the axes of B, at the centre of the pulses
-  Vector3 force_N = Vector3::Zero();             // that cold gas shall give, along the axes of N
-  double lift_m_s2 = 0;  // what fans and lift valves should give in the frame that just ended
+  Vector3 force_N = Vector3::Zero();             // requested from cold gas, along the axes of N
+  double lift_m_s2 = 0;  // expected of fans and lift valves in the frame that just ended
   std::array<double, kFans> rpm_target{};
   double gas_used_s = 0;    // thruster-seconds since full tanks
-  double gas_left_s = 0;    // the lower of what pulses and what pressure say
+  double gas_left_s = 0;    // the lower one by pulses and by pressure
   double gas_needed_s = 0;  // to the planned end from here
 };
 
@@ -124,14 +123,14 @@ class Flight {
   // Set 1..gain_sets; false while something is flown, or there is no such set.
   bool select_gains(std::size_t set) noexcept;
   std::size_t gains() const noexcept { return set_ + 1; }
-  // Limits, profile, reserves, times and gains, from now on; body, thrusters and what the fans can
-  // do stay what they were built with. They must have passed check(). What was planned is dropped.
-  // False while something is flown, and nothing changes.
+  // Limits, profile, reserves, times and gains, from now on; body, thrusters and abilities of the
+  // fans stay as constructed. They must have passed check(). The plan is dropped. False while
+  // something is flown, and nothing changes.
   bool configure(const Parameters& parameters) noexcept;
   // Keeps the plan when it is feasible; while something is flown: Guard::request, nothing changes.
   PlanResult plan(const PlanRequest& request) noexcept;
   void drop_plan() noexcept;  // on the ground only
-  // From the next step() on; false: nothing planned. Place and attitude are taken from it.
+  // From the next step() on; false: nothing planned. Takes place and attitude from that step.
   bool execute() noexcept;
   void land() noexcept;          // flying: down, here; else ends
   void all_stop() noexcept;      // everything shut and off, now; the next step() says so, too
@@ -139,7 +138,7 @@ class Flight {
 
   FlightOutput step(const FlightInputs& inputs) noexcept;
 
-  // Valves that others opened in the last frame (manual, duty cycle, script), s each.
+  // Opening times in the last frame by others (manual, duty cycle, script), s each.
   void count_gas(const std::array<double, kValves>& open_s) noexcept;
   void refuel() noexcept { gas_.refuel(); }  // tanks were filled
   const GasBudget& gas() const noexcept { return gas_; }
@@ -163,9 +162,9 @@ class Flight {
 
   void enter(Phase phase) noexcept;
   void leave_ground() noexcept;
-  void begin_leg() noexcept;  // traverse, from where it is meant to be
+  void begin_leg() noexcept;  // traverse, from its planned position
   void come_down(double peak_m_s2, double end_speed_m_s, double end_height_m) noexcept;
-  void stop_here() noexcept;  // guidance: comes to rest sideways
+  void stop_here() noexcept;  // guidance: comes to standstill sideways
   bool touches(const FlightInputs& inputs) noexcept;
   void observe(const PerFan& rpm) noexcept;
   double ground_due_s() const noexcept;
@@ -194,17 +193,17 @@ class Flight {
   bool airborne_ = false, begun_ = false, stopped_ = false, settled_ = true;
   double settle_s_ = 0;
 
-  // where it stood, and the leg it is on
+  // its start, and the leg in progress
   Vector3 start_m_ = Vector3::Zero(), leg_m_ = Vector3::Zero();
   double start_roll_rad_ = 0, roll_rad_ = 0, start_range_m_ = kNaN;
 
-  // the state that is used: navigation's, carried on while the IMU is silent
+  // the state in use: navigation's, extrapolated while the IMU is silent
   NavState state_;
   double silent_s_ = 0;
   double height_m_ = 0, climb_m_s_ = 0;  // by navigation, or by the altimeter alone
   double range_height_m_ = kNaN, range_climb_m_s_ = 0, range_ahead_s_ = 0;
 
-  // what the last frames should have done, and what they did
+  // expected and actual values of the last frames
   double lift_N_ = 0, lift_before_N_ = 0, expected_m_s2_ = 0, bias_m_s2_ = 0;
   bool observed_ = false;                  // the bias, in this flight
   double fans_N_ = 0, fans_before_N_ = 0;  // thrust of the fans, now and a frame ago
@@ -212,7 +211,7 @@ class Flight {
   double fan_goal_rpm_ = 0;
   double fan_trim_N_ = 0;  // more than planned, so that the valves keep their share of the weight
   int low_frames_ = 0, contact_frames_ = 0;
-  double below_s_ = 0;  // since it should have touched the ground; negative: until then
+  double below_s_ = 0;  // since contact was due; negative: until then
 };
 
 }  // namespace lss::gnc::talaris

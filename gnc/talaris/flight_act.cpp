@@ -1,4 +1,4 @@
-// What the actuators do in each phase.
+// Orders to the actuators in each phase.
 
 #include <algorithm>
 #include <cmath>
@@ -13,8 +13,8 @@ constexpr double kMaxBias_m_s2 = 0.6, kMaxBiasLost_m_s2 = 12;
 constexpr double kObserveAbove_m = 0.3, kObserveByFansAbove_m = 0.03;
 constexpr double kRest_m = 0.06, kRest_m_s = 0.085;
 constexpr double kFanStart = 0.8;  // of the weight, on the ground, before height is controlled
-// Fans that carry too much or too little are corrected: the share of the weight that is left to the
-// gas may be off by so much, and how fast and how far the fans follow, of the vehicle's weight.
+// Fans with too much or too little thrust are corrected: dead band of the weight share that is left
+// to the gas, and speed and limit of the correction, as shares of the vehicle's weight.
 constexpr double kShareOff = 0.15, kTrimShare = 0.1, kMaxTrim = 0.08;
 constexpr double kBrakeSpeed_m_s = 0.6, kBrakeTime_s = 6;  // parachute: sideways first, then down
 constexpr double kApproach_1_s = 0.8;
@@ -54,8 +54,8 @@ void Flight::act(const FlightInputs& inputs, FlightOutput& output) noexcept {
   fans_s_ = running ? fans_s_ + kFrame_s : 0;
 }
 
-// What the frame that just ended should have been like, and by how much it was not: an error of
-// thrust, mass or fans that control then takes into account.
+// Compares the frame that just ended with its expectation: an error of thrust, mass or fans that
+// control then takes into account.
 void Flight::observe(const PerFan& rpm) noexcept {
   fans_before_N_ = fans_N_;
   if ((faults_ & kFansLost) == 0) fans_N_ = fan_thrust_N(rpm, parameters_.fans);
@@ -70,18 +70,18 @@ void Flight::observe(const PerFan& rpm) noexcept {
   expected_m_s2_ = (lift + (fans_N_ + fans_before_N_) / 2) * cosine / mass - kGravity_m_s2;
   if (!airborne_ || !imu_usable() || silent_s_ > 0) return;
   const bool lost = (faults_ & kFansLost) != 0;
-  // the ground is no bias
+  // contact with the ground is no bias
   const bool blind = (faults_ & kAltimeterLost) != 0 && guidance_.time_to_go_s() < kMinTimeToGo_s;
   if (height_m_ < (by_fans() ? kObserveByFansAbove_m : kObserveAbove_m) || blind) return;
   const double most = lost ? kMaxBiasLost_m_s2 : kMaxBias_m_s2;
   const double difference = state_.acceleration_N_m_s2.x() - expected_m_s2_ - bias_m_s2_;
-  // by fans it hovers the moment it leaves the ground: the first look tells all
+  // by fans it hovers the moment it leaves the ground: the first value is sufficient
   const double share = lost ? kBiasShareLost : by_fans() && !observed_ ? 1 : kBiasShare;
   bias_m_s2_ = std::clamp(bias_m_s2_ + share * difference, -most, most);
   observed_ = true;
 }
 
-// On rails or sled at the target: a jet's least push would only take it away again.
+// On rails or sled at the target: the smallest impulse of a jet would only move it away again.
 bool Flight::rests() const noexcept {
   if (plan_.flies || phase_ != Phase::brake) return false;
   const Vector3 way = guidance_.target().position_m - state_.position_N_m;
@@ -90,8 +90,8 @@ bool Flight::rests() const noexcept {
          std::abs(state_.velocity_N_m_s.dot(along)) < kRest_m_s;
 }
 
-// A vehicle that is light for its fans cannot come down: four shortest pulses a frame lift more
-// than the fans leave. One that is heavy runs out of gas.
+// A vehicle that is light for its fans cannot descend: four shortest pulses a frame lift more than
+// the fans leave. A heavy one runs out of gas.
 void Flight::trim_fans() noexcept {
   const bool known = airborne_ && imu_usable() && silent_s_ <= 0 && (faults_ & kFansLost) == 0;
   if (!known || height_m_ < kObserveAbove_m) return;
@@ -142,7 +142,7 @@ void Flight::act_gas(FlightOutput& output) noexcept {
     acceleration = guidance_.step(state_.position_N_m, state_.velocity_N_m_s, ahead);
   }
   if (plan_.flies && phase_ == Phase::traverse) {
-    // the traverse has many seconds to go, the height has not: held in every frame
+    // the traverse has many seconds to go, the height has not: it is controlled in every frame
     const Coefficients up =
         e_guidance(state_.position_N_m, state_.velocity_N_m_s, guidance_.target(), kMinTimeToGo_s);
     acceleration.x() = up.c0_m_s2.x() + up.c1_m_s3.x() * ahead;
@@ -190,17 +190,17 @@ void Flight::fly_by_fans(const FlightInputs& inputs, FlightOutput& output) noexc
       tilt_y += std::clamp(-vz / kVelocityTime_s, -most, most) / kGravity_m_s2;
       tilt_z -= std::clamp(-vy / kVelocityTime_s, -most, most) / kGravity_m_s2;
     }
-    // without attitude it tilts more every second
+    // without attitude the tilt grows every second
     const double most = imu_usable() ? limits.parachute_m_s : limits.level_m_s;
     const double soft = std::max(kSoftSpeed_m_s + kSoftSlope_1_s * height_m_, kSoftSpeed_m_s);
     speed = brakes() ? 0 : -std::min(soft, most);
   } else {
     const double step = gain().height_rate_m_s * kFrame_s;
     const double goal = phase_ == Phase::descend ? -1 : plan_.request.height_m;
-    // slows down before the goal: the fans' lag would carry it beyond
+    // slows down before the goal: the fans' lag would make it overshoot
     const double moved = std::clamp(kApproach_1_s * kFrame_s * (goal - fan_height_m_), -step, step);
     fan_height_m_ += moved;
-    // a vehicle that does not follow yet is waited for: its integral would only wind up
+    // waits for a vehicle that does not follow yet: its integral would only wind up
     if (std::isfinite(height_m_)) {
       fan_height_m_ = std::clamp(fan_height_m_, height_m_ - kMaxLead_m, height_m_ + kMaxLead_m);
     }

@@ -1,4 +1,4 @@
-// Which phase follows which, and where guidance aims in each.
+// The sequence of phases, and the target of guidance in each.
 
 #include <algorithm>
 #include <cmath>
@@ -9,15 +9,14 @@ namespace lss::gnc::talaris {
 namespace {
 
 constexpr double kStopping_m_s2 = 1.2;                // sideways, when a flight is cut short
-constexpr double kContactBelow_m = 0.4;               // accelerations are not asked above
+constexpr double kContactBelow_m = 0.4;               // accelerations are ignored above
 constexpr double kShock = 1.6, kShockBelow_m = 0.15;  // one frame of that is enough
-constexpr double kOverdue_s = 4;     // then an altimeter that is lost is not waited for
-constexpr double kGivenUp_s = 12;    // so low and so long overdue it must stand
-constexpr double kSlowEnd_s = 4;     // by fans: until it sinks, and slower near the ground
-constexpr double kBrakeTime_s = 12;  // on the ground, at most
+constexpr double kOverdue_s = 4;                      // then a lost altimeter is not waited for
+constexpr double kGivenUp_s = 12;                     // so low and so long overdue it must stand
+constexpr double kSlowEnd_s = 4;        // by fans: until it sinks, and slower near the ground
+constexpr double kStandingTime_s = 12;  // on the ground, at most
 constexpr double kThere_m = 0.12;
-constexpr double kStill_m_s =
-    0.085;  // half of what the shortest pulse of two jets changes, and more
+constexpr double kStill_m_s = 0.085;  // more than half the change by the shortest pulse of two jets
 
 Vector3 along(double roll_rad) noexcept { return {0, -std::sin(roll_rad), std::cos(roll_rad)}; }
 
@@ -38,7 +37,7 @@ void Flight::advance(const FlightInputs& inputs) noexcept {
     }
     return;
   }
-  if (phase_ == Phase::spin_up && silent_s_ > 0) return;  // begins where it is known to be
+  if (phase_ == Phase::spin_up && silent_s_ > 0) return;  // begins when its position is known
   if (phase_ == Phase::spin_up && plan_.flies) {
     bool there = true;
     for (std::size_t i = 0; i < kFans; ++i) {
@@ -72,7 +71,7 @@ void Flight::begin_leg() noexcept {
   enter(Phase::traverse);
 }
 
-// After the turn, or in its place.
+// After the turn, or instead of it.
 void Flight::next_leg() noexcept {
   if (plan_.traverse_s > 0) {
     begin_leg();
@@ -126,7 +125,7 @@ void Flight::advance_in_air() noexcept {
           const Vector3 place = guidance_.target().position_m;
           come_down(parameters_.profile.descend_m_s2, parameters_.profile.touchdown_speed_m_s,
                     parameters_.profile.touchdown_height_m);
-          // in good order: where it was meant to be
+          // a controlled descent: at its planned position
           Target target = guidance_.target();
           target.position_m.tail<2>() = place.tail<2>();
           leg_m_ = target.position_m;
@@ -143,7 +142,7 @@ void Flight::advance_in_air() noexcept {
 void Flight::advance_on_ground() noexcept {
   const Program program = plan_.request.program;
   switch (phase_) {
-    case Phase::spin_up:  // nothing spins: begins at once
+    case Phase::spin_up:  // without fans: begins at once
       if (program == Program::attitude) {
         enter(Phase::keep);
       } else if (plan_.turn_s > 0) {
@@ -167,7 +166,7 @@ void Flight::advance_on_ground() noexcept {
       const bool there = std::abs(way.dot(along(roll_rad_))) <= kThere_m;
       const bool still = std::abs(state_.velocity_N_m_s.dot(along(roll_rad_))) <= kStill_m_s;
       settle_s_ = there && still ? settle_s_ + kFrame_s : 0;
-      if (settle_s_ < parameters_.profile.settle_s && phase_s_ < kBrakeTime_s) return;
+      if (settle_s_ < parameters_.profile.settle_s && phase_s_ < kStandingTime_s) return;
       settled_ = settled_ && there;
       enter(Phase::landed);
       return;
@@ -189,7 +188,7 @@ void Flight::stop_here() noexcept {
   guidance_.aim(target);
 }
 
-// From here to `end_height_m` above the start, there with `end_speed_m_s` down, at rest sideways.
+// From here to `end_height_m` above the start, there with `end_speed_m_s` down, 0 sideways.
 void Flight::come_down(double peak_m_s2, double end_speed_m_s, double end_height_m) noexcept {
   const Vector3 v = state_.velocity_N_m_s;
   const Vector3 sideways(0, v.y(), v.z());
@@ -199,7 +198,7 @@ void Flight::come_down(double peak_m_s2, double end_speed_m_s, double end_height
   Target target;
   target.time_to_go_s = std::max(down, sideways.norm() / kStopping_m_s2);
   target.position_m = state_.position_N_m + sideways * (target.time_to_go_s / 2);
-  // already below: goes on down with that speed
+  // already below: continues down with that speed
   const double end = std::min(end_height_m, height_m_ - end_speed_m_s * target.time_to_go_s / 2);
   target.position_m.x() = start_m_.x() + end;
   target.velocity_m_s.x() = -end_speed_m_s;
@@ -208,14 +207,14 @@ void Flight::come_down(double peak_m_s2, double end_speed_m_s, double end_height
   guidance_.aim(target);
 }
 
-// The ground, on the way down: low and slow, or held up by more than the commanded lift.
+// Ground contact in descent: low and slow, or pushed up by more than the commanded lift.
 bool Flight::touches(const FlightInputs& inputs) noexcept {
   const Limits& limits = parameters_.limits;
   const bool blind = (faults_ & kAltimeterLost) != 0;
   const bool low =
       height_m_ < limits.contact_height_m && std::abs(climb_m_s_) < limits.contact_speed_m_s;
   low_frames_ = low && !blind ? low_frames_ + 1 : 0;
-  // where the height is not known, only once the ground is due
+  // without a known height, only once the ground is due
   const bool near =
       blind ? below_s_ > -kGuidancePeriod_s - kMinTimeToGo_s : height_m_ < kContactBelow_m;
   const double more = state_.acceleration_N_m_s2.x() - expected_m_s2_ - bias_m_s2_;
@@ -224,7 +223,7 @@ bool Flight::touches(const FlightInputs& inputs) noexcept {
   const bool shock =
       asked && more > kShock * limits.contact_m_s2 && (blind || height_m_ < kShockBelow_m);
   contact_frames_ = held ? contact_frames_ + 1 : 0;
-  // without IMU nobody knows where the altimeter looks: it may lie on its side
+  // without IMU the direction of the altimeter is unknown: the vehicle may lie on its side
   const bool high = !blind && imu_usable() && height_m_ > kContactBelow_m;
   if (high && (by_fans() || below_s_ > 0)) {
     below_s_ = -ground_due_s();  // slower than planned
@@ -236,7 +235,7 @@ bool Flight::touches(const FlightInputs& inputs) noexcept {
   return !high && below_s_ > (blind ? kOverdue_s : kGivenUp_s);
 }
 
-// From here, as slowly as it may be: the IMU may be lost on the way.
+// From here, as slowly as allowed: the IMU may be lost on the way.
 double Flight::ground_due_s() const noexcept {
   const double high = std::isfinite(height_m_) ? std::max(height_m_, 0.0) : 0;
   if (!by_fans()) return high / parameters_.profile.touchdown_speed_m_s;

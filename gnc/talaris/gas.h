@@ -1,7 +1,7 @@
 #pragma once
 
-// How much gas is left, by the pulses that were commanded and by what the tank says. Thruster-
-// seconds: one thruster open for one second (TALARIS thesis 2.3.3).
+// Remaining gas, by the commanded pulses and by the tank pressure. Thruster-seconds: one thruster
+// open for one second (TALARIS thesis 2.3.3).
 
 #include <array>
 
@@ -16,14 +16,14 @@ class GasBudget {
   // The pulses of one frame.
   void count(const std::array<Pulse, kValves>& pulses) noexcept;
   void count(const std::array<double, kValves>& open_s) noexcept;
-  // Filtered tank pressure, kPa; no number: there is no sensor. The gas is taken as ideal and at
-  // constant temperature, so what is left goes with the pressure above empty.
+  // Filtered tank pressure, kPa; not a number: no sensor. The gas is taken as ideal and at constant
+  // temperature, so the remaining gas is proportional to the pressure above empty.
   void pressure(double tank_kPa) noexcept;
   void refuel() noexcept { used_s_ = 0; }
 
   double used_s() const noexcept { return used_s_; }
   double used_by_pressure_s() const noexcept { return used_by_pressure_s_; }  // NaN: no sensor
-  double left_s() const noexcept;                      // the worse of both; never below 0
+  double left_s() const noexcept;                      // the lower of both; never below 0
   double mass_kg(double full_mass_kg) const noexcept;  // of the vehicle now, by the pulses
 
  private:

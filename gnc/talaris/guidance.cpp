@@ -24,7 +24,7 @@ void Guidance::aim(const Target& target) noexcept {
 Vector3 Guidance::step(const Vector3& position_m, const Vector3& velocity_m_s,
                        double ahead_s) noexcept {
   if (anew_ || since_s_ >= kGuidancePeriod_s - kFrame_s / 2) {
-    // with T frozen the target runs ahead on its own course, else it would never be overtaken
+    // with T frozen the target moves on at its own speed, else it would never be overtaken
     Target target = target_;
     const double T = std::max(left_s_, kMinTimeToGo_s);
     target.position_m += target.velocity_m_s * (T - left_s_);

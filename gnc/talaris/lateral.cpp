@@ -45,7 +45,7 @@ std::array<double, 4> SideJets::step(double force_N, double roll_acceleration_ra
   } else if (fire.on_s != 0) {
     const int sign = fire.on_s > 0 ? 1 : -1;
     for (std::size_t i = 0; i < 4; ++i) {
-      // a single one is the one that pushes where something is owed
+      // a single one is the one that pushes in the direction of the carry
       if (kSideY[i] * kSidePush[i] == sign && (fire.couple || kSidePush[i] == push)) {
         on[i] = std::abs(fire.on_s);
         carry_N_s_ -= kSidePush[i] * t.force_N * on[i];

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kLongest_s = 0.02;  // step of dead reckoning
 constexpr int kMostSteps = 200;      // bounds the time of one gap
-// variance of a median against that of one reading, for many of them
+// variance of a median relative to that of one reading, for many of them
 constexpr double kMedian = 1.5707963267948966;
 
 double square(double x) noexcept { return x * x; }
@@ -57,8 +57,8 @@ const CalibrationStatus& Navigation::calibrate(const Batch& batch) noexcept {
   return calibration_.status();
 }
 
-// What calibration found is the filter's beginning, with what it cannot have found: the bias of the
-// accelerometers across the vertical and the tilt that it pretends, which belong together.
+// The filter starts from the calibration, and from what calibration cannot observe: the bias of the
+// accelerometers across the vertical and the apparent tilt of it, which are correlated.
 void Navigation::align() noexcept {
   const NavigationParameters& p = parameters_;
   const Alignment& a = calibration_.result();
@@ -73,7 +73,7 @@ void Navigation::align() noexcept {
   c(0, 0) += p.altimeter ? 0 : square(p.range_sigma_m);
   x.position_N_m.x() = p.height_m;
   if (p.altimeter) {
-    // with the position still 0, what is missing of the range along the axis
+    // with the position still 0, the missing part of the range along the axis
     const ExpectedRange e = expected_range(x, beam_);
     const double along = (a.range_m - e.range_m) * e.cosine;
     if (p.pointing == Pointing::down) {
@@ -83,7 +83,7 @@ void Navigation::align() noexcept {
     }
     c(beam_.axis, beam_.axis) += kMedian * square(p.range_sigma_m) / a.ranges;
   }
-  // of a mean over the calibration, for a bias that walked during it
+  // of a mean over the calibration, for a bias that drifted during it
   const double noise =
       square(p.force_noise) / a.seconds + square(p.force_bias_walk) * a.seconds / 3;
   const double bias = square(p.force_bias_sigma_m_s2);
@@ -121,7 +121,7 @@ const NavState& Navigation::step(const Batch& batch, bool standing) noexcept {
   bool heard = false;
   const std::int64_t period_ns = to_ns(parameters_.imu_period_s);
   for (const ImuSample& sample : batch.imu) {
-    // one from the future would make all that follow late
+    // one from the future would make all later ones late
     if (!usable(sample, parameters_) || sample.time_ns > batch.end_ns + period_ns) {
       ++counters_.imu_bad;
       continue;
@@ -132,7 +132,7 @@ const NavState& Navigation::step(const Batch& batch, bool standing) noexcept {
     }
     const std::int64_t since_ns = sample.time_ns - last_imu_ns_;
     if (2 * since_ns > 3 * period_ns) {
-      // the sample stands for one period; what was before it has to be guessed
+      // the sample covers one period; the time before it is extrapolated
       ++counters_.gaps;
       counters_.longest_gap_s = std::max(counters_.longest_gap_s, in_seconds(since_ns));
       if (in_seconds(since_ns) > parameters_.hold_s) lost_ = true;
@@ -150,7 +150,7 @@ const NavState& Navigation::step(const Batch& batch, bool standing) noexcept {
   }
   ranges_until(batch.end_ns);
   if (!heard) ++counters_.frames_held;
-  // what is left is later than the frame: not measured yet
+  // later ranges are after the frame: not measured yet
   counters_.ranges_bad += static_cast<std::uint32_t>(batch.ranges.size() - next);
   if (standing) stand_still();
   hold_to_stand();
@@ -172,7 +172,7 @@ void Navigation::advance(std::int64_t until_ns) noexcept {
   way_.velocity_m_s += dt * ekf_.acceleration_N_m_s2();
 }
 
-// The same without a sample for this time: in small steps, and less and less certain.
+// The same without a sample for this time: in small steps, with growing uncertainty.
 void Navigation::reckon(std::int64_t until_ns) noexcept {
   if (until_ns <= filter_ns_) return;
   const double grace_s = 1.5 * parameters_.imu_period_s;
@@ -235,7 +235,7 @@ void Navigation::use_range(const RangeSample& sample) noexcept {
 }
 
 // Many readings that contradict the filter and agree with each other are right, and the filter, or
-// the ground that it knows, is wrong: its height is given up for theirs.
+// its known ground, is wrong: its height is replaced by theirs.
 void Navigation::reopen(const Ekf::Measurement& m, std::int64_t at_ns) noexcept {
   const NavigationParameters& p = parameters_;
   const double agree_m = p.gate_sigma * std::sqrt(2.0) * p.range_sigma_m;
@@ -255,7 +255,7 @@ void Navigation::reopen(const Ekf::Measurement& m, std::int64_t at_ns) noexcept 
   ++counters_.gates_reopened;
 }
 
-// Nothing moves: no velocity.
+// Standstill: the velocity is zero.
 void Navigation::stand_still() noexcept {
   for (int axis = 0; axis < 3; ++axis) {
     Ekf::Measurement m;
@@ -303,7 +303,7 @@ void Navigation::hold_to_stand() noexcept {
   }
 }
 
-// The axis of B that pointed along `axis` of N at calibration has still nothing of `component`.
+// The axis of B that pointed along `axis` of N at calibration still has no `component`.
 void Navigation::hold_axis(int axis, int component) noexcept {
   const Quaternion turned = ekf_.nominal().q_NB * start_.q_NB.conjugate();
   const Vector3 e = turned * Vector3::Unit(axis);

@@ -1,9 +1,9 @@
 #pragma once
 
-// Navigation of TALARIS: where the vehicle is, how it moves and how it stands, from the IMU and the
-// altimeter, a frame of 200 ms at once (TALARIS thesis 4.2). Calibrated standing still, then dead
+// Navigation of TALARIS: position, velocity and attitude of the vehicle from the IMU and the
+// altimeter, per frame of 200 ms (TALARIS thesis 4.2). Calibrated standing still, then dead
 // reckoning with a Kalman filter that the altimeter corrects. No clock: times are data. A plain
-// value: copies go on independently. Equations, decisions and figures: docs/gnc-talaris.md.
+// value: copies run independently. Equations, decisions and figures: docs/gnc-talaris.md.
 
 #include "gnc/talaris/calibration.h"
 #include "gnc/talaris/ekf.h"
@@ -12,18 +12,18 @@
 
 namespace lss::gnc::talaris {
 
-// Since begin_calibration(), of samples that came in by step().
+// Since begin_calibration(), of samples passed to step().
 struct NavCounters {
   std::uint32_t imu_used = 0;
-  std::uint32_t imu_bad = 0;   // no number, beyond what the sensor can say, or from the future
-  std::uint32_t imu_late = 0;  // not later than what was used before
+  std::uint32_t imu_bad = 0;   // no number, outside the sensor's range, or from the future
+  std::uint32_t imu_late = 0;  // not later than the last one used
   std::uint32_t gaps = 0;      // more than 1.5 periods between two samples
   double longest_gap_s = 0;
   std::uint32_t frames_held = 0;  // without a usable sample
   std::uint32_t ranges_used = 0;
-  std::uint32_t ranges_bad = 0;      // no number, out of the sensor's range, or too tilted for one
-  std::uint32_t ranges_gated = 0;    // beyond the gate
-  std::uint32_t gates_reopened = 0;  // believed again after many gated ones that agreed
+  std::uint32_t ranges_bad = 0;      // no number, out of the sensor's range, or too tilted
+  std::uint32_t ranges_gated = 0;    // outside the gate
+  std::uint32_t gates_reopened = 0;  // used again after many gated ones that agreed
   double innovation_m = 0;           // of the last range: measured - expected
   double innovation_sigma_m = 0;     // expected standard deviation of that
 };
@@ -33,7 +33,7 @@ class Navigation {
   Navigation() : Navigation(NavigationParameters{}) {}
   explicit Navigation(const NavigationParameters& parameters) noexcept;
 
-  // Forgets everything; calibrate() then takes the frames in which the vehicle stands still.
+  // Clears everything; calibrate() then takes the frames in which the vehicle stands still.
   void begin_calibration() noexcept;
   const CalibrationStatus& calibrate(const Batch& batch) noexcept;
   const CalibrationStatus& calibration() const noexcept { return calibration_.status(); }
@@ -41,7 +41,7 @@ class Navigation {
 
   // One frame; call it for every frame from then on. `valid` is false before the calibration is
   // done, when the IMU was silent for longer than `hold_s`, and after that until the attitude is
-  // known to `lost_attitude_rad` (mostly: until calibrated anew). Silence is bridged with the last
+  // known to `lost_attitude_rad` (mostly: until calibrated again). Silence is bridged with the last
   // rate and force. `standing`: it stands on the ground, nothing moves; no drift then.
   const NavState& step(const Batch& batch, bool standing = false) noexcept;
   const NavState& state() const noexcept { return state_; }  // of the last step, or as calibrated
@@ -70,15 +70,15 @@ class Navigation {
   std::int64_t filter_ns_ = 0;        // time of the filter's state
   std::int64_t last_imu_ns_ = 0;      // of the last sample that was used
   std::int64_t last_range_ns_ = 0;    // as above
-  Vector3 rate_m_ = Vector3::Zero();  // last sample, bias and all
+  Vector3 rate_m_ = Vector3::Zero();  // last sample, with bias
   Vector3 force_m_ = Vector3::Zero();
   bool lost_ = false;
   struct Way {
     double time_s = 0;
-    Vector3 velocity_m_s = Vector3::Zero();  // gained by acceleration, corrections left out
+    Vector3 velocity_m_s = Vector3::Zero();  // by acceleration, without corrections
   };
   Way way_;  // of this frame
-  // Ranges beyond the gate, one after another, that agree with each other.
+  // Consecutive ranges outside the gate that agree with each other.
   struct Gate {
     int gated = 0;
     std::int64_t first_ns = 0;
@@ -89,8 +89,8 @@ class Navigation {
   double least_cosine_ = 0;  // between beam and the plane's normal
 };
 
-// The state `ahead_s` later when rate and acceleration stay as they are: control works on the
-// centre of the frame that it commands.
+// The state `ahead_s` later at constant rate and acceleration: control uses the centre of the frame
+// that it commands.
 NavState predict(const NavState& state, double ahead_s) noexcept;
 
 }  // namespace lss::gnc::talaris

@@ -8,16 +8,15 @@ namespace lss::gnc::talaris {
 
 inline constexpr double kRadPerDeg = 3.14159265358979323846 / 180;
 
-inline constexpr double kLatestRange_s = 0.5;  // a range that was measured earlier says nothing
+inline constexpr double kLatestRange_s = 0.5;  // an older range is not used
 
 constexpr double in_seconds(std::int64_t ns) noexcept { return static_cast<double>(ns) * 1e-9; }
 
-// Which way the vehicle can turn on its stand, about an axis of N.
+// Free rotation of the vehicle on its stand, about an axis of N.
 enum class FreeRotation : std::uint8_t { all, none, x, y, z };
 
-// What a test stand does not let move (TALARIS thesis 5.2): the filter is told so once a frame.
-// Rail of the altitude stand: y, z, none. Sled: x, FreeRotation::x. Pivot: x, y, z, FreeRotation::y
-// or z.
+// Constraints of a test stand (TALARIS thesis 5.2), passed to the filter once a frame. Rail of the
+// altitude stand: y, z, none. Sled: x, FreeRotation::x. Pivot: x, y, z, FreeRotation::y or z.
 struct Stand {
   bool fixed_x = false;  // along the axes of N
   bool fixed_y = false;
@@ -37,30 +36,30 @@ struct NavigationParameters {
   double range_min_m = 0.1;
   double range_max_m = 30;
   double range_latency_s = 0;             // from the measurement to the first byte [D]
-  double gate_sigma = 5;                  // innovations beyond are not used
+  double gate_sigma = 5;                  // larger innovations are not used
   int gate_reopens_after = 10;            // gated readings in a row that agree: about 1 s [D]
-  double max_tilt_rad = 60 * kRadPerDeg;  // the beam slants more: the reading says nothing [D]
+  double max_tilt_rad = 60 * kRadPerDeg;  // readings of a more inclined beam are not used [D]
 
   // IMU: Gladiator LandMark 30 (2.3.6); noise is white, density as 1/sqrt(Hz) at 1 s: standard
   // deviation of a packet times the root of its time, quantisation included. 0.05 deg/s and 0.01
-  // m/s2 in a packet of 5 ms, as lss-sim's; on hardware to be measured anew
+  // m/s2 in a packet of 5 ms, as lss-sim's; to be measured again on hardware
   double imu_period_s = 0.005;              // Crossbow polled at 100 Hz: 0.010
   double force_noise = 7.5e-4;              // m/s2/sqrt(Hz) [D]
   double rate_noise = 0.0036 * kRadPerDeg;  // rad/s/sqrt(Hz) [D]
   double force_bias_walk = 2e-4;            // m/s2/sqrt(s) [D]
   double rate_bias_walk = 3.5e-5;           // rad/s/sqrt(s) [D]
-  double max_rate_rad_s = 35;               // a sample beyond is a broken one [D]
+  double max_rate_rad_s = 35;               // a larger sample is invalid [D]
   double max_force_m_s2 = 200;              // as above [D]
 
   // silence of the IMU
   double hold_s = 0.25;                       // longer: `valid` goes false
-  double gap_rotation_rad_s2 = 4;             // how much the rate may change meanwhile, 1 sigma [D]
-  double gap_acceleration_m_s2 = 3;           // the acceleration may be this much off [D]
+  double gap_rotation_rad_s2 = 4;             // change of the rate meanwhile, 1 sigma [D]
+  double gap_acceleration_m_s2 = 3;           // error of the acceleration meanwhile [D]
   double lost_attitude_rad = 5 * kRadPerDeg;  // attitude sigma up to which `valid` returns [D]
 
   // calibration (4.5.1: "usually 30 s")
   double calibration_s = 30;
-  int calibration_restarts = 3;  // movement begins it anew so often, then it fails [D]
+  int calibration_restarts = 3;                 // movement restarts it so often, then it fails [D]
   double still_rate_rad_s = 0.3 * kRadPerDeg;   // mean of a frame against the mean so far [D]
   double still_force_m_s2 = 0.3;                // as above, about 7 sigma of the noise [D]
   double rate_spread_rad_s = 0.5 * kRadPerDeg;  // standard deviation within a frame [D]
@@ -72,20 +71,20 @@ struct NavigationParameters {
   int min_ranges = 20;                                // when there is an altimeter [D]
   double range_spread_m = 0.05;                       // between the quartiles [D]
   double roll_rad = 0;  // heading about the vertical in N while calibrating
-  double height_m = 0;  // of the centre of mass, when no range says it
+  double height_m = 0;  // of the centre of mass, without a range
 
-  // what calibration cannot know, 1 sigma
-  double force_bias_sigma_m_s2 = 0.03;    // across the vertical: levelling cannot see it [D]
-  double start_position_sigma_m = 0.001;  // horizontal: where it stands is the origin
+  // not observable by calibration, 1 sigma
+  double force_bias_sigma_m_s2 = 0.03;    // across the vertical: not visible to levelling [D]
+  double start_position_sigma_m = 0.001;  // horizontal: its place is the origin
   double start_velocity_sigma_m_s = 0.001;
   double start_heading_sigma_rad = 1e-4;  // it defines the axes of N
-  double standing_sigma_m_s = 0.01;       // velocity of what stands on the ground: it trembles [D]
+  double standing_sigma_m_s = 0.01;       // velocity of a standing vehicle: it trembles [D]
 
   Stand stand;
   double gravity_m_s2 = kGravity_m_s2;  // where the vehicle flies
 };
 
-// Says what to change, or nullptr when the numbers are usable.
+// A sentence on what to change, or nullptr when the numbers are usable.
 const char* check(const NavigationParameters& parameters) noexcept;
 
 }  // namespace lss::gnc::talaris

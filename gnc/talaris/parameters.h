@@ -1,7 +1,7 @@
 #pragma once
 
-// Everything configurable of TALARIS' guidance, control and flight logic. Sources: "2.3.3" and the
-// like are sections of the TALARIS thesis; "ours" was chosen here (docs/gnc-talaris.md says why).
+// All parameters of TALARIS' guidance, control and flight logic. Sources: numbers such as "2.3.3"
+// are sections of the TALARIS thesis; "ours" was chosen here (reasons: docs/gnc-talaris.md).
 // Navigation has its own (navigation.h). Plain members, so that a configuration can fill them.
 
 #include <array>
@@ -31,7 +31,7 @@ struct Thrusters {
   double min_on_s = 0.040;         // shortest pulse and shortest pause (2.3.3)
   double max_on_s = 0.160;         // (4.2)
   double long_on_s = 0.200;        // by the phase plane only: open into the next frame (4.2)
-  double attitude_room_s = 0.010;  // that the lift leaves to off-pulsing at its limits (ours)
+  double attitude_room_s = 0.010;  // left by the lift to off-pulsing at its limits (ours)
   double lag_s = 0.008;            // edge to force, opening and closing (ours)
 };
 
@@ -50,34 +50,34 @@ struct Fans {
   double ramp_rpm_s = 12000;      // of a commanded speed on the ground (ours)
   double settled_rpm = 400;       // this close to the target counts as there,
   double settled_s = 1;           // for so long (unequal fans tilt the vehicle)
-  double spin_up_timeout_s = 12;  // then the flight is given up on the ground
+  double spin_up_timeout_s = 12;  // then the flight is aborted on the ground
   double max_run_s = 45;          // batteries and speed controllers get hot (2.3.4)
 };
 
 struct Gas {
-  double budget_s = 44;     // thruster-seconds of full tanks (2.3.3)
-  double reserve_s = 3;     // that a plan leaves (ours)
-  double attitude_N = 7;    // force that attitude control costs on the mean (ours, from runs)
-  double mass_kg = 2;       // what full tanks weigh more than empty ones (ours)
-  double full_kPa = 31026;  // 4500 psi (2.3.3)
-  double empty_kPa = 3000;  // tank; below it the regulator does not regulate (ours)
-  double min_regulated_kPa = 1000;  // below it: no thrust to count on (ours)
+  double budget_s = 44;             // thruster-seconds of full tanks (2.3.3)
+  double reserve_s = 3;             // left by a plan (ours)
+  double attitude_N = 7;            // mean force for attitude control (ours, from runs)
+  double mass_kg = 2;               // full tanks relative to empty ones (ours)
+  double full_kPa = 31026;          // 4500 psi (2.3.3)
+  double empty_kPa = 3000;          // tank; below it the regulator does not regulate (ours)
+  double min_regulated_kPa = 1000;  // below it: no reliable thrust (ours)
 };
 
-// How a program is flown; accelerations are peaks of a rest-to-rest motion of minimum effort.
+// Profile of a flight; accelerations are peaks of a minimum-effort motion between standstills.
 struct Profile {
   double climb_m_s2 = 0.75;          // 2 m in 4 s (ours)
   double descend_m_s2 = 0.70;        // 2 m in 4 s
   double hover_s = 1;                // before and after the traverse
   double lateral_duty = 0.70;        // of the lateral thrust: 30 m in 10 s (58 N), 12 s (40 N)
   double min_leg_s = 4;              // no motion is planned faster
-  double touchdown_height_m = 0.15;  // guidance ends here, and with the speed below
+  double touchdown_height_m = 0.15;  // guidance ends here, with the speed below
   double touchdown_speed_m_s = 0.15;
   double clearance_m = 0.30;                // from the wall, at the end of a traverse on the ground
   double settle_angle_rad = 3.0 * kDegree;  // a turn is done within this,
   double settle_rate_rad_s = 8.0 * kDegree;
   double settle_s = 1;                    // for so long
-  double turn_rate_rad_s = 20 * kDegree;  // what the planner reckons with
+  double turn_rate_rad_s = 20 * kDegree;  // assumed by the planner
   double turn_timeout_s = 12;             // more than the planned time
   double keep_s = 10;                     // program attitude, when no time is given
   double stand_on_s = 0.080;              // lift pulses of the program attitude
@@ -88,7 +88,7 @@ struct Gains {
   double attitude_wn_rad_s = 1.6;
   double attitude_zeta = 0.9;
   double attitude_ki_1_s3 = 0.6;
-  double attitude_max_integral_rad_s2 = 1.5;  // what a load put on one end needs (5.2.8)
+  double attitude_max_integral_rad_s2 = 1.5;  // for a load on one end (5.2.8)
   double attitude_observer =
       0.35;  // share by which the disturbance is corrected in a frame; 0: off
   // roll: phase plane. Dead band and half a smallest pulse on the slope stay below settle_angle_rad
@@ -96,7 +96,7 @@ struct Gains {
   double roll_rate_limit_rad_s = 20 * kDegree;
   double roll_brake_share = 0.35;  // of the acceleration, in the switching curve
   double roll_slope_1_s = 3;       // of the curve near the dead band, where the root is steep
-  double roll_share = 0.7;         // of a rate error that one pulse takes away
+  double roll_share = 0.7;         // share of a rate error that one pulse removes
   // lateral y by tilt; z by jets
   double lateral_wn_rad_s = 0.45;
   double lateral_zeta = 0.9;
@@ -110,14 +110,14 @@ struct Gains {
   double height_ki_1_s3 = 0.12;
   double height_kd_1_s = 1.6;
   double height_rate_m_s = 0.20;  // of the commanded height
-  // fans: attitude; where the loop's four poles lie, rad/s
+  // fans: attitude; the loop's four poles, rad/s
   double fan_attitude_pole_rad_s = 2.2;
   double fan_max_tilt_rad = 0.17;  // to brake sideways in parachute
 };
 
-// When a flight is no longer what was planned (docs/gnc-talaris.md, contingencies).
+// Limits after which a flight has left its plan (docs/gnc-talaris.md, contingencies).
 struct Limits {
-  double imu_hold_s = 0.25;   // without IMU: held; longer: lost
+  double imu_hold_s = 0.25;   // without IMU: bridged; longer: lost
   double range_age_s = 1.0;   // altimeter older: lost
   double valve_age_s = 0.45;  // its pressures come at 5 Hz
   double fan_age_s = 0.25;    // its speeds come at 50 Hz
@@ -125,7 +125,7 @@ struct Limits {
   double rate_rad_s = 180 * kDegree;
   double altimeter_max_m = 30;  // (2.3.5)
   double altimeter_min_m = 0.1;
-  double altimeter_share = 0.9;    // of its range that a plan uses
+  double altimeter_share = 0.9;    // of its range, for a plan
   double escape_m_s2 = 0.8;        // peak acceleration of the way down
   double blind_m_s = 0.30;         // the end of an escape without altimeter
   double parachute_m_s = 0.50;     // how fast down by the fans
@@ -148,7 +148,7 @@ struct Parameters {
   std::size_t gain_sets = 1;             // how many there are
 };
 
-// nullptr when usable, else the sentence that says what is wrong and what to do. Before the loop.
+// nullptr when usable, else a sentence with the error and its remedy. Before the loop.
 const char* check(const Parameters& parameters) noexcept;
 
 // Rpm at which the fans carry `force_N` together.

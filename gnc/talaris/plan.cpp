@@ -9,7 +9,7 @@ namespace {
 constexpr double kLeastHeight_m = 0.1, kMostHeight_m = 10, kMostDistance_m = 100;
 constexpr double kTouchAfter_s = 1;   // from the end of guidance to contact
 constexpr double kSpinUp_s = 5;       // and kRunDown_s of fans that run beside the flight
-constexpr double kLiftMargin = 1.25;  // hover pulses stay this far from the valves' limits
+constexpr double kLiftMargin = 1.25;  // distance of hover pulses from the valves' limits
 
 double fan_force_N(const Parameters& p) noexcept {
   return p.fans.weight_share * p.body.mass_kg * kGravity_m_s2;
@@ -21,14 +21,14 @@ bool usable(const PlanRequest& r) noexcept {
          static_cast<std::uint8_t>(r.program) < kPrograms;
 }
 
-// Rest to rest over `way_m`, peak acceleration 6 way / T^2.
+// Between standstills over `way_m`, peak acceleration 6 way / T^2.
 double leg_s(double way_m, double peak_m_s2, double least_s) noexcept {
   return way_m > 0 ? std::max(std::sqrt(6 * way_m / peak_m_s2), least_s) : 0;
 }
 
 struct Judge {
   PlanResult& result;
-  // the first that fails is told; measured must not exceed limit
+  // the first failure is reported; measured must not exceed limit
   void most(Guard guard, double measured, double limit) const noexcept {
     if (result.guard == Guard::none && !(measured <= limit)) {
       result.guard = guard;
@@ -107,7 +107,7 @@ PlanResult make_plan(const PlanRequest& request, const Parameters& p, double gas
   plan.total_s = plan.climb_s + plan.hover_s + plan.turn_s + plan.traverse_s + plan.keep_s +
                  plan.descend_s + (plan.flies ? kTouchAfter_s : 0);
 
-  // gas: what holds the vehicle up, what moves it sideways, what turns it
+  // gas: for hovering, for the traverse, for turning
   const double peak_m_s2 = plan.traverse_s > 0 ? 6 * way / (plan.traverse_s * plan.traverse_s) : 0;
   if (plan.uses_gas) {
     double gas = 0;

@@ -16,7 +16,7 @@ LiftPulses allocate_lift(double lift_N, double moment_y_N_m, double moment_z_N_m
     y = z = wanted = 0;
     out.share = 0;
   }
-  // at the ends of what the valves can do the lift leaves the moments a little room
+  // at the limits of the valves the lift leaves the moments a little room
   const double kept = std::min(wanted, t.attitude_room_s);
   const double asked = kFrame_s * lift_N / (4 * t.force_N);
   out.mean_s = std::clamp(std::isfinite(asked) ? asked : 0, t.min_on_s + kept, max_s - kept);
@@ -25,7 +25,7 @@ LiftPulses allocate_lift(double lift_N, double moment_y_N_m, double moment_z_N_m
     y *= out.share;
     z *= out.share;
   }
-  // two and two add up to nothing; clamped against the last bit only
+  // the pairs cancel; clamped against rounding of the last bit only
   for (std::size_t i = 0; i < 4; ++i) {
     out.on_s[i] = std::clamp(out.mean_s + kLiftZ[i] * y - kLiftY[i] * z, t.min_on_s, max_s);
   }

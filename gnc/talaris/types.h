@@ -1,6 +1,6 @@
 #pragma once
 
-// What goes between the parts of TALARIS' guidance, navigation and control.
+// Data between the parts of TALARIS' guidance, navigation and control.
 //
 // Body frame B (TALARIS thesis 2.3.1): x up, z along the horizontal thrusters, y completes
 // right-handed; roll, pitch, yaw about x, y, z. Navigation frame N: the same axes where the vehicle
@@ -24,16 +24,16 @@ inline constexpr std::size_t kValves = 8;  // index i: valve i + 1
 inline constexpr std::size_t kFans = 4;
 
 using Vector3 = Eigen::Vector3d;
-// (w, x, y, z) by Eigen's constructor; not aligned, so that it may stand in plain structs.
+// (w, x, y, z) by Eigen's constructor; not aligned, so that plain structs can contain it.
 using Quaternion = Eigen::Quaternion<double, Eigen::DontAlign>;
 
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-// One packet of the IMU, bias and all.
+// One packet of the IMU, with bias.
 struct ImuSample {
   std::int64_t time_ns = 0;  // of its first byte
   Vector3 rate_B_rad_s = Vector3::Zero();
-  Vector3 force_B_m_s2 = Vector3::Zero();  // specific force: at rest (+g, 0, 0)
+  Vector3 force_B_m_s2 = Vector3::Zero();  // specific force: at standstill (+g, 0, 0)
 };
 
 // One reading of the altimeter.
@@ -42,28 +42,28 @@ struct RangeSample {
   double range_m = kNaN;
 };
 
-// What was measured in [T_k-1, T_k), each kind in time order.
+// Measurements in [T_k-1, T_k), each type in time order.
 struct Batch {
   std::span<const ImuSample> imu;
   std::span<const RangeSample> ranges;
   std::int64_t end_ns = 0;  // T_k
 };
 
-// Where the altimeter looks (configuration).
+// Direction of the altimeter (configuration).
 enum class Pointing : std::uint8_t {
   down,      // along -x: height
   sideways,  // along +z, at a wall: distance
 };
 
-// What navigation says, at Batch::end_ns.
+// Output of navigation, at Batch::end_ns.
 struct NavState {
   std::int64_t time_ns = 0;
-  bool valid = false;  // aligned, and the IMU was heard
+  bool valid = false;  // aligned, and the IMU is not silent
   Vector3 position_N_m = Vector3::Zero();
   Vector3 velocity_N_m_s = Vector3::Zero();
   Quaternion q_NB = Quaternion::Identity();
   Vector3 rate_B_rad_s = Vector3::Zero();         // without bias
-  Vector3 acceleration_N_m_s2 = Vector3::Zero();  // mean of the frame, gravity taken off
+  Vector3 acceleration_N_m_s2 = Vector3::Zero();  // mean of the frame, without gravity
   Vector3 position_sigma_m = Vector3::Zero();
   Vector3 velocity_sigma_m_s = Vector3::Zero();
   Vector3 attitude_sigma_rad = Vector3::Zero();  // about the axes of B
@@ -78,7 +78,7 @@ struct Pulse {
   double delay_s = 0;
 };
 
-// What control wants of the actuators in one frame.
+// Orders of control to the actuators in one frame.
 struct Actuation {
   std::array<Pulse, kValves> valve{};
   std::array<double, kFans> fan_throttle{};  // 0..1

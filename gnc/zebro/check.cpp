@@ -1,4 +1,4 @@
-// What makes parameters usable. Runs once, before the loop.
+// Checks the parameters. Runs once, before the loop.
 
 #include <array>
 #include <charconv>
@@ -11,7 +11,7 @@ namespace lss::gnc::zebro {
 
 namespace {
 
-// A sentence with numbers in it, cut off where the buffer ends.
+// A sentence with numbers in it, truncated at the end of the buffer.
 class Sentence {
  public:
   Sentence& operator<<(std::string_view text) noexcept {
@@ -76,7 +76,7 @@ const char* check_values(const LocomotionParameters& p) noexcept {
   return nullptr;
 }
 
-// Asks the algebra, not the closed form: the cycle mean of the gait's own matrix against the ring
+// Uses the algebra, not the closed form: the cycle mean of the gait's own matrix against the ring
 // of its groups.
 const char* check_gait(const char* name, const Partition& gait, const GaitTimes& times) noexcept {
   const std::optional<max_plus::Matrix> a = system_matrix(gait, times, Guard::own_last_group);

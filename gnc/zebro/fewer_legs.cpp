@@ -15,10 +15,10 @@ namespace {
 constexpr LegSet kHind = 0b110000;
 constexpr double kLongSweep_rad = 60 * kPi / 180;
 // The toe behind the hip is twice as far from it as the arc ahead of it; this puts the middle of
-// the way of the foot under the hip. A missing hind leg wants the feet further back.
+// the foot's path under the hip. A missing hind leg needs the feet further back.
 constexpr double kBalanced_rad = 5 * kPi / 180;
 constexpr double kShareOfFlight = 0.5;  // the time to roll
-// Margins that differ by less are equal: the first one wins, on every machine.
+// Smaller differences of margins are rounding: the first one wins, on every machine.
 constexpr double kRounding_m = 1e-6;
 
 // The best cyclic order of the remaining legs in so many groups, each leaving three legs down, with
@@ -79,8 +79,8 @@ double creep_rad(const Creep& creep, std::size_t leg, int group, double half_swe
   return offset_rad + half_sweep_rad * (1 - 2 * rolled);
 }
 
-// While the body rolls all feet are down, and between where they are in one flight and in the next:
-// only flights are looked at.
+// While the body rolls all feet are down, between their places in one flight and in the next: only
+// flights are checked.
 double static_margin_m(const Creep& creep, const Roll& roll, const HipGeometry& hips,
                        double enough_m) noexcept {
   double smallest_m = std::numeric_limits<double>::infinity();
@@ -114,7 +114,7 @@ bool creeps_without(LegSet isolated, const LocomotionParameters& p) noexcept {
   const Footing f = footing(isolated, p);
   const double furthest_rad = std::abs(f.offset_rad) + f.sweep_rad / 2;
   if (furthest_rad >= std::acos(p.belly_height_m / p.leg_diameter_m)) return false;
-  // Backward is the same in reverse; that turns have a margin too is a test, over all headings.
+  // Backward is the same in reverse; a test checks the margin of turns, over all headings.
   Roll roll{{}, f.offset_rad, p.leg_diameter_m};
   roll.half_sweep_rad.fill(f.sweep_rad / 2);
   return stable_gait(isolated, Speed::high, roll).margin_m >= kLeastMargin_m;

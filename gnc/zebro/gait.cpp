@@ -12,11 +12,9 @@ using max_plus::kEps;
 using max_plus::Matrix;
 using max_plus::Vector;
 
-constexpr std::size_t kN = kLegs;
-
 double last_touchdown_s(const Partition& gait, int group, const Events& events) noexcept {
   double last_s = kEps;
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     if (gait.group_of[i] == group) last_s = std::max(last_s, events.touchdown_s[i]);
   }
   return last_s;
@@ -40,11 +38,11 @@ Events to_events(const Vector& x) noexcept {
 
 Matrix same_cycle(const Partition& gait, const GaitTimes& times) noexcept {
   Matrix a0 = max_plus::null();
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     if (gait.group_of[i] == kNoGroup) continue;
-    a0[i][kN + i] = times.flight_s;
-    for (std::size_t j = 0; j < kN; ++j) {
-      if (gait.group_of[i] == gait.group_of[j] + 1) a0[kN + i][j] = times.double_stance_s;
+    a0[i][kLegs + i] = times.flight_s;
+    for (std::size_t j = 0; j < kLegs; ++j) {
+      if (gait.group_of[i] == gait.group_of[j] + 1) a0[kLegs + i][j] = times.double_stance_s;
     }
   }
   return a0;
@@ -52,17 +50,17 @@ Matrix same_cycle(const Partition& gait, const GaitTimes& times) noexcept {
 
 Matrix from_last_cycle(const Partition& gait, const GaitTimes& times, Guard guard) noexcept {
   Matrix a1 = max_plus::identity();
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     if (gait.group_of[i] == kNoGroup) {
-      a1[i][i] = a1[kN + i][kN + i] = max_plus::kEps;
+      a1[i][i] = a1[kLegs + i][kLegs + i] = max_plus::kEps;
       continue;
     }
-    for (std::size_t j = 0; j < kN; ++j) {
+    for (std::size_t j = 0; j < kLegs; ++j) {
       const bool waits = gait.group_of[i] == 0 &&
                          (guard == Guard::all_legs || gait.group_of[j] == gait.groups - 1);
-      if (waits) a1[kN + i][j] = times.double_stance_s;
+      if (waits) a1[kLegs + i][j] = times.double_stance_s;
     }
-    a1[kN + i][i] = std::max(a1[kN + i][i], times.stance_min_s);
+    a1[kLegs + i][i] = std::max(a1[kLegs + i][i], times.stance_min_s);
   }
   return a1;
 }
@@ -81,7 +79,7 @@ double cycle_time_s(const Partition& gait, const GaitTimes& times) noexcept {
 
 Events rhythm(const Partition& gait, const GaitTimes& times) noexcept {
   Events v;
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     const bool steps = gait.group_of[i] != kNoGroup;
     v.lift_off_s[i] =
         !steps ? max_plus::kEps : gait.group_of[i] * (times.flight_s + times.double_stance_s);
@@ -103,7 +101,7 @@ Events next_cycle(const Partition& gait, const GaitTimes& times, const Events& l
                         ? *std::max_element(last.touchdown_s.begin(), last.touchdown_s.end())
                         : last_touchdown_s(gait, gait.groups - 1, last);
   for (int group = 0; group < gait.groups; ++group) {
-    for (std::size_t i = 0; i < kN; ++i) {
+    for (std::size_t i = 0; i < kLegs; ++i) {
       if (gait.group_of[i] != group) continue;
       next.lift_off_s[i] =
           std::max({landed_s + times.double_stance_s, last.touchdown_s[i] + times.stance_min_s,
@@ -118,7 +116,7 @@ Events next_cycle(const Partition& gait, const GaitTimes& times, const Events& l
 void postpone_dependents(const Partition& gait, const GaitTimes& times, Events& cycle) noexcept {
   for (int group = 1; group < gait.groups; ++group) {
     const double landed_s = last_touchdown_s(gait, group - 1, cycle);
-    for (std::size_t i = 0; i < kN; ++i) {
+    for (std::size_t i = 0; i < kLegs; ++i) {
       if (gait.group_of[i] != group) continue;
       cycle.lift_off_s[i] = std::max(cycle.lift_off_s[i], landed_s + times.double_stance_s);
       cycle.touchdown_s[i] = std::max(cycle.touchdown_s[i], cycle.lift_off_s[i] + times.flight_s);
@@ -147,7 +145,7 @@ Switch best_switch(const Partition& to, const GaitTimes& times, const Events& la
     for (int k = 0; k < kCycles; ++k) {
       const Events cycle = k == 0 ? next_cycle(gait, times, before, Guard::all_legs, not_before_s)
                                   : next_cycle(gait, times, before, Guard::own_last_group);
-      for (std::size_t i = 0; i < kN; ++i) {
+      for (std::size_t i = 0; i < kLegs; ++i) {
         if (gait.group_of[i] == kNoGroup) continue;
         const double stance_s = cycle.lift_off_s[i] - before.touchdown_s[i];
         longest_s = std::max(longest_s, stance_s);

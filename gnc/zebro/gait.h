@@ -44,7 +44,7 @@ struct GaitTimes {
   double double_stance_s = 0;  // tau_Delta, touchdown of a group to lift-off of the next
 };
 
-// x(k): when each leg lifts off and touches down in one cycle.
+// x(k): lift-off and touchdown of each leg in one cycle.
 struct Events {
   PerLeg<double> touchdown_s{};
   PerLeg<double> lift_off_s{};
@@ -68,22 +68,22 @@ Events rhythm(const Partition& gait, const GaitTimes& times) noexcept;
 bool synchronised(const Partition& gait, const GaitTimes& times) noexcept;
 
 // One cycle ahead: A (x) x(k-1), solved in the order of the groups instead of by the full matrix
-// (36 maxima). No leg lifts off before `not_before_s` (lift-offs that were already commanded).
+// (36 maxima). No leg lifts off before `not_before_s` (lift-offs already commanded).
 inline constexpr PerLeg<double> kAnyTime = {max_plus::kEps, max_plus::kEps, max_plus::kEps,
                                             max_plus::kEps, max_plus::kEps, max_plus::kEps};
 Events next_cycle(const Partition& gait, const GaitTimes& times, const Events& last, Guard guard,
                   const PerLeg<double>& not_before_s = kAnyTime) noexcept;
 
-// Put what depends on a touchdown that was moved later behind it, within the cycle; moves nothing
+// Moves events that depend on a postponed touchdown after it, within the cycle; moves nothing
 // earlier.
 void postpone_dependents(const Partition& gait, const GaitTimes& times, Events& cycle) noexcept;
 
 // The same gait, beginning with another group.
 Partition rotated(const Partition& gait, int first_group) noexcept;
 
-// The rotation of the new gait that disturbs the body's speed least after `last`, and its longest
-// over shortest stance during four cycles (at fixed sweep the body's speed is the inverse of the
-// stance time).
+// The rotation of the new gait with the least disturbance of the body's speed after `last`, and its
+// ratio of longest to shortest stance during four cycles (at fixed sweep the body's speed is the
+// inverse of the stance time).
 struct Switch {
   Partition gait;
   double stance_ratio = 0;

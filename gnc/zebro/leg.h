@@ -3,8 +3,8 @@
 // Kinematics of one half-circle leg of diameter D = 2R, hip at one end of the arc, toe at the
 // other, convex side to the rear when the toe is down. Pure functions of angles in radians,
 // callable from every thread. theta: 0 = toe straight down, positive = toe ahead of the hip. With
-// theta >= 0 the leg rolls on its arc, with theta < 0 it stands on its toe; that is why forward and
-// backward stance differ, and why the robot is lower at -62 deg than at +62 deg.
+// theta >= 0 the leg rolls on its arc, with theta < 0 it stands on its toe; therefore forward and
+// backward stance differ, and the robot is lower at -62 deg than at +62 deg.
 
 #include <array>
 
@@ -20,12 +20,12 @@ double wrap_rad(double angle_rad) noexcept;
 double hip_height_m(double theta_rad, double diameter_m) noexcept;
 double contact_offset_m(double theta_rad, double diameter_m) noexcept;  // ahead of the hip
 
-// How far the hip has rolled ahead when the leg stands at theta, counted from theta = 0; falls with
-// theta, d(advance)/d(theta) = -hip_height.
+// Forward travel of the hip when the leg is at theta, counted from theta = 0; decreases with theta,
+// d(advance)/d(theta) = -hip_height.
 double advance_m(double theta_rad, double diameter_m) noexcept;
 
-// The angle theta > 0 at which the arc, rolling backward, lets the hip down to this height: from
-// here on the belly carries. Needs 0 < height < D.
+// The angle theta > 0 at which the arc, rolling backward, lowers the hip to this height: from here
+// on the belly carries. Needs 0 < height < D.
 double lowered_rad(double height_m, double diameter_m) noexcept;
 
 // Stride of a stance from +sweep/2 to -sweep/2, and its inverse by Newton's method; both increase
@@ -45,14 +45,14 @@ SideSpeeds side_speeds(double direction, double heading_rad) noexcept;
 // side's share of the full stride; 0 below 5 %, where the leg only steps on the spot.
 double half_sweep_rad(double side_speed, double full_sweep_rad, double diameter_m) noexcept;
 
-// A leg may touch down this much further ahead than half its sweep, when a walk begins.
+// Limit of a touchdown further ahead than half the sweep, when a walk begins.
 inline constexpr double kFurthestReach = 1.25;
 
-// How far theta falls on the way from one angle to another, [0, 2 pi).
+// Decrease of theta on the way from one angle to another, [0, 2 pi).
 double fall_rad(double from_rad, double to_rad) noexcept;
 
-// Signed travel to an angle ahead at which the leg is off the ground: from between straight down
-// and there back, from anywhere else falling through the top; all other ways would push the body.
+// Signed travel to an angle ahead, off the ground: back from between straight down and there, from
+// all other angles falling through the top; other ways would push the body.
 double lift_rad(double from_rad, double to_rad) noexcept;
 
 // Signed travel from one angle near straight down to another through the top, the shorter way

@@ -13,18 +13,16 @@ static_assert(std::is_trivially_copyable_v<Locomotion>, "snapshots and replay co
 
 namespace {
 
-constexpr std::size_t kN = kLegs;
 constexpr double kUpright_rad = 0.52;  // 30 deg: a leg this near to straight down carries
-// Share of the swing limit, for movements that have no time of their own.
+// Share of the swing limit, for movements without a configured time.
 constexpr double kShareOfLimit = 0.75;
 constexpr double kLongestOrder_s = 60;  // a leg module counts its time in 16 bits of milliseconds
-// Two frames: an order must not be over before it is on the wire.
+// Two frames: an order must not end before it is on the wire.
 constexpr double kSoonest_s = 0.04;
-// One revolution and a little in three orders: of two half turns nobody knows which way round they
-// go.
+// A little more than one revolution in three orders: the sense of a half turn would be ambiguous.
 constexpr std::uint8_t kTurns = 3;
 constexpr double kTurn_rad = 2 * kPi * 1.05 / kTurns;
-constexpr double kBack_rad = kPi * 100 / 180;  // from the resting attitude to beyond the top
+constexpr double kBack_rad = kPi * 100 / 180;  // from the lying attitude to past the top
 
 }  // namespace
 
@@ -46,7 +44,7 @@ bool Locomotion::isolate(LegSet legs) noexcept {
   offset_rad_ = f.offset_rad;
   can_walk_ = can_walk_without(legs, parameters_);
   rows_ = legs != 0 && can_walk_ && !creeps_without(legs, parameters_);
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     if (in_service(i)) continue;
     targets_[i].rotation = 0;
     targets_[i].swing = false;
@@ -86,7 +84,7 @@ void Locomotion::stand_up(double) noexcept { begin(Motion::stand_up); }
 void Locomotion::finish_step(double) noexcept {
   const bool rises = rows_ && stage_ == Stage::push && progress_ == Progress::running;
   begin(Motion::finish_step);
-  if (rises) stage_ = Stage::push;  // which ends where the step is to end
+  if (rises) stage_ = Stage::push;  // ends where the step shall end
 }
 void Locomotion::lay_down(double) noexcept { begin(Motion::lay_down); }
 void Locomotion::stow(double) noexcept { begin(Motion::stow); }
@@ -101,12 +99,12 @@ void Locomotion::walk(double, const WalkRequest& request) noexcept {
     walk_changed_ = true;
   } else if (isolated_ != 0 && stage_ == Stage::align && walks() != steps_off) {
     stage_ = Stage::decide;
-  }  // else it is settling, and then walks as it was asked last
+  }  // else it is settling, and then walks by the last request
 }
 
 void Locomotion::update(double now_s, const std::array<LegMeasured, kLegs>& measured) noexcept {
   sense(now_s, measured);
-  // A stage that has nothing to do is over at once; no motion has more stages than this.
+  // A stage without work ends at once; no motion has more stages than this.
   constexpr int kMostStages = 10;
   for (int i = 0; i < kMostStages && progress_ == Progress::running; ++i) {
     if (!run_stage(now_s)) break;
@@ -117,7 +115,7 @@ void Locomotion::sense(double now_s, const std::array<LegMeasured, kLegs>& measu
   PerLeg<double> last_rad{};
   PerLeg<bool> comparable{};
   PerLeg<bool> found{};
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     Leg& leg = legs_[i];
     const bool was_usable = leg.usable;
     leg.known = measured[i].known && std::isfinite(measured[i].angle_rad);
@@ -125,7 +123,7 @@ void Locomotion::sense(double now_s, const std::array<LegMeasured, kLegs>& measu
     if (leg.known) leg.calibrated = measured[i].calibrated;
     leg.usable = leg.known && measured[i].calibrated;
     if (leg.known) leg.measured_rad = wrap_rad(measured[i].angle_rad);
-    if (leg.known && targets_[i].rotation == 0) {  // nothing asked: it is meant to be where it is
+    if (leg.known && targets_[i].rotation == 0) {  // no order: it shall stay where it is
       leg.from_rad = leg.to_rad = targets_[i].angle_rad = leg.measured_rad;
     }
     last_rad[i] = leg.estimate_rad;
@@ -135,13 +133,13 @@ void Locomotion::sense(double now_s, const std::array<LegMeasured, kLegs>& measu
   if (updated_) dead_reckon(now_s, last_rad, comparable);
   last_update_s_ = now_s;
   updated_ = true;
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     if (found[i]) order_again(i);
   }
 }
 
-// A leg passed its sensor on the way and its angle jumped to the truth, but its order was in the
-// old count: the same way round to the same angle, from where it really is.
+// A leg passed its sensor on the way and its angle jumped to the true value, but its order used the
+// old count: order the same angle in the same sense, from its true angle.
 void Locomotion::order_again(std::size_t i) noexcept {
   const LegTarget target = targets_[i];
   const bool moves = progress_ == Progress::running && target.rotation != 0 && !arrived(i);
@@ -184,10 +182,10 @@ Locomotion::Stage Locomotion::first_stage() const noexcept {
   if (motion_ == Motion::walk || motion_ == Motion::finish_step) {
     return rows_ && !upright() ? Stage::lift : Stage::align;
   }
-  // While it stands a leg without a reference is not spun only to lie down; to stand is the time to
-  // find it.
+  // A standing robot does not turn a leg without a reference only to lie down; it is searched when
+  // standing up.
   bool lost = false;
-  for (std::size_t i = 0; i < kN; ++i) lost |= in_service(i) && !legs_[i].usable;
+  for (std::size_t i = 0; i < kLegs; ++i) lost |= in_service(i) && !legs_[i].usable;
   const bool stands = upright();
   if (lost && !calibration_tried_ && (motion_ == Motion::stand_up || !stands)) {
     return Stage::calibrate;
@@ -243,7 +241,7 @@ void Locomotion::enter(Stage stage, double now_s) noexcept {
   }
 }
 
-// Where a leg has to go in this stage, and which way round.
+// Travel of a leg in this stage, with its sense.
 double Locomotion::travel_rad(std::size_t leg) const noexcept {
   const double from_rad = legs_[leg].estimate_rad;
   switch (stage_) {
@@ -278,17 +276,17 @@ void Locomotion::move_together(double now_s) noexcept {
   standing_ = stage_ == Stage::push || stage_ == Stage::align;
   PerLeg<double> travel{};
   double duration_s = nominal_s;
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     if (!in_service(i)) continue;
     travel[i] = travel_rad(i);
     duration_s = std::max(duration_s, std::abs(travel[i]) / rate_rad_s);
   }
   if (rows) duration_s = std::min(duration_s, kLongestOrder_s);
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     targets_[i].swing = false;
     if (!in_service(i)) continue;
-    // A leg that rests there needs no order, and must not get one: "forward" to an angle that it
-    // has passed by a hair is a full turn.
+    // A leg that is there needs no order, and must not get one: "forward" to an angle that it has
+    // just passed is a full turn.
     const double to_rad = legs_[i].estimate_rad + travel[i];
     const bool rests = now_s >= targets_[i].arrive_s ||
                        std::abs(wrap_rad(targets_[i].angle_rad - to_rad)) < parameters_.arrived_rad;
@@ -302,7 +300,7 @@ void Locomotion::move_together(double now_s) noexcept {
 bool Locomotion::ordered_legs_arrived(double now_s) noexcept {
   if (now_s < stage_due_s_) return false;
   bool all = true;
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     if (legs_[i].ordered && legs_[i].usable && !arrived(i)) all = false;
   }
   if (!all && now_s > stage_due_s_ + parameters_.late_limit_s) progress_ = Progress::failed;
@@ -312,7 +310,7 @@ bool Locomotion::ordered_legs_arrived(double now_s) noexcept {
 bool Locomotion::upright() const noexcept {
   PerLeg<bool> carries{};
   PerLeg<double> theta_rad{};
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     if (!in_service(i)) continue;
     theta_rad[i] = legs_[i].usable ? legs_[i].estimate_rad : 0;
     carries[i] = legs_[i].usable ? std::abs(theta_rad[i]) < kUpright_rad : standing_;
@@ -322,7 +320,7 @@ bool Locomotion::upright() const noexcept {
 
 void Locomotion::begin_calibration(double now_s) noexcept {
   const std::uint8_t tripod = search_ == Search::first_tripod ? 0 : 1;
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     legs_[i].searching = in_service(i) && !legs_[i].usable;
     if (!legs_[i].searching) continue;
     if (search_ == Search::back) {
@@ -348,12 +346,12 @@ void Locomotion::turn(std::size_t i, double way_rad, double now_s) noexcept {
 
 bool Locomotion::calibration_over(double now_s) noexcept {
   bool over = true;
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     Leg& leg = legs_[i];
     if (!leg.ordered) continue;
     if (leg.searching && leg.usable) {
-      // Its angle has just jumped to the truth; the order it follows was in the old count. Park it
-      // in the air.
+      // Its angle has just jumped to the true value; its order used the old count. Park it in the
+      // air.
       const double travel = fall_rad(leg.measured_rad, ends_.ahead_rad);
       leg.searching = false;
       order(i, leg.measured_rad, leg.measured_rad - travel, now_s,
@@ -385,9 +383,8 @@ void Locomotion::order(std::size_t i, double from_rad, double to_rad, double sta
   leg.ordered = true;
   LegTarget& target = targets_[i];
   target.angle_rad = wrap_rad(to_rad);
-  // The module starts from where it says the leg is, calibrated or not. Over a short way that may
-  // be beyond the target already, and the ordered sense would take it once round: then back is the
-  // way.
+  // The module starts from its own reported angle, calibrated or not. Over a short way the leg may
+  // have passed the target already, and the ordered sense would make a full turn: then go back.
   const double here_rad = leg.known ? leg.measured_rad : leg.estimate_rad;
   const double direct_rad = wrap_rad(to_rad - here_rad);
   const bool is_short = std::abs(to_rad - from_rad) < kPi / 2 && std::abs(direct_rad) < kPi / 2;

@@ -1,8 +1,8 @@
 #pragma once
 
 // The locomotion algorithm of Lunar Zebro behind one small interface (Zebro thesis [Conf-2]): six
-// legs, their measured angles and the time in, where each leg shall be when, out. Replaceable
-// without touching the rest. Called from the frame thread; nothing allocates after construction;
+// legs, their measured angles and the time in; target angle and time of each leg out. Replaceable
+// without changes elsewhere. Called from the frame thread; nothing allocates after construction;
 // time is data; the same calls give the same bits.
 //
 // Frames: body x forward, y left, z up. Leg angle theta: 0 = straight down, positive = toe ahead of
@@ -45,12 +45,12 @@ struct LocomotionParameters {
   double late_limit_s = 5.0;                      // a primitive this late has failed
 };
 
-// nullptr when usable, else the sentence that says what is wrong (unsynchronised gait, swing too
-// fast, ...), valid until the next call on this thread. Before the loop starts.
+// nullptr when usable, else a sentence about the error (unsynchronised gait, swing too fast, ...),
+// valid until the next call on this thread. Before the loop starts.
 const char* check(const LocomotionParameters& parameters) noexcept;
 
 // Is there a way to walk without these legs (bit i = leg i), by creeping or rowing? At most two;
-// the sets are listed in docs/gait-zebro.md.
+// docs/gait-zebro.md lists the sets.
 bool can_walk_without(LegSet isolated, const LocomotionParameters& parameters = {}) noexcept;
 
 struct WalkRequest {
@@ -61,15 +61,15 @@ struct WalkRequest {
 
 struct LegMeasured {
   double angle_rad = 0;  // theta, any multiple of 2 pi
-  bool known = false;    // heard recently
+  bool known = false;    // received recently
   bool calibrated = false;
 };
 
-// Where a leg goes now. A new `segment` is a new movement; unchanged means go on.
+// Present target of a leg. A new `segment` is a new movement; unchanged means go on.
 struct LegTarget {
   double angle_rad = 0;  // theta at arrival, (-pi, pi]
   double arrive_s = 0;   // same clock as now_s
-  // +1 robot-forward (theta falls), -1 backward, 0 nothing is asked (never was, or hold).
+  // +1 robot-forward (theta falls), -1 backward, 0 no order (never was, or hold).
   std::int8_t rotation = 0;
   std::uint32_t segment = 0;
   bool swing = false;  // in flight
@@ -83,16 +83,16 @@ class Locomotion {
   // Parameters must have passed check().
   explicit Locomotion(const LocomotionParameters& parameters) noexcept;
 
-  // Begin a motion; it takes effect with the next update(). Legal from anywhere (swings in the air
-  // come down first); what is legal when is the locomotion controller's to decide. hold: nothing is
-  // under way and nothing is asked, rotation 0. stand_up: turns uncalibrated legs until they
-  // pass their sensor or once round, puts all legs where the belly carries, then pushes the body
-  // up; a robot that stands already only aligns its legs. lay_down, stow: the way back, to the same
-  // posture; legs that are lost are found first, unless the robot stands on them. finish_step: no
-  // new swing, all legs to straight down. walk while walking: the gait changes with the next cycle,
-  // by the guarded switching cycle, heading and direction leg by leg with the next swing; where a
-  // side reverses, the step is finished first; rowing, all of it with the next stroke. walk at
-  // speed zero: finish_step, then done.
+  // Begin a motion; it takes effect with the next update(). Legal at any time (swings in the air
+  // come down first); the locomotion controller decides what is allowed. hold: no movement and no
+  // order, rotation 0. stand_up: turns uncalibrated legs until they pass their sensor or once
+  // round, puts all legs where the belly carries, then pushes the body up; a standing robot only
+  // aligns its legs. lay_down, stow: the way back, to the same posture; lost legs are searched
+  // first, unless the robot stands on them. finish_step: no new swing, all legs to straight down.
+  // walk while walking: the gait changes with the next cycle, by the guarded switching cycle,
+  // heading and direction leg by leg with the next swing; where a side reverses, the step is
+  // finished first; rowing, all of it with the next stroke. walk at speed zero: finish_step, then
+  // done.
   void hold(double now_s) noexcept;
   void stand_up(double now_s) noexcept;
   void walk(double now_s, const WalkRequest& request) noexcept;
@@ -100,17 +100,17 @@ class Locomotion {
   void lay_down(double now_s) noexcept;
   void stow(double now_s) noexcept;
 
-  // These legs, and no others, are out of service: they are never ordered, nothing waits for them,
-  // nothing is concluded from their angles. They stay where their gears hold them; that this is
-  // clear of the ground is the caller's to know. Only while no motion runs, at most two legs; else
-  // false, and nothing changes. Without legs that can_walk_without() refuses, walk fails at once
-  // and the other motions still do what they can.
+  // Exactly these legs are out of service: they are never ordered, nothing waits for them, and
+  // their angles are ignored. Their gears keep them in place; the caller has to know that they are
+  // clear of the ground. Only while no motion runs, at most two legs; else false, and nothing
+  // changes. Without legs that can_walk_without() refuses, walk fails at once and the other motions
+  // still do what they can.
   bool isolate(LegSet legs) noexcept;
   LegSet isolated() const noexcept { return isolated_; }
 
-  // Other times, speeds and limits, from the next motion on; geometry, sweep and offset stay what
-  // they were built with. They must have passed check(). Only while no motion runs; else false, and
-  // nothing changes.
+  // Other times, speeds and limits, from the next motion on; geometry, sweep and offset stay as
+  // constructed. They must have passed check(). Only while no motion runs; else false, and nothing
+  // changes.
   bool configure(const LocomotionParameters& parameters) noexcept;
 
   // Once per frame. Targets are for segments that began at or before now_s.
@@ -134,35 +134,34 @@ class Locomotion {
   // A motion is a few stages, one after the other; each but `step` ends when all legs it ordered
   // have arrived.
   enum class Stage : std::uint8_t {
-    rest,       // nothing under way
-    decide,     // choose the first stage from how the legs stand
+    rest,       // no movement
+    decide,     // choose the first stage from the angles of the legs
     land,       // swings in the air come down as planned, nothing lifts off; to decide
     calibrate,  // uncalibrated legs look for their sensor (Search); to decide
-    align,      // all legs to straight down; to rest, lower, step
-    lift,       // all legs through the air to where the belly carries; to rest, push
-    push,       // all legs together to straight down, the body rises; to rest
-    lower,      // the way back, the body goes down; to rest
+    align,      // all legs to straight down; next: rest, lower, step
+    lift,       // all legs through the air to where the belly carries; next: rest, push
+    push,       // all legs together to straight down, the body rises; next: rest
+    lower,      // the way back, the body goes down; next: rest
     sink,       // rowing: all legs together on to the end of their stroke; to lift
     step,       // walking; to land
   };
-  // How legs without a reference look for their sensor, at the top. Legs that were stowed find it
-  // on a short way back through the air, and the body stays where it is; the others have to go
-  // round.
+  // How legs without a reference search their sensor, at the top. Stowed legs find it on a short
+  // way back through the air, without moving the body; the others make a full turn.
   enum class Search : std::uint8_t { back, first_tripod, second_tripod };
   struct Leg {
-    // the movement under way, theta unwrapped: from at start_s, to at the target's arrive_s
+    // the present movement, theta unwrapped: from at start_s, to at the target's arrive_s
     double from_rad = 0;
     double to_rad = 0;
     double start_s = 0;
-    bool ordered = false;  // by the stage under way
+    bool ordered = false;  // by the present stage
     // measured
     bool known = false;
-    bool calibrated = false;  // as last heard
+    bool calibrated = false;  // as last reported
     bool usable = false;      // known and calibrated
     double measured_rad = 0;
-    double estimate_rad = 0;  // measured when usable, else where it should be
+    double estimate_rad = 0;  // measured when usable, else expected
     // walking
-    double half_sweep_rad = 0;  // signed; of the stance under way or coming
+    double half_sweep_rad = 0;  // signed; of the present or next stance
     double top_s = 0;  // a swing of nearly a full turn is ordered in two halves; 0: no half to come
     double top_to_rad = 0;
     bool lifted = false;  // in the current cycle
@@ -239,10 +238,10 @@ class Locomotion {
   LegSet isolated_ = 0;
   bool can_walk_ = true;
   bool rows_ = false;  // instead of stepping
-  // Of the walk under way, when legs are isolated.
+  // For the present walk, when legs are isolated.
   Creep creep_{};
   Speed creep_speed_ = Speed::zero;
-  int landing_group_ = 0;  // the first one whose landing has not been followed up
+  int landing_group_ = 0;  // the first one whose landing has not been handled
   std::array<LegTarget, kLegs> targets_{};
   std::array<Leg, kLegs> legs_{};
   Schedule schedule_{};
@@ -250,13 +249,13 @@ class Locomotion {
   Progress progress_ = Progress::done;
   Stage stage_ = Stage::rest;
   WalkRequest request_{};
-  SideSpeeds sides_{};               // of the walk under way
-  SideSpeeds owed_{};                // rowing: asked for and not yet gone, in strokes
+  SideSpeeds sides_{};               // of the present walk
+  SideSpeeds owed_{};                // rowing: requested and not yet rowed, in strokes
   std::array<Stroke, 2> strokes_{};  // left, right
   double stage_due_s_ = 0;
   double last_update_s_ = 0;
   bool updated_ = false;
-  bool standing_ = false;  // what our own motions left, for legs that cannot say
+  bool standing_ = false;  // result of our own motions, for legs without a report
   bool calibration_tried_ = false;
   Search search_ = Search::back;  // calibrating
   bool pushed_off_ = false;

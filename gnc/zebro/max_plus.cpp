@@ -64,7 +64,7 @@ int nilpotency_index(const Matrix& a) noexcept {
 std::optional<Matrix> star(const Matrix& a) noexcept {
   const int index = nilpotency_index(a);
   if (index == 0) return std::nullopt;
-  // (E (+) A)^(p-1) holds all powers below p, since (+) is idempotent.
+  // (E (+) A)^(p-1) includes all powers below p, since (+) is idempotent.
   const Matrix step = add(identity(), a);
   Matrix sum = identity();
   for (int p = 1; p < index; ++p) sum = multiply(sum, step);

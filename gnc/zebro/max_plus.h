@@ -1,8 +1,8 @@
 #pragma once
 
 // Max-plus linear algebra on the 12 events of a gait cycle: a (+) b = max(a, b), a (x) b = a + b,
-// zero element eps = -infinity, unit 0. Eps is IEEE -infinity, whose sums and maxima are already
-// right; there is no NaN as long as nobody puts +infinity in. Fixed size, nothing allocates, pure
+// zero element eps = -infinity, unit 0. Eps is IEEE -infinity, whose sums and maxima are correct;
+// there is no NaN as long as +infinity is never used. Fixed size, nothing allocates, pure
 // functions; a product is 1728 additions. Baccelli, Cohen, Olsder, Quadrat: "Synchronization and
 // Linearity" (1992), chapters 2 and 3.
 

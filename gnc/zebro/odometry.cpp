@@ -1,4 +1,4 @@
-// Dead reckoning of Locomotion: the body goes where the legs on the ground roll it.
+// Dead reckoning of Locomotion: the legs on the ground roll the body.
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,7 @@ void Locomotion::reset_odometry() noexcept {
 void Locomotion::dead_reckon(double now_s, const PerLeg<double>& last_rad,
                              const PerLeg<bool>& comparable) noexcept {
   // Only angles at which a leg carries count: a leg that is still on its way down does not push.
-  // Aligning counts for nothing: legs ahead and legs behind slip against each other, and the body
+  // Aligning does not count: legs ahead and legs behind slip against each other, and the body
   // hardly moves.
   double low_rad = 0;
   double high_rad = 0;

@@ -9,12 +9,12 @@
 namespace lss::gnc::zebro {
 
 namespace {
-constexpr double kClear_rad = 0.05;  // beyond where the belly carries: no load on the leg
+constexpr double kClear_rad = 0.05;  // past the angle where the belly carries: no load on the leg
 constexpr double kToe_rad = 50 * kPi / 180;
 }  // namespace
 
-// Ahead: halfway between where the arc would touch the ground and where the toe would rise above
-// the body, whose top is as far from the hips as its bottom.
+// Ahead: halfway between the angle where the arc would touch the ground and the one where the toe
+// would rise above the body, whose top is as far from the hips as its bottom.
 StrokeEnds stroke_ends(const LocomotionParameters& p) noexcept {
   const double arc_rad = lowered_rad(p.belly_height_m, p.leg_diameter_m);
   const double above_rad = std::acos(-p.belly_height_m / p.leg_diameter_m);
@@ -57,7 +57,7 @@ void Locomotion::begin_rowing() noexcept {
   choose_strokes();
 }
 
-// Which strokes the sides go next, for the walk that is asked for now.
+// Chooses the next strokes of the sides, for the requested walk.
 void Locomotion::choose_strokes() noexcept {
   const SideSpeeds wanted = side_speeds(request_.direction, request_.heading_rad);
   owed_.left += wanted.left;
@@ -69,14 +69,14 @@ Stroke Locomotion::stroke_of(std::size_t leg) const noexcept {
   return strokes_[is_left(static_cast<int>(leg)) ? 0 : 1];
 }
 
-// Where a leg has to go, and which way round, so that the body is not moved by it.
+// Signed travel of a leg to its stroke, without moving the body.
 double Locomotion::swing_to_stroke_rad(std::size_t leg) const noexcept {
   const double from_rad = legs_[leg].estimate_rad;
   const double to_rad = begin_rad(stroke_of(leg), ends_);
   return to_rad > 0 ? lift_rad(from_rad, to_rad) : -lift_rad(-from_rad, -to_rad);
 }
 
-// High is as fast as legs move that have no time of their own.
+// High is the speed of movements without a configured time.
 double Locomotion::rowing_slowness() const noexcept {
   return request_.speed == Speed::high ? 1 : request_.speed == Speed::medium ? 2 : 4;
 }

@@ -30,7 +30,7 @@ void Schedule::start(const Partition& gait, const GaitTimes& times, double first
 void Schedule::change(const Partition& gait, const PerLeg<double>& commanded_lift_off_s) noexcept {
   if (same_gait(gait, next_gait_)) return;
   not_before_s_ = commanded_lift_off_s;
-  if (same_gait(gait, gait_)) {  // back to the present gait before the change came about
+  if (same_gait(gait, gait_)) {  // back to the present gait before the change
     next_gait_ = gait_;
     guard_ = Guard::own_last_group;
   } else {

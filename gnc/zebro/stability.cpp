@@ -19,8 +19,8 @@ double static_margin_m(const PerLeg<bool>& in_stance, const PerLeg<double>& thet
   }
   if (feet < 2) return -std::numeric_limits<double>::infinity();
 
-  // An edge of the convex hull has every other foot on its left; with so few feet, trying all pairs
-  // is shortest.
+  // An edge of the convex hull has every other foot on its left; for so few feet, trying all pairs
+  // is simplest.
   double margin_m = std::numeric_limits<double>::infinity();
   for (std::size_t a = 0; a < feet; ++a) {
     for (std::size_t b = 0; b < feet; ++b) {

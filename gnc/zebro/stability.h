@@ -1,7 +1,7 @@
 #pragma once
 
-// Static stability on level ground: how far inside its feet the robot's centre of mass is. Pure, no
-// allocation.
+// Static stability on level ground: distance of the robot's centre of mass from the edge of its
+// feet. Pure, no allocation.
 
 #include "gnc/zebro/gait.h"
 

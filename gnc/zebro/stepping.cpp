@@ -10,15 +10,14 @@ namespace lss::gnc::zebro {
 
 namespace {
 
-constexpr std::size_t kN = kLegs;
-// A swing that ends within 20 deg of where it began is ordered in two halves, lest "rotate to here"
-// moves nothing.
+// A swing that ends within 20 deg of its start is ordered in two halves, since "rotate to here"
+// would move nothing.
 constexpr double kAmbiguous_rad = 2 * kPi - 0.35;
-// A stance whose end moved by less is left alone: the leg waits this long at its end instead of a
+// A stance whose end moved by less is unchanged: the leg waits this long at its end instead of a
 // new order per frame.
 constexpr double kSlower_s = 0.1;
 
-// A stance shorter than this is none, and an order for it would be one to turn to where the leg is.
+// A shorter stance is omitted: its order would be to turn to the present angle.
 constexpr double kStill_rad = 1e-3;
 
 // Of the legs that have one.
@@ -48,13 +47,13 @@ Roll Locomotion::roll_of(const SideSpeeds& sides) const noexcept {
   Roll roll{{}, offset_rad_, parameters_.leg_diameter_m};
   const double left_rad = half_sweep_rad(sides.left, sweep_rad_, parameters_.leg_diameter_m);
   const double right_rad = half_sweep_rad(sides.right, sweep_rad_, parameters_.leg_diameter_m);
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     roll.half_sweep_rad[i] = is_left(static_cast<int>(i)) ? left_rad : right_rad;
   }
   return roll;
 }
 
-// With legs out of service; false when none is stable.
+// With legs out of service; false when no gait is stable.
 bool Locomotion::choose_gait() noexcept {
   if (!can_walk_) return false;
   sides_ = side_speeds(request_.direction, request_.heading_rad);
@@ -64,13 +63,26 @@ bool Locomotion::choose_gait() noexcept {
   return found.margin_m >= kLeastMargin_m;
 }
 
-// A small change of heading is walked in the gait under way, when that is stable with it.
+// A small change of heading uses the present gait, when that is stable with it. Legs take it over
+// group by group, from whichever lifts off next: each mixture must be stable, too.
 bool Locomotion::gait_stays(const SideSpeeds& wanted) const noexcept {
-  const Roll roll = roll_of(wanted);
-  if (request_.speed == creep_speed_ && static_margin_m(creep_, roll) >= kLeastMargin_m) {
-    return true;
+  const Roll to = roll_of(wanted);
+  if (request_.speed != creep_speed_ && stable_gait(isolated_, request_.speed, to).creep != creep_)
+    return false;
+  Roll from = to;
+  for (std::size_t i = 0; i < kLegs; ++i) from.half_sweep_rad[i] = legs_[i].half_sweep_rad;
+  const int groups = creep_.gait.groups;
+  for (int first = 0; first < groups; ++first) {
+    Roll mixed = from;
+    for (int n = 0; n < groups; ++n) {
+      for (std::size_t i = 0; i < kLegs; ++i) {
+        if (creep_.gait.group_of[i] == (first + n) % groups)
+          mixed.half_sweep_rad[i] = to.half_sweep_rad[i];
+      }
+      if (static_margin_m(creep_, mixed) < kLeastMargin_m) return false;
+    }
   }
-  return stable_gait(isolated_, request_.speed, roll).creep == creep_;
+  return true;
 }
 
 void Locomotion::begin_stepping(double now_s) noexcept {
@@ -79,19 +91,18 @@ void Locomotion::begin_stepping(double now_s) noexcept {
     schedule_.start(creep_.gait, times_, now_s + parameters_.start_delay_s);
   } else {
     sides_ = side_speeds(request_.direction, request_.heading_rad);
-    // Two tripods put the legs where the gait wants them; six single legs would take three times
-    // as long.
+    // Two tripods align the legs for the gait; six single legs would take three times as long.
     schedule_.start(kTripod, times_, now_s + parameters_.start_delay_s);
     schedule_.change(gait_of(request_.speed), kAnyTime);
   }
-  // A creep begins in its rhythm, for the walk that the legs were aligned for.
+  // A creep begins in its steady state, for the walk that the legs were aligned for.
   pushed_off_ = creeps;
   first_cycle_ = !creeps;
   walk_changed_ = creeps;
   landing_group_ = 0;
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     Leg& leg = legs_[i];
-    leg.lifted = leg.landed = !in_service(i);  // which has nothing to do in any cycle
+    leg.lifted = leg.landed = !in_service(i);  // which takes no part in any cycle
     leg.late = false;
     leg.half_sweep_rad = creeps ? requested_half_sweep_rad(i) : 0;
     leg.top_s = 0;
@@ -102,12 +113,12 @@ void Locomotion::step(double now_s) noexcept {
   if (walk_changed_) change_walk();
   if (stage_ != Stage::step) return;
   if (!pushed_off_ && now_s >= first_s(schedule_.current().lift_off_s)) push_off();
-  // Usually nothing or one event is due; after a gap in time they are made up for in order.
+  // Usually nothing or one event is due; after a gap in time they are processed in order.
   constexpr int kMostRounds = 64;
   bool more = true;
   for (int round = 0; more && round < kMostRounds && progress_ == Progress::running; ++round) {
     more = false;
-    for (std::size_t i = 0; i < kN; ++i) {
+    for (std::size_t i = 0; i < kLegs; ++i) {
       if (!targets_[i].swing || !swing_over(i, now_s)) continue;
       touch_down(i);
       if (isolated_ == 0) stance(i);
@@ -115,7 +126,7 @@ void Locomotion::step(double now_s) noexcept {
     }
     if (isolated_ != 0 && group_landed()) roll_body();
     if (next_cycle_begins(now_s)) begin_next_cycle(now_s);
-    for (std::size_t i = 0; i < kN; ++i) {
+    for (std::size_t i = 0; i < kLegs; ++i) {
       if (legs_[i].lifted || now_s < schedule_.current().lift_off_s[i]) continue;
       lift_off(i);
       more = true;
@@ -125,8 +136,8 @@ void Locomotion::step(double now_s) noexcept {
 }
 
 // A new request takes effect leg by leg with each next swing, the gait with the next cycle. Where a
-// side changes its direction the legs of that side would work against each other for a whole cycle:
-// there the step is finished first.
+// side reverses, the legs of that side would work against each other for a whole cycle: there the
+// step is finished first.
 void Locomotion::change_walk() noexcept {
   walk_changed_ = false;
   const SideSpeeds wanted = side_speeds(request_.direction, request_.heading_rad);
@@ -140,27 +151,27 @@ void Locomotion::change_walk() noexcept {
       creep_speed_ = request_.speed;
       sides_ = wanted;
     } else {
-      stage_ = Stage::land;  // between two gaits there need be no margin
+      stage_ = Stage::land;  // between two gaits there may be no margin
     }
     return;
   }
   sides_ = wanted;
   PerLeg<double> commanded_s = kAnyTime;
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     if (legs_[i].landed) commanded_s[i] = schedule_.next().lift_off_s[i];
   }
   schedule_.change(gait_of(request_.speed), commanded_s);
 }
 
-// The first cycle is walked at half speed, which is what brings legs that all start straight down
-// into the rhythm without working against each other: each rolls from the middle to where it lifts
+// The first cycle runs at half speed, which brings legs that all start straight down into the
+// steady state without working against each other: each rolls from the middle to where it lifts
 // off, and touches down as far ahead as it can roll back by its next lift-off, at half speed to the
 // end of this cycle and at full speed from there.
 void Locomotion::push_off() noexcept {
   pushed_off_ = true;
   const PerLeg<double>& lift_off_s = schedule_.current().lift_off_s;
   const double start_s = first_s(lift_off_s);
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     const double rolled = (lift_off_s[i] - start_s) / schedule_.steady_stance_s();
     const double from_rad = legs_[i].estimate_rad;
     const double to_rad = offset_rad_ - rolled * requested_half_sweep_rad(i);
@@ -169,8 +180,7 @@ void Locomotion::push_off() noexcept {
   }
 }
 
-// Where a leg of the first cycle stands when that cycle ends, and where it has to touch down to get
-// there.
+// Angle of a leg of the first cycle at the end of that cycle, and its touchdown angle for it.
 double Locomotion::end_of_first_cycle_rad(std::size_t i) const noexcept {
   const PerLeg<double>& next_s = schedule_.next().lift_off_s;
   const double to_roll = 2 * (next_s[i] - first_s(next_s)) / schedule_.steady_stance_s();
@@ -195,11 +205,11 @@ bool Locomotion::next_cycle_begins(double now_s) const noexcept {
 
 void Locomotion::begin_next_cycle(double now_s) noexcept {
   schedule_.advance();
-  for (std::size_t i = 0; i < kN; ++i) legs_[i].lifted = legs_[i].landed = !in_service(i);
+  for (std::size_t i = 0; i < kLegs; ++i) legs_[i].lifted = legs_[i].landed = !in_service(i);
   landing_group_ = 0;
   if (!first_cycle_) return;
   first_cycle_ = false;
-  for (std::size_t i = 0; i < kN; ++i) {  // from half to full speed
+  for (std::size_t i = 0; i < kLegs; ++i) {  // from half to full speed
     const double lift_off_s = schedule_.current().lift_off_s[i];
     if (now_s < lift_off_s) roll(i, reference_rad(i, now_s), now_s, lift_off_s);
   }
@@ -225,16 +235,16 @@ void Locomotion::lift_off(std::size_t i) noexcept {
   order(i, from_rad, from_rad + travel_rad / 2, start_s, leg.top_s, true);
 }
 
-// The last or only part of a swing. A leg that cannot make it in time touches down later, and all
-// know it now.
+// The last or only part of a swing. A leg that cannot make it in time touches down later, and the
+// schedule is updated.
 void Locomotion::swing(std::size_t i, double from_rad, double to_rad, double start_s,
                        double arrive_s) noexcept {
   order(i, from_rad, to_rad, start_s, arrive_s, true);
   schedule_.postpone_touchdown(i, targets_[i].arrive_s);
 }
 
-// The leg is down: by its own report when it can tell, else by the clock. While it is late,
-// everything that waits for it is moved.
+// The leg is down: by its own report if it has one, else by the clock. While it is late, everything
+// that waits for it is moved.
 bool Locomotion::swing_over(std::size_t i, double now_s) noexcept {
   Leg& leg = legs_[i];
   const double& touchdown_s = schedule_.current().touchdown_s[i];
@@ -282,7 +292,7 @@ void Locomotion::roll(std::size_t i, double from_rad, double start_s, double lif
 
 // Events moved later while legs roll towards them: the same way, slower.
 void Locomotion::slow_stances(double now_s) noexcept {
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     if (targets_[i].swing || !pushed_off_) continue;
     const double end_s = !legs_[i].lifted ? schedule_.current().lift_off_s[i]
                          : first_cycle_   ? first_s(schedule_.next().lift_off_s)
@@ -296,7 +306,7 @@ void Locomotion::slow_stances(double now_s) noexcept {
 
 bool Locomotion::group_landed() noexcept {
   if (landing_group_ == creep_.gait.groups) return false;
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     if (creep_.gait.group_of[i] == landing_group_ && !legs_[i].landed) return false;
   }
   return true;
@@ -311,13 +321,13 @@ void Locomotion::roll_body() noexcept {
   const Events& events = next == 0 ? schedule_.next() : schedule_.current();
   double start_s = max_plus::kEps;
   double end_s = max_plus::kEps;
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     if (creep_.gait.group_of[i] == landing_group_ - 1) {
       start_s = std::max(start_s, schedule_.current().touchdown_s[i]);
     }
     if (creep_.gait.group_of[i] == next) end_s = std::max(end_s, events.lift_off_s[i]);
   }
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     if (!in_service(i)) continue;
     const double from_rad = wrap_rad(legs_[i].to_rad);
     const double to_rad = creep_rad(creep_, i, next, legs_[i].half_sweep_rad, offset_rad_);
@@ -328,7 +338,7 @@ void Locomotion::roll_body() noexcept {
 
 bool Locomotion::landed(double now_s) noexcept {
   bool all = true;
-  for (std::size_t i = 0; i < kN; ++i) {
+  for (std::size_t i = 0; i < kLegs; ++i) {
     if (!targets_[i].swing) continue;
     if (swing_over(i, now_s)) {
       touch_down(i);

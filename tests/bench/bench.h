@@ -58,6 +58,7 @@ struct Figure {
   bool absolute = false;  // the goal is one of the value, not of the ratio
   std::string note{};
   std::string held_back{};  // by what, when the goal is not met
+  bool failed = false;      // not measured, since something broke
 
   std::string remark() const;       // the note, and what holds it back when that is so
   std::optional<bool> met() const;  // nothing: no goal, or not measured
@@ -98,5 +99,6 @@ Figures row_ix(const Options& options);
 Figures row_x(const Options& options);
 Figures row_xi(const Options& options);
 Figures row_xii(const Options& options);
+Figures row_xiii(const Options& options);
 
 }  // namespace lss::bench

@@ -5,7 +5,7 @@ import math
 import subprocess
 import sys
 
-ROWS = ["i", "ii", "iii", "iv", "v", "vi", "vii", "viii", "ix", "x", "xi", "xii"]
+ROWS = ["i", "ii", "iii", "iv", "v", "vi", "vii", "viii", "ix", "x", "xi", "xii", "xiii"]
 NUMBERS = ["value", "reference", "ratio", "aa_ratio", "goal"]
 FIELDS = ["row", "figure", "unit", *NUMBERS, "met", "note"]
 

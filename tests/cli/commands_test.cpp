@@ -115,7 +115,7 @@ TEST(Commands, EveryCommandOfTheTableIsDescribedWithAllItsParameters) {
 TEST(Commands, SaysWhereACommandIsAllowedAndWhatItNeeds) {
   const std::string start = describe(find_command(zebro::kVehicle, "start"), zebro::kVehicle);
   EXPECT_THAT(start, HasSubstr("in: Idle\n"));
-  EXPECT_THAT(start, HasSubstr("all modules answer, the OBC is heard, the panel is in"));
+  EXPECT_THAT(start, HasSubstr("all modules answer, the OBC sends heartbeats, the panel is in"));
   EXPECT_THAT(describe(find_command(zebro::kVehicle, "walk"), zebro::kVehicle),
               HasSubstr("in: Operational Standing, Walking\n"));
   EXPECT_THAT(describe(find_command(zebro::kVehicle, "estop"), zebro::kVehicle),

@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -139,6 +140,20 @@ TEST_F(Doctor, AsksTheDaemonForItsContract) {
   EXPECT_THAT(check(report, "daemon_contract").at("found"), HasSubstr("policy"));
   daemon.latch(FaultId::module_silent, 4);
   ASSERT_TRUE(await([&] { return check(examine(words), "daemon").at("result") == "note"; }));
+}
+
+TEST_F(Doctor, TwoDaemonsOfOneNameAreAProblemThatNamesBoth) {
+  const std::vector<std::string> words = {"--config", config("vehicle = \"zebro\"\n")};
+  FakeDaemon first(domain(), Birth{.pid = 1001});
+  FakeDaemon other(domain(), Birth{.vehicle_id = "zebro-2", .pid = 1003});
+  const json single = check(examine(words), "daemon_names");
+  EXPECT_EQ(single.at("result"), "good");
+  EXPECT_THAT(single.at("found"), AllOf(HasSubstr("zebro-1 (obc, pid 1001"), HasSubstr("1003")));
+  FakeDaemon second(domain(), Birth{.pid = 1002});
+  const json twice = check(examine(words), "daemon_names");
+  EXPECT_EQ(twice.at("result"), "problem");
+  EXPECT_THAT(twice.at("found"), AllOf(HasSubstr("pid 1001"), HasSubstr("pid 1002")));
+  EXPECT_THAT(twice.at("meaning"), HasSubstr("several daemons are zebro-1"));
 }
 
 TEST_F(Doctor, DomainComesFromTheConfigurationUnlessItIsGiven) {

@@ -32,29 +32,15 @@ T must(dds::Result<T> result) {
 dds::Participant join(int domain) {
   dds::ParticipantParameters parameters;
   parameters.domain = domain;
+  parameters.daemon = true;
   return must(dds::Participant::create(parameters));
 }
 
 }  // namespace
 
-FakeDaemon::FakeDaemon(int domain, const std::string& vehicle_id)
-    : participant_(join(domain)), vehicle_id_(vehicle_id) {
-  const auto writer = [&](dds::Kind kind) {
-    return must(dds::create_writer(participant_.get(), dds::common_topic(kind)));
-  };
-  acks_ = writer(dds::Kind::command_ack);
-  status_ = writer(dds::Kind::status);
-  events_ = writer(dds::Kind::event);
-  timing_ = writer(dds::Kind::timing_statistics);
-  parameter_writer_ = writer(dds::Kind::parameters);
-  telemetry_ = must(dds::create_writer(participant_.get(),
-                                       dds::telemetry_topic("zebro", &lss_ZebroTelemetry_desc)));
-  const auto reader = [&](dds::Kind kind) {
-    return must(dds::create_daemon_reader(participant_.get(), dds::common_topic(kind), nullptr));
-  };
-  commands_ = reader(dds::Kind::command);
-  heartbeat_reader_ = reader(dds::Kind::heartbeat);
-  put(parameters_.vehicle_id, vehicle_id_);
+FakeDaemon::FakeDaemon(int domain, const Birth& birth)
+    : birth_(birth), participant_(join(domain)), speaks_(Clock::now() + birth.late_by) {
+  put(parameters_.vehicle_id, birth_.vehicle_id);
   for (const auto& [name, unit, value, min, max, change] :
        {std::tuple{"limits.current_A", "A", 1.2, 0.05, 1.7, lss_CHANGE_ALWAYS},
         std::tuple{"gait.flight_s", "s", 3.0, 0.1, 60.0, lss_CHANGE_AT_REST},
@@ -68,8 +54,28 @@ FakeDaemon::FakeDaemon(int domain, const std::string& vehicle_id)
     p.saved = NAN;
     p.change = change;
   }
-  publish_parameters();
+  if (birth_.late == Birth::Late::status) open();
   thread_ = std::thread([this] { run(); });
+}
+
+void FakeDaemon::open() {
+  const auto writer = [&](dds::Kind kind) {
+    return must(dds::create_writer(participant_.get(), dds::common_topic(kind)));
+  };
+  acks_ = writer(dds::Kind::command_ack);
+  events_ = writer(dds::Kind::event);
+  timing_ = writer(dds::Kind::timing_statistics);
+  parameter_writer_ = writer(dds::Kind::parameters);
+  telemetry_ = must(dds::create_writer(participant_.get(),
+                                       dds::telemetry_topic("zebro", &lss_ZebroTelemetry_desc)));
+  const auto reader = [&](dds::Kind kind) {
+    return must(dds::create_daemon_reader(participant_.get(), dds::common_topic(kind),
+                                          birth_.vehicle_id, nullptr));
+  };
+  commands_ = reader(dds::Kind::command);
+  heartbeat_reader_ = reader(dds::Kind::heartbeat);
+  status_ = writer(dds::Kind::status);
+  publish_parameters();
 }
 
 FakeDaemon::~FakeDaemon() {
@@ -82,9 +88,11 @@ void FakeDaemon::run() {
   while (!stop_) {
     {
       const std::lock_guard lock(mutex_);
-      if (!silent_) {
+      const bool speaks = Clock::now() >= speaks_;
+      if (speaks && !status_) open();
+      if (!silent_ && status_) {
         take_commands();
-        if (changed_ || Clock::now() >= next_status) {
+        if (speaks && (changed_ || Clock::now() >= next_status)) {
           publish_status();
           next_status = Clock::now() + milliseconds(1000);
         }
@@ -105,27 +113,36 @@ void FakeDaemon::take_commands() {
   lss_Command command{};
   void* commands[1] = {&command};
   while (dds_take(commands_.get(), commands, &info, 1, 1) == 1) {
-    if (info.valid_data && text(command.vehicle_id) == vehicle_id_) obey(command);
+    const std::string_view id = text(command.vehicle_id);
+    const bool every = id == dds::kEveryVehicle && command.kind == kEstop;
+    if (info.valid_data && (every || id == birth_.vehicle_id))
+      obey(command, info.publication_handle);
   }
 }
 
-void FakeDaemon::obey(const lss_Command& command) {
+bool FakeDaemon::is_troubled(std::uint16_t kind, Trouble::Kind what) {
+  const auto found = troubles_.find(kind);
+  if (found == troubles_.end() || found->second.kind != what || found->second.times == 0)
+    return false;
+  if (found->second.times > 0) --found->second.times;
+  return true;
+}
+
+void FakeDaemon::obey(const lss_Command& command, std::uint64_t writer) {
   const bool dry_run = (command.flags & kFlagDryRun) != 0;
   if (!dry_run) heard_.push_back(command);
-  std::uint64_t& newest = sequences_[std::string(text(command.source))];
+  std::uint64_t& newest = sequences_[writer];
   if (command.seq <= newest) {
     return acknowledge(command, lss_PHASE_REJECTED, Reason::stale_sequence);
   }
   newest = command.seq;
-  const auto found = troubles_.find(command.kind);
-  const bool troubled = found != troubles_.end();
-  if (troubled && found->second.kind == Trouble::Kind::no_answer) return;
-  const bool anyone = command.kind == kData || command.kind == kEstop;
+  if (is_troubled(command.kind, Trouble::Kind::no_answer)) return;
+  const bool anyone = command.kind == kData || command.kind == kEstop || command.kind == kLand;
   if (!anyone && !authority_.empty() && text(command.source) != authority_) {
     return acknowledge(command, lss_PHASE_REJECTED, Reason::not_authorised);
   }
-  if (troubled && found->second.kind == Trouble::Kind::reject) {
-    return acknowledge(command, lss_PHASE_REJECTED, found->second.reason);
+  if (is_troubled(command.kind, Trouble::Kind::reject)) {
+    return acknowledge(command, lss_PHASE_REJECTED, troubles_.at(command.kind).reason);
   }
   acknowledge(command, lss_PHASE_ACCEPTED);
   if (dry_run) return;
@@ -138,9 +155,9 @@ void FakeDaemon::obey(const lss_Command& command) {
   if (active_.kind != 0) finish(lss_PHASE_SUPERSEDED, Reason::superseded);
   acknowledge(command, lss_PHASE_EXECUTING);
   active_ = command;
-  if (troubled && found->second.kind == Trouble::Kind::fail)
-    return finish(lss_PHASE_FAILED, found->second.reason);
-  if (troubled) return;  // never ends
+  if (is_troubled(command.kind, Trouble::Kind::fail))
+    return finish(lss_PHASE_FAILED, troubles_.at(command.kind).reason);
+  if (is_troubled(command.kind, Trouble::Kind::never_ends)) return;
   perform(command);
 }
 
@@ -163,11 +180,13 @@ void FakeDaemon::obey_parameters(const lss_Command& command) {
 void FakeDaemon::publish_parameters() { dds_write(parameter_writer_.get(), &parameters_); }
 
 void FakeDaemon::perform(const lss_Command& command) {
+  Reason reason{};
   const auto reach = [&](lss_State state, Mode mode) {
     state_ = state;
     mode_ = mode;
     changed_ = true;
     authority_ = state == lss_STATE_OPERATIONAL ? text(command.source) : "";
+    airborne_ = false;
   };
   switch (command.kind) {
     case kStart:
@@ -187,19 +206,23 @@ void FakeDaemon::perform(const lss_Command& command) {
       break;
     case kWalk:
       return reach(lss_STATE_OPERATIONAL, Mode::walking);  // until another command
+    case kLand:
+      reach(lss_STATE_OPERATIONAL, mode_);
+      break;
     case kEstop:
+      reason = airborne_ ? Reason::fell : Reason::none;
       reach(lss_STATE_FATAL_ERROR, Mode::none);
       break;
     default:
       reach(lss_STATE_IDLE, Mode::none);
       break;
   }
-  finish(lss_PHASE_COMPLETED);
+  finish(lss_PHASE_COMPLETED, reason);
 }
 
 void FakeDaemon::acknowledge(const lss_Command& command, lss_Phase phase, Reason reason) {
   lss_CommandAck ack{};
-  put(ack.vehicle_id, vehicle_id_);
+  put(ack.vehicle_id, birth_.vehicle_id);
   std::ranges::copy(command.source, ack.source);
   ack.seq = command.seq;
   ack.kind = command.kind;
@@ -217,9 +240,14 @@ void FakeDaemon::finish(lss_Phase phase, Reason reason) {
 
 void FakeDaemon::publish_status() {
   lss_Status status{};
-  put(status.vehicle_id, vehicle_id_);
-  put(status.vehicle, "zebro");
+  put(status.vehicle_id, birth_.vehicle_id);
+  put(status.vehicle, birth_.vehicle);
   put(status.version, "0.0.0");
+  put(status.instance.host, "obc");
+  status.instance.pid = birth_.pid;
+  status.instance.started_utc_ns = 1'900'000'000'000'000'000;
+  status.airborne = airborne_;
+  status.stop_in_flight = stop_in_flight_;
   put(status.authority, authority_);
   put(status.mode_name, zebro::kModeNames[static_cast<std::size_t>(mode_)]);
   status.state = state_;
@@ -245,7 +273,7 @@ void FakeDaemon::publish_status() {
 
 void FakeDaemon::publish_telemetry() {
   lss_ZebroTelemetry t{};
-  put(t.vehicle_id, vehicle_id_);
+  put(t.vehicle_id, birth_.vehicle_id);
   t.time_ns = now_ns();
   t.state = static_cast<std::uint8_t>(state_);
   t.mode = static_cast<std::uint8_t>(mode_);
@@ -272,6 +300,11 @@ void FakeDaemon::set_state(lss_State state, Mode mode) {
   state_ = state;
   mode_ = mode;
   changed_ = true;
+}
+void FakeDaemon::take_off(lss_StopInFlight stop) {
+  const std::lock_guard lock(mutex_);
+  airborne_ = changed_ = true;
+  stop_in_flight_ = stop;
 }
 void FakeDaemon::set_authority(const std::string& source) {
   const std::lock_guard lock(mutex_);
@@ -309,7 +342,7 @@ void FakeDaemon::emergency() {
 void FakeDaemon::event(EventId id, const std::string& what) {
   const std::lock_guard lock(mutex_);
   lss_Event event{};
-  put(event.vehicle_id, vehicle_id_);
+  put(event.vehicle_id, birth_.vehicle_id);
   event.index = ++event_index_;
   event.time_ns = now_ns();
   event.severity = lss_SEVERITY_INFO;
@@ -329,7 +362,7 @@ void FakeDaemon::saved_parameters(lss_SavedParameters saved) {
 void FakeDaemon::timing(const TimingStatistics& statistics) {
   const std::lock_guard lock(mutex_);
   lss_TimingStatistics sample{};
-  put(sample.vehicle_id, vehicle_id_);
+  put(sample.vehicle_id, birth_.vehicle_id);
   sample.frames = statistics.frames;
   sample.overruns = statistics.overruns;
   sample.offset_ns = statistics.offset_ns;

@@ -5,6 +5,7 @@
 // to misbehave. Thread-safe; its own thread runs from construction to destruction.
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <mutex>
@@ -17,29 +18,48 @@
 #include "idl/topics.h"
 #include "idl/zebro_commands.h"
 #include "lss.h"
+#include "tools/lss-cli/waker.h"
 
 namespace lss::cli::test {
 
 inline constexpr std::uint16_t kStart = 1, kStop = 2, kEstop = 3, kSolve = 4, kReset = 5, kData = 6,
                                kSetParameter = 9, kSaveParameters = 10, kStand = 101,
-                               kLayDown = 102, kStow = 103, kWalk = 104, kPanel = 105, kLeg = 106;
+                               kLayDown = 102, kStow = 103, kWalk = 104, kPanel = 105, kLeg = 106,
+                               kLand = 313;
 
 // What happens to a command instead of being done.
 struct Trouble {
   enum class Kind { reject, fail, no_answer, never_ends };
   Kind kind;
   Reason reason = Reason::none;
+  int times = -1;  // so many, and then it is done; -1: always
+};
+
+// Which daemon it is, and how it comes up.
+struct Birth {
+  std::string vehicle_id = "zebro-1";
+  std::string vehicle = "zebro";
+  std::int32_t pid = 1;
+  enum class Late {
+    status,  // its topics are there and it says nothing yet
+    topics,  // DDS knows of a daemon, and nothing more
+  };
+  Late late = Late::status;
+  std::chrono::milliseconds late_by{0};  // from then on it is as any other
 };
 
 class FakeDaemon {
  public:
-  explicit FakeDaemon(int domain, const std::string& vehicle_id = "zebro-1");
+  explicit FakeDaemon(int domain, const std::string& vehicle_id = "zebro-1")
+      : FakeDaemon(domain, Birth{.vehicle_id = vehicle_id}) {}
+  FakeDaemon(int domain, const Birth& birth);
   ~FakeDaemon();
   FakeDaemon(const FakeDaemon&) = delete;
   FakeDaemon& operator=(const FakeDaemon&) = delete;
 
   void trouble(std::uint16_t kind, Trouble trouble);
   void set_state(lss_State state, zebro::Mode mode = zebro::Mode::none);
+  void take_off(lss_StopInFlight stop = lss_STOP_LANDS);
   void set_authority(const std::string& source);
   void latch(FaultId fault, std::uint16_t subject);
   void silence_module(std::uint8_t id);
@@ -59,9 +79,11 @@ class FakeDaemon {
   zebro::Mode mode() const;
 
  private:
+  void open();
   void run();
   void take_commands();
-  void obey(const lss_Command& command);
+  void obey(const lss_Command& command, std::uint64_t writer);
+  bool is_troubled(std::uint16_t kind, Trouble::Kind what);
   void perform(const lss_Command& command);
   void obey_parameters(const lss_Command& command);
   void publish_parameters();
@@ -71,13 +93,14 @@ class FakeDaemon {
   void publish_telemetry();
 
   mutable std::mutex mutex_;
+  Birth birth_;  // outlives the readers, which look at the name
   dds::Participant participant_;
   dds::Entity commands_, heartbeat_reader_, acks_, status_, events_, timing_, parameter_writer_,
       telemetry_;
-  std::string vehicle_id_;
+  Clock::time_point speaks_;
   std::string authority_;
   std::map<std::uint16_t, Trouble> troubles_;
-  std::map<std::string, std::uint64_t> sequences_;  // newest of each source
+  std::map<std::uint64_t, std::uint64_t> sequences_;  // newest of each writer
   lss_State state_ = lss_STATE_IDLE;
   zebro::Mode mode_ = zebro::Mode::none;
   std::vector<lss_Command> heard_;
@@ -85,7 +108,8 @@ class FakeDaemon {
   std::vector<lss_Fault> faults_;
   lss_Parameters parameters_{};
   std::uint8_t silent_module_ = 0;
-  bool periodic_ = true, silent_ = false, changed_ = true;
+  bool periodic_ = true, silent_ = false, changed_ = true, airborne_ = false;
+  lss_StopInFlight stop_in_flight_ = lss_STOP_LANDS;
   std::uint64_t event_index_ = 0;
   double distance_m_ = 0;
   std::atomic<std::uint64_t> heartbeats_ = 0;

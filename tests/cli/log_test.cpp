@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -163,6 +164,32 @@ TEST_F(Log, WhatIsNoLogIsRefusedByLine) {
   const Ended hollow = run({"log", "show", write("half", {header(), half})});
   EXPECT_EQ(hollow.code, 2);
   EXPECT_THAT(hollow.err, HasSubstr("lacks what a frame has"));
+}
+
+// Lines from others: each is shown, or the file is refused; the program goes on.
+TEST_F(Log, LinesThatAreTooMuchAreRefused) {
+  const std::string deep = std::string(200'000, '[') + std::string(200'000, ']');
+  const auto put = [&](const std::string& line) {
+    const fs::path path = folder_ / "z.log.jsonl";
+    std::ofstream(path) << log_header().dump() << "\n"
+                        << line << "\n"
+                        << log_frame(2).dump() << "\n";
+    return path.string();
+  };
+  const std::string nested = put(R"({"frame": 1, "state": )" + deep + "}");
+  EXPECT_EQ(run({"log", "show", nested}).code, 2);
+  EXPECT_THAT(run({"log", "show", nested}).err, HasSubstr(nested + ":2: no log of lssd"));
+  const std::string line = put(std::string(5'000'000, ' '));
+  EXPECT_EQ(run({"log", "show", line}).code, 2);
+  EXPECT_THAT(run({"log", "show", line}).err, HasSubstr(":2: a line is longer than 4000000 bytes"));
+  const std::string times = put(R"({"frame": 1, "utc_ns": -9223372036854775808})");
+  EXPECT_EQ(run({"log", "show", times}).code, 0);
+  const fs::path first = folder_ / "y.log.jsonl";
+  std::ofstream(first) << R"({"vehicle_id": )" << deep << "}\n";
+  EXPECT_EQ(run({"log", "list", folder_.string()}).code, 0);
+  const fs::path pipe = folder_ / "p";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_EQ(run({"log", "show", pipe.string()}).code, 2);
 }
 
 }  // namespace

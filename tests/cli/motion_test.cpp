@@ -172,9 +172,31 @@ TEST_F(MotionTest, AnEmergencyWhileASequenceWaitsEndsIt) {
 TEST_F(MotionTest, TheShellTakesLinesGoesOnAfterMistakesAndStopsTheVehicleWhenItEnds) {
   FakeDaemon daemon(domain());
   const Ended ended = run({"shell"}, "stand\nwlak\nstow\n");
-  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_EQ(ended.code, 4) << ended.err;  // of the mistake
   EXPECT_THAT(ended.err, HasSubstr("did you mean walk?"));
   EXPECT_THAT(daemon.kinds(), ElementsAre(kStart, kStand, kStow, kStop));
+}
+
+TEST_F(MotionTest, AShellThatReadsAPipeEndsWithTheCodeOfItsFirstLineThatFailed) {
+  FakeDaemon daemon(domain());
+  EXPECT_EQ(run({"shell"}, "stand\nstow\n").code, 0);
+  daemon.trouble(kStow, {Trouble::Kind::reject, Reason::module_silent});
+  EXPECT_EQ(run({"shell"}, "stand\nstow\nwlak\nstand\n").code, 5);
+}
+
+TEST_F(MotionTest, CtrlCInTheAirSaysThatItLands) {
+  FakeDaemon daemon(domain());
+  Program program(domain(), {"stand", "--hold"});
+  ASSERT_TRUE(await([&] { return daemon.mode() == Mode::standing; }));
+  daemon.take_off();
+  // The progress of the next status is heard before the signal is taken.
+  const std::uint64_t before = daemon.heartbeats();
+  ASSERT_TRUE(await([&] { return daemon.heartbeats() >= before + 2; }));
+  program.signal(SIGINT);
+  const Ended ended = program.wait();
+  EXPECT_EQ(ended.code, 0);
+  EXPECT_THAT(ended.err, HasSubstr("interrupted: landing"));
+  EXPECT_EQ(daemon.kinds().back(), kStop);
 }
 
 TEST_F(MotionTest, AStreamOfJsonHasALineForEachAcknowledgementAndTheEnd) {

@@ -3,6 +3,7 @@
 #include "tests/cli/program_test.h"
 
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>

@@ -3,21 +3,33 @@
 // A DDS domain that no other test uses at the same time.
 
 #include <gtest/gtest.h>
-#include <unistd.h>
+
+#include <cstdlib>
 
 #include "tests/cli/fake_daemon.h"
 #include "tests/cli/program.h"
+#include "tests/support/own_domain.h"
 #include "tools/lss-cli/waker.h"
 
 namespace lss::cli::test {
 
 class ProgramTest : public testing::Test {
  protected:
-  // Tests run side by side are processes of their own; below 100 is left to people.
-  static int domain() { return 100 + static_cast<int>(getpid() % 130); }
+  static int domain() { return testing_support::own_domain(); }
   static Ended run(const std::vector<std::string>& arguments, const std::string& input = "") {
     return test::run(domain(), arguments, input);
   }
+  // In the environment of the programs, while it lives.
+  class Variable {
+   public:
+    Variable(const char* name, const char* value) : name_(name) { setenv(name, value, 1); }
+    ~Variable() { unsetenv(name_); }
+    Variable(const Variable&) = delete;
+    Variable& operator=(const Variable&) = delete;
+
+   private:
+    const char* name_;
+  };
   // Bounded; false when it never became true.
   template <class Condition>
   static bool await(Condition condition) {

@@ -67,5 +67,20 @@ TEST(Sequence, TheOptionsOfTheWholeProgramBelongToTheProgram) {
   EXPECT_THROW(parse_steps("run other.lss", "-e"), Failure);
 }
 
+TEST(Sequence, HoldsOnlySoMuch) {
+  const auto why = [](const auto& read) -> std::string {
+    try {
+      read();
+    } catch (const Failure& e) {
+      return e.what();
+    }
+    return "was read";
+  };
+  EXPECT_THAT(why([] { read_input("/dev/zero"); }), HasSubstr("is larger than 1000000 bytes"));
+  std::string many;
+  for (int i = 0; i < 1001; ++i) many += "stop\n";
+  EXPECT_THAT(why([&] { parse_steps(many, "f"); }), HasSubstr("f has more than 1000 verbs"));
+}
+
 }  // namespace
 }  // namespace lss::cli

@@ -18,11 +18,11 @@ constexpr ParameterInfo kParameters[] = {
     {"colour", "choice", 0, 1, 0, kColours, ""},
 };
 constexpr CommandInfo kMove{7, "move", Access::holder, true, "", kParameters};
-constexpr CommandInfo kStop{3, "estop", Access::anyone, false, "", {}};
+constexpr CommandInfo kData{6, "data", Access::anyone, false, "", {}};
 
 const CommandInfo* lookup(std::uint16_t kind) {
   if (kind == kMove.kind) return &kMove;
-  return kind == kStop.kind ? &kStop : nullptr;
+  return kind == kData.kind ? &kData : nullptr;
 }
 
 Name name(const std::string& text) {
@@ -41,7 +41,9 @@ Request move(std::uint64_t sequence, double angle = 0, double colour = 0) {
 
 class ArmourTest : public testing::Test {
  protected:
-  Reason check(const Request& r) { return armour_.check(r).reason; }
+  Reason check(const Request& r, std::uint64_t writer = 1, const Name& holder = {}) {
+    return armour_.check(r, writer, holder).reason;
+  }
   Armour armour_{lookup, 200, 60'000};
 };
 
@@ -59,7 +61,7 @@ TEST_F(ArmourTest, RefusesNumbersThatAreNotFinite) {
 }
 
 TEST_F(ArmourTest, SaysWhatItMeasuredAndWhatIsAllowed) {
-  const Verdict v = armour_.check(move(1, 1.5));
+  const Verdict v = armour_.check(move(1, 1.5), 1, {});
   EXPECT_EQ(v.reason, Reason::out_of_range);
   EXPECT_EQ(v.measured, 1.5);
   EXPECT_EQ(v.limit, 1.0);
@@ -83,11 +85,19 @@ TEST_F(ArmourTest, RefusesStaleAndRepeatedSequenceNumbers) {
   EXPECT_EQ(check(move(6)), Reason::none);
 }
 
-TEST_F(ArmourTest, KeepsSequencesOfSourcesApart) {
-  EXPECT_EQ(check(move(5)), Reason::none);
-  Request other = move(1);
+TEST_F(ArmourTest, KeepsSequencesOfWritersApartNotThoseOfNames) {
+  EXPECT_EQ(check(move(5), 1), Reason::none);
+  EXPECT_EQ(check(move(1), 2), Reason::none) << "the same name in another process";
+  Request other = move(2);
   other.source = name("other");
-  EXPECT_EQ(check(other), Reason::none);
+  EXPECT_EQ(check(other, 1), Reason::stale_sequence) << "another name of the same writer";
+}
+
+TEST_F(ArmourTest, TheLargestNumberOfOneWriterLocksNobodyElseOut) {
+  Request largest = move(1);
+  largest.sequence = std::numeric_limits<std::uint64_t>::max();
+  EXPECT_EQ(check(largest, 2), Reason::none);
+  EXPECT_EQ(check(move(1), 1), Reason::none);
 }
 
 TEST_F(ArmourTest, ARefusedCommandDoesNotUseUpItsNumber) {
@@ -113,27 +123,30 @@ TEST_F(ArmourTest, RefusesLeasesOutOfBounds) {
   EXPECT_EQ(check(r), Reason::bad_lease);
 }
 
-TEST_F(ArmourTest, TakesAnEmergencyStopFromAnyoneHoweverBadlyItIsPut) {
-  Request r{.kind = kStop.kind};
-  r.source.fill('x');
-  r.parameter.fill(std::nan(""));
-  EXPECT_EQ(check(r), Reason::none);
-  EXPECT_EQ(check(r), Reason::none);
+TEST_F(ArmourTest, WhatAnyoneMayAskTakesNoRoomAndUsesNoNumber) {
+  const Request data{.source = name("test"), .sequence = 7, .kind = kData.kind};
+  EXPECT_EQ(check(data), Reason::none);
+  EXPECT_EQ(check(data), Reason::none);
+  EXPECT_EQ(check(move(1)), Reason::none);
 }
 
-TEST_F(ArmourTest, MakesRoomForNewSourcesOnlyWhenOldOnesAreSilent) {
-  for (int i = 0; i < 32; ++i) {
-    Request r = move(1);
-    r.source = name("s" + std::to_string(i));
-    r.arrival_ns = kSecond;
-    ASSERT_EQ(check(r), Reason::none);
+// A writer that lost its place begins again with any number: that it is remembered tells.
+TEST_F(ArmourTest, ManyWritersPushOutTheOneThatWasSilentForLongest) {
+  ASSERT_EQ(check(move(1000), 1), Reason::none);
+  for (std::uint64_t writer = 2; writer <= 1'000'000; ++writer) {
+    Request r = move(2000 + writer);
+    ASSERT_EQ(check(r, writer), Reason::none) << "nobody is kept out";
   }
-  Request late = move(1);
-  late.source = name("late");
-  late.arrival_ns = 2 * kSecond;
-  EXPECT_EQ(check(late), Reason::too_many_sources);
-  late.arrival_ns = 20 * kSecond;
-  EXPECT_EQ(check(late), Reason::none);
+  EXPECT_EQ(check(move(999), 1), Reason::none) << "forgotten";
+}
+
+TEST_F(ArmourTest, ManyWritersDoNotPushOutTheHolderOfAuthority) {
+  Request mine = move(1000);
+  mine.source = name("pilot");
+  ASSERT_EQ(check(mine, 1, name("pilot")), Reason::none);
+  for (std::uint64_t writer = 2; writer <= 1000; ++writer)
+    ASSERT_EQ(check(move(2000 + writer), writer, name("pilot")), Reason::none);
+  EXPECT_EQ(check(mine, 1, name("pilot")), Reason::stale_sequence) << "still remembered";
 }
 
 // [Env-2]
@@ -147,7 +160,7 @@ TEST_F(ArmourTest, WhateverComesInOnlySaneCommandsPass) {
               .kind = static_cast<std::uint16_t>(kind % 9),
               .lease_ms = lease};
     r.parameter = parameter;
-    if (armour.check(r).reason != Reason::none || r.kind != kMove.kind) return;
+    if (armour.check(r, 1, {}).reason != Reason::none || r.kind != kMove.kind) return;
     RC_ASSERT(std::abs(r.parameter[0]) <= 1);
     RC_ASSERT(r.parameter[1] == 0 || r.parameter[1] == 1);
     for (std::size_t i = 2; i < 8; ++i) RC_ASSERT(r.parameter[i] == 0);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -9,7 +10,8 @@ namespace lss {
 namespace {
 
 constexpr CommandInfo kSolve{4, "solve", Access::holder, false, "", {}};
-constexpr CommandInfo kStop{3, "estop", Access::anyone, false, "", {}};
+constexpr CommandInfo kEstop{3, "estop", Access::anyone, false, "", {}, true};
+constexpr CommandInfo kStop{2, "stop", Access::holder, false, "", {}, true};
 const lc::Rows kNoRows({});
 const lc::Table kTable{&kNoRows,
                        {},
@@ -26,24 +28,43 @@ const Logic kLogic{
     .reached = [](std::uint16_t, const SupervisorState&) { return true; },
     .command = [](std::uint16_t kind) -> const CommandInfo* {
       if (kind == 4) return &kSolve;
-      return kind == 3 ? &kStop : nullptr;
+      if (kind == 2) return &kStop;
+      return kind == 3 ? &kEstop : nullptr;
     },
     .sense = [](const SupervisorState&, const Request&) { return Verdict{}; }};
 
 class CommandPortTest : public testing::Test {
  protected:
   void receive(std::uint16_t kind, std::uint64_t sequence, std::uint16_t flags = 0) {
-    Request r{.sequence = sequence, .kind = kind, .flags = flags};
-    std::string("test").copy(r.source.data(), 31);
-    port_.receive(r, [&](const Ack& ack) { acks_.push_back(ack); });
+    receive({.sequence = sequence, .kind = kind, .flags = flags}, "test");
+  }
+  void receive(Request r, const std::string& source) {
+    source.copy(r.source.data(), 31);
+    r.arrival_ns = ++now_ns_;
+    port_.receive(r, 1, [&](const Ack& ack) { acks_.push_back(ack); });
+  }
+  // The next request for the frame thread; false: none.
+  bool pop(Request& r) { return port_.take({&r, 1}) == 1; }
+  std::vector<Request> take(std::size_t most = 32) {
+    std::vector<Request> requests(most);
+    requests.resize(port_.take(requests));
+    return requests;
   }
   // The frame thread has run: state, and how many commands it took.
-  void show(State state, std::uint64_t taken) {
+  void show(State state, std::uint64_t taken, const std::string& holder = "") {
     SupervisorState s;
     s.controller.state = state;
     s.commands_taken = taken;
+    s.ended_ns = now_ns_;
+    holder.copy(s.authority.data(), 31);
     port_.show(s);
   }
+  unsigned count(Phase phase, Reason reason = Reason::none) const {
+    unsigned n = 0;
+    for (const Ack& ack : acks_) n += ack.phase == phase && ack.verdict.reason == reason;
+    return n;
+  }
+  TimeNs now_ns_ = 0;
   int stops_ = 0;
   CommandPort port_{kLogic, 100, 1000, [this] { ++stops_; }};
   std::vector<Ack> acks_;
@@ -55,7 +76,7 @@ TEST_F(CommandPortTest, AcceptsAtOnceWhatTheNewestStateAllows) {
   ASSERT_EQ(acks_.size(), 1u);
   EXPECT_EQ(acks_[0].phase, Phase::accepted);
   Request r;
-  ASSERT_TRUE(port_.pop(r));
+  ASSERT_TRUE(pop(r));
   EXPECT_TRUE(r.acknowledged);
 }
 
@@ -67,7 +88,7 @@ TEST_F(CommandPortTest, RejectsAtOnceWhatTheNewestStateForbids) {
   EXPECT_EQ(acks_[0].verdict.reason, Reason::not_in_state);
   EXPECT_EQ(port_.refused(), 1u);
   Request r;
-  EXPECT_FALSE(port_.pop(r));
+  EXPECT_FALSE(pop(r));
 }
 
 TEST_F(CommandPortTest, LeavesTheVerdictToTheFrameWhileAnotherCommandIsOnItsWay) {
@@ -76,9 +97,9 @@ TEST_F(CommandPortTest, LeavesTheVerdictToTheFrameWhileAnotherCommandIsOnItsWay)
   receive(4, 2);
   EXPECT_EQ(acks_.size(), 1u) << "what the first will have changed is not known yet";
   Request r;
-  ASSERT_TRUE(port_.pop(r) && port_.pop(r));
+  ASSERT_TRUE(pop(r) && pop(r));
   EXPECT_FALSE(r.acknowledged);
-  show(State::fatal_error, 2);
+  show(State::fatal_error, 1);
   receive(4, 3);
   EXPECT_EQ(acks_.size(), 2u);
 }
@@ -89,7 +110,7 @@ TEST_F(CommandPortTest, ADryRunIsAnsweredAndGoesNoFurther) {
   ASSERT_EQ(acks_.size(), 1u);
   EXPECT_EQ(acks_[0].phase, Phase::accepted);
   Request r;
-  EXPECT_FALSE(port_.pop(r));
+  EXPECT_FALSE(pop(r));
 }
 
 TEST_F(CommandPortTest, ADryRunThatIsRefusedIsAnsweredAndNotCounted) {
@@ -117,7 +138,7 @@ TEST_F(CommandPortTest, AParameterOutOfRangeIsRefusedAtOnceAndWhetherItGoesWithO
     Request r{.sequence = ++sequence, .kind = 9, .parameter = {number, value}};
     std::string("test").copy(r.source.data(), 31);
     acks_.clear();
-    port.receive(r, [&](const Ack& ack) { acks_.push_back(ack); });
+    port.receive(r, 1, [&](const Ack& ack) { acks_.push_back(ack); });
     return acks_.empty() ? Reason::none : acks_[0].verdict.reason;
   };
   EXPECT_EQ(answer(1, 3), Reason::parameter_range);
@@ -126,52 +147,136 @@ TEST_F(CommandPortTest, AParameterOutOfRangeIsRefusedAtOnceAndWhetherItGoesWithO
   EXPECT_EQ(answer(1.5, 1), Reason::not_a_choice);
   EXPECT_EQ(answer(2, 1), Reason::not_in_state);
   Request r;
-  EXPECT_FALSE(port.pop(r));
+  EXPECT_EQ(port.take({&r, 1}), 0u);
   EXPECT_EQ(answer(1, 1), Reason::none);
   EXPECT_TRUE(acks_.empty()) << "the frame says whether it is accepted";
-  ASSERT_TRUE(port.pop(r));
+  ASSERT_EQ(port.take({&r, 1}), 1u);
   EXPECT_FALSE(r.acknowledged);
 }
 
-TEST_F(CommandPortTest, AnEmergencyStopIsToldAtOnceAndStillGoesToTheFrame) {
+TEST_F(CommandPortTest, AnEmergencyStopStopsAtOnceIsAnsweredAndGoesToTheFrame) {
   show(State::operational, 0);
   receive(4, 1);
-  EXPECT_EQ(stops_, 0) << "no other command is";
+  EXPECT_EQ(stops_, 0) << "no other command does";
   receive(3, 2);
   EXPECT_EQ(stops_, 1);
+  EXPECT_EQ(acks_.back().phase, Phase::accepted);
   Request r;
-  ASSERT_TRUE(port_.pop(r));
-  EXPECT_EQ(r.kind, 3);
+  ASSERT_TRUE(pop(r));
+  EXPECT_EQ(r.kind, 3) << "ahead of what came before";
+  EXPECT_TRUE(r.acknowledged);
+  EXPECT_FALSE(r.answered);
   receive(3, 3, kFlagDryRun);
   EXPECT_EQ(stops_, 1) << "a dry run stops nothing";
+  EXPECT_EQ(acks_.back().phase, Phase::accepted);
 }
 
-TEST_F(CommandPortTest, AnEmergencyStopIsToldHoweverBadlyItIsPut) {
+TEST_F(CommandPortTest, AnEmergencyStopIsObeyedHoweverBadlyItIsPut) {
   show(State::operational, 0);
   Request unnamed{.sequence = 1, .kind = 4};
-  port_.receive(unnamed, [](const Ack&) {});
+  port_.receive(unnamed, 1, [](const Ack&) {});
   EXPECT_EQ(stops_, 0) << "refused by the armour, and another command";
   unnamed.kind = 3;
-  port_.receive(unnamed, [](const Ack&) {});
-  EXPECT_EQ(stops_, 1);
+  unnamed.source.fill('x');
+  unnamed.parameter.fill(std::numeric_limits<double>::quiet_NaN());
+  port_.receive(unnamed, 1, [](const Ack&) {});
+  port_.receive(unnamed, 1, [](const Ack&) {});
+  EXPECT_EQ(stops_, 2) << "nor is a number used up";
 }
 
-TEST_F(CommandPortTest, AnEmergencyStopIsToldAtOnceAlsoWhenTheQueueIsFull) {
-  show(State::fatal_error, 0);
-  for (std::uint64_t i = 1; i <= 100; ++i) receive(4, i);
-  receive(3, 101);
+TEST_F(CommandPortTest, AFloodOfCommandsHoldsUpNoEmergencyStop) {
+  show(State::operational, 0, "pilot");
+  for (std::uint64_t i = 1; i <= 1000; ++i) receive({.sequence = i, .kind = 4}, "pilot");
+  ASSERT_GT(count(Phase::rejected, Reason::not_in_state) + count(Phase::rejected, Reason::busy),
+            0u);
+  acks_.clear();
+  receive(3, 1);
   EXPECT_EQ(stops_, 1);
-  EXPECT_EQ(acks_.back().verdict.reason, Reason::busy);
+  ASSERT_EQ(acks_.size(), 1u);
+  EXPECT_EQ(acks_[0].phase, Phase::accepted);
+  EXPECT_EQ(take().front().kind, 3);
+}
+
+TEST_F(CommandPortTest, OfManyEmergencyStopsTheNewestGoesToTheFrame) {
+  show(State::operational, 0);
+  for (std::uint64_t i = 1; i <= 1000; ++i) receive(3, i);
+  EXPECT_EQ(stops_, 1000);
+  EXPECT_EQ(count(Phase::accepted), 1000u);
+  const std::vector<Request> requests = take();
+  ASSERT_EQ(requests.size(), 1u);
+  EXPECT_EQ(requests[0].sequence, 1000u);
+}
+
+TEST_F(CommandPortTest, WhoStopsAStoppedVehicleHearsSoWithoutAFrame) {
+  SupervisorState stopped;
+  stopped.controller.state = State::fatal_error;
+  stopped.faults[0].id = FaultId::emergency_stop;
+  port_.show(stopped);
+  receive(3, 1);
+  EXPECT_EQ(count(Phase::completed), 1u);
+  const std::vector<Request> requests = take();
+  ASSERT_EQ(requests.size(), 1u) << "a solve may be on its way";
+  EXPECT_TRUE(requests[0].answered);
+  stopped.faults[0].id = FaultId::module_silent;
+  port_.show(stopped);
+  receive(3, 2);
+  EXPECT_EQ(count(Phase::completed), 1u) << "stopped for another reason: the frame confirms";
+}
+
+TEST_F(CommandPortTest, AFloodOfCommandsHoldsUpNoStop) {
+  show(State::fatal_error, 0, "pilot");
+  for (std::uint64_t i = 1; i <= 1000; ++i) receive({.sequence = i, .kind = 4}, "pilot");
+  receive({.sequence = 2000, .kind = 2}, "pilot");
+  EXPECT_EQ(take().front().kind, 2) << "ahead of the others";
+}
+
+TEST_F(CommandPortTest, OthersLeaveRoomInTheQueueForTheHolder) {
+  show(State::operational, 0, "pilot");
+  receive({.sequence = 1, .kind = 3}, "x");  // from now on the frame judges
+  for (std::uint64_t i = 1; i <= 1000; ++i) receive({.sequence = i, .kind = 4}, "stranger");
+  EXPECT_EQ(count(Phase::rejected, Reason::busy), 1000 - 48u);
+  acks_.clear();
+  receive({.sequence = 1001, .kind = 4}, "pilot");
+  EXPECT_EQ(count(Phase::rejected, Reason::busy), 0u);
+}
+
+TEST_F(CommandPortTest, OthersLeaveRoomForTheHoldersStop) {
+  show(State::operational, 0, "pilot");
+  receive({.sequence = 1, .kind = 3}, "x");  // from now on the frame judges
+  for (std::uint64_t i = 1; i <= 1000; ++i) receive({.sequence = i, .kind = 2}, "stranger");
+  acks_.clear();
+  receive({.sequence = 1001, .kind = 2}, "pilot");
+  EXPECT_EQ(count(Phase::rejected, Reason::busy), 0u);
+}
+
+TEST_F(CommandPortTest, HeartbeatsAreStateTheNewestOfAnyoneAndOfTheHolder) {
+  show(State::operational, 0, "pilot");
+  receive({.kind = 0}, "pilot");
+  for (int i = 0; i < 100'000; ++i) receive({.kind = 0}, "source " + std::to_string(i));
+  const std::vector<Request> requests = take();
+  ASSERT_EQ(requests.size(), 2u);
+  EXPECT_STREQ(requests[0].source.data(), "source 99999");
+  EXPECT_STREQ(requests[1].source.data(), "pilot");
+  EXPECT_TRUE(take().empty()) << "an old one is not news";
+  receive({.kind = 0}, "source");
+  EXPECT_EQ(take().size(), 1u) << "and the holder's old one is not";
+}
+
+TEST_F(CommandPortTest, AFloodOfHeartbeatsHoldsUpNoCommand) {
+  show(State::fatal_error, 0, "pilot");
+  for (int i = 0; i < 1000; ++i) receive({.kind = 0}, "pilot");
+  receive({.sequence = 1, .kind = 4}, "pilot");
+  EXPECT_EQ(count(Phase::accepted), 1u);
 }
 
 TEST_F(CommandPortTest, AFullQueueIsAnsweredAndNothingIsLostSilently) {
   show(State::fatal_error, 0);
   for (std::uint64_t i = 1; i <= 100; ++i) receive(4, i);
-  unsigned busy = 0, taken = 0;
-  for (const Ack& ack : acks_) busy += ack.verdict.reason == Reason::busy;
-  for (Request r; port_.pop(r);) ++taken;
-  EXPECT_GT(busy, 0u);
-  EXPECT_EQ(busy + taken, 100u);
+  unsigned taken = 0;
+  for (Request r; pop(r);) ++taken;
+  EXPECT_GT(count(Phase::rejected, Reason::busy) + count(Phase::failed, Reason::busy), 0u);
+  EXPECT_EQ(count(Phase::rejected, Reason::busy) + count(Phase::failed, Reason::busy) + taken,
+            100u);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
+#include <sys/stat.h>
 
 #include <cerrno>
 #include <cstdlib>
@@ -363,6 +364,17 @@ TEST(Tunables, AValueIsToldAsAPersonWouldWriteIt) {
     set_tunable(degrees, p, value);
     EXPECT_EQ(get_tunable(degrees, p), value);
   }
+}
+
+TEST(ParameterStore, APipeInThePlaceOfACopyKeepsNobodyWaiting) {
+  std::string name = (fs::temp_directory_path() / "lss-store-XXXXXX").string();
+  const fs::path folder = ::mkdtemp(name.data());
+  ParameterStore store(folder, "zebro", "z-1");
+  ASSERT_EQ(::mkfifo(store.path(0).c_str(), 0600), 0);
+  const auto loaded = store.load();
+  EXPECT_EQ(loaded.state, SavedState::lost);
+  EXPECT_THAT(loaded.troubles, ElementsAre(HasSubstr("is damaged: 0 bytes")));
+  fs::remove_all(folder);
 }
 
 }  // namespace

@@ -5,11 +5,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <thread>
+
+#include "daemon/record/files.h"
+#include "daemon/record/limits.h"
 
 namespace lss::record {
 namespace {
@@ -185,6 +192,118 @@ TEST_F(RecordingTest, AFileThatIsBeingWrittenIsReadAsFarAsItGoes) {
   ASSERT_EQ(writer.flush(), 0);
   EXPECT_EQ(read().items.size(), 2u);
   EXPECT_EQ(read().end, End::open);
+}
+
+// The recorder is in the middle of a chunk.
+TEST_F(RecordingTest, AChunkThatIsBeingWrittenIsNotTorn) {
+  const Bytes whole = make(true);
+  fs::remove(path());
+  RecordingWriter writer;
+  ASSERT_EQ(writer.begin(path(), {{"lss", "recording"}, {"vehicle", "v"}}, 0), 0);
+  const auto half = static_cast<std::ptrdiff_t>(ends_[0] - 5);
+  std::ofstream(path(), std::ios::binary | std::ios::in | std::ios::out)
+      .write(reinterpret_cast<const char*>(whole.data()), half);
+  EXPECT_EQ(read().end, End::open);
+  writer.abandon();
+  read(Bytes(whole.begin(), whole.begin() + half));
+  EXPECT_EQ(read().end, End::torn) << "nobody writes it";
+}
+
+// Looked at again and again while its recorder writes: there is no damage, and nothing is torn.
+TEST_F(RecordingTest, AFileThatIsBeingWrittenIsNeverDamaged) {
+  for (const std::uint64_t allocate : {std::uint64_t{4'000'000}, std::uint64_t{0}}) {
+    fs::remove(path());
+    RecordingWriter writer;
+    ASSERT_EQ(writer.begin(path(), {{"vehicle", "v"}}, allocate), 0);
+    std::atomic<bool> ended = false;
+    std::thread recorder([&] {
+      const Bytes frame(100, 7);
+      for (int i = 0; i < 20'000; ++i) {
+        writer.add_frame(frame, i);
+        if (writer.flush() != 0) break;
+      }
+      writer.end();
+      ended = true;
+    });
+    while (!ended) {
+      const Read now = read();
+      ASSERT_TRUE(now.opened);
+      EXPECT_TRUE(now.end == End::open || now.end == End::whole)
+          << static_cast<int>(now.end) << " after " << now.items.size();
+      if (HasFailure()) break;
+    }
+    recorder.join();
+    EXPECT_EQ(read().items.size(), 20'000u);
+  }
+}
+
+// Files that are made to exhaust who reads them, with every checksum right.
+class HostileRecording : public RecordingTest {
+ protected:
+  std::string why_not(const nlohmann::ordered_json& header) const {
+    fs::remove(path());
+    RecordingWriter writer;
+    EXPECT_EQ(writer.begin(path(), header, 0), 0);
+    writer.abandon();
+    const auto reader = RecordingReader::open(path());
+    return reader ? "was read" : reader.error();
+  }
+};
+
+TEST_F(HostileRecording, AHeaderOfOtherTypesIsRefused) {
+  using Json = nlohmann::ordered_json;
+  const Json wrong = Json::array({1});
+  for (const char* name :
+       {"utc_ns", "time_ns", "run_utc_ns", "start", "vehicle", "vehicle_id", "version", "build",
+        "period_ns", "config", "parameters", "state_layout", "schema"})
+    EXPECT_THAT(why_not({{name, wrong}}),
+                testing::HasSubstr(std::string("a header in which ") + name + " is not"));
+  EXPECT_THAT(why_not({{"build", {{"id", 5}}}}), testing::HasSubstr("build.id is not a text"));
+  EXPECT_THAT(why_not({{"utc_ns", -5}}), testing::HasSubstr("utc_ns is not a time"));
+  EXPECT_THAT(why_not({{"utc_ns", 1e300}}), testing::HasSubstr("utc_ns is not a time"));
+}
+
+TEST_F(HostileRecording, AHeaderIsOnlySoLargeAndNestsOnlySoDeep) {
+  EXPECT_THAT(why_not({{"config", std::string(5'000'000, 'x')}}),
+              testing::HasSubstr("at most 4000000 are read"));
+  EXPECT_TRUE(parse_json(R"({"a": "[[[[\"[[", "b": [[1]]})").is_object());
+  const std::string deep = R"({"a": )" + std::string(200'000, '[');
+  EXPECT_TRUE(parse_json(deep + "1" + std::string(200'000, ']') + "}").is_discarded());
+}
+
+TEST_F(HostileRecording, AFileOfManyZerosTakesNoMemory) {
+  make(true);
+  fs::resize_file(path(), most::kFileBytes + 1);
+  EXPECT_THAT(RecordingReader::open(path()).error(), testing::HasSubstr("at most 2000000000"));
+  make(false);
+  fs::resize_file(path(), 500'000'000);
+  rusage before{}, after{};
+  getrusage(RUSAGE_SELF, &before);
+  EXPECT_EQ(read().end, End::open);
+  getrusage(RUSAGE_SELF, &after);
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 100'000) << "kB";
+}
+
+TEST_F(HostileRecording, AChunkThatIsTooLargeIsDamage) {
+  make(true);
+  fs::remove(path());
+  RecordingWriter writer;
+  ASSERT_EQ(writer.begin(path(), {{"vehicle", "v"}}, 0), 0);
+  writer.add(Item::frame, Bytes(most::kChunkBytes, 1));
+  ASSERT_EQ(writer.flush(), 0);
+  ASSERT_EQ(writer.end(), 0);
+  auto reader = RecordingReader::open(path());
+  ASSERT_TRUE(reader);
+  Item kind;
+  std::span<const std::uint8_t> item;
+  EXPECT_FALSE(reader->next(kind, item));
+  EXPECT_EQ(reader->end(), End::damaged);
+  EXPECT_THAT(reader->trouble(), testing::HasSubstr("at most 16000000 are read"));
+}
+
+TEST_F(HostileRecording, APipeIsRefusedAtOnce) {
+  ASSERT_EQ(::mkfifo(path().c_str(), 0600), 0);
+  EXPECT_THAT(RecordingReader::open(path()).error(), testing::HasSubstr("is no recording"));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -73,7 +74,7 @@ TEST_F(Control, EveryPhaseOfAnAcknowledgementArrivesInOrder) {
 TEST_F(Control, TheSinkMayAcknowledgeFromWithinTheCall) {
   Face* face = nullptr;
   FaceParameters parameters = face_parameters("v2");
-  const auto owner = value(Face::create(parameters, [&face](const Request& request) {
+  const auto owner = value(Face::create(parameters, [&face](const Request& request, std::uint64_t) {
     face->acknowledge({request.source, request.sequence, request.kind, Phase::accepted, {}, 0});
   }));
   face = owner.get();
@@ -99,22 +100,60 @@ TEST_F(Control, HeartbeatsOfClientsComeInWithKindZeroAndTheirCounter) {
   EXPECT_GT(request.arrival_ns, now_ns() - 20 * kSecond);
 }
 
-TEST_F(Control, TheFaceHearsNeitherItsOwnHeartbeatNorThatOfATwin) {
-  lss_Heartbeat twin{};
-  dds::copy_text("v1", twin.vehicle_id);
-  dds::copy_text(dds::kDaemonSource, twin.source);
-  ASSERT_TRUE(client_->send(twin));
+TEST_F(Control, TheFaceDoesNotHearItsOwnHeartbeatButThatOfAnotherDaemonOfItsName) {
+  const auto flags = [&] {
+    std::vector<std::uint16_t> all;
+    for (const Request& request : requests_.heartbeats()) all.push_back(request.flags);
+    return all;
+  };
   face_->heartbeat(State::idle);
   // What was sent later has arrived, so what was sent before had its chance.
-  lss_Heartbeat beat = twin;
+  lss_Heartbeat beat{};
+  dds::copy_text("v1", beat.vehicle_id);
   dds::copy_text("obc", beat.source);
   ASSERT_TRUE(eventually([&] {
     client_->send(beat);
     return !requests_.heartbeats().empty();
   }));
-  for (const Request& request : requests_.heartbeats()) {
-    EXPECT_STREQ(request.source.data(), "obc");
+  EXPECT_THAT(flags(), testing::Each(0));
+  const auto other = value(Face::create(face_parameters("v1"), Requests().sink()));
+  ASSERT_TRUE(eventually([&] {
+    other->heartbeat(State::idle);
+    return !flags().empty() && flags().back() == kFlagAnotherDaemon;
+  }));
+}
+
+TEST_F(Control, NobodyElseCanSayThatAHeartbeatIsOfAnotherDaemon) {
+  lss_Command start = client_->command(kStart);
+  start.flags = 0xFFFF;
+  ASSERT_TRUE(client_->send(start));
+  ASSERT_TRUE(eventually([&] { return !requests_.commands().empty(); }));
+  EXPECT_EQ(requests_.commands().front().flags, kFlagDryRun | kFlagDetached);
+}
+
+TEST_F(Control, AnEmergencyStopOfEveryVehicleIsOursAndNoOtherCommandIs) {
+  for (const std::uint16_t kind : {kStart, kEstop}) {
+    lss_Command all = client_->command(kind);
+    dds::copy_text(dds::kEveryVehicle, all.vehicle_id);
+    ASSERT_TRUE(client_->send(all));
   }
+  ASSERT_TRUE(eventually([&] { return !requests_.commands().empty(); }));
+  EXPECT_EQ(requests_.commands().size(), 1u);
+  EXPECT_EQ(requests_.commands().front().kind, kEstop);
+}
+
+TEST_F(Control, EveryWriterHasANumberOfItsOwnAndNamesDoNotMatter) {
+  Client other(test_domain(), "v1", "client");
+  ASSERT_TRUE(eventually([&] { return other.connected(); }));
+  ASSERT_TRUE(client_->send(client_->command(kStart)));
+  ASSERT_TRUE(eventually([&] { return requests_.commands().size() == 1; }));
+  ASSERT_TRUE(client_->send(client_->command(kStart)));
+  ASSERT_TRUE(eventually([&] { return requests_.commands().size() == 2; }));
+  ASSERT_TRUE(other.send(other.command(kStart)));
+  ASSERT_TRUE(eventually([&] { return requests_.commands().size() == 3; }));
+  const auto writers = requests_.writers();
+  EXPECT_EQ(writers[0], writers[1]);
+  EXPECT_NE(writers[1], writers[2]);
 }
 
 TEST_F(Control, CommandsForAnotherVehicleAreIgnored) {
@@ -124,6 +163,9 @@ TEST_F(Control, CommandsForAnotherVehicleAreIgnored) {
   lss_Command unterminated = client_->command(kStart);
   std::fill(std::begin(unterminated.vehicle_id), std::end(unterminated.vehicle_id), 'v');
   ASSERT_TRUE(client_->send(unterminated));
+  lss_Command stop = client_->command(kEstop);
+  dds::copy_text("v10", stop.vehicle_id);
+  ASSERT_TRUE(client_->send(stop));
   lss_Command ours = client_->command(kEstop);
   ASSERT_TRUE(client_->send(ours));
   ASSERT_TRUE(eventually([&] { return !requests_.commands().empty(); }));
@@ -163,6 +205,12 @@ TEST_F(Control, StatusArrivesWithWhatTheFaceAddsToIt) {
   EXPECT_EQ(status.threads[0].priority, 70);
   EXPECT_EQ(status.shared_memory, lss_SHM_OFF);
   EXPECT_STREQ(status.shared_memory_text, "not configured");
+  EXPECT_EQ(status.instance.pid, ::getpid());
+  EXPECT_NE(status.instance.boot, 0u);
+  EXPECT_GT(status.instance.started_utc_ns, 0);
+  EXPECT_STRNE(status.instance.host, "");
+  EXPECT_FALSE(status.airborne);
+  EXPECT_EQ(status.stop_in_flight, lss_STOP_LANDS);
   EXPECT_NEAR(static_cast<double>(status.utc_ns), static_cast<double>(utc_ns()), 60e9);
 }
 
@@ -294,7 +342,7 @@ TEST_F(Control, TelemetryArrivesWithEveryModuleOfTheVehicle) {
 
 TEST(FaceCreation, SaysWhatIsWrongWithItsParameters) {
   const auto error = [](const FaceParameters& parameters) {
-    const auto face = Face::create(parameters, [](const Request&) {});
+    const auto face = Face::create(parameters, [](const Request&, std::uint64_t) {});
     return face ? std::string("created") : face.error();
   };
   FaceParameters parameters = face_parameters("a name that is too long");

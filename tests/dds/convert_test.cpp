@@ -70,6 +70,43 @@ TEST(AckText, NamesTheModuleTheMeasuredValueTheLimitAndWhatToDo) {
             "rejected: module 4 does not answer; check its power and the bus, then: lss-cli solve");
 }
 
+TEST(AckText, NamesTheParameterOfTheCommandAndNoModule) {
+  static constexpr ParameterInfo kParameters[] = {{"direction", "choice", 0, 1, 1, kNoYes, ""},
+                                                  {"speed", "choice", 0, 3, 3, kNoYes, ""}};
+  static constexpr CommandInfo kWalk{104, "walk", Access::holder, true, "", kParameters};
+  static constexpr const char* kNames[] = {"LF", "RF", "LM"};
+  const Subjects subjects{
+      {kNames}, {}, [](std::uint16_t kind) { return kind == 104 ? &kWalk : nullptr; }};
+  const auto text = [&](Reason reason, std::uint16_t number) {
+    Ack ack = rejection(reason, number, 7, 3);
+    ack.kind = 104;
+    return ack_text(ack, subjects);
+  };
+  EXPECT_EQ(text(Reason::out_of_range, 2),
+            "rejected: parameter speed is out of range (measured 7, allowed 3); see: lss-cli "
+            "command describe NAME");
+  EXPECT_EQ(text(Reason::not_finite, 1),
+            "rejected: parameter direction is not a finite number (measured 7, allowed 3); send a "
+            "number");
+  EXPECT_EQ(text(Reason::not_a_choice, 2).find("rejected: parameter speed is none of"), 0U);
+  EXPECT_EQ(text(Reason::unused_parameter, 3)
+                .find("rejected: parameter 3 that the command does not have is not zero"),
+            0U);
+  EXPECT_EQ(ack_text(rejection(Reason::out_of_range, 2)).find("rejected: parameter 2 is out"), 0U);
+}
+
+TEST(AckText, NamesTheStepOfAScriptAndNoModule) {
+  static constexpr const char* kNames[] = {"IMU", "altimeter", "valves"};
+  const auto text = [&](Reason reason) { return ack_text(rejection(reason, 3), {kNames}); };
+  EXPECT_EQ(text(Reason::script_backwards).find("rejected: the step 3 is before the one"), 0U);
+  EXPECT_EQ(text(Reason::script_value).find("rejected: the value of the step 3 is out of"), 0U);
+  for (const Reason reason : {Reason::script_overlap, Reason::script_too_long, Reason::script_order,
+                              Reason::script_other, Reason::script_actuator}) {
+    EXPECT_NE(text(reason).find("step 3"), std::string::npos) << text(reason);
+    EXPECT_EQ(text(reason).find("module"), std::string::npos) << text(reason);
+  }
+}
+
 TEST(AckText, IsThePhaseAloneWhenThereIsNoReason) {
   Ack ack;
   ack.phase = Phase::completed;

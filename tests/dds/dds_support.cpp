@@ -11,10 +11,11 @@
 #include <thread>
 
 #include "daemon/dds/convert.h"
+#include "tests/support/own_domain.h"
 
 namespace lss::testing_support {
 
-int test_domain() { return 1 + ::getpid() % 100; }
+int test_domain() { return testing_support::own_domain(); }
 
 bool eventually(const std::function<bool()>& condition, std::chrono::seconds limit) {
   const auto end = std::chrono::steady_clock::now() + limit;
@@ -106,10 +107,16 @@ std::string loopback_uri(bool shared_memory) {
 }
 
 RequestSink Requests::sink() {
-  return [this](const Request& request) {
+  return [this](const Request& request, std::uint64_t writer) {
     const std::lock_guard lock(mutex_);
     requests_.push_back(request);
+    writers_.push_back(writer);
   };
+}
+
+std::vector<std::uint64_t> Requests::writers() const {
+  const std::lock_guard lock(mutex_);
+  return writers_;
 }
 
 std::vector<Request> Requests::all() const {

@@ -61,12 +61,14 @@ class Requests {
  public:
   RequestSink sink();
   std::vector<Request> all() const;
-  std::vector<Request> commands() const;  // without heartbeats
+  std::vector<std::uint64_t> writers() const;  // of each of them
+  std::vector<Request> commands() const;       // without heartbeats
   std::vector<Request> heartbeats() const;
 
  private:
   mutable std::mutex mutex_;
   std::vector<Request> requests_;
+  std::vector<std::uint64_t> writers_;
 };
 
 // The other end of the control plane, with the QoS of idl/topics.h as lss-cli has it.

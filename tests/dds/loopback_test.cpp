@@ -71,7 +71,8 @@ std::map<std::string, int> discovery_members() {
 TEST(Loopback, IsTheOnlyInterfaceThatADefaultFaceSendsOnAndListensOn) {
   ::unsetenv("CYCLONEDDS_URI");
   const auto before = discovery_members();
-  const auto face = value(Face::create(face_parameters("v1"), [](const Request&) {}));
+  const auto face =
+      value(Face::create(face_parameters("v1"), [](const Request&, std::uint64_t) {}));
   // Sending sockets name 127.0.0.1; receiving ones send no multicast and name none.
   const auto exits = multicast_exits();
   EXPECT_TRUE(exits.contains("127.0.0.1"));
@@ -93,7 +94,8 @@ TEST(Loopback, CycloneddsUriStillWins) {
       "<Tracing><Category>config</Category><OutputFile>" + log + "</OutputFile></Tracing>";
   ::setenv("CYCLONEDDS_URI", uri.c_str(), 1);
   {
-    const auto face = value(Face::create(face_parameters("v1"), [](const Request&) {}));
+    const auto face =
+        value(Face::create(face_parameters("v1"), [](const Request&, std::uint64_t) {}));
   }
   ::unsetenv("CYCLONEDDS_URI");
   EXPECT_TRUE(std::filesystem::exists(log)) << "the user's tracing was not taken up";

@@ -51,12 +51,13 @@ void require_heard(bool shared_memory, const std::string& when) {
 class Daemon {
  public:
   Daemon() {
-    face_ = value(Face::create(face_parameters("v1", true), [this](const Request& request) {
-      if (request.kind != 0) {
-        face_->acknowledge(
-            {request.source, request.sequence, request.kind, Phase::accepted, {}, 0});
-      }
-    }));
+    face_ = value(
+        Face::create(face_parameters("v1", true), [this](const Request& request, std::uint64_t) {
+          if (request.kind != 0) {
+            face_->acknowledge(
+                {request.source, request.sequence, request.kind, Phase::accepted, {}, 0});
+          }
+        }));
   }
 
   Face& face() { return *face_; }

@@ -13,11 +13,12 @@ Result = collections.namedtuple("Result", "code out err")
 LIBC = ctypes.CDLL(None, use_errno=True)
 PR_SET_PDEATHSIG = 1
 HARDWARE_PRIORITY = 60
+patience = 1  # times each limit: simulated time may be slower than the wall clock, and a limit then only ends what hangs
 
 
 def wait_until(condition, limit_s, what, poll_s=0.05):
     """What the condition returned, once it is true; AssertionError when the time is over."""
-    end = time.monotonic() + limit_s
+    end = time.monotonic() + patience * limit_s
     while True:
         value = condition()
         if value:
@@ -75,7 +76,7 @@ class Program:
     def wait(self, limit_s):
         """Its exit code."""
         try:
-            return self.process.wait(limit_s)
+            return self.process.wait(patience * limit_s)
         except subprocess.TimeoutExpired:
             raise AssertionError(f"{self.name} did not end within {limit_s} s") from None
 
@@ -110,7 +111,7 @@ def run(words, environment, limit_s):
                                stderr=subprocess.PIPE, env=environment, preexec_fn=die_with_parent,
                                text=True, errors="replace")
     try:
-        out, err = process.communicate(timeout=limit_s)
+        out, err = process.communicate(timeout=patience * limit_s)
     except subprocess.TimeoutExpired:
         process.kill()
         out, err = process.communicate()
@@ -119,10 +120,12 @@ def run(words, environment, limit_s):
 
 
 class Truth:
-    """The simulator's true state, followed while it is written: (CLOCK_MONOTONIC ns, state)."""
+    """The simulator's true state, followed while it is written: (CLOCK_MONOTONIC ns, or simulated ns in lockstep, state)."""
 
-    def __init__(self, path):
-        self.path = path
+    BEGIN_S = 1000  # drivers/lockstep/lockstep.h
+
+    def __init__(self, path, lockstep=False):
+        self.path, self.lockstep = path, lockstep
         self.samples = []
         self.ending = threading.Event()
         self.thread = threading.Thread(target=self.follow, daemon=True)
@@ -137,7 +140,8 @@ class Truth:
                 file = open(self.path, encoding="utf-8")
             *lines, rest = (rest + file.read()).split("\n")
             now_ns = time.monotonic_ns()
-            self.samples += [(now_ns, json.loads(line)) for line in lines if line]
+            states = [json.loads(line) for line in lines if line]
+            self.samples += [(int((self.BEGIN_S + s["t_s"]) * 1e9) if self.lockstep else now_ns, s) for s in states]
         if file is not None:
             file.close()
 

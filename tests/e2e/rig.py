@@ -13,11 +13,13 @@ import tempfile
 import time
 import unittest
 
+import programs
 import wire
 from programs import Program, Truth, as_hardware, die_with_parent, read_text, run, wait_until
 
 DAEMON = os.environ["LSS_E2E_DAEMON"]
 TOOLS = os.environ["LSS_E2E_TOOLS"]
+SIMULATOR = os.environ["LSS_E2E_SIMULATOR"]
 PEER = os.environ["LSS_E2E_PEER"]
 CLOCK = os.environ["LSS_E2E_CLOCK_LIBRARY"]
 SOURCE = os.environ["LSS_E2E_SOURCE"]
@@ -82,10 +84,35 @@ def roudi_lives():
         return not try_lock(file)
 
 
+def real_time(why):
+    """For a test of a class in simulated time that cannot be."""
+    def mark(test):
+        test.real_time = why
+        return test
+    return mark
+
+
 class Scenario(unittest.TestCase):
     """config: changes of config/zebro.toml; without shared memory unless a test is about it."""
 
+    IN_LOCKSTEP = False  # simulated time
+    SPEED = 1  # of it against the wall clock; "max" where all that moves is commanded by `run`, which takes part
+
+    @property
+    def lockstep(self):
+        return self.IN_LOCKSTEP and not hasattr(getattr(self, self._testMethodName), "real_time")
+
+    @property
+    def clock_words(self):
+        """For lssd."""
+        return ["--lockstep"] if self.lockstep else []
+
+    @property
+    def simulator_words(self):
+        return ["--lockstep", "--speed", str(self.SPEED)] if self.lockstep else []
+
     def setUp(self):
+        programs.patience = 5 if self.lockstep else 1
         self.folder = tempfile.mkdtemp(prefix="lss-e2e-")
         self.sim_folder = self.run_folder = os.path.join(self.folder, "run")
         os.mkdir(self.run_folder)
@@ -140,13 +167,14 @@ class Scenario(unittest.TestCase):
 
     def start_sim(self, *words, seed=1):
         truth = os.path.join(self.folder, f"truth-{len(self.programs)}.jsonl")
-        sim = self.begin("lss-sim", [os.path.join(TOOLS, "lss-sim"), "zebro", "--dir", self.sim_folder, "--pace",
-                                     "--seed", str(seed), "--truth", truth, *words], as_hardware)
+        sim = self.begin("lss-sim", [SIMULATOR, "zebro", "--dir", self.sim_folder, "--pace",
+                                     "--seed", str(seed), "--truth", truth, *self.simulator_words, *words],
+                         die_with_parent if self.lockstep else as_hardware)
         port = os.path.join(self.sim_folder, "legs")
         wait_until(lambda: os.path.exists(port) and sim.running(), BOOT_S, "the simulator makes its port")
         if self.truth is not None:
             self.truth.stop()
-        self.truth = Truth(truth)
+        self.truth = Truth(truth, self.lockstep)
         return sim
 
     def write_config(self, name="zebro.toml", shared_memory=False, **changes):
@@ -161,7 +189,7 @@ class Scenario(unittest.TestCase):
     def start_daemon(self, config=None, wait=True, **how):
         config = config or self.write_config()
         daemon = self.begin("lssd", [DAEMON, "--config", config, "--run-dir", self.run_folder,
-                                     "--domain", str(self.domain)], **how)
+                                     "--domain", str(self.domain), *self.clock_words], **how)
         if wait:
             self.wait_status(lambda s: s["state"] == IDLE, BOOT_S, "the daemon answers", daemon)
         return daemon
@@ -193,6 +221,7 @@ class Scenario(unittest.TestCase):
 
     def start_tap(self):
         """The simulator must run; daemons that start afterwards are heard."""
+        self.assertFalse(self.lockstep, "what is tapped is no port of the simulator: real_time()")
         self.run_folder = os.path.join(self.folder, "tapped")
         os.mkdir(self.run_folder)
         self.wire_log = os.path.join(self.folder, "wire.log")
@@ -244,6 +273,12 @@ class Scenario(unittest.TestCase):
     # --- lss-cli
 
     def cli(self, *words, limit_s=60):
+        """`run` takes part in simulated time, and so does here what lasts; other verbs only ask, or begin something."""
+        if self.lockstep:
+            if words[0] == "solve" or "--for" in words and words[0] not in ("run", "record"):
+                words = ("run", "-e", " ".join(words))
+            if words[0] == "run":
+                words = ("run", "--lockstep", "--dir", self.run_folder, *words[1:])
         return run([os.path.join(TOOLS, "lss-cli"), *words], self.environment(), limit_s)
 
     def cli_ok(self, *words, limit_s=60):
@@ -303,7 +338,7 @@ class Scenario(unittest.TestCase):
 
     def fault(self, words):
         """In the simulator that runs: KIND[:ARG...], clear[:KIND]."""
-        told = run([os.path.join(TOOLS, "lss-sim"), "fault", "--dir", self.sim_folder, words], self.environment(), 10)
+        told = run([SIMULATOR, "fault", "--dir", self.sim_folder, words], self.environment(), 10)
         self.assertEqual(told.code, 0, told)
 
     # --- judgements

@@ -2,8 +2,8 @@
 
 import os
 
-from programs import Truth, as_hardware, read_text, wait_until
-from rig import BOOT_S, SOURCE, TOOLS, Scenario, edited
+from programs import Truth, as_hardware, die_with_parent, read_text, wait_until
+from rig import BOOT_S, SIMULATOR, SOURCE, Scenario, edited
 
 
 class Rover(Scenario):
@@ -15,12 +15,13 @@ class Rover(Scenario):
 
     def start_sim(self, *words, seed=1):
         truth = os.path.join(self.folder, f"truth-{len(self.programs)}.jsonl")
-        sim = self.begin("lss-sim", [os.path.join(TOOLS, "lss-sim"), "ardito", "--dir", self.sim_folder, "--pace",
-                                     "--can", self.port, "--seed", str(seed), "--truth", truth, *words], as_hardware)
+        sim = self.begin("lss-sim", [SIMULATOR, "ardito", "--dir", self.sim_folder, "--pace",
+                                     "--can", self.port, "--seed", str(seed), "--truth", truth, *self.simulator_words, *words],
+                         die_with_parent if self.lockstep else as_hardware)
         wait_until(lambda: "ready" in sim.out() + sim.err(), BOOT_S, "the simulator is ready")
         if self.truth is not None:
             self.truth.stop()
-        self.truth = Truth(truth)
+        self.truth = Truth(truth, self.lockstep)
         return sim
 
     def write_config(self, name="ardito.toml", **changes):

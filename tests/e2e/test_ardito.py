@@ -7,13 +7,15 @@ import unittest
 
 import motion
 from programs import run, wait_until
-from rig import BOOT_S, DAEMON, EXIT, FATAL_ERROR, FAULT, IDLE
+from rig import BOOT_S, DAEMON, EXIT, FATAL_ERROR, FAULT, IDLE, real_time
 from rover_rig import Rover
 
 LM, RR = 3, 6
 
 
 class Ardito(Rover):
+    IN_LOCKSTEP = True
+
     def rests(self, limit_s=5):
         """Until it stands: no further than 2 mm in half a second."""
         def still():
@@ -115,6 +117,7 @@ class Ardito(Rover):
         self.cli_ok("solve", limit_s=60)
         self.assertGreater(self.driven("drive", "0.3", "--for", "3s")[0], 0.5)
 
+    @real_time("time stands still while the daemon is halted")
     def test_a_halted_and_a_killed_daemon_leave_nodes_that_stop_by_themselves(self):
         daemon = self.start_all()
         self.begin_drive("0.3")
@@ -140,6 +143,7 @@ class Ardito(Rover):
         self.cli_ok("solve", limit_s=90)
         self.assertGreater(self.driven("drive", "0.3", "--for", "3s")[0], 0.5)
 
+    @real_time("strangers do not count their datagrams")
     def test_strangers_on_the_port_and_broken_datagrams_are_dropped_and_counted(self):
         self.start_all()
         self.begin_drive("0.3")
@@ -173,11 +177,12 @@ class Ardito(Rover):
         self.assertIn(links["IMU"], ("missing", "booting"))
         result = self.cli("start")
         self.assertEqual(result.code, EXIT["rejected"], result)
-        self.assertIn("module 2 (RF) has not been heard", result.err)
+        self.assertIn("module 2 (RF) has not answered", result.err)
         self.fault("clear")
         self.wait_modules()
         self.assertGreater(self.driven("drive", "0.3", "--for", "3s")[0], 0.5)
 
+    @real_time("a CAN interface")
     def test_a_kernel_without_can_is_told_with_what_to_do(self):
         if os.path.exists("/sys/class/net/can0"):
             self.skipTest("this machine has a can0")

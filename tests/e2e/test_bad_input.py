@@ -13,7 +13,7 @@ from rig import BOOT_S, DAEMON, EXIT, FATAL_ERROR, FAULT, IDLE, OPERATIONAL, REJ
 
 UNKNOWN, NOT_FINITE, OUT_OF_RANGE, NOT_A_CHOICE, BAD_SOURCE, STALE, BAD_LEASE, UNUSED = 1, 3, 4, 5, 6, 7, 9, 26
 ACCEPTED_OR_DONE = (0, 2, 3)
-START, DATA, WALK = 1, 6, 104
+START, STOP, DATA, WALK = 1, 2, 6, 104
 
 
 class BadConfiguration(Scenario):
@@ -124,12 +124,13 @@ class BadCommands(Scenario):
                 self.assertIn(reason, reasons)
                 rejections += 1
 
-        phase, _ = answer(DATA, lease_ms=0, number=1000)
+        phase, _ = answer(STOP, lease_ms=0, number=1000)
         self.assertIn(phase, ACCEPTED_OR_DONE)
-        final = lambda: re.search(r"^ack stranger 1000 6 3 ", peer.out(), re.M)
-        wait_until(final, 10, "the data came")
-        self.assertEqual(answer(DATA, lease_ms=0, number=1000), (REJECTED, STALE), "repeated")
-        self.assertEqual(answer(DATA, lease_ms=0, number=999), (REJECTED, STALE), "stale")
+        final = lambda: re.search(r"^ack stranger 1000 2 3 ", peer.out(), re.M)
+        wait_until(final, 10, "it is stopped")
+        self.assertEqual(answer(STOP, lease_ms=0, number=1000), (REJECTED, STALE), "repeated")
+        self.assertEqual(answer(STOP, lease_ms=0, number=999), (REJECTED, STALE), "stale")
+        self.assertIn(answer(DATA, lease_ms=0, number=999)[0], ACCEPTED_OR_DONE, "what anyone may send is not counted")
         status = self.wait_status(lambda s: s["counters"]["commands_rejected"] >= rejections + 2, 5, "counted")
         self.assert_resting(status)
         self.assertEqual(self.fault_ids(status) - {FAULT["bus_noise"]}, set())

@@ -11,17 +11,19 @@ STANDING_M, LYING_M = 0.045, 0.030  # height of the body: at least, at most
 
 
 class Functions(Scenario):
+    IN_LOCKSTEP, SPEED = True, "max"
+
     def all_functions(self, gravity):
         self.start_sim("--gravity", gravity)
         self.start_daemon(self.write_config())
         self.wait_modules()
 
-        self.cli_ok("panel", "deploy")
+        self.cli_ok("run", "-e", "panel deploy")
         refused = self.cli("start")
         self.assertEqual(refused.code, EXIT["rejected"], refused)
         self.assertIn("panel", refused.err + refused.out)
         self.assertEqual(self.status()["state"], IDLE)
-        self.cli_ok("panel", "retract")
+        self.cli_ok("run", "-e", "panel retract")
 
         walks = [f"walk {how} --for {WALK_S}s" for how in (
             "forward low", "forward medium", "forward high", "backward high", "forward high --heading=-90",

@@ -8,7 +8,7 @@ import threading
 import time
 
 from programs import run, wait_until
-from rig import IDLE, OPERATIONAL, TOOLS, Scenario, read_text
+from rig import BOOT_S, IDLE, OPERATIONAL, TOOLS, Scenario, read_text
 from ws import Closed, Refused, WebSocket
 
 KEYS = {"look": "look" * 8, "stop": "stop" * 8, "command": "command" * 4}
@@ -173,6 +173,48 @@ class Ground(Scenario):
         print(f"emergency stop acknowledged by the daemon after {ack['after_ms']:.1f} ms")
         self.wait_status(lambda s: s["state"] == "FatalError", 5, "it is stopped")
         self.assertEqual(page.ends(1, 5)["phase"], "failed")
+
+    def start_second(self, vehicle_id):
+        """Another daemon on the domain, without modules."""
+        self.run_folder = os.path.join(self.folder, "second")
+        os.mkdir(self.run_folder)
+        return self.start_daemon(self.write_config("second.toml", vehicle_id=f'"{vehicle_id}"'), wait=False)
+
+    def test_stop_all_reaches_every_vehicle_and_tells_what_each_said(self):
+        self.start_all()
+        self.cli_ok("start")
+        gateway = Gateway(self)
+        page = Beating(gateway.client())
+        self.start_second("zebro-2")
+
+        def states():
+            return {m["id"]: m["state"] for m in list(page.messages) if m["type"] == "status"}
+
+        wait_until(lambda: states() == {"zebro-1": OPERATIONAL, "zebro-2": IDLE}, BOOT_S, "both are heard")
+        stopper = gateway.client("lss-stop")
+        stopper.send(type="stop", id=5)
+        acks = []
+        while not acks or not acks[-1]["final"]:
+            acks.append(stopper.wait_for(lambda m: m["type"] == "ack" and m["request"] == 5))
+        for vehicle in ("zebro-1", "zebro-2"):
+            self.assertIn("completed", [a["phase"] for a in acks if a["vehicle"] == vehicle])
+        self.assertEqual((acks[-1]["vehicle"], acks[-1]["phase"], acks[-1]["silent"]), ("*", "completed", []))
+        wait_until(lambda: set(states().values()) == {"FatalError"}, 5, "both are stopped")
+
+    def test_two_daemons_of_one_name_are_told_until_one_is_gone(self):
+        first = self.start_all()
+        gateway = Gateway(self)
+        page = Beating(gateway.client())
+        second = self.start_second("zebro-1")
+
+        def daemons():
+            return {d["pid"]: d["host"] for d in [m for m in list(page.messages) if m["type"] == "status"][-1]["daemons"]}
+
+        pids = {p.process.pid for p in (first, second)}
+        wait_until(lambda: set(daemons()) == pids, BOOT_S, "both are shown")
+        self.assertEqual(set(daemons().values()), {socket.gethostname()[:31]})
+        second.kill()
+        wait_until(lambda: not daemons(), 20, "one is gone")
 
     def test_who_has_no_key_or_comes_from_a_foreign_page_does_not_get_in(self):
         self.start_daemon()

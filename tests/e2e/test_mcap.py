@@ -87,6 +87,8 @@ class Zebro(Recorded, Scenario):
 
 
 class Ardito(Recorded, Rover):
+    IN_LOCKSTEP = True
+
     def test_a_drive_is_recorded_and_drawn(self):
         self.start_all()
         client = self.record("--topics", "telemetry,timing,status,event,command,command_ack", "--max-size", "50")
@@ -101,6 +103,8 @@ class Ardito(Recorded, Rover):
 
 
 class Talaris(Recorded, Hopper):
+    IN_LOCKSTEP = True
+
     def test_a_hop_is_recorded_and_drawn(self):
         self.start_all()
         client = self.record()

@@ -10,6 +10,8 @@ QUESTIONS = 3
 
 
 class OnRequest(Scenario):
+    IN_LOCKSTEP = True
+
     # [O-Int-1]
     def test_a_sample_leaves_for_each_question_and_none_unasked(self):
         self.start_all(mode='"on_request"')

@@ -16,6 +16,8 @@ OTHERS = 9  # clients besides, with everything that is told
 
 @needs_browser
 class Page:
+    IN_LOCKSTEP = True
+
     def visit(self, vehicle, limit_s=150):
         self.start_all()
         gateway = Gateway(self, "--lease-ms", "10000")  # a browser on a busy machine is slow

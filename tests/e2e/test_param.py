@@ -57,6 +57,8 @@ class Parameters:
 
 
 class Zebro(Parameters, Scenario):
+    IN_LOCKSTEP = True
+
     def test_a_value_is_set_saved_and_survives_a_kill_and_the_damage_of_a_copy(self):
         daemon = self.start_all()
         self.assertEqual(self.param("limits.current_A")["value"], 1.2)
@@ -131,7 +133,7 @@ class Zebro(Parameters, Scenario):
         skipped = json.loads(self.cli_ok("--json", "timing").out)["missed"]["skipped"]
         full = self.cli("param", "save")
         self.assertEqual(full.code, EXIT["failed"], full)
-        self.assertIn("free or mend the disk", full.err)
+        self.assertIn("free or repair the disk", full.err)
         self.assertEqual(len(self.event_texts(NOT_SAVED)), 1)
         self.assertEqual(self.param("limits.current_A")["saved"], 1.5)
         resource.prlimit(daemon.process.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
@@ -142,6 +144,8 @@ class Zebro(Parameters, Scenario):
 
 
 class Ardito(Parameters, Rover):
+    IN_LOCKSTEP = True
+
     def test_a_beacon_that_was_set_and_saved_runs_so_long_after_a_restart(self):
         daemon = self.start_all()
         self.assert_kept("safety.beacon_s", 1.5)

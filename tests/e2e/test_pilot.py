@@ -5,6 +5,7 @@ import os
 import signal
 import time
 
+import hopper_rig
 import wire
 from browser import Browser, needs_browser
 from programs import wait_until
@@ -88,7 +89,7 @@ class Keys(Guarded):
         self.assertEqual(page.do("ask", ENABLED), [])
         page.says("#estop-text", "this key may not stop")
         page.do("key", "Space")
-        page.says("#estop-text", "REFUSED: this key may not stop")
+        page.says("#answers", "REFUSED: this key may not stop")
         self.assertEqual(self.status()["state"], IDLE)
         page.do("reload")
         page.says("#holder", "this key may only look")
@@ -125,6 +126,30 @@ class Keys(Guarded):
 
 
 @needs_browser
+class Flight(hopper_rig.Hopper):
+    IN_LOCKSTEP = True
+
+    def test_the_space_bar_lands_and_the_all_stop_is_held(self):
+        self.start_all()
+        gateway = Gateway(self, "--lease-ms", "10000")
+        page = Browser(self)
+        page.do("open", f"http://127.0.0.1:{gateway.port}/")
+        page.says("#estop-text", "talaris-1")
+        hop = self.begin_cli("hop", "--arm", "--height", "2", "--distance", "30", name="hop")
+        page.says("#estop", "LAND")
+        page.says("#fall", "IT FALLS")
+        page.do("click", "#fall")
+        page.says("#answers", "Hold ALL-STOP for half a second: talaris-1 FALLS.")
+        page.do("key", "Space")  # although somebody else commands
+        page.says("#answers", "landing: acknowledged after")
+        page.says("#estop", "STOP", 30)
+        self.wait_state(IDLE, 60)
+        self.assertEqual(self.status()["faults"], [], "it landed in good order")
+        self.assertNotEqual(hop.wait(20), 0)
+        self.assertEqual(page.do("errors"), [])
+
+
+@needs_browser
 class Link(Scenario):
     def visit(self, port):
         page = Browser(self)
@@ -156,7 +181,7 @@ class Link(Scenario):
         gateway.program.signal(signal.SIGSTOP)
         self.assert_told(page, halted_ns)
         page.do("key", "Space")
-        page.says("#estop-text", "NOT ACKNOWLEDGED. Cut the power.", 5)
+        page.says("#answers", "NOT ACKNOWLEDGED. Cut the power.", 5)
         self.wait_state(IDLE, 60)
         gateway.program.signal(signal.SIGCONT)
         self.is_back(page, 10)

@@ -254,6 +254,8 @@ class Zebro(Recorded, Scenario):
 
 
 class Ardito(Recorded, Rover):
+    IN_LOCKSTEP = True
+
     def test_a_drive_is_replayed_to_the_bit_also_from_the_middle(self):
         daemon = self.start_all(beacon_s="1.5")
         client = self.begin_cli("drive", "0.3", "--for", "6s", name="drive")
@@ -268,6 +270,8 @@ class Ardito(Recorded, Rover):
 
 
 class Talaris(Recorded, Hopper):
+    IN_LOCKSTEP = True
+
     def test_a_hop_is_replayed_to_the_bit_also_from_the_middle(self):
         daemon = self.start_all()
         client = self.begin_cli("hop", "--arm", "--height", "1", "--distance", "3", name="hop")

@@ -10,6 +10,8 @@ WALK_S = 40
 
 
 class Solve(Scenario):
+    IN_LOCKSTEP = True
+
     def tried(self):
         return [e["text"] for e in self.events() if e["name"] == "strategy_begun"]
 

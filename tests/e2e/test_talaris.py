@@ -12,6 +12,8 @@ SOFT_m_s = 1.0
 
 
 class Talaris(Hopper):
+    IN_LOCKSTEP = True
+
     def landing(self):
         """Of the last flight: height, way along, speed before the ground, tilt afterwards."""
         samples = [s for _, s in self.truth.samples]

@@ -8,12 +8,14 @@ from rig import Scenario
 
 
 class Walk(Scenario):
+    IN_LOCKSTEP, SPEED = True, "max"
+
     # [Func-1]
     def test_walks_forward_at_the_speed_of_the_gait_table_and_rests_again(self):
         self.start_sim()
         self.start_daemon(self.write_config(shared_memory=True))
         self.wait_modules()
-        self.cli_ok("walk", "forward", "--speed", "high", "--for", "20s", limit_s=150)
+        self.cli_ok("run", "-e", "walk forward --speed high --for 20s", limit_s=150)
 
         (span,) = self.walks()
         self.assertAlmostEqual((span[1] - span[0]) / 1e9, 20, delta=1.5)

@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <fstream>
 
+#include "lss.h"
+
 namespace lss::ground {
 namespace {
 
@@ -106,7 +108,8 @@ TEST(Access, ASourceIsKeptBySessionAndDoesNotTellIt) {
   EXPECT_EQ(source_of(session), source_of(session));
   EXPECT_NE(source_of(session), source_of(std::string(32, 'b')));
   EXPECT_NE(source_of("short"), source_of("short")) << "anybody could guess it";
-  EXPECT_THAT(source_of(session), testing::MatchesRegex("ground:[0-9a-f]{8}"));
+  EXPECT_THAT(source_of(session), testing::MatchesRegex("ground:[0-9a-f]{24}"));
+  EXPECT_LT(source_of(session).size(), sizeof lss_Command::source) << "it fits as a whole";
 }
 
 }  // namespace

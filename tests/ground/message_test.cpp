@@ -28,6 +28,9 @@ TEST(Message, EachTypeIsReadAsItIsWritten) {
   const auto stop = parse_message(R"({"type":"stop","id":1})");
   ASSERT_TRUE(stop) << stop.error();
   EXPECT_EQ(std::get<Stop>(*stop).vehicle, "") << "all of them";
+  EXPECT_FALSE(std::get<Stop>(*stop).land);
+  EXPECT_TRUE(
+      std::get<Stop>(*parse_message(R"({"type":"stop","id":1,"vehicle":"t","land":true})")).land);
 
   EXPECT_EQ(
       std::get<Script>(
@@ -55,6 +58,7 @@ TEST(Message, WhatIsNotExactlyThatIsRefusedWithASentence) {
           std::string(R"({"type":"beat","n":1,"m":2})"),
           std::string(R"({"type":"beat","n":1}{})"),
           std::string(R"({"type":"stop","id":1,"vehicle":null})"),
+          std::string(R"({"type":"stop","id":1,"vehicle":"longer than any id"})"),
           std::string(
               R"({"type":"command","id":1,"vehicle":"z","command":"walk","parameters":[1]})"),
           std::string(

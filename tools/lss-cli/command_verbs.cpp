@@ -24,14 +24,13 @@ struct Typed {
 };
 
 // Commands that are part of verbs which do more.
-constexpr std::string_view kOwnVerbs[] = {"data", "reset-timing", "set-parameter",
+constexpr std::string_view kOwnVerbs[] = {"data", "estop", "reset-timing", "set-parameter",
                                           "save-parameters"};
 
 constexpr VerbHelp kHelp[] = {
     {"stop",
      "  lss-cli stop                     ends the motion, lies down, motors off\n"
      "  lss-cli stop --lay-down no       stays as it stands, motors off\n"},
-    {"estop", "  lss-cli estop                    at once; then: lss-cli solve\n"},
     {"solve", "  lss-cli solve                    leaves FatalError when the cause is gone\n"},
     {"reset",
      "  lss-cli reset RM                 one module\n"
@@ -91,11 +90,6 @@ void check_words(const std::string& verb, const Typed& typed) {
 
 ExitCode run_command(Context& context, const std::string& verb, const Typed& typed) {
   Session& session = context.session();
-  if (verb == "estop" && !context.options.dry_run) {
-    session.emergency_stop();
-    context.output.note("see: lss-cli status; leave FatalError with: lss-cli solve");
-    return ExitCode::completed;
-  }
   return run_motion(context, motion_of(session.vehicle(), verb, typed));
 }
 
@@ -218,6 +212,7 @@ void add_command(Grammar& grammar) {
 }  // namespace
 
 void add_command_verbs(Grammar& grammar) {
+  add_estop_verb(grammar);
   add_table_verbs(grammar);
   for (const Vehicle* vehicle : vehicles()) {
     if (vehicle->add_verbs != nullptr) vehicle->add_verbs(grammar);

@@ -158,6 +158,10 @@ const CommandInfo& find_command(const Vehicle& vehicle, std::uint16_t kind) {
   throw Failure(ExitCode::internal, fmt::format("{} has no command number {}", vehicle.name, kind));
 }
 
+const CommandInfo& common_command(CommandKind kind) {
+  return *std::ranges::find(kCommonCommands, static_cast<std::uint16_t>(kind), &CommandInfo::kind);
+}
+
 Invocation with_defaults(const CommandInfo& info) {
   Invocation result{.info = &info, .parameter = {}};
   for (std::size_t i = 0; i < info.parameters.size(); ++i)

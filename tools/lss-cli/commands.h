@@ -31,6 +31,9 @@ std::vector<std::string> command_names(const Vehicle& vehicle);
 const CommandInfo& find_command(const Vehicle& vehicle, std::string_view name);
 const CommandInfo& find_command(const Vehicle& vehicle, std::uint16_t kind);
 
+// Of those that every vehicle has.
+const CommandInfo& common_command(CommandKind kind);
+
 // With every parameter at its fallback; none of them may be required.
 Invocation with_defaults(const CommandInfo& info);
 

@@ -8,6 +8,8 @@
 #include <fstream>
 #include <optional>
 
+#include "daemon/record/files.h"
+#include "daemon/record/limits.h"
 #include "idl/codes.h"
 #include "tools/lss-cli/log_files.h"
 
@@ -20,11 +22,24 @@ constexpr std::string_view kCrash = ".crash.jsonl";  // whole, or not there
 constexpr std::string_view kLog = ".log.jsonl";      // may end within a line
 using Json = nlohmann::ordered_json;
 
+// No more of a line than the limit and one byte. False: there is none.
+bool get_line(std::istream& file, std::string& line) {
+  line.clear();
+  for (int c = file.get(); c != std::istream::traits_type::eof(); c = file.get()) {
+    if (c == '\n') return true;
+    line.push_back(static_cast<char>(c));
+    if (line.size() > record::most::kLineBytes) return true;
+  }
+  return !line.empty();
+}
+
 // Line by line: the header first.
 class LogFile {
  public:
-  explicit LogFile(const std::string& path) : path_(path), file_(path) {
-    if (!file_) {
+  explicit LogFile(const std::string& path) : path_(path) {
+    std::error_code ignored;
+    if (fs::is_regular_file(path, ignored)) file_.open(path);  // a pipe might never give a line
+    if (!file_.is_open()) {
       throw Failure(ExitCode::usage, fmt::format("{} cannot be read", path),
                     "list what there is with: lss-cli log list FOLDER");
     }
@@ -55,9 +70,15 @@ class LogFile {
  private:
   std::optional<Json> next() {
     std::string line;
-    if (!std::getline(file_, line)) return std::nullopt;
+    if (!get_line(file_, line)) return std::nullopt;
     ++line_;
-    return Json::parse(line, nullptr, false);
+    if (line.size() > record::most::kLineBytes) {
+      throw Failure(ExitCode::usage,
+                    fmt::format("{}:{}: a line is longer than {} bytes", path_, line_,
+                                record::most::kLineBytes),
+                    "was it written by lssd?");
+    }
+    return record::parse_json(line);
   }
   [[noreturn]] void refuse() const {
     throw Failure(ExitCode::usage,
@@ -76,12 +97,12 @@ std::string crash_line(const Json& frame, std::int64_t last_ns, const Style& sty
   const Json& t = frame.at("timing");
   const std::int64_t boundary = t.at("boundary_ns");
   const auto us = [&](const char* point) {
-    return static_cast<double>(t.at(point).get<std::int64_t>() - boundary) * 1e-3;
+    return recording::ns_between(boundary, t.at(point).get<std::int64_t>()) * 1e-3;
   };
   const double margin_us = static_cast<double>(t.at("margin_ns").get<std::int64_t>()) * 1e-3;
   std::string line = fmt::format(
       "{:>8} {:>9.1f} {:>9.1f} {:>9.1f} {:>9.1f} {:>8}  {:<11}", t.at("frame").get<std::uint64_t>(),
-      static_cast<double>(boundary - last_ns) * 1e-6, us("woken_ns"), us("ready_ns"), margin_us,
+      recording::ns_between(last_ns, boundary) * 1e-6, us("woken_ns"), us("ready_ns"), margin_us,
       t.at("samples").get<int>(), state_name(frame));
   const bool fault = tell_happened(frame, line);
   return (fault ? style.bad(line) : margin_us < 0 ? style.warning(line) : line) + "\n";
@@ -185,8 +206,8 @@ nlohmann::json describe(const std::string& path) {
   const bool crash = name.ends_with(kCrash);
   std::string line;
   std::ifstream file(path);
-  std::getline(file, line);
-  const Json first = Json::parse(line, nullptr, false);
+  get_line(file, line);
+  const Json first = record::parse_json(line);
   const auto field = [&](const char* key) -> nlohmann::json {
     return first.is_object() && first.contains(key) ? nlohmann::json(first.at(key)) : nullptr;
   };

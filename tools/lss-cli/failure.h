@@ -1,8 +1,8 @@
 #pragma once
 
 // How the command line ends: the exit codes that scripts rely on (docs/cli.md), and the exception
-// that carries one of them with a sentence for the person who typed. Thrown anywhere in lss-cli,
-// caught where a verb is run.
+// with an exit code and a message for the user. Thrown anywhere in lss-cli, caught where a verb is
+// run.
 
 #include <cstdint>
 #include <stdexcept>
@@ -15,12 +15,12 @@ enum class ExitCode : std::uint8_t {
   completed = 0,
   internal = 1,
   usage = 2,
-  unreachable = 3,     // no daemon, or it went away before anything was asked of it
+  unreachable = 3,     // no daemon, or it ended before a request
   unknown_name = 4,    // verb, command or vehicle
-  rejected = 5,        // and nothing was done
+  rejected = 5,        // not executed
   failed = 6,          // accepted, then failed; for health: something is wrong
   timed_out = 7,       // outcome unknown
-  not_authorised = 8,  // another source holds authority
+  not_authorised = 8,  // another source has authority
 };
 
 class Failure : public std::runtime_error {
@@ -36,7 +36,7 @@ class Failure : public std::runtime_error {
   std::string advice_;
 };
 
-// Ctrl-C, SIGTERM or the end of the terminal came while something was waited for.
+// Ctrl-C, SIGTERM or the end of the terminal during a wait.
 class Interrupted : public std::exception {
  public:
   const char* what() const noexcept override { return "interrupted"; }

@@ -137,7 +137,7 @@ std::string frame_line(const Json& frame, const Style& style) {
   const Json& t = frame.at("timing");
   const std::int64_t boundary = t.at("boundary_ns");
   const auto us = [&](const char* point) {
-    return static_cast<double>(t.at(point).get<std::int64_t>() - boundary) * 1e-3;
+    return recording::ns_between(boundary, t.at(point).get<std::int64_t>()) * 1e-3;
   };
   const double margin_us = static_cast<double>(t.at("margin_ns").get<std::int64_t>()) * 1e-3;
   std::string line = fmt::format(
@@ -151,6 +151,15 @@ std::string frame_line(const Json& frame, const Style& style) {
           : margin_us < 0 ? style.warning(line)
                           : line) +
          style.warning(lost) + "\n";
+}
+
+std::string line_of(const Json& frame, const Style& style) {
+  try {
+    return frame_line(frame, style);
+  } catch (const Json::exception& e) {
+    throw Failure(ExitCode::failed, fmt::format("its records lack what a line shows: {}", e.what()),
+                  "name fields by --columns; see them with: lss-cli log list FILE --columns '*'");
+  }
 }
 
 std::string columns_of_lines() {
@@ -185,7 +194,7 @@ ExitCode show(Context& context, const LogWanted& wanted) {
   flight.each(part_of(wanted), [&](const Flight::Frame& frame) {
     const Json json = frame_json(flight, frame);
     if (lines) {
-      output.print(frame_line(json, output.style()));
+      output.print(line_of(json, output.style()));
     } else if (output.stream()) {
       output.record(json);
     } else if (one) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 
 #include "tools/lss-cli/names.h"
 #include "tools/lss-cli/units.h"
@@ -51,7 +52,8 @@ void Grammar::add_options() {
       ->envname("LSS_DOMAIN")
       ->check(CLI::Range(0, 230));
   app_.add_option("--vehicle", options_.vehicle_id,
-                  "vehicle_id; needed when several share the domain");
+                  "vehicle_id; needed when several share the domain (Env:LSS_VEHICLE, which estop "
+                  "does not look at)");
   app_.add_option("--source", options_.source, "who commands (default lss-cli:PID)")
       ->envname("LSS_SOURCE");
   app_.add_option("--timeout", timeout_,
@@ -133,6 +135,9 @@ Failure Grammar::unknown(const std::vector<std::string>& words) const {
 }
 
 void Grammar::check_options() {
+  options_.vehicle_typed = !options_.vehicle_id.empty();
+  const char* vehicle = std::getenv("LSS_VEHICLE");
+  if (!options_.vehicle_typed && vehicle != nullptr) options_.vehicle_id = vehicle;
   if (!timeout_.empty()) options_.timeout_s = parse_duration_s(timeout_, "--timeout");
   if (!lease_.empty()) options_.lease_ms = parse_lease_ms(lease_);
   const bool printable =

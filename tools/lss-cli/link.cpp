@@ -12,8 +12,11 @@
 namespace lss::cli {
 namespace {
 
-// That there is no second vehicle can only be told by listening for a while.
-constexpr double kOthers_s = 0.1;
+// Where no vehicle was named, others are looked for that long after one was found.
+constexpr double kOthers_s = 2;
+// A daemon sends its status once a second: one that is silent for so long has no say in whose name
+// the vehicle has. One that was killed stays known to DDS for 10 s.
+constexpr double kSpeaks_s = 2.5;
 constexpr double kProbe_s = 0.25;
 
 template <class T>
@@ -30,6 +33,11 @@ dds::ParticipantParameters parameters(const Options& options) {
   return result;
 }
 
+Failure not_taken() {
+  return Failure(ExitCode::unreachable, "the daemon does not take what was sent",
+                 "is it lssd --lockstep of this simulation?");
+}
+
 std::string join(const std::vector<std::string>& names) {
   std::string list;
   for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
@@ -39,8 +47,9 @@ std::string join(const std::vector<std::string>& names) {
 }  // namespace
 
 Link::Link(const Options& options)
-    : options_(options), participant_(checked(dds::Participant::create(parameters(options)))) {
-  status_reader_ = reader(dds::common_topic(dds::Kind::status));
+    : options_(options),
+      participant_(checked(dds::Participant::create(parameters(options)))),
+      daemons_(participant_.get(), waker_.listener()) {
   ack_reader_ = reader(dds::common_topic(dds::Kind::command_ack));
 }
 
@@ -66,46 +75,38 @@ std::optional<Sample> Link::take(dds_entity_t reader) {
   return std::nullopt;
 }
 
-void Link::take_status() {
-  lss_Status sample{};
-  void* samples[1] = {&sample};
-  dds_sample_info_t info{};
-  while (dds_take(status_reader_.get(), samples, &info, 1, 1) == 1) {
-    const std::string id(text(sample.vehicle_id));
-    Seen& seen = seen_[id];
-    const bool ours = vehicle_ != nullptr && id == vehicle_id_;
-    if (!info.valid_data) {
-      seen.alive = info.instance_state == DDS_IST_ALIVE;
-      if (ours && !seen.alive) left_ = true;
-      continue;
-    }
-    seen.status = sample;
-    seen.alive = true;
-    auto* endpoint =
-        dds_get_matched_publication_data(status_reader_.get(), info.publication_handle);
-    if (endpoint != nullptr) {
-      seen.participant = endpoint->participant_key;
-      dds_builtintopic_free_endpoint(endpoint);
-    }
-    if (ours) {
-      status_time_ = Clock::now();
-      left_ = false;
-    }
+bool Link::take() {
+  const bool news = daemons_.take();
+  if (vehicle_ == nullptr) return news;
+  const std::vector<const Daemon*> ours = daemons_.named(vehicle_id_);
+  left_ = ours.empty();
+  if (!left_ && *ours.front()->heard >= status_time_) {
+    status_ = ours.front()->status;
+    status_time_ = *ours.front()->heard;
   }
+  return news;
 }
 
-Failure Link::unreachable() const {
-  std::vector<std::string> others;
-  for (const auto& [id, seen] : seen_) {
-    if (seen.alive) others.push_back(id);
+// Of the vehicles that were heard.
+std::vector<std::string> Link::names() const {
+  std::vector<std::string> names;
+  for (const auto& [guid, daemon] : daemons_.all()) {
+    if (daemon.heard) names.emplace_back(text(daemon.status.vehicle_id));
   }
-  if (!others.empty()) {
-    std::string advice = did_you_mean(options_.vehicle_id, others);
+  std::ranges::sort(names);
+  names.erase(std::ranges::unique(names).begin(), names.end());
+  return names;
+}
+
+Failure Link::unreachable(const std::string& vehicle_id) const {
+  const std::vector<std::string> others = names();
+  if (!others.empty() && !vehicle_id.empty()) {
+    std::string advice = did_you_mean(vehicle_id, others);
     if (advice.empty()) advice = "there are: " + join(others);
-    return Failure(ExitCode::unknown_name,
-                   fmt::format("there is no vehicle '{}' on DDS domain {}", options_.vehicle_id,
-                               options_.domain),
-                   advice);
+    return Failure(
+        ExitCode::unknown_name,
+        fmt::format("there is no vehicle '{}' on DDS domain {}", vehicle_id, options_.domain),
+        advice);
   }
   return Failure(
       ExitCode::unreachable, fmt::format("no vehicle answers on DDS domain {}", options_.domain),
@@ -113,60 +114,101 @@ Failure Link::unreachable() const {
       "and network interface");
 }
 
-// The vehicles that may be meant, as far as is known by now.
-std::vector<std::string> Link::candidates() const {
-  std::vector<std::string> ids;
-  for (const auto& [id, seen] : seen_) {
-    if (seen.alive && (options_.vehicle_id.empty() || id == options_.vehicle_id)) ids.push_back(id);
-  }
-  return ids;
+Failure Link::several() const {
+  return Failure(ExitCode::usage, "several vehicles are on this domain: " + join(names()),
+                 "name one with --vehicle, or LSS_VEHICLE in the environment");
+}
+
+bool Link::is_found() const {
+  if (!options_.vehicle_id.empty()) return !daemons_.named(options_.vehicle_id).empty();
+  return !names().empty();
 }
 
 void Link::find_vehicle() {
-  const Clock::time_point give_up = Clock::now() + seconds(options_.find_timeout_s());
-  Clock::time_point until = give_up;
+  const Clock::time_point until = Clock::now() + seconds(options_.find_timeout_s());
+  const bool named = !options_.vehicle_id.empty();
+  Lull lull;
   while (Clock::now() < until) {
-    if (waker_.wait(until).interrupted) throw Interrupted();
-    take_status();
-    if (candidates().empty()) continue;
-    if (!options_.vehicle_id.empty()) break;
-    if (until == give_up) until = std::min(give_up, Clock::now() + seconds(kOthers_s));
+    const Clock::time_point look = lull.step(take());
+    const bool settled =
+        named ? daemons_.all_heard() || lull.is_over() : daemons_.all_heard() && lull.is_over();
+    if (is_found() && settled) break;
+    if (waker_.wait(std::min(look, until)).interrupted) throw Interrupted();
   }
-  const std::vector<std::string> ids = candidates();
-  if (ids.empty()) throw unreachable();
-  if (ids.size() > 1) {
-    throw Failure(ExitCode::usage, "several vehicles are on this domain: " + join(ids),
-                  "name one with --vehicle");
+  if (!is_found()) throw unreachable(options_.vehicle_id);
+  if (!named && names().size() > 1) throw several();
+  if (!named && !daemons_.all_heard()) {
+    throw Failure(
+        ExitCode::usage,
+        names().front() + " is not alone on this domain: another daemon did not say its name",
+        "name the vehicle with --vehicle, or LSS_VEHICLE in the environment");
   }
-  vehicle_id_ = ids.front();
-  status_time_ = Clock::now();
-  const std::string_view name = text(seen_.at(vehicle_id_).status.vehicle);
+  const std::string id = named ? options_.vehicle_id : names().front();
+  const Daemon& daemon = *daemons_.named(id).front();
+  const std::string_view name = text(daemon.status.vehicle);
   vehicle_ = cli::find_vehicle(name);
   if (vehicle_ == nullptr) {
-    throw Failure(ExitCode::unknown_name,
-                  fmt::format("{} is of the kind '{}', which this lss-cli was built without",
-                              vehicle_id_, name));
+    throw Failure(
+        ExitCode::unknown_name,
+        fmt::format("{} is of the kind '{}', which this lss-cli was built without", id, name));
+  }
+  vehicle_id_ = id;
+  status_ = daemon.status;
+  status_time_ = found_ = Clock::now();
+}
+
+void Link::listen() {
+  const Clock::time_point until = Clock::now() + seconds(options_.find_timeout_s());
+  for (Lull lull; Clock::now() < until;) {
+    const Clock::time_point look = lull.step(take());
+    if (lull.is_over() && daemons_.all_heard()) return;
+    if (waker_.wait(std::min(look, until)).interrupted) throw Interrupted();
   }
 }
 
+void Link::check_meant() {
+  take();
+  if (options_.vehicle_id.empty() && Clock::now() < found_ + seconds(kOthers_s) &&
+      names().size() > 1)
+    throw several();
+}
+
 const lss_Status& Link::status() {
-  take_status();
-  return seen_.at(vehicle_id_).status;
+  take();
+  return status_;
 }
 
 Clock::duration Link::status_age() const { return Clock::now() - status_time_; }
 
+std::vector<lss_Instance> Link::instances() const {
+  std::vector<lss_Instance> list;
+  for (const Daemon* daemon : daemons_.named(vehicle_id_)) {
+    if (Clock::now() - *daemon->heard < seconds(kSpeaks_s)) list.push_back(daemon->status.instance);
+  }
+  return list;
+}
+
+std::vector<dds_instance_handle_t> Link::hearers() const {
+  std::vector<dds_instance_handle_t> readers(64);
+  const int count =
+      dds_get_matched_subscriptions(command_writer_.get(), readers.data(), readers.size());
+  readers.resize(std::min(static_cast<std::size_t>(std::max(count, 0)), readers.size()));
+  return readers;
+}
+
 bool Link::daemon_hears(dds_entity_t writer) const {
-  std::array<dds_instance_handle_t, 16> readers{};
+  std::array<dds_instance_handle_t, 64> readers{};
   const int count = dds_get_matched_subscriptions(writer, readers.data(), readers.size());
   for (int i = 0; i < std::min(count, static_cast<int>(readers.size())); ++i) {
     auto* endpoint =
         dds_get_matched_subscription_data(writer, readers[static_cast<std::size_t>(i)]);
     if (endpoint == nullptr) continue;
-    const dds_guid_t& daemon = seen_.at(vehicle_id_).participant;
-    const bool is_daemon = std::memcmp(&endpoint->participant_key, &daemon, sizeof daemon) == 0;
+    Guid guid;
+    std::ranges::copy(endpoint->participant_key.v, guid.begin());
     dds_builtintopic_free_endpoint(endpoint);
-    if (is_daemon) return true;
+    const auto daemon = daemons_.all().find(guid);
+    if (daemon != daemons_.all().end() && text(daemon->second.status.vehicle_id) == vehicle_id_)
+      return true;
   }
   return false;
 }
@@ -179,7 +221,7 @@ void Link::await_match(dds_entity_t writer, Clock::time_point until) {
                     "check the log of lssd; is another DDS configuration in CYCLONEDDS_URI?");
     }
     if (waker_.wait(until).interrupted) throw Interrupted();
-    take_status();
+    take();
   }
 }
 
@@ -203,25 +245,31 @@ void Link::await_answer(Clock::time_point until) {
                 "check the log of lssd");
 }
 
-void Link::open_writers(const std::string& source) {
+void Link::open_command_writer(const std::string& source) {
   source_ = source;
-  command_writer_ = writer(dds::common_topic(dds::Kind::command));
-  heartbeat_writer_ = writer(dds::common_topic(dds::Kind::heartbeat));
+  if (!command_writer_) command_writer_ = writer(dds::common_topic(dds::Kind::command));
 }
 
 void Link::open_commands(const std::string& source) {
-  if (command_writer_) return;
-  open_writers(source);
+  if (answered_) return;
+  open_command_writer(source);
+  heartbeat_writer_ = writer(dds::common_topic(dds::Kind::heartbeat));
   const Clock::time_point until = Clock::now() + seconds(options_.find_timeout_s());
   await_match(command_writer_.get(), until);
   await_match(heartbeat_writer_.get(), until);
   await_answer(until);
+  answered_ = true;
+}
+
+void Link::take_part(const std::string& folder) {
+  waker_.take_part(folder, source_);
+  sequence_.from_one();
+  heartbeats_ = 0;
+  take();
 }
 
 void Link::open_emergency(const std::string& source) {
-  if (command_writer_) return;
-  open_writers(source);
-  await_match(command_writer_.get(), Clock::now() + seconds(options_.find_timeout_s()));
+  if (!command_writer_) open_command_writer(source);
 }
 
 void Link::open_events() { event_reader_ = reader(dds::common_topic(dds::Kind::event)); }
@@ -239,7 +287,56 @@ void Link::open_telemetry() {
   telemetry_reader_ = reader(dds::telemetry_topic(vehicle_->name, vehicle_->telemetry));
 }
 
+std::optional<Link::Answer> Link::next_answer() {
+  Answer answer{};
+  void* samples[1] = {&answer.ack};
+  dds_sample_info_t info{};
+  while (dds_take(ack_reader_.get(), samples, &info, 1, 1) == 1) {
+    if (!info.valid_data || text(answer.ack.source) != source_) continue;
+    const std::optional<Guid> daemon = participant_of(ack_reader_.get(), info.publication_handle);
+    if (!daemon) continue;  // it went
+    answer.daemon = *daemon;
+    return answer;
+  }
+  return std::nullopt;
+}
+
+Waker::Result Link::wait(Clock::time_point until, int input_fd) {
+  constexpr int kLook_ms = 10, kLooks = 1000;
+  Waker::Result woken = waker_.wait(until, input_fd);
+  for (int look = 0; !hear_all(look); ++look) {
+    if (look == kLooks)
+      throw Failure(ExitCode::unreachable, "what the daemon wrote does not arrive");
+    const Waker::Result more = waker_.poll(kLook_ms, input_fd);
+    woken.interrupted |= more.interrupted;
+    woken.input |= more.input;
+  }
+  return woken;
+}
+
+// In simulated time what was written by now is heard now, however long DDS takes; telemetry, which
+// may be lost, after a second of the wall clock no more.
+bool Link::hear_all(int look) {
+  lockstep::Client* simulation = waker_.simulation();
+  if (simulation == nullptr) return true;
+  constexpr int kLost = 100;
+  take();
+  while (const std::optional<lss_CommandAck> ack = take<lss_CommandAck>(ack_reader_.get())) {
+    if (text(ack->source) != source_) continue;
+    simulation->heard_answer(ack->seq);
+    acks_.push_back(*ack);
+  }
+  telemetry();
+  const bool waits = telemetry_ns_ != 0 && look < kLost;
+  return simulation->all_heard(status_.time_ns, waits ? telemetry_ns_ : lockstep::kNever);
+}
+
 std::optional<lss_CommandAck> Link::next_ack() {
+  if (!acks_.empty()) {
+    const lss_CommandAck ack = acks_.front();
+    acks_.pop_front();
+    return ack;
+  }
   while (std::optional<lss_CommandAck> ack = take<lss_CommandAck>(ack_reader_.get())) {
     if (text(ack->source) == source_) return ack;
   }
@@ -261,27 +358,40 @@ const void* Link::telemetry() {
   void* samples[1] = {buffer.data()};
   dds_sample_info_t info{};
   while (dds_take(telemetry_reader_.get(), samples, &info, 1, 1) == 1) {
-    char id[sizeof lss_Status::vehicle_id];  // the key is the first member of every type
+    char id[sizeof lss_Status::vehicle_id];  // the key is the first member of every type, then time
     std::memcpy(id, buffer.data(), sizeof id);
     if (!info.valid_data || text(id) != vehicle_id_) continue;
     std::memcpy(sample_.data(), buffer.data(), sample_.size() * sizeof(std::max_align_t));
+    std::memcpy(&telemetry_ns_, reinterpret_cast<const char*>(buffer.data()) + sizeof id,
+                sizeof telemetry_ns_);
     ++telemetry_count_;
   }
   return telemetry_count_ == 0 ? nullptr : sample_.data();
 }
 
 std::uint64_t Link::send(const Invocation& command, std::uint16_t flags) {
+  return send_to(vehicle_id_, command, flags);
+}
+
+std::uint64_t Link::send_to(std::string_view vehicle_id, const Invocation& command,
+                            std::uint16_t flags) {
   const lss_Command sample =
-      to_dds(command, {vehicle_id_, source_, sequence_.next(), flags, options_.lease_ms});
+      to_dds(command, {vehicle_id, source_, sequence_.next(), flags, options_.lease_ms});
   const dds_return_t result = dds_write(command_writer_.get(), &sample);
   if (result < 0)
     throw Failure(ExitCode::internal, fmt::format("cannot send: {}", dds_strretcode(result)));
+  if (lockstep::Client* simulation = waker_.simulation();
+      simulation && !simulation->await_command(sample.seq))
+    throw not_taken();
   return sample.seq;
 }
 
 void Link::heartbeat() {
   const lss_Heartbeat sample = heartbeat_to_dds(vehicle_id_, source_, ++heartbeats_);
   dds_write(heartbeat_writer_.get(), &sample);
+  if (lockstep::Client* simulation = waker_.simulation();
+      simulation && !simulation->await_heartbeat(heartbeats_))
+    throw not_taken();
 }
 
 }  // namespace lss::cli

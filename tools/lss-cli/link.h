@@ -8,7 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <map>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,6 +18,7 @@
 #include "idl/topics.h"
 #include "lss.h"
 #include "tools/lss-cli/commands.h"
+#include "tools/lss-cli/daemons.h"
 #include "tools/lss-cli/failure.h"
 #include "tools/lss-cli/options.h"
 #include "tools/lss-cli/waker.h"
@@ -29,24 +30,48 @@ class Link {
  public:
   explicit Link(const Options& options);
 
-  // Waits for the status of the vehicle. unreachable when there is none, unknown_name when only
-  // others are there, usage when there are several and none was named.
+  // Waits for the status of the vehicle, and of every daemon that DDS knows of. unreachable when
+  // there is none, unknown_name when only others are there, usage when there are several and none
+  // was named.
   void find_vehicle();
+  // Until DDS told of nobody new for a while.
+  void listen();
+  // Throws usage when none was named and another one was heard shortly after: before the first
+  // command that moves.
+  void check_meant();
+  // Nobody is there, or only vehicles of other names than this one; empty: any.
+  Failure unreachable(const std::string& vehicle_id) const;
   // Opens the writers and waits until a command that does nothing was acknowledged: from then on
   // both ways work.
   void open_commands(const std::string& source);
-  // The same without waiting for anything but a reader.
+  // Then: from here on in the simulated time of lss-sim in that folder.
+  void take_part(const std::string& folder);
+  // Opens the writer without waiting for anything, and for no vehicle in particular.
   void open_emergency(const std::string& source);
 
-  Waker::Result wait(Clock::time_point until, int input_fd = -1) {
-    return waker_.wait(until, input_fd);
-  }
+  Waker::Result wait(Clock::time_point until, int input_fd = -1);
 
   const Vehicle& vehicle() const { return *vehicle_; }
   // The newest status; takes what has come. news: another one than at the last call.
   const lss_Status& status();
   Clock::duration status_age() const;
   bool daemon_left() const { return left_; }  // it said good-bye, or DDS lost it
+  // Of the daemons that now speak for the vehicle, the newest first. More than one: they have one
+  // name.
+  std::vector<lss_Instance> instances() const;
+
+  // Takes what has come of status. True: a daemon came, spoke for the first time, or went.
+  bool take();
+  const Daemons& daemons() const { return daemons_; }
+  // The readers that the writer of commands is matched with.
+  std::vector<dds_instance_handle_t> hearers() const;
+
+  // An acknowledgement to our source, of whatever vehicle.
+  struct Answer {
+    lss_CommandAck ack;
+    Guid daemon;
+  };
+  std::optional<Answer> next_answer();
 
   std::optional<lss_CommandAck> next_ack();
   std::optional<lss_Event> next_event();
@@ -59,6 +84,8 @@ class Link {
 
   // Returns the sequence number.
   std::uint64_t send(const Invocation& command, std::uint16_t flags);
+  std::uint64_t send_to(std::string_view vehicle_id, const Invocation& command,
+                        std::uint16_t flags = 0);
   void heartbeat();
   const std::string& source() const { return source_; }
 
@@ -69,41 +96,40 @@ class Link {
   void open_telemetry();
 
  private:
-  struct Seen {
-    lss_Status status{};
-    dds_guid_t participant{};
-    bool alive = false;
-  };
-
   dds::Entity reader(const dds::Topic& topic);
   dds::Entity writer(const dds::Topic& topic);
-  void take_status();
-  std::vector<std::string> candidates() const;
-  void open_writers(const std::string& source);
+  std::vector<std::string> names() const;
+  bool is_found() const;
+  Failure several() const;
+  void open_command_writer(const std::string& source);
   bool daemon_hears(dds_entity_t writer) const;
   void await_match(dds_entity_t writer, Clock::time_point until);
   void await_answer(Clock::time_point until);
-  Failure unreachable() const;
+  bool hear_all(int look);
   template <class Sample>
   std::optional<Sample> take(dds_entity_t reader);
 
   Options options_;
   Waker waker_;  // before any entity
   dds::Participant participant_;
-  dds::Entity status_reader_, ack_reader_, event_reader_, timing_reader_, statistics_reader_,
-      parameter_reader_, telemetry_reader_;
+  Daemons daemons_;
+  dds::Entity ack_reader_, event_reader_, timing_reader_, statistics_reader_, parameter_reader_,
+      telemetry_reader_;
   dds::Entity command_writer_, heartbeat_writer_;
 
-  std::map<std::string, Seen> seen_;
   const Vehicle* vehicle_ = nullptr;
   std::string vehicle_id_;
-  Clock::time_point status_time_{};
+  lss_Status status_{};
+  Clock::time_point status_time_{}, found_{};
   bool left_ = false;
+  bool answered_ = false;            // both ways work
+  std::deque<lss_CommandAck> acks_;  // taken already
   std::string source_;
   Sequence sequence_;
   std::uint64_t heartbeats_ = 0;
   std::vector<std::max_align_t> sample_;  // of telemetry
   std::uint64_t telemetry_count_ = 0;
+  TimeNs telemetry_ns_ = 0;
 };
 
 }  // namespace lss::cli

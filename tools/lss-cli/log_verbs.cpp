@@ -37,7 +37,7 @@ std::string list_line(const nlohmann::json& file) {
                      file["path"].get<std::string>());
 }
 
-ExitCode list(Context& context, const LogWanted& wanted) {
+ExitCode list_folder(Context& context, const LogWanted& wanted) {
   const fs::path folder = wanted.path.empty() ? "/var/lib/lss" : wanted.path;
   std::error_code error;
   std::vector<std::string> paths;
@@ -86,7 +86,8 @@ ExitCode run_log(Context& context, const LogWanted& wanted) {
   const LogKind* known = named ? kind_of(wanted.path) : nullptr;
   const LogKind& kind = known == nullptr ? kDaemonLog : *known;
   if (wanted.what == "list")
-    return fs::is_regular_file(wanted.path) ? kind.list(context, wanted) : list(context, wanted);
+    return fs::is_regular_file(wanted.path) ? kind.list(context, wanted)
+                                            : list_folder(context, wanted);
   if (wanted.what == "show" && named) return kind.show(context, wanted);
   if (wanted.what == "export" && named) return kind.exports(context, wanted);
   throw Failure(ExitCode::usage, fmt::format("log {} {}: what is that?", wanted.what, wanted.path),

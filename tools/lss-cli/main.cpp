@@ -38,8 +38,7 @@ ExitCode perform(Context& context, const Action& action) {
     code = failure->code();
     context.output.fail(*failure);
   }
-  context.output.finish(code, failure ? &*failure : nullptr,
-                        context.connected() ? context.session().report() : nlohmann::json::array());
+  context.output.finish(code, failure ? &*failure : nullptr, context.report());
   return code;
 }
 

@@ -11,17 +11,20 @@ namespace lss::cli {
 
 struct Options {
   int domain = 0;
-  std::string vehicle_id;  // empty: the only one on the domain
-  std::string source;      // empty: lss-cli:PID
+  std::string vehicle_id;      // empty: the only one on the domain
+  bool vehicle_typed = false;  // on the command line, not in the environment
+  std::string source;          // empty: lss-cli:PID
   std::optional<double> timeout_s;
   std::uint32_t lease_ms = 2000;
   bool json = false, jsonl = false;
   bool dry_run = false, detach = false, wait = false;
   bool shared_memory = false;
   bool no_color = false;
+  bool lockstep = false;  // simulated time, which the machine's own does not show in
 
   bool machine() const { return json || jsonl; }
-  double find_timeout_s() const { return timeout_s.value_or(3); }  // for the daemon to be found
+  // For the daemon to be found.
+  double find_timeout_s() const { return timeout_s.value_or(lockstep ? 30 : 3); }
   // For one command to be completed that takes so long by itself.
   double finish_timeout_s(double takes_s = 0) const {
     return timeout_s.value_or(std::max(120.0, takes_s + 30));

@@ -21,7 +21,7 @@ namespace {
 
 constexpr int kWidth = 960, kPanelHeight = 300, kHead = 60;
 
-struct Wanted {
+struct PlotWanted {
   std::string path, out;
   std::vector<std::string> signals;
   recording::Filter filter;
@@ -70,7 +70,7 @@ Place place(const recording::Recording& recording, const std::string& signal) {
                               : guess);
 }
 
-std::vector<Signal> read_signals(const recording::Recording& recording, const Wanted& wanted) {
+std::vector<Signal> read_signals(const recording::Recording& recording, const PlotWanted& wanted) {
   std::vector<Signal> signals;
   for (const std::string& name : wanted.signals) {
     const Place at = place(recording, name);
@@ -82,7 +82,7 @@ std::vector<Signal> read_signals(const recording::Recording& recording, const Wa
 }
 
 // Of a flight recording: fields of its records.
-std::vector<Signal> read_signals(recording::Flight& flight, const Wanted& wanted) {
+std::vector<Signal> read_signals(recording::Flight& flight, const PlotWanted& wanted) {
   recording::RecordLayout& layout = flight.layout();
   layout.choose(wanted.signals);
   const recording::Part part{.from_s = wanted.filter.from_s, .until_s = wanted.filter.until_s};
@@ -106,7 +106,7 @@ std::vector<Signal> read_signals(recording::Flight& flight, const Wanted& wanted
   return signals;
 }
 
-std::vector<Signal> read_signals(const Wanted& wanted) {
+std::vector<Signal> read_signals(const PlotWanted& wanted) {
   std::vector<Signal> signals;
   if (recording::is_flight(wanted.path)) {
     recording::Flight flight(wanted.path);
@@ -150,7 +150,7 @@ std::vector<std::vector<const Signal*>> panels_of(const std::vector<Signal>& sig
   return panels;
 }
 
-std::string script(const std::vector<Signal>& signals, const Wanted& wanted,
+std::string script(const std::vector<Signal>& signals, const PlotWanted& wanted,
                    const std::string& title) {
   const auto panels = panels_of(signals);
   const int height = kHead + kPanelHeight * static_cast<int>(panels.size());
@@ -206,7 +206,7 @@ void run_gnuplot(const std::string& script) {
     throw Failure(ExitCode::failed, "gnuplot failed; it says why above");
 }
 
-ExitCode plot(Context& context, Wanted wanted) {
+ExitCode plot(Context& context, PlotWanted wanted) {
   if (wanted.out.empty()) wanted.out = std::filesystem::path(wanted.path).stem().string() + ".svg";
   if (!wanted.out.ends_with(".svg") && !wanted.out.ends_with(".png")) {
     throw Failure(ExitCode::usage, fmt::format("do not know how to draw {}", wanted.out),
@@ -231,7 +231,7 @@ void add_plot_verb(Grammar& grammar) {
       "  lss-cli plot run.mcap --signals distance_m,speed_m_s\n"
       "  lss-cli plot run.mcap --signals 'modules[*].current_A,timing.margin_ns' --out run.png\n"
       "  lss-cli plot run.lssrec --signals 'modules[*].set_point_rad,timing.margin_ns'\n");
-  auto wanted = std::make_shared<Wanted>();
+  auto wanted = std::make_shared<PlotWanted>();
   sub.add_option("file", wanted->path, "a recording")->required();
   sub.add_option("--signals", wanted->signals,
                  "divided by commas: columns of the telemetry, or TOPIC.COLUMN, of a flight "

@@ -24,7 +24,7 @@ const std::vector<std::string> kTopics = {"status",     "event",     "command", 
                                           "parameters", "heartbeat", "timing",  "timing_statistics",
                                           "telemetry"};
 
-struct Wanted {
+struct RecordWanted {
   std::string out;
   std::vector<std::string> topics;
   std::optional<double> for_s;
@@ -39,12 +39,12 @@ std::string now_text(const char* format) {
   return fmt::format(fmt::runtime(format), fmt::gmtime(std::time(nullptr)));
 }
 
-McapWriter open(const Wanted& wanted, const std::string& path) {
+McapWriter open(const RecordWanted& wanted, const std::string& path) {
   const std::string library = std::string(recording::kLibrary) + " " + LSS_VERSION;
   return wanted.append ? McapWriter::append(path, library) : McapWriter::create(path, library);
 }
 
-void check_topics(const Wanted& wanted) {
+void check_topics(const RecordWanted& wanted) {
   for (const std::string& name : wanted.topics) {
     const auto known = [&](const std::string& topic) {
       return recording::names(name, "lss/" + topic) || name.starts_with("lss/" + topic + "/");
@@ -55,7 +55,8 @@ void check_topics(const Wanted& wanted) {
   }
 }
 
-End loop(Context& context, Recorder& recorder, const McapWriter& writer, const Wanted& wanted) {
+End loop(Context& context, Recorder& recorder, const McapWriter& writer,
+         const RecordWanted& wanted) {
   Link& link = context.session().link();
   const Clock::time_point begin = Clock::now();
   const Clock::time_point end =
@@ -132,7 +133,7 @@ void tell(Context& context, const Recorder& recorder, const std::string& path, E
                    {"topics", std::move(topics)}});
 }
 
-ExitCode record(Context& context, const Wanted& wanted) {
+ExitCode record(Context& context, const RecordWanted& wanted) {
   check_topics(wanted);
   if (context.options.shared_memory) {
     throw Failure(ExitCode::usage, "record hears the octets of the network, which --shm passes by",
@@ -186,7 +187,7 @@ void add_record_verb(Grammar& grammar) {
       "record", "DDS topics into an MCAP file, until Ctrl-C",
       "  lss-cli record --for 60s --out run.mcap\n  lss-cli record --topics telemetry,event\n"
       "  lss-cli record --append --out run.mcap\n  lss-cli log list run.mcap\n");
-  auto wanted = std::make_shared<Wanted>();
+  auto wanted = std::make_shared<RecordWanted>();
   sub.add_option("-o,--out", wanted->out, "file; without it VEHICLE_ID-TIME.mcap, here");
   sub.add_option("--topics", wanted->topics, "only these, divided by commas: telemetry,event,...")
       ->delimiter(',')

@@ -26,7 +26,7 @@ std::string utc_text(std::int64_t ns) {
 }
 
 double duration_s(const recording::Span& span) {
-  return static_cast<double>(span.last_ns - span.first_ns) * 1e-9;
+  return recording::ns_between(span.first_ns, span.last_ns) * 1e-9;
 }
 
 double rate_Hz(const recording::Span& span) {

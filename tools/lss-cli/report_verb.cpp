@@ -31,7 +31,7 @@ std::string page_of(const recording::Recording& recording) {
       fmt::format("Recorded from {:%F %T} UTC for {}, {} messages; lssd {}. Times are in seconds "
                   "since then.",
                   fmt::gmtime(static_cast<std::time_t>(span.first_ns / 1'000'000'000)),
-                  format_duration(static_cast<double>(span.last_ns - span.first_ns) * 1e-9),
+                  format_duration(recording::ns_between(span.first_ns, span.last_ns) * 1e-9),
                   span.messages, about(recording, "version")));
   if (!recording.complaint().empty())
     page.note("The recording is not whole: " + recording.complaint() + ".");

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "tools/lss-cli/shell.h"
 #include "tools/lss-cli/steps.h"
 #include "tools/lss-cli/verbs.h"
@@ -22,11 +24,27 @@ void add_run(Grammar& grammar) {
       "file", *file, "a verb per line, or several divided by ';'; # begins a comment");
   sub.add_option("-e,--execute", *text, "the verbs themselves")->excludes(named);
   sub.add_flag("--stay", *stay, "leave it at the end as it is (the lease stops it)");
-  grammar.on(sub, [file, text, stay](Context& context) {
+  auto lockstep = std::make_shared<bool>(false);
+  auto folder = std::make_shared<std::string>("/run/lss");
+  CLI::Option* simulated = sub.add_flag("--lockstep", *lockstep,
+                                        "in the simulated time of lss-sim --lockstep: each command "
+                                        "lands in the same frame every time");
+  sub.add_option("--dir", *folder, "folder of the simulator and of lssd")
+      ->needs(simulated)
+      ->capture_default_str();
+  grammar.on(sub, [=](Context& context) {
     if (file->empty() && text->empty())
       throw Failure(ExitCode::usage, "run what?", "name a FILE, or -e 'VERB; VERB'");
     const std::string name = file->empty() ? "-e" : *file;
-    return run_steps(context, parse_steps(file->empty() ? *text : read_input(*file), name), *stay);
+    const std::vector<Step> steps = parse_steps(file->empty() ? *text : read_input(*file), name);
+    context.options.lockstep = *lockstep;
+    if (*lockstep) {
+      if (!std::filesystem::exists(std::filesystem::path(*folder) / "lockstep"))
+        throw Failure(ExitCode::unreachable, "no simulated time in " + *folder,
+                      "start lss-sim VEHICLE --lockstep with this folder as its --dir");
+      context.session().take_part(*folder);
+    }
+    return run_steps(context, steps, *stay);
   });
 }
 

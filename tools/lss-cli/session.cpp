@@ -21,17 +21,22 @@ constexpr double kAnswer_s = 2;      // twice as long as a command is worth obey
 constexpr double kStatusLost_s = 3;  // the daemon sends one a second
 constexpr double kStatusFollows_s = 1.5;
 constexpr double kTelemetryComes_s = 0.5, kTelemetryAsked_s = 1;
-constexpr double kRepeat_s = 0.1;
 constexpr std::size_t kAtOnce = 8;  // half of what the topic keeps
-
-// The name that commands of no process in particular are given under.
-constexpr std::string_view kSharedSource = "lss-cli";
 
 // What was detached from one lss-cli belongs to all of them.
 std::string source_name(const Options& options, const lss_Status& status) {
   if (!options.source.empty()) return options.source;
   if (options.detach || text(status.authority) == kSharedSource) return std::string(kSharedSource);
   return fmt::format("{}:{}", kSharedSource, getpid());
+}
+
+// What ends a motion of somebody else. In the air the emergency stop lets it fall.
+std::string ending_by_anyone(const lss_Status& status) {
+  const std::string stop = fmt::format("lss-cli estop {}", text(status.vehicle_id));
+  if (!status.airborne) return stop;
+  return status.stop_in_flight == lss_STOP_LANDS
+             ? fmt::format("lss-cli land ({} lets it fall)", stop)
+             : stop + " (it falls)";
 }
 
 bool is_accepted(const Sent& sent) { return sent.answered && sent.ack.phase != lss_PHASE_REJECTED; }
@@ -43,6 +48,12 @@ bool is_completed(const Sent& sent) { return sent.ack.phase == lss_PHASE_COMPLET
 Session::Session(Link& link, Output& output, const Options& options)
     : link_(link), output_(output), options_(options) {}
 
+void Session::take_part(const std::string& folder) {
+  if (options_.source.empty()) options_.source = kSharedSource;
+  open();
+  link_.take_part(folder);
+}
+
 void Session::open() { link_.open_commands(source_name(options_, link_.status())); }
 
 Sent& Session::submit(const Invocation& command, std::uint16_t flags, bool quiet) {
@@ -50,6 +61,7 @@ Sent& Session::submit(const Invocation& command, std::uint16_t flags, bool quiet
   if (options_.detach && command.info->leased) flags |= kFlagDetached;
   // Also a stop needs the lease until it is completed.
   const bool acts = (flags & kFlagDryRun) == 0 && command.info->access == Access::holder;
+  if (acts) check_name(command);
   beating_ = beating_ || acts;
   attached_ = attached_ || (acts && command.info->leased);
   Sent& sent = (quiet ? quiet_ : sent_).emplace_back();
@@ -57,6 +69,16 @@ Sent& Session::submit(const Invocation& command, std::uint16_t flags, bool quiet
   sent.sent = Clock::now();
   sent.seq = link_.send(command, flags);
   return sent;
+}
+
+// Before anything moves: that the vehicle is the one that is meant, and one.
+void Session::check_name(const Invocation& command) {
+  if (!beating_) link_.check_meant();
+  const std::optional<Problem> conflict = name_conflict(link_.status(), link_.instances());
+  if (!conflict) return;
+  if (command.info->leased) throw Failure(ExitCode::rejected, conflict->text, conflict->advice);
+  if (!warned_) output_.note("warning: " + conflict->text);
+  warned_ = true;
 }
 
 void Session::await(Sent& sent, const char* phase, bool (*done)(const Sent&), double takes_s) {
@@ -123,34 +145,13 @@ void Session::dry_run(const Invocation& command) {
   await(submit(command, kFlagDryRun), "accepted", is_accepted);
 }
 
-void Session::emergency_stop() {
-  const Invocation command{
-      &find_command(vehicle(), static_cast<std::uint16_t>(CommandKind::emergency_stop)), {}};
-  link_.open_emergency(source_name(options_, link_.status()));
-  const Clock::time_point until = Clock::now() + seconds(options_.find_timeout_s());
-  while (Clock::now() < until) {
-    submit(command, 0);
-    const Clock::time_point again = Clock::now() + seconds(kRepeat_s);
-    while (Clock::now() < again) {
-      pump(again);
-      for (const Sent& sent : sent_) {
-        if (!sent.over()) continue;
-        if (!is_completed(sent)) fail(sent);
-        show(sent);
-        return;
-      }
-    }
-  }
-  throw Failure(ExitCode::timed_out, "the emergency stop was not acknowledged: outcome unknown",
-                "cut the power of the motors; see: lss-cli status");
-}
-
 void Session::safe_stop(const std::string& why) {
   if (!attached_) return;
   attached_ = false;
   try {
     if (status().state != lss_STATE_OPERATIONAL) return;
-    output_.note(why + ": stopping safely (Ctrl-C leaves at once)");
+    output_.note(fmt::format("{}: {} (Ctrl-C leaves at once)", why,
+                             link_.status().airborne ? "landing" : "stopping safely"));
     complete(with_defaults(find_command(vehicle(), static_cast<std::uint16_t>(CommandKind::stop))));
   } catch (const Interrupted&) {
     left_at_once();
@@ -201,12 +202,8 @@ bool Session::pump_input(Clock::time_point until, int input_fd) {
   until = std::min(until, Clock::now() + seconds(kStatusLost_s));
   const Waker::Result woken = link_.wait(until, input_fd);
   if (woken.interrupted) throw Interrupted();
+  beat_when_due();
   const Clock::time_point now = Clock::now();
-  if (beating_ && now >= next_beat_) {
-    open();
-    link_.heartbeat();
-    next_beat_ = now + seconds(kBeat_s);
-  }
   take_acks();
   link_.status();
   check_daemon();
@@ -217,11 +214,21 @@ bool Session::pump_input(Clock::time_point until, int input_fd) {
   return woken.input;
 }
 
+void Session::beat_when_due() {
+  const Clock::time_point now = Clock::now();
+  if (!beating_ || now < next_beat_) return;
+  open();
+  link_.heartbeat();
+  next_beat_ = now + seconds(kBeat_s);
+}
+
 void Session::take_acks() {
   while (const std::optional<lss_CommandAck> ack = link_.next_ack()) heard(*ack);
 }
 
 void Session::heard(const lss_CommandAck& ack) {
+  if (text(ack.vehicle_id) != text(link_.status().vehicle_id)) return;
+  last_ack_ns_ = std::max<std::int64_t>(last_ack_ns_, ack.time_ns);
   for (std::deque<Sent>* list : {&sent_, &quiet_}) {
     for (Sent& sent : *list) {
       if (sent.seq != ack.seq || sent.over()) continue;
@@ -229,7 +236,6 @@ void Session::heard(const lss_CommandAck& ack) {
       sent.answered = true;
       sent.executing = sent.executing || ack.phase == lss_PHASE_EXECUTING;
       sent.heard = Clock::now();
-      last_ack_ns_ = std::max<std::int64_t>(last_ack_ns_, ack.time_ns);
       if (list == &sent_) output_.record(to_json(sent));
     }
   }
@@ -283,9 +289,9 @@ void Session::fail(const Sent& sent) {
     code = ExitCode::not_authorised;
     const std::string_view holder = text(link_.status().authority);
     if (!holder.empty()) {
-      advice = fmt::format(
-          "{0} holds it: stop it there, act in its name with --source {0}, or: lss-cli estop",
-          holder);
+      advice =
+          fmt::format("{0} holds it: stop it there, act in its name with --source {0}, or: {1}",
+                      holder, ending_by_anyone(link_.status()));
     }
   } else if (ack.reason == static_cast<std::uint16_t>(Reason::emergency)) {
     why += faults();

@@ -32,12 +32,19 @@ struct Sent {
   }
 };
 
+// The name that commands of no process in particular are given under.
+inline constexpr std::string_view kSharedSource = "lss-cli";
+
 class Session {
  public:
   Session(Link& link, Output& output, const Options& options);
 
   Link& link() { return link_; }
+  const Link& link() const { return link_; }
   const Vehicle& vehicle() const { return link_.vehicle(); }
+
+  // From here on in the simulated time of lss-sim in that folder; before the first command.
+  void take_part(const std::string& folder);
 
   // Each waits for the phase of its name and throws when it ends otherwise.
   const Sent& accept(const Invocation& command);
@@ -50,9 +57,6 @@ class Session {
                     const std::function<std::string(std::size_t)>& where);
   // Only asks whether it would be accepted.
   void dry_run(const Invocation& command);
-  // Sent until it is acknowledged, without the questions that other commands begin with.
-  void emergency_stop();
-
   // Stop, lie down, motors off, with progress; nothing when there is nothing to stop. A Ctrl-C on
   // the way leaves at once, with timed_out.
   void safe_stop(const std::string& why);
@@ -70,6 +74,9 @@ class Session {
   void pump(Clock::time_point until) { pump_input(until, -1); }
   bool pump_input(Clock::time_point until, int input_fd);  // true: input_fd has something
   void beat() { beating_ = true; }
+  // For those who wait by themselves: the heartbeat, and what was acknowledged to this source.
+  void beat_when_due();
+  void heard(const lss_CommandAck& ack);
   // A motion command of this session is in force, as far as it knows.
   bool attached() const { return attached_; }
   // Throws when the command failed or the vehicle left Operational by itself.
@@ -83,14 +90,15 @@ class Session {
 
   // Of every command so far.
   nlohmann::json report() const;
+  std::size_t commands() const { return sent_.size(); }
 
  private:
   void open();
   Sent& submit(const Invocation& command, std::uint16_t flags, bool quiet = false);
   void await(Sent& sent, const char* phase, bool (*done)(const Sent&), double takes_s = 0);
   void take_acks();
-  void heard(const lss_CommandAck& ack);
   void check_daemon();
+  void check_name(const Invocation& command);
   [[noreturn]] void fail(const Sent& sent);
   [[noreturn]] void left_at_once() const;
   std::string faults();
@@ -102,7 +110,7 @@ class Session {
   Options options_;
   std::deque<Sent> sent_;   // references stay valid
   std::deque<Sent> quiet_;  // not part of the report
-  bool attached_ = false, beating_ = false;
+  bool attached_ = false, beating_ = false, warned_ = false;
   std::int64_t last_ack_ns_ = 0;
   Clock::time_point next_beat_{}, next_progress_{};
   std::function<std::string()> progress_;

@@ -146,13 +146,25 @@ class Editor {
 };
 
 // What goes wrong in a line does not end the shell, but for a daemon that is gone.
-void run_line(Context& context, const std::string& line) {
+ExitCode run_line(Context& context, const std::string& line) {
   try {
     for (const Step& step : parse_steps(line, "")) run_step(context, step);
   } catch (const Failure& e) {
     if (e.code() == ExitCode::unreachable) throw;
     context.output.fail(e);
+    return e.code();
   }
+  return ExitCode::completed;
+}
+
+// Every line; the code of the first that failed.
+ExitCode run_piped(Context& context) {
+  ExitCode code = ExitCode::completed;
+  for (std::string line; std::getline(std::cin, line);) {
+    const ExitCode ended = run_line(context, line);
+    if (code == ExitCode::completed) code = ended;
+  }
+  return code;
 }
 
 bool is_end(const std::string& line) { return line == "exit\n" || line == "quit\n"; }
@@ -183,13 +195,14 @@ void run_terminal(Context& context) {
 ExitCode run_shell(Context& context) {
   context.in_sequence = true;
   context.session();
+  ExitCode code = ExitCode::completed;
   if (isatty(STDIN_FILENO) == 1) {
     run_terminal(context);
   } else {
-    for (std::string line; std::getline(std::cin, line);) run_line(context, line);
+    code = run_piped(context);
   }
   stop_attached(context, "leaving");
-  return ExitCode::completed;
+  return code;
 }
 
 }  // namespace lss::cli

@@ -184,6 +184,33 @@ std::string fault_text(const Vehicle& vehicle, const lss_Fault& fault) {
   return subject.empty() ? what : fmt::format("{}: {}", subject, what);
 }
 
+std::string instance_text(const lss_Instance& instance) {
+  if (instance.pid == 0) return "of an unknown host";
+  const auto started = static_cast<std::time_t>(instance.started_utc_ns / 1'000'000'000);
+  return fmt::format("{}, pid {}, since {:%F %T} UTC", text(instance.host), instance.pid,
+                     fmt::gmtime(started));
+}
+
+nlohmann::json instance_json(const lss_Instance& instance) {
+  if (instance.pid == 0) return nullptr;
+  return {{"host", text(instance.host)},
+          {"pid", instance.pid},
+          {"started_utc_ns", instance.started_utc_ns},
+          {"boot", instance.boot}};
+}
+
+std::optional<Problem> name_conflict(const lss_Status& status,
+                                     const std::vector<lss_Instance>& instances) {
+  if (instances.size() < 2) return std::nullopt;
+  std::string list;
+  for (const lss_Instance& instance : instances)
+    list += (list.empty() ? "" : "; ") + instance_text(instance);
+  return Problem{true,
+                 fmt::format("{} daemons have the name {}: {}", instances.size(),
+                             text(status.vehicle_id), list),
+                 info(Reason::name_conflict)->advice};
+}
+
 std::vector<Problem> problems(const Vehicle& vehicle, const lss_Status& status,
                               const void* telemetry) {
   std::vector<Problem> list;
@@ -237,10 +264,13 @@ nlohmann::json status_json(const Vehicle& vehicle, const lss_Status& status,
       {"vehicle", text(status.vehicle)},
       {"vehicle_id", text(status.vehicle_id)},
       {"version", text(status.version)},
+      {"instance", instance_json(status.instance)},
       {"state", state_name(status.state)},
       {"mode", text(status.mode_name)},
       {"faults", faults_json(vehicle, status)},
       {"fault_count", status.fault_count},
+      {"airborne", status.airborne},
+      {"stop_in_flight", status.stop_in_flight == lss_STOP_LANDS ? "land" : "fall"},
       {"authority", holder.empty() ? nlohmann::json() : nlohmann::json(holder)},
       {"recording", status.recording},
       {"time_ns", status.time_ns},

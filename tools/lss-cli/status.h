@@ -4,6 +4,7 @@
 // `telemetry` is a sample of the vehicle's own topic or nullptr.
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,13 @@ const char* severity_name(lss_Severity severity);
 
 // "RM: module does not answer".
 std::string fault_text(const Vehicle& vehicle, const lss_Fault& fault);
+
+// Which start of which daemon: "obc-1, pid 812, since 2026-11-22 10:03:04 UTC".
+std::string instance_text(const lss_Instance& instance);
+nlohmann::json instance_json(const lss_Instance& instance);
+// Several daemons have the name of this one; empty: it is the only one.
+std::optional<Problem> name_conflict(const lss_Status& status,
+                                     const std::vector<lss_Instance>& instances);
 
 // Errors first.
 std::vector<Problem> problems(const Vehicle& vehicle, const lss_Status& status,

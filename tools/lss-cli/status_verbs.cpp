@@ -11,11 +11,23 @@
 namespace lss::cli {
 namespace {
 
+// Of all daemons that speak for the vehicle.
+nlohmann::json daemons_json(const Session& session) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const lss_Instance& instance : session.link().instances())
+    list.push_back(instance_json(instance));
+  return list;
+}
+
 ExitCode run_status(Context& context) {
   Session& session = context.session();
   const void* telemetry = session.telemetry();
   const lss_Status& status = session.status();
-  context.output.document(status_json(session.vehicle(), status, telemetry));
+  nlohmann::json document = status_json(session.vehicle(), status, telemetry);
+  document["daemons"] = daemons_json(session);
+  context.output.document(std::move(document));
+  if (const auto conflict = name_conflict(status, session.link().instances()))
+    context.output.print(problem_lines({*conflict}, context.output.style()));
   context.output.print(status_screen(session.vehicle(), status, telemetry, context.output.style()));
   return ExitCode::completed;
 }
@@ -24,7 +36,9 @@ ExitCode run_health(Context& context) {
   Session& session = context.session();
   const void* telemetry = session.telemetry();
   const lss_Status& status = session.status();
-  const std::vector<Problem> list = problems(session.vehicle(), status, telemetry);
+  std::vector<Problem> list = problems(session.vehicle(), status, telemetry);
+  if (auto conflict = name_conflict(status, session.link().instances()))
+    list.insert(list.begin(), std::move(*conflict));
   const bool healthy = list.empty() || !list.front().error;  // errors stand first
   nlohmann::json found = nlohmann::json::array();
   const Style& style = context.output.style();

@@ -4,22 +4,38 @@
 
 #include <fstream>
 #include <iostream>
-#include <iterator>
 
 namespace lss::cli {
 
+namespace {
+
+// What may come in: of a file of lines, and of lines that are verbs, each of which is a parser.
+constexpr std::size_t kMostBytes = 1'000'000, kMostSteps = 1000;
+
+}  // namespace
+
 std::string read_input(const std::string& name) {
-  if (name == "-") return {std::istreambuf_iterator<char>(std::cin), {}};
-  std::ifstream file(name);
+  std::ifstream file;
+  if (name != "-") file.open(name);
   if (!file)
     throw Failure(ExitCode::usage, fmt::format("cannot read {}", name),
                   "name a file, or - for stdin");
-  return {std::istreambuf_iterator<char>(file), {}};
+  std::istream& in = name == "-" ? std::cin : file;
+  std::string text(kMostBytes + 1, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(in.gcount()));
+  if (text.size() > kMostBytes)
+    throw Failure(ExitCode::usage, fmt::format("{} is larger than {} bytes", name, kMostBytes),
+                  "divide it into several");
+  return text;
 }
 
 std::vector<Step> parse_steps(std::string_view text, const std::string& name) {
   std::vector<Step> steps;
   for (const Line& line : parse_sequence(text, name)) {
+    if (steps.size() == kMostSteps)
+      throw Failure(ExitCode::usage, fmt::format("{} has more than {} verbs", name, kMostSteps),
+                    "divide it into several");
     Step step{name.empty() ? "" : fmt::format("{}:{}: ", name, line.number),
               std::make_unique<Grammar>(Grammar::Scope::sequence), nullptr};
     try {

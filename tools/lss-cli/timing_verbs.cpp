@@ -106,13 +106,13 @@ std::string summary(const TimingStatistics& all, const Style& style) {
          (all.overruns == 0 ? missed : style.warning(missed));
 }
 
-struct Wanted {
+struct TimingWanted {
   std::optional<double> for_s;
   std::string histogram = "command";
   bool reset = false;
 };
 
-ExitCode run_timing(Context& context, const Wanted& wanted) {
+ExitCode run_timing(Context& context, const TimingWanted& wanted) {
   Session& session = context.session();
   if (wanted.reset) {
     session.complete(
@@ -144,7 +144,7 @@ void add_timing_verbs(Grammar& grammar) {
   CLI::App& timing = grammar.verb("timing", "how punctual the frames are",
                                   "  lss-cli timing\n  lss-cli timing --histogram wake-up\n"
                                   "  lss-cli timing --reset\n  lss-cli --json timing --for 1min\n");
-  auto wanted = std::make_shared<Wanted>();
+  auto wanted = std::make_shared<TimingWanted>();
   std::vector<std::string> names;
   for (const TimingStep& step : kTimingSteps) names.emplace_back(step.name);
   const auto for_s =

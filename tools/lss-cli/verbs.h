@@ -16,7 +16,8 @@ void add_event_verbs(Grammar& grammar);
 void add_timing_verbs(Grammar& grammar);
 void add_log_verbs(Grammar& grammar);  // events, timing
 void add_param_verb(Grammar& grammar);
-void add_command_verbs(Grammar& grammar);   // what stands in the command tables; heartbeat, command
+void add_command_verbs(Grammar& grammar);  // what stands in the command tables; heartbeat, command
+void add_estop_verb(Grammar& grammar);
 void add_sequence_verbs(Grammar& grammar);  // run, shell; wait inside of them
 void add_doctor_verbs(Grammar& grammar);
 void add_completion_verbs(Grammar& grammar);

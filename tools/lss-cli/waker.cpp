@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdint>
 
@@ -53,14 +54,33 @@ Waker::~Waker() {
   pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
 }
 
+void Waker::take_part(const std::string& folder, const std::string& source) {
+  if (const std::string error = lockstep::join_as_client(folder); !error.empty())
+    throw Failure(ExitCode::unreachable, error);
+  const Clock::time_point now = Clock::now();
+  part_ = std::make_unique<lockstep::Part>("client");
+  client_ = std::make_unique<lockstep::Client>(source);
+  Clock::ahead_ns = now.time_since_epoch().count() - lockstep::now();
+}
+
 Waker::Result Waker::wait(Clock::time_point until, int input_fd) {
   using std::chrono::milliseconds;
+  if (client_) return wait_in_simulation(until, input_fd);
   const auto left = std::chrono::ceil<milliseconds>(until - Clock::now()).count();
+  return poll(static_cast<int>(std::clamp<std::int64_t>(left, 0, 1'000'000)), input_fd);
+}
+
+Waker::Result Waker::wait_in_simulation(Clock::time_point until, int input_fd) {
+  lockstep::wait(until.time_since_epoch().count() - Clock::ahead_ns);
+  if (lockstep::over()) throw Failure(ExitCode::unreachable, "the simulation has ended");
+  return poll(0, input_fd);
+}
+
+Waker::Result Waker::poll(int timeout_ms, int input_fd) {
   std::array<pollfd, 3> fds{
       {{news_fd_, POLLIN, 0}, {signal_fd_, POLLIN, 0}, {input_fd, POLLIN, 0}}};
-  const int timeout_ms = static_cast<int>(std::clamp<std::int64_t>(left, 0, 1'000'000));
   Result result;
-  if (poll(fds.data(), fds.size(), timeout_ms) <= 0) return result;
+  if (::poll(fds.data(), fds.size(), timeout_ms) <= 0) return result;
   std::uint64_t news = 0;
   if (fds[0].revents != 0) [[maybe_unused]]
     const ssize_t n = read(news_fd_, &news, sizeof news);

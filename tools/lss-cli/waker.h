@@ -8,10 +8,27 @@
 #include <dds/dds.h>
 
 #include <chrono>
+#include <memory>
+#include <string>
+
+#include "drivers/lockstep/lockstep.h"
 
 namespace lss::cli {
 
-using Clock = std::chrono::steady_clock;
+// The monotonic clock; in simulated time, from where the main thread takes part in it, that.
+struct Clock {
+  using duration = std::chrono::nanoseconds;
+  using rep = duration::rep;
+  using period = duration::period;
+  using time_point = std::chrono::time_point<Clock>;
+  static constexpr bool is_steady = true;
+
+  static time_point now() {
+    if (lockstep::takes_part()) return time_point(duration(lockstep::now() + ahead_ns));
+    return time_point(std::chrono::steady_clock::now().time_since_epoch());
+  }
+  static inline TimeNs ahead_ns = 0;  // of simulated time
+};
 
 constexpr Clock::duration seconds(double s) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
@@ -34,7 +51,20 @@ class Waker {
   // Until one of these, news on DDS, or the time is over.
   Result wait(Clock::time_point until, int input_fd = -1);
 
+  // The same, by the wall clock.
+  Result poll(int timeout_ms, int input_fd = -1);
+
+  // From here on in the simulated time of lss-sim in that folder, under that name. Throws what is
+  // wrong. `source` numbers its commands and heartbeats from 1 on.
+  void take_part(const std::string& folder, const std::string& source);
+  // nullptr: in the time of the wall clock.
+  lockstep::Client* simulation() { return client_.get(); }
+
  private:
+  Result wait_in_simulation(Clock::time_point until, int input_fd);
+
+  std::unique_ptr<lockstep::Part> part_;
+  std::unique_ptr<lockstep::Client> client_;
   int news_fd_ = -1, signal_fd_ = -1;
   dds_listener_t* listener_ = nullptr;
 };

@@ -13,7 +13,9 @@ std::uint64_t wall_clock_us() {
 
 }  // namespace
 
-std::uint64_t Sequence::next() { return last_ = std::max(last_ + 1, wall_clock_us()); }
+std::uint64_t Sequence::next() {
+  return last_ = counts_ ? last_ + 1 : std::max(last_ + 1, wall_clock_us());
+}
 
 lss_Command to_dds(const Invocation& command, const Address& address) {
   lss_Command sample{};

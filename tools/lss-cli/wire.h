@@ -30,9 +30,12 @@ void put(char (&field)[N], std::string_view text) {
 class Sequence {
  public:
   std::uint64_t next();
+  // In simulated time: 1, 2, 3 and so on.
+  void from_one() { last_ = 0, counts_ = true; }
 
  private:
   std::uint64_t last_ = 0;
+  bool counts_ = false;
 };
 
 struct Address {

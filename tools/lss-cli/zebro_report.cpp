@@ -26,7 +26,7 @@ std::string column(int module, const char* what) {
 // The first of the walking; without any, the begin.
 report::Range walking(const Table& table) {
   for (std::size_t i = 0; i < table.size(); ++i) {
-    if (static_cast<Mode>(static_cast<int>(table["mode"][i])) == Mode::walking)
+    if (table["mode"][i] == static_cast<double>(Mode::walking))
       return {table.t_s()[i], table.t_s()[i] + kGait_s};
   }
   return {table.t_s().front(), table.t_s().front() + kGait_s};

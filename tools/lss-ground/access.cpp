@@ -19,6 +19,7 @@ namespace lss::ground {
 namespace {
 
 constexpr std::size_t kShortestKey = 16, kLongestKey = 128;
+constexpr std::size_t kSourceBytes = 12;  // as many as lss::Command::source has room for
 constexpr Role kRoles[] = {Role::look, Role::stop, Role::command};
 
 bool same(std::string_view a, std::string_view b) {
@@ -164,7 +165,7 @@ std::string source_of(std::string_view session) {
   }
   std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
   SHA256(reinterpret_cast<const unsigned char*>(secret.data()), secret.size(), digest.data());
-  return fmt::format("ground:{:02x}{:02x}{:02x}{:02x}", digest[0], digest[1], digest[2], digest[3]);
+  return fmt::format("ground:{:02x}", fmt::join(std::span(digest).first<kSourceBytes>(), ""));
 }
 
 bool good_origin(std::string_view origin, std::string_view host, bool loopback, bool tls,

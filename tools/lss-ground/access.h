@@ -53,8 +53,9 @@ struct Listen {
 };
 tl::expected<Listen, std::string> parse_listen(std::string_view text);
 
-// The name that a client commands under, "ground:1f0c9a37", from what only it knows: who sees the
-// name cannot take it. Another one each time without a session.
+// The name that a client commands under, "ground:" and 96 bits, from what only it knows: who sees
+// the name cannot take it, nor find a session that has the same one. Another one each time without
+// a session.
 std::string source_of(std::string_view session);
 
 // Browsers tell which page opened a connection: only ours may, under the name that it was asked for

@@ -19,15 +19,10 @@ using nlohmann::json;
 constexpr Clock::duration kPulse = std::chrono::milliseconds(200);
 constexpr Clock::duration kHello = std::chrono::seconds(3);   // to say who it is
 constexpr Clock::duration kAnswer = std::chrono::seconds(2);  // of the daemon
-constexpr Clock::duration kStopAgain = std::chrono::milliseconds(100);
-constexpr Clock::duration kStopGiveUp = std::chrono::seconds(3);
 constexpr Clock::duration kToldWhy = std::chrono::seconds(1);
+constexpr Clock::duration kForget = std::chrono::seconds(1);  // how often
 constexpr unsigned kMostBad = 10;
 constexpr std::size_t kMostJobs = 64;  // of a client at a time; a page asks for some thirty
-
-const CommandInfo& stop_command(const Craft& craft) {
-  return cli::find_command(*craft.kind, static_cast<std::uint16_t>(CommandKind::emergency_stop));
-}
 
 Invocation read(const Craft& craft, const Order& order) {
   const CommandInfo& info = cli::find_command(*craft.kind, order.command);
@@ -48,10 +43,6 @@ Invocation read(const Craft& craft, const Order& order) {
     }
   }
   return invocation;
-}
-
-bool is_final(lss_Phase phase) {
-  return phase != lss_PHASE_ACCEPTED && phase != lss_PHASE_EXECUTING;
 }
 
 }  // namespace
@@ -83,6 +74,16 @@ Desk::Desk(Fleet& fleet, const Door& door, std::uint32_t lease_ms)
             tell_everybody("telemetry " + craft.id, document);
           },
       .ack = [this](const lss_CommandAck& ack) { heard_ack(ack); },
+      .gone =
+          [this](const std::string& id) {
+            described_.erase(id);
+            tell_everybody("", {{"type", "gone"}, {"id", id}});
+          },
+      .driven =
+          [this](const std::string& id) {
+            return std::ranges::any_of(
+                clients_, [&](const auto& client) { return client.second.driven.contains(id); });
+          },
   });
 }
 
@@ -230,25 +231,6 @@ void Desk::on(Client& client, const Script& script) {
   }
 }
 
-void Desk::on(Client& client, const Stop& stop) {
-  if (client.line != Client::Line::stop) return bad(client, "stopping has a connection of its own");
-  if (client.role < Role::stop) return refuse(client, stop.id, "estop", "this key may not stop");
-  bool any = false;
-  for (auto& [id, craft] : fleet_.crafts()) {
-    if (!stop.vehicle.empty() && stop.vehicle != id) continue;
-    any = true;
-    ++counters_.stops;
-    Emergency& emergency = emergencies_.emplace_back();
-    emergency.client = client.number;
-    emergency.id = stop.id;
-    emergency.vehicle = id;
-    emergency.source = client.source;
-    emergency.begun = Clock::now();
-    send_stop(emergency);
-  }
-  if (!any) refuse(client, stop.id, "estop", "there is no such vehicle");
-}
-
 void Desk::add(Client& client, Job job) {
   const auto mine = std::ranges::count(jobs_, client.number, &Job::client);
   if (static_cast<std::size_t>(mine) >= kMostJobs) {
@@ -275,40 +257,15 @@ void Desk::send_step(Job& job) {
   fleet_.send(cli::to_dds(step, {job.vehicle, job.source, job.seq, flags, lease_ms_}));
 }
 
-void Desk::send_stop(Emergency& emergency) {
-  const Craft* craft = fleet_.find(emergency.vehicle);
-  if (craft == nullptr) return;
-  emergency.sent = Clock::now();
-  const std::uint64_t seq = sequence_.next();
-  emergency.asked.insert(seq);
-  fleet_.send(
-      cli::to_dds({&stop_command(*craft), {}}, {emergency.vehicle, emergency.source, seq, 0, 0}));
-}
-
 void Desk::heard_ack(const lss_CommandAck& ack) {
+  if (heard_stop(ack)) return;
   const std::string_view vehicle = cli::text(ack.vehicle_id), source = cli::text(ack.source);
-  const auto emergency = std::ranges::find_if(emergencies_, [&](const Emergency& e) {
-    return e.vehicle == vehicle && e.source == source && e.asked.contains(ack.seq);
-  });
-  if (emergency != emergencies_.end()) {
-    if (Client* client = client_of(emergency->client)) {
-      json document = cli::ack_json(ack);
-      document["type"] = "ack";
-      document["request"] = emergency->id;
-      document["vehicle"] = emergency->vehicle;
-      document["command"] = "estop";
-      document["final"] = is_final(ack.phase);
-      document["after_ms"] =
-          std::chrono::duration<double, std::milli>(Clock::now() - emergency->begun).count();
-      tell(*client, document);
-    }
-    if (is_final(ack.phase)) emergencies_.erase(emergency);
-    return;
-  }
   const auto job = std::ranges::find_if(jobs_, [&](const Job& j) {
     return j.seq == ack.seq && j.vehicle == vehicle && j.source == source;
   });
-  if (job != jobs_.end() && is_over(*job, ack)) jobs_.erase(job);
+  if (job == jobs_.end()) return;
+  fleet_.answered(job->vehicle);
+  if (is_over(*job, ack)) jobs_.erase(job);
 }
 
 bool Desk::is_over(Job& job, const lss_CommandAck& ack) {
@@ -352,21 +309,7 @@ void Desk::give_up() {
     }
     return true;
   });
-  std::erase_if(emergencies_, [&](Emergency& emergency) {
-    if (now - emergency.begun < kStopGiveUp) {
-      if (now - emergency.sent >= kStopAgain) send_stop(emergency);
-      return false;
-    }
-    if (Client* client = client_of(emergency.client)) {
-      tell(*client, {{"type", "ack"},
-                     {"request", emergency.id},
-                     {"vehicle", emergency.vehicle},
-                     {"command", "estop"},
-                     {"phase", "unanswered"},
-                     {"final", true}});
-    }
-    return true;
-  });
+  std::erase_if(emergencies_, [&](Emergency& emergency) { return is_over(emergency, now); });
 }
 
 void Desk::tick() {
@@ -376,6 +319,10 @@ void Desk::tick() {
   if (now >= next_pulse_) {
     next_pulse_ = now + kPulse;
     tell_pulse();
+  }
+  if (now >= next_forget_) {
+    next_forget_ = now + kForget;
+    fleet_.forget();
   }
   for (auto& [number, client] : clients_) {
     if (client.role == Role::none && now - client.since > kHello)

@@ -27,6 +27,10 @@ namespace lss::ground {
 
 inline constexpr Clock::duration kTick = std::chrono::milliseconds(50);  // telemetry: 20 Hz
 
+inline bool is_final(lss_Phase phase) {
+  return phase != lss_PHASE_ACCEPTED && phase != lss_PHASE_EXECUTING;
+}
+
 struct Counters {
   std::uint64_t connections = 0;  // ever
   std::uint64_t refused = 0;      // over the limit, foreign origin
@@ -91,10 +95,15 @@ class Desk {
     std::string source{};
     Clock::time_point sent{};
   };
+  // A stop that is sent again and again until it was obeyed (desk_stop.cpp).
   struct Emergency {
     std::uint64_t client = 0, id = 0;
-    std::string vehicle, source;
-    std::set<std::uint64_t> asked;
+    std::string vehicle, source;  // dds::kEveryVehicle: all of them
+    bool land = false;            // else: everything off at once
+    std::set<std::uint64_t> asked{};
+    std::set<std::string> stopped{};  // that completed it
+    bool accepted = false;            // the landing was
+    bool late = false;                // its client knows
     Clock::time_point begun{}, sent{};
   };
 
@@ -108,7 +117,12 @@ class Desk {
   void heard_ack(const lss_CommandAck& ack);
   bool is_over(Job& job, const lss_CommandAck& ack);  // else it goes on
   void send_step(Job& job);
+  void begin_stop(Emergency emergency);
   void send_stop(Emergency& emergency);
+  bool heard_stop(const lss_CommandAck& ack);  // false: it answers no stop
+  bool is_over(Emergency& emergency, Clock::time_point now);
+  void tell_end(const Emergency& emergency, const char* phase, bool final);
+  bool all_stopped(const Emergency& emergency) const;
 
   void doom(Client& client, const std::string& why);
   void bad(Client& client, const std::string& why);
@@ -136,7 +150,7 @@ class Desk {
   std::list<Emergency> emergencies_;
   cli::Sequence sequence_;           // of all sources: it grows for each of them
   std::set<std::string> described_;  // vehicles that everybody was told of
-  Clock::time_point next_pulse_{};
+  Clock::time_point next_pulse_{}, next_forget_{};
 };
 
 }  // namespace lss::ground

@@ -73,6 +73,14 @@ json Desk::status(const Craft& craft) const {
   document["type"] = "status";
   document["id"] = craft.id;
   document["alive"] = craft.alive;
+  document["airborne"] = craft.status.airborne;
+  document["stop_in_flight"] = craft.status.stop_in_flight == lss_STOP_FALLS ? "falls" : "lands";
+  document["daemons"] = json::array();
+  for (const lss_Instance& rival : craft.daemons.rivals(Clock::now())) {
+    document["daemons"].push_back({{"host", cli::text(rival.host)},
+                                   {"pid", rival.pid},
+                                   {"started_utc_ns", rival.started_utc_ns}});
+  }
   document["progress"] = craft.kind->progress(craft.status, craft.sample());
   document["problems"] = json::array();
   for (const cli::Problem& p : cli::problems(*craft.kind, craft.status, craft.sample()))
@@ -151,6 +159,7 @@ void Desk::tell_pulse() {
     json document = {{"type", "pulse"}, {"beat", client.beat}};
     if (client.line == Client::Line::data) {
       document["crafts"] = crafts;
+      document["crowded"] = fleet_.crowded();
       document["gateway"] = counters;
     }
     tell_newest(client, "pulse", frame(document));

@@ -1,33 +1,51 @@
 #include "tools/lss-ground/fleet.h"
 
 #include <cstring>
+#include <memory>
 
 #include "tools/lss-cli/wire.h"
 
 namespace lss::ground {
 namespace {
 
-// An id that is none, of somebody who writes nonsense into the domain, is left alone; so is a
-// multitude of them.
-constexpr std::size_t kMostCrafts = 32;
+constexpr int kAtOnce = 256;  // samples of a topic, before the others' turn
 
+// An id that is none, of somebody who writes nonsense into the domain, is left alone.
 bool good_id(std::string_view id) {
   if (id.empty() || id.size() >= sizeof lss_Status::vehicle_id) return false;
+  if (id == dds::kEveryVehicle) return false;
   for (const char c : id) {
     if (c <= ' ' || c > '~') return false;
   }
   return true;
 }
 
-template <class Sample, class Each>
-void take_each(const dds::Entity& reader, Each each) {
-  Sample sample{};
-  void* samples[1] = {&sample};
-  dds_sample_info_t info{};
-  while (dds_take(reader.get(), samples, &info, 1, 1) == 1) each(sample, info);
+// Who wrote it: one number for all that a DDS participant writes; 0: it is gone already.
+std::uint64_t origin_of(const dds::Entity& reader, const dds_sample_info_t& info) {
+  const std::unique_ptr<dds_builtintopic_endpoint_t, decltype([](dds_builtintopic_endpoint_t* e) {
+                          dds_builtintopic_free_endpoint(e);
+                        })>
+      writer(dds_get_matched_publication_data(reader.get(), info.publication_handle));
+  return writer ? writer->participant_instance_handle : 0;
 }
 
 }  // namespace
+
+template <class Sample, class Each>
+void Fleet::take_each(const dds::Entity& reader, Each each) {
+  Sample sample{};
+  void* samples[1] = {&sample};
+  dds_sample_info_t info{};
+  for (int i = 0; i < kAtOnce; ++i) {
+    if (dds_take(reader.get(), samples, &info, 1, 1) != 1) return;
+    each(sample, info);
+  }
+  wake_();
+}
+
+Fleet::Fleet(std::function<void()> wake)
+    : wake_(std::move(wake)),
+      places_([this](const std::string& id) { return ears_.driven && ears_.driven(id); }) {}
 
 tl::expected<std::unique_ptr<Fleet>, std::string> Fleet::create(int domain,
                                                                 std::function<void()> wake) {
@@ -90,32 +108,63 @@ void Fleet::take() {
   take_parameters();
 }
 
+Craft* Fleet::admit(const lss_Status& sample, std::uint64_t origin) {
+  const std::string id(cli::text(sample.vehicle_id));
+  const cli::Vehicle* kind = cli::find_vehicle(cli::text(sample.vehicle));
+  if (kind == nullptr || !good_id(id)) return nullptr;
+  const Places::Admission admission = places_.admit(id, origin, Clock::now());
+  if (!admission.in) return nullptr;
+  if (!admission.left.empty()) leave(admission.left);
+  Craft& craft = crafts_[id];
+  craft.id = id;
+  craft.kind = kind;
+  if (const auto early = early_.find(id); early != early_.end()) {
+    craft.events = std::move(early->second.events);
+    craft.parameters = early->second.parameters;
+    early_.erase(early);
+    early_places_.leave(id);
+  }
+  return &craft;
+}
+
+void Fleet::leave(const std::string& id) {
+  crafts_.erase(id);
+  ears_.gone(id);
+}
+
+void Fleet::forget() {
+  const Clock::time_point now = Clock::now();
+  for (const std::string& id : places_.forget(now)) leave(id);
+  for (const std::string& id : early_places_.forget(now)) early_.erase(id);
+}
+
+Fleet::Early* Fleet::early(std::string_view id, std::uint64_t origin) {
+  const std::string key(id);
+  if (const auto known = early_.find(key); known != early_.end()) return &known->second;
+  const Places::Admission admission = early_places_.admit(key, origin, Clock::now());
+  if (!admission.in) return nullptr;
+  early_.erase(admission.left);
+  return &early_[key];
+}
+
 void Fleet::take_status() {
   take_each<lss_Status>(status_reader_,
                         [&](const lss_Status& sample, const dds_sample_info_t& info) {
-                          const std::string_view id = cli::text(sample.vehicle_id);
-                          Craft* craft = find(id);
+                          Craft* craft = find(cli::text(sample.vehicle_id));
                           if (!info.valid_data) {
                             if (craft == nullptr) return;
                             craft->alive = info.instance_state == DDS_IST_ALIVE;
                             ears_.status(*craft);
                             return;
                           }
-                          if (craft == nullptr) {
-                            const cli::Vehicle* kind = cli::find_vehicle(cli::text(sample.vehicle));
-                            if (kind == nullptr || !good_id(id) || crafts_.size() >= kMostCrafts)
-                              return;
-                            craft = &crafts_[std::string(id)];
-                            craft->id = id;
-                            craft->kind = kind;
-                            Early& early = early_[craft->id];
-                            craft->events = std::move(early.events);
-                            craft->parameters = early.parameters;
-                            early_.erase(craft->id);
-                          }
+                          if (craft == nullptr)
+                            craft = admit(sample, origin_of(status_reader_, info));
+                          if (craft == nullptr) return;
                           craft->status = sample;
                           craft->status_time = Clock::now();
                           craft->alive = true;
+                          craft->daemons.heard(sample.instance, craft->status_time);
+                          places_.heard(craft->id, craft->status_time);
                           ears_.status(*craft);
                         });
 }
@@ -132,10 +181,10 @@ void Fleet::take_events() {
     const std::string_view id = cli::text(event.vehicle_id);
     if (!info.valid_data || !good_id(id)) return;
     Craft* craft = find(id);
-    if (craft == nullptr && early_.size() >= kMostCrafts) return;
-    std::deque<lss_Event>& events =
-        craft != nullptr ? craft->events : early_[std::string(id)].events;
-    // Another daemon of that name counts its events anew.
+    Early* before = craft == nullptr ? early(id, origin_of(event_reader_, info)) : nullptr;
+    if (craft == nullptr && before == nullptr) return;
+    std::deque<lss_Event>& events = craft != nullptr ? craft->events : before->events;
+    // Another daemon of that name counts its events from 1 again.
     if (!events.empty() && event.index <= events.back().index &&
         event.utc_ns > events.back().utc_ns)
       events.clear();
@@ -161,9 +210,12 @@ void Fleet::take_parameters() {
         const std::string_view id = cli::text(parameters.vehicle_id);
         if (!info.valid_data || !good_id(id)) return;
         Craft* craft = find(id);
-        if (craft == nullptr && early_.size() >= kMostCrafts) return;
-        (craft != nullptr ? craft->parameters : early_[std::string(id)].parameters) = parameters;
-        if (craft != nullptr) ears_.parameters(*craft);
+        if (craft != nullptr) {
+          craft->parameters = parameters;
+          ears_.parameters(*craft);
+        } else if (Early* before = early(id, origin_of(parameter_reader_, info))) {
+          before->parameters = parameters;
+        }
       });
 }
 

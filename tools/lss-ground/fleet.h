@@ -18,7 +18,8 @@
 #include "idl/topics.h"
 #include "lss.h"
 #include "tools/lss-cli/vehicle.h"
-#include "tools/lss-ground/outbox.h"
+#include "tools/lss-ground/daemons.h"
+#include "tools/lss-ground/places.h"
 
 namespace lss::ground {
 
@@ -29,6 +30,7 @@ struct Craft {
   lss_Status status{};
   Clock::time_point status_time{};
   bool alive = false;  // its daemon is there
+  Daemons daemons;
   std::vector<std::max_align_t> telemetry;
   Clock::time_point telemetry_time{};
   std::deque<lss_Event> events;  // the newest, as many as the daemon keeps
@@ -48,6 +50,8 @@ class Fleet {
     std::function<void(Craft&)> parameters;
     std::function<void(Craft&)> telemetry;
     std::function<void(const lss_CommandAck&)> ack;
+    std::function<void(const std::string&)> gone;    // it has no place in the fleet any more
+    std::function<bool(const std::string&)> driven;  // by a page
   };
 
   // wake: something of what take() takes has come.
@@ -60,13 +64,19 @@ class Fleet {
 
   std::map<std::string, Craft>& crafts() { return crafts_; }
   Craft* find(std::string_view id);
+  // It obeys us: it keeps its place in the fleet.
+  void answered(const std::string& id) { places_.answered(id, Clock::now()); }
+  // There was no place in the fleet for somebody lately.
+  bool crowded() const { return places_.crowded(Clock::now()); }
+  // Those that were silent for too long leave. Now and then.
+  void forget();
 
   // False: DDS did not take it.
   bool send(const lss_Command& command);
   void heartbeat(const std::string& vehicle_id, const std::string& source);
 
  private:
-  explicit Fleet(std::function<void()> wake) : wake_(std::move(wake)) {}
+  explicit Fleet(std::function<void()> wake);
   dds::Result<void> open(int domain);
   dds::Result<void> open_reader(dds::Kind kind, dds::Entity& reader);
   void take_status();
@@ -74,12 +84,18 @@ class Fleet {
   void take_events();
   void take_timing();
   void take_parameters();
+  // Takes what has come, up to a bound: there is more to do in the loop than to listen.
+  template <class Sample, class Each>
+  void take_each(const dds::Entity& reader, Each each);
+  Craft* admit(const lss_Status& sample, std::uint64_t origin);
+  void leave(const std::string& id);
 
   // What came before the first status.
   struct Early {
     std::deque<lss_Event> events;
     lss_Parameters parameters{};
   };
+  Early* early(std::string_view id, std::uint64_t origin);  // nullptr: no place
   struct TelemetryReader {
     const cli::Vehicle* kind;
     dds::Entity entity;
@@ -89,6 +105,7 @@ class Fleet {
   Ears ears_;
   std::map<std::string, Craft> crafts_;
   std::map<std::string, Early> early_;
+  Places places_, early_places_;  // of each of them
   std::uint64_t heartbeats_ = 0;
 
   struct ListenerDeleter {

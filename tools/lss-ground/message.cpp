@@ -6,12 +6,15 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "lss.h"
+
 namespace lss::ground {
 namespace {
 
 using nlohmann::json;
 
 constexpr std::size_t kLongestName = 64, kMostParameters = 8;
+constexpr std::size_t kLongestId = sizeof lss_Command::vehicle_id - 1;
 
 // Takes the members of an object one by one; what is left at the end nobody asked for.
 class Members {
@@ -27,7 +30,9 @@ class Members {
     if (all.size() > longest) throw std::runtime_error(fmt::format("{} is too long", key));
     return all;
   }
-  std::string text_or_empty(const char* key) { return object_.contains(key) ? text(key, 256) : ""; }
+  std::string text_or_empty(const char* key, std::size_t longest = 256) {
+    return object_.contains(key) ? text(key, longest) : "";
+  }
   std::uint64_t count(const char* key) {
     const json value = take(key);
     if (!value.is_number_unsigned()) throw std::runtime_error(fmt::format("{} is no count", key));
@@ -74,7 +79,11 @@ Message read(Members& all) {
   if (type == "hello")
     return Hello{.key = all.text_or_empty("key"), .session = all.text_or_empty("session")};
   if (type == "beat") return Beat{.n = all.count("n")};
-  if (type == "stop") return Stop{.id = all.count("id"), .vehicle = all.text_or_empty("vehicle")};
+  if (type == "stop") {
+    return Stop{.id = all.count("id"),
+                .vehicle = all.text_or_empty("vehicle", kLongestId),
+                .land = all.flag("land")};
+  }
   if (type == "script") {
     return Script{.id = all.count("id"),
                   .vehicle = all.text("vehicle"),

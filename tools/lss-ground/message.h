@@ -32,6 +32,7 @@ struct Order {
 struct Stop {
   std::uint64_t id = 0;
   std::string vehicle;  // empty: all of them
+  bool land = false;    // in flight: down in good order, instead
 };
 // Timed actuations, in the form of `lss-cli script`.
 struct Script {

@@ -7,7 +7,6 @@
 namespace lss::sim::ardito {
 namespace {
 
-constexpr auto rw = Access::read_write;
 constexpr Object kIoObjects[] = {
     {.index = 0x6000, .bytes = 1, .initial = 1},
     {.index = 0x6000, .sub = 1, .bytes = 1, .mappable = true},

@@ -14,11 +14,8 @@ constexpr double kStanding_rpm = 6, kReached_rpm = 20;
 constexpr double kUnder_V = 10, kAgain_V = 18, kOver_V = 32;
 constexpr double kWarm_degC = 90, kHot_degC = 110;
 constexpr int kBlocked_ms = 3000;
-constexpr std::uint16_t kUnderVoltage = 0x3220, kOverVoltage = 0x3210, kHot = 0x4310;
+constexpr std::uint16_t kUnderVoltage = 0x3220, kOverVoltage = 0x3210, kTooHot = 0x4310;
 constexpr std::uint16_t kMotorBlocked = 0x7121;
-
-constexpr auto rw = Access::read_write;
-constexpr std::int64_t kMost = 0x7FFFFFFF;
 
 constexpr Object kWheelObjects[] = {
     {.index = 0x6007, .bytes = 2, .access = rw, .is_signed = true, .min = 0, .max = 3},
@@ -115,7 +112,7 @@ void Drive::obey(std::uint16_t control) {
       break;
     case Power::fault: {
       const bool gone = cause_ == kUnderVoltage ? link_V_ > kAgain_V
-                        : cause_ == kHot        ? !warm_
+                        : cause_ == kTooHot     ? !warm_
                                                 : true;
       if (!reset_edge || !gone) break;
       power_ = Power::switch_on_disabled;
@@ -175,7 +172,7 @@ void WheelDrive::feel(const WheelTrain& train, const ShaftState& wheel) {
 void WheelDrive::tick() {
   tick_power();
   warm_ = temperature_degC_ > kWarm_degC;
-  if (temperature_degC_ > kHot_degC) fail(kHot);
+  if (temperature_degC_ > kHot_degC) fail(kTooHot);
   const bool blocked = moves() && at_limit_ && std::abs(motor_rad_s_) < 1;
   blocked_ms_ = blocked ? blocked_ms_ + 1 : 0;
   if (blocked_ms_ > kBlocked_ms) fail(kMotorBlocked);

@@ -15,9 +15,6 @@ constexpr int kBehind_ms = 500;
 constexpr double kFollowGain_1_s = 30;
 constexpr std::uint16_t kFollowingError = 0x8611;
 
-constexpr auto rw = Access::read_write;
-constexpr std::int64_t kMost = 0x7FFFFFFF;
-
 constexpr Object kSteeringObjects[] = {
     {.index = 0x6007, .bytes = 2, .access = rw, .is_signed = true, .min = 0, .max = 3},
     {.index = 0x603F, .bytes = 2, .mappable = true},

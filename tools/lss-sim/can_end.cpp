@@ -88,6 +88,7 @@ tl::expected<void, std::string> CanEnd::open_udp() {
     address_ = fmt::format("{}:{}", address_.substr(0, address_.rfind(':')), ntohs(own.sin_port));
   }
   file_ = std::move(file);
+  wire_.open(address_);
   return {};
 }
 
@@ -105,6 +106,7 @@ tl::expected<void, std::string> CanEnd::open_interface() {
 }
 
 void CanEnd::close() {
+  wire_.close();
   file_ = File();
   master_.reset();
 }
@@ -116,6 +118,7 @@ std::span<const CanFrame> CanEnd::read() {
 }
 
 void CanEnd::read_udp() {
+  if (lockstep::on() && !wire_.coming()) return;
   std::array<std::uint8_t, kMaxDatagram> bytes;
   sockaddr_in from{};
   for (;;) {
@@ -123,7 +126,10 @@ void CanEnd::read_udp() {
     const ssize_t count = ::recvfrom(file_.get(), bytes.data(), bytes.size(), 0,
                                      reinterpret_cast<sockaddr*>(&from), &size);
     if (count < 0 && errno == ECONNREFUSED) continue;  // the master went away meanwhile
+    if (count < 0 && wire_.awaits(file_.get())) continue;
     if (count < 0) return;
+    wire_.took(1);
+    heard_ = wire_.openings();
     master_ = from;
     reader_.begin(std::span(bytes).first(static_cast<std::size_t>(count)));
     for (CanFrame frame; reader_.next(frame);) frames_.push_back(frame);
@@ -153,7 +159,11 @@ void CanEnd::send_datagram() {
   if (writer_.empty()) return;
   const auto bytes = writer_.take();
   if (!master_) return;
-  ::sendto(file_.get(), bytes.data(), bytes.size(), 0, generic(*master_), sizeof *master_);
+  // Another process has the other end, at a port of its own.
+  if (lockstep::on() && (!wire_.is_heard() || heard_ != wire_.openings())) return;
+  const ssize_t sent =
+      ::sendto(file_.get(), bytes.data(), bytes.size(), 0, generic(*master_), sizeof *master_);
+  if (sent >= 0) wire_.sent(1);
 }
 
 }  // namespace lss::sim

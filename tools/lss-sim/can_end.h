@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "drivers/can/cannelloni.h"
+#include "drivers/lockstep/wire.h"
 #include "tools/lss-sim/file.h"
 
 namespace lss::sim {
@@ -46,6 +47,8 @@ class CanEnd {
   std::string address_;
   File file_;
   bool udp_ = false;
+  lockstep::Wire wire_{lockstep::Wire::Side::simulator};  // counts datagrams
+  std::uint32_t heard_ = 0;            // openings of the other end, when it spoke last
   std::optional<sockaddr_in> master_;  // who spoke last
   CannelloniReader reader_;
   CannelloniWriter writer_;

@@ -76,7 +76,6 @@ void CanThread::loop() {
   }
 }
 
-// Everything that is due; returns when there is more to do, unless something comes before.
 TimeNs CanThread::serve(TimeNs now) {
   const std::lock_guard lock(mutex_);
   const TimeNs plug_at_ns = plug_at_ns_;

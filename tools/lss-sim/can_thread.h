@@ -21,6 +21,10 @@ class CanThread {
 
   // Opens the end and begins. The error says what failed.
   tl::expected<void, std::string> start();
+  // The same without a thread: the caller serves it, in simulated time.
+  tl::expected<void, std::string> open() { return end_.open(); }
+  // Everything that is due; returns when there is more to do, unless something comes before.
+  TimeNs serve(TimeNs now);
 
   void set_fault(const Fault& fault, bool attach);  // of can_fault_kinds()
   bool is_off();                                    // bus-off
@@ -31,7 +35,6 @@ class CanThread {
 
  private:
   void loop();
-  TimeNs serve(TimeNs now);
 
   std::mutex mutex_;  // of the bus and its end
   CanEnd end_;

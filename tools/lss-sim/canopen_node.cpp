@@ -21,7 +21,6 @@ enum Command : std::uint8_t {
   kResetCommunication = 0x82,
 };
 
-constexpr auto rw = Access::read_write;
 constexpr Object kCommunication[] = {
     {.index = 0x1001, .bytes = 1, .mappable = true},
     {.index = 0x1003, .bytes = 1, .access = rw},  // writing 0 forgets the history

@@ -27,6 +27,8 @@ enum Abort : std::uint32_t {
 };
 
 enum class Access : std::uint8_t { read_only, read_write };
+inline constexpr auto rw = Access::read_write;
+inline constexpr std::int64_t kMost = 0x7FFFFFFF;  // of an i32 that must not be negative
 
 struct Object {
   std::uint16_t index = 0;

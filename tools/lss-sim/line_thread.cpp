@@ -26,6 +26,7 @@ timespec to_timespec(TimeNs time_ns) {
 }  // namespace
 
 TimeNs monotonic_now() {
+  if (lockstep::on()) return lockstep::now();
   timespec now{};
   ::clock_gettime(CLOCK_MONOTONIC, &now);
   return now.tv_sec * kSecond + now.tv_nsec;
@@ -49,8 +50,14 @@ LineThread::~LineThread() {
   if (thread_.joinable()) thread_.join();
 }
 
-tl::expected<void, std::string> LineThread::start() {
+tl::expected<void, std::string> LineThread::open() {
   if (auto opened = port_.open(); !opened) return opened;
+  wire_.open(port_.link().filename().string());
+  return {};
+}
+
+tl::expected<void, std::string> LineThread::start() {
+  if (auto opened = open(); !opened) return opened;
   thread_ = std::thread([this] { loop(); });
   return {};
 }
@@ -80,25 +87,41 @@ void LineThread::loop() {
   }
 }
 
-// Everything that is due; returns when there is more to do, unless bytes come before.
 TimeNs LineThread::serve(TimeNs now) {
   const std::lock_guard lock(mutex_);
   const TimeNs plug_at_ns = plug_at_ns_;
   if (now < plug_at_ns) {
     port_.close();
+    wire_.close();
     uart_.forget();
     return plug_at_ns;
   }
   if (!port_.is_open()) {
-    if (const auto opened = port_.open(); !opened) {
+    if (const auto opened = open(); !opened) {
       fmt::print(stderr, "lss-sim: {}; trying again\n", opened.error());
       return now + kRetryNs;
     }
   }
-  if (const auto bytes = port_.read(); !bytes.empty()) uart_.from_master(bytes, now);
+  read(now);
   uart_.advance(now);
-  if (const auto bytes = uart_.take(now); !bytes.empty()) port_.write(bytes);
+  if (const auto bytes = uart_.take(now); !bytes.empty()) {
+    if (!lockstep::on()) {
+      port_.write(bytes);
+    } else if (wire_.is_heard()) {
+      wire_.sent(port_.write(bytes));
+    }
+  }
   return uart_.next_wake();
+}
+
+void LineThread::read(TimeNs now) {
+  bool more = !lockstep::on() || wire_.coming();
+  while (more) {
+    const auto bytes = port_.read();
+    if (!bytes.empty()) uart_.from_master(bytes, now);
+    wire_.took(bytes.size());
+    more = wire_.awaits(port_.fd());
+  }
 }
 
 }  // namespace lss::sim

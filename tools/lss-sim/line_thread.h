@@ -10,13 +10,14 @@
 #include <thread>
 #include <tl/expected.hpp>
 
+#include "drivers/lockstep/wire.h"
 #include "drivers/time.h"
 #include "tools/lss-sim/pty_port.h"
 #include "tools/lss-sim/uart.h"
 
 namespace lss::sim {
 
-TimeNs monotonic_now();
+TimeNs monotonic_now();  // or simulated time
 
 // For the calling thread: hardware does not wait for a loaded machine. SCHED_FIFO when that is
 // allowed, and waits that end when they should either way.
@@ -29,6 +30,10 @@ class LineThread {
 
   // Makes the port and begins. The error says what failed.
   tl::expected<void, std::string> start();
+  // The same without a thread: the caller serves it, in simulated time.
+  tl::expected<void, std::string> open();
+  // Everything that is due; returns when there is more to do, unless bytes come before.
+  TimeNs serve(TimeNs now);
 
   void set_fault(const Fault& fault, bool attach);  // of line_fault_kinds()
   void unplug(TimeNs duration_ns);                  // 0: plug in at once
@@ -38,10 +43,11 @@ class LineThread {
 
  private:
   void loop();
-  TimeNs serve(TimeNs now);
+  void read(TimeNs now);
 
   std::mutex mutex_;  // of the UART and the port
   PtyPort port_;
+  lockstep::Wire wire_{lockstep::Wire::Side::simulator};
   Uart uart_;
   std::atomic<TimeNs> plug_at_ns_ = 0;
   std::atomic<bool> stop_ = false;

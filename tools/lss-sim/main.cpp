@@ -26,7 +26,7 @@ constexpr const char* kExamples =
 
 struct Arguments {
   lss::sim::RunOptions run;
-  std::string truth;
+  std::string truth, speed = "1";
   std::vector<std::string> faults;
   std::string fault_folder, fault_text, faults_vehicle;
 };
@@ -59,9 +59,24 @@ void add_run_options(CLI::App& command, Arguments& arguments, const std::string&
   can_address.empty() ? add_line_options(command, arguments)
                       : add_can_options(command, arguments, can_address);
   command.add_option("--seed", arguments.run.seed, "of everything random")->capture_default_str();
-  command.add_option("--speed", arguments.run.speed, "of the physics against the clock")
-      ->check(CLI::Range(0.01, 100.0))
+  command
+      .add_option("--speed", arguments.speed,
+                  "of the physics against the clock; max with --lockstep: all that the machine has")
+      ->check(CLI::Range(0.01, 100.0) | CLI::IsMember({"max"}))
       ->capture_default_str();
+  command.add_flag("--lockstep", arguments.run.lockstep,
+                   "simulated time, which lssd --lockstep follows: independent of the machine");
+  command
+      .add_option("--client-at", arguments.run.client_at_s,
+                  "with --lockstep: time stands still at this second until lss-cli run --lockstep "
+                  "takes part")
+      ->check(CLI::Range(0.1, 1e6))
+      ->needs("--lockstep");
+  command
+      .add_option("--for", arguments.run.for_s,
+                  "with --lockstep: ends after so many simulated seconds, time stands still then")
+      ->check(CLI::Range(0.1, 1e7))
+      ->needs("--lockstep");
   command.add_option("--truth", arguments.truth, "write the true state there, JSON lines at 10 Hz");
   command.add_option("--fault", arguments.faults,
                      "TIME:KIND[:ARG...], for example 5s:bus-cut; repeatable");
@@ -75,6 +90,10 @@ int run_vehicle(const lss::sim::VehicleKind& kind, Arguments& arguments) {
     if (!fault) return complain(fault.error(), kUsage);
     arguments.run.faults.push_back(*fault);
   }
+  const bool any_speed = arguments.speed == "max";
+  if (any_speed && !arguments.run.lockstep)
+    return complain("--speed max needs --lockstep: in real time the speed is a number", kUsage);
+  arguments.run.speed = any_speed ? 0 : std::stod(arguments.speed);
   if (!arguments.truth.empty()) arguments.run.truth = arguments.truth;
   if (arguments.run.can.empty()) arguments.run.can = kind.can_address();
   try {

@@ -62,9 +62,10 @@ std::span<const std::uint8_t> PtyPort::read() {
   return {buffer_, bytes > 0 ? static_cast<std::size_t>(bytes) : 0};
 }
 
-void PtyPort::write(std::span<const std::uint8_t> bytes) {
+std::size_t PtyPort::write(std::span<const std::uint8_t> bytes) {
   // Short writes happen when nobody reads: the rest is lost.
-  [[maybe_unused]] const ssize_t written = ::write(master_.get(), bytes.data(), bytes.size());
+  const ssize_t written = ::write(master_.get(), bytes.data(), bytes.size());
+  return written > 0 ? static_cast<std::size_t>(written) : 0;
 }
 
 }  // namespace lss::sim

@@ -3,6 +3,7 @@
 // A serial port that others can open: a pseudo-terminal with a link to it in a folder, DIR/NAME ->
 // /dev/pts/N. Its other end stays alive whoever opens and closes it. Used by one thread at a time.
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -28,8 +29,8 @@ class PtyPort {
 
   // What was written to the terminal; empty when nothing waits. Valid until the next call.
   std::span<const std::uint8_t> read();
-  // What nobody reads is lost, as on a wire.
-  void write(std::span<const std::uint8_t> bytes);
+  // What nobody reads is lost, as on a wire. Returns how many are not.
+  std::size_t write(std::span<const std::uint8_t> bytes);
 
   int fd() const { return master_.get(); }
   const std::filesystem::path& link() const { return link_; }

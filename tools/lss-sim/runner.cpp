@@ -16,6 +16,7 @@
 #include <string_view>
 #include <thread>
 
+#include "drivers/lockstep/lockstep.h"
 #include "tools/lss-sim/can_thread.h"
 #include "tools/lss-sim/control.h"
 #include "tools/lss-sim/line_thread.h"
@@ -29,6 +30,13 @@ constexpr FaultKind kUnplugKind = {"unplug", kUnplug,
 constexpr TimeNs kMostBehindNs = 100 * kMillisecond;
 constexpr int kPhysicsPriority = 40;  // below the lines and the daemon
 constexpr long kStepsPerTruth = 100;
+constexpr int kLookMs = 100;
+
+TimeNs wall_ns() {
+  timespec now{};
+  ::clock_gettime(CLOCK_MONOTONIC, &now);
+  return now.tv_sec * kSecond + now.tv_nsec;
+}
 
 bool among(std::span<const FaultKind> kinds, std::string_view name) {
   return std::ranges::find(kinds, name, &FaultKind::name) != kinds.end();
@@ -71,18 +79,21 @@ class Simulation {
                                           options_.truth->string(), std::strerror(errno)));
       }
     }
+    const bool own_threads = !options_.lockstep;
     for (const auto& line : lines_) {
-      if (auto started = line->start(); !started) return started;
+      if (auto started = own_threads ? line->start() : line->open(); !started) return started;
     }
     for (const auto& bus : buses_) {
-      if (auto started = bus.thread->start(); !started) return started;
+      if (auto started = own_threads ? bus.thread->start() : bus.thread->open(); !started)
+        return started;
     }
-    thread_ = std::thread([this] { physics(); });
+    thread_ = std::thread([this] { options_.lockstep ? in_lockstep() : physics(); });
     return {};
   }
 
   void stop() {
     stop_ = true;
+    lockstep::leave();
     if (thread_.joinable()) thread_.join();
   }
 
@@ -101,6 +112,7 @@ class Simulation {
   }
 
   double slipped_s() const { return static_cast<double>(slipped_ns_) * 1e-9; }
+  bool over() const { return over_; }  // what --for says
   double simulated_s() const { return static_cast<double>(steps_ * kStepNs) * 1e-9; }
 
  private:
@@ -164,11 +176,7 @@ class Simulation {
     const auto period_ns = static_cast<TimeNs>(static_cast<double>(kStepNs) / options_.speed);
     TimeNs next = monotonic_now();
     for (std::size_t fault = 0; !stop_; ++steps_) {
-      while (fault < options_.faults.size() && options_.faults[fault].at_s <= simulated_s()) {
-        inject(options_.faults[fault++].fault);
-      }
-      if (steps_ % kStepsPerTruth == 0) write_truth();
-      vehicle_->step();
+      step(fault);
       for (std::size_t i = 0; i < lines_.size(); ++i) {
         if (devices_[i]->wants_to_send()) lines_[i]->wake();
       }
@@ -186,6 +194,42 @@ class Simulation {
       }
     }
   }
+
+  // One step of physics, with what is due before it. `fault`: the next of options_.faults.
+  void step(std::size_t& fault) {
+    while (fault < options_.faults.size() && options_.faults[fault].at_s <= simulated_s()) {
+      inject(options_.faults[fault++].fault);
+    }
+    if (steps_ % kStepsPerTruth == 0) write_truth();
+    vehicle_->step();
+  }
+
+  // Physics, lines and buses as one thread that takes part in simulated time.
+  void in_lockstep() {
+    const lockstep::Part part("sim");
+    TimeNs next = lockstep::now();
+    const TimeNs end = options_.for_s < 0 ? lockstep::kNever : next + seconds_ns(options_.for_s);
+    for (std::size_t fault = 0; !stop_;) {
+      const TimeNs now = lockstep::now();
+      if (now >= end) {
+        lockstep::finish();
+        write_truth();
+        over_ = true;
+        return;
+      }
+      if (now >= next) {
+        step(fault);
+        ++steps_;
+        next += kStepNs;
+      }
+      TimeNs wake = next;
+      for (const auto& line : lines_) wake = std::min(wake, line->serve(now));
+      for (const auto& bus : buses_) wake = std::min(wake, bus.thread->serve(now));
+      lockstep::wait(wake);
+    }
+  }
+
+  static TimeNs seconds_ns(double s) { return static_cast<TimeNs>(s * kSecond); }
 
   void write_truth() {
     if (!truth_.is_open()) return;
@@ -207,11 +251,48 @@ class Simulation {
   std::vector<LineDevice*> devices_;  // of the lines
   std::vector<Bus> buses_;
   std::ofstream truth_;
-  std::atomic<bool> stop_ = false;
+  std::atomic<bool> stop_ = false, over_ = false;
   std::atomic<long> steps_ = 0;
   std::atomic<TimeNs> slipped_ns_ = 0;
   std::thread thread_;
 };
+
+// Says once when simulated time stands still since somebody has the turn and does nothing, and when
+// it goes on. Called ten times a second of wall time.
+class StandstillWatch {
+ public:
+  void look() {
+    const std::uint64_t turns = lockstep::turns();
+    const std::string holder = lockstep::waits_for();
+    if (turns != turns_ || holder.empty()) {
+      if (said_) fmt::print(stderr, "lss-sim: time goes on\n");
+      said_ = false;
+      still_ = 0;
+    } else if (++still_ == kTold) {
+      fmt::print(stderr, "lss-sim: time stands still: waiting for {}\n", holder);
+      said_ = true;
+    }
+    turns_ = turns;
+  }
+
+ private:
+  static constexpr int kTold = 10;
+  std::uint64_t turns_ = 0;
+  int still_ = 0;
+  bool said_ = false;
+};
+
+// How simulated time went, for people.
+void tell_pace(double simulated_s, double wall_s, double speed) {
+  fmt::print(stderr, "lss-sim: {:.1f} s simulated in {:.1f} s: {:.2f} times real time", simulated_s,
+             wall_s, simulated_s / wall_s);
+  if (lockstep::slipped_s() > 0)
+    fmt::print(stderr, "; the machine was too slow for {:g}: {:.2f} s slipped", speed,
+               lockstep::slipped_s());
+  fmt::print(stderr, "; {} turns, {} hand-overs between threads, {:.1f} us each\n",
+             lockstep::turns(), lockstep::handovers(),
+             wall_s * 1e6 / static_cast<double>(std::max<std::uint64_t>(1, lockstep::handovers())));
+}
 
 // Before any thread starts, so that all of them leave these signals to the returned descriptor.
 File take_signals() {
@@ -242,14 +323,31 @@ tl::expected<void, std::string> run(const VehicleKind& kind, const RunOptions& o
   auto control = Control::open(options.folder);
   if (!control) return tl::unexpected(control.error());
   const std::vector<FaultKind> kinds = fault_kinds_of(kind);
+  if (options.lockstep) {
+    const auto client_at = static_cast<TimeNs>(options.client_at_s * kSecond);
+    const std::string error =
+        lockstep::create(options.folder.string(), {.speed = options.speed, .client_at = client_at});
+    if (!error.empty()) return tl::unexpected(error);
+  }
   Simulation simulation(kind.make(options.seed), options);
   if (auto started = simulation.start(); !started) return started;
   fmt::print("lss-sim: {} ready{}\n", kind.name(), simulation.ports());
   std::fflush(stdout);
 
   pollfd files[] = {{signals.get(), POLLIN, 0}, {control->fd(), POLLIN, 0}};
-  while ((files[0].revents & POLLIN) == 0) {
-    if (::poll(files, 2, -1) < 0) continue;
+  StandstillWatch watch;
+  double wall_s = 0;
+  TimeNs before = 0;  // of the wall clock, when simulated time was seen to move
+  while ((files[0].revents & POLLIN) == 0 && !simulation.over()) {
+    const int polled = ::poll(files, 2, options.lockstep ? kLookMs : -1);
+    if (options.lockstep) {
+      watch.look();
+      const TimeNs wall = wall_ns();
+      if (simulation.simulated_s() > 0 && before != 0)
+        wall_s += static_cast<double>(wall - before) * 1e-9;
+      before = wall;
+    }
+    if (polled < 0) continue;
     if ((files[1].revents & POLLIN) == 0) continue;
     control->serve([&](const std::string& text) -> std::string {
       const auto fault = parse_fault(text, kinds);
@@ -258,7 +356,9 @@ tl::expected<void, std::string> run(const VehicleKind& kind, const RunOptions& o
       return {};
     });
   }
+  const double simulated_s = simulation.simulated_s();
   simulation.stop();
+  if (options.lockstep && wall_s > 0) tell_pace(simulated_s, wall_s, options.speed);
   if (simulation.slipped_s() > 0) {
     fmt::print(stderr, "lss-sim: the machine was too slow: {:.2f} s of {:.2f} s were slipped\n",
                simulation.slipped_s(), simulation.slipped_s() + simulation.simulated_s());

@@ -14,8 +14,8 @@ constexpr double kWhite_s = 0.1;    // DW: ten a second on a white target
 constexpr double kNormal_s = 0.16;  // DT, DS: as long as the target needs
 constexpr double kBegin_s = 0.2;    // from the command to the first reading
 constexpr int kWeakSignal = 15;
-constexpr std::size_t kMostWaiting = 4;  // readings, when nobody takes them
-constexpr std::size_t kLongest = 24;     // command
+constexpr std::size_t kMostReadings = 4;  // readings, when nobody takes them
+constexpr std::size_t kLongest = 24;      // command
 
 }  // namespace
 
@@ -45,7 +45,7 @@ void Altimeter::say() {
   } else {
     line = fmt::format("E{:02d}", kWeakSignal);
   }
-  if (outbox_.size() >= kMostWaiting) outbox_.pop_front();
+  if (outbox_.size() >= kMostReadings) outbox_.pop_front();
   outbox_.push_back(line + "\r\n");
   waiting_ = true;
 }

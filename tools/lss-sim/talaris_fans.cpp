@@ -7,7 +7,7 @@ namespace {
 
 constexpr int kNone_us = 1'000, kFull_us = 2'000;
 constexpr int kSaysFull_us = 1'950, kSaysNone_us = 1'050;  // of the start-up procedure
-constexpr double kRated_rpm = 33'000;                      // of FanOptions::thrust_N
+constexpr double kFull_rpm = 33'000;                       // of FanOptions::thrust_N
 constexpr int kStartUp_ms = 350;
 constexpr int kSilent_ms = 100;          // without pulses for so long the motor is off
 constexpr double kLeastThrottle = 0.02;  // below it the motor does not turn
@@ -52,7 +52,7 @@ void Fans::step(const std::array<std::uint16_t, kFans>& pulse_us) {
 }
 
 double Fans::thrust_N(std::size_t fan) const {
-  const double share = fans_[fan].rpm / kRated_rpm;
+  const double share = fans_[fan].rpm / kFull_rpm;
   return options_.thrust_N * options_.thrust_scale[fan] * share * share;
 }
 

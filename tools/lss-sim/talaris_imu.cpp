@@ -7,8 +7,8 @@
 namespace lss::sim::talaris {
 namespace {
 
-constexpr double kTemperature_degC = 25.12;
-constexpr std::size_t kMostWaiting = 4;  // packets, when nobody takes them
+constexpr double kInside_degC = 25.12;
+constexpr std::size_t kMostPackets = 4;  // packets, when nobody takes them
 constexpr int kMostSummed = 20;          // milliseconds in the mean of a packet
 
 std::int16_t counts(double value, double scale) {
@@ -81,7 +81,7 @@ Imu::Packet Imu::spoil(Packet packet) {
 
 void Imu::say(Packet packet) {
   if (faults_.silent) return;
-  if (outbox_.size() >= kMostWaiting) outbox_.pop_front();
+  if (outbox_.size() >= kMostPackets) outbox_.pop_front();
   outbox_.push_back(spoil(packet));
   waiting_ = true;
 }
@@ -149,7 +149,7 @@ void LandMark::tick() {
   const Vector3& f = felt.force_m_s2;
   say(encode(counter_,
              {counts(w.x(), gyro), counts(w.y(), gyro), counts(w.z(), gyro), counts(f.x(), accel),
-              counts(f.y(), accel), counts(f.z(), accel), counts(kTemperature_degC, 0.01)},
+              counts(f.y(), accel), counts(f.z(), accel), counts(kInside_degC, 0.01)},
              status()));
   if (++counter_ == 0) ++wraps_;
 }
@@ -225,7 +225,7 @@ Imu::Packet Crossbow::packet() {
   const Inertial felt = measure();
   const Vector3& w = felt.rate_rad_s;
   const Vector3& f = felt.force_m_s2;
-  const double volts = kTemperature_degC / 44.44 + 1.375;
+  const double volts = kInside_degC / 44.44 + 1.375;
   const auto ticks = std::llround(static_cast<double>(time_ns_) * 1e-9 / kTick_s);
   return encode(
       {counts(w.x(), kRateRange), counts(w.y(), kRateRange), counts(w.z(), kRateRange),

@@ -13,8 +13,6 @@ namespace lss::sim {
 namespace zebro {
 namespace {
 
-constexpr double kDegree_rad = std::numbers::pi / 180;
-
 constexpr FaultArgument kUnit = {"N", "module, 1-6 legs LF RF LM RM LH RH, 7 panel", 1, kModules,
                                  true};
 constexpr FaultArgument kModule[] = {kUnit};

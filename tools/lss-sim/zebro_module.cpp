@@ -8,7 +8,6 @@ namespace lss::sim::zebro {
 namespace {
 
 constexpr double kTurn_rad = 2 * std::numbers::pi;
-constexpr double kDegree_rad = std::numbers::pi / 180;
 
 // ICD section 5.
 enum Code : std::uint8_t {

@@ -8,12 +8,15 @@
 
 #include <array>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 
 #include "tools/lss-sim/zebro_motor.h"
 #include "tools/lss-sim/zebro_plant.h"
 
 namespace lss::sim::zebro {
+
+inline constexpr double kDegree_rad = std::numbers::pi / 180;
 
 using Payload = std::array<std::uint8_t, 8>;
 

@@ -38,6 +38,9 @@ Name name(const char* text) {
   return name;
 }
 
+// The DDS writer of every command.
+constexpr std::uint64_t kWriter = 1;
+
 TimeNs to_ns(double seconds) { return std::llround(seconds * 1e9); }
 
 }  // namespace
@@ -55,7 +58,7 @@ Chain::Chain(const Options& options)
       vehicle_(parameters_),
       supervisor_(kLogic, {.obc_timeout_ns = config_.obc_timeout_ns}),
       port_(kLogic, static_cast<std::uint32_t>(config_.lease_min_ms),
-            static_cast<std::uint32_t>(config_.lease_max_ms)) {
+            static_cast<std::uint32_t>(config_.lease_max_ms), [this] { all_stop(); }) {
   port_.show(supervisor_.state());
   // The clocks of OBC and nodes do not know of each other.
   std::mt19937 random(options.seed);
@@ -95,10 +98,17 @@ void Chain::happen() {
   }
   if (now_ns_ >= release_ns_) {
     release_ns_ = kNever;
-    master_.release(out_.command, now_ns_);
+    latch_.obey(master_, &out_.command, now_ns_);
   }
   turn();
   if (now_ns_ >= frame_ns_) frame();
+}
+
+// An emergency stop was taken: the bus thread wakes and obeys.
+void Chain::all_stop() {
+  latch_.ask(now_ns_);
+  latch_.obey(master_, static_cast<const RoverOrders*>(nullptr), now_ns_);
+  turn();
 }
 
 // What a turn of the bus thread does.
@@ -117,6 +127,7 @@ void Chain::turn() {
   for (std::size_t i = 0; i < count; ++i) samples_.push(samples[i]);
   if (now_ns_ - report_.time_ns < kReportEvery) return;
   report_.status = master_.status();
+  report_.all_stop_pending = latch_.pending();
   report_.time_ns = now_ns_;
 }
 
@@ -129,9 +140,7 @@ void Chain::frame() {
          samples_.pop_if(in_.samples[in_.sample_count], before))
     ++in_.sample_count;
   in_.bus = report_;
-  in_.request_count = 0;
-  while (in_.request_count < kMaxRequests && port_.pop(in_.requests[in_.request_count]))
-    ++in_.request_count;
+  in_.request_count = port_.take(in_.requests);
   cycle(vehicle_, supervisor_, in_, out_, [](Stage) {});
   if (tape) tape(in_, out_, supervisor_, vehicle_);
   port_.show(supervisor_.state());
@@ -163,7 +172,7 @@ bool Chain::run_until(Mode mode, double limit_s) {
 
 void Chain::post(Request request) {
   request.arrival_ns = now_ns_;
-  port_.receive(request, [this](const Ack& ack) { acks.push_back(ack); });
+  port_.receive(request, kWriter, [this](const Ack& ack) { acks.push_back(ack); });
 }
 
 std::uint64_t Chain::send(std::uint16_t kind, std::span<const double> parameters) {

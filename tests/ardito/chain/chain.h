@@ -24,6 +24,7 @@
 #include "daemon/config/config.h"
 #include "daemon/core/command_port.h"
 #include "daemon/core/ring.h"
+#include "daemon/core/stop_latch.h"
 #include "daemon/vehicles/ardito.h"
 #include "tools/lss-sim/ardito.h"
 
@@ -104,6 +105,7 @@ class Chain {
   void pass(TimeNs until);
   void happen();
   void turn();
+  void all_stop();
   void frame();
 
   Parameters parameters_;
@@ -119,6 +121,7 @@ class Chain {
 
   // The daemon.
   RoverBus master_;
+  StopLatch latch_;
   Vehicle::BusReport report_{};
   Ring<RoverSample, 256> samples_;
   Vehicle vehicle_;

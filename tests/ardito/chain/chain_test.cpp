@@ -30,6 +30,32 @@ TEST(ArditoChain, StartsDrivesAndComesToASafeStop) {
   EXPECT_EQ(chain.supervisor().fault_count, 0u);
 }
 
+// Frames last 100 ms; the drives brake with 1.7 m/s2.
+TEST(ArditoChain, AnEmergencyStopBrakesBeforeTheNextFrame) {
+  Chain chain(with_short_lamp(1));
+  ASSERT_TRUE(chain.start());
+  ASSERT_TRUE(chain.drive(0.5));
+  chain.run(3);
+  const std::uint64_t frame = chain.frames();
+  ASSERT_TRUE(chain.run_until([&] { return chain.frames() != frame; }, 1));
+  chain.run(0.01);  // its orders are released
+  const auto speed = [&] { return chain.world().rover().body().velocity_m_s.norm(); };
+  const double before_m_s = speed();
+  const std::uint64_t at = chain.frames();
+  chain.send(lss::CommandKind::emergency_stop);
+  chain.run(0.08);
+  EXPECT_EQ(chain.frames(), at);
+  EXPECT_LT(speed(), before_m_s - 0.05);
+  chain.run(1);
+  EXPECT_EQ(chain.state(), State::fatal_error);
+  EXPECT_LT(speed(), 0.02);
+  EXPECT_FALSE(chain.has(FaultId::stop_not_followed));
+  chain.send(lss::CommandKind::solve);
+  ASSERT_TRUE(chain.run_until(State::idle, 30));
+  ASSERT_TRUE(chain.start());
+  EXPECT_TRUE(chain.drive(0.5)) << "orders pass again";
+}
+
 TEST(ArditoChain, TheSameSeedGivesTheSameRunToTheBit) {
   const auto run = [](unsigned seed) {
     Chain chain(with_short_lamp(seed));

@@ -46,6 +46,7 @@ class World {
     in_.time_ns = time_ns_;
     in_.bus.time_ns = time_ns_ - kMillisecond;
     in_.sample_count = 0;
+    boot();
     if (in_.bus.open) measure();
     in_.request_count = 0;
     for (const Request& r : requests_) in_.requests[in_.request_count++] = r;
@@ -139,10 +140,21 @@ class World {
   TimeNs time_ns_ = 1000 * kSecond;
   ardito::Inputs inputs{.emergency_button = false, .power_good = true};
   bool imu_alive = true;
-  std::array<double, kWheels> rpm{};  // of the motors
+  std::array<TimeNs, kNodes> boot_ns{};  // of a node that is reset; 0: it takes no notice
+  std::array<double, kWheels> rpm{};     // of the motors
   std::array<double, kSteered> angle_rad{};
 
  private:
+  void boot() {
+    for (std::size_t i = 0; i < kNodes; ++i) {
+      if (booted_ns_[i] == 0 || time_ns_ < booted_ns_[i]) continue;
+      booted_ns_[i] = 0;
+      node(i).state = canopen::NodeState::operational;
+      node(i).since_ns = time_ns_;
+      ++node(i).boots;
+    }
+  }
+
   void measure() {
     const double gear = parameters_.mobility.geometry.gear_ratio;
     std::vector<Reading> readings;
@@ -204,12 +216,19 @@ class World {
         angle_rad[i - kWheels] = orders.steering[i - kWheels].position_rad;
     }
     resets_ = orders.fault_reset_serial;
+    for (std::size_t i = 0; i < kNodes && orders.node_reset_serial != node_resets_; ++i) {
+      if (boot_ns[i] == 0 || (orders.reset_nodes >> i & 1u) == 0) continue;
+      node(i).state = canopen::NodeState::booting;
+      booted_ns_[i] = time_ns_ + boot_ns[i];
+    }
+    node_resets_ = orders.node_reset_serial;
   }
 
   std::vector<Request> requests_;
   std::uint64_t sequence_ = 0;
   std::uint16_t counter_ = 0;
-  std::uint32_t resets_ = 0;
+  std::uint32_t resets_ = 0, node_resets_ = 0;
+  std::array<TimeNs, kNodes> booted_ns_{};  // when it runs again; 0: it does
 };
 
 }  // namespace lss::ardito

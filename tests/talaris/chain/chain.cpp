@@ -53,6 +53,9 @@ Name name(const char* text) {
   return name;
 }
 
+// The DDS writer of every command.
+constexpr std::uint64_t kWriter = 1;
+
 TimeNs to_ns(double seconds) { return std::llround(seconds * 1e9); }
 
 template <std::size_t N>
@@ -254,9 +257,7 @@ void Chain::collect(const Boundary& boundary) {
     return samples_.pop_if(out, [&](const TalarisSample& s) { return s.time_ns < in_.time_ns; });
   });
   in_.bus = {.imu = imu_.report(), .altimeter = altimeter_.report(), .can = can_, .edges = edges_};
-  in_.request_count = 0;
-  while (in_.request_count < kMaxRequests && port_.pop(in_.requests[in_.request_count]))
-    ++in_.request_count;
+  in_.request_count = port_.take(in_.requests);
 }
 
 void Chain::frame(const Boundary& boundary) {
@@ -275,7 +276,7 @@ void Chain::frame(const Boundary& boundary) {
 
 void Chain::post(Request request) {
   request.arrival_ns = now_ns_;
-  port_.receive(request, [this](const Ack& ack) { acks.push_back(ack); });
+  port_.receive(request, kWriter, [this](const Ack& ack) { acks.push_back(ack); });
 }
 
 std::uint64_t Chain::send(std::uint16_t kind, std::span<const double> parameters) {

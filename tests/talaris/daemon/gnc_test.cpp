@@ -148,6 +148,18 @@ TEST(TalarisGnc, InTheAirItCanBeLandedAndStoppedButNotTakenByHand) {
   EXPECT_EQ(w.state(), State::operational);
 }
 
+TEST(TalarisGnc, AnyoneMayLandItAndNobodyElseMayStopIt) {
+  World w;
+  ASSERT_TRUE(w.fly(Program::hop, 2, 30));
+  EXPECT_EQ(w.ask(Kind::gains, {1}, "another").reason, Reason::not_authorised);
+  ASSERT_EQ(w.ask(Kind::land, {}, "another").reason, Reason::none);
+  EXPECT_TRUE(w.airborne());
+  ASSERT_NE(w.last(lss::Phase::superseded), nullptr) << "the holder hears it";
+  ASSERT_TRUE(w.run_until(Mode::standby, 30));
+  EXPECT_LT(w.landing_m_s, 0.6);
+  EXPECT_STREQ(w.supervisor_.state().authority.data(), "test") << "it is still the holder's";
+}
+
 TEST(TalarisGnc, TelemetryTellsWhereItAimsAndHowFast) {
   World w;
   ASSERT_TRUE(w.fly(Program::hop, 2, 5));
@@ -214,9 +226,14 @@ TEST(TalarisGnc, AnEmergencyStopInTheAirStopsEverythingAtOnce) {
   ASSERT_TRUE(w.fly(Program::hop));
   w.send(lss::CommandKind::emergency_stop, {}, "anyone");
   w.step();
+  ASSERT_NE(w.last(World::Phase_::completed), nullptr);
+  EXPECT_EQ(w.last(World::Phase_::completed)->verdict.reason, Reason::fell);
   EXPECT_EQ(w.state(), State::fatal_error);
   EXPECT_TRUE(w.shut());
   EXPECT_TRUE(w.orders().all_stop);
+  w.send(lss::CommandKind::emergency_stop);
+  w.step();
+  EXPECT_EQ(w.last(World::Phase_::completed)->verdict.reason, Reason::none) << "it fell once";
 }
 
 TEST(TalarisGnc, StandbyOnTheGroundBreaksOff) {

@@ -139,7 +139,7 @@ TEST(TalarisModes, AFlightThatStopsEverythingLatchesAFault) {
   ASSERT_TRUE(spin_up(w));
   w.vehicle_.act(kShut, nullptr);
   ASSERT_TRUE(w.run_until(State::fatal_error, 1));
-  EXPECT_TRUE(w.has(FaultId::valves_shut_fast, kValveModule));
+  EXPECT_TRUE(w.has(FaultId::stop_not_followed));
 }
 
 // Stops one after the other are pending in frame after frame, and each was followed: the vehicle
@@ -153,7 +153,7 @@ TEST(TalarisModes, SolveRightAfterManyStopsIsSolved) {
   for (int i = 0; i < 10; ++i) w.step();
   ASSERT_EQ(w.why(lss::CommandKind::solve), Reason::none);
   EXPECT_EQ(w.state(), State::solve_errors);
-  EXPECT_FALSE(w.has(FaultId::valves_shut_fast, kValveModule));
+  EXPECT_FALSE(w.has(FaultId::stop_not_followed));
   w.in_.bus.edges.all_stop_pending = false;
   EXPECT_TRUE(w.run_until(State::idle, 10));
 }
@@ -164,7 +164,7 @@ TEST(TalarisModes, AScriptIsAbortedByAnyone) {
   ASSERT_EQ(w.why(Kind::script_begin, {7, 1}), Reason::none);
   ASSERT_EQ(w.why(Kind::script_step, {7, 0, 0, 0, 1, 0.5}), Reason::none);
   ASSERT_EQ(w.why(Kind::script_run, {7}), Reason::none);
-  EXPECT_EQ(w.ask(Kind::land, {}, "another").reason, Reason::not_authorised);
+  EXPECT_EQ(w.ask(Kind::pulse, {1, 0.1, 0, 1}, "another").reason, Reason::not_authorised);
   EXPECT_EQ(w.ask(Kind::script_abort, {}, "another").reason, Reason::none);
   EXPECT_EQ(w.state(), State::fatal_error);
   EXPECT_TRUE(w.shut());

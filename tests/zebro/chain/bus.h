@@ -28,6 +28,11 @@ class Bus {
   // What the threads of frame and actuation see of it.
   virtual void release(const BusOrders& orders) = 0;
   virtual bool pop(ModuleReply& reply, TimeNs end) = 0;
+  // An emergency stop was taken: the thread wakes and obeys.
+  void all_stop(TimeNs now) {
+    latch_.ask(now);
+    turn(now, {});
+  }
   virtual const Report& report() const = 0;
 
   // The port goes away or is there again.
@@ -37,6 +42,9 @@ class Bus {
   virtual TimeNs next_wake() const = 0;
 
   std::vector<WireFrame> wire;  // may be cleared by whoever reads it
+
+ protected:
+  StopLatch latch_;
 };
 
 }  // namespace lss::zebro

@@ -55,7 +55,7 @@ void BusLine::turn(TimeNs now, std::span<const std::uint8_t> bytes) {
     }
   }
   if (open_) {
-    if (std::exchange(released_, false)) driver_.release(orders_, now);
+    latch_.obey(driver_, std::exchange(released_, false) ? &orders_ : nullptr, now);
     serve(now, bytes);
   }
   if (now - report_.time_ns >= kReportEvery || report_.open != open_) tell(now);
@@ -86,6 +86,7 @@ void BusLine::tell(TimeNs now) {
   report_.counters = driver_.counters();
   report_.time_ns = now;
   report_.open = open_;
+  report_.all_stop_pending = latch_.pending();
 }
 
 }  // namespace lss::zebro

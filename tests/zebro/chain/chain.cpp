@@ -29,6 +29,9 @@ Name name(const char* text) {
   return name;
 }
 
+// The DDS writer of every command.
+constexpr std::uint64_t kWriter = 1;
+
 TimeNs to_ns(double seconds) { return std::llround(seconds * 1e9); }
 
 }  // namespace
@@ -37,7 +40,7 @@ Chain::Chain(const Options& options)
     : config_(read(parameters_)),
       supervisor_(kLogic, {.obc_timeout_ns = config_.obc_timeout_ns}),
       port_(kLogic, static_cast<std::uint32_t>(config_.lease_min_ms),
-            static_cast<std::uint32_t>(config_.lease_max_ms)) {
+            static_cast<std::uint32_t>(config_.lease_max_ms), [this] { bus_->all_stop(now_ns_); }) {
   const config::Port& port = config_.ports.front();
   parameters_.bus.baud = static_cast<int>(port.baud);
   parameters_.bus.half_duplex = port.half_duplex;
@@ -131,9 +134,7 @@ void Chain::frame() {
          bus_->pop(in_.samples[in_.sample_count], in_.time_ns))
     ++in_.sample_count;
   in_.bus = bus_->report();
-  in_.request_count = 0;
-  while (in_.request_count < kMaxRequests && port_.pop(in_.requests[in_.request_count]))
-    ++in_.request_count;
+  in_.request_count = port_.take(in_.requests);
   cycle(*vehicle_, supervisor_, in_, out_, [](Stage) {});
   if (tape) tape(in_, out_, supervisor_, *vehicle_);
   port_.show(supervisor_.state());
@@ -165,7 +166,7 @@ bool Chain::run_until(Mode mode, double limit_s) {
 
 void Chain::post(Request request) {
   request.arrival_ns = now_ns_;
-  port_.receive(request, [this](const Ack& ack) { acks.push_back(ack); });
+  port_.receive(request, kWriter, [this](const Ack& ack) { acks.push_back(ack); });
 }
 
 std::uint64_t Chain::send(std::uint16_t kind, std::span<const double> parameters, const char* from,

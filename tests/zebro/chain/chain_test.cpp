@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "tests/zebro/chain/wire_check.h"
 #include "tools/lss-sim/zebro.h"
 
 namespace lss::zebro {
@@ -39,6 +40,28 @@ TEST(ZebroChain, StandsWalksAndComesToASafeStop) {
   EXPECT_EQ(chain.last_ack(stop)->phase, Phase::completed);
   EXPECT_EQ(chain.supervisor().fault_count, 0u);
   EXPECT_EQ(chain.bus().frames_dropped, 0u);
+}
+
+// Frames last 20 ms; two frames on the wire 4.2 ms (docs/icd-zebro.md section 10).
+TEST(ZebroChain, AnEmergencyStopIsOnTheWireBeforeTheNextFrame) {
+  for (const double into_frame_s : {0.0005, 0.006, 0.019}) {
+    SCOPED_TRACE(into_frame_s);
+    Chain chain({.plant = sim::zebro::PlantKind::kinematic});
+    ASSERT_TRUE(chain.stand());
+    ASSERT_TRUE(chain.walk());
+    chain.run(into_frame_s);
+    chain.forget();
+    const TimeNs asked_ns = chain.now();
+    const auto stop = chain.send(lss::CommandKind::emergency_stop, {}, "stranger");
+    ASSERT_EQ(chain.last_ack(stop)->phase, Phase::accepted) << "by the listener";
+    chain.run(0.3);
+    EXPECT_EQ(emergency_on_wire(chain.wire(), chain.parameters().bus, asked_ns, chain.now()), "");
+    EXPECT_EQ(chain.state(), State::fatal_error);
+    EXPECT_EQ(chain.last_ack(stop)->phase, Phase::completed);
+    EXPECT_FALSE(chain.has(FaultId::stop_not_followed));
+    ASSERT_TRUE(chain.solve());
+    EXPECT_TRUE(chain.stand()) << "orders pass again";
+  }
 }
 
 TEST(ZebroChain, TheSameSeedGivesTheSameRunToTheBit) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <random>
 
+#include "tests/support/everything.h"
 #include "tests/zebro/chain/chain.h"
 #include "tools/lss-sim/zebro.h"
 
@@ -52,6 +53,9 @@ class DeadLegs : public testing::TestWithParam<Dead> {
 
 TEST_P(DeadLegs, OthersWalkOnAfterSolving) {
   const Dead& dead = GetParam();
+  const bool right = dead.legs.front() % 2 == 0;
+  if (right && !testing_support::everything())
+    GTEST_SKIP() << "skipped: the mirror image of another; LSS_EVERYTHING=1 runs it";
   unsigned seed = 20;  // of this run: which moment, and where the legs are at boot
   for (const int leg : dead.legs) seed = seed * 7 + static_cast<unsigned>(leg);
   Chain chain({.seed = seed});

@@ -63,7 +63,7 @@ void FrameBus::plug(bool plugged, TimeNs now) {
 void FrameBus::turn(TimeNs now, std::span<const std::uint8_t>) {
   if (open_) {
     arrive(now);
-    if (std::exchange(released_, false)) driver_.release(orders_, now);
+    latch_.obey(driver_, std::exchange(released_, false) ? &orders_ : nullptr, now);
     for (auto out = driver_.transmit(now); !out.empty(); out = driver_.transmit(now))
       send(out, now);
     std::array<ModuleReply, LegBus::kMaxReplies> replies;
@@ -71,6 +71,7 @@ void FrameBus::turn(TimeNs now, std::span<const std::uint8_t>) {
     for (std::size_t i = 0; i < count; ++i) replies_.push(replies[i]);
   }
   report_.counters = driver_.counters();
+  report_.all_stop_pending = latch_.pending();
   report_.time_ns = now;
 }
 

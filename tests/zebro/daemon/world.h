@@ -39,6 +39,9 @@ struct IdealModule {
   double hall_deg = 180;    // the position that it takes on at its sensor
   double sensor_deg = 180;  // where it passes the sensor, as it counts now
   std::uint32_t serial = 0;
+  std::uint64_t resets = 0;  // that were ordered, and seen by the bus
+  TimeNs boot_ns = 0;        // after a reset it is away for so long
+  TimeNs back_ns = 0;        // 0: it is there
 
   // It counts from where it is, until it passes its sensor.
   void count_anew() {
@@ -65,6 +68,9 @@ struct IdealModule {
       case Kind::reset:
         flags = kFlagReset;
         rate_deg_s = 0;
+        alive = boot_ns == 0;
+        back_ns = alive ? 0 : now + boot_ns;
+        if (alive) ++resets;
         return;
       case Kind::motion_off:
       case Kind::emergency_stop:
@@ -80,6 +86,13 @@ struct IdealModule {
     arrive_ns = o.arrive_ns;
     flags |= kFlagMoving;
     go(o.kind == Kind::rotate_forward, now);
+  }
+
+  void boot(TimeNs now) {
+    if (back_ns == 0 || now < back_ns) return;
+    back_ns = 0;
+    alive = true;
+    ++resets;
   }
 
   void go(bool forward, TimeNs now) {
@@ -152,6 +165,8 @@ class World {
     in_.bus.time_ns = time_ns_ - kMillisecond;
     std::vector<ModuleReply> replies;
     for (std::size_t i = 0; i < modules.size(); ++i) {
+      modules[i].boot(time_ns_);
+      in_.bus.counters.module[i].resets = modules[i].resets;
       modules[i].pass(time_ns_, 0.02);
       for (int replied = 0; in_.bus.open && replied < (twice ? 2 : 1); ++replied)
         modules[i].reply(static_cast<std::uint8_t>(i), time_ns_ - 1, replies);

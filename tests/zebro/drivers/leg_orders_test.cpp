@@ -177,6 +177,7 @@ TEST(LegOrders, ALostResetIsSentAgainOnlyAfterASecond) {
   EXPECT_GE(resets[1].start_ns - ordered_ns, kSecond);
   EXPECT_GT(world.module[1].boot_ns, ordered_ns);
   EXPECT_FALSE(link(world, 1).disobeys);
+  EXPECT_EQ(link(world, 1).resets, 1u) << "the one that was seen";
 }
 
 // Its status with the flag was lost; milliseconds are rounded, and its clock is not ours.
@@ -189,6 +190,7 @@ TEST(LegOrders, AResetThatTheUptimeShowsIsNotSentAgain) {
     world.order(1, Kind::reset);
     world.run_frames(100);
     EXPECT_EQ(world.sent_to(2, Code::reset).size(), 1u) << clock;
+    EXPECT_EQ(link(world, 1).resets, 1u) << clock;
   }
 }
 

@@ -46,6 +46,25 @@ RC_GTEST_PROP(IsolatedLegs, WalkingStaysStableThroughAnyChangesAndNeverOrdersADe
   RC_ASSERT(!robot.ordered);
 }
 
+// Legs take a new heading over one after the other; the gait was once judged by its end alone, and
+// 0.07 mm were missing between the two.
+TEST(IsolatedLegs, ATurnTheOtherWayIsStableBetweenTheTwoHeadingsToo) {
+  Crippled robot(0b000100, -180 * kDeg);
+  const auto walk = [&](double direction, double heading_deg, Speed speed, double duration_s) {
+    robot.locomotion.walk(
+        robot.now_s, {.direction = direction, .heading_rad = heading_deg * kDeg, .speed = speed});
+    for (const double until_s = robot.now_s + duration_s; robot.now_s < until_s;) {
+      robot.frame();
+      ASSERT_GT(robot.margin_m(), 0) << robot.now_s;
+    }
+  };
+  walk(-1, -90, Speed::low, 0.1);
+  walk(-1, -90, Speed::high, 0.1);
+  walk(1, -45, Speed::low, 12.3);
+  walk(1, -45, Speed::low, 12.5);
+  walk(1, 31, Speed::low, 60);
+}
+
 TEST(IsolatedLegs, WalkAheadAndBackAtTheSpeedOfTheirGait) {
   for (const LegSet isolated : creeping()) {
     for (const Pace& pace : kPaces) {

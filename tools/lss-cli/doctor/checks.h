@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "daemon/config/config.h"
 #include "lss.h"
@@ -54,6 +55,8 @@ Finding check_buffers(const System& system);
 Findings daemon_findings(const System& system, const Options& options);
 Finding judge_contract(const lss_Status& status);
 Finding judge_parameters(const lss_Status& status);
+// Of every daemon that is heard on the domain.
+Finding judge_names(const std::vector<lss_Status>& daemons);
 
 // folders.cpp
 Finding check_run_dir(const System& system);

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <optional>
+
 #include "tools/lss-cli/doctor/checks.h"
 #include "tools/lss-cli/link.h"
 #include "tools/lss-cli/status.h"
@@ -46,12 +49,44 @@ Finding judge_parameters(const lss_Status& status) {
   return finding;
 }
 
+Finding judge_names(const std::vector<lss_Status>& daemons) {
+  Finding finding{
+      .name = "daemon_names", .found = "", .meaning = "each has a vehicle_id of its own"};
+  for (const lss_Status& daemon : daemons) {
+    finding.found += fmt::format("{}{} ({})", finding.found.empty() ? "" : "; ",
+                                 text(daemon.vehicle_id), instance_text(daemon.instance));
+    const auto is_namesake = [&](const lss_Status& other) {
+      return text(other.vehicle_id) == text(daemon.vehicle_id);
+    };
+    if (std::ranges::count_if(daemons, is_namesake) == 1) continue;
+    finding.result = Result::problem;
+    finding.meaning = fmt::format("several daemons are {}: each obeys what is meant for the other",
+                                  text(daemon.vehicle_id));
+    finding.mend = "stop one of them, or give it another vehicle_id in its configuration";
+  }
+  return finding;
+}
+
+namespace {
+
+Finding check_names(Link& link) {
+  link.listen();
+  std::vector<lss_Status> heard;
+  for (const auto& [guid, daemon] : link.daemons().all()) {
+    if (daemon.heard) heard.push_back(daemon.status);
+  }
+  return judge_names(heard);
+}
+
+}  // namespace
+
 Findings daemon_findings(const System& system, const Options& options) {
   Finding finding{.name = "daemon"};
+  std::optional<Link> link;
   try {
-    Link link(options);
-    link.find_vehicle();
-    const lss_Status& status = link.status();
+    link.emplace(options);
+    link->find_vehicle();
+    const lss_Status& status = link->status();
     finding.found = fmt::format("{} ({}, lssd {}) answers on DDS domain {}: {}",
                                 text(status.vehicle_id), text(status.vehicle), text(status.version),
                                 options.domain, state_name(status.state));
@@ -61,7 +96,7 @@ Findings daemon_findings(const System& system, const Options& options) {
       finding.meaning = fmt::format("it has {} faults", status.fault_count);
       finding.mend = "lss-cli status";
     }
-    return {finding, judge_contract(status), judge_parameters(status)};
+    return {finding, check_names(*link), judge_contract(status), judge_parameters(status)};
   } catch (const Failure& failure) {
     finding.found = failure.what();
     finding.mend = failure.advice();
@@ -78,7 +113,7 @@ Findings daemon_findings(const System& system, const Options& options) {
       case ExitCode::usage:
         finding.result = Result::note;
         finding.meaning = "DDS works, but which vehicle is meant is not clear";
-        break;
+        return {finding, check_names(*link)};
       default:
         finding.result = Result::problem;
         finding.meaning = "DDS does not work here";

@@ -9,10 +9,10 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <regex>
 #include <sstream>
 #include <system_error>
 
+#include "daemon/config/syntax.h"
 #include "tools/lss-cli/doctor/checks.h"
 
 namespace lss::cli::doctor {
@@ -177,20 +177,19 @@ bool udp_bound(const System& system, unsigned port) {
 
 Finding check_udp(const System& system, const std::string& name, const std::string& path,
                   const config::Config& config) {
-  static const std::regex syntax("udp://([^:/?]+):([0-9]{1,5})(\\?.*)?");
-  std::smatch part;
-  if (!std::regex_match(path, part, syntax)) {
+  const auto udp = config::udp_address(path);
+  if (!udp) {
     return problem(name, path + " is no address", "lssd refuses the configuration",
                    "write udp://127.0.0.1:PORT");
   }
   Finding finding{.name = name, .found = path};
-  if (!part[1].str().starts_with("127.")) {
+  if (!udp->host.starts_with("127.")) {
     finding.result = Result::note;
     finding.meaning =
         "CAN frames go to another machine: whether it listens cannot be seen from here";
     return finding;
   }
-  if (udp_bound(system, static_cast<unsigned>(std::stoul(part[2])))) {
+  if (udp_bound(system, static_cast<unsigned>(std::stoul(std::string(udp->port))))) {
     finding.found += " has a listener";
     finding.meaning = "the other end of the bus is there";
     return finding;
@@ -205,10 +204,9 @@ Finding check_udp(const System& system, const std::string& name, const std::stri
 }  // namespace
 
 Finding check_port(const System& system, const config::Config& config, const config::Port& port) {
-  static const std::regex can("v?can[0-9]+");
   const std::string name = "port/" + port.name;
   if (port.path.starts_with("udp://")) return check_udp(system, name, port.path, config);
-  if (std::regex_match(port.path, can)) {
+  if (config::is_can(port.path)) {
     Finding finding = check_can(system, port.path);
     finding.name = name;
     return finding;

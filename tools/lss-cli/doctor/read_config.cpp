@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
-#include <system_error>
+#include "daemon/config/document.h"
 
 namespace lss::cli::doctor {
 namespace {
@@ -48,12 +48,10 @@ config::Config from(const toml::table& root, const std::filesystem::path& file) 
 }  // namespace
 
 tl::expected<config::Config, std::string> read_config(const std::filesystem::path& file) {
-  std::error_code trouble;
-  if (!std::filesystem::is_regular_file(file, trouble)) {
-    return tl::unexpected(fmt::format("{}: no such file", file.string()));
-  }
+  const auto text = config::read_document(file);
+  if (!text) return tl::unexpected(fmt::format("{}: {}", file.string(), text.error()));
   try {
-    return from(toml::parse_file(file.string()), file);
+    return from(toml::parse(*text, file.string()), file);
   } catch (const toml::parse_error& fault) {
     const toml::source_position at =
         fault.source().begin ? fault.source().begin : toml::source_position{1, 1};

@@ -4,8 +4,10 @@
 
 #include <charconv>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 
+#include "daemon/record/limits.h"
 #include "tools/lss-cli/failure.h"
 
 namespace lss::cli::recording {
@@ -63,6 +65,8 @@ FrameRange parse_frames(std::string_view text) {
 }
 
 bool is_flight(const std::string& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return false;  // a pipe may give nothing
   std::ifstream file(path, std::ios::binary);
   std::array<char, lss::record::kRecordingMagic.size()> begin{};
   file.read(begin.data(), begin.size());
@@ -115,6 +119,10 @@ void Flight::read_all(RecordingReader& reader) {
 Flight::Frame Flight::frame(RecordLayout::Octets record) const {
   Frame frame{.number = load(record, frame_at_),
               .time_ns = static_cast<std::int64_t>(load(record, time_at_))};
+  if (!lss::record::most::is_time(frame.time_ns)) {
+    throw Failure(ExitCode::failed, fmt::format("a record in it has the time {} ns", frame.time_ns),
+                  "was the file made by lssd? Take another copy of it");
+  }
   frame.utc_ns = frame.time_ns + utc_from_time_ns_;
   frame.t_s = static_cast<double>(frame.time_ns - first_.time_ns) / 1e9;
   frame.record = record;

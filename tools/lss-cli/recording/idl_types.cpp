@@ -165,7 +165,10 @@ nlohmann::ordered_json nest(const Layout& layout, const Type& type, const Column
 
 class Parser {
  public:
-  Parser(std::string_view idl, Types& types) : tokens_(tokens(idl)), types_(types) {
+  Parser(std::string_view idl, Types& types) : types_(types) {
+    if (idl.size() > most::kIdl)
+      refuse(fmt::format("it has {} bytes, at most {} are read", idl.size(), most::kIdl));
+    tokens_ = tokens(idl);
     for (const Primitive& primitive : kPrimitives) {
       auto type = std::make_unique<Type>();
       type->kind = primitive.kind;
@@ -189,13 +192,21 @@ class Parser {
     ++at_;
     return token;
   }
+  std::string take_name() {
+    std::string name = take();
+    if (name.size() > most::kName)
+      refuse(
+          fmt::format("a name has {} characters, at most {} are read", name.size(), most::kName));
+    return name;
+  }
   bool accept(std::string_view token) {
     if (at_ >= tokens_.size() || tokens_[at_] != token) return false;
     ++at_;
     return true;
   }
   void expect(std::string_view token) {
-    if (!accept(token)) refuse(fmt::format("'{}' in the place of '{}'", peek(), token));
+    if (!accept(token))
+      refuse(fmt::format("'{}' in the place of '{}'", peek().substr(0, most::kName), token));
   }
   std::string scoped(const std::string& name) const {
     std::string all;
@@ -214,36 +225,57 @@ class Parser {
   void definition() {
     annotations();
     if (accept("module")) {
-      modules_.push_back(take());
+      modules_.push_back(take_name());
+      if (modules_.size() > most::kModuleDepth)
+        refuse(fmt::format("modules are nested deeper than {}", most::kModuleDepth));
       expect("{");
       while (!accept("}")) definition();
       expect(";");
       modules_.pop_back();
     } else if (accept("enum")) {
-      Type& type = add(Kind::enumeration, take());
+      auto type = make(Kind::enumeration);
       expect("{");
       do {
-        type.names.push_back(take());
+        type->names.push_back(take_name());
+        check_count(*type, type->names.size());
       } while (accept(","));
       expect("}");
       expect(";");
+      add(std::move(type));
     } else if (accept("struct")) {
-      Type& type = add(Kind::structure, take());
+      auto type = make(Kind::structure);
+      type->columns = 0;
       expect("{");
-      while (!accept("}")) member(type);
+      while (!accept("}")) member(*type);
       expect(";");
+      add(std::move(type));
     } else {
-      refuse("do not know '" + peek() + "'");
+      refuse("do not know '" + peek().substr(0, most::kName) + "'");
     }
   }
 
-  Type& add(Kind kind, const std::string& name) {
+  std::unique_ptr<Type> make(Kind kind) {
     auto type = std::make_unique<Type>();
     type->kind = kind;
-    type->name = scoped(name);
-    Type& reference = *type;
-    types_.types_[reference.name] = std::move(type);
-    return reference;
+    type->name = scoped(take_name());
+    return type;
+  }
+
+  // When it is whole, so that no type is a part of itself; once, since others refer to it.
+  void add(std::unique_ptr<Type> type) {
+    if (type->kind == Kind::structure && type->members.empty())
+      refuse(type->name + " has no members");
+    columns_ += type->columns;
+    if (columns_ > most::kColumns)
+      refuse(fmt::format("its types have more than {} columns", most::kColumns));
+    const std::string name = type->name;
+    if (!types_.types_.try_emplace(name, std::move(type)).second)
+      refuse(name + " is defined twice");
+  }
+
+  void check_count(const Type& type, std::size_t count) const {
+    if (count > most::kMembers)
+      refuse(fmt::format("{} has more than {} members", type.name, most::kMembers));
   }
 
   void member(Type& type) {
@@ -251,17 +283,36 @@ class Parser {
     const Type* of = type_name();
     do {
       Member& member = type.members.emplace_back();
-      member.name = take();
+      check_count(type, type.members.size());
+      member.name = take_name();
       member.type = of;
       if (accept("[")) {
         const std::string count = take();
-        constexpr std::size_t kMost = 100'000;
         member.count = std::strtoul(count.c_str(), nullptr, 10);
-        if (member.count == 0 || member.count > kMost) refuse("array of " + count);
+        if (member.count == 0 || member.count > most::kElements)
+          refuse(fmt::format("an array of {}, at most {} are read", count.substr(0, most::kName),
+                             most::kElements));
         expect("]");
       }
+      measure(type, member);
     } while (accept(","));
     expect(";");
+  }
+
+  // What the member adds to the type.
+  void measure(Type& type, const Member& member) const {
+    const bool text = member.type->kind == Kind::character;
+    type.columns +=
+        text || member.count == 0 ? member.type->columns : member.type->columns * member.count;
+    if (type.columns > most::kColumns)
+      refuse(fmt::format("{} has more than {} columns", type.name, most::kColumns));
+    type.depth = std::max(type.depth, member.type->depth + 1);
+    if (type.depth > most::kStructDepth)
+      refuse(fmt::format("structs are nested deeper than {}", most::kStructDepth));
+    constexpr std::size_t kPlace = std::string_view("[99999].").size();
+    type.longest = std::max(type.longest, member.name.size() + kPlace + member.type->longest);
+    if (type.longest > most::kName)
+      refuse(fmt::format("names of columns of {} are longer than {}", type.name, most::kName));
   }
 
   const Type* type_name() {
@@ -274,12 +325,13 @@ class Parser {
     for (const std::string& candidate : {scoped(name), name}) {
       if (const Type* found = types_.find(candidate)) return found;
     }
-    refuse("there is no type '" + name + "'");
+    refuse(fmt::format("there is no type '{}' before it is used", name.substr(0, most::kName)));
   }
 
   std::vector<std::string> tokens_;
   std::size_t at_ = 0;
   std::vector<std::string> modules_;
+  std::size_t columns_ = 0;
   Types& types_;
 };
 
@@ -320,7 +372,8 @@ std::string Layout::text(const Column& column, Octets message) const {
     const auto index = read<std::uint32_t>(message, column.offset);
     if (index < column.type->names.size()) return column.type->names[index];
   }
-  return value_at(*column.type, message, column.offset).dump();
+  return value_at(*column.type, message, column.offset)
+      .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
 nlohmann::ordered_json Layout::json(const Column& column, Octets message) const {

@@ -3,7 +3,8 @@
 // Types that an IDL text describes, as far as our own files go: modules, enums, structs of numbers,
 // characters, enums and structs, and one-dimensional arrays of these. Such a type has a fixed size,
 // and every field of it a fixed place in the CDR octets. A recording carries its IDL, so that it is
-// read by the types of the version that made it. Pure; what cannot be read is thrown as a Failure.
+// read by the types of the version that made it. Pure; what cannot be read, or is larger than
+// mcap_format.h allows, is thrown as a Failure.
 
 #include <cstdint>
 #include <map>
@@ -13,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/lss-cli/recording/octets.h"
+#include "tools/lss-cli/recording/mcap_format.h"
 
 namespace lss::cli::recording {
 
@@ -46,6 +47,9 @@ struct Type {
   std::string name;  // with its modules: lss::Status
   std::vector<Member> members;
   std::vector<std::string> names;  // of an enumeration
+  std::size_t columns = 1;         // when it is laid out
+  std::size_t depth = 0;           // of structs in it, itself included
+  std::size_t longest = 0;         // characters of the longest name of a column in it
 };
 
 class Types {

@@ -34,6 +34,21 @@ enum Opcode : std::uint8_t {
 inline constexpr std::size_t kRecordHead = 9;  // opcode and length
 inline constexpr std::size_t kFooterSize = kRecordHead + 8 + 8 + 4;
 
+// What a file may hold, so that none exhausts who reads it; ours are far below. A file that holds
+// more is refused.
+namespace most {
+inline constexpr std::size_t kDescriptions = 4'000'000;  // bytes of all but chunks and indexes
+inline constexpr std::size_t kIdl = 256'000;             // bytes of the IDL of a schema
+inline constexpr std::size_t kChannels = 1000;
+inline constexpr std::size_t kChunks = 1'000'000;
+inline constexpr std::size_t kName = 256;          // characters of a topic, or of a column
+inline constexpr std::size_t kModuleDepth = 16;    // modules in modules
+inline constexpr std::size_t kStructDepth = 16;    // structs in structs
+inline constexpr std::size_t kMembers = 256;       // of a struct, or names of an enum
+inline constexpr std::size_t kElements = 100'000;  // of an array
+inline constexpr std::size_t kColumns = 100'000;   // of all types of a schema, of all topics
+}  // namespace most
+
 struct Schema {
   std::string name;      // lss::Status
   std::string encoding;  // omgidl
@@ -46,6 +61,13 @@ struct Channel {
   std::string encoding;  // cdr
   Texts metadata;
 };
+
+// From one time to another in ns: a file may hold any times, and the whole number might not fit.
+inline double ns_between(std::int64_t from_ns, std::int64_t to_ns) {
+  std::int64_t ns = 0;
+  if (!__builtin_sub_overflow(to_ns, from_ns, &ns)) return static_cast<double>(ns);
+  return static_cast<double>(to_ns) - static_cast<double>(from_ns);
+}
 
 // When and how often.
 struct Span {

@@ -26,16 +26,38 @@ Record next(Reader& reader) {
   return record;
 }
 
+[[noreturn]] void refuse(const std::string& what) {
+  throw Failure(ExitCode::usage, what, "was it made by lss-cli record?");
+}
+
+// Of schemas, channels and metadata, which are kept.
+void add_description(Octets content, Scan& scan) {
+  scan.descriptions += content.size();
+  if (scan.descriptions > most::kDescriptions)
+    refuse(fmt::format("its schemas, channels and metadata have more than {} bytes",
+                       most::kDescriptions));
+}
+
+void check_name(const std::string& name, const char* of_what) {
+  if (name.size() > most::kName)
+    refuse(fmt::format("the name of its {} has {} characters, at most {} are read", of_what,
+                       name.size(), most::kName));
+}
+
 void take_schema(Octets content, Scan& scan) {
+  add_description(content, scan);
   Reader in(content);
   const auto id = in.number<std::uint16_t>();
   Schema& schema = scan.schemas[id];
   schema.name = in.text();
   schema.encoding = in.text();
   schema.text = in.text();
+  check_name(schema.name, "schema");
+  check_name(schema.encoding, "encoding");
 }
 
 void take_channel(Octets content, Scan& scan) {
+  add_description(content, scan);
   Reader in(content);
   const auto id = in.number<std::uint16_t>();
   Channel& channel = scan.channels[id];
@@ -43,6 +65,10 @@ void take_channel(Octets content, Scan& scan) {
   channel.topic = in.text();
   channel.encoding = in.text();
   channel.metadata = in.texts();
+  if (scan.channels.size() > most::kChannels)
+    refuse(fmt::format("it has more than {} channels", most::kChannels));
+  check_name(channel.topic, "topic");
+  check_name(channel.encoding, "encoding");
 }
 
 void take_message(const RawMessage& message, Scan& scan) {
@@ -63,7 +89,8 @@ Chunk read_chunk(Octets content) {
   const auto crc = in.number<std::uint32_t>();
   const std::string compression = in.text();
   if (!compression.empty()) {
-    throw Failure(ExitCode::usage, "its chunks are compressed by " + compression,
+    throw Failure(ExitCode::usage,
+                  "its chunks are compressed by " + compression.substr(0, most::kName),
                   "decompress it first: mcap compress --compression none FILE -o OTHER");
   }
   chunk.records = in.block();
@@ -80,10 +107,13 @@ void take_chunk(const Chunk& chunk, Scan& scan) {
     if (record.opcode == kChannel) take_channel(record.content, scan);
     if (record.opcode == kMessage) take_message(read_message(record.content), scan);
   }
+  if (scan.chunks.size() == most::kChunks)
+    refuse(fmt::format("it has more than {} chunks", most::kChunks));
   scan.chunks.push_back(chunk);
 }
 
 void take_metadata(Octets content, std::uint64_t offset, std::uint64_t length, Scan& scan) {
+  add_description(content, scan);
   Reader in(content);
   MetadataAt& metadata = scan.metadata.emplace_back();
   metadata.offset = offset;
@@ -96,6 +126,7 @@ void take_metadata(Octets content, std::uint64_t offset, std::uint64_t length, S
 bool take(const Record& record, std::uint64_t offset, std::uint64_t length, Scan& scan) {
   switch (record.opcode) {
     case kHeader: {
+      add_description(record.content, scan);
       Reader in(record.content);
       in.text();  // profile
       scan.library = in.text();
@@ -146,7 +177,7 @@ bool ends_whole(Octets file, std::uint64_t data_end) {
 }  // namespace
 
 MappedFile::MappedFile(const std::string& path) {
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe is refused
   struct stat info {};
   const bool there = fd >= 0 && fstat(fd, &info) == 0;
   int error = there ? 0 : errno;

@@ -63,9 +63,10 @@ struct Scan {
   std::vector<Chunk> chunks;
   std::vector<MetadataAt> metadata;
   Span all;
-  std::uint64_t end = 0;  // of the last whole record of the data section
-  bool whole = false;     // it has its end: DataEnd, summary, footer
-  std::string complaint;  // why the rest is left out; empty when whole
+  std::size_t descriptions = 0;  // bytes of schemas, channels and metadata
+  std::uint64_t end = 0;         // of the last whole record of the data section
+  bool whole = false;            // it has its end: DataEnd, summary, footer
+  std::string complaint;         // why the rest is left out; empty when whole
 
   // Of all chunks, in the order of the file.
   void each(const std::function<void(const RawMessage&)>& take) const;

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "daemon/record/json.h"
+#include "daemon/record/limits.h"
 #include "tools/lss-cli/failure.h"
 #include "tools/lss-cli/names.h"
 #include "tools/lss-cli/recording/recording.h"
@@ -173,7 +174,7 @@ class RecordLayout::Walk {
   }
   std::uint32_t count(const RecordType& list) {
     const auto n = load<std::uint32_t>(octets(4));
-    const std::size_t least = std::max<std::size_t>(1, list.members.front().type->size.value_or(1));
+    const std::size_t least = std::max<std::size_t>(1, list.members.front().type->least);
     if (n > (record_.size() - at_) / least) broken(fmt::format("a list of {} elements", n));
     return n;
   }
@@ -186,6 +187,9 @@ class RecordLayout::Walk {
   std::size_t grow(Node& list) {
     const std::uint32_t n = count(list.type);
     while (list.parts.size() < n) {
+      layout_.fields_ += list.type.members.front().type->fields;
+      if (layout_.fields_ > record::most::kFields)
+        broken(fmt::format("one has more than {} fields", record::most::kFields));
       list.parts.push_back(expand(*list.type.members.front().type,
                                   fmt::format("{}[{}]", list.path, list.parts.size()), true));
       layout_.mark(*list.parts.back());
@@ -267,7 +271,8 @@ class RecordLayout::Walk {
 
 // ---- what is chosen
 
-RecordLayout::RecordLayout(std::string_view schema) : type_(parse_schema(schema)) {
+RecordLayout::RecordLayout(std::string_view schema)
+    : type_(parse_schema(schema)), fields_(type_->fields) {
   root_ = expand(*type_, "", false);
   choose({"*"});
 }

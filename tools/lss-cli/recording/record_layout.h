@@ -68,6 +68,7 @@ class RecordLayout {
   std::unique_ptr<Node> root_;
   std::vector<std::string> patterns_, loose_;
   bool lists_ = true;
+  std::size_t fields_ = 0;  // that root_ has
   std::vector<Column> columns_;
 };
 

@@ -5,16 +5,21 @@
 #include <algorithm>
 #include <bit>
 
+#include "daemon/record/limits.h"
 #include "tools/lss-cli/failure.h"
 
 namespace lss::cli::recording {
 namespace {
+
+namespace most = lss::record::most;
 
 class SchemaParser {
  public:
   explicit SchemaParser(std::string_view text) : text_(text) {}
 
   std::unique_ptr<RecordType> record() {
+    if (text_.size() > most::kSchemaBytes)
+      refuse(fmt::format("has {} bytes, at most {} are read", text_.size(), most::kSchemaBytes));
     auto type = make('{');
     members(*type, '\0');
     if (at_ != text_.size()) fail();
@@ -22,9 +27,10 @@ class SchemaParser {
   }
 
  private:
-  static constexpr int kDeepest = 64;
-  static constexpr std::size_t kLargest = 1'000'000;  // an array, in octets
-
+  [[noreturn]] static void refuse(const std::string& why) {
+    throw Failure(ExitCode::failed, "the description of its records " + why,
+                  "was the file made by lssd? Take another copy of it");
+  }
   [[noreturn]] void fail() const {
     throw Failure(ExitCode::failed,
                   fmt::format("the description of its records cannot be read from \"{}\" on",
@@ -47,7 +53,7 @@ class SchemaParser {
     bool fixed = true;
     while (at_ < text_.size() && peek() != end) {
       const std::size_t colon = text_.find(':', at_);
-      if (colon == std::string_view::npos) fail();
+      if (colon == std::string_view::npos || colon - at_ > most::kName) fail();
       std::string name(text_.substr(at_, colon - at_));
       at_ = colon + 1;
       type.members.push_back({std::move(name), this->type()});
@@ -55,12 +61,21 @@ class SchemaParser {
       const auto& member = type.members.back().type->size;
       fixed = fixed && member.has_value();
       size += member.value_or(0);
+      add(type, *type.members.back().type);
     }
     if (fixed) type.size = size;
   }
 
+  // `count` parts of a type.
+  static void add(RecordType& type, const RecordType& part, std::size_t count = 1) {
+    type.least += count * part.least;
+    type.fields += count * part.fields;
+    if (type.fields > most::kFields) refuse(fmt::format("has more than {} fields", most::kFields));
+  }
+
   std::unique_ptr<RecordType> type() {
-    if (++depth_ > kDeepest) fail();
+    if (++depth_ > most::kSchemaDepth)
+      refuse(fmt::format("is nested deeper than {}", most::kSchemaDepth));
     auto made = make(peek());
     ++at_;
     switch (made->what) {
@@ -72,26 +87,36 @@ class SchemaParser {
         made->count = count();
         expect(']');
         made->members.push_back({"", type()});
-        const auto& element = made->members.front().type->size;
-        if (element) made->size = *element * made->count;
-        if (made->size > kLargest) fail();
+        const RecordType& element = *made->members.front().type;
+        if (element.size) made->size = *element.size * made->count;
+        if (made->text()) {
+          made->least = made->count;
+        } else {
+          add(*made, element, made->count);
+        }
         break;
       }
       case '<':
         made->members.push_back({"", type()});
+        add(*made, *made->members.front().type);
+        made->least = 4;
         expect('>');
         break;
       case '(':
-        do made->members.push_back({"", type()});
-        while (peek() == '|' && ++at_ != 0);
+        do {
+          made->members.push_back({"", type()});
+          add(*made, *made->members.back().type);
+        } while (peek() == '|' && ++at_ != 0);
+        made->least = 1;
         expect(')');
         break;
       default:
         made->count = count();
         if (!made->number() || !std::has_single_bit(made->count) || made->count > 8 ||
-            (made->what == 'f' && made->count < 4))
+            (made->what == 'f' && made->count < 4) ||
+            (std::string_view("bc").find(made->what) != std::string_view::npos && made->count != 1))
           fail();
-        made->size = made->count;
+        made->size = made->least = made->count;
     }
     --depth_;
     return made;
@@ -103,7 +128,7 @@ class SchemaParser {
     const std::size_t begin = at_;
     while (peek() >= '0' && peek() <= '9' && n < kMost)
       n = n * 10 + static_cast<std::size_t>(text_[at_++] - '0');
-    if (at_ == begin || n >= kMost) fail();
+    if (at_ == begin || n == 0 || n >= kMost) fail();
     return n;
   }
 

@@ -1,7 +1,8 @@
 #pragma once
 
 // The description of records that stands in the header of a flight recording (docs/recording.md),
-// as a tree. Pure; what cannot be read is thrown as a Failure.
+// as a tree. Pure; what cannot be read, or is larger than daemon/record/limits.h allows, is thrown
+// as a Failure.
 
 #include <memory>
 #include <optional>
@@ -20,6 +21,8 @@ struct RecordType {
   };
   std::vector<Member> members;
   std::optional<std::size_t> size;  // in octets, where it is always the same
+  std::size_t least = 0;            // bytes, at least
+  std::size_t fields = 1;           // with one element of each list
 
   bool number() const { return std::string_view("iufbc").find(what) != std::string_view::npos; }
   bool text() const { return what == '[' && members.front().type->what == 'c'; }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <set>
 
@@ -26,7 +27,7 @@ class McapRecording : public Recording {
       topic.encoding = schema.encoding + ", " + channel.encoding;
       if (const auto span = scan_.spans.find(id); span != scan_.spans.end())
         topic.span = span->second;
-      topic.layout = layout(schema, channel);
+      topic.layout = layout(path, schema, channel);
       by_id_[id] = &topic;
     }
     for (const MetadataAt& metadata : scan_.metadata) {
@@ -74,25 +75,39 @@ class McapRecording : public Recording {
  private:
   void each_raw(const Filter& filter,
                 const std::function<void(const RawMessage&, const Topic&)>& take) const {
-    const std::vector<const Topic*> wanted = select(*this, filter);
+    const std::vector<const Topic*> list = select(*this, filter);
+    const std::set<const Topic*> wanted(list.begin(), list.end());
     scan_.each([&](const RawMessage& raw) {
       const auto topic = by_id_.find(raw.channel);
-      if (topic == by_id_.end() || std::ranges::count(wanted, topic->second) == 0) return;
+      if (topic == by_id_.end() || !wanted.contains(topic->second)) return;
       const double at_s = seconds(raw.log_ns);
       if (at_s >= filter.from_s && at_s <= filter.until_s) take(raw, *topic->second);
     });
   }
 
-  const Layout* layout(const Schema& schema, const Channel& channel) {
+  const Layout* layout(const std::string& path, const Schema& schema, const Channel& channel) {
     if (schema.encoding != "omgidl" || channel.encoding != "cdr") return nullptr;
-    auto& types = types_[schema.text];
-    if (types == nullptr) types = std::make_unique<Types>(schema.text);
-    const Type* type = types->find(schema.name);
-    if (type == nullptr || type->kind != Kind::structure) return nullptr;
-    return layouts_.emplace_back(std::make_unique<Layout>(*type)).get();
+    try {
+      auto& types = types_[schema.text];
+      if (types == nullptr) types = std::make_unique<Types>(schema.text);
+      const Type* type = types->find(schema.name);
+      if (type == nullptr || type->kind != Kind::structure) return nullptr;
+      auto& layout = layouts_[type];
+      if (layout != nullptr) return layout.get();
+      columns_ += type->columns;
+      if (columns_ > most::kColumns) {
+        throw Failure(ExitCode::usage,
+                      fmt::format("its topics have more than {} columns", most::kColumns),
+                      "was it made by lss-cli record?");
+      }
+      layout = std::make_unique<Layout>(*type);
+      return layout.get();
+    } catch (const Failure& e) {
+      throw Failure(e.code(), fmt::format("{}: {}", path, e.what()), e.advice());
+    }
   }
 
-  // A heartbeat counts for each of its sources, so that the key belongs to it.
+  // A heartbeat counts for each of its sources, so that the source belongs to the key.
   void count_gaps() {
     std::map<std::string, std::uint64_t> last;
     scan_.each([&](const RawMessage& raw) {
@@ -103,8 +118,9 @@ class McapRecording : public Recording {
       if (counter == nullptr) return;
       topic.layout->check(raw.data);
       std::string key = topic.name;
-      if (topic.layout->type().name == "lss::Heartbeat")
-        key += topic.layout->text(*topic.layout->find("source"), raw.data);
+      const bool heartbeat = topic.layout->type().name == "lss::Heartbeat";
+      if (const Column* source = heartbeat ? topic.layout->find("source") : nullptr)
+        key += topic.layout->text(*source, raw.data);
       const auto now = topic.layout->json(*counter, raw.data).get<std::uint64_t>();
       const auto [before, first] = last.try_emplace(key, now);
       if (!first && now > before->second) topic.gaps += now - before->second - 1;
@@ -117,22 +133,32 @@ class McapRecording : public Recording {
   std::vector<Topic> topics_;
   std::map<std::uint16_t, Topic*> by_id_;
   std::map<std::string, std::unique_ptr<Types>> types_;
-  std::vector<std::unique_ptr<Layout>> layouts_;
+  std::map<const Type*, std::unique_ptr<Layout>> layouts_;
+  std::size_t columns_ = 0;  // of all layouts
   Texts about_;
 };
 
 }  // namespace
 
+// After a sign that does not match, the last `*` stands for one sign more: no pattern takes longer
+// than its length times that of the text.
 bool matches(std::string_view pattern, std::string_view text) {
-  if (pattern.empty()) return text.empty();
-  if (pattern.front() != '*') {
-    return !text.empty() && text.front() == pattern.front() &&
-           matches(pattern.substr(1), text.substr(1));
+  std::size_t p = 0, t = 0, star = std::string_view::npos, from = 0;
+  while (t < text.size()) {
+    if (p < pattern.size() && pattern[p] == '*') {
+      star = p++;
+      from = t;
+    } else if (p < pattern.size() && pattern[p] == text[t]) {
+      ++p;
+      ++t;
+    } else if (star != std::string_view::npos) {
+      p = star + 1;
+      t = ++from;
+    } else {
+      return false;
+    }
   }
-  for (std::size_t skip = 0; skip <= text.size(); ++skip) {
-    if (matches(pattern.substr(1), text.substr(skip))) return true;
-  }
-  return false;
+  return pattern.find_first_not_of('*', p) == std::string_view::npos;
 }
 
 bool names(std::string_view wanted, std::string_view topic) {
@@ -168,6 +194,8 @@ const Column* counter_of(const Layout& layout) {
 }
 
 bool is_recording(const std::string& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return false;  // a pipe may give nothing
   std::ifstream file(path, std::ios::binary);
   std::string begin(kMagic.size(), '\0');
   file.read(begin.data(), static_cast<std::streamsize>(begin.size()));

@@ -54,7 +54,7 @@ class Recording {
   // The same as a file of this kind.
   virtual std::uint64_t copy(const Filter& filter, const std::string& path) const = 0;
 
-  double seconds(std::int64_t ns) const { return static_cast<double>(ns - span().first_ns) / 1e9; }
+  double seconds(std::int64_t ns) const { return ns_between(span().first_ns, ns) / 1e9; }
 };
 
 // By what it begins with.

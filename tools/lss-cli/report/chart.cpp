@@ -28,6 +28,16 @@ double step_of(double span, int wanted) {
   return 10 * power;
 }
 
+// Where lines of a grid are. Counted, since far from zero a step may be too small to add.
+std::vector<double> ticks(const Scale& scale, double step) {
+  constexpr int kMost = 50;
+  std::vector<double> places;
+  const double first = std::ceil(scale.from / step - 1e-9);
+  for (int i = 0; i < kMost && (first + i) * step <= scale.to + step * 1e-6; ++i)
+    places.push_back((first + i) * step);
+  return places;
+}
+
 std::string number(double value, double step) {
   const int decimals = std::max(0, static_cast<int>(std::ceil(-std::log10(step) - 1e-9)));
   if (std::abs(value) < step / 2) value = 0;
@@ -53,8 +63,7 @@ std::string text_at(double x, double y, std::string_view anchor, std::string_vie
 std::string x_axis(const Scale& scale, double bottom, std::string_view label) {
   std::string svg;
   const double step = step_of(scale.to - scale.from, 6);
-  for (double v = std::ceil(scale.from / step - 1e-9) * step; v <= scale.to + step * 1e-6;
-       v += step) {
+  for (const double v : ticks(scale, step)) {
     svg += fmt::format(R"(<line class="grid" x1="{0:.1f}" x2="{0:.1f}" y1="{1}" y2="{2:.1f}"/>)",
                        scale.at(v), kTop, bottom);
     svg += text_at(scale.at(v), bottom + 15, "middle", number(v, step));
@@ -65,8 +74,7 @@ std::string x_axis(const Scale& scale, double bottom, std::string_view label) {
 std::string y_axis(const Scale& scale, std::string_view label, int wanted = 4) {
   std::string svg = text_at(4, 13, "start", label, "label");
   const double step = step_of(scale.to - scale.from, wanted);
-  for (double v = std::ceil(scale.from / step - 1e-9) * step; v <= scale.to + step * 1e-6;
-       v += step) {
+  for (const double v : ticks(scale, step)) {
     svg += fmt::format(R"(<line class="grid" x1="{0}" x2="{1}" y1="{2:.1f}" y2="{2:.1f}"/>)", kLeft,
                        kWidth - kRight, scale.at(v));
     svg += text_at(kLeft - 6, scale.at(v) + 4, "end", number(v, step));
@@ -273,8 +281,9 @@ std::vector<Bar> bars_of(const std::vector<double>& t_s, const std::vector<doubl
   for (std::size_t i = 0; i < size;) {
     std::size_t end = i + 1;
     while (end < size && values[end] == values[i]) ++end;
-    const auto index = static_cast<std::size_t>(std::max(0.0, values[i]));
-    if (index < looks.size() && !looks[index].look.empty()) {
+    const bool known = values[i] >= 0 && values[i] < static_cast<double>(looks.size());
+    const std::size_t index = known ? static_cast<std::size_t>(values[i]) : 0;
+    if (known && !looks[index].look.empty()) {
       const double to = end < size ? t_s[end] : t_s[size - 1];
       bars.push_back({t_s[i], to, looks[index].look,
                       fmt::format("{} {:.2f} to {:.2f} s", looks[index].meaning, t_s[i], to)});

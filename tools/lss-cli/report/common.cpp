@@ -15,6 +15,7 @@ using recording::Layout;
 using recording::Message;
 
 constexpr std::size_t kMostRows = 400;  // of a table; the newest
+constexpr std::size_t kMostModes = 32;  // of a chart; the others share the last row
 
 // Of messages whose columns are asked for by name.
 class Fields {
@@ -45,8 +46,9 @@ template <class Take>
 void each(const recording::Recording& recording, const char* topic, const Take& take) {
   for (const recording::Topic& known : recording.topics()) {
     if (known.name != topic || known.layout == nullptr) continue;
-    recording.each({.topics = {topic}},
-                   [&](const Message& message) { take(message, Fields(message)); });
+    recording.each({.topics = {topic}}, [&](const Message& message) {
+      if (&message.topic == &known) take(message, Fields(message));
+    });
   }
 }
 
@@ -73,19 +75,24 @@ Points points_of(const Fields& fields) {
   const auto count = [&](const char* name) {
     return static_cast<std::uint64_t>(fields.whole(name));
   };
+  // No two are further apart than a whole number can say.
+  const auto time = [&](const char* name) {
+    constexpr std::int64_t kLatest = std::int64_t{1} << 61;
+    return std::clamp(fields.whole(name), -kLatest, kLatest);
+  };
   Points p;
   p.frame = count("frame");
   p.overruns = count("overruns");
   p.commands_repeated = count("commands_repeated");
   p.frames_skipped = count("frames_skipped");
   p.frames_held = count("frames_held");
-  p.boundary_ns = fields.whole("boundary_ns");
-  p.woken_ns = fields.whole("woken_ns");
-  p.read_ns = fields.whole("read_ns");
-  p.navigated_ns = fields.whole("navigated_ns");
-  p.ready_ns = fields.whole("ready_ns");
-  p.released_ns = fields.whole("released_ns");
-  p.offset_ns = fields.whole("offset_ns");
+  p.boundary_ns = time("boundary_ns");
+  p.woken_ns = time("woken_ns");
+  p.read_ns = time("read_ns");
+  p.navigated_ns = time("navigated_ns");
+  p.ready_ns = time("ready_ns");
+  p.released_ns = time("released_ns");
+  p.offset_ns = time("offset_ns");
   return p;
 }
 
@@ -112,8 +119,9 @@ void add_states(const recording::Recording& recording, Page& page) {
     t_s.push_back(std::max(0.0, recording.seconds(message.publish_ns)));
     values.push_back(fields.number("state"));
     const std::string name = fields.text("mode_name");
-    const auto [at, added] = known.try_emplace(name, modes.size());
-    if (added) modes.push_back({fmt::format("c{}", modes.size() % kColours), name});
+    const bool room = modes.size() < kMostModes || known.contains(name);
+    const auto [at, added] = known.try_emplace(room ? name : "others", modes.size());
+    if (added) modes.push_back({fmt::format("c{}", modes.size() % kColours), at->first});
     mode.push_back(static_cast<double>(at->second));
   });
   if (t_s.size() < 2) return;
@@ -167,7 +175,7 @@ void add_events(const recording::Recording& recording, Page& page) {
   std::vector<Cells> rows;
   each(recording, "lss/event", [&](const Message& message, const Fields& fields) {
     constexpr const char* kLooks[] = {"", "warn", "bad", "bad"};
-    const auto severity = static_cast<std::size_t>(fields.number("severity"));
+    const auto severity = static_cast<std::size_t>(fields.whole("severity"));
     rows.push_back({{at_text(recording, message), fields.text("text")},
                     severity < std::size(kLooks) ? kLooks[severity] : ""});
   });
@@ -189,7 +197,7 @@ void add_commands(const recording::Recording& recording, const Vehicle* vehicle,
   });
   std::vector<Cells> rows;
   each(recording, "lss/command", [&](const Message& message, const Fields& fields) {
-    const auto kind = static_cast<std::uint16_t>(fields.number("kind"));
+    const auto kind = static_cast<std::uint16_t>(fields.whole("kind"));
     Invocation invocation;
     if (vehicle != nullptr) {
       for (const CommandInfo* info : commands_of(*vehicle)) {
@@ -198,7 +206,7 @@ void add_commands(const recording::Recording& recording, const Vehicle* vehicle,
     }
     for (std::size_t i = 0; i < kMaxParameters; ++i)
       invocation.parameter[i] = fields.number(fmt::format("parameter[{}]", i).c_str());
-    const bool dry = (static_cast<unsigned>(fields.number("flags")) & kFlagDryRun) != 0;
+    const bool dry = (static_cast<unsigned>(fields.whole("flags")) & kFlagDryRun) != 0;
     if (dry && kind == static_cast<std::uint16_t>(CommandKind::request_data))
       return;  // "is he there?"
     const std::string name =

@@ -1,6 +1,7 @@
 #include "tools/lss-cli/report/series.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace lss::cli::report {
 namespace {
@@ -35,9 +36,11 @@ Table::Table(const recording::Recording& recording, std::string_view topic,
   std::vector<const recording::Column*> wanted;
   std::vector<std::vector<double>> values;
   recording::Filter only = filter;
+  const recording::Topic* of = nullptr;  // another may have its name, and another type
   for (const recording::Topic& known : recording.topics()) {
     if (known.layout == nullptr || !recording::names(topic, known.name)) continue;
     only.topics = {known.name};
+    of = &known;
     for (const recording::Column& column : known.layout->columns()) {
       if (std::ranges::any_of(columns, [&](const std::string& pattern) {
             return recording::matches(pattern, column.name);
@@ -47,9 +50,10 @@ Table::Table(const recording::Recording& recording, std::string_view topic,
     }
     break;
   }
-  if (only.topics.empty()) return;
+  if (of == nullptr) return;
   values.resize(wanted.size());
   recording.each(only, [&](const recording::Message& message) {
+    if (&message.topic != of) return;
     t_s_.push_back(recording.seconds(message.publish_ns));
     for (std::size_t i = 0; i < wanted.size(); ++i)
       values[i].push_back(message.topic.layout->number(*wanted[i], message.data));
@@ -58,12 +62,12 @@ Table::Table(const recording::Recording& recording, std::string_view topic,
     names_.push_back(wanted[i]->name);
     values_[wanted[i]->name] = std::move(values[i]);
   }
+  none_.assign(t_s_.size(), std::numeric_limits<double>::quiet_NaN());
 }
 
 const std::vector<double>& Table::operator[](const std::string& column) const {
-  static const std::vector<double> kNone;
   const auto found = values_.find(column);
-  return found == values_.end() ? kNone : found->second;
+  return found == values_.end() ? none_ : found->second;
 }
 
 std::string unit_of(std::string_view column) {

@@ -22,12 +22,12 @@ class Table {
   const std::vector<double>& t_s() const { return t_s_; }
   bool empty() const { return t_s_.empty(); }
   std::size_t size() const { return t_s_.size(); }
-  // Empty when there is none.
+  // As many as size(); NaN when there is none of that name.
   const std::vector<double>& operator[](const std::string& column) const;
   const std::vector<std::string>& names() const { return names_; }  // in the order of the type
 
  private:
-  std::vector<double> t_s_;
+  std::vector<double> t_s_, none_;
   std::vector<std::string> names_;
   std::map<std::string, std::vector<double>> values_;
 };

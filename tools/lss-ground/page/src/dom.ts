@@ -33,6 +33,11 @@ export function age(ms: number | null | undefined): string {
   return `${Math.round(ms / 60_000)} min`;
 }
 
+// The name of who commands: enough of a page's to tell it from another.
+export function sourceName(source: string): string {
+  return source.replace(/^(ground:[0-9a-f]{8})[0-9a-f]+$/, "$1…");
+}
+
 export function fixed(value: unknown, digits: number): string {
   return typeof value === "number" && Number.isFinite(value) ? value.toFixed(digits) : "–";
 }

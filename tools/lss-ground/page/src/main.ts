@@ -2,24 +2,20 @@
 
 import "./style.css";
 import {details, tabs} from "./details";
-import {$, advice, age, el, show} from "./dom";
+import {$, advice, age, el, show, sourceName} from "./dom";
+import {Fleet} from "./fleet";
 import {beat, keyGiven, Line, setKey, type Json} from "./link";
-import {Vehicle} from "./model";
 import {Panel} from "./panel";
 import {Parameters} from "./parameters";
 import {Plots} from "./plots";
 import {Requests} from "./requests";
 import {Bars, Scene} from "./scene";
+import {Stops} from "./stop";
 import {roster} from "./vehicles/roster";
 
-const kStopsAfter_ms = 3200;  // the gateway gives up after 3 s
-
-const vehicles = new Map<string, Vehicle>();
-let chosen: Vehicle | null = null;
 let trip_ms: number | null = null;
 
 const data = new Line("lss-ground", hear);
-const stop = new Line("lss-stop", hearStop);
 const pulse = beat(data, (ms) => { trip_ms = ms; });
 
 const scene = new Scene($("scene") as HTMLCanvasElement);
@@ -28,30 +24,31 @@ const plots = new Plots();
 const requests = new Requests(data);
 const panel = new Panel(requests);
 const parameters = new Parameters($("parameters"), requests);
+const fleet = new Fleet((vehicle) => {
+  scene.show(vehicle);
+  plots.show(vehicle);
+  panel.show(vehicle);
+  draw();
+});
+const stops = new Stops(fleet);
+let crowded = false;
 
 function hear(m: Json) {
   switch (m.type) {
     case "pulse": {
       pulse(m);
-      for (const [id, links] of Object.entries(m.crafts ?? {})) {
-        const vehicle = vehicles.get(id);
-        if (vehicle) vehicle.links = links as Vehicle["links"];
-      }
-      return;
+      crowded = m.crowded;
+      return fleet.heard(m.crafts ?? {});
     }
     case "refused": return askKey();
     case "welcome":
       requests.begin();
       return panel.ask();
-    case "vehicle": {
-      const before = vehicles.get(m.id);
-      if (before && before.kind === m.vehicle) return;
-      vehicles.set(m.id, new Vehicle(m.id, m));
-      return choose(chosen ? chosen.id : localStorage.getItem("vehicle") ?? m.id);
-    }
+    case "vehicle": return fleet.add(m);
+    case "gone": return fleet.gone(m.id);
     case "ack": return requests.heard(m);
   }
-  const vehicle = vehicles.get(m.id);
+  const vehicle = fleet.vehicles.get(m.id), chosen = fleet.chosen;
   if (!vehicle) return;
   switch (m.type) {
     case "status": {
@@ -80,68 +77,6 @@ function hear(m: Json) {
   }
 }
 
-function choose(id: string) {
-  const list = $("vehicles") as HTMLSelectElement;
-  list.replaceChildren(...[...vehicles.values()].map((v) => el("option", {value: v.id}, v.id === v.kind ? v.id : `${v.id} (${v.kind})`)));
-  const vehicle = vehicles.get(id) ?? [...vehicles.values()][0];
-  list.value = vehicle.id;
-  if (vehicle === chosen) return;
-  chosen = vehicle;
-  localStorage.setItem("vehicle", vehicle.id);
-  scene.show(vehicle);
-  plots.show(vehicle);
-  panel.show(vehicle);
-  draw();
-}
-
-// Emergency stop: one click or the space bar, at any time.
-
-let stops = 0;
-const stopping = new Map<number, {vehicle: Vehicle | null; at: number}>();
-
-function emergency() {
-  const id = ++stops, at = performance.now();
-  if (!stop.send({type: "stop", id, vehicle: chosen?.id ?? ""})) return stopText("NOT SENT: no connection. Use the switch.", "bad");
-  stopping.set(id, {vehicle: chosen, at});
-  stopText("sent …", "busy");
-  setTimeout(() => {
-    if (stopping.delete(id)) stopText("NOT ACKNOWLEDGED. Cut the power.", "bad");
-  }, kStopsAfter_ms);
-}
-
-let stopShown_ms = -Infinity;
-function stopText(text: string, tone: string) {
-  $("estop-text").textContent = text;
-  $("estop").dataset.tone = tone;
-  stopShown_ms = performance.now();
-}
-
-function hearStop(m: Json) {
-  // What the old connection may not have delivered.
-  if (m.type === "welcome") stopping.forEach((sent, id) => stop.send({type: "stop", id, vehicle: sent.vehicle?.id ?? ""}));
-  const sent = m.type === "ack" ? stopping.get(m.request) : undefined;
-  if (!sent) return;
-  if (m.phase === "rejected" || m.phase === "failed" || m.phase === "unanswered") {
-    stopText(m.phase === "unanswered" ? "NOT ACKNOWLEDGED. Cut the power." : `REFUSED: ${m.reason?.text ?? m.text}`, "bad");
-  } else {
-    const after_ms = performance.now() - sent.at;
-    $("estop").dataset.ms = after_ms.toFixed(1);  // for those who measure
-    stopText(`acknowledged after ${Math.round(after_ms)} ms`, "good");
-  }
-  stopping.delete(m.request);
-}
-
-$("estop").addEventListener("pointerdown", (e) => { e.preventDefault(); emergency(); });
-addEventListener("keydown", (e) => {
-  const writes = e.target instanceof HTMLTextAreaElement || e.target instanceof HTMLInputElement && ["search", "password"].includes(e.target.type);
-  const onStop = e.target === $("estop") && e.key === "Enter";
-  if (e.key === "Enter" && e.target instanceof HTMLInputElement && e.target.type === "checkbox") e.target.click();
-  if ((e.code !== "Space" || writes) && !onStop) return;
-  e.preventDefault();  // also where the space bar would press another button
-  if (!e.repeat) emergency();
-}, true);
-addEventListener("keyup", (e) => { if (e.code === "Space" && e.target instanceof HTMLButtonElement) e.preventDefault(); }, true);
-
 // The key.
 
 function askKey() {
@@ -153,7 +88,7 @@ function askKey() {
   dialog.onclose = () => {
     setKey(input.value.trim());
     data.again();
-    stop.again();
+    stops.line.again();
   };
   dialog.showModal();
 }
@@ -171,59 +106,73 @@ $("theme").onclick = () => {
 
 // Drawing.
 
+// How long ago, measured by how long the vehicle goes on without us.
+function tone(ms: number | null | undefined, limit_ms = lease_ms): string {
+  return ms === null || ms === undefined || ms < 0 || ms >= limit_ms ? "bad" : ms >= limit_ms / 2 ? "warn" : "good";
+}
+
 function links() {
-  const v = chosen, s = v?.status;
+  const v = fleet.chosen, s = v?.status, stop = stops.line;
   const rows: [string, string, string][] = [
-    ["page", data.lost ? "lost" : trip_ms === null ? "…" : age(trip_ms), data.lost ? "bad" : "good"],
+    ["page", data.lost ? "lost" : trip_ms === null ? "…" : age(trip_ms), data.lost ? "bad" : trip_ms === null ? "dim" : tone(trip_ms)],
     ["stop line", stop.lost ? "lost" : "ready", stop.lost ? "bad" : "good"],
   ];
   if (v) {
-    rows.push(["daemon", v.links.alive ? `${age(v.links.status_age_ms)}` : "gone", !v.links.alive || (v.links.status_age_ms ?? 9e9) > 2500 ? "bad" : "good"]);
-    rows.push(["telemetry", age(v.links.telemetry_age_ms), (v.links.telemetry_age_ms ?? 9e9) > 1500 ? "bad" : "good"]);
-    rows.push(["OBC heard", age(s?.link?.obc_age_ms), "dim"]);
-    rows.push(["record", s?.recording ? "● recording" : "NOT RECORDING", s?.recording ? "rec" : "warn"]);
+    const silent_ms = v.silent_ms, ours = Math.min(lease_ms, 1500), obc_ms = s?.link?.obc_age_ms;
+    rows.push(["daemon", v.links.alive ? age(silent_ms) : "gone", v.living && silent_ms! < Math.max(lease_ms, 1500) ? "good" : "bad"]);
+    rows.push(["telemetry", age(v.links.telemetry_age_ms), v.living ? tone(v.links.telemetry_age_ms, ours) : "bad"]);
+    rows.push(["OBC heard", v.living ? age(obc_ms) : "?", v.living && s?.authority ? tone(obc_ms) : "dim"]);
+    rows.push(["record", !v.living ? "?" : s?.recording ? "● recording" : "NOT RECORDING", !v.living ? "dim" : s?.recording ? "rec" : "warn"]);
   }
   show($("links"), rows, () => rows.map(([name, value, tone]) => el("div", {class: tone}, el("dt", {}, name), el("dd", {}, value))));
 }
 
 function lost() {
-  const banner = $("lost"), v = chosen, gone = v?.status && !data.lost && (!v.links.alive || (v.links.status_age_ms ?? 0) > 3000);
+  const banner = $("lost"), v = fleet.chosen, gone = v?.status && !data.lost && !v.living;
   banner.hidden = !(data.lost || gone) || (!data.heard_ms && !data.refused && performance.now() < 1500);
   if (banner.hidden) return;
   const s = v?.status, mine = s && s.authority && s.authority === lastSource;
   const does = v ? roster[v.kind]?.safe ?? "comes to a safe stop" : "";
   const was = s ? `${v!.id} was ${s.state}${s.mode && s.state === "Operational" ? `, ${s.mode}` : ""}` : "";
-  const now = gone ? `The daemon of ${v!.id} is gone. ${was}. Motors stop by themselves without it.`
+  const now = gone ? `The daemon of ${v!.id} is ${v!.links.alive ? "silent" : "gone"}${v!.silent_ms === null ? "" : `, heard ${age(v!.silent_ms)} ago`}. ${was}. Motors stop by themselves without it.`
     : !s ? "No connection to the gateway."
     : `Connection lost${data.heard_ms ? ` ${(data.silent_ms / 1000).toFixed(1)} s ago` : ""}. ${was}. ` +
       (s.state !== "Operational" ? "It does not move." : mine ? `Without your heartbeat it ${does}, ${(lease_ms / 1000).toFixed(0)} s after it was heard last.`
-        : s.authority ? `${s.authority} commands it.` : "Nobody commands it.");
+        : s.authority ? `${sourceName(s.authority)} commands it.` : "Nobody commands it.");
   banner.textContent = `${now} ${data.refused ? "A key is needed." : data.lost ? "Connecting again …" : ""}`;
 }
 let lastSource = "", lease_ms = 2000;
 
+// Two daemons of one name both obey.
+function rivals() {
+  const rows = fleet.sorted.filter((v) => v.living && v.status?.daemons?.length > 1).map((v) => ({id: v.id, daemons: v.status!.daemons as Json[]}));
+  const banner = $("rivals");
+  banner.hidden = !rows.length;
+  show(banner, rows, () => rows.map(({id, daemons}) => el("div", {}, `${daemons.length === 2 ? "Two" : daemons.length} daemons have the name ${id}: `,
+    ...daemons.flatMap((d, i) => [i ? " and " : "", el("b", {}, `host ${d.host || "?"}, pid ${d.pid}`), `, started ${new Date(d.started_utc_ns / 1e6).toISOString().slice(0, 19).replace("T", " ")} UTC`]),
+    ". Both obey what is commanded. Stop one of them, or give it another vehicle_id.")));
+  $("crowded").hidden = !crowded || data.lost;
+  $("crowded").textContent = "More vehicles speak on this domain than the page has room for. Somebody may invent them. STOP ALL reaches every one.";
+}
+
 function header() {
-  const v = chosen, s = v?.status;
-  const tone = !s ? "dim" : s.state === "FatalError" ? "bad" : s.state === "SolveErrors" ? "warn" : s.state === "Operational" ? "good" : "calm";
-  show($("state"), [s?.state, s?.mode, s?.progress, tone], () => s ? [el("b", {class: tone}, s.state),
-    el("span", {}, s.state === "Operational" ? s.progress : s.state === "Idle" ? "motors off" : "")] : [el("span", {}, "waiting for a vehicle …")]);
-  if (performance.now() - stopShown_ms > 6000 && !stopping.size) {
-    const why = stop.lost ? "no connection" : stop.welcome?.role === "look" ? "this key may not stop" : "";
-    $("estop-text").textContent = why || `${chosen?.id ?? "all"} · space bar`;
-    $("estop").dataset.tone = why ? "bad" : "";
-  }
-  document.title = s ? `${v!.id}: ${s.state}${s.state === "Operational" ? `, ${s.mode}` : ""}` : "lss-ground";
+  const v = fleet.chosen, s = v?.status, living = v?.living;
+  const tone = !s || !living ? "dim" : s.state === "FatalError" ? "bad" : s.state === "SolveErrors" ? "warn" : s.state === "Operational" ? "good" : "calm";
+  const does = !s ? "" : !living ? `as heard last${v!.silent_ms === null ? "" : `, ${age(v!.silent_ms)} ago`}` : s.state === "Operational" ? s.progress : s.state === "Idle" ? "motors off" : "";
+  show($("state"), [s?.state, does, tone, fleet.vehicles.size], () => s ? [el("b", {class: tone}, s.state), el("span", {}, does)]
+    : [el("span", {}, fleet.vehicles.size ? "no vehicle is heard" : "waiting for a vehicle …")]);
+  document.title = s ? `${v!.id}: ${living ? `${s.state}${s.state === "Operational" ? `, ${s.mode}` : ""}` : "not heard"}` : "lss-ground";
 }
 
 function problems() {
-  const list = chosen?.status?.problems ?? [];
-  show(document.querySelector("#problems div")!, [chosen?.id, Boolean(chosen?.status), list], () => list.length
+  const chosen = fleet.chosen, list = chosen?.status?.problems ?? [];
+  show(document.querySelector("#problems div")!, [chosen?.id, Boolean(chosen?.status), chosen?.living, list], () => list.length
     ? list.map((p: Json) => el("p", {class: p.error ? "bad" : "warn"}, el("b", {}, p.text), p.advice && el("span", {}, `→ ${advice(p.advice)}`)))
-    : [el("p", {class: "dim"}, chosen?.status ? "None." : "")]);
+    : [el("p", {class: "dim"}, !chosen?.status ? "" : chosen.living ? "None." : "Not known: it is not heard.")]);
 }
 
 function overlay() {
-  const v = chosen, kind = v && roster[v.kind];
+  const v = fleet.chosen, kind = v && roster[v.kind];
   const lines = kind && v.telemetry ? kind.overlay(v.telemetry) : v ? ["no telemetry"] : [];
   show($("overlay"), lines, () => lines.map((line) => el("div", {}, line)));
 }
@@ -233,7 +182,11 @@ function draw() {
     lastSource = data.welcome.source;
     lease_ms = data.welcome.lease_ms;
   }
-  document.body.classList.toggle("stale", data.lost);
+  const chosen = fleet.chosen;
+  document.body.classList.toggle("stale", data.lost || Boolean(chosen && !chosen.living));
+  fleet.draw();
+  stops.draw();
+  rivals();
   header();
   links();
   lost();
@@ -246,7 +199,6 @@ function draw() {
 }
 
 tabs(draw);
-$("vehicles").onchange = () => choose(($("vehicles") as HTMLSelectElement).value);
 addEventListener("resize", () => plots.resize());
 setInterval(draw, 100);
 setInterval(() => plots.draw(), 200);

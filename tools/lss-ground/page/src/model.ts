@@ -17,6 +17,10 @@ export interface Tunable {
 export interface Guard { allowed: boolean; why: string; advice: string; first: string; }
 export interface Running { command: string; phase: string; step: string; left: number; steps: number; text: string; at: number; final: boolean; }
 
+export interface Links { alive: boolean; status_age_ms: number | null; telemetry_age_ms: number | null; }
+
+export const kStale_ms = 3000;  // a status comes every second
+
 // Samples of chosen signals over the last minute.
 export class History {
   static readonly kSeconds = 60;
@@ -48,10 +52,9 @@ export class Vehicle {
   events_version = 0;
   guards = new Map<string, Guard>();
   running: Running | null = null;
-  links: {alive: boolean; status_age_ms: number | null; telemetry_age_ms: number | null} =
-    {alive: false, status_age_ms: null, telemetry_age_ms: null};
+  links: Links = {alive: false, status_age_ms: null, telemetry_age_ms: null};
+  links_ms = 0;  // performance.now() of them
   history: History | null = null;
-  stop = "";  // what became of the last emergency stop
 
   constructor(readonly id: string, message: Json) {
     this.kind = message.vehicle;
@@ -60,8 +63,16 @@ export class Vehicle {
     this.scripts = message.scripts;
   }
 
+  // How long ago its status was heard, also when the gateway says nothing any more; null: never.
+  get silent_ms(): number | null {
+    return this.links.status_age_ms === null ? null : this.links.status_age_ms + performance.now() - this.links_ms;
+  }
+  get living() { return this.links.alive && (this.silent_ms ?? Infinity) < kStale_ms; }
+  // What the daemon would land on a press of STOP.
+  get lands() { return Boolean(this.status?.airborne) && this.status?.stop_in_flight === "lands"; }
+
   addEvent(event: Json) {
-    // A daemon that was started anew counts from 1 again.
+    // A daemon that was started again counts from 1.
     const newest = [...this.events.values()].pop();
     if (newest && event.index <= newest.index && event.utc_ns > newest.utc_ns) this.events.clear();
     this.events.set(event.index, event);

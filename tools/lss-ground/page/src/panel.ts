@@ -1,7 +1,7 @@
 // Commands: what the daemon would not take now is disabled and says why. It is the daemon that is
 // asked, by a dry run of exactly what the button would send; nothing is decided here.
 
-import {$, el, kDegree, show} from "./dom";
+import {$, el, kDegree, show, sourceName} from "./dom";
 import type {Json} from "./link";
 import type {Command, Parameter, Vehicle} from "./model";
 import {outcome, reasons, type Requests} from "./requests";
@@ -154,8 +154,8 @@ export class Panel {
     if (!vehicle) return;
     const holder = vehicle.status?.authority, mine = holder && holder === this.requests.welcome?.source;
     $("holder").textContent = role !== "command" && role ? "this key may only look" + (role === "stop" ? " and stop" : "")
-      : mine ? "you command" : holder ? `${holder} commands` : "nobody commands";
-    const open = this.requests.mayCommand && vehicle.links.alive;
+      : mine ? "you command" : holder ? `${sourceName(holder)} commands` : "nobody commands";
+    const open = this.requests.mayCommand && vehicle.living;
     if (this.runs) this.runs.disabled = !open;
     for (const row of this.rows) {
       const guard = vehicle.guards.get(row.command.name);

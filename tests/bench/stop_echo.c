@@ -1,0 +1,116 @@
+// The least a program can do to stop something by a command: a listener that takes commands and
+// heartbeats, an event for each emergency stop, and a FIFO thread that writes the stop to its line,
+// a pseudo-terminal or a UDP port of the loopback.
+//
+//   bench-stop-echo DOMAIN PATH|PORT HEX PRIORITY
+#define _GNU_SOURCE
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <sched.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/eventfd.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include "dds/dds.h"
+#include "lss.h"
+
+enum { EMERGENCY_STOP = 3, DRY_RUN = 1 };
+
+static int event, line;
+static uint8_t stop[64];
+static size_t stop_size;
+
+static void on_command(dds_entity_t reader, void* argument) {
+  (void)argument;
+  static lss_Command sample;
+  void* pointer = &sample;
+  dds_sample_info_t info;
+  while (dds_take(reader, &pointer, &info, 1, 1) > 0) {
+    if (!info.valid_data || sample.kind != EMERGENCY_STOP || (sample.flags & DRY_RUN) != 0)
+      continue;
+    const uint64_t one = 1;
+    if (write(event, &one, sizeof one) != sizeof one) exit(1);
+  }
+}
+
+static void on_heartbeat(dds_entity_t reader, void* argument) {
+  (void)argument;
+  static lss_Heartbeat sample;
+  void* pointer = &sample;
+  dds_sample_info_t info;
+  while (dds_take(reader, &pointer, &info, 1, 1) > 0) {
+  }
+}
+
+static void* act(void* argument) {
+  (void)argument;
+  uint64_t count;
+  while (read(event, &count, sizeof count) == sizeof count) {
+    if (write(line, stop, stop_size) != (ssize_t)stop_size) exit(1);
+  }
+  return NULL;
+}
+
+static int open_line(const char* where) {
+  if (where[0] == '/') {
+    const int fd = open(where, O_RDWR | O_NOCTTY);
+    struct termios settings;
+    if (fd < 0 || tcgetattr(fd, &settings) != 0) return -1;
+    cfmakeraw(&settings);
+    tcsetattr(fd, TCSANOW, &settings);
+    return fd;
+  }
+  const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+  const struct sockaddr_in address = {.sin_family = AF_INET,
+                                      .sin_port = htons((uint16_t)atoi(where)),
+                                      .sin_addr = {htonl(INADDR_LOOPBACK)}};
+  if (connect(fd, (const struct sockaddr*)&address, sizeof address) != 0) return -1;
+  return fd;
+}
+
+int main(int argc, char** argv) {
+  if (argc < 5) return 2;
+  for (const char* hex = argv[3]; hex[0] != 0 && hex[1] != 0 && stop_size < sizeof stop; hex += 2) {
+    const char digits[3] = {hex[0], hex[1], 0};
+    stop[stop_size++] = (uint8_t)strtoul(digits, NULL, 16);
+  }
+  event = eventfd(0, 0);
+  line = open_line(argv[2]);
+  if (event < 0 || line < 0 || mlockall(MCL_CURRENT | MCL_FUTURE) != 0) return 2;
+
+  pthread_attr_t attributes;
+  const struct sched_param parameter = {.sched_priority = atoi(argv[4])};
+  pthread_attr_init(&attributes);
+  pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
+  pthread_attr_setschedpolicy(&attributes, SCHED_FIFO);
+  pthread_attr_setschedparam(&attributes, &parameter);
+  pthread_t thread;
+  if (pthread_create(&thread, &attributes, act, NULL) != 0) return 2;
+
+  const dds_entity_t participant =
+      dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL);
+  dds_qos_t* qos = dds_create_qos();
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);
+  dds_listener_t* listener = dds_create_listener(NULL);
+  dds_lset_data_available(listener, on_command);
+  const dds_entity_t commands = dds_create_reader(
+      participant, dds_create_topic(participant, &lss_Command_desc, "lss/command", NULL, NULL), qos,
+      listener);
+  dds_qset_reliability(qos, DDS_RELIABILITY_BEST_EFFORT, 0);
+  dds_lset_data_available(listener, on_heartbeat);
+  const dds_entity_t heartbeats = dds_create_reader(
+      participant, dds_create_topic(participant, &lss_Heartbeat_desc, "lss/heartbeat", NULL, NULL),
+      qos, listener);
+  if (commands < 0 || heartbeats < 0) return 2;
+  printf("ready\n");
+  fflush(stdout);
+  for (;;) pause();
+}

@@ -1,0 +1,184 @@
+// The emergency stop as a program: whom it reaches, when it ends, what it says.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "tests/cli/program_test.h"
+#include "tools/lss-cli/wire.h"
+
+namespace lss::cli::test {
+namespace {
+
+using nlohmann::json;
+using testing::AllOf;
+using testing::Each;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using zebro::Mode;
+
+class Estop : public ProgramTest {
+ protected:
+  static bool is_stopped(const FakeDaemon& daemon) {
+    return daemon.state() == lss_STATE_FATAL_ERROR;
+  }
+};
+
+TEST_F(Estop, WithoutANameStopsEveryVehicleOnTheDomain) {
+  FakeDaemon first(domain(), "zebro-1"), second(domain(), "zebro-2");
+  first.set_state(lss_STATE_OPERATIONAL, Mode::walking);
+  second.set_authority("ground");
+  const Ended ended = run({"estop"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_TRUE(is_stopped(first) && is_stopped(second));
+  EXPECT_EQ(text(first.last(kEstop).vehicle_id), "*");
+  EXPECT_THAT(ended.out, AllOf(HasSubstr("zebro-1         stopped in "),
+                               HasSubstr("zebro-2         stopped in "), Not(HasSubstr("fell"))));
+}
+
+TEST_F(Estop, OfAVehicleThatIsNamedLeavesTheOthersAlone) {
+  FakeDaemon first(domain(), "zebro-1"), second(domain(), "zebro-2");
+  EXPECT_EQ(run({"estop", "zebro-2"}).code, 0);
+  EXPECT_TRUE(is_stopped(second));
+  EXPECT_THAT(first.kinds(), IsEmpty());
+  EXPECT_EQ(run({"--vehicle", "zebro-1", "estop"}).code, 0);
+  EXPECT_TRUE(is_stopped(first));
+  EXPECT_EQ(run({"--vehicle", "zebro-1", "estop", "zebro-2"}).code, 2);
+  const Ended unknown = run({"--timeout", "500ms", "estop", "zebro-3"});
+  EXPECT_EQ(unknown.code, 4);
+  EXPECT_THAT(unknown.err, HasSubstr("zebro-"));
+}
+
+TEST_F(Estop, DoesNotLookAtTheVehicleOfTheEnvironment) {
+  const Variable variable("LSS_VEHICLE", "zebro-2");
+  FakeDaemon first(domain(), "zebro-1"), second(domain(), "zebro-2");
+  EXPECT_EQ(run({"stand"}).code, 0);
+  EXPECT_THAT(first.kinds(), IsEmpty());
+  EXPECT_EQ(run({"estop"}).code, 0);
+  EXPECT_TRUE(is_stopped(first) && is_stopped(second));
+}
+
+TEST_F(Estop, IsSentAgainUntilItIsCompletedWhateverElseWasAnswered) {
+  FakeDaemon daemon(domain());
+  for (const Trouble& trouble : {Trouble{Trouble::Kind::reject, Reason::busy, 3},
+                                 Trouble{Trouble::Kind::fail, Reason::emergency, 3},
+                                 Trouble{Trouble::Kind::no_answer, Reason::none, 3},
+                                 Trouble{Trouble::Kind::never_ends, Reason::none, 3}}) {
+    daemon.set_state(lss_STATE_OPERATIONAL, Mode::standing);
+    daemon.trouble(kEstop, trouble);
+    const Ended ended = run({"estop"});
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    EXPECT_TRUE(is_stopped(daemon));
+  }
+}
+
+TEST_F(Estop, NamesTheVehicleThatDidNotConfirmItAndEndsWith7) {
+  FakeDaemon first(domain(), "zebro-1"), second(domain(), "zebro-2"), third(domain(), "zebro-3");
+  second.trouble(kEstop, {Trouble::Kind::no_answer});
+  third.trouble(kEstop, {Trouble::Kind::reject, Reason::busy});
+  const Ended ended = run({"--timeout", "1s", "estop"});
+  EXPECT_EQ(ended.code, 7);
+  EXPECT_TRUE(is_stopped(first));
+  EXPECT_THAT(ended.out, AllOf(HasSubstr("zebro-1         stopped"),
+                               HasSubstr("zebro-2         not confirmed"),
+                               HasSubstr("rejected, request queue is full")));
+  EXPECT_THAT(ended.err, AllOf(HasSubstr("2 of 3"), HasSubstr("zebro-2, zebro-3"),
+                               HasSubstr("cut the power")));
+}
+
+TEST_F(Estop, ReachesADaemonWhoseStatusWasNeverHeard) {
+  FakeDaemon daemon(domain(), Birth{.late_by = std::chrono::hours(1)});
+  EXPECT_EQ(run({"estop", "zebro-1"}).code, 0);
+  EXPECT_TRUE(is_stopped(daemon));
+  EXPECT_EQ(run({"estop"}).code, 0);
+}
+
+TEST_F(Estop, ReachesADaemonWhoseTopicsComeLate) {
+  FakeDaemon first(domain(), "zebro-1");
+  FakeDaemon second(domain(), Birth{.vehicle_id = "zebro-2",
+                                    .late = Birth::Late::topics,
+                                    .late_by = std::chrono::milliseconds(800)});
+  const Ended ended = run({"estop"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_TRUE(is_stopped(first) && is_stopped(second));
+}
+
+TEST_F(Estop, OfADaemonThatNeverOpensItsTopicsIsNotConfirmed) {
+  FakeDaemon first(domain(), "zebro-1");
+  FakeDaemon second(domain(), Birth{.late = Birth::Late::topics, .late_by = std::chrono::hours(1)});
+  const Ended ended = run({"--timeout", "1s", "estop"});
+  EXPECT_EQ(ended.code, 7);
+  EXPECT_THAT(ended.err, HasSubstr("1 of 2"));
+  EXPECT_TRUE(is_stopped(first));
+}
+
+TEST_F(Estop, InTheAirSaysThatItFell) {
+  FakeDaemon daemon(domain());
+  daemon.set_state(lss_STATE_OPERATIONAL, Mode::standing);
+  daemon.take_off();
+  const Ended ended = run({"estop"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_THAT(ended.out, HasSubstr("it was in the air: it fell"));
+}
+
+TEST_F(Estop, AsJsonHasAnEntryForEachVehicle) {
+  FakeDaemon first(domain(), Birth{.vehicle_id = "zebro-1", .pid = 12});
+  FakeDaemon second(domain(), "zebro-2");
+  second.trouble(kEstop, {Trouble::Kind::no_answer});
+  const Ended ended = run({"--json", "--timeout", "1s", "estop"});
+  const json document = json::parse(ended.out);
+  EXPECT_EQ(document["exit_code"], 7);
+  ASSERT_EQ(document["commands"].size(), 2U);
+  const json& stopped = document["commands"][0];
+  EXPECT_EQ(stopped["command"], "estop");
+  EXPECT_EQ(stopped["phase"], "completed");
+  EXPECT_EQ(stopped["vehicle_id"], "zebro-1");
+  EXPECT_EQ(stopped["instance"]["pid"], 12);
+  EXPECT_TRUE(stopped["stopped"].get<bool>());
+  EXPECT_FALSE(stopped["airborne"].get<bool>());
+  EXPECT_GT(stopped["duration_s"].get<double>(), 0);
+  EXPECT_EQ(document["commands"][1]["vehicle_id"], "zebro-2");
+  EXPECT_EQ(document["commands"][1]["phase"], "unanswered");
+  EXPECT_FALSE(document["commands"][1]["stopped"].get<bool>());
+}
+
+TEST_F(Estop, StopsBothDaemonsOfOneName) {
+  FakeDaemon first(domain(), Birth{.pid = 1001}), second(domain(), Birth{.pid = 1002});
+  const Ended ended = run({"estop", "zebro-1"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_TRUE(is_stopped(first) && is_stopped(second));
+  EXPECT_THAT(ended.out, AllOf(HasSubstr("pid 1001"), HasSubstr("pid 1002")));
+  second.trouble(kEstop, {Trouble::Kind::no_answer});
+  EXPECT_EQ(run({"--timeout", "1s", "estop", "zebro-1"}).code, 7);
+}
+
+TEST_F(Estop, InASequenceIsTheSame) {
+  FakeDaemon first(domain(), "zebro-1"), second(domain(), "zebro-2");
+  first.trouble(kEstop, {Trouble::Kind::reject, Reason::busy, 3});
+  const Variable variable("LSS_VEHICLE", "zebro-1");
+  const Ended ended = run({"--json", "run", "-e", "walk forward; estop; solve"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_TRUE(is_stopped(second));
+  const json document = json::parse(ended.out);
+  std::vector<std::string> commands;
+  for (const json& command : document["commands"]) commands.push_back(command["command"]);
+  EXPECT_THAT(commands, ElementsAre("start", "stand", "walk", "estop", "estop", "solve"));
+  EXPECT_EQ(first.kinds().back(), kSolve);
+}
+
+TEST_F(Estop, InAShellKeepsUpTheLeaseOfItsOwnVehicle) {
+  FakeDaemon first(domain(), "zebro-1"), second(domain(), "zebro-2");
+  second.trouble(kEstop, {Trouble::Kind::no_answer});
+  const Ended ended =
+      run({"--vehicle", "zebro-1", "--timeout", "2s", "shell"}, "walk forward\nestop zebro-2\n");
+  EXPECT_EQ(ended.code, 7);
+  EXPECT_THAT(first.kinds(), ElementsAre(kStart, kStand, kWalk, kStop));
+  EXPECT_GE(first.heartbeats(), 10U);  // five a second
+}
+
+}  // namespace
+}  // namespace lss::cli::test

@@ -1,0 +1,117 @@
+// Several daemons on one domain: no verb takes the wrong one, and two of one name are reported.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "tests/cli/program_test.h"
+
+namespace lss::cli::test {
+namespace {
+
+using nlohmann::json;
+using std::chrono::milliseconds;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using zebro::Mode;
+
+using Several = ProgramTest;
+
+// The one that is heard first must not be taken for the only one.
+TEST_F(Several, NoVerbTakesTheOneThatIsHeardFirst) {
+  FakeDaemon first(domain(), "zebro-1");
+  std::mt19937 random(1);
+  for (int i = 0; i < 20; ++i) {
+    const milliseconds late_by(random() % 900);
+    const auto late = i % 2 == 0 ? Birth::Late::status : Birth::Late::topics;
+    FakeDaemon second(domain(), Birth{.vehicle_id = "zebro-2", .late = late, .late_by = late_by});
+    const Ended ended = run({i % 4 < 2 ? "start" : "status"});
+    EXPECT_EQ(ended.code, 2) << "late by " << late_by.count() << " ms: " << ended.out;
+    EXPECT_THAT(ended.err, AllOf(HasSubstr("zebro-1, zebro-2"), HasSubstr("LSS_VEHICLE")));
+    ASSERT_THAT(first.kinds(), IsEmpty());
+    ASSERT_THAT(second.kinds(), IsEmpty());
+  }
+}
+
+TEST_F(Several, AVehicleIsNotTakenForTheOnlyOneNextToADaemonThatDoesNotSayItsName) {
+  FakeDaemon first(domain(), "zebro-1");
+  FakeDaemon second(domain(), Birth{.vehicle_id = "zebro-2", .late_by = std::chrono::hours(1)});
+  const Ended ended = run({"--timeout", "1s", "start"});
+  EXPECT_EQ(ended.code, 2);
+  EXPECT_THAT(ended.err, HasSubstr("did not say its name"));
+  EXPECT_EQ(run({"--vehicle", "zebro-1", "start"}).code, 0);
+}
+
+TEST_F(Several, TheEnvironmentNamesTheVehicleAndTheCommandLineWins) {
+  FakeDaemon first(domain(), "zebro-1"), second(domain(), "zebro-2");
+  const Variable variable("LSS_VEHICLE", "zebro-2");
+  EXPECT_EQ(run({"start"}).code, 0);
+  EXPECT_THAT(first.kinds(), IsEmpty());
+  EXPECT_THAT(second.kinds(), ElementsAre(kStart));
+  EXPECT_EQ(json::parse(run({"--vehicle", "zebro-1", "--json", "status"}).out)["vehicle_id"],
+            "zebro-1");
+}
+
+class TwoOfOneName : public ProgramTest {
+ protected:
+  FakeDaemon first{domain(), Birth{.pid = 1001}}, second{domain(), Birth{.pid = 1002}};
+};
+
+TEST_F(TwoOfOneName, AreBothNamedByStatusAndHealth) {
+  const Ended ended = run({"status"});
+  EXPECT_EQ(ended.code, 0);
+  EXPECT_THAT(ended.out, AllOf(HasSubstr("2 daemons have the name zebro-1"),
+                               HasSubstr("obc, pid 1001, since 2030-03-17"),
+                               HasSubstr("obc, pid 1002, since 2030-03-17")));
+  EXPECT_EQ(json::parse(run({"--json", "status"}).out)["daemons"].size(), 2U);
+  const Ended health = run({"--vehicle", "zebro-1", "health"});
+  EXPECT_EQ(health.code, 6);
+  EXPECT_THAT(health.out, HasSubstr("pid 1002"));
+}
+
+TEST_F(TwoOfOneName, AreNotMovedButStopped) {
+  const Ended refused = run({"stand"});
+  EXPECT_EQ(refused.code, 5);
+  EXPECT_THAT(refused.err,
+              AllOf(HasSubstr("pid 1001"), HasSubstr("pid 1002"), HasSubstr("vehicle_id")));
+  EXPECT_THAT(first.kinds(), IsEmpty());
+  EXPECT_THAT(second.kinds(), IsEmpty());
+  first.set_state(lss_STATE_OPERATIONAL, Mode::standing);
+  second.set_state(lss_STATE_OPERATIONAL, Mode::standing);
+  const Ended stopped = run({"stop"});
+  EXPECT_EQ(stopped.code, 0) << stopped.err;
+  EXPECT_THAT(stopped.err, HasSubstr("pid 1002"));
+  EXPECT_THAT(first.kinds(), ElementsAre(kStop));
+  EXPECT_THAT(second.kinds(), ElementsAre(kStop));
+}
+
+TEST_F(Several, InTheAirTheAdviceIsToLand) {
+  FakeDaemon daemon(domain());
+  daemon.set_state(lss_STATE_OPERATIONAL, Mode::standing);
+  daemon.set_authority("ground");
+  EXPECT_THAT(run({"stop"}).err, HasSubstr("or: lss-cli estop zebro-1"));
+  daemon.take_off();
+  EXPECT_THAT(run({"stop"}).err,
+              HasSubstr("or: lss-cli land (lss-cli estop zebro-1 lets it fall)"));
+  daemon.take_off(lss_STOP_FALLS);
+  EXPECT_THAT(run({"stop"}).err, HasSubstr("or: lss-cli estop zebro-1 (it falls)"));
+}
+
+TEST_F(Several, AnyoneMayOrderALandingWithoutHoldingAnything) {
+  FakeDaemon daemon(domain(), Birth{.vehicle_id = "hopper-1", .vehicle = "talaris"});
+  daemon.set_state(lss_STATE_OPERATIONAL);
+  daemon.set_authority("ground");
+  daemon.take_off();
+  const Ended ended = run({"land"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_THAT(daemon.kinds(), ElementsAre(kLand));
+  EXPECT_EQ(daemon.last(kLand).lease_ms, 0U);
+  EXPECT_EQ(daemon.heartbeats(), 0U);
+}
+
+}  // namespace
+}  // namespace lss::cli::test

@@ -1,0 +1,206 @@
+"""Simulated time: the same scenario gives the same bits, whatever the machine does meanwhile. Each run is the programs as
+they are installed, with their threads, files and DDS."""
+
+import hashlib
+import os
+import random
+import signal
+import struct
+import subprocess
+import sys
+import threading
+import time
+import unittest
+
+from programs import die_with_parent, read_text, run, wait_until
+from rig import BOOT_S, DAEMON, SIMULATOR, SOURCE, TOOLS, Scenario, edited
+
+RUN_LIMIT_S = 150
+HOGS = 4
+HOG_S = 2  # FIFO 99; longer than any machine stands still by itself
+
+
+def one_cpu_and_nice():
+    die_with_parent()
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+    os.nice(19)
+
+
+def next_double(text):
+    """The number after this one: one bit of it differs."""
+    (bits,) = struct.unpack("<q", struct.pack("<d", float(text)))
+    return repr(struct.unpack("<d", struct.pack("<q", bits + 1))[0])
+
+
+class Stopper:
+    """Stops one of the processes at a time for a while, at random moments, until end()."""
+
+    def __init__(self, processes, seed):
+        self.processes, self.random, self.ending, self.stops = processes, random.Random(seed), threading.Event(), 0
+        self.thread = threading.Thread(target=self.work, daemon=True)
+        self.thread.start()
+
+    def work(self):
+        while not self.ending.wait(self.random.uniform(0.05, 0.6)):
+            process = self.random.choice(self.processes())
+            if process.poll() is not None:
+                continue
+            process.send_signal(signal.SIGSTOP)
+            time.sleep(self.random.uniform(0.3, 1.5))
+            process.send_signal(signal.SIGCONT)
+            self.stops += 1
+
+    def end(self):
+        self.ending.set()
+        self.thread.join()
+
+
+class Lockstep:
+    """VEHICLE, WORDS of lss-sim, MOTION and SECONDS of simulated time, the same SHORT,
+    CLIENT_AT, and KEY of the configuration, a number."""
+
+    CLIENT_AT = 3
+    WORDS = ()
+    CHANGES = {}  # of the configuration
+
+    def config(self, **changes):
+        text = read_text(os.path.join(SOURCE, "config", f"{self.VEHICLE}.toml")).replace(
+            "udp://127.0.0.1:20000", f"udp://127.0.0.1:{20000 + self.domain}")
+        path = os.path.join(self.folder, "config.toml")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(edited(text, {"shared_memory": "false", **self.CHANGES, **changes}))
+        return path
+
+    def fly(self, name, before=die_with_parent, disturb=None, short=False, **changes):
+        """One run, in a folder of the same name each time. {file: hash} of what it left."""
+        motion, seconds = (self.SHORT, self.SHORT_S) if short else (self.MOTION, self.SECONDS)
+        words = [SIMULATOR, self.VEHICLE, "--dir", self.run_folder, "--pace", "--lockstep", "--speed",
+                 "max", "--seed", "7", "--truth", os.path.join(self.run_folder, "truth.jsonl"), "--for", str(seconds),
+                 "--client-at", str(self.CLIENT_AT), *self.WORDS]
+        if self.VEHICLE != "zebro":
+            words += ["--can", f"udp://127.0.0.1:{20000 + self.domain}"]
+        begun_s = time.monotonic()
+        sim = self.begin(f"sim-{name}", words, before)
+        wait_until(lambda: "ready" in sim.out() + sim.err() or not sim.running(), BOOT_S, "the simulator is ready")
+        daemon = self.begin(f"lssd-{name}", [DAEMON, "--config", self.config(**changes), "--run-dir", self.run_folder,
+                                             "--lockstep", "--domain", str(self.domain)], before)
+        client = self.begin(f"cli-{name}", [os.path.join(TOOLS, "lss-cli"), "run", "--lockstep", "--dir", self.run_folder,
+                                            "-e", motion], before)
+        disturbance = disturb([sim, daemon, client]) if disturb else None
+        self.assertEqual(client.wait(RUN_LIMIT_S), 0, client.err() + client.out())
+        self.assertEqual(sim.wait(RUN_LIMIT_S), 0, sim.err())
+        if disturbance is not None:
+            disturbance.end()
+            print(f"{name}: {disturbance.stops} stops")
+        daemon.stop()
+        left = {}
+        for file in sorted(os.listdir(self.run_folder)):
+            if not file.endswith((".jsonl", ".lssrec")):
+                continue
+            path = os.path.join(self.run_folder, file)
+            with open(path, "rb") as data:
+                left[file] = hashlib.sha256(data.read()).hexdigest()
+            os.unlink(path)
+        print(f"{name}: {time.monotonic() - begun_s:.1f} s; " + read_text(sim.err_path).strip().split("\n")[-1])
+        self.assertEqual(len(left), 3, left)  # the true path, the flight recording, the log with its events
+        return left
+
+    def hogs(self, programs):
+        """Four programs at FIFO 99 for seconds."""
+        hog = [sys.executable, "-c", f"import time\nend = time.monotonic() + {HOG_S}\nwhile time.monotonic() < end: pass"]
+
+        class Hogs:
+            stops = HOGS
+            processes = [subprocess.Popen(["chrt", "-f", "99", *hog], preexec_fn=die_with_parent) for _ in range(HOGS)]
+
+            def end(self):
+                for process in self.processes:
+                    process.wait(60)
+        return Hogs()
+
+    def test_the_same_bits_whatever_the_machine_does(self):
+        first = self.fly("first")
+        stopped = self.fly("stopped", disturb=lambda all_: Stopper(lambda: [p.process for p in all_], seed=1))
+        self.assertEqual(stopped, first, "processes that stood still")
+        value = next(line for line in read_text(self.config()).split("\n") if line.startswith(self.KEY + " "))
+        value = value.split("=")[1].split("#")[0].strip()
+        self.assertNotEqual(self.fly("one-bit", **{self.KEY: next_double(value)}), first, "one bit of a parameter")
+
+    def test_the_same_bits_on_a_slow_machine(self):
+        first = self.fly("first", short=True)
+        self.assertEqual(self.fly("slow", before=one_cpu_and_nice, short=True), first, "one CPU, nice 19")
+        if os.geteuid() == 0:
+            self.assertEqual(self.fly("hogs", disturb=self.hogs, short=True), first, "four programs at FIFO 99")
+
+
+class Zebro(Lockstep, Scenario):
+    VEHICLE, SECONDS = "zebro", 19
+    MOTION = "start; stand; walk forward --speed high --for 2s; stop"
+    SHORT, SHORT_S = "start; wait 1s; stop", 6
+    KEY = "leg_diameter_mm"
+
+
+class Ardito(Lockstep, Scenario):
+    VEHICLE, SECONDS = "ardito", 22
+    MOTION = "start --limit urc; drive 0.3 --heading 5 --for 2s; park 0.4 --for 2s; stop"
+    SHORT, SHORT_S = "start; stop", 15
+    WORDS = ("--plant", "kinematic")
+    KEY = "wheel_radius_mm"
+
+
+class Talaris(Lockstep, Scenario):
+    VEHICLE, SECONDS = "talaris", 40
+    CHANGES = {"calibration_s": "5.0"}
+    SHORT, SHORT_S = "edf arm; edf throttle 0.1; wait 1s; stop", 9
+    MOTION = "hop --arm --height 2 --distance 5"
+    KEY = "lift_y_m"
+
+
+class Together(Scenario):
+    """At the pace of the wall clock, with clients that do not take part."""
+
+    IN_LOCKSTEP = True
+
+    def simulated_s(self):
+        return self.truth.samples[-1][1]["t_s"] if self.truth.samples else 0
+
+    def test_who_hangs_is_named_and_who_was_killed_is_left_out(self):
+        daemon = self.start_all()
+        sim = self.programs[0]
+        self.begin_walk()
+        daemon.signal(signal.SIGSTOP)
+        wait_until(lambda: "time stands still: waiting for lssd thread" in sim.err(), 10, "who hangs is named")
+        stood_s = self.simulated_s()
+        time.sleep(1)  # of the wall clock: simulated time must not move
+        self.assertLess(self.simulated_s() - stood_s, 0.2)
+        daemon.signal(signal.SIGCONT)
+        wait_until(lambda: "time goes on" in sim.err(), 10, "time goes on")
+        self.assertEqual(self.wait_walking()["faults"], [])
+
+        daemon.kill()
+        killed_s = self.simulated_s()
+        wait_until(lambda: self.simulated_s() > killed_s + 3, 20, "time goes on without the daemon")
+        angles = [state["leg_angle_rad"] for _, state in self.truth.samples if state["t_s"] > killed_s + 2]
+        moved = max(max(abs(a - b) for a, b in zip(angles[0], now)) for now in angles)
+        self.assertLess(moved, 0.02, "the modules' own watchdogs stopped the legs")
+
+    def refused(self, *words):
+        told = run([DAEMON, "--run-dir", self.run_folder, "--domain", str(self.domain), "--lockstep", *words],
+                   self.environment(), BOOT_S)
+        self.assertEqual(told.code, 78, told)
+        return told.err
+
+    def test_what_cannot_follow_simulated_time_is_refused_with_what_to_do(self):
+        self.assertIn("start lss-sim VEHICLE --lockstep first", self.refused("--config", self.write_config()))
+        told = self.cli("run", "-e", "start")
+        self.assertEqual(told.code, 3, told)
+        self.assertIn("start lss-sim VEHICLE --lockstep", told.err)
+        self.start_sim()
+        device = self.write_config(path='"/dev/ttyS1"')
+        self.assertIn("is no port of the simulator", self.refused("--config", device))
+        told = run([SIMULATOR, "zebro", "--dir", self.folder, "--speed", "max"], self.environment(), 10)
+        self.assertEqual(told.code, 2, told)
+
+
+if __name__ == "__main__":
+    unittest.main()

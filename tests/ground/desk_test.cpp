@@ -1,0 +1,327 @@
+// The desk with a fleet on a DDS domain of its own, on which a test speaks for vehicles, word by
+// word.
+
+#include "tools/lss-ground/desk.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "idl/codes.h"
+#include "tests/support/own_domain.h"
+#include "tools/lss-cli/wire.h"
+
+namespace lss::ground {
+namespace {
+
+using nlohmann::json;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+using testing::ElementsAre;
+using testing::Gt;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+constexpr std::uint16_t kEstop = 3, kLand = 313;
+
+template <class T>
+T must(dds::Result<T> result) {
+  if (!result) throw std::runtime_error(result.error());
+  return std::move(*result);
+}
+
+// A participant of the domain that says what a test wants.
+class Talker {
+ public:
+  explicit Talker(int domain)
+      : participant_(must(dds::Participant::create({.domain = domain}))),
+        status_(writer(dds::Kind::status)),
+        acks_(writer(dds::Kind::command_ack)),
+        commands_(
+            must(dds::create_reader(participant_.get(), dds::common_topic(dds::Kind::command)))) {}
+
+  void say(const std::string& id, const std::function<void(lss_Status&)>& change = {},
+           const char* vehicle = "zebro") {
+    lss_Status status{};
+    cli::put(status.vehicle_id, id);
+    cli::put(status.vehicle, vehicle);
+    if (change) change(status);
+    dds_write(status_.get(), &status);
+  }
+  void answer(const lss_Command& command, const std::string& id, lss_Phase phase,
+              Reason reason = Reason::none) {
+    lss_CommandAck ack{};
+    cli::put(ack.vehicle_id, id);
+    cli::put(ack.source, cli::text(command.source));
+    ack.seq = command.seq;
+    ack.kind = command.kind;
+    ack.phase = phase;
+    ack.reason = static_cast<std::uint16_t>(reason);
+    dds_write(acks_.get(), &ack);
+  }
+  // All that came so far.
+  const std::vector<lss_Command>& heard() {
+    lss_Command command{};
+    void* samples[1] = {&command};
+    dds_sample_info_t info{};
+    while (dds_take(commands_.get(), samples, &info, 1, 1) == 1) {
+      if (info.valid_data) heard_.push_back(command);
+    }
+    return heard_;
+  }
+
+ private:
+  dds::Entity writer(dds::Kind kind) {
+    return must(dds::create_writer(participant_.get(), dds::common_topic(kind)));
+  }
+
+  dds::Participant participant_;
+  dds::Entity status_, acks_, commands_;
+  std::vector<lss_Command> heard_;
+};
+
+class DeskTest : public testing::Test {
+ protected:
+  // As the server does.
+  void turn() {
+    fleet_->take();
+    desk_->tick();
+    for (auto& [client, messages] : said_) {
+      while (!client->outbox.empty()) {
+        const FramePtr frame = client->outbox.pop(Clock::now());
+        messages.push_back(json::parse(frame->text(), frame->text() + frame->size()));
+      }
+    }
+  }
+  testing::AssertionResult until(const std::function<bool()>& condition,
+                                 Clock::duration limit = seconds(20)) {
+    const Clock::time_point end = Clock::now() + limit;
+    while (!condition()) {
+      if (Clock::now() > end) return testing::AssertionFailure() << "it did not come";
+      turn();
+      ::usleep(2000);
+    }
+    return testing::AssertionSuccess();
+  }
+  void pass(Clock::duration time) {
+    const Clock::time_point end = Clock::now() + time;
+    (void)until([&] { return Clock::now() >= end; });
+  }
+
+  Client& client(Client::Line line) {
+    Client& c = desk_->enter(
+        line, [] {}, [] {});
+    said_[&c];
+    desk_->receive(c, R"({"type":"hello","session":"0123456789abcdef"})");
+    return c;
+  }
+  std::vector<json> said(Client& client, const std::string& type) {
+    std::vector<json> list;
+    for (const json& m : said_[&client]) {
+      if (m["type"] == type) list.push_back(m);
+    }
+    return list;
+  }
+  std::vector<std::string> phases(Client& client) {
+    std::vector<std::string> list;
+    for (const json& m : said(client, "ack"))
+      list.push_back(m["phase"].get<std::string>() + (m["final"] == true ? ", final" : ""));
+    return list;
+  }
+  // What the gateway has a place for.
+  std::vector<std::string> fleet() {
+    std::vector<std::string> list;
+    for (const auto& [id, craft] : fleet_->crafts()) list.push_back(id);
+    return list;
+  }
+  bool has(const std::string& id) { return fleet_->find(id) != nullptr; }
+
+  const int domain_ = testing_support::own_domain();
+  Door door_;
+  std::unique_ptr<Fleet> fleet_ = std::move(*Fleet::create(domain_, [] {}));
+  std::unique_ptr<Desk> desk_ = std::make_unique<Desk>(*fleet_, door_, 2000);
+  std::map<Client*, std::vector<json>> said_;
+};
+
+TEST_F(DeskTest, AStopLeavesForANameThatTheGatewayNeverHeardAgainAndAgain) {
+  Talker ghost(domain_);
+  Client& line = client(Client::Line::stop);
+  desk_->receive(line, R"({"type":"stop","id":1,"vehicle":"ghost-1"})");
+  ASSERT_TRUE(until([&] { return ghost.heard().size() >= 3; }));
+  std::uint64_t before = 0;
+  for (const lss_Command& command : ghost.heard()) {
+    EXPECT_EQ(cli::text(command.vehicle_id), "ghost-1");
+    EXPECT_EQ(command.kind, kEstop);
+    EXPECT_GT(command.seq, before);
+    before = command.seq;
+  }
+  EXPECT_THAT(phases(line), IsEmpty()) << "nothing was heard, nothing is said";
+  ASSERT_TRUE(until([&] { return !phases(line).empty(); }));
+  EXPECT_THAT(phases(line), ElementsAre("unanswered")) << "it goes on";
+  const std::size_t sent = ghost.heard().size();
+  ASSERT_TRUE(until([&] { return ghost.heard().size() > sent; }));
+  ghost.answer(ghost.heard().back(), "ghost-1", lss_PHASE_COMPLETED);
+  ASSERT_TRUE(until([&] { return phases(line).size() == 2; }));
+  EXPECT_THAT(phases(line), ElementsAre("unanswered", "completed, final"));
+}
+
+TEST_F(DeskTest, AStopIsRepeatedUntilItIsCompletedWhateverElseIsAnswered) {
+  Talker daemon(domain_);
+  daemon.say("zebro-1");
+  Client& line = client(Client::Line::stop);
+  ASSERT_TRUE(until([&] { return has("zebro-1"); }));
+  desk_->receive(line, R"({"type":"stop","id":1,"vehicle":"zebro-1"})");
+  std::size_t answers = 0, commands = 0;
+  for (const auto& [phase, reason] : {std::pair{lss_PHASE_REJECTED, Reason::busy},
+                                      {lss_PHASE_FAILED, Reason::busy},
+                                      {lss_PHASE_REJECTED, Reason::stale_sequence},
+                                      {lss_PHASE_SUPERSEDED, Reason::superseded},
+                                      {lss_PHASE_ACCEPTED, Reason::none},
+                                      {lss_PHASE_EXECUTING, Reason::none}}) {
+    ASSERT_TRUE(until([&] { return daemon.heard().size() > commands; })) << phase;
+    commands = daemon.heard().size();
+    daemon.answer(daemon.heard().back(), "zebro-1", phase, reason);
+    ASSERT_TRUE(until([&] { return phases(line).size() > answers; })) << phase;
+    answers = phases(line).size();
+    EXPECT_THAT(phases(line).back(), testing::Not(testing::HasSubstr("final")));
+  }
+  ASSERT_TRUE(until([&] { return daemon.heard().size() > commands; }));
+  daemon.answer(daemon.heard().front(), "zebro-1", lss_PHASE_COMPLETED);  // to any of them
+  ASSERT_TRUE(until([&] { return phases(line).back() == "completed, final"; }));
+  commands = daemon.heard().size();
+  pass(milliseconds(400));
+  EXPECT_LE(daemon.heard().size(), commands + 1) << "one may have been under way";
+}
+
+TEST_F(DeskTest, StopAllGoesToEverybodyAtOnceAndSaysWhatEachSaid) {
+  Talker one(domain_), other(domain_), unknown(domain_);
+  Client& line = client(Client::Line::stop);
+  one.say("zebro-1");
+  other.say("zebro-2");
+  ASSERT_TRUE(until([&] { return has("zebro-1") && has("zebro-2"); }));
+  desk_->receive(line, R"({"type":"stop","id":9})");
+  ASSERT_TRUE(until([&] { return !one.heard().empty() && !unknown.heard().empty(); }));
+  const lss_Command command = one.heard().front();
+  EXPECT_EQ(cli::text(command.vehicle_id), "*");
+  EXPECT_EQ(command.kind, kEstop);
+  one.answer(command, "zebro-1", lss_PHASE_ACCEPTED);
+  one.answer(command, "zebro-1", lss_PHASE_COMPLETED);
+  unknown.answer(unknown.heard().front(), "ghost-1", lss_PHASE_COMPLETED);
+  ASSERT_TRUE(until([&] { return said(line, "ack").size() >= 3; }));
+  for (const json& ack : said(line, "ack")) {
+    EXPECT_EQ(ack["request"], 9);
+    EXPECT_EQ(ack["final"], false);
+  }
+  // Who did not answer is stopped on, by its own name; who was stopped may be started again.
+  ASSERT_TRUE(until([&] { return cli::text(other.heard().back().vehicle_id) == "zebro-2"; }));
+  ASSERT_TRUE(until([&] { return phases(line).back() == "unanswered"; }));
+  EXPECT_THAT(said(line, "ack").back()["silent"], ElementsAre("zebro-2"));
+  const std::size_t sent = other.heard().size();
+  ASSERT_TRUE(until([&] { return other.heard().size() > sent; }));
+  for (std::size_t i = sent; i < other.heard().size(); ++i)
+    EXPECT_EQ(cli::text(other.heard()[i].vehicle_id), "zebro-2");
+  other.answer(other.heard().back(), "zebro-2", lss_PHASE_COMPLETED);
+  ASSERT_TRUE(until([&] { return phases(line).back() == "completed, final"; }));
+  EXPECT_THAT(said(line, "ack").back()["silent"], IsEmpty());
+}
+
+TEST_F(DeskTest, ALandingIsOrderedUntilItIsAcceptedAndItsEndIsTold) {
+  Talker daemon(domain_);
+  daemon.say(
+      "talaris-1", [](lss_Status& s) { s.airborne = true; }, "talaris");
+  Client& line = client(Client::Line::stop);
+  ASSERT_TRUE(until([&] { return has("talaris-1"); }));
+  const auto land = [&](int id) {
+    const json message = {{"type", "stop"}, {"id", id}, {"vehicle", "talaris-1"}, {"land", true}};
+    desk_->receive(line, message.dump());
+  };
+  land(1);
+  ASSERT_TRUE(until([&] { return daemon.heard().size() >= 2; }));
+  EXPECT_EQ(daemon.heard().back().kind, kLand);
+  daemon.answer(daemon.heard().back(), "talaris-1", lss_PHASE_REJECTED, Reason::busy);
+  std::size_t commands = daemon.heard().size();
+  ASSERT_TRUE(until([&] { return daemon.heard().size() > commands; }));
+  daemon.answer(daemon.heard().back(), "talaris-1", lss_PHASE_ACCEPTED);
+  ASSERT_TRUE(until([&] { return phases(line).back() == "accepted"; }));
+  commands = daemon.heard().size();
+  pass(milliseconds(400));
+  EXPECT_LE(daemon.heard().size(), commands + 1);
+  daemon.answer(daemon.heard().back(), "talaris-1", lss_PHASE_COMPLETED);
+  ASSERT_TRUE(until([&] { return phases(line).back() == "completed, final"; }));
+
+  commands = daemon.heard().size();
+  land(2);
+  ASSERT_TRUE(until([&] { return daemon.heard().size() > commands; }));
+  daemon.answer(daemon.heard().back(), "talaris-1", lss_PHASE_REJECTED, Reason::not_in_flight);
+  ASSERT_TRUE(until([&] { return phases(line).back() == "rejected, final"; }));
+  EXPECT_EQ(said(line, "ack").back()["reason"]["name"], "not_in_flight");
+  EXPECT_EQ(said(line, "ack").back()["command"], "land");
+}
+
+TEST_F(DeskTest, InventedNamesDoNotHideTheVehicleNorDropThePage) {
+  Client& page = client(Client::Line::data);
+  Talker liar(domain_), daemon(domain_);
+  const auto lie = [&](int round) {
+    for (int i = 0; i < 100; ++i) liar.say("g" + std::to_string(round) + "-" + std::to_string(i));
+  };
+  liar.say("*");  // who chose it would stop everybody
+  for (int round = 0; round < 5; ++round) {
+    lie(round);
+    turn();
+  }
+  ASSERT_TRUE(until([&] { return fleet().size() == Places::kMost && fleet_->crowded(); }));
+  daemon.say("zebro-1");
+  ASSERT_TRUE(until([&] { return has("zebro-1"); }));
+  EXPECT_EQ(fleet().size(), Places::kMost);
+  EXPECT_FALSE(has("*"));
+  for (int round = 5; round < 30; ++round) {
+    lie(round);
+    turn();
+    ASSERT_TRUE(has("zebro-1"));
+  }
+  ASSERT_TRUE(until([&] { return !said(page, "gone").empty(); }));
+  EXPECT_FALSE(page.doomed) << page.why;
+  EXPECT_LE(said(page, "vehicle").size(), Places::kMost + 3);
+  ASSERT_TRUE(until([&] { return !said(page, "pulse").empty(); }));
+  EXPECT_EQ(said(page, "pulse").back()["crowded"], true);
+}
+
+TEST_F(DeskTest, AStatusTellsTwoDaemonsOfOneNameAndWhetherItFlies) {
+  Client& page = client(Client::Line::data);
+  Talker one(domain_), other(domain_);
+  const auto speak = [](Talker& who, int pid) {
+    who.say(
+        "talaris-1",
+        [&](lss_Status& s) {
+          s.instance.pid = pid;
+          s.instance.started_utc_ns = pid * 1'000'000'000LL;
+          cli::put(s.instance.host, "obc");
+          s.airborne = true;
+          s.stop_in_flight = pid == 1 ? lss_STOP_FALLS : lss_STOP_LANDS;
+        },
+        "talaris");
+  };
+  const auto hear = [&](Talker& who, int pid, const char* stop) {
+    speak(who, pid);
+    return until([&] {
+      const auto all = said(page, "status");
+      return !all.empty() && all.back()["stop_in_flight"] == stop;
+    });
+  };
+  ASSERT_TRUE(hear(one, 1, "falls"));
+  EXPECT_EQ(said(page, "status").back()["airborne"], true);
+  EXPECT_THAT(said(page, "status").back()["daemons"], IsEmpty());
+  ASSERT_TRUE(hear(other, 2, "lands"));
+  EXPECT_THAT(said(page, "status").back()["daemons"], IsEmpty()) << "it may have been restarted";
+  ASSERT_TRUE(hear(one, 1, "falls"));
+  const json daemons = said(page, "status").back()["daemons"];
+  ASSERT_THAT(daemons, SizeIs(2));
+  EXPECT_EQ(daemons[1], json({{"host", "obc"}, {"pid", 2}, {"started_utc_ns", 2'000'000'000LL}}));
+}
+
+}  // namespace
+}  // namespace lss::ground

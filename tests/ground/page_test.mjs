@@ -1,0 +1,376 @@
+// page_test.mjs PAGE [SHOTS]: the pilot's page that was built in the folder PAGE, in headless Chromium, with a gateway that
+// says just what a test wants. Needs CHROMIUM and PLAYWRIGHT (the folder of playwright-core) in the environment. SHOTS: a folder
+// for pictures of what is tested.
+
+import {strict as assert} from "node:assert";
+import {readFile} from "node:fs/promises";
+import {join} from "node:path";
+import {pathToFileURL} from "node:url";
+
+const [folder, shots] = process.argv.slice(2);
+const {chromium} = await import(pathToFileURL(`${process.env.PLAYWRIGHT}/index.mjs`).href);
+
+const kTypes = {html: "text/html", js: "text/javascript", css: "text/css"};
+const drawn = shots ? ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-3d-apis"];
+const browser = await chromium.launch({executablePath: process.env.CHROMIUM, args: ["--no-sandbox", "--disable-gpu-sandbox", ...drawn]});
+
+// In the page, in place of the network.
+function standIn(setup) {
+  const gateway = window.gateway = {sent: [], crafts: {}, opening: [], lease_ms: 2000, late_ms: 0, open: true, sockets: {}, ...setup};
+  gateway.say = (protocol, message) => gateway.sockets[protocol]?.onmessage?.({data: JSON.stringify(message)});
+  gateway.stops = () => gateway.sent.filter((m) => m.type === "stop");
+  // The time of the page, which a test on a busy machine stops while it speaks for the gateway.
+  const clock = performance.now.bind(performance);
+  let stopped_ms = null;
+  performance.now = () => stopped_ms ?? clock();
+  gateway.time = (goes) => { stopped_ms = goes ? null : clock(); };
+  const beats = [];
+  window.WebSocket = class {
+    static OPEN = 1;
+    constructor(_, protocol) {
+      this.protocol = protocol;
+      this.readyState = 0;
+      if (!gateway.open) return;
+      gateway.sockets[protocol] = this;
+      setTimeout(() => { this.readyState = 1; this.onopen?.(); });
+    }
+    close() { this.readyState = 3; }
+    send(text) {
+      const message = JSON.parse(text);
+      if (message.type === "beat") return void beats.push([performance.now(), message.n]);
+      gateway.sent.push(message);
+      if (message.type !== "hello") return;
+      gateway.say(this.protocol, {type: "welcome", role: "command", source: "ground:0123456789abcdef01234567", lease_ms: gateway.lease_ms});
+      if (this.protocol === "lss-ground") gateway.opening.forEach((m) => gateway.say(this.protocol, m));
+    }
+  };
+  setInterval(() => {
+    const now = performance.now(), beat = beats.filter(([at]) => at <= now - gateway.late_ms).pop()?.[1];
+    const crafts = {};
+    for (const [id, c] of Object.entries(gateway.crafts))
+      crafts[id] = {alive: c.age_ms === 0, status_age_ms: c.age_ms, telemetry_age_ms: c.age_ms};
+    if (gateway.open) for (const protocol of ["lss-ground", "lss-stop"]) gateway.say(protocol, {type: "pulse", beat, crafts, crowded: gateway.crowded ?? false, gateway: {}});
+    gateway.told = "lss-ground" in gateway.sockets;
+  }, 100);
+}
+
+const kCommands = ["start", "stop", "walk"].map((name, i) => ({kind: i + 1, name, summary: name, access: "holder", leased: true, parameters: [], allowed: []}));
+const vehicle = (id, kind) => ({type: "vehicle", id, vehicle: kind, commands: kCommands, subjects: [], scripts: false});
+const status = (id, more = {}) => ({type: "status", id, alive: true, state: "Operational", mode: "Walking", progress: "walks", problems: [], authority: null, recording: true,
+  link: {obc_age_ms: 20}, frame: {index: 1, overruns: 0}, counters: {commands_rejected: 0, safe_commands: 0}, realtime: {policy: "enforce", granted: true},
+  shared_memory: "off", version: "0", airborne: false, stop_in_flight: "lands", daemons: [], ...more});
+const flight = (id) => ({type: "telemetry", id, gnc: {program: "hop", phase: "traverse", airborne: true, remaining_s: 12, calibrated: true, calibrated_share: 1, position_m: [2, 0, 6.2],
+  velocity_m_s: [0.1, 0, 1.3], attitude_wxyz: [0.99, 0, 0.1, 0], rate_rad_s: [0, 0, 0], position_sigma_m: [0.1, 0.1, 0.1], range_m: 2}, gas: {left_thruster_s: 41, pressure_Pa: [2e7], voltage_V: 24},
+  gas_thruster_s: 9, valves: [], fans: []});
+// Lunar Zebro lives, Ardito is not heard for ten minutes and stands first.
+const kTwo = {opening: [vehicle("ardito-1", "ardito"), status("ardito-1", {alive: false}), vehicle("zebro-1", "zebro"), status("zebro-1")],
+  crafts: {"ardito-1": {age_ms: 610_000}, "zebro-1": {age_ms: 0}}};
+const kFlying = {opening: [vehicle("talaris-1", "talaris"), status("talaris-1", {airborne: true, mode: "Guided", progress: "hop, traverse: 6.2 of 30.0 m", authority: "ground:0123456789abcdef01234567"}), flight("talaris-1"), vehicle("zebro-1", "zebro"), status("zebro-1")],
+  crafts: {"talaris-1": {age_ms: 0}, "zebro-1": {age_ms: 0}}};
+
+let page;
+async function open(setup, options = {}) {
+  await page?.context().close();
+  const context = await browser.newContext({viewport: {width: 1440, height: 900}, colorScheme: "dark", ...options});
+  page = await context.newPage();
+  page.setDefaultTimeout(60_000);  // of a browser on a busy machine
+  page.errors = [];
+  page.on("pageerror", (e) => page.errors.push(e.message));
+  await page.route("http://localhost/**", async (route) => {
+    const path = new URL(route.request().url()).pathname.slice(1) || "index.html";
+    await route.fulfill({body: await readFile(join(folder, path)), contentType: kTypes[path.split(".").pop()]});
+  });
+  await page.addInitScript(standIn, setup);
+  await page.goto("http://localhost/");
+  await page.waitForFunction(() => document.querySelector("#state").innerText && gateway.told);
+}
+const text = (selector) => page.innerText(selector);
+const says = (selector, what) => page.waitForFunction(([s, t]) => document.querySelector(s).checkVisibility() && document.querySelector(s).innerText.includes(t), [selector, what]);
+const is = (code) => page.waitForFunction(code);
+const say = (message, protocol = "lss-ground") => page.evaluate(([p, m]) => gateway.say(p, m), [protocol, message]);
+const stops = () => page.evaluate("gateway.stops()");
+const answer = (request, more) => say({type: "ack", request, command: "estop", final: false, ...more}, "lss-stop");
+const linkIs = (name, tone) => page.waitForFunction(([n, t]) => [...document.querySelectorAll("#links div")].find((d) => d.textContent.startsWith(n))?.className === t, [name, tone]);
+const time = (goes) => page.evaluate((g) => gateway.time(g), goes);
+const hold = async (selector, released) => {
+  const box = await page.locator(selector).boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.mouse.down();
+  await released();
+  await page.mouse.up();
+};
+const fits = async () => {
+  for (const id of ["estop", "fall", "stop-all"]) {
+    const inside = await page.evaluate((i) => {
+      const button = document.getElementById(i), box = button.getBoundingClientRect();
+      if (!button.checkVisibility()) return true;
+      const [name, said] = [...button.children].map((c) => c.getBoundingClientRect());
+      return name.bottom <= said.top + 1 && [name, said].every((c) => c.left >= box.left && c.right <= box.right && c.top >= box.top && c.bottom <= box.bottom);
+    }, id);
+    assert.ok(inside, `${id}: ${await text(`#${id}`)}`);
+  }
+  assert.ok(await page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "wider than the window");
+};
+const shot = async (name) => {
+  if (!shots) return;
+  await page.evaluate(() => { document.querySelector("#scene").dataset.fine = "please"; });
+  await page.waitForFunction(() => document.querySelector("#scene").dataset.fine === "drawn");
+  await page.screenshot({path: `${shots}/${name}.png`});
+};
+
+const tests = {
+  async the_page_opens_on_a_vehicle_that_lives_and_shows_the_others_as_silent() {
+    await open(kTwo);
+    await says("#estop-text", "zebro-1");
+    assert.equal(await page.inputValue("#vehicles"), "zebro-1");
+    assert.deepEqual(await page.evaluate("[...document.querySelectorAll('#vehicles option')].map((o) => o.textContent)"), ["zebro-1 (zebro)", "ardito-1, silent for 10 min"]);
+    assert.equal(await page.evaluate("document.querySelector('#vehicles optgroup').children[0].value"), "ardito-1");
+    await linkIs("record", "rec");
+    await shot("two-vehicles");
+  },
+
+  async what_is_silent_looks_so_and_stays_when_a_person_chose_it() {
+    await open(kTwo);
+    await page.selectOption("#vehicles", "ardito-1");
+    await says("#lost", "The daemon of ardito-1 is gone, heard 10 min ago");
+    await linkIs("record", "dim");
+    assert.doesNotMatch(await text("#links"), /recording/i);
+    await linkIs("telemetry", "bad");
+    await says("#problems", "Not known");
+    await linkIs("daemon", "bad");
+    await is("document.body.classList.contains('stale')");
+    await is("document.querySelector('#state b').className === 'dim' && document.querySelector('#state').innerText.includes('as heard last, 10 min ago')");
+    await is("document.title === 'ardito-1: not heard'");
+    await shot("silent");
+    await page.keyboard.press("Space");
+    assert.deepEqual((await stops()).map((m) => m.vehicle), ["ardito-1"]);
+    await is("gateway.crafts['zebro-1'].age_ms === 0 && document.querySelector('#vehicles').value === 'ardito-1'");
+
+    await page.reload();  // it is dead, so another one is shown; the choice is kept
+    await says("#estop-text", "zebro-1");
+    await page.addInitScript(() => { gateway.crafts["ardito-1"].age_ms = 0; });
+    await page.reload();
+    await says("#estop-text", "ardito-1");
+  },
+
+  async with_none_that_lives_none_is_chosen_and_stop_is_for_all() {
+    await open({...kTwo, crafts: {"ardito-1": {age_ms: 610_000}, "zebro-1": {age_ms: 5000}}});
+    await says("#state", "no vehicle is heard");
+    assert.equal(await page.inputValue("#vehicles"), "");
+    await says("#estop-text", "every vehicle");
+    await page.keyboard.press("Space");
+    assert.deepEqual(await stops(), [{type: "stop", id: 1, vehicle: ""}]);
+    await page.evaluate("gateway.crafts['zebro-1'].age_ms = 0");
+    await says("#state", "Operational");
+  },
+
+  async a_name_that_is_gone_leaves_the_list_and_too_many_are_told() {
+    await open({...kTwo, crowded: true});
+    await says("#crowded", "STOP ALL reaches every one");
+    await page.evaluate("delete gateway.crafts['ardito-1']");
+    await say({type: "gone", id: "ardito-1"});
+    await is("document.querySelectorAll('#vehicles option').length === 1");
+    await page.evaluate("gateway.crowded = false");
+    await is("document.querySelector('#crowded').hidden");
+  },
+
+  async a_round_trip_is_coloured_by_the_lease() {
+    await open({...kTwo, lease_ms: 600});
+    await linkIs("page", "good");
+    await page.evaluate("gateway.late_ms = 700");
+    await linkIs("page", "bad");
+    await page.evaluate("gateway.late_ms = 0");
+    await linkIs("page", "good");
+    await say(status("zebro-1", {authority: "somebody", link: {obc_age_ms: 400}}));
+    await linkIs("OBC heard", "warn");
+    await say(status("zebro-1", {authority: "somebody", link: {obc_age_ms: 9800}}));
+    await linkIs("OBC heard", "bad");
+  },
+
+  async a_stop_is_not_over_before_it_is_completed() {
+    await open(kTwo);
+    await says("#estop-text", "space bar");
+    await time(false);
+    await page.click("#estop");
+    assert.deepEqual(await stops(), [{type: "stop", id: 1, vehicle: "zebro-1"}]);
+    const busy = {vehicle: "zebro-1", phase: "rejected", reason: {text: "request queue is full", name: "busy"}};
+    await answer(1, busy);
+    await says("#answers", "not obeyed yet: request queue is full");
+    await fits();
+    await answer(1, {...busy, phase: "failed"});
+    await answer(1, {vehicle: "zebro-1", phase: "unanswered"});
+    await says("#answers", "NOT ACKNOWLEDGED. Cut the power. It is sent on.");
+    await fits();
+    await answer(1, {vehicle: "zebro-1", phase: "accepted"});
+    await says("#answers", "acknowledged after");
+    await fits();
+    await answer(1, busy);  // of a repetition
+    await answer(1, {vehicle: "zebro-1", phase: "completed", final: true});
+    await says("#answers", "stopped after");
+    assert.doesNotMatch(await text("body"), /refused|failed/i);
+    await fits();
+    await time(true);
+    await is("document.querySelector('#answers').childElementCount === 0");  // after a while
+    await time(false);
+
+    await page.keyboard.press("Space");
+    await answer(2, {phase: "rejected", final: true, reason: {text: "this key may not stop"}});
+    await says("#answers", "REFUSED: this key may not stop");
+    await page.keyboard.press("Space");
+    await answer(3, {vehicle: "zebro-1", phase: "unanswered", final: true});
+    await says("#answers", "NOT ACKNOWLEDGED. Cut the power.");
+    await time(true);
+    await shot("not-acknowledged");
+  },
+
+  async a_stop_that_nobody_acknowledges_says_whether_the_vehicle_stopped() {
+    await open(kTwo);
+    await says("#estop-text", "space bar");
+    await page.keyboard.press("Space");
+    await says("#answers", "NOT ACKNOWLEDGED. Cut the power. It is sent on.");  // the gateway says nothing
+    await time(false);
+    await say(status("zebro-1", {state: "FatalError"}));
+    await answer(1, {vehicle: "zebro-1", phase: "unanswered", final: true});
+    await says("#answers", "it says that it is stopped (FatalError)");
+  },
+
+  async a_stop_without_a_connection_leaves_when_there_is_one() {
+    await open(kTwo);
+    await says("#estop-text", "space bar");
+    await time(false);
+    await page.evaluate(() => {
+      gateway.open = false;
+      for (const socket of Object.values(gateway.sockets)) { socket.readyState = 3; socket.onclose?.({reason: ""}); }
+    });
+    await page.keyboard.press("Space");
+    await says("#answers", "NOT SENT: no connection. Cut the power.");
+    assert.deepEqual(await stops(), []);
+    await page.evaluate("gateway.open = true");
+    await is("gateway.stops().length === 1 && gateway.stops()[0].vehicle === 'zebro-1'");
+    await answer(1, {vehicle: "zebro-1", phase: "completed", final: true});
+    await says("#answers", "stopped after");
+  },
+
+  async stop_all_is_one_stop_and_lists_what_each_said() {
+    await open(kTwo);
+    await says("#estop-text", "zebro-1");
+    await time(false);
+    await page.click("#stop-all");
+    assert.deepEqual(await stops(), [{type: "stop", id: 1, vehicle: ""}]);
+    await answer(1, {vehicle: "zebro-1", phase: "accepted"});
+    await answer(1, {vehicle: "zebro-1", phase: "completed"});
+    await answer(1, {vehicle: "unknown-7", phase: "completed"});
+    await says("#answers", "2 of 2 stopped");
+    await answer(1, {vehicle: "*", phase: "unanswered", final: true, silent: ["ardito-1"]});
+    await says("#answers", "2 of 3 stopped");
+    await says("#answers", "unknown-7 stopped after");
+    await says("#answers", "zebro-1 stopped after");
+    await says("#answers", "ardito-1 NO ANSWER (silent for 10 min)");
+    await fits();
+    await time(true);
+    await shot("stop-all");
+    await time(false);
+    await page.click("#stop-all");
+    await answer(2, {vehicle: "*", phase: "unanswered", final: true, silent: []});
+    await says("#answers", "NOT ACKNOWLEDGED. Cut the power.");
+  },
+
+  async two_daemons_of_one_name_are_named() {
+    await open(kTwo);
+    await is("document.querySelector('#rivals').hidden");
+    const daemons = [{host: "obc", pid: 411, started_utc_ns: 1764000000e9}, {host: "base", pid: 77, started_utc_ns: 1764000060e9}];
+    await say(status("zebro-1", {daemons}));
+    await says("#rivals", "Two daemons have the name zebro-1: host obc, pid 411, started 2025-11-24 16:00:00 UTC and host base, pid 77, started 2025-11-24 16:01:00 UTC");
+    await fits();
+    await shot("two-daemons");
+    await say(status("zebro-1"));
+    await is("document.querySelector('#rivals').hidden");
+  },
+
+  async in_flight_land_comes_first_and_the_all_stop_falls_and_is_held() {
+    await open(kFlying);
+    await says("#estop", "LAND");
+    await says("#estop-text", "talaris-1 · space bar");
+    await says("#fall", "ALL-STOP\nIT FALLS · hold");
+    await says("#stop-all", "every · 1 FALLS");
+    await fits();
+    await shot("flight");
+    await time(false);
+    await page.keyboard.press("Space");
+    await page.click("#estop");
+    assert.deepEqual(await stops(), [1, 2].map((id) => ({type: "stop", id, vehicle: "talaris-1", land: true})));
+    await answer(2, {vehicle: "talaris-1", command: "land", phase: "accepted"});
+    await says("#answers", "landing: acknowledged after");
+    await answer(2, {vehicle: "talaris-1", command: "land", phase: "completed", final: true});
+    await says("#answers", "landing completed");
+
+    await page.keyboard.press("Space");
+    await answer(3, {vehicle: "talaris-1", command: "land", phase: "rejected", final: true, reason: {text: "it is not in the air", name: "not_in_flight"}});
+    await says("#answers", "REFUSED: it is not in the air");
+    await time(true);
+    await page.keyboard.press("Space");
+    await says("#answers", "NOT ACKNOWLEDGED. It is sent on. ALL-STOP makes it fall.");
+    await fits();
+    await time(false);
+
+    const before = (await stops()).length;
+    await page.click("#fall");  // too short
+    await says("#answers", "Hold ALL-STOP for half a second: talaris-1 FALLS.");
+    await page.click("#stop-all");
+    await says("#answers", "Hold STOP ALL for half a second: talaris-1 FALLS.");
+    await fits();
+    assert.equal((await stops()).length, before);
+    await hold("#fall", () => is(`gateway.stops().length === ${before + 1}`));
+    assert.deepEqual((await stops()).at(-1), {type: "stop", id: before + 1, vehicle: "talaris-1"});
+    await page.focus("#stop-all");
+    await page.keyboard.down("Enter");
+    await is(`gateway.stops().length === ${before + 2}`);
+    await page.keyboard.up("Enter");
+    assert.deepEqual((await stops()).at(-1), {type: "stop", id: before + 2, vehicle: ""});
+
+    await say(status("talaris-1", {airborne: false}));
+    await says("#estop", "STOP");
+    await is("document.querySelector('#fall').hidden && document.querySelector('#stop-all').innerText.includes('every vehicle')");
+  },
+
+  async where_a_stop_in_flight_falls_the_button_is_a_stop_that_says_so() {
+    await open(kFlying);
+    await say(status("talaris-1", {airborne: true, stop_in_flight: "falls"}));
+    await says("#estop", "STOP");
+    await says("#estop-text", "talaris-1 · space bar · FALLS");
+    await is("document.querySelector('#fall').hidden");
+    await fits();
+    await page.keyboard.press("Space");
+    assert.deepEqual(await stops(), [{type: "stop", id: 1, vehicle: "talaris-1"}]);
+  },
+
+  async everything_fits_on_small_windows_and_in_the_light() {
+    for (const [width, height] of [[1440, 900], [1024, 768], [900, 900], [390, 844]]) {
+      await open(kFlying, {viewport: {width, height}, colorScheme: "light"});
+      await says("#estop", "LAND");
+      await time(false);
+      await page.keyboard.press("Space");
+      await answer(1, {vehicle: "talaris-1", command: "land", phase: "accepted"});
+      await says("#answers", "landing");
+      await fits();
+      await time(true);
+      await shot(`light-${width}`);
+    }
+  },
+};
+
+let failures = 0;
+for (const [name, run] of Object.entries(tests)) {
+  try {
+    await run();
+    assert.deepEqual(page.errors, []);
+    console.log(`ok ${name}`);
+  } catch (error) {
+    failures++;
+    console.log(`FAILED ${name}: ${error.message}\n${error.stack.split("\n").filter((l) => l.includes("page_test")).join("\n")}`);
+    for (const part of ["#vehicles", "#state", "#links", "#stops", "#answers", "#lost"]) console.log(part, JSON.stringify(await page.textContent(part, {timeout: 500}).catch(() => "?")));
+  }
+}
+await browser.close();
+console.log(`${failures} of ${Object.keys(tests).length} failed`);
+process.exitCode = failures ? 1 : 0;

@@ -1,0 +1,78 @@
+// Which vehicles there are, and which of them is shown: the living first; the page opens on one that
+// lives, and then stays where it is. What a person chose is chosen again by the next page, if it lives.
+
+import {$, el, show} from "./dom";
+import type {Json} from "./link";
+import {type Links, Vehicle} from "./model";
+
+export class Fleet {
+  readonly vehicles = new Map<string, Vehicle>();
+  chosen: Vehicle | null = null;
+
+  constructor(private readonly changed: (vehicle: Vehicle) => void) {
+    const list = $("vehicles") as HTMLSelectElement;
+    list.onchange = () => {
+      localStorage.setItem("vehicle", list.value);
+      this.choose(this.vehicles.get(list.value));
+    };
+  }
+
+  get sorted() {
+    return [...this.vehicles.values()].sort((a, b) => Number(b.living) - Number(a.living) || a.id.localeCompare(b.id));
+  }
+
+  add(message: Json) {
+    const before = this.vehicles.get(message.id);
+    if (before && before.kind === message.vehicle) return;
+    const vehicle = new Vehicle(message.id, message);
+    this.vehicles.set(vehicle.id, vehicle);
+    if (this.chosen?.id === vehicle.id) this.choose(vehicle);
+  }
+
+  // The gateway has no place for it any more. What is shown stays, as silent as it is.
+  gone(id: string) {
+    const vehicle = this.vehicles.get(id);
+    if (!vehicle) return;
+    vehicle.links = {...vehicle.links, alive: false};
+    if (vehicle !== this.chosen) this.vehicles.delete(id);
+  }
+
+  // All that the gateway knows, and how long ago it heard of them.
+  heard(crafts: Record<string, Links>) {
+    for (const id of [...this.vehicles.keys()]) if (!crafts[id]) this.gone(id);
+    for (const [id, links] of Object.entries(crafts)) {
+      const vehicle = this.vehicles.get(id);
+      if (!vehicle) continue;
+      vehicle.links = links;
+      vehicle.links_ms = performance.now();
+    }
+    if (this.chosen) return;
+    const living = this.sorted.filter((v) => v.living);
+    this.choose(living.find((v) => v.id === localStorage.getItem("vehicle")) ?? living[0]);
+  }
+
+  private choose(vehicle: Vehicle | undefined) {
+    if (!vehicle || vehicle === this.chosen) return;
+    this.chosen = vehicle;
+    this.changed(vehicle);
+  }
+
+  draw() {
+    const list = $("vehicles") as HTMLSelectElement;
+    const rows = this.sorted.map((v) => ({id: v.id, living: v.living, text: !v.living ? `${v.id}, ${silence(v)}` : v.id === v.kind ? v.id : `${v.id} (${v.kind})`}));
+    show(list, [rows, this.chosen?.id], () => {
+      const option = (row: typeof rows[0]) => el("option", {value: row.id, selected: row.id === this.chosen?.id, class: row.living ? "" : "silent"}, row.text);
+      const silent = rows.filter((row) => !row.living);
+      return [!this.chosen && el("option", {value: "", selected: true, disabled: true}, rows.length ? "none lives: choose" : "no vehicle"),
+        ...rows.filter((row) => row.living).map(option),
+        silent.length > 0 && el("optgroup", {label: "not heard any more"}, ...silent.map(option))];
+    });
+    list.classList.toggle("silent", Boolean(this.chosen) && !this.chosen!.living);
+  }
+}
+
+// In minutes: a list that changes each second cannot be read.
+export function silence(vehicle: Vehicle): string {
+  const ms = vehicle.silent_ms;
+  return ms === null ? "never heard" : ms < 60_000 ? "silent" : `silent for ${Math.floor(ms / 60_000)} min`;
+}
