@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# check_links.sh [ROOT]: relative links of all Markdown files lead to files that are there.
+# check_links.sh [ROOT]: every relative link in a Markdown file points to an existing file.
 set -euo pipefail
 cd "${1:-$(dirname "$0")/../..}"
 broken=0

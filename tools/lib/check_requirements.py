@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""check_requirements.py [ROOT]: docs/requirements.md has every requirement of the Zebro thesis, and each has the
-tests that it names, no others. Reads only; how tests carry an ID: tests/README.md."""
+"""check_requirements.py [ROOT]: checks that docs/requirements.md lists every requirement of the Zebro thesis, and names
+exactly the tests of each. Reads only. How a test carries an ID: tests/README.md."""
 import pathlib
 import re
 import sys
@@ -28,7 +28,7 @@ def fault(path, line, text):
 
 
 class Test:
-    """name: Suite.Name as in the source, or as ctest has it."""
+    """name: Suite.Name as in the source, or the name of the ctest."""
 
     def __init__(self, name, path, lines, index):
         self.name, self.path, self.line = name, path, index + 1
@@ -48,7 +48,7 @@ def found_tests():
         for index, line in enumerate(lines):
             name = None
             if path.suffix == ".cpp" and (m := CPP_TEST.match("\n".join(lines[index:index + 2]))):
-                name = None if "DISABLED_" in m[0] else f"{m[1]}.{m[2]}"  # else it never runs
+                name = None if "DISABLED_" in m[0] else f"{m[1]}.{m[2]}"  # otherwise it never runs
             elif path.suffix == ".py" and (m := PYTHON_TEST.match(line.strip())):
                 module = path.stem.removeprefix("test_")
                 if (module, m[1]) in registered:
@@ -120,7 +120,7 @@ def check():
 
 
 def check_verdicts(entries):
-    """The table of the document counts its own verdicts, and Prod-6 is what those of priority 1 make it."""
+    """The counts in the document's table are those of its verdicts; that of Prod-6 follows from those of priority 1."""
     verdicts = {id_: entry.verdict for id_, entry in entries.items()}
     for id_, verdict in verdicts.items():
         if not verdict:

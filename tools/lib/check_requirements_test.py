@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plants each violation that check_requirements.py looks for in a tree of its own and expects it to be found."""
+"""Plants each violation that check_requirements.py looks for in a temporary tree and expects the check to find it."""
 import pathlib
 import re
 import subprocess
@@ -13,7 +13,7 @@ DOCUMENT, CPP, E2E, CMAKE = "docs/requirements.md", "tests/core/a_test.cpp", "te
 
 
 def good():
-    """Func-1 has a test by name and a property by tag, Func-2 one end to end, Func-3 a rule, Func-4 a folder."""
+    """Func-1 has a test by name and a property by tag, Func-2 an end-to-end test, Func-3 a rule, Func-4 a folder."""
     tests = {id_: "`Rest.All`" for id_ in IDS}
     tests |= {"Func-1": "`Walk.Walks_Func_1`,\n`Walk.Any`", "Func-2": "`e2e.walk.goes`", "Func-3": "`a_rule`",
               "Func-4": "`tests/core/`"}

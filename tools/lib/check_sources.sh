@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# check_sources.sh [ROOT]: which folder may include and name what. Prints FILE:LINE for each violation and
-# fails when there is one. What may link whom: cmake/link_rules.cmake.
+# check_sources.sh [ROOT]: checks what each folder may include and name. Prints FILE:LINE for each violation and fails
+# when there is one. Rules for linking: cmake/link_rules.cmake.
 set -euo pipefail
 cd "${1:-$(dirname "$0")/../..}"
 faults=0
 
-# Sources below the given folders; none is no error.
+# Sources below the given folders. No source is not an error.
 sources() {
   local folder
   for folder in "$@"; do

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Plants each violation that check_sources.sh looks for in a tree of its own and expects it to be found.
+# Plants each violation that check_sources.sh looks for in a temporary tree and expects the check to find it.
 set -euo pipefail
 check=$(cd "$(dirname "$0")" && pwd)/check_sources.sh
 tree=$(mktemp -d)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""check_tree.py RULE [ROOT]: what the sources as a whole have to be. Prints FILE:LINE for each violation."""
+"""check_tree.py RULE [ROOT]: rules for the source tree as a whole. Prints FILE:LINE for each violation."""
 import pathlib
 import re
 import subprocess
@@ -22,7 +22,7 @@ def fault(path, line, text):
 
 
 def headers():
-    """Every header begins with what it is for, and Doxygen gets it as the comment of the file."""
+    """Every header begins with its purpose; Doxygen takes this as the comment of the file."""
     for path in files(*PRODUCT, "tools"):
         if path.suffix != ".h":
             continue
@@ -32,14 +32,14 @@ def headers():
 
 
 def languages():
-    """What runs on the on-board computer is C and C++; DDS types are generated from IDL."""
+    """All code that runs on the on-board computer is C or C++; DDS types are generated from IDL."""
     for path in files(*PRODUCT):
         if path.suffix not in (".h", ".cpp", ".c", ".idl") and path.name != "CMakeLists.txt":
             fault(path, 1, "the product is written in C and C++")
 
 
 def license_():
-    """Whoever has the sources may use, change and pass them on, and they come with every installation."""
+    """The license lets anybody use, change and redistribute the sources, and every installation contains it."""
     text = (root / "LICENSE").read_text(encoding="utf-8")
     if not re.match(r"\s*Apache License\s+Version 2\.0", text):
         fault(root / "LICENSE", 1, "is not the Apache License 2.0")
@@ -48,7 +48,7 @@ def license_():
 
 
 def units():
-    """Every number of the DDS face that is no count has its SI unit in its name, or a comment that says what it is."""
+    """Every number of the DDS interface that is not a count has its SI unit in its name, or a comment that explains it."""
     for path in files("idl"):
         if path.suffix != ".idl":
             continue

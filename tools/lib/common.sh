@@ -5,7 +5,7 @@
 
 export LC_NUMERIC=C
 logs=build/logs
-child=''  # what `quietly` runs; it does not get the terminal's Ctrl-C by itself
+child=''  # the process of `quietly`; the terminal's Ctrl-C does not reach it directly
 at_exit() { :; }
 trap 'if [ -n "$child" ]; then kill "$child" 2> /dev/null || true; fi; at_exit' EXIT
 trap 'exit 130' INT
@@ -35,7 +35,8 @@ missing_packages() {
   done
 }
 
-# install_missing GROUP... : nothing when all are there; else apt as root, through sudo, or a list and the end.
+# install_missing GROUP... : does nothing when all are installed; otherwise runs apt as root or through sudo, or prints
+# the list and exits.
 install_missing() {
   command -v dpkg-query > /dev/null ||
     die "This is no Debian system; the packages that are needed stand in tools/packages.txt."
@@ -52,7 +53,7 @@ install_missing() {
     sudo=(sudo)
   fi
   local apt=("${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y)
-  # A fresh system has no lists, and old lists name files that are gone.
+  # A new system has no package lists; old lists name files that no longer exist.
   if ! apt-cache show "${missing[@]}" > /dev/null 2>&1; then
     quietly "$logs/apt.log" "apt-get update" "${apt[@]}" update || fail_with "$logs/apt.log"
   fi
@@ -62,8 +63,8 @@ install_missing() {
   quietly "$logs/apt.log" "apt-get install, again" "${install[@]}" || fail_with "$logs/apt.log"
 }
 
-# What builds the page: npm of any origin will do, since one of elsewhere excludes Debian's. False, with a sentence, when it
-# cannot be had.
+# The page needs npm. An npm from any source is accepted, because a foreign one conflicts with Debian's package. Prints
+# a message and fails when npm cannot be installed.
 have_npm() {
   command -v npm > /dev/null || (install_missing web) && return
   say "npm is not there and cannot be installed: the page of lss-ground is not built, recordings are not read by others"
@@ -76,7 +77,7 @@ fail_with() {  # LOG
   die "Failed; the whole output is in $1"
 }
 
-# quietly LOG TITLE COMMAND... : output into LOG; on a terminal its last line as progress, else a line a minute.
+# quietly LOG TITLE COMMAND... : output goes to LOG. Progress: on a terminal the last line, otherwise one line a minute.
 quietly() {
   local log=$1 title=$2 start=$SECONDS status=0 ticks=0
   shift 2
@@ -102,10 +103,10 @@ quietly() {
   return "$status"
 }
 
-# A second clone finds in the cache what the first one compiled.
+# A second clone finds the objects of the first in the cache.
 export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
 
-# build PRESET [TARGET...] : configure the first time (later the build does it when needed) and build.
+# build PRESET [TARGET...] : configures the first time (later the build does so when needed) and builds.
 build() {
   local preset=$1 log=build/$1/build.log
   shift

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Configures a tiny tree with each forbidden link in turn and expects cmake/link_rules.cmake to refuse it.
+# Configures a small tree with each forbidden link in turn and expects cmake/link_rules.cmake to reject it.
 set -euo pipefail
 root=$(cd "$(dirname "$0")/../.." && pwd)
 tree=$(mktemp -d)

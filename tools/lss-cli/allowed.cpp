@@ -71,7 +71,7 @@ std::vector<lc::Event> events_of(const CommandInfo& info,
   add(request);
   for (std::size_t i = 0; i < info.parameters.size(); ++i) {
     const ParameterInfo& p = info.parameters[i];
-    // A number out of so many is a name or a count: what it is decides nothing.
+    // A parameter with this many values is a name or a count: its value does not matter here.
     if (!p.is_whole() || p.max - p.min > kMostVaried) continue;
     Request varied = request;
     for (double v = p.min; v <= p.max; ++v) {

@@ -47,7 +47,7 @@ std::vector<Invocation> prepare(const lss_Status& status, const Invocation& want
   if (motion && status.state == lss_STATE_IDLE) {
     Invocation start =
         with_defaults(find_command(kVehicle, static_cast<std::uint16_t>(lss::CommandKind::start)));
-    // The limit that the speed asked for needs; the daemon says no to more than that.
+    // The limit that the requested speed needs; the daemon rejects a higher one.
     const bool fast = static_cast<CommandKind>(wanted.info->kind) != CommandKind::halt &&
                       std::abs(wanted.parameter[0]) > lss::ardito::kSpeedLimits_m_s[0];
     start.parameter[0] = fast ? 1 : 0;

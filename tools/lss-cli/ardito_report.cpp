@@ -1,5 +1,5 @@
-// What a report says of D.I.A.N.A. Ardito: wheels, steering, what the failure detection made of
-// them, and the way.
+// Report sections of D.I.A.N.A. Ardito: wheels, steering, results of the failure detection, and the
+// path.
 
 #include "tools/lss-cli/ardito_report.h"
 
@@ -70,7 +70,7 @@ void add_failures(const Table& table, report::Page& page) {
     looks[static_cast<std::size_t>(i)] = {i == 0 ? "good" : "warn", fmt::format("state {}", i)};
     looks[static_cast<std::size_t>(i + kStates)] = {"bad", fmt::format("state {}, motor out", i)};
   }
-  // A steering motor that has nothing to do is off, too: that alone is no failure.
+  // An idle steering motor is off, too: that alone is no failure.
   const auto add = [&](const std::string& label, const std::vector<double>& state,
                        const std::vector<double>& stopped, bool rests) {
     std::vector<double> values = state;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Sections of a report on D.I.A.N.A. Ardito: wheels, steering, failures, way. One thread.
+// Sections of a report on D.I.A.N.A. Ardito: wheels, steering, failures, path. One thread.
 
 #include "tools/lss-cli/recording/recording.h"
 #include "tools/lss-cli/report/page.h"

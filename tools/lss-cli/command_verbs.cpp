@@ -1,5 +1,4 @@
-// The verbs that stand in the command tables, and those about commands: heartbeat, command,
-// version.
+// The verbs of the command tables, and the verbs about commands: heartbeat, command, version.
 
 #include <fmt/format.h>
 
@@ -15,7 +14,7 @@
 namespace lss::cli {
 namespace {
 
-// What was typed after a verb of the command table.
+// The arguments after a verb of the command table.
 struct Typed {
   std::vector<std::string> words;
   std::map<std::string, std::string> named;
@@ -63,7 +62,7 @@ Motion motion_of(const Vehicle& vehicle, const std::string& verb, const Typed& t
   return motion;
 }
 
-// Those on the roster that have a command of this name.
+// The vehicles on the roster that have a command of this name.
 std::vector<const Vehicle*> owners_of(const std::string& command) {
   std::vector<const Vehicle*> owners;
   for (const Vehicle* vehicle : vehicles()) {
@@ -73,8 +72,8 @@ std::vector<const Vehicle*> owners_of(const std::string& command) {
   return owners;
 }
 
-// Before anybody is asked: whose words these are is not known yet, but one of them must understand
-// them.
+// Before any contact: the vehicle is not known yet, but at least one vehicle must understand these
+// words.
 void check_words(const std::string& verb, const Typed& typed) {
   std::exception_ptr first;
   for (const Vehicle* vehicle : owners_of(verb)) {
@@ -118,7 +117,7 @@ void add_parameters(Grammar& grammar, CLI::App& sub, const CommandInfo& info,
   }
 }
 
-// One verb for all the vehicles that have a command of its name.
+// One verb for all vehicles that have a command of this name.
 void add_table_verbs(Grammar& grammar) {
   std::map<std::string, std::pair<CLI::App*, std::shared_ptr<Typed>>> known;
   for (const Vehicle* vehicle : vehicles()) {
@@ -158,7 +157,7 @@ ExitCode run_heartbeat(Context& context, std::optional<double> for_s) {
   return ExitCode::completed;
 }
 
-// Of the vehicle that is meant when that is clear without asking.
+// For the selected vehicle, when it is known without contacting it.
 const Vehicle& vehicle_for_tables(Context& context) {
   return vehicles().size() == 1 ? *vehicles().front() : context.session().vehicle();
 }
@@ -176,7 +175,7 @@ ExitCode list_commands(Context& context) {
 
 ExitCode describe_command(Context& context, const std::string& name) {
   const std::vector<const Vehicle*> owners = owners_of(name);
-  if (owners.empty()) find_command(*vehicles().front(), name);  // says what is near
+  if (owners.empty()) find_command(*vehicles().front(), name);  // suggests similar names
   const Vehicle& vehicle = owners.size() == 1 ? *owners.front() : vehicle_for_tables(context);
   const CommandInfo& info = find_command(vehicle, name);
   context.output.document(to_json(info, vehicle));

@@ -25,7 +25,7 @@ bool numbers_subjects(const ParameterInfo& p) {
 
 bool is_set(const ParameterInfo& p) { return std::string_view(p.unit) == "set"; }
 
-// Yes and no say nothing about what they are for: they need the parameter's name.
+// Yes and no need the parameter's name: alone they are ambiguous.
 bool speaks_for_itself(const ParameterInfo& p) {
   return p.choices != nullptr && p.choices != kNoYes && p.choices != kOffOn;
 }
@@ -92,7 +92,8 @@ double parse(const CommandInfo& info, const ParameterInfo& p, const Vehicle& veh
   return value;
 }
 
-// Which parameter a bare word is for; the number of parameters when there is none.
+// The index of the parameter that a bare word belongs to; the number of parameters when there is
+// none.
 std::size_t place(const CommandInfo& info, const Vehicle& vehicle, const std::string& word,
                   const std::array<bool, kMaxParameters>& given) {
   const auto first = [&](auto&& fits) {

@@ -1,8 +1,8 @@
 #pragma once
 
-// The command table (idl/commands.h and the vehicle's own) as the command line uses it: find a
-// command, read its parameters from what was typed, describe it. Pure functions; what is wrong is
-// thrown as a Failure.
+// The command table (idl/commands.h and the vehicle's own) as the command line uses it: finds a
+// command, reads its parameters from the arguments, describes it. Pure functions. Errors are thrown
+// as a Failure.
 
 #include <array>
 #include <map>
@@ -24,17 +24,17 @@ struct Invocation {
   std::array<double, kMaxParameters> parameter{};
 };
 
-// Those of the vehicle, in the order of their numbers.
+// The commands of the vehicle, in the order of their numbers.
 std::vector<const CommandInfo*> commands_of(const Vehicle& vehicle);
 std::vector<std::string> command_names(const Vehicle& vehicle);
 // ExitCode::unknown_name with the nearest name when there is none.
 const CommandInfo& find_command(const Vehicle& vehicle, std::string_view name);
 const CommandInfo& find_command(const Vehicle& vehicle, std::uint16_t kind);
 
-// Of those that every vehicle has.
+// One of the commands that every vehicle has.
 const CommandInfo& common_command(CommandKind kind);
 
-// With every parameter at its fallback; none of them may be required.
+// With every parameter at its default; none may be required.
 Invocation with_defaults(const CommandInfo& info);
 
 // `named` are the --NAME VALUE. A bare word (never empty) is the next required parameter, else one
@@ -50,7 +50,7 @@ std::string describe(const Invocation& invocation);
 std::string describe(const CommandInfo& info, const Vehicle& vehicle);
 nlohmann::json to_json(const CommandInfo& info, const Vehicle& vehicle);
 
-// What may stand for a parameter: its choices, or the names of modules; empty for a number.
+// The possible values of a parameter: its choices, or the names of modules; empty for a number.
 std::vector<std::string> value_names(const ParameterInfo& parameter, const Vehicle& vehicle);
 
 }  // namespace lss::cli

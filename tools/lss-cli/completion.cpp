@@ -1,5 +1,4 @@
-// completion: scripts for shells. What may come next is asked from lss-cli itself
-// (Grammar::candidates).
+// completion: scripts for shells. They ask lss-cli itself for the next words (Grammar::candidates).
 
 #include <fmt/format.h>
 

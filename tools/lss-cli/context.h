@@ -1,7 +1,7 @@
 #pragma once
 
-// What a verb works with: the options, the output and, opened when first asked for, the vehicle.
-// Main thread.
+// The context of a verb: options, output and the vehicle, which is opened on first use. Main
+// thread.
 
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -33,7 +33,7 @@ class Context {
   }
   bool connected() const { return session_ != nullptr; }
 
-  // A command that is none of the session's, which stands where it was given.
+  // A command that was not sent by the session; the caller owns it.
   void report(nlohmann::json command) {
     others_.emplace_back(session_ ? session_->commands() : 0, std::move(command));
   }
@@ -49,7 +49,7 @@ class Context {
 
   Options options;
   Output output;
-  bool in_sequence = false;  // of `run` or `shell`: the next command goes on from here
+  bool in_sequence = false;  // of `run` or `shell`: the next command continues from here
 
  private:
   std::unique_ptr<Link> link_;

@@ -1,4 +1,4 @@
-// Rows of CSV, whatever kind of file they are of.
+// Rows of CSV, for all types of files.
 
 #include <fmt/format.h>
 

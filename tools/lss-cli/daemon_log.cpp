@@ -1,5 +1,5 @@
-// log show for files that the daemon writes as lines of JSON: the log that runs, and the frames
-// before a fault. And what lines of other kinds of files say in the same words.
+// log show for files that the daemon writes as lines of JSON: the continuous log, and the frames
+// before a fault. Also the wording that lines of other file types share.
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -18,11 +18,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::string_view kCrash = ".crash.jsonl";  // whole, or not there
-constexpr std::string_view kLog = ".log.jsonl";      // may end within a line
+constexpr std::string_view kCrash = ".crash.jsonl";  // complete, or absent
+constexpr std::string_view kLog = ".log.jsonl";      // may end in the middle of a line
 using Json = nlohmann::ordered_json;
 
-// No more of a line than the limit and one byte. False: there is none.
+// Reads at most the limit and one byte of a line. False: there is no line.
 bool get_line(std::istream& file, std::string& line) {
   line.clear();
   for (int c = file.get(); c != std::istream::traits_type::eof(); c = file.get()) {
@@ -38,7 +38,7 @@ class LogFile {
  public:
   explicit LogFile(const std::string& path) : path_(path) {
     std::error_code ignored;
-    if (fs::is_regular_file(path, ignored)) file_.open(path);  // a pipe might never give a line
+    if (fs::is_regular_file(path, ignored)) file_.open(path);  // a pipe might never deliver a line
     if (!file_.is_open()) {
       throw Failure(ExitCode::usage, fmt::format("{} cannot be read", path),
                     "list what there is with: lss-cli log list FOLDER");
@@ -53,13 +53,13 @@ class LogFile {
 
   const Json& header() const { return header_; }
   bool crash() const { return crash_; }
-  bool cut() const { return cut_; }  // the last line was, and is left out
+  bool cut() const { return cut_; }  // the last line was torn, and is left out
 
   std::optional<Json> frame() {
     std::optional<Json> line = next();
     const char* number = crash() ? "timing" : "frame";
     if (line && !(line->is_object() && line->contains(number))) {
-      // A daemon that is killed, or that writes just now.
+      // The daemon was killed, or is writing now.
       if (crash() || !file_.eof() || !line->is_discarded()) refuse();
       cut_ = true;
       line.reset();
@@ -151,7 +151,7 @@ void show_crash(Context& context, LogFile& file, const LogWanted& wanted) {
   context.output.document({{"header", file.header()}, {"frames", frames}});
 }
 
-// A long file: what can be put out line by line is.
+// Long files: output goes line by line where possible.
 void show_log(Context& context, LogFile& file, const LogWanted& wanted) {
   print_header(context, file, fmt::format("{:>8} {:<23}  {}", "frame", "UTC", "state"));
   context.output.record({{"header", file.header()}});
@@ -200,7 +200,7 @@ ExitCode show(Context& context, const LogWanted& wanted) {
   return ExitCode::completed;
 }
 
-// As its name, its first line and the file system say.
+// From its name, its first line and the file system.
 nlohmann::json describe(const std::string& path) {
   const std::string name = fs::path(path).filename().string();
   const bool crash = name.ends_with(kCrash);
@@ -234,7 +234,7 @@ ExitCode export_one(Context&, const LogWanted&) { cannot("export"); }
 
 const LogKind kDaemonLog{knows, describe, list_one, show, export_one};
 
-// ---- what lines of all kinds of files say
+// ---- wording of lines of all types of files
 
 std::string utc_text(std::int64_t utc_ns, const char* format) {
   constexpr std::int64_t kNsPerS = 1'000'000'000;

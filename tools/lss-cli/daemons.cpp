@@ -103,7 +103,7 @@ bool Daemons::take_writers() {
   return news;
 }
 
-// Keeps whose the writer is; nullptr when it went meanwhile.
+// Stores the owner of the writer; nullptr when the writer has gone.
 const Guid* Daemons::daemon_of(dds_instance_handle_t writer) {
   if (const auto known = writers_.find(writer); known != writers_.end()) return &known->second;
   const std::optional<Guid> guid = participant_of(status_reader_.get(), writer);
@@ -117,7 +117,7 @@ bool Daemons::take_status() {
   dds_sample_info_t info{};
   while (dds_take(status_reader_.get(), samples, &info, 1, 1) == 1) {
     const Guid* guid = daemon_of(info.publication_handle);
-    if (guid == nullptr) continue;  // it went
+    if (guid == nullptr) continue;  // it has gone
     if (!info.valid_data) {
       if (info.instance_state != DDS_IST_ALIVE) news = all_.erase(*guid) > 0 || news;
       continue;

@@ -1,8 +1,8 @@
 #pragma once
 
-// The daemons on the domain, as DDS and their status tell of them. DDS tells of a daemon's
-// participant before it tells of its topics: one whose status is still on its way is known to be
-// there. Main thread only; nothing waits here.
+// The daemons on the domain, from DDS discovery and their status. DDS reports a daemon's
+// participant before its topics, so a daemon is known before its status arrives. Main thread only;
+// nothing blocks here.
 
 #include <dds/dds.h>
 
@@ -23,19 +23,19 @@ using Guid = std::array<std::uint8_t, sizeof(dds_guid_t)>;
 
 struct Daemon {
   lss_Status status{};                       // the newest
-  std::optional<Clock::time_point> heard{};  // when it came; empty: none came yet
+  std::optional<Clock::time_point> heard{};  // when it arrived; empty: none yet
 };
 
 class Daemons {
  public:
   Daemons(dds_entity_t participant, const dds_listener_t* listener);
 
-  // Takes what has come. True: a daemon came, spoke for the first time, or went.
+  // Takes all new samples. True: a daemon appeared, sent its first status, or disappeared.
   bool take();
-  // Those that are there.
+  // The daemons that are present.
   const std::map<Guid, Daemon>& all() const { return all_; }
   bool all_heard() const;
-  // Of this name; the one that was heard last stands first.
+  // The daemons of this name; the one with the newest status first.
   std::vector<const Daemon*> named(std::string_view vehicle_id) const;
 
  private:
@@ -49,12 +49,12 @@ class Daemons {
   std::map<dds_instance_handle_t, Guid> writers_;  // of status, matched
 };
 
-// That there is nobody else can only be known by listening for a while. Counted in slices, each of
-// which has to pass without news: where this process gets little time, so do its threads of DDS,
-// and the while is as much longer.
+// Only listening for some time shows that there is no other daemon. The time is counted in slices,
+// each without news: when this process gets little CPU time, so do its DDS threads, and the
+// listening takes correspondingly longer.
 class Lull {
  public:
-  // Whenever there was a look for news; returns when to look again.
+  // Call after each check for news; returns the time of the next check.
   Clock::time_point step(bool news);
   bool is_over() const { return slices_ >= kSlices; }
 
@@ -65,7 +65,7 @@ class Lull {
   Clock::time_point slice_end_{};
 };
 
-// Whose writer it is that the reader is matched with.
+// The owner of the writer that the reader is matched with.
 std::optional<Guid> participant_of(dds_entity_t reader, dds_instance_handle_t writer);
 
 }  // namespace lss::cli

@@ -40,7 +40,7 @@ Findings machine(const System& system, int priority) {
           check_state_dir(system)};
 }
 
-// What depends on the configuration; without one, what its defaults ask for.
+// Checks that depend on the configuration, or on its defaults without one.
 Findings configured(const System& system, const config::Config* config) {
   Findings all;
   if (config != nullptr) {
@@ -63,7 +63,8 @@ Findings configured(const System& system, const config::Config* config) {
   return all;
 }
 
-// Whom the daemon's own options would make it: the command line wins over the configuration.
+// The identity from the daemon's own options: the command line takes precedence over the
+// configuration.
 Options about_daemon(const Options& given, const Asked& asked, const config::Config* config) {
   Options options = given;
   if (config == nullptr) return options;
@@ -72,7 +73,7 @@ Options about_daemon(const Options& given, const Asked& asked, const config::Con
   return options;
 }
 
-// What lssd asks for. Threads that the file does not name have defaults.
+// The requests of lssd. Threads that the file does not name have defaults.
 int highest_priority(const std::vector<config::Config>& configs) {
   int highest = configs.empty() ? kHighestDefault : 0;
   for (const config::Config& config : configs) {
@@ -91,7 +92,7 @@ std::size_t terminal_width() {
   return size.ws_col;
 }
 
-// The configuration, null when there is none, and the daemon that it is of.
+// The configuration, null when there is none, and its daemon.
 Findings examine(Context& context, const Asked& asked, const System& system,
                  const config::Config* config) {
   Findings all = configured(system, config);

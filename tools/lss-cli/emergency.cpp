@@ -8,7 +8,7 @@ namespace lss::cli {
 namespace {
 
 constexpr double kRepeat_s = 0.1;
-constexpr double kNamed_s = 1;  // for the status of who has answered already
+constexpr double kNamed_s = 1;  // for the status of daemons that have answered
 
 }  // namespace
 
@@ -54,7 +54,7 @@ void EmergencyStop::take_status() {
   }
 }
 
-// Who it was is said by the status: it may come a little after the acknowledgement.
+// The status names the daemon; it may arrive a little after the acknowledgement.
 bool EmergencyStop::is_done() const {
   const Daemons& daemons = link_.daemons();
   const bool accounted = std::ranges::all_of(daemons.all(), [this](const auto& known) {

@@ -1,8 +1,8 @@
 #pragma once
 
-// The emergency stop of one vehicle or of every vehicle on the domain: sent as soon as anybody
-// hears commands, again whenever somebody new does, and again and again until each daemon that is
-// meant has completed it, whatever else it answered. Main thread; bounded.
+// The emergency stop of one vehicle or of every vehicle on the domain: sent as soon as a reader of
+// commands is matched, again for each new reader, and repeatedly until each addressed daemon has
+// completed it, regardless of other answers. Main thread; bounded.
 
 #include <cstdint>
 #include <functional>
@@ -14,14 +14,14 @@
 
 namespace lss::cli {
 
-// How one daemon took it.
+// The answer of one daemon.
 struct Stopped {
   std::string vehicle_id;   // empty: it did not say its name
-  lss_Instance instance{};  // as far as its status was heard
+  lss_Instance instance{};  // as far as its status was received
   bool fell = false;        // it was in the air
   bool answered = false;
-  lss_CommandAck ack{};  // the last one; of the first that was completed
-  double after_s = 0;    // the last answer, from the first one that was sent
+  lss_CommandAck ack{};  // the last one, or the first completed one
+  double after_s = 0;    // from the first command sent to the last answer
 
   bool completed() const { return answered && ack.phase == lss_PHASE_COMPLETED; }
 };
@@ -31,15 +31,15 @@ class EmergencyStop {
   // `vehicle_id`: kEveryVehicle for all.
   EmergencyStop(Link& link, std::string vehicle_id);
 
-  // What else goes on meanwhile.
+  // Other work while waiting.
   struct Hooks {
-    std::function<void()> turn;                         // ten times a second at least
+    std::function<void()> turn;                         // at least ten times a second
     std::function<void(const lss_CommandAck&)> answer;  // any to the source of the link
   };
-  // Until all that are meant have completed it, or the time is over. Ctrl-C: Interrupted.
+  // Until all addressed daemons have completed it, or the time is over. Ctrl-C: Interrupted.
   void run(double longest_s, const Hooks& hooks);
 
-  // One for each daemon that is meant and was heard of; by name.
+  // One for each addressed daemon that is known; by name.
   std::vector<Stopped> results() const;
 
  private:

@@ -50,7 +50,7 @@ nlohmann::json to_json(const Stopped& stopped, const std::string& source) {
   return result;
 }
 
-// Shows them all; those that did not confirm it are a Failure.
+// Shows all answers; a daemon that did not confirm is a Failure.
 void tell(Context& context, const std::vector<Stopped>& all) {
   std::string missing;
   std::size_t count = 0;
@@ -71,8 +71,9 @@ void tell(Context& context, const std::vector<Stopped>& all) {
   context.output.note("see: lss-cli status; leave FatalError with: lss-cli solve");
 }
 
-// Of one vehicle when it was named with the verb or with the program's --vehicle. LSS_VEHICLE does
-// not count: it may be forgotten, and a stop is never for fewer than is believed.
+// For one vehicle when it is named with the verb or with the program's --vehicle. LSS_VEHICLE does
+// not count: a user may have forgotten it, and a stop must never reach fewer vehicles than the user
+// expects.
 std::string meant(const Context& context, const std::string& name) {
   const Options& options = context.options;
   const bool other = !name.empty() && options.vehicle_typed && name != options.vehicle_id;
@@ -102,7 +103,7 @@ ExitCode run_estop(Context& context, const std::string& name) {
                                                      : context.options.source);
   EmergencyStop stop(link, vehicle_id);
   EmergencyStop::Hooks hooks;
-  if (context.connected()) {  // the vehicle of this session may be another one
+  if (context.connected()) {  // this session may have another vehicle
     hooks.turn = [&] { context.session().beat_when_due(); };
     hooks.answer = [&](const lss_CommandAck& ack) { context.session().heard(ack); };
   }

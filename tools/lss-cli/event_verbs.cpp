@@ -13,8 +13,7 @@ namespace {
 
 constexpr double kHistory_s = 5;  // for the old events, on a busy machine
 
-// Of events without a hole the newest is the last that the daemon tells of, and the oldest the
-// first that it keeps.
+// Without a gap the newest event is the daemon's last, and the oldest is the first that it stores.
 bool is_whole(const std::map<std::uint64_t, lss_Event>& events, std::uint64_t newest) {
   if (newest == 0) return true;
   if (events.empty() || events.rbegin()->first < newest) return false;

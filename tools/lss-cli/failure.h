@@ -1,8 +1,8 @@
 #pragma once
 
 // How the command line ends: the exit codes that scripts rely on (docs/cli.md), and the exception
-// with an exit code and a message for the user. Thrown anywhere in lss-cli, caught where a verb is
-// run.
+// with an exit code and a message for the user. Thrown anywhere in lss-cli, caught where a verb
+// runs.
 
 #include <cstdint>
 #include <stdexcept>
@@ -29,7 +29,7 @@ class Failure : public std::runtime_error {
       : std::runtime_error(text), code_(code), advice_(std::move(advice)) {}
 
   ExitCode code() const { return code_; }
-  const std::string& advice() const { return advice_; }  // what to do about it; may be empty
+  const std::string& advice() const { return advice_; }  // the advice; may be empty
 
  private:
   ExitCode code_;

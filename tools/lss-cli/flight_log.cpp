@@ -1,4 +1,4 @@
-// log list, show and export for flight recordings (*.lssrec): what lssd writes, frame by frame.
+// log list, show and export for flight recordings (*.lssrec), which lssd writes frame by frame.
 
 #include <fmt/format.h>
 
@@ -15,7 +15,7 @@ using recording::Flight;
 using recording::RecordLayout;
 using Json = nlohmann::ordered_json;
 
-// What the line of a frame is made of.
+// The fields in the line of a frame.
 const std::vector<std::string> kOfLine = {"in.requests", "outbox.events", "state.controller.state",
                                           "timing"};
 
@@ -176,7 +176,7 @@ void choose_line(Flight& flight) {
   }
 }
 
-// A line for each frame; with fields that were named, or for one frame, what is in it as JSON.
+// A line for each frame. With named fields, or for a single frame, its content as JSON.
 ExitCode show(Context& context, const LogWanted& wanted) {
   refuse_topics(wanted);
   Flight flight(wanted.path);
@@ -263,11 +263,11 @@ bool knows(const std::string& path) {
   return path.ends_with(record::kRecordingSuffix) || recording::is_flight(path);
 }
 
-// As its header and its last chunk say; the rest is not read.
+// From its header and its last chunk only.
 nlohmann::json describe(const std::string& path) {
   nlohmann::json file = describe_file(path, "lssrec");
   const auto reader = record::RecordingReader::open(path);
-  if (!reader) return file;  // listed, and told when it is shown
+  if (!reader) return file;  // listed here; the error appears when it is shown
   const auto& header = reader->header();
   if (header.contains("vehicle_id")) file["vehicle_id"] = header["vehicle_id"];
   if (header.contains("utc_ns")) file["begun_utc_ns"] = header["utc_ns"];

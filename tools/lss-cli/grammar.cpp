@@ -154,7 +154,7 @@ Action Grammar::parse(std::vector<std::string> words) {
   std::ranges::reverse(words);  // as CLI11 wants them
   try {
     app_.parse(words);
-  } catch (const CLI::Success& e) {  // help or version was asked for
+  } catch (const CLI::Success& e) {  // help or version was requested
     const std::string text =
         e.get_name() == "CallForVersion" ? std::string(e.what()) + "\n" : app_.help();
     return [text](Context&) {

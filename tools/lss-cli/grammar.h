@@ -1,9 +1,8 @@
 #pragma once
 
-// The verbs, and how a line becomes the action that it asks for: once for the arguments of the
-// program, once for every line of `run` and `shell`. Also knows what may come next, for completion.
-// Main thread; contacts nobody. What is wrong with a line is thrown: usage, or unknown_name with
-// the nearest verb.
+// The verbs, and the parser that turns a line into an action: the arguments of the program, or a
+// line of `run` and `shell`. Also lists the possible next words, for completion. Main thread;
+// contacts no daemon. Errors in a line are thrown: usage, or unknown_name with the nearest verb.
 
 #include <CLI/CLI.hpp>
 #include <functional>
@@ -21,19 +20,19 @@ using Action = std::function<ExitCode(Context&)>;
 class Grammar {
  public:
   enum class Scope {
-    program,   // with the options that hold for all verbs
+    program,   // with the options of all verbs
     sequence,  // a line of run or shell
   };
   explicit Grammar(Scope scope);
   Grammar(const Grammar&) = delete;
   Grammar& operator=(const Grammar&) = delete;
 
-  // For those who add verbs.
+  // For adding verbs.
   CLI::App& verb(const std::string& name, const std::string& summary,
                  std::string_view examples = "");
-  // `check` throws what is wrong with the words before anything is done.
+  // `check` throws an error in the words before any action.
   void on(CLI::App& verb, Action action, std::function<void()> check = {});
-  // What may stand after an option ("--speed"), or as a bare word ("").
+  // The possible values of an option ("--speed"), or bare words ("").
   void values(const CLI::App& verb, const std::string& option,
               const std::vector<std::string>& values);
   Scope scope() const { return scope_; }
@@ -42,7 +41,7 @@ class Grammar {
   Action parse(std::vector<std::string> words);
   const Options& options() const { return options_; }
 
-  // What may stand in the place of the last word, which may be empty.
+  // The possible replacements of the last word, which may be empty.
   std::vector<std::string> candidates(const std::vector<std::string>& words) const;
 
  private:

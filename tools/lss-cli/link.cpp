@@ -12,10 +12,10 @@
 namespace lss::cli {
 namespace {
 
-// Where no vehicle was named, others are looked for that long after one was found.
+// Without a named vehicle, the search for others continues this long after the first was found.
 constexpr double kOthers_s = 2;
-// A daemon sends its status once a second: one that is silent for so long has no say in whose name
-// the vehicle has. One that was killed stays known to DDS for 10 s.
+// A daemon sends its status once a second. A daemon that is silent for this long does not count as
+// a second one of the same name. DDS still reports a killed daemon for 10 s.
 constexpr double kSpeaks_s = 2.5;
 constexpr double kProbe_s = 0.25;
 
@@ -87,7 +87,7 @@ bool Link::take() {
   return news;
 }
 
-// Of the vehicles that were heard.
+// Of the vehicles that sent a status.
 std::vector<std::string> Link::names() const {
   std::vector<std::string> names;
   for (const auto& [guid, daemon] : daemons_.all()) {
@@ -225,8 +225,9 @@ void Link::await_match(dds_entity_t writer, Clock::time_point until) {
   }
 }
 
-// That we see the daemon's reader does not mean that it sees ours yet, and what was acknowledged
-// before is not told again. So ask for nothing (a dry run that anyone may do) until it is answered.
+// A match with the daemon's reader does not mean that the daemon has matched our reader, and
+// acknowledgements are not sent twice. So repeat a request without effect (a dry run that anyone
+// may do) until it is answered.
 void Link::await_answer(Clock::time_point until) {
   const Invocation probe{
       &find_command(*vehicle_, static_cast<std::uint16_t>(CommandKind::request_data)), {}};
@@ -314,8 +315,8 @@ Waker::Result Link::wait(Clock::time_point until, int input_fd) {
   return woken;
 }
 
-// In simulated time what was written by now is heard now, however long DDS takes; telemetry, which
-// may be lost, after a second of the wall clock no more.
+// In simulated time, wait for everything written until now, however long DDS takes; for telemetry,
+// which may be lost, at most one second of wall-clock time.
 bool Link::hear_all(int look) {
   lockstep::Client* simulation = waker_.simulation();
   if (simulation == nullptr) return true;

@@ -1,9 +1,9 @@
 #pragma once
 
-// The command line's end of the DDS face: finds the vehicle, hears its status, acknowledgements,
-// events, timing and telemetry, sends commands and heartbeats. Without shared memory unless asked,
-// so that it hears the daemon whatever RouDi does. Main thread only; every wait is bounded. Trouble
-// is thrown as a Failure.
+// The command line's end of the DDS interface: finds the vehicle, receives its status,
+// acknowledgements, events, timing and telemetry, sends commands and heartbeats. Without shared
+// memory by default, so that reception does not depend on RouDi. Main thread only; every wait is
+// bounded. Errors are thrown as a Failure.
 
 #include <array>
 #include <cstddef>
@@ -30,43 +30,43 @@ class Link {
  public:
   explicit Link(const Options& options);
 
-  // Waits for the status of the vehicle, and of every daemon that DDS knows of. unreachable when
-  // there is none, unknown_name when only others are there, usage when there are several and none
+  // Waits for the status of the vehicle and of every daemon known to DDS. Throws unreachable when
+  // there is none, unknown_name when there are only others, usage when there are several and none
   // was named.
   void find_vehicle();
-  // Until DDS told of nobody new for a while.
+  // Waits until DDS has reported no new daemon for some time.
   void listen();
-  // Throws usage when none was named and another one was heard shortly after: before the first
-  // command that moves.
+  // Throws usage when no vehicle was named and a second one appeared shortly after. Call before the
+  // first command that moves.
   void check_meant();
-  // Nobody is there, or only vehicles of other names than this one; empty: any.
+  // There is no vehicle, or only vehicles of other names; empty: any.
   Failure unreachable(const std::string& vehicle_id) const;
-  // Opens the writers and waits until a command that does nothing was acknowledged: from then on
-  // both ways work.
+  // Opens the writers and waits until a command without effect is acknowledged: then both
+  // directions work.
   void open_commands(const std::string& source);
-  // Then: from here on in the simulated time of lss-sim in that folder.
+  // From here on uses the simulated time of lss-sim in that folder.
   void take_part(const std::string& folder);
-  // Opens the writer without waiting for anything, and for no vehicle in particular.
+  // Opens the writer without waiting, for no particular vehicle.
   void open_emergency(const std::string& source);
 
   Waker::Result wait(Clock::time_point until, int input_fd = -1);
 
   const Vehicle& vehicle() const { return *vehicle_; }
-  // The newest status; takes what has come. news: another one than at the last call.
+  // Takes new samples and returns the newest status. news: it has changed since the last call.
   const lss_Status& status();
   Clock::duration status_age() const;
-  bool daemon_left() const { return left_; }  // it said good-bye, or DDS lost it
-  // Of the daemons that now speak for the vehicle, the newest first. More than one: they have one
+  bool daemon_left() const { return left_; }  // it disposed its status, or DDS lost it
+  // The daemons that now publish for the vehicle, the newest first. More than one: they share one
   // name.
   std::vector<lss_Instance> instances() const;
 
-  // Takes what has come of status. True: a daemon came, spoke for the first time, or went.
+  // Takes new status samples. True: a daemon appeared, sent its first status, or disappeared.
   bool take();
   const Daemons& daemons() const { return daemons_; }
   // The readers that the writer of commands is matched with.
   std::vector<dds_instance_handle_t> hearers() const;
 
-  // An acknowledgement to our source, of whatever vehicle.
+  // An acknowledgement to our source, from any vehicle.
   struct Answer {
     lss_CommandAck ack;
     Guid daemon;
@@ -78,7 +78,7 @@ class Link {
   std::optional<lss_Timing> next_timing();
   std::optional<lss_TimingStatistics> next_timing_statistics();
   std::optional<lss_Parameters> next_parameters();
-  // The newest sample, of the vehicle's own type; nullptr when none was heard yet.
+  // The newest sample, of the vehicle's own type; nullptr when none was received yet.
   const void* telemetry();
   std::uint64_t telemetry_count() const { return telemetry_count_; }
 
@@ -122,7 +122,7 @@ class Link {
   lss_Status status_{};
   Clock::time_point status_time_{}, found_{};
   bool left_ = false;
-  bool answered_ = false;            // both ways work
+  bool answered_ = false;            // both directions work
   std::deque<lss_CommandAck> acks_;  // taken already
   std::string source_;
   Sequence sequence_;

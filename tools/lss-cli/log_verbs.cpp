@@ -1,4 +1,4 @@
-// log: files of what happened, and folders of them. The kinds: daemon_log.cpp, flight_log.cpp and
+// log: recorded files, and folders of them. The types: daemon_log.cpp, flight_log.cpp and
 // recording_log.cpp.
 
 #include <fmt/format.h>
@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 const LogKind* const kKinds[] = {&kDaemonLog, &kFlightLog, &kRecordingLog};
 
-// nullptr: what cannot be told by its name is taken for a file of the daemon.
+// nullptr: a file with an unknown name counts as a file of the daemon.
 const LogKind* kind_of(const std::string& path) {
   for (const LogKind* kind : kKinds) {
     if (kind->knows(path)) return kind;

@@ -51,17 +51,17 @@ void hold(Session& session) {
   }
 }
 
-// Where the odometry stands, once it is heard; nothing in on_request mode of telemetry.
+// The odometry, once received; nothing when telemetry is on_request.
 std::optional<double> odometer_m(Session& session) {
   return session.vehicle().distance_m(session.link().telemetry());
 }
 
-// How far an endless command has come.
+// The progress of an endless command.
 class Way {
  public:
   explicit Way(Session& session) : session_(session) {}
 
-  // Where it begins is what telemetry says first.
+  // The first telemetry sample is the start.
   void notice() {
     if (!begin_m_) begin_m_ = odometer_m(session_);
   }
@@ -105,7 +105,7 @@ void show_way(Session& session, const std::string& what, const std::shared_ptr<W
   });
 }
 
-// An endless command for its time, then to rest.
+// An endless command for its time, then to standstill.
 void run_endless(Context& context, const Motion& motion) {
   Session& session = context.session();
   const Sent& sent = session.begin(motion.command);
@@ -160,7 +160,7 @@ void run_detached(Context& context, const Motion& motion) {
   }
 }
 
-// Ctrl-C: the vehicle stops safely. That is the proper end of what had no other.
+// Ctrl-C: the vehicle stops safely. This is the regular end of an endless command.
 ExitCode interrupted(Context& context, const Motion& motion, Clock::time_point begin) {
   Session& session = context.session();
   session.set_progress(nullptr);

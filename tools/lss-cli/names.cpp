@@ -35,7 +35,7 @@ std::string nearest(std::string_view wrong, const std::vector<std::string>& name
       best_distance = distance;
     }
   }
-  // Further away than half of its letters it is another word.
+  // A distance of more than half of its letters is another word.
   if (best == nullptr || 2 * best_distance > std::max(wrong.size(), best->size())) return "";
   return *best;
 }

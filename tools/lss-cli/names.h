@@ -1,6 +1,6 @@
 #pragma once
 
-// Finds the name that somebody meant. Pure functions.
+// Finds the intended name. Pure functions.
 
 #include <string>
 #include <string_view>
@@ -11,7 +11,7 @@ namespace lss::cli {
 // Insertions, deletions, replacements and swaps of neighbours that turn one into the other.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
-// The name nearest to `wrong`, or empty when none is near enough to be worth a guess.
+// The name nearest to `wrong`, or empty when none is near enough.
 std::string nearest(std::string_view wrong, const std::vector<std::string>& names);
 
 // "did you mean X?", or empty.

@@ -1,6 +1,6 @@
 #pragma once
 
-// What is said on the command line once, for all verbs. Plain data.
+// The options of the command line for all verbs. Plain data.
 
 #include <algorithm>
 #include <cstdint>
@@ -20,12 +20,12 @@ struct Options {
   bool dry_run = false, detach = false, wait = false;
   bool shared_memory = false;
   bool no_color = false;
-  bool lockstep = false;  // simulated time, which the machine's own does not show in
+  bool lockstep = false;  // simulated time, independent of the machine's clock
 
   bool machine() const { return json || jsonl; }
-  // For the daemon to be found.
+  // To find the daemon.
   double find_timeout_s() const { return timeout_s.value_or(lockstep ? 30 : 3); }
-  // For one command to be completed that takes so long by itself.
+  // To complete one command that takes this long by itself.
   double finish_timeout_s(double takes_s = 0) const {
     return timeout_s.value_or(std::max(120.0, takes_s + 30));
   }

@@ -15,7 +15,7 @@ bool colour_allowed(const Options& options) {
   return !options.no_color && (no_color == nullptr || *no_color == '\0');
 }
 
-// A line longer than the terminal would wrap and could not be overwritten.
+// A line wider than the terminal would wrap and could not be overwritten.
 std::string fit_terminal(std::string_view text) {
   winsize size{};
   if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col < 20) return std::string(text);
@@ -104,7 +104,7 @@ void Output::finish(ExitCode code, const Failure* failure, nlohmann::json comman
 }
 
 void Output::emit(const nlohmann::json& document, bool indented) {
-  // Text of other programs may hold broken UTF-8.
+  // Text of other programs may contain invalid UTF-8.
   write(stdout,
         document.dump(indented ? 2 : -1, ' ', false, nlohmann::json::error_handler_t::replace) +
             "\n");

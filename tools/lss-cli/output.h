@@ -1,6 +1,6 @@
 #pragma once
 
-// What people and programs read: results on stdout, diagnostics and progress on stderr. One object
+// Output for people and programs: results on stdout, diagnostics and progress on stderr. One object
 // per run of lss-cli; main thread only. Colours only on a terminal, without NO_COLOR and
 // --no-color.
 
@@ -40,11 +40,11 @@ class Output {
   const Style& diagnostics() const { return diagnostics_; }  // of stderr
   bool machine() const { return json_ || jsonl_; }
   bool stream() const { return jsonl_; }
-  bool terminal() const { return terminal_; }  // stdout is one, and people read it
+  bool terminal() const { return terminal_; }  // stdout is a terminal, and people read it
 
-  // For people, on stdout; nothing with --json and --jsonl. The text ends its own lines.
+  // For people, on stdout; nothing with --json and --jsonl. The text includes its line ends.
   void print(std::string_view text);
-  // For programs. --json: the document of this run, put out by finish(); --jsonl: a line, at once.
+  // For programs. --json: the document of this run, written by finish(); --jsonl: a line, at once.
   void document(nlohmann::json document);
   // --jsonl only: a line, at once.
   void record(nlohmann::json record);
@@ -56,8 +56,7 @@ class Output {
   void progress(std::string_view text);
   void end_progress();
 
-  // Ends the run. A verb that left no document gets one that says how it ended; several go into
-  // one.
+  // Ends the run. A verb without a document gets one with its result; several are merged into one.
   void finish(ExitCode code, const Failure* failure, nlohmann::json commands);
 
  private:

@@ -17,7 +17,7 @@ constexpr double kWait_s = 3;
 
 using Words = std::vector<std::string>;
 
-// What the daemon says of its parameters.
+// The daemon's report on its parameters.
 class Board {
  public:
   explicit Board(Session& session) : session_(session) {
@@ -36,7 +36,7 @@ class Board {
     return sample_;
   }
   std::span<const lss_Parameter> all() { return items(sample()); }
-  // Counted from 1, as the command has it.
+  // Counted from 1, as in the command.
   std::size_t number_of(const std::string& name) {
     Words names;
     for (const lss_Parameter& p : all()) {
@@ -48,7 +48,7 @@ class Board {
     throw Failure(ExitCode::unknown_name,
                   fmt::format("{} has no parameter '{}'", session_.vehicle().name, name), advice);
   }
-  // Those named, or all of them.
+  // The named parameters, or all.
   std::vector<std::size_t> numbers_of(const Words& names) {
     std::vector<std::size_t> numbers;
     for (const std::string& name : names) numbers.push_back(number_of(name));

@@ -1,7 +1,6 @@
 #pragma once
 
-// What the daemon says of its parameters (lss/parameters), as people and programs read it. Pure
-// functions.
+// The daemon's report on its parameters (lss/parameters), for people and programs. Pure functions.
 
 #include <cmath>
 #include <cstddef>
@@ -18,17 +17,17 @@
 namespace lss::cli {
 
 inline bool is_saved(const lss_Parameter& p) { return !std::isnan(p.saved); }
-// What the next start takes.
+// The value of the next start.
 inline double kept(const lss_Parameter& p) { return is_saved(p) ? p.saved : p.configured; }
 inline bool is_configured(const lss_Parameter& p) { return same_value(p.value, p.configured); }
 inline bool is_kept(const lss_Parameter& p) { return same_value(p.value, kept(p)); }
 
 std::span<const lss_Parameter> items(const lss_Parameters& sample);
 
-// What it is for: of the table that this program was built with.
+// Its purpose: from the table that this program was built with.
 std::string help_of(const Vehicle& vehicle, std::string_view name);
 
-// Those of these numbers, counted from 1, or all of them.
+// The parameters of these numbers, counted from 1, or all.
 nlohmann::json parameters_json(const Vehicle& vehicle, const lss_Parameters& sample,
                                std::span<const std::size_t> numbers);
 nlohmann::json parameters_json(const Vehicle& vehicle, const lss_Parameters& sample);

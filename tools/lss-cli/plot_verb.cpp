@@ -213,7 +213,7 @@ ExitCode plot(Context& context, PlotWanted wanted) {
                   "end its name in .svg or .png");
   }
   const std::vector<Signal> signals = read_signals(wanted);
-  std::signal(SIGPIPE, SIG_IGN);  // gnuplot that is not there
+  std::signal(SIGPIPE, SIG_IGN);  // gnuplot is not installed
   run_gnuplot(script(signals, wanted, std::filesystem::path(wanted.path).filename().string()));
   context.output.print(fmt::format("{}: {} signals\n", wanted.out, signals.size()));
   nlohmann::json names = nlohmann::json::array();

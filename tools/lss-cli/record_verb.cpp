@@ -84,7 +84,7 @@ End loop(Context& context, Recorder& recorder, const McapWriter& writer,
   }
 }
 
-// How this run ended, into the file.
+// Writes the end of this run into the file.
 void finish(McapWriter& writer, const Recorder& recorder, End end) {
   recording::Texts values = {{"ended", kEnds[static_cast<int>(end)]},
                              {"ended_utc", now_text("{:%FT%TZ}")}};
@@ -97,7 +97,7 @@ void finish(McapWriter& writer, const Recorder& recorder, End end) {
   writer.close();
 }
 
-// A disk that is full leaves what there is, whole if there is room for the summary.
+// On a full disk the file keeps its data, and is complete if there is room for the summary.
 void rescue(McapWriter& writer) {
   try {
     writer.close();
@@ -139,7 +139,7 @@ ExitCode record(Context& context, const RecordWanted& wanted) {
     throw Failure(ExitCode::usage, "record hears the octets of the network, which --shm passes by",
                   "leave --shm out: it hears a daemon with shared memory, too");
   }
-  std::signal(SIGXFSZ, SIG_IGN);  // a limit of the size of files is told as a full disk is
+  std::signal(SIGXFSZ, SIG_IGN);  // a file size limit is reported like a full disk
   Session& session = context.session();
   Link& link = session.link();
   const std::string id(text(link.status().vehicle_id));
@@ -181,7 +181,7 @@ ExitCode record(Context& context, const RecordWanted& wanted) {
 }  // namespace
 
 void add_record_verb(Grammar& grammar) {
-  // In a sequence it would keep the heartbeat waiting.
+  // In a sequence it would delay the heartbeat.
   if (grammar.scope() != Grammar::Scope::program) return;
   CLI::App& sub = grammar.verb(
       "record", "DDS topics into an MCAP file, until Ctrl-C",

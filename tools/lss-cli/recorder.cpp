@@ -14,8 +14,8 @@
 namespace lss::cli {
 namespace {
 
-constexpr double kChunk_s = 0.1;  // that much a killed recorder loses
-constexpr double kSync_s = 1;     // and that much a power cut
+constexpr double kChunk_s = 0.1;  // a killed recorder loses this much
+constexpr double kSync_s = 1;     // a power failure loses this much
 constexpr std::size_t kChunkSize = 1024 * 1024;
 
 // idlc writes lss_Status, IDL says lss::Status.
@@ -120,7 +120,7 @@ void Recorder::put(Reader& reader, recording::Octets data, const dds_sample_info
   reader.layout.check(data);
   const recording::Column& key = reader.layout.columns().front();  // vehicle_id, of every type
   if (reader.layout.text(key, data) != vehicle_id_) return;
-  // What a topic keeps for late readers may be in the file that is gone on with.
+  // Samples that a topic stores for late readers may be in the continued file already.
   if (info.source_timestamp < begun_ns_ && info.source_timestamp <= reader.known_ns) return;
   std::uint64_t count = reader.source.messages + 1;
   if (reader.counter != nullptr) {
@@ -130,7 +130,8 @@ void Recorder::put(Reader& reader, recording::Octets data, const dds_sample_info
     last->second = count;
   }
   ++reader.source.messages;
-  last_ns_ = std::max<std::int64_t>(last_ns_, dds_time());  // never back, whoever sets the clock
+  last_ns_ =
+      std::max<std::int64_t>(last_ns_, dds_time());  // never backwards, even when the clock is set
   writer_.write(
       {reader.channel, static_cast<std::uint32_t>(count), last_ns_, info.source_timestamp, data});
 }

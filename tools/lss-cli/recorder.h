@@ -1,7 +1,7 @@
 #pragma once
 
-// DDS topics of one vehicle, as they are on the wire, into an MCAP file: one reader for each topic,
-// chunks of a tenth of a second, and what was lost, counted. Main thread; every wait is bounded.
+// Records DDS topics of one vehicle, as they are on the wire, into an MCAP file: one reader for
+// each topic, chunks of 0.1 s, and a count of lost messages. Main thread; every wait is bounded.
 
 #include <map>
 #include <memory>
@@ -19,19 +19,20 @@ namespace lss::cli {
 
 class Recorder {
  public:
-  // A participant of its own, on the domain of the options. `topics` as recording::names() knows
-  // them; empty: all.
+  // A participant of its own, on the domain of the options. `topics` as in recording::names();
+  // empty: all.
   Recorder(const Options& options, const Vehicle& vehicle, std::string vehicle_id,
            recording::McapWriter& writer, const std::vector<std::string>& topics);
 
-  // Until something comes, a chunk ends, or `until`; then takes what came. True for Ctrl-C.
+  // Waits until a message arrives, a chunk ends, or `until`; then takes all messages. True for
+  // Ctrl-C.
   bool wait(Clock::time_point until);
 
   struct Source {
     std::string topic;
     std::uint64_t messages = 0;
     std::uint64_t gaps = 0;  // by the counter in the messages
-    std::uint64_t lost = 0;  // as DDS says
+    std::uint64_t lost = 0;  // from DDS
   };
   std::vector<Source> sources() const;
   std::uint64_t messages() const;
@@ -42,7 +43,7 @@ class Recorder {
     Source source;
     dds::Entity entity;
     std::uint16_t channel = 0;
-    std::int64_t known_ns = 0;  // up to here the file had it before
+    std::int64_t known_ns = 0;  // earlier messages were in the file before
     recording::Types types;
     recording::Layout layout;
     const recording::Column* counter = nullptr;

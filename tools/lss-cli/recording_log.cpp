@@ -1,4 +1,4 @@
-// log list, show and export for recordings: what lss-cli record makes.
+// log list, show and export for recordings of lss-cli record.
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -90,7 +90,7 @@ Json message_json(const Recording& recording, const Message& message) {
   return json;
 }
 
-// A JSON line for each message, also for people: what is in it differs from topic to topic.
+// A JSON line for each message, also for people: the content differs from topic to topic.
 ExitCode show(Context& context, const LogWanted& wanted) {
   const auto recording = recording::open(wanted.path);
   Output& output = context.output;
@@ -186,7 +186,7 @@ bool knows(const std::string& path) {
   return path.ends_with(".mcap") || recording::is_recording(path);
 }
 
-// Of a folder with many long files: what their begins say.
+// For a folder with many long files: only their headers are read.
 nlohmann::json describe(const std::string& path) {
   nlohmann::json file = describe_file(path, "mcap");
   constexpr std::size_t kBegin = 64 * 1024;
@@ -200,7 +200,7 @@ nlohmann::json describe(const std::string& path) {
       if (id != metadata.values.end()) file["vehicle_id"] = id->second;
     }
     file["what"] = scan.library;
-  } catch (const Failure&) {  // listed, and told when it is shown
+  } catch (const Failure&) {  // listed here; the error appears when it is shown
   }
   return file;
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-// The verbs of recordings but for `log`; see verbs.h. Called once per Grammar.
+// The verbs of recordings except `log`; see verbs.h. Called once per Grammar.
 
 #include "tools/lss-cli/grammar.h"
 

@@ -1,7 +1,7 @@
 #pragma once
 
-// Lines of verbs, as `run` and `shell` take them: commands divided by line ends and ';', words by
-// blanks, '...' and "..." keep blanks, # begins a comment. Pure functions.
+// Lines of verbs for `run` and `shell`: line ends and ';' separate commands, blanks separate words,
+// '...' and "..." keep blanks, # begins a comment. Pure functions.
 
 #include <string>
 #include <string_view>

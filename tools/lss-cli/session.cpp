@@ -17,20 +17,21 @@ namespace {
 
 constexpr double kBeat_s = 0.2;
 constexpr double kProgress_s = 0.1;
-constexpr double kAnswer_s = 2;      // twice as long as a command is worth obeying
+constexpr double kAnswer_s = 2;      // twice the validity of a command
 constexpr double kStatusLost_s = 3;  // the daemon sends one a second
 constexpr double kStatusFollows_s = 1.5;
 constexpr double kTelemetryComes_s = 0.5, kTelemetryAsked_s = 1;
-constexpr std::size_t kAtOnce = 8;  // half of what the topic keeps
+constexpr std::size_t kAtOnce = 8;  // half of the topic's history
 
-// What was detached from one lss-cli belongs to all of them.
+// Motion detached from one lss-cli belongs to every lss-cli.
 std::string source_name(const Options& options, const lss_Status& status) {
   if (!options.source.empty()) return options.source;
   if (options.detach || text(status.authority) == kSharedSource) return std::string(kSharedSource);
   return fmt::format("{}:{}", kSharedSource, getpid());
 }
 
-// What ends a motion of somebody else. In the air the emergency stop lets it fall.
+// The command that ends another source's motion. In the air an emergency stop lets the vehicle
+// fall.
 std::string ending_by_anyone(const lss_Status& status) {
   const std::string stop = fmt::format("lss-cli estop {}", text(status.vehicle_id));
   if (!status.airborne) return stop;
@@ -59,7 +60,7 @@ void Session::open() { link_.open_commands(source_name(options_, link_.status())
 Sent& Session::submit(const Invocation& command, std::uint16_t flags, bool quiet) {
   open();
   if (options_.detach && command.info->leased) flags |= kFlagDetached;
-  // Also a stop needs the lease until it is completed.
+  // A stop also needs the lease until it is completed.
   const bool acts = (flags & kFlagDryRun) == 0 && command.info->access == Access::holder;
   if (acts) check_name(command);
   beating_ = beating_ || acts;
@@ -71,7 +72,7 @@ Sent& Session::submit(const Invocation& command, std::uint16_t flags, bool quiet
   return sent;
 }
 
-// Before anything moves: that the vehicle is the one that is meant, and one.
+// Before any motion: checks that this is the intended vehicle, and the only one of its name.
 void Session::check_name(const Invocation& command) {
   if (!beating_) link_.check_meant();
   const std::optional<Problem> conflict = name_conflict(link_.status(), link_.instances());
@@ -170,7 +171,7 @@ void Session::end_by(const Invocation& command, const std::string& why) {
     output_.note(fmt::format("{}: {} (Ctrl-C leaves at once)", why, command.info->name));
     complete(command);
     attached_ = false;
-  } catch (const Failure&) {  // it was not what there is to end
+  } catch (const Failure&) {  // it is not the motion to end
     safe_stop(why);
   } catch (const Interrupted&) {
     left_at_once();

@@ -1,8 +1,8 @@
 #pragma once
 
 // A conversation with one vehicle: commands with their acknowledgements, the heartbeat that keeps
-// the lease, and what Ctrl-C and a dead daemon mean for both. Everything that waits goes through
-// pump(). Main thread only; every wait is bounded. Trouble is thrown: Failure with the exit code,
+// the lease, and the effect of Ctrl-C and of a daemon that has ended. Every wait goes through
+// pump(). Main thread only; every wait is bounded. Errors are thrown: Failure with the exit code,
 // Interrupted for Ctrl-C.
 
 #include <cstdint>
@@ -18,7 +18,7 @@
 
 namespace lss::cli {
 
-// One command that was sent, and how it went.
+// One command that was sent, and its result.
 struct Sent {
   Invocation command;
   std::uint64_t seq = 0;
@@ -32,7 +32,7 @@ struct Sent {
   }
 };
 
-// The name that commands of no process in particular are given under.
+// The source name of commands that belong to no particular process.
 inline constexpr std::string_view kSharedSource = "lss-cli";
 
 class Session {
@@ -43,7 +43,7 @@ class Session {
   const Link& link() const { return link_; }
   const Vehicle& vehicle() const { return link_.vehicle(); }
 
-  // From here on in the simulated time of lss-sim in that folder; before the first command.
+  // From here on uses the simulated time of lss-sim in that folder. Call before the first command.
   void take_part(const std::string& folder);
 
   // Each waits for the phase of its name and throws when it ends otherwise.
@@ -51,41 +51,42 @@ class Session {
   const Sent& begin(const Invocation& command);
   // `takes_s`: how long it takes by itself, when that is known.
   const Sent& complete(const Invocation& command, double takes_s = 0);
-  // Many that need no telling one by one, some at a time. where(i) begins the text of what is wrong
-  // with one.
+  // Sends many commands without a report for each, several at a time. where(i) is the start of the
+  // error text of one.
   void complete_all(const std::vector<Invocation>& commands,
                     const std::function<std::string(std::size_t)>& where);
-  // Only asks whether it would be accepted.
+  // Only checks whether it would be accepted.
   void dry_run(const Invocation& command);
-  // Stop, lie down, motors off, with progress; nothing when there is nothing to stop. A Ctrl-C on
-  // the way leaves at once, with timed_out.
+  // Stop, lie down, motors off, with progress; does nothing when nothing moves. A Ctrl-C during
+  // this ends at once with timed_out.
   void safe_stop(const std::string& why);
-  // The same by `command`, which has its own end; by a stop when it is refused.
+  // The same by `command`, which has its own end; by a stop when it is rejected.
   void end_by(const Invocation& command, const std::string& why);
 
   // The status, not older than the last acknowledgement.
   const lss_Status& status();
-  // The newest telemetry; asks for a sample when none comes by itself. nullptr when there is none.
+  // The newest telemetry; requests a sample when none arrives by itself. nullptr when there is
+  // none.
   const void* telemetry();
   void open_telemetry() { link_.open_telemetry(); }
 
-  // Waits for news or `until`; sends the heartbeat when this session holds a lease, or always with
+  // Waits for news or `until`; sends the heartbeat when this session has a lease, or always with
   // beat().
   void pump(Clock::time_point until) { pump_input(until, -1); }
   bool pump_input(Clock::time_point until, int input_fd);  // true: input_fd has something
   void beat() { beating_ = true; }
-  // For those who wait by themselves: the heartbeat, and what was acknowledged to this source.
+  // For callers with their own wait: sends the heartbeat and takes acknowledgements to this source.
   void beat_when_due();
   void heard(const lss_CommandAck& ack);
-  // A motion command of this session is in force, as far as it knows.
+  // A motion command of this session is active, as far as is known.
   bool attached() const { return attached_; }
   // Throws when the command failed or the vehicle left Operational by itself.
   void check(const Sent& command);
   void check_operational();
-  // Throws when what was commanded last failed meanwhile, or an emergency came.
+  // Throws when the last command has failed, or an emergency has occurred.
   void check_in_force();
 
-  // What stands in the line of progress, asked ten times a second.
+  // The text of the progress line, requested ten times a second.
   void set_progress(std::function<std::string()> text) { progress_ = std::move(text); }
 
   // Of every command so far.

@@ -46,8 +46,8 @@ std::string common_beginning(const std::vector<std::string>& words) {
   return beginning;
 }
 
-// libedit, waiting for keys through the session so that the heartbeat goes on. Exceptions do not
-// pass through its C code: they are kept until it has returned.
+// libedit waits for keys through the session, so that the heartbeat continues. Exceptions must not
+// pass through its C code: they are stored until it returns.
 class Editor {
  public:
   explicit Editor(Context& context)
@@ -78,7 +78,7 @@ class Editor {
   Editor(const Editor&) = delete;
   Editor& operator=(const Editor&) = delete;
 
-  // Empty at the end. Throws what came while somebody typed.
+  // Empty at the end of input. Throws exceptions that were stored during the input.
   std::optional<std::string> read() {
     int count = 0;
     const char* line = el_gets(edit_, &count);
@@ -145,7 +145,7 @@ class Editor {
   std::exception_ptr thrown_;
 };
 
-// What goes wrong in a line does not end the shell, but for a daemon that is gone.
+// An error in a line does not end the shell, unless the daemon is gone.
 ExitCode run_line(Context& context, const std::string& line) {
   try {
     for (const Step& step : parse_steps(line, "")) run_step(context, step);

@@ -1,7 +1,7 @@
 #pragma once
 
-// The interactive lss-cli: a prompt with history and completion, one heartbeat for all that is
-// typed, also while somebody types. Main thread.
+// The interactive lss-cli: a prompt with history and completion, one heartbeat for all lines, also
+// while the user types. Main thread.
 
 #include "tools/lss-cli/context.h"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// The status of a vehicle for people and for programs. Pure functions of what was heard;
+// The status of a vehicle for people and for programs. Pure functions of received samples;
 // `telemetry` is a sample of the vehicle's own topic or nullptr.
 
 #include <nlohmann/json.hpp>
@@ -15,7 +15,7 @@
 namespace lss::cli {
 
 const char* state_name(lss_State state);
-// none, good, one_copy, partly, lost; and what is wrong then, else "".
+// none, good, one_copy, partly, lost; and the problem, or "".
 const char* saved_name(lss_SavedParameters saved);
 const char* saved_trouble(lss_SavedParameters saved);
 const char* phase_name(lss_Phase phase);
@@ -24,7 +24,7 @@ const char* severity_name(lss_Severity severity);
 // "RM: module does not answer".
 std::string fault_text(const Vehicle& vehicle, const lss_Fault& fault);
 
-// Which start of which daemon: "obc-1, pid 812, since 2026-11-22 10:03:04 UTC".
+// The daemon and its start: "obc-1, pid 812, since 2026-11-22 10:03:04 UTC".
 std::string instance_text(const lss_Instance& instance);
 nlohmann::json instance_json(const lss_Instance& instance);
 // Several daemons have the name of this one; empty: it is the only one.
@@ -35,13 +35,13 @@ std::optional<Problem> name_conflict(const lss_Status& status,
 std::vector<Problem> problems(const Vehicle& vehicle, const lss_Status& status,
                               const void* telemetry);
 
-// A line each, with what to do about it.
+// A line each, with the advice.
 std::string problem_lines(const std::vector<Problem>& list, const Style& style);
 
 // The keys are in docs/cli.md.
 nlohmann::json status_json(const Vehicle& vehicle, const lss_Status& status, const void* telemetry);
 
-// One screen, what is wrong first.
+// One screen, problems first.
 std::string status_screen(const Vehicle& vehicle, const lss_Status& status, const void* telemetry,
                           const Style& style);
 

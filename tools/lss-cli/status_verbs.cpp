@@ -11,7 +11,7 @@
 namespace lss::cli {
 namespace {
 
-// Of all daemons that speak for the vehicle.
+// Of all daemons that publish for the vehicle.
 nlohmann::json daemons_json(const Session& session) {
   nlohmann::json list = nlohmann::json::array();
   for (const lss_Instance& instance : session.link().instances())
@@ -75,7 +75,7 @@ ExitCode run_data(Context& context) {
   return ExitCode::completed;
 }
 
-// The terminal while a screen is redrawn in place; as it was before when this ends.
+// The terminal while a screen is redrawn in place; restored at the end.
 class FullScreen {
  public:
   FullScreen() { put("\x1b[?1049h\x1b[?25l"); }

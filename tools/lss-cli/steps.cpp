@@ -9,7 +9,7 @@ namespace lss::cli {
 
 namespace {
 
-// What may come in: of a file of lines, and of lines that are verbs, each of which is a parser.
+// Limits of the input: size of a file, and number of verbs, because each has a parser.
 constexpr std::size_t kMostBytes = 1'000'000, kMostSteps = 1000;
 
 }  // namespace

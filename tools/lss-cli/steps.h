@@ -1,6 +1,6 @@
 #pragma once
 
-// Verbs done one after the other under one heartbeat: what `run` and `shell` have in common. Main
+// Verbs done one after the other under one heartbeat: the common part of `run` and `shell`. Main
 // thread.
 
 #include <memory>
@@ -14,22 +14,22 @@
 namespace lss::cli {
 
 struct Step {
-  std::string where;                 // "FILE:3: ", before the text of what goes wrong
-  std::unique_ptr<Grammar> grammar;  // holds what the action refers to
+  std::string where;                 // "FILE:3: ", before the error text
+  std::unique_ptr<Grammar> grammar;  // owns the data of the action
   Action action;
 };
 
-// What a file holds; "-": stdin.
+// The content of a file; "-": stdin.
 std::string read_input(const std::string& name);
 
-// All lines of the text are understood before the first is done; `name` names the text in errors,
-// and without it there is no place to tell.
+// Parses all lines before the first is executed. `name` is the name of the text in errors; without
+// it errors have no place.
 std::vector<Step> parse_steps(std::string_view text, const std::string& name);
 
-// All of them, one after the other; then, unless it is to stay as it is, to a safe stop.
+// Executes all steps in order; then, unless the vehicle is to stay as it is, a safe stop.
 ExitCode run_steps(Context& context, const std::vector<Step>& steps, bool stay);
 
-// Throws a Failure that says where. Ctrl-C brings the vehicle to a safe stop first.
+// Throws a Failure with the place. Ctrl-C brings the vehicle to a safe stop first.
 void run_step(Context& context, const Step& step);
 
 // Brings the vehicle to a safe stop when this session moved it.

@@ -81,7 +81,7 @@ std::vector<Invocation> prepare(const lss_Status& status, const Invocation& want
 
 bool endless(const Invocation&) { return false; }
 
-// A calibration as long as the config may ask for; a flight has a part that is kept for 120 s.
+// The longest calibration that the configuration allows; one phase of a flight may last 120 s.
 double takes_s(const Invocation& command) {
   if (command.info->kind != static_cast<std::uint16_t>(CommandKind::gnc)) return 0;
   switch (static_cast<GncStep>(command.parameter[0])) {
@@ -242,7 +242,7 @@ struct Angles {
   double roll_rad, pitch_rad, yaw_rad;
 };
 
-// About x (up), y and z: how far the vehicle is turned and tilted.
+// About x (up), y and z: heading and tilt of the vehicle.
 Angles angles(const double (&q)[4]) {
   const double w = q[0], x = q[1], y = q[2], z = q[3];
   return {std::atan2(2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),

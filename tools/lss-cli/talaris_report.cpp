@@ -1,4 +1,4 @@
-// What a report says of TALARIS: the hop, its attitude, valves, fans and gas.
+// Report sections of TALARIS: the hop, its attitude, valves, fans and gas.
 
 #include "tools/lss-cli/talaris_report.h"
 
@@ -20,7 +20,7 @@ using report::Table;
 constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr int kValves = 8, kFans = 4;
 
-// What happens in the air, with a little before and after; without a flight all of it.
+// The time in the air, with a margin before and after; without a flight the whole recording.
 report::Range flight(const Table& table) {
   const auto& airborne = table["airborne"];
   constexpr double kAround_s = 3;
@@ -41,7 +41,7 @@ std::vector<report::Line> attitude(const Table& table) {
   for (std::size_t i = 0; i < table.size(); ++i) {
     double q[4];
     for (std::size_t k = 0; k < 4; ++k) q[k] = table[fmt::format("attitude_wxyz[{}]", k)][i];
-    // The rotation vector: what it is turned about, and by how much.
+    // The rotation vector: axis and angle.
     const double sine = std::hypot(q[1], q[2], q[3]);
     const double angle = 2 * std::atan2(sine, std::abs(q[0])) * (q[0] < 0 ? -1 : 1);
     for (std::size_t k = 0; k < 3; ++k)
@@ -94,7 +94,7 @@ void add_valves(const Table& table, const report::Range& range, report::Page& pa
     for (std::size_t i = 0; i < table.size(); ++i) {
       const double t = table.t_s()[i];
       double from = t + delay[i], to = from + on[i];
-      if (on[i] <= 0) {  // held open by hand
+      if (on[i] <= 0) {  // opened by hand
         if (open[i] <= 0 || i + 1 >= table.size()) continue;
         from = t;
         to = table.t_s()[i + 1];

@@ -10,8 +10,8 @@
 //   10s     fans all    throttle 0
 //
 // Times count from the first actuation, which comes 5 s after the script was started (TALARIS
-// thesis A.3.2); a line never goes back in time. What can be done together is the daemon's to say.
-// Pure functions; what cannot be read is a Failure with the line.
+// thesis A.3.2); a line never goes back in time. The daemon decides which actuations may be
+// combined. Pure functions. Errors are a Failure with the line.
 
 #include <string>
 #include <string_view>
@@ -32,7 +32,7 @@ struct ScriptStep {
 // At least one step; `name` names the text in errors.
 std::vector<ScriptStep> parse_script(std::string_view text, const std::string& name);
 
-// From its start, with the lead, to the end of what it does last.
+// From its start, with the lead, to the end of its last actuation.
 double duration_s(const std::vector<ScriptStep>& script);
 
 }  // namespace lss::cli::talaris

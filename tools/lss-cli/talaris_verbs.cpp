@@ -43,7 +43,7 @@ struct Hop {
   bool arm = false;
 };
 
-// What a person would type one after the other.
+// The commands that a person would type one after the other.
 std::vector<std::string> sequence_of(const Hop& hop) {
   std::string plan = "plan " + hop.program;
   for (const auto& [name, value] : hop.named) plan += fmt::format(" --{} '{}'", name, value);
@@ -52,7 +52,7 @@ std::vector<std::string> sequence_of(const Hop& hop) {
   return lines;
 }
 
-// The first step only: the others may be asked for when it is done.
+// The first step only: the others are allowed when it is completed.
 ExitCode preview_hop(Context& context, const std::vector<std::string>& lines,
                      const std::vector<Step>& steps) {
   run_step(context, steps.front());
@@ -155,13 +155,13 @@ void add_edf(Grammar& grammar) {
 
 // script
 
-// By which the daemon knows the steps of one sender from those of another.
+// Separates the steps of one sender from those of another.
 double new_id() {
   std::random_device device;
   return 1 + device() % 4'000'000'000u;
 }
 
-// What sends the script under an id: its announcement, then a step for each line.
+// The commands that send the script under an id: its announcement, then a step for each line.
 std::vector<Invocation> upload_of(double id, const std::vector<ScriptStep>& script) {
   std::vector<Invocation> all = {
       {&command(CommandKind::script_begin), {id, static_cast<double>(script.size())}}};
@@ -174,7 +174,7 @@ std::vector<Invocation> upload_of(double id, const std::vector<ScriptStep>& scri
   return all;
 }
 
-// Into the daemon, which says what cannot be done, with the line.
+// Sends it to the daemon, which reports impossible steps with their line.
 double upload(Context& context, const std::string& name, const std::vector<ScriptStep>& script) {
   const double id = new_id();
   Session& session = context.session();

@@ -10,10 +10,10 @@ namespace lss::cli::talaris {
 
 void add_verbs(Grammar& grammar);
 
-// What sends a script (talaris_script.h) under an id of its own, and runs it.
+// Sends a script (talaris_script.h) under an id of its own, and runs it.
 std::vector<Invocation> script_commands(std::string_view text);
 
-// Commands that are given by these only.
+// Commands that only these verbs send.
 inline constexpr std::string_view kComposed[] = {"edf-arm",      "edf-throttle", "edf-rpm",
                                                  "script-begin", "script-step",  "script-run",
                                                  "script-abort"};

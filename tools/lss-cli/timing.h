@@ -1,6 +1,6 @@
 #pragma once
 
-// The timing statistics of the daemon as they come over DDS, and as a document for programs. Pure
+// The timing statistics of the daemon as received over DDS, and as a document for programs. Pure
 // functions.
 
 #include <nlohmann/json.hpp>

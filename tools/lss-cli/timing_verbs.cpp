@@ -14,10 +14,10 @@
 namespace lss::cli {
 namespace {
 
-constexpr double kWait_s = 3;  // for what the daemon says every second
+constexpr double kWait_s = 3;  // for the daemon's message every second
 constexpr std::size_t kRows = 16, kBarWidth = 40;
 
-// What the daemon collected since its start or the last reset.
+// The daemon's statistics since its start or the last reset.
 TimingStatistics collected(Session& session) {
   session.link().open_timing_statistics();
   const Clock::time_point until = Clock::now() + seconds(kWait_s);
@@ -29,7 +29,7 @@ TimingStatistics collected(Session& session) {
   throw Failure(ExitCode::timed_out, "no timing came", "does the daemon live? see: lss-cli status");
 }
 
-// What comes in so long.
+// The statistics of this period.
 TimingStatistics listened(Session& session, double for_s) {
   session.link().open_timing();
   TimingCollector<lss_Timing> collector;
@@ -42,7 +42,7 @@ TimingStatistics listened(Session& session, double for_s) {
       while (const std::optional<lss_Timing> timing = session.link().next_timing())
         collector.add(*timing);
     }
-  } catch (const Interrupted&) {  // what came until now is shown
+  } catch (const Interrupted&) {  // the data until now is shown
   }
   session.set_progress(nullptr);
   if (collector.statistics().frames == 0) {
@@ -52,8 +52,8 @@ TimingStatistics listened(Session& session, double for_s) {
   return collector.statistics();
 }
 
-// One row for each bucket, or for several when there are many; bars by the logarithm, since it is
-// the rare ones that matter.
+// One row for each bucket, or for several when there are many. Bars are logarithmic, because rare
+// values matter.
 std::string histogram(const TimingSeries& series, const Style& style) {
   const std::size_t first = TimingSeries::index(series.min_ns);
   const std::size_t last = TimingSeries::index(series.max_ns);

@@ -1,8 +1,7 @@
 #pragma once
 
 // Numbers as people write them, to and from SI: angles in degrees unless they say rad, times in
-// seconds unless they say ms, min or h. Pure functions. What cannot be read is a Failure with
-// ExitCode::usage.
+// seconds unless they say ms, min or h. Pure functions. Errors are a Failure with ExitCode::usage.
 
 #include <cstdint>
 #include <string>

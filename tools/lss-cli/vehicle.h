@@ -1,9 +1,9 @@
 #pragma once
 
-// What a vehicle brings to the command line: its commands, how to get from where it is to where a
-// command may be given, and how its telemetry is shown. One `kVehicle` in tools/lss-cli/NAME.cpp;
-// the roster is made from LSS_VEHICLES by CMake. Pure functions; `telemetry` is a sample of the
-// vehicle's own topic or nullptr.
+// The vehicle's part of the command line: its commands, the steps from the present state to one
+// where a command is allowed, and the display of its telemetry. One `kVehicle` in
+// tools/lss-cli/NAME.cpp; the roster is made from LSS_VEHICLES by CMake. Pure functions;
+// `telemetry` is a sample of the vehicle's own topic or nullptr.
 
 #include <dds/dds.h>
 
@@ -23,14 +23,14 @@
 
 namespace lss::cli {
 
-// Something that a person should know, the worst first.
+// Problems for a person, the worst first.
 struct Problem {
-  bool error = true;  // else a warning: health stays good
+  bool error = true;  // otherwise a warning: health stays good
   std::string text;
   std::string advice;
 };
 
-// A verb's help beyond what the command table says.
+// A verb's help in addition to the command table.
 struct VerbHelp {
   std::string_view verb;
   std::string_view examples;  // lines
@@ -44,11 +44,11 @@ struct Vehicle {
   std::span<const char* const> subjects;  // names of modules, wheels or nodes 1..n
   std::span<const VerbHelp> help;
   const dds_topic_descriptor_t* telemetry;
-  std::vector<Allowed> (*allowed)(const CommandInfo& info);  // when it may be given
+  std::vector<Allowed> (*allowed)(const CommandInfo& info);  // when it is allowed
 
-  // The commands that must be completed before `wanted` may be given; without it.
+  // The commands that must be completed before `wanted` is allowed; without `wanted`.
   std::vector<Invocation> (*prepare)(const lss_Status& status, const Invocation& wanted);
-  // It goes on until another command (walk, drive), which is then ended by `rest`.
+  // It is endless (walk, drive) and is ended by the command `rest`.
   bool (*endless)(const Invocation& command);
   std::uint16_t rest;
 
@@ -56,14 +56,14 @@ struct Vehicle {
   void (*add_json)(const void* telemetry, nlohmann::json& document);
   std::string (*screen)(const void* telemetry, const Style& style);  // lines, each ended
   std::string (*details)(const void* telemetry,
-                         const Style& style);  // the rest of what is measured
+                         const Style& style);  // all other measurements
   std::string (*progress)(const lss_Status& status, const void* telemetry);  // a few words
   std::optional<double> (*distance_m)(const void* telemetry);
 
-  // How long a command may take by itself, when that may be longer than others take.
+  // The time that a command may take by itself, when longer than usual.
   double (*takes_s)(const Invocation& command) = nullptr;
 
-  // Verbs that are more than one command, and the commands that are given by them only.
+  // Verbs of more than one command, and the commands that only they send.
   void (*add_verbs)(Grammar& grammar) = nullptr;
   std::span<const std::string_view> composed = {};
   // Parameters that can be changed while the daemon runs.
@@ -75,7 +75,7 @@ struct Vehicle {
 std::span<const Vehicle* const> vehicles();
 const Vehicle* find_vehicle(std::string_view name);
 
-// "RM" for 4, "module 9" for what has no name, empty for the vehicle as a whole.
+// "RM" for 4, "module 9" for a module without a name, empty for the whole vehicle.
 std::string subject_name(const Vehicle& vehicle, std::uint16_t subject);
 
 }  // namespace lss::cli

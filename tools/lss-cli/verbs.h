@@ -1,6 +1,6 @@
 #pragma once
 
-// The verbs of lss-cli, each room its own file. Called once per Grammar.
+// The verbs of lss-cli, a file for each group. Called once per Grammar.
 
 #include <string>
 #include <vector>
@@ -16,9 +16,9 @@ void add_event_verbs(Grammar& grammar);
 void add_timing_verbs(Grammar& grammar);
 void add_log_verbs(Grammar& grammar);  // events, timing
 void add_param_verb(Grammar& grammar);
-void add_command_verbs(Grammar& grammar);  // what stands in the command tables; heartbeat, command
+void add_command_verbs(Grammar& grammar);  // those of the command tables; heartbeat, command
 void add_estop_verb(Grammar& grammar);
-void add_sequence_verbs(Grammar& grammar);  // run, shell; wait inside of them
+void add_sequence_verbs(Grammar& grammar);  // run, shell; wait within them
 void add_doctor_verbs(Grammar& grammar);
 void add_completion_verbs(Grammar& grammar);
 

@@ -19,7 +19,7 @@ namespace {
 
 void wake(void* fd) {
   const std::uint64_t one = 1;
-  // Full means that it is awake already.
+  // A full pipe has already woken it.
   [[maybe_unused]] const ssize_t written = write(*static_cast<int*>(fd), &one, sizeof one);
 }
 

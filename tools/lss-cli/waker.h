@@ -1,9 +1,9 @@
 #pragma once
 
-// The one place where lss-cli waits: for news on DDS, for Ctrl-C and for the keyboard. While it
-// lives, SIGINT, SIGTERM and SIGHUP are blocked in this thread and in those it starts, and are seen
-// by wait() only: create it before any DDS entity. Main thread only, but for the listener, which
-// Cyclone's threads call.
+// The only place where lss-cli waits: for news on DDS, for Ctrl-C and for the keyboard. During its
+// lifetime SIGINT, SIGTERM and SIGHUP are blocked in this thread and in those it starts, and only
+// wait() receives them: create it before any DDS entity. Main thread only, except for the listener,
+// which Cyclone's threads call.
 
 #include <dds/dds.h>
 
@@ -15,7 +15,7 @@
 
 namespace lss::cli {
 
-// The monotonic clock; in simulated time, from where the main thread takes part in it, that.
+// The monotonic clock, or simulated time once the main thread takes part in it.
 struct Clock {
   using duration = std::chrono::nanoseconds;
   using rep = duration::rep;
@@ -41,23 +41,23 @@ class Waker {
   Waker(const Waker&) = delete;
   Waker& operator=(const Waker&) = delete;
 
-  // Wakes wait() on data and matches of the entities that have it.
+  // Wakes wait() on data and matches of its entities.
   const dds_listener_t* listener() const { return listener_; }
 
   struct Result {
     bool interrupted = false;
-    bool input = false;  // something to read from input_fd
+    bool input = false;  // data to read from input_fd
   };
-  // Until one of these, news on DDS, or the time is over.
+  // Until one of these, news on DDS, or the end of the time.
   Result wait(Clock::time_point until, int input_fd = -1);
 
-  // The same, by the wall clock.
+  // The same, on the wall clock.
   Result poll(int timeout_ms, int input_fd = -1);
 
-  // From here on in the simulated time of lss-sim in that folder, under that name. Throws what is
-  // wrong. `source` numbers its commands and heartbeats from 1 on.
+  // From here on uses the simulated time of lss-sim in that folder, under that name. Throws on
+  // errors. `source` numbers its commands and heartbeats from 1.
   void take_part(const std::string& folder, const std::string& source);
-  // nullptr: in the time of the wall clock.
+  // nullptr: in wall-clock time.
   lockstep::Client* simulation() { return client_.get(); }
 
  private:

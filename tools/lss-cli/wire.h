@@ -1,6 +1,6 @@
 #pragma once
 
-// What every client of ours puts into a command and reads out of a sample. No thread of its own.
+// The common fields of commands and samples, for all clients. No thread of its own.
 
 #include <algorithm>
 #include <cstddef>
@@ -25,8 +25,8 @@ void put(char (&field)[N], std::string_view text) {
   field[size] = '\0';
 }
 
-// Sequence numbers by the clock, so that programs that act under one name, one after the other,
-// count up together.
+// Sequence numbers from the clock, so that they increase across programs that use one name one
+// after the other.
 class Sequence {
  public:
   std::uint64_t next();

@@ -65,7 +65,7 @@ std::vector<Invocation> prepare(const lss_Status& status, const Invocation& want
     if (kind == CommandKind::walk) add(CommandKind::stand);
     return steps;
   }
-  // A movement that cannot be broken off towards what is wanted ends first.
+  // A movement that cannot be interrupted in favour of the wanted one ends first.
   const auto mode = static_cast<Mode>(status.mode);
   const bool rising = mode == Mode::standing_up, lying = mode == Mode::lying_down,
              stowing = mode == Mode::stowing;

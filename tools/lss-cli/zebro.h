@@ -1,7 +1,7 @@
 #pragma once
 
-// Lunar Zebro on the command line: its commands, how to get from where it stands, lies or walks to
-// where a command may be given, and the table of its legs. See vehicle.h.
+// Lunar Zebro on the command line: its commands, the steps from standing, lying or walking to a
+// state where a command is allowed, and the table of its legs. See vehicle.h.
 
 #include "tools/lss-cli/vehicle.h"
 

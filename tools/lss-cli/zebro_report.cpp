@@ -1,4 +1,4 @@
-// What a report says of Lunar Zebro: the gait, the legs, and how far it came.
+// Report sections of Lunar Zebro: gait, legs, and distance.
 
 #include "tools/lss-cli/zebro_report.h"
 
@@ -17,13 +17,13 @@ using namespace lss::zebro;
 using report::LineChart;
 using report::Table;
 
-constexpr double kGait_s = 15;  // of the gait, so that single steps are seen
+constexpr double kGait_s = 15;  // of the gait, so that single steps are visible
 
 std::string column(int module, const char* what) {
   return fmt::format("modules[{}].{}", module, what);
 }
 
-// The first of the walking; without any, the begin.
+// The start of the first walk; without one, the beginning.
 report::Range walking(const Table& table) {
   for (std::size_t i = 0; i < table.size(); ++i) {
     if (table["mode"][i] == static_cast<double>(Mode::walking))
@@ -51,7 +51,7 @@ void add_gait(const Table& table, report::Page& page) {
         {kModuleNames[leg],
          report::bars_of(table.t_s(), state,
                          {{"c0", "stance"}, {"c1", "swing"}, {"bad", "out of service"}})});
-    // A turn that is over begins anew: no line across.
+    // The angle wraps after a full turn: no line across the wrap.
     std::vector<double> degrees;
     for (double rad : table[column(leg, "position_rad")])
       degrees.push_back(std::remainder(rad, 2 * std::numbers::pi) * 180 / std::numbers::pi);

@@ -1,6 +1,6 @@
 #pragma once
 
-// Sections of a report on Lunar Zebro: gait, modules, way. One thread.
+// Sections of a report on Lunar Zebro: gait, modules, path. One thread.
 
 #include "tools/lss-cli/recording/recording.h"
 #include "tools/lss-cli/report/page.h"

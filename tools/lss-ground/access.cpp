@@ -19,7 +19,7 @@ namespace lss::ground {
 namespace {
 
 constexpr std::size_t kShortestKey = 16, kLongestKey = 128;
-constexpr std::size_t kSourceBytes = 12;  // as many as lss::Command::source has room for
+constexpr std::size_t kSourceBytes = 12;  // the size of lss::Command::source
 constexpr Role kRoles[] = {Role::look, Role::stop, Role::command};
 
 bool same(std::string_view a, std::string_view b) {
@@ -45,7 +45,7 @@ tl::expected<std::string, std::string> read_file(const std::string& path) {
   return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
-// What others must not be able to read.
+// Permission bits that let others read the file.
 tl::expected<std::string, std::string> read_secret(const std::string& path) {
   auto text = read_file(path);
   struct stat info {};
@@ -115,7 +115,9 @@ tl::expected<void, std::string> check_tls(const std::string& certificate, const 
   const std::unique_ptr<X509, decltype([](X509* x) { X509_free(x); })> theirs(
       PEM_read_bio_X509(bytes_of(*certificate_text).get(), nullptr, nullptr, nullptr));
   if (!theirs) return tl::unexpected(certificate + " is no certificate in PEM");
-  const auto no_password = [](char*, int, int, void*) { return -1; };  // else it asks the terminal
+  const auto no_password = [](char*, int, int, void*) {
+    return -1;
+  };  // otherwise OpenSSL asks on the terminal
   const std::unique_ptr<EVP_PKEY, decltype([](EVP_PKEY* k) { EVP_PKEY_free(k); })> ours(
       PEM_read_bio_PrivateKey(bytes_of(*key_text).get(), nullptr, no_password, nullptr));
   if (!ours) return tl::unexpected(key + " is no private key in PEM without a password");

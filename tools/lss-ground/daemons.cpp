@@ -15,7 +15,7 @@ bool same(const lss_Instance& a, const lss_Instance& b) {
 }  // namespace
 
 void Daemons::heard(const lss_Instance& instance, Clock::time_point now) {
-  if (instance.pid == 0) return;  // it does not say who it is
+  if (instance.pid == 0) return;  // it does not name itself
   std::erase_if(daemons_, [&](const Daemon& d) { return now - d.heard >= kGone; });
   const auto known =
       std::ranges::find_if(daemons_, [&](const Daemon& d) { return same(d.instance, instance); });

@@ -1,8 +1,8 @@
 #pragma once
 
-// Which daemons speak under one vehicle_id: one, or several by mistake or on purpose. A daemon that
-// was started again is no second one: the one before it says nothing any more. Pure functions of
-// the time that they are given.
+// The daemons that publish under one vehicle_id: one, or several by mistake or on purpose. A
+// restarted daemon is not a second one, because the old one is silent. Pure functions of the given
+// time.
 
 #include <cstddef>
 #include <vector>
@@ -14,11 +14,11 @@ namespace lss::ground {
 
 class Daemons {
  public:
-  static constexpr Clock::duration kGone = std::chrono::seconds(10);  // it was heard last then
+  static constexpr Clock::duration kGone = std::chrono::seconds(10);  // time of the last message
   static constexpr std::size_t kMost = 8;
 
   void heard(const lss_Instance& instance, Clock::time_point now);
-  // Those that speak in turns; empty: there is one, or none.
+  // The daemons that publish at the same time; empty: there is one, or none.
   std::vector<lss_Instance> rivals(Clock::time_point now) const;
 
  private:

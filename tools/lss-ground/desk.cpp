@@ -17,12 +17,12 @@ using cli::Invocation;
 using nlohmann::json;
 
 constexpr Clock::duration kPulse = std::chrono::milliseconds(200);
-constexpr Clock::duration kHello = std::chrono::seconds(3);   // to say who it is
+constexpr Clock::duration kHello = std::chrono::seconds(3);   // to authenticate
 constexpr Clock::duration kAnswer = std::chrono::seconds(2);  // of the daemon
 constexpr Clock::duration kToldWhy = std::chrono::seconds(1);
 constexpr Clock::duration kForget = std::chrono::seconds(1);  // how often
 constexpr unsigned kMostBad = 10;
-constexpr std::size_t kMostJobs = 64;  // of a client at a time; a page asks for some thirty
+constexpr std::size_t kMostJobs = 64;  // of a client at a time; a page sends about thirty
 
 Invocation read(const Craft& craft, const Order& order) {
   const CommandInfo& info = cli::find_command(*craft.kind, order.command);
@@ -99,8 +99,8 @@ Client& Desk::enter(Client::Line line, std::function<void()> wake, std::function
   return client;
 }
 
-// Nothing is sent any more: not the rest of what it asked for, and no heartbeat. The lease brings
-// what it drove to a safe stop. An emergency stop goes on.
+// Nothing more is sent for it: neither its remaining commands nor a heartbeat. The lease brings its
+// vehicle to a safe stop. An emergency stop continues.
 void Desk::leave(Client& client) {
   counters_.replaced += client.outbox.replaced();
   std::erase_if(jobs_, [&](const Job& job) { return job.client == client.number; });
@@ -144,7 +144,7 @@ void Desk::too_long(Client& client) {
   doom(client, "a message was too long, or no text");
 }
 
-// As if the daemon had rejected it.
+// The same answer as a rejection by the daemon.
 void Desk::refuse(Client& client, std::uint64_t id, const std::string& command,
                   const std::string& why, const std::string& advice) {
   tell(client, {{"type", "ack"},
@@ -247,7 +247,7 @@ void Desk::add(Client& client, Job job) {
 void Desk::send_step(Job& job) {
   const Invocation& step = job.steps.front();
   Client* client = client_of(job.client);
-  // Also a stop needs the lease until it is completed.
+  // A stop also needs the lease until it is completed.
   if (client != nullptr && !job.dry_run && step.info->access == Access::holder)
     client->driven.insert(job.vehicle);
   job.seq = sequence_.next();
@@ -293,7 +293,7 @@ bool Desk::is_over(Job& job, const lss_CommandAck& ack) {
   return over;
 }
 
-// What nobody answered.
+// Commands without an answer.
 void Desk::give_up() {
   const Clock::time_point now = Clock::now();
   std::erase_if(jobs_, [&](const Job& job) {

@@ -1,9 +1,9 @@
 #pragma once
 
-// What clients are told and what becomes of what they say: roles, commands with their answers,
-// heartbeats, emergency stops. Knows nothing of sockets (server.h) and has no vehicle of its own.
-// Every client commands under a source of its own, so the daemon's rule of authority holds between
-// pages as between everybody else. Event loop only.
+// Messages to and from clients: roles, commands with their answers, heartbeats, emergency stops.
+// Independent of sockets (server.h) and of the type of vehicle. Every client has its own source
+// name, so the daemon's rule of authority applies between pages as between all other sources. Event
+// loop only.
 
 #include <cstdint>
 #include <deque>
@@ -38,13 +38,13 @@ struct Counters {
   std::uint64_t bad_messages = 0;
   std::uint64_t too_fast = 0;  // dropped for it
   std::uint64_t too_slow = 0;  // dropped for it
-  std::uint64_t replaced = 0;  // told too late to be told: only the newest is
+  std::uint64_t replaced = 0;  // outdated before it was sent: replaced by the newest
   std::uint64_t commands = 0, stops = 0;
 };
 
 // One connection.
 struct Client {
-  enum class Line : std::uint8_t { data, stop };  // which of the two connections
+  enum class Line : std::uint8_t { data, stop };  // one of the two connections
 
   std::uint64_t number = 0;
   Line line = Line::data;
@@ -56,9 +56,9 @@ struct Client {
   std::uint64_t beat = 0;
   unsigned bad = 0;
   Clock::time_point since{};
-  std::function<void()> wake;     // there is something to send
-  std::function<void()> hang_up;  // at once, without a word
-  bool doomed = false;            // to be closed, with why
+  std::function<void()> wake;     // there is data to send
+  std::function<void()> hang_up;  // at once, without a message
+  bool doomed = false;            // to be closed, with the reason
   std::string why;
   Clock::time_point doomed_at{};
 };
@@ -72,17 +72,17 @@ class Desk {
   void refused() { ++counters_.refused; }
   std::size_t clients(Client::Line line) const;
 
-  // A whole message. The client may be doomed afterwards.
+  // A whole message. The client may be marked for closing afterwards.
   void receive(Client& client, std::string_view text);
-  // Too long, or not a text: dooms it.
+  // Too long, or not a text: marks it for closing.
   void too_long(Client& client);
   // Every kTick.
   void tick();
-  // Those to hang up on: they had their time to be told why.
+  // The clients to disconnect: the time to send them the reason is over.
   std::vector<Client*> doomed();
 
  private:
-  // A command, or several one after the other, that a client asked for.
+  // A command, or a sequence of commands, from a client.
   struct Job {
     std::uint64_t client = 0;
     std::uint64_t id = 0;
@@ -90,20 +90,20 @@ class Desk {
     std::deque<cli::Invocation> steps{};  // the first one was sent, the others wait for its end
     std::size_t count = 1;                // of steps in all
     bool dry_run = false;
-    bool accepted = false;  // of the one that is sent
+    bool accepted = false;  // of the one sent
     std::uint64_t seq = 0;
     std::string source{};
     Clock::time_point sent{};
   };
-  // A stop that is sent again and again until it was obeyed (desk_stop.cpp).
+  // A stop that is repeated until it is completed (desk_stop.cpp).
   struct Emergency {
     std::uint64_t client = 0, id = 0;
     std::string vehicle, source;  // dds::kEveryVehicle: all of them
-    bool land = false;            // else: everything off at once
+    bool land = false;            // otherwise: everything off at once
     std::set<std::uint64_t> asked{};
     std::set<std::string> stopped{};  // that completed it
-    bool accepted = false;            // the landing was
-    bool late = false;                // its client knows
+    bool accepted = false;            // the landing was completed
+    bool late = false;                // its client was informed
     Clock::time_point begun{}, sent{};
   };
 
@@ -115,7 +115,7 @@ class Desk {
 
   void heard_status(Craft& craft);
   void heard_ack(const lss_CommandAck& ack);
-  bool is_over(Job& job, const lss_CommandAck& ack);  // else it goes on
+  bool is_over(Job& job, const lss_CommandAck& ack);  // otherwise it continues
   void send_step(Job& job);
   void begin_stop(Emergency emergency);
   void send_stop(Emergency& emergency);
@@ -148,8 +148,8 @@ class Desk {
   std::uint64_t numbers_ = 0;
   std::list<Job> jobs_;
   std::list<Emergency> emergencies_;
-  cli::Sequence sequence_;           // of all sources: it grows for each of them
-  std::set<std::string> described_;  // vehicles that everybody was told of
+  cli::Sequence sequence_;           // shared by all sources, so it increases for each
+  std::set<std::string> described_;  // vehicles that all clients know
   Clock::time_point next_pulse_{}, next_forget_{};
 };
 

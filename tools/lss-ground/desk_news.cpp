@@ -1,5 +1,4 @@
-// What the desk tells: the vehicles, their commands and status, the pulse; to one client or to
-// everybody.
+// Messages of the desk: vehicles, their commands and status, the pulse; to one client or to all.
 
 #include <algorithm>
 #include <chrono>
@@ -41,7 +40,7 @@ void Desk::tell_newest(Client& client, const std::string& key, const FramePtr& a
 }
 
 void Desk::tell_everybody(const std::string& key, const json& document) {
-  FramePtr all;  // made when there is somebody to be told
+  FramePtr all;  // created when there is a client to send it to
   for (auto& [number, client] : clients_) {
     if (client.line != Client::Line::data || client.role < Role::look) continue;
     if (!all) all = frame(document);
@@ -120,8 +119,8 @@ void Desk::heard_status(Craft& craft) {
     }
   }
   tell_everybody("status " + craft.id, status(craft));
-  // A page that lost its connection and is back in time goes on; one that holds nothing any more
-  // is no sign of life.
+  // A page that reconnects in time continues. A heartbeat from a page without authority has no
+  // effect.
   const std::string_view holder = cli::text(craft.status.authority);
   for (auto& [number, client] : clients_) {
     if (client.role < Role::command || client.line != Client::Line::data) continue;

@@ -1,7 +1,7 @@
-// What the desk does when somebody stops: the emergency stop of one vehicle or of all, and the
-// landing that takes its place in flight. Nothing is asked of what the gateway knows: a stop leaves
-// for every name, and again until the daemon says that it is done, whatever it says before. Only a
-// landing may be refused, by the daemon: a vehicle that is not in the air cannot land.
+// Stops: the emergency stop of one vehicle or of all, and the landing that replaces it in flight. A
+// stop does not depend on the gateway's knowledge: it is sent for any name, and repeated until the
+// daemon reports that it is completed, regardless of earlier answers. Only a landing may be
+// rejected, by the daemon: a vehicle that is not in the air cannot land.
 
 #include <algorithm>
 #include <array>
@@ -16,14 +16,14 @@ namespace {
 using nlohmann::json;
 
 constexpr Clock::duration kAgain = std::chrono::milliseconds(100);
-constexpr Clock::duration kLate = std::chrono::seconds(3);     // its client has to know
-constexpr Clock::duration kGiveUp = std::chrono::seconds(10);  // not sent again
-constexpr Clock::duration kEverybody =
-    std::chrono::seconds(1);  // for those we do not know to answer
+constexpr Clock::duration kLate = std::chrono::seconds(3);       // its client needs an answer
+constexpr Clock::duration kGiveUp = std::chrono::seconds(10);    // not sent again
+constexpr Clock::duration kEverybody = std::chrono::seconds(1);  // for vehicles that may not exist
 constexpr Clock::duration kLanding = std::chrono::minutes(2);
 constexpr std::ptrdiff_t kMost = 64;  // of a client at a time
 
-// The daemon was not asked in earnest yet: it had no room, or took the command for an old one.
+// The daemon did not evaluate the command: its queue was full, or it took the command for an old
+// one.
 constexpr std::array kAskAgain = {Reason::busy, Reason::stale_sequence};
 
 const CommandInfo& stop_command() {
@@ -58,7 +58,7 @@ void Desk::on(Client& client, const Stop& stop) {
               .begun = Clock::now()});
 }
 
-// The same again takes the place of the one before it.
+// A repeated stop replaces the one before it.
 void Desk::begin_stop(Emergency emergency) {
   ++counters_.stops;
   std::erase_if(emergencies_, [&](const Emergency& e) {
@@ -81,7 +81,7 @@ void Desk::send_stop(Emergency& emergency) {
   const bool early = emergency.sent - emergency.begun < kEverybody;
   if (emergency.vehicle != dds::kEveryVehicle || early || emergency.stopped.empty())
     return send(emergency.vehicle);
-  // Who was stopped may be solved and started again meanwhile.
+  // A stopped vehicle may have been solved and started again meanwhile.
   for (const auto& [id, craft] : fleet_.crafts()) {
     if (craft.alive && !emergency.stopped.contains(id)) send(id);
   }
@@ -98,7 +98,7 @@ bool Desk::heard_stop(const lss_CommandAck& ack) {
   bool over = ack.phase == lss_PHASE_COMPLETED;
   if (over) emergency->stopped.insert(vehicle);
   if (emergency->land) {
-    // Of one that was sent again, or whose repetition came too late.
+    // An answer to a repeated stop, or to a repetition that was too late.
     const bool newest = ack.seq == *emergency->asked.rbegin();
     if (is_final(ack.phase) && !over && !newest) return true;
     if (ack.phase == lss_PHASE_REJECTED && emergency->accepted) return true;

@@ -8,9 +8,9 @@
 namespace lss::ground {
 namespace {
 
-constexpr int kAtOnce = 256;  // samples of a topic, before the others' turn
+constexpr int kAtOnce = 256;  // samples of one topic before the next topic
 
-// An id that is none, of somebody who writes nonsense into the domain, is left alone.
+// Ignores an invalid id: any participant can write to the domain.
 bool good_id(std::string_view id) {
   if (id.empty() || id.size() >= sizeof lss_Status::vehicle_id) return false;
   if (id == dds::kEveryVehicle) return false;
@@ -20,7 +20,7 @@ bool good_id(std::string_view id) {
   return true;
 }
 
-// Who wrote it: one number for all that a DDS participant writes; 0: it is gone already.
+// The writer: one number for each DDS participant; 0: it is gone already.
 std::uint64_t origin_of(const dds::Entity& reader, const dds_sample_info_t& info) {
   const std::unique_ptr<dds_builtintopic_endpoint_t, decltype([](dds_builtintopic_endpoint_t* e) {
                           dds_builtintopic_free_endpoint(e);
@@ -60,7 +60,7 @@ dds::Result<void> Fleet::open(int domain) {
                           [](dds_entity_t, void* self) { static_cast<Fleet*>(self)->wake_(); });
   dds::ParticipantParameters parameters;
   parameters.domain = domain;
-  parameters.short_lived = true;  // commands are asked for at once when one was lost
+  parameters.short_lived = true;  // commands are requested again at once after a loss
   auto participant = dds::Participant::create(parameters);
   if (!participant) return tl::unexpected(participant.error());
   participant_ = std::move(*participant);
@@ -77,7 +77,7 @@ dds::Result<void> Fleet::open(int domain) {
     if (!created) return tl::unexpected(created.error());
     *writer = std::move(*created);
   }
-  // No listener: telemetry is looked at when it is time to show it, the newest only.
+  // No listener: telemetry is read when it is to be sent, the newest sample only.
   for (const cli::Vehicle* kind : cli::vehicles()) {
     auto reader =
         dds::create_reader(participant_.get(), dds::telemetry_topic(kind->name, kind->telemetry));

@@ -1,8 +1,8 @@
 #pragma once
 
-// All vehicles on the domain, seen and commanded over DDS, each under whatever source is asked for.
-// Without shared memory, so that it hears every daemon whatever RouDi does. Event loop only, but
-// for `wake`, which Cyclone's threads call.
+// All vehicles on the domain, seen and commanded over DDS, each under the requested source. Without
+// shared memory, so that reception does not depend on RouDi. Event loop only, except for `wake`,
+// which Cyclone's threads call.
 
 #include <cstddef>
 #include <cstdint>
@@ -23,26 +23,26 @@
 
 namespace lss::ground {
 
-// One vehicle, as far as it was heard.
+// One vehicle, as known from its messages.
 struct Craft {
   std::string id;
   const cli::Vehicle* kind = nullptr;  // the build knows it
   lss_Status status{};
   Clock::time_point status_time{};
-  bool alive = false;  // its daemon is there
+  bool alive = false;  // its daemon is present
   Daemons daemons;
   std::vector<std::max_align_t> telemetry;
   Clock::time_point telemetry_time{};
-  std::deque<lss_Event> events;  // the newest, as many as the daemon keeps
+  std::deque<lss_Event> events;  // the newest, as many as the daemon stores
   lss_TimingStatistics timing{};
-  lss_Parameters parameters{};  // none: not heard yet
+  lss_Parameters parameters{};  // none: not received yet
 
   const void* sample() const { return telemetry.empty() ? nullptr : telemetry.data(); }
 };
 
 class Fleet {
  public:
-  // What comes in; called by take() and take_telemetry().
+  // New samples; called by take() and take_telemetry().
   struct Ears {
     std::function<void(Craft&)> status;
     std::function<void(Craft&, const lss_Event&)> event;
@@ -50,11 +50,11 @@ class Fleet {
     std::function<void(Craft&)> parameters;
     std::function<void(Craft&)> telemetry;
     std::function<void(const lss_CommandAck&)> ack;
-    std::function<void(const std::string&)> gone;    // it has no place in the fleet any more
+    std::function<void(const std::string&)> gone;    // it no longer has a place in the fleet
     std::function<bool(const std::string&)> driven;  // by a page
   };
 
-  // wake: something of what take() takes has come.
+  // wake: there is new data for take().
   static tl::expected<std::unique_ptr<Fleet>, std::string> create(int domain,
                                                                   std::function<void()> wake);
 
@@ -64,14 +64,14 @@ class Fleet {
 
   std::map<std::string, Craft>& crafts() { return crafts_; }
   Craft* find(std::string_view id);
-  // It obeys us: it keeps its place in the fleet.
+  // It answers our commands: it keeps its place in the fleet.
   void answered(const std::string& id) { places_.answered(id, Clock::now()); }
-  // There was no place in the fleet for somebody lately.
+  // Recently a vehicle found no place in the fleet.
   bool crowded() const { return places_.crowded(Clock::now()); }
-  // Those that were silent for too long leave. Now and then.
+  // Removes vehicles that were silent for too long. Call from time to time.
   void forget();
 
-  // False: DDS did not take it.
+  // False: DDS did not accept it.
   bool send(const lss_Command& command);
   void heartbeat(const std::string& vehicle_id, const std::string& source);
 
@@ -84,13 +84,13 @@ class Fleet {
   void take_events();
   void take_timing();
   void take_parameters();
-  // Takes what has come, up to a bound: there is more to do in the loop than to listen.
+  // Takes new samples, up to a limit, so that the loop can do its other work.
   template <class Sample, class Each>
   void take_each(const dds::Entity& reader, Each each);
   Craft* admit(const lss_Status& sample, std::uint64_t origin);
   void leave(const std::string& id);
 
-  // What came before the first status.
+  // Samples that arrived before the first status.
   struct Early {
     std::deque<lss_Event> events;
     lss_Parameters parameters{};

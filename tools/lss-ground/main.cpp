@@ -30,7 +30,7 @@ struct Options {
   std::exit(code);
 }
 
-// As installed, or in the build folder, beside the program.
+// The installed page, or that of the build folder, beside the program.
 std::string default_page() {
   std::error_code none;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", none);

@@ -16,7 +16,7 @@ using nlohmann::json;
 constexpr std::size_t kLongestName = 64, kMostParameters = 8;
 constexpr std::size_t kLongestId = sizeof lss_Command::vehicle_id - 1;
 
-// Takes the members of an object one by one; what is left at the end nobody asked for.
+// Takes the members of an object one by one; any member left at the end is unknown.
 class Members {
  public:
   explicit Members(json object) : object_(std::move(object)) {
@@ -110,7 +110,7 @@ tl::expected<Message, std::string> parse_message(std::string_view text) {
     Message message = read(members);
     members.end();
     return message;
-  } catch (const std::exception& e) {  // also of the library, on text that is no UTF-8
+  } catch (const std::exception& e) {  // the library also throws, on invalid UTF-8
     return tl::unexpected(std::string(e.what()));
   }
 }

@@ -1,7 +1,7 @@
 #pragma once
 
-// What a client may say (docs/ground.md): one JSON object per message. Read strictly: an unknown
-// type or key, a missing one, or another kind of value is an error with a sentence. Pure functions.
+// Messages from clients (docs/ground.md): one JSON object per message. Strict: an unknown type or
+// key, a missing key, or a value of another type is an error with a sentence. Pure functions.
 
 #include <cstdint>
 #include <map>
@@ -19,20 +19,20 @@ struct Hello {
 };
 // The heartbeat of a person who looks at the page.
 struct Beat {
-  std::uint64_t n = 0;  // told back
+  std::uint64_t n = 0;  // sent back
 };
 struct Order {
   std::uint64_t id = 0;  // of the client's own, in every answer
   std::string vehicle, command;
   std::map<std::string, double> parameters;  // by the names of the command table, in SI
-  bool dry_run = false;                      // only asks
-  bool whole = false;  // with what has to be done before it, from where the vehicle is
+  bool dry_run = false;                      // dry run
+  bool whole = false;  // with the commands that must precede it in the present state
 };
 // Emergency stop; only on its own connection.
 struct Stop {
   std::uint64_t id = 0;
   std::string vehicle;  // empty: all of them
-  bool land = false;    // in flight: down in good order, instead
+  bool land = false;    // in flight: a landing instead
 };
 // Timed actuations, in the form of `lss-cli script`.
 struct Script {
@@ -43,7 +43,7 @@ struct Script {
 using Message = std::variant<Hello, Beat, Order, Stop, Script>;
 
 inline constexpr std::size_t kMaxMessage = 32 * 1024;  // longer ones end the connection
-inline constexpr std::size_t kMaxHello = 1024;         // before it is known who it is
+inline constexpr std::size_t kMaxHello = 1024;         // before authentication
 
 tl::expected<Message, std::string> parse_message(std::string_view text);
 

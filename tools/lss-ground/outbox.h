@@ -1,8 +1,8 @@
 #pragma once
 
-// What waits to be sent to one client. What is told again anyway (telemetry, status) waits as its
-// newest only; the rest waits in order, up to a bound. Nothing here blocks: a client that stops
-// reading costs the memory of its outbox and is dropped after a while. Event loop only.
+// The messages that wait to be sent to one client. Of periodic messages (telemetry, status) only
+// the newest waits; all others wait in order, up to a limit. Nothing here blocks: a client that
+// stops reading costs the memory of its outbox and is dropped after some time. Event loop only.
 
 #include <chrono>
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace lss::ground {
 
 using Clock = std::chrono::steady_clock;
 
-// A text with room before it for the frame header that the server writes in place; shared between
+// A text, with space before it for the frame header that the server writes in place; shared between
 // clients.
 class Frame {
  public:
@@ -36,14 +36,14 @@ class Outbox {
   static constexpr std::size_t kBytes = 4 << 20;
   static constexpr Clock::duration kPatience = std::chrono::seconds(5);
 
-  // False: there is no room, the client is too slow to be told what must not be lost.
+  // False: no space; the client is too slow for messages that must not be lost.
   bool push(FramePtr frame, Clock::time_point now);
-  // Takes the place of the one with the same key that still waits.
+  // Replaces the waiting message with the same key.
   bool push_newest(const std::string& key, FramePtr frame, Clock::time_point now);
 
   bool empty() const { return items_.empty(); }
   FramePtr pop(Clock::time_point now);
-  // It has something to read and did not for too long.
+  // Messages wait, and the client has read none for too long.
   bool stalled(Clock::time_point now) const { return !empty() && now - moved_ > kPatience; }
 
   std::uint64_t replaced() const { return replaced_; }
@@ -57,11 +57,11 @@ class Outbox {
 
   std::deque<Item> items_;
   std::size_t bytes_ = 0;
-  Clock::time_point moved_{};  // when it was empty last, or something was taken
+  Clock::time_point moved_{};  // when it was last empty, or a message was taken
   std::uint64_t replaced_ = 0;
 };
 
-// So many messages a second, and so many at once.
+// Rate limit: messages a second, and messages at once.
 class RateLimit {
  public:
   RateLimit(double per_s, double at_once) : per_s_(per_s), at_once_(at_once), left_(at_once) {}

@@ -14,7 +14,8 @@ std::size_t Places::held_by(std::uint64_t origin) const {
       std::ranges::count_if(places_, [&](const auto& p) { return p.second.origin == origin; }));
 }
 
-// Who has to leave for somebody who has so many places, with the one that he asks for.
+// The name that must leave for a participant that has this many places, including the requested
+// one.
 std::string Places::victim(std::size_t asking, Clock::time_point now) const {
   const std::pair<const std::string, Place>*crowd = nullptr, *silent = nullptr;
   std::size_t most = asking;

@@ -1,13 +1,14 @@
 #pragma once
 
-// Which of the names that were heard on the domain have a place in a list of limited length. Anyone
-// on the domain can invent names, as many and as often as he likes; what is really there must keep
-// its place, and find one when it comes later. So:
-// - a name that a page drives, or that answered a command lately, never leaves;
-// - when there is no place, he who has taken the most gives one up (`origin`: the DDS participant
-//   that speaks), the newest of his; nobody gives up his only place for the second one of another;
-// - only where each has one place does the name leave that is silent for longest.
-// Pure functions of the time that they are given.
+// Selects which names on the domain have a place in a list of limited length. Any participant of
+// the domain can invent any number of names; a real vehicle must keep its place, and find one when
+// it comes later. So:
+// - a name that a page drives, or that answered a command recently, never leaves;
+// - when there is no place, the participant with the most places (`origin`: the publishing DDS
+//   participant) gives up its newest one; no participant gives up its only place for the second
+//   place of another;
+// - only when each has one place, the name that is silent for the longest time leaves. Pure
+//   functions of the given time.
 
 #include <cstddef>
 #include <cstdint>
@@ -24,8 +25,9 @@ class Places {
  public:
   static constexpr std::size_t kMost = 32;
   static constexpr Clock::duration kSilent = std::chrono::seconds(3);  // status comes each second
-  static constexpr Clock::duration kForget = std::chrono::minutes(5);  // what never answered
-  static constexpr Clock::duration kRemember = std::chrono::minutes(10);  // what did
+  static constexpr Clock::duration kForget = std::chrono::minutes(5);  // a name that never answered
+  static constexpr Clock::duration kRemember =
+      std::chrono::minutes(10);  // a name that has answered
   static constexpr Clock::duration kTurnedAway = std::chrono::seconds(10);
 
   explicit Places(std::function<bool(const std::string&)> driven = {})
@@ -33,16 +35,16 @@ class Places {
 
   struct Admission {
     bool in = false;
-    std::string left;  // who had to leave for it; empty: nobody
+    std::string left;  // the name that had to leave; empty: none
   };
-  // A name that has no place yet was heard.
+  // A message under a name that has no place yet.
   Admission admit(const std::string& id, std::uint64_t origin, Clock::time_point now);
   void heard(const std::string& id, Clock::time_point now);
   void answered(const std::string& id, Clock::time_point now);
   void leave(const std::string& id) { places_.erase(id); }
-  // Silent for so long that they left now.
+  // Removes the names that were silent for too long.
   std::vector<std::string> forget(Clock::time_point now);
-  // Lately there was no place for somebody.
+  // Recently a name found no place.
   bool crowded(Clock::time_point now) const {
     return turned_away_ != Clock::time_point{} && now - turned_away_ < kTurnedAway;
   }

@@ -18,22 +18,22 @@ constexpr const char* kStopProtocol = "lss-stop";
 constexpr std::size_t kReceive = 4096;    // a longer message comes in pieces
 constexpr std::size_t kSend = 64 * 1024;  // handed to the kernel at a time
 constexpr int kKernelBuffer = 64 * 1024;
-constexpr std::size_t kHttpConnections = 64;  // besides: browsers fetch the page by several
-constexpr unsigned kHandshake_s = 5;          // for the request of a connection to come as a whole
+constexpr std::size_t kHttpConnections = 64;  // additional: browsers load the page over several
+constexpr unsigned kHandshake_s = 5;          // for the complete request of a connection
 constexpr unsigned kPing_s = 5, kHangUp_s = 10;
 
 static_assert(LWS_PRE <= 32, "Frame leaves too little room");
 
-// Lives in memory of libwebsockets, which is zero at first.
+// Stored in memory of libwebsockets, which is initially zero.
 struct Connection {
   Client* client;
-  std::string* message;  // what came of it so far
+  std::string* message;  // the parts received so far
 };
 
 std::string header(lws* wsi, lws_token_indexes which) {
   std::array<char, 512> text{};
   const int size = lws_hdr_copy(wsi, text.data(), static_cast<int>(text.size()), which);
-  // Too long for us counts as there, and wrong.
+  // A value that is too long counts as present and wrong.
   if (size < 0 && lws_hdr_total_length(wsi, which) > 0) return "?";
   return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "";
 }
@@ -70,7 +70,7 @@ struct Server::Impl {
     return of(wsi).on_http(wsi, reason, user, in, size);
   }
   static int socket(lws* wsi, lws_callback_reasons reason, void* user, void* in, std::size_t size) {
-    // Some reasons come before the connection has memory.
+    // Some callbacks come before the connection has its memory.
     static Connection none;
     Connection& connection = user != nullptr ? *static_cast<Connection*>(user) : none;
     return of(wsi).on_socket(wsi, reason, connection, static_cast<const char*>(in), size);
@@ -93,7 +93,7 @@ int Server::Impl::on_http(lws* wsi, lws_callback_reasons reason, void* user, voi
       --sockets;
       return 0;
     case LWS_CALLBACK_HTTP: {
-      // What the mount does not have.
+      // Files that the mount does not contain.
       if (options.page.empty()) {
         lws_return_http_status(wsi, HTTP_STATUS_SERVICE_UNAVAILABLE,
                                "The page was not built: cmake --build --preset release --target "
@@ -133,7 +133,7 @@ int Server::Impl::on_socket(lws* wsi, lws_callback_reasons reason, Connection& c
       }
       return 0;
     case LWS_CALLBACK_ESTABLISHED: {
-      // What the kernel holds back is told late: the outbox has the newest instead.
+      // Data in the kernel's buffer would be sent late: the outbox keeps only the newest instead.
       const int buffer = kKernelBuffer;
       setsockopt(lws_get_socket_fd(wsi), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
       connection.message = new std::string;
@@ -227,7 +227,7 @@ tl::expected<std::unique_ptr<Server>, std::string> Server::create(const ServerOp
   impl->mount.origin_protocol = LWSMPRO_FILE;
   impl->mount.def = "index.html";
 
-  // What keeps a connection whose other end is gone from staying.
+  // Closes a connection whose other end has gone.
   lws_retry_bo_t& keep_alive = impl->keep_alive;
   keep_alive.secs_since_valid_ping = kPing_s;
   keep_alive.secs_since_valid_hangup = kHangUp_s;

@@ -1,9 +1,9 @@
 #pragma once
 
-// HTTP and WebSocket (libwebsockets): hands out the page, lets connections in within their limits,
-// and moves whole messages between them and the Desk. One thread, one event loop, in which nothing
-// waits: what a client does not read stays in its outbox. An emergency stop has a connection of its
-// own, so that no telemetry is before it in any queue.
+// HTTP and WebSocket (libwebsockets): serves the page, accepts connections within their limits, and
+// moves whole messages between them and the Desk. One thread, one event loop that never blocks:
+// unread messages stay in the client's outbox. An emergency stop has its own connection, so that no
+// telemetry precedes it in any queue.
 
 #include <cstdint>
 #include <functional>
@@ -22,9 +22,9 @@ struct ServerOptions {
   Listen listen;
   std::string page;                  // folder; empty: none was built
   std::string certificate, key;      // of TLS; empty: none
-  std::vector<std::string> origins;  // that may connect besides the page's own
+  std::vector<std::string> origins;  // that may connect, in addition to the page's own
   std::size_t clients = 64;          // connections for looking and commanding
-  std::size_t stops = 64;            // for stopping: nobody who looks can take their place
+  std::size_t stops = 64;            // reserved for stops: viewers cannot use them
 };
 
 class Server {

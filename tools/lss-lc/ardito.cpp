@@ -1,4 +1,4 @@
-// What D.I.A.N.A. Ardito's locomotion controller must do, as properties of its states, steps and
+// Requirements on D.I.A.N.A. Ardito's locomotion controller, as properties of its states, steps and
 // events, written from the requirements (Ardito thesis 10, 11 and part III) and not from the table.
 
 #include <fmt/format.h>
@@ -35,7 +35,7 @@ bool moving(S s) {
 bool ready(S s) { return in_mode(s, Mode::stopped) || moving(s); }
 bool confirmed(S s) { return has(s, kMotorsConfirmed); }
 bool does(T t, lc::ActionSet action) { return (t.result.actions & action) != 0; }
-// The same in all but flags and links.
+// Equal except for flags and links.
 bool only_flags(T t) { return same_mode(t) && t.result.next.goal == t.before.goal; }
 bool flag_is(T t, Flag flag, bool on) {
   return has(t.result.next, flag) == on &&
@@ -44,11 +44,11 @@ bool flag_is(T t, Flag flag, bool on) {
 bool may_start(S s) {
   return idle(s) && contact(s) && !link(s, lc::kObcSilent) && !has(s, kButtonIn | kPowerBad);
 }
-// Asked for by hand or by itself, in the mode that it is in.
+// Requested by a command or by itself, in the present mode.
 bool aims(T t, Goal wanted, lc::ActionSet action) {
   return same_mode(t) && goal(t.result.next) == wanted && held_after(t) && does(t, action);
 }
-// Idle at once, or on the way there: the rover slows down first.
+// Idle at once, or on the way to Idle: the rover slows down first.
 bool comes_to_rest(T t) {
   if (!moving(t.before)) return idle(t.result.next);
   return same_mode(t) && goal(t.result.next) == Goal::idle && does(t, kHalt);
@@ -228,7 +228,7 @@ Happening help(S s) {
   return {moving(s) && goal(s) == Goal::idle ? event::is_stopped : event::stop, 0};
 }
 
-// To a start instead.
+// To a start.
 Happening help_to_start(S s) {
   if (link(s, lc::kObcSilent)) return {Event::obc_heard, 0};
   if (has(s, kButtonIn)) return {event::button_out, 0};
@@ -249,8 +249,8 @@ constexpr std::array kReturns = {
                [](S s) { return in_mode(s, Mode::stopped) && confirmed(s); }, help_to_start},
 };
 
-// Neither the table nor what is above tells one wheel from another, nor one steering drive: the
-// first ones stand for all.
+// Neither the table nor the properties above distinguish between wheels, or between steering
+// drives: the first ones represent all.
 ControllerState stands_for(const ControllerState& s) {
   ControllerState first = s;
   first.isolated = first.unheard = first.silent = 0;

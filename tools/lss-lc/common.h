@@ -1,7 +1,7 @@
 #pragma once
 
-// The words in which properties and contracts are written, and those that hold for every vehicle.
-// Included by the vehicles' own only.
+// The vocabulary of properties and contracts, and the properties of every vehicle. Included by the
+// vehicles' files only.
 
 #include <array>
 
@@ -9,7 +9,7 @@
 
 namespace lss::lc {
 
-// First these, then those.
+// Concatenates two lists.
 template <class Item, std::size_t N, std::size_t M>
 constexpr std::array<Item, N + M> join(const std::array<Item, N>& these,
                                        const std::array<Item, M>& those) {

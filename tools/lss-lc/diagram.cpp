@@ -25,7 +25,7 @@ std::string diagram(const Verified& vehicle) {
     boxes[kStateNames[static_cast<std::size_t>(before.state)]].insert(box(before));
     for (const Happening h : model.happenings) {
       const ControllerState next = step(*model.table, before, h.event, h.subject).next;
-      // What leads there from every mode: one arrow from each state is enough.
+      // Transitions from every mode: one arrow from each state is enough.
       const bool falls = (next.state == State::fatal_error && before.state != State::fatal_error) ||
                          h.event == Event::reset_controller;
       const std::string from =

@@ -1,8 +1,8 @@
 #pragma once
 
-// The locomotion controller as a picture, drawn by Graphviz from what was explored: states and
-// modes as boxes, an arrow for every way from one to another with the events that take it. Made
-// from the reachable transitions, so it shows what can happen and nothing else.
+// The locomotion controller as a picture, drawn by Graphviz from the exploration: states and modes
+// as boxes, an arrow for every transition between them with its events. Made from the reachable
+// transitions, so it shows exactly what can happen.
 
 #include <string>
 
@@ -10,7 +10,7 @@
 
 namespace lss::lc {
 
-// Events without a change of box are left out.
+// Events that do not change the box are left out.
 std::string diagram(const Verified& vehicle);
 
 }  // namespace lss::lc

@@ -14,16 +14,15 @@ namespace {
 
 constexpr std::uint32_t kNone = States::kNone;
 
-// States are visited in pieces, and several pieces at a time while the index only is read. What a
-// piece found is added afterwards, piece by piece: in the very order in which one thread would have
-// found it.
-// States. What they lead to stays below 128 KiB: what malloc maps by itself begins at a page, and
-// then a third of the time was lost (2026-11, 128 states).
+// States are visited in pieces. Several pieces run at the same time, while the index is only read.
+// The new states of the pieces are added afterwards, in piece order: the same order as with one
+// thread. States. The successors stay below 128 KiB: larger blocks are mapped by malloc at a page
+// boundary, which cost a third of the time (2026-11, 128 states).
 constexpr std::uint32_t kPiece = 64;
 constexpr std::uint32_t kPiecesAtATime = 64;  // with several threads
-constexpr std::uint32_t kShare = 8192;        // states of which the way back is looked for at once
+constexpr std::uint32_t kShare = 8192;        // states whose way back is searched at once
 
-// Where a step leads.
+// The successor of a step.
 struct Next {
   Key key;
   std::uint32_t parent;
@@ -33,25 +32,25 @@ struct Next {
 // A step that breaks a property.
 struct Break {
   std::string property;
-  std::uint32_t number;  // of the state that it is made in
+  std::uint32_t number;  // of the state before the step
   std::uint8_t by;
 };
 
-struct alignas(64) Piece {            // no two in one line of the cache: threads write to them
+struct alignas(64) Piece {            // each in its own cache line: threads write to them
   std::uint32_t first = 0, last = 0;  // states, without the last one
   std::vector<Next> nexts;            // in the order of steps; those that may be new
   std::uint64_t taken = 0;
   std::vector<std::uint64_t> row;
-  std::optional<Break> violated;  // by the step that was looked at last
+  std::optional<Break> violated;  // by the last step examined
 };
 
-// What one thread needs: where the steps of its piece lead, and keys that it met lately, which need
-// no second look: each is an old one, or came up in an earlier step.
+// The data of one thread: the successors of its piece, and recent keys, which need no second
+// lookup: each is old, or was found in an earlier step.
 class Scratch {
  public:
   Scratch(Key known, std::size_t steps) : nexts_(steps), met_(std::size_t{1} << kBits, known) {}
   void clear() { count_ = 0; }
-  // Without a branch: half of all keys were met, and nobody can tell which.
+  // Branch-free: half of all keys are known, which is unpredictable.
   void add(const Next& next) {
     Key& place = met_[next.key * 0x9E3779B97F4A7C15u >> (64 - kBits)];
     nexts_[count_] = next;
@@ -70,8 +69,8 @@ class Scratch {
   std::vector<Key> met_;
 };
 
-// What a step did, from the packed states before and after: the first parts of a key are state,
-// mode, goal and strategy.
+// The changes of a step, from the packed states before and after: the first parts of a key are
+// state, mode, goal and strategy.
 unsigned about_of(Key before, Key after, ActionSet actions) {
   const Key changed = before ^ after;
   return ((changed << (64 - KeyBits::kFirst)) != 0 ? unsigned{kChange} : 0U) |
@@ -147,7 +146,7 @@ class Explorer {
     return count;
   }
 
-  // Every event in every state of the piece, or until something does not hold.
+  // Every event in every state of the piece, or until a violation.
   void visit(Piece& piece, Scratch& scratch) const {
     scratch.clear();
     piece.row.assign(result_.row.size(), 0);
@@ -187,7 +186,7 @@ class Explorer {
     return t.result.actions == 0 && t.result.verdict.reason != Reason::none &&
            same(t.result.next, t.before);
   }
-  // What of all that is said of a step does not hold.
+  // The properties that a step violates.
   std::string broken(const Transition& t, const Contract* contract, unsigned about) const {
     const bool taken = t.result.row >= 0;
     if (!taken && !refused(t)) return "a rejection changes nothing and has a reason";
@@ -203,8 +202,8 @@ class Explorer {
     throw std::logic_error("a property that does not hold holds when asked alone");
   }
 
-  // Leaves out the states that are in the index. What the look at one needs of the memory is asked
-  // for some looks ahead.
+  // Removes the states that are in the index. The memory of a lookup is prefetched some lookups
+  // ahead.
   void take_new(std::span<const Next> found, Piece& piece) const {
     constexpr std::size_t kSlots = 24, kKeys = 12;  // ahead
     piece.nexts.clear();
@@ -217,7 +216,7 @@ class Explorer {
     }
   }
 
-  // Adds what the piece found; false when something does not hold.
+  // Adds the new states of the piece; false at a violation.
   bool add(Piece& piece) {
     constexpr std::size_t kSlots = 8;
     const std::size_t events = events_.size();
@@ -264,7 +263,7 @@ class Explorer {
   void check_returns() {
     const std::uint32_t size = states_.size();
     for (const Return& r : model_.returns) {
-      // Of each member: states that are known to lead there.
+      // Of each thread: states known to lead there.
       std::vector<std::vector<bool>> returns(team_.members(), std::vector<bool>(size));
       std::vector<std::uint32_t> lost((size - 1) / kShare + 1);
       team_.run(lost.size(), [&](std::size_t i, unsigned member) {
@@ -278,8 +277,8 @@ class Explorer {
       }
     }
   }
-  // Follows the helping world from each of these states until the target or a state that is known
-  // to lead there. Returns the first one from where it goes round in circles.
+  // Follows the cooperative environment from each of these states to the target, or to a state
+  // known to lead there. Returns the first state from which it runs in a circle.
   std::uint32_t first_lost(const Return& r, std::uint32_t first, std::uint32_t last,
                            std::vector<bool>& returns) const {
     std::vector<std::uint32_t> way;

@@ -2,8 +2,8 @@
 
 // Visits every state that the locomotion controller can reach, breadth first, with every event in
 // every state: commands, links, timers and error solving come in any order and at any time. It runs
-// the step() that ships (daemon/lc/controller.h); nothing is modelled a second time. Memory is
-// bounded: a state takes 8 octets packed, 5 for how it was reached, and its share of the index.
+// the step() that ships (daemon/lc/controller.h); there is no second model. Memory is bounded: a
+// state takes 8 bytes packed, 5 for its predecessor, and its share of the index.
 
 #include <array>
 #include <cstdint>
@@ -31,16 +31,17 @@ struct Transition {
   const Result& result;  // a rejection, too
 };
 
-// What must hold. `source`: the requirement or the part of the specification that wants it.
+// A property. `source`: its requirement or part of the specification.
 struct StateProperty {
   const char* name;
   const char* source;
   bool (*holds)(const Table& table, const ControllerState& state);
 };
-// What a step did, as bits: a property is looked at when the step did something that it is about.
+// The changes of a step, as bits: a property is evaluated only when the step made a change that
+// concerns it.
 enum About : unsigned {
   kChange = 1u << 0,   // of state, mode, goal or strategy
-  kActions = 1u << 1,  // something for the vehicle to do
+  kActions = 1u << 1,  // an action for the vehicle
   kLinks = 1u << 2,    // a change of links, modules or flags
 };
 inline constexpr std::size_t kAbouts = 8;
@@ -50,17 +51,18 @@ struct StepProperty {
   unsigned about;
   bool (*holds)(const Transition& transition);
 };
-// Properties, and all of them in one function, which compiles to one piece of code and not to a
-// call for each: there are many, and they are asked in every state and step.
+// Properties, all in one function, which compiles to one piece of code without a call for each:
+// there are many, and they are evaluated in every state and step.
 struct StateProperties {
   std::span<const StateProperty> each;
   bool (*all)(const Table& table, const ControllerState& state);
 };
 struct StepProperties {
   std::span<const StepProperty> each;
-  std::array<bool (*)(const Transition& transition), kAbouts> all;  // by what the step did
+  std::array<bool (*)(const Transition& transition), kAbouts> all;  // by the changes of the step
 };
-// Whether property i holds: as a constant, its code is here and not behind a pointer.
+// Whether property i is satisfied. A constant, so that its code is inlined and not behind a
+// pointer.
 template <const auto& kProperties, std::size_t i>
 bool holds(const Table& table, const ControllerState& state) {
   constexpr StateProperty kProperty = kProperties[i];
@@ -96,18 +98,18 @@ constexpr StepProperties step_properties() {
   }
   (std::make_index_sequence<kAbouts>());
 }
-// When an event is taken, and what it leads to.
+// When an event is accepted, and its result.
 struct Contract {
   const char* name;
   Event event;
   bool (*accepts)(const ControllerState& before, unsigned subject);
   bool (*leads)(const Transition& transition);  // taken ones only
 };
-// From every state the target is reached when the world helps.
+// From every state the target is reachable in a cooperative environment.
 struct Return {
   const char* name;
   bool (*reached)(const ControllerState& state);
-  Happening (*help)(const ControllerState& state);  // what a helpful world does next
+  Happening (*help)(const ControllerState& state);  // the next event of a cooperative environment
 };
 
 struct Model {
@@ -118,9 +120,9 @@ struct Model {
   StepProperties steps;
   std::span<const Contract> contracts;
   std::span<const Return> returns;
-  // Of states that differ only in which of several like modules is silent, unheard or isolated, the
-  // one that stands for all of them; nullptr: each stands for itself. Neither step nor properties
-  // may tell like modules apart.
+  // The representative of all states that differ only in which of several equivalent modules is
+  // silent, unheard or isolated; nullptr: no reduction. Neither step nor properties may distinguish
+  // between equivalent modules.
   ControllerState (*stands_for)(const ControllerState& state) = nullptr;
 };
 inline ControllerState stand_in(const Model& model, const ControllerState& state) {
@@ -132,19 +134,20 @@ Model model(const Table& table, std::uint16_t modules);
 
 struct Violation {
   std::string property;
-  // Shortest, from the beginning, from stand-in to stand-in; the last one breaks the property.
+  // The shortest path from the initial state, in representatives; its last step violates the
+  // property.
   std::vector<Happening> trace;
 };
 
-// All but octets and seconds is the same whatever the number of threads.
+// Everything except bytes and seconds is independent of the number of threads.
 struct Exploration {
   std::size_t states = 0;
   std::uint64_t transitions = 0;  // states x events
   std::uint64_t taken = 0;        // of these, by a row of the table
-  std::size_t depth = 0;          // longest of the shortest ways to a state
-  std::size_t octets = 0;         // of memory, all in all
+  std::size_t depth = 0;          // longest of the shortest paths to a state
+  std::size_t octets = 0;         // of memory, in total
   double seconds = 0;
-  bool complete = false;           // else: violated, or more than max_states
+  bool complete = false;           // otherwise: violated, or more than max_states
   std::vector<std::uint64_t> row;  // how often each row was taken, common rows first
   std::optional<Violation> violation;
 };

@@ -1,6 +1,6 @@
 #pragma once
 
-// All of a ControllerState in 8 octets, 16 modules at most.
+// A ControllerState packed into 8 bytes, 16 modules at most.
 
 #include <cstdint>
 
@@ -56,7 +56,7 @@ inline ControllerState unpack(Key key) noexcept {
   return s;
 }
 
-// Whether unpack(pack(s)) == s: every part has room, and no module is two things at once.
+// Whether unpack(pack(s)) == s: every part fits, and no module has two states at once.
 inline bool packs(const ControllerState& s) noexcept {
   const auto over = [](unsigned value, unsigned bits) { return value >> bits; };
   const unsigned twice =

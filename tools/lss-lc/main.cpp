@@ -1,4 +1,4 @@
-// lss-lc: the locomotion controllers held against their requirements, state by state.
+// lss-lc: checks the locomotion controllers against their requirements, state by state.
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -37,7 +37,7 @@ class Mutant {
   Table table_;
 };
 
-// In every state that can be reached, every event does the same.
+// In every reachable state every event has the same effect.
 bool behaves_the_same(const Model& a, const Model& b) {
   std::set<Key> seen{pack(a.begin)};
   std::vector<ControllerState> left{a.begin};
@@ -96,7 +96,7 @@ class Measure {
     }
   }
 
-  // Every transition that the row makes: each state, each mode.
+  // Every transition of the row: each state, each mode.
   void drop() {
     for (unsigned s = 0; s < 4; ++s) {
       const auto state = static_cast<State>(s);

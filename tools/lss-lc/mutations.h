@@ -1,7 +1,7 @@
 #pragma once
 
-// How well the properties watch the table: every transition of it is broken in turn (left out, led
-// elsewhere, without a guard, without an action), and the exploration must notice each time.
+// Measures how well the properties cover the table: every transition is changed in turn (removed,
+// redirected, without a guard, without an action), and the exploration must detect each change.
 
 #include <string>
 #include <vector>
@@ -12,12 +12,12 @@ namespace lss::lc {
 
 struct Mutations {
   std::size_t count = 0, caught = 0;
-  std::size_t equivalent = 0;          // no reachable state behaves differently: nothing to notice
-  std::vector<std::string> survivors;  // what was changed and nothing noticed
+  std::size_t equivalent = 0;          // no reachable state behaves differently: nothing to detect
+  std::vector<std::string> survivors;  // undetected changes
   double seconds = 0;
 };
 
-// With few modules, which is quick.
+// With few modules, for speed.
 Mutations mutate(const Verified& vehicle);
 
 }  // namespace lss::lc

@@ -1,4 +1,4 @@
-// What SPIN's verifier calls, for the vehicle LSS_VERIFIED of this build.
+// The functions that SPIN's verifier calls, for the vehicle LSS_VERIFIED of this build.
 
 #include <cstring>
 
@@ -28,7 +28,7 @@ void set(const lc::ControllerState& state) {
 
 bool packs = true;  // every state so far
 
-// Before main(): the state that the search begins with.
+// Before main(): the initial state of the search.
 [[maybe_unused]] const bool begun = [] {
   set(model().begin);
   return true;
@@ -47,7 +47,7 @@ void lss_lc_step(int happening) {
   set(next);
 }
 
-// The properties of states; SPIN stops with an error where one does not hold.
+// The properties of states; SPIN stops with an error at a violation.
 int lss_lc_good() {
   if (!packs) return 0;
   return model().states.all(*model().table, state()) ? 1 : 0;

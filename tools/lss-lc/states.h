@@ -1,8 +1,7 @@
 #pragma once
 
-// The states that were found, numbered in the order of finding, each with how it was reached, and
-// an index by open addressing. 13 octets a state and its share of the index. Any number of threads
-// may read while none adds.
+// The states found, numbered in order, each with its predecessor, and an index by open addressing.
+// 13 bytes a state and its share of the index. Any number of threads may read while none adds.
 
 #include <array>
 #include <cstdint>
@@ -53,7 +52,7 @@ class States {
     return slot == kNone ? kNone : slot & kNumber;
   }
 
-  // What a look for this key will read first, and then.
+  // The memory that a lookup of this key reads first, and second.
   void prefetch_slot(Key key) const { __builtin_prefetch(&slots_[home(key)]); }
   void prefetch_key(Key key) const {
     const std::uint32_t slot = slots_[home(key)];
@@ -77,7 +76,7 @@ class States {
   std::size_t home(Key key) const { return (hash(key) >> 32) * slots_.size() >> 32; }
   static std::uint32_t tag(Key key) { return static_cast<std::uint32_t>(hash(key) >> 24) & 0xFF; }
   // Its slot, or the empty one where it belongs. A slot has the number of its state and eight bits
-  // of its hash: most wrong slots are passed without a look at the state, which is far away in
+  // of its hash: most wrong slots are skipped without a read of the state, which is far away in
   // memory.
   std::size_t find(Key key) const {
     const std::uint32_t wanted = tag(key);
@@ -89,7 +88,7 @@ class States {
     }
   }
   void grow() {
-    slots_.assign(slots_.size() / 2 * 3, kNone);  // not twice: a state has at most 8 octets of it
+    slots_.assign(slots_.size() / 2 * 3, kNone);  // no doubling: a state has at most 8 bytes of it
     for (std::uint32_t i = 0; i < size_; ++i)
       slots_[find((*this)[i])] = tag((*this)[i]) << kNumberBits | i;
   }

@@ -1,4 +1,4 @@
-// What TALARIS' locomotion controller must do, as properties of its states, steps and events,
+// Requirements on TALARIS' locomotion controller, as properties of its states, steps and events,
 // written from the requirements (TALARIS thesis 4.5.1, A.3 and A.5.3) and not from the table.
 
 #include <fmt/format.h>
@@ -172,7 +172,7 @@ Happening help(S s) {
   return {goal(s) == Goal::idle ? event::finished : event::stop, 0};
 }
 
-// To a flight instead.
+// To a flight.
 Happening help_to_fly(S s) {
   if (link(s, lc::kObcSilent)) return {Event::obc_heard, 0};
   if (has(s, kImuLost)) return {event::imu_good, 0};

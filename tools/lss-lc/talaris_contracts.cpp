@@ -1,4 +1,4 @@
-// When each event is taken, and what it leads to.
+// When each event is accepted, and its result.
 
 #include <array>
 
@@ -10,7 +10,7 @@ namespace {
 using namespace words;
 
 bool on_ground(S s) { return operational(s) && !in_air(s); }
-// By a command to the mode that it names; in that mode already it goes on as it is.
+// By a command to the mode that it names; in that mode already, nothing changes.
 template <Mode m>
 bool changes_to(T t) {
   return to(t, m) && takes(t, 0) && (in_mode(t.before, m) ? keeps(t) : does(t, kShut));

@@ -1,7 +1,6 @@
 #pragma once
 
-// The words in which TALARIS' properties and contracts are written. Included by the files of this
-// library only.
+// The vocabulary of TALARIS' properties and contracts. Included by the files of this library only.
 
 #include <initializer_list>
 #include <span>
@@ -33,12 +32,12 @@ inline bool gnc(S s) {
 }
 inline bool in_air(S s) { return goal(s) != Goal::none; }
 inline bool does(T t, lc::ActionSet all) { return (t.result.actions & all) == all; }
-// Done for who asks, who holds authority from now on.
+// Done for the requesting source, which has authority from now on.
 inline bool takes(T t, lc::ActionSet all) {
   return does(t, all | lc::kTakeAuthority) && held_after(t);
 }
 inline bool enters(T t, Mode m) { return to(t, m) && !in_mode(t.before, m); }
-// The same in all but these flags, which are now on and off.
+// Equal except for these flags, which are now on and off.
 inline bool only_flags(T t, unsigned on, unsigned off) {
   ControllerState wanted = t.before;
   wanted.flags = static_cast<std::uint8_t>((wanted.flags & ~off) | on);
@@ -51,12 +50,12 @@ inline bool takes_none(const lc::Table& table, S s, std::initializer_list<Event>
   return true;
 }
 inline bool may_start(S s) { return idle(s) && contact(s) && !link(s, lc::kObcSilent); }
-// It flies on, to this end.
+// It continues the flight, to this end.
 inline bool aims(T t, Goal wanted) {
   return same_mode(t) && goal(t.result.next) == wanted && does(t, kLand) &&
          t.result.next.flags == t.before.flags;
 }
-// In the air it comes down first; on the ground it is over at once.
+// In the air it lands first; on the ground it ends at once.
 inline bool comes_to_rest(T t) {
   return in_air(t.before) ? aims(t, Goal::idle) : idle(t.result.next) && does(t, lc::kMotorsOff);
 }

@@ -1,7 +1,7 @@
 #pragma once
 
-// Threads that share one piece of work after another. The caller is one of them and waits for the
-// others: between two calls of run() nothing runs beside it.
+// Threads that share successive pieces of work. The caller is one of them and waits for the others:
+// between two calls of run() no other thread runs.
 
 #include <atomic>
 #include <condition_variable>
@@ -31,8 +31,8 @@ class Team {
 
   unsigned members() const { return static_cast<unsigned>(others_.size()) + 1; }
 
-  // work(i, member) for each i below count. A member's are in rising order; whose is whose is not
-  // told.
+  // work(i, member) for each i below count. The indices of a member increase; the distribution is
+  // not defined.
   using Work = std::function<void(std::size_t i, unsigned member)>;
   void run(std::size_t count, const Work& work) {
     next_ = 0;
@@ -78,7 +78,7 @@ class Team {
   std::size_t count_ = 0, busy_ = 0, round_ = 0;
   bool over_ = false;
   std::atomic<std::size_t> next_{0};
-  std::vector<std::jthread> others_;  // last: they use the rest
+  std::vector<std::jthread> others_;  // last: they use the other members
 };
 
 }  // namespace lss::lc

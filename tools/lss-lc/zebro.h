@@ -1,8 +1,8 @@
 #pragma once
 
-// What Lunar Zebro's locomotion controller must do, as properties of its states and steps, written
-// from the requirements and not from the table: tools/lss-lc/explorer.h visits all states and holds
-// the table against them.
+// Requirements on Lunar Zebro's locomotion controller, as properties of its states and steps,
+// written from the requirements and not from the table: tools/lss-lc/explorer.h visits all states
+// and checks the table against them.
 
 #include "tools/lss-lc/explorer.h"
 
@@ -10,7 +10,7 @@ namespace lss::zebro {
 
 inline constexpr std::uint16_t kAllModules = 0x7F;
 
-// The table that ships, or another to be held against the same properties.
+// The table that ships, or another to be checked against the same properties.
 lc::Model model_of(const lc::Table& table, std::uint16_t modules = kAllModules);
 
 std::span<const lc::Contract> contracts();

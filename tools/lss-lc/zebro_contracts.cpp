@@ -1,4 +1,4 @@
-// When each event is taken, and where it leads.
+// When each event is accepted, and its result.
 
 #include <array>
 
@@ -19,7 +19,7 @@ constexpr std::array kOwnContracts = {
     Contract{"lease expired", Event::lease_expired,
              [](S s, unsigned) { return link(s, lc::kHeld); },
              [](T t) {
-               // From its feet it lies down before the motors go off.
+               // When it stands, it lies down before the motors go off.
                const bool up = in_mode(t.before, {Mode::standing_up, Mode::standing, Mode::bridge});
                const bool walks = in_mode(t.before, {Mode::walking, Mode::finishing_step});
                return stops(t.result.next) && !link(t.result.next, lc::kHeld) &&

@@ -1,4 +1,4 @@
-// What must hold of every state and every step, and the way back to Idle.
+// Properties of every state and every step, and the way back to Idle.
 
 #include <array>
 #include <bit>

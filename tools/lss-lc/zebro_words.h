@@ -1,6 +1,6 @@
 #pragma once
 
-// The words in which Lunar Zebro's properties and contracts are written. Included by those only.
+// The vocabulary of Lunar Zebro's properties and contracts. Included by those only.
 
 #include <array>
 #include <initializer_list>
@@ -71,7 +71,7 @@ inline bool holds_still(S s) {
 }
 inline bool confirmed(S s) { return has(s, kMotorsConfirmed); }
 inline bool to(T t, Mode m) { return operational(t.result.next) && mode(t.result.next) == m; }
-// Comes to rest with the motors off, at once or by motions that end by themselves.
+// Comes to standstill with the motors off, at once or by motions that end by themselves.
 inline bool stops(S s) {
   return idle(s) || (in_motion(s) && (goal(s) == Goal::idle || goal(s) == Goal::lie_idle));
 }

@@ -93,7 +93,7 @@ void Ardito::step() {
   feel();
 }
 
-// The button and a failed supply take the motors' battery away; the nodes' electronics go on.
+// The button and a failed supply disconnect the motors' battery; the nodes' electronics stay on.
 void Ardito::step_power() {
   double current_A = 0;
   for (const WheelTrain& train : trains_) current_A += std::abs(train.current_A());
@@ -120,7 +120,7 @@ void Ardito::receive(const CanFrame& frame) {
   note_waiting();
 }
 
-// Nodes take turns, so that one that babbles does not keep the others from the bus.
+// Nodes take turns, so that a babbling node does not block the others.
 std::optional<CanFrame> Ardito::send() {
   const std::lock_guard lock(mutex_);
   std::array<Node*, kWheels + kSteered + 2> all;
@@ -143,7 +143,7 @@ void Ardito::note_waiting() {
   waiting_ = waiting;
 }
 
-// Frames of nodes that are not on this bus, and of kinds that it does not use.
+// Frames of nodes that are not on this bus, and of types that it does not use.
 void Ardito::speak_foreign() {
   foreign_owed_ = foreign_1_s_ > 0 ? foreign_owed_ + foreign_1_s_ * kStep_s : 0;
   std::uniform_int_distribution<unsigned> any(0, 255);

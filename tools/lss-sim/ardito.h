@@ -78,7 +78,7 @@ class Ardito final : public Vehicle, public CanDevice {
   std::atomic<bool> waiting_ = false;
 };
 
-// What can be broken: every failure of the Ardito thesis' section 19, and of nodes and sensors.
+// The faults: every failure of the Ardito thesis' section 19, and faults of nodes and sensors.
 std::span<const FaultKind> fault_kinds();
 
 }  // namespace ardito

@@ -79,7 +79,7 @@ void Drive::obey(std::uint16_t control) {
   const bool reset_edge = (control & 0x80) != 0 && (last_control_ & 0x80) == 0;
   last_control_ = control;
   const bool shutdown = (control & 0x87) == 0x06;
-  const bool switch_on = (control & 0x87) == 0x07;  // with bit 3: and enable
+  const bool switch_on = (control & 0x87) == 0x07;  // with bit 3: also enable
   const bool enable = (control & 0x8F) == 0x0F;
   const bool no_voltage = (control & 0x82) == 0x00;
   const bool quick_stop = (control & 0x86) == 0x02;

@@ -1,9 +1,9 @@
 #pragma once
 
 // The drives of D.I.A.N.A. Ardito: CiA 402's state machine on a CANopen node, with profile velocity
-// for wheels and profile position for steering. Written from docs/icd-ardito.md sections 5, 7
-// and 9. A drive's own control needs none of the sensors that it reports: it commutates and counts
-// steps by itself, so that a failed encoder is wrong on the bus and nowhere else.
+// for wheels and profile position for steering. Written from docs/icd-ardito.md sections 5, 7 and
+// 9. A drive's own control uses none of the sensors that it reports: it commutates and counts steps
+// by itself, so a failed encoder affects only the values on the bus.
 
 #include "tools/lss-sim/ardito_node.h"
 #include "tools/lss-sim/ardito_train.h"
@@ -16,8 +16,8 @@ enum class Power {
   ready,               // 0x0007 leads on
   switched_on,         // 0x000F leads on
   enabled,             // follows its target; quick stop, disable and fault lead out
-  quick_stop,          // slows down, then holds or switches off, by 0x605A; 0x0000 leads out
-  fault                // motor off; the rising edge of bit 7 leads out when the cause is gone
+  quick_stop,  // slows down, then holds position or switches off, by 0x605A; 0x0000 leads out
+  fault        // motor off; the rising edge of bit 7 leads out when the cause is gone
 };
 
 class Drive : public Node {
@@ -61,7 +61,7 @@ class Drive : public Node {
 class WheelDrive final : public Drive {
  public:
   WheelDrive(std::uint8_t id, unsigned seed);
-  // What the motor is to do in this millisecond.
+  // The order for the motor in this millisecond.
   MotorOrder order() const { return {moves(), reference_rad_s_}; }
   void feel(const WheelTrain& train, const ShaftState& wheel);
   Signal* signal(int number) override;
@@ -100,9 +100,9 @@ class SteeringDrive final : public Drive {
   bool arrived() const;
 
   Signal encoder_, reduction_, current_;
-  double motor_rad_ = 0, zero_rad_ = 0;  // of the train; what its count is off from it
+  double motor_rad_ = 0, zero_rad_ = 0;  // of the train; the offset of its count
   double reference_rad_ = 0, velocity_rad_s_ = 0, goal_rad_ = 0;
-  std::optional<double> next_rad_;  // a set-point that waits for the one under way
+  std::optional<double> next_rad_;  // a set-point that waits for the end of the current one
   bool acknowledged_ = false, last_bit4_ = false;
   int behind_ms_ = 0;
 };

@@ -1,5 +1,5 @@
-// What can be broken in D.I.A.N.A. Ardito: the failures of the Ardito thesis' sections 17 and 19
-// under its names, and what its FMEA lists of nodes, bus, supply and sensors (its part IV).
+// The faults of D.I.A.N.A. Ardito: the failures of the Ardito thesis' sections 17 and 19 under its
+// names, and those of nodes, bus, supply and sensors in its FMEA (its part IV).
 
 #include <fmt/format.h>
 

@@ -10,13 +10,14 @@ namespace {
 using namespace dimensions;
 
 constexpr double kFriction = 0.3;
-constexpr double kFollow_s = 0.02;  // how fast the body takes up what its wheels agree on
+constexpr double kFollow_s = 0.02;  // time constant of the body's velocity
 constexpr double kLeastWeight = 1e-6;
 constexpr double kResting_rad_s = 1e-3;
-constexpr double kHeight_m = 0.525;  // of the body's origin: axles below it, and a wheel
+constexpr double kHeight_m =
+    0.525;  // of the body's origin: height above the axles, plus the wheel radius
 constexpr double kSteeringStop_rad = 1.3;
 
-// Against the centre of mass, x ahead, y left.
+// Relative to the centre of mass, x ahead, y left.
 constexpr std::array<double, 3> kAxles_m = {kFront_m - kCentre_m, -kCentre_m, -kRear_m - kCentre_m};
 constexpr double wheel_x_m(std::size_t wheel) { return kAxles_m[wheel / 2]; }
 constexpr double wheel_y_m(std::size_t wheel) {
@@ -43,7 +44,7 @@ double KinematicRover::ground_m_s(std::size_t wheel) const {
   return ahead * std::cos(angle) + left * std::sin(angle);
 }
 
-// The motion of the body that fits the treads best. Across its plane no wheel gives way.
+// The body motion that fits the treads best. No wheel slips sideways.
 void KinematicRover::agree(const std::array<ShaftDrive, kWheels>& wheels) {
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();

@@ -1,9 +1,10 @@
 #pragma once
 
-// D.I.A.N.A. Ardito on level ground by rolling alone, without rigid bodies: a hundredth of their
-// cost, for machines that are slow. Wheels that drive go as fast as they want; the body moves as
-// the wheels' treads agree, weighted by what each can pull; wheels that do not drive roll along. No
-// suspension, no terrain, no load transfer. Used by one thread (physics). One step is 1 ms.
+// D.I.A.N.A. Ardito on level ground, as pure rolling without rigid bodies: a hundredth of their
+// cost, for slow machines. Driven wheels turn at their own speed. The body's motion is the mean of
+// the treads' motions, weighted by the pull that each can give. Wheels that are not driven roll
+// freely. No suspension, no terrain, no load transfer. Used by one thread (physics). One step is 1
+// ms.
 
 #include "tools/lss-sim/ardito_rover.h"
 
@@ -27,7 +28,7 @@ class KinematicRover final : public RoverPlant {
   double load_N_ = 0;
   Eigen::Vector3d rate_ = Eigen::Vector3d::Zero();  // of the body: ahead, left (m/s), yaw (rad/s)
   double x_m_ = 0, y_m_ = 0, yaw_rad_ = 0;
-  double pull_Nm_ = 0;  // of each wheel, to change the body's speed
+  double pull_Nm_ = 0;  // of each wheel, that changes the body's speed
 };
 
 }  // namespace lss::sim::ardito

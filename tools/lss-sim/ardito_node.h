@@ -1,12 +1,12 @@
 #pragma once
 
-// What all nodes of D.I.A.N.A. Ardito are: CANopen nodes, as docs/icd-ardito.md has them.
+// The base of all nodes of D.I.A.N.A. Ardito: CANopen nodes of docs/icd-ardito.md.
 
 #include "tools/lss-sim/canopen_node.h"
 
 namespace lss::sim::ardito {
 
-using namespace nodes;  // its drives and devices are nodes with more on them
+using namespace nodes;  // the base class of its drives and devices
 
 inline constexpr std::uint32_t kProduct = 0x0A12D170;
 

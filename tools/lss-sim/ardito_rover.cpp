@@ -50,11 +50,11 @@ constexpr double kBogie_Nms_rad = 1.0;
 constexpr double kRockerStop_rad = 35 * kDegree_rad, kBogieStop_rad = 45 * kDegree_rad;
 constexpr double kSteeringStop_rad = 75 * kDegree_rad;
 
-// A wheel pulls by slipping a little: in proportion to the pull, by this share of its speed for a
-// pull of its whole load. Without it rigid wheels wind one another up.
+// A pulling wheel slips a little, in proportion to the pull: by this share of its speed for a pull
+// equal to its load. Without slip, rigid wheels would work against each other.
 constexpr double kSlip = 0.15;
 
-// A patch of ground under each wheel: big enough that a wheel never leaves it within a step.
+// A patch of ground under each wheel: so large that a wheel never leaves it within a step.
 const Eigen::Vector3d kPatch_m(0.4, 0.4, 0.2);
 constexpr double kResting_rad_s = 1e-3;
 constexpr double kLoadFilter = 0.05;  // a step
@@ -82,7 +82,7 @@ class WheelOnGround final : public dart::collision::CollisionFilter {
     if (one.ground == other.ground) return true;
     return one.wheel != other.wheel && one.wheel != kKerb && other.wheel != kKerb;
   }
-  // The wheel of a shape, kKerb for what is none.
+  // The wheel of a shape; kKerb for any other shape.
   int wheel(const ShapeFrame* shape) const {
     const Part& part = parts_.at(shape);
     return part.ground ? kKerb : part.wheel;
@@ -124,13 +124,12 @@ void add_stops(RevoluteJoint& joint, double most_rad) {
   joint.setLimitEnforcement(true);
 }
 
-// Turns a shaft that a friction torque holds back: the gear gives what the joint needs and what is
-// lost on the way. What cannot be given against the motion is 0: the solver wants 0 between the
-// limits.
+// Turns a shaft against a friction torque: the gear gives the torque of the joint plus the loss. A
+// limit against the motion is at least 0: the solver needs 0 between the limits.
 void drive(RevoluteJoint& joint, const ShaftDrive& wanted, double friction_Nm) {
   const double velocity_rad_s = joint.getVelocity(0);
   const bool moves = std::abs(velocity_rad_s) > kResting_rad_s;
-  const double way = moves ? velocity_rad_s : wanted.velocity_rad_s;  // friction is against it
+  const double way = moves ? velocity_rad_s : wanted.velocity_rad_s;  // friction opposes it
   double forward_Nm = wanted.torque_limit_Nm + friction_Nm;
   double backward_Nm = forward_Nm;
   const double against_Nm = std::max(0.0, wanted.torque_limit_Nm - friction_Nm);
@@ -224,7 +223,7 @@ void Rover::World::add_side(BodyNode& body, std::size_t side, double friction) {
 void Rover::World::build(const RoverOptions& options) {
   world->setTimeStep(kStep_s);
   const double g = options.gravity_m_s2;
-  // A slope is the same as gravity that leans back, and keeps the ground a height over x and y.
+  // A slope is simulated by tilted gravity, so that the ground stays a height over x and y.
   world->setGravity({-g * std::sin(options.slope_rad), 0, -g * std::cos(options.slope_rad)});
   world->getConstraintSolver()->setCollisionDetector(
       dart::collision::BulletCollisionDetector::create());
@@ -329,7 +328,7 @@ void Rover::step(const std::array<ShaftDrive, kWheels>& wheels,
   }
 }
 
-// The hub's speed in the wheel's plane, so that climbing a kerb is no slip.
+// The hub's speed in the wheel's plane, so that climbing a kerb does not count as slip.
 double Rover::slip_m_s(std::size_t wheel) const {
   const World& w = *world_;
   const Eigen::Isometry3d& pose = w.hubs[wheel]->getWorldTransform();

@@ -1,13 +1,12 @@
 #pragma once
 
-// What turning six wheels and four steering shafts does to D.I.A.N.A. Ardito: the interface of its
+// The motion of D.I.A.N.A. Ardito from six wheels and four steering shafts: the interface of its
 // plants, and chassis, rockers, bogies, steering and wheels on their ground as rigid bodies (DART);
-// ardito_kinematic.h has the other. Frames: world x
-// forward at the start, y left, z up; body the same, its origin at the thesis' centre of mass.
-// Angles: wheels grow with forward rotation; steering to the left is positive; a rocker or bogie
-// angle is positive when it lifts its front wheel (Ardito thesis 13, erratum on the frames). Wheels
-// 1..6 are LF, RF, LM, RM, LR, RR; steering shafts belong to wheels 1, 2, 5, 6. Used by one thread
-// (physics). One step is 1 ms.
+// ardito_kinematic.h has the other. Frames: world x forward at the start, y left, z up; body the
+// same, its origin at the thesis' centre of mass. Angles: wheels grow with forward rotation;
+// steering to the left is positive; a rocker or bogie angle is positive when it lifts its front
+// wheel (Ardito thesis 13, erratum on the frames). Wheels 1..6 are LF, RF, LM, RM, LR, RR; steering
+// shafts belong to wheels 1, 2, 5, 6. Used by one thread (physics). One step is 1 ms.
 
 #include <Eigen/Geometry>
 #include <array>
@@ -22,8 +21,8 @@ inline constexpr std::size_t kSteered = 4;
 inline constexpr std::array<std::size_t, kSteered> kSteeredWheels = {0, 1, 4, 5};
 inline constexpr double kStep_s = 0.001;
 
-// Ardito thesis 14 (a = b = c, d, e, f) and 13.4 (the pivots). Both sections give the places of the
-// wheels, and differently (erratum): the ground plan is that of section 14, which steering goes by.
+// Ardito thesis 14 (a = b = c, d, e, f) and 13.4 (the pivots). Both sections give the positions of
+// the wheels, and they differ (erratum): the plan is that of section 14, which steering uses.
 namespace dimensions {
 inline constexpr double kTrack_m = 0.782;
 inline constexpr double kFront_m = 0.612;   // ahead of the middle axle
@@ -43,14 +42,13 @@ struct RoverOptions {
   double friction = 0.3;
   double slope_rad = 0;        // uphill ahead
   double step_height_m = 0;    // a kerb across the way; 0: none
-  double step_at_m = 1.5;      // where it begins, from the start
-  double step_length_m = 100;  // how long it stays up
+  double step_at_m = 1.5;      // distance of its edge from the start
+  double step_length_m = 100;  // length of the raised ground
   StepSide step_side = StepSide::both;
   unsigned seed = 1;  // of the ground
 };
 
-// What a gear does with its shaft in one step: turns it at this speed as far as the torque
-// suffices.
+// The order of a gear to its shaft for one step: this speed, limited by the torque.
 struct ShaftDrive {
   double velocity_rad_s = 0;
   double torque_limit_Nm = 0;
@@ -85,7 +83,7 @@ class RoverPlant {
   const std::array<ShaftState, kWheels>& wheels() const { return wheels_; }
   const std::array<ShaftState, kSteered>& steering() const { return steering_; }
   const std::array<double, kWheels>& loads_N() const { return loads_N_; }  // on the ground
-  // How much faster than its hub goes a wheel's tread goes.
+  // The speed of a wheel's tread minus that of its hub.
   virtual double slip_m_s(std::size_t wheel) const = 0;
   virtual Suspension suspension() const = 0;
   virtual BodyState body() const = 0;

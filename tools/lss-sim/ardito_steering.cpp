@@ -54,7 +54,7 @@ Signal* SteeringDrive::signal(int number) {
   return number >= 1 && number <= 3 ? all[number - 1] : nullptr;
 }
 
-// The absolute encoder behind the gear gives the motor's count its start.
+// The absolute encoder behind the gear initialises the motor's count.
 void SteeringDrive::reset() {
   Drive::reset();
   zero_rad_ = motor_rad_ - reduction_.read(random_) * kCount_rad * kGear;
@@ -76,7 +76,7 @@ void SteeringDrive::begin_motion() {
   next_rad_.reset();
 }
 
-// Bit 4 rises: a set-point is taken, at once or after the one under way (bit 5).
+// Bit 4 rises: a set-point is accepted, at once or after the current one (bit 5).
 void SteeringDrive::new_control() {
   const bool bit4 = (controlword() & 1u << 4) != 0;
   const bool rises = bit4 && !last_bit4_;
@@ -110,7 +110,7 @@ void SteeringDrive::tick() {
   if (!behind) settle(kFollowingError);
 }
 
-// A trapezoid in velocity, its end found anew in every step.
+// A trapezoidal velocity profile, recomputed in every step.
 void SteeringDrive::advance() {
   const bool stopping = power_ == Power::quick_stop;
   const double slower_rad_s2 = objects_.get(stopping ? 0x6085 : 0x6084, 0) * kCount_rad;

@@ -1,7 +1,7 @@
 #pragma once
 
-// The ground under D.I.A.N.A. Ardito as a height over the plane: flat, hills or rough, without end
-// and the same for the same seed. SI units, world frame x forward at the start, y left, z up. Pure
+// The ground under D.I.A.N.A. Ardito as a height over the plane: flat, hills or rough, infinite and
+// determined by the seed. SI units, world frame x forward at the start, y left, z up. Pure
 // functions after construction; any thread.
 
 #include <array>
@@ -13,7 +13,7 @@ namespace lss::sim::ardito {
 enum class Ground {
   flat,
   hills,  // smooth, wavelengths of 5 to 12 m, slopes to about 12 deg
-  rough   // lower hills, and bumps of 0.7 to 2 m length and some centimetres height on them
+  rough   // lower hills, with bumps of 0.7 to 2 m length and some centimetres height
 };
 
 struct GroundPoint {
@@ -21,8 +21,7 @@ struct GroundPoint {
   std::array<double, 3> normal{0, 0, 1};  // unit length, upwards
 };
 
-// A sum of sine waves in directions, lengths and phases of the seed; level around the start, where
-// the rover is put down.
+// A sum of sine waves with directions, lengths and phases from the seed; level around the start.
 class Terrain {
  public:
   Terrain(Ground ground, unsigned seed);

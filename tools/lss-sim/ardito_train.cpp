@@ -6,11 +6,11 @@
 namespace lss::sim::ardito {
 namespace {
 
-// Friction of the gear at the wheel; what a motor that is not driven adds to it; what holds a shaft
-// that cannot turn at all.
+// Friction of the gear at the wheel; additional friction of an undriven motor; holding torque of a
+// blocked shaft.
 constexpr double kGear_Nm = 0.5, kCoast_Nm = 1.2, kBlocked_Nm = 100;
 constexpr double kStill_rad_s = 1.0;
-constexpr double kAlone_s = 0.02;  // a motor without a load follows its drive so fast
+constexpr double kAlone_s = 0.02;  // time constant of a motor without load
 constexpr double kRundown_s = 0.3;
 constexpr double kCurrent_s = 0.008;  // of the winding and the filter of its sensor
 constexpr double kLeastLink_V = 8;
@@ -85,7 +85,7 @@ ShaftDrive WheelTrain::step(const MotorOrder& order, const ShaftState& wheel, do
   return {.velocity_rad_s = order.velocity_rad_s / kGear, .torque_limit_Nm = limit_Nm};
 }
 
-// The gear loses on the way, whichever way that is.
+// The gear has losses in both directions.
 void WheelTrain::load(double torque_Nm) {
   const bool stands = std::abs(motor_rad_s_) < kStill_rad_s;
   const double way = std::clamp(stands ? torque_Nm / kGear_Nm : motor_rad_s_, -1.0, 1.0);

@@ -1,10 +1,10 @@
 #pragma once
 
 // Motor, clutch and gear of a wheel, and motor and gear of a steering shaft, as D.I.A.N.A. Ardito
-// has them (Ardito thesis 7.1, 7.2): what a drive's order does to the shaft behind the gear of 50,
-// and the current that it takes. The thesis names neither motors nor gears: the figures are those
-// of a 100 W brushless motor at 24 V that pulls the rover at 1 m/s. SI units at the motor's shaft
-// unless said. Each is one small state; one thread.
+// has them (Ardito thesis 7.1, 7.2): the effect of a drive's order on the shaft behind the gear of
+// 50, and its current. The thesis names neither motors nor gears: the figures are those of a 100 W
+// brushless motor at 24 V that pulls the rover at 1 m/s. SI units at the motor's shaft unless said.
+// Each is one small state; one thread.
 
 #include "tools/lss-sim/ardito_rover.h"
 
@@ -19,14 +19,14 @@ inline constexpr double kRated_A = 4;
 inline constexpr double kLimit_A = 10;
 inline constexpr double kEfficiency = 0.80;  // of the gear
 
-// No load: bearings, iron and brushless controller. What the thesis would learn by experiment to
-// know a failed clutch by (its part VII).
+// No load: bearings, iron and brushless controller. The thesis would measure this in an experiment
+// to detect a failed clutch (its part VII).
 double no_load_A(double speed_rad_s);
-// The most that the gear gives at this speed of the motor and this voltage.
+// The maximum torque of the gear at this motor speed and voltage.
 double torque_limit_Nm(double speed_rad_s, double link_V);
 }  // namespace motor
 
-// What a drive wants of its motor.
+// The order of a drive to its motor.
 struct MotorOrder {
   bool on = false;  // power stage
   double velocity_rad_s = 0;
@@ -40,17 +40,17 @@ enum class MotorFault {
 enum class GearFault {
   none,
   jammed,  // the wheel is blocked, and so is the motor while the clutch is engaged
-  loose    // lost its coupling: both turn, neither drives the other
+  loose    // coupling broken: both turn, neither drives the other
 };
 enum class ClutchFault {
   none,
-  open,   // disconnected whatever is ordered
-  closed  // connected whatever is ordered
+  open,   // always disconnected, ignores orders
+  closed  // always connected, ignores orders
 };
 
 class WheelTrain {
  public:
-  // One millisecond: `wheel` is what the ground did with the wheel in the last one.
+  // One millisecond: `wheel` is the motion of the wheel in the last one.
   ShaftDrive step(const MotorOrder& order, const ShaftState& wheel, double link_V);
 
   double motor_rad_s() const { return motor_rad_s_; }

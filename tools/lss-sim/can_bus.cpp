@@ -22,7 +22,7 @@ constexpr FaultKind kKinds[] = {
 // Linux's error frames (linux/can/error.h), which cannelloni carries like any other.
 constexpr std::uint32_t kBusOff = 0x40, kRestarted = 0x100;
 
-// Everything that is stuffed, bit by bit: start of frame to CRC.
+// All bits with stuffing: start of frame to CRC.
 class Bits {
  public:
   void add(std::uint32_t value, int count) {
@@ -40,7 +40,7 @@ class Bits {
     run_ = bit == last_ ? run_ + 1 : 1;
     last_ = bit;
     if (run_ < 5) return;
-    ++total_;  // a stuff bit, which begins a run of its own
+    ++total_;  // a stuff bit, which begins a new run
     last_ = !bit;
     run_ = 1;
   }
@@ -53,7 +53,8 @@ class Bits {
 }  // namespace
 
 int bits_on_wire(const CanFrame& frame) {
-  constexpr int kAfterCrc = 1 + 1 + 1 + 7 + 3;  // delimiter, acknowledge and its, end, pause
+  constexpr int kAfterCrc =
+      1 + 1 + 1 + 7 + 3;  // CRC delimiter, ACK slot and delimiter, end of frame, intermission
   Bits bits;
   bits.add(0, 1);
   if (frame.extended) {
@@ -132,7 +133,7 @@ void CanBus::collect(TimeNs now) {
   while (const auto frame = device_.send()) nodes_.push_back({now, *frame});
 }
 
-// Puts the frame on the wire that wins at the first instant at which one waits and the bus is free.
+// When the bus is free and frames wait, puts the one that wins the arbitration on the wire.
 bool CanBus::begin(TimeNs now) {
   TimeNs first_ns = master_.empty() ? std::numeric_limits<TimeNs>::max() : master_.front().ready_ns;
   for (const Waiting& waiting : nodes_) first_ns = std::min(first_ns, waiting.ready_ns);
@@ -172,7 +173,7 @@ void CanBus::deliver(const CanFrame& frame, bool by_master, TimeNs at_ns) {
 }
 
 void CanBus::to_master(const CanFrame& frame, TimeNs at_ns) {
-  // When `late` was cleared, what is still under way must not be overtaken.
+  // After `late` was cleared, a new frame must not overtake delayed ones.
   const TimeNs after_ns = arriving_.empty() ? at_ns : arriving_.back().ready_ns;
   arriving_.push_back({std::max(at_ns, after_ns), frame});
 }

@@ -1,9 +1,9 @@
 #pragma once
 
-// A CAN bus as time: one frame at a time, the lowest identifier first of those that wait, each as
-// long as its bits with stuffing take. Between the master, whose frames wait in one queue as in the
-// kernel's, and the nodes, each of which has its own. Knows no file descriptor and no clock: one
-// thread passes both in. Also the faults that a bus can have.
+// The timing of a CAN bus: one frame at a time, the lowest waiting identifier first, each for the
+// time of its bits with stuffing. The master's frames wait in one queue, like the kernel's; each
+// node has its own queue. Uses no file descriptor and no clock: one thread passes both in. Also
+// simulates the faults of a bus.
 
 #include <cstdint>
 #include <deque>
@@ -17,13 +17,13 @@
 
 namespace lss::sim {
 
-// What hangs on the bus. Called from the bus's thread.
+// The devices on the bus. Called from the bus's thread.
 class CanDevice {
  public:
   virtual ~CanDevice() = default;
-  // A whole frame of somebody else.
+  // A whole frame of another node.
   virtual void receive(const CanFrame& frame) = 0;
-  // The next frame that one of its nodes wants to send, none when there is none.
+  // The next frame to send from one of its nodes, if any.
   virtual std::optional<CanFrame> send() = 0;
   virtual bool wants_to_send() const = 0;  // from any thread
 };
@@ -31,14 +31,14 @@ class CanDevice {
 // Bits on the wire of a data or remote frame with its stuff bits and the three bits after it.
 int bits_on_wire(const CanFrame& frame);
 
-// Kinds: noise, drop, duplicate, late, bus-cut, bus-off.
+// Types: noise, drop, duplicate, late, bus-cut, bus-off.
 std::span<const FaultKind> can_fault_kinds();
 
 struct CanFaults {
   double noise = 0;      // probability that a frame arrives with a wrong byte or length
   double drop = 0;       // ... that it is lost, either direction
   double duplicate = 0;  // ... that it comes twice, either direction
-  TimeNs late_ns = 0;    // frames of nodes reach the master so much later
+  TimeNs late_ns = 0;    // delay of frames from nodes to the master
   bool cut = false;      // nothing passes, either direction
 
   // False when the fault is not one of these.
@@ -56,14 +56,14 @@ class CanBus {
   CanBus(const Parameters& parameters, CanDevice& device);
 
   void from_master(const CanFrame& frame, TimeNs now);
-  // Delivers what has been on the wire by now.
+  // Delivers the frames that have passed the wire by now.
   void advance(TimeNs now);
-  // What the master has received by now; valid until the next call.
+  // The frames that the master has received by now; valid until the next call.
   std::span<const CanFrame> take(TimeNs now);
-  // When there is more to do; the far future when nothing is under way.
+  // The time of the next action; the far future when there is none.
   TimeNs next_wake() const;
   void forget();  // the interface was unplugged
-  // The master's controller goes bus-off and is back after this time, 0: at once.
+  // The master's controller goes bus-off and recovers after this time, 0: at once.
   void bus_off(TimeNs now, TimeNs duration_ns);
   bool is_off() const { return off_until_ns_ != 0; }
 

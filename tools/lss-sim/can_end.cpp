@@ -144,7 +144,7 @@ void CanEnd::read_interface() {
 void CanEnd::write(std::span<const CanFrame> frames) {
   for (const CanFrame& frame : frames) {
     if (!udp_) {
-      if (frame.error) continue;  // only a kernel makes these
+      if (frame.error) continue;  // only a kernel sends these
       const can_frame raw = to_kernel(frame);
       [[maybe_unused]] const ssize_t written = ::write(file_.get(), &raw, sizeof raw);
     } else if (!writer_.add(frame)) {

@@ -1,8 +1,8 @@
 #pragma once
 
-// The end of a CAN bus at which the master speaks: a UDP socket with frames in cannelloni datagrams
-// ("udp://127.0.0.1:20000"), answering whoever spoke last, or a SocketCAN interface ("vcan0"). Used
-// by one thread at a time.
+// The master's end of a CAN bus: a UDP socket with frames in cannelloni datagrams
+// ("udp://127.0.0.1:20000"), which answers the last sender, or a SocketCAN interface ("vcan0").
+// Used by one thread at a time.
 
 #include <netinet/in.h>
 
@@ -23,14 +23,14 @@ class CanEnd {
  public:
   explicit CanEnd(std::string address) : address_(std::move(address)) {}
 
-  // The error says what failed and what to do.
+  // The error names the failure and the remedy.
   tl::expected<void, std::string> open();
   void close();
   bool is_open() const { return static_cast<bool>(file_); }
 
-  // What the master sent; empty when nothing waits. Valid until the next call.
+  // Frames from the master; empty when none wait. Valid until the next call.
   std::span<const CanFrame> read();
-  // What nobody reads is lost, as on a wire.
+  // Unread frames are lost, as on a wire.
   void write(std::span<const CanFrame> frames);
 
   int fd() const { return file_.get(); }
@@ -48,8 +48,8 @@ class CanEnd {
   File file_;
   bool udp_ = false;
   lockstep::Wire wire_{lockstep::Wire::Side::simulator};  // counts datagrams
-  std::uint32_t heard_ = 0;            // openings of the other end, when it spoke last
-  std::optional<sockaddr_in> master_;  // who spoke last
+  std::uint32_t heard_ = 0;            // openings of the other end, at its last message
+  std::optional<sockaddr_in> master_;  // the last sender
   CannelloniReader reader_;
   CannelloniWriter writer_;
   std::vector<CanFrame> frames_;

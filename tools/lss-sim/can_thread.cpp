@@ -81,7 +81,7 @@ TimeNs CanThread::serve(TimeNs now) {
   const TimeNs plug_at_ns = plug_at_ns_;
   if (now < plug_at_ns) {
     end_.close();
-    bus_.advance(now);  // nodes go on and hear nobody
+    bus_.advance(now);  // nodes continue and receive nothing
     bus_.forget();
     return plug_at_ns;
   }

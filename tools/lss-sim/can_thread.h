@@ -1,7 +1,7 @@
 #pragma once
 
-// One CAN bus of a simulator: moves frames between the end at which the master speaks and the bus
-// in front of the nodes, on time. Its own thread; start, stop, faults and plugging from the others.
+// One CAN bus of a simulator: moves frames between the master's end and the bus of the nodes, on
+// time. Its own thread; start, stop, faults and plugging from the others.
 
 #include <atomic>
 #include <mutex>
@@ -21,16 +21,16 @@ class CanThread {
 
   // Opens the end and begins. The error says what failed.
   tl::expected<void, std::string> start();
-  // The same without a thread: the caller serves it, in simulated time.
+  // The same without a thread: the caller calls serve, in simulated time.
   tl::expected<void, std::string> open() { return end_.open(); }
-  // Everything that is due; returns when there is more to do, unless something comes before.
+  // Does all due work; returns the time of the next work, unless a message comes before.
   TimeNs serve(TimeNs now);
 
   void set_fault(const Fault& fault, bool attach);  // of can_fault_kinds()
   bool is_off();                                    // bus-off
   void unplug(TimeNs duration_ns);                  // 0: plug in at once
   bool unplugged() const;
-  void wake();  // a node has something to send
+  void wake();  // a node has a frame to send
   const std::string& address() const { return end_.address(); }
 
  private:

@@ -204,7 +204,7 @@ void Node::heard_heartbeat() {
 void Node::watch_master() {
   const auto limit_ms = static_cast<int>(objects_.get(0x1016, 1) & 0xFFFF);
   if (!watching_ || ++unheard_ms_ < limit_ms) return;
-  watching_ = false;  // until it is heard again
+  watching_ = false;  // until its next heartbeat
   raise(kHeartbeatLost);
   const std::uint32_t behaviour = objects_.get(0x1029, 1);
   if (nmt_ == Nmt::operational && behaviour == 0) enter(Nmt::pre_operational, true);
@@ -235,7 +235,7 @@ void Node::take_rpdo(Pdo& pdo, const CanFrame& frame) {
     if (objects_.check(mapped.index, mapped.sub, bytes.size(), value) != kDone) continue;
     objects_.set(mapped.index, mapped.sub, value);
   }
-  // All values are there before any of them acts: a controlword belongs to its target.
+  // All values are stored before any takes effect: a controlword belongs to its target.
   for (std::uint8_t i = 1; i <= count; ++i) {
     const Mapped mapped = unpack(objects_.get(pdo.mapping, i));
     written(mapped.index, mapped.sub);
@@ -272,7 +272,7 @@ void Node::sync() {
   serve_timers();
 }
 
-// What goes by change and by timer, not within its inhibit time (0.1 ms on the bus).
+// PDOs sent on change and by timer, but not within their inhibit time (0.1 ms on the bus).
 void Node::serve_timers() {
   for (Pdo& pdo : tpdos_) {
     if (nmt_ != Nmt::operational || !valid(pdo) || type_of(pdo) < 254) continue;

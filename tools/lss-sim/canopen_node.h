@@ -1,10 +1,9 @@
 #pragma once
 
 // One CANopen node as its firmware sees the bus: NMT states, boot-up and heartbeats both ways, SDO
-// server, PDOs by SYNC, change and timer, EMCY. What it measures and moves is the business of the
-// classes made from it. Written from CiA 301 and the interface documents of the vehicles alone, not
-// from the daemon's driver. Time is the node's own: it passes in step(), 1 ms a call. One thread at
-// a time.
+// server, PDOs by SYNC, change and timer, EMCY. Derived classes add sensors and actuators. Written
+// only from CiA 301 and the interface documents of the vehicles, not from the daemon's driver. Time
+// is the node's own: it passes in step(), 1 ms a call. One thread at a time.
 
 #include <array>
 #include <cstdint>
@@ -21,22 +20,22 @@
 namespace lss::sim::nodes {
 
 enum class Nmt : std::uint8_t {
-  initialising = 0x00,  // hears and says nothing; ends in boot-up
+  initialising = 0x00,  // receives and sends nothing; ends in boot-up
   stopped = 0x04,
   operational = 0x05,
   pre_operational = 0x7F,
 };
 
-// What is wrong with a node as a member of the bus, injected from outside.
+// Injected faults of a node on the bus.
 struct NodeFaults {
   bool silent = false;          // its transceiver is dead, both ways
-  int longer_pdos = 0;          // bytes that its PDOs are too long, negative: too short
-  std::uint32_t sdo_abort = 0;  // answers every SDO so
-  double babble_1_s = 0;        // frames that nobody asked for
+  int longer_pdos = 0;          // bytes by which its PDOs are too long, negative: too short
+  std::uint32_t sdo_abort = 0;  // abort code for every SDO
+  double babble_1_s = 0;        // unrequested frames
   double emcy_storm_1_s = 0;
 };
 
-// What a node says that it is: its number, 0x1000 and product code and revision of 0x1018.
+// The identity of a node: its number, 0x1000 and product code and revision of 0x1018.
 struct Identity {
   std::uint8_t id = 0;
   std::uint32_t device_type = 0;
@@ -61,7 +60,7 @@ class Node {
   void inject_emcy(std::uint16_t code, bool attach);
   void set_device_type(std::uint32_t claimed) { claimed_type_ = claimed; }  // 0: its own
   NodeFaults faults;
-  // What it measures, from 1; null when there is no such signal.
+  // Measured signals, from 1; null when there is no such signal.
   virtual Signal* signal(int number) = 0;
 
   std::uint8_t id() const { return id_; }
@@ -69,14 +68,14 @@ class Node {
   const Objects& objects() const { return objects_; }
 
  protected:
-  // The measurements into the objects: at SYNC, for timers and before each SDO read.
+  // Copies the measurements into the objects: at SYNC, for timers and before each SDO read.
   virtual void measure() = 0;
   virtual void count_sync() {}
   // An object was written, by SDO or PDO.
   virtual void written(std::uint16_t index, std::uint8_t sub) = 0;
   virtual void left_operational(bool communication_error) = 0;
   virtual void reset() = 0;  // of the application, power-on or reset node
-  virtual void tick() = 0;   // a millisecond of it
+  virtual void tick() = 0;   // one millisecond
 
   void raise(std::uint16_t code);
   void settle(std::uint16_t code);
@@ -97,7 +96,8 @@ class Node {
     std::uint16_t code;
     std::uint8_t bits;
   };
-  static constexpr int kBoot_ms = 150;  // and 10 for each node before it: not all at once
+  static constexpr int kBoot_ms =
+      150;  // plus 10 for each node before it, so that they do not start at once
 
   void enter(Nmt state, bool communication_error);
   void command(std::uint8_t command);
@@ -128,7 +128,7 @@ class Node {
   bool watching_ = false;
   std::vector<std::uint16_t> active_;  // errors
   std::deque<Emcy> to_tell_;
-  double babble_ = 0, storm_ = 0;  // frames owed
+  double babble_ = 0, storm_ = 0;  // frames to send
 };
 
 }  // namespace lss::sim::nodes

@@ -45,7 +45,7 @@ class Objects {
  public:
   void add(const Object& object) { entries_.push_back({object, 0}); }
   void add(std::span<const Object> objects);
-  void reset();  // every value to its initial one
+  void reset();  // all values to their initial ones
 
   const Object* find(std::uint16_t index, std::uint8_t sub) const;
   bool has_index(std::uint16_t index) const;
@@ -53,7 +53,7 @@ class Objects {
   std::int64_t get_signed(std::uint16_t index, std::uint8_t sub) const;
   void set(std::uint16_t index, std::uint8_t sub, std::int64_t value);
 
-  // What SDO would say to this write.
+  // The SDO answer to this write.
   Abort check(std::uint16_t index, std::uint8_t sub, std::size_t bytes, std::uint32_t value) const;
 
  private:
@@ -67,7 +67,7 @@ class Objects {
   std::vector<Entry> entries_;
 };
 
-// Sign-extends the low `bytes` of a value as it stands in a frame.
+// Sign-extends the low `bytes` of a value in a frame.
 std::int64_t to_signed(std::uint32_t value, std::size_t bytes);
 
 }  // namespace lss::sim::nodes

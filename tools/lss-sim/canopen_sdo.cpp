@@ -1,4 +1,4 @@
-// The SDO server of a simulated CANopen node, and what CiA 301 lets it write when.
+// The SDO server of a simulated CANopen node, and the rules of CiA 301 for writes.
 
 #include "tools/lss-sim/canopen_node.h"
 #include "tools/lss-sim/canopen_wire.h"
@@ -47,13 +47,13 @@ Abort Node::write(std::uint16_t index, std::uint8_t sub, std::size_t bytes, std:
   }
   if (result != kDone) return result;
   objects_.set(index, sub, value);
-  if (index == 0x1016) watching_ = false;  // begins with the next one that it hears
+  if (index == 0x1016) watching_ = false;  // begins with the next one received
   if (index == 0x1017) heartbeat_ms_ = 0;
   written(index, sub);
   return kDone;
 }
 
-// What CiA 301 forbids while a PDO exists or its mapping counts.
+// Writes that CiA 301 forbids while a PDO exists or its mapping is active.
 Abort Node::check_pdo(const Pdo& pdo, bool transmit, std::uint16_t index, std::uint8_t sub,
                       std::uint32_t value) const {
   if (index == pdo.parameters) {

@@ -1,7 +1,7 @@
 #pragma once
 
-// One measured quantity: what is true, as the sensor gives it: late, noisy, in steps, or wrong. In
-// the unit of its object on the bus. One thread.
+// One measured quantity: the true value as the sensor reports it: delayed, noisy, quantised, or
+// wrong. In the unit of its object on the bus. One thread.
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +17,7 @@ class Signal {
     double share = 0;      // ... and this share of the value besides
     double quantum = 1;    // the smallest step
     double lag_ms = 0;     // time constant
-    bool velocity = true;  // a sensor of pulses: nothing comes while it stands
+    bool velocity = true;  // a pulse sensor: no signal at standstill
   };
 
   explicit Signal(const Quality& quality) : quality_(quality) {}
@@ -28,7 +28,7 @@ class Signal {
     offset_ += drift_1_s_ * 1e-3;
   }
 
-  void set(double truth) { truth_ = truth; }  // without a sensor's lag
+  void set(double truth) { truth_ = truth; }  // without the lag of the sensor
 
   double read(std::mt19937& random) {
     if (held_) return *held_;

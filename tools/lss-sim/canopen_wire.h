@@ -1,7 +1,7 @@
 #pragma once
 
-// Numbers in frames and objects of a simulated CANopen node: little-endian, saturated, and what a
-// PDO's identifier and mapping are made of (CiA 301). Pure.
+// Numbers in frames and objects of a simulated CANopen node: little-endian, saturated; and the
+// fields of a PDO's identifier and mapping (CiA 301). Pure.
 
 #include <algorithm>
 #include <cmath>
@@ -38,7 +38,7 @@ inline Mapped unpack(std::uint32_t entry) {
           static_cast<std::uint8_t>(entry)};
 }
 
-// Values saturate, they do not wrap.
+// Values saturate and do not wrap.
 inline std::int64_t saturate(double value, std::int64_t low, std::int64_t high) {
   return std::clamp<std::int64_t>(std::llround(std::clamp(value, -3e9, 3e9)), low, high);
 }

@@ -36,7 +36,7 @@ File open_folder(const std::filesystem::path& folder) {
   return File(::open(folder.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
 }
 
-// Neither side may hang the other.
+// Neither side may block the other.
 void bound_waiting(const File& socket) {
   const timeval limit{.tv_sec = 2, .tv_usec = 0};
   ::setsockopt(socket.get(), SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit);

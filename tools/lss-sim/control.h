@@ -1,7 +1,8 @@
 #pragma once
 
-// The way into a running simulator: a lock on its folder, so that there is one, and a local socket
-// in it that takes one fault as text and answers "ok" or what is wrong. Main thread only.
+// The control interface of a running simulator: a lock on its folder, so that there is only one,
+// and a local socket in it that accepts one fault as text and answers "ok" or an error. Main thread
+// only.
 
 #include <filesystem>
 #include <functional>
@@ -14,13 +15,13 @@ namespace lss::sim {
 
 class Control {
  public:
-  // Takes the folder, making it when needed. The error says who has it.
+  // Locks the folder, and creates it when needed. The error names its owner.
   static tl::expected<Control, std::string> open(const std::filesystem::path& folder);
   Control(Control&&) = default;
   ~Control();
 
   int fd() const { return socket_.get(); }  // readable: call serve
-  // Answers one request; `handle` returns the empty string or what is wrong with it.
+  // Answers one request; `handle` returns an empty string or the error.
   void serve(const std::function<std::string(const std::string& text)>& handle);
 
  private:
@@ -33,8 +34,7 @@ class Control {
 
 enum class Answer { ok, refused, nobody };
 
-// From another process: sends the text to the simulator of the folder. `message` says what went
-// wrong.
+// From another process: sends the text to the simulator of the folder. `message` is the error.
 Answer send_to_simulator(const std::filesystem::path& folder, const std::string& text,
                          std::string& message);
 

@@ -208,7 +208,7 @@ std::string describe(std::span<const FaultKind> kinds) {
 
 std::string nearest_name(std::string_view wrong, std::span<const std::string> names) {
   std::string best;
-  std::size_t least = wrong.size() / 2 + 1;  // further away it is no slip of the pen
+  std::size_t least = wrong.size() / 2 + 1;  // a larger distance is not a typing error
   for (const std::string& name : names) {
     const std::size_t distance = edit_distance(wrong, name);
     if (distance < least) {

@@ -1,9 +1,8 @@
 #pragma once
 
-// What can be broken from outside while a simulator runs: the kinds that a vehicle has, their
-// arguments, how they are written ("5s:module-dead:3", "clear:noise"), and which are in force.
-// Parsing is for start-up and for the control thread; FaultBoard may be called from every thread,
-// one lock, short lists.
+// Faults that can be injected while a simulator runs: the types of a vehicle, their arguments,
+// their syntax ("5s:module-dead:3", "clear:noise"), and the active ones. Parsing is for start-up
+// and for the control thread; FaultBoard may be called from any thread: one lock, short lists.
 
 #include <functional>
 #include <mutex>
@@ -22,7 +21,7 @@ struct FaultArgument {
   bool whole = false;
   bool optional = false;
   double fallback = 0;
-  bool hexadecimal = false;              // written so; either is read
+  bool hexadecimal = false;              // output format; both are accepted
   std::span<const double> choices = {};  // only these, when there are any
 };
 
@@ -30,13 +29,14 @@ struct FaultKind {
   const char* name;
   std::span<const FaultArgument> arguments;
   const char* meaning;
-  bool momentary = false;    // happens once; nothing stays to be cleared
-  std::size_t per_unit = 0;  // so many of the first arguments say which unit: each has its own
+  bool momentary = false;  // happens once; cannot be cleared
+  std::size_t per_unit =
+      0;  // number of first arguments that select the unit; each unit has its own fault
 };
 
 struct Fault {
   const FaultKind* kind = nullptr;  // nullptr: all, only when clearing
-  std::vector<double> values;  // one for each argument; when clearing, none or some of the unit
+  std::vector<double> values;  // one for each argument; when clearing, none or those of the unit
   bool clear = false;
 };
 
@@ -57,14 +57,13 @@ tl::expected<TimedFault, std::string> parse_timed_fault(std::string_view text,
 // As parse_fault reads it.
 std::string to_text(const Fault& fault);
 
-// One line a kind, with arguments and their ranges.
+// One line for each type, with arguments and their ranges.
 std::string describe(std::span<const FaultKind> kinds);
 
 // The nearest of `names` in spelling, empty when none is near.
 std::string nearest_name(std::string_view wrong, std::span<const std::string> names);
 
-// Which faults are in force. `act` carries out attaching and clearing, called with the lock not
-// held.
+// The active faults. `act` carries out attaching and clearing; it is called without the lock.
 class FaultBoard {
  public:
   using Act = std::function<void(const Fault&, bool attach)>;

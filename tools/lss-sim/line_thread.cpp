@@ -16,7 +16,7 @@ namespace lss::sim {
 namespace {
 
 constexpr int kPriority = 60;
-constexpr TimeNs kRetryNs = 100 * kMillisecond;  // when the port cannot be made again
+constexpr TimeNs kRetryNs = 100 * kMillisecond;  // when the port cannot be created again
 constexpr TimeNs kNever = std::numeric_limits<TimeNs>::max();
 
 timespec to_timespec(TimeNs time_ns) {

@@ -1,7 +1,7 @@
 #pragma once
 
-// One serial line of a simulator: moves bytes between its pseudo-terminal and the UART in front of
-// the devices, on time. Its own thread; start, stop, faults and plugging from the others.
+// One serial line of a simulator: moves bytes between its pseudo-terminal and the UART of the
+// devices, on time. Its own thread; start, stop, faults and plugging from the others.
 
 #include <atomic>
 #include <memory>
@@ -19,8 +19,8 @@ namespace lss::sim {
 
 TimeNs monotonic_now();  // or simulated time
 
-// For the calling thread: hardware does not wait for a loaded machine. SCHED_FIFO when that is
-// allowed, and waits that end when they should either way.
+// For the calling thread: hardware does not wait for a loaded machine. SCHED_FIFO when allowed, and
+// precise waits in any case.
 void keep_time(int fifo_priority);
 
 class LineThread {
@@ -28,17 +28,17 @@ class LineThread {
   LineThread(std::filesystem::path link, const Uart::Parameters& parameters, LineDevice& device);
   ~LineThread();
 
-  // Makes the port and begins. The error says what failed.
+  // Creates the port and starts. The error names the failure.
   tl::expected<void, std::string> start();
-  // The same without a thread: the caller serves it, in simulated time.
+  // The same without a thread: the caller calls serve, in simulated time.
   tl::expected<void, std::string> open();
-  // Everything that is due; returns when there is more to do, unless bytes come before.
+  // Does all due work; returns the time of the next work, unless bytes come before.
   TimeNs serve(TimeNs now);
 
   void set_fault(const Fault& fault, bool attach);  // of line_fault_kinds()
   void unplug(TimeNs duration_ns);                  // 0: plug in at once
   bool unplugged() const { return monotonic_now() < plug_at_ns_; }
-  void wake();  // the device has something to say
+  void wake();  // the device has bytes to send
   const PtyPort& port() const { return port_; }
 
  private:

@@ -63,7 +63,7 @@ std::span<const std::uint8_t> PtyPort::read() {
 }
 
 std::size_t PtyPort::write(std::span<const std::uint8_t> bytes) {
-  // Short writes happen when nobody reads: the rest is lost.
+  // Short writes happen when nobody reads: the remaining bytes are lost.
   const ssize_t written = ::write(master_.get(), bytes.data(), bytes.size());
   return written > 0 ? static_cast<std::size_t>(written) : 0;
 }

@@ -1,7 +1,8 @@
 #pragma once
 
 // A serial port that others can open: a pseudo-terminal with a link to it in a folder, DIR/NAME ->
-// /dev/pts/N. Its other end stays alive whoever opens and closes it. Used by one thread at a time.
+// /dev/pts/N. Its other end stays open when other programs open and close it. Used by one thread at
+// a time.
 
 #include <cstddef>
 #include <cstdint>
@@ -21,15 +22,15 @@ class PtyPort {
   PtyPort(const PtyPort&) = delete;
   PtyPort& operator=(const PtyPort&) = delete;
 
-  // Makes a new pseudo-terminal and puts the link in place atomically. The error says what failed.
+  // Makes a new pseudo-terminal and puts the link in place atomically. The error names the failure.
   tl::expected<void, std::string> open();
-  // The terminal goes away (whoever has it open sees it hung up), and the link with it.
+  // Removes the terminal (a program that has it open sees a hang-up) and the link.
   void close();
   bool is_open() const { return static_cast<bool>(master_); }
 
-  // What was written to the terminal; empty when nothing waits. Valid until the next call.
+  // Bytes written to the terminal; empty when none wait. Valid until the next call.
   std::span<const std::uint8_t> read();
-  // What nobody reads is lost, as on a wire. Returns how many are not.
+  // Unread bytes are lost, as on a wire. Returns the number of bytes written.
   std::size_t write(std::span<const std::uint8_t> bytes);
 
   int fd() const { return master_.get(); }
@@ -40,7 +41,8 @@ class PtyPort {
   std::filesystem::path link_;
   std::string terminal_;
   File master_;
-  File slave_;  // kept open: otherwise the master reports a hang-up while nobody else has it open
+  File slave_;  // kept open: otherwise the master end reports a hang-up while no other program has
+                // it open
   std::uint8_t buffer_[512];
 };
 

@@ -112,7 +112,7 @@ class Simulation {
   }
 
   double slipped_s() const { return static_cast<double>(slipped_ns_) * 1e-9; }
-  bool over() const { return over_; }  // what --for says
+  bool over() const { return over_; }  // the time of --for
   double simulated_s() const { return static_cast<double>(steps_ * kStepNs) * 1e-9; }
 
  private:
@@ -126,7 +126,7 @@ class Simulation {
     } else if (among(numbered_line_fault_kinds(), name)) {
       act_on_line(fault, attach);
     } else if (among(line_fault_kinds(), name) || among(can_fault_kinds(), name)) {
-      // Of the bus where there is one: then lines have faults by number.
+      // Faults of the bus, if there is one: then lines have faults by number.
       for (const auto& bus : buses_) bus.thread->set_fault(fault, attach);
       if (!buses_.empty()) return;
       for (const auto& line : lines_) line->set_fault(fault, attach);
@@ -171,7 +171,7 @@ class Simulation {
   }
 
   void physics() {
-    // Faster than real time it would leave nothing to the others.
+    // Faster than real time it would leave no CPU time to others.
     if (options_.speed <= 1) keep_time(kPhysicsPriority);
     const auto period_ns = static_cast<TimeNs>(static_cast<double>(kStepNs) / options_.speed);
     TimeNs next = monotonic_now();
@@ -195,7 +195,7 @@ class Simulation {
     }
   }
 
-  // One step of physics, with what is due before it. `fault`: the next of options_.faults.
+  // One step of physics, after all due work. `fault`: the next of options_.faults.
   void step(std::size_t& fault) {
     while (fault < options_.faults.size() && options_.faults[fault].at_s <= simulated_s()) {
       inject(options_.faults[fault++].fault);
@@ -257,8 +257,8 @@ class Simulation {
   std::thread thread_;
 };
 
-// Says once when simulated time stands still since somebody has the turn and does nothing, and when
-// it goes on. Called ten times a second of wall time.
+// Reports once when simulated time stands still because a participant does not end its turn, and
+// when it continues. Called ten times a second of wall time.
 class StandstillWatch {
  public:
   void look() {
@@ -282,7 +282,7 @@ class StandstillWatch {
   bool said_ = false;
 };
 
-// How simulated time went, for people.
+// The statistics of simulated time, for people.
 void tell_pace(double simulated_s, double wall_s, double speed) {
   fmt::print(stderr, "lss-sim: {:.1f} s simulated in {:.1f} s: {:.2f} times real time", simulated_s,
              wall_s, simulated_s / wall_s);
@@ -294,7 +294,8 @@ void tell_pace(double simulated_s, double wall_s, double speed) {
              wall_s * 1e6 / static_cast<double>(std::max<std::uint64_t>(1, lockstep::handovers())));
 }
 
-// Before any thread starts, so that all of them leave these signals to the returned descriptor.
+// Called before any thread starts, so that all threads leave these signals to the returned
+// descriptor.
 File take_signals() {
   sigset_t signals;
   sigemptyset(&signals);
@@ -337,7 +338,7 @@ tl::expected<void, std::string> run(const VehicleKind& kind, const RunOptions& o
   pollfd files[] = {{signals.get(), POLLIN, 0}, {control->fd(), POLLIN, 0}};
   StandstillWatch watch;
   double wall_s = 0;
-  TimeNs before = 0;  // of the wall clock, when simulated time was seen to move
+  TimeNs before = 0;  // of the wall clock, at the last progress of simulated time
   while ((files[0].revents & POLLIN) == 0 && !simulation.over()) {
     const int polled = ::poll(files, 2, options.lockstep ? kLookMs : -1);
     if (options.lockstep) {

@@ -2,9 +2,8 @@
 
 // Runs one vehicle in real time until SIGTERM or SIGINT: a physics thread at 1 kHz on
 // CLOCK_MONOTONIC, a thread for each serial line and CAN bus, and the caller's thread for signals
-// and faults.
-// When the machine is too slow, simulated time slips against the clock, which is counted and said
-// at the end; it never races after it.
+// and faults. On a machine that is too slow, simulated time falls behind the clock. This is counted
+// and reported at the end; simulated time never catches up.
 
 #include <filesystem>
 #include <optional>
@@ -20,11 +19,11 @@ struct RunOptions {
   std::filesystem::path folder;
   bool pace = false;
   int baud = 115'200;
-  std::string can;  // where the CAN bus is found; empty: where the vehicle has it by default
+  std::string can;  // place of the CAN bus; empty: the vehicle's default
   unsigned seed = 1;
-  double speed = 1;       // of physics against the clock; the bytes keep their rate
-  bool lockstep = false;  // simulated time: docs/simulator.md; speed is that of time then, 0: any
-  double client_at_s = -1, for_s = -1;  // of simulated time; below 0: no such time
+  double speed = 1;       // of physics relative to the clock; the bytes keep their rate
+  bool lockstep = false;  // simulated time: docs/simulator.md; `speed` is then that of time, 0: any
+  double client_at_s = -1, for_s = -1;  // of simulated time; below 0: none
   std::optional<std::filesystem::path> truth;
   std::vector<TimedFault> faults;
 };
@@ -32,7 +31,7 @@ struct RunOptions {
 // The vehicle's own, those of its lines or bus, and unplug.
 std::vector<FaultKind> fault_kinds_of(const VehicleKind& kind);
 
-// The error says what failed at start.
+// The error names the failure at start.
 tl::expected<void, std::string> run(const VehicleKind& kind, const RunOptions& options);
 
 }  // namespace lss::sim

@@ -9,7 +9,8 @@ namespace {
 constexpr double kBattery_V = 51.8, kInside_Ohm = 0.005, kEmpty_V = 4, kCharge_J = 1.44e6;
 constexpr double kFull_W = 8'000;  // of a fan at 33,000 rpm
 constexpr double kRated_rpm = 33'000;
-constexpr double kTemperature_degC = 21.5, kWarming_degC = 6;  // of the node, over the charge
+constexpr double kTemperature_degC = 21.5,
+                 kWarming_degC = 6;  // of the node; its rise over the whole charge
 
 std::array<double, 3> to_array(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -36,7 +37,7 @@ Talaris::Talaris(const TalarisOptions& options)
 
 std::vector<SerialLine> Talaris::lines() {
   const bool polled = options_.imu.kind == ImuKind::crossbow;
-  // Each of the Crossbow's commands is a letter, the altimeter's end with CR.
+  // Each command of the Crossbow is a letter; commands of the altimeter end with CR.
   return {{.name = "imu",
            .device = imu_.get(),
            .baud = polled ? 38'400 : 115'200,
@@ -60,7 +61,7 @@ Node* Talaris::node(double id) {
   return found;
 }
 
-// Nodes for a millisecond, and what comes of their outputs. Locked.
+// Steps the nodes for a millisecond and applies their outputs. Locked.
 Wrench Talaris::act() {
   each_node([](Node& node) { node.step(); });
   gas_.step(valve_node_.outputs());
@@ -115,7 +116,7 @@ void Talaris::receive(const CanFrame& frame) {
   note_waiting();
 }
 
-// Nodes take turns, so that one that babbles does not keep the others from the bus.
+// Nodes take turns, so that a babbling node does not block the others.
 std::optional<CanFrame> Talaris::send() {
   const std::lock_guard lock(mutex_);
   std::array<Node*, 3> all{};

@@ -5,7 +5,7 @@
 // for lss-sim's roster, and the vehicle itself for tests that step it without threads:
 //
 //   Talaris world({.plant = {.stand = Stand::sled, .heading_rad = 0.8}, .seed = 7});
-//   sim::CanBus bus({.seed = 7}, world);               // what hangs on it: world
+//   sim::CanBus bus({.seed = 7}, world);               // its devices: world
 //   sim::Uart imu({.baud = 115'200, .bits = 12}, world.imu());
 //   world.step();                                      // a millisecond
 //
@@ -40,13 +40,13 @@ struct TalarisOptions {
   FanOptions fans{};
   ImuOptions imu{};
   AltimeterOptions altimeter{};
-  std::optional<Pointing> pointing{};        // unset: sideways on rail and sled, else down
+  std::optional<Pointing> pointing{};        // unset: sideways on rail and sled, otherwise down
   Vector3 altimeter_at_m = Vector3::Zero();  // as [talaris.altimeter] of the configuration
-  std::optional<bool> load_cell{};           // unset: on the stand for it only
+  std::optional<bool> load_cell{};           // unset: only on the stand for it
   unsigned seed = 1;                         // of noise and biases
 };
 
-// The same vehicle as it might have been built and set up: mass, inertia, centre of mass, thrusts
+// The same vehicle with manufacturing and setup tolerances: mass, inertia, centre of mass, thrusts
 // and lags drawn from the seed (docs/simulator.md has the ranges), about the given ones.
 TalarisOptions dispersed(const TalarisOptions& nominal, unsigned seed);
 
@@ -75,7 +75,7 @@ class Talaris final : public Vehicle, public CanDevice {
   const ValveNode& valve_node() const { return valve_node_; }
   const FanNode& fan_node() const { return fan_node_; }
   double voltage_V() const;
-  std::optional<double> range_m() const;  // what the altimeter should say
+  std::optional<double> range_m() const;  // the true range of the altimeter
 
  private:
   template <typename Action>
@@ -105,7 +105,7 @@ class Talaris final : public Vehicle, public CanDevice {
   std::atomic<bool> waiting_ = false;
 };
 
-// What can be broken.
+// The faults.
 std::span<const FaultKind> fault_kinds();
 
 }  // namespace talaris

@@ -14,7 +14,7 @@ constexpr double kWhite_s = 0.1;    // DW: ten a second on a white target
 constexpr double kNormal_s = 0.16;  // DT, DS: as long as the target needs
 constexpr double kBegin_s = 0.2;    // from the command to the first reading
 constexpr int kWeakSignal = 15;
-constexpr std::size_t kMostReadings = 4;  // readings, when nobody takes them
+constexpr std::size_t kMostReadings = 4;  // readings, when they are not read
 constexpr std::size_t kLongest = 24;      // command
 
 }  // namespace

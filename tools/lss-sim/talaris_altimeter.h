@@ -1,9 +1,9 @@
 #pragma once
 
 // The Acuity AR1000 laser altimeter of TALARIS on its serial line (RS-232, 9600 8N1, ASCII; TALARIS
-// thesis 2.3.5, 4.4.2, 4.4.3): measures when it was told to, about ten times a second by its own
-// clock. Written from docs/icd-talaris.md, not from the daemon's driver. step() from the physics
-// thread, the rest of LineDevice from the line's thread, faults from any: one lock.
+// thesis 2.3.5, 4.4.2, 4.4.3): measures on command, about ten times a second by its own clock.
+// Written from docs/icd-talaris.md, not from the daemon's driver. step() from the physics thread,
+// all other functions of LineDevice from the line's thread, faults from any: one lock.
 
 #include <atomic>
 #include <deque>
@@ -19,15 +19,15 @@ namespace lss::sim::talaris {
 struct AltimeterOptions {
   double noise_m = 0.003;  // standard deviation
   double min_m = 0.1, max_m = 30;
-  double most_rad = 0.9;    // from the target's normal; flatter it sees nothing
+  double most_rad = 0.9;    // from the target's normal; above it there is no reading
   double jitter_s = 0.008;  // of its period, either way
 };
 
 struct AltimeterFaults {
   bool silent = false;
-  bool garbage = false;        // what it says is no number
-  bool out_of_range = false;   // it sees nothing
-  std::optional<int> error{};  // says only this: E15 and the like
+  bool garbage = false;        // its readings are not numbers
+  bool out_of_range = false;   // no target
+  std::optional<int> error{};  // sends only this: E15 and similar
   double offset_m = 0;
 };
 
@@ -55,7 +55,7 @@ class Altimeter final : public LineDevice {
   std::optional<double> distance_m_;
   std::string command_;
   double period_s_ = 0;  // 0: not measuring
-  double left_s_ = 0;    // to the next reading
+  double left_s_ = 0;    // until the next reading
   std::deque<std::string> outbox_;
   std::string sent_;
   std::atomic<bool> waiting_ = false;

@@ -9,7 +9,7 @@ constexpr int kNone_us = 1'000, kFull_us = 2'000;
 constexpr int kSaysFull_us = 1'950, kSaysNone_us = 1'050;  // of the start-up procedure
 constexpr double kFull_rpm = 33'000;                       // of FanOptions::thrust_N
 constexpr int kStartUp_ms = 350;
-constexpr int kSilent_ms = 100;          // without pulses for so long the motor is off
+constexpr int kSilent_ms = 100;          // the motor is off after this time without pulses
 constexpr double kLeastThrottle = 0.02;  // below it the motor does not turn
 
 }  // namespace
@@ -45,7 +45,7 @@ void Fans::step(const std::array<std::uint16_t, kFans>& pulse_us) {
         std::clamp(static_cast<double>(pulse - kNone_us) / (kFull_us - kNone_us), 0.0, 1.0);
     const bool turns = fan.phase == Phase::armed && !dead[i] && fan.silent_ms < kSilent_ms;
     if (!turns || throttle < kLeastThrottle) throttle = 0;
-    // A pulse that is missing within the controller's patience changes nothing.
+    // A missing pulse within the controller's timeout has no effect.
     if (turns && fan.silent_ms > 0) continue;
     fan.rpm += (throttle * options_.max_rpm - fan.rpm) * std::min(1.0, kStep_s / options_.lag_s);
   }

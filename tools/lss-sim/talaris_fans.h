@@ -1,9 +1,9 @@
 #pragma once
 
 // The four electric ducted fans of TALARIS with their speed controllers (TALARIS thesis 2.3.2,
-// 4.4.8, 5.2.2). A controller that was just switched on waits for its start-up procedure, full
-// throttle for 380 ms and then none, and turns nothing before; once it has had it, full throttle is
-// full throttle. One thread at a time; a step is 1 ms.
+// 4.4.8, 5.2.2). After power-on a controller waits for its start-up procedure, full throttle for
+// 380 ms and then none; before it the motor does not turn, after it throttle has its normal effect.
+// One thread at a time; a step is 1 ms.
 
 #include <array>
 #include <cstdint>
@@ -17,7 +17,7 @@ struct FanOptions {
   double max_rpm = 33'000;
   double lag_s = 0.25;  // throttle to speed, first order
   std::array<double, kFans> thrust_scale{1, 1, 1, 1};
-  bool started = false;  // the controllers had their start-up procedure already
+  bool started = false;  // the controllers are already armed
 };
 
 // 1 (-y,-z), 2 (-y,+z), 3 (+y,+z), 4 (+y,-z); along +x.
@@ -34,7 +34,7 @@ class Fans {
   double rpm(std::size_t fan) const { return fans_[fan].rpm; }
   double thrust_N(std::size_t fan) const;
   bool armed(std::size_t fan) const { return fans_[fan].phase == Phase::armed; }
-  // The controller was switched off and on: it wants its start-up procedure.
+  // The controller was switched off and on: it needs its start-up procedure.
   void unarm(std::size_t fan) { fans_[fan].phase = Phase::waiting; }
 
   std::array<bool, kFans> dead{};  // motors without torque
@@ -42,12 +42,12 @@ class Fans {
  private:
   enum class Phase : std::uint8_t {
     waiting,   // for full throttle
-    learning,  // has it; after 350 ms none leads to armed
-    armed,     // turns as told
+    learning,  // full throttle; after 350 ms of it, no throttle leads to armed
+    armed,     // follows its pulses
   };
   struct Fan {
     Phase phase = Phase::waiting;
-    int full_ms = 0;    // that full throttle has lasted
+    int full_ms = 0;    // duration of full throttle
     int silent_ms = 0;  // without a pulse
     double rpm = 0;
   };

@@ -1,4 +1,4 @@
-// What can be broken in TALARIS: sensors, their lines, nodes, valves, fans, gas.
+// The faults of TALARIS: sensors, their lines, nodes, valves, fans, gas.
 
 #include <fmt/format.h>
 

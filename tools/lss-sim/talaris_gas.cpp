@@ -38,7 +38,7 @@ void ColdGas::step(std::uint8_t commanded) {
   left_s_ = std::max(0.0, left_s_ - flow * kStep_s);
 }
 
-// Thrust and flow go with the regulated pressure.
+// Thrust and flow are proportional to the regulated pressure.
 double ColdGas::pressure_share() const { return regulated_kPa() / kRegulated_kPa; }
 
 double ColdGas::tank_kPa() const { return kFullTank_kPa * left_s_ / options_.budget_s; }

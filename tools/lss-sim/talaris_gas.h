@@ -19,13 +19,13 @@ struct GasOptions {
   int travel_ms = 4;     // of the armature, thrust in proportion
   double budget_s = 44;  // thruster-seconds in the full tanks
   double gas_kg = 2;     // in the full tanks
-  double fade = 0;       // share of the thrust that is gone with the last gas
+  double fade = 0;       // share of the thrust lost when the tanks are nearly empty
 };
 
 inline constexpr double kFullTank_kPa = 31'026;  // 4500 psi
 inline constexpr double kRegulated_kPa = 4'137;  // 600 psi, ours
 
-// Where valve i + 1 sits and pushes, B: 1, 3, 5, 7 lift; 2, 8 push to +z, 4, 6 to -z.
+// Position and direction of valve i + 1, B: 1, 3, 5, 7 lift; 2, 8 push to +z, 4, 6 to -z.
 struct Nozzle {
   Vector3 at_m, along;
 };
@@ -49,12 +49,12 @@ class ColdGas {
   // Faults.
   std::array<bool, kValves> stuck_open{}, stuck_shut{};
   double leak_s_per_s = 0;  // thruster-seconds lost each second
-  double regulator = 1;     // share of its pressure that the regulator still gives
+  double regulator = 1;     // share of the pressure that the regulator still supplies
   void set_left_s(double left_s) { left_s_ = left_s; }
 
  private:
   struct Valve {
-    bool open = false;  // where the armature goes
+    bool open = false;  // target of the armature
     int lagging_ms = 0;
     double lift = 0;  // 0 shut, 1 open
   };

@@ -8,7 +8,7 @@ namespace lss::sim::talaris {
 namespace {
 
 constexpr double kInside_degC = 25.12;
-constexpr std::size_t kMostPackets = 4;  // packets, when nobody takes them
+constexpr std::size_t kMostPackets = 4;  // packets, when they are not read
 constexpr int kMostSummed = 20;          // milliseconds in the mean of a packet
 
 std::int16_t counts(double value, double scale) {
@@ -39,7 +39,7 @@ void Imu::step(const Inertial& truth) {
   const std::lock_guard lock(mutex_);
   time_ns_ += kMillisecond;
   latest_ = truth;
-  if (summed_ == kMostSummed) {  // nobody asked
+  if (summed_ == kMostSummed) {  // not requested
     sum_ = {};
     summed_ = 0;
   }
@@ -154,7 +154,7 @@ void LandMark::tick() {
   if (++counter_ == 0) ++wraps_;
 }
 
-// What the status byte says at this count: who it is, then flags and scales in turn.
+// The status byte at this count: identity, then flags and scales in turn.
 std::uint8_t LandMark::status() const {
   constexpr std::uint8_t kFirmware[] = {2, 6}, kProduct[] = {0x80 | 30, 0x80 | 1};
   constexpr std::uint8_t kBoard[] = {0x47, 0x4C, 0x33, 0x30}, kSerial[] = {0x00, 0x01, 0x02, 0x11};
@@ -174,7 +174,7 @@ void LandMark::jump(int packets) {
   counter_ = low(to);
 }
 
-// Half duplex: it has to be paused before it hears a message of eight bytes.
+// Half duplex: it must be paused before it can receive a message of eight bytes.
 std::span<const std::uint8_t> LandMark::receive(std::uint8_t character, TimeNs) {
   const std::lock_guard lock(mutex_);
   constexpr std::uint8_t kPause = 0xD4, kMessage = 0x2B;

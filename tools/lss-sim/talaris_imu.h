@@ -3,8 +3,8 @@
 // The inertial measurement units of TALARIS on their serial lines: Gladiator LandMark 30 (RS-485,
 // 115200 8E2, 200 packets a second by itself; TALARIS thesis 4.4.4, table 2) and Crossbow (RS-232,
 // 38400 8N1, polled; 5.3.1, 5.3.2). Written from docs/icd-talaris.md, not from the daemon's
-// drivers. Body frame B as in talaris_plant.h. step() from the physics thread, the rest of
-// LineDevice from the line's thread, faults from any: one lock.
+// drivers. Body frame B as in talaris_plant.h. step() from the physics thread, all other functions
+// of LineDevice from the line's thread, faults from any: one lock.
 
 #include <array>
 #include <atomic>
@@ -37,7 +37,7 @@ struct ImuOptions {
 
 struct ImuFaults {
   bool silent = false;
-  bool stuck = false;                   // values stay, the counter goes on
+  bool stuck = false;                   // values freeze, the counter runs on
   double checksum = 0;                  // probability that a packet has a wrong one
   double parity = 0;                    // ... that a byte has a wrong bit
   double noise = 1;                     // factor
@@ -45,7 +45,7 @@ struct ImuFaults {
   std::array<double, 6> bias{};         // rad/s about x, y, z; m/s2 along x, y, z
 };
 
-// What it feels: mean of the time since the last packet.
+// Its input: mean since the last packet.
 struct Inertial {
   Vector3 rate_rad_s = Vector3::Zero();
   Vector3 force_m_s2 = Vector3::Zero();
@@ -61,8 +61,8 @@ class Imu : public LineDevice {
 
   void set_faults(const ImuFaults& faults);
   ImuFaults faults() const;
-  virtual void jump(int) {}  // the counter goes on by so many
-  Inertial bias() const;     // as it is now, without faults
+  virtual void jump(int) {}  // the counter jumps by this many
+  Inertial bias() const;     // the present value, without faults
 
  protected:
   using Packet = std::array<std::uint8_t, 18>;
@@ -99,7 +99,7 @@ class LandMark final : public Imu {
   // Scales of a status byte: rad/s and m/s2 of one count.
   static double gyro_scale(std::uint8_t status);
   static double accel_scale(std::uint8_t status);
-  // A packet from its counts; the checksum is made.
+  // A packet from its counts, with checksum.
   static Packet encode(std::uint8_t counter, const std::array<std::int16_t, 7>& counts,
                        std::uint8_t status);
 
@@ -112,7 +112,7 @@ class LandMark final : public Imu {
   unsigned wraps_ = 0;
   int period_ms_ = 5, since_ms_ = 0;
   bool paused_ = false;
-  int pauses_ = 0;  // characters in a row that ask for it
+  int pauses_ = 0;  // consecutive characters of the request
   std::deque<std::uint8_t> command_;
 };
 

@@ -1,4 +1,4 @@
-// The entry of TALARIS in lss-sim's roster: its options, and how vehicles differ from one another.
+// The entry of TALARIS in lss-sim's roster: its options, and the tolerances of vehicles.
 
 #include <map>
 #include <stdexcept>
@@ -23,7 +23,7 @@ TalarisOptions dispersed(const TalarisOptions& nominal, unsigned seed) {
   drawn.plant.mass_kg *= share(0.02);
   for (Eigen::Index i = 0; i < 3; ++i) drawn.plant.inertia_kg_m2[i] *= share(0.3);
   const Vector3 cg_m(off(0.010), off(0.0015), off(0.0015));
-  // On the pivot it was balanced first: what is left is what the pivot's friction holds.
+  // On the pivot it is balanced first: the remaining offset is within the pivot's friction.
   drawn.plant.cg_m += drawn.plant.stand == Stand::pivot ? kBalanced * cg_m : cg_m;
   drawn.plant.friction_m_s2 *= share(0.5);
   for (double& each : drawn.gas.thrust_scale) each *= share(0.03);

@@ -120,7 +120,7 @@ void ValveNode::measure() {
   objects_.set(0x6401, 4, to_i16(temperature_0_1degC_.read(random_)));
 }
 
-// The sequence comes last in the PDO, so that the valves are there when it is written.
+// The sequence is last in the PDO, so the valves are already stored when it is written.
 void ValveNode::written(std::uint16_t index, std::uint8_t) {
   if (index != 0x2200) return;
   const std::uint32_t sequence = objects_.get(0x2200, 0);
@@ -133,7 +133,7 @@ void ValveNode::written(std::uint16_t index, std::uint8_t) {
   settle(kNotRenewed);
 }
 
-// Whatever 0x6206 and 0x6207 say: valves do not hold.
+// Valves close in any case, regardless of 0x6206 and 0x6207.
 void ValveNode::left_operational(bool) {
   shut();
   last_sequence_ = 0;

@@ -16,11 +16,11 @@ using nodes::Nmt;
 using nodes::Node;
 using nodes::Signal;
 
-// Outputs of a node that have to be renewed while they are on (object 0x2201).
+// Outputs of a node that must be refreshed while they are on (object 0x2201).
 class Renewal {
  public:
   void renewed() { since_ms_ = 0; }
-  // A millisecond. True once when they were not renewed in time.
+  // One millisecond. True once when they were not refreshed in time.
   bool late(bool on, std::uint32_t limit_ms);
 
  private:
@@ -34,7 +34,7 @@ class ValveNode final : public Node {
   explicit ValveNode(unsigned seed);
   void feel(double tank_kPa, double regulated_kPa, double voltage_V, double temperature_degC);
   std::uint8_t outputs() const { return outputs_; }
-  std::uint64_t gaps() const { return gaps_; }  // frames that were missing in the sequence
+  std::uint64_t gaps() const { return gaps_; }  // missing frames of the sequence
   Signal* signal(int number) override;
 
  private:
@@ -77,7 +77,8 @@ class FanNode final : public Node {
   Renewal renewal_;
 };
 
-// Six components, each of which rings with the stand: 7 Hz, hardly damped (TALARIS thesis 5.2.5).
+// Six components, each with the oscillation of the stand: 7 Hz, hardly damped (TALARIS thesis
+// 5.2.5).
 class LoadCellNode final : public Node {
  public:
   static constexpr std::uint8_t kId = 0x22;

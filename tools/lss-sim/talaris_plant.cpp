@@ -20,8 +20,8 @@ using dart::dynamics::SkeletonPtr;
 constexpr double kWeightArm_m = 0.40;  // of the weight on the pivot
 const Vector3 kUp = Vector3::UnitX();
 
-// Legs and the corners of the frame, which only touch when it lies. Springs with dampers: the
-// vehicle sinks 3 mm into its legs and comes to rest within a tenth of a second.
+// Legs and the corners of the frame; the corners touch only when it lies. Springs with dampers: the
+// vehicle sinks 3 mm into its legs and comes to standstill within a tenth of a second.
 constexpr double kLeg_m = 0.25;
 constexpr double kLeg_N_m = 40'000, kLeg_Ns_m = 1'200;
 constexpr std::size_t kFeet = 4, kPoints = 8;
@@ -34,8 +34,8 @@ const std::array<Vector3, kPoints> kTouching = {{{-kLeg_m, -0.30, -0.40},
                                                  {0.05, 0.38, 0.495},
                                                  {0.05, 0.38, -0.495}}};
 constexpr double kReach_m = 0.7;  // of any of them from the origin
-constexpr int kFlight_ms = 50;    // off the ground for so long is a flight, less is a bounce
-constexpr int kLanding_ms = 300;  // in which the other feet come down
+constexpr int kFlight_ms = 50;    // longer off the ground is a flight, shorter a bounce
+constexpr int kLanding_ms = 300;  // within which the other feet touch down
 
 // The stand's bumpers.
 constexpr double kNose_m = 0.55;  // from the origin to the bumper before the wall
@@ -46,7 +46,7 @@ constexpr double kInertiaEvery_kg = 0.002;  // gas
 
 Vector3 direction(Axis axis) { return axis == Axis::pitch ? Vector3::UnitY() : Vector3::UnitZ(); }
 
-// Slows a velocity down, not beyond standstill.
+// Slows a velocity down, to standstill at most.
 void slow(Eigen::Ref<Eigen::VectorXd> velocity, double by) {
   const double size = velocity.norm();
   velocity *= size <= by ? 0 : 1 - by / size;
@@ -59,7 +59,7 @@ struct Plant::World {
   BodyNode* body = nullptr;
   BodyNode* carriage = nullptr;  // of lift
   double inertia_gas_kg = -1;
-  std::array<std::optional<Vector3>, kPoints> anchors;  // where points stick to the ground
+  std::array<std::optional<Vector3>, kPoints> anchors;  // points where feet stick to the ground
 
   void set_inertia(const PlantOptions& options, double mass_kg) {
     Vector3 cg_m = options.cg_m;
@@ -134,7 +134,7 @@ Plant::Plant(const PlantOptions& options)
       auto* joint = make.operator()<RevoluteJoint>(w.carriage);
       joint->setAxis(direction(options.axis));
       joint->setPosition(0, options.tilt_rad);
-      // What the rope carries, the legs do not.
+      // The rope takes this load from the legs.
       ground_m_ =
           -kLeg_m + (mass_kg_ - options.counterweight_kg) * kGravity_m_s2 / (kFeet * kLeg_N_m);
       break;
@@ -184,7 +184,7 @@ void Plant::step(const Wrench& wrench, double gas_used_kg, const Vector3& push_N
   feel(last);
 }
 
-// Dry friction of a stand takes velocity away, so that it holds what it can hold.
+// Dry friction of a stand reduces the velocity, and so keeps it at standstill within its limit.
 void Plant::brake() {
   if (options_.stand == Stand::free || options_.stand == Stand::load) return;
   Skeleton& skeleton = *world_->skeleton;
@@ -276,7 +276,7 @@ Wrench Plant::feet() {
     Vector3 sideways = -kLeg_N_m * (at - *w.anchors[i]) - kLeg_Ns_m * velocity;
     sideways.x() = 0;
     const double most = options_.ground_friction * normal;
-    if (sideways.norm() > most) {  // slides: the spring goes along
+    if (sideways.norm() > most) {  // slides: the spring follows
       sideways *= most / sideways.norm();
       *w.anchors[i] = at + sideways / kLeg_N_m;
     }
@@ -307,7 +307,7 @@ double Plant::clearance_m() const {
 }
 
 double Plant::energy_J() const {
-  // DART's own potential energy takes a body's origin for its centre of mass.
+  // DART computes potential energy as if a body's origin were its centre of mass.
   const World& w = *world_;
   double moment_kg_m = w.body->getMass() * w.body->getCOM().x();
   if (w.carriage != nullptr) moment_kg_m -= options_.counterweight_kg * body_.position_m.x();

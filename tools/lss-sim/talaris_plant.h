@@ -1,7 +1,7 @@
 #pragma once
 
-// TALARIS as a rigid body (DART) in free flight, on its legs, or on a test stand: what forces of
-// thrusters and fans do to it. Frames as in gnc/talaris/types.h: body B with x up, z along the
+// TALARIS as a rigid body (DART) in free flight, on its legs, or on a test stand: its motion under
+// the forces of thrusters and fans. Frames as in gnc/talaris/types.h: body B with x up, z along the
 // horizontal thrusters, y completing right-handed; world the same axes, origin where the body's
 // origin is when the vehicle stands. The body's origin is the nominal centre of mass, where the IMU
 // is. Used by one thread (physics). One step is 1 ms.
@@ -19,7 +19,7 @@ inline constexpr std::size_t kFans = 4;
 inline constexpr double kStep_s = 0.001;
 inline constexpr double kGravity_m_s2 = 9.80665;
 
-// What may move (TALARIS thesis 5.2).
+// The degrees of freedom (TALARIS thesis 5.2).
 enum class Stand : std::uint8_t {
   free,   // everything; legs on the ground
   rail,   // along z only, a wall ahead (5.2.6)
@@ -48,7 +48,7 @@ struct PlantOptions {
   double wall_m = 5;                     // of rail and sled: from the origin along +z
   double weight_kg = 0;                  // of pivot: a weight at the end of the frame
   double counterweight_kg = 37.5;        // of lift
-  double friction_m_s2 = 0.05;           // of rail, sled, lift: what slows it down when it slides
+  double friction_m_s2 = 0.05;           // of rail, sled, lift: dynamic friction
   double pivot_friction_Nm = 0.1;        // of pivot, lift
   double ground_friction = 0.8;          // of the feet
 };
@@ -73,13 +73,13 @@ struct BodyState {
 
 // The last time that a foot came down after a flight.
 struct Touchdown {
-  double down_m_s = 0;        // of the foot that was first, or of a later one that was faster
+  double down_m_s = 0;        // of the first foot, or of a later and faster one
   double horizontal_m_s = 0;  // of the body
 };
 
 class Plant {
  public:
-  // It stands, hangs or lies there at rest.
+  // It stands, hangs or lies at standstill.
   explicit Plant(const PlantOptions& options);
   ~Plant();
   Plant(const Plant&) = delete;
@@ -93,10 +93,10 @@ class Plant {
   bool contact() const { return contact_; }
   double clearance_m() const;  // of the lowest foot
   const Touchdown& touchdown() const { return touchdown_; }
-  double energy_J() const;  // kinetic and potential, against rest at the origin
+  double energy_J() const;  // kinetic and potential, relative to standstill at the origin
 
-  // How far a beam from `at_m` (B) in direction `along` (B) goes to ground or wall; unset when it
-  // does not meet it or at more than `most_rad` from its normal.
+  // The length of a beam from `at_m` (B) in direction `along` (B) to ground or wall; unset when it
+  // does not hit, or hits at more than `most_rad` from the normal.
   std::optional<double> distance_m(const Vector3& at_m, const Vector3& along,
                                    double most_rad) const;
 

@@ -99,10 +99,10 @@ void Uart::say(std::span<const std::uint8_t> frame, TimeNs now) {
   if (chance(faults.duplicate)) queue(frame, now);
 }
 
-// A reply begins one character after its request ended. Requests follow one another at least as far
-// apart as replies are long, so without faults they never meet; a late or doubled one waits for the
-// one before. Nothing waits long on a line: what would, because earlier ones are later still, is
-// lost in them. So a fault that is cleared leaves nothing behind.
+// A reply begins one character after its request ended. The distance between requests is at least
+// the length of a reply, so without faults replies never overlap; a late or doubled reply waits for
+// the one before. A reply that would wait too long behind others is lost, so a cleared fault leaves
+// no backlog.
 void Uart::queue(std::span<const std::uint8_t> frame, TimeNs now) {
   const TimeNs wanted_ns = now + faults.late_ns;
   const TimeNs most_ns = kMostWaited * static_cast<TimeNs>(frame.size()) * character_ns_;

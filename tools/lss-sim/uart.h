@@ -1,9 +1,9 @@
 #pragma once
 
-// A serial line as time: each character takes its bits (10 unless told otherwise) in each
-// direction, both directions at once, and the devices on it answer one turn-around after the
-// character that they answer to, or speak unasked. Knows no file descriptor and no clock: one
-// thread passes both in. Also the faults that a line can have.
+// The timing of a serial line: each character takes the time of its bits (10 by default), in both
+// directions at once. Devices answer one turn-around time after the character that completes a
+// request, or send by themselves. Uses no file descriptor and no clock: one thread passes both in.
+// Also simulates the faults of a line.
 
 #include <cstdint>
 #include <deque>
@@ -17,32 +17,32 @@
 
 namespace lss::sim {
 
-// What hangs on the line. Called from the line's thread.
+// The devices on the line. Called from the line's thread.
 class LineDevice {
  public:
   virtual ~LineDevice() = default;
-  // A character of the master, received whole. Returns the frame that answers it, empty for none;
-  // the span is valid until the next call.
+  // A complete character from the master. Returns the frame that answers it, empty for none; the
+  // span is valid until the next call.
   virtual std::span<const std::uint8_t> receive(std::uint8_t character, TimeNs now) = 0;
-  // The next frame that it says unasked, empty for none; valid until the next call.
+  // The next unrequested frame, empty for none; valid until the next call.
   virtual std::span<const std::uint8_t> send(TimeNs) { return {}; }
   virtual bool wants_to_send() const { return false; }  // from any thread
 };
 
-// Kinds: noise, drop, duplicate, late, bus-cut.
+// Types: noise, drop, duplicate, late, bus-cut.
 std::span<const FaultKind> line_fault_kinds();
-// The same of a vehicle that has a CAN bus besides, by the number of the line: line-noise,
-// line-drop, line-duplicate, line-late, line-cut, line-unplug.
+// The same for a vehicle that also has a CAN bus, by the number of the line: line-noise, line-drop,
+// line-duplicate, line-late, line-cut, line-unplug.
 std::span<const FaultKind> numbered_line_fault_kinds();
 
 struct LineFaults {
   double noise = 0;      // probability that a character loses a bit
   double drop = 0;       // ... that a frame is lost whole, either direction
   double duplicate = 0;  // ... that a reply comes twice
-  TimeNs late_ns = 0;    // replies come so much later
+  TimeNs late_ns = 0;    // delay of replies
   bool cut = false;      // nothing passes, either direction
 
-  // Of either sort of kinds. False when the fault is not one of the line.
+  // For both sets of types. False when the fault is not one of the line.
   bool set(const Fault& fault, bool attach);
 };
 
@@ -61,12 +61,12 @@ class Uart {
 
   // Characters that the master has written.
   void from_master(std::span<const std::uint8_t> characters, TimeNs now);
-  // Gives the device what has arrived by now, and queues its replies and what it says unasked.
+  // Passes the received characters to the device, and queues its replies and unrequested frames.
   void advance(TimeNs now);
-  // The characters of replies whose last bit has left by now; in pieces of up to kPiece as the FIFO
-  // of a UART hands them over, a frame's end at its own instant.
+  // The characters of replies whose last bit has been sent by now, in pieces of up to kPiece like
+  // the FIFO of a UART, but the end of a frame at its own time.
   std::span<const std::uint8_t> take(TimeNs now);
-  // When advance or take have something to do; the far future when nothing is under way.
+  // The time of the next work for advance or take; the far future when there is none.
   TimeNs next_wake() const;
   void forget();  // the line was unplugged
 
@@ -90,7 +90,7 @@ class Uart {
   std::mt19937 random_;
   std::deque<Timed> arriving_, leaving_;
   TimeNs master_free_ns_ = 0, reply_free_ns_ = 0;
-  bool dropping_ = false;  // the frame of the master that is under way
+  bool dropping_ = false;  // the current frame of the master
   std::vector<std::uint8_t> taken_;
 };
 

@@ -1,9 +1,9 @@
 #pragma once
 
-// What a simulated vehicle is to the rest of lss-sim: serial lines and CAN buses with devices on
-// them, physics in steps of one millisecond, faults, and the truth. Threads: step() and truth()
-// from the physics thread, a line's or bus's device from that line's or bus's thread, faults from
-// any; the vehicle locks what these share.
+// The interface of a simulated vehicle to lss-sim: serial lines and CAN buses with devices on them,
+// physics in steps of one millisecond, faults, and the truth. Threads: step() and truth() from the
+// physics thread, a line's or bus's device from that line's or bus's thread, faults from any; the
+// vehicle locks the shared data.
 
 #include <CLI/CLI.hpp>
 #include <memory>
@@ -24,9 +24,9 @@ inline constexpr TimeNs kStepNs = kMillisecond;
 struct SerialLine {
   std::string name;  // of the link in DIR
   LineDevice* device = nullptr;
-  int baud = 0;                                      // 0: as the program was told
+  int baud = 0;                                      // 0: the program's option
   int bits = 10;                                     // of a character
-  std::uint8_t frame_begin = ':', frame_end = '\n';  // of what the master says
+  std::uint8_t frame_begin = ':', frame_end = '\n';  // of messages from the master
 };
 
 struct CanLine {
@@ -42,7 +42,7 @@ class Vehicle {
   virtual void step() = 0;  // kStepNs of simulated time; wakes the buses' threads after it
   // position_m, attitude_wxyz, velocity_m_s and the vehicle's own.
   virtual nlohmann::ordered_json truth() const = 0;
-  // One of the vehicle's own kinds: attach or clear it.
+  // One of the vehicle's own fault types: attach or clear it.
   virtual void set_fault(const Fault& fault, bool attach) = 0;
   // False when an attached fault of its own has ended by itself.
   virtual bool in_force(const Fault& fault) const = 0;
@@ -55,7 +55,7 @@ class VehicleKind {
   virtual std::string name() const = 0;
   virtual std::string summary() const = 0;
   virtual std::span<const FaultKind> fault_kinds() const = 0;
-  // Where its CAN bus is found unless told otherwise; empty for a vehicle on serial lines.
+  // The default place of its CAN bus; empty for a vehicle on serial lines.
   virtual std::string can_address() const { return {}; }
   virtual bool has_lines() const { return can_address().empty(); }
   virtual void add_options(CLI::App& command) = 0;

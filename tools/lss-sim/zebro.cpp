@@ -30,7 +30,7 @@ constexpr FaultKind kFaultKinds[] = {
     {"temperature", kTemperature, "the motor is held at this temperature", false, true},
 };
 
-constexpr double kBlocked_Nm = 5;  // holds a shaft against anything
+constexpr double kBlocked_Nm = 5;  // holding torque of a blocked shaft
 constexpr double kWanting_rad_s = 1e-3;
 
 std::size_t unit_of(const Fault& fault) {
@@ -121,8 +121,7 @@ ShaftDrive Zebro::through_obstacle(std::size_t module, const ShaftDrive& drive) 
           .torque_limit_Nm = drive.torque_limit_Nm - obstacle.drag_Nm};
 }
 
-// The motor feels what the leg needs and what drags; against a blocked shaft it gives all that it
-// has.
+// The motor's load is that of the leg plus drag; at a blocked shaft it gives its maximum torque.
 void Zebro::feel(std::size_t module, const ShaftState& shaft) {
   ShaftState& felt = felt_[module];
   felt = shaft;

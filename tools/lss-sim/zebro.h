@@ -27,7 +27,8 @@ struct ZebroOptions {
   lss::zebro::Check check = lss::zebro::Check::lrc;
   lss::zebro::Stop stop = lss::zebro::Stop::lf;
   PlantKind plant = PlantKind::dart;
-  TimeNs step_ns = kStepNs;  // of step(); another than that of the simulator: kinematic only
+  TimeNs step_ns =
+      kStepNs;  // of step(); a value other than the simulator's only with the kinematic plant
 };
 
 // The solar panel: from its mechanical stop at 0 (retracted) to the one at 110 deg.
@@ -44,7 +45,7 @@ class Panel {
 
 class Zebro final : public Vehicle, public LineDevice {
  public:
-  // Throws std::invalid_argument for a step or a terrain that the plant does not have.
+  // Throws std::invalid_argument for a step or a terrain that the plant does not support.
   explicit Zebro(const ZebroOptions& options);
 
   std::vector<SerialLine> lines() override { return {{"legs", this}}; }
@@ -53,10 +54,10 @@ class Zebro final : public Vehicle, public LineDevice {
   void set_fault(const Fault& fault, bool attach) override;
   bool in_force(const Fault& fault) const override;
   std::span<const std::uint8_t> receive(std::uint8_t character, TimeNs now) override;
-  // The same for characters that arrive together; the reply to the last whole frame of them.
+  // The same for characters that arrive together; returns the reply to their last complete frame.
   std::span<const std::uint8_t> receive(std::span<const std::uint8_t> characters, TimeNs now);
 
-  // Time passes with all motors off, as when the OBC sleeps: nothing moves, the motors cool.
+  // Time passes with all motors off, as during sleep of the OBC: nothing moves, the motors cool.
   void rest(double seconds);
 
   const Plant& robot() const { return *plant_; }
@@ -66,7 +67,7 @@ class Zebro final : public Vehicle, public LineDevice {
   double current_A() const;
 
  private:
-  // What a fault does to a shaft between gear and leg.
+  // The effect of a fault on a shaft between gear and leg.
   struct Obstacle {
     bool stuck = false;
     double drag_Nm = 0;
@@ -81,7 +82,7 @@ class Zebro final : public Vehicle, public LineDevice {
   mutable std::mutex mutex_;  // of all below: shared by physics, the line and faults
   std::vector<Module> modules_;
   std::array<Obstacle, kModules> obstacles_{};
-  std::array<ShaftState, kModules> felt_{};  // what the motors felt in the last step
+  std::array<ShaftState, kModules> felt_{};  // load of the motors in the last step
   std::array<ShaftDrive, kModules> wanted_{};
   lss::zebro::Receiver receiver_;
   std::uint64_t dropped_ = 0;

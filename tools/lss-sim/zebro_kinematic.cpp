@@ -10,7 +10,7 @@ constexpr double kRadius_m = kLegDiameter_m / 2;
 constexpr double kToe_m =
     kLegDiameter_m - kTread_m;  // from the hip to the middle of the toe's tread
 constexpr double kTouch_m = 1e-9;
-constexpr double kSteady = 0.02;         // weight of a point that carries nothing, for the yaw
+constexpr double kSteady = 0.02;         // weight of an unloaded point, for the yaw
 constexpr double kStickSlip_m_s = 1e-3;  // from sticking to sliding
 constexpr int kRounds = 4;
 constexpr int kMostSupports = 64;  // tried in one step; three or four are usual
@@ -51,7 +51,7 @@ void KinematicRobot::step(const std::array<ShaftDrive, kLegs>& drives) {
   load();
 }
 
-// A shaft that has to give more than it can stands still. The load is that of the last step.
+// An overloaded shaft stands still. The load is that of the last step.
 void KinematicRobot::turn(const std::array<ShaftDrive, kLegs>& drives) {
   for (std::size_t i = 0; i < drives.size(); ++i) {
     ShaftState& shaft = shafts_[i];
@@ -62,9 +62,9 @@ void KinematicRobot::turn(const std::array<ShaftDrive, kLegs>& drives) {
   }
 }
 
-// Each point that carries wants the body to move as it rolls, and not sideways. Where they disagree
-// they slip, with dry friction: the twist with the least sum of load times slip, as a few least
-// squares, each weighted by what slipped in the one before.
+// Each loaded point moves the body as it rolls, and not sideways. Where the points disagree, they
+// slip with dry friction: the twist with the least sum of load times slip, by a few least-squares
+// steps, each weighted by the slip of the one before.
 void KinematicRobot::roll() {
   std::array<double, 3> weight{}, rolls_m_s{};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -93,7 +93,7 @@ void KinematicRobot::roll() {
   yaw_rad_ += yaw_rad_s * step_s_;
 }
 
-// Least squares of slipping: sets the body's speed ahead and to the left, returns its yaw rate.
+// Least squares of slip: sets the body's speed ahead and to the left, returns its yaw rate.
 double KinematicRobot::twist(const std::array<double, 3>& weight,
                              const std::array<double, 3>& rolls_m_s) {
   double sum = 0, x_m = 0, y_m = 0, ahead_m_s = 0;
@@ -120,8 +120,9 @@ double KinematicRobot::twist(const std::array<double, 3>& weight,
   return yaw_rad_s;
 }
 
-// Where each leg would touch level ground: on its arc, rolling, with the toe ahead; else on the
-// tread of its toe, or of its end at the hip. Exact at the pitch of the last step, linear about it.
+// The contact point of each leg on level ground: with the toe ahead on its arc, rolling; otherwise
+// on the tread of its toe, or of its end at the hip. Exact at the pitch of the last step, linear
+// about it.
 void KinematicRobot::reach() {
   const double nose_up_rad = ground_.ahead;
   for (std::size_t i = 0; i < kLegs; ++i) {
@@ -138,9 +139,9 @@ void KinematicRobot::reach() {
   }
 }
 
-// The plane through three points that all others stay above and that the weight falls between: the
-// lowest that the body can lie. From the support of the last step, a point that would be below the
-// ground replaces one, until there is none (the dual simplex method).
+// The plane through three points such that all others are above it and the weight acts between
+// them: the lowest position of the body. Starting with the support of the last step, a point below
+// the ground replaces one of the three, until there is none (the dual simplex method).
 void KinematicRobot::settle() {
   const Ground before = ground_;
   const double load_x_m = -before.depth_m * grade_;
@@ -158,7 +159,7 @@ void KinematicRobot::settle() {
       lowest = i;
     }
     if (most_m <= kTouch_m) break;
-    // The new point takes the place of the one whose share is used up first.
+    // The new point replaces the one whose share reaches zero first.
     const Point& a = points_[index(support_[0])];
     const Point& b = points_[index(support_[1])];
     const Point& c = points_[index(support_[2])];
@@ -183,7 +184,7 @@ void KinematicRobot::settle() {
   nose_up_rad_s_ = (ground_.ahead - before.ahead) / step_s_;
 }
 
-// False, and nothing is changed: they are in a line, or the weight falls outside.
+// False without a change: the points are in a line, or the weight acts outside.
 bool KinematicRobot::lie_on(const Support& support, double load_x_m) {
   const Point& a = points_[index(support[0])];
   const Point& b = points_[index(support[1])];
@@ -204,8 +205,8 @@ bool KinematicRobot::lie_on(const Support& support, double load_x_m) {
   return true;
 }
 
-// What the gears hold: the weight on a leg, with the way from hip to contact as its lever, and what
-// the ground pushes ahead, with the depth as its lever.
+// The load of the gears: the weight on a leg with the lever from hip to contact, and the push of
+// the ground ahead with the depth as lever.
 void KinematicRobot::load() {
   const double weight_N = kMass_kg * terrain_.gravity_m_s2 * std::cos(terrain_.slope_rad);
   for (ShaftState& shaft : shafts_) shaft.torque_Nm = 0;

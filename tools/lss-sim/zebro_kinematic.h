@@ -1,12 +1,12 @@
 #pragma once
 
 // Lunar Zebro as geometry and statics, without inertia: a thousand times faster than rigid bodies,
-// and in steps of any length. Each leg turns as its servo says unless the load is more than its
-// torque. The body lies on whatever legs, or corners of its belly, carry its weight; it moves as
-// these roll on the ground without slipping, by least squares, weighted by load, when they
-// disagree. Level ground or a slope. What it does not know: falling and bouncing, slipping of the
-// whole robot, stones, legs that touch the belly's edge. Angles of roll and pitch are small.
-// Constructed once, then nothing allocates.
+// and in steps of any length. Each leg turns as ordered by its servo unless the load exceeds its
+// torque. The body lies on the legs, or corners of its belly, that carry its weight; it moves as
+// these roll on the ground without slip, by least squares, weighted by load, when they disagree.
+// Level ground or a slope. Not modelled: falling and bouncing, slipping of the whole robot, stones,
+// legs that touch the belly's edge. Angles of roll and pitch are small. Constructed once, then
+// nothing allocates.
 
 #include "tools/lss-sim/zebro_plant.h"
 
@@ -24,11 +24,11 @@ class KinematicRobot final : public Plant {
   BodyState body() const override;
 
  private:
-  static constexpr int kPoints = kLegs + 4;  // that may carry: legs, and corners of the belly
+  static constexpr int kPoints = kLegs + 4;  // that may carry load: legs, and corners of the belly
   using Support = std::array<int, 3>;
 
-  // A point that may touch the ground, from the body's centre: ahead, left, and how deep the ground
-  // has to be there at least; what the body rolls ahead on it per radian that it turns.
+  // A point that may touch the ground, relative to the body's centre: ahead, left, minimum depth of
+  // the ground there; and the distance that the body rolls ahead on it per radian.
   struct Point {
     double x_m = 0, y_m = 0, depth_m = 0, roll_m = 0;
   };

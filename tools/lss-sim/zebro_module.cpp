@@ -183,8 +183,8 @@ void Module::rotate(const Payload& data, int sense) {
   plan();
 }
 
-// From where the leg is to the set-point in the commanded sense; what it passed by little, it goes
-// back to.
+// From the leg's position to the set-point in the commanded direction; after a small overshoot it
+// goes back.
 void Module::plan() {
   double way = wrap(sense_ * (set_point_rad_ - measured_rad_));
   if (way > kTurn_rad - kGoBack_rad) way -= kTurn_rad;
@@ -213,10 +213,10 @@ ShaftDrive Module::step(const ShaftState& shaft) {
   boot_left_s_ = std::max(0.0, boot_left_s_ - step_s_);
   protect(shaft.torque_Nm, shaft.velocity_rad_s);
 
-  // A module without power or firmware lets its driver go: the gear holds by its friction.
+  // Without power or firmware the driver is off: the gear holds by its friction.
   if (dead_ || !motion_control_) return {.velocity_rad_s = 0, .torque_limit_Nm = motor::kHold_Nm};
   const double reference_rad_s = advance_reference();
-  // The reference is at the end of this step; what a long one takes it further is no error yet.
+  // The reference is that of the end of this step; its advance within a long step is not an error.
   const double ahead_rad = reference_rad_s * (step_s_ - kStep_s);
   const double error_rad = reference_rad_ - ahead_rad - measured_rad_;
   const double felt_rad = error_rad - std::clamp(error_rad, -kCount_rad, kCount_rad);
@@ -227,7 +227,8 @@ ShaftDrive Module::step(const ShaftState& shaft) {
           .torque_limit_Nm = motor::torque_limit_Nm(shaft.velocity_rad_s)};
 }
 
-// Counts the encoder and watches the Hall sensor: at its middle the position becomes the true one.
+// Counts the encoder and watches the Hall sensor: at its middle the position is set to the true
+// one.
 void Module::sense(double shaft_rad) {
   const double before_rad = from_hall_rad_;
   const double after_rad = wrap_half(shaft_rad - hall_.at_rad);
@@ -240,7 +241,7 @@ void Module::sense(double shaft_rad) {
                        std::abs(before_rad) < kHallWindow_rad;
   const bool still = calibrated_ && before_rad == after_rad;
   if (hall_.broken || !crossed || still) return;
-  // In a long step the shaft has gone on since.
+  // In a long step the shaft has moved on since then.
   const double since_rad = after_rad * (1 - kStep_s / step_s_);
   const double jump_rad = wrap_half(hall_.at_rad + since_rad - measured_rad_);
   offset_rad_ += jump_rad;
@@ -269,8 +270,8 @@ void Module::protect(double shaft_torque_Nm, double shaft_speed_rad_s) {
   if (unheard_s_ >= kWatchdog_s) stop(kWatchdog);
 }
 
-// A ramp of constant speed that arrives when the time is over, with limited acceleration at both
-// ends: way = speed * time - speed^2 / (2 acceleration), solved for the speed anew at every step.
+// A ramp of constant speed that arrives at the end of the time, with limited acceleration at both
+// ends: way = speed * time - speed^2 / (2 acceleration), solved for the speed again at every step.
 double Module::advance_reference() {
   const double way_rad = goal_rad_ - reference_rad_;
   const double left_rad = std::abs(way_rad);

@@ -1,9 +1,9 @@
 #pragma once
 
-// One module of Lunar Zebro's leg bus as its firmware sees the world: frames in, a reply out, an
-// encoder, a Hall sensor and a motor driver. Written from docs/icd-zebro.md alone, not from the
-// daemon's driver. Time is the module's own: it passes in step(), 1 ms a call, as its firmware
-// controls; up to 20 ms for a mission that has to be over soon. One thread at a time; nothing
+// One module of Lunar Zebro's leg bus from the view of its firmware: frames in, a reply out, an
+// encoder, a Hall sensor and a motor driver. Written only from docs/icd-zebro.md, not from the
+// daemon's driver. Time is the module's own: it passes in step(), 1 ms a call like the control
+// cycle of the firmware; up to 20 ms for fast mission simulations. One thread at a time; nothing
 // allocates.
 
 #include <array>
@@ -28,8 +28,8 @@ struct Reply {
 // Reset causes of the identity page (ICD section 5).
 enum class ResetCause : std::uint8_t { power_on, cpu_watchdog, brown_out, command, software };
 
-// Where the magnet passes the sensor, at the shaft and as the position that the module then takes
-// on.
+// The angle at which the magnet passes the sensor: of the shaft, and the position that the module
+// then adopts.
 struct HallSensor {
   double at_rad = 0;
   bool broken = false;
@@ -37,20 +37,20 @@ struct HallSensor {
 
 class Module {
  public:
-  // `hall_rad`: pi for a leg (straight up), 0 for the panel (retracted). `shaft_rad`: where it
-  // boots.
+  // `hall_rad`: pi for a leg (straight up), 0 for the panel (retracted). `shaft_rad`: shaft angle
+  // at boot.
   Module(double hall_rad, double shaft_rad, double step_s = kStep_s);
 
-  // A good frame to this module's address or to all (`own` false), executed at once.
+  // A valid frame to this module's address or to all (`own` false), executed at once.
   std::optional<Reply> handle(std::uint8_t code, const Payload& data, bool own);
   // A frame that the receiver dropped.
   void count_dropped() { ++dropped_; }
 
-  // One step: `shaft` is what the plant did in the last one, torque as the motor felt it.
+  // One step: `shaft` is the motion of the plant in the last one, with the torque on the motor.
   ShaftDrive step(const ShaftState& shaft);
 
   void reset(ResetCause cause);
-  // Time passes without steps, motion control being off.
+  // Time passes without steps, while motion control is off.
   void rest(double seconds);
 
   // Faults of the hardware around the firmware.
@@ -65,7 +65,8 @@ class Module {
   double current_A() const { return current_A_; }
 
  private:
-  static constexpr double kBoot_s = 0.2;  // after a reset it hears and says nothing for so long
+  static constexpr double kBoot_s =
+      0.2;  // after a reset it receives and sends nothing for this time
 
   std::optional<Reply> request(std::uint8_t page);
   void rotate(const Payload& data, int sense);

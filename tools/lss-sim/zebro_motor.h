@@ -30,22 +30,23 @@ inline constexpr double kMaxSpeed_rad_s = kGearLimit_rpm * kRpm_rad_s / kGear;  
 inline constexpr double kFriction_Nm = 0.073e-3;
 inline constexpr double kFriction_Nm_rpm =
     (kNoLoad_A * kTorqueConstant_Nm_A - kFriction_Nm) / kNoLoad_rpm;
-// What the driver's switches and the windings' inductance cost at no load: 12 V is not quite
-// explained.
+// Voltage loss of the driver's switches and the windings' inductance at no load: the part of the 12 V
+// that the other terms do not explain.
 inline constexpr double kDriverDrop_V =
     kSupply_V - kNoLoad_A * kResistance_Ohm - kNoLoad_rpm * kRpm_rad_s * kTorqueConstant_Nm_A;
 // Of four planetary stages under load, from the stall torque: 0.485.
 inline constexpr double kStall_Nm = 0.860;
 inline constexpr double kEfficiency =
     kStall_Nm / (kGear * (kCurrentLimit_A * kTorqueConstant_Nm_A - kFriction_Nm));
-// Not driven, a gear that loses half of what it transmits does not give way below about this.
+// An undriven gear that loses half of its torque does not turn below about this torque.
 inline constexpr double kHold_Nm = 0.300;
 
 inline double motor_rpm(double speed_rad_s) { return std::abs(speed_rad_s) * kGear / kRpm_rad_s; }
 
 inline double friction_Nm(double rpm) { return kFriction_Nm + kFriction_Nm_rpm * rpm; }
 
-// The most that the leg gets at this speed: by the current limit, or by the voltage that is left.
+// The maximum torque at the leg at this speed: from the current limit, or from the remaining
+// voltage.
 inline double torque_limit_Nm(double speed_rad_s) {
   const double rpm = motor_rpm(speed_rad_s);
   const double left_V = kSupply_V - kDriverDrop_V - rpm * kRpm_rad_s * kTorqueConstant_Nm_A;
@@ -66,7 +67,7 @@ inline double current_A(double torque_Nm, double speed_rad_s) {
 // Two nodes, motor and gear, each with a path to the surroundings and a weak one between them.
 // Fitted to table A.1 of the Zebro thesis: half an hour from 22.1 degC gives 33.5 and 31.5 at 5000
 // rpm, 39.2 and 32.4 at 10000 rpm without load. The heat of turning is a table in speed, because
-// two rows do not tell copper, iron and bearings apart; what load adds is computed.
+// two rows cannot separate copper, iron and bearings; what load adds is computed.
 class Heat {
  public:
   static constexpr double kAmbient_degC = 22.1;
@@ -100,7 +101,7 @@ class Heat {
   static constexpr double kMotor10000_W = kOutside_W_K * 17.1 + kBetween_W_K * 6.8;
   static constexpr double kGear10000_W = kOutside_W_K * 10.3 - kBetween_W_K * 6.8;
 
-  // Through zero and both rows, straight on beyond them.
+  // Through zero and both rows, linear above them.
   static double turning_W(double rpm, double at_5000_W, double at_10000_W) {
     if (rpm < 5000) return at_5000_W * rpm / 5000;
     return at_5000_W + (at_10000_W - at_5000_W) * (rpm - 5000) / 5000;

@@ -1,9 +1,9 @@
 #pragma once
 
-// What turning six shafts does to Lunar Zebro: the interface of its plants, and the robot in
-// numbers. Frames: world x forward along the start heading, y left, z up; body the same, origin at
-// its centre. Shaft angles: 0 = leg straight down, growing with forward rotation, unbounded. Legs
-// LF, RF, LM, RM, LH, RH. Used by one thread (physics).
+// The motion of Lunar Zebro from six shafts: the interface of its plants, and the robot's
+// dimensions. Frames: world x forward along the start heading, y left, z up; body the same, origin
+// at its centre. Shaft angles: 0 = leg straight down, growing with forward rotation, unbounded.
+// Legs LF, RF, LM, RM, LH, RH. Used by one thread (physics).
 
 #include <Eigen/Geometry>
 #include <array>
@@ -13,7 +13,7 @@
 namespace lss::sim::zebro {
 
 inline constexpr int kLegs = 6;
-inline constexpr double kStep_s = 0.001;  // of the simulator, and the only one of rigid bodies
+inline constexpr double kStep_s = 0.001;  // of the simulator, and the only one for rigid bodies
 inline constexpr double kHipHeightLying_m = 0.025;  // hip above the underside of the body
 
 // The body is a box with the hips at half its height; a leg is a half circle with a round tread.
@@ -33,8 +33,7 @@ struct TerrainOptions {
   unsigned seed = 1;          // of the legs' angles at boot and of the rocks
 };
 
-// What the gear does with its shaft in one step: turns it at this speed as far as the torque
-// suffices.
+// The order of the gear to its shaft for one step: this speed, limited by the torque.
 struct ShaftDrive {
   double velocity_rad_s = 0;
   double torque_limit_Nm = 0;
@@ -52,7 +51,7 @@ struct BodyState {
   Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
 };
 
-// Where the legs are at boot: near where they were stowed for the flight, nobody knows where.
+// The leg angles at boot: near the stowed position for the flight, exact value unknown.
 std::array<double, kLegs> boot_angles(const TerrainOptions& terrain);
 
 class Plant {

@@ -105,8 +105,9 @@ SkeletonPtr make_robot(const TerrainOptions& terrain) {
   return robot;
 }
 
-// Only robot and ground collide. DART's own filter comes to the same here, but counts references
-// for each of the hundreds of pairs of the robot's own spheres: more than half of a step (2026-11).
+// Only robot and ground collide. DART's own filter has the same result here, but counts references
+// for each of the hundreds of pairs of the robot's own spheres: more than half of the time of a
+// step (2026-11).
 class OnlyWithGround final : public dart::collision::CollisionFilter {
  public:
   explicit OnlyWithGround(const Skeleton& ground) {

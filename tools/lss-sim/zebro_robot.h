@@ -9,7 +9,7 @@ namespace lss::sim::zebro {
 
 class Robot final : public Plant {
  public:
-  // The robot lies on its belly, its legs off the ground at angles that nobody knows.
+  // The robot lies on its belly, its legs off the ground at unknown angles.
   explicit Robot(const TerrainOptions& terrain);
   ~Robot() override;
   Robot(const Robot&) = delete;

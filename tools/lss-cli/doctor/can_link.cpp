@@ -28,7 +28,7 @@ std::optional<T> read_as(Bytes bytes) {
   return value;
 }
 
-// Calls visit(type, content) for each; stops at what does not fit.
+// Calls visit(type, content) for each attribute; stops at the first malformed one.
 template <class Visit>
 void for_each_attribute(Bytes bytes, Visit visit) {
   while (const std::optional<rtattr> head = read_as<rtattr>(bytes)) {

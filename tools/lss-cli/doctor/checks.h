@@ -1,8 +1,8 @@
 #pragma once
 
 // The checks of lss-cli doctor, by subject, each a function of the machine and of the configuration
-// where there is one. They ask and judge; nobody is commanded. Main thread; bounded, the longest is
-// daemon_findings() with its time limit.
+// where there is one. They query and judge; they send no command. Main thread; bounded, the longest
+// is daemon_findings() with its time limit.
 
 #include <cstdint>
 #include <optional>
@@ -21,7 +21,7 @@ namespace lss::cli::doctor {
 Finding check_kernel(const System& system);
 Finding check_throttle(const System& system);
 
-// permissions.cpp. The highest priority that a thread of the daemon wants.
+// permissions.cpp. The highest priority that a thread of the daemon needs.
 Finding check_fifo(const System& system, int priority);
 Finding check_rtprio(const System& system, int priority);
 Finding check_memlock(const System& system);
@@ -50,12 +50,12 @@ Finding check_dds_uri();
 Finding check_interface(const System& system, const std::string& interface);
 Finding check_buffers(const System& system);
 
-// daemon.cpp. Listens for a daemon on the domain of the options, for at most their time limit, and
-// says what it tells of itself.
+// daemon.cpp. Waits for a daemon on the domain of the options, for at most their time limit, and
+// reports its status.
 Findings daemon_findings(const System& system, const Options& options);
 Finding judge_contract(const lss_Status& status);
 Finding judge_parameters(const lss_Status& status);
-// Of every daemon that is heard on the domain.
+// For every daemon found on the domain.
 Finding judge_names(const std::vector<lss_Status>& daemons);
 
 // folders.cpp

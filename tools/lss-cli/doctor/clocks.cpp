@@ -1,4 +1,4 @@
-// The clocks. lssd lives by CLOCK_MONOTONIC; UTC is for people.
+// The clocks. lssd runs on CLOCK_MONOTONIC; UTC is for people.
 
 #include <fmt/format.h>
 

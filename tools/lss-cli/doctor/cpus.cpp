@@ -1,4 +1,4 @@
-// CPUs: how many, which the threads of the configuration want, and what slows them down.
+// CPUs: their number, which ones the configured threads need, and what slows them down.
 
 #include <fmt/format.h>
 
@@ -23,7 +23,7 @@ bool is_virtual(const System& system) {
   return read_text(system.proc / "cpuinfo").value_or("").find("hypervisor") != std::string::npos;
 }
 
-// "frame on 1, actuate on 2"; the threads that want a CPU of their own.
+// "frame on 1, actuate on 2"; the threads that need a CPU of their own.
 std::string placed(const config::Config& config) {
   std::string list;
   for (const config::Thread& thread : config.threads) {

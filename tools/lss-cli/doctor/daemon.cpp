@@ -1,4 +1,4 @@
-// The daemon itself, if one runs: asked over DDS, as every other verb does.
+// The daemon itself, if one runs: queried over DDS, as by every other verb.
 
 #include <fmt/format.h>
 

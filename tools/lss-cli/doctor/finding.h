@@ -1,6 +1,6 @@
 #pragma once
 
-// What one check of lss-cli doctor found. Plain data.
+// The result of one check of lss-cli doctor. Plain data.
 
 #include <cstdint>
 #include <string>
@@ -10,13 +10,13 @@ namespace lss::cli::doctor {
 
 enum class Result : std::uint8_t {
   good,
-  note,     // good to know; nothing has to be done
-  warning,  // lssd runs, but less well than it could: late, or without shared memory
+  note,     // information; no action needed
+  warning,  // lssd runs with reduced performance: late, or without shared memory
   problem,  // lssd cannot run here in real time, or not as configured
 };
 
 struct Finding {
-  std::string name;  // programs rely on it: docs/cli.md
+  std::string name;  // a stable interface for programs: docs/cli.md
   Result result = Result::good;
   std::string found = "";
   std::string meaning = "";

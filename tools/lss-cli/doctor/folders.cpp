@@ -1,4 +1,4 @@
-// Folders that matter, and how much room is in them.
+// The folders of lssd and their free space.
 
 #include <fmt/format.h>
 
@@ -19,7 +19,7 @@ std::string amount(const Space& space) {
                      space.total_bytes / kMegabyte);
 }
 
-// `made_by`: what of the unit makes it.
+// `made_by`: the setting of the unit that creates it.
 Finding check_folder(const System& system, const std::string& name, const fs::path& folder,
                      const std::string& made_by, const std::string& what) {
   const std::optional<Space> space = system.space(folder);

@@ -1,4 +1,4 @@
-// The kernel, and how much time it gives to real-time threads.
+// The kernel, and the CPU time that it allows real-time threads.
 
 #include <fmt/format.h>
 
@@ -14,7 +14,7 @@ constexpr double kLowShare = 0.5;  // lssd needs a few percent, but at once
 Finding check_kernel(const System& system) {
   const std::string release = read_text(system.proc / "sys/kernel/osrelease").value_or("?");
   const std::string version = read_text(system.proc / "sys/kernel/version").value_or("");
-  // Both spellings were used by its patches.
+  // Its patches have used both spellings.
   const bool realtime = read_number(system.sys / "kernel/realtime") == 1 ||
                         version.find("PREEMPT_RT") != std::string::npos ||
                         version.find("PREEMPT RT") != std::string::npos;

@@ -1,5 +1,4 @@
-// What DDS stands on: interfaces, socket buffers, its own configuration, and RouDi for shared
-// memory.
+// What DDS needs: interfaces, socket buffers, its own configuration, and RouDi for shared memory.
 
 #include <fmt/format.h>
 #include <linux/if.h>
@@ -11,7 +10,7 @@
 namespace lss::cli::doctor {
 namespace {
 
-constexpr std::int64_t kCycloneBuffer = 1'048'576;  // what Cyclone 0.10 asks for
+constexpr std::int64_t kCycloneBuffer = 1'048'576;  // the request of Cyclone 0.10
 
 }  // namespace
 

@@ -1,5 +1,4 @@
-// Whether real-time threads and locked memory are granted, to this user; the unit lssd@ brings its
-// own limits.
+// Whether this user may run real-time threads and lock memory; the unit lssd@ has its own limits.
 
 #include <fmt/format.h>
 #include <linux/capability.h>
@@ -16,8 +15,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// mlockall() for the future wants the whole address space below the limit, not what is used of it;
-// lssd has 0.5 GB (2026-11).
+// mlockall() with MCL_FUTURE needs a limit above the whole address space, not only above the used
+// memory; that of lssd is 0.5 GB (2026-11).
 constexpr std::int64_t kAddressSpace = std::int64_t{1} << 30;
 
 constexpr const char* kUnit =
@@ -32,8 +31,8 @@ bool may_ask(const System& system, int priority) {
   return has_capability(system, CAP_SYS_NICE) || priority_limit(system) >= priority;
 }
 
-// The file with the real-time budget of our control group; empty when there is none. Version 1
-// only: version 2 has no such file, and its groups have no budget.
+// The file with the real-time budget of our control group; empty when there is none. cgroup version
+// 1 only: version 2 has no such file and no budget.
 fs::path budget_file(const System& system) {
   std::istringstream lines(read_text(system.proc / "self/cgroup").value_or(""));
   for (std::string line; std::getline(lines, line);) {  // "4:cpu,cpuacct:/user.slice"

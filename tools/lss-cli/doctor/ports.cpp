@@ -1,4 +1,4 @@
-// The ports of the configuration: is it there, may it be opened, who has it.
+// The ports of the configuration: does it exist, may it be opened, which process uses it.
 
 #include <fmt/format.h>
 #include <grp.h>
@@ -73,7 +73,7 @@ Finding absent(const std::string& name, const fs::path& path, const config::Conf
                   "/dev/ttyS* /dev/ttyUSB*");
 }
 
-// Somebody has it open. The simulator keeps both ends of its pseudo-terminals open.
+// Another process has it open. The simulator keeps both ends of its pseudo-terminals open.
 Finding held(const std::string& name, const std::string& where,
              const std::vector<Process>& holders) {
   Finding finding{.name = name,

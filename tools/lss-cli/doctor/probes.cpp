@@ -36,7 +36,7 @@ bool is_pseudo_terminal(dev_t device) {
   return major(device) >= 136 && major(device) <= 143;  // UNIX98 slaves
 }
 
-// As the kernel registered it. What is not registered (a pseudo-terminal) may be a terminal.
+// As registered in the kernel. An unregistered device (a pseudo-terminal) may be a terminal.
 bool may_be_terminal(const struct stat& file) {
   if (!S_ISCHR(file.st_mode)) return false;
   const std::filesystem::path device = "/sys/dev/char/" + std::to_string(major(file.st_rdev)) +

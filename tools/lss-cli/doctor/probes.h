@@ -1,7 +1,7 @@
 #pragma once
 
-// What lss-cli doctor learns by system calls. Nothing stays changed: a thread asks for SCHED_FIFO
-// and ends, a serial port is opened and closed as it is. Main thread; every call is short.
+// The system calls of lss-cli doctor. They change nothing: a thread requests SCHED_FIFO and ends, a
+// serial port is opened and closed with its settings. Main thread; every call is short.
 
 #include <cstddef>
 #include <cstdint>
@@ -12,14 +12,14 @@
 
 namespace lss::cli::doctor {
 
-// Asks for SCHED_FIFO in a thread of its own. 0 when it was granted, else the errno.
+// Requests SCHED_FIFO in a separate thread. Returns 0 when granted, otherwise the errno.
 int ask_fifo(int priority);
 
 // How long one clock_gettime takes, undisturbed.
 double clock_read_ns();
-// The kernel's clock is kept by NTP, PTP or alike.
+// The kernel's clock is disciplined by NTP, PTP or similar.
 bool clock_synchronised();
-// UTC minus monotonic time: constant, but for steps of the clock.
+// UTC minus monotonic time: constant except for steps of the clock.
 std::int64_t utc_offset_ns();
 
 struct SerialAnswer {
@@ -27,7 +27,7 @@ struct SerialAnswer {
   bool terminal = false, pseudo = false;
   std::optional<bool> low_latency = std::nullopt;  // empty: the driver has no such switch
 };
-// Opens nothing that is known to be no terminal: some devices act on being opened.
+// Opens no device that is known not to be a terminal: some devices act when they are opened.
 SerialAnswer ask_serial(const std::filesystem::path& path);
 
 // 0, or the errno of making a raw CAN socket.

@@ -63,7 +63,7 @@ tl::expected<config::Config, std::string> read_config(const std::filesystem::pat
 std::vector<std::filesystem::path> configurations(const System& system) {
   std::vector<std::filesystem::path> files;
   for (const std::string& name : names_in(system.configurations)) {
-    // RouDi's lies beside them, and is of another kind.
+    // RouDi's configuration is in the same folder and has another format.
     if (name.ends_with(".toml") && name != "roudi.toml")
       files.push_back(system.configurations / name);
   }

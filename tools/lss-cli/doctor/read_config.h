@@ -1,7 +1,7 @@
 #pragma once
 
-// What the checks of lss-cli doctor need of a configuration. Lenient: lssd itself is the judge of
-// the rest, of types, ranges and unknown keys.
+// Reads the part of a configuration that the checks of lss-cli doctor need. Lenient: lssd itself
+// checks everything else, types, ranges and unknown keys.
 
 #include <filesystem>
 #include <string>
@@ -13,11 +13,11 @@
 
 namespace lss::cli::doctor {
 
-// Identity, ports, threads and DDS; what is missing or of another type has its default. Threads are
-// those that the file names. The error is FILE:LINE:COLUMN: what.
+// Identity, ports, threads and DDS; a missing value or one of another type has its default. Only
+// the threads that the file names. The error is FILE:LINE:COLUMN: what.
 tl::expected<config::Config, std::string> read_config(const std::filesystem::path& file);
 
-// Those of all vehicles of the machine, in System::configurations.
+// The configurations of all vehicles of the machine, from System::configurations.
 std::vector<std::filesystem::path> configurations(const System& system);
 
 }  // namespace lss::cli::doctor

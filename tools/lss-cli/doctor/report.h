@@ -14,10 +14,10 @@ const char* result_name(Result result);
 
 struct Layout {
   std::size_t width = 100;  // of a line
-  bool explain = false;     // what is good is explained, too
+  bool explain = false;     // good findings are explained, too
 };
 
-// A few lines for each, and one with the sum.
+// A few lines for each finding, and a summary line.
 std::string report_text(const Findings& findings, const Style& style, const Layout& layout);
 // The keys are in docs/cli.md.
 nlohmann::json report_json(const Findings& findings);

@@ -1,7 +1,7 @@
 #pragma once
 
-// The machine as the checks of lss-cli doctor see it: where its files are, and what only system
-// calls tell. Tests point it at prepared folders and put their own answers in. Main thread.
+// The machine as the checks of lss-cli doctor see it: the places of its files, and the results of
+// system calls. Tests replace both by prepared folders and results. Main thread.
 
 #include <sys/types.h>
 
@@ -49,8 +49,8 @@ struct Process {
   std::string name;
 };
 
-// Those of that name; and those that have the file open, as far as this user may see, without
-// ourselves.
+// The processes of that name; and those that have the file open, as far as this user may see,
+// without this one.
 std::vector<Process> processes_named(const System& system, std::string_view name);
 std::vector<Process> processes_with(const System& system, const std::filesystem::path& file);
 

@@ -66,7 +66,7 @@ FrameRange parse_frames(std::string_view text) {
 
 bool is_flight(const std::string& path) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) return false;  // a pipe may give nothing
+  if (!std::filesystem::is_regular_file(path, ignored)) return false;  // a pipe may deliver nothing
   std::ifstream file(path, std::ios::binary);
   std::array<char, lss::record::kRecordingMagic.size()> begin{};
   file.read(begin.data(), begin.size());

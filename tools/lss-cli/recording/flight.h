@@ -1,8 +1,8 @@
 #pragma once
 
-// A recording of the flight recorder (*.lssrec, docs/recording.md): what it is, and its frames. All
-// of it is read once when it is opened, so that damage is known before anything of it is believed.
-// One thread. What is wrong with a file is thrown as a Failure that names it.
+// A recording of the flight recorder (*.lssrec, docs/recording.md): its description and its frames.
+// It is read completely when it is opened, so that damage is known before its content is used. One
+// thread. Errors in a file are thrown as a Failure that names it.
 
 #include <cstdint>
 #include <functional>
@@ -44,28 +44,28 @@ class Flight {
     std::uint64_t number = 0;
     std::int64_t time_ns = 0, utc_ns = 0;  // T_k
     double t_s = 0;                        // since the first one
-    std::uint64_t lost = 0;                // frames that are missing before it
+    std::uint64_t lost = 0;                // missing frames before it
     RecordLayout::Octets record{};
   };
 
   explicit Flight(const std::string& path);
 
   const nlohmann::ordered_json& header() const { return header_; }
-  std::string text(const char* key) const;  // of the header; "?" when it is not there
+  std::string text(const char* key) const;  // of the header; "?" when absent
   RecordLayout& layout() { return layout_; }
 
   std::uint64_t frames() const { return frames_; }
   std::uint64_t lost() const { return lost_; }   // in it
-  const Frame& first() const { return first_; }  // without their records
+  const Frame& first() const { return first_; }  // whose records are missing
   const Frame& last() const { return last_; }
   double duration_s() const;  // with the last frame
   std::uint64_t bytes() const { return bytes_; }
   End end() const { return end_; }
   const char* end_name() const;  // ended, open, torn, damaged
-  // What there is to say of its end; empty: it was ended.
+  // A note about its end; empty: it was ended.
   std::string complaint() const;
 
-  // In their order. A part that reaches beyond damage, and one without any frame, is refused.
+  // In their order. A part that extends past damage, or has no frame, is an error.
   void each(const Part& part, const std::function<void(const Frame&)>& take) const;
 
  private:
@@ -88,6 +88,6 @@ class Flight {
   std::string trouble_;
 };
 
-bool is_flight(const std::string& path);  // by what it begins with
+bool is_flight(const std::string& path);  // by its first bytes
 
 }  // namespace lss::cli::recording

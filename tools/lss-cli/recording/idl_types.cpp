@@ -119,7 +119,7 @@ nlohmann::ordered_json value_at(const Type& type, Octets message, std::size_t of
   return nullptr;
 }
 
-// What comes where, with the alignment of CDR: a number at a multiple of its size.
+// The layout with the alignment of CDR: a number at a multiple of its size.
 void lay_out(const Type& type, const std::string& name, std::size_t& at,
              std::vector<Column>& columns) {
   if (type.kind != Kind::structure) {
@@ -261,7 +261,7 @@ class Parser {
     return type;
   }
 
-  // When it is whole, so that no type is a part of itself; once, since others refer to it.
+  // Only when it is complete, so that no type contains itself; once, because others refer to it.
   void add(std::unique_ptr<Type> type) {
     if (type->kind == Kind::structure && type->members.empty())
       refuse(type->name + " has no members");
@@ -299,7 +299,7 @@ class Parser {
     expect(";");
   }
 
-  // What the member adds to the type.
+  // The columns and size that the member adds to the type.
   void measure(Type& type, const Member& member) const {
     const bool text = member.type->kind == Kind::character;
     type.columns +=

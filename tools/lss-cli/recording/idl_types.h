@@ -2,8 +2,8 @@
 
 // Types that an IDL text describes, as far as our own files go: modules, enums, structs of numbers,
 // characters, enums and structs, and one-dimensional arrays of these. Such a type has a fixed size,
-// and every field of it a fixed place in the CDR octets. A recording carries its IDL, so that it is
-// read by the types of the version that made it. Pure; what cannot be read, or is larger than
+// and every field a fixed place in the CDR bytes. A recording contains its IDL, so that it is read
+// by the types of the version that made it. Pure. A text that cannot be read, or is larger than
 // mcap_format.h allows, is thrown as a Failure.
 
 #include <cstdint>
@@ -39,7 +39,7 @@ struct Type;
 struct Member {
   std::string name;
   const Type* type = nullptr;
-  std::size_t count = 0;  // elements of an array; 0: it is none
+  std::size_t count = 0;  // elements of an array; 0: not an array
 };
 
 struct Type {
@@ -47,7 +47,7 @@ struct Type {
   std::string name;  // with its modules: lss::Status
   std::vector<Member> members;
   std::vector<std::string> names;  // of an enumeration
-  std::size_t columns = 1;         // when it is laid out
+  std::size_t columns = 1;         // when its layout was computed
   std::size_t depth = 0;           // of structs in it, itself included
   std::size_t longest = 0;         // characters of the longest name of a column in it
 };
@@ -62,15 +62,15 @@ class Types {
   std::map<std::string, std::unique_ptr<Type>, std::less<>> types_;
 };
 
-// A number, or a text, and where it stands.
+// A number or a text, and its place.
 struct Column {
   std::string name;  // modules[3].position_rad
   const Type* type = nullptr;
   std::size_t offset = 0;     // behind the encapsulation header
-  std::size_t text_size = 0;  // of an array of char, which is a text; else 0
+  std::size_t text_size = 0;  // of an array of char, which is a text; otherwise 0
 };
 
-// A type as it lies in the octets of `cdr`.
+// The layout of a type in the bytes of `cdr`.
 class Layout {
  public:
   explicit Layout(const Type& type);
@@ -79,15 +79,15 @@ class Layout {
   const std::vector<Column>& columns() const { return columns_; }
   const Column* find(std::string_view name) const;
 
-  // Of one message, with its encapsulation header. Numbers of 64 bits lose digits beyond 2^53; a
-  // text is NaN.
+  // Of one message, with its encapsulation header. 64-bit numbers above 2^53 lose digits; a text is
+  // NaN.
   double number(const Column& column, Octets message) const;
   std::string text(const Column& column, Octets message) const;
   nlohmann::ordered_json json(const Column& column, Octets message) const;
-  // Nested as the type is.
+  // Nested like the type.
   nlohmann::ordered_json json(Octets message) const;
 
-  // Throws when the octets are not of this type.
+  // Throws when the bytes are not of this type.
   void check(Octets message) const;
 
  private:

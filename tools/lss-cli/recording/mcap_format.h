@@ -1,7 +1,7 @@
 #pragma once
 
-// Records of the MCAP format, version 0 (mcap.dev/spec), as far as we write or read them. Pure
-// data.
+// Records of the MCAP format, version 0 (mcap.dev/spec), as far as lss-cli writes or reads them.
+// Pure data.
 
 #include <cstdint>
 #include <string>
@@ -12,9 +12,9 @@
 namespace lss::cli::recording {
 
 inline constexpr std::string_view kMagic{"\x89MCAP0\r\n", 8};
-inline constexpr std::string_view kLibrary = "lss-cli";      // begins our library field
+inline constexpr std::string_view kLibrary = "lss-cli";      // the start of our library field
 inline constexpr std::string_view kMetadata = "lss";         // what was recorded
-inline constexpr std::string_view kEndMetadata = "lss.end";  // how it ended, once for each run
+inline constexpr std::string_view kEndMetadata = "lss.end";  // the end of a run, once for each run
 
 enum Opcode : std::uint8_t {
   kHeader = 0x01,
@@ -34,8 +34,8 @@ enum Opcode : std::uint8_t {
 inline constexpr std::size_t kRecordHead = 9;  // opcode and length
 inline constexpr std::size_t kFooterSize = kRecordHead + 8 + 8 + 4;
 
-// What a file may hold, so that none exhausts who reads it; ours are far below. A file that holds
-// more is refused.
+// Limits of a file, so that no file exhausts its reader; our own files are far below. A file above
+// them is rejected.
 namespace most {
 inline constexpr std::size_t kDescriptions = 4'000'000;  // bytes of all but chunks and indexes
 inline constexpr std::size_t kIdl = 256'000;             // bytes of the IDL of a schema
@@ -62,14 +62,14 @@ struct Channel {
   Texts metadata;
 };
 
-// From one time to another in ns: a file may hold any times, and the whole number might not fit.
+// From one time to another in ns: a file may contain any times, and their difference may overflow.
 inline double ns_between(std::int64_t from_ns, std::int64_t to_ns) {
   std::int64_t ns = 0;
   if (!__builtin_sub_overflow(to_ns, from_ns, &ns)) return static_cast<double>(ns);
   return static_cast<double>(to_ns) - static_cast<double>(from_ns);
 }
 
-// When and how often.
+// Times and counts.
 struct Span {
   std::uint64_t messages = 0;
   std::int64_t first_ns = 0, last_ns = 0;  // log time, UTC; both 0 without messages

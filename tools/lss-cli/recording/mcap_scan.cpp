@@ -30,7 +30,7 @@ Record next(Reader& reader) {
   throw Failure(ExitCode::usage, what, "was it made by lss-cli record?");
 }
 
-// Of schemas, channels and metadata, which are kept.
+// Of schemas, channels and metadata, which stay in memory.
 void add_description(Octets content, Scan& scan) {
   scan.descriptions += content.size();
   if (scan.descriptions > most::kDescriptions)
@@ -79,7 +79,7 @@ void take_message(const RawMessage& message, Scan& scan) {
   scan.all.add(message.log_ns);
 }
 
-// Throws Torn when it is not what it should be.
+// Throws Torn when it is not as expected.
 Chunk read_chunk(Octets content) {
   Reader in(content);
   Chunk chunk;
@@ -138,7 +138,7 @@ bool take(const Record& record, std::uint64_t offset, std::uint64_t length, Scan
     case kChannel:
       take_channel(record.content, scan);
       break;
-    case kMessage:  // without a chunk: as if it had one of its own
+    case kMessage:  // without a chunk: treated as a chunk of its own
       throw Failure(ExitCode::usage, "it has messages outside of chunks",
                     "put them into chunks first: mcap filter FILE -o OTHER");
     case kChunk: {
@@ -161,7 +161,7 @@ bool take(const Record& record, std::uint64_t offset, std::uint64_t length, Scan
     case kDataEnd:
       return false;
     default:
-      break;  // what we do not know is passed over, as the format asks for
+      break;  // unknown records are skipped, as the format requires
   }
   return true;
 }
@@ -177,7 +177,7 @@ bool ends_whole(Octets file, std::uint64_t data_end) {
 }  // namespace
 
 MappedFile::MappedFile(const std::string& path) {
-  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe is refused
+  const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe is rejected
   struct stat info {};
   const bool there = fd >= 0 && fstat(fd, &info) == 0;
   int error = there ? 0 : errno;
@@ -199,7 +199,7 @@ MappedFile::MappedFile(const std::string& path) {
 }
 
 MappedFile::~MappedFile() {
-  // Mapped read-only; munmap only wants a pointer that is not const.
+  // Mapped read-only, but munmap takes a pointer to non-const.
   if (!data_.empty()) munmap(const_cast<std::byte*>(data_.data()), data_.size());
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
-// Everything that is whole in an MCAP file, found from its begin on, so that a file that was torn,
-// or is written just now, reads as well as one that has its summary. Checksums of chunks are
-// compared. The file must stay as it is, or only grow, while this lives.
+// Finds all complete records of an MCAP file from its beginning, so that a torn file, or one being
+// written, can be read like one with a summary. Verifies the checksums of chunks. The file must
+// stay unchanged, or only grow, during the lifetime of this object.
 
 #include <functional>
 #include <map>
@@ -13,7 +13,7 @@
 
 namespace lss::cli::recording {
 
-// The whole of a file, mapped.
+// A whole file, mapped.
 class MappedFile {
  public:
   // Throws a Failure that names the file.
@@ -65,14 +65,14 @@ struct Scan {
   Span all;
   std::size_t descriptions = 0;  // bytes of schemas, channels and metadata
   std::uint64_t end = 0;         // of the last whole record of the data section
-  bool whole = false;            // it has its end: DataEnd, summary, footer
-  std::string complaint;         // why the rest is left out; empty when whole
+  bool whole = false;            // it has DataEnd, summary and footer
+  std::string complaint;         // why the remaining part is left out; empty when complete
 
   // Of all chunks, in the order of the file.
   void each(const std::function<void(const RawMessage&)>& take) const;
 };
 
-// Throws a Failure when it is no MCAP file, or one that needs what we do not have.
+// Throws a Failure when it is no MCAP file, or needs an unsupported feature.
 Scan scan(const std::string& path, Octets file);
 
 }  // namespace lss::cli::recording

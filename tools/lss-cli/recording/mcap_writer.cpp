@@ -79,7 +79,7 @@ Writer metadata_record(const std::string& name, const Texts& values) {
   return out;
 }
 
-// Of a chunk that has none, or not all.
+// For a chunk with none or only some.
 std::map<std::uint16_t, Writer> index_of(const Chunk& chunk) {
   std::map<std::uint16_t, Writer> index;
   Reader records(chunk.records);
@@ -137,7 +137,7 @@ McapWriter McapWriter::create(const std::string& path, const std::string& librar
 
 McapWriter McapWriter::append(const std::string& path, const std::string& library) {
   McapWriter writer(path, open_file(path, O_CREAT));
-  // Less than a header is nothing.
+  // A file shorter than a header is empty.
   if (lseek(writer.fd_, 0, SEEK_END) <= static_cast<off_t>(kMagic.size() + kRecordHead)) {
     if (ftruncate(writer.fd_, 0) != 0 || lseek(writer.fd_, 0, SEEK_SET) != 0)
       writer.fail("cannot be cut", errno);
@@ -168,7 +168,7 @@ void McapWriter::resume() {
   }
   if (!scan_.whole) cut_ = file.data().size() - scan_.end;
   at_ = scan_.end;
-  // Of the last chunk the indexes may be missing, and then they are the last thing in the file.
+  // Only the last chunk may lack its indexes; they are then added at the end of the file.
   std::map<std::uint16_t, Writer> index;
   if (!scan_.chunks.empty()) index = index_of(scan_.chunks.back());
   const bool without_index =
@@ -188,12 +188,12 @@ void McapWriter::resume() {
   }
   for (Chunk& chunk : scan_.chunks) {
     summary_size_ += kRecordHead + chunk_index_record(chunk).size();
-    chunk.records = {};  // gone with the mapping
+    chunk.records = {};  // destroyed with the mapping
   }
 }
 
 void McapWriter::fail(const char* what, int error) {
-  // Nothing half: the reader of this file shall find whole chunks.
+  // No partial chunk: a reader must find complete chunks only.
   [[maybe_unused]] const int cut = ftruncate(fd_, static_cast<off_t>(at_));
   lseek(fd_, static_cast<off_t>(at_), SEEK_SET);
   throw Failure(ExitCode::failed, fmt::format("{} {}: {}", path_, what, std::strerror(error)),
@@ -292,7 +292,7 @@ void McapWriter::end_chunk() {
   const Writer records = std::exchange(records_, {});
   chunk_ = {};
   index_.clear();
-  put(out);  // or it is lost, as a whole
+  put(out);  // otherwise it is lost as a whole
   count(records.data());
   summary_size_ += kRecordHead + chunk_index_record(chunk).size();
   scan_.chunks.push_back(std::move(chunk));
@@ -355,7 +355,7 @@ Writer McapWriter::summary(std::uint64_t start) const {
   });
   const std::uint64_t offsets_start = start + out.size();
   out.raw(offsets.data());
-  // The footer, up to its checksum, which goes over all of this.
+  // The footer up to its checksum, which covers all of this.
   out.number(static_cast<std::uint8_t>(kFooter));
   out.number(static_cast<std::uint64_t>(kFooterSize - kRecordHead));
   out.number(start);

@@ -1,7 +1,7 @@
 #pragma once
 
-// Little-endian octets of MCAP records, put down and read, and the checksum that MCAP asks for.
-// Plain; a Reader that runs over its end throws Torn.
+// Writes and reads the little-endian bytes of MCAP records, and computes the checksum of MCAP. A
+// Reader that runs past its end throws Torn.
 
 #include <bit>
 #include <boost/crc.hpp>
@@ -39,7 +39,7 @@ inline std::uint32_t crc_of(Octets data) {
   return crc.value();
 }
 
-// Octets that grow. A text, map or block has its length before it.
+// A growing array of bytes. A text, map or block has its length before it.
 class Writer {
  public:
   template <class Number>
@@ -78,7 +78,7 @@ class Writer {
   std::string out_;
 };
 
-// There is less than there should be.
+// There are fewer bytes than expected.
 class Torn : public std::runtime_error {
  public:
   Torn() : std::runtime_error("torn") {}

@@ -45,7 +45,7 @@ bool names_field(const std::string& pattern, const std::string& path) {
   return false;
 }
 
-// How lssd itself says a number (daemon/record/json.h); nullptr: as a number.
+// The name that lssd gives a number (daemon/record/json.h); nullptr: as a number.
 using Said = Json (*)(std::uint64_t);
 Said said(const std::string& path) {
   if (path == "state.controller.state" || path == "telemetry.state")
@@ -112,7 +112,7 @@ std::unique_ptr<RecordLayout::Node> RecordLayout::expand(const RecordType& type,
   return node;
 }
 
-// Reads a record from its begin to its end, as far as it is chosen.
+// Reads the chosen fields of a record, from its beginning to its end.
 class RecordLayout::Walk {
  public:
   explicit Walk(RecordLayout& layout, Octets record) : layout_(layout), record_(record) {}
@@ -155,7 +155,7 @@ class RecordLayout::Walk {
     std::memcpy(&bits, at, type.count);
     if (said != nullptr) return said(bits);
     if (type.what == 'u') return bits;
-    const int unused = static_cast<int>(64 - 8 * type.count);  // the sign is in the last octet
+    const int unused = static_cast<int>(64 - 8 * type.count);  // the sign is in the last byte
     return static_cast<std::int64_t>(bits << unused) >> unused;
   }
 
@@ -183,7 +183,7 @@ class RecordLayout::Walk {
     if (index >= type.members.size()) broken(fmt::format("an alternative {}", index));
     return index;
   }
-  // As many parts as are in this record.
+  // The number of elements in this record.
   std::size_t grow(Node& list) {
     const std::uint32_t n = count(list.type);
     while (list.parts.size() < n) {
@@ -269,7 +269,7 @@ class RecordLayout::Walk {
   std::size_t at_ = 0;
 };
 
-// ---- what is chosen
+// ---- choice of fields
 
 RecordLayout::RecordLayout(std::string_view schema)
     : type_(parse_schema(schema)), fields_(type_->fields) {
@@ -284,7 +284,7 @@ bool RecordLayout::meant(const std::string& path) const {
       patterns_, [&](const std::string& pattern) { return names_field(pattern, path); });
 }
 
-// Something in a list, when it becomes long enough.
+// An element of a list, once the list is long enough.
 bool RecordLayout::may_be_meant(const Node& node) const {
   if (node.leaf()) {
     return std::ranges::any_of(
@@ -343,7 +343,7 @@ void RecordLayout::choose_what_is_always_there() {
   mark(*root_);
 }
 
-// ---- what is read
+// ---- reading
 
 Json RecordLayout::json(Octets record) { return Walk(*this, record).json(); }
 

@@ -1,12 +1,11 @@
 #pragma once
 
-// Records of flight recordings, read by the description that stands in the file's header
-// (docs/recording.md), so that those of any vehicle and of any version of lssd are read. One
-// thread. What cannot be read is thrown as a Failure.
+// Records of flight recordings, read with the description in the file's header (docs/recording.md),
+// so that recordings of any vehicle and any version of lssd can be read. One thread. Errors are
+// thrown as a Failure.
 //
 // Fields are named by their path, as a replay names them: telemetry.modules[3].position_rad. A
-// pattern names a field with everything in it; `*` stands for anything, and "telemetry." may be
-// left out.
+// pattern names a field with all its parts; `*` matches any text, and "telemetry." may be omitted.
 
 #include <cstdint>
 #include <memory>
@@ -30,28 +29,29 @@ class RecordLayout {
   ~RecordLayout();
   RecordLayout(RecordLayout&&) noexcept;
 
-  // What json(), values() and columns() give from now on; unknown_name when there is none of a
-  // pattern. At first everything is chosen.
+  // Selects the output of json(), values() and columns(). Throws unknown_name when a pattern
+  // matches nothing. Initially all fields are chosen.
   void choose(const std::vector<std::string>& patterns);
-  // All that has its place in every record, which is everything but lists.
+  // All fields that have a place in every record: all except lists.
   void choose_what_is_always_there();
 
-  // Nested as the structs are; of an array, what is not chosen before what is, is null. Names
-  // instead of numbers for what lssd names, null for NaN.
+  // Nested like the structs. In an array, elements that are not chosen but precede a chosen one are
+  // null. Names instead of numbers where lssd has names, null for NaN.
   Json json(Octets record);
 
   struct Column {
     std::string name, type;  // "u4", as in the schema; "text"
   };
-  // Numbers and texts in the order of the schema. Of a list as many elements as were seen so far,
+  // Numbers and texts in the order of the schema. A list has as many elements as were found so far,
   // at least one.
   std::vector<Column> columns();
-  // Sees how long the lists are.
+  // Notes the lengths of the lists.
   void look(Octets record);
-  // In the order of columns(); null where this record has none, and for NaN. Numbers stay numbers.
+  // In the order of columns(); null where this record has no value, and for NaN. Numbers stay
+  // numbers.
   void values(Octets record, std::vector<Json>& values);
 
-  // Where a number of 8 octets stands in every record; nothing when it has no fixed place.
+  // The place of an 8-byte number in every record; nothing when its place varies.
   std::optional<std::size_t> place(std::string_view name) const;
 
  private:

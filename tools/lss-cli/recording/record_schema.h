@@ -1,8 +1,8 @@
 #pragma once
 
-// The description of records that stands in the header of a flight recording (docs/recording.md),
-// as a tree. Pure; what cannot be read, or is larger than daemon/record/limits.h allows, is thrown
-// as a Failure.
+// The description of records in the header of a flight recording (docs/recording.md), as a tree.
+// Pure. A description that cannot be read, or is larger than daemon/record/limits.h allows, is
+// thrown as a Failure.
 
 #include <memory>
 #include <optional>
@@ -14,13 +14,13 @@ namespace lss::cli::recording {
 
 struct RecordType {
   char what = 0;          // i u f b c: a number; { [ < (
-  std::size_t count = 0;  // octets of a number, elements of an array
+  std::size_t count = 0;  // bytes of a number, elements of an array
   struct Member {
-    std::string name;  // empty but in a struct
+    std::string name;  // empty except in a struct
     std::unique_ptr<RecordType> type;
   };
   std::vector<Member> members;
-  std::optional<std::size_t> size;  // in octets, where it is always the same
+  std::optional<std::size_t> size;  // in bytes, where it is constant
   std::size_t least = 0;            // bytes, at least
   std::size_t fields = 1;           // with one element of each list
 
@@ -29,7 +29,7 @@ struct RecordType {
   std::string name() const { return text() ? "text" : what + std::to_string(count); }
 };
 
-// The struct that a whole record is.
+// The struct of a whole record.
 std::unique_ptr<RecordType> parse_schema(std::string_view text);
 
 }  // namespace lss::cli::recording

@@ -107,7 +107,7 @@ class McapRecording : public Recording {
     }
   }
 
-  // A heartbeat counts for each of its sources, so that the source belongs to the key.
+  // Heartbeats count separately for each source, so the source is part of the key.
   void count_gaps() {
     std::map<std::string, std::uint64_t> last;
     scan_.each([&](const RawMessage& raw) {
@@ -140,8 +140,8 @@ class McapRecording : public Recording {
 
 }  // namespace
 
-// After a sign that does not match, the last `*` stands for one sign more: no pattern takes longer
-// than its length times that of the text.
+// After a mismatch the last `*` takes one more character: the time is at most pattern length times
+// text length.
 bool matches(std::string_view pattern, std::string_view text) {
   std::size_t p = 0, t = 0, star = std::string_view::npos, from = 0;
   while (t < text.size()) {
@@ -195,7 +195,7 @@ const Column* counter_of(const Layout& layout) {
 
 bool is_recording(const std::string& path) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) return false;  // a pipe may give nothing
+  if (!std::filesystem::is_regular_file(path, ignored)) return false;  // a pipe may deliver nothing
   std::ifstream file(path, std::ios::binary);
   std::string begin(kMagic.size(), '\0');
   file.read(begin.data(), static_cast<std::streamsize>(begin.size()));

@@ -1,8 +1,8 @@
 #pragma once
 
-// A file of messages that was recorded, whatever its format: what topics there are, and their
-// messages one after the other. MCAP is one kind; another is another class behind open(). One
-// thread. What is wrong with a file is thrown as a Failure that names it.
+// A recording of messages, independent of its format: its topics, and their messages in order. MCAP
+// is one format; another format is another class behind open(). One thread. Errors in a file are
+// thrown as a Failure that names it.
 
 #include <cstdint>
 #include <functional>
@@ -22,8 +22,8 @@ struct Topic {
   std::string type_name;  // lss::Status
   std::string encoding;   // of its schema and of its messages: "omgidl, cdr"
   Span span;
-  std::uint64_t gaps = 0;          // messages that are missing, by their counter
-  const Layout* layout = nullptr;  // nullptr: its messages cannot be decoded here
+  std::uint64_t gaps = 0;          // missing messages, by their counter
+  const Layout* layout = nullptr;  // nullptr: its messages cannot be decoded
 };
 
 struct Message {
@@ -33,9 +33,9 @@ struct Message {
   Octets data;
 };
 
-// What to look at. Times in seconds since the first message of the file.
+// The selection. Times in seconds since the first message of the file.
 struct Filter {
-  std::vector<std::string> topics;  // as people name them; empty: all
+  std::vector<std::string> topics;  // as typed by the user; empty: all
   double from_s = -std::numeric_limits<double>::infinity();
   double until_s = std::numeric_limits<double>::infinity();
 };
@@ -51,25 +51,25 @@ class Recording {
   // In the order of the file.
   virtual void each(const Filter& filter,
                     const std::function<void(const Message&)>& take) const = 0;
-  // The same as a file of this kind.
+  // The same as a file of this type.
   virtual std::uint64_t copy(const Filter& filter, const std::string& path) const = 0;
 
   double seconds(std::int64_t ns) const { return ns_between(span().first_ns, ns) / 1e9; }
 };
 
-// By what it begins with.
+// By its first bytes.
 std::unique_ptr<Recording> open(const std::string& path);
 bool is_recording(const std::string& path);
 
 // "telemetry", "lss/telemetry/zebro" and "lss/tele*" are lss/telemetry/zebro.
 bool names(std::string_view wanted, std::string_view topic);
-// `*` stands for anything.
+// `*` matches any text.
 bool matches(std::string_view pattern, std::string_view text);
-// The topics that the filter names, in the order of the file; unknown_name when it names none.
+// The topics that the filter selects, in the order of the file; throws unknown_name when there is
+// none.
 std::vector<const Topic*> select(const Recording& recording, const Filter& filter);
 
-// The field that counts the messages of a topic, so that a hole can be seen; nullptr when there is
-// none.
+// The field that counts the messages of a topic, which shows gaps; nullptr when there is none.
 const Column* counter_of(const Layout& layout);
 
 }  // namespace lss::cli::recording

@@ -28,7 +28,7 @@ double step_of(double span, int wanted) {
   return 10 * power;
 }
 
-// Where lines of a grid are. Counted, since far from zero a step may be too small to add.
+// The positions of grid lines. Computed by index: far from zero a step may be too small to add.
 std::vector<double> ticks(const Scale& scale, double step) {
   constexpr int kMost = 50;
   std::vector<double> places;
@@ -44,12 +44,12 @@ std::string number(double value, double step) {
   return fmt::format("{:.{}f}", value, std::min(decimals, 6));
 }
 
-// A little wider than what is in it, and never nothing.
+// A little wider than its data, and never empty.
 Range widened(double low, double high) {
   if (!(low <= high)) return {0, 1};
   const double least = std::max(1e-6, 0.02 * std::max(std::abs(low), std::abs(high)));
   const double more = std::max(0.06 * (high - low), (high - low) < least ? least : 0.0);
-  // Zero stays the end of what begins there.
+  // A range that begins at zero keeps zero as its end.
   return {low >= 0 && low - more < 0 ? 0 : low - more,
           high <= 0 && high + more > 0 ? 0 : high + more};
 }
@@ -219,7 +219,7 @@ std::string figure(const RowChart& chart) {
   }
   if (!std::isfinite(xs.from)) xs = {0, 1};
   if (xs.to - xs.from < 1e-9) xs.to = xs.from + 1;
-  // Names of rows stand in front of them, whole.
+  // The full names of rows are in front of them.
   double left = kLeft;
   for (const Row& row : chart.rows)
     left = std::max(left, kLetter * static_cast<double>(row.label.size()) + 12);
@@ -248,7 +248,7 @@ std::string figure(const Histogram& chart) {
   while (last > first && chart.shares[last - 1] <= 0) --last;
   std::string html = begin(chart.title, bottom + kBottom);
   if (first == last) return html + "</svg></div></figure>";
-  // Whole decades look best.
+  // Whole decades.
   const double from = std::floor(std::log10(std::max(chart.edges[first], 0.1)));
   const double to = std::max(from + 1, std::ceil(std::log10(chart.edges[last])));
   const Scale x{from, to, kLeft, kWidth - kRight};
@@ -265,7 +265,8 @@ std::string figure(const Histogram& chart) {
     if (chart.shares[i] <= 0) continue;
     const double left = x.at(std::max(from, std::log10(std::max(chart.edges[i], 1e-3))));
     const double right = x.at(std::log10(chart.edges[i + 1]));
-    const double height = std::max(1.0, bottom - y.at(chart.shares[i] * 100));  // one is seen, too
+    const double height =
+        std::max(1.0, bottom - y.at(chart.shares[i] * 100));  // a count of one is visible, too
     html += fmt::format(
         R"(<rect class="c0" x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}"><title>{:.3g} to {:.3g}: {:.3g} %</title></rect>)",
         left, bottom - height, std::max(0.8, right - left - 0.6), height, chart.edges[i],

@@ -1,7 +1,7 @@
 #pragma once
 
-// Charts as SVG that stands inside of a page: colours come from its style sheet (page.cpp), so that
-// they follow light and dark. Pure functions.
+// Charts as SVG within a page. Colours come from its style sheet (page.cpp), which has a light and
+// a dark scheme. Pure functions.
 
 #include <limits>
 #include <string>
@@ -13,14 +13,14 @@ namespace lss::cli::report {
 inline constexpr double kUnset = std::numeric_limits<double>::quiet_NaN();
 inline constexpr int kColours = 8;
 
-// Where a chart has its time from and to.
+// The time range of a chart.
 struct Range {
   double from = kUnset, to = kUnset;
 };
 
 struct Line {
   std::string name;
-  std::vector<double> x, y;  // NaN interrupts it
+  std::vector<double> x, y;  // NaN interrupts the line
   int colour = 0;            // 0..7
   bool dashed = false;
 };
@@ -32,7 +32,7 @@ struct LineChart {
   bool equal = false;  // a map: one scale for both
 };
 
-// From, to, and how it looks: "c0".."c7" a colour of lines, "good", "warn", "bad", "idle".
+// Start, end, and look: "c0".."c7" a colour of lines, "good", "warn", "bad", "idle".
 struct Bar {
   double from = 0, to = 0;
   std::string look, tip;
@@ -60,12 +60,12 @@ struct Histogram {
   std::vector<double> edges, shares;
 };
 
-// Each a whole <figure> with title and legend.
+// Each returns a <figure> with title and legend.
 std::string figure(const LineChart& chart);
 std::string figure(const RowChart& chart);
 std::string figure(const Histogram& chart);
 
-// For text inside of HTML.
+// For text within HTML.
 std::string escaped(std::string_view text);
 
 // Adjoining samples of the same value as one bar each; values without a look have none.

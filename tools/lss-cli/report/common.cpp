@@ -17,7 +17,7 @@ using recording::Message;
 constexpr std::size_t kMostRows = 400;  // of a table; the newest
 constexpr std::size_t kMostModes = 32;  // of a chart; the others share the last row
 
-// Of messages whose columns are asked for by name.
+// Access to columns of messages by name.
 class Fields {
  public:
   explicit Fields(const Message& message) : message_(message) {}
@@ -25,7 +25,7 @@ class Fields {
     const recording::Column* column = message_.topic.layout->find(name);
     return column == nullptr ? kUnset : message_.topic.layout->number(*column, message_.data);
   }
-  // Whole, also beyond 2^53.
+  // Exact, also above 2^53.
   std::int64_t whole(const char* name) const {
     const recording::Column* column = message_.topic.layout->find(name);
     if (column == nullptr) return 0;
@@ -64,7 +64,7 @@ void put_table(Page& page, const std::vector<std::string>& heads, std::vector<Ce
   page.table(heads, rows);
 }
 
-// As TimingCollector takes them.
+// As in TimingCollector.
 struct Points {
   std::uint64_t frame = 0, overruns = 0, commands_repeated = 0, frames_skipped = 0, frames_held = 0;
   std::int64_t boundary_ns = 0, woken_ns = 0, read_ns = 0, navigated_ns = 0, ready_ns = 0,
@@ -75,7 +75,7 @@ Points points_of(const Fields& fields) {
   const auto count = [&](const char* name) {
     return static_cast<std::uint64_t>(fields.whole(name));
   };
-  // No two are further apart than a whole number can say.
+  // No two are further apart than the range of an integer.
   const auto time = [&](const char* name) {
     constexpr std::int64_t kLatest = std::int64_t{1} << 61;
     return std::clamp(fields.whole(name), -kLatest, kLatest);
@@ -185,7 +185,7 @@ void add_events(const recording::Recording& recording, Page& page) {
 
 void add_commands(const recording::Recording& recording, const Vehicle* vehicle, Page& page) {
   page.section("Commands");
-  // The last that was said to each.
+  // The last answer to each.
   std::map<std::pair<std::string, std::int64_t>, std::string> outcomes;
   each(recording, "lss/command_ack", [&](const Message&, const Fields& fields) {
     std::string phase = fields.text("phase");
@@ -208,7 +208,7 @@ void add_commands(const recording::Recording& recording, const Vehicle* vehicle,
       invocation.parameter[i] = fields.number(fmt::format("parameter[{}]", i).c_str());
     const bool dry = (static_cast<unsigned>(fields.whole("flags")) & kFlagDryRun) != 0;
     if (dry && kind == static_cast<std::uint16_t>(CommandKind::request_data))
-      return;  // "is he there?"
+      return;  // a request without effect, which tests the connection
     const std::string name =
         invocation.info != nullptr ? describe(invocation) : fmt::format("number {}", kind);
     const auto outcome = outcomes.find({fields.text("source"), fields.whole("seq")});

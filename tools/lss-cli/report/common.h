@@ -1,7 +1,7 @@
 #pragma once
 
-// The sections that reports of all vehicles share. Each says so when the recording has nothing of
-// its kind. One thread.
+// The sections that reports of all vehicles share. Each states when the recording has no data for
+// it. One thread.
 
 #include "tools/lss-cli/recording/recording.h"
 #include "tools/lss-cli/report/page.h"

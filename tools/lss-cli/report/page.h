@@ -1,7 +1,7 @@
 #pragma once
 
-// One HTML page that needs nothing but itself: sections of figures and tables, light or dark as the
-// reader's screen is, in one column on a phone. Text comes in plain and is escaped here. Pure.
+// One self-contained HTML page: sections of figures and tables, light or dark like the reader's
+// system, in one column on a phone. Takes plain text and escapes it. Pure.
 
 #include <string>
 #include <vector>
@@ -12,7 +12,7 @@ namespace lss::cli::report {
 
 struct Cells {
   std::vector<std::string> cells;
-  std::string look;  // "bad", "warn" or nothing
+  std::string look;  // "bad", "warn" or empty
 };
 
 class Page {

@@ -1,6 +1,6 @@
 #pragma once
 
-// Which vehicle brings which sections to a report; made from LSS_VEHICLES by CMake. Pure.
+// The report sections of each vehicle; made from LSS_VEHICLES by CMake. Pure.
 
 #include <string_view>
 

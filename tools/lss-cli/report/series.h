@@ -12,10 +12,10 @@
 
 namespace lss::cli::report {
 
-// Some columns of one topic. Times: when it was published, in s since the recording began.
+// Some columns of one topic. Times: publication, in s since the start of the recording.
 class Table {
  public:
-  // `columns` with `*`; those that the topic does not have stay out. Without the topic it is empty.
+  // `columns` with `*`; columns that the topic lacks are left out. Empty without the topic.
   Table(const recording::Recording& recording, std::string_view topic,
         const std::vector<std::string>& columns, const recording::Filter& filter = {});
 

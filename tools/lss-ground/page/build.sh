@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# build.sh WORK OUT: builds the page in the folder WORK, out of the source tree, into OUT. The packages of npm are
-# installed there once, and again when the lock file changes.
+# build.sh WORK OUT: builds the page in the folder WORK, out of the source tree, into OUT. npm packages are installed
+# there once, and again when the lock file changes.
 set -euo pipefail
 source=$(cd "$(dirname "$0")" && pwd)
 mkdir -p "$1" "$2"

@@ -1,4 +1,4 @@
-// Below the picture: what happened, how punctual the frames are, and every module.
+// Below the picture: events, timing of the frames, and every module.
 
 import {$, age, el, fixed, show} from "./dom";
 import type {Json} from "./link";

@@ -16,8 +16,8 @@ export function el(tag: string, attributes: Record<string, string | boolean> = {
   return element;
 }
 
-// Replaces the children only when what they are made of has changed, so that nothing flickers under a
-// pointer or loses the focus.
+// Replaces the children only when their data has changed, so that nothing flickers under the pointer or loses the
+// focus.
 const shown = new WeakMap<Element, string>();
 export function show(where: Element, from: unknown, make: () => Child[]) {
   const key = JSON.stringify(from);
@@ -33,7 +33,7 @@ export function age(ms: number | null | undefined): string {
   return `${Math.round(ms / 60_000)} min`;
 }
 
-// The name of who commands: enough of a page's to tell it from another.
+// The name of the commanding source; for a page, enough characters to distinguish it.
 export function sourceName(source: string): string {
   return source.replace(/^(ground:[0-9a-f]{8})[0-9a-f]+$/, "$1…");
 }
@@ -42,7 +42,7 @@ export function fixed(value: unknown, digits: number): string {
   return typeof value === "number" && Number.isFinite(value) ? value.toFixed(digits) : "–";
 }
 
-// What the daemon advises is written for the command line; the page has buttons of the same names.
+// The daemon's advice names commands of the command line; the page has buttons of the same names.
 export function advice(text: string): string {
   return text.replace(/lss-cli ([a-z][a-z-]*)/g, "“$1”");
 }

@@ -1,5 +1,5 @@
-// Which vehicles there are, and which of them is shown: the living first; the page opens on one that
-// lives, and then stays where it is. What a person chose is chosen again by the next page, if it lives.
+// The list of vehicles, and the one shown. Vehicles with a running daemon come first. The page opens on one of these
+// and then stays. The next page opens on the vehicle that the user chose, if its daemon runs.
 
 import {$, el, show} from "./dom";
 import type {Json} from "./link";
@@ -29,7 +29,7 @@ export class Fleet {
     if (this.chosen?.id === vehicle.id) this.choose(vehicle);
   }
 
-  // The gateway has no place for it any more. What is shown stays, as silent as it is.
+  // The gateway no longer has a place for it. The page keeps showing it, as silent.
   gone(id: string) {
     const vehicle = this.vehicles.get(id);
     if (!vehicle) return;
@@ -37,7 +37,7 @@ export class Fleet {
     if (vehicle !== this.chosen) this.vehicles.delete(id);
   }
 
-  // All that the gateway knows, and how long ago it heard of them.
+  // All vehicles that the gateway knows, with the age of the last message.
   heard(crafts: Record<string, Links>) {
     for (const id of [...this.vehicles.keys()]) if (!crafts[id]) this.gone(id);
     for (const [id, links] of Object.entries(crafts)) {
@@ -71,7 +71,7 @@ export class Fleet {
   }
 }
 
-// In minutes: a list that changes each second cannot be read.
+// In minutes: a list that changes every second is unreadable.
 export function silence(vehicle: Vehicle): string {
   const ms = vehicle.silent_ms;
   return ms === null ? "never heard" : ms < 60_000 ? "silent" : `silent for ${Math.floor(ms / 60_000)} min`;

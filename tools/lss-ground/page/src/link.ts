@@ -1,5 +1,5 @@
-// The two connections to the gateway. Each says hello, comes back by itself, and knows when it heard
-// something last. The gateway says something five times a second.
+// The two connections to the gateway. Each sends hello, reconnects by itself, and notes the time of the last message.
+// The gateway sends at least five messages a second.
 
 export type Json = Record<string, any>;
 
@@ -14,11 +14,11 @@ function kept(name: string, make: () => string): string {
   return value;
 }
 
-// What only this tab knows: with it, it commands under the same name after a lost connection.
+// The secret of this tab: it keeps the source name after a lost connection.
 const session = kept("session", () =>
   Array.from(crypto.getRandomValues(new Uint8Array(16)), (b) => b.toString(16).padStart(2, "0")).join(""));
 
-// A key may come with the address, behind #, which browsers do not send.
+// A key may be part of the address, after #, which browsers do not send.
 const given = /[#&]key=([^&]+)/.exec(location.hash);
 if (given) {
   let key = given[1];
@@ -26,7 +26,7 @@ if (given) {
   sessionStorage.setItem("key", key);
   history.replaceState(null, "", location.pathname + location.search);
 }
-addEventListener("hashchange", () => location.reload());  // told to a page that is open
+addEventListener("hashchange", () => location.reload());  // given to an open page
 
 export const keyGiven = () => Boolean(sessionStorage.getItem("key"));
 export function setKey(key: string) {
@@ -36,7 +36,7 @@ export function setKey(key: string) {
 export class Line {
   heard_ms = 0;        // performance.now() of the last message
   welcome: Json | null = null;
-  refused = "";        // why the gateway hung up, when it said so
+  refused = "";        // the gateway's reason for closing, if any
   private socket: WebSocket | null = null;
   private wait_ms = kShortestWait_ms;
   private begun_ms = 0;
@@ -50,7 +50,7 @@ export class Line {
   get lost() { return !this.open || performance.now() - this.heard_ms > kLost_ms; }
   get silent_ms() { return performance.now() - this.heard_ms; }
 
-  // False: it did not leave.
+  // False: it was not sent.
   send(message: Json): boolean {
     if (!this.open) return false;
     this.socket!.send(JSON.stringify(message));
@@ -94,7 +94,7 @@ export class Line {
     };
   }
 
-  // A connection whose network is gone stays open for many minutes.
+  // Without a network, a connection stays open for many minutes.
   private watch() {
     const now = performance.now();
     const silent = this.welcome ? now - this.heard_ms > kSilent_ms : now - this.begun_ms > kConnect_ms;
@@ -104,8 +104,7 @@ export class Line {
   }
 }
 
-// The heartbeat is made where the page is drawn: one that hangs drives nothing. `trip` gets the time
-// there and back.
+// The heartbeat is sent by the drawing loop: a page that hangs cannot drive. `trip` receives the round-trip time.
 export function beat(line: Line, trip: (ms: number) => void): (pulse: Json) => void {
   let n = 0;
   const sent = new Map<number, number>();

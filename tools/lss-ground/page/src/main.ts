@@ -1,4 +1,4 @@
-// The pilot's page of lss-ground. What it shows comes from the daemon; what it does goes to the daemon.
+// The pilot's page of lss-ground. All data come from the daemon; all commands go to the daemon.
 
 import "./style.css";
 import {details, tabs} from "./details";
@@ -106,7 +106,7 @@ $("theme").onclick = () => {
 
 // Drawing.
 
-// How long ago, measured by how long the vehicle goes on without us.
+// Age, in proportion to the time for which the vehicle continues without a heartbeat.
 function tone(ms: number | null | undefined, limit_ms = lease_ms): string {
   return ms === null || ms === undefined || ms < 0 || ms >= limit_ms ? "bad" : ms >= limit_ms / 2 ? "warn" : "good";
 }
@@ -143,7 +143,7 @@ function lost() {
 }
 let lastSource = "", lease_ms = 2000;
 
-// Two daemons of one name both obey.
+// Two daemons of one name both execute commands.
 function rivals() {
   const rows = fleet.sorted.filter((v) => v.living && v.status?.daemons?.length > 1).map((v) => ({id: v.id, daemons: v.status!.daemons as Json[]}));
   const banner = $("rivals");

@@ -1,4 +1,4 @@
-// What is known of the vehicles, as the gateway told it.
+// The data about vehicles that the gateway has sent.
 
 import type {Json} from "./link";
 
@@ -63,16 +63,16 @@ export class Vehicle {
     this.scripts = message.scripts;
   }
 
-  // How long ago its status was heard, also when the gateway says nothing any more; null: never.
+  // Age of its status, also when the gateway is silent; null: never received.
   get silent_ms(): number | null {
     return this.links.status_age_ms === null ? null : this.links.status_age_ms + performance.now() - this.links_ms;
   }
   get living() { return this.links.alive && (this.silent_ms ?? Infinity) < kStale_ms; }
-  // What the daemon would land on a press of STOP.
+  // The daemon would land this vehicle at a press of STOP.
   get lands() { return Boolean(this.status?.airborne) && this.status?.stop_in_flight === "lands"; }
 
   addEvent(event: Json) {
-    // A daemon that was started again counts from 1.
+    // A restarted daemon counts from 1.
     const newest = [...this.events.values()].pop();
     if (newest && event.index <= newest.index && event.utc_ns > newest.utc_ns) this.events.clear();
     this.events.set(event.index, event);

@@ -1,5 +1,5 @@
-// Commands: what the daemon would not take now is disabled and says why. It is the daemon that is
-// asked, by a dry run of exactly what the button would send; nothing is decided here.
+// Commands: a button that the daemon would reject now is disabled and shows the reason. The daemon
+// decides, by a dry run of exactly the command of the button; nothing is decided here.
 
 import {$, el, kDegree, show, sourceName} from "./dom";
 import type {Json} from "./link";
@@ -8,7 +8,7 @@ import {outcome, reasons, type Requests} from "./requests";
 import {roster} from "./vehicles/roster";
 
 const kAgain_ms = 1000;
-// The gateway asks for data itself; parameters have a tab of their own.
+// The gateway requests data itself; parameters have their own tab.
 const kHidden = ["data", "set-parameter", "save-parameters"];
 
 interface Row { command: Command; element: HTMLElement; button: HTMLButtonElement; why: HTMLElement; inputs: Map<string, () => number | null>; }
@@ -91,7 +91,7 @@ export class Panel {
     return all;
   }
 
-  // Would it be taken?
+  // Would it be accepted?
   ask() {
     const vehicle = this.shown;
     if (!vehicle || document.hidden || !this.requests.mayCommand) return this.draw();

@@ -1,5 +1,5 @@
-// Parameters that change while the daemon runs. Whether a change would be taken is asked of the daemon, by a dry run: of
-// what was typed, and of one parameter of each kind of `when` as it is. Nothing is decided here.
+// Parameters that change while the daemon runs. The daemon decides whether a change is allowed, by dry runs: of the
+// typed value, and of one unchanged parameter for each value of `when`. Nothing is decided here.
 
 import {el, show} from "./dom";
 import type {Json} from "./link";
@@ -12,8 +12,8 @@ const kWhen = {always: "at any time", at_rest: "at rest"};
 interface Row {
   item: Tunable; element: HTMLElement; input: HTMLInputElement; set: HTMLButtonElement; reset: HTMLButtonElement;
   about: HTMLElement; why: HTMLElement;
-  written: string;                               // into the input, by us; anything else was typed
-  judged: {value: number; why: string} | null;   // by the daemon; no why: it would be taken
+  written: string;                               // written into the input by this code; anything else was typed
+  judged: {value: number; why: string} | null;   // by the daemon; no reason: it would be accepted
 }
 
 const text = (value: number) => String(Number(value.toPrecision(10)));
@@ -29,8 +29,8 @@ function button(title: string, help: string, press: () => void): HTMLButtonEleme
 export class Parameters {
   private vehicle: Vehicle | null = null;
   private rows: Row[] = [];
-  private made = "";                        // what the rows were made of
-  private not = new Map<string, string>();  // why not, by `when`, and of "save"; empty: allowed
+  private made = "";                        // the data of the rows
+  private not = new Map<string, string>();  // the reason against it, by `when`, and of "save"; empty: allowed
   private readonly words = el("input", {type: "search", placeholder: "words", "aria-label": "Words to find parameters by"}) as HTMLInputElement;
   private readonly differs = el("input", {type: "checkbox"}) as HTMLInputElement;
   private readonly save = button("save", "keep all values beyond the next start", () => this.keep());
@@ -71,7 +71,7 @@ export class Parameters {
     const set = button("set", `set ${item.name}`, () => this.typed(row));
     const reset = button("reset", "", () => this.asConfigured([row]));
     const about = el("small", {}), why = el("div", {class: "why"});
-    const name = item.name.split(/(?<=[._])/).flatMap((part) => [part, el("wbr")]);  // where it may be broken
+    const name = item.name.split(/(?<=[._])/).flatMap((part) => [part, el("wbr")]);  // possible line breaks
     const element = el("div", {class: "parameter"}, el("div", {class: "name"}, el("b", {title: item.help}, ...name), about),
       el("span", {class: "fields"}, input, el("i", {}, item.unit), set, reset), why);
     const row: Row = {item, element, input, set, reset, about, why, written: "", judged: null};
@@ -88,7 +88,7 @@ export class Parameters {
     return row;
   }
 
-  // What is typed and not in force; null: nothing, or no number.
+  // The typed value that is not yet active; null: none, or not a number.
   private wanted(row: Row): number | null {
     const value = row.input.valueAsNumber;
     return Number.isFinite(value) && row.input.value !== row.written && value !== row.item.value ? value : null;
@@ -135,7 +135,7 @@ export class Parameters {
     this.resetAll.disabled = !this.rows.some((row) => !row.reset.disabled);
   }
 
-  // Would it be taken?
+  // Would it be accepted?
   ask() {
     if (!this.vehicle || this.where.hidden || document.hidden || !this.requests.mayCommand) return;
     for (const when of Object.keys(kWhen)) {
@@ -160,7 +160,7 @@ export class Parameters {
     });
   }
 
-  // True: done. What became of it is told in a line.
+  // True: done. A line shows the result.
   private command(vehicle: Vehicle, words: string, command: string, parameters: Json, where: Element): Promise<boolean> {
     const tell = (what: string, tone: string) => {
       if (vehicle !== this.vehicle) return;
@@ -191,7 +191,7 @@ export class Parameters {
     if (value !== null) void this.change(this.vehicle!, row, value);
   }
 
-  // One after the other, as long as each is taken.
+  // One after the other, as long as each is accepted.
   private async asConfigured(rows: Row[]) {
     const vehicle = this.vehicle!;
     for (const row of rows.filter((r) => !r.item.as_configured)) {

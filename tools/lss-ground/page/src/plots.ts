@@ -1,4 +1,4 @@
-// Signals over the last minute: those of one unit share a chart.
+// Signals over the last minute: signals of one unit share a chart.
 
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
@@ -16,7 +16,7 @@ const kColours = {
 export class Plots {
   private charts: {plot: uPlot; signals: number[]; unit: string}[] = [];
   private shown: Vehicle | null = null;
-  private chosen = new Map<string, Set<string>>();  // by kind of vehicle
+  private chosen = new Map<string, Set<string>>();  // by type of vehicle
 
   private signals(vehicle: Vehicle): Signal[] { return roster[vehicle.kind]?.signals ?? []; }
 

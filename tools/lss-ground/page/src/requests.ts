@@ -1,4 +1,4 @@
-// What the gateway was asked and has not answered for good. Every answer goes to who asked.
+// Requests to the gateway without a final answer. Every answer goes to the sender of the request.
 
 import {advice} from "./dom";
 import type {Json, Line} from "./link";
@@ -13,7 +13,7 @@ export class Requests {
   get lost() { return this.line.lost; }
   get mayCommand() { return !this.line.lost && this.line.welcome?.role === "command"; }
 
-  // Another connection: what was asked over the last one is not answered any more.
+  // A new connection: requests of the last one get no more answers.
   begin() {
     const left = [...this.waiting.values()];
     this.waiting.clear();
@@ -21,7 +21,7 @@ export class Requests {
       heard({...last, phase: "unanswered", reason: {text: "the connection was lost meanwhile; the state says what is"}, final: true});
   }
 
-  // False: it did not leave. What would leave some time later, when the connection is back, does not leave at all.
+  // False: it was not sent. A request is never sent later, after a reconnection.
   send(message: Json, heard: (ack: Json) => void): boolean {
     const id = ++this.numbers;
     if (this.line.lost || !this.line.send({...message, id})) return false;
@@ -38,17 +38,18 @@ export class Requests {
   }
 }
 
-// What stands on the page anyway: where the vehicle is, who commands, the range of a parameter. No advice then.
+// Facts that the page already shows: state of the vehicle, holder of authority, range of a parameter. No advice for
+// these.
 const kPlain = ["not_in_state", "not_in_mode", "not_authorised", "parameter_range", "parameter_whole"];
 
-// Why not, and what to do.
+// The reason and the advice.
 export function reasons(ack: Json): {why: string; advice: string} {
   const reason = ack.reason;
   const plain = kPlain.includes(reason?.name);
   return {why: plain ? reason.text.replace(/ \(measured.*/, "") : reason?.text ?? "", advice: plain ? "" : advice(reason?.advice ?? "")};
 }
 
-// What became of a command, in a line.
+// The result of a command, in a line.
 export function outcome(ack: Json): string {
   return ack.reason ? [ack.reason.text, advice(ack.reason.advice ?? "")].filter(Boolean).join("; ") : "";
 }

@@ -1,5 +1,5 @@
-// The picture: a ground with a grid that goes on for ever, the vehicle, and a camera that follows it
-// and is turned by dragging. Draws no more often than the machine manages.
+// The picture: ground with an endless grid, the vehicle, and a camera that follows it and is turned by dragging. Limits
+// its frame rate to the speed of the machine.
 
 import * as THREE from "three";
 import type {Vehicle} from "./model";
@@ -7,10 +7,9 @@ import type {Model} from "./vehicles/kind";
 import {roster} from "./vehicles/roster";
 
 const kSlow_ms = 22;     // a frame that takes longer is drawn less often
-const kSoftware_ms = 400, kSoftwarePixels = 0.6;  // between frames, and how fine, without a graphics processor
+const kSoftware_ms = 400, kSoftwarePixels = 0.6;  // between frames, and resolution, without a graphics processor
 
-// Drawing by software takes the processor from everything else, the heartbeat included: then few and
-// plain frames have to do.
+// Software rendering takes CPU time from everything else, including the heartbeat: then it draws few and simple frames.
 function drawsInSoftware(): boolean {
   const gl = document.createElement("canvas").getContext("webgl2");
   const info = gl?.getExtension("WEBGL_debug_renderer_info");
@@ -19,7 +18,7 @@ function drawsInSoftware(): boolean {
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
 
-// A picture that repeats: lines are not drawn by every browser that draws by software.
+// A repeated texture: not every browser draws lines with software rendering.
 function grid(step_m: number, colour: string): THREE.Mesh {
   const kCells = 80, kPixels = 128;
   const cell = document.createElement("canvas");
@@ -96,7 +95,7 @@ export class Scene {
     if (this.ground) this.scene.remove(this.ground);
     const style = getComputedStyle(document.documentElement);
     this.ground = grid(this.step, style.getPropertyValue("--grid").trim() || "#333");
-    const far = this.metres * 9;  // where the ground goes over into the panel
+    const far = this.metres * 9;  // where the ground meets the panel
     this.scene.fog = new THREE.Fog(style.getPropertyValue("--panel").trim() || "#161b22", far * 0.3, far);
     this.scene.add(this.ground);
   }
@@ -108,7 +107,7 @@ export class Scene {
     const gap_ms = now_ms - this.drawn_ms;
     if (this.cost_ms > kSlow_ms && gap_ms < this.cost_ms * 3) return;
     if (this.software && gap_ms < kSoftware_ms) return;
-    const {fine} = this.canvas.dataset;  // for those who take pictures: once, and then it stays
+    const {fine} = this.canvas.dataset;  // for screenshots: set once, then kept
     if (fine === "drawn") return;
     this.drawn_ms = now_ms;
     const begun = performance.now();
@@ -136,13 +135,13 @@ export class Scene {
     }
     this.renderer.render(this.scene, this.camera);
     this.cost_ms += (performance.now() - begun - this.cost_ms) * 0.1;
-    this.canvas.dataset.drawn = String(++this.drawn);  // for those who measure
+    this.canvas.dataset.drawn = String(++this.drawn);  // for measurements
     if (fine) this.canvas.dataset.fine = "drawn";
     this.canvas.dataset.cost = this.cost_ms.toFixed(2);
   }
 }
 
-// What was on the ground, or open, over the last seconds.
+// Legs on the ground, or open valves, over the last seconds.
 export class Bars {
   private static readonly kSeconds = 8;
   private samples: {at: number; values: number[]}[] = [];

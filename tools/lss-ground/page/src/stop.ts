@@ -1,21 +1,21 @@
-// Stopping: the button that stops what is shown, or lands it when it flies; the all-stop beside it, by
-// which it falls; and the stop of every vehicle. The gateway sends each again until it is obeyed; what
-// the vehicles say stands below the buttons.
+// Stops: the button that stops the shown vehicle, or lands it in flight; the all-stop beside it, with which it falls;
+// and the stop of every vehicle. The gateway repeats each until it is completed; the answers of the vehicles are below
+// the buttons.
 
 import {$, el, show} from "./dom";
 import {type Fleet, silence} from "./fleet";
 import {type Json, Line} from "./link";
 
-const kLate_ms = 3200;   // the gateway says so after 3 s, if it is there
+const kLate_ms = 3200;   // the gateway reports this after 3 s, if connected
 const kOver_ms = 11_000;  // it gives up after 10 s
 const kHold_ms = 500;
 const kHint_ms = 4000;
-const kShown_ms = 8000;  // what is good; the rest until the next press
+const kShown_ms = 8000;  // good answers; others stay until the next press
 
 type Tone = "busy" | "good" | "bad";
 interface Press {
   id: number;
-  vehicle: string;  // empty: every one
+  vehicle: string;  // empty: all vehicles
   land: boolean;
   at: number;
   sent: boolean;
@@ -25,13 +25,13 @@ interface Press {
   text: string;   // after the name
   brief: string;  // in the button
   tone: Tone;
-  each: Map<string, {text: string; tone: Tone}>;  // what every one said
+  each: Map<string, {text: string; tone: Tone}>;  // the answer of each vehicle
 }
 
 export class Stops {
   private numbers = 0;
   private presses: Press[] = [];  // the newest last
-  private hint = {text: "", at: -Infinity};  // what a press that was too short wanted
+  private hint = {text: "", at: -Infinity};  // the hint after a press that was too short
   readonly line = new Line("lss-stop", (m) => this.hear(m));
 
   constructor(private readonly fleet: Fleet) {
@@ -52,7 +52,7 @@ export class Stops {
   get waiting() { return this.presses.some((p) => !p.over); }
   private get flying() { return this.fleet.sorted.filter((v) => v.living && v.status?.airborne).map((v) => v.id); }
 
-  // At once; where something falls, when it was held for half a second.
+  // At once; when a vehicle would fall, only after a press of half a second.
   private button(button: HTMLElement, falls: () => string[], act: () => void) {
     let timer = 0;
     const begin = (e: Event) => {
@@ -111,7 +111,7 @@ export class Stops {
     press.over_ms = performance.now();
   }
 
-  // It should have been obeyed by now.
+  // It should have been completed by now.
   private late(press: Press, over: boolean) {
     if (!press.sent || press.vehicle === "" && press.each.size) return;
     const vehicle = this.fleet.vehicles.get(press.vehicle), on = over ? "" : " It is sent on.";
@@ -128,7 +128,7 @@ export class Stops {
   }
 
   private hear(m: Json) {
-    // What the old connection may not have delivered.
+    // Stops that the old connection may not have delivered.
     if (m.type === "welcome") this.presses.filter((p) => !p.over).forEach((p) => this.send(p));
     const press = m.type === "ack" ? this.presses.find((p) => p.id === m.request) : undefined;
     if (!press || press.over) return;
@@ -137,7 +137,7 @@ export class Stops {
     const yes = ["accepted", "executing", "completed"].includes(m.phase);
     if (yes && !press.acknowledged) {
       press.acknowledged = true;
-      if (press.vehicle) $("estop").dataset.ms = after_ms.toFixed(1);  // for those who measure
+      if (press.vehicle) $("estop").dataset.ms = after_ms.toFixed(1);  // for measurements
     }
     if (!press.vehicle) {
       this.hearAll(press, m, Math.round(after_ms), reason);
@@ -173,7 +173,7 @@ export class Stops {
     this.say(press, `${count} of ${press.each.size} stopped`, bad ? "bad" : count === press.each.size ? "good" : "busy");
   }
 
-  // What nobody says: that nobody says anything.
+  // No answer at all is also shown.
   private watch() {
     const now = performance.now();
     for (const press of this.presses) {

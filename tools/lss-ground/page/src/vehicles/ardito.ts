@@ -32,7 +32,7 @@ function model(): Model {
   body.add(place(box(0.72, 0.014, 0.46, kColours.panel), 0, 0.25, 0));
   body.add(place(cylinder(0.02, 0.5, kColours.metal), 0.28, 0.5, 0.11));
   body.add(place(box(0.07, 0.07, 0.17, kColours.metal), 0.28, 0.78, 0.11));
-  body.add(place(cylinder(0.02, 2 * kTrack_m, kColours.metal, "z"), 0, 0.08, 0));  // on which the rockers turn
+  body.add(place(cylinder(0.02, 2 * kTrack_m, kColours.metal, "z"), 0, 0.08, 0));  // axis of the rockers
   const beacon = place(cylinder(0.035, 0.07, kColours.off), -0.28, 0.29, 0.14);
   body.add(beacon);
   const wheels: {spin: THREE.Group; steer: THREE.Group; angle: number}[] = [];

@@ -1,4 +1,5 @@
-// What a vehicle brings to the page: one file each beside this one, and a line in roster.ts.
+// The vehicle's part of the page: one file for each vehicle beside this one, and a line in
+// roster.ts.
 
 import type * as THREE from "three";
 import type {Json} from "../link";
@@ -15,19 +16,19 @@ export interface Table { heads: string[]; rows: (string | Cell)[][]; }
 
 export interface Model {
   root: THREE.Object3D;             // moves over the ground
-  update(telemetry: Json, dt_s: number): void;  // called when drawn, with the newest
+  update(telemetry: Json, dt_s: number): void;  // called for each drawing, with the newest telemetry
 }
 
 export interface Kind {
   name: string;
-  metres: number;                   // how large it is, for the camera
+  metres: number;                   // its size, for the camera
   signals: Signal[];
-  order: string[];                  // of the commands that come first
-  hidden?: string[];                // commands that make no sense by themselves here
-  safe: string;                     // what it does when its heartbeat is lost
+  order: string[];                  // of the commands shown first
+  hidden?: string[];                // commands that are useless alone on the page
+  safe: string;                     // its reaction to a lost heartbeat
   model(): Model;
   overlay(telemetry: Json): string[];   // lines over the picture
   tables(telemetry: Json): Table[];
-  // Bars over time: rows of names, and which are filled now.
+  // Bars over time: names of rows, and the rows filled now.
   bars?: {names: string[]; legend: string; get(telemetry: Json): number[]};  // 0 empty, 1 full, 2 alarm
 }

@@ -1,4 +1,4 @@
-// The vehicles that the page can draw. One that it does not know is shown without a picture.
+// The vehicles that the page can draw. An unknown vehicle is shown without a picture.
 
 import {ardito} from "./ardito";
 import type {Kind} from "./kind";

@@ -1,4 +1,4 @@
-// Shapes that several vehicles are made of. Metres; y is up, x ahead.
+// Shapes shared by several vehicles. Metres; y is up, x ahead.
 
 import * as THREE from "three";
 

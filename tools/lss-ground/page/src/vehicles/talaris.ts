@@ -1,5 +1,5 @@
-// TALARIS: a hopper on four fans and eight cold-gas thrusters. Its x is up, its z ahead; here y is up
-// and x ahead, so that axes change places all round: (z, x, y).
+// TALARIS: a hopper on four fans and eight cold-gas thrusters. Its x is up, its z ahead; here y is up and x ahead, so
+// the axes are permuted: (z, x, y).
 
 import * as THREE from "three";
 import type {Json} from "../link";
@@ -45,7 +45,7 @@ function model(): Model {
     body.add(lift);
     plumes[i * 2] = lift;
   });
-  // 2 and 8 push ahead: their gas goes back; 4 and 6 the other way.
+  // 2 and 8 push ahead: their gas goes back; 4 and 6 push back.
   for (const [valve, z] of [[2, -1], [8, 1], [4, 1], [6, -1]] as const) {
     const ahead = valve === 2 || valve === 8;
     const side = place(plume(0.3), ahead ? -0.26 : 0.26, 0.02, z * 0.18);

@@ -50,7 +50,7 @@ function model(): Model {
       legs.forEach((turning, i) => {
         const m = modules[i];
         if (!m) return;
-        // Between two samples it turns on the shorter way.
+        // Between two samples it turns the shorter way.
         const gap = Math.atan2(Math.sin(m.position_rad - shown[i]), Math.cos(m.position_rad - shown[i]));
         shown[i] += gap * Math.min(1, dt_s * 25);
         turning.rotation.z = -shown[i];
