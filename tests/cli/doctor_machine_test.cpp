@@ -41,7 +41,7 @@ TEST_F(DoctorMachine, ThrottleIsJudgedByTheShareThatItLeaves) {
   expect(with("100000\n"), Result::warning, "100000", "sched_rt_runtime_us=950000");
   expect(with("0\n"), Result::problem, "0 of", "sched_rt_runtime_us=950000");
   std::filesystem::remove(root / "proc/sys/kernel/sched_rt_runtime_us");
-  expect(check_throttle(system), Result::note, "does not tell");
+  expect(check_throttle(system), Result::note, "does not report");
 }
 
 TEST_F(DoctorMachine, RefusedFifoIsTracedToItsReason) {

@@ -185,7 +185,7 @@ TEST_F(DoctorPorts, VirtualCanHasNoState) {
   system.ask_can_link = [](const std::string&) { return CanLink{.kind = "vcan"}; };
   expect(check("vcan0"), Result::good, "vcan0: up, virtual");
   system.ask_can_link = [](const std::string&) { return std::nullopt; };
-  expect(check("vcan0"), Result::good, "state not told");
+  expect(check("vcan0"), Result::good, "state unknown");
 }
 
 // Attributes of a netlink message, byte by byte.

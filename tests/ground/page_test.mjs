@@ -132,15 +132,15 @@ const tests = {
   async what_is_silent_looks_so_and_stays_when_a_person_chose_it() {
     await open(kTwo);
     await page.selectOption("#vehicles", "ardito-1");
-    await says("#lost", "The daemon of ardito-1 is gone, heard 10 min ago");
+    await says("#lost", "The daemon of ardito-1 is gone, last message 10 min ago");
     await linkIs("record", "dim");
     assert.doesNotMatch(await text("#links"), /recording/i);
     await linkIs("telemetry", "bad");
     await says("#problems", "Not known");
     await linkIs("daemon", "bad");
     await is("document.body.classList.contains('stale')");
-    await is("document.querySelector('#state b').className === 'dim' && document.querySelector('#state').innerText.includes('as heard last, 10 min ago')");
-    await is("document.title === 'ardito-1: not heard'");
+    await is("document.querySelector('#state b').className === 'dim' && document.querySelector('#state').innerText.includes('as last received, 10 min ago')");
+    await is("document.title === 'ardito-1: silent'");
     await shot("silent");
     await page.keyboard.press("Space");
     assert.deepEqual((await stops()).map((m) => m.vehicle), ["ardito-1"]);
@@ -155,7 +155,7 @@ const tests = {
 
   async with_none_that_lives_none_is_chosen_and_stop_is_for_all() {
     await open({...kTwo, crafts: {"ardito-1": {age_ms: 610_000}, "zebro-1": {age_ms: 5000}}});
-    await says("#state", "no vehicle is heard");
+    await says("#state", "no vehicle found");
     assert.equal(await page.inputValue("#vehicles"), "");
     await says("#estop-text", "every vehicle");
     await page.keyboard.press("Space");
@@ -182,9 +182,9 @@ const tests = {
     await page.evaluate("gateway.late_ms = 0");
     await linkIs("page", "good");
     await say(status("zebro-1", {authority: "somebody", link: {obc_age_ms: 400}}));
-    await linkIs("OBC heard", "warn");
+    await linkIs("OBC message", "warn");
     await say(status("zebro-1", {authority: "somebody", link: {obc_age_ms: 9800}}));
-    await linkIs("OBC heard", "bad");
+    await linkIs("OBC message", "bad");
   },
 
   async a_stop_is_not_over_before_it_is_completed() {

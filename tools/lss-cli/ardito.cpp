@@ -78,7 +78,7 @@ const char* name_of(const char* const (&names)[N], std::size_t index) {
 
 std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
   if (telemetry == nullptr)
-    return {{true, "no telemetry comes: the nodes cannot be told", "check the log of lssd"}};
+    return {{true, "no telemetry comes: the nodes are unknown", "check the log of lssd"}};
   const lss_ArditoTelemetry& t = sample(telemetry);
   if (!t.port_open) {
     if (latched(status, FaultId::port_lost, 0) || latched(status, FaultId::port_absent, 0))
@@ -92,8 +92,8 @@ std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
       continue;
     const std::string heard =
         never_heard(node)
-            ? std::string("was never heard")
-            : fmt::format("is {}, last heard {} ago", name_of(lss::ardito::kLinkNames, node.link),
+            ? std::string("has never answered")
+            : fmt::format("is {}, last message {} ago", name_of(lss::ardito::kLinkNames, node.link),
                           format_duration(static_cast<double>(node.age_ms) / 1000));
     list.push_back({node.id != lss::ardito::kImuNode,
                     fmt::format("{} {}", subject_name(kVehicle, node.id), heard),
@@ -272,7 +272,7 @@ std::string screen(const void* telemetry, const Style& style) {
   const bool moves = t.mode >= static_cast<std::uint8_t>(Mode::steering);
   text +=
       fmt::format("{} {}{}\n", style.dim("driven    "), moves ? asked(t) + ": " : "", driven(t));
-  text += fmt::format("{} {}, {} sent, {} heard, {} dropped\n", style.dim("bus       "),
+  text += fmt::format("{} {}, {} sent, {} received, {} dropped\n", style.dim("bus       "),
                       t.port_open ? "open" : style.bad("closed"), t.bus_frames_sent,
                       t.bus_frames_received, t.bus_frames_dropped);
   return text;
@@ -281,7 +281,7 @@ std::string screen(const void* telemetry, const Style& style) {
 std::string details(const void* telemetry, const Style& style) {
   if (telemetry == nullptr) return "";
   std::string text =
-      style.dim("node     address drive                  last heard  emergency  so far") + "\n";
+      style.dim("node     address drive                  last frame  emergency  so far") + "\n";
   for (const lss_ArditoNode& n : sample(telemetry).nodes) {
     text +=
         fmt::format("{}    0x{:02x} {:<22} {:>10} {:>10} {:>7}\n",

@@ -127,7 +127,7 @@ void add_estop_verb(Grammar& grammar) {
       "It is sent again until each vehicle has confirmed it, for --timeout at most (default 3s).\n"
       "What is in the air falls: lss-cli land brings it down in good order. Afterwards: lss-cli "
       "solve.\n"
-      "Exit code 0: each vehicle that was heard stopped; 3: nobody was reached; 7: some did not "
+      "Exit code 0: each vehicle found has stopped; 3: none was reached; 7: some did not "
       "confirm it.\n");
   auto name = std::make_shared<std::string>();
   sub.add_option("name", *name, "vehicle_id; without it every vehicle on the domain");

@@ -62,7 +62,7 @@ std::string summary(const Flight& flight, const Style& style) {
                                      ? "with the start of lssd"
                                      : fmt::format("in the middle of a run: its file {}", file));
   text +=
-      fmt::format("holds   {} frames in {}, {:.1f} MB", flight.frames(),
+      fmt::format("data    {} frames in {}, {:.1f} MB", flight.frames(),
                   format_duration(flight.duration_s()), static_cast<double>(flight.bytes()) * 1e-6);
   if (flight.frames() > 0)
     text += fmt::format("; frames {} to {}", flight.first().number, flight.last().number);

@@ -171,8 +171,7 @@ Action Grammar::parse(std::vector<std::string> words) {
   }
   check_options();
   if (action_ == nullptr) {
-    throw Failure(ExitCode::usage, "what shall the vehicle do?",
-                  "list the verbs with: lss-cli --help");
+    throw Failure(ExitCode::usage, "no verb given", "list the verbs with: lss-cli --help");
   }
   return action_;
 }

@@ -150,7 +150,7 @@ void Link::find_vehicle() {
   if (vehicle_ == nullptr) {
     throw Failure(
         ExitCode::unknown_name,
-        fmt::format("{} is of the kind '{}', which this lss-cli was built without", id, name));
+        fmt::format("{} is of the type '{}', which this lss-cli was built without", id, name));
   }
   vehicle_id_ = id;
   status_ = daemon.status;
@@ -307,7 +307,7 @@ Waker::Result Link::wait(Clock::time_point until, int input_fd) {
   Waker::Result woken = waker_.wait(until, input_fd);
   for (int look = 0; !hear_all(look); ++look) {
     if (look == kLooks)
-      throw Failure(ExitCode::unreachable, "what the daemon wrote does not arrive");
+      throw Failure(ExitCode::unreachable, "data from the daemon does not arrive");
     const Waker::Result more = waker_.poll(kLook_ms, input_fd);
     woken.interrupted |= more.interrupted;
     woken.input |= more.input;

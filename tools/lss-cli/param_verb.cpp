@@ -26,7 +26,7 @@ class Board {
     while (!take() && Clock::now() < until) session.pump(until);
     if (!heard_) {
       throw Failure(ExitCode::timed_out, "no parameters came",
-                    "does the daemon live, and is it as new as this lss-cli? see: lss-cli status");
+                    "does the daemon run, and is it as new as this lss-cli? see: lss-cli status");
     }
   }
 
@@ -131,7 +131,7 @@ ExitCode diff(Context& context, const Words& names) {
                                      is_kept(p) ? "" : style.warning("  not saved")));
   }
   if (numbers.empty()) context.output.print("all as the configuration says\n");
-  if (unsaved) context.output.note("lss-cli param save keeps them beyond the next start");
+  if (unsaved) context.output.note("lss-cli param save keeps them for the next start");
   return ExitCode::completed;
 }
 
@@ -233,7 +233,7 @@ void add_param_verb(Grammar& grammar) {
       "  lss-cli param get                          all, with range and what is saved\n"
       "  lss-cli param set limits.current_A 1.0     in force at once, until the daemon ends\n"
       "  lss-cli param diff                         what is not as configured, or not saved\n"
-      "  lss-cli param save                         keeps them beyond the next start\n"
+      "  lss-cli param save                         keeps them for the next start\n"
       "  lss-cli param reset limits.current_A       as configured again\n");
   auto typed = std::make_shared<Typed>();
   sub.add_option("what", typed->what, "get, set, diff, save or reset")->required();

@@ -136,8 +136,8 @@ void tell(Context& context, const Recorder& recorder, const std::string& path, E
 ExitCode record(Context& context, const RecordWanted& wanted) {
   check_topics(wanted);
   if (context.options.shared_memory) {
-    throw Failure(ExitCode::usage, "record hears the octets of the network, which --shm passes by",
-                  "leave --shm out: it hears a daemon with shared memory, too");
+    throw Failure(ExitCode::usage, "record receives the bytes of the network, which --shm bypasses",
+                  "omit --shm: record also receives from a daemon with shared memory");
   }
   std::signal(SIGXFSZ, SIG_IGN);  // a file size limit is reported like a full disk
   Session& session = context.session();
@@ -149,7 +149,7 @@ ExitCode record(Context& context, const RecordWanted& wanted) {
   McapWriter writer = open(wanted, path);
   if (writer.cut() > 0) {
     context.output.note(
-        fmt::format("{} was torn: {} octets at its end are cut off, {} messages kept", path,
+        fmt::format("{} was torn: {} bytes at its end are cut off, {} messages kept", path,
                     writer.cut(), writer.all().messages));
   }
   const Clock::time_point begin = Clock::now();
@@ -195,8 +195,7 @@ void add_record_verb(Grammar& grammar) {
   sub.add_option("--max-size", wanted->max_MB, "end at so many MB")
       ->check(CLI::Range(0.1, 1e6))
       ->capture_default_str();
-  sub.add_flag("--append", wanted->append,
-               "go on with the file; one that was torn is mended first");
+  sub.add_flag("--append", wanted->append, "continue the file; a torn file is repaired first");
   const auto for_s = add_duration(sub, "--for", "end after so long");
   grammar.values(sub, "--topics", kTopics);
   grammar.on(sub, [wanted, for_s](Context& context) {

@@ -290,9 +290,8 @@ void Session::fail(const Sent& sent) {
     code = ExitCode::not_authorised;
     const std::string_view holder = text(link_.status().authority);
     if (!holder.empty()) {
-      advice =
-          fmt::format("{0} holds it: stop it there, act in its name with --source {0}, or: {1}",
-                      holder, ending_by_anyone(link_.status()));
+      advice = fmt::format("{0} has it: stop it there, act in its name with --source {0}, or: {1}",
+                           holder, ending_by_anyone(link_.status()));
     }
   } else if (ack.reason == static_cast<std::uint16_t>(Reason::emergency)) {
     why += faults();

@@ -125,8 +125,8 @@ std::string system_lines(const lss_Status& status, const Style& style) {
   };
   const std::string heard =
       status.obc_age_ms < 0
-          ? "never heard"
-          : fmt::format("heard {} ago",
+          ? "no message"
+          : fmt::format("last message {} ago",
                         format_duration(static_cast<double>(status.obc_age_ms) / 1000));
   std::string lines =
       row("OBC link", fmt::format("{}; {} commands rejected", heard, status.commands_rejected));
@@ -160,7 +160,7 @@ const char* saved_trouble(lss_SavedParameters saved) {
     case lss_SAVED_PARTLY:
       return "some of the saved parameters were not taken";
     case lss_SAVED_LOST:
-      return "no copy of the saved parameters is good: those of the configuration hold";
+      return "no copy of the saved parameters is good: those of the configuration apply";
     default:
       return "";
   }
@@ -244,8 +244,8 @@ std::vector<Problem> problems(const Vehicle& vehicle, const lss_Status& status,
   }
   if (const char* wrong = saved_trouble(status.saved_parameters); *wrong != '\0') {
     list.push_back({false, wrong,
-                    "lss-cli events tells which; see lss-cli param diff, then lss-cli param save "
-                    "writes both copies anew"});
+                    "lss-cli events names it; see lss-cli param diff, then lss-cli param save "
+                    "writes both copies again"});
   }
   if (!status.recording)
     list.push_back({false, "not everything is recorded",

@@ -133,8 +133,9 @@ void add_status_verbs(Grammar& grammar) {
   grammar.on(grammar.verb("health", "0 when all is well, else 6 and what is wrong",
                           "  lss-cli health || lss-cli solve\n"),
              run_health);
-  CLI::App& watch = grammar.verb(
-      "watch", "status, live", "  lss-cli watch\n  lss-cli --jsonl watch --for 1min > log.jsonl\n");
+  CLI::App& watch =
+      grammar.verb("watch", "status, updated continuously",
+                   "  lss-cli watch\n  lss-cli --jsonl watch --for 1min > log.jsonl\n");
   const auto for_s = add_duration(watch, "--for", "how long (default: until Ctrl-C)");
   grammar.on(watch, [for_s](Context& context) {
     if (context.options.json) throw Failure(ExitCode::usage, "watch is a stream", "use --jsonl");

@@ -106,7 +106,7 @@ bool never_heard(const lss_TalarisModule& module) {
 
 std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
   if (telemetry == nullptr)
-    return {{true, "no telemetry comes: the sensors cannot be told", "check the log of lssd"}};
+    return {{true, "no telemetry comes: the sensors are unknown", "check the log of lssd"}};
   const lss_TalarisTelemetry& t = sample(telemetry);
   std::vector<Problem> list;
   const auto port = [&](bool open, const char* what, std::uint16_t module) {
@@ -123,8 +123,8 @@ std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
     if (module.online || !needed || latched(status, FaultId::module_silent, module.id)) continue;
     const std::string heard =
         never_heard(module)
-            ? std::string("was never heard")
-            : fmt::format("was last heard {} ago",
+            ? std::string("has never answered")
+            : fmt::format("last answered {} ago",
                           format_duration(static_cast<double>(module.age_ms) / 1000));
     list.push_back({true, fmt::format("{} {}", subject_name(kVehicle, module.id), heard),
                     "check its power and the line"});
@@ -291,7 +291,7 @@ std::string flight(const lss_TalarisTelemetry& t) {
 std::string screen(const void* telemetry, const Style& style) {
   if (telemetry == nullptr) return style.dim("no telemetry") + "\n";
   const lss_TalarisTelemetry& t = sample(telemetry);
-  std::string text = style.dim("module     link    last heard    samples  errors   lost") + "\n";
+  std::string text = style.dim("module     link    last data     samples  errors   lost") + "\n";
   for (const lss_TalarisModule& module : t.modules) text += module_row(module, style);
   text += valve_row(t, style) + fan_row(t, style);
   const Angles a = angles(t.attitude_wxyz);
@@ -316,7 +316,7 @@ std::string screen(const void* telemetry, const Style& style) {
     text += fmt::format("{} step {} of {}, {} s\n", style.dim("script    "), t.script_done,
                         t.script_steps, fixed(t.script_s - lss::talaris::kScriptLead_s, 1));
   }
-  text += fmt::format("{} IMU {}, altimeter {}, CAN {}; {} sent, {} heard, {} dropped\n",
+  text += fmt::format("{} IMU {}, altimeter {}, CAN {}; {} sent, {} received, {} dropped\n",
                       style.dim("lines     "), t.imu_port_open ? "open" : style.bad("closed"),
                       t.altimeter_port_open ? "open" : style.bad("closed"),
                       t.can_port_open ? "open" : style.bad("closed"), t.bus_frames_sent,

@@ -26,7 +26,7 @@ TimingStatistics collected(Session& session) {
       return to_statistics(*s);
     session.pump(until);
   }
-  throw Failure(ExitCode::timed_out, "no timing came", "does the daemon live? see: lss-cli status");
+  throw Failure(ExitCode::timed_out, "no timing came", "does the daemon run? see: lss-cli status");
 }
 
 // The statistics of this period.
@@ -152,7 +152,7 @@ void add_timing_verbs(Grammar& grammar) {
   timing.add_option("--histogram", wanted->histogram, "of which step")
       ->check(CLI::IsMember(names))
       ->capture_default_str();
-  timing.add_flag("--reset", wanted->reset, "the daemon's statistics begin anew; nothing is shown")
+  timing.add_flag("--reset", wanted->reset, "resets the daemon's statistics; shows nothing")
       ->excludes("--for", "--histogram");
   grammar.on(timing, [wanted, for_s](Context& context) {
     wanted->for_s = *for_s;

@@ -96,7 +96,7 @@ bool never_heard(const lss_ZebroModule& module) {
 
 std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
   if (telemetry == nullptr)
-    return {{true, "no telemetry comes: the modules cannot be told", "check the log of lssd"}};
+    return {{true, "no telemetry comes: the modules are unknown", "check the log of lssd"}};
   const lss_ZebroTelemetry& t = sample(telemetry);
   if (!t.port_open) {
     if (latched(status, FaultId::port_lost, 0) || latched(status, FaultId::port_absent, 0))
@@ -108,8 +108,8 @@ std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
     if (module.online || latched(status, FaultId::module_silent, module.id)) continue;
     const std::string heard =
         never_heard(module)
-            ? "was never heard"
-            : fmt::format("does not answer, last heard {} ago",
+            ? "has never answered"
+            : fmt::format("does not answer, last reply {} ago",
                           format_duration(static_cast<double>(module.age_ms) / 1000));
     list.push_back({true, fmt::format("{} {}", subject_name(kVehicle, module.id), heard),
                     "check its power and the bus"});
@@ -215,7 +215,7 @@ std::string screen(const void* telemetry, const Style& style) {
       fmt::format("\n{} {}{}\n", style.dim("walked    "), walks ? gait(t) + ": " : "", walked(t));
   const std::string port = t.port_open ? "port open" : style.bad("port closed");
   text +=
-      fmt::format("{} {}, cycle {:.1f} ms, {} sent, {} heard, {} broken, {} overflows\n",
+      fmt::format("{} {}, cycle {:.1f} ms, {} sent, {} received, {} broken, {} overflows\n",
                   style.dim("bus       "), port, static_cast<double>(t.bus_cycle_ns) * 1e-6,
                   t.bus_frames_sent, t.bus_frames_received, t.bus_frames_dropped, t.bus_overflows);
   return text;
@@ -240,7 +240,7 @@ const char* reset_cause(std::uint8_t number) {
 std::string details(const void* telemetry, const Style& style) {
   if (telemetry == nullptr) return "";
   std::string text = style.dim(
-                         "leg    address firmware reset      up       last heard    replies "
+                         "leg    address firmware reset      up       last reply    replies "
                          "resends  flags time left") +
                      "\n";
   for (const lss_ZebroModule& m : sample(telemetry).modules) {

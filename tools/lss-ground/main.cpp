@@ -56,7 +56,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--origin", options.server.origins,
                  "page that may connect besides our own, of a proxy: https://ground.example");
   app.add_option("--lease-ms", options.lease_ms,
-                 "a vehicle stops safely so long after the page was heard last")
+                 "a vehicle stops safely this long after the last heartbeat of the page")
       ->check(CLI::Range(500, 60000))
       ->capture_default_str();
   app.add_option("--clients", options.server.clients, "connections at a time; as many to stop by")

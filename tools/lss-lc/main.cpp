@@ -59,7 +59,7 @@ void print(const lc::Verified& vehicle, const lc::Model& model, const lc::Explor
   fmt::print("properties       {} of states, {} of steps, {} of events, {} of the way back\n",
              model.states.each.size(), model.steps.each.size(), model.contracts.size(),
              model.returns.size());
-  fmt::print("time, memory     {:.2f} s, {:.1f} octets a state\n", e.seconds, octets_per_state(e));
+  fmt::print("time, memory     {:.2f} s, {:.1f} bytes a state\n", e.seconds, octets_per_state(e));
   if (e.violation) print_trace(vehicle, model, *e.violation);
   fmt::print("{}\n", e.complete && unused == 0 ? "all hold" : "NOT all hold");
 }
@@ -111,7 +111,7 @@ int main(int argc, char** argv) {
     if (one) option->required()->expected(1);
   };
   auto* exploring = cli.add_subcommand(
-      "explore", "visit every reachable state, hold all properties against every step");
+      "explore", "visit every reachable state, check all properties at every step");
   takes_vehicles(exploring, false);
   exploring->add_flag("--json", as_json, "for a program: a list, an entry for each vehicle");
   exploring->add_option("--threads", threads, "how many share the work; the result is the same")

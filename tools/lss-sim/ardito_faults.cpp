@@ -44,7 +44,7 @@ constexpr FaultArgument kClutch[] = {kWheel, mode_of("0 does not close, 1 does n
 constexpr FaultArgument kSteered1[] = {kSteeredWheel};
 constexpr FaultArgument kSteeringGear[] = {kSteeredWheel,
                                            mode_of("0 jammed, 1 lost its coupling", 1)};
-constexpr FaultArgument kHot[] = {kWheel, {"DEGC", "at which the motor is held", -100, 200}};
+constexpr FaultArgument kHot[] = {kWheel, {"DEGC", "of the motor", -100, 200}};
 
 constexpr FaultArgument kNode = node_of(kNodes);
 constexpr FaultArgument kNode1[] = {kNode};
@@ -87,14 +87,14 @@ constexpr FaultKind kFaultKinds[] = {
     {"SRG", kSteeringGear, "steering reduction gear", false, 1},
     {"E-SM", kSteered1, "encoder of a steering motor stays where it is", false, 1},
     {"E-SRG", kSteered1, "encoder of a steering gear stays where it is", false, 1},
-    {"motor-hot", kHot, "a traction motor is held at this temperature", false, 1},
-    {"node-silent", kNode1, "a node neither speaks nor hears, and goes on by itself", false, 1},
+    {"motor-hot", kHot, "a traction motor has this temperature", false, 1},
+    {"node-silent", kNode1, "a node neither sends nor receives, and continues by itself", false, 1},
     {"node-reboot", kNode1, "a node restarts once", true, 1},
     {"emcy", kEmcy, "a node reports this error until it is cleared", false, 2},
     {"emcy-storm", kStorm, "a node sends EMCY after EMCY", false, 1},
     {"drive-fault", kDriveFault, "a drive goes to fault once, with this EMCY", true, 1},
     {"babble", kBabble, "a node sends frames that nobody asked for", false, 1},
-    {"foreign-frames", kForeign, "frames of nodes and kinds that do not belong here"},
+    {"foreign-frames", kForeign, "frames of unknown nodes and types"},
     {"wrong-pdo-length", kLength, "a node's PDOs are too long or too short", false, 1},
     {"sdo-abort", kAbort, "a node refuses every SDO", false, 1},
     {"wrong-device-type", kType, "a node is another device", false, 1},
@@ -102,7 +102,7 @@ constexpr FaultKind kFaultKinds[] = {
     {"drift", kDrift, "a value of a node runs away", false, 2},
     {"encoder-jump", kJump, "a value of a node is wrong by this", false, 2},
     {"rocker-encoder", kRocker, "an encoder of the suspension gives a constant", false, 1},
-    {"imu-silent", {}, "the IMU neither speaks nor hears"},
+    {"imu-silent", {}, "the IMU neither sends nor receives"},
     {"imu-stuck", {}, "the IMU's values and counter stand, its node goes on"},
     {"imu-jump", kImuJump, "the IMU's speed is wrong"},
     {"e-stop-button", {}, "the emergency-stop button is pressed"},

@@ -143,7 +143,7 @@ int main(int argc, char** argv) {
     add_run_options(*command, arguments, vehicle->can_address());
     vehicle->add_options(*command);
   }
-  CLI::App* fault = app.add_subcommand("fault", "break or mend something while a simulator runs");
+  CLI::App* fault = app.add_subcommand("fault", "set or clear a fault while a simulator runs");
   fault->add_option("--dir", arguments.fault_folder, "folder of the running simulator")->required();
   fault->add_option("fault", arguments.fault_text, "KIND[:ARG...], clear, or clear:KIND")
       ->required();

@@ -180,7 +180,7 @@ class TalarisKind final : public VehicleKind {
         ->capture_default_str();
     command
         .add_option("--altimeter", altimeter_points_,
-                    "down or sideways; where the stand wants it unless told otherwise")
+                    "down or sideways; default: as the stand needs it")
         ->check(CLI::IsMember({"down", "sideways"}).description(""));
     command.add_option("--altimeter-at", altimeter_at_m_, "its place from the IMU: x y z, m")
         ->expected(3)

@@ -20,14 +20,14 @@ constexpr FaultArgument kDrag[] = {
     kUnit, {"TORQUE_NM", "that drags at the shaft", 0, 5, false, true, 1.0}};
 constexpr FaultArgument kTemperature[] = {kUnit, {"DEGC", "of the motor", -150, 200}};
 constexpr FaultKind kFaultKinds[] = {
-    {"module-dead", kModule, "neither hears nor answers, its motor is off", false, true},
+    {"module-dead", kModule, "neither receives nor answers, its motor is off", false, true},
     {"module-reset", kModule, "restarts once: position and calibration are lost", true, true},
     {"leg-stuck", kModule, "the shaft is blocked where it is", false, true},
     {"over-current", kDrag, "the shaft drags: the motor draws more, or stalls", false, true},
     {"driver-fault", kModule, "the motor driver fails whenever it is on, until a reset", false,
      true},
     {"hall-lost", kModule, "its calibration sensor sees nothing", false, true},
-    {"temperature", kTemperature, "the motor is held at this temperature", false, true},
+    {"temperature", kTemperature, "the motor has this temperature", false, true},
 };
 
 constexpr double kBlocked_Nm = 5;  // holding torque of a blocked shaft

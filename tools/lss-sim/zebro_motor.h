@@ -30,8 +30,8 @@ inline constexpr double kMaxSpeed_rad_s = kGearLimit_rpm * kRpm_rad_s / kGear;  
 inline constexpr double kFriction_Nm = 0.073e-3;
 inline constexpr double kFriction_Nm_rpm =
     (kNoLoad_A * kTorqueConstant_Nm_A - kFriction_Nm) / kNoLoad_rpm;
-// Voltage loss of the driver's switches and the windings' inductance at no load: the part of the 12 V
-// that the other terms do not explain.
+// Voltage loss of the driver's switches and the windings' inductance at no load: the part of the 12
+// V that the other terms do not explain.
 inline constexpr double kDriverDrop_V =
     kSupply_V - kNoLoad_A * kResistance_Ohm - kNoLoad_rpm * kRpm_rad_s * kTorqueConstant_Nm_A;
 // Of four planetary stages under load, from the stall torque: 0.485.

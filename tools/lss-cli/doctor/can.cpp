@@ -35,7 +35,7 @@ void judge_state(Finding& finding, const std::string& interface, const CanLink& 
       return;
     default:
       finding.result = Result::problem;
-      finding.meaning = "the interface has left the bus: nothing is sent or heard";
+      finding.meaning = "the interface is off the bus: it sends and receives nothing";
       finding.mend = fmt::format(
           "check bit rate, termination and wires; then: ip link set {} down; "
           "ip link set {} up type can restart-ms 100",
@@ -58,7 +58,7 @@ Finding check_can(const System& system, const std::string& interface) {
   const std::optional<std::int64_t> type = read_number(folder / "type");
   if (!type) {
     finding.found = fmt::format("there is no interface {}", interface);
-    finding.meaning = "lssd hears and says nothing on this bus";
+    finding.meaning = "lssd receives and sends nothing on this bus";
     finding.mend =
         interface.starts_with("v")
             ? fmt::format("ip link add {} type vcan; ip link set {} up", interface, interface)
@@ -73,7 +73,7 @@ Finding check_can(const System& system, const std::string& interface) {
   }
   if ((read_number(folder / "flags").value_or(0) & IFF_UP) == 0) {
     finding.found = fmt::format("{} is down", interface);
-    finding.meaning = "lssd hears and says nothing on this bus";
+    finding.meaning = "lssd receives and sends nothing on this bus";
     finding.mend =
         fmt::format("ip link set {} up{}", interface,
                     interface.starts_with("v")
@@ -87,9 +87,10 @@ Finding check_can(const System& system, const std::string& interface) {
     judge_state(finding, interface, *link);
   } else {
     finding.found = fmt::format("{}: up{}", interface,
-                                link && link->kind == "vcan" ? ", virtual" : ", state not told");
+                                link && link->kind == "vcan" ? ", virtual" : ", state unknown");
     finding.meaning = "a virtual bus has no bit rate and no errors";
-    if (!link || link->kind != "vcan") finding.meaning = "its driver does not tell how the bus is";
+    if (!link || link->kind != "vcan")
+      finding.meaning = "its driver does not report the state of the bus";
   }
   if (finding.result == Result::good && link && link->state && link->restart_ms == 0) {
     finding.result = Result::note;

@@ -19,7 +19,7 @@ constexpr double kGoodRead_ns = 200, kSlowRead_ns = 1000;  // by the vDSO 20 to 
 constexpr double kStep_s = 0.001;  // reading two clocks one after the other takes less
 
 constexpr const char* kStepMeans =
-    "lssd lives by the monotonic clock; a step makes the UTC stamps of status and events jump, and "
+    "lssd runs on the monotonic clock; a step makes the UTC stamps of status and events jump, and "
     "after a step back a --source that was used before is refused as stale until the clock has "
     "caught up";
 

@@ -24,7 +24,7 @@ Finding judge_contract(const lss_Status& status) {
     finding.result = Result::warning;
     finding.meaning = "it runs, but nothing guarantees that its frames are in time";
     finding.mend =
-        "start it by systemd (lssd@NAME), or mend rtprio_limit and memlock_limit and "
+        "start it by systemd (lssd@NAME), or correct rtprio_limit and memlock_limit and "
         "start it again";
   } else if (status.page_faults_since_start > 0 || status.mallocs_since_start > 0) {
     finding.result = Result::warning;
@@ -45,7 +45,7 @@ Finding judge_parameters(const lss_Status& status) {
   if (wrong.empty()) return finding;
   finding.result = Result::warning;
   finding.meaning = wrong;
-  finding.mend = "lss-cli events tells which; lss-cli param save writes both copies anew";
+  finding.mend = "lss-cli events names it; lss-cli param save writes both copies again";
   return finding;
 }
 

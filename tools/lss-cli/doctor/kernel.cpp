@@ -21,14 +21,14 @@ Finding check_kernel(const System& system) {
   if (realtime) {
     return {.name = "kernel",
             .found = fmt::format("Linux {}, PREEMPT_RT", release),
-            .meaning = "threads of lssd wake up within microseconds, whatever drivers do"};
+            .meaning = "threads of lssd wake up within microseconds, independent of drivers"};
   }
   return {.name = "kernel",
           .result = Result::warning,
           .found = fmt::format("Linux {} without PREEMPT_RT ({})", release, version),
           .meaning =
               "threads of lssd mostly wake up in time, but nothing bounds the latest: drivers "
-              "may hold a CPU for milliseconds",
+              "may occupy a CPU for milliseconds",
           .mend = "apt-get install linux-image-rt-amd64 (or linux-image-rt-arm64), then reboot"};
 }
 
@@ -38,7 +38,7 @@ Finding check_throttle(const System& system) {
   const auto period_us = read_number(system.proc / "sys/kernel/sched_rt_period_us");
   if (!runtime_us || !period_us || *period_us <= 0) {
     finding.result = Result::note;
-    finding.found = "the kernel does not tell sched_rt_runtime_us";
+    finding.found = "the kernel does not report sched_rt_runtime_us";
     finding.meaning = "whether real-time threads are throttled is unknown";
     return finding;
   }

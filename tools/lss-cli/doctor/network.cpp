@@ -72,7 +72,7 @@ Finding check_interface(const System& system, const std::string& interface) {
   }
   if ((*flags & IFF_UP) == 0) {
     finding.found = interface + " is down";
-    finding.meaning = "nobody is heard or reached through it";
+    finding.meaning = "no participant is reachable through it";
     finding.mend = fmt::format("ip link set {} up", interface);
     return finding;
   }
@@ -82,11 +82,11 @@ Finding check_interface(const System& system, const std::string& interface) {
   finding.found =
       fmt::format("{} is up, {} the multicast flag", interface, multicast ? "with" : "without");
   finding.meaning =
-      "nothing leaves this machine; DDS is told that multicast works on loopback, "
-      "whatever its flag says";
+      "nothing leaves this machine; DDS is configured for multicast on loopback, "
+      "regardless of its flag";
   if (loopback) return finding;
   finding.meaning =
-      "whoever is on this network can command the vehicle: DDS neither authenticates "
+      "every host on this network can command the vehicle: DDS neither authenticates "
       "nor encrypts";
   if (!multicast) {
     finding.result = Result::warning;

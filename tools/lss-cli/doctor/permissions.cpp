@@ -112,7 +112,7 @@ Finding check_memlock(const System& system) {
                   : fmt::format("up to {:.0f} MB", static_cast<double>(bytes) / 1'048'576);
   Finding finding{.name = "memlock_limit",
                   .found = "locked memory " + amount,
-                  .meaning = "lssd locks its memory, so that a page fault never holds up a frame"};
+                  .meaning = "lssd locks its memory, so that a page fault never delays a frame"};
   if (capable || bytes < 0 || bytes >= kAddressSpace) return finding;
   finding.result = Result::warning;
   finding.meaning += std::string("; ") + kUnit;

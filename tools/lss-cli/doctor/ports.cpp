@@ -118,7 +118,7 @@ Finding refused(const System& system, const std::string& name, const fs::path& d
 std::string latency(const SerialAnswer& answer) {
   if (answer.pseudo) return "low latency does not apply to a pseudo-terminal";
   if (!answer.low_latency) {
-    return "its driver has no low-latency switch: a USB adapter may hold bytes back for 16 ms";
+    return "its driver has no low-latency switch: a USB adapter may delay bytes by 16 ms";
   }
   return *answer.low_latency ? "low latency is on" : "low latency is off until lssd switches it on";
 }

@@ -354,7 +354,7 @@ void Layout::check(Octets message) const {
                      message[1] == kLittleEndianCdr;
   if (plain && message.size() >= kEncapsulation + size_) return;
   throw Failure(ExitCode::usage,
-                fmt::format("a message of {} octets is no {} in little-endian CDR", message.size(),
+                fmt::format("a message of {} bytes is no {} in little-endian CDR", message.size(),
                             type_.name),
                 "the file is damaged, or was not made by lss-cli record");
 }

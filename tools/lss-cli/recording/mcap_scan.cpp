@@ -246,7 +246,7 @@ Scan scan(const std::string& path, Octets file) {
     result.whole = ends_whole(file, reader.at());
     if (!result.whole) result.complaint = "its summary is torn";
   } catch (const Torn&) {
-    result.complaint = fmt::format("it is torn or damaged at octet {}", result.end);
+    result.complaint = fmt::format("it is torn or damaged at byte {}", result.end);
   } catch (const Failure& e) {
     throw Failure(e.code(), fmt::format("{}: {}", path, e.what()), e.advice());
   }

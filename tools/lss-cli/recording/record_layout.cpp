@@ -132,14 +132,14 @@ class RecordLayout::Walk {
  private:
   const std::uint8_t* octets(std::size_t count) {
     if (record_.size() - at_ < count)
-      broken(fmt::format("one ends after {} octets, in the middle of a field", record_.size()));
+      broken(fmt::format("one ends after {} bytes, in the middle of a field", record_.size()));
     const std::uint8_t* begin = record_.data() + at_;
     at_ += count;
     return begin;
   }
   void end() const {
     if (at_ != record_.size())
-      broken(fmt::format("one has {} octets, its fields have {}", record_.size(), at_));
+      broken(fmt::format("one has {} bytes, its fields have {}", record_.size(), at_));
   }
 
   Json text(const Node& node) {

@@ -143,7 +143,7 @@ void add_states(const recording::Recording& recording, Page& page) {
 }
 
 void add_timing(const recording::Recording& recording, Page& page) {
-  page.section("Timing", "Of every frame that was heard: from its boundary to the step named.");
+  page.section("Timing", "For every recorded frame: from its boundary to the named step.");
   TimingCollector<Points> collector;
   each(recording, "lss/timing",
        [&](const Message&, const Fields& fields) { collector.add(points_of(fields)); });

@@ -60,7 +60,7 @@ function events(vehicle: Vehicle) {
 function timing(vehicle: Vehicle) {
   const t = vehicle.timing;
   show($("timing"), [vehicle.id, t?.until_ns], () => {
-    if (!t) return [el("p", {class: "empty"}, "No timing was heard yet.")];
+    if (!t) return [el("p", {class: "empty"}, "No timing was received yet.")];
     const us = (value: unknown) => fixed(value, 1);
     const rows = Object.entries(t.points as Json).map(([name, p]) => [name, us(p.mean_us), us(p.sigma_us), us(p.p50_us), us(p.p99_us), us(p.p999_us), us(p.max_us)]);
     return [el("p", {}, `${t.frames} frames of ${fixed(t.period_ns * 1e-6, 0)} ms · ${t.missed.overruns} commands late · ${t.missed.repeated} repeated · ${t.missed.skipped} frames skipped · least margin ${us(t.margin?.min_us)} µs`),
@@ -109,5 +109,5 @@ function parts(vehicle: Vehicle) {
   const tables = kind && vehicle.telemetry ? kind.tables(vehicle.telemetry) : [];
   show($("parts"), [vehicle.id, tables, s?.frame?.index], () => [...tables.map(table), s && el("p", {class: "hint"},
     `frame ${s.frame.index}, ${s.frame.overruns} overruns · ${s.counters.commands_rejected} commands rejected · ${s.counters.safe_commands} safe commands · ` +
-    `OBC heard ${age(s.link.obc_age_ms)} ago · real time ${s.realtime.policy}, ${s.realtime.granted ? "granted" : "not granted"} · shared memory ${s.shared_memory} · lssd ${s.version}`)]);
+    `last OBC message ${age(s.link.obc_age_ms)} ago · real time ${s.realtime.policy}, ${s.realtime.granted ? "granted" : "not granted"} · shared memory ${s.shared_memory} · lssd ${s.version}`)]);
 }

@@ -63,9 +63,9 @@ export class Fleet {
     show(list, [rows, this.chosen?.id], () => {
       const option = (row: typeof rows[0]) => el("option", {value: row.id, selected: row.id === this.chosen?.id, class: row.living ? "" : "silent"}, row.text);
       const silent = rows.filter((row) => !row.living);
-      return [!this.chosen && el("option", {value: "", selected: true, disabled: true}, rows.length ? "none lives: choose" : "no vehicle"),
+      return [!this.chosen && el("option", {value: "", selected: true, disabled: true}, rows.length ? "none runs: choose" : "no vehicle"),
         ...rows.filter((row) => row.living).map(option),
-        silent.length > 0 && el("optgroup", {label: "not heard any more"}, ...silent.map(option))];
+        silent.length > 0 && el("optgroup", {label: "silent"}, ...silent.map(option))];
     });
     list.classList.toggle("silent", Boolean(this.chosen) && !this.chosen!.living);
   }
@@ -74,5 +74,5 @@ export class Fleet {
 // In minutes: a list that changes every second is unreadable.
 export function silence(vehicle: Vehicle): string {
   const ms = vehicle.silent_ms;
-  return ms === null ? "never heard" : ms < 60_000 ? "silent" : `silent for ${Math.floor(ms / 60_000)} min`;
+  return ms === null ? "no message" : ms < 60_000 ? "silent" : `silent for ${Math.floor(ms / 60_000)} min`;
 }

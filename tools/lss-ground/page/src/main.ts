@@ -121,7 +121,7 @@ function links() {
     const silent_ms = v.silent_ms, ours = Math.min(lease_ms, 1500), obc_ms = s?.link?.obc_age_ms;
     rows.push(["daemon", v.links.alive ? age(silent_ms) : "gone", v.living && silent_ms! < Math.max(lease_ms, 1500) ? "good" : "bad"]);
     rows.push(["telemetry", age(v.links.telemetry_age_ms), v.living ? tone(v.links.telemetry_age_ms, ours) : "bad"]);
-    rows.push(["OBC heard", v.living ? age(obc_ms) : "?", v.living && s?.authority ? tone(obc_ms) : "dim"]);
+    rows.push(["OBC message", v.living ? age(obc_ms) : "?", v.living && s?.authority ? tone(obc_ms) : "dim"]);
     rows.push(["record", !v.living ? "?" : s?.recording ? "● recording" : "NOT RECORDING", !v.living ? "dim" : s?.recording ? "rec" : "warn"]);
   }
   show($("links"), rows, () => rows.map(([name, value, tone]) => el("div", {class: tone}, el("dt", {}, name), el("dd", {}, value))));
@@ -134,10 +134,10 @@ function lost() {
   const s = v?.status, mine = s && s.authority && s.authority === lastSource;
   const does = v ? roster[v.kind]?.safe ?? "comes to a safe stop" : "";
   const was = s ? `${v!.id} was ${s.state}${s.mode && s.state === "Operational" ? `, ${s.mode}` : ""}` : "";
-  const now = gone ? `The daemon of ${v!.id} is ${v!.links.alive ? "silent" : "gone"}${v!.silent_ms === null ? "" : `, heard ${age(v!.silent_ms)} ago`}. ${was}. Motors stop by themselves without it.`
+  const now = gone ? `The daemon of ${v!.id} is ${v!.links.alive ? "silent" : "gone"}${v!.silent_ms === null ? "" : `, last message ${age(v!.silent_ms)} ago`}. ${was}. Motors stop by themselves without it.`
     : !s ? "No connection to the gateway."
     : `Connection lost${data.heard_ms ? ` ${(data.silent_ms / 1000).toFixed(1)} s ago` : ""}. ${was}. ` +
-      (s.state !== "Operational" ? "It does not move." : mine ? `Without your heartbeat it ${does}, ${(lease_ms / 1000).toFixed(0)} s after it was heard last.`
+      (s.state !== "Operational" ? "It does not move." : mine ? `Without your heartbeat it ${does}, ${(lease_ms / 1000).toFixed(0)} s after the last one.`
         : s.authority ? `${sourceName(s.authority)} commands it.` : "Nobody commands it.");
   banner.textContent = `${now} ${data.refused ? "A key is needed." : data.lost ? "Connecting again …" : ""}`;
 }
@@ -150,25 +150,25 @@ function rivals() {
   banner.hidden = !rows.length;
   show(banner, rows, () => rows.map(({id, daemons}) => el("div", {}, `${daemons.length === 2 ? "Two" : daemons.length} daemons have the name ${id}: `,
     ...daemons.flatMap((d, i) => [i ? " and " : "", el("b", {}, `host ${d.host || "?"}, pid ${d.pid}`), `, started ${new Date(d.started_utc_ns / 1e6).toISOString().slice(0, 19).replace("T", " ")} UTC`]),
-    ". Both obey what is commanded. Stop one of them, or give it another vehicle_id.")));
+    ". Both execute commands. Stop one of them, or give it another vehicle_id.")));
   $("crowded").hidden = !crowded || data.lost;
-  $("crowded").textContent = "More vehicles speak on this domain than the page has room for. Somebody may invent them. STOP ALL reaches every one.";
+  $("crowded").textContent = "There are more vehicle names on this domain than the page can list. Some may be invented. STOP ALL reaches every one.";
 }
 
 function header() {
   const v = fleet.chosen, s = v?.status, living = v?.living;
   const tone = !s || !living ? "dim" : s.state === "FatalError" ? "bad" : s.state === "SolveErrors" ? "warn" : s.state === "Operational" ? "good" : "calm";
-  const does = !s ? "" : !living ? `as heard last${v!.silent_ms === null ? "" : `, ${age(v!.silent_ms)} ago`}` : s.state === "Operational" ? s.progress : s.state === "Idle" ? "motors off" : "";
+  const does = !s ? "" : !living ? `as last received${v!.silent_ms === null ? "" : `, ${age(v!.silent_ms)} ago`}` : s.state === "Operational" ? s.progress : s.state === "Idle" ? "motors off" : "";
   show($("state"), [s?.state, does, tone, fleet.vehicles.size], () => s ? [el("b", {class: tone}, s.state), el("span", {}, does)]
-    : [el("span", {}, fleet.vehicles.size ? "no vehicle is heard" : "waiting for a vehicle …")]);
-  document.title = s ? `${v!.id}: ${living ? `${s.state}${s.state === "Operational" ? `, ${s.mode}` : ""}` : "not heard"}` : "lss-ground";
+    : [el("span", {}, fleet.vehicles.size ? "no vehicle found" : "waiting for a vehicle …")]);
+  document.title = s ? `${v!.id}: ${living ? `${s.state}${s.state === "Operational" ? `, ${s.mode}` : ""}` : "silent"}` : "lss-ground";
 }
 
 function problems() {
   const chosen = fleet.chosen, list = chosen?.status?.problems ?? [];
   show(document.querySelector("#problems div")!, [chosen?.id, Boolean(chosen?.status), chosen?.living, list], () => list.length
     ? list.map((p: Json) => el("p", {class: p.error ? "bad" : "warn"}, el("b", {}, p.text), p.advice && el("span", {}, `→ ${advice(p.advice)}`)))
-    : [el("p", {class: "dim"}, !chosen?.status ? "" : chosen.living ? "None." : "Not known: it is not heard.")]);
+    : [el("p", {class: "dim"}, !chosen?.status ? "" : chosen.living ? "None." : "Unknown: it is silent.")]);
 }
 
 function overlay() {

@@ -33,7 +33,7 @@ export class Parameters {
   private not = new Map<string, string>();  // the reason against it, by `when`, and of "save"; empty: allowed
   private readonly words = el("input", {type: "search", placeholder: "words", "aria-label": "Words to find parameters by"}) as HTMLInputElement;
   private readonly differs = el("input", {type: "checkbox"}) as HTMLInputElement;
-  private readonly save = button("save", "keep all values beyond the next start", () => this.keep());
+  private readonly save = button("save", "keep all values for the next start", () => this.keep());
   private readonly resetAll = button("reset all", "all as the configuration says", () => this.asConfigured(this.rows));
   private readonly state = el("p", {class: "hint"});
   private readonly answer = el("p", {class: "answer", role: "status"});
@@ -129,7 +129,7 @@ export class Parameters {
     const why = items.length ? [...new Set(items.map((i) => i.change))].map((c) => [kWhen[c], this.why(c)]).filter(([, w]) => w && w !== "…") : [];
     const reason = why.length > 1 && why.every(([, w]) => w === why[0][1]) ? why[0][1] : why.map(([c, w]) => `what changes ${c}: ${w}`).join("; ");
     const differs = [configured && `${configured} not as configured`, unsaved && `${unsaved} not saved`].filter(Boolean).join(", ");
-    const line = items.length ? [differs || "all as configured and saved", reason].filter(Boolean).join(" · ") : "No parameters were heard yet.";
+    const line = items.length ? [differs || "all as configured and saved", reason].filter(Boolean).join(" · ") : "No parameters were received yet.";
     if (this.state.textContent !== line) this.state.textContent = line;
     this.save.disabled = !items.length || this.why("save") !== "";
     this.resetAll.disabled = !this.rows.some((row) => !row.reset.disabled);
