@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# check.sh PAGE PROGRAM [WORD...]: the manual page formats without a complaint and has every option and every verb that
-# `PROGRAM WORD... --help` tells.
+# check.sh PAGE PROGRAM [WORD...]: the manual page formats without a complaint and has every option and every verb of
+# `PROGRAM WORD... --help`.
 set -euo pipefail
 page=$1
 shift
