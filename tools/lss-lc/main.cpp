@@ -61,7 +61,7 @@ void print(const lc::Verified& vehicle, const lc::Model& model, const lc::Explor
              model.returns.size());
   fmt::print("time, memory     {:.2f} s, {:.1f} bytes a state\n", e.seconds, octets_per_state(e));
   if (e.violation) print_trace(vehicle, model, *e.violation);
-  fmt::print("{}\n", e.complete && unused == 0 ? "all hold" : "NOT all hold");
+  fmt::print("{}\n", e.complete && unused == 0 ? "all satisfied" : "NOT all satisfied");
 }
 
 int explore(const std::vector<const lc::Verified*>& vehicles, bool as_json, unsigned threads) {
