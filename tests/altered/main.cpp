@@ -1,5 +1,5 @@
-// lssd --replay with numbers that are not what they are in lssd (CMakeLists.txt names them): what
-// lssd recorded must not be what this program makes of it.
+// lssd --replay with altered numbers (CMakeLists.txt names them): its outputs must differ from a
+// recording of lssd.
 
 #include <cstdio>
 

@@ -1,7 +1,7 @@
 #pragma once
 
-// A program that means no good, made from the IDL and libddsc alone: modes that send what a vehicle
-// must stand, and a plain client that stops it. On the loopback only.
+// A hostile program, built from the IDL and libddsc alone: modes that send what a vehicle must
+// stand, and a plain client that stops it. On the loopback only.
 
 #include <cstdint>
 #include <cstdio>
@@ -40,7 +40,7 @@ lss_Command command(const std::string& vehicle, const std::string& source, std::
 lss_Heartbeat heartbeat(const std::string& vehicle, const std::string& source,
                         std::uint64_t counter);
 
-// One participant with what a mode needs of it. A failure ends the program with a message.
+// One participant with the entities of a mode. A failure ends the program with a message.
 class Wire {
  public:
   explicit Wire(dds_domainid_t domain);
@@ -78,7 +78,7 @@ class Counts {
 };
 
 // Calls `send` with 0, 1, 2, ... at the rate until the time is over or a signal came; counts what
-// was taken and what was refused. What is more than 20 ms behind is left out, not caught up.
+// was taken and what was refused. Messages more than 20 ms behind are skipped.
 void at_rate(const Options& options, Counts& counts,
              const std::function<dds_return_t(std::uint64_t)>& send);
 void say_ready();

@@ -34,7 +34,7 @@ int flood_heartbeats(const Options& o, Counts& counts) {
   return 0;
 }
 
-// Nothing of it moves a vehicle, or stops one: what is valid is `data` or a dry run.
+// None of it moves or stops a vehicle: valid messages are `data` or dry runs.
 int flood_commands(const Options& o, Counts& counts) {
   Wire wire(o.domain);
   const dds_entity_t writer = wire.writer(Topic::command);

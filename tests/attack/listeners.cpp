@@ -1,4 +1,4 @@
-// Modes that listen: what was heard is sent again, and what is never taken.
+// Modes that listen: replay of received messages, and readers that never take samples.
 
 #include <algorithm>
 #include <cstdlib>

@@ -62,7 +62,7 @@ int main(int argc, char** argv) {
     }
   }
   if (!(options.rate > 0 && options.rate <= 1e6) || !(options.seconds > 0)) return usage();
-  attack::ended();  // hears signals from here on
+  attack::ended();  // receives signals from here on
   for (const Mode& mode : kModes) {
     if (std::strcmp(mode.name, argv[1]) != 0) continue;
     Counts counts(mode.name);

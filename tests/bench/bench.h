@@ -1,6 +1,6 @@
 #pragma once
 
-// What the rows of lss-bench share: a figure is the median of at least five ratios against a
+// Common part of the rows of lss-bench: a figure is the median of at least five ratios against a
 // reference of the same run, with the ratio of the reference to itself (A/A) beside it, which says
 // how far a ratio can be trusted. Ordinary code; what runs on FIFO threads only puts numbers down.
 
@@ -60,7 +60,7 @@ struct Figure {
   std::string held_back{};  // by what, when the goal is not met
   bool failed = false;      // not measured, since something broke
 
-  std::string remark() const;       // the note, and what holds it back when that is so
+  std::string remark() const;       // the note, and the bottleneck, if any
   std::optional<bool> met() const;  // nothing: no goal, or not measured
 };
 
@@ -72,12 +72,12 @@ Figure figure_of(const std::string& row, const std::string& name, const std::str
 // The maximum of all rounds.
 Figure most(const std::string& row, const std::string& name, const std::string& unit,
             const Rounds& rounds);
-// How many samples of all rounds are beyond the bound; goal: none.
+// Number of samples above the limit in all rounds; goal: none.
 Figure missed(const std::string& row, const std::string& name, const Rounds& rounds, double bound);
 Figure to_be_none(Figure figure);  // the goal is 0
 Figure noted(Figure figure, const std::string& note);
 Figure held_back(Figure figure, const std::string& by);
-// For what stands beside the row's goals.
+// For figures without a goal.
 Figure not_measured(const std::string& row, const std::string& name, const std::string& why);
 
 // This machine cannot measure the row; the message says why in one sentence.

@@ -46,7 +46,7 @@ int main(int argc, char** argv) {
   for (int i = 0; i < 12; ++i) sample.source[6 + i] = (char)('a' + guid.v[i] % 26);
   sample.kind = (uint16_t)atoi(argv[3]);
   sample.flags = (uint16_t)atoi(argv[4]);
-  // The other end may not know our reader yet, so what is not answered is sent again.
+  // The other end may not know our reader yet, so an unanswered message is sent again.
   for (int i = 0; i < 100; ++i) {
     ++sample.seq;
     if (dds_write(writer, &sample) != DDS_RETCODE_OK) return 2;

@@ -1,5 +1,5 @@
 // The least a DDS program can do to answer commands: a listener that takes them and writes an
-// acknowledgement. It also hears telemetry and throws it away, so that a writer has a reader.
+// acknowledgement. It also reads and discards telemetry, so that a writer has a reader.
 //
 //   bench-dds-echo DOMAIN
 #include <stdio.h>

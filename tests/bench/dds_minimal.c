@@ -1,5 +1,5 @@
-// The least a daemon of this kind can be: a DDS participant with a reader and a writer, six threads
-// that sleep, memory locked as it is touched; says READY=1 as systemd's services do, and waits.
+// A minimal daemon of this type: a DDS participant with a reader and a writer, six threads that
+// sleep, memory locked as it is touched; says READY=1 as systemd's services do, and waits.
 //
 //   bench-dds-minimal DOMAIN
 #define _GNU_SOURCE

@@ -23,7 +23,7 @@ ROWS = "i,ii,vi,xi"
 REFERENCES = ["bench-pty-echo", "bench-can-loop"]
 LIMIT_S = 3600
 REPEATS = 0.2  # a maximum of one run against the other
-# What the system does now and then falls on a cycle of one machine and not of the other.
+# Rare activity of the system falls on a cycle of one machine and not of the other.
 QUIET = ("systemctl stop '*.timer' systemd-journald.socket systemd-journald-dev-log.socket systemd-journald-audit.socket "
          "systemd-journald systemd-udevd-control.socket systemd-udevd-kernel.socket systemd-udevd; "
          "echo 3600 > /proc/sys/vm/stat_interval; echo 0 > /proc/sys/vm/dirty_writeback_centisecs; sync")
@@ -45,7 +45,7 @@ def libraries(path):
 
 
 def bring(share, bench):
-    """What the box has not: lss-bench, its references, cyclictest."""
+    """Files missing in the box: lss-bench, its references, cyclictest."""
     references = os.path.join(os.path.dirname(bench), "../tests/bench")
     cyclictest = shutil.which("cyclictest")
     if cyclictest is None:

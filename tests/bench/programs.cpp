@@ -149,7 +149,7 @@ double rss_mb(pid_t pid) {
 
 namespace {
 
-// So far: what the machine spent, less what we and our ended children did.
+// So far: CPU time of the machine without that of this process and its ended children.
 double others_s() {
   std::istringstream stat(read_file("/proc/stat"));
   std::string cpu;
@@ -265,7 +265,7 @@ Samples Cyclictest::latencies() {
   Samples samples;
   for (const auto& [latency, count] : thread.at("histogram").items())
     samples.insert(samples.end(), count.get<std::size_t>(), std::stod(latency) * unit_us_);
-  // What the histogram had no place for.
+  // Samples outside the histogram.
   const double most = thread.at("max").get<double>() * unit_us_;
   if (samples.size() < static_cast<std::size_t>(cycles_))
     samples.resize(static_cast<std::size_t>(cycles_), most);
@@ -286,7 +286,7 @@ RoudiLock::~RoudiLock() {
     for (const std::string& file :
          {std::string("/dev/shm/iceoryx_mgmt"), segment, std::string("/tmp/roudi"),
           std::string("/tmp/roudi.lock"), std::string("/tmp/iox-unique-roudi.lock")}) {
-      if (!dds::find_roudi()) ::unlink(file.c_str());  // never those of one that lives
+      if (!dds::find_roudi()) ::unlink(file.c_str());  // never those of a running one
     }
   }
   if (fd_ >= 0) ::close(fd_);

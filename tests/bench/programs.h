@@ -42,7 +42,7 @@ class Process {
  public:
   using Environment = std::vector<std::pair<std::string, std::string>>;
 
-  // Output goes to the file, which is made anew. Throws NotHere when the program cannot be run.
+  // Output goes to the file, which is replaced. Throws NotHere when the program cannot be run.
   Process(const std::vector<std::string>& words, const std::filesystem::path& output,
           const Environment& environment = {});
   ~Process();  // kill -9 when it still runs
@@ -79,7 +79,7 @@ class Others {
   double begin_s_;
 };
 
-// While it lives the calling thread, and what it starts, runs on that CPU.
+// During its lifetime the calling thread and its children run on that CPU.
 class OnCpu {
  public:
   explicit OnCpu(int cpu);
@@ -100,7 +100,7 @@ class ReadySocket {
   ReadySocket& operator=(const ReadySocket&) = delete;
 
   std::pair<std::string, std::string> variable() const { return {"NOTIFY_SOCKET", path_}; }
-  // When it was heard; throws when it was not in time.
+  // The time of reception; throws after the time limit.
   TimeNs wait(std::chrono::seconds limit = std::chrono::seconds(20));
 
  private:
@@ -130,7 +130,7 @@ class Daemon {
 // cyclictest at a priority on a CPU; ends by itself.
 class Cyclictest {
  public:
-  // Finer than it is long: in nanoseconds latencies above 1 ms are told apart only by their
+  // Finer than it is long: in nanoseconds latencies above 1 ms are distinguished only by their
   // maximum.
   enum class Unit { nanoseconds, microseconds };
   // In a machine that counts instructions, all of which cost time of the host: idle CPUs sleep, as

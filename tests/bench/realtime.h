@@ -1,6 +1,6 @@
 #pragma once
 
-// FIFO threads of lss-bench: what the rows with real-time threads share.
+// FIFO threads of lss-bench: common part of the rows with real-time threads.
 
 #include <sys/types.h>
 
@@ -17,7 +17,7 @@ namespace lss::bench {
 inline constexpr int kActuatePriority = 85, kBusPriority = 80, kFramePriority = 70,
                      kHardwarePriority = 60;
 
-// Subject and reference share one CPU, the last; what stands for hardware is on the first.
+// Subject and reference share one CPU, the last; the simulated hardware is on the first.
 int measured_cpu();
 inline constexpr int kHardwareCpu = 0;
 
@@ -41,7 +41,7 @@ inline void run_fifo(const std::string& name, int priority, int cpu, std::functi
 // CPU time of the calling thread so far.
 double thread_cpu_s();
 
-// A pseudo-terminal: we hold one end, the subject opens the other by its name.
+// A pseudo-terminal: we have one end, the subject opens the other by its name.
 class Terminal {
  public:
   Terminal();

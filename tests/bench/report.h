@@ -1,6 +1,6 @@
 #pragma once
 
-// What lss-bench says: a table, JSON, or the document docs/performance.md.
+// Output of lss-bench: a table, JSON, or the document docs/performance.md.
 
 #include <string>
 
@@ -11,7 +11,7 @@ namespace lss::bench {
 std::string table(const Figures& figures);
 std::string json(const Figures& figures);
 
-// What the machine was when the run began.
+// The machine at the start of the run.
 struct Machine {
   std::string cpu, kernel, preemption, governor, date, load;
   unsigned cpus = 0;

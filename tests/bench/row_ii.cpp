@@ -217,7 +217,7 @@ class Chain {
   SensorFrames frames_;
   SerialBus<PacketDriver, SensorFrames*, Order, Reply, Counters> bus_;
   FrameEngine<SensorFrames, Order> engine_;
-  TimingPoints first_, last_;  // before what counts, and at its end
+  TimingPoints first_, last_;  // before the measured part, and at its end
   std::vector<TimeNs> deviations_ns_;
   std::atomic<bool> stop_{false};
   std::list<Fifo> threads_;

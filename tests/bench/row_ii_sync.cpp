@@ -1,5 +1,5 @@
 // Row ii, D.I.A.N.A. Ardito: SYNC, which asks all nodes to measure, leaves before each frame
-// boundary by the configured lead. How far from that it is heard, through the real bus thread and
+// boundary by the configured lead. The deviation at reception, through the real bus thread and
 // master on a UDP port, against a raw program that sleeps to the same times and sends a datagram,
 // at the same time.
 
@@ -29,7 +29,7 @@ constexpr TimeNs kPeriod = 100 * kMillisecond, kOffset = 10 * kMillisecond;
 constexpr int kWarmUpFrames = 20;  // the master begins SYNC at any time and shifts it to its place
 constexpr std::uint32_t kSyncId = 0x080;
 
-// The far end of a CAN bus over UDP: when SYNC is heard.
+// The far end of a CAN bus over UDP: reception time of SYNC.
 class FarEnd {
  public:
   FarEnd() : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {

@@ -42,7 +42,7 @@ class Pinger {
     std::strcpy(command_.source, "lss-bench");
     command_.kind = kKind;
     command_.flags = kFlagDryRun;
-    // What is sent before both ends know each other is not answered.
+    // Messages sent before both ends are matched are not answered.
     if (!eventually([this] { return !times_us(1).empty(); }))
       throw NotHere("nobody acknowledges commands: is loopback up, and multicast allowed on it?");
   }

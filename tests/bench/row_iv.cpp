@@ -1,4 +1,4 @@
-// Row iv: what telemetry costs the frame thread, against a copy of the sample and against writing
+// Row iv: cost of telemetry for the frame thread, against a copy of the sample and against writing
 // it to DDS; and the way from the frame thread of the real daemon to a subscriber, against a
 // program in C that writes to a listener. By the network; the way by shared memory needs a RouDi.
 
@@ -36,7 +36,7 @@ Samples call_ns(int calls, Call&& call) {
   return {static_cast<double>(now_ns() - begin) / calls};
 }
 
-// The compiler may not leave out what was written there.
+// The compiler must not remove this write.
 void keep(const void* memory) { asm volatile("" : : "r"(memory) : "memory"); }
 
 Figures cost(const Options& options) {
@@ -171,7 +171,7 @@ class Subscriber {
   std::mutex mutex_;
   std::map<std::uint64_t, Frame> frames_;
   dds::Participant participant_;
-  dds::Entity telemetry_, timing_;  // last: gone before what their listeners use
+  dds::Entity telemetry_, timing_;  // last: destroyed before the data of their listeners
 };
 
 Figure end_to_end(const Options& options) {

@@ -39,7 +39,7 @@ Samples cycles_us(int baud, int count) {
     cycles.reserve(static_cast<std::size_t>(count));
     TimeNs next = now_ns() + kPeriod;
     TimeNs last = 0;
-    // The first cycles also stop the modules and ask who they are.
+    // The first cycles also stop the modules and request their identity.
     for (int i = -30; i < count; ++i, next += kPeriod) {
       sleep_until(next);
       const TimeNs cycle = bus.report().counters.cycle_ns;

@@ -63,7 +63,8 @@ CanFrame frame(std::uint32_t id, std::uint8_t size, std::uint8_t low = 0, std::u
   return made;
 }
 
-// What the nodes send for a SYNC while drives do as they are told: docs/icd-ardito.md section 5.
+// Messages of the nodes after a SYNC while drives follow their orders: docs/icd-ardito.md section
+// 5.
 std::vector<CanFrame> measurements() {
   std::vector<CanFrame> frames;
   for (const std::uint32_t id : kNodeIds) {
@@ -81,7 +82,7 @@ std::vector<CanFrame> measurements() {
   return frames;
 }
 
-// What one of both made of it, as the nodes saw it.
+// The result of one of both, as received by the nodes.
 struct Seen {
   Samples cycle_us, sync_us, orders_us;
   int missed = 0;  // cycles without SYNC or without all orders
@@ -190,7 +191,7 @@ class Nodes {
   void live() {
     for (const std::uint32_t id : kNodeIds) send(frame(0x700 + id, 1, 0x05));
   }
-  // When the last of all was heard, one of each.
+  // Reception time of the last one, one of each.
   TimeNs wait_for_orders(TimeNs end_ns) {
     unsigned heard = 0;
     for (CanFrame in; next(in, end_ns);) {

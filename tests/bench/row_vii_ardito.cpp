@@ -19,7 +19,7 @@ class Drive {
     if (!rover.settle()) throw std::runtime_error("the rover does not drive");
     begin_ = rover.redundant();
     for (int i = 0; i < frames; ++i) {
-      // Slowly to one side and to the other: what changes faster stops and steers.
+      // Slowly to one side and to the other: a faster change stops and steers.
       rover.request.sigma_rad = 0.05 * std::sin(i * 0.01);
       rover.step();
       recorded_.push_back({rover.request, rover.measured});

@@ -19,7 +19,7 @@ struct Frame {
   std::int64_t end_ns = 0;
 };
 
-// A flight that is calibrated, and what the sensors say then.
+// A calibrated flight, and the sensor readings in it.
 struct Recorded {
   explicit Recorded(int count) {
     Flown flown({}, 1);

@@ -1,6 +1,6 @@
 #pragma once
 
-// What row xi measures: errors of edges at absolute times.
+// Row xi: errors of edges at absolute times.
 
 #include "drivers/time.h"
 #include "tests/bench/bench.h"

@@ -33,7 +33,7 @@ class StopLine {
   void saw_stop(TimeNs begin_ns);
   void begin();                // the thread, by the constructors
   void end();                  // by the destructors
-  virtual void forward() = 0;  // what came, either way; waits for at most 50 ms
+  virtual void forward() = 0;  // received data, in either direction; waits for at most 50 ms
 
  private:
   std::atomic<TimeNs> since_ns_{INT64_MAX}, first_ns_{0}, last_ns_{0};

@@ -27,7 +27,7 @@ constexpr TimeNs kRepeat = 100 * kMillisecond, kPatience = 20 * kSecond;
 // Between stops of the echo, and before one of the daemon: other moments of a frame each time.
 constexpr TimeNs kPause = 5 * kMillisecond;
 constexpr double kGoldenRatio = 0.6180339887498949;
-// The load repeats numbers from 1 on in our name; ours are told apart.
+// The load repeats numbers from 1 on in our name; ours are distinguishable.
 constexpr std::uint64_t kFirstSeq = std::uint64_t{1} << 40;
 
 template <class T>
@@ -247,7 +247,7 @@ void StopDaemon::start_daemon(int domain) {
   ready.wait();
 }
 
-// Until it moves and no stop is on its bus, whatever a busy machine made it do by itself.
+// Until it moves and no stop is on its bus, even after a stop caused by a busy machine.
 TimeNs StopDaemon::moving() {
   constexpr int kTimes = 20;
   for (int i = 0; i < kTimes; ++i) {
@@ -277,7 +277,7 @@ Samples StopDaemon::stops_us(int count) {
   return times;
 }
 
-// From whatever state: a machine that is busy can make a vehicle stop by itself.
+// From any state: a busy machine can make a vehicle stop by itself.
 void StopDaemon::begin_motion() {
   std::string said;
   for (const TimeNs end = now_ns() + kMotion; now_ns() < end;) {

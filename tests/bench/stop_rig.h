@@ -14,7 +14,7 @@
 
 namespace lss::bench {
 
-// What row xiii has to know of a vehicle.
+// The vehicle's data for row xiii.
 struct Stoppable {
   const char* name;           // as in lss-sim and config/NAME.toml
   std::vector<double> start;  // its parameters
@@ -39,13 +39,13 @@ class StopClient {
   static constexpr const char* kSource = "lss-bench";
 
   void wait_for_reader();  // of commands
-  // Until it is begun; else what the daemon says, which is not that it is busy.
+  // Until it is executing; otherwise the daemon's answer, except "busy".
   std::string order(std::uint16_t kind, const std::vector<double>& parameters = {});
   // An emergency stop, again every 0.1 s; when it was sent first. `done` is asked every 0.1 ms.
   TimeNs stop(const std::function<bool()>& done);
   bool completed(std::uint64_t since_seq) const;
   std::uint64_t next_seq() const { return command_.seq + 1; }
-  const lss_Status& status();       // the newest that was heard
+  const lss_Status& status();       // the newest received
   const lss_Status& next_status();  // waits for it
 
  private:
@@ -58,7 +58,7 @@ class StopClient {
   lss_Command command_{};
   lss_Status status_{};
   mutable std::mutex mutex_;
-  std::vector<lss_CommandAck> answers_;  // to what was sent since the last order
+  std::vector<lss_CommandAck> answers_;  // to messages since the last order
 };
 
 // Heartbeats and commands in the name of the client, at 20,000 a second.

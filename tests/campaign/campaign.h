@@ -2,16 +2,15 @@
 
 // Fault campaigns: scenarios that are drawn from their number alone, on the whole chain of a
 // vehicle in virtual time (tests/NAME/chain). A scenario brings the vehicle to where it works,
-// attaches one to three faults of `lss-sim faults NAME` at any moments, sends commands that nobody
-// would send then, loses the operator, mends everything and asks the vehicle to go on. In every
-// frame, whatever happened:
+// attaches one to three faults of `lss-sim faults NAME` at any moments, sends unsuitable commands,
+// loses the operator, clears all faults and restarts the vehicle. In every frame, after any event:
 //
 //   - outside Operational no order moves the vehicle;
-//   - the vehicle is at rest soon after it left Operational, and stays so;
-//   - what is ordered is a number in its range;
+//   - the vehicle is at standstill soon after it left Operational, and stays so;
+//   - every order is a number in its range;
 //   - every command is acknowledged, and ended exactly once;
 //   - the daemon's parts go on: nothing throws, frames count on;
-//   - mended, the vehicle comes back to Idle, and starts again.
+//   - after all faults are cleared, the vehicle returns to Idle and starts again.
 
 #include <cstdint>
 #include <filesystem>
@@ -23,21 +22,21 @@ namespace lss::campaign {
 
 struct Run {
   unsigned number = 0;
-  std::vector<std::string> story;   // what was done, for a person
-  std::vector<std::string> broken;  // what must hold and did not; empty: all held
+  std::vector<std::string> story;   // log of the run, for a person
+  std::vector<std::string> broken;  // violated conditions; empty: none
   double simulated_s = 0;
   std::uint64_t frames = 0;
   unsigned faults = 0, commands = 0, rejected = 0;
   unsigned stops = 0;             // into FatalError
   double slowest_rest_s = 0;      // from leaving Operational
   double slowest_cut_rest_s = 0;  // the same with the bus cut
-  double slowest_idle_s = 0;      // from mended to Idle
+  double slowest_idle_s = 0;      // from clearing of all faults to Idle
 };
 
 struct Subject {
   const char* vehicle;
   const char* begin;    // where the faults hit
-  double rest_s;        // at rest within
+  double rest_s;        // standstill within
   double cut_rest_s;    // with the bus cut
   const char* at_rest;  // what that is
   Run (*play)(unsigned number);

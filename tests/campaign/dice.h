@@ -35,10 +35,10 @@ class Dice {
   std::mt19937 random_;
 };
 
-// As lss-sim reads it: any kind, any arguments of their ranges.
+// As lss-sim reads it: any type, any arguments in their ranges.
 std::string draw_fault(Dice& dice, std::span<const sim::FaultKind> kinds);
 
-// Any values of their ranges, at times a little beyond.
+// Any values in their ranges, sometimes slightly outside.
 std::vector<double> draw_parameters(Dice& dice, const CommandInfo& command);
 
 }  // namespace lss::campaign

@@ -15,7 +15,7 @@
 //                                             solving, or by a command of Idle
 //   bool sound() const                        orders are numbers in their ranges
 //   bool rests() const                        the vehicle does nothing
-//   std::string motion() const                what it does, for a person
+//   std::string motion() const                its motion, for a person
 //   static std::span<const CommandInfo> commands()
 
 #include <fmt/format.h>
@@ -66,8 +66,7 @@ class Scenario {
  private:
   static constexpr double kMended_s = 300;  // motors cool, fans stop, a hopper comes down
   static constexpr int kSolves = 8;
-  static constexpr double kOnTheWay_s =
-      11;  // what was made late, by 10 s at most, comes until then
+  static constexpr double kOnTheWay_s = 11;  // delayed messages, by 10 s at most, arrive until then
 
   struct Deed {
     double at_s;

@@ -1,6 +1,6 @@
 // Flight recordings of the campaigns' runs, with faults, commands out of place and error solving:
 // executed again to the bit by the shipping replay, each file alone, and all but the first of a run
-// begin in its middle, with what the vehicle remembers there. An altered build does not give the
+// begin in its middle, with the vehicle's stored state there. An altered build does not give the
 // same.
 
 #include <fmt/format.h>

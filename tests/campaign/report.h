@@ -1,6 +1,6 @@
 #pragma once
 
-// What a fault campaign gave, as a line and as a document.
+// The result of a fault campaign, as a line and as a document.
 
 #include <string>
 #include <vector>

@@ -17,7 +17,7 @@ struct World {
   static constexpr std::array<std::string_view, 3> kNotHere = {"unplug", "line-unplug", "bus-off"};
   static constexpr double kRest_s = 8;
   static constexpr double kCutRest_s = 15;    // orders come through now and then
-  static constexpr double kStill_rpm = 2000;  // what a fan still turns without thrust
+  static constexpr double kStill_rpm = 2000;  // fan speed without thrust
 
   World(unsigned seed, Dice&)
       : chain({.config = "hop", .world = sim::talaris::dispersed({}, seed), .seed = seed}) {}

@@ -26,7 +26,7 @@ struct World {
   World(unsigned seed, Dice&) : chain({.seed = seed, .plant = sim::zebro::PlantKind::kinematic}) {}
 
   bool start() {
-    // As an operator does it: what tripped is reset, and a deployed panel forbids to start.
+    // Like an operator: resets tripped modules; a deployed panel forbids to start.
     chain.run_until([this] { return !may_move(); }, 60);
     chain.send(lss::CommandKind::reset, {0});
     chain.run(2);

@@ -1,5 +1,5 @@
-// What lss-cli says and returns for each way a command or question can end, against a stand-in for
-// the daemon.
+// Output and exit code of lss-cli for each end of a command or query, against a stand-in for the
+// daemon.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -122,7 +122,7 @@ TEST(Commands, SaysWhereACommandIsAllowedAndWhatItNeeds) {
               HasSubstr("in: every state\n"));
 }
 
-// Where a command comes from decides what must come first.
+// The state before a command decides which commands must precede it.
 struct From {
   lss_State state;
   lss::zebro::Mode mode;

@@ -101,7 +101,7 @@ inline void expect(const doctor::Finding& finding, doctor::Result result, const 
   EXPECT_NE(finding.found.find(found), std::string::npos) << finding.found;
   EXPECT_FALSE(finding.meaning.empty()) << finding.name;
   EXPECT_NE(finding.mend.find(mend), std::string::npos) << finding.mend;
-  // What is good needs no mending, and what is not must say how.
+  // A good finding has no remedy; any other must have one.
   EXPECT_FALSE(result == doctor::Result::good && !finding.mend.empty()) << finding.mend;
   EXPECT_FALSE(result > doctor::Result::note && finding.mend.empty()) << finding.name;
 }

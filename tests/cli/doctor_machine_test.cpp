@@ -187,7 +187,7 @@ TEST_F(DoctorMachine, ListsOfCpusAreReadAsTheKernelWritesThem) {
   EXPECT_THAT(parse_cpus("x,2-"), IsEmpty());
 }
 
-// What only this machine can answer.
+// Checks of this machine.
 TEST(DoctorProbes, AnswerOnTheMachineThatTheTestsRunOn) {
   EXPECT_EQ(ask_fifo(100), EINVAL);  // there are 99
   const double ns = clock_read_ns();

@@ -1,4 +1,4 @@
-// lss-cli doctor on the ports of the configuration, on what DDS stands on, and on configurations
+// lss-cli doctor on the ports of the configuration, on the needs of DDS, and on configurations
 // themselves.
 
 #include <fcntl.h>
@@ -27,7 +27,7 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-// Both ends of a pseudo-terminal, as lss-sim holds them.
+// Both ends of a pseudo-terminal, open as in lss-sim.
 struct PseudoTerminal {
   int master = -1, slave = -1;
   std::string path;
@@ -53,7 +53,7 @@ class DoctorPorts : public Machine {
   Finding check(const std::string& path) {
     return check_port(system, config, {.name = "legs", .path = path});
   }
-  // A serial port of hardware: a file with its rights, and what its driver answers.
+  // A serial port of hardware: a file with its permissions, and the answers of its driver.
   std::string serial_port(mode_t mode, SerialAnswer answer) {
     write("dev/ttyS1", "");
     chmod((root / "dev/ttyS1").c_str(), mode);
@@ -68,7 +68,7 @@ TEST_F(DoctorPorts, SimulatedPortIsFoundByItsLinkInTheRunFolder) {
   EXPECT_EQ(absent.name, "port/legs");
   const PseudoTerminal terminal;
   std::filesystem::create_symlink(terminal.path, root / "run/legs");
-  process(70, "lss-sim", terminal.path);  // holds both ends of its own
+  process(70, "lss-sim", terminal.path);  // has both ends open
   expect(check("sim:legs"), Result::good,
          "run/legs (" + terminal.path + ") is free; low latency does not apply");
   process(71, "lssd", terminal.path);

@@ -1,5 +1,5 @@
-// lss-cli doctor as a program, on the machine that the tests run on: whatever that machine is like,
-// the report must be whole and the exit code must fit it.
+// lss-cli doctor as a program, on the machine that the tests run on: on any machine, the report
+// must be whole and the exit code must fit it.
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -34,7 +34,7 @@ class Doctor : public ProgramTest {
     std::ofstream(folder_ / "zebro.toml") << text;
     return folder_ / "zebro.toml";
   }
-  // Examines, and holds the exit code against the report.
+  // Runs doctor and compares the exit code with the report.
   json examine(std::vector<std::string> more) const {
     std::vector<std::string> words = {"--json", "--timeout", "300ms",
                                       "doctor", "--run-dir", folder_};

@@ -1,4 +1,4 @@
-// The emergency stop as a program: whom it reaches, when it ends, what it says.
+// The emergency stop as a program: its vehicles, its end, its output.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

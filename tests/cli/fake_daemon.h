@@ -27,7 +27,7 @@ inline constexpr std::uint16_t kStart = 1, kStop = 2, kEstop = 3, kSolve = 4, kR
                                kLayDown = 102, kStow = 103, kWalk = 104, kPanel = 105, kLeg = 106,
                                kLand = 313;
 
-// What happens to a command instead of being done.
+// The failure of a command.
 struct Trouble {
   enum class Kind { reject, fail, no_answer, never_ends };
   Kind kind;

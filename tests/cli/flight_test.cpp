@@ -149,7 +149,7 @@ TEST_F(FlightLog, IsListedAsWhatItIs) {
   const json all = json::parse(run({"--json", "log", "list", folder_.string()}).out);
   EXPECT_EQ(all["files"][0]["kind"], "lssrec");
   EXPECT_EQ(all["files"][0]["what"], "10 frames");
-  // Whatever its name is.
+  // With any name.
   const std::string other = (folder_ / "renamed.bin").string();
   fs::rename(path_, other);
   EXPECT_EQ(json::parse(run({"--json", "log", "list", other}).out)["frames"], 10);
@@ -325,7 +325,7 @@ TEST_F(FlightLog, OneThatWasCutIsReadAsFarAsItIsWhole) {
   EXPECT_EQ(json::parse(run({"--json", "log", "list", path_}).out)["end"], "open");
 }
 
-// Nothing of it is believed, but what ends before the damage when it is asked for.
+// Its content is not used, except the part before the damage on request.
 TEST_F(FlightLog, OneBitThatIsFlippedAnywhereIsRefused) {
   write();
   const std::string good = content();

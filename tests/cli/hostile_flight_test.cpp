@@ -161,7 +161,7 @@ TEST_F(HostileFlight, FieldsOfTheHeaderThatAreOfAnotherTypeAreRefused) {
   }
 }
 
-// With checksums that are right: what is in a chunk is hostile, not torn.
+// With correct checksums: the content of a chunk is hostile, not torn.
 TEST_F(HostileFlight, AnyFileIsReadOrRefused) {
   std::mt19937 random(20'301'102);
   const auto below = [&](std::size_t end) { return random() % end; };

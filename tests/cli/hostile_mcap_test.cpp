@@ -1,5 +1,5 @@
-// MCAP files from others: each is read or refused with a sentence, whatever is in it, in bounded
-// time and memory. That a type is used after it is gone, an address sanitizer sees.
+// Foreign MCAP files: each is read or rejected with a sentence, with any content, in bounded time
+// and memory. That a type is used after it is gone, an address sanitizer sees.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -214,7 +214,7 @@ TEST_F(HostileMcap, APipeIsRefusedAtOnce) {
 }
 
 // Bytes, numbers and lengths that are others, in a file like those of the recorder. Checksums of
-// chunks are 0, which is none, so that what is in them is looked at.
+// chunks are 0, which is none, so that their content is read.
 TEST_F(HostileMcap, AnyFileIsReadOrRefused) {
   constexpr const char* kIdl =
       "module lss { enum State { IDLE, BUSY }; struct Part { octet id; double angle_rad; };"

@@ -189,7 +189,7 @@ TEST_F(MotionTest, CtrlCInTheAirSaysThatItLands) {
   Program program(domain(), {"stand", "--hold"});
   ASSERT_TRUE(await([&] { return daemon.mode() == Mode::standing; }));
   daemon.take_off();
-  // The progress of the next status is heard before the signal is taken.
+  // The progress of the next status is received before the signal is handled.
   const std::uint64_t before = daemon.heartbeats();
   ASSERT_TRUE(await([&] { return daemon.heartbeats() >= before + 2; }));
   program.signal(SIGINT);

@@ -30,7 +30,7 @@ TEST_F(Param, GetShowsValueRangeAndWhatIsSaved) {
   const Ended one = run({"param", "get", "gait.flight_s"});
   EXPECT_THAT(one.out, Not(HasSubstr("limits.current_A")));
   EXPECT_THAT(one.out, HasSubstr("a leg in the air"));
-  EXPECT_THAT(daemon.kinds(), IsEmpty());  // nobody was commanded
+  EXPECT_THAT(daemon.kinds(), IsEmpty());  // no command was sent
 }
 
 TEST_F(Param, JsonHasTheKeysThatProgramsRelyOn) {
@@ -75,7 +75,7 @@ TEST_F(Param, DiffSaveAndResetAreAWayThereAndBack) {
   EXPECT_THAT(run({"param", "diff"}).out, Not(HasSubstr("not saved")));
   ASSERT_EQ(run({"param", "reset"}).code, 0);
   EXPECT_EQ(daemon.last(kSetParameter).parameter[1], 10);
-  // As configured, but the next start would take what was saved.
+  // As configured, but the next start would take the saved value.
   EXPECT_THAT(run({"param", "diff"}).out, HasSubstr("saved 7  not saved"));
   ASSERT_EQ(run({"param", "save"}).code, 0);
   EXPECT_EQ(parameters(run({"--json", "param", "diff"})).size(), 0U);

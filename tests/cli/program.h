@@ -1,6 +1,6 @@
 #pragma once
 
-// Runs lss-cli as a program of its own and takes what it prints. Test threads; waits are bounded by
+// Runs lss-cli as a program of its own and reads its output. Test threads; waits are bounded by
 // CTest.
 
 #include <sys/types.h>

@@ -19,7 +19,7 @@ class ProgramTest : public testing::Test {
   static Ended run(const std::vector<std::string>& arguments, const std::string& input = "") {
     return test::run(domain(), arguments, input);
   }
-  // In the environment of the programs, while it lives.
+  // In the environment of the programs, during its lifetime.
   class Variable {
    public:
     Variable(const char* name, const char* value) : name_(name) { setenv(name, value, 1); }

@@ -48,7 +48,7 @@ std::string sample(std::uint64_t frame, double angle_rad) {
   out.number(std::uint8_t{0});  // up to the next even place
   out.number(std::uint16_t{7});
   for (const std::int32_t value : {-5, 1, 2}) out.number(value);
-  // An octet, up to the next multiple of 8, a double: from 44 on, and from 56 on.
+  // A byte, padding to the next multiple of 8, a double: from 44 on, and from 56 on.
   out.number(std::uint32_t{1});
   out.number(angle_rad);
   out.number(std::uint64_t{2});

@@ -1,5 +1,5 @@
 // Reports of recordings from others: topics without the fields that a report is made of, two types
-// under one name, times and values without measure. A page comes of it, whatever it shows.
+// under one name, times and values without measure. A page must still be made.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

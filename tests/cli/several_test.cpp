@@ -21,7 +21,7 @@ using zebro::Mode;
 
 using Several = ProgramTest;
 
-// The one that is heard first must not be taken for the only one.
+// The first vehicle found must not be taken for the only one.
 TEST_F(Several, NoVerbTakesTheOneThatIsHeardFirst) {
   FakeDaemon first(domain(), "zebro-1");
   std::mt19937 random(1);

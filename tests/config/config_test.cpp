@@ -188,7 +188,7 @@ TEST(Config, PresetsOfTheLogAreChangedAddedAndChosen) {
                          [&](const LogPreset& p) { return p.name == name; });
   };
   EXPECT_EQ(preset("stream").address, "");
-  EXPECT_EQ(preset("stream").every_ns, 100 * kMillisecond);  // the rest stays
+  EXPECT_EQ(preset("stream").every_ns, 100 * kMillisecond);  // all else stays
   EXPECT_EQ(preset("standard").what, kAllLogParts);
   EXPECT_EQ(preset("standard").address, "udp://127.0.0.1:9000");
 }

@@ -130,7 +130,8 @@ TEST_F(ArmourTest, WhatAnyoneMayAskTakesNoRoomAndUsesNoNumber) {
   EXPECT_EQ(check(move(1)), Reason::none);
 }
 
-// A writer that lost its place begins again with any number: that it is remembered tells.
+// A writer that lost its place may begin again with any number: rejection of an old one shows that
+// it is remembered.
 TEST_F(ArmourTest, ManyWritersPushOutTheOneThatWasSilentForLongest) {
   ASSERT_EQ(check(move(1000), 1), Reason::none);
   for (std::uint64_t writer = 2; writer <= 1'000'000; ++writer) {

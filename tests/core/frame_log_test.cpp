@@ -1,5 +1,5 @@
-// The log thread on a folder of its own. Records are a number each; what they hold is the
-// vehicles' matter.
+// The log thread on a folder of its own. Records are a number each; their content is the vehicles'
+// matter.
 #include "daemon/record/frame_log.h"
 
 #include <gmock/gmock.h>

@@ -125,7 +125,7 @@ TEST(SensorGrid, LostPacketsNeverShiftTheFramesAfterThem) {
   }));
 }
 
-// As the follower does it: what is later than the deadline begins by the clock.
+// As in the follower: a frame later than the deadline begins by the clock.
 TEST(SensorGrid, AfterABatchThatWasLateFramesAreTheSensorsAgain) {
   EXPECT_TRUE(rc::check([] {
     const TimeNs late = *rc::gen::inRange<TimeNs>(0, 3 * kPeriod);
@@ -146,8 +146,8 @@ TEST(SensorGrid, AfterABatchThatWasLateFramesAreTheSensorsAgain) {
   }));
 }
 
-// Whatever comes when: frames count up by one and what was skipped, and their boundaries never go
-// back or crowd.
+// In any sequence: frame numbers increase by one plus the skipped frames, and their boundaries
+// never go back or crowd.
 TEST(SensorGrid, FramesCountUpAndAreAtLeastHalfAPeriodApart) {
   EXPECT_TRUE(rc::check([](const std::vector<std::uint32_t>& gaps) {
     SensorGrid grid(kSensor, kEpoch);
@@ -175,7 +175,7 @@ TEST(SensorGrid, FramesCountUpAndAreAtLeastHalfAPeriodApart) {
   }));
 }
 
-// By the real clock: never early, on the grid, and what was slept through is skipped.
+// By the real clock: never early, on the grid, and missed frames are skipped.
 TEST(ClockFrames, AFollowerReturnsOnTheGridAndNeverEarly) {
   for (const TimeNs spin : {TimeNs{0}, 200 * kMicrosecond}) {
     const FrameClock clock(now_ns(), kMillisecond, 0);

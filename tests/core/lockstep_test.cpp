@@ -27,7 +27,7 @@
 namespace lss::lockstep {
 namespace {
 
-// What the processes of a test tell it.
+// Reports of the processes of a test.
 struct Told {
   std::atomic<std::uint64_t> hash{1469598103934665603u}, orders{0};
   std::atomic<TimeNs> woken_ns{0}, wall_ns{0};

@@ -1,4 +1,4 @@
-// Saved parameters on a disk that fails, loses its power and damages what is on it.
+// Saved parameters on a disk that fails, loses its power and damages its data.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -25,8 +25,8 @@ namespace fs = std::filesystem;
 
 const fs::path kFolder = "/state";
 
-// A file system in memory: what is certain to be on the disk, and what only the kernel knows. The
-// power can be cut before any of its steps, and in the middle of a write.
+// A file system in memory: the data on the disk, and the data only in the kernel's cache. The power
+// can be cut before any of its steps, and in the middle of a write.
 class CutDisk final : public StoreFiles {
  public:
   struct Cut {};
@@ -61,7 +61,7 @@ class CutDisk final : public StoreFiles {
     renamed = {};
     return 0;
   }
-  // A rename that nobody made sure of may not have happened.
+  // A rename without a sync may not have happened.
   void forget_rename() {
     if (!renamed.first.empty()) files = before_rename;
   }
@@ -170,7 +170,7 @@ TEST(ParameterStore, WithoutAGoodCopyNothingIsTakenAndBothAreTold) {
   EXPECT_EQ(loaded.state, SavedState::lost);
   EXPECT_FALSE(loaded.taken);
   EXPECT_EQ(loaded.troubles.size(), 2U);
-  // The next save mends both.
+  // The next save restores both.
   std::uint64_t number = 0;
   EXPECT_EQ(s.save(values(1.5), 1, number), 0);
   EXPECT_EQ(store(disk).load().state, SavedState::good);
@@ -205,7 +205,7 @@ TEST(ParameterStore, ThoseOfAnotherVehicleOrSchemaAreRefusedByName) {
   EXPECT_THAT(decode(with_checksum(longer), "zebro", "zebro-1").trouble, HasSubstr("count"));
 }
 
-// At every step, with every share of what was being written, the folder synchronised or not.
+// At every step, with every part of the write completed, the folder synchronised or not.
 TEST(ParameterStore, APowerCutAtAnyMomentLeavesTheValuesBeforeOrThoseAfter) {
   constexpr int kSteps = 6;  // write, rename, folder; twice
   bool old_seen = false, new_seen = false;
@@ -226,7 +226,7 @@ TEST(ParameterStore, APowerCutAtAnyMomentLeavesTheValuesBeforeOrThoseAfter) {
         EXPECT_TRUE(old || same(loaded.taken->values, values(1.3))) << at;
         old_seen = old_seen || old;
         new_seen = new_seen || !old;
-        // And it goes on from there, whatever lies around.
+        // And it continues from there, with any files around.
         disk.before_cut = -1;
         ASSERT_EQ(save(disk, values(1.4)), 0);
         const ParameterStore::Loaded again = store(disk).load();
@@ -311,7 +311,7 @@ TEST(ParameterStore, OnARealDiskItMakesItsFolderAndSaysWhenItCannotWrite) {
   fs::remove_all(folder);
 }
 
-// ---- what a start makes of them
+// ---- loading at the start
 
 constexpr TunableInfo kInfos[] = {
     {"a.speed_m_s", "m/s", 0, 2, Change::always, false, "how fast"},

@@ -215,7 +215,7 @@ TEST_F(RecorderTest, AFullDiskIsToldAndItGoesOnWhenThereIsRoom) {
 }
 
 TEST_F(RecorderTest, AFolderThatCannotBeWrittenIsTold) {
-  if (::geteuid() == 0) {  // whom nothing is forbidden: no folder at all
+  if (::geteuid() == 0) {  // root ignores permissions: no folder at all
     fs::remove_all(folder_);
     std::ofstream(folder_) << "a file";
   } else {

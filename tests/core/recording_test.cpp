@@ -1,5 +1,5 @@
-// Files of the flight recorder: whatever happens to their bytes is noticed, and what is whole is
-// read. Records are a few bytes here; what they hold is the vehicles' matter.
+// Files of the flight recorder: every change of their bytes is detected, and complete parts are
+// read. Records are a few bytes here; their content belongs to the vehicles.
 #include "daemon/record/recording.h"
 
 #include <gmock/gmock.h>
@@ -237,7 +237,7 @@ TEST_F(RecordingTest, AFileThatIsBeingWrittenIsNeverDamaged) {
   }
 }
 
-// Files that are made to exhaust who reads them, with every checksum right.
+// Files made to exhaust a reader, with all checksums correct.
 class HostileRecording : public RecordingTest {
  protected:
   std::string why_not(const nlohmann::ordered_json& header) const {

@@ -103,7 +103,7 @@ TEST_F(HostileReplay, AConfigurationThatIsTooLargeIsRefused) {
   EXPECT_THAT(said_, HasSubstr("has a key of more than 16 parts"));
 }
 
-// The limits are for others: what lssd writes is far from them.
+// The limits are for foreign files: those of lssd are far below.
 TEST_F(HostileReplay, RecordsOfVehiclesAreFarBelowTheLimits) {
   for (const std::string& vehicle : built()) {
     const auto records = vehicle_records(vehicle);

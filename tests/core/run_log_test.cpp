@@ -107,7 +107,7 @@ std::vector<std::uint32_t> numbers(std::uint32_t from, std::uint32_t to) {
   return all;
 }
 
-// Files may not grow beyond `bytes`, as on a disk that is full.
+// Files may not exceed `bytes`, as on a full disk.
 class FileLimit {
  public:
   explicit FileLimit(rlim_t bytes) : ignored_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -216,7 +216,7 @@ TEST_F(RunLogTest, TheOldestFilesOfThisVehicleGoAndNothingElse) {
   EXPECT_EQ(frames(), numbers(frames().front(), 2000));
 }
 
-// Lines of any length: never more than the total, and what is left are the newest lines, all whole.
+// Lines of any length: never more than the total, and the newest lines remain, all complete.
 TEST_F(RunLogTest, WhateverIsWrittenStaysWithinTheTotal) {
   EXPECT_TRUE(rc::check([this](const std::vector<std::uint16_t>& lengths) {
     for (const fs::path& file : files()) fs::remove(file);
@@ -337,7 +337,7 @@ class Listener {
   Listener& operator=(const Listener&) = delete;
 
   int port() const { return port_; }
-  // What came so far.
+  // Lines received so far.
   std::vector<Json> heard() const {
     std::vector<Json> all;
     std::vector<char> bytes(100'000);
@@ -418,7 +418,7 @@ TEST_F(RunLogTest, LinesGoByUdpToo) {
   for (const std::uint32_t i : numbers(1, 3)) put(*log, i);
   EXPECT_EQ(listener->heard().size(), 4u);
   listener.reset();
-  put(*log, 4);  // nobody knows yet
+  put(*log, 4);  // not known yet
   put(*log, 5);
   EXPECT_THAT(told_, ElementsAre(EventId::log_failed));
 }

@@ -1,5 +1,5 @@
-// What stops a vehicle, in the supervisor: order of arrival decides, and another daemon of the same
-// name is no partner.
+// Stops in the supervisor: order of arrival decides, and another daemon of the same name is no
+// partner.
 
 #include <gtest/gtest.h>
 

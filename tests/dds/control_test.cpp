@@ -107,7 +107,7 @@ TEST_F(Control, TheFaceDoesNotHearItsOwnHeartbeatButThatOfAnotherDaemonOfItsName
     return all;
   };
   face_->heartbeat(State::idle);
-  // What was sent later has arrived, so what was sent before had its chance.
+  // A later sample has arrived, so the earlier one would have arrived, too.
   lss_Heartbeat beat{};
   dds::copy_text("v1", beat.vehicle_id);
   dds::copy_text("obc", beat.source);
@@ -286,8 +286,7 @@ TEST_F(Control, ACommanderMadeFromTheIdlAloneIsHeardAndAnswered) {
   EXPECT_THAT(stranger.output(), testing::HasSubstr("phase 1 reason 12 rejected: not allowed"));
 }
 
-// The writer holds its command back for longer than it is worth, as a daemon that stood still would
-// find it.
+// The writer sends its command after its validity, as if the daemon had stood still.
 TEST_F(Control, ACommandOlderThanItsLifespanIsNotObeyedButAnEmergencyStopIs) {
   const auto participant = value(dds::Participant::create({.domain = test_domain()}));
   const auto writer =

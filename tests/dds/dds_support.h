@@ -1,7 +1,7 @@
 #pragma once
 
-// What the DDS tests share: a domain of their own, bounded waits on conditions, child processes, a
-// client that stands for lss-cli.
+// Common part of the DDS tests: a domain of their own, bounded waits on conditions, child
+// processes, a client that stands for lss-cli.
 
 #include <sys/types.h>
 

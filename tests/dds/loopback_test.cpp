@@ -1,5 +1,4 @@
-// Nothing leaves the machine unless told: looks at what the kernel knows of the sockets of this
-// process.
+// Nothing leaves the machine unless configured: reads the kernel's list of sockets of this process.
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

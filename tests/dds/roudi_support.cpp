@@ -20,7 +20,7 @@ thread_local std::uint64_t sent_by_this_thread = 0;
 constexpr const char* kLockFile = "/tmp/lss-test-roudi.lock";
 }  // namespace
 
-// Stands before the C library's, so that the test sees what Cyclone sends and on which thread.
+// Overrides the C library's function, so that the test sees Cyclone's messages and their threads.
 extern "C" ssize_t sendmsg(int fd, const msghdr* message, int flags) {
   using Function = ssize_t (*)(int, const msghdr*, int);
   static const auto kNext = reinterpret_cast<Function>(::dlsym(RTLD_NEXT, "sendmsg"));
@@ -47,7 +47,7 @@ RoudiLock::~RoudiLock() {
   for (const std::string& file :
        {std::string("/dev/shm/iceoryx_mgmt"), segment, std::string("/tmp/roudi"),
         std::string("/tmp/roudi.lock"), std::string("/tmp/iox-unique-roudi.lock")}) {
-    if (!dds::find_roudi()) ::unlink(file.c_str());  // never those of one that lives
+    if (!dds::find_roudi()) ::unlink(file.c_str());  // never those of a running one
   }
   ::close(fd_);
 }

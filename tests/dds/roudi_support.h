@@ -1,7 +1,7 @@
 #pragma once
 
 // RouDi processes of the tests' own, and a face that publishes meanwhile. There can be one RouDi on
-// a machine, so whoever starts one holds a lock that all test processes share.
+// a machine, so a test that starts one takes a lock that all test processes share.
 
 #include <array>
 #include <atomic>
@@ -15,7 +15,7 @@
 
 namespace lss::testing_support {
 
-// Held from construction to the end of the process' interest in RouDi.
+// Locked from construction until the process no longer needs RouDi.
 class RoudiLock {
  public:
   RoudiLock();
@@ -29,7 +29,7 @@ class RoudiLock {
 
 class Roudi {
  public:
-  Roudi();   // returns when it lives
+  Roudi();   // returns when it runs
   ~Roudi();  // kill -9: RouDi would terminate its clients when asked to end
   Roudi(const Roudi&) = delete;
   Roudi& operator=(const Roudi&) = delete;
@@ -61,7 +61,7 @@ class Publisher {
 };
 
 // A scenario runs in a process of its own, since iceoryx has one life per process, and ends by
-// exit(0), since leaving is part of what is tested. What is not as it should be ends it at once.
+// exit(0), because the exit is part of the test. Any error ends it at once.
 void require(bool truth, const std::string& what);
 
 }  // namespace lss::testing_support

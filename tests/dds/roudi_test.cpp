@@ -1,6 +1,6 @@
-// The telemetry plane while RouDi lives, is absent, dies, is replaced, and drops us; and the
-// control plane, which is to notice nothing of it. Each case runs in a process of its own and ends
-// with exit().
+// The telemetry plane while RouDi runs, is absent, ends, is replaced, and drops us; and the control
+// plane, which is to notice nothing of it. Each case runs in a process of its own and ends with
+// exit().
 
 #include "idl/roudi.h"
 
@@ -178,11 +178,11 @@ void a_roudi_replaced_between_two_looks_is_noticed() {
   require_heard(false, "after the change");
 }
 
-// RouDi frees what a client holds that gives no sign of life for 1.5 s; iceoryx aborts a client
-// that then goes on, and never lets it leave.
+// RouDi frees the resources of a client without keep-alive for 1.5 s; iceoryx aborts a client that
+// then goes on, and never lets it leave.
 void a_standstill_that_made_roudi_drop_us_is_survived() {
   const RoudiLock lock;
-  static Roudi roudi;  // outlives us: leaving while it lives is the difficult part
+  static Roudi roudi;  // outlives us: the exit while it runs is the difficult part
   Daemon daemon;
   daemon.connect();
   Publisher publisher(daemon.face());

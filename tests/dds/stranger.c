@@ -1,11 +1,13 @@
-// A subscriber and commander that knows nothing but the IDL: default QoS, plain C, no header of ours. What it
-// uses of shared memory and interfaces comes from CYCLONEDDS_URI, as with any DDS program.
+// A subscriber and commander that knows nothing but the IDL: default QoS, plain C, no header of
+// ours. What it uses of shared memory and interfaces comes from CYCLONEDDS_URI, as with any DDS
+// program.
 //
 //   dds_stranger telemetry DOMAIN COUNT SECONDS [keep-all]
-//     takes COUNT samples of lss/telemetry/zebro; prints "ready shm=S loan=L" when matched, then "received N"
+//     takes COUNT samples of lss/telemetry/zebro; prints "ready shm=S loan=L" when matched, then
+//     "received N"
 //   dds_stranger command DOMAIN VEHICLE_ID KIND SECONDS
 //     sends one command; prints "phase P reason R TEXT" of its first acknowledgement
-// Exit code 0 when it got what it waited for, 1 when the time ran out.
+// Exit code 0 when it received the expected samples, 1 when the time ran out.
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -36,13 +38,12 @@ static int telemetry(dds_entity_t participant, char** argv, int argc) {
     keep_all = dds_create_qos();
     dds_qset_history(keep_all, DDS_HISTORY_KEEP_ALL, 0);
   }
-  const dds_entity_t topic = dds_create_topic(participant, &lss_ZebroTelemetry_desc,
-                                              "lss/telemetry/zebro", NULL, NULL);
+  const dds_entity_t topic =
+      dds_create_topic(participant, &lss_ZebroTelemetry_desc, "lss/telemetry/zebro", NULL, NULL);
   const dds_entity_t reader = dds_create_reader(participant, topic, keep_all, NULL);
   dds_delete_qos(keep_all);
   if (reader < 0) return 2;
-  const dds_entity_t matched =
-      status_waitset(participant, reader, DDS_SUBSCRIPTION_MATCHED_STATUS);
+  const dds_entity_t matched = status_waitset(participant, reader, DDS_SUBSCRIPTION_MATCHED_STATUS);
   if (!wait_for(matched, until)) return 1;
   printf("ready shm=%d loan=%d\n", dds_is_shared_memory_available(reader),
          dds_is_loan_available(reader));
@@ -82,8 +83,8 @@ static int command(dds_entity_t participant, char** argv) {
   strncpy(sample.vehicle_id, argv[3], sizeof sample.vehicle_id - 1);
   strcpy(sample.source, "stranger");
   sample.kind = (uint16_t)atoi(argv[4]);
-  // The acknowledgement is written before the daemon's end may know of this best-effort reader, so a stranger
-  // repeats, with growing sequence numbers, until it is answered.
+  // The acknowledgement is written before the daemon's end may know of this best-effort reader, so
+  // a stranger repeats, with growing sequence numbers, until it is answered.
   while (dds_time() < until) {
     ++sample.seq;
     if (dds_write(writer, &sample) != DDS_RETCODE_OK) return 2;

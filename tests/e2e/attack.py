@@ -1,4 +1,4 @@
-"""Programs that mean no good (tests/attack) around a scenario: what they did, what the bus saw, what it cost."""
+"""Hostile programs (tests/attack) around a scenario: their actions, the frames on the bus, the cost."""
 
 import json
 import os
@@ -91,7 +91,7 @@ class Attacked:
     def moves_for(self, watcher, seconds):
         """Overruns meanwhile; it never leaves its mode."""
         before, begin_ns = self.next_status(watcher), time.monotonic_ns()
-        time.sleep(seconds)  # the time is what is tested
+        time.sleep(seconds)  # tests the time
         after = self.next_status(watcher)
         modes = {s["mode"] for s in self.heard(watcher, begin_ns)}
         self.assertEqual(modes, {self.MODE}, "it goes on moving")
@@ -127,7 +127,7 @@ class Attacked:
         on_bus = [stop[0] for stop in stops]
         self.assertLessEqual(statistics.median(on_bus), MEDIAN_S)
         self.assertLessEqual(max(on_bus), MOST_S)
-        # The first round warms up; what a stop keeps of the frames before it is not the attack's.
+        # The first round warms up; frames from before a stop are not caused by the attack.
         self.assertLess(sum(grown_kb[1:]), GROWTH_KB, f"VmRSS grew in each round by {grown_kb} kB")
         self.assertLessEqual(attacked[0], idle[0] + max(1, 0.01 * attacked[1]), "frames are late because of it")
 

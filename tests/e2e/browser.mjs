@@ -42,7 +42,7 @@ async function tab(address) {
 
 const verbs = {
   tab,  // another one of the same window
-  async open(address, options = {}) {  // somebody who was never here before
+  async open(address, options = {}) {  // a new user
     await context?.close();
     context = await browser.newContext({viewport: {width: 1440, height: 900}, ...options});
     await tab(address);

@@ -1,4 +1,4 @@
-"""A person at the pilot's page in headless Chromium (browser.mjs), told what to do by a test."""
+"""A user of the pilot's page in headless Chromium (browser.mjs), controlled by a test."""
 
 import json
 import os

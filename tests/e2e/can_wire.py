@@ -1,4 +1,4 @@
-"""Frames of a CAN bus over UDP, from the interface documents alone: what can_tap.py saw, read back."""
+"""Frames of a CAN bus over UDP, from the interface documents alone: decodes the log of can_tap.py."""
 
 import collections
 import struct

@@ -34,7 +34,7 @@ class Hopper(Scenario):
         return path
 
     def wait_modules(self):
-        """Until all that is there was heard: what `start` needs."""
+        """Waits until all modules have answered, which `start` needs."""
         return self.wait_status(
             lambda s: s.get("modules") and all(m["online"] is not False for m in s["modules"]), BOOT_S,
             "all modules are heard")

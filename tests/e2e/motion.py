@@ -1,4 +1,4 @@
-"""What the true states of the simulator say about a walk. World: z up; body: x forward, y left."""
+"""Analysis of a walk from the true states of the simulator. World: z up; body: x forward, y left."""
 
 import bisect
 import math

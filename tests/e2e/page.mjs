@@ -36,7 +36,7 @@ const shot = async (name, fullPage = false) => {
   if (!shots) return;
   await page.evaluate(() => { document.querySelector("#scene").dataset.fine = "please"; });
   await page.waitForFunction(() => document.querySelector("#scene").dataset.fine === "drawn");
-  // That took the processor's time: until the heartbeat is in time again.
+  // That took CPU time: wait until the heartbeat is in time again.
   await page.waitForFunction(() => parseFloat(document.querySelector("#links dd").textContent) < 200 && document.querySelector("#links dd").textContent.endsWith(" ms"));
   await page.screenshot({path: `${shots}/${name}.png`, fullPage});
   await page.evaluate(() => { delete document.querySelector("#scene").dataset.fine; });
@@ -49,7 +49,7 @@ async function zebro() {
   await press("walk");
   await says("#state", "Walking");
   await says("#running", "executing");
-  // What is not allowed now says why, from the daemon.
+  // A forbidden command shows the daemon's reason.
   await page.waitForFunction(() => [...document.querySelectorAll(".command")].some((c) => c.textContent.startsWith("panel") && c.querySelector("button").disabled && c.textContent.includes("not allowed")));
   await page.waitForFunction(() => parseFloat(document.querySelector("#overlay").innerText) > 0.1, null, {polling: 100});
   await parametersMoving();

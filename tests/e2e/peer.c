@@ -7,14 +7,14 @@
 //     ends:
 //       command SOURCE SEQ KIND FLAGS LEASE_MS P0 .. P7    (SOURCE "-": 32 characters without a
 //       NUL) heartbeat SOURCE COUNTER
-//     and puts out a line for each acknowledgement that it hears:
+//     and prints a line for each received acknowledgement:
 //       ack SOURCE SEQ KIND PHASE REASON TIME_NS
 //   e2e_peer telemetry DOMAIN COUNT SECONDS
 //     takes COUNT samples as loans and COUNT as they came, and says
-//       reader shm=B loan=B        what the reader can do
+//       reader shm=B loan=B        capabilities of the reader
 //       loaned N                   samples taken as loans, frames growing
 //       chunks N                   samples that came as chunks of shared memory
-// Exit code 0 when it got what it waited for, 1 when the time ran out, 2 when DDS refused.
+// Exit code 0 when it received the expected samples, 1 when the time ran out, 2 when DDS refused.
 #include <poll.h>
 #include <stdbool.h>
 #include <stdio.h>

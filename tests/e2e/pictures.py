@@ -1,4 +1,4 @@
-"""Pages of HTML, as a browser shows them, and what is in a picture. Nothing beyond Debian's Chromium."""
+"""HTML pages as shown by a browser, and the content of a picture. Needs only Debian's Chromium."""
 
 import html.parser
 import os
@@ -76,7 +76,7 @@ def shares(path):
 
 
 class Page(html.parser.HTMLParser):
-    """What is on a page: titles, the words in figures, and every reference that would leave it."""
+    """Content of a page: titles, the words in figures, and every external reference."""
 
     VOID = ("meta", "line", "path", "rect", "br", "img", "link", "i")
 

@@ -17,7 +17,7 @@ patience = 1  # times each limit: simulated time may be slower than the wall clo
 
 
 def wait_until(condition, limit_s, what, poll_s=0.05):
-    """What the condition returned, once it is true; AssertionError when the time is over."""
+    """The result of the condition, once it is true; AssertionError after the time limit."""
     end = time.monotonic() + patience * limit_s
     while True:
         value = condition()
@@ -33,7 +33,7 @@ def die_with_parent():
 
 
 def as_hardware():
-    """Hardware does not wait for a busy machine; below the daemon, so that it never delays what is tested."""
+    """Hardware does not wait for a busy machine; below the daemon, so that it never delays the tested program."""
     die_with_parent()
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(HARDWARE_PRIORITY))
@@ -63,7 +63,7 @@ class Program:
         return read_text(self.err_path)
 
     def json_lines(self):
-        """What --jsonl said so far; the last line may be half written."""
+        """Output of --jsonl so far; the last line may be incomplete."""
         return [json.loads(line) for line in self.out().split("\n")[:-1]]
 
     def say(self, line):

@@ -1,4 +1,4 @@
-"""What a recording of any vehicle has to stand: read by us and by others, exported, drawn."""
+"""Tests of a recording of any vehicle: read by us and by others, exported, plotted."""
 
 import csv
 import fcntl

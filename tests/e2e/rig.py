@@ -1,5 +1,5 @@
 """The whole chain on one machine: lss-sim, lssd and lss-cli as they are installed, in a folder and a DDS domain
-of their own. A test is a method of Scenario; whatever it started is stopped, and shown when it failed."""
+of their own. A test is a method of Scenario; all its programs are stopped, and their logs shown when it failed."""
 
 import fcntl
 import json
@@ -48,7 +48,7 @@ def loopback(shared_memory):
 
 
 def own_domain():
-    """A DDS domain that nobody uses, and the lock on it. Domains up to 100 stay below the ephemeral ports."""
+    """An unused DDS domain, and the lock on it. Domains up to 100 stay below the ephemeral ports."""
     for domain in range(60, 100):
         lock = open(f"/tmp/lss-e2e-domain-{domain}.lock", "w", encoding="ascii")
         try:
@@ -79,7 +79,7 @@ def try_lock(file):
 
 
 def roudi_lives():
-    """RouDi holds a lock on this file as long as it lives."""
+    """RouDi has a lock on this file as long as it runs."""
     with open("/tmp/iox-unique-roudi.lock", "a", encoding="ascii") as file:
         return not try_lock(file)
 
@@ -195,12 +195,12 @@ class Scenario(unittest.TestCase):
         return daemon
 
     def wait_modules(self):
-        """Until all modules were heard: what `start` needs."""
+        """Waits until all modules have answered, which `start` needs."""
         return self.wait_status(lambda s: all(m["online"] for m in s.get("modules", [])) and s.get("modules"),
                                 BOOT_S, "all modules are heard")
 
     def start_all(self, **config):
-        """Simulator and daemon, all modules heard."""
+        """Simulator and daemon, all modules have answered."""
         self.start_sim()
         daemon = self.start_daemon(self.write_config(**config))
         self.wait_modules()
@@ -220,7 +220,7 @@ class Scenario(unittest.TestCase):
             file.write(step_s.to_bytes(8, sys.byteorder, signed=True))
 
     def start_tap(self):
-        """The simulator must run; daemons that start afterwards are heard."""
+        """The simulator must run; daemons that start afterwards find it."""
         self.assertFalse(self.lockstep, "what is tapped is no port of the simulator: real_time()")
         self.run_folder = os.path.join(self.folder, "tapped")
         os.mkdir(self.run_folder)
@@ -245,7 +245,7 @@ class Scenario(unittest.TestCase):
         return wire.orders(self.wire_log, since_ns)
 
     def take_roudi(self):
-        """There can be one RouDi on a machine: whoever needs one, or none, holds this lock while it does."""
+        """There can be one RouDi on a machine: a test that needs one, or none, has this lock meanwhile."""
         lock = open("/tmp/lss-test-roudi.lock", "a", encoding="ascii")
         self.addCleanup(lock.close)
         wait_until(lambda: try_lock(lock), 300, "RouDi is ours")
@@ -259,7 +259,7 @@ class Scenario(unittest.TestCase):
         return roudi
 
     def subscribe(self, count, shared_memory):
-        """What a subscriber made from the IDL alone says of so many samples, twice; it must get them."""
+        """Output of a subscriber built from the IDL alone, for this number of samples, twice; it must receive them."""
         words = [PEER, "telemetry", str(self.domain), str(count), "15"]
         for _ in range(2):
             result = run(words, self.environment(CYCLONEDDS_URI=loopback(shared_memory)), 30)
@@ -273,7 +273,7 @@ class Scenario(unittest.TestCase):
     # --- lss-cli
 
     def cli(self, *words, limit_s=60):
-        """`run` takes part in simulated time, and so does here what lasts; other verbs only ask, or begin something."""
+        """`run` takes part in simulated time, as do long verbs here; other verbs only query, or start something."""
         if self.lockstep:
             if words[0] == "solve" or "--for" in words and words[0] not in ("run", "record"):
                 words = ("run", "-e", " ".join(words))
@@ -290,7 +290,7 @@ class Scenario(unittest.TestCase):
         return self.begin(name, [os.path.join(TOOLS, "lss-cli"), *words])
 
     def status(self):
-        """As `lss-cli --json status` has it; None when nobody answers."""
+        """As in `lss-cli --json status`; None without an answer."""
         result = self.cli("--json", "status", limit_s=20)
         return json.loads(result.out) if result.code == 0 else None
 
@@ -347,7 +347,7 @@ class Scenario(unittest.TestCase):
         return {fault["id"] for fault in status["faults"]}
 
     def assert_resting(self, status):
-        """Idle, nobody commands, no motor on as soon as the modules can say so."""
+        """Idle, no authority, no motor on as soon as the modules can report it."""
         self.assertEqual(status["state"], IDLE)
         self.assertIsNone(status["authority"])
         self.wait_status(lambda s: all(not m["motion_control"] and m["current_A"] < 0.02 for m in s["modules"]), 1,

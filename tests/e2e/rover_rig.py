@@ -33,7 +33,7 @@ class Rover(Scenario):
         return path
 
     def wait_modules(self):
-        """Until all nodes run: what `start` needs."""
+        """Waits until all nodes run, which `start` needs."""
         return self.wait_status(lambda s: all(n["online"] for n in s.get("nodes", [])) and s.get("nodes"),
                                 BOOT_S, "all nodes run")
 

@@ -6,7 +6,7 @@ a machine that does not stand still: bytes of a pseudo-terminal are handed over 
 come later than a bus cycle are lost for the bus master, and rightly so. A pseudo-terminal of our own, for measuring only,
 tells such a machine from a fault of the product: such a scenario begins when hand-overs were quick for a while, and when it
 failed while they took longer than it can bear it counts as skipped, with the reason.
-For TALARIS that is half as long: its thrusters are held open or shut for as long as the machine stands still.
+For TALARIS that is half as long: its thrusters stay open or shut for as long as the machine stands still.
 """
 
 import os
@@ -25,7 +25,7 @@ PATIENCE_S = 60  # then it begins on a busy machine
 
 
 def measure():
-    """Says once a second how long the longest hand-over took, until nobody listens."""
+    """Prints once a second the longest hand-over time, until the reader ends."""
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(95))
     except PermissionError:
@@ -76,7 +76,7 @@ class Meter:
 
 
 def passes(suite):
-    """Ends at once, as skipped, when what the scenario needs is not there."""
+    """Ends at once, as skipped, when a prerequisite is missing."""
     result = unittest.TextTestRunner(verbosity=2).run(suite)
     if result.skipped:
         sys.exit(SKIPPED)

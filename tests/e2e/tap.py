@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""tap.py PORT LINK LOG: stands between the daemon and the modules, forwards both ways at once, logs what passed.
+"""tap.py PORT LINK LOG: stands between the daemon and the modules, forwards in both directions, logs all bytes.
 
 PORT is the simulator's pseudo-terminal; LINK is where the daemon finds ours. A port that is gone is opened
 again when it is back. LOG has a record of wire.RECORD and the bytes for each piece that was forwarded. Lines on
@@ -25,7 +25,7 @@ FLUSH_NS = 100_000_000  # the log is read meanwhile
 
 
 class Wire:
-    """One direction: passes bytes on, spoiled as told."""
+    """One direction: passes bytes on, with the ordered errors."""
 
     def __init__(self):
         self.inject = []

@@ -1,4 +1,4 @@
-"""Who gets in to the pilot's gateway from elsewhere: keys, TLS, and files that will not do. Listens on every address,
+"""Access to the pilot's gateway from other machines: keys, TLS, and unsuitable files. Listens on every address,
 connects by this machine's own."""
 
 import contextlib
@@ -60,7 +60,7 @@ class Access(Guarded):
         return answer.decode()
 
     def refused(self, *words):
-        """What it says instead of starting."""
+        """Its message instead of a start."""
         program = run([os.path.join(TOOLS, "lss-ground"), *words], self.environment(), 10)
         self.assertEqual((program.code, program.out), (2, ""), program)
         return program.err

@@ -1,4 +1,4 @@
-"""D.I.A.N.A. Ardito drives, and what happens when something fails: judged by the simulator's true path."""
+"""D.I.A.N.A. Ardito drives, with and without failures: judged by the simulator's true path."""
 
 import os
 import signal
@@ -30,7 +30,7 @@ class Ardito(Rover):
         return client
 
     def driven(self, *words, limit_s=120):
-        """What came of an attached command: forward and left metres, and the turn."""
+        """Result of an attached command: forward and left metres, and the turn."""
         begin = self.truth.samples[-1][1]
         self.cli_ok(*words, limit_s=limit_s)
         self.rests()

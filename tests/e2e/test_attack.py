@@ -123,7 +123,7 @@ class Names(Attacked, Scenario):
         inventor = self.attacker("invent-sources", "--rate", "5000")
         time.sleep(4)  # warm-up
         before_kb = rss_kb(daemon.process)
-        time.sleep(6)  # the time is what is tested
+        time.sleep(6)  # tests the time
         grown_kb = rss_kb(daemon.process) - before_kb
         peer = self.commander()
         self.assertEqual(self.ask(peer, "new-commander", 1, DATA)[1], NO_REASON)
@@ -163,7 +163,7 @@ class Names(Attacked, Scenario):
         second = self.start_second()
         for daemon in (first, second):
             self.wait_conflict(watcher, daemon.process.pid, True, 10)
-        # What moves stops safely.
+        # A moving vehicle stops safely.
         wait_until(lambda: self.next_status(watcher, first)["state"] == STATE_IDLE, 60, "the walk ends")
         self.assertNotEqual(walk.wait(30), 0, "its client says that the walk ended")
 

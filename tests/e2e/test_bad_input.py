@@ -18,7 +18,7 @@ START, STOP, DATA, WALK = 1, 2, 6, 104
 
 class BadConfiguration(Scenario):
     def refuse(self, path, limit_s=10, domain=None):
-        """What lssd says when it does not start."""
+        """Message of lssd when it does not start."""
         result = run([DAEMON, "--config", path, "--run-dir", self.run_folder,
                       "--domain", str(domain or self.domain)], self.environment(), limit_s)
         self.assertNotEqual(result.code, 0, result)

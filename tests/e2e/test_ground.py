@@ -1,4 +1,4 @@
-"""The pilot's gateway: who gets in, what becomes of nonsense, and that a page that is gone stops the vehicle."""
+"""The pilot's gateway: access, invalid messages, and the safe stop after the loss of a page."""
 
 import json
 import os
@@ -32,7 +32,7 @@ class Gateway:
 
 
 class Beating:
-    """A page's heartbeat, and everything that it is told, until stopped."""
+    """A page's heartbeat, and all messages to it, until stopped."""
 
     def __init__(self, client):
         self.client, self.messages, self.alive = client, [], True
@@ -343,7 +343,7 @@ class Ground(Scenario):
         self.assertGreater(refused, 900)
         for client in crowd:
             client.close()
-        # Who stops by its own line is never kept out by those who look.
+        # Viewers never block a client that stops on its own connection.
         gateway.client("lss-stop").close()
         wait_until(lambda: page.counters()["too_slow"] >= 1, 60, "who stops reading is dropped")
         counters = page.counters()

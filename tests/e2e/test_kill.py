@@ -1,4 +1,4 @@
-"""kill -9 of everything around the daemon while it walks: it lives, reacts as specified, goes on afterwards."""
+"""kill -9 of everything around the daemon while it walks: it keeps running, reacts as specified, continues afterwards."""
 
 import signal
 import time

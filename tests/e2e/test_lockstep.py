@@ -1,4 +1,4 @@
-"""Simulated time: the same scenario gives the same bits, whatever the machine does meanwhile. Each run is the programs as
+"""Simulated time: the same scenario gives the same bits, under any load of the machine. Each run is the programs as
 they are installed, with their threads, files and DDS."""
 
 import hashlib
@@ -72,7 +72,7 @@ class Lockstep:
         return path
 
     def fly(self, name, before=die_with_parent, disturb=None, short=False, **changes):
-        """One run, in a folder of the same name each time. {file: hash} of what it left."""
+        """One run, in a folder of the same name each time. {file: hash} of its files."""
         motion, seconds = (self.SHORT, self.SHORT_S) if short else (self.MOTION, self.SECONDS)
         words = [SIMULATOR, self.VEHICLE, "--dir", self.run_folder, "--pace", "--lockstep", "--speed",
                  "max", "--seed", "7", "--truth", os.path.join(self.run_folder, "truth.jsonl"), "--for", str(seconds),

@@ -94,7 +94,7 @@ class Ardito(Long, Rover):
 
 
 class Talaris(Long, Hopper):
-    """One hop, since it has gas for one; then at rest, at the full rate all the same."""
+    """One hop, since it has gas for one; then at standstill, still at the full rate."""
 
     def test_a_hop_and_a_long_rest_lose_nothing_and_are_replayed(self):
         self.nothing_is_lost_and_all_is_replayed()

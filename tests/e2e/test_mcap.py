@@ -67,7 +67,7 @@ class Zebro(Recorded, Scenario):
         self.assertEqual(events, sorted(set(events)), "those that DDS keeps are not recorded twice")
 
     def assert_data_is_in_it(self, asked):
-        """What `data` told, while it was recorded, is in one of the messages, to the last digit."""
+        """The output of `data` during the recording is in one of the messages, to the last digit."""
         shown = [m["data"]["modules"] for m in self.shown("--topic", "telemetry")]
         for sample in asked:
             wanted = [(m["id"], m["position_rad"], m["current_A"], m["supply_V"], m["replies"])

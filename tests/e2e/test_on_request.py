@@ -1,4 +1,4 @@
-"""telemetry.mode = "on_request": what the vehicle measures leaves when it is asked for, and only then."""
+"""telemetry.mode = "on_request": telemetry is sent on request, and only then."""
 
 import re
 import unittest

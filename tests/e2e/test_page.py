@@ -11,7 +11,7 @@ from programs import run
 from rig import SOURCE, Scenario
 from test_ground import Beating, Gateway
 
-OTHERS = 9  # clients besides, with everything that is told
+OTHERS = 9  # additional clients that receive all messages
 
 
 @needs_browser

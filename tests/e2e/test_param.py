@@ -66,7 +66,7 @@ class Zebro(Parameters, Scenario):
         self.cli_ok("param", "set", "gait.flight_s", "3.25")
         self.assertIn("gait.flight_s: 3 to 3.25 s", " ".join(self.event_texts(CHANGED)))
 
-        # What is refused is told with what is allowed.
+        # A rejection names the allowed range.
         wrong = self.cli("param", "set", "limits.current_A", "12")
         self.assertEqual(wrong.code, EXIT["rejected"], wrong)
         self.assertIn("limits.current_A: 12 A is out of range, allowed 0.05 to 1.7 A", wrong.err)
@@ -77,7 +77,7 @@ class Zebro(Parameters, Scenario):
         self.assertEqual(wrong.code, EXIT["unknown_name"], wrong)
         self.assertIn("did you mean limits.current_A?", wrong.err)
 
-        # While it walks: only what is safe, and only by who holds authority.
+        # While it walks: only safe parameters, and only by the holder of authority.
         client = self.begin_walk("--source", "pilot")
         self.assertEqual(self.cli("param", "set", "limits.current_A", "1.3").code, EXIT["not_authorised"])
         moving = self.cli("--source", "pilot", "param", "set", "gait.flight_s", "3.5")
@@ -100,7 +100,7 @@ class Zebro(Parameters, Scenario):
         self.assertEqual(self.status()["saved_parameters"], "good")
         self.assertEqual(self.event_texts(TAKEN), ["3 saved parameters taken, number 1"])
 
-        # A copy is damaged: told, and the other one taken.
+        # A copy is damaged: reported, and the other one is used.
         self.kill(daemon)
         self.flip(self.copies()[1])
         daemon = self.start_daemon()
@@ -110,7 +110,7 @@ class Zebro(Parameters, Scenario):
         self.assertIn(os.path.basename(self.copies()[1]) + " is damaged", told)
         self.assertIn("one copy of the saved parameters is not good", self.cli_ok("status").out)
 
-        # Both: told, and the configuration's values.
+        # Both: reported, and the configuration's values are used.
         self.kill(daemon)
         self.flip(self.copies()[0], 20)
         daemon = self.start_daemon()
@@ -119,7 +119,7 @@ class Zebro(Parameters, Scenario):
         self.assertEqual(len(self.event_texts(DAMAGED)), 2)
         self.assertIn("those of the configuration apply", self.event_texts(REFUSED)[0])
 
-        # A save mends both.
+        # A save restores both.
         self.assert_kept("limits.current_A", 1.1)
         self.wait_status(lambda s: s["saved_parameters"] == "good", 5, "status says that it is mended")
         daemon.stop()

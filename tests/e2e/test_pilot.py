@@ -15,7 +15,7 @@ from test_access import Guarded
 from test_ground import KEYS, Beating, Gateway
 
 STOPS = int(os.environ.get("LSS_STOPS", "10"))
-OTHERS = 9  # clients besides the page, with everything that is told
+OTHERS = 9  # clients besides the page, which receive all messages
 CLICK_TO_WIRE_S = 0.100
 LOST_S = 1.0
 MARGIN_S = 0.3  # for a browser on a busy machine
@@ -106,7 +106,7 @@ class Keys(Guarded):
 
         page.do("tab", here)
         page.says("#login", "lets in who has a key")  # each tab is asked
-        page.do("go", f"{here}#key={KEYS['command']}")  # told to a page that is open
+        page.do("go", f"{here}#key={KEYS['command']}")  # given to an open page
         page.says("#holder", "nobody commands")
         page.done("solve")
         page.says("#state", "Idle")
@@ -167,7 +167,7 @@ class Link(Scenario):
         print(f"lost connection told after {told_s * 1e3:.0f} ms: {page.text('#lost')}")
         self.assertLess(told_s, LOST_S + MARGIN_S)
         self.assertRegex(page.text("#lost"), r"zebro-1 was Operational, Walking. Without your heartbeat it \w+")
-        page.do("until", f"!{ENABLED}.length", 1000)  # what is pressed now would be obeyed some time later
+        page.do("until", f"!{ENABLED}.length", 1000)  # a press now would be executed some time later
 
     def is_back(self, page, limit_s):
         page.do("until", "document.querySelector('#lost').hidden", limit_s * 1000)
@@ -186,7 +186,7 @@ class Link(Scenario):
         gateway.program.signal(signal.SIGCONT)
         self.is_back(page, 10)
         page.says("#running", "unanswered")
-        # Whether the stop of then still came, or went with its connection: the page shows what is.
+        # Whether that stop still arrived, or was lost with its connection: the page shows the real state.
         wait_until(lambda: self.status()["state"] in page.text("#state"), 5, "the page shows the truth")
         self.assertEqual(page.do("errors"), [])
 

@@ -1,4 +1,4 @@
-"""What the real-time threads must not do, over a long walk."""
+"""Forbidden actions of the real-time threads, over a long walk."""
 
 import unittest
 

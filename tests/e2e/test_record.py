@@ -1,5 +1,5 @@
-"""The flight recorder and lssd --replay: what was recorded is executed again to the bit, by this build and by those
-of other presets; what was altered, damaged or cut is told apart."""
+"""The flight recorder and lssd --replay: a recording is executed again bit by bit, by this build and by
+those of other presets; altered, damaged and cut files are distinguished."""
 
 import csv
 import glob
@@ -67,7 +67,7 @@ class Recorded:
         return "--config is required" not in result.err and not any(text in result.out for text in older)
 
     def begin_again(self):
-        """What was recorded so far goes elsewhere; the next file begins in the middle of things."""
+        """Moves the files recorded so far; the next file begins in the middle of a run."""
         path, = self.recordings()
         begun = os.path.join(self.folder, "begun.lssrec")
         shutil.copy(path, begun)

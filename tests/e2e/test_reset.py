@@ -13,7 +13,7 @@ RESET_BEGUN, RESET_ENDED = 57, 58  # of idl/codes.h
 
 
 class Resets:
-    """What holds for every vehicle. MODULE: the name of what is reset; MOVE: what shows that it works after it."""
+    """Tests of every vehicle. MODULE: name of the module to reset; MOVE: a command that shows that it works afterwards."""
 
     def crashes(self):
         return glob.glob(os.path.join(self.run_folder, "*.crash.jsonl"))
@@ -41,7 +41,7 @@ class Resets:
         self.assertEqual(self.crashes(), [])
 
     def check_never_back(self, client):
-        """`client` resets what will not come back."""
+        """`client` resets a module that will not come back."""
         self.assert_start_is_refused()
         self.assertEqual(self.status()["state"], IDLE)
         self.assertEqual(client.wait(30), EXIT["failed"])

@@ -1,4 +1,4 @@
-"""Error solving on the whole: what cannot be mended is done without, what can is mended."""
+"""Error solving end to end: modules are restored where possible, otherwise isolated."""
 
 import unittest
 

@@ -50,7 +50,7 @@ class Stop(Scenario):
         daemon = self.start_tapped()
         self.begin_walk()
         daemon.signal(signal.SIGSTOP)
-        time.sleep(1.5)  # the standstill is what is tested
+        time.sleep(1.5)  # tests the standstill
         resumed_ns = time.monotonic_ns()
         daemon.signal(signal.SIGCONT)
         status = self.wait_state(FATAL_ERROR)
@@ -70,7 +70,7 @@ class Stop(Scenario):
         self.begin_cli("stand", "--hold", name="stand")
         self.wait_status(lambda s: s["mode"] == "Standing", 60, "the vehicle stands")
         daemon.signal(signal.SIGSTOP)
-        time.sleep(0.25)  # the standstill is what is tested
+        time.sleep(0.25)  # tests the standstill
         resumed_ns = time.monotonic_ns()
         daemon.signal(signal.SIGCONT)
         status = self.wait_status(lambda s: s["time_ns"] > resumed_ns + 2_000_000_000, 10, "two seconds later")

@@ -89,7 +89,7 @@ class Stuck(Scenario):
         def tiny_disk():
             die_with_parent()
             resource.setrlimit(resource.RLIMIT_FSIZE, (65536, 65536))
-        # Nobody reads what the daemon says: its pipe is full after 64 KiB.
+        # Nobody reads the daemon's output: its pipe is full after 64 KiB.
         unread, stderr = os.pipe()
         self.addCleanup(os.close, unread)
         os.set_blocking(stderr, False)
@@ -150,7 +150,7 @@ class Stuck(Scenario):
         frames = status["frame"]["index"] - before["frame"]["index"]
         self.assertAlmostEqual(frames, (status["time_ns"] - before["time_ns"]) / PERIOD_NS, delta=6)
         self.assertEqual(status["state"], IDLE)
-        # Back by more than it was: whatever waits until a wall-clock time would wait for hours.
+        # Back by more than the elapsed time: any wait for a wall-clock time would take hours.
         self.set_clock(-3600)
         self.wait_status(lambda s: s["utc_ns"] < before["utc_ns"], 10, "UTC stamps follow back")
         self.frames_go_on(100)

@@ -1,4 +1,4 @@
-"""TALARIS flies, and what happens when something fails: judged by the simulator's true path."""
+"""TALARIS flies, with and without failures: judged by the simulator's true path."""
 
 import os
 import signal

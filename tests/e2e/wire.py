@@ -1,4 +1,4 @@
-"""Frames of the RS-485 bus of Lunar Zebro, from the interface table alone: what the tap saw, read back."""
+"""Frames of the RS-485 bus of Lunar Zebro, from the interface table alone: decodes the log of the tap."""
 
 import collections
 import struct
@@ -22,7 +22,7 @@ def encode(address, code, data=b""):
 
 
 def decode(line):
-    """(address, code, data), or None for what is no good frame."""
+    """(address, code, data), or None for an invalid frame."""
     if len(line) != LENGTH or line[:1] != b":" or line[-1:] != b"\n" or line != line.upper():
         return None
     try:
@@ -53,12 +53,12 @@ def frames(log, since_ns=0):
 
 
 def orders(log, since_ns=0):
-    """What the daemon sent besides questions."""
+    """Messages of the daemon other than requests."""
     return [f for f in frames(log, since_ns) if not f.to_daemon and f.code != REQUEST]
 
 
 def stopped_ns(orders, codes):
-    """When the last of the seven modules was told by one of these codes; None when one was not."""
+    """Time of the last of the seven modules' orders with one of these codes; None when one got none."""
     first = {}
     for frame in orders:
         if frame.code in codes:

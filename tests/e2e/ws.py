@@ -1,4 +1,4 @@
-"""A WebSocket client by hand (RFC 6455), for what no browser would do, too."""
+"""A minimal WebSocket client (RFC 6455), also for messages that no browser sends."""
 
 import base64
 import json

@@ -34,7 +34,7 @@ T must(dds::Result<T> result) {
   return std::move(*result);
 }
 
-// A participant of the domain that says what a test wants.
+// A participant of the domain that sends the messages of a test.
 class Talker {
  public:
   explicit Talker(int domain)
@@ -132,7 +132,7 @@ class DeskTest : public testing::Test {
       list.push_back(m["phase"].get<std::string>() + (m["final"] == true ? ", final" : ""));
     return list;
   }
-  // What the gateway has a place for.
+  // Vehicles that have a place in the gateway.
   std::vector<std::string> fleet() {
     std::vector<std::string> list;
     for (const auto& [id, craft] : fleet_->crafts()) list.push_back(id);
@@ -216,7 +216,7 @@ TEST_F(DeskTest, StopAllGoesToEverybodyAtOnceAndSaysWhatEachSaid) {
     EXPECT_EQ(ack["request"], 9);
     EXPECT_EQ(ack["final"], false);
   }
-  // Who did not answer is stopped on, by its own name; who was stopped may be started again.
+  // The stop of a silent vehicle continues, by its own name; a stopped one may be started again.
   ASSERT_TRUE(until([&] { return cli::text(other.heard().back().vehicle_id) == "zebro-2"; }));
   ASSERT_TRUE(until([&] { return phases(line).back() == "unanswered"; }));
   EXPECT_THAT(said(line, "ack").back()["silent"], ElementsAre("zebro-2"));
@@ -268,7 +268,7 @@ TEST_F(DeskTest, InventedNamesDoNotHideTheVehicleNorDropThePage) {
   const auto lie = [&](int round) {
     for (int i = 0; i < 100; ++i) liar.say("g" + std::to_string(round) + "-" + std::to_string(i));
   };
-  liar.say("*");  // who chose it would stop everybody
+  liar.say("*");  // a source with this name would stop all
   for (int round = 0; round < 5; ++round) {
     lie(round);
     turn();

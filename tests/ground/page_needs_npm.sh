@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# page_needs_npm.sh PAGE: without npm the page is not built, and it is said what is missing; its lock file has a checksum of each
-# package and no address to get it from.
+# page_needs_npm.sh PAGE: without npm the page is not built, and the message names it; its lock file has a checksum of
+# each package and no address to get it from.
 set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT

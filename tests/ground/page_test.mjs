@@ -1,6 +1,6 @@
-// page_test.mjs PAGE [SHOTS]: the pilot's page that was built in the folder PAGE, in headless Chromium, with a gateway that
-// says just what a test wants. Needs CHROMIUM and PLAYWRIGHT (the folder of playwright-core) in the environment. SHOTS: a folder
-// for pictures of what is tested.
+// page_test.mjs PAGE [SHOTS]: the pilot's page that was built in the folder PAGE, in headless Chromium, with a gateway
+// that sends just the messages of a test. Needs CHROMIUM and PLAYWRIGHT (the folder of playwright-core) in the
+// environment. SHOTS: a folder for pictures of the tested page.
 
 import {strict as assert} from "node:assert";
 import {readFile} from "node:fs/promises";
@@ -62,7 +62,7 @@ const status = (id, more = {}) => ({type: "status", id, alive: true, state: "Ope
 const flight = (id) => ({type: "telemetry", id, gnc: {program: "hop", phase: "traverse", airborne: true, remaining_s: 12, calibrated: true, calibrated_share: 1, position_m: [2, 0, 6.2],
   velocity_m_s: [0.1, 0, 1.3], attitude_wxyz: [0.99, 0, 0.1, 0], rate_rad_s: [0, 0, 0], position_sigma_m: [0.1, 0.1, 0.1], range_m: 2}, gas: {left_thruster_s: 41, pressure_Pa: [2e7], voltage_V: 24},
   gas_thruster_s: 9, valves: [], fans: []});
-// Lunar Zebro lives, Ardito is not heard for ten minutes and stands first.
+// Lunar Zebro runs, Ardito is silent for ten minutes and comes first in the list.
 const kTwo = {opening: [vehicle("ardito-1", "ardito"), status("ardito-1", {alive: false}), vehicle("zebro-1", "zebro"), status("zebro-1")],
   crafts: {"ardito-1": {age_ms: 610_000}, "zebro-1": {age_ms: 0}}};
 const kFlying = {opening: [vehicle("talaris-1", "talaris"), status("talaris-1", {airborne: true, mode: "Guided", progress: "hop, traverse: 6.2 of 30.0 m", authority: "ground:0123456789abcdef01234567"}), flight("talaris-1"), vehicle("zebro-1", "zebro"), status("zebro-1")],

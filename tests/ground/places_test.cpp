@@ -15,7 +15,7 @@ using std::chrono::seconds;
 const Clock::time_point kStart{seconds(100)};
 constexpr std::uint64_t kOurs = 1, kTheirs = 2;  // participants
 
-// What the fleet makes of it.
+// The use by the fleet.
 struct List {
   Places places;
   std::set<std::string> ids;
@@ -44,7 +44,7 @@ TEST(Places, AVehicleKeepsItsPlaceWhileAThousandNamesASecondAreInvented) {
   for (int ms = 0; ms < 600'000; ms += ms < 20'000 ? 1 : 10) {
     const Clock::time_point now = kStart + milliseconds(ms);
     list.hear(invented(ghost++), kTheirs, now);
-    // The link is bad: it is heard every 20 s only.
+    // The link is bad: a message every 20 s only.
     if (ms % 20'000 == 0) {
       ASSERT_TRUE(list.hear("real", kOurs, now));
     }
@@ -79,7 +79,7 @@ TEST(Places, OfManyThatInventOneNameEachTheSilentOnesLeaveAndNobodyWhoAnswered) 
     ++origin;
     ASSERT_TRUE(list.ids.contains("real")) << "silent since the beginning";
   }
-  // Another one comes: each of the list was heard within 3 s or is silent for longer.
+  // Another one comes: each of the list has sent within 3 s or is silent for longer.
   EXPECT_TRUE(list.hear("late", origin, kStart + seconds(64)));
   EXPECT_TRUE(list.ids.contains("real"));
 }

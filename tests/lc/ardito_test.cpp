@@ -1,4 +1,4 @@
-// What lets the first wheels stand for all of them when D.I.A.N.A. Ardito's controller is explored.
+// The equivalence of wheels that the exploration of D.I.A.N.A. Ardito's controller uses.
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -103,7 +103,8 @@ TEST(ArditoExplored, AStandInIsOneOfThoseThatItStandsFor) {
   }));
 }
 
-// With stand-ins the explorer finds exactly the stand-ins of what a plain search finds.
+// With representatives the explorer finds exactly the representatives of the states of a plain
+// search.
 TEST(ArditoExplored, StandInsLeaveNothingOut) {
   const Model m = vehicle().model(*vehicle().table, 0x443);  // two wheels, steering, I/O
   std::set<Key> seen{pack(m.begin)}, standing{pack(stand_in(m, m.begin))};

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPIN explores the same system through the same step(): it must count the same states and transitions, and find no
-# state in which a property does not hold. spin.sh LSS-LC VEHICLE SPIN-VERIFIER
+# state that violates a property. spin.sh LSS-LC VEHICLE SPIN-VERIFIER
 set -eu
 number() { sed -n "s/^ *\"$1\": \([0-9]*\).*/\1/p"; }
 ours=$("$1" explore "$2" --json)

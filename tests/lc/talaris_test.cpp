@@ -1,5 +1,5 @@
-// TALARIS' table from another side: by a plain search, what is ever taken where, and what ends a
-// flight; and that the explorer finds the mistakes that the table once had.
+// An independent check of TALARIS' table, by a plain search: the events accepted in each mode, and
+// those that end a flight; and that the explorer finds the mistakes that the table once had.
 
 #include <gtest/gtest.h>
 
@@ -72,8 +72,8 @@ TEST(TalarisExplored, ThePlainSearchFindsTheSameStates) {
   EXPECT_EQ(all_states().size(), lc::explore(whole()).states);
 }
 
-// All of what ends a flight. The daemon keeps back what it can land with: the silence of
-// nodes, of the port and of the OBC, and a reset.
+// All events that end a flight. The daemon does not pass on those with which it can still land: the
+// silence of nodes, of the port and of the OBC, and a reset.
 TEST(TalarisExplored, OnlyTouchingDownOrAnAllStopEndsAFlight) {
   const Names down = events_that([](const ControllerState& s, const lc::Result& r) {
     return airborne(s) && !airborne(r.next) && (r.actions & lc::kEmergencyStop) == 0;
@@ -171,7 +171,7 @@ TEST(TalarisExplored, ATableThatIsNotChangedBreaksNothing) {
   EXPECT_EQ(Changed([](lc::Row&) {}).broken(), "");
 }
 
-// What was measured while the IMU could not be believed is no calibration.
+// A measurement with an invalid IMU is no calibration.
 TEST(TalarisExplored, ACalibrationWithALostImuIsNoticed) {
   const Changed table([](lc::Row& row) {
     if (row.event == event::calibrated) row.guards = 0;

@@ -1,4 +1,4 @@
-// The table of each vehicle that ships, held against its properties.
+// Checks the shipping table of each vehicle against its properties.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-"""What the tests share: a machine in a box with our packages installed as a person would."""
+"""Common part of the tests: a machine in a box with our packages, installed as by a user."""
 
 import glob
 import json
@@ -98,7 +98,7 @@ class Box(unittest.TestCase):
         return json.loads(self.must("lss-cli --json status"))
 
     def wait_status(self, expression, what, limit_s=60):
-        """Until an expression of Python about the status `s` holds."""
+        """Waits until a Python expression about the status `s` is true."""
         end_s = time.monotonic() + vm.PATIENCE * limit_s
         status = None
         while time.monotonic() < end_s:

@@ -1,4 +1,4 @@
-"""What candump saw on the bus of Ardito, read by docs/icd-ardito.md alone. Times are whole microseconds."""
+"""The candump log of Ardito's bus, decoded with docs/icd-ardito.md alone. Times are whole microseconds."""
 
 import re
 import statistics
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 RATE_BIT_S = 500_000
 PERIOD_US, LEAD_US, OFFSET_US = 100_000, 10_000, 10_000  # config/ardito.toml
-TPDOS_US, RPDOS_US = 5_800, 3_400  # section 6: what all of them take on the wire at most
+TPDOS_US, RPDOS_US = 5_800, 3_400  # section 6: their maximum time on the wire
 
 SYNC, MASTER = 0x080, 0x77F
 WHEELS = [0x201 + i for i in range(6)]
@@ -57,7 +57,7 @@ class Frame(NamedTuple):
 
 
 def read(path):
-    """Data frames of a log that `candump -L -d` wrote; what it could not take, it says there."""
+    """Data frames of a log that `candump -L -d` wrote; it contains a note about lost frames."""
     frames = []
     with open(path, encoding="ascii") as file:
         for line in file:
@@ -105,5 +105,5 @@ def cycles(frames):
 
 
 def last_orders(frames):
-    """What each drive was told last."""
+    """The last order of each drive."""
     return {frame.id: frame for frame in frames if frame.id in DRIVES}

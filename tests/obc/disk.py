@@ -29,8 +29,8 @@ class Disk:
     def __init__(self, image, folder, seed):
         self.random = random.Random(seed)
         self.size = os.path.getsize(image)
-        self.path = os.path.join(folder, "disk")  # what is read
-        self.safe_path = os.path.join(folder, "safe")  # what a power cut leaves
+        self.path = os.path.join(folder, "disk")  # data for reads
+        self.safe_path = os.path.join(folder, "safe")  # data that survives a power cut
         for path in (self.path, self.safe_path):
             copy(image, path)
         self.file = os.open(self.path, os.O_RDWR)
@@ -105,7 +105,7 @@ class Disk:
             self.cached.append((offset, written))
             if self.writes_left == 1:
                 self.stopped.set()
-                while line.recv(65536):  # it hears nothing any more, until its computer is gone
+                while line.recv(65536):  # it accepts nothing any more, until its computer is gone
                     pass
                 return False
             if self.writes_left:
@@ -135,7 +135,7 @@ class Disk:
             raise AssertionError(f"no {count} writes in a minute")
 
     def lose_power(self):
-        """After its computer is gone. What was not flushed: how many writes, and how many of them are there whole."""
+        """After its computer is gone. Unflushed writes: their number, and how many of them are complete."""
         self.gone.wait()
         self.writes_left = None
         kept = 0

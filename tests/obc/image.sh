@@ -37,7 +37,7 @@ if [ -z "${FAKEROOTKEY:-}" ]; then
     echo "cached: $cache/$key"
     exit 0
   fi
-  # Everything below is done by who looks like root. fakeroot's server must not inherit the lock.
+  # Everything below runs as a simulated root. fakeroot's server must not inherit the lock.
   status=0
   fakeroot "$here/image.sh" "$@" 9>&- || status=$?
   exit "$status"
@@ -50,7 +50,7 @@ trap 'rm -rf "$work"' EXIT
 : > "$work/status"
 step() { printf '%4d s %s\n' "$SECONDS" "$1"; }
 
-# The sources of this machine, nothing installed: apt tells and fetches all that it takes.
+# The sources of this machine, nothing installed: apt lists and downloads all needed packages.
 apt=(-q -y -o Dir::State::status="$work/status" -o Dir::Cache="$cache" -o Dir::Cache::archives="$cache/archives"
   -o Dir::Log="$work" -o APT::Sandbox::User=root -o APT::Install-Recommends=false -o Debug::NoLocking=1)
 wanted=("${packages[@]}" "${depends[@]}")
@@ -109,7 +109,7 @@ mkdir -p "$root/usr/lib/modules/$release"
 cp "$modules"/modules.{builtin,order,builtin.modinfo} "$root/usr/lib/modules/$release"
 for name in virtio_pci virtio_blk virtio_console virtio-rng ext4 crc32c_generic 9p 9pnet_virtio can can-raw can-dev vcan \
   autofs4 i6300esb; do
-  # Its line in modules.dep: itself and what it needs.
+  # Its line in modules.dep: the module and its dependencies.
   line=$(grep -E "/${name//[-_]/[-_]}\.ko:" "$modules/modules.dep") || continue
   for module in ${line/:/}; do
     install -D -m 644 "$modules/$module" "$root/usr/lib/modules/$release/$module"
@@ -150,6 +150,6 @@ PATH=$PATH:/sbin:/usr/sbin mke2fs -q -t ext4 -d "$root" -E lazy_itable_init=1,la
   "$work/image/root.ext4"
 rm -rf "${cache:?}/$key"
 mv "$work/image" "$cache/$key"
-# Those that nobody needed for long.
+# Images unused for a long time.
 find "$cache" -maxdepth 1 -type d -regex '.*/[0-9a-f]*' -mtime +30 -exec rm -rf {} +
 step "image: $cache/$key, $(du -h "$cache/$key/root.ext4" | cut -f 1)"

@@ -46,7 +46,7 @@ class Rover(Box):
         self.wait_status("s['mode'] == 'Running'", "it drives", 60)
 
     def end_drive(self):
-        """Of who drives: interrupted, and gone when this returns."""
+        """Interrupts the driving client; it has ended when this returns."""
         self.run_there("systemctl kill -s INT drive; systemctl stop drive; systemctl reset-failed drive; true")
 
     def truth(self):

@@ -12,9 +12,9 @@ from rover import SIM, UNIT, Rover
 
 SCENARIOS = int(os.environ.get("LSS_OBC_SCENARIOS", "8"))
 SEED = int(os.environ.get("LSS_OBC_SEED", "1"))
-LAST_S = 9  # then everything is mended
+LAST_S = 9  # then all faults are cleared
 REST_S, STILL_M_S = 3, 0.02  # as tests/campaign/ardito.cpp
-TRUTH_S = 0.2  # what is known of its times
+TRUTH_S = 0.2  # its known times
 OPERATIONAL = 1  # State of idl/lss.idl
 UNCLEAR = (1, 3, 7)  # exit codes of docs/cli.md: internal error, unreachable, outcome unknown
 WHEELS = range(1, 7)
@@ -41,7 +41,7 @@ class Campaign(Rover):
         return sorted(deeds)
 
     def play(self, deeds):
-        """Exit codes of what was done."""
+        """Exit codes of the commands."""
         script, now_s = "", 0.0
         for at_s, what in deeds:
             script += f"sleep {at_s - now_s:.3f}; timeout -s INT 4 {what} > /dev/null 2>&1; echo $?; "
@@ -79,7 +79,7 @@ class Campaign(Rover):
         return [(ahead_us + int(t["t_s"] * 1e6), max(map(abs, t["velocity_m_s"]))) for t in lines]
 
     def what_must_hold(self, frames):
-        """Outside Operational no drive is told to turn, and soon the rover stands."""
+        """Outside Operational no drive is ordered to turn, and soon the rover stands."""
         orders = [f for f in frames if f.id in canlog.DRIVES and f.enables]
         states, motion = self.states(), self.motion()
         stops, since_us, at, looked = 0, None, 0, 0

@@ -39,7 +39,7 @@ class Drive(Rover):
         frames, in_all, ahead_ns = self.frames_of(self.must("ls -t /var/lib/lss/*.lssrec | head -n 1"))
         return list(itertools.islice(frames, max(0, in_all - count), None)), ahead_ns
 
-    # --- what has to hold
+    # --- conditions
 
     def nothing_was_late(self, status):
         self.assertEqual(status["frame"]["overruns"], self.begun["frame"]["overruns"])
@@ -138,7 +138,7 @@ class Drive(Rover):
     def test_3_bus_off_is_an_emergency_and_the_rover_drives_again_when_it_is_over(self):
         pid = self.pid(UNIT)
         self.drive(SPEED_M_S)
-        self.must("cansend can0 20000040#0000000000000000")  # as a controller tells it: CAN_ERR_BUSOFF
+        self.must("cansend can0 20000040#0000000000000000")  # as reported by a controller: CAN_ERR_BUSOFF
         status = self.wait_status("s['state'] == 'FatalError'", "FatalError", 20)
         self.assertIn("bus_off", [f["name"] for f in status["faults"]])
         self.assertEqual(status["bus"]["bus_offs"], self.begun["bus"]["bus_offs"] + 1)

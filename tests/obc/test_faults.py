@@ -1,4 +1,4 @@
-"""What can go wrong on an OBC around the daemon of Ardito on can0. No node answers there: its own process, its
+"""Faults on an OBC around the daemon of Ardito on can0. No node answers there: its own process, its
 interface, RouDi, the disk and the clock are what it is about; test_drive.py has the vehicle."""
 
 import unittest
@@ -20,7 +20,7 @@ class Faults(Box):
         self.wait_status("s['telemetry']", "it answers", 60)
 
     def on_the_bus(self):
-        """SYNC goes out: five in their time, whatever the process says of itself."""
+        """SYNC is sent: five in time, regardless of the state of the process."""
         return self.run_there("timeout 20 candump -n 5 can0,080:7FF | grep -c ' 080 ' | grep -qx 5")[0] == 0
 
     def comes_up_safe(self, pid):

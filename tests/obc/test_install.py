@@ -9,7 +9,7 @@ import unittest
 from box import SOURCE, Box, setUpModule  # noqa: F401  pylint: disable=unused-import
 from vm import shlex
 
-# Of the whole disk: everything but what lives by itself.
+# The whole disk, except for files that change by themselves.
 SNAPSHOT = ("find / -xdev \\( -path /var/log -o -path /var/lib/apt -o -path /var/cache -o -path /tmp -o -path /run "
             "-o -path /var/lib/systemd -o -path /var/tmp -o -path /mnt -o -path /home \\) -prune -o -print | sort; "
             "ls /dev/shm; cut -d: -f1 /etc/passwd /etc/group | sort; ls -d /run/lss /tmp/systemd-private*lssd* 2> /dev/null; true")
@@ -71,13 +71,13 @@ class Removal(Box):
         self.must("systemctl enable --now lssd@ardito", 120)
         pid = self.pid("lssd@ardito")
         self.newer()
-        # A new line at dpkg's question is what it offers: the file stays as it is.
+        # An empty answer at dpkg's question is its default: the file stays as it is.
         self.must("echo | dpkg -i /mnt/host/newer.deb", 120)
         self.assertEqual(self.must("dpkg-query -W -f '${Version} ${Status}' lssd"), "99.0 install ok installed")
         self.assertEqual((self.pid("lssd@ardito"), self.active("lssd@ardito")), (pid, "active"))
         self.must(f"{self.EDITED} && ! grep -q '^offset_ms = 11' /etc/lss/ardito.toml")
         self.must("grep -q '^offset_ms = 11' /etc/lss/ardito.toml.dpkg-dist", 10)
-        self.must("grep -q '^offset_ms = 11' /etc/lss/zebro.toml")  # nobody edited that one
+        self.must("grep -q '^offset_ms = 11' /etc/lss/zebro.toml")  # that one was not edited
         self.must("systemctl restart lssd@ardito", 120)
         self.assertEqual(self.wait_status("True", "the new version answers")["vehicle"], "ardito")
 

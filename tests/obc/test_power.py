@@ -1,5 +1,5 @@
-"""Power cuts in the middle of writing: what was on the disk is there and whole when the computer is up again. The disk
-(disk.py) loses what it was not told to flush. Moments come from a seed: LSS_OBC_SEED, 1; cuts: LSS_OBC_CUTS, 5."""
+"""Power cuts in the middle of writing: data on the disk is complete when the computer is up again. The disk
+(disk.py) loses all unflushed data. Moments come from a seed: LSS_OBC_SEED, 1; cuts: LSS_OBC_CUTS, 5."""
 
 import glob
 import json
@@ -47,7 +47,7 @@ class Power(Box):
         cls.must("sed -i 's|^use = \"standard\"|use = \"everything\"|; s|^file_mb = [0-9]*|file_mb = 1|' "
                  "/etc/lss/ardito.toml && sync")
 
-    # --- what is written
+    # --- writing
 
     def begin_writing(self):
         """The daemon runs; who listens on the bus tells another disk, this machine's, which frames there were. Logs are the
@@ -75,7 +75,7 @@ class Power(Box):
             return [int(line) for line in file.read().split("\n")[:-1]]
 
     def cut(self):
-        """In the middle of a write; UTC of the last SYNC that was heard before."""
+        """In the middle of a write; UTC of the last SYNC received before."""
         self.drive.stop_in_write(self.random.randrange(1, 400))
         self.machine.cut_power()
         lost, kept = self.drive.lose_power()
@@ -83,7 +83,7 @@ class Power(Box):
             stamps = re.findall(r"^\((\d+)\.(\d{6})\) can0 080#\s*$", file.read(), re.M)
         return lost, kept, int(stamps[-1][0]) * 1_000_000_000 + int(stamps[-1][1]) * 1000
 
-    # --- what has to hold
+    # --- conditions
 
     def recordings_are_whole(self, cut_ns):
         """All of them are replayed to the bit; how much of the newest is missing before the cut."""
@@ -114,7 +114,7 @@ class Power(Box):
         return lines
 
     def parameters_are_whole(self, events):
-        """What was acknowledged is in force again, or the save after it, which was on its way; and no copy is damaged."""
+        """The acknowledged save is active again, or the one after it, which was in progress; and no copy is damaged."""
         last = self.acknowledged()[-1]
         parameter = self.parameter()
         self.assertIn(parameter["saved"], (last, last + 1))
@@ -152,7 +152,7 @@ class Power(Box):
             print(f"cut {number}: {lost} writes not flushed, {kept} of them on the disk; recorded up to {missing / 1e6:.0f} ms "
                   f"before the frame of the last SYNC{', torn' if torn else ''}; {lines} lines of logs", flush=True)
         self.assertGreater(lines, 0)
-        # SYNC was heard, and so the power was there until then: the frames before the last 100 ms are recorded.
+        # SYNC was received, so the power was on until then: the frames before the last 100 ms are recorded.
         self.assertLessEqual(max(missing_ns), MOST_LOST_NS + PERIOD_NS, missing_ns)
         print(f"{CUTS} cuts, {torn_files} of them tore a recording, {ahead} came between a save and its acknowledgement; "
               f"{len(self.acknowledged())} saves, {self.drive.flushes} flushes")

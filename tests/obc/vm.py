@@ -32,7 +32,7 @@ def die_with_parent():
 
 
 class Machine:
-    """share: folder of this machine that is /mnt/host there. disk: what is written to; none: forgotten at the end."""
+    """share: folder of this machine that is /mnt/host there. disk: the writable disk; none: discarded at the end."""
 
     COUNTED = ["-accel", "tcg,thread=single", "-icount", "shift=0,sleep=off", "-rtc", "clock=vm", "-smp", "1"]
     FREE = ["-accel", "tcg,thread=multi", "-smp", "2"]

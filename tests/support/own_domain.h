@@ -1,6 +1,6 @@
 #pragma once
 
-// A DDS domain that no other test on this machine uses at the same time: the test holds a lock on a
+// A DDS domain that no other test on this machine uses at the same time: the test has a lock on a
 // file of its number until it ends. tests/e2e/rig.py takes those from 60 on in the same way.
 
 #include <fcntl.h>

@@ -1,8 +1,8 @@
 #pragma once
 
-// What holds for the parameters of every vehicle, whatever they are: each is taken at once, a value
-// that makes no sense is refused, and a recording in which they change is executed again to the
-// bit, also from the middle. World: the vehicle's in tests/NAME/daemon/world.h.
+// Tests of the parameters of every vehicle: each is accepted at once, a value that makes no sense
+// is refused, and a recording in which they change is executed again to the bit, also from the
+// middle. World: the vehicle's in tests/NAME/daemon/world.h.
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -52,7 +52,7 @@ void expect_a_sound_table(const Tuning<P>& tuning) {
     EXPECT_FALSE(
         same_value(another(tuning, defaults, i), get_tunable(tuning.tunables[i], defaults)))
         << t.name;
-    // What is set is what is got.
+    // A value that was set is read back.
     P changed = defaults;
     for (const double value : {t.min, t.max}) {
       set_tunable(tuning.tunables[i], changed, value);
@@ -106,7 +106,7 @@ void expect_adjusting_allocates_nothing(const Tuning<P>& tuning) {
   EXPECT_GT(refused, 0);
 }
 
-// Whatever comes: what is in force is in range, goes together, and is what the world was told.
+// For any input: active values are in range, consistent, and those that the world received.
 template <class World, class P>
 void expect_nonsense_is_refused(const Tuning<P>& tuning) {
   EXPECT_TRUE(rc::check([&](std::vector<std::pair<std::uint8_t, double>> wishes) {
@@ -117,7 +117,7 @@ void expect_nonsense_is_refused(const Tuning<P>& tuning) {
     for (const auto& [n, wish] : wishes) {
       const std::size_t index = n % (tuning.infos.size() + 2);
       const bool known = index < tuning.infos.size();
-      // Half of them near what may be.
+      // Half of them near the limits.
       const TunableInfo& t = tuning.infos[known ? index : 0];
       const double value = n & 1 ? wish : t.min + std::fmod(std::abs(wish), t.max - t.min);
       w.acks.clear();
@@ -144,7 +144,7 @@ void expect_nonsense_is_refused(const Tuning<P>& tuning) {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// Every frame of a world from now on, and what it remembers at one of them.
+// Every frame of a world from now on, and its stored state at one of them.
 template <class World, class Vehicle>
 class Recording {
  public:

@@ -1,7 +1,7 @@
 #pragma once
 
-// Runs lss-sim (LSS_SIM is its path) as a program of its own and listens to what it prints. Test
-// thread only; every wait is bounded.
+// Runs lss-sim (LSS_SIM is its path) as a program of its own and reads its output. Test thread
+// only; every wait is bounded.
 
 #include <fcntl.h>
 #include <sys/wait.h>
@@ -20,7 +20,7 @@ namespace lss::sim {
 
 inline constexpr auto kPatience = std::chrono::seconds(20);
 
-// A child process; what it writes to stdout and stderr is one stream.
+// A child process; its stdout and stderr are one stream.
 class Process {
  public:
   explicit Process(std::vector<std::string> arguments) {

@@ -111,7 +111,7 @@ void Chain::all_stop() {
   turn();
 }
 
-// What a turn of the bus thread does.
+// One turn of the bus thread.
 void Chain::turn() {
   line_->advance(now_ns_);
   for (CanFrame heard : line_->take(now_ns_)) {
@@ -168,7 +168,7 @@ bool Chain::run_until(Mode mode, double limit_s) {
   return run_until([&] { return this->mode() == mode; }, limit_s);
 }
 
-// ---- what an operator does
+// ---- actions of an operator
 
 void Chain::post(Request request) {
   request.arrival_ns = now_ns_;

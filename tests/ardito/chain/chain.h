@@ -2,11 +2,11 @@
 
 // The whole chain of D.I.A.N.A. Ardito in virtual time, one thread, nothing waits for a clock: a
 // command passes armour, supervisor, vehicle and bus master as in lssd, frames pass the CAN bus bit
-// by bit, and lss-sim's nodes and rover do what they are told, in physics. The parts are the
-// shipping ones, parameters are read from config/ardito.toml as lssd reads them; what is made here
-// is only the order of events that the threads have in daemon/core/runtime.h and can_bus.h: samples
-// before T_k into the frame that begins at T_k, its orders to the bus at T_k + offset. The same
-// options give the same run, to the bit.
+// by bit, and lss-sim's nodes and rover follow their orders, in physics. The parts are the shipping
+// ones, parameters are read from config/ardito.toml as lssd reads them; what is made here is only
+// the order of events that the threads have in daemon/core/runtime.h and can_bus.h: samples before
+// T_k into the frame that begins at T_k, its orders to the bus at T_k + offset. The same options
+// give the same run, to the bit.
 //
 //   Chain chain({.rover = {.ground = sim::ardito::Ground::rough}, .seed = 7});
 //   chain.start();
@@ -35,7 +35,7 @@ class Chain {
   struct Options {
     sim::ardito::RoverOptions rover{};  // its seed is the one below
     unsigned seed = 1;                  // of the ground, noise, and the phases of the clocks
-    // A last hand on what was read from the configuration.
+    // A last change of the configuration.
     std::function<void(Parameters&)> adjust{};
   };
 
@@ -61,7 +61,7 @@ class Chain {
   std::function<void(const lss::Inputs<Vehicle>&, const Outputs<Vehicle>&, Supervisor&, Vehicle&)>
       tape{};
 
-  // ---- What an operator does. Each command is from "test", with a lease of 10 s.
+  // ---- Actions of an operator. Each command is from "test", with a lease of 10 s.
   template <class Kind>
   std::uint64_t send(Kind kind, std::initializer_list<double> parameters = {}) {
     return send(static_cast<std::uint16_t>(kind), std::span(parameters.begin(), parameters.size()));
@@ -78,7 +78,7 @@ class Chain {
   std::vector<std::string> attached() { return board_->attached(); }
   std::span<const sim::FaultKind> fault_kinds() const { return fault_kinds_; }
 
-  // ---- What the daemon says.
+  // ---- Output of the daemon.
   const SupervisorState& supervisor() const { return supervisor_.state(); }
   State state() const { return supervisor_.controller().state; }
   Mode mode() const { return static_cast<Mode>(supervisor_.controller().mode); }
@@ -89,7 +89,7 @@ class Chain {
   std::vector<Ack> acks;
   std::vector<EventRecord> events;
 
-  // ---- What the world knows.
+  // ---- True state.
   const sim::ardito::Ardito& world() const { return *world_; }
   nlohmann::ordered_json truth() const { return world_->truth(); }
   const config::Config& config() const { return config_; }

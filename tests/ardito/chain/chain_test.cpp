@@ -89,8 +89,8 @@ struct AtRest {
   Chain chain{rolling()};
 };
 
-// The button is pressed at rest and released again, or the battery is changed: drives are in fault
-// then, for want of voltage.
+// The button is pressed at standstill and released again, or the battery is changed: drives are in
+// fault then, for want of voltage.
 TEST(ArditoChain, MotorPowerThatWasAwayAtRestDoesNotKeepItFromStarting) {
   for (const char* fault : {"power-bad", "e-stop-button"}) {
     SCOPED_TRACE(fault);
@@ -106,7 +106,7 @@ TEST(ArditoChain, MotorPowerThatWasAwayAtRestDoesNotKeepItFromStarting) {
   }
 }
 
-// So a start resets nothing that nobody was told of.
+// So a start resets no unreported fault.
 TEST(ArditoChain, AFaultOfADriveItselfIsAnEmergencyAtRestToo) {
   AtRest rover;
   rover.chain.inject("drive-fault:0x03");

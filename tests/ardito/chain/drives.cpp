@@ -34,7 +34,7 @@ double true_yaw_rad(const Chain& chain) {
   return -std::atan2(turn(1, 0), turn(0, 0));
 }
 
-// What is amiss; empty: nothing. Steering systems as 11, 12, 15, 16.
+// The deviations; empty: none. Steering systems as 11, 12, 15, 16.
 std::string alarm(const Chain& chain, Healthy& seen) {
   const gnc::ardito::Command& c = chain.mobility();
   std::string text;
@@ -76,7 +76,7 @@ void look(const Chain& chain, Healthy& seen) {
   if (c.probing != 0) ++seen.probe_frames;
 }
 
-// What it is told, one after the other.
+// Its commands, one after the other.
 void order(Chain& chain, unsigned step) {
   constexpr std::array headings_rad = {0.0, kHeading_rad, -kHeading_rad, 0.0};
   if (step % 6 == 4) {

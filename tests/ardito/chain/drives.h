@@ -24,7 +24,7 @@ struct Healthy {
 
   void add(const Healthy& other);
 };
-// After a false alarm it begins anew on the next seed's ground.
+// After a false alarm it starts again on the next seed's ground.
 Healthy drive_healthy(sim::ardito::Ground ground, double slope_rad, double minutes, unsigned seed);
 
 struct Slip {
@@ -37,7 +37,7 @@ struct Slip {
 };
 // Left wheels climb a step of 60 mm; `sign` as correction_sign in the configuration, 0: off.
 Slip climb(int sign, unsigned seed);
-// 30 s straight ahead over ground of this kind; `sign` as above.
+// 30 s straight ahead over ground of this type; `sign` as above.
 Slip cross(sim::ardito::Ground ground, int sign, unsigned seed);
 // +3 deg, then -3 deg, 4 s each, at 0.5 m/s.
 Slip drive_s(unsigned seed);

@@ -109,7 +109,7 @@ class Run {
     times.found_s.push_back(static_cast<double>(chain.frame_ns() - from_ns) * 1e-9);
   }
   void wrong(const std::string& what) { times.wrong.push_back(what); }
-  // What is worth a look at the end of a run.
+  // Results at the end of a run.
   void check_end(const FailureRow& row) {
     chain.run(2);
     if ((chain.state() == State::fatal_error) != row.fatal)

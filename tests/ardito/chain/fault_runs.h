@@ -2,7 +2,7 @@
 
 // The failures of the Ardito thesis' section 19 on the whole chain: what must be found, how soon it
 // was found there, and how soon it is here. The rover drives at 0.5 m/s on flat ground; steering
-// systems are broken while they hold still and steered then, for only that can be seen.
+// systems are broken at standstill and then steered, because only that is visible.
 
 #include <optional>
 #include <span>
@@ -15,8 +15,7 @@ namespace lss::ardito {
 // is right.
 using States = unsigned;
 constexpr States state(unsigned n) { return 1u << n; }
-inline constexpr States kIsolated = 1u
-                                    << 16;  // clutch open and motor stopped, whatever it is called
+inline constexpr States kIsolated = 1u << 16;  // clutch open and motor stopped, in any state
 
 struct FailurePart {
   const char* fault;               // of lss-sim, # for the wheel

@@ -193,7 +193,7 @@ TEST(ArditoResults, FalseAlarms) {
     }
     return;
   }
-  // Written after each ground: what has been driven so far counts.
+  // Written after each ground: an interrupted run keeps its results.
   constexpr unsigned kGrounds = 5;
   Healthy rough, hills;
   for (unsigned seed = 1; seed <= kGrounds; ++seed) {

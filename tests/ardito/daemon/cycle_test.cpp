@@ -335,7 +335,8 @@ TEST(ArditoCycle, ShutDownStopsAllDrives) {
   EXPECT_EQ(w.state(), State::idle);
 }
 
-// Whatever happens when: drives are enabled in Operational only, and not while the beacon warns.
+// In any sequence of events: drives are enabled in Operational only, and not while the beacon
+// warns.
 TEST(ArditoCycle, NoDriveIsEnabledOutsideOperational) {
   World w;
   std::uint32_t seed = 7;

@@ -1,4 +1,4 @@
-// Records of Ardito's frames: what is written is read back, whatever bytes come.
+// Records of Ardito's frames: a written record is read back unchanged, for any bytes.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 

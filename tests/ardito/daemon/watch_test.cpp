@@ -1,4 +1,4 @@
-// What the daemon tells of the mobility controller, and waits for, in an ideal world.
+// Reports of the daemon about the mobility controller, and its waits, in an ideal world.
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 namespace lss::ardito {
 namespace {
 
-// One instance of the mobility controller went wrong: it is set right, and told.
+// One faulty instance of the mobility controller is corrected and reported.
 TEST(ArditoWatch, AnInstanceThatDisagreesIsOutvotedAndTold) {
   World w;
   ASSERT_TRUE(w.start());
@@ -39,7 +39,7 @@ TEST(ArditoWatch, InstancesWithoutAMajorityAreAnEmergency) {
   EXPECT_TRUE(w.all_stopped());
 }
 
-// Drives tell their temperature once a second.
+// Drives report their temperature once a second.
 TEST(ArditoWatch, AShortBeaconWaitsUntilEveryValueWasHeard) {
   Parameters p;
   p.beacon_ns = 0;

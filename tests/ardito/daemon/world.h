@@ -1,8 +1,8 @@
 #pragma once
 
 // A world for the cycle of D.I.A.N.A. Ardito without threads, frames or physics: twelve nodes that
-// run, ten drives that do within a frame what they are ordered, in virtual time. Tests break them
-// by hand.
+// run, ten drives that execute their orders within a frame, in virtual time. Tests break them by
+// hand.
 
 #include <array>
 #include <cmath>
@@ -125,7 +125,7 @@ class World {
   }
   double wheel_rpm(std::size_t i) const { return out_.command.wheel[i].motor_rpm; }
 
-  // What is measured, before it is sent; a test breaks it here.
+  // The measurements before they are sent; a test alters them here.
   std::function<void(std::vector<Reading>&)> distort;
 
   std::vector<Ack> acks;

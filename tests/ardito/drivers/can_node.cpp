@@ -83,7 +83,7 @@ void CanNode::reboot(TimeNs now, TimeNs takes) {
   heartbeat_ns_ = health_ns_ = kNever;
 }
 
-// What it does goes on: a drive holds, outputs stay.
+// Its state stays: a drive holds position, outputs stay.
 void CanNode::reset_communication(TimeNs now) {
   set_nmt(Nmt::pre_operational);
   const Drive holds = drive;

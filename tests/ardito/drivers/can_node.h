@@ -1,8 +1,8 @@
 #pragma once
 
 // A CANopen node in virtual time, written from docs/icd-ardito.md: object dictionary with the rules
-// of PDO configuration, NMT, heartbeats both ways, SYNC, and a drive that does at once what it is
-// told. Answers come one millisecond after the question.
+// of PDO configuration, NMT, heartbeats both ways, SYNC, and a drive that executes orders at once.
+// Answers come one millisecond after the request.
 
 #include <cstdint>
 #include <map>
@@ -32,9 +32,9 @@ class CanNode {
 
   void reboot(TimeNs now, TimeNs takes = 100 * kMillisecond);  // power-on, or NMT reset
   void receive(const CanFrame& frame, TimeNs now);
-  void run(TimeNs now);  // what is due by itself
+  void run(TimeNs now);  // periodic messages
   TimeNs next_wake() const;
-  std::vector<CanFrame> take();  // what it sends
+  std::vector<CanFrame> take();  // its messages
 
   void send_emcy(std::uint16_t code, std::uint8_t error_register, TimeNs now);
   void fault(std::uint16_t code, TimeNs now);
@@ -50,12 +50,12 @@ class CanNode {
   std::map<std::uint32_t, Object> objects;  // index << 8 | sub
   int set_points = 0;                       // steering: taken
   int quick_stops = 0;                      // begun
-  bool master_lost = false;                 // its heartbeat stayed out
+  bool master_lost = false;                 // its heartbeat was missing
 
-  // What is wrong with it.
+  // Its faults.
   bool powered = true;
   bool mute = false;                // sends nothing
-  bool deaf = false;                // hears nothing
+  bool deaf = false;                // receives nothing
   int ignored_requests = 0;         // SDO, the next ones
   std::set<std::uint32_t> refused;  // objects that it aborts with 0x06090030
   int shorter_pdos = 0;             // TPDOs with one byte too few, the next ones

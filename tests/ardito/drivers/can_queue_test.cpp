@@ -1,4 +1,4 @@
-// What becomes of frames that the kernel does not take at once.
+// Frames that the kernel does not accept at once.
 
 #include "drivers/can/can_queue.h"
 

@@ -167,7 +167,7 @@ TEST(RoverBoot, NoSdoAnswerAtAllIsAFailedBoot) {
   EXPECT_EQ(world.state(kIo), NodeState::operational);
 }
 
-// A daemon that died and came back must not let a rover on a slope roll.
+// A restart of a killed daemon must not let a rover on a slope roll.
 TEST(RoverBoot, DrivesThatHoldAndClutchesAreLeftAsTheyAre) {
   RoverWorld world;
   world.boot();

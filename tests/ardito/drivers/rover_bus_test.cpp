@@ -1,4 +1,4 @@
-// What is sent when all is well, and what is heard.
+// Messages sent and received without faults.
 
 #include "drivers/ardito/rover_bus.h"
 

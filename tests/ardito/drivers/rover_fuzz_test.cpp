@@ -53,7 +53,7 @@ class Watched {
     pump();
   }
 
-  // What a node could answer to what was sent last, so that boots get on.
+  // A possible answer of a node to the last message, so that boots advance.
   CanFrame answer() const {
     const std::uint32_t node = last_.id & 0x7F;
     if (last_.id == 0x000)

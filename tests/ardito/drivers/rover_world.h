@@ -17,7 +17,7 @@ class RoverWorld {
  public:
   explicit RoverWorld(const RoverBusParameters& parameters = {});
 
-  // New orders; with a new serial unless told otherwise. They are released at the frame's begin.
+  // New orders; with a new serial by default. They are released at the frame's begin.
   void release(bool anew = true);
   void run_until(TimeNs end);
   void run_for(TimeNs duration) { run_until(now + duration); }
@@ -52,7 +52,7 @@ class RoverWorld {
   std::vector<CanNode> node;
   TimeNs now = kSecond;
   std::vector<CanFrame> sent;  // by the bus master
-  bool master_dead = false;    // says nothing, hears nothing
+  bool master_dead = false;    // sends and receives nothing
   bool stuck = false;          // the bus asked to be woken in the past
 
  private:

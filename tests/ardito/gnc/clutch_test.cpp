@@ -92,7 +92,7 @@ TEST(Clutch, AMotorWithoutTorqueThatIsDraggedAlongIsAMotorFailure) {
   }
 }
 
-// A wheel in the air runs at no load as well; its clutch is closed and must stay so.
+// A wheel in the air also runs at no load; its clutch is closed and must stay so.
 TEST(Clutch, AWheelInTheAirIsProbedAndKept) {
   Parameters parameters;
   parameters.probe_pause_frames = 10;
@@ -103,7 +103,7 @@ TEST(Clutch, AWheelInTheAirIsProbedAndKept) {
   rover.request.speed = 0.7;
   ASSERT_TRUE(rover.settle(30));
   rover.run(5);
-  EXPECT_EQ(rover.command.probing, 0U);  // nobody is loaded: nothing can be told
+  EXPECT_EQ(rover.command.probing, 0U);  // no wheel is loaded: no conclusion is possible
   int probes = 0;
   rover.tamper = [](Measured& m) {  // the others work
     for (std::size_t i = 1; i < kWheels; ++i) m.wheels[i].current.value += 0.3;

@@ -81,7 +81,7 @@ TEST(RatioBlock, WhatIsSkippedHoldsNobodyUp) {
   EXPECT_EQ(cut[2], 1);
 }
 
-// 12.2: whatever the targets, all are there in the same frame.
+// 12.2: for any targets, all are reached in the same frame.
 RC_GTEST_PROP(RatioBlock, AllSettleTogether, ()) {
   PerWheel<double> target{}, value{}, start{}, integral{};
   double largest = 0;

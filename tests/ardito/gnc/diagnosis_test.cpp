@@ -193,7 +193,7 @@ TEST(Steering, EveryPatternHasTheOutcomeOfTheTable) {
   }
 }
 
-// E14: printed, the third flag is the first one again and E-SRG can never be told
+// E14: printed, the third flag is the first one again and E-SRG can never be detected
 TEST(Steering, ThirdFlagIsOfTheReductionEncoder) {
   const auto flags = [](double c, double m, double r) {
     return steering_flags({c, c}, {m, true}, {r, true}, kParameters);
@@ -211,9 +211,9 @@ TEST(Steering, AnEncoderThatStandsWhileTheGearTurnsIsFoundInAFrame) {
   EXPECT_EQ(standing_encoder(0, 0.03, 0.05, kParameters), S::motor_encoder);
   EXPECT_EQ(standing_encoder(-0.03, 0.001, -0.05, kParameters), S::reduction_encoder);
   EXPECT_EQ(standing_encoder(0.03, 0.028, 0.05, kParameters), S::none);
-  EXPECT_EQ(standing_encoder(0, 0.03, -0.05, kParameters), S::none);  // not what was ordered
+  EXPECT_EQ(standing_encoder(0, 0.03, -0.05, kParameters), S::none);  // differs from the order
   EXPECT_EQ(standing_encoder(0, 0.03, 0, kParameters), S::none);
-  EXPECT_EQ(standing_encoder(0, 0.015, 0.05, kParameters), S::none);  // too little to tell
+  EXPECT_EQ(standing_encoder(0, 0.015, 0.05, kParameters), S::none);  // too little for a decision
 }
 
 }  // namespace

@@ -132,7 +132,7 @@ TEST(Driving, ErrorFromAboveStopsIt) {
   for (const double w : rover.command.wheel_rad_s) EXPECT_EQ(w, 0);
 }
 
-// Each wheel alone would not take the rover beyond what was asked, whatever changes.
+// Each wheel alone would not exceed the requested motion of the rover, after any change.
 RC_GTEST_PROP(Driving, TheLimitIsNeverExceeded, ()) {
   Rover rover(static_cast<unsigned>(*rc::gen::inRange(0, 1000000)));
   rover.request.enable_correction = false;  // speeds along the ground are compared in the plane
@@ -153,7 +153,7 @@ RC_GTEST_PROP(Driving, TheLimitIsNeverExceeded, ()) {
       }
       // outer wheels of the narrowest curve are 1.67 times as fast as the CM, which is slowed down
       // to 0.58 there: no wheel is ever above 1.02 times the limit; and when the limit fell, not
-      // above what it did before
+      // above its earlier speed
       allowed = std::max(limit * 1.02, std::min(allowed, fastest));
       RC_ASSERT(fastest <= allowed + 1e-9);
       if (part > 0 && rover.command.mode == Mode::running &&

@@ -1,5 +1,5 @@
-// Every failure of the Ardito thesis' section 19 in the closed loop: what is found, how many frames
-// it takes, and what is done about it, beside the thesis' own figures (19.2; 19.1 where marked).
+// Every failure of the Ardito thesis' section 19 in the closed loop: diagnosis, number of frames
+// and reaction, compared with the thesis' own figures (19.2; 19.1 where marked).
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -223,7 +223,7 @@ TEST(Failures, FoundInCurvesAndOnTheSpotToo) {
   }
 }
 
-// The rover against a wall: all wheels stall. That is nobody's motor.
+// The rover against a wall: all wheels stall. No motor has failed.
 TEST(Failures, WhenAllWheelsStallNoMotorIsBlamed) {
   Rover rover = driving(2, 0.6);
   for (WheelFaults& f : rover.wheel_faults) f.motor_blocked = true;

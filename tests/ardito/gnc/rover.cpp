@@ -8,7 +8,7 @@ namespace {
 
 double to(double value, double step) { return std::round(value / step) * step; }
 
-// What a sensor says, given the truth and what it said before.
+// The reading of a sensor, from the truth and its last reading.
 double sensed(Broken broken, double truth, double before) {
   if (broken == Broken::zero) return 0;
   return broken == Broken::stuck && std::isfinite(before) ? before : truth;
@@ -100,7 +100,7 @@ void Rover::move() {
   direction_ = {sum.sin / length, sum.cos / length};
   if (direction_.sin < -0.7) direction_ = {-direction_.sin, -direction_.cos};
 
-  // what each drive would make of the rover; wheels that cannot turn hold it back a little
+  // rover speed from each drive; wheels that cannot turn slow it down a little
   PerWheel<bool> engaged{}, drives{};
   double v = 0, weight = 0;
   int dragged = 0;

@@ -49,7 +49,7 @@ class Rover {
   PerSteered<SteeringFaults> steering_faults;
   double drive_load = 0.25;  // mean current above no load
 
-  // What the controller decided last, and what it was given for it.
+  // The last decision of the controller, and its input.
   Command command;
   Measured measured;
   // Put between sensors and controller.

@@ -215,7 +215,7 @@ TEST(Stale, TheImuAndTheLoadTellAWrongReductionEncoderFromASlippingClutch) {
     m.wheels[1].reduction_rad_s.value *= 0.6;
     m.wheels[1].current.value = 0.09;
   };
-  // the rover is held up behind a motor that turns on
+  // the rover is blocked while a motor turns on
   const auto slipping = [](Measured& m) {
     m.wheels[1].reduction_rad_s.value *= 0.6;
     m.wheels[1].current.value = 0.09;

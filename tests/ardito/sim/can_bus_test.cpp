@@ -40,7 +40,7 @@ class Echo final : public CanDevice {
 
 class Bus : public testing::Test {
  protected:
-  // What the master has received until then, stepping from wake to wake.
+  // Frames received by the master until then, stepping from wake to wake.
   std::vector<std::string> until(TimeNs end) {
     std::vector<std::string> received;
     for (TimeNs now = bus_.next_wake(); now <= end; now = bus_.next_wake()) {

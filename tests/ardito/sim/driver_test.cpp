@@ -26,7 +26,7 @@ class DriverAndVehicle : public testing::Test {
     master_.restart(now_);
   }
 
-  // A frame of the daemon a hundred milliseconds: new orders, then whatever is due.
+  // A frame of the daemon a hundred milliseconds: new orders, then all due work.
   void run(double seconds) {
     const TimeNs end = now_ + static_cast<TimeNs>(seconds * kSecond);
     for (; now_ < end; now_ += kMillisecond) {

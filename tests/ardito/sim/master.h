@@ -26,7 +26,7 @@ class Master {
   void tell(const CanFrame& frame) { tell_(frame); }
   void tell(const std::string& frame_text) { tell_(frame(frame_text)); }
 
-  // Milliseconds pass; what nodes say is kept.
+  // Milliseconds pass; messages of nodes are kept.
   void run(int ms);
   // Cycles of 100 ms: heartbeat, SYNC at 90 ms, the orders of now before it.
   void cycle(int count = 1);

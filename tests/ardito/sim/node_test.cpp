@@ -16,7 +16,7 @@ using testing::ElementsAre;
 using testing::IsEmpty;
 using testing::Not;
 
-// One wheel drive, the I/O node and the IMU on a bus, their motors at rest.
+// One wheel drive, the I/O node and the IMU on a bus, their motors at standstill.
 class Nodes : public testing::Test {
  protected:
   Nodes() {

@@ -126,7 +126,7 @@ TEST_F(Vehicle, EveryTractionFailureHasTheEffectOfItsName) {
   expect("TM:2", 0, 0, 0);                 // stuck: it skids
   expect("TRG:2", 0, 0, 0);                // jammed
   expect("TRG:2:1", 31.83, 31.83, 31.83);  // loose: it rolls along
-  expect("TC:2", 31.83, 31.83, 31.83);     // the same: only the current tells
+  expect("TC:2", 31.83, 31.83, 31.83);     // the same: only the current shows it
 }
 
 TEST_F(Vehicle, AClutchThatFailedShowsInTheCurrentOnly) {

@@ -1,5 +1,5 @@
 // decode.mjs FILE.mcap: every message as a JSON line, read by code that is not ours: by the summary and the indexes of
-// the file, which is refused when a checksum does not fit. A last line says what the file tells of itself.
+// the file, which is refused when a checksum does not fit. A last line has the file's metadata.
 import { open } from "node:fs/promises";
 
 import { parseIDL } from "@foxglove/omgidl-parser";

@@ -1,5 +1,5 @@
 #!/bin/sh
-# configure.sh ROOT HERE: what an installer and its owner would have set up on a bare OBC.
+# configure.sh ROOT HERE: the settings that an installer and its owner would make on a bare OBC.
 set -e
 root=$1 here=$2
 cd "$root"
@@ -19,7 +19,7 @@ printf 'vcan\ncan-raw\n' > etc/modules-load.d/can.conf
 printf '[NetDev]\nName=can0\nKind=vcan\n' > etc/systemd/network/10-can0.netdev
 printf '[Match]\nName=can0\n[Network]\nLinkLocalAddressing=no\n' > etc/systemd/network/99-can0.network
 
-# An ordinary person who may use sudo.
+# An ordinary user who may use sudo.
 for file in passwd shadow group gshadow; do [ -e etc/$file ] || : > etc/$file; done
 echo 'operator:x:1000:1000::/home/operator:/bin/bash' >> etc/passwd
 echo 'operator:*:19000:0:99999:7:::' >> etc/shadow

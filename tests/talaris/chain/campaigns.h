@@ -1,7 +1,7 @@
 #pragma once
 
 // The campaigns of the TALARIS thesis 5.2, each flown with its file in config/talaris/: their
-// tables for docs/talaris-results.md, beside what the thesis shows. A campaign's short form is in
+// tables for docs/talaris-results.md, compared with the thesis. A campaign's short form is in
 // campaigns_test.cpp.
 
 #include <string>
@@ -11,11 +11,11 @@
 
 namespace lss::talaris {
 
-// What strikes a hop, and where it is right to end in spite of it.
+// The failure of a hop, and the acceptable ends in spite of it.
 struct Failure {
   const char* name;
   std::vector<std::string> faults;  // # is replaced by a number 1..8 of the seed
-  const char* right;                // what the flight should do
+  const char* right;                // the expected end of the flight
 };
 const std::vector<Failure>& failures();
 // The failure strikes between lift-off and descent, when is the seed's.

@@ -180,7 +180,7 @@ void Chain::release() {
   reset_serial_ = due.node_reset_serial;
 }
 
-// What the cycle does not order.
+// Actions without an order of the cycle.
 void Chain::obey() {
   if (!latch_.fell()) return;
   valves_.all_stop(now_ns_);
@@ -272,7 +272,7 @@ void Chain::frame(const Boundary& boundary) {
   if (after_frame) after_frame();
 }
 
-// ---- what an operator does
+// ---- actions of an operator
 
 void Chain::post(Request request) {
   request.arrival_ns = now_ns_;
@@ -347,7 +347,7 @@ void Chain::act(const sim::Fault& fault, bool attach) {
   }
 }
 
-// ---- what is known
+// ---- true state
 
 bool Chain::has(FaultId id, std::uint16_t subject) const {
   return std::ranges::any_of(supervisor().faults, [&](const FaultRecord& fault) {

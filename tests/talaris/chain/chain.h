@@ -41,7 +41,7 @@ class Chain {
     std::string config = "hop";            // config/talaris/NAME.toml
     sim::talaris::TalarisOptions world{};  // its seed is the one below
     unsigned seed = 1;                     // of noise, biases, and the phases of the clocks
-    // A last hand on what was read from the configuration.
+    // A last change of the configuration.
     std::function<void(Parameters&)> adjust{};
   };
   struct Wish {
@@ -72,7 +72,7 @@ class Chain {
   std::function<void(const lss::Inputs<Vehicle>&, const Outputs<Vehicle>&, Supervisor&, Vehicle&)>
       tape{};
 
-  // ---- What an operator does. Each command is from "test", with a lease of 60 s.
+  // ---- Actions of an operator. Each command is from "test", with a lease of 60 s.
   template <class Kind>
   std::uint64_t send(Kind kind, std::initializer_list<double> parameters = {}) {
     return send(static_cast<std::uint16_t>(kind), std::span(parameters.begin(), parameters.size()));
@@ -94,7 +94,7 @@ class Chain {
   std::vector<std::string> attached() { return board_->attached(); }
   std::span<const sim::FaultKind> fault_kinds() const { return fault_kinds_; }
 
-  // ---- What the daemon says.
+  // ---- Output of the daemon.
   const SupervisorState& supervisor() const { return supervisor_.state(); }
   State state() const { return supervisor_.controller().state; }
   Mode mode() const { return static_cast<Mode>(supervisor_.controller().mode); }
@@ -105,14 +105,14 @@ class Chain {
   const TalarisOrders& orders() const { return out_.command; }
   const Vehicle& vehicle() const { return vehicle_; }
   const EdgeReport& edges_now() const { return edges_; }
-  // What the last frame was given.
+  // Input of the last frame.
   std::span<const TalarisSample> samples() const {
     return std::span(in_.samples).first(in_.sample_count);
   }
   std::vector<Ack> acks;
   std::vector<EventRecord> events;
 
-  // ---- What the world knows.
+  // ---- True state.
   sim::talaris::Talaris& world() { return *world_; }
   const sim::talaris::Talaris& world() const { return *world_; }
   const sim::talaris::BodyState& body() const { return world_->plant().body(); }

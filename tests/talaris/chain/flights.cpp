@@ -38,7 +38,7 @@ bool ended(Chain& chain, double limit_s) {
   return chain.run_until([&] { return chain.mode() != Mode::execute; }, limit_s);
 }
 
-// As planned: the daemon says so by what it does not say.
+// As planned: the daemon reports no fault.
 bool as_planned(const Chain& chain) {
   const bool told = std::ranges::any_of(chain.acks, [](const Ack& ack) {
     return ack.phase == lss::Phase::failed || ack.phase == lss::Phase::rejected;
@@ -353,7 +353,7 @@ Fired fire(unsigned valve, double on_s, unsigned seed) {
   chain.after_frame = {};
   chain.run(1);
 
-  // Ten pulses: what the daemon says of them, and what the gas did.
+  // Ten pulses: the daemon's report, and the true gas flow.
   double impulse_Ns = 0;
   TimeNs full_ns = 0, none_ns = 0, opened_ns = 0, shut_ns = 0;
   double opening_ms = 0, shutting_ms = 0;

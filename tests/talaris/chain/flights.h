@@ -1,8 +1,8 @@
 #pragma once
 
-// Single runs of the campaigns of the TALARIS thesis 5.2 on the whole chain, and what the world
-// saw of them. Vehicles and their set-up are dispersed by the seed (docs/simulator.md has the
-// ranges); noise, biases and the phases of the clocks are of the seed as well.
+// Single runs of the campaigns of the TALARIS thesis 5.2 on the whole chain, and what the world saw
+// of them. Vehicles and their set-up are dispersed by the seed (docs/simulator.md has the ranges);
+// noise, biases and the phases of the clocks also depend on the seed.
 
 #include <array>
 #include <functional>
@@ -35,8 +35,8 @@ struct Flown {
   // By the world.
   double down_m_s = 0, sideways_m_s = 0, contact_tilt_deg = 0;  // of the landing
   double rest_tilt_deg = 0;
-  double along_m = 0, across_m = 0;          // from where it should stand
-  double nav_along_m = 0, nav_across_m = 0;  // what navigation was off by at touchdown
+  double along_m = 0, across_m = 0;                               // from where it should stand
+  double nav_along_m = 0, nav_across_m = 0;                       // navigation error at touchdown
   double max_height_m = 0, max_tilt_deg = 0, height_error_m = 0;  // in the air
   double gas_s = 0, air_s = 0;
   std::vector<FaultId> faults;
@@ -52,8 +52,8 @@ Flown fly(const FlightPlan& plan, unsigned seed);
 // On the sled: the turn, or the turn towards the wall and the traverse.
 struct Slid {
   bool succeeded = false;  // as the daemon says
-  double turn_deg = 0;     // true, from what was asked
-  double along_m = 0;      // true, towards the wall, from what was asked
+  double turn_deg = 0;     // true, from the target
+  double along_m = 0;      // true, towards the wall, from the target
   double gas_s = 0, time_s = 0;
 };
 Slid turn_on_sled(double degrees, unsigned seed);
@@ -89,8 +89,8 @@ std::array<Hopped, 3> hop_by_fans(double height_m, unsigned seed);
 struct Spun {
   bool armed = false;
   double ramp_rpm = 0;    // most, off the ramp that was commanded, from 1 s after its begin on
-  double mean_rpm = 0;    // of the steady speed, off what was commanded, the worst of the fans
-  double steady_rpm = 0;  // most, off what was commanded, steady
+  double mean_rpm = 0;    // error of the steady speed, the worst of the fans
+  double steady_rpm = 0;  // largest steady error
 };
 Spun spin(unsigned fans, double rpm, unsigned seed);
 

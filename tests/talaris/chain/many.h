@@ -1,6 +1,6 @@
 #pragma once
 
-// Many runs of a campaign, and what they have in common.
+// Many runs of a campaign, and their statistics.
 
 #include <algorithm>
 #include <atomic>

@@ -1,4 +1,4 @@
-// What the verbs of TALARIS make of the words that were typed; nobody is contacted.
+// Parsing of TALARIS' verbs; no daemon is contacted.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -76,7 +76,7 @@ TEST(TalarisVerbs, WhatTakesLongIsWaitedForUnlessATimeIsSaid) {
   EXPECT_EQ(Options{}.finish_timeout_s(605), 635);
 }
 
-// Whoever sees that it goes wrong may end it.
+// Any client may end it.
 TEST(TalarisVerbs, AScriptIsAbortedByAnyone) {
   EXPECT_EQ(find_command(kVehicle, "script-abort").access, Access::anyone);
   EXPECT_EQ(find_command(kVehicle, "land").access, Access::anyone);

@@ -1,4 +1,4 @@
-// What the fast all-stop says on the CAN bus besides shutting and switching off.
+// Messages of the fast all-stop on the CAN bus besides shutting and switching off.
 
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ class Actuate : public testing::Test {
     actuation_.all_stop(now_ns());
     actuation_.run(now_ns());
   }
-  // Twice: what was due at the same time was sent before the second.
+  // Twice: messages due at the same time were sent before the second.
   bool heard(std::uint16_t fan_us) {
     const auto says = [fan_us](const CanFrame& f) {
       return tells_fans(f) && f.data[0] == (fan_us & 0xFF) && f.data[1] == fan_us >> 8;

@@ -2,7 +2,7 @@
 
 // The hardware around the wiring of TALARIS, as far as its bytes go: an IMU and an altimeter on
 // pseudo-terminals behind links, and the far end of a CAN bus in datagrams; and the three kinds of
-// threads of the daemon around it. Whatever is waited for is bounded.
+// threads of the daemon around it. Every wait is bounded.
 
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -121,7 +121,7 @@ class LandMark {
   TimeNs next_ns_ = 0;
 };
 
-// Hears what is said on the CAN bus.
+// Receives the frames of the CAN bus.
 class CanListener {
  public:
   struct Heard {
@@ -207,7 +207,7 @@ inline config::Config configuration(const Folder& folder, const CanListener& can
   return config;
 }
 
-// What a frame had, and what it wanted.
+// Input and orders of a frame.
 struct FrameSeen {
   Boundary boundary{};
   std::vector<TalarisSample> samples{};
@@ -229,7 +229,7 @@ class Rig {
 
   Rig() {
     parameters.landmark.packets_per_frame = 4;
-    parameters.landmark.configure = true;  // so that we hear when its line is open
+    parameters.landmark.configure = true;  // so that the test knows when its line is open
     parameters.grace_ns = 1000 * kSecond;  // no delay of the machine makes a frame by the clock
   }
   ~Rig() { stop(); }

@@ -1,5 +1,5 @@
-// The wiring on real pseudo-terminals and datagrams, with its threads. What is asserted of time
-// holds on a busy machine, too: never early, and in order.
+// The wiring on real pseudo-terminals and datagrams, with its threads. The asserted times are also
+// valid on a busy machine: never early, and in order.
 
 #include <gmock/gmock.h>
 
@@ -52,7 +52,7 @@ std::vector<ImuPacket> packets(const std::vector<FrameSeen>& frames) {
 TEST(Buses, EveryFourthPacketBeginsAFrameWithWhatWasHeardBefore) {
   Rig rig;
   rig.start(nothing);
-  const char range[] = "003.210\r\n001.234\r\n";  // the first may be heard from its middle
+  const char range[] = "003.210\r\n001.234\r\n";  // the first may be received from its middle
   rig.altimeter.write(range, sizeof range - 1);
   rig.imu.send(80);
   ASSERT_TRUE(rig.wait_for_frames(10));
@@ -64,7 +64,7 @@ TEST(Buses, EveryFourthPacketBeginsAFrameWithWhatWasHeardBefore) {
     for (const TalarisSample& sample : frames[k].samples) {
       EXPECT_LT(sample.time_ns, frames[k].boundary.time_ns);
       const auto* heard = std::get_if<Range>(&sample.reading);
-      // An altimeter may have been heard before the first frame.
+      // A message of the altimeter may have come before the first frame.
       if (k > 0 && heard == nullptr) {
         EXPECT_GE(sample.time_ns, frames[k - 1].boundary.time_ns);
       }
@@ -114,7 +114,7 @@ TEST(Buses, OrdersOpenTheirValveAtItsTimeAfterTheReleaseAndShutIt) {
   int pulses = 0;
   const std::vector<FrameSeen> frames = rig.seen();
   for (std::size_t k = 1; k < frames.size(); ++k) {
-    // What the report of this frame says of the one before, when that was released in time.
+    // The report of this frame on the one before, when that was released in time.
     const EdgeReport& edges = frames[k].report.edges;
     const TimeNs release_ns = frames[k - 1].boundary.time_ns + rig.config.offset_ns;
     if (edges.opened_ns[2] < release_ns || edges.shut_ns[2] < edges.opened_ns[2]) continue;
@@ -213,7 +213,7 @@ class AllStop : public testing::Test {
     });
     // A bus that is opened after the orders came shuts, and they are gone.
     EXPECT_TRUE(rig_.can.wait_for(shuts_all));
-    // A frame that the machine held up past the time of its release has no orders: the next one
+    // A frame that the machine delayed past the time of its release has no orders: the next one
     // has.
     for (int tries = 0; tries < 30; ++tries) {
       rig_.imu.send(7);

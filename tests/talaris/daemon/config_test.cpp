@@ -37,7 +37,7 @@ std::string error_of(const std::string& from, const std::string& to) {
   return error_of_text(text);
 }
 
-// As a number, whatever it is made of.
+// As a number, from any type.
 template <class T>
 std::vector<double> numbers(const T& x) {
   const auto* first = reinterpret_cast<const double*>(&x);
@@ -110,7 +110,7 @@ TEST(TalarisConfig, TheExampleHoldsTheDefaults) {
   EXPECT_EQ(n.gravity_m_s2, m.gravity_m_s2);
 }
 
-// Every number of [talaris...]: one beyond all bounds is an error that names the key.
+// Every number of [talaris...]: a value outside all limits is an error that names the key.
 TEST(TalarisConfig, EveryNumberHasItsRange) {
   const std::string text = text_of(LSS_CONFIG);
   const std::size_t own = text.find("[talaris.imu]");

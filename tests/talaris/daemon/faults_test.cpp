@@ -185,12 +185,12 @@ INSTANTIATE_TEST_SUITE_P(
              [](World& w) { w.in_.bus.edges.all_stop_pending = true; }}),
     [](const auto& test) { return std::string(test.param.name); });
 
-// The flight goes on to the ground as well as it can; then it is an emergency.
+// The flight continues to the ground as far as possible; then it is an emergency.
 struct InTheAir {
   const char* name;
   FaultId fault;
   std::uint16_t subject;
-  Phase phase;  // what it does
+  Phase phase;  // its reaction
   double landing_m_s;
   void (*cause)(World&);
 };

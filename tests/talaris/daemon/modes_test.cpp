@@ -1,4 +1,4 @@
-// Which command is taken in which mode, and what is said to the others.
+// Accepted commands of each mode, and the rejections of all others.
 
 #include <gtest/gtest.h>
 
@@ -117,7 +117,7 @@ TEST(TalarisModes, LeavingTheSpinUpDropsThePlanAndTheNextFlightIsPlannedAnew) {
   }
 }
 
-// What the flight threw away without the controller is no flight.
+// A flight abandoned without the controller does not count.
 TEST(TalarisModes, ExecuteWithoutAPlanFailsAndIsBackInStandby) {
   World w;
   ASSERT_TRUE(w.start());
@@ -299,7 +299,7 @@ TEST(TalarisModes, ShutDownShutsEverything) {
   EXPECT_EQ(w.state(), State::idle);
 }
 
-// Whatever happens when: nothing opens or runs outside of the modes that open and run.
+// In any sequence of events: nothing opens or runs outside of the modes that allow it.
 TEST(TalarisModes, NothingIsOpenOutsideOperational) {
   World w;
   std::uint32_t seed = 11;

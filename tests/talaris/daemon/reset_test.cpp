@@ -121,7 +121,7 @@ TEST(TalarisReset, ANodeThatWasNotCommandedIsAFaultAsEver) {
   EXPECT_FALSE(w.has(FaultId::module_silent, kFanModule));
 }
 
-// Of it only what is known is forgotten.
+// Only its known data is discarded.
 TEST(TalarisReset, OfTheImuIsOverAtOnce) {
   World w;
   w.run(1);

@@ -1,4 +1,4 @@
-// Scripts (TALARIS thesis 4.5.1, A.3.2): what is refused, and what those that are taken do.
+// Scripts (TALARIS thesis 4.5.1, A.3.2): rejections, and the actions of accepted ones.
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -125,7 +125,7 @@ std::array<std::vector<Window>, kHopperValves> played(Script& script) {
   return windows;
 }
 
-// Whatever is sent: what is taken is played exactly, within all limits, one pulse after another.
+// For any input: an accepted script is played exactly, within all limits, one pulse after another.
 TEST(TalarisScriptProperty, WhatIsTakenIsPlayedExactly) {
   EXPECT_TRUE(rc::check([] {
     Script script;

@@ -25,7 +25,7 @@ double World::noise() {
   return (seed_ >> 8) / double(1 << 24) * 2 - 1;
 }
 
-// 5 ms of what the last orders do.
+// 5 ms under the last orders.
 void World::move(double into_s, double& up_m_s2, double& along_m_s2) {
   const gnc::talaris::Parameters& p = parameters_.flight;
   constexpr double kStep_s = 0.005;

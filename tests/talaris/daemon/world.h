@@ -1,8 +1,8 @@
 #pragma once
 
 // A world for the cycle of TALARIS without threads and without turning: it stands level, goes up
-// and down and along z by what valves and fans are ordered, in virtual time. Sensors are as good as
-// their quantisation; tests break them by hand.
+// and down and along z according to the orders of valves and fans, in virtual time. Sensors are as
+// good as their quantisation; tests break them by hand.
 
 #include <functional>
 #include <memory>
@@ -93,7 +93,7 @@ class World {
   bool shut() const { return !active(out_.command); }
   const TalarisOrders& orders() const { return out_.command; }
 
-  // What is measured in a frame, before it is told.
+  // The measurements of a frame, before they are sent.
   std::function<void(std::vector<TalarisSample>&)> distort;
 
   std::vector<Ack> acks;

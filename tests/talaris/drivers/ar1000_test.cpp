@@ -16,7 +16,7 @@ class Altimeter : public ::testing::Test {
  protected:
   Altimeter() {
     line.restart(now);
-    hear("\r\n");  // what comes before is the end of something
+    hear("\r\n");  // earlier bytes are the end of another line
   }
   void hear(std::string_view text) { line.receive(line_bytes(text), now); }
   std::vector<std::pair<TimeNs, Range>> taken() { return only<Range>(take_all(line)); }

@@ -16,7 +16,7 @@ constexpr TimeNs kPeriod = 10 * kMillisecond;
 constexpr TimeNs kByte = 10 * kSecond / 38'400;
 constexpr TimeNs kOnWire = 18 * kByte;
 
-// Drives the line in virtual time; `answers` decides what comes for each thing that is said.
+// Drives the line in virtual time; `answers` gives the reply to each message.
 class CrossbowLine : public ::testing::Test {
  protected:
   void run_until(TimeNs end) {

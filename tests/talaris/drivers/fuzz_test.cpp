@@ -1,4 +1,4 @@
-// The lines and the bus under arbitrary bytes, cuts, frames and times: what they may never do.
+// The lines and the bus under arbitrary bytes, cuts, frames and times: forbidden actions.
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -134,7 +134,7 @@ RC_GTEST_PROP(CrossbowFuzz, AnyBytesNeverMakeAPacketWithoutItsSum, ()) {
     written(line, now);
     const auto noise = *any_bytes();
     bring(line, noise, now + kMillisecond);
-    // What was taken stands in the noise, sum and all.
+    // An accepted packet is in the noise, including its sum.
     const auto got = only<ImuPacket>(take_all(line));
     bool possible = false;
     for (std::size_t at = 0; at + 18 <= noise.size(); ++at) {
@@ -200,7 +200,8 @@ RC_GTEST_PROP(ValvesFuzz, WhatIsSaidIsWhatTheOrdersInForceSay, ()) {
         open = frame.data[0];
         said_ns = now;
       }
-      // Never open beyond what is enabled, the end of the frame, the age of the orders or a stop.
+      // Never open when not enabled, after the end of the frame, with too old orders, or after a
+      // stop.
       RC_ASSERT((open & ~orders.enabled) == 0);
       RC_ASSERT(open == 0 || (!orders.all_stop && !stopped));
       RC_ASSERT(open == 0 || now - orders.issued_ns <= ValveParameters{}.stale_after_ns);

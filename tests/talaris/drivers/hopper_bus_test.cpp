@@ -1,4 +1,5 @@
-// The CAN bus of docs/icd-talaris.md: boot, what is sent, what is heard, and what shuts the valves.
+// The CAN bus of docs/icd-talaris.md: boot, sent and received messages, and the causes of shut
+// valves.
 
 #include "drivers/talaris/hopper_bus.h"
 
@@ -336,7 +337,7 @@ TEST(HopperBus, ALostNodeIsBootedWhenTheOrdersAllowIt) {
 }
 
 // The daemon stood still in the air: nodes shut by themselves and are brought up again, without a
-// reset and shut until they are told otherwise.
+// reset and shut until the next order.
 TEST(HopperBus, NodesThatFellBackAreBroughtUpAgainInTheAir) {
   HopperWorld world;
   world.boot();

@@ -1,7 +1,7 @@
 #pragma once
 
 // A node of docs/icd-talaris.md in virtual time: boots, takes its configuration, beats, watches the
-// master, does what RPDO1 says and forgets it when it is not renewed. Answers come one millisecond
+// master, follows RPDO1 and drops the order when it is not renewed. Answers come one millisecond
 // after the question.
 
 #include <array>
@@ -37,7 +37,7 @@ class HopperNode {
 
   std::uint8_t id;
   std::uint32_t device_type;
-  std::uint8_t state = 0;  // as a heartbeat says it
+  std::uint8_t state = 0;  // as in a heartbeat
   std::uint8_t valves = 0;
   std::array<std::uint16_t, 4> fan_us = {1000, 1000, 1000, 1000};
   std::vector<Write> writes;            // in their order, since it booted
@@ -48,7 +48,7 @@ class HopperNode {
   int resets = 0;
   std::array<std::uint8_t, 8> data[2]{};  // of TPDO1 and 2
 
-  // What is wrong with it.
+  // Its faults.
   bool mute = false;
   std::set<std::uint32_t> refused;  // index << 8 | sub
 

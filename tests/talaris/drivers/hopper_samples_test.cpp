@@ -1,4 +1,4 @@
-// What is heard on the CAN bus of docs/icd-talaris.md, in SI units.
+// Messages received on the CAN bus of docs/icd-talaris.md, in SI units.
 
 #include <gtest/gtest.h>
 

@@ -43,7 +43,7 @@ class HopperWorld {
   std::vector<HopperNode> node;
   TimeNs now = kSecond;
   std::vector<CanFrame> sent;  // by both threads
-  bool master_dead = false;    // says nothing, hears nothing
+  bool master_dead = false;    // sends and receives nothing
   bool actuate_dead = false;
 
  private:

@@ -27,7 +27,7 @@ std::vector<LineByte> decoded(ParityMarks& marks, const Bytes& raw) {
   return out;
 }
 
-// As a terminal writes what came.
+// As a terminal marks received bytes.
 Bytes marked(const std::vector<LineByte>& came) {
   Bytes raw;
   for (const LineByte& byte : came) {
@@ -135,7 +135,7 @@ TEST_F(PortWithParity, AllBytesComeThroughAsTheyAre) {
   EXPECT_EQ(through(port, all), all);
 }
 
-// The terminal keeps what it was set to while its far end is open.
+// The terminal keeps its settings while its far end is open.
 TEST_F(PortWithParity, ItCanBeOpenedAgain) {
   SerialFormat format;
   format.parity = SerialFormat::Parity::even;

@@ -59,7 +59,7 @@ std::vector<std::pair<TimeNs, T>> only(const std::vector<TalarisSample>& samples
   return found;
 }
 
-// What the driver writes at `now`, all of it.
+// All bytes that the driver writes at `now`.
 inline Bytes written(SensorLine& line, TimeNs now) {
   Bytes all;
   while (true) {

@@ -22,7 +22,7 @@ struct Said {
 
 class Valves : public ::testing::Test {
  protected:
-  // Sends what is due until `end`, as a thread that is never late.
+  // Sends all messages due until `end`, like a thread that is never late.
   void run_until(TimeNs end) {
     while (true) {
       send();
@@ -150,7 +150,7 @@ TEST_F(Valves, ShutIsSaidAtEachReleaseOnly) {
 }
 
 TEST_F(Valves, APulseThatIsOpenIsShutByTheNextFrame) {
-  orders.pulse[0] = {100 * kMillisecond, 160 * kMillisecond};  // beyond the frame
+  orders.pulse[0] = {100 * kMillisecond, 160 * kMillisecond};  // after the frame
   release();
   run_until(orders.boundary_ns + kFrame);
   orders.pulse[0] = {50 * kMillisecond, 40 * kMillisecond};
@@ -275,7 +275,7 @@ TEST_F(Valves, APortThatWasOpenedAgainIsToldShutFirst) {
   ASSERT_EQ(said.size(), 1u);
   EXPECT_EQ(said[0], (Said{now, 0}));
   run_until(orders.boundary_ns + kFrame);
-  EXPECT_EQ(said.size(), 1u);  // what was ordered before is gone
+  EXPECT_EQ(said.size(), 1u);  // earlier orders are dropped
   release();
   EXPECT_EQ(said.back().bits, 0x01);
 }

@@ -1,4 +1,4 @@
-// Calibration: what it finds, and that it notices what must not be.
+// Calibration: its results, and detection of forbidden conditions.
 
 #include "gnc/talaris/calibration.h"
 
@@ -63,7 +63,7 @@ TEST(Calibration, FindsBiasesUprightAndHeightIn30Seconds) {
     const double rate_sigma =
         std::hypot(p.rate_noise / std::sqrt(30.0), p.rate_bias_walk * std::sqrt(30.0 / 3));
     EXPECT_LT((a.gyro_bias_rad_s - flown.truth.bg).norm(), 5 * rate_sigma);
-    // the filter's own unit: across the vertical bias and tilt cannot be told apart
+    // the filter's own unit: across the vertical, bias and tilt cannot be distinguished
     const Vector3 felt = flown.truth.q.conjugate() * Vector3(p.gravity_m_s2, 0, 0) + flown.truth.ba;
     const Vector3 expected =
         a.q_NB.conjugate() * Vector3(p.gravity_m_s2, 0, 0) + a.accelerometer_bias_m_s2;
@@ -83,7 +83,7 @@ TEST(Calibration, HeadingIsTheOneThatIsGiven) {
   EXPECT_NEAR(std::atan2(-z.y(), z.z()), 45 * kRadPerDeg, 0.01);
 }
 
-// One second of movement in the middle: told, and then 30 s from there.
+// One second of movement in the middle: reported, and then 30 s from there.
 struct Movement {
   CalibrationFault fault;
   Vector3 rate, force;
@@ -152,7 +152,7 @@ TEST(Calibration, FailsWhenItIsNeverStill) {
   EXPECT_NEAR(r.frames, 5 * 150, 2);
 }
 
-// What is wrong from beginning to end shows when it is over.
+// A permanent error is detected at the end.
 TEST(Calibration, FailsOnWhatCannotBe) {
   struct Case {
     CalibrationFault fault;
@@ -202,7 +202,8 @@ TEST(Calibration, AltimeterIsNotAskedWhereThereIsNone) {
   EXPECT_TRUE(std::isnan(r.found.range_m));
 }
 
-// A tenth of the samples broken, repeated or from the past: the rest is enough, and the same.
+// A tenth of the samples broken, repeated or from the past: the others suffice, with the same
+// result.
 TEST(Calibration, BrokenSamplesDoNotCount) {
   const Outcome clean = run({});
   const Outcome broken = run({}, [](Flown& flown, int frame) {

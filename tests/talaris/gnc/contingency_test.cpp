@@ -1,4 +1,4 @@
-// Every fault in every phase of the hop: how does it end? Bounds per kind are those of
+// Every fault in every phase of the hop: its end. Limits of each type are those of
 // docs/gnc-talaris.md.
 
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ Worst strike(const char* name, const std::function<void(Hopper&)>& fault,
     worst.tilt_deg = std::max(worst.tilt_deg, hopper.log.landing_tilt_rad / kDegree);
     worst.drift_m_s = std::max(worst.drift_m_s, hopper.log.landing_drift_m_s);
     worst.height_m = std::max(worst.height_m, hopper.log.max_height_m);
-    // whatever happened: at the end nothing blows and nothing turns
+    // in every case: at the end no valve is open and no fan turns
     for (const Pulse& p : hopper.out.actuation.valve) EXPECT_EQ(p.on_s, 0);
     for (const double t : hopper.out.actuation.fan_throttle) EXPECT_EQ(t, 0);
   }

@@ -107,7 +107,7 @@ class DenseEkf {
     bg += dx.segment<3>(12);
   }
 
-  // What has to be added to this one to make it `other`.
+  // The difference from this state to `other`.
   Vector minus(const DenseEkf& other) const {
     Vector d;
     d.segment<3>(0) = p - other.p;

@@ -1,6 +1,6 @@
 #pragma once
 
-// A vehicle that is not quite what its parameters say, by a seed.
+// A vehicle that deviates from its parameters, by a seed.
 
 #include "tests/talaris/gnc/hopper.h"
 
@@ -32,7 +32,7 @@ inline World dispersed(unsigned seed, const Spread& s, World world = {}) {
   return world;
 }
 
-// Least, mean, greatest of what was collected, and a line about it for the record.
+// Minimum, mean and maximum of the collected values, and a line about them for the record.
 struct Statistics {
   double sum = 0, least = 1e9, most = -1e9;
   int n = 0;

@@ -89,7 +89,7 @@ TEST(Consistency, FindsAFilterThatIsTooSure) {
   EXPECT_GT(squares, 15 * kFew + 10 * std::sqrt(2.0 * 15 * kFew));
 }
 
-// What is quoted in the document: how far a flight drifts.
+// The figures of the document: drift of a flight.
 TEST(Consistency, HeightIsKnownToMillimetresAndTheRestDrifts) {
   NavigationParameters p;
   double height = 0, across = 0, upright = 0;

@@ -1,4 +1,4 @@
-// The filters against printed coefficients and against what they are for.
+// The filters against printed coefficients and against their specification.
 
 #include "gnc/talaris/filters.h"
 
@@ -18,7 +18,7 @@ double gain(const FilterCoefficients& c, double hz, double fs) {
   return std::abs((c.b0 + c.b1 * z + c.b2 * z * z) / (1.0 + c.a1 * z + c.a2 * z * z));
 }
 
-// Amplitude of what comes out of a sine of amplitude 1, once it has settled.
+// Output amplitude for a sine of amplitude 1, once settled.
 double measured_gain(const FilterCoefficients& c, double hz, double fs) {
   Filter filter(c);
   double largest = 0;

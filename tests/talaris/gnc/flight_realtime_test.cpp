@@ -1,5 +1,5 @@
-// What the frame thread relies on: no allocation, the same bits for the same calls, and pulses and
-// throttles within their limits whatever comes in.
+// Requirements of the frame thread: no allocation, the same bits for the same calls, and pulses and
+// throttles within their limits for any input.
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -1,8 +1,8 @@
 #pragma once
 
-// A vehicle that stands and then flies about as one would like it to, and what its IMU and
-// altimeter say of it, with the noise, biases and quantisation of the real ones. No dynamics: the
-// motion is given, and the truth is integrated as the filter integrates.
+// A vehicle that stands and then flies on an ideal path, and what its IMU and altimeter say of it,
+// with the noise, biases and quantisation of the real ones. No dynamics: the motion is given, and
+// the truth is integrated as the filter integrates.
 
 #include <cmath>
 #include <random>
@@ -46,7 +46,7 @@ class Flown {
   bool flying = false;
   double size = 1;  // of the motion
 
-  // The next frame; imu and ranges are what was measured in it.
+  // The next frame; imu and ranges are its measurements.
   Batch frame() {
     imu.clear();
     ranges.clear();
@@ -63,7 +63,7 @@ class Flown {
   double normal(double sigma) { return std::normal_distribution<double>(0, sigma)(engine_); }
   Vector3 vector(double sigma) { return {normal(sigma), normal(sigma), normal(sigma)}; }
 
-  // Estimate minus truth as dx of the filter: what has to be added to the estimate.
+  // Estimate minus truth as dx of the filter: the correction of the estimate.
   DenseEkf::Vector error(const Navigation& navigation) const {
     const Nominal& n = navigation.filter().nominal();
     DenseEkf x;
@@ -91,7 +91,7 @@ class Flown {
     if (flying) {
       t_ += dt;
       const auto wave = [&](int i, double amplitude, double w) {
-        // begins at rest: a sine's derivative with the phase only after a soft start
+        // begins at standstill: a sine's derivative with the phase only after a soft start
         const double soft = std::min(1.0, t_ / 2);
         return size * soft * amplitude * std::cos(w * t_ + phase_[i]);
       };

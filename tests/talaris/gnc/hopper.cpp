@@ -139,7 +139,7 @@ void Hopper::physics(double dt) {
   }
   if (position.x() > 0.1) was_up_ = true;
 
-  // the stands hold what they hold
+  // blocked axes of the stand
   Vector3 move = Vector3::Ones(), turn = Vector3::Ones();
   switch (world.stand) {
     case Stand::free:

@@ -22,15 +22,16 @@ struct World {
   std::array<double, kValves> force_N = {58, 58, 58, 58, 58, 58, 58, 58};
   double valve_lag_s = 0.008;
   double fan_lag_s = 0.25;
-  double fan_scale = 1;                                // thrust, of what is believed
-  std::array<double, kFans> fan_speed = {1, 1, 1, 1};  // rpm at full throttle, of what is believed
-  Vector3 moment_N_m = {0, 0.3, -0.2};                 // while it flies: offset of the CM
-  double noise = 1;                                    // of navigation
-  Vector3 drift_m_s2 = Vector3::Zero();                // of navigation's speed, horizontal
+  double fan_scale = 1;  // thrust, relative to the model
+  std::array<double, kFans> fan_speed = {1, 1, 1,
+                                         1};  // rpm at full throttle, relative to the model
+  Vector3 moment_N_m = {0, 0.3, -0.2};        // while it flies: offset of the CM
+  double noise = 1;                           // of navigation
+  Vector3 drift_m_s2 = Vector3::Zero();       // of navigation's speed, horizontal
   double sled_friction_N_s_m = 1.0;
 };
 
-// What a flight was like.
+// The result of a flight.
 struct Log {
   double max_tilt_rad = 0, max_roll_error_rad = 0;  // in the air, before contact
   double settled_tilt_rad = 0;                      // the same from 4 s after the phase began on

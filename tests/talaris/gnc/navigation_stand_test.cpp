@@ -1,4 +1,4 @@
-// Navigation where it stands or is held: at a wall, on test stands, on the ground.
+// Navigation at standstill or on a stand: at a wall, on test stands, on the ground.
 
 #include "tests/talaris/gnc/navigation_fixture.h"
 
@@ -19,7 +19,8 @@ TEST(Navigation, PointsSidewaysAtAWall) {
   EXPECT_GT(f.navigation.state().position_sigma_m.x(), 0.08);
 }
 
-// The sled cannot leave the floor nor tilt: told so, what the altimeter does not see is known too.
+// The sled cannot leave the floor nor tilt: with this constraint the axes without altimeter are
+// known, too.
 TEST(Navigation, AStandHoldsWhatItHolds) {
   NavigationParameters p;
   p.pointing = Pointing::sideways;
@@ -40,7 +41,8 @@ TEST(Navigation, AStandHoldsWhatItHolds) {
   EXPECT_GT(degrees(free.navigation.state().attitude_sigma_rad.tail<2>().maxCoeff()), 0.2);
 }
 
-// Turned by 90 deg about its free axis, what a stand holds is still held, and the turn is not.
+// Turned by 90 deg about its free axis, the axes that a stand blocks are still constrained, the
+// turn is not.
 TEST(Navigation, AStandLeavesItsFreeAxisAlone) {
   for (const FreeRotation axis : {FreeRotation::x, FreeRotation::y, FreeRotation::z}) {
     NavigationParameters p;

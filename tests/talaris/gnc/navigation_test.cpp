@@ -1,4 +1,4 @@
-// Navigation frame by frame: gates, gaps, silence, and what the frame thread relies on.
+// Navigation frame by frame: gates, gaps, silence, and the requirements of the frame thread.
 
 #include "gnc/talaris/navigation.h"
 
@@ -75,8 +75,8 @@ TEST(Navigation, PredictionGoesOnAsItWas) {
   EXPECT_NEAR(degrees(later.q_NB.angularDistance(s.q_NB)), degrees(0.075), 1e-9);
 }
 
-// A range measured between two samples belongs between them: with the whole filter at rest but one
-// vertical speed, half a sample is 5 mm at 2 m/s.
+// A range measured between two samples belongs between them: with the whole filter at standstill
+// except one vertical speed, half a sample is 5 mm at 2 m/s.
 TEST(Navigation, RangesAreUsedAtTheirTime) {
   NavigationParameters p;
   p.imu_period_s = 0.01;
@@ -87,7 +87,7 @@ TEST(Navigation, RangesAreUsedAtTheirTime) {
   f.flown.ranges.clear();
   const Batch plain = f.flown.batch();
   f.navigation.step(plain);
-  // exactly what the filter expects half a sample before the fifth
+  // exactly the filter's expectation half a sample before the fifth
   const ImuSample& fifth = f.flown.imu[5];
   const std::int64_t at_ns = fifth.time_ns - 5'000'000;
   Navigation probe = between;
@@ -318,7 +318,7 @@ double any_double() {
       rc::gen::map(rc::gen::inRange(-3000, 3001), [](int n) { return n * 0.01; }));
 }
 
-// Whatever comes in, numbers come out and the covariance stays one.
+// For any input the output is finite and the covariance stays valid.
 RC_GTEST_PROP(NavigationNonsense, NeverComesOutAsNonsense, ()) {
   static const Fixture begun;
   Flown flown = begun.flown;

@@ -120,7 +120,7 @@ TEST(TalarisAttitude, StaysWithinTwoDegreesBalancedAndThreeUnbalanced) {
         seed % 2 == 0 ? Vector3(0, 2.0, 0) : Vector3(0, 0, -1.2);  // weight on one end
     Hopper second(world, Parameters{});
     ASSERT_TRUE(second.fly(request(Program::attitude)));
-    // brought to within 3 deg (5.2.8) from what the weight does at first
+    // brought to within 3 deg (5.2.8) after the initial effect of the weight
     unbalanced = std::max(unbalanced, second.log.settled_tilt_rad);
     EXPECT_LT(second.log.max_tilt_rad, 8 * kDegree);
   }
@@ -183,7 +183,7 @@ TEST(TalarisFanAltitude, ThirtyCentimetresWithGentleAndAggressiveGainsBetweenRun
     EXPECT_LT(hopper.log.landing_speed_m_s, 0.45);
     EXPECT_DOUBLE_EQ(hopper.out.gas_used_s, 0);
   }
-  EXPECT_LT(too_high_m[1], 0.8 * too_high_m[0]);  // the aggressive ones hold it closer
+  EXPECT_LT(too_high_m[1], 0.8 * too_high_m[0]);  // the aggressive ones control it more closely
 }
 
 // Longer than any time after which the ground should have come.
@@ -206,7 +206,7 @@ TEST(TalarisParachute, FansAloneTakeItUpAndDownAndHoldPitchAndYaw) {
   Statistics speed, tilt;
   for (unsigned seed = 1; seed <= 50; ++seed) {
     Spread s;
-    s.moment_N_m.x() = 0;  // nothing could hold the roll
+    s.moment_N_m.x() = 0;  // nothing controls the roll
     Hopper hopper(dispersed(seed, s), Parameters{});
     ASSERT_TRUE(hopper.fly(request(Program::parachute, 2))) << seed;
     EXPECT_TRUE(hopper.out.succeeded);

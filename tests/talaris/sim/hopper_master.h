@@ -36,7 +36,7 @@ class Master {
   bool heartbeat = true, renew_valves = true, renew_fans = true;
 
   std::vector<std::string> heard;
-  int count(const std::string& beginning) const;  // of what was heard
+  int count(const std::string& beginning) const;  // of received frames
   std::map<std::uint32_t, CanFrame> last;
 
  private:

@@ -51,7 +51,7 @@ TEST_F(TalarisNodes, TheGoldenFramesOpenAndShutValves) {
   EXPECT_EQ(outputs(), 0x55u);
   master_.tell("220 [2] 00 00");
   EXPECT_EQ(outputs(), 0u);
-  master_.tell("220 [2] FF 00");  // sequence 0 shuts whatever it says
+  master_.tell("220 [2] FF 00");  // sequence 0 shuts in any case
   EXPECT_EQ(outputs(), 0u);
   master_.tell("221 [8] A4 06 A4 06 AE 06 9A 06");
   EXPECT_EQ(world_.fan_node().pulse_us(), (std::array<std::uint16_t, 4>{1700, 1700, 1710, 1690}));

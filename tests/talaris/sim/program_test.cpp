@@ -37,7 +37,7 @@ class Line {
   void write(const std::string& text) {
     EXPECT_EQ(::write(file_.get(), text.data(), text.size()), static_cast<ssize_t>(text.size()));
   }
-  // What has come until there are so many bytes, or nothing comes for so long.
+  // The bytes received until this number, or until this time without a byte.
   std::string read(std::size_t count, std::chrono::milliseconds patience = kPatience) {
     std::string heard;
     pollfd file{file_.get(), POLLIN, 0};

@@ -25,7 +25,7 @@ constexpr ImuOptions kIdeal = {.gyro_noise_rad_s = 0,
                                .accel_walk_m_s2_rts = 0};
 const Inertial kRest = {.rate_rad_s = Vector3::Zero(), .force_m_s2 = {kGravity_m_s2, 0, 0}};
 
-// What it says unasked in so many milliseconds.
+// Its unrequested bytes in this number of milliseconds.
 std::vector<Packet> listen(Imu& imu, int ms, const Inertial& truth = kRest) {
   std::vector<Packet> heard;
   for (int i = 0; i < ms; ++i) {

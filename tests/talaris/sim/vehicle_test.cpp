@@ -27,7 +27,7 @@ class TalarisVehicle : public testing::Test {
     ASSERT_TRUE(fault) << fault.error();
     world_->set_fault(*fault, attach);
   }
-  // What a line says in so many milliseconds.
+  // Bytes of a line in this number of milliseconds.
   std::string listen(LineDevice& device, int ms) {
     std::string heard;
     for (int i = 0; i < ms; ++i) {
@@ -120,7 +120,7 @@ TEST_F(TalarisVehicle, DispersionsAreDrawnFromTheSeedWithinTheirBounds) {
 
 TEST_F(TalarisVehicle, SensorsFeelItsAttitude) {
   fly({.plant = {.stand = Stand::pivot, .tilt_rad = 0.2}});
-  listen_imu(5);  // what waited
+  listen_imu(5);  // waiting bytes
   const std::string packet = listen_imu(5);
   const auto forward = static_cast<std::int16_t>(static_cast<std::uint8_t>(packet[12]) |
                                                  static_cast<std::uint8_t>(packet[13]) << 8);
@@ -145,7 +145,7 @@ TEST_F(TalarisVehicle, LinesHaveTheirRates) {
 
 TEST_F(TalarisVehicle, APacketOfTheImuTakesItsTimeOnTheLine) {
   fly({});
-  listen_imu(100);  // what waited
+  listen_imu(100);  // waiting bytes
   const SerialLine line = world_->lines()[0];
   while (!line.device->wants_to_send()) world_->step();
   Uart uart({.baud = line.baud, .bits = line.bits}, *line.device);
@@ -163,7 +163,7 @@ TEST_F(TalarisVehicle, APacketOfTheImuTakesItsTimeOnTheLine) {
 
 TEST_F(TalarisVehicle, FaultsOfTheImuShow) {
   fly({});
-  listen_imu(5);  // what waited
+  listen_imu(5);  // waiting bytes
   ASSERT_EQ(listen_imu(100).size(), 20u * 18);
   inject("imu-silent");
   EXPECT_EQ(listen_imu(100), "");

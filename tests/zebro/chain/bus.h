@@ -25,7 +25,7 @@ class Bus {
   using Report = Vehicle::BusReport;
   virtual ~Bus() = default;
 
-  // What the threads of frame and actuation see of it.
+  // Its view from the frame and actuate threads.
   virtual void release(const BusOrders& orders) = 0;
   virtual bool pop(ModuleReply& reply, TimeNs end) = 0;
   // An emergency stop was taken: the thread wakes and obeys.
@@ -41,7 +41,7 @@ class Bus {
   virtual void turn(TimeNs now, std::span<const std::uint8_t> bytes) = 0;
   virtual TimeNs next_wake() const = 0;
 
-  std::vector<WireFrame> wire;  // may be cleared by whoever reads it
+  std::vector<WireFrame> wire;  // may be cleared by any reader
 
  protected:
   StopLatch latch_;

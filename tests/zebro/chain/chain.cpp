@@ -162,7 +162,7 @@ bool Chain::run_until(Mode mode, double limit_s) {
   return run_until([&] { return this->mode() == mode; }, limit_s);
 }
 
-// ---- what an operator does
+// ---- actions of an operator
 
 void Chain::post(Request request) {
   request.arrival_ns = now_ns_;
@@ -225,7 +225,7 @@ bool Chain::in_force(const sim::Fault& fault) const {
   return world_->in_force(fault);
 }
 
-// ---- what is known
+// ---- true state
 
 bool Chain::has(FaultId id, std::uint16_t subject) const {
   return std::ranges::any_of(supervisor().faults, [&](const FaultRecord& fault) {

@@ -2,11 +2,10 @@
 
 // The whole chain of Lunar Zebro in virtual time, one thread, nothing waits for a clock: a command
 // passes armour, supervisor, vehicle and bus master as in lssd, bytes pass the line at its rate,
-// and lss-sim's modules and robot do what they are told. The parts are the shipping ones,
-// parameters are read from config/zebro.toml as lssd reads them; what is made here is only the
-// order of events that the threads have in daemon/core/runtime.h: samples up to T_k into the frame
-// that begins at T_k, its orders to the bus at T_k + offset. The same options give the same run, to
-// the bit.
+// and lss-sim's modules and robot follow their orders. The parts are the shipping ones, parameters
+// are read from config/zebro.toml as lssd reads them; what is made here is only the order of events
+// that the threads have in daemon/core/runtime.h: samples up to T_k into the frame that begins at
+// T_k, its orders to the bus at T_k + offset. The same options give the same run, to the bit.
 //
 //   Chain chain({.seed = 7});
 //   chain.stand();
@@ -14,7 +13,7 @@
 //   chain.run(3.217);
 //   chain.inject("module-reset:3");                       // as `lss-sim fault`
 //   chain.run_until(State::fatal_error, 0.5);
-//   chain.wire();                                         // what the master sent, and when
+//   chain.wire();                                         // the master's frames, with their times
 
 #include <functional>
 #include <initializer_list>
@@ -43,11 +42,11 @@ class Chain {
     sim::zebro::TerrainOptions terrain{};  // its seed is the one above
     // Rigid bodies cost some 55 ms a second, kinematics 2 ms.
     sim::zebro::PlantKind plant = sim::zebro::PlantKind::dart;
-    // What is behind the line; empty: the plant above on that terrain, as `lss-sim zebro`.
+    // The plant behind the line; empty: the plant above on that terrain, as in `lss-sim zebro`.
     std::function<std::unique_ptr<sim::zebro::Zebro>(const sim::zebro::TerrainOptions&)> vehicle{};
     // Frames on the line as a whole, for missions (frame_bus.h).
     bool whole_frames = false;
-    // A last hand on what was read from the configuration.
+    // A last change of the configuration.
     std::function<void(Parameters&)> adjust{};
   };
 
@@ -72,7 +71,7 @@ class Chain {
   std::function<void(const lss::Inputs<Vehicle>&, const Outputs<Vehicle>&, Supervisor&, Vehicle&)>
       tape{};
 
-  // ---- What an operator does. Each command is from `from`, with a lease of 2 s.
+  // ---- Actions of an operator. Each command is from `from`, with a lease of 2 s.
   template <class Kind>
   std::uint64_t send(Kind kind, std::initializer_list<double> parameters = {},
                      const char* from = "test", std::uint16_t flags = 0) {
@@ -94,7 +93,7 @@ class Chain {
   std::span<const sim::FaultKind> fault_kinds() const { return fault_kinds_; }
   std::vector<std::string> attached() { return board_->attached(); }
 
-  // ---- What the daemon says.
+  // ---- Output of the daemon.
   const SupervisorState& supervisor() const { return supervisor_.state(); }
   State state() const { return supervisor_.controller().state; }
   Mode mode() const { return static_cast<Mode>(supervisor_.controller().mode); }
@@ -109,7 +108,7 @@ class Chain {
   std::vector<Ack> acks;
   std::vector<EventRecord> events;
 
-  // ---- What the world knows.
+  // ---- True state.
   sim::zebro::Zebro& world() { return *world_; }
   // For the next chain, as its vehicle: the daemon ends, the world does not. Nothing else may be
   // done with this one after.

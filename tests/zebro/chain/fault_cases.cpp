@@ -17,7 +17,7 @@ namespace {
 constexpr double kFrame_s = 0.020;
 // A reply that was on its way, and the frame that finds it too old.
 constexpr double kSilent_s = 0.500 + 0.005 + kFrame_s;
-// What a module reports is in the next bus cycle, and then in the next frame.
+// A module's report is in the next bus cycle, and then in the next frame.
 constexpr double kReported_s = 2 * kFrame_s + 0.003;
 constexpr double kLostReply_s = kFrame_s;  // the next cycle asks again
 
@@ -74,7 +74,7 @@ constexpr FaultCase kCases[] = {
 };
 
 constexpr double kWatched_s = 10;  // while it walks on
-constexpr double kStopped_s = 3;   // before anything is mended
+constexpr double kStopped_s = 3;   // before any fault is cleared
 constexpr double kMended_s = 2;    // before it is solved
 constexpr double kStill_rad = 0.02;
 
@@ -85,7 +85,7 @@ bool is_fatal(const EventRecord& event) {
   return event.id >= kFaultEventBase && event.severity == Severity::fatal;
 }
 
-// Whether the fault that an event tells of is one that this fault of the world may lead to.
+// Whether this injected fault may cause the fault of an event.
 bool explains(const Injection& injection, const EventRecord& event) {
   const auto id = static_cast<FaultId>(event.id - kFaultEventBase);
   const FaultCase& fault = *injection.fault;
@@ -93,7 +93,7 @@ bool explains(const Injection& injection, const EventRecord& event) {
   return is_line(fault) || event.subject == injection.module;
 }
 
-// Whether `other` keeps the daemon from seeing `fault` for what it is. Silence adds up.
+// Whether `other` hides `fault` from the daemon. Times of silence add up.
 bool hidden(const Injection& fault, const Injection& other) {
   if (fault.fault->id == FaultId::module_silent) return false;
   if (other.fault->hides == Hides::line) return true;
@@ -111,7 +111,7 @@ std::optional<double> due_s(std::span<const Injection> injections) {
     for (const Injection& other : injections) {
       if (&other == &injection) continue;
       own += other.fault->delays_s;
-      // What is hidden before its time is over counts no more; then the other one does.
+      // A fault hidden before its time limit no longer counts; the other one does.
       if (hidden(injection, other) && other.at_s < own) counts = false;
     }
     if (counts) due = std::min(due.value_or(own), own);
@@ -148,7 +148,7 @@ class Walk {
     read_events();
   }
 
-  // What must be so after an emergency.
+  // Conditions after an emergency.
   void check_stop() {
     const double due = *due_s(injections_);
     if (!observed.stopped_s) return expect(false, "it does not stop");

@@ -20,16 +20,16 @@ enum class Reaction : std::uint8_t {
   stops,  // emergency stop to all, FatalError
 };
 
-// What can no longer be seen while it lasts.
+// Faults hidden while it lasts.
 enum class Hides : std::uint8_t { nothing, module, line };
 
-// What `solve` comes to while the fault lasts.
+// Result of `solve` while the fault lasts.
 enum class Lasting : std::uint8_t { not_stopped, idle, isolated, remains };
 
 struct FaultCase {
   const char* fault;  // as for lss-sim, # for the module
   Reaction reaction;
-  FaultId id;                    // what says so
+  FaultId id;                    // the evidence
   double within_s;               // from the fault to FatalError, or to the warning
   const char* because;           // where that time comes from
   FaultId also = FaultId::none;  // may be said besides, or instead
@@ -54,10 +54,10 @@ struct Observed {
   std::optional<double> stopped_s;  // from the first fault to FatalError
   std::optional<double> warned_s;   // to the first warning
   std::size_t by = 0;               // which injection explains the stop
-  std::vector<std::string> wrong;   // what should not have been, for a person
+  std::vector<std::string> wrong;   // violations, for a person
 };
 
-// Stands up, walks for a while that `seed` gives, breaks; if it stopped, everything is mended and
+// Stands up, walks for a while that `seed` gives, breaks; if it stopped, all faults are cleared and
 // solved and it stands again, else it comes to a safe stop.
 Observed break_walk(unsigned seed, std::span<const Injection> injections);
 

@@ -78,7 +78,7 @@ std::string read() {
   return text.str();
 }
 
-// Without what was measured: milliseconds from-to, and which of two stopped it.
+// Without measurements: milliseconds from-to, and which of two stopped it.
 std::string lasting(const std::string& row) {
   static const std::regex measured("[0-9]+ to [0-9]+ ms"), which("\\| [12]( 2)? (?=\\|)");
   return std::regex_replace(std::regex_replace(row, measured, "# ms"), which, "| stops ");

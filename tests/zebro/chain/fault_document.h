@@ -2,8 +2,8 @@
 
 // docs/faults-zebro.md: its text around the rows, and rows compared with those in the file. The
 // tests make the rows; run with LSS_WRITE_FAULTS=1 in the environment, all of them in one program,
-// they write the document. What was measured is not compared: it is rounded, and another processor
-// may round otherwise. Throws nothing; errors are sentences.
+// they write the document. Measurements are not compared: it is rounded, and another processor may
+// round otherwise. Throws nothing; errors are sentences.
 
 #include <string>
 
@@ -12,8 +12,8 @@ namespace lss::zebro {
 // Rows of each table, in order.
 enum class FaultTable { alone, pairs, one_leg };
 
-// Empty when the row with this number stands in the document, but for what was measured; else what
-// to do. When writing: keeps the row, always empty.
+// Empty when the row with this number is in the document, except for measurements; else what to do.
+// When writing: keeps the row, always empty.
 std::string check_row(FaultTable table, std::size_t number, const std::string& row);
 
 // Empty when the document has the text around the tables and no other rows than so many.

@@ -26,7 +26,7 @@ std::string_view kind(const FaultCase& fault) {
   return text.substr(0, text.find(':'));
 }
 
-// LSS_SEED=1, 2, ...: other moments and legs than usual, for those who search.
+// LSS_SEED=1, 2, ...: other moments and legs than usual, for a search.
 unsigned other_moments() {
   const char* seed = std::getenv("LSS_SEED");
   return seed == nullptr ? 0 : static_cast<unsigned>(std::strtoul(seed, nullptr, 10));
@@ -66,7 +66,7 @@ class FaultsTest : public testing::TestWithParam<std::size_t> {
     return fmt::format("| {} `{}` |", GetParam() + 1, first_.text(3));
   }
 
-  // What a pair leads to, for the table.
+  // The result of a pair, for the table.
   std::string pair(const FaultCase& second, bool one_leg) {
     if (replaces(first_, second, one_leg)) return "";
     std::set<std::string> results;

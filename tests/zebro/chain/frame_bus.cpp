@@ -75,7 +75,7 @@ void FrameBus::turn(TimeNs now, std::span<const std::uint8_t>) {
   report_.time_ns = now;
 }
 
-// What has come by now, on both sides.
+// Data received by now, on both sides.
 void FrameBus::arrive(TimeNs now) {
   while (const Timed* frame = to_modules_.next(now)) {
     const auto reply = modules_.receive(frame->bytes(), frame->end_ns);

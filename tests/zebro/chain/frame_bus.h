@@ -1,10 +1,9 @@
 #pragma once
 
-// The bus in virtual time, frame by frame: what the master writes is handed to the modules as a
-// whole when its last bit is on the wire, and so are their replies. The same bytes as on BusLine,
-// through the same receivers, in a tenth of the time; replies are heard at the master's next turn,
-// stamped with their end. `wire` gets the commands only, no requests. Faults are those of a line.
-// One thread.
+// The bus in virtual time, frame by frame: the master's bytes go to the modules as a whole when its
+// last bit is on the wire, and so are their replies. The same bytes as on BusLine, through the same
+// receivers, in a tenth of the time; replies arrive at the master's next turn, stamped with their
+// end. `wire` gets the commands only, no requests. Faults are those of a line. One thread.
 
 #include <array>
 #include <random>

@@ -1,5 +1,6 @@
 // The panel's module may be reset at any moment, also while the panel is out: then it counts from
-// where it is. Whatever it says, nothing operates until the panel went over its sensor and in.
+// where it is. Regardless of its report, nothing operates until the panel has moved over its sensor
+// and in.
 
 #include <gtest/gtest.h>
 
@@ -74,7 +75,7 @@ TEST_F(ZebroPanel, ThatIsOutWhenItsModuleIsResetInIdleIsStillOut) {
   expect_retracts_and_stands(chain_);
 }
 
-// The new daemon never heard of the reset.
+// The new daemon does not know of the reset.
 TEST_F(ZebroPanel, ThatIsOutAndWasResetIsOutForANewDaemon_Func_5) {
   ASSERT_EQ(move(chain_, true), Phase::completed);
   reset();
@@ -86,7 +87,7 @@ TEST_F(ZebroPanel, ThatIsOutAndWasResetIsOutForANewDaemon_Func_5) {
   expect_retracts_and_stands(next);
 }
 
-// A reset of everything by error solving, as well (mission of seed 74).
+// Also a reset of everything by error solving (mission of seed 74).
 TEST_F(ZebroPanel, ThatErrorSolvingResetWhileItWasOutIsStillOut_Func_5) {
   ASSERT_EQ(move(chain_, true), Phase::completed);
   chain_.inject("module-dead:2");

@@ -18,8 +18,8 @@ namespace {
 using gnc::zebro::Speed;
 using sim::zebro::PlantKind;
 
-// From the reset to FatalError: what the module takes to restart (docs/icd-zebro.md section 6: 300
-// ms at most), then its status in the next bus cycle, and the frame after it.
+// From the reset to FatalError: the restart time of the module (docs/icd-zebro.md section 6: 300 ms
+// at most), then its status in the next bus cycle, and the frame after it.
 constexpr double kNoticed_s = 0.300 + 2 * 0.020;
 constexpr double kStill_rad = 0.01;
 
@@ -79,7 +79,7 @@ class ZebroResets : public testing::TestWithParam<Walks> {
   }
 
   std::mt19937 random_{GetParam().seed};
-  // More often than error solving takes it from anyone who never walks for a minute.
+  // More often than error solving accepts without a minute of walking.
   Chain chain_{{.seed = GetParam().seed, .plant = GetParam().plant, .adjust = [](Parameters& p) {
                   p.solver.rounds = 1000;
                 }}};

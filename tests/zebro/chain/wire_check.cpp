@@ -24,7 +24,7 @@ std::span<const WireFrame> from(std::span<const WireFrame> wire, TimeNs time) {
 std::string emergency_on_wire(std::span<const WireFrame> wire, const LegBusParameters& bus,
                               TimeNs order_ns, TimeNs until_ns) {
   const TimeNs frame_ns = frame_time_ns(bus.baud, bus.stop);
-  // What was on the wire, and one frame ahead of it, could not be taken back.
+  // The frame on the wire, and the next one, could not be cancelled.
   auto left = from(wire, order_ns);
   while (!left.empty() && left.front().begin_ns - order_ns <= 2 * frame_ns &&
          !(left.front().code() == Code::emergency_stop && left.front().frame.address == kBroadcast))

@@ -1,5 +1,5 @@
-// The boundary of the configuration: whatever bytes a file holds, lssd either starts from values
-// that are all within their limits, or says in lines of FILE:LINE:COLUMN what is wrong.
+// The boundary of the configuration: with any bytes in a file, lssd either starts from values that
+// are all within their limits, or reports the errors in lines of FILE:LINE:COLUMN.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

@@ -179,7 +179,7 @@ TEST(Cycle, StartIsRefusedAfterAnOverCurrentButNotAfterTheModulesMissedUs) {
   ASSERT_NE(w.last(Phase::rejected), nullptr);
   EXPECT_EQ(w.last(Phase::rejected)->verdict.reason, Reason::fault_latched);
   EXPECT_EQ(w.last(Phase::rejected)->verdict.subject, 3);
-  // Their own watchdogs: nobody spoke for 8 s, the daemon was down for one.
+  // Their own watchdogs: no message for 8 s, the daemon was down for one.
   w.modules[2].flags = static_cast<std::uint16_t>(w.modules[2].flags & ~kFlagOverCurrent);
   for (IdealModule& m : w.modules) m.flags |= kFlagWatchdog;
   w.run(0.1);
@@ -206,7 +206,7 @@ TEST(Cycle, WalksWithALegThatNeverCalibratesAndSaysSo_Miss_1) {
   EXPECT_TRUE(w.has(FaultId::not_calibrated, 4));
 }
 
-// Of two statuses in one frame the first may be the one that tells of the reset; it may also be
+// Of two statuses in one frame the first may be the one that reports the reset; it may also be
 // lost.
 TEST(Cycle, AResetIsNoticedWhateverStatusTellsOfIt) {
   for (const bool told : {true, false}) {

@@ -1,4 +1,4 @@
-// What must hold wherever the locomotion controller is: in every state, and in every mode of
+// Conditions in every situation of the locomotion controller: in every state, and in every mode of
 // Operational.
 
 #include <gtest/gtest.h>
@@ -164,7 +164,7 @@ TEST_P(Everywhere, ARestartedDaemonSwitchesAllMotorsOffAndCanGoOn) {
   World w;
   w.modules = before.modules;
   w.time_ns_ = before.time_ns_;
-  for (IdealModule& m : w.modules) m.serial = ~0u;  // numbers of orders begin anew
+  for (IdealModule& m : w.modules) m.serial = ~0u;  // numbers of orders begin again
   w.step();
   EXPECT_EQ(w.state(), State::idle);
   w.run(0.1);

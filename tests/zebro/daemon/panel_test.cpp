@@ -110,7 +110,7 @@ TEST(Panel, WhoseSensorSeesNothingIsNeverBelievedToBeIn_Func_5) {
   EXPECT_EQ(start(w), Reason::panel_deployed);
 }
 
-// Nobody told it to move: it is stopped like everything else, and stays out until it is retracted.
+// It had no order to move: it is stopped like everything else, and stays out until it is retracted.
 TEST(Panel, ThatIsOutWhileLegsMoveIsAnEmergency_Func_5) {
   for (const bool calibrated : {true, false}) {
     World w;
@@ -130,7 +130,7 @@ TEST(Panel, ThatIsOutWhileLegsMoveIsAnEmergency_Func_5) {
   }
 }
 
-// What happened to it in FatalError is known in the first frame of Idle.
+// An event in FatalError is known in the first frame of Idle.
 TEST(Panel, ThatIsMovedWhileErrorsAreSolvedIsOutInTheFrameAfterIt_Func_5) {
   for (const bool calibrated : {true, false}) {
     World w;
@@ -145,7 +145,7 @@ TEST(Panel, ThatIsMovedWhileErrorsAreSolvedIsOutInTheFrameAfterIt_Func_5) {
   }
 }
 
-// A module may be heard before it said where it is.
+// A module may answer before it has reported its position.
 TEST(Panel, NothingStartsBeforeItsFirstStatus_Func_5) {
   World w;
   panel(w).position_deg = 110;

@@ -84,7 +84,7 @@ TEST(ZebroParameters, WhatMovesIsNotChangedUnderWay) {
   EXPECT_EQ(refused.verdict.reason, Reason::not_in_state);
   EXPECT_EQ(refused.verdict.measured, 1);  // Operational
   EXPECT_EQ(w.vehicle_.tunables().value[index_of("gait.flight_s")], 3);
-  // What is allowed there changes, and the walk goes on, whoever's it is.
+  // Allowed parameters change, and the walk continues, for any source.
   EXPECT_EQ(set(w, "limits.current_A", 1.1).phase, Phase::completed);
   EXPECT_EQ(w.mode(), Mode::walking);
   EXPECT_EQ(w.supervisor_.state().active.kind, static_cast<std::uint16_t>(CommandKind::walk));

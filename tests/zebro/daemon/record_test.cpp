@@ -1,4 +1,4 @@
-// Records of frames: what is written is read back, whatever bytes come.
+// Records of frames: a written record is read back unchanged, for any bytes.
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -62,7 +62,7 @@ TEST(Record, WhatIsWrittenIsReadBack) {
   EXPECT_NE(json["in"]["requests"][0]["parameter"].dump().find("null"), std::string::npos);
 }
 
-// Fills every member with something that it may hold.
+// Fills every member with a valid value.
 class Randomiser {
  public:
   explicit Randomiser(std::uint32_t seed) : x_(seed) {}
@@ -162,7 +162,7 @@ TEST(Record, AnyRecordGoesThroughTheLogPartByPart) {
     // did.
     using Json = nlohmann::ordered_json;
     Json whole = Json::parse(record::line_of(record::to_json(*frame)));
-    whole.erase("data_requested");  // of no part: the log is not what replay compares
+    whole.erase("data_requested");  // of no part: replay does not compare the log
     std::size_t parts = 0;
     for (const auto& [key, part] : whole.items()) {
       if (!logged.contains(key)) continue;

@@ -17,7 +17,7 @@ const Ack* answer(const World& w, Phase phase) {
   return nullptr;
 }
 
-// In Idle, all modules heard; those that are reset are away for so long.
+// In Idle, all modules have answered; a reset module is away for this time.
 void idle(World& w, double boot_s) {
   for (IdealModule& module : w.modules) module.boot_ns = static_cast<TimeNs>(boot_s * 1e9);
   w.run(0.2);
@@ -106,7 +106,7 @@ TEST(ZebroReset, OfAModuleThatIsAwayBringsItBackAndSolveGoesOn) {
   ASSERT_TRUE(w.run_until([&] { return w.state() == State::fatal_error; }, 1));
   w.send(lss::CommandKind::reset, {2});
   w.run(1);
-  w.modules[1].alive = true;  // hears it when it has power again
+  w.modules[1].alive = true;  // receives it when it has power again
   w.modules[1].serial = 0;
   ASSERT_TRUE(w.run_until([&] { return answer(w, Phase::completed) != nullptr; }, 3));
   w.send(lss::CommandKind::solve);

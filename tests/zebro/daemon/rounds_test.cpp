@@ -21,7 +21,7 @@ void jam(World& w, std::size_t leg) {
   ASSERT_TRUE(w.run_until([&] { return w.state() == State::fatal_error; }, 0.2));
 }
 
-// What became of `solve`; none: it led to Idle.
+// The result of `solve`; none: it led to Idle.
 Reason solve(World& w) {
   const std::size_t before = w.acks.size();
   w.send(lss::CommandKind::solve);
@@ -35,7 +35,7 @@ Reason solve(World& w) {
   return Reason::none;
 }
 
-// Each alone is solved: moved free it does well.
+// Each alone is solved: after it was moved free it works.
 void solve_as_often_as_allowed(World& w, std::size_t leg) {
   w.run(0.2);
   for (int i = 0; i < 3; ++i) {

@@ -153,7 +153,7 @@ TEST(Supervisor, WhatCannotBeSolvedEndsInFatalErrorAgain) {
   EXPECT_EQ(w.last(Phase::failed)->verdict.reason, Reason::not_solved);
 }
 
-// A machine that is too slow must not be slowed down by being told so.
+// Reports about a slow machine must not slow it down further.
 TEST(Supervisor, LateCommandsAreToldAtOnceThenNowAndThenAndNoneIsForgotten) {
   World w;
   w.run(0.2);

@@ -1,4 +1,4 @@
-// Telemetry has what the modules report, in SI units. The replies are the golden frames of
+// Telemetry contains the reports of the modules, in SI units. The replies are the golden frames of
 // docs/icd-zebro.md.
 
 #include <gtest/gtest.h>

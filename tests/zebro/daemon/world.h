@@ -1,7 +1,7 @@
 #pragma once
 
-// A world for the cycle of Lunar Zebro without threads, bytes or physics: seven modules that do at
-// once and exactly what they are ordered, in virtual time. Tests break them by hand.
+// A world for the cycle of Lunar Zebro without threads, bytes or physics: seven modules that
+// execute their orders at once and exactly, in virtual time. Tests break them by hand.
 
 #include <algorithm>
 #include <array>

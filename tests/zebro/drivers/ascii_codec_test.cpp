@@ -57,7 +57,7 @@ rc::Gen<Frame> any_frame() {
 rc::Gen<Check> any_check() { return rc::gen::element(Check::lrc, Check::crc8); }
 rc::Gen<Stop> any_stop() { return rc::gen::element(Stop::lf, Stop::crlf); }
 
-// What noise on this bus looks like: its own characters, and others.
+// Noise on this bus: its own characters, and others.
 rc::Gen<Bytes> noise() {
   return rc::gen::container<Bytes>(rc::gen::oneOf(
       rc::gen::element<std::uint8_t>(':', '\n', '\r', '0', '1', '9', 'A', 'F', 'a', 'G', 0),

@@ -1,4 +1,4 @@
-// The schedule of the bus: what goes out, in which order, when.
+// The schedule of the bus: messages, order, times.
 
 #include "drivers/zebro/leg_bus.h"
 
@@ -189,7 +189,7 @@ TEST(LegBus, TheDeltaTimeStaysInItsSixteenBits) {
 
 class LegBusEmergency : public ::testing::TestWithParam<bool> {};
 
-// At whatever moment of the cycle it comes.
+// At any moment of the cycle.
 TEST_P(LegBusEmergency, AnEmergencyOvertakesEverythingThatIsNotWritten) {
   const bool half_duplex = GetParam();
   const LegBusParameters p = with(115'200, half_duplex);
@@ -221,7 +221,7 @@ INSTANTIATE_TEST_SUITE_P(Lines, LegBusEmergency, ::testing::Bool(), [](const aut
   return std::string(line.param ? "half" : "full");
 });
 
-// What it says was asked for before the emergency; so late it may be from before a start.
+// Its content was requested before the emergency; so late it may be from before a start.
 TEST(LegBus, AnEmergencyStopGoesToEachModuleAlsoWhenItIsJustSayingThatItIsOff) {
   const LegBusParameters p = with(115'200, false);
   for (TimeNs offset = 0; offset < p.period_ns; offset += 700 * kMicrosecond) {

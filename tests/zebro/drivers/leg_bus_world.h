@@ -17,7 +17,7 @@ namespace lss::zebro {
 
 struct TestModule {
   bool dead = false;
-  int deaf = 0;  // commands, not requests, that it will not hear; -1: none ever
+  int deaf = 0;  // commands, not requests, that it will not receive; -1: never any
   bool on = false;
   std::uint16_t set_point_cdeg = 0;
   TimeNs arrival_ns = 0;
@@ -66,7 +66,7 @@ class World {
   TimeNs now = kSecond;
   TimeNs frame_ns;
   std::vector<Sent> sent;
-  // What becomes of a reply's characters on their way; more than one element: one after the other.
+  // The changes of a reply's characters in transport; more than one element: one after the other.
   std::function<std::vector<std::string>(const Frame&, std::string)> reply_filter;
   bool collision = false;      // two replies were on the line at once
   bool too_far_ahead = false;  // more than one frame was written ahead of the wire

@@ -1,4 +1,4 @@
-// Whether what was ordered is done: verification, repetition, broken and missing replies.
+// Execution of orders: verification, repetition, broken and missing replies.
 
 #include <gtest/gtest.h>
 

@@ -12,7 +12,7 @@ namespace lss::gnc::zebro::test {
 inline constexpr double kRest_rad = 105.7 * kDeg;
 inline constexpr LegSet kLF = 0b000001, kMiddle = 0b001100;
 
-// A robot whose isolated legs are dead, and a watch on what may never happen.
+// A robot whose isolated legs are dead, with checks of forbidden conditions.
 struct Crippled : Robot {
   explicit Crippled(LegSet without, double hangs_rad = kRest_rad) : isolated(without) {
     for (std::size_t i = 0; i < kLegs; ++i) {

@@ -211,7 +211,7 @@ TEST(Gait, TableOfTheDefaultGaits) {
   }
 }
 
-// Whatever happens in whichever order, what was commanded is never taken back to an earlier time.
+// In any sequence of events a commanded event is never moved to an earlier time.
 RC_GTEST_PROP(Schedule, EventsOnlyEverMoveLater, ()) {
   const GaitTimes times{3.0, 3.25, 0.25};
   Schedule schedule;

@@ -121,7 +121,7 @@ TEST(IsolatedLegs, TurnOnTheSpotBothWays) {
   }
 }
 
-// While a leg flies no foot on the ground moves: that is what the margin rests on.
+// While a leg flies no foot on the ground moves: the margin relies on this.
 TEST(IsolatedLegs, BodyRollsOnlyWhileAllFeetAreDown) {
   for (const LegSet isolated : creeping()) {
     Crippled robot(isolated);
@@ -263,7 +263,7 @@ TEST(IsolatedLegs, AreChosenOnlyWhileNothingMovesAndAreTwoAtMost) {
   EXPECT_EQ(robot.locomotion.isolated(), kLF);
 }
 
-// As when a leg fails in the middle of a walk: emergency, hold, isolate, and on.
+// As when a leg fails in the middle of a walk: emergency, hold, isolate, continue.
 TEST(IsolatedLegs, WalkGoesOnAfterALegDiedInTheAir) {
   Robot robot;
   robot.locomotion.walk(0, {.direction = 1, .heading_rad = 0, .speed = Speed::high});

@@ -1,9 +1,9 @@
 #pragma once
 
-// Six legs that do what LegTarget says, as a leg module would: a new segment is a rotation at
-// constant rate in the ordered direction, to be over at the ordered time; what is passed by less
-// than 5 deg is gone back to. A leg counts from an unknown zero until it passes its sensor at the
-// top. Virtual time; no physics.
+// Six legs that follow LegTarget like a leg module: a new segment is a rotation at constant rate in
+// the ordered direction, to be over at the ordered time; what is passed by less than 5 deg is gone
+// back to. A leg counts from an unknown zero until it passes its sensor at the top. Virtual time;
+// no physics.
 
 #include <algorithm>
 #include <cmath>
@@ -31,7 +31,7 @@ inline double cycle_s(Speed speed) {
 
 struct RobotLeg {
   double theta_rad = 0;  // true, unwrapped
-  double zero_rad = 0;   // what it counts too much until it has passed its sensor
+  double zero_rad = 0;   // excess of its count until it has passed its sensor
   bool calibrated = true;
   bool has_sensor = true;
   bool answers = true;
@@ -51,7 +51,7 @@ struct Robot {
   // direction.
   std::function<void(std::size_t, const LegTarget&, double)> on_order;
 
-  // What the legs report now: as they were report_age_frames ago.
+  // The present report of the legs: their state report_age_frames ago.
   PerLeg<LegMeasured> measured() const { return history[report_age_frames]; }
 
   PerLeg<LegMeasured> seen_now() const {

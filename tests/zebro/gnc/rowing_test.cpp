@@ -1,4 +1,4 @@
-// Rowing: what carries the body, and when; every motion in the middle of it.
+// Rowing: support of the body over time; every motion in the middle of it.
 
 #include "gnc/zebro/rowing.h"
 
@@ -22,7 +22,7 @@ constexpr double kNear_m = 0.0095;
 constexpr double kMostRoll_m = 0.022;  // one side standing, the other on its belly: 0.028
 constexpr double kBodyLength_m = 0.200, kBodyWidth_m = 0.130;
 
-// Watches what may never happen while it rows.
+// Checks forbidden conditions while it rows.
 struct Rower : Crippled {
   explicit Rower(LegSet without) : Crippled(without) {
     on_order = [this](std::size_t i, const LegTarget& target, double way_rad) {
@@ -32,7 +32,7 @@ struct Rower : Crippled {
     };
   }
 
-  // Off the ground, or no more than what is left when the swing begins.
+  // Off the ground, or at most the remainder at the start of the swing.
   bool low(std::size_t i) const {
     return hip_height_m(theta_rad(i), parameters.leg_diameter_m) <
            parameters.belly_height_m + kNear_m;

@@ -1,4 +1,4 @@
-// What changes while it walks: heading, gait, direction, stop.
+// Changes during a walk: heading, gait, direction, stop.
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

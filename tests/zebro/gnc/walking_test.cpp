@@ -120,7 +120,7 @@ TEST(Walk, LegThatPassesItsSensorOnTheWayIsOrderedAnewFromItsTrueAngle) {
   robot.legs[3].calibrated = robot.legs[3].has_sensor = false;
   robot.locomotion.stand_up(0);
   ASSERT_TRUE(robot.finish());
-  // It stands 50 deg off what it believes, and its sensor comes back.
+  // It stands 50 deg off its own count, and its sensor works again.
   robot.legs[3].zero_rad -= 50 * kDeg;
   robot.legs[3].theta_rad += 50 * kDeg;
   robot.legs[3].has_sensor = true;

@@ -18,7 +18,7 @@ bool ended(const Ack* ack) {
 
 }  // namespace
 
-// Waits for its end; without one in time the last that was heard, phase accepted or executing.
+// Waits for its end; without one in time the last one received, phase accepted or executing.
 Ack Autopilot::command_number(std::uint16_t kind, std::initializer_list<double> parameters,
                               double limit_s) {
   const std::uint64_t sequence = link_.send(kind, parameters);
@@ -66,8 +66,8 @@ void Autopilot::recover() {
     link_.pass(kAgain_s);
   }
   if (++resets_ > parameters_.reset_tries) return person();
-  // What error solving does not dare: everything anew, and legs that were given up as well. Not the
-  // controller: that it has solved the same too often is for a person to forgive.
+  // Beyond error solving: everything again, including isolated legs. Not the controller: that it
+  // has solved the same too often is for a person to forgive.
   ++count_.resets;
   command(Common::reset, {0}, 1);
   command(Common::restore, {}, 1);
@@ -91,7 +91,7 @@ void Autopilot::person() {
   if (link_.state() == State::fatal_error) command(Common::solve, {}, kSolve_s);
 }
 
-// What the reason asks for; when it asks for the same again and again, a person.
+// The remedy of the reason; when it is the same again and again, a person.
 void Autopilot::refused(const Ack& ack) {
   if (++refusals_ >= kMostRefusals) {
     refusals_ = 0;

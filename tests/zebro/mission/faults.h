@@ -46,11 +46,11 @@ class Faults {
 
   // At most one begins, by the time of operation, and lasts in the time of the day.
   std::optional<DueFault> begin(double operated_s, double now_s);
-  // What clears those whose time is over.
+  // The commands that clear expired faults.
   std::vector<std::string> end(double now_s);
-  // What is in force.
+  // Active faults.
   std::vector<std::string> attached() const;
-  // A person has mended everything.
+  // A person has repaired everything.
   void forget() { active_.clear(); }
 
  private:

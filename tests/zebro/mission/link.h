@@ -1,7 +1,8 @@
 #pragma once
 
-// What the On-Board Computer has of Lunar Zebro during a mission: the commands of the DDS face and
-// what the daemon says, its own power and a Sun sensor. The autopilot knows nothing else.
+// The On-Board Computer's interface to Lunar Zebro during a mission: the commands of the DDS
+// interface and the daemon's messages, its own power and a Sun sensor. The autopilot has no other
+// input.
 
 #include <cstdint>
 #include <initializer_list>
@@ -32,7 +33,7 @@ class Link {
   // The OBC switches itself and the daemon off until the battery is this full; when it is back, the
   // daemon knows nothing of before.
   virtual void sleep(double charge) = 0;
-  // A person looks, mends what can be mended, and says that it is safe to go on.
+  // A person inspects, repairs what is possible, and confirms that it is safe to continue.
   virtual void ask_person() = 0;
 };
 

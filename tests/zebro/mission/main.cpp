@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
     std::fflush(stdout);
     held = held && results.back().violations.empty();
     if (markdown.empty()) continue;
-    // After each, so that a run that is ended has a document of what it did.
+    // After each, so that an interrupted run has a document of its results.
     const std::string command = fmt::format(
         "zebro-mission --seeds {} --first {} --metres {} --fault-hours {} --speed {} --flight {} "
         "--markdown docs/mission-zebro.md",

@@ -26,7 +26,7 @@ bool moves(const WireFrame& frame) {
          code == Code::rotate_backward;
 }
 
-// The world around the autopilot, and what it may see of it.
+// The world around the autopilot, and the part that it may see.
 class Day final : public Link {
  public:
   Day(const Options& options, Result& result)
@@ -83,7 +83,7 @@ class Day final : public Link {
   std::size_t seen_ = 0;  // frames on the wire of this daemon
   unsigned ticks_ = 0;
   State before_ = State::idle, before_that_ = State::idle;
-  // The last fault that was injected, until it is clear what came of it.
+  // The last fault that was injected, until its result is known.
   struct Watched {
     std::size_t shape = 0;
     bool watched = false, must = false;
@@ -137,7 +137,7 @@ void Day::pass(double seconds) {
       seconds);
 }
 
-// What has to hold at every frame.
+// Conditions of every frame.
 void Day::frame() {
   const State now = state();
   look_at_wire();

@@ -22,7 +22,7 @@ struct Options {
   // One leg in the air at a time, 0.94 mm/s: 200 m are some 60 h of walking.
   double flight_s = 7.5;
   Autopilot::Parameters autopilot{};
-  // Told what happens, a line each; empty: nobody listens.
+  // Receives a line for each event; empty: none.
   std::function<void(const std::string&)> tell{};
 };
 
@@ -43,7 +43,7 @@ struct FaultCount {
 struct Result {
   unsigned seed = 1;
   bool arrived = false;
-  double course_m = 0;  // by dead reckoning, what the autopilot believes
+  double course_m = 0;  // by dead reckoning of the autopilot
   double true_m = 0, aside_m = 0;
   double elapsed_h = 0, walked_h = 0, rested_h = 0;
   double least_charge = 1;
@@ -51,7 +51,7 @@ struct Result {
   std::array<FaultCount, kFaultShapes.size()> faults{};
   int emergencies = 0;  // times in FatalError
   int isolations = 0;
-  std::vector<std::string> violations;  // of what has to hold at every frame
+  std::vector<std::string> violations;  // of the conditions of every frame
   double wall_s = 0;
 
   int fault_total() const;

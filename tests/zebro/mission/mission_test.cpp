@@ -1,5 +1,5 @@
-// Missions of a few metres with many faults: what has to hold in every frame holds, and the robot
-// arrives.
+// Missions of a few metres with many faults: the conditions of every frame are satisfied, and the
+// robot arrives.
 
 #include "tests/zebro/mission/mission.h"
 

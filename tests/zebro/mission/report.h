@@ -1,6 +1,6 @@
 #pragma once
 
-// Many missions as a document: quantiles, faults by kind, and a histogram in text.
+// Many missions as a document: quantiles, faults by type, and a histogram in text.
 
 #include <span>
 #include <string>

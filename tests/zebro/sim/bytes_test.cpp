@@ -1,4 +1,4 @@
-// What goes over the wire, byte for byte (golden frames of docs/icd-zebro.md).
+// The bytes on the wire (golden frames of docs/icd-zebro.md).
 
 #include <gtest/gtest.h>
 
@@ -87,7 +87,7 @@ TEST_F(Bytes, ThePanelDeploysAndStopsAtItsEnd) {
   say(":07032AF80FA00000000025\n");  // forward to 110.00 deg in 4000 ms
   run(4.2);
   EXPECT_NEAR(zebro_.truth()["panel_rad"].get<double>(), 110 * std::numbers::pi / 180, 0.02);
-  say(":0703465007D00000000089\n");  // to 180 deg: beyond its stop
+  say(":0703465007D00000000089\n");  // to 180 deg: past its stop
   run(2.5);
   EXPECT_NEAR(zebro_.truth()["panel_rad"].get<double>(), 110 * std::numbers::pi / 180, 0.06);
   const std::string status = say(":07050000000000000000F4\n");

@@ -30,11 +30,11 @@ class Loop {
     EXPECT_TRUE(locomotion.isolate(dead));
   }
 
-  // One frame: what the modules say, and what they are to do.
+  // One frame: reports of the modules, and their orders.
   void frame() {
     std::array<algorithm::LegMeasured, kLegs> measured{};
     for (int leg = 1; leg <= kLegs; ++leg) {
-      if (is_dead(leg)) continue;  // nobody answers
+      if (is_dead(leg)) continue;  // no answer
       const auto status = driver_.command(leg, 0x05);
       const double position_rad = (status[2] << 8 | status[3]) * 0.01 * kDeg;
       measured[index(leg)] = {

@@ -1,4 +1,4 @@
-// The motor against what the Zebro thesis measured (appendix A).
+// The motor against the measurements of the Zebro thesis (appendix A).
 
 #include <gtest/gtest.h>
 

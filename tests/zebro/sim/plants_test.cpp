@@ -87,7 +87,7 @@ TEST(KinematicPlant, ClimbsASlopeOnEarth) {
   EXPECT_NEAR(driver.body().position_m.z() - from.position_m.z(), 0.13 * std::sin(0.1745), 0.006);
 }
 
-// What a leg carries its motor feels: more on Earth than on the Moon.
+// A leg's load reaches its motor: more on Earth than on the Moon.
 TEST(KinematicPlant, HeavierIsHarderForTheMotors) {
   const auto strongest_Nm = [](double gravity_m_s2) {
     RobotDriver driver({.gravity_m_s2 = gravity_m_s2}, PlantKind::kinematic);
@@ -126,7 +126,7 @@ TEST(KinematicPlant, SaysWhatItDoesNotHave) {
                std::invalid_argument);
 }
 
-// Nothing that the program tells of time without steps is wrong after it.
+// After time without steps all reported values are correct.
 TEST(KinematicPlant, RestsWithoutSteps) {
   RobotDriver driver({.seed = 4}, PlantKind::kinematic, 20);
   driver.stand_up();

@@ -62,7 +62,7 @@ class Program : public testing::Test {
     ::tcsetattr(port.get(), TCSANOW, &settings);
     return port;
   }
-  // What comes back, up to `expected` characters.
+  // The reply, up to `expected` characters.
   static std::string ask(const File& port, const std::string& frames, std::size_t expected) {
     if (::write(port.get(), frames.data(), frames.size()) < 0) return "cannot write";
     std::string heard;

@@ -1,5 +1,5 @@
-// What sand would do to Lunar Zebro, computed: how deep a leg sinks (Bekker, as the Zebro thesis
-// has it in B.3.2), what the soil that it compacts takes, and how far the leg slips until the soil
+// The computed effect of sand on Lunar Zebro: how deep a leg sinks (Bekker, as the Zebro thesis has
+// it in B.3.2), what the soil that it compacts takes, and how far the leg slips until the soil
 // gives that much thrust (Janosi and Hanamoto). The ground of lss-sim is hard, so this is
 // arithmetic with the real motor and gait, and no walk in sand.
 
@@ -37,7 +37,7 @@ struct Soil {
   double frictional;  // N/m^(n+2)
   double cohesion_Pa;
   double friction_deg;
-  double shear_m;  // displacement at which 63 % of the shear strength is there
+  double shear_m;  // displacement at 63 % of the shear strength
 };
 
 // Moon: Lunar Sourcebook, chapter 9, the values that the thesis uses. Earth: J. Y. Wong, Theory of

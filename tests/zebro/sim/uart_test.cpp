@@ -33,7 +33,7 @@ class UartTest : public testing::Test {
   void write(const std::string& text, TimeNs now) {
     uart_.from_master({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, now);
   }
-  // Runs until nothing is under way; returns what came back, and when it ended.
+  // Runs until the line is idle; returns the reply and its end time.
   std::string run(Uart& uart) {
     std::string heard;
     while (uart.next_wake() != std::numeric_limits<TimeNs>::max()) {
