@@ -69,7 +69,7 @@ Rounds side_by_side(const Samples& subject, const Samples& reference) {
 
 std::string Figure::remark() const {
   if (held_back.empty() || met().value_or(true)) return note;
-  return note + (note.empty() ? "" : "; ") + "held back by: " + held_back;
+  return note + (note.empty() ? "" : "; ") + "bottleneck: " + held_back;
 }
 
 std::optional<bool> Figure::met() const {

@@ -126,9 +126,9 @@ def document(pairs, kernel, command):
         "# Timing in the deterministic machine", "",
         f"Made by `{command}`; do not edit. A virtual machine without KVM (`qemu -icount shift=1,sleep=off -smp 1`,",
         f"{kernel.split()[0]}, PREEMPT_RT) counts instructions, 2 ns each, instead of time: another program of the host delays",
-        "nothing in it. It has no caches and one CPU, so it is right for maxima, for counts of what was missed, and for ratios;",
+        "nothing in it. It has no caches and one CPU, so it is right for maxima, for counts of missed deadlines, and for ratios;",
         "its microseconds are no hardware's. Two machines were booted and measured one after the other: value and second are",
-        "theirs, the rest is of the first. Columns as in [performance.md](performance.md).", "",
+        "theirs, all others are of the first. Columns as in [performance.md](performance.md).", "",
         "| row | figure | unit | value | second | reference | ratio | goal | met |", "|---|---|---|---:|---:|---:|---:|---|---|"]
     for a, b in pairs:
         met = "-" if a["met"] is None else "yes" if a["met"] and b["met"] else "no"

@@ -158,7 +158,7 @@ Figures row_iii(const Options& options) {
                                         [&] { return ddsperf_us(domain(2)); });
     figures.push_back(
         noted(figure("iii", "command to acknowledgement against ddsperf", "us", against, median, 1),
-              "medians; ddsperf with 200 octets"));
+              "medians; ddsperf with 200 bytes"));
   }
 
   const int calls = options.count(4, 1);
@@ -173,10 +173,11 @@ Figures row_iii(const Options& options) {
         return call_ms(cli, {"LSS_SOURCE", "lss-bench-cli"}, calls);
       },
       [&] { return call_ms(client, loopback(), calls); });
-  figures.push_back(held_back(
-      noted(figure("iii", "whole call of lss-cli, p50", "ms", whole, median, 1.5),
-            "stop --dry-run --vehicle, against the same command from the client in C"),
-      "it finds the vehicle by its status, and waits until the daemon hears both of its writers"));
+  figures.push_back(
+      held_back(noted(figure("iii", "whole call of lss-cli, p50", "ms", whole, median, 1.5),
+                      "stop --dry-run --vehicle, against the same command from the client in C"),
+                "it finds the vehicle by its status, and waits until the daemon is matched with "
+                "both of its writers"));
   return figures;
 }
 

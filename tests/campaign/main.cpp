@@ -17,10 +17,10 @@ using namespace lss::campaign;
 constexpr const char* kExamples =
     "Examples:\n"
     "  lss-campaign --runs 200\n"
-    "  lss-campaign zebro --first 17 --runs 1 --verbose    what happened in scenario 17\n"
+    "  lss-campaign zebro --first 17 --runs 1 --verbose    report of scenario 17\n"
     "  lss-campaign zebro --first 17 --runs 1 --record DIR    ... frame by frame, for lss-cli log\n"
     "  lss-campaign --runs 300 --markdown docs/campaign.md\n"
-    "Exit code 0: all that must hold held.";
+    "Exit code 0: all conditions satisfied.";
 
 void tell(const Subject& subject, const Run& run, bool all) {
   if (run.broken.empty() && !all) return;
@@ -42,12 +42,12 @@ int main(int argc, char** argv) {
                "lss-campaign");
   std::vector<std::string> names;
   for (const Subject& subject : subjects()) names.emplace_back(subject.vehicle);
-  cli.add_option("vehicle", wanted, "of which; none: all")->check(CLI::IsMember(names));
+  cli.add_option("vehicle", wanted, "vehicle; none: all")->check(CLI::IsMember(names));
   cli.add_option("--runs", runs, "scenarios of each vehicle")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   cli.add_option("--first", first, "number of the first scenario")->capture_default_str();
-  cli.add_flag("--verbose", verbose, "tell every scenario, not only where something is broken");
+  cli.add_flag("--verbose", verbose, "report every scenario, not only violations");
   cli.add_option("--record", folder, "keep a flight recording of each scenario in this folder")
       ->check(CLI::ExistingDirectory);
   cli.add_option("--markdown", markdown, "write the document there");

@@ -24,7 +24,7 @@ void Summary::add(const Run& run) {
 
 std::string Summary::line() const {
   return fmt::format(
-      "{}: all held in {} of {} scenarios; {} faults, {} commands ({} rejected), {} stops, {} "
+      "{}: all satisfied in {} of {} scenarios; {} faults, {} commands ({} rejected), {} stops, {} "
       "frames "
       "in {:.0f} s of CPU, {:.0f} times real time",
       subject.vehicle, runs - broken, runs, faults, commands, rejected, stops, frames, cpu_s,
@@ -35,22 +35,22 @@ std::string document(const std::vector<Summary>& summaries, const std::string& c
   std::string text = fmt::format(
       R"(# Fault campaigns
 
-Made by `{}`; do not edit. Each scenario is drawn from its number: the vehicle is brought to where it works, one to three of
-the faults of `lss-sim faults NAME` with any arguments hit at any moments of 8 to 25 s, half of them go away again; up to six
-commands of its table with any parameters come in between; now and then the operator is gone. Then everything is mended, and
-the vehicle is asked to come back and to start again. All of it on the daemon's own cycle, drivers and bus masters, with bytes
-on lines and frames on buses, in virtual time (`tests/campaign/`).
+Made by `{}`; do not edit. Each scenario is drawn from its number: the vehicle is brought into operation; one to three of
+the faults of `lss-sim faults NAME` with any arguments are set at any moments of 8 to 25 s, half of them are cleared again; up
+to six commands of its table with any parameters come in between; sometimes the operator is lost. Then all faults are cleared,
+and the vehicle is commanded to return to Idle and to start again. All of it on the daemon's own cycle, drivers and bus
+masters, with bytes on lines and frames on buses, in virtual time (`tests/campaign/`).
 
-In every frame, whatever happened, must hold:
+Conditions of every frame, after any event:
 
 - outside Operational no order moves the vehicle;
-- the vehicle is at rest soon after it left Operational, and stays so;
+- the vehicle is at standstill soon after it left Operational, and stays so;
 - orders are numbers in their ranges;
 - every command is ended exactly once: rejected, completed, failed or superseded;
-- nothing throws, and frames count on;
-- mended, the vehicle comes back to Idle, and starts again.
+- no exception, and frame numbers continue;
+- after all faults are cleared, the vehicle returns to Idle and starts again.
 
-| vehicle | where the faults hit | scenarios | all held | faults | commands | of them rejected | stops to FatalError | frames | simulated | times real time, by one CPU |
+| vehicle | operation during the faults | scenarios | all satisfied | faults | commands | of them rejected | stops to FatalError | frames | simulated | times real time, by one CPU |
 |---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|
 )",
       command);
@@ -61,8 +61,8 @@ In every frame, whatever happened, must hold:
                         s.simulated_s / s.cpu_s);
   }
   text +=
-      "\n| vehicle | at rest is | must be within | slowest | with the bus cut or noisy | slowest | "
-      "slowest from mended to Idle |\n|---|---|---:|---:|---:|---:|---:|\n";
+      "\n| vehicle | standstill is | must be within | slowest | with the bus cut or noisy | "
+      "slowest | slowest return to Idle |\n|---|---|---:|---:|---:|---:|---:|\n";
   for (const Summary& s : summaries) {
     text += fmt::format("| {} | {} | {:g} s | {:.2f} s | {:g} s | {:.2f} s | {:.0f} s |\n",
                         s.subject.vehicle, s.subject.at_rest, s.subject.rest_s, s.slowest_rest_s,
@@ -70,7 +70,7 @@ In every frame, whatever happened, must hold:
   }
   for (const Summary& s : summaries) {
     if (s.complaints.empty()) continue;
-    text += fmt::format("\n## What did not hold: {}\n", s.subject.vehicle);
+    text += fmt::format("\n## Violations: {}\n", s.subject.vehicle);
     for (const std::string& what : s.complaints) text += "- scenario " + what + "\n";
   }
   return text;

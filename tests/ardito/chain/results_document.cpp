@@ -9,13 +9,13 @@
 namespace lss::ardito {
 namespace {
 
-constexpr const char* kBeginning = R"(# D.I.A.N.A. Ardito in the closed loop: what was measured
+constexpr const char* kBeginning = R"(# D.I.A.N.A. Ardito in the closed loop: measurements
 
 Made by `ardito_results_test`: the daemon's cycle and bus master, a CAN bus of 500 kbit/s with every bit of its frames,
 the twelve simulated nodes with their noise, and the rover in physics, in virtual time (`tests/ardito/chain/`);
-parameters of `config/ardito.toml`, but for the lamp before the start, which is cut to 1.5 s. Figures of the thesis
+parameters of `config/ardito.toml`, except for the lamp before the start, which is cut to 1.5 s. Figures of the thesis
 are those of its section 19 (mobility controller and FMEDA of D.I.A.N.A. Ardito), measured there in another simulator
-with other dynamics: beside ours they say whether the same is reached, not more. Friction is 0.3 as there.
+with other dynamics: they only show whether the same is reached. Friction is 0.3 as there.
 )";
 
 std::string read() {

@@ -164,9 +164,9 @@ std::string false_alarms(unsigned grounds, const Healthy& rough, const Healthy& 
                      fmt::format(
                          "Nothing broken, all noise on: 0.5 m/s ahead and 0.3 m/s back, straight "
                          "and in curves of 3 deg, a stop and a turn\n"
-                         "on the spot each minute; grounds of each kind: {}; {:.0f} minutes in all "
-                         "(`LSS_RESULTS_MINUTES` asks for more). After\n"
-                         "a false alarm it begins anew on other ground.\n\n"
+                         "on the spot each minute; grounds of each type: {}; {:.0f} minutes in all "
+                         "(`LSS_RESULTS_MINUTES` sets more). After\n"
+                         "a false alarm it starts again on other ground.\n\n"
                          "| ground | minutes | way, m | frames with a suspicion | with a clutch "
                          "probe | wheels isolated | sensors left out | FatalErrors |\n"
                          "|---|---|---|---|---|---|---|---|\n",
@@ -178,8 +178,7 @@ std::string false_alarms(unsigned grounds, const Healthy& rough, const Healthy& 
                         all->probe_frames, all->isolated, all->left_out, all->fatal);
     for (const std::string& alarm : all->alarms) alarms += fmt::format("- {}: {}\n", name, alarm);
   }
-  return text +
-         (alarms.empty() ? "\nNo false alarm.\n" : "\nWhat was told without cause:\n\n" + alarms);
+  return text + (alarms.empty() ? "\nNo false alarm.\n" : "\nFalse alarms:\n\n" + alarms);
 }
 
 TEST(ArditoResults, FalseAlarms) {

@@ -52,7 +52,7 @@ std::string hop_section(unsigned seeds) {
   for (const Flown& flown : all) (good(flown) ? well : bad).push_back(flown);
   std::string text = fmt::format(
       "Up 2 m, 30 m level, down; `config/talaris/hop.toml`; vehicle, noise and clocks dispersed by "
-      "the seed. Arrived as\nplanned, upright and without any fault told: **{}**. The thesis "
+      "the seed. Arrived as\nplanned, upright and without any fault reported: **{}**. The thesis "
       "planned this flight for spring 2011; it does not report one.\n\n",
       outcome(static_cast<unsigned>(well.size()), seeds));
   text +=
@@ -263,10 +263,10 @@ Flown fail(const Failure& failure, unsigned seed, unsigned seeds) {
 std::string failures_section(unsigned seeds) {
   std::string text = fmt::format(
       "{} hops each, the failure between 1 and 19 s after lift-off, evenly spread over ascent, "
-      "hover, traverse and descent.\nUpright: lies with less than 10 deg of tilt in the end. What "
-      "is told are the faults that the daemon latched, and in how\nmany of the flights.\n\n"
+      "hover, traverse and descent.\nUpright: less than 10 deg of tilt in the end. "
+      "Reported: the faults that the daemon latched, and the number\nof flights with each.\n\n"
       "| failure | should | down and upright | as planned | down, m/s: median | most | sideways, "
-      "m/s: median | most | tilt at touchdown, deg: most | told |\n"
+      "m/s: median | most | tilt at touchdown, deg: most | reported |\n"
       "|---|---|---|---|---|---|---|---|---|---|\n",
       seeds);
   for (const Failure& failure : failures()) {

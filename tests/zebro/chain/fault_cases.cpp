@@ -27,9 +27,9 @@ constexpr double kProtected_s = 0.030;  // the module's own filter and time
 
 constexpr const char* kBySilence = "`module_silent_ms`, and a frame";
 constexpr const char* kByStop =
-    "60 ms at rest between two movements, 30 ms in the module, a bus cycle, a frame";
+    "60 ms at standstill between two movements, 30 ms in the module, a bus cycle, a frame";
 constexpr const char* kByLimit =
-    "the same, and twice `current_time_ms`, which begins anew after a rest";
+    "the same, and twice `current_time_ms`, which begins again after a pause";
 
 constexpr FaultCase kCases[] = {
     {"module-dead:#", Reaction::stops, FaultId::module_silent, kSilent_s, kBySilence, FaultId::none,

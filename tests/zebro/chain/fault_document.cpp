@@ -13,30 +13,30 @@ namespace lss::zebro {
 namespace {
 
 constexpr const char* kBeginning =
-    R"(# Faults of Lunar Zebro: what happens, and by when
+    R"(# Faults of Lunar Zebro: reactions and times
 
 Made by `zebro_faults_test`, which checks it: every fault of `lss-sim faults zebro`, alone and two at a time, on a
 walking vehicle in virtual time, where the daemon's cycle and bus master, the line with its bytes and the modules
-are the real ones and the robot walks on kinematics. `LSS_WRITE_FAULTS=1 zebro_faults_test` writes it anew.
+are the real ones and the robot walks on kinematics. `LSS_WRITE_FAULTS=1 zebro_faults_test` writes it again.
 
 Whenever it **stops**: emergency stop to all on the wire within two frame times of the release of that frame's orders, to
-each module within ten (20.8 ms); from then on nothing but requests and stops; legs stand still within 0.3 s unless the
-line hides them; FatalError until `solve`. When everything is mended `solve` leads to Idle with all legs, and it stands up
-again. Where it **walks on**, it walks for 10 s more without an emergency stop on the wire and comes to a safe stop when told to.
+each module within ten (20.8 ms); from then on only requests and stops; legs stand still within 0.3 s unless the
+line hides them; FatalError until `solve`. After all faults are cleared `solve` leads to Idle with all legs, and it stands up
+again. Where it **walks on**, it walks for 10 s more without an emergency stop on the wire, and a stop command ends it safely.
 
 ## Alone
 
 Ten moments of a walk each, with legs that differ. *Within*: from the fault to FatalError, or to the warning, for the
 parameters of `config/zebro.toml`.
 
-| | fault | Lunar Zebro | says | within | because | measured | `solve` while it lasts |
+| | fault | Lunar Zebro | reports | within | because | measured | `solve` while it lasts |
 |---|---|---|---|---|---|---|---|
 )";
 
 constexpr const char* kPairs = R"(
-A bus that is cut, drowned in noise or gone hides what happens to modules: only its own fault counts then, as does a dead module's
-or a restarting one's. Replies that come late are taken for what they are asked for: up to 15 ms late as if they
-were in time; what they report is as old as they are late.
+A bus that is cut, too noisy or gone hides faults of modules: then only its own fault counts; the same applies to a dead or a
+restarting module. Late replies are assigned to their requests: up to 15 ms late as if they were in time; their data is as old
+as their delay.
 
 ## Two at a time, on different legs
 

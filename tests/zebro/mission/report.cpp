@@ -120,14 +120,14 @@ Made by `{}`; do not edit. {} missions of {:.0f} m on the level Moon, each with 
 ([simulator.md](simulator.md)), every frame of 20 ms and every byte on the bus; walking at speed "{}" with a flight of {:.1f} s. An
 autopilot ([tests/zebro/mission](../tests/zebro/mission/)) has the commands, acknowledgements, status and telemetry of an
 OBC, the charge and a Sun sensor. At {:.0f} % of {:.0f} Wh it lies down, puts the panel out ({:.0f} W) and switches OBC and
-daemon off until {:.0f} %; then a new daemon begins, the modules having kept their power. Time asleep is skipped, nothing
-breaks in it. Faults come at random, every {:.1f} h of operation on average. A person is asked when three times solving,
+daemon off until {:.0f} %; then a new daemon begins, the modules having kept their power. Sleep time is skipped, without
+faults. Faults come at random, every {:.1f} h of operation on average. A person is asked when three times solving,
 a reset of everything and solving again did not help, when the daemon has solved the same too often (`[zebro.solve] rounds`),
 when three resets of everything in a row led to no minute of walking, or when commands are refused again and again; it takes
-two hours and mends everything. All assumptions on power, panel and faults are ours: see `mission.h` and `faults.h` there.
+two hours and repairs everything. All assumptions on power, panel and faults are ours: see `mission.h` and `faults.h` there.
 
-{} of {} arrived. What has to hold in every frame was broken {} times: no order to move on the wire outside Operational
-(but for a leg that error solving moves, and the panel in Idle), never operational with the panel out or with a fatal
+{} of {} arrived. The conditions of every frame were violated {} times: no order to move on the wire outside Operational
+(except for a leg that error solving moves, and the panel in Idle), never operational with the panel out or with a fatal
 fault latched, a reset or driver fault of a leg stops the vehicle within three seconds.
 
 )",
