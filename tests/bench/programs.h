@@ -1,7 +1,7 @@
 #pragma once
 
 // Programs that rows start: the daemon, the simulator, the references, cyclictest. All are ended by
-// the end of their object, and die with lss-bench.
+// the end of their object, and end with lss-bench.
 
 #include <sched.h>
 #include <sys/types.h>

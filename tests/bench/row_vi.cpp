@@ -179,7 +179,7 @@ class Nodes {
     std::copy_n(raw.data, in.data.size(), in.data.begin());
     return true;
   }
-  // Nodes live on while it is not that of the frame yet.
+  // Nodes run on until the time of the frame.
   TimeNs wait_for_sync(TimeNs begin_ns, TimeNs end_ns) {
     for (CanFrame in; next(in, end_ns);) {
       if (in.id != kSyncId) continue;

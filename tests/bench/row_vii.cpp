@@ -14,7 +14,7 @@ namespace lss::bench {
 namespace {
 
 // Lunar Zebro: gait, legs and odometry while it walks with the tripod gait. Legs are where they
-// were told to be.
+// were ordered to be.
 class Walk {
  public:
   explicit Walk(int frames) {

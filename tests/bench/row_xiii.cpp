@@ -1,6 +1,6 @@
 // Row xiii: an emergency stop by DDS to its first byte on the bus, of each vehicle with its motors
 // on, without other traffic and under 20,000 heartbeats and commands a second in the name of its
-// pilot; against the least program that does the same on the same kind of line, under the same
+// pilot; against a minimal program with the same function on the same type of line, under the same
 // load.
 
 #include <fmt/format.h>

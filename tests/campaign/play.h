@@ -3,9 +3,10 @@
 // A scenario of tests/campaign/campaign.h, played with a vehicle. World has:
 //
 //   using Chain;                              of tests/NAME/chain
-//   static constexpr double kRest_s, kCutRest_s;  from leaving Operational to rest; when its bus is
+//   static constexpr double kRest_s, kCutRest_s;  from leaving Operational to standstill; when its
+//   bus is
 //                                             cut, so that the vehicle's own watchdogs stop it
-//   static constexpr kNotHere                 kinds of faults that the chain has not
+//   static constexpr kNotHere                 types of faults that the chain lacks
 //   bool cut()                                it is
 //   World(unsigned seed, Dice&)               with the member `chain`
 //   bool begin(Dice&)                         from Idle to where the faults hit

@@ -27,7 +27,7 @@ int test_domain();
 bool eventually(const std::function<bool()>& condition,
                 std::chrono::seconds limit = std::chrono::seconds(20));
 
-// A child process, killed at the end when it still runs, also when the test dies.
+// A child process, killed at the end when it still runs, also when the test is killed.
 class Child {
  public:
   // `uri` is its CYCLONEDDS_URI; empty: none. Its standard output can be read, its standard error

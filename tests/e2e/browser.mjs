@@ -1,6 +1,7 @@
-// browser.mjs: headless Chromium at the pilot's page, as it is told: each line of the standard input is a list in JSON, a
-// verb and its arguments, and is answered by a line {"is": ...} or {"error": ...}. Needs CHROMIUM and PLAYWRIGHT (the
-// folder of playwright-core) in the environment. Times are CLOCK_MONOTONIC in ns, as in Python and in the log of a tap.
+// browser.mjs: headless Chromium at the pilot's page, controlled by its input: each line of the standard input is a
+// list in JSON, a verb and its arguments, and is answered by a line {"is": ...} or {"error": ...}. Needs CHROMIUM and
+// PLAYWRIGHT (the folder of playwright-core) in the environment. Times are CLOCK_MONOTONIC in ns, as in Python and in
+// the log of a tap.
 
 import {createInterface} from "node:readline";
 import {pathToFileURL} from "node:url";

@@ -1,5 +1,5 @@
 """Recordings (*.lssrec), read and written again from docs/recording.md alone: to look into them, and to alter them
-so that only a replay can tell."""
+so that only a replay detects it."""
 
 import json
 import struct

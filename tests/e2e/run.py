@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """run.py MODULE.CLASS.TEST: one scenario, once.
 
-Most scenarios are in simulated time, where nothing that the machine does shows (docs/simulator.md). Those in real time need
+Most scenarios are in simulated time, independent of the machine (docs/simulator.md). Those in real time need
 a machine that does not stand still: bytes of a pseudo-terminal are handed over by ordinary kernel threads, and replies that
-come later than a bus cycle are lost for the bus master, and rightly so. A pseudo-terminal of our own, for measuring only,
-tells such a machine from a fault of the product: such a scenario begins when hand-overs were quick for a while, and when it
-failed while they took longer than it can bear it counts as skipped, with the reason.
+come later than a bus cycle are correctly lost for the bus master. A separate pseudo-terminal, for measurement only,
+distinguishes such a machine from a fault of the product: such a scenario begins when hand-overs were quick for some time;
+when it failed while they took longer than its limit, it counts as skipped, with the reason.
 For TALARIS that is half as long: its thrusters stay open or shut for as long as the machine stands still.
 """
 

@@ -1,8 +1,8 @@
-"""A disk that loses power as real ones do. QEMU that is killed is no power cut: what the guest wrote is in the host's memory
-already, and survives. This disk (an NBD server) keeps what was written in a cache of its own until it is told to
-flush; a power cut leaves of each write that was not flushed all, nothing, or the first sectors of it, by the seed. A sector,
-which is written whole or not, has 4 kB, as flash has: with smaller ones a commit of ext4's journal can be torn, and ext4
-wants e2fsck before it is mounted again, which the box has not.
+"""A disk that loses power like a real one. Killing QEMU is no power cut: data of the guest is in the host's memory
+already, and survives. This disk (an NBD server) keeps writes in its own cache until a flush; a power cut leaves of each
+unflushed write all, nothing, or its first sectors, by the seed. A sector, which is written as a whole or not at all, has
+4 kB, as in flash: with smaller ones a commit of ext4's journal can be torn, and then ext4 needs e2fsck before the next
+mount, which the box does not have.
 """
 
 import os

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # image.sh FOLDER PACKAGES : the OBC in a box, for PACKAGES/*.deb that will be installed in it: FOLDER/image becomes a
 # link to a folder with vmlinuz, initrd.gz and root.ext4. Debian 12 with systemd and the PREEMPT_RT kernel; what those
-# packages depend on is there, they themselves are not. Needs no root: packages are unpacked under fakeroot, and what their
-# scripts would do is done by hand. Kept in ${LSS_OBC_CACHE:-${XDG_CACHE_HOME:-~/.cache}/lss-obc}; built anew when
-# what goes into it changed. Status 77: cannot be built here, and it says why.
+# packages depend on is there, they themselves are not. Needs no root: packages are unpacked under fakeroot, and what
+# their scripts would do is done by hand. Kept in ${LSS_OBC_CACHE:-${XDG_CACHE_HOME:-~/.cache}/lss-obc}; built again
+# when its inputs changed. Status 77: cannot be built here, and it says why.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 out=$1
@@ -55,7 +55,7 @@ apt=(-q -y -o Dir::State::status="$work/status" -o Dir::Cache="$cache" -o Dir::C
   -o Dir::Log="$work" -o APT::Sandbox::User=root -o APT::Install-Recommends=false -o Debug::NoLocking=1)
 wanted=("${packages[@]}" "${depends[@]}")
 fetch() {
-  # Told are files that are not there yet: all of them, with an empty archive.
+  # apt lists the files not yet downloaded: all of them, with an empty archive.
   apt-get "${apt[@]}" "$@" -o Dir::Cache::archives="$work/none" --print-uris install "${wanted[@]}" \
     > "$work/uris" 2> "$work/apt.log" &&
     apt-get "${apt[@]}" "$@" --download-only install "${wanted[@]}" > "$work/apt.log" 2>&1

@@ -1,5 +1,4 @@
-"""D.I.A.N.A. Ardito drives over can0, with `candump` as the witness: every SYNC, every frame of it, and that whatever ends
-the drive leaves motors that stop."""
+"""D.I.A.N.A. Ardito drives over can0, with `candump` as the witness: every SYNC, every frame of it, and that the motors stop after any end of the drive."""
 
 import itertools
 import json

@@ -50,7 +50,7 @@ class Power(Box):
     # --- writing
 
     def begin_writing(self):
-        """The daemon runs; who listens on the bus tells another disk, this machine's, which frames there were. Logs are the
+        """The daemon runs; a listener on the bus records the frames on another disk, that of this machine. Logs are the
         kernel's to write, after half a minute: here after a second, so that there is something to tear."""
         self.must("echo 100 > /proc/sys/vm/dirty_expire_centisecs; echo 50 > /proc/sys/vm/dirty_writeback_centisecs")
         self.must(f"systemctl start {UNIT}", 120)

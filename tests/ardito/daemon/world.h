@@ -131,7 +131,8 @@ class World {
   std::vector<Ack> acks;
   std::vector<EventRecord> events;
   lss::Inputs<Vehicle> in_{};
-  lss::Inputs<Vehicle> taken_{};  // by the last cycle: what drives do after it is for the next one
+  lss::Inputs<Vehicle>
+      taken_{};  // by the last cycle: later actions of drives belong to the next one
   Outputs<Vehicle> out_{};
   Parameters parameters_;
   Vehicle vehicle_;

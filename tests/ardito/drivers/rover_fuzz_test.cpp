@@ -1,5 +1,5 @@
-// The bus under arbitrary frames, orders and times, and what it may never do: allocate, ask for the
-// past, move a drive that no order in force moves.
+// The bus under arbitrary frames, orders and times, and its forbidden actions: allocate, ask for
+// the past, move a drive that no order in force moves.
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>

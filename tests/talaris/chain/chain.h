@@ -2,13 +2,13 @@
 
 // The whole chain of TALARIS in virtual time, one thread, nothing waits for a clock: a command
 // passes armour, supervisor, vehicle and bus master as in lssd, bytes pass the serial lines at
-// their rate and frames the CAN bus bit by bit, and lss-sim's sensors, nodes and hopper do what
-// they are told, in physics. The parts are the shipping ones, parameters are read from a file in
-// config/talaris/ as lssd reads it; what is made here is only the order of events that the threads
-// have in daemon/core/runtime.h and daemon/vehicles/talaris_buses.h: the IMU's packets begin the
-// frames, samples before T_k go into the frame that begins at T_k, its orders to the buses at
-// T_k + offset, the edges of valves at their own times. The same options give the same run, to the
-// bit.
+// their rate and frames the CAN bus bit by bit, and lss-sim's sensors, nodes and hopper
+// follow their orders, in physics. The parts are the shipping ones, parameters are read from a file
+// in config/talaris/ as lssd reads it; what is made here is only the order of events that the
+// threads have in daemon/core/runtime.h and daemon/vehicles/talaris_buses.h: the IMU's packets
+// begin the frames, samples before T_k go into the frame that begins at T_k, its orders to the
+// buses at T_k + offset, the edges of valves at their own times. The same options give the same
+// run, to the bit.
 //
 //   Chain chain({.config = "hop", .world = dispersed({}, 7), .seed = 7});
 //   chain.prepare();                                      // started, armed, calibrated

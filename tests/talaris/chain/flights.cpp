@@ -325,7 +325,7 @@ Fired fire(unsigned valve, double on_s, unsigned seed) {
     return std::abs(load_N[lifts ? 0 : 2]);
   };
 
-  // Held open: the force, with and without the ringing of the stand.
+  // Valve kept open: the force, with and without the ringing of the stand.
   gnc::talaris::Filter clean(
       gnc::talaris::notch(chain.parameters().notch_Hz, 500, chain.parameters().notch_quality));
   double least = 1e9, most = -1e9, clean_least = 1e9, clean_most = -1e9, sum_N = 0;

@@ -1,7 +1,7 @@
 #pragma once
 
 // The hardware around the wiring of TALARIS, as far as its bytes go: an IMU and an altimeter on
-// pseudo-terminals behind links, and the far end of a CAN bus in datagrams; and the three kinds of
+// pseudo-terminals behind links, and the far end of a CAN bus in datagrams; and the three types of
 // threads of the daemon around it. Every wait is bounded.
 
 #include <arpa/inet.h>

@@ -1,7 +1,7 @@
 #pragma once
 
 // The bus of Lunar Zebro as the chain turns it: the bus master on one side, the modules on the
-// other. Two kinds: BusLine, every byte at its instant; FrameBus, frames as a whole, for missions.
+// other. Two types: BusLine, every byte at its instant; FrameBus, frames as a whole, for missions.
 // One thread.
 
 #include <span>

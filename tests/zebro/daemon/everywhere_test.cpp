@@ -96,7 +96,7 @@ void expect_safe(World& w) {
   EXPECT_TRUE(motors_off(w));
 }
 
-// From wherever it rests: errors solved, and it stands.
+// From any standstill: errors solved, and it stands.
 void expect_usable(World& w) {
   w.run(0.5);
   if (w.state() == State::fatal_error) w.send(lss::CommandKind::solve);

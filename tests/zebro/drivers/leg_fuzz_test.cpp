@@ -1,5 +1,5 @@
-// The bus under arbitrary bytes, orders and times, and what it may never do: allocate, run ahead of
-// the wire, send a motion order that an emergency stop has ended.
+// The bus under arbitrary bytes, orders and times, and its forbidden actions: allocate, run ahead
+// of the wire, send a motion order that an emergency stop has ended.
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>

@@ -1,6 +1,6 @@
 #pragma once
 
-// Faults at random times: lss-sim's own kinds, some for a while, some for good. The same seed gives
+// Faults at random times: lss-sim's own types, some temporary, some permanent. The same seed gives
 // the same faults at the same times of operation.
 
 #include <array>
