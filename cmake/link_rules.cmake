@@ -1,4 +1,4 @@
-# Who may link whom, checked at every configuration (what may include whom: tools/lib/check_sources.sh).
+# Rules for links between targets, checked at every configuration (rules for includes: tools/lib/check_sources.sh).
 #
 #   gnc/NAME   Eigen and its own targets
 #   drivers/   libc and other drivers
@@ -30,7 +30,7 @@ function(lss_direct_links target result)
   set(${result} ${links} PARENT_SCOPE)
 endfunction()
 
-# lss_only_links(DIRECTORY ALLOWED...): targets below link only each other and what is allowed.
+# lss_only_links(DIRECTORY ALLOWED...): targets below link only each other and the allowed ones.
 function(lss_only_links directory)
   lss_targets_below(${PROJECT_SOURCE_DIR}/${directory} targets)
   foreach(target ${targets})
@@ -43,7 +43,7 @@ function(lss_only_links directory)
   endforeach()
 endfunction()
 
-# lss_never_link(TARGETS FORBIDDEN): two lists; nothing of the first names anything of the second.
+# lss_never_link(TARGETS FORBIDDEN): two lists; no target of the first links one of the second.
 function(lss_never_link targets forbidden)
   foreach(target ${targets})
     lss_direct_links(${target} links)
@@ -56,7 +56,7 @@ function(lss_never_link targets forbidden)
 endfunction()
 
 foreach(name ${LSS_VEHICLES})
-  lss_only_links(gnc/${name} Eigen3::Eigen)  # of the vehicle itself: vehicles never link one another
+  lss_only_links(gnc/${name} Eigen3::Eigen)  # only its own vehicle: vehicles never link one another
 endforeach()
 lss_only_links(drivers)
 
@@ -66,7 +66,7 @@ foreach(room idl gnc drivers daemon)
   lss_never_link("${lss_room}" "${lss_tools}")
 endforeach()
 
-# What is left in lss_room is the daemon.
+# The remaining targets in lss_room are the daemon's.
 get_property(lss_daemon_rooms DIRECTORY ${PROJECT_SOURCE_DIR}/daemon PROPERTY SUBDIRECTORIES)
 if(${PROJECT_SOURCE_DIR}/daemon/dds IN_LIST lss_daemon_rooms)
   lss_targets_below(${PROJECT_SOURCE_DIR}/daemon/dds lss_face)

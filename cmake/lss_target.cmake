@@ -1,11 +1,10 @@
 # lss_target(NAME LIBRARY|INTERFACE|PROGRAM|TEST [SOURCES ...] [APART ...] [LINK ...] [SYSTEM ...] [LABELS ...])
 #
-# The one place that says how code of this project is compiled: C++20, warnings are errors, sanitizers by
-# preset, includes from the top of the tree ("gnc/zebro/gait.h"). LINK names our own targets and well-behaved
-# imported ones; SYSTEM names third-party include directories whose warnings are not ours.
-# Sources are compiled some at a time, which takes a third of the time (LSS_UNITY); those that are APART, each by
-# itself, since they give names of their own to what others name differently.
-# A TEST is linked to GoogleTest's main and registered with CTest case by case under its LABELS.
+# The only place with the compiler settings of this project: C++20, warnings are errors, sanitizers by preset, includes
+# from the top of the tree ("gnc/zebro/gait.h"). LINK names our own targets and well-behaved imported ones; SYSTEM names
+# third-party include directories whose warnings are not ours. Sources are compiled in groups, which takes a third of
+# the time (LSS_UNITY); APART sources are compiled separately, because their names conflict with those of others. A TEST
+# is linked to GoogleTest's main and registered with CTest case by case under its LABELS.
 
 option(LSS_UNITY "Compile several sources at a time" ON)
 option(LSS_SANITIZE "Sanitizers to compile with, e.g. address,undefined" "")
@@ -19,7 +18,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND LSS_MEMORY_MiB GREATER 7000)
   add_compile_options("SHELL:$<$<COMPILE_LANGUAGE:CXX>:--param ggc-min-heapsize=1000000>")
 endif()
 
-# Where the compiler may fuse a multiplication with an addition, it does so by optimisation.
+# Whether the compiler fuses a multiplication with an addition depends on the optimisation.
 set(LSS_BASELINE_X86 OFF)
 if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64" AND NOT CMAKE_CXX_FLAGS MATCHES "-m(arch|fma|avx)")
   set(LSS_BASELINE_X86 ON)
@@ -47,7 +46,7 @@ function(lss_target name kind)
   target_compile_features(${name} PUBLIC cxx_std_20)
   set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF UNITY_BUILD ${LSS_UNITY} UNITY_BUILD_BATCH_SIZE 8)
   set(apart ${ARG_SOURCES})
-  list(FILTER apart INCLUDE REGEX "support/allocations.cpp$")  # its operators are for other sources to call
+  list(FILTER apart INCLUDE REGEX "support/allocations.cpp$")  # its operators are called by other sources
   set_source_files_properties(${apart} ${ARG_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
   target_include_directories(${name} SYSTEM PUBLIC ${ARG_SYSTEM})
@@ -58,17 +57,17 @@ function(lss_target name kind)
   target_link_libraries(${name} PUBLIC ${ARG_LINK})
   if(LSS_SANITIZE)
     set(checks ${LSS_SANITIZE})
-    if(kind STREQUAL "TEST")  # what it tests is checked; in test libraries' templates it takes 60 % of the compiler's time
+    if(kind STREQUAL "TEST")  # "undefined" not in tests: in test libraries' templates it takes 60 % of the compiler's time
       string(REPLACE ",undefined" "" checks ${checks})
     endif()
     target_compile_options(${name} PRIVATE -fsanitize=${checks} -fno-omit-frame-pointer)
     target_link_options(${name} PRIVATE -fsanitize=${LSS_SANITIZE})
     target_compile_definitions(${name} PRIVATE LSS_SANITIZED=1)
-    if(name MATCHES "^lss_(gnc|sim)_")  # mathematics and physics, which tests run for hours of a vehicle's time
+    if(name MATCHES "^lss_(gnc|sim)_")  # mathematics and physics: tests run hours of a vehicle's time
       target_compile_options(${name} PRIVATE -O1)
     endif()
   elseif(kind STREQUAL "TEST" AND NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
-    # What is tested is optimised; a test is where it steps hours of a vehicle's time. Half of the compiler's time.
+    # Tested code is optimised; a test only where it steps hours of a vehicle's time. This halves the compiler's time.
     set(level -O0)
     if(CMAKE_CURRENT_SOURCE_DIR MATCHES "/(gnc|sim|chain|mission|campaign|lc)$")
       set(level -O1)

@@ -1,7 +1,7 @@
 # Debian packages: `cpack --config build/release/CPackConfig.cmake` makes three.
 #   lssd            daemon, command line, units, users, configuration
 #   lss-ground      the pilot's page and its gateway, for the OBC or a base station
-#   lssd-simulator  lss-sim, for machines that develop and test
+#   lssd-simulator  lss-sim, for development and test machines
 # Libraries that they depend on are read from the programs (dpkg-shlibdeps).
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME lssd)
@@ -28,7 +28,7 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
-# iceoryx: RouDi, which the units start; systemd: its users.
+# iceoryx: RouDi, started by the units; systemd: creates its users.
 set(CPACK_DEBIAN_LSSD_PACKAGE_NAME lssd)
 set(CPACK_DEBIAN_LSSD_PACKAGE_DEPENDS "iceoryx, systemd, passwd")
 set(CPACK_DEBIAN_LSSD_PACKAGE_SUGGESTS "lssd-simulator, can-utils, bash-completion, gnuplot-nox")
