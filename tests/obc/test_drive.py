@@ -1,4 +1,5 @@
-"""D.I.A.N.A. Ardito drives over can0, with `candump` as the witness: every SYNC, every frame of it, and that the motors stop after any end of the drive."""
+"""D.I.A.N.A. Ardito drives over can0, with `candump` as the witness: every SYNC, every frame of it, and that the motors
+stop after any end of the drive."""
 
 import itertools
 import json
