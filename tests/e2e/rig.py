@@ -109,7 +109,7 @@ class Scenario(unittest.TestCase):
 
     @property
     def simulator_words(self):
-        return ["--lockstep", "--speed", str(self.SPEED)] if self.lockstep else []
+        return ["--lockstep", "--speed", str(self.SPEED), "--client-speed", "max"] if self.lockstep else []
 
     def setUp(self):
         programs.patience = 5 if self.lockstep else 1
@@ -272,12 +272,15 @@ class Scenario(unittest.TestCase):
 
     # --- lss-cli
 
+    def taking_part(self, *verb):
+        return ("run", "--lockstep", "--dir", self.run_folder, "-e", " ".join(verb))
+
     def cli(self, *words, limit_s=60):
-        """`run` takes part in simulated time, and so does here what lasts; other verbs only ask, or begin something."""
+        """`run` takes part in simulated time, and so does here any verb that lasts; others only ask, or begin something."""
         if self.lockstep:
-            if words[0] == "solve" or "--for" in words and words[0] not in ("run", "record"):
-                words = ("run", "-e", " ".join(words))
-            if words[0] == "run":
+            if words[0] in ("solve", "hop") or "--for" in words and words[0] not in ("run", "record"):
+                words = self.taking_part(*words)
+            elif words[0] == "run":
                 words = ("run", "--lockstep", "--dir", self.run_folder, *words[1:])
         return run([os.path.join(TOOLS, "lss-cli"), *words], self.environment(), limit_s)
 
@@ -288,6 +291,11 @@ class Scenario(unittest.TestCase):
 
     def begin_cli(self, *words, name="lss-cli"):
         return self.begin(name, [os.path.join(TOOLS, "lss-cli"), *words])
+
+    def begin_motion(self, *verb, options=(), name):
+        """An attached motion without an end: fast until it is under way, then at the pace of the wall clock."""
+        words = self.taking_part(*verb, "; wait 3600s --at-speed") if self.lockstep else verb
+        return self.begin_cli("--jsonl", *options, *words, name=name)
 
     def status(self):
         """As `lss-cli --json status` has it; None when nobody answers."""
@@ -316,7 +324,7 @@ class Scenario(unittest.TestCase):
 
     def begin_walk(self, *words, name="walk"):
         """An attached walk without an end, under way."""
-        client = self.begin_cli("--jsonl", "walk", "forward", "--speed", "high", *words, name=name)
+        client = self.begin_motion("walk", "forward", "--speed", "high", options=words, name=name)
         self.wait_walking(client)
         return client
 

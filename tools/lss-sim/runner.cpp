@@ -325,8 +325,9 @@ tl::expected<void, std::string> run(const VehicleKind& kind, const RunOptions& o
   const std::vector<FaultKind> kinds = fault_kinds_of(kind);
   if (options.lockstep) {
     const auto client_at = static_cast<TimeNs>(options.client_at_s * kSecond);
-    const std::string error =
-        lockstep::create(options.folder.string(), {.speed = options.speed, .client_at = client_at});
+    const std::string error = lockstep::create(
+        options.folder.string(),
+        {.speed = options.speed, .client_speed = options.client_speed, .client_at = client_at});
     if (!error.empty()) return tl::unexpected(error);
   }
   Simulation simulation(kind.make(options.seed), options);
