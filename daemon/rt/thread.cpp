@@ -79,6 +79,9 @@ void Thread::join() {
 tl::expected<void, std::string> Thread::start(const Wish& wish, bool enforce,
                                               std::function<void()> body) {
   wish_ = wish;
+  // Simulated time waits for this thread; at a real-time priority it would only keep others from
+  // the CPU.
+  if (lockstep::on()) wish_.priority = 0;
   std::mutex mutex;
   std::condition_variable answered;
   bool done = false;

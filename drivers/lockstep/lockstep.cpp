@@ -82,7 +82,7 @@ TimeNs earliest() noexcept {
 
 TimeNs wall_of(TimeNs time) noexcept {
   const Page& p = *shared;
-  return p.wall_ns + static_cast<TimeNs>(static_cast<double>(time - p.paced_ns) / p.speed);
+  return p.wall_ns + static_cast<TimeNs>(static_cast<double>(time - p.paced_ns) / p.pace);
 }
 
 // The next instant of simulated time; kNever: it needs an external event.
@@ -93,10 +93,22 @@ TimeNs next_time() noexcept {
   return waits_for_client ? kNever : next;
 }
 
+// The speed that is due now.
+double due_pace() noexcept {
+  const Page& p = *shared;
+  const bool client = std::any_of(p.clients.begin(), p.clients.end(),
+                                  [](const ClientSlot& c) { return c.used && !c.at_speed; });
+  return client ? p.client_speed : p.speed;
+}
+
 // Whether the wall clock has reached it; when it is far ahead, time slips.
 bool reached(TimeNs time) noexcept {
   Page& p = *shared;
-  if (p.speed <= 0) return true;
+  if (const double pace = due_pace(); pace != p.pace) {
+    p.pace = pace;
+    pace_from_here();
+  }
+  if (p.pace <= 0) return true;
   const TimeNs late = wall_now() - wall_of(time);
   if (late > kBehind) {
     p.slipped_ns.fetch_add(late, std::memory_order_relaxed);
@@ -133,7 +145,7 @@ void look_after(std::uint64_t& turns) noexcept {
 // Wall time until the next instant of simulated time.
 TimeNs pause() noexcept {
   const Page& p = *shared;
-  if (p.speed <= 0 || p.holder.load(std::memory_order_relaxed) != kNobody || !may_move())
+  if (p.pace <= 0 || p.holder.load(std::memory_order_relaxed) != kNobody || !may_move())
     return kLook;
   const TimeNs next = next_time();
   return next == kNever ? kLook : std::clamp<TimeNs>(wall_of(next) - wall_now(), 1, kLook);
@@ -252,8 +264,8 @@ void wake_seat(int seat) noexcept {
     const Lock lock;
     Page& p = *shared;
     if (p.holder.load(std::memory_order_relaxed) != kNobody || !may_move()) return;
-    if (p.speed > 0) {
-      const auto gone_ns = static_cast<double>(wall_now() - p.wall_ns) * p.speed;
+    if (p.pace > 0) {
+      const auto gone_ns = static_cast<double>(wall_now() - p.wall_ns) * p.pace;
       const TimeNs here = p.paced_ns + static_cast<TimeNs>(gone_ns);
       const TimeNs most =
           std::min(earliest(), p.client_at < 0 || p.clients_seen > 0 ? kNever : p.client_at);

@@ -33,8 +33,9 @@ TimeNs now() noexcept;
 inline std::int64_t utc() noexcept { return kBeginUtc_ns + now() - kBegin; }
 
 struct Settings {
-  double speed = 1;       // against the wall clock; 0: as fast as the machine goes
-  TimeNs client_at = -1;  // time stops there until a client takes part; below 0: never
+  double speed = 1;          // against the wall clock; 0: as fast as the machine goes
+  double client_speed = -1;  // while a client takes part, unless it waits at `speed`; -1: the same
+  TimeNs client_at = -1;     // time stops there until a client takes part; below 0: never
 };
 
 // Start-up, before any thread. Each returns an error with its remedy; empty: done.
@@ -98,6 +99,7 @@ class Client {
   bool await_command(std::uint64_t number) const noexcept;
   bool await_heartbeat(std::uint64_t number) const noexcept;
   void heard_answer(std::uint64_t number) noexcept;  // to the command of that number
+  void wait_at_speed(bool on) noexcept;              // time has Settings::speed for this client
   // Up to the status and the telemetry of these times, the newest received.
   bool all_heard(TimeNs status_ns, TimeNs telemetry_ns) const noexcept;
 

@@ -15,7 +15,7 @@
 namespace lss::lockstep {
 
 inline constexpr std::uint64_t kMagic = 0x3153'4C53'534C'0001;
-inline constexpr std::uint32_t kVersion = 1;
+inline constexpr std::uint32_t kVersion = 2;
 inline constexpr const char* kFile = "lockstep";
 inline constexpr int kNobody = -1;
 inline constexpr int kProcesses = 16, kSeats = 48, kLines = 16, kClients = 4, kSides = 2;
@@ -49,6 +49,7 @@ struct Line {
 
 struct ClientSlot {
   bool used;
+  std::atomic<bool> at_speed;  // needs no more than Page::speed
   int process, seat;
   char source[32];
   std::atomic<std::uint64_t> commands, heartbeats, answers;  // taken, taken, given
@@ -64,9 +65,10 @@ struct Page {
   std::atomic<bool> over;
   unsigned clients_seen;
   TimeNs client_at;
-  double speed;
-  int cpu;                   // where all run when time is as fast as the machine; kNobody
-  TimeNs wall_ns, paced_ns;  // this wall time corresponds to this simulated time
+  double speed, client_speed;  // 0: as fast as the machine goes
+  double pace;                 // the one in force
+  int cpu;                     // where all run when time is as fast as the machine; kNobody
+  TimeNs wall_ns, paced_ns;    // this wall time corresponds to this simulated time
   std::atomic<TimeNs> slipped_ns;
   std::atomic<std::uint64_t> turns, handovers;
   int last;  // seat of the last turn

@@ -148,7 +148,8 @@ std::string create(const std::string& folder, const Settings& settings) {
   page->size = sizeof(Page);
   page->now = kBegin;
   page->holder = page->last = kNobody;
-  page->speed = settings.speed;
+  page->speed = page->pace = settings.speed;
+  page->client_speed = settings.client_speed < 0 ? settings.speed : settings.client_speed;
   page->cpu = settings.speed > 0 ? kNobody : ::sched_getcpu();
   page->client_at = settings.client_at < 0 ? -1 : kBegin + settings.client_at;
   page->paced_ns = kBegin;
@@ -266,6 +267,7 @@ Client::Client(std::string_view source) noexcept {
     if (c.used) continue;
     at_ = i;
     c.used = true;
+    c.at_speed = false;
     c.process = own_process;
     c.seat = own_seat;
     c.commands = c.heartbeats = c.answers = 0;
@@ -313,6 +315,10 @@ bool Client::await_command(std::uint64_t number) const noexcept {
 
 bool Client::await_heartbeat(std::uint64_t number) const noexcept {
   return at_ < 0 || await_count(shared->clients[static_cast<std::size_t>(at_)].heartbeats, number);
+}
+
+void Client::wait_at_speed(bool on) noexcept {
+  if (at_ >= 0) shared->clients[static_cast<std::size_t>(at_)].at_speed = on;
 }
 
 void Client::heard_answer(std::uint64_t number) noexcept { answers_ += is_numbered(number); }

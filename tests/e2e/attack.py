@@ -10,7 +10,7 @@ from programs import die_with_parent, run, wait_until
 from rig import BOOT_S, FATAL_ERROR, IDLE
 
 ATTACK = os.environ["LSS_E2E_ATTACK"]
-ATTACK_S = float(os.environ.get("LSS_ATTACK_S", "8"))  # of each vehicle
+ATTACK_S = float(os.environ.get("LSS_ATTACK_S", "4"))  # of each vehicle
 PILOT = "pilot"
 ROUNDS = 3  # each with a stop
 # Messages a second, 20,000 in all.

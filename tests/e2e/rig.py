@@ -97,6 +97,7 @@ class Scenario(unittest.TestCase):
 
     IN_LOCKSTEP = False  # simulated time
     SPEED = 1  # of it against the wall clock; "max" where all that moves is commanded by `run`, which takes part
+    PLANT = "kinematic"  # "dart" where forces matter
 
     @property
     def lockstep(self):
@@ -109,7 +110,7 @@ class Scenario(unittest.TestCase):
 
     @property
     def simulator_words(self):
-        return ["--lockstep", "--speed", str(self.SPEED)] if self.lockstep else []
+        return ["--lockstep", "--speed", str(self.SPEED), "--client-speed", "max"] if self.lockstep else []
 
     def setUp(self):
         programs.patience = 5 if self.lockstep else 1
@@ -167,7 +168,7 @@ class Scenario(unittest.TestCase):
 
     def start_sim(self, *words, seed=1):
         truth = os.path.join(self.folder, f"truth-{len(self.programs)}.jsonl")
-        sim = self.begin("lss-sim", [SIMULATOR, "zebro", "--dir", self.sim_folder, "--pace",
+        sim = self.begin("lss-sim", [SIMULATOR, "zebro", "--dir", self.sim_folder, "--pace", "--plant", self.PLANT,
                                      "--seed", str(seed), "--truth", truth, *self.simulator_words, *words],
                          die_with_parent if self.lockstep else as_hardware)
         port = os.path.join(self.sim_folder, "legs")
@@ -272,12 +273,15 @@ class Scenario(unittest.TestCase):
 
     # --- lss-cli
 
+    def taking_part(self, *verb):
+        return ("run", "--lockstep", "--dir", self.run_folder, "-e", " ".join(verb))
+
     def cli(self, *words, limit_s=60):
         """`run` takes part in simulated time, as do long verbs here; other verbs only query, or start something."""
         if self.lockstep:
-            if words[0] == "solve" or "--for" in words and words[0] not in ("run", "record"):
-                words = ("run", "-e", " ".join(words))
-            if words[0] == "run":
+            if words[0] in ("solve", "hop") or "--for" in words and words[0] not in ("run", "record"):
+                words = self.taking_part(*words)
+            elif words[0] == "run":
                 words = ("run", "--lockstep", "--dir", self.run_folder, *words[1:])
         return run([os.path.join(TOOLS, "lss-cli"), *words], self.environment(), limit_s)
 
@@ -288,6 +292,13 @@ class Scenario(unittest.TestCase):
 
     def begin_cli(self, *words, name="lss-cli"):
         return self.begin(name, [os.path.join(TOOLS, "lss-cli"), *words])
+
+    def begin_endless(self, *verb, options=(), name):
+        """An attached motion without an end: fast until it is under way, then at the pace of the wall clock.
+
+        With options it is the verb itself, which does not stop the vehicle when another client of its name does."""
+        words = self.taking_part(*verb, "; wait 3600s --at-speed") if self.lockstep and not options else verb
+        return self.begin_cli("--jsonl", *options, *words, name=name)
 
     def status(self):
         """As in `lss-cli --json status`; None without an answer."""
@@ -316,7 +327,7 @@ class Scenario(unittest.TestCase):
 
     def begin_walk(self, *words, name="walk"):
         """An attached walk without an end, under way."""
-        client = self.begin_cli("--jsonl", "walk", "forward", "--speed", "high", *words, name=name)
+        client = self.begin_endless("walk", "forward", "--speed", "high", options=words, name=name)
         self.wait_walking(client)
         return client
 

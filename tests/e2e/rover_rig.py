@@ -15,7 +15,7 @@ class Rover(Scenario):
 
     def start_sim(self, *words, seed=1):
         truth = os.path.join(self.folder, f"truth-{len(self.programs)}.jsonl")
-        sim = self.begin("lss-sim", [SIMULATOR, "ardito", "--dir", self.sim_folder, "--pace",
+        sim = self.begin("lss-sim", [SIMULATOR, "ardito", "--dir", self.sim_folder, "--pace", "--plant", self.PLANT,
                                      "--can", self.port, "--seed", str(seed), "--truth", truth, *self.simulator_words, *words],
                          die_with_parent if self.lockstep else as_hardware)
         wait_until(lambda: "ready" in sim.out() + sim.err(), BOOT_S, "the simulator is ready")

@@ -25,7 +25,7 @@ class Ardito(Rover):
         return wait_until(still, limit_s, "the rover stands")
 
     def begin_drive(self, *words):
-        client = self.begin_cli("--jsonl", "drive", *words, name="drive")
+        client = self.begin_endless("drive", *words, name="drive")
         self.wait_mode("Running", 60, client)
         return client
 

@@ -17,13 +17,13 @@ class Demo(unittest.TestCase):
         self.assertGreaterEqual(moved_m, 0.15)
 
     def test_the_demo_drives_ardito_and_says_what_it_did(self):
-        result = run([os.path.join(SOURCE, "tools", "demo"), "ardito"], dict(os.environ, NO_COLOR="1"), 1100)
+        result = run([os.path.join(SOURCE, "tools", "demo"), "ardito", "--fast"], dict(os.environ, NO_COLOR="1"), 1100)
         print(result.out)
         self.assertEqual(result.code, 0, result.err)
         self.assertRegex(result.out, "an S.*on the spot.*climbed")
 
     def test_the_demo_flies_talaris_and_says_how_it_landed(self):
-        result = run([os.path.join(SOURCE, "tools", "demo"), "talaris"], dict(os.environ, NO_COLOR="1"), 1100)
+        result = run([os.path.join(SOURCE, "tools", "demo"), "talaris", "--fast"], dict(os.environ, NO_COLOR="1"), 1100)
         print(result.out)
         self.assertEqual(result.code, 0, result.err)
         self.assertIn("landed well", result.out)

@@ -11,7 +11,7 @@ STANDING_M, LYING_M = 0.045, 0.030  # height of the body: at least, at most
 
 
 class Functions(Scenario):
-    IN_LOCKSTEP, SPEED = True, "max"
+    IN_LOCKSTEP, SPEED, PLANT = True, "max", "dart"
 
     def all_functions(self, gravity):
         self.start_sim("--gravity", gravity)

@@ -6,10 +6,12 @@ import unittest
 
 import motion
 import wire
-from rig import EXIT, FATAL_ERROR, FAULT, IDLE, OPERATIONAL, Scenario
+from rig import EXIT, FATAL_ERROR, FAULT, IDLE, OPERATIONAL, Scenario, real_time
 
 
 class Kill(Scenario):
+    IN_LOCKSTEP = True
+
     def walk_again(self):
         walked = len(self.walks())
         self.cli_ok("walk", "forward", "--speed", "high", "--for", "9s", limit_s=120)
@@ -60,6 +62,7 @@ class Kill(Scenario):
         self.walk_again()
         self.assertTrue(daemon.running())
 
+    @real_time("what is on the wire")
     # [Oper-3] [P-Int-2] [Prod-2]
     def test_a_killed_daemon_that_is_started_again_stops_every_module_and_walks_again(self):
         daemon = self.start_tapped()
@@ -77,6 +80,7 @@ class Kill(Scenario):
         self.walk_again()
         self.assertTrue(daemon.running())
 
+    @real_time("shared memory")
     # [Prod-2]
     def test_a_killed_roudi_changes_nothing_but_the_way_of_telemetry(self):
         self.take_roudi()
@@ -100,6 +104,7 @@ class Kill(Scenario):
         self.assert_resting(self.wait_state(IDLE))
         self.assertTrue(daemon.running())
 
+    @real_time("shared memory")
     def test_without_roudi_telemetry_goes_by_the_network_and_status_says_so(self):
         self.take_roudi()
         self.start_sim()
@@ -109,6 +114,7 @@ class Kill(Scenario):
         self.assertNotEqual(status["shared_memory_text"], "")
         self.subscribe(100, shared_memory=False)
 
+    @real_time("shared memory")
     def test_a_subscriber_from_the_idl_alone_gets_loaned_samples_by_shared_memory(self):
         self.take_roudi()
         self.start_roudi()

@@ -41,7 +41,7 @@ class Zebro(Recorded, Scenario):
 
         def tiny_disk():
             die_with_parent()
-            resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, resource.RLIM_INFINITY))
+            resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, resource.RLIM_INFINITY))
         path = os.path.join(self.folder, "full.mcap")
         full = self.begin("full", [os.path.join(TOOLS, "lss-cli"), "record", "--for", "20s", "--out", path], tiny_disk)
         self.assertEqual(full.wait(30), EXIT["failed"])

@@ -8,7 +8,7 @@ from rig import Scenario
 
 
 class Walk(Scenario):
-    IN_LOCKSTEP, SPEED = True, "max"
+    IN_LOCKSTEP, SPEED, PLANT = True, "max", "dart"
 
     # [Func-1]
     def test_walks_forward_at_the_speed_of_the_gait_table_and_rests_again(self):

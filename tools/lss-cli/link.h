@@ -46,6 +46,7 @@ class Link {
   void open_commands(const std::string& source);
   // From here on uses the simulated time of lss-sim in that folder.
   void take_part(const std::string& folder);
+  lockstep::Client* simulation() { return waker_.simulation(); }
   // Opens the writer without waiting, for no particular vehicle.
   void open_emergency(const std::string& source);
 

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "drivers/lockstep/lockstep.h"
 #include "tools/lss-cli/shell.h"
 #include "tools/lss-cli/steps.h"
 #include "tools/lss-cli/verbs.h"
@@ -48,13 +49,33 @@ void add_run(Grammar& grammar) {
   });
 }
 
+// While it exists, the client waits at the speed of the simulator.
+class AtSpeed {
+ public:
+  explicit AtSpeed(lockstep::Client* client) : client_(client) {
+    if (client_ != nullptr) client_->wait_at_speed(true);
+  }
+  ~AtSpeed() {
+    if (client_ != nullptr) client_->wait_at_speed(false);
+  }
+  AtSpeed(const AtSpeed&) = delete;
+  AtSpeed& operator=(const AtSpeed&) = delete;
+
+ private:
+  lockstep::Client* client_;
+};
+
 void add_wait(Grammar& grammar) {
   CLI::App& sub = grammar.verb("wait", "let time pass, with the heartbeat", "  wait 10s\n");
   const auto time_s = add_duration(sub, "time", "how long");
   sub.get_option("time")->required();
-  grammar.on(sub, [time_s](Context& context) {
+  auto at_speed = std::make_shared<bool>(false);
+  sub.add_flag("--at-speed", *at_speed,
+               "in simulated time: at lss-sim's --speed, not at its --client-speed");
+  grammar.on(sub, [=](Context& context) {
     const Clock::time_point end = Clock::now() + seconds(**time_s);
     Session& session = context.session();
+    const AtSpeed slow(*at_speed ? session.simulation() : nullptr);
     const bool attached = session.attached();
     while (Clock::now() < end) {
       session.pump(end);

@@ -45,6 +45,7 @@ class Session {
 
   // From here on uses the simulated time of lss-sim in that folder. Call before the first command.
   void take_part(const std::string& folder);
+  lockstep::Client* simulation() { return link_.simulation(); }  // nullptr: real time
 
   // Each waits for the phase of its name and throws when it ends otherwise.
   const Sent& accept(const Invocation& command);

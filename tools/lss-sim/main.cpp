@@ -26,7 +26,7 @@ constexpr const char* kExamples =
 
 struct Arguments {
   lss::sim::RunOptions run;
-  std::string truth, speed = "1";
+  std::string truth, speed = "1", client_speed;
   std::vector<std::string> faults;
   std::string fault_folder, fault_text, faults_vehicle;
 };
@@ -67,6 +67,12 @@ void add_run_options(CLI::App& command, Arguments& arguments, const std::string&
   command.add_flag("--lockstep", arguments.run.lockstep,
                    "simulated time, which lssd --lockstep follows: independent of the machine");
   command
+      .add_option("--client-speed", arguments.client_speed,
+                  "with --lockstep: --speed while lss-cli run --lockstep takes part; it can wait "
+                  "--at-speed meanwhile")
+      ->check(CLI::Range(0.01, 100.0) | CLI::IsMember({"max"}))
+      ->needs("--lockstep");
+  command
       .add_option("--client-at", arguments.run.client_at_s,
                   "with --lockstep: time stands still at this second until lss-cli run --lockstep "
                   "takes part")
@@ -94,6 +100,8 @@ int run_vehicle(const lss::sim::VehicleKind& kind, Arguments& arguments) {
   if (any_speed && !arguments.run.lockstep)
     return complain("--speed max needs --lockstep: in real time the speed is a number", kUsage);
   arguments.run.speed = any_speed ? 0 : std::stod(arguments.speed);
+  if (const std::string& text = arguments.client_speed; !text.empty())
+    arguments.run.client_speed = text == "max" ? 0 : std::stod(text);
   if (!arguments.truth.empty()) arguments.run.truth = arguments.truth;
   if (arguments.run.can.empty()) arguments.run.can = kind.can_address();
   try {

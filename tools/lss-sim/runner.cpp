@@ -208,6 +208,7 @@ class Simulation {
   void in_lockstep() {
     const lockstep::Part part("sim");
     TimeNs next = lockstep::now();
+    begin_s_ = static_cast<double>(next - lockstep::kBegin) * 1e-9;
     const TimeNs end = options_.for_s < 0 ? lockstep::kNever : next + seconds_ns(options_.for_s);
     for (std::size_t fault = 0; !stop_;) {
       const TimeNs now = lockstep::now();
@@ -233,7 +234,7 @@ class Simulation {
 
   void write_truth() {
     if (!truth_.is_open()) return;
-    nlohmann::ordered_json line = {{"t_s", simulated_s()}};
+    nlohmann::ordered_json line = {{"t_s", begin_s_ + simulated_s()}};
     line.update(vehicle_->truth());
     line["attached_faults"] = board_.attached();
     truth_ << line.dump() << std::endl;
@@ -251,6 +252,7 @@ class Simulation {
   std::vector<LineDevice*> devices_;  // of the lines
   std::vector<Bus> buses_;
   std::ofstream truth_;
+  double begin_s_ = 0;  // of simulated time, when a simulator ran before this one
   std::atomic<bool> stop_ = false, over_ = false;
   std::atomic<long> steps_ = 0;
   std::atomic<TimeNs> slipped_ns_ = 0;
@@ -326,8 +328,9 @@ tl::expected<void, std::string> run(const VehicleKind& kind, const RunOptions& o
   const std::vector<FaultKind> kinds = fault_kinds_of(kind);
   if (options.lockstep) {
     const auto client_at = static_cast<TimeNs>(options.client_at_s * kSecond);
-    const std::string error =
-        lockstep::create(options.folder.string(), {.speed = options.speed, .client_at = client_at});
+    const std::string error = lockstep::create(
+        options.folder.string(),
+        {.speed = options.speed, .client_speed = options.client_speed, .client_at = client_at});
     if (!error.empty()) return tl::unexpected(error);
   }
   Simulation simulation(kind.make(options.seed), options);

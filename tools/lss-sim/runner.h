@@ -21,7 +21,8 @@ struct RunOptions {
   int baud = 115'200;
   std::string can;  // place of the CAN bus; empty: the vehicle's default
   unsigned seed = 1;
-  double speed = 1;       // of physics relative to the clock; the bytes keep their rate
+  double speed = 1;          // of physics relative to the clock; the bytes keep their rate
+  double client_speed = -1;  // in lockstep while a client takes part, 0: any; -1: the same
   bool lockstep = false;  // simulated time: docs/simulator.md; `speed` is then that of time, 0: any
   double client_at_s = -1, for_s = -1;  // of simulated time; below 0: none
   std::optional<std::filesystem::path> truth;
