@@ -2,6 +2,7 @@
 they are installed, with their threads, files and DDS."""
 
 import hashlib
+import json
 import os
 import random
 import signal
@@ -12,10 +13,12 @@ import threading
 import time
 import unittest
 
+import recording
 from programs import die_with_parent, read_text, run, wait_until
 from rig import BOOT_S, DAEMON, SIMULATOR, SOURCE, TOOLS, Scenario, edited
 
 RUN_LIMIT_S = 150
+RELEASED = os.environ.get("LSS_E2E_RELEASED")
 HOGS = 4
 HOG_S = 2  # FIFO 99; longer than any machine stands still by itself
 
@@ -30,6 +33,22 @@ def next_double(text):
     """The number after this one: one bit of it differs."""
     (bits,) = struct.unpack("<q", struct.pack("<d", float(text)))
     return repr(struct.unpack("<d", struct.pack("<q", bits + 1))[0])
+
+
+def sha256(path):
+    with open(path, "rb") as data:
+        return hashlib.sha256(data.read()).hexdigest()
+
+
+def without_build(path):
+    """What is in a recording or a log but for the description of the program that wrote it."""
+    if path.endswith(".lssrec"):
+        header, items, ended = recording.read(path)
+        return hashlib.sha256(repr(({**header, "build": None}, items, ended)).encode()).hexdigest()
+    lines = read_text(path).splitlines()
+    if path.endswith(".log.jsonl"):
+        lines[0] = json.dumps({**json.loads(lines[0]), "build": None})
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
 class Stopper:
@@ -71,7 +90,7 @@ class Lockstep:
             file.write(edited(text, {"shared_memory": "false", **self.CHANGES, **changes}))
         return path
 
-    def fly(self, name, before=die_with_parent, disturb=None, short=False, **changes):
+    def fly(self, name, before=die_with_parent, disturb=None, short=False, program=DAEMON, content=sha256, **changes):
         """One run, in a folder of the same name each time. {file: hash} of its files."""
         motion, seconds = (self.SHORT, self.SHORT_S) if short else (self.MOTION, self.SECONDS)
         words = [SIMULATOR, self.VEHICLE, "--dir", self.run_folder, "--pace", "--lockstep", "--speed",
@@ -82,7 +101,7 @@ class Lockstep:
         begun_s = time.monotonic()
         sim = self.begin(f"sim-{name}", words, before)
         wait_until(lambda: "ready" in sim.out() + sim.err() or not sim.running(), BOOT_S, "the simulator is ready")
-        daemon = self.begin(f"lssd-{name}", [DAEMON, "--config", self.config(**changes), "--run-dir", self.run_folder,
+        daemon = self.begin(f"lssd-{name}", [program, "--config", self.config(**changes), "--run-dir", self.run_folder,
                                              "--lockstep", "--domain", str(self.domain)], before)
         client = self.begin(f"cli-{name}", [os.path.join(TOOLS, "lss-cli"), "run", "--lockstep", "--dir", self.run_folder,
                                             "-e", motion], before)
@@ -98,8 +117,7 @@ class Lockstep:
             if not file.endswith((".jsonl", ".lssrec")):
                 continue
             path = os.path.join(self.run_folder, file)
-            with open(path, "rb") as data:
-                left[file] = hashlib.sha256(data.read()).hexdigest()
+            left[file] = content(path)
             os.unlink(path)
         print(f"{name}: {time.monotonic() - begun_s:.1f} s; " + read_text(sim.err_path).strip().split("\n")[-1])
         self.assertEqual(len(left), 3, left)  # the true path, the flight recording, the log with its events
@@ -125,6 +143,13 @@ class Lockstep:
         value = next(line for line in read_text(self.config()).split("\n") if line.startswith(self.KEY + " "))
         value = value.split("=")[1].split("#")[0].strip()
         self.assertNotEqual(self.fly("one-bit", **{self.KEY: next_double(value)}), first, "one bit of a parameter")
+
+    def test_the_same_bits_as_released(self):
+        """Of a build with sanitizers."""
+        if not os.path.exists(RELEASED or ""):
+            self.skipTest("skipped: the release build is not there")
+        first = self.fly("released", short=True, program=RELEASED, content=without_build)
+        self.assertEqual(self.fly("this", short=True, content=without_build), first)
 
     def test_the_same_bits_on_a_slow_machine(self):
         first = self.fly("first", short=True)
