@@ -200,12 +200,12 @@ class Runtime final : public App {
   }
 
   tl::expected<void, std::string> launch(const std::string& name, std::function<void()> body) {
-    rt::Wish wish{.name = name};
+    rt::ThreadRequest request{.name = name};
     for (const config::Thread& t : config_.threads) {
-      if (t.name == name) wish = {.name = name, .priority = t.priority, .cpu = t.cpu};
+      if (t.name == name) request = {.name = name, .priority = t.priority, .cpu = t.cpu};
     }
     threads_.push_back(std::make_unique<rt::Thread>());
-    auto ok = threads_.back()->start(wish, config_.realtime_enforce, std::move(body));
+    auto ok = threads_.back()->start(request, config_.realtime_enforce, std::move(body));
     if (!ok && !config_.realtime_enforce) {
       publisher_.complain(ok.error());
       return {};

@@ -2,15 +2,15 @@
 
 // One frame of error solving, the same for every vehicle: its strategies one after the other, as
 // far as the locomotion controller agrees, with their events. A vehicle has its own Solver (kind(),
-// running(), step()) and its own Patient, which the strategies treat. Frame thread.
+// running(), step()) and its own SolveTarget, which the strategies treat. Frame thread.
 
 #include "daemon/core/supervisor.h"
 
 namespace lss {
 
 // begin(): fills the solver with the present faults. `healthy`: no fault at all in this frame.
-template <class Solver, class Patient, class Begin>
-void solve_errors(Supervisor& s, Solver& solver, Patient& patient, Begin&& begin,
+template <class Solver, class SolveTarget, class Begin>
+void solve_errors(Supervisor& s, Solver& solver, SolveTarget& target, Begin&& begin,
                   bool healthy) noexcept {
   const auto tell_begin = [&] {
     s.note(EventId::strategy_begun, 0, static_cast<double>(solver.kind()));
@@ -21,7 +21,7 @@ void solve_errors(Supervisor& s, Solver& solver, Patient& patient, Begin&& begin
   }
   using Report = typename Solver::Report;
   const auto tried = solver.kind();
-  Report report = solver.step(patient, healthy);
+  Report report = solver.step(target, healthy);
   if (report == Report::running) return;
   s.note(EventId::strategy_ended, 0, static_cast<double>(tried), report == Report::solved ? 1 : 0);
   if (report == Report::next) {

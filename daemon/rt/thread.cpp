@@ -31,26 +31,26 @@ constexpr std::size_t kLargeMapping = 4 * 1024 * 1024;
 thread_local std::atomic<std::uint64_t>* own_mallocs = nullptr;
 
 // Requests the settings from the kernel. Returns the refusals, or nothing.
-std::string apply(const Wish& wish) {
+std::string apply(const ThreadRequest& request) {
   std::string refused;
-  if (wish.priority > 0) {
-    const sched_param parameter{.sched_priority = wish.priority};
+  if (request.priority > 0) {
+    const sched_param parameter{.sched_priority = request.priority};
     if (const int error = ::pthread_setschedparam(::pthread_self(), SCHED_FIFO, &parameter)) {
       refused = fmt::format(
           "thread {}: SCHED_FIFO {} refused ({}): give the service LimitRTPRIO={} or the user an "
           "rtprio limit, "
           "and check that the control group has a real-time budget",
-          wish.name, wish.priority, std::strerror(error), wish.priority);
+          request.name, request.priority, std::strerror(error), request.priority);
     }
   }
-  if (wish.cpu >= 0) {
+  if (request.cpu >= 0) {
     cpu_set_t set;
     CPU_ZERO(&set);
-    CPU_SET(static_cast<std::size_t>(wish.cpu), &set);
+    CPU_SET(static_cast<std::size_t>(request.cpu), &set);
     if (const int error = ::pthread_setaffinity_np(::pthread_self(), sizeof set, &set)) {
       if (!refused.empty()) refused += '\n';
       refused += fmt::format("thread {}: CPU {} refused ({}): name a CPU that this machine has",
-                             wish.name, wish.cpu, std::strerror(error));
+                             request.name, request.cpu, std::strerror(error));
     }
   }
   return refused;
@@ -76,23 +76,23 @@ void Thread::join() {
   if (thread_.joinable()) thread_.join();
 }
 
-tl::expected<void, std::string> Thread::start(const Wish& wish, bool enforce,
+tl::expected<void, std::string> Thread::start(const ThreadRequest& request, bool enforce,
                                               std::function<void()> body) {
-  wish_ = wish;
+  request_ = request;
   // Simulated time waits for this thread; at a real-time priority it would only keep others from
   // the CPU.
-  if (lockstep::on()) wish_.priority = 0;
+  if (lockstep::on()) request_.priority = 0;
   std::mutex mutex;
   std::condition_variable answered;
   bool done = false;
   std::string refused;
 
   thread_ = std::thread([&, body = std::move(body)] {
-    ::pthread_setname_np(::pthread_self(), wish_.name.substr(0, 15).c_str());
+    ::pthread_setname_np(::pthread_self(), request_.name.substr(0, 15).c_str());
     tid_ = static_cast<pid_t>(::syscall(SYS_gettid));
-    std::string problem = apply(wish_);
+    std::string problem = apply(request_);
     const bool run = problem.empty() || !enforce;
-    const bool real_time = wish_.priority > 0;
+    const bool real_time = request_.priority > 0;
     {
       const std::lock_guard lock(mutex);
       refused = std::move(problem);
@@ -101,7 +101,7 @@ tl::expected<void, std::string> Thread::start(const Wish& wish, bool enforce,
     }
     if (!run) return;
     if (real_time) touch_stack(kTouchedStack);
-    const lockstep::Part part(wish_.name);
+    const lockstep::Part part(request_.name);
     own_mallocs = &mallocs_;
     body();
     own_mallocs = nullptr;
@@ -135,10 +135,10 @@ void Thread::mark_ready() {
 
 ThreadStatus Thread::status() const {
   ThreadStatus s;
-  wish_.name.copy(s.name.data(), s.name.size() - 1);
-  s.policy = wish_.priority > 0 && granted_ ? SCHED_FIFO : SCHED_OTHER;
-  s.priority = granted_ ? wish_.priority : 0;
-  s.cpu = wish_.cpu;
+  request_.name.copy(s.name.data(), s.name.size() - 1);
+  s.policy = request_.priority > 0 && granted_ ? SCHED_FIFO : SCHED_OTHER;
+  s.priority = granted_ ? request_.priority : 0;
+  s.cpu = request_.cpu;
   s.granted = granted_;
   const std::uint64_t faults = page_faults_now();
   s.page_faults = faults > page_faults_base_ ? faults - page_faults_base_ : 0;

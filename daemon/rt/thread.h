@@ -18,7 +18,7 @@
 
 namespace lss::rt {
 
-struct Wish {
+struct ThreadRequest {
   std::string name;  // at most 15 characters, as the kernel shows it
   int priority = 0;  // SCHED_FIFO 1..99; 0: SCHED_OTHER
   int cpu = -1;      // -1: any
@@ -34,7 +34,8 @@ class Thread {
 
   // Starts the body. An error names the refusal and its remedy; with `enforce` the body then does
   // not run, else it runs without.
-  tl::expected<void, std::string> start(const Wish& wish, bool enforce, std::function<void()> body);
+  tl::expected<void, std::string> start(const ThreadRequest& request, bool enforce,
+                                        std::function<void()> body);
   void join();
 
   bool running() const { return thread_.joinable(); }
@@ -47,7 +48,7 @@ class Thread {
   std::uint64_t page_faults_now() const;
 
   std::thread thread_;
-  Wish wish_;
+  ThreadRequest request_;
   bool granted_ = true;
   std::atomic<pid_t> tid_{0};
   std::atomic<std::uint64_t> mallocs_{0};

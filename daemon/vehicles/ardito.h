@@ -33,7 +33,7 @@ struct Known {
   TimeNs time_ns = 0;  // 0: never
 };
 
-class Vehicle final : public Actor, private Patient {
+class Vehicle final : public Actor, private SolveTarget {
  public:
   using Sample = RoverSample;
   using BusReport = RoverCanBus::Report;
@@ -112,7 +112,7 @@ class Vehicle final : public Actor, private Patient {
 
   // For error solving.
   TimeNs now() const noexcept override { return now_ns_; }
-  std::uint16_t sick() const noexcept override;
+  std::uint16_t faulty_modules() const noexcept override;
   std::uint16_t diagnosed() const noexcept override;
   void reset_faults() noexcept override { ++orders_.fault_reset_serial; }
   void reset_nodes(std::uint16_t nodes) noexcept override;

@@ -37,34 +37,34 @@ void Solver::begin(std::span<const FaultClass> wrong) noexcept {
   begun_ = false;
 }
 
-void Solver::begin_strategy(Patient& patient) noexcept {
+void Solver::begin_strategy(SolveTarget& target) noexcept {
   begun_ = true;
   treating_ = true;
   healthy_since_ns_ = 0;
-  left_ = kind() == StrategyKind::retest ? patient.diagnosed() : std::uint16_t{0};
-  next_ns_ = patient.now();
-  until_ns_ = patient.now() + parameters_.budget_ns + std::popcount(left_) * parameters_.close_ns;
+  left_ = kind() == StrategyKind::retest ? target.diagnosed() : std::uint16_t{0};
+  next_ns_ = target.now();
+  until_ns_ = target.now() + parameters_.budget_ns + std::popcount(left_) * parameters_.close_ns;
 }
 
-Solver::Treatment Solver::treat(Patient& patient) noexcept {
+Solver::Treatment Solver::treat(SolveTarget& target) noexcept {
   switch (kind()) {
     case StrategyKind::reset_fault:
-      patient.reset_faults();
+      target.reset_faults();
       return Treatment::done;
     case StrategyKind::reset_node:
-      patient.reset_nodes(patient.sick());
+      target.reset_nodes(target.faulty_modules());
       return Treatment::done;
     case StrategyKind::retest:
       // One at a time: two clutches that close at once draw twice the current.
-      if (patient.now() < next_ns_) return Treatment::running;
+      if (target.now() < next_ns_) return Treatment::running;
       if (left_ == 0) return Treatment::done;
-      patient.forget(static_cast<std::uint16_t>(left_ & -left_));
+      target.forget(static_cast<std::uint16_t>(left_ & -left_));
       left_ = static_cast<std::uint16_t>(left_ & (left_ - 1));
-      next_ns_ = patient.now() + parameters_.close_ns;
+      next_ns_ = target.now() + parameters_.close_ns;
       return Treatment::running;
     case StrategyKind::isolate: {
-      const auto nodes = static_cast<std::uint16_t>(patient.sick() | patient.diagnosed());
-      return nodes == 0 || patient.isolate(nodes) ? Treatment::done : Treatment::failed;
+      const auto nodes = static_cast<std::uint16_t>(target.faulty_modules() | target.diagnosed());
+      return nodes == 0 || target.isolate(nodes) ? Treatment::done : Treatment::failed;
     }
     case StrategyKind::none:
     case StrategyKind::reconnect:
@@ -80,11 +80,11 @@ Solver::Report Solver::give_up() noexcept {
   return Report::next;
 }
 
-Solver::Report Solver::step(Patient& patient, bool healthy) noexcept {
-  if (!begun_) begin_strategy(patient);
-  if (patient.now() > until_ns_) return give_up();
+Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
+  if (!begun_) begin_strategy(target);
+  if (target.now() > until_ns_) return give_up();
   if (treating_) {
-    const Treatment treatment = treat(patient);
+    const Treatment treatment = treat(target);
     if (treatment == Treatment::failed) return give_up();
     treating_ = treatment == Treatment::running;
     return Report::running;  // its effect shows in the next frames
@@ -92,8 +92,8 @@ Solver::Report Solver::step(Patient& patient, bool healthy) noexcept {
   if (!healthy) {
     healthy_since_ns_ = 0;
   } else if (healthy_since_ns_ == 0) {
-    healthy_since_ns_ = patient.now();
-  } else if (patient.now() - healthy_since_ns_ >= kProof) {
+    healthy_since_ns_ = target.now();
+  } else if (target.now() - healthy_since_ns_ >= kProof) {
     return Report::solved;
   }
   return Report::running;

@@ -38,10 +38,10 @@ struct SolverParameters {
 };
 
 // The strategies' access to the vehicle. Sets of nodes as bits: bit i is node i+1.
-class Patient {
+class SolveTarget {
  public:
   virtual TimeNs now() const noexcept = 0;
-  virtual std::uint16_t sick() const noexcept = 0;       // nodes in service
+  virtual std::uint16_t faulty_modules() const noexcept = 0;  // nodes in service
   virtual std::uint16_t diagnosed() const noexcept = 0;  // by the failure detection, in service
   virtual void reset_faults() noexcept = 0;              // of drives
   virtual void reset_nodes(std::uint16_t nodes) noexcept = 0;
@@ -50,7 +50,7 @@ class Patient {
   virtual bool isolate(std::uint16_t nodes) noexcept = 0;
 
  protected:
-  ~Patient() = default;
+  ~SolveTarget() = default;
 };
 
 class Solver {
@@ -69,14 +69,14 @@ class Solver {
 
   // Once per frame while running. `healthy`: no fault at all in this frame. next: the strategy did
   // not help; call again when the locomotion controller agreed to the next one.
-  Report step(Patient& patient, bool healthy) noexcept;
+  Report step(SolveTarget& target, bool healthy) noexcept;
 
  private:
   static constexpr TimeNs kProof = kSecond;
   enum class Treatment : std::uint8_t { running, done, failed };
 
-  void begin_strategy(Patient& patient) noexcept;
-  Treatment treat(Patient& patient) noexcept;
+  void begin_strategy(SolveTarget& target) noexcept;
+  Treatment treat(SolveTarget& target) noexcept;
   Report give_up() noexcept;
 
   SolverParameters parameters_;

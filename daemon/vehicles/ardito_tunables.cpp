@@ -1,6 +1,6 @@
 #include "daemon/vehicles/ardito_tunables.h"
 
-#include "daemon/vehicles/angles.h"
+#include "idl/angles.h"
 
 namespace lss::ardito {
 namespace {

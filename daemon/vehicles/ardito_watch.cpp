@@ -327,12 +327,12 @@ void Vehicle::set_sense(Supervisor& s) noexcept {
 
 // ---- error solving
 
-std::uint16_t Vehicle::sick() const noexcept {
-  unsigned sick = 0;
+std::uint16_t Vehicle::faulty_modules() const noexcept {
+  unsigned mask = 0;
   for (std::size_t i = 0; i < kImu; ++i) {
-    if (in_service(i) && (!answers(i) || faulty(i))) sick |= 1u << i;
+    if (in_service(i) && (!answers(i) || faulty(i))) mask |= 1u << i;
   }
-  return static_cast<std::uint16_t>(sick);
+  return static_cast<std::uint16_t>(mask);
 }
 
 // Sensors that are substituted do not keep the rover from driving.
@@ -372,8 +372,9 @@ bool Vehicle::isolate(std::uint16_t nodes) noexcept {
 
 bool Vehicle::healthy(const Supervisor& s) const noexcept {
   const std::uint8_t flags = s.controller().flags;
-  return port_open_ && sick() == 0 && s.controller().unheard == 0 && s.controller().silent == 0 &&
-         (flags & (kButtonIn | kPowerBad)) == 0 && command_.error == 0;
+  return port_open_ && faulty_modules() == 0 && s.controller().unheard == 0 &&
+         s.controller().silent == 0 && (flags & (kButtonIn | kPowerBad)) == 0 &&
+         command_.error == 0;
 }
 
 // From the latched faults and the present ones.
@@ -396,9 +397,9 @@ void Vehicle::begin_solving(const Supervisor& s) noexcept {
 
 void Vehicle::watch_solver(Supervisor& s) noexcept {
   if (s.controller().state != State::solve_errors) return;
-  Patient& patient = *this;
+  SolveTarget& target = *this;
   solve_errors(
-      s, solver_, patient, [&] { begin_solving(s); }, healthy(s));
+      s, solver_, target, [&] { begin_solving(s); }, healthy(s));
 }
 
 }  // namespace lss::ardito

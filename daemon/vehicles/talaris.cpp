@@ -204,13 +204,13 @@ void Vehicle::count_gas() noexcept {
 
 // ---- error solving
 
-std::uint16_t Vehicle::sick() const noexcept {
-  unsigned sick = 0;
-  if (!answers(kValveNode)) sick |= 1u << (kValveModule - 1);
-  if (!answers(kFanNode)) sick |= 1u << (kFanModule - 1);
+std::uint16_t Vehicle::faulty_modules() const noexcept {
+  unsigned mask = 0;
+  if (!answers(kValveNode)) mask |= 1u << (kValveModule - 1);
+  if (!answers(kFanNode)) mask |= 1u << (kFanModule - 1);
   if (parameters_.buses.can.load_cell && !answers(kLoadCellNode))
-    sick |= 1u << (kLoadCellModule - 1);
-  return static_cast<std::uint16_t>(sick);
+    mask |= 1u << (kLoadCellModule - 1);
+  return static_cast<std::uint16_t>(mask);
 }
 
 // Sensors have no reset: their state is cleared.

@@ -27,7 +27,7 @@
 
 namespace lss::talaris {
 
-class Vehicle final : public Actor, private Patient {
+class Vehicle final : public Actor, private SolveTarget {
  public:
   using Sample = TalarisSample;
   using BusReport = talaris::BusReport;
@@ -97,7 +97,7 @@ class Vehicle final : public Actor, private Patient {
 
   // For error solving.
   TimeNs now() const noexcept override { return now_ns_; }
-  std::uint16_t sick() const noexcept override;
+  std::uint16_t faulty_modules() const noexcept override;
   void reset_modules(std::uint16_t modules) noexcept override;
   void realign() noexcept override;
 

@@ -8,12 +8,12 @@
 
 #include "daemon/config/reading.h"
 #include "daemon/vehicles/talaris_tunables.h"
+#include "idl/angles.h"
 
 namespace lss::talaris {
 namespace {
 
 namespace g = gnc::talaris;
-constexpr double kDegree = g::kDegree;
 
 // Replaces the default in the member; `unit`: of the key, in that of the member.
 void read(config::Section& s, std::string_view key, double& member, double min, double max,

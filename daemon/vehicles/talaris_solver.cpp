@@ -30,12 +30,12 @@ void Solver::begin(std::span<const FaultClass> wrong) noexcept {
   begun_ = false;
 }
 
-void Solver::begin_strategy(Patient& patient) noexcept {
+void Solver::begin_strategy(SolveTarget& target) noexcept {
   begun_ = true;
   healthy_since_ns_ = 0;
-  until_ns_ = patient.now() + parameters_.budget_ns;
-  if (kind() == StrategyKind::reset_node) patient.reset_modules(patient.sick());
-  if (kind() == StrategyKind::realign) patient.realign();
+  until_ns_ = target.now() + parameters_.budget_ns;
+  if (kind() == StrategyKind::reset_node) target.reset_modules(target.faulty_modules());
+  if (kind() == StrategyKind::realign) target.realign();
 }
 
 Solver::Report Solver::give_up() noexcept {
@@ -45,17 +45,17 @@ Solver::Report Solver::give_up() noexcept {
   return Report::next;
 }
 
-Solver::Report Solver::step(Patient& patient, bool healthy) noexcept {
+Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
   if (!begun_) {
-    begin_strategy(patient);
+    begin_strategy(target);
     return Report::running;  // its effect shows in the next frames
   }
-  if (patient.now() > until_ns_) return give_up();
+  if (target.now() > until_ns_) return give_up();
   if (!healthy) {
     healthy_since_ns_ = 0;
   } else if (healthy_since_ns_ == 0) {
-    healthy_since_ns_ = patient.now();
-  } else if (patient.now() - healthy_since_ns_ >= kProof) {
+    healthy_since_ns_ = target.now();
+  } else if (target.now() - healthy_since_ns_ >= kProof) {
     return Report::solved;
   }
   return Report::running;

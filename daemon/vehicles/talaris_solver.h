@@ -34,15 +34,15 @@ struct SolverParameters {
 };
 
 // The strategies' access to the vehicle. Sets of modules as bits: bit i is module i+1.
-class Patient {
+class SolveTarget {
  public:
   virtual TimeNs now() const noexcept = 0;
-  virtual std::uint16_t sick() const noexcept = 0;  // modules that are needed
+  virtual std::uint16_t faulty_modules() const noexcept = 0;  // modules that are needed
   virtual void reset_modules(std::uint16_t modules) noexcept = 0;
   virtual void realign() noexcept = 0;
 
  protected:
-  ~Patient() = default;
+  ~SolveTarget() = default;
 };
 
 class Solver {
@@ -61,12 +61,12 @@ class Solver {
 
   // Once per frame while running. `healthy`: no fault at all in this frame. next: the strategy did
   // not help; call again when the locomotion controller agreed to the next one.
-  Report step(Patient& patient, bool healthy) noexcept;
+  Report step(SolveTarget& target, bool healthy) noexcept;
 
  private:
   static constexpr TimeNs kProof = kSecond;
 
-  void begin_strategy(Patient& patient) noexcept;
+  void begin_strategy(SolveTarget& target) noexcept;
   Report give_up() noexcept;
 
   SolverParameters parameters_;

@@ -1,12 +1,13 @@
 #include "daemon/vehicles/talaris_tunables.h"
 
+#include "idl/angles.h"
+
 namespace lss::talaris {
 namespace {
 
 using P = Parameters;
 using Place = TunablePlace;
 
-constexpr double kDegree = gnc::talaris::kDegree;
 constexpr double kMs = 1e6, kS = 1e9;  // to ns
 constexpr Change kAlways = Change::always, kAtRest = Change::at_rest;
 

@@ -230,7 +230,7 @@ void Vehicle::begin_solving(const Supervisor& s) noexcept {
                         info(fault.id)->severity == static_cast<std::uint8_t>(Severity::fatal);
     if (severe) wrong[count++] = class_of(fault.id);
   }
-  if (sick() != 0) wrong[count++] = FaultClass::contact;
+  if (faulty_modules() != 0) wrong[count++] = FaultClass::contact;
   solver_.begin(std::span(wrong).first(count));
 }
 
@@ -238,11 +238,11 @@ void Vehicle::watch_solver(Supervisor& s) noexcept {
   if (s.controller().state != State::solve_errors) return;
   constexpr unsigned kActuators = 1u << (kValveModule - 1) | 1u << (kFanModule - 1);
   const lc::ControllerState& c = s.controller();
-  const bool healthy = bus_.can.open && (sick() & kActuators) == 0 && c.unheard == 0 &&
+  const bool healthy = bus_.can.open && (faulty_modules() & kActuators) == 0 && c.unheard == 0 &&
                        c.silent == 0 && !bus_.edges.all_stop_pending;
-  Patient& patient = *this;
+  SolveTarget& target = *this;
   solve_errors(
-      s, solver_, patient, [&] { begin_solving(s); }, healthy);
+      s, solver_, target, [&] { begin_solving(s); }, healthy);
 }
 
 }  // namespace lss::talaris

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "daemon/vehicles/angles.h"
 #include "daemon/vehicles/zebro_tunables.h"
+#include "idl/angles.h"
 
 namespace lss::zebro {
 namespace {

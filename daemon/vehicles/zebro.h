@@ -35,7 +35,7 @@ struct Module {
   bool greeted = false;  // a status was received
 };
 
-class Vehicle final : public Actor, private Patient {
+class Vehicle final : public Actor, private SolveTarget {
  public:
   using Sample = ModuleReply;
   using BusReport = LegSerialBus::Report;
@@ -105,7 +105,7 @@ class Vehicle final : public Actor, private Patient {
   double temperature_degC(std::size_t module) const noexcept override {
     return modules_[module].health.temperature_degC;
   }
-  std::uint8_t sick() const noexcept override;
+  std::uint8_t faulty_modules() const noexcept override;
   std::uint8_t isolated() const noexcept override { return static_cast<std::uint8_t>(isolated_); }
   void reset(std::size_t module) noexcept override {
     if (in_service(module)) order(module, ModuleOrder::Kind::reset);

@@ -6,8 +6,8 @@
 #include <set>
 
 #include "daemon/config/reading.h"
-#include "daemon/vehicles/angles.h"
 #include "daemon/vehicles/zebro_tunables.h"
+#include "idl/angles.h"
 
 namespace lss::zebro {
 namespace {

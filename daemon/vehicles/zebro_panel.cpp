@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "daemon/vehicles/angles.h"
 #include "daemon/vehicles/zebro.h"
+#include "idl/angles.h"
 
 namespace lss::zebro {
 namespace {

@@ -47,46 +47,46 @@ bool of_operator(FaultId fault) noexcept {
   return fault == FaultId::emergency_stop || fault == FaultId::obc_silent;
 }
 
-void ResetModules::begin(Patient& patient, std::uint8_t modules) noexcept {
+void ResetModules::begin(SolveTarget& target, std::uint8_t modules) noexcept {
   for (std::size_t i = 0; i < kModules; ++i) {
-    if (all_ || contains(modules, i)) patient.reset(i);
+    if (all_ || contains(modules, i)) target.reset(i);
   }
 }
 
-void MoveFree::begin(Patient& patient, std::uint8_t modules) noexcept {
+void MoveFree::begin(SolveTarget& target, std::uint8_t modules) noexcept {
   left_ = 0;
   for (std::size_t i = 0; i < kLegs; ++i) {
-    if (contains(modules, i) && patient.answers(i))
+    if (contains(modules, i) && target.answers(i))
       left_ = static_cast<std::uint8_t>(left_ | 1u << i);
   }
   phase_ = Phase::next_leg;
 }
 
-Outcome MoveFree::end(Patient& patient, Outcome outcome) noexcept {
-  patient.rest();
+Outcome MoveFree::end(SolveTarget& target, Outcome outcome) noexcept {
+  target.rest();
   left_ = 0;
   phase_ = Phase::next_leg;
   return outcome;
 }
 
-Outcome MoveFree::step(Patient& patient) noexcept {
-  const TimeNs now = patient.now();
+Outcome MoveFree::step(SolveTarget& target) noexcept {
+  const TimeNs now = target.now();
   if (phase_ == Phase::next_leg) {
     if (left_ == 0) return Outcome::done;
     leg_ = static_cast<std::size_t>(std::countr_zero(left_));
     left_ = static_cast<std::uint8_t>(left_ & (left_ - 1));
-    if (!patient.begin_move(leg_)) return end(patient, Outcome::failed);
+    if (!target.begin_move(leg_)) return end(target, Outcome::failed);
     phase_ = Phase::switching_on;
     due_ns_ = now + kMoveGrace;
     return Outcome::running;
   }
-  const Status& status = patient.status(leg_);
+  const Status& status = target.status(leg_);
   const bool late = now > due_ns_ + kMoveGrace;
   const bool stopped = phase_ != Phase::switching_on &&
                        (status.flags & (kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog)) != 0;
-  if (late || stopped || !patient.answers(leg_) || status.current_A > parameters_.current_limit_A)
-    return end(patient, Outcome::failed);
-  follow_calibration(patient);
+  if (late || stopped || !target.answers(leg_) || status.current_A > parameters_.current_limit_A)
+    return end(target, Outcome::failed);
+  follow_calibration(target);
   const auto moved = [&](double to_rad) {
     return now >= due_ns_ && (status.flags & kFlagMoving) == 0 &&
            apart(status.position_rad, to_rad) < kArrived_rad;
@@ -97,17 +97,17 @@ Outcome MoveFree::step(Patient& patient) noexcept {
       from_rad_ = status.position_rad;
       due_ns_ = now + parameters_.free_move_ns;
       phase_ = Phase::back;
-      order(patient);
+      order(target);
       break;
     case Phase::back:
       if (!moved(turned(from_rad_, -parameters_.free_rad))) break;
       due_ns_ = now + parameters_.free_move_ns;
       phase_ = Phase::forth;
-      order(patient);
+      order(target);
       break;
     case Phase::forth:
       if (!moved(from_rad_)) break;
-      patient.rest();
+      target.rest();
       phase_ = Phase::next_leg;
       break;
     case Phase::next_leg:
@@ -116,50 +116,50 @@ Outcome MoveFree::step(Patient& patient) noexcept {
   return Outcome::running;
 }
 
-void MoveFree::order(Patient& patient) noexcept {
+void MoveFree::order(SolveTarget& target) noexcept {
   const bool forth = phase_ == Phase::forth;
-  patient.move(leg_, forth ? from_rad_ : turned(from_rad_, -parameters_.free_rad), due_ns_, forth);
+  target.move(leg_, forth ? from_rad_ : turned(from_rad_, -parameters_.free_rad), due_ns_, forth);
 }
 
 // At its Hall sensor a leg's position becomes the true one, and the module goes on to its ordered
 // position, which is now another place, up to a turn away.
-void MoveFree::follow_calibration(Patient& patient) noexcept {
-  const Status& status = patient.status(leg_);
+void MoveFree::follow_calibration(SolveTarget& target) noexcept {
+  const Status& status = target.status(leg_);
   const bool calibrated = (status.flags & kFlagCalibrated) != 0;
   const bool under_way = phase_ == Phase::back || phase_ == Phase::forth;
   if (under_way && calibrated && !calibrated_) {
     from_rad_ = turned(status.position_rad, std::remainder(from_rad_ - seen_rad_, kWholeTurn_rad));
-    due_ns_ = std::max(due_ns_, patient.now() + kReplanned);
-    order(patient);
+    due_ns_ = std::max(due_ns_, target.now() + kReplanned);
+    order(target);
   }
   calibrated_ = calibrated;
   seen_rad_ = status.position_rad;
 }
 
-Outcome CoolDown::step(Patient& patient) noexcept {
+Outcome CoolDown::step(SolveTarget& target) noexcept {
   for (std::size_t i = 0; i < kModules; ++i) {
-    if (contains(modules_, i) && patient.temperature_degC(i) > parameters_.cool_degC)
+    if (contains(modules_, i) && target.temperature_degC(i) > parameters_.cool_degC)
       return Outcome::running;
   }
   // Cool: the trip may be cleared.
   for (std::size_t i = 0; i < kModules; ++i) {
-    if (contains(modules_, i)) patient.reset(i);
+    if (contains(modules_, i)) target.reset(i);
   }
   return Outcome::done;
 }
 
-void Isolate::begin(Patient& patient, std::uint8_t modules) noexcept {
+void Isolate::begin(SolveTarget& target, std::uint8_t modules) noexcept {
   modules_ = modules;
-  until_ns_ = patient.now() + kMoveGrace;
+  until_ns_ = target.now() + kMoveGrace;
 }
 
 // Waits until the motor of a leg that was just moved is off.
-Outcome Isolate::step(Patient& patient) noexcept {
-  for (std::size_t i = 0; i < kModules && patient.now() < until_ns_; ++i) {
-    const bool motor = (patient.status(i).flags & kFlagMotionControl) != 0;
-    if (contains(modules_, i) && patient.answers(i) && motor) return Outcome::running;
+Outcome Isolate::step(SolveTarget& target) noexcept {
+  for (std::size_t i = 0; i < kModules && target.now() < until_ns_; ++i) {
+    const bool motor = (target.status(i).flags & kFlagMotionControl) != 0;
+    if (contains(modules_, i) && target.answers(i) && motor) return Outcome::running;
   }
-  return modules_ == 0 || patient.isolate(modules_) ? Outcome::done : Outcome::failed;
+  return modules_ == 0 || target.isolate(modules_) ? Outcome::done : Outcome::failed;
 }
 
 Solver::Solver(const SolverParameters& parameters) noexcept
@@ -207,31 +207,31 @@ TimeNs Solver::moves_ns(std::uint8_t legs) const noexcept {
   return std::popcount(legs) * 2 * (parameters_.free_move_ns + 2 * kMoveGrace);
 }
 
-Solver::Report Solver::give_up(Patient& patient) noexcept {
-  patient.rest();  // ends a movement in progress
+Solver::Report Solver::give_up(SolveTarget& target) noexcept {
+  target.rest();  // ends a movement in progress
   if (at_ + 1 == plan_.size() || plan_[at_ + 1] == StrategyKind::none) return Report::unsolved;
   ++at_;
   begun_ = false;
   return Report::next;
 }
 
-Solver::Report Solver::step(Patient& patient, bool healthy) noexcept {
-  const TimeNs now = patient.now();
-  suspects_ = static_cast<std::uint8_t>(suspects_ & ~patient.isolated());
+Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
+  const TimeNs now = target.now();
+  suspects_ = static_cast<std::uint8_t>(suspects_ & ~target.isolated());
   if (!begun_) {
-    const auto modules = static_cast<std::uint8_t>(patient.sick() | suspects_);
-    strategy().begin(patient, modules);
+    const auto modules = static_cast<std::uint8_t>(target.faulty_modules() | suspects_);
+    strategy().begin(target, modules);
     begun_ = true;
     until_ns_ = now + moves_ns(kind() == StrategyKind::move_free ? modules : suspects_) +
                 (kind() == StrategyKind::cool_down ? parameters_.cool_down_ns : 0) +
                 parameters_.budget_ns;
     phase_ = Phase::treating;
   }
-  if (now > until_ns_) return give_up(patient);
+  if (now > until_ns_) return give_up(target);
   switch (phase_) {
     case Phase::treating: {
-      const Outcome outcome = strategy().step(patient);
-      if (outcome == Outcome::failed) return give_up(patient);
+      const Outcome outcome = strategy().step(target);
+      if (outcome == Outcome::failed) return give_up(target);
       if (outcome == Outcome::running) break;
       if (kind() == StrategyKind::move_free) suspects_ = 0;
       phase_ = Phase::waiting;
@@ -242,11 +242,11 @@ Solver::Report Solver::step(Patient& patient, bool healthy) noexcept {
       if (!healthy) break;
       healthy_since_ns_ = now;
       phase_ = suspects_ != 0 ? Phase::moving : Phase::proving;
-      if (phase_ == Phase::moving) move_free_.begin(patient, suspects_);
+      if (phase_ == Phase::moving) move_free_.begin(target, suspects_);
       break;
     case Phase::moving: {
-      const Outcome outcome = move_free_.step(patient);
-      if (outcome == Outcome::failed) return give_up(patient);
+      const Outcome outcome = move_free_.step(target);
+      if (outcome == Outcome::failed) return give_up(target);
       if (outcome == Outcome::running) break;
       suspects_ = 0;
       phase_ = Phase::waiting;

@@ -65,14 +65,14 @@ constexpr bool contains(std::uint8_t modules, std::size_t i) noexcept {
 }
 
 // The strategies' access to the vehicle.
-class Patient {
+class SolveTarget {
  public:
   virtual TimeNs now() const noexcept = 0;
   virtual bool answers(std::size_t module) const noexcept = 0;
   virtual const Status& status(std::size_t module) const noexcept = 0;
   virtual double temperature_degC(std::size_t module) const noexcept = 0;
   // Bit i: something is wrong with module i+1, and it is in service.
-  virtual std::uint8_t sick() const noexcept = 0;
+  virtual std::uint8_t faulty_modules() const noexcept = 0;
   virtual std::uint8_t isolated() const noexcept = 0;
   virtual void reset(std::size_t module) noexcept = 0;
   // False when the locomotion controller refuses.
@@ -84,7 +84,7 @@ class Patient {
   virtual void rest() noexcept = 0;
 
  protected:
-  ~Patient() = default;
+  ~SolveTarget() = default;
 };
 
 enum class Outcome : std::uint8_t { running, done, failed };
@@ -92,8 +92,8 @@ enum class Outcome : std::uint8_t { running, done, failed };
 // One way to solve errors. `modules`: its modules, as bits.
 class Strategy {
  public:
-  virtual void begin(Patient& patient, std::uint8_t modules) noexcept = 0;
-  virtual Outcome step(Patient& patient) noexcept = 0;
+  virtual void begin(SolveTarget& target, std::uint8_t modules) noexcept = 0;
+  virtual Outcome step(SolveTarget& target) noexcept = 0;
 
  protected:
   ~Strategy() = default;
@@ -102,15 +102,15 @@ class Strategy {
 // Only waits: contact and port are retried all the time.
 class Reconnect final : public Strategy {
  public:
-  void begin(Patient&, std::uint8_t) noexcept override {}
-  Outcome step(Patient&) noexcept override { return Outcome::done; }
+  void begin(SolveTarget&, std::uint8_t) noexcept override {}
+  Outcome step(SolveTarget&) noexcept override { return Outcome::done; }
 };
 
 class ResetModules final : public Strategy {
  public:
   explicit ResetModules(bool all) noexcept : all_(all) {}
-  void begin(Patient& patient, std::uint8_t modules) noexcept override;
-  Outcome step(Patient&) noexcept override { return Outcome::done; }
+  void begin(SolveTarget& target, std::uint8_t modules) noexcept override;
+  Outcome step(SolveTarget&) noexcept override { return Outcome::done; }
 
  private:
   bool all_;
@@ -122,8 +122,8 @@ class ResetModules final : public Strategy {
 class MoveFree final : public Strategy {
  public:
   explicit MoveFree(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
-  void begin(Patient& patient, std::uint8_t modules) noexcept override;
-  Outcome step(Patient& patient) noexcept override;
+  void begin(SolveTarget& target, std::uint8_t modules) noexcept override;
+  Outcome step(SolveTarget& target) noexcept override;
   template <class V>
   void keep(V& v) {
     v(parameters_, phase_, leg_, left_, from_rad_, seen_rad_, calibrated_, due_ns_);
@@ -132,9 +132,9 @@ class MoveFree final : public Strategy {
 
  private:
   enum class Phase : std::uint8_t { next_leg, switching_on, back, forth };
-  Outcome end(Patient& patient, Outcome outcome) noexcept;
-  void follow_calibration(Patient& patient) noexcept;
-  void order(Patient& patient) noexcept;
+  Outcome end(SolveTarget& target, Outcome outcome) noexcept;
+  void follow_calibration(SolveTarget& target) noexcept;
+  void order(SolveTarget& target) noexcept;
 
   SolverParameters parameters_;
   Phase phase_ = Phase::next_leg;
@@ -149,8 +149,8 @@ class MoveFree final : public Strategy {
 class CoolDown final : public Strategy {
  public:
   explicit CoolDown(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
-  void begin(Patient&, std::uint8_t modules) noexcept override { modules_ = modules; }
-  Outcome step(Patient& patient) noexcept override;
+  void begin(SolveTarget&, std::uint8_t modules) noexcept override { modules_ = modules; }
+  Outcome step(SolveTarget& target) noexcept override;
   template <class V>
   void keep(V& v) {
     v(parameters_, modules_);
@@ -165,8 +165,8 @@ class CoolDown final : public Strategy {
 // Takes the legs out of service, when the others can stand and walk.
 class Isolate final : public Strategy {
  public:
-  void begin(Patient& patient, std::uint8_t modules) noexcept override;
-  Outcome step(Patient& patient) noexcept override;
+  void begin(SolveTarget& target, std::uint8_t modules) noexcept override;
+  Outcome step(SolveTarget& target) noexcept override;
   template <class V>
   void keep(V& v) {
     v(modules_, until_ns_);
@@ -197,7 +197,7 @@ class Solver {
 
   // Once per frame while running. `healthy`: no fault at all in this frame. next: the strategy did
   // not help; call again when the locomotion controller agreed to the next one.
-  Report step(Patient& patient, bool healthy) noexcept;
+  Report step(SolveTarget& target, bool healthy) noexcept;
 
   // For records (daemon/record/state.h).
   template <class V>
@@ -211,7 +211,7 @@ class Solver {
 
   Strategy& strategy() noexcept;
   TimeNs moves_ns(std::uint8_t legs) const noexcept;  // time for moving them free
-  Report give_up(Patient& patient) noexcept;
+  Report give_up(SolveTarget& target) noexcept;
   // After the treatment: no fault, stopped legs have moved, no fault for a while.
   enum class Phase : std::uint8_t { treating, waiting, moving, proving };
 

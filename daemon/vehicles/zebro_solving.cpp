@@ -6,13 +6,13 @@
 
 namespace lss::zebro {
 
-std::uint8_t Vehicle::sick() const noexcept {
-  unsigned sick = 0;
+std::uint8_t Vehicle::faulty_modules() const noexcept {
+  unsigned mask = 0;
   for (std::size_t i = 0; i < kModules; ++i) {
     const bool well = answers(i) && (modules_[i].status.flags & kStopFlags) == 0 && !disobeyed_[i];
-    if (in_service(i) && !well) sick |= 1u << i;
+    if (in_service(i) && !well) mask |= 1u << i;
   }
-  return static_cast<std::uint8_t>(sick);
+  return static_cast<std::uint8_t>(mask);
 }
 
 bool Vehicle::isolate(std::uint8_t modules) noexcept {
@@ -81,18 +81,18 @@ void Vehicle::watch_rounds(Supervisor& s) noexcept {
 
 void Vehicle::watch_solver(Supervisor& s) noexcept {
   if (s.controller().state != State::solve_errors) return;
-  bool healthy = port_open_ && sick() == 0 && s.controller().unheard == 0;
+  bool healthy = port_open_ && faulty_modules() == 0 && s.controller().unheard == 0;
   for (std::size_t i = 0; i < kModules; ++i) {
     const bool motor = (modules_[i].status.flags & kFlagMotionControl) != 0;
     healthy = healthy && !(motor && answers(i));
   }
-  Patient& patient = *this;
+  SolveTarget& target = *this;
   const auto begin = [&] {
     const Symptoms all = symptoms(s);
     rounds_.begun(all.all());
     solver_.begin(all.all());
   };
-  solve_errors(s, solver_, patient, begin, healthy);
+  solve_errors(s, solver_, target, begin, healthy);
 }
 
 }  // namespace lss::zebro

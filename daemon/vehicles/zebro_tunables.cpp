@@ -1,6 +1,6 @@
 #include "daemon/vehicles/zebro_tunables.h"
 
-#include "daemon/vehicles/angles.h"
+#include "idl/angles.h"
 
 namespace lss::zebro {
 namespace {

@@ -4,9 +4,10 @@
 
 #include <numbers>
 
+#include "idl/angles.h"
+
 namespace lss::talaris {
 
-inline constexpr double kDegree = std::numbers::pi / 180;  // rad
-inline constexpr double kG_m_s2 = 9.80665;                 // standard gravity
+inline constexpr double kG_m_s2 = 9.80665;  // standard gravity
 
 }  // namespace lss::talaris

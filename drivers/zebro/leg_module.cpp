@@ -3,12 +3,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "idl/angles.h"
+
 namespace lss::zebro {
 namespace {
 
-constexpr double kDegree_rad = std::numbers::pi / 180;
-constexpr double kPosition_rad = 0.01 * kDegree_rad;
-constexpr double kVelocity_rad_s = 0.1 * kDegree_rad;
+constexpr double kPosition_rad = 0.01 * kDegree;
+constexpr double kVelocity_rad_s = 0.1 * kDegree;
 constexpr double kCurrent_A = 0.001;
 constexpr double kTemperature_degC = 0.01;
 constexpr double kSupply_V = 0.001;

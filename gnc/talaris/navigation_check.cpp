@@ -52,7 +52,7 @@ const char* check(const NavigationParameters& p) noexcept {
   }
   if (p.range_latency_s > kLatestRange_s) return "range_latency_s must be at most 0.5";
   if (p.imu_period_s > 0.02) return "imu_period_s must be at most 0.02: 10 samples a frame";
-  if (!(p.max_tilt_rad > 0) || p.max_tilt_rad > 75 * kRadPerDeg) {
+  if (!(p.max_tilt_rad > 0) || p.max_tilt_rad > 75 * kDegree) {
     return "max_tilt_rad must be above 0 and at most 75 deg";
   }
   if (p.pointing == Pointing::sideways && std::abs(p.roll_rad) >= p.max_tilt_rad) {

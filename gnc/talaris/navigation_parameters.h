@@ -3,10 +3,9 @@
 // Numbers of navigation, with TALARIS' values. [D]: ours, to be tuned on hardware.
 
 #include "gnc/talaris/types.h"
+#include "idl/angles.h"
 
 namespace lss::gnc::talaris {
-
-inline constexpr double kRadPerDeg = 3.14159265358979323846 / 180;
 
 inline constexpr double kLatestRange_s = 0.5;  // an older range is not used
 
@@ -22,9 +21,9 @@ struct Stand {
   bool fixed_y = false;
   bool fixed_z = false;
   FreeRotation rotation = FreeRotation::all;
-  double position_sigma_m = 0.02;                // play of the stand [D]
-  double velocity_sigma_m_s = 0.02;              // [D]
-  double attitude_sigma_rad = 0.3 * kRadPerDeg;  // [D]
+  double position_sigma_m = 0.02;             // play of the stand [D]
+  double velocity_sigma_m_s = 0.02;           // [D]
+  double attitude_sigma_rad = 0.3 * kDegree;  // [D]
 };
 
 struct NavigationParameters {
@@ -35,41 +34,41 @@ struct NavigationParameters {
   double range_sigma_m = 0.01;                 // 3 mm by data sheet, and the ground's roughness
   double range_min_m = 0.1;
   double range_max_m = 30;
-  double range_latency_s = 0;             // from the measurement to the first byte [D]
-  double gate_sigma = 5;                  // larger innovations are not used
-  int gate_reopens_after = 10;            // gated readings in a row that agree: about 1 s [D]
-  double max_tilt_rad = 60 * kRadPerDeg;  // readings of a more inclined beam are not used [D]
+  double range_latency_s = 0;          // from the measurement to the first byte [D]
+  double gate_sigma = 5;               // larger innovations are not used
+  int gate_reopens_after = 10;         // gated readings in a row that agree: about 1 s [D]
+  double max_tilt_rad = 60 * kDegree;  // readings of a more inclined beam are not used [D]
 
   // IMU: Gladiator LandMark 30 (2.3.6); noise is white, density as 1/sqrt(Hz) at 1 s: standard
   // deviation of a packet times the root of its time, quantisation included. 0.05 deg/s and 0.01
   // m/s2 in a packet of 5 ms, as lss-sim's; to be measured again on hardware
-  double imu_period_s = 0.005;              // Crossbow polled at 100 Hz: 0.010
-  double force_noise = 7.5e-4;              // m/s2/sqrt(Hz) [D]
-  double rate_noise = 0.0036 * kRadPerDeg;  // rad/s/sqrt(Hz) [D]
-  double force_bias_walk = 2e-4;            // m/s2/sqrt(s) [D]
-  double rate_bias_walk = 3.5e-5;           // rad/s/sqrt(s) [D]
-  double max_rate_rad_s = 35;               // a larger sample is invalid [D]
-  double max_force_m_s2 = 200;              // as above [D]
+  double imu_period_s = 0.005;           // Crossbow polled at 100 Hz: 0.010
+  double force_noise = 7.5e-4;           // m/s2/sqrt(Hz) [D]
+  double rate_noise = 0.0036 * kDegree;  // rad/s/sqrt(Hz) [D]
+  double force_bias_walk = 2e-4;         // m/s2/sqrt(s) [D]
+  double rate_bias_walk = 3.5e-5;        // rad/s/sqrt(s) [D]
+  double max_rate_rad_s = 35;            // a larger sample is invalid [D]
+  double max_force_m_s2 = 200;           // as above [D]
 
   // silence of the IMU
-  double hold_s = 0.25;                       // longer: `valid` goes false
-  double gap_rotation_rad_s2 = 4;             // change of the rate meanwhile, 1 sigma [D]
-  double gap_acceleration_m_s2 = 3;           // error of the acceleration meanwhile [D]
-  double lost_attitude_rad = 5 * kRadPerDeg;  // attitude sigma up to which `valid` returns [D]
+  double hold_s = 0.25;                    // longer: `valid` goes false
+  double gap_rotation_rad_s2 = 4;          // change of the rate meanwhile, 1 sigma [D]
+  double gap_acceleration_m_s2 = 3;        // error of the acceleration meanwhile [D]
+  double lost_attitude_rad = 5 * kDegree;  // attitude sigma up to which `valid` returns [D]
 
   // calibration (4.5.1: "usually 30 s")
   double calibration_s = 30;
-  int calibration_restarts = 3;                 // movement restarts it so often, then it fails [D]
-  double still_rate_rad_s = 0.3 * kRadPerDeg;   // mean of a frame against the mean so far [D]
-  double still_force_m_s2 = 0.3;                // as above, about 7 sigma of the noise [D]
-  double rate_spread_rad_s = 0.5 * kRadPerDeg;  // standard deviation within a frame [D]
-  double force_spread_m_s2 = 0.8;               // as above [D]
-  double max_rate_bias_rad_s = 1 * kRadPerDeg;  // a larger mean is a rotation or a broken gyro [D]
-  double max_force_error_m_s2 = 0.5;            // of |mean force| against g [D]
-  double max_calibration_tilt_rad = 15 * kRadPerDeg;  // [D]
-  double min_samples = 0.9;                           // share of the expected ones, IMU [D]
-  int min_ranges = 20;                                // when there is an altimeter [D]
-  double range_spread_m = 0.05;                       // between the quartiles [D]
+  int calibration_restarts = 3;              // movement restarts it so often, then it fails [D]
+  double still_rate_rad_s = 0.3 * kDegree;   // mean of a frame against the mean so far [D]
+  double still_force_m_s2 = 0.3;             // as above, about 7 sigma of the noise [D]
+  double rate_spread_rad_s = 0.5 * kDegree;  // standard deviation within a frame [D]
+  double force_spread_m_s2 = 0.8;            // as above [D]
+  double max_rate_bias_rad_s = 1 * kDegree;  // a larger mean is a rotation or a broken gyro [D]
+  double max_force_error_m_s2 = 0.5;         // of |mean force| against g [D]
+  double max_calibration_tilt_rad = 15 * kDegree;  // [D]
+  double min_samples = 0.9;                        // share of the expected ones, IMU [D]
+  int min_ranges = 20;                             // when there is an altimeter [D]
+  double range_spread_m = 0.05;                    // between the quartiles [D]
   double roll_rad = 0;  // heading about the vertical in N while calibrating
   double height_m = 0;  // of the centre of mass, without a range
 

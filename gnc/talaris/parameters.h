@@ -8,11 +8,11 @@
 #include <cstddef>
 
 #include "gnc/talaris/types.h"
+#include "idl/angles.h"
 
 namespace lss::gnc::talaris {
 
 inline constexpr std::size_t kGainSets = 8;
-inline constexpr double kDegree = 0.017453292519943295;
 
 struct Body {
   double mass_kg = 45;           // with full tanks (2.3.3)

@@ -5,6 +5,7 @@
 
 #include <numbers>
 
+#include "idl/angles.h"
 #include "idl/zebro_commands.h"
 #include "tools/lss-cli/failure.h"
 #include "tools/lss-cli/vehicle.h"
@@ -16,8 +17,6 @@ namespace {
 using testing::HasSubstr;
 using Words = std::vector<std::string>;
 using Named = std::map<std::string, std::string>;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 Invocation read(const char* command, const Words& words, const Named& named = {}) {
   return read_invocation(find_command(zebro::kVehicle, command), zebro::kVehicle, words, named);

@@ -5,12 +5,11 @@
 
 #include <numbers>
 
+#include "idl/angles.h"
 #include "tools/lss-cli/failure.h"
 
 namespace lss::cli {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 TEST(Units, AnAngleIsInDegreesUnlessItSaysOtherwise) {
   EXPECT_NEAR(parse_quantity("30", "rad", "heading"), 30 * kDegree, 1e-12);

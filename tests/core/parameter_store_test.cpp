@@ -13,6 +13,7 @@
 #include "daemon/parameters/start.h"
 #include "daemon/parameters/store.h"
 #include "daemon/record/recording.h"
+#include "idl/angles.h"
 
 namespace lss {
 namespace {
@@ -357,7 +358,6 @@ TEST(TakenParameters, ThoseThatDoNotGoTogetherAreAllLeft) {
 }
 
 TEST(Tunables, AValueIsToldAsAPersonWouldWriteIt) {
-  constexpr double kDegree = 0.017453292519943295;
   const Tunable<P> degrees{kInfos[0], kDegree, [](P& p) -> TunablePlace { return &p.speed_m_s; }};
   P p;
   for (const double value : {0.1, 0.7, 12.3, 120.0, -33.3, 0.0, 1e-6, 123456.789}) {

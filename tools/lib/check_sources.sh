@@ -32,15 +32,15 @@ code() {
   sources "$@" | xargs -r grep -Hn '' | sed -E 's/"([^"\\]|\\.)*"/""/g; s@//.*@@' || true
 }
 
-report 'gnc includes Eigen, the standard library and gnc only' \
-  < <(includes gnc | grep -vE ':("gnc/|<Eigen/|<[a-z_]+>)' || true)
+report 'gnc includes Eigen, the standard library, idl/angles.h and gnc only' \
+  < <(includes gnc | grep -vE ':("gnc/|"idl/angles\.h"|<Eigen/|<[a-z_]+>)' || true)
 
 banned='\bnew\b|\b(malloc|calloc|realloc|free)\b|std::(vector|string|deque|list|map|unordered_map|function|mutex|thread|shared_ptr|unique_ptr|cout|cerr|chrono)\b|\bspdlog|printf\b|\bdds_|\bclock_gettime\b'
 report 'gnc allocates nothing, locks nothing, logs nothing and knows no clock' \
   < <(code gnc | grep -E "$banned" || true)
 
-report 'drivers include libc, the kernel, the standard library and drivers only' \
-  < <(includes drivers | grep -E ':"' | grep -vE ':"drivers/' || true)
+report 'drivers include libc, the kernel, the standard library, idl/angles.h and drivers only' \
+  < <(includes drivers | grep -E ':"' | grep -vE ':"(drivers/|idl/angles\.h")' || true)
 report 'drivers include libc, the kernel, the standard library and drivers only' \
   < <(includes drivers | grep -E ':<(Eigen|dds|spdlog|fmt|boost|toml|nlohmann|dart)' || true)
 

@@ -10,6 +10,7 @@
 
 #include "daemon/vehicles/ardito_modes.h"
 #include "daemon/vehicles/ardito_tunables.h"
+#include "idl/angles.h"
 #include "idl/ardito_commands.h"
 #include "idl/codes.h"
 #include "tools/lss-cli/units.h"
@@ -19,8 +20,6 @@ namespace {
 
 using lss::ardito::CommandKind;
 using lss::ardito::Mode;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 constexpr VerbHelp kHelp[] = {
     {"start",

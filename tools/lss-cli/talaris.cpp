@@ -11,6 +11,7 @@
 
 #include "daemon/vehicles/talaris_modes.h"
 #include "daemon/vehicles/talaris_tunables.h"
+#include "idl/angles.h"
 #include "idl/codes.h"
 #include "idl/talaris_commands.h"
 #include "tools/lss-cli/talaris_verbs.h"
@@ -23,8 +24,6 @@ using lss::talaris::CommandKind;
 using lss::talaris::GncStep;
 using lss::talaris::Mode;
 using lss::talaris::Phase;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 constexpr VerbHelp kHelp[] = {
     {"start", "  lss-cli start --hold             manual control, everything shut, until Ctrl-C\n"},

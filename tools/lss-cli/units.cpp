@@ -8,6 +8,7 @@
 #include <numbers>
 #include <span>
 
+#include "idl/angles.h"
 #include "tools/lss-cli/failure.h"
 
 namespace lss::cli {
@@ -18,7 +19,6 @@ struct Suffix {
   double factor;
 };
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr Suffix kAngles[] = {{"", kDegree}, {"deg", kDegree}, {"°", kDegree}, {"rad", 1}};
 constexpr Suffix kTimes[] = {{"", 1}, {"s", 1}, {"ms", 1e-3}, {"min", 60}, {"h", 3600}};
 constexpr Suffix kSpeeds[] = {{"", 1}, {"m/s", 1}, {"cm/s", 1e-2}, {"mm/s", 1e-3}};

@@ -12,6 +12,7 @@
 #include "daemon/vehicles/zebro_modes.h"
 #include "daemon/vehicles/zebro_tunables.h"
 #include "drivers/zebro/leg_module.h"
+#include "idl/angles.h"
 #include "idl/codes.h"
 #include "idl/zebro_commands.h"
 #include "tools/lss-cli/units.h"
@@ -22,8 +23,6 @@ namespace {
 using lss::zebro::CommandKind;
 using lss::zebro::Mode;
 using lss::zebro::ResetCause;
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 constexpr VerbHelp kHelp[] = {
     {"start",

@@ -6,13 +6,13 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "idl/angles.h"
 #include "tools/lss-sim/ardito_kinematic.h"
 
 namespace lss::sim {
 namespace ardito {
 namespace {
 
-constexpr double kDegree_rad = std::numbers::pi / 180;
 constexpr double kBattery_V = 25.2, kInside_Ohm = 0.02;
 constexpr double kCharge_s = 0.03, kDischarge_s = 0.08;  // of the drives' capacitors
 constexpr double kPowerGood_V = 20;
@@ -238,7 +238,7 @@ class ArditoKind final : public VehicleKind {
     RoverOptions options = options_;
     options.seed = seed;
     options.plant = plant_ == "dart" ? PlantKind::dart : PlantKind::kinematic;
-    options.slope_rad = slope_deg_ * kDegree_rad;
+    options.slope_rad = slope_deg_ * kDegree;
     options.step_height_m = step_mm_ * 1e-3;
     return std::make_unique<Ardito>(options);
   }

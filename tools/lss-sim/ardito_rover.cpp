@@ -17,6 +17,8 @@
 #include <numbers>
 #include <unordered_map>
 
+#include "idl/angles.h"
+
 namespace lss::sim::ardito {
 namespace {
 
@@ -29,8 +31,6 @@ using dart::dynamics::ShapeNode;
 using dart::dynamics::Skeleton;
 using dart::dynamics::SkeletonPtr;
 using namespace dimensions;
-
-constexpr double kDegree_rad = std::numbers::pi / 180;
 
 // Shares of the 50 kg; the motors sit in the wheels.
 constexpr double kWheel_kg = 2.0, kBracket_kg = 1.0, kRocker_kg = 2.5, kBogie_kg = 2.0;
@@ -47,8 +47,8 @@ constexpr double kAxleDown_m = 0.375;
 // opposite ways, which makes the chassis' pitch the mean of the two.
 constexpr double kBar_Nm_rad = 4000, kBar_Nms_rad = 60;
 constexpr double kBogie_Nms_rad = 1.0;
-constexpr double kRockerStop_rad = 35 * kDegree_rad, kBogieStop_rad = 45 * kDegree_rad;
-constexpr double kSteeringStop_rad = 75 * kDegree_rad;
+constexpr double kRockerStop_rad = 35 * kDegree, kBogieStop_rad = 45 * kDegree;
+constexpr double kSteeringStop_rad = 75 * kDegree;
 
 // A pulling wheel slips a little, in proportion to the pull: by this share of its speed for a pull
 // equal to its load. Without slip, rigid wheels would work against each other.

@@ -165,7 +165,7 @@ bool Talaris::set_actuator_fault(const Fault& fault, bool attach) {
   } else if (name == "gas") {
     gas_.set_left_s(std::min(first, options_.gas.budget_s));
   } else if (name == "push") {
-    const double angle = fault.values.back() * kDegree_rad;
+    const double angle = fault.values.back() * kDegree;
     push_N_ = (attach ? first : 0) * Vector3(0, std::sin(angle), std::cos(angle));
   } else {
     return false;

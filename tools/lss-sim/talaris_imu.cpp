@@ -118,7 +118,7 @@ Inertial Imu::bias() const {
 double LandMark::gyro_scale(std::uint8_t status) {
   const unsigned code = status & 0x31u;
   const double degrees = code == 0x11 ? 0.015 : code == 0x21 ? 0.05 : code == 0x31 ? 0.005 : 0.01;
-  return degrees * kDegree_rad;
+  return degrees * kDegree;
 }
 
 double LandMark::accel_scale(std::uint8_t status) {
@@ -199,7 +199,7 @@ void LandMark::obey(std::uint8_t command) {
 
 namespace {
 
-constexpr double kRateRange = 100 * 1.5 / 32768 * kDegree_rad;  // of a count
+constexpr double kRateRange = 100 * 1.5 / 32768 * kDegree;  // of a count
 constexpr double kForceRange = 2 * 1.5 / 32768 * kGravity_m_s2;
 constexpr double kTick_s = 0.79e-6;
 constexpr int kContinuous_ms = 10;

@@ -22,16 +22,16 @@ namespace lss::sim::talaris {
 
 enum class ImuKind : std::uint8_t { landmark, crossbow };
 
-inline constexpr double kDegree_rad = 0.017453292519943295;
+inline constexpr double kDegree = 0.017453292519943295;
 
 // Standard deviations; of noise in one packet, of biases at power-on.
 struct ImuOptions {
   ImuKind kind = ImuKind::landmark;
-  double gyro_noise_rad_s = 0.05 * kDegree_rad;
+  double gyro_noise_rad_s = 0.05 * kDegree;
   double accel_noise_m_s2 = 0.01;
-  double gyro_bias_rad_s = 0.1 * kDegree_rad;
+  double gyro_bias_rad_s = 0.1 * kDegree;
   double accel_bias_m_s2 = 0.03;
-  double gyro_walk_rad_s_rts = 0.002 * kDegree_rad;  // of the bias, in a square root of a second
+  double gyro_walk_rad_s_rts = 0.002 * kDegree;  // of the bias, in a square root of a second
   double accel_walk_m_s2_rts = 2e-4;
 };
 

@@ -33,7 +33,7 @@ TalarisOptions dispersed(const TalarisOptions& nominal, unsigned seed) {
       std::max(0, drawn.gas.open_lag_ms + static_cast<int>(std::lround(off(2))));
   drawn.gas.close_lag_ms =
       std::max(0, drawn.gas.close_lag_ms + static_cast<int>(std::lround(off(2))));
-  if (drawn.plant.stand != Stand::free) drawn.plant.heading_rad += off(3 * kDegree_rad);
+  if (drawn.plant.stand != Stand::free) drawn.plant.heading_rad += off(3 * kDegree);
   return drawn;
 }
 
@@ -61,8 +61,8 @@ class TalarisKind final : public VehicleKind {
   std::unique_ptr<Vehicle> make(unsigned seed) const override {
     TalarisOptions options = options_;
     options.seed = seed;
-    options.plant.tilt_rad = tilt_deg_ * kDegree_rad;
-    options.plant.heading_rad = heading_deg_ * kDegree_rad;
+    options.plant.tilt_rad = tilt_deg_ * kDegree;
+    options.plant.heading_rad = heading_deg_ * kDegree;
     fill(options.plant.cg_m, cg_m_);
     fill(options.altimeter_at_m, altimeter_at_m_);
     options.plant.inertia_kg_m2 =

@@ -51,7 +51,7 @@ std::unique_ptr<Plant> make_plant(const ZebroOptions& options) {
 }  // namespace
 
 const ShaftState& Panel::step(const ShaftDrive& drive) {
-  constexpr double kTravel_rad = 110 * kDegree_rad;
+  constexpr double kTravel_rad = 110 * kDegree;
   constexpr double kStop_Nm_rad = 20;  // of the stops
   constexpr double kHinge_Nm = 0.02;   // friction
   const double angle_rad = shaft_.angle_rad + drive.velocity_rad_s * step_s_;
@@ -250,8 +250,8 @@ class ZebroKind final : public VehicleKind {
     options.stop = stop_ == "lf" ? lss::zebro::Stop::lf : lss::zebro::Stop::crlf;
     options.plant = plant_ == "dart" ? PlantKind::dart : PlantKind::kinematic;
     options.terrain.seed = seed;
-    options.terrain.slope_rad = slope_deg_ * kDegree_rad;
-    options.terrain.scatter_rad = scatter_deg_ * kDegree_rad;
+    options.terrain.slope_rad = slope_deg_ * kDegree;
+    options.terrain.scatter_rad = scatter_deg_ * kDegree;
     return std::make_unique<Zebro>(options);
   }
 

@@ -37,14 +37,13 @@ constexpr std::uint8_t kFirmware[2] = {1, 0};
 
 // The three Hall sensors inside the motor: six states a turn, before the gear.
 constexpr double kCount_rad = kTurn_rad / (6 * motor::kGear);
-constexpr double kHallWindow_rad = 3 * kDegree_rad;
+constexpr double kHallWindow_rad = 3 * kDegree;
 
 constexpr double kAcceleration_rad_s2 = 15;
 constexpr double kPositionGain_1_s = 8;
-constexpr double kFollowing_rad =
-    10 * kDegree_rad;  // the reference waits for a leg that cannot follow
-constexpr double kGoBack_rad = 5 * kDegree_rad;
-constexpr double kMoving_rad = 1 * kDegree_rad;
+constexpr double kFollowing_rad = 10 * kDegree;  // the reference waits for a leg that cannot follow
+constexpr double kGoBack_rad = 5 * kDegree;
+constexpr double kMoving_rad = 1 * kDegree;
 
 constexpr double kWatchdog_s = 8;
 constexpr double kOverCurrent_s = 0.020;
@@ -81,7 +80,7 @@ std::uint16_t to_i16(double value) {
 }
 
 std::uint16_t to_cdeg(double angle_rad) {
-  return static_cast<std::uint16_t>(std::lround(wrap(angle_rad) / kDegree_rad * 100) % 36000);
+  return static_cast<std::uint16_t>(std::lround(wrap(angle_rad) / kDegree * 100) % 36000);
 }
 
 }  // namespace
@@ -176,7 +175,7 @@ void Module::rotate(const Payload& data, int sense) {
     return;
   }
   if (!motion_control_) return;
-  set_point_rad_ = position_cdeg * 0.01 * kDegree_rad;
+  set_point_rad_ = position_cdeg * 0.01 * kDegree;
   sense_ = sense;
   time_left_s_ = get_u16(data, 2) * 1e-3;
   rotating_ = true;
@@ -315,7 +314,7 @@ Reply Module::status() {
   Reply reply{.code = kStatus};
   put(reply.data, 0, 2, flags());
   put(reply.data, 2, 2, to_cdeg(measured_rad_));
-  put(reply.data, 4, 2, to_i16(velocity_rad_s_ / kDegree_rad * 10));
+  put(reply.data, 4, 2, to_i16(velocity_rad_s_ / kDegree * 10));
   put(reply.data, 6, 2, to_u16(current_A_ * 1000));
   was_reset_ = false;
   return reply;

@@ -11,12 +11,11 @@
 #include <numbers>
 #include <optional>
 
+#include "idl/angles.h"
 #include "tools/lss-sim/zebro_motor.h"
 #include "tools/lss-sim/zebro_plant.h"
 
 namespace lss::sim::zebro {
-
-inline constexpr double kDegree_rad = std::numbers::pi / 180;
 
 using Payload = std::array<std::uint8_t, 8>;
 

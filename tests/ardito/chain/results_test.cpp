@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "idl/angles.h"
 #include "tests/ardito/chain/drives.h"
 #include "tests/ardito/chain/fault_runs.h"
 #include "tests/ardito/chain/results_document.h"
@@ -17,7 +18,6 @@ namespace lss::ardito {
 namespace {
 
 constexpr int kFrame_ms = 100;
-constexpr double kDeg = std::numbers::pi / 180;
 
 using Break = FailureTimes (*)(const FailureRow& row, unsigned subject, unsigned seed);
 
@@ -214,15 +214,15 @@ TEST(ArditoResults, SlipAndDeadReckoning) {
       const Slip slip = drive(seed);
       EXPECT_TRUE(slip.arrived) << name << ", seed " << seed;
       if (slip.yaw_rad != 0) {
-        EXPECT_NEAR(slip.yaw_rad, slip.reckoned_yaw_rad, 2 * kDeg) << name;
+        EXPECT_NEAR(slip.yaw_rad, slip.reckoned_yaw_rad, 2 * kDegree) << name;
       }
       if (slip.reckoned_m != 0) {
         EXPECT_NEAR(slip.way_m, slip.reckoned_m, 0.05 * slip.way_m) << name;
       }
       const std::string way = fmt::format("{:.2f}", slip.way_m),
                         both = fmt::format("{} ({:.2f})", way, slip.reckoned_m),
-                        turned = fmt::format("{:.1f} ({:.1f})", slip.yaw_rad / kDeg,
-                                             slip.reckoned_yaw_rad / kDeg);
+                        turned = fmt::format("{:.1f} ({:.1f})", slip.yaw_rad / kDegree,
+                                             slip.reckoned_yaw_rad / kDegree);
       sum_m_s[name] += slip.tread_rms_m_s;
       text += fmt::format("| {}, seed {} | {:.1f} | {:.1f} | {} | {} |\n", name, seed,
                           slip.tread_rms_m_s * 1e3, slip.worst_rms_m_s * 1e3,

@@ -4,12 +4,11 @@
 
 #include <numbers>
 
+#include "idl/angles.h"
 #include "world.h"
 
 namespace lss::ardito {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 TEST(ArditoCycle, SafeOrdersBeforeAnything) {
   World w;

@@ -8,6 +8,7 @@
 
 #include "daemon/vehicles/ardito_record.h"
 #include "daemon/vehicles/ardito_tunables.h"
+#include "idl/angles.h"
 #include "world.h"
 
 namespace lss::ardito {
@@ -56,7 +57,6 @@ TEST(ArditoParameters, TheBeaconRunsAsLongAsItWasSetTo) {
 }
 
 TEST(ArditoParameters, AllThreeInstancesOfTheControllerTakeTheHeadingLimit) {
-  constexpr double kDegree = std::numbers::pi / 180;
   World w;
   w.run(0.5);
   EXPECT_EQ(set(w, "mobility.heading_limit_deg", 2).phase, Phase::completed);

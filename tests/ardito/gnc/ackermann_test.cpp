@@ -8,12 +8,12 @@
 #include <cmath>
 
 #include "gnc/ardito/vote.h"
+#include "idl/angles.h"
 
 namespace lss::gnc::ardito::test {
 namespace {
 
 constexpr Geometry kGeometry;
-constexpr double kDeg = kPi / 180;
 constexpr double kParkingLength_m = 3.4290;
 
 PlaneMotion spot(double speed_m_s) {
@@ -31,10 +31,10 @@ TEST(Ackermann, StraightAheadAllWheelsAreEqualAndNothingIsSteered) {
 }
 
 TEST(Ackermann, AtFiveDegreesTheCentreOfRotationIs409mmBesideTheMiddleWheel) {
-  const PlaneWheels wheels = ackermann({direction(5 * kDeg), 0.5}, kGeometry);
+  const PlaneWheels wheels = ackermann({direction(5 * kDegree), 0.5}, kGeometry);
   // R = 800.1 mm
-  const double R = 0.8001, omega = 0.5 / (0.070 / std::sin(5 * kDeg));
-  EXPECT_NEAR(kGeometry.f_m / std::tan(5 * kDeg), R, 5e-5);
+  const double R = 0.8001, omega = 0.5 / (0.070 / std::sin(5 * kDegree));
+  EXPECT_NEAR(kGeometry.f_m / std::tan(5 * kDegree), R, 5e-5);
   EXPECT_NEAR(R - kGeometry.b_m / 2, 0.4091, 5e-5);
   EXPECT_NEAR(wheels.steering_rad[0], std::atan(-0.612 / (R + 0.391)), 1e-4);
   EXPECT_NEAR(wheels.steering_rad[1], std::atan(-0.612 / (R - 0.391)), 1e-4);
@@ -51,11 +51,11 @@ TEST(Ackermann, OnTheSpotAnglesAndSpeeds) {
   const double angles_deg[] = {-57.43, 57.43, 0, 0, 56.33, -56.33};
   const double speeds_rpm[] = {6.74, -6.74, 3.63, -3.63, 6.55, -6.55};
   for (std::size_t i = 0; i < kWheels; ++i) {
-    EXPECT_NEAR(wheels.steering_rad[i] / kDeg, angles_deg[i], 0.005) << i;
+    EXPECT_NEAR(wheels.steering_rad[i] / kDegree, angles_deg[i], 0.005) << i;
     EXPECT_NEAR(wheels.hub_m_s[i] / kGeometry.wheel_radius_m / kRadPerSecondPerRpm, speeds_rpm[i],
                 0.005)
         << i;
-    EXPECT_LT(std::abs(wheels.steering_rad[i]), 65 * kDeg);
+    EXPECT_LT(std::abs(wheels.steering_rad[i]), 65 * kDegree);
     EXPECT_GT(std::abs(wheels.hub_m_s[i]), 0);
   }
   EXPECT_NEAR(yaw_rate_rad_s(spot(0.5), kGeometry), 0.1458, 5e-5);
@@ -85,13 +85,13 @@ void round_trip(const PlaneMotion& motion) {
 }
 
 RC_GTEST_PROP(Ackermann, InverseGivesBackEverySigmaAndSpeed, ()) {
-  const double sigma = *rc::gen::inRange(-900000, 900001) * 1e-4 * kDeg;
+  const double sigma = *rc::gen::inRange(-900000, 900001) * 1e-4 * kDegree;
   const double v = *rc::gen::inRange(-1000, 1001) * 1e-3;
   round_trip({direction(sigma), v});
 }
 
 RC_GTEST_PROP(Ackermann, InverseGivesBackTheRangeOfTheRover, ()) {
-  const double sigma = *rc::gen::inRange(-50000, 50001) * 1e-4 * kDeg;
+  const double sigma = *rc::gen::inRange(-50000, 50001) * 1e-4 * kDegree;
   const double v = *rc::gen::inRange(-1000, 1001) * 1e-3;
   const PlaneWheels wheels = ackermann({direction(sigma), v}, kGeometry);
   for (const std::size_t i : kWheelOfSteered) {
@@ -107,13 +107,13 @@ TEST(Ackermann, InverseGivesBackTurningOnTheSpot) {
 
 // E8: with the angle of another wheel this one is off by half
 TEST(Ackermann, LastWheelUsesItsOwnAngle) {
-  const PlaneMotion motion{direction(5 * kDeg), 0.5};
+  const PlaneMotion motion{direction(5 * kDegree), 0.5};
   const PlaneWheels wheels = ackermann(motion, kGeometry);
   EXPECT_NEAR(v_from_hub_m_s(5, wheels.hub_m_s[5], motion.direction, kGeometry), 0.5, 1e-9);
 }
 
 RC_GTEST_PROP(Ackermann, WheelsRollAboutOneCentre, ()) {
-  const double sigma = *rc::gen::inRange(-50000, 50001) * 1e-4 * kDeg;
+  const double sigma = *rc::gen::inRange(-50000, 50001) * 1e-4 * kDegree;
   RC_PRE(std::abs(sigma) > 1e-4);
   const PlaneMotion motion{direction(sigma), 1};
   const PlaneWheels wheels = ackermann(motion, kGeometry);
@@ -133,7 +133,7 @@ RC_GTEST_PROP(Ackermann, WheelsRollAboutOneCentre, ()) {
 TEST(Parameters, DefaultsAreUsableAndNonsenseIsSaid) {
   EXPECT_EQ(check({}), nullptr);
   Parameters p;
-  p.max_sigma_rad = 11 * kDeg;  // between the middle wheels from 10.2 deg on
+  p.max_sigma_rad = 11 * kDegree;  // between the middle wheels from 10.2 deg on
   EXPECT_NE(check(p), nullptr);
   p = {};
   p.proportional = NAN;

@@ -5,12 +5,11 @@
 
 #include <cmath>
 
+#include "idl/angles.h"
 #include "tests/ardito/gnc/rover.h"
 
 namespace lss::gnc::ardito::test {
 namespace {
-
-constexpr double kDeg = kPi / 180;
 
 bool nothing_suspected(const Command& c) {
   bool clean = c.error == 0 && c.clutches_engaged == kAllWheels && c.motors_stopped == 0 &&
@@ -74,11 +73,11 @@ TEST(Driving, SlowsDownInCurvesAndGoesWhereSigmaPoints) {
   Rover rover;
   rover.request.run = true;
   rover.request.speed = 1;
-  rover.request.sigma_rad = 4 * kDeg;
+  rover.request.sigma_rad = 4 * kDegree;
   ASSERT_TRUE(rover.settle());
   rover.run(5);
-  EXPECT_NEAR(rover.true_speed_m_s(), 1 - std::sin(20 * kDeg), 0.03);
-  EXPECT_NEAR(rover.command.estimate.sigma_rad, 4 * kDeg, 0.2 * kDeg);
+  EXPECT_NEAR(rover.true_speed_m_s(), 1 - std::sin(20 * kDegree), 0.03);
+  EXPECT_NEAR(rover.command.estimate.sigma_rad, 4 * kDegree, 0.2 * kDegree);
   EXPECT_GT(rover.true_yaw_rate_rad_s(), 0);
 }
 
@@ -112,8 +111,8 @@ TEST(Driving, FromRunningToTurningOnTheSpotItStopsSteersAndTurns) {
   rover.run(10);
   EXPECT_NEAR(rover.true_yaw_rate_rad_s(), 0.5 / 3.429, 0.005);
   EXPECT_NEAR(rover.command.estimate.yaw_rate_rad_s, rover.true_yaw_rate_rad_s(), 0.005);
-  EXPECT_NEAR(rover.true_steering_rad()[0], -57.43 * kDeg, 0.01);
-  EXPECT_NEAR(rover.true_steering_rad()[3], -56.33 * kDeg, 0.01);
+  EXPECT_NEAR(rover.true_steering_rad()[0], -57.43 * kDegree, 0.01);
+  EXPECT_NEAR(rover.true_steering_rad()[3], -56.33 * kDegree, 0.01);
   rover.request.run = false;
   ASSERT_TRUE(rover.settle());
   EXPECT_TRUE(nothing_suspected(rover.command));
@@ -141,7 +140,7 @@ RC_GTEST_PROP(Driving, TheLimitIsNeverExceeded, ()) {
   for (int part = 0; part < 8; ++part) {
     rover.request.speed_limit_m_s = *rc::gen::element(0.5, 1.0, 0.7, 5.0);
     rover.request.speed = *rc::gen::element(-2.0, -1.0, -0.3, 0.0, 0.5, 1.0);
-    rover.request.sigma_rad = *rc::gen::inRange(-8, 9) * kDeg;
+    rover.request.sigma_rad = *rc::gen::inRange(-8, 9) * kDegree;
     rover.request.parking = *rc::gen::weightedElement<bool>({{4, false}, {1, true}});
     const double limit = std::min(rover.request.speed_limit_m_s, 1.0);
     const int frames = *rc::gen::inRange(5, 120);
@@ -168,12 +167,12 @@ TEST(Driving, WheelsArriveTogether) {
   Rover rover;
   rover.noise = {0, 0, 0, 0, 0, 0, 0, 0};
   rover.request.run = true;
-  rover.request.sigma_rad = 3 * kDeg;
+  rover.request.sigma_rad = 3 * kDegree;
   rover.request.speed = 0;
   rover.run(5);  // steered, standing
   rover.request.speed = 1;
   PerWheel<double> last{};
-  const PlaneWheels ratio = ackermann({direction(3 * kDeg), 1}, Geometry{});
+  const PlaneWheels ratio = ackermann({direction(3 * kDegree), 1}, Geometry{});
   for (int n = 0; n < 100; ++n) {
     rover.step();
     if (rover.command.mode != Mode::running) continue;
@@ -211,7 +210,7 @@ TEST(Driving, AnHourOfNoisyDrivingRaisesNoAlarm) {
   for (int second = 0; second < 3600; ++second) {
     if (second % 12 == 0) {
       rover.request.speed_limit_m_s = any(2) == 0 ? 0.5 : 1.0;
-      rover.request.sigma_rad = (any(11) - 5) * kDeg;
+      rover.request.sigma_rad = (any(11) - 5) * kDegree;
       rover.request.speed = (any(21) - 10) * 0.1;
       rover.request.parking = any(5) == 0;
       rover.request.enable_correction = any(4) != 0;

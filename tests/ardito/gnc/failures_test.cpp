@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "idl/angles.h"
 #include "tests/ardito/gnc/rover.h"
 
 namespace lss::gnc::ardito::test {
 namespace {
 
 using F = WheelFailure;
-constexpr double kDeg = kPi / 180;
 
 using Inject = void (*)(WheelFaults&);
 void h_tm(WheelFaults& f) { f.hall = Broken::zero; }
@@ -94,7 +94,7 @@ Rover driving(unsigned seed, double speed, double sigma_deg = 0) {
   Rover rover(seed);
   rover.request.run = true;
   rover.request.speed = speed;
-  rover.request.sigma_rad = sigma_deg * kDeg;
+  rover.request.sigma_rad = sigma_deg * kDegree;
   EXPECT_TRUE(rover.settle(30));
   rover.run(2);
   return rover;
@@ -212,7 +212,7 @@ TEST(Failures, FoundInCurvesAndOnTheSpotToo) {
       Rover rover(3);
       rover.request.run = true;
       rover.request.speed = 1;
-      rover.request.sigma_rad = 4 * kDeg;
+      rover.request.sigma_rad = 4 * kDegree;
       rover.request.parking = parking;
       ASSERT_TRUE(rover.settle(30));
       rover.run(3);

@@ -5,18 +5,17 @@
 #include <functional>
 #include <vector>
 
+#include "idl/angles.h"
 #include "tests/ardito/gnc/rover.h"
 
 namespace lss::gnc::ardito::test {
 namespace {
 
-constexpr double kDeg = kPi / 180;
-
 Rover driving(unsigned seed, double speed, double sigma_deg = 0) {
   Rover rover(seed);
   rover.request.run = true;
   rover.request.speed = speed;
-  rover.request.sigma_rad = sigma_deg * kDeg;
+  rover.request.sigma_rad = sigma_deg * kDegree;
   EXPECT_TRUE(rover.settle(30));
   rover.run(2);
   return rover;
@@ -64,7 +63,7 @@ TEST(SteeringFailures, EachRowOfTheThesisIsNoLaterThanTheThesis) {
         double sigma = 3;
         for (std::size_t n = 0; n < row.inject.size(); ++n) {
           row.inject[n](rover.steering_faults[steered]);
-          rover.request.sigma_rad = sigma * kDeg;
+          rover.request.sigma_rad = sigma * kDegree;
           sigma = -sigma;
           const S before = rover.command.steering_failure[steered];
           worst[n] = std::max(worst[n], frames_until(rover, 60, [&](const Command& c) {
@@ -100,9 +99,9 @@ TEST(SteeringFailures, AWheelWithOneEncoderIsSteeredOnWithTheOther) {
     Rover rover = driving(5, 0.5);
     inject(rover.steering_faults[2]);
     for (const double sigma_deg : {3.0, -4.0, 2.0}) {
-      rover.request.sigma_rad = sigma_deg * kDeg;
+      rover.request.sigma_rad = sigma_deg * kDegree;
       rover.run(6);
-      const PlaneWheels wanted = ackermann({direction(sigma_deg * kDeg), 1}, Geometry{});
+      const PlaneWheels wanted = ackermann({direction(sigma_deg * kDegree), 1}, Geometry{});
       EXPECT_NEAR(rover.true_steering_rad()[2], wanted.steering_rad[4], 0.02);
     }
     EXPECT_EQ(rover.command.error, 0U);

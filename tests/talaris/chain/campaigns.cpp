@@ -220,7 +220,7 @@ bool reached_heading(const Slid& slid) { return slid.succeeded && std::abs(slid.
 FlightPlan parachute_flight() {
   return {.config = "parachute",
           .program = Program::parachute,
-          .wish = {.height_m = 2, .distance_m = 0}};
+          .request = {.height_m = 2, .distance_m = 0}};
 }
 
 // ---- failures

@@ -312,9 +312,9 @@ bool Chain::calibrate() {
          telemetry().calibrated;
 }
 
-bool Chain::fly(Program program, const Wish& wish) {
-  send(CommandKind::plan,
-       {static_cast<double>(program), wish.height_m, wish.distance_m, wish.turn_rad, wish.time_s});
+bool Chain::fly(Program program, const HopRequest& request) {
+  send(CommandKind::plan, {static_cast<double>(program), request.height_m, request.distance_m,
+                           request.turn_rad, request.time_s});
   if (!run_until([&] { return telemetry().planned; }, 1)) return false;
   send(CommandKind::gnc, {static_cast<double>(GncStep::execute)});
   return run_until(Mode::execute, 1);

@@ -44,7 +44,7 @@ class Chain {
     // A last change of the configuration.
     std::function<void(Parameters&)> adjust{};
   };
-  struct Wish {
+  struct HopRequest {
     double height_m = 2, distance_m = 30, turn_rad = 0, time_s = 0;
   };
 
@@ -85,7 +85,7 @@ class Chain {
   bool calibrate();
   bool prepare(bool fans = true) { return start() && (!fans || arm()) && calibrate(); }
   // From Standby: plans and executes. False: refused.
-  bool fly(Program program, const Wish& wish);
+  bool fly(Program program, const HopRequest& request);
   // The reason of the last reject, none when there is none.
   Reason rejected() const;
 

@@ -47,7 +47,7 @@ TEST(TalarisChain, AnEmergencyStopDoesNotWaitForTheFrame) {
 
 TEST(TalarisChain, TheSameSeedGivesTheSameHopToTheBit) {
   const auto run = [](unsigned seed) {
-    const Flown flown = fly({.wish = {.height_m = 1, .distance_m = 3},
+    const Flown flown = fly({.request = {.height_m = 1, .distance_m = 3},
                              .adjust = [](Parameters& p) { p.navigation.calibration_s = 4; }},
                             seed);
     EXPECT_TRUE(flown.came_down) << flown.text();

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "idl/angles.h"
+
 namespace lss::talaris {
 namespace {
 
@@ -14,7 +16,6 @@ using sim::talaris::Stand;
 using sim::talaris::TalarisOptions;
 using sim::talaris::Vector3;
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kFlightLimit_s = 90;
 constexpr double kLifted_m = 0.05;
 
@@ -111,10 +112,10 @@ Flown fly(const FlightPlan& plan, unsigned seed) {
   Chain chain({.config = plan.config, .world = world, .seed = seed, .adjust = plan.adjust});
   if (!chain.prepare()) return flown;
   const double gas_before_s = chain.world().gas().used_s();
-  flown.accepted = chain.fly(plan.program, plan.wish);
+  flown.accepted = chain.fly(plan.program, plan.request);
   if (!flown.accepted) return flown;
 
-  Watch watch{.chain = chain, .flown = flown, .wanted_m = plan.wish.height_m};
+  Watch watch{.chain = chain, .flown = flown, .wanted_m = plan.request.height_m};
   chain.after_step = [&] { watch.step(); };
   bool struck = plan.faults.empty();
   const auto over = [&] {
@@ -132,8 +133,9 @@ Flown fly(const FlightPlan& plan, unsigned seed) {
 
   const BodyState& body = chain.body();
   const bool moves = plan.program == Program::hop;
-  const double way = moves ? plan.wish.distance_m : 0;
-  const Vector3 target(0, -way * std::sin(plan.wish.turn_rad), way * std::cos(plan.wish.turn_rad));
+  const double way = moves ? plan.request.distance_m : 0;
+  const Vector3 target(0, -way * std::sin(plan.request.turn_rad),
+                       way * std::cos(plan.request.turn_rad));
   flown.rest_tilt_deg = tilt_deg(body);
   flown.along_m = body.position_m.z() - target.z();
   flown.across_m = body.position_m.y() - target.y();
@@ -151,20 +153,20 @@ Flown fly(const FlightPlan& plan, unsigned seed) {
 namespace {
 
 Slid slide(const char* config, const TalarisOptions& world, unsigned seed, Program program,
-           const Chain::Wish& wish, double heading_rad) {
+           const Chain::HopRequest& request, double heading_rad) {
   Slid slid;
   Chain chain(options_of(config, world, seed));
   if (!chain.prepare(false)) return slid;
   const BodyState before = chain.body();
   const double gas_s = chain.world().gas().used_s();
   const double began_s = chain.seconds();
-  if (!chain.fly(program, wish) || !ended(chain, 60)) return slid;
+  if (!chain.fly(program, request) || !ended(chain, 60)) return slid;
   slid.succeeded = as_planned(chain);
   slid.time_s = chain.seconds() - began_s;
   slid.gas_s = chain.world().gas().used_s() - gas_s;
   const BodyState& body = chain.body();
-  slid.turn_deg = wrapped(roll_rad(body) - heading_rad - wish.turn_rad) / kDegree;
-  slid.along_m = body.position_m.z() - before.position_m.z() - wish.distance_m;
+  slid.turn_deg = wrapped(roll_rad(body) - heading_rad - request.turn_rad) / kDegree;
+  slid.along_m = body.position_m.z() - before.position_m.z() - request.distance_m;
   return slid;
 }
 

@@ -18,7 +18,7 @@ namespace lss::talaris {
 struct FlightPlan {
   std::string config = "hop";
   Program program = Program::hop;
-  Chain::Wish wish{};
+  Chain::HopRequest request{};
   std::vector<std::string> faults{};  // as for lss-sim
   double fault_s = 0;                 // after lift-off
   bool dispersed = true;

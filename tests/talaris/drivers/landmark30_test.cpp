@@ -6,6 +6,7 @@
 
 #include <numbers>
 
+#include "idl/angles.h"
 #include "tests/support/allocations.h"
 #include "tests/talaris/drivers/lines.h"
 
@@ -15,7 +16,6 @@ namespace {
 constexpr TimeNs kPeriod = 5 * kMillisecond;
 constexpr TimeNs kByte = 12 * kSecond / 115'200;
 constexpr TimeNs kOnWire = 18 * kByte;
-constexpr double kDegree = std::numbers::pi / 180;
 
 // A sensor that sends packet n at n periods, and a reader that reads each when it is complete.
 class Landmark : public ::testing::Test {

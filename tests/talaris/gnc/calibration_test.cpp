@@ -76,11 +76,11 @@ TEST(Calibration, FindsBiasesUprightAndHeightIn30Seconds) {
 
 TEST(Calibration, HeadingIsTheOneThatIsGiven) {
   NavigationParameters p;
-  p.roll_rad = 45 * kRadPerDeg;
+  p.roll_rad = 45 * kDegree;
   const Outcome r = run(p);
   ASSERT_EQ(r.status.phase, CalibrationPhase::done);
   const Vector3 z = r.found.q_NB * Vector3::UnitZ();
-  EXPECT_NEAR(std::atan2(-z.y(), z.z()), 45 * kRadPerDeg, 0.01);
+  EXPECT_NEAR(std::atan2(-z.y(), z.z()), 45 * kDegree, 0.01);
 }
 
 // One second of movement in the middle: reported, and then 30 s from there.
@@ -92,13 +92,12 @@ struct Movement {
 class CalibrationMoved : public testing::TestWithParam<Movement> {};
 INSTANTIATE_TEST_SUITE_P(
     Each, CalibrationMoved,
-    testing::Values(
-        Movement{CalibrationFault::turning, {0, 0.5 * kRadPerDeg, 0}, {0, 0, 0}, false},
-        Movement{CalibrationFault::turning, {-0.5 * kRadPerDeg, 0, 0}, {0, 0, 0}, false},
-        Movement{CalibrationFault::rate_spread, {0, 0, 1 * kRadPerDeg}, {0, 0, 0}, true},
-        Movement{CalibrationFault::shaking, {0, 0, 0}, {0, 0, -0.5}, false},
-        Movement{CalibrationFault::shaking, {0, 0, 0}, {0.5, 0, 0}, false},
-        Movement{CalibrationFault::force_spread, {0, 0, 0}, {1.5, 0, 0}, true}));
+    testing::Values(Movement{CalibrationFault::turning, {0, 0.5 * kDegree, 0}, {0, 0, 0}, false},
+                    Movement{CalibrationFault::turning, {-0.5 * kDegree, 0, 0}, {0, 0, 0}, false},
+                    Movement{CalibrationFault::rate_spread, {0, 0, 1 * kDegree}, {0, 0, 0}, true},
+                    Movement{CalibrationFault::shaking, {0, 0, 0}, {0, 0, -0.5}, false},
+                    Movement{CalibrationFault::shaking, {0, 0, 0}, {0.5, 0, 0}, false},
+                    Movement{CalibrationFault::force_spread, {0, 0, 0}, {1.5, 0, 0}, true}));
 
 TEST_P(CalibrationMoved, BeginsAnewAndSaysWhy) {
   const Movement m = GetParam();
@@ -132,7 +131,7 @@ TEST(Calibration, StandingStillIsNeverTakenForMovement) {
 TEST(Calibration, FailsWhenItIsMovedAgainAndAgain) {
   const Outcome r = run({}, [&](Flown& flown, int frame) {
     if (frame % 50 != 49) return;
-    for (ImuSample& s : flown.imu) s.rate_B_rad_s.y() += 1 * kRadPerDeg;
+    for (ImuSample& s : flown.imu) s.rate_B_rad_s.y() += 1 * kDegree;
   });
   EXPECT_EQ(r.status.phase, CalibrationPhase::failed);
   EXPECT_EQ(r.status.fault, CalibrationFault::turning);
@@ -165,8 +164,8 @@ TEST(Calibration, FailsOnWhatCannotBe) {
     };
   };
   const Case cases[] = {
-      {CalibrationFault::rate_bias, 1.5 * kRadPerDeg, 0.4 * kRadPerDeg,
-       each([](ImuSample& s) { s.rate_B_rad_s.x() += 1.5 * kRadPerDeg; })},
+      {CalibrationFault::rate_bias, 1.5 * kDegree, 0.4 * kDegree,
+       each([](ImuSample& s) { s.rate_B_rad_s.x() += 1.5 * kDegree; })},
       {CalibrationFault::force_size, 0.98, 0.1, each([](ImuSample& s) { s.force_B_m_s2 *= 1.1; })},
       {CalibrationFault::tilted, 0.35, 0.08, each([](ImuSample& s) {
          s.force_B_m_s2 = exponential({0, 0.35, 0}) * s.force_B_m_s2;

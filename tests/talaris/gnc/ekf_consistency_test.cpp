@@ -106,10 +106,10 @@ TEST(Consistency, HeightIsKnownToMillimetresAndTheRestDrifts) {
   }
   EXPECT_LT(std::sqrt(height), 0.010);
   EXPECT_LT(std::sqrt(across), 3);
-  EXPECT_LT(std::sqrt(upright), 0.4 * kRadPerDeg);
+  EXPECT_LT(std::sqrt(upright), 0.4 * kDegree);
   RecordProperty("height_rms_mm", std::to_string(std::sqrt(height) * 1e3));
   RecordProperty("across_rms_m", std::to_string(std::sqrt(across)));
-  RecordProperty("tilt_rms_deg", std::to_string(std::sqrt(upright) / kRadPerDeg));
+  RecordProperty("tilt_rms_deg", std::to_string(std::sqrt(upright) / kDegree));
 }
 
 }  // namespace

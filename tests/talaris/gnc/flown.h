@@ -31,7 +31,7 @@ class Flown {
     truth.v.setZero();
     truth.gravity = p.gravity_m_s2;
     truth.ba = vector(p.force_bias_sigma_m_s2);
-    truth.bg = vector(0.1 * kRadPerDeg);
+    truth.bg = vector(0.1 * kDegree);
   }
 
   NavigationParameters parameters;
@@ -113,7 +113,7 @@ class Flown {
     s.rate_B_rad_s = rate + truth.bg + vector(parameters.rate_noise / std::sqrt(dt));
     s.force_B_m_s2 = force + truth.ba + vector(parameters.force_noise / std::sqrt(dt));
     if (quantised) {
-      s.rate_B_rad_s = rounded(s.rate_B_rad_s, 0.01 * kRadPerDeg);
+      s.rate_B_rad_s = rounded(s.rate_B_rad_s, 0.01 * kDegree);
       s.force_B_m_s2 = rounded(s.force_B_m_s2, 0.001 * kGravity_m_s2);
     }
     imu.push_back(s);

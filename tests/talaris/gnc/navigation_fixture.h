@@ -12,7 +12,7 @@
 
 namespace lss::gnc::talaris::test {
 
-inline double degrees(double rad) { return rad / kRadPerDeg; }
+inline double degrees(double rad) { return rad / kDegree; }
 
 // Calibrated, and in the air when `flying`.
 struct Fixture {

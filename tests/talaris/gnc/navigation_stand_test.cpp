@@ -9,7 +9,7 @@ TEST(Navigation, PointsSidewaysAtAWall) {
   NavigationParameters p;
   p.pointing = Pointing::sideways;
   p.height_m = 0.7;
-  p.roll_rad = 45 * kRadPerDeg;  // sled: 45 deg away from the wall
+  p.roll_rad = 45 * kDegree;  // sled: 45 deg away from the wall
   p.altimeter_at_B_m = {0, 0.1, 0.3};
   Fixture f(p, true, 2);
   f.run(100);
@@ -70,7 +70,7 @@ TEST(Navigation, AStandLeavesItsFreeAxisAlone) {
     EXPECT_NEAR(degrees(turned.angularDistance(Quaternion::Identity())), 90, 0.2);
     EXPECT_LT(degrees(std::acos(std::min(1.0, along(i)))), 0.1);
     // pushed off the axis by 2 deg in one frame, it is brought back in the next ones
-    Vector3 off = Vector3::Unit((i + 1) % 3) * (2 * kRadPerDeg / 0.2);
+    Vector3 off = Vector3::Unit((i + 1) % 3) * (2 * kDegree / 0.2);
     for (int frame = 0; frame < 100; ++frame) {
       ImuSample samples[40];
       for (ImuSample& s : samples) {

@@ -81,8 +81,8 @@ TEST(TalarisLandMark, GivesTheMeanOfItsFiveMillisecondsInItsUnits) {
     heard = listen(imu, 1, {{0.1 * ramp, -0.2, 0}, {kGravity_m_s2, ramp, -3}});
   }
   ASSERT_EQ(heard.size(), 1u);
-  EXPECT_EQ(le(heard[0], 2), std::lround(0.2 / kDegree_rad * 100));
-  EXPECT_EQ(le(heard[0], 4), std::lround(-0.2 / kDegree_rad * 100));
+  EXPECT_EQ(le(heard[0], 2), std::lround(0.2 / kDegree * 100));
+  EXPECT_EQ(le(heard[0], 4), std::lround(-0.2 / kDegree * 100));
   EXPECT_EQ(le(heard[0], 8), 1000);
   EXPECT_EQ(le(heard[0], 10), std::lround(2 / kGravity_m_s2 * 1000));
   EXPECT_EQ(le(heard[0], 12), std::lround(-3 / kGravity_m_s2 * 1000));
@@ -105,7 +105,7 @@ TEST(TalarisLandMark, OtherScalesAreSaidAndUsed) {
   imu.set_faults({.scale = 0x21 | 3 << 1});
   const auto heard = listen(imu, 50, {{1, 0, 0}, {kGravity_m_s2, 0, 0}});
   EXPECT_EQ(heard[3][16], 0x40 | 0x21 | 3 << 1);
-  EXPECT_EQ(le(heard[3], 2), std::lround(1 / kDegree_rad / 0.05));
+  EXPECT_EQ(le(heard[3], 2), std::lround(1 / kDegree / 0.05));
   EXPECT_EQ(le(heard[3], 8), 2000);  // 0.0005 g
 }
 
@@ -126,14 +126,14 @@ TEST(TalarisLandMark, NoiseAndBiasAreAsTheOptionsSay) {
   LandMark imu({.gyro_bias_rad_s = 0.01, .accel_bias_m_s2 = 0.2}, 3);
   const auto heard = listen(imu, 20'000);
   double sum = 0, squares = 0;
-  for (const Packet& packet : heard) sum += le(packet, 2) * 0.01 * kDegree_rad;
+  for (const Packet& packet : heard) sum += le(packet, 2) * 0.01 * kDegree;
   const double mean = sum / static_cast<double>(heard.size());
   for (const Packet& packet : heard) {
-    squares += std::pow(le(packet, 2) * 0.01 * kDegree_rad - mean, 2);
+    squares += std::pow(le(packet, 2) * 0.01 * kDegree - mean, 2);
   }
   EXPECT_NEAR(mean, imu.bias().rate_rad_s.x(), 2e-4);
   EXPECT_NE(mean, 0);
-  EXPECT_NEAR(std::sqrt(squares / static_cast<double>(heard.size())), 0.05 * kDegree_rad, 5e-5);
+  EXPECT_NEAR(std::sqrt(squares / static_cast<double>(heard.size())), 0.05 * kDegree, 5e-5);
 }
 
 TEST(TalarisLandMark, FaultsShow) {
@@ -151,7 +151,7 @@ TEST(TalarisLandMark, FaultsShow) {
   imu.set_faults({.parity = 1});
   EXPECT_NE(listen(imu, 5).at(0)[0], 0x2A);
   imu.set_faults({.bias = {0, 0, 0.5, 0, 0, 0}});
-  EXPECT_EQ(le(listen(imu, 5).at(0), 6), std::lround(0.5 / kDegree_rad * 100));
+  EXPECT_EQ(le(listen(imu, 5).at(0), 6), std::lround(0.5 / kDegree * 100));
   imu.set_faults({});
   const int counter = listen(imu, 5).at(0)[1];
   imu.jump(7);
@@ -174,7 +174,7 @@ TEST(TalarisCrossbow, AnswersItsLettersAndIsSilentOtherwise) {
   const Packet packet = ask(imu, "G");
   ASSERT_EQ(packet.size(), 18u);
   EXPECT_EQ(packet[0], 0xFF);
-  EXPECT_NEAR(be(packet, 1) * 150.0 / 32768, 0.1 / kDegree_rad, 0.005);
+  EXPECT_NEAR(be(packet, 1) * 150.0 / 32768, 0.1 / kDegree, 0.005);
   EXPECT_NEAR(be(packet, 7) * 3.0 / 32768, 1, 1e-4);
   EXPECT_NEAR(be(packet, 11) * 3.0 / 32768, 1 / kGravity_m_s2, 1e-4);
   EXPECT_EQ(std::accumulate(packet.begin() + 1, packet.begin() + 17, 0) % 256, packet[17]);

@@ -172,7 +172,7 @@ TEST_F(TalarisVehicle, FaultsOfTheImuShow) {
   const std::string biased = listen_imu(5);
   const auto counts = static_cast<std::int16_t>(static_cast<std::uint8_t>(biased[6]) |
                                                 static_cast<std::uint8_t>(biased[7]) << 8);
-  EXPECT_NEAR(counts, 0.5 / kDegree_rad * 100, 60);
+  EXPECT_NEAR(counts, 0.5 / kDegree * 100, 60);
   inject("imu-bias:3:0.5", false);
   const auto counter = [&] { return static_cast<std::uint8_t>(listen_imu(5)[1]); };
   const int before = counter();

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <utility>
 
+#include "idl/angles.h"
 #include "tests/zebro/chain/wire_check.h"
 #include "tools/lss-sim/zebro.h"
 
@@ -92,14 +93,13 @@ TEST(ZebroChain, TheSameSeedGivesTheSameRunToTheBit) {
 // is.
 // [Conf-3]
 TEST(ZebroChain, AFaultyLegNearItsSensorIsMovedFreeNoFurtherThanItShould) {
-  constexpr double kDeg = std::numbers::pi / 180;
   constexpr std::size_t kLeg = 2;
   for (const double past_deg : {3.0, 8.0, 14.0, 19.0}) {
     Chain chain({.plant = sim::zebro::PlantKind::kinematic});
     ASSERT_TRUE(chain.stand());
     ASSERT_TRUE(chain.walk());
     const auto angle_rad = [&] { return chain.world().robot().shafts()[kLeg].angle_rad; };
-    const auto past_sensor_deg = [&] { return std::remainder(angle_rad() / kDeg - 180, 360); };
+    const auto past_sensor_deg = [&] { return std::remainder(angle_rad() / kDegree - 180, 360); };
     ASSERT_TRUE(chain.run_until(
         [&] { return past_sensor_deg() > past_deg && past_sensor_deg() < 90; }, 10));
     chain.inject("driver-fault:3");
@@ -118,9 +118,9 @@ TEST(ZebroChain, AFaultyLegNearItsSensorIsMovedFreeNoFurtherThanItShould) {
         60);
     EXPECT_EQ(chain.state(), State::idle);
     EXPECT_EQ(chain.supervisor().controller.isolated, 0);
-    EXPECT_NEAR(back_rad / kDeg, 20, 2) << past_deg;
-    EXPECT_LT(forth_rad / kDeg, 2) << past_deg;
-    EXPECT_NEAR(angle_rad() / kDeg, from_rad / kDeg, 2) << past_deg;
+    EXPECT_NEAR(back_rad / kDegree, 20, 2) << past_deg;
+    EXPECT_LT(forth_rad / kDegree, 2) << past_deg;
+    EXPECT_NEAR(angle_rad() / kDegree, from_rad / kDegree, 2) << past_deg;
   }
 }
 

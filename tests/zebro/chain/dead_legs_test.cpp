@@ -8,6 +8,7 @@
 #include <cmath>
 #include <random>
 
+#include "idl/angles.h"
 #include "tests/support/everything.h"
 #include "tests/zebro/chain/chain.h"
 #include "tools/lss-sim/zebro.h"
@@ -15,7 +16,6 @@
 namespace lss::zebro {
 namespace {
 
-constexpr double kDeg = std::numbers::pi / 180;
 constexpr double kLeast_m_s = 1e-3;   // Zebro thesis [Oper-8]
 constexpr double kMostTilt_deg = 20;  // a body on its belly and two dead legs: 12
 constexpr double kStroke_s = 5;       // a cycle of rowing is shorter, one of creeping longer
@@ -26,12 +26,12 @@ struct Dead {
 };
 
 double tilt_deg(const sim::zebro::BodyState& body) {
-  return std::acos(std::min(1.0, body.attitude.toRotationMatrix()(2, 2))) / kDeg;
+  return std::acos(std::min(1.0, body.attitude.toRotationMatrix()(2, 2))) / kDegree;
 }
 
 double yaw_deg(const sim::zebro::BodyState& from, const sim::zebro::BodyState& to) {
   const Eigen::Matrix3d turned = (from.attitude.conjugate() * to.attitude).toRotationMatrix();
-  return std::atan2(turned(1, 0), turned(0, 0)) / kDeg;
+  return std::atan2(turned(1, 0), turned(0, 0)) / kDegree;
 }
 
 class DeadLegs : public testing::TestWithParam<Dead> {
@@ -69,7 +69,7 @@ TEST_P(DeadLegs, OthersWalkOnAfterSolving) {
     const double hangs_rad =
         -chain.world().robot().shafts()[static_cast<std::size_t>(leg - 1)].angle_rad;
     RecordProperty("hangs_deg_" + std::to_string(leg),
-                   static_cast<int>(std::lround(std::remainder(hangs_rad / kDeg, 360))));
+                   static_cast<int>(std::lround(std::remainder(hangs_rad / kDegree, 360))));
   }
 
   ASSERT_TRUE(chain.stand());

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "idl/angles.h"
 #include "tests/zebro/chain/chain.h"
 #include "tests/zebro/chain/wire_check.h"
 #include "tools/lss-sim/zebro.h"
@@ -17,12 +18,11 @@ namespace {
 
 using sim::zebro::PlantKind;
 
-constexpr double kDeg = std::numbers::pi / 180;
 constexpr double kIn_deg = 3, kOut_deg = 107;
 constexpr double kMove_s = 30;  // over the sensor and back
 constexpr std::uint16_t kPanelNumber = 7;
 
-double panel_deg(Chain& chain) { return chain.world().panel_rad() / kDeg; }
+double panel_deg(Chain& chain) { return chain.world().panel_rad() / kDegree; }
 bool calibrated(const Chain& chain) { return chain.telemetry().modules[6].calibrated; }
 
 bool ended(const Chain& chain, std::uint64_t sequence) {

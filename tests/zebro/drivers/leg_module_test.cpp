@@ -7,10 +7,10 @@
 #include <numbers>
 #include <string>
 
+#include "idl/angles.h"
+
 namespace lss::zebro {
 namespace {
-
-constexpr double kDegree_rad = std::numbers::pi / 180;
 
 std::string text_of(const Frame& frame) {
   std::array<std::uint8_t, kMaxFrameCharacters> buffer{};
@@ -42,8 +42,8 @@ TEST(LegModule, TheGoldenStatusIsDecodedToSiUnits) {
   EXPECT_EQ(frame.code, static_cast<std::uint8_t>(reply_code(Page::status)));
   const Status status = decode_status(frame.data);
   EXPECT_EQ(status.flags, kFlagMotionControl | kFlagCalibrated | kFlagMoving);
-  EXPECT_DOUBLE_EQ(status.position_rad, 90 * kDegree_rad);
-  EXPECT_DOUBLE_EQ(status.velocity_rad_s, -120 * kDegree_rad);
+  EXPECT_DOUBLE_EQ(status.position_rad, 90 * kDegree);
+  EXPECT_DOUBLE_EQ(status.velocity_rad_s, -120 * kDegree);
   EXPECT_DOUBLE_EQ(status.current_A, 0.150);
 }
 
@@ -53,7 +53,7 @@ TEST(LegModule, TheGoldenHealthIsDecodedToSiUnits) {
   const Health health = decode_health(frame.data);
   EXPECT_DOUBLE_EQ(health.temperature_degC, -10.5);
   EXPECT_DOUBLE_EQ(health.supply_V, 12.0);
-  EXPECT_DOUBLE_EQ(health.set_point_rad, 90 * kDegree_rad);
+  EXPECT_DOUBLE_EQ(health.set_point_rad, 90 * kDegree);
   EXPECT_DOUBLE_EQ(health.time_left_s, 0.75);
 }
 
@@ -71,14 +71,14 @@ TEST(LegModule, TheGoldenIdentityIsDecoded) {
 TEST(LegModule, AnAngleJustBelowAFullTurnIsStraightDown) {
   EXPECT_EQ(position_cdeg(-1e-9), 0);
   EXPECT_EQ(position_cdeg(2 * std::numbers::pi - 1e-9), 0);
-  EXPECT_EQ(position_cdeg(-90 * kDegree_rad), 27'000);
-  EXPECT_EQ(position_cdeg(450 * kDegree_rad), 9'000);
+  EXPECT_EQ(position_cdeg(-90 * kDegree), 27'000);
+  EXPECT_EQ(position_cdeg(450 * kDegree), 9'000);
 }
 
 RC_GTEST_PROP(LegModule, EveryPositionComesBackFromRadiansAfterAnyNumberOfTurns, ()) {
   const auto cdeg = static_cast<std::uint16_t>(*rc::gen::inRange(0, int{kTurn_cdeg}));
   const int turns = *rc::gen::inRange(-100, 100);
-  const double angle_rad = cdeg * 0.01 * kDegree_rad + turns * 2 * std::numbers::pi;
+  const double angle_rad = cdeg * 0.01 * kDegree + turns * 2 * std::numbers::pi;
   RC_ASSERT(position_cdeg(angle_rad) == cdeg);
 }
 

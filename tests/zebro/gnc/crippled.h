@@ -9,7 +9,7 @@
 
 namespace lss::gnc::zebro::test {
 
-inline constexpr double kRest_rad = 105.7 * kDeg;
+inline constexpr double kRest_rad = 105.7 * kDegree;
 inline constexpr LegSet kLF = 0b000001, kMiddle = 0b001100;
 
 // A robot whose isolated legs are dead, with checks of forbidden conditions.

@@ -188,7 +188,7 @@ TEST(FewerLegs, EverySpeedAndHeadingHasAMarginAllTheTimeAndLeavesThreeLegsDown) 
     const int legs = kLegs - std::popcount(isolated);
     for (const double direction : {1.0, -1.0}) {
       for (int heading_deg = -90; heading_deg <= 90; heading_deg += 5) {
-        const Roll roll = roll_for(isolated, direction, heading_deg * kDeg);
+        const Roll roll = roll_for(isolated, direction, heading_deg * kDegree);
         int groups = 0;
         for (const Speed speed : {Speed::high, Speed::medium, Speed::low}) {
           const StableGait found = stable_gait(isolated, speed, roll);

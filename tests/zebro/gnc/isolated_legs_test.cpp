@@ -31,7 +31,7 @@ void watch_walking(Crippled& robot, double duration_s) {
 }
 
 RC_GTEST_PROP(IsolatedLegs, WalkingStaysStableThroughAnyChangesAndNeverOrdersADeadLeg, ()) {
-  Crippled robot(*rc::gen::elementOf(creeping()), *rc::gen::inRange(-180, 180) * kDeg);
+  Crippled robot(*rc::gen::elementOf(creeping()), *rc::gen::inRange(-180, 180) * kDegree);
   robot.locomotion.walk(0, *any_walk());
   for (int n = 0; n < 4; ++n) {
     watch_walking(robot, *rc::gen::inRange(1, 400) * 0.1);
@@ -49,10 +49,11 @@ RC_GTEST_PROP(IsolatedLegs, WalkingStaysStableThroughAnyChangesAndNeverOrdersADe
 // Legs take a new heading over one after the other; the gait was once judged by its end alone, and
 // 0.07 mm were missing between the two.
 TEST(IsolatedLegs, ATurnTheOtherWayIsStableBetweenTheTwoHeadingsToo) {
-  Crippled robot(0b000100, -180 * kDeg);
+  Crippled robot(0b000100, -180 * kDegree);
   const auto walk = [&](double direction, double heading_deg, Speed speed, double duration_s) {
     robot.locomotion.walk(
-        robot.now_s, {.direction = direction, .heading_rad = heading_deg * kDeg, .speed = speed});
+        robot.now_s,
+        {.direction = direction, .heading_rad = heading_deg * kDegree, .speed = speed});
     for (const double until_s = robot.now_s + duration_s; robot.now_s < until_s;) {
       robot.frame();
       ASSERT_GT(robot.margin_m(), 0) << robot.now_s;
@@ -136,7 +137,7 @@ TEST(IsolatedLegs, BodyRollsOnlyWhileAllFeetAreDown) {
           EXPECT_NEAR(robot.legs[i].rate_rad_s, 0, 0.02);
         }
         if (robot.now_s > 4) {  // in its double stance, and no faster
-          EXPECT_LT(std::abs(robot.legs[i].rate_rad_s), 60 * kDeg / 1.5 * 1.1);
+          EXPECT_LT(std::abs(robot.legs[i].rate_rad_s), 60 * kDegree / 1.5 * 1.1);
         }
         rolled_rad += std::abs(robot.legs[i].rate_rad_s) * kFrame_s;
       }
@@ -152,14 +153,14 @@ TEST(IsolatedLegs, SmallChangesOfHeadingDoNotKeepFiveLegsFromWalking) {
   for (const double until_s = 60; robot.now_s < until_s; ++n) {
     robot.locomotion.walk(
         robot.now_s,
-        {.direction = 1, .heading_rad = (n % 2 == 0 ? 3 : -3) * kDeg, .speed = Speed::high});
+        {.direction = 1, .heading_rad = (n % 2 == 0 ? 3 : -3) * kDegree, .speed = Speed::high});
     robot.run(1);
   }
   EXPECT_GE(robot.locomotion.steps(), 4U);
 }
 
 RC_GTEST_PROP(IsolatedLegs, StandUpPushesWithAllOthersTogetherWhereverTheDeadHang, ()) {
-  Crippled robot(*rc::gen::elementOf(some_isolated()), *rc::gen::inRange(-180, 180) * kDeg);
+  Crippled robot(*rc::gen::elementOf(some_isolated()), *rc::gen::inRange(-180, 180) * kDegree);
   robot.put_legs_at(kRest_rad);
   robot.locomotion.stand_up(0);
   while (robot.locomotion.progress() == Progress::running || robot.now_s == 0) {
@@ -181,14 +182,14 @@ RC_GTEST_PROP(IsolatedLegs, StandUpPushesWithAllOthersTogetherWhereverTheDeadHan
 }
 
 RC_GTEST_PROP(IsolatedLegs, LostLegsAreFoundAndDeadOnesAreNotWaitedFor, ()) {
-  Crippled robot(*rc::gen::elementOf(some_isolated()), *rc::gen::inRange(-180, 180) * kDeg);
+  Crippled robot(*rc::gen::elementOf(some_isolated()), *rc::gen::inRange(-180, 180) * kDegree);
   for (std::size_t i = 0; i < kLegs; ++i) {
     if (robot.dead(i)) {
       robot.legs[i].answers = *rc::gen::arbitrary<bool>();  // it may still talk
       continue;
     }
-    robot.legs[i].theta_rad = *rc::gen::inRange(-180, 180) * kDeg;
-    robot.legs[i].zero_rad = *rc::gen::inRange(-180, 180) * kDeg;
+    robot.legs[i].theta_rad = *rc::gen::inRange(-180, 180) * kDegree;
+    robot.legs[i].zero_rad = *rc::gen::inRange(-180, 180) * kDegree;
     robot.legs[i].calibrated = false;
   }
   robot.locomotion.stand_up(0);
@@ -307,14 +308,14 @@ TEST(IsolatedLegs, LegThatFellSilentOnItsWayIsNotSentOn) {
 TEST(IsolatedLegs, DeadLegIsNotStoodOn) {
   Crippled robot(kLF, 0);
   robot.legs[0].answers = robot.legs[0].calibrated = true;
-  for (const std::size_t up : {1U, 2U, 5U}) robot.legs[up].theta_rad = 150 * kDeg;
+  for (const std::size_t up : {1U, 2U, 5U}) robot.legs[up].theta_rad = 150 * kDegree;
   robot.locomotion.stand_up(0);
   double highest_rad = 0;
   for (int frame = 0; frame < 300; ++frame) {
     robot.frame();
     highest_rad = std::max(highest_rad, std::abs(robot.theta_rad(3)));
   }
-  EXPECT_GT(highest_rad, 90 * kDeg);  // all go to where the belly carries first
+  EXPECT_GT(highest_rad, 90 * kDegree);  // all go to where the belly carries first
   EXPECT_FALSE(robot.ordered);
 }
 
@@ -350,7 +351,7 @@ TEST(IsolatedLegs, WhatADeadLegReportsDoesNotMoveTheBody) {
   for (Crippled* robot : {&quiet, &noisy}) {
     robot->locomotion.walk(0, {.direction = 1, .heading_rad = 0, .speed = Speed::medium});
     for (int frame = 0; frame < 2000; ++frame) {
-      if (robot == &noisy) noisy.legs[0].theta_rad = (frame % 40 - 20) * kDeg;
+      if (robot == &noisy) noisy.legs[0].theta_rad = (frame % 40 - 20) * kDegree;
       robot->frame();
     }
   }

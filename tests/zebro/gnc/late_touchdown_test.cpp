@@ -111,7 +111,7 @@ TEST(LateTouchdown, LegsOnTheGroundAreSlowedSoThatTheyArriveWhenTheyLiftOff) {
     if (i != rolling) return;
     if (target.swing && swing_s == 0) {
       swing_s = robot.now_s;
-      EXPECT_NEAR(robot.theta_rad(rolling), -20 * kDeg, 1 * kDeg);
+      EXPECT_NEAR(robot.theta_rad(rolling), -20 * kDegree, 1 * kDegree);
       EXPECT_NEAR(promised_s, swing_s, 0.15);
     }
     promised_s = target.arrive_s;
@@ -123,12 +123,12 @@ TEST(LateTouchdown, LegsOnTheGroundAreSlowedSoThatTheyArriveWhenTheyLiftOff) {
 TEST(LateTouchdown, LegThatRanAheadIsTurnedBackWhenSlowedAndNotOnceRound) {
   Robot robot;
   const std::size_t rolling = stick_a_leg_in_the_air(robot);
-  robot.legs[rolling].theta_rad = -30 * kDeg;
+  robot.legs[rolling].theta_rad = -30 * kDegree;
   robot.legs[rolling].left_rad = 0;
   int turned_back = 0;
   robot.on_order = [&](std::size_t i, const LegTarget& target, double way_rad) {
     if (i != rolling || target.swing) return;
-    EXPECT_LT(std::abs(way_rad), 20 * kDeg);
+    EXPECT_LT(std::abs(way_rad), 20 * kDegree);
     if (target.rotation < 0) ++turned_back;
   };
   robot.run(4);

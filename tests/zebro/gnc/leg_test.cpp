@@ -8,25 +8,25 @@
 
 #include "gnc/zebro/gait.h"
 #include "gnc/zebro/stability.h"
+#include "idl/angles.h"
 #include "tests/zebro/gnc/generators.h"
 
 namespace lss::gnc::zebro::test {
 namespace {
 
 constexpr double kDiameter_m = 0.053;
-constexpr double kDeg = kPi / 180;
 
 rc::Gen<double> angle_rad(double low_deg, double high_deg) {
   return rc::gen::map(rc::gen::inRange(0, 100'001), [low_deg, high_deg](int n) {
-    return (low_deg + (high_deg - low_deg) * n / 100'000) * kDeg;
+    return (low_deg + (high_deg - low_deg) * n / 100'000) * kDegree;
   });
 }
 
 TEST(Leg, StridesOfTheTable) {
-  EXPECT_NEAR(stride_m(31.6 * kDeg, kDiameter_m), 29.0e-3, 0.05e-3);
-  EXPECT_NEAR(stride_m(40 * kDeg, kDiameter_m), 36.4e-3, 0.05e-3);
-  EXPECT_NEAR(stride_m(60 * kDeg, kDiameter_m), 53.6e-3, 0.05e-3);
-  EXPECT_NEAR(stride_m(90 * kDeg, kDiameter_m), 77.0e-3, 0.05e-3);
+  EXPECT_NEAR(stride_m(31.6 * kDegree, kDiameter_m), 29.0e-3, 0.05e-3);
+  EXPECT_NEAR(stride_m(40 * kDegree, kDiameter_m), 36.4e-3, 0.05e-3);
+  EXPECT_NEAR(stride_m(60 * kDegree, kDiameter_m), 53.6e-3, 0.05e-3);
+  EXPECT_NEAR(stride_m(90 * kDegree, kDiameter_m), 77.0e-3, 0.05e-3);
 }
 
 RC_GTEST_PROP(Leg, SweepForStrideIsTheInverseOfStride, ()) {
@@ -69,7 +69,7 @@ RC_GTEST_PROP(Leg, HipHeightAndContactAreThoseOfAHalfCircle, ()) {
 TEST(Leg, BellyCarriesFromWhereTheArcLetsTheHipDown) {
   const double lowered = lowered_rad(0.025, kDiameter_m);
   EXPECT_NEAR(hip_height_m(lowered, kDiameter_m), 0.025, 1e-12);
-  EXPECT_NEAR(lowered / kDeg, 93.2, 0.1);
+  EXPECT_NEAR(lowered / kDegree, 93.2, 0.1);
 }
 
 TEST(Leg, WrapsIntoTheHalfOpenTurn) {
@@ -90,8 +90,8 @@ RC_GTEST_PROP(Leg, SwingGoesThroughTheTopAndNeverFurtherThanOnceRound, ()) {
 }
 
 TEST(Leg, ForwardSwingFallsAndBackwardSwingRises) {
-  EXPECT_NEAR(travel_through_top_rad(-20 * kDeg, 20 * kDeg, true), -320 * kDeg, 1e-12);
-  EXPECT_NEAR(travel_through_top_rad(20 * kDeg, -20 * kDeg, false), 320 * kDeg, 1e-12);
+  EXPECT_NEAR(travel_through_top_rad(-20 * kDegree, 20 * kDegree, true), -320 * kDegree, 1e-12);
+  EXPECT_NEAR(travel_through_top_rad(20 * kDegree, -20 * kDegree, false), 320 * kDegree, 1e-12);
   EXPECT_NEAR(travel_through_top_rad(0, 0, true), -2 * kPi, 1e-12);
   EXPECT_NEAR(travel_through_top_rad(0, 0, false), 2 * kPi, 1e-12);
 }
@@ -106,7 +106,7 @@ TEST(Turning, SideSpeedsFollowTheHeading) {
       {1, -45, 0, 1}, {-1, 0, -1, -1}, {-1, 90, -1, 1}, {-1, 45, -1, 0},
   };
   for (const Heading& row : table) {
-    const SideSpeeds sides = side_speeds(row.direction, row.heading_deg * kDeg);
+    const SideSpeeds sides = side_speeds(row.direction, row.heading_deg * kDegree);
     EXPECT_NEAR(sides.left, row.left, 1e-12) << row.heading_deg;
     EXPECT_NEAR(sides.right, row.right, 1e-12) << row.heading_deg;
   }
@@ -114,20 +114,20 @@ TEST(Turning, SideSpeedsFollowTheHeading) {
 
 RC_GTEST_PROP(Turning, StrideOfASideIsItsShareOfTheFullStride, ()) {
   const double speed = *rc::gen::map(rc::gen::inRange(50, 1001), [](int n) { return n / 1000.0; });
-  const double half_rad = half_sweep_rad(speed, 40 * kDeg, kDiameter_m);
+  const double half_rad = half_sweep_rad(speed, 40 * kDegree, kDiameter_m);
   RC_ASSERT(std::abs(stride_m(2 * half_rad, kDiameter_m) -
-                     speed * stride_m(40 * kDeg, kDiameter_m)) < 1e-9);
-  RC_ASSERT(half_sweep_rad(-speed, 40 * kDeg, kDiameter_m) == -half_rad);
+                     speed * stride_m(40 * kDegree, kDiameter_m)) < 1e-9);
+  RC_ASSERT(half_sweep_rad(-speed, 40 * kDegree, kDiameter_m) == -half_rad);
 }
 
 TEST(Turning, SlowSideOnlySteps) {
-  EXPECT_EQ(half_sweep_rad(0.049, 40 * kDeg, kDiameter_m), 0);
-  EXPECT_EQ(half_sweep_rad(-0.049, 40 * kDeg, kDiameter_m), 0);
+  EXPECT_EQ(half_sweep_rad(0.049, 40 * kDegree, kDiameter_m), 0);
+  EXPECT_EQ(half_sweep_rad(-0.049, 40 * kDegree, kDiameter_m), 0);
 }
 
 // Smallest margin over a whole cycle of the gait with sweep 40 deg, angles as the events say.
 double smallest_margin_m(const Partition& gait, const GaitTimes& times) {
-  const double half_rad = 20 * kDeg;
+  const double half_rad = 20 * kDegree;
   const double lambda_s = cycle_time_s(gait, times);
   const double stance_s = lambda_s - times.flight_s;
   const Events v = rhythm(gait, times);

@@ -11,7 +11,7 @@ namespace lss::gnc::zebro::test {
 namespace {
 
 constexpr double kRest_rad =
-    105.7 * kDeg;  // the belly carries from 93.2 deg, the toe rises above the body at 118.1 deg
+    105.7 * kDegree;  // the belly carries from 93.2 deg, the toe rises above the body at 118.1 deg
 constexpr double kNear_rad = 0.06;
 
 void expect_all_at(const Robot& robot, double theta_rad) {
@@ -39,9 +39,9 @@ TEST(Hold, AsksForNoMovement) {
 RC_GTEST_PROP(StandUp, FromAnyUnknownAnglesEndsCalibratedWithAllLegsStraightDown, ()) {
   Robot robot;
   for (RobotLeg& leg : robot.legs) {
-    leg.theta_rad = *rc::gen::inRange(-180, 180) * kDeg;
+    leg.theta_rad = *rc::gen::inRange(-180, 180) * kDegree;
     leg.calibrated = *rc::gen::arbitrary<bool>();
-    if (!leg.calibrated) leg.zero_rad = *rc::gen::inRange(-180, 180) * kDeg;
+    if (!leg.calibrated) leg.zero_rad = *rc::gen::inRange(-180, 180) * kDegree;
   }
   robot.locomotion.stand_up(0);
   RC_ASSERT(robot.finish());
@@ -62,7 +62,7 @@ TEST(StandUp, LegsThatWereStowedFindTheirSensorOnTheShortWayBackThroughTheAir) {
   robot.locomotion.stand_up(0);
   for (int frame = 0; frame < 100; ++frame) {
     robot.frame();
-    for (std::size_t i = 0; i < kLegs; ++i) EXPECT_GT(std::abs(robot.theta_rad(i)), 90 * kDeg);
+    for (std::size_t i = 0; i < kLegs; ++i) EXPECT_GT(std::abs(robot.theta_rad(i)), 90 * kDegree);
   }
   for (const RobotLeg& leg : robot.legs) EXPECT_TRUE(leg.calibrated);
   EXPECT_TRUE(robot.finish());
@@ -131,7 +131,7 @@ RC_GTEST_PROP(StandUp, FindsLegsThatLostTheirReferenceOnAWalk, ()) {
 
 RC_GTEST_PROP(StandUp, CalibratedLegsGoThroughTheAirAndThenPushTogether, ()) {
   Robot robot;
-  for (RobotLeg& leg : robot.legs) leg.theta_rad = *rc::gen::inRange(101, 297) * kDeg;
+  for (RobotLeg& leg : robot.legs) leg.theta_rad = *rc::gen::inRange(101, 297) * kDegree;
   robot.locomotion.stand_up(0);
   bool together = false;
   while (robot.locomotion.progress() == Progress::running || robot.now_s == 0) {
@@ -140,7 +140,7 @@ RC_GTEST_PROP(StandUp, CalibratedLegsGoThroughTheAirAndThenPushTogether, ()) {
     for (std::size_t i = 0; i < kLegs; ++i) {
       all_same &=
           std::abs(robot.theta_rad(i) - robot.theta_rad(0)) < 2 * robot.parameters.arrived_rad;
-      any_low |= std::abs(robot.theta_rad(i)) < 60 * kDeg;
+      any_low |= std::abs(robot.theta_rad(i)) < 60 * kDegree;
     }
     if (any_low) {
       RC_ASSERT(all_same);  // no leg reaches the ground alone
@@ -153,11 +153,11 @@ RC_GTEST_PROP(StandUp, CalibratedLegsGoThroughTheAirAndThenPushTogether, ()) {
 
 RC_GTEST_PROP(StandUp, LegsInFrontBackOffTheGroundInsteadOfPassingIt, ()) {
   Robot robot;
-  for (RobotLeg& leg : robot.legs) leg.theta_rad = *rc::gen::inRange(45, 105) * kDeg;
+  for (RobotLeg& leg : robot.legs) leg.theta_rad = *rc::gen::inRange(45, 105) * kDegree;
   robot.locomotion.stand_up(0);
   robot.run(robot.parameters.lift_s);
   for (const RobotLeg& leg : robot.legs) {
-    RC_ASSERT(leg.theta_rad > 40 * kDeg);
+    RC_ASSERT(leg.theta_rad > 40 * kDegree);
     RC_ASSERT(std::abs(leg.theta_rad - kRest_rad) < kNear_rad);
   }
 }
@@ -174,7 +174,8 @@ TEST(StandUp, PushesForwardInTheTimeAsked) {
 
 TEST(StandUp, OfAStandingRobotOnlyAligns) {
   Robot robot;
-  for (std::size_t i = 0; i < kLegs; ++i) robot.legs[i].theta_rad = (i % 2 == 0 ? 19 : -19) * kDeg;
+  for (std::size_t i = 0; i < kLegs; ++i)
+    robot.legs[i].theta_rad = (i % 2 == 0 ? 19 : -19) * kDegree;
   robot.locomotion.stand_up(0);
   double highest_rad = 0;
   while (robot.locomotion.progress() == Progress::running || robot.now_s == 0) {
@@ -184,19 +185,19 @@ TEST(StandUp, OfAStandingRobotOnlyAligns) {
     }
     ASSERT_LT(robot.now_s, 20);
   }
-  EXPECT_LT(highest_rad, 20 * kDeg);
+  EXPECT_LT(highest_rad, 20 * kDegree);
   expect_all_at(robot, 0);
   EXPECT_NEAR(robot.now_s, robot.parameters.align_s, 0.1);
 }
 
 TEST(StandUp, WithThreeLegsLeftInTheAirBringsThemDownInsteadOfDroppingTheBody) {
   Robot robot;
-  for (const std::size_t flying : {1U, 2U, 5U}) robot.legs[flying].theta_rad = 150 * kDeg;
+  for (const std::size_t flying : {1U, 2U, 5U}) robot.legs[flying].theta_rad = 150 * kDegree;
   robot.locomotion.stand_up(0);
   while (robot.locomotion.progress() == Progress::running || robot.now_s == 0) {
     robot.frame();
     for (const std::size_t standing : {0U, 3U, 4U}) {
-      ASSERT_LT(std::abs(robot.theta_rad(standing)), 20 * kDeg);
+      ASSERT_LT(std::abs(robot.theta_rad(standing)), 20 * kDegree);
     }
     ASSERT_LT(robot.now_s, 20);
   }
@@ -225,8 +226,8 @@ TEST(LayDown, OfALyingRobotIsDoneAtOnce) {
 RC_GTEST_PROP(LayDown, FromUnknownAnglesFindsThemFirst, ()) {
   Robot robot;
   for (RobotLeg& leg : robot.legs) {
-    leg.theta_rad = *rc::gen::inRange(-180, 180) * kDeg;
-    leg.zero_rad = *rc::gen::inRange(-180, 180) * kDeg;
+    leg.theta_rad = *rc::gen::inRange(-180, 180) * kDegree;
+    leg.zero_rad = *rc::gen::inRange(-180, 180) * kDegree;
     leg.calibrated = false;
   }
   robot.locomotion.lay_down(0);
@@ -247,7 +248,7 @@ TEST(LayDown, DoesNotSpinLegsThatLostTheirReferenceWhileItStandsOnThem) {
   robot.locomotion.lay_down(robot.now_s);
   ASSERT_TRUE(robot.finish());
   expect_all_at(robot, kRest_rad);
-  for (const RobotLeg& leg : robot.legs) EXPECT_LT(std::abs(leg.theta_rad), 110 * kDeg);
+  for (const RobotLeg& leg : robot.legs) EXPECT_LT(std::abs(leg.theta_rad), 110 * kDegree);
 }
 
 // The storage plates are level with the top and the bottom of the body (Zebro thesis 3.2 [Miss-2]);
@@ -312,7 +313,7 @@ TEST(Odometry, StandingUpRollsAheadAndLyingDownRollsBack) {
   robot.locomotion.stand_up(0);
   ASSERT_TRUE(robot.finish());
   const double ahead_m = robot.locomotion.distance_m();
-  EXPECT_NEAR(ahead_m, -advance_m(93.2 * kDeg, 0.053), 1e-3);
+  EXPECT_NEAR(ahead_m, -advance_m(93.2 * kDegree, 0.053), 1e-3);
   robot.locomotion.lay_down(robot.now_s);
   ASSERT_TRUE(robot.finish());
   EXPECT_NEAR(robot.locomotion.distance_m(), 0, 1e-3);

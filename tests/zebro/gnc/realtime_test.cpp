@@ -94,9 +94,9 @@ RC_GTEST_PROP(Realtime, SameCallsGiveTheSameBitsAlsoFromASnapshotInTheMiddle, ()
 RC_GTEST_PROP(Realtime, AnySequenceOfMotionsEndsWellOnLegsThatObey, ()) {
   Robot robot;
   for (RobotLeg& leg : robot.legs) {
-    leg.theta_rad = *rc::gen::inRange(-180, 180) * kDeg;
+    leg.theta_rad = *rc::gen::inRange(-180, 180) * kDegree;
     leg.calibrated = *rc::gen::arbitrary<bool>();
-    if (!leg.calibrated) leg.zero_rad = *rc::gen::inRange(-180, 180) * kDeg;
+    if (!leg.calibrated) leg.zero_rad = *rc::gen::inRange(-180, 180) * kDegree;
     leg.has_sensor = *rc::gen::weightedElement<bool>({{5, true}, {1, false}});
   }
   robot.on_order = [&](std::size_t, const LegTarget& target, double way_rad) {

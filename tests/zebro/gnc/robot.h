@@ -10,10 +10,10 @@
 #include <functional>
 
 #include "gnc/zebro/locomotion.h"
+#include "idl/angles.h"
 
 namespace lss::gnc::zebro::test {
 
-inline constexpr double kDeg = kPi / 180;
 inline constexpr double kFrame_s = 0.02;
 inline constexpr double kStride_m = 36.42e-3;
 
@@ -71,8 +71,8 @@ struct Robot {
       if (target.segment == leg.segment || target.rotation == 0) continue;
       leg.segment = target.segment;
       double way_rad = wrap_rad(target.angle_rad - leg.theta_rad - leg.zero_rad);
-      if (target.rotation > 0 && way_rad > 5 * kDeg) way_rad -= 2 * kPi;
-      if (target.rotation < 0 && way_rad < -5 * kDeg) way_rad += 2 * kPi;
+      if (target.rotation > 0 && way_rad > 5 * kDegree) way_rad -= 2 * kPi;
+      if (target.rotation < 0 && way_rad < -5 * kDegree) way_rad += 2 * kPi;
       if (on_order) on_order(i, target, way_rad);
       leg.left_rad = way_rad;
       leg.due_s = target.arrive_s;

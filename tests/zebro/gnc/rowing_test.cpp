@@ -128,7 +128,8 @@ TEST(Rowing, MarginOfEveryHeadingAllTheTime) {
       for (int heading_deg = -90; heading_deg <= 90; heading_deg += 15) {
         Rower robot(isolated);
         robot.locomotion.walk(
-            0, {.direction = direction, .heading_rad = heading_deg * kDeg, .speed = Speed::high});
+            0,
+            {.direction = direction, .heading_rad = heading_deg * kDegree, .speed = Speed::high});
         robot.row(30);
         EXPECT_GT(robot.locomotion.steps(), 4U);
       }

@@ -48,10 +48,10 @@ TEST(Walk, NewHeadingTakesEffectWithTheNextSwingOfEachLeg) {
   robot.run(6.6);
   for (std::size_t i = 0; i < kLegs; ++i) {
     if (is_left(static_cast<int>(i))) {
-      EXPECT_NEAR(touchdown_rad[i], 20 * kDeg, 1e-6);
+      EXPECT_NEAR(touchdown_rad[i], 20 * kDegree, 1e-6);
     } else {
-      EXPECT_LT(touchdown_rad[i], 10 * kDeg);
-      EXPECT_GT(touchdown_rad[i], 1 * kDeg);
+      EXPECT_LT(touchdown_rad[i], 10 * kDegree);
+      EXPECT_GT(touchdown_rad[i], 1 * kDegree);
     }
   }
 }
@@ -88,7 +88,7 @@ TEST(Walk, LegsOnTheGroundNeverWorkAgainstEachOtherEvenInTheFirstCycle) {
     Robot robot;
     robot.locomotion.walk(0, {.direction = 1, .heading_rad = 0, .speed = pace.speed});
     robot.run(robot.parameters.start_delay_s + 0.1);
-    const double full_rad_s = 40 * kDeg / (pace.cycle_s - 3.0);
+    const double full_rad_s = 40 * kDegree / (pace.cycle_s - 3.0);
     int compared = 0;
     while (robot.now_s < 2.5 * pace.cycle_s) {
       robot.frame();
@@ -195,7 +195,7 @@ TEST(Walk, LyingDownWhileWalkingFinishesTheStepFirst) {
   robot.locomotion.lay_down(robot.now_s);
   ASSERT_TRUE(robot.finish());
   EXPECT_EQ(robot.locomotion.progress(), Progress::done);
-  for (std::size_t i = 0; i < kLegs; ++i) EXPECT_NEAR(robot.theta_rad(i), 105.7 * kDeg, 0.06);
+  for (std::size_t i = 0; i < kLegs; ++i) EXPECT_NEAR(robot.theta_rad(i), 105.7 * kDegree, 0.06);
 }
 
 }  // namespace

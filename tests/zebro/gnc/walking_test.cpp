@@ -121,8 +121,8 @@ TEST(Walk, LegThatPassesItsSensorOnTheWayIsOrderedAnewFromItsTrueAngle) {
   robot.locomotion.stand_up(0);
   ASSERT_TRUE(robot.finish());
   // It stands 50 deg off its own count, and its sensor works again.
-  robot.legs[3].zero_rad -= 50 * kDeg;
-  robot.legs[3].theta_rad += 50 * kDeg;
+  robot.legs[3].zero_rad -= 50 * kDegree;
+  robot.legs[3].theta_rad += 50 * kDegree;
   robot.legs[3].has_sensor = true;
   robot.locomotion.walk(robot.now_s, {.direction = 1, .heading_rad = 0, .speed = Speed::high});
   robot.run(2 * 6.6);
@@ -131,7 +131,7 @@ TEST(Walk, LegThatPassesItsSensorOnTheWayIsOrderedAnewFromItsTrueAngle) {
   for (int frame = 0; frame < 330; ++frame) {
     robot.frame();
     if (robot.locomotion.targets()[3].swing) continue;
-    EXPECT_LT(std::abs(robot.theta_rad(3)), 24 * kDeg);
+    EXPECT_LT(std::abs(robot.theta_rad(3)), 24 * kDegree);
   }
 }
 
@@ -141,10 +141,10 @@ TEST(Walk, KeepsWalkingOnSlowLegsWithOldReports) {
   for (const double heading_deg : {0.0, 45.0, 90.0}) {
     for (const Pace& pace : kPaces) {
       Robot robot;
-      robot.fastest_rad_s = 117.2 * kDeg;
+      robot.fastest_rad_s = 117.2 * kDegree;
       robot.report_age_frames = 2;
       robot.locomotion.walk(
-          0, {.direction = 1, .heading_rad = heading_deg * kDeg, .speed = pace.speed});
+          0, {.direction = 1, .heading_rad = heading_deg * kDegree, .speed = pace.speed});
       robot.run(6 * pace.cycle_s);
       EXPECT_EQ(robot.locomotion.progress(), Progress::running);
       EXPECT_GE(robot.locomotion.steps(), 5U);
@@ -174,7 +174,7 @@ TEST(Odometry, LegThatIsHeardAgainDoesNotMoveTheBody) {
 
 TEST(Walk, SurvivesAGapInTimeWithOrdersThatCanBeFollowed) {
   Robot robot;
-  robot.locomotion.walk(0, {.direction = 1, .heading_rad = 42 * kDeg, .speed = Speed::high});
+  robot.locomotion.walk(0, {.direction = 1, .heading_rad = 42 * kDegree, .speed = Speed::high});
   robot.run(8);
   for (const double gap_s : {0.1, 0.7, 2.0, 4.0}) {
     robot.now_s += gap_s;

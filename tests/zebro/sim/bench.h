@@ -6,11 +6,10 @@
 #include <cstdint>
 #include <numbers>
 
+#include "idl/angles.h"
 #include "tools/lss-sim/zebro_module.h"
 
 namespace lss::sim::zebro {
-
-inline constexpr double kDegree = std::numbers::pi / 180;
 
 struct Status {
   unsigned flags;

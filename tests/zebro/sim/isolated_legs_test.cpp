@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "gnc/zebro/locomotion.h"
+#include "idl/angles.h"
 #include "tests/zebro/sim/robot_driver.h"
 
 namespace lss::sim::zebro {
@@ -13,7 +14,6 @@ namespace algorithm = lss::gnc::zebro;
 using algorithm::Progress;
 using algorithm::Speed;
 
-constexpr double kDeg = std::numbers::pi / 180;
 constexpr double kFrame_s = 0.02;
 
 class Loop {
@@ -36,7 +36,7 @@ class Loop {
     for (int leg = 1; leg <= kLegs; ++leg) {
       if (is_dead(leg)) continue;  // no answer
       const auto status = driver_.command(leg, 0x05);
-      const double position_rad = (status[2] << 8 | status[3]) * 0.01 * kDeg;
+      const double position_rad = (status[2] << 8 | status[3]) * 0.01 * kDegree;
       measured[index(leg)] = {
           .angle_rad = -position_rad, .known = true, .calibrated = (status[1] & 2) != 0};
     }
@@ -77,7 +77,7 @@ class Loop {
     const algorithm::LegTarget& target = locomotion.targets()[index(leg)];
     if (target.segment == segment_[index(leg)] || target.rotation == 0) return;
     segment_[index(leg)] = target.segment;
-    const double turned_deg = std::fmod(360 - target.angle_rad / kDeg, 360.0);
+    const double turned_deg = std::fmod(360 - target.angle_rad / kDegree, 360.0);
     const long position = std::lround(turned_deg * 100) % 36000;
     const long time = std::lround((target.arrive_s - now_s()) * 1000);
     const auto byte = [](long value) { return static_cast<std::uint8_t>(value & 0xFF); };

@@ -97,9 +97,8 @@ class RobotDriver {
     const BodyState now = zebro_.robot().body();
     const Eigen::Vector3d way = from.attitude.conjugate() * (now.position_m - from.position_m);
     const Eigen::Matrix3d turned = (from.attitude.conjugate() * now.attitude).toRotationMatrix();
-    constexpr double kDeg = 180 / std::numbers::pi;
-    return {way.x(), way.y(), now.position_m.z(), std::atan2(turned(1, 0), turned(0, 0)) * kDeg,
-            std::acos(std::min(1.0, now.attitude.toRotationMatrix()(2, 2))) * kDeg};
+    return {way.x(), way.y(), now.position_m.z(), std::atan2(turned(1, 0), turned(0, 0)) / kDegree,
+            std::acos(std::min(1.0, now.attitude.toRotationMatrix()(2, 2))) / kDegree};
   }
 
   BodyState body() const { return zebro_.robot().body(); }

@@ -1,6 +1,6 @@
 #pragma once
 
-// Degrees, used in configurations, in radians, used everywhere else.
+// Angles are in radians everywhere; degrees are for people: configurations, messages, tests.
 
 #include <numbers>
 
