@@ -67,9 +67,7 @@ bool latched(const lss_Status& status, FaultId id, std::uint16_t subject) {
   });
 }
 
-bool never_heard(const lss_ArditoNode& node) {
-  return node.age_ms == std::numeric_limits<std::uint64_t>::max();
-}
+bool never_heard(const lss_ArditoNode& node) { return node.age_ms == kNeverHeard_ms; }
 
 template <std::size_t N>
 const char* name_of(const char* const (&names)[N], std::size_t index) {

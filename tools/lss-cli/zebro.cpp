@@ -90,9 +90,7 @@ bool latched(const lss_Status& status, FaultId id, std::uint16_t subject) {
   });
 }
 
-bool never_heard(const lss_ZebroModule& module) {
-  return module.age_ms == std::numeric_limits<std::uint64_t>::max();
-}
+bool never_heard(const lss_ZebroModule& module) { return module.age_ms == kNeverHeard_ms; }
 
 std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
   if (telemetry == nullptr)
