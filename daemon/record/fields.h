@@ -2,7 +2,8 @@
 
 // The members of plain structs, listed once: fields(v, x) names each member to the visitor v, so
 // that records are written, read back, compared and shown by the same description. A vehicle
-// describes its own structs in daemon/vehicles/NAME_record.h.
+// describes its own structs in daemon/vehicles/NAME_record.h; those of the IDL are described by the
+// build (cmake/idl_fields.py).
 //
 //   v("name", member)                 numbers, enums, arrays of them, structs with fields(), and
 //                                     variants of such structs; arrays are std::array or of C

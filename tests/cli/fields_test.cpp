@@ -1,5 +1,5 @@
-// What a line of the IDL brings: the member is in records, in their JSON and in the columns of CSV,
-// and no other list names it.
+// What a line of the IDL brings: the member is in records, in their JSON, in the columns of CSV and
+// in the JSON of status, and no other list names it.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,7 +15,8 @@
 #include "idl/idl_text.h"
 #include "tools/lss-cli/recording/idl_types.h"
 #include "tools/lss-cli/recording/record_layout.h"
-#include "tools/lss-cli/vehicle.h"
+#include "tools/lss-cli/status.h"
+#include "tools/lss-cli/telemetry.h"
 
 namespace lss::cli::recording {
 namespace {
@@ -74,16 +75,33 @@ TEST_P(FieldsOfTheIdl, AreTheColumnsOfRecords) {
   EXPECT_EQ(got, wanted);
 }
 
-TEST_P(FieldsOfTheIdl, AreInTheJsonOfRecords) {
-  const auto json = records_.to_json(std::vector<std::uint8_t>(1'000'000));
-  for (const Column& column : idl_.columns()) {
+template <class Json>
+void expect_all(const Layout& idl, const Json& telemetry) {
+  for (const Column& column : idl.columns()) {
     if (column.name == "vehicle_id") continue;
-    std::string path = "/telemetry/" + column.name;  // modules[3].id: /modules/3/id
+    std::string path = "/" + column.name;  // modules[3].id: /modules/3/id
     std::erase(path, ']');
     for (const char sign : {'.', '['}) std::ranges::replace(path, sign, '/');
-    EXPECT_TRUE(json.contains(nlohmann::ordered_json::json_pointer(path))) << path;
+    EXPECT_TRUE(telemetry.contains(typename Json::json_pointer(path))) << path;
   }
-  EXPECT_EQ(json["telemetry"]["state"], "Idle");
+  EXPECT_EQ(telemetry["state"], "Idle");
+}
+
+TEST_P(FieldsOfTheIdl, AreInTheJsonOfRecords) {
+  const auto json = records_.to_json(std::vector<std::uint8_t>(1'000'000));
+  expect_all(idl_, json.at("telemetry"));
+}
+
+TEST_P(FieldsOfTheIdl, AreInTheJsonOfStatus) {
+  const std::vector<std::uint64_t> sample(GetParam()->telemetry->m_size / sizeof(std::uint64_t) +
+                                          1);
+  expect_all(idl_, status_json(*GetParam(), lss_Status{}, sample.data()).at("telemetry"));
+  EXPECT_EQ(status_json(*GetParam(), lss_Status{}, nullptr).at("telemetry"), nullptr);
+}
+
+TEST(JsonOfTelemetry, HasNullForTheAgeOfWhatWasNeverHeard) {
+  EXPECT_EQ(with_null_for_never({{"age_ms", 5}, {"parts", {{{"age_ms", kNeverHeard_ms}}, {}}}}),
+            nlohmann::json({{"age_ms", 5}, {"parts", {{{"age_ms", nullptr}}, {}}}}));
 }
 
 INSTANTIATE_TEST_SUITE_P(Vehicles, FieldsOfTheIdl, testing::ValuesIn(vehicles()),
