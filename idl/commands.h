@@ -46,6 +46,9 @@ struct CommandInfo {
   bool ends_motion = false;
 };
 
+// age_ms of telemetry: no message came since the start.
+inline constexpr std::uint64_t kNeverHeard_ms = std::numeric_limits<std::uint64_t>::max();
+
 inline constexpr double kRequired = std::numeric_limits<double>::quiet_NaN();
 inline constexpr const char* kNoYes[] = {"no", "yes"};
 inline constexpr const char* kOffOn[] = {"off", "on"};

@@ -18,6 +18,8 @@ namespace {
 // a standstill of 1.2 s may be enough.
 constexpr TimeNs kStandstill_ns = kSecond;
 
+using Key = decltype(lss_Status::vehicle_id);  // every type begins with it; the time follows
+
 constexpr const char* kOffText = "not configured";
 constexpr const char* kOverriddenText = "switched off by CYCLONEDDS_URI";
 constexpr const char* kActiveText = "telemetry goes by shared memory";
@@ -75,9 +77,9 @@ Result<void> TelemetryPlane::open_channels(Transport transport) {
 void TelemetryPlane::telemetry(const void* vehicle_telemetry, TimeNs now_ns) {
   TimeNs time = 0;
   write(telemetry_, own_sample_.data(), now_ns, [&](void* sample) {
-    telemetry_topic_.convert(vehicle_telemetry, vehicle_id_, sample);
-    const auto* bytes = static_cast<const char*>(sample);  // of every type: the key, then the time
-    std::memcpy(&time, bytes + sizeof lss_Status::vehicle_id, sizeof time);
+    std::memcpy(sample, vehicle_telemetry, telemetry_topic_.size);
+    copy_text(vehicle_id_, *static_cast<Key*>(sample));
+    std::memcpy(&time, static_cast<const char*>(sample) + sizeof(Key), sizeof time);
   });
   if (lockstep::on()) lockstep::said_telemetry(time);
 }

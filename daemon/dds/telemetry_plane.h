@@ -28,6 +28,7 @@ class TelemetryPlane {
   // The error is a sentence.
   Result<void> open();
 
+  // A struct of the topic's type; its key is set here.
   void telemetry(const void* vehicle_telemetry, TimeNs now_ns);
   void timing(const TimingPoints& points, TimeNs now_ns);
   bool watch(TimeNs now_ns);  // true when the state changed

@@ -1,8 +1,7 @@
 #pragma once
 
-// A vehicle's telemetry topic, its only addition to the DDS face, defined in daemon/dds/NAME.cpp as
-// `const TelemetryTopic& lss::NAME::telemetry_topic()`. The roster of the build lists the vehicles.
-// Constant data, any thread.
+// The telemetry topic of a vehicle. The roster of the build lists the vehicles. Constant data, any
+// thread.
 
 #include <cstddef>
 #include <string_view>
@@ -14,10 +13,7 @@ namespace lss {
 struct TelemetryTopic {
   std::string_view vehicle;
   const dds_topic_descriptor* descriptor;  // of lss_NAMETelemetry
-  std::size_t size;                        // of one sample
-  // Converts the vehicle's own struct to a sample of the descriptor's type. `to` may be
-  // uninitialised shared memory: every byte of it is written.
-  void (*convert)(const void* from, std::string_view vehicle_id, void* to);
+  std::size_t size;                        // of one sample, which begins with its key
 };
 
 // nullptr for a vehicle that was not built.

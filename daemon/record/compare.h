@@ -67,23 +67,25 @@ class Compare {
       fields(*this, x);
     }
   }
-  template <class T, std::size_t N>
-  void compare(const std::array<T, N>& x) {
-    for (std::size_t i = 0; i < N && !difference_; ++i) inside(fmt::format("[{}]", i), x[i]);
+  template <Array T>
+  void compare(const T& x) {
+    for (std::size_t i = 0; i < std::size(x) && !difference_; ++i)
+      inside(fmt::format("[{}]", i), x[i]);
   }
   // Text is shown as a whole.
-  template <std::size_t N>
-  void compare(const std::array<char, N>& x) {
-    if (recorded_.size() < N || std::memcmp(recorded_.data(), x.data(), N) != 0) {
+  template <Text T>
+  void compare(const T& x) {
+    const std::size_t size = std::size(x);
+    if (recorded_.size() < size || std::memcmp(recorded_.data(), std::data(x), size) != 0) {
       const auto shown = [](const char* c, std::size_t n) {
         return '"' + std::string(c, ::strnlen(c, n)) + '"';
       };
       difference_ = {
           path_,
-          shown(reinterpret_cast<const char*>(recorded_.data()), std::min(N, recorded_.size())),
-          shown(x.data(), N)};
+          shown(reinterpret_cast<const char*>(recorded_.data()), std::min(size, recorded_.size())),
+          shown(std::data(x), size)};
     } else {
-      recorded_ = recorded_.subspan(N);
+      recorded_ = recorded_.subspan(size);
     }
   }
   template <class... T>

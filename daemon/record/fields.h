@@ -2,10 +2,11 @@
 
 // The members of plain structs, listed once: fields(v, x) names each member to the visitor v, so
 // that records are written, read back, compared and shown by the same description. A vehicle
-// describes its own structs in daemon/vehicles/NAME_record.h.
+// describes its own structs in daemon/vehicles/NAME_record.h; those of the IDL are described by the
+// build (cmake/idl_fields.py).
 //
 //   v("name", member)                 numbers, enums, arrays of them, structs with fields(), and
-//                                     variants of such structs
+//                                     variants of such structs; arrays are std::array or of C
 //   v.list("name", array, count)      the first `count` elements of an array; count is a member
 //
 // The writer allocates nothing.
@@ -28,6 +29,17 @@ concept Like = std::same_as<std::remove_const_t<X>, T>;
 
 template <class T>
 concept Number = std::is_arithmetic_v<T> || std::is_enum_v<T>;
+
+// std::array, or an array of C.
+template <class T>
+concept Array = requires(T& x) {
+  std::size(x);
+  x[0];
+};
+// Characters up to the first NUL.
+template <class T>
+concept Text = Array<T> && std::same_as < std::remove_cvref_t<decltype(std::declval<T&>()[0])>,
+char > ;
 
 // Into a buffer; `size` is larger than the buffer when it was too small.
 class Writer {
@@ -56,9 +68,9 @@ class Writer {
       fields(*this, x);
     }
   }
-  template <class T, std::size_t N>
-  void put(const std::array<T, N>& x) noexcept {
-    for (const T& element : x) put(element);
+  template <Array T>
+  void put(const T& x) noexcept {
+    for (const auto& element : x) put(element);
   }
   template <class... T>
   void put(const std::variant<T...>& x) noexcept {
@@ -109,9 +121,9 @@ class Reader {
       fields(*this, x);
     }
   }
-  template <class T, std::size_t N>
-  void get(std::array<T, N>& x) noexcept {
-    for (T& element : x) get(element);
+  template <Array T>
+  void get(T& x) noexcept {
+    for (auto& element : x) get(element);
   }
   template <class... T>
   void get(std::variant<T...>& x) noexcept {

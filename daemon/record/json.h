@@ -13,10 +13,10 @@ namespace lss::record {
 
 template <class T>
 nlohmann::ordered_json to_json(const T& x);
-template <std::size_t N>
-nlohmann::ordered_json to_json(const std::array<char, N>& text);
-template <class T, std::size_t N>
-nlohmann::ordered_json to_json(const std::array<T, N>& list);
+template <Array T>
+nlohmann::ordered_json to_json(const T& list);
+template <Text T>
+nlohmann::ordered_json to_json(const T& text);
 template <class... T>
 nlohmann::ordered_json to_json(const std::variant<T...>& x);
 
@@ -29,6 +29,12 @@ inline nlohmann::ordered_json event_name(std::uint16_t id) {
   if (id < kFaultEventBase) return name_of(info(static_cast<EventId>(id)), id);
   return name_of(info(static_cast<FaultId>(id - kFaultEventBase)), id);
 }
+
+// The struct of a telemetry topic: its IDL has the state as a number.
+template <class T>
+concept TelemetrySample = requires(const T& x) {
+  x.vehicle_id, x.state;
+};
 
 class JsonWriter {
  public:
@@ -48,15 +54,15 @@ class JsonWriter {
   nlohmann::ordered_json json_ = nlohmann::ordered_json::object();
 };
 
-template <std::size_t N>
-nlohmann::ordered_json to_json(const std::array<char, N>& text) {
-  return std::string(text.data(), ::strnlen(text.data(), N));
-}
-template <class T, std::size_t N>
-nlohmann::ordered_json to_json(const std::array<T, N>& list) {
+template <Array T>
+nlohmann::ordered_json to_json(const T& list) {
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
-  for (const T& x : list) json.push_back(to_json(x));
+  for (const auto& x : list) json.push_back(to_json(x));
   return json;
+}
+template <Text T>
+nlohmann::ordered_json to_json(const T& text) {
+  return std::string(std::data(text), ::strnlen(std::data(text), std::size(text)));
 }
 
 template <class... T>
@@ -79,6 +85,7 @@ nlohmann::ordered_json to_json(const T& x) {
     fields(writer, x);
     nlohmann::ordered_json json = writer.take();
     if constexpr (std::same_as<T, EventRecord>) json["name"] = event_name(x.id);
+    if constexpr (TelemetrySample<T>) json["state"] = to_json(static_cast<State>(x.state));
     return json;
   }
 }

@@ -59,9 +59,9 @@ class Schema {
       text_ += '}';
     }
   }
-  template <class T, std::size_t N>
-  void type(const std::array<T, N>& x) {
-    text_ += '[' + std::to_string(N) + ']';
+  template <Array T>
+  void type(const T& x) {
+    text_ += '[' + std::to_string(std::size(x)) + ']';
     type(x[0]);
   }
   template <class... T>

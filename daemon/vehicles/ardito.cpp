@@ -326,8 +326,8 @@ bool Vehicle::describe(const lss::Inputs<Vehicle>& in, const SupervisorState& st
   const gnc::ardito::Estimate& e = command_.estimate;
   out.time_ns = in.time_ns;
   out.frame = in.frame;
-  out.state = state.controller.state;
-  out.mode = static_cast<Mode>(state.controller.mode);
+  out.state = static_cast<std::uint8_t>(state.controller.state);
+  out.mode = state.controller.mode;
   out.autonomous = (state.controller.flags & kAutonomous) != 0;
   out.correction = correction_ && parameters_.mobility.correction_sign != 0;
   out.limit_m_s = limit_m_s_;
@@ -339,6 +339,9 @@ bool Vehicle::describe(const lss::Inputs<Vehicle>& in, const SupervisorState& st
   out.yaw_rad = yaw_rad_;
   out.x_m = x_m_;
   out.y_m = y_m_;
+  static_assert(std::extent_v<decltype(out.wheels)> == kWheels &&
+                std::extent_v<decltype(out.steering)> == kSteered &&
+                std::extent_v<decltype(out.nodes)> == kNodes);
   const double motor = kRadPerSecondPerRpm / gear_;
   for (std::size_t i = 0; i < kWheels; ++i) {
     const Wheel& wheel = wheel_[i];
@@ -368,7 +371,8 @@ bool Vehicle::describe(const lss::Inputs<Vehicle>& in, const SupervisorState& st
   }
   for (std::size_t i = 0; i < kNodes; ++i) describe_node(i, out.nodes[i]);
   out.beta_rad = beta_rad_.value;
-  out.rho_rad = {rho1_rad_.value, rho2_rad_.value};
+  out.rho_rad[0] = rho1_rad_.value;
+  out.rho_rad[1] = rho2_rad_.value;
   out.imu_valid = !imu_lost_;
   out.imu_speed_m_s = imu_speed_m_s_.value;
   out.imu_heading_rad = imu_sigma_rad_.value;
@@ -389,7 +393,7 @@ bool Vehicle::describe(const lss::Inputs<Vehicle>& in, const SupervisorState& st
   return data_requested_;
 }
 
-void Vehicle::describe_node(std::size_t i, NodeTelemetry& out) const noexcept {
+void Vehicle::describe_node(std::size_t i, lss_ArditoNode& out) const noexcept {
   const RoverBusParameters& p = parameters_.bus;
   const RoverLink& l = link(i);
   out.id = static_cast<std::uint8_t>(i + 1);

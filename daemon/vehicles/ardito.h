@@ -5,6 +5,8 @@
 // controller of gnc/ardito commands them, in three redundant instances. Frame thread; time is data;
 // no allocation.
 
+#include <ardito_fields.h>  // of the IDL
+
 #include <array>
 #include <cstdint>
 #include <functional>
@@ -20,7 +22,6 @@
 #include "daemon/vehicles/ardito_gate.h"
 #include "daemon/vehicles/ardito_modes.h"
 #include "daemon/vehicles/ardito_solver.h"
-#include "daemon/vehicles/ardito_telemetry.h"
 #include "gnc/ardito/redundant.h"
 
 namespace lss::ardito {
@@ -38,7 +39,7 @@ class Vehicle final : public Actor, private SolveTarget {
   using Sample = RoverSample;
   using BusReport = RoverCanBus::Report;
   using Command = RoverOrders;
-  using Telemetry = ardito::Telemetry;
+  using Telemetry = lss_ArditoTelemetry;
   static constexpr std::size_t kMaxSamples = 128;
 
   explicit Vehicle(const Parameters& parameters) noexcept;
@@ -129,7 +130,7 @@ class Vehicle final : public Actor, private SolveTarget {
   gnc::ardito::Reading reading(const Known& known, double scale = 1) const noexcept;
   void measure() noexcept;
   void reckon() noexcept;
-  void describe_node(std::size_t node, NodeTelemetry& out) const noexcept;
+  void describe_node(std::size_t node, lss_ArditoNode& out) const noexcept;
 
   Parameters parameters_;
   TunableValues tunables_;  // of the parameters

@@ -6,6 +6,8 @@
 // air are reported at once and become an emergency on the ground. Frame thread; time is data; no
 // allocation.
 
+#include <talaris_fields.h>  // of the IDL
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -20,7 +22,6 @@
 #include "daemon/vehicles/talaris_script.h"
 #include "daemon/vehicles/talaris_sensors.h"
 #include "daemon/vehicles/talaris_solver.h"
-#include "daemon/vehicles/talaris_telemetry.h"
 #include "gnc/talaris/contact.h"
 #include "gnc/talaris/flight.h"
 #include "gnc/talaris/navigation.h"
@@ -32,7 +33,7 @@ class Vehicle final : public Actor, private SolveTarget {
   using Sample = TalarisSample;
   using BusReport = talaris::BusReport;
   using Command = TalarisOrders;
-  using Telemetry = talaris::Telemetry;
+  using Telemetry = lss_TalarisTelemetry;
   static constexpr std::size_t kMaxSamples = 256;
 
   explicit Vehicle(const Parameters& parameters) noexcept;

@@ -7,8 +7,12 @@
 namespace lss::talaris {
 namespace {
 
-std::array<double, 3> array(const gnc::talaris::Vector3& v) noexcept {
-  return {v.x(), v.y(), v.z()};
+template <std::size_t N>
+void put(const std::array<double, N>& from, double (&to)[N]) noexcept {
+  std::ranges::copy(from, to);
+}
+void put(const gnc::talaris::Vector3& v, double (&to)[3]) noexcept {
+  put(std::array{v.x(), v.y(), v.z()}, to);
 }
 double seconds(TimeNs time) noexcept { return static_cast<double>(time) * 1e-9; }
 
@@ -19,9 +23,9 @@ bool Vehicle::describe(const lss::Inputs<Vehicle>& in, const SupervisorState& st
   const lc::ControllerState& c = state.controller;
   out.time_ns = in.time_ns;
   out.frame = in.frame;
-  out.state = c.state;
-  out.mode = static_cast<Mode>(c.mode);
-  out.program = static_cast<Program>(program_);
+  out.state = static_cast<std::uint8_t>(c.state);
+  out.mode = c.mode;
+  out.program = static_cast<std::uint8_t>(program_);
   out.gains = static_cast<std::uint8_t>(flight_.gains());
   out.calibrated = (c.flags & kCalibrated) != 0;
   out.planned = (c.flags & kPlanned) != 0;
@@ -29,7 +33,7 @@ bool Vehicle::describe(const lss::Inputs<Vehicle>& in, const SupervisorState& st
   describe_flight(out);
   describe_actuators(out);
   describe_modules(out);
-  for (FanTelemetry& fan : out.fans) fan.armed = (c.flags & kFansArmed) != 0;
+  for (lss_TalarisFan& fan : out.fans) fan.armed = (c.flags & kFansArmed) != 0;
   out.script_id = script_.id();
   out.script_steps = script_.steps();
   out.script_done = script_.done();
@@ -41,29 +45,29 @@ void Vehicle::describe_flight(Telemetry& out) const noexcept {
   const gnc::talaris::NavState& nav = navigation_.state();
   const gnc::talaris::NavCounters& counters = navigation_.counters();
   const gnc::talaris::FlightOutput& f = output_;
-  out.position_m = array(nav.position_N_m);
-  out.velocity_m_s = array(nav.velocity_N_m_s);
-  out.attitude_wxyz = {nav.q_NB.w(), nav.q_NB.x(), nav.q_NB.y(), nav.q_NB.z()};
-  out.rate_rad_s = array(nav.rate_B_rad_s);
-  out.acceleration_m_s2 = array(nav.acceleration_N_m_s2);
-  out.position_sigma_m = array(nav.position_sigma_m);
-  out.attitude_sigma_rad = array(nav.attitude_sigma_rad);
-  out.gyro_bias_rad_s = array(nav.gyro_bias_rad_s);
-  out.accelerometer_bias_m_s2 = array(nav.accelerometer_bias_m_s2);
+  put(nav.position_N_m, out.position_m);
+  put(nav.velocity_N_m_s, out.velocity_m_s);
+  put(std::array{nav.q_NB.w(), nav.q_NB.x(), nav.q_NB.y(), nav.q_NB.z()}, out.attitude_wxyz);
+  put(nav.rate_B_rad_s, out.rate_rad_s);
+  put(nav.acceleration_N_m_s2, out.acceleration_m_s2);
+  put(nav.position_sigma_m, out.position_sigma_m);
+  put(nav.attitude_sigma_rad, out.attitude_sigma_rad);
+  put(nav.gyro_bias_rad_s, out.gyro_bias_rad_s);
+  put(nav.accelerometer_bias_m_s2, out.accelerometer_bias_m_s2);
   out.innovation_m = counters.innovation_m;
   out.ranges_used = counters.ranges_used;
   out.ranges_gated = counters.ranges_gated;
   out.range_m = sensors_.range_age_s() < 1e6 ? sensors_.range_m() : 0;
 
-  out.phase = static_cast<Phase>(f.phase);
+  out.phase = static_cast<std::uint8_t>(f.phase);
   out.airborne = f.airborne;
   out.phase_s = f.phase_s;
   const double left_s = flight_.planned().total_s - seconds(now_ns_ - executed_ns_);
   out.remaining_s = flight_.active() ? std::max(0.0, left_s) : 0;
-  out.target_position_m = array(f.target_N_m);
-  out.target_velocity_m_s = array(f.target_N_m_s);
-  out.thrust_N = array(f.force_N);
-  out.attitude_error_rad = array(f.attitude_error_rad);
+  put(f.target_N_m, out.target_position_m);
+  put(f.target_N_m_s, out.target_velocity_m_s);
+  put(f.force_N, out.thrust_N);
+  put(f.attitude_error_rad, out.attitude_error_rad);
   out.gas_thruster_s = f.gas_used_s;
   out.gas_left_thruster_s = f.gas_left_s;
 }
@@ -71,13 +75,17 @@ void Vehicle::describe_flight(Telemetry& out) const noexcept {
 void Vehicle::describe_actuators(Telemetry& out) const noexcept {
   const GasState& gas = sensors_.gas();
   const double kPa = sensors_.gas_age_s() < 1e6 ? 1e3 : 0;
-  out.pressure_Pa = kPa > 0 ? std::array{sensors_.tank_kPa() * kPa, sensors_.regulated_kPa() * kPa}
-                            : std::array{0.0, 0.0};
+  put(kPa > 0 ? std::array{sensors_.tank_kPa() * kPa, sensors_.regulated_kPa() * kPa}
+              : std::array{0.0, 0.0},
+      out.pressure_Pa);
   out.voltage_V = gas.voltage_V;
   out.temperature_degC = gas.temperature_degC;
-  out.load_N = sensors_.load_N();
-  out.load_Nm = sensors_.load_Nm();
+  put(sensors_.load_N(), out.load_N);
+  put(sensors_.load_Nm(), out.load_Nm);
   const EdgeReport& edges = bus_.edges;
+  static_assert(std::extent_v<decltype(out.valves)> == kHopperValves &&
+                std::extent_v<decltype(out.fans)> == kHopperFans &&
+                std::extent_v<decltype(out.modules)> == kModuleCount);
   for (std::size_t i = 0; i < kHopperValves; ++i) {
     out.valves[i] = {.id = static_cast<std::uint8_t>(i + 1),
                      .enabled = (enabled_ >> i & 1u) != 0,
@@ -87,7 +95,7 @@ void Vehicle::describe_actuators(Telemetry& out) const noexcept {
                      .fired_s = seconds(edges.counters.open_ns[i]),
                      .pulses = edges.counters.pulses[i]};
   }
-  const bool execute = out.mode == Mode::execute;
+  const bool execute = static_cast<Mode>(out.mode) == Mode::execute;
   constexpr double kRange_us = kFanFull_us - kFanOff_us;
   for (std::size_t i = 0; i < kHopperFans; ++i) {
     out.fans[i] = {.id = static_cast<std::uint8_t>(i + 1),

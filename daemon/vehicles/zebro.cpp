@@ -233,9 +233,9 @@ bool Vehicle::describe(const Inputs<Vehicle>& in, const SupervisorState& state,
                        Telemetry& out) noexcept {
   out.time_ns = in.time_ns;
   out.frame = in.frame;
-  out.state = state.controller.state;
-  out.mode = static_cast<Mode>(state.controller.mode);
-  const bool walking = out.mode == Mode::walking;
+  out.state = static_cast<std::uint8_t>(state.controller.state);
+  out.mode = state.controller.mode;
+  const bool walking = static_cast<Mode>(out.mode) == Mode::walking;
   out.speed = walking ? static_cast<std::uint8_t>(walk_.speed) : std::uint8_t{0};
   out.heading_rad = walking ? walk_.heading_rad : 0;
   out.direction = walk_.direction;
@@ -243,6 +243,7 @@ bool Vehicle::describe(const Inputs<Vehicle>& in, const SupervisorState& state,
   out.yaw_rad = locomotion_.yaw_rad();
   out.speed_m_s = walking_legs_ ? locomotion_.speed_m_s() : 0;
   out.steps = locomotion_.steps();
+  static_assert(std::extent_v<decltype(out.modules)> == kModules);
   for (std::size_t i = 0; i < kModules; ++i)
     describe_module(i, in.bus.counters.module[i], out.modules[i]);
   const BusCounters& bus = in.bus.counters;
@@ -250,13 +251,13 @@ bool Vehicle::describe(const Inputs<Vehicle>& in, const SupervisorState& state,
   out.bus_frames_received = bus.frames_received;
   out.bus_frames_dropped = bus.frames_dropped;
   out.bus_overflows = bus.overflows;
-  out.bus_cycle_ns = bus.cycle_ns;
+  out.bus_cycle_ns = static_cast<std::uint64_t>(bus.cycle_ns);
   out.port_open = in.bus.open;
   return data_requested_;
 }
 
 void Vehicle::describe_module(std::size_t i, const ModuleLink& link,
-                              ModuleTelemetry& out) const noexcept {
+                              lss_ZebroModule& out) const noexcept {
   const Module& module = modules_[i];
   out.id = static_cast<std::uint8_t>(i + 1);
   out.address = parameters_.bus.address[i];
@@ -280,7 +281,7 @@ void Vehicle::describe_module(std::size_t i, const ModuleLink& link,
   out.reset_cause = module.identity.reset_cause;
   out.dropped_frames = module.identity.dropped_frames;
   out.age_ms = module.heard_ns == 0
-                   ? ~std::uint64_t{0}
+                   ? kNeverHeard_ms
                    : static_cast<std::uint64_t>(std::max<TimeNs>(now_ns_ - module.heard_ns, 0) /
                                                 kMillisecond);
   out.replies = link.replies;

@@ -5,6 +5,8 @@
 // on the frame thread; time is data, nothing allocates. The wiring (port and driver) is Buses,
 // below.
 
+#include <zebro_fields.h>  // of the IDL
+
 #include <array>
 #include <cstdint>
 
@@ -17,7 +19,6 @@
 #include "daemon/vehicles/zebro_modes.h"
 #include "daemon/vehicles/zebro_rounds.h"
 #include "daemon/vehicles/zebro_solver.h"
-#include "daemon/vehicles/zebro_telemetry.h"
 
 namespace lss::zebro {
 
@@ -40,7 +41,7 @@ class Vehicle final : public Actor, private SolveTarget {
   using Sample = ModuleReply;
   using BusReport = LegSerialBus::Report;
   using Command = BusOrders;
-  using Telemetry = zebro::Telemetry;
+  using Telemetry = lss_ZebroTelemetry;
   static constexpr std::size_t kMaxSamples = 64;
 
   explicit Vehicle(const Parameters& parameters) noexcept;
@@ -133,7 +134,7 @@ class Vehicle final : public Actor, private SolveTarget {
   void report_uncalibrated(Supervisor& s) noexcept;
   bool motors_confirmed() const noexcept;
   void describe_module(std::size_t module, const ModuleLink& link,
-                       ModuleTelemetry& out) const noexcept;
+                       lss_ZebroModule& out) const noexcept;
   void watch_panel(Supervisor& s) noexcept;
   bool panel_known() const noexcept;
   bool panel_in() const noexcept;

@@ -58,56 +58,6 @@ void fields(V& v, X& x) {
   v("module", x.module);
 }
 
-template <class V, Like<ModuleTelemetry> X>
-void fields(V& v, X& x) {
-  v("id", x.id);
-  v("address", x.address);
-  v("online", x.online);
-  v("calibrated", x.calibrated);
-  v("motion_control", x.motion_control);
-  v("moving", x.moving);
-  v("swing", x.swing);
-  v("isolated", x.isolated);
-  v("flags", x.flags);
-  v("position_rad", x.position_rad);
-  v("velocity_rad_s", x.velocity_rad_s);
-  v("set_point_rad", x.set_point_rad);
-  v("time_left_s", x.time_left_s);
-  v("current_A", x.current_A);
-  v("temperature_degC", x.temperature_degC);
-  v("supply_V", x.supply_V);
-  v("uptime_s", x.uptime_s);
-  v("firmware_major", x.firmware_major);
-  v("firmware_minor", x.firmware_minor);
-  v("reset_cause", x.reset_cause);
-  v("dropped_frames", x.dropped_frames);
-  v("age_ms", x.age_ms);
-  v("replies", x.replies);
-  v("resends", x.resends);
-}
-
-template <class V, Like<Telemetry> X>
-void fields(V& v, X& x) {
-  v("time_ns", x.time_ns);
-  v("frame", x.frame);
-  v("state", x.state);
-  v("mode", x.mode);
-  v("speed", x.speed);
-  v("heading_rad", x.heading_rad);
-  v("direction", x.direction);
-  v("distance_m", x.distance_m);
-  v("yaw_rad", x.yaw_rad);
-  v("speed_m_s", x.speed_m_s);
-  v("steps", x.steps);
-  v("modules", x.modules);
-  v("bus_frames_sent", x.bus_frames_sent);
-  v("bus_frames_received", x.bus_frames_received);
-  v("bus_frames_dropped", x.bus_frames_dropped);
-  v("bus_overflows", x.bus_overflows);
-  v("bus_cycle_ns", x.bus_cycle_ns);
-  v("port_open", x.port_open);
-}
-
 }  // namespace lss::zebro
 
 namespace lss {

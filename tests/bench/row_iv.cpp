@@ -11,7 +11,6 @@
 
 #include "daemon/core/clock.h"
 #include "daemon/core/latest.h"
-#include "daemon/vehicles/zebro_telemetry.h"
 #include "idl/topics.h"
 #include "tests/bench/programs.h"
 #include "tests/bench/realtime.h"
@@ -53,9 +52,8 @@ Figures cost(const Options& options) {
   };
   if (!eventually(matched)) throw NotHere("no DDS reader is found on loopback");
 
-  zebro::Telemetry sample, copy;
-  lss_ZebroTelemetry wire{};
-  Latest<zebro::Telemetry> latest;
+  lss_ZebroTelemetry sample{}, copy{}, wire{};
+  Latest<lss_ZebroTelemetry> latest;
   const int wake_fd = ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
   const int calls = options.count(200'000, 20'000), writes = options.count(2'000, 200);
   const auto put = [&](int i) {

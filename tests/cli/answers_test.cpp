@@ -34,7 +34,7 @@ TEST_F(Answers, StatusAsJsonHasTheKeysThatProgramsRelyOn) {
   ASSERT_EQ(ended.code, 0) << ended.err;
   const json status = json::parse(ended.out);
   for (const char* key : {"schema_version", "vehicle", "vehicle_id", "state", "mode", "faults",
-                          "authority", "link", "frame", "realtime", "shared_memory", "modules"}) {
+                          "authority", "link", "frame", "realtime", "shared_memory", "telemetry"}) {
     EXPECT_TRUE(status.contains(key)) << key;
   }
   for (const char* key :
@@ -43,10 +43,10 @@ TEST_F(Answers, StatusAsJsonHasTheKeysThatProgramsRelyOn) {
   }
   for (const char* key : {"index", "period_ns", "overruns"})
     EXPECT_TRUE(status["frame"].contains(key)) << key;
-  ASSERT_EQ(status["modules"].size(), 7U);
+  ASSERT_EQ(status["telemetry"]["modules"].size(), 7U);
   for (const char* key :
        {"id", "online", "calibrated", "position_rad", "current_A", "temperature_degC"}) {
-    EXPECT_TRUE(status["modules"][0].contains(key)) << key;
+    EXPECT_TRUE(status["telemetry"]["modules"][0].contains(key)) << key;
   }
   EXPECT_EQ(status["state"], "Idle");
   EXPECT_EQ(status["link"]["obc_age_ms"], 12);
@@ -77,7 +77,7 @@ TEST_F(Answers, StatusAsksForASampleWhenTelemetryDoesNotComeByItself) {
   daemon.telemetry_on_request();
   const Ended ended = run({"--json", "status"});
   ASSERT_EQ(ended.code, 0) << ended.err;
-  EXPECT_EQ(json::parse(ended.out)["modules"].size(), 7U);
+  EXPECT_EQ(json::parse(ended.out)["telemetry"]["modules"].size(), 7U);
   EXPECT_THAT(daemon.kinds(), ElementsAre(kData));
 }
 
@@ -168,7 +168,7 @@ TEST_F(Answers, OneOfSeveralVehiclesMustBeNamed) {
 TEST_F(Answers, JsonOfACommandTellsEveryAcknowledgementAlsoWhenItFails) {
   FakeDaemon daemon(domain());
   const json good = json::parse(run({"--json", "stand"}).out);
-  EXPECT_EQ(good["schema_version"], 1);
+  EXPECT_EQ(good["schema_version"], 2);
   EXPECT_EQ(good["exit_code"], 0);
   ASSERT_EQ(good["commands"].size(), 2U);
   EXPECT_EQ(good["commands"][1]["command"], "stand");

@@ -51,7 +51,7 @@ class Doctor : public ProgramTest {
       EXPECT_TRUE(!silent || result == "good" || result == "note") << name;
       problems += result == "problem" ? 1U : 0U;
     }
-    EXPECT_EQ(report.at("schema_version"), 1);
+    EXPECT_EQ(report.at("schema_version"), 2);
     EXPECT_EQ(report.at("problems"), problems);
     EXPECT_EQ(ended.code, problems > 0 ? 6 : 0) << ended.err;
     return report;

@@ -72,7 +72,7 @@ TEST_F(ProgramAlone, BashCompletesWithTheScript) {
 
 TEST_F(ProgramAlone, VersionIsToldAsWordAndOption) {
   EXPECT_EQ(run({"version"}).out, run({"--version"}).out);
-  EXPECT_EQ(nlohmann::json::parse(run({"--json", "version"}).out)["schema_version"], 1);
+  EXPECT_EQ(nlohmann::json::parse(run({"--json", "version"}).out)["schema_version"], 2);
 }
 
 }  // namespace

@@ -6,13 +6,13 @@
 #include <sys/file.h>
 #include <sys/socket.h>
 #include <unistd.h>
+#include <zebro.h>  // of the IDL
 
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <string>
 
-#include "daemon/vehicles/zebro_telemetry.h"
 #include "idl/roudi.h"
 
 namespace {
@@ -72,7 +72,7 @@ void Roudi::kill() {
 
 Publisher::Publisher(Face& face)
     : face_(face), thread_([this](const std::stop_token& stop) {
-        zebro::Telemetry telemetry;
+        lss_ZebroTelemetry telemetry{};
         while (!stop.stop_requested()) {
           ++telemetry.frame;
           face_.telemetry(&telemetry);

@@ -36,14 +36,14 @@ class Hopper(Scenario):
     def wait_modules(self):
         """Waits until all modules have answered, which `start` needs."""
         return self.wait_status(
-            lambda s: s.get("modules") and all(m["online"] is not False for m in s["modules"]), BOOT_S,
+            lambda s: s["telemetry"] and all(m["online"] is not False for m in s["telemetry"]["modules"]), BOOT_S,
             "all modules are heard")
 
     def wait_mode(self, mode, limit_s=60, client=None):
         return self.wait_status(lambda s: s["mode"] == mode, limit_s, f"mode {mode}", client)
 
     def wait_phase(self, phase, limit_s=60, client=None):
-        return self.wait_status(lambda s: s["gnc"] and s["gnc"]["phase"] == phase, limit_s, f"phase {phase}", client)
+        return self.wait_status(lambda s: s["telemetry"] and s["telemetry"]["phase"] == phase, limit_s, f"phase {phase}", client)
 
     def true_height(self):
         first, last = self.truth.samples[0][1], self.truth.samples[-1][1]

@@ -197,7 +197,7 @@ class Scenario(unittest.TestCase):
 
     def wait_modules(self):
         """Waits until all modules have answered, which `start` needs."""
-        return self.wait_status(lambda s: all(m["online"] for m in s.get("modules", [])) and s.get("modules"),
+        return self.wait_status(lambda s: s["telemetry"] and all(m["online"] for m in s["telemetry"]["modules"]),
                                 BOOT_S, "all modules are heard")
 
     def start_all(self, **config):
@@ -361,7 +361,7 @@ class Scenario(unittest.TestCase):
         """Idle, no authority, no motor on as soon as the modules can report it."""
         self.assertEqual(status["state"], IDLE)
         self.assertIsNone(status["authority"])
-        self.wait_status(lambda s: all(not m["motion_control"] and m["current_A"] < 0.02 for m in s["modules"]), 1,
+        self.wait_status(lambda s: all(not m["motion_control"] and m["current_A"] < 0.02 for m in s["telemetry"]["modules"]), 1,
                          "all motors are off")
 
     def commander(self):

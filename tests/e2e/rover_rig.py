@@ -34,7 +34,7 @@ class Rover(Scenario):
 
     def wait_modules(self):
         """Waits until all nodes run, which `start` needs."""
-        return self.wait_status(lambda s: all(n["online"] for n in s.get("nodes", [])) and s.get("nodes"),
+        return self.wait_status(lambda s: s["telemetry"] and all(n["online"] for n in s["telemetry"]["nodes"]),
                                 BOOT_S, "all nodes run")
 
     def wait_mode(self, mode, limit_s=60, client=None):

@@ -61,10 +61,10 @@ class Ardito(Rover):
         self.start_all()
         self.begin_drive("0.3")
         self.fault(f"E-TM:{LM}")
-        self.wait_status(lambda s: s["wheels"][LM - 1]["state"] == 1, 3, "the encoder is found")
+        self.wait_status(lambda s: s["telemetry"]["wheels"][LM - 1]["state"] == 1, 3, "the encoder is found")
         self.fault(f"TM:{RR}:1")
-        status = self.wait_status(lambda s: s["wheels"][RR - 1]["state"] == 3, 3, "the motor is found")
-        self.assertFalse(status["wheels"][RR - 1]["clutch"])
+        status = self.wait_status(lambda s: s["telemetry"]["wheels"][RR - 1]["state"] == 3, 3, "the motor is found")
+        self.assertFalse(status["telemetry"]["wheels"][RR - 1]["clutch"])
         self.assertEqual(status["mode"], "Running")
         before = self.truth.samples[-1][1]
         wait_until(lambda: self.truth.samples[-1][1]["t_s"] > before["t_s"] + 5, 20, "five more seconds")
@@ -79,7 +79,7 @@ class Ardito(Rover):
         self.rests()
         self.cli_ok("solve", limit_s=90)
         status = self.wait_state(IDLE)
-        self.assertEqual([n["name"] for n in status["nodes"] if n["isolated"]], ["LR"])
+        self.assertEqual([n["name"] for n in status["telemetry"]["nodes"] if n["isolated"]], ["LR"])
         ahead, _, _ = self.driven("drive", "0.3", "--for", "6s")
         print(f"five wheels: {ahead:.3f} m")
         self.assertGreater(ahead, 1.2)
@@ -147,7 +147,7 @@ class Ardito(Rover):
     def test_strangers_on_the_port_and_broken_datagrams_are_dropped_and_counted(self):
         self.start_all()
         self.begin_drive("0.3")
-        before = self.status()["bus"]["frames_dropped"]
+        before = self.status()["telemetry"]["bus_frames_dropped"]
         with open(f"/proc/{self.programs[1].process.pid}/net/udp", encoding="ascii") as table:
             inodes = {line.split()[9]: int(line.split()[1].split(":")[1], 16) for line in table.readlines()[1:]}
         folder = f"/proc/{self.programs[1].process.pid}/fd"
@@ -159,10 +159,10 @@ class Ardito(Rover):
                     stranger.sendto(os.urandom(size), ("127.0.0.1", port))
                 # A frame that would stop wheel 1, from the wrong address.
                 stranger.sendto(bytes.fromhex("0200000001000000810830810000000000000000"), ("127.0.0.1", port))
-        self.wait_status(lambda s: s["bus"]["frames_dropped"] >= before + 6, 10, "they are counted")
+        self.wait_status(lambda s: s["telemetry"]["bus_frames_dropped"] >= before + 6, 10, "they are counted")
         self.assertEqual(self.status()["mode"], "Running")
         self.fault("foreign-frames:200")
-        self.wait_status(lambda s: s["bus"]["frames_dropped"] >= before + 200, 20, "these, too")
+        self.wait_status(lambda s: s["telemetry"]["bus_frames_dropped"] >= before + 200, 20, "these, too")
         self.assertEqual(self.status()["mode"], "Running")
 
     def test_nodes_that_are_missing_wrong_or_refuse_are_told_and_start_is_refused(self):
@@ -171,7 +171,7 @@ class Ardito(Rover):
         self.start_daemon()
         status = self.wait_status(lambda s: {FAULT["node_wrong"], FAULT["node_refuses"]} <= self.fault_ids(s), 30,
                                   "both are told")
-        links = {n["name"]: n["link"] for n in status["nodes"]}
+        links = {n["name"]: n["link"] for n in status["telemetry"]["nodes"]}
         self.assertEqual(links["RF"], "wrong")
         self.assertIn(links["steer-LF"], ("refuses", "booting", "configuring", "identifying"))
         self.assertIn(links["IMU"], ("missing", "booting"))

@@ -182,8 +182,8 @@ class BadBytes(Scenario):
         after = self.status()
         self.assertTrue(daemon.running())
         self.assertEqual((after["state"], after["mode"]), (OPERATIONAL, "Walking"), after["faults"])
-        dropped = after["bus"]["frames_dropped"] - before["bus"]["frames_dropped"]
-        resent = sum(a["resends"] - b["resends"] for a, b in zip(after["modules"], before["modules"]))
+        dropped = after["telemetry"]["bus_frames_dropped"] - before["telemetry"]["bus_frames_dropped"]
+        resent = sum(a["resends"] - b["resends"] for a, b in zip(after["telemetry"]["modules"], before["telemetry"]["modules"]))
         forward_m = motion.moved(motion.at(self.truth, began_ns), motion.at(self.truth, ended_ns))[0]
         print(f"{dropped} frames dropped, {resent} re-sent, {forward_m * 1e3:.0f} mm")
         self.assertGreater(dropped, 20)

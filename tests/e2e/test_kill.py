@@ -54,7 +54,7 @@ class Kill(Scenario):
         self.assertTrue(daemon.running())
 
         self.start_sim(seed=2)
-        status = self.wait_status(lambda s: s.get("bus", {}).get("port_open") and all(m["online"] for m in s["modules"]),
+        status = self.wait_status(lambda s: s["telemetry"] and s["telemetry"]["port_open"] and all(m["online"] for m in s["telemetry"]["modules"]),
                                   20, "the port is opened by itself")
         self.assertEqual(status["state"], FATAL_ERROR, "only by command")
         self.cli_ok("solve")

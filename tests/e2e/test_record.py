@@ -125,7 +125,7 @@ class Zebro(Recorded, Scenario):
         daemon = self.start_all(file_mb=1)
         client = self.begin_walk()
         wait_until(lambda: len(self.recordings()) >= 2, 60, "the second file begins")
-        self.wait_status(lambda s: s["motion"]["distance_m"] > 0.005, 60, "it walked 5 mm", client)
+        self.wait_status(lambda s: s["telemetry"]["distance_m"] > 0.005, 60, "it walked 5 mm", client)
         client.signal(signal.SIGINT)
         client.wait(60)
         self.wait_state(IDLE)

@@ -24,7 +24,7 @@ class Solve(Scenario):
         self.assertIn(FAULT["module_silent"], self.fault_ids(status))
         self.cli_ok("solve", limit_s=90)
         status = self.wait_state(IDLE)
-        self.assertEqual([m["name"] for m in status["modules"] if m["isolated"]], ["LM"])
+        self.assertEqual([m["name"] for m in status["telemetry"]["modules"] if m["isolated"]], ["LM"])
         self.assertEqual(status["faults"], [])
         self.assertTrue(any("isolate" in text for text in self.tried()), self.tried())
 
@@ -37,7 +37,7 @@ class Solve(Scenario):
         # It answers again, and is put into service again.
         self.fault("clear")
         self.cli_ok("restore")
-        self.wait_status(lambda s: all(m["online"] and not m["isolated"] for m in s["modules"]), 20, "all in service")
+        self.wait_status(lambda s: all(m["online"] and not m["isolated"] for m in s["telemetry"]["modules"]), 20, "all in service")
         self.cli_ok("run", "-e", "start; stand; stop", limit_s=120)
 
     # [Prod-4]

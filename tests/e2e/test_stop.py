@@ -79,7 +79,7 @@ class Stop(Scenario):
               status["state"], status["mode"], [f["name"] for f in status["faults"]])
         if status["state"] != FATAL_ERROR:
             self.assertEqual(status["mode"], "Standing")
-            off = [m["name"] for m in status["modules"][:6] if not m["motion_control"]]
+            off = [m["name"] for m in status["telemetry"]["modules"][:6] if not m["motion_control"]]
             self.assertEqual(off, [], "said to stand, with motors that are off")
 
     # [Oper-7]

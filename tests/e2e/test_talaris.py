@@ -134,9 +134,9 @@ class Talaris(Hopper):
         shell.signal(signal.SIGINT)
         shell.wait(20)
         self.wait_state(IDLE)
-        before = self.status()["valves"][4]["fired_s"]
+        before = self.status()["telemetry"]["valves"][4]["fired_s"]
         self.cli_ok("run", "-e", "pulse 5,7 --on 80ms --delay 40ms --frames 10")
-        fired = self.status()["valves"][4]["fired_s"] - before
+        fired = self.status()["telemetry"]["valves"][4]["fired_s"] - before
         self.assertAlmostEqual(fired, 0.8, delta=0.02)  # edges as late as the machine lets them be
 
     def test_what_is_out_of_order_or_cannot_be_flown_is_rejected_with_its_numbers(self):
@@ -157,7 +157,7 @@ class Talaris(Hopper):
     def test_sensors_that_fail_on_the_ground_refuse_what_needs_them(self):
         self.start_all()
         self.fault("imu-silent")
-        self.wait_status(lambda s: not s["modules"][0]["online"], 10, "the IMU is missed")
+        self.wait_status(lambda s: not s["telemetry"]["modules"][0]["online"], 10, "the IMU is missed")
         result = self.cli("run", "-e", "gnc calibrate")
         self.assertEqual(result.code, EXIT["rejected"], result)
         self.assertIn("IMU", result.err)

@@ -39,7 +39,7 @@ class Rover(Box):
         return canlog.read(os.path.join(self.share, self.watched))
 
     def all_nodes_run(self):
-        self.wait_status("s['nodes'] and all(n['online'] for n in s['nodes'])", "all nodes run", 60)
+        self.wait_status("s['telemetry'] and all(n['online'] for n in s['telemetry']['nodes'])", "all nodes run", 60)
 
     def drive(self, speed_m_s):
         self.must(f"systemd-run -q --unit=drive --collect lss-cli --jsonl drive {speed_m_s}")

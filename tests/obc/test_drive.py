@@ -141,10 +141,10 @@ class Drive(Rover):
         self.must("cansend can0 20000040#0000000000000000")  # as reported by a controller: CAN_ERR_BUSOFF
         status = self.wait_status("s['state'] == 'FatalError'", "FatalError", 20)
         self.assertIn("bus_off", [f["name"] for f in status["faults"]])
-        self.assertEqual(status["bus"]["bus_offs"], self.begun["bus"]["bus_offs"] + 1)
+        self.assertEqual(status["telemetry"]["bus_offs"], self.begun["telemetry"]["bus_offs"] + 1)
         self.must("cansend can0 20000100#0000000000000000")  # CAN_ERR_RESTARTED
         self.stands()
-        self.wait_status("all(n['online'] for n in s['nodes'])", "all nodes run again", 60)
+        self.wait_status("s['telemetry'] and all(n['online'] for n in s['telemetry']['nodes'])", "all nodes run again", 60)
         self.must("lss-cli solve", 120)
         self.wait_status("s['state'] == 'Idle'", "Idle", 60)
         self.end_drive()

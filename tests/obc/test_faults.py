@@ -27,7 +27,7 @@ class Faults(Box):
         self.wait(f"systemctl is-active -q {UNIT} && [ $(systemctl show -P MainPID {UNIT}) != {pid} ]", "it runs again", 90)
         status = self.wait_status("s['telemetry']", "it answers", 60)
         self.assertIn(status["state"], ("Idle", "FatalError"))
-        self.assertTrue(all(wheel["target_rad_s"] == 0 for wheel in status["wheels"]))
+        self.assertTrue(all(wheel["target_rad_s"] == 0 for wheel in status["telemetry"]["wheels"]))
         self.assertTrue(self.on_the_bus())
 
     def test_1_a_daemon_that_hangs_is_killed_by_its_watchdog_and_started_again(self):
@@ -77,7 +77,7 @@ class Faults(Box):
                                   "it says so", 60)
         print("can0 down:", ", ".join(sorted({f["name"] for f in status["faults"]})))
         self.must("ip link set can0 up")
-        self.wait_status("s['bus']['port_open']", "the port is open again", 60)
+        self.wait_status("s['telemetry'] and s['telemetry']['port_open']", "the port is open again", 60)
         self.assertTrue(self.on_the_bus())
         self.assertEqual(self.pid(UNIT), pid, "it is the same process")
 

@@ -34,7 +34,7 @@ class Install(Box):
             self.assertEqual(status, 0, f"{block}\n{text}")
             said[block] = text
             if "enable --now lssd@" in block:
-                self.wait_status("all(m['online'] for m in s['modules'])", "the modules answer", 60)
+                self.wait_status("s['telemetry'] and all(m['online'] for m in s['telemetry']['modules'])", "the modules answer", 60)
             if "lss-cli walk" in block:
                 walked = float(re.search(r"walk forward high ([\d.]+) m", text)[1])
                 self.assertGreater(walked, 0.05)

@@ -45,8 +45,10 @@ report 'drivers include libc, the kernel, the standard library and drivers only'
   < <(includes drivers | grep -E ':<(Eigen|dds|spdlog|fmt|boost|toml|nlohmann|dart)' || true)
 
 vehicle_headers=$(find idl -name '*.idl' -printf '%f\n' 2>/dev/null | sed 's@\.idl$@@' | paste -sd'|')
-report 'DDS types stay in daemon/dds, idl, tools and tests' \
-  < <(includes gnc drivers daemon | grep -v '^daemon/dds/' | grep -E ":[<\"](dds/|ddsc/|idl/topics\.h|(${vehicle_headers:-lss})\.h)" || true)
+report 'DDS types stay in daemon/dds, idl, tools and tests; a vehicle includes <NAME_fields.h>' \
+  < <(includes gnc drivers daemon | grep -v '^daemon/dds/' |
+        grep -E ":[<\"](dds/|ddsc/|idl/topics\.h|(${vehicle_headers:-lss})(_fields)?\.h)" |
+        grep -vE '^daemon/vehicles/[^:]*:[0-9]+:<[a-z]+_fields\.h>' || true)
 
 report 'nothing but tools and tests includes tools' \
   < <(includes idl gnc drivers daemon | grep -E ':["<]tools/' || true)

@@ -19,6 +19,7 @@ const char* text = "new std::string";
 int renew(int new_gait);
 SOURCE
   echo '#include <dds/dds.h>' > "$tree/daemon/dds/face.cpp"
+  echo '#include <zebro_fields.h>' > "$tree/daemon/vehicles/zebro.h"
   echo '#include "daemon/dds/face.h"' > "$tree/daemon/core/main.cpp"
   echo '#include "tools/lss-sim/zebro.h"' > "$tree/tests/zebro/sim_test.cpp"
 }
@@ -46,6 +47,7 @@ expect_fault drivers/zebro/bad.h '#include "idl/codes.h"' 'drivers include'
 expect_fault drivers/zebro/bad.h '#include <fmt/format.h>' 'drivers include'
 expect_fault daemon/core/bad.cpp '#include <dds/dds.h>' 'DDS types stay'
 expect_fault daemon/vehicles/zebro.cpp '#include "zebro.h"' 'DDS types stay'
+expect_fault daemon/core/bad.cpp '#include <zebro_fields.h>' 'DDS types stay'
 expect_fault daemon/core/bad.cpp '#include "tools/lss-sim/zebro.h"' 'nothing but tools and tests'
 expect_fault daemon/core/bad.cpp '#include "tests/zebro/x.h"' 'nothing includes tests'
 expect_fault gnc/zebro/bad.h '#include "gnc/ardito/drive.h"' 'vehicle zebro includes vehicle ardito'

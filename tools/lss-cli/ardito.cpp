@@ -1,11 +1,10 @@
 #include "tools/lss-cli/ardito.h"
 
-#include <ardito.h>  // of the IDL
+#include <ardito_fields.h>  // of the IDL
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "daemon/vehicles/ardito_modes.h"
@@ -13,6 +12,7 @@
 #include "idl/angles.h"
 #include "idl/ardito_commands.h"
 #include "idl/codes.h"
+#include "tools/lss-cli/telemetry.h"
 #include "tools/lss-cli/units.h"
 
 namespace lss::cli::ardito {
@@ -66,9 +66,7 @@ bool latched(const lss_Status& status, FaultId id, std::uint16_t subject) {
   });
 }
 
-bool never_heard(const lss_ArditoNode& node) {
-  return node.age_ms == std::numeric_limits<std::uint64_t>::max();
-}
+bool never_heard(const lss_ArditoNode& node) { return node.age_ms == kNeverHeard_ms; }
 
 template <std::size_t N>
 const char* name_of(const char* const (&names)[N], std::size_t index) {
@@ -103,85 +101,17 @@ std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
   return list;
 }
 
-nlohmann::json number(double value) {
-  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
-}
-
-nlohmann::json node_json(const lss_ArditoNode& n) {
-  nlohmann::json age = never_heard(n) ? nlohmann::json() : nlohmann::json(n.age_ms);
-  return {{"id", n.id},
-          {"name", subject_name(kVehicle, n.id)},
-          {"address", n.address},
-          {"online", n.online},
-          {"isolated", n.isolated},
-          {"link", name_of(lss::ardito::kLinkNames, n.link)},
-          {"drive", name_of(lss::ardito::kDriveNames, n.drive)},
-          {"emergency", n.emergency},
-          {"emergencies", n.emergencies},
-          {"age_ms", std::move(age)}};
-}
-
-nlohmann::json wheel_json(const lss_ArditoWheel& w) {
-  return {{"id", w.id},
-          {"name", subject_name(kVehicle, w.id)},
-          {"state", w.state},
-          {"clutch", w.clutch},
-          {"stopped", w.stopped},
-          {"target_rad_s", number(w.target_rad_s)},
-          {"motor_rad_s", number(w.motor_rad_s)},
-          {"hall_rad_s", number(w.hall_rad_s)},
-          {"reduction_rad_s", number(w.reduction_rad_s)},
-          {"current_A", number(w.current_A)},
-          {"temperature_degC", number(w.temperature_degC)},
-          {"voltage_V", number(w.voltage_V)}};
-}
-
-nlohmann::json steering_json(const lss_ArditoSteering& s) {
-  const auto node = static_cast<std::uint16_t>(lss::ardito::kDriveWheels + s.id);
-  return {{"id", s.id},
-          {"name", subject_name(kVehicle, node)},
-          {"state", s.state},
-          {"stopped", s.stopped},
-          {"target_rad", number(s.target_rad)},
-          {"motor_rad", number(s.motor_rad)},
-          {"reduction_rad", number(s.reduction_rad)},
-          {"current_A", number(s.current_A)}};
-}
-
-void add_json(const void* telemetry, nlohmann::json& document) {
-  for (const char* key : {"wheels", "steering", "nodes"}) document[key] = nlohmann::json::array();
-  for (const char* key : {"motion", "suspension", "imu", "io", "bus"}) document[key] = nullptr;
-  if (telemetry == nullptr) return;
+nlohmann::json telemetry_json(const void* telemetry) {
   const lss_ArditoTelemetry& t = sample(telemetry);
-  for (const auto& wheel : t.wheels) document["wheels"].push_back(wheel_json(wheel));
-  for (const auto& system : t.steering) document["steering"].push_back(steering_json(system));
-  for (const auto& node : t.nodes) document["nodes"].push_back(node_json(node));
-  document["motion"] = {{"autonomous", t.autonomous},
-                        {"correction", t.correction},
-                        {"limit_m_s", number(t.limit_m_s)},
-                        {"speed_m_s", number(t.speed_m_s)},
-                        {"heading_rad", number(t.heading_rad)},
-                        {"measured_m_s", number(t.measured_m_s)},
-                        {"measured_rad", number(t.measured_rad)},
-                        {"distance_m", number(t.distance_m)},
-                        {"yaw_rad", number(t.yaw_rad)},
-                        {"x_m", number(t.x_m)},
-                        {"y_m", number(t.y_m)}};
-  document["suspension"] = {{"beta_rad", number(t.beta_rad)},
-                            {"rho_rad", {number(t.rho_rad[0]), number(t.rho_rad[1])}}};
-  document["imu"] = {{"valid", t.imu_valid},
-                     {"speed_m_s", number(t.imu_speed_m_s)},
-                     {"heading_rad", number(t.imu_heading_rad)},
-                     {"yaw_rate_rad_s", number(t.imu_yaw_rate_rad_s)}};
-  document["io"] = {
-      {"emergency_button", t.emergency_button}, {"power_good", t.power_good}, {"beacon", t.beacon}};
-  document["controller"] = {{"disagreeing", t.disagreeing}, {"disagreements", t.disagreements}};
-  document["bus"] = {{"port_open", t.port_open},
-                     {"frames_sent", t.bus_frames_sent},
-                     {"frames_received", t.bus_frames_received},
-                     {"frames_dropped", t.bus_frames_dropped},
-                     {"overflows", t.bus_overflows},
-                     {"bus_offs", t.bus_offs}};
+  nlohmann::json json = json_of(t);
+  name_subjects(kVehicle, json["wheels"]);
+  name_subjects(kVehicle, json["steering"], lss::ardito::kDriveWheels);
+  name_subjects(kVehicle, json["nodes"]);
+  for (std::size_t i = 0; i < std::size(t.nodes); ++i) {
+    json["nodes"][i]["link"] = name_of(lss::ardito::kLinkNames, t.nodes[i].link);
+    json["nodes"][i]["drive"] = name_of(lss::ardito::kDriveNames, t.nodes[i].drive);
+  }
+  return json;
 }
 
 std::string fixed(double value, int digits) {
@@ -326,7 +256,7 @@ const Vehicle kVehicle{
     .endless = endless,
     .rest = static_cast<std::uint16_t>(CommandKind::halt),
     .problems = problems,
-    .add_json = add_json,
+    .json = telemetry_json,
     .screen = screen,
     .details = details,
     .progress = progress,

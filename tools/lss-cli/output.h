@@ -13,7 +13,7 @@
 
 namespace lss::cli {
 
-inline constexpr int kSchemaVersion = 1;
+inline constexpr int kSchemaVersion = 2;
 
 // Colours of text, or none.
 struct Style {

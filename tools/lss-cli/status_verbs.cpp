@@ -128,7 +128,7 @@ ExitCode run_watch(Context& context, std::optional<double> for_s) {
 
 void add_status_verbs(Grammar& grammar) {
   grammar.on(grammar.verb("status", "how the vehicle is, what is wrong first",
-                          "  lss-cli status\n  lss-cli --json status | jq .modules\n"),
+                          "  lss-cli status\n  lss-cli --json status | jq .telemetry\n"),
              run_status);
   grammar.on(grammar.verb("health", "0 when all is well, else 6 and what is wrong",
                           "  lss-cli health || lss-cli solve\n"),

@@ -1,12 +1,10 @@
 #include "tools/lss-cli/talaris.h"
 
 #include <fmt/format.h>
-#include <talaris.h>  // of the IDL
+#include <talaris_fields.h>  // of the IDL
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "daemon/vehicles/talaris_modes.h"
@@ -15,6 +13,7 @@
 #include "idl/codes.h"
 #include "idl/talaris_commands.h"
 #include "tools/lss-cli/talaris_verbs.h"
+#include "tools/lss-cli/telemetry.h"
 #include "tools/lss-cli/units.h"
 
 namespace lss::cli::talaris {
@@ -99,9 +98,7 @@ bool latched(const lss_Status& status, FaultId id, std::uint16_t subject) {
   });
 }
 
-bool never_heard(const lss_TalarisModule& module) {
-  return module.age_ms == std::numeric_limits<std::uint64_t>::max();
-}
+bool never_heard(const lss_TalarisModule& module) { return module.age_ms == kNeverHeard_ms; }
 
 std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
   if (telemetry == nullptr)
@@ -131,106 +128,15 @@ std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
   return list;
 }
 
-nlohmann::json number(double value) {
-  return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
-}
-
-template <std::size_t N>
-nlohmann::json numbers(const double (&values)[N]) {
-  nlohmann::json list = nlohmann::json::array();
-  for (const double value : values) list.push_back(number(value));
-  return list;
-}
-
-nlohmann::json module_json(const lss_TalarisModule& m) {
-  const bool there = m.id != lss::talaris::kLoadCellModule || !never_heard(m);
-  nlohmann::json age = never_heard(m) ? nlohmann::json() : nlohmann::json(m.age_ms);
-  return {{"id", m.id},
-          {"name", subject_name(kVehicle, m.id)},
-          {"online", there ? nlohmann::json(m.online) : nlohmann::json()},
-          {"link", m.link},
-          {"age_ms", std::move(age)},
-          {"samples", m.samples},
-          {"errors", m.errors},
-          {"lost", m.lost}};
-}
-
-nlohmann::json valve_json(const lss_TalarisValve& v) {
-  return {{"id", v.id},
-          {"enabled", v.enabled},
-          {"open", v.open},
-          {"on_s", number(v.on_s)},
-          {"delay_s", number(v.delay_s)},
-          {"fired_s", number(v.fired_s)},
-          {"pulses", v.pulses}};
-}
-
-nlohmann::json fan_json(const lss_TalarisFan& f) {
-  return {{"id", f.id},
-          {"armed", f.armed},
-          {"throttle", number(f.throttle)},
-          {"target_rpm", number(f.target_rpm)},
-          {"rpm", number(f.rpm)}};
-}
-
-nlohmann::json gnc_json(const lss_TalarisTelemetry& t) {
-  return {{"phase", name_of(lss::talaris::kPhaseNames, t.phase)},
-          {"program", name_of(lss::talaris::kProgramNames, t.program)},
-          {"gains", t.gains},
-          {"calibrated", t.calibrated},
-          {"calibrated_share", number(t.calibrated_share)},
-          {"planned", t.planned},
-          {"airborne", t.airborne},
-          {"phase_s", number(t.phase_s)},
-          {"remaining_s", number(t.remaining_s)},
-          {"position_m", numbers(t.position_m)},
-          {"velocity_m_s", numbers(t.velocity_m_s)},
-          {"attitude_wxyz", numbers(t.attitude_wxyz)},
-          {"rate_rad_s", numbers(t.rate_rad_s)},
-          {"acceleration_m_s2", numbers(t.acceleration_m_s2)},
-          {"position_sigma_m", numbers(t.position_sigma_m)},
-          {"attitude_sigma_rad", numbers(t.attitude_sigma_rad)},
-          {"gyro_bias_rad_s", numbers(t.gyro_bias_rad_s)},
-          {"accelerometer_bias_m_s2", numbers(t.accelerometer_bias_m_s2)},
-          {"innovation_m", number(t.innovation_m)},
-          {"ranges_used", t.ranges_used},
-          {"ranges_gated", t.ranges_gated},
-          {"target_position_m", numbers(t.target_position_m)},
-          {"target_velocity_m_s", numbers(t.target_velocity_m_s)},
-          {"thrust_N", numbers(t.thrust_N)},
-          {"attitude_error_rad", numbers(t.attitude_error_rad)},
-          {"range_m", number(t.range_m)}};
-}
-
-void add_json(const void* telemetry, nlohmann::json& document) {
-  for (const char* key : {"valves", "fans", "modules"}) document[key] = nlohmann::json::array();
-  for (const char* key : {"gnc", "gas_thruster_s", "gas", "load", "script", "bus", "edges"})
-    document[key] = nullptr;
-  if (telemetry == nullptr) return;
+nlohmann::json telemetry_json(const void* telemetry) {
   const lss_TalarisTelemetry& t = sample(telemetry);
-  for (const auto& valve : t.valves) document["valves"].push_back(valve_json(valve));
-  for (const auto& fan : t.fans) document["fans"].push_back(fan_json(fan));
-  for (const auto& module : t.modules) document["modules"].push_back(module_json(module));
-  document["gnc"] = gnc_json(t);
-  document["gas_thruster_s"] = number(t.gas_thruster_s);
-  document["gas"] = {{"used_thruster_s", number(t.gas_thruster_s)},
-                     {"left_thruster_s", number(t.gas_left_thruster_s)},
-                     {"pressure_Pa", numbers(t.pressure_Pa)},
-                     {"voltage_V", number(t.voltage_V)},
-                     {"temperature_degC", number(t.temperature_degC)}};
-  document["load"] = {{"force_N", numbers(t.load_N)}, {"moment_Nm", numbers(t.load_Nm)}};
-  document["script"] = {{"id", t.script_id},
-                        {"steps", t.script_steps},
-                        {"done", t.script_done},
-                        {"time_s", number(t.script_s)}};
-  document["edges"] = {{"count", t.edges}, {"worst_s", number(t.edge_worst_s)}};
-  document["bus"] = {{"imu_port_open", t.imu_port_open},
-                     {"altimeter_port_open", t.altimeter_port_open},
-                     {"can_port_open", t.can_port_open},
-                     {"frames_sent", t.bus_frames_sent},
-                     {"frames_received", t.bus_frames_received},
-                     {"frames_dropped", t.bus_frames_dropped},
-                     {"bus_offs", t.bus_offs}};
+  nlohmann::json json = json_of(t);
+  json["phase"] = name_of(lss::talaris::kPhaseNames, t.phase);
+  json["program"] = name_of(lss::talaris::kProgramNames, t.program);
+  name_subjects(kVehicle, json["modules"]);
+  constexpr std::size_t kLoadCell = lss::talaris::kLoadCellModule - 1;
+  if (never_heard(t.modules[kLoadCell])) json["modules"][kLoadCell]["online"] = nullptr;
+  return json;
 }
 
 std::string fixed(double value, int digits) {
@@ -386,7 +292,7 @@ const Vehicle kVehicle{
     .endless = endless,
     .rest = static_cast<std::uint16_t>(CommandKind::manual),
     .problems = problems,
-    .add_json = add_json,
+    .json = telemetry_json,
     .screen = screen,
     .details = details,
     .progress = progress,

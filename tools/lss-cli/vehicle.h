@@ -53,7 +53,7 @@ struct Vehicle {
   std::uint16_t rest;
 
   std::vector<Problem> (*problems)(const lss_Status& status, const void* telemetry);
-  void (*add_json)(const void* telemetry, nlohmann::json& document);
+  nlohmann::json (*json)(const void* telemetry);                     // telemetry.h
   std::string (*screen)(const void* telemetry, const Style& style);  // lines, each ended
   std::string (*details)(const void* telemetry,
                          const Style& style);  // all other measurements

@@ -1,12 +1,10 @@
 #include "tools/lss-cli/zebro.h"
 
 #include <fmt/format.h>
-#include <zebro.h>  // of the IDL
+#include <zebro_fields.h>  // of the IDL
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "daemon/vehicles/zebro_modes.h"
@@ -15,6 +13,7 @@
 #include "idl/angles.h"
 #include "idl/codes.h"
 #include "idl/zebro_commands.h"
+#include "tools/lss-cli/telemetry.h"
 #include "tools/lss-cli/units.h"
 
 namespace lss::cli::zebro {
@@ -89,9 +88,7 @@ bool latched(const lss_Status& status, FaultId id, std::uint16_t subject) {
   });
 }
 
-bool never_heard(const lss_ZebroModule& module) {
-  return module.age_ms == std::numeric_limits<std::uint64_t>::max();
-}
+bool never_heard(const lss_ZebroModule& module) { return module.age_ms == kNeverHeard_ms; }
 
 std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
   if (telemetry == nullptr)
@@ -116,56 +113,16 @@ std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
   return list;
 }
 
-nlohmann::json module_json(const lss_ZebroModule& m) {
-  nlohmann::json age = never_heard(m) ? nlohmann::json() : nlohmann::json(m.age_ms);
-  return {{"id", m.id},
-          {"name", subject_name(kVehicle, m.id)},
-          {"address", m.address},
-          {"online", m.online},
-          {"calibrated", m.calibrated},
-          {"motion_control", m.motion_control},
-          {"moving", m.moving},
-          {"swing", m.swing},
-          {"isolated", m.isolated},
-          {"flags", m.flags},
-          {"position_rad", m.position_rad},
-          {"velocity_rad_s", m.velocity_rad_s},
-          {"set_point_rad", m.set_point_rad},
-          {"time_left_s", m.time_left_s},
-          {"current_A", m.current_A},
-          {"temperature_degC", m.temperature_degC},
-          {"supply_V", m.supply_V},
-          {"uptime_s", m.uptime_s},
-          {"firmware", fmt::format("{}.{}", m.firmware_major, m.firmware_minor)},
-          {"reset_cause", m.reset_cause},
-          {"dropped_frames", m.dropped_frames},
-          {"age_ms", std::move(age)},
-          {"replies", m.replies},
-          {"resends", m.resends}};
-}
-
 const char* speed_name(const lss_ZebroTelemetry& t) {
   return t.speed < std::size(lss::zebro::kSpeeds) ? lss::zebro::kSpeeds[t.speed] : "?";
 }
 
-void add_json(const void* telemetry, nlohmann::json& document) {
-  document["modules"] = nlohmann::json::array();
-  document["motion"] = nullptr;
-  document["bus"] = nullptr;
-  if (telemetry == nullptr) return;
+nlohmann::json telemetry_json(const void* telemetry) {
   const lss_ZebroTelemetry& t = sample(telemetry);
-  for (const lss_ZebroModule& module : t.modules)
-    document["modules"].push_back(module_json(module));
-  document["motion"] = {{"direction", t.direction}, {"heading_rad", t.heading_rad},
-                        {"speed", speed_name(t)},   {"distance_m", t.distance_m},
-                        {"yaw_rad", t.yaw_rad},     {"speed_m_s", t.speed_m_s},
-                        {"steps", t.steps}};
-  document["bus"] = {{"port_open", t.port_open},
-                     {"frames_sent", t.bus_frames_sent},
-                     {"frames_received", t.bus_frames_received},
-                     {"frames_dropped", t.bus_frames_dropped},
-                     {"overflows", t.bus_overflows},
-                     {"cycle_ns", t.bus_cycle_ns}};
+  nlohmann::json json = json_of(t);
+  json["speed"] = speed_name(t);
+  name_subjects(kVehicle, json["modules"]);
+  return json;
 }
 
 std::string fixed(double value, int digits) {
@@ -284,7 +241,7 @@ const Vehicle kVehicle{
     .endless = endless,
     .rest = static_cast<std::uint16_t>(CommandKind::stand),
     .problems = problems,
-    .add_json = add_json,
+    .json = telemetry_json,
     .screen = screen,
     .details = details,
     .progress = progress,

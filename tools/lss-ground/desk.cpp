@@ -69,9 +69,10 @@ Desk::Desk(Fleet& fleet, const Door& door, std::uint32_t lease_ms)
           [this](Craft& craft) { tell_everybody("parameters " + craft.id, parameters(craft)); },
       .telemetry =
           [this](Craft& craft) {
-            json document = {{"type", "telemetry"}, {"id", craft.id}};
-            craft.kind->add_json(craft.sample(), document);
-            tell_everybody("telemetry " + craft.id, document);
+            tell_everybody("telemetry " + craft.id,
+                           {{"type", "telemetry"},
+                            {"id", craft.id},
+                            {"telemetry", craft.kind->json(craft.sample())}});
           },
       .ack = [this](const lss_CommandAck& ack) { heard_ack(ack); },
       .gone =

@@ -83,7 +83,7 @@ class Chain {
   State state() const { return supervisor_.controller().state; }
   Mode mode() const { return static_cast<Mode>(supervisor_.controller().mode); }
   bool has(FaultId id, std::uint16_t subject = 0) const;
-  const Telemetry& telemetry() const { return out_.telemetry; }
+  const lss_ArditoTelemetry& telemetry() const { return out_.telemetry; }
   const RoverOrders& orders() const { return out_.command; }
   const gnc::ardito::Command& mobility() const { return vehicle_.command(); }
   std::vector<Ack> acks;

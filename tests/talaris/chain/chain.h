@@ -98,10 +98,10 @@ class Chain {
   const SupervisorState& supervisor() const { return supervisor_.state(); }
   State state() const { return supervisor_.controller().state; }
   Mode mode() const { return static_cast<Mode>(supervisor_.controller().mode); }
-  Phase phase() const { return out_.telemetry.phase; }
+  Phase phase() const { return Phase{out_.telemetry.phase}; }
   bool airborne() const { return supervisor_.airborne(); }
   bool has(FaultId id, std::uint16_t subject = 0) const;
-  const Telemetry& telemetry() const { return out_.telemetry; }
+  const lss_TalarisTelemetry& telemetry() const { return out_.telemetry; }
   const TalarisOrders& orders() const { return out_.command; }
   const Vehicle& vehicle() const { return vehicle_; }
   const EdgeReport& edges_now() const { return edges_; }

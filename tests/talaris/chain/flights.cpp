@@ -385,7 +385,7 @@ Fired fire(unsigned valve, double on_s, unsigned seed) {
   const std::uint64_t pulses = chain.telemetry().valves[i].pulses;
   chain.send(CommandKind::pulse, {set, on_s, 0.02, kPulses});
   chain.run(kPulses * 0.2 + 1);
-  const ValveTelemetry& told = chain.telemetry().valves[i];
+  const lss_TalarisValve& told = chain.telemetry().valves[i];
   if (told.pulses != pulses + kPulses || openings == 0 || shuttings == 0) return fired;
   fired.on_ms = (told.fired_s - before_s) / kPulses * 1e3;
   fired.gas_ms = impulse_Ns / fired.true_N / kPulses * 1e3;

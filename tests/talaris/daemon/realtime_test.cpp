@@ -59,7 +59,7 @@ TEST(TalarisRealtime, TheCycleAllocatesNothing) {
   const std::uint64_t before = testing_support::allocations();
   for (const auto& in : frames) cycle(vehicle, supervisor, in, out, [](Stage) {});
   EXPECT_EQ(testing_support::allocations(), before);
-  EXPECT_EQ(out.telemetry.mode, Mode::standby);
+  EXPECT_EQ(Mode{out.telemetry.mode}, Mode::standby);
 }
 
 TEST(TalarisRealtime, TheSameInputsGiveTheSameBits) {

@@ -85,7 +85,7 @@ class World {
   using Phase_ = lss::Phase;  // of an acknowledgement
   State state() const { return supervisor_.controller().state; }
   Mode mode() const { return static_cast<Mode>(supervisor_.controller().mode); }
-  Phase phase() const { return out_.telemetry.phase; }
+  Phase phase() const { return Phase{out_.telemetry.phase}; }
   bool airborne() const { return supervisor_.airborne(); }
   bool has(FaultId id, std::uint16_t subject = 0) const;
   const EventRecord* heard(EventId id) const;  // the last one

@@ -99,7 +99,7 @@ class Chain {
   Mode mode() const { return static_cast<Mode>(supervisor_.controller().mode); }
   bool has(FaultId id, std::uint16_t subject = 0) const;
   bool has_fatal() const;
-  const Telemetry& telemetry() const { return out_.telemetry; }
+  const lss_ZebroTelemetry& telemetry() const { return out_.telemetry; }
   const BusOrders& orders() const { return out_.command; }
   const BusCounters& bus() const { return bus_->report().counters; }
   const Vehicle& vehicle() const { return *vehicle_; }

@@ -90,9 +90,9 @@ class Randomiser {
       fields(*this, x);
     }
   }
-  template <class T, std::size_t N>
-  void fill(std::array<T, N>& x) {
-    for (T& element : x) fill(element);
+  template <record::Array T>
+  void fill(T& x) {
+    for (auto& element : x) fill(element);
   }
   std::uint32_t x_;
 };

@@ -25,7 +25,7 @@ TEST(Telemetry, HasWhatAModuleReportsInSiUnits) {
   w.in_.time_ns = w.time_ns_ + 2;
   cycle(w.vehicle_, w.supervisor_, w.in_, w.out_, [](Stage) {});
 
-  const ModuleTelemetry& m = w.out_.telemetry.modules[2];
+  const lss_ZebroModule& m = w.out_.telemetry.modules[2];
   EXPECT_EQ(m.id, 3);
   EXPECT_EQ(m.flags, 0x0007);
   EXPECT_TRUE(m.online && m.calibrated && m.motion_control && m.moving);

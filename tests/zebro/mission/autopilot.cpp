@@ -158,7 +158,7 @@ void Autopilot::stretch() {
 }
 
 bool Autopilot::misses_a_leg() const {
-  return std::ranges::any_of(link_.telemetry().modules, &ModuleTelemetry::isolated);
+  return std::ranges::any_of(link_.telemetry().modules, &lss_ZebroModule::isolated);
 }
 
 bool Autopilot::walk(double heading_rad) {

@@ -4,12 +4,14 @@
 // interface and the daemon's messages, its own power and a Sun sensor. The autopilot has no other
 // input.
 
+#include <zebro_fields.h>  // of the IDL
+
 #include <cstdint>
 #include <initializer_list>
 #include <span>
 
 #include "daemon/core/messages.h"
-#include "daemon/vehicles/zebro_telemetry.h"
+#include "idl/zebro_commands.h"
 
 namespace lss::zebro::mission {
 
@@ -23,7 +25,7 @@ class Link {
   virtual const Ack* answer(std::uint64_t sequence) const = 0;
   virtual State state() const = 0;
   virtual Mode mode() const = 0;
-  virtual const Telemetry& telemetry() const = 0;
+  virtual const lss_ZebroTelemetry& telemetry() const = 0;
 
   virtual double charge() const = 0;       // of the battery, 0..1
   virtual bool daylight() const = 0;       // enough is left to go on

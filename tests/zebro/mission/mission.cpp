@@ -47,7 +47,7 @@ class Day final : public Link {
   const Ack* answer(std::uint64_t sequence) const override { return chain_->last_ack(sequence); }
   State state() const override { return chain_->state(); }
   Mode mode() const override { return chain_->mode(); }
-  const Telemetry& telemetry() const override { return chain_->telemetry(); }
+  const lss_ZebroTelemetry& telemetry() const override { return chain_->telemetry(); }
   double charge() const override { return charge_; }
   bool daylight() const override { return hours() < options_.day_h; }
   double heading_rad() const override { return true_heading_rad() + sun_error_rad_; }

@@ -1,4 +1,4 @@
-// Below the picture: events, timing of the frames, and every module.
+// Below the picture: events, timing of the frames, every module, and all fields of the telemetry.
 
 import {$, age, el, fixed, show} from "./dom";
 import type {Json} from "./link";
@@ -6,7 +6,7 @@ import type {Vehicle} from "./model";
 import {roster} from "./vehicles/roster";
 import type {Cell, Table} from "./vehicles/kind";
 
-const kTabs = [["events", "Events"], ["timing", "Timing"], ["parts", "Modules"], ["parameters", "Parameters"]] as const;
+const kTabs = [["events", "Events"], ["timing", "Timing"], ["parts", "Modules"], ["measured", "Telemetry"], ["parameters", "Parameters"]] as const;
 const kSeverities = ["info", "warning", "error", "fatal"];
 let chosen = "events", least = 0, words = "";
 
@@ -47,6 +47,7 @@ export function details(vehicle: Vehicle) {
   if (chosen === "events") events(vehicle);
   if (chosen === "timing") timing(vehicle);
   if (chosen === "parts") parts(vehicle);
+  if (chosen === "measured") measured(vehicle);
 }
 
 function events(vehicle: Vehicle) {
@@ -110,4 +111,15 @@ function parts(vehicle: Vehicle) {
   show($("parts"), [vehicle.id, tables, s?.frame?.index], () => [...tables.map(table), s && el("p", {class: "hint"},
     `frame ${s.frame.index}, ${s.frame.overruns} overruns · ${s.counters.commands_rejected} commands rejected · ${s.counters.safe_commands} safe commands · ` +
     `last OBC message ${age(s.link.obc_age_ms)} ago · real time ${s.realtime.policy}, ${s.realtime.granted ? "granted" : "not granted"} · shared memory ${s.shared_memory} · lssd ${s.version}`)]);
+}
+
+// All fields of the telemetry by their names in the IDL: a table for each array of structs, and one for the others.
+function measured(vehicle: Vehicle) {
+  const all = Object.entries(vehicle.telemetry ?? {});
+  const text = (x: unknown): string => x === null ? "–" : Array.isArray(x) ? x.map(text).join("  ") : String(x);
+  const structs = ([, x]: [string, any]) => Array.isArray(x) && typeof x[0] === "object" && x[0] !== null;
+  show($("measured"), [vehicle.id, all], () => [
+    table({heads: ["field", "value"], rows: all.filter((f) => !structs(f)).map(([name, x]) => [name, text(x)])}),
+    ...all.filter(structs).map(([name, list]) => table({heads: [name, ...list.map((_: Json, i: number) => String(i))],
+      rows: Object.keys(list[0]).map((key) => [key, ...list.map((part: Json) => text(part[key]))])}))]);
 }

@@ -62,7 +62,7 @@ function hear(m: Json) {
       break;
     }
     case "telemetry":
-      vehicle.telemetry = m;
+      vehicle.telemetry = m.telemetry;
       vehicle.telemetry_ms = performance.now();
       plots.record(vehicle);
       if (vehicle === chosen) bars.add(vehicle);

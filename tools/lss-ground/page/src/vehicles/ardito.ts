@@ -57,32 +57,30 @@ function model(): Model {
   return {
     root,
     update(t: Json, dt_s: number) {
-      const motion = t.motion, suspension = t.suspension;
-      if (!motion) return;
       const ease = Math.min(1, dt_s * 10);
-      root.position.x += ((motion.x_m ?? 0) - root.position.x) * ease;
-      root.position.z += (-(motion.y_m ?? 0) - root.position.z) * ease;
-      const yaw = -(motion.yaw_rad ?? 0);
+      root.position.x += ((t.x_m ?? 0) - root.position.x) * ease;
+      root.position.z += (-(t.y_m ?? 0) - root.position.z) * ease;
+      const yaw = -(t.yaw_rad ?? 0);
       root.rotation.y += Math.atan2(Math.sin(yaw - root.rotation.y), Math.cos(yaw - root.rotation.y)) * ease;
-      const beta = suspension?.beta_rad ?? 0;
+      const beta = t.beta_rad ?? 0;
       rockers[0].rotation.z = beta;
       rockers[1].rotation.z = -beta;
-      bogies.forEach((b, i) => { b.rotation.z = suspension?.rho_rad?.[i] ?? 0; });
-      (t.wheels ?? []).forEach((w: Json, i: number) => {
+      bogies.forEach((b, i) => { b.rotation.z = t.rho_rad[i] ?? 0; });
+      t.wheels.forEach((w: Json, i: number) => {
         wheels[i].angle -= (w.hall_rad_s ?? w.motor_rad_s ?? 0) * dt_s;
         wheels[i].spin.rotation.z = wheels[i].angle;
-        const steering = t.steering?.[kSteering[i]];
+        const steering = t.steering[kSteering[i]];
         if (i in kSteering) wheels[i].steer.rotation.y = steering?.reduction_rad ?? steering?.motor_rad ?? 0;
-        const node = t.nodes?.[i];
+        const node = t.nodes[i];
         paint(wheels[i].spin, node && !node.online || w.state >= 3 ? kColours.bad : w.state > 0 ? kColours.leg : node?.isolated ? kColours.off : kColours.metal);
       });
-      paint(beacon, t.io?.beacon ? 0xffb020 : kColours.off);
+      paint(beacon, t.beacon ? 0xffb020 : kColours.off);
     },
   };
 }
 
 const perWheel = (name: string, unit: string, get: (w: Json) => number) =>
-  kNames.map((wheel, i) => ({name: `${wheel} ${name}`, unit, get: (t: Json) => t.wheels?.[i] && get(t.wheels[i])}));
+  kNames.map((wheel, i) => ({name: `${wheel} ${name}`, unit, get: (t: Json) => t.wheels[i] && get(t.wheels[i])}));
 
 export const ardito: Kind = {
   name: "ardito",
@@ -90,36 +88,34 @@ export const ardito: Kind = {
   order: ["drive", "park", "halt", "stop", "start", "solve", "reset"],
   safe: "slows down, stands still and switches its motors off",
   signals: [
-    {name: "speed", unit: "m/s", shown: true, get: (t) => t.motion?.measured_m_s},
-    {name: "commanded", unit: "m/s", shown: true, get: (t) => t.motion?.speed_m_s},
-    {name: "distance", unit: "m", get: (t) => t.motion?.distance_m},
-    {name: "yaw", unit: "deg", get: (t) => t.motion && t.motion.yaw_rad / kDegree},
-    {name: "rocker", unit: "deg", get: (t) => t.suspension && t.suspension.beta_rad / kDegree},
+    {name: "speed", unit: "m/s", shown: true, get: (t) => t.measured_m_s},
+    {name: "commanded", unit: "m/s", shown: true, get: (t) => t.speed_m_s},
+    {name: "distance", unit: "m", get: (t) => t.distance_m},
+    {name: "yaw", unit: "deg", get: (t) => t.yaw_rad / kDegree},
+    {name: "rocker", unit: "deg", get: (t) => t.beta_rad / kDegree},
     ...perWheel("current", "A", (w) => w.current_A).map((s) => ({...s, shown: true})),
     ...perWheel("speed", "rad/s", (w) => w.hall_rad_s),
     ...perWheel("temperature", "degC", (w) => w.temperature_degC),
   ],
   model,
   overlay(t) {
-    const m = t.motion;
-    if (!m) return [];
-    return [`${fixed(m.measured_m_s, 2)} m/s of ${fixed(m.speed_m_s, 2)}, limit ${fixed(m.limit_m_s, 1)}`, `${fixed(m.distance_m, 2)} m driven`,
-      `at ${fixed(m.x_m, 2)} m ahead, ${fixed(m.y_m, 2)} m left`, `turned ${fixed(m.yaw_rad / kDegree, 1)}°`,
-      `IMU ${t.imu?.valid ? "trusted" : "not trusted"}${t.io?.emergency_button ? " · EMERGENCY BUTTON PRESSED" : ""}`];
+    return [`${fixed(t.measured_m_s, 2)} m/s of ${fixed(t.speed_m_s, 2)}, limit ${fixed(t.limit_m_s, 1)}`, `${fixed(t.distance_m, 2)} m driven`,
+      `at ${fixed(t.x_m, 2)} m ahead, ${fixed(t.y_m, 2)} m left`, `turned ${fixed(t.yaw_rad / kDegree, 1)}°`,
+      `IMU ${t.imu_valid ? "trusted" : "not trusted"}${t.emergency_button ? " · EMERGENCY BUTTON PRESSED" : ""}`];
   },
   tables(t) {
     const link = (i: number) => {
-      const n = t.nodes?.[i];
+      const n = t.nodes[i];
       return n ? {text: n.isolated ? "isolated" : n.link, tone: n.online && !n.isolated ? "good" as const : "bad" as const} : "–";
     };
     return [{
       heads: ["wheel", "link", "failure", "clutch", "target", "motor", "Hall", "encoder rad/s", "A", "°C"],
-      rows: (t.wheels ?? []).map((w: Json, i: number) => [w.name, link(i),
+      rows: t.wheels.map((w: Json, i: number) => [w.name, link(i),
         {text: kStates[w.state] ?? "?", tone: w.state ? "bad" : "good"}, w.clutch ? "engaged" : "open", fixed(w.target_rad_s, 2),
         fixed(w.motor_rad_s, 2), fixed(w.hall_rad_s, 2), fixed(w.reduction_rad_s, 2), fixed(w.current_A, 2), fixed(w.temperature_degC, 1)]),
     }, {
       heads: ["steering", "link", "state", "target °", "motor °", "encoder °", "A"],
-      rows: (t.steering ?? []).map((s: Json, i: number) => [s.name, link(i + 6), {text: s.state ? `failure ${s.state}` : "good", tone: s.state ? "bad" : "good"},
+      rows: t.steering.map((s: Json, i: number) => [s.name, link(i + 6), {text: s.state ? `failure ${s.state}` : "good", tone: s.state ? "bad" : "good"},
         fixed(s.target_rad / kDegree, 2), fixed(s.motor_rad / kDegree, 2), fixed(s.reduction_rad / kDegree, 2), fixed(s.current_A, 2)]),
     }];
   },

@@ -36,11 +36,10 @@ function model(): Model {
   return {
     root,
     update(t: Json, dt_s: number) {
-      const motion = t.motion, modules = t.modules ?? [];
-      if (!motion) return;
-      const yaw = -motion.yaw_rad;
-      const moved_m = before_m === null ? 0 : motion.distance_m - before_m;
-      before_m = motion.distance_m;
+      const modules = t.modules;
+      const yaw = -t.yaw_rad;
+      const moved_m = before_m === null ? 0 : t.distance_m - before_m;
+      before_m = t.distance_m;
       root.rotation.y = yaw;
       if (Math.abs(moved_m) < 1) {
         root.position.x += moved_m * Math.cos(yaw);
@@ -63,7 +62,7 @@ function model(): Model {
 }
 
 const perLeg = (name: string, unit: string, get: (m: Json) => number) =>
-  kLegs.map((leg, i) => ({name: `${leg} ${name}`, unit, get: (t: Json) => t.modules?.[i] && get(t.modules[i])}));
+  kLegs.map((leg, i) => ({name: `${leg} ${name}`, unit, get: (t: Json) => t.modules[i] && get(t.modules[i])}));
 
 export const zebro: Kind = {
   name: "zebro",
@@ -71,30 +70,28 @@ export const zebro: Kind = {
   order: ["walk", "stand", "lay-down", "stop", "start", "solve", "reset"],
   safe: "finishes its step, lies down and switches its motors off",
   signals: [
-    {name: "speed", unit: "mm/s", shown: true, get: (t) => t.motion && t.motion.speed_m_s * 1000},
-    {name: "distance", unit: "m", shown: true, get: (t) => t.motion?.distance_m},
-    {name: "yaw", unit: "deg", get: (t) => t.motion && t.motion.yaw_rad / kDegree},
-    {name: "bus cycle", unit: "ms", get: (t) => t.bus && t.bus.cycle_ns * 1e-6},
+    {name: "speed", unit: "mm/s", shown: true, get: (t) => t.speed_m_s * 1000},
+    {name: "distance", unit: "m", shown: true, get: (t) => t.distance_m},
+    {name: "yaw", unit: "deg", get: (t) => t.yaw_rad / kDegree},
+    {name: "bus cycle", unit: "ms", get: (t) => t.bus_cycle_ns * 1e-6},
     ...perLeg("current", "A", (m) => m.current_A).map((s) => ({...s, shown: true})),
     ...perLeg("position", "deg", (m) => m.position_rad / kDegree),
     ...perLeg("temperature", "degC", (m) => m.temperature_degC),
   ],
   model,
   overlay(t) {
-    const m = t.motion;
-    if (!m) return [];
-    return [`${fixed(m.distance_m, 3)} m walked`, `${fixed(m.speed_m_s * 1000, 1)} mm/s ${m.direction < 0 ? "backward" : "forward"}`,
-      `turned ${fixed(m.yaw_rad / kDegree, 1)}°`, `${m.steps} gait cycles`];
+    return [`${fixed(t.distance_m, 3)} m walked`, `${fixed(t.speed_m_s * 1000, 1)} mm/s ${t.direction < 0 ? "backward" : "forward"}`,
+      `turned ${fixed(t.yaw_rad / kDegree, 1)}°`, `${t.steps} gait cycles`];
   },
   bars: {
     names: kLegs,
     legend: "filled: on the ground · empty: in the air",
-    get: (t) => (t.modules ?? []).slice(0, 6).map((m: Json) => !m.online ? 2 : m.swing ? 0 : 1),
+    get: (t) => t.modules.slice(0, 6).map((m: Json) => !m.online ? 2 : m.swing ? 0 : 1),
   },
   tables(t) {
     return [{
       heads: ["module", "link", "does", "angle °", "target °", "°/s", "A", "°C", "V", "age"],
-      rows: (t.modules ?? []).map((m: Json) => [
+      rows: t.modules.map((m: Json) => [
         m.name, {text: m.online ? "online" : "silent", tone: m.online ? "good" : "bad"},
         m.isolated ? {text: "isolated", tone: "bad"} : !m.motion_control ? {text: "off", tone: "dim"} : m.swing ? "swing" : m.moving ? "moving" : "holding",
         fixed(m.position_rad / kDegree, 1), fixed(m.set_point_rad / kDegree, 1), fixed(m.velocity_rad_s / kDegree, 1),
