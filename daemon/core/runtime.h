@@ -239,7 +239,7 @@ class Runtime final : public App {
       told.push_back({EventId::parameters_refused, "saved parameter not taken: " + refused});
     if (start.loaded.state == SavedState::lost) {
       told.push_back({EventId::parameters_refused,
-                      "no good copy of the saved parameters: those of the configuration hold"});
+                      "no good copy of the saved parameters: those of the configuration apply"});
     }
     if (start.loaded.taken) {
       told.push_back({EventId::parameters_taken,

@@ -2,7 +2,7 @@
 
 import os
 
-from programs import Truth, as_hardware, die_with_parent, read_text, wait_until
+from programs import as_hardware, as_simulation, read_text, Truth, wait_until
 from rig import BOOT_S, SIMULATOR, SOURCE, Scenario, edited
 
 
@@ -17,7 +17,7 @@ class Hopper(Scenario):
         truth = os.path.join(self.folder, f"truth-{len(self.programs)}.jsonl")
         sim = self.begin("lss-sim", [SIMULATOR, "talaris", "--dir", self.sim_folder, "--pace",
                                      "--can", self.port, "--seed", str(seed), "--truth", truth, *self.simulator_words, *words],
-                         die_with_parent if self.lockstep else as_hardware)
+                         as_simulation if self.lockstep else as_hardware)
         wait_until(lambda: "ready" in sim.out() + sim.err(), BOOT_S, "the simulator is ready")
         if self.truth is not None:
             self.truth.stop()

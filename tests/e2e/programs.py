@@ -32,6 +32,12 @@ def die_with_parent():
     LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
+def as_simulation():
+    """Only with the CPU time that tests in real time leave."""
+    die_with_parent()
+    os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+
+
 def as_hardware():
     """Hardware does not wait for a busy machine; below the daemon, so that it never delays the tested program."""
     die_with_parent()

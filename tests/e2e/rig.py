@@ -15,7 +15,7 @@ import unittest
 
 import programs
 import wire
-from programs import Program, Truth, as_hardware, die_with_parent, read_text, run, wait_until
+from programs import as_hardware, as_simulation, die_with_parent, Program, read_text, run, Truth, wait_until
 
 DAEMON = os.environ["LSS_E2E_DAEMON"]
 TOOLS = os.environ["LSS_E2E_TOOLS"]
@@ -170,7 +170,7 @@ class Scenario(unittest.TestCase):
         truth = os.path.join(self.folder, f"truth-{len(self.programs)}.jsonl")
         sim = self.begin("lss-sim", [SIMULATOR, "zebro", "--dir", self.sim_folder, "--pace", "--plant", self.PLANT,
                                      "--seed", str(seed), "--truth", truth, *self.simulator_words, *words],
-                         die_with_parent if self.lockstep else as_hardware)
+                         as_simulation if self.lockstep else as_hardware)
         port = os.path.join(self.sim_folder, "legs")
         wait_until(lambda: os.path.exists(port) and sim.running(), BOOT_S, "the simulator makes its port")
         if self.truth is not None:
@@ -190,7 +190,8 @@ class Scenario(unittest.TestCase):
     def start_daemon(self, config=None, wait=True, **how):
         config = config or self.write_config()
         daemon = self.begin("lssd", [DAEMON, "--config", config, "--run-dir", self.run_folder,
-                                     "--domain", str(self.domain), *self.clock_words], **how)
+                                     "--domain", str(self.domain), *self.clock_words],
+                            **{**({"before": as_simulation} if self.lockstep else {}), **how})
         if wait:
             self.wait_status(lambda s: s["state"] == IDLE, BOOT_S, "the daemon answers", daemon)
         return daemon
@@ -297,8 +298,8 @@ class Scenario(unittest.TestCase):
         """An attached motion without an end: fast until it is under way, then at the pace of the wall clock.
 
         With options it is the verb itself, which does not stop the vehicle when another client of its name does."""
-        words = self.taking_part(*verb, "; wait 3600s --at-speed") if self.lockstep and not options else verb
-        return self.begin_cli("--jsonl", *options, *words, name=name)
+        words = self.taking_part(*verb, "; wait 3600s --at-speed") if self.lockstep and not options else (*verb, *options)
+        return self.begin_cli("--jsonl", *words, name=name)
 
     def status(self):
         """As in `lss-cli --json status`; None without an answer."""

@@ -14,7 +14,7 @@ import time
 import unittest
 
 import recording
-from programs import die_with_parent, read_text, run, wait_until
+from programs import as_simulation, die_with_parent, read_text, run, wait_until
 from rig import BOOT_S, DAEMON, SIMULATOR, SOURCE, TOOLS, Scenario, edited
 
 RUN_LIMIT_S = 150
@@ -90,7 +90,7 @@ class Lockstep:
             file.write(edited(text, {"shared_memory": "false", **self.CHANGES, **changes}))
         return path
 
-    def fly(self, name, before=die_with_parent, disturb=None, short=False, program=DAEMON, content=sha256, **changes):
+    def fly(self, name, before=as_simulation, disturb=None, short=False, program=DAEMON, content=sha256, **changes):
         """One run, in a folder of the same name each time. {file: hash} of its files."""
         motion, seconds = (self.SHORT, self.SHORT_S) if short else (self.MOTION, self.SECONDS)
         words = [SIMULATOR, self.VEHICLE, "--dir", self.run_folder, "--pace", "--lockstep", "--speed",
