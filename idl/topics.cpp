@@ -55,7 +55,7 @@ Qos common_qos(Kind kind) {
   }
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, depth(kind));
   if (kind == Kind::status || kind == Kind::event || kind == Kind::timing_statistics ||
-      kind == Kind::parameters) {
+      kind == Kind::parameters || kind == Kind::dictionary) {
     dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
     // A late reader gets samples by this history, not by the other one.
     dds_qset_durability_service(qos.get(), 0, DDS_HISTORY_KEEP_LAST, depth(kind),
@@ -215,6 +215,8 @@ Topic common_topic(Kind kind) {
       return {kind, "lss/timing_statistics", &lss_TimingStatistics_desc};
     case Kind::parameters:
       return {kind, "lss/parameters", &lss_Parameters_desc};
+    case Kind::dictionary:
+      return {kind, "lss/dictionary", &lss_Dictionary_desc};
     case Kind::timing:
       return {kind, "lss/timing", &lss_Timing_desc};
     case Kind::telemetry:

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "dictionary.h"
 #include "idl/roudi.h"
 #include "lss.h"
 
@@ -98,6 +99,7 @@ enum class Kind {
   event,
   timing_statistics,
   parameters,
+  dictionary,
   timing,
   telemetry
 };

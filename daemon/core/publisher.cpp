@@ -21,9 +21,11 @@ constexpr TimeNs kWatchEvery = 100 * kMillisecond;
 
 }  // namespace
 
-Publisher::Publisher(const config::Config& config, const Vocabulary& vocabulary)
+Publisher::Publisher(const config::Config& config, const Vocabulary& vocabulary,
+                     std::string dictionary)
     : config_(config),
       vocabulary_(vocabulary),
+      dictionary_(std::move(dictionary)),
       wake_fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
 
 Publisher::~Publisher() {
@@ -39,6 +41,7 @@ tl::expected<void, std::string> Publisher::open(RequestSink sink) {
                             .modules = vocabulary_.modules,
                             .tunables = vocabulary_.tunables,
                             .command = vocabulary_.command,
+                            .dictionary = dictionary_,
                             .interfaces = config_.interfaces,
                             .shared_memory = config_.shared_memory},
                            std::move(sink));

@@ -48,7 +48,8 @@ class Publisher {
     std::array<double, 2> argument{};
   };
 
-  Publisher(const config::Config& config, const Vocabulary& vocabulary);
+  // `dictionary`: contents of lss/dictionary.
+  Publisher(const config::Config& config, const Vocabulary& vocabulary, std::string dictionary);
   ~Publisher();
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
@@ -98,6 +99,7 @@ class Publisher {
 
   const config::Config& config_;
   Vocabulary vocabulary_;
+  std::string dictionary_;
   std::unique_ptr<Face> face_;
   std::atomic<Face*> answering_{nullptr};  // face_, while the listener may use it
   const Threads* threads_ = nullptr;

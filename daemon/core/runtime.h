@@ -36,12 +36,14 @@
 #include "daemon/core/clock.h"
 #include "daemon/core/command_port.h"
 #include "daemon/core/cycle.h"
+#include "daemon/core/dictionary.h"
 #include "daemon/core/frame_engine.h"
 #include "daemon/core/publisher.h"
 #include "daemon/parameters/saver.h"
 #include "daemon/parameters/start.h"
 #include "daemon/record/frame_log.h"
 #include "daemon/record/frame_record.h"
+#include "daemon/record/schema.h"
 #include "daemon/record/state.h"
 #include "daemon/record/vehicle_records.h"
 #include "daemon/rt/thread.h"
@@ -74,7 +76,8 @@ class Runtime final : public App {
         supervisor_(logic, {.obc_timeout_ns = config.obc_timeout_ns}),
         port_(logic, static_cast<std::uint32_t>(config.lease_min_ms),
               static_cast<std::uint32_t>(config.lease_max_ms), [this] { buses_.all_stop(); }),
-        publisher_(config_, vocabulary),
+        publisher_(config_, vocabulary,
+                   dictionary(config.vehicle, logic, vocabulary, telemetry_schema())),
         frame_log_({.folder = config_.log_folder,
                     .files = config_.log_files,
                     .vehicle_id = config_.vehicle_id,
@@ -248,6 +251,13 @@ class Runtime final : public App {
                        static_cast<double>(start.loaded.taken->number)}});
     }
     return told;
+  }
+
+  static std::string telemetry_schema() {
+    record::Schema schema;
+    const typename Vehicle::Telemetry telemetry{};
+    fields(schema, telemetry);
+    return schema.text();
   }
 
   static std::optional<config::LogPreset> running_preset(const config::Config& config) {

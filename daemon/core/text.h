@@ -15,6 +15,7 @@ namespace lss {
 // findings of a calibration.
 struct Vocabulary {
   std::span<const char*const> modes, modules, strategies, phases = {}, programs = {}, findings = {};
+  std::span<const CommandInfo> commands = {};  // its own
   std::span<const TunableInfo> tunables = {};
   const CommandInfo* (*command)(std::uint16_t kind) = nullptr;
 };

@@ -28,6 +28,7 @@ struct Face::Impl {
 
   dds::Result<void> open_writers();
   dds::Result<void> open_readers();
+  void say_dictionary();
   template <class Sample>
   void take(dds_entity_t reader);
   std::optional<Request> request_of(const lss_Command& command, dds_time_t sent_utc_ns) const;
@@ -44,7 +45,7 @@ struct Face::Impl {
   dds::Participant participant;
   dds::TelemetryPlane plane;
   dds::Entity ack_writer, event_writer, status_writer, statistics_writer, parameter_writer,
-      heartbeat_writer;
+      heartbeat_writer, dictionary_writer;
   dds::Entity command_reader, heartbeat_reader;
 };
 
@@ -125,12 +126,22 @@ dds::Result<void> Face::Impl::open_writers() {
                                      {dds::Kind::status, &status_writer},
                                      {dds::Kind::timing_statistics, &statistics_writer},
                                      {dds::Kind::parameters, &parameter_writer},
-                                     {dds::Kind::heartbeat, &heartbeat_writer}}) {
+                                     {dds::Kind::heartbeat, &heartbeat_writer},
+                                     {dds::Kind::dictionary, &dictionary_writer}}) {
     auto created = dds::create_writer(participant.get(), dds::common_topic(kind));
     if (!created) return tl::unexpected(created.error());
     *writer = std::move(*created);
   }
   return {};
+}
+
+void Face::Impl::say_dictionary() {
+  if (parameters.dictionary.empty()) return;
+  lss_Dictionary sample{};
+  dds::copy_text(parameters.vehicle_id, sample.vehicle_id);
+  std::string text = parameters.dictionary;  // Cyclone's type is not const
+  sample.json = text.data();
+  dds_write(dictionary_writer.get(), &sample);
 }
 
 // Served in the listener: a hand-over to another thread costs another 24 us (measured 2026-11). The
@@ -181,6 +192,7 @@ tl::expected<std::unique_ptr<Face>, std::string> Face::create(const FaceParamete
   if (!participant) return tl::unexpected(participant.error());
   auto impl = std::make_unique<Impl>(parameters, std::move(sink), std::move(*participant), *topic);
   if (auto opened = impl->open_writers(); !opened) return tl::unexpected(opened.error());
+  impl->say_dictionary();
   if (auto opened = impl->open_readers(); !opened) return tl::unexpected(opened.error());
   return std::unique_ptr<Face>(new Face(std::move(impl)));
 }

@@ -12,6 +12,7 @@ namespace {
 const Vocabulary kVocabulary{.modes = kModeNames,
                              .modules = kNodeNames,
                              .strategies = kStrategyNames,
+                             .commands = kCommands,
                              .tunables = tuning().infos,
                              .command = logic().command};
 

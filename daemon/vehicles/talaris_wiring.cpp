@@ -26,6 +26,7 @@ const Vocabulary kVocabulary{.modes = kModeNames,
                              .phases = kPhaseNames,
                              .programs = kProgramNames,
                              .findings = kFindings,
+                             .commands = kCommands,
                              .tunables = tuning().infos,
                              .command = logic().command};
 

@@ -17,6 +17,7 @@ namespace {
 const Vocabulary kVocabulary{.modes = kModeNames,
                              .modules = kModuleNames,
                              .strategies = kStrategyNames,
+                             .commands = kCommands,
                              .tunables = tuning().infos,
                              .command = logic().command};
 

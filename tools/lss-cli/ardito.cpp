@@ -239,8 +239,8 @@ std::optional<double> distance_m(const void* telemetry) {
   return sample(telemetry).distance_m;
 }
 
-std::vector<Allowed> allowed_in(const CommandInfo& info) {
-  return allowed(info, lss::ardito::kTable, lss::ardito::kModeNames, lss::ardito::event_of);
+std::vector<lc::Allowed> allowed_in(const CommandInfo& info) {
+  return lc::allowed(info, lss::ardito::kTable, lss::ardito::kModeNames, lss::ardito::event_of);
 }
 
 }  // namespace

@@ -221,7 +221,7 @@ std::string describe(const CommandInfo& info, const Vehicle& vehicle) {
         required(p) ? "; must be given" : fmt::format("; default {}", show(p, p.fallback)));
     text += fmt::format("  {:<12} {}\n", "", p.help);
   }
-  for (const Allowed& a : vehicle.allowed(info)) {
+  for (const lc::Allowed& a : vehicle.allowed(info)) {
     text += fmt::format("  in: {}\n", a.where);
     if (!a.when.empty()) text += fmt::format("      when {}\n", fmt::join(a.when, ", "));
   }
@@ -233,7 +233,7 @@ std::string describe(const CommandInfo& info, const Vehicle& vehicle) {
 
 nlohmann::json to_json(const CommandInfo& info, const Vehicle& vehicle) {
   nlohmann::json places = nlohmann::json::array();
-  for (const Allowed& a : vehicle.allowed(info))
+  for (const lc::Allowed& a : vehicle.allowed(info))
     places.push_back({{"where", a.where}, {"when", a.when}});
   nlohmann::json parameters = nlohmann::json::array();
   for (const ParameterInfo& p : info.parameters) {

@@ -76,6 +76,7 @@ void add_verbs(Grammar& grammar) {
   add_command_verbs(grammar);
   add_param_verb(grammar);
   add_event_verbs(grammar);
+  add_dictionary_verbs(grammar);
   add_timing_verbs(grammar);
   add_log_verbs(grammar);
   add_record_verb(grammar);

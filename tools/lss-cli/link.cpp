@@ -281,6 +281,9 @@ void Link::open_timing_statistics() {
 void Link::open_parameters() {
   if (!parameter_reader_) parameter_reader_ = reader(dds::common_topic(dds::Kind::parameters));
 }
+void Link::open_dictionary() {
+  dictionary_reader_ = reader(dds::common_topic(dds::Kind::dictionary));
+}
 void Link::open_telemetry() {
   if (telemetry_reader_) return;
   const std::size_t size = vehicle_->telemetry->m_size;
@@ -351,6 +354,18 @@ std::optional<lss_TimingStatistics> Link::next_timing_statistics() {
 
 std::optional<lss_Parameters> Link::next_parameters() {
   return take<lss_Parameters>(parameter_reader_.get());
+}
+
+std::optional<std::string> Link::next_dictionary() {
+  lss_Dictionary sample{};
+  void* samples[1] = {&sample};
+  dds_sample_info_t info{};
+  std::optional<std::string> found;
+  while (!found && dds_take(dictionary_reader_.get(), samples, &info, 1, 1) == 1) {
+    if (info.valid_data && text(sample.vehicle_id) == vehicle_id_) found = sample.json;
+  }
+  dds_sample_free(&sample, &lss_Dictionary_desc, DDS_FREE_CONTENTS);
+  return found;
 }
 
 const void* Link::telemetry() {

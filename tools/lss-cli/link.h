@@ -79,6 +79,7 @@ class Link {
   std::optional<lss_Timing> next_timing();
   std::optional<lss_TimingStatistics> next_timing_statistics();
   std::optional<lss_Parameters> next_parameters();
+  std::optional<std::string> next_dictionary();  // JSON
   // The newest sample, of the vehicle's own type; nullptr when none was received yet.
   const void* telemetry();
   std::uint64_t telemetry_count() const { return telemetry_count_; }
@@ -94,6 +95,7 @@ class Link {
   void open_timing();
   void open_timing_statistics();
   void open_parameters();
+  void open_dictionary();
   void open_telemetry();
 
  private:
@@ -115,7 +117,7 @@ class Link {
   dds::Participant participant_;
   Daemons daemons_;
   dds::Entity ack_reader_, event_reader_, timing_reader_, statistics_reader_, parameter_reader_,
-      telemetry_reader_;
+      dictionary_reader_, telemetry_reader_;
   dds::Entity command_writer_, heartbeat_writer_;
 
   const Vehicle* vehicle_ = nullptr;

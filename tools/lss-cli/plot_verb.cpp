@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "idl/units.h"
 #include "tools/lss-cli/names.h"
 #include "tools/lss-cli/recording/flight.h"
 #include "tools/lss-cli/recording/recording.h"
@@ -76,7 +77,7 @@ std::vector<Signal> read_signals(const recording::Recording& recording, const Pl
     const Place at = place(recording, name);
     const report::Table table(recording, at.topic, {at.pattern}, wanted.filter);
     for (const std::string& column : table.names())
-      signals.push_back({column, report::unit_of(column), table.t_s(), table[column]});
+      signals.push_back({column, std::string(unit_of(column)), table.t_s(), table[column]});
   }
   return signals;
 }
@@ -90,7 +91,7 @@ std::vector<Signal> read_signals(recording::Flight& flight, const PlotWanted& wa
   const auto columns = layout.columns();
   std::vector<Signal> signals;
   for (const auto& column : columns)
-    signals.push_back({column.name, report::unit_of(column.name), {}, {}});
+    signals.push_back({column.name, std::string(unit_of(column.name)), {}, {}});
   std::vector<nlohmann::ordered_json> values;
   flight.each(part, [&](const recording::Flight::Frame& frame) {
     layout.values(frame.record, values);

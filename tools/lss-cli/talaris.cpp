@@ -275,8 +275,8 @@ std::optional<double> distance_m(const void* telemetry) {
   return sample(telemetry).position_m[2];
 }
 
-std::vector<Allowed> allowed_in(const CommandInfo& info) {
-  return allowed(info, lss::talaris::kTable, lss::talaris::kModeNames, lss::talaris::event_of);
+std::vector<lc::Allowed> allowed_in(const CommandInfo& info) {
+  return lc::allowed(info, lss::talaris::kTable, lss::talaris::kModeNames, lss::talaris::event_of);
 }
 
 }  // namespace

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "daemon/core/tunables.h"
+#include "daemon/lc/allowed.h"
 #include "lss.h"
-#include "tools/lss-cli/allowed.h"
 #include "tools/lss-cli/commands.h"
 #include "tools/lss-cli/output.h"
 
@@ -44,7 +44,7 @@ struct Vehicle {
   std::span<const char* const> subjects;  // names of modules, wheels or nodes 1..n
   std::span<const VerbHelp> help;
   const dds_topic_descriptor_t* telemetry;
-  std::vector<Allowed> (*allowed)(const CommandInfo& info);  // when it is allowed
+  std::vector<lc::Allowed> (*allowed)(const CommandInfo& info);  // when it is allowed
 
   // The commands that must be completed before `wanted` is allowed; without `wanted`.
   std::vector<Invocation> (*prepare)(const lss_Status& status, const Invocation& wanted);

@@ -13,6 +13,7 @@ void add_verbs(Grammar& grammar);  // all of them, in the order of --help
 
 void add_status_verbs(Grammar& grammar);  // status, health, watch, data
 void add_event_verbs(Grammar& grammar);
+void add_dictionary_verbs(Grammar& grammar);  // dictionary, codes
 void add_timing_verbs(Grammar& grammar);
 void add_log_verbs(Grammar& grammar);  // events, timing
 void add_param_verb(Grammar& grammar);

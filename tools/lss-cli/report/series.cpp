@@ -4,32 +4,6 @@
 #include <limits>
 
 namespace lss::cli::report {
-namespace {
-
-struct Unit {
-  std::string_view suffix, text;
-};
-// The longest first.
-constexpr Unit kUnits[] = {
-    {"_thruster_s", "thruster s"},
-    {"_rad_s", "rad/s"},
-    {"_m_s2", "m/s²"},
-    {"_degC", "°C"},
-    {"_rad", "rad"},
-    {"_m_s", "m/s"},
-    {"_rpm", "1/min"},
-    {"_Nm", "N m"},
-    {"_Pa", "Pa"},
-    {"_ns", "ns"},
-    {"_ms", "ms"},
-    {"_m", "m"},
-    {"_s", "s"},
-    {"_A", "A"},
-    {"_V", "V"},
-    {"_N", "N"},
-};
-
-}  // namespace
 
 Table::Table(const recording::Recording& recording, std::string_view topic,
              const std::vector<std::string>& columns, const recording::Filter& filter) {
@@ -68,14 +42,6 @@ Table::Table(const recording::Recording& recording, std::string_view topic,
 const std::vector<double>& Table::operator[](const std::string& column) const {
   const auto found = values_.find(column);
   return found == values_.end() ? none_ : found->second;
-}
-
-std::string unit_of(std::string_view column) {
-  if (column.ends_with(']')) column = column.substr(0, column.rfind('['));
-  for (const Unit& unit : kUnits) {
-    if (column.ends_with(unit.suffix)) return std::string(unit.text);
-  }
-  return "";
 }
 
 }  // namespace lss::cli::report

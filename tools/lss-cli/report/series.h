@@ -32,7 +32,4 @@ class Table {
   std::map<std::string, std::vector<double>> values_;
 };
 
-// "rad/s" of "wheels[2].target_rad_s"; empty when it has none.
-std::string unit_of(std::string_view column);
-
 }  // namespace lss::cli::report

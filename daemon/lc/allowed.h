@@ -8,7 +8,7 @@
 
 #include "daemon/lc/controller.h"
 
-namespace lss::cli {
+namespace lss::lc {
 
 struct Allowed {
   std::string where;              // "Idle", or "Operational Standing, Walking"
@@ -16,16 +16,15 @@ struct Allowed {
 };
 
 // For the events that the command can cause, in the order of the table.
-std::vector<Allowed> allowed(const lc::Table& table, std::span<const char* const> modes,
-                             std::span<const lc::Event> events);
+std::vector<Allowed> allowed(const Table& table, std::span<const char* const> modes,
+                             std::span<const Event> events);
 
 // The events that this command can cause, depending on its choices.
-std::vector<lc::Event> events_of(const CommandInfo& info,
-                                 lc::Event (*event_of)(const Request& request));
+std::vector<Event> events_of(const CommandInfo& info, Event (*event_of)(const Request& request));
 
 // From the rows of its events. Commands for parameters are in no row: they have their own table.
-std::vector<Allowed> allowed(const CommandInfo& info, const lc::Table& table,
+std::vector<Allowed> allowed(const CommandInfo& info, const Table& table,
                              std::span<const char* const> modes,
-                             lc::Event (*event_of)(const Request& request));
+                             Event (*event_of)(const Request& request));
 
-}  // namespace lss::cli
+}  // namespace lss::lc

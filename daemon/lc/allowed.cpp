@@ -1,4 +1,4 @@
-#include "tools/lss-cli/allowed.h"
+#include "daemon/lc/allowed.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,17 +7,17 @@
 
 #include "daemon/core/common_commands.h"
 
-namespace lss::cli {
+namespace lss::lc {
 namespace {
 
-std::string where(const lc::Row& row, std::span<const char* const> modes) {
-  if (row.from == lc::kAnyState) return "every state";
+std::string where(const Row& row, std::span<const char* const> modes) {
+  if (row.from == kAnyState) return "every state";
   std::vector<std::string> states;
   for (unsigned s = 0; s < 4; ++s) {
     const auto state = static_cast<State>(s);
-    if ((row.from & lc::in(state)) == 0) continue;
+    if ((row.from & in(state)) == 0) continue;
     states.emplace_back(kStateNames[s]);
-    if (state != State::operational || row.modes == lc::kAnyMode) continue;
+    if (state != State::operational || row.modes == kAnyMode) continue;
     std::vector<std::string> names;
     for (unsigned m = 1; m < modes.size(); ++m) {
       if ((row.modes >> m & 1u) != 0) names.emplace_back(modes[m]);
@@ -29,23 +29,23 @@ std::string where(const lc::Row& row, std::span<const char* const> modes) {
 
 constexpr double kMostVaried = 4096;
 
-std::vector<std::string> when(const lc::Table& table, const lc::Row& row) {
+std::vector<std::string> when(const Table& table, const Row& row) {
   std::vector<std::string> names;
   for (unsigned bit = 0; bit < 16; ++bit) {
     if ((unsigned{row.guards} >> bit & 1u) == 0) continue;
-    names.emplace_back(bit < lc::kVehicleGuards ? lc::kCommonGuardNames[bit]
-                                                : table.guard_names[bit - lc::kVehicleGuards]);
+    names.emplace_back(bit < kVehicleGuards ? kCommonGuardNames[bit]
+                                            : table.guard_names[bit - kVehicleGuards]);
   }
   return names;
 }
 
 }  // namespace
 
-std::vector<Allowed> allowed(const lc::Table& table, std::span<const char* const> modes,
-                             std::span<const lc::Event> events) {
+std::vector<Allowed> allowed(const Table& table, std::span<const char* const> modes,
+                             std::span<const Event> events) {
   std::vector<Allowed> all;
-  for (const lc::Rows* rows : {table.common, table.rows}) {
-    for (const lc::Row& row : rows->rows) {
+  for (const Rows* rows : {table.common, table.rows}) {
+    for (const Row& row : rows->rows) {
       if (std::ranges::find(events, row.event) == events.end()) continue;
       Allowed one{.where = where(row, modes), .when = when(table, row)};
       const bool known = std::ranges::any_of(
@@ -56,16 +56,15 @@ std::vector<Allowed> allowed(const lc::Table& table, std::span<const char* const
   return all;
 }
 
-std::vector<lc::Event> events_of(const CommandInfo& info,
-                                 lc::Event (*event_of)(const Request& request)) {
-  std::vector<lc::Event> events;
+std::vector<Event> events_of(const CommandInfo& info, Event (*event_of)(const Request& request)) {
+  std::vector<Event> events;
   Request request{.kind = info.kind};
   for (std::size_t i = 0; i < info.parameters.size(); ++i) {
     const ParameterInfo& p = info.parameters[i];
     request.parameter[i] = p.fallback == p.fallback ? p.fallback : p.min;
   }
   const auto add = [&](const Request& r) {
-    const lc::Event event = event_of(r);
+    const Event event = event_of(r);
     if (std::ranges::find(events, event) == events.end()) events.push_back(event);
   };
   add(request);
@@ -82,13 +81,13 @@ std::vector<lc::Event> events_of(const CommandInfo& info,
   return events;
 }
 
-std::vector<Allowed> allowed(const CommandInfo& info, const lc::Table& table,
+std::vector<Allowed> allowed(const CommandInfo& info, const Table& table,
                              std::span<const char* const> modes,
-                             lc::Event (*event_of)(const Request& request)) {
+                             Event (*event_of)(const Request& request)) {
   if (!is_of_parameters(info.kind)) return allowed(table, modes, events_of(info, event_of));
   if (info.kind == static_cast<std::uint16_t>(CommandKind::save_parameters))
     return {{.where = "every state", .when = {}}};
   return {{.where = "every state", .when = {"the parameter may be changed there (param get)"}}};
 }
 
-}  // namespace lss::cli
+}  // namespace lss::lc
