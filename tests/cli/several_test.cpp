@@ -85,6 +85,8 @@ TEST_F(TwoOfOneName, AreNotMovedButStopped) {
   const Ended stopped = run({"stop"});
   EXPECT_EQ(stopped.code, 0) << stopped.err;
   EXPECT_THAT(stopped.err, HasSubstr("pid 1002"));
+  // The answer of one ends the verb; the other one may receive it later.
+  EXPECT_TRUE(await([&] { return !first.kinds().empty() && !second.kinds().empty(); }));
   EXPECT_THAT(first.kinds(), ElementsAre(kStop));
   EXPECT_THAT(second.kinds(), ElementsAre(kStop));
 }

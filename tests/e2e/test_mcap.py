@@ -71,7 +71,7 @@ class Zebro(Recorded, Scenario):
         shown = [m["data"]["modules"] for m in self.shown("--topic", "telemetry")]
         for sample in asked:
             wanted = [(m["id"], m["position_rad"], m["current_A"], m["supply_V"], m["replies"])
-                      for m in sample["modules"]]
+                      for m in sample["telemetry"]["modules"]]
             self.assertTrue(any(wanted == [(m["id"], m["position_rad"], m["current_A"], m["supply_V"], m["replies"])
                                            for m in modules] for modules in shown), wanted)
 

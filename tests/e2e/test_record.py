@@ -17,7 +17,7 @@ import unittest
 import recording
 from hopper_rig import Hopper
 from programs import die_with_parent, read_text, run, wait_until
-from rig import DAEMON, IDLE, SOURCE, Scenario
+from rig import DAEMON, IDLE, SOURCE, Scenario, real_time
 from rover_rig import Rover
 
 RECORDING_FAILED = 49  # idl/codes.h
@@ -113,6 +113,8 @@ class Recorded:
 
 
 class Zebro(Recorded, Scenario):
+    IN_LOCKSTEP = True
+
     def write_config(self, name="zebro.toml", file_mb=None, **changes):
         path = super().write_config(name, **changes)
         if file_mb:  # of the recorder: the log has one, too
@@ -202,6 +204,7 @@ class Zebro(Recorded, Scenario):
         self.assertRegex(self.replay(other, expect=DAMAGED), "refused: damaged in the chunk that begins at byte")
         self.replay(os.path.join(self.folder, "none.lssrec"), expect=UNREADABLE)
 
+    @real_time("the last 100 ms before the kill")
     def test_a_killed_daemon_leaves_all_but_the_last_100_ms(self):
         daemon = self.start_all()
         self.cli_ok("timing", "--reset")
@@ -225,6 +228,7 @@ class Zebro(Recorded, Scenario):
         again.stop()
         self.replay(*self.recordings())
 
+    @real_time("a full disk delays nothing")
     def test_a_full_disk_is_told_delays_nothing_and_recording_goes_on(self):
         self.start_sim()
 

@@ -136,7 +136,7 @@ const tests = {
     await linkIs("record", "dim");
     assert.doesNotMatch(await text("#links"), /recording/i);
     await linkIs("telemetry", "bad");
-    await says("#problems", "Not known");
+    await says("#problems", "Unknown: it is silent");
     await linkIs("daemon", "bad");
     await is("document.body.classList.contains('stale')");
     await is("document.querySelector('#state b').className === 'dim' && document.querySelector('#state').innerText.includes('as last received, 10 min ago')");
