@@ -43,9 +43,9 @@ Samples part(const Samples& all, std::size_t index, std::size_t parts) {
 }  // namespace
 
 Rounds turn_by_turn(const std::function<Samples()>& subject,
-                    const std::function<Samples()>& reference) {
+                    const std::function<Samples()>& reference, int count) {
   Rounds rounds;
-  for (int i = 0; i < kRounds; ++i) {
+  for (int i = 0; i < count; ++i) {
     Round round;
     round.reference = reference();
     round.value = subject();

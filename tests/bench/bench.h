@@ -46,7 +46,7 @@ using Rounds = std::vector<Round>;
 
 // Reference, subject, subject, reference; each returns its samples.
 Rounds turn_by_turn(const std::function<Samples()>& subject,
-                    const std::function<Samples()>& reference);
+                    const std::function<Samples()>& reference, int count = kRounds);
 // What was measured at once, cut into kRounds parts in the order of time; the halves of each part
 // of the reference are compared for A/A.
 Rounds side_by_side(const Samples& subject, const Samples& reference);
