@@ -111,7 +111,7 @@ async function talaris() {
 // A parameter is changed, refused with its numbers, saved, and put back; in Idle.
 async function parameters() {
   await page.getByRole("tab", {name: "Events"}).focus();
-  for (let i = 0; i < 3; i++) await page.keyboard.press("ArrowRight");
+  for (let i = 0; i < 4; i++) await page.keyboard.press("ArrowRight");
   const name = "solve.budget_s", row = page.locator(".parameter", {has: page.getByText(name, {exact: true})}), input = row.getByLabel(name, {exact: true});
   const shows = (where, what) => where.filter({hasText: what}).waitFor();
   const answer = page.locator("#parameters .answer"), rows = page.locator(".parameter:visible");

@@ -33,9 +33,9 @@ def die_with_parent():
 
 
 def as_simulation():
-    """Only with the CPU time that tests in real time leave."""
+    """Tests in real time come first."""
     die_with_parent()
-    os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
+    os.nice(5)
 
 
 def as_hardware():

@@ -9,7 +9,7 @@ import unittest
 
 from hopper_rig import Hopper
 from programs import run
-from rig import DAEMON, EXIT, IDLE, Scenario
+from rig import DAEMON, EXIT, IDLE, OPERATIONAL, Scenario
 from rover_rig import Rover
 
 # idl/codes.h
@@ -173,6 +173,7 @@ class Talaris(Parameters, Hopper):
         self.assertEqual(self.param("gas.reserve_s")["value"], 43)
         self.cli_ok("--detach", "start")
         heart = self.begin_cli("--source", "lss-cli", "heartbeat", name="heart")
+        self.wait_state(OPERATIONAL)  # what is detached is only accepted
         self.cli_ok("--detach", "gnc", "standby")
         refused = self.cli("--detach", "plan", "hop", "--height", "2", "--distance", "5")
         self.assertEqual(refused.code, EXIT["rejected"], refused)
