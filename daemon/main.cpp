@@ -153,6 +153,8 @@ int run(const Options& options, const sigset_t& signals) {
       spdlog::critical("{}", ok.error());
       return kExitConfig;
     }
+    // RouDi drops a process that stands still for longer than it can see in simulated time.
+    config->shared_memory = false;
   }
   const char* state = std::getenv("STATE_DIRECTORY");  // systemd's
   const std::filesystem::path kept = state != nullptr && *state != '\0' ? state : options.run_dir;
