@@ -1,5 +1,6 @@
 #include "daemon/core/dictionary.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "daemon/lc/allowed.h"
