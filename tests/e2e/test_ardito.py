@@ -25,8 +25,11 @@ class Ardito(Rover):
         return wait_until(still, limit_s, "the rover stands")
 
     def begin_drive(self, *words):
+        """The client of a rover that has got under way: Running alone begins at standstill."""
         client = self.begin_endless("drive", *words, name="drive")
         self.wait_mode("Running", 60, client)
+        begin = self.truth.samples[-1][1]
+        wait_until(lambda: abs(motion.moved(begin, self.truth.samples[-1][1])[0]) > 0.1, 10, "the rover moves")
         return client
 
     def driven(self, *words, limit_s=120):
