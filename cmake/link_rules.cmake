@@ -2,7 +2,7 @@
 #
 #   gnc/NAME   Eigen and its own targets
 #   drivers/   libc and other drivers
-#   daemon/    anything but tools; DDS only in daemon/dds
+#   daemon/    anything but tools; DDS only in daemon/publish
 #   tools/     is linked by tools/ and tests/ only
 
 # All targets that the CMakeLists.txt of `directory` and below define.
@@ -67,11 +67,8 @@ foreach(room idl gnc drivers daemon)
 endforeach()
 
 # The remaining targets in lss_room are the daemon's.
-get_property(lss_daemon_rooms DIRECTORY ${PROJECT_SOURCE_DIR}/daemon PROPERTY SUBDIRECTORIES)
-if(${PROJECT_SOURCE_DIR}/daemon/dds IN_LIST lss_daemon_rooms)
-  lss_targets_below(${PROJECT_SOURCE_DIR}/daemon/dds lss_face)
-  list(REMOVE_ITEM lss_room ${lss_face})
-endif()
+lss_targets_below(${PROJECT_SOURCE_DIR}/daemon/publish lss_face)
+list(REMOVE_ITEM lss_room ${lss_face})
 lss_never_link("${lss_room}" "lss_idl;lss_idl_types;CycloneDDS::ddsc")
 
 find_program(LSS_BASH bash)

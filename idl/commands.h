@@ -3,7 +3,7 @@
 // The command table: every command of the DDS face with its number, parameters, units and ranges.
 // The daemon's armour validates with it; `lss-cli` parses, lists and describes with it; the
 // documents are generated from it. Commands of all vehicles are here (1..99); a vehicle's own are
-// in idl/NAME_commands.h. Pure data, callable from every thread.
+// in idl/NAME/commands.h. Pure data, callable from every thread.
 
 #include <cstdint>
 #include <limits>

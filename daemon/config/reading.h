@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "daemon/config/section.h"
-#include "daemon/core/tunables.h"
+#include "daemon/cycle/tunables.h"
 #include "drivers/time.h"
 
 namespace lss::config {

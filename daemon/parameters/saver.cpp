@@ -9,7 +9,7 @@
 #include <system_error>
 #include <utility>
 
-#include "daemon/core/clock.h"
+#include "daemon/runtime/clock.h"
 
 namespace lss {
 

@@ -10,10 +10,10 @@
 #include <span>
 #include <thread>
 
-#include "daemon/core/ring.h"
-#include "daemon/core/supervisor.h"
-#include "daemon/core/tunables.h"
+#include "daemon/cycle/supervisor.h"
+#include "daemon/cycle/tunables.h"
 #include "daemon/parameters/store.h"
+#include "daemon/runtime/ring.h"
 #include "drivers/lockstep/lockstep.h"
 
 namespace lss {

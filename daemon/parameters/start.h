@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "daemon/config/config.h"
-#include "daemon/core/tunables.h"
+#include "daemon/cycle/tunables.h"
 #include "daemon/parameters/store.h"
 
 namespace lss {

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "daemon/config/config.h"
-#include "daemon/core/tunables.h"
+#include "daemon/cycle/tunables.h"
 
 namespace lss {
 

@@ -2,7 +2,7 @@
 
 // The members of plain structs, listed once: fields(v, x) names each member to the visitor v, so
 // that records are written, read back, compared and shown by the same description. A vehicle
-// describes its own structs in daemon/vehicles/NAME_record.h; those of the IDL are described by the
+// describes its own structs in daemon/vehicles/NAME/record.h; those of the IDL are described by the
 // build (cmake/idl_fields.py).
 //
 //   v("name", member)                 numbers, enums, arrays of them, structs with fields(), and
@@ -19,7 +19,7 @@
 #include <utility>
 #include <variant>
 
-#include "daemon/core/supervisor.h"
+#include "daemon/cycle/supervisor.h"
 
 namespace lss::record {
 

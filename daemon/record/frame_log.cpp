@@ -11,7 +11,7 @@
 #include <exception>
 #include <system_error>
 
-#include "daemon/core/clock.h"
+#include "daemon/runtime/clock.h"
 
 namespace lss::record {
 namespace {

@@ -27,10 +27,10 @@
 #include <vector>
 
 #include "daemon/config/config.h"
-#include "daemon/core/ring.h"
 #include "daemon/record/files.h"
 #include "daemon/record/recorder.h"
 #include "daemon/record/run_log.h"
+#include "daemon/runtime/ring.h"
 #include "idl/codes.h"
 
 namespace lss::record {

@@ -3,7 +3,7 @@
 // One complete frame: inputs, outputs and times of the cycle. FrameView refers to the originals
 // (frame thread), FrameRecord has a copy (readers of records).
 
-#include "daemon/core/cycle.h"
+#include "daemon/cycle/cycle.h"
 #include "daemon/record/fields.h"
 
 namespace lss {

@@ -8,8 +8,8 @@
 #include <system_error>
 #include <utility>
 
-#include "daemon/core/clock.h"
 #include "daemon/record/build.h"
+#include "daemon/runtime/clock.h"
 
 namespace lss::record {
 namespace {

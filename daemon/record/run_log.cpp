@@ -5,7 +5,7 @@
 #include <exception>
 #include <utility>
 
-#include "daemon/core/clock.h"
+#include "daemon/runtime/clock.h"
 
 namespace lss::record {
 namespace {

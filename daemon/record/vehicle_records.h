@@ -12,7 +12,7 @@
 #include <tl/expected.hpp>
 
 #include "daemon/config/config.h"
-#include "daemon/core/tunables.h"
+#include "daemon/cycle/tunables.h"
 #include "daemon/record/run_log.h"
 #include "drivers/time.h"
 

@@ -3,7 +3,7 @@
 
 #include <cstdio>
 
-#include "daemon/record/replay_files.h"
+#include "daemon/replay/replay_files.h"
 
 int main(int argc, char** argv) {
   const auto print = [](const std::string& line) { std::fputs(line.c_str(), stdout); };

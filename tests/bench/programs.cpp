@@ -20,7 +20,7 @@
 #include <sstream>
 #include <thread>
 
-#include "daemon/core/clock.h"
+#include "daemon/runtime/clock.h"
 #include "idl/roudi.h"
 
 namespace lss::bench {

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "daemon/rt/thread.h"
+#include "daemon/runtime/thread.h"
 #include "tests/bench/bench.h"
 
 namespace lss::bench {

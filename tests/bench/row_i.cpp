@@ -1,7 +1,7 @@
 // Row i: how late the frame thread wakes at T_k, against cyclictest with the same period, priority
 // and CPU at the same time.
 
-#include "daemon/core/frame_engine.h"
+#include "daemon/runtime/frame_engine.h"
 #include "tests/bench/programs.h"
 #include "tests/bench/realtime.h"
 

@@ -14,9 +14,9 @@
 #include <list>
 #include <tuple>
 
-#include "daemon/core/frame_engine.h"
-#include "daemon/core/frames.h"
-#include "daemon/core/serial_bus.h"
+#include "daemon/runtime/frame_engine.h"
+#include "daemon/runtime/frames.h"
+#include "daemon/runtime/serial_bus.h"
 #include "tests/bench/programs.h"
 #include "tests/bench/realtime.h"
 
@@ -34,7 +34,7 @@ struct Plan {
   std::uint32_t packets = 0;  // that make a frame
 };
 
-// A sensor that is answered with a byte, as a driver of daemon/core/serial_bus.h.
+// A sensor that is answered with a byte, as a driver of daemon/runtime/serial_bus.h.
 struct Order {
   std::uint8_t byte = 0;
 };

@@ -14,8 +14,8 @@
 #include <list>
 #include <stdexcept>
 
-#include "daemon/core/frame_engine.h"
-#include "daemon/vehicles/ardito.h"
+#include "daemon/runtime/frame_engine.h"
+#include "daemon/vehicles/ardito/vehicle.h"
 #include "drivers/can/cannelloni.h"
 #include "tests/bench/programs.h"
 #include "tests/bench/realtime.h"

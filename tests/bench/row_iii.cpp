@@ -7,7 +7,7 @@
 #include <cstring>
 #include <semaphore>
 
-#include "daemon/core/clock.h"
+#include "daemon/runtime/clock.h"
 #include "idl/commands.h"
 #include "idl/topics.h"
 #include "tests/bench/programs.h"

@@ -9,8 +9,8 @@
 #include <map>
 #include <mutex>
 
-#include "daemon/core/clock.h"
-#include "daemon/core/latest.h"
+#include "daemon/runtime/clock.h"
+#include "daemon/runtime/latest.h"
 #include "idl/topics.h"
 #include "tests/bench/programs.h"
 #include "tests/bench/realtime.h"

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "daemon/core/serial_bus.h"
+#include "daemon/runtime/serial_bus.h"
 #include "drivers/zebro/leg_bus.h"
 #include "tests/bench/programs.h"
 #include "tests/bench/realtime.h"

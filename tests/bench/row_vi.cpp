@@ -21,8 +21,8 @@
 #include <fstream>
 #include <list>
 
-#include "daemon/core/frame_engine.h"
-#include "daemon/vehicles/ardito.h"
+#include "daemon/runtime/frame_engine.h"
+#include "daemon/vehicles/ardito/vehicle.h"
 #include "drivers/can/socket_can.h"
 #include "tests/ardito/drivers/can_node.h"
 #include "tests/bench/programs.h"

@@ -7,7 +7,7 @@
 #include <array>
 #include <cmath>
 
-#include "daemon/core/clock.h"
+#include "daemon/runtime/clock.h"
 #include "gnc/zebro/locomotion.h"
 
 namespace lss::bench {

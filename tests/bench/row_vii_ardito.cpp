@@ -1,7 +1,7 @@
 // Row vii, D.I.A.N.A. Ardito: the mobility controller in three instances with their vote, and the
 // failure detection, while it drives over changing ground, with noise and turns.
 
-#include "daemon/core/clock.h"
+#include "daemon/runtime/clock.h"
 #include "tests/ardito/gnc/rover.h"
 #include "tests/bench/row_vii.h"
 

@@ -1,7 +1,7 @@
 // TALARIS' navigation for row vii: one frame of 200 ms, 40 samples of the IMU and two ranges, again
 // and again with nothing in between; and the same filter written densely.
 
-#include "daemon/core/clock.h"
+#include "daemon/runtime/clock.h"
 #include "gnc/talaris/navigation.h"
 #include "tests/bench/row_vii.h"
 #include "tests/talaris/gnc/flown.h"

@@ -5,10 +5,10 @@
 
 #include <regex>
 
-#include "daemon/core/clock.h"
-#include "daemon/vehicles/zebro_modes.h"
+#include "daemon/runtime/clock.h"
+#include "daemon/vehicles/zebro/modes.h"
 #include "tests/bench/programs.h"
-#include "tools/lss-lc/zebro.h"
+#include "tools/lss-lc/zebro/system.h"
 
 namespace lss::bench {
 namespace {

@@ -9,7 +9,7 @@
 #include <array>
 #include <atomic>
 
-#include "daemon/core/frame_engine.h"
+#include "daemon/runtime/frame_engine.h"
 #include "drivers/serial/serial_port.h"
 #include "tests/bench/programs.h"
 #include "tests/bench/realtime.h"

@@ -6,7 +6,7 @@
 #include <array>
 #include <atomic>
 
-#include "daemon/core/frame_engine.h"
+#include "daemon/runtime/frame_engine.h"
 #include "drivers/serial/serial_port.h"
 #include "drivers/talaris/valves.h"
 #include "tests/bench/programs.h"

@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-#include "daemon/core/clock.h"
+#include "daemon/runtime/clock.h"
 #include "tests/bench/bench.h"
 #include "tests/zebro/chain/chain.h"
 #include "tests/zebro/mission/mission.h"

@@ -7,7 +7,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include "daemon/core/clock.h"
+#include "daemon/runtime/clock.h"
 
 namespace lss::bench {
 namespace {

@@ -10,7 +10,7 @@
 #include <regex>
 #include <thread>
 
-#include "daemon/core/clock.h"
+#include "daemon/runtime/clock.h"
 #include "idl/codes.h"
 #include "idl/commands.h"
 #include "idl/recording_reader.h"

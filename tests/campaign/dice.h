@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "idl/commands.h"
-#include "tools/lss-sim/faults.h"
+#include "tools/lss-sim/frame/faults.h"
 
 namespace lss::campaign {
 

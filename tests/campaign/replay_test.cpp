@@ -14,8 +14,8 @@
 #include <cstdio>
 #include <iostream>
 
-#include "daemon/record/replay_files.h"
-#include "daemon/vehicles/records.h"
+#include "daemon/replay/records.h"
+#include "daemon/replay/replay_files.h"
 #include "tests/campaign/campaign.h"
 #include "tools/lss-cli/recording/flight.h"
 

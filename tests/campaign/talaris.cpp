@@ -4,8 +4,8 @@
 #include <cmath>
 #include <string_view>
 
-#include "daemon/vehicles/talaris_gate.h"
-#include "daemon/vehicles/talaris_record.h"
+#include "daemon/vehicles/talaris/gate.h"
+#include "daemon/vehicles/talaris/record.h"
 #include "tests/campaign/play.h"
 #include "tests/talaris/chain/chain.h"
 

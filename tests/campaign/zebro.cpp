@@ -1,15 +1,14 @@
 // Lunar Zebro in a fault campaign: stands up and walks, on kinematics.
 
-#include "tools/lss-sim/zebro.h"
-
 #include <array>
 #include <cmath>
 #include <string_view>
 
-#include "daemon/vehicles/zebro_modes.h"
-#include "daemon/vehicles/zebro_record.h"
+#include "daemon/vehicles/zebro/modes.h"
+#include "daemon/vehicles/zebro/record.h"
 #include "tests/campaign/play.h"
 #include "tests/zebro/chain/chain.h"
+#include "tools/lss-sim/zebro/vehicle.h"
 
 namespace lss::campaign {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/lss-cli/commands.h"
+#include "tools/lss-cli/session/commands.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,10 +6,10 @@
 #include <numbers>
 
 #include "idl/angles.h"
-#include "idl/zebro_commands.h"
-#include "tools/lss-cli/failure.h"
-#include "tools/lss-cli/vehicle.h"
-#include "tools/lss-cli/zebro.h"
+#include "idl/zebro/commands.h"
+#include "tools/lss-cli/session/vehicle.h"
+#include "tools/lss-cli/show/failure.h"
+#include "tools/lss-cli/zebro/vehicle.h"
 
 namespace lss::cli {
 namespace {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/cli/program_test.h"
-#include "tools/lss-cli/wire.h"
+#include "tools/lss-cli/session/wire.h"
 
 namespace lss::cli::test {
 namespace {

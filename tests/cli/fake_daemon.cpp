@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "tools/lss-cli/link.h"
+#include "tools/lss-cli/session/link.h"
 
 namespace lss::cli::test {
 namespace {

@@ -16,9 +16,9 @@
 #include "idl/codes.h"
 #include "idl/timing_statistics.h"
 #include "idl/topics.h"
-#include "idl/zebro_commands.h"
+#include "idl/zebro/commands.h"
 #include "lss.h"
-#include "tools/lss-cli/waker.h"
+#include "tools/lss-cli/session/waker.h"
 
 namespace lss::cli::test {
 

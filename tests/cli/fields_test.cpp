@@ -11,12 +11,12 @@
 #include "daemon/record/compare.h"
 #include "daemon/record/json.h"
 #include "daemon/record/schema.h"
-#include "daemon/vehicles/records.h"
+#include "daemon/replay/records.h"
 #include "idl/idl_text.h"
 #include "tools/lss-cli/recording/idl_types.h"
 #include "tools/lss-cli/recording/record_layout.h"
-#include "tools/lss-cli/status.h"
-#include "tools/lss-cli/telemetry.h"
+#include "tools/lss-cli/session/status.h"
+#include "tools/lss-cli/session/telemetry.h"
 
 namespace lss::cli::recording {
 namespace {

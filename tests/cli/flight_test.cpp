@@ -11,7 +11,7 @@
 #include <fstream>
 
 #include "tests/cli/program_test.h"
-#include "tools/lss-cli/failure.h"
+#include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli::test {
 namespace {

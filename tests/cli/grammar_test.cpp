@@ -1,4 +1,4 @@
-#include "tools/lss-cli/grammar.h"
+#include "tools/lss-cli/verbs/grammar.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

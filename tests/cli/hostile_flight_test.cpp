@@ -12,8 +12,8 @@
 #include <limits>
 #include <random>
 
-#include "tools/lss-cli/failure.h"
 #include "tools/lss-cli/recording/flight.h"
+#include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli::recording {
 namespace {

@@ -12,9 +12,9 @@
 #include <fstream>
 #include <random>
 
-#include "tools/lss-cli/failure.h"
 #include "tools/lss-cli/recording/mcap_writer.h"
 #include "tools/lss-cli/recording/recording.h"
+#include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli::recording {
 namespace {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/cli/program_test.h"
-#include "tools/lss-cli/link.h"
+#include "tools/lss-cli/session/link.h"
 
 namespace lss::cli::test {
 namespace {

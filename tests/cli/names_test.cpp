@@ -1,4 +1,4 @@
-#include "tools/lss-cli/names.h"
+#include "tools/lss-cli/show/names.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -9,7 +9,7 @@
 #include "tests/cli/fake_daemon.h"
 #include "tests/cli/program.h"
 #include "tests/support/own_domain.h"
-#include "tools/lss-cli/waker.h"
+#include "tools/lss-cli/session/waker.h"
 
 namespace lss::cli::test {
 

@@ -11,8 +11,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tools/lss-cli/failure.h"
 #include "tools/lss-cli/recording/mcap_writer.h"
+#include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli::recording {
 namespace {

@@ -1,10 +1,10 @@
-#include "tools/lss-cli/sequence.h"
+#include "tools/lss-cli/verbs/sequence.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/lss-cli/failure.h"
-#include "tools/lss-cli/steps.h"
+#include "tools/lss-cli/show/failure.h"
+#include "tools/lss-cli/verbs/steps.h"
 
 namespace lss::cli {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/lss-cli/units.h"
+#include "tools/lss-cli/show/units.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "idl/angles.h"
-#include "tools/lss-cli/failure.h"
+#include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli {
 namespace {

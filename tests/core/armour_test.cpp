@@ -1,4 +1,4 @@
-#include "daemon/core/armour.h"
+#include "daemon/cycle/armour.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-#include "daemon/core/command_port.h"
+#include "daemon/runtime/command_port.h"
 
 namespace lss {
 namespace {

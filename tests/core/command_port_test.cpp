@@ -1,4 +1,4 @@
-#include "daemon/core/command_port.h"
+#include "daemon/runtime/command_port.h"
 
 #include <gtest/gtest.h>
 

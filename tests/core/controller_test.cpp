@@ -1,4 +1,4 @@
-#include "daemon/lc/controller.h"
+#include "daemon/cycle/controller.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/core/frame_clock.h"
+#include "daemon/runtime/frame_clock.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>

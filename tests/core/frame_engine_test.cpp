@@ -1,4 +1,4 @@
-#include "daemon/core/frame_engine.h"
+#include "daemon/runtime/frame_engine.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "daemon/core/frames.h"
+#include "daemon/runtime/frames.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck.h>

@@ -1,4 +1,4 @@
-#include "daemon/core/latest.h"
+#include "daemon/runtime/latest.h"
 
 #include <gtest/gtest.h>
 

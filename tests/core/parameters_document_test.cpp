@@ -6,7 +6,7 @@
 #include <iterator>
 #include <string>
 
-#include "daemon/vehicles/records.h"
+#include "daemon/replay/records.h"
 
 namespace lss {
 namespace {

@@ -1,8 +1,8 @@
-#include "daemon/core/progress.h"
+#include "daemon/runtime/progress.h"
 
 #include <gtest/gtest.h>
 
-#include "daemon/core/clock_step.h"
+#include "daemon/runtime/clock_step.h"
 
 namespace lss {
 namespace {

@@ -1,6 +1,6 @@
 // lssd --replay on files from others, with every checksum right: each is refused or replayed, and
 // the program goes on. Real recordings: tests/campaign/replay_test.cpp.
-#include "daemon/record/replay_files.h"
+#include "daemon/replay/replay_files.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -15,7 +15,7 @@
 
 #include "daemon/record/limits.h"
 #include "daemon/record/recording.h"
-#include "daemon/vehicles/records.h"
+#include "daemon/replay/records.h"
 #include "tools/lss-cli/recording/record_layout.h"
 
 namespace lss::record {

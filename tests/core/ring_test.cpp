@@ -1,4 +1,4 @@
-#include "daemon/core/ring.h"
+#include "daemon/runtime/ring.h"
 
 #include <gtest/gtest.h>
 

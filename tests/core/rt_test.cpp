@@ -5,7 +5,7 @@
 
 #include <atomic>
 
-#include "daemon/rt/thread.h"
+#include "daemon/runtime/thread.h"
 
 namespace lss::rt {
 namespace {

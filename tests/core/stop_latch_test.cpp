@@ -1,4 +1,4 @@
-#include "daemon/core/stop_latch.h"
+#include "daemon/runtime/stop_latch.h"
 
 #include <gtest/gtest.h>
 

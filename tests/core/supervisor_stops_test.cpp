@@ -6,8 +6,8 @@
 #include <cstring>
 #include <vector>
 
-#include "daemon/core/common_commands.h"
-#include "daemon/core/supervisor.h"
+#include "daemon/cycle/common_commands.h"
+#include "daemon/cycle/supervisor.h"
 
 namespace lss {
 namespace {

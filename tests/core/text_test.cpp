@@ -1,4 +1,4 @@
-#include "daemon/core/text.h"
+#include "daemon/cycle/text.h"
 
 #include <gtest/gtest.h>
 

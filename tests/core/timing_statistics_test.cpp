@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "daemon/core/messages.h"
+#include "daemon/cycle/messages.h"
 
 namespace lss {
 namespace {

@@ -8,10 +8,10 @@
 #include <cmath>
 #include <thread>
 
-#include "daemon/core/clock.h"
-#include "daemon/dds/convert.h"
-#include "daemon/dds/face.h"
-#include "idl/zebro_commands.h"
+#include "daemon/publish/convert.h"
+#include "daemon/publish/face.h"
+#include "daemon/runtime/clock.h"
+#include "idl/zebro/commands.h"
 #include "tests/dds/dds_support.h"
 #include "zebro.h"
 

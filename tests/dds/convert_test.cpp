@@ -1,12 +1,12 @@
 // The conversions and sentences of the DDS face, without DDS.
 
-#include "daemon/dds/convert.h"
+#include "daemon/publish/convert.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "daemon/core/clock.h"
+#include "daemon/runtime/clock.h"
 
 namespace lss::dds {
 namespace {

@@ -10,7 +10,7 @@
 #include <csignal>
 #include <thread>
 
-#include "daemon/dds/convert.h"
+#include "daemon/publish/convert.h"
 #include "tests/support/own_domain.h"
 
 namespace lss::testing_support {

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "daemon/dds/face.h"
+#include "daemon/publish/face.h"
 #include "idl/topics.h"
 
 namespace lss::testing_support {

@@ -10,7 +10,7 @@
 #include <string>
 #include <thread>
 
-#include "daemon/dds/face.h"
+#include "daemon/publish/face.h"
 #include "tests/dds/dds_support.h"
 
 namespace lss::testing_support {

@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "daemon/dds/face.h"
+#include "daemon/publish/face.h"
 #include "tests/dds/dds_support.h"
 #include "tests/dds/roudi_support.h"
 

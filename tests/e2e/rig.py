@@ -25,7 +25,7 @@ CLOCK = os.environ["LSS_E2E_CLOCK_LIBRARY"]
 SOURCE = os.environ["LSS_E2E_SOURCE"]
 HERE = os.path.dirname(os.path.abspath(__file__))
 
-# idl/codes.h, idl/commands.h and idl/zebro_commands.h number these; numbers are never reused.
+# idl/codes.h, idl/commands.h and idl/zebro/commands.h number these; numbers are never reused.
 IDLE, OPERATIONAL, FATAL_ERROR = "Idle", "Operational", "FatalError"
 MODE_CHANGED = 4
 WALKING = 4

@@ -12,8 +12,8 @@ from rover_rig import Rover
 
 
 def idl_fields(vehicle):
-    """{struct: [member]} of idl/VEHICLE.idl; the key of a topic is no field of it."""
-    text = re.sub(r"//[^\n]*", "", read_text(os.path.join(SOURCE, "idl", f"{vehicle}.idl")))
+    """{struct: [member]} of the IDL of a vehicle; the key of a topic is no field of it."""
+    text = re.sub(r"//[^\n]*", "", read_text(os.path.join(SOURCE, "idl", vehicle, f"{vehicle}.idl")))
     return {name: [re.search(r"(\w+)(?:\[\w+\])?$", line.strip()).group(1) for line in body.split(";")
                    if line.strip() and "@key" not in line]
             for name, body in re.findall(r"struct (\w+) *\{(.*?)\};", text, re.S)}

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/lss-cli/wire.h"
+#include "tools/lss-cli/session/wire.h"
 
 namespace lss::ground {
 namespace {

@@ -13,7 +13,7 @@
 
 #include "idl/codes.h"
 #include "tests/support/own_domain.h"
-#include "tools/lss-cli/wire.h"
+#include "tools/lss-cli/session/wire.h"
 
 namespace lss::ground {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "daemon/vehicles/zebro_modes.h"
+#include "daemon/vehicles/zebro/modes.h"
 #include "tools/lss-lc/vehicle.h"
-#include "tools/lss-lc/zebro.h"
+#include "tools/lss-lc/zebro/system.h"
 
 namespace lss::zebro {
 namespace {

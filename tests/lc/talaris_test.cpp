@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/vehicles/talaris_modes.h"
+#include "daemon/vehicles/talaris/modes.h"
 #include "tools/lss-lc/vehicle.h"
 
 namespace lss::talaris {

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "daemon/parameters/start.h"
-#include "daemon/record/replay.h"
+#include "daemon/replay/replay.h"
 #include "tests/support/allocations.h"
 
 namespace lss::parameters_test {

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/lss-sim/file.h"
+#include "tools/lss-sim/frame/file.h"
 
 namespace lss::sim {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 // Flight recordings of chains in virtual time: frames are written down as the daemon's frame thread
-// does (daemon/core/runtime.h), and put into files by its own recorder. What the vehicle remembers
+// does (daemon/app/runtime.h), and put into files by its own recorder. What the vehicle remembers
 // is asked for where a file ends, so that every file but the first begins in the middle of a run.
 // One thread.
 //
@@ -15,11 +15,11 @@
 #include <stdexcept>
 #include <vector>
 
-#include "daemon/core/cycle.h"
+#include "daemon/cycle/cycle.h"
 #include "daemon/record/frame_record.h"
 #include "daemon/record/recorder.h"
 #include "daemon/record/state.h"
-#include "daemon/vehicles/records.h"
+#include "daemon/replay/records.h"
 
 namespace lss::testing_support {
 

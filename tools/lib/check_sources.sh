@@ -45,8 +45,8 @@ report 'drivers include libc, the kernel, the standard library and drivers only'
   < <(includes drivers | grep -E ':<(Eigen|dds|spdlog|fmt|boost|toml|nlohmann|dart)' || true)
 
 vehicle_headers=$(find idl -name '*.idl' -printf '%f\n' 2>/dev/null | sed 's@\.idl$@@' | paste -sd'|')
-report 'DDS types stay in daemon/dds, idl, tools and tests; a vehicle includes <NAME_fields.h>' \
-  < <(includes gnc drivers daemon | grep -v '^daemon/dds/' |
+report 'DDS types stay in daemon/publish, idl, tools and tests; a vehicle includes <NAME_fields.h>' \
+  < <(includes gnc drivers daemon | grep -v '^daemon/publish/' |
         grep -E ":[<\"](dds/|ddsc/|idl/topics\.h|(${vehicle_headers:-lss})(_fields)?\.h)" |
         grep -vE '^daemon/vehicles/[^:]*:[0-9]+:<[a-z]+_fields\.h>' || true)
 
@@ -54,6 +54,22 @@ report 'nothing but tools and tests includes tools' \
   < <(includes idl gnc drivers daemon | grep -E ':["<]tools/' || true)
 report 'nothing includes tests' \
   < <(includes idl gnc drivers daemon tools | grep -E ':["<]tests/' || true)
+
+# in_order FOLDER ROOM... : a room includes itself and the rooms named before it, so rooms form no circles.
+in_order() {
+  local folder=$1 room later
+  shift
+  while [ $# -gt 0 ]; do
+    room=$1
+    shift
+    later=$(printf '%s|' "$@")
+    [ -z "${later%|}" ] || report "$folder/$room includes no room that comes after it ($*)" \
+      < <(includes "$folder/$room" | grep -E ":\"$folder/(${later%|})/" || true)
+  done
+}
+in_order daemon cycle config runtime record parameters replay publish app vehicles
+in_order tools/lss-cli show recording session report doctor verbs
+in_order tools/lss-sim frame canopen
 
 # A vehicle is the name of a folder in gnc; its files are NAME/* and NAME.* and NAME_* in every folder.
 vehicles=$(find gnc -mindepth 1 -maxdepth 1 -type d -printf '%f\n' 2>/dev/null || true)

@@ -8,8 +8,9 @@ failed=0
 
 fresh() {
   rm -rf "${tree:?}"/*
-  mkdir -p "$tree"/{gnc/{zebro,ardito},drivers/zebro,daemon/{core,dds,vehicles},idl,tools/lss-sim,tests/zebro}
-  touch "$tree"/idl/{lss,zebro,ardito}.idl
+  mkdir -p "$tree"/{gnc/{zebro,ardito},drivers/zebro,daemon/{cycle,runtime,publish,vehicles/zebro},idl,tools/lss-sim/zebro,tests/zebro}
+  mkdir "$tree"/idl/{zebro,ardito}
+  touch "$tree"/idl/{lss,zebro/zebro,ardito/ardito}.idl
   cat > "$tree/gnc/zebro/good.h" <<'SOURCE'
 #include <array>
 #include <Eigen/Core>
@@ -18,10 +19,10 @@ fresh() {
 const char* text = "new std::string";
 int renew(int new_gait);
 SOURCE
-  echo '#include <dds/dds.h>' > "$tree/daemon/dds/face.cpp"
-  echo '#include <zebro_fields.h>' > "$tree/daemon/vehicles/zebro.h"
-  echo '#include "daemon/dds/face.h"' > "$tree/daemon/core/main.cpp"
-  echo '#include "tools/lss-sim/zebro.h"' > "$tree/tests/zebro/sim_test.cpp"
+  echo '#include <dds/dds.h>' > "$tree/daemon/publish/face.cpp"
+  echo '#include <zebro_fields.h>' > "$tree/daemon/vehicles/zebro/vehicle.h"
+  echo '#include "daemon/cycle/x.h"' > "$tree/daemon/publish/main.cpp"
+  echo '#include "tools/lss-sim/zebro/vehicle.h"' > "$tree/tests/zebro/sim_test.cpp"
 }
 
 expect_fault() {  # PATH LINE RULE
@@ -45,14 +46,16 @@ expect_fault gnc/zebro/bad.h '#include "drivers/time.h"' 'gnc includes Eigen'
 expect_fault gnc/zebro/bad.h '#include <sys/mman.h>' 'gnc includes Eigen'
 expect_fault drivers/zebro/bad.h '#include "idl/codes.h"' 'drivers include'
 expect_fault drivers/zebro/bad.h '#include <fmt/format.h>' 'drivers include'
-expect_fault daemon/core/bad.cpp '#include <dds/dds.h>' 'DDS types stay'
-expect_fault daemon/vehicles/zebro.cpp '#include "zebro.h"' 'DDS types stay'
-expect_fault daemon/core/bad.cpp '#include <zebro_fields.h>' 'DDS types stay'
-expect_fault daemon/core/bad.cpp '#include "tools/lss-sim/zebro.h"' 'nothing but tools and tests'
-expect_fault daemon/core/bad.cpp '#include "tests/zebro/x.h"' 'nothing includes tests'
+expect_fault daemon/cycle/bad.cpp '#include <dds/dds.h>' 'DDS types stay'
+expect_fault daemon/vehicles/zebro/vehicle.cpp '#include "zebro.h"' 'DDS types stay'
+expect_fault daemon/cycle/bad.cpp '#include <zebro_fields.h>' 'DDS types stay'
+expect_fault daemon/cycle/bad.cpp '#include "daemon/runtime/x.h"' 'daemon/cycle includes no room that comes after it'
+expect_fault daemon/runtime/bad.cpp '#include "daemon/vehicles/zebro/x.h"' 'daemon/runtime includes no room'
+expect_fault daemon/cycle/bad.cpp '#include "tools/lss-sim/zebro/vehicle.h"' 'nothing but tools and tests'
+expect_fault daemon/cycle/bad.cpp '#include "tests/zebro/x.h"' 'nothing includes tests'
 expect_fault gnc/zebro/bad.h '#include "gnc/ardito/drive.h"' 'vehicle zebro includes vehicle ardito'
-expect_fault daemon/vehicles/zebro.cpp '#include "idl/ardito_commands.h"' 'vehicle zebro includes vehicle ardito'
-expect_fault tools/lss-sim/zebro.cpp '#include "drivers/ardito/x.h"' 'vehicle zebro includes vehicle ardito'
+expect_fault daemon/vehicles/zebro/vehicle.cpp '#include "idl/ardito/commands.h"' 'vehicle zebro includes vehicle ardito'
+expect_fault tools/lss-sim/zebro/vehicle.cpp '#include "drivers/ardito/x.h"' 'vehicle zebro includes vehicle ardito'
 
 [ "$failed" = 0 ] && echo 'each violation is caught'
 exit "$failed"

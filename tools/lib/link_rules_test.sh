@@ -6,7 +6,7 @@ tree=$(mktemp -d)
 trap 'rm -rf "$tree"' EXIT
 failed=0
 
-mkdir -p "$tree"/{idl,gnc/{zebro,ardito},drivers/zebro,daemon/{core,dds},tools,tests}
+mkdir -p "$tree"/{idl,gnc/{zebro,ardito},drivers/zebro,daemon/{cycle,publish},tools,tests}
 cat > "$tree/CMakeLists.txt" <<EOF2
 cmake_minimum_required(VERSION 3.20)
 project(rules LANGUAGES NONE)
@@ -35,9 +35,9 @@ fresh() {
   printf 'add_subdirectory(zebro)\n' > "$tree/drivers/CMakeLists.txt"
   target drivers serial
   target drivers/zebro zebro_bus serial
-  printf 'add_subdirectory(core)\nadd_subdirectory(dds)\n' > "$tree/daemon/CMakeLists.txt"
-  target daemon/core core gnc_zebro zebro_bus
-  target daemon/dds face lss_idl
+  printf 'add_subdirectory(cycle)\nadd_subdirectory(publish)\n' > "$tree/daemon/CMakeLists.txt"
+  target daemon/cycle core gnc_zebro zebro_bus
+  target daemon/publish face lss_idl
   target daemon program core face
   target tools cli lss_idl
   target tests test_cli cli
@@ -63,8 +63,8 @@ expect_fault gnc/zebro gnc_ardito
 expect_fault gnc/ardito zebro_bus
 expect_fault drivers/zebro Eigen3::Eigen
 expect_fault drivers lss_idl
-expect_fault daemon/core lss_idl
-expect_fault daemon/core CycloneDDS::ddsc
+expect_fault daemon/cycle lss_idl
+expect_fault daemon/cycle CycloneDDS::ddsc
 expect_fault daemon CycloneDDS::ddsc
 expect_fault daemon cli
 expect_fault idl cli

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/lss-cli/grammar.h"
+#include "tools/lss-cli/verbs/grammar.h"
 
 namespace {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "tools/lss-cli/wire.h"
+#include "tools/lss-cli/session/wire.h"
 
 namespace lss::ground {
 namespace {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tools/lss-cli/ack.h"
-#include "tools/lss-cli/failure.h"
-#include "tools/lss-cli/status.h"
-#include "tools/lss-cli/timing.h"
+#include "tools/lss-cli/session/ack.h"
+#include "tools/lss-cli/session/status.h"
+#include "tools/lss-cli/show/failure.h"
+#include "tools/lss-cli/show/timing.h"
 
 namespace lss::ground {
 namespace {

@@ -17,7 +17,7 @@
 #include <string_view>
 #include <utility>
 
-#include "tools/lss-cli/wire.h"
+#include "tools/lss-cli/session/wire.h"
 #include "tools/lss-ground/access.h"
 #include "tools/lss-ground/fleet.h"
 #include "tools/lss-ground/message.h"

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <chrono>
 
-#include "tools/lss-cli/ack.h"
-#include "tools/lss-cli/parameters.h"
-#include "tools/lss-cli/status.h"
+#include "tools/lss-cli/session/ack.h"
+#include "tools/lss-cli/session/parameters.h"
+#include "tools/lss-cli/session/status.h"
 #include "tools/lss-ground/desk.h"
 
 namespace lss::ground {

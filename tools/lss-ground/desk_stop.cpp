@@ -7,7 +7,7 @@
 #include <array>
 
 #include "idl/codes.h"
-#include "tools/lss-cli/ack.h"
+#include "tools/lss-cli/session/ack.h"
 #include "tools/lss-ground/desk.h"
 
 namespace lss::ground {

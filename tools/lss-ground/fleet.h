@@ -17,7 +17,7 @@
 
 #include "idl/topics.h"
 #include "lss.h"
-#include "tools/lss-cli/vehicle.h"
+#include "tools/lss-cli/session/vehicle.h"
 #include "tools/lss-ground/daemons.h"
 #include "tools/lss-ground/places.h"
 

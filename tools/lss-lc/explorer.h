@@ -2,7 +2,7 @@
 
 // Visits every state that the locomotion controller can reach, breadth first, with every event in
 // every state: commands, links, timers and error solving come in any order and at any time. It runs
-// the step() that ships (daemon/lc/controller.h); there is no second model. Memory is bounded: a
+// the step() that ships (daemon/cycle/controller.h); there is no second model. Memory is bounded: a
 // state takes 8 bytes packed, 5 for its predecessor, and its share of the index.
 
 #include <array>
@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/lc/controller.h"
+#include "daemon/cycle/controller.h"
 #include "tools/lss-lc/key.h"
 
 namespace lss::lc {

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "daemon/lc/controller.h"
+#include "daemon/cycle/controller.h"
 
 namespace lss::lc {
 

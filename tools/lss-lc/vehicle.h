@@ -1,6 +1,6 @@
 #pragma once
 
-// A vehicle whose locomotion controller is verified. It brings NAME*.cpp here, which define
+// A vehicle whose locomotion controller is verified. It brings NAME/*.cpp here, which define
 // NAME_verified(), and its name in this folder's CMakeLists.txt; properties of every vehicle are in
 // common.h.
 

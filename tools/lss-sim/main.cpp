@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/lss-sim/control.h"
-#include "tools/lss-sim/runner.h"
+#include "tools/lss-sim/frame/control.h"
+#include "tools/lss-sim/frame/runner.h"
 
 namespace {
 

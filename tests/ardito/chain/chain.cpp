@@ -6,13 +6,13 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "tools/lss-sim/runner.h"
+#include "tools/lss-sim/frame/runner.h"
 
 namespace lss::ardito {
 namespace {
 
 constexpr TimeNs kHeartbeatEvery = 200 * kMillisecond;
-constexpr TimeNs kReportEvery = 5 * kMillisecond;  // as daemon/core/can_bus.h
+constexpr TimeNs kReportEvery = 5 * kMillisecond;  // as daemon/runtime/can_bus.h
 constexpr std::uint32_t kLease_ms = 10'000;
 
 const Logic& kLogic = logic();

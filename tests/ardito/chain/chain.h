@@ -4,7 +4,7 @@
 // command passes armour, supervisor, vehicle and bus master as in lssd, frames pass the CAN bus bit
 // by bit, and lss-sim's nodes and rover follow their orders, in physics. The parts are the shipping
 // ones, parameters are read from config/ardito.toml as lssd reads them; what is made here is only
-// the order of events that the threads have in daemon/core/runtime.h and can_bus.h: samples before
+// the order of events that the threads have in daemon/app/runtime.h and can_bus.h: samples before
 // T_k into the frame that begins at T_k, its orders to the bus at T_k + offset. The same options
 // give the same run, to the bit.
 //
@@ -22,11 +22,11 @@
 #include <vector>
 
 #include "daemon/config/config.h"
-#include "daemon/core/command_port.h"
-#include "daemon/core/ring.h"
-#include "daemon/core/stop_latch.h"
-#include "daemon/vehicles/ardito.h"
-#include "tools/lss-sim/ardito.h"
+#include "daemon/runtime/command_port.h"
+#include "daemon/runtime/ring.h"
+#include "daemon/runtime/stop_latch.h"
+#include "daemon/vehicles/ardito/vehicle.h"
+#include "tools/lss-sim/ardito/vehicle.h"
 
 namespace lss::ardito {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/lss-sim/ardito_rover.h"
+#include "tools/lss-sim/ardito/rover.h"
 
 namespace lss::ardito {
 

@@ -1,8 +1,8 @@
+#include "daemon/vehicles/ardito/config.h"
+
 #include <gtest/gtest.h>
 
 #include <fstream>
-
-#include "daemon/vehicles/ardito_config.h"
 
 namespace lss::ardito {
 namespace {

@@ -1,9 +1,10 @@
+#include "daemon/vehicles/ardito/gate.h"
+
 #include <gtest/gtest.h>
 
 #include <limits>
 
-#include "daemon/vehicles/ardito_gate.h"
-#include "daemon/vehicles/ardito_modes.h"
+#include "daemon/vehicles/ardito/modes.h"
 
 namespace lss::ardito {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "daemon/vehicles/ardito_record.h"
-#include "daemon/vehicles/ardito_tunables.h"
+#include "daemon/vehicles/ardito/record.h"
+#include "daemon/vehicles/ardito/tunables.h"
 #include "idl/angles.h"
 #include "world.h"
 

@@ -1,9 +1,10 @@
 // Records of Ardito's frames: a written record is read back unchanged, for any bytes.
+#include "daemon/vehicles/ardito/record.h"
+
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
 #include "daemon/record/json.h"
-#include "daemon/vehicles/ardito_record.h"
 
 namespace lss::ardito {
 namespace {

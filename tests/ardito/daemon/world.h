@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/core/cycle.h"
-#include "daemon/vehicles/ardito.h"
+#include "daemon/cycle/cycle.h"
+#include "daemon/vehicles/ardito/vehicle.h"
 
 namespace lss::ardito {
 

@@ -1,4 +1,4 @@
-#include "tools/lss-sim/can_bus.h"
+#include "tools/lss-sim/frame/can_bus.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,8 +6,8 @@
 #include <deque>
 
 #include "tests/ardito/sim/frames.h"
-#include "tools/lss-sim/ardito.h"
-#include "tools/lss-sim/runner.h"
+#include "tools/lss-sim/ardito/vehicle.h"
+#include "tools/lss-sim/frame/runner.h"
 
 namespace lss::sim {
 namespace {

@@ -2,6 +2,8 @@
 // velocity and position, quick stop, motor power (ICD section 9); and what motor, gear and clutch
 // do.
 
+#include "tools/lss-sim/ardito/drive.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,7 +11,6 @@
 #include <numbers>
 
 #include "tests/ardito/sim/master.h"
-#include "tools/lss-sim/ardito_drive.h"
 
 namespace lss::sim::ardito {
 namespace {

@@ -8,8 +8,8 @@
 #include <array>
 
 #include "drivers/ardito/rover_bus.h"
-#include "tools/lss-sim/ardito.h"
-#include "tools/lss-sim/runner.h"
+#include "tools/lss-sim/ardito/vehicle.h"
+#include "tools/lss-sim/frame/runner.h"
 
 namespace lss::sim::ardito {
 namespace {

@@ -1,11 +1,11 @@
 // The rover that only rolls goes where the one in physics goes, on level ground.
 
+#include "tools/lss-sim/ardito/kinematic.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
-
-#include "tools/lss-sim/ardito_kinematic.h"
 
 namespace lss::sim::ardito {
 namespace {

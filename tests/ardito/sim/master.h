@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "tests/ardito/sim/frames.h"
-#include "tools/lss-sim/can_bus.h"
+#include "tools/lss-sim/frame/can_bus.h"
 
 namespace lss::sim::ardito {
 

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "tests/ardito/sim/master.h"
-#include "tools/lss-sim/ardito_devices.h"
-#include "tools/lss-sim/ardito_drive.h"
+#include "tools/lss-sim/ardito/devices.h"
+#include "tools/lss-sim/ardito/drive.h"
 
 namespace lss::sim::ardito {
 namespace {

@@ -1,13 +1,13 @@
 // The rover in physics, its shafts turned directly.
 
+#include "tools/lss-sim/ardito/rover.h"
+
 #include <gtest/gtest.h>
 
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
-
-#include "tools/lss-sim/ardito_rover.h"
 
 namespace lss::sim::ardito {
 namespace {

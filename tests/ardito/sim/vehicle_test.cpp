@@ -1,14 +1,15 @@
 // The whole vehicle by its frames: twelve nodes, their trains and the rover, driven by a scripted
 // master faster than real time.
 
+#include "tools/lss-sim/ardito/vehicle.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "tests/ardito/sim/master.h"
-#include "tools/lss-sim/ardito.h"
-#include "tools/lss-sim/runner.h"
+#include "tools/lss-sim/frame/runner.h"
 
 namespace lss::sim::ardito {
 namespace {

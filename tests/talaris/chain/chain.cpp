@@ -7,16 +7,16 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "tools/lss-sim/runner.h"
+#include "tools/lss-sim/frame/runner.h"
 
 namespace lss::talaris {
 namespace {
 
 constexpr TimeNs kHeartbeatEvery = 200 * kMillisecond;
-constexpr TimeNs kReportEvery = 5 * kMillisecond;  // as daemon/core/can_bus.h
+constexpr TimeNs kReportEvery = 5 * kMillisecond;  // as daemon/runtime/can_bus.h
 constexpr std::uint32_t kLease_ms = 60'000;
 
-// As in daemon/vehicles/talaris_wiring.cpp.
+// As in daemon/vehicles/talaris/wiring.cpp.
 const Logic& kLogic = logic();
 
 config::Config read(Parameters& parameters, const Chain::Options& options) {
@@ -163,7 +163,7 @@ bool Chain::run_until(Phase phase, double limit_s) {
   return run_until([&] { return this->phase() == phase; }, limit_s);
 }
 
-// ---- the actuate thread, as daemon/vehicles/talaris_actuation.cpp
+// ---- the actuate thread, as daemon/vehicles/talaris/actuation.cpp
 
 void Chain::release() {
   const TimeNs due_ns = release_ns_;
@@ -211,7 +211,7 @@ void Chain::send_edges(TimeNs due_ns) {
   edges_.all_stop_pending = latch_.pending();
 }
 
-// ---- the bus thread, as daemon/core/can_bus.h
+// ---- the bus thread, as daemon/runtime/can_bus.h
 
 void Chain::turn_can() {
   wire_->advance(now_ns_);
@@ -231,7 +231,7 @@ void Chain::turn_can() {
   can_.time_ns = now_ns_;
 }
 
-// ---- the frame thread, as daemon/core/frames.h and runtime.h
+// ---- the frame thread, as daemon/runtime/frames.h and runtime.h
 
 void Chain::begin_frame() {
   if (FrameTick tick; imu_.take_tick(tick)) {
@@ -334,7 +334,7 @@ void Chain::inject(const std::string& text) {
   board_->inject(*fault);
 }
 
-// As lss-sim does (tools/lss-sim/runner.cpp).
+// As lss-sim does (tools/lss-sim/frame/runner.cpp).
 void Chain::act(const sim::Fault& fault, bool attach) {
   const std::string_view kind = fault.kind->name;
   if (among(kUnknown, kind))

@@ -5,7 +5,7 @@
 // their rate and frames the CAN bus bit by bit, and lss-sim's sensors, nodes and hopper
 // follow their orders, in physics. The parts are the shipping ones, parameters are read from a file
 // in config/talaris/ as lssd reads it; what is made here is only the order of events that the
-// threads have in daemon/core/runtime.h and daemon/vehicles/talaris_buses.h: the IMU's packets
+// threads have in daemon/app/runtime.h and daemon/vehicles/talaris/buses.h: the IMU's packets
 // begin the frames, samples before T_k go into the frame that begins at T_k, its orders to the
 // buses at T_k + offset, the edges of valves at their own times. The same options give the same
 // run, to the bit.
@@ -25,13 +25,13 @@
 #include <vector>
 
 #include "daemon/config/config.h"
-#include "daemon/core/command_port.h"
-#include "daemon/core/frames.h"
-#include "daemon/core/ring.h"
-#include "daemon/core/stop_latch.h"
-#include "daemon/vehicles/talaris.h"
+#include "daemon/runtime/command_port.h"
+#include "daemon/runtime/frames.h"
+#include "daemon/runtime/ring.h"
+#include "daemon/runtime/stop_latch.h"
+#include "daemon/vehicles/talaris/vehicle.h"
 #include "tests/talaris/chain/line.h"
-#include "tools/lss-sim/talaris.h"
+#include "tools/lss-sim/talaris/vehicle.h"
 
 namespace lss::talaris {
 

@@ -7,7 +7,7 @@
 namespace lss::talaris {
 namespace {
 
-constexpr TimeNs kReportEvery = 5 * kMillisecond;  // as daemon/core/serial_bus.h
+constexpr TimeNs kReportEvery = 5 * kMillisecond;  // as daemon/runtime/serial_bus.h
 
 }  // namespace
 
@@ -42,7 +42,7 @@ void Line::turn(TimeNs now) {
   for (std::size_t i = 0; i < count; ++i) samples_.push(samples[i]);
   if (driver_->take_tick(tick_)) {
     ticked_ = true;
-    // As daemon/vehicles/talaris_line.h: the packet that begins the frame may have been lost.
+    // As daemon/vehicles/talaris/line.h: the packet that begins the frame may have been lost.
     for (std::size_t i = 0; i < count; ++i) {
       if (!std::holds_alternative<ImuPacket>(samples[i].reading) ||
           samples[i].time_ns < tick_.time_ns)

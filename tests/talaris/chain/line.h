@@ -2,15 +2,15 @@
 
 // A sensor on its serial line in virtual time: the shipping driver on one side, lss-sim's device
 // and line on the other, every byte at its instant. A turn does what a turn of the bus thread does
-// (daemon/core/serial_bus.h, daemon/vehicles/talaris_line.h), in the same order. One thread.
+// (daemon/runtime/serial_bus.h, daemon/vehicles/talaris/line.h), in the same order. One thread.
 
 #include <algorithm>
 #include <memory>
 
-#include "daemon/core/ring.h"
-#include "daemon/vehicles/talaris_buses.h"
-#include "tools/lss-sim/uart.h"
-#include "tools/lss-sim/vehicle.h"
+#include "daemon/runtime/ring.h"
+#include "daemon/vehicles/talaris/buses.h"
+#include "tools/lss-sim/frame/uart.h"
+#include "tools/lss-sim/frame/vehicle.h"
 
 namespace lss::talaris {
 

@@ -1,8 +1,9 @@
+#include "tools/lss-cli/talaris/script.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/lss-cli/failure.h"
-#include "tools/lss-cli/talaris_script.h"
+#include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli::talaris {
 namespace {

@@ -5,10 +5,10 @@
 
 #include <numbers>
 
-#include "idl/talaris_commands.h"
-#include "tools/lss-cli/grammar.h"
-#include "tools/lss-cli/options.h"
-#include "tools/lss-cli/talaris.h"
+#include "idl/talaris/commands.h"
+#include "tools/lss-cli/show/options.h"
+#include "tools/lss-cli/talaris/vehicle.h"
+#include "tools/lss-cli/verbs/grammar.h"
 
 namespace lss::cli::talaris {
 namespace {

@@ -1,8 +1,9 @@
 // Messages of the fast all-stop on the CAN bus besides shutting and switching off.
 
+#include "daemon/vehicles/talaris/actuation.h"
+
 #include <gtest/gtest.h>
 
-#include "daemon/vehicles/talaris_actuation.h"
 #include "drivers/canopen/canopen.h"
 #include "tests/talaris/daemon/buses_rig.h"
 

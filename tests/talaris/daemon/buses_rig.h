@@ -29,9 +29,9 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/core/clock.h"
-#include "daemon/core/frame_engine.h"
-#include "daemon/vehicles/talaris_buses.h"
+#include "daemon/runtime/clock.h"
+#include "daemon/runtime/frame_engine.h"
+#include "daemon/vehicles/talaris/buses.h"
 #include "drivers/can/cannelloni.h"
 
 namespace lss::talaris::testing_support {

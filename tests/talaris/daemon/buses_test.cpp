@@ -1,6 +1,8 @@
 // The wiring on real pseudo-terminals and datagrams, with its threads. The asserted times are also
 // valid on a busy machine: never early, and in order.
 
+#include "daemon/vehicles/talaris/buses.h"
+
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -9,7 +11,6 @@
 #include <optional>
 #include <vector>
 
-#include "daemon/vehicles/talaris_buses.h"
 #include "tests/talaris/daemon/buses_rig.h"
 
 namespace lss::talaris {

@@ -1,10 +1,10 @@
+#include "daemon/vehicles/talaris/config.h"
+
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <fstream>
 #include <regex>
-
-#include "daemon/vehicles/talaris_config.h"
 
 namespace lss::talaris {
 namespace {

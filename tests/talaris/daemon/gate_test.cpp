@@ -1,7 +1,8 @@
+#include "daemon/vehicles/talaris/gate.h"
+
 #include <gtest/gtest.h>
 
-#include "daemon/vehicles/talaris_gate.h"
-#include "daemon/vehicles/talaris_modes.h"
+#include "daemon/vehicles/talaris/modes.h"
 
 namespace lss::talaris {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "daemon/vehicles/talaris_record.h"
-#include "daemon/vehicles/talaris_tunables.h"
+#include "daemon/vehicles/talaris/record.h"
+#include "daemon/vehicles/talaris/tunables.h"
 #include "world.h"
 
 namespace lss::talaris {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "daemon/vehicles/talaris_record.h"
+#include "daemon/vehicles/talaris/record.h"
 #include "tests/support/allocations.h"
 #include "world.h"
 

@@ -1,9 +1,10 @@
 // Records of TALARIS' frames: a written record is read back unchanged, for any bytes.
+#include "daemon/vehicles/talaris/record.h"
+
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
 #include "daemon/record/json.h"
-#include "daemon/vehicles/talaris_record.h"
 
 namespace lss::talaris {
 namespace {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "daemon/core/cycle.h"
-#include "daemon/vehicles/talaris.h"
+#include "daemon/cycle/cycle.h"
+#include "daemon/vehicles/talaris/vehicle.h"
 
 namespace lss::talaris {
 

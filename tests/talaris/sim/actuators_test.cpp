@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "tools/lss-sim/talaris_fans.h"
-#include "tools/lss-sim/talaris_gas.h"
+#include "tools/lss-sim/talaris/fans.h"
+#include "tools/lss-sim/talaris/gas.h"
 
 namespace lss::sim::talaris {
 namespace {

@@ -12,7 +12,7 @@
 #include "drivers/talaris/hopper_bus.h"
 #include "drivers/talaris/landmark30.h"
 #include "drivers/talaris/valves.h"
-#include "tools/lss-sim/talaris.h"
+#include "tools/lss-sim/talaris/vehicle.h"
 
 namespace lss::talaris {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "tests/talaris/sim/hopper_frames.h"
-#include "tools/lss-sim/talaris.h"
+#include "tools/lss-sim/talaris/vehicle.h"
 
 namespace lss::sim::talaris {
 

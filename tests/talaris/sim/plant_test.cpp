@@ -1,10 +1,10 @@
 // The rigid body, its legs and the test stands.
 
+#include "tools/lss-sim/talaris/plant.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-
-#include "tools/lss-sim/talaris_plant.h"
 
 namespace lss::sim::talaris {
 namespace {

@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "tests/talaris/sim/hopper_frames.h"
-#include "tools/lss-sim/talaris_altimeter.h"
-#include "tools/lss-sim/talaris_imu.h"
+#include "tools/lss-sim/talaris/altimeter.h"
+#include "tools/lss-sim/talaris/imu.h"
 
 namespace lss::sim::talaris {
 namespace {

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "daemon/vehicles/zebro.h"
+#include "daemon/vehicles/zebro/vehicle.h"
 
 namespace lss::zebro {
 

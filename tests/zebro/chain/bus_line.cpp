@@ -6,7 +6,7 @@
 namespace lss::zebro {
 namespace {
 
-// As in daemon/core/serial_bus.h.
+// As in daemon/runtime/serial_bus.h.
 constexpr TimeNs kReopenEvery = 100 * kMillisecond;
 constexpr TimeNs kReportEvery = 5 * kMillisecond;
 

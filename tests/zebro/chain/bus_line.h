@@ -1,13 +1,13 @@
 #pragma once
 
-// The bus thread of daemon/core/serial_bus.h in virtual time: the shipping bus master on one side,
-// the line of lss-sim on the other, every byte at its instant. A turn does what a turn of the
+// The bus thread of daemon/runtime/serial_bus.h in virtual time: the shipping bus master on one
+// side, the line of lss-sim on the other, every byte at its instant. A turn does what a turn of the
 // thread does, in the same order. Writes down every frame of the master with its time on the wire.
 // One thread.
 
-#include "daemon/core/ring.h"
+#include "daemon/runtime/ring.h"
 #include "tests/zebro/chain/bus.h"
-#include "tools/lss-sim/uart.h"
+#include "tools/lss-sim/frame/uart.h"
 
 namespace lss::zebro {
 

@@ -4,8 +4,8 @@
 #include <random>
 #include <stdexcept>
 
-#include "tools/lss-sim/runner.h"
-#include "tools/lss-sim/zebro.h"
+#include "tools/lss-sim/frame/runner.h"
+#include "tools/lss-sim/zebro/vehicle.h"
 
 namespace lss::zebro {
 namespace {
@@ -210,7 +210,7 @@ void Chain::inject(const std::string& text) {
   board_->inject(*fault);
 }
 
-// As lss-sim does (tools/lss-sim/runner.cpp).
+// As lss-sim does (tools/lss-sim/frame/runner.cpp).
 void Chain::act(const sim::Fault& fault, bool attach) {
   if (fault.kind->name == std::string_view("unplug")) {
     plug_ns_ = attach ? now_ns_ + to_ns(fault.values.front()) : now_ns_;

@@ -4,7 +4,7 @@
 // passes armour, supervisor, vehicle and bus master as in lssd, bytes pass the line at its rate,
 // and lss-sim's modules and robot follow their orders. The parts are the shipping ones, parameters
 // are read from config/zebro.toml as lssd reads them; what is made here is only the order of events
-// that the threads have in daemon/core/runtime.h: samples up to T_k into the frame that begins at
+// that the threads have in daemon/app/runtime.h: samples up to T_k into the frame that begins at
 // T_k, its orders to the bus at T_k + offset. The same options give the same run, to the bit.
 //
 //   Chain chain({.seed = 7});
@@ -23,11 +23,11 @@
 #include <vector>
 
 #include "daemon/config/config.h"
-#include "daemon/core/command_port.h"
+#include "daemon/runtime/command_port.h"
 #include "tests/zebro/chain/bus_line.h"
 #include "tests/zebro/chain/frame_bus.h"
-#include "tools/lss-sim/faults.h"
-#include "tools/lss-sim/zebro_plant.h"
+#include "tools/lss-sim/frame/faults.h"
+#include "tools/lss-sim/zebro/plant.h"
 
 namespace lss::sim::zebro {
 class Zebro;

@@ -9,7 +9,7 @@
 
 #include "tests/zebro/chain/chain.h"
 #include "tests/zebro/chain/wire_check.h"
-#include "tools/lss-sim/zebro.h"
+#include "tools/lss-sim/zebro/vehicle.h"
 
 namespace lss::zebro {
 namespace {

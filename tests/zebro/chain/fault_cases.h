@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "daemon/core/messages.h"
+#include "daemon/cycle/messages.h"
 
 namespace lss::zebro {
 

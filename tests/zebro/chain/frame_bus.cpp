@@ -2,12 +2,13 @@
 
 #include <algorithm>
 
-#include "tools/lss-sim/zebro.h"
+#include "tools/lss-sim/zebro/vehicle.h"
 
 namespace lss::zebro {
 namespace {
 
-constexpr TimeNs kMostWaited = 2;   // replies that another waits for, as in tools/lss-sim/uart.cpp
+constexpr TimeNs kMostWaited =
+    2;  // replies that another waits for, as in tools/lss-sim/frame/uart.cpp
 constexpr std::size_t kCodeAt = 3;  // characters of the code in a frame: two digits
 
 bool asks(std::span<const std::uint8_t> frame) {

@@ -8,9 +8,9 @@
 #include <array>
 #include <random>
 
-#include "daemon/core/ring.h"
+#include "daemon/runtime/ring.h"
 #include "tests/zebro/chain/bus.h"
-#include "tools/lss-sim/uart.h"
+#include "tools/lss-sim/frame/uart.h"
 
 namespace lss::sim::zebro {
 class Zebro;

@@ -11,7 +11,7 @@
 #include "idl/angles.h"
 #include "tests/zebro/chain/chain.h"
 #include "tests/zebro/chain/wire_check.h"
-#include "tools/lss-sim/zebro.h"
+#include "tools/lss-sim/zebro/vehicle.h"
 
 namespace lss::zebro {
 namespace {

@@ -11,7 +11,7 @@
 #include <set>
 #include <sstream>
 
-#include "daemon/vehicles/zebro_config.h"
+#include "daemon/vehicles/zebro/config.h"
 
 namespace lss::zebro {
 namespace {

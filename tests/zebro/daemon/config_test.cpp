@@ -1,8 +1,8 @@
+#include "daemon/vehicles/zebro/config.h"
+
 #include <gtest/gtest.h>
 
 #include <fstream>
-
-#include "daemon/vehicles/zebro_config.h"
 
 namespace lss::zebro {
 namespace {

@@ -1,8 +1,9 @@
+#include "daemon/vehicles/zebro/gate.h"
+
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
-#include "daemon/vehicles/zebro_gate.h"
-#include "daemon/vehicles/zebro_modes.h"
+#include "daemon/vehicles/zebro/modes.h"
 
 namespace lss::zebro {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "daemon/vehicles/zebro_record.h"
-#include "daemon/vehicles/zebro_tunables.h"
+#include "daemon/vehicles/zebro/record.h"
+#include "daemon/vehicles/zebro/tunables.h"
 #include "world.h"
 
 namespace lss::zebro {

@@ -1,4 +1,6 @@
 // Records of frames: a written record is read back unchanged, for any bytes.
+#include "daemon/vehicles/zebro/record.h"
+
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -11,7 +13,6 @@
 
 #include "daemon/record/json.h"
 #include "daemon/record/run_log.h"
-#include "daemon/vehicles/zebro_record.h"
 
 namespace lss::zebro {
 namespace {

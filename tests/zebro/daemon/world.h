@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/core/cycle.h"
-#include "daemon/vehicles/zebro.h"
+#include "daemon/cycle/cycle.h"
+#include "daemon/vehicles/zebro/vehicle.h"
 
 namespace lss::zebro {
 

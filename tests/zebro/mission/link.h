@@ -10,8 +10,8 @@
 #include <initializer_list>
 #include <span>
 
-#include "daemon/core/messages.h"
-#include "idl/zebro_commands.h"
+#include "daemon/cycle/messages.h"
+#include "idl/zebro/commands.h"
 
 namespace lss::zebro::mission {
 

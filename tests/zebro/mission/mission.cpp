@@ -8,7 +8,7 @@
 #include <memory>
 
 #include "tests/zebro/chain/chain.h"
-#include "tools/lss-sim/zebro.h"
+#include "tools/lss-sim/zebro/vehicle.h"
 
 namespace lss::zebro::mission {
 namespace {

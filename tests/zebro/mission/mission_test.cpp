@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/zebro/chain/chain.h"
-#include "tools/lss-sim/zebro.h"
+#include "tools/lss-sim/zebro/vehicle.h"
 
 namespace lss::zebro::mission {
 namespace {

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "idl/angles.h"
-#include "tools/lss-sim/zebro_module.h"
+#include "tools/lss-sim/zebro/module.h"
 
 namespace lss::sim::zebro {
 

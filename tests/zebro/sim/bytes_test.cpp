@@ -6,8 +6,8 @@
 #include <numbers>
 #include <string>
 
-#include "tools/lss-sim/runner.h"
-#include "tools/lss-sim/zebro.h"
+#include "tools/lss-sim/frame/runner.h"
+#include "tools/lss-sim/zebro/vehicle.h"
 
 namespace lss::sim::zebro {
 namespace {

@@ -1,10 +1,10 @@
-#include "tools/lss-sim/faults.h"
+#include "tools/lss-sim/frame/faults.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/lss-sim/runner.h"
-#include "tools/lss-sim/zebro.h"
+#include "tools/lss-sim/frame/runner.h"
+#include "tools/lss-sim/zebro/vehicle.h"
 
 namespace lss::sim {
 namespace {

@@ -1,8 +1,8 @@
 // The motor against the measurements of the Zebro thesis (appendix A).
 
-#include <gtest/gtest.h>
+#include "tools/lss-sim/zebro/motor.h"
 
-#include "tools/lss-sim/zebro_motor.h"
+#include <gtest/gtest.h>
 
 namespace lss::sim::zebro {
 namespace {

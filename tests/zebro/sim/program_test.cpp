@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "tests/support/sim_process.h"
-#include "tools/lss-sim/file.h"
+#include "tools/lss-sim/frame/file.h"
 
 namespace lss::sim {
 namespace {

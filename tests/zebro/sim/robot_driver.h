@@ -12,7 +12,7 @@
 #include <numbers>
 #include <vector>
 
-#include "tools/lss-sim/zebro.h"
+#include "tools/lss-sim/zebro/vehicle.h"
 
 namespace lss::sim::zebro {
 

@@ -12,7 +12,7 @@
 
 #include "gnc/zebro/gait.h"
 #include "gnc/zebro/leg.h"
-#include "tools/lss-sim/zebro_motor.h"
+#include "tools/lss-sim/zebro/motor.h"
 
 namespace lss::sim::zebro {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/lss-sim/uart.h"
+#include "tools/lss-sim/frame/uart.h"
 
 #include <gtest/gtest.h>
 

@@ -13,7 +13,7 @@
 #include "lss.h"
 #include "tools/lss-cli/doctor/finding.h"
 #include "tools/lss-cli/doctor/system.h"
-#include "tools/lss-cli/options.h"
+#include "tools/lss-cli/show/options.h"
 
 namespace lss::cli::doctor {
 

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "tools/lss-cli/doctor/checks.h"
-#include "tools/lss-cli/link.h"
-#include "tools/lss-cli/status.h"
+#include "tools/lss-cli/session/link.h"
+#include "tools/lss-cli/session/status.h"
 
 namespace lss::cli::doctor {
 

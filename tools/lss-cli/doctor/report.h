@@ -6,7 +6,7 @@
 #include <string>
 
 #include "tools/lss-cli/doctor/finding.h"
-#include "tools/lss-cli/output.h"
+#include "tools/lss-cli/show/output.h"
 
 namespace lss::cli::doctor {
 

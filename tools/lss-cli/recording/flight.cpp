@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "daemon/record/limits.h"
-#include "tools/lss-cli/failure.h"
+#include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli::recording {
 namespace {

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <limits>
 
-#include "tools/lss-cli/failure.h"
+#include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli::recording {
 namespace {

@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "tools/lss-cli/failure.h"
+#include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli::recording {
 namespace {

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <utility>
 
-#include "tools/lss-cli/failure.h"
+#include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli::recording {
 namespace {

@@ -9,9 +9,9 @@
 
 #include "daemon/record/json.h"
 #include "daemon/record/limits.h"
-#include "tools/lss-cli/failure.h"
-#include "tools/lss-cli/names.h"
 #include "tools/lss-cli/recording/recording.h"
+#include "tools/lss-cli/show/failure.h"
+#include "tools/lss-cli/show/names.h"
 
 namespace lss::cli::recording {
 namespace {

@@ -6,7 +6,7 @@
 #include <bit>
 
 #include "daemon/record/limits.h"
-#include "tools/lss-cli/failure.h"
+#include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli::recording {
 namespace {

@@ -8,9 +8,9 @@
 #include <fstream>
 #include <set>
 
-#include "tools/lss-cli/failure.h"
-#include "tools/lss-cli/names.h"
 #include "tools/lss-cli/recording/mcap_writer.h"
+#include "tools/lss-cli/show/failure.h"
+#include "tools/lss-cli/show/names.h"
 
 namespace lss::cli::recording {
 namespace {

@@ -5,8 +5,8 @@
 #include <map>
 
 #include "idl/timing_statistics.h"
-#include "tools/lss-cli/commands.h"
 #include "tools/lss-cli/report/series.h"
+#include "tools/lss-cli/session/commands.h"
 
 namespace lss::cli::report {
 namespace {

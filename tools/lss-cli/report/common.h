@@ -5,7 +5,7 @@
 
 #include "tools/lss-cli/recording/recording.h"
 #include "tools/lss-cli/report/page.h"
-#include "tools/lss-cli/vehicle.h"
+#include "tools/lss-cli/session/vehicle.h"
 
 namespace lss::cli::report {
 

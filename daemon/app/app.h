@@ -1,0 +1,34 @@
+#pragma once
+
+// What main needs of a vehicle's running daemon. Implemented by Runtime<Vehicle>
+// (daemon/app/runtime.h).
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "daemon/runtime/progress.h"
+
+namespace lss {
+
+class App {
+ public:
+  virtual ~App() = default;
+
+  // DDS first, then memory, then the real-time threads. The error says what to do.
+  virtual tl::expected<void, std::string> start() = 0;
+  // Sends the safe command, then ends all threads. Bounded.
+  virtual void stop() = 0;
+
+  // The turns of every thread, the frame's first: the watchdog is fed only while that one advances.
+  virtual std::vector<Progress> progress() const = 0;
+  virtual void keep_frames() = 0;           // writes the last frames to a file, as at a fault
+  virtual std::string summary() const = 0;  // one line for systemctl status
+  // The daemon shall be restarted to use shared memory again (vehicle idle, RouDi back,
+  // configured).
+  virtual bool wants_restart() const = 0;
+};
+
+}  // namespace lss

@@ -1,0 +1,413 @@
+#pragma once
+
+// The running daemon of one vehicle: its threads and the data between them (picture in
+// docs/architecture.md). bus/NAME move bytes, frame runs the cycle at every boundary, actuate
+// releases the command of the frame at the offset, the DDS listener queues requests, publish sends
+// the output of the frame. frame, actuate and bus are real-time: they never allocate, lock, log or
+// call DDS.
+//
+// Vehicle: what daemon/cycle/cycle.h asks for. Buses: the vehicle's wiring,
+//   Buses(config, parameters), probe() -> expected, bodies() -> {name, function}, stop(),
+//   collect(Inputs&) (frame thread), release(const Command&) (actuate thread), dropped(),
+//   progress(), all_stop(): an emergency stop was taken; any thread, does not wait;
+// and optionally
+//   Frames, frames() -> Frames&: where frames begin, started by start(epoch); else by the clock,
+//   actuation(): what the actuate thread does between releases (NoWork in daemon/runtime/frames.h);
+//   release(Command, Boundary) then.
+// The vehicle's structs are described for records in daemon/vehicles/NAME/record.h.
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <functional>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "daemon/app/app.h"
+#include "daemon/config/config.h"
+#include "daemon/cycle/cycle.h"
+#include "daemon/parameters/saver.h"
+#include "daemon/parameters/start.h"
+#include "daemon/publish/dictionary.h"
+#include "daemon/publish/publisher.h"
+#include "daemon/record/frame_log.h"
+#include "daemon/record/frame_record.h"
+#include "daemon/record/schema.h"
+#include "daemon/record/state.h"
+#include "daemon/record/vehicle_records.h"
+#include "daemon/runtime/clock.h"
+#include "daemon/runtime/command_port.h"
+#include "daemon/runtime/frame_engine.h"
+#include "daemon/runtime/thread.h"
+
+namespace lss {
+
+// Where a vehicle's frames begin.
+template <class Buses>
+struct FramesOf {
+  using Type = ClockFrames;
+};
+template <class Buses>
+requires requires { typename Buses::Frames; }
+struct FramesOf<Buses> {
+  using Type = typename Buses::Frames;
+};
+
+template <class Vehicle, class Buses>
+class Runtime final : public App {
+ public:
+  using Parameters = typename Buses::Parameters;
+  using Frames = typename FramesOf<Buses>::Type;
+
+  // `start`: state of the parameters, which `parameters` already contains.
+  Runtime(const config::Config& config, const Parameters& parameters, const ParameterStart& start,
+          const Logic& logic, const Vocabulary& vocabulary, const record::VehicleRecords& records)
+      : config_(with_saved(config, start)),
+        buses_(config_, parameters),
+        vehicle_(parameters),
+        supervisor_(logic, {.obc_timeout_ns = config.obc_timeout_ns}),
+        port_(logic, static_cast<std::uint32_t>(config.lease_min_ms),
+              static_cast<std::uint32_t>(config.lease_max_ms), [this] { buses_.all_stop(); }),
+        publisher_(config_, vocabulary,
+                   dictionary(config.vehicle, logic, vocabulary, telemetry_schema())),
+        frame_log_({.folder = config_.log_folder,
+                    .files = config_.log_files,
+                    .vehicle_id = config_.vehicle_id,
+                    .header = {{"vehicle", config_.vehicle},
+                               {"vehicle_id", config_.vehicle_id},
+                               {"version", LSS_VERSION}},
+                    .preset = running_preset(config_),
+                    .recorder = flight_recorder(config_, records)},
+                   records.to_json),
+        saver_(start.store, logic.tunables, start.configured, [this] { publisher_.wake(); }) {
+    port_.show(supervisor_.state());
+    publisher_.parameters(report_of(start, logic.tunables, vehicle_.tunables()), told_of(start));
+  }
+  ~Runtime() override { stop(); }
+
+  tl::expected<void, std::string> start() override {
+    if (auto ok = buses_.probe(); !ok) return ok;
+    // DDS first: its threads inherit the ordinary scheduling of this one.
+    if (auto ok = publisher_.open([this](const Request& r, std::uint64_t writer) {
+          port_.receive(r, writer, [this](const Ack& ack) { publisher_.answer(ack); });
+        });
+        !ok) {
+      return ok;
+    }
+    const auto locked = rt::lock_memory();
+    if (!locked && config_.realtime_enforce) return locked;
+    if (!locked) publisher_.complain(locked.error());
+    publisher_.memory_locked(locked.has_value());
+    rt::populate_memory();
+
+    frame_log_.start();
+    saver_.start();
+    engine_ = std::make_unique<Engine>(start_frames(), engine_parameters());
+    for (auto& [name, body] : buses_.bodies()) {
+      if (auto ok = launch(name, std::move(body)); !ok) return ok;
+    }
+    if (auto ok = launch("actuate", [this] { actuate(); }); !ok) return ok;
+    if (auto ok = launch("frame", [this] { frame(); }); !ok) return ok;
+    if (!lockstep::on()) {
+      if (auto ok = await_frames(); !ok) return ok;
+    }
+    for (const auto& thread : threads_) thread->mark_ready();
+    publisher_.start(threads_,
+                     {.newest_telemetry = [this] { return newest_telemetry(); },
+                      .telemetry_missed = [this] { return telemetry_missed_; },
+                      .commands_refused = [this] { return port_.refused(); },
+                      .log_event = [this](EventId& e) { return frame_log_.pop(e); },
+                      .log_dropped = [this] { return frame_log_.dropped(); },
+                      .recording = [this] { return frame_log_.recording(); },
+                      .parameters_saved = [this](SaveResult& r) { return saver_.pop(r); }});
+    if (!lockstep::on()) return {};
+    constexpr unsigned kOthers = 3;  // publish, log, save
+    if (!lockstep::begin(static_cast<unsigned>(threads_.size()) + kOthers))
+      return tl::unexpected(std::string("lockstep: a thread does not start"));
+    return await_frames();
+  }
+
+  void stop() override {
+    if (threads_.empty()) return;
+    shut_down_ = true;
+    // A flying vehicle lands first, within the time that the service manager allows.
+    const TimeNs landed = now_ns() + kLandingTime;
+    while (airborne_ && now_ns() < landed && !time_is_over())
+      sleep_until(now_ns() + config_.period_ns);
+    const std::uint64_t last = engine_->frames() + kShutDownFrames;
+    const TimeNs until = now_ns() + kSecond;
+    while (engine_->frames() < last && now_ns() < until && !time_is_over())
+      sleep_until(now_ns() + config_.period_ns);
+    engine_->stop();
+    buses_.stop();
+    lockstep::leave();
+    for (const auto& thread : threads_) thread->join();
+    saver_.stop();
+    publisher_.stop();
+    frame_log_.stop();
+    threads_.clear();
+  }
+
+  std::vector<Progress> progress() const override {
+    std::vector<Progress> all{{"frame", engine_->frames()}, {"actuate", engine_->releases()}};
+    std::ranges::move(buses_.progress(), std::back_inserter(all));
+    all.push_back({"publish", publisher_.turns()});
+    all.push_back({"log", frame_log_.turns()});
+    return all;
+  }
+  void keep_frames() override { frame_log_.keep(); }
+  std::string summary() const override { return publisher_.summary(); }
+  bool wants_restart() const override { return publisher_.wants_restart(); }
+
+ private:
+  static constexpr TimeNs kLandingTime = 25 * kSecond;  // less than TimeoutStopSec of the unit
+  static constexpr std::uint64_t kShutDownFrames =
+      10;  // for the safe command to reach every module
+
+  using Engine = FrameEngine<Frames, typename Vehicle::Command>;
+
+  // READY is when frames run: the first one made the safe command for the buses.
+  tl::expected<void, std::string> await_frames() {
+    const TimeNs until = now_ns() + 5 * kSecond;
+    while (engine_->frames() == 0) {
+      if (now_ns() > until)
+        return tl::unexpected(std::string(
+            "the frame thread does not run: check the CPU numbers and priorities in [realtime]"));
+      sleep_until(now_ns() + kMillisecond / 4);
+    }
+    return {};
+  }
+
+  // Simulated time has ended.
+  static bool time_is_over() { return lockstep::on() && lockstep::over(); }
+
+  // Frame 1 begins a little ahead, on a whole millisecond of the monotonic clock; or when the
+  // sensor that makes frames has had time to send.
+  Frames& start_frames() {
+    const TimeNs epoch = (now_ns() / kMillisecond + 2) * kMillisecond - config_.period_ns;
+    if constexpr (std::is_same_v<Frames, ClockFrames>) {
+      frames_ = std::make_unique<Frames>(FrameClock(epoch, config_.period_ns, config_.offset_ns));
+      return *frames_;
+    } else {
+      buses_.frames().start(epoch);
+      return buses_.frames();
+    }
+  }
+
+  tl::expected<void, std::string> launch(const std::string& name, std::function<void()> body) {
+    rt::ThreadRequest request{.name = name};
+    for (const config::Thread& t : config_.threads) {
+      if (t.name == name) request = {.name = name, .priority = t.priority, .cpu = t.cpu};
+    }
+    threads_.push_back(std::make_unique<rt::Thread>());
+    auto ok = threads_.back()->start(request, config_.realtime_enforce, std::move(body));
+    if (!ok && !config_.realtime_enforce) {
+      publisher_.complain(ok.error());
+      return {};
+    }
+    return ok;
+  }
+
+  FrameParameters engine_parameters() const {
+    FrameParameters p{.period_ns = config_.period_ns,
+                      .offset_ns = config_.offset_ns,
+                      .max_consecutive_overruns = config_.max_consecutive_overruns};
+    for (const config::Thread& t : config_.threads) {
+      if (t.name == "frame") p.frame_spin_ns = t.spin_ns;
+      if (t.name == "actuate") p.actuate_spin_ns = t.spin_ns;
+    }
+    return p;
+  }
+
+  // For the header of recordings.
+  static config::Config with_saved(config::Config config, const ParameterStart& start) {
+    config.saved = start.taken.values;
+    return config;
+  }
+
+  // Events about the saved parameters.
+  static std::vector<Publisher::Told> told_of(const ParameterStart& start) {
+    std::vector<Publisher::Told> told;
+    for (const std::string& trouble : start.loaded.troubles)
+      told.push_back({EventId::parameters_damaged, "saved parameters: " + trouble});
+    for (const std::string& refused : start.taken.refused)
+      told.push_back({EventId::parameters_refused, "saved parameter not taken: " + refused});
+    if (start.loaded.state == SavedState::lost) {
+      told.push_back({EventId::parameters_refused,
+                      "no good copy of the saved parameters: those of the configuration apply"});
+    }
+    if (start.loaded.taken) {
+      told.push_back({EventId::parameters_taken,
+                      "",
+                      {static_cast<double>(start.taken.values.size()),
+                       static_cast<double>(start.loaded.taken->number)}});
+    }
+    return told;
+  }
+
+  static std::string telemetry_schema() {
+    record::Schema schema;
+    const typename Vehicle::Telemetry telemetry{};
+    fields(schema, telemetry);
+    return schema.text();
+  }
+
+  static std::optional<config::LogPreset> running_preset(const config::Config& config) {
+    const config::LogPreset* preset = config.log_preset();
+    return preset != nullptr ? std::optional(*preset) : std::nullopt;
+  }
+
+  static std::optional<record::RecorderSettings> flight_recorder(
+      const config::Config& config, const record::VehicleRecords& records) {
+    if (!config.recorder.record) return std::nullopt;
+    return record::recorder_settings(config, LSS_VERSION, records.schema(), records.state_layout());
+  }
+
+  // Publish thread: nullptr when there is nothing new.
+  const void* newest_telemetry() {
+    if (!telemetry_.update()) return nullptr;
+    const Made& made = telemetry_.value();
+    telemetry_missed_ += made.number - std::exchange(telemetry_taken_, made.number) - 1;
+    return &made.telemetry;
+  }
+
+  void frame() noexcept;
+  void actuate() noexcept;
+  void collect(const Boundary& boundary, const Released& released, TimingPoints& timing) noexcept;
+  void hand_over(const TimingPoints& timing) noexcept;
+  void ask_to_save() noexcept;
+  void record_frame(const TimingPoints& timing) noexcept;
+
+  config::Config config_;
+  Buses buses_;
+  Vehicle vehicle_;
+  Supervisor supervisor_;
+  CommandPort port_;
+  Publisher publisher_;
+  record::FrameLog frame_log_;
+  ParameterSaver saver_;
+  std::unique_ptr<Frames> frames_;  // empty: the buses have them
+  std::unique_ptr<Engine> engine_;
+
+  Inputs<Vehicle> in_;
+  Outputs<Vehicle> out_;
+  // Space for any record and for the state of the vehicle.
+  std::array<std::uint8_t,
+             std::max(sizeof(record::FrameRecord<Vehicle>),
+                      sizeof(Vehicle) + sizeof(Supervisor) + sizeof(typename Vehicle::Telemetry))>
+      scratch_{};
+  struct Made {
+    std::uint64_t number = 0;
+    typename Vehicle::Telemetry telemetry{};
+  };
+  Latest<Made> telemetry_;
+  std::uint64_t telemetry_made_ = 0;                          // frame thread
+  std::uint64_t telemetry_taken_ = 0, telemetry_missed_ = 0;  // publish thread
+  std::uint32_t changes_ = 0;                                 // of parameters already shown
+  std::atomic<bool> shut_down_{false}, airborne_{false};
+  std::vector<std::unique_ptr<rt::Thread>> threads_;
+};
+
+// The frame thread.
+template <class Vehicle, class Buses>
+void Runtime<Vehicle, Buses>::frame() noexcept {
+  engine_->frame(
+      [this](const Boundary& boundary, const Released& released,
+             TimingPoints& timing) noexcept -> const typename Vehicle::Command& {
+        collect(boundary, released, timing);
+        cycle(vehicle_, supervisor_, in_, out_, [&](Stage stage) {
+          if (stage == Stage::navigated) timing.navigated_ns = now_ns();
+        });
+        return out_.command;
+      },
+      [this](const TimingPoints& timing) noexcept { hand_over(timing); });
+}
+
+// The actuate thread.
+template <class Vehicle, class Buses>
+void Runtime<Vehicle, Buses>::actuate() noexcept {
+  using Command = typename Vehicle::Command;
+  if constexpr (requires { buses_.actuation(); }) {
+    engine_->actuate(
+        [this](const Command& command, const Boundary& boundary) noexcept {
+          buses_.release(command, boundary);
+        },
+        buses_.actuation());
+  } else {
+    engine_->actuate([this](const Command& command) noexcept { buses_.release(command); });
+  }
+}
+
+template <class Vehicle, class Buses>
+void Runtime<Vehicle, Buses>::collect(const Boundary& boundary, const Released& released,
+                                      TimingPoints& timing) noexcept {
+  in_.frame = boundary.frame;
+  in_.time_ns = boundary.time_ns;
+  in_.held = boundary.held;
+  buses_.collect(in_);
+  in_.request_count = port_.take(in_.requests);
+  in_.late_commands = released.overruns;
+  in_.overrun_limit = released.limit;
+  in_.shut_down = shut_down_.load(std::memory_order_relaxed);
+  timing.samples = in_.sample_count;
+  timing.read_ns = now_ns();
+}
+
+template <class Vehicle, class Buses>
+void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
+  port_.show(supervisor_.state());
+  const bool airborne = supervisor_.airborne();
+  publisher_.airborne(airborne);
+  airborne_.store(airborne, std::memory_order_relaxed);
+  const TunableValues& parameters = vehicle_.tunables();
+  if (std::exchange(changes_, parameters.changes) != parameters.changes) publisher_.put(parameters);
+  publisher_.put(supervisor_.outbox());
+  ask_to_save();
+  publisher_.put(supervisor_.state());
+  publisher_.put(timing);
+  if (config_.telemetry_periodic || out_.data_requested)
+    telemetry_.put({++telemetry_made_, out_.telemetry});
+  publisher_.wake();
+  record_frame(timing);
+}
+
+// When the acknowledgements so far are put: the answer of another thread comes after them.
+template <class Vehicle, class Buses>
+void Runtime<Vehicle, Buses>::ask_to_save() noexcept {
+  const SupervisorState::Active* asked = supervisor_.save_asked();
+  if (asked == nullptr || saver_.ask({*asked, vehicle_.tunables()})) return;
+  publisher_.put(Ack{.source = asked->source,
+                     .sequence = asked->sequence,
+                     .kind = asked->kind,
+                     .phase = Phase::failed,
+                     .verdict = {.reason = Reason::busy},
+                     .time_ns = in_.time_ns});
+}
+
+template <class Vehicle, class Buses>
+void Runtime<Vehicle, Buses>::record_frame(const TimingPoints& timing) noexcept {
+  record::Writer writer(scratch_);
+  fields(writer,
+         record::FrameView<Vehicle>{in_, out_.command, supervisor_.outbox(), supervisor_.state(),
+                                    out_.telemetry, out_.data_requested, timing});
+  if (!writer.fits()) return;  // a struct names a member twice
+  const Supervisor::Outbox& outbox = supervisor_.outbox();
+  frame_log_.put({.fault = record::first_fault(outbox),
+                  .events = outbox.event_count + outbox.ack_count + outbox.dropped != 0,
+                  .time_ns = in_.time_ns},
+                 std::span(scratch_).first(writer.size()));
+  if (!frame_log_.wants_state()) return;
+  record::StateWriter state(scratch_);
+  record::keep(state, vehicle_, supervisor_, out_.telemetry);
+  if (state.fits()) frame_log_.put_state(std::span(scratch_).first(state.size()));
+}
+
+}  // namespace lss

@@ -1,0 +1,136 @@
+#pragma once
+
+// Messages between the threads of the daemon, and between the cycle and the DDS face: plain,
+// trivially copyable, no DDS type in it. Strings are NUL-terminated.
+
+#include <array>
+#include <cstdint>
+
+#include "daemon/cycle/tunables.h"
+#include "drivers/time.h"
+#include "idl/codes.h"
+#include "idl/commands.h"
+#include "idl/timing_statistics.h"
+
+namespace lss {
+
+enum class State : std::uint8_t { idle, operational, fatal_error, solve_errors };
+inline constexpr const char* kStateNames[] = {"Idle", "Operational", "FatalError", "SolveErrors"};
+
+enum class Phase : std::uint8_t { accepted, rejected, executing, completed, failed, superseded };
+enum class Severity : std::uint8_t { info, warning, error, fatal };
+enum class SharedMemory : std::uint8_t { off, active, absent, lost };
+
+using Name = std::array<char, 32>;  // a source
+
+// Internal flag, in addition to those of idl/commands.h: the heartbeat is that of another daemon
+// with our vehicle_id.
+inline constexpr std::uint16_t kFlagAnotherDaemon = 1u << 15;
+
+// A received command or heartbeat, before and after the armour. kind 0 is a heartbeat.
+struct Request {
+  Name source{};
+  std::uint64_t sequence = 0;
+  std::uint16_t kind = 0;
+  std::uint16_t flags = 0;
+  std::uint32_t lease_ms = 0;
+  std::array<double, kMaxParameters> parameter{};
+  TimeNs arrival_ns = 0;
+  bool acknowledged = false;  // "accepted" was answered already
+  bool answered = false;      // an emergency stop: "completed", too
+};
+
+// Result of the guards: which guard, measured value, limit. none: accepted.
+struct Verdict {
+  Reason reason = Reason::none;
+  double measured = kRequired;  // NaN: the guard has no number
+  double limit = kRequired;
+  std::uint16_t subject = 0;  // module of the guard; 0: none
+};
+
+struct Ack {
+  Name source{};
+  std::uint64_t sequence = 0;
+  std::uint16_t kind = 0;
+  Phase phase = Phase::rejected;
+  Verdict verdict{};
+  TimeNs time_ns = 0;
+};
+
+struct EventRecord {
+  TimeNs time_ns = 0;
+  Severity severity = Severity::info;
+  std::uint16_t id = 0;  // EventId, or FaultId + kFaultEventBase
+  std::uint16_t subject = 0;
+  std::array<double, 4> argument{};
+};
+
+struct FaultRecord {
+  FaultId id = FaultId::none;
+  std::uint16_t subject = 0;
+  std::uint32_t count = 0;
+  TimeNs since_ns = 0;
+};
+inline constexpr std::size_t kMaxFaults = 16;
+
+// The points of one frame (TALARIS thesis table 1).
+struct TimingPoints {
+  std::uint64_t frame = 0;
+  TimeNs boundary_ns = 0;
+  TimeNs woken_ns = 0;
+  TimeNs read_ns = 0;
+  TimeNs navigated_ns = 0;
+  TimeNs ready_ns = 0;
+  TimeNs released_ns = 0;  // of the previous frame
+  TimeNs margin_ns = 0;
+  TimeNs offset_ns = 0;
+  std::uint64_t overruns = 0;
+  std::uint64_t frames_skipped = 0;
+  std::uint64_t frames_held = 0;  // begun by the clock because the sensor was silent
+  std::uint64_t commands_repeated = 0;
+  std::uint32_t samples = 0;
+};
+
+inline constexpr std::size_t kMaxThreads = 8;
+struct ThreadStatus {
+  std::array<char, 16> name{};
+  int policy = 0;
+  int priority = 0;
+  int cpu = -1;
+  bool granted = false;
+  std::uint64_t page_faults = 0;  // since start
+  std::uint64_t mallocs = 0;      // since start
+};
+
+// The contents of lss/status that are not in the configuration.
+struct StatusReport {
+  State state = State::idle;
+  std::uint8_t mode = 0;
+  const char* mode_name = "";
+  Name authority{};
+  std::array<FaultRecord, kMaxFaults> faults{};
+  std::uint32_t fault_count = 0;
+  TimeNs time_ns = 0;
+  std::int64_t obc_age_ms = -1;
+  std::uint64_t frame_index = 0;
+  TimeNs period_ns = 0;
+  TimeNs offset_ns = 0;
+  std::uint64_t overruns = 0;
+  std::uint64_t commands_rejected = 0;
+  std::uint64_t safe_commands = 0;
+  std::uint64_t telemetry_dropped = 0;
+  bool recording = false;
+  bool realtime_enforced = false;
+  bool realtime_granted = false;
+  bool memory_locked = false;
+  std::uint64_t page_faults = 0;
+  std::uint64_t mallocs = 0;
+  std::array<ThreadStatus, kMaxThreads> threads{};
+  std::uint32_t thread_count = 0;
+  SavedState saved_parameters = SavedState::none;
+  bool airborne = false;
+  bool stop_falls = false;  // effect of a pilot's STOP in the air: land, or the emergency stop
+  // (shared memory is added by the face)
+};
+
+}  // namespace lss

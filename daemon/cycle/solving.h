@@ -1,0 +1,40 @@
+#pragma once
+
+// One frame of error solving, the same for every vehicle: its strategies one after the other, as
+// far as the locomotion controller agrees, with their events. A vehicle has its own Solver (kind(),
+// running(), step()) and its own SolveTarget, which the strategies treat. Frame thread.
+
+#include "daemon/cycle/supervisor.h"
+
+namespace lss {
+
+// begin(): fills the solver with the present faults. `healthy`: no fault at all in this frame.
+template <class Solver, class SolveTarget, class Begin>
+void solve_errors(Supervisor& s, Solver& solver, SolveTarget& target, Begin&& begin,
+                  bool healthy) noexcept {
+  const auto tell_begin = [&] {
+    s.note(EventId::strategy_begun, 0, static_cast<double>(solver.kind()));
+  };
+  if (!solver.running()) {
+    begin();
+    tell_begin();
+  }
+  using Report = typename Solver::Report;
+  const auto tried = solver.kind();
+  Report report = solver.step(target, healthy);
+  if (report == Report::running) return;
+  s.note(EventId::strategy_ended, 0, static_cast<double>(tried), report == Report::solved ? 1 : 0);
+  if (report == Report::next) {
+    if (s.happen(lc::Event::next_strategy).reason == Reason::none) {
+      tell_begin();
+      return;
+    }
+    report = Report::unsolved;
+  }
+  const bool solved =
+      report == Report::solved && s.happen(lc::Event::solved).reason == Reason::none;
+  if (!solved) s.happen(lc::Event::unsolved);
+  s.note(EventId::solve_ended, 0, s.state().fault_count);
+}
+
+}  // namespace lss

@@ -1,0 +1,433 @@
+#include "daemon/cycle/supervisor.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "daemon/cycle/common_commands.h"
+
+namespace lss {
+namespace {
+
+constexpr std::uint16_t number(CommandKind kind) { return static_cast<std::uint16_t>(kind); }
+
+bool fatal(FaultId id) noexcept {
+  return info(id)->severity == static_cast<std::uint8_t>(Severity::fatal);
+}
+
+bool held_by_another(const SupervisorState& s, const Name& source) noexcept {
+  return s.authority.front() != '\0' && s.authority != source;
+}
+
+std::size_t tunable_of(const Request& request) noexcept {
+  return static_cast<std::size_t>(request.parameter[0]) - 1;
+}
+
+// All checks except against the values of other parameters, which the vehicle does.
+Verdict check_parameter(const Logic& logic, const SupervisorState& s, const Request& r) noexcept {
+  if (r.kind != number(CommandKind::set_parameter)) return {};
+  const std::size_t index = tunable_of(r);
+  if (index >= logic.tunables.size()) {
+    return {.reason = Reason::no_such_parameter,
+            .measured = r.parameter[0],
+            .limit = static_cast<double>(logic.tunables.size())};
+  }
+  const TunableInfo& t = logic.tunables[index];
+  const auto subject = static_cast<std::uint16_t>(index + 1);
+  const double value = r.parameter[1];
+  if (!(value >= t.min && value <= t.max)) {
+    return {.reason = Reason::parameter_range,
+            .measured = value,
+            .limit = value < t.min ? t.min : t.max,
+            .subject = subject};
+  }
+  if (!in_range(t, value))
+    return {.reason = Reason::parameter_whole, .measured = value, .subject = subject};
+  const bool rests = s.controller.state == State::idle || s.controller.state == State::fatal_error;
+  if (t.change == Change::at_rest && !rests)
+    return {.reason = Reason::not_in_state, .measured = static_cast<double>(s.controller.state)};
+  return {};
+}
+
+}  // namespace
+
+Verdict Supervisor::evaluate(const Logic& logic, const SupervisorState& state,
+                             const Request& request) noexcept {
+  const CommandInfo* info = logic.command(request.kind);
+  if (info == nullptr)
+    return {.reason = Reason::unknown_command, .measured = static_cast<double>(request.kind)};
+  if (info->access == Access::holder && held_by_another(state, request.source)) {
+    return {.reason = Reason::not_authorised};
+  }
+  // It was received before a stop that was obeyed already.
+  if (request.arrival_ns < state.ended_ns && info->access == Access::holder && !info->ends_motion &&
+      !is_beside(request.kind))
+    return {.reason = Reason::superseded};
+  if (request.kind == number(CommandKind::start) && state.another_daemon_ns != 0) {
+    return {
+        .reason = Reason::name_conflict,
+        .measured = static_cast<double>((state.time_ns - state.another_daemon_ns) / kMillisecond),
+        .limit = static_cast<double>(kGoneAfter / kMillisecond)};
+  }
+  if (is_of_parameters(request.kind)) return check_parameter(logic, state, request);
+  lc::ControllerState controller = state.controller;
+  controller.links = static_cast<std::uint8_t>(controller.links & ~lc::kObcSilent);  // present
+  // Modules in reset do not answer.
+  controller.silent = static_cast<std::uint16_t>(
+      controller.silent | (state.resetting & ~static_cast<unsigned>(controller.isolated)));
+  Verdict verdict =
+      lc::step(*logic.table, controller, logic.event_of(request), logic.subject_of(request))
+          .verdict;
+  if (verdict.subject != 0 && verdict.reason == Reason::module_silent) {
+    verdict.measured = static_cast<double>(state.age_ms[verdict.subject - 1u]);
+    verdict.limit = static_cast<double>(state.silent_limit_ms);
+  }
+  return verdict.reason == Reason::none ? logic.sense(state, request) : verdict;
+}
+
+void Supervisor::begin(TimeNs now, Actor& actor) noexcept {
+  state_.time_ns = now;
+  actor_ = &actor;
+  outbox_.ack_count = outbox_.event_count = outbox_.dropped = 0;
+  outbox_.holder = state_.active.kind != 0 ? state_.active.source : state_.authority;
+  save_ = {};
+}
+
+void Supervisor::request(const Request& request) noexcept {
+  if ((request.flags & kFlagAnotherDaemon) != 0) return another_daemon();
+  if (request.kind == 0) return heartbeat(request);
+  if (request.kind != number(CommandKind::emergency_stop)) ++state_.commands_taken;
+  command(request);
+}
+
+void Supervisor::heartbeat(const Request& request) noexcept {
+  state_.contact_ns = state_.time_ns;
+  if (state_.controller.links & lc::kObcSilent) happen(lc::Event::obc_heard);
+  if (state_.detached || request.source == state_.authority) state_.heartbeat_ns = state_.time_ns;
+}
+
+// Both daemons obey commands for either, and each renews the other's lease: this one stops as
+// without a lease, and does not start while the other is there.
+void Supervisor::another_daemon() noexcept {
+  const bool known = std::exchange(state_.another_daemon_ns, state_.time_ns) != 0;
+  if (known) return;
+  latch(FaultId::name_conflict);
+  if (state_.controller.state != State::operational) return;
+  if (state_.active.kind != 0 && logic_.command(state_.active.kind)->leased)
+    finish(Phase::failed, Reason::name_conflict);
+  happen(lc::Event::lease_expired);
+}
+
+void Supervisor::check_name() noexcept {
+  if (state_.another_daemon_ns == 0 || state_.time_ns - state_.another_daemon_ns <= kGoneAfter)
+    return;
+  state_.another_daemon_ns = 0;
+  clear(FaultId::name_conflict);
+}
+
+// Guards on the state, then those of the vehicle.
+Verdict Supervisor::judge(const Request& request) noexcept {
+  if (const Verdict v = evaluate(logic_, state_, request); v.reason != Reason::none) return v;
+  if (request.kind == number(CommandKind::set_parameter))
+    return actor_->adjust(tunable_of(request), request.parameter[1], false).verdict;
+  if (request.kind == number(CommandKind::save_parameters))
+    return save_.kind == 0 ? Verdict{} : Verdict{.reason = Reason::busy};
+  return actor_->consider(request);
+}
+
+// A change is in force in this frame; a save is answered when it is on the disk.
+bool Supervisor::handle_parameters(const Request& request, const Active& command) noexcept {
+  if (!is_of_parameters(request.kind)) return false;
+  if (request.kind == number(CommandKind::save_parameters)) {
+    save_ = command;
+    return true;
+  }
+  const double value = request.parameter[1];
+  const Adjusted adjusted = actor_->adjust(tunable_of(request), value, true);
+  note(EventId::parameter_changed, 0, request.parameter[0], adjusted.before, value);
+  acknowledge(command, Phase::completed);
+  return true;
+}
+
+void Supervisor::command(const Request& request) noexcept {
+  const Active command{
+      .source = request.source, .sequence = request.sequence, .kind = request.kind};
+  const Verdict verdict = judge(request);
+  if (verdict.reason != Reason::none) {
+    if ((request.flags & kFlagDryRun) == 0) {
+      ++state_.commands_refused;
+      // The subject of an event is a module; the answer names the parameter.
+      const std::uint16_t subject =
+          is_of_parameters(request.kind) ? std::uint16_t{0} : verdict.subject;
+      note(EventId::command_rejected, subject, request.kind, static_cast<double>(verdict.reason));
+    }
+    acknowledge(command, request.acknowledged ? Phase::failed : Phase::rejected, verdict);
+    return;
+  }
+  heartbeat(request);
+  if (!request.acknowledged) acknowledge(command, Phase::accepted);
+  if (request.flags & kFlagDryRun) return;
+
+  const CommandInfo& info = *logic_.command(request.kind);
+  const bool replaces =
+      !is_beside(request.kind) && (info.access == Access::holder || !done_at_once(request.kind));
+  if (info.ends_motion) state_.ended_ns = std::max(state_.ended_ns, request.arrival_ns);
+  if (replaces && state_.active.kind != 0) finish(Phase::superseded, Reason::superseded);
+  if (info.leased) take_authority(request);
+  if (replaces) state_.active = command;
+  if (!request.answered) acknowledge(command, Phase::executing);
+  if (handle_parameters(request, command)) return;
+  const bool falls = request.kind == number(CommandKind::emergency_stop) && airborne();
+  if (request.kind == number(CommandKind::emergency_stop)) raise(FaultId::emergency_stop);
+  if (request.kind == number(CommandKind::reset_timing)) note(EventId::timing_reset);
+  const lc::Event event = logic_.event_of(request);
+  const bool waits = event == lc::Event::reset_module;
+  if (waits) begin_reset(request, command);
+  apply(event, &request, logic_.subject_of(request));
+  if (!replaces && !waits && !request.answered)
+    acknowledge(command, Phase::completed, {.reason = falls ? Reason::fell : Reason::none});
+}
+
+// Completed when its modules are back. Only one at a time; modules of an earlier one are still
+// expected to be silent.
+void Supervisor::begin_reset(const Request& request, const Active& command) noexcept {
+  end_reset(Phase::superseded, {.reason = Reason::superseded});
+  const auto module = static_cast<unsigned>(request.parameter[0]);
+  reset_ = command;
+  reset_modules_ = static_cast<std::uint16_t>(module == 0 ? 0xFFFFu : 1u << (module - 1));
+  state_.resetting = static_cast<std::uint16_t>(state_.resetting | reset_modules_);
+}
+
+void Supervisor::end_reset(Phase phase, const Verdict& verdict) noexcept {
+  if (reset_.kind != 0) acknowledge(reset_, phase, verdict);
+  reset_ = {};
+}
+
+void Supervisor::reset_failed(Reason reason, std::uint16_t module) noexcept {
+  if ((static_cast<unsigned>(reset_modules_) >> (module - 1u) & 1u) == 0) return;
+  Verdict verdict{.reason = reason, .subject = module};
+  if (reason == Reason::module_silent) {
+    verdict.measured = static_cast<double>(state_.age_ms[module - 1u]);
+    verdict.limit = static_cast<double>(state_.silent_limit_ms);
+  }
+  end_reset(Phase::failed, verdict);
+}
+
+Verdict Supervisor::happen(lc::Event event, unsigned subject) noexcept {
+  return apply(event, nullptr, subject);
+}
+
+Verdict Supervisor::apply(lc::Event event, const Request* request, unsigned subject) noexcept {
+  const lc::ControllerState before = state_.controller;
+  const lc::Result result = lc::step(*logic_.table, before, event, subject);
+  if (result.row < 0) return result.verdict;
+  state_.controller = result.next;
+  if (result.actions & lc::kClearFaults) {
+    // Warnings clear by themselves when their cause is gone.
+    for (const FaultRecord& fault : std::array(state_.faults)) {
+      if (fault.id != FaultId::none && fatal(fault.id)) clear(fault.id, fault.subject);
+    }
+  }
+  if (result.actions & lc::kIsolate) {
+    note(EventId::module_isolated, static_cast<std::uint16_t>(subject));
+    for (const FaultRecord& fault : std::array(state_.faults)) {
+      if (fault.id != FaultId::none && fault.subject == subject) clear(fault.id, fault.subject);
+    }
+  }
+  if ((result.actions & lc::kRestore) && before.isolated != 0) note(EventId::modules_restored);
+  if (result.actions != 0) actor_->act(result.actions, request);
+  // A command that a reset of the controller ends in Idle would look completed.
+  if (event == lc::Event::reset_controller && before.state == State::idle &&
+      state_.active.kind != 0 && state_.active.kind != number(CommandKind::stop))
+    finish(Phase::superseded, Reason::superseded);
+  follow(before);
+  return result.verdict;
+}
+
+// Consequences of a change of state for the events and for the command being executed.
+void Supervisor::follow(const lc::ControllerState& before) noexcept {
+  const lc::ControllerState& now = state_.controller;
+  if (now.state != before.state) {
+    note(EventId::state_changed, 0, static_cast<double>(before.state),
+         static_cast<double>(now.state));
+  }
+  if (now.mode != before.mode) note(EventId::mode_changed, 0, before.mode, now.mode);
+  if (!(now.links & lc::kHeld) && state_.authority.front() != '\0') {
+    note(EventId::authority_released);
+    state_.authority = {};
+    state_.detached = false;
+  }
+  if (state_.active.kind == 0) return;
+  if (logic_.reached(state_.active.kind, state_)) {
+    finish(Phase::completed);
+  } else if (now.state == State::fatal_error && before.state == State::solve_errors) {
+    finish(Phase::failed, Reason::not_solved);
+  } else if (now.state == State::fatal_error) {
+    finish(Phase::failed, Reason::emergency);
+  } else if (now.state == State::idle && before.state == State::operational &&
+             state_.active.kind != number(CommandKind::stop)) {
+    finish(Phase::superseded, Reason::superseded);
+  }
+}
+
+void Supervisor::raise(FaultId id, std::uint16_t subject) noexcept {
+  latch(id, subject);
+  if (fatal(id) && !airborne()) happen(lc::Event::emergency);
+}
+
+// Faults raised in the air. Otherwise no fatal fault is latched in these states.
+void Supervisor::stop_after_landing() noexcept {
+  const State state = state_.controller.state;
+  if (logic_.airborne == nullptr || airborne()) return;
+  if (state != State::idle && state != State::operational) return;
+  for (const FaultRecord& fault : state_.faults) {
+    if (fault.id != FaultId::none && fatal(fault.id)) return void(happen(lc::Event::emergency));
+  }
+}
+
+void Supervisor::latch(FaultId id, std::uint16_t subject) noexcept {
+  FaultRecord* fault = find(id, subject);
+  if (fault == nullptr) {
+    ++state_.fault_count;
+    report(fatal(id) ? Severity::fatal : Severity::warning,
+           static_cast<std::uint16_t>(static_cast<std::uint16_t>(id) + kFaultEventBase), subject,
+           {});
+    fault = find(FaultId::none, 0);
+    if (fault != nullptr)
+      *fault = {.id = id, .subject = subject, .count = 0, .since_ns = state_.time_ns};
+  }
+  if (fault != nullptr) ++fault->count;
+}
+
+void Supervisor::clear(FaultId id, std::uint16_t subject) noexcept {
+  FaultRecord* fault = find(id, subject);
+  if (fault == nullptr) return;
+  *fault = {};
+  --state_.fault_count;
+  note(EventId::fault_cleared, subject, static_cast<double>(id));
+}
+
+FaultRecord* Supervisor::find(FaultId id, std::uint16_t subject) noexcept {
+  for (FaultRecord& fault : state_.faults) {
+    if (fault.id == id && fault.subject == subject) return &fault;
+  }
+  return nullptr;
+}
+
+void Supervisor::check_links() noexcept {
+  // A report of the vehicle may complete the running command.
+  if (state_.active.kind != 0 && logic_.reached(state_.active.kind, state_))
+    finish(Phase::completed);
+  if ((state_.resetting & reset_modules_) == 0) end_reset(Phase::completed);
+  const std::uint8_t links = state_.controller.links;
+  if ((links & lc::kHeld) && state_.time_ns - state_.heartbeat_ns > state_.lease_ns) {
+    note(EventId::lease_expired, 0,
+         static_cast<double>(state_.time_ns - state_.heartbeat_ns) * 1e-6);
+    // A command that already leads to a stop goes on to its end.
+    if (state_.active.kind != 0 && logic_.command(state_.active.kind)->leased)
+      finish(Phase::failed, Reason::lease_expired);
+    happen(lc::Event::lease_expired);
+  }
+  check_obc();
+  check_name();
+  stop_after_landing();
+}
+
+void Supervisor::shut_down() noexcept {
+  // In the air the safe command would make it fall.
+  happen(airborne() ? lc::Event::lease_expired : lc::Event::reset_controller);
+}
+
+void Supervisor::check_obc() noexcept {
+  if ((state_.controller.links & lc::kObcSilent) ||
+      state_.time_ns - state_.contact_ns <= parameters_.obc_timeout_ns)
+    return;
+  if (airborne()) {  // the same as without a lease: it lands
+    happen(lc::Event::lease_expired);
+    return;
+  }
+  const bool operational = state_.controller.state == State::operational;
+  happen(lc::Event::obc_silent);
+  if (operational) raise(FaultId::obc_silent);
+}
+
+void Supervisor::abandon(Reason reason) noexcept {
+  if (state_.active.kind != 0) finish(Phase::failed, reason);
+}
+
+void Supervisor::count_late(std::uint64_t late) noexcept {
+  state_.late_commands = late;
+  const bool soon = late_told_ != 0 && state_.time_ns - late_told_ns_ < kLateToldEvery;
+  if (late == late_told_ || soon) return;
+  late_told_ = late;
+  late_told_ns_ = state_.time_ns;
+  note(EventId::frame_late, 0, static_cast<double>(late));
+}
+
+void Supervisor::check_stop(bool pending) noexcept {
+  constexpr int kFramesToFollow = 2;
+  const bool followed = state_.controller.state == State::fatal_error;
+  unfollowed_frames_ = pending && !followed ? unfollowed_frames_ + 1 : 0;
+  if (unfollowed_frames_ <= kFramesToFollow) return;
+  latch(FaultId::stop_not_followed);
+  happen(lc::Event::emergency);  // also in the air: no command passes any more
+}
+
+void Supervisor::gate_closed(double check) noexcept {
+  ++state_.safe_commands;
+  note(EventId::gate_closed, 0, check);
+  raise(FaultId::gate_closed);
+}
+
+void Supervisor::set_ages(const std::array<std::int64_t, kMaxModules>& age_ms,
+                          std::int64_t limit_ms) noexcept {
+  state_.age_ms = age_ms;
+  state_.silent_limit_ms = limit_ms;
+}
+
+void Supervisor::take_authority(const Request& request) noexcept {
+  if (state_.authority.front() == '\0') note(EventId::authority_taken);
+  state_.authority = request.source;
+  state_.detached = (request.flags & kFlagDetached) != 0;
+  state_.lease_ns = static_cast<TimeNs>(request.lease_ms) * kMillisecond;
+  state_.heartbeat_ns = state_.time_ns;
+}
+
+void Supervisor::finish(Phase phase, Reason reason) noexcept {
+  const Active command = state_.active;
+  state_.active = {};
+  acknowledge(command, phase, {.reason = reason});
+}
+
+void Supervisor::acknowledge(const Active& command, Phase phase, const Verdict& verdict) noexcept {
+  if (outbox_.ack_count == kMaxAcks) {
+    ++outbox_.dropped;
+    return;
+  }
+  outbox_.acks[outbox_.ack_count++] = {.source = command.source,
+                                       .sequence = command.sequence,
+                                       .kind = command.kind,
+                                       .phase = phase,
+                                       .verdict = verdict,
+                                       .time_ns = state_.time_ns};
+}
+
+void Supervisor::note(EventId id, std::uint16_t subject, double a, double b, double c,
+                      double d) noexcept {
+  report(static_cast<Severity>(info(id)->severity), static_cast<std::uint16_t>(id), subject,
+         {a, b, c, d});
+}
+
+void Supervisor::report(Severity severity, std::uint16_t id, std::uint16_t subject,
+                        const std::array<double, 4>& argument) noexcept {
+  if (outbox_.event_count == kMaxEvents) {
+    ++outbox_.dropped;
+    return;
+  }
+  outbox_.events[outbox_.event_count++] = {.time_ns = state_.time_ns,
+                                           .severity = severity,
+                                           .id = id,
+                                           .subject = subject,
+                                           .argument = argument};
+}
+
+}  // namespace lss

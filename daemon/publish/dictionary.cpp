@@ -1,0 +1,134 @@
+#include "daemon/publish/dictionary.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "daemon/cycle/allowed.h"
+#include "idl/codes.h"
+#include "idl/commands.h"
+#include "idl/units.h"
+
+namespace lss {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kSeverities[] = {"info", "warning", "error", "fatal"};
+
+// Fields by the text of record::Schema: NAME:TYPE; with TYPE a number ("f8"), "{FIELDS}", or
+// "[COUNT]TYPE".
+class Fields {
+ public:
+  explicit Fields(std::string_view text) : text_(text) {}
+
+  Json until(char end) {
+    Json all = Json::array();
+    while (!text_.empty() && text_.front() != end) {
+      const std::string_view name = take_to(':');
+      Json field = {{"name", name}};
+      type(field);
+      if (const std::string_view unit = unit_of(name); !unit.empty()) field["unit"] = unit;
+      take_to(';');
+      all.push_back(std::move(field));
+    }
+    return all;
+  }
+
+ private:
+  std::string_view take_to(char end) {
+    const std::string_view part = text_.substr(0, text_.find(end));
+    text_.remove_prefix(std::min(text_.size(), part.size() + 1));
+    return part;
+  }
+  void type(Json& field) {
+    if (text_.front() == '[') {
+      text_.remove_prefix(1);
+      field["count"] = std::stoul(std::string(take_to(']')));
+    }
+    if (text_.front() == '{') {
+      text_.remove_prefix(1);
+      field["fields"] = until('}');
+      text_.remove_prefix(1);
+      return;
+    }
+    field["type"] = text_.substr(0, text_.find(';'));
+  }
+
+  std::string_view text_;
+};
+
+Json parameter(const ParameterInfo& p) {
+  Json json = {{"name", p.name},       {"unit", p.unit},        {"min", p.min},
+               {"max", p.max},         {"default", p.fallback},  // NaN, null in JSON: required
+               {"whole", p.is_whole()}};
+  if (p.choices != nullptr) {
+    json["choices"] = Json::array();
+    for (double value = p.min; value <= p.max; ++value)
+      json["choices"].push_back(p.choices[static_cast<std::size_t>(value - p.min)]);
+  }
+  json["help"] = p.help;
+  return json;
+}
+
+Json command(const CommandInfo& info, const Logic& logic, const Vocabulary& vocabulary) {
+  Json json = {{"kind", info.kind},
+               {"name", info.name},
+               {"summary", info.summary},
+               {"access", info.access == Access::anyone ? "anyone" : "holder"},
+               {"leased", info.leased},
+               {"ends_motion", info.ends_motion},
+               {"parameters", Json::array()},
+               {"allowed", Json::array()}};
+  for (const ParameterInfo& p : info.parameters) json["parameters"].push_back(parameter(p));
+  for (const lc::Allowed& a : lc::allowed(info, *logic.table, vocabulary.modes, logic.event_of))
+    json["allowed"].push_back({{"where", a.where}, {"when", a.when}});
+  return json;
+}
+
+Json codes(std::span<const CodeInfo> list) {
+  Json all = Json::array();
+  for (const CodeInfo& code : list) {
+    all.push_back({{"number", code.number},
+                   {"name", code.name},
+                   {"severity", kSeverities[code.severity]},
+                   {"text", code.text},
+                   {"advice", code.advice}});
+  }
+  return all;
+}
+
+}  // namespace
+
+std::string dictionary(const std::string& vehicle, const Logic& logic, const Vocabulary& vocabulary,
+                       std::string_view telemetry_schema) {
+  Json json = {{"schema_version", 1},
+               {"vehicle", vehicle},
+               {"states", kStateNames},
+               {"modes", vocabulary.modes},
+               {"subjects", vocabulary.modules},
+               {"strategies", vocabulary.strategies},
+               {"commands", Json::array()},
+               {"parameters", Json::array()}};
+  for (const std::span<const CommandInfo> list :
+       {std::span<const CommandInfo>(kCommonCommands), vocabulary.commands}) {
+    for (const CommandInfo& info : list)
+      json["commands"].push_back(command(info, logic, vocabulary));
+  }
+  for (const TunableInfo& t : vocabulary.tunables) {
+    json["parameters"].push_back({{"name", t.name},
+                                  {"unit", t.unit},
+                                  {"min", t.min},
+                                  {"max", t.max},
+                                  {"whole", t.whole},
+                                  {"change", t.change == Change::always ? "always" : "at rest"},
+                                  {"help", t.help}});
+  }
+  json["faults"] = codes(kFaults);
+  json["reasons"] = codes(kReasons);
+  json["events"] = codes(kEvents);
+  json["telemetry"] = {{"topic", "lss/telemetry/" + vehicle},
+                       {"fields", Fields(telemetry_schema).until('\0')}};
+  return json.dump();
+}
+
+}  // namespace lss

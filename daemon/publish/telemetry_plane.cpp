@@ -1,0 +1,159 @@
+#include "daemon/publish/telemetry_plane.h"
+
+#include <dds/ddsc/dds_loan_api.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+#include "daemon/publish/convert.h"
+#include "daemon/runtime/clock.h"
+
+namespace lss::dds {
+namespace {
+
+// RouDi drops a client whose keep-alive, sent every 300 ms, is late by 1.5 s (measured 2026-11), so
+// a standstill of 1.2 s may be enough.
+constexpr TimeNs kStandstill_ns = kSecond;
+
+using Key = decltype(lss_Status::vehicle_id);  // every type begins with it; the time follows
+
+constexpr const char* kOffText = "not configured";
+constexpr const char* kOverriddenText = "switched off by CYCLONEDDS_URI";
+constexpr const char* kActiveText = "telemetry goes by shared memory";
+constexpr const char* kAbsentText =
+    "no RouDi at start: telemetry by the network; start iox-roudi, then restart lssd";
+constexpr const char* kLostText =
+    "RouDi ended or was replaced: telemetry by the network; restart lssd when idle";
+constexpr const char* kStandstillText =
+    "stood still, RouDi may have dropped us: telemetry by the network; restart lssd when idle";
+
+}  // namespace
+
+TelemetryPlane::TelemetryPlane(Participant& participant, const TelemetryTopic& topic,
+                               std::string vehicle_id, bool wanted)
+    : participant_(participant),
+      telemetry_topic_(topic),
+      vehicle_id_(std::move(vehicle_id)),
+      wanted_(wanted),
+      telemetry_{dds::telemetry_topic(topic.vehicle, topic.descriptor), {}},
+      timing_{common_topic(Kind::timing), {}},
+      own_sample_(topic.size / sizeof(std::uint64_t) + 1) {}
+
+TelemetryPlane::~TelemetryPlane() {
+  if (abandoned_) participant_.abandon();
+}
+
+Result<void> TelemetryPlane::open() {
+  const auto& roudi = participant_.roudi();
+  // Checked again: a shared-memory writer that finds no RouDi ends the process.
+  const bool lives = roudi && find_roudi() == roudi;
+  if (Result<void> opened = open_channels(lives ? Transport::best : Transport::network); !opened) {
+    return opened;
+  }
+  if (dds_is_shared_memory_available(telemetry_.writer.get())) {
+    state_ = SharedMemory::active;
+    text_ = kActiveText;
+  } else if (!wanted_ || lives) {
+    text_ = lives ? kOverriddenText : kOffText;
+  } else {
+    state_ = roudi ? SharedMemory::lost : SharedMemory::absent;
+    text_ = roudi ? kLostText : kAbsentText;
+  }
+  return {};
+}
+
+Result<void> TelemetryPlane::open_channels(Transport transport) {
+  for (Channel* channel : {&telemetry_, &timing_}) {
+    Result<Entity> writer = create_writer(participant_.get(), channel->topic, transport);
+    if (!writer) return tl::unexpected(writer.error());
+    channel->writer = std::move(*writer);
+  }
+  return {};
+}
+
+void TelemetryPlane::telemetry(const void* vehicle_telemetry, TimeNs now_ns) {
+  TimeNs time = 0;
+  write(telemetry_, own_sample_.data(), now_ns, [&](void* sample) {
+    std::memcpy(sample, vehicle_telemetry, telemetry_topic_.size);
+    copy_text(vehicle_id_, *static_cast<Key*>(sample));
+    std::memcpy(&time, static_cast<const char*>(sample) + sizeof(Key), sizeof time);
+  });
+  if (lockstep::on()) lockstep::said_telemetry(time);
+}
+
+void TelemetryPlane::timing(const TimingPoints& points, TimeNs now_ns) {
+  lss_Timing own_sample;
+  write(timing_, &own_sample, now_ns,
+        [&](void* sample) { to_dds(points, vehicle_id_, *static_cast<lss_Timing*>(sample)); });
+}
+
+// A loaned sample is filled in place, in shared memory. When slow subscribers hold all chunks there
+// is none, and the sample is dropped as by a full ring.
+template <class Fill>
+void TelemetryPlane::write(Channel& channel, void* own_sample, TimeNs now_ns, Fill fill) {
+  note_running(now_ns);
+  void* sample = own_sample;
+  if (state() == SharedMemory::active &&
+      dds_loan_sample(channel.writer.get(), &sample) != DDS_RETCODE_OK) {
+    ++dropped_;
+    return;
+  }
+  fill(sample);
+  if (dds_write(channel.writer.get(), sample) != DDS_RETCODE_OK) ++dropped_;
+}
+
+bool TelemetryPlane::watch(TimeNs now_ns) {
+  note_running(now_ns);
+  if (state() == SharedMemory::active && find_roudi() != participant_.roudi()) {
+    text_ = kLostText;
+    fall_back();
+  }
+  return std::exchange(changed_, false);
+}
+
+// Before every access to shared memory. A client that RouDi dropped must not access it again: its
+// ports are freed and reused, and publishing through them ends the process
+// ("POPO__CHUNK_LOCKING_ERROR").
+void TelemetryPlane::note_running(TimeNs now_ns) {
+  const TimeNs before_ns = std::exchange(last_running_ns_, now_ns);
+  const TimeNs standstill_ns = before_ns == 0 ? 0 : now_ns - before_ns;
+  if (standstill_ns >= kStandstill_ns && state() == SharedMemory::active) abandon();
+}
+
+// Our mapping outlives RouDi, so the old writers can be deleted.
+void TelemetryPlane::fall_back() {
+  telemetry_.writer.reset();
+  timing_.writer.reset();
+  // Fails only when memory is exhausted; the following writes then count as dropped.
+  static_cast<void>(open_channels(Transport::network));
+  state_ = SharedMemory::lost;
+  changed_ = true;
+}
+
+// Deleting writers or participant would access shared memory, and so would the exit of the process:
+// iceoryx' runtime says goodbye to RouDi and waits for an answer that a dropped client never gets.
+// So they stay, and the process exits without it. (The handler runs before the runtime's
+// destructor, as it is registered after it.)
+void TelemetryPlane::abandon() {
+  abandoned_ = true;
+  ::on_exit(
+      [](int status, void*) {
+        std::fflush(nullptr);
+        ::_exit(status);
+      },
+      nullptr);
+  telemetry_.writer.release();
+  timing_.writer.release();
+  text_ = kStandstillText;
+  fall_back();
+}
+
+bool TelemetryPlane::could_return() const {
+  const SharedMemory now = state();
+  return (now == SharedMemory::absent || now == SharedMemory::lost) && find_roudi().has_value();
+}
+
+}  // namespace lss::dds

@@ -1,0 +1,265 @@
+#include "daemon/vehicles/ardito/modes.h"
+
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "daemon/cycle/common_commands.h"
+#include "daemon/vehicles/ardito/tunables.h"
+
+namespace lss::ardito {
+namespace {
+
+using lc::kKeep;
+using lc::Row;
+
+constexpr lc::StateSet kIdle = lc::in(State::idle), kOperational = lc::in(State::operational),
+                       kFatal = lc::in(State::fatal_error), kSolving = lc::in(State::solve_errors);
+
+constexpr lc::ModeSet in(Mode mode) { return 1u << static_cast<unsigned>(mode); }
+constexpr lc::ModeSet kWarning = in(Mode::warning), kStopped = in(Mode::stopped),
+                      kSteering = in(Mode::steering), kRunning = in(Mode::running),
+                      kParking = in(Mode::parking), kDecelerating = in(Mode::decelerating);
+constexpr lc::ModeSet kMoving = kSteering | kRunning | kParking | kDecelerating;
+constexpr lc::ModeSet kReady = kStopped | kMoving;
+
+enum Guard : unsigned {
+  kButtonReleased = lc::kVehicleGuards,
+  kPowered,
+  kMotorsOnConfirmed,
+  kImuTrusted,
+  kEnoughWheels,  // to go on without the subject
+};
+constexpr const char* kGuardNames[] = {"the emergency-stop button is released",
+                                       "the motors have power", "all drives are enabled",
+                                       "the IMU is reliable", "the other wheels are enough"};
+constexpr lc::GuardSet kContact =
+    lc::guard(lc::kPortOpen) | lc::guard(lc::kAllHeard) | lc::guard(lc::kAllAnswer);
+constexpr lc::GuardSet kMayStart =
+    kContact | lc::guard(lc::kObcHeard) | lc::guard(kButtonReleased) | lc::guard(kPowered);
+constexpr lc::GuardSet kMotors = lc::guard(kMotorsOnConfirmed);
+constexpr lc::GuardSet kHeld = lc::guard(lc::kAuthorityHeld);
+
+Verdict guard(unsigned number, const lc::ControllerState& s, unsigned subject) {
+  switch (number) {
+    case kButtonReleased:
+      if (s.flags & kButtonIn) return {.reason = Reason::button_pressed, .subject = kIoNode};
+      break;
+    case kPowered:
+      if (s.flags & kPowerBad) return {.reason = Reason::power_bad, .subject = kIoNode};
+      break;
+    case kMotorsOnConfirmed:
+      if (!(s.flags & kMotorsConfirmed)) return {.reason = Reason::motors_not_on};
+      break;
+    case kImuTrusted:
+      if (s.flags & kImuLost) return {.reason = Reason::imu_lost, .subject = kImuNode};
+      break;
+    case kEnoughWheels: {
+      const bool wheel = subject >= 1 && subject <= kDriveWheels;
+      const unsigned others = wheel ? s.isolated & ~(1u << (subject - 1)) : 0;
+      if (!wheel || static_cast<unsigned>(std::popcount(others)) >= kMostIsolated)
+        return {.reason = Reason::too_few_wheels, .subject = static_cast<std::uint16_t>(subject)};
+      break;
+    }
+    default:
+      break;
+  }
+  return {};
+}
+
+void effect(lc::ActionSet actions, lc::ControllerState& s) {
+  const auto set = [&](Flag flag, lc::ActionSet on, lc::ActionSet off) {
+    if (actions & off) s.flags = static_cast<std::uint8_t>(s.flags & ~flag);
+    if (actions & on) s.flags = static_cast<std::uint8_t>(s.flags | flag);
+  };
+  const lc::ActionSet rest = lc::kEmergencyStop | lc::kMotorsOff;
+  set(kMotorsConfirmed, kConfirm, rest | kMotorsOn);
+  set(kAutonomous, kByItself, rest | kByHand);
+  set(kImuLost, kImuIsLost, kImuIsGood);
+  set(kButtonIn, kButtonIsIn, kButtonIsOut);
+  set(kPowerBad, kPowerIsBad, kPowerIsGood);
+}
+
+constexpr std::uint8_t m(Mode mode) { return static_cast<std::uint8_t>(mode); }
+constexpr std::uint8_t g(Goal goal) { return static_cast<std::uint8_t>(goal); }
+
+// The goal of the mobility controller changes; it goes through its modes by itself.
+constexpr Row aim(lc::Event event, lc::ModeSet from, lc::GuardSet guards, Goal goal,
+                  lc::ActionSet actions) {
+  return {event, kOperational, from, guards, kKeep, State::operational, kKeep, g(goal), actions};
+}
+// It went to another mode. Nothing moves before the motors are on.
+constexpr Row now_in(lc::Event event, Mode mode) {
+  const lc::GuardSet guards = mode == Mode::stopped ? lc::GuardSet{0} : kMotors;
+  return {event,   kOperational, kReady & ~in(mode),
+          guards,  kKeep,        State::operational,
+          m(mode), kKeep,        0};
+}
+constexpr Row off(lc::Event event, lc::ModeSet from, std::uint8_t goal) {
+  return {event, kOperational, from, 0, goal, State::idle, 0, 0, lc::kMotorsOff};
+}
+// Only flags change.
+constexpr Row stay(lc::Event event, lc::StateSet from, lc::ActionSet actions) {
+  return {event, from, lc::kAnyMode, 0, kKeep, State::idle, kKeep, kKeep, actions};
+}
+constexpr Row emergency(lc::Event event, lc::ActionSet actions) {
+  return {event,
+          kOperational,
+          lc::kAnyMode,
+          0,
+          kKeep,
+          State::fatal_error,
+          0,
+          0,
+          actions | lc::kEmergencyStop};
+}
+
+constexpr std::array kRows = {
+    Row{event::start, kIdle, 0, kMayStart, kKeep, State::operational, m(Mode::warning),
+        g(Goal::none), lc::ActionSet{kBeacon} | lc::kTakeAuthority},
+    Row{event::warned, kOperational, kWarning, 0, kKeep, State::operational, m(Mode::stopped),
+        g(Goal::none), kMotorsOn},
+    Row{event::motors_confirmed, kOperational, kReady, 0, kKeep, State::operational, kKeep, kKeep,
+        kConfirm},
+
+    stay(event::stop, kIdle, 0),
+    off(event::stop, kWarning | kStopped, kKeep),
+    aim(event::stop, kMoving, 0, Goal::idle, lc::ActionSet{kHalt} | kByHand),
+
+    aim(event::drive, kReady, kMotors, Goal::drive,
+        lc::ActionSet{kDrive} | kByHand | lc::kTakeAuthority),
+    aim(event::drive_autonomous, kReady, kMotors | lc::guard(kImuTrusted), Goal::drive,
+        lc::ActionSet{kDrive} | kByItself | lc::kTakeAuthority),
+    aim(event::park, kReady, kMotors, Goal::park,
+        lc::ActionSet{kPark} | kByHand | lc::kTakeAuthority),
+    aim(event::halt, kReady, kMotors, Goal::none,
+        lc::ActionSet{kHalt} | kByHand | lc::kTakeAuthority),
+
+    off(lc::Event::lease_expired, kWarning | kStopped, kKeep),
+    aim(lc::Event::lease_expired, kMoving, kHeld, Goal::idle,
+        lc::ActionSet{kHalt} | kByHand | lc::kReleaseAuthority),
+
+    off(event::is_stopped, kMoving, g(Goal::idle)),
+    now_in(event::is_stopped, Mode::stopped),
+    now_in(event::is_steering, Mode::steering),
+    now_in(event::is_running, Mode::running),
+    now_in(event::is_parking, Mode::parking),
+    now_in(event::is_decelerating, Mode::decelerating),
+
+    stay(event::imu_good, lc::kAnyState, kImuIsGood),
+    stay(event::imu_lost, lc::kAnyState, kImuIsLost),
+    // A stop that was ordered before goes on.
+    Row{event::autonomy_lost, kOperational, kReady, 0, g(Goal::drive), State::operational, kKeep,
+        g(Goal::none), lc::ActionSet{kHalt} | kByHand},
+    stay(event::button_out, lc::kAnyState, kButtonIsOut),
+    emergency(event::button_in, kButtonIsIn),
+    stay(event::button_in, kIdle | kFatal | kSolving, kButtonIsIn),
+    stay(event::power_good, lc::kAnyState, kPowerIsGood),
+    emergency(event::power_bad, kPowerIsBad),
+    stay(event::power_bad, kIdle | kFatal | kSolving, kPowerIsBad),
+
+    Row{event::isolate, kSolving, 0, lc::guard(lc::kInService) | lc::guard(kEnoughWheels), kKeep,
+        State::idle, kKeep, kKeep, lc::ActionSet{lc::kIsolate} | lc::kMotorsOff},
+};
+constexpr lc::Rows kIndexed(kRows);
+
+constexpr std::array kEvents = {
+    lc::EventInfo{event::start, "start", true, 0},
+    lc::EventInfo{event::stop, "stop", true, 0},
+    lc::EventInfo{event::drive, "drive", true, 0},
+    lc::EventInfo{event::drive_autonomous, "drive autonomous", true, 0},
+    lc::EventInfo{event::park, "park", true, 0},
+    lc::EventInfo{event::halt, "halt", true, 0},
+    lc::EventInfo{event::warned, "beacon ran", false, 0},
+    lc::EventInfo{event::motors_confirmed, "motors confirmed", false, 0},
+    lc::EventInfo{event::is_stopped, "is stopped", false, 0},
+    lc::EventInfo{event::is_steering, "is steering", false, 0},
+    lc::EventInfo{event::is_running, "is running", false, 0},
+    lc::EventInfo{event::is_parking, "is parking", false, 0},
+    lc::EventInfo{event::is_decelerating, "is decelerating", false, 0},
+    lc::EventInfo{event::imu_good, "IMU good", false, 0},
+    lc::EventInfo{event::imu_lost, "IMU lost", false, 0},
+    lc::EventInfo{event::button_out, "button released", false, 0},
+    lc::EventInfo{event::button_in, "button pressed", false, 0},
+    lc::EventInfo{event::power_good, "power good", false, 0},
+    lc::EventInfo{event::power_bad, "power bad", false, 0},
+    lc::EventInfo{event::autonomy_lost, "autonomy lost", false, 0},
+    lc::EventInfo{event::isolate, "isolate", false, kDriveWheels},
+};
+
+}  // namespace
+
+// The IMU is not among the modules that must answer: the rover drives by hand without it.
+const lc::Table kTable{.rows = &kIndexed,
+                       .events = kEvents,
+                       .modules = kBusNodes - 1,
+                       .guard_names = kGuardNames,
+                       .guard = guard,
+                       .effect = effect,
+                       .common = &lc::kCommonRows};
+
+lc::Event event_of(const Request& r) noexcept {
+  switch (static_cast<lss::CommandKind>(r.kind)) {
+    case lss::CommandKind::start:
+      return event::start;
+    case lss::CommandKind::stop:
+      return event::stop;
+    default:
+      break;
+  }
+  switch (static_cast<CommandKind>(r.kind)) {
+    case CommandKind::drive:
+      return r.parameter[3] > 0.5 ? event::drive_autonomous : event::drive;
+    case CommandKind::park:
+      return event::park;
+    case CommandKind::halt:
+      return event::halt;
+  }
+  return common_event(r);
+}
+
+unsigned subject_of(const Request&) noexcept { return 0; }
+
+bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
+  if (done_at_once(kind)) return true;
+  const lc::ControllerState& s = state.controller;
+  const bool ready = s.state == State::operational && (s.flags & kMotorsConfirmed) != 0;
+  const bool stopped = s.mode == m(Mode::stopped);
+  switch (static_cast<lss::CommandKind>(kind)) {
+    case lss::CommandKind::start:
+      return ready && stopped;
+    case lss::CommandKind::stop:
+      return s.state == State::idle && state.sense[kSenseMotorsOn] == 0;
+    case lss::CommandKind::solve:
+      return s.state == State::idle;
+    default:
+      break;
+  }
+  return static_cast<CommandKind>(kind) == CommandKind::halt && ready && stopped;
+}
+
+Verdict sense(const SupervisorState& state, const Request& r) noexcept {
+  const auto kind = static_cast<CommandKind>(r.kind);
+  if (kind != CommandKind::drive && kind != CommandKind::park) return {};
+  const bool by_itself = kind == CommandKind::drive && r.parameter[3] > 0.5;
+  if (by_itself && state.sense[kSenseEarly] > 0)
+    return {.reason = Reason::too_early, .measured = state.sense[kSenseEarly], .limit = 0};
+  const double limit_m_s = state.sense[kSenseLimit];
+  if (std::abs(r.parameter[0]) <= limit_m_s) return {};
+  return {.reason = Reason::over_limit, .measured = std::abs(r.parameter[0]), .limit = limit_m_s};
+}
+
+const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
+
+const Logic& logic() noexcept {
+  static const Logic kLogic{.table = &kTable,
+                            .event_of = event_of,
+                            .subject_of = subject_of,
+                            .reached = reached,
+                            .command = command,
+                            .sense = sense,
+                            .tunables = tuning().infos};
+  return kLogic;
+}
+
+}  // namespace lss::ardito

@@ -1,0 +1,90 @@
+#pragma once
+
+// D.I.A.N.A. Ardito's part of the locomotion controller: its modes (idl/ardito/commands.h), goals,
+// flags, events, guards and rows. The modes are those of the mobility controller's decision logic
+// (Ardito thesis 10), which goes through them by itself towards what was commanded. Pure data and
+// pure functions.
+
+#include "daemon/cycle/controller.h"
+#include "daemon/cycle/supervisor.h"
+#include "idl/ardito/commands.h"
+
+namespace lss::ardito {
+
+// The goal of the mobility controller.
+enum class Goal : std::uint8_t {
+  none,  // stand still
+  drive,
+  park,
+  idle,  // stand still, then motors off
+};
+
+enum Flag : std::uint8_t {
+  kMotorsConfirmed = 1u << 0,  // all drives in service report operation enabled
+  kAutonomous = 1u << 1,       // the IMU is needed
+  kImuLost = 1u << 2,          // silent or implausible
+  kButtonIn = 1u << 3,         // the emergency-stop button is pressed
+  kPowerBad = 1u << 4,
+};
+
+namespace event {
+inline constexpr lc::Event vehicle(unsigned n) {
+  return static_cast<lc::Event>(lc::kVehicleEvents + n);
+}
+// commanded
+inline constexpr lc::Event start = vehicle(0), stop = vehicle(1), drive = vehicle(2),
+                           drive_autonomous = vehicle(3), park = vehicle(4), halt = vehicle(5);
+// reports
+inline constexpr lc::Event warned = vehicle(6), motors_confirmed = vehicle(7),
+                           is_stopped = vehicle(8), is_steering = vehicle(9),
+                           is_running = vehicle(10), is_parking = vehicle(11),
+                           is_decelerating = vehicle(12), imu_good = vehicle(13),
+                           imu_lost = vehicle(14), button_out = vehicle(15),
+                           button_in = vehicle(16), power_good = vehicle(17),
+                           power_bad = vehicle(18), autonomy_lost = vehicle(20);
+// of error solving
+inline constexpr lc::Event isolate = vehicle(19);
+}  // namespace event
+
+enum Action : lc::ActionSet {
+  kBeacon = lc::ActionSet{1} << lc::kVehicleActions,  // on, until motors are off
+  kMotorsOn = kBeacon << 1,
+  kConfirm = kBeacon << 2,
+  kDrive = kBeacon << 3,
+  kPark = kBeacon << 4,
+  kHalt = kBeacon << 5,
+  kByItself = kBeacon << 6,  // the vehicle drives: autonomous
+  kByHand = kBeacon << 7,
+  kImuIsGood = kBeacon << 8,
+  kImuIsLost = kBeacon << 9,
+  kButtonIsOut = kBeacon << 10,
+  kButtonIsIn = kBeacon << 11,
+  kPowerIsGood = kBeacon << 12,
+  kPowerIsBad = kBeacon << 13,
+};
+
+extern const lc::Table kTable;
+
+inline constexpr unsigned kMostIsolated = 1;  // wheels; the rover goes on with five
+
+// The event of a command of the DDS face; Event::none when it is not one of ours.
+lc::Event event_of(const Request& request) noexcept;
+
+// Whether the command's goal has been reached. drive and park never end by themselves.
+bool reached(std::uint16_t kind, const SupervisorState& state) noexcept;
+
+// The node of a command; 0: none.
+unsigned subject_of(const Request& request) noexcept;
+
+// Guards on measured values. Layout of SupervisorState::sense: [0] the speed limit selected at
+// start, m/s; [1] how many drives are enabled; [2] time until the vehicle may drive by itself, s.
+Verdict sense(const SupervisorState& state, const Request& request) noexcept;
+inline constexpr std::size_t kSenseLimit = 0, kSenseMotorsOn = 1, kSenseEarly = 2;
+
+// The command for `kind`, common or ardito's own; nullptr when there is none.
+const CommandInfo* command(std::uint16_t kind) noexcept;
+
+// All of the above, for the supervisor.
+const Logic& logic() noexcept;
+
+}  // namespace lss::ardito

@@ -1,0 +1,94 @@
+#pragma once
+
+// Error solving of D.I.A.N.A. Ardito: strategies, tried one after the other until every node in
+// service runs, no drive is in fault and nothing else is wrong, for a while. The configuration
+// names the strategies of each class of faults and their order. Frame thread; time is data.
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "daemon/cycle/controller.h"
+#include "idl/ardito/commands.h"
+
+namespace lss::ardito {
+
+enum class FaultClass : std::uint8_t {
+  contact,   // a node is not there, or not as it should be
+  drive,     // a drive is in fault, or does not follow its orders
+  mobility,  // the failure detection found too much
+  system,    // links, frames, emergency stops by command or button
+};
+inline constexpr std::size_t kFaultClasses = 4;
+inline constexpr const char* kFaultClassNames[kFaultClasses] = {"contact", "drive", "mobility",
+                                                                "system"};
+FaultClass class_of(FaultId fault) noexcept;
+
+using StrategyList = std::array<StrategyKind, lc::kMaxStrategies>;  // none ends it
+
+struct SolverParameters {
+  std::array<StrategyList, kFaultClasses> order{{
+      {StrategyKind::reconnect, StrategyKind::reset_node, StrategyKind::isolate},
+      {StrategyKind::reset_fault, StrategyKind::reset_node, StrategyKind::isolate},
+      {StrategyKind::retest, StrategyKind::isolate},
+      {StrategyKind::reconnect, StrategyKind::reset_fault},
+  }};
+  TimeNs budget_ns = 10 * kSecond;  // for one strategy
+  TimeNs close_ns = kSecond;        // between closing two clutches
+};
+
+// The strategies' access to the vehicle. Sets of nodes as bits: bit i is node i+1.
+class SolveTarget {
+ public:
+  virtual TimeNs now() const noexcept = 0;
+  virtual std::uint16_t faulty_modules() const noexcept = 0;  // nodes in service
+  virtual std::uint16_t diagnosed() const noexcept = 0;  // by the failure detection, in service
+  virtual void reset_faults() noexcept = 0;              // of drives
+  virtual void reset_nodes(std::uint16_t nodes) noexcept = 0;
+  virtual void forget(std::uint16_t nodes) noexcept = 0;  // clear the diagnosis, diagnose again
+  // False when the locomotion controller refuses.
+  virtual bool isolate(std::uint16_t nodes) noexcept = 0;
+
+ protected:
+  ~SolveTarget() = default;
+};
+
+class Solver {
+ public:
+  enum class Report : std::uint8_t { running, next, solved, unsolved };
+
+  explicit Solver(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
+
+  // Plans the strategies from the present faults. The first one begins with the next step.
+  void begin(std::span<const FaultClass> wrong) noexcept;
+  void end() noexcept { running_ = false; }
+  // Applies to the running strategy, too.
+  void configure(const SolverParameters& parameters) noexcept { parameters_ = parameters; }
+  bool running() const noexcept { return running_; }
+  StrategyKind kind() const noexcept { return plan_[at_]; }
+
+  // Once per frame while running. `healthy`: no fault at all in this frame. next: the strategy did
+  // not help; call again when the locomotion controller agreed to the next one.
+  Report step(SolveTarget& target, bool healthy) noexcept;
+
+ private:
+  static constexpr TimeNs kProof = kSecond;
+  enum class Treatment : std::uint8_t { running, done, failed };
+
+  void begin_strategy(SolveTarget& target) noexcept;
+  Treatment treat(SolveTarget& target) noexcept;
+  Report give_up() noexcept;
+
+  SolverParameters parameters_;
+  StrategyList plan_{};
+  std::size_t at_ = 0;
+  bool running_ = false;
+  bool begun_ = false;      // the strategy at at_
+  bool treating_ = true;    // then it waits until nothing is wrong
+  std::uint16_t left_ = 0;  // nodes to diagnose again
+  TimeNs next_ns_ = 0;      // the next of them
+  TimeNs until_ns_ = 0;
+  TimeNs healthy_since_ns_ = 0;  // 0: it is not
+};
+
+}  // namespace lss::ardito

@@ -1,0 +1,416 @@
+#include "daemon/vehicles/ardito/vehicle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "daemon/vehicles/ardito/tunables.h"
+
+namespace lss::ardito {
+namespace {
+
+using gnc::ardito::contains;
+using gnc::ardito::kRadPerSecondPerRpm;
+
+constexpr double kAcceleration_m_s2 = 1.0;  // towards a commanded speed
+constexpr double kGateMargin = 1.2;         // above the limits of the mobility controller
+constexpr double kSteeringLimit_rad = 65 * std::numbers::pi / 180;  // Ardito thesis 11.2
+
+double seconds(TimeNs time) noexcept { return static_cast<double>(time) * 1e-9; }
+
+std::size_t system_of(std::uint8_t wheel) noexcept {
+  return gnc::ardito::kSteeredOfWheel[wheel % kWheels];
+}
+
+}  // namespace
+
+Vehicle::Vehicle(const Parameters& parameters) noexcept
+    : parameters_(parameters),
+      tunables_(values_of(tuning().tunables, parameters)),
+      mobility_(parameters.mobility),
+      radius_m_(parameters.mobility.geometry.wheel_radius_m),
+      gear_(parameters.mobility.geometry.gear_ratio),
+      solver_(parameters.solver) {
+  orders_.serial = 1;
+  orders_.clutches = gnc::ardito::kAllWheels;
+}
+
+// ---- adjust: a parameter
+// -------------------------------------------------------------------------------------------------
+
+Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept {
+  const double before = tunables_.value[index];
+  if (!lss::adjust(tuning(), parameters_, tunables_, index, value, really))
+    return {{.reason = Reason::parameter_together,
+             .measured = value,
+             .subject = static_cast<std::uint16_t>(index + 1)}};
+  if (really) {
+    solver_.configure(parameters_.solver);
+    mobility_.configure(parameters_.mobility);
+  }
+  return {{}, before};
+}
+
+// ---- read
+// -------------------------------------------------------------------------------------------------
+
+void Vehicle::read(const lss::Inputs<Vehicle>& in) noexcept {
+  now_ns_ = in.time_ns;
+  data_requested_ = false;
+  bus_ = in.bus;
+  for (std::uint32_t i = 0; i < in.sample_count; ++i) {
+    const RoverSample& sample = in.samples[i];
+    std::visit([&](const auto& heard) { take(heard, sample.time_ns); }, sample.reading);
+  }
+}
+
+void Vehicle::take(const WheelMotion& m, TimeNs time) noexcept {
+  Wheel& wheel = wheel_[m.wheel % kWheels];
+  wheel.motor_rpm = {m.motor_rpm, time};
+  wheel.current_permille = {m.current_permille, time};
+}
+void Vehicle::take(const WheelSpeeds& m, TimeNs time) noexcept {
+  Wheel& wheel = wheel_[m.wheel % kWheels];
+  wheel.hall_rpm = {m.hall_rpm, time};
+  wheel.reduction_rpm = {m.reduction_rpm, time};
+}
+void Vehicle::take(const WheelHealth& m, TimeNs time) noexcept {
+  Wheel& wheel = wheel_[m.wheel % kWheels];
+  wheel.temperature_degC = {m.temperature_degC, time};
+  wheel.link_V = {m.link_V, time};
+}
+void Vehicle::take(const SteeringMotion& m, TimeNs time) noexcept {
+  if (system_of(m.wheel) >= kSteered) return;
+  Steering& steering = steering_[system_of(m.wheel)];
+  steering.motor_rad = {m.motor_rad, time};
+  steering.current_permille = {m.current_permille, time};
+}
+void Vehicle::take(const SteeringAngle& m, TimeNs time) noexcept {
+  if (system_of(m.wheel) >= kSteered) return;
+  steering_[system_of(m.wheel)].reduction_rad = {m.reduction_rad, time};
+}
+void Vehicle::take(const ardito::Inputs& m, TimeNs time) noexcept {
+  inputs_ = m;
+  inputs_ns_ = time;
+}
+void Vehicle::take(const Rocker& m, TimeNs time) noexcept {
+  beta_rad_ = {m.beta_rad, time};
+  rho1_rad_ = {m.rho1_rad, time};
+  rho2_rad_ = {m.rho2_rad, time};
+}
+void Vehicle::take(const Imu& m, TimeNs time) noexcept {
+  imu_speed_m_s_ = {m.Vtan_mm_s * 1e-3, time};
+  imu_sigma_rad_ = {m.sigma_rad, time};
+  imu_yaw_rate_rad_s_ = {m.yaw_rate_rad_s, time};
+  imu_counter_ = m.counter;
+}
+
+// ---- state
+// ----------------------------------------------------------------------------------------
+
+bool Vehicle::answers(std::size_t node) const noexcept {
+  return bus_.open && link(node).node.state == canopen::NodeState::operational;
+}
+
+bool Vehicle::faulty(std::size_t node) const noexcept {
+  const canopen::DriveState state = link(node).drive;
+  return state == canopen::DriveState::fault || state == canopen::DriveState::fault_reaction;
+}
+
+bool Vehicle::contact() const noexcept {
+  for (std::size_t i = 0; i < kImu; ++i) {
+    if (in_service(i) && !answers(i)) return false;
+  }
+  return true;
+}
+
+// Without power the mobility controller waits in `begin`, and orders nothing.
+bool Vehicle::standing() const noexcept {
+  using gnc::ardito::StopPhase;
+  return command_.mode == gnc::ardito::Mode::stop &&
+         (command_.phase == StopPhase::rover_stop || command_.phase == StopPhase::begin);
+}
+
+// The conditions for enabled drives. A steering drive of unknown angle must not get a target.
+bool Vehicle::drives_enabled() const noexcept {
+  for (std::size_t i = 0; i < kWheels + kSteered; ++i) {
+    const bool wanted = i < kWheels ? sent_.wheel[i].enabled : sent_.steering[i - kWheels].enabled;
+    if (wanted && link(i).drive != canopen::DriveState::operation_enabled) return false;
+  }
+  return command_.steering_known != 0;
+}
+
+// ---- act: actions of the locomotion controller, at once
+// ----------------------------------------------
+
+void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
+  if (actions & (lc::kEmergencyStop | lc::kMotorsOff)) {
+    drives_on_ = false;
+    wanted_m_s_ = ramped_m_s_ = 0;
+    orders_.quick_stop = (actions & lc::kEmergencyStop) != 0;
+    orders_.beacon = false;
+    if (actions & lc::kEmergencyStop) {
+      make_safe(orders_, now_ns_);
+    } else {
+      ++orders_.serial;  // ends a stop that the bus keeps
+    }
+  }
+  if (actions & lc::kEndSolve) solver_.end();
+  if (actions & lc::kRestore) {
+    forget(isolated_);
+    isolated_ = 0;
+  }
+  if (actions & lc::kResetModule) {
+    const auto number = static_cast<unsigned>(request->parameter[0]);
+    const unsigned all = (1u << kNodes) - 1;
+    const unsigned nodes = number == 0 ? all : 1u << (number - 1);
+    reset_nodes(static_cast<std::uint16_t>(nodes));
+    for (std::size_t i = 0; i < kNodes; ++i) {
+      if (nodes >> i & 1u) resets_.begin(i, now_ns_, link(i).node.boots);
+    }
+  }
+  if (actions & lc::kPublishData) data_requested_ = true;
+  if (actions & kBeacon) {
+    orders_.beacon = true;
+    orders_.quick_stop = false;
+    reset_faults();  // of power that was missing while standing; other faults prevent the start
+    started_ns_ = now_ns_;
+    limit_m_s_ = kSpeedLimits_m_s[static_cast<std::size_t>(request->parameter[0])];
+    distance_m_ = yaw_rad_ = x_m_ = y_m_ = 0;
+  }
+  if (actions & kMotorsOn) {
+    drives_on_ = true;
+    ++orders_.serial;
+  }
+  if (actions & kHalt) wanted_m_s_ = 0;
+  if (actions & (kDrive | kPark)) {
+    wanted_m_s_ = request->parameter[0];
+    wanted_rad_ = (actions & kDrive) != 0 ? request->parameter[1] : 0;
+    if (actions & kDrive) correction_ = request->parameter[2] > 0.5;
+  }
+}
+
+// ---- navigate, guide, control
+// -----------------------------------------------------------------------------
+
+gnc::ardito::Reading Vehicle::reading(const Known& known, double scale) const noexcept {
+  if (known.time_ns == 0) return {};
+  return {.value = known.value * scale, .age_s = seconds(now_ns_ - known.time_ns)};
+}
+
+void Vehicle::measure() noexcept {
+  const double motor = kRadPerSecondPerRpm / gear_;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const Wheel& wheel = wheel_[i];
+    measured_.wheels[i] = {.motor_rad_s = reading(wheel.motor_rpm, motor),
+                           .hall_rad_s = reading(wheel.hall_rpm, motor),
+                           .reduction_rad_s = reading(wheel.reduction_rpm, kRadPerSecondPerRpm),
+                           .current = reading(wheel.current_permille, 1e-3),
+                           .temperature_C = reading(wheel.temperature_degC),
+                           .drive_fault = !answers(i) || faulty(i)};
+  }
+  for (std::size_t i = 0; i < kSteered; ++i) {
+    const Steering& steering = steering_[i];
+    const std::size_t node = kFirstSteering + i;
+    measured_.steering[i] = {.motor_rad = reading(steering.motor_rad, 1 / gear_),
+                             .reduction_rad = reading(steering.reduction_rad),
+                             .current = reading(steering.current_permille, 1e-3),
+                             .drive_fault = !answers(node) || faulty(node)};
+  }
+  measured_.beta_rad = reading(beta_rad_);
+  measured_.rho1_rad = reading(rho1_rad_);
+  measured_.rho2_rad = reading(rho2_rad_);
+  measured_.imu = {.speed_m_s = reading(imu_speed_m_s_),
+                   .sigma_rad = reading(imu_sigma_rad_),
+                   .yaw_rate_rad_s = reading(imu_yaw_rate_rad_s_),
+                   .counter = imu_counter_};
+}
+
+// Dead reckoning over the last frame: speed from wheels and steering, turning from the IMU.
+void Vehicle::reckon() noexcept {
+  if (!stepped_ || !drives_on_) return;
+  const gnc::ardito::Estimate& e = command_.estimate;
+  const double dt_s = seconds(parameters_.bus.period_ns);
+  const double yaw_rate_rad_s = imu_lost_ ? e.yaw_rate_rad_s : imu_yaw_rate_rad_s_.value;
+  const double way_m = e.speed_m_s * dt_s;
+  const double course_rad = yaw_rad_ + yaw_rate_rad_s * dt_s / 2 + e.sigma_rad;
+  x_m_ += way_m * std::cos(course_rad);
+  y_m_ -= way_m * std::sin(course_rad);
+  yaw_rad_ += yaw_rate_rad_s * dt_s;
+  if (command_.mode != gnc::ardito::Mode::parking) distance_m_ += way_m;
+}
+
+void Vehicle::navigate(TimeNs) noexcept {
+  measure();
+  reckon();
+}
+
+void Vehicle::guide(TimeNs) noexcept {
+  const lc::ControllerState& c = supervisor_->controller();
+  const auto goal = static_cast<Goal>(c.goal);
+  const bool run = drives_on_ && (goal == Goal::drive || goal == Goal::park);
+  const double step_m_s = kAcceleration_m_s2 * seconds(parameters_.bus.period_ns);
+  if (!run || ramped_m_s_ * wanted_m_s_ < 0) {
+    ramped_m_s_ = 0;  // the mobility controller ramps down
+  } else {
+    ramped_m_s_ = std::copysign(std::min(std::abs(wanted_m_s_), std::abs(ramped_m_s_) + step_m_s),
+                                wanted_m_s_);
+  }
+  request_ = {.sigma_rad = wanted_rad_,
+              .speed = ramped_m_s_ / limit_m_s_,
+              .speed_limit_m_s = limit_m_s_,
+              .parking = goal == Goal::park,
+              .run = run,
+              .enable_correction = correction_,
+              .error = c.state != State::operational,
+              .powered = drives_on_ && drives_enabled(),
+              .retry_wheels = retry_wheels_,
+              .retry_steering = retry_steering_,
+              .accept_lost_wheels = isolated_ & gnc::ardito::kAllWheels};
+}
+
+Vehicle::Command Vehicle::control(TimeNs now) noexcept {
+  // Without contact there is nothing to diagnose: silence is no failure of a sensor.
+  stepped_ = contact();
+  if (stepped_) {
+    command_ = mobility_.step(request_, measured_);
+    retry_wheels_ = retry_steering_ = 0;
+  }
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const bool enabled = drives_on_ && in_service(i) && !contains(command_.motors_stopped, i);
+    const double rpm = command_.wheel_rad_s[i] / kRadPerSecondPerRpm * gear_;
+    orders_.wheel[i] = {.enabled = enabled, .motor_rpm = enabled ? rpm : 0};
+  }
+  for (std::size_t i = 0; i < kSteered; ++i)
+    orders_.steering[i] = {.enabled = drives_on_ && command_.steering_known != 0,
+                           .position_rad = command_.steering_rad[i]};
+  if (stepped_)
+    orders_.clutches =
+        static_cast<std::uint8_t>(command_.clutches_engaged & ~static_cast<unsigned>(isolated_));
+  const lc::ControllerState& c = supervisor_->controller();
+  orders_.standing = c.state != State::operational || standing();
+  orders_.next_frame_ns = now + parameters_.bus.period_ns;
+  orders_.issued_ns = now;
+  return orders_;
+}
+
+// ---- gate
+// -------------------------------------------------------------------------------------------------
+
+Vehicle::Command Vehicle::gate(const Command& wanted, Supervisor& supervisor, TimeNs now) noexcept {
+  const auto motor_rpm = [&](double m_s) { return m_s / radius_m_ / kRadPerSecondPerRpm * gear_; };
+  const double saturation_rpm =
+      2 * parameters_.mobility.wheel_saturation_rad_s / kRadPerSecondPerRpm * gear_;
+  // A wheel outside of a curve is faster than the middle of the rover.
+  const double curve = 1.5 * kGateMargin;
+  const GateLimits limits{
+      .motor_rpm = motor_rpm(limit_m_s_) * kGateMargin + saturation_rpm,
+      .motor_rpm_step = motor_rpm(kAcceleration_m_s2 * seconds(parameters_.bus.period_ns)) * curve +
+                        saturation_rpm,
+      .steering_rad = kSteeringLimit_rad};
+  const GateCheck failed = check(wanted, sent_, supervisor.controller(), limits, now);
+  sent_ = wanted;
+  if (failed != GateCheck::passed) {
+    supervisor.gate_closed(static_cast<double>(failed));
+    make_safe(orders_, now);
+    sent_ = orders_;
+  }
+  return sent_;
+}
+
+// ---- telemetry
+// --------------------------------------------------------------------------------------------
+
+bool Vehicle::describe(const lss::Inputs<Vehicle>& in, const SupervisorState& state,
+                       Telemetry& out) noexcept {
+  const gnc::ardito::Estimate& e = command_.estimate;
+  out.time_ns = in.time_ns;
+  out.frame = in.frame;
+  out.state = static_cast<std::uint8_t>(state.controller.state);
+  out.mode = state.controller.mode;
+  out.autonomous = (state.controller.flags & kAutonomous) != 0;
+  out.correction = correction_ && parameters_.mobility.correction_sign != 0;
+  out.limit_m_s = limit_m_s_;
+  out.speed_m_s = request_.run ? wanted_m_s_ : 0;
+  out.heading_rad = request_.run ? wanted_rad_ : 0;
+  out.measured_m_s = stepped_ ? e.speed_m_s : 0;
+  out.measured_rad = stepped_ ? e.sigma_rad : 0;
+  out.distance_m = distance_m_;
+  out.yaw_rad = yaw_rad_;
+  out.x_m = x_m_;
+  out.y_m = y_m_;
+  static_assert(std::extent_v<decltype(out.wheels)> == kWheels &&
+                std::extent_v<decltype(out.steering)> == kSteered &&
+                std::extent_v<decltype(out.nodes)> == kNodes);
+  const double motor = kRadPerSecondPerRpm / gear_;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const Wheel& wheel = wheel_[i];
+    out.wheels[i] = {.id = static_cast<std::uint8_t>(i + 1),
+                     .state = static_cast<std::uint8_t>(command_.wheel_failure[i]),
+                     .clutch = contains(sent_.clutches, i),
+                     .stopped = contains(command_.motors_stopped, i),
+                     .target_rad_s = sent_.wheel[i].motor_rpm * motor,
+                     .motor_rad_s = wheel.motor_rpm.value * motor,
+                     .hall_rad_s = wheel.hall_rpm.value * motor,
+                     .reduction_rad_s = wheel.reduction_rpm.value * kRadPerSecondPerRpm,
+                     .current_A = wheel.current_permille.value * 1e-3 * parameters_.wheel_current_A,
+                     .temperature_degC = wheel.temperature_degC.value,
+                     .voltage_V = wheel.link_V.value};
+  }
+  for (std::size_t i = 0; i < kSteered; ++i) {
+    const Steering& s = steering_[i];
+    const auto failure = command_.steering_failure[i];
+    out.steering[i] = {
+        .id = static_cast<std::uint8_t>(i + 1),
+        .state = static_cast<std::uint8_t>(failure),
+        .stopped = !sent_.steering[i].enabled,
+        .target_rad = sent_.steering[i].position_rad,
+        .motor_rad = s.motor_rad.value / gear_,
+        .reduction_rad = s.reduction_rad.value,
+        .current_A = s.current_permille.value * 1e-3 * parameters_.steering_current_A};
+  }
+  for (std::size_t i = 0; i < kNodes; ++i) describe_node(i, out.nodes[i]);
+  out.beta_rad = beta_rad_.value;
+  out.rho_rad[0] = rho1_rad_.value;
+  out.rho_rad[1] = rho2_rad_.value;
+  out.imu_valid = !imu_lost_;
+  out.imu_speed_m_s = imu_speed_m_s_.value;
+  out.imu_heading_rad = imu_sigma_rad_.value;
+  out.imu_yaw_rate_rad_s = imu_yaw_rate_rad_s_.value;
+  out.emergency_button = inputs_.emergency_button;
+  out.power_good = inputs_.power_good;
+  out.beacon = sent_.beacon;
+  out.disagreeing = disagreeing_;
+  out.disagreements = mobility_.report().upsets;
+  out.port_open = bus_.open;
+  const RoverCounters& rover = bus_.status.counters;
+  out.bus_frames_sent = bus_.port.sent;
+  out.bus_frames_received = bus_.port.received;
+  out.bus_frames_dropped = bus_.port.foreign + bus_.port.cannelloni.broken() +
+                           rover.master.unknown_nodes + rover.master.unknown_frames;
+  out.bus_overflows = bus_.port.overflows + bus_.port.dropped_full + rover.overflows;
+  out.bus_offs = bus_.port.bus_offs;
+  return data_requested_;
+}
+
+void Vehicle::describe_node(std::size_t i, lss_ArditoNode& out) const noexcept {
+  const RoverBusParameters& p = parameters_.bus;
+  const RoverLink& l = link(i);
+  out.id = static_cast<std::uint8_t>(i + 1);
+  out.address = i < kFirstSteering ? p.wheel_node[i]
+                : i < kIo          ? p.steering_node[i - kFirstSteering]
+                : i == kIo         ? p.io_node
+                                   : p.imu_node;
+  out.online = answers(i);
+  out.isolated = !in_service(i);
+  out.link = static_cast<std::uint8_t>(l.node.state);
+  out.drive = static_cast<std::uint8_t>(l.drive);
+  out.emergency = l.node.emcy_code;
+  out.emergencies = static_cast<std::uint32_t>(l.node.emcys);
+  out.age_ms = l.node.heartbeat_ns == 0
+                   ? kNeverHeard_ms
+                   : static_cast<std::uint64_t>(std::max<TimeNs>(now_ns_ - l.node.heartbeat_ns, 0) /
+                                                kMillisecond);
+}
+
+}  // namespace lss::ardito

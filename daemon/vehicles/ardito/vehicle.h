@@ -1,0 +1,211 @@
+#pragma once
+
+// D.I.A.N.A. Ardito in the daemon: the stages of its cycle (daemon/cycle/cycle.h) and its wiring.
+// Six wheel drives, four steering drives, an I/O node and an IMU on one CAN bus; the mobility
+// controller of gnc/ardito commands them, in three redundant instances. Frame thread; time is data;
+// no allocation.
+
+#include <ardito_fields.h>  // of the IDL
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "daemon/cycle/cycle.h"
+#include "daemon/cycle/resets.h"
+#include "daemon/runtime/can_bus.h"
+#include "daemon/runtime/progress.h"
+#include "daemon/vehicles/ardito/config.h"
+#include "daemon/vehicles/ardito/gate.h"
+#include "daemon/vehicles/ardito/modes.h"
+#include "daemon/vehicles/ardito/solver.h"
+#include "gnc/ardito/redundant.h"
+
+namespace lss::ardito {
+
+using RoverCanBus = CanBus<RoverBus, RoverBusParameters, RoverOrders, RoverSample, RoverStatus>;
+
+// A received value and its time.
+struct Known {
+  double value = 0;
+  TimeNs time_ns = 0;  // 0: never
+};
+
+class Vehicle final : public Actor, private SolveTarget {
+ public:
+  using Sample = RoverSample;
+  using BusReport = RoverCanBus::Report;
+  using Command = RoverOrders;
+  using Telemetry = lss_ArditoTelemetry;
+  static constexpr std::size_t kMaxSamples = 128;
+
+  explicit Vehicle(const Parameters& parameters) noexcept;
+
+  void read(const lss::Inputs<Vehicle>& in) noexcept;
+  void watch(const lss::Inputs<Vehicle>& in, Supervisor& supervisor) noexcept;
+  void act(lc::ActionSet actions, const Request* request) noexcept override;
+  Adjusted adjust(std::size_t index, double value, bool really) noexcept override;
+  void navigate(TimeNs now) noexcept;
+  void guide(TimeNs now) noexcept;
+  Command control(TimeNs now) noexcept;
+  Command gate(const Command& wanted, Supervisor& supervisor, TimeNs now) noexcept;
+  // Fills the telemetry; true when a sample was requested.
+  bool describe(const lss::Inputs<Vehicle>& in, const SupervisorState& state,
+                Telemetry& out) noexcept;
+
+  const gnc::ardito::Command& command() const noexcept { return command_; }
+  const TunableValues& tunables() const noexcept { return tunables_; }
+  // For tests that inject soft errors.
+  gnc::ardito::Redundant& mobility() noexcept { return mobility_; }
+
+  // For records (daemon/record/state.h): every member that the cycle changes.
+  template <class V>
+  void keep(V& v) {
+    v(parameters_, tunables_, mobility_, measured_, request_, command_, wheel_, steering_,
+      beta_rad_, rho1_rad_, rho2_rad_, imu_speed_m_s_, imu_sigma_rad_, imu_yaw_rate_rad_s_,
+      imu_counter_, inputs_, inputs_ns_, bus_, orders_, sent_, now_ns_, started_ns_, drives_on_,
+      limit_m_s_, wanted_m_s_, wanted_rad_, correction_, ramped_m_s_, retry_wheels_,
+      retry_steering_, isolated_, stepped_, data_requested_, port_open_, port_reported_, bus_stops_,
+      bus_offs_, reboots_, emcys_, was_faulty_, disobeyed_, failure_, steering_failure_, error_,
+      rocker_lost_, imu_lost_, imu_seen_, imu_told_, opened_ns_, disagreeing_, solver_, resets_,
+      distance_m_, yaw_rad_, x_m_, y_m_);
+  }
+
+ private:
+  struct Wheel {
+    Known motor_rpm, hall_rpm, reduction_rpm, current_permille, temperature_degC, link_V;
+  };
+  struct Steering {
+    Known motor_rad, reduction_rad, current_permille;
+  };
+
+  // read
+  void take(const WheelMotion& m, TimeNs time) noexcept;
+  void take(const WheelSpeeds& m, TimeNs time) noexcept;
+  void take(const WheelHealth& m, TimeNs time) noexcept;
+  void take(const SteeringMotion& m, TimeNs time) noexcept;
+  void take(const SteeringAngle& m, TimeNs time) noexcept;
+  void take(const ardito::Inputs& m, TimeNs time) noexcept;
+  void take(const Rocker& m, TimeNs time) noexcept;
+  void take(const Imu& m, TimeNs time) noexcept;
+
+  // watch
+  void watch_bus(const BusReport& bus, Supervisor& s) noexcept;
+  void watch_resets(Supervisor& s) noexcept;
+  void watch_nodes(Supervisor& s) noexcept;
+  void watch_link(std::size_t node, Supervisor& s) noexcept;
+  void watch_drive(std::size_t node, Supervisor& s) noexcept;
+  void watch_inputs(Supervisor& s) noexcept;
+  void watch_mobility(Supervisor& s) noexcept;
+  void watch_wheel(std::size_t wheel, Supervisor& s) noexcept;
+  void watch_steering(std::size_t system, Supervisor& s) noexcept;
+  void watch_imu(Supervisor& s) noexcept;
+  void watch_mode(Supervisor& s) noexcept;
+  void watch_solver(Supervisor& s) noexcept;
+  void begin_solving(const Supervisor& s) noexcept;
+  void blame(FaultId id, std::size_t node, Supervisor& s) noexcept;
+  void set_sense(Supervisor& s) noexcept;
+  bool healthy(const Supervisor& s) const noexcept;
+  bool all_heard() const noexcept;
+
+  // For error solving.
+  TimeNs now() const noexcept override { return now_ns_; }
+  std::uint16_t faulty_modules() const noexcept override;
+  std::uint16_t diagnosed() const noexcept override;
+  void reset_faults() noexcept override { ++orders_.fault_reset_serial; }
+  void reset_nodes(std::uint16_t nodes) noexcept override;
+  void forget(std::uint16_t nodes) noexcept override;
+  bool isolate(std::uint16_t nodes) noexcept override;
+
+  const RoverLink& link(std::size_t node) const noexcept { return bus_.status.link[node]; }
+  bool answers(std::size_t node) const noexcept;
+  bool in_service(std::size_t node) const noexcept { return (isolated_ >> node & 1u) == 0; }
+  bool faulty(std::size_t node) const noexcept;  // a drive
+  bool contact() const noexcept;                 // with all nodes that are needed
+  bool standing() const noexcept;
+  bool drives_enabled() const noexcept;
+  gnc::ardito::Reading reading(const Known& known, double scale = 1) const noexcept;
+  void measure() noexcept;
+  void reckon() noexcept;
+  void describe_node(std::size_t node, lss_ArditoNode& out) const noexcept;
+
+  Parameters parameters_;
+  TunableValues tunables_;  // of the parameters
+  gnc::ardito::Redundant mobility_;
+  gnc::ardito::Measured measured_;
+  gnc::ardito::Request request_;
+  gnc::ardito::Command command_;
+  double radius_m_;
+  double gear_;
+
+  std::array<Wheel, kWheels> wheel_{};
+  std::array<Steering, kSteered> steering_{};
+  Known beta_rad_, rho1_rad_, rho2_rad_;
+  Known imu_speed_m_s_, imu_sigma_rad_, imu_yaw_rate_rad_s_;
+  std::uint16_t imu_counter_ = 0;
+  ardito::Inputs inputs_{};
+  TimeNs inputs_ns_ = 0;
+
+  BusReport bus_{};  // of the frame
+  Supervisor* supervisor_ = nullptr;
+  RoverOrders orders_{};  // as wanted
+  RoverOrders sent_{};    // as they left the gate
+
+  TimeNs now_ns_ = 0;
+  TimeNs started_ns_ = 0;  // the beacon went on
+  bool drives_on_ = false;
+  double limit_m_s_ = kSpeedLimits_m_s[0];
+  double wanted_m_s_ = 0, wanted_rad_ = 0;  // commanded
+  bool correction_ = true;
+  double ramped_m_s_ = 0;  // on its way to the commanded one
+  std::uint32_t retry_wheels_ = 0, retry_steering_ = 0;
+  std::uint16_t isolated_ = 0;  // by the locomotion controller
+  bool stepped_ = false;        // the mobility controller, in the last frame
+  bool data_requested_ = false;
+
+  // State already reported.
+  bool port_open_ = false, port_reported_ = false;
+  std::uint64_t bus_stops_ = 0, bus_offs_ = 0;
+  std::array<std::uint64_t, kNodes> reboots_{}, emcys_{};
+  std::array<bool, kNodes> was_faulty_{}, disobeyed_{};
+  std::array<gnc::ardito::WheelFailure, kWheels> failure_{};
+  std::array<gnc::ardito::SteeringFailure, kSteered> steering_failure_{};
+  bool error_ = false, rocker_lost_ = false;
+  bool imu_lost_ = true, imu_seen_ = false, imu_told_ = false;
+  TimeNs opened_ns_ = 0;          // the port
+  std::uint8_t disagreeing_ = 0;  // 1..3; 0: none
+
+  Solver solver_;
+  Resets resets_;
+  double distance_m_ = 0, yaw_rad_ = 0, x_m_ = 0, y_m_ = 0;
+};
+
+// The wiring: one port, one bus of nodes.
+class Buses {
+ public:
+  using Parameters = ardito::Parameters;
+
+  Buses(const config::Config& config, const Parameters& parameters);
+
+  // Start-up: a port that is no CAN bus is an error; an absent one is waited for.
+  tl::expected<void, std::string> probe();
+  std::vector<std::pair<std::string, std::function<void()>>> bodies();
+  std::vector<Progress> progress() const { return {{name_, rover_.turns()}}; }
+  void stop() noexcept { rover_.stop(); }
+
+  void collect(lss::Inputs<Vehicle>& in) noexcept;                              // frame thread
+  void release(const RoverOrders& orders) noexcept { rover_.release(orders); }  // actuate thread
+  void all_stop() noexcept { rover_.all_stop(); }                               // any thread
+  std::uint64_t dropped() const noexcept { return rover_.dropped(); }
+
+ private:
+  std::string name_;
+  std::string path_;
+  TimeNs period_ns_;
+  RoverCanBus rover_;
+};
+
+}  // namespace lss::ardito

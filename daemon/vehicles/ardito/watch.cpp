@@ -1,0 +1,405 @@
+// Supervision of D.I.A.N.A. Ardito: turns reports of nodes, bus, inputs and the failure detection
+// into events and faults of the locomotion controller.
+
+#include <bit>
+
+#include "daemon/cycle/solving.h"
+#include "daemon/vehicles/ardito/vehicle.h"
+
+namespace lss::ardito {
+namespace {
+
+using gnc::ardito::SteeringFailure;
+using gnc::ardito::WheelFailure;
+
+constexpr TimeNs kBusStuckAfter = 200 * kMillisecond;
+constexpr TimeNs kBoot = 5 * kSecond;  // a node that is silent until then is missing
+constexpr TimeNs kSlowestValue = 3 * kSecond;
+constexpr TimeNs kSettled = 500 * kMillisecond;  // of a running node: until its values come again
+
+std::uint16_t number(std::size_t node) noexcept { return static_cast<std::uint16_t>(node + 1); }
+
+bool severe(FaultId id) noexcept {
+  return info(id)->severity == static_cast<std::uint8_t>(Severity::fatal);
+}
+
+FaultId fault_of(WheelFailure failure) noexcept {
+  switch (failure) {
+    case WheelFailure::none:
+      return FaultId::none;
+    case WheelFailure::motor_sensor:
+    case WheelFailure::reduction_encoder:
+    case WheelFailure::two_sensors:
+      return FaultId::wheel_sensor;
+    case WheelFailure::motor:
+      return FaultId::wheel_motor;
+    case WheelFailure::reduction:
+      return FaultId::wheel_gear;
+    case WheelFailure::clutch:
+    case WheelFailure::clutch_and_sensor:
+      return FaultId::wheel_clutch;
+    case WheelFailure::all_sensors:
+      return FaultId::wheel_critical;
+  }
+  return FaultId::none;
+}
+
+FaultId fault_of(SteeringFailure failure) noexcept {
+  switch (failure) {
+    case SteeringFailure::none:
+      return FaultId::none;
+    case SteeringFailure::motor_encoder:
+    case SteeringFailure::reduction_encoder:
+      return FaultId::steering_sensor;
+    case SteeringFailure::critical:
+    case SteeringFailure::both_encoders:
+      return FaultId::steering_critical;
+  }
+  return FaultId::none;
+}
+
+}  // namespace
+
+void Vehicle::watch(const lss::Inputs<Vehicle>& in, Supervisor& s) noexcept {
+  supervisor_ = &s;
+  isolated_ = s.controller().isolated;
+  // First: a standstill of the machine makes data old, so it is the cause.
+  if (in.overrun_limit && s.controller().state == State::operational)
+    s.raise(FaultId::frame_overrun);
+  watch_bus(in.bus, s);
+  watch_inputs(s);
+  watch_resets(s);
+  watch_nodes(s);
+  watch_mobility(s);
+  watch_imu(s);
+  watch_mode(s);
+  watch_solver(s);
+  set_sense(s);
+}
+
+// A fault of a node. During error solving it is only latched: the strategies handle it.
+void Vehicle::blame(FaultId id, std::size_t node, Supervisor& s) noexcept {
+  if (s.controller().state == State::solve_errors) {
+    s.latch(id, number(node));
+  } else {
+    s.raise(id, number(node));
+  }
+}
+
+void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
+  if (bus.time_ns == 0) return;  // no report of the bus thread yet
+  s.check_stop(bus.all_stop_pending);
+  const bool operational = s.controller().state == State::operational;
+  if (bus.open != port_open_ || !port_reported_) {
+    s.happen(bus.open ? lc::Event::port_opened : lc::Event::port_closed);
+    if (bus.open) {
+      opened_ns_ = now_ns_;
+      s.note(EventId::port_opened);
+      s.clear(FaultId::port_absent);
+    } else {
+      s.note(EventId::port_closed);
+      s.raise(bus.was_open ? FaultId::port_lost : FaultId::port_absent);
+    }
+    port_open_ = bus.open;
+    port_reported_ = true;
+  }
+  if (bus.open && now_ns_ - bus.time_ns > kBusStuckAfter && operational)
+    s.raise(FaultId::bus_stuck);
+  if (bus.port.bus_offs != bus_offs_) {
+    bus_offs_ = bus.port.bus_offs;
+    s.raise(FaultId::bus_off);
+  }
+  if (bus.status.counters.safe_commands != bus_stops_) {
+    bus_stops_ = bus.status.counters.safe_commands;
+    s.note(EventId::safe_command_sent);
+    if (operational) s.raise(FaultId::orders_stale);
+  }
+}
+
+// ---- nodes
+
+void Vehicle::watch_resets(Supervisor& s) noexcept {
+  resets_.watch(
+      now_ns_, parameters_.reset_ns, bus_.open, [&](std::size_t i) { return link(i).node.boots; },
+      [&](std::size_t i) { return answers(i) && now_ns_ - link(i).node.since_ns >= kSettled; }, s);
+}
+
+void Vehicle::watch_nodes(Supervisor& s) noexcept {
+  std::array<std::int64_t, kMaxModules> age_ms{};
+  for (std::size_t i = 0; i < kNodes; ++i) {
+    const TimeNs heard_ns = link(i).node.heartbeat_ns;
+    if (heard_ns != 0) age_ms[i] = (now_ns_ - heard_ns) / kMillisecond;
+  }
+  s.set_ages(age_ms, parameters_.bus.heartbeat_timeout_ns / kMillisecond);
+  for (std::size_t i = 0; i < kNodes; ++i) {
+    watch_link(i, s);
+    if (i < kWheels + kSteered && in_service(i)) watch_drive(i, s);
+  }
+}
+
+// Contact with a node, its identity, and its own reports.
+void Vehicle::watch_link(std::size_t i, Supervisor& s) noexcept {
+  const canopen::NodeStatus& node = link(i).node;
+  const auto follow = [&](canopen::NodeState state, FaultId id) {
+    if (node.state == state) s.latch(id, number(i));
+    if (node.state == canopen::NodeState::operational) s.clear(id, number(i));
+  };
+  follow(canopen::NodeState::wrong_device, FaultId::node_wrong);
+  follow(canopen::NodeState::failed, FaultId::node_refuses);
+  follow(canopen::NodeState::babbling, FaultId::node_babbles);
+  if (node.emcys != emcys_[i]) {
+    emcys_[i] = node.emcys;
+    s.note(EventId::emergency_message, number(i), node.emcy_code);
+  }
+  if (node.reboots != reboots_[i]) {
+    reboots_[i] = node.reboots;
+    const bool driving = s.controller().state == State::operational && in_service(i) && i != kImu;
+    if (driving) {
+      s.raise(FaultId::module_reset, number(i));
+    } else {
+      s.note(EventId::module_was_reset, number(i));
+    }
+  }
+  if (i == kImu || !in_service(i)) return;
+  const lc::ControllerState& c = s.controller();
+  const bool unheard = (c.unheard >> i & 1u) != 0, silent = (c.silent >> i & 1u) != 0;
+  if (answers(i) && (unheard || silent)) {
+    s.happen(lc::Event::module_heard, number(i));
+    s.note(EventId::node_configured, number(i));
+  } else if (!answers(i) && !unheard && !silent && !resets_.away(i) && bus_.open) {
+    s.happen(lc::Event::module_silent, number(i));
+    blame(FaultId::module_silent, i, s);
+  }
+}
+
+void Vehicle::watch_drive(std::size_t i, Supervisor& s) noexcept {
+  const bool fault = answers(i) && faulty(i);
+  // Without power all drives report faults; the lost power is reported instead.
+  if (fault && !was_faulty_[i] && inputs_.power_good) blame(FaultId::drive_fault, i, s);
+  was_faulty_[i] = fault;
+  const bool disobeys = answers(i) && link(i).disobeys;
+  if (disobeys && !disobeyed_[i] && s.controller().state == State::operational)
+    s.raise(FaultId::module_disobeys, number(i));
+  disobeyed_[i] = disobeys;
+}
+
+void Vehicle::watch_inputs(Supervisor& s) noexcept {
+  if (inputs_ns_ == 0) return;
+  const std::uint8_t flags = s.controller().flags;
+  if (inputs_.emergency_button != ((flags & kButtonIn) != 0)) {
+    if (inputs_.emergency_button) s.latch(FaultId::emergency_button, kIoNode);
+    s.happen(inputs_.emergency_button ? event::button_in : event::button_out);
+  }
+  if (inputs_.power_good == ((flags & kPowerBad) != 0)) {
+    const bool driven = s.controller().state == State::operational;
+    if (!inputs_.power_good && (driven || inputs_.emergency_button))
+      s.latch(FaultId::power_lost, kIoNode);
+    s.happen(inputs_.power_good ? event::power_good : event::power_bad);
+  }
+  // The node answers but its inputs are missing.
+  if (s.controller().state == State::operational && answers(kIo) &&
+      now_ns_ - inputs_ns_ > parameters_.io_silent_ns)
+    s.raise(FaultId::stale_input, kIoNode);
+}
+
+// ---- the mobility controller, as it was in the last frame
+
+void Vehicle::watch_mobility(Supervisor& s) noexcept {
+  if (!stepped_) return;
+  for (std::size_t i = 0; i < kWheels; ++i) watch_wheel(i, s);
+  for (std::size_t i = 0; i < kSteered; ++i) watch_steering(i, s);
+  const gnc::ardito::VoteReport& vote = mobility_.report();
+  if (vote.no_majority) {
+    s.raise(FaultId::no_majority);
+  } else if (vote.disagreed) {
+    disagreeing_ = static_cast<std::uint8_t>(std::countr_zero(vote.disagreed) + 1);
+    s.latch(FaultId::instance_disagreed);
+  }
+  const bool error = command_.error != 0;
+  if (error && !error_) {
+    if (s.controller().state == State::solve_errors) {
+      s.latch(FaultId::mobility_error);
+    } else {
+      s.raise(FaultId::mobility_error);
+    }
+  }
+  error_ = error;
+  const bool rocker_lost = (command_.faults & gnc::ardito::kRockerStale) != 0 && !resets_.away(kIo);
+  if (rocker_lost != rocker_lost_) {
+    rocker_lost ? s.latch(FaultId::rocker_lost, kIoNode) : s.clear(FaultId::rocker_lost, kIoNode);
+    rocker_lost_ = rocker_lost;
+  }
+}
+
+void Vehicle::watch_wheel(std::size_t i, Supervisor& s) noexcept {
+  const FaultId before = fault_of(failure_[i]), now = fault_of(command_.wheel_failure[i]);
+  failure_[i] = command_.wheel_failure[i];
+  if (now != before) {
+    if (before != FaultId::none && !severe(before)) s.clear(before, number(i));
+    if (now != FaultId::none && severe(now)) {
+      blame(now, i, s);
+    } else if (now != FaultId::none) {
+      s.latch(now, number(i));
+    }
+  }
+  if (gnc::ardito::contains(command_.stale_wheels, i) && in_service(i) && drives_on_)
+    s.raise(FaultId::stale_input, number(i));
+}
+
+void Vehicle::watch_steering(std::size_t i, Supervisor& s) noexcept {
+  const std::size_t node = kFirstSteering + i;
+  const FaultId before = fault_of(steering_failure_[i]),
+                now = fault_of(command_.steering_failure[i]);
+  steering_failure_[i] = command_.steering_failure[i];
+  if (now != before) {
+    if (before != FaultId::none && !severe(before)) s.clear(before, number(node));
+    if (now != FaultId::none && severe(now)) {
+      blame(now, node, s);
+    } else if (now != FaultId::none) {
+      s.latch(now, number(node));
+    }
+  }
+  if (gnc::ardito::contains(command_.stale_steering, i) && drives_on_)
+    s.raise(FaultId::stale_input, number(node));
+}
+
+// Driving by hand goes on without it.
+void Vehicle::watch_imu(Supervisor& s) noexcept {
+  constexpr std::uint32_t kBad = gnc::ardito::kImuSilent | gnc::ardito::kImuImplausible;
+  const bool lost = !answers(kImu) || (stepped_ && (command_.faults & kBad) != 0);
+  if (((s.controller().flags & kImuLost) != 0) != lost)
+    s.happen(lost ? event::imu_lost : event::imu_good);
+  // While it boots its absence is no fault.
+  const bool expected = imu_seen_ || (port_open_ && now_ns_ - opened_ns_ > kBoot);
+  const bool tell = expected && !resets_.away(kImu);
+  if (lost && tell && !imu_told_) s.latch(FaultId::imu_lost, kImuNode);
+  if (!lost && imu_told_) s.clear(FaultId::imu_lost, kImuNode);
+  imu_told_ = lost && (tell || imu_told_);
+  imu_seen_ = imu_seen_ || !lost;
+  imu_lost_ = lost;
+  if (lost && (s.controller().flags & kAutonomous) != 0 &&
+      s.happen(event::autonomy_lost).reason == Reason::none) {
+    s.note(EventId::autonomy_ended);
+    s.abandon(Reason::imu_lost);
+  }
+}
+
+bool Vehicle::all_heard() const noexcept {
+  return (command_.stale_wheels & ~unsigned{isolated_}) == 0 && command_.stale_steering == 0;
+}
+
+// Its modes as modes of the locomotion controller.
+void Vehicle::watch_mode(Supervisor& s) noexcept {
+  const lc::ControllerState& c = s.controller();
+  if (c.state != State::operational) return;
+  if (c.mode == static_cast<std::uint8_t>(Mode::warning)) {
+    // The controller must be stopped before the motors go on, after any mode before. And each value
+    // must have been received, some come once a second; a missing one is a fault then.
+    const TimeNs warned_ns = now_ns_ - started_ns_;
+    const bool heard = all_heard() || warned_ns >= kSlowestValue;
+    if (warned_ns >= parameters_.beacon_ns && stepped_ && standing() && heard)
+      s.happen(event::warned);
+    return;
+  }
+  if (!(c.flags & kMotorsConfirmed) && drives_enabled()) s.happen(event::motors_confirmed);
+  lc::Event is = event::is_stopped;
+  if (command_.mode == gnc::ardito::Mode::running) is = event::is_running;
+  if (command_.mode == gnc::ardito::Mode::parking) is = event::is_parking;
+  if (command_.mode == gnc::ardito::Mode::stop) {
+    if (command_.phase == gnc::ardito::StopPhase::rover_steer) is = event::is_steering;
+    if (command_.phase == gnc::ardito::StopPhase::deceleration) is = event::is_decelerating;
+  }
+  s.happen(is);  // in this mode already: refused, and nothing changes
+}
+
+void Vehicle::set_sense(Supervisor& s) noexcept {
+  std::array<double, kMaxModules> sense{};
+  sense[kSenseLimit] = limit_m_s_;
+  for (std::size_t i = 0; i < kWheels + kSteered; ++i) {
+    const bool on = answers(i) && link(i).drive == canopen::DriveState::operation_enabled;
+    sense[kSenseMotorsOn] += on ? 1 : 0;
+  }
+  const double early_s =
+      static_cast<double>(started_ns_ + parameters_.autonomy_ns - now_ns_) * 1e-9;
+  if (early_s > 0) sense[kSenseEarly] = early_s;
+  s.set_sense(sense);
+}
+
+// ---- error solving
+
+std::uint16_t Vehicle::faulty_modules() const noexcept {
+  unsigned mask = 0;
+  for (std::size_t i = 0; i < kImu; ++i) {
+    if (in_service(i) && (!answers(i) || faulty(i))) mask |= 1u << i;
+  }
+  return static_cast<std::uint16_t>(mask);
+}
+
+// Sensors that are substituted do not keep the rover from driving.
+std::uint16_t Vehicle::diagnosed() const noexcept {
+  unsigned nodes = 0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const WheelFailure f = command_.wheel_failure[i];
+    const bool sensor = fault_of(f) == FaultId::wheel_sensor;
+    if (f != WheelFailure::none && !sensor && in_service(i)) nodes |= 1u << i;
+  }
+  for (std::size_t i = 0; i < kSteered; ++i) {
+    if (fault_of(command_.steering_failure[i]) == FaultId::steering_critical)
+      nodes |= 1u << (kFirstSteering + i);
+  }
+  return static_cast<std::uint16_t>(nodes);
+}
+
+void Vehicle::reset_nodes(std::uint16_t nodes) noexcept {
+  const bool sent = orders_.node_reset_serial == sent_.node_reset_serial;
+  orders_.reset_nodes = static_cast<std::uint16_t>(sent ? nodes : orders_.reset_nodes | nodes);
+  ++orders_.node_reset_serial;
+  forget(nodes);
+}
+
+void Vehicle::forget(std::uint16_t nodes) noexcept {
+  retry_wheels_ |= nodes & gnc::ardito::kAllWheels;
+  retry_steering_ |= static_cast<unsigned>(nodes) >> kFirstSteering & gnc::ardito::kAllSteered;
+}
+
+bool Vehicle::isolate(std::uint16_t nodes) noexcept {
+  if (std::popcount(nodes) != 1) return false;  // the rover goes on with five wheels, not with four
+  const auto node = static_cast<std::size_t>(std::countr_zero(nodes));
+  if (supervisor_->happen(event::isolate, number(node)).reason != Reason::none) return false;
+  isolated_ = supervisor_->controller().isolated;
+  return true;
+}
+
+bool Vehicle::healthy(const Supervisor& s) const noexcept {
+  const std::uint8_t flags = s.controller().flags;
+  return port_open_ && faulty_modules() == 0 && s.controller().unheard == 0 &&
+         s.controller().silent == 0 && (flags & (kButtonIn | kPowerBad)) == 0 &&
+         command_.error == 0;
+}
+
+// From the latched faults and the present ones.
+void Vehicle::begin_solving(const Supervisor& s) noexcept {
+  std::array<FaultClass, kMaxFaults + 3> wrong;
+  std::size_t count = 0;
+  for (const FaultRecord& fault : s.state().faults) {
+    if (fault.id != FaultId::none && severe(fault.id)) wrong[count++] = class_of(fault.id);
+  }
+  bool contact_lost = false, drive_faults = false;
+  for (std::size_t i = 0; i < kImu; ++i) {
+    contact_lost = contact_lost || (in_service(i) && !answers(i));
+    drive_faults = drive_faults || (in_service(i) && faulty(i));
+  }
+  if (contact_lost) wrong[count++] = FaultClass::contact;
+  if (drive_faults) wrong[count++] = FaultClass::drive;
+  if (command_.error != 0) wrong[count++] = FaultClass::mobility;
+  solver_.begin(std::span(wrong).first(count));
+}
+
+void Vehicle::watch_solver(Supervisor& s) noexcept {
+  if (s.controller().state != State::solve_errors) return;
+  SolveTarget& target = *this;
+  solve_errors(
+      s, solver_, target, [&] { begin_solving(s); }, healthy(s));
+}
+
+}  // namespace lss::ardito

@@ -1,0 +1,64 @@
+#include "daemon/vehicles/talaris/actuation.h"
+
+namespace lss::talaris {
+
+Actuation::Actuation(const ValveParameters& parameters, HopperCan& can)
+    : can_(can), valves_(parameters) {}
+
+void Actuation::release(const TalarisOrders& orders, TimeNs release_ns, TimeNs now) noexcept {
+  obey(now);
+  if (latch_.passes(orders.all_stop, orders.boundary_ns)) {
+    TalarisOrders due = orders;
+    due.release_ns = release_ns;
+    valves_.release(due, now);
+    send(release_ns, now);  // before anything slow
+    can_.release(due);
+    reset_serial_ = due.node_reset_serial;
+  } else {
+    ++said_.refused_orders;
+    send(now, now);
+  }
+}
+
+void Actuation::run(TimeNs now) noexcept {
+  const TimeNs due_ns = next_wake();
+  obey(now);
+  send(due_ns, now);
+}
+
+// Orders of the actuate thread itself.
+void Actuation::obey(TimeNs now) noexcept {
+  if (const std::uint32_t generation = sender_.generation(); generation != generation_) {
+    generation_ = generation;
+    valves_.reopened(now);
+  }
+  if (!latch_.fell()) return;
+  valves_.all_stop(now);
+  send(now, now);
+  // Another number would boot nodes, now and when the cycle's own number comes again.
+  can_.release({.issued_ns = now,
+                .boundary_ns = now,
+                .release_ns = now,
+                .all_stop = true,
+                .node_reset_serial = reset_serial_});
+}
+
+void Actuation::send(TimeNs due_ns, TimeNs now) noexcept {
+  const std::uint8_t before = valves_.open();
+  for (CanFrame frame; valves_.due(now, frame);)
+    valves_.sent(sender_.send(frame) == CanSender::Result::sent, now);
+  const std::uint8_t after = valves_.open();
+  for (std::size_t i = 0; i < kHopperValves; ++i) {
+    if (((before ^ after) >> i & 1) == 0) continue;
+    ((after >> i & 1) != 0 ? said_.opened_ns : said_.shut_ns)[i] = now;
+    said_.last_ns = now;
+    said_.last_late_ns = now - due_ns;
+  }
+  said_.open = after;
+  said_.counters = valves_.counters();
+  said_.sender = sender_.counters();
+  said_.all_stop_pending = latch_.pending();
+  report_.put(said_);
+}
+
+}  // namespace lss::talaris

@@ -1,0 +1,163 @@
+#include "daemon/vehicles/talaris/buses.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "daemon/runtime/clock.h"
+
+namespace lss::talaris {
+namespace {
+
+const config::Port* find_port(const config::Config& config, std::string_view name) {
+  const auto port = std::ranges::find(config.ports, name, &config::Port::name);
+  return port != config.ports.end() ? &*port : nullptr;
+}
+
+SerialSettings settings(const config::Config& config, const char* name, const SensorLine& line) {
+  const config::Port* port = find_port(config, name);
+  if (port == nullptr) return {};
+  const SerialFormat format = line.format();
+  return {.path = port->path,
+          .baud = format.baud,
+          .half_duplex = format.half_duplex || port->half_duplex,
+          .parity = format.parity,
+          .stop_bits = format.stop_bits};
+}
+
+std::string can_path(const config::Config& config) {
+  const config::Port* port = find_port(config, "can");
+  return port != nullptr ? port->path : "";
+}
+
+std::vector<std::string> missing_ports(const config::Config& config) {
+  std::vector<std::string> missing;
+  for (const char* name : {"imu", "altimeter", "can"}) {
+    if (find_port(config, name) == nullptr) missing.emplace_back(name);
+  }
+  return missing;
+}
+
+// Of the configured IMU.
+int packets(const BusesParameters& p) {
+  return p.imu == ImuKind::landmark30 ? p.landmark.packets_per_frame : p.crossbow.packets_per_frame;
+}
+TimeNs packet_period(const BusesParameters& p) {
+  return p.imu == ImuKind::landmark30 ? p.landmark.period_ns : p.crossbow.period_ns;
+}
+
+LineReport report_of(const LineBus::Report& bus) noexcept {
+  return {
+      .status = bus.counters, .time_ns = bus.time_ns, .open = bus.open, .was_open = bus.was_open};
+}
+
+}  // namespace
+
+BusesParameters complete(BusesParameters p, const config::Config& config) {
+  if (const config::Port* imu = find_port(config, "imu"))
+    p.landmark.baud = p.crossbow.baud = static_cast<int>(imu->baud);
+  if (const config::Port* altimeter = find_port(config, "altimeter"))
+    p.altimeter.baud = static_cast<int>(altimeter->baud);
+  p.valves.frame_ns = config.period_ns;
+  p.valves.node = p.can.node[kValveNode];
+  p.valves.fan_node = p.can.node[kFanNode];
+  return p;
+}
+
+Buses::Buses(const config::Config& config, const BusesParameters& parameters)
+    : missing_ports_(missing_ports(config)),
+      parameters_(complete(parameters, config)),
+      period_ns_(config.period_ns),
+      offset_ns_(config.offset_ns),
+      frames_({.packets = static_cast<std::uint32_t>(packets(parameters_)),
+               .period_ns = config.period_ns,
+               .grace_ns = parameters_.grace_ns}),
+      landmark_(parameters_.landmark),
+      crossbow_(parameters_.crossbow),
+      ar1000_(parameters_.altimeter),
+      imu_settings_(settings(config, "imu", imu_line())),
+      altimeter_settings_(settings(config, "altimeter", ar1000_)),
+      can_path_(can_path(config)),
+      imu_({.line = &imu_line(), .frames = &frames_}, imu_settings_),
+      altimeter_({.line = &ar1000_}, altimeter_settings_),
+      can_(parameters_.can, can_path_, canopen::filters()),
+      actuation_(parameters_.valves, can_) {
+  can_.attach(actuation_.sender());
+}
+
+SensorLine& Buses::imu_line() noexcept {
+  if (parameters_.imu == ImuKind::crossbow) return crossbow_;
+  return landmark_;
+}
+
+tl::expected<void, std::string> Buses::probe() {
+  if (!missing_ports_.empty())
+    return tl::unexpected(fmt::format("there is no [[port]] with name = \"{}\": add one",
+                                      fmt::join(missing_ports_, "\" and none with name = \"")));
+  if (packets(parameters_) * packet_period(parameters_) != period_ns_)
+    return tl::unexpected(
+        fmt::format("[frame] period_ms is {}: {} packets of this IMU make frames of {} ms",
+                    static_cast<double>(period_ns_) * 1e-6, packets(parameters_),
+                    static_cast<double>(packets(parameters_) * packet_period(parameters_)) * 1e-6));
+  // A late frame is repeated once; the next one comes two periods after the last.
+  const TimeNs fresh_ns = 2 * period_ns_ + offset_ns_ + std::min(parameters_.grace_ns, period_ns_);
+  if (std::min(parameters_.can.stale_after_ns, parameters_.valves.stale_after_ns) < fresh_ns)
+    return tl::unexpected(
+        fmt::format("[talaris.bus] stale_ms must be at least {:.0f}: two frames, the offset and "
+                    "the grace, so that one late frame shuts nothing",
+                    std::ceil(static_cast<double>(fresh_ns) * 1e-6)));
+  if (auto ok = check_port(imu_settings_, imu_.probe()); !ok) return ok;
+  if (auto ok = check_port(altimeter_settings_, altimeter_.probe()); !ok) return ok;
+  return check_can(can_path_, can_.probe());
+}
+
+std::vector<std::pair<std::string, std::function<void()>>> Buses::bodies() {
+  return {{"bus/imu", [this] { imu_.run(); }},
+          {"bus/altimeter", [this] { altimeter_.run(); }},
+          {"bus/can", [this] { can_.run(); }}};
+}
+
+std::vector<Progress> Buses::progress() const {
+  return {
+      {"bus/imu", imu_.turns()}, {"bus/altimeter", altimeter_.turns()}, {"bus/can", can_.turns()}};
+}
+
+void Buses::stop() noexcept {
+  imu_.stop();
+  altimeter_.stop();
+  can_.stop();
+}
+
+std::size_t Buses::collect(TimeNs boundary_ns, std::span<TalarisSample> samples,
+                           BusReport& report) noexcept {
+  std::size_t count = 0;
+  const auto take = [&](auto& bus) {
+    while (count < samples.size() && bus.pop(samples[count], boundary_ns)) ++count;
+  };
+  take(imu_);
+  take(altimeter_);
+  take(can_);
+  report = {.imu = report_of(imu_.report()),
+            .altimeter = report_of(altimeter_.report()),
+            .can = can_.report(),
+            .edges = actuation_.report()};
+  return count;
+}
+
+std::uint64_t Buses::dropped() const noexcept {
+  return imu_.dropped() + altimeter_.dropped() + can_.dropped();
+}
+
+void Buses::release(const TalarisOrders& orders, const Boundary& boundary) noexcept {
+  actuation_.release(orders, boundary.time_ns + offset_ns_, now_ns());
+}
+
+void Buses::all_stop() noexcept {
+  actuation_.all_stop(now_ns());
+  frames_.wake_actuate();
+}
+
+}  // namespace lss::talaris

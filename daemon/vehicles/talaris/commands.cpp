@@ -1,0 +1,250 @@
+// Commands of TALARIS: the checks of the vehicle, and the actions.
+
+#include <bit>
+#include <cmath>
+
+#include "daemon/vehicles/talaris/vehicle.h"
+
+namespace lss::talaris {
+namespace {
+
+using gnc::talaris::Guard;
+using gnc::talaris::PlanRequest;
+using gnc::talaris::PlanResult;
+
+std::uint8_t set_of(double value) noexcept { return static_cast<std::uint8_t>(value); }
+
+Reason reason_of(Guard guard) noexcept {
+  switch (guard) {
+    case Guard::none:
+      return Reason::none;
+    case Guard::request:
+      return Reason::plan_request;
+    case Guard::height:
+      return Reason::plan_height;
+    case Guard::gas:
+      return Reason::gas_short;
+    case Guard::hover_on_time:
+      return Reason::hover_short;
+    case Guard::climb:
+      return Reason::climb_short;
+    case Guard::lateral:
+      return Reason::lateral_short;
+    case Guard::altimeter:
+      return Reason::altimeter_short;
+    case Guard::wall:
+      return Reason::wall_near;
+    case Guard::fan_thrust:
+      return Reason::fans_short;
+    case Guard::run_time:
+      return Reason::fans_long;
+  }
+  return Reason::plan_request;
+}
+
+Verdict verdict_of(const PlanResult& result) noexcept {
+  if (result.feasible()) return {};
+  return {.reason = reason_of(result.guard), .measured = result.measured, .limit = result.limit};
+}
+
+}  // namespace
+
+// ---- consider
+
+Verdict Vehicle::consider(const Request& r) noexcept {
+  if (r.kind == static_cast<std::uint16_t>(lss::CommandKind::reset)) {
+    if (supervisor_ != nullptr && supervisor_->airborne()) return {.reason = Reason::in_flight};
+    if (r.parameter[0] == kAltimeterModule)  // it has no state to clear
+      return {.reason = Reason::not_a_choice, .measured = r.parameter[0], .subject = 0};
+    return {};
+  }
+  switch (static_cast<CommandKind>(r.kind)) {
+    case CommandKind::valve:
+      return r.parameter[1] > 0.5 ? consider_valves(set_of(r.parameter[0])) : Verdict{};
+    case CommandKind::pulse: {
+      const double end_s = r.parameter[1] + r.parameter[2];
+      if (end_s > gnc::talaris::kFrame_s + 1e-9)
+        return {
+            .reason = Reason::pulse_too_long, .measured = end_s, .limit = gnc::talaris::kFrame_s};
+      return consider_valves(set_of(r.parameter[0]));
+    }
+    case CommandKind::gnc:
+      return consider_gnc(r);
+    case CommandKind::plan:
+      return verdict_of(
+          gnc::talaris::make_plan(plan_request(r), parameters_.flight, flight_.gas().left_s()));
+    case CommandKind::gains:
+      if (r.parameter[0] <= static_cast<double>(parameters_.flight.gain_sets)) return {};
+      return {.reason = Reason::no_such_gains,
+              .measured = r.parameter[0],
+              .limit = static_cast<double>(parameters_.flight.gain_sets)};
+    case CommandKind::script_step:
+      return script_.consider_step(r);
+    case CommandKind::script_run: {
+      if (const Verdict v = script_.consider_run(r.parameter[0]); v.reason != Reason::none)
+        return v;
+      const bool armed =
+          supervisor_ != nullptr && (supervisor_->controller().flags & kFansArmed) != 0;
+      if (script_.uses_fans() && !armed)
+        return {.reason = Reason::fans_not_armed, .subject = kFanModule};
+      return consider_valves(script_.valves());
+    }
+    default:
+      return {};
+  }
+}
+
+// The first valve that is wanted and disabled.
+Verdict Vehicle::consider_valves(std::uint8_t valves) const noexcept {
+  const unsigned disabled = valves & ~static_cast<unsigned>(enabled_);
+  if (disabled == 0) return {};
+  return {.reason = Reason::valve_disabled,
+          .measured = static_cast<double>(std::countr_zero(disabled) + 1),
+          .limit = kRequired,
+          .subject = kValveModule};
+}
+
+Verdict Vehicle::consider_gnc(const Request& r) const noexcept {
+  return static_cast<GncStep>(r.parameter[0]) == GncStep::execute ? consider_execute() : Verdict{};
+}
+
+// Conditions that may have changed since planning.
+Verdict Vehicle::consider_execute() const noexcept {
+  const gnc::talaris::Plan& plan = flight_.planned();
+  const std::uint8_t flags = supervisor_ != nullptr ? supervisor_->controller().flags : 0;
+  if (plan.needs_altimeter && (flags & kAltimeterLost))
+    return {.reason = Reason::altimeter_lost, .subject = kAltimeterModule};
+  if (plan.uses_fans && !(flags & kFansArmed))
+    return {.reason = Reason::fans_not_armed, .subject = kFanModule};
+  if (plan.uses_gas) {
+    if (const Verdict v = consider_valves(0xFF); v.reason != Reason::none) return v;
+    const double least_kPa = parameters_.flight.gas.min_regulated_kPa;
+    if (sensors_.regulated_kPa() < least_kPa)
+      return {.reason = Reason::pressure_low,
+              .measured = sensors_.regulated_kPa(),
+              .limit = least_kPa,
+              .subject = kValveModule};
+  }
+  if (parameters_.min_voltage_V > 0 && sensors_.gas().voltage_V < parameters_.min_voltage_V)
+    return {.reason = Reason::voltage_low,
+            .measured = sensors_.gas().voltage_V,
+            .limit = parameters_.min_voltage_V,
+            .subject = kValveModule};
+  return verdict_of(
+      gnc::talaris::make_plan(plan.request, parameters_.flight, flight_.gas().left_s()));
+}
+
+PlanRequest Vehicle::plan_request(const Request& r) const noexcept {
+  PlanRequest plan;
+  plan.program = static_cast<gnc::talaris::Program>(r.parameter[0]);
+  plan.height_m = r.parameter[1];
+  plan.distance_m = r.parameter[2];
+  plan.turn_rad = r.parameter[3];
+  plan.time_s = r.parameter[4];
+  const bool wall = parameters_.navigation.pointing == gnc::talaris::Pointing::sideways;
+  if (wall && !sensors_.altimeter_lost()) plan.range_m = sensors_.range_m();
+  return plan;
+}
+
+// ---- act
+
+void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
+  if (actions & (lc::kEmergencyStop | lc::kMotorsOff | kShut)) {
+    if (actions & lc::kEmergencyStop) end_script();
+    script_.end();
+    hand_.shut();
+    if (flight_.active()) flight_.all_stop();
+    gate_failed_ = 0;
+  }
+  if (actions & lc::kEndSolve) solver_.end();
+  if (actions & lc::kPublishData) data_requested_ = true;
+  if (actions & (kGncOff | kCalibrate)) navigation_.begin_calibration();
+  if (actions & kLand) flight_.land();
+  if (actions & kExecute) {
+    output_ = {};
+    phase_ = gnc::talaris::Phase::ready;
+    reaction_ = gnc::talaris::Reaction::none;
+    faults_ = pending_ = 0;
+    touchdown_m_s_ = 0;
+    executed_ns_ = now_ns_;
+    begun_ = flight_.execute();
+  }
+  if (actions & kArm) hand_.arm();
+  if (actions & kRunScript) {
+    script_.run();
+    script_told_ = 0;
+    tell(EventId::script_begun, script_.id(), script_.steps(), kScriptLead_s);
+  }
+  if (request == nullptr) return;
+  if (actions & lc::kResetModule) {
+    const auto number = static_cast<unsigned>(request->parameter[0]);
+    constexpr unsigned kNodes = 0b11100;
+    const unsigned modules = number == 0 ? kNodes : 1u << (number - 1);
+    reset_modules(static_cast<std::uint16_t>(modules));
+    for (std::size_t i = 0; i < kHopperNodes; ++i) {
+      const std::size_t module = kValveModule - 1 + i;
+      const bool there = i != kLoadCellNode || parameters_.buses.can.load_cell;
+      if (there && (modules >> module & 1u) != 0)
+        resets_.begin(module, now_ns_, link(i).node.boots);
+    }
+  }
+  carry_out(*request);
+  // Its completion is checked at once.
+  if (supervisor_ != nullptr) tell_sense(*supervisor_);
+}
+
+void Vehicle::carry_out(const Request& r) noexcept {
+  if (r.kind == static_cast<std::uint16_t>(lss::CommandKind::start)) {
+    const double full_kPa = parameters_.flight.gas.full_kPa;
+    if (sensors_.tank_kPa() >= parameters_.refuelled * full_kPa) flight_.refuel();
+    return;
+  }
+  switch (static_cast<CommandKind>(r.kind)) {
+    case CommandKind::valve:
+      return hand_.valve(set_of(r.parameter[0]), r.parameter[1] > 0.5, r.parameter[2]);
+    case CommandKind::pulse:
+      return hand_.pulse(set_of(r.parameter[0]), r.parameter[1], r.parameter[2],
+                         static_cast<int>(r.parameter[3]));
+    case CommandKind::enable:
+      enabled_ = set_of(r.parameter[0]);
+      return hand_.limit(enabled_);
+    case CommandKind::edf_throttle:
+      return hand_.throttle(set_of(r.parameter[0]), r.parameter[1]);
+    case CommandKind::edf_rpm:
+      return hand_.rpm(set_of(r.parameter[0]), r.parameter[1], r.parameter[2]);
+    case CommandKind::plan:
+      return plan(r);
+    case CommandKind::gains: {
+      const auto set = static_cast<std::size_t>(r.parameter[0]);
+      flight_.select_gains(set);
+      hand_.set_gains(parameters_.flight.gains[set - 1]);
+      tell(EventId::gains_selected, r.parameter[0]);
+      return;
+    }
+    case CommandKind::script_begin:
+      return script_.begin(r);
+    case CommandKind::script_step:
+      return script_.add(r);
+    default:
+      return;
+  }
+}
+
+void Vehicle::plan(const Request& r) noexcept {
+  const PlanResult result = flight_.plan(plan_request(r));
+  program_ = static_cast<std::uint8_t>(r.parameter[0]);
+  tell(EventId::planned, r.parameter[0], result.plan.total_s, result.plan.gas_s,
+       flight_.gas().left_s());
+}
+
+void Vehicle::tell(EventId id, double a, double b, double c, double d) const noexcept {
+  if (supervisor_ != nullptr) supervisor_->note(id, 0, a, b, c, d);
+}
+
+// An emergency ends a running script.
+void Vehicle::end_script() noexcept {
+  if (script_.running())
+    tell(EventId::script_aborted, script_.id(), script_.done(), script_.steps());
+}
+
+}  // namespace lss::talaris

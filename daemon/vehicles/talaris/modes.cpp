@@ -1,0 +1,336 @@
+#include "daemon/vehicles/talaris/modes.h"
+
+#include <array>
+
+#include "daemon/cycle/common_commands.h"
+#include "daemon/vehicles/talaris/tunables.h"
+
+namespace lss::talaris {
+namespace {
+
+using lc::kKeep;
+using lc::Row;
+
+constexpr lc::StateSet kIdle = lc::in(State::idle), kOperational = lc::in(State::operational);
+
+constexpr lc::ModeSet in(Mode mode) { return 1u << static_cast<unsigned>(mode); }
+constexpr lc::ModeSet kInManual = in(Mode::manual), kInDuty = in(Mode::duty_cycle),
+                      kInScript = in(Mode::script), kInStandby = in(Mode::standby),
+                      kInCalibrate = in(Mode::calibrate), kInExecute = in(Mode::execute);
+constexpr lc::ModeSet kByHand = kInManual | kInDuty;
+constexpr lc::ModeSet kGround = kByHand | kInScript | kInStandby | kInCalibrate;
+
+enum Guard : unsigned {
+  kIsCalibratedGuard = lc::kVehicleGuards,
+  kIsPlanned,
+  kImuTrusted,
+  kFansStarted,
+  kInAir,
+  kOnGround,
+};
+constexpr const char* kGuardNames[] = {"navigation is calibrated", "something is planned",
+                                       "the IMU is reliable",      "the fans are started",
+                                       "it is in the air",         "it is on the ground"};
+constexpr lc::GuardSet kMayStart = lc::guard(lc::kPortOpen) | lc::guard(lc::kAllHeard) |
+                                   lc::guard(lc::kAllAnswer) | lc::guard(lc::kObcHeard);
+
+Verdict guard(unsigned number, const lc::ControllerState& s, unsigned) {
+  switch (number) {
+    case kIsCalibratedGuard:
+      if (!(s.flags & kCalibrated)) return {.reason = Reason::not_calibrated};
+      break;
+    case kIsPlanned:
+      if (!(s.flags & kPlanned)) return {.reason = Reason::not_planned};
+      break;
+    case kImuTrusted:
+      if (s.flags & kImuLost) return {.reason = Reason::imu_lost, .subject = kImuModule};
+      break;
+    case kFansStarted:
+      if (!(s.flags & kFansArmed)) return {.reason = Reason::fans_not_armed, .subject = kFanModule};
+      break;
+    case kInAir:
+      if (!airborne(s)) return {.reason = Reason::not_in_flight};
+      break;
+    case kOnGround:
+      if (airborne(s)) return {.reason = Reason::in_flight};
+      break;
+    default:
+      break;
+  }
+  return {};
+}
+
+void effect(lc::ActionSet actions, lc::ControllerState& s) {
+  const auto set = [&](Flag flag, lc::ActionSet on, lc::ActionSet off) {
+    if (actions & off) s.flags = static_cast<std::uint8_t>(s.flags & ~flag);
+    if (actions & on) s.flags = static_cast<std::uint8_t>(s.flags | flag);
+  };
+  const lc::ActionSet rest = lc::kEmergencyStop | lc::kMotorsOff;
+  set(kCalibrated, kIsCalibrated, rest | kGncOff | kCalibrate | kEndFlight | kImuIsLost);
+  set(kPlanned, kPlan, rest | kEndFlight | kGains);
+  set(kFansArmed, kIsArmed, kArm | kIsUnarmed);
+  set(kImuLost, kImuIsLost, kImuIsGood);
+  set(kAltimeterLost, kAltimeterIsLost, kAltimeterIsGood);
+}
+
+constexpr std::uint8_t m(Mode mode) { return static_cast<std::uint8_t>(mode); }
+constexpr std::uint8_t g(Goal goal) { return static_cast<std::uint8_t>(goal); }
+
+constexpr Row go(lc::Event event, lc::ModeSet from, lc::GuardSet guards, Mode to,
+                 lc::ActionSet actions) {
+  return {event, kOperational,  from,   guards, kKeep, State::operational,
+          m(to), g(Goal::none), actions};
+}
+// It flies on, to another goal.
+constexpr Row aim(lc::Event event, std::uint8_t from, lc::GuardSet guards, Goal goal,
+                  lc::ActionSet actions) {
+  return {event, kOperational, kInExecute, guards, from, State::operational,
+          kKeep, g(goal),      actions};
+}
+// State and mode stay.
+constexpr Row stay(lc::Event event, lc::StateSet from, lc::ModeSet modes, lc::GuardSet guards,
+                   lc::ActionSet actions) {
+  return {event, from, modes, guards, kKeep, State::idle, kKeep, kKeep, actions};
+}
+constexpr Row off(lc::Event event, lc::ModeSet from, std::uint8_t goal) {
+  return {event, kOperational, from, 0, goal, State::idle, 0, 0, lc::kMotorsOff};
+}
+
+constexpr lc::GuardSet kGroundOnly = lc::guard(kOnGround);
+constexpr lc::ActionSet kTake = lc::kTakeAuthority;
+
+constexpr std::array kRows = {
+    Row{event::start, kIdle, 0, kMayStart, kKeep, State::operational, m(Mode::manual),
+        g(Goal::none), kTake | kShut},
+
+    stay(event::stop, kIdle, 0, 0, 0),
+    off(event::stop, kGround, kKeep),
+    off(event::stop, kInExecute, g(Goal::none)),
+    aim(event::stop, kKeep, 0, Goal::idle, kLand),
+
+    stay(event::manual, kOperational, kInManual, 0, kTake),
+    go(event::manual, kInDuty, 0, Mode::manual, kTake | kShut),
+    go(event::manual, kInStandby | kInCalibrate, 0, Mode::manual, kTake | kShut | kGncOff),
+    go(event::manual, kInExecute, kGroundOnly, Mode::manual, kTake | kShut | kGncOff | kEndFlight),
+    stay(event::duty_cycle, kOperational, kInDuty, 0, kTake),
+    go(event::duty_cycle, kInManual, 0, Mode::duty_cycle, kTake | kShut),
+    go(event::duty_cycle, kInStandby | kInCalibrate, 0, Mode::duty_cycle, kTake | kShut | kGncOff),
+    go(event::duty_cycle, kInExecute, kGroundOnly, Mode::duty_cycle,
+       kTake | kShut | kGncOff | kEndFlight),
+
+    stay(event::valve, kOperational, kInManual, 0, kTake | kValve),
+    stay(event::pulse, kOperational, kInDuty, 0, kTake | kPulse),
+    stay(event::enable, kIdle | kOperational, kByHand | kInStandby, 0, kEnable),
+    stay(event::arm, kOperational, kInManual, 0, kTake | kArm),
+    stay(event::assume_armed, kOperational, kInManual, 0, kTake | kIsArmed),
+    stay(event::fan, kOperational, kByHand, lc::guard(kFansStarted), kTake | kFan),
+
+    stay(event::standby, kOperational, kInStandby, 0, kTake),
+    go(event::standby, kByHand | kInCalibrate, 0, Mode::standby, kTake | kShut | kGncOff),
+    go(event::standby, kInExecute, kGroundOnly, Mode::standby, kTake | kShut | kEndFlight),
+    go(event::calibrate, kInStandby, lc::guard(kImuTrusted), Mode::calibrate,
+       kTake | kShut | kCalibrate),
+    go(event::execute, kInStandby,
+       lc::guard(kIsCalibratedGuard) | lc::guard(kIsPlanned) | lc::guard(kImuTrusted),
+       Mode::execute, kTake | kExecute),
+    stay(event::plan, kOperational, kByHand | kInStandby | kInCalibrate, 0, kPlan),
+    stay(event::gains, kIdle | kOperational, kByHand | kInStandby, 0, kGains),
+    aim(event::land, g(Goal::idle), 0, Goal::idle, 0),
+    // From every mode: on the ground the guard gives the reason.
+    Row{event::land, kOperational, lc::kAnyMode, lc::guard(kInAir), kKeep, State::operational,
+        kKeep, g(Goal::landing), kLand},
+
+    stay(event::script_upload, kIdle | kOperational, kByHand, 0, kUpload),
+    go(event::script_run, kByHand, 0, Mode::script, kTake | kShut | kRunScript),
+    Row{event::script_abort, kOperational, kInScript, 0, kKeep, State::fatal_error, 0, 0,
+        lc::kEmergencyStop},
+
+    off(lc::Event::lease_expired, kGround, kKeep),
+    off(lc::Event::lease_expired, kInExecute, g(Goal::none)),
+    aim(lc::Event::lease_expired, kKeep, lc::guard(lc::kAuthorityHeld), Goal::idle,
+        lc::ActionSet{kLand} | lc::kReleaseAuthority),
+
+    go(event::calibrated, kInCalibrate, lc::guard(kImuTrusted), Mode::standby, kIsCalibrated),
+    go(event::calibration_refused, kInCalibrate, 0, Mode::standby, kGncOff),
+    aim(event::lifted_off, g(Goal::none), 0, Goal::flying, 0),
+    off(event::finished, kInExecute, g(Goal::idle)),
+    go(event::finished, kInExecute, 0, Mode::standby, kShut | kEndFlight),
+    go(event::script_ended, kInScript, 0, Mode::manual, kShut),
+
+    stay(event::fans_armed, kOperational, kInManual, 0, kIsArmed),
+    stay(event::fans_unarmed, lc::kAnyState, lc::kAnyMode, 0, kIsUnarmed),
+    stay(event::imu_good, lc::kAnyState, lc::kAnyMode, 0, kImuIsGood),
+    stay(event::imu_lost, lc::kAnyState, lc::kAnyMode, 0, kImuIsLost),
+    stay(event::altimeter_good, lc::kAnyState, lc::kAnyMode, 0, kAltimeterIsGood),
+    stay(event::altimeter_lost, lc::kAnyState, lc::kAnyMode, 0, kAltimeterIsLost),
+};
+constexpr lc::Rows kIndexed(kRows);
+
+constexpr std::array kEvents = {
+    lc::EventInfo{event::start, "start", true, 0},
+    lc::EventInfo{event::stop, "stop", true, 0},
+    lc::EventInfo{event::manual, "manual", true, 0},
+    lc::EventInfo{event::duty_cycle, "duty-cycle", true, 0},
+    lc::EventInfo{event::valve, "valve", true, 0},
+    lc::EventInfo{event::pulse, "pulse", true, 0},
+    lc::EventInfo{event::enable, "enable", true, 0},
+    lc::EventInfo{event::arm, "edf-arm start-up", true, 0},
+    lc::EventInfo{event::assume_armed, "edf-arm done", true, 0},
+    lc::EventInfo{event::fan, "edf-throttle, edf-rpm", true, 0},
+    lc::EventInfo{event::standby, "gnc standby", true, 0},
+    lc::EventInfo{event::calibrate, "gnc calibrate", true, 0},
+    lc::EventInfo{event::execute, "gnc execute", true, 0},
+    lc::EventInfo{event::plan, "plan", true, 0},
+    lc::EventInfo{event::gains, "gains", true, 0},
+    lc::EventInfo{event::land, "land", true, 0},
+    lc::EventInfo{event::script_upload, "script-begin, script-step", true, 0},
+    lc::EventInfo{event::script_run, "script-run", true, 0},
+    lc::EventInfo{event::script_abort, "script-abort", true, 0},
+    lc::EventInfo{event::calibrated, "calibrated", false, 0},
+    lc::EventInfo{event::calibration_refused, "calibration refused", false, 0},
+    lc::EventInfo{event::lifted_off, "lifted off", false, 0},
+    lc::EventInfo{event::finished, "flight over", false, 0},
+    lc::EventInfo{event::script_ended, "script ended", false, 0},
+    lc::EventInfo{event::fans_armed, "fans started", false, 0},
+    lc::EventInfo{event::fans_unarmed, "fans not started", false, 0},
+    lc::EventInfo{event::imu_good, "IMU good", false, 0},
+    lc::EventInfo{event::imu_lost, "IMU lost", false, 0},
+    lc::EventInfo{event::altimeter_good, "altimeter good", false, 0},
+    lc::EventInfo{event::altimeter_lost, "altimeter lost", false, 0},
+};
+
+}  // namespace
+
+// Valves and fans must answer. IMU and altimeter have their flags: much works without them. The
+// load cell exists on the test stand only.
+const lc::Table kTable{.rows = &kIndexed,
+                       .events = kEvents,
+                       .modules = kFanModule,
+                       .guard_names = kGuardNames,
+                       .guard = guard,
+                       .effect = effect,
+                       .common = &lc::kCommonRows};
+
+bool airborne(const lc::ControllerState& s) noexcept {
+  return s.state == State::operational && s.mode == m(Mode::execute) && s.goal != g(Goal::none);
+}
+
+bool considered(std::uint16_t kind) noexcept {
+  if (kind == static_cast<std::uint16_t>(lss::CommandKind::reset)) return true;
+  switch (static_cast<CommandKind>(kind)) {
+    case CommandKind::valve:
+    case CommandKind::pulse:
+    case CommandKind::enable:
+    case CommandKind::edf_arm:
+    case CommandKind::edf_throttle:
+    case CommandKind::edf_rpm:
+    case CommandKind::gnc:
+    case CommandKind::plan:
+    case CommandKind::gains:
+    case CommandKind::script_begin:
+    case CommandKind::script_step:
+    case CommandKind::script_run:
+      return true;
+    default:
+      return false;
+  }
+}
+
+lc::Event event_of(const Request& r) noexcept {
+  switch (static_cast<lss::CommandKind>(r.kind)) {
+    case lss::CommandKind::start:
+      return event::start;
+    case lss::CommandKind::stop:
+      return event::stop;
+    default:
+      break;
+  }
+  switch (static_cast<CommandKind>(r.kind)) {
+    case CommandKind::manual:
+      return event::manual;
+    case CommandKind::duty_cycle:
+      return event::duty_cycle;
+    case CommandKind::valve:
+      return event::valve;
+    case CommandKind::pulse:
+      return event::pulse;
+    case CommandKind::enable:
+      return event::enable;
+    case CommandKind::edf_arm:
+      return r.parameter[0] > 0.5 ? event::assume_armed : event::arm;
+    case CommandKind::edf_throttle:
+    case CommandKind::edf_rpm:
+      return event::fan;
+    case CommandKind::gnc: {
+      constexpr std::array kSteps = {event::standby, event::calibrate, event::execute};
+      return kSteps[static_cast<std::size_t>(r.parameter[0])];
+    }
+    case CommandKind::plan:
+      return event::plan;
+    case CommandKind::gains:
+      return event::gains;
+    case CommandKind::land:
+      return event::land;
+    case CommandKind::script_begin:
+    case CommandKind::script_step:
+      return event::script_upload;
+    case CommandKind::script_run:
+      return event::script_run;
+    case CommandKind::script_abort:
+      return event::script_abort;
+  }
+  return common_event(r);
+}
+
+unsigned subject_of(const Request&) noexcept { return 0; }
+
+bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
+  if (done_at_once(kind)) return true;
+  const lc::ControllerState& s = state.controller;
+  const bool operational = s.state == State::operational;
+  const auto mode = static_cast<Mode>(s.mode);
+  switch (static_cast<lss::CommandKind>(kind)) {
+    case lss::CommandKind::start:
+      return operational && mode == Mode::manual;
+    case lss::CommandKind::stop:
+      return s.state == State::idle && state.sense[kSenseActive] == 0;
+    case lss::CommandKind::solve:
+      return s.state == State::idle;
+    default:
+      break;
+  }
+  switch (static_cast<CommandKind>(kind)) {
+    case CommandKind::edf_arm:
+      return (s.flags & kFansArmed) != 0;
+    case CommandKind::gnc:  // calibrate and execute end in Standby, too
+      return operational && mode == Mode::standby;
+    case CommandKind::land:
+      return !airborne(s);
+    case CommandKind::valve:
+    case CommandKind::pulse:
+      return state.sense[kSensePulsing] == 0;
+    case CommandKind::script_run:
+      return operational && mode == Mode::manual;
+    default:
+      return true;
+  }
+}
+
+Verdict sense(const SupervisorState&, const Request&) noexcept { return {}; }
+
+const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
+
+const Logic& logic() noexcept {
+  static const Logic kLogic{.table = &kTable,
+                            .event_of = event_of,
+                            .subject_of = subject_of,
+                            .reached = reached,
+                            .command = command,
+                            .sense = sense,
+                            .airborne = airborne,
+                            .considered = considered,
+                            .tunables = tuning().infos};
+  return kLogic;
+}
+
+}  // namespace lss::talaris

@@ -1,0 +1,81 @@
+#pragma once
+
+// Error solving of TALARIS: strategies, tried one after the other until everything that is needed
+// answers and nothing else is wrong, for a while. The configuration names the strategies of each
+// class of faults and their order. Frame thread; time is data.
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "daemon/cycle/controller.h"
+#include "idl/talaris/commands.h"
+
+namespace lss::talaris {
+
+enum class FaultClass : std::uint8_t {
+  contact,     // a node of the actuators or a port is not there
+  navigation,  // the data of navigation are not reliable
+  system,      // frames, gas, emergency stops by command
+};
+inline constexpr std::size_t kFaultClasses = 3;
+inline constexpr const char* kFaultClassNames[kFaultClasses] = {"contact", "navigation", "system"};
+FaultClass class_of(FaultId fault) noexcept;
+
+using StrategyList = std::array<StrategyKind, lc::kMaxStrategies>;  // none ends it
+
+struct SolverParameters {
+  std::array<StrategyList, kFaultClasses> order{{
+      {StrategyKind::reconnect, StrategyKind::reset_node},
+      {StrategyKind::realign, StrategyKind::reconnect},
+      {StrategyKind::reconnect},
+  }};
+  TimeNs budget_ns = 10 * kSecond;  // for one strategy
+};
+
+// The strategies' access to the vehicle. Sets of modules as bits: bit i is module i+1.
+class SolveTarget {
+ public:
+  virtual TimeNs now() const noexcept = 0;
+  virtual std::uint16_t faulty_modules() const noexcept = 0;  // modules that are needed
+  virtual void reset_modules(std::uint16_t modules) noexcept = 0;
+  virtual void realign() noexcept = 0;
+
+ protected:
+  ~SolveTarget() = default;
+};
+
+class Solver {
+ public:
+  enum class Report : std::uint8_t { running, next, solved, unsolved };
+
+  explicit Solver(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
+
+  // Plans the strategies from the present faults. The first one begins with the next step.
+  void begin(std::span<const FaultClass> wrong) noexcept;
+  void end() noexcept { running_ = false; }
+  // Applies to the running strategy, too.
+  void configure(const SolverParameters& parameters) noexcept { parameters_ = parameters; }
+  bool running() const noexcept { return running_; }
+  StrategyKind kind() const noexcept { return plan_[at_]; }
+
+  // Once per frame while running. `healthy`: no fault at all in this frame. next: the strategy did
+  // not help; call again when the locomotion controller agreed to the next one.
+  Report step(SolveTarget& target, bool healthy) noexcept;
+
+ private:
+  static constexpr TimeNs kProof = kSecond;
+
+  void begin_strategy(SolveTarget& target) noexcept;
+  Report give_up() noexcept;
+
+  SolverParameters parameters_;
+  StrategyList plan_{};
+  std::size_t at_ = 0;
+  bool running_ = false;
+  bool begun_ = false;  // the strategy at at_
+  TimeNs until_ns_ = 0;
+  TimeNs healthy_since_ns_ = 0;  // 0: it is not
+};
+
+}  // namespace lss::talaris

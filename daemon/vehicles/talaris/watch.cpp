@@ -1,0 +1,248 @@
+// Supervision of TALARIS: turns reports of nodes, bus, sensors and supply into events and faults of
+// the locomotion controller. Faults in the air are in talaris_watch_flight.cpp.
+
+#include "daemon/cycle/solving.h"
+#include "daemon/vehicles/talaris/vehicle.h"
+
+namespace lss::talaris {
+namespace {
+
+constexpr TimeNs kBusStuckAfter = 200 * kMillisecond;
+constexpr TimeNs kBoot = 5 * kSecond;  // a module that is silent until then is missing
+
+std::uint16_t module_of(std::size_t node) noexcept {
+  return static_cast<std::uint16_t>(node + kValveModule);
+}
+
+}  // namespace
+
+void Vehicle::watch(const lss::Inputs<Vehicle>& in, Supervisor& s) noexcept {
+  supervisor_ = &s;
+  overrun_ = in.overrun_limit;
+  if (overrun_ && s.controller().state == State::operational) s.raise(FaultId::frame_overrun);
+  watch_bus(in.bus.can, s);
+  s.check_stop(in.bus.edges.all_stop_pending);
+  watch_resets(s);
+  watch_nodes(s);
+  watch_imu(s);
+  watch_altimeter(s);
+  watch_supply(s);
+  watch_hand(s);
+  watch_script(s);
+  watch_calibration(s);
+  watch_flight(s);
+  watch_solver(s);
+  tell_sense(s);
+}
+
+void Vehicle::tell_sense(Supervisor& s) const noexcept {
+  std::array<double, kMaxModules> sense{};
+  sense[kSenseActive] = active(sent_) ? 1 : 0;
+  sense[kSensePulsing] = hand_.pulsing() ? 1 : 0;
+  s.set_sense(sense);
+}
+
+// A warning that comes and goes.
+void Vehicle::warn(bool wrong, bool& told, FaultId id, std::uint16_t subject,
+                   Supervisor& s) noexcept {
+  if (wrong == told) return;
+  wrong ? s.latch(id, subject) : s.clear(id, subject);
+  told = wrong;
+}
+
+void Vehicle::watch_bus(const HopperCan::Report& bus, Supervisor& s) noexcept {
+  if (bus.time_ns == 0) return;  // no report of the bus thread yet
+  const bool operational = s.controller().state == State::operational;
+  if ((bus.open != port_open_ && (bus.open || !s.airborne())) || !port_reported_) {
+    s.happen(bus.open ? lc::Event::port_opened : lc::Event::port_closed);
+    if (bus.open) {
+      opened_ns_ = now_ns_;
+      s.note(EventId::port_opened);
+      s.clear(FaultId::port_absent);
+    } else {
+      s.note(EventId::port_closed);
+      s.raise(bus.was_open ? FaultId::port_lost : FaultId::port_absent);
+    }
+    port_open_ = bus.open;
+    port_reported_ = true;
+  }
+  if (bus.open && now_ns_ - bus.time_ns > kBusStuckAfter && operational)
+    s.raise(FaultId::bus_stuck);
+  if (bus.port.bus_offs != bus_offs_) {
+    bus_offs_ = bus.port.bus_offs;
+    s.raise(FaultId::bus_off);
+  }
+  if (bus.status.counters.safe_commands != bus_stops_) {
+    bus_stops_ = bus.status.counters.safe_commands;
+    s.note(EventId::safe_command_sent);
+    if (operational) s.raise(FaultId::orders_stale);
+  }
+}
+
+// ---- nodes
+
+// Of nodes only: the state of the IMU is cleared at once.
+void Vehicle::watch_resets(Supervisor& s) noexcept {
+  const auto node_of = [](std::size_t module) { return module - (kValveModule - 1); };
+  resets_.watch(
+      now_ns_, parameters_.reset_ns, bus_.can.open,
+      [&](std::size_t module) { return link(node_of(module)).node.boots; },
+      [&](std::size_t module) { return answers(node_of(module)); }, s);
+}
+
+void Vehicle::watch_nodes(Supervisor& s) noexcept {
+  std::array<std::int64_t, kMaxModules> age_ms{};
+  const auto age = [&](unsigned module, TimeNs heard_ns) {
+    if (heard_ns != 0) age_ms[module - 1u] = age_of(heard_ns) / kMillisecond;
+  };
+  age(kImuModule, sensors_.imu_ns());
+  age(kAltimeterModule, sensors_.altimeter_ns());
+  for (std::size_t i = 0; i < kHopperNodes; ++i) age(module_of(i), link(i).node.heartbeat_ns);
+  s.set_ages(age_ms, parameters_.buses.can.node_timeout_ns / kMillisecond);
+
+  // Sensors are checked by their users.
+  for (const int number : {kImuModule, kAltimeterModule}) {
+    const auto module = static_cast<unsigned>(number);
+    if ((s.controller().unheard & 1u << (module - 1)) != 0)
+      s.happen(lc::Event::module_heard, module);
+  }
+  watch_node(kValveNode, s);
+  watch_node(kFanNode, s);
+  if (!parameters_.buses.can.load_cell) return;
+  watch_link(kLoadCellNode, s);
+  const bool expected = now_ns_ - begun_ns_ > kBoot && !resets_.away(kLoadCellModule - 1);
+  warn(!answers(kLoadCellNode) && expected, load_cell_told_, FaultId::load_cell_lost,
+       kLoadCellModule, s);
+}
+
+// The identity of a node, and its own reports.
+void Vehicle::watch_link(std::size_t i, Supervisor& s) noexcept {
+  const canopen::NodeStatus& node = link(i).node;
+  const std::uint16_t module = module_of(i);
+  const auto follow = [&](canopen::NodeState state, FaultId id) {
+    if (node.state == state) s.latch(id, module);
+    if (node.state == canopen::NodeState::operational) s.clear(id, module);
+  };
+  follow(canopen::NodeState::wrong_device, FaultId::node_wrong);
+  follow(canopen::NodeState::failed, FaultId::node_refuses);
+  follow(canopen::NodeState::babbling, FaultId::node_babbles);
+  if (node.emcys != emcys_[i]) {
+    emcys_[i] = node.emcys;
+    s.note(EventId::emergency_message, module, node.emcy_code);
+  }
+}
+
+void Vehicle::watch_node(std::size_t i, Supervisor& s) noexcept {
+  watch_link(i, s);
+  const std::uint16_t module = module_of(i);
+  const canopen::NodeStatus& node = link(i).node;
+  if (node.reboots != reboots_[i]) {
+    reboots_[i] = node.reboots;
+    if (i == kFanNode) s.happen(event::fans_unarmed);  // their pulses stopped
+    if (s.controller().state == State::operational) {
+      s.raise(FaultId::module_reset, module);
+    } else {
+      s.note(EventId::module_was_reset, module);
+    }
+  }
+  const lc::ControllerState& c = s.controller();
+  const bool expected = !resets_.away(module - 1u) && !flying();
+  const unsigned bit = 1u << (module - 1);
+  const bool unheard = (c.unheard & bit) != 0, silent = (c.silent & bit) != 0;
+  if (answers(i) && (unheard || silent)) {
+    s.happen(lc::Event::module_heard, module);
+    s.note(EventId::node_configured, module);
+  } else if (!answers(i) && !unheard && !silent && expected && bus_.can.open) {
+    s.happen(lc::Event::module_silent, module);
+    // During error solving the strategies check it themselves.
+    if (c.state == State::solve_errors) {
+      s.latch(FaultId::module_silent, module);
+    } else {
+      s.raise(FaultId::module_silent, module);
+    }
+  }
+}
+
+// ---- sensors
+
+void Vehicle::watch_imu(Supervisor& s) noexcept {
+  if (sensors_.scale_changed())
+    s.note(EventId::imu_scale_changed, kImuModule, sensors_.scale_before(), sensors_.scale());
+  if (sensors_.imu_lost_packets() != 0)
+    s.note(EventId::imu_packets_lost, kImuModule, static_cast<double>(sensors_.imu_lost_packets()),
+           static_cast<double>(sensors_.imu_lost_in_all()));
+  const bool expected = sensors_.imu_known() || now_ns_ - begun_ns_ > kBoot;
+  warn(sensors_.imu_silent() && expected, imu_silent_told_, FaultId::imu_silent, kImuModule, s);
+  warn(sensors_.imu_stuck(), imu_stuck_told_, FaultId::imu_stuck, kImuModule, s);
+  warn(sensors_.imu_lossy(), lossy_told_, FaultId::imu_lossy, kImuModule, s);
+  const bool lost = sensors_.imu_lost();
+  if (((s.controller().flags & kImuLost) != 0) == lost) return;
+  s.happen(lost ? event::imu_lost : event::imu_good);
+}
+
+void Vehicle::watch_altimeter(Supervisor& s) noexcept {
+  if (sensors_.range_errors() != 0)
+    s.note(EventId::altimeter_error, kAltimeterModule, sensors_.range_error(),
+           static_cast<double>(sensors_.range_errors_in_all()));
+  const bool lost = parameters_.navigation.altimeter && sensors_.altimeter_lost();
+  const bool expected = sensors_.altimeter_ns() != 0 || now_ns_ - begun_ns_ > kBoot;
+  warn(lost && expected, altimeter_told_, FaultId::altimeter_lost, kAltimeterModule, s);
+  if (((s.controller().flags & kAltimeterLost) != 0) == lost) return;
+  s.happen(lost ? event::altimeter_lost : event::altimeter_good);
+}
+
+void Vehicle::watch_supply(Supervisor& s) noexcept {
+  constexpr double kHysteresis_V = 0.2;
+  if (sensors_.gas_age_s() > 1) return;
+  const bool watched = parameters_.min_voltage_V > 0;
+  const double limit_V = parameters_.min_voltage_V + (supply_told_ ? kHysteresis_V : 0);
+  warn(watched && sensors_.gas().voltage_V < limit_V, supply_told_, FaultId::supply_low,
+       kValveModule, s);
+}
+
+// ---- by hand and by scripts
+
+void Vehicle::watch_hand(Supervisor& s) noexcept {
+  if (hand_.armed() && s.happen(event::fans_armed).reason == Reason::none)
+    s.note(EventId::fans_armed, kFanModule);
+  if (hand_.timed_out() != 0 && mode() == Mode::manual)
+    s.note(EventId::valve_timed_out, kValveModule, hand_.timed_out());
+}
+
+void Vehicle::watch_script(Supervisor& s) noexcept {
+  if (mode() != Mode::script || !script_.running()) return;
+  if (script_.done() != script_told_) {
+    script_told_ = script_.done();
+    s.note(EventId::script_step_done, 0, script_.id(), script_.done(), script_.steps());
+  }
+  if (!script_.over()) return;
+  s.note(EventId::script_ended, 0, script_.id());
+  s.happen(event::script_ended);
+}
+
+// ---- error solving
+
+void Vehicle::begin_solving(const Supervisor& s) noexcept {
+  std::array<FaultClass, kMaxFaults + 1> wrong;
+  std::size_t count = 0;
+  for (const FaultRecord& fault : s.state().faults) {
+    const bool severe = fault.id != FaultId::none &&
+                        info(fault.id)->severity == static_cast<std::uint8_t>(Severity::fatal);
+    if (severe) wrong[count++] = class_of(fault.id);
+  }
+  if (faulty_modules() != 0) wrong[count++] = FaultClass::contact;
+  solver_.begin(std::span(wrong).first(count));
+}
+
+void Vehicle::watch_solver(Supervisor& s) noexcept {
+  if (s.controller().state != State::solve_errors) return;
+  constexpr unsigned kActuators = 1u << (kValveModule - 1) | 1u << (kFanModule - 1);
+  const lc::ControllerState& c = s.controller();
+  const bool healthy = bus_.can.open && (faulty_modules() & kActuators) == 0 && c.unheard == 0 &&
+                       c.silent == 0 && !bus_.edges.all_stop_pending;
+  SolveTarget& target = *this;
+  solve_errors(
+      s, solver_, target, [&] { begin_solving(s); }, healthy);
+}
+
+}  // namespace lss::talaris

@@ -1,0 +1,122 @@
+// Supervision of TALARIS' calibration and flight, as they were in the last frame. In the air the
+// flight reacts by itself (gnc/talaris/flight.h has the table); here its faults are reported and
+// latched at once, and become an emergency after the landing.
+
+#include "daemon/vehicles/talaris/vehicle.h"
+
+namespace lss::talaris {
+namespace {
+
+using gnc::talaris::CalibrationFault;
+using gnc::talaris::CalibrationPhase;
+using gnc::talaris::FlightOutput;
+
+Reason reason_of(CalibrationFault fault) noexcept {
+  switch (fault) {
+    case CalibrationFault::turning:
+    case CalibrationFault::rate_spread:
+    case CalibrationFault::shaking:
+    case CalibrationFault::force_spread:
+      return Reason::moved;
+    case CalibrationFault::imu_silent:
+      return Reason::imu_lost;
+    case CalibrationFault::few_ranges:
+    case CalibrationFault::range_spread:
+      return Reason::altimeter_lost;
+    default:
+      return Reason::calibration_bad;
+  }
+}
+
+struct FlightFault {
+  gnc::talaris::Fault bit;
+  FaultId id;
+  std::uint16_t subject;
+};
+constexpr std::array kFlightFaults = {
+    FlightFault{gnc::talaris::kImuLost, FaultId::navigation_lost, kImuModule},
+    FlightFault{gnc::talaris::kAltimeterLost, FaultId::altitude_lost, kAltimeterModule},
+    FlightFault{gnc::talaris::kValvesLost, FaultId::module_silent, kValveModule},
+    FlightFault{gnc::talaris::kFansLost, FaultId::module_silent, kFanModule},
+    FlightFault{gnc::talaris::kPressureLost, FaultId::pressure_lost, kValveModule},
+    FlightFault{gnc::talaris::kGasLow, FaultId::gas_low, kValveModule},
+    FlightFault{gnc::talaris::kUpset, FaultId::attitude_lost, 0},
+    FlightFault{gnc::talaris::kOverruns, FaultId::frame_overrun, 0},
+    FlightFault{gnc::talaris::kSpinUpFailed, FaultId::fan_slow, kFanModule},
+    FlightFault{gnc::talaris::kRunTime, FaultId::fans_hot, kFanModule},
+};
+constexpr gnc::talaris::FaultSet kKnown = [] {
+  gnc::talaris::FaultSet set = 0;
+  for (const FlightFault& fault : kFlightFaults) set |= fault.bit;
+  return set;
+}();
+
+}  // namespace
+
+void Vehicle::watch_calibration(Supervisor& s) noexcept {
+  if (mode() != Mode::calibrate) return;
+  const gnc::talaris::CalibrationStatus& c = navigation_.calibration();
+  const bool lost = (s.controller().flags & kImuLost) != 0;
+  if (c.phase == CalibrationPhase::failed || lost) {
+    s.note(EventId::calibration_refused, 0, static_cast<double>(c.fault), c.measured, c.limit);
+    s.abandon(lost ? Reason::imu_lost : reason_of(c.fault));
+    s.happen(event::calibration_refused);
+  } else if (c.phase == CalibrationPhase::done) {
+    s.note(EventId::calibrated);
+    s.happen(event::calibrated);
+  }
+}
+
+void Vehicle::watch_flight(Supervisor& s) noexcept {
+  const FlightOutput& f = output_;
+  if (mode() != Mode::execute) return;
+  if (!begun_) {  // the plan is gone: treated as over
+    s.abandon(Reason::not_planned);
+    s.happen(event::finished);
+    return;
+  }
+  if (f.airborne && s.happen(event::lifted_off).reason == Reason::none) s.note(EventId::lifted_off);
+  if (f.phase != phase_ && f.phase != gnc::talaris::Phase::none) {
+    s.note(EventId::phase_changed, 0, static_cast<double>(phase_), static_cast<double>(f.phase));
+    if (f.phase == gnc::talaris::Phase::touchdown)
+      touchdown_m_s_ = -navigation_.state().velocity_N_m_s.x();
+    phase_ = f.phase;
+  }
+  if (f.reaction != reaction_) {
+    reaction_ = f.reaction;
+    // A commanded landing is no failure.
+    if (f.reaction > gnc::talaris::Reaction::land || f.faults != 0)
+      s.note(EventId::contingency, 0, static_cast<double>(f.phase));
+  }
+  watch_faults(s);
+  if (f.all_stop) {
+    if ((faults_ & kKnown) == 0) s.latch(FaultId::stop_not_followed);
+    s.happen(lc::Event::emergency);
+  } else if (f.finished) {
+    s.note(EventId::landed, 0, touchdown_m_s_, f.gas_used_s);
+    const auto goal = static_cast<Goal>(s.controller().goal);
+    const bool cut_short = goal == Goal::landing || goal == Goal::idle;  // by command
+    if (!f.succeeded && !cut_short) s.abandon(Reason::flight_failed);
+    s.happen(event::finished);
+  }
+}
+
+// On rails and sled it brakes to standstill first: the actuators must not be cut off before.
+void Vehicle::watch_faults(Supervisor& s) noexcept {
+  const gnc::talaris::FaultSet fresh = output_.faults & ~faults_;
+  faults_ |= fresh;
+  pending_ |= fresh;
+  const bool ground = !s.airborne();
+  if (ground && !output_.finished && !output_.all_stop) return;
+  for (const FlightFault& fault : kFlightFaults) {
+    if ((pending_ & fault.bit) == 0) continue;
+    if (output_.all_stop) {
+      s.latch(fault.id, fault.subject);
+    } else {
+      s.raise(fault.id, fault.subject);
+    }
+  }
+  pending_ = 0;
+}
+
+}  // namespace lss::talaris

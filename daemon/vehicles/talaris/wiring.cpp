@@ -1,0 +1,66 @@
+// The wiring of TALARIS: two sensor lines and a CAN bus (talaris_buses.h); the IMU's packets begin
+// the frames, the actuate thread writes the edges of the valves.
+
+#include <memory>
+
+#include "daemon/app/roster.h"
+#include "daemon/app/runtime.h"
+#include "daemon/vehicles/talaris/buses.h"
+#include "daemon/vehicles/talaris/record.h"
+#include "daemon/vehicles/talaris/tunables.h"
+#include "daemon/vehicles/talaris/vehicle.h"
+
+namespace lss::talaris {
+namespace {
+
+const auto kFindings = [] {
+  using gnc::talaris::CalibrationFault;
+  std::array<const char*, static_cast<std::size_t>(CalibrationFault::range_spread) + 1> names{};
+  for (std::size_t i = 0; i < names.size(); ++i)
+    names[i] = describe(static_cast<CalibrationFault>(i));
+  return names;
+}();
+const Vocabulary kVocabulary{.modes = kModeNames,
+                             .modules = kModuleNames,
+                             .strategies = kStrategyNames,
+                             .phases = kPhaseNames,
+                             .programs = kProgramNames,
+                             .findings = kFindings,
+                             .commands = kCommands,
+                             .tunables = tuning().infos,
+                             .command = logic().command};
+
+// The buses as the runtime asks for them.
+class Wiring final : public Buses {
+ public:
+  using Parameters = talaris::Parameters;
+
+  Wiring(const config::Config& config, const Parameters& parameters)
+      : Buses(config, parameters.buses) {}
+
+  void collect(lss::Inputs<Vehicle>& in) noexcept {
+    in.sample_count =
+        static_cast<std::uint32_t>(Buses::collect(in.time_ns, std::span(in.samples), in.bus));
+  }
+};
+
+}  // namespace
+}  // namespace lss::talaris
+
+namespace lss {
+
+record::VehicleRecords talaris_records();
+
+Port talaris_port() {
+  return {.read = [](config::Section& section) -> Maker {
+    const talaris::Parameters parameters = talaris::read_parameters(section);
+    return [parameters](const config::Config& config) -> std::unique_ptr<App> {
+      talaris::Parameters taken = talaris::with_frame(parameters, config);
+      const ParameterStart start = start_parameters(talaris::tuning(), config, taken);
+      return std::make_unique<Runtime<talaris::Vehicle, talaris::Wiring>>(
+          config, taken, start, talaris::logic(), talaris::kVocabulary, talaris_records());
+    };
+  }};
+}
+
+}  // namespace lss

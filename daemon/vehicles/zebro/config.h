@@ -1,0 +1,28 @@
+#pragma once
+
+// The [zebro] table of the configuration. Start-up only.
+
+#include "daemon/config/config.h"
+#include "daemon/vehicles/zebro/solver.h"
+#include "drivers/zebro/leg_bus.h"
+#include "gnc/zebro/locomotion.h"
+
+namespace lss::zebro {
+
+struct Parameters {
+  LegBusParameters bus;
+  gnc::zebro::LocomotionParameters locomotion;
+  TimeNs module_silent_ns = 500 * kMillisecond;
+  TimeNs reset_ns = 5 * kSecond;  // from a commanded reset until the module answers again
+  double current_limit_A = 1.2;   // below the modules' own 1.7 A (Zebro thesis [P-Int-1])
+  TimeNs current_time_ns = 100 * kMillisecond;
+  double temperature_warning_degC = 80;
+  double panel_deployed_deg = 110;
+  TimeNs panel_move_ns = 10 * kSecond;
+  SolverParameters solver;
+};
+
+// Errors go to the section; without errors the result is usable.
+Parameters read_parameters(config::Section& section);
+
+}  // namespace lss::zebro

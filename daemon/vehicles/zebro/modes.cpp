@@ -1,0 +1,361 @@
+#include "daemon/vehicles/zebro/modes.h"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "daemon/cycle/common_commands.h"
+#include "daemon/vehicles/zebro/tunables.h"
+#include "gnc/zebro/locomotion.h"
+
+namespace lss::zebro {
+namespace {
+
+using lc::kKeep;
+using lc::Row;
+
+constexpr lc::StateSet kIdle = lc::in(State::idle), kOperational = lc::in(State::operational),
+                       kSolving = lc::in(State::solve_errors);
+
+constexpr lc::ModeSet in(Mode mode) { return 1u << static_cast<unsigned>(mode); }
+constexpr lc::ModeSet kHolding = in(Mode::holding), kStandingUp = in(Mode::standing_up),
+                      kStanding = in(Mode::standing), kWalking = in(Mode::walking),
+                      kFinishing = in(Mode::finishing_step), kLyingDown = in(Mode::lying_down),
+                      kLying = in(Mode::lying), kStowing = in(Mode::stowing),
+                      kStowed = in(Mode::stowed), kBridge = in(Mode::bridge);
+
+enum Guard : unsigned {
+  kPanelIn = lc::kVehicleGuards,
+  kPanelStill,
+  kMotorsOnConfirmed,
+  kEnoughLegs,  // to stand and walk on without the subject
+};
+constexpr const char* kGuardNames[] = {"the panel is in", "the panel is still",
+                                       "all motors are confirmed on",
+                                       "the other legs can stand and walk"};
+constexpr lc::GuardSet kInService = lc::guard(lc::kInService),
+                       kPanelAtRest = lc::guard(kPanelStill),
+                       kMotors = lc::guard(kMotorsOnConfirmed);
+constexpr lc::GuardSet kContact =
+    lc::guard(lc::kPortOpen) | lc::guard(lc::kAllHeard) | lc::guard(lc::kAllAnswer);
+constexpr lc::GuardSet kMayStart = kContact | lc::guard(lc::kObcHeard) | lc::guard(kPanelIn);
+
+Verdict guard(unsigned number, const lc::ControllerState& s, unsigned subject) {
+  switch (number) {
+    case kPanelIn:
+      if (s.flags & kPanelOut) return {.reason = Reason::panel_deployed, .subject = kModules};
+      break;
+    case kPanelStill:
+      if (s.flags & kPanelMoving) return {.reason = Reason::panel_moving, .subject = kModules};
+      break;
+    case kMotorsOnConfirmed:
+      if (!(s.flags & kMotorsConfirmed)) return {.reason = Reason::motors_not_on};
+      break;
+    case kEnoughLegs: {
+      const bool leg = subject >= 1 && subject <= kLegs;
+      if (!leg || !enough_legs_without(s.isolated | 1u << (subject - 1)))
+        return {.reason = Reason::not_stable, .subject = static_cast<std::uint16_t>(subject)};
+      break;
+    }
+    default:
+      break;
+  }
+  return {};
+}
+
+void effect(lc::ActionSet actions, lc::ControllerState& s) {
+  const auto set = [&](std::uint8_t flags) {
+    s.flags = static_cast<std::uint8_t>(s.flags | flags);
+  };
+  const auto clear = [&](std::uint8_t flags) {
+    s.flags = static_cast<std::uint8_t>(s.flags & ~flags);
+  };
+  if (actions & (lc::kEmergencyStop | lc::kMotorsOff))
+    clear(kMotorsConfirmed | kPanelMoving | kFreeing);
+  if (actions & kMotorsOn) clear(kMotorsConfirmed);
+  if (actions & kConfirm) set(kMotorsConfirmed);
+  if (actions & kPanelDeploy) set(kPanelOut | kPanelMoving);
+  if (actions & kPanelRetract) set(kPanelOut | kPanelMoving);
+  if (actions & kPanelIsOut) {
+    set(kPanelOut);
+    clear(kPanelMoving);
+  }
+  if (actions & kPanelIsIn) clear(kPanelOut | kPanelMoving);
+  if (actions & kFreeLeg) set(kFreeing);
+}
+
+constexpr std::uint8_t m(Mode mode) { return static_cast<std::uint8_t>(mode); }
+constexpr std::uint8_t g(Goal goal) { return static_cast<std::uint8_t>(goal); }
+
+// A row inside Operational. The source of the command has had authority since start, unless the
+// lease expired and a stop is in progress: only those rows take it.
+constexpr Row move(lc::Event event, lc::ModeSet from, lc::GuardSet guards, Mode to, Goal goal,
+                   lc::ActionSet actions) {
+  return {event, kOperational, from, guards, kKeep, State::operational, m(to), g(goal), actions};
+}
+// Only the goal changes: the running motion goes on.
+constexpr Row aim(lc::Event event, lc::ModeSet from, lc::GuardSet guards, Goal goal,
+                  lc::ActionSet actions) {
+  return {event, kOperational, from, guards, kKeep, State::operational, kKeep, g(goal), actions};
+}
+// Already there: accepted, nothing to do.
+constexpr Row stay(lc::Event event, lc::ModeSet from, lc::ActionSet actions) {
+  return {event, kOperational, from, 0, kKeep, State::operational, kKeep, kKeep, actions};
+}
+// The running motion has ended and the goal determines the next.
+constexpr Row done(lc::ModeSet from, Goal goal, Mode to, Goal next, lc::ActionSet actions) {
+  return {event::motion_done, kOperational, from,    0,      g(goal),
+          State::operational, m(to),        g(next), actions};
+}
+constexpr Row off(lc::Event event, lc::ModeSet from, std::uint8_t goal) {
+  return {event, kOperational, from, 0, goal, State::idle, 0, 0, lc::kMotorsOff};
+}
+// Outside Operational.
+constexpr Row in_state(lc::StateSet from, lc::Event event, lc::GuardSet guards,
+                       lc::ActionSet actions) {
+  return {event, from, 0, guards, kKeep, State::idle, kKeep, kKeep, actions};
+}
+constexpr Row begin(lc::Event event, Goal goal) {
+  return {event,
+          kIdle,
+          0,
+          kMayStart,
+          kKeep,
+          State::operational,
+          m(Mode::holding),
+          g(goal),
+          lc::ActionSet{kMotorsOn} | lc::kTakeAuthority};
+}
+
+constexpr lc::ModeSet kAtRest = kHolding | kLying | kStowed | kBridge;
+
+constexpr lc::GuardSet kHeld = lc::guard(lc::kAuthorityHeld);
+
+constexpr std::array kRows = {
+    begin(event::start, Goal::none),
+    begin(event::start_stand, Goal::stand),
+    begin(event::start_walk, Goal::walk),
+
+    Row{event::motors_confirmed, kOperational, kHolding, 0, g(Goal::stand), State::operational,
+        m(Mode::standing_up), g(Goal::stand), kConfirm | kStandUp},
+    Row{event::motors_confirmed, kOperational, kHolding, 0, g(Goal::walk), State::operational,
+        m(Mode::standing_up), g(Goal::walk), kConfirm | kStandUp},
+    Row{event::motors_confirmed, kOperational, kHolding, 0, kKeep, State::operational, kKeep, kKeep,
+        kConfirm},
+
+    move(event::stand, kAtRest, kMotors, Mode::standing_up, Goal::stand, kStandUp),
+    move(event::stand, kWalking, 0, Mode::finishing_step, Goal::stand, kFinishStep),
+    aim(event::stand, kStandingUp | kFinishing, 0, Goal::stand, lc::kTakeAuthority),
+    stay(event::stand, kStanding, 0),
+
+    move(event::walk, kStanding | kWalking, 0, Mode::walking, Goal::none, kWalk),
+    move(event::walk_zero, kWalking, 0, Mode::finishing_step, Goal::stand, kFinishStep),
+    stay(event::walk_zero, kStanding | kFinishing, lc::kTakeAuthority),
+
+    move(event::lay_down, kHolding | kStanding | kStowed | kBridge, kMotors, Mode::lying_down,
+         Goal::none, kLayDown),
+    move(event::lay_down, kWalking, 0, Mode::finishing_step, Goal::lie, kFinishStep),
+    aim(event::lay_down, kFinishing, 0, Goal::lie, lc::kTakeAuthority),
+    aim(event::lay_down, kLyingDown, 0, Goal::none, lc::kTakeAuthority),
+    stay(event::lay_down, kLying, 0),
+
+    move(event::stow, kHolding | kStanding | kLying | kBridge, kMotors, Mode::stowing, Goal::none,
+         kStow),
+    move(event::stow, kWalking, 0, Mode::finishing_step, Goal::stow, kFinishStep),
+    aim(event::stow, kFinishing, 0, Goal::stow, lc::kTakeAuthority),
+    aim(event::stow, kStowing, 0, Goal::none, lc::kTakeAuthority),
+    stay(event::stow, kStowed, 0),
+
+    move(event::leg, kAtRest | kStanding, kInService | kMotors, Mode::bridge, Goal::leg, kMoveLeg),
+
+    in_state(kIdle, event::stop, 0, 0),
+    off(event::stop, kAtRest | kStanding, kKeep),
+    move(event::stop, kWalking, 0, Mode::finishing_step, Goal::idle, kFinishStep),
+    aim(event::stop, kStandingUp | kFinishing | kLyingDown | kStowing, 0, Goal::idle, 0),
+
+    in_state(kIdle, event::stop_lay_down, 0, 0),
+    off(event::stop_lay_down, kHolding | kLying | kStowed, kKeep),
+    move(event::stop_lay_down, kStandingUp | kStanding | kBridge, 0, Mode::lying_down, Goal::idle,
+         kLayDown),
+    move(event::stop_lay_down, kWalking, 0, Mode::finishing_step, Goal::lie_idle, kFinishStep),
+    aim(event::stop_lay_down, kFinishing, 0, Goal::lie_idle, 0),
+    aim(event::stop_lay_down, kLyingDown | kStowing, 0, Goal::idle, 0),
+
+    off(lc::Event::lease_expired, kHolding | kLying | kStowed, kKeep),
+    move(lc::Event::lease_expired, kStandingUp | kStanding | kBridge, 0, Mode::lying_down,
+         Goal::idle, lc::ActionSet{kLayDown} | lc::kReleaseAuthority),
+    move(lc::Event::lease_expired, kWalking, 0, Mode::finishing_step, Goal::lie_idle,
+         lc::ActionSet{kFinishStep} | lc::kReleaseAuthority),
+    aim(lc::Event::lease_expired, kFinishing, kHeld, Goal::lie_idle, lc::kReleaseAuthority),
+    aim(lc::Event::lease_expired, kLyingDown | kStowing, kHeld, Goal::idle, lc::kReleaseAuthority),
+
+    done(kStandingUp, Goal::stand, Mode::standing, Goal::none, 0),
+    done(kStandingUp, Goal::walk, Mode::walking, Goal::none, kWalk),
+    off(event::motion_done, kStandingUp | kFinishing | kLyingDown | kStowing, g(Goal::idle)),
+    done(kFinishing, Goal::stand, Mode::standing, Goal::none, 0),
+    done(kFinishing, Goal::lie, Mode::lying_down, Goal::none, kLayDown),
+    done(kFinishing, Goal::stow, Mode::stowing, Goal::none, kStow),
+    done(kFinishing, Goal::lie_idle, Mode::lying_down, Goal::idle, kLayDown),
+    done(kLyingDown, Goal::none, Mode::lying, Goal::none, 0),
+    done(kStowing, Goal::none, Mode::stowed, Goal::none, 0),
+    done(kBridge, Goal::leg, Mode::bridge, Goal::none, 0),
+
+    in_state(kIdle, event::panel_deploy, kContact | kPanelAtRest, kPanelDeploy),
+    in_state(kIdle, event::panel_retract, kContact | kPanelAtRest, kPanelRetract),
+    in_state(kIdle, event::panel_arrived_in, 0, kPanelIsIn),
+    in_state(kIdle, event::panel_arrived_out, 0, kPanelIsOut),
+    in_state(kIdle | lc::in(State::fatal_error) | kSolving, event::panel_seen_out, 0, kPanelIsOut),
+    Row{event::panel_seen_out, kOperational, lc::kAnyMode, 0, kKeep, State::fatal_error, 0, 0,
+        lc::ActionSet{kPanelIsOut} | lc::kEmergencyStop},
+
+    in_state(kSolving, event::free_leg, kInService | lc::guard(lc::kPortOpen), kFreeLeg),
+    in_state(kSolving, event::leg_freed, 0, lc::kMotorsOff),
+    in_state(kSolving, event::isolate, kInService | lc::guard(kEnoughLegs),
+             lc::ActionSet{lc::kIsolate} | lc::kMotorsOff),
+};
+constexpr lc::Rows kIndexed(kRows);
+
+constexpr std::array kEvents = {
+    lc::EventInfo{event::start, "start", true, 0},
+    lc::EventInfo{event::start_stand, "start stand", true, 0},
+    lc::EventInfo{event::start_walk, "start walk", true, 0},
+    lc::EventInfo{event::stop, "stop", true, 0},
+    lc::EventInfo{event::stop_lay_down, "stop lay-down", true, 0},
+    lc::EventInfo{event::stand, "stand", true, 0},
+    lc::EventInfo{event::lay_down, "lay-down", true, 0},
+    lc::EventInfo{event::stow, "stow", true, 0},
+    lc::EventInfo{event::walk, "walk", true, 0},
+    lc::EventInfo{event::walk_zero, "walk zero", true, 0},
+    lc::EventInfo{event::leg, "leg", true, kLegs},
+    lc::EventInfo{event::panel_deploy, "panel deploy", true, 0},
+    lc::EventInfo{event::panel_retract, "panel retract", true, 0},
+    lc::EventInfo{event::motors_confirmed, "motors confirmed", false, 0},
+    lc::EventInfo{event::motion_done, "motion done", false, 0},
+    lc::EventInfo{event::panel_arrived_in, "panel arrived in", false, 0},
+    lc::EventInfo{event::panel_arrived_out, "panel arrived out", false, 0},
+    lc::EventInfo{event::panel_seen_out, "panel seen out", false, 0},
+    lc::EventInfo{event::free_leg, "free leg", false, kLegs},
+    lc::EventInfo{event::leg_freed, "leg freed", false, 0},
+    lc::EventInfo{event::isolate, "isolate", false, lc::kEachModule},
+};
+
+// Computed once, at start-up.
+const auto kEnoughLegsWithout = [] {
+  std::array<bool, 1u << kLegs> enough{};
+  for (std::size_t i = 0; i < enough.size(); ++i)
+    enough[i] = gnc::zebro::can_walk_without(static_cast<gnc::zebro::LegSet>(i));
+  return enough;
+}();
+
+}  // namespace
+
+bool enough_legs_without(unsigned isolated) noexcept {
+  return isolated < kEnoughLegsWithout.size() && kEnoughLegsWithout[isolated];
+}
+
+const lc::Table kTable{&kIndexed, kEvents, kModules, kGuardNames, guard, effect, &lc::kCommonRows};
+
+lc::Event event_of(const Request& r) noexcept {
+  switch (static_cast<lss::CommandKind>(r.kind)) {
+    case lss::CommandKind::start: {
+      constexpr std::array kStarts = {event::start, event::start_stand, event::start_walk};
+      return kStarts[static_cast<std::size_t>(r.parameter[0])];
+    }
+    case lss::CommandKind::stop:
+      return r.parameter[0] > 0.5 ? event::stop_lay_down : event::stop;
+    default:
+      break;
+  }
+  switch (static_cast<CommandKind>(r.kind)) {
+    case CommandKind::stand:
+      return event::stand;
+    case CommandKind::lay_down:
+      return event::lay_down;
+    case CommandKind::stow:
+      return event::stow;
+    case CommandKind::walk:
+      return r.parameter[2] < 0.5 ? event::walk_zero : event::walk;
+    case CommandKind::leg:
+      return event::leg;
+    case CommandKind::panel:
+      return r.parameter[0] > 0.5 ? event::panel_deploy : event::panel_retract;
+  }
+  return common_event(r);
+}
+
+unsigned subject_of(const Request& r) noexcept {
+  return r.kind == static_cast<std::uint16_t>(CommandKind::leg)
+             ? static_cast<unsigned>(r.parameter[0])
+             : 0;
+}
+
+bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
+  if (done_at_once(kind)) return true;
+  const lc::ControllerState& s = state.controller;
+  const auto mode = static_cast<Mode>(s.mode);
+  const bool operational = s.state == State::operational;
+  switch (static_cast<lss::CommandKind>(kind)) {
+    case lss::CommandKind::start:
+      return operational && (s.flags & kMotorsConfirmed) && s.goal == g(Goal::none);
+    case lss::CommandKind::stop:
+      return s.state == State::idle && state.sense[kSenseMotorsOn] == 0;
+    case lss::CommandKind::solve:
+      return s.state == State::idle;
+    default:
+      break;
+  }
+  switch (static_cast<CommandKind>(kind)) {
+    case CommandKind::stand:
+      return operational && mode == Mode::standing;
+    case CommandKind::lay_down:
+      return operational && mode == Mode::lying;
+    case CommandKind::stow:
+      return operational && mode == Mode::stowed;
+    case CommandKind::panel:
+      return s.state == State::idle && !(s.flags & kPanelMoving);
+    case CommandKind::walk:
+      return operational && mode == Mode::standing;  // with speed zero
+    case CommandKind::leg:
+      return operational && mode == Mode::bridge && s.goal == g(Goal::none);
+  }
+  return false;
+}
+
+Verdict sense(const SupervisorState& state, const Request& r) noexcept {
+  const auto tripped = static_cast<std::uint16_t>(state.sense[kSenseTripped]);
+  if (r.kind == static_cast<std::uint16_t>(lss::CommandKind::start) && tripped != 0)
+    return {.reason = Reason::fault_latched, .subject = tripped};
+  const double rounds = state.sense[kSenseSolveRounds], limit = state.sense[kSenseSolveLimit];
+  if (r.kind == static_cast<std::uint16_t>(lss::CommandKind::solve) && limit > 0 && rounds >= limit)
+    return {.reason = Reason::solved_too_often,
+            .measured = rounds,
+            .limit = limit,
+            .subject = static_cast<std::uint16_t>(state.sense[kSenseSolveModule])};
+  if (r.kind != static_cast<std::uint16_t>(CommandKind::leg)) return {};
+  constexpr double kRound_rad = 2 * std::numbers::pi;
+  const double from_rad = state.sense[static_cast<std::size_t>(r.parameter[0]) - 1];
+  const double forward_rad = std::fmod(r.parameter[1] - from_rad + 2 * kRound_rad, kRound_rad);
+  const double rate_rad_s =
+      (r.parameter[3] > 0.5 ? forward_rad : kRound_rad - forward_rad) / r.parameter[2];
+  const double limit_rad_s = state.sense[kSenseTurnLimit];
+  if (rate_rad_s <= limit_rad_s || std::isnan(rate_rad_s)) return {};
+  return {.reason = Reason::too_fast,
+          .measured = rate_rad_s,
+          .limit = limit_rad_s,
+          .subject = static_cast<std::uint16_t>(r.parameter[0])};
+}
+
+const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
+
+const Logic& logic() noexcept {
+  static const Logic kLogic{.table = &kTable,
+                            .event_of = event_of,
+                            .subject_of = subject_of,
+                            .reached = reached,
+                            .command = command,
+                            .sense = sense,
+                            .tunables = tuning().infos};
+  return kLogic;
+}
+
+}  // namespace lss::zebro

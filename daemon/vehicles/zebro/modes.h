@@ -1,0 +1,95 @@
+#pragma once
+
+// Lunar Zebro's part of the locomotion controller: its modes (idl/zebro/commands.h), goals, flags,
+// events, guards and rows. Pure data and pure functions.
+
+#include "daemon/cycle/controller.h"
+#include "daemon/cycle/supervisor.h"
+#include "idl/zebro/commands.h"
+
+namespace lss::zebro {
+
+// Target of a chain of modes.
+enum class Goal : std::uint8_t {
+  none,  // stay in the mode that was commanded
+  stand,
+  walk,
+  lie,
+  stow,
+  idle,      // motors off when the running motion has ended
+  lie_idle,  // lie down, then motors off
+  leg,       // a leg moves by direct command
+};
+
+enum Flag : std::uint8_t {
+  kPanelOut = 1u << 0,  // deployed, or not known to be retracted
+  kPanelMoving = 1u << 1,
+  kMotorsConfirmed = 1u << 2,  // all legs report motion control on
+  kFreeing = 1u << 3,          // error solving moves one leg
+};
+
+namespace event {
+inline constexpr lc::Event vehicle(unsigned n) {
+  return static_cast<lc::Event>(lc::kVehicleEvents + n);
+}
+// commanded
+inline constexpr lc::Event start = vehicle(0), start_stand = vehicle(1), start_walk = vehicle(2),
+                           stop = vehicle(3), stop_lay_down = vehicle(4), stand = vehicle(5),
+                           lay_down = vehicle(6), stow = vehicle(7), walk = vehicle(8),
+                           walk_zero = vehicle(9), leg = vehicle(10), panel_deploy = vehicle(11),
+                           panel_retract = vehicle(12);
+// reports
+inline constexpr lc::Event motors_confirmed = vehicle(13), motion_done = vehicle(14),
+                           panel_arrived_in = vehicle(15), panel_arrived_out = vehicle(16),
+                           panel_seen_out = vehicle(17);
+// of error solving
+inline constexpr lc::Event free_leg = vehicle(18), leg_freed = vehicle(19), isolate = vehicle(20);
+}  // namespace event
+
+enum Action : lc::ActionSet {
+  kMotorsOn = lc::ActionSet{1} << lc::kVehicleActions,
+  kConfirm = kMotorsOn << 1,
+  kStandUp = kMotorsOn << 2,
+  kWalk = kMotorsOn << 3,
+  kFinishStep = kMotorsOn << 4,
+  kLayDown = kMotorsOn << 5,
+  kStow = kMotorsOn << 6,
+  kMoveLeg = kMotorsOn << 7,
+  kPanelDeploy = kMotorsOn << 8,
+  kPanelRetract = kMotorsOn << 9,
+  kPanelIsIn = kMotorsOn << 10,
+  kPanelIsOut = kMotorsOn << 11,
+  kFreeLeg = kMotorsOn << 12,
+};
+
+extern const lc::Table kTable;
+
+// Whether the others can stand and walk without these legs (bit i: leg i+1), with the default
+// gaits.
+bool enough_legs_without(unsigned isolated) noexcept;
+
+// The event of a command of the DDS face; Event::none when it is not one of ours.
+lc::Event event_of(const Request& request) noexcept;
+
+// Whether the command's goal has been reached. walk never ends by itself.
+bool reached(std::uint16_t kind, const SupervisorState& state) noexcept;
+
+// The module of a command; 0: none.
+unsigned subject_of(const Request& request) noexcept;
+
+// Guards on measured values. Layout of SupervisorState::sense: [0..6] position_rad of the modules,
+// NaN when unknown; [7] the fastest a leg may turn, rad/s; [8] legs with motion control on; [9] the
+// first module that stopped by itself and was not reset since, 0: none; [10] the largest number of
+// error-solving rounds of a present fault, [11] its module, [12] the limit.
+Verdict sense(const SupervisorState& state, const Request& request) noexcept;
+inline constexpr std::size_t kSenseTurnLimit = kModules, kSenseMotorsOn = kModules + 1,
+                             kSenseTripped = kModules + 2, kSenseSolveRounds = kModules + 3,
+                             kSenseSolveModule = kModules + 4, kSenseSolveLimit = kModules + 5;
+
+// The command for `kind`, common or zebro's own; nullptr when there is none.
+const CommandInfo* command(std::uint16_t kind) noexcept;
+
+// All of the above, for the supervisor.
+const Logic& logic() noexcept;
+
+}  // namespace lss::zebro

@@ -1,0 +1,14 @@
+#include "daemon/replay/records.h"
+
+#include "daemon/replay/replay.h"
+#include "daemon/vehicles/zebro/record.h"
+#include "daemon/vehicles/zebro/tunables.h"
+
+namespace lss {
+
+record::VehicleRecords zebro_records() {
+  return record::records_of<zebro::Vehicle>(zebro::logic(), zebro::tuning(),
+                                            zebro::read_parameters);
+}
+
+}  // namespace lss

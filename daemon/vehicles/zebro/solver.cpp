@@ -1,0 +1,263 @@
+#include "daemon/vehicles/zebro/solver.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "daemon/cycle/plan.h"
+
+namespace lss::zebro {
+namespace {
+
+constexpr double kWholeTurn_rad = 6.283185307179586;
+constexpr double kArrived_rad = 0.05;
+constexpr TimeNs kMoveGrace = kSecond;      // a movement this late has failed
+constexpr TimeNs kReplanned = kSecond / 2;  // shortest time of a movement that is ordered again
+
+double turned(double from_rad, double by_rad) noexcept {
+  return std::fmod(from_rad + by_rad + kWholeTurn_rad, kWholeTurn_rad);
+}
+double apart(double a_rad, double b_rad) noexcept {
+  return std::abs(std::remainder(a_rad - b_rad, kWholeTurn_rad));
+}
+
+}  // namespace
+
+FaultClass class_of(FaultId fault) noexcept {
+  switch (fault) {
+    case FaultId::module_silent:
+      return FaultClass::contact;
+    case FaultId::module_over_current:
+    case FaultId::current_limit:
+      return FaultClass::current;
+    case FaultId::module_driver_fault:
+      return FaultClass::driver;
+    case FaultId::module_disobeys:
+    case FaultId::module_watchdog:
+    case FaultId::motion_timeout:
+      return FaultClass::obedience;
+    case FaultId::module_reset:
+      return FaultClass::supply;
+    default:
+      return FaultClass::system;
+  }
+}
+
+bool of_operator(FaultId fault) noexcept {
+  return fault == FaultId::emergency_stop || fault == FaultId::obc_silent;
+}
+
+void ResetModules::begin(SolveTarget& target, std::uint8_t modules) noexcept {
+  for (std::size_t i = 0; i < kModules; ++i) {
+    if (all_ || contains(modules, i)) target.reset(i);
+  }
+}
+
+void MoveFree::begin(SolveTarget& target, std::uint8_t modules) noexcept {
+  left_ = 0;
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    if (contains(modules, i) && target.answers(i))
+      left_ = static_cast<std::uint8_t>(left_ | 1u << i);
+  }
+  phase_ = Phase::next_leg;
+}
+
+Outcome MoveFree::end(SolveTarget& target, Outcome outcome) noexcept {
+  target.rest();
+  left_ = 0;
+  phase_ = Phase::next_leg;
+  return outcome;
+}
+
+Outcome MoveFree::step(SolveTarget& target) noexcept {
+  const TimeNs now = target.now();
+  if (phase_ == Phase::next_leg) {
+    if (left_ == 0) return Outcome::done;
+    leg_ = static_cast<std::size_t>(std::countr_zero(left_));
+    left_ = static_cast<std::uint8_t>(left_ & (left_ - 1));
+    if (!target.begin_move(leg_)) return end(target, Outcome::failed);
+    phase_ = Phase::switching_on;
+    due_ns_ = now + kMoveGrace;
+    return Outcome::running;
+  }
+  const Status& status = target.status(leg_);
+  const bool late = now > due_ns_ + kMoveGrace;
+  const bool stopped = phase_ != Phase::switching_on &&
+                       (status.flags & (kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog)) != 0;
+  if (late || stopped || !target.answers(leg_) || status.current_A > parameters_.current_limit_A)
+    return end(target, Outcome::failed);
+  follow_calibration(target);
+  const auto moved = [&](double to_rad) {
+    return now >= due_ns_ && (status.flags & kFlagMoving) == 0 &&
+           apart(status.position_rad, to_rad) < kArrived_rad;
+  };
+  switch (phase_) {
+    case Phase::switching_on:
+      if ((status.flags & kFlagMotionControl) == 0) break;
+      from_rad_ = status.position_rad;
+      due_ns_ = now + parameters_.free_move_ns;
+      phase_ = Phase::back;
+      order(target);
+      break;
+    case Phase::back:
+      if (!moved(turned(from_rad_, -parameters_.free_rad))) break;
+      due_ns_ = now + parameters_.free_move_ns;
+      phase_ = Phase::forth;
+      order(target);
+      break;
+    case Phase::forth:
+      if (!moved(from_rad_)) break;
+      target.rest();
+      phase_ = Phase::next_leg;
+      break;
+    case Phase::next_leg:
+      break;
+  }
+  return Outcome::running;
+}
+
+void MoveFree::order(SolveTarget& target) noexcept {
+  const bool forth = phase_ == Phase::forth;
+  target.move(leg_, forth ? from_rad_ : turned(from_rad_, -parameters_.free_rad), due_ns_, forth);
+}
+
+// At its Hall sensor a leg's position becomes the true one, and the module goes on to its ordered
+// position, which is now another place, up to a turn away.
+void MoveFree::follow_calibration(SolveTarget& target) noexcept {
+  const Status& status = target.status(leg_);
+  const bool calibrated = (status.flags & kFlagCalibrated) != 0;
+  const bool under_way = phase_ == Phase::back || phase_ == Phase::forth;
+  if (under_way && calibrated && !calibrated_) {
+    from_rad_ = turned(status.position_rad, std::remainder(from_rad_ - seen_rad_, kWholeTurn_rad));
+    due_ns_ = std::max(due_ns_, target.now() + kReplanned);
+    order(target);
+  }
+  calibrated_ = calibrated;
+  seen_rad_ = status.position_rad;
+}
+
+Outcome CoolDown::step(SolveTarget& target) noexcept {
+  for (std::size_t i = 0; i < kModules; ++i) {
+    if (contains(modules_, i) && target.temperature_degC(i) > parameters_.cool_degC)
+      return Outcome::running;
+  }
+  // Cool: the trip may be cleared.
+  for (std::size_t i = 0; i < kModules; ++i) {
+    if (contains(modules_, i)) target.reset(i);
+  }
+  return Outcome::done;
+}
+
+void Isolate::begin(SolveTarget& target, std::uint8_t modules) noexcept {
+  modules_ = modules;
+  until_ns_ = target.now() + kMoveGrace;
+}
+
+// Waits until the motor of a leg that was just moved is off.
+Outcome Isolate::step(SolveTarget& target) noexcept {
+  for (std::size_t i = 0; i < kModules && target.now() < until_ns_; ++i) {
+    const bool motor = (target.status(i).flags & kFlagMotionControl) != 0;
+    if (contains(modules_, i) && target.answers(i) && motor) return Outcome::running;
+  }
+  return modules_ == 0 || target.isolate(modules_) ? Outcome::done : Outcome::failed;
+}
+
+Solver::Solver(const SolverParameters& parameters) noexcept
+    : parameters_(parameters), move_free_(parameters), cool_down_(parameters) {}
+
+void Solver::begin(std::span<const Symptom> symptoms) noexcept {
+  std::array<bool, kFaultClasses> present{};
+  unsigned suspects = 0;
+  for (const Symptom& symptom : symptoms) {
+    const FaultClass c = symptom.fault_class;
+    present[static_cast<std::size_t>(c)] = true;
+    const bool under_power =
+        c == FaultClass::current || c == FaultClass::driver || c == FaultClass::obedience;
+    if (under_power && symptom.module >= 1 && symptom.module <= kLegs)
+      suspects |= 1u << (symptom.module - 1);
+  }
+  suspects_ = static_cast<std::uint8_t>(suspects);
+  // The cause may be gone by now.
+  plan_ = plan(parameters_.order, present, StrategyKind::reconnect);
+  at_ = 0;
+  running_ = true;
+  begun_ = false;
+}
+
+Strategy& Solver::strategy() noexcept {
+  switch (kind()) {
+    case StrategyKind::reset_module:
+      return reset_module_;
+    case StrategyKind::move_free:
+      return move_free_;
+    case StrategyKind::cool_down:
+      return cool_down_;
+    case StrategyKind::isolate:
+      return isolate_;
+    case StrategyKind::reset_all:
+      return reset_all_;
+    case StrategyKind::none:
+    case StrategyKind::reconnect:
+      break;
+  }
+  return reconnect_;
+}
+
+TimeNs Solver::moves_ns(std::uint8_t legs) const noexcept {
+  return std::popcount(legs) * 2 * (parameters_.free_move_ns + 2 * kMoveGrace);
+}
+
+Solver::Report Solver::give_up(SolveTarget& target) noexcept {
+  target.rest();  // ends a movement in progress
+  if (at_ + 1 == plan_.size() || plan_[at_ + 1] == StrategyKind::none) return Report::unsolved;
+  ++at_;
+  begun_ = false;
+  return Report::next;
+}
+
+Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
+  const TimeNs now = target.now();
+  suspects_ = static_cast<std::uint8_t>(suspects_ & ~target.isolated());
+  if (!begun_) {
+    const auto modules = static_cast<std::uint8_t>(target.faulty_modules() | suspects_);
+    strategy().begin(target, modules);
+    begun_ = true;
+    until_ns_ = now + moves_ns(kind() == StrategyKind::move_free ? modules : suspects_) +
+                (kind() == StrategyKind::cool_down ? parameters_.cool_down_ns : 0) +
+                parameters_.budget_ns;
+    phase_ = Phase::treating;
+  }
+  if (now > until_ns_) return give_up(target);
+  switch (phase_) {
+    case Phase::treating: {
+      const Outcome outcome = strategy().step(target);
+      if (outcome == Outcome::failed) return give_up(target);
+      if (outcome == Outcome::running) break;
+      if (kind() == StrategyKind::move_free) suspects_ = 0;
+      phase_ = Phase::waiting;
+      until_ns_ = std::min(until_ns_, now + parameters_.budget_ns + moves_ns(suspects_));
+      break;
+    }
+    case Phase::waiting:
+      if (!healthy) break;
+      healthy_since_ns_ = now;
+      phase_ = suspects_ != 0 ? Phase::moving : Phase::proving;
+      if (phase_ == Phase::moving) move_free_.begin(target, suspects_);
+      break;
+    case Phase::moving: {
+      const Outcome outcome = move_free_.step(target);
+      if (outcome == Outcome::failed) return give_up(target);
+      if (outcome == Outcome::running) break;
+      suspects_ = 0;
+      phase_ = Phase::waiting;
+      break;
+    }
+    case Phase::proving:
+      if (!healthy) phase_ = Phase::waiting;
+      if (healthy && now - healthy_since_ns_ >= kProof) return Report::solved;
+      break;
+  }
+  return Report::running;
+}
+
+}  // namespace lss::zebro

@@ -1,0 +1,291 @@
+#include "daemon/vehicles/zebro/vehicle.h"
+
+#include <algorithm>
+
+#include "daemon/vehicles/zebro/tunables.h"
+#include "idl/angles.h"
+
+namespace lss::zebro {
+namespace {
+
+using Kind = ModuleOrder::Kind;
+
+constexpr double kGateMargin = 1.1;  // above the gait's own swing limit
+
+gnc::zebro::WalkRequest walk_request(const double* parameter) noexcept {
+  return {.direction = parameter[0] > 0.5 ? 1.0 : -1.0,
+          .heading_rad = parameter[1],
+          .speed = static_cast<gnc::zebro::Speed>(parameter[2])};
+}
+
+}  // namespace
+
+Vehicle::Vehicle(const Parameters& parameters) noexcept
+    : parameters_(parameters),
+      tunables_(values_of(tuning().tunables, parameters)),
+      locomotion_(parameters.locomotion),
+      solver_(parameters.solver) {
+  order_all(Kind::motion_off);
+  for (std::size_t i = 0; i < walks_without_.size(); ++i)
+    walks_without_[i] =
+        gnc::zebro::can_walk_without(static_cast<gnc::zebro::LegSet>(i), parameters.locomotion);
+}
+
+// ---- read
+// -------------------------------------------------------------------------------------------------
+
+void Vehicle::read(const Inputs<Vehicle>& in) noexcept {
+  now_ns_ = in.time_ns;
+  if (epoch_ns_ == 0) epoch_ns_ = in.time_ns;
+  data_requested_ = false;
+  for (std::size_t i = 0; i < kModules; ++i) resets_seen_[i] = in.bus.counters.module[i].resets;
+  std::array<bool, kModules> reset{};  // in any status of the frame
+  for (std::uint32_t i = 0; i < in.sample_count; ++i) {
+    const ModuleReply& reply = in.samples[i];
+    if (reply.module >= kModules) continue;
+    Module& module = modules_[reply.module];
+    module.heard_ns = reply.time_ns;
+    switch (static_cast<Code>(reply.code)) {
+      case Code::status:
+        module.status = decode_status(reply.data);
+        reset[reply.module] |= (module.status.flags & kFlagReset) != 0;
+        if (reset[reply.module]) module.status.flags |= kFlagReset;
+        module.status_ns = reply.time_ns;
+        break;
+      case Code::health:
+        module.health = decode_health(reply.data);
+        break;
+      case Code::identity:
+        module.identity = decode_identity(reply.data);
+        break;
+      default:
+        break;
+    }
+  }
+}
+
+bool Vehicle::answers(std::size_t module) const noexcept {
+  return modules_[module].heard_ns != 0 &&
+         now_ns_ - modules_[module].heard_ns <= parameters_.module_silent_ns;
+}
+
+// ---- adjust: a parameter
+// -------------------------------------------------------------------------------------------------
+
+Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept {
+  const double before = tunables_.value[index];
+  if (!lss::adjust(tuning(), parameters_, tunables_, index, value, really))
+    return {{.reason = Reason::parameter_together,
+             .measured = value,
+             .subject = static_cast<std::uint16_t>(index + 1)}};
+  if (really) {
+    solver_.configure(parameters_.solver);
+    locomotion_.configure(parameters_.locomotion);  // none of them changes while it moves
+  }
+  return {{}, before};
+}
+
+// ---- act: actions of the locomotion controller, at once
+// ----------------------------------------------
+
+void Vehicle::order(std::size_t module, Kind kind) noexcept {
+  ModuleOrder& order = orders_.module[module];
+  order = {.kind = kind, .position_cdeg = 0, .arrive_ns = 0, .serial = order.serial + 1};
+}
+
+void Vehicle::order_all(Kind kind) noexcept {
+  for (std::size_t i = 0; i < kModules; ++i) order(i, kind);
+}
+
+void Vehicle::order_move(std::size_t module, double position_rad, TimeNs arrive_ns,
+                         bool forward) noexcept {
+  order(module, forward ? Kind::rotate_forward : Kind::rotate_backward);
+  orders_.module[module].position_cdeg = position_cdeg(position_rad);
+  orders_.module[module].arrive_ns = arrive_ns;
+}
+
+void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
+  if (actions & (lc::kEmergencyStop | lc::kMotorsOff)) {
+    if (actions & lc::kEmergencyStop) {
+      make_safe(orders_, now_ns_);
+    } else {
+      order_all(Kind::motion_off);
+    }
+    locomotion_.hold(seconds(now_ns_));
+    walking_legs_ = in_motion_ = false;
+    bridge_.due_ns = 0;
+    panel_.step = Panel::Step::rest;
+  }
+  if (actions & lc::kEndSolve) solver_.end();
+  if (request != nullptr && event_of(*request) == lc::Event::reset_controller) rounds_.forget();
+  if (actions & lc::kRestore) {  // their reports are evaluated again
+    for (std::size_t i = 0; i < kModules; ++i) {
+      if (!in_service(i)) flags_before_[i] = 0;
+      if (!in_service(i)) disobeyed_[i] = false;
+    }
+    isolated_ = 0;
+  }
+  if (actions & lc::kResetModule) reset_modules(*request);
+  if (actions & lc::kPublishData) data_requested_ = true;
+  if (actions & kPanelDeploy) move_panel(true);
+  if (actions & kPanelRetract) move_panel(false);
+  begin_motion(actions, request);
+}
+
+void Vehicle::begin_motion(lc::ActionSet actions, const Request* request) noexcept {
+  const double now_s = seconds(now_ns_);
+  if (actions & kMotorsOn) {
+    // The last order of a module, for example a reset, does not apply in Operational.
+    for (std::size_t i = 0; i < kModules; ++i)
+      order(i, i < kLegs && in_service(i) ? Kind::motion_on : Kind::motion_off);
+    motors_on_ns_ = now_ns_;
+    locomotion_.isolate(static_cast<std::uint8_t>(isolated_));
+    locomotion_.reset_odometry();
+    walk_ = walk_request(&request->parameter[1]);  // used when the follow-up is to walk
+  }
+  if (actions & kMoveLeg) move_leg(*request);
+  if ((actions & (kStandUp | kWalk | kFinishStep | kLayDown | kStow)) == 0) return;
+
+  walking_legs_ = true;
+  in_motion_ = (actions & kWalk) == 0;
+  bridge_.due_ns = 0;
+  if (actions & kStandUp) locomotion_.stand_up(now_s);
+  if (actions & kFinishStep) locomotion_.finish_step(now_s);
+  if (actions & kLayDown) locomotion_.lay_down(now_s);
+  if (actions & kStow) locomotion_.stow(now_s);
+  if (actions & kWalk) {
+    if (request != nullptr) walk_ = walk_request(request->parameter.data());
+    locomotion_.walk(now_s, walk_);
+  }
+}
+
+void Vehicle::move_leg(const Request& request) noexcept {
+  const auto leg = static_cast<std::size_t>(request.parameter[0]) - 1;
+  walking_legs_ = in_motion_ = false;
+  locomotion_.hold(seconds(now_ns_));
+  bridge_ = {.leg = leg, .due_ns = now_ns_ + static_cast<TimeNs>(request.parameter[2] * 1e9)};
+  order_move(leg, request.parameter[1], bridge_.due_ns, request.parameter[3] > 0.5);
+}
+
+void Vehicle::reset_modules(const Request& request) noexcept {
+  const auto number = static_cast<std::size_t>(request.parameter[0]);
+  for (std::size_t i = 0; i < kModules; ++i) {
+    if (number != 0 && number != i + 1) continue;
+    order(i, Kind::reset);
+    resets_.begin(i, now_ns_, resets_seen_[i]);
+    if (i == kPanel && panel_.step != Panel::Step::rest) end_panel();
+  }
+}
+
+// ---- navigate, guide, control
+// -----------------------------------------------------------------------------
+
+void Vehicle::navigate(TimeNs) noexcept {
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    const Status& status = modules_[i].status;
+    measured_[i] = {.angle_rad = -status.position_rad,
+                    .known = in_service(i) && answers(i) && modules_[i].status_ns != 0,
+                    .calibrated = (status.flags & kFlagCalibrated) != 0};
+  }
+}
+
+void Vehicle::guide(TimeNs now) noexcept {
+  if (walking_legs_) locomotion_.update(seconds(now), measured_);
+}
+
+Vehicle::Command Vehicle::control(TimeNs now) noexcept {
+  if (walking_legs_) {
+    for (std::size_t i = 0; i < kLegs; ++i) {
+      const gnc::zebro::LegTarget& target = locomotion_.targets()[i];
+      if (target.segment == segment_[i] || target.rotation == 0) continue;
+      segment_[i] = target.segment;
+      order_move(i, -target.angle_rad, nanoseconds(target.arrive_s), target.rotation > 0);
+    }
+  }
+  orders_.issued_ns = now;
+  return orders_;
+}
+
+// ---- gate
+// -------------------------------------------------------------------------------------------------
+
+Vehicle::Command Vehicle::gate(const Command& wanted, Supervisor& supervisor, TimeNs now) noexcept {
+  std::array<std::int32_t, kModules> measured_cdeg;
+  for (std::size_t i = 0; i < kModules; ++i) {
+    measured_cdeg[i] = answers(i) ? position_cdeg(modules_[i].status.position_rad) : -1;
+  }
+  const GateLimits limits{parameters_.locomotion.swing_limit_rad_s / kDegree * kGateMargin};
+  const GateCheck failed =
+      check(wanted, sent_, measured_cdeg, supervisor.controller(), limits, now);
+  sent_ = wanted;
+  if (failed != GateCheck::passed) {
+    supervisor.gate_closed(static_cast<double>(failed));
+    make_safe(orders_, now);
+    sent_ = orders_;
+  }
+  return sent_;
+}
+
+// ---- telemetry
+// --------------------------------------------------------------------------------------------
+
+bool Vehicle::describe(const Inputs<Vehicle>& in, const SupervisorState& state,
+                       Telemetry& out) noexcept {
+  out.time_ns = in.time_ns;
+  out.frame = in.frame;
+  out.state = static_cast<std::uint8_t>(state.controller.state);
+  out.mode = state.controller.mode;
+  const bool walking = static_cast<Mode>(out.mode) == Mode::walking;
+  out.speed = walking ? static_cast<std::uint8_t>(walk_.speed) : std::uint8_t{0};
+  out.heading_rad = walking ? walk_.heading_rad : 0;
+  out.direction = walk_.direction;
+  out.distance_m = locomotion_.distance_m();
+  out.yaw_rad = locomotion_.yaw_rad();
+  out.speed_m_s = walking_legs_ ? locomotion_.speed_m_s() : 0;
+  out.steps = locomotion_.steps();
+  static_assert(std::extent_v<decltype(out.modules)> == kModules);
+  for (std::size_t i = 0; i < kModules; ++i)
+    describe_module(i, in.bus.counters.module[i], out.modules[i]);
+  const BusCounters& bus = in.bus.counters;
+  out.bus_frames_sent = bus.frames_sent;
+  out.bus_frames_received = bus.frames_received;
+  out.bus_frames_dropped = bus.frames_dropped;
+  out.bus_overflows = bus.overflows;
+  out.bus_cycle_ns = static_cast<std::uint64_t>(bus.cycle_ns);
+  out.port_open = in.bus.open;
+  return data_requested_;
+}
+
+void Vehicle::describe_module(std::size_t i, const ModuleLink& link,
+                              lss_ZebroModule& out) const noexcept {
+  const Module& module = modules_[i];
+  out.id = static_cast<std::uint8_t>(i + 1);
+  out.address = parameters_.bus.address[i];
+  out.online = answers(i);
+  out.isolated = !in_service(i);
+  out.flags = module.status.flags;
+  out.calibrated = (module.status.flags & kFlagCalibrated) != 0;
+  out.motion_control = (module.status.flags & kFlagMotionControl) != 0;
+  out.moving = (module.status.flags & kFlagMoving) != 0;
+  out.swing = i < kLegs && walking_legs_ && locomotion_.targets()[i].swing;
+  out.position_rad = module.status.position_rad;
+  out.velocity_rad_s = module.status.velocity_rad_s;
+  out.set_point_rad = module.health.set_point_rad;
+  out.time_left_s = module.health.time_left_s;
+  out.current_A = module.status.current_A;
+  out.temperature_degC = module.health.temperature_degC;
+  out.supply_V = module.health.supply_V;
+  out.uptime_s = module.identity.uptime_s;
+  out.firmware_major = module.identity.firmware_major;
+  out.firmware_minor = module.identity.firmware_minor;
+  out.reset_cause = module.identity.reset_cause;
+  out.dropped_frames = module.identity.dropped_frames;
+  out.age_ms = module.heard_ns == 0
+                   ? kNeverHeard_ms
+                   : static_cast<std::uint64_t>(std::max<TimeNs>(now_ns_ - module.heard_ns, 0) /
+                                                kMillisecond);
+  out.replies = link.replies;
+  out.resends = link.resends;
+}
+
+}  // namespace lss::zebro

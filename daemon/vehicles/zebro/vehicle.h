@@ -1,0 +1,223 @@
+#pragma once
+
+// Lunar Zebro inside the cycle: samples of seven modules in, orders for seven modules out, the
+// locomotion algorithm in between. daemon/cycle/cycle.h calls the stages in the order of this file,
+// on the frame thread; time is data, nothing allocates. The wiring (port and driver) is Buses,
+// below.
+
+#include <zebro_fields.h>  // of the IDL
+
+#include <array>
+#include <cstdint>
+
+#include "daemon/cycle/cycle.h"
+#include "daemon/cycle/resets.h"
+#include "daemon/runtime/progress.h"
+#include "daemon/runtime/serial_bus.h"
+#include "daemon/vehicles/zebro/config.h"
+#include "daemon/vehicles/zebro/gate.h"
+#include "daemon/vehicles/zebro/modes.h"
+#include "daemon/vehicles/zebro/rounds.h"
+#include "daemon/vehicles/zebro/solver.h"
+
+namespace lss::zebro {
+
+using LegSerialBus = SerialBus<LegBus, LegBusParameters, BusOrders, ModuleReply, BusCounters>;
+
+// State of one module.
+struct Module {
+  Status status;
+  Health health;
+  Identity identity;
+  TimeNs heard_ns = 0;       // 0: never
+  TimeNs status_ns = 0;      // of the last status
+  TimeNs over_limit_ns = 0;  // since when the current is above the software limit; 0: it is not
+  bool hot = false;
+  bool greeted = false;  // a status was received
+};
+
+class Vehicle final : public Actor, private SolveTarget {
+ public:
+  using Sample = ModuleReply;
+  using BusReport = LegSerialBus::Report;
+  using Command = BusOrders;
+  using Telemetry = lss_ZebroTelemetry;
+  static constexpr std::size_t kMaxSamples = 64;
+
+  explicit Vehicle(const Parameters& parameters) noexcept;
+
+  void read(const Inputs<Vehicle>& in) noexcept;
+  void watch(const Inputs<Vehicle>& in, Supervisor& supervisor) noexcept;
+  void act(lc::ActionSet actions, const Request* request) noexcept override;
+  Adjusted adjust(std::size_t index, double value, bool really) noexcept override;
+  void navigate(TimeNs now) noexcept;
+  void guide(TimeNs now) noexcept;
+  Command control(TimeNs now) noexcept;
+  Command gate(const Command& wanted, Supervisor& supervisor, TimeNs now) noexcept;
+  // Fills the telemetry; true when a sample was requested.
+  bool describe(const Inputs<Vehicle>& in, const SupervisorState& state, Telemetry& out) noexcept;
+
+  const std::array<Module, kModules>& modules() const noexcept { return modules_; }
+  const TunableValues& tunables() const noexcept { return tunables_; }
+
+  // For records (daemon/record/state.h): every member that the cycle changes.
+  template <class V>
+  void keep(V& v) {
+    v(parameters_, tunables_, locomotion_, measured_, modules_, flags_before_, disobeyed_,
+      resends_before_, segment_, orders_, sent_, walk_, solver_, rounds_, operated_ns_, isolated_,
+      walks_without_, epoch_ns_, now_ns_, before_ns_, walking_legs_, in_motion_, port_open_,
+      port_reported_, motors_on_ns_, noise_window_ns_, noise_frames_, bus_stops_, bridge_, panel_,
+      resets_, resets_seen_, data_requested_);
+  }
+
+ private:
+  static constexpr std::size_t kPanel = kModules - 1;
+  static constexpr std::uint16_t kStopFlags = kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog;
+  static constexpr TimeNs kMoveGrace = 3 * kSecond;  // a direct movement this late has failed
+
+  struct Symptoms {
+    std::array<Symptom, kMaxFaults + 4 * kModules> items;
+    std::size_t count = 0;
+    void add(const Symptom& symptom) noexcept { items[count++] = symptom; }
+    std::span<const Symptom> all() const noexcept { return std::span(items).first(count); }
+  };
+
+  static constexpr std::uint16_t number(std::size_t module) noexcept {
+    return static_cast<std::uint16_t>(module + 1);
+  }
+
+  double seconds(TimeNs time) const noexcept {
+    return static_cast<double>(time - epoch_ns_) * 1e-9;
+  }
+  TimeNs nanoseconds(double time_s) const noexcept {
+    return epoch_ns_ + static_cast<TimeNs>(time_s * 1e9);
+  }
+  void order_all(ModuleOrder::Kind kind) noexcept;
+  void order(std::size_t module, ModuleOrder::Kind kind) noexcept;
+  void order_move(std::size_t module, double position_rad, TimeNs arrive_ns, bool forward) noexcept;
+  bool in_service(std::size_t module) const noexcept { return (isolated_ >> module & 1u) == 0; }
+
+  // For error solving.
+  TimeNs now() const noexcept override { return now_ns_; }
+  bool answers(std::size_t module) const noexcept override;
+  const Status& status(std::size_t module) const noexcept override {
+    return modules_[module].status;
+  }
+  double temperature_degC(std::size_t module) const noexcept override {
+    return modules_[module].health.temperature_degC;
+  }
+  std::uint8_t faulty_modules() const noexcept override;
+  std::uint8_t isolated() const noexcept override { return static_cast<std::uint8_t>(isolated_); }
+  void reset(std::size_t module) noexcept override {
+    if (in_service(module)) order(module, ModuleOrder::Kind::reset);
+  }
+  bool isolate(std::uint8_t modules) noexcept override;
+  bool begin_move(std::size_t leg) noexcept override;
+  void move(std::size_t leg, double position_rad, TimeNs arrive_ns,
+            bool forward) noexcept override {
+    order_move(leg, position_rad, arrive_ns, forward);
+  }
+  void rest() noexcept override;
+
+  void watch_resets(Supervisor& s) noexcept;
+  void watch_modules(Supervisor& s) noexcept;
+  void watch_flags(std::size_t module, Supervisor& s) noexcept;
+  void watch_current(std::size_t module, Supervisor& s) noexcept;
+  void watch_bus(const BusReport& bus, Supervisor& s) noexcept;
+  void watch_temperature(std::size_t module, Supervisor& s) noexcept;
+  void watch_obedience(std::size_t module, const ModuleLink& link, Supervisor& s) noexcept;
+  void watch_motion(Supervisor& s) noexcept;
+  void watch_solver(Supervisor& s) noexcept;
+  void watch_rounds(Supervisor& s) noexcept;
+  Symptoms symptoms(const Supervisor& s) const noexcept;
+  void blame(FaultId id, std::size_t module, Supervisor& s) noexcept;
+  void report_uncalibrated(Supervisor& s) noexcept;
+  bool motors_confirmed() const noexcept;
+  void describe_module(std::size_t module, const ModuleLink& link,
+                       lss_ZebroModule& out) const noexcept;
+  void watch_panel(Supervisor& s) noexcept;
+  bool panel_known() const noexcept;
+  bool panel_in() const noexcept;
+  void seek_panel_sensor() noexcept;
+  void creep_over_panel_sensor() noexcept;
+  void drive_panel() noexcept;
+  void begin_motion(lc::ActionSet actions, const Request* request) noexcept;
+  void move_leg(const Request& request) noexcept;
+  void move_panel(bool deploy) noexcept;
+  void reset_modules(const Request& request) noexcept;
+  void end_panel() noexcept;
+
+  Parameters parameters_;
+  TunableValues tunables_;  // of the parameters
+  gnc::zebro::Locomotion locomotion_;
+  std::array<gnc::zebro::LegMeasured, kLegs> measured_{};
+  std::array<Module, kModules> modules_{};
+  std::array<std::uint16_t, kModules> flags_before_{};
+  std::array<bool, kModules> disobeyed_{};
+  std::array<std::uint64_t, kModules> resends_before_{};
+  std::array<std::uint32_t, kLegs> segment_{};  // the last one that was ordered
+
+  BusOrders orders_{};  // as wanted
+  BusOrders sent_{};    // as they left the gate
+  gnc::zebro::WalkRequest walk_{};
+  Solver solver_;
+  Rounds rounds_;
+  TimeNs operated_ns_ = 0;                         // since the last emergency
+  Supervisor* supervisor_ = nullptr;               // of the frame
+  std::uint16_t isolated_ = 0;                     // by the locomotion controller
+  std::array<bool, 1u << kLegs> walks_without_{};  // with the configured gait, by set of legs
+  TimeNs epoch_ns_ = 0;                            // of the locomotion's clock; 0: not begun
+  TimeNs now_ns_ = 0, before_ns_ = 0;              // of this frame, of the last one
+  bool walking_legs_ = false;                      // the legs follow the locomotion algorithm
+  bool in_motion_ = false;                         // a motion of the algorithm has not ended yet
+  bool port_open_ = false, port_reported_ = false;
+  TimeNs motors_on_ns_ = 0;
+  TimeNs noise_window_ns_ = 0;
+  std::uint64_t noise_frames_ = 0;
+  std::uint64_t bus_stops_ = 0;
+
+  struct Bridge {
+    std::size_t leg = 0;
+    TimeNs due_ns = 0;  // 0: no leg moves by direct command
+  } bridge_;
+  struct Panel {
+    enum class Step : std::uint8_t {
+      rest,
+      switching_on,
+      seeking,
+      creeping,
+      moving
+    } step = Step::rest;
+    bool deploy = false;
+    TimeNs due_ns = 0;
+  } panel_;
+  Resets resets_;                                      // by command
+  std::array<std::uint64_t, kModules> resets_seen_{};  // by the bus, in all
+  bool data_requested_ = false;
+};
+
+// The wiring: one port, one bus of leg modules.
+class Buses {
+ public:
+  using Parameters = zebro::Parameters;
+
+  Buses(const config::Config& config, const Parameters& parameters);
+
+  // Start-up: a port that is no terminal or is in use is an error; an absent one is waited for.
+  tl::expected<void, std::string> probe();
+  std::vector<std::pair<std::string, std::function<void()>>> bodies();
+  std::vector<Progress> progress() const { return {{name_, legs_.turns()}}; }
+  void stop() noexcept { legs_.stop(); }
+
+  void collect(Inputs<Vehicle>& in) noexcept;                                // frame thread
+  void release(const BusOrders& orders) noexcept { legs_.release(orders); }  // actuate thread
+  void all_stop() noexcept { legs_.all_stop(); }                             // any thread
+  std::uint64_t dropped() const noexcept { return legs_.dropped(); }
+
+ private:
+  std::string name_;
+  SerialSettings settings_;
+  LegSerialBus legs_;
+};
+
+}  // namespace lss::zebro

@@ -1,0 +1,243 @@
+// Supervision of Lunar Zebro: turns reports of the modules, the bus and the motions into events and
+// faults of the locomotion controller. The panel: zebro_panel.cpp; error solving:
+// zebro_solving.cpp.
+
+#include <limits>
+#include <utility>
+
+#include "daemon/vehicles/zebro/vehicle.h"
+
+namespace lss::zebro {
+namespace {
+
+constexpr TimeNs kBusStuckAfter = 200 * kMillisecond;
+constexpr TimeNs kNoiseWindow = kSecond;
+constexpr std::uint64_t kNoisyFrames = 20;  // dropped in one window
+constexpr double kHysteresis_degC = 5;
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+bool rising(std::uint16_t now, std::uint16_t before, std::uint16_t flag) noexcept {
+  return (now & flag) != 0 && (before & flag) == 0;
+}
+
+bool falling(std::uint16_t now, std::uint16_t before, std::uint16_t flag) noexcept {
+  return rising(before, now, flag);
+}
+
+}  // namespace
+
+void Vehicle::watch(const Inputs<Vehicle>& in, Supervisor& s) noexcept {
+  supervisor_ = &s;
+  isolated_ = s.controller().isolated;
+  // First: a standstill of the machine makes replies old, so it is the cause.
+  if (in.overrun_limit && s.controller().state == State::operational)
+    s.raise(FaultId::frame_overrun);
+  watch_bus(in.bus, s);
+  watch_resets(s);
+  watch_modules(s);
+  for (std::size_t i = 0; i < kModules; ++i) {
+    watch_temperature(i, s);
+    if (!in_service(i)) continue;
+    watch_flags(i, s);
+    watch_current(i, s);
+    watch_obedience(i, in.bus.counters.module[i], s);
+  }
+  watch_motion(s);
+  watch_panel(s);
+  watch_solver(s);
+  watch_rounds(s);
+}
+
+void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
+  if (bus.time_ns == 0) return;  // no report of the bus thread yet
+  s.check_stop(bus.all_stop_pending);
+  if (bus.open != port_open_ || !port_reported_) {
+    s.happen(bus.open ? lc::Event::port_opened : lc::Event::port_closed);
+    if (bus.open) {
+      s.note(EventId::port_opened);
+      s.clear(FaultId::port_absent);
+    } else {
+      s.note(EventId::port_closed);
+      s.raise(bus.was_open ? FaultId::port_lost : FaultId::port_absent);
+    }
+    port_open_ = bus.open;
+    port_reported_ = true;
+  }
+  if (bus.open && now_ns_ - bus.time_ns > kBusStuckAfter &&
+      s.controller().state == State::operational) {
+    s.raise(FaultId::bus_stuck);
+  }
+  if (bus.counters.safe_commands != bus_stops_) {
+    bus_stops_ = bus.counters.safe_commands;
+    s.note(EventId::safe_command_sent);
+    if (s.controller().state == State::operational) s.raise(FaultId::orders_stale);
+  }
+  const BusCounters& c =
+      bus.counters;  // a late reply is intact: the machine is slow, not the line noisy
+  const std::uint64_t broken = c.bad_start + c.bad_length + c.bad_character + c.bad_check;
+  if (now_ns_ - noise_window_ns_ >= kNoiseWindow) {
+    const std::uint64_t dropped = broken - noise_frames_;
+    if (dropped >= kNoisyFrames) s.raise(FaultId::bus_noise);
+    if (dropped == 0) s.clear(FaultId::bus_noise);
+    noise_window_ns_ = now_ns_;
+    noise_frames_ = broken;
+  }
+}
+
+// A fault of a module. During error solving it is only latched: the strategies handle it.
+void Vehicle::blame(FaultId id, std::size_t i, Supervisor& s) noexcept {
+  if (s.controller().state == State::solve_errors) {
+    s.latch(id, number(i));
+  } else {
+    s.raise(id, number(i));
+  }
+}
+
+void Vehicle::watch_resets(Supervisor& s) noexcept {
+  resets_.watch(
+      now_ns_, parameters_.reset_ns, port_open_, [&](std::size_t i) { return resets_seen_[i]; },
+      [&](std::size_t i) { return answers(i); }, s);
+}
+
+// Contact: no reply yet, answering, or silent. Isolated modules are ignored.
+void Vehicle::watch_modules(Supervisor& s) noexcept {
+  std::array<std::int64_t, kMaxModules> age_ms{};
+  std::array<double, kMaxModules> sense{};
+  for (std::size_t i = 0; i < kModules; ++i) {
+    if (modules_[i].heard_ns != 0) age_ms[i] = (now_ns_ - modules_[i].heard_ns) / kMillisecond;
+    sense[i] = answers(i) ? modules_[i].status.position_rad : kUnknown;
+    const bool motor = i < kLegs && (modules_[i].status.flags & kFlagMotionControl) != 0;
+    sense[kSenseMotorsOn] += motor && answers(i) ? 1 : 0;
+    // A module stopped by its watchdog only lost contact, which is back: start clears it.
+    const bool tripped =
+        in_service(i) && (modules_[i].status.flags & kStopFlags & ~kFlagWatchdog) != 0;
+    if (tripped && sense[kSenseTripped] == 0) sense[kSenseTripped] = number(i);
+  }
+  sense[kSenseTurnLimit] = parameters_.locomotion.swing_limit_rad_s;
+  s.set_ages(age_ms, parameters_.module_silent_ns / kMillisecond);
+  s.set_sense(sense);
+  for (std::size_t i = 0; i < kModules; ++i) {
+    // Counts as answering after its first status: guards need it.
+    if (modules_[i].status_ns == 0 || !in_service(i)) continue;
+    const lc::ControllerState& c = s.controller();
+    const bool lost = ((c.silent | c.unheard) >> i & 1u) != 0;
+    if (answers(i) && lost) {
+      s.happen(lc::Event::module_heard, number(i));
+      s.note(EventId::module_online, number(i));
+    } else if (!answers(i) && !lost && !resets_.away(i)) {
+      s.happen(lc::Event::module_silent, number(i));
+      blame(FaultId::module_silent, i, s);
+    }
+  }
+}
+
+// Reports of a module's own flags, once per change.
+void Vehicle::watch_flags(std::size_t i, Supervisor& s) noexcept {
+  const std::uint16_t flags = modules_[i].status.flags, before = flags_before_[i];
+  if (modules_[i].status_ns == 0) return;
+  const bool first = !std::exchange(modules_[i].greeted, true);  // every module was reset before
+  if (flags == before) return;
+  flags_before_[i] = flags;
+  // Whether its motor may be on: only then is a stop by itself a fault.
+  const bool driven = i == kPanel ? (s.controller().flags & kPanelMoving) != 0
+                                  : s.controller().state == State::operational;
+  if (rising(flags, before, kFlagOverCurrent) && driven)
+    s.raise(FaultId::module_over_current, number(i));
+  if (rising(flags, before, kFlagWatchdog) && driven) s.raise(FaultId::module_watchdog, number(i));
+  if (rising(flags, before, kFlagDriverFault)) blame(FaultId::module_driver_fault, i, s);
+  // Only a reset loses the calibration: the status with the reset flag may have been lost.
+  const bool reset = rising(flags, before, kFlagReset) || falling(flags, before, kFlagCalibrated);
+  if (reset && !first) {
+    if (driven || s.controller().state == State::operational) {
+      s.raise(FaultId::module_reset, number(i));
+    } else {
+      s.note(EventId::module_was_reset, number(i));
+    }
+  } else if (falling(flags, before, kFlagMotionControl) && i != kPanel && driven &&
+             (flags & kStopFlags) == 0 && (s.controller().flags & kMotorsConfirmed) != 0) {
+    s.raise(FaultId::module_disobeys, number(i));
+  }
+  if (rising(flags, before, kFlagCalibrated)) {
+    s.note(EventId::module_calibrated, number(i));
+    s.clear(FaultId::not_calibrated, number(i));
+  }
+}
+
+void Vehicle::watch_current(std::size_t i, Supervisor& s) noexcept {
+  Module& module = modules_[i];
+  if (s.controller().state != State::operational ||
+      module.status.current_A <= parameters_.current_limit_A) {
+    module.over_limit_ns = 0;
+    return;
+  }
+  if (module.over_limit_ns == 0) module.over_limit_ns = now_ns_;
+  if (now_ns_ - module.over_limit_ns >= parameters_.current_time_ns)
+    s.raise(FaultId::current_limit, number(i));
+}
+
+// Reported, not acted on (Zebro thesis [Prod-5]).
+void Vehicle::watch_temperature(std::size_t i, Supervisor& s) noexcept {
+  Module& module = modules_[i];
+  const double limit = parameters_.temperature_warning_degC;
+  if (!module.hot && module.health.temperature_degC > limit) {
+    module.hot = true;
+    s.raise(FaultId::temperature_warning, number(i));
+  } else if (module.hot && module.health.temperature_degC < limit - kHysteresis_degC) {
+    module.hot = false;
+    s.clear(FaultId::temperature_warning, number(i));
+  }
+}
+
+void Vehicle::watch_obedience(std::size_t i, const ModuleLink& link, Supervisor& s) noexcept {
+  if (link.disobeys && !disobeyed_[i]) blame(FaultId::module_disobeys, i, s);
+  disobeyed_[i] = link.disobeys;
+  if (link.resends != resends_before_[i]) {
+    resends_before_[i] = link.resends;
+    s.note(EventId::module_resent, number(i), static_cast<double>(link.resends));
+  }
+}
+
+void Vehicle::watch_motion(Supervisor& s) noexcept {
+  const auto mode = static_cast<Mode>(s.controller().mode);
+  if (mode == Mode::holding && (s.controller().flags & kMotorsConfirmed) == 0 &&
+      motors_confirmed()) {
+    s.happen(event::motors_confirmed);
+  }
+  if (bridge_.due_ns != 0 && now_ns_ >= bridge_.due_ns) {
+    if ((modules_[bridge_.leg].status.flags & kFlagMoving) == 0) {
+      bridge_.due_ns = 0;
+      s.happen(event::motion_done);
+    } else if (now_ns_ - bridge_.due_ns > kMoveGrace) {
+      s.raise(FaultId::motion_timeout, number(bridge_.leg));
+    }
+  }
+  if (!walking_legs_) return;
+  const gnc::zebro::Progress progress = locomotion_.progress();
+  if (progress == gnc::zebro::Progress::failed) {
+    s.raise(FaultId::motion_timeout);
+  } else if (in_motion_ && progress == gnc::zebro::Progress::done) {
+    in_motion_ = false;
+    if (mode == Mode::standing_up) report_uncalibrated(s);
+    s.happen(event::motion_done);
+  }
+}
+
+// All legs report it in a status younger than the order.
+bool Vehicle::motors_confirmed() const noexcept {
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    if (in_service(i) && ((modules_[i].status.flags & kFlagMotionControl) == 0 ||
+                          modules_[i].status_ns < motors_on_ns_))
+      return false;
+  }
+  return true;
+}
+
+// Walking goes on with uncalibrated legs (Zebro thesis 5.2.3), but is reported.
+void Vehicle::report_uncalibrated(Supervisor& s) noexcept {
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    if (in_service(i) && (modules_[i].status.flags & kFlagCalibrated) == 0)
+      s.raise(FaultId::not_calibrated, number(i));
+  }
+}
+
+}  // namespace lss::zebro

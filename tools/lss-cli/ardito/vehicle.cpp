@@ -1,0 +1,267 @@
+#include "tools/lss-cli/ardito/vehicle.h"
+
+#include <ardito_fields.h>  // of the IDL
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "daemon/vehicles/ardito/modes.h"
+#include "daemon/vehicles/ardito/tunables.h"
+#include "idl/angles.h"
+#include "idl/ardito/commands.h"
+#include "idl/codes.h"
+#include "tools/lss-cli/session/telemetry.h"
+#include "tools/lss-cli/show/units.h"
+
+namespace lss::cli::ardito {
+namespace {
+
+using lss::ardito::CommandKind;
+using lss::ardito::Mode;
+
+constexpr VerbHelp kHelp[] = {
+    {"start",
+     "  lss-cli start --hold             beacon, then motors on, until Ctrl-C\n"
+     "  lss-cli start --limit urc --hold up to 1 m/s\n"},
+    {"drive",
+     "  lss-cli drive 0.3 --for 20s      straight ahead, then a safe stop\n"
+     "  lss-cli drive 0.3 --heading 5deg --for 10s      an arc to the right\n"
+     "  lss-cli drive -0.2               backward until Ctrl-C\n"
+     "  lss-cli drive 0.3 --driver autonomous --detach  the heartbeat comes from somebody else\n"},
+    {"park",
+     "  lss-cli park 0.3 --for 10s       turn right on the spot\n"
+     "  lss-cli park -0.3                to the left until Ctrl-C\n"},
+    {"halt", "  lss-cli halt --hold              stand, motors on, until Ctrl-C\n"},
+};
+
+const lss_ArditoTelemetry& sample(const void* telemetry) {
+  return *static_cast<const lss_ArditoTelemetry*>(telemetry);
+}
+
+std::vector<Invocation> prepare(const lss_Status& status, const Invocation& wanted) {
+  std::vector<Invocation> steps;
+  const bool motion = wanted.info->leased && wanted.info->kind >= 200;
+  if (motion && status.state == lss_STATE_IDLE) {
+    Invocation start =
+        with_defaults(find_command(kVehicle, static_cast<std::uint16_t>(lss::CommandKind::start)));
+    // The limit that the requested speed needs; the daemon rejects a higher one.
+    const bool fast = static_cast<CommandKind>(wanted.info->kind) != CommandKind::halt &&
+                      std::abs(wanted.parameter[0]) > lss::ardito::kSpeedLimits_m_s[0];
+    start.parameter[0] = fast ? 1 : 0;
+    steps.push_back(start);
+  }
+  return steps;
+}
+
+bool endless(const Invocation& command) {
+  const auto kind = static_cast<CommandKind>(command.info->kind);
+  return kind == CommandKind::drive || kind == CommandKind::park;
+}
+
+bool latched(const lss_Status& status, FaultId id, std::uint16_t subject) {
+  return std::ranges::any_of(status.faults, [&](const lss_Fault& fault) {
+    return fault.id == static_cast<std::uint16_t>(id) && (subject == 0 || fault.subject == subject);
+  });
+}
+
+bool never_heard(const lss_ArditoNode& node) { return node.age_ms == kNeverHeard_ms; }
+
+template <std::size_t N>
+const char* name_of(const char* const (&names)[N], std::size_t index) {
+  return index < N ? names[index] : "?";
+}
+
+std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
+  if (telemetry == nullptr)
+    return {{true, "no telemetry comes: the nodes are unknown", "check the log of lssd"}};
+  const lss_ArditoTelemetry& t = sample(telemetry);
+  if (!t.port_open) {
+    if (latched(status, FaultId::port_lost, 0) || latched(status, FaultId::port_absent, 0))
+      return {};
+    return {{true, "the CAN bus is not open", "check the port named in the config"}};
+  }
+  std::vector<Problem> list;
+  for (const lss_ArditoNode& node : t.nodes) {
+    if (node.online || latched(status, FaultId::module_silent, node.id) ||
+        latched(status, FaultId::node_wrong, node.id))
+      continue;
+    const std::string heard =
+        never_heard(node)
+            ? std::string("has never answered")
+            : fmt::format("is {}, last message {} ago", name_of(lss::ardito::kLinkNames, node.link),
+                          format_duration(static_cast<double>(node.age_ms) / 1000));
+    list.push_back({node.id != lss::ardito::kImuNode,
+                    fmt::format("{} {}", subject_name(kVehicle, node.id), heard),
+                    "check its power and the bus"});
+  }
+  if (t.emergency_button)
+    list.push_back({true, "the emergency-stop button is pressed", "release it"});
+  return list;
+}
+
+nlohmann::json telemetry_json(const void* telemetry) {
+  const lss_ArditoTelemetry& t = sample(telemetry);
+  nlohmann::json json = json_of(t);
+  name_subjects(kVehicle, json["wheels"]);
+  name_subjects(kVehicle, json["steering"], lss::ardito::kDriveWheels);
+  name_subjects(kVehicle, json["nodes"]);
+  for (std::size_t i = 0; i < std::size(t.nodes); ++i) {
+    json["nodes"][i]["link"] = name_of(lss::ardito::kLinkNames, t.nodes[i].link);
+    json["nodes"][i]["drive"] = name_of(lss::ardito::kDriveNames, t.nodes[i].drive);
+  }
+  return json;
+}
+
+std::string fixed(double value, int digits) {
+  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";
+}
+
+constexpr const char* kWheelStates[] = {"good",        "motor sensor",  "encoder",
+                                        "motor",       "gear",          "clutch",
+                                        "two sensors", "clutch+sensor", "all sensors"};
+constexpr const char* kSteeringStates[] = {"good", "motor encoder", "encoder", "critical",
+                                           "both encoders"};
+
+std::string link_text(const lss_ArditoNode& node, const Style& style) {
+  const std::string text = fmt::format(
+      "{:<11}", node.isolated ? "isolated" : name_of(lss::ardito::kLinkNames, node.link));
+  return node.online && !node.isolated ? style.good(text) : style.bad(text);
+}
+
+std::string state_text(const char* name, bool good, const Style& style) {
+  const std::string text = fmt::format("{:<13}", name);
+  return good ? text : style.bad(text);
+}
+
+std::string wheel_row(const lss_ArditoWheel& w, const lss_ArditoNode& node, const Style& style) {
+  return fmt::format("{} {} {} {:<7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>6} {:>6}\n",
+                     style.bold(fmt::format("{:<8}", subject_name(kVehicle, w.id))),
+                     link_text(node, style),
+                     state_text(name_of(kWheelStates, w.state), w.state == 0, style),
+                     w.clutch ? "engaged" : "open", fixed(w.target_rad_s, 3),
+                     fixed(w.motor_rad_s, 3), fixed(w.hall_rad_s, 3), fixed(w.reduction_rad_s, 3),
+                     fixed(w.current_A, 2), fixed(w.temperature_degC, 1), fixed(w.voltage_V, 1));
+}
+
+std::string steering_row(const lss_ArditoSteering& s, const lss_ArditoNode& node,
+                         const Style& style) {
+  return fmt::format("{} {} {} {:<7} {:>7} {:>7} {:>7} {:>7} {:>7}\n",
+                     style.bold(fmt::format("{:<8}", subject_name(kVehicle, node.id))),
+                     link_text(node, style),
+                     state_text(name_of(kSteeringStates, s.state), s.state == 0, style), "",
+                     fixed(s.target_rad / kDegree, 2), fixed(s.motor_rad / kDegree, 2), "",
+                     fixed(s.reduction_rad / kDegree, 2), fixed(s.current_A, 2));
+}
+
+std::string driven(const lss_ArditoTelemetry& t) {
+  return fmt::format("{:.3f} m, {:.3f} m/s, turned {:.1f} deg, at {:.2f} m ahead, {:.2f} m left",
+                     t.distance_m, t.measured_m_s, t.yaw_rad / kDegree, t.x_m, t.y_m);
+}
+
+std::string asked(const lss_ArditoTelemetry& t) {
+  const auto mode = static_cast<Mode>(t.mode);
+  if (mode == Mode::parking) return fmt::format("{:.2f} m/s on the spot", t.speed_m_s);
+  return fmt::format("{:.2f} m/s, heading {:.1f} deg{}", t.speed_m_s, t.heading_rad / kDegree,
+                     t.autonomous ? ", autonomous" : "");
+}
+
+std::string screen(const void* telemetry, const Style& style) {
+  if (telemetry == nullptr) return style.dim("no telemetry") + "\n";
+  const lss_ArditoTelemetry& t = sample(telemetry);
+  std::string text = style.dim(
+                         "wheel    link        failure       clutch   target   motor    Hall "
+                         "encoder current   temp supply") +
+                     "\n" +
+                     style.dim(
+                         "                                            rad/s   rad/s   rad/s   "
+                         "rad/s       A   degC      V") +
+                     "\n";
+  for (std::size_t i = 0; i < std::size(t.wheels); ++i)
+    text += wheel_row(t.wheels[i], t.nodes[i], style);
+  text += style.dim(
+              "steering                                       deg     deg             deg       "
+              "A") +
+          "\n";
+  for (std::size_t i = 0; i < std::size(t.steering); ++i)
+    text += steering_row(t.steering[i], t.nodes[i + lss::ardito::kDriveWheels], style);
+  const lss_ArditoNode& io = t.nodes[lss::ardito::kIoNode - 1];
+  const lss_ArditoNode& imu = t.nodes[lss::ardito::kImuNode - 1];
+  text += fmt::format("{} {} beacon {}, power {}{}\n", style.bold("IO      "), link_text(io, style),
+                      t.beacon ? "on" : "off", t.power_good ? "good" : style.bad("bad"),
+                      t.emergency_button ? style.bad(", EMERGENCY BUTTON PRESSED") : "");
+  text += fmt::format(
+      "{} {} {} m/s, {} deg, turning {} deg/s{}\n", style.bold("IMU     "), link_text(imu, style),
+      fixed(t.imu_speed_m_s, 3), fixed(t.imu_heading_rad / kDegree, 1),
+      fixed(t.imu_yaw_rate_rad_s / kDegree, 1), t.imu_valid ? "" : style.bad(", not trusted"));
+  text += fmt::format("{} rocker {} deg, bogies {} and {} deg\n", style.dim("suspension"),
+                      fixed(t.beta_rad / kDegree, 1), fixed(t.rho_rad[0] / kDegree, 1),
+                      fixed(t.rho_rad[1] / kDegree, 1));
+  const bool moves = t.mode >= static_cast<std::uint8_t>(Mode::steering);
+  text +=
+      fmt::format("{} {}{}\n", style.dim("driven    "), moves ? asked(t) + ": " : "", driven(t));
+  text += fmt::format("{} {}, {} sent, {} received, {} dropped\n", style.dim("bus       "),
+                      t.port_open ? "open" : style.bad("closed"), t.bus_frames_sent,
+                      t.bus_frames_received, t.bus_frames_dropped);
+  return text;
+}
+
+std::string details(const void* telemetry, const Style& style) {
+  if (telemetry == nullptr) return "";
+  std::string text =
+      style.dim("node     address drive                  last frame  emergency  so far") + "\n";
+  for (const lss_ArditoNode& n : sample(telemetry).nodes) {
+    text +=
+        fmt::format("{}    0x{:02x} {:<22} {:>10} {:>10} {:>7}\n",
+                    style.bold(fmt::format("{:<8}", subject_name(kVehicle, n.id))), n.address,
+                    n.id <= lss::ardito::kDriveWheels + lss::ardito::kSteeredWheels
+                        ? name_of(lss::ardito::kDriveNames, n.drive)
+                        : "",
+                    never_heard(n) ? std::string("never") : fmt::format("{} ms", n.age_ms),
+                    n.emergency == 0 ? std::string("none") : fmt::format("{:#06x}", n.emergency),
+                    n.emergencies);
+  }
+  return text;
+}
+
+std::string progress(const lss_Status& status, const void* telemetry) {
+  const std::string mode(status.state == lss_STATE_OPERATIONAL ? status.mode_name : "motors off");
+  if (telemetry == nullptr) return mode;
+  const lss_ArditoTelemetry& t = sample(telemetry);
+  return t.mode >= static_cast<std::uint8_t>(Mode::steering)
+             ? fmt::format("{} {}: {}", mode, asked(t), driven(t))
+             : mode;
+}
+
+std::optional<double> distance_m(const void* telemetry) {
+  if (telemetry == nullptr) return std::nullopt;
+  return sample(telemetry).distance_m;
+}
+
+std::vector<lc::Allowed> allowed_in(const CommandInfo& info) {
+  return lc::allowed(info, lss::ardito::kTable, lss::ardito::kModeNames, lss::ardito::event_of);
+}
+
+}  // namespace
+
+const Vehicle kVehicle{
+    .name = "ardito",
+    .commands = lss::ardito::kCommands,
+    .subjects = lss::ardito::kNodeNames,
+    .help = kHelp,
+    .telemetry = &lss_ArditoTelemetry_desc,
+    .allowed = allowed_in,
+    .prepare = prepare,
+    .endless = endless,
+    .rest = static_cast<std::uint16_t>(CommandKind::halt),
+    .problems = problems,
+    .json = telemetry_json,
+    .screen = screen,
+    .details = details,
+    .progress = progress,
+    .distance_m = distance_m,
+    .tunables = [] { return lss::ardito::tuning().infos; },
+};
+
+}  // namespace lss::cli::ardito

@@ -1,0 +1,158 @@
+#include "tools/lss-cli/session/daemons.h"
+
+#include <algorithm>
+
+#include "idl/recording_reader.h"
+#include "tools/lss-cli/session/wire.h"
+#include "tools/lss-cli/show/failure.h"
+
+namespace lss::cli {
+namespace {
+
+Guid guid_of(const dds_guid_t& from) {
+  Guid guid;
+  std::ranges::copy(from.v, guid.begin());
+  return guid;
+}
+
+bool is_marked(const dds_qos_t* qos) {
+  void* data = nullptr;
+  std::size_t size = 0;
+  if (!dds_qget_userdata(qos, &data, &size) || data == nullptr) return false;
+  const bool marked = std::string_view(static_cast<const char*>(data), size) == dds::kDaemonMark;
+  dds_free(data);
+  return marked;
+}
+
+dds::Entity builtin_reader(dds_entity_t participant, const dds_listener_t* listener) {
+  const dds_entity_t reader =
+      dds_create_reader(participant, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, listener);
+  if (reader < 0) throw Failure(ExitCode::internal, "cannot ask DDS who is there");
+  return dds::Entity(reader);
+}
+
+// Two daemons of one name must not hide each other: samples of one key wait side by side.
+dds::Entity status_reader(dds_entity_t participant, const dds_listener_t* listener) {
+  dds::Result<dds::Entity> reader =
+      dds::create_recording_reader(participant, dds::common_topic(dds::Kind::status), listener);
+  if (!reader) throw Failure(ExitCode::internal, reader.error());
+  return std::move(*reader);
+}
+
+}  // namespace
+
+std::optional<Guid> participant_of(dds_entity_t reader, dds_instance_handle_t writer) {
+  dds_builtintopic_endpoint_t* endpoint = dds_get_matched_publication_data(reader, writer);
+  if (endpoint == nullptr) return std::nullopt;
+  const Guid guid = guid_of(endpoint->participant_key);
+  dds_builtintopic_free_endpoint(endpoint);
+  return guid;
+}
+
+Daemons::Daemons(dds_entity_t participant, const dds_listener_t* listener)
+    : participant_reader_(builtin_reader(participant, listener)),
+      status_reader_(status_reader(participant, listener)) {}
+
+bool Daemons::take() {
+  const bool participants = take_participants();
+  const bool writers = take_writers();
+  return take_status() || participants || writers;
+}
+
+bool Daemons::take_participants() {
+  bool news = false;
+  void* samples[1] = {nullptr};
+  dds_sample_info_t info{};
+  while (dds_take(participant_reader_.get(), samples, &info, 1, 1) == 1) {
+    const auto& found = *static_cast<const dds_builtintopic_participant_t*>(samples[0]);
+    const Guid guid = guid_of(found.key);
+    if (info.instance_state != DDS_IST_ALIVE) {
+      news = all_.erase(guid) > 0 || news;
+    } else if (info.valid_data && is_marked(found.qos)) {
+      news = all_.try_emplace(guid).second || news;
+    }
+    dds_return_loan(participant_reader_.get(), samples, 1);
+    samples[0] = nullptr;
+  }
+  return news;
+}
+
+bool Daemons::take_writers() {
+  std::vector<dds_instance_handle_t> matched(16);
+  const int count =
+      dds_get_matched_publications(status_reader_.get(), matched.data(), matched.size());
+  if (count > static_cast<int>(matched.size())) {
+    matched.resize(static_cast<std::size_t>(count));
+    dds_get_matched_publications(status_reader_.get(), matched.data(), matched.size());
+  }
+  matched.resize(static_cast<std::size_t>(std::max(count, 0)));
+  bool news = false;
+  for (const dds_instance_handle_t writer : matched) {
+    if (writers_.contains(writer)) continue;
+    const Guid* guid = daemon_of(writer);
+    news = (guid != nullptr && all_.try_emplace(*guid).second) || news;
+  }
+  for (auto known = writers_.begin(); known != writers_.end();) {
+    if (std::ranges::find(matched, known->first) != matched.end()) {
+      ++known;
+      continue;
+    }
+    news = all_.erase(known->second) > 0 || news;
+    known = writers_.erase(known);
+  }
+  return news;
+}
+
+// Stores the owner of the writer; nullptr when the writer has gone.
+const Guid* Daemons::daemon_of(dds_instance_handle_t writer) {
+  if (const auto known = writers_.find(writer); known != writers_.end()) return &known->second;
+  const std::optional<Guid> guid = participant_of(status_reader_.get(), writer);
+  return guid ? &writers_.emplace(writer, *guid).first->second : nullptr;
+}
+
+bool Daemons::take_status() {
+  bool news = false;
+  lss_Status sample{};
+  void* samples[1] = {&sample};
+  dds_sample_info_t info{};
+  while (dds_take(status_reader_.get(), samples, &info, 1, 1) == 1) {
+    const Guid* guid = daemon_of(info.publication_handle);
+    if (guid == nullptr) continue;  // it has gone
+    if (!info.valid_data) {
+      if (info.instance_state != DDS_IST_ALIVE) news = all_.erase(*guid) > 0 || news;
+      continue;
+    }
+    Daemon& daemon = all_[*guid];
+    news = news || !daemon.heard;
+    daemon.status = sample;
+    daemon.heard = Clock::now();
+  }
+  return news;
+}
+
+Clock::time_point Lull::step(bool news) {
+  const Clock::time_point now = Clock::now();
+  if (news || slice_end_ == Clock::time_point{}) {
+    slices_ = 0;
+    slice_end_ = now + kSlice;
+  } else if (now >= slice_end_) {
+    ++slices_;
+    slice_end_ = now + kSlice;
+  }
+  return slice_end_;
+}
+
+bool Daemons::all_heard() const {
+  return std::ranges::all_of(all_, [](const auto& d) { return d.second.heard.has_value(); });
+}
+
+std::vector<const Daemon*> Daemons::named(std::string_view vehicle_id) const {
+  std::vector<const Daemon*> list;
+  for (const auto& [guid, daemon] : all_) {
+    if (daemon.heard && text(daemon.status.vehicle_id) == vehicle_id) list.push_back(&daemon);
+  }
+  std::ranges::sort(list, std::ranges::greater{}, &Daemon::heard);
+  return list;
+}
+
+}  // namespace lss::cli

@@ -1,0 +1,71 @@
+#pragma once
+
+// The daemons on the domain, from DDS discovery and their status. DDS reports a daemon's
+// participant before its topics, so a daemon is known before its status arrives. Main thread only;
+// nothing blocks here.
+
+#include <dds/dds.h>
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "idl/topics.h"
+#include "lss.h"
+#include "tools/lss-cli/session/waker.h"
+
+namespace lss::cli {
+
+// Of a DDS participant.
+using Guid = std::array<std::uint8_t, sizeof(dds_guid_t)>;
+
+struct Daemon {
+  lss_Status status{};                       // the newest
+  std::optional<Clock::time_point> heard{};  // when it arrived; empty: none yet
+};
+
+class Daemons {
+ public:
+  Daemons(dds_entity_t participant, const dds_listener_t* listener);
+
+  // Takes all new samples. True: a daemon appeared, sent its first status, or disappeared.
+  bool take();
+  // The daemons that are present.
+  const std::map<Guid, Daemon>& all() const { return all_; }
+  bool all_heard() const;
+  // The daemons of this name; the one with the newest status first.
+  std::vector<const Daemon*> named(std::string_view vehicle_id) const;
+
+ private:
+  bool take_participants();
+  bool take_writers();
+  bool take_status();
+  const Guid* daemon_of(dds_instance_handle_t writer);
+
+  dds::Entity participant_reader_, status_reader_;
+  std::map<Guid, Daemon> all_;
+  std::map<dds_instance_handle_t, Guid> writers_;  // of status, matched
+};
+
+// Only listening for some time shows that there is no other daemon. The time is counted in slices,
+// each without news: when this process gets little CPU time, so do its DDS threads, and the
+// listening takes correspondingly longer.
+class Lull {
+ public:
+  // Call after each check for news; returns the time of the next check.
+  Clock::time_point step(bool news);
+  bool is_over() const { return slices_ >= kSlices; }
+
+ private:
+  static constexpr int kSlices = 10;
+  static constexpr std::chrono::milliseconds kSlice{10};
+  int slices_ = 0;
+  Clock::time_point slice_end_{};
+};
+
+// The owner of the writer that the reader is matched with.
+std::optional<Guid> participant_of(dds_entity_t reader, dds_instance_handle_t writer);
+
+}  // namespace lss::cli

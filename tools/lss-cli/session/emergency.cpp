@@ -1,0 +1,104 @@
+#include "tools/lss-cli/session/emergency.h"
+
+#include <algorithm>
+
+#include "idl/codes.h"
+
+namespace lss::cli {
+namespace {
+
+constexpr double kRepeat_s = 0.1;
+constexpr double kNamed_s = 1;  // for the status of daemons that have answered
+
+}  // namespace
+
+EmergencyStop::EmergencyStop(Link& link, std::string vehicle_id)
+    : link_(link),
+      vehicle_id_(std::move(vehicle_id)),
+      command_{.info = &common_command(CommandKind::emergency_stop), .parameter = {}} {}
+
+bool EmergencyStop::is_meant(std::string_view vehicle_id) const {
+  return is_for_all() || vehicle_id == vehicle_id_;
+}
+
+void EmergencyStop::send() {
+  const std::uint64_t seq = link_.send_to(vehicle_id_, command_);
+  if (first_ != 0) return;
+  first_ = seq;
+  sent_ = Clock::now();
+}
+
+void EmergencyStop::take_acks(const Hooks& hooks) {
+  while (const std::optional<Link::Answer> answer = link_.next_answer()) {
+    const lss_CommandAck& ack = answer->ack;
+    if (hooks.answer) hooks.answer(ack);
+    const bool ours = ack.kind == command_.info->kind && first_ != 0 && ack.seq >= first_;
+    if (!ours || !is_meant(text(ack.vehicle_id))) continue;
+    Stopped& stopped = all_[answer->daemon];
+    if (stopped.completed()) continue;
+    stopped.vehicle_id = text(ack.vehicle_id);
+    stopped.answered = true;
+    stopped.ack = ack;
+    stopped.fell = stopped.fell || static_cast<Reason>(ack.reason) == Reason::fell;
+    stopped.after_s = std::chrono::duration<double>(Clock::now() - sent_).count();
+  }
+}
+
+void EmergencyStop::take_status() {
+  for (const auto& [guid, daemon] : link_.daemons().all()) {
+    const std::string_view id = text(daemon.status.vehicle_id);
+    if (!daemon.heard || !is_meant(id)) continue;
+    Stopped& stopped = all_[guid];
+    stopped.vehicle_id = id;
+    stopped.instance = daemon.status.instance;
+  }
+}
+
+// The status names the daemon; it may arrive a little after the acknowledgement.
+bool EmergencyStop::is_done() const {
+  const Daemons& daemons = link_.daemons();
+  const bool accounted = std::ranges::all_of(daemons.all(), [this](const auto& known) {
+    return known.second.heard || all_.contains(known.first);
+  });
+  const auto heard = [&](const Guid& guid) {
+    const auto known = daemons.all().find(guid);
+    return known != daemons.all().end() && known->second.heard;
+  };
+  const bool named = Clock::now() > sent_ + seconds(kNamed_s) ||
+                     std::ranges::all_of(all_, [&](const auto& one) { return heard(one.first); });
+  const bool settled = lull_.is_over() || (!is_for_all() && daemons.all_heard());
+  return accounted && named && settled && !all_.empty() &&
+         std::ranges::all_of(all_, [](const auto& one) { return one.second.completed(); });
+}
+
+void EmergencyStop::run(double longest_s, const Hooks& hooks) {
+  const Clock::time_point until = Clock::now() + seconds(longest_s);
+  Clock::time_point next{};
+  std::vector<dds_instance_handle_t> known;
+  while (Clock::now() < until) {
+    std::vector<dds_instance_handle_t> hearers = link_.hearers();
+    if (hearers != known || Clock::now() >= next) {
+      send();
+      known = std::move(hearers);
+      next = Clock::now() + seconds(kRepeat_s);
+    }
+    const Clock::time_point look = lull_.step(link_.take());
+    take_acks(hooks);
+    take_status();
+    if (is_done()) return;
+    if (hooks.turn) hooks.turn();
+    if (link_.wait(std::min({next, look, until})).interrupted) throw Interrupted();
+  }
+}
+
+std::vector<Stopped> EmergencyStop::results() const {
+  std::vector<Stopped> list;
+  for (const auto& [guid, stopped] : all_) list.push_back(stopped);
+  for (const auto& [guid, daemon] : link_.daemons().all()) {
+    if (!daemon.heard && is_for_all() && !all_.contains(guid)) list.emplace_back();
+  }
+  std::ranges::sort(list, {}, &Stopped::vehicle_id);
+  return list;
+}
+
+}  // namespace lss::cli

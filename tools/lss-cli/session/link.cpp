@@ -1,0 +1,413 @@
+#include "tools/lss-cli/session/link.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "tools/lss-cli/session/vehicle.h"
+#include "tools/lss-cli/show/failure.h"
+#include "tools/lss-cli/show/names.h"
+
+namespace lss::cli {
+namespace {
+
+// Without a named vehicle, the search for others continues this long after the first was found.
+constexpr double kOthers_s = 2;
+// A daemon sends its status once a second. A daemon that is silent for this long does not count as
+// a second one of the same name. DDS still reports a killed daemon for 10 s.
+constexpr double kSpeaks_s = 2.5;
+constexpr double kProbe_s = 0.25;
+
+template <class T>
+T checked(dds::Result<T> result) {
+  if (!result) throw Failure(ExitCode::internal, result.error());
+  return std::move(*result);
+}
+
+dds::ParticipantParameters parameters(const Options& options) {
+  dds::ParticipantParameters result;
+  result.short_lived = true;
+  result.domain = options.domain;
+  result.shared_memory = options.shared_memory;
+  return result;
+}
+
+Failure not_taken() {
+  return Failure(ExitCode::unreachable, "the daemon does not take what was sent",
+                 "is it lssd --lockstep of this simulation?");
+}
+
+std::string join(const std::vector<std::string>& names) {
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  return list;
+}
+
+}  // namespace
+
+Link::Link(const Options& options)
+    : options_(options),
+      participant_(checked(dds::Participant::create(parameters(options)))),
+      daemons_(participant_.get(), waker_.listener()) {
+  ack_reader_ = reader(dds::common_topic(dds::Kind::command_ack));
+}
+
+dds::Entity Link::reader(const dds::Topic& topic) {
+  return checked(
+      dds::create_reader(participant_.get(), topic, dds::Transport::best, waker_.listener()));
+}
+
+dds::Entity Link::writer(const dds::Topic& topic) {
+  dds::Entity entity = checked(dds::create_writer(participant_.get(), topic));
+  dds_set_listener(entity.get(), waker_.listener());
+  return entity;
+}
+
+template <class Sample>
+std::optional<Sample> Link::take(dds_entity_t reader) {
+  Sample sample{};
+  void* samples[1] = {&sample};
+  dds_sample_info_t info{};
+  while (reader > 0 && dds_take(reader, samples, &info, 1, 1) == 1) {
+    if (info.valid_data && text(sample.vehicle_id) == vehicle_id_) return sample;
+  }
+  return std::nullopt;
+}
+
+bool Link::take() {
+  const bool news = daemons_.take();
+  if (vehicle_ == nullptr) return news;
+  const std::vector<const Daemon*> ours = daemons_.named(vehicle_id_);
+  left_ = ours.empty();
+  if (!left_ && *ours.front()->heard >= status_time_) {
+    status_ = ours.front()->status;
+    status_time_ = *ours.front()->heard;
+  }
+  return news;
+}
+
+// Of the vehicles that sent a status.
+std::vector<std::string> Link::names() const {
+  std::vector<std::string> names;
+  for (const auto& [guid, daemon] : daemons_.all()) {
+    if (daemon.heard) names.emplace_back(text(daemon.status.vehicle_id));
+  }
+  std::ranges::sort(names);
+  names.erase(std::ranges::unique(names).begin(), names.end());
+  return names;
+}
+
+Failure Link::unreachable(const std::string& vehicle_id) const {
+  const std::vector<std::string> others = names();
+  if (!others.empty() && !vehicle_id.empty()) {
+    std::string advice = did_you_mean(vehicle_id, others);
+    if (advice.empty()) advice = "there are: " + join(others);
+    return Failure(
+        ExitCode::unknown_name,
+        fmt::format("there is no vehicle '{}' on DDS domain {}", vehicle_id, options_.domain),
+        advice);
+  }
+  return Failure(
+      ExitCode::unreachable, fmt::format("no vehicle answers on DDS domain {}", options_.domain),
+      "check that lssd runs (systemctl status lssd@NAME) and uses the same --domain / LSS_DOMAIN "
+      "and network interface");
+}
+
+Failure Link::several() const {
+  return Failure(ExitCode::usage, "several vehicles are on this domain: " + join(names()),
+                 "name one with --vehicle, or LSS_VEHICLE in the environment");
+}
+
+bool Link::is_found() const {
+  if (!options_.vehicle_id.empty()) return !daemons_.named(options_.vehicle_id).empty();
+  return !names().empty();
+}
+
+void Link::find_vehicle() {
+  const Clock::time_point until = Clock::now() + seconds(options_.find_timeout_s());
+  const bool named = !options_.vehicle_id.empty();
+  Lull lull;
+  while (Clock::now() < until) {
+    const Clock::time_point look = lull.step(take());
+    const bool settled =
+        named ? daemons_.all_heard() || lull.is_over() : daemons_.all_heard() && lull.is_over();
+    if (is_found() && settled) break;
+    if (waker_.wait(std::min(look, until)).interrupted) throw Interrupted();
+  }
+  if (!is_found()) throw unreachable(options_.vehicle_id);
+  if (!named && names().size() > 1) throw several();
+  if (!named && !daemons_.all_heard()) {
+    throw Failure(
+        ExitCode::usage,
+        names().front() + " is not alone on this domain: another daemon did not say its name",
+        "name the vehicle with --vehicle, or LSS_VEHICLE in the environment");
+  }
+  const std::string id = named ? options_.vehicle_id : names().front();
+  const Daemon& daemon = *daemons_.named(id).front();
+  const std::string_view name = text(daemon.status.vehicle);
+  vehicle_ = cli::find_vehicle(name);
+  if (vehicle_ == nullptr) {
+    throw Failure(
+        ExitCode::unknown_name,
+        fmt::format("{} is of the type '{}', which this lss-cli was built without", id, name));
+  }
+  vehicle_id_ = id;
+  status_ = daemon.status;
+  status_time_ = found_ = Clock::now();
+}
+
+void Link::listen() {
+  const Clock::time_point until = Clock::now() + seconds(options_.find_timeout_s());
+  for (Lull lull; Clock::now() < until;) {
+    const Clock::time_point look = lull.step(take());
+    if (lull.is_over() && daemons_.all_heard()) return;
+    if (waker_.wait(std::min(look, until)).interrupted) throw Interrupted();
+  }
+}
+
+void Link::check_meant() {
+  take();
+  if (options_.vehicle_id.empty() && Clock::now() < found_ + seconds(kOthers_s) &&
+      names().size() > 1)
+    throw several();
+}
+
+const lss_Status& Link::status() {
+  take();
+  return status_;
+}
+
+Clock::duration Link::status_age() const { return Clock::now() - status_time_; }
+
+std::vector<lss_Instance> Link::instances() const {
+  std::vector<lss_Instance> list;
+  for (const Daemon* daemon : daemons_.named(vehicle_id_)) {
+    if (Clock::now() - *daemon->heard < seconds(kSpeaks_s)) list.push_back(daemon->status.instance);
+  }
+  return list;
+}
+
+std::vector<dds_instance_handle_t> Link::hearers() const {
+  std::vector<dds_instance_handle_t> readers(64);
+  const int count =
+      dds_get_matched_subscriptions(command_writer_.get(), readers.data(), readers.size());
+  readers.resize(std::min(static_cast<std::size_t>(std::max(count, 0)), readers.size()));
+  return readers;
+}
+
+bool Link::daemon_hears(dds_entity_t writer) const {
+  std::array<dds_instance_handle_t, 64> readers{};
+  const int count = dds_get_matched_subscriptions(writer, readers.data(), readers.size());
+  for (int i = 0; i < std::min(count, static_cast<int>(readers.size())); ++i) {
+    auto* endpoint =
+        dds_get_matched_subscription_data(writer, readers[static_cast<std::size_t>(i)]);
+    if (endpoint == nullptr) continue;
+    Guid guid;
+    std::ranges::copy(endpoint->participant_key.v, guid.begin());
+    dds_builtintopic_free_endpoint(endpoint);
+    const auto daemon = daemons_.all().find(guid);
+    if (daemon != daemons_.all().end() && text(daemon->second.status.vehicle_id) == vehicle_id_)
+      return true;
+  }
+  return false;
+}
+
+void Link::await_match(dds_entity_t writer, Clock::time_point until) {
+  while (!daemon_hears(writer)) {
+    if (Clock::now() >= until) {
+      throw Failure(ExitCode::unreachable,
+                    fmt::format("{} sends status but does not listen to commands", vehicle_id_),
+                    "check the log of lssd; is another DDS configuration in CYCLONEDDS_URI?");
+    }
+    if (waker_.wait(until).interrupted) throw Interrupted();
+    take();
+  }
+}
+
+// A match with the daemon's reader does not mean that the daemon has matched our reader, and
+// acknowledgements are not sent twice. So repeat a request without effect (a dry run that anyone
+// may do) until it is answered.
+void Link::await_answer(Clock::time_point until) {
+  const Invocation probe{
+      &find_command(*vehicle_, static_cast<std::uint16_t>(CommandKind::request_data)), {}};
+  std::vector<std::uint64_t> asked;
+  while (Clock::now() < until) {
+    asked.push_back(send(probe, kFlagDryRun));
+    const Clock::time_point next = std::min(until, Clock::now() + seconds(kProbe_s));
+    while (Clock::now() < next) {
+      if (waker_.wait(next).interrupted) throw Interrupted();
+      while (const std::optional<lss_CommandAck> ack = next_ack()) {
+        if (std::ranges::count(asked, ack->seq) > 0) return;
+      }
+    }
+  }
+  throw Failure(ExitCode::unreachable, fmt::format("{} does not answer commands", vehicle_id_),
+                "check the log of lssd");
+}
+
+void Link::open_command_writer(const std::string& source) {
+  source_ = source;
+  if (!command_writer_) command_writer_ = writer(dds::common_topic(dds::Kind::command));
+}
+
+void Link::open_commands(const std::string& source) {
+  if (answered_) return;
+  open_command_writer(source);
+  heartbeat_writer_ = writer(dds::common_topic(dds::Kind::heartbeat));
+  const Clock::time_point until = Clock::now() + seconds(options_.find_timeout_s());
+  await_match(command_writer_.get(), until);
+  await_match(heartbeat_writer_.get(), until);
+  await_answer(until);
+  answered_ = true;
+}
+
+void Link::take_part(const std::string& folder) {
+  waker_.take_part(folder, source_);
+  sequence_.from_one();
+  heartbeats_ = 0;
+  take();
+}
+
+void Link::open_emergency(const std::string& source) {
+  if (!command_writer_) open_command_writer(source);
+}
+
+void Link::open_events() { event_reader_ = reader(dds::common_topic(dds::Kind::event)); }
+void Link::open_timing() { timing_reader_ = reader(dds::common_topic(dds::Kind::timing)); }
+void Link::open_timing_statistics() {
+  statistics_reader_ = reader(dds::common_topic(dds::Kind::timing_statistics));
+}
+void Link::open_parameters() {
+  if (!parameter_reader_) parameter_reader_ = reader(dds::common_topic(dds::Kind::parameters));
+}
+void Link::open_dictionary() {
+  dictionary_reader_ = reader(dds::common_topic(dds::Kind::dictionary));
+}
+void Link::open_telemetry() {
+  if (telemetry_reader_) return;
+  const std::size_t size = vehicle_->telemetry->m_size;
+  sample_.resize((size + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
+  telemetry_reader_ = reader(dds::telemetry_topic(vehicle_->name, vehicle_->telemetry));
+}
+
+std::optional<Link::Answer> Link::next_answer() {
+  Answer answer{};
+  void* samples[1] = {&answer.ack};
+  dds_sample_info_t info{};
+  while (dds_take(ack_reader_.get(), samples, &info, 1, 1) == 1) {
+    if (!info.valid_data || text(answer.ack.source) != source_) continue;
+    const std::optional<Guid> daemon = participant_of(ack_reader_.get(), info.publication_handle);
+    if (!daemon) continue;  // it went
+    answer.daemon = *daemon;
+    return answer;
+  }
+  return std::nullopt;
+}
+
+Waker::Result Link::wait(Clock::time_point until, int input_fd) {
+  constexpr int kLook_ms = 10, kLooks = 1000;
+  Waker::Result woken = waker_.wait(until, input_fd);
+  for (int look = 0; !hear_all(look); ++look) {
+    if (look == kLooks)
+      throw Failure(ExitCode::unreachable, "data from the daemon does not arrive");
+    const Waker::Result more = waker_.poll(kLook_ms, input_fd);
+    woken.interrupted |= more.interrupted;
+    woken.input |= more.input;
+  }
+  return woken;
+}
+
+// In simulated time, wait for everything written until now, however long DDS takes; for telemetry,
+// which may be lost, at most one second of wall-clock time.
+bool Link::hear_all(int look) {
+  lockstep::Client* simulation = waker_.simulation();
+  if (simulation == nullptr) return true;
+  constexpr int kLost = 100;
+  take();
+  while (const std::optional<lss_CommandAck> ack = take<lss_CommandAck>(ack_reader_.get())) {
+    if (text(ack->source) != source_) continue;
+    simulation->heard_answer(ack->seq);
+    acks_.push_back(*ack);
+  }
+  telemetry();
+  const bool waits = telemetry_ns_ != 0 && look < kLost;
+  return simulation->all_heard(status_.time_ns, waits ? telemetry_ns_ : lockstep::kNever);
+}
+
+std::optional<lss_CommandAck> Link::next_ack() {
+  if (!acks_.empty()) {
+    const lss_CommandAck ack = acks_.front();
+    acks_.pop_front();
+    return ack;
+  }
+  while (std::optional<lss_CommandAck> ack = take<lss_CommandAck>(ack_reader_.get())) {
+    if (text(ack->source) == source_) return ack;
+  }
+  return std::nullopt;
+}
+std::optional<lss_Event> Link::next_event() { return take<lss_Event>(event_reader_.get()); }
+std::optional<lss_Timing> Link::next_timing() { return take<lss_Timing>(timing_reader_.get()); }
+std::optional<lss_TimingStatistics> Link::next_timing_statistics() {
+  return take<lss_TimingStatistics>(statistics_reader_.get());
+}
+
+std::optional<lss_Parameters> Link::next_parameters() {
+  return take<lss_Parameters>(parameter_reader_.get());
+}
+
+std::optional<std::string> Link::next_dictionary() {
+  lss_Dictionary sample{};
+  void* samples[1] = {&sample};
+  dds_sample_info_t info{};
+  std::optional<std::string> found;
+  while (!found && dds_take(dictionary_reader_.get(), samples, &info, 1, 1) == 1) {
+    if (info.valid_data && text(sample.vehicle_id) == vehicle_id_) found = sample.json;
+  }
+  dds_sample_free(&sample, &lss_Dictionary_desc, DDS_FREE_CONTENTS);
+  return found;
+}
+
+const void* Link::telemetry() {
+  if (!telemetry_reader_) return nullptr;
+  std::vector<std::max_align_t> buffer(sample_.size());
+  void* samples[1] = {buffer.data()};
+  dds_sample_info_t info{};
+  while (dds_take(telemetry_reader_.get(), samples, &info, 1, 1) == 1) {
+    char id[sizeof lss_Status::vehicle_id];  // the key is the first member of every type, then time
+    std::memcpy(id, buffer.data(), sizeof id);
+    if (!info.valid_data || text(id) != vehicle_id_) continue;
+    std::memcpy(sample_.data(), buffer.data(), sample_.size() * sizeof(std::max_align_t));
+    std::memcpy(&telemetry_ns_, reinterpret_cast<const char*>(buffer.data()) + sizeof id,
+                sizeof telemetry_ns_);
+    ++telemetry_count_;
+  }
+  return telemetry_count_ == 0 ? nullptr : sample_.data();
+}
+
+std::uint64_t Link::send(const Invocation& command, std::uint16_t flags) {
+  return send_to(vehicle_id_, command, flags);
+}
+
+std::uint64_t Link::send_to(std::string_view vehicle_id, const Invocation& command,
+                            std::uint16_t flags) {
+  const lss_Command sample =
+      to_dds(command, {vehicle_id, source_, sequence_.next(), flags, options_.lease_ms});
+  const dds_return_t result = dds_write(command_writer_.get(), &sample);
+  if (result < 0)
+    throw Failure(ExitCode::internal, fmt::format("cannot send: {}", dds_strretcode(result)));
+  if (lockstep::Client* simulation = waker_.simulation();
+      simulation && !simulation->await_command(sample.seq))
+    throw not_taken();
+  return sample.seq;
+}
+
+void Link::heartbeat() {
+  const lss_Heartbeat sample = heartbeat_to_dds(vehicle_id_, source_, ++heartbeats_);
+  dds_write(heartbeat_writer_.get(), &sample);
+  if (lockstep::Client* simulation = waker_.simulation();
+      simulation && !simulation->await_heartbeat(heartbeats_))
+    throw not_taken();
+}
+
+}  // namespace lss::cli

@@ -1,0 +1,138 @@
+#pragma once
+
+// The command line's end of the DDS interface: finds the vehicle, receives its status,
+// acknowledgements, events, timing and telemetry, sends commands and heartbeats. Without shared
+// memory by default, so that reception does not depend on RouDi. Main thread only; every wait is
+// bounded. Errors are thrown as a Failure.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "idl/topics.h"
+#include "lss.h"
+#include "tools/lss-cli/session/commands.h"
+#include "tools/lss-cli/session/daemons.h"
+#include "tools/lss-cli/session/waker.h"
+#include "tools/lss-cli/session/wire.h"
+#include "tools/lss-cli/show/failure.h"
+#include "tools/lss-cli/show/options.h"
+
+namespace lss::cli {
+
+class Link {
+ public:
+  explicit Link(const Options& options);
+
+  // Waits for the status of the vehicle and of every daemon known to DDS. Throws unreachable when
+  // there is none, unknown_name when there are only others, usage when there are several and none
+  // was named.
+  void find_vehicle();
+  // Waits until DDS has reported no new daemon for some time.
+  void listen();
+  // Throws usage when no vehicle was named and a second one appeared shortly after. Call before the
+  // first command that moves.
+  void check_meant();
+  // There is no vehicle, or only vehicles of other names; empty: any.
+  Failure unreachable(const std::string& vehicle_id) const;
+  // Opens the writers and waits until a command without effect is acknowledged: then both
+  // directions work.
+  void open_commands(const std::string& source);
+  // From here on uses the simulated time of lss-sim in that folder.
+  void take_part(const std::string& folder);
+  lockstep::Client* simulation() { return waker_.simulation(); }
+  // Opens the writer without waiting, for no particular vehicle.
+  void open_emergency(const std::string& source);
+
+  Waker::Result wait(Clock::time_point until, int input_fd = -1);
+
+  const Vehicle& vehicle() const { return *vehicle_; }
+  // Takes new samples and returns the newest status. news: it has changed since the last call.
+  const lss_Status& status();
+  Clock::duration status_age() const;
+  bool daemon_left() const { return left_; }  // it disposed its status, or DDS lost it
+  // The daemons that now publish for the vehicle, the newest first. More than one: they share one
+  // name.
+  std::vector<lss_Instance> instances() const;
+
+  // Takes new status samples. True: a daemon appeared, sent its first status, or disappeared.
+  bool take();
+  const Daemons& daemons() const { return daemons_; }
+  // The readers that the writer of commands is matched with.
+  std::vector<dds_instance_handle_t> hearers() const;
+
+  // An acknowledgement to our source, from any vehicle.
+  struct Answer {
+    lss_CommandAck ack;
+    Guid daemon;
+  };
+  std::optional<Answer> next_answer();
+
+  std::optional<lss_CommandAck> next_ack();
+  std::optional<lss_Event> next_event();
+  std::optional<lss_Timing> next_timing();
+  std::optional<lss_TimingStatistics> next_timing_statistics();
+  std::optional<lss_Parameters> next_parameters();
+  std::optional<std::string> next_dictionary();  // JSON
+  // The newest sample, of the vehicle's own type; nullptr when none was received yet.
+  const void* telemetry();
+  std::uint64_t telemetry_count() const { return telemetry_count_; }
+
+  // Returns the sequence number.
+  std::uint64_t send(const Invocation& command, std::uint16_t flags);
+  std::uint64_t send_to(std::string_view vehicle_id, const Invocation& command,
+                        std::uint16_t flags = 0);
+  void heartbeat();
+  const std::string& source() const { return source_; }
+
+  void open_events();
+  void open_timing();
+  void open_timing_statistics();
+  void open_parameters();
+  void open_dictionary();
+  void open_telemetry();
+
+ private:
+  dds::Entity reader(const dds::Topic& topic);
+  dds::Entity writer(const dds::Topic& topic);
+  std::vector<std::string> names() const;
+  bool is_found() const;
+  Failure several() const;
+  void open_command_writer(const std::string& source);
+  bool daemon_hears(dds_entity_t writer) const;
+  void await_match(dds_entity_t writer, Clock::time_point until);
+  void await_answer(Clock::time_point until);
+  bool hear_all(int look);
+  template <class Sample>
+  std::optional<Sample> take(dds_entity_t reader);
+
+  Options options_;
+  Waker waker_;  // before any entity
+  dds::Participant participant_;
+  Daemons daemons_;
+  dds::Entity ack_reader_, event_reader_, timing_reader_, statistics_reader_, parameter_reader_,
+      dictionary_reader_, telemetry_reader_;
+  dds::Entity command_writer_, heartbeat_writer_;
+
+  const Vehicle* vehicle_ = nullptr;
+  std::string vehicle_id_;
+  lss_Status status_{};
+  Clock::time_point status_time_{}, found_{};
+  bool left_ = false;
+  bool answered_ = false;            // both directions work
+  std::deque<lss_CommandAck> acks_;  // taken already
+  std::string source_;
+  Sequence sequence_;
+  std::uint64_t heartbeats_ = 0;
+  std::vector<std::max_align_t> sample_;  // of telemetry
+  std::uint64_t telemetry_count_ = 0;
+  TimeNs telemetry_ns_ = 0;
+};
+
+}  // namespace lss::cli

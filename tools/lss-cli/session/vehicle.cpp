@@ -1,0 +1,38 @@
+#include "tools/lss-cli/session/vehicle.h"
+
+#include <fmt/format.h>
+
+#include "tools/lss-cli/session/telemetry.h"
+
+namespace lss::cli {
+
+const Vehicle* find_vehicle(std::string_view name) {
+  for (const Vehicle* vehicle : vehicles()) {
+    if (vehicle->name == name) return vehicle;
+  }
+  return nullptr;
+}
+
+std::string subject_name(const Vehicle& vehicle, std::uint16_t subject) {
+  if (subject == 0) return "";
+  if (subject <= vehicle.subjects.size()) return vehicle.subjects[subject - 1u];
+  return fmt::format("module {}", subject);
+}
+
+nlohmann::json with_null_for_never(nlohmann::json json) {
+  if (json.is_object() && json.contains("age_ms") && json["age_ms"] == kNeverHeard_ms)
+    json["age_ms"] = nullptr;
+  for (nlohmann::json& part : json) {
+    if (part.is_structured()) part = with_null_for_never(std::move(part));
+  }
+  return json;
+}
+
+void name_subjects(const Vehicle& vehicle, nlohmann::json& parts, std::uint16_t first) {
+  for (nlohmann::json& part : parts) {
+    const int subject = first + part["id"].get<int>();
+    part["name"] = subject_name(vehicle, static_cast<std::uint16_t>(subject));
+  }
+}
+
+}  // namespace lss::cli

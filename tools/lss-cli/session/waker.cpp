@@ -1,0 +1,93 @@
+#include "tools/lss-cli/session/waker.h"
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdint>
+
+#include "tools/lss-cli/show/failure.h"
+
+namespace lss::cli {
+namespace {
+
+void wake(void* fd) {
+  const std::uint64_t one = 1;
+  // A full pipe has already woken it.
+  [[maybe_unused]] const ssize_t written = write(*static_cast<int*>(fd), &one, sizeof one);
+}
+
+sigset_t interrupts() {
+  sigset_t set;
+  sigemptyset(&set);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&set, signal);
+  return set;
+}
+
+}  // namespace
+
+Waker::Waker() {
+  const sigset_t set = interrupts();
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  signal_fd_ = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
+  news_fd_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  listener_ = dds_create_listener(&news_fd_);
+  if (signal_fd_ < 0 || news_fd_ < 0 || listener_ == nullptr) {
+    throw Failure(ExitCode::internal, "no file descriptors left");
+  }
+  dds_lset_data_available(listener_, [](dds_entity_t, void* fd) { wake(fd); });
+  dds_lset_publication_matched(
+      listener_, [](dds_entity_t, dds_publication_matched_status_t, void* fd) { wake(fd); });
+}
+
+Waker::~Waker() {
+  dds_delete_listener(listener_);
+  close(news_fd_);
+  close(signal_fd_);
+  const sigset_t set = interrupts();
+  pthread_sigmask(SIG_UNBLOCK, &set, nullptr);
+}
+
+void Waker::take_part(const std::string& folder, const std::string& source) {
+  if (const std::string error = lockstep::join_as_client(folder); !error.empty())
+    throw Failure(ExitCode::unreachable, error);
+  const Clock::time_point now = Clock::now();
+  part_ = std::make_unique<lockstep::Part>("client");
+  client_ = std::make_unique<lockstep::Client>(source);
+  Clock::ahead_ns = now.time_since_epoch().count() - lockstep::now();
+}
+
+Waker::Result Waker::wait(Clock::time_point until, int input_fd) {
+  using std::chrono::milliseconds;
+  if (client_) return wait_in_simulation(until, input_fd);
+  const auto left = std::chrono::ceil<milliseconds>(until - Clock::now()).count();
+  return poll(static_cast<int>(std::clamp<std::int64_t>(left, 0, 1'000'000)), input_fd);
+}
+
+Waker::Result Waker::wait_in_simulation(Clock::time_point until, int input_fd) {
+  lockstep::wait(until.time_since_epoch().count() - Clock::ahead_ns);
+  if (lockstep::over()) throw Failure(ExitCode::unreachable, "the simulation has ended");
+  return poll(0, input_fd);
+}
+
+Waker::Result Waker::poll(int timeout_ms, int input_fd) {
+  std::array<pollfd, 3> fds{
+      {{news_fd_, POLLIN, 0}, {signal_fd_, POLLIN, 0}, {input_fd, POLLIN, 0}}};
+  Result result;
+  if (::poll(fds.data(), fds.size(), timeout_ms) <= 0) return result;
+  std::uint64_t news = 0;
+  if (fds[0].revents != 0) [[maybe_unused]]
+    const ssize_t n = read(news_fd_, &news, sizeof news);
+  signalfd_siginfo info{};
+  result.interrupted = fds[1].revents != 0 && read(signal_fd_, &info, sizeof info) == sizeof info;
+  result.input = fds[2].revents != 0;
+  return result;
+}
+
+}  // namespace lss::cli

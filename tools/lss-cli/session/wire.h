@@ -1,0 +1,52 @@
+#pragma once
+
+// The common fields of commands and samples, for all clients. No thread of its own.
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "lss.h"
+#include "tools/lss-cli/session/commands.h"
+
+namespace lss::cli {
+
+template <std::size_t N>
+std::string_view text(const char (&field)[N]) {
+  const std::string_view all(field, N);
+  return all.substr(0, all.find('\0'));
+}
+
+template <std::size_t N>
+void put(char (&field)[N], std::string_view text) {
+  const std::size_t size = std::min(text.size(), N - 1);
+  text.copy(field, size);
+  field[size] = '\0';
+}
+
+// Sequence numbers from the clock, so that they increase across programs that use one name one
+// after the other.
+class Sequence {
+ public:
+  std::uint64_t next();
+  // In simulated time: 1, 2, 3 and so on.
+  void from_one() { last_ = 0, counts_ = true; }
+
+ private:
+  std::uint64_t last_ = 0;
+  bool counts_ = false;
+};
+
+struct Address {
+  std::string_view vehicle_id, source;
+  std::uint64_t seq = 0;
+  std::uint16_t flags = 0;
+  std::uint32_t lease_ms = 0;  // of commands that have one
+};
+
+lss_Command to_dds(const Invocation& command, const Address& address);
+lss_Heartbeat heartbeat_to_dds(std::string_view vehicle_id, std::string_view source,
+                               std::uint64_t counter);
+
+}  // namespace lss::cli

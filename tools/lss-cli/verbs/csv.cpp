@@ -1,0 +1,67 @@
+// Rows of CSV, for all types of files.
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "tools/lss-cli/verbs/log_files.h"
+
+namespace lss::cli {
+namespace {
+
+using Write = std::function<std::uint64_t(std::FILE*)>;
+
+std::uint64_t to_file(const std::string& path, const Write& write) {
+  std::FILE* file = std::fopen(path.c_str(), "w");
+  if (file == nullptr) {
+    throw Failure(ExitCode::usage, fmt::format("{}: {}", path, std::strerror(errno)),
+                  "name a file in a folder that you may write to");
+  }
+  std::uint64_t rows = 0;
+  try {
+    rows = write(file);
+  } catch (...) {
+    std::fclose(file);
+    std::remove(path.c_str());
+    throw;
+  }
+  const bool failed = std::ferror(file) != 0;
+  if (std::fclose(file) != 0 || failed)
+    throw Failure(ExitCode::failed, path + " cannot be written", "is the disk full?");
+  return rows;
+}
+
+}  // namespace
+
+std::string csv_text(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
+std::string csv_value(const nlohmann::ordered_json& value) {
+  if (value.is_null()) return "";
+  if (value.is_boolean()) return value.get<bool>() ? "1" : "0";
+  return value.is_string() ? csv_text(value.get<std::string>()) : value.dump();
+}
+
+ExitCode export_csv(Context& context, const LogWanted& wanted, const char* of_what,
+                    const Write& write) {
+  if (wanted.out.empty()) {
+    if (context.output.machine()) {
+      throw Failure(ExitCode::usage, "the rows and the document would both go to stdout",
+                    "name a file by --out");
+    }
+    write(stdout);
+    std::fflush(stdout);
+    return ExitCode::completed;
+  }
+  const std::uint64_t rows = to_file(wanted.out, write);
+  context.output.print(fmt::format("{}: {} {}\n", wanted.out, rows, of_what));
+  context.output.document({{"path", wanted.path}, {"out", wanted.out}, {of_what, rows}});
+  return ExitCode::completed;
+}
+
+}  // namespace lss::cli

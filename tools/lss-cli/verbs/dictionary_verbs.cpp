@@ -1,0 +1,88 @@
+// dictionary, codes: what a vehicle is, and the meaning of numbers.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
+
+#include "idl/codes.h"
+#include "tools/lss-cli/show/names.h"
+#include "tools/lss-cli/verbs/verbs.h"
+
+namespace lss::cli {
+namespace {
+
+constexpr double kWait_s = 5;  // for a large sample, on a busy machine
+
+ExitCode run_dictionary(Context& context) {
+  Session& session = context.session();
+  session.link().open_dictionary();
+  const Clock::time_point until = Clock::now() + seconds(kWait_s);
+  while (true) {
+    if (const std::optional<std::string> text = session.link().next_dictionary()) {
+      nlohmann::json document = nlohmann::json::parse(*text);
+      context.output.print(document.dump(2) + "\n");
+      context.output.document(std::move(document));
+      return ExitCode::completed;
+    }
+    if (Clock::now() >= until) {
+      throw Failure(ExitCode::unreachable, "the daemon sent no dictionary",
+                    "is it of an older version? see lss-cli status");
+    }
+    session.pump(until);
+  }
+}
+
+struct List {
+  const char* name;
+  std::span<const CodeInfo> codes;
+};
+constexpr List kLists[] = {{"faults", kFaults}, {"reasons", kReasons}, {"events", kEvents}};
+constexpr const char* kSeverities[] = {"info", "warning", "error", "fatal"};
+
+ExitCode run_codes(Context& context, const std::string& wanted) {
+  const bool known = std::ranges::any_of(kLists, [&](const List& l) { return wanted == l.name; });
+  if (!wanted.empty() && !known) {
+    throw Failure(ExitCode::unknown_name, fmt::format("there is no list {}", wanted),
+                  "name one of: faults, reasons, events");
+  }
+  nlohmann::json document = {{"schema_version", 1}};
+  for (const List& list : kLists) {
+    if (!wanted.empty() && wanted != list.name) continue;
+    std::string text = fmt::format("{}\n", list.name);
+    for (const CodeInfo& code : list.codes) {
+      if (std::string_view(code.text) == "retired") continue;
+      const char* severity = kSeverities[code.severity];
+      text += fmt::format("  {:4} {:28} {:8} {}\n", code.number, code.name, severity, code.text);
+      if (*code.advice != '\0') text += fmt::format("{:44}-> {}\n", "", code.advice);
+      document[list.name].push_back({{"number", code.number},
+                                     {"name", code.name},
+                                     {"severity", severity},
+                                     {"text", code.text},
+                                     {"advice", code.advice}});
+    }
+    context.output.print(text);
+  }
+  context.output.document(std::move(document));
+  return ExitCode::completed;
+}
+
+}  // namespace
+
+void add_dictionary_verbs(Grammar& grammar) {
+  if (grammar.scope() != Grammar::Scope::program) return;
+  grammar.on(
+      grammar.verb("dictionary",
+                   "what the daemon says of its vehicle: commands, modes, parameters, faults "
+                   "and telemetry, as JSON",
+                   "  lss-cli dictionary\n"),
+      run_dictionary);
+  CLI::App& sub = grammar.verb("codes", "numbers of faults, reasons and events, with advice",
+                               "  lss-cli codes\n  lss-cli codes faults\n");
+  auto list = std::make_shared<std::string>();
+  sub.add_option("list", *list, "faults, reasons or events; all when not given");
+  grammar.values(sub, "", {"faults", "reasons", "events"});
+  grammar.on(sub, [list](Context& context) { return run_codes(context, *list); });
+}
+
+}  // namespace lss::cli

@@ -1,0 +1,87 @@
+// events: what happened.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "tools/lss-cli/session/status.h"
+#include "tools/lss-cli/verbs/verbs.h"
+
+namespace lss::cli {
+namespace {
+
+constexpr double kHistory_s = 5;  // for the old events, on a busy machine
+
+// Without a gap the newest event is the daemon's last, and the oldest is the first that it stores.
+bool is_whole(const std::map<std::uint64_t, lss_Event>& events, std::uint64_t newest) {
+  if (newest == 0) return true;
+  if (events.empty() || events.rbegin()->first < newest) return false;
+  const std::uint64_t last = events.rbegin()->first;
+  return events.size() >= std::min<std::uint64_t>(last, dds::kEventDepth);
+}
+
+std::vector<lss_Event> history(Session& session, Output& output) {
+  std::map<std::uint64_t, lss_Event> events;
+  session.link().open_events();
+  const std::uint64_t newest = session.status().events;
+  const Clock::time_point until = Clock::now() + seconds(kHistory_s);
+  while (!is_whole(events, newest)) {
+    if (Clock::now() >= until) {
+      output.note(
+          fmt::format("{} of {} events came within {} s", events.size(), newest, kHistory_s));
+      break;
+    }
+    session.pump(until);
+    while (const std::optional<lss_Event> event = session.link().next_event())
+      events.insert({event->index, *event});
+  }
+  std::vector<lss_Event> list;
+  for (const auto& [index, event] : events) list.push_back(event);
+  return list;
+}
+
+ExitCode run_events(Context& context, bool follow, std::size_t last) {
+  Session& session = context.session();
+  std::vector<lss_Event> list = history(session, context.output);
+  nlohmann::json all = nlohmann::json::array();
+  std::uint64_t newest = 0;
+  const auto show = [&](const lss_Event& event) {
+    if (newest != 0 && event.index > newest + 1) {
+      context.output.note(fmt::format("{} events were lost", event.index - newest - 1));
+    }
+    newest = event.index;
+    const nlohmann::json json = event_json(session.vehicle(), event);
+    context.output.print(event_line(event, context.output.style()));
+    context.output.record(json);
+    if (!context.output.stream()) all.push_back(json);
+  };
+  if (last > 0 && list.size() > last)
+    list.erase(list.begin(), list.end() - static_cast<std::ptrdiff_t>(last));
+  std::ranges::for_each(list, show);
+  try {
+    while (follow) {
+      session.pump(Clock::now() + seconds(1));
+      while (const std::optional<lss_Event> event = session.link().next_event()) show(*event);
+    }
+  } catch (const Interrupted&) {
+  }
+  if (!context.output.stream()) context.output.document({{"events", std::move(all)}});
+  return ExitCode::completed;
+}
+
+}  // namespace
+
+void add_event_verbs(Grammar& grammar) {
+  CLI::App& events =
+      grammar.verb("events", "what happened: the last 256 events",
+                   "  lss-cli events --last 20\n  lss-cli --jsonl events --follow\n");
+  auto follow = std::make_shared<bool>(false);
+  auto last = std::make_shared<std::size_t>(0);
+  events.add_flag("-f,--follow", *follow, "go on until Ctrl-C");
+  events.add_option("--last", *last, "only so many of the old ones");
+  grammar.on(events,
+             [follow, last](Context& context) { return run_events(context, *follow, *last); });
+}
+
+}  // namespace lss::cli

@@ -1,0 +1,206 @@
+#include "tools/lss-cli/verbs/grammar.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+
+#include "tools/lss-cli/show/names.h"
+#include "tools/lss-cli/show/units.h"
+#include "tools/lss-cli/verbs/verbs.h"
+
+namespace lss::cli {
+namespace {
+
+constexpr const char* kFooter =
+    "Exit codes: 0 completed, 1 internal, 2 usage, 3 daemon unreachable, 4 unknown name, 5 "
+    "rejected,\n"
+    "6 accepted, then failed, 7 timed out, outcome unknown, 8 not authorised.\n\n"
+    "Examples:\n"
+    "  lss-cli status\n"
+    "  lss-cli walk forward --speed high --for 20s\n"
+    "  lss-cli run -e 'start; stand; walk forward --for 10s; stop'\n"
+    "  lss-cli walk --help\n";
+
+constexpr std::size_t kSourceLength = 31;  // of lss::Command in lss.idl
+
+// A bare number is in milliseconds, as the lease is everywhere else.
+std::uint32_t parse_lease_ms(const std::string& text) {
+  const bool bare =
+      !text.empty() && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
+  const double ms = parse_duration_s(bare ? text + "ms" : text, "--lease") * 1000;
+  if (ms < 1 || ms > 3.6e6)
+    throw Failure(ExitCode::usage, fmt::format("--lease: '{}' is out of range", text));
+  return static_cast<std::uint32_t>(ms);
+}
+
+}  // namespace
+
+Grammar::Grammar(Scope scope)
+    : scope_(scope),
+      app_("Commands and watches a vehicle's locomotion (lssd) over DDS.", "lss-cli") {
+  app_.require_subcommand(0, 1);
+  app_.fallthrough();
+  app_.footer(kFooter);
+  if (scope == Scope::program) add_options();
+  add_verbs(*this);
+}
+
+void Grammar::add_options() {
+  app_.add_option("--domain", options_.domain, "DDS domain")
+      ->envname("LSS_DOMAIN")
+      ->check(CLI::Range(0, 230));
+  app_.add_option("--vehicle", options_.vehicle_id,
+                  "vehicle_id; needed when several share the domain (Env:LSS_VEHICLE, which estop "
+                  "does not look at)");
+  app_.add_option("--source", options_.source, "who commands (default lss-cli:PID)")
+      ->envname("LSS_SOURCE");
+  app_.add_option("--timeout", timeout_,
+                  "longest wait, for the daemon (default 3s) and for a command (default 2min)");
+  app_.add_option("--lease", lease_,
+                  "without a heartbeat for so long the vehicle stops (default 2s)");
+  app_.add_flag("--json", options_.json, "one JSON document on stdout");
+  app_.add_flag("--jsonl", options_.jsonl, "a stream of JSON documents, one per line")
+      ->excludes("--json");
+  app_.add_flag("--dry-run", options_.dry_run,
+                "ask whether a command would be accepted, do nothing");
+  app_.add_flag("--detach", options_.detach,
+                "return when accepted; the heartbeat comes from somebody else");
+  app_.add_flag("--wait", options_.wait, "with --detach: return when completed");
+  app_.add_flag("--shm", options_.shared_memory, "telemetry by shared memory");
+  app_.add_flag("--no-color", options_.no_color, "no colours (also: NO_COLOR)");
+  app_.set_version_flag("--version", version_text());
+}
+
+CLI::App& Grammar::verb(const std::string& name, const std::string& summary,
+                        std::string_view examples) {
+  CLI::App* sub = app_.add_subcommand(name, summary);
+  sub->footer(examples.empty() ? "" : "Examples:\n" + std::string(examples));
+  values_[name];
+  return *sub;
+}
+
+void Grammar::on(CLI::App& verb, Action action, std::function<void()> check) {
+  verb.callback([this, action = std::move(action), check = std::move(check)] {
+    if (check) check();
+    action_ = action;
+  });
+}
+
+std::shared_ptr<std::optional<double>> add_duration(CLI::App& verb, const std::string& option,
+                                                    const std::string& help) {
+  auto seconds = std::make_shared<std::optional<double>>();
+  const std::string what = verb.get_name() + " " + option;
+  verb.add_option_function<std::string>(
+      option, [seconds, what](const std::string& text) { *seconds = parse_duration_s(text, what); },
+      help);
+  return seconds;
+}
+
+void Grammar::values(const CLI::App& verb, const std::string& option,
+                     const std::vector<std::string>& values) {
+  std::vector<std::string>& list = values_[verb.get_name()][option];
+  list.insert(list.end(), values.begin(), values.end());
+}
+
+std::vector<std::string> Grammar::verb_names() const {
+  std::vector<std::string> names;
+  for (const CLI::App* sub : app_.get_subcommands({})) {
+    if (!sub->get_group().empty()) names.push_back(sub->get_name());
+  }
+  return names;
+}
+
+Failure Grammar::unknown(const std::vector<std::string>& words) const {
+  for (const std::string& word : words) {
+    if (word.starts_with('-')) continue;
+    if (!app_.get_subcommands().empty()) {
+      return Failure(
+          ExitCode::usage, fmt::format("do not know what '{}' is for", word),
+          fmt::format("see: lss-cli {} --help", app_.get_subcommands().front()->get_name()));
+    }
+    std::string advice = did_you_mean(word, verb_names());
+    return Failure(ExitCode::unknown_name, fmt::format("there is no verb '{}'", word),
+                   advice.empty() ? "list them with: lss-cli --help" : advice);
+  }
+  std::vector<std::string> options;
+  for (const CLI::Option* option : app_.get_options()) options.push_back(option->get_name());
+  for (const CLI::App* sub : app_.get_subcommands()) {
+    for (const CLI::Option* option : sub->get_options()) options.push_back(option->get_name());
+  }
+  const std::string word = words.empty() ? "" : words.front();
+  return Failure(ExitCode::usage, fmt::format("there is no option '{}'", word),
+                 did_you_mean(word, options));
+}
+
+void Grammar::check_options() {
+  options_.vehicle_typed = !options_.vehicle_id.empty();
+  const char* vehicle = std::getenv("LSS_VEHICLE");
+  if (!options_.vehicle_typed && vehicle != nullptr) options_.vehicle_id = vehicle;
+  if (!timeout_.empty()) options_.timeout_s = parse_duration_s(timeout_, "--timeout");
+  if (!lease_.empty()) options_.lease_ms = parse_lease_ms(lease_);
+  const bool printable =
+      std::ranges::all_of(options_.source, [](char c) { return c >= ' ' && c <= '~'; });
+  if (options_.source.size() > kSourceLength || !printable) {
+    throw Failure(ExitCode::usage,
+                  fmt::format("--source: '{}' must be at most {} printable characters",
+                              options_.source, kSourceLength));
+  }
+}
+
+Action Grammar::parse(std::vector<std::string> words) {
+  action_ = nullptr;
+  std::ranges::reverse(words);  // as CLI11 wants them
+  try {
+    app_.parse(words);
+  } catch (const CLI::Success& e) {  // help or version was requested
+    const std::string text =
+        e.get_name() == "CallForVersion" ? std::string(e.what()) + "\n" : app_.help();
+    return [text](Context&) {
+      std::fputs(text.c_str(), stdout);
+      return ExitCode::completed;
+    };
+  } catch (const CLI::ExtrasError&) {
+    throw unknown(app_.remaining(true));
+  } catch (const CLI::ParseError& e) {
+    const std::vector<CLI::App*> subs = app_.get_subcommands();
+    throw Failure(
+        ExitCode::usage, e.what(),
+        fmt::format("see: lss-cli{} --help", subs.empty() ? "" : " " + subs.front()->get_name()));
+  }
+  check_options();
+  if (action_ == nullptr) {
+    throw Failure(ExitCode::usage, "no verb given", "list the verbs with: lss-cli --help");
+  }
+  return action_;
+}
+
+std::vector<std::string> Grammar::candidates(const std::vector<std::string>& words) const {
+  const std::string last = words.empty() ? "" : words.back();
+  const std::string before = words.size() < 2 ? "" : words[words.size() - 2];
+  const auto is_verb = [&](const std::string& word) { return values_.contains(word); };
+  const auto verb =
+      words.empty() ? words.end() : std::find_if(words.begin(), words.end() - 1, is_verb);
+  std::vector<std::string> all;
+  if (words.empty() || verb == words.end() - 1 || verb == words.end()) {
+    all = verb_names();
+  } else if (const auto& known = values_.at(*verb); known.contains(before)) {
+    all = known.at(before);
+  } else {
+    if (known.contains("")) all = known.at("");
+    for (const CLI::Option* option : app_.get_subcommand(*verb)->get_options()) {
+      if (!option->get_lnames().empty()) all.push_back("--" + option->get_lnames().front());
+    }
+  }
+  if (last.starts_with('-')) {
+    for (const CLI::Option* option : app_.get_options())
+      all.push_back("--" + option->get_lnames().front());
+  }
+  std::erase_if(all, [&](const std::string& word) { return !word.starts_with(last); });
+  std::ranges::sort(all);
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  return all;
+}
+
+}  // namespace lss::cli

@@ -1,0 +1,65 @@
+#pragma once
+
+// The verbs, and the parser that turns a line into an action: the arguments of the program, or a
+// line of `run` and `shell`. Also lists the possible next words, for completion. Main thread;
+// contacts no daemon. Errors in a line are thrown: usage, or unknown_name with the nearest verb.
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/lss-cli/session/context.h"
+
+namespace lss::cli {
+
+using Action = std::function<ExitCode(Context&)>;
+
+class Grammar {
+ public:
+  enum class Scope {
+    program,   // with the options of all verbs
+    sequence,  // a line of run or shell
+  };
+  explicit Grammar(Scope scope);
+  Grammar(const Grammar&) = delete;
+  Grammar& operator=(const Grammar&) = delete;
+
+  // For adding verbs.
+  CLI::App& verb(const std::string& name, const std::string& summary,
+                 std::string_view examples = "");
+  // `check` throws an error in the words before any action.
+  void on(CLI::App& verb, Action action, std::function<void()> check = {});
+  // The possible values of an option ("--speed"), or bare words ("").
+  void values(const CLI::App& verb, const std::string& option,
+              const std::vector<std::string>& values);
+  Scope scope() const { return scope_; }
+
+  // The words after the program's name. Help is an action too.
+  Action parse(std::vector<std::string> words);
+  const Options& options() const { return options_; }
+
+  // The possible replacements of the last word, which may be empty.
+  std::vector<std::string> candidates(const std::vector<std::string>& words) const;
+
+ private:
+  void add_options();
+  void check_options();
+  std::vector<std::string> verb_names() const;
+  Failure unknown(const std::vector<std::string>& words) const;
+
+  Scope scope_;
+  CLI::App app_;
+  Options options_;
+  std::string timeout_, lease_;
+  Action action_;
+  std::map<std::string, std::map<std::string, std::vector<std::string>>> values_;
+};
+
+// An option that is a time; in seconds, empty when it is not given.
+std::shared_ptr<std::optional<double>> add_duration(CLI::App& verb, const std::string& option,
+                                                    const std::string& help);
+
+}  // namespace lss::cli

@@ -1,0 +1,260 @@
+// param: parameters that can be changed while the daemon runs.
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "tools/lss-cli/session/parameters.h"
+#include "tools/lss-cli/show/names.h"
+#include "tools/lss-cli/verbs/verbs.h"
+
+namespace lss::cli {
+namespace {
+
+constexpr double kWait_s = 3;
+
+using Words = std::vector<std::string>;
+
+// The daemon's report on its parameters.
+class Board {
+ public:
+  explicit Board(Session& session) : session_(session) {
+    session.link().open_parameters();
+    const Clock::time_point until = Clock::now() + seconds(kWait_s);
+    while (!take() && Clock::now() < until) session.pump(until);
+    if (!heard_) {
+      throw Failure(ExitCode::timed_out, "no parameters came",
+                    "does the daemon run, and is it as new as this lss-cli? see: lss-cli status");
+    }
+  }
+
+  // The newest.
+  const lss_Parameters& sample() {
+    take();
+    return sample_;
+  }
+  std::span<const lss_Parameter> all() { return items(sample()); }
+  // Counted from 1, as in the command.
+  std::size_t number_of(const std::string& name) {
+    Words names;
+    for (const lss_Parameter& p : all()) {
+      names.emplace_back(text(p.name));
+      if (names.back() == name) return names.size();
+    }
+    std::string advice = did_you_mean(name, names);
+    if (advice.empty()) advice = "list them with: lss-cli param get";
+    throw Failure(ExitCode::unknown_name,
+                  fmt::format("{} has no parameter '{}'", session_.vehicle().name, name), advice);
+  }
+  // The named parameters, or all.
+  std::vector<std::size_t> numbers_of(const Words& names) {
+    std::vector<std::size_t> numbers;
+    for (const std::string& name : names) numbers.push_back(number_of(name));
+    if (names.empty()) {
+      for (std::size_t i = 1; i <= all().size(); ++i) numbers.push_back(i);
+    }
+    return numbers;
+  }
+
+ private:
+  bool take() {
+    while (const std::optional<lss_Parameters> next = session_.link().next_parameters()) {
+      sample_ = *next;
+      heard_ = true;
+    }
+    return heard_;
+  }
+
+  Session& session_;
+  lss_Parameters sample_{};
+  bool heard_ = false;
+};
+
+std::string show(double value) { return fmt::format("{:.10g}", value); }
+
+std::string with_unit(double value, const lss_Parameter& p) {
+  const std::string_view unit = text(p.unit);
+  return unit.empty() ? show(value) : fmt::format("{} {}", show(value), unit);
+}
+
+const char* change_name(const lss_Parameter& p) {
+  return p.change == lss_CHANGE_ALWAYS ? "always" : "at rest";
+}
+
+nlohmann::json document(Session& session, Board& board, const std::vector<std::size_t>& numbers) {
+  return parameters_json(session.vehicle(), board.sample(), numbers);
+}
+
+ExitCode get(Context& context, const Words& names) {
+  Session& session = context.session();
+  Board board(session);
+  const std::vector<std::size_t> numbers = board.numbers_of(names);
+  context.output.document(document(session, board, numbers));
+  const Style& style = context.output.style();
+  context.output.print(style.dim(fmt::format("{:<34} {:>14}  {:<22} {:>12} {:>12}  {}", "", "value",
+                                             "range", "configured", "saved", "may be changed")) +
+                       "\n");
+  for (const std::size_t number : numbers) {
+    const lss_Parameter& p = board.all()[number - 1];
+    const std::string value = fmt::format("{:>14}", with_unit(p.value, p));
+    context.output.print(
+        fmt::format("{:<34} {}  {:<22} {:>12} {:>12}  {}\n", text(p.name),
+                    is_kept(p) ? value : style.warning(value),
+                    fmt::format("{} to {}{}", show(p.min), show(p.max), p.whole ? ", whole" : ""),
+                    show(p.configured), is_saved(p) ? show(p.saved) : "-", change_name(p)));
+    if (names.empty()) continue;
+    const std::string help = help_of(session.vehicle(), text(p.name));
+    if (!help.empty()) context.output.print(fmt::format("    {}\n", style.dim(help)));
+  }
+  return ExitCode::completed;
+}
+
+ExitCode diff(Context& context, const Words& names) {
+  Session& session = context.session();
+  Board board(session);
+  std::vector<std::size_t> numbers = board.numbers_of(names);
+  std::erase_if(numbers, [&](std::size_t number) {
+    const lss_Parameter& p = board.all()[number - 1];
+    return is_configured(p) && is_kept(p);
+  });
+  context.output.document(document(session, board, numbers));
+  const Style& style = context.output.style();
+  bool unsaved = false;
+  for (const std::size_t number : numbers) {
+    const lss_Parameter& p = board.all()[number - 1];
+    unsaved = unsaved || !is_kept(p);
+    context.output.print(fmt::format("{:<34} {:>14}  configuration {}, saved {}{}\n", text(p.name),
+                                     with_unit(p.value, p), show(p.configured),
+                                     is_saved(p) ? show(p.saved) : "-",
+                                     is_kept(p) ? "" : style.warning("  not saved")));
+  }
+  if (numbers.empty()) context.output.print("all as the configuration says\n");
+  if (unsaved) context.output.note("lss-cli param save keeps them for the next start");
+  return ExitCode::completed;
+}
+
+// "1.5", "1.5A", "1.5 A".
+double parse(const std::string& typed, const lss_Parameter& p) {
+  char* end = nullptr;
+  const double value = std::strtod(typed.c_str(), &end);
+  std::string_view rest(end);
+  while (rest.starts_with(' ')) rest.remove_prefix(1);
+  if (end == typed.c_str() || !std::isfinite(value) || (!rest.empty() && rest != text(p.unit))) {
+    throw Failure(ExitCode::usage,
+                  fmt::format("{}: '{}' is no number{}", text(p.name), typed,
+                              text(p.unit).empty() ? "" : fmt::format(" in {}", text(p.unit))));
+  }
+  return value;
+}
+
+void change(Context& context, Board& board, std::size_t number, double value) {
+  Session& session = context.session();
+  const CommandInfo& info =
+      find_command(session.vehicle(), static_cast<std::uint16_t>(CommandKind::set_parameter));
+  const Invocation command{.info = &info, .parameter = {static_cast<double>(number), value}};
+  const lss_Parameter before = board.all()[number - 1];
+  if (context.options.dry_run) return session.dry_run(command);
+  session.complete(command);
+  context.output.print(fmt::format("{}: {} to {}\n", text(before.name), show(before.value),
+                                   with_unit(value, before)));
+}
+
+void say_how_to_keep(Context& context) {
+  if (!context.options.dry_run)
+    context.output.note("until the daemon ends; lss-cli param save keeps it");
+}
+
+ExitCode set(Context& context, const Words& words) {
+  Session& session = context.session();
+  Board board(session);
+  std::vector<std::pair<std::size_t, double>> wanted;
+  for (std::size_t i = 0; i + 1 < words.size(); i += 2) {
+    const std::size_t number = board.number_of(words[i]);
+    wanted.emplace_back(number, parse(words[i + 1], board.all()[number - 1]));
+  }
+  for (const auto& [number, value] : wanted) change(context, board, number, value);
+  say_how_to_keep(context);
+  return ExitCode::completed;
+}
+
+ExitCode reset(Context& context, const Words& names) {
+  Board board(context.session());
+  std::size_t changed = 0;
+  for (const std::size_t number : board.numbers_of(names)) {
+    const lss_Parameter& p = board.all()[number - 1];
+    if (is_configured(p)) continue;
+    change(context, board, number, p.configured);
+    ++changed;
+  }
+  if (changed == 0) {
+    context.output.print("all as the configuration says\n");
+  } else {
+    say_how_to_keep(context);
+  }
+  return ExitCode::completed;
+}
+
+ExitCode save(Context& context) {
+  Session& session = context.session();
+  const Invocation command{
+      .info = &find_command(session.vehicle(),
+                            static_cast<std::uint16_t>(CommandKind::save_parameters)),
+      .parameter = {}};
+  if (context.options.dry_run) {
+    session.dry_run(command);
+  } else {
+    session.complete(command);
+  }
+  return ExitCode::completed;
+}
+
+struct Typed {
+  std::string what;
+  Words words;
+};
+
+void check(const Typed& typed) {
+  const bool pairs = typed.what == "set" && !typed.words.empty() && typed.words.size() % 2 == 0;
+  const bool names = typed.what == "get" || typed.what == "diff" || typed.what == "reset";
+  if (pairs || names || (typed.what == "save" && typed.words.empty())) return;
+  throw Failure(ExitCode::usage,
+                fmt::format("param {} {}: what is that?", typed.what, fmt::join(typed.words, " ")),
+                "param get [NAME...], set NAME VALUE [NAME VALUE...], diff [NAME...], save, or "
+                "reset [NAME...]");
+}
+
+}  // namespace
+
+void add_param_verb(Grammar& grammar) {
+  CLI::App& sub = grammar.verb(
+      "param", "parameters: get, set, diff, save, reset",
+      "  lss-cli param get                          all, with range and what is saved\n"
+      "  lss-cli param set limits.current_A 1.0     in force at once, until the daemon ends\n"
+      "  lss-cli param diff                         what is not as configured, or not saved\n"
+      "  lss-cli param save                         keeps them for the next start\n"
+      "  lss-cli param reset limits.current_A       as configured again\n");
+  auto typed = std::make_shared<Typed>();
+  sub.add_option("what", typed->what, "get, set, diff, save or reset")->required();
+  sub.add_option("words", typed->words, "names; of set: names and values");
+  grammar.values(sub, "", {"get", "set", "diff", "save", "reset"});
+  for (const Vehicle* vehicle : vehicles()) {
+    Words names;
+    for (const TunableInfo& t : vehicle->tunables()) names.emplace_back(t.name);
+    for (const char* before : {"get", "set", "diff", "reset"}) grammar.values(sub, before, names);
+    grammar.values(sub, "", names);
+  }
+  grammar.on(
+      sub,
+      [typed](Context& context) {
+        if (typed->what == "get") return get(context, typed->words);
+        if (typed->what == "set") return set(context, typed->words);
+        if (typed->what == "diff") return diff(context, typed->words);
+        if (typed->what == "reset") return reset(context, typed->words);
+        return save(context);
+      },
+      [typed] { check(*typed); });
+}
+
+}  // namespace lss::cli

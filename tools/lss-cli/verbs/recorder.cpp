@@ -1,0 +1,155 @@
+#include "tools/lss-cli/verbs/recorder.h"
+
+#include <dds/ddsi/ddsi_serdata.h>
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+
+#include "idl/idl_text.h"
+#include "idl/recording_reader.h"
+#include "tools/lss-cli/recording/recording.h"
+#include "tools/lss-cli/show/failure.h"
+
+namespace lss::cli {
+namespace {
+
+constexpr double kChunk_s = 0.1;  // a killed recorder loses this much
+constexpr double kSync_s = 1;     // a power failure loses this much
+constexpr std::size_t kChunkSize = 1024 * 1024;
+
+// idlc writes lss_Status, IDL says lss::Status.
+std::string idl_name(const dds_topic_descriptor_t& descriptor) { return descriptor.m_typename; }
+
+template <class T>
+T checked(dds::Result<T> result) {
+  if (!result) throw Failure(ExitCode::internal, result.error());
+  return std::move(*result);
+}
+
+const recording::Type& find_type(const recording::Types& types, const std::string& name) {
+  const recording::Type* type = types.find(name);
+  if (type == nullptr) throw Failure(ExitCode::internal, "the IDL does not have " + name);
+  return *type;
+}
+
+}  // namespace
+
+Recorder::Recorder(const Options& options, const Vehicle& vehicle, std::string vehicle_id,
+                   recording::McapWriter& writer, const std::vector<std::string>& topics)
+    : participant_(checked(dds::Participant::create({.domain = options.domain}))),
+      vehicle_(vehicle),
+      vehicle_id_(std::move(vehicle_id)),
+      writer_(writer),
+      begun_ns_(dds_time()),
+      chunk_ends_(Clock::now() + seconds(kChunk_s)),
+      sync_(Clock::now() + seconds(kSync_s)) {
+  using enum dds::Kind;
+  const auto wanted = [&](const std::string& topic) {
+    return topics.empty() || std::ranges::any_of(topics, [&](const std::string& name) {
+             return recording::names(name, topic);
+           });
+  };
+  for (const dds::Kind kind :
+       {status, event, command, command_ack, parameters, heartbeat, timing_statistics, timing}) {
+    const dds::Topic topic = dds::common_topic(kind);
+    if (wanted(topic.name)) add(topic, idl_text("lss"));
+  }
+  const dds::Topic topic = dds::telemetry_topic(vehicle.name, vehicle.telemetry);
+  if (wanted(topic.name)) add(topic, idl_text(vehicle.name));
+}
+
+void Recorder::add(const dds::Topic& topic, std::string_view idl) {
+  const std::string name = idl_name(*topic.descriptor);
+  recording::Types types(idl);
+  const recording::Type& type = find_type(types, name);
+  const std::uint16_t channel =
+      writer_.channel(topic.name, {name, "omgidl", std::string(idl)}, "cdr",
+                      {{"vehicle", std::string(vehicle_.name)}, {"vehicle_id", vehicle_id_}});
+  const auto known = writer_.span(channel).published_ns;
+  readers_.push_back(std::unique_ptr<Reader>(new Reader{{topic.name, 0, 0, 0},
+                                                        {},
+                                                        channel,
+                                                        known,
+                                                        std::move(types),
+                                                        recording::Layout(type),
+                                                        nullptr,
+                                                        {}}));
+  Reader& reader = *readers_.back();
+  reader.counter = recording::counter_of(reader.layout);
+  reader.entity =
+      checked(dds::create_recording_reader(participant_.get(), topic, waker_.listener()));
+}
+
+bool Recorder::wait(Clock::time_point until) {
+  const Waker::Result woken = waker_.wait(std::min(until, chunk_ends_));
+  take();
+  return woken.interrupted;
+}
+
+void Recorder::take() {
+  for (const auto& reader : readers_) take(*reader);
+  const Clock::time_point now = Clock::now();
+  if (now >= chunk_ends_ || writer_.open_chunk_size() > kChunkSize) {
+    writer_.end_chunk();
+    chunk_ends_ = now + seconds(kChunk_s);
+  }
+  if (now >= sync_) {
+    writer_.sync();
+    sync_ = Clock::now() + seconds(kSync_s);
+  }
+}
+
+void Recorder::take(Reader& reader) {
+  ddsi_serdata* sample = nullptr;
+  dds_sample_info_t info{};
+  while (dds_takecdr(reader.entity.get(), &sample, 1, &info, DDS_ANY_STATE) == 1) {
+    if (info.valid_data) {
+      buffer_.resize(ddsi_serdata_size(sample));
+      ddsi_serdata_to_ser(sample, 0, buffer_.size(), buffer_.data());
+    }
+    ddsi_serdata_unref(sample);
+    if (info.valid_data) put(reader, buffer_, info);
+  }
+  dds_sample_lost_status_t lost{};
+  if (dds_get_sample_lost_status(reader.entity.get(), &lost) == DDS_RETCODE_OK)
+    reader.source.lost = lost.total_count;
+}
+
+void Recorder::put(Reader& reader, recording::Octets data, const dds_sample_info_t& info) {
+  reader.layout.check(data);
+  const recording::Column& key = reader.layout.columns().front();  // vehicle_id, of every type
+  if (reader.layout.text(key, data) != vehicle_id_) return;
+  // Samples that a topic stores for late readers may be in the continued file already.
+  if (info.source_timestamp < begun_ns_ && info.source_timestamp <= reader.known_ns) return;
+  std::uint64_t count = reader.source.messages + 1;
+  if (reader.counter != nullptr) {
+    count = reader.layout.json(*reader.counter, data).get<std::uint64_t>();
+    const auto [last, first] = reader.last.try_emplace(info.instance_handle, count);
+    if (!first && count > last->second) reader.source.gaps += count - last->second - 1;
+    last->second = count;
+  }
+  ++reader.source.messages;
+  last_ns_ =
+      std::max<std::int64_t>(last_ns_, dds_time());  // never backwards, even when the clock is set
+  writer_.write(
+      {reader.channel, static_cast<std::uint32_t>(count), last_ns_, info.source_timestamp, data});
+}
+
+std::vector<Recorder::Source> Recorder::sources() const {
+  std::vector<Source> list;
+  for (const auto& reader : readers_) list.push_back(reader->source);
+  return list;
+}
+
+std::uint64_t Recorder::messages() const {
+  return std::accumulate(readers_.begin(), readers_.end(), std::uint64_t{0},
+                         [](std::uint64_t sum, const auto& r) { return sum + r->source.messages; });
+}
+
+std::uint64_t Recorder::lost() const {
+  return std::accumulate(readers_.begin(), readers_.end(), std::uint64_t{0},
+                         [](std::uint64_t sum, const auto& r) { return sum + r->source.gaps; });
+}
+
+}  // namespace lss::cli

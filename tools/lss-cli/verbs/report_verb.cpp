@@ -1,0 +1,84 @@
+// report: a recording as one HTML page.
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "tools/lss-cli/recording/flight.h"
+#include "tools/lss-cli/report/common.h"
+#include "tools/lss-cli/report/roster.h"
+#include "tools/lss-cli/session/vehicle.h"
+#include "tools/lss-cli/show/units.h"
+#include "tools/lss-cli/verbs/recording_verbs.h"
+
+namespace lss::cli {
+namespace {
+
+std::string about(const recording::Recording& recording, const char* what) {
+  const auto found = recording.about().find(what);
+  return found == recording.about().end() ? "unknown" : found->second;
+}
+
+std::string page_of(const recording::Recording& recording) {
+  const recording::Span& span = recording.span();
+  const Vehicle* vehicle = find_vehicle(about(recording, "vehicle"));
+  report::Page page(
+      fmt::format("{} ({})", about(recording, "vehicle_id"), about(recording, "vehicle")),
+      fmt::format("Recorded from {:%F %T} UTC for {}, {} messages; lssd {}. Times are in seconds "
+                  "since then.",
+                  fmt::gmtime(static_cast<std::time_t>(span.first_ns / 1'000'000'000)),
+                  format_duration(recording::ns_between(span.first_ns, span.last_ns) * 1e-9),
+                  span.messages, about(recording, "version")));
+  if (!recording.complaint().empty())
+    page.note("The recording is not whole: " + recording.complaint() + ".");
+  report::add_vehicle(about(recording, "vehicle"), recording, page);
+  page.section("States");
+  report::add_states(recording, page);
+  report::add_events(recording, page);
+  report::add_commands(recording, vehicle, page);
+  report::add_timing(recording, page);
+  report::add_topics(recording, page);
+  return page.html();
+}
+
+ExitCode run_report(Context& context, const std::string& path, std::string out) {
+  if (recording::is_flight(path)) {
+    throw Failure(ExitCode::usage, path + " is a flight recording; reports are made of topics",
+                  "record them with: lss-cli record --out FILE.mcap; of this one there is "
+                  "lss-cli log and lss-cli plot");
+  }
+  if (out.empty()) out = std::filesystem::path(path).stem().string() + ".html";
+  const auto recording = recording::open(path);
+  const std::string html = page_of(*recording);
+  std::ofstream file(out, std::ios::binary);
+  file << html;
+  file.close();
+  if (!file) {
+    throw Failure(ExitCode::failed,
+                  fmt::format("{} cannot be written: {}", out, std::strerror(errno)),
+                  "name a file in a folder that you may write to: --out FILE");
+  }
+  context.output.print(fmt::format("{}: {} kB\n", out, html.size() / 1000));
+  context.output.document({{"out", out}, {"bytes", html.size()}});
+  return ExitCode::completed;
+}
+
+}  // namespace
+
+void add_report_verb(Grammar& grammar) {
+  if (grammar.scope() != Grammar::Scope::program) return;
+  CLI::App& sub =
+      grammar.verb("report", "a recording as one HTML page, with the vehicle's own diagrams",
+                   "  lss-cli report run.mcap\n  lss-cli report run.mcap --out run.html\n");
+  auto path = std::make_shared<std::string>();
+  auto out = std::make_shared<std::string>();
+  sub.add_option("file", *path, "a recording")->required();
+  sub.add_option("-o,--out", *out, "FILE.html; without it the name of the recording, here");
+  grammar.on(sub, [path, out](Context& context) { return run_report(context, *path, *out); });
+}
+
+}  // namespace lss::cli

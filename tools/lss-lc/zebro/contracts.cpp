@@ -1,0 +1,209 @@
+// When each event is accepted, and its result.
+
+#include <array>
+
+#include "tools/lss-lc/zebro/words.h"
+
+namespace lss::zebro {
+namespace {
+
+using namespace words;
+
+constexpr std::array kOwnContracts = {
+    Contract{"next strategy", Event::next_strategy,
+             [](S s, unsigned) { return solving(s) && s.strategy < lc::kMaxStrategies; },
+             [](T t) {
+               return solving(t.result.next) && t.result.next.strategy == t.before.strategy + 1 &&
+                      !has(t.result.next, kFreeing) && stops_motors(t.result.actions);
+             }},
+    Contract{"lease expired", Event::lease_expired,
+             [](S s, unsigned) { return link(s, lc::kHeld); },
+             [](T t) {
+               // When it stands, it lies down before the motors go off.
+               const bool up = in_mode(t.before, {Mode::standing_up, Mode::standing, Mode::bridge});
+               const bool walks = in_mode(t.before, {Mode::walking, Mode::finishing_step});
+               return stops(t.result.next) && !link(t.result.next, lc::kHeld) &&
+                      (!up || to(t, Mode::lying_down)) &&
+                      (!walks || goal(t.result.next) == Goal::lie_idle);
+             }},
+
+    Contract{"start", event::start, [](S s, unsigned) { return may_start(s); },
+             [](T t) {
+               return to(t, Mode::holding) && goal(t.result.next) == Goal::none && held_after(t) &&
+                      (t.result.actions & kMotorsOn) != 0;
+             }},
+    Contract{"start, then stand", event::start_stand, [](S s, unsigned) { return may_start(s); },
+             [](T t) {
+               return to(t, Mode::holding) && goal(t.result.next) == Goal::stand && held_after(t) &&
+                      (t.result.actions & kMotorsOn) != 0;
+             }},
+    Contract{"start, then walk", event::start_walk, [](S s, unsigned) { return may_start(s); },
+             [](T t) {
+               return to(t, Mode::holding) && goal(t.result.next) == Goal::walk && held_after(t) &&
+                      (t.result.actions & kMotorsOn) != 0;
+             }},
+    Contract{"stop", event::stop, [](S s, unsigned) { return idle(s) || operational(s); },
+             [](T t) {
+               return idle(t.before) ? keeps(t)
+                      : holds_still(t.before)
+                          ? idle(t.result.next)
+                          : stops(t.result.next) && goal(t.result.next) == Goal::idle;
+             }},
+    Contract{"stop lying down", event::stop_lay_down,
+             [](S s, unsigned) { return idle(s) || operational(s); },
+             [](T t) {
+               if (idle(t.before)) return keeps(t);
+               if (in_mode(t.before, {Mode::holding, Mode::lying, Mode::stowed}))
+                 return idle(t.result.next);
+               if (in_mode(t.before, {Mode::standing_up, Mode::standing, Mode::bridge}))
+                 return to(t, Mode::lying_down) && goal(t.result.next) == Goal::idle;
+               return stops(t.result.next) &&
+                      (in_mode(t.before, {Mode::walking, Mode::finishing_step})
+                           ? goal(t.result.next) == Goal::lie_idle
+                           : same_mode(t) && goal(t.result.next) == Goal::idle);
+             }},
+    Contract{"stand", event::stand,
+             [](S s, unsigned) {
+               return operational(s) && !in_mode(s, {Mode::lying_down, Mode::stowing}) &&
+                      (mode(s) != Mode::holding || confirmed(s));
+             },
+             [](T t) {
+               const bool walks = in_mode(t.before, {Mode::walking, Mode::finishing_step});
+               if (in_mode(t.before, {Mode::standing})) return same_mode(t) && held_after(t);
+               return held_after(t) && goal(t.result.next) == Goal::stand &&
+                      to(t, walks ? Mode::finishing_step : Mode::standing_up);
+             }},
+    Contract{"walk", event::walk,
+             [](S s, unsigned) {
+               return in_mode(s, {Mode::standing, Mode::walking});
+             },
+             [](T t) {
+               return to(t, Mode::walking) && held_after(t) && (t.result.actions & kWalk) != 0;
+             }},
+    Contract{"walk at speed zero", event::walk_zero,
+             [](S s, unsigned) {
+               return in_mode(s, {Mode::standing, Mode::walking, Mode::finishing_step});
+             },
+             [](T t) {
+               return held_after(t) &&
+                      (in_mode(t.before, {Mode::walking})
+                           ? to(t, Mode::finishing_step) && goal(t.result.next) == Goal::stand
+                           : same_mode(t) && t.result.next.goal == t.before.goal);
+             }},
+    Contract{"lay down", event::lay_down,
+             [](S s, unsigned) {
+               return operational(s) && !in_mode(s, {Mode::standing_up, Mode::stowing}) &&
+                      (mode(s) != Mode::holding || confirmed(s));
+             },
+             [](T t) {
+               if (!held_after(t)) return false;
+               if (in_mode(t.before, {Mode::lying})) return same_mode(t);
+               return in_mode(t.before, {Mode::walking, Mode::finishing_step})
+                          ? to(t, Mode::finishing_step) && goal(t.result.next) == Goal::lie
+                          : to(t, Mode::lying_down) && goal(t.result.next) == Goal::none;
+             }},
+    Contract{"stow", event::stow,
+             [](S s, unsigned) {
+               return operational(s) && !in_mode(s, {Mode::standing_up, Mode::lying_down}) &&
+                      (mode(s) != Mode::holding || confirmed(s));
+             },
+             [](T t) {
+               if (!held_after(t)) return false;
+               if (in_mode(t.before, {Mode::stowed})) return same_mode(t);
+               return in_mode(t.before, {Mode::walking, Mode::finishing_step})
+                          ? to(t, Mode::finishing_step) && goal(t.result.next) == Goal::stow
+                          : to(t, Mode::stowing) && goal(t.result.next) == Goal::none;
+             }},
+    Contract{"leg", event::leg,
+             [](S s, unsigned leg) { return holds_still(s) && in_service(s, leg) && confirmed(s); },
+             [](T t) {
+               return to(t, Mode::bridge) && goal(t.result.next) == Goal::leg && held_after(t) &&
+                      (t.result.actions & kMoveLeg) != 0;
+             }},
+    Contract{"deploy the panel", event::panel_deploy,
+             [](S s, unsigned) { return idle(s) && contact(s) && !has(s, kPanelMoving); },
+             [](T t) {
+               return same_mode(t) && has(t.result.next, kPanelMoving) &&
+                      (t.result.actions & kPanelMotion) == kPanelDeploy;
+             }},
+    Contract{"retract the panel", event::panel_retract,
+             [](S s, unsigned) { return idle(s) && contact(s) && !has(s, kPanelMoving); },
+             [](T t) {
+               return same_mode(t) && has(t.result.next, kPanelMoving) &&
+                      (t.result.actions & kPanelMotion) == kPanelRetract;
+             }},
+    Contract{"panel arrived in", event::panel_arrived_in, [](S s, unsigned) { return idle(s); },
+             [](T t) { return same_mode(t) && !has(t.result.next, kPanelOut | kPanelMoving); }},
+    Contract{"panel arrived out", event::panel_arrived_out, [](S s, unsigned) { return idle(s); },
+             [](T t) {
+               return same_mode(t) && has(t.result.next, kPanelOut) &&
+                      !has(t.result.next, kPanelMoving);
+             }},
+    Contract{"panel seen out", event::panel_seen_out, [](S, unsigned) { return true; },
+             [](T t) {
+               return (operational(t.before) ? emergency(t) : same_mode(t)) &&
+                      has(t.result.next, kPanelOut) && !has(t.result.next, kPanelMoving);
+             }},
+
+    Contract{"motors confirmed", event::motors_confirmed,
+             [](S s, unsigned) { return in_mode(s, {Mode::holding}); },
+             [](T t) {
+               const bool goes_on = goal(t.before) == Goal::stand || goal(t.before) == Goal::walk;
+               return confirmed(t.result.next) && t.result.next.goal == t.before.goal &&
+                      to(t, goes_on ? Mode::standing_up : Mode::holding);
+             }},
+    Contract{"motion done", event::motion_done,
+             [](S s, unsigned) {
+               return in_motion(s) || (in_mode(s, {Mode::bridge}) && goal(s) == Goal::leg);
+             },
+             [](T t) {
+               const Goal was = goal(t.before), is = goal(t.result.next);
+               switch (mode(t.before)) {
+                 case Mode::standing_up:
+                   if (was == Goal::walk) return to(t, Mode::walking) && is == Goal::none;
+                   if (was == Goal::idle) return idle(t.result.next);
+                   return to(t, Mode::standing) && is == Goal::none;
+                 case Mode::finishing_step:
+                   if (was == Goal::idle) return idle(t.result.next);
+                   if (was == Goal::lie) return to(t, Mode::lying_down) && is == Goal::none;
+                   if (was == Goal::lie_idle) return to(t, Mode::lying_down) && is == Goal::idle;
+                   if (was == Goal::stow) return to(t, Mode::stowing) && is == Goal::none;
+                   return to(t, Mode::standing) && is == Goal::none;
+                 case Mode::lying_down:
+                   return was == Goal::idle ? idle(t.result.next)
+                                            : to(t, Mode::lying) && is == Goal::none;
+                 case Mode::stowing:
+                   return was == Goal::idle ? idle(t.result.next)
+                                            : to(t, Mode::stowed) && is == Goal::none;
+                 default:
+                   return to(t, Mode::bridge) && is == Goal::none;
+               }
+             }},
+
+    Contract{"a leg may be moved free", event::free_leg,
+             [](S s, unsigned leg) {
+               return solving(s) && in_service(s, leg) && !link(s, lc::kPortClosed);
+             },
+             [](T t) { return same_mode(t) && has(t.result.next, kFreeing); }},
+    Contract{"a leg was moved free", event::leg_freed, [](S s, unsigned) { return solving(s); },
+             [](T t) {
+               return same_mode(t) && !has(t.result.next, kFreeing) &&
+                      stops_motors(t.result.actions);
+             }},
+    Contract{"isolate", event::isolate,
+             [](S s, unsigned leg) {
+               return solving(s) && in_service(s, leg) && leg <= kLegs &&
+                      others_can_walk(s.isolated | 1u << (leg - 1));
+             },
+             [](T t) {
+               return same_mode(t) && !in_service(t.result.next, t.happening.subject) &&
+                      stops_motors(t.result.actions);
+             }},
+};
+constexpr auto kContracts = lc::join(lc::common::kContracts, kOwnContracts);
+
+}  // namespace
+
+std::span<const lc::Contract> contracts() { return kContracts; }
+
+}  // namespace lss::zebro

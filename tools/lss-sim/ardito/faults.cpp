@@ -1,0 +1,241 @@
+// The faults of D.I.A.N.A. Ardito: the failures of the Ardito thesis' sections 17 and 19 under its
+// names, and those of nodes, bus, supply and sensors in its FMEA (its part IV).
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <string_view>
+
+#include "tools/lss-sim/ardito/vehicle.h"
+
+namespace lss::sim::ardito {
+namespace {
+
+constexpr double kSteeredNumbers[] = {1, 2, 5, 6};
+constexpr double kDrives[] = {1, 2, 3, 4, 5, 6, 0x11, 0x12, 0x15, 0x16};
+constexpr double kNodes[] = {1, 2, 3, 4, 5, 6, 0x11, 0x12, 0x15, 0x16, 0x20, 0x21};
+
+constexpr FaultArgument node_of(std::span<const double> choices) {
+  return {.name = "NODE",
+          .meaning = "number on the bus",
+          .min = 1,
+          .max = choices.back(),
+          .whole = true,
+          .hexadecimal = true,
+          .choices = choices};
+}
+constexpr FaultArgument mode_of(const char* meaning, double most) {
+  return {"MODE", meaning, 0, most, true, true, 0};
+}
+constexpr FaultArgument rate_of(double fallback) {
+  return {"RATE", "frames a second", 1, 10'000, false, true, fallback};
+}
+
+constexpr FaultArgument kWheel = {"WHEEL", "1-6: LF RF LM RM LR RR", 1, 6, true};
+constexpr FaultArgument kSteeredWheel = {
+    "WHEEL", "steered wheel: LF RF LR RR", 1, 6, true, false, 0, false, kSteeredNumbers};
+constexpr FaultArgument kMotorRpm[] = {
+    kWheel, {"RPM", "of the motor, that it gives", -5000, 5000, false, true, 0}};
+constexpr FaultArgument kWheelRpm[] = {
+    kWheel, {"RPM", "of the wheel, that it gives", -100, 100, false, true, 0}};
+constexpr FaultArgument kMotor[] = {kWheel, mode_of("0 stuck, 1 without torque but free", 1)};
+constexpr FaultArgument kGearOf[] = {kWheel, mode_of("0 jammed, 1 lost its coupling", 1)};
+constexpr FaultArgument kClutch[] = {kWheel, mode_of("0 does not close, 1 does not open", 1)};
+constexpr FaultArgument kSteered1[] = {kSteeredWheel};
+constexpr FaultArgument kSteeringGear[] = {kSteeredWheel,
+                                           mode_of("0 jammed, 1 lost its coupling", 1)};
+constexpr FaultArgument kHot[] = {kWheel, {"DEGC", "of the motor", -100, 200}};
+
+constexpr FaultArgument kNode = node_of(kNodes);
+constexpr FaultArgument kNode1[] = {kNode};
+constexpr FaultArgument kCode = {"CODE", "of CiA 301", 1, 0xFFFF, true, false, 0, true};
+constexpr FaultArgument kEmcy[] = {kNode, kCode};
+constexpr FaultArgument kDriveFault[] = {
+    node_of(kDrives), {"CODE", "of the EMCY", 1, 0xFFFF, true, true, 0x2310, true}};
+constexpr FaultArgument kBabble[] = {kNode, rate_of(2000)};
+constexpr FaultArgument kStorm[] = {kNode, rate_of(500)};
+constexpr FaultArgument kForeign[] = {rate_of(100)};
+constexpr FaultArgument kLength[] = {kNode, {"BYTES", "too many", -8, 8, true, true, -1}};
+constexpr FaultArgument kAbort[] = {
+    kNode, {"CODE", "abort code", 1, 0xFFFFFFFF, true, true, 0x08000000, true}};
+constexpr FaultArgument kType[] = {
+    kNode, {"TYPE", "that it claims", 1, 0xFFFFFFFF, true, true, 0x000F0191, true}};
+constexpr FaultArgument kSignal = {"SIGNAL", "as of stuck", 1, 6, true};
+constexpr FaultArgument kSignalList = {"SIGNAL",
+                                       "wheel: 1 motor encoder, 2 Hall, 3 reduction encoder, 4 "
+                                       "current, 5 temperature, 6 link voltage; "
+                                       "steering: 1 motor encoder, 2 reduction encoder, 3 current; "
+                                       "I/O: 1 beta, 2 rho1, 3 rho2; IMU: 1 "
+                                       "speed, 2 direction, 3 yaw rate",
+                                       1, 6, true};
+constexpr FaultArgument kStuck[] = {kNode, kSignalList};
+constexpr FaultArgument kDrift[] = {kNode, kSignal, {"UNITS", "of the bus a second", -1e6, 1e6}};
+constexpr FaultArgument kJump[] = {kNode, kSignal, {"UNITS", "of the bus", -1e7, 1e7}};
+constexpr FaultArgument kImuJump[] = {
+    {"MM_S", "by which its speed is wrong", -10'000, 10'000, false, true, 800}};
+constexpr FaultArgument kRocker[] = {{"SENSOR", "1 beta, 2 rho1, 3 rho2", 1, 3, true},
+                                     {"RAD", "that it gives", -3.2, 3.2, false, true, 0.8}};
+
+constexpr FaultKind kFaultKinds[] = {
+    {"H-TM", kMotorRpm, "Hall sensors of a traction motor: dead, or give a constant", false, 1},
+    {"E-TM", kMotorRpm, "encoder of a traction motor: dead, or gives a constant", false, 1},
+    {"E-TRG", kWheelRpm, "encoder of a traction gear: dead, or gives a constant", false, 1},
+    {"TM", kMotor, "traction motor", false, 1},
+    {"TRG", kGearOf, "traction reduction gear", false, 1},
+    {"TC", kClutch, "traction clutch", false, 1},
+    {"SM", kSteered1, "steering motor: no torque, the gear locks", false, 1},
+    {"SRG", kSteeringGear, "steering reduction gear", false, 1},
+    {"E-SM", kSteered1, "encoder of a steering motor stays where it is", false, 1},
+    {"E-SRG", kSteered1, "encoder of a steering gear stays where it is", false, 1},
+    {"motor-hot", kHot, "a traction motor has this temperature", false, 1},
+    {"node-silent", kNode1, "a node neither sends nor receives, and continues by itself", false, 1},
+    {"node-reboot", kNode1, "a node restarts once", true, 1},
+    {"emcy", kEmcy, "a node reports this error until it is cleared", false, 2},
+    {"emcy-storm", kStorm, "a node sends EMCY after EMCY", false, 1},
+    {"drive-fault", kDriveFault, "a drive goes to fault once, with this EMCY", true, 1},
+    {"babble", kBabble, "a node sends frames that nobody asked for", false, 1},
+    {"foreign-frames", kForeign, "frames of unknown nodes and types"},
+    {"wrong-pdo-length", kLength, "a node's PDOs are too long or too short", false, 1},
+    {"sdo-abort", kAbort, "a node refuses every SDO", false, 1},
+    {"wrong-device-type", kType, "a node is another device", false, 1},
+    {"stuck", kStuck, "a value of a node stays as it is", false, 2},
+    {"drift", kDrift, "a value of a node runs away", false, 2},
+    {"encoder-jump", kJump, "a value of a node is wrong by this", false, 2},
+    {"rocker-encoder", kRocker, "an encoder of the suspension gives a constant", false, 1},
+    {"imu-silent", {}, "the IMU neither sends nor receives"},
+    {"imu-stuck", {}, "the IMU's values and counter stand, its node goes on"},
+    {"imu-jump", kImuJump, "the IMU's speed is wrong"},
+    {"e-stop-button", {}, "the emergency-stop button is pressed"},
+    {"power-bad", {}, "the motors' battery is gone"},
+};
+
+std::uint8_t node_id(const Fault& fault) { return static_cast<std::uint8_t>(fault.values.front()); }
+
+}  // namespace
+
+std::span<const FaultKind> fault_kinds() { return kFaultKinds; }
+
+void Ardito::set_fault(const Fault& fault, bool attach) {
+  const std::lock_guard lock(mutex_);
+  const std::string_view name = fault.kind->name;
+  if (name == "e-stop-button") {
+    button_ = attach;
+  } else if (name == "power-bad") {
+    power_bad_ = attach;
+  } else if (name == "foreign-frames") {
+    foreign_1_s_ = attach ? fault.values.front() : 0;
+  } else {
+    set_train_fault(fault, attach) || set_steering_fault(fault, attach) ||
+        set_sensor_fault(fault, attach) || set_node_fault(fault, attach);
+  }
+  note_waiting();
+}
+
+bool Ardito::set_train_fault(const Fault& fault, bool attach) {
+  const std::string_view name = fault.kind->name;
+  if (fault.values.size() < 2) return false;
+  const auto wheel = static_cast<std::size_t>(fault.values[0] - 1);
+  const double second = fault.values[1];
+  if (name == "TM") {
+    trains_[wheel].motor_fault = !attach       ? MotorFault::none
+                                 : second == 0 ? MotorFault::blocked
+                                               : MotorFault::open;
+  } else if (name == "TRG") {
+    trains_[wheel].gear_fault = !attach       ? GearFault::none
+                                : second == 0 ? GearFault::jammed
+                                              : GearFault::loose;
+  } else if (name == "TC") {
+    trains_[wheel].clutch_fault = !attach       ? ClutchFault::none
+                                  : second == 0 ? ClutchFault::open
+                                                : ClutchFault::closed;
+  } else if (name == "motor-hot") {
+    held_degC_[wheel] = attach ? std::optional(second) : std::nullopt;
+  } else if (name == "H-TM" || name == "E-TM" || name == "E-TRG") {
+    const int number = name == "E-TM" ? 1 : name == "H-TM" ? 2 : 3;
+    const double units = name == "E-TRG" ? second * 100 : second;
+    wheels_[wheel]->signal(number)->hold(attach ? std::optional(units) : std::nullopt);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+bool Ardito::set_steering_fault(const Fault& fault, bool attach) {
+  const std::string_view name = fault.kind->name;
+  if (name != "SM" && name != "SRG" && name != "E-SM" && name != "E-SRG") return false;
+  const auto wheel = static_cast<std::size_t>(fault.values[0] - 1);
+  const std::size_t i = wheel < 2 ? wheel : wheel - 2;  // wheels 1, 2, 5, 6
+  if (name == "SM") {
+    steering_trains_[i].motor_fault = attach ? MotorFault::blocked : MotorFault::none;
+  } else if (name == "SRG") {
+    steering_trains_[i].gear_fault = !attach                ? GearFault::none
+                                     : fault.values[1] == 0 ? GearFault::jammed
+                                                            : GearFault::loose;
+  } else {
+    steering_[i]->signal(name == "E-SM" ? 1 : 2)->stick(attach);
+  }
+  return true;
+}
+
+bool Ardito::set_sensor_fault(const Fault& fault, bool attach) {
+  const std::string_view name = fault.kind->name;
+  if (name == "imu-stuck") {
+    imu_.set_stuck(attach);
+  } else if (name == "imu-jump") {
+    imu_.signal(1)->jump(attach ? fault.values.front() : 0);
+  } else if (name == "rocker-encoder") {
+    const double units = fault.values[1] * 1e4;
+    io_.signal(static_cast<int>(fault.values[0]))
+        ->hold(attach ? std::optional(units) : std::nullopt);
+  } else if (name == "stuck" || name == "drift" || name == "encoder-jump") {
+    Signal* signal = node(node_id(fault))->signal(static_cast<int>(fault.values[1]));
+    if (signal == nullptr) {
+      fmt::print(stderr, "lss-sim: {} does nothing: node 0x{:02X} has no such value\n",
+                 to_text(fault), node_id(fault));
+      return true;
+    }
+    if (name == "stuck") {
+      signal->stick(attach);
+    } else {
+      const double units = attach ? fault.values[2] : 0;
+      name == "drift" ? signal->drift(units) : signal->jump(units);
+    }
+  } else {
+    return false;
+  }
+  return true;
+}
+
+bool Ardito::set_node_fault(const Fault& fault, bool attach) {
+  const std::string_view name = fault.kind->name;
+  Node* found = name == "imu-silent" ? &imu_ : node(node_id(fault));
+  if (found == nullptr) return false;
+  NodeFaults& faults = found->faults;
+  const double second = attach && fault.values.size() > 1 ? fault.values[1] : 0;
+  if (name == "node-silent" || name == "imu-silent") {
+    faults.silent = attach;
+  } else if (name == "node-reboot") {
+    found->power_on();
+  } else if (name == "emcy") {
+    found->inject_emcy(static_cast<std::uint16_t>(fault.values[1]), attach);
+  } else if (name == "emcy-storm") {
+    faults.emcy_storm_1_s = second;
+  } else if (name == "drive-fault") {
+    dynamic_cast<Drive&>(*found).fail(static_cast<std::uint16_t>(second));
+  } else if (name == "babble") {
+    faults.babble_1_s = second;
+  } else if (name == "wrong-pdo-length") {
+    faults.longer_pdos = static_cast<int>(second);
+  } else if (name == "sdo-abort") {
+    faults.sdo_abort = static_cast<std::uint32_t>(second);
+  } else if (name == "wrong-device-type") {
+    found->set_device_type(static_cast<std::uint32_t>(second));
+  } else {
+    return false;
+  }
+  return true;
+}
+
+bool Ardito::in_force(const Fault&) const { return true; }
+
+}  // namespace lss::sim::ardito

@@ -1,0 +1,257 @@
+#include "tools/lss-sim/ardito/vehicle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <stdexcept>
+
+#include "idl/angles.h"
+#include "tools/lss-sim/ardito/kinematic.h"
+
+namespace lss::sim {
+namespace ardito {
+namespace {
+
+constexpr double kBattery_V = 25.2, kInside_Ohm = 0.02;
+constexpr double kCharge_s = 0.03, kDischarge_s = 0.08;  // of the drives' capacitors
+constexpr double kPowerGood_V = 20;
+
+std::array<double, 3> to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+// The values of `Value get(i)` for each of N.
+template <std::size_t N, typename Get>
+auto collect(Get get) {
+  std::array<decltype(get(std::size_t{0})), N> values;
+  for (std::size_t i = 0; i < N; ++i) values[i] = get(i);
+  return values;
+}
+
+std::unique_ptr<RoverPlant> make_plant(const RoverOptions& options) {
+  if (options.plant == PlantKind::kinematic) {
+    if (options.ground != Ground::flat || options.slope_rad != 0 || options.step_height_m > 0)
+      throw std::invalid_argument(
+          "the kinematic plant is on level ground: leave out --ground, --slope and --step, or use "
+          "--plant dart");
+    return std::make_unique<KinematicRover>(options.gravity_m_s2);
+  }
+  return std::make_unique<Rover>(options);
+}
+
+}  // namespace
+
+Ardito::Ardito(const RoverOptions& options)
+    : rover_(make_plant(options)),
+      io_(options.seed + 32),
+      imu_(options.seed + 33),
+      random_(options.seed + 34) {
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const auto id = static_cast<std::uint8_t>(i + 1);
+    wheels_[i] = std::make_unique<WheelDrive>(id, options.seed + id);
+  }
+  for (std::size_t i = 0; i < kSteered; ++i) {
+    steering_[i] = std::make_unique<SteeringDrive>(kSteeringIds[i], options.seed + kSteeringIds[i]);
+  }
+}
+
+template <typename Action>
+void Ardito::each_node(Action action) {
+  for (const auto& drive : wheels_) action(*drive);
+  for (const auto& drive : steering_) action(*drive);
+  action(io_);
+  action(imu_);
+}
+
+Node* Ardito::node(std::uint8_t id) {
+  Node* found = nullptr;
+  each_node([&](Node& node) {
+    if (node.id() == id) found = &node;
+  });
+  return found;
+}
+
+void Ardito::step() {
+  std::array<ShaftDrive, kWheels> wheels;
+  std::array<ShaftDrive, kSteered> steering;
+  {
+    const std::lock_guard lock(mutex_);
+    step_power();
+    each_node([](Node& node) { node.step(); });
+    speak_foreign();
+    for (std::size_t i = 0; i < kWheels; ++i) {
+      trains_[i].clutch_ordered = io_.clutch(i);
+      if (held_degC_[i]) trains_[i].heat_to(*held_degC_[i]);
+      wheels[i] = trains_[i].step(wheels_[i]->order(), rover_->wheels()[i], link_V_);
+    }
+    for (std::size_t i = 0; i < kSteered; ++i) {
+      steering[i] = steering_trains_[i].step(steering_[i]->order(), rover_->steering()[i], link_V_);
+    }
+    note_waiting();
+  }
+  rover_->step(wheels, steering);
+  const std::lock_guard lock(mutex_);
+  feel();
+}
+
+// The button and a failed supply disconnect the motors' battery; the nodes' electronics stay on.
+void Ardito::step_power() {
+  double current_A = 0;
+  for (const WheelTrain& train : trains_) current_A += std::abs(train.current_A());
+  const bool on = !button_ && !power_bad_;
+  const double goal_V = on ? kBattery_V - kInside_Ohm * current_A : 0;
+  link_V_ += (goal_V - link_V_) * kStep_s / (on ? kCharge_s : kDischarge_s);
+  for (const auto& drive : wheels_) drive->set_link_V(link_V_);
+  for (const auto& drive : steering_) drive->set_link_V(link_V_);
+}
+
+void Ardito::feel() {
+  for (std::size_t i = 0; i < kWheels; ++i) wheels_[i]->feel(trains_[i], rover_->wheels()[i]);
+  for (std::size_t i = 0; i < kSteered; ++i) {
+    steering_[i]->feel(steering_trains_[i], rover_->steering()[i]);
+  }
+  const bool power_good = !button_ && !power_bad_ && link_V_ > kPowerGood_V;
+  io_.feel(rover_->suspension(), button_, power_good);
+  imu_.feel(rover_->body());
+}
+
+void Ardito::receive(const CanFrame& frame) {
+  const std::lock_guard lock(mutex_);
+  each_node([&](Node& node) { node.receive(frame); });
+  note_waiting();
+}
+
+// Nodes take turns, so that a babbling node does not block the others.
+std::optional<CanFrame> Ardito::send() {
+  const std::lock_guard lock(mutex_);
+  std::array<Node*, kWheels + kSteered + 2> all;
+  std::size_t count = 0;
+  each_node([&](Node& node) { all[count++] = &node; });
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    speaker_ = (speaker_ + 1) % all.size();
+    if (auto frame = all[speaker_]->send()) return frame;
+  }
+  waiting_ = false;
+  if (foreign_.empty()) return std::nullopt;
+  const CanFrame frame = foreign_.front();
+  foreign_.pop_front();
+  return frame;
+}
+
+void Ardito::note_waiting() {
+  bool waiting = !foreign_.empty();
+  each_node([&](Node& node) { waiting = waiting || node.wants_to_send(); });
+  waiting_ = waiting;
+}
+
+// Frames of nodes that are not on this bus, and of types that it does not use.
+void Ardito::speak_foreign() {
+  foreign_owed_ = foreign_1_s_ > 0 ? foreign_owed_ + foreign_1_s_ * kStep_s : 0;
+  std::uniform_int_distribution<unsigned> any(0, 255);
+  for (; foreign_owed_ >= 1; --foreign_owed_) {
+    constexpr std::uint32_t kServices[] = {0x080, 0x180, 0x280, 0x380, 0x480, 0x580, 0x700};
+    const std::uint32_t stranger = 0x40 + any(random_) % 0x30;
+    CanFrame frame{.id = kServices[any(random_) % std::size(kServices)] + stranger,
+                   .extended = any(random_) % 8 == 0,
+                   .remote = any(random_) % 8 == 0,
+                   .size = static_cast<std::uint8_t>(any(random_) % 9)};
+    if (frame.extended) frame.id |= 0x18FF'0000;
+    for (std::uint8_t& byte : frame.data) byte = static_cast<std::uint8_t>(any(random_));
+    foreign_.push_back(frame);
+  }
+}
+
+nlohmann::ordered_json Ardito::truth() const {
+  const BodyState body = rover_->body();
+  const Suspension suspension = rover_->suspension();
+  const Eigen::Quaterniond& q = body.attitude;
+  const std::lock_guard lock(mutex_);
+  return {
+      {"position_m", to_array(body.position_m)},
+      {"attitude_wxyz", {q.w(), q.x(), q.y(), q.z()}},
+      {"velocity_m_s", to_array(body.velocity_m_s)},
+      {"velocity_body_m_s", to_array(body.velocity_B_m_s)},
+      {"yaw_rate_rad_s", body.yaw_rate_rad_s},
+      {"wheel_rad_s", collect<kWheels>([&](auto i) { return rover_->wheels()[i].velocity_rad_s; })},
+      {"wheel_slip_m_s", collect<kWheels>([&](auto i) { return rover_->slip_m_s(i); })},
+      {"wheel_load_N", rover_->loads_N()},
+      {"steering_rad", collect<kSteered>([&](auto i) { return rover_->steering()[i].angle_rad; })},
+      {"beta_rad", suspension.beta_rad},
+      {"rho_rad", {suspension.rho1_rad, suspension.rho2_rad}},
+      {"motor_rad_s", collect<kWheels>([&](auto i) { return trains_[i].motor_rad_s(); })},
+      {"motor_current_A", collect<kWheels>([&](auto i) { return trains_[i].current_A(); })},
+      {"coupled", collect<kWheels>([&](auto i) { return trains_[i].coupled(); })},
+      {"beacon", io_.beacon()},
+      {"link_V", link_V_},
+  };
+}
+
+namespace {
+
+class ArditoKind final : public VehicleKind {
+ public:
+  std::string name() const override { return "ardito"; }
+  std::string summary() const override {
+    return "D.I.A.N.A. Ardito: twelve CANopen nodes on a bus, a rocker-bogie rover behind them";
+  }
+  std::span<const FaultKind> fault_kinds() const override { return ardito::fault_kinds(); }
+  std::string can_address() const override { return "udp://127.0.0.1:20000"; }
+
+  void add_options(CLI::App& command) override {
+    const std::map<std::string, double> gravities = {
+        {"moon", 1.625}, {"mars", 3.72}, {"earth", 9.81}};
+    const std::map<std::string, Ground> grounds = {
+        {"flat", Ground::flat}, {"hills", Ground::hills}, {"rough", Ground::rough}};
+    const std::map<std::string, StepSide> sides = {
+        {"both", StepSide::both}, {"left", StepSide::left}, {"right", StepSide::right}};
+    command
+        .add_option("--plant", plant_,
+                    "dart: rigid bodies; kinematic: wheels that roll on level ground")
+        ->check(CLI::IsMember({"dart", "kinematic"}))
+        ->capture_default_str();
+    command.add_option("--ground", options_.ground, "flat, hills, or rough; placed by the seed")
+        ->transform(CLI::CheckedTransformer(grounds).description(""))
+        ->default_str("flat");
+    command.add_option("--gravity", options_.gravity_m_s2, "moon, mars, earth, or m/s2")
+        ->transform((CLI::CheckedTransformer(gravities) | CLI::Range(0.1, 30.0)).description(""))
+        ->default_str("earth");
+    command.add_option("--friction", options_.friction, "of the ground")
+        ->check(CLI::Range(0.05, 2.0))
+        ->capture_default_str();
+    command.add_option("--slope", slope_deg_, "ground rises ahead by this angle, degrees")
+        ->check(CLI::Range(-30.0, 30.0))
+        ->capture_default_str();
+    command.add_option("--step", step_mm_, "height of a step across the way, mm; 0: none")
+        ->check(CLI::Range(0.0, 400.0))
+        ->capture_default_str();
+    command.add_option("--step-at", options_.step_at_m, "where it begins, m ahead of the start")
+        ->check(CLI::Range(1.0, 1000.0))
+        ->capture_default_str();
+    command.add_option("--step-length", options_.step_length_m, "how long it stays up, m")
+        ->check(CLI::Range(0.1, 1000.0))
+        ->capture_default_str();
+    command.add_option("--step-side", options_.step_side, "both, left or right wheels meet it")
+        ->transform(CLI::CheckedTransformer(sides).description(""))
+        ->default_str("both");
+  }
+
+  std::unique_ptr<Vehicle> make(unsigned seed) const override {
+    RoverOptions options = options_;
+    options.seed = seed;
+    options.plant = plant_ == "dart" ? PlantKind::dart : PlantKind::kinematic;
+    options.slope_rad = slope_deg_ * kDegree;
+    options.step_height_m = step_mm_ * 1e-3;
+    return std::make_unique<Ardito>(options);
+  }
+
+ private:
+  RoverOptions options_;
+  std::string plant_ = "dart";
+  double slope_deg_ = 0, step_mm_ = 0;
+};
+
+}  // namespace
+}  // namespace ardito
+
+std::unique_ptr<VehicleKind> make_ardito_kind() { return std::make_unique<ardito::ArditoKind>(); }
+
+}  // namespace lss::sim

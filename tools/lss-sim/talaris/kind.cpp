@@ -1,0 +1,208 @@
+// The entry of TALARIS in lss-sim's roster: its options, and the tolerances of vehicles.
+
+#include <map>
+#include <stdexcept>
+
+#include "tools/lss-sim/talaris/vehicle.h"
+
+namespace lss::sim {
+namespace talaris {
+namespace {
+
+constexpr double kBalanced = 0.05;  // of the offset of the centre of mass
+
+}  // namespace
+
+TalarisOptions dispersed(const TalarisOptions& nominal, unsigned seed) {
+  TalarisOptions drawn = nominal;
+  std::mt19937 random(seed * 7'919u + 17u);
+  const auto share = [&](double most) {
+    return 1 + std::uniform_real_distribution(-most, most)(random);
+  };
+  const auto off = [&](double most) { return std::uniform_real_distribution(-most, most)(random); };
+  drawn.plant.mass_kg *= share(0.02);
+  for (Eigen::Index i = 0; i < 3; ++i) drawn.plant.inertia_kg_m2[i] *= share(0.3);
+  const Vector3 cg_m(off(0.010), off(0.0015), off(0.0015));
+  // On the pivot it is balanced first: the remaining offset is within the pivot's friction.
+  drawn.plant.cg_m += drawn.plant.stand == Stand::pivot ? kBalanced * cg_m : cg_m;
+  drawn.plant.friction_m_s2 *= share(0.5);
+  for (double& each : drawn.gas.thrust_scale) each *= share(0.03);
+  for (double& each : drawn.fans.thrust_scale) each *= share(0.01);
+  drawn.fans.lag_s *= share(0.2);
+  drawn.gas.open_lag_ms =
+      std::max(0, drawn.gas.open_lag_ms + static_cast<int>(std::lround(off(2))));
+  drawn.gas.close_lag_ms =
+      std::max(0, drawn.gas.close_lag_ms + static_cast<int>(std::lround(off(2))));
+  if (drawn.plant.stand != Stand::free) drawn.plant.heading_rad += off(3 * kDegree);
+  return drawn;
+}
+
+namespace {
+
+class TalarisKind final : public VehicleKind {
+ public:
+  std::string name() const override { return "talaris"; }
+  std::string summary() const override {
+    return "TALARIS: IMU and altimeter on serial lines, CANopen nodes for valves and fans, a "
+           "hopper "
+           "behind them";
+  }
+  std::span<const FaultKind> fault_kinds() const override { return talaris::fault_kinds(); }
+  std::string can_address() const override { return "udp://127.0.0.1:20000"; }
+  bool has_lines() const override { return true; }
+
+  void add_options(CLI::App& command) override {
+    add_stand_options(command);
+    add_body_options(command);
+    add_actuator_options(command);
+    add_sensor_options(command);
+  }
+
+  std::unique_ptr<Vehicle> make(unsigned seed) const override {
+    TalarisOptions options = options_;
+    options.seed = seed;
+    options.plant.tilt_rad = tilt_deg_ * kDegree;
+    options.plant.heading_rad = heading_deg_ * kDegree;
+    fill(options.plant.cg_m, cg_m_);
+    fill(options.altimeter_at_m, altimeter_at_m_);
+    options.plant.inertia_kg_m2 =
+        options.plant.inertia_kg_m2.cwiseProduct(Vector3(scale_[0], scale_[1], scale_[2]));
+    options.gas.thrust_scale.fill(thrust_scale_);
+    options.fans.thrust_scale.fill(fan_scale_);
+    for (double* each : {&options.imu.gyro_noise_rad_s, &options.imu.accel_noise_m_s2,
+                         &options.imu.gyro_bias_rad_s, &options.imu.accel_bias_m_s2,
+                         &options.imu.gyro_walk_rad_s_rts, &options.imu.accel_walk_m_s2_rts}) {
+      *each *= imu_errors_;
+    }
+    if (!altimeter_points_.empty()) {
+      options.pointing = altimeter_points_ == "down" ? Pointing::down : Pointing::sideways;
+    }
+    if (load_cell_) options.load_cell = true;
+    const Stand stand = options.plant.stand;
+    if (heading_deg_ != 0 && stand != Stand::free && stand != Stand::sled) {
+      throw std::invalid_argument("--heading is for the stands free and sled only");
+    }
+    if (options.plant.weight_kg > 0 && stand != Stand::pivot) {
+      throw std::invalid_argument("--weight is for the stand pivot only");
+    }
+    return std::make_unique<Talaris>(disperse_ ? dispersed(options, seed) : options);
+  }
+
+ private:
+  static void fill(Vector3& to, const std::vector<double>& from) {
+    to = Vector3(from[0], from[1], from[2]);
+  }
+
+  void add_stand_options(CLI::App& command) {
+    const std::map<std::string, Stand> stands = {{"free", Stand::free}, {"rail", Stand::rail},
+                                                 {"sled", Stand::sled}, {"pivot", Stand::pivot},
+                                                 {"lift", Stand::lift}, {"fans", Stand::fans},
+                                                 {"load", Stand::load}};
+    const std::map<std::string, Axis> axes = {{"pitch", Axis::pitch}, {"yaw", Axis::yaw}};
+    command
+        .add_option("--stand", options_.plant.stand,
+                    "free, rail, sled, pivot, lift, fans or load: what may move")
+        ->transform(CLI::CheckedTransformer(stands).description(""))
+        ->default_str("free");
+    command.add_option("--axis", options_.plant.axis, "pitch or yaw: of tilt, pivot and lift")
+        ->transform(CLI::CheckedTransformer(axes).description(""))
+        ->default_str("pitch");
+    command.add_option("--tilt", tilt_deg_, "at the start, degrees")
+        ->check(CLI::Range(-30.0, 30.0))
+        ->capture_default_str();
+    command.add_option("--heading", heading_deg_, "at the start, about x, degrees; free and sled")
+        ->check(CLI::Range(-180.0, 180.0))
+        ->capture_default_str();
+    command
+        .add_option("--height", options_.plant.height_m, "at the start, m above where it stands")
+        ->check(CLI::Range(0.0, 20.0))
+        ->capture_default_str();
+    command.add_option("--wall", options_.plant.wall_m, "rail, sled: from the start along z, m")
+        ->check(CLI::Range(0.7, 100.0))
+        ->capture_default_str();
+    command.add_option("--weight", options_.plant.weight_kg, "pivot: at the end of the frame, kg")
+        ->check(CLI::Range(0.0, 10.0))
+        ->capture_default_str();
+    command
+        .add_option("--stand-friction", options_.plant.friction_m_s2,
+                    "rail, sled, lift, fans: what slows it down, m/s2")
+        ->check(CLI::Range(0.0, 5.0))
+        ->capture_default_str();
+  }
+
+  void add_body_options(CLI::App& command) {
+    command.add_option("--mass", options_.plant.mass_kg, "with full tanks, kg")
+        ->check(CLI::Range(20.0, 80.0))
+        ->capture_default_str();
+    command.add_option("--inertia-scale", scale_, "factors about x, y, z")
+        ->expected(3)
+        ->check(CLI::Range(0.2, 5.0));
+    command.add_option("--cg", cg_m_, "centre of mass from the IMU: x y z, m")
+        ->expected(3)
+        ->check(CLI::Range(-0.2, 0.2));
+    command.add_flag("--disperse", disperse_, "draw masses, thrusts and lags from the seed");
+  }
+
+  void add_actuator_options(CLI::App& command) {
+    command.add_option("--thrust", options_.gas.thrust_N, "of a valve, N")
+        ->check(CLI::Range(1.0, 200.0))
+        ->capture_default_str();
+    command.add_option("--thrust-scale", thrust_scale_, "factor on it")
+        ->check(CLI::Range(0.1, 3.0))
+        ->capture_default_str();
+    command.add_option("--fade", options_.gas.fade, "share of it that is gone with the last gas")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
+    command.add_option("--gas", options_.gas.budget_s, "in full tanks, thruster-seconds")
+        ->check(CLI::Range(1.0, 1'000.0))
+        ->capture_default_str();
+    command.add_option("--open-lag", options_.gas.open_lag_ms, "of the valves, ms")
+        ->check(CLI::Range(0, 100))
+        ->capture_default_str();
+    command.add_option("--close-lag", options_.gas.close_lag_ms, "of the valves, ms")
+        ->check(CLI::Range(0, 100))
+        ->capture_default_str();
+    command.add_option("--fan-scale", fan_scale_, "factor on the fans' thrust")
+        ->check(CLI::Range(0.1, 3.0))
+        ->capture_default_str();
+    command.add_flag("--fans-started", options_.fans.started,
+                     "the speed controllers had their start-up procedure already");
+  }
+
+  void add_sensor_options(CLI::App& command) {
+    const std::map<std::string, ImuKind> kinds = {{"landmark", ImuKind::landmark},
+                                                  {"crossbow", ImuKind::crossbow}};
+    command.add_option("--imu", options_.imu.kind, "landmark or crossbow")
+        ->transform(CLI::CheckedTransformer(kinds).description(""))
+        ->default_str("landmark");
+    command.add_option("--imu-errors", imu_errors_, "factor on its noise and biases")
+        ->check(CLI::Range(0.0, 100.0))
+        ->capture_default_str();
+    command
+        .add_option("--altimeter", altimeter_points_,
+                    "down or sideways; default: as the stand needs it")
+        ->check(CLI::IsMember({"down", "sideways"}).description(""));
+    command.add_option("--altimeter-at", altimeter_at_m_, "its place from the IMU: x y z, m")
+        ->expected(3)
+        ->check(CLI::Range(-1.0, 1.0));
+    command.add_option("--altimeter-noise", options_.altimeter.noise_m, "standard deviation, m")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
+    command.add_flag("--load-cell", load_cell_, "node 0x22 also where the stand has none");
+  }
+
+  TalarisOptions options_;
+  double tilt_deg_ = 0, heading_deg_ = 0, thrust_scale_ = 1, fan_scale_ = 1, imu_errors_ = 1;
+  std::vector<double> scale_ = {1, 1, 1}, cg_m_ = {0, 0, 0}, altimeter_at_m_ = {0, 0, 0};
+  std::string altimeter_points_;
+  bool disperse_ = false, load_cell_ = false;
+};
+
+}  // namespace
+}  // namespace talaris
+
+std::unique_ptr<VehicleKind> make_talaris_kind() {
+  return std::make_unique<talaris::TalarisKind>();
+}
+
+}  // namespace lss::sim

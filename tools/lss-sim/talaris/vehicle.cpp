@@ -1,0 +1,171 @@
+#include "tools/lss-sim/talaris/vehicle.h"
+
+#include <cmath>
+
+namespace lss::sim::talaris {
+namespace {
+
+// Five sets of lithium polymer packs (TALARIS thesis 2.3.4): 51.8 V, 45 s at full throttle.
+constexpr double kBattery_V = 51.8, kInside_Ohm = 0.005, kEmpty_V = 4, kCharge_J = 1.44e6;
+constexpr double kFull_W = 8'000;  // of a fan at 33,000 rpm
+constexpr double kRated_rpm = 33'000;
+constexpr double kTemperature_degC = 21.5,
+                 kWarming_degC = 6;  // of the node; its rise over the whole charge
+
+std::array<double, 3> to_array(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+Pointing pointing_of(const TalarisOptions& options) {
+  const bool wall = options.plant.stand == Stand::rail || options.plant.stand == Stand::sled;
+  return options.pointing.value_or(wall ? Pointing::sideways : Pointing::down);
+}
+
+}  // namespace
+
+Talaris::Talaris(const TalarisOptions& options)
+    : options_(options),
+      plant_(options.plant),
+      imu_(make_imu(options.imu, options.seed + 1)),
+      altimeter_(options.altimeter, options.seed + 2),
+      gas_(options.gas),
+      fans_(options.fans),
+      valve_node_(options.seed + ValveNode::kId),
+      fan_node_(options.seed + FanNode::kId) {
+  if (options.load_cell.value_or(options.plant.stand == Stand::load)) {
+    load_cell_.emplace(options.seed + LoadCellNode::kId);
+  }
+}
+
+std::vector<SerialLine> Talaris::lines() {
+  const bool polled = options_.imu.kind == ImuKind::crossbow;
+  // Each command of the Crossbow is a letter; commands of the altimeter end with CR.
+  return {{.name = "imu",
+           .device = imu_.get(),
+           .baud = polled ? 38'400 : 115'200,
+           .bits = polled ? 10 : 12,
+           .frame_begin = 'G'},
+          {.name = "altimeter", .device = &altimeter_, .baud = 9'600, .frame_begin = 'D'}};
+}
+
+template <typename Action>
+void Talaris::each_node(Action action) {
+  action(static_cast<Node&>(valve_node_));
+  action(static_cast<Node&>(fan_node_));
+  if (load_cell_) action(static_cast<Node&>(*load_cell_));
+}
+
+Node* Talaris::node(double id) {
+  Node* found = nullptr;
+  each_node([&](Node& each) {
+    if (each.id() == id) found = &each;
+  });
+  return found;
+}
+
+// Steps the nodes for a millisecond and applies their outputs. Locked.
+Wrench Talaris::act() {
+  each_node([](Node& node) { node.step(); });
+  gas_.step(valve_node_.outputs());
+  fans_.step(fan_node_.pulse_us());
+  std::array<double, kFans> rpm{};
+  power_W_ = 0;
+  for (std::size_t i = 0; i < kFans; ++i) {
+    rpm[i] = fans_.rpm(i);
+    power_W_ += kFull_W * std::pow(rpm[i] / kRated_rpm, 3);
+  }
+  drained_J_ += power_W_ * kStep_s;
+  Wrench wrench = gas_.wrench();
+  const Wrench lift = fans_.wrench();
+  wrench.force_N += lift.force_N;
+  wrench.torque_Nm += lift.torque_Nm;
+  valve_node_.feel(gas_.tank_kPa(), gas_.regulated_kPa(), voltage_V(),
+                   kTemperature_degC + kWarming_degC * drained_J_ / kCharge_J);
+  fan_node_.feel(rpm);
+  if (load_cell_) load_cell_->feel(wrench);
+  note_waiting();
+  return wrench;
+}
+
+void Talaris::step() {
+  Wrench wrench;
+  Vector3 push_N;
+  double gas_used_kg = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    wrench = act();
+    push_N = push_N_;
+    gas_used_kg = gas_.used_kg();
+  }
+  plant_.step(wrench, gas_used_kg, push_N);
+  imu_->step({plant_.body().rate_B_rad_s, plant_.body().force_B_m_s2});
+  altimeter_.step(range_m());
+}
+
+double Talaris::voltage_V() const {
+  return kBattery_V - kInside_Ohm * power_W_ / kBattery_V - kEmpty_V * drained_J_ / kCharge_J;
+}
+
+std::optional<double> Talaris::range_m() const {
+  const Vector3 along =
+      pointing_of(options_) == Pointing::down ? Vector3(-1, 0, 0) : Vector3(0, 0, 1);
+  return plant_.distance_m(options_.altimeter_at_m, along, options_.altimeter.most_rad);
+}
+
+void Talaris::receive(const CanFrame& frame) {
+  const std::lock_guard lock(mutex_);
+  each_node([&](Node& node) { node.receive(frame); });
+  note_waiting();
+}
+
+// Nodes take turns, so that a babbling node does not block the others.
+std::optional<CanFrame> Talaris::send() {
+  const std::lock_guard lock(mutex_);
+  std::array<Node*, 3> all{};
+  std::size_t count = 0;
+  each_node([&](Node& node) { all[count++] = &node; });
+  for (std::size_t i = 0; i < count; ++i) {
+    speaker_ = (speaker_ + 1) % count;
+    if (auto frame = all[speaker_]->send()) return frame;
+  }
+  waiting_ = false;
+  return std::nullopt;
+}
+
+void Talaris::note_waiting() {
+  bool waiting = false;
+  each_node([&](Node& node) { waiting = waiting || node.wants_to_send(); });
+  waiting_ = waiting;
+}
+
+nlohmann::ordered_json Talaris::truth() const {
+  const BodyState& body = plant_.body();
+  const Quaternion& q = body.attitude;
+  const std::lock_guard lock(mutex_);
+  std::array<double, kFans> rpm{};
+  std::array<bool, kFans> armed{};
+  for (std::size_t i = 0; i < kFans; ++i) {
+    rpm[i] = fans_.rpm(i);
+    armed[i] = fans_.armed(i);
+  }
+  const auto range = range_m();
+  return {
+      {"position_m", to_array(body.position_m)},
+      {"attitude_wxyz", {q.w(), q.x(), q.y(), q.z()}},
+      {"velocity_m_s", to_array(body.velocity_m_s)},
+      {"rate_rad_s", to_array(body.rate_B_rad_s)},
+      {"clearance_m", plant_.clearance_m()},
+      {"range_m", range ? nlohmann::ordered_json(*range) : nlohmann::ordered_json()},
+      {"valves", gas_.open()},
+      {"rpm", rpm},
+      {"armed", armed},
+      {"mass_kg", plant_.mass_kg()},
+      {"gas_kg", options_.gas.gas_kg - gas_.used_kg()},
+      {"thruster_s", gas_.used_s()},
+      {"tank_kPa", gas_.tank_kPa()},
+      {"voltage_V", voltage_V()},
+      {"contact", plant_.contact()},
+      {"touchdown_down_m_s", plant_.touchdown().down_m_s},
+      {"touchdown_horizontal_m_s", plant_.touchdown().horizontal_m_s},
+  };
+}
+
+}  // namespace lss::sim::talaris
