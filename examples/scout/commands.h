@@ -2,6 +2,7 @@
 
 // Commands, modes and modules of the scout (idl/commands.h). Pure data.
 
+#include "idl/codes.h"
 #include "idl/commands.h"
 
 namespace lss::scout {
@@ -28,6 +29,11 @@ inline constexpr CommandInfo kCommands[] = {
     {2, "stop", Access::holder, false, "slow down, then motors off", {}, true},
     {5, "reset", Access::holder, false, "reset a drive, both, or the controller", kResetParameters},
     {kDriveCommand, "drive", Access::holder, true, "drive until another command", kDriveParameters},
+};
+
+inline constexpr FaultId kWheelBlocked{kFirstOwnCode};
+inline constexpr CodeInfo kFaults[] = {
+    {kFirstOwnCode, "wheel_blocked", 3, "wheel is blocked", "free it, then: lss-cli solve"},
 };
 
 }  // namespace lss::scout

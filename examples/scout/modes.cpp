@@ -85,7 +85,8 @@ const Logic& logic() noexcept {
       .reached = reached,
       .command = [](std::uint16_t kind) { return find_command(kCommands, kind); },
       .sense = [](const SupervisorState&, const Request&) { return Verdict{}; },
-      .tunables = tuning().infos};
+      .tunables = tuning().infos,
+      .codes = {.faults = kFaults}};
   return kLogic;
 }
 
