@@ -129,6 +129,7 @@ struct StatusReport {
   std::uint32_t thread_count = 0;
   SavedState saved_parameters = SavedState::none;
   bool airborne = false;
+  bool simulated_time = false;
   bool stop_falls = false;  // effect of a pilot's STOP in the air: land, or the emergency stop
   // (shared memory is added by the face)
 };
