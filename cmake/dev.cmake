@@ -13,6 +13,7 @@ set(lss_sources ${CMAKE_INSTALL_DATADIR}/lssd/roster)
 
 install(TARGETS lss_codes lss_idl lss_idl_structs lss_idl_types lss_lockstep lss_serial lss_can_codec lss_can lss_canopen
                 lss_core lss_rt lss_config lss_recording lss_parameters lss_record lss_dictionary lss_dds lss_runtime
+                lss_kit
                 lss_replay lss_daemon_program lss_sim_frame lss_sim_program lss_lc_explorer lss_lc_program
         EXPORT lssd COMPONENT dev
         ARCHIVE DESTINATION ${lss_libdir} OBJECTS DESTINATION ${lss_libdir} INCLUDES DESTINATION ${lss_includedir})

@@ -78,7 +78,7 @@ function(lss_add_vehicle name)
   lss_target(${name}_daemon OBJECTS
     SOURCES ${ARG_DAEMON} ${lssd_SOURCES}/daemon/publish/roster.cpp ${lssd_SOURCES}/daemon/replay/records.cpp
     SYSTEM ${roster}
-    LINK ${ARG_LINK} ${name}_idl lssd::lss_replay lssd::lss_runtime lssd::lss_canopen lssd::lss_can lssd::lss_serial)
+    LINK ${ARG_LINK} ${name}_idl lssd::lss_replay lssd::lss_runtime lssd::lss_kit lssd::lss_serial)
   set(parts ${name}_daemon)
   lss_target(lssd-${name} PROGRAM SOURCES ${lssd_SOURCES}/daemon/app/roster.cpp SYSTEM ${roster}
              LINK ${name}_daemon lssd::lss_daemon_program)
