@@ -83,8 +83,9 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   }
   if (actions & kHalt) wanted_m_s_ = wanted_rad_s_ = 0;
   if (actions & kDrive) {
-    wanted_m_s_ = request->parameter[0];
-    wanted_rad_s_ = request->parameter[1];
+    const auto drive = arguments<Drive>(*request);
+    wanted_m_s_ = drive.speed_m_s;
+    wanted_rad_s_ = drive.turn_rad_s;
   }
 }
 
