@@ -19,6 +19,7 @@ Port port(Parameters (*read)(config::Section&), const Tuning<Parameters>& tuning
   return {.read = [=, &tuning, &logic, &vocabulary](config::Section& section) -> Maker {
     return [=, &tuning, &logic, &vocabulary,
             parameters = read(section)](const config::Config& config) -> std::unique_ptr<App> {
+      own_codes = logic.codes;
       Parameters taken = complete != nullptr ? complete(parameters, config) : parameters;
       const ParameterStart start = start_parameters(tuning, config, taken);
       return std::make_unique<Runtime<Vehicle, Buses>>(config, taken, start, logic, vocabulary,

@@ -100,7 +100,7 @@ class DriveVehicle : public Actor {
   // All drives answer and are in operation enabled.
   bool enabled() const noexcept;
   // No drive turns faster than this.
-  bool standing(double motor_rpm = 20) const noexcept;
+  bool standing(double motor_rpm) const noexcept;
   const Motion& motion(std::size_t drive) const noexcept { return motion_[drive]; }
   bool answers(std::size_t drive) const noexcept;
   // Motors on: after a row of the vehicle said so.

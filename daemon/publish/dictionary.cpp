@@ -85,14 +85,16 @@ Json command(const CommandInfo& info, const Logic& logic, const Vocabulary& voca
   return json;
 }
 
-Json codes(std::span<const CodeInfo> list) {
+Json codes(std::span<const CodeInfo> common, std::span<const CodeInfo> own) {
   Json all = Json::array();
-  for (const CodeInfo& code : list) {
-    all.push_back({{"number", code.number},
-                   {"name", code.name},
-                   {"severity", kSeverities[code.severity]},
-                   {"text", code.text},
-                   {"advice", code.advice}});
+  for (const std::span<const CodeInfo> list : {common, own}) {
+    for (const CodeInfo& code : list) {
+      all.push_back({{"number", code.number},
+                     {"name", code.name},
+                     {"severity", kSeverities[code.severity]},
+                     {"text", code.text},
+                     {"advice", code.advice}});
+    }
   }
   return all;
 }
@@ -123,9 +125,9 @@ std::string dictionary(const std::string& vehicle, const Logic& logic, const Voc
                                   {"change", t.change == Change::always ? "always" : "at rest"},
                                   {"help", t.help}});
   }
-  json["faults"] = codes(kFaults);
-  json["reasons"] = codes(kReasons);
-  json["events"] = codes(kEvents);
+  json["faults"] = codes(kFaults, logic.codes.faults);
+  json["reasons"] = codes(kReasons, logic.codes.reasons);
+  json["events"] = codes(kEvents, logic.codes.events);
   json["telemetry"] = {{"topic", "lss/telemetry/" + vehicle},
                        {"fields", Fields(telemetry_schema).until('\0')}};
   return json.dump();

@@ -45,24 +45,18 @@ constexpr std::array kRows = {
 constexpr lc::Rows kIndexed(kRows);
 
 constexpr std::array kEvents = {
-    lc::EventInfo{event::start, "start", true, 0},
-    lc::EventInfo{event::stop, "stop", true, 0},
-    lc::EventInfo{event::drive, "drive", true, 0},
+    lc::EventInfo{event::start, "start", true, 0, kStartCommand},
+    lc::EventInfo{event::stop, "stop", true, 0, kStopCommand},
+    lc::EventInfo{event::drive, "drive", true, 0, kDriveCommand},
     lc::EventInfo{event::motors_confirmed, "motors confirmed", false, 0},
     lc::EventInfo{event::stands, "stands", false, 0},
 };
-
-lc::Event event_of(const Request& request) noexcept {
-  if (request.kind == static_cast<std::uint16_t>(CommandKind::start)) return event::start;
-  if (request.kind == static_cast<std::uint16_t>(CommandKind::stop)) return event::stop;
-  return request.kind == kDriveCommand ? event::drive : common_event(request);
-}
 
 // Whether the command's goal has been reached; drive never ends by itself.
 bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
   if (done_at_once(kind)) return true;
   const lc::ControllerState& s = state.controller;
-  if (kind == static_cast<std::uint16_t>(CommandKind::start)) return s.mode == m(Mode::ready);
+  if (kind == kStartCommand) return s.mode == m(Mode::ready);
   return kind != kDriveCommand && s.state == State::idle;  // stop, solve
 }
 
@@ -80,12 +74,13 @@ const lc::Table kTable{
 const Logic& logic() noexcept {
   static const Logic kLogic{
       .table = &kTable,
-      .event_of = event_of,
+      .event_of = [](const Request& request) { return lss::event_of(kTable, request); },
       .subject_of = [](const Request&) { return 0u; },
       .reached = reached,
       .command = [](std::uint16_t kind) { return find_command(kCommands, kind); },
       .sense = [](const SupervisorState&, const Request&) { return Verdict{}; },
-      .tunables = tuning().infos};
+      .tunables = tuning().infos,
+      .codes = {.faults = kFaults}};
   return kLogic;
 }
 

@@ -12,6 +12,8 @@ namespace lss::scout {
 namespace {
 
 constexpr double kRadPerSecondPerRpm = std::numbers::pi / 30;
+constexpr double kBlockedCurrent_permille = 1200, kStanding_rpm = 20;
+constexpr TimeNs kBlockedAfter = kSecond;
 
 constexpr auto kTunables = std::to_array<Tunable<Parameters>>({
     {{"limits.speed_m_s", "m/s", 0.05, kMostSpeed_m_s, Change::always, false,
@@ -81,15 +83,22 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   }
   if (actions & kHalt) wanted_m_s_ = wanted_rad_s_ = 0;
   if (actions & kDrive) {
-    wanted_m_s_ = request->parameter[0];
-    wanted_rad_s_ = request->parameter[1];
+    const auto drive = arguments<Drive>(*request);
+    wanted_m_s_ = drive.speed_m_s;
+    wanted_rad_s_ = drive.turn_rad_s;
   }
 }
 
 void Vehicle::watch_own(Supervisor& s) noexcept {
   const auto mode = static_cast<Mode>(s.controller().mode);
   if (mode == Mode::enabling && enabled()) s.happen(event::motors_confirmed);
-  if (mode == Mode::stopping && speed_m_s_ == 0 && turn_rad_s_ == 0 && standing())
+  for (std::size_t i = 0; i < kDrives; ++i) {
+    const bool blocked = motion(i).current_permille > kBlockedCurrent_permille &&
+                         std::abs(motion(i).motor_rpm) < kStanding_rpm && mode != Mode::none;
+    if (!blocked) free_ns_[i] = now();
+    if (now() - free_ns_[i] > kBlockedAfter) s.raise(kWheelBlocked, kit::module_of(i));
+  }
+  if (mode == Mode::stopping && speed_m_s_ == 0 && turn_rad_s_ == 0 && standing(kStanding_rpm))
     s.happen(event::stands);
 }
 

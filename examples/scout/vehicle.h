@@ -37,7 +37,7 @@ class Vehicle final : public kit::DriveVehicle {
   void keep(V& v) {
     keep_base(v);
     v(parameters_, tunables_, wanted_m_s_, wanted_rad_s_, speed_m_s_, turn_rad_s_, measured_m_s_,
-      measured_rad_s_, distance_m_, x_m_, y_m_, yaw_rad_);
+      measured_rad_s_, distance_m_, x_m_, y_m_, yaw_rad_, free_ns_);
   }
 
  private:
@@ -49,6 +49,7 @@ class Vehicle final : public kit::DriveVehicle {
   double wanted_m_s_ = 0, wanted_rad_s_ = 0;  // commanded
   double speed_m_s_ = 0, turn_rad_s_ = 0;     // on the way to it
   double measured_m_s_ = 0, measured_rad_s_ = 0;
+  std::array<TimeNs, kDrives> free_ns_{};  // when its wheel was not blocked last
   double distance_m_ = 0, x_m_ = 0, y_m_ = 0, yaw_rad_ = 0;
 };
 
