@@ -1,10 +1,8 @@
 # Component dev, package liblssd-dev: headers, static libraries, and the CMake package lssd with lss_add_vehicle(), to build
 # a vehicle outside of this tree. No vehicle of this tree is part of it.
-set(LSS_DEV OFF)
-if(LSS_SANITIZE OR LSS_TOOLS_DIR OR NOT LSS_BUILDS_SIMULATOR)
+if(NOT LSS_DEV)
   return()
 endif()
-set(LSS_DEV ON)
 include(CMakePackageConfigHelpers)
 set(lss_libdir ${CMAKE_INSTALL_LIBDIR}/lssd)
 set(lss_cmakedir ${CMAKE_INSTALL_LIBDIR}/cmake/lssd)
@@ -13,8 +11,8 @@ set(lss_sources ${CMAKE_INSTALL_DATADIR}/lssd/roster)
 
 install(TARGETS lss_codes lss_idl lss_idl_structs lss_idl_types lss_lockstep lss_serial lss_can_codec lss_can lss_canopen
                 lss_core lss_rt lss_config lss_recording lss_parameters lss_record lss_dictionary lss_dds lss_runtime
-                lss_kit
-                lss_replay lss_daemon_program lss_sim_frame lss_sim_program lss_lc_explorer lss_lc_program
+                lss_kit lss_replay lss_daemon_program lss_sim_frame lss_sim_program lss_lc_explorer lss_lc_program
+                lss_allocations
         EXPORT lssd COMPONENT dev
         ARCHIVE DESTINATION ${lss_libdir} OBJECTS DESTINATION ${lss_libdir} INCLUDES DESTINATION ${lss_includedir})
 # As Debian's packages: without debug information, which has the paths of the build machine.

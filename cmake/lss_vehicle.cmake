@@ -12,8 +12,10 @@ function(lss_idl_library name)
     get_filename_component(stem ${idl} NAME_WE)
     get_filename_component(idl ${idl} ABSOLUTE)
     set(made ${generated}/${stem})
-    add_custom_command(OUTPUT ${made}.c ${made}.h COMMAND ${IDLC} -l c -o ${generated} ${idl} DEPENDS ${idl} VERBATIM
-                       COMMENT "idlc ${stem}.idl")
+    # Without the paths of this machine: headers are installed.
+    add_custom_command(OUTPUT ${made}.c ${made}.h
+                       COMMAND ${IDLC} -l c ${idl} COMMAND sed -i "/^  Source: /d" ${stem}.c ${stem}.h
+                       DEPENDS ${idl} WORKING_DIRECTORY ${generated} VERBATIM COMMENT "idlc ${stem}.idl")
     add_custom_command(OUTPUT ${made}_fields.h COMMAND Python3::Interpreter ${LSS_IDL_FIELDS} ${idl} ${made}_fields.h
                        DEPENDS ${idl} ${LSS_IDL_FIELDS} VERBATIM COMMENT "fields of ${stem}.idl")
     list(APPEND sources ${made}.c)
