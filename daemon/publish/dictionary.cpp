@@ -1,11 +1,13 @@
 #include "daemon/publish/dictionary.h"
 
 #include <algorithm>
+#include <cctype>
 #include <nlohmann/json.hpp>
 
 #include "daemon/cycle/allowed.h"
 #include "idl/codes.h"
 #include "idl/commands.h"
+#include "idl/idl_text.h"
 #include "idl/units.h"
 
 namespace lss {
@@ -71,14 +73,12 @@ Json parameter(const ParameterInfo& p) {
 }
 
 Json command(const CommandInfo& info, const Logic& logic, const Vocabulary& vocabulary) {
-  Json json = {{"kind", info.kind},
-               {"name", info.name},
-               {"summary", info.summary},
-               {"access", info.access == Access::anyone ? "anyone" : "holder"},
-               {"leased", info.leased},
-               {"ends_motion", info.ends_motion},
-               {"parameters", Json::array()},
-               {"allowed", Json::array()}};
+  Json json = {
+      {"kind", info.kind},       {"name", info.name},
+      {"summary", info.summary}, {"access", info.access == Access::anyone ? "anyone" : "holder"},
+      {"leased", info.leased},   {"ends_motion", info.ends_motion},
+      {"endless", info.endless}, {"parameters", Json::array()},
+      {"allowed", Json::array()}};
   for (const ParameterInfo& p : info.parameters) json["parameters"].push_back(parameter(p));
   for (const lc::Allowed& a : lc::allowed(info, *logic.table, vocabulary.modes, logic.event_of))
     json["allowed"].push_back({{"where", a.where}, {"when", a.when}});
@@ -99,11 +99,17 @@ Json codes(std::span<const CodeInfo> common, std::span<const CodeInfo> own) {
   return all;
 }
 
+// The struct of a vehicle's telemetry is named after it: lss::ZebroTelemetry.
+std::string type_name(std::string vehicle) {
+  vehicle.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(vehicle.front())));
+  return "lss::" + vehicle + "Telemetry";
+}
+
 }  // namespace
 
 std::string dictionary(const std::string& vehicle, const Logic& logic, const Vocabulary& vocabulary,
                        std::string_view telemetry_schema) {
-  Json json = {{"schema_version", 1},
+  Json json = {{"schema_version", 2},
                {"vehicle", vehicle},
                {"states", kStateNames},
                {"modes", vocabulary.modes},
@@ -129,6 +135,8 @@ std::string dictionary(const std::string& vehicle, const Logic& logic, const Voc
   json["reasons"] = codes(kReasons, logic.codes.reasons);
   json["events"] = codes(kEvents, logic.codes.events);
   json["telemetry"] = {{"topic", "lss/telemetry/" + vehicle},
+                       {"type", type_name(vehicle)},
+                       {"idl", idl_text(vehicle)},
                        {"fields", Fields(telemetry_schema).until('\0')}};
   return json.dump();
 }

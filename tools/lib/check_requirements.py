@@ -15,7 +15,7 @@ KIND = "|".join(kind.replace("-", "_") for kind in COUNTS)
 ID_IN_NAME = re.compile(rf"(?:^|_)({KIND})_(\d+)(?=_|$)")
 TAG = re.compile(r"\[([A-Z][A-Za-z-]*-\d+)\]")
 TAG_LINE = re.compile(r"\s*(?://|#) (\[[A-Z][A-Za-z-]*-\d+\] ?)+$")
-CPP_TEST = re.compile(r"(?:TYPED_TEST|TEST|TEST_F|TEST_P|RC_GTEST_PROP|RC_GTEST_FIXTURE_PROP)\(\s*(\w+),\s*(\w+)")
+CPP_TEST = re.compile(r"(?:TYPED_TEST_P|TYPED_TEST|TEST|TEST_F|TEST_P|RC_GTEST_PROP|RC_GTEST_FIXTURE_PROP)\(\s*(\w+),\s*(\w+)")
 PYTHON_TEST = re.compile(r"def test_(\w+)\(")
 CTEST = re.compile(r"\s*add_test\(NAME ([\w.]+)(?:\s|$)")
 
@@ -41,13 +41,13 @@ def found_tests():
     registered = set(re.findall(r"lss_e2e\((\w+) \w+ (\w+)", read("tests/e2e/CMakeLists.txt")))
     for path in sorted((root / "tests").rglob("*")) + sorted((root / "cmake").glob("*.cmake")):
         where = path.relative_to(root)
-        if path.suffix not in (".cpp", ".py", ".txt", ".cmake"):
+        if path.suffix not in (".cpp", ".h", ".py", ".txt", ".cmake"):
             continue
         lines = path.read_text(encoding="utf-8").splitlines()
         claimed = set()
         for index, line in enumerate(lines):
             name = None
-            if path.suffix == ".cpp" and (m := CPP_TEST.match("\n".join(lines[index:index + 2]))):
+            if path.suffix in (".cpp", ".h") and (m := CPP_TEST.match("\n".join(lines[index:index + 2]))):
                 name = None if "DISABLED_" in m[0] else f"{m[1]}.{m[2]}"  # otherwise it never runs
             elif path.suffix == ".py" and (m := PYTHON_TEST.match(line.strip())):
                 module = path.stem.removeprefix("test_")

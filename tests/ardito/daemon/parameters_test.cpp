@@ -1,12 +1,9 @@
 // Parameters of D.I.A.N.A. Ardito that change while it runs.
-#include "tests/support/parameters.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "daemon/vehicles/ardito/record.h"
 #include "daemon/vehicles/ardito/tunables.h"
 #include "idl/angles.h"
 #include "world.h"
@@ -14,34 +11,17 @@
 namespace lss::ardito {
 namespace {
 
-namespace any = parameters_test;
-
 std::size_t index_of(const char* name) {
   const int index = find_tunable(tuning().infos, name);
   EXPECT_GE(index, 0) << name;
   return static_cast<std::size_t>(index);
 }
 
-void ask(World& w, const char* name, double value) {
-  w.acks.clear();
-  w.send(lss::CommandKind::set_parameter, {any::number(index_of(name)), value});
-}
-
 Ack set(World& w, const char* name, double value) {
-  ask(w, name, value);
+  w.acks.clear();
+  w.send(lss::CommandKind::set_parameter, {double(1 + index_of(name)), value});
   w.step();
   return w.acks.empty() ? Ack{} : w.acks.back();
-}
-
-TEST(ArditoParameters, TheTableIsSound) { any::expect_a_sound_table(tuning()); }
-TEST(ArditoParameters, EachIsTakenAndToldInIdle) {
-  any::expect_each_is_taken_and_told<World>(tuning());
-}
-TEST(ArditoParameters, AdjustingAllocatesNothing) {
-  any::expect_adjusting_allocates_nothing<World>(tuning());
-}
-TEST(ArditoParameters, NonsenseIsRefusedWhateverItIs) {
-  any::expect_nonsense_is_refused<World>(tuning());
 }
 
 TEST(ArditoParameters, TheBeaconRunsAsLongAsItWasSetTo) {
@@ -74,29 +54,6 @@ TEST(ArditoParameters, GainsThatAreUnstableTogetherAreRefused) {
   World w;
   w.run(0.5);
   EXPECT_EQ(set(w, "mobility.ratio_i", 30).verdict.reason, Reason::parameter_together);
-}
-
-TEST(ArditoParameters, ARecordingInWhichTheyChangeIsReplayedToTheBitAlsoFromTheMiddle) {
-  World w;
-  any::Recording<World, Vehicle> recording(w);
-  recording.run(0.5);
-  ask(w, "mobility.ratio_p", 0.43);
-  recording.step();
-  ask(w, "safety.beacon_s", 1.7);
-  recording.step();
-  w.send(lss::CommandKind::start, {0});
-  recording.run(4);
-  w.send(CommandKind::drive, {0.3, 0.05, 1, 0});
-  recording.run(3);
-  ask(w, "bus.wheel_rated_A", 3.21);
-  recording.step();
-  recording.remember();
-  recording.run(5);
-  EXPECT_EQ(w.mode(), Mode::running);
-  recording.expect_replayed(Parameters{}, logic());
-  Parameters other;
-  other.wheel_current_A = 7;
-  EXPECT_TRUE(recording.differs_with(other, logic()));
 }
 
 }  // namespace

@@ -11,81 +11,35 @@
 #include <string>
 #include <vector>
 
-#include "daemon/cycle/cycle.h"
 #include "daemon/vehicles/ardito/vehicle.h"
+#include "tests/safety/cycle_world.h"
 
 namespace lss::ardito {
 
-inline Name source(const std::string& text) {
-  Name n{};
-  text.copy(n.data(), n.size() - 1);
-  return n;
-}
+using safety::source;
 
-class World {
+class World : public safety::CycleWorld<World, Vehicle, Mode> {
  public:
   static constexpr TimeNs kPeriod = 100 * kMillisecond;
 
   explicit World(const Parameters& parameters = {}, const Supervisor::Parameters& links = {})
-      : parameters_(parameters), vehicle_(parameters), supervisor_(logic(), links) {
+      : CycleWorld(parameters, ardito::logic(), links, kPeriod), parameters_(parameters) {
     in_.bus.was_open = in_.bus.open = true;
     for (RoverLink& link : in_.bus.status.link) link.node.state = canopen::NodeState::operational;
     for (std::size_t i = 0; i < kWheels + kSteered; ++i)
       drive(i) = canopen::DriveState::switch_on_disabled;
   }
 
-  static Logic logic() { return ardito::logic(); }
-
   canopen::DriveState& drive(std::size_t i) { return in_.bus.status.link[i].drive; }
   canopen::NodeStatus& node(std::size_t i) { return in_.bus.status.link[i].node; }
 
-  // One frame.
-  void step() {
-    time_ns_ += kPeriod;
-    in_.frame += 1;
-    in_.time_ns = time_ns_;
+  void sense() {
     in_.bus.time_ns = time_ns_ - kMillisecond;
-    in_.sample_count = 0;
     boot();
     if (in_.bus.open) measure();
-    in_.request_count = 0;
-    for (const Request& r : requests_) in_.requests[in_.request_count++] = r;
-    requests_.clear();
-    if (heartbeat_ && in_.request_count < kMaxRequests)
-      in_.requests[in_.request_count++] = {.source = source("test")};
-    taken_ = in_;
-    cycle(vehicle_, supervisor_, in_, out_, [](Stage) {});
-    obey(out_.command);
-    const auto& box = supervisor_.outbox();
-    acks.insert(acks.end(), box.acks.begin(), box.acks.begin() + box.ack_count);
-    events.insert(events.end(), box.events.begin(), box.events.begin() + box.event_count);
   }
-  void run(double seconds) {
-    for (TimeNs end = time_ns_ + static_cast<TimeNs>(seconds * 1e9); time_ns_ < end;) step();
-  }
-  template <class Condition>
-  bool run_until(Condition condition, double seconds) {
-    for (TimeNs end = time_ns_ + static_cast<TimeNs>(seconds * 1e9); time_ns_ < end;) {
-      step();
-      if (condition()) return true;
-    }
-    return false;
-  }
-  bool run_until(Mode mode, double seconds) {
-    return run_until([&] { return this->mode() == mode; }, seconds);
-  }
+  void obey() { obey(out_.command); }
 
-  template <class Kind>
-  void send(Kind kind, std::initializer_list<double> parameters = {}, const char* from = "test",
-            std::uint16_t flags = 0) {
-    Request r{.source = source(from),
-              .sequence = ++sequence_,
-              .kind = static_cast<std::uint16_t>(kind),
-              .flags = flags,
-              .lease_ms = 1000};
-    std::copy(parameters.begin(), parameters.end(), r.parameter.begin());
-    requests_.push_back(r);
-  }
   // From Idle to Stopped with all motors on.
   bool start(double limit = 0) {
     run(0.5);
@@ -98,26 +52,6 @@ class World {
     return run_until(Mode::running, 20);
   }
 
-  State state() const { return supervisor_.controller().state; }
-  Mode mode() const { return static_cast<Mode>(supervisor_.controller().mode); }
-  bool has(FaultId id, std::uint16_t subject = 0) const {
-    for (const FaultRecord& f : supervisor_.state().faults) {
-      if (f.id == id && f.subject == subject) return true;
-    }
-    return false;
-  }
-  bool heard(EventId id) const {
-    for (const EventRecord& e : events) {
-      if (e.id == static_cast<std::uint16_t>(id)) return true;
-    }
-    return false;
-  }
-  const Ack* last(Phase phase) const {
-    for (auto i = acks.rbegin(); i != acks.rend(); ++i) {
-      if (i->phase == phase) return &*i;
-    }
-    return nullptr;
-  }
   bool all_stopped() const {
     const auto off = [](const auto& drive) { return !drive.enabled; };
     return out_.command.quick_stop && std::ranges::all_of(out_.command.wheel, off) &&
@@ -128,17 +62,7 @@ class World {
   // The measurements before they are sent; a test alters them here.
   std::function<void(std::vector<Reading>&)> distort;
 
-  std::vector<Ack> acks;
-  std::vector<EventRecord> events;
-  lss::Inputs<Vehicle> in_{};
-  lss::Inputs<Vehicle>
-      taken_{};  // by the last cycle: later actions of drives belong to the next one
-  Outputs<Vehicle> out_{};
   Parameters parameters_;
-  Vehicle vehicle_;
-  Supervisor supervisor_;
-  bool heartbeat_ = true;
-  TimeNs time_ns_ = 1000 * kSecond;
   ardito::Inputs inputs{.emergency_button = false, .power_good = true};
   bool imu_alive = true;
   std::array<TimeNs, kNodes> boot_ns{};  // of a node that is reset; 0: it takes no notice
@@ -225,8 +149,6 @@ class World {
     node_resets_ = orders.node_reset_serial;
   }
 
-  std::vector<Request> requests_;
-  std::uint64_t sequence_ = 0;
   std::uint16_t counter_ = 0;
   std::uint32_t resets_ = 0, node_resets_ = 0;
   std::array<TimeNs, kNodes> booted_ns_{};  // when it runs again; 0: it does

@@ -226,14 +226,14 @@ TEST(TalarisGnc, AnEmergencyStopInTheAirStopsEverythingAtOnce) {
   ASSERT_TRUE(w.fly(Program::hop));
   w.send(lss::CommandKind::emergency_stop, {}, "anyone");
   w.step();
-  ASSERT_NE(w.last(World::Phase_::completed), nullptr);
-  EXPECT_EQ(w.last(World::Phase_::completed)->verdict.reason, Reason::fell);
+  ASSERT_NE(w.last(lss::Phase::completed), nullptr);
+  EXPECT_EQ(w.last(lss::Phase::completed)->verdict.reason, Reason::fell);
   EXPECT_EQ(w.state(), State::fatal_error);
   EXPECT_TRUE(w.shut());
   EXPECT_TRUE(w.orders().all_stop);
   w.send(lss::CommandKind::emergency_stop);
   w.step();
-  EXPECT_EQ(w.last(World::Phase_::completed)->verdict.reason, Reason::none) << "it fell once";
+  EXPECT_EQ(w.last(lss::Phase::completed)->verdict.reason, Reason::none) << "it fell once";
 }
 
 TEST(TalarisGnc, StandbyOnTheGroundBreaksOff) {

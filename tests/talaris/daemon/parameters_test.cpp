@@ -1,16 +1,12 @@
 // Parameters of TALARIS that change while it runs.
-#include "tests/support/parameters.h"
-
 #include <gtest/gtest.h>
 
-#include "daemon/vehicles/talaris/record.h"
 #include "daemon/vehicles/talaris/tunables.h"
 #include "world.h"
 
 namespace lss::talaris {
 namespace {
 
-namespace any = parameters_test;
 using Kind = CommandKind;
 
 std::size_t index_of(const char* name) {
@@ -20,18 +16,7 @@ std::size_t index_of(const char* name) {
 }
 
 Verdict set(World& w, const char* name, double value) {
-  return w.ask(lss::CommandKind::set_parameter, {any::number(index_of(name)), value});
-}
-
-TEST(TalarisParameters, TheTableIsSound) { any::expect_a_sound_table(tuning()); }
-TEST(TalarisParameters, EachIsTakenAndToldInIdle) {
-  any::expect_each_is_taken_and_told<World>(tuning());
-}
-TEST(TalarisParameters, AdjustingAllocatesNothing) {
-  any::expect_adjusting_allocates_nothing<World>(tuning());
-}
-TEST(TalarisParameters, NonsenseIsRefusedWhateverItIs) {
-  any::expect_nonsense_is_refused<World>(tuning());
+  return w.ask(lss::CommandKind::set_parameter, {double(1 + index_of(name)), value});
 }
 
 TEST(TalarisParameters, APlanLeavesTheReserveThatWasSet) {
@@ -72,38 +57,6 @@ TEST(TalarisParameters, WhatIsNotTheFlightsCostsItNoPlan) {
   ASSERT_EQ(w.why(Kind::plan, {hop, 2, 5, 0, 0}), Reason::none);
   ASSERT_EQ(set(w, "imu.lost_per_s", 30).reason, Reason::none);
   EXPECT_EQ(w.vehicle_.flight().phase, gnc::talaris::Phase::ready);
-}
-
-TEST(TalarisParameters, ARecordingInWhichTheyChangeIsReplayedToTheBitAlsoFromTheMiddle) {
-  World w;
-  any::Recording<World, Vehicle> recording(w);
-  recording.run(1);
-  const auto change = [&](const char* name, double value) {
-    w.send(lss::CommandKind::set_parameter, {any::number(index_of(name)), value});
-    recording.step();
-  };
-  change("profile.climb_m_s2", 0.71);
-  change("gains.1.attitude_wn_rad_s", 1.55);
-  change("altimeter.silent_ms", 900);
-  w.send(lss::CommandKind::start);
-  recording.run(1);
-  w.send(Kind::gnc, {0});
-  recording.step();
-  change("gas.min_voltage_V", 20);
-  recording.remember();
-  w.send(Kind::gnc, {1});
-  recording.run(6);
-  EXPECT_EQ(w.mode(), Mode::standby);
-  w.send(Kind::plan, {static_cast<double>(Program::hop), 2, 5, 0, 0});
-  recording.run(1);
-  w.voltage_V = 19;
-  recording.run(2);
-  EXPECT_TRUE(w.has(FaultId::supply_low, kValveModule));
-  recording.expect_replayed(quick(), logic());
-  Parameters other = quick();
-  other.flight.profile.climb_m_s2 = 0.9;
-  other.min_voltage_V = 25;
-  EXPECT_TRUE(recording.differs_with(other, logic()));
 }
 
 }  // namespace

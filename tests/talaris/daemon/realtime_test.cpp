@@ -54,7 +54,7 @@ std::vector<std::uint8_t> bytes_of(const Vehicle::Command& command,
 TEST(TalarisRealtime, TheCycleAllocatesNothing) {
   const auto frames = hop();
   Vehicle vehicle(quick());
-  Supervisor supervisor(World::logic(), {});
+  Supervisor supervisor(logic(), {});
   Outputs<Vehicle> out;
   const std::uint64_t before = testing_support::allocations();
   for (const auto& in : frames) cycle(vehicle, supervisor, in, out, [](Stage) {});
@@ -65,7 +65,7 @@ TEST(TalarisRealtime, TheCycleAllocatesNothing) {
 TEST(TalarisRealtime, TheSameInputsGiveTheSameBits) {
   const auto frames = hop();
   Vehicle a(quick()), b(quick());
-  Supervisor sa(World::logic(), {}), sb(World::logic(), {});
+  Supervisor sa(logic(), {}), sb(logic(), {});
   Outputs<Vehicle> oa, ob;
   for (const auto& in : frames) {
     cycle(a, sa, in, oa, [](Stage) {});

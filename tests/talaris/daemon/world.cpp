@@ -10,10 +10,8 @@ Parameters quick() {
   return p;
 }
 
-Logic World::logic() { return talaris::logic(); }
-
 World::World(const Parameters& parameters, const Supervisor::Parameters& links)
-    : parameters_(parameters), vehicle_(parameters), supervisor_(logic(), links) {
+    : CycleWorld(parameters, talaris::logic(), links, kFrame), parameters_(parameters) {
   in_.bus.can.was_open = in_.bus.can.open = true;
   in_.bus.imu.open = in_.bus.altimeter.open = true;
   for (HopperLink& link : in_.bus.can.status.link)
@@ -67,7 +65,8 @@ void World::move(double into_s, double& up_m_s2, double& along_m_s2) {
   along_m += along_m_s * kStep_s;
 }
 
-void World::measure() {
+void World::sense() {
+  in_.bus.can.time_ns = time_ns_ - kMillisecond;
   std::vector<TalarisSample> samples;
   const TimeNs from_ns = time_ns_ - kFrame;
   const auto say = [&](double at_s, const Reading& reading) {
@@ -97,7 +96,6 @@ void World::measure() {
                        .voltage_V = voltage_V,
                        .temperature_degC = 20});
   if (distort) distort(samples);
-  in_.sample_count = 0;
   for (const TalarisSample& sample : samples) {
     if (in_.sample_count < in_.samples.size()) in_.samples[in_.sample_count++] = sample;
   }
@@ -105,27 +103,6 @@ void World::measure() {
     if (node(i).state == canopen::NodeState::operational)
       node(i).heartbeat_ns = time_ns_ - kMillisecond;
   }
-}
-
-void World::step() {
-  time_ns_ += kFrame;
-  in_.frame += 1;
-  in_.time_ns = time_ns_;
-  in_.bus.can.time_ns = time_ns_ - kMillisecond;
-  measure();
-  in_.request_count = 0;
-  for (const Request& r : requests_) in_.requests[in_.request_count++] = r;
-  requests_.clear();
-  if (heartbeat_ && in_.request_count < kMaxRequests)
-    in_.requests[in_.request_count++] = {.source = source("test")};
-  cycle(vehicle_, supervisor_, in_, out_, [](Stage) {});
-  const auto& box = supervisor_.outbox();
-  acks.insert(acks.end(), box.acks.begin(), box.acks.begin() + box.ack_count);
-  events.insert(events.end(), box.events.begin(), box.events.begin() + box.event_count);
-}
-
-void World::run(double seconds) {
-  for (TimeNs end = time_ns_ + static_cast<TimeNs>(seconds * 1e9); time_ns_ < end;) step();
 }
 
 bool World::start() {
@@ -154,27 +131,6 @@ bool World::fly(Program program, double height, double distance) {
   if (!run_until([&] { return out_.telemetry.planned; }, 1)) return false;
   send(CommandKind::gnc, {2});
   return run_until([&] { return airborne() && height_m > 0.5; }, 30);
-}
-
-bool World::has(FaultId id, std::uint16_t subject) const {
-  for (const FaultRecord& f : supervisor_.state().faults) {
-    if (f.id == id && f.subject == subject) return true;
-  }
-  return false;
-}
-
-const EventRecord* World::heard(EventId id) const {
-  for (auto i = events.rbegin(); i != events.rend(); ++i) {
-    if (i->id == static_cast<std::uint16_t>(id)) return &*i;
-  }
-  return nullptr;
-}
-
-const Ack* World::last(Phase_ phase) const {
-  for (auto i = acks.rbegin(); i != acks.rend(); ++i) {
-    if (i->phase == phase) return &*i;
-  }
-  return nullptr;
 }
 
 }  // namespace lss::talaris

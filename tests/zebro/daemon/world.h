@@ -12,16 +12,12 @@
 #include <utility>
 #include <vector>
 
-#include "daemon/cycle/cycle.h"
 #include "daemon/vehicles/zebro/vehicle.h"
+#include "tests/safety/cycle_world.h"
 
 namespace lss::zebro {
 
-inline Name source(const std::string& text) {
-  Name n{};
-  text.copy(n.data(), n.size() - 1);
-  return n;
-}
+using safety::source;
 
 struct IdealModule {
   bool alive = true;
@@ -142,12 +138,12 @@ struct IdealModule {
   }
 };
 
-class World {
+class World : public safety::CycleWorld<World, Vehicle, Mode> {
  public:
   static constexpr TimeNs kPeriod = 20 * kMillisecond;
 
   explicit World(const Parameters& parameters = {}, const Supervisor::Parameters& links = {})
-      : vehicle_(parameters), supervisor_(logic(), links) {
+      : CycleWorld(parameters, zebro::logic(), links, kPeriod) {
     for (std::size_t i = 0; i < modules.size(); ++i)
       modules[i].position_deg = 30.0 * static_cast<double>(i);
     IdealModule& panel = modules.back();
@@ -155,13 +151,7 @@ class World {
     in_.bus.was_open = in_.bus.open = true;
   }
 
-  static Logic logic() { return zebro::logic(); }
-
-  // One frame.
-  void step() {
-    time_ns_ += kPeriod;
-    in_.frame += 1;
-    in_.time_ns = time_ns_;
+  void sense() {
     in_.bus.time_ns = time_ns_ - kMillisecond;
     std::vector<ModuleReply> replies;
     for (std::size_t i = 0; i < modules.size(); ++i) {
@@ -173,64 +163,17 @@ class World {
     }
     in_.sample_count = static_cast<std::uint32_t>(replies.size());
     for (std::size_t i = 0; i < replies.size(); ++i) in_.samples[i] = replies[i];
-    in_.request_count = 0;
-    for (const Request& r : requests_) in_.requests[in_.request_count++] = r;
-    requests_.clear();
-    if (heartbeat_ && in_.request_count < kMaxRequests)
-      in_.requests[in_.request_count++] = {.source = source("test")};
-    cycle(vehicle_, supervisor_, in_, out_, [](Stage) {});
+  }
+  void obey() {
     for (std::size_t i = 0; i < modules.size(); ++i)
       modules[i].obey(out_.command.module[i], time_ns_ + 5 * kMillisecond);
-    const auto& box = supervisor_.outbox();
-    acks.insert(acks.end(), box.acks.begin(), box.acks.begin() + box.ack_count);
-    events.insert(events.end(), box.events.begin(), box.events.begin() + box.event_count);
-  }
-  void run(double seconds) {
-    for (TimeNs end = time_ns_ + static_cast<TimeNs>(seconds * 1e9); time_ns_ < end;) step();
-  }
-  template <class Condition>
-  bool run_until(Condition condition, double seconds) {
-    for (TimeNs end = time_ns_ + static_cast<TimeNs>(seconds * 1e9); time_ns_ < end;) {
-      step();
-      if (condition()) return true;
-    }
-    return false;
-  }
-  bool run_until(Mode mode, double seconds) {
-    return run_until([&] { return this->mode() == mode; }, seconds);
   }
 
-  template <class Kind>
-  void send(Kind kind, std::initializer_list<double> parameters = {}, const char* from = "test",
-            std::uint16_t flags = 0) {
-    Request r{.source = source(from),
-              .sequence = ++sequence_,
-              .kind = static_cast<std::uint16_t>(kind),
-              .flags = flags,
-              .lease_ms = 1000};
-    std::copy(parameters.begin(), parameters.end(), r.parameter.begin());
-    requests_.push_back(r);
-  }
   // From Idle to Standing.
   bool stand() {
     run(0.2);
     send(lss::CommandKind::start, {1});
     return run_until(Mode::standing, 40);
-  }
-
-  State state() const { return supervisor_.controller().state; }
-  Mode mode() const { return static_cast<Mode>(supervisor_.controller().mode); }
-  bool has(FaultId id, std::uint16_t subject = 0) const {
-    for (const FaultRecord& f : supervisor_.state().faults) {
-      if (f.id == id && f.subject == subject) return true;
-    }
-    return false;
-  }
-  const Ack* last(Phase phase) const {
-    for (auto i = acks.rbegin(); i != acks.rend(); ++i) {
-      if (i->phase == phase) return &*i;
-    }
-    return nullptr;
   }
   bool all_stopped() const {
     for (const ModuleOrder& o : out_.command.module) {
@@ -240,19 +183,7 @@ class World {
   }
 
   std::array<IdealModule, kModules> modules;
-  std::vector<Ack> acks;
-  std::vector<EventRecord> events;
-  Inputs<Vehicle> in_{};
-  Outputs<Vehicle> out_{};
-  Vehicle vehicle_;
-  Supervisor supervisor_;
-  bool heartbeat_ = true;
   bool twice = false;  // modules answer twice a frame
-  TimeNs time_ns_ = 1000 * kSecond;
-
- private:
-  std::vector<Request> requests_;
-  std::uint64_t sequence_ = 0;
 };
 
 }  // namespace lss::zebro
