@@ -24,11 +24,6 @@ std::string_view idl_of(const Vehicle& vehicle) {
   return vehicle.idl.empty() ? idl_text(vehicle.name) : vehicle.idl;
 }
 
-const CodeInfo* find_code(std::span<const CodeInfo> list, std::uint16_t number) {
-  const auto found = std::ranges::find(list, number, &CodeInfo::number);
-  return found == list.end() ? nullptr : &*found;
-}
-
 std::string subject_name(const Vehicle& vehicle, std::uint16_t subject) {
   if (subject == 0) return "";
   if (subject <= vehicle.subjects.size()) return vehicle.subjects[subject - 1u];
