@@ -127,6 +127,7 @@ void DescribedVehicle::read(const Json& json) {
   reasons_ = codes(json.at("reasons"));
   events_ = codes(json.at("events"));
   const Json& telemetry = json.at("telemetry");
+  fields_ = telemetry.value("fields", Json::array());
   if (telemetry.contains("idl"))
     telemetry_ = std::make_unique<TelemetryType>(telemetry.at("idl").get<std::string>(),
                                                  telemetry.at("type").get<std::string>());

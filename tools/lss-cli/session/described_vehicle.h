@@ -23,6 +23,8 @@ class DescribedVehicle {
   DescribedVehicle& operator=(const DescribedVehicle&) = delete;
 
   const Vehicle& vehicle() const { return vehicle_; }
+  // Of the telemetry, as in the dictionary.
+  const nlohmann::json& fields() const { return fields_; }
 
  private:
   using Json = nlohmann::json;
@@ -44,6 +46,7 @@ class DescribedVehicle {
   std::vector<TunableInfo> tunables_;
   std::vector<CodeInfo> faults_, reasons_, events_;
   std::unique_ptr<TelemetryType> telemetry_;
+  Json fields_;
   Vehicle vehicle_{};
 };
 
