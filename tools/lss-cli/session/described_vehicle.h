@@ -35,7 +35,7 @@ class DescribedVehicle {
   const char* keep(const Json& text);
 
   std::vector<Invocation> prepare(const lss_Status& status, const Invocation& wanted) const;
-  Json telemetry_json(const void* sample) const;
+  nlohmann::ordered_json telemetry_json(const void* sample) const;
 
   std::deque<std::string> texts_;  // addresses stay
   std::deque<std::vector<ParameterInfo>> parameters_;
