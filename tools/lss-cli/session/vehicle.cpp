@@ -30,15 +30,6 @@ std::string subject_name(const Vehicle& vehicle, std::uint16_t subject) {
   return fmt::format("module {}", subject);
 }
 
-nlohmann::json with_null_for_never(nlohmann::json json) {
-  if (json.is_object() && json.contains("age_ms") && json["age_ms"] == kNeverHeard_ms)
-    json["age_ms"] = nullptr;
-  for (nlohmann::json& part : json) {
-    if (part.is_structured()) part = with_null_for_never(std::move(part));
-  }
-  return json;
-}
-
 void name_subjects(const Vehicle& vehicle, nlohmann::json& parts, std::uint16_t first) {
   for (nlohmann::json& part : parts) {
     const int subject = first + part["id"].get<int>();
