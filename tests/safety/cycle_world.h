@@ -51,6 +51,14 @@ class CycleWorld {
     port_->show(supervisor_.state());
   }
 
+  // The daemon is started again; the hardware goes on.
+  template <class P>
+  void restart(const P& parameters) {
+    vehicle_ = V(parameters);
+    supervisor_ = Supervisor(logic_, {});
+    if (port_) use_port();
+  }
+
   // One frame.
   void step() {
     time_ns_ += period_ns_;
