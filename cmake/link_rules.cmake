@@ -69,7 +69,8 @@ endforeach()
 # The remaining targets in lss_room are the daemon's.
 lss_targets_below(${PROJECT_SOURCE_DIR}/daemon/publish lss_face)
 list(REMOVE_ITEM lss_room ${lss_face})
-lss_never_link("${lss_room}" "lss_idl;lss_idl_types;CycloneDDS::ddsc")
+list(TRANSFORM LSS_VEHICLES PREPEND lss_idl_ OUTPUT_VARIABLE lss_types)
+lss_never_link("${lss_room}" "lss_idl;lss_idl_types;${lss_types};CycloneDDS::ddsc")
 
 find_program(LSS_BASH bash)
 if(BUILD_TESTING AND LSS_BASH)

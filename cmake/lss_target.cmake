@@ -1,22 +1,14 @@
-# lss_target(NAME LIBRARY|INTERFACE|PROGRAM|TEST [SOURCES ...] [APART ...] [LINK ...] [SYSTEM ...] [LABELS ...])
+# lss_target(NAME LIBRARY|OBJECTS|INTERFACE|PROGRAM|TEST [SOURCES ...] [APART ...] [LINK ...] [SYSTEM ...] [LABELS ...])
 #
-# The only place with the compiler settings of this project: C++20, warnings are errors, sanitizers by preset, includes
-# from the top of the tree ("gnc/zebro/gait.h"). LINK names our own targets and well-behaved imported ones; SYSTEM names
-# third-party include directories whose warnings are not ours. Sources are compiled in groups, which takes a third of
-# the time (LSS_UNITY); APART sources are compiled separately, because their names conflict with those of others. A TEST
+# The only place with the compiler settings of this project, also for vehicles from outside (lss_add_vehicle.cmake):
+# C++20, warnings (errors in this tree), sanitizers by preset, includes from the top of the project ("gnc/zebro/gait.h").
+# LINK names our own targets and well-behaved imported ones; SYSTEM names third-party include directories whose warnings
+# are not ours. Sources are compiled in groups, which takes a third of the time (LSS_UNITY); APART sources are compiled
+# separately, because their names conflict with those of others. OBJECTS: a library whose every source is linked. A TEST
 # is linked to GoogleTest's main and registered with CTest case by case under its LABELS.
 
-option(LSS_UNITY "Compile several sources at a time" ON)
-option(LSS_SANITIZE "Sanitizers to compile with, e.g. address,undefined" "")
-
 set(LSS_WARNINGS -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast
-                 -Wnon-virtual-dtor -Woverloaded-virtual -Wdouble-promotion -Wformat=2 -Werror)
-
-# GCC collects garbage above 128 MiB, which takes a sixth of its time; a file takes less than 1 GiB.
-cmake_host_system_information(RESULT LSS_MEMORY_MiB QUERY TOTAL_PHYSICAL_MEMORY)
-if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND LSS_MEMORY_MiB GREATER 7000)
-  add_compile_options("SHELL:$<$<COMPILE_LANGUAGE:CXX>:--param ggc-min-heapsize=1000000>")
-endif()
+                 -Wnon-virtual-dtor -Woverloaded-virtual -Wdouble-promotion -Wformat=2)
 
 # Whether the compiler fuses a multiplication with an addition depends on the optimisation.
 set(LSS_BASELINE_X86 OFF)
@@ -31,25 +23,30 @@ function(lss_target name kind)
   endif()
   if(kind STREQUAL "INTERFACE")
     add_library(${name} INTERFACE)
-    target_include_directories(${name} INTERFACE ${PROJECT_SOURCE_DIR})
+    target_include_directories(${name} INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
     target_link_libraries(${name} INTERFACE ${ARG_LINK})
-    target_include_directories(${name} SYSTEM INTERFACE ${ARG_SYSTEM})
+    target_include_directories(${name} SYSTEM INTERFACE "$<BUILD_INTERFACE:${ARG_SYSTEM}>")
     return()
   elseif(kind STREQUAL "LIBRARY")
     add_library(${name} STATIC ${ARG_SOURCES} ${ARG_APART})
+  elseif(kind STREQUAL "OBJECTS")
+    add_library(${name} OBJECT ${ARG_SOURCES} ${ARG_APART})
   elseif(kind STREQUAL "PROGRAM" OR kind STREQUAL "TEST")
     add_executable(${name} ${ARG_SOURCES} ${ARG_APART})
   else()
-    message(FATAL_ERROR "lss_target(${name}): kind is LIBRARY, INTERFACE, PROGRAM or TEST, not ${kind}")
+    message(FATAL_ERROR "lss_target(${name}): kind is LIBRARY, OBJECTS, INTERFACE, PROGRAM or TEST, not ${kind}")
   endif()
 
   target_compile_features(${name} PUBLIC cxx_std_20)
-  set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF UNITY_BUILD ${LSS_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+  set_target_properties(${name} PROPERTIES CXX_EXTENSIONS OFF UNITY_BUILD_BATCH_SIZE 8)
+  if(LSS_UNITY)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ON)
+  endif()
   set(apart ${ARG_SOURCES})
   list(FILTER apart INCLUDE REGEX "support/allocations.cpp$")  # its operators are called by other sources
   set_source_files_properties(${apart} ${ARG_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
-  target_include_directories(${name} PUBLIC ${PROJECT_SOURCE_DIR})
-  target_include_directories(${name} SYSTEM PUBLIC ${ARG_SYSTEM})
+  target_include_directories(${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+  target_include_directories(${name} SYSTEM PUBLIC "$<BUILD_INTERFACE:${ARG_SYSTEM}>")
   target_compile_options(${name} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:${LSS_WARNINGS}>)
   if(NOT LSS_BASELINE_X86)  # a recording gives the same bits in every preset: docs/recording.md
     target_compile_options(${name} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off>)

@@ -1,7 +1,8 @@
-# Debian packages: `cpack --config build/release/CPackConfig.cmake` makes three.
+# Debian packages: `cpack --config build/release/CPackConfig.cmake` makes four.
 #   lssd            daemon, command line, units, users, configuration
 #   lss-ground      the pilot's page and its gateway, for the OBC or a base station
 #   lssd-simulator  lss-sim, for development and test machines
+#   liblssd-dev     libraries and lss_add_vehicle(), for vehicles from outside (cmake/dev.cmake)
 # Libraries that they depend on are read from the programs (dpkg-shlibdeps).
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME lssd)
@@ -21,6 +22,10 @@ if(LSS_BUILDS_SIMULATOR)
 endif()
 if(NOT LSS_TOOLS_DIR)
   list(APPEND CPACK_COMPONENTS_ALL ground)
+endif()
+
+if(LSS_DEV)
+  list(APPEND CPACK_COMPONENTS_ALL dev)
 endif()
 
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -50,11 +55,25 @@ set(CPACK_DEBIAN_LSS-GROUND_PACKAGE_SUGGESTS lssd)
 set(CPACK_DEBIAN_LSS-GROUND_DESCRIPTION "lss-ground: watch, command and stop the vehicles of lssd from a browser.
 A gateway between DDS and WebSocket, and the page that it hands out.")
 
+# What lssd-config.cmake looks for, and the compiler.
+set(CPACK_DEBIAN_LIBLSSD-DEV_PACKAGE_NAME liblssd-dev)
+set(CPACK_DEBIAN_LIBLSSD-DEV_PACKAGE_SECTION libdevel)
+string(JOIN ", " CPACK_DEBIAN_LIBLSSD-DEV_PACKAGE_DEPENDS
+       "cmake (>= 3.25)" g++ python3 cyclonedds-dev cyclonedds-tools libboost-dev libcli11-dev libexpected-dev libfmt-dev
+       libspdlog-dev libsystemd-dev libtomlplusplus-dev nlohmann-json3-dev)
+set(CPACK_DEBIAN_LIBLSSD-DEV_PACKAGE_RECOMMENDS "libgtest-dev, libgmock-dev")
+set(CPACK_DEBIAN_LIBLSSD-DEV_PACKAGE_SUGGESTS "lssd, lssd-simulator, libdart-dev, libeigen3-dev, librapidcheck-dev")
+set(CPACK_DEBIAN_LIBLSSD-DEV_DESCRIPTION "Libraries of lssd, to build a daemon for a vehicle of your own.
+Headers, static libraries and the CMake package lssd, whose lss_add_vehicle() makes the daemon, the simulator
+and the verification of a vehicle from its sources.")
+
 include(CPack)
 cpack_add_component_group(lssd)
 cpack_add_component_group(lssd-simulator)
 cpack_add_component_group(lss-ground)
+cpack_add_component_group(liblssd-dev)
 cpack_add_component(lssd GROUP lssd)
 cpack_add_component(systemd GROUP lssd)
 cpack_add_component(simulator GROUP lssd-simulator)
 cpack_add_component(ground GROUP lss-ground)
+cpack_add_component(dev GROUP liblssd-dev)

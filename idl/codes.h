@@ -5,6 +5,7 @@
 // the number travels. Pure data, callable from every thread.
 
 #include <cstdint>
+#include <span>
 
 namespace lss {
 
@@ -327,25 +328,34 @@ inline constexpr CodeInfo kEvents[] = {
 #undef LSS_INFO
 };
 
-namespace detail {
-template <std::size_t N>
-constexpr const CodeInfo* find_code(const CodeInfo (&table)[N], std::uint16_t number) {
+// Codes of a vehicle itself: numbers from kFirstOwnCode to 999.
+inline constexpr std::uint16_t kFirstOwnCode = 500;
+struct OwnCodes {
+  std::span<const CodeInfo> faults{}, reasons{}, events{};
+};
+// Those of this process: set once at start-up, before there are other threads.
+inline OwnCodes own_codes;
+
+constexpr const CodeInfo* find_code(std::span<const CodeInfo> table, std::uint16_t number) {
   for (const CodeInfo& info : table) {
     if (info.number == number) return &info;
   }
   return nullptr;
 }
-}  // namespace detail
 
 // nullptr for a number that is not in the list.
 constexpr const CodeInfo* info(Reason r) {
-  return detail::find_code(kReasons, static_cast<std::uint16_t>(r));
+  const auto number = static_cast<std::uint16_t>(r);
+  return number < kFirstOwnCode ? find_code(kReasons, number)
+                                : find_code(own_codes.reasons, number);
 }
 constexpr const CodeInfo* info(FaultId f) {
-  return detail::find_code(kFaults, static_cast<std::uint16_t>(f));
+  const auto number = static_cast<std::uint16_t>(f);
+  return number < kFirstOwnCode ? find_code(kFaults, number) : find_code(own_codes.faults, number);
 }
 constexpr const CodeInfo* info(EventId e) {
-  return detail::find_code(kEvents, static_cast<std::uint16_t>(e));
+  const auto number = static_cast<std::uint16_t>(e);
+  return number < kFirstOwnCode ? find_code(kEvents, number) : find_code(own_codes.events, number);
 }
 
 }  // namespace lss

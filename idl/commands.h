@@ -44,6 +44,8 @@ struct CommandInfo {
   std::span<const ParameterInfo> parameters;
   // Stops the vehicle: never waits behind other commands; earlier commands are not obeyed after it.
   bool ends_motion = false;
+  // Goes on until another command: walk, drive.
+  bool endless = false;
 };
 
 // age_ms of telemetry: no message came since the start.

@@ -17,6 +17,7 @@
 #include <string>
 #include <thread>
 #include <tl/expected.hpp>
+#include <utility>
 #include <vector>
 
 #include "daemon/app/roster.h"
@@ -177,6 +178,14 @@ int run(const Options& options, const sigset_t& signals) {
   return code;
 }
 
+// With the vehicles: there are programs of one vehicle alone.
+std::string version_text() {
+  std::string text = "lssd " LSS_VERSION;
+  const char* before = " (";
+  for (const std::string& name : lss::vehicle_names()) text += std::exchange(before, ", ") + name;
+  return text + ")";
+}
+
 // Lines that cannot be written must not keep the daemon from ending.
 void end_log(int code) {
   std::thread([code] {
@@ -208,7 +217,7 @@ int main(int argc, char** argv) {
          "5: frames that cannot be compared, 1: unreadable")
       ->type_name("FILE")
       ->excludes(config);
-  cli.set_version_flag("--version", "lssd " LSS_VERSION);
+  cli.set_version_flag("--version", version_text());
   cli.footer(
       "Examples:\n  lssd --config config/zebro.toml --run-dir /tmp/lss --domain 7\n"
       "  lssd --replay /var/lib/lss/*.lssrec");

@@ -21,6 +21,13 @@ lc::Event common_event(const Request& r) noexcept {
   }
 }
 
+lc::Event event_of(const lc::Table& table, const Request& request) noexcept {
+  for (const lc::EventInfo& info : table.events) {
+    if (info.kind != 0 && info.kind == request.kind) return info.event;
+  }
+  return common_event(request);
+}
+
 bool done_at_once(std::uint16_t kind) noexcept {
   switch (static_cast<CommandKind>(kind)) {
     case CommandKind::emergency_stop:

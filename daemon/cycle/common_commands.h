@@ -15,6 +15,9 @@ namespace lss {
 // Event::none for `start` and `stop`, which belong to the vehicle, and for commands not in common.
 lc::Event common_event(const Request& request) noexcept;
 
+// The event of the table's own list that names the command, else the common one.
+lc::Event event_of(const lc::Table& table, const Request& request) noexcept;
+
 // Common commands that are complete when accepted. The others are judged by the vehicle.
 bool done_at_once(std::uint16_t kind) noexcept;
 

@@ -165,6 +165,8 @@ struct EventInfo {
   const char* name;
   bool command;           // of a client; else a report, or of the daemon itself
   std::uint8_t subjects;  // 0: it has no subject; n: 1..n
+  // The command that causes it, where its number alone says so; 0: none.
+  std::uint16_t kind = 0;
 };
 inline constexpr std::uint8_t kEachModule =
     0xFF;  // as subjects: as many as the vehicle has modules

@@ -3,8 +3,12 @@
 // Messages between the threads of the daemon, and between the cycle and the DDS face: plain,
 // trivially copyable, no DDS type in it. Strings are NUL-terminated.
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
+#include <iterator>
+#include <type_traits>
 
 #include "daemon/cycle/tunables.h"
 #include "drivers/time.h"
@@ -39,6 +43,19 @@ struct Request {
   bool acknowledged = false;  // "accepted" was answered already
   bool answered = false;      // an emergency stop: "completed", too
 };
+
+// The parameters of a command by name: Arguments is a struct of doubles in the order of its
+// kParameters, as in `struct Drive { double speed_m_s, turn_rad_s; ... }`.
+template <class Arguments>
+Arguments arguments(const Request& request) noexcept {
+  constexpr std::size_t kCount = std::size(Arguments::kParameters);
+  static_assert(kCount <= kMaxParameters && sizeof(Arguments) == kCount * sizeof(double) &&
+                    std::is_trivially_copyable_v<Arguments>,
+                "one double for each parameter");
+  std::array<double, kCount> values{};
+  std::copy_n(request.parameter.begin(), kCount, values.begin());
+  return std::bit_cast<Arguments>(values);
+}
 
 // Result of the guards: which guard, measured value, limit. none: accepted.
 struct Verdict {
@@ -129,6 +146,7 @@ struct StatusReport {
   std::uint32_t thread_count = 0;
   SavedState saved_parameters = SavedState::none;
   bool airborne = false;
+  bool simulated_time = false;
   bool stop_falls = false;  // effect of a pilot's STOP in the air: land, or the emergency stop
   // (shared memory is added by the face)
 };

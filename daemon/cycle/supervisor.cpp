@@ -10,8 +10,12 @@ namespace {
 
 constexpr std::uint16_t number(CommandKind kind) { return static_cast<std::uint16_t>(kind); }
 
-bool fatal(FaultId id) noexcept {
-  return info(id)->severity == static_cast<std::uint8_t>(Severity::fatal);
+// Of a code of all vehicles, or of the vehicle itself; an unknown fault is fatal.
+template <class Id>
+Severity severity_of(Id id, std::span<const CodeInfo> own) noexcept {
+  const auto number = static_cast<std::uint16_t>(id);
+  const CodeInfo* code = number < kFirstOwnCode ? info(id) : find_code(own, number);
+  return code != nullptr ? static_cast<Severity>(code->severity) : Severity::fatal;
 }
 
 bool held_by_another(const SupervisorState& s, const Name& source) noexcept {
@@ -269,6 +273,10 @@ void Supervisor::follow(const lc::ControllerState& before) noexcept {
   }
 }
 
+bool Supervisor::fatal(FaultId id) const noexcept {
+  return severity_of(id, logic_.codes.faults) == Severity::fatal;
+}
+
 void Supervisor::raise(FaultId id, std::uint16_t subject) noexcept {
   latch(id, subject);
   if (fatal(id) && !airborne()) happen(lc::Event::emergency);
@@ -413,7 +421,7 @@ void Supervisor::acknowledge(const Active& command, Phase phase, const Verdict& 
 
 void Supervisor::note(EventId id, std::uint16_t subject, double a, double b, double c,
                       double d) noexcept {
-  report(static_cast<Severity>(info(id)->severity), static_cast<std::uint16_t>(id), subject,
+  report(severity_of(id, logic_.codes.events), static_cast<std::uint16_t>(id), subject,
          {a, b, c, d});
 }
 

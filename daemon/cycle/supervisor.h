@@ -36,6 +36,7 @@ struct Logic {
   bool (*considered)(std::uint16_t kind) = nullptr;
   // Parameters that can be changed while it runs (Actor::adjust).
   std::span<const TunableInfo> tunables = {};
+  OwnCodes codes = {};  // of the vehicle itself
 };
 
 // Result of setting a parameter, and its value before.
@@ -190,6 +191,7 @@ class Supervisor {
   void command(const Request& request) noexcept;
   void heartbeat(const Request& request) noexcept;
   void another_daemon() noexcept;
+  bool fatal(FaultId id) const noexcept;
   Verdict judge(const Request& request) noexcept;
   bool handle_parameters(const Request& request, const Active& command) noexcept;
   Verdict apply(lc::Event event, const Request* request, unsigned subject) noexcept;

@@ -156,6 +156,7 @@ lss_Status to_dds(const StatusReport& report, std::string_view vehicle_id) {
   to.thread_count = report.thread_count;
   to.saved_parameters = static_cast<lss_SavedParameters>(report.saved_parameters);
   to.airborne = report.airborne;
+  to.simulated_time = report.simulated_time;
   to.stop_in_flight = report.stop_falls ? lss_STOP_FALLS : lss_STOP_LANDS;
   return to;
 }

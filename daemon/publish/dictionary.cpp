@@ -1,6 +1,7 @@
 #include "daemon/publish/dictionary.h"
 
 #include <algorithm>
+#include <cctype>
 #include <nlohmann/json.hpp>
 
 #include "daemon/cycle/allowed.h"
@@ -71,37 +72,43 @@ Json parameter(const ParameterInfo& p) {
 }
 
 Json command(const CommandInfo& info, const Logic& logic, const Vocabulary& vocabulary) {
-  Json json = {{"kind", info.kind},
-               {"name", info.name},
-               {"summary", info.summary},
-               {"access", info.access == Access::anyone ? "anyone" : "holder"},
-               {"leased", info.leased},
-               {"ends_motion", info.ends_motion},
-               {"parameters", Json::array()},
-               {"allowed", Json::array()}};
+  Json json = {
+      {"kind", info.kind},       {"name", info.name},
+      {"summary", info.summary}, {"access", info.access == Access::anyone ? "anyone" : "holder"},
+      {"leased", info.leased},   {"ends_motion", info.ends_motion},
+      {"endless", info.endless}, {"parameters", Json::array()},
+      {"allowed", Json::array()}};
   for (const ParameterInfo& p : info.parameters) json["parameters"].push_back(parameter(p));
   for (const lc::Allowed& a : lc::allowed(info, *logic.table, vocabulary.modes, logic.event_of))
     json["allowed"].push_back({{"where", a.where}, {"when", a.when}});
   return json;
 }
 
-Json codes(std::span<const CodeInfo> list) {
+Json codes(std::span<const CodeInfo> common, std::span<const CodeInfo> own) {
   Json all = Json::array();
-  for (const CodeInfo& code : list) {
-    all.push_back({{"number", code.number},
-                   {"name", code.name},
-                   {"severity", kSeverities[code.severity]},
-                   {"text", code.text},
-                   {"advice", code.advice}});
+  for (const std::span<const CodeInfo> list : {common, own}) {
+    for (const CodeInfo& code : list) {
+      all.push_back({{"number", code.number},
+                     {"name", code.name},
+                     {"severity", kSeverities[code.severity]},
+                     {"text", code.text},
+                     {"advice", code.advice}});
+    }
   }
   return all;
+}
+
+// The struct of a vehicle's telemetry is named after it: lss::ZebroTelemetry.
+std::string type_name(std::string vehicle) {
+  vehicle.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(vehicle.front())));
+  return "lss::" + vehicle + "Telemetry";
 }
 
 }  // namespace
 
 std::string dictionary(const std::string& vehicle, const Logic& logic, const Vocabulary& vocabulary,
-                       std::string_view telemetry_schema) {
-  Json json = {{"schema_version", 1},
+                       std::string_view telemetry_schema, std::string_view idl) {
+  Json json = {{"schema_version", 2},
                {"vehicle", vehicle},
                {"states", kStateNames},
                {"modes", vocabulary.modes},
@@ -123,10 +130,12 @@ std::string dictionary(const std::string& vehicle, const Logic& logic, const Voc
                                   {"change", t.change == Change::always ? "always" : "at rest"},
                                   {"help", t.help}});
   }
-  json["faults"] = codes(kFaults);
-  json["reasons"] = codes(kReasons);
-  json["events"] = codes(kEvents);
+  json["faults"] = codes(kFaults, logic.codes.faults);
+  json["reasons"] = codes(kReasons, logic.codes.reasons);
+  json["events"] = codes(kEvents, logic.codes.events);
   json["telemetry"] = {{"topic", "lss/telemetry/" + vehicle},
+                       {"type", type_name(vehicle)},
+                       {"idl", idl},
                        {"fields", Fields(telemetry_schema).until('\0')}};
   return json.dump();
 }

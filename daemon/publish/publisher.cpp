@@ -266,6 +266,7 @@ StatusReport Publisher::report(TimeNs now) const {
   r.saved_parameters = parameters_.state;
   r.airborne = airborne_;
   r.stop_falls = config_.stop_falls;
+  r.simulated_time = lockstep::on();
   r.realtime_enforced = config_.realtime_enforce;
   r.realtime_granted = granted_ && memory_locked_;
   r.memory_locked = memory_locked_;

@@ -1,6 +1,6 @@
-// The telemetry topics of the vehicles that were built; LSS_FOR_EACH_VEHICLE is made by the build.
+// The telemetry topics of the vehicles that were built.
 
-#include "roster.h"
+#include <roster_types.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -13,16 +13,21 @@ namespace lss {
 namespace {
 
 // What TelemetryPlane fills and reads without the type.
-#define LSS_CHECK(name, Type)                                                 \
-  static_assert(offsetof(Type, vehicle_id) == 0 &&                            \
-                sizeof(Type::vehicle_id) == sizeof(lss_Status::vehicle_id) && \
-                offsetof(Type, time_ns) == sizeof(Type::vehicle_id));
-LSS_FOR_EACH_VEHICLE(LSS_CHECK)
-#undef LSS_CHECK
+template <class Telemetry>
+constexpr bool kFillable = offsetof(Telemetry, vehicle_id) == 0 &&
+                           sizeof(Telemetry::vehicle_id) == sizeof(lss_Status::vehicle_id) &&
+                           offsetof(Telemetry, time_ns) == sizeof(Telemetry::vehicle_id);
+#define LSS_VEHICLE(name, Name)                   \
+  static_assert(kFillable<lss_##Name##Telemetry>, \
+                "begin it with: @key char vehicle_id[16]; long long time_ns;");
+#include "roster.inc"
+#undef LSS_VEHICLE
 
-#define LSS_TOPIC(name, Type) {#name, &Type##_desc, sizeof(Type)},
-const TelemetryTopic kTopics[] = {LSS_FOR_EACH_VEHICLE(LSS_TOPIC)};
-#undef LSS_TOPIC
+const TelemetryTopic kTopics[] = {
+#define LSS_VEHICLE(name, Name) {#name, &lss_##Name##Telemetry_desc, sizeof(lss_##Name##Telemetry)},
+#include "roster.inc"
+#undef LSS_VEHICLE
+};
 
 }  // namespace
 

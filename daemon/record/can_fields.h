@@ -4,7 +4,7 @@
 
 #include "daemon/record/fields.h"
 #include "drivers/can/transport.h"
-#include "drivers/canopen/master.h"
+#include "drivers/canopen/drive_bus.h"
 
 namespace lss {
 
@@ -35,6 +35,18 @@ void fields(V& v, X& x) {
   v("restarts", x.restarts);
   v("foreign", x.foreign);
   v("cannelloni", x.cannelloni);
+}
+
+// Of daemon/runtime/can_bus.h, whatever its status.
+template <class V, class Report>
+void can_report(V& v, Report& x) {
+  v("status", x.status);
+  v("port", x.port);
+  v("state", x.state);
+  v("time_ns", x.time_ns);
+  v("open", x.open);
+  v("was_open", x.was_open);
+  v("all_stop_pending", x.all_stop_pending);
 }
 
 }  // namespace lss
@@ -85,6 +97,31 @@ void fields(V& v, X& x) {
   v("unknown_frames", x.unknown_frames);
   v("other_masters", x.other_masters);
   v("overflows", x.overflows);
+}
+
+template <class V, Like<DriveBusCounters> X>
+void fields(V& v, X& x) {
+  v("master", x.master);
+  v("releases", x.releases);
+  v("safe_commands", x.safe_commands);
+  v("stale_orders", x.stale_orders);
+  v("old_orders", x.old_orders);
+  v("bad_orders", x.bad_orders);
+  v("overflows", x.overflows);
+}
+
+// The common part of orders.
+template <class V, class Orders>
+void bus_orders(V& v, Orders& x) {
+  v("issued_ns", x.issued_ns);
+  v("serial", x.serial);
+  v("emergency_serial", x.emergency_serial);
+  v("fault_reset_serial", x.fault_reset_serial);
+  v("node_reset_serial", x.node_reset_serial);
+  v("reset_nodes", x.reset_nodes);
+  v("next_frame_ns", x.next_frame_ns);
+  v("quick_stop", x.quick_stop);
+  v("standing", x.standing);
 }
 
 }  // namespace lss::canopen

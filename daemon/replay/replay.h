@@ -114,6 +114,7 @@ VehicleRecords records_of(const Logic& logic, const Tuning<Parameters>& tuning,
     return all.text();
   };
   const auto replay = [&logic, &tuning, read, complete](config::Section& section) -> MakeReplay {
+    own_codes = logic.codes;
     return [&logic, &tuning, complete, parameters = read(section)](
                const config::Config& config) -> tl::expected<std::unique_ptr<Replay>, std::string> {
       Parameters with = complete != nullptr ? complete(parameters, config) : parameters;

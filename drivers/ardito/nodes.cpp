@@ -1,30 +1,23 @@
 // The nodes of docs/icd-ardito.md sections 2, 5 and 7 for the CANopen master.
 
-#include <cmath>
-
 #include "drivers/ardito/rover_bus.h"
+#include "drivers/canopen/drive_pdo.h"
 
 namespace lss::ardito {
 namespace {
 
-using canopen::Entry;
+using canopen::kFallBack;
+using canopen::kHoldWhenStopped;
+using canopen::kInhibitEmergencies;
+using canopen::kStopOnLoss;
 using canopen::NodeParameters;
 using canopen::Pdo;
 
-constexpr std::uint32_t kServo = 0x0002'0192, kStepper = 0x0004'0192, kIoDevice = 0x0007'0191;
+constexpr std::uint32_t kStepper = 0x0004'0192, kIoDevice = 0x0007'0191;
 constexpr std::uint32_t kImuDevice = 0x0001'0000;
-constexpr std::uint32_t kProfileVelocity = 3, kProfilePosition = 1;  // modes of operation
+constexpr std::uint32_t kProfilePosition = 1;  // mode of operation
 constexpr std::uint32_t kBeaconBit = 0x40;
 
-// Common to all nodes.
-constexpr Entry kInhibit = {canopen::kEmergencyInhibit, 0, 2, 100};  // 10 ms
-constexpr Entry kFallBack = {canopen::kErrorBehaviour, 1, 1, 0};     // to pre-operational
-// ... and to all drives.
-constexpr Entry kStopOnLoss = {canopen::kAbortConnection, 0, 2, 3};
-constexpr Entry kHoldWhenStopped = {canopen::kQuickStopOption, 0, 2, 6};
-
-constexpr Pdo kWheelRpdo1 = {1, canopen::kEvent, 0, 0, {0x6040'0010, 0x60FF'0020}};
-constexpr Pdo kWheelTpdo1 = {1, canopen::kOnSync, 0, 0, {0x6041'0010, 0x606C'0020, 0x6078'0010}};
 constexpr Pdo kWheelTpdo2 = {2, canopen::kOnSync, 0, 0, {0x2100'0120, 0x2100'0220}};
 constexpr Pdo kWheelTpdo3 = {3, canopen::kEvent, 0, 1000, {0x2101'0110, 0x2101'0210}};
 constexpr Pdo kSteeringRpdo1 = {1, canopen::kEvent, 0, 0, {0x6040'0010, 0x607A'0020}};
@@ -36,33 +29,21 @@ constexpr Pdo kIoTpdo2 = {2, canopen::kOnSync, 0, 0, {0x6401'0110, 0x6401'0210, 
 constexpr Pdo kImuTpdo1 = {
     1, canopen::kOnSync, 0, 0, {0x2110'0110, 0x2110'0210, 0x2110'0310, 0x2110'0410}};
 
-std::uint32_t units(double value) {
-  return value > 0 && value < 4e9 ? static_cast<std::uint32_t>(std::lround(value)) : 0;
-}
-
 NodeParameters wheel(std::uint8_t node, const RoverBusParameters& p) {
-  const std::uint32_t rpm_s = units(p.wheel_acceleration_rpm_s);
-  return {node,
-          kServo,
-          {{kInhibit,
-            kFallBack,
-            kStopOnLoss,
-            kHoldWhenStopped,
-            {canopen::kModeOfOperation, 0, 1, kProfileVelocity},
-            {canopen::kAcceleration, 0, 4, rpm_s},
-            {canopen::kDeceleration, 0, 4, rpm_s},
-            {canopen::kQuickStopDeceleration, 0, 4, rpm_s}}},
-          {kWheelRpdo1},
-          {kWheelTpdo1, kWheelTpdo2, kWheelTpdo3}};
+  NodeParameters drive = canopen::velocity_drive(node, p.wheel_acceleration_rpm_s);
+  drive.tpdo[1] = kWheelTpdo2;
+  drive.tpdo[2] = kWheelTpdo3;
+  return drive;
 }
 
 NodeParameters steering(std::uint8_t node, const RoverBusParameters& p) {
   constexpr double kPerRad = 1e4;
-  const std::uint32_t speed = units(p.steering_speed_rad_s * p.gear_ratio * kPerRad);
-  const std::uint32_t acceleration = units(p.steering_acceleration_rad_s2 * p.gear_ratio * kPerRad);
+  const std::uint32_t speed = canopen::object_u32(p.steering_speed_rad_s * p.gear_ratio * kPerRad);
+  const std::uint32_t acceleration =
+      canopen::object_u32(p.steering_acceleration_rad_s2 * p.gear_ratio * kPerRad);
   return {node,
           kStepper,
-          {{kInhibit,
+          {{kInhibitEmergencies,
             kFallBack,
             kStopOnLoss,
             kHoldWhenStopped,
@@ -79,7 +60,7 @@ NodeParameters steering(std::uint8_t node, const RoverBusParameters& p) {
 NodeParameters io(std::uint8_t node) {
   return {node,
           kIoDevice,
-          {{kInhibit,
+          {{kInhibitEmergencies,
             kFallBack,
             {canopen::kOutputErrorMode, 1, 1, kBeaconBit},
             {canopen::kOutputErrorValue, 1, 1, kBeaconBit}}},
@@ -88,7 +69,7 @@ NodeParameters io(std::uint8_t node) {
 }
 
 NodeParameters imu(std::uint8_t node) {
-  return {node, kImuDevice, {{kInhibit, kFallBack}}, {}, {kImuTpdo1}};
+  return {node, kImuDevice, {{kInhibitEmergencies, kFallBack}}, {}, {kImuTpdo1}};
 }
 
 }  // namespace

@@ -1,8 +1,6 @@
 #include "drivers/ardito/pdo.h"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
+#include "drivers/canopen/drive_pdo.h"
 
 namespace lss::ardito {
 namespace {
@@ -11,13 +9,9 @@ using Bytes = std::span<const std::uint8_t>;
 
 constexpr double kAngle_rad = 1e-4;
 
-std::uint16_t u16(Bytes data, std::size_t at) {
-  return static_cast<std::uint16_t>(data[at] | data[at + 1] << 8);
-}
-double i16(Bytes data, std::size_t at) { return static_cast<std::int16_t>(u16(data, at)); }
-double i32(Bytes data, std::size_t at) {
-  return static_cast<std::int32_t>(u16(data, at) | std::uint32_t{u16(data, at + 2)} << 16);
-}
+using canopen::i16;
+using canopen::i32;
+using canopen::u16;
 
 // The node sends TPDOs 1, 2, 3 of these lengths; 0: none.
 using Lengths = std::array<std::size_t, 3>;
@@ -31,14 +25,18 @@ const Lengths& lengths(std::size_t node) {
 }
 
 Reading wheel(std::uint8_t index, int number, Bytes data) {
-  if (number == 1) return WheelMotion{index, u16(data, 0), i32(data, 2), i16(data, 6)};
-  if (number == 2) return WheelSpeeds{index, i32(data, 0), i32(data, 4) / 100};
-  return WheelHealth{index, i16(data, 0) / 10, u16(data, 2) / 100.0};
+  if (number == 1)
+    return WheelMotion{index, u16(data, 0), static_cast<double>(i32(data, 2)),
+                       static_cast<double>(i16(data, 6))};
+  if (number == 2)
+    return WheelSpeeds{index, static_cast<double>(i32(data, 0)), i32(data, 4) / 100.0};
+  return WheelHealth{index, i16(data, 0) / 10.0, u16(data, 2) / 100.0};
 }
 
 Reading steering(std::uint8_t index, int number, Bytes data) {
   if (number == 1) {
-    return SteeringMotion{index, u16(data, 0), i32(data, 2) * kAngle_rad, i16(data, 6)};
+    return SteeringMotion{index, u16(data, 0), i32(data, 2) * kAngle_rad,
+                          static_cast<double>(i16(data, 6))};
   }
   return SteeringAngle{index, i32(data, 0) * kAngle_rad};
 }
@@ -46,22 +44,6 @@ Reading steering(std::uint8_t index, int number, Bytes data) {
 Reading io(int number, Bytes data) {
   if (number == 1) return Inputs{(data[0] & 1) != 0, (data[0] & 2) != 0};
   return Rocker{i16(data, 0) * kAngle_rad, i16(data, 2) * kAngle_rad, i16(data, 4) * kAngle_rad};
-}
-
-std::int32_t rounded(double value) {
-  using Limits = std::numeric_limits<std::int32_t>;
-  if (!std::isfinite(value)) return 0;
-  return static_cast<std::int32_t>(
-      std::clamp<double>(std::round(value), Limits::min(), Limits::max()));
-}
-
-RpdoBytes rpdo(std::uint16_t controlword, std::int32_t target) {
-  const auto t = static_cast<std::uint32_t>(target);
-  const auto byte = [](std::uint32_t value, int shift) {
-    return static_cast<std::uint8_t>(value >> shift);
-  };
-  return {byte(controlword, 0), byte(controlword, 8), byte(t, 0),
-          byte(t, 8),           byte(t, 16),          byte(t, 24)};
 }
 
 }  // namespace
@@ -76,18 +58,21 @@ std::optional<Reading> decode(std::size_t node, int number, Bytes data) noexcept
     return steering(index, number, data);
   }
   if (node == kIo) return io(number, data);
-  return Imu{i16(data, 0), i16(data, 2) * kAngle_rad, i16(data, 4) / 1000, u16(data, 6)};
+  return Imu{static_cast<double>(i16(data, 0)), i16(data, 2) * kAngle_rad, i16(data, 4) / 1000.0,
+             u16(data, 6)};
 }
 
 RpdoBytes wheel_rpdo(std::uint16_t controlword, double motor_rpm) noexcept {
-  return rpdo(controlword, rounded(motor_rpm));
+  return canopen::drive_rpdo(controlword, canopen::field_i32(motor_rpm));
 }
 
 RpdoBytes steering_rpdo(std::uint16_t controlword, std::int32_t position) noexcept {
-  return rpdo(controlword, position);
+  return canopen::drive_rpdo(controlword, position);
 }
 
-std::int32_t steering_counts(double motor_rad) noexcept { return rounded(motor_rad / kAngle_rad); }
+std::int32_t steering_counts(double motor_rad) noexcept {
+  return canopen::field_i32(motor_rad / kAngle_rad);
+}
 
 std::uint8_t io_rpdo(std::uint8_t clutches, bool beacon) noexcept {
   return static_cast<std::uint8_t>((clutches & 0x3F) | (beacon ? 0x40 : 0));

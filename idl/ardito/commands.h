@@ -97,8 +97,9 @@ inline constexpr CommandInfo kCommands[] = {
     {5, "reset", Access::holder, false, "reset a node, all nodes, or the controller",
      kResetParameters},
     {201, "drive", Access::holder, true, "drive along an arc until another command",
-     kDriveParameters},
-    {202, "park", Access::holder, true, "turn on the spot until another command", kParkParameters},
+     kDriveParameters, false, true},
+    {202, "park", Access::holder, true, "turn on the spot until another command", kParkParameters,
+     false, true},
     {203, "halt", Access::holder, true, "stand still, ready to go on", {}},
 };
 

@@ -110,7 +110,7 @@ inline constexpr CommandInfo kCommands[] = {
     {101, "stand", Access::holder, true, "stand up", {}},
     {102, "lay-down", Access::holder, true, "lie down on the belly", {}},
     {103, "stow", Access::holder, true, "lie down and put the legs along the body for storage", {}},
-    {104, "walk", Access::holder, true, "walk until another command", kWalkParameters},
+    {104, "walk", Access::holder, true, "walk until another command", kWalkParameters, false, true},
     {105, "panel", Access::holder, false, "deploy or retract the solar panel", kPanelParameters},
     {106, "leg", Access::holder, true, "bridge: move one leg by direct command", kLegParameters},
 };

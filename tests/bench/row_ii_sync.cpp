@@ -129,9 +129,9 @@ Figures row_ii_sync(const Options& options) {
     });
     begin("frame", kFramePriority, measured_cpu(), [&] {
       const auto orders = [](const Boundary& boundary, const Released&, TimingPoints&) noexcept {
-        return RoverOrders{.issued_ns = boundary.time_ns,
-                           .serial = 1,
-                           .next_frame_ns = boundary.time_ns + kPeriod};
+        return RoverOrders{{.issued_ns = boundary.time_ns,
+                            .serial = 1,
+                            .next_frame_ns = boundary.time_ns + kPeriod}};
       };
       engine.frame(orders, [](const TimingPoints&) noexcept {});
     });

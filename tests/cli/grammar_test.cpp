@@ -53,6 +53,7 @@ TEST(Grammar, WrongLinesHaveTheirExitCodeAndASuggestion) {
   };
   EXPECT_EQ(refusal({"wlak"}).code(), ExitCode::unknown_name);
   EXPECT_THAT(refusal({"wlak"}).advice(), HasSubstr("walk"));
+  EXPECT_EQ(refusal({"wlak", "--help"}).code(), ExitCode::unknown_name);
   EXPECT_THAT(refusal({"--json", "stauts"}).advice(), HasSubstr("status"));
   EXPECT_THAT(refusal({"walk", "--sped", "high"}).advice(), HasSubstr("--speed"));
   EXPECT_EQ(refusal({"walk", "--sped", "high"}).code(), ExitCode::usage);
@@ -62,6 +63,32 @@ TEST(Grammar, WrongLinesHaveTheirExitCodeAndASuggestion) {
   EXPECT_EQ(refusal({"--source", std::string(32, 'x'), "stand"}).code(), ExitCode::usage);
   EXPECT_EQ(refusal({"--lease", "soon", "stand"}).code(), ExitCode::usage);
   EXPECT_EQ(refusal({"status", "now"}).code(), ExitCode::usage);
+}
+
+TEST(Grammar, OnlyWordsThatAVehicleMayKnowAreAskedOfAnother) {
+  const auto asks = [](const Words& words) {
+    Grammar grammar(Grammar::Scope::program);
+    EXPECT_THROW(grammar.parse(words), Failure);
+    return grammar.may_be_of_another();
+  };
+  EXPECT_TRUE(asks({"wlak"}));
+  EXPECT_TRUE(asks({"--domain", "7", "hover", "--help"}));
+  EXPECT_TRUE(asks({"walk", "--gear", "2"}));
+  EXPECT_TRUE(asks({"walk", "--heading", "120"}));
+  EXPECT_FALSE(asks({"status", "now"}));
+  EXPECT_FALSE(asks({"--domain", "300", "wlak"}));
+  EXPECT_FALSE(asks({}));
+  Grammar grammar(Grammar::Scope::program);
+  EXPECT_THROW(grammar.parse({"hover", "--domain", "7", "--timeout", "2s"}), Failure);
+  EXPECT_EQ(grammar.options().domain, 7);
+  EXPECT_EQ(grammar.options().timeout_s, 2);
+}
+
+TEST(Grammar, OfNoVehicleHasTheVerbsThatEveryoneHas) {
+  Grammar grammar(Grammar::Scope::program, {});
+  EXPECT_TRUE(grammar.has("status"));
+  EXPECT_FALSE(grammar.has("walk"));
+  EXPECT_THROW(grammar.parse({"walk"}), Failure);
 }
 
 TEST(Completion, VerbsOptionsAndValuesAreCompletedWhereTheyMayStand) {

@@ -32,19 +32,19 @@ TEST_F(ProgramAlone, HelpOfEveryVerbHasAnExampleOfItself) {
   }
 }
 
-TEST_F(ProgramAlone, MistakesEndBeforeAnybodyIsAsked) {
-  EXPECT_EQ(run({"wlak", "forward"}).code, 4);
-  EXPECT_EQ(run({"command", "describe", "wlak"}).code, 4);
+TEST_F(ProgramAlone, MistakesHaveTheirCodeWhenNobodyAnswers) {
+  EXPECT_EQ(run({"--timeout", "0.2", "wlak", "forward"}).code, 4);
+  EXPECT_EQ(run({"--timeout", "0.2", "command", "describe", "wlak"}).code, 4);
   EXPECT_EQ(run({"completion", "tcsh"}).code, 4);
-  EXPECT_EQ(run({"walk", "--heading", "120"}).code, 2);
-  EXPECT_EQ(run({"stand", "--for", "3s"}).code, 2);
+  EXPECT_EQ(run({"--timeout", "0.2", "walk", "--heading", "120"}).code, 2);
+  EXPECT_EQ(run({"--timeout", "0.2", "stand", "--for", "3s"}).code, 2);
   EXPECT_EQ(run({"run"}).code, 2);
   EXPECT_EQ(run({"run", "/nowhere/patrol.lss"}).code, 2);
   EXPECT_EQ(run({}).code, 2);
 }
 
 TEST_F(ProgramAlone, AMistakeIsADocumentTooWhenJsonIsAskedFor) {
-  const Ended ended = run({"--json", "wlak"});
+  const Ended ended = run({"--json", "--timeout", "0.2", "wlak"});
   const nlohmann::json document = nlohmann::json::parse(ended.out);
   EXPECT_EQ(document["exit_code"], 4);
   EXPECT_EQ(document["error"]["advice"], "did you mean walk?");

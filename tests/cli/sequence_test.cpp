@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/own_domain.h"
 #include "tools/lss-cli/show/failure.h"
 #include "tools/lss-cli/verbs/steps.h"
 
@@ -12,6 +13,15 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::StartsWith;
+
+// In the company of no daemon.
+std::vector<Step> steps_of(std::string_view text, const std::string& name) {
+  Options options;
+  options.domain = testing_support::own_domain();
+  options.timeout_s = 0.1;
+  Context context(options);
+  return parse_steps(context, text, name);
+}
 
 TEST(Sequence, CommandsEndAtSemicolonsAndLineEnds) {
   const std::vector<Line> lines =
@@ -43,7 +53,7 @@ TEST(Sequence, AnOpenQuoteIsAnErrorWithItsLine) {
 
 TEST(Sequence, AVerbThatNobodyKnowsIsAnErrorWithItsLineBeforeAnythingIsDone) {
   try {
-    parse_steps("start\nstand\nwlak forward", "patrol.lss");
+    steps_of("start\nstand\nwlak forward", "patrol.lss");
     FAIL() << "was taken";
   } catch (const Failure& e) {
     EXPECT_EQ(e.code(), ExitCode::unknown_name);
@@ -54,7 +64,7 @@ TEST(Sequence, AVerbThatNobodyKnowsIsAnErrorWithItsLineBeforeAnythingIsDone) {
 
 TEST(Sequence, AWrongParameterIsAnErrorWithItsLineBeforeAnythingIsDone) {
   try {
-    parse_steps("start; stand\nwalk --heading 120", "patrol.lss");
+    steps_of("start; stand\nwalk --heading 120", "patrol.lss");
     FAIL() << "was taken";
   } catch (const Failure& e) {
     EXPECT_EQ(e.code(), ExitCode::usage);
@@ -63,8 +73,8 @@ TEST(Sequence, AWrongParameterIsAnErrorWithItsLineBeforeAnythingIsDone) {
 }
 
 TEST(Sequence, TheOptionsOfTheWholeProgramBelongToTheProgram) {
-  EXPECT_THROW(parse_steps("walk forward --domain 3", "-e"), Failure);
-  EXPECT_THROW(parse_steps("run other.lss", "-e"), Failure);
+  EXPECT_THROW(steps_of("walk forward --domain 3", "-e"), Failure);
+  EXPECT_THROW(steps_of("run other.lss", "-e"), Failure);
 }
 
 TEST(Sequence, HoldsOnlySoMuch) {
@@ -79,7 +89,7 @@ TEST(Sequence, HoldsOnlySoMuch) {
   EXPECT_THAT(why([] { read_input("/dev/zero"); }), HasSubstr("is larger than 1000000 bytes"));
   std::string many;
   for (int i = 0; i < 1001; ++i) many += "stop\n";
-  EXPECT_THAT(why([&] { parse_steps(many, "f"); }), HasSubstr("f has more than 1000 verbs"));
+  EXPECT_THAT(why([&] { steps_of(many, "f"); }), HasSubstr("f has more than 1000 verbs"));
 }
 
 }  // namespace

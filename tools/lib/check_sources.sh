@@ -67,7 +67,7 @@ in_order() {
       < <(includes "$folder/$room" | grep -E ":\"$folder/(${later%|})/" || true)
   done
 }
-in_order daemon cycle config runtime record parameters replay publish app vehicles
+in_order daemon cycle config runtime record parameters replay publish app kit vehicles
 in_order tools/lss-cli show recording session report doctor verbs
 in_order tools/lss-sim frame canopen
 

@@ -46,12 +46,18 @@ int run(const std::vector<std::string>& words) {
   Grammar grammar(Grammar::Scope::program);
   Action action;
   Options options;
+  Parsed other;
   try {
     action = grammar.parse(words);
     options = grammar.options();
   } catch (const Failure& e) {
+    options = grammar.options();
     options.json = std::ranges::count(words, "--json") > 0;
-    action = [e](Context&) -> ExitCode { throw e; };
+    action = [&, e](Context& context) {
+      if (!grammar.may_be_of_another()) throw e;
+      other = parse(context, Grammar::Scope::program, words);
+      return other.action(context);
+    };
   }
   Context context(options);
   return static_cast<int>(perform(context, action));

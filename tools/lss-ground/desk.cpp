@@ -274,8 +274,10 @@ bool Desk::is_over(Job& job, const lss_CommandAck& ack) {
   const bool done = ack.phase == lss_PHASE_COMPLETED && job.steps.size() > 1;
   const bool over = !done && (job.dry_run || is_final(ack.phase));
   if (Client* client = client_of(job.client)) {
-    json document = cli::ack_json(ack);
-    if (document["reason"].is_object()) document["reason"]["text"] = cli::reason_text(ack);
+    const Craft* craft = fleet_.find(job.vehicle);
+    const cli::Reasons reasons = craft != nullptr ? craft->kind->reasons : kReasons;
+    json document = cli::ack_json(ack, reasons);
+    if (document["reason"].is_object()) document["reason"]["text"] = cli::reason_text(ack, reasons);
     document["type"] = "ack";
     document["request"] = job.id;
     document["vehicle"] = job.vehicle;

@@ -2,29 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <array>
-
 namespace lss::lc {
-
-#define LSS_VERIFIED(name) const Verified& name##_verified();
-#include "verified.inc"
-#undef LSS_VERIFIED
-
-std::span<const Verified* const> verified_vehicles() {
-  static const std::array all = {
-#define LSS_VERIFIED(name) &name##_verified(),
-#include "verified.inc"
-#undef LSS_VERIFIED
-  };
-  return all;
-}
-
-const Verified* verified_vehicle(const std::string& name) {
-  for (const Verified* vehicle : verified_vehicles()) {
-    if (vehicle->name == name) return vehicle;
-  }
-  return nullptr;
-}
 
 std::string text(const Verified& vehicle, Happening happening) {
   for (const std::span<const EventInfo> events : {kCommonEvents, vehicle.table->events}) {

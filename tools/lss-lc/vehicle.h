@@ -1,8 +1,7 @@
 #pragma once
 
 // A vehicle whose locomotion controller is verified. It brings NAME/*.cpp here, which define
-// NAME_verified(), and its name in this folder's CMakeLists.txt; properties of every vehicle are in
-// common.h.
+// NAME_verified(); properties of every vehicle are in common.h.
 
 #include <span>
 #include <string>

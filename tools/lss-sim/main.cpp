@@ -143,7 +143,8 @@ int main(int argc, char** argv) {
   Arguments arguments;
   CLI::App app("Simulated vehicles: real bytes on lines and buses, rigid-body physics behind them.",
                "lss-sim");
-  app.set_version_flag("--version", "lss-sim " LSS_VERSION);
+  app.set_version_flag("--version",
+                       fmt::format("lss-sim {} ({})", LSS_VERSION, fmt::join(names, ", ")));
   app.footer(kExamples);
   app.require_subcommand(1);
   for (const auto& vehicle : vehicles) {

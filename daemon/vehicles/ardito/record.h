@@ -85,17 +85,6 @@ void fields(V& v, X& x) {
   v("sdo_repeats", x.sdo_repeats);
 }
 
-template <class V, Like<RoverCounters> X>
-void fields(V& v, X& x) {
-  v("master", x.master);
-  v("releases", x.releases);
-  v("safe_commands", x.safe_commands);
-  v("stale_orders", x.stale_orders);
-  v("old_orders", x.old_orders);
-  v("bad_orders", x.bad_orders);
-  v("overflows", x.overflows);
-}
-
 template <class V, Like<RoverStatus> X>
 void fields(V& v, X& x) {
   v("link", x.link);
@@ -116,15 +105,7 @@ void fields(V& v, X& x) {
 
 template <class V, Like<RoverOrders> X>
 void fields(V& v, X& x) {
-  v("issued_ns", x.issued_ns);
-  v("serial", x.serial);
-  v("emergency_serial", x.emergency_serial);
-  v("fault_reset_serial", x.fault_reset_serial);
-  v("node_reset_serial", x.node_reset_serial);
-  v("reset_nodes", x.reset_nodes);
-  v("next_frame_ns", x.next_frame_ns);
-  v("quick_stop", x.quick_stop);
-  v("standing", x.standing);
+  canopen::bus_orders(v, x);
   v("wheel", x.wheel);
   v("steering", x.steering);
   v("clutches", x.clutches);
@@ -137,13 +118,7 @@ namespace lss {
 
 template <class V, record::Like<ardito::RoverCanBus::Report> X>
 void fields(V& v, X& x) {
-  v("status", x.status);
-  v("port", x.port);
-  v("state", x.state);
-  v("time_ns", x.time_ns);
-  v("open", x.open);
-  v("was_open", x.was_open);
-  v("all_stop_pending", x.all_stop_pending);
+  can_report(v, x);
 }
 
 }  // namespace lss

@@ -166,7 +166,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     const unsigned nodes = number == 0 ? all : 1u << (number - 1);
     reset_nodes(static_cast<std::uint16_t>(nodes));
     for (std::size_t i = 0; i < kNodes; ++i) {
-      if (nodes >> i & 1u) resets_.begin(i, now_ns_, link(i).node.boots);
+      if (nodes >> i & 1u) watched_.begin_reset(i, now_ns_, link(i).node);
     }
   }
   if (actions & lc::kPublishData) data_requested_ = true;

@@ -15,9 +15,10 @@
 #include <vector>
 
 #include "daemon/cycle/cycle.h"
-#include "daemon/cycle/resets.h"
+#include "daemon/kit/node_watch.h"
+#include "daemon/kit/one_port.h"
+#include "daemon/kit/port_watch.h"
 #include "daemon/runtime/can_bus.h"
-#include "daemon/runtime/progress.h"
 #include "daemon/vehicles/ardito/config.h"
 #include "daemon/vehicles/ardito/gate.h"
 #include "daemon/vehicles/ardito/modes.h"
@@ -68,10 +69,9 @@ class Vehicle final : public Actor, private SolveTarget {
       beta_rad_, rho1_rad_, rho2_rad_, imu_speed_m_s_, imu_sigma_rad_, imu_yaw_rate_rad_s_,
       imu_counter_, inputs_, inputs_ns_, bus_, orders_, sent_, now_ns_, started_ns_, drives_on_,
       limit_m_s_, wanted_m_s_, wanted_rad_, correction_, ramped_m_s_, retry_wheels_,
-      retry_steering_, isolated_, stepped_, data_requested_, port_open_, port_reported_, bus_stops_,
-      bus_offs_, reboots_, emcys_, was_faulty_, disobeyed_, failure_, steering_failure_, error_,
-      rocker_lost_, imu_lost_, imu_seen_, imu_told_, opened_ns_, disagreeing_, solver_, resets_,
-      distance_m_, yaw_rad_, x_m_, y_m_);
+      retry_steering_, isolated_, stepped_, data_requested_, port_, watched_, failure_,
+      steering_failure_, error_, rocker_lost_, imu_lost_, imu_seen_, imu_told_, disagreeing_,
+      solver_, distance_m_, yaw_rad_, x_m_, y_m_);
   }
 
  private:
@@ -94,10 +94,7 @@ class Vehicle final : public Actor, private SolveTarget {
 
   // watch
   void watch_bus(const BusReport& bus, Supervisor& s) noexcept;
-  void watch_resets(Supervisor& s) noexcept;
   void watch_nodes(Supervisor& s) noexcept;
-  void watch_link(std::size_t node, Supervisor& s) noexcept;
-  void watch_drive(std::size_t node, Supervisor& s) noexcept;
   void watch_inputs(Supervisor& s) noexcept;
   void watch_mobility(Supervisor& s) noexcept;
   void watch_wheel(std::size_t wheel, Supervisor& s) noexcept;
@@ -106,7 +103,6 @@ class Vehicle final : public Actor, private SolveTarget {
   void watch_mode(Supervisor& s) noexcept;
   void watch_solver(Supervisor& s) noexcept;
   void begin_solving(const Supervisor& s) noexcept;
-  void blame(FaultId id, std::size_t node, Supervisor& s) noexcept;
   void set_sense(Supervisor& s) noexcept;
   bool healthy(const Supervisor& s) const noexcept;
   bool all_heard() const noexcept;
@@ -167,45 +163,29 @@ class Vehicle final : public Actor, private SolveTarget {
   bool data_requested_ = false;
 
   // State already reported.
-  bool port_open_ = false, port_reported_ = false;
-  std::uint64_t bus_stops_ = 0, bus_offs_ = 0;
-  std::array<std::uint64_t, kNodes> reboots_{}, emcys_{};
-  std::array<bool, kNodes> was_faulty_{}, disobeyed_{};
+  kit::PortWatch port_;
+  kit::NodeWatch watched_;
   std::array<gnc::ardito::WheelFailure, kWheels> failure_{};
   std::array<gnc::ardito::SteeringFailure, kSteered> steering_failure_{};
   bool error_ = false, rocker_lost_ = false;
   bool imu_lost_ = true, imu_seen_ = false, imu_told_ = false;
-  TimeNs opened_ns_ = 0;          // the port
   std::uint8_t disagreeing_ = 0;  // 1..3; 0: none
 
   Solver solver_;
-  Resets resets_;
   double distance_m_ = 0, yaw_rad_ = 0, x_m_ = 0, y_m_ = 0;
 };
 
 // The wiring: one port, one bus of nodes.
-class Buses {
+class Buses final : public kit::OnePort<Vehicle, RoverCanBus> {
  public:
   using Parameters = ardito::Parameters;
 
   Buses(const config::Config& config, const Parameters& parameters);
-
   // Start-up: a port that is no CAN bus is an error; an absent one is waited for.
   tl::expected<void, std::string> probe();
-  std::vector<std::pair<std::string, std::function<void()>>> bodies();
-  std::vector<Progress> progress() const { return {{name_, rover_.turns()}}; }
-  void stop() noexcept { rover_.stop(); }
-
-  void collect(lss::Inputs<Vehicle>& in) noexcept;                              // frame thread
-  void release(const RoverOrders& orders) noexcept { rover_.release(orders); }  // actuate thread
-  void all_stop() noexcept { rover_.all_stop(); }                               // any thread
-  std::uint64_t dropped() const noexcept { return rover_.dropped(); }
 
  private:
-  std::string name_;
-  std::string path_;
   TimeNs period_ns_;
-  RoverCanBus rover_;
 };
 
 }  // namespace lss::ardito

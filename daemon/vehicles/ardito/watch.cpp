@@ -12,12 +12,8 @@ namespace {
 using gnc::ardito::SteeringFailure;
 using gnc::ardito::WheelFailure;
 
-constexpr TimeNs kBusStuckAfter = 200 * kMillisecond;
 constexpr TimeNs kBoot = 5 * kSecond;  // a node that is silent until then is missing
 constexpr TimeNs kSlowestValue = 3 * kSecond;
-constexpr TimeNs kSettled = 500 * kMillisecond;  // of a running node: until its values come again
-
-std::uint16_t number(std::size_t node) noexcept { return static_cast<std::uint16_t>(node + 1); }
 
 bool severe(FaultId id) noexcept {
   return info(id)->severity == static_cast<std::uint8_t>(Severity::fatal);
@@ -68,7 +64,6 @@ void Vehicle::watch(const lss::Inputs<Vehicle>& in, Supervisor& s) noexcept {
     s.raise(FaultId::frame_overrun);
   watch_bus(in.bus, s);
   watch_inputs(s);
-  watch_resets(s);
   watch_nodes(s);
   watch_mobility(s);
   watch_imu(s);
@@ -77,110 +72,25 @@ void Vehicle::watch(const lss::Inputs<Vehicle>& in, Supervisor& s) noexcept {
   set_sense(s);
 }
 
-// A fault of a node. During error solving it is only latched: the strategies handle it.
-void Vehicle::blame(FaultId id, std::size_t node, Supervisor& s) noexcept {
-  if (s.controller().state == State::solve_errors) {
-    s.latch(id, number(node));
-  } else {
-    s.raise(id, number(node));
-  }
-}
-
 void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
-  if (bus.time_ns == 0) return;  // no report of the bus thread yet
-  s.check_stop(bus.all_stop_pending);
-  const bool operational = s.controller().state == State::operational;
-  if (bus.open != port_open_ || !port_reported_) {
-    s.happen(bus.open ? lc::Event::port_opened : lc::Event::port_closed);
-    if (bus.open) {
-      opened_ns_ = now_ns_;
-      s.note(EventId::port_opened);
-      s.clear(FaultId::port_absent);
-    } else {
-      s.note(EventId::port_closed);
-      s.raise(bus.was_open ? FaultId::port_lost : FaultId::port_absent);
-    }
-    port_open_ = bus.open;
-    port_reported_ = true;
-  }
-  if (bus.open && now_ns_ - bus.time_ns > kBusStuckAfter && operational)
-    s.raise(FaultId::bus_stuck);
-  if (bus.port.bus_offs != bus_offs_) {
-    bus_offs_ = bus.port.bus_offs;
-    s.raise(FaultId::bus_off);
-  }
-  if (bus.status.counters.safe_commands != bus_stops_) {
-    bus_stops_ = bus.status.counters.safe_commands;
-    s.note(EventId::safe_command_sent);
-    if (operational) s.raise(FaultId::orders_stale);
-  }
-}
-
-// ---- nodes
-
-void Vehicle::watch_resets(Supervisor& s) noexcept {
-  resets_.watch(
-      now_ns_, parameters_.reset_ns, bus_.open, [&](std::size_t i) { return link(i).node.boots; },
-      [&](std::size_t i) { return answers(i) && now_ns_ - link(i).node.since_ns >= kSettled; }, s);
+  s.check_stop(bus.time_ns != 0 && bus.all_stop_pending);
+  port_.watch(bus, bus.status.counters.safe_commands, bus.port.bus_offs, now_ns_, s);
 }
 
 void Vehicle::watch_nodes(Supervisor& s) noexcept {
-  std::array<std::int64_t, kMaxModules> age_ms{};
+  const auto link_of = [this](std::size_t i) -> const RoverLink& { return link(i); };
+  watched_.watch_resets(
+      now_ns_, parameters_.reset_ns, bus_.open, link_of,
+      [this](std::size_t i) { return answers(i); }, s);
+  kit::set_ages(kNodes, now_ns_, parameters_.bus.heartbeat_timeout_ns, link_of, s);
   for (std::size_t i = 0; i < kNodes; ++i) {
-    const TimeNs heard_ns = link(i).node.heartbeat_ns;
-    if (heard_ns != 0) age_ms[i] = (now_ns_ - heard_ns) / kMillisecond;
+    watched_.watch(i, link(i).node,
+                   {.answers = answers(i), .needed = i != kImu, .in_service = in_service(i)},
+                   bus_.open, s);
+    // Without power all drives report faults; the lost power is reported instead.
+    if (i < kWheels + kSteered && in_service(i))
+      watched_.watch_drive(i, link(i), answers(i), inputs_.power_good, s);
   }
-  s.set_ages(age_ms, parameters_.bus.heartbeat_timeout_ns / kMillisecond);
-  for (std::size_t i = 0; i < kNodes; ++i) {
-    watch_link(i, s);
-    if (i < kWheels + kSteered && in_service(i)) watch_drive(i, s);
-  }
-}
-
-// Contact with a node, its identity, and its own reports.
-void Vehicle::watch_link(std::size_t i, Supervisor& s) noexcept {
-  const canopen::NodeStatus& node = link(i).node;
-  const auto follow = [&](canopen::NodeState state, FaultId id) {
-    if (node.state == state) s.latch(id, number(i));
-    if (node.state == canopen::NodeState::operational) s.clear(id, number(i));
-  };
-  follow(canopen::NodeState::wrong_device, FaultId::node_wrong);
-  follow(canopen::NodeState::failed, FaultId::node_refuses);
-  follow(canopen::NodeState::babbling, FaultId::node_babbles);
-  if (node.emcys != emcys_[i]) {
-    emcys_[i] = node.emcys;
-    s.note(EventId::emergency_message, number(i), node.emcy_code);
-  }
-  if (node.reboots != reboots_[i]) {
-    reboots_[i] = node.reboots;
-    const bool driving = s.controller().state == State::operational && in_service(i) && i != kImu;
-    if (driving) {
-      s.raise(FaultId::module_reset, number(i));
-    } else {
-      s.note(EventId::module_was_reset, number(i));
-    }
-  }
-  if (i == kImu || !in_service(i)) return;
-  const lc::ControllerState& c = s.controller();
-  const bool unheard = (c.unheard >> i & 1u) != 0, silent = (c.silent >> i & 1u) != 0;
-  if (answers(i) && (unheard || silent)) {
-    s.happen(lc::Event::module_heard, number(i));
-    s.note(EventId::node_configured, number(i));
-  } else if (!answers(i) && !unheard && !silent && !resets_.away(i) && bus_.open) {
-    s.happen(lc::Event::module_silent, number(i));
-    blame(FaultId::module_silent, i, s);
-  }
-}
-
-void Vehicle::watch_drive(std::size_t i, Supervisor& s) noexcept {
-  const bool fault = answers(i) && faulty(i);
-  // Without power all drives report faults; the lost power is reported instead.
-  if (fault && !was_faulty_[i] && inputs_.power_good) blame(FaultId::drive_fault, i, s);
-  was_faulty_[i] = fault;
-  const bool disobeys = answers(i) && link(i).disobeys;
-  if (disobeys && !disobeyed_[i] && s.controller().state == State::operational)
-    s.raise(FaultId::module_disobeys, number(i));
-  disobeyed_[i] = disobeys;
 }
 
 void Vehicle::watch_inputs(Supervisor& s) noexcept {
@@ -224,7 +134,8 @@ void Vehicle::watch_mobility(Supervisor& s) noexcept {
     }
   }
   error_ = error;
-  const bool rocker_lost = (command_.faults & gnc::ardito::kRockerStale) != 0 && !resets_.away(kIo);
+  const bool rocker_lost =
+      (command_.faults & gnc::ardito::kRockerStale) != 0 && !watched_.away(kIo);
   if (rocker_lost != rocker_lost_) {
     rocker_lost ? s.latch(FaultId::rocker_lost, kIoNode) : s.clear(FaultId::rocker_lost, kIoNode);
     rocker_lost_ = rocker_lost;
@@ -235,15 +146,15 @@ void Vehicle::watch_wheel(std::size_t i, Supervisor& s) noexcept {
   const FaultId before = fault_of(failure_[i]), now = fault_of(command_.wheel_failure[i]);
   failure_[i] = command_.wheel_failure[i];
   if (now != before) {
-    if (before != FaultId::none && !severe(before)) s.clear(before, number(i));
+    if (before != FaultId::none && !severe(before)) s.clear(before, kit::module_of(i));
     if (now != FaultId::none && severe(now)) {
-      blame(now, i, s);
+      kit::blame(now, i, s);
     } else if (now != FaultId::none) {
-      s.latch(now, number(i));
+      s.latch(now, kit::module_of(i));
     }
   }
   if (gnc::ardito::contains(command_.stale_wheels, i) && in_service(i) && drives_on_)
-    s.raise(FaultId::stale_input, number(i));
+    s.raise(FaultId::stale_input, kit::module_of(i));
 }
 
 void Vehicle::watch_steering(std::size_t i, Supervisor& s) noexcept {
@@ -252,15 +163,15 @@ void Vehicle::watch_steering(std::size_t i, Supervisor& s) noexcept {
                 now = fault_of(command_.steering_failure[i]);
   steering_failure_[i] = command_.steering_failure[i];
   if (now != before) {
-    if (before != FaultId::none && !severe(before)) s.clear(before, number(node));
+    if (before != FaultId::none && !severe(before)) s.clear(before, kit::module_of(node));
     if (now != FaultId::none && severe(now)) {
-      blame(now, node, s);
+      kit::blame(now, node, s);
     } else if (now != FaultId::none) {
-      s.latch(now, number(node));
+      s.latch(now, kit::module_of(node));
     }
   }
   if (gnc::ardito::contains(command_.stale_steering, i) && drives_on_)
-    s.raise(FaultId::stale_input, number(node));
+    s.raise(FaultId::stale_input, kit::module_of(node));
 }
 
 // Driving by hand goes on without it.
@@ -270,8 +181,8 @@ void Vehicle::watch_imu(Supervisor& s) noexcept {
   if (((s.controller().flags & kImuLost) != 0) != lost)
     s.happen(lost ? event::imu_lost : event::imu_good);
   // While it boots its absence is no fault.
-  const bool expected = imu_seen_ || (port_open_ && now_ns_ - opened_ns_ > kBoot);
-  const bool tell = expected && !resets_.away(kImu);
+  const bool expected = imu_seen_ || (port_.open() && now_ns_ - port_.opened_ns() > kBoot);
+  const bool tell = expected && !watched_.away(kImu);
   if (lost && tell && !imu_told_) s.latch(FaultId::imu_lost, kImuNode);
   if (!lost && imu_told_) s.clear(FaultId::imu_lost, kImuNode);
   imu_told_ = lost && (tell || imu_told_);
@@ -365,14 +276,15 @@ void Vehicle::forget(std::uint16_t nodes) noexcept {
 bool Vehicle::isolate(std::uint16_t nodes) noexcept {
   if (std::popcount(nodes) != 1) return false;  // the rover goes on with five wheels, not with four
   const auto node = static_cast<std::size_t>(std::countr_zero(nodes));
-  if (supervisor_->happen(event::isolate, number(node)).reason != Reason::none) return false;
+  if (supervisor_->happen(event::isolate, kit::module_of(node)).reason != Reason::none)
+    return false;
   isolated_ = supervisor_->controller().isolated;
   return true;
 }
 
 bool Vehicle::healthy(const Supervisor& s) const noexcept {
   const std::uint8_t flags = s.controller().flags;
-  return port_open_ && faulty_modules() == 0 && s.controller().unheard == 0 &&
+  return port_.open() && faulty_modules() == 0 && s.controller().unheard == 0 &&
          s.controller().silent == 0 && (flags & (kButtonIn | kPowerBad)) == 0 &&
          command_.error == 0;
 }

@@ -14,6 +14,7 @@
 
 #include "daemon/cycle/cycle.h"
 #include "daemon/cycle/resets.h"
+#include "daemon/kit/port_watch.h"
 #include "daemon/vehicles/talaris/buses.h"
 #include "daemon/vehicles/talaris/config.h"
 #include "daemon/vehicles/talaris/gate.h"
@@ -60,10 +61,9 @@ class Vehicle final : public Actor, private SolveTarget {
   void keep(V& v) {
     v(parameters_, tunables_, sensors_, navigation_, flight_, contact_, output_, hand_, script_,
       solver_, bus_, orders_, sent_, enabled_, now_ns_, executed_ns_, data_requested_, overrun_,
-      arming_, gate_failed_, begun_, touchdown_m_s_, program_, port_open_, port_reported_,
-      bus_stops_, bus_offs_, reboots_, emcys_, opened_ns_, begun_ns_, resets_, imu_silent_told_,
-      imu_stuck_told_, lossy_told_, altimeter_told_, supply_told_, load_cell_told_, script_told_,
-      phase_, reaction_, faults_, pending_);
+      arming_, gate_failed_, begun_, touchdown_m_s_, program_, port_, reboots_, emcys_, begun_ns_,
+      resets_, imu_silent_told_, imu_stuck_told_, lossy_told_, altimeter_told_, supply_told_,
+      load_cell_told_, script_told_, phase_, reaction_, faults_, pending_);
   }
 
  private:
@@ -143,11 +143,9 @@ class Vehicle final : public Actor, private SolveTarget {
   std::uint8_t program_ = 0;
 
   // State already reported.
-  bool port_open_ = false, port_reported_ = false;
-  std::uint64_t bus_stops_ = 0, bus_offs_ = 0;
+  kit::PortWatch port_;
   std::array<std::uint64_t, kHopperNodes> reboots_{}, emcys_{};
-  TimeNs opened_ns_ = 0;  // the port; for sensors: the first frame
-  TimeNs begun_ns_ = 0;
+  TimeNs begun_ns_ = 0;  // for sensors: the first frame
   Resets resets_;  // of modules
   bool imu_silent_told_ = false, imu_stuck_told_ = false, lossy_told_ = false;
   bool altimeter_told_ = false, supply_told_ = false, load_cell_told_ = false;

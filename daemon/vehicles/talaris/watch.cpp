@@ -7,7 +7,6 @@
 namespace lss::talaris {
 namespace {
 
-constexpr TimeNs kBusStuckAfter = 200 * kMillisecond;
 constexpr TimeNs kBoot = 5 * kSecond;  // a module that is silent until then is missing
 
 std::uint16_t module_of(std::size_t node) noexcept {
@@ -51,32 +50,7 @@ void Vehicle::warn(bool wrong, bool& told, FaultId id, std::uint16_t subject,
 }
 
 void Vehicle::watch_bus(const HopperCan::Report& bus, Supervisor& s) noexcept {
-  if (bus.time_ns == 0) return;  // no report of the bus thread yet
-  const bool operational = s.controller().state == State::operational;
-  if ((bus.open != port_open_ && (bus.open || !s.airborne())) || !port_reported_) {
-    s.happen(bus.open ? lc::Event::port_opened : lc::Event::port_closed);
-    if (bus.open) {
-      opened_ns_ = now_ns_;
-      s.note(EventId::port_opened);
-      s.clear(FaultId::port_absent);
-    } else {
-      s.note(EventId::port_closed);
-      s.raise(bus.was_open ? FaultId::port_lost : FaultId::port_absent);
-    }
-    port_open_ = bus.open;
-    port_reported_ = true;
-  }
-  if (bus.open && now_ns_ - bus.time_ns > kBusStuckAfter && operational)
-    s.raise(FaultId::bus_stuck);
-  if (bus.port.bus_offs != bus_offs_) {
-    bus_offs_ = bus.port.bus_offs;
-    s.raise(FaultId::bus_off);
-  }
-  if (bus.status.counters.safe_commands != bus_stops_) {
-    bus_stops_ = bus.status.counters.safe_commands;
-    s.note(EventId::safe_command_sent);
-    if (operational) s.raise(FaultId::orders_stale);
-  }
+  port_.watch(bus, bus.status.counters.safe_commands, bus.port.bus_offs, now_ns_, s, s.airborne());
 }
 
 // ---- nodes

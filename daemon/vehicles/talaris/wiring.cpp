@@ -3,8 +3,7 @@
 
 #include <memory>
 
-#include "daemon/app/roster.h"
-#include "daemon/app/runtime.h"
+#include "daemon/kit/declare.h"
 #include "daemon/vehicles/talaris/buses.h"
 #include "daemon/vehicles/talaris/record.h"
 #include "daemon/vehicles/talaris/tunables.h"
@@ -52,15 +51,9 @@ namespace lss {
 record::VehicleRecords talaris_records();
 
 Port talaris_port() {
-  return {.read = [](config::Section& section) -> Maker {
-    const talaris::Parameters parameters = talaris::read_parameters(section);
-    return [parameters](const config::Config& config) -> std::unique_ptr<App> {
-      talaris::Parameters taken = talaris::with_frame(parameters, config);
-      const ParameterStart start = start_parameters(talaris::tuning(), config, taken);
-      return std::make_unique<Runtime<talaris::Vehicle, talaris::Wiring>>(
-          config, taken, start, talaris::logic(), talaris::kVocabulary, talaris_records());
-    };
-  }};
+  return kit::port<talaris::Vehicle, talaris::Wiring>(talaris::read_parameters, talaris::tuning(),
+                                                      talaris::logic(), talaris::kVocabulary,
+                                                      talaris_records, talaris::with_frame);
 }
 
 }  // namespace lss

@@ -82,7 +82,7 @@ void Vehicle::watch_rounds(Supervisor& s) noexcept {
 
 void Vehicle::watch_solver(Supervisor& s) noexcept {
   if (s.controller().state != State::solve_errors) return;
-  bool healthy = port_open_ && faulty_modules() == 0 && s.controller().unheard == 0;
+  bool healthy = port_.open() && faulty_modules() == 0 && s.controller().unheard == 0;
   for (std::size_t i = 0; i < kModules; ++i) {
     const bool motor = (modules_[i].status.flags & kFlagMotionControl) != 0;
     healthy = healthy && !(motor && answers(i));

@@ -12,6 +12,9 @@
 
 #include "daemon/cycle/cycle.h"
 #include "daemon/cycle/resets.h"
+#include "daemon/kit/node_watch.h"
+#include "daemon/kit/one_port.h"
+#include "daemon/kit/port_watch.h"
 #include "daemon/runtime/progress.h"
 #include "daemon/runtime/serial_bus.h"
 #include "daemon/vehicles/zebro/config.h"
@@ -65,9 +68,9 @@ class Vehicle final : public Actor, private SolveTarget {
   void keep(V& v) {
     v(parameters_, tunables_, locomotion_, measured_, modules_, flags_before_, disobeyed_,
       resends_before_, segment_, orders_, sent_, walk_, solver_, rounds_, operated_ns_, isolated_,
-      walks_without_, epoch_ns_, now_ns_, before_ns_, walking_legs_, in_motion_, port_open_,
-      port_reported_, motors_on_ns_, noise_window_ns_, noise_frames_, bus_stops_, bridge_, panel_,
-      resets_, resets_seen_, data_requested_);
+      walks_without_, epoch_ns_, now_ns_, before_ns_, walking_legs_, in_motion_, port_,
+      motors_on_ns_, noise_window_ns_, noise_frames_, bridge_, panel_, resets_, resets_seen_,
+      data_requested_);
   }
 
  private:
@@ -130,7 +133,6 @@ class Vehicle final : public Actor, private SolveTarget {
   void watch_solver(Supervisor& s) noexcept;
   void watch_rounds(Supervisor& s) noexcept;
   Symptoms symptoms(const Supervisor& s) const noexcept;
-  void blame(FaultId id, std::size_t module, Supervisor& s) noexcept;
   void report_uncalibrated(Supervisor& s) noexcept;
   bool motors_confirmed() const noexcept;
   void describe_module(std::size_t module, const ModuleLink& link,
@@ -170,11 +172,10 @@ class Vehicle final : public Actor, private SolveTarget {
   TimeNs now_ns_ = 0, before_ns_ = 0;              // of this frame, of the last one
   bool walking_legs_ = false;                      // the legs follow the locomotion algorithm
   bool in_motion_ = false;                         // a motion of the algorithm has not ended yet
-  bool port_open_ = false, port_reported_ = false;
+  kit::PortWatch port_;
   TimeNs motors_on_ns_ = 0;
   TimeNs noise_window_ns_ = 0;
   std::uint64_t noise_frames_ = 0;
-  std::uint64_t bus_stops_ = 0;
 
   struct Bridge {
     std::size_t leg = 0;
@@ -197,27 +198,16 @@ class Vehicle final : public Actor, private SolveTarget {
 };
 
 // The wiring: one port, one bus of leg modules.
-class Buses {
+class Buses final : public kit::OnePort<Vehicle, LegSerialBus> {
  public:
   using Parameters = zebro::Parameters;
 
   Buses(const config::Config& config, const Parameters& parameters);
-
   // Start-up: a port that is no terminal or is in use is an error; an absent one is waited for.
   tl::expected<void, std::string> probe();
-  std::vector<std::pair<std::string, std::function<void()>>> bodies();
-  std::vector<Progress> progress() const { return {{name_, legs_.turns()}}; }
-  void stop() noexcept { legs_.stop(); }
-
-  void collect(Inputs<Vehicle>& in) noexcept;                                // frame thread
-  void release(const BusOrders& orders) noexcept { legs_.release(orders); }  // actuate thread
-  void all_stop() noexcept { legs_.all_stop(); }                             // any thread
-  std::uint64_t dropped() const noexcept { return legs_.dropped(); }
 
  private:
-  std::string name_;
   SerialSettings settings_;
-  LegSerialBus legs_;
 };
 
 }  // namespace lss::zebro

@@ -10,7 +10,6 @@
 namespace lss::zebro {
 namespace {
 
-constexpr TimeNs kBusStuckAfter = 200 * kMillisecond;
 constexpr TimeNs kNoiseWindow = kSecond;
 constexpr std::uint64_t kNoisyFrames = 20;  // dropped in one window
 constexpr double kHysteresis_degC = 5;
@@ -51,27 +50,7 @@ void Vehicle::watch(const Inputs<Vehicle>& in, Supervisor& s) noexcept {
 void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
   if (bus.time_ns == 0) return;  // no report of the bus thread yet
   s.check_stop(bus.all_stop_pending);
-  if (bus.open != port_open_ || !port_reported_) {
-    s.happen(bus.open ? lc::Event::port_opened : lc::Event::port_closed);
-    if (bus.open) {
-      s.note(EventId::port_opened);
-      s.clear(FaultId::port_absent);
-    } else {
-      s.note(EventId::port_closed);
-      s.raise(bus.was_open ? FaultId::port_lost : FaultId::port_absent);
-    }
-    port_open_ = bus.open;
-    port_reported_ = true;
-  }
-  if (bus.open && now_ns_ - bus.time_ns > kBusStuckAfter &&
-      s.controller().state == State::operational) {
-    s.raise(FaultId::bus_stuck);
-  }
-  if (bus.counters.safe_commands != bus_stops_) {
-    bus_stops_ = bus.counters.safe_commands;
-    s.note(EventId::safe_command_sent);
-    if (s.controller().state == State::operational) s.raise(FaultId::orders_stale);
-  }
+  port_.watch(bus, bus.counters.safe_commands, 0, now_ns_, s);
   const BusCounters& c =
       bus.counters;  // a late reply is intact: the machine is slow, not the line noisy
   const std::uint64_t broken = c.bad_start + c.bad_length + c.bad_character + c.bad_check;
@@ -84,18 +63,9 @@ void Vehicle::watch_bus(const BusReport& bus, Supervisor& s) noexcept {
   }
 }
 
-// A fault of a module. During error solving it is only latched: the strategies handle it.
-void Vehicle::blame(FaultId id, std::size_t i, Supervisor& s) noexcept {
-  if (s.controller().state == State::solve_errors) {
-    s.latch(id, number(i));
-  } else {
-    s.raise(id, number(i));
-  }
-}
-
 void Vehicle::watch_resets(Supervisor& s) noexcept {
   resets_.watch(
-      now_ns_, parameters_.reset_ns, port_open_, [&](std::size_t i) { return resets_seen_[i]; },
+      now_ns_, parameters_.reset_ns, port_.open(), [&](std::size_t i) { return resets_seen_[i]; },
       [&](std::size_t i) { return answers(i); }, s);
 }
 
@@ -126,7 +96,7 @@ void Vehicle::watch_modules(Supervisor& s) noexcept {
       s.note(EventId::module_online, number(i));
     } else if (!answers(i) && !lost && !resets_.away(i)) {
       s.happen(lc::Event::module_silent, number(i));
-      blame(FaultId::module_silent, i, s);
+      kit::blame(FaultId::module_silent, i, s);
     }
   }
 }
@@ -144,7 +114,7 @@ void Vehicle::watch_flags(std::size_t i, Supervisor& s) noexcept {
   if (rising(flags, before, kFlagOverCurrent) && driven)
     s.raise(FaultId::module_over_current, number(i));
   if (rising(flags, before, kFlagWatchdog) && driven) s.raise(FaultId::module_watchdog, number(i));
-  if (rising(flags, before, kFlagDriverFault)) blame(FaultId::module_driver_fault, i, s);
+  if (rising(flags, before, kFlagDriverFault)) kit::blame(FaultId::module_driver_fault, i, s);
   // Only a reset loses the calibration: the status with the reset flag may have been lost.
   const bool reset = rising(flags, before, kFlagReset) || falling(flags, before, kFlagCalibrated);
   if (reset && !first) {
@@ -189,7 +159,7 @@ void Vehicle::watch_temperature(std::size_t i, Supervisor& s) noexcept {
 }
 
 void Vehicle::watch_obedience(std::size_t i, const ModuleLink& link, Supervisor& s) noexcept {
-  if (link.disobeys && !disobeyed_[i]) blame(FaultId::module_disobeys, i, s);
+  if (link.disobeys && !disobeyed_[i]) kit::blame(FaultId::module_disobeys, i, s);
   disobeyed_[i] = link.disobeys;
   if (link.resends != resends_before_[i]) {
     resends_before_[i] = link.resends;

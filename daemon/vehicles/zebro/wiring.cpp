@@ -6,8 +6,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "daemon/app/roster.h"
-#include "daemon/app/runtime.h"
+#include "daemon/kit/declare.h"
 #include "daemon/vehicles/zebro/record.h"
 #include "daemon/vehicles/zebro/tunables.h"
 
@@ -21,12 +20,7 @@ const Vocabulary kVocabulary{.modes = kModeNames,
                              .tunables = tuning().infos,
                              .command = logic().command};
 
-const config::Port& legs_port(const config::Config& config) {
-  for (const config::Port& port : config.ports) {
-    if (port.name == "legs") return port;
-  }
-  return config.ports.front();
-}
+const config::Port& legs_port(const config::Config& config) { return kit::port_of(config, "legs"); }
 
 // Parameters that the bus inherits from the port and the frame.
 LegBusParameters bus_parameters(const config::Config& config, LegBusParameters bus) {
@@ -45,22 +39,10 @@ SerialSettings settings(const config::Config& config) {
 }  // namespace
 
 Buses::Buses(const config::Config& config, const Parameters& parameters)
-    : name_("bus/" + legs_port(config).name),
-      settings_(settings(config)),
-      legs_(bus_parameters(config, parameters.bus), settings_) {}
+    : OnePort(legs_port(config), bus_parameters(config, parameters.bus), settings(config)),
+      settings_(settings(config)) {}
 
-tl::expected<void, std::string> Buses::probe() { return check_port(settings_, legs_.probe()); }
-
-std::vector<std::pair<std::string, std::function<void()>>> Buses::bodies() {
-  return {{name_, [this] { legs_.run(); }}};
-}
-
-void Buses::collect(Inputs<Vehicle>& in) noexcept {
-  in.sample_count = 0;
-  while (in.sample_count < in.samples.size() && legs_.pop(in.samples[in.sample_count], in.time_ns))
-    ++in.sample_count;
-  in.bus = legs_.report();
-}
+tl::expected<void, std::string> Buses::probe() { return check_port(settings_, bus_.probe()); }
 
 }  // namespace lss::zebro
 
@@ -69,15 +51,8 @@ namespace lss {
 record::VehicleRecords zebro_records();
 
 Port zebro_port() {
-  return {.read = [](config::Section& section) -> Maker {
-    const zebro::Parameters parameters = zebro::read_parameters(section);
-    return [parameters](const config::Config& config) -> std::unique_ptr<App> {
-      zebro::Parameters taken = parameters;
-      const ParameterStart start = start_parameters(zebro::tuning(), config, taken);
-      return std::make_unique<Runtime<zebro::Vehicle, zebro::Buses>>(
-          config, taken, start, zebro::logic(), zebro::kVocabulary, zebro_records());
-    };
-  }};
+  return kit::port<zebro::Vehicle, zebro::Buses>(zebro::read_parameters, zebro::tuning(),
+                                                 zebro::logic(), zebro::kVocabulary, zebro_records);
 }
 
 }  // namespace lss

@@ -55,11 +55,6 @@ std::vector<Invocation> prepare(const lss_Status& status, const Invocation& want
   return steps;
 }
 
-bool endless(const Invocation& command) {
-  const auto kind = static_cast<CommandKind>(command.info->kind);
-  return kind == CommandKind::drive || kind == CommandKind::park;
-}
-
 bool latched(const lss_Status& status, FaultId id, std::uint16_t subject) {
   return std::ranges::any_of(status.faults, [&](const lss_Fault& fault) {
     return fault.id == static_cast<std::uint16_t>(id) && (subject == 0 || fault.subject == subject);
@@ -253,7 +248,6 @@ const Vehicle kVehicle{
     .telemetry = &lss_ArditoTelemetry_desc,
     .allowed = allowed_in,
     .prepare = prepare,
-    .endless = endless,
     .rest = static_cast<std::uint16_t>(CommandKind::halt),
     .problems = problems,
     .json = telemetry_json,

@@ -76,6 +76,7 @@ class Layout {
   explicit Layout(const Type& type);
 
   const Type& type() const { return type_; }
+  std::size_t size() const { return size_; }  // without the encapsulation header
   const std::vector<Column>& columns() const { return columns_; }
   const Column* find(std::string_view name) const;
 

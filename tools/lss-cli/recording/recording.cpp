@@ -39,6 +39,7 @@ class McapRecording : public Recording {
   const char* kind() const override { return "mcap"; }
   const std::vector<Topic>& topics() const override { return topics_; }
   const Span& span() const override { return scan_.all; }
+  using Recording::about;
   const Texts& about() const override { return about_; }
   const std::string& complaint() const override { return scan_.complaint; }
 

@@ -46,7 +46,11 @@ class Recording {
   virtual const char* kind() const = 0;
   virtual const std::vector<Topic>& topics() const = 0;
   virtual const Span& span() const = 0;
-  virtual const Texts& about() const = 0;            // vehicle, vehicle_id, version, ...
+  virtual const Texts& about() const = 0;             // vehicle, vehicle_id, version, ...
+  std::string about(const std::string& what) const {  // "?": unknown
+    const auto found = about().find(what);
+    return found == about().end() ? "?" : found->second;
+  }
   virtual const std::string& complaint() const = 0;  // empty: the file is whole
   // In the order of the file.
   virtual void each(const Filter& filter,

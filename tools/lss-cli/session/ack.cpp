@@ -6,15 +6,16 @@
 
 #include "tools/lss-cli/session/link.h"
 #include "tools/lss-cli/session/status.h"
+#include "tools/lss-cli/session/vehicle.h"
 
 namespace lss::cli {
 
-const CodeInfo* reason_of(const lss_CommandAck& ack) {
-  return info(static_cast<Reason>(ack.reason));
+const CodeInfo* reason_of(const lss_CommandAck& ack, Reasons reasons) {
+  return find_code(reasons, ack.reason);
 }
 
-std::string reason_text(const lss_CommandAck& ack) {
-  const CodeInfo* reason = reason_of(ack);
+std::string reason_text(const lss_CommandAck& ack, Reasons reasons) {
+  const CodeInfo* reason = reason_of(ack, reasons);
   std::string_view why = text(ack.text);
   const std::string phase = std::string(phase_name(ack.phase)) + ": ";
   if (why.starts_with(phase)) why.remove_prefix(phase.size());
@@ -24,7 +25,7 @@ std::string reason_text(const lss_CommandAck& ack) {
   return reason != nullptr ? reason->text : fmt::format("reason {}", ack.reason);
 }
 
-nlohmann::json ack_json(const lss_CommandAck& ack) {
+nlohmann::json ack_json(const lss_CommandAck& ack, Reasons reasons) {
   const auto number = [](double value) {
     return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
   };
@@ -34,7 +35,7 @@ nlohmann::json ack_json(const lss_CommandAck& ack) {
                            {"measured", number(ack.measured)},
                            {"limit", number(ack.limit)}};
   if (ack.reason != 0) {
-    const CodeInfo* reason = reason_of(ack);
+    const CodeInfo* reason = reason_of(ack, reasons);
     result["reason"] = {{"id", ack.reason},
                         {"name", reason != nullptr ? reason->name : ""},
                         {"advice", reason != nullptr ? reason->advice : ""}};

@@ -32,6 +32,12 @@ class Context {
     return *session_;
   }
   bool connected() const { return session_ != nullptr; }
+  // The vehicle, when this program was built without it. Contacts its daemon on first use; nullptr
+  // when no such daemon answers.
+  const Vehicle* described() {
+    if (!session_ && !link().may_be_described()) return nullptr;
+    return session().link().is_described() ? &session().vehicle() : nullptr;
+  }
 
   // A command that was not sent by the session; the caller owns it.
   void report(nlohmann::json command) {

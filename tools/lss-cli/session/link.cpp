@@ -18,6 +18,7 @@ constexpr double kOthers_s = 2;
 // a second one of the same name. DDS still reports a killed daemon for 10 s.
 constexpr double kSpeaks_s = 2.5;
 constexpr double kProbe_s = 0.25;
+constexpr double kDictionary_s = 5;  // a large sample, on a busy machine
 
 template <class T>
 T checked(dds::Result<T> result) {
@@ -145,16 +146,38 @@ void Link::find_vehicle() {
   }
   const std::string id = named ? options_.vehicle_id : names().front();
   const Daemon& daemon = *daemons_.named(id).front();
-  const std::string_view name = text(daemon.status.vehicle);
-  vehicle_ = cli::find_vehicle(name);
-  if (vehicle_ == nullptr) {
-    throw Failure(
-        ExitCode::unknown_name,
-        fmt::format("{} is of the type '{}', which this lss-cli was built without", id, name));
-  }
   vehicle_id_ = id;
   status_ = daemon.status;
+  const Vehicle* vehicle = cli::find_vehicle(text(status_.vehicle));
+  vehicle_ = vehicle != nullptr ? vehicle : &describe();
   status_time_ = found_ = Clock::now();
+}
+
+const Vehicle& Link::describe() {
+  try {
+    described_ = std::make_unique<DescribedVehicle>(dictionary());
+  } catch (const Failure& e) {
+    throw Failure(ExitCode::unknown_name,
+                  fmt::format("{} is of the type '{}', which this lss-cli was built without; {}",
+                              vehicle_id_, text(status_.vehicle), e.what()),
+                  e.advice());
+  }
+  return described_->vehicle();
+}
+
+bool Link::may_be_described() {
+  const Clock::time_point until = Clock::now() + seconds(options_.find_timeout_s());
+  for (Lull lull; Clock::now() < until;) {
+    const Clock::time_point look = lull.step(take());
+    if (is_found() && daemons_.all_heard() && lull.is_over()) break;
+    if (waker_.wait(std::min(look, until)).interrupted) throw Interrupted();
+  }
+  return std::ranges::any_of(daemons_.all(), [&](const auto& one) {
+    const auto& [guid, daemon] = one;
+    const bool meant =
+        options_.vehicle_id.empty() || options_.vehicle_id == text(daemon.status.vehicle_id);
+    return daemon.heard && meant && cli::find_vehicle(text(daemon.status.vehicle)) == nullptr;
+  });
 }
 
 void Link::listen() {
@@ -281,11 +304,8 @@ void Link::open_timing_statistics() {
 void Link::open_parameters() {
   if (!parameter_reader_) parameter_reader_ = reader(dds::common_topic(dds::Kind::parameters));
 }
-void Link::open_dictionary() {
-  dictionary_reader_ = reader(dds::common_topic(dds::Kind::dictionary));
-}
 void Link::open_telemetry() {
-  if (telemetry_reader_) return;
+  if (telemetry_reader_ || vehicle_->telemetry == nullptr) return;
   const std::size_t size = vehicle_->telemetry->m_size;
   sample_.resize((size + sizeof(std::max_align_t) - 1) / sizeof(std::max_align_t));
   telemetry_reader_ = reader(dds::telemetry_topic(vehicle_->name, vehicle_->telemetry));
@@ -354,6 +374,20 @@ std::optional<lss_TimingStatistics> Link::next_timing_statistics() {
 
 std::optional<lss_Parameters> Link::next_parameters() {
   return take<lss_Parameters>(parameter_reader_.get());
+}
+
+std::string Link::dictionary() {
+  dictionary_reader_ = reader(dds::common_topic(dds::Kind::dictionary));
+  const Clock::time_point until = Clock::now() + seconds(kDictionary_s);
+  while (true) {
+    if (std::optional<std::string> found = next_dictionary()) return std::move(*found);
+    if (Clock::now() >= until) {
+      throw Failure(ExitCode::unreachable,
+                    fmt::format("the daemon of {} sent no dictionary", vehicle_id_),
+                    "is it of an older version? see lss-cli status");
+    }
+    if (waker_.wait(until).interrupted) throw Interrupted();
+  }
 }
 
 std::optional<std::string> Link::next_dictionary() {

@@ -19,6 +19,7 @@
 #include "lss.h"
 #include "tools/lss-cli/session/commands.h"
 #include "tools/lss-cli/session/daemons.h"
+#include "tools/lss-cli/session/described_vehicle.h"
 #include "tools/lss-cli/session/waker.h"
 #include "tools/lss-cli/session/wire.h"
 #include "tools/lss-cli/show/failure.h"
@@ -36,6 +37,9 @@ class Link {
   void find_vehicle();
   // Waits until DDS has reported no new daemon for some time.
   void listen();
+  // Waits until a daemon has answered, as long as find_vehicle() does. True: the vehicle meant may
+  // be one that this program was built without.
+  bool may_be_described();
   // Throws usage when no vehicle was named and a second one appeared shortly after. Call before the
   // first command that moves.
   void check_meant();
@@ -53,6 +57,8 @@ class Link {
   Waker::Result wait(Clock::time_point until, int input_fd = -1);
 
   const Vehicle& vehicle() const { return *vehicle_; }
+  // It is not on the roster: its daemon describes it.
+  bool is_described() const { return described_ != nullptr; }
   // Takes new samples and returns the newest status. news: it has changed since the last call.
   const lss_Status& status();
   Clock::duration status_age() const;
@@ -79,7 +85,8 @@ class Link {
   std::optional<lss_Timing> next_timing();
   std::optional<lss_TimingStatistics> next_timing_statistics();
   std::optional<lss_Parameters> next_parameters();
-  std::optional<std::string> next_dictionary();  // JSON
+  // JSON. Waits for it; throws unreachable when none comes.
+  std::string dictionary();
   // The newest sample, of the vehicle's own type; nullptr when none was received yet.
   const void* telemetry();
   std::uint64_t telemetry_count() const { return telemetry_count_; }
@@ -95,7 +102,6 @@ class Link {
   void open_timing();
   void open_timing_statistics();
   void open_parameters();
-  void open_dictionary();
   void open_telemetry();
 
  private:
@@ -103,17 +109,20 @@ class Link {
   dds::Entity writer(const dds::Topic& topic);
   std::vector<std::string> names() const;
   bool is_found() const;
+  const Vehicle& describe();
   Failure several() const;
   void open_command_writer(const std::string& source);
   bool daemon_hears(dds_entity_t writer) const;
   void await_match(dds_entity_t writer, Clock::time_point until);
   void await_answer(Clock::time_point until);
+  std::optional<std::string> next_dictionary();
   bool hear_all(int look);
   template <class Sample>
   std::optional<Sample> take(dds_entity_t reader);
 
   Options options_;
-  Waker waker_;  // before any entity
+  std::unique_ptr<DescribedVehicle> described_;  // outlives its reader
+  Waker waker_;                                  // before any entity
   dds::Participant participant_;
   Daemons daemons_;
   dds::Entity ack_reader_, event_reader_, timing_reader_, statistics_reader_, parameter_reader_,

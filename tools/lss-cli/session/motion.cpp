@@ -140,7 +140,7 @@ double takes_s(const Session& session, const Motion& motion) {
 
 void run_attached(Context& context, const Motion& motion) {
   Session& session = context.session();
-  if (session.vehicle().endless(motion.command)) {
+  if (is_endless(session.vehicle(), motion.command)) {
     run_endless(context, motion);
   } else {
     session.complete(motion.command, takes_s(session, motion));
@@ -150,7 +150,7 @@ void run_attached(Context& context, const Motion& motion) {
 
 void run_detached(Context& context, const Motion& motion) {
   Session& session = context.session();
-  const bool wait = context.options.wait && !session.vehicle().endless(motion.command);
+  const bool wait = context.options.wait && !is_endless(session.vehicle(), motion.command);
   wait ? session.complete(motion.command, takes_s(session, motion))
        : session.accept(motion.command);
   if (motion.command.info->leased) {
@@ -173,7 +173,8 @@ ExitCode interrupted(Context& context, const Motion& motion, Clock::time_point b
   motion.ending ? session.end_by(*motion.ending, "interrupted") : session.safe_stop("interrupted");
   session.set_progress(nullptr);
   const bool stopped_all = session.status().state == lss_STATE_FATAL_ERROR;
-  const bool open_end = motion.hold || (session.vehicle().endless(motion.command) && !motion.for_s);
+  const bool open_end =
+      motion.hold || (is_endless(session.vehicle(), motion.command) && !motion.for_s);
   if (open_end && !context.in_sequence) return ExitCode::completed;
   throw Failure(ExitCode::failed,
                 fmt::format("{} was interrupted after {}; {}", motion.command.info->name,

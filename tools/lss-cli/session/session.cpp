@@ -243,7 +243,10 @@ void Session::heard(const lss_CommandAck& ack) {
 }
 
 void Session::check_daemon() {
-  if (!link_.daemon_left() && link_.status_age() < seconds(kStatusLost_s)) return;
+  // In simulated time a second may take long: DDS says when the daemon is gone.
+  const bool silent =
+      link_.status_age() >= seconds(kStatusLost_s) && !link_.status().simulated_time;
+  if (!link_.daemon_left() && !silent) return;
   const bool waiting = !sent_.empty() && !sent_.back().over();
   throw Failure(
       waiting ? ExitCode::timed_out : ExitCode::unreachable,
@@ -281,9 +284,9 @@ std::string Session::faults() {
 
 void Session::fail(const Sent& sent) {
   const lss_CommandAck& ack = sent.ack;
-  const CodeInfo* reason = reason_of(ack);
+  const CodeInfo* reason = reason_of(ack, vehicle().reasons);
   const bool rejected = ack.phase == lss_PHASE_REJECTED;
-  std::string why = reason_text(ack);
+  std::string why = reason_text(ack, vehicle().reasons);
   std::string advice = reason != nullptr ? reason->advice : "";
   ExitCode code = rejected ? ExitCode::rejected : ExitCode::failed;
   if (ack.reason == static_cast<std::uint16_t>(Reason::not_authorised)) {
@@ -295,7 +298,7 @@ void Session::fail(const Sent& sent) {
     }
   } else if (ack.reason == static_cast<std::uint16_t>(Reason::emergency)) {
     why += faults();
-  } else if (ack.reason == static_cast<std::uint16_t>(Reason::not_in_state)) {
+  } else if (ack.reason == static_cast<std::uint16_t>(Reason::not_in_state) && reason != nullptr) {
     why = fmt::format("{} ({})", reason->text, state_name(link_.status().state));
     if (link_.status().state == lss_STATE_FATAL_ERROR)
       advice = "see why with: lss-cli status, then: lss-cli solve";
@@ -315,7 +318,7 @@ void Session::show(const Sent& sent) {
 }
 
 nlohmann::json Session::to_json(const Sent& sent) const {
-  nlohmann::json result = ack_json(sent.ack);
+  nlohmann::json result = ack_json(sent.ack, vehicle().reasons);
   if (!sent.answered) result["phase"] = "unanswered";
   result["command"] = sent.command.info->name;
   result["kind"] = sent.command.info->kind;

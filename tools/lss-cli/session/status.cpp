@@ -42,7 +42,7 @@ nlohmann::json faults_json(const Vehicle& vehicle, const lss_Status& status) {
   nlohmann::json list = nlohmann::json::array();
   for (const lss_Fault& fault : status.faults) {
     if (fault.id == 0) continue;
-    const CodeInfo* code = info(static_cast<FaultId>(fault.id));
+    const CodeInfo* code = find_code(vehicle.faults, fault.id);
     list.push_back({{"id", fault.id},
                     {"name", code != nullptr ? code->name : ""},
                     {"subject", fault.subject},
@@ -178,7 +178,7 @@ const char* severity_name(lss_Severity severity) {
 }
 
 std::string fault_text(const Vehicle& vehicle, const lss_Fault& fault) {
-  const CodeInfo* code = info(static_cast<FaultId>(fault.id));
+  const CodeInfo* code = find_code(vehicle.faults, fault.id);
   const std::string what = code != nullptr ? code->text : fmt::format("fault {}", fault.id);
   const std::string subject = subject_name(vehicle, fault.subject);
   return subject.empty() ? what : fmt::format("{}: {}", subject, what);
@@ -218,7 +218,7 @@ std::vector<Problem> problems(const Vehicle& vehicle, const lss_Status& status,
   for (const lss_Fault& fault : status.faults) {
     if (fault.id == 0) continue;
     ++shown;
-    const CodeInfo* code = info(static_cast<FaultId>(fault.id));
+    const CodeInfo* code = find_code(vehicle.faults, fault.id);
     const std::string times = fault.count > 1 ? fmt::format(", {} times", fault.count) : "";
     list.push_back({true,
                     fmt::format("{} (since {}{})", fault_text(vehicle, fault),
@@ -269,6 +269,7 @@ nlohmann::json status_json(const Vehicle& vehicle, const lss_Status& status,
           {"faults", faults_json(vehicle, status)},
           {"fault_count", status.fault_count},
           {"airborne", status.airborne},
+          {"simulated_time", status.simulated_time},
           {"stop_in_flight", status.stop_in_flight == lss_STOP_LANDS ? "land" : "fall"},
           {"authority", holder.empty() ? nlohmann::json() : nlohmann::json(holder)},
           {"recording", status.recording},
@@ -316,9 +317,9 @@ std::string event_line(const lss_Event& event, const Style& style) {
 }
 
 nlohmann::json event_json(const Vehicle& vehicle, const lss_Event& event) {
-  const CodeInfo* code = event.id > kFaultEventBase
-                             ? info(static_cast<FaultId>(event.id - kFaultEventBase))
-                             : info(static_cast<EventId>(event.id));
+  const bool of_fault = event.id > kFaultEventBase;
+  const auto number = static_cast<std::uint16_t>(of_fault ? event.id - kFaultEventBase : event.id);
+  const CodeInfo* code = find_code(of_fault ? vehicle.faults : vehicle.events, number);
   nlohmann::json arguments = nlohmann::json::array();
   for (const double value : event.argument) arguments.push_back(value);
   return {{"index", event.index},     {"time_ns", event.time_ns},

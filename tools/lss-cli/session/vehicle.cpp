@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "idl/idl_text.h"
 #include "tools/lss-cli/session/telemetry.h"
 
 namespace lss::cli {
@@ -11,6 +14,19 @@ const Vehicle* find_vehicle(std::string_view name) {
     if (vehicle->name == name) return vehicle;
   }
   return nullptr;
+}
+
+bool is_endless(const Vehicle& vehicle, const Invocation& command) {
+  return command.info->endless && !(vehicle.ends != nullptr && vehicle.ends(command));
+}
+
+std::string_view idl_of(const Vehicle& vehicle) {
+  return vehicle.idl.empty() ? idl_text(vehicle.name) : vehicle.idl;
+}
+
+const CodeInfo* find_code(std::span<const CodeInfo> list, std::uint16_t number) {
+  const auto found = std::ranges::find(list, number, &CodeInfo::number);
+  return found == list.end() ? nullptr : &*found;
 }
 
 std::string subject_name(const Vehicle& vehicle, std::uint16_t subject) {

@@ -2,12 +2,14 @@
 
 // The vehicle's part of the command line: its commands, the steps from the present state to one
 // where a command is allowed, and the display of its telemetry. One `kVehicle` in
-// tools/lss-cli/NAME/vehicle.cpp; the roster is made from LSS_VEHICLES by CMake. Pure functions;
-// `telemetry` is a sample of the vehicle's own topic or nullptr.
+// tools/lss-cli/NAME/vehicle.cpp; the roster is made from LSS_VEHICLES by CMake. Of a vehicle that
+// is not on it: described_vehicle.h. Pure functions; `telemetry` is a sample of the vehicle's own
+// topic or nullptr.
 
 #include <dds/dds.h>
 
 #include <cstdint>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -17,6 +19,7 @@
 
 #include "daemon/cycle/allowed.h"
 #include "daemon/cycle/tunables.h"
+#include "idl/codes.h"
 #include "lss.h"
 #include "tools/lss-cli/session/commands.h"
 #include "tools/lss-cli/show/output.h"
@@ -43,22 +46,27 @@ struct Vehicle {
   std::span<const CommandInfo> commands;  // its own
   std::span<const char* const> subjects;  // names of modules, wheels or nodes 1..n
   std::span<const VerbHelp> help;
-  const dds_topic_descriptor_t* telemetry;
-  std::vector<lc::Allowed> (*allowed)(const CommandInfo& info);  // when it is allowed
+  const dds_topic_descriptor_t* telemetry;  // nullptr: its type is not known
+  std::function<std::vector<lc::Allowed>(const CommandInfo& info)> allowed;  // when it is allowed
 
   // The commands that must be completed before `wanted` is allowed; without `wanted`.
-  std::vector<Invocation> (*prepare)(const lss_Status& status, const Invocation& wanted);
-  // It is endless (walk, drive) and is ended by the command `rest`.
-  bool (*endless)(const Invocation& command);
+  std::function<std::vector<Invocation>(const lss_Status& status, const Invocation& wanted)>
+      prepare;
+  // Ends an endless command (walk, drive) without switching off.
   std::uint16_t rest;
 
-  std::vector<Problem> (*problems)(const lss_Status& status, const void* telemetry);
-  nlohmann::json (*json)(const void* telemetry);                     // telemetry.h
-  std::string (*screen)(const void* telemetry, const Style& style);  // lines, each ended
-  std::string (*details)(const void* telemetry,
-                         const Style& style);  // all other measurements
-  std::string (*progress)(const lss_Status& status, const void* telemetry);  // a few words
-  std::optional<double> (*distance_m)(const void* telemetry);
+  std::function<std::vector<Problem>(const lss_Status& status, const void* telemetry)> problems;
+  std::function<nlohmann::json(const void* telemetry)> json;  // telemetry.h
+  std::function<std::string(const void* telemetry, const Style& style)>
+      screen;  // lines, each ended
+  // All other measurements.
+  std::function<std::string(const void* telemetry, const Style& style)> details;
+  // A few words.
+  std::function<std::string(const lss_Status& status, const void* telemetry)> progress;
+  std::function<std::optional<double>(const void* telemetry)> distance_m;
+
+  // Of an endless command: with these parameters it ends by itself.
+  bool (*ends)(const Invocation& command) = nullptr;
 
   // The time that a command may take by itself, when longer than usual.
   double (*takes_s)(const Invocation& command) = nullptr;
@@ -67,13 +75,24 @@ struct Vehicle {
   void (*add_verbs)(Grammar& grammar) = nullptr;
   std::span<const std::string_view> composed = {};
   // Parameters that can be changed while the daemon runs.
-  std::span<const TunableInfo> (*tunables)() = nullptr;
+  std::function<std::span<const TunableInfo>()> tunables = nullptr;
   // The commands that send a text of timed actuations and run it, one after the other.
   std::vector<Invocation> (*script)(std::string_view text) = nullptr;
+
+  // Of a vehicle that is not on the roster: its IDL, and the codes of its daemon.
+  std::string_view idl = {};
+  std::span<const CodeInfo> faults = kFaults, reasons = kReasons, events = kEvents;
 };
 
 std::span<const Vehicle* const> vehicles();
 const Vehicle* find_vehicle(std::string_view name);
+
+// It goes on until another command.
+bool is_endless(const Vehicle& vehicle, const Invocation& command);
+// The text of the IDL of its telemetry.
+std::string_view idl_of(const Vehicle& vehicle);
+// nullptr for a number that is not in the list.
+const CodeInfo* find_code(std::span<const CodeInfo> list, std::uint16_t number);
 
 // "RM" for 4, "module 9" for a module without a name, empty for the whole vehicle.
 std::string subject_name(const Vehicle& vehicle, std::uint16_t subject);

@@ -77,8 +77,6 @@ std::vector<Invocation> prepare(const lss_Status& status, const Invocation& want
   return steps;
 }
 
-bool endless(const Invocation&) { return false; }
-
 // The longest calibration that the configuration allows; one phase of a flight may last 120 s.
 double takes_s(const Invocation& command) {
   if (command.info->kind != static_cast<std::uint16_t>(CommandKind::gnc)) return 0;
@@ -289,7 +287,6 @@ const Vehicle kVehicle{
     .telemetry = &lss_TalarisTelemetry_desc,
     .allowed = allowed_in,
     .prepare = prepare,
-    .endless = endless,
     .rest = static_cast<std::uint16_t>(CommandKind::manual),
     .problems = problems,
     .json = telemetry_json,

@@ -69,7 +69,8 @@ void check(const Hop& hop) {
 ExitCode run_hop(Context& context, const Hop& hop) {
   only_talaris(context, "hop");
   const std::vector<std::string> lines = sequence_of(hop);
-  const std::vector<Step> steps = parse_steps(fmt::format("{}", fmt::join(lines, "; ")), "");
+  const std::vector<Step> steps =
+      parse_steps(context, fmt::format("{}", fmt::join(lines, "; ")), "");
   if (context.options.dry_run) return preview_hop(context, lines, steps);
   if (context.in_sequence) {
     for (const Step& step : steps) run_step(context, step);

@@ -37,11 +37,13 @@ constexpr VerbHelp kHelp[] = {
      "  lss-cli reset controller\n"},
 };
 
-std::string_view help_of(std::string_view verb) {
+using Vehicles = std::vector<const Vehicle*>;
+
+std::string_view help_of(std::span<const Vehicle* const> vehicles, std::string_view verb) {
   for (const VerbHelp& help : kHelp) {
     if (help.verb == verb) return help.examples;
   }
-  for (const Vehicle* vehicle : vehicles()) {
+  for (const Vehicle* vehicle : vehicles) {
     for (const VerbHelp& help : vehicle->help) {
       if (help.verb == verb) return help.examples;
     }
@@ -55,17 +57,17 @@ Motion motion_of(const Vehicle& vehicle, const std::string& verb, const Typed& t
       .for_s = typed.for_s ? *typed.for_s : std::nullopt,
       .stay = typed.stay,
       .hold = typed.hold};
-  if (motion.for_s && !vehicle.endless(motion.command)) {
+  if (motion.for_s && !is_endless(vehicle, motion.command)) {
     throw Failure(ExitCode::usage,
                   fmt::format("{} ends by itself: --for says nothing", describe(motion.command)));
   }
   return motion;
 }
 
-// The vehicles on the roster that have a command of this name.
-std::vector<const Vehicle*> owners_of(const std::string& command) {
-  std::vector<const Vehicle*> owners;
-  for (const Vehicle* vehicle : vehicles()) {
+// The vehicles that have a command of this name.
+Vehicles owners_of(std::span<const Vehicle* const> vehicles, const std::string& command) {
+  Vehicles owners;
+  for (const Vehicle* vehicle : vehicles) {
     const std::vector<std::string> names = command_names(*vehicle);
     if (std::ranges::find(names, command) != names.end()) owners.push_back(vehicle);
   }
@@ -74,9 +76,9 @@ std::vector<const Vehicle*> owners_of(const std::string& command) {
 
 // Before any contact: the vehicle is not known yet, but at least one vehicle must understand these
 // words.
-void check_words(const std::string& verb, const Typed& typed) {
+void check_words(const Vehicles& vehicles, const std::string& verb, const Typed& typed) {
   std::exception_ptr first;
-  for (const Vehicle* vehicle : owners_of(verb)) {
+  for (const Vehicle* vehicle : owners_of(vehicles, verb)) {
     try {
       motion_of(*vehicle, verb, typed);
       return;
@@ -105,13 +107,13 @@ void add_parameters(Grammar& grammar, CLI::App& sub, const CommandInfo& info,
     grammar.values(sub, option, names);
     if (p.choices != kNoYes && p.choices != kOffOn) grammar.values(sub, "", names);
   }
-  Invocation command{.info = &info, .parameter = {}};
-  command.parameter.fill(1);
-  if (vehicle.endless(command) && sub.get_option_no_throw("--for") == nullptr) {
+  if (info.endless && sub.get_option_no_throw("--for") == nullptr) {
     typed.for_s =
         add_duration(sub, "--for", "how long; then it stops and lies down (default: until Ctrl-C)");
-    sub.add_flag("--stay", typed.stay, "after --for it stands, motors on");
   }
+  const bool rests = vehicle.rest != static_cast<std::uint16_t>(CommandKind::stop);
+  if (info.endless && rests && sub.get_option_no_throw("--stay") == nullptr)
+    sub.add_flag("--stay", typed.stay, "after --for it stands, motors on");
   if (info.leased && sub.get_option_no_throw("--hold") == nullptr) {
     sub.add_flag("--hold", typed.hold, "then stay attached until Ctrl-C");
   }
@@ -120,21 +122,27 @@ void add_parameters(Grammar& grammar, CLI::App& sub, const CommandInfo& info,
 // One verb for all vehicles that have a command of this name.
 void add_table_verbs(Grammar& grammar) {
   std::map<std::string, std::pair<CLI::App*, std::shared_ptr<Typed>>> known;
-  for (const Vehicle* vehicle : vehicles()) {
+  const Vehicles vehicles(grammar.vehicles().begin(), grammar.vehicles().end());
+  // A vehicle that is not on the roster may name a command as a verb that does something else.
+  std::optional<Grammar> fixed;
+  if (!vehicles.empty() && find_vehicle(vehicles.front()->name) == nullptr)
+    fixed.emplace(grammar.scope(), std::span<const Vehicle* const>());
+  for (const Vehicle* vehicle : vehicles) {
     for (const CommandInfo* info : commands_of(*vehicle)) {
       const std::string name = info->name;
       if (std::ranges::find(kOwnVerbs, name) != std::end(kOwnVerbs)) continue;
+      if (fixed && fixed->has(name)) continue;
       if (std::ranges::find(vehicle->composed, name) != vehicle->composed.end()) continue;
       auto& [sub, typed] = known[name];
       if (sub == nullptr) {
-        sub = &grammar.verb(name, info->summary, help_of(name));
+        sub = &grammar.verb(name, info->summary, help_of(vehicles, name));
         typed = std::make_shared<Typed>();
         if (!info->parameters.empty())
           sub->add_option("words", typed->words, "parameters, also without their names");
         grammar.on(
             *sub,
             [name, typed = typed](Context& context) { return run_command(context, name, *typed); },
-            [name, typed = typed] { check_words(name, *typed); });
+            [name, vehicles, typed = typed] { check_words(vehicles, name, *typed); });
       }
       add_parameters(grammar, *sub, *info, *vehicle, *typed);
     }
@@ -157,13 +165,8 @@ ExitCode run_heartbeat(Context& context, std::optional<double> for_s) {
   return ExitCode::completed;
 }
 
-// For the selected vehicle, when it is known without contacting it.
-const Vehicle& vehicle_for_tables(Context& context) {
-  return vehicles().size() == 1 ? *vehicles().front() : context.session().vehicle();
-}
-
 ExitCode list_commands(Context& context) {
-  const Vehicle& vehicle = vehicle_for_tables(context);
+  const Vehicle& vehicle = context.session().vehicle();
   nlohmann::json list = nlohmann::json::array();
   for (const CommandInfo* info : commands_of(vehicle)) {
     list.push_back(to_json(*info, vehicle));
@@ -174,9 +177,11 @@ ExitCode list_commands(Context& context) {
 }
 
 ExitCode describe_command(Context& context, const std::string& name) {
-  const std::vector<const Vehicle*> owners = owners_of(name);
-  if (owners.empty()) find_command(*vehicles().front(), name);  // suggests similar names
-  const Vehicle& vehicle = owners.size() == 1 ? *owners.front() : vehicle_for_tables(context);
+  context.described();
+  const Vehicles known = vehicles_of(context);
+  const Vehicles owners = owners_of(known, name);
+  if (owners.empty() && !known.empty()) find_command(*known.front(), name);  // suggests names
+  const Vehicle& vehicle = owners.size() == 1 ? *owners.front() : context.session().vehicle();
   const CommandInfo& info = find_command(vehicle, name);
   context.output.document(to_json(info, vehicle));
   context.output.print(describe(info, vehicle));
@@ -198,7 +203,7 @@ void add_command(Grammar& grammar) {
   sub.add_option("what", *what, "list or describe")->required();
   sub.add_option("name", *name, "of a command");
   grammar.values(sub, "", {"list", "describe"});
-  for (const Vehicle* vehicle : vehicles())
+  for (const Vehicle* vehicle : grammar.vehicles())
     grammar.values(sub, "describe", command_names(*vehicle));
   grammar.on(sub, [what, name](Context& context) {
     if (*what == "list" && name->empty()) return list_commands(context);
@@ -213,7 +218,7 @@ void add_command(Grammar& grammar) {
 void add_command_verbs(Grammar& grammar) {
   add_estop_verb(grammar);
   add_table_verbs(grammar);
-  for (const Vehicle* vehicle : vehicles()) {
+  for (const Vehicle* vehicle : grammar.vehicles()) {
     if (vehicle->add_verbs != nullptr) vehicle->add_verbs(grammar);
   }
   add_heartbeat(grammar);

@@ -12,25 +12,11 @@
 namespace lss::cli {
 namespace {
 
-constexpr double kWait_s = 5;  // for a large sample, on a busy machine
-
 ExitCode run_dictionary(Context& context) {
-  Session& session = context.session();
-  session.link().open_dictionary();
-  const Clock::time_point until = Clock::now() + seconds(kWait_s);
-  while (true) {
-    if (const std::optional<std::string> text = session.link().next_dictionary()) {
-      nlohmann::json document = nlohmann::json::parse(*text);
-      context.output.print(document.dump(2) + "\n");
-      context.output.document(std::move(document));
-      return ExitCode::completed;
-    }
-    if (Clock::now() >= until) {
-      throw Failure(ExitCode::unreachable, "the daemon sent no dictionary",
-                    "is it of an older version? see lss-cli status");
-    }
-    session.pump(until);
-  }
+  nlohmann::json document = nlohmann::json::parse(context.session().link().dictionary());
+  context.output.print(document.dump(2) + "\n");
+  context.output.document(std::move(document));
+  return ExitCode::completed;
 }
 
 struct List {

@@ -21,6 +21,7 @@ constexpr const char* kFooter =
     "  lss-cli status\n"
     "  lss-cli walk forward --speed high --for 20s\n"
     "  lss-cli run -e 'start; stand; walk forward --for 10s; stop'\n"
+    "  lss-cli command list             of the vehicle that answers, also one unknown here\n"
     "  lss-cli walk --help\n";
 
 constexpr std::size_t kSourceLength = 31;  // of lss::Command in lss.idl
@@ -35,10 +36,13 @@ std::uint32_t parse_lease_ms(const std::string& text) {
   return static_cast<std::uint32_t>(ms);
 }
 
+bool is_verb_like(const std::string& word) { return !word.starts_with('-'); }
+
 }  // namespace
 
-Grammar::Grammar(Scope scope)
+Grammar::Grammar(Scope scope, std::span<const Vehicle* const> of)
     : scope_(scope),
+      vehicles_(of.begin(), of.end()),
       app_("Commands and watches a vehicle's locomotion (lssd) over DDS.", "lss-cli") {
   app_.require_subcommand(0, 1);
   app_.fallthrough();
@@ -83,7 +87,9 @@ CLI::App& Grammar::verb(const std::string& name, const std::string& summary,
 
 void Grammar::on(CLI::App& verb, Action action, std::function<void()> check) {
   verb.callback([this, action = std::move(action), check = std::move(check)] {
+    misunderstood_ = true;
     if (check) check();
+    misunderstood_ = false;
     action_ = action;
   });
 }
@@ -114,7 +120,7 @@ std::vector<std::string> Grammar::verb_names() const {
 
 Failure Grammar::unknown(const std::vector<std::string>& words) const {
   for (const std::string& word : words) {
-    if (word.starts_with('-')) continue;
+    if (!is_verb_like(word)) continue;
     if (!app_.get_subcommands().empty()) {
       return Failure(
           ExitCode::usage, fmt::format("do not know what '{}' is for", word),
@@ -149,12 +155,23 @@ void Grammar::check_options() {
   }
 }
 
+bool Grammar::may_be_of_another() const {
+  if (!misunderstood_) return false;
+  const std::vector<CLI::App*> subs = app_.get_subcommands();
+  return subs.empty() || !Grammar(scope_, {}).has(subs.front()->get_name());
+}
+
 Action Grammar::parse(std::vector<std::string> words) {
   action_ = nullptr;
-  std::ranges::reverse(words);  // as CLI11 wants them
+  misunderstood_ = false;
+  std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
   try {
-    app_.parse(words);
+    app_.parse(reversed);
   } catch (const CLI::Success& e) {  // help or version was requested
+    const auto is_help = [](const std::string& word) { return word == "--help" || word == "-h"; };
+    const bool of_a_verb =
+        app_.get_subcommands().empty() && std::ranges::any_of(app_.remaining(true), is_verb_like);
+    if (of_a_verb && std::erase_if(words, is_help) > 0) return parse(std::move(words));
     const std::string text =
         e.get_name() == "CallForVersion" ? std::string(e.what()) + "\n" : app_.help();
     return [text](Context&) {
@@ -162,7 +179,12 @@ Action Grammar::parse(std::vector<std::string> words) {
       return ExitCode::completed;
     };
   } catch (const CLI::ExtrasError&) {
+    misunderstood_ = true;
+    check_options();
     throw unknown(app_.remaining(true));
+  } catch (const Failure&) {  // of a verb's own check
+    check_options();
+    throw;
   } catch (const CLI::ParseError& e) {
     const std::vector<CLI::App*> subs = app_.get_subcommands();
     throw Failure(
@@ -174,6 +196,26 @@ Action Grammar::parse(std::vector<std::string> words) {
     throw Failure(ExitCode::usage, "no verb given", "list the verbs with: lss-cli --help");
   }
   return action_;
+}
+
+std::vector<const Vehicle*> vehicles_of(Context& context) {
+  if (context.connected() && context.session().link().is_described())
+    return {&context.session().vehicle()};
+  return {vehicles().begin(), vehicles().end()};
+}
+
+Parsed parse(Context& context, Grammar::Scope scope, const std::vector<std::string>& words) {
+  auto grammar = std::make_unique<Grammar>(scope, vehicles_of(context));
+  try {
+    Action action = grammar->parse(words);
+    return {std::move(grammar), std::move(action)};
+  } catch (const Failure&) {
+    const bool asked = context.connected();
+    if (asked || !grammar->may_be_of_another() || context.described() == nullptr) throw;
+  }
+  grammar = std::make_unique<Grammar>(scope, vehicles_of(context));
+  Action action = grammar->parse(words);
+  return {std::move(grammar), std::move(action)};
 }
 
 std::vector<std::string> Grammar::candidates(const std::vector<std::string>& words) const {

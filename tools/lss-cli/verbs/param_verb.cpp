@@ -239,7 +239,7 @@ void add_param_verb(Grammar& grammar) {
   sub.add_option("what", typed->what, "get, set, diff, save or reset")->required();
   sub.add_option("words", typed->words, "names; of set: names and values");
   grammar.values(sub, "", {"get", "set", "diff", "save", "reset"});
-  for (const Vehicle* vehicle : vehicles()) {
+  for (const Vehicle* vehicle : grammar.vehicles()) {
     Words names;
     for (const TunableInfo& t : vehicle->tunables()) names.emplace_back(t.name);
     for (const char* before : {"get", "set", "diff", "reset"}) grammar.values(sub, before, names);

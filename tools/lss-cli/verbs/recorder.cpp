@@ -55,8 +55,9 @@ Recorder::Recorder(const Options& options, const Vehicle& vehicle, std::string v
     const dds::Topic topic = dds::common_topic(kind);
     if (wanted(topic.name)) add(topic, idl_text("lss"));
   }
+  if (vehicle.telemetry == nullptr) return;
   const dds::Topic topic = dds::telemetry_topic(vehicle.name, vehicle.telemetry);
-  if (wanted(topic.name)) add(topic, idl_text(vehicle.name));
+  if (wanted(topic.name)) add(topic, idl_of(vehicle));
 }
 
 void Recorder::add(const dds::Topic& topic, std::string_view idl) {

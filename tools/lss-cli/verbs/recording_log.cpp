@@ -34,11 +34,6 @@ double rate_Hz(const recording::Span& span) {
   return long_s > 0 ? static_cast<double>(span.messages - 1) / long_s : 0;
 }
 
-std::string about(const Recording& recording, const char* what) {
-  const auto found = recording.about().find(what);
-  return found == recording.about().end() ? "?" : found->second;
-}
-
 nlohmann::json topic_json(const Topic& topic) {
   return {{"topic", topic.name},           {"type", topic.type_name},
           {"encoding", topic.encoding},    {"messages", topic.span.messages},
@@ -51,8 +46,8 @@ ExitCode list(Context& context, const LogWanted& wanted) {
   Output& output = context.output;
   const recording::Span& span = recording->span();
   output.print(fmt::format(
-      "{} ({}), lssd {}: {} to {} UTC, {}, {} messages\n", about(*recording, "vehicle_id"),
-      about(*recording, "vehicle"), about(*recording, "version"), utc_text(span.first_ns),
+      "{} ({}), lssd {}: {} to {} UTC, {}, {} messages\n", recording->about("vehicle_id"),
+      recording->about("vehicle"), recording->about("version"), utc_text(span.first_ns),
       utc_text(span.last_ns), format_duration(duration_s(span)), span.messages));
   output.print(output.style().dim(fmt::format("{:<28} {:<24} {:>9} {:>8} {:>9}", "topic", "type",
                                               "messages", "missing", "per s")) +

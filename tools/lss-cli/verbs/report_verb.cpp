@@ -18,24 +18,19 @@
 namespace lss::cli {
 namespace {
 
-std::string about(const recording::Recording& recording, const char* what) {
-  const auto found = recording.about().find(what);
-  return found == recording.about().end() ? "unknown" : found->second;
-}
-
 std::string page_of(const recording::Recording& recording) {
   const recording::Span& span = recording.span();
-  const Vehicle* vehicle = find_vehicle(about(recording, "vehicle"));
+  const Vehicle* vehicle = find_vehicle(recording.about("vehicle"));
   report::Page page(
-      fmt::format("{} ({})", about(recording, "vehicle_id"), about(recording, "vehicle")),
+      fmt::format("{} ({})", recording.about("vehicle_id"), recording.about("vehicle")),
       fmt::format("Recorded from {:%F %T} UTC for {}, {} messages; lssd {}. Times are in seconds "
                   "since then.",
                   fmt::gmtime(static_cast<std::time_t>(span.first_ns / 1'000'000'000)),
                   format_duration(recording::ns_between(span.first_ns, span.last_ns) * 1e-9),
-                  span.messages, about(recording, "version")));
+                  span.messages, recording.about("version")));
   if (!recording.complaint().empty())
     page.note("The recording is not whole: " + recording.complaint() + ".");
-  report::add_vehicle(about(recording, "vehicle"), recording, page);
+  report::add_vehicle(recording.about("vehicle"), recording, page);
   page.section("States");
   report::add_states(recording, page);
   report::add_events(recording, page);

@@ -37,7 +37,8 @@ void add_run(Grammar& grammar) {
     if (file->empty() && text->empty())
       throw Failure(ExitCode::usage, "run what?", "name a FILE, or -e 'VERB; VERB'");
     const std::string name = file->empty() ? "-e" : *file;
-    const std::vector<Step> steps = parse_steps(file->empty() ? *text : read_input(*file), name);
+    const std::vector<Step> steps =
+        parse_steps(context, file->empty() ? *text : read_input(*file), name);
     context.options.lockstep = *lockstep;
     if (*lockstep) {
       if (!std::filesystem::exists(std::filesystem::path(*folder) / "lockstep"))

@@ -52,7 +52,7 @@ class Editor {
  public:
   explicit Editor(Context& context)
       : context_(context),
-        grammar_(Grammar::Scope::sequence),
+        grammar_(Grammar::Scope::sequence, vehicles_of(context)),
         edit_(el_init("lss-cli", stdin, stdout, stderr)),
         history_(history_init()) {
     if (edit_ == nullptr || history_ == nullptr)
@@ -148,7 +148,7 @@ class Editor {
 // An error in a line does not end the shell, unless the daemon is gone.
 ExitCode run_line(Context& context, const std::string& line) {
   try {
-    for (const Step& step : parse_steps(line, "")) run_step(context, step);
+    for (const Step& step : parse_steps(context, line, "")) run_step(context, step);
   } catch (const Failure& e) {
     if (e.code() == ExitCode::unreachable) throw;
     context.output.fail(e);

@@ -30,16 +30,15 @@ std::string read_input(const std::string& name) {
   return text;
 }
 
-std::vector<Step> parse_steps(std::string_view text, const std::string& name) {
+std::vector<Step> parse_steps(Context& context, std::string_view text, const std::string& name) {
   std::vector<Step> steps;
   for (const Line& line : parse_sequence(text, name)) {
     if (steps.size() == kMostSteps)
       throw Failure(ExitCode::usage, fmt::format("{} has more than {} verbs", name, kMostSteps),
                     "divide it into several");
-    Step step{name.empty() ? "" : fmt::format("{}:{}: ", name, line.number),
-              std::make_unique<Grammar>(Grammar::Scope::sequence), nullptr};
+    Step step{name.empty() ? "" : fmt::format("{}:{}: ", name, line.number), {}};
     try {
-      step.action = step.grammar->parse(line.words);
+      step.parsed = parse(context, Grammar::Scope::sequence, line.words);
     } catch (const Failure& e) {
       throw Failure(e.code(), step.where + e.what(), e.advice());
     }
@@ -51,7 +50,7 @@ std::vector<Step> parse_steps(std::string_view text, const std::string& name) {
 void run_step(Context& context, const Step& step) {
   ExitCode code = ExitCode::completed;
   try {
-    code = step.action(context);
+    code = step.parsed.action(context);
   } catch (const Failure& e) {
     throw Failure(e.code(), step.where + e.what(), e.advice());
   } catch (const Interrupted&) {

@@ -14,9 +14,8 @@
 namespace lss::cli {
 
 struct Step {
-  std::string where;                 // "FILE:3: ", before the error text
-  std::unique_ptr<Grammar> grammar;  // owns the data of the action
-  Action action;
+  std::string where;  // "FILE:3: ", before the error text
+  Parsed parsed;
 };
 
 // The content of a file; "-": stdin.
@@ -24,7 +23,7 @@ std::string read_input(const std::string& name);
 
 // Parses all lines before the first is executed. `name` is the name of the text in errors; without
 // it errors have no place.
-std::vector<Step> parse_steps(std::string_view text, const std::string& name);
+std::vector<Step> parse_steps(Context& context, std::string_view text, const std::string& name);
 
 // Executes all steps in order; then, unless the vehicle is to stay as it is, a safe stop.
 ExitCode run_steps(Context& context, const std::vector<Step>& steps, bool stay);

@@ -77,10 +77,7 @@ std::vector<Invocation> prepare(const lss_Status& status, const Invocation& want
   return steps;
 }
 
-bool endless(const Invocation& command) {
-  return command.info->kind == static_cast<std::uint16_t>(CommandKind::walk) &&
-         command.parameter[2] > 0;
-}
+bool ends(const Invocation& walk) { return walk.parameter[2] == 0; }
 
 bool latched(const lss_Status& status, FaultId id, std::uint16_t subject) {
   return std::ranges::any_of(status.faults, [&](const lss_Fault& fault) {
@@ -238,7 +235,6 @@ const Vehicle kVehicle{
     .telemetry = &lss_ZebroTelemetry_desc,
     .allowed = allowed_in,
     .prepare = prepare,
-    .endless = endless,
     .rest = static_cast<std::uint16_t>(CommandKind::stand),
     .problems = problems,
     .json = telemetry_json,
@@ -246,6 +242,7 @@ const Vehicle kVehicle{
     .details = details,
     .progress = progress,
     .distance_m = distance_m,
+    .ends = ends,
     .tunables = [] { return lss::zebro::tuning().infos; },
 };
 

@@ -1,34 +1,18 @@
 // The faults of D.I.A.N.A. Ardito: the failures of the Ardito thesis' sections 17 and 19 under its
 // names, and those of nodes, bus, supply and sensors in its FMEA (its part IV).
 
-#include <fmt/format.h>
-
-#include <cstdio>
 #include <string_view>
 
 #include "tools/lss-sim/ardito/vehicle.h"
+#include "tools/lss-sim/canopen/node_faults.h"
 
 namespace lss::sim::ardito {
 namespace {
 
 constexpr double kSteeredNumbers[] = {1, 2, 5, 6};
-constexpr double kDrives[] = {1, 2, 3, 4, 5, 6, 0x11, 0x12, 0x15, 0x16};
-constexpr double kNodes[] = {1, 2, 3, 4, 5, 6, 0x11, 0x12, 0x15, 0x16, 0x20, 0x21};
 
-constexpr FaultArgument node_of(std::span<const double> choices) {
-  return {.name = "NODE",
-          .meaning = "number on the bus",
-          .min = 1,
-          .max = choices.back(),
-          .whole = true,
-          .hexadecimal = true,
-          .choices = choices};
-}
 constexpr FaultArgument mode_of(const char* meaning, double most) {
   return {"MODE", meaning, 0, most, true, true, 0};
-}
-constexpr FaultArgument rate_of(double fallback) {
-  return {"RATE", "frames a second", 1, 10'000, false, true, fallback};
 }
 
 constexpr FaultArgument kWheel = {"WHEEL", "1-6: LF RF LM RM LR RR", 1, 6, true};
@@ -46,37 +30,12 @@ constexpr FaultArgument kSteeringGear[] = {kSteeredWheel,
                                            mode_of("0 jammed, 1 lost its coupling", 1)};
 constexpr FaultArgument kHot[] = {kWheel, {"DEGC", "of the motor", -100, 200}};
 
-constexpr FaultArgument kNode = node_of(kNodes);
-constexpr FaultArgument kNode1[] = {kNode};
-constexpr FaultArgument kCode = {"CODE", "of CiA 301", 1, 0xFFFF, true, false, 0, true};
-constexpr FaultArgument kEmcy[] = {kNode, kCode};
-constexpr FaultArgument kDriveFault[] = {
-    node_of(kDrives), {"CODE", "of the EMCY", 1, 0xFFFF, true, true, 0x2310, true}};
-constexpr FaultArgument kBabble[] = {kNode, rate_of(2000)};
-constexpr FaultArgument kStorm[] = {kNode, rate_of(500)};
-constexpr FaultArgument kForeign[] = {rate_of(100)};
-constexpr FaultArgument kLength[] = {kNode, {"BYTES", "too many", -8, 8, true, true, -1}};
-constexpr FaultArgument kAbort[] = {
-    kNode, {"CODE", "abort code", 1, 0xFFFFFFFF, true, true, 0x08000000, true}};
-constexpr FaultArgument kType[] = {
-    kNode, {"TYPE", "that it claims", 1, 0xFFFFFFFF, true, true, 0x000F0191, true}};
-constexpr FaultArgument kSignal = {"SIGNAL", "as of stuck", 1, 6, true};
-constexpr FaultArgument kSignalList = {"SIGNAL",
-                                       "wheel: 1 motor encoder, 2 Hall, 3 reduction encoder, 4 "
-                                       "current, 5 temperature, 6 link voltage; "
-                                       "steering: 1 motor encoder, 2 reduction encoder, 3 current; "
-                                       "I/O: 1 beta, 2 rho1, 3 rho2; IMU: 1 "
-                                       "speed, 2 direction, 3 yaw rate",
-                                       1, 6, true};
-constexpr FaultArgument kStuck[] = {kNode, kSignalList};
-constexpr FaultArgument kDrift[] = {kNode, kSignal, {"UNITS", "of the bus a second", -1e6, 1e6}};
-constexpr FaultArgument kJump[] = {kNode, kSignal, {"UNITS", "of the bus", -1e7, 1e7}};
 constexpr FaultArgument kImuJump[] = {
     {"MM_S", "by which its speed is wrong", -10'000, 10'000, false, true, 800}};
 constexpr FaultArgument kRocker[] = {{"SENSOR", "1 beta, 2 rho1, 3 rho2", 1, 3, true},
                                      {"RAD", "that it gives", -3.2, 3.2, false, true, 0.8}};
 
-constexpr FaultKind kFaultKinds[] = {
+constexpr FaultKind kMechanics[] = {
     {"H-TM", kMotorRpm, "Hall sensors of a traction motor: dead, or give a constant", false, 1},
     {"E-TM", kMotorRpm, "encoder of a traction motor: dead, or gives a constant", false, 1},
     {"E-TRG", kWheelRpm, "encoder of a traction gear: dead, or gives a constant", false, 1},
@@ -88,19 +47,9 @@ constexpr FaultKind kFaultKinds[] = {
     {"E-SM", kSteered1, "encoder of a steering motor stays where it is", false, 1},
     {"E-SRG", kSteered1, "encoder of a steering gear stays where it is", false, 1},
     {"motor-hot", kHot, "a traction motor has this temperature", false, 1},
-    {"node-silent", kNode1, "a node neither sends nor receives, and continues by itself", false, 1},
-    {"node-reboot", kNode1, "a node restarts once", true, 1},
-    {"emcy", kEmcy, "a node reports this error until it is cleared", false, 2},
-    {"emcy-storm", kStorm, "a node sends EMCY after EMCY", false, 1},
-    {"drive-fault", kDriveFault, "a drive goes to fault once, with this EMCY", true, 1},
-    {"babble", kBabble, "a node sends frames that nobody asked for", false, 1},
-    {"foreign-frames", kForeign, "frames of unknown nodes and types"},
-    {"wrong-pdo-length", kLength, "a node's PDOs are too long or too short", false, 1},
-    {"sdo-abort", kAbort, "a node refuses every SDO", false, 1},
-    {"wrong-device-type", kType, "a node is another device", false, 1},
-    {"stuck", kStuck, "a value of a node stays as it is", false, 2},
-    {"drift", kDrift, "a value of a node runs away", false, 2},
-    {"encoder-jump", kJump, "a value of a node is wrong by this", false, 2},
+};
+
+constexpr FaultKind kDevices[] = {
     {"rocker-encoder", kRocker, "an encoder of the suspension gives a constant", false, 1},
     {"imu-silent", {}, "the IMU neither sends nor receives"},
     {"imu-stuck", {}, "the IMU's values and counter stand, its node goes on"},
@@ -109,11 +58,22 @@ constexpr FaultKind kFaultKinds[] = {
     {"power-bad", {}, "the motors' battery is gone"},
 };
 
-std::uint8_t node_id(const Fault& fault) { return static_cast<std::uint8_t>(fault.values.front()); }
+constexpr const char* kSignals =
+    "wheel: 1 motor encoder, 2 Hall, 3 reduction encoder, 4 current, 5 temperature, 6 link "
+    "voltage; steering: 1 motor encoder, 2 reduction encoder, 3 current; I/O: 1 beta, 2 rho1, 3 "
+    "rho2; IMU: 1 speed, 2 direction, 3 yaw rate";
 
 }  // namespace
 
-std::span<const FaultKind> fault_kinds() { return kFaultKinds; }
+std::span<const FaultKind> fault_kinds() {
+  static const NodeFaultKinds kinds(
+      {.all = {1, 2, 3, 4, 5, 6, 0x11, 0x12, 0x15, 0x16, IoNode::kId, ImuNode::kId},
+       .drives = {1, 2, 3, 4, 5, 6, 0x11, 0x12, 0x15, 0x16},
+       .signals = kSignals,
+       .last_signal = 6},
+      kMechanics, kDevices);
+  return kinds.all();
+}
 
 void Ardito::set_fault(const Fault& fault, bool attach) {
   const std::lock_guard lock(mutex_);
@@ -122,8 +82,6 @@ void Ardito::set_fault(const Fault& fault, bool attach) {
     button_ = attach;
   } else if (name == "power-bad") {
     power_bad_ = attach;
-  } else if (name == "foreign-frames") {
-    foreign_1_s_ = attach ? fault.values.front() : 0;
   } else {
     set_train_fault(fault, attach) || set_steering_fault(fault, attach) ||
         set_sensor_fault(fault, attach) || set_node_fault(fault, attach);
@@ -179,7 +137,9 @@ bool Ardito::set_steering_fault(const Fault& fault, bool attach) {
 
 bool Ardito::set_sensor_fault(const Fault& fault, bool attach) {
   const std::string_view name = fault.kind->name;
-  if (name == "imu-stuck") {
+  if (name == "imu-silent") {
+    imu_.faults.silent = attach;
+  } else if (name == "imu-stuck") {
     imu_.set_stuck(attach);
   } else if (name == "imu-jump") {
     imu_.signal(1)->jump(attach ? fault.values.front() : 0);
@@ -187,49 +147,6 @@ bool Ardito::set_sensor_fault(const Fault& fault, bool attach) {
     const double units = fault.values[1] * 1e4;
     io_.signal(static_cast<int>(fault.values[0]))
         ->hold(attach ? std::optional(units) : std::nullopt);
-  } else if (name == "stuck" || name == "drift" || name == "encoder-jump") {
-    Signal* signal = node(node_id(fault))->signal(static_cast<int>(fault.values[1]));
-    if (signal == nullptr) {
-      fmt::print(stderr, "lss-sim: {} does nothing: node 0x{:02X} has no such value\n",
-                 to_text(fault), node_id(fault));
-      return true;
-    }
-    if (name == "stuck") {
-      signal->stick(attach);
-    } else {
-      const double units = attach ? fault.values[2] : 0;
-      name == "drift" ? signal->drift(units) : signal->jump(units);
-    }
-  } else {
-    return false;
-  }
-  return true;
-}
-
-bool Ardito::set_node_fault(const Fault& fault, bool attach) {
-  const std::string_view name = fault.kind->name;
-  Node* found = name == "imu-silent" ? &imu_ : node(node_id(fault));
-  if (found == nullptr) return false;
-  NodeFaults& faults = found->faults;
-  const double second = attach && fault.values.size() > 1 ? fault.values[1] : 0;
-  if (name == "node-silent" || name == "imu-silent") {
-    faults.silent = attach;
-  } else if (name == "node-reboot") {
-    found->power_on();
-  } else if (name == "emcy") {
-    found->inject_emcy(static_cast<std::uint16_t>(fault.values[1]), attach);
-  } else if (name == "emcy-storm") {
-    faults.emcy_storm_1_s = second;
-  } else if (name == "drive-fault") {
-    dynamic_cast<Drive&>(*found).fail(static_cast<std::uint16_t>(second));
-  } else if (name == "babble") {
-    faults.babble_1_s = second;
-  } else if (name == "wrong-pdo-length") {
-    faults.longer_pdos = static_cast<int>(second);
-  } else if (name == "sdo-abort") {
-    faults.sdo_abort = static_cast<std::uint32_t>(second);
-  } else if (name == "wrong-device-type") {
-    found->set_device_type(static_cast<std::uint32_t>(second));
   } else {
     return false;
   }

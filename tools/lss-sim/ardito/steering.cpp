@@ -16,35 +16,20 @@ constexpr double kFollowGain_1_s = 30;
 constexpr std::uint16_t kFollowingError = 0x8611;
 
 constexpr Object kSteeringObjects[] = {
-    {.index = 0x6007, .bytes = 2, .access = rw, .is_signed = true, .min = 0, .max = 3},
-    {.index = 0x603F, .bytes = 2, .mappable = true},
-    {.index = 0x6040, .bytes = 2, .access = rw, .mappable = true},
-    {.index = 0x6041, .bytes = 2, .mappable = true},
-    {.index = 0x605A,
-     .bytes = 2,
-     .access = rw,
-     .initial = 2,
-     .is_signed = true,
-     .min = 0,
-     .max = 6},
-    {.index = 0x6060, .bytes = 1, .access = rw, .is_signed = true, .min = 1, .max = 1},
-    {.index = 0x6061, .bytes = 1, .initial = 1, .mappable = true, .is_signed = true},
     {.index = 0x6064, .mappable = true, .is_signed = true},
-    {.index = 0x6075, .initial = 4000},
-    {.index = 0x6078, .bytes = 2, .mappable = true, .is_signed = true},
     {.index = 0x607A, .access = rw, .mappable = true, .is_signed = true},
     {.index = 0x6081, .access = rw, .initial = 100'000, .min = 1, .max = kMost},
     {.index = 0x6083, .access = rw, .initial = 500'000, .min = 1, .max = kMost},
     {.index = 0x6084, .access = rw, .initial = 500'000, .min = 1, .max = kMost},
     {.index = 0x6085, .access = rw, .initial = 500'000, .min = 1, .max = kMost},
-    {.index = 0x6502, .initial = 1 << 0},
     {.index = 0x2100, .sub = 3, .mappable = true, .is_signed = true},
 };
 
 }  // namespace
 
 SteeringDrive::SteeringDrive(std::uint8_t id, unsigned seed)
-    : Drive(id, 0x0004'0192, 2, kSteeringObjects, seed),
+    : Drive({.id = id, .device_type = kStepper, .product = kProduct},
+            OperationMode::profile_position, 2, kSteeringObjects, seed),
       encoder_({.noise = 30, .quantum = 31, .lag_ms = 1, .velocity = false}),
       reduction_({.noise = 3, .quantum = 4, .lag_ms = 2, .velocity = false}),
       current_({.noise = 8, .lag_ms = 4, .velocity = false}) {}

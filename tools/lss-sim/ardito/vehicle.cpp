@@ -41,33 +41,21 @@ std::unique_ptr<RoverPlant> make_plant(const RoverOptions& options) {
 }  // namespace
 
 Ardito::Ardito(const RoverOptions& options)
-    : rover_(make_plant(options)),
+    : NodeBus(options.seed + 34),
+      rover_(make_plant(options)),
       io_(options.seed + 32),
-      imu_(options.seed + 33),
-      random_(options.seed + 34) {
+      imu_(options.seed + 33) {
   for (std::size_t i = 0; i < kWheels; ++i) {
     const auto id = static_cast<std::uint8_t>(i + 1);
     wheels_[i] = std::make_unique<WheelDrive>(id, options.seed + id);
+    add(*wheels_[i]);
   }
   for (std::size_t i = 0; i < kSteered; ++i) {
     steering_[i] = std::make_unique<SteeringDrive>(kSteeringIds[i], options.seed + kSteeringIds[i]);
+    add(*steering_[i]);
   }
-}
-
-template <typename Action>
-void Ardito::each_node(Action action) {
-  for (const auto& drive : wheels_) action(*drive);
-  for (const auto& drive : steering_) action(*drive);
-  action(io_);
-  action(imu_);
-}
-
-Node* Ardito::node(std::uint8_t id) {
-  Node* found = nullptr;
-  each_node([&](Node& node) {
-    if (node.id() == id) found = &node;
-  });
-  return found;
+  add(io_);
+  add(imu_);
 }
 
 void Ardito::step() {
@@ -76,8 +64,7 @@ void Ardito::step() {
   {
     const std::lock_guard lock(mutex_);
     step_power();
-    each_node([](Node& node) { node.step(); });
-    speak_foreign();
+    step_nodes();
     for (std::size_t i = 0; i < kWheels; ++i) {
       trains_[i].clutch_ordered = io_.clutch(i);
       if (held_degC_[i]) trains_[i].heat_to(*held_degC_[i]);
@@ -112,52 +99,6 @@ void Ardito::feel() {
   const bool power_good = !button_ && !power_bad_ && link_V_ > kPowerGood_V;
   io_.feel(rover_->suspension(), button_, power_good);
   imu_.feel(rover_->body());
-}
-
-void Ardito::receive(const CanFrame& frame) {
-  const std::lock_guard lock(mutex_);
-  each_node([&](Node& node) { node.receive(frame); });
-  note_waiting();
-}
-
-// Nodes take turns, so that a babbling node does not block the others.
-std::optional<CanFrame> Ardito::send() {
-  const std::lock_guard lock(mutex_);
-  std::array<Node*, kWheels + kSteered + 2> all;
-  std::size_t count = 0;
-  each_node([&](Node& node) { all[count++] = &node; });
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    speaker_ = (speaker_ + 1) % all.size();
-    if (auto frame = all[speaker_]->send()) return frame;
-  }
-  waiting_ = false;
-  if (foreign_.empty()) return std::nullopt;
-  const CanFrame frame = foreign_.front();
-  foreign_.pop_front();
-  return frame;
-}
-
-void Ardito::note_waiting() {
-  bool waiting = !foreign_.empty();
-  each_node([&](Node& node) { waiting = waiting || node.wants_to_send(); });
-  waiting_ = waiting;
-}
-
-// Frames of nodes that are not on this bus, and of types that it does not use.
-void Ardito::speak_foreign() {
-  foreign_owed_ = foreign_1_s_ > 0 ? foreign_owed_ + foreign_1_s_ * kStep_s : 0;
-  std::uniform_int_distribution<unsigned> any(0, 255);
-  for (; foreign_owed_ >= 1; --foreign_owed_) {
-    constexpr std::uint32_t kServices[] = {0x080, 0x180, 0x280, 0x380, 0x480, 0x580, 0x700};
-    const std::uint32_t stranger = 0x40 + any(random_) % 0x30;
-    CanFrame frame{.id = kServices[any(random_) % std::size(kServices)] + stranger,
-                   .extended = any(random_) % 8 == 0,
-                   .remote = any(random_) % 8 == 0,
-                   .size = static_cast<std::uint8_t>(any(random_) % 9)};
-    if (frame.extended) frame.id |= 0x18FF'0000;
-    for (std::uint8_t& byte : frame.data) byte = static_cast<std::uint8_t>(any(random_));
-    foreign_.push_back(frame);
-  }
 }
 
 nlohmann::ordered_json Ardito::truth() const {

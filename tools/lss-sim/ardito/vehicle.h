@@ -5,9 +5,7 @@
 // vehicle itself for tests that step it without threads.
 
 #include <array>
-#include <atomic>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -15,6 +13,7 @@
 #include "tools/lss-sim/ardito/drive.h"
 #include "tools/lss-sim/ardito/rover.h"
 #include "tools/lss-sim/ardito/train.h"
+#include "tools/lss-sim/canopen/node_bus.h"
 #include "tools/lss-sim/frame/vehicle.h"
 
 namespace lss::sim {
@@ -25,7 +24,7 @@ namespace ardito {
 
 inline constexpr std::array<std::uint8_t, kSteered> kSteeringIds = {0x11, 0x12, 0x15, 0x16};
 
-class Ardito final : public Vehicle, public CanDevice {
+class Ardito final : public Vehicle, public NodeBus {
  public:
   explicit Ardito(const RoverOptions& options);
 
@@ -35,13 +34,8 @@ class Ardito final : public Vehicle, public CanDevice {
   void set_fault(const Fault& fault, bool attach) override;
   bool in_force(const Fault& fault) const override;
 
-  void receive(const CanFrame& frame) override;
-  std::optional<CanFrame> send() override;
-  bool wants_to_send() const override { return waiting_; }
-
   // For tests, which have one thread.
   const RoverPlant& rover() const { return *rover_; }
-  Node* node(std::uint8_t id);
   const WheelDrive& wheel(std::size_t i) const { return *wheels_[i]; }
   const SteeringDrive& steering(std::size_t i) const { return *steering_[i]; }
   const WheelTrain& train(std::size_t i) const { return trains_[i]; }
@@ -49,19 +43,14 @@ class Ardito final : public Vehicle, public CanDevice {
   const IoNode& io() const { return io_; }
 
  private:
-  template <typename Action>
-  void each_node(Action action);
   void step_power();
   void feel();
-  void speak_foreign();
-  void note_waiting();
   bool set_train_fault(const Fault& fault, bool attach);
   bool set_steering_fault(const Fault& fault, bool attach);
   bool set_sensor_fault(const Fault& fault, bool attach);
-  bool set_node_fault(const Fault& fault, bool attach);
 
   std::unique_ptr<RoverPlant> rover_;
-  mutable std::mutex mutex_;  // of all below: shared by physics, the bus and faults
+  // The mutex guards all below: shared by physics, the bus and faults.
   std::array<std::unique_ptr<WheelDrive>, kWheels> wheels_;
   std::array<std::unique_ptr<SteeringDrive>, kSteered> steering_;
   IoNode io_;
@@ -71,11 +60,6 @@ class Ardito final : public Vehicle, public CanDevice {
   std::array<std::optional<double>, kWheels> held_degC_{};
   bool button_ = false, power_bad_ = false;
   double link_V_ = 0;
-  double foreign_1_s_ = 0, foreign_owed_ = 0;
-  std::deque<CanFrame> foreign_;
-  std::mt19937 random_;
-  std::size_t speaker_ = 0;  // node whose turn it is
-  std::atomic<bool> waiting_ = false;
 };
 
 // The faults: every failure of the Ardito thesis' section 19, and faults of nodes and sensors.

@@ -43,7 +43,9 @@ struct Object {
 
 class Objects {
  public:
-  void add(const Object& object) { entries_.push_back({object, 0}); }
+  void add(const Object& object) {
+    entries_.push_back({object, static_cast<std::uint32_t>(object.initial)});
+  }
   void add(std::span<const Object> objects);
   void reset();  // all values to their initial ones
 

@@ -64,12 +64,16 @@ tl::expected<const FaultKind*, std::string> find_kind(std::string_view name,
 }
 
 std::string written(double value, const FaultArgument& argument) {
+  if (!argument.words.empty()) {
+    return argument.words[static_cast<std::size_t>(value - argument.min)];
+  }
   if (argument.hexadecimal) return fmt::format("0x{:02X}", static_cast<std::uint32_t>(value));
   return fmt::format("{}", value);
 }
 
-// "a whole number from 1 to 6", "one of 1, 2, 5, 6".
+// "a whole number from 1 to 6", "one of 1, 2, 5, 6", "one of left, right".
 std::string allowed(const FaultArgument& argument) {
+  if (!argument.words.empty()) return fmt::format("one of {}", fmt::join(argument.words, ", "));
   if (argument.choices.empty()) {
     return fmt::format("a {} from {} to {}", argument.whole ? "whole number" : "number",
                        written(argument.min, argument), written(argument.max, argument));
@@ -81,8 +85,14 @@ std::string allowed(const FaultArgument& argument) {
 
 tl::expected<double, std::string> parse_value(std::string_view text, const FaultKind& kind,
                                               const FaultArgument& argument) {
-  const std::optional<double> value = to_number(text);
   const auto& choices = argument.choices;
+  const auto& words = argument.words;
+  const auto word = std::ranges::find(words, text);
+  const std::optional<double> value =
+      words.empty() ? to_number(text)
+      : word == words.end()
+          ? std::nullopt
+          : std::optional(argument.min + static_cast<double>(word - words.begin()));
   if (!value || *value < argument.min || *value > argument.max ||
       (argument.whole && *value != std::round(*value)) ||
       (!choices.empty() && std::ranges::find(choices, *value) == choices.end())) {
@@ -194,7 +204,7 @@ std::string describe(std::span<const FaultKind> kinds) {
     text += fmt::format("{:<28} {}\n", usage(kind), kind.meaning);
     for (const FaultArgument& argument : kind.arguments) {
       text += fmt::format("{:<28}   {}: {}, {}", "", argument.name, argument.meaning,
-                          argument.choices.empty()
+                          argument.choices.empty() && argument.words.empty()
                               ? fmt::format("{} to {}", written(argument.min, argument),
                                             written(argument.max, argument))
                               : allowed(argument));

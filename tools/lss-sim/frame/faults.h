@@ -21,8 +21,9 @@ struct FaultArgument {
   bool whole = false;
   bool optional = false;
   double fallback = 0;
-  bool hexadecimal = false;              // output format; both are accepted
-  std::span<const double> choices = {};  // only these, when there are any
+  bool hexadecimal = false;                 // output format; both are accepted
+  std::span<const double> choices = {};     // only these, when there are any
+  std::span<const char* const> words = {};  // instead of numbers: of min, min + 1, ... max
 };
 
 struct FaultKind {

@@ -91,7 +91,7 @@ std::span<const FaultKind> fault_kinds() { return kFaultKinds; }
 void Talaris::set_fault(const Fault& fault, bool attach) {
   if (set_imu_fault(fault, attach) || set_altimeter_fault(fault, attach)) return;
   const std::lock_guard lock(mutex_);
-  set_actuator_fault(fault, attach) || set_node_fault(fault, attach);
+  set_actuator_fault(fault, attach) || set_named_node_fault(fault, attach);
   note_waiting();
 }
 
@@ -173,32 +173,18 @@ bool Talaris::set_actuator_fault(const Fault& fault, bool attach) {
   return true;
 }
 
-bool Talaris::set_node_fault(const Fault& fault, bool attach) {
+bool Talaris::set_named_node_fault(const Fault& fault, bool attach) {
   const std::string_view name = fault.kind->name;
-  Node* found = node(fault.values.front());
+  Node* found = node(static_cast<std::uint8_t>(fault.values.front()));
   if (found == nullptr) {
     fmt::print(stderr, "lss-sim: {} does nothing: there is no such node on this stand\n",
                to_text(fault));
-    return true;
-  }
-  nodes::NodeFaults& faults = found->faults;
-  const double second = attach && fault.values.size() > 1 ? fault.values[1] : 0;
-  if (name == "node-silent") {
-    faults.silent = attach;
   } else if (name == "node-reset") {
     found->power_on();
   } else if (name == "node-babble") {
-    faults.babble_1_s = second;
-  } else if (name == "emcy") {
-    found->inject_emcy(static_cast<std::uint16_t>(fault.values[1]), attach);
-  } else if (name == "wrong-pdo-length") {
-    faults.longer_pdos = static_cast<int>(second);
-  } else if (name == "sdo-abort") {
-    faults.sdo_abort = static_cast<std::uint32_t>(second);
-  } else if (name == "wrong-device-type") {
-    found->set_device_type(static_cast<std::uint32_t>(second));
+    found->faults.babble_1_s = attach ? fault.values[1] : 0;
   } else {
-    return false;
+    return set_node_fault(fault, attach);
   }
   return true;
 }

@@ -22,7 +22,8 @@ Pointing pointing_of(const TalarisOptions& options) {
 }  // namespace
 
 Talaris::Talaris(const TalarisOptions& options)
-    : options_(options),
+    : NodeBus(options.seed + 3),
+      options_(options),
       plant_(options.plant),
       imu_(make_imu(options.imu, options.seed + 1)),
       altimeter_(options.altimeter, options.seed + 2),
@@ -33,6 +34,9 @@ Talaris::Talaris(const TalarisOptions& options)
   if (options.load_cell.value_or(options.plant.stand == Stand::load)) {
     load_cell_.emplace(options.seed + LoadCellNode::kId);
   }
+  add(valve_node_);
+  add(fan_node_);
+  if (load_cell_) add(*load_cell_);
 }
 
 std::vector<SerialLine> Talaris::lines() {
@@ -46,24 +50,9 @@ std::vector<SerialLine> Talaris::lines() {
           {.name = "altimeter", .device = &altimeter_, .baud = 9'600, .frame_begin = 'D'}};
 }
 
-template <typename Action>
-void Talaris::each_node(Action action) {
-  action(static_cast<Node&>(valve_node_));
-  action(static_cast<Node&>(fan_node_));
-  if (load_cell_) action(static_cast<Node&>(*load_cell_));
-}
-
-Node* Talaris::node(double id) {
-  Node* found = nullptr;
-  each_node([&](Node& each) {
-    if (each.id() == id) found = &each;
-  });
-  return found;
-}
-
 // Steps the nodes for a millisecond and applies their outputs. Locked.
 Wrench Talaris::act() {
-  each_node([](Node& node) { node.step(); });
+  step_nodes();
   gas_.step(valve_node_.outputs());
   fans_.step(fan_node_.pulse_us());
   std::array<double, kFans> rpm{};
@@ -108,32 +97,6 @@ std::optional<double> Talaris::range_m() const {
   const Vector3 along =
       pointing_of(options_) == Pointing::down ? Vector3(-1, 0, 0) : Vector3(0, 0, 1);
   return plant_.distance_m(options_.altimeter_at_m, along, options_.altimeter.most_rad);
-}
-
-void Talaris::receive(const CanFrame& frame) {
-  const std::lock_guard lock(mutex_);
-  each_node([&](Node& node) { node.receive(frame); });
-  note_waiting();
-}
-
-// Nodes take turns, so that a babbling node does not block the others.
-std::optional<CanFrame> Talaris::send() {
-  const std::lock_guard lock(mutex_);
-  std::array<Node*, 3> all{};
-  std::size_t count = 0;
-  each_node([&](Node& node) { all[count++] = &node; });
-  for (std::size_t i = 0; i < count; ++i) {
-    speaker_ = (speaker_ + 1) % count;
-    if (auto frame = all[speaker_]->send()) return frame;
-  }
-  waiting_ = false;
-  return std::nullopt;
-}
-
-void Talaris::note_waiting() {
-  bool waiting = false;
-  each_node([&](Node& node) { waiting = waiting || node.wants_to_send(); });
-  waiting_ = waiting;
 }
 
 nlohmann::ordered_json Talaris::truth() const {

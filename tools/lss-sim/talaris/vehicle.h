@@ -12,12 +12,11 @@
 // Frames as in talaris_plant.h.
 
 #include <array>
-#include <atomic>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <vector>
 
+#include "tools/lss-sim/canopen/node_bus.h"
 #include "tools/lss-sim/frame/vehicle.h"
 #include "tools/lss-sim/talaris/altimeter.h"
 #include "tools/lss-sim/talaris/fans.h"
@@ -50,7 +49,7 @@ struct TalarisOptions {
 // and lags drawn from the seed (docs/simulator.md has the ranges), about the given ones.
 TalarisOptions dispersed(const TalarisOptions& nominal, unsigned seed);
 
-class Talaris final : public Vehicle, public CanDevice {
+class Talaris final : public Vehicle, public nodes::NodeBus {
  public:
   explicit Talaris(const TalarisOptions& options);
 
@@ -60,10 +59,6 @@ class Talaris final : public Vehicle, public CanDevice {
   nlohmann::ordered_json truth() const override;
   void set_fault(const Fault& fault, bool attach) override;
   bool in_force(const Fault&) const override { return true; }
-
-  void receive(const CanFrame& frame) override;
-  std::optional<CanFrame> send() override;
-  bool wants_to_send() const override { return waiting_; }
 
   // For tests, which have one thread.
   const TalarisOptions& options() const { return options_; }
@@ -78,14 +73,10 @@ class Talaris final : public Vehicle, public CanDevice {
   std::optional<double> range_m() const;  // the true range of the altimeter
 
  private:
-  template <typename Action>
-  void each_node(Action action);
-  Node* node(double id);
   Wrench act();
-  void note_waiting();
   bool set_imu_fault(const Fault& fault, bool attach);
   bool set_altimeter_fault(const Fault& fault, bool attach);
-  bool set_node_fault(const Fault& fault, bool attach);
+  bool set_named_node_fault(const Fault& fault, bool attach);
   bool set_actuator_fault(const Fault& fault, bool attach);
 
   TalarisOptions options_;
@@ -93,7 +84,7 @@ class Talaris final : public Vehicle, public CanDevice {
   std::unique_ptr<Imu> imu_;
   Altimeter altimeter_;
 
-  mutable std::mutex mutex_;  // of all below: shared by physics, the bus and faults
+  // The mutex guards all below: shared by physics, the bus and faults.
   ColdGas gas_;
   Fans fans_;
   ValveNode valve_node_;
@@ -101,8 +92,6 @@ class Talaris final : public Vehicle, public CanDevice {
   std::optional<LoadCellNode> load_cell_;
   Vector3 push_N_ = Vector3::Zero();
   double power_W_ = 0, drained_J_ = 0;
-  std::size_t speaker_ = 0;  // node whose turn it is
-  std::atomic<bool> waiting_ = false;
 };
 
 // The faults.

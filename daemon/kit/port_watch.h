@@ -1,0 +1,64 @@
+#pragma once
+
+// Supervision of a vehicle's port and bus thread: turns their reports into events and faults of the
+// locomotion controller. Shared by all vehicles. Frame thread; time is data; no allocation.
+
+#include "daemon/cycle/supervisor.h"
+
+namespace lss::kit {
+
+class PortWatch {
+ public:
+  static constexpr TimeNs kBusStuckAfter = 200 * kMillisecond;
+
+  // In every frame. Report: of the bus thread (daemon/runtime/can_bus.h, serial_bus.h); its counts
+  // of stops by itself, orders being stale, and of bus-offs. `airborne`: a port that closes is
+  // reported after the landing.
+  template <class Report>
+  void watch(const Report& bus, std::uint64_t stops, std::uint64_t offs, TimeNs now, Supervisor& s,
+             bool airborne = false) noexcept {
+    if (bus.time_ns == 0) return;  // no report yet
+    const bool operational = s.controller().state == State::operational;
+    if ((bus.open != open_ && (bus.open || !airborne)) || !reported_) change(bus, now, s);
+    if (bus.open && now - bus.time_ns > kBusStuckAfter && operational) s.raise(FaultId::bus_stuck);
+    if (offs != offs_) {
+      offs_ = offs;
+      s.raise(FaultId::bus_off);
+    }
+    if (stops != stops_) {
+      stops_ = stops;
+      s.note(EventId::safe_command_sent);
+      if (operational) s.raise(FaultId::orders_stale);
+    }
+  }
+
+  bool open() const noexcept { return open_; }
+  TimeNs opened_ns() const noexcept { return opened_ns_; }  // 0: never
+
+  template <class V>
+  void keep(V& v) {
+    v(open_, reported_, opened_ns_, stops_, offs_);
+  }
+
+ private:
+  template <class Report>
+  void change(const Report& bus, TimeNs now, Supervisor& s) noexcept {
+    s.happen(bus.open ? lc::Event::port_opened : lc::Event::port_closed);
+    if (bus.open) {
+      opened_ns_ = now;
+      s.note(EventId::port_opened);
+      s.clear(FaultId::port_absent);
+    } else {
+      s.note(EventId::port_closed);
+      s.raise(bus.was_open ? FaultId::port_lost : FaultId::port_absent);
+    }
+    open_ = bus.open;
+    reported_ = true;
+  }
+
+  bool open_ = false, reported_ = false;
+  TimeNs opened_ns_ = 0;
+  std::uint64_t stops_ = 0, offs_ = 0;
+};
+
+}  // namespace lss::kit

@@ -1,0 +1,5 @@
+#include "tools/lss-cli/session/vehicle.h"
+
+namespace lss::cli {
+std::span<const Vehicle* const> vehicles() { return {}; }
+}  // namespace lss::cli

@@ -1,0 +1,165 @@
+// A vehicle from the dictionary of its daemon, beside the same one on the roster.
+
+#include "tools/lss-cli/session/described_vehicle.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <zebro_fields.h>  // of the IDL
+
+#include "daemon/publish/dictionary.h"
+#include "daemon/vehicles/zebro/modes.h"
+#include "daemon/vehicles/zebro/tunables.h"
+#include "idl/zebro/commands.h"
+#include "tools/lss-cli/session/status.h"
+#include "tools/lss-cli/session/wire.h"
+#include "tools/lss-cli/show/failure.h"
+#include "tools/lss-cli/zebro/vehicle.h"
+
+namespace lss::cli {
+namespace {
+
+using nlohmann::json;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::string zebro_dictionary() {
+  const Vocabulary vocabulary{.modes = lss::zebro::kModeNames,
+                              .modules = lss::zebro::kModuleNames,
+                              .strategies = lss::zebro::kStrategyNames,
+                              .commands = lss::zebro::kCommands,
+                              .tunables = lss::zebro::tuning().infos};
+  return dictionary("zebro", lss::zebro::logic(), vocabulary, "time_ns:i8;", "");
+}
+
+class Described : public testing::Test {
+ protected:
+  DescribedVehicle described_{zebro_dictionary()};
+  const Vehicle& vehicle_ = described_.vehicle();
+  const Vehicle& built_ = zebro::kVehicle;
+};
+
+TEST_F(Described, CommandsAreThoseOfTheRoster) {
+  EXPECT_EQ(command_names(vehicle_), command_names(built_));
+  for (const CommandInfo* info : commands_of(built_)) {
+    const CommandInfo& own = find_command(vehicle_, info->kind);
+    EXPECT_EQ(to_json(own, vehicle_), to_json(*info, built_));
+    EXPECT_EQ(own.ends_motion, info->ends_motion) << info->name;
+    EXPECT_EQ(own.endless, info->endless) << info->name;
+    EXPECT_THAT(describe(*info, built_), HasSubstr(describe(own, vehicle_)));
+  }
+  EXPECT_EQ(subject_name(vehicle_, 4), "RM");
+  EXPECT_EQ(vehicle_.tunables().size(), built_.tunables().size());
+}
+
+TEST_F(Described, WordsMeanTheSame) {
+  const auto read = [](const Vehicle& vehicle, const char* command,
+                       const std::vector<std::string>& words) -> std::string {
+    try {
+      return describe(read_invocation(find_command(vehicle, command), vehicle, words, {}));
+    } catch (const Failure& e) {
+      return std::string(e.what()) + " | " + e.advice();
+    }
+  };
+  for (const auto& [command, words] :
+       {std::pair{"walk", std::vector<std::string>{"high", "backward", "-30"}},
+        std::pair{"walk", std::vector<std::string>{"hihg"}},
+        std::pair{"walk", std::vector<std::string>{"200deg"}},
+        std::pair{"leg", std::vector<std::string>{"RM", "1rad"}},
+        std::pair{"leg", std::vector<std::string>{}},
+        std::pair{"stop", std::vector<std::string>{"no"}},
+        std::pair{"reset", std::vector<std::string>{"LF"}},
+        std::pair{"panel", std::vector<std::string>{"deploy"}},
+        std::pair{"wlak", std::vector<std::string>{}}})
+    EXPECT_EQ(read(vehicle_, command, words), read(built_, command, words));
+}
+
+TEST_F(Described, MotionInIdleBeginsWithAStart) {
+  const auto steps = [&](lss_State state, const char* command) {
+    lss_Status status{};
+    status.state = state;
+    std::vector<std::string> names;
+    const Invocation wanted{&find_command(vehicle_, command), {}};
+    for (const Invocation& step : vehicle_.prepare(status, wanted))
+      names.emplace_back(step.info->name);
+    return names;
+  };
+  EXPECT_THAT(steps(lss_STATE_IDLE, "walk"), ElementsAre("start"));
+  EXPECT_THAT(steps(lss_STATE_IDLE, "start"), ElementsAre());
+  EXPECT_THAT(steps(lss_STATE_IDLE, "panel"), ElementsAre());
+  EXPECT_THAT(steps(lss_STATE_OPERATIONAL, "walk"), ElementsAre());
+  EXPECT_THAT(steps(lss_STATE_FATAL_ERROR, "walk"), ElementsAre());
+}
+
+TEST_F(Described, ASampleHasAllFields) {
+  // As the type of the dictionary lays it out, and as idlc does: the same up to the first array of
+  // structs.
+  std::vector<std::uint64_t> bytes(vehicle_.telemetry->m_size / sizeof(std::uint64_t) + 1);
+  lss_ZebroTelemetry sample{};
+  sample.time_ns = 5;
+  sample.state = 1;
+  ASSERT_GE(bytes.size() * sizeof bytes[0], offsetof(lss_ZebroTelemetry, modules));
+  std::memcpy(bytes.data(), &sample, offsetof(lss_ZebroTelemetry, modules));
+  const json own = status_json(vehicle_, lss_Status{}, bytes.data())["telemetry"];
+  const json built = status_json(built_, lss_Status{}, &sample)["telemetry"];
+  EXPECT_EQ(own["time_ns"], 5);
+  EXPECT_EQ(own["state"], "Operational");
+  for (const auto& [name, value] : built.items()) EXPECT_TRUE(own.contains(name)) << name;
+  EXPECT_EQ(own.size(), built.size());
+  EXPECT_EQ(own["modules"].size(), built["modules"].size());
+  const std::string screen = vehicle_.screen(bytes.data(), {});
+  EXPECT_THAT(screen, HasSubstr("distance_m"));
+  EXPECT_THAT(screen, HasSubstr("current_A"));
+  EXPECT_EQ(vehicle_.distance_m(bytes.data()), 0);
+  EXPECT_EQ(vehicle_.distance_m(nullptr), std::nullopt);
+}
+
+TEST_F(Described, CodesAreThoseOfTheDaemon) {
+  json changed = json::parse(zebro_dictionary());
+  changed["faults"].push_back({{"number", 999},
+                               {"name", "rope_torn"},
+                               {"severity", "fatal"},
+                               {"text", "the rope is torn"},
+                               {"advice", "tie it"}});
+  const DescribedVehicle other(changed.dump());
+  lss_Fault torn{};
+  torn.id = 999;
+  EXPECT_EQ(fault_text(other.vehicle(), torn), "the rope is torn");
+  EXPECT_EQ(fault_text(vehicle_, torn), "fault 999");
+}
+
+TEST(Dictionary, ThatCannotBeReadIsRefused) {
+  const auto refusal = [](const std::string& text) -> std::string {
+    try {
+      DescribedVehicle vehicle(text);
+    } catch (const Failure& e) {
+      return e.what();
+    }
+    return "was taken";
+  };
+  const auto with = [](const char* where, const json& value) {
+    json changed = json::parse(zebro_dictionary());
+    changed[json::json_pointer(where)] = value;
+    return changed.dump();
+  };
+  EXPECT_EQ(refusal(zebro_dictionary()), "was taken");
+  EXPECT_THAT(refusal(""), HasSubstr("cannot be read"));
+  EXPECT_THAT(refusal("[]"), HasSubstr("cannot be read"));
+  EXPECT_THAT(refusal("{}"), HasSubstr("commands"));
+  const json common = json::parse(zebro_dictionary())["commands"];
+  std::size_t walk = 0;
+  while (common[walk]["name"] != "walk") ++walk;
+  const std::string at = "/commands/" + std::to_string(walk);
+  EXPECT_THAT(refusal(with((at + "/name").c_str(), "--help")), HasSubstr("no name"));
+  EXPECT_THAT(refusal(with((at + "/name").c_str(), 7)), HasSubstr("cannot be read"));
+  EXPECT_THAT(refusal(with((at + "/parameters/0/max").c_str(), 5)), HasSubstr("2 choices"));
+  EXPECT_THAT(refusal(with((at + "/parameters").c_str(), json(9, common[walk]["parameters"][1]))),
+              HasSubstr("9 parameters"));
+  EXPECT_THAT(refusal(with("/telemetry/type", "lss::Nothing")), HasSubstr("lss::Nothing"));
+  EXPECT_THAT(refusal(with("/telemetry/idl", "struct {")), HasSubstr("IDL"));
+  EXPECT_THAT(
+      refusal(with("/telemetry/idl", "module lss { struct ZebroTelemetry { double x; }; };")),
+      HasSubstr("vehicle_id"));
+}
+
+}  // namespace
+}  // namespace lss::cli

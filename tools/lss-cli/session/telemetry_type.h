@@ -1,0 +1,47 @@
+#pragma once
+
+// The telemetry of a vehicle that this program was built without, from the text of its IDL: the
+// type for DDS, and a sample as JSON and as a screen. A sample in memory is its CDR bytes without
+// their header. Errors are thrown as a Failure.
+
+#include <dds/dds.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/lss-cli/recording/idl_types.h"
+#include "tools/lss-cli/show/output.h"
+
+namespace lss::cli {
+
+class TelemetryType {
+ public:
+  // `name`: lss::ZebroTelemetry. It begins with vehicle_id and time_ns, as every telemetry does.
+  TelemetryType(std::string idl, const std::string& name);
+
+  const dds_topic_descriptor_t* descriptor() const { return descriptor_.get(); }
+  std::string_view idl() const { return idl_; }
+
+  // All members but the key.
+  nlohmann::ordered_json json(const void* sample) const;
+  // A line for each number, and a table for each array of structs.
+  std::string screen(const void* sample, const Style& style) const;
+  // nullopt: there is no number of this name.
+  std::optional<double> number(std::string_view name, const void* sample) const;
+
+ private:
+  std::vector<std::byte> message(const void* sample) const;
+
+  std::string idl_;
+  recording::Types types_;
+  recording::Layout layout_;
+  std::vector<std::uint32_t> ops_;
+  dds_key_descriptor_t key_{};
+  std::unique_ptr<const dds_topic_descriptor_t> descriptor_;
+};
+
+}  // namespace lss::cli
