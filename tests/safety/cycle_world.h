@@ -54,8 +54,10 @@ class CycleWorld {
   // The daemon is started again; the hardware goes on.
   template <class P>
   void restart(const P& parameters) {
-    vehicle_ = V(parameters);
-    supervisor_ = Supervisor(logic_, {});
+    std::destroy_at(&vehicle_);
+    std::construct_at(&vehicle_, parameters);
+    std::destroy_at(&supervisor_);
+    std::construct_at(&supervisor_, logic_, Supervisor::Parameters{});
     if (port_) use_port();
   }
 
