@@ -51,6 +51,16 @@ class CycleWorld {
     port_->show(supervisor_.state());
   }
 
+  // The daemon is started again; the hardware goes on.
+  template <class P>
+  void restart(const P& parameters) {
+    std::destroy_at(&vehicle_);
+    std::construct_at(&vehicle_, parameters);
+    std::destroy_at(&supervisor_);
+    std::construct_at(&supervisor_, logic_, Supervisor::Parameters{});
+    if (port_) use_port();
+  }
+
   // One frame.
   void step() {
     time_ns_ += period_ns_;

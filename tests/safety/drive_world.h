@@ -93,18 +93,20 @@ struct DriveTraits {
     std::vector<Fault<W>> all;
     const double within_s = 0.15;
     const auto add = [&](std::string name, FaultId id, std::size_t module,
-                         std::function<void(W&)> cause, std::function<void(W&)> heal = {}) {
+                         std::function<void(W&)> cause, std::function<void(W&)> heal = {},
+                         bool everywhere = false) {
       all.push_back({std::move(name), id, static_cast<std::uint16_t>(module), within_s,
-                     std::move(cause), std::move(heal)});
+                     std::move(cause), std::move(heal), everywhere});
     };
     for (std::size_t n = 0; n < kDrives; ++n) {
       const std::string number = " " + std::to_string(n + 1);
       add(
           "lost" + number, FaultId::module_silent, n + 1,
           [n](W& w) { w.link(n).node.state = canopen::NodeState::lost; },
-          [n](W& w) { w.link(n).node.state = canopen::NodeState::operational; });
-      add("rebooted" + number, FaultId::module_reset, n + 1,
-          [n](W& w) { ++w.link(n).node.reboots; });
+          [n](W& w) { w.link(n).node.state = canopen::NodeState::operational; }, true);
+      add(
+          "rebooted" + number, FaultId::module_reset, n + 1,
+          [n](W& w) { ++w.link(n).node.reboots; }, {}, true);
       add("drive fault" + number, FaultId::drive_fault, n + 1,
           [n](W& w) { w.link(n).drive = canopen::DriveState::fault; });
       add(

@@ -38,9 +38,40 @@ TYPED_TEST_P(SafetyFaults, EachStopsEverythingInTimeAndLastsUntilItIsSolved) {
     EXPECT_TRUE(w->has(fault.id, fault.subject)) << "it latches";
     EXPECT_EQ(answer_to<T>(*w, request_of(*T::logic().command(1))).verdict.reason,
               Reason::not_in_state);
-    if (!fault.solvable) continue;
     ASSERT_TRUE(is_solved<T>(*w));
     EXPECT_TRUE(comes_to_motion<T>(*w));
+  }
+}
+
+// [P-Int-2]
+TYPED_TEST_P(SafetyFaults, TheLossOfAModuleStopsEverythingInTimeEverywhere) {
+  using T = TypeParam;
+  const auto all = faults<T>();
+  ASSERT_TRUE(std::ranges::any_of(all, [](const auto& fault) { return fault.everywhere; }));
+  for (const auto& place : places<T>()) {
+    for (const auto& fault : all) {
+      if (!fault.everywhere) continue;
+      SCOPED_TRACE(place.name + ", " + fault.name);
+      const auto w = at<T>(place);
+      ASSERT_NE(w, nullptr);
+      if (airborne<T>(*w)) continue;  // it lands first
+      fault.cause(*w);
+      if (place.state == State::operational) {
+        ASSERT_TRUE(w->run_until(State::fatal_error, fault.within_s + 1e-3)) << where<T>(*w);
+        EXPECT_TRUE(stopped<T>(*w)) << "in the frame that saw it";
+        EXPECT_TRUE(w->has(fault.id, fault.subject)) << info(fault.id)->name;
+      }
+      EXPECT_TRUE(stays_sound<T>(*w, 2));
+      EXPECT_NE(w->state(), State::operational);
+      for (const auto& any : all) {
+        if (any.heal) any.heal(*w);
+      }
+      ASSERT_TRUE(w->run_until([&] { return w->state() != State::solve_errors; }, 90));
+      if (w->state() == State::fatal_error) {
+        ASSERT_TRUE(is_solved<T>(*w));
+      }
+      EXPECT_TRUE(comes_to_motion<T>(*w));
+    }
   }
 }
 
@@ -158,6 +189,7 @@ TYPED_TEST_P(SafetyFaults, NothingThatMovesPassesTheGateOutsideOperational) {
 }
 
 REGISTER_TYPED_TEST_SUITE_P(SafetyFaults, EachStopsEverythingInTimeAndLastsUntilItIsSolved,
+                            TheLossOfAModuleStopsEverythingInTimeEverywhere,
                             NoneMovesAnythingInIdle,
                             OneThatComesWhileErrorsAreSolvedStopsEverythingAgain,
                             AStopThatTheCycleDoesNotFollowIsAnEmergency,

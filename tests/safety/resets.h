@@ -167,22 +167,83 @@ TYPED_TEST_P(SafetyResets, ThatWasNotSeenFailsAndTheModuleIsNoFault) {
   EXPECT_EQ(w->supervisor_.state().fault_count, 0u);
 }
 
-TYPED_TEST_P(SafetyResets, IsRefusedWhileItIsOperational) {
+TYPED_TEST_P(SafetyResets, OfAModuleThatIsAwayBringsItBackAndSolveGoesOn) {
   using T = TypeParam;
-  const auto w = moving<T>();
-  ASSERT_NE(w, nullptr);
-  for (const double module : {0.0, static_cast<double>(T::kResettable[0])}) {
-    EXPECT_EQ(w->why(CommandKind::reset, {module}), Reason::not_in_state);
-    EXPECT_TRUE(T::moves(*w));
+  const std::uint16_t module = T::kResettable[1];
+  const auto w = fresh<T>();
+  w->run(6);
+  T::take_away(*w, module);
+  ASSERT_TRUE(w->run_until(State::fatal_error, 1));
+  w->send(CommandKind::reset, {static_cast<double>(module)});
+  w->run(1);
+  T::bring_back(*w, module);
+  ASSERT_TRUE(
+      w->run_until([&] { return w->answer(CommandKind::reset, Phase::completed) != nullptr; }, 2));
+  EXPECT_TRUE(is_solved<T>(*w));
+}
+
+TYPED_TEST_P(SafetyResets, AStartInTheSameFrameIsRefused) {
+  using T = TypeParam;
+  const auto w = fresh<T>();
+  w->run(6);
+  w->send(CommandKind::reset, {static_cast<double>(T::kResettable[0])});
+  w->put(request_of(*T::logic().command(1)));
+  w->step();
+  EXPECT_EQ(w->state(), State::idle);
+}
+
+TYPED_TEST_P(SafetyResets, AModuleThatWasNeverHeardKeepsItInIdleAndIsNamed) {
+  using T = TypeParam;
+  for (const std::uint16_t module : T::kResettable) {
+    SCOPED_TRACE(module);
+    const auto w = fresh<T>();
+    T::take_away(*w, module);
+    w->run(1);
+    const Verdict refused = try_start<T>(*w);
+    EXPECT_EQ(refused.reason, Reason::never_heard);
+    EXPECT_EQ(refused.subject, module);
+    EXPECT_EQ(w->state(), State::idle);
   }
 }
 
-REGISTER_TYPED_TEST_SUITE_P(SafetyResets, OfAModuleIsNoEmergencyAndEndsWhenItIsBack,
-                            OfAllModulesEndsWithTheLastOfThemAndItMovesAfterIt,
-                            AModuleThatStaysAwayIsAFaultAtItsDeadline,
-                            AModuleThatWasNotCommandedIsAFaultAsEver,
-                            ALaterOneTakesItsPlaceAndBothModulesAreExcused,
-                            ThatWasNotSeenFailsAndTheModuleIsNoFault,
-                            IsRefusedWhileItIsOperational);
+// [Oper-6]
+TYPED_TEST_P(SafetyResets, AVitalModuleThatStaysAwayEndsInFatalErrorAgain) {
+  using T = TypeParam;
+  const auto w = moving<T>();
+  ASSERT_NE(w, nullptr);
+  std::uint16_t vital = T::kResettable[0];
+  if constexpr (requires { T::kVital; }) vital = T::kVital;
+  T::take_away(*w, vital);
+  ASSERT_TRUE(w->run_until(State::fatal_error, 2));
+  w->send(CommandKind::solve);
+  w->step();
+  ASSERT_EQ(w->state(), State::solve_errors);
+  ASSERT_TRUE(w->run_until(State::fatal_error, 90));
+  EXPECT_TRUE(stopped<T>(*w));
+  const Ack* failed = w->answer(CommandKind::solve, Phase::failed);
+  ASSERT_NE(failed, nullptr);
+  EXPECT_EQ(failed->verdict.reason, Reason::not_solved);
+  EXPECT_TRUE(stays_stopped<T>(*w, 2));
+}
+
+TYPED_TEST_P(SafetyResets, IsRefusedWhileItIsNotAtRestEverywhere) {
+  using T = TypeParam;
+  for (const auto& place : places<T>()) {
+    if (place.state == State::idle || place.state == State::fatal_error) continue;
+    SCOPED_TRACE(place.name);
+    const auto w = at<T>(place);
+    ASSERT_NE(w, nullptr);
+    for (const double module : {0.0, static_cast<double>(T::kResettable[0])})
+      EXPECT_EQ(w->why(CommandKind::reset, {module}), Reason::not_in_state);
+  }
+}
+
+REGISTER_TYPED_TEST_SUITE_P(
+    SafetyResets, OfAModuleIsNoEmergencyAndEndsWhenItIsBack,
+    OfAllModulesEndsWithTheLastOfThemAndItMovesAfterIt, AModuleThatStaysAwayIsAFaultAtItsDeadline,
+    AModuleThatWasNotCommandedIsAFaultAsEver, ALaterOneTakesItsPlaceAndBothModulesAreExcused,
+    ThatWasNotSeenFailsAndTheModuleIsNoFault, OfAModuleThatIsAwayBringsItBackAndSolveGoesOn,
+    AStartInTheSameFrameIsRefused, AModuleThatWasNeverHeardKeepsItInIdleAndIsNamed,
+    AVitalModuleThatStaysAwayEndsInFatalErrorAgain, IsRefusedWhileItIsNotAtRestEverywhere);
 
 }  // namespace lss::safety

@@ -22,18 +22,21 @@
 //   bool safe(const World&)      the command in out_ can move nothing
 //   double kRest_s               within which a stop or a lost lease ends in Idle
 //   faults()                     losses and failures (scene.h), one for each module that must
-//                                answer, the port, stale data; the first one can be solved
+//                                answer, the port, stale data. The loss of a module is one
+//                                `everywhere`; error solving takes a while for the first one
 //   bad_commands()               functions that each make a good command in motion one that the
 //                                gate must replace
 //   bool& stop_pending(BusReport&)  the report of an all-stop that the cycle has to confirm
 // Optional:
 //   bool stopped(const World&)   the command in out_ is the emergency stop, too; else: safe
-//   bool in_range(const Command&)  what the gate guarantees besides finite numbers
+//   bool in_range(const World&)  what the gate guarantees besides finite numbers
 //   places()                     modes of Operational and how to come there; else: in motion
 //   std::uint64_t allocations()  of this program so far; else that is not tested
 //   kResettable, take_away(World&, module), bring_back(World&, module)  numbers of modules that a
 //                                command resets and whose absence is an emergency; parameters()
-//                                has reset_ns. kAlsoReset: others that a reset of all reaches
+//                                has reset_ns. kAlsoReset: others that a reset of all reaches.
+//                                kVital: one of them that error solving cannot do without;
+//                                else: the first one
 
 #include <gtest/gtest.h>
 

@@ -29,7 +29,7 @@ struct Place {
 };
 
 // A loss or failure that must stop the vehicle: `cause` on a world in motion leads to the fault
-// within the time. heal: afterwards error solving succeeds; none: it heals by itself, or cannot.
+// within the time. heal: afterwards error solving succeeds; none: it needs nothing.
 template <class World>
 struct Fault {
   std::string name;
@@ -38,7 +38,7 @@ struct Fault {
   double within_s;
   std::function<void(World&)> cause;
   std::function<void(World&)> heal;
-  bool solvable = true;
+  bool everywhere = false;  // in every mode of Operational
 };
 
 // The command that makes the vehicle move when it is ready.
@@ -139,8 +139,8 @@ testing::AssertionResult sound(const WorldOf<T>& w) {
   Finite finite;
   fields(finite, w.out_.command);
   if (!finite.good()) return fails<T>(w, "the command has a number that is not finite");
-  if constexpr (requires { T::in_range(w.out_.command); }) {
-    if (!T::in_range(w.out_.command)) return fails<T>(w, "the command is out of range");
+  if constexpr (requires { T::in_range(w); }) {
+    if (!T::in_range(w)) return fails<T>(w, "the command is out of range");
   }
   return w.state() == State::operational ? testing::AssertionSuccess() : safe<T>(w);
 }
@@ -253,16 +253,23 @@ std::vector<Place<WorldOf<T>>> places() {
 }
 
 template <class T>
-WorldPtr<T> at(const Place<WorldOf<T>>& place, const Supervisor::Parameters& links = {}) {
-  auto w = fresh<T>(links);
-  w->run(1);
-  place.go(*w);
+testing::AssertionResult go_to(WorldOf<T>& w, const Place<WorldOf<T>>& place) {
+  w.run(1);
+  place.go(w);
   const auto there = [&] {
-    return w->state() == place.state && w->supervisor_.controller().mode == place.mode;
+    return w.state() == place.state && w.supervisor_.controller().mode == place.mode;
   };
-  if (there() || w->run_until(there, 60)) return w;
-  ADD_FAILURE() << place.name << " is not reached: " << where<T>(*w);
-  return nullptr;
+  if (there() || w.run_until(there, 60)) return testing::AssertionSuccess();
+  return fails<T>(w, "it does not come there");
+}
+
+// nullptr: it does not come there.
+template <class T>
+WorldPtr<T> at(const Place<WorldOf<T>>& place) {
+  auto w = fresh<T>();
+  const auto result = go_to<T>(*w, place);
+  EXPECT_TRUE(result) << place.name;
+  return result ? std::move(w) : nullptr;
 }
 
 // Every command of the vehicle.

@@ -70,28 +70,33 @@ TYPED_TEST_P(SafetyStops, AuthorityIsFreeAfterAStop) {
   EXPECT_EQ(w->supervisor_.state().authority, source("another"));
 }
 
+// [Oper-7]
 TYPED_TEST_P(SafetyStops, AStopEndsIdleAndSafeEverywhere) {
   using T = TypeParam;
+  Request stop = request_of(*T::logic().command(2));
+  const bool choice = !T::logic().command(2)->parameters.empty();  // how to stop
   for (const auto& place : places<T>()) {
-    SCOPED_TRACE(place.name);
-    const auto w = at<T>(place);
-    ASSERT_NE(w, nullptr);
-    const std::uint64_t sequence =
-        w->put(request_of(*T::logic().command(static_cast<std::uint16_t>(CommandKind::stop))));
-    w->step();
-    if (place.state == State::fatal_error || place.state == State::solve_errors) {
-      EXPECT_NE(w->answer(CommandKind::stop, Phase::rejected), nullptr) << "it is stopped";
-      EXPECT_TRUE(safe<T>(*w));
-      continue;
+    for (const bool other : {false, true}) {
+      SCOPED_TRACE(place.name + (other ? ", the other way" : ""));
+      const auto w = at<T>(place);
+      ASSERT_NE(w, nullptr);
+      if (choice) stop.parameter[0] = other ? 0 : 1;
+      const std::uint64_t sequence = w->put(stop);
+      w->step();
+      if (place.state == State::fatal_error || place.state == State::solve_errors) {
+        EXPECT_NE(w->answer(CommandKind::stop, Phase::rejected), nullptr) << "it is stopped";
+        EXPECT_TRUE(safe<T>(*w));
+        continue;
+      }
+      const auto completed = [&] { return w->answer(CommandKind::stop, Phase::completed); };
+      ASSERT_TRUE(w->run_until([&] { return w->state() == State::idle && completed() != nullptr; },
+                               T::kRest_s))
+          << where<T>(*w);
+      EXPECT_EQ(completed()->sequence, sequence);
+      EXPECT_TRUE(stays_sound<T>(*w, 1));
+      EXPECT_EQ(w->state(), State::idle);
+      EXPECT_EQ(w->supervisor_.state().fault_count, 0u);
     }
-    ASSERT_TRUE(w->run_until(
-        [&] { return w->state() == State::idle && w->answer(CommandKind::stop, Phase::completed); },
-        T::kRest_s))
-        << where<T>(*w);
-    EXPECT_EQ(w->answer(CommandKind::stop, Phase::completed)->sequence, sequence);
-    EXPECT_TRUE(stays_sound<T>(*w, 1));
-    EXPECT_EQ(w->state(), State::idle);
-    EXPECT_EQ(w->supervisor_.state().fault_count, 0u);
   }
 }
 
@@ -213,7 +218,7 @@ TYPED_TEST_P(SafetyStops, AfterAnEmergencyStopNothingMovesUntilItIsSolvedAndStar
   w->send(CommandKind::emergency_stop);
   w->step();
   for (const CommandInfo& info : commands<T>()) {
-    if (!info.leased) continue;
+    if (!info.leased && info.kind < 100) continue;  // the vehicle's own, and start
     const Ack ack = answer_to<T>(*w, request_of(info));
     EXPECT_EQ(ack.verdict.reason, Reason::not_in_state) << info.name;
     EXPECT_TRUE(stopped<T>(*w)) << info.name;
@@ -221,6 +226,11 @@ TYPED_TEST_P(SafetyStops, AfterAnEmergencyStopNothingMovesUntilItIsSolvedAndStar
   EXPECT_TRUE(stays_stopped<T>(*w, 5));
   ASSERT_TRUE(is_solved<T>(*w));
   EXPECT_TRUE(stays_sound<T>(*w, 2)) << "solved, but not started";
+  EXPECT_EQ(answer_to<T>(*w, request_of(*T::logic().command(1))).phase, Phase::accepted);
+  w->run(0.5);
+  EXPECT_FALSE(T::moves(*w)) << "what moved before does not move again";
+  w->send(CommandKind::stop);
+  ASSERT_TRUE(w->run_until(State::idle, T::kRest_s));
   EXPECT_TRUE(comes_to_motion<T>(*w));
 }
 
@@ -287,6 +297,7 @@ TYPED_TEST_P(SafetyStops, AResetOfTheControllerEndsSafeEverywhereAndItCanGoOn) {
     w->send(CommandKind::reset, {-1});
     w->step();
     EXPECT_NE(w->answer(CommandKind::reset, Phase::accepted), nullptr);
+    EXPECT_NE(w->answer(CommandKind::reset, Phase::completed), nullptr);
     const bool rests = place.state == State::idle || place.state == State::operational;
     EXPECT_EQ(w->state(), rests ? State::idle : State::fatal_error);
     EXPECT_TRUE(rests ? safe<T>(*w) : stopped<T>(*w));
@@ -296,6 +307,26 @@ TYPED_TEST_P(SafetyStops, AResetOfTheControllerEndsSafeEverywhereAndItCanGoOn) {
     if (w->state() == State::fatal_error) {
       ASSERT_TRUE(is_solved<T>(*w));
     }
+    EXPECT_TRUE(comes_to_motion<T>(*w));
+  }
+}
+
+// The daemon is started again; the hardware is as it was.
+// [Oper-3] [P-Int-2]
+TYPED_TEST_P(SafetyStops, ARestartedDaemonBeginsSafeEverywhereAndItCanGoOn) {
+  using T = TypeParam;
+  for (const auto& place : places<T>()) {
+    SCOPED_TRACE(place.name);
+    const auto w = at<T>(place);
+    ASSERT_NE(w, nullptr);
+    w->restart(T::parameters());
+    w->step();
+    EXPECT_EQ(w->state(), State::idle);
+    EXPECT_TRUE(safe<T>(*w)) << "in its first frame";
+    EXPECT_TRUE(stays_sound<T>(*w, 2));
+    EXPECT_EQ(w->supervisor_.state().authority, Name{});
+    if (faults<T>().front().heal) faults<T>().front().heal(*w);
+    w->run(5);
     EXPECT_TRUE(comes_to_motion<T>(*w));
   }
 }
@@ -383,6 +414,7 @@ REGISTER_TYPED_TEST_SUITE_P(
     AfterAnEmergencyStopNothingMovesUntilItIsSolvedAndStarted,
     AnEmergencyStopFailsTheCommandThatRuns, ADryRunSaysWhatWouldHappenAndDoesNothing,
     ShutDownIsSafeAtOnceEverywhere, AResetOfTheControllerEndsSafeEverywhereAndItCanGoOn,
+    ARestartedDaemonBeginsSafeEverywhereAndItCanGoOn,
     EveryCommandIsAnsweredEverywhereAndNoneEndsTheListening,
     AStartIsAnsweredAcceptedExecutingAndCompleted, ANewCommandSupersedesTheRunningOne,
     LateCommandsAreToldNowAndThenAndNoneIsForgotten);

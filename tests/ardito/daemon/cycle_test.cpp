@@ -117,90 +117,6 @@ TEST(ArditoCycle, NoWheelEverTurnsFasterThanTheLimitAllows) {
   EXPECT_EQ(w.supervisor_.state().safe_commands, 0u);
 }
 
-struct Emergency {
-  const char* name;
-  FaultId fault;
-  std::uint16_t subject;
-  double within_s;
-  void (*cause)(World&);
-};
-
-class ArditoEmergencies : public testing::TestWithParam<Emergency> {};
-
-TEST_P(ArditoEmergencies, AllDrivesStopInTheFrameThatSeesIt) {
-  World w;
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.3));
-  w.run(2);
-  GetParam().cause(w);
-  ASSERT_TRUE(w.run_until([&] { return w.state() == State::fatal_error; }, GetParam().within_s));
-  EXPECT_TRUE(w.all_stopped());
-  EXPECT_TRUE(w.has(GetParam().fault, GetParam().subject));
-  w.run(2);
-  EXPECT_TRUE(w.all_stopped());
-  EXPECT_EQ(w.state(), State::fatal_error);
-}
-
-INSTANTIATE_TEST_SUITE_P(
-    Each, ArditoEmergencies,
-    testing::Values(
-        Emergency{"command", FaultId::emergency_stop, 0, 0.15,
-                  [](World& w) { w.send(lss::CommandKind::emergency_stop, {}, "anyone"); }},
-        Emergency{"node_lost", FaultId::module_silent, 3, 0.15,
-                  [](World& w) { w.node(2).state = canopen::NodeState::lost; }},
-        Emergency{"io_lost", FaultId::module_silent, kIoNode, 0.15,
-                  [](World& w) { w.node(kIo).state = canopen::NodeState::lost; }},
-        Emergency{"node_rebooted", FaultId::module_reset, 8, 0.15,
-                  [](World& w) {
-                    ++w.node(7).reboots;
-                    w.node(7).state = canopen::NodeState::rebooted;
-                  }},
-        Emergency{"drive_fault", FaultId::drive_fault, 5, 0.15,
-                  [](World& w) { w.drive(4) = canopen::DriveState::fault; }},
-        Emergency{"disobeys", FaultId::module_disobeys, 2, 0.15,
-                  [](World& w) { w.in_.bus.status.link[1].disobeys = true; }},
-        Emergency{"button", FaultId::emergency_button, kIoNode, 0.15,
-                  [](World& w) { w.inputs.emergency_button = true; }},
-        Emergency{"power", FaultId::power_lost, kIoNode, 0.15,
-                  [](World& w) { w.inputs.power_good = false; }},
-        Emergency{"port", FaultId::port_lost, 0, 0.15, [](World& w) { w.in_.bus.open = false; }},
-        Emergency{"bus_off", FaultId::bus_off, 0, 0.15,
-                  [](World& w) { ++w.in_.bus.port.bus_offs; }},
-        Emergency{"overruns", FaultId::frame_overrun, 0, 0.15,
-                  [](World& w) { w.in_.overrun_limit = true; }},
-        Emergency{"stale_wheel", FaultId::stale_input, 4, 0.7,
-                  [](World& w) {
-                    w.distort = [](std::vector<Reading>& readings) {
-                      std::erase_if(readings, [](const Reading& r) {
-                        const auto* motion = std::get_if<WheelMotion>(&r);
-                        return motion != nullptr && motion->wheel == 3;
-                      });
-                    };
-                  }},
-        Emergency{"steering_stuck", FaultId::steering_critical, 7, 3,
-                  [](World& w) {
-                    w.send(CommandKind::drive, {0.3, 5 * kDegree, 1, 0});
-                    w.distort = [](std::vector<Reading>& readings) {
-                      for (Reading& r : readings) {
-                        if (auto* m = std::get_if<SteeringMotion>(&r); m && m->wheel == 0)
-                          m->motor_rad = 0;
-                        if (auto* a = std::get_if<SteeringAngle>(&r); a && a->wheel == 0)
-                          a->reduction_rad = 0;
-                      }
-                    };
-                  }}),
-    [](const auto& test) { return std::string(test.param.name); });
-
-TEST(ArditoCycle, ASilentCommanderIsASafeStop) {
-  World w;
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.3));
-  w.heartbeat_ = false;
-  ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 10));
-  EXPECT_TRUE(w.heard(EventId::lease_expired));
-  EXPECT_EQ(w.last(Phase::failed)->verdict.reason, Reason::lease_expired);
-}
-
 TEST(ArditoCycle, TheButtonCutsEverythingUntilItIsReleasedAndSolved) {
   World w;
   ASSERT_TRUE(w.start());
@@ -219,17 +135,6 @@ TEST(ArditoCycle, TheButtonCutsEverythingUntilItIsReleasedAndSolved) {
   EXPECT_EQ(w.supervisor_.state().fault_count, 0u);
   w.acks.clear();
   EXPECT_TRUE(w.start());
-}
-
-TEST(ArditoCycle, ADriveInFaultIsResetBySolve) {
-  World w;
-  ASSERT_TRUE(w.start());
-  w.drive(2) = canopen::DriveState::fault;
-  w.run(0.3);
-  ASSERT_EQ(w.state(), State::fatal_error);
-  w.send(lss::CommandKind::solve);
-  ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 30));
-  EXPECT_TRUE(w.heard(EventId::strategy_begun));
 }
 
 TEST(ArditoCycle, AWheelWhoseNodeStaysAwayIsIsolatedAndTheOtherFiveDrive) {
@@ -256,17 +161,6 @@ TEST(ArditoCycle, AWheelWhoseNodeStaysAwayIsIsolatedAndTheOtherFiveDrive) {
   w.acks.clear();
   EXPECT_TRUE(w.start());
   EXPECT_TRUE(w.out_.command.wheel[4].enabled);
-}
-
-TEST(ArditoCycle, ASteeringDriveThatStaysAwayCannotBeDoneWithout) {
-  World w;
-  ASSERT_TRUE(w.start());
-  w.node(kFirstSteering).state = canopen::NodeState::missing;
-  w.run(0.5);
-  w.send(lss::CommandKind::solve);
-  w.run(60);
-  EXPECT_EQ(w.state(), State::fatal_error);
-  EXPECT_EQ(w.last(Phase::failed)->verdict.reason, Reason::not_solved);
 }
 
 TEST(ArditoCycle, ALostImuEndsAutonomousDrivingAndLeavesDrivingByHand) {
@@ -322,85 +216,6 @@ TEST(ArditoCycle, TheThreeInstancesAgreeWhileNothingUpsetsOne) {
   ASSERT_TRUE(w.start());
   EXPECT_FALSE(w.has(FaultId::instance_disagreed));
   EXPECT_EQ(w.out_.telemetry.disagreements, 0u);
-}
-
-TEST(ArditoCycle, ShutDownStopsAllDrives) {
-  World w;
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.3));
-  w.in_.shut_down = true;
-  w.step();
-  EXPECT_TRUE(w.all_stopped());
-  EXPECT_EQ(w.state(), State::idle);
-}
-
-// In any sequence of events: drives are enabled in Operational only, and not while the beacon
-// warns.
-TEST(ArditoCycle, NoDriveIsEnabledOutsideOperational) {
-  World w;
-  std::uint32_t seed = 7;
-  const auto random = [&](std::uint32_t n) {
-    return (seed = seed * 1664525 + 1013904223) / 65536 % n;
-  };
-  for (int i = 0; i < 20000; ++i) {
-    switch (random(40)) {
-      case 0:
-        w.send(lss::CommandKind::start, {double(random(2))});
-        break;
-      case 1:
-        w.send(lss::CommandKind::stop);
-        break;
-      case 2:
-        w.send(lss::CommandKind::solve);
-        break;
-      case 3:
-        w.send(CommandKind::drive,
-               {random(9) * 0.1 - 0.4, random(11) * kDegree - 5 * kDegree, 1, double(random(2))});
-        break;
-      case 4:
-        w.send(CommandKind::park, {random(9) * 0.1 - 0.4});
-        break;
-      case 5:
-        w.send(CommandKind::halt);
-        break;
-      case 6:
-        if (random(10) == 0) w.send(lss::CommandKind::emergency_stop);
-        break;
-      case 7:
-        if (random(10) == 0) w.drive(random(10)) = canopen::DriveState::fault;
-        break;
-      case 8:
-        w.node(random(12)).state =
-            random(8) ? canopen::NodeState::operational : canopen::NodeState::lost;
-        break;
-      case 9:
-        for (std::size_t n = 0; n < kNodes; ++n) w.node(n).state = canopen::NodeState::operational;
-        break;
-      case 10:
-        w.inputs.emergency_button = random(10) == 0;
-        break;
-      case 11:
-        w.inputs.power_good = random(10) != 0;
-        break;
-      case 12:
-        w.heartbeat_ = random(4) != 0;
-        break;
-      case 13:
-        w.send(lss::CommandKind::restore);
-        break;
-      case 14:
-        w.send(lss::CommandKind::reset, {double(random(14)) - 1});
-        break;
-      default:
-        break;
-    }
-    w.step();
-    bool enabled = false;
-    for (const auto& o : w.out_.command.wheel) enabled = enabled || o.enabled;
-    for (const auto& o : w.out_.command.steering) enabled = enabled || o.enabled;
-    ASSERT_FALSE(enabled && (w.state() != State::operational || w.mode() == Mode::warning)) << i;
-    ASSERT_EQ(w.supervisor_.state().safe_commands, 0u) << "the gate had nothing to do, " << i;
-  }
 }
 
 }  // namespace

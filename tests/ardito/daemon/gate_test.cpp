@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-
 #include "daemon/vehicles/ardito/modes.h"
 
 namespace lss::ardito {
@@ -30,14 +28,6 @@ TEST_F(ArditoGate, LetsLegalOrdersPass) {
   EXPECT_EQ(check(), GateCheck::passed);
 }
 
-TEST_F(ArditoGate, StopsWhatIsNoNumber) {
-  orders_.wheel[5].motor_rpm = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(check(), GateCheck::finite);
-  orders_.wheel[5].motor_rpm = 0;
-  orders_.steering[3].position_rad = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(check(), GateCheck::finite);
-}
-
 TEST_F(ArditoGate, StopsWhatIsTooFastOrTooFar) {
   orders_.wheel[2] = before_.wheel[2] = {.enabled = true, .motor_rpm = -2001};
   EXPECT_EQ(check(), GateCheck::range);
@@ -54,11 +44,6 @@ TEST_F(ArditoGate, StopsASpeedThatGrowsTooFastButNeverSlowingDown) {
   EXPECT_EQ(check(), GateCheck::passed);
   orders_.wheel[1].motor_rpm = -501;
   EXPECT_EQ(check(), GateCheck::slew) << "through zero, and too far beyond";
-}
-
-TEST_F(ArditoGate, StopsOrdersOfAnotherFrame) {
-  orders_.issued_ns = kNow - 1;
-  EXPECT_EQ(check(), GateCheck::fresh);
 }
 
 TEST_F(ArditoGate, StopsDrivesThatMayNotBeOn) {

@@ -45,54 +45,6 @@ Verdict start(World& w) {
 
 bool any_fault(const World& w) { return w.supervisor_.state().fault_count != 0; }
 
-TEST(ArditoReset, OfANodeIsNoEmergencyAndEndsWhenItIsBack) {
-  for (std::uint16_t number = 1; number <= kNodes; ++number) {
-    SCOPED_TRACE(number);
-    World w;
-    idle(w, 3);
-    w.send(lss::CommandKind::reset, {double(number)});
-    w.run(2);
-    EXPECT_EQ(w.state(), State::idle);
-    EXPECT_FALSE(any_fault(w));
-    EXPECT_NE(answer(w, Phase::executing), nullptr);
-    EXPECT_EQ(answer(w, Phase::completed), nullptr);
-    EXPECT_TRUE(w.heard(EventId::reset_begun));
-    EXPECT_EQ(w.out_.telemetry.nodes[number - 1u].link,
-              static_cast<std::uint8_t>(canopen::NodeState::booting));
-    ASSERT_TRUE(w.run_until([&] { return answer(w, Phase::completed) != nullptr; }, 3));
-    EXPECT_TRUE(w.heard(EventId::reset_ended));
-    EXPECT_EQ(w.state(), State::idle);
-    EXPECT_FALSE(any_fault(w));
-    EXPECT_EQ(start(w).reason, Reason::none);
-  }
-}
-
-TEST(ArditoReset, OfAllNodesIsNoEmergencyAndTheRoverDrivesAfterIt) {
-  World w;
-  idle(w, 3);
-  w.send(lss::CommandKind::reset, {0});
-  ASSERT_TRUE(w.run_until([&] { return answer(w, Phase::completed) != nullptr; }, 5));
-  EXPECT_EQ(w.state(), State::idle);
-  EXPECT_FALSE(any_fault(w));
-  w.acks.clear();
-  ASSERT_TRUE(w.start());
-  EXPECT_TRUE(w.drive_at(0.3));
-}
-
-TEST(ArditoReset, StartIsRefusedUntilTheNodeIsBack) {
-  World w;
-  idle(w, 3);
-  w.send(lss::CommandKind::reset, {2});
-  w.send(lss::CommandKind::start, {0});  // in the same frame
-  w.step();
-  EXPECT_EQ(w.state(), State::idle);
-  w.run(1);
-  const Verdict refused = start(w);
-  EXPECT_EQ(refused.reason, Reason::module_silent);
-  EXPECT_EQ(refused.subject, 2);
-  EXPECT_GT(refused.measured, refused.limit);
-}
-
 TEST(ArditoReset, WhatTheNodeSaysMeanwhileIsNoFault) {
   World w;
   idle(w, 3);
@@ -104,21 +56,6 @@ TEST(ArditoReset, WhatTheNodeSaysMeanwhileIsNoFault) {
   w.run(1);
   EXPECT_EQ(w.state(), State::idle);
   EXPECT_FALSE(any_fault(w));
-}
-
-TEST(ArditoReset, ANodeThatStaysAwayIsAFaultAtItsDeadline) {
-  World w;
-  idle(w, 1000);
-  w.send(lss::CommandKind::reset, {2});
-  w.run(9.5);
-  EXPECT_EQ(w.state(), State::idle);
-  ASSERT_TRUE(w.run_until([&] { return w.state() == State::fatal_error; }, 1));
-  EXPECT_TRUE(w.has(FaultId::module_silent, 2));
-  EXPECT_TRUE(w.all_stopped());
-  ASSERT_NE(answer(w, Phase::failed), nullptr);
-  EXPECT_EQ(answer(w, Phase::failed)->verdict.reason, Reason::module_silent);
-  EXPECT_EQ(answer(w, Phase::failed)->verdict.subject, 2);
-  EXPECT_EQ(answer(w, Phase::completed), nullptr);
 }
 
 TEST(ArditoReset, TheDeadlineIsAParameter) {
@@ -146,46 +83,6 @@ TEST(ArditoReset, AnImuThatStaysAwayIsAWarningAtItsDeadline) {
   EXPECT_EQ(answer(w, Phase::failed)->verdict.reason, Reason::module_silent);
 }
 
-TEST(ArditoReset, ANodeThatWasNotCommandedIsAFaultAsEver) {
-  World w;
-  idle(w, 3);
-  w.send(lss::CommandKind::reset, {2});
-  w.run(1);
-  w.node(2).state = canopen::NodeState::lost;
-  w.step();
-  EXPECT_EQ(w.state(), State::fatal_error);
-  EXPECT_TRUE(w.has(FaultId::module_silent, 3));
-  EXPECT_FALSE(w.has(FaultId::module_silent, 2));
-  ASSERT_TRUE(w.run_until([&] { return answer(w, Phase::completed) != nullptr; }, 3));
-}
-
-TEST(ArditoReset, OfANodeThatIsAwayBringsItBackAndSolveGoesOn) {
-  World w;
-  idle(w, 3);
-  w.node(4).state = canopen::NodeState::lost;
-  w.step();
-  ASSERT_EQ(w.state(), State::fatal_error);
-  w.send(lss::CommandKind::reset, {5});
-  ASSERT_TRUE(w.run_until([&] { return answer(w, Phase::completed) != nullptr; }, 5));
-  w.send(lss::CommandKind::solve);
-  ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 5));
-  EXPECT_FALSE(any_fault(w));
-}
-
-TEST(ArditoReset, ALaterOneTakesItsPlaceAndBothNodesAreExcused) {
-  World w;
-  idle(w, 3);
-  w.send(lss::CommandKind::reset, {2});
-  w.run(1);
-  w.send(lss::CommandKind::reset, {3});
-  w.step();
-  ASSERT_NE(answer(w, Phase::superseded), nullptr);
-  EXPECT_EQ(answer(w, Phase::superseded)->verdict.reason, Reason::superseded);
-  ASSERT_TRUE(w.run_until([&] { return answer(w, Phase::completed) != nullptr; }, 4));
-  EXPECT_EQ(w.state(), State::idle);
-  EXPECT_FALSE(any_fault(w));
-}
-
 TEST(ArditoReset, TwoInOneFrameReachBothNodes) {
   World w;
   idle(w, 3);
@@ -196,20 +93,6 @@ TEST(ArditoReset, TwoInOneFrameReachBothNodes) {
   EXPECT_EQ(w.node(2).state, canopen::NodeState::booting);
   w.run(3);
   EXPECT_EQ(w.state(), State::idle);
-  EXPECT_EQ(start(w).reason, Reason::none);
-}
-
-// The order did not reach it, or it does not obey.
-TEST(ArditoReset, OfANodeThatTakesNoNoticeFailsAndIsNoFault) {
-  World w;
-  idle(w, 0);
-  w.send(lss::CommandKind::reset, {2});
-  w.run(11);
-  ASSERT_NE(answer(w, Phase::failed), nullptr);
-  EXPECT_EQ(answer(w, Phase::failed)->verdict.reason, Reason::not_reset);
-  EXPECT_EQ(answer(w, Phase::failed)->verdict.subject, 2);
-  EXPECT_EQ(w.state(), State::idle);
-  EXPECT_FALSE(any_fault(w));
   EXPECT_EQ(start(w).reason, Reason::none);
 }
 
@@ -224,14 +107,6 @@ TEST(ArditoReset, WithoutAPortFailsForThat) {
   ASSERT_NE(answer(w, Phase::failed), nullptr);
   EXPECT_EQ(answer(w, Phase::failed)->verdict.reason, Reason::port_closed);
   EXPECT_FALSE(w.has(FaultId::module_silent, 1));
-}
-
-TEST(ArditoReset, OfTheControllerIsOverAtOnce) {
-  World w;
-  idle(w, 3);
-  w.send(lss::CommandKind::reset, {-1});
-  w.step();
-  EXPECT_NE(answer(w, Phase::completed), nullptr);
 }
 
 }  // namespace

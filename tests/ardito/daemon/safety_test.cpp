@@ -17,6 +17,7 @@ struct ArditoSafety {
   static constexpr double kRest_s = 20;
   static constexpr safety::Motion kMotion{201, {0.3, 0, 1, 0}};  // drive
   static constexpr std::array<std::uint16_t, 11> kResettable = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
+  static constexpr std::uint16_t kVital = 7;
   static constexpr std::array<std::uint16_t, 1> kAlsoReset = {kImuNode};
 
   static const Parameters& parameters() {
@@ -39,8 +40,10 @@ struct ArditoSafety {
            std::ranges::all_of(w.out_.command.steering, off);
   }
   static bool stopped(const World& w) { return w.all_stopped(); }
-  static bool in_range(const RoverOrders& o) {
-    return std::ranges::all_of(o.wheel,
+  static bool in_range(const World& w) {
+    const RoverOrders& o = w.out_.command;
+    return (w.mode() != Mode::warning || safe(w)) &&
+           std::ranges::all_of(o.wheel,
                                [](const auto& x) { return std::abs(x.motor_rpm) < 6000; }) &&
            std::ranges::all_of(o.steering,
                                [](const auto& x) { return std::abs(x.position_rad) < 1.14; });
@@ -78,18 +81,20 @@ struct ArditoSafety {
   static std::vector<safety::Fault<World>> faults() {
     std::vector<safety::Fault<World>> all;
     const auto add = [&](std::string name, FaultId id, std::size_t node, double within_s,
-                         std::function<void(World&)> cause, std::function<void(World&)> heal = {}) {
+                         std::function<void(World&)> cause, std::function<void(World&)> heal = {},
+                         bool everywhere = false) {
       all.push_back({std::move(name), id, static_cast<std::uint16_t>(node), within_s,
-                     std::move(cause), std::move(heal)});
+                     std::move(cause), std::move(heal), everywhere});
     };
     for (std::size_t n = 0; n < kImu; ++n) {
       const std::string number = " " + std::to_string(n + 1);
       add(
           "lost" + number, FaultId::module_silent, n + 1, 0.1,
           [n](World& w) { w.node(n).state = NodeState::lost; },
-          [n](World& w) { w.node(n).state = NodeState::operational; });
-      add("rebooted" + number, FaultId::module_reset, n + 1, 0.1,
-          [n](World& w) { ++w.node(n).reboots; });
+          [n](World& w) { w.node(n).state = NodeState::operational; }, n % 5 == 0);
+      add(
+          "rebooted" + number, FaultId::module_reset, n + 1, 0.1,
+          [n](World& w) { ++w.node(n).reboots; }, {}, n % 5 == 0);
       if (n == kIo) continue;
       add("drive_fault" + number, FaultId::drive_fault, n + 1, 0.1,
           [n](World& w) { w.drive(n) = DriveState::fault; });
@@ -132,6 +137,20 @@ struct ArditoSafety {
           [=](World& w) { w.distort = [=](auto& readings) { std::erase_if(readings, is_of); }; },
           [](World& w) { w.distort = nullptr; });
     }
+    // The angle of a steering drive stays while the others turn.
+    add(
+        "steering_stuck", FaultId::steering_critical, 7, 3,
+        [](World& w) {
+          w.send(CommandKind::drive, {0.3, 0.087, 1, 0});
+          w.distort = [](std::vector<Reading>& readings) {
+            for (Reading& r : readings) {
+              if (auto* m = std::get_if<SteeringMotion>(&r); m && m->wheel == 0) m->motor_rad = 0;
+              if (auto* a = std::get_if<SteeringAngle>(&r); a && a->wheel == 0)
+                a->reduction_rad = 0;
+            }
+          };
+        },
+        [](World& w) { w.distort = nullptr; });
     return all;
   }
 

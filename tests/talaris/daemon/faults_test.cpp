@@ -148,43 +148,6 @@ TEST(TalarisFaults, RangesThatCannotBeDoNotMoveNavigation) {
   EXPECT_GT(w.out_.telemetry.ranges_gated, 10u);
 }
 
-struct Lost {
-  const char* name;
-  FaultId fault;
-  std::uint16_t subject;
-  void (*cause)(World&);
-};
-
-class TalarisGroundFaults : public testing::TestWithParam<Lost> {};
-
-TEST_P(TalarisGroundFaults, OnTheGroundEverythingIsShutInTheFrameThatSeesIt) {
-  World w;
-  ASSERT_TRUE(w.start());
-  ASSERT_EQ(w.why(Kind::valve, {1, 1, 30}), Reason::none);
-  GetParam().cause(w);
-  ASSERT_TRUE(w.run_until(State::fatal_error, 0.7));
-  EXPECT_TRUE(w.shut());
-  EXPECT_TRUE(w.orders().all_stop);
-  EXPECT_TRUE(w.has(GetParam().fault, GetParam().subject));
-}
-INSTANTIATE_TEST_SUITE_P(
-    Each, TalarisGroundFaults,
-    testing::Values(
-        Lost{"valves", FaultId::module_silent, kValveModule,
-             [](World& w) { w.node(kValveNode).state = canopen::NodeState::lost; }},
-        Lost{"fans", FaultId::module_silent, kFanModule,
-             [](World& w) { w.node(kFanNode).state = canopen::NodeState::lost; }},
-        Lost{"reboot", FaultId::module_reset, kFanModule,
-             [](World& w) { ++w.node(kFanNode).reboots; }},
-        Lost{"port", FaultId::port_lost, 0, [](World& w) { w.in_.bus.can.open = false; }},
-        Lost{"bus_off", FaultId::bus_off, 0, [](World& w) { ++w.in_.bus.can.port.bus_offs; }},
-        Lost{"overruns", FaultId::frame_overrun, 0, [](World& w) { w.in_.overrun_limit = true; }},
-        Lost{"stale", FaultId::orders_stale, 0,
-             [](World& w) { ++w.in_.bus.can.status.counters.safe_commands; }},
-        Lost{"not_followed", FaultId::stop_not_followed, 0,
-             [](World& w) { w.in_.bus.edges.all_stop_pending = true; }}),
-    [](const auto& test) { return std::string(test.param.name); });
-
 // The flight continues to the ground as far as possible; then it is an emergency.
 struct InTheAir {
   const char* name;
@@ -300,17 +263,6 @@ TEST(TalarisAirFault, AtTheGateValvesAreShutAndTheFansGoOn) {
   EXPECT_LT(w.landing_m_s, 0.6);
 }
 
-TEST(TalarisFaults, AtTheGateEverythingIsShutOnTheGround) {
-  World w;
-  ASSERT_TRUE(w.start());
-  TalarisOrders bad = w.orders();
-  bad.pulse[2] = {0, 20 * kMillisecond};
-  const TalarisOrders out = w.vehicle_.gate(bad, w.supervisor_, w.time_ns_);
-  EXPECT_FALSE(active(out));
-  EXPECT_TRUE(out.all_stop);
-  EXPECT_EQ(w.state(), State::fatal_error);
-}
-
 // ---- solving
 
 TEST(TalarisSolve, ANodeThatStaysAwayIsResetAndComesBack) {
@@ -325,17 +277,6 @@ TEST(TalarisSolve, ANodeThatStaysAwayIsResetAndComesBack) {
   w.node(kValveNode).state = canopen::NodeState::operational;
   ASSERT_TRUE(w.run_until(State::idle, 5));
   EXPECT_EQ(w.supervisor_.state().fault_count, 0u);
-}
-
-TEST(TalarisSolve, ANodeThatDoesNotComeBackIsNotSolved) {
-  World w;
-  ASSERT_TRUE(w.start());
-  w.node(kFanNode).state = canopen::NodeState::lost;
-  ASSERT_TRUE(w.run_until(State::fatal_error, 1));
-  w.send(lss::CommandKind::solve);
-  w.run(40);
-  EXPECT_EQ(w.state(), State::fatal_error);
-  EXPECT_EQ(w.last(lss::Phase::failed)->verdict.reason, Reason::not_solved);
 }
 
 TEST(TalarisSolve, AfterALostImuNavigationBeginsAnew) {

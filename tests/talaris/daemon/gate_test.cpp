@@ -88,14 +88,6 @@ TEST_F(TalarisGate, StopsFansOutOfRangeOrTooFast) {
   EXPECT_EQ(check(), GateCheck::passed) << "slower at once";
 }
 
-TEST_F(TalarisGate, StopsOrdersOfAnotherFrame) {
-  orders_.issued_ns = kNow - 1;
-  EXPECT_EQ(check(), GateCheck::fresh);
-  orders_.issued_ns = kNow;
-  orders_.release_ns += 1;
-  EXPECT_EQ(check(), GateCheck::fresh);
-}
-
 TEST_F(TalarisGate, NothingButTheSafeCommandPassesOutsideOperational) {
   for (const State state : {State::idle, State::fatal_error, State::solve_errors}) {
     EXPECT_EQ(check(state, Mode::none), GateCheck::passed);

@@ -1,8 +1,7 @@
-// Records of TALARIS' frames: a written record is read back unchanged, for any bytes.
+// Records of TALARIS as people see them; more in tests/safety/records.h.
 #include "daemon/vehicles/talaris/record.h"
 
 #include <gtest/gtest.h>
-#include <rapidcheck.h>
 
 #include "daemon/record/json.h"
 
@@ -11,17 +10,7 @@ namespace {
 
 using Frame = record::FrameRecord<Vehicle>;
 
-std::vector<std::uint8_t> written(const Frame& f) {
-  std::vector<std::uint8_t> bytes(sizeof(Frame));
-  record::Writer writer(bytes);
-  fields(writer, record::FrameView<Vehicle>{f.in, f.command, f.outbox, f.state, f.telemetry,
-                                            f.data_requested, f.timing});
-  EXPECT_TRUE(writer.fits());
-  bytes.resize(writer.size());
-  return bytes;
-}
-
-TEST(TalarisRecord, WhatIsWrittenIsReadBack) {
+TEST(TalarisRecord, MembersAreShownByTheirNames) {
   auto frame = std::make_unique<Frame>();
   frame->in.sample_count = 4;
   frame->in.samples[0] = {.time_ns = 5,
@@ -38,14 +27,7 @@ TEST(TalarisRecord, WhatIsWrittenIsReadBack) {
   frame->command.fan_us[3] = 1500;
   frame->telemetry.valves[2].on_s = 0.25;
   frame->telemetry.script_id = 4'000'000'000u;
-  const std::vector<std::uint8_t> bytes = written(*frame);
-  auto read = std::make_unique<Frame>();
-  record::Reader reader(bytes);
-  fields(reader, *read);
-  ASSERT_TRUE(reader.good());
-  EXPECT_TRUE(reader.at_end());
-  const auto json = record::to_json(*read);
-  EXPECT_EQ(json.dump(), record::to_json(*frame).dump());
+  const auto json = record::to_json(*frame);
   EXPECT_EQ(json["in"]["samples"][0]["reading"]["count"], 77);
   EXPECT_EQ(json["in"]["samples"][1]["reading"]["range_m"], 1.5);
   EXPECT_EQ(json["in"]["bus"]["can"]["status"]["link"][2]["node"]["emcy_code"], 0x8130);
@@ -54,23 +36,6 @@ TEST(TalarisRecord, WhatIsWrittenIsReadBack) {
   EXPECT_EQ(json["command"]["pulse"][5]["on_ns"], 40);
   EXPECT_EQ(json["command"]["fan_us"][3], 1500);
   EXPECT_EQ(json["telemetry"]["script_id"], 4'000'000'000u);
-  EXPECT_EQ(written(*read), bytes);
-  EXPECT_EQ(read->command, frame->command);
-}
-
-TEST(TalarisRecord, BrokenBytesAreNoRecordAndNothingWorse) {
-  auto frame = std::make_unique<Frame>();
-  frame->in.sample_count = 3;
-  const std::vector<std::uint8_t> good = written(*frame);
-  EXPECT_TRUE(rc::check([&] {
-    std::vector<std::uint8_t> bytes = good;
-    bytes.resize(*rc::gen::inRange<std::size_t>(0, good.size()));
-    for (int i = 0; i < 10 && !bytes.empty(); ++i)
-      bytes[*rc::gen::inRange<std::size_t>(0, bytes.size())] = *rc::gen::arbitrary<std::uint8_t>();
-    record::Reader reader(bytes);
-    fields(reader, *frame);
-    RC_ASSERT(!reader.good() || reader.at_end());
-  }));
 }
 
 }  // namespace

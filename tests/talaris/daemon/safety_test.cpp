@@ -17,6 +17,7 @@ struct TalarisSafety {
   static constexpr double kRest_s = 60;                                // from the air
   static constexpr safety::Motion kMotion{304, {0b11, 0.1, 0, 3000}};  // pulses
   static constexpr std::array<std::uint16_t, 2> kResettable = {kValveModule, kFanModule};
+  static constexpr std::uint16_t kVital = kFanModule;
 
   static const Parameters& parameters() {
     static const Parameters kShipped = [] {
@@ -34,11 +35,14 @@ struct TalarisSafety {
   static bool moves(const World& w) { return !w.shut(); }
   static bool safe(const World& w) { return w.shut(); }
   static bool stopped(const World& w) { return w.orders().all_stop || w.state() == State::idle; }
-  static bool in_range(const TalarisOrders& o) {
+  static bool in_range(const World& w) {
+    const TalarisOrders& o = w.orders();
+    const bool fault = w.state() == State::fatal_error || w.state() == State::solve_errors;
+    const bool still = w.mode() == Mode::standby || w.mode() == Mode::calibrate;
     const auto valve = [](const ValvePulse& p) {
       return p.delay_ns >= 0 && p.on_ns >= 0 && p.delay_ns + p.on_ns <= kFrame;
     };
-    return std::ranges::all_of(o.pulse, valve) &&
+    return o.all_stop == fault && (!still || w.shut()) && std::ranges::all_of(o.pulse, valve) &&
            std::ranges::all_of(o.fan_us, [](auto us) { return us >= 1000 && us <= 2000; });
   }
   static bool& stop_pending(World::Vehicle::BusReport& bus) { return bus.edges.all_stop_pending; }
@@ -95,18 +99,20 @@ struct TalarisSafety {
   static std::vector<safety::Fault<World>> faults() {
     std::vector<safety::Fault<World>> all;
     const auto add = [&](const char* name, FaultId id, int module, double within_s,
-                         std::function<void(World&)> cause, std::function<void(World&)> heal = {}) {
+                         std::function<void(World&)> cause, std::function<void(World&)> heal = {},
+                         bool everywhere = false) {
       all.push_back({name, id, static_cast<std::uint16_t>(module), within_s, std::move(cause),
-                     std::move(heal)});
+                     std::move(heal), everywhere});
     };
     for (const std::size_t node : {kValveNode, kFanNode}) {
       const int module = kValveModule + static_cast<int>(node);
       add(
           "lost", FaultId::module_silent, module, 0.2,
           [node](World& w) { w.node(node).state = NodeState::lost; },
-          [node](World& w) { w.node(node).state = NodeState::operational; });
-      add("rebooted", FaultId::module_reset, module, 0.2,
-          [node](World& w) { ++w.node(node).reboots; });
+          [node](World& w) { w.node(node).state = NodeState::operational; }, true);
+      add(
+          "rebooted", FaultId::module_reset, module, 0.2,
+          [node](World& w) { ++w.node(node).reboots; }, {}, true);
     }
     add(
         "port_lost", FaultId::port_lost, 0, 0.2, [](World& w) { w.in_.bus.can.open = false; },

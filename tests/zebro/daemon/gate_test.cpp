@@ -46,21 +46,6 @@ TEST_F(Gate, TakesALegThatIsALittleTooFarForOneThatGoesBack) {
   EXPECT_EQ(check(), GateCheck::passed);
 }
 
-// [Env-2]
-TEST_F(Gate, StopsPositionsAndTimesThatNoModuleCanTake) {
-  move(0, Kind::rotate_forward, 36000, kSecond);
-  EXPECT_EQ(check(), GateCheck::range);
-  move(0, Kind::rotate_forward, 0, 0);
-  EXPECT_EQ(check(), GateCheck::range);
-  move(0, Kind::rotate_forward, 0, 66 * kSecond);
-  EXPECT_EQ(check(), GateCheck::range);
-}
-
-TEST_F(Gate, StopsOrdersOfAnotherFrame) {
-  orders_.issued_ns = kNow - 1;
-  EXPECT_EQ(check(), GateCheck::fresh);
-}
-
 TEST_F(Gate, OutsideOperationalNothingMovesButThePanelDuringItsOwnMovement) {
   for (const State s : {State::idle, State::fatal_error, State::solve_errors}) {
     move(0, Kind::rotate_forward, 100, kSecond);

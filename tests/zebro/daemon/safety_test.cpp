@@ -13,9 +13,10 @@ using Kind = ModuleOrder::Kind;
 
 struct ZebroSafety {
   using World = zebro::World;
-  static constexpr double kRest_s = 40;
+  static constexpr double kRest_s = 26;
   static constexpr safety::Motion kMotion{104, {1, 0, 3}};  // walk
   static constexpr std::array<std::uint16_t, 7> kResettable = {1, 2, 3, 4, 5, 6, 7};
+  static constexpr std::uint16_t kVital = 7;
 
   static const Parameters& parameters() {
     static const Parameters kShipped =
@@ -43,8 +44,8 @@ struct ZebroSafety {
     return driven == 0 || (driven == 1 && (leg || (panel && drives(w.out_.command.module[6]))));
   }
   static bool stopped(const World& w) { return w.all_stopped(); }
-  static bool in_range(const BusOrders& orders) {
-    return std::ranges::all_of(orders.module,
+  static bool in_range(const World& w) {
+    return std::ranges::all_of(w.out_.command.module,
                                [](const auto& o) { return o.position_cdeg < 36000; });
   }
   static bool& stop_pending(World::Vehicle::BusReport& bus) { return bus.all_stop_pending; }
@@ -93,7 +94,19 @@ struct ZebroSafety {
     for (std::uint16_t n = 1; n <= kModules; ++n) {
       all.push_back({"module_silent " + std::to_string(n), FaultId::module_silent, n, 0.52,
                      [n](World& w) { w.modules[n - 1u].alive = false; },
-                     [n](World& w) { w.modules[n - 1u].alive = true; }});
+                     [n](World& w) { w.modules[n - 1u].alive = true; }, n == 4});
+    }
+    for (const std::uint16_t n : std::to_array<std::uint16_t>({1, 4, 7})) {
+      all.push_back({"module_reset " + std::to_string(n),
+                     FaultId::module_reset,
+                     n,
+                     0.02,
+                     [n](World& w) {
+                       w.modules[n - 1u].flags = kFlagReset;
+                       w.modules[n - 1u].position_deg = w.modules[n - 1u].rate_deg_s = 0;
+                     },
+                     {},
+                     true});
     }
     const auto flag = [&](const char* name, FaultId id, std::size_t module, std::uint16_t set) {
       all.push_back({name,
@@ -106,7 +119,6 @@ struct ZebroSafety {
     flag("over_current", FaultId::module_over_current, 1, kFlagCalibrated | kFlagOverCurrent);
     flag("driver_fault", FaultId::module_driver_fault, 5, kFlagCalibrated | kFlagDriverFault);
     flag("watchdog", FaultId::module_watchdog, 0, kFlagCalibrated | kFlagWatchdog);
-    flag("module_reset", FaultId::module_reset, 4, kFlagReset);
     flag("motor_off", FaultId::module_disobeys, 3, kFlagCalibrated);
     const auto bus = [&](const char* name, FaultId id, std::uint16_t subject, double within_s,
                          std::function<void(World&)> alter) {
