@@ -21,7 +21,7 @@ execute_process(COMMAND \"${CMAKE_STRIP}\" --strip-debug \${files} COMMAND_ERROR
 install(EXPORT lssd NAMESPACE lssd:: FILE lssd-targets.cmake DESTINATION ${lss_cmakedir} COMPONENT dev)
 
 list(TRANSFORM LSS_ROSTER REPLACE "(.+)" "PATTERN;\\1;EXCLUDE" OUTPUT_VARIABLE not_ours)
-foreach(room daemon drivers idl tools/lss-sim tools/lss-lc tests/support tests/safety)
+foreach(room daemon drivers idl tools/lss-sim tools/lss-lc tests/safety tests/support)
   install(DIRECTORY ${room}/ DESTINATION ${lss_includedir}/${room} COMPONENT dev
           FILES_MATCHING PATTERN *.h PATTERN vehicles EXCLUDE ${not_ours})
 endforeach()

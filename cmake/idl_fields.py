@@ -34,10 +34,13 @@ def structs(text):
 
 
 source, target = map(pathlib.Path, sys.argv[1:])
-out = [f"#pragma once\n\n// Made by cmake/idl_fields.py from {source.name}.\n\n#include <type_traits>\n\n"
-       f'#include "{source.stem}.h"\n']
-for name, names in structs(source.read_text(encoding="utf-8")):
+text = source.read_text(encoding="utf-8")
+idl = f"k_{source.stem}_idl"
+out = [f"#pragma once\n\n// Made by cmake/idl_fields.py from {source.name}.\n\n#include <string_view>\n#include <type_traits>\n\n"
+       f'#include "{source.stem}.h"\n\ninline constexpr std::string_view {idl} = R"idl({text})idl";\n']
+for name, names in structs(text):
     lines = "".join(f'  v("{member}", x.{member});\n' for member in names)
     out.append(f"\ntemplate <class V, class X>\n  requires std::is_same_v<std::remove_const_t<X>, {name}>\n"
-               f"constexpr void fields(V& v, X& x) {{\n{lines}}}\n")
+               f"constexpr void fields(V& v, X& x) {{\n{lines}}}\n"
+               f"constexpr std::string_view idl_of(const {name}&) {{ return {idl}; }}\n")
 target.write_text("".join(out), encoding="utf-8")

@@ -70,7 +70,6 @@ function(lss_add_vehicle name)
                     ${ARG_TESTS})
   set(roster ${CMAKE_CURRENT_BINARY_DIR}/${name}/roster)
   lss_roster(${roster} ${name})
-  lss_idl_texts(${roster}/idl_text.cpp ${ARG_IDL})
 
   # A program is main(), a roster of one, and objects; these also for the verification and for tests.
   lss_vehicle_defines(${name} DAEMON lss::${name}_port daemon/app/roster.h ${ARG_DAEMON})
@@ -78,7 +77,6 @@ function(lss_add_vehicle name)
   lss_idl_library(${name}_idl ${ARG_IDL})
   lss_target(${name}_daemon OBJECTS
     SOURCES ${ARG_DAEMON} ${lssd_SOURCES}/daemon/publish/roster.cpp ${lssd_SOURCES}/daemon/replay/records.cpp
-            ${roster}/idl_text.cpp
     SYSTEM ${roster}
     LINK ${ARG_LINK} ${name}_idl lssd::lss_replay lssd::lss_runtime lssd::lss_kit lssd::lss_serial)
   set(parts ${name}_daemon)

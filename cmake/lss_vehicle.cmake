@@ -29,27 +29,6 @@ function(lss_idl_library name)
   add_dependencies(${name} ${name}_headers)
 endfunction()
 
-# lss_idl_texts(FILE.cpp FILE.idl...): a source with lss::idl_text() of idl/idl_text.h.
-function(lss_idl_texts source)
-  set(texts "")
-  foreach(idl ${ARGN})
-    get_filename_component(stem ${idl} NAME_WE)
-    get_filename_component(idl ${idl} ABSOLUTE)
-    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${idl})
-    file(READ ${idl} text)
-    string(APPEND texts "  if (name == \"${stem}\") return R\"idl(${text})idl\";\n")
-  endforeach()
-  file(CONFIGURE OUTPUT ${source} @ONLY CONTENT [[
-// Made by CMake.
-#include "idl/idl_text.h"
-namespace lss {
-std::string_view idl_text(std::string_view name) {
-@texts@  return {};
-}
-}  // namespace lss
-]])
-endfunction()
-
 # The struct of a vehicle's telemetry is named after it: lss::ZebroTelemetry of zebro.
 function(lss_type_name name result)
   string(SUBSTRING ${name} 0 1 initial)

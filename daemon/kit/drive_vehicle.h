@@ -169,10 +169,10 @@ class DriveVehicle : public Actor {
   Strategies<DriveStrategy> solver_;
 };
 
-// Fills in what comes from the frame. Parameters: with the member DriveParameters drive.
+// Fills in what comes from the frame. Parameters derive from DriveParameters.
 template <class Parameters>
 Parameters with_frame(Parameters parameters, const config::Config& config) {
-  parameters.drive.bus.period_ns = config.period_ns;
+  parameters.bus.period_ns = config.period_ns;
   return parameters;
 }
 
@@ -183,7 +183,7 @@ class DrivePort : public OnePort<Vehicle, DriveCanBus> {
   using Parameters = AllParameters;
 
   DrivePort(const config::Config& config, const Parameters& parameters)
-      : OnePort<Vehicle, DriveCanBus>(config.ports.front(), parameters.drive.bus,
+      : OnePort<Vehicle, DriveCanBus>(config.ports.front(), parameters.bus,
                                       config.ports.front().path, canopen::filters()) {}
 
   tl::expected<void, std::string> probe() { return check_can(this->path_, this->bus_.probe()); }

@@ -7,7 +7,6 @@
 #include "daemon/cycle/allowed.h"
 #include "idl/codes.h"
 #include "idl/commands.h"
-#include "idl/idl_text.h"
 #include "idl/units.h"
 
 namespace lss {
@@ -108,7 +107,7 @@ std::string type_name(std::string vehicle) {
 }  // namespace
 
 std::string dictionary(const std::string& vehicle, const Logic& logic, const Vocabulary& vocabulary,
-                       std::string_view telemetry_schema) {
+                       std::string_view telemetry_schema, std::string_view idl) {
   Json json = {{"schema_version", 2},
                {"vehicle", vehicle},
                {"states", kStateNames},
@@ -136,7 +135,7 @@ std::string dictionary(const std::string& vehicle, const Logic& logic, const Voc
   json["events"] = codes(kEvents, logic.codes.events);
   json["telemetry"] = {{"topic", "lss/telemetry/" + vehicle},
                        {"type", type_name(vehicle)},
-                       {"idl", idl_text(vehicle)},
+                       {"idl", idl},
                        {"fields", Fields(telemetry_schema).until('\0')}};
   return json.dump();
 }

@@ -14,6 +14,6 @@ namespace lss {
 
 // JSON. `telemetry_schema`: text of record::Schema of the telemetry.
 std::string dictionary(const std::string& vehicle, const Logic& logic, const Vocabulary& vocabulary,
-                       std::string_view telemetry_schema);
+                       std::string_view telemetry_schema, std::string_view idl);
 
 }  // namespace lss

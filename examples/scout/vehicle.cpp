@@ -46,7 +46,7 @@ const Tuning<Parameters>& tuning() noexcept { return kTuning; }
 
 Parameters read_parameters(config::Section& root) {
   Parameters p;
-  kit::read_drive_bus(root.section("bus"), p.drive);
+  kit::read_drive_bus(root.section("bus"), p);
   config::Section body = root.section("body");
   p.wheel_radius_m = body.number("wheel_radius_m", p.wheel_radius_m, 0.01, 1);
   p.track_m = body.number("track_m", p.track_m, 0.05, 3);
@@ -54,17 +54,17 @@ Parameters read_parameters(config::Section& root) {
   config::Section limits = root.section("limits");
   config::read_tunables(limits, "limits", tuning().tunables, p);
   const double rim_m_s = kMostSpeed_m_s + kMostTurn_rad_s * p.track_m / 2;
-  p.drive.max_motor_rpm = rim_m_s / p.wheel_radius_m / kRadPerSecondPerRpm * p.gear;
+  p.max_motor_rpm = rim_m_s / p.wheel_radius_m / kRadPerSecondPerRpm * p.gear;
   return p;
 }
 
 Vehicle::Vehicle(const Parameters& parameters) noexcept
-    : DriveVehicle(parameters.drive, kDrives),
+    : DriveVehicle(parameters, kDrives),
       parameters_(parameters),
       tunables_(values_of(tuning().tunables, parameters)) {}
 
 double Vehicle::dt_s() const noexcept {
-  return static_cast<double>(parameters_.drive.bus.period_ns) * 1e-9;
+  return static_cast<double>(parameters_.bus.period_ns) * 1e-9;
 }
 
 Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept {

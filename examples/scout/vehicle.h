@@ -10,8 +10,8 @@
 
 namespace lss::scout {
 
-struct Parameters {
-  kit::DriveParameters drive = kit::drives({0x01, 0x02});
+struct Parameters : kit::DriveParameters {
+  Parameters() : DriveParameters(kit::drives({0x01, 0x02})) {}
   double wheel_radius_m = 0.10, track_m = 0.40, gear = 50;
   double speed_m_s = kMostSpeed_m_s, acceleration_m_s2 = 0.5;
 };

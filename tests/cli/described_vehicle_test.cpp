@@ -28,7 +28,7 @@ std::string zebro_dictionary() {
                               .strategies = lss::zebro::kStrategyNames,
                               .commands = lss::zebro::kCommands,
                               .tunables = lss::zebro::tuning().infos};
-  return dictionary("zebro", lss::zebro::logic(), vocabulary, "time_ns:i8;");
+  return dictionary("zebro", lss::zebro::logic(), vocabulary, "time_ns:i8;", "");
 }
 
 class Described : public testing::Test {
