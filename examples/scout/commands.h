@@ -33,7 +33,7 @@ inline constexpr CommandInfo kCommands[] = {
     {kStopCommand, "stop", Access::holder, false, "slow down, then motors off", {}, true},
     {5, "reset", Access::holder, false, "reset a drive, both, or the controller", kResetParameters},
     {kDriveCommand, "drive", Access::holder, true, "drive until another command",
-     Drive::kParameters},
+     Drive::kParameters, false, true},
 };
 
 inline constexpr FaultId kWheelBlocked{kFirstOwnCode};

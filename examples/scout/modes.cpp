@@ -57,7 +57,9 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
   if (done_at_once(kind)) return true;
   const lc::ControllerState& s = state.controller;
   if (kind == kStartCommand) return s.mode == m(Mode::ready);
-  return kind != kDriveCommand && s.state == State::idle;  // stop, solve
+  const bool to_idle =
+      kind == kStopCommand || kind == static_cast<std::uint16_t>(CommandKind::solve);
+  return to_idle ? s.state == State::idle : kind != kDriveCommand;
 }
 
 }  // namespace

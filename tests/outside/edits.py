@@ -111,7 +111,6 @@ class Scout:
         end = time.monotonic() + limit_s
         while not condition():
             if time.monotonic() > end:
-                self.end()
                 for name in ("lss-sim-scout", "lssd-scout"):
                     print(open(f"{self.folder}/{name}.log", encoding="utf-8").read()[-2000:])
                 sys.exit(f"not within {limit_s} s: {what}")
@@ -121,7 +120,6 @@ class Scout:
         result = subprocess.run([self.cli_path, *words], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                 stderr=subprocess.PIPE, text=True, env=self.environment, timeout=120)
         if code is not None and result.returncode != code:
-            self.end()
             sys.exit(f"lss-cli {' '.join(words)}: {result.returncode}, {result.stdout}{result.stderr}")
         return result.stdout
 
@@ -141,6 +139,13 @@ def main(cmake, tree, example, folder):
     build(cmake, tree, example, folder)
     cli = os.path.join(tree, "bin", "lss-cli")
     scout = Scout(cli, folder)
+    try:
+        look(scout, cli, folder)
+    finally:
+        scout.end()
+
+
+def look(scout, cli, folder):
     scout.wait(scout.ready, "both drives answer")
 
     dictionary = json.loads(scout.cli("dictionary"))
@@ -159,8 +164,9 @@ def main(cmake, tree, example, folder):
     check("course_rad" in scout.cli("data"), "data: the field")
     scout.cli("param", "set", "body.gear", "60")
     check("60" in scout.cli("param", "get", "body.gear"), "param: set and read by name")
-    out = scout.cli("run", "-e", "start; drive 0.2; wait 2s; halt; wait 3s; status; stop")
-    check("halt" in out or out != "", "the command is accepted in a script")
+    lines = scout.cli("--jsonl", "run", "-e", "start; drive 0.2; wait 2s; halt; stop").splitlines()
+    done = [one["command"] for one in map(json.loads, lines) if one.get("phase") == "completed"]
+    check("halt" in done, "the command is done in a script")
     scout.cli("drive", "0.5", "--for", "6s", code=None)
     faults = json.loads(scout.cli("--json", "status"))["faults"]
     check([f["name"] for f in faults] == ["too_fast"] and "drive slower" in faults[0]["advice"],
