@@ -38,8 +38,7 @@ struct Wheel {
     motor_rad_s = blocked ? 0 : motor_rad_s + (wanted_rad_s - motor_rad_s) * kStep_s / kFollow_s;
     const double way = std::tanh(motor_rad_s / kStill_rad_s);
     const double load = kRolling * way + kPerAcceleration * (motor_rad_s - before_rad_s) / kStep_s;
-    const bool stalls = blocked && std::abs(wanted_rad_s) > kStill_rad_s;
-    const double pull = stalls ? std::copysign(kBlocked, wanted_rad_s) : load;
+    const double pull = blocked ? kBlocked * std::tanh(wanted_rad_s / kStill_rad_s) : load;
     current_per_mille += ((drive.on() ? pull : 0) - current_per_mille) * kStep_s / kFollow_s;
     drive.feel({.velocity_rad_s = motor_rad_s, .current_per_mille = current_per_mille});
   }

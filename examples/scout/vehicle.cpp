@@ -12,6 +12,7 @@ namespace lss::scout {
 namespace {
 
 constexpr double kRadPerSecondPerRpm = std::numbers::pi / 30;
+constexpr double kMostAcceleration_m_s2 = 1;
 constexpr double kBlockedCurrent_permille = 1200, kStanding_rpm = 20;
 constexpr TimeNs kBlockedAfter = kSecond;
 
@@ -20,7 +21,8 @@ constexpr auto kTunables = std::to_array<Tunable<Parameters>>({
       "no faster than this, whatever is commanded"},
      1,
      [](Parameters& p) -> TunablePlace { return &p.speed_m_s; }},
-    {{"limits.acceleration_m_s2", "m/s²", 0.05, 1, Change::always, false, "of the body"},
+    {{"limits.acceleration_m_s2", "m/s²", 0.05, kMostAcceleration_m_s2, Change::always, false,
+      "of the body"},
      1,
      [](Parameters& p) -> TunablePlace { return &p.acceleration_m_s2; }},
 });
@@ -54,7 +56,9 @@ Parameters read_parameters(config::Section& root) {
   config::Section limits = root.section("limits");
   config::read_tunables(limits, "limits", tuning().tunables, p);
   const double rim_m_s = kMostSpeed_m_s + kMostTurn_rad_s * p.track_m / 2;
-  p.max_motor_rpm = rim_m_s / p.wheel_radius_m / kRadPerSecondPerRpm * p.gear;
+  const double rpm = p.gear / p.wheel_radius_m / kRadPerSecondPerRpm;
+  p.max_motor_rpm = rim_m_s * rpm;
+  p.slew_rpm_s = 2 * kMostAcceleration_m_s2 * rpm;  // a rim's, in a turn that begins
   return p;
 }
 

@@ -98,7 +98,7 @@ class Scenario(unittest.TestCase):
     IN_LOCKSTEP = False  # simulated time
     SPEED = 1  # of it against the wall clock; "max" where all that moves is commanded by `run`, which takes part
     PLANT = "kinematic"  # "dart" where forces matter
-    CLI = os.path.join(TOOLS, "lss-cli")
+    TOOLS = TOOLS  # folder of lss-cli and lss-ground
 
     @property
     def lockstep(self):
@@ -285,7 +285,7 @@ class Scenario(unittest.TestCase):
                 words = self.taking_part(*words)
             elif words[0] == "run":
                 words = ("run", "--lockstep", "--dir", self.run_folder, *words[1:])
-        return run([self.CLI, *words], self.environment(), limit_s)
+        return run([os.path.join(self.TOOLS, "lss-cli"), *words], self.environment(), limit_s)
 
     def cli_ok(self, *words, limit_s=60):
         result = self.cli(*words, limit_s=limit_s)
@@ -293,7 +293,7 @@ class Scenario(unittest.TestCase):
         return result
 
     def begin_cli(self, *words, name="lss-cli"):
-        return self.begin(name, [self.CLI, *words])
+        return self.begin(name, [os.path.join(self.TOOLS, "lss-cli"), *words])
 
     def begin_endless(self, *verb, options=(), name):
         """An attached motion without an end: fast until it is under way, then at the pace of the wall clock.

@@ -19,7 +19,7 @@ class Gateway:
 
     def __init__(self, scenario, *words, port=0, address="127.0.0.1", **how):
         self.program = scenario.begin(
-            "lss-ground", [os.path.join(TOOLS, "lss-ground"), "--listen", f"{address}:{port}", *words], **how)
+            "lss-ground", [os.path.join(scenario.TOOLS, "lss-ground"), "--listen", f"{address}:{port}", *words], **how)
         scenario.wait_for_text(self.program, "http", 20)
         self.port = int(read_text(self.program.out_path).split(":")[2].split("/")[0])
         self.scenario = scenario

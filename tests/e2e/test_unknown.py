@@ -1,5 +1,5 @@
-"""lss-cli without any vehicle on its roster: commands and telemetry come from the dictionary of the daemon. Beside it,
-the lss-cli that was built with all vehicles."""
+"""lss-cli and lss-ground without any vehicle on their roster: commands and telemetry come from the dictionary of the
+daemon. Beside them, the lss-cli that was built with all vehicles."""
 
 import json
 import os
@@ -10,6 +10,7 @@ import motion
 from programs import run, wait_until
 from rig import EXIT, IDLE, TOOLS, Scenario
 from rover_rig import Rover
+from test_ground import Beating, Gateway
 
 
 def shape(value):
@@ -21,7 +22,7 @@ def shape(value):
 
 class Unknown:
     IN_LOCKSTEP = True
-    CLI = os.environ.get("LSS_E2E_BARE_CLI")
+    TOOLS = os.environ.get("LSS_E2E_BARE")
 
     def json_of(self, *words):
         return json.loads(self.cli_ok("--json", *words).out)
@@ -70,7 +71,7 @@ class Unknown:
         return names
 
 
-@unittest.skipIf(Unknown.CLI is None, "lss-cli is of another build")
+@unittest.skipIf(Unknown.TOOLS is None, "the tools are of another build")
 class Ardito(Unknown, Rover):
     def test_an_unknown_rover_is_driven(self):
         self.start_all()
@@ -103,8 +104,34 @@ class Ardito(Unknown, Rover):
         names = self.telemetry_of(os.path.join(self.folder, "drive.mcap"))
         self.assertIn("wheels[5].current_A", names)
 
+    def test_a_page_drives_an_unknown_rover(self):
+        self.start_all()
+        gateway = Gateway(self)
+        client = gateway.client(session="a session that only it knows")
+        vehicle = client.wait_for(lambda m: m["type"] == "vehicle")
+        self.assertEqual((vehicle["id"], vehicle["vehicle"]), ("ardito-1", "ardito"))
+        known = json.loads(self.full("--json", "command", "list").out)["commands"]
+        self.assertEqual([{k: v for k, v in c.items() if k != "composed"} for c in vehicle["commands"]],
+                         [c for c in known if c["name"] != "estop"])
+        telemetry = client.wait_for(lambda m: m["type"] == "telemetry")["telemetry"]
+        full = json.loads(self.full("--json", "status").out)["telemetry"]
+        self.assertEqual(shape(telemetry), shape(full))
 
-@unittest.skipIf(Unknown.CLI is None, "lss-cli is of another build")
+        page = Beating(client)
+        begin = self.truth.samples[-1][1]
+        client.send(type="command", id=1, vehicle="ardito-1", command="drive", parameters={"speed": 2}, whole=True)
+        self.assertEqual(page.ends(1, 20)["reason"]["name"], "out_of_range")
+        client.send(type="command", id=2, vehicle="ardito-1", command="drive", parameters={"speed": 0.3}, whole=True)
+        wait_until(lambda: ("drive", "executing") in page.phases(2), 40, "it drives")
+        self.assertIn(("start", "completed"), page.phases(1) + page.phases(2))
+        wait_until(lambda: motion.moved(begin, self.truth.samples[-1][1])[0] > 0.1, 30, "the rover moves")
+        client.send(type="command", id=3, vehicle="ardito-1", command="stop")
+        self.assertEqual(page.ends(3, 30)["phase"], "completed")
+        self.wait_state(IDLE)
+        page.stop()
+
+
+@unittest.skipIf(Unknown.TOOLS is None, "the tools are of another build")
 class Zebro(Unknown, Scenario):
     SPEED = "max"
 

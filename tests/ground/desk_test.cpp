@@ -41,6 +41,7 @@ class Talker {
       : participant_(must(dds::Participant::create({.domain = domain}))),
         status_(writer(dds::Kind::status)),
         acks_(writer(dds::Kind::command_ack)),
+        dictionary_(writer(dds::Kind::dictionary)),
         commands_(
             must(dds::create_reader(participant_.get(), dds::common_topic(dds::Kind::command)))) {}
 
@@ -63,6 +64,12 @@ class Talker {
     ack.reason = static_cast<std::uint16_t>(reason);
     dds_write(acks_.get(), &ack);
   }
+  void describe(const std::string& id, std::string dictionary) {
+    lss_Dictionary sample{};
+    cli::put(sample.vehicle_id, id);
+    sample.json = dictionary.data();
+    dds_write(dictionary_.get(), &sample);
+  }
   // All that came so far.
   const std::vector<lss_Command>& heard() {
     lss_Command command{};
@@ -80,7 +87,7 @@ class Talker {
   }
 
   dds::Participant participant_;
-  dds::Entity status_, acks_, commands_;
+  dds::Entity status_, acks_, dictionary_, commands_;
   std::vector<lss_Command> heard_;
 };
 
@@ -146,6 +153,50 @@ class DeskTest : public testing::Test {
   std::unique_ptr<Desk> desk_ = std::make_unique<Desk>(*fleet_, door_, 2000);
   std::map<Client*, std::vector<json>> said_;
 };
+
+std::string dictionary_of(const char* command) {
+  json all = json::parse(R"({"schema_version": 2, "vehicle": "hover", "states": ["Idle"],
+      "subjects": ["fan"], "parameters": [], "faults": [], "reasons": [], "events": [],
+      "telemetry": {}, "commands": [{"kind": 401, "summary": "go up", "access": "holder",
+      "leased": true, "ends_motion": false, "endless": true, "parameters": [],
+      "allowed": [{"where": "Idle", "when": []}]}]})");
+  all["commands"][0]["name"] = command;
+  return all.dump();
+}
+
+TEST_F(DeskTest, AVehicleThatIsNotOnTheRosterIsCommandedByItsDictionary) {
+  Talker daemon(domain_);
+  Client& page = client(Client::Line::data);
+  const auto says_until = [&](const std::function<bool()>& condition) {
+    return until([&] {
+      daemon.say("hover-1", {}, "hover");
+      return condition();
+    });
+  };
+  daemon.describe("hover-1", "{\"commands\": 7}");
+  daemon.say("zebro-1");
+  ASSERT_TRUE(says_until([&] { return has("zebro-1"); }));
+  EXPECT_FALSE(has("hover-1"));
+
+  daemon.describe("hover-1", dictionary_of("hover"));
+  ASSERT_TRUE(says_until([&] { return has("hover-1"); }));
+  const json vehicle = said(page, "vehicle").back();
+  EXPECT_EQ(vehicle["vehicle"], "hover");
+  desk_->receive(page,
+                 R"({"type":"command","id":1,"vehicle":"hover-1","command":"hover","whole":true})");
+  ASSERT_TRUE(until([&] { return !daemon.heard().empty(); }));
+  EXPECT_EQ(daemon.heard().back().kind, 401);
+
+  // Another daemon of that name, while its command has no answer.
+  page.driven.clear();
+  daemon.describe("hover-1", dictionary_of("climb"));
+  ASSERT_TRUE(says_until([&] {
+    const std::vector<json> all = said(page, "vehicle");
+    return all.size() > 2 && all.back()["commands"].back()["name"] == "climb";
+  }));
+  ASSERT_TRUE(until([&] { return !phases(page).empty(); }));
+  EXPECT_THAT(phases(page), ElementsAre("unanswered, final"));
+}
 
 TEST_F(DeskTest, AStopLeavesForANameThatTheGatewayNeverHeardAgainAndAgain) {
   Talker ghost(domain_);

@@ -275,6 +275,27 @@ const tests = {
     await says("#answers", "NOT ACKNOWLEDGED. Cut the power.");
   },
 
+  async an_unknown_vehicle_has_the_controls_and_values_of_its_dictionary() {
+    const speed = {name: "speed", unit: "m/s", min: -1, max: 1, required: true, default: null, whole: false, help: "ahead"};
+    const crane = {...vehicle("crane-1", "crane"), commands: [{...kCommands[0], kind: 401, name: "hoist", parameters: [speed]}],
+      fields: [{name: "time_ns", type: "i8", unit: "ns"}, {name: "rope_m", type: "f8", unit: "m"}, {name: "speed_m_s", type: "f8", unit: "m/s"},
+        {name: "drums", count: 2, fields: [{name: "current_A", type: "f8", unit: "A"}, {name: "online", type: "b1"}]}]};
+    await open({opening: [crane, status("crane-1"), {type: "telemetry", id: "crane-1", telemetry: {time_ns: 5, rope_m: 12.25, speed_m_s: 0.5,
+      drums: [{current_A: 1.5, online: true}, {current_A: 2.5, online: false}]}}], crafts: {"crane-1": {age_ms: 0}}});
+    await says("#list", "Hoist");
+    await says("#list", "m/s");
+    await says("#overlay", "rope_m 12.250 m");
+    await page.fill("#list input", "0.25");
+    await is("gateway.sent.some((m) => m.command === 'hoist' && m.dry_run && m.parameters.speed === 0.25)");
+    await page.click("#tab-parts");
+    await says("#parts", "current_A, A");
+    await says("#parts", "2.500");
+    await page.click("#choose summary");
+    await says("#choose", "drums 2 current_A");
+    assert.deepEqual(page.errors, []);
+    await shot("unknown");
+  },
+
   async two_daemons_of_one_name_are_named() {
     await open(kTwo);
     await is("document.querySelector('#rivals').hidden");

@@ -1,7 +1,7 @@
 #pragma once
 
 // How many times this test program allocated with operator new so far, on any thread. Link
-// tests/support/allocations.cpp, which replaces the operators.
+// lss_allocations, which replaces the operators.
 
 #include <cstdint>
 

@@ -202,7 +202,10 @@ void Desk::on(Client& client, const Order& order) {
   if (craft == nullptr) return no("there is no such vehicle");
   try {
     const Invocation wanted = read(*craft, order);
-    Job job{.id = order.id, .vehicle = craft->id, .dry_run = order.dry_run};
+    Job job{.id = order.id,
+            .vehicle = craft->id,
+            .described = craft->described,
+            .dry_run = order.dry_run};
     if (order.whole) {
       for (const Invocation& step : craft->kind->prepare(craft->status, wanted))
         job.steps.push_back(step);

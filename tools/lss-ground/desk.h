@@ -10,6 +10,7 @@
 #include <functional>
 #include <list>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
@@ -87,6 +88,7 @@ class Desk {
     std::uint64_t client = 0;
     std::uint64_t id = 0;
     std::string vehicle;
+    std::shared_ptr<const cli::DescribedVehicle> described{};  // what the steps refer to
     std::deque<cli::Invocation> steps{};  // the first one was sent, the others wait for its end
     std::size_t count = 1;                // of steps in all
     bool dry_run = false;

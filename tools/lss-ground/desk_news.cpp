@@ -60,6 +60,7 @@ json Desk::describe(const Craft& craft) const {
   json subjects = json::array();
   for (const char* subject : craft.kind->subjects) subjects.push_back(subject);
   return {{"type", "vehicle"},
+          {"fields", craft.described ? craft.described->fields() : json::array()},
           {"id", craft.id},
           {"vehicle", craft.kind->name},
           {"commands", std::move(commands)},

@@ -4,11 +4,13 @@
 #include <memory>
 
 #include "tools/lss-cli/session/wire.h"
+#include "tools/lss-cli/show/failure.h"
 
 namespace lss::ground {
 namespace {
 
-constexpr int kAtOnce = 256;  // samples of one topic before the next topic
+constexpr std::size_t kMostOfDictionary = 1'000'000;  // bytes
+constexpr int kAtOnce = 256;                          // samples of one topic before the next topic
 
 // Ignores an invalid id: any participant can write to the domain.
 bool good_id(std::string_view id) {
@@ -68,7 +70,8 @@ dds::Result<void> Fleet::open(int domain) {
                                      {dds::Kind::command_ack, &ack_reader_},
                                      {dds::Kind::event, &event_reader_},
                                      {dds::Kind::timing_statistics, &timing_reader_},
-                                     {dds::Kind::parameters, &parameter_reader_}}) {
+                                     {dds::Kind::parameters, &parameter_reader_},
+                                     {dds::Kind::dictionary, &dictionary_reader_}}) {
     if (auto opened = open_reader(kind, *reader); !opened) return opened;
   }
   for (const auto& [kind, writer] : {std::pair{dds::Kind::command, &command_writer_},
@@ -101,6 +104,7 @@ Craft* Fleet::find(std::string_view id) {
 }
 
 void Fleet::take() {
+  take_dictionaries();
   take_status();
   take_acks();
   take_events();
@@ -110,24 +114,58 @@ void Fleet::take() {
 
 Craft* Fleet::admit(const lss_Status& sample, std::uint64_t origin) {
   const std::string id(cli::text(sample.vehicle_id));
+  if (!good_id(id)) return nullptr;
   const cli::Vehicle* kind = cli::find_vehicle(cli::text(sample.vehicle));
-  if (kind == nullptr || !good_id(id)) return nullptr;
+  if (kind == nullptr && !is_described(id)) return nullptr;
   const Places::Admission admission = places_.admit(id, origin, Clock::now());
   if (!admission.in) return nullptr;
   if (!admission.left.empty()) leave(admission.left);
+  std::shared_ptr<const cli::DescribedVehicle> described;
+  if (kind == nullptr) {
+    described = describe(id);
+    if (!described) {
+      places_.leave(id);
+      return nullptr;
+    }
+    kind = &described->vehicle();
+  }
   Craft& craft = crafts_[id];
   craft.id = id;
   craft.kind = kind;
+  craft.described = std::move(described);
   if (const auto early = early_.find(id); early != early_.end()) {
     craft.events = std::move(early->second.events);
     craft.parameters = early->second.parameters;
+    if (craft.described) craft.dictionary = std::move(early->second.dictionary);
     early_.erase(early);
     early_places_.leave(id);
+  }
+  if (craft.described && kind->telemetry != nullptr) {
+    auto reader =
+        dds::create_reader(participant_.get(), dds::telemetry_topic(kind->name, kind->telemetry));
+    if (reader) telemetry_readers_.push_back({kind, std::move(*reader)});
   }
   return &craft;
 }
 
+bool Fleet::is_described(const std::string& id) const {
+  const auto early = early_.find(id);
+  return early != early_.end() && !early->second.dictionary.empty();
+}
+
+std::shared_ptr<const cli::DescribedVehicle> Fleet::describe(const std::string& id) {
+  std::string& dictionary = early_.at(id).dictionary;
+  try {
+    return std::make_shared<const cli::DescribedVehicle>(dictionary);
+  } catch (const cli::Failure&) {
+    dictionary.clear();  // it is not tried again
+    return nullptr;
+  }
+}
+
 void Fleet::leave(const std::string& id) {
+  if (const Craft* craft = find(id); craft != nullptr && craft->described)
+    std::erase_if(telemetry_readers_, [&](const auto& r) { return r.kind == craft->kind; });
   crafts_.erase(id);
   ears_.gone(id);
 }
@@ -217,6 +255,32 @@ void Fleet::take_parameters() {
           before->parameters = parameters;
         }
       });
+}
+
+void Fleet::take_dictionaries() {
+  lss_Dictionary sample{};
+  void* samples[1] = {&sample};
+  dds_sample_info_t info{};
+  for (int i = 0; i < kAtOnce; ++i) {
+    if (dds_take(dictionary_reader_.get(), samples, &info, 1, 1) != 1) break;
+    const std::string_view id = cli::text(sample.vehicle_id);
+    if (info.valid_data && good_id(id))
+      heard_dictionary(id, sample.json, origin_of(dictionary_reader_, info));
+  }
+  dds_sample_free(&sample, &lss_Dictionary_desc, DDS_FREE_CONTENTS);
+}
+
+// Another dictionary is that of another daemon: the vehicle comes back with it, unless a page
+// drives it.
+void Fleet::heard_dictionary(std::string_view id, std::string text, std::uint64_t origin) {
+  if (text.size() > kMostOfDictionary) return;
+  if (const Craft* craft = find(id)) {
+    if (!craft->described || craft->dictionary == text) return;
+    if (ears_.driven && ears_.driven(craft->id)) return;
+    places_.leave(craft->id);
+    leave(craft->id);
+  }
+  if (Early* before = early(id, origin)) before->dictionary = std::move(text);
 }
 
 void Fleet::take_telemetry() {

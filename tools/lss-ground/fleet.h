@@ -17,16 +17,19 @@
 
 #include "idl/topics.h"
 #include "lss.h"
-#include "tools/lss-cli/session/vehicle.h"
+#include "tools/lss-cli/session/described_vehicle.h"
 #include "tools/lss-ground/daemons.h"
 #include "tools/lss-ground/places.h"
 
 namespace lss::ground {
 
-// One vehicle, as known from its messages.
+// One vehicle, as known from its messages. One that is not on the roster of lss-cli is known when
+// the dictionary of its daemon has arrived.
 struct Craft {
   std::string id;
-  const cli::Vehicle* kind = nullptr;  // the build knows it
+  std::string dictionary{};            // of `described`
+  const cli::Vehicle* kind = nullptr;  // of the roster, or of `described`
+  std::shared_ptr<const cli::DescribedVehicle> described;
   lss_Status status{};
   Clock::time_point status_time{};
   bool alive = false;  // its daemon is present
@@ -84,16 +87,23 @@ class Fleet {
   void take_events();
   void take_timing();
   void take_parameters();
+  void take_dictionaries();
+  void heard_dictionary(std::string_view id, std::string text, std::uint64_t origin);
   // Takes new samples, up to a limit, so that the loop can do its other work.
   template <class Sample, class Each>
   void take_each(const dds::Entity& reader, Each each);
   Craft* admit(const lss_Status& sample, std::uint64_t origin);
+  // Of a vehicle that is not on the roster: its dictionary has arrived.
+  bool is_described(const std::string& id) const;
+  // nullptr: it cannot be read.
+  std::shared_ptr<const cli::DescribedVehicle> describe(const std::string& id);
   void leave(const std::string& id);
 
   // Samples that arrived before the first status.
   struct Early {
     std::deque<lss_Event> events;
     lss_Parameters parameters{};
+    std::string dictionary;
   };
   Early* early(std::string_view id, std::uint64_t origin);  // nullptr: no place
   struct TelemetryReader {
@@ -113,7 +123,8 @@ class Fleet {
   };
   std::unique_ptr<dds_listener_t, ListenerDeleter> listener_;
   dds::Participant participant_;
-  dds::Entity status_reader_, ack_reader_, event_reader_, timing_reader_, parameter_reader_;
+  dds::Entity status_reader_, ack_reader_, event_reader_, timing_reader_, parameter_reader_,
+      dictionary_reader_;
   std::vector<TelemetryReader> telemetry_readers_;
   dds::Entity command_writer_, heartbeat_writer_;
 };

@@ -89,7 +89,7 @@ Findings daemon_findings(const System& system, const Options& options) {
     const lss_Status& status = link->status();
     finding.found = fmt::format("{} ({}, lssd {}) answers on DDS domain {}: {}",
                                 text(status.vehicle_id), text(status.vehicle), text(status.version),
-                                options.domain, state_name(status.state));
+                                options.domain, cli::state_name(status.state));
     finding.meaning = "commands reach it";
     if (status.fault_count > 0 || status.state == lss_STATE_FATAL_ERROR) {
       finding.result = Result::note;

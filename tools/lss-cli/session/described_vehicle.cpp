@@ -127,6 +127,7 @@ void DescribedVehicle::read(const Json& json) {
   reasons_ = codes(json.at("reasons"));
   events_ = codes(json.at("events"));
   const Json& telemetry = json.at("telemetry");
+  fields_ = telemetry.value("fields", Json::array());
   if (telemetry.contains("idl"))
     telemetry_ = std::make_unique<TelemetryType>(telemetry.at("idl").get<std::string>(),
                                                  telemetry.at("type").get<std::string>());
@@ -158,7 +159,8 @@ void DescribedVehicle::read(const Json& json) {
   };
   vehicle_.json = [this](const void* sample) { return telemetry_json(sample); };
   vehicle_.screen = [this](const void* sample, const Style& style) {
-    return sample == nullptr ? style.dim("no telemetry") + "\n" : telemetry_->screen(sample, style);
+    return sample == nullptr ? style.dim("no telemetry") + "\n"
+                             : telemetry_screen(telemetry_json(sample), style);
   };
   vehicle_.distance_m = [this](const void* sample) {
     return sample == nullptr ? std::nullopt : telemetry_->number("distance_m", sample);
@@ -181,8 +183,8 @@ std::vector<Invocation> DescribedVehicle::prepare(const lss_Status& status,
   return complete ? std::vector<Invocation>{start} : std::vector<Invocation>();  // it says why not
 }
 
-Json DescribedVehicle::telemetry_json(const void* sample) const {
-  Json json = telemetry_->json(sample);
+nlohmann::ordered_json DescribedVehicle::telemetry_json(const void* sample) const {
+  nlohmann::ordered_json json = telemetry_->json(sample);
   if (const auto state = json.find("state"); state != json.end() && state->is_number_unsigned()) {
     const auto number = state->get<std::size_t>();
     if (number < states_.size()) *state = states_[number];

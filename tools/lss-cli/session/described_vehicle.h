@@ -23,6 +23,8 @@ class DescribedVehicle {
   DescribedVehicle& operator=(const DescribedVehicle&) = delete;
 
   const Vehicle& vehicle() const { return vehicle_; }
+  // Of the telemetry, as in the dictionary.
+  const nlohmann::json& fields() const { return fields_; }
 
  private:
   using Json = nlohmann::json;
@@ -33,7 +35,7 @@ class DescribedVehicle {
   const char* keep(const Json& text);
 
   std::vector<Invocation> prepare(const lss_Status& status, const Invocation& wanted) const;
-  Json telemetry_json(const void* sample) const;
+  nlohmann::ordered_json telemetry_json(const void* sample) const;
 
   std::deque<std::string> texts_;  // addresses stay
   std::deque<std::vector<ParameterInfo>> parameters_;
@@ -44,6 +46,7 @@ class DescribedVehicle {
   std::vector<TunableInfo> tunables_;
   std::vector<CodeInfo> faults_, reasons_, events_;
   std::unique_ptr<TelemetryType> telemetry_;
+  Json fields_;
   Vehicle vehicle_{};
 };
 

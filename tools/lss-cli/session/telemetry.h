@@ -4,6 +4,7 @@
 // of what is numbered. Pure.
 
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "daemon/record/json.h"
 #include "tools/lss-cli/session/vehicle.h"
@@ -11,7 +12,15 @@
 namespace lss::cli {
 
 // null for the age of what was never heard.
-nlohmann::json with_null_for_never(nlohmann::json json);
+template <class Json = nlohmann::json>
+Json with_null_for_never(Json json) {
+  if (json.is_object() && json.contains("age_ms") && json["age_ms"] == kNeverHeard_ms)
+    json["age_ms"] = nullptr;
+  for (Json& part : json) {
+    if (part.is_structured()) part = with_null_for_never(std::move(part));
+  }
+  return json;
+}
 
 template <class Sample>
 nlohmann::json json_of(const Sample& sample) {

@@ -103,7 +103,7 @@ void add_table(std::string& text, const std::string& name, const Json& list, con
     const std::size_t end = std::min(list.size(), first + kColumns);
     std::string heading = fmt::format("{:<26}", name);
     for (std::size_t i = first; i < end; ++i) heading += fmt::format(" {:>{}}", i + 1, kWidth);
-    text += "\n" + style.bold(heading) + "\n";
+    text += (text.ends_with("\n\n") ? "" : "\n") + style.bold(heading) + "\n";
     for (const auto& [member, unused] : list[first].items()) {
       std::string line = style.dim(fmt::format("  {:<24}", member));
       for (std::size_t i = first; i < end; ++i) {
@@ -113,6 +113,7 @@ void add_table(std::string& text, const std::string& name, const Json& list, con
       text += fmt::format("{} {}\n", line, unit_of(member));
     }
   }
+  text += "\n";
 }
 
 void add_lines(std::string& text, const std::string& name, const Json& value, const Style& style) {
@@ -168,9 +169,9 @@ Json TelemetryType::json(const void* sample) const {
   return all;
 }
 
-std::string TelemetryType::screen(const void* sample, const Style& style) const {
+std::string telemetry_screen(const Json& telemetry, const Style& style) {
   std::string text;
-  add_lines(text, "", json(sample), style);
+  add_lines(text, "", telemetry, style);
   return text;
 }
 

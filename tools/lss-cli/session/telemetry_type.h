@@ -28,8 +28,6 @@ class TelemetryType {
 
   // All members but the key.
   nlohmann::ordered_json json(const void* sample) const;
-  // A line for each number, and a table for each array of structs.
-  std::string screen(const void* sample, const Style& style) const;
   // nullopt: there is no number of this name.
   std::optional<double> number(std::string_view name, const void* sample) const;
 
@@ -43,5 +41,8 @@ class TelemetryType {
   dds_key_descriptor_t key_{};
   std::unique_ptr<const dds_topic_descriptor_t> descriptor_;
 };
+
+// A line for each number, and a table for each array of structs.
+std::string telemetry_screen(const nlohmann::ordered_json& telemetry, const Style& style);
 
 }  // namespace lss::cli

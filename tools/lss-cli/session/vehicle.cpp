@@ -24,24 +24,10 @@ std::string_view idl_of(const Vehicle& vehicle) {
   return vehicle.idl.empty() ? idl_text(vehicle.name) : vehicle.idl;
 }
 
-const CodeInfo* find_code(std::span<const CodeInfo> list, std::uint16_t number) {
-  const auto found = std::ranges::find(list, number, &CodeInfo::number);
-  return found == list.end() ? nullptr : &*found;
-}
-
 std::string subject_name(const Vehicle& vehicle, std::uint16_t subject) {
   if (subject == 0) return "";
   if (subject <= vehicle.subjects.size()) return vehicle.subjects[subject - 1u];
   return fmt::format("module {}", subject);
-}
-
-nlohmann::json with_null_for_never(nlohmann::json json) {
-  if (json.is_object() && json.contains("age_ms") && json["age_ms"] == kNeverHeard_ms)
-    json["age_ms"] = nullptr;
-  for (nlohmann::json& part : json) {
-    if (part.is_structured()) part = with_null_for_never(std::move(part));
-  }
-  return json;
 }
 
 void name_subjects(const Vehicle& vehicle, nlohmann::json& parts, std::uint16_t first) {

@@ -91,8 +91,6 @@ const Vehicle* find_vehicle(std::string_view name);
 bool is_endless(const Vehicle& vehicle, const Invocation& command);
 // The text of the IDL of its telemetry.
 std::string_view idl_of(const Vehicle& vehicle);
-// nullptr for a number that is not in the list.
-const CodeInfo* find_code(std::span<const CodeInfo> list, std::uint16_t number);
 
 // "RM" for 4, "module 9" for a module without a name, empty for the whole vehicle.
 std::string subject_name(const Vehicle& vehicle, std::uint16_t subject);

@@ -37,9 +37,9 @@ void add_run(Grammar& grammar) {
     if (file->empty() && text->empty())
       throw Failure(ExitCode::usage, "run what?", "name a FILE, or -e 'VERB; VERB'");
     const std::string name = file->empty() ? "-e" : *file;
+    context.options.lockstep = *lockstep;
     const std::vector<Step> steps =
         parse_steps(context, file->empty() ? *text : read_input(*file), name);
-    context.options.lockstep = *lockstep;
     if (*lockstep) {
       if (!std::filesystem::exists(std::filesystem::path(*folder) / "lockstep"))
         throw Failure(ExitCode::unreachable, "no simulated time in " + *folder,

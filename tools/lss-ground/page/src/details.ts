@@ -3,7 +3,7 @@
 import {$, age, el, fixed, show} from "./dom";
 import type {Json} from "./link";
 import type {Vehicle} from "./model";
-import {roster} from "./vehicles/roster";
+import {kindOf} from "./vehicles/roster";
 import type {Cell, Table} from "./vehicles/kind";
 
 const kTabs = [["events", "Events"], ["timing", "Timing"], ["parts", "Modules"], ["measured", "Telemetry"], ["parameters", "Parameters"]] as const;
@@ -106,8 +106,8 @@ function table(t: Table): HTMLElement {
 }
 
 function parts(vehicle: Vehicle) {
-  const kind = roster[vehicle.kind], s = vehicle.status;
-  const tables = kind && vehicle.telemetry ? kind.tables(vehicle.telemetry) : [];
+  const s = vehicle.status;
+  const tables = vehicle.telemetry ? kindOf(vehicle).tables(vehicle.telemetry) : [];
   show($("parts"), [vehicle.id, tables, s?.frame?.index], () => [...tables.map(table), s && el("p", {class: "hint"},
     `frame ${s.frame.index}, ${s.frame.overruns} overruns · ${s.counters.commands_rejected} commands rejected · ${s.counters.safe_commands} safe commands · ` +
     `last OBC message ${age(s.link.obc_age_ms)} ago · real time ${s.realtime.policy}, ${s.realtime.granted ? "granted" : "not granted"} · shared memory ${s.shared_memory} · lssd ${s.version}`)]);

@@ -23,7 +23,8 @@ export class Fleet {
 
   add(message: Json) {
     const before = this.vehicles.get(message.id);
-    if (before && before.kind === message.vehicle) return;
+    const same = (a: unknown, b: unknown) => JSON.stringify(a) === JSON.stringify(b);
+    if (before && before.kind === message.vehicle && same(before.commands, message.commands)) return;
     const vehicle = new Vehicle(message.id, message);
     this.vehicles.set(vehicle.id, vehicle);
     if (this.chosen?.id === vehicle.id) this.choose(vehicle);

@@ -11,7 +11,7 @@ import {Plots} from "./plots";
 import {Requests} from "./requests";
 import {Bars, Scene} from "./scene";
 import {Stops} from "./stop";
-import {roster} from "./vehicles/roster";
+import {kindOf} from "./vehicles/roster";
 
 let trip_ms: number | null = null;
 
@@ -132,7 +132,7 @@ function lost() {
   banner.hidden = !(data.lost || gone) || (!data.heard_ms && !data.refused && performance.now() < 1500);
   if (banner.hidden) return;
   const s = v?.status, mine = s && s.authority && s.authority === lastSource;
-  const does = v ? roster[v.kind]?.safe ?? "comes to a safe stop" : "";
+  const does = v ? kindOf(v).safe : "";
   const was = s ? `${v!.id} was ${s.state}${s.mode && s.state === "Operational" ? `, ${s.mode}` : ""}` : "";
   const now = gone ? `The daemon of ${v!.id} is ${v!.links.alive ? "silent" : "gone"}${v!.silent_ms === null ? "" : `, last message ${age(v!.silent_ms)} ago`}. ${was}. Motors stop by themselves without it.`
     : !s ? "No connection to the gateway."
@@ -172,8 +172,8 @@ function problems() {
 }
 
 function overlay() {
-  const v = fleet.chosen, kind = v && roster[v.kind];
-  const lines = kind && v.telemetry ? kind.overlay(v.telemetry) : v ? ["no telemetry"] : [];
+  const v = fleet.chosen;
+  const lines = v?.telemetry ? kindOf(v).overlay(v.telemetry) : v ? ["no telemetry"] : [];
   show($("overlay"), lines, () => lines.map((line) => el("div", {}, line)));
 }
 

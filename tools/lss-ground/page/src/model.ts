@@ -10,6 +10,8 @@ export interface Command {
   kind: number; name: string; summary: string; access: string; leased: boolean; parameters: Parameter[];
   allowed: {where: string; when: string[]}[];
 }
+// Of the telemetry, in the words of the dictionary.
+export interface Field { name: string; type?: string; unit?: string; count?: number; fields?: Field[]; }
 export interface Tunable {
   name: string; number: number; value: number; unit: string; min: number; max: number; whole: boolean; configured: number;
   saved: number | null; as_configured: boolean; as_saved: boolean; change: "always" | "at_rest"; help: string;
@@ -43,6 +45,7 @@ export class Vehicle {
   readonly commands: Command[];
   readonly subjects: string[];
   readonly scripts: boolean;
+  readonly fields: Field[];  // of a vehicle that is not on the roster
   status: Json | null = null;
   telemetry: Json | null = null;
   telemetry_ms = 0;  // performance.now()
@@ -61,6 +64,7 @@ export class Vehicle {
     this.commands = message.commands;
     this.subjects = message.subjects;
     this.scripts = message.scripts;
+    this.fields = message.fields ?? [];
   }
 
   // Age of its status, also when the gateway is silent; null: never received.

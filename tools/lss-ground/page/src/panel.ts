@@ -5,7 +5,7 @@ import {$, el, kDegree, show, sourceName} from "./dom";
 import type {Json} from "./link";
 import type {Command, Parameter, Vehicle} from "./model";
 import {outcome, reasons, type Requests} from "./requests";
-import {roster} from "./vehicles/roster";
+import {kindOf} from "./vehicles/roster";
 
 const kAgain_ms = 1000;
 // The gateway requests data itself; parameters have their own tab.
@@ -33,8 +33,8 @@ export class Panel {
     const list = $("list");
     list.replaceChildren();
     if (!vehicle) return;
-    const kind = roster[vehicle.kind], order = kind?.order ?? [];
-    const hidden = [...kHidden, ...(kind?.hidden ?? [])];
+    const kind = kindOf(vehicle), {order} = kind;
+    const hidden = [...kHidden, ...(kind.hidden ?? [])];
     const rank = (c: Command) => (order.indexOf(c.name) + 1) || order.length + 1 + c.kind;
     const commands = vehicle.commands.filter((c) => !hidden.includes(c.name)).sort((a, b) => rank(a) - rank(b));
     for (const command of commands) this.rows.push(this.row(command));

@@ -5,7 +5,7 @@ import "uplot/dist/uPlot.min.css";
 import {el, $} from "./dom";
 import {History, type Vehicle} from "./model";
 import type {Signal} from "./vehicles/kind";
-import {roster} from "./vehicles/roster";
+import {kindOf} from "./vehicles/roster";
 
 const kHeight_px = 116;
 const kColours = {
@@ -18,7 +18,7 @@ export class Plots {
   private shown: Vehicle | null = null;
   private chosen = new Map<string, Set<string>>();  // by type of vehicle
 
-  private signals(vehicle: Vehicle): Signal[] { return roster[vehicle.kind]?.signals ?? []; }
+  private signals(vehicle: Vehicle): Signal[] { return kindOf(vehicle).signals; }
 
   record(vehicle: Vehicle) {
     const signals = this.signals(vehicle);

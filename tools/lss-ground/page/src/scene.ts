@@ -4,7 +4,7 @@
 import * as THREE from "three";
 import type {Vehicle} from "./model";
 import type {Model} from "./vehicles/kind";
-import {roster} from "./vehicles/roster";
+import {kindOf} from "./vehicles/roster";
 
 const kSlow_ms = 22;     // a frame that takes longer is drawn less often
 const kSoftware_ms = 400, kSoftwarePixels = 0.6;  // between frames, and resolution, without a graphics processor
@@ -82,7 +82,7 @@ export class Scene {
     if (vehicle === this.shown) return;
     this.shown = vehicle;
     if (this.model) this.scene.remove(this.model.root);
-    const kind = vehicle && roster[vehicle.kind];
+    const kind = vehicle && kindOf(vehicle);
     this.model = kind ? kind.model() : null;
     if (!kind || !this.model) return;
     this.metres = kind.metres;
@@ -150,7 +150,7 @@ export class Bars {
   constructor(private readonly canvas: HTMLCanvasElement) {}
 
   add(vehicle: Vehicle) {
-    const bars = roster[vehicle.kind]?.bars;
+    const {bars} = kindOf(vehicle);
     if (vehicle !== this.shown) {
       this.shown = vehicle;
       this.samples = [];
@@ -164,7 +164,7 @@ export class Bars {
   }
 
   draw() {
-    const bars = this.shown && roster[this.shown.kind]?.bars;
+    const bars = this.shown && kindOf(this.shown).bars;
     if (!bars || this.canvas.hidden) return;
     const box = this.canvas.getBoundingClientRect(), ratio = devicePixelRatio;
     this.canvas.width = box.width * ratio;
