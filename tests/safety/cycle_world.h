@@ -132,6 +132,15 @@ class CycleWorld {
     return ask(kind, parameters).reason;
   }
 
+  // Of a parameter, by its name; steps. The last answer.
+  Ack set(const char* name, double value) {
+    acks.clear();
+    send(CommandKind::set_parameter,
+         {static_cast<double>(find_tunable(logic_.tunables, name) + 1), value});
+    step();
+    return acks.empty() ? Ack{} : acks.back();
+  }
+
   State state() const { return supervisor_.controller().state; }
   M mode() const { return static_cast<M>(supervisor_.controller().mode); }
   bool has(FaultId id, std::uint16_t subject = 0) const {

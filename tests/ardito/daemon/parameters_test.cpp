@@ -4,30 +4,16 @@
 #include <cmath>
 #include <numbers>
 
-#include "daemon/vehicles/ardito/tunables.h"
 #include "idl/angles.h"
 #include "world.h"
 
 namespace lss::ardito {
 namespace {
 
-std::size_t index_of(const char* name) {
-  const int index = find_tunable(tuning().infos, name);
-  EXPECT_GE(index, 0) << name;
-  return static_cast<std::size_t>(index);
-}
-
-Ack set(World& w, const char* name, double value) {
-  w.acks.clear();
-  w.send(lss::CommandKind::set_parameter, {double(1 + index_of(name)), value});
-  w.step();
-  return w.acks.empty() ? Ack{} : w.acks.back();
-}
-
 TEST(ArditoParameters, TheBeaconRunsAsLongAsItWasSetTo) {
   World w;
   w.run(0.5);
-  EXPECT_EQ(set(w, "safety.beacon_s", 2).phase, Phase::completed);
+  EXPECT_EQ(w.set("safety.beacon_s", 2).phase, Phase::completed);
   w.send(lss::CommandKind::start, {0});
   w.step();
   const TimeNs from = w.time_ns_;
@@ -39,7 +25,7 @@ TEST(ArditoParameters, TheBeaconRunsAsLongAsItWasSetTo) {
 TEST(ArditoParameters, AllThreeInstancesOfTheControllerTakeTheHeadingLimit) {
   World w;
   w.run(0.5);
-  EXPECT_EQ(set(w, "mobility.heading_limit_deg", 2).phase, Phase::completed);
+  EXPECT_EQ(w.set("mobility.heading_limit_deg", 2).phase, Phase::completed);
   w.acks.clear();  // the start waits for its own
   ASSERT_TRUE(w.start());
   ASSERT_TRUE(w.drive_at(0.3, 5 * kDegree));
@@ -47,13 +33,13 @@ TEST(ArditoParameters, AllThreeInstancesOfTheControllerTakeTheHeadingLimit) {
   EXPECT_NEAR(std::abs(w.vehicle_.command().estimate.sigma_rad), 2 * kDegree, 0.5 * kDegree);
   EXPECT_EQ(w.vehicle_.mobility().report().upsets, 0U);
   // A gain is not changed under way.
-  EXPECT_EQ(set(w, "mobility.ratio_p", 0.4).verdict.reason, Reason::not_in_state);
+  EXPECT_EQ(w.set("mobility.ratio_p", 0.4).verdict.reason, Reason::not_in_state);
 }
 
 TEST(ArditoParameters, GainsThatAreUnstableTogetherAreRefused) {
   World w;
   w.run(0.5);
-  EXPECT_EQ(set(w, "mobility.ratio_i", 30).verdict.reason, Reason::parameter_together);
+  EXPECT_EQ(w.set("mobility.ratio_i", 30).verdict.reason, Reason::parameter_together);
 }
 
 }  // namespace

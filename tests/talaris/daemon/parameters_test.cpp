@@ -1,7 +1,6 @@
 // Parameters of TALARIS that change while it runs.
 #include <gtest/gtest.h>
 
-#include "daemon/vehicles/talaris/tunables.h"
 #include "world.h"
 
 namespace lss::talaris {
@@ -9,20 +8,10 @@ namespace {
 
 using Kind = CommandKind;
 
-std::size_t index_of(const char* name) {
-  const int index = find_tunable(tuning().infos, name);
-  EXPECT_GE(index, 0) << name;
-  return static_cast<std::size_t>(index);
-}
-
-Verdict set(World& w, const char* name, double value) {
-  return w.ask(lss::CommandKind::set_parameter, {double(1 + index_of(name)), value});
-}
-
 TEST(TalarisParameters, APlanLeavesTheReserveThatWasSet) {
   World w;
   w.run(1);
-  ASSERT_EQ(set(w, "gas.reserve_s", 43).reason, Reason::none);
+  ASSERT_EQ(w.set("gas.reserve_s", 43).verdict.reason, Reason::none);
   ASSERT_TRUE(w.start());
   ASSERT_EQ(w.why(Kind::gnc, {0}), Reason::none);
   const double hop = static_cast<double>(Program::hop);
@@ -34,10 +23,10 @@ TEST(TalarisParameters, ALowSupplyIsToldByTheLimitThatWasSetAlsoWhileOperational
   ASSERT_TRUE(w.start());
   w.run(1);
   EXPECT_FALSE(w.has(FaultId::supply_low, kValveModule));
-  ASSERT_EQ(set(w, "gas.min_voltage_V", 30).reason, Reason::none);
+  ASSERT_EQ(w.set("gas.min_voltage_V", 30).verdict.reason, Reason::none);
   w.run(1);
   EXPECT_TRUE(w.has(FaultId::supply_low, kValveModule));
-  ASSERT_EQ(set(w, "gas.min_voltage_V", 0).reason, Reason::none);  // not looked at
+  ASSERT_EQ(w.set("gas.min_voltage_V", 0).verdict.reason, Reason::none);  // not looked at
   w.run(1);
   EXPECT_FALSE(w.has(FaultId::supply_low, kValveModule));
 }
@@ -45,8 +34,8 @@ TEST(TalarisParameters, ALowSupplyIsToldByTheLimitThatWasSetAlsoWhileOperational
 TEST(TalarisParameters, NothingOfTheFlightIsChangedWhileOperational) {
   World w;
   ASSERT_TRUE(w.start());
-  EXPECT_EQ(set(w, "limits.tilt_deg", 25).reason, Reason::not_in_state);
-  EXPECT_EQ(set(w, "gains.1.attitude_wn_rad_s", 1.5).reason, Reason::not_in_state);
+  EXPECT_EQ(w.set("limits.tilt_deg", 25).verdict.reason, Reason::not_in_state);
+  EXPECT_EQ(w.set("gains.1.attitude_wn_rad_s", 1.5).verdict.reason, Reason::not_in_state);
 }
 
 TEST(TalarisParameters, WhatIsNotTheFlightsCostsItNoPlan) {
@@ -55,7 +44,7 @@ TEST(TalarisParameters, WhatIsNotTheFlightsCostsItNoPlan) {
   ASSERT_TRUE(w.calibrate());
   const double hop = static_cast<double>(Program::hop);
   ASSERT_EQ(w.why(Kind::plan, {hop, 2, 5, 0, 0}), Reason::none);
-  ASSERT_EQ(set(w, "imu.lost_per_s", 30).reason, Reason::none);
+  ASSERT_EQ(w.set("imu.lost_per_s", 30).verdict.reason, Reason::none);
   EXPECT_EQ(w.vehicle_.flight().phase, gnc::talaris::Phase::ready);
 }
 

@@ -1,25 +1,10 @@
 // Parameters of Lunar Zebro that change while it runs.
 #include <gtest/gtest.h>
 
-#include "daemon/vehicles/zebro/tunables.h"
 #include "world.h"
 
 namespace lss::zebro {
 namespace {
-
-std::size_t index_of(const char* name) {
-  const int index = find_tunable(tuning().infos, name);
-  EXPECT_GE(index, 0) << name;
-  return static_cast<std::size_t>(index);
-}
-
-// Sends and steps; the last answer.
-Ack set(World& w, const char* name, double value) {
-  w.acks.clear();
-  w.send(lss::CommandKind::set_parameter, {double(1 + index_of(name)), value});
-  w.step();
-  return w.acks.empty() ? Ack{} : w.acks.back();
-}
 
 TEST(ZebroParameters, ALowerCurrentLimitIsInForceAtOnce) {
   World w;
@@ -27,7 +12,7 @@ TEST(ZebroParameters, ALowerCurrentLimitIsInForceAtOnce) {
   w.modules[2].current_mA = 1000;
   w.run(1);
   EXPECT_EQ(w.state(), State::operational);
-  EXPECT_EQ(set(w, "limits.current_A", 0.9).phase, Phase::completed);
+  EXPECT_EQ(w.set("limits.current_A", 0.9).phase, Phase::completed);
   w.run(0.2);
   EXPECT_TRUE(w.has(FaultId::current_limit, 3));
   EXPECT_EQ(w.state(), State::fatal_error);
@@ -37,7 +22,7 @@ TEST(ZebroParameters, StandingUpTakesAsLongAsItWasSetTo) {
   const auto takes_s = [](double stand_up_s) {
     World w;
     w.run(0.2);
-    EXPECT_EQ(set(w, "motion.stand_up_s", stand_up_s).phase, Phase::completed);
+    EXPECT_EQ(w.set("motion.stand_up_s", stand_up_s).phase, Phase::completed);
     EXPECT_TRUE(w.stand());
     return static_cast<double>(w.time_ns_) * 1e-9;
   };
@@ -47,7 +32,7 @@ TEST(ZebroParameters, StandingUpTakesAsLongAsItWasSetTo) {
 TEST(ZebroParameters, TimeForAStrategyIsThatOfTheNextOne) {
   World w;
   w.run(0.2);
-  EXPECT_EQ(set(w, "solve.budget_s", 2).phase, Phase::completed);
+  EXPECT_EQ(w.set("solve.budget_s", 2).phase, Phase::completed);
   w.modules[1].alive = false;
   ASSERT_TRUE(w.run_until([&] { return w.state() == State::fatal_error; }, 5));
   const TimeNs from = w.time_ns_;
@@ -61,7 +46,7 @@ TEST(ZebroParameters, TimeForAStrategyIsThatOfTheNextOne) {
 TEST(ZebroParameters, AGaitThatTurnsLegsTooFastIsRefused) {
   World w;
   w.run(0.2);
-  EXPECT_EQ(set(w, "gait.flight_s", 1).verdict.reason, Reason::parameter_together);
+  EXPECT_EQ(w.set("gait.flight_s", 1).verdict.reason, Reason::parameter_together);
   EXPECT_EQ(w.events.back().id, static_cast<std::uint16_t>(EventId::command_rejected));
   EXPECT_EQ(w.events.back().subject, 0);  // a parameter is no module
   EXPECT_EQ(w.vehicle_.tunables().changes, 0U);
