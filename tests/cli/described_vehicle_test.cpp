@@ -6,10 +6,7 @@
 #include <gtest/gtest.h>
 #include <zebro_fields.h>  // of the IDL
 
-#include "daemon/publish/dictionary.h"
-#include "daemon/vehicles/zebro/modes.h"
-#include "daemon/vehicles/zebro/tunables.h"
-#include "idl/zebro/commands.h"
+#include "tests/cli/zebro_dictionary.h"
 #include "tools/lss-cli/session/status.h"
 #include "tools/lss-cli/session/wire.h"
 #include "tools/lss-cli/show/failure.h"
@@ -22,14 +19,7 @@ using nlohmann::json;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-std::string zebro_dictionary() {
-  const Vocabulary vocabulary{.modes = lss::zebro::kModeNames,
-                              .modules = lss::zebro::kModuleNames,
-                              .strategies = lss::zebro::kStrategyNames,
-                              .commands = lss::zebro::kCommands,
-                              .tunables = lss::zebro::tuning().infos};
-  return dictionary("zebro", lss::zebro::logic(), vocabulary, "time_ns:i8;", "");
-}
+using test::zebro_dictionary;
 
 class Described : public testing::Test {
  protected:

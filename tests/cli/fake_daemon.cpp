@@ -66,8 +66,17 @@ void FakeDaemon::open() {
   events_ = writer(dds::Kind::event);
   timing_ = writer(dds::Kind::timing_statistics);
   parameter_writer_ = writer(dds::Kind::parameters);
-  telemetry_ = must(dds::create_writer(participant_.get(),
-                                       dds::telemetry_topic("zebro", &lss_ZebroTelemetry_desc)));
+  const bool described = !birth_.dictionary.empty();
+  telemetry_ = must(dds::create_writer(
+      participant_.get(),
+      dds::telemetry_topic(described ? birth_.vehicle : "zebro", &lss_ZebroTelemetry_desc)));
+  if (described) {
+    dictionary_ = writer(dds::Kind::dictionary);
+    lss_Dictionary sample{};
+    put(sample.vehicle_id, birth_.vehicle_id);
+    sample.json = birth_.dictionary.data();
+    dds_write(dictionary_.get(), &sample);
+  }
   const auto reader = [&](dds::Kind kind) {
     return must(dds::create_daemon_reader(participant_.get(), dds::common_topic(kind),
                                           birth_.vehicle_id, nullptr));

@@ -40,6 +40,7 @@ struct Birth {
   std::string vehicle_id = "zebro-1";
   std::string vehicle = "zebro";
   std::int32_t pid = 1;
+  std::string dictionary{};  // empty: none
   enum class Late {
     status,  // its topics are there and it says nothing yet
     topics,  // DDS knows of a daemon, and nothing more
@@ -96,7 +97,7 @@ class FakeDaemon {
   Birth birth_;  // outlives the readers, which look at the name
   dds::Participant participant_;
   dds::Entity commands_, heartbeat_reader_, acks_, status_, events_, timing_, parameter_writer_,
-      telemetry_;
+      dictionary_, telemetry_;
   Clock::time_point speaks_;
   std::string authority_;
   std::map<std::uint16_t, Trouble> troubles_;

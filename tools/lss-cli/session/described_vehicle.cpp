@@ -19,7 +19,7 @@ constexpr std::size_t kMostBytes = 4'000'000;
 
 [[noreturn]] void refuse(const std::string& what) {
   throw Failure(ExitCode::failed, "the dictionary of the daemon cannot be read: " + what,
-                "is it of a newer version than this lss-cli? see: lss-cli dictionary");
+                "take the lss-cli of the version of its lssd");
 }
 
 // Of a verb or an option.
@@ -84,6 +84,9 @@ void DescribedVehicle::read_command(const Json& json) {
     ParameterInfo& one = parameters.emplace_back(ParameterInfo{
         name, keep(p.at("unit")), p.at("min").get<double>(), p.at("max").get<double>(),
         number_or_nan(p.at("default")), nullptr, keep(p.at("help")), p.at("whole").get<bool>()});
+    constexpr double kMostOfSet = 9007199254740992;  // a double counts no further
+    if (std::string_view(one.unit) == "set" && !(one.max >= 0 && one.max < kMostOfSet))
+      refuse(fmt::format("{} {} is a set up to {}", info.name, name, one.max));
     if (!p.contains("choices")) continue;
     std::vector<const char*>& choices = choices_.emplace_back();
     for (const Json& choice : p.at("choices")) choices.push_back(keep(choice));

@@ -22,6 +22,8 @@ class TelemetryType {
  public:
   // `name`: lss::ZebroTelemetry. It begins with vehicle_id and time_ns, as every telemetry does.
   TelemetryType(std::string idl, const std::string& name);
+  TelemetryType(const TelemetryType&) = delete;  // the descriptor points into it
+  TelemetryType& operator=(const TelemetryType&) = delete;
 
   const dds_topic_descriptor_t* descriptor() const { return descriptor_.get(); }
   std::string_view idl() const { return idl_; }
