@@ -243,9 +243,9 @@ Seen with_ours(const std::string& interface, int cycles, Misses& missed) {
         for (ardito::RoverSample sample; bus.pop(sample, boundary.time_ns);) ++in_time;
         if (counts && boundary.time_ns >= begin_ns && in_time < kMeasurements)
           ++missed.measurements;
-        RoverOrders made{.issued_ns = boundary.time_ns,
-                         .serial = 1,
-                         .next_frame_ns = boundary.time_ns + kPeriod};
+        RoverOrders made{{.issued_ns = boundary.time_ns,
+                          .serial = 1,
+                          .next_frame_ns = boundary.time_ns + kPeriod}};
         made.standing = !counts;
         for (ardito::WheelOrder& wheel : made.wheel) wheel.enabled = true;
         for (ardito::SteeringOrder& steering : made.steering) steering.enabled = true;
