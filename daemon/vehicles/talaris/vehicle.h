@@ -146,7 +146,7 @@ class Vehicle final : public Actor, private SolveTarget {
   kit::PortWatch port_;
   std::array<std::uint64_t, kHopperNodes> reboots_{}, emcys_{};
   TimeNs begun_ns_ = 0;  // for sensors: the first frame
-  Resets resets_;  // of modules
+  Resets resets_;        // of modules
   bool imu_silent_told_ = false, imu_stuck_told_ = false, lossy_told_ = false;
   bool altimeter_told_ = false, supply_told_ = false, load_cell_told_ = false;
   std::uint16_t script_told_ = 0;
