@@ -7,6 +7,7 @@
 #include "daemon/publish/dictionary.h"
 #include "daemon/vehicles/zebro/modes.h"
 #include "daemon/vehicles/zebro/tunables.h"
+#include "idl/idl_text.h"
 #include "idl/zebro/commands.h"
 
 namespace lss::cli::test {
@@ -17,7 +18,7 @@ inline std::string zebro_dictionary() {
                               .strategies = lss::zebro::kStrategyNames,
                               .commands = lss::zebro::kCommands,
                               .tunables = lss::zebro::tuning().infos};
-  return dictionary("zebro", lss::zebro::logic(), vocabulary, "time_ns:i8;", "");
+  return dictionary("zebro", lss::zebro::logic(), vocabulary, "time_ns:i8;", idl_text("zebro"));
 }
 
 }  // namespace lss::cli::test
