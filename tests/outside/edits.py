@@ -123,6 +123,10 @@ class Scout:
             sys.exit(f"lss-cli {' '.join(words)}: {result.returncode}, {result.stdout}{result.stderr}")
         return result.stdout
 
+    def sequence(self, line, code=0):
+        """Takes part in simulated time: how fast the machine is does not matter."""
+        return self.cli("--jsonl", "run", "--lockstep", "--dir", self.run, "-e", line, code=code)
+
     def ready(self):
         out = self.cli("--json", "status", code=None)
         document = json.loads(out) if out.startswith("{") else {}
@@ -158,16 +162,16 @@ def look(scout, cli, folder):
     mcap = f"{folder}/run.mcap"
     recorder = subprocess.Popen([cli, "record", "--for", "20s", "--out", mcap], stdin=subprocess.DEVNULL,
                                 stdout=subprocess.DEVNULL, env=scout.environment)
-    scout.cli("drive", "0.3", "--turn", "0.5", "--for", "4s")
+    scout.sequence("drive 0.3 --turn 0.5 --for 4s")
     status = json.loads(scout.cli("--json", "status"))["telemetry"]
     check(status["course_rad"] < -0.5 and status["course_rad"] == -status["yaw_rad"], "JSON: the field, as computed")
     check("course_rad" in scout.cli("data"), "data: the field")
     scout.cli("param", "set", "body.gear", "60")
     check("60" in scout.cli("param", "get", "body.gear"), "param: set and read by name")
-    lines = scout.cli("--jsonl", "run", "-e", "start; drive 0.2; wait 2s; halt; stop").splitlines()
+    lines = scout.sequence("start; drive 0.2; wait 2s; halt; stop").splitlines()
     done = [one["command"] for one in map(json.loads, lines) if one.get("phase") == "completed"]
     check("halt" in done, "the command is done in a script")
-    scout.cli("drive", "0.5", "--for", "6s", code=None)
+    scout.sequence("drive 0.5 --for 6s", code=None)
     faults = json.loads(scout.cli("--json", "status"))["faults"]
     check([f["name"] for f in faults] == ["too_fast"] and "drive slower" in faults[0]["advice"],
           "the fault stops the scout, and status says what to do")

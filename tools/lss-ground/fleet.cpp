@@ -163,7 +163,7 @@ std::shared_ptr<const cli::DescribedVehicle> Fleet::describe(const std::string& 
   }
 }
 
-void Fleet::leave(const std::string& id) {
+void Fleet::leave(std::string id) {
   if (const Craft* craft = find(id); craft != nullptr && craft->described)
     std::erase_if(telemetry_readers_, [&](const auto& r) { return r.kind == craft->kind; });
   crafts_.erase(id);

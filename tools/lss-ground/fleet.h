@@ -97,7 +97,7 @@ class Fleet {
   bool is_described(const std::string& id) const;
   // nullptr: it cannot be read.
   std::shared_ptr<const cli::DescribedVehicle> describe(const std::string& id);
-  void leave(const std::string& id);
+  void leave(std::string id);  // a copy: often of the craft that it erases
 
   // Samples that arrived before the first status.
   struct Early {

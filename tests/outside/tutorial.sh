@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# tutorial.sh CMAKE BUILD FOLDER: follows docs/tutorial-vehicle.md: its files, then its commands, word by word but for the
+# installation of packages, the port and the domain. The component dev of BUILD stands for liblssd-dev.
+set -euo pipefail
+cmake=$1 build=$2 folder=$3
+root=$(cd "$(dirname "$0")/../.." && pwd)
+rm -rf "$folder"
+mkdir -p "$folder"
+"$cmake" --install "$build" --component dev --prefix "$folder/usr" > /dev/null
+programs=$(dirname "$cmake"):$build/bin
+export CMAKE_PREFIX_PATH=$folder/usr PATH=$programs:$PATH NO_COLOR=1
+command -v ccache > /dev/null && export CMAKE_CXX_COMPILER_LAUNCHER=ccache
+
+port=$((20000 + $$ % 10000))
+domain=$((100 + $$ % 100))
+{
+  echo 'set -em'
+  awk '/^```sh$/ { code = 1; next } /^```$/ { if (code) print "# next"; code = 0 } code' "$root/docs/tutorial-vehicle.md" |
+    grep -v apt-get | sed "s/20000/$port/; s/LSS_DOMAIN=77/LSS_DOMAIN=$domain/" |
+    awk -v write="python3 '$root/tools/lib/tutorial.py' '$root' --write . && sed -i s/20000/$port/ *.toml" \
+      '/^# next$/ && !done { print write; done = 1 } { print }'
+} > "$folder/steps.sh"
+
+cd "$folder"
+if ! bash steps.sh > log 2>&1 < /dev/null; then
+  cat steps.sh log
+  exit 1
+fi
+grep -q 'tests passed' log
+grep -q 'drive' log
+grep -q '^equal' log || { cat log && echo 'no recording was replayed' && exit 1; }
+echo 'the tutorial gives a scout that drives, and whose recording executes again'
