@@ -15,7 +15,7 @@ port=$((20000 + $$ % 10000))
 domain=$((100 + $$ % 100))
 {
   echo 'set -em'
-  echo 'trap '\''kill $(jobs -p) 2> /dev/null || true'\'' EXIT'
+  echo "trap 'kill \$(jobs -p) 2> /dev/null || true' EXIT"
   awk '/^```sh$/ { code = 1; next } /^```$/ { if (code) print "# next"; code = 0 } code' "$root/docs/tutorial-vehicle.md" |
     grep -v apt-get | sed "s/20000/$port/; s/LSS_DOMAIN=77/LSS_DOMAIN=$domain/" |
     awk -v write="python3 '$root/tools/lib/tutorial.py' '$root' --write . && sed -i s/20000/$port/ *.toml" \
