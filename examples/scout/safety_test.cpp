@@ -1,4 +1,4 @@
-// The scout passes the safety suite of every vehicle, and drives where it is told to.
+// The scout passes the safety suite of every vehicle, and reckons where it drives.
 
 #include "daemon/kit/drive_record.h"
 #include "tests/safety/drive_world.h"

@@ -50,5 +50,5 @@ refused 'this project has a vehicle of this name already' \
   'lss_add_vehicle(scout IDL scout.idl DAEMON vehicle.cpp)
    lss_add_vehicle(scout IDL scout.idl DAEMON vehicle.cpp)'
 
-[ "$failed" = 0 ] && echo 'each mistake is told'
+[ "$failed" = 0 ] && echo 'each mistake is reported'
 exit "$failed"

@@ -27,11 +27,11 @@
 //   bad_commands()               functions that each make a good command in motion one that the
 //                                gate must replace
 //   bool& stop_pending(BusReport&)  the report of an all-stop that the cycle has to confirm
+//   std::uint64_t allocations()  of this program so far (tests/support/allocations.h)
 // Optional:
 //   bool stopped(const World&)   the command in out_ is the emergency stop, too; else: safe
 //   bool in_range(const World&)  what the gate guarantees besides finite numbers
 //   places()                     modes of Operational and how to come there; else: in motion
-//   std::uint64_t allocations()  of this program so far; else that is not tested
 //   kResettable, take_away(World&, module), bring_back(World&, module)  numbers of modules that a
 //                                command resets and whose absence is an emergency; parameters()
 //                                has reset_ns. kAlsoReset: others that a reset of all reaches.

@@ -31,22 +31,17 @@ void Solver::begin(std::span<const FaultClass> wrong) noexcept {
   std::array<bool, kFaultClasses> present{};
   for (const FaultClass c : wrong) present[static_cast<std::size_t>(c)] = true;
   // The cause may be gone by now.
-  plan_ = plan(parameters_.order, present, StrategyKind::reconnect);
-  at_ = 0;
-  running_ = true;
-  begun_ = false;
+  strategies_.begin(plan(parameters_.order, present, StrategyKind::reconnect));
 }
 
-void Solver::begin_strategy(SolveTarget& target) noexcept {
-  begun_ = true;
-  treating_ = true;
-  healthy_since_ns_ = 0;
+// Returns its budget.
+TimeNs Solver::begin_strategy(SolveTarget& target) noexcept {
   left_ = kind() == StrategyKind::retest ? target.diagnosed() : std::uint16_t{0};
   next_ns_ = target.now();
-  until_ns_ = target.now() + parameters_.budget_ns + std::popcount(left_) * parameters_.close_ns;
+  return parameters_.budget_ns + std::popcount(left_) * parameters_.close_ns;
 }
 
-Solver::Treatment Solver::treat(SolveTarget& target) noexcept {
+Treatment Solver::treat(SolveTarget& target) noexcept {
   switch (kind()) {
     case StrategyKind::reset_fault:
       target.reset_faults();
@@ -73,30 +68,9 @@ Solver::Treatment Solver::treat(SolveTarget& target) noexcept {
   return Treatment::done;
 }
 
-Solver::Report Solver::give_up() noexcept {
-  if (at_ + 1 == plan_.size() || plan_[at_ + 1] == StrategyKind::none) return Report::unsolved;
-  ++at_;
-  begun_ = false;
-  return Report::next;
-}
-
 Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
-  if (!begun_) begin_strategy(target);
-  if (target.now() > until_ns_) return give_up();
-  if (treating_) {
-    const Treatment treatment = treat(target);
-    if (treatment == Treatment::failed) return give_up();
-    treating_ = treatment == Treatment::running;
-    return Report::running;  // its effect shows in the next frames
-  }
-  if (!healthy) {
-    healthy_since_ns_ = 0;
-  } else if (healthy_since_ns_ == 0) {
-    healthy_since_ns_ = target.now();
-  } else if (target.now() - healthy_since_ns_ >= kProof) {
-    return Report::solved;
-  }
-  return Report::running;
+  return strategies_.step(
+      target.now(), healthy, [&] { return begin_strategy(target); }, [&] { return treat(target); });
 }
 
 }  // namespace lss::ardito

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <span>
 
-#include "daemon/cycle/controller.h"
+#include "daemon/cycle/strategies.h"
 #include "idl/talaris/commands.h"
 
 namespace lss::talaris {
@@ -22,7 +22,7 @@ inline constexpr std::size_t kFaultClasses = 3;
 inline constexpr const char* kFaultClassNames[kFaultClasses] = {"contact", "navigation", "system"};
 FaultClass class_of(FaultId fault) noexcept;
 
-using StrategyList = std::array<StrategyKind, lc::kMaxStrategies>;  // none ends it
+using StrategyList = Strategies<StrategyKind>::List;
 
 struct SolverParameters {
   std::array<StrategyList, kFaultClasses> order{{
@@ -47,35 +47,25 @@ class SolveTarget {
 
 class Solver {
  public:
-  enum class Report : std::uint8_t { running, next, solved, unsolved };
+  using Report = Strategies<StrategyKind>::Report;
 
   explicit Solver(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
 
   // Plans the strategies from the present faults. The first one begins with the next step.
   void begin(std::span<const FaultClass> wrong) noexcept;
-  void end() noexcept { running_ = false; }
+  void end() noexcept { strategies_.end(); }
   // Applies to the running strategy, too.
   void configure(const SolverParameters& parameters) noexcept { parameters_ = parameters; }
-  bool running() const noexcept { return running_; }
-  StrategyKind kind() const noexcept { return plan_[at_]; }
+  bool running() const noexcept { return strategies_.running(); }
+  StrategyKind kind() const noexcept { return strategies_.kind(); }
 
   // Once per frame while running. `healthy`: no fault at all in this frame. next: the strategy did
   // not help; call again when the locomotion controller agreed to the next one.
   Report step(SolveTarget& target, bool healthy) noexcept;
 
  private:
-  static constexpr TimeNs kProof = kSecond;
-
-  void begin_strategy(SolveTarget& target) noexcept;
-  Report give_up() noexcept;
-
   SolverParameters parameters_;
-  StrategyList plan_{};
-  std::size_t at_ = 0;
-  bool running_ = false;
-  bool begun_ = false;  // the strategy at at_
-  TimeNs until_ns_ = 0;
-  TimeNs healthy_since_ns_ = 0;  // 0: it is not
+  Strategies<StrategyKind> strategies_;
 };
 
 }  // namespace lss::talaris

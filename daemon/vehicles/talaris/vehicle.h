@@ -67,7 +67,7 @@ class Vehicle final : public Actor, private SolveTarget {
   }
 
  private:
-  // Commands (talaris_commands.cpp).
+  // Commands (commands.cpp).
   Verdict consider_gnc(const Request& request) const noexcept;
   Verdict consider_execute() const noexcept;
   Verdict consider_valves(std::uint8_t valves) const noexcept;
@@ -77,7 +77,7 @@ class Vehicle final : public Actor, private SolveTarget {
   void end_script() noexcept;
   void tell(EventId id, double a = 0, double b = 0, double c = 0, double d = 0) const noexcept;
 
-  // Watch (talaris_watch.cpp, talaris_watch_flight.cpp).
+  // Watch (watch.cpp, watch_flight.cpp).
   void watch_bus(const HopperCan::Report& bus, Supervisor& s) noexcept;
   void watch_resets(Supervisor& s) noexcept;
   void watch_nodes(Supervisor& s) noexcept;

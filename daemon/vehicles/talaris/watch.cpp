@@ -1,5 +1,5 @@
 // Supervision of TALARIS: turns reports of nodes, bus, sensors and supply into events and faults of
-// the locomotion controller. Faults in the air are in talaris_watch_flight.cpp.
+// the locomotion controller. Faults in the air are in watch_flight.cpp.
 
 #include "daemon/cycle/solving.h"
 #include "daemon/vehicles/talaris/vehicle.h"

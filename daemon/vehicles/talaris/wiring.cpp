@@ -1,4 +1,4 @@
-// The wiring of TALARIS: two sensor lines and a CAN bus (talaris_buses.h); the IMU's packets begin
+// The wiring of TALARIS: two sensor lines and a CAN bus (buses.h); the IMU's packets begin
 // the frames, the actuate thread writes the edges of the valves.
 
 #include <memory>

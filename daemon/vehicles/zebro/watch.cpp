@@ -1,6 +1,5 @@
 // Supervision of Lunar Zebro: turns reports of the modules, the bus and the motions into events and
-// faults of the locomotion controller. The panel: zebro_panel.cpp; error solving:
-// zebro_solving.cpp.
+// faults of the locomotion controller. The panel: panel.cpp; error solving: solving.cpp.
 
 #include <limits>
 #include <utility>

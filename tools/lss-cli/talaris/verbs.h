@@ -10,7 +10,7 @@ namespace lss::cli::talaris {
 
 void add_verbs(Grammar& grammar);
 
-// Sends a script (talaris_script.h) under an id of its own, and runs it.
+// Sends a script (script.h) under an id of its own, and runs it.
 std::vector<Invocation> script_commands(std::string_view text);
 
 // Commands that only these verbs send.

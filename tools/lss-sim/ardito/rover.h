@@ -2,7 +2,7 @@
 
 // The motion of D.I.A.N.A. Ardito from six wheels and four steering shafts: the interface of its
 // plants, and chassis, rockers, bogies, steering and wheels on their ground as rigid bodies (DART);
-// ardito_kinematic.h has the other. Frames: world x forward at the start, y left, z up; body the
+// kinematic.h has the other. Frames: world x forward at the start, y left, z up; body the
 // same, its origin at the thesis' centre of mass. Angles: wheels grow with forward rotation;
 // steering to the left is positive; a rocker or bogie angle is positive when it lifts its front
 // wheel (Ardito thesis 13, erratum on the frames). Wheels 1..6 are LF, RF, LM, RM, LR, RR; steering

@@ -2,7 +2,7 @@
 
 // The cold gas system of TALARIS: eight solenoid valves with their lags, the thrust that each
 // gives, and the tank that they empty (TALARIS thesis 2.3.3, 4.2, 5.2.5). Body frame B as in
-// talaris_plant.h. One thread at a time; a step is 1 ms.
+// plant.h. One thread at a time; a step is 1 ms.
 
 #include <array>
 #include <cstdint>

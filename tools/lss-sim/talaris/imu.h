@@ -3,7 +3,7 @@
 // The inertial measurement units of TALARIS on their serial lines: Gladiator LandMark 30 (RS-485,
 // 115200 8E2, 200 packets a second by itself; TALARIS thesis 4.4.4, table 2) and Crossbow (RS-232,
 // 38400 8N1, polled; 5.3.1, 5.3.2). Written from docs/icd-talaris.md, not from the daemon's
-// drivers. Body frame B as in talaris_plant.h. step() from the physics thread, all other functions
+// drivers. Body frame B as in plant.h. step() from the physics thread, all other functions
 // of LineDevice from the line's thread, faults from any: one lock.
 
 #include <array>

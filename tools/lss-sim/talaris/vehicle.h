@@ -9,7 +9,7 @@
 //   sim::Uart imu({.baud = 115'200, .bits = 12}, world.imu());
 //   world.step();                                      // a millisecond
 //
-// Frames as in talaris_plant.h.
+// Frames as in plant.h.
 
 #include <array>
 #include <memory>
