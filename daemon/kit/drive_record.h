@@ -17,6 +17,7 @@ void fields(V& v, X& x) {
   v("drive", x.drive);
   v("statusword", x.statusword);
   v("disobeys", x.disobeys);
+  v("dropouts", x.dropouts);
   v("sdo_aborts", x.sdo_aborts);
   v("sdo_repeats", x.sdo_repeats);
 }

@@ -61,6 +61,7 @@ void fields(V& v, X& x) {
   v("sub", x.sub);
   v("size", x.size);
   v("value", x.value);
+  v("optional", x.optional);
 }
 
 template <class V, Like<NodeStatus> X>

@@ -98,6 +98,11 @@ constexpr Row now_in(lc::Event event, Mode mode) {
 constexpr Row off(lc::Event event, lc::ModeSet from, std::uint8_t goal) {
   return {event, kOperational, from, 0, goal, State::idle, 0, 0, lc::kMotorsOff};
 }
+// It is stuck: it stands, ready for another command.
+constexpr Row came_to_nothing(Goal goal) {
+  return {event::stuck, kOperational, kReady,         0,
+          g(goal),      State::operational, kKeep, g(Goal::none), lc::ActionSet{kHalt} | kByHand};
+}
 // Only flags change.
 constexpr Row stay(lc::Event event, lc::StateSet from, lc::ActionSet actions) {
   return {event, from, lc::kAnyMode, 0, kKeep, State::idle, kKeep, kKeep, actions};
@@ -151,6 +156,8 @@ constexpr std::array kRows = {
     // A stop that was ordered before goes on.
     Row{event::autonomy_lost, kOperational, kReady, 0, g(Goal::drive), State::operational, kKeep,
         g(Goal::none), lc::ActionSet{kHalt} | kByHand},
+    came_to_nothing(Goal::drive),
+    came_to_nothing(Goal::park),
     stay(event::button_out, lc::kAnyState, kButtonIsOut),
     emergency(event::button_in, kButtonIsIn),
     stay(event::button_in, kIdle | kFatal | kSolving, kButtonIsIn),
@@ -185,6 +192,7 @@ constexpr std::array kEvents = {
     lc::EventInfo{event::power_bad, "power bad", false, 0},
     lc::EventInfo{event::autonomy_lost, "autonomy lost", false, 0},
     lc::EventInfo{event::isolate, "isolate", false, kDriveWheels},
+    lc::EventInfo{event::stuck, "stuck", false, 0},
 };
 
 }  // namespace
@@ -239,11 +247,18 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
 }
 
 Verdict sense(const SupervisorState& state, const Request& r) noexcept {
+  const double cap_m_s = state.sense[kSenseCap];
+  if (static_cast<lss::CommandKind>(r.kind) == lss::CommandKind::start) {
+    const double asked_m_s = r.parameter[1] > 0
+                                 ? r.parameter[1]
+                                 : kSpeedLimits_m_s[static_cast<std::size_t>(r.parameter[0])];
+    if (asked_m_s <= cap_m_s) return {};
+    return {.reason = Reason::over_cap, .measured = asked_m_s, .limit = cap_m_s};
+  }
   const auto kind = static_cast<CommandKind>(r.kind);
   if (kind != CommandKind::drive && kind != CommandKind::park) return {};
-  const bool by_itself = kind == CommandKind::drive && r.parameter[3] > 0.5;
-  if (by_itself && state.sense[kSenseEarly] > 0)
-    return {.reason = Reason::too_early, .measured = state.sense[kSenseEarly], .limit = 0};
+  if (std::abs(r.parameter[0]) > cap_m_s)
+    return {.reason = Reason::over_cap, .measured = std::abs(r.parameter[0]), .limit = cap_m_s};
   const double limit_m_s = state.sense[kSenseLimit];
   if (std::abs(r.parameter[0]) <= limit_m_s) return {};
   return {.reason = Reason::over_limit, .measured = std::abs(r.parameter[0]), .limit = limit_m_s};

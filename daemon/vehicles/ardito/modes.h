@@ -41,7 +41,8 @@ inline constexpr lc::Event warned = vehicle(6), motors_confirmed = vehicle(7),
                            is_decelerating = vehicle(12), imu_good = vehicle(13),
                            imu_lost = vehicle(14), button_out = vehicle(15),
                            button_in = vehicle(16), power_good = vehicle(17),
-                           power_bad = vehicle(18), autonomy_lost = vehicle(20);
+                           power_bad = vehicle(18), autonomy_lost = vehicle(20),
+                           stuck = vehicle(21);
 // of error solving
 inline constexpr lc::Event isolate = vehicle(19);
 }  // namespace event
@@ -77,9 +78,9 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept;
 unsigned subject_of(const Request& request) noexcept;
 
 // Guards on measured values. Layout of SupervisorState::sense: [0] the speed limit selected at
-// start, m/s; [1] how many drives are enabled; [2] time until the vehicle may drive by itself, s.
+// start, m/s; [1] how many drives are enabled; [2] the cap of the configuration, m/s.
 Verdict sense(const SupervisorState& state, const Request& request) noexcept;
-inline constexpr std::size_t kSenseLimit = 0, kSenseMotorsOn = 1, kSenseEarly = 2;
+inline constexpr std::size_t kSenseLimit = 0, kSenseMotorsOn = 1, kSenseCap = 2;
 
 // The command for `kind`, common or ardito's own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;

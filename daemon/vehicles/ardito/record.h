@@ -79,6 +79,7 @@ void fields(V& v, X& x) {
   v("drive", x.drive);
   v("statusword", x.statusword);
   v("disobeys", x.disobeys);
+  v("dropouts", x.dropouts);
   v("set_points", x.set_points);
   v("set_points_refused", x.set_points_refused);
   v("sdo_aborts", x.sdo_aborts);

@@ -13,7 +13,6 @@ namespace {
 
 constexpr TimeNs kHeartbeatEvery = 200 * kMillisecond;
 constexpr TimeNs kReportEvery = 5 * kMillisecond;  // as daemon/runtime/can_bus.h
-constexpr std::uint32_t kLease_ms = 10'000;
 
 const Logic& kLogic = logic();
 
@@ -74,8 +73,9 @@ Chain::~Chain() = default;
 // ---- time
 
 TimeNs Chain::next_event() {
-  return std::min({step_ns_, line_->next_wake(), std::max(master_.next_wake(), now_ns_ + 1),
-                   frame_ns_, release_ns_, heartbeat_ns_});
+  const TimeNs bus_ns =
+      daemon == Daemon::killed ? kNever : std::max(master_.next_wake(), now_ns_ + 1);
+  return std::min({step_ns_, line_->next_wake(), bus_ns, frame_ns_, release_ns_, heartbeat_ns_});
 }
 
 void Chain::pass(TimeNs until) {
@@ -115,11 +115,13 @@ void Chain::all_stop() {
 void Chain::turn() {
   line_->advance(now_ns_);
   for (CanFrame heard : line_->take(now_ns_)) {
+    if (daemon == Daemon::killed) continue;
     heard.time_ns = now_ns_;
     ++report_.port.received;
     master_.receive({&heard, 1});
   }
-  for (CanFrame sent; master_.transmit(now_ns_, sent); ++report_.port.sent)
+  for (CanFrame sent; daemon != Daemon::killed && master_.transmit(now_ns_, sent);
+       ++report_.port.sent)
     line_->from_master(sent, now_ns_);
   line_->advance(now_ns_);
   std::array<RoverSample, RoverBus::kMaxSamples> samples;
@@ -132,6 +134,10 @@ void Chain::turn() {
 }
 
 void Chain::frame() {
+  if (daemon != Daemon::runs) {
+    frame_ns_ += config_.period_ns;
+    return;
+  }
   in_.frame += 1;
   in_.time_ns = frame_ns_;
   in_.sample_count = 0;
@@ -177,7 +183,7 @@ void Chain::post(Request request) {
 
 std::uint64_t Chain::send(std::uint16_t kind, std::span<const double> parameters) {
   Request request{
-      .source = name("test"), .sequence = ++sequence_, .kind = kind, .lease_ms = kLease_ms};
+      .source = name("test"), .sequence = ++sequence_, .kind = kind, .lease_ms = lease_ms};
   std::ranges::copy(parameters, request.parameter.begin());
   post(request);
   return sequence_;

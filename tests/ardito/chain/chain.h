@@ -61,13 +61,16 @@ class Chain {
   std::function<void(const lss::Inputs<Vehicle>&, const Outputs<Vehicle>&, Supervisor&, Vehicle&)>
       tape{};
 
-  // ---- Actions of an operator. Each command is from "test", with a lease of 10 s.
+  // ---- Actions of an operator. Each command is from "test".
   template <class Kind>
   std::uint64_t send(Kind kind, std::initializer_list<double> parameters = {}) {
     return send(static_cast<std::uint16_t>(kind), std::span(parameters.begin(), parameters.size()));
   }
   std::uint64_t send(std::uint16_t kind, std::span<const double> parameters);
   void heartbeat(bool on) { heartbeat_ = on; }  // of "test", five times a second; on at first
+  std::uint32_t lease_ms = 10'000;              // of commands
+  // What of the daemon goes on: halted, its bus thread alone; killed, nothing.
+  enum class Daemon { runs, halted, killed } daemon = Daemon::runs;
   // From Idle to Stopped with all motors on; to Running, which is not yet at speed. False when it
   // does not come to that in its time.
   bool start(SpeedLimit limit = SpeedLimit::erc);
@@ -94,6 +97,8 @@ class Chain {
   nlohmann::ordered_json truth() const { return world_->truth(); }
   const config::Config& config() const { return config_; }
   const Parameters& parameters() const { return parameters_; }
+  // For soft errors of the mobility controller.
+  gnc::ardito::Redundant& instances() { return vehicle_.mobility(); }
 
  private:
   static constexpr TimeNs kBegin = 1000 * kSecond;
