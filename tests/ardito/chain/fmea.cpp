@@ -32,10 +32,10 @@ class Broken {
                  p.beacon_ns = p.autonomy_ns = 1500 * kMillisecond;  // they cost time
                }}) {
     if (*setup.before != 0) chain.inject(setup.before);
-    if (!chain.start()) return wrong("does not start");
+    if (!chain.start()) wrong("does not start");
     chain.send(CommandKind::drive,
                {setup.speed_m_s, setup.heading_rad, 1.0, setup.by_itself ? 1.0 : 0.0});
-    if (!chain.run_until(Mode::running, 20)) return wrong("does not drive");
+    if (!chain.run_until(Mode::running, 20)) wrong("does not drive");
     chain.run(3);
     if (chain.supervisor().fault_count != 0) wrong("a fault before anything was broken");
   }

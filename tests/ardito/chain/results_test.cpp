@@ -71,7 +71,11 @@ std::string unexpected(const FailureTimes& times) {
 constexpr std::pair<const char*, Ground> kGrounds[] = {
     {"flat", Ground::flat}, {"rough", Ground::rough}, {"hills", Ground::hills}};
 constexpr double kSpeeds_m_s[] = {0.2, 0.5, 1.0};
-constexpr unsigned kSeeds = 3;
+// Of each; LSS_RESULTS_SEEDS sets another number.
+unsigned seeds_wanted() {
+  const char* text = std::getenv("LSS_RESULTS_SEEDS");
+  return text == nullptr ? 3 : static_cast<unsigned>(std::atoi(text));
+}
 
 struct Measured {
   FailureTimes in_step, all;  // at 0.5 m/s on flat ground; everywhere
@@ -87,7 +91,7 @@ Measured measure(const FailureRow& row, std::span<const unsigned> subjects, Brea
   for (const auto& [name, ground] : kGrounds) {
     for (const double speed_m_s : kSpeeds_m_s) {
       FailureTimes here;
-      for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+      for (unsigned seed = 1; seed <= seeds_wanted(); ++seed) {
         const FailureTimes one =
             break_it(row, subjects[(seed - 1) % subjects.size()], {ground, speed_m_s, seed});
         if (is_reference(ground, speed_m_s) && seed % 2 == 1) m.in_step.worst_of(one);
@@ -185,7 +189,8 @@ out.
 )";
 
 std::string everywhere() {
-  return fmt::format("Speeds 0.2, 0.5 and 1.0 m/s; flat, rough and hills; seeds 1 to {}.\n", kSeeds);
+  return fmt::format("Speeds 0.2, 0.5 and 1.0 m/s; flat, rough and hills; seeds 1 to {}.\n",
+                     seeds_wanted());
 }
 
 TEST(ArditoResults, WheelFailures) {
@@ -371,11 +376,11 @@ TEST(ArditoResults, FalseAlarms) {
     return;
   }
   // Written after each ground: an interrupted run keeps its results.
-  constexpr unsigned kGrounds = 5;
+  constexpr unsigned kEach = 5;
   Healthy rough, hills;
-  for (unsigned seed = 1; seed <= kGrounds; ++seed) {
-    rough.add(drive_healthy(Ground::rough, 0, minutes_wanted() / 2 / kGrounds, seed));
-    hills.add(drive_healthy(Ground::hills, 0, minutes_wanted() / 2 / kGrounds, seed));
+  for (unsigned seed = 1; seed <= kEach; ++seed) {
+    rough.add(drive_healthy(Ground::rough, 0, minutes_wanted() / 2 / kEach, seed));
+    hills.add(drive_healthy(Ground::hills, 0, minutes_wanted() / 2 / kEach, seed));
     write_section("False alarms", false_alarms(seed, rough, hills));
   }
 }
