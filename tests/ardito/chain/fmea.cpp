@@ -159,7 +159,7 @@ std::string blocked() {
       .expects(!rover.chain.has(FaultId::imu_lost, kImuNode), "blames the IMU");
 }
 std::string bent() {
-  Broken rover({.before = "bracket-bent:1:20"});
+  Broken rover({.speed_m_s = 0.5, .before = "bracket-bent:1:30"});
   return rover.finds(FaultId::yaw_disagrees, 0, 20).drives_on();
 }
 std::string warm() {

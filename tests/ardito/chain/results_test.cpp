@@ -296,10 +296,10 @@ Stopping stop_by(const StopCause& cause, double speed_m_s, double slope_rad, uns
 TEST(ArditoResults, StoppingDistances) {
   const unsigned seeds = writing_results() ? 3 : 1;
   std::string text =
-      "| cause | how it stops | 0.5 m/s: m | s | 1.0 m/s: m | s | 0.5 m/s down 10 deg: m | s "
+      "| cause | how it stops | 0.5 m/s: m | s | 1.0 m/s: m | s | 0.5 m/s down 5 deg: m | s "
       "|\n|---|---|---|---|---|---|---|---|\n";
   constexpr std::pair<double, double> kDrives[] = {
-      {0.5, 0}, {1.0, 0}, {0.5, -10 * kDegree}};
+      {0.5, 0}, {1.0, 0}, {0.5, -5 * kDegree}};
   for (const StopCause& cause : kStopCauses) {
     text += fmt::format("| {} | {} |", cause.name, cause.how);
     for (const auto& [speed_m_s, slope_rad] : kDrives) {
