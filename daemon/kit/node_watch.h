@@ -29,7 +29,7 @@ inline void blame(FaultId id, std::size_t node, Supervisor& s) noexcept {
 class NodeWatch {
  public:
   static constexpr TimeNs kSettled = 500 * kMillisecond;  // of a running node: its values come
-  static constexpr std::size_t kDropouts = 4;  // so many within the window are a fault
+  static constexpr std::size_t kDropouts = 4;             // so many within the window are a fault
   static constexpr TimeNs kDropoutWindow = 10 * kSecond;
 
   struct Node {

@@ -1,4 +1,5 @@
-// The nodes of docs/icd-ardito.md sections 2, 5 and 7 for the CANopen master, by their descriptions.
+// The nodes of docs/icd-ardito.md sections 2, 5 and 7 for the CANopen master, by their
+// descriptions.
 
 #include "drivers/ardito/rover_bus.h"
 #include "drivers/canopen/drive_pdo.h"

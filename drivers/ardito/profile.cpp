@@ -19,13 +19,18 @@ struct Signal {
   bool optional = false;
 };
 
-constexpr Signal kWheel[] = {
-    {"Controlword", Use::sent, 1, 2},   {"TargetVelocity", Use::sent, 1, 4},
-    {"Statusword", Use::received, 1, 2}, {"Velocity", Use::received, 1},
-    {"Current", Use::received, 1},      {"HallVelocity", Use::received, 2},
-    {"WheelVelocity", Use::received, 2}, {"Temperature", Use::received, 3},
-    {"LinkVoltage", Use::received, 3, 0, true}, {"Acceleration", Use::written},
-    {"Deceleration", Use::written},     {"QuickStopDeceleration", Use::written}};
+constexpr Signal kWheel[] = {{"Controlword", Use::sent, 1, 2},
+                             {"TargetVelocity", Use::sent, 1, 4},
+                             {"Statusword", Use::received, 1, 2},
+                             {"Velocity", Use::received, 1},
+                             {"Current", Use::received, 1},
+                             {"HallVelocity", Use::received, 2},
+                             {"WheelVelocity", Use::received, 2},
+                             {"Temperature", Use::received, 3},
+                             {"LinkVoltage", Use::received, 3, 0, true},
+                             {"Acceleration", Use::written},
+                             {"Deceleration", Use::written},
+                             {"QuickStopDeceleration", Use::written}};
 constexpr Signal kSteering[] = {
     {"Controlword", Use::sent, 1, 2},    {"TargetPosition", Use::sent, 1, 4},
     {"Statusword", Use::received, 1, 2}, {"Position", Use::received, 1},
@@ -79,7 +84,8 @@ Field field_of(const Signal& signal, const canopen::Description& d,
   if (signal.use != Use::written && !object->mappable)
     errors.push_back(where + " cannot be mapped into a PDO");
   if (signal.use == Use::received ? !object->readable : !object->writable)
-    errors.push_back(where + (signal.use == Use::received ? " cannot be read" : " cannot be written"));
+    errors.push_back(where +
+                     (signal.use == Use::received ? " cannot be read" : " cannot be written"));
   if (signal.use == Use::written && !(described->unit > 0))
     errors.push_back(where + ": its unit must be above 0");
   return {object->index, object->sub, object->bytes, object->is_signed, described->unit};
@@ -94,8 +100,9 @@ bool of_master(std::uint16_t index) {
 void add_written(const canopen::Description& d, Profile& p, std::vector<std::string>& errors) {
   std::size_t count = 0;
   for (const canopen::DescribedObject& o : d.objects) {
-    const bool by_signal = std::ranges::any_of(
-        p.field, [&](const Field& f) { return f.bytes != 0 && f.index == o.index && f.sub == o.sub; });
+    const bool by_signal = std::ranges::any_of(p.field, [&](const Field& f) {
+      return f.bytes != 0 && f.index == o.index && f.sub == o.sub;
+    });
     if (!o.value || by_signal || of_master(o.index)) continue;
     if (!o.writable) {
       errors.push_back("object " + hex(o.index, 4) + " has a ParameterValue and cannot be written");

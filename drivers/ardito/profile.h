@@ -14,8 +14,8 @@
 
 namespace lss::ardito {
 
-// Signals of each kind, by their names in the description's section [LssSignals], and the units that
-// the master counts in.
+// Signals of each kind, by their names in the description's section [LssSignals], and the units
+// that the master counts in.
 enum class WheelSignal : std::uint8_t {
   controlword,
   target_velocity,  // rpm of the motor
@@ -42,7 +42,7 @@ enum class SteeringSignal : std::uint8_t {
   deceleration,
   quick_stop_deceleration,
 };
-enum class IoSignal : std::uint8_t { outputs, inputs, beta, rho1, rho2 };      // bits; rad
+enum class IoSignal : std::uint8_t { outputs, inputs, beta, rho1, rho2 };     // bits; rad
 enum class ImuSignal : std::uint8_t { speed, direction, yaw_rate, counter };  // mm/s, rad, rad/s
 
 inline constexpr std::size_t kMostSignals = 12, kMostWritten = 8;
@@ -57,8 +57,9 @@ struct Field {
 
   // As mapped into a PDO.
   constexpr std::uint32_t mapping() const {
-    return bytes == 0 ? 0
-                      : std::uint32_t{index} << 16 | std::uint32_t{sub} << 8 | std::uint32_t{bytes} * 8;
+    return bytes == 0
+               ? 0
+               : std::uint32_t{index} << 16 | std::uint32_t{sub} << 8 | std::uint32_t{bytes} * 8;
   }
 };
 

@@ -54,7 +54,8 @@ void RoverBus::send_order(std::size_t node, bool enabled, TimeNs now) noexcept {
   if (node >= kFirstSteering) return send_steering(node - kFirstSteering, enabled, now);
   const std::uint16_t word = controlword(node, enabled);
   const bool turns = word == canopen::kEnableOperation;
-  const Field& target = profile_[static_cast<std::size_t>(Kind::wheel)].of(WheelSignal::target_velocity);
+  const Field& target =
+      profile_[static_cast<std::size_t>(Kind::wheel)].of(WheelSignal::target_velocity);
   const double motor_rpm = turns ? orders_.wheel[node].motor_rpm : 0;
   master_.send_rpdo(node, 1, drive_rpdo(word, counts(target, motor_rpm)));
 }
@@ -66,8 +67,7 @@ void RoverBus::send_steering(std::size_t steered, bool enabled, TimeNs now) noex
   SetPoint& point = set_point_[steered];
   const std::uint16_t word = controlword(node, enabled);
   const auto send = [&](std::uint16_t bits) {
-    master_.send_rpdo(node, 1,
-                      drive_rpdo(static_cast<std::uint16_t>(word | bits), point.target));
+    master_.send_rpdo(node, 1, drive_rpdo(static_cast<std::uint16_t>(word | bits), point.target));
   };
   if (!enabled || state(node) != DriveState::operation_enabled) {
     point.has_target = point.edge_due = point.unacknowledged = false;

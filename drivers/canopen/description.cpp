@@ -164,7 +164,8 @@ class Reader {
       return wrong(line, quoted(one) + " is no section: write [NAME]");
     if (sections_.size() > 2 * kMostObjects) return wrong(line, "there are too many sections");
     const std::string name = lower(trimmed(one.substr(1, one.size() - 2)));
-    if (!names.insert(name).second) wrong(line, "section [" + name.substr(0, 40) + "] is there twice");
+    if (!names.insert(name).second)
+      wrong(line, "section [" + name.substr(0, 40) + "] is there twice");
     sections_.push_back({name, line, {}});
   }
 
@@ -175,7 +176,8 @@ class Reader {
     if (sections_.empty()) return wrong(line, "there is no section before this line");
     const std::string key = lower(trimmed(one.substr(0, equals)));
     auto& values = sections_.back().values;
-    if (values.size() >= kMostObjects) return wrong(line, "there are too many lines in its section");
+    if (values.size() >= kMostObjects)
+      return wrong(line, "there are too many lines in its section");
     const bool fresh =
         values.try_emplace(key, Value{std::string(trimmed(one.substr(equals + 1))), line}).second;
     if (!fresh) wrong(line, quoted(key) + " is there twice in its section");
@@ -214,7 +216,8 @@ class Reader {
     const auto access = section.values.find("accesstype");
     const std::string how = access != section.values.end() ? lower(access->second.text) : "";
     if (how != "ro" && how != "wo" && how != "rw" && how != "rwr" && how != "rww" && how != "const")
-      wrong(section.line, "[" + section.name + "] has no AccessType of ro, wo, rw, rwr, rww, const");
+      wrong(section.line,
+            "[" + section.name + "] has no AccessType of ro, wo, rw, rwr, rww, const");
     object.readable = how != "wo";
     object.writable = how == "wo" || how.starts_with("rw");
     object.mappable = number_of(section, "pdomapping", true).value_or(0) != 0;
@@ -237,8 +240,9 @@ class Reader {
     if (!value) return {};
     const std::int64_t range = std::int64_t{1} << (8 * type.bytes);
     if (*value >= range || *value < -range / 2) {
-      wrong(section.values.at(key).line, quoted(section.values.at(key).text) + " does not fit into " +
-                                             std::to_string(type.bytes) + " bytes");
+      wrong(section.values.at(key).line, quoted(section.values.at(key).text) +
+                                             " does not fit into " + std::to_string(type.bytes) +
+                                             " bytes");
       return {};
     }
     return static_cast<std::uint32_t>(*value & (range - 1));

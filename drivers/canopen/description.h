@@ -19,9 +19,9 @@ struct DescribedObject {
   std::uint8_t bytes = 0;  // 1, 2, 4; 0: no number of these sizes
   bool is_signed = false;
   bool readable = false, writable = false;
-  bool mappable = false;                   // into a PDO
-  std::optional<std::uint32_t> value{};    // ParameterValue: written into the node (DCF)
-  std::optional<std::uint32_t> by_itself{};// DefaultValue
+  bool mappable = false;                     // into a PDO
+  std::optional<std::uint32_t> value{};      // ParameterValue: written into the node (DCF)
+  std::optional<std::uint32_t> by_itself{};  // DefaultValue
   int line = 0;
 };
 

@@ -48,7 +48,7 @@ struct DriveLink {
   NodeStatus node{};
   DriveState drive = DriveState::unknown;  // unknown: no drive, or no statusword
   std::uint16_t statusword = 0;
-  bool disobeys = false;  // operational, and for long not in the ordered state
+  bool disobeys = false;       // operational, and for long not in the ordered state
   std::uint64_t dropouts = 0;  // times that it left operation enabled while that was ordered
   std::uint64_t sdo_aborts = 0;
   std::uint64_t sdo_repeats = 0;

@@ -98,10 +98,9 @@ void Master::sdo_over(Node& node, TimeNs now) noexcept {
   if (result != SdoClient::Result::done && result != SdoClient::Result::aborted) return;
   const bool identifies = node.status.state == NodeState::identifying;
   if (!identifies && node.status.state != NodeState::configuring) return;
-  const bool absent = result == SdoClient::Result::aborted && !identifies &&
-                      node.sdo.entry().optional &&
-                      (node.sdo.abort_code() == kAbortNoObject ||
-                       node.sdo.abort_code() == kAbortNoSub);
+  const bool absent =
+      result == SdoClient::Result::aborted && !identifies && node.sdo.entry().optional &&
+      (node.sdo.abort_code() == kAbortNoObject || node.sdo.abort_code() == kAbortNoSub);
   if (result == SdoClient::Result::aborted && !absent) {
     node.status.failed_entry = node.sdo.entry();
     node.status.abort_code = node.sdo.abort_code();

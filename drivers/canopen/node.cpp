@@ -28,8 +28,7 @@ Configuration::Configuration(const NodeParameters& node,
   add(kConsumerHeartbeat, 1, 4,
       std::uint32_t{heartbeat.master} << 16 | milliseconds(heartbeat.timeout_ns));
   for (const Entry& entry : node.entries) {
-    if (entry.size > 0)
-      add(entry.index, entry.sub, entry.size, entry.value, entry.optional);
+    if (entry.size > 0) add(entry.index, entry.sub, entry.size, entry.value, entry.optional);
   }
   for (const Pdo& pdo : node.rpdo) {
     if (pdo.number > 0) add(pdo, node.node, false);

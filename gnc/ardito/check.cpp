@@ -80,11 +80,13 @@ const char* check(const Parameters& p) noexcept {
       p.all_sensors_error_frames < p.all_sensors_frames) {
     return "counters must be at least 1, probe_frames 2, all_sensors_error_frames the larger one";
   }
-  if (p.slip_share <= 0 || p.slip_share >= 1 || p.slip_speed_m_s <= 0 || p.yaw_filter_s < kFrame_s) {
+  if (p.slip_share <= 0 || p.slip_share >= 1 || p.slip_speed_m_s <= 0 ||
+      p.yaw_filter_s < kFrame_s) {
     return "slip_share must be in 0..1, slip_speed_m_s above 0, yaw_filter_s at least one frame";
   }
   if (p.warm_temperature_C > p.max_temperature_C) {
-    return "motors are reported at motor_temperature_degC and taken out at motor_cutoff_degC, which "
+    return "motors are reported at motor_temperature_degC and taken out at motor_cutoff_degC, "
+           "which "
            "must not be lower";
   }
   if (!rising(p.no_load_rad_s)) return "the speeds of no_load_rad_s must rise";

@@ -109,9 +109,8 @@ void read_rocker(const Measured& m, const Parameters& p, const Linkage& linkage,
   const bool usable =
       std::all_of(std::begin(angles), std::end(angles), [](const Sensor& s) { return s.usable; });
   in.rocker_stale = !usable;
-  in.rocker_jumped =
-      usable ? jumps({angles[0].value, angles[1].value, angles[2].value}, p, state)
-             : state.rocker_distrust > 0;
+  in.rocker_jumped = usable ? jumps({angles[0].value, angles[1].value, angles[2].value}, p, state)
+                            : state.rocker_distrust > 0;
   if (!usable) state.rocker_known = 0;
   if (!usable || in.rocker_jumped) {
     state.poses_known = 0;

@@ -43,7 +43,7 @@ struct Inputs {
   bool rocker = false;  // vx, vz can be used
   bool rocker_stale = false;
   bool rocker_jumped = false;  // in this frame, or a short while ago
-  PerWheel<double> vx_m_s{};  // of the hubs against the chassis
+  PerWheel<double> vx_m_s{};   // of the hubs against the chassis
   PerWheel<double> vz_m_s{};
 };
 

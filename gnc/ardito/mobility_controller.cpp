@@ -173,8 +173,8 @@ void MobilityController::watch_imu(const Inputs& inputs, const Motion& motion,
   if (motion.incoherent_sigma) command.faults |= kIncoherentSigma;
   if (inputs.imu.silent) command.faults |= kImuSilent;
   // wheels that agree with each other for long and not with the IMU (7.7)
-  const bool contradicts = motion.imu_contradicts && !motion.incoherent_speed &&
-                           (command.faults & kWheelsSlip) == 0;
+  const bool contradicts =
+      motion.imu_contradicts && !motion.incoherent_speed && (command.faults & kWheelsSlip) == 0;
   state_.imu_contradiction =
       contradicts ? std::min(state_.imu_contradiction + 1, parameters_.imu_frames) : 0;
   if (inputs.imu.implausible || state_.imu_contradiction >= parameters_.imu_frames) {
@@ -195,10 +195,10 @@ double MobilityController::mean_load(const Inputs& inputs) const noexcept {
   return count > 0 ? sum / count : 0;
 }
 
-// Wheels and IMU contradict each other. The rover turns as the wheels say: the IMU's speed is wrong.
-// It does not turn, or its motors push against the ground in the sense of the slip: the wheels slip.
-// All other contradictions are the IMU's (watch_imu). Judged by the sums over all frames of the
-// contradiction.
+// Wheels and IMU contradict each other. The rover turns as the wheels say: the IMU's speed is
+// wrong. It does not turn, or its motors push against the ground in the sense of the slip: the
+// wheels slip. All other contradictions are the IMU's (watch_imu). Judged by the sums over all
+// frames of the contradiction.
 void MobilityController::watch_slip(const Inputs& inputs, const Motion& motion,
                                     Command& command) noexcept {
   SlipWatch& w = state_.slip;
@@ -241,8 +241,8 @@ void MobilityController::watch_yaw(const Inputs& inputs, const Motion& motion,
                       !motion.incoherent_speed &&
                       std::abs(motion.mean.v_m_s) > parameters_.slip_speed_m_s;
   if (judged) {
-    const double error = inputs.imu.yaw_rate_rad_s.value -
-                         yaw_rate_rad_s(motion.mean, parameters_.geometry);
+    const double error =
+        inputs.imu.yaw_rate_rad_s.value - yaw_rate_rad_s(motion.mean, parameters_.geometry);
     state_.yaw_error_rad_s +=
         (error - state_.yaw_error_rad_s) * kFrame_s / parameters_.yaw_filter_s;
   }
@@ -394,8 +394,8 @@ void MobilityController::drive(const Request& request, const PlaneMotion& target
   }
 }
 
-// Of all hubs. While the steering is under way, the rover moves where its wheels point, and each hub
-// rolls along its wheel: speeds for the requested angles would push it sideways and forward.
+// Of all hubs. While the steering is under way, the rover moves where its wheels point, and each
+// hub rolls along its wheel: speeds for the requested angles would push it sideways and forward.
 PerWheel<double> MobilityController::hubs_m_s(const Request& request, const PlaneMotion& target,
                                               const Feedback& feedback,
                                               const Motion& motion) const noexcept {

@@ -111,7 +111,7 @@ struct Parameters {
   std::uint32_t quiet_frames = 6;        // clutch: at no load before a probe
   std::uint32_t probe_frames = 6;        // how long, twice that without a reduction encoder
   std::uint32_t probe_pause_frames = 4;  // after a probe without findings
-  double rocker_step_rad = 0.5;  // in a frame: no rocker or bogie turns further
+  double rocker_step_rad = 0.5;          // in a frame: no rocker or bogie turns further
   // motor supervision (FMEA 7.1.1, 7.2.2)
   double warm_temperature_C = 90;  // reported
   double max_temperature_C = 105;  // taken out
@@ -132,22 +132,22 @@ struct Parameters {
   static constexpr auto members(Self& self) noexcept {
     return std::tie(
         self.geometry, self.top_speed_m_s, self.max_sigma_rad, self.min_speed,
-        self.steady_sigma_rad, self.standing_rad_s, self.steered_rad, self.parking_length_m, self.deceleration_m_s2,
-        self.correction_sign, self.max_correction, self.proportional, self.integral_1_s,
-        self.wheel_saturation_rad_s, self.steering_saturation_rad, self.drive_age_s,
-        self.temperature_age_s, self.rocker_age_s, self.imu_age_s, self.agree_rad_s,
-        self.agree_share, self.still_rad_s, self.slow_rad_s, self.steering_agree_rad,
-        self.steering_step_rad, self.imu_agree_m_s, self.coherent_m_s, self.coherent_share,
-        self.coherent_sigma_rad, self.slip_m_s, self.slip_sigma_rad, self.slip_share,
-        self.slip_speed_m_s, self.slip_load, self.turning_rad_s, self.yaw_agree_rad_s,
-        self.yaw_filter_s, self.sensor_frames,
-        self.motor_frames, self.reduction_frames, self.clutch_frames, self.two_sensors_frames,
-        self.all_sensors_frames, self.all_sensors_error_frames, self.steering_encoder_frames,
-        self.steering_frames, self.motor_test_frames, self.inconclusive_frames,
-        self.max_lost_wheels, self.imu_frames, self.stuck_frames, self.rocker_frames,
-        self.imu_frozen_frames, self.overcurrent_frames, self.quiet_frames, self.probe_frames,
-        self.probe_pause_frames, self.rocker_step_rad, self.warm_temperature_C,
-        self.max_temperature_C, self.max_current, self.max_steering_current, self.no_load_rad_s, self.no_load_current, self.no_load_tolerance,
+        self.steady_sigma_rad, self.standing_rad_s, self.steered_rad, self.parking_length_m,
+        self.deceleration_m_s2, self.correction_sign, self.max_correction, self.proportional,
+        self.integral_1_s, self.wheel_saturation_rad_s, self.steering_saturation_rad,
+        self.drive_age_s, self.temperature_age_s, self.rocker_age_s, self.imu_age_s,
+        self.agree_rad_s, self.agree_share, self.still_rad_s, self.slow_rad_s,
+        self.steering_agree_rad, self.steering_step_rad, self.imu_agree_m_s, self.coherent_m_s,
+        self.coherent_share, self.coherent_sigma_rad, self.slip_m_s, self.slip_sigma_rad,
+        self.slip_share, self.slip_speed_m_s, self.slip_load, self.turning_rad_s,
+        self.yaw_agree_rad_s, self.yaw_filter_s, self.sensor_frames, self.motor_frames,
+        self.reduction_frames, self.clutch_frames, self.two_sensors_frames, self.all_sensors_frames,
+        self.all_sensors_error_frames, self.steering_encoder_frames, self.steering_frames,
+        self.motor_test_frames, self.inconclusive_frames, self.max_lost_wheels, self.imu_frames,
+        self.stuck_frames, self.rocker_frames, self.imu_frozen_frames, self.overcurrent_frames,
+        self.quiet_frames, self.probe_frames, self.probe_pause_frames, self.rocker_step_rad,
+        self.warm_temperature_C, self.max_temperature_C, self.max_current,
+        self.max_steering_current, self.no_load_rad_s, self.no_load_current, self.no_load_tolerance,
         self.clutch_min_rad_s, self.clutch_drift_rad, self.loaded_current, self.probe_share,
         self.probe_rad_s);
   }

@@ -47,7 +47,8 @@ struct SteeringHealth {
   SteeringFailure candidate = SteeringFailure::none;
   std::uint32_t count = 0;
   std::uint32_t error = 0;
-  std::uint32_t compared = 0;  // both encoders were usable in the frame before: motor_rad, reduction_rad
+  std::uint32_t compared =
+      0;  // both encoders were usable in the frame before: motor_rad, reduction_rad
   std::uint32_t overcurrent = 0;  // frames of the motor above its limit, counted up and down
   std::uint32_t reserved = 0;
   double motor_rad = 0;
@@ -120,10 +121,10 @@ struct State {
     return std::tie(self.mode, self.phase, self.started, self.steering_known, self.poses_known,
                     self.imu_counter, self.imu_frozen, self.imu_contradiction, self.rocker_known,
                     self.rocker_distrust, self.rocker_rad, self.slip, self.yaw_error_rad_s,
-                    self.imu_speed_m_s,
-                    self.sigma_rad, self.v_m_s, self.direction_sin, self.direction_cos, self.poses,
-                    self.wheel_integral, self.steering_integral, self.steering_held,
-                    self.wheels_ordered, self.steering_ordered, self.wheels, self.steering);
+                    self.imu_speed_m_s, self.sigma_rad, self.v_m_s, self.direction_sin,
+                    self.direction_cos, self.poses, self.wheel_integral, self.steering_integral,
+                    self.steering_held, self.wheels_ordered, self.steering_ordered, self.wheels,
+                    self.steering);
   }
 };
 

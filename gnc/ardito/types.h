@@ -141,11 +141,11 @@ enum Fault : std::uint32_t {
   kSlip = 1U << 3,            // wheels and IMU disagree
   kIncoherentSpeed = 1U << 4,
   kIncoherentSigma = 1U << 5,
-  kTooFewWheels = 1U << 6,  // more wheels lost than Parameters::max_lost_wheels
-  kWheelsSlip = 1U << 7,    // wheels turn and the rover does not follow, by load or yaw rate
-  kStuck = 1U << 8,         // the same, above Parameters::slip_share and for stuck_frames
-  kRockerJump = 1U << 9,    // beta, rho1 or rho2 jumped: not trusted for rocker_frames
-  kYawDisagrees = 1U << 10, // yaw rate of IMU and inverse model, for long (7.2.1)
+  kTooFewWheels = 1U << 6,   // more wheels lost than Parameters::max_lost_wheels
+  kWheelsSlip = 1U << 7,     // wheels turn and the rover does not follow, by load or yaw rate
+  kStuck = 1U << 8,          // the same, above Parameters::slip_share and for stuck_frames
+  kRockerJump = 1U << 9,     // beta, rho1 or rho2 jumped: not trusted for rocker_frames
+  kYawDisagrees = 1U << 10,  // yaw rate of IMU and inverse model, for long (7.2.1)
 };
 
 struct Estimate {
@@ -192,7 +192,7 @@ struct Command {
   PerSteered<std::uint32_t> encoders_lost{};  // bit 0 motor, bit 1 reduction
   WheelSet stale_wheels = 0;                  // a value of this wheel was too old in this frame
   SteeringSet stale_steering = 0;
-  WheelSet hot_motors = 0;  // above Parameters::warm_temperature_C; taken out above max_
+  WheelSet hot_motors = 0;           // above Parameters::warm_temperature_C; taken out above max_
   WheelSet inconclusive_wheels = 0;  // contradictory sensors for long, no failure fits
   WheelSet probing = 0;              // clutch under test: this wheel runs a little slower
   std::uint32_t reserved = 0;

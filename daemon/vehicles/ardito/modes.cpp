@@ -100,8 +100,15 @@ constexpr Row off(lc::Event event, lc::ModeSet from, std::uint8_t goal) {
 }
 // It is stuck: it stands, ready for another command.
 constexpr Row came_to_nothing(Goal goal) {
-  return {event::stuck, kOperational, kReady,         0,
-          g(goal),      State::operational, kKeep, g(Goal::none), lc::ActionSet{kHalt} | kByHand};
+  return {event::stuck,
+          kOperational,
+          kReady,
+          0,
+          g(goal),
+          State::operational,
+          kKeep,
+          g(Goal::none),
+          lc::ActionSet{kHalt} | kByHand};
 }
 // Only flags change.
 constexpr Row stay(lc::Event event, lc::StateSet from, lc::ActionSet actions) {

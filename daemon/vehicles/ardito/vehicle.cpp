@@ -14,8 +14,8 @@ using gnc::ardito::contains;
 using gnc::ardito::kRadPerSecondPerRpm;
 
 constexpr TimeNs kFlash = 500 * kMillisecond;  // of the lamp: on, off
-constexpr double kAcceleration_m_s2 = 1.0;  // towards a commanded speed
-constexpr double kGateMargin = 1.2;         // above the limits of the mobility controller
+constexpr double kAcceleration_m_s2 = 1.0;     // towards a commanded speed
+constexpr double kGateMargin = 1.2;            // above the limits of the mobility controller
 constexpr double kSteeringLimit_rad = 65 * std::numbers::pi / 180;  // Ardito thesis 11.2
 
 double seconds(TimeNs time) noexcept { return static_cast<double>(time) * 1e-9; }

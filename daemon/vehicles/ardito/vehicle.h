@@ -161,7 +161,7 @@ class Vehicle final : public Actor, private SolveTarget {
   TimeNs now_ns_ = 0;
   TimeNs started_ns_ = 0;  // the beacon went on
   bool beacon_ = false;
-  bool by_itself_ = false;    // autonomous driving, since activated_ns_
+  bool by_itself_ = false;  // autonomous driving, since activated_ns_
   TimeNs activated_ns_ = 0;
   bool drives_on_ = false;
   double limit_m_s_ = kSpeedLimits_m_s[0];

@@ -173,8 +173,8 @@ void Vehicle::watch_heat(std::size_t i, Supervisor& s) noexcept {
   const std::uint32_t wheel = gnc::ardito::only(i);
   const bool was = (hot_ & wheel) != 0;
   const bool above = (command_.hot_motors & wheel) != 0;
-  const bool below = wheel_[i].temperature_degC.value <
-                     parameters_.mobility.warm_temperature_C - kCooler_degC;
+  const bool below =
+      wheel_[i].temperature_degC.value < parameters_.mobility.warm_temperature_C - kCooler_degC;
   if (!was && above) {
     hot_ |= wheel;
     s.latch(FaultId::temperature_warning, kit::module_of(i));
@@ -188,14 +188,13 @@ void Vehicle::watch_heat(std::size_t i, Supervisor& s) noexcept {
 void Vehicle::watch_unproven(std::size_t i, Supervisor& s) noexcept {
   constexpr int kProven = 20;  // frames
   const std::uint32_t wheel = gnc::ardito::only(i);
-  const bool drives = command_.mode != gnc::ardito::Mode::stop &&
-                      (command_.clutches_engaged & wheel) != 0 &&
-                      std::abs(command_.estimate.wheel_rad_s[i]) >
-                          parameters_.mobility.still_rad_s &&
-                      command_.wheel_suspect[i] == WheelFailure::none;
+  const bool drives =
+      command_.mode != gnc::ardito::Mode::stop && (command_.clutches_engaged & wheel) != 0 &&
+      std::abs(command_.estimate.wheel_rad_s[i]) > parameters_.mobility.still_rad_s &&
+      command_.wheel_suspect[i] == WheelFailure::none;
   proven_frames_[i] = drives ? proven_frames_[i] + 1 : 0;
-  const bool found_again = command_.wheel_failure[i] != WheelFailure::none &&
-                           (retry_wheels_ & wheel) == 0;
+  const bool found_again =
+      command_.wheel_failure[i] != WheelFailure::none && (retry_wheels_ & wheel) == 0;
   if (proven_frames_[i] >= kProven || found_again || !in_service(i)) unproven_ &= ~wheel;
   const bool told = (unproven_told_ & wheel) != 0, is = (unproven_ & wheel) != 0;
   if (is && !told) s.latch(FaultId::wheel_unproven, kit::module_of(i));

@@ -18,7 +18,7 @@ namespace lss::ardito {
 // is right.
 using States = unsigned;
 constexpr States state(unsigned n) { return 1u << n; }
-inline constexpr States kIsolated = 1u << 16;     // clutch open and motor stopped, in any state
+inline constexpr States kIsolated = 1u << 16;      // clutch open and motor stopped, in any state
 inline constexpr States kNothingToSee = 1u << 17;  // it changes nothing that is left in service
 
 // A time of the thesis, s; none: it did not find it, or did not try.
@@ -33,10 +33,10 @@ struct FailurePart {
 struct FailureRow {
   const char* name;
   std::vector<FailurePart> parts;
-  bool isolates;  // clutch open, motor stopped
-  bool fatal;     // FatalError follows
-  Thesis expected_s, mitigated_s;  // mitigation of the last part, after its detection, 19.2
-  bool in_short = false;           // in the short test: here the chain is no later than the thesis
+  bool isolates;                    // clutch open, motor stopped
+  bool fatal;                       // FatalError follows
+  Thesis expected_s, mitigated_s;   // mitigation of the last part, after its detection, 19.2
+  bool in_short = false;            // in the short test: here the chain is no later than the thesis
   const char* angle_simulink = "";  // steering: largest error of the angle, deg, 19.1
   const char* angle_coppelia = "";  // and 19.2
 };

@@ -79,9 +79,8 @@ class Broken {
   }
   double speed() const { return chain.world().rover().body().velocity_m_s.norm(); }
   bool told(EventId id) const {
-    return std::ranges::any_of(chain.events, [&](const EventRecord& e) {
-      return e.id == static_cast<std::uint16_t>(id);
-    });
+    return std::ranges::any_of(
+        chain.events, [&](const EventRecord& e) { return e.id == static_cast<std::uint16_t>(id); });
   }
   operator std::string() const { return wrong_; }
 
@@ -122,9 +121,7 @@ std::function<std::string()> rocker(const char* fault) {
   };
 }
 std::function<std::string()> cut(const char* fault, FaultId id, std::uint16_t subject) {
-  return [=] {
-    return std::string(Broken().breaks(fault).finds(id, subject, 3).emergency());
-  };
+  return [=] { return std::string(Broken().breaks(fault).finds(id, subject, 3).emergency()); };
 }
 
 std::string silent_commander() {
@@ -182,10 +179,12 @@ std::string lamp() {
   const double from_s = chain.seconds();
   const auto on = [&] { return chain.orders().wheel[0].enabled; };
   bool lit = true;
-  chain.run_until([&] {
-    lit = lit && (chain.orders().beacon || chain.seconds() < from_s + 0.2);
-    return on();
-  }, 10);
+  chain.run_until(
+      [&] {
+        lit = lit && (chain.orders().beacon || chain.seconds() < from_s + 0.2);
+        return on();
+      },
+      10);
   if (!on() || !lit) return "the lamp is dark, or the motors stay off";
   return chain.seconds() - from_s >= 5 ? "" : "earlier than 5 s";
 }
@@ -196,10 +195,12 @@ std::string flash() {
   chain.send(CommandKind::drive, {0.4, 0.0, 1.0, 1.0});
   const double from_s = chain.seconds();
   bool dark = false;
-  chain.run_until([&] {
-    dark = dark || (chain.seconds() > from_s + 0.2 && !chain.orders().beacon);
-    return chain.mode() == Mode::running;
-  }, 10);
+  chain.run_until(
+      [&] {
+        dark = dark || (chain.seconds() > from_s + 0.2 && !chain.orders().beacon);
+        return chain.mode() == Mode::running;
+      },
+      10);
   if (!dark) return "does not flash";
   return chain.mode() == Mode::running && chain.seconds() - from_s >= 5 ? "" : "earlier than 5 s";
 }
@@ -277,14 +278,17 @@ const std::vector<FailureMode> kWheels = {
     {"gear_jammed", "7.1.3", "gear jammed",
      "the motor turns with its clutch open, the wheel does not (state 4)",
      "clutch open, motor off; fault `wheel_gear`; an error when it lasts: emergency",
-     [] { return std::string(Broken().breaks("TRG:4").finds(FaultId::wheel_gear, 4, 3).emergency(3)); }},
+     [] {
+       return std::string(Broken().breaks("TRG:4").finds(FaultId::wheel_gear, 4, 3).emergency(3));
+     }},
     {"gear_coupling_lost", "7.1.3", "gear lost its coupling", "as a clutch that transmits nothing",
      "motor off; fault `wheel_clutch`; five wheels go on",
      taken_out("TRG:4:1", FaultId::wheel_clutch, 6)},
     {"no_grip", "7.1.4, 7.1.5", "grousers without grip: the rover is blocked",
      "the wheels are faster than the rover by the IMU (slip) while the motors push or it does not "
      "turn as steered",
-     "slip in telemetry, event `slip_begun`; above `slip_limit` for 1.2 s fault `rover_stuck` and a "
+     "slip in telemetry, event `slip_begun`; above `slip_limit` for 1.2 s fault `rover_stuck` and "
+     "a "
      "safe stop; odometry counts by the IMU",
      blocked},
     {"", "7.1.4, 7.1.5", "grouser torn off", "mechanical", ""},
@@ -321,8 +325,9 @@ const std::vector<FailureMode> kSteeringModes = {
                               .finds(FaultId::steering_critical, 7, 3)
                               .emergency());
      }},
-    {"steering_gear_jammed", "7.2.3", "gear jammed", "both encoders stand (state 3), or its current",
-     "the same", steering("SRG:1", FaultId::steering_critical, true)},
+    {"steering_gear_jammed", "7.2.3", "gear jammed",
+     "both encoders stand (state 3), or its current", "the same",
+     steering("SRG:1", FaultId::steering_critical, true)},
     {"steering_coupling_lost", "7.2.3", "gear lost its coupling",
      "motor follows, the wheel does not (state 2): not distinguished from its encoder",
      "fault `steering_sensor`", steering("SRG:1:1", FaultId::steering_sensor, false)},
@@ -331,8 +336,7 @@ const std::vector<FailureMode> kSteeringModes = {
      "reduction encoder takes its place; fault `steering_sensor`",
      steering("E-SM:1", FaultId::steering_sensor, false)},
     {"steering_reduction_encoder", "7.2.5", "reduction encoder wrong, or dead",
-     "it alone stands (state 2)",
-     "motor encoder through the gear ratio; fault `steering_sensor`",
+     "it alone stands (state 2)", "motor encoder through the gear ratio; fault `steering_sensor`",
      steering("E-SRG:1", FaultId::steering_sensor, false)},
     {"", "7.2.6", "support", "mechanical", ""},
 };
@@ -344,7 +348,8 @@ const std::vector<FailureMode> kRockerModes = {
      "stops: its correction has no other way)",
      rocker("rocker-encoder:1:0.8")},
     {"torsion_bar_impossible", "7.3.1", "torsion bar encoder wrong",
-     "out of the range of the suspension; a plausible wrong angle cannot be detected (the thesis: a "
+     "out of the range of the suspension; a plausible wrong angle cannot be detected (the thesis: "
+     "a "
      "second encoder is needed)",
      "the same while it lasts", rocker("rocker-encoder:1:2")},
     {"left_bogie_jumps", "7.3.2", "bogie encoder, left", "the same", "the same",
@@ -362,8 +367,8 @@ const std::vector<FailureMode> kLogicModes = {
     {"encoder_logic_silent", "7.5.1", "encoder logic sends nothing",
      "heartbeat of the node, 300 ms; age limit of each value", "emergency: `module_silent`",
      cut("node-silent:0x03", FaultId::module_silent, 3)},
-    {"driver_fault", "7.5.2", "motor driver in fault", "CiA 402 state",
-     "emergency: `drive_fault`", cut("drive-fault:0x03", FaultId::drive_fault, 3)},
+    {"driver_fault", "7.5.2", "motor driver in fault", "CiA 402 state", "emergency: `drive_fault`",
+     cut("drive-fault:0x03", FaultId::drive_fault, 3)},
     {"driver_drops_out", "7.5.2", "motor driver drops out of operation enabled",
      "statusword, while enabled is ordered",
      "event `drive_dropped_out`; four in 10 s are an emergency, `drive_drops_out`", drop_outs},
@@ -407,8 +412,8 @@ const std::vector<FailureMode> kSensorModes = {
 const std::vector<FailureMode> kSafetyModes = {
     {"lamp", "3", "the lamp is active for 5 s before any operation", "",
      "mode Warning: beacon on, no drive enabled", lamp},
-    {"lamp_flashes", "2", "autonomous operation starts 5 s after its activation at the earliest", "",
-     "the lamp flashes and the rover stands for `autonomy_s` from the command on", flash},
+    {"lamp_flashes", "2", "autonomous operation starts 5 s after its activation at the earliest",
+     "", "the lamp flashes and the rover stands for `autonomy_s` from the command on", flash},
     {"button", "3", "emergency-stop button cuts everything until reset", "",
      "FatalError until `solve`, refused while the button is in", button},
     {"cap", "10", "0.5 m/s (ERC) or 1 m/s (URC) are never exceeded", "",
@@ -445,22 +450,24 @@ const std::vector<FailureMode> kBusModes = {
 };
 
 const std::array kSections = {
-    FailureSection{"Wheels (7.1)", kWheels,
-                   "Several at once are states 6 to 8: two sensors (6) are done without, clutch and "
-                   "sensor (7) stop the motor, all sensors (8)\nstop the motor and are an emergency. "
-                   "More lost wheels than `lost_wheels` are an emergency. Times of all of them:\n"
-                   "[ardito-results.md](ardito-results.md).\n"},
+    FailureSection{
+        "Wheels (7.1)", kWheels,
+        "Several at once are states 6 to 8: two sensors (6) are done without, clutch and "
+        "sensor (7) stop the motor, all sensors (8)\nstop the motor and are an emergency. "
+        "More lost wheels than `lost_wheels` are an emergency. Times of all of them:\n"
+        "[ardito-results.md](ardito-results.md).\n"},
     FailureSection{"Steering (7.2)", kSteeringModes, ""},
     FailureSection{"Rocker-bogie (7.3)", kRockerModes, ""},
     FailureSection{"Logic, power, links (7.5, 7.6, 7.8)", kLogicModes,
                    "7.5.1 and 7.5.2 with wrong values are the comparisons of 7.1 and 7.2.\n"},
     FailureSection{"Position sensor, cameras, arm (7.7, 7.9, 7.4)", kSensorModes, ""},
     FailureSection{"Safety requirements (part III, 10)", kSafetyModes, ""},
-    FailureSection{"Bus, in addition to the thesis", kBusModes,
-                   "Bus-off, and an interface that is down or gone, are no faults of this chain, "
-                   "which has no port: emergency `bus_off`,\n`port_lost`, shown by the safety suite "
-                   "(tests/ardito/daemon/safety_test.cpp). Resets by command:\n"
-                   "tests/ardito/daemon/reset_test.cpp.\n"},
+    FailureSection{
+        "Bus, in addition to the thesis", kBusModes,
+        "Bus-off, and an interface that is down or gone, are no faults of this chain, "
+        "which has no port: emergency `bus_off`,\n`port_lost`, shown by the safety suite "
+        "(tests/ardito/daemon/safety_test.cpp). Resets by command:\n"
+        "tests/ardito/daemon/reset_test.cpp.\n"},
 };
 
 }  // namespace

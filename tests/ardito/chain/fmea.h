@@ -15,7 +15,8 @@ struct FailureMode {
   const char* mode;
   const char* seen_by;
   const char* done;
-  // Breaks a rover and looks; the first thing that is not as `done` says, "": all is. none: no test.
+  // Breaks a rover and looks; the first thing that is not as `done` says, "": all is. none: no
+  // test.
   std::function<std::string()> run{};
 };
 

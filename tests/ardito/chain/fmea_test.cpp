@@ -27,8 +27,9 @@ times, compared with the thesis. Written by `LSS_WRITE_RESULTS=1 ardito_fmea_tes
 std::string document() {
   std::string text = kBeginning;
   for (const FailureSection& section : failure_sections()) {
-    text += fmt::format("\n## {}\n\n| | failure mode | seen by | done | test |\n|---|---|---|---|---|\n",
-                        section.title);
+    text += fmt::format(
+        "\n## {}\n\n| | failure mode | seen by | done | test |\n|---|---|---|---|---|\n",
+        section.title);
     for (const FailureMode& m : section.modes)
       text += fmt::format("| {} | {} | {} | {} | {} |\n", m.number, m.mode, m.seen_by, m.done,
                           *m.name != 0 ? fmt::format("`{}`", m.name) : "");

@@ -6,9 +6,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <map>
+#include <thread>
+#include <vector>
 
 #include "idl/angles.h"
 #include "tests/ardito/chain/chain.h"
@@ -20,6 +24,21 @@ namespace lss::ardito {
 namespace {
 
 constexpr int kFrame_ms = 100;
+
+// Runs are independent of each other: jobs 0 to count-1 on as many threads as there are processors,
+// or LSS_RESULTS_THREADS. Results do not depend on their number.
+void for_each_job(std::size_t count, const std::function<void(std::size_t)>& job) {
+  const char* text = std::getenv("LSS_RESULTS_THREADS");
+  const unsigned most = text == nullptr ? std::thread::hardware_concurrency()
+                                        : static_cast<unsigned>(std::atoi(text));
+  std::atomic<std::size_t> next = 0;
+  std::vector<std::jthread> threads;
+  for (unsigned n = 0; n < std::max(most, 1u); ++n) {
+    threads.emplace_back([&] {
+      for (std::size_t i = next++; i < count; i = next++) job(i);
+    });
+  }
+}
 
 using sim::ardito::Ground;
 using Break = FailureTimes (*)(const FailureRow& row, unsigned subject, const Drive& drive);
@@ -44,7 +63,7 @@ std::string joined(const FailureRow& row, const std::function<std::string(std::s
 
 // Against one of the thesis' tables: "no" and what, when later.
 std::string verdict(const FailureRow& row, const FailureTimes& in_step,
-                    Thesis FailurePart::* column) {
+                    Thesis FailurePart::*column) {
   bool compared = false;
   for (std::size_t i = 0; i < row.parts.size(); ++i) {
     if (!(row.parts[i].*column)) continue;
@@ -88,22 +107,31 @@ bool is_reference(Ground ground, double speed_m_s) {
 
 Measured measure(const FailureRow& row, std::span<const unsigned> subjects, Break break_it) {
   Measured m;
+  const unsigned seeds = seeds_wanted();
+  std::vector<FailureTimes> runs(std::size(kGrounds) * std::size(kSpeeds_m_s) * seeds);
+  for_each_job(runs.size(), [&](std::size_t i) {
+    const auto seed = static_cast<unsigned>(i % seeds + 1);
+    const double speed_m_s = kSpeeds_m_s[i / seeds % std::size(kSpeeds_m_s)];
+    const Ground ground = kGrounds[i / seeds / std::size(kSpeeds_m_s)].second;
+    runs[i] = break_it(row, subjects[(seed - 1) % subjects.size()], {ground, speed_m_s, seed});
+  });
+  std::size_t run = 0;
   for (const auto& [name, ground] : kGrounds) {
     for (const double speed_m_s : kSpeeds_m_s) {
       FailureTimes here;
-      for (unsigned seed = 1; seed <= seeds_wanted(); ++seed) {
-        const FailureTimes one =
-            break_it(row, subjects[(seed - 1) % subjects.size()], {ground, speed_m_s, seed});
+      for (unsigned seed = 1; seed <= seeds; ++seed) {
+        const FailureTimes& one = runs[run++];
         if (is_reference(ground, speed_m_s) && seed % 2 == 1) m.in_step.worst_of(one);
         here.worst_of(one);
       }
       m.all.worst_of(here);
-      const bool all_found = std::ranges::all_of(
-          here.found, [](int frames) { return frames < FailureTimes::kNever; });
+      const bool all_found =
+          std::ranges::all_of(here.found, [](int frames) { return frames < FailureTimes::kNever; });
       m.cells += fmt::format(
           " {}{} |",
-          all_found ? joined(row, [&](std::size_t i) { return fmt::format("{:.2f}", here.found_s[i]); })
-                    : "not found",
+          all_found
+              ? joined(row, [&](std::size_t i) { return fmt::format("{:.2f}", here.found_s[i]); })
+              : "not found",
           here.wrong.empty() ? "" : fmt::format(" ({})", unexpected(here)));
     }
   }
@@ -129,7 +157,7 @@ std::string tables(std::span<const FailureRow> rows, std::span<const unsigned> s
   second += "\n" + line + "\n";
   for (const FailureRow& row : rows) {
     const Measured m = measure(row, subjects, break_it);
-    const auto column = [&](Thesis FailurePart::* which) {
+    const auto column = [&](Thesis FailurePart::*which) {
       return joined(row, [&](std::size_t i) { return seconds_text(row.parts[i].*which); });
     };
     first += fmt::format(
@@ -138,8 +166,8 @@ std::string tables(std::span<const FailureRow> rows, std::span<const unsigned> s
         column(&FailurePart::coppelia_s),
         joined(row, [&](std::size_t i) { return frames_text(m.in_step.found[i]); }),
         joined(row, [&](std::size_t i) { return fmt::format("{:.2f}", m.all.found_s[i]); }),
-        seconds_text(row.expected_s), seconds_text(row.mitigated_s),
-        frames_text(m.all.mitigated), row.fatal ? frames_text(m.all.fatal) : "-");
+        seconds_text(row.expected_s), seconds_text(row.mitigated_s), frames_text(m.all.mitigated),
+        row.fatal ? frames_text(m.all.fatal) : "-");
     if (angles)
       first += fmt::format("{} | {} | {:.1f} | ", row.angle_simulink, row.angle_coppelia,
                            m.all.angle_deg);
@@ -201,8 +229,8 @@ TEST(ArditoResults, WheelFailures) {
   }
   const std::string rows = tables(wheel_rows(), kSubjects, break_wheel, false);
   write_section("Failures of wheels (19.1, 19.2)",
-                measured_by("ArditoResults.WheelFailures") +
-                    "Straight ahead; wheels 1, 4 and 5. " + everywhere() + kHow + rows +
+                measured_by("ArditoResults.WheelFailures") + "Straight ahead; wheels 1, 4 and 5. " +
+                    everywhere() + kHow + rows +
                     "\nTM + TC: the clutch of a failed motor is open already, so one that stays "
                     "open changes nothing. TC + TRG: the\nthesis' 0.1 s for TC stands beside its "
                     "4.8 s for TC alone; here it is a proven clutch test, as there.\n");
@@ -298,15 +326,25 @@ TEST(ArditoResults, StoppingDistances) {
   std::string text =
       "| cause | how it stops | 0.5 m/s: m | s | 1.0 m/s: m | s | 0.5 m/s down 5 deg: m | s "
       "|\n|---|---|---|---|---|---|---|---|\n";
-  constexpr std::pair<double, double> kDrives[] = {
-      {0.5, 0}, {1.0, 0}, {0.5, -5 * kDegree}};
+  constexpr std::pair<double, double> kDrives[] = {{0.5, 0}, {1.0, 0}, {0.5, -5 * kDegree}};
+  const std::size_t each = std::size(kDrives) * seeds;
+  std::vector<Stopping> runs(kStopCauses.size() * each);
+  for_each_job(runs.size(), [&](std::size_t i) {
+    const auto& [speed_m_s, slope_rad] = kDrives[i % each / seeds];
+    if (!writing_results() && slope_rad != 0) return;
+    runs[i] =
+        stop_by(kStopCauses[i / each], speed_m_s, slope_rad, static_cast<unsigned>(i % seeds + 1));
+  });
+  std::size_t run = 0;
   for (const StopCause& cause : kStopCauses) {
     text += fmt::format("| {} | {} |", cause.name, cause.how);
     for (const auto& [speed_m_s, slope_rad] : kDrives) {
-      if (!writing_results() && slope_rad != 0) continue;
       Stopping worst;
-      for (unsigned seed = 1; seed <= seeds; ++seed) {
-        const Stopping one = stop_by(cause, speed_m_s, slope_rad, seed);
+      const std::size_t first = run;
+      run += seeds;
+      if (!writing_results() && slope_rad != 0) continue;
+      for (std::size_t i = first; i < run; ++i) {
+        const Stopping& one = runs[i];
         EXPECT_TRUE(one.stood) << cause.name;
         worst.way_m = std::max(worst.way_m, one.way_m);
         worst.time_s = std::max(worst.time_s, one.time_s);
@@ -327,11 +365,13 @@ TEST(ArditoResults, StoppingDistances) {
   write_section(
       "Stopping",
       measured_by("ArditoResults.StoppingDistances") +
-          fmt::format("From the cause to rest (below 0.02 m/s), true, worst of {} seeds; straight "
-                      "ahead. The safe stop decelerates\nwith `deceleration_m_s2` (0.5 m/s2), the "
-                      "quick stop with the drives' `wheel_acceleration_rpm_s` (2.5 m/s2)\nas far as "
-                      "friction (0.3) allows.\n\n",
-                      seeds) +
+          fmt::format(
+              "From the cause to rest (below 0.02 m/s), true, worst of {} seeds; straight "
+              "ahead. The safe stop decelerates\nwith `deceleration_m_s2` (0.5 m/s2), the "
+              "quick stop with the drives' `wheel_acceleration_rpm_s` (2.5 m/s2)\nas far as "
+              "friction (0.3) allows. Without motor power the gears alone brake: above 8 deg "
+              "of slope the rover rolls on, as it does\nin Idle.\n\n",
+              seeds) +
           text);
 }
 
@@ -356,10 +396,10 @@ std::string false_alarms(unsigned grounds, const Healthy& rough, const Healthy& 
                          grounds, rough.minutes + hills.minutes);
   std::string alarms;
   for (const auto& [name, all] : {std::pair("rough", &rough), std::pair("hills", &hills)}) {
-    text += fmt::format("| {} | {:.1f} | {:.0f} | {} of {} | {} | {} | {} | {} | {} |\n", name,
-                        all->minutes, all->metres, all->suspect_frames, all->frames,
-                        all->slip_frames, all->probe_frames, all->isolated, all->left_out,
-                        all->fatal);
+    text +=
+        fmt::format("| {} | {:.1f} | {:.0f} | {} of {} | {} | {} | {} | {} | {} |\n", name,
+                    all->minutes, all->metres, all->suspect_frames, all->frames, all->slip_frames,
+                    all->probe_frames, all->isolated, all->left_out, all->fatal);
     for (const std::string& alarm : all->alarms) alarms += fmt::format("- {}: {}\n", name, alarm);
   }
   return text + (alarms.empty() ? "\nNo false alarm.\n" : "\nFalse alarms:\n\n" + alarms);
@@ -375,14 +415,15 @@ TEST(ArditoResults, FalseAlarms) {
     }
     return;
   }
-  // Written after each ground: an interrupted run keeps its results.
   constexpr unsigned kEach = 5;
+  std::array<Healthy, 2 * kEach> runs;
+  for_each_job(runs.size(), [&](std::size_t i) {
+    runs[i] = drive_healthy(i < kEach ? Ground::rough : Ground::hills, 0,
+                            minutes_wanted() / 2 / kEach, static_cast<unsigned>(i % kEach + 1));
+  });
   Healthy rough, hills;
-  for (unsigned seed = 1; seed <= kEach; ++seed) {
-    rough.add(drive_healthy(Ground::rough, 0, minutes_wanted() / 2 / kEach, seed));
-    hills.add(drive_healthy(Ground::hills, 0, minutes_wanted() / 2 / kEach, seed));
-    write_section("False alarms", false_alarms(seed, rough, hills));
-  }
+  for (std::size_t i = 0; i < runs.size(); ++i) (i < kEach ? rough : hills).add(runs[i]);
+  write_section("False alarms", false_alarms(kEach, rough, hills));
 }
 
 // Of all seeds of a drive.
@@ -427,7 +468,8 @@ class SlipRow {
 TEST(ArditoResults, SlipAndDeadReckoning) {
   const unsigned seeds = writing_results() ? 5 : 1;
   std::string text =
-      "| drive | slip of all wheels, mm/s RMS: mean | of the seeds | of the worst wheel | way, true "
+      "| drive | slip of all wheels, mm/s RMS: mean | of the seeds | of the worst wheel | way, "
+      "true "
       "(reckoned), m | turned, true (reckoned), deg |\n"
       "|---|---|---|---|---|---|\n";
   const auto row = [&](const std::string& name, const std::function<Slip(unsigned)>& drive) {

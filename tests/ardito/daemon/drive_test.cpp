@@ -1,5 +1,5 @@
-// What D.I.A.N.A. Ardito does when it may not drive, shall drive by itself, slips, or has drives that
-// drop out; in an ideal world.
+// What D.I.A.N.A. Ardito does when it may not drive, shall drive by itself, slips, or has drives
+// that drop out; in an ideal world.
 
 #include <gtest/gtest.h>
 

@@ -143,8 +143,7 @@ bool unmeasured(const lss_ArditoTelemetry& t) {
   };
   return std::ranges::any_of(t.wheels, never) || std::isnan(t.beta_rad) ||
          std::isnan(t.imu_speed_m_s) ||
-         std::ranges::any_of(t.steering,
-                             [](const auto& s) { return std::isnan(s.reduction_rad); });
+         std::ranges::any_of(t.steering, [](const auto& s) { return std::isnan(s.reduction_rad); });
 }
 
 std::string state_text(const std::string& name, bool good, const Style& style) {
@@ -179,8 +178,7 @@ std::string driven(const lss_ArditoTelemetry& t) {
 
 std::string asked(const lss_ArditoTelemetry& t) {
   const auto mode = static_cast<Mode>(t.mode);
-  if (t.autonomy_wait_s > 0)
-    return fmt::format("drives by itself in {:.1f} s", t.autonomy_wait_s);
+  if (t.autonomy_wait_s > 0) return fmt::format("drives by itself in {:.1f} s", t.autonomy_wait_s);
   if (mode == Mode::parking) return fmt::format("{:.2f} m/s on the spot", t.speed_m_s);
   return fmt::format("{:.2f} m/s, heading {:.1f} deg{}", t.speed_m_s, t.heading_rad / kDegree,
                      t.autonomous ? ", autonomous" : "");
@@ -217,14 +215,14 @@ std::string screen(const void* telemetry, const Style& style) {
   text += fmt::format("{} rocker {} deg, bogies {} and {} deg\n", style.dim("suspension"),
                       fixed(t.beta_rad / kDegree, 1), fixed(t.rho_rad[0] / kDegree, 1),
                       fixed(t.rho_rad[1] / kDegree, 1));
-  text += fmt::format("{} {} m/s{}{}, motors {:.2f} of rated above no load, cap {:.2f} m/s\n",
-                      style.dim("slip      "), fixed(t.slip_m_s, 3),
-                      t.stuck      ? style.bad(", STUCK")
-                      : t.slipping ? style.bad(", slipping")
-                                   : "",
-                      t.incoherent_speed || t.incoherent_heading ? style.bad(", wheels incoherent")
-                                                                 : "",
-                      t.load, t.cap_m_s);
+  text += fmt::format(
+      "{} {} m/s{}{}, motors {:.2f} of rated above no load, cap {:.2f} m/s\n",
+      style.dim("slip      "), fixed(t.slip_m_s, 3),
+      t.stuck      ? style.bad(", STUCK")
+      : t.slipping ? style.bad(", slipping")
+                   : "",
+      t.incoherent_speed || t.incoherent_heading ? style.bad(", wheels incoherent") : "", t.load,
+      t.cap_m_s);
   const bool moves = t.mode >= static_cast<std::uint8_t>(Mode::steering) || t.autonomy_wait_s > 0;
   text +=
       fmt::format("{} {}{}\n", style.dim("driven    "), moves ? asked(t) + ": " : "", driven(t));
