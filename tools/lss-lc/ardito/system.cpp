@@ -208,7 +208,8 @@ constexpr std::array kOwnContracts = {
         [](S s, unsigned) { return ready(s) && (goal(s) == Goal::drive || goal(s) == Goal::park); },
         [](T t) {
           return same_mode(t) && goal(t.result.next) == Goal::none && does(t, kHalt) &&
-                 !has(t.result.next, kAutonomous) && t.result.next.links == t.before.links;
+                 does(t, kByHand) && !has(t.result.next, kAutonomous) &&
+                 t.result.next.links == t.before.links;
         }},
     says<kButtonIn, false>("button released", event::button_out),
     cuts<kButtonIn>("button pressed", event::button_in),
