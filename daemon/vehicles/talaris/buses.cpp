@@ -85,7 +85,7 @@ Buses::Buses(const config::Config& config, const BusesParameters& parameters)
       altimeter_({.line = &ar1000_}, altimeter_settings_),
       can_(parameters_.can, can_path_, canopen::filters()),
       actuation_(parameters_.valves, can_) {
-  can_.attach(actuation_.sender());
+  can_.line().attach(actuation_.sender());
 }
 
 SensorLine& Buses::imu_line() noexcept {
