@@ -6,7 +6,6 @@
 
 #include "daemon/config/reading.h"
 #include "daemon/kit/declare.h"
-#include "daemon/kit/drive_record.h"
 
 namespace lss::scout {
 namespace {
