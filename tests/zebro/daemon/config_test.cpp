@@ -44,7 +44,7 @@ TEST(ZebroConfig, TheExampleHoldsTheDefaults) {
   EXPECT_EQ(p.solver.rounds, d.solver.rounds);
   EXPECT_EQ(p.solver.healthy_ns, d.solver.healthy_ns);
   EXPECT_EQ(p.solver.current_limit_A, d.solver.current_limit_A);
-  EXPECT_EQ(p.panel_deployed_deg, d.panel_deployed_deg);
+  EXPECT_EQ(p.panel_deployed_rad, d.panel_deployed_rad);
   EXPECT_EQ(p.panel_move_ns, d.panel_move_ns);
   EXPECT_DOUBLE_EQ(p.locomotion.flight_s, d.locomotion.flight_s);
   EXPECT_NEAR(p.locomotion.sweep_rad, d.locomotion.sweep_rad, 1e-12);
