@@ -209,7 +209,7 @@ lc::Event event_of(const Request& r) noexcept {
   }
   switch (static_cast<CommandKind>(r.kind)) {
     case CommandKind::drive:
-      return r.parameter[3] > 0.5 ? event::drive_autonomous : event::drive;
+      return arguments<Drive>(r).autonomous ? event::drive_autonomous : event::drive;
     case CommandKind::park:
       return event::park;
     case CommandKind::halt:
@@ -239,14 +239,15 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
 }
 
 Verdict sense(const SupervisorState& state, const Request& r) noexcept {
-  const auto kind = static_cast<CommandKind>(r.kind);
-  if (kind != CommandKind::drive && kind != CommandKind::park) return {};
-  const bool by_itself = kind == CommandKind::drive && r.parameter[3] > 0.5;
-  if (by_itself && state.sense[kSenseEarly] > 0)
+  const bool drives = r.kind == kind_of(CommandKind::drive);
+  if (!drives && r.kind != kind_of(CommandKind::park)) return {};
+  if (drives && arguments<Drive>(r).autonomous && state.sense[kSenseEarly] > 0)
     return {.reason = Reason::too_early, .measured = state.sense[kSenseEarly], .limit = 0};
   const double limit_m_s = state.sense[kSenseLimit];
-  if (std::abs(r.parameter[0]) <= limit_m_s) return {};
-  return {.reason = Reason::over_limit, .measured = std::abs(r.parameter[0]), .limit = limit_m_s};
+  const double speed_m_s =
+      std::abs(drives ? arguments<Drive>(r).speed_m_s : arguments<Park>(r).speed_m_s);
+  if (speed_m_s <= limit_m_s) return {};
+  return {.reason = Reason::over_limit, .measured = speed_m_s, .limit = limit_m_s};
 }
 
 const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }

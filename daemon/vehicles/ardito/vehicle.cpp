@@ -161,7 +161,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     isolated_ = 0;
   }
   if (actions & lc::kResetModule) {
-    const auto number = static_cast<unsigned>(request->parameter[0]);
+    const int number = arguments<Reset>(*request).module;
     const unsigned all = (1u << kNodes) - 1;
     const unsigned nodes = number == 0 ? all : 1u << (number - 1);
     reset_nodes(static_cast<std::uint16_t>(nodes));
@@ -175,7 +175,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     orders_.quick_stop = false;
     reset_faults();  // of power that was missing while standing; other faults prevent the start
     started_ns_ = now_ns_;
-    limit_m_s_ = kSpeedLimits_m_s[static_cast<std::size_t>(request->parameter[0])];
+    limit_m_s_ = kSpeedLimits_m_s[static_cast<std::size_t>(arguments<Start>(*request).limit)];
     distance_m_ = yaw_rad_ = x_m_ = y_m_ = 0;
   }
   if (actions & kMotorsOn) {
@@ -183,10 +183,15 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     ++orders_.serial;
   }
   if (actions & kHalt) wanted_m_s_ = 0;
-  if (actions & (kDrive | kPark)) {
-    wanted_m_s_ = request->parameter[0];
-    wanted_rad_ = (actions & kDrive) != 0 ? request->parameter[1] : 0;
-    if (actions & kDrive) correction_ = request->parameter[2] > 0.5;
+  if (actions & kDrive) {
+    const auto drive = arguments<Drive>(*request);
+    wanted_m_s_ = drive.speed_m_s;
+    wanted_rad_ = drive.heading_rad;
+    correction_ = drive.correction;
+  }
+  if (actions & kPark) {
+    wanted_m_s_ = arguments<Park>(*request).speed_m_s;
+    wanted_rad_ = 0;
   }
 }
 

@@ -216,7 +216,7 @@ bool airborne(const lc::ControllerState& s) noexcept {
 }
 
 bool considered(std::uint16_t kind) noexcept {
-  if (kind == static_cast<std::uint16_t>(lss::CommandKind::reset)) return true;
+  if (kind == kind_of(lss::CommandKind::reset)) return true;
   switch (static_cast<CommandKind>(kind)) {
     case CommandKind::valve:
     case CommandKind::pulse:
@@ -257,13 +257,13 @@ lc::Event event_of(const Request& r) noexcept {
     case CommandKind::enable:
       return event::enable;
     case CommandKind::edf_arm:
-      return r.parameter[0] > 0.5 ? event::assume_armed : event::arm;
+      return arguments<ArmFans>(r).done ? event::assume_armed : event::arm;
     case CommandKind::edf_throttle:
     case CommandKind::edf_rpm:
       return event::fan;
     case CommandKind::gnc: {
       constexpr std::array kSteps = {event::standby, event::calibrate, event::execute};
-      return kSteps[static_cast<std::size_t>(r.parameter[0])];
+      return kSteps[static_cast<std::size_t>(arguments<Gnc>(r).step)];
     }
     case CommandKind::plan:
       return event::plan;

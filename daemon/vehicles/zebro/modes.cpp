@@ -259,10 +259,10 @@ lc::Event event_of(const Request& r) noexcept {
   switch (static_cast<lss::CommandKind>(r.kind)) {
     case lss::CommandKind::start: {
       constexpr std::array kStarts = {event::start, event::start_stand, event::start_walk};
-      return kStarts[static_cast<std::size_t>(r.parameter[0])];
+      return kStarts[static_cast<std::size_t>(arguments<Start>(r).then)];
     }
     case lss::CommandKind::stop:
-      return r.parameter[0] > 0.5 ? event::stop_lay_down : event::stop;
+      return arguments<SafeStop>(r).lay_down ? event::stop_lay_down : event::stop;
     default:
       break;
   }
@@ -274,19 +274,17 @@ lc::Event event_of(const Request& r) noexcept {
     case CommandKind::stow:
       return event::stow;
     case CommandKind::walk:
-      return r.parameter[2] < 0.5 ? event::walk_zero : event::walk;
+      return arguments<Walk>(r).speed == WalkSpeed::zero ? event::walk_zero : event::walk;
     case CommandKind::leg:
       return event::leg;
     case CommandKind::panel:
-      return r.parameter[0] > 0.5 ? event::panel_deploy : event::panel_retract;
+      return arguments<MovePanel>(r).deploy ? event::panel_deploy : event::panel_retract;
   }
   return common_event(r);
 }
 
 unsigned subject_of(const Request& r) noexcept {
-  return r.kind == static_cast<std::uint16_t>(CommandKind::leg)
-             ? static_cast<unsigned>(r.parameter[0])
-             : 0;
+  return r.kind == kind_of(CommandKind::leg) ? arguments<MoveLeg>(r).leg : 0;
 }
 
 bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
@@ -323,26 +321,27 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
 
 Verdict sense(const SupervisorState& state, const Request& r) noexcept {
   const auto tripped = static_cast<std::uint16_t>(state.sense[kSenseTripped]);
-  if (r.kind == static_cast<std::uint16_t>(lss::CommandKind::start) && tripped != 0)
+  if (r.kind == kind_of(lss::CommandKind::start) && tripped != 0)
     return {.reason = Reason::fault_latched, .subject = tripped};
   const double rounds = state.sense[kSenseSolveRounds], limit = state.sense[kSenseSolveLimit];
-  if (r.kind == static_cast<std::uint16_t>(lss::CommandKind::solve) && limit > 0 && rounds >= limit)
+  if (r.kind == kind_of(lss::CommandKind::solve) && limit > 0 && rounds >= limit)
     return {.reason = Reason::solved_too_often,
             .measured = rounds,
             .limit = limit,
             .subject = static_cast<std::uint16_t>(state.sense[kSenseSolveModule])};
-  if (r.kind != static_cast<std::uint16_t>(CommandKind::leg)) return {};
+  if (r.kind != kind_of(CommandKind::leg)) return {};
   constexpr double kRound_rad = 2 * std::numbers::pi;
-  const double from_rad = state.sense[static_cast<std::size_t>(r.parameter[0]) - 1];
-  const double forward_rad = std::fmod(r.parameter[1] - from_rad + 2 * kRound_rad, kRound_rad);
+  const auto move = arguments<MoveLeg>(r);
+  const double from_rad = state.sense[move.leg - 1];
+  const double forward_rad = std::fmod(move.position_rad - from_rad + 2 * kRound_rad, kRound_rad);
   const double rate_rad_s =
-      (r.parameter[3] > 0.5 ? forward_rad : kRound_rad - forward_rad) / r.parameter[2];
+      (move.forward ? forward_rad : kRound_rad - forward_rad) / move.duration_s;
   const double limit_rad_s = state.sense[kSenseTurnLimit];
   if (rate_rad_s <= limit_rad_s || std::isnan(rate_rad_s)) return {};
   return {.reason = Reason::too_fast,
           .measured = rate_rad_s,
           .limit = limit_rad_s,
-          .subject = static_cast<std::uint16_t>(r.parameter[0])};
+          .subject = static_cast<std::uint16_t>(move.leg)};
 }
 
 const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
