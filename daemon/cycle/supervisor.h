@@ -24,11 +24,12 @@ struct SupervisorState;
 struct Logic {
   const lc::Table* table;
   lc::Event (*event_of)(const Request& request);
-  unsigned (*subject_of)(const Request& request);  // the module it is for; 0: none
+  unsigned (*subject_of)(const Request&) = [](const Request&) { return 0u; };  // 0: no module
   bool (*reached)(std::uint16_t kind, const SupervisorState& state);
   const CommandInfo* (*command)(std::uint16_t kind);
   // Guards on the vehicle's measurements (SupervisorState::sense).
-  Verdict (*sense)(const SupervisorState& state, const Request& request);
+  Verdict (*sense)(const SupervisorState&, const Request&) =
+      [](const SupervisorState&, const Request&) -> Verdict { return {}; };
   // For vehicles that fly: they land before they stop for a fault. nullptr: never in the air.
   bool (*airborne)(const lc::ControllerState& controller) = nullptr;
   // Commands that the vehicle itself considers (Actor::consider): the frame thread answers them.
