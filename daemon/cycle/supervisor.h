@@ -46,6 +46,19 @@ struct Adjusted {
   double before = 0;
 };
 
+// As Actor::adjust. `changed()` follows when the value was really set.
+template <class P, class Changed>
+Adjusted adjust(const Tuning<P>& tuning, P& parameters, TunableValues& values, std::size_t index,
+                double value, bool really, Changed&& changed) noexcept {
+  const double before = values.value[index];
+  if (!adjust(tuning, parameters, values, index, value, really))
+    return {{.reason = Reason::parameter_together,
+             .measured = value,
+             .subject = static_cast<std::uint16_t>(index + 1)}};
+  if (really) changed();
+  return {{}, before};
+}
+
 // Carries out the actions of a row, at once and in order. `request` is their command, or nullptr.
 class Actor {
  public:

@@ -66,9 +66,7 @@ double Vehicle::dt_s() const noexcept {
 }
 
 Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept {
-  const double before = tunables_.value[index];
-  lss::adjust(tuning(), parameters_, tunables_, index, value, really);
-  return {{}, before};
+  return lss::adjust(tuning(), parameters_, tunables_, index, value, really, [] {});
 }
 
 void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {

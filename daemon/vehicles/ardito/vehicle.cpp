@@ -39,16 +39,10 @@ Vehicle::Vehicle(const Parameters& parameters) noexcept
 // -------------------------------------------------------------------------------------------------
 
 Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept {
-  const double before = tunables_.value[index];
-  if (!lss::adjust(tuning(), parameters_, tunables_, index, value, really))
-    return {{.reason = Reason::parameter_together,
-             .measured = value,
-             .subject = static_cast<std::uint16_t>(index + 1)}};
-  if (really) {
+  return lss::adjust(tuning(), parameters_, tunables_, index, value, really, [&] {
     solver_.configure(parameters_.solver);
     mobility_.configure(parameters_.mobility);
-  }
-  return {{}, before};
+  });
 }
 
 // ---- read

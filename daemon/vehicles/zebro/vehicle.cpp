@@ -74,16 +74,10 @@ bool Vehicle::answers(std::size_t module) const noexcept {
 // -------------------------------------------------------------------------------------------------
 
 Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept {
-  const double before = tunables_.value[index];
-  if (!lss::adjust(tuning(), parameters_, tunables_, index, value, really))
-    return {{.reason = Reason::parameter_together,
-             .measured = value,
-             .subject = static_cast<std::uint16_t>(index + 1)}};
-  if (really) {
+  return lss::adjust(tuning(), parameters_, tunables_, index, value, really, [&] {
     solver_.configure(parameters_.solver);
     locomotion_.configure(parameters_.locomotion);  // none of them changes while it moves
-  }
-  return {{}, before};
+  });
 }
 
 // ---- act: actions of the locomotion controller, at once
