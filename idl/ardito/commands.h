@@ -4,9 +4,9 @@
 // idl/commands.h.
 
 #include <cstdint>
-#include <numbers>
 #include <span>
 
+#include "idl/angles.h"
 #include "idl/commands.h"
 
 namespace lss::ardito {
@@ -67,7 +67,7 @@ inline constexpr double kSpeedLimits_m_s[] = {0.5, 1.0};
 
 inline constexpr const char* kDrivers[] = {"manual", "autonomous"};
 
-inline constexpr double kMaxHeading_rad = 5 * (std::numbers::pi / 180);  // Ardito thesis 11.2
+inline constexpr double kMaxHeading_rad = 5 * kDegree;  // Ardito thesis 11.2
 
 // The parameters of each command.
 struct Start {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "daemon/vehicles/ardito/tunables.h"
+#include "idl/angles.h"
 
 namespace lss::ardito {
 namespace {
@@ -12,9 +12,9 @@ namespace {
 using gnc::ardito::contains;
 using gnc::ardito::kRadPerSecondPerRpm;
 
-constexpr double kAcceleration_m_s2 = 1.0;  // towards a commanded speed
-constexpr double kGateMargin = 1.2;         // above the limits of the mobility controller
-constexpr double kSteeringLimit_rad = 65 * std::numbers::pi / 180;  // Ardito thesis 11.2
+constexpr double kAcceleration_m_s2 = 1.0;           // towards a commanded speed
+constexpr double kGateMargin = 1.2;                  // above the limits of the mobility controller
+constexpr double kSteeringLimit_rad = 65 * kDegree;  // Ardito thesis 11.2
 
 double seconds(TimeNs time) noexcept { return static_cast<double>(time) * 1e-9; }
 
