@@ -81,7 +81,7 @@ class CanLine {
     return port_.flush(now);
   }
 
-  void describe(Report& report) const noexcept {
+  void describe(Report& report) noexcept {
     report.status = driver_.status();
     report.port = port_.counters();
     report.state = port_.state();

@@ -115,7 +115,7 @@ class SerialLine {
     return now - blocked_ns_ < kBlockedLimit;
   }
 
-  void describe(Report& report) const noexcept { report.counters = driver_.counters(); }
+  void describe(Report& report) noexcept { report.counters = driver_.counters(); }
 
  private:
   static constexpr TimeNs kBlockedLimit = 100 * kMillisecond;
