@@ -151,7 +151,7 @@ class Chain {
         far_end_(far_end),
         period_ns_(plan.packets * kPacketPeriod),
         frames_({.packets = plan.packets, .period_ns = period_ns_}),
-        bus_(&frames_, {.path = far_end.terminal.name()}),
+        bus_(&frames_, SerialSettings{.path = far_end.terminal.name()}),
         engine_(frames_, {.period_ns = period_ns_,
                           .offset_ns = way.offset_ns,
                           .max_consecutive_overruns = 5,

@@ -32,7 +32,8 @@ Samples cycles_us(int baud, int count) {
   if (!eventually([&] { return std::filesystem::exists(port); }))
     throw NotHere("lss-sim makes no port: " + read_file(folder.path() / "sim.log"));
 
-  Bus bus({.baud = baud, .period_ns = kPeriod}, {.path = port, .baud = baud});
+  Bus bus(zebro::LegBusParameters{.baud = baud, .period_ns = kPeriod},
+          SerialSettings{.path = port, .baud = baud});
   Samples cycles;
   Fifo thread("bus", kBusPriority, -1, [&] { bus.run(); });
   run_fifo("actuate", kActuatePriority, -1, [&] {

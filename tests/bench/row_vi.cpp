@@ -213,7 +213,7 @@ struct Misses {
 // The daemon's threads with a master that lets all wheels stand under power.
 Seen with_ours(const std::string& interface, int cycles, Misses& missed) {
   Nodes nodes(interface);
-  ardito::RoverCanBus bus({}, interface, canopen::filters());
+  ardito::RoverCanBus bus(ardito::RoverBusParameters{}, interface, canopen::filters());
   TimeNs begin_ns = now_ns() + 2 * kPeriod;
   ClockFrames grid(FrameClock(begin_ns, kPeriod, kOffset));
   FrameEngine<ClockFrames, RoverOrders> engine(grid, {.period_ns = kPeriod, .offset_ns = kOffset});

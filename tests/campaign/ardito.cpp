@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "daemon/vehicles/ardito/record.h"
+#include "daemon/vehicles/ardito/vehicle.h"
 #include "tests/ardito/chain/chain.h"
 #include "tests/campaign/play.h"
 

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "daemon/vehicles/talaris/gate.h"
-#include "daemon/vehicles/talaris/record.h"
+#include "daemon/vehicles/talaris/vehicle.h"
 #include "tests/campaign/play.h"
 #include "tests/talaris/chain/chain.h"
 

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "daemon/vehicles/zebro/modes.h"
-#include "daemon/vehicles/zebro/record.h"
+#include "daemon/vehicles/zebro/vehicle.h"
 #include "tests/campaign/play.h"
 #include "tests/zebro/chain/chain.h"
 #include "tools/lss-sim/zebro/vehicle.h"

@@ -1,5 +1,7 @@
 #include "tests/ardito/gnc/rover.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -186,6 +188,24 @@ void Rover::measure() {
   measured.imu.sigma_rad = now(std::clamp(sigma + gauss(0.01), -kPi / 2, kPi / 2));
   measured.imu.yaw_rate_rad_s = now(to(true_yaw_rate_rad_s() + gauss(0.004), 0.001));
   measured.imu.counter = frame_ % 65536;
+}
+
+Rover driving_rover(unsigned seed, double speed, double sigma_deg) {
+  Rover rover(seed);
+  rover.request.run = true;
+  rover.request.speed = speed;
+  rover.request.sigma_rad = sigma_deg * kDegree;
+  EXPECT_TRUE(rover.settle(30));
+  rover.run(2);
+  return rover;
+}
+
+int frames_until(Rover& rover, int most, const std::function<bool(const Command&)>& condition) {
+  for (int n = 1; n <= most; ++n) {
+    rover.step();
+    if (condition(rover.command)) return n;
+  }
+  return most + 1;
 }
 
 }  // namespace lss::gnc::ardito::test

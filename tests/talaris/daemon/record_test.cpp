@@ -1,9 +1,8 @@
 // Records of TALARIS as people see them; more in tests/safety/records.h.
-#include "daemon/vehicles/talaris/record.h"
-
 #include <gtest/gtest.h>
 
 #include "daemon/record/json.h"
+#include "daemon/vehicles/talaris/vehicle.h"
 
 namespace lss::talaris {
 namespace {
