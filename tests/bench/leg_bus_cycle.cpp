@@ -67,7 +67,7 @@ Figure cycle(const Options& options, int baud, double goal) {
 
 }  // namespace
 
-Figures row_v(const Options& options) {
+Figures leg_bus_cycle(const Options& options) {
   prepare_real_time();
   return {cycle(options, 115'200, 1.015), cycle(options, 1'000'000, 1.07)};
 }

@@ -37,7 +37,7 @@ Spin spin() {
 
 }  // namespace
 
-Figures row_viii(const Options& options) {
+Figures state_space(const Options& options) {
   const std::uint16_t modules = options.quick ? 0x41 : zebro::kAllModules;
   const lc::Model model = zebro::model_of(zebro::kTable, modules);
   lc::Exploration e = lc::explore(model);

@@ -128,7 +128,7 @@ Samples call_ms(const std::vector<std::string>& words,
 
 }  // namespace
 
-Figures row_iii(const Options& options) {
+Figures command_to_ack(const Options& options) {
   const int daemon_domain = domain(0), echo_domain = domain(1);
   Folder folder;
   std::optional<Daemon> daemon;

@@ -62,7 +62,7 @@ Samples exec_to_ready_ms(int domain) {
 
 }  // namespace
 
-Figures row_ix(const Options& options) {
+Figures memory(const Options& options) {
   Figures figures;
   const RoudiLock lock(std::chrono::seconds(options.count(120, 1)));
   std::optional<Roudi> roudi;
@@ -110,7 +110,7 @@ Figures row_ix(const Options& options) {
   return figures;
 }
 
-Figures row_x(const Options&) {
+Figures time_to_ready(const Options&) {
   return {held_back(
       figure("x", "exec to READY", "ms",
              turn_by_turn([] { return exec_to_ready_ms<Daemon>(domain(6)); },

@@ -203,7 +203,7 @@ Figure end_to_end(const Options& options) {
 
 }  // namespace
 
-Figures row_iv(const Options& options) {
+Figures telemetry_cost(const Options& options) {
   Figures figures = cost(options);
   figures.push_back(end_to_end(options));
   return figures;
