@@ -1,13 +1,13 @@
 // Report sections of D.I.A.N.A. Ardito: wheels, steering, results of the failure detection, and the
 // path.
 
-#include "tools/lss-cli/ardito/report.h"
-
 #include <fmt/format.h>
 
 #include <numbers>
 
 #include "idl/ardito/commands.h"
+#include "tools/lss-cli/ardito/vehicle.h"
+#include "tools/lss-cli/report/page.h"
 #include "tools/lss-cli/report/series.h"
 
 namespace lss::cli::ardito {

@@ -1,7 +1,5 @@
 // Report sections of TALARIS: the hop, its attitude, valves, fans and gas.
 
-#include "tools/lss-cli/talaris/report.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,7 +7,9 @@
 #include <numbers>
 
 #include "idl/talaris/commands.h"
+#include "tools/lss-cli/report/page.h"
 #include "tools/lss-cli/report/series.h"
+#include "tools/lss-cli/talaris/vehicle.h"
 
 namespace lss::cli::talaris {
 namespace {

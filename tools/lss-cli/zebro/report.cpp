@@ -1,14 +1,14 @@
 // Report sections of Lunar Zebro: gait, legs, and distance.
 
-#include "tools/lss-cli/zebro/report.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
 #include <numbers>
 
 #include "idl/zebro/commands.h"
+#include "tools/lss-cli/report/page.h"
 #include "tools/lss-cli/report/series.h"
+#include "tools/lss-cli/zebro/vehicle.h"
 
 namespace lss::cli::zebro {
 namespace {
