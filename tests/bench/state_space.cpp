@@ -6,9 +6,8 @@
 #include <regex>
 
 #include "daemon/runtime/clock.h"
-#include "daemon/vehicles/zebro/modes.h"
 #include "tests/bench/programs.h"
-#include "tools/lss-lc/zebro/system.h"
+#include "tools/lss-lc/vehicle.h"
 
 namespace lss::bench {
 namespace {
@@ -38,8 +37,8 @@ Spin spin() {
 }  // namespace
 
 Figures state_space(const Options& options) {
-  const std::uint16_t modules = options.quick ? 0x41 : zebro::kAllModules;
-  const lc::Model model = zebro::model_of(zebro::kTable, modules);
+  const lc::Verified& zebro = *lc::verified_vehicle("zebro");
+  const lc::Model model = zebro.model(*zebro.table, options.quick ? zebro.few : zebro.modules);
   lc::Exploration e = lc::explore(model);
   Samples seconds{e.seconds};
   for (int i = 1; i < options.count(kRounds, 1); ++i) {
