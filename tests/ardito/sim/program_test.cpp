@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "drivers/can/cannelloni.h"
-#include "tests/ardito/sim/frames.h"
+#include "tests/support/can_script.h"
 #include "tests/support/sim_process.h"
 
 namespace lss::sim::ardito {

@@ -30,7 +30,7 @@ class FrameBus final : public Bus {
   void turn(TimeNs now, std::span<const std::uint8_t>) override;
   TimeNs next_wake() const override { return open_ ? driver_.next_wake() : kNever; }
 
-  sim::LineFaults faults;
+  sim::WireFaults faults;
 
  private:
   static constexpr TimeNs kNever = INT64_MAX;
