@@ -11,6 +11,7 @@
 #include <set>
 
 #include "tests/cli/program_test.h"
+#include "tests/support/temp_folder.h"
 
 namespace lss::cli::test {
 namespace {
@@ -24,12 +25,6 @@ using testing::Not;
 
 class Doctor : public ProgramTest {
  protected:
-  Doctor() {
-    std::string pattern = testing::TempDir() + "lss-doctor-XXXXXX";
-    folder_ = mkdtemp(pattern.data());
-  }
-  ~Doctor() override { std::filesystem::remove_all(folder_); }
-
   std::string config(const std::string& text) const {
     std::ofstream(folder_ / "zebro.toml") << text;
     return folder_ / "zebro.toml";
@@ -64,7 +59,7 @@ class Doctor : public ProgramTest {
     return {};
   }
 
-  std::filesystem::path folder_;
+  testing_support::TempFolder folder_;
 };
 
 TEST_F(Doctor, ChecksTheMachineWithoutAConfiguration) {

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/cli/program_test.h"
+#include "tests/support/temp_folder.h"
 
 namespace lss::cli::test {
 namespace {
@@ -20,12 +21,6 @@ using testing::HasSubstr;
 
 class Log : public ProgramTest {
  protected:
-  Log() {
-    std::string name = (fs::temp_directory_path() / "lss-log-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-  }
-  ~Log() override { fs::remove_all(folder_); }
-
   std::string write(const std::string& name, const std::vector<json>& lines) const {
     const fs::path path = folder_ / name;
     std::ofstream file(path);
@@ -61,7 +56,7 @@ class Log : public ProgramTest {
               {"samples", 8}}}};
   }
 
-  fs::path folder_;
+  testing_support::TempFolder folder_;
 };
 
 TEST_F(Log, ShowsEveryFrameWithItsTimesAndEvents) {

@@ -20,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/temp_folder.h"
 #include "tools/lss-sim/frame/file.h"
 
 namespace lss::sim {
@@ -89,12 +90,6 @@ class Process {
 // A simulator of the folder of the test.
 class SimProgram : public testing::Test {
  protected:
-  void SetUp() override {
-    char name[] = "/tmp/lss-sim-test-XXXXXX";
-    folder_ = ::mkdtemp(name);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   // The arguments of this vehicle in the folder.
   std::vector<std::string> arguments(const std::string& vehicle,
                                      const std::vector<std::string>& more) const {
@@ -135,7 +130,7 @@ class SimProgram : public testing::Test {
     return third;
   }
 
-  std::filesystem::path folder_;
+  testing_support::TempFolder folder_;
 };
 
 }  // namespace lss::sim
