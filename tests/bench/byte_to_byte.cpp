@@ -264,7 +264,7 @@ Outcome measure(const Plan& plan, const std::vector<Way>& ways) {
   Process echo({program("bench-pty-echo"), echoed.terminal.name(),
                 std::to_string(kPacketBytes * plan.packets), std::to_string(kBusPriority),
                 std::to_string(measured_cpu())},
-               folder.path() / "echo.log");
+               folder / "echo.log");
   if (!eventually([&] { return echo.said("ready"); }))
     throw NotHere("the echo program does not run");
   Cyclictest cyclictest(kFramePriority, kPacketPeriod, packets, measured_cpu(),

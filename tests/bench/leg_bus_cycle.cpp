@@ -25,12 +25,12 @@ double wire_us(int baud) {
 
 Samples cycles_us(int baud, int count) {
   Folder folder;
-  const Process simulator({program("lss-sim"), "zebro", "--dir", folder.path(), "--pace", "--baud",
-                           std::to_string(baud)},
-                          folder.path() / "sim.log");
-  const std::filesystem::path port = folder.path() / "legs";
+  const Process simulator(
+      {program("lss-sim"), "zebro", "--dir", folder, "--pace", "--baud", std::to_string(baud)},
+      folder / "sim.log");
+  const std::filesystem::path port = folder / "legs";
   if (!eventually([&] { return std::filesystem::exists(port); }))
-    throw NotHere("lss-sim makes no port: " + read_file(folder.path() / "sim.log"));
+    throw NotHere("lss-sim makes no port: " + read_file(folder / "sim.log"));
 
   Bus bus({.baud = baud, .period_ns = kPeriod}, {.path = port, .baud = baud});
   Samples cycles;

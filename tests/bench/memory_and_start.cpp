@@ -18,9 +18,9 @@ namespace {
 class Minimal {
  public:
   Minimal(int domain, bool shared_memory) {
-    ReadySocket ready(folder_.path());
+    ReadySocket ready(folder_);
     process_.emplace(std::vector<std::string>{program("bench-dds-minimal"), std::to_string(domain)},
-                     folder_.path() / "minimal.log",
+                     folder_ / "minimal.log",
                      Process::Environment{ready.variable(), loopback(shared_memory)});
     ready_ns_ = ready.wait();
   }

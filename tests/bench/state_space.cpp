@@ -22,10 +22,10 @@ struct Spin {
 Spin spin() {
   Folder folder;
   const TimeNs begin = now_ns();
-  Process verifier({program("lss-lc-spin-zebro"), "-w24"}, folder.path() / "spin.log");
+  Process verifier({program("lss-lc-spin-zebro"), "-w24"}, folder / "spin.log");
   if (verifier.wait() != 0) throw NotHere("SPIN's verifier is not built: install the package spin");
   Spin s{.states = 0, .transitions = 0, .seconds = static_cast<double>(now_ns() - begin) * 1e-9};
-  const std::string said = read_file(folder.path() / "spin.log");
+  const std::string said = read_file(folder / "spin.log");
   std::smatch found;
   if (std::regex_search(said, found, std::regex("([0-9]+) states, stored")))
     s.states = std::stoull(found[1]);

@@ -2,12 +2,10 @@
 // must be whole and the exit code must fit it.
 
 #include <fcntl.h>
-#include <gmock/gmock.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "tests/cli/program_test.h"
@@ -15,13 +13,6 @@
 
 namespace lss::cli::test {
 namespace {
-
-using nlohmann::json;
-using testing::AllOf;
-using testing::AnyOf;
-using testing::HasSubstr;
-using testing::IsSupersetOf;
-using testing::Not;
 
 class Doctor : public ProgramTest {
  protected:

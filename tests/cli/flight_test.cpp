@@ -3,9 +3,6 @@
 
 #include "tools/lss-cli/recording/flight.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -18,11 +15,8 @@ namespace lss::cli::test {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 using recording::Flight;
 using recording::RecordLayout;
-using testing::ElementsAre;
-using testing::HasSubstr;
 
 constexpr const char* kSchema =
     "in:{frame:u8;time_ns:i8;requests:<{source:[4]c1;kind:u2;}>;};"

@@ -1,13 +1,10 @@
 // log list and log show, on files as the daemon leaves them (the real ones:
 // tests/e2e/test_stuck.py).
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "tests/cli/program_test.h"
 #include "tests/support/temp_folder.h"
@@ -16,8 +13,6 @@ namespace lss::cli::test {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
-using testing::HasSubstr;
 
 class Log : public ProgramTest {
  protected:

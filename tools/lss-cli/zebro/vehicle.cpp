@@ -9,7 +9,6 @@
 
 #include "daemon/vehicles/zebro/modes.h"
 #include "daemon/vehicles/zebro/tunables.h"
-#include "drivers/zebro/leg_module.h"
 #include "idl/angles.h"
 #include "idl/codes.h"
 #include "idl/zebro/commands.h"
@@ -22,7 +21,6 @@ namespace {
 
 using lss::zebro::CommandKind;
 using lss::zebro::Mode;
-using lss::zebro::ResetCause;
 
 constexpr VerbHelp kHelp[] = {
     {"start",
@@ -149,21 +147,8 @@ std::string screen(const void* telemetry, const Style& style) {
   return text;
 }
 
-const char* reset_cause(std::uint8_t number) {
-  switch (static_cast<ResetCause>(number)) {
-    case ResetCause::power_on:
-      return "power-on";
-    case ResetCause::watchdog:
-      return "watchdog";
-    case ResetCause::brown_out:
-      return "brown-out";
-    case ResetCause::command:
-      return "command";
-    case ResetCause::software:
-      return "software";
-  }
-  return "unknown";
-}
+// Of ResetCause.
+constexpr const char* kResetCauses[] = {"power-on", "watchdog", "brown-out", "command", "software"};
 
 std::string details(const void* telemetry, const Style& style) {
   std::string text = style.dim(
@@ -175,7 +160,7 @@ std::string details(const void* telemetry, const Style& style) {
     text += fmt::format("{} {:>7} {:>8} {:<10} {:<12} {:>6} ms {:>10} {:>7} {:#06x} {:>9}\n",
                         style.bold(fmt::format("{:<6}", subject_name(kVehicle, m.id))), m.address,
                         fmt::format("{}.{}", m.firmware_major, m.firmware_minor),
-                        reset_cause(m.reset_cause), format_duration(m.uptime_s), m.age_ms,
+                        name_of(kResetCauses, m.reset_cause), format_duration(m.uptime_s), m.age_ms,
                         m.replies, m.resends, m.flags, fixed(m.time_left_s, 2) + " s");
   }
   return text;
