@@ -6,7 +6,7 @@ from rig import OnCan
 class Hopper(OnCan):
     """Calibrated for 5 s only."""
 
-    VEHICLE = "talaris"
+    NAME = "talaris"
 
     def write_config(self, name=None, **changes):
         return super().write_config(name, **{"calibration_s": "5.0", **changes})

@@ -93,9 +93,9 @@ def real_time(why):
 
 
 class Scenario(unittest.TestCase):
-    """config: changes of config/VEHICLE.toml; without shared memory unless a test is about it."""
+    """config: changes of config/NAME.toml; without shared memory unless a test is about it."""
 
-    VEHICLE = "zebro"
+    NAME = "zebro"  # of the vehicle
     MODULES = "modules"  # what must answer, in the telemetry
     IN_LOCKSTEP = False  # simulated time
     SPEED = 1  # of it against the wall clock; "max" where all that moves is commanded by `run`, which takes part
@@ -175,7 +175,7 @@ class Scenario(unittest.TestCase):
 
     def start_sim(self, *words, seed=1):
         truth = os.path.join(self.folder, f"truth-{len(self.programs)}.jsonl")
-        sim = self.begin("lss-sim", [SIMULATOR, self.VEHICLE, "--dir", self.sim_folder, "--pace",
+        sim = self.begin("lss-sim", [SIMULATOR, self.NAME, "--dir", self.sim_folder, "--pace",
                                      *self.vehicle_words(), "--seed", str(seed), "--truth", truth,
                                      *self.simulator_words, *words],
                          as_simulation if self.lockstep else as_hardware)
@@ -186,12 +186,12 @@ class Scenario(unittest.TestCase):
         return sim
 
     def config_text(self):
-        return read_text(os.path.join(SOURCE, "config", f"{self.VEHICLE}.toml"))
+        return read_text(os.path.join(SOURCE, "config", f"{self.NAME}.toml"))
 
     def write_config(self, name=None, shared_memory=False, **changes):
         if not shared_memory:
             changes["shared_memory"] = "false"
-        path = os.path.join(self.folder, name or f"{self.VEHICLE}.toml")
+        path = os.path.join(self.folder, name or f"{self.NAME}.toml")
         with open(path, "w", encoding="utf-8") as file:
             file.write(edited(self.config_text(), changes))
         return path

@@ -4,7 +4,7 @@ from rig import OnCan
 
 
 class Rover(OnCan):
-    VEHICLE, MODULES = "ardito", "nodes"
+    NAME, MODULES = "ardito", "nodes"
 
     def vehicle_words(self):
         return ["--plant", self.PLANT, *super().vehicle_words()]
