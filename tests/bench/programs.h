@@ -15,25 +15,14 @@
 
 #include "drivers/time.h"
 #include "tests/bench/bench.h"
+#include "tests/support/eventually.h"
+#include "tests/support/temp_folder.h"
 
 namespace lss::bench {
 
-// Polls every 2 ms; false when the condition did not come true in time.
-bool eventually(const std::function<bool()>& condition,
-                std::chrono::seconds limit = std::chrono::seconds(20));
-
-// A folder of our own in the temporary folder, removed at the end.
-class Folder {
- public:
-  Folder();
-  ~Folder();
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
+using testing_support::eventually;
+using testing_support::RoudiLock;
+using Folder = testing_support::TempFolder;
 
 // Programs of this build, which stand beside lss-bench; references are made for it alone.
 std::string program(const std::string& name);
@@ -145,20 +134,6 @@ class Cyclictest {
   int cycles_;
   double unit_us_;
   std::optional<Process> process_;
-};
-
-// The lock that all who need a RouDi, or none, share; nothing when it was not free in time.
-class RoudiLock {
- public:
-  explicit RoudiLock(std::chrono::seconds limit);
-  ~RoudiLock();
-  RoudiLock(const RoudiLock&) = delete;
-  RoudiLock& operator=(const RoudiLock&) = delete;
-  bool held() const { return held_; }
-
- private:
-  int fd_ = -1;
-  bool held_ = false;
 };
 
 // A RouDi of our own with the configuration of the project.

@@ -10,7 +10,6 @@
 #include <sched.h>
 #include <stdint.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
 #include <sys/mman.h>
@@ -18,8 +17,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include "dds/dds.h"
-#include "lss.h"
+#include "tests/support/plain_dds.h"
 
 enum { EMERGENCY_STOP = 3, DRY_RUN = 1 };
 
@@ -94,21 +92,17 @@ int main(int argc, char** argv) {
   pthread_t thread;
   if (pthread_create(&thread, &attributes, act, NULL) != 0) return 2;
 
-  const dds_entity_t participant =
-      dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL);
-  dds_qos_t* qos = dds_create_qos();
-  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  const dds_entity_t participant = join(argv[1]);
+  dds_qos_t* qos = reliable_qos();
   dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);
   dds_listener_t* listener = dds_create_listener(NULL);
   dds_lset_data_available(listener, on_command);
-  const dds_entity_t commands = dds_create_reader(
-      participant, dds_create_topic(participant, &lss_Command_desc, "lss/command", NULL, NULL), qos,
-      listener);
+  const dds_entity_t commands =
+      reader_of(participant, &lss_Command_desc, "lss/command", qos, listener);
   dds_qset_reliability(qos, DDS_RELIABILITY_BEST_EFFORT, 0);
   dds_lset_data_available(listener, on_heartbeat);
-  const dds_entity_t heartbeats = dds_create_reader(
-      participant, dds_create_topic(participant, &lss_Heartbeat_desc, "lss/heartbeat", NULL, NULL),
-      qos, listener);
+  const dds_entity_t heartbeats =
+      reader_of(participant, &lss_Heartbeat_desc, "lss/heartbeat", qos, listener);
   if (commands < 0 || heartbeats < 0) return 2;
   printf("ready\n");
   fflush(stdout);

@@ -17,6 +17,7 @@
 #include "daemon/replay/records.h"
 #include "daemon/replay/replay_files.h"
 #include "tests/campaign/campaign.h"
+#include "tests/support/temp_folder.h"
 #include "tools/lss-cli/recording/flight.h"
 
 namespace lss::campaign {
@@ -27,23 +28,14 @@ using cli::recording::Flight;
 using record::Replayed;
 using testing::HasSubstr;
 
-class Folder {
+class Folder : public testing_support::TempFolder {
  public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "lss-campaign-XXXXXX").string();
-    path_ = ::mkdtemp(name.data());
-  }
-  ~Folder() { fs::remove_all(path_); }
-  const fs::path& path() const { return path_; }
   std::vector<fs::path> files() const {
     std::vector<fs::path> found;
-    for (const auto& entry : fs::directory_iterator(path_)) found.push_back(entry.path());
+    for (const auto& entry : fs::directory_iterator(*this)) found.push_back(entry.path());
     std::ranges::sort(found);
     return found;
   }
-
- private:
-  fs::path path_;
 };
 
 const Subject& subject(const std::string& vehicle) {
@@ -73,7 +65,7 @@ TEST_P(CampaignReplay, IsEqualToTheBitAlsoFromTheMiddle) {
   for (unsigned number = batch.first; number < batch.first + batch.count; ++number) {
     SCOPED_TRACE(fmt::format("{} {}", batch.vehicle, number));
     const Folder folder;
-    const campaign::Run run = subject(batch.vehicle).record(number, folder.path());
+    const campaign::Run run = subject(batch.vehicle).record(number, folder);
     faults += run.faults;
     std::uint64_t recorded = 0;
     for (const fs::path& path : folder.files()) {
@@ -132,7 +124,7 @@ class CampaignRecording : public testing::TestWithParam<const char*> {
 TEST_P(CampaignRecording, IsNotWhatAnAlteredBuildMakesOfIt) {
   if (!is_built(GetParam())) GTEST_SKIP() << "not of this build";
   const Folder folder;
-  subject(GetParam()).record(1, folder.path());
+  subject(GetParam()).record(1, folder);
   const Ended same = run(LSSD " --replay", folder.files());
   EXPECT_EQ(same.code, static_cast<int>(Replayed::equal)) << same.out;
   EXPECT_THAT(same.out, HasSubstr("every bit of every output"));
@@ -146,7 +138,7 @@ TEST_P(CampaignRecording, IsNotWhatAnAlteredBuildMakesOfIt) {
 TEST_P(CampaignRecording, IsReadByItsDescriptionAsByTheStructs) {
   if (!is_built(GetParam())) GTEST_SKIP() << "not of this build";
   const Folder folder;
-  subject(GetParam()).record(2, folder.path());
+  subject(GetParam()).record(2, folder);
   const auto records = vehicle_records(GetParam());
   std::uint64_t frames = 0, events = 0;
   for (const fs::path& path : folder.files()) {

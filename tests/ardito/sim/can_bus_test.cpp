@@ -5,7 +5,7 @@
 
 #include <deque>
 
-#include "tests/ardito/sim/frames.h"
+#include "tests/support/can_script.h"
 #include "tools/lss-sim/ardito/vehicle.h"
 #include "tools/lss-sim/frame/runner.h"
 

@@ -56,6 +56,8 @@ Figure rigid_bodies(const Options& options) {
 
 }  // namespace
 
-Figures row_xii(const Options& options) { return {whole_mission(options), rigid_bodies(options)}; }
+Figures simulation_speed(const Options& options) {
+  return {whole_mission(options), rigid_bodies(options)};
+}
 
 }  // namespace lss::bench

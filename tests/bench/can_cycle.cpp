@@ -277,7 +277,7 @@ Seen with_raw(const std::string& interface, int cycles, Misses& missed) {
 
 }  // namespace
 
-Figures row_vi(const Options& options) {
+Figures can_cycle(const Options& options) {
   const std::string interface = can_interface();
   prepare_real_time();
   const int cycles = options.count(100, 10);

@@ -6,9 +6,8 @@
 #include <regex>
 
 #include "daemon/runtime/clock.h"
-#include "daemon/vehicles/zebro/modes.h"
 #include "tests/bench/programs.h"
-#include "tools/lss-lc/zebro/system.h"
+#include "tools/lss-lc/vehicle.h"
 
 namespace lss::bench {
 namespace {
@@ -23,10 +22,10 @@ struct Spin {
 Spin spin() {
   Folder folder;
   const TimeNs begin = now_ns();
-  Process verifier({program("lss-lc-spin-zebro"), "-w24"}, folder.path() / "spin.log");
+  Process verifier({program("lss-lc-spin-zebro"), "-w24"}, folder / "spin.log");
   if (verifier.wait() != 0) throw NotHere("SPIN's verifier is not built: install the package spin");
   Spin s{.states = 0, .transitions = 0, .seconds = static_cast<double>(now_ns() - begin) * 1e-9};
-  const std::string said = read_file(folder.path() / "spin.log");
+  const std::string said = read_file(folder / "spin.log");
   std::smatch found;
   if (std::regex_search(said, found, std::regex("([0-9]+) states, stored")))
     s.states = std::stoull(found[1]);
@@ -37,9 +36,9 @@ Spin spin() {
 
 }  // namespace
 
-Figures row_viii(const Options& options) {
-  const std::uint16_t modules = options.quick ? 0x41 : zebro::kAllModules;
-  const lc::Model model = zebro::model_of(zebro::kTable, modules);
+Figures state_space(const Options& options) {
+  const lc::Verified& zebro = *lc::verified_vehicle("zebro");
+  const lc::Model model = zebro.model(*zebro.table, options.quick ? zebro.few : zebro.modules);
   lc::Exploration e = lc::explore(model);
   Samples seconds{e.seconds};
   for (int i = 1; i < options.count(kRounds, 1); ++i) {

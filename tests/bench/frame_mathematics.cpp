@@ -1,7 +1,7 @@
 // Row vii: the mathematics of one frame, against one product of two 15 x 15 matrices by Eigen. A
-// vehicle is a function, below or in row_vii_NAME.cpp, and an entry of kVehicles.
+// vehicle is a function, below or in frame_mathematics_NAME.cpp, and an entry of kVehicles.
 
-#include "tests/bench/row_vii.h"
+#include "tests/bench/frame_mathematics.h"
 
 #include <Eigen/Core>
 #include <array>
@@ -112,7 +112,7 @@ Samples product_ns(int count) {
 
 }  // namespace
 
-Figures row_vii(const Options& options) {
+Figures frame_mathematics(const Options& options) {
   Figures figures;
   for (const Vehicle& vehicle : kVehicles) {
     const Rounds rounds = turn_by_turn(vehicle.frame(options),

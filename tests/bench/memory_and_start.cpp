@@ -18,9 +18,9 @@ namespace {
 class Minimal {
  public:
   Minimal(int domain, bool shared_memory) {
-    ReadySocket ready(folder_.path());
+    ReadySocket ready(folder_);
     process_.emplace(std::vector<std::string>{program("bench-dds-minimal"), std::to_string(domain)},
-                     folder_.path() / "minimal.log",
+                     folder_ / "minimal.log",
                      Process::Environment{ready.variable(), loopback(shared_memory)});
     ready_ns_ = ready.wait();
   }
@@ -62,7 +62,7 @@ Samples exec_to_ready_ms(int domain) {
 
 }  // namespace
 
-Figures row_ix(const Options& options) {
+Figures memory(const Options& options) {
   Figures figures;
   const RoudiLock lock(std::chrono::seconds(options.count(120, 1)));
   std::optional<Roudi> roudi;
@@ -110,7 +110,7 @@ Figures row_ix(const Options& options) {
   return figures;
 }
 
-Figures row_x(const Options&) {
+Figures time_to_ready(const Options&) {
   return {held_back(
       figure("x", "exec to READY", "ms",
              turn_by_turn([] { return exec_to_ready_ms<Daemon>(domain(6)); },

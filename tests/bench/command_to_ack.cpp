@@ -101,13 +101,13 @@ Samples ddsperf_us(int domain) {
   std::optional<Process> pong;
   {
     const OnCpu servers(measured_cpu());
-    pong.emplace(std::vector<std::string>{"ddsperf", "-i", id, "pong"}, folder.path() / "pong.log",
+    pong.emplace(std::vector<std::string>{"ddsperf", "-i", id, "pong"}, folder / "pong.log",
                  Process::Environment{loopback()});
   }
-  Process ping({"ddsperf", "-i", id, "-D", "2.5", "ping", "size", "200"},
-               folder.path() / "ping.log", {loopback()});
+  Process ping({"ddsperf", "-i", id, "-D", "2.5", "ping", "size", "200"}, folder / "ping.log",
+               {loopback()});
   ping.wait();
-  const std::string said = read_file(folder.path() / "ping.log");
+  const std::string said = read_file(folder / "ping.log");
   const std::size_t at = said.rfind(" 50% ");
   if (at == std::string::npos) throw NotHere("ddsperf does not measure round trips here");
   return {2 * std::strtod(said.c_str() + at + 5, nullptr)};
@@ -118,9 +118,9 @@ Samples call_ms(const std::vector<std::string>& words,
   Folder folder;
   Samples times;
   for (int i = 0; i < count; ++i) {
-    Process call(words, folder.path() / "call.log", {variable});
+    Process call(words, folder / "call.log", {variable});
     if (const int code = call.wait(); code != 0)
-      throw std::runtime_error(words.front() + " failed: " + read_file(folder.path() / "call.log"));
+      throw std::runtime_error(words.front() + " failed: " + read_file(folder / "call.log"));
     times.push_back(static_cast<double>(now_ns() - call.started_ns()) * 1e-6);
   }
   return times;
@@ -128,7 +128,7 @@ Samples call_ms(const std::vector<std::string>& words,
 
 }  // namespace
 
-Figures row_iii(const Options& options) {
+Figures command_to_ack(const Options& options) {
   const int daemon_domain = domain(0), echo_domain = domain(1);
   Folder folder;
   std::optional<Daemon> daemon;
@@ -139,7 +139,7 @@ Figures row_iii(const Options& options) {
     const OnCpu servers(measured_cpu());
     daemon.emplace(daemon_domain, false);
     echo.emplace(std::vector<std::string>{program("bench-dds-echo"), std::to_string(echo_domain)},
-                 folder.path() / "echo.log", Process::Environment{loopback()});
+                 folder / "echo.log", Process::Environment{loopback()});
   }
   const OnCpu clients(kHardwareCpu);
   Pinger to_daemon(daemon_domain), to_echo(echo_domain);

@@ -9,9 +9,9 @@
 #include "daemon/runtime/frame_engine.h"
 #include "drivers/serial/serial_port.h"
 #include "drivers/talaris/valves.h"
+#include "tests/bench/edge_error.h"
 #include "tests/bench/programs.h"
 #include "tests/bench/realtime.h"
-#include "tests/bench/row_xi.h"
 
 namespace lss::bench {
 namespace {

@@ -2,7 +2,7 @@
 // the order is issued, and when its byte was written to a port; against cyclictest with the same
 // period, priority and CPU at the same time.
 
-#include "tests/bench/row_xi.h"
+#include "tests/bench/edge_error.h"
 
 #include <unistd.h>
 
@@ -105,7 +105,7 @@ void measure(const Options& options, const std::string& what, Errors (*subject)(
 
 }  // namespace
 
-Figures row_xi(const Options& options) {
+Figures edge_error(const Options& options) {
   prepare_real_time();
   Figures figures;
   measure(options, "", edges, figures);

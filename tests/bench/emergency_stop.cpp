@@ -107,7 +107,7 @@ void measure(const Options& options, const Stoppable& vehicle, int index, Figure
 
 }  // namespace
 
-Figures row_xiii(const Options& options) {
+Figures emergency_stop(const Options& options) {
   prepare_real_time();
   Figures figures;
   int index = 0;

@@ -40,7 +40,7 @@ Run frame_thread(int frames, TimeNs spin_ns) {
 
 }  // namespace
 
-Figures row_i(const Options& options) {
+Figures wake_up(const Options& options) {
   prepare_real_time();
   const int frames = options.count(300, 40);
   // Which thread wakes shortly after which, and finds the CPU awake, is chance: many short rounds.

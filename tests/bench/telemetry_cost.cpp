@@ -42,7 +42,7 @@ Figures cost(const Options& options) {
   Folder folder;
   const int echo_domain = domain(3);
   const Process reader({program("bench-dds-echo"), std::to_string(echo_domain)},
-                       folder.path() / "echo.log", {loopback()});
+                       folder / "echo.log", {loopback()});
   const dds::Participant participant = value(dds::Participant::create({.domain = echo_domain}));
   const dds::Entity writer = value(dds::create_writer(participant.get(), telemetry_topic()));
   const auto matched = [&] {
@@ -182,7 +182,7 @@ Figure end_to_end(const Options& options) {
     daemon.emplace(daemon_domain, false);
     raw.emplace(
         std::vector<std::string>{program("bench-dds-writer"), std::to_string(raw_domain), "20000"},
-        folder.path() / "writer.log", Process::Environment{loopback()});
+        folder / "writer.log", Process::Environment{loopback()});
   }
   const OnCpu subscribers(kHardwareCpu);
   Subscriber from_daemon(daemon_domain), from_raw(raw_domain);
@@ -203,7 +203,7 @@ Figure end_to_end(const Options& options) {
 
 }  // namespace
 
-Figures row_iv(const Options& options) {
+Figures telemetry_cost(const Options& options) {
   Figures figures = cost(options);
   figures.push_back(end_to_end(options));
   return figures;

@@ -264,7 +264,7 @@ Outcome measure(const Plan& plan, const std::vector<Way>& ways) {
   Process echo({program("bench-pty-echo"), echoed.terminal.name(),
                 std::to_string(kPacketBytes * plan.packets), std::to_string(kBusPriority),
                 std::to_string(measured_cpu())},
-               folder.path() / "echo.log");
+               folder / "echo.log");
   if (!eventually([&] { return echo.said("ready"); }))
     throw NotHere("the echo program does not run");
   Cyclictest cyclictest(kFramePriority, kPacketPeriod, packets, measured_cpu(),
@@ -337,7 +337,7 @@ Figures with_offset(const Subject& s, const Outcome& outcome, const Plan& plan,
 
 }  // namespace
 
-Figures row_ii(const Options& options) {
+Figures byte_to_byte(const Options& options) {
   prepare_real_time();
   const bool campaign = options.campaign != Campaign::none;
   const Plan few{.frames = options.count(1000, 50), .packets = 4};
@@ -366,7 +366,7 @@ Figures row_ii(const Options& options) {
       figures.push_back(std::move(f));
   }
 #ifdef LSS_BENCH_ARDITO
-  if (!campaign) std::ranges::move(row_ii_sync(options), std::back_inserter(figures));
+  if (!campaign) std::ranges::move(sync_deviation(options), std::back_inserter(figures));
 #endif
   return figures;
 }

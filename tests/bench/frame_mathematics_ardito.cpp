@@ -3,7 +3,7 @@
 
 #include "daemon/runtime/clock.h"
 #include "tests/ardito/gnc/rover.h"
-#include "tests/bench/row_vii.h"
+#include "tests/bench/frame_mathematics.h"
 
 namespace lss::bench {
 namespace {

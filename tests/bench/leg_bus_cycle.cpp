@@ -25,12 +25,12 @@ double wire_us(int baud) {
 
 Samples cycles_us(int baud, int count) {
   Folder folder;
-  const Process simulator({program("lss-sim"), "zebro", "--dir", folder.path(), "--pace", "--baud",
-                           std::to_string(baud)},
-                          folder.path() / "sim.log");
-  const std::filesystem::path port = folder.path() / "legs";
+  const Process simulator(
+      {program("lss-sim"), "zebro", "--dir", folder, "--pace", "--baud", std::to_string(baud)},
+      folder / "sim.log");
+  const std::filesystem::path port = folder / "legs";
   if (!eventually([&] { return std::filesystem::exists(port); }))
-    throw NotHere("lss-sim makes no port: " + read_file(folder.path() / "sim.log"));
+    throw NotHere("lss-sim makes no port: " + read_file(folder / "sim.log"));
 
   Bus bus(zebro::LegBusParameters{.baud = baud, .period_ns = kPeriod},
           SerialSettings{.path = port, .baud = baud});
@@ -68,7 +68,7 @@ Figure cycle(const Options& options, int baud, double goal) {
 
 }  // namespace
 
-Figures row_v(const Options& options) {
+Figures leg_bus_cycle(const Options& options) {
   prepare_real_time();
   return {cycle(options, 115'200, 1.015), cycle(options, 1'000'000, 1.07)};
 }

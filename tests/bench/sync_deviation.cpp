@@ -104,7 +104,7 @@ double size(double us) { return std::abs(us); }
 
 }  // namespace
 
-Figures row_ii_sync(const Options& options) {
+Figures sync_deviation(const Options& options) {
   const int frames = options.count(300, 20);
   const ardito::RoverBusParameters parameters;
   FarEnd ours, raw;

@@ -3,7 +3,7 @@
 
 #include "daemon/runtime/clock.h"
 #include "gnc/talaris/navigation.h"
-#include "tests/bench/row_vii.h"
+#include "tests/bench/frame_mathematics.h"
 #include "tests/talaris/gnc/flown.h"
 
 namespace lss::bench {
