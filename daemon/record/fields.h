@@ -32,7 +32,7 @@ constexpr void visit(V& v, X& x) {
   } else {
     using T = std::remove_const_t<X>;
     const auto all = members::tie(x);
-    [&]<std::size_t... I>(std::index_sequence<I...>) {
+    [&]<std::size_t... I>(std::index_sequence<I...>) __attribute__((always_inline)) {
       (v(members::kName<T, I>.data(), std::get<I>(all)), ...);
     }
     (std::make_index_sequence<kMembers<T>>());
@@ -72,7 +72,7 @@ class Writer {
   bool fits() const noexcept { return size_ <= buffer_.size(); }
 
   template <class T>
-  void operator()(const char*, const T& x) noexcept {
+  [[gnu::always_inline]] void operator()(const char*, const T& x) noexcept {
     put(x);
   }
   template <class T, std::size_t N>
@@ -93,7 +93,12 @@ class Writer {
   }
   template <Array T>
   void put(const T& x) noexcept {
-    for (const auto& element : x) put(element);
+    if constexpr (Number<std::remove_cvref_t<decltype(x[0])>>) {
+      if (size_ + sizeof x <= buffer_.size()) std::memcpy(&buffer_[size_], std::data(x), sizeof x);
+      size_ += sizeof x;
+    } else {
+      for (const auto& element : x) put(element);
+    }
   }
   template <class... T>
   void put(const std::variant<T...>& x) noexcept {

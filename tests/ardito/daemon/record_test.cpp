@@ -1,6 +1,7 @@
 // Records of Ardito as people see them; more in tests/safety/records.h.
 #include <gtest/gtest.h>
 
+#include "daemon/record/frame_record.h"
 #include "daemon/record/json.h"
 #include "daemon/vehicles/ardito/vehicle.h"
 

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <string>
 
+#include "daemon/record/frame_record.h"
 #include "daemon/record/json.h"
 #include "daemon/record/run_log.h"
 #include "daemon/vehicles/zebro/vehicle.h"
