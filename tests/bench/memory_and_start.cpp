@@ -14,23 +14,12 @@
 namespace lss::bench {
 namespace {
 
-// The least daemon, READY when the constructor returns.
-class Minimal {
+// The least daemon.
+class Minimal : public Service {
  public:
   Minimal(int domain, bool shared_memory) {
-    ReadySocket ready(folder_);
-    process_.emplace(std::vector<std::string>{program("bench-dds-minimal"), std::to_string(domain)},
-                     folder_ / "minimal.log",
-                     Process::Environment{ready.variable(), loopback(shared_memory)});
-    ready_ns_ = ready.wait();
+    start({program("bench-dds-minimal"), std::to_string(domain)}, {loopback(shared_memory)});
   }
-  pid_t pid() const { return process_->pid(); }
-  TimeNs exec_to_ready_ns() const { return ready_ns_ - process_->started_ns(); }
-
- private:
-  Folder folder_;
-  std::optional<Process> process_;
-  TimeNs ready_ns_ = 0;
 };
 
 // The newest status of the daemon of that domain, when it has run for so many frames.
