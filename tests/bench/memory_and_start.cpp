@@ -55,22 +55,22 @@ Figures memory(const Options& options) {
   Figures figures;
   const RoudiLock lock(std::chrono::seconds(options.count(120, 1)));
   std::optional<Roudi> roudi;
-  if (lock.held()) roudi.emplace();
-  const std::string how = lock.held() ? "with shared memory"
+  if (lock.is_locked()) roudi.emplace();
+  const std::string how = lock.is_locked() ? "with shared memory"
                                       : "without shared memory: another RouDi runs on this machine";
   const auto resident = [&](auto started) {
     std::this_thread::sleep_for(std::chrono::milliseconds(options.count(1000, 100)));
     return Samples{rss_mb(started->pid())};
   };
   const Rounds rounds =
-      turn_by_turn([&] { return resident(std::make_unique<Daemon>(domain(6), lock.held())); },
-                   [&] { return resident(std::make_unique<Minimal>(domain(7), lock.held())); });
+      turn_by_turn([&] { return resident(std::make_unique<Daemon>(domain(6), lock.is_locked())); },
+                   [&] { return resident(std::make_unique<Minimal>(domain(7), lock.is_locked())); });
   figures.push_back(held_back(
       noted(figure("ix", "resident memory", "MB", rounds, median, 1.5), how),
       "the program and the runtimes of C and C++ are populated whole, so that no real-time thread "
       "is the first to touch a page; the history of events; five readers and writers more"));
 
-  const Daemon daemon(domain(6), lock.held());
+  const Daemon daemon(domain(6), lock.is_locked());
   const lss_Status status =
       status_after(domain(6), static_cast<std::uint64_t>(options.count(1000, 60)));
   std::uint64_t fifo = 0, mallocs = 0, faults = 0;
