@@ -31,10 +31,7 @@ static void on_command(dds_entity_t reader, void* argument) {
 static void on_telemetry(dds_entity_t reader, void* argument) {
   (void)argument;
   static lss_ZebroTelemetry sample;
-  void* pointer = &sample;
-  dds_sample_info_t info;
-  while (dds_take(reader, &pointer, &info, 1, 1) > 0) {
-  }
+  drain(reader, &sample);
 }
 
 int main(int argc, char** argv) {

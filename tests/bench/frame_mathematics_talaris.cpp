@@ -50,18 +50,13 @@ Samples sparse_ns(const Recorded& recorded) {
 
 Samples dense_ns(const Recorded& recorded) {
   const NavigationParameters p;
-  const Nominal& x = recorded.begin.filter().nominal();
   DenseEkf ekf;
   ekf.form = DenseEkf::Form::begin_of_step;
   ekf.force_noise = p.force_noise;
   ekf.rate_noise = p.rate_noise;
   ekf.force_bias_walk = p.force_bias_walk;
   ekf.rate_bias_walk = p.rate_bias_walk;
-  ekf.p = x.position_N_m;
-  ekf.q = x.q_NB;
-  ekf.ba = x.accelerometer_bias_m_s2;
-  ekf.bg = x.gyro_bias_rad_s;
-  ekf.P = recorded.begin.filter().covariance();
+  ekf.start(recorded.begin.filter().nominal(), recorded.begin.filter().covariance());
   const TimeNs begin = now_ns();
   for (const Frame& f : recorded.frames) {
     std::size_t next = 0;

@@ -14,23 +14,12 @@
 namespace lss::bench {
 namespace {
 
-// The least daemon, READY when the constructor returns.
-class Minimal {
+// The least daemon.
+class Minimal : public Service {
  public:
   Minimal(int domain, bool shared_memory) {
-    ReadySocket ready(folder_);
-    process_.emplace(std::vector<std::string>{program("bench-dds-minimal"), std::to_string(domain)},
-                     folder_ / "minimal.log",
-                     Process::Environment{ready.variable(), loopback(shared_memory)});
-    ready_ns_ = ready.wait();
+    start({program("bench-dds-minimal"), std::to_string(domain)}, {loopback(shared_memory)});
   }
-  pid_t pid() const { return process_->pid(); }
-  TimeNs exec_to_ready_ns() const { return ready_ns_ - process_->started_ns(); }
-
- private:
-  Folder folder_;
-  std::optional<Process> process_;
-  TimeNs ready_ns_ = 0;
 };
 
 // The newest status of the daemon of that domain, when it has run for so many frames.
@@ -66,22 +55,22 @@ Figures memory(const Options& options) {
   Figures figures;
   const RoudiLock lock(std::chrono::seconds(options.count(120, 1)));
   std::optional<Roudi> roudi;
-  if (lock.held()) roudi.emplace();
-  const std::string how = lock.held() ? "with shared memory"
+  if (lock.is_locked()) roudi.emplace();
+  const std::string how = lock.is_locked() ? "with shared memory"
                                       : "without shared memory: another RouDi runs on this machine";
   const auto resident = [&](auto started) {
     std::this_thread::sleep_for(std::chrono::milliseconds(options.count(1000, 100)));
     return Samples{rss_mb(started->pid())};
   };
   const Rounds rounds =
-      turn_by_turn([&] { return resident(std::make_unique<Daemon>(domain(6), lock.held())); },
-                   [&] { return resident(std::make_unique<Minimal>(domain(7), lock.held())); });
+      turn_by_turn([&] { return resident(std::make_unique<Daemon>(domain(6), lock.is_locked())); },
+                   [&] { return resident(std::make_unique<Minimal>(domain(7), lock.is_locked())); });
   figures.push_back(held_back(
       noted(figure("ix", "resident memory", "MB", rounds, median, 1.5), how),
       "the program and the runtimes of C and C++ are populated whole, so that no real-time thread "
       "is the first to touch a page; the history of events; five readers and writers more"));
 
-  const Daemon daemon(domain(6), lock.held());
+  const Daemon daemon(domain(6), lock.is_locked());
   const lss_Status status =
       status_after(domain(6), static_cast<std::uint64_t>(options.count(1000, 60)));
   std::uint64_t fifo = 0, mallocs = 0, faults = 0;

@@ -197,16 +197,21 @@ std::pair<std::string, std::string> loopback(bool shared_memory) {
 // Not those of the tests (1 to 100), nor 0, where a real daemon may run.
 int domain(int index) { return 101 + (::getpid() * 8 + index) % 104; }
 
+void Service::start(const std::vector<std::string>& words, Process::Environment environment) {
+  ReadySocket ready(folder_);
+  environment.push_back(ready.variable());
+  process_.emplace(words, folder_ / "service.log", environment);
+  ready_ns_ = ready.wait();
+}
+
 Daemon::Daemon(int domain, bool shared_memory) {
   std::string text = read_file(source() / "config" / "zebro.toml");
   if (!shared_memory) text = replaced(text, "shared_memory = true", "shared_memory = false");
   const std::filesystem::path config = folder_ / "zebro.toml";
   std::ofstream(config) << text;
-  ReadySocket ready(folder_);
-  process_.emplace(std::vector<std::string>{program("lssd"), "--config", config, "--run-dir",
-                                            folder_, "--domain", std::to_string(domain)},
-                   folder_ / "lssd.log", Process::Environment{ready.variable()});
-  ready_ns_ = ready.wait();
+  start({program("lssd"), "--config", config, "--run-dir", folder_, "--domain",
+         std::to_string(domain)},
+        {});
 }
 
 Cyclictest::Cyclictest(int priority, TimeNs period_ns, int cycles, int cpu, Unit unit)

@@ -102,18 +102,27 @@ std::pair<std::string, std::string> loopback(bool shared_memory = false);
 // Domains of this run: 0, 1, ... are different, and different from other runs at the same time.
 int domain(int index);
 
-// lssd with config/zebro.toml, and no hardware at its port; READY when the constructor returns.
-class Daemon {
+// A program that says READY=1; it has when the constructor of the derived class returns.
+class Service {
  public:
-  Daemon(int domain, bool shared_memory);
-
   pid_t pid() const { return process_->pid(); }
   TimeNs exec_to_ready_ns() const { return ready_ns_ - process_->started_ns(); }
 
- private:
+ protected:
+  Service() = default;
+  void start(const std::vector<std::string>& words, Process::Environment environment);
+
   Folder folder_;
+
+ private:
   std::optional<Process> process_;
   TimeNs ready_ns_ = 0;
+};
+
+// lssd with config/zebro.toml, and no hardware at its port.
+class Daemon : public Service {
+ public:
+  Daemon(int domain, bool shared_memory);
 };
 
 // cyclictest at a priority on a CPU; ends by itself.

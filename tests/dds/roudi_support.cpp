@@ -25,7 +25,7 @@ extern "C" ssize_t sendmsg(int fd, const msghdr* message, int flags) {
 namespace lss::testing_support {
 
 Alone::Alone() : lock_(std::chrono::minutes(10)) {
-  require(lock_.held(), "no RouDi but ours on this machine while its tests run");
+  require(lock_.is_locked(), "no RouDi but ours on this machine while its tests run");
 }
 
 Roudi::Roudi()

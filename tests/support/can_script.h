@@ -51,10 +51,10 @@ inline std::uint32_t u32_at(const CanFrame& frame, std::size_t at) {
 inline int u16_at(const CanFrame& frame, std::size_t at) {
   return frame.data[at] | frame.data[at + 1] << 8;
 }
-inline std::int64_t i16_at(const CanFrame& frame, std::size_t at) {
+inline int i16_at(const CanFrame& frame, std::size_t at) {
   return static_cast<std::int16_t>(u16_at(frame, at));
 }
-inline std::int64_t i32_at(const CanFrame& frame, std::size_t at) {
+inline std::int32_t i32_at(const CanFrame& frame, std::size_t at) {
   return static_cast<std::int32_t>(u32_at(frame, at));
 }
 

@@ -30,18 +30,18 @@ inline bool eventually(const std::function<bool()>& condition,
 // The lock that all who need a RouDi, or none, share; until the process no longer needs it.
 class RoudiLock {
  public:
-  // Not held when it was not free in time, or another RouDi runs.
+  // Not locked when it was not free in time, or another RouDi runs.
   explicit RoudiLock(std::chrono::seconds limit) : fd_(::open(kFile, O_RDONLY | O_CLOEXEC)) {
     // Not made by the first call: the kernel refuses to "create" a file that another user's run
     // left in /tmp.
     if (fd_ < 0) fd_ = ::open(kFile, O_RDONLY | O_CREAT | O_CLOEXEC, 0644);
     // That of the test before us may be dying still.
-    held_ = fd_ >= 0 && eventually([&] { return ::flock(fd_, LOCK_EX | LOCK_NB) == 0; }, limit) &&
+    locked_ = fd_ >= 0 && eventually([&] { return ::flock(fd_, LOCK_EX | LOCK_NB) == 0; }, limit) &&
             eventually([] { return !dds::find_roudi(); }, limit);
   }
   // A killed RouDi leaves files that the RouDi of another user could not replace.
   ~RoudiLock() {
-    if (held_) {
+    if (locked_) {
       const group* own = ::getgrgid(::getegid());
       const std::string segment = std::string("/dev/shm/") + (own != nullptr ? own->gr_name : "");
       for (const std::string& file :
@@ -54,12 +54,12 @@ class RoudiLock {
   }
   RoudiLock(const RoudiLock&) = delete;
   RoudiLock& operator=(const RoudiLock&) = delete;
-  bool held() const { return held_; }
+  bool is_locked() const { return locked_; }
 
  private:
   static constexpr const char* kFile = "/tmp/lss-test-roudi.lock";
   int fd_;
-  bool held_ = false;
+  bool locked_ = false;
 };
 
 }  // namespace lss::testing_support

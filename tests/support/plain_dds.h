@@ -54,3 +54,10 @@ static inline bool wait_for_daemon(dds_entity_t participant, dds_entity_t comman
                     until) &&
          wait_until(waitset_on(participant, ack_reader, DDS_SUBSCRIPTION_MATCHED_STATUS), until);
 }
+
+// Takes all samples and looks at none.
+static inline void drain(dds_entity_t reader, void* sample) {
+  dds_sample_info_t info;
+  while (dds_take(reader, &sample, &info, 1, 1) > 0) {
+  }
+}

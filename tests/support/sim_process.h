@@ -97,6 +97,11 @@ class SimProgram : public testing::Test {
     all.insert(all.end(), more.begin(), more.end());
     return all;
   }
+  // On a CAN bus at any port.
+  std::vector<std::string> on_can(const std::string& vehicle, std::vector<std::string> more) const {
+    more.insert(more.begin(), {"--can", "udp://127.0.0.1:0"});
+    return arguments(vehicle, more);
+  }
   // `lss-sim fault`: its exit code.
   int fault(const std::string& text, std::string* said = nullptr) {
     Process process({"fault", "--dir", folder_.string(), text});

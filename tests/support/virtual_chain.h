@@ -89,7 +89,7 @@ class VirtualChain {
   std::function<void(const Inputs<Vehicle>&, const Outputs<Vehicle>&, Supervisor&, Vehicle&)>
       tape{};
 
-  // ---- Actions of an operator. Each command is from `from`, with the lease of the chain.
+  // ---- Actions of an operator. Each command is from `from`.
   template <class Kind>
   std::uint64_t send(Kind kind, std::initializer_list<double> parameters = {},
                      const char* from = "test") {
@@ -99,11 +99,12 @@ class VirtualChain {
   std::uint64_t send(std::uint16_t kind, std::span<const double> parameters,
                      const char* from = "test") {
     Request request{
-        .source = name_of(from), .sequence = ++sequence_, .kind = kind, .lease_ms = lease_ms_};
+        .source = name_of(from), .sequence = ++sequence_, .kind = kind, .lease_ms = lease_ms};
     std::ranges::copy(parameters, request.parameter.begin());
     post(request);
     return sequence_;
   }
+  std::uint32_t lease_ms = 0;                   // of commands
   void heartbeat(bool on) { heartbeat_ = on; }  // of "test", five times a second; on at first
 
   // ---- Faults, written as for lss-sim: "module-dead:3", "noise:0.01", "clear:noise", "clear".
@@ -155,8 +156,8 @@ class VirtualChain {
         vehicle_(parameters_),
         supervisor_(logic, {.obc_timeout_ns = config_.obc_timeout_ns}),
         port_(logic, static_cast<std::uint32_t>(config_.lease_min_ms),
-              static_cast<std::uint32_t>(config_.lease_max_ms), [this] { all_stop(); }),
-        lease_ms_(source.lease_ms) {
+              static_cast<std::uint32_t>(config_.lease_max_ms), [this] { all_stop(); }) {
+    lease_ms = source.lease_ms;
     port_.show(supervisor_.state());
   }
   ~VirtualChain() = default;
@@ -250,7 +251,6 @@ class VirtualChain {
     port_.receive(request, kWriter, [this](const Ack& ack) { acks.push_back(ack); });
   }
 
-  std::uint32_t lease_ms_;
   bool heartbeat_ = true;
   std::uint64_t sequence_ = 0;
 };

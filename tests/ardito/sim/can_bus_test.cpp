@@ -12,8 +12,6 @@
 namespace lss::sim {
 namespace {
 
-using ardito::frame;
-using ardito::text;
 using testing::ElementsAre;
 using testing::IsEmpty;
 

@@ -77,9 +77,8 @@ class Peer {
 
 class Program : public SimProgram {
  protected:
-  std::vector<std::string> ardito(std::vector<std::string> more = {}) const {
-    more.insert(more.begin(), {"--can", "udp://127.0.0.1:0"});
-    return arguments("ardito", more);
+  std::vector<std::string> ardito(const std::vector<std::string>& more = {}) const {
+    return on_can("ardito", more);
   }
   // The port that it says it has.
   static std::string port_of(Process& sim) {

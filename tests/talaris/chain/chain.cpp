@@ -86,7 +86,7 @@ void Chain::dispatch() {
 }
 
 bool Chain::run_until(const std::function<bool()>& condition, double limit_s) {
-  const TimeNs end = now_ns_ + to_ns(limit_s);
+  const TimeNs end = now_ns_ + testing_support::to_ns(limit_s);
   for (std::uint64_t seen = frames(); now_ns_ < end;) {
     pass(std::min(end, next_event()));
     if (frames() == seen) continue;

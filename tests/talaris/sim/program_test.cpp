@@ -53,9 +53,8 @@ class Line {
 
 class TalarisProgram : public SimProgram {
  protected:
-  std::vector<std::string> talaris(std::vector<std::string> more = {}) const {
-    more.insert(more.begin(), {"--can", "udp://127.0.0.1:0"});
-    return arguments("talaris", more);
+  std::vector<std::string> talaris(const std::vector<std::string>& more = {}) const {
+    return on_can("talaris", more);
   }
   fs::path imu() const { return folder_ / "imu"; }
   fs::path altimeter() const { return folder_ / "altimeter"; }

@@ -143,7 +143,7 @@ const Verified& zebro_verified() {
                                 .title = "Lunar Zebro",
                                 .table = &zebro::kTable,
                                 .model = zebro::model_of,
-                                .modules = 0x7F,
+                                .modules = zebro::words::kAllModules,
                                 .few = 0x41,  // a leg and the panel
                                 .mode_names = zebro::kModeNames,
                                 .goal_names = zebro::kGoals,

@@ -17,6 +17,7 @@ namespace words {
 
 using namespace lc::common;
 
+inline constexpr std::uint16_t kAllModules = (1u << kModules) - 1;
 inline constexpr std::uint16_t kLegMask = (1u << kLegs) - 1;
 
 inline bool others_can_walk(unsigned isolated) {
