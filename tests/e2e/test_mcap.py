@@ -14,11 +14,13 @@ from rover_rig import Rover
 
 
 class Zebro(Recorded, Scenario):
+    IN_LOCKSTEP = True
+
     def test_a_walk_is_recorded_killed_gone_on_with_and_read_by_others(self):
         self.start_all()
         self.assert_bad_files_are_told()
         client = self.record(name="record")
-        self.begin_walk("--for", "6s").wait(90)
+        self.cli_ok("walk", "forward", "--speed", "high", "--for", "6s", limit_s=90)
         asked = [json.loads(self.cli_ok("--json", "data").out)["documents"][0] for _ in range(3)]
         client.kill()
         self.assert_torn_file_is_gone_on_with()
