@@ -11,6 +11,8 @@ namespace attack {
 namespace {
 
 constexpr dds_duration_t kRepeat_ns = DDS_MSECS(100);
+constexpr std::uint32_t kReaders = 2;  // a daemon, and an echo beside it
+constexpr dds_duration_t kPoll_ns = DDS_MSECS(5);
 constexpr std::int64_t kFrame_ns = 200'000'000;  // the longest: a stop is at any moment of a frame
 
 }  // namespace
@@ -83,6 +85,10 @@ int stop(const Options& o, Counts& counts) {
 int stops(const Options& o, Counts& counts) {
   Wire wire(o.domain);
   const dds_entity_t commands = wire.writer(Wire::Topic::command);
+  for (dds_publication_matched_status_t all{}; all.current_count < kReaders && !ended();) {
+    dds_get_publication_matched_status(commands, &all);
+    dds_sleepfor(kPoll_ns);
+  }
   at_rate(o, counts, [&](std::uint64_t i) {
     const lss_Command sample = command(o.vehicle, o.source, i + 1, kEmergencyStop);
     counts.add_ns("stop_" + std::to_string(i + 1) + "_ns", now_ns());

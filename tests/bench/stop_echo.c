@@ -55,7 +55,9 @@ static void* act(void* argument) {
   (void)argument;
   uint64_t count;
   while (read(event, &count, sizeof count) == sizeof count) {
-    if (write(line, stop, stop_size) != (ssize_t)stop_size) exit(1);
+    for (; count > 0; --count) {
+      if (write(line, stop, stop_size) != (ssize_t)stop_size) exit(1);
+    }
   }
   return NULL;
 }

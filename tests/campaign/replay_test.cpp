@@ -75,7 +75,8 @@ TEST_P(CampaignReplay, IsEqualToTheBitAlsoFromTheMiddle) {
   double covered_s = 0, took_s = 0;
   unsigned runs = 0;
   for (unsigned number = batch.first; number < batch.first + batch.count; ++number) {
-    if (!testing_support::in_sample(number, kSample)) continue;
+    // Each tenth has rigid bodies and takes longest: not all of them in one sample.
+    if (!testing_support::in_sample(number + number / 10, kSample)) continue;
     ++runs;
     SCOPED_TRACE(fmt::format("{} {}", batch.vehicle, number));
     const Folder folder;
