@@ -324,7 +324,7 @@ class Scenario(unittest.TestCase):
             last = self.status()
             return last if last and condition(last) else None
         try:
-            return wait_until(holds, limit_s, what, poll_s=0.1)
+            return wait_until(holds, limit_s, what, poll_s=0.05, most_s=0.3)
         except AssertionError as error:
             raise AssertionError(f"{error}; last status: {json.dumps(last)}") from None
 
