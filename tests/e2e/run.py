@@ -81,6 +81,7 @@ def passes(suite):
     """Ends at once, as skipped, when a prerequisite is missing."""
     result = unittest.TextTestRunner(verbosity=2).run(suite)
     if result.skipped:
+        print(f"skipped: {result.skipped[0][1]}")
         sys.exit(SKIPPED)
     return result.wasSuccessful()
 
