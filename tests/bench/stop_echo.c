@@ -3,6 +3,8 @@
 // a pseudo-terminal or a UDP port of the loopback.
 //
 //   bench-stop-echo DOMAIN PATH|PORT HEX PRIORITY
+//
+// Where SCHED_FIFO or locked memory is not permitted, it does without, as the daemon.
 #define _GNU_SOURCE
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -48,7 +50,9 @@ static void* act(void* argument) {
   (void)argument;
   uint64_t count;
   while (read(event, &count, sizeof count) == sizeof count) {
-    if (write(line, stop, stop_size) != (ssize_t)stop_size) exit(1);
+    for (; count > 0; --count) {
+      if (write(line, stop, stop_size) != (ssize_t)stop_size) exit(1);
+    }
   }
   return NULL;
 }
@@ -78,7 +82,8 @@ int main(int argc, char** argv) {
   }
   event = eventfd(0, 0);
   line = open_line(argv[2]);
-  if (event < 0 || line < 0 || mlockall(MCL_CURRENT | MCL_FUTURE) != 0) return 2;
+  if (event < 0 || line < 0) return 2;
+  if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) perror("bench-stop-echo: mlockall");
 
   pthread_attr_t attributes;
   const struct sched_param parameter = {.sched_priority = atoi(argv[4])};
@@ -87,7 +92,9 @@ int main(int argc, char** argv) {
   pthread_attr_setschedpolicy(&attributes, SCHED_FIFO);
   pthread_attr_setschedparam(&attributes, &parameter);
   pthread_t thread;
-  if (pthread_create(&thread, &attributes, act, NULL) != 0) return 2;
+  if (pthread_create(&thread, &attributes, act, NULL) != 0 &&
+      pthread_create(&thread, NULL, act, NULL) != 0)
+    return 2;
 
   const dds_entity_t participant = join(argv[1]);
   dds_qos_t* qos = reliable_qos();

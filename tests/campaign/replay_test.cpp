@@ -17,6 +17,7 @@
 #include "daemon/replay/records.h"
 #include "daemon/replay/replay_files.h"
 #include "tests/campaign/campaign.h"
+#include "tests/support/everything.h"
 #include "tests/support/temp_folder.h"
 #include "tools/lss-cli/recording/flight.h"
 
@@ -45,7 +46,9 @@ bool is_built(const std::string& vehicle) {
   return std::ranges::find(subjects(), vehicle, &Subject::vehicle) != subjects().end();
 }
 
-// Some scenarios of a vehicle; of each as many as a minute is enough for.
+constexpr std::size_t kSample = 5;
+
+// Some scenarios of a vehicle, of which a sample runs.
 struct Batch {
   const char* vehicle;
   unsigned first, count;
@@ -62,7 +65,11 @@ TEST_P(CampaignReplay, IsEqualToTheBitAlsoFromTheMiddle) {
   if (!is_built(batch.vehicle)) GTEST_SKIP() << "not of this build";
   std::uint64_t frames = 0, middles = 0, faults = 0;
   double covered_s = 0, took_s = 0;
+  unsigned runs = 0;
   for (unsigned number = batch.first; number < batch.first + batch.count; ++number) {
+    // Each tenth has rigid bodies and takes longest: not all of them in one sample.
+    if (!testing_support::in_sample(number + number / 10, kSample)) continue;
+    ++runs;
     SCOPED_TRACE(fmt::format("{} {}", batch.vehicle, number));
     const Folder folder;
     const campaign::Run run = subject(batch.vehicle).record(number, folder);
@@ -87,9 +94,9 @@ TEST_P(CampaignReplay, IsEqualToTheBitAlsoFromTheMiddle) {
   std::cout << fmt::format(
       "{}: {} runs with {} faults, {} frames, {:.0f} s, {} files from the middle; replayed {:.0f} "
       "times as fast\n",
-      batch.vehicle, batch.count, faults, frames, covered_s, middles, covered_s / took_s);
-  EXPECT_GE(faults, batch.count);
-  EXPECT_GE(middles, batch.count);
+      batch.vehicle, runs, faults, frames, covered_s, middles, covered_s / took_s);
+  EXPECT_GE(faults, runs);
+  EXPECT_GE(middles, runs);
 }
 
 INSTANTIATE_TEST_SUITE_P(Vehicles, CampaignReplay,

@@ -84,10 +84,11 @@ def roudi_lives():
         return not try_lock(file)
 
 
-def real_time(why):
-    """For a test of a class in simulated time that cannot be."""
+def real_time(why, any_machine=False):
+    """For a test of a class in simulated time that cannot be. any_machine: it has no line, and may run on a machine that
+    stands still."""
     def mark(test):
-        test.real_time = why
+        test.real_time, test.any_machine = why, any_machine
         return test
     return mark
 
@@ -100,11 +101,18 @@ class Scenario(unittest.TestCase):
     IN_LOCKSTEP = False  # simulated time
     SPEED = 1  # of it against the wall clock; "max" where all that moves is commanded by `run`, which takes part
     PLANT = "kinematic"  # "dart" where forces matter
+    MEASURES = False  # how long something takes by the wall clock, also in simulated time
     TOOLS = TOOLS  # folder of lss-cli and lss-ground
 
     @property
     def lockstep(self):
         return self.IN_LOCKSTEP and not hasattr(getattr(self, self._testMethodName), "real_time")
+
+    @property
+    def any_machine(self):
+        """Whether it is independent of a machine that stands still."""
+        test = getattr(self, self._testMethodName)
+        return not self.MEASURES and (self.lockstep or getattr(test, "any_machine", False))
 
     @property
     def clock_words(self):
@@ -305,11 +313,10 @@ class Scenario(unittest.TestCase):
         return self.begin(name, [os.path.join(self.TOOLS, "lss-cli"), *words])
 
     def begin_endless(self, *verb, options=(), name):
-        """An attached motion without an end: fast until it is under way, then at the pace of the wall clock.
-
-        With options it is the verb itself, which does not stop the vehicle when another client of its name does."""
-        words = self.taking_part(*verb, "; wait 3600s --at-speed") if self.lockstep and not options else (*verb, *options)
-        return self.begin_cli("--jsonl", *words, name=name)
+        """An attached motion without an end: fast until it is under way, then at the pace of the wall clock. `options`
+        are of lss-cli."""
+        words = self.taking_part(*verb, "; wait 3600s --at-speed") if self.lockstep else verb
+        return self.begin_cli("--jsonl", *options, *words, name=name)
 
     def status(self):
         """As in `lss-cli --json status`; None without an answer."""
@@ -326,7 +333,7 @@ class Scenario(unittest.TestCase):
             last = self.status()
             return last if last and condition(last) else None
         try:
-            return wait_until(holds, limit_s, what, poll_s=0.1)
+            return wait_until(holds, limit_s, what, poll_s=0.05, most_s=0.3)
         except AssertionError as error:
             raise AssertionError(f"{error}; last status: {json.dumps(last)}") from None
 

@@ -88,7 +88,9 @@ class Zebro(Parameters, Scenario):
         self.assertIn("did you mean limits.current_A?", wrong.err)
 
         # While it walks: only safe parameters, and only by the holder of authority.
-        client = self.begin_walk("--source", "pilot")
+        # The verb itself: no sequence that stops the vehicle, too.
+        client = self.begin_cli("--source", "pilot", "walk", "forward", "--speed", "high", name="walk")
+        self.wait_walking(client)
         self.assertEqual(self.cli("param", "set", "limits.current_A", "1.3").code, EXIT["not_authorised"])
         moving = self.cli("--source", "pilot", "param", "set", "gait.flight_s", "3.5")
         self.assertEqual(moving.code, EXIT["rejected"], moving)
@@ -169,6 +171,8 @@ class Ardito(Parameters, Rover):
 
 
 class Talaris(Parameters, Hopper):
+    IN_LOCKSTEP = True
+
     def test_a_reserve_that_was_set_and_saved_refuses_a_plan_after_a_restart(self):
         daemon = self.restarted_with("gas.reserve_s", 43)
         self.cli_ok("--detach", "start")
