@@ -205,11 +205,7 @@ const Vehicle kVehicle{
     .subjects = lss::ardito::kNodeNames,
     .help = kHelp,
     .telemetry = &lss_ArditoTelemetry_desc,
-    .allowed =
-        [](const CommandInfo& info) {
-          return lc::allowed(info, lss::ardito::kTable, lss::ardito::kModeNames,
-                             lss::ardito::event_of);
-        },
+    .allowed = allowed_by(lss::ardito::logic, lss::ardito::kModeNames),
     .prepare = prepare,
     .rest = static_cast<std::uint16_t>(CommandKind::halt),
     .problems = problems,

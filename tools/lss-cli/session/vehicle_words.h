@@ -5,9 +5,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "daemon/cycle/supervisor.h"
 #include "tools/lss-cli/session/vehicle.h"
 
 namespace lss::cli {
@@ -36,6 +38,13 @@ std::vector<Problem> closed_port(const lss_Status& status, const char* what,
 // "RM does not answer, last reply 3 s ago" with `how` before the time, or "RM has never answered".
 std::string unheard(const Vehicle& vehicle, std::uint16_t subject, std::uint64_t age_ms,
                     const std::string& how);
+
+// When a command is allowed, by the controller itself.
+inline auto allowed_by(const Logic& (*logic)() noexcept, std::span<const char* const> modes) {
+  return [logic, modes](const CommandInfo& info) {
+    return lc::allowed(info, *logic().table, modes, logic().event_of);
+  };
+}
 
 // Adds the command with its default arguments.
 template <class Kind>

@@ -243,11 +243,7 @@ const Vehicle kVehicle{
     .subjects = lss::talaris::kModuleNames,
     .help = kHelp,
     .telemetry = &lss_TalarisTelemetry_desc,
-    .allowed =
-        [](const CommandInfo& info) {
-          return lc::allowed(info, lss::talaris::kTable, lss::talaris::kModeNames,
-                             lss::talaris::event_of);
-        },
+    .allowed = allowed_by(lss::talaris::logic, lss::talaris::kModeNames),
     .prepare = prepare,
     .rest = static_cast<std::uint16_t>(CommandKind::manual),
     .problems = problems,

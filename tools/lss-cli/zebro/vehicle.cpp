@@ -180,11 +180,7 @@ const Vehicle kVehicle{
     .subjects = lss::zebro::kModuleNames,
     .help = kHelp,
     .telemetry = &lss_ZebroTelemetry_desc,
-    .allowed =
-        [](const CommandInfo& info) {
-          return lc::allowed(info, lss::zebro::kTable, lss::zebro::kModeNames,
-                             lss::zebro::event_of);
-        },
+    .allowed = allowed_by(lss::zebro::logic, lss::zebro::kModeNames),
     .prepare = prepare,
     .rest = static_cast<std::uint16_t>(CommandKind::stand),
     .problems = problems,
