@@ -1,9 +1,8 @@
 #include "tests/ardito/gnc/rover.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace lss::gnc::ardito::test {
 namespace {
@@ -195,7 +194,7 @@ Rover driving_rover(unsigned seed, double speed, double sigma_deg) {
   rover.request.run = true;
   rover.request.speed = speed;
   rover.request.sigma_rad = sigma_deg * kDegree;
-  EXPECT_TRUE(rover.settle(30));
+  if (!rover.settle(30)) throw std::runtime_error("the rover does not settle");
   rover.run(2);
   return rover;
 }
