@@ -56,15 +56,16 @@ Figures memory(const Options& options) {
   const RoudiLock lock(std::chrono::seconds(options.count(120, 1)));
   std::optional<Roudi> roudi;
   if (lock.is_locked()) roudi.emplace();
-  const std::string how = lock.is_locked() ? "with shared memory"
-                                      : "without shared memory: another RouDi runs on this machine";
+  const std::string how = lock.is_locked()
+                              ? "with shared memory"
+                              : "without shared memory: another RouDi runs on this machine";
   const auto resident = [&](auto started) {
     std::this_thread::sleep_for(std::chrono::milliseconds(options.count(1000, 100)));
     return Samples{rss_mb(started->pid())};
   };
-  const Rounds rounds =
-      turn_by_turn([&] { return resident(std::make_unique<Daemon>(domain(6), lock.is_locked())); },
-                   [&] { return resident(std::make_unique<Minimal>(domain(7), lock.is_locked())); });
+  const Rounds rounds = turn_by_turn(
+      [&] { return resident(std::make_unique<Daemon>(domain(6), lock.is_locked())); },
+      [&] { return resident(std::make_unique<Minimal>(domain(7), lock.is_locked())); });
   figures.push_back(held_back(
       noted(figure("ix", "resident memory", "MB", rounds, median, 1.5), how),
       "the program and the runtimes of C and C++ are populated whole, so that no real-time thread "

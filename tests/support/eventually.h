@@ -37,7 +37,7 @@ class RoudiLock {
     if (fd_ < 0) fd_ = ::open(kFile, O_RDONLY | O_CREAT | O_CLOEXEC, 0644);
     // That of the test before us may be dying still.
     locked_ = fd_ >= 0 && eventually([&] { return ::flock(fd_, LOCK_EX | LOCK_NB) == 0; }, limit) &&
-            eventually([] { return !dds::find_roudi(); }, limit);
+              eventually([] { return !dds::find_roudi(); }, limit);
   }
   // A killed RouDi leaves files that the RouDi of another user could not replace.
   ~RoudiLock() {
