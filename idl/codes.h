@@ -131,7 +131,7 @@ namespace lss {
   X(78, not_reset, "a module answers, but was not reset",                                          \
     "send it again; if that does not help, switch its power off and on")                           \
   X(79, fell, "it was in the air: it fell", "")                                                    \
-  X(90, stuck, "the wheels turn and the rover does not move",                                      \
+  X(90, stuck, "the wheels turn and, by the IMU, the rover does not move",                         \
     "drive back, or another way; lss-cli status shows the slip")                                   \
   X(91, over_cap, "faster than the configuration allows this vehicle",                             \
     "drive slower; the cap is safety.max_speed_m_s of the config")                                 \
@@ -236,8 +236,8 @@ namespace lss {
   X(54, fans_hot, 3, "the fans ran for too long", "let them cool, then: lss-cli solve")           \
   X(55, name_conflict, 1, "another daemon with this vehicle_id is on the domain",                 \
     "stop one, or change its vehicle_id; lss-cli doctor names both")                              \
-  X(70, rover_stuck, 2, "the wheels turn and the rover does not move: it was stopped",            \
-    "drive back, or another way")                                                                 \
+  X(70, rover_stuck, 2, "the wheels turn and, by the IMU, the rover does not move: it stopped",   \
+    "drive back, or another way; if it did move, check the IMU's speed")                          \
   X(71, drive_drops_out, 3, "a drive dropped out of operation enabled again and again",           \
     "check its supply, wiring and load, then: lss-cli solve")                                     \
   X(72, yaw_disagrees, 1, "the rover turns otherwise than its steering says",                     \

@@ -111,7 +111,7 @@ std::string with_wheel(const char* fault, unsigned wheel) {
   return text;
 }
 
-Chain::Options options(const Drive& drive) {
+Chain::Options options(const DriveCase& drive) {
   return {.rover = {.ground = drive.ground}, .seed = drive.seed, .adjust = [](Parameters& p) {
             p.beacon_ns = 1500 * kMillisecond;  // the lamp is no part of this and costs time
             p.mobility.top_speed_m_s = 1;
@@ -121,7 +121,7 @@ Chain::Options options(const Drive& drive) {
 // A run, and frames counted from a moment on.
 class Run {
  public:
-  Run(const Drive& drive, double heading_rad) : chain(options(drive)), drive_(drive) {
+  Run(const DriveCase& drive, double heading_rad) : chain(options(drive)), drive_(drive) {
     const SpeedLimit limit = drive.speed_m_s > 0.5 ? SpeedLimit::urc : SpeedLimit::erc;
     if (!chain.start(limit) || !chain.drive(drive.speed_m_s, heading_rad)) {
       wrong("does not drive");
@@ -181,7 +181,7 @@ class Run {
   FailureTimes times;
 
  private:
-  Drive drive_;
+  DriveCase drive_;
   TimeNs phase_ns_ = 0;
 };
 
@@ -209,7 +209,7 @@ void FailureTimes::worst_of(const FailureTimes& other) {
   wrong.insert(wrong.end(), other.wrong.begin(), other.wrong.end());
 }
 
-FailureTimes break_wheel(const FailureRow& row, unsigned wheel, const Drive& drive) {
+FailureTimes break_wheel(const FailureRow& row, unsigned wheel, const DriveCase& drive) {
   Run run(drive, 0);
   const std::size_t i = wheel - 1;
   const auto& c = [&]() -> const gnc::ardito::Command& { return run.chain.mobility(); };
@@ -246,7 +246,7 @@ FailureTimes break_wheel(const FailureRow& row, unsigned wheel, const Drive& dri
   return run.times;
 }
 
-FailureTimes break_steering(const FailureRow& row, unsigned system, const Drive& drive) {
+FailureTimes break_steering(const FailureRow& row, unsigned system, const DriveCase& drive) {
   Run run(drive, -kHeading_rad);
   const std::size_t i = system - 1;
   const auto& c = [&]() -> const gnc::ardito::Command& { return run.chain.mobility(); };

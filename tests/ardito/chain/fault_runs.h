@@ -45,7 +45,7 @@ std::span<const FailureRow> wheel_rows();
 std::span<const FailureRow> steering_rows();
 
 // Where and how fast the rover drives when it is broken.
-struct Drive {
+struct DriveCase {
   sim::ardito::Ground ground = sim::ardito::Ground::flat;
   double speed_m_s = 0.5;
   unsigned seed = 1;  // odd: broken in step with the sampling, so that frame 1 sees it 0.1 s old;
@@ -66,8 +66,8 @@ struct FailureTimes {
   void worst_of(const FailureTimes& other);
 };
 
-FailureTimes break_wheel(const FailureRow& row, unsigned wheel, const Drive& drive);
+FailureTimes break_wheel(const FailureRow& row, unsigned wheel, const DriveCase& drive);
 // `system` 1..4, of wheels 1, 2, 5, 6.
-FailureTimes break_steering(const FailureRow& row, unsigned system, const Drive& drive);
+FailureTimes break_steering(const FailureRow& row, unsigned system, const DriveCase& drive);
 
 }  // namespace lss::ardito

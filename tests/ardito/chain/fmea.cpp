@@ -171,6 +171,12 @@ std::string imu(const char* fault, bool by_itself) {
   rover.expects(rover.chain.run_until(Mode::stopped, 4), "does not stop");
   return rover.expects(rover.told(EventId::autonomy_ended), "is not told");
 }
+// As a rover that is blocked: climbing motors push, too.
+std::string imu_zero_uphill() {
+  Broken rover({.rover = {.slope_rad = 5 * kDegree}});
+  rover.breaks("imu-jump:-400").finds(FaultId::rover_stuck, 0, 3);
+  return rover.expects(rover.chain.run_until(Mode::stopped, 3), "does not stop");
+}
 
 std::string lamp() {
   Chain chain({.rover = {.plant = PlantKind::kinematic}});
@@ -405,6 +411,10 @@ const std::vector<FailureMode> kSensorModes = {
      "safe stop, back to driving by hand", [] { return imu("imu-silent", true); }},
     {"imu_wrong_autonomous", "7.7.2", "IMU wrong, autonomous drive", "the same", "the same",
      [] { return imu("imu-jump:800", true); }},
+    {"imu_zero_uphill", "7.7", "IMU's speed fails towards 0, straight uphill (5 deg)",
+     "not distinguished from wheels that turn in place: motors that climb push as well, and the "
+     "IMU reports no pitch",
+     "safe stop; fault `rover_stuck`, which names both causes", imu_zero_uphill},
     {"", "7.9", "cameras", "not of the Locomotion Sub-System", ""},
     {"", "7.4, 7.5.4", "arm", "not of the Locomotion Sub-System", ""},
 };
