@@ -67,7 +67,7 @@ std::string measured_by(const std::string& test) {
   char day[16];
   std::strftime(day, sizeof day, "%Y-%m-%d", &date);
   return std::string("Measured ") + day + " at commit " + commit() +
-         " by `LSS_WRITE_RESULTS=1 ardito_results_test --gtest_filter=" + test + "`.\n";
+         " by\n`LSS_WRITE_RESULTS=1 ardito_results_test --gtest_filter=" + test + "`.\n";
 }
 
 }  // namespace lss::ardito
