@@ -11,6 +11,8 @@ namespace {
 
 using Text = std::string_view;
 
+constexpr Text kByteOrderMark = "\xEF\xBB\xBF";  // of UTF-8: some editors write it
+
 Text trimmed(Text text) {
   const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
   while (!text.empty() && blank(text.front())) text.remove_prefix(1);
@@ -47,6 +49,8 @@ std::optional<std::int64_t> number(Text text) {
   if (error != std::errc() || end != text.data() + text.size() || value > 0xFFFF'FFFF) return {};
   return negative ? -static_cast<std::int64_t>(value) : static_cast<std::int64_t>(value);
 }
+
+constexpr std::int64_t kVariable = 7, kArray = 8, kRecord = 9;  // ObjectType, CiA 301
 
 struct Type {
   std::uint8_t bytes;
@@ -116,6 +120,7 @@ class Reader {
       wrong(1, "the file is larger than 256 KiB");
       return std::move(result_);
     }
+    if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
     split(text);
     for (const Section& section : sections_) take(section);
     std::ranges::sort(objects(), [](const DescribedObject& a, const DescribedObject& b) {
@@ -190,6 +195,10 @@ class Reader {
         result_.description.product = product->second.text.substr(0, 80);
     }
     if (section.name == "lsssignals") return take_signals(section);
+    if (section.name.size() == 9 && section.name.ends_with("value") &&
+        place_of(section.name.substr(0, 4)))
+      return wrong(section.line,
+                   "[" + section.name + "] is not read: give each sub-index a section of its own");
     if (const auto place = place_of(section.name)) take_object(section, *place);
   }
 
@@ -206,7 +215,12 @@ class Reader {
 
   void take_object(const Section& section, const Place& place) {
     const auto data_type = number_of(section, "datatype", true);
-    if (!data_type) return;  // an array or record: its sub-indices have types
+    if (!data_type) return;
+    const auto kind = number_of(section, "objecttype", true).value_or(kVariable);
+    const auto compact = number_of(section, "compactsubobj", true).value_or(0);
+    if (compact < 0 || compact > 254)
+      return wrong(section.line, "[" + section.name + "] CompactSubObj is not 1 to 254");
+    if ((kind == kArray || kind == kRecord) && compact == 0) return;  // its sub-indices have types
     const Type type = type_of(*data_type);
     DescribedObject object{.index = place.index,
                            .sub = place.sub,
@@ -215,7 +229,8 @@ class Reader {
                            .line = section.line};
     const auto access = section.values.find("accesstype");
     const std::string how = access != section.values.end() ? lower(access->second.text) : "";
-    if (how != "ro" && how != "wo" && how != "rw" && how != "rwr" && how != "rww" && how != "const")
+    if (type.bytes != 0 && how != "ro" && how != "wo" && how != "rw" && how != "rwr" &&
+        how != "rww" && how != "const")
       wrong(section.line,
             "[" + section.name + "] has no AccessType of ro, wo, rw, rwr, rww, const");
     object.readable = how != "wo";
@@ -223,11 +238,8 @@ class Reader {
     object.mappable = number_of(section, "pdomapping", true).value_or(0) != 0;
     object.value = bits_of(section, "parametervalue", type);
     object.by_itself = bits_of(section, "defaultvalue", type);
-    const auto compact = number_of(section, "compactsubobj", true);
-    if (compact && (*compact < 1 || *compact > 254))
-      return wrong(section.line, "[" + section.name + "] CompactSubObj is not 1 to 254");
-    if (!compact) return add(object);
-    for (std::int64_t sub = 1; sub <= *compact; ++sub) {
+    if (compact == 0) return add(object);
+    for (std::int64_t sub = 1; sub <= compact; ++sub) {
       object.sub = static_cast<std::uint8_t>(sub);
       add(object);
     }

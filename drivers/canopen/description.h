@@ -3,7 +3,7 @@
 // Device descriptions of CANopen nodes: EDS and DCF files (CiA 306), as far as a master needs them:
 // device type, objects with their types and values, and, in a section of our own, which object
 // carries which signal and in what unit. Start-up only: it allocates. Any text is read without
-// failing; what is wrong is told in sentences, and only a description without errors may be used.
+// failing; what is wrong is named in sentences, and only a description without errors may be used.
 
 #include <cstdint>
 #include <optional>

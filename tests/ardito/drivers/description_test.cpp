@@ -96,6 +96,8 @@ TEST(Description, WhatIsWrongIsSaidWithItsLine) {
             std::string::npos);
   EXPECT_NE(said("[2000]\nDataType=6\nAccessType=rw\nCompactSubObj=4000000000\n").find("1 to 254"),
             std::string::npos);
+  EXPECT_NE(said("[2000Value]\nNrOfEntries=1\n1=5\n").find("line 1: [2000value] is not read"),
+            std::string::npos);
 }
 
 TEST(Description, AProfileSaysWhatADriveLacks) {
@@ -113,6 +115,94 @@ TEST(Description, AProfileSaysWhatADriveLacks) {
   EXPECT_NE(errors_of(altered(wheel, "Temperature=0x2101:1", "Temperature=0x6083:0"))
                 .find("cannot be mapped"),
             std::string::npos);
+}
+
+// As manufacturers publish them: with every section of CiA 306, ends of lines of DOS.
+std::string published() {
+  std::ifstream file(LSS_PUBLISHED_EDS, std::ios::binary);
+  std::string text = "\xEF\xBB\xBF";
+  for (std::string line; std::getline(file, line);) text += line + "\r\n";
+  return text;
+}
+
+TEST(Description, APublishedFileIsReadAsItIs) {
+  const auto read = read_description(published());
+  ASSERT_TRUE(read.errors.empty()) << read.errors.front();
+  const canopen::Description& d = read.description;
+  EXPECT_EQ(d.product, "Servo drive 48/10");
+  EXPECT_EQ(d.find(0x1000, 0)->by_itself, 0x0042'0192u);
+  EXPECT_EQ(d.find(0x1003, 8)->bytes, 4) << "CompactSubObj";
+  EXPECT_EQ(d.find(0x1003, 9), nullptr);
+  EXPECT_EQ(d.find(0x1008, 0)->bytes, 0) << "text";
+  ASSERT_NE(d.find(0x1010, 0), nullptr);
+  EXPECT_EQ(d.find(0x1010, 0)->bytes, 1) << "of its sub-index, not of the array";
+  EXPECT_FALSE(d.find(0x1014, 0)->by_itself.has_value()) << "depends on the node";
+  EXPECT_EQ(d.find(0x1A00, 2)->by_itself, 0x606C'0020u);
+  EXPECT_TRUE(d.find(0x1F50, 1)->writable) << "a domain";
+  EXPECT_EQ(d.find(0x2000, 2)->bytes, 0) << "REAL32";
+  EXPECT_EQ(d.find(0x2000, 0x0A)->bytes, 2) << "sub-indices are hexadecimal";
+  EXPECT_TRUE(d.find(0x2000, 0x10)->is_signed && d.find(0x2000, 0x10)->mappable);
+  EXPECT_FALSE(d.find(0x2000, 0x10)->writable) << "RO in capitals";
+  EXPECT_EQ(d.find(0x2010, 2)->bytes, 0) << "64 bits";
+  EXPECT_EQ(d.find(0x2020, 0)->by_itself, 8u) << "octal";
+  EXPECT_EQ(d.find(0x2030, 0x10)->by_itself, 0xFFu) << "-1 of 8 bits";
+  EXPECT_TRUE(d.find(0x6060, 0)->mappable && d.find(0x6060, 0)->writable);
+  EXPECT_EQ(d.find(0x67FF, 0)->by_itself, 0x0042'0192u);
+  for (const canopen::DescribedObject& o : d.objects)
+    EXPECT_FALSE(o.value.has_value()) << "an EDS configures nothing";
+}
+
+// What docs/icd-ardito.md, 14, asks for: values of three objects, and the signals. Then its drives
+// boot and are driven in their own objects and units.
+TEST(Description, ARoverWithDrivesOfAPublishedFileBootsAndDrives) {
+  std::string text = published();
+  EXPECT_NE(errors_of(text).find("signal Controlword is missing"), std::string::npos);
+  const auto set = [&](const std::string& section, const std::string& value) {
+    text = altered(text, "[" + section + "]\r\n",
+                   "[" + section + "]\r\nParameterValue=" + value + "\r\n");
+  };
+  set("6007", "3");
+  set("605A", "6");
+  set("6060", "3");
+  set("607E", "0x40");
+  text +=
+      "\r\n[LssSignals]\r\nControlword=0x6040\r\nTargetVelocity=0x60FF:0, 1\r\n"
+      "Statusword=0x6041\r\nVelocity=0x606C:0, 1\r\nCurrent=0x6078:0, 1\r\n"
+      "HallVelocity=0x2000:0x0A, 1\r\nWheelVelocity=0x2010:1, 0.1\r\n"
+      "Temperature=0x2000:0x10, 0.1\r\nLinkVoltage=0x6079:0, 0.001\r\n"
+      "Acceleration=0x2020:0, 10\r\nDeceleration=0x6084:0, 1\r\n"
+      "QuickStopDeceleration=0x6085:0, 1\r\n";
+  std::vector<std::string> errors;
+  RoverBusParameters parameters;
+  parameters.profile[static_cast<std::size_t>(Kind::wheel)] =
+      make_profile(Kind::wheel, text, errors);
+  ASSERT_TRUE(errors.empty()) << errors.front();
+  RoverWorld world(parameters);
+  for (std::size_t i = 0; i < kFirstSteering; ++i) {
+    CanNode& wheel = world.wheel(i);
+    wheel.object(0x1000) = 0x0042'0192;
+    wheel.added[0x607E << 8] = {1, 0};
+    wheel.added[0x2000 << 8 | 0x0A] = {2, 1'300};
+    wheel.added[0x2000 << 8 | 0x10] = {2, 0xFFE7};
+    wheel.added[0x2010 << 8 | 1] = {2, 260};
+    wheel.added[0x2020 << 8] = {2, 0};
+    wheel.added[0x6079 << 8] = {4, 47'900};
+  }
+  world.boot();
+  CanNode& wheel = world.wheel(2);
+  EXPECT_EQ(wheel.object(0x2020), 800u) << "8000 rpm/s in units of 10";
+  EXPECT_EQ(wheel.object(0x607E), 0x40u);
+  EXPECT_EQ(wheel.object(0x1A01, 1), 0x2000'0A10u);
+  EXPECT_EQ(wheel.object(0x1A01, 2), 0x2010'0110u);
+  EXPECT_EQ(wheel.object(0x1A02, 2), 0x6079'0020u);
+  world.drive(1'300);
+  world.take_all();
+  world.run_frames(12);
+  EXPECT_EQ(wheel.target(), 1'300);
+  const auto speeds = world.take_of<WheelSpeeds>();
+  ASSERT_FALSE(speeds.empty());
+  EXPECT_EQ(speeds.back().second.hall_rpm, 1'300);
+  EXPECT_DOUBLE_EQ(speeds.back().second.reduction_rpm, 26);
 }
 
 // A wheel drive of another make: other objects, sizes and units, no error behaviour.
