@@ -25,11 +25,11 @@ struct World {
 
   World(unsigned seed, Dice&) : chain({.rover = {.plant = plant(seed)}, .seed = seed}) {}
 
-  // The drive of a motor that is too hot stays in fault until it has cooled.
+  // The drive of a motor that was too hot stays in fault until it is below its warning at 90 degC.
   bool start() {
-    const auto cool = [](const lss_ArditoWheel& wheel) { return wheel.temperature_degC < 100; };
+    const auto cool = [](const lss_ArditoWheel& wheel) { return wheel.temperature_degC < 88; };
     return chain.run_until([&] { return std::ranges::all_of(chain.telemetry().wheels, cool); },
-                           300) &&
+                           500) &&
            chain.start();
   }
   bool begin(Dice& dice) {
