@@ -169,7 +169,7 @@ std::string imu(const char* fault, bool by_itself) {
   rover.breaks(fault).finds(FaultId::imu_lost, kImuNode, 4);
   if (!by_itself) return rover.drives_on();
   rover.expects(rover.chain.run_until(Mode::stopped, 4), "does not stop");
-  return rover.expects(rover.told(EventId::autonomy_ended), "is not told");
+  return rover.expects(rover.told(EventId::autonomy_ended), "no event");
 }
 // As a rover that is blocked: climbing motors push, too.
 std::string imu_zero_uphill() {
@@ -238,7 +238,7 @@ std::string unfit(const char* fault, FaultId id, Reason reason) {
   Chain chain({.rover = {.plant = PlantKind::kinematic}});
   chain.inject(fault);
   chain.run(9);
-  if (id != FaultId::none && !chain.has(id, 2)) return "is not told";
+  if (id != FaultId::none && !chain.has(id, 2)) return "no fault";
   chain.send(lss::CommandKind::start, {0});
   chain.run(0.3);
   return !chain.acks.empty() && chain.acks.back().verdict.reason == reason
@@ -251,7 +251,7 @@ std::string drop_outs() {
     rover.breaks("drive-drop:0x02");
     rover.chain.run(1.25);
   }
-  return rover.expects(rover.told(EventId::drive_dropped_out), "is not told")
+  return rover.expects(rover.told(EventId::drive_dropped_out), "no event")
       .finds(FaultId::drive_drops_out, 2, 1)
       .emergency();
 }
