@@ -56,6 +56,11 @@ bool no_later(int frames, double thesis_s) {
   return frames * kFrame_ms <= std::lround(thesis_s * 1000);
 }
 
+std::string found_text(const FailureTimes& times, std::size_t part) {
+  return times.found[part] == FailureTimes::kNothing ? "-"
+                                                     : fmt::format("{:.2f}", times.found_s[part]);
+}
+
 std::string seconds_text(const Thesis& s) { return s ? fmt::format("{:.1f}", *s) : "-"; }
 
 std::string joined(const FailureRow& row, const std::function<std::string(std::size_t)>& cell) {
@@ -132,9 +137,7 @@ Measured measure(const FailureRow& row, std::span<const unsigned> subjects, Brea
           std::ranges::all_of(here.found, [](int frames) { return frames < FailureTimes::kNever; });
       m.cells += fmt::format(
           " {}{} |",
-          all_found
-              ? joined(row, [&](std::size_t i) { return fmt::format("{:.2f}", here.found_s[i]); })
-              : "not found",
+          all_found ? joined(row, [&](std::size_t i) { return found_text(here, i); }) : "not found",
           here.wrong.empty() ? "" : fmt::format(" ({})", unexpected(here)));
     }
   }
@@ -163,14 +166,14 @@ std::string tables(std::span<const FailureRow> rows, std::span<const unsigned> s
     const auto column = [&](Thesis FailurePart::*which) {
       return joined(row, [&](std::size_t i) { return seconds_text(row.parts[i].*which); });
     };
-    first += fmt::format(
-        "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | ", row.name,
-        column(&FailurePart::theoretical_s), column(&FailurePart::simulink_s),
-        column(&FailurePart::coppelia_s),
-        joined(row, [&](std::size_t i) { return frames_text(m.in_step.found[i]); }),
-        joined(row, [&](std::size_t i) { return fmt::format("{:.2f}", m.all.found_s[i]); }),
-        seconds_text(row.expected_s), seconds_text(row.mitigated_s), frames_text(m.all.mitigated),
-        row.fatal ? frames_text(m.all.fatal) : "-");
+    first +=
+        fmt::format("| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | ", row.name,
+                    column(&FailurePart::theoretical_s), column(&FailurePart::simulink_s),
+                    column(&FailurePart::coppelia_s),
+                    joined(row, [&](std::size_t i) { return frames_text(m.in_step.found[i]); }),
+                    joined(row, [&](std::size_t i) { return found_text(m.all, i); }),
+                    seconds_text(row.expected_s), seconds_text(row.mitigated_s),
+                    frames_text(m.all.mitigated), row.fatal ? frames_text(m.all.fatal) : "-");
     if (angles)
       first += fmt::format("{} | {} | {:.1f} | ", row.angle_simulink, row.angle_coppelia,
                            m.all.angle_deg);
