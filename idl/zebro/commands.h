@@ -43,6 +43,8 @@ enum class CommandKind : std::uint16_t {
   walk = 104,
   panel = 105,
   leg = 106,
+  isolate = 107,
+  panel_is_in = 108,
 };
 
 // Strategies of error solving; numbers as in the events strategy_begun and strategy_ended.
@@ -94,6 +96,12 @@ inline constexpr ParameterInfo kLegParameters[] = {
     {"direction", "choice", 0, 1, 1, kDirections, "way round"},
 };
 
+inline constexpr ParameterInfo kIsolateParameters[] = {
+    {"leg", "", 1, kLegs, kRequired, nullptr, "1 LF, 2 RF, 3 LM, 4 RM, 5 LH, 6 RH", true},
+};
+inline constexpr ParameterInfo kRestoreParameters[] = {
+    {"module", "", 0, kModules, 0, nullptr, "1..6 a leg, 7 the panel, 0 all of them", true},
+};
 inline constexpr ParameterInfo kResetParameters[] = {
     {"module", "", -1, kModules, -1, nullptr,
      "1..6 a leg, 7 the panel, 0 all of them, -1 the controller itself", true},
@@ -107,12 +115,23 @@ inline constexpr CommandInfo kCommands[] = {
      true},
     {5, "reset", Access::holder, false, "reset a module, all modules, or the controller",
      kResetParameters},
+    {8, "restore", Access::holder, false, "put modules that are out of service into it again",
+     kRestoreParameters},
     {101, "stand", Access::holder, true, "stand up", {}},
     {102, "lay-down", Access::holder, true, "lie down on the belly", {}},
     {103, "stow", Access::holder, true, "lie down and put the legs along the body for storage", {}},
     {104, "walk", Access::holder, true, "walk until another command", kWalkParameters, false, true},
     {105, "panel", Access::holder, false, "deploy or retract the solar panel", kPanelParameters},
-    {106, "leg", Access::holder, true, "bridge: move one leg by direct command", kLegParameters},
+    {106, "leg", Access::holder, true,
+     "bridge: move one leg by direct command, also one out of service", kLegParameters},
+    {107, "isolate", Access::holder, false, "take a leg out of service and go on without it",
+     kIsolateParameters},
+    {108,
+     "panel-is-in",
+     Access::holder,
+     false,
+     "the panel's module is dead and the operator answers for the panel being in",
+     {}},
 };
 
 }  // namespace lss::zebro

@@ -69,7 +69,7 @@ class Zebro(Parameters, Scenario):
         # A rejection names the allowed range.
         wrong = self.cli("param", "set", "limits.current_A", "12")
         self.assertEqual(wrong.code, EXIT["rejected"], wrong)
-        self.assertIn("limits.current_A: 12 A is out of range, allowed 0.05 to 1.7 A", wrong.err)
+        self.assertIn("limits.current_A: 12 A is out of range, allowed 0.05 to 1.5 A", wrong.err)
         wrong = self.cli("param", "set", "gait.flight_s", "1")
         self.assertEqual(wrong.code, EXIT["rejected"], wrong)
         self.assertIn("does not go with those of other parameters", wrong.err)

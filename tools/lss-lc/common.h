@@ -112,17 +112,18 @@ inline constexpr std::array kSteps = {
                      return false;
                    const bool of_modules = e == Event::module_heard || e == Event::module_silent ||
                                            e == Event::restore ||
-                                           (t.result.actions & kIsolate) != 0;
+                                           t.before.isolated != t.result.next.isolated;
                    return of_modules || (a.silent == b.silent && a.unheard == b.unheard);
                  }},
-    StepProperty{"modules are isolated by error solving only, and restored by command only",
+    StepProperty{"modules are isolated one by one, outside Operational, and restored by command "
+                 "only",
                  "Conf-3", kLinks,
                  [](T t) {
                    const unsigned gone = t.before.isolated & ~t.result.next.isolated,
                                   more = t.result.next.isolated & ~t.before.isolated;
-                   return (gone == 0 || t.happening.event == Event::restore) &&
-                          (more == 0 || ((t.result.actions & kIsolate) != 0 && solving(t.before) &&
-                                         more == 1u << (t.happening.subject - 1)));
+                   return (gone == 0 || (t.result.actions & kRestore) != 0) &&
+                          (more == 0 ||
+                           (!operational(t.before) && same_mode(t) && (more & (more - 1)) == 0));
                  }},
     StepProperty{"faults are forgotten only when they are solved", "Oper-6", kActions,
                  [](T t) {

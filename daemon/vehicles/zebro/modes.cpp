@@ -7,6 +7,7 @@
 #include "daemon/cycle/common_commands.h"
 #include "daemon/vehicles/zebro/tunables.h"
 #include "gnc/zebro/locomotion.h"
+#include "idl/zebro/codes.h"
 
 namespace lss::zebro {
 namespace {
@@ -15,7 +16,8 @@ using lc::kKeep;
 using lc::Row;
 
 constexpr lc::StateSet kIdle = lc::in(State::idle), kOperational = lc::in(State::operational),
-                       kSolving = lc::in(State::solve_errors);
+                       kSolving = lc::in(State::solve_errors),
+                       kSafe = lc::in(State::idle) | lc::in(State::fatal_error);
 
 constexpr lc::ModeSet in(Mode mode) { return 1u << static_cast<unsigned>(mode); }
 constexpr lc::ModeSet kHolding = in(Mode::holding), kStandingUp = in(Mode::standing_up),
@@ -29,12 +31,17 @@ enum Guard : unsigned {
   kPanelStill,
   kMotorsOnConfirmed,
   kEnoughLegs,  // to stand and walk on without the subject
+  kPanelLost,   // its module does not answer
+  kPanelServed,
 };
-constexpr const char* kGuardNames[] = {"the panel is in", "the panel is still",
+constexpr const char* kGuardNames[] = {"the panel is in",
+                                       "the panel is still",
                                        "all motors are confirmed on",
-                                       "the other legs can stand and walk"};
+                                       "the other legs can stand and walk",
+                                       "the panel's module does not answer",
+                                       "the panel's module is in service"};
 constexpr lc::GuardSet kInService = lc::guard(lc::kInService),
-                       kPanelAtRest = lc::guard(kPanelStill),
+                       kPanelAtRest = lc::guard(kPanelStill) | lc::guard(kPanelServed),
                        kMotors = lc::guard(kMotorsOnConfirmed);
 constexpr lc::GuardSet kContact =
     lc::guard(lc::kPortOpen) | lc::guard(lc::kAllHeard) | lc::guard(lc::kAllAnswer);
@@ -57,6 +64,14 @@ Verdict guard(unsigned number, const lc::ControllerState& s, unsigned subject) {
         return {.reason = Reason::not_stable, .subject = static_cast<std::uint16_t>(subject)};
       break;
     }
+    case kPanelLost:
+      if (((s.silent | s.unheard) >> (kModules - 1) & 1u) == 0)
+        return {.reason = kPanelAnswers, .subject = kModules};
+      break;
+    case kPanelServed:
+      if ((s.isolated >> (kModules - 1) & 1u) != 0)
+        return {.reason = Reason::isolated, .subject = kModules};
+      break;
     default:
       break;
   }
@@ -82,6 +97,12 @@ void effect(lc::ActionSet actions, lc::ControllerState& s) {
   }
   if (actions & kPanelIsIn) clear(kPanelOut | kPanelMoving);
   if (actions & kFreeLeg) set(kFreeing);
+  if (actions & kPanelForgone) {
+    constexpr unsigned kPanel = 1u << (kModules - 1);
+    s.isolated = static_cast<std::uint16_t>(s.isolated | kPanel);
+    s.silent = static_cast<std::uint16_t>(s.silent & ~kPanel);
+    s.unheard = static_cast<std::uint16_t>(s.unheard & ~kPanel);
+  }
 }
 
 constexpr std::uint8_t m(Mode mode) { return static_cast<std::uint8_t>(mode); }
@@ -166,7 +187,7 @@ constexpr std::array kRows = {
     aim(event::stow, kStowing, 0, Goal::none, lc::kTakeAuthority),
     stay(event::stow, kStowed, 0),
 
-    move(event::leg, kAtRest | kStanding, kInService | kMotors, Mode::bridge, Goal::leg, kMoveLeg),
+    move(event::leg, kAtRest | kStanding, kMotors, Mode::bridge, Goal::leg, kMoveLeg),
 
     in_state(kIdle, event::stop, 0, 0),
     off(event::stop, kAtRest | kStanding, kKeep),
@@ -212,6 +233,11 @@ constexpr std::array kRows = {
     in_state(kSolving, event::leg_freed, 0, lc::kMotorsOff),
     in_state(kSolving, event::isolate, kInService | lc::guard(kEnoughLegs),
              lc::ActionSet{lc::kIsolate} | lc::kMotorsOff),
+
+    in_state(kSafe, event::isolate_leg, kInService | lc::guard(kEnoughLegs), lc::kIsolate),
+    in_state(kSafe, event::restore_leg, 0, lc::kRestore),
+    in_state(kSafe, event::panel_is_in, lc::guard(kPanelLost),
+             lc::ActionSet{kPanelForgone} | kPanelIsIn),
 };
 constexpr lc::Rows kIndexed(kRows);
 
@@ -237,6 +263,9 @@ constexpr std::array kEvents = {
     lc::EventInfo{event::free_leg, "free leg", false, kLegs},
     lc::EventInfo{event::leg_freed, "leg freed", false, 0},
     lc::EventInfo{event::isolate, "isolate", false, lc::kEachModule},
+    lc::EventInfo{event::isolate_leg, "isolate leg", true, kLegs},
+    lc::EventInfo{event::restore_leg, "restore leg", true, lc::kEachModule},
+    lc::EventInfo{event::panel_is_in, "panel is in", true, 0},
 };
 
 // Computed once, at start-up.
@@ -250,7 +279,7 @@ const auto kEnoughLegsWithout = [] {
 }  // namespace
 
 bool enough_legs_without(unsigned isolated) noexcept {
-  return isolated < kEnoughLegsWithout.size() && kEnoughLegsWithout[isolated];
+  return kEnoughLegsWithout[isolated % kEnoughLegsWithout.size()];  // the panel is no leg
 }
 
 const lc::Table kTable{&kIndexed, kEvents, kModules, kGuardNames, guard, effect, &lc::kCommonRows};
@@ -263,6 +292,8 @@ lc::Event event_of(const Request& r) noexcept {
     }
     case lss::CommandKind::stop:
       return r.parameter[0] > 0.5 ? event::stop_lay_down : event::stop;
+    case lss::CommandKind::restore:
+      return r.parameter[0] > 0.5 ? event::restore_leg : lc::Event::restore;
     default:
       break;
   }
@@ -279,14 +310,32 @@ lc::Event event_of(const Request& r) noexcept {
       return event::leg;
     case CommandKind::panel:
       return r.parameter[0] > 0.5 ? event::panel_deploy : event::panel_retract;
+    case CommandKind::isolate:
+      return event::isolate_leg;
+    case CommandKind::panel_is_in:
+      return event::panel_is_in;
   }
   return common_event(r);
 }
 
 unsigned subject_of(const Request& r) noexcept {
-  return r.kind == static_cast<std::uint16_t>(CommandKind::leg)
-             ? static_cast<unsigned>(r.parameter[0])
-             : 0;
+  switch (static_cast<CommandKind>(r.kind)) {
+    case CommandKind::leg:
+    case CommandKind::isolate:
+      return static_cast<unsigned>(r.parameter[0]);
+    default:
+      break;
+  }
+  const bool restores = r.kind == static_cast<std::uint16_t>(lss::CommandKind::restore);
+  return restores ? static_cast<unsigned>(r.parameter[0]) : 0;
+}
+
+Request isolation_of(unsigned module) noexcept {
+  const bool panel = module == kModules;
+  Request request{
+      .kind = static_cast<std::uint16_t>(panel ? CommandKind::panel_is_in : CommandKind::isolate)};
+  if (!panel) request.parameter[0] = module;
+  return request;
 }
 
 bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
@@ -317,6 +366,9 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
       return operational && mode == Mode::standing;  // with speed zero
     case CommandKind::leg:
       return operational && mode == Mode::bridge && s.goal == g(Goal::none);
+    case CommandKind::isolate:
+    case CommandKind::panel_is_in:
+      return true;
   }
   return false;
 }
@@ -345,6 +397,11 @@ Verdict sense(const SupervisorState& state, const Request& r) noexcept {
           .subject = static_cast<std::uint16_t>(r.parameter[0])};
 }
 
+// Whether the configured gaits can do without a leg is the vehicle's to say.
+bool considered(std::uint16_t kind) noexcept {
+  return kind == static_cast<std::uint16_t>(CommandKind::isolate);
+}
+
 const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
 
 const Logic& logic() noexcept {
@@ -354,7 +411,10 @@ const Logic& logic() noexcept {
                             .reached = reached,
                             .command = command,
                             .sense = sense,
-                            .tunables = tuning().infos};
+                            .considered = considered,
+                            .tunables = tuning().infos,
+                            .codes = kOwnCodes,
+                            .isolation_of = isolation_of};
   return kLogic;
 }
 

@@ -44,6 +44,9 @@ inline constexpr lc::Event motors_confirmed = vehicle(13), motion_done = vehicle
                            panel_seen_out = vehicle(17);
 // of error solving
 inline constexpr lc::Event free_leg = vehicle(18), leg_freed = vehicle(19), isolate = vehicle(20);
+// commanded, in Idle and FatalError
+inline constexpr lc::Event isolate_leg = vehicle(21), restore_leg = vehicle(22),
+                           panel_is_in = vehicle(23);
 }  // namespace event
 
 enum Action : lc::ActionSet {
@@ -60,11 +63,12 @@ enum Action : lc::ActionSet {
   kPanelIsIn = kMotorsOn << 10,
   kPanelIsOut = kMotorsOn << 11,
   kFreeLeg = kMotorsOn << 12,
+  kPanelForgone = kMotorsOn << 13,  // its module is out of service
 };
 
 extern const lc::Table kTable;
 
-// Whether the others can stand and walk without these legs (bit i: leg i+1), with the default
+// Whether the others can stand and walk without these modules (bit i: module i+1), with the default
 // gaits.
 bool enough_legs_without(unsigned isolated) noexcept;
 
@@ -86,8 +90,14 @@ inline constexpr std::size_t kSenseTurnLimit = kModules, kSenseMotorsOn = kModul
                              kSenseTripped = kModules + 2, kSenseSolveRounds = kModules + 3,
                              kSenseSolveModule = kModules + 4, kSenseSolveLimit = kModules + 5;
 
+// Commands that Vehicle::consider checks.
+bool considered(std::uint16_t kind) noexcept;
+
 // The command for `kind`, common or zebro's own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;
+
+// The command that takes a module out of service, as after a restart of the daemon.
+Request isolation_of(unsigned module) noexcept;
 
 // All of the above, for the supervisor.
 const Logic& logic() noexcept;

@@ -80,7 +80,7 @@ void Vehicle::drive_panel() noexcept {
 
 void Vehicle::watch_panel(Supervisor& s) noexcept {
   const Status& status = modules_[kPanel].status;
-  if (modules_[kPanel].status_ns == 0) return;
+  if (modules_[kPanel].status_ns == 0 || !in_service(kPanel)) return;
   const bool ended = now_ns_ >= panel_.due_ns && (status.flags & kFlagMoving) == 0;
   switch (panel_.step) {
     case Panel::Step::rest:

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "daemon/cycle/plan.h"
+#include "idl/zebro/codes.h"
 
 namespace lss::zebro {
 namespace {
@@ -24,6 +25,10 @@ double apart(double a_rad, double b_rad) noexcept {
 }  // namespace
 
 FaultClass class_of(FaultId fault) noexcept {
+  if (fault == kReportImpossible || fault == kPositionJumps) return FaultClass::report;
+  if (fault == kLegStill) return FaultClass::obedience;
+  if (fault == kGearSlips) return FaultClass::gear;
+  if (fault == kCurrentSum) return FaultClass::current;
   switch (fault) {
     case FaultId::module_silent:
       return FaultClass::contact;
@@ -81,7 +86,7 @@ Outcome MoveFree::step(SolveTarget& target) noexcept {
     return Outcome::running;
   }
   const Status& status = target.status(leg_);
-  const bool late = now > due_ns_ + kMoveGrace;
+  const bool late = now > due_ns_ + kMoveGrace || target.doubtful(leg_);
   const bool stopped = phase_ != Phase::switching_on &&
                        (status.flags & (kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog)) != 0;
   if (late || stopped || !target.answers(leg_) || status.current_A > parameters_.current_limit_A)
@@ -167,21 +172,34 @@ Solver::Solver(const SolverParameters& parameters) noexcept
 
 void Solver::begin(std::span<const Symptom> symptoms) noexcept {
   std::array<bool, kFaultClasses> present{};
+  auto order = parameters_.order;
   unsigned suspects = 0;
   for (const Symptom& symptom : symptoms) {
     const FaultClass c = symptom.fault_class;
     present[static_cast<std::size_t>(c)] = true;
-    const bool under_power =
-        c == FaultClass::current || c == FaultClass::driver || c == FaultClass::obedience;
-    if (under_power && symptom.module >= 1 && symptom.module <= kLegs)
-      suspects |= 1u << (symptom.module - 1);
+    const bool misled =
+        c == FaultClass::obedience || c == FaultClass::report || c == FaultClass::gear;
+    const bool under_power = misled || c == FaultClass::current || c == FaultClass::driver;
+    const bool leg = symptom.module >= 1 && symptom.module <= kLegs;
+    if (under_power && leg) suspects |= 1u << (symptom.module - 1);
+    if (misled && leg && symptom.again) order[static_cast<std::size_t>(c)] = last_resort(c);
   }
   suspects_ = static_cast<std::uint8_t>(suspects);
   // The cause may be gone by now.
-  plan_ = plan(parameters_.order, present, StrategyKind::reconnect);
+  plan_ = plan(order, present, StrategyKind::reconnect);
   at_ = 0;
   running_ = true;
   begun_ = false;
+}
+
+// Isolating and what comes after it, where the configuration has it; else all.
+StrategyList Solver::last_resort(FaultClass fault_class) const noexcept {
+  const StrategyList& all = parameters_.order[static_cast<std::size_t>(fault_class)];
+  const auto from = std::ranges::find(all, StrategyKind::isolate);
+  if (from == all.end()) return all;
+  StrategyList rest{};
+  std::copy(from, all.end(), rest.begin());
+  return rest;
 }
 
 Strategy& Solver::strategy() noexcept {

@@ -20,12 +20,14 @@ enum class FaultClass : std::uint8_t {
   current,    // over-current, of the module or of our limit
   driver,     // motor driver
   obedience,  // a module that does not follow its orders, or a motion without an end
+  report,     // a module reports what cannot be
+  gear,       // a leg is not where its motor counts it
   supply,     // a module was reset
   system,     // not a module's: links, frames, emergency stops by command
 };
-inline constexpr std::size_t kFaultClasses = 6;
-inline constexpr const char* kFaultClassNames[kFaultClasses] = {"contact",   "current", "driver",
-                                                                "obedience", "supply",  "system"};
+inline constexpr std::size_t kFaultClasses = 8;
+inline constexpr const char* kFaultClassNames[kFaultClasses] = {
+    "contact", "current", "driver", "obedience", "report", "gear", "supply", "system"};
 FaultClass class_of(FaultId fault) noexcept;
 // Caused by the operator, not by the vehicle: emergency stop, missing heartbeat.
 bool of_operator(FaultId fault) noexcept;
@@ -35,6 +37,7 @@ struct Symptom {
   FaultClass fault_class;
   std::uint16_t module;  // from 1 on; 0: none
   bool counts = true;    // towards the rounds after which a person is needed
+  bool again = false;    // it was solved before, and came back
 };
 
 // Strategies, in order; none ends it.
@@ -46,6 +49,8 @@ struct SolverParameters {
       {StrategyKind::move_free, StrategyKind::cool_down, StrategyKind::isolate},
       {StrategyKind::reset_module, StrategyKind::isolate},
       {StrategyKind::reset_module, StrategyKind::move_free, StrategyKind::isolate},
+      {StrategyKind::reset_module, StrategyKind::isolate},
+      {StrategyKind::isolate},
       {StrategyKind::reconnect},
       {StrategyKind::reconnect, StrategyKind::reset_all},
   }};
@@ -69,6 +74,8 @@ class SolveTarget {
  public:
   virtual TimeNs now() const noexcept = 0;
   virtual bool answers(std::size_t module) const noexcept = 0;
+  // What it reports cannot be true (daemon/vehicles/zebro/report_check.h).
+  virtual bool doubtful(std::size_t module) const noexcept = 0;
   virtual const Status& status(std::size_t module) const noexcept = 0;
   virtual double temperature_degC(std::size_t module) const noexcept = 0;
   // Bit i: something is wrong with module i+1, and it is in service.
@@ -183,7 +190,8 @@ class Solver {
 
   explicit Solver(const SolverParameters& parameters) noexcept;
 
-  // Plans the strategies from the present faults. The first one begins with the next step.
+  // Plans the strategies from the present faults. The first one begins with the next step. A leg
+  // that does not obey or cannot be believed, and was solved before, is isolated at once.
   void begin(std::span<const Symptom> symptoms) noexcept;
   void end() noexcept { running_ = false; }
   // Applies to the running strategy, too.
@@ -210,6 +218,7 @@ class Solver {
   static constexpr TimeNs kProof = kSecond;
 
   Strategy& strategy() noexcept;
+  StrategyList last_resort(FaultClass fault_class) const noexcept;
   TimeNs moves_ns(std::uint8_t legs) const noexcept;  // time for moving them free
   Report give_up(SolveTarget& target) noexcept;
   // After the treatment: no fault, stopped legs have moved, no fault for a while.

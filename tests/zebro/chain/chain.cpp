@@ -41,6 +41,7 @@ Chain::Chain(const Options& options)
       supervisor_(kLogic, {.obc_timeout_ns = config_.obc_timeout_ns}),
       port_(kLogic, static_cast<std::uint32_t>(config_.lease_min_ms),
             static_cast<std::uint32_t>(config_.lease_max_ms), [this] { bus_->all_stop(now_ns_); }) {
+  own_codes = kLogic.codes;
   const config::Port& port = config_.ports.front();
   parameters_.bus.baud = static_cast<int>(port.baud);
   parameters_.bus.half_duplex = port.half_duplex;

@@ -141,8 +141,7 @@ struct ZebroSafety {
     all.push_back({"current_limit", FaultId::current_limit, 3, 0.14,
                    [](World& w) { w.modules[2].current_mA = 1400; },
                    [](World& w) { w.modules[2].current_mA = 100; }});
-    all.push_back({"stuck_leg", FaultId::motion_timeout, 0, 20,
-                   [](World& w) { w.modules[0].stuck = true; },
+    all.push_back({"stuck_leg", kLegStill, 1, 5, [](World& w) { w.modules[0].stuck = true; },
                    [](World& w) { w.modules[0].stuck = false; }});
     all.push_back({"port_lost", FaultId::port_lost, 0, 0.02,
                    [](World& w) { w.in_.bus.open = false; },

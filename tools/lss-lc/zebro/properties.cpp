@@ -28,9 +28,10 @@ constexpr std::array kOwnStates = {
                                         : !operational(s) || mode(s) == Mode::holding;
                   }},
     StateProperty{"the legs that are left can stand and walk", "Conf-3",
-                  [](const lc::Table&, S s) {
-                    return (s.isolated & ~kLegMask) == 0 && others_can_walk(s.isolated);
-                  }},
+                  [](const lc::Table&, S s) { return others_can_walk(s.isolated & kLegMask); }},
+    StateProperty{
+        "a panel whose module is out of service is in", "Func-5",
+        [](const lc::Table&, S s) { return in_service(s, kModules) || !has(s, kPanelMoving); }},
     StateProperty{"what is at rest has no goal but its own", "4.3.1",
                   [](const lc::Table&, S s) {
                     return !in_mode(s,
@@ -105,7 +106,7 @@ constexpr std::array kOwnSteps = {
                    return ((t.before.flags ^ t.result.next.flags) & kPanelOut) == 0 ||
                           e == event::panel_deploy || e == event::panel_retract ||
                           e == event::panel_arrived_in || e == event::panel_arrived_out ||
-                          e == event::panel_seen_out;
+                          e == event::panel_seen_out || e == event::panel_is_in;
                  }},
     StepProperty{"authority is taken only by commands that move, and given back only on the way to "
                  "rest",

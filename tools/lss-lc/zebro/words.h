@@ -53,6 +53,9 @@ inline Goal goal(S s) { return static_cast<Goal>(s.goal); }
 inline bool may_start(S s) {
   return idle(s) && contact(s) && !link(s, lc::kObcSilent) && !has(s, kPanelOut | kPanelMoving);
 }
+inline bool panel_ready(S s) {
+  return idle(s) && contact(s) && !has(s, kPanelMoving) && in_service(s, kModules);
+}
 inline bool one_of(Mode m, std::initializer_list<Mode> modes) {
   for (const Mode candidate : modes) {
     if (m == candidate) return true;
