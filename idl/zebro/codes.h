@@ -22,7 +22,7 @@ inline constexpr CodeInfo kOwnFaults[] = {
      "lss-cli solve moves it; a leg that stays so is taken out of service"},
     {503, "gear_slips", 3,
      "leg was not where it counted when it passed its sensor: its gear slips, or its count drifts",
-     "lss-cli solve takes it out of service; repair it, then: lss-cli restore LEG"},
+     "lss-cli solve takes it out of service; repair it, then: lss-cli restore"},
     {504, "current_sum", 3, "all motors together draw more than the limit",
      "free what blocks them, then: lss-cli solve"},
 };

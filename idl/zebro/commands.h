@@ -45,6 +45,7 @@ enum class CommandKind : std::uint16_t {
   leg = 106,
   isolate = 107,
   panel_is_in = 108,
+  restore_leg = 109,
 };
 
 // Strategies of error solving; numbers as in the events strategy_begun and strategy_ended.
@@ -99,9 +100,6 @@ inline constexpr ParameterInfo kLegParameters[] = {
 inline constexpr ParameterInfo kIsolateParameters[] = {
     {"leg", "", 1, kLegs, kRequired, nullptr, "1 LF, 2 RF, 3 LM, 4 RM, 5 LH, 6 RH", true},
 };
-inline constexpr ParameterInfo kRestoreParameters[] = {
-    {"module", "", 0, kModules, 0, nullptr, "1..6 a leg, 7 the panel, 0 all of them", true},
-};
 inline constexpr ParameterInfo kResetParameters[] = {
     {"module", "", -1, kModules, -1, nullptr,
      "1..6 a leg, 7 the panel, 0 all of them, -1 the controller itself", true},
@@ -115,8 +113,6 @@ inline constexpr CommandInfo kCommands[] = {
      true},
     {5, "reset", Access::holder, false, "reset a module, all modules, or the controller",
      kResetParameters},
-    {8, "restore", Access::holder, false, "put modules that are out of service into it again",
-     kRestoreParameters},
     {101, "stand", Access::holder, true, "stand up", {}},
     {102, "lay-down", Access::holder, true, "lie down on the belly", {}},
     {103, "stow", Access::holder, true, "lie down and put the legs along the body for storage", {}},
@@ -132,6 +128,8 @@ inline constexpr CommandInfo kCommands[] = {
      false,
      "the panel's module is dead and the operator answers for the panel being in",
      {}},
+    {109, "restore-leg", Access::holder, false, "put one leg into service again",
+     kIsolateParameters},
 };
 
 }  // namespace lss::zebro

@@ -63,7 +63,7 @@ class Solve(Scenario):
         self.assertEqual(self.isolated(), ["LM", "RM"])
         self.cli_ok("run", "-e", "start; stand; stop", limit_s=120)
         self.fault("clear")
-        self.cli_ok("restore", "3")
+        self.cli_ok("restore-leg", str(LM))
         self.assertEqual(self.isolated(), ["RM"])
 
     # [Prod-4]

@@ -264,7 +264,7 @@ constexpr std::array kEvents = {
     lc::EventInfo{event::leg_freed, "leg freed", false, 0},
     lc::EventInfo{event::isolate, "isolate", false, lc::kEachModule},
     lc::EventInfo{event::isolate_leg, "isolate leg", true, kLegs},
-    lc::EventInfo{event::restore_leg, "restore leg", true, lc::kEachModule},
+    lc::EventInfo{event::restore_leg, "restore leg", true, kLegs},
     lc::EventInfo{event::panel_is_in, "panel is in", true, 0},
 };
 
@@ -292,8 +292,6 @@ lc::Event event_of(const Request& r) noexcept {
     }
     case lss::CommandKind::stop:
       return r.parameter[0] > 0.5 ? event::stop_lay_down : event::stop;
-    case lss::CommandKind::restore:
-      return r.parameter[0] > 0.5 ? event::restore_leg : lc::Event::restore;
     default:
       break;
   }
@@ -314,6 +312,8 @@ lc::Event event_of(const Request& r) noexcept {
       return event::isolate_leg;
     case CommandKind::panel_is_in:
       return event::panel_is_in;
+    case CommandKind::restore_leg:
+      return event::restore_leg;
   }
   return common_event(r);
 }
@@ -322,12 +322,11 @@ unsigned subject_of(const Request& r) noexcept {
   switch (static_cast<CommandKind>(r.kind)) {
     case CommandKind::leg:
     case CommandKind::isolate:
+    case CommandKind::restore_leg:
       return static_cast<unsigned>(r.parameter[0]);
     default:
-      break;
+      return 0;
   }
-  const bool restores = r.kind == static_cast<std::uint16_t>(lss::CommandKind::restore);
-  return restores ? static_cast<unsigned>(r.parameter[0]) : 0;
 }
 
 Request isolation_of(unsigned module) noexcept {
@@ -368,6 +367,7 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
       return operational && mode == Mode::bridge && s.goal == g(Goal::none);
     case CommandKind::isolate:
     case CommandKind::panel_is_in:
+    case CommandKind::restore_leg:
       return true;
   }
   return false;

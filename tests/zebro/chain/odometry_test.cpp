@@ -16,7 +16,7 @@ namespace lss::zebro {
 namespace {
 
 constexpr double kWalked_s = 120;
-constexpr double kShare = 0.08, kPlay_m = 0.01;  // of the true way, and at its ends
+constexpr double kShare = 0.15, kPlay_m = 0.01;  // of the true way, and at its ends
 constexpr unsigned kSeeds = 5;
 
 struct Lame {

@@ -60,7 +60,7 @@ TEST(Service, OneLegIsRestoredAndTheOtherIsNot_Conf_3) {
   w.run(0.2);
   w.why(CommandKind::isolate, {3});
   w.why(CommandKind::isolate, {4});
-  EXPECT_EQ(w.why(lss::CommandKind::restore, {4}), Reason::none);
+  EXPECT_EQ(w.why(CommandKind::restore_leg, {4}), Reason::none);
   EXPECT_EQ(isolated(w), 1u << 2);
   w.run(0.1);
   EXPECT_TRUE(w.stand());
