@@ -20,15 +20,14 @@ EDITS = {
     "command": [
         ("commands.h", "inline constexpr CommandInfo kCommands[] = {",
          '    {402, "halt", Access::holder, true, "stand still, motors on", {}},'),
-        ("modes.cpp", "constexpr std::array kEvents = {", '    lc::EventInfo{event::of_scout(9), "halt", true, 0, 402},'),
+        ("modes.cpp", "constexpr std::array kEvents = {", '    lc::EventInfo{lc::vehicle_event(9), "halt", true, 0, 402},'),
         ("modes.cpp", "constexpr std::array kRows = {",
-         "    lc::Row{event::of_scout(9), kOperational, in(Mode::driving), 0, kKeep, State::operational,"
+         "    lc::Row{lc::vehicle_event(9), kOperational, in_mode(Mode::driving), 0, kKeep, State::operational,"
          " kKeep, kKeep, kHalt},"),
     ],
     "parameter": [
-        ("vehicle.cpp", "constexpr auto kTunables = std::to_array<Tunable<Parameters>>({",
-         '    {{"body.gear", "", 1, 1000, Change::at_rest, false, "of each wheel"}, 1,'
-         " [](Parameters& p) -> TunablePlace { return &p.gear; }},"),
+        ("vehicle.cpp", "constexpr std::array kTunables{",
+         '    tunable<&Parameters::gear>("body.gear", "", 1, 1000, Change::at_rest, "of each wheel"),'),
     ],
     "fault": [
         ("commands.h", "inline constexpr CodeInfo kFaults[] = {",
@@ -88,8 +87,8 @@ class Scout:
         self.cli_path, self.folder, self.run = cli, folder, f"{folder}/run"
         os.makedirs(self.run)
         self.bin = f"{folder}/build/bin"
-        port = 20000 + os.getpid() % 10000
-        self.environment = dict(os.environ, LSS_DOMAIN=str(100 + os.getpid() % 100), NO_COLOR="1")
+        port = 20000 + int(os.environ["LSS_DOMAIN"])
+        self.environment = dict(os.environ, NO_COLOR="1")
         with open(f"{folder}/scout/scout.toml", encoding="utf-8") as file:
             text = file.read().replace("udp://127.0.0.1:20000", f"udp://127.0.0.1:{port}")
         with open(f"{folder}/scout.toml", "w", encoding="utf-8") as file:

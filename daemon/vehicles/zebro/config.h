@@ -6,6 +6,7 @@
 #include "daemon/vehicles/zebro/solver.h"
 #include "drivers/zebro/leg_bus.h"
 #include "gnc/zebro/locomotion.h"
+#include "idl/angles.h"
 
 namespace lss::zebro {
 
@@ -19,7 +20,7 @@ struct Parameters {
   double power_limit_A = 8.0;
   TimeNs current_time_ns = 100 * kMillisecond;
   double temperature_warning_degC = 80;
-  double panel_deployed_deg = 110;
+  double panel_deployed_rad = 110 * kDegree;
   TimeNs panel_move_ns = 10 * kSecond;
   SolverParameters solver;
 };

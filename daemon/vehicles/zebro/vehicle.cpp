@@ -12,10 +12,11 @@ using Kind = ModuleOrder::Kind;
 
 constexpr double kGateMargin = 1.1;  // above the gait's own swing limit
 
-gnc::zebro::WalkRequest walk_request(const double* parameter) noexcept {
-  return {.direction = parameter[0] > 0.5 ? 1.0 : -1.0,
-          .heading_rad = parameter[1],
-          .speed = static_cast<gnc::zebro::Speed>(parameter[2])};
+// Of the arguments of walk or start.
+gnc::zebro::WalkRequest walk_request(const auto& walk) noexcept {
+  return {.direction = walk.forward ? 1.0 : -1.0,
+          .heading_rad = walk.heading_rad,
+          .speed = static_cast<gnc::zebro::Speed>(walk.speed)};
 }
 
 }  // namespace
@@ -89,16 +90,10 @@ bool Vehicle::answers(std::size_t module) const noexcept {
 // -------------------------------------------------------------------------------------------------
 
 Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept {
-  const double before = tunables_.value[index];
-  if (!lss::adjust(tuning(), parameters_, tunables_, index, value, really))
-    return {{.reason = Reason::parameter_together,
-             .measured = value,
-             .subject = static_cast<std::uint16_t>(index + 1)}};
-  if (really) {
+  return lss::adjust(tuning(), parameters_, tunables_, index, value, really, [&] {
     solver_.configure(parameters_.solver);
     locomotion_.configure(parameters_.locomotion);  // none of them changes while it moves
-  }
-  return {{}, before};
+  });
 }
 
 // ---- act: actions of the locomotion controller, at once
@@ -144,7 +139,8 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
 
 // Their reports are evaluated again.
 void Vehicle::restore(const Request* request) noexcept {
-  const unsigned module = request != nullptr ? subject_of(*request) : 0;
+  const bool one = request != nullptr && request->kind == kind_of(CommandKind::restore_leg);
+  const unsigned module = one ? arguments<OneLeg>(*request).leg : 0;
   const unsigned these = module != 0 ? isolated_ & 1u << (module - 1) : isolated_;
   for (std::size_t i = 0; i < kModules; ++i) {
     if ((these >> i & 1u) == 0) continue;
@@ -156,8 +152,8 @@ void Vehicle::restore(const Request* request) noexcept {
 }
 
 Verdict Vehicle::consider(const Request& request) noexcept {
-  if (event_of(request) != event::isolate_leg) return {};
-  const unsigned leg = subject_of(request);
+  if (request.kind != kind_of(CommandKind::isolate)) return {};
+  const unsigned leg = arguments<OneLeg>(request).leg;
   const unsigned all = (isolated_ | 1u << (leg - 1)) & kAllLegs;
   if (walks_without_[all]) return {};
   return {.reason = Reason::not_stable, .subject = static_cast<std::uint16_t>(leg)};
@@ -172,7 +168,7 @@ void Vehicle::begin_motion(lc::ActionSet actions, const Request* request) noexce
     motors_on_ns_ = now_ns_;
     locomotion_.isolate(static_cast<gnc::zebro::LegSet>(isolated_ & kAllLegs));
     locomotion_.reset_odometry();
-    walk_ = walk_request(&request->parameter[1]);  // used when the follow-up is to walk
+    walk_ = walk_request(arguments<Start>(*request));  // used when the follow-up is to walk
   }
   if (actions & kMoveLeg) move_leg(*request);
   if ((actions & (kStandUp | kWalk | kFinishStep | kLayDown | kStow)) == 0) return;
@@ -185,23 +181,24 @@ void Vehicle::begin_motion(lc::ActionSet actions, const Request* request) noexce
   if (actions & kLayDown) locomotion_.lay_down(now_s);
   if (actions & kStow) locomotion_.stow(now_s);
   if (actions & kWalk) {
-    if (request != nullptr) walk_ = walk_request(request->parameter.data());
+    if (request != nullptr) walk_ = walk_request(arguments<Walk>(*request));
     locomotion_.walk(now_s, walk_);
   }
 }
 
 void Vehicle::move_leg(const Request& request) noexcept {
-  const auto leg = static_cast<std::size_t>(request.parameter[0]) - 1;
+  const auto move = arguments<MoveLeg>(request);
+  const std::size_t leg = move.leg - 1;
   walking_legs_ = in_motion_ = false;
   locomotion_.hold(seconds(now_ns_));
   end_bridge();
-  const auto duration_ns = static_cast<TimeNs>(request.parameter[2] * 1e9);
+  const auto duration_ns = static_cast<TimeNs>(move.duration_s * 1e9);
   bridge_ = {.leg = leg,
              .due_ns = now_ns_ + duration_ns,
              .switching_on = !in_service(leg),
-             .position_rad = request.parameter[1],
+             .position_rad = move.position_rad,
              .duration_ns = duration_ns,
-             .forward = request.parameter[3] > 0.5};
+             .forward = move.forward};
   if (bridge_.switching_on) {
     order(leg, Kind::motion_on);
   } else {
@@ -217,7 +214,7 @@ void Vehicle::end_bridge() noexcept {
 }
 
 void Vehicle::reset_modules(const Request& request) noexcept {
-  const auto number = static_cast<std::size_t>(request.parameter[0]);
+  const auto number = static_cast<std::size_t>(arguments<Reset>(request).module);
   for (std::size_t i = 0; i < kModules; ++i) {
     if (number != 0 && number != i + 1) continue;
     order(i, Kind::reset);
