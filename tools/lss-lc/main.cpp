@@ -88,9 +88,20 @@ int mutate(const std::vector<const lc::Verified*>& vehicles) {
   for (const lc::Verified* vehicle : vehicles) {
     const lc::Mutations m = lc::mutate(*vehicle);
     for (const std::string& survivor : m.survivors) fmt::print("not noticed: {}\n", survivor);
-    fmt::print(
-        "{}: {} changes of the table: {} noticed, {} that change no reachable step, {:.1f} s\n",
-        vehicle->title, m.count, m.caught, m.equivalent, m.seconds);
+    for (const std::string& silent : m.undemanded) fmt::print("no requirement: {}\n", silent);
+    fmt::print("{}\n{:<20} {:>6} {:>10} {:>8} {:>20}\n", vehicle->title, "change of the table",
+               "all", "equivalent", "noticed", "by requirements alone");
+    const auto line = [](const char* name, const lc::Mutations::Count& c) {
+      const std::size_t others = c.all - c.equivalent;
+      fmt::print("{:<20} {:>6} {:>10} {:>8} {:>12} {:>6.1f} %\n", name, c.all, c.equivalent,
+                 c.caught, c.demanded,
+                 others == 0
+                     ? 100.0
+                     : 100.0 * static_cast<double>(c.demanded) / static_cast<double>(others));
+    };
+    for (std::size_t i = 0; i < lc::kChanges; ++i) line(lc::kChangeNames[i], m.of[i]);
+    line("sum", m.sum());
+    fmt::print("{:.1f} s\n", m.seconds);
     noticed = noticed && m.survivors.empty();
   }
   return noticed ? 0 : 1;
