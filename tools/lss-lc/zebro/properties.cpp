@@ -4,6 +4,7 @@
 #include <array>
 
 #include "tools/lss-lc/vehicle.h"
+#include "tools/lss-lc/zebro/composed.h"
 #include "tools/lss-lc/zebro/words.h"
 
 namespace lss::zebro {
@@ -362,16 +363,18 @@ constexpr lc::FlagName kFlags[] = {{kPanelMoving, "panel moves"},
 namespace lss::lc {
 
 const Verified& zebro_verified() {
-  static const Verified vehicle{.name = "zebro",
-                                .title = "Lunar Zebro",
-                                .table = &zebro::kTable,
-                                .model = zebro::model_of,
-                                .modules = 0x7F,
-                                .few = 0x41,  // a leg and the panel
-                                .mode_names = zebro::kModeNames,
-                                .goal_names = zebro::kGoals,
-                                .flag_names = zebro::kFlags,
-                                .module_names = zebro::kModuleNames};
+  static const Verified vehicle{
+      .name = "zebro",
+      .title = "Lunar Zebro",
+      .table = &zebro::kTable,
+      .model = zebro::model_of,
+      .modules = 0x7F,
+      .few = 0x41,  // a leg and the panel
+      .mode_names = zebro::kModeNames,
+      .goal_names = zebro::kGoals,
+      .flag_names = zebro::kFlags,
+      .module_names = zebro::kModuleNames,
+      .composition = [](const Depth& depth) { return zebro::compose(depth); }};
   return vehicle;
 }
 
