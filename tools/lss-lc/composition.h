@@ -47,9 +47,11 @@ struct Composition {
 
 struct Depth {
   unsigned failures = 1;
-  bool every = true;      // the second failure at each step; else where something changes
-  unsigned threads = 0;   // 0: one for each processor
-  std::string only = {};  // failures of this name only, as the first one
+  bool every = true;               // the second failure at each step; else where something changes
+  unsigned threads = 0;            // 0: one for each processor
+  std::string only = {};           // first failures of this name only
+  std::uint16_t modules = 0xFFFF;  // modules that may fail, bit i: module i+1
+};                                 // failures of this name only, as the first one
 };
 
 // Everything that follows when the first failure is of one kind.
@@ -77,6 +79,9 @@ class Search {
     Choice choice;
   };
 
+  bool may_fail(Choice choice) const {
+    return choice.module == 0 || (unsigned{depth_.modules} >> (choice.module - 1) & 1u) != 0;
+  }
   bool stopped() const { return result_.violation.has_value(); }
 
   void branch(Choice choice, std::uint64_t at, unsigned left) {
@@ -95,7 +100,9 @@ class Search {
       if (!seen_.insert(system_.key() * 4 + left).second) return;
       const auto now = system_.choices(left > 0, depth_.every);
       const std::vector<Choice> choices(now.begin(), now.end());
-      for (const Choice choice : choices) branch(choice, at, choice.heals ? left : left - 1);
+      for (const Choice choice : choices) {
+        if (may_fail(choice)) branch(choice, at, choice.heals ? left : left - 1);
+      }
       if (stopped()) return;
       advance();
       if (system_.over()) return;

@@ -177,6 +177,7 @@ void Solver::begin(std::span<const Symptom> symptoms) noexcept {
       suspects |= 1u << (symptom.module - 1);
   }
   suspects_ = static_cast<std::uint8_t>(suspects);
+  blamed_ = 0;
   // The cause may be gone by now.
   plan_ = plan(parameters_.order, present, StrategyKind::reconnect);
   at_ = 0;
@@ -208,6 +209,11 @@ TimeNs Solver::moves_ns(std::uint8_t legs) const noexcept {
 }
 
 Solver::Report Solver::give_up(SolveTarget& target) noexcept {
+  unsigned blamed = suspects_;
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    if (contains(target.faulty_modules(), i) && target.answers(i)) blamed |= 1u << i;
+  }
+  blamed_ = static_cast<std::uint8_t>(blamed);
   target.rest();  // ends a movement in progress
   if (at_ + 1 == plan_.size() || plan_[at_ + 1] == StrategyKind::none) return Report::unsolved;
   ++at_;
@@ -219,7 +225,9 @@ Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
   const TimeNs now = target.now();
   suspects_ = static_cast<std::uint8_t>(suspects_ & ~target.isolated());
   if (!begun_) {
-    const auto modules = static_cast<std::uint8_t>(target.faulty_modules() | suspects_);
+    auto modules = static_cast<std::uint8_t>(target.faulty_modules() | suspects_);
+    // New orders between two strategies hide that a module disobeys.
+    if (kind() == StrategyKind::isolate && modules == 0) modules = blamed_;
     strategy().begin(target, modules);
     begun_ = true;
     until_ns_ = now + moves_ns(kind() == StrategyKind::move_free ? modules : suspects_) +

@@ -202,8 +202,8 @@ class Solver {
   // For records (daemon/record/state.h).
   template <class V>
   void keep(V& v) {
-    v(parameters_, move_free_, cool_down_, isolate_, plan_, at_, suspects_, running_, begun_,
-      phase_, until_ns_, healthy_since_ns_);
+    v(parameters_, move_free_, cool_down_, isolate_, plan_, at_, suspects_, blamed_, running_,
+      begun_, phase_, until_ns_, healthy_since_ns_);
   }
 
  private:
@@ -227,6 +227,8 @@ class Solver {
   // Legs that were stopped under power: their flags mean little without it, so they have to move
   // once before they count as healthy.
   std::uint8_t suspects_ = 0;
+  // Legs that answered and were at fault when the strategy before was given up.
+  std::uint8_t blamed_ = 0;
   bool running_ = false;
   bool begun_ = false;  // the strategy at at_
   Phase phase_ = Phase::treating;

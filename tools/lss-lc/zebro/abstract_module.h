@@ -51,7 +51,8 @@ class AbstractModule {
     position_deg_ = 0;
   }
   void stop() {
-    if (ill == Ill::silent || ill == Ill::deaf) return;
+    missed_ = ill == Ill::silent || ill == Ill::deaf;
+    if (missed_) return;
     flags_ = static_cast<std::uint16_t>(flags_ & ~(kFlagMotionControl | kFlagMoving));
     moving_ = false;
   }
@@ -71,7 +72,9 @@ class AbstractModule {
 
   void obey(const ModuleOrder& order, TimeNs now) {
     using Kind = ModuleOrder::Kind;
-    if (order.serial == serial_ || ill == Ill::silent) return;
+    if (order.serial == serial_) return;
+    missed_ = ill == Ill::silent || ill == Ill::deaf;
+    if (ill == Ill::silent) return;
     serial_ = order.serial;
     kind_ = order.kind;
     ordered_ns_ = now;
@@ -145,6 +148,8 @@ class AbstractModule {
   bool answers() const { return ill != Ill::silent; }
   bool contradicts() const { return answers() && !confirmed_; }
   bool disobeys() const { return disobeys_; }
+  // It did not obey the last order, and was not given another since it is well.
+  bool missed() const { return missed_; }
   bool motor_on() const { return (flags_ & kFlagMotionControl) != 0; }
   bool tripped() const {
     return (flags_ & (kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog)) != 0;
@@ -154,7 +159,7 @@ class AbstractModule {
   // Times in steps; angles to `step_deg`, 0: not at all.
   template <class Hash>
   void hash(Hash& h, TimeNs now, TimeNs dt, double step_deg, const ModuleOrder& order) const {
-    h(static_cast<std::uint64_t>(ill), flags_, kind_, confirmed_, disobeys_, moving_,
+    h(static_cast<std::uint64_t>(ill), flags_, kind_, confirmed_, disobeys_, missed_, moving_,
       order.serial == serial_);
     const auto angle = [&](double deg) {
       h(step_deg > 0 ? static_cast<std::int64_t>(std::lround(deg / step_deg)) : 0);
@@ -231,7 +236,7 @@ class AbstractModule {
   TimeNs arrive_ns_ = 0;
   std::uint32_t serial_ = 0;
   ModuleOrder::Kind kind_ = ModuleOrder::Kind::none;
-  bool confirmed_ = true, disobeys_ = false;
+  bool confirmed_ = true, disobeys_ = false, missed_ = false;
   TimeNs ordered_ns_ = 0;
   std::uint64_t resets_ = 0;
   std::array<Report, 4> past_{};  // one for each 100 ms

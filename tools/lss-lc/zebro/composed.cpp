@@ -19,7 +19,6 @@ namespace {
 using Kind = ModuleOrder::Kind;
 
 constexpr TimeNs kStep = Composed::kStep;
-constexpr std::uint32_t kLease_ms = 2000;
 constexpr TimeNs kPause = kSecond / 2;       // of the operator, before a command
 constexpr TimeNs kWalking_ns = 3 * kSecond;  // long enough for the first legs to lift off and land
 constexpr std::uint8_t kTries = 3;           // of the operator, then a person is needed
@@ -237,7 +236,7 @@ Request Composed::request(const char* from, std::uint16_t kind) const {
   std::strncpy(r.source.data(), from, r.source.size() - 1);
   r.kind = kind;
   r.sequence = env_.sequence;
-  r.lease_ms = kLease_ms;
+  r.lease_ms = options_.lease_ms;
   r.arrival_ns = env_.now_ns;
   return r;
 }
@@ -482,7 +481,8 @@ void Composed::check(const lc::ControllerState& before) {
     broken = check_solved();
   // Motors of modules that obey are off outside Operational.
   bool motor = false;
-  for (const AbstractModule& m : env_.module) motor = motor || (m.ill == Ill::well && m.motor_on());
+  for (const AbstractModule& m : env_.module)
+    motor = motor || (m.ill == Ill::well && !m.missed() && m.motor_on());
   const bool may = c.state == State::operational || (c.flags & (kFreeing | kPanelMoving)) != 0 ||
                    !env_.plugged || !env_.runs;
   env_.motor_ns = motor && !may ? env_.motor_ns + kStep : 0;
@@ -582,6 +582,9 @@ lc::Composition compose(const lc::Depth& depth, const Composed::Options& options
   std::vector<lc::Choice> first = Composed::failures();
   if (!depth.only.empty())
     std::erase_if(first, [&](lc::Choice c) { return depth.only != kFailureNames[c.what]; });
+  std::erase_if(first, [&](lc::Choice c) {
+    return c.module != 0 && (unsigned{depth.modules} >> (c.module - 1) & 1u) == 0;
+  });
   std::vector<lc::Composition> found(first.size());
   std::atomic<bool> broken{false};
   lc::Team team(depth.threads != 0 ? depth.threads

@@ -45,11 +45,14 @@ class Composed {
   // The shortest time-out that decides is 100 ms (docs/verification.md).
   static constexpr TimeNs kStep = 100 * kMillisecond;
 
+  static constexpr std::uint32_t kLease_ms = 2000;  // of the operator's commands
+
   struct Options {
     // Of the vehicle that is explored; the bounds are always those of the configuration that ships.
     Parameters parameters{};
     Supervisor::Parameters links{};
     const Logic* logic = nullptr;  // nullptr: zebro::logic()
+    std::uint32_t lease_ms = kLease_ms;
   };
   Composed() : Composed(Options{}) {}
   explicit Composed(const Options& options);
