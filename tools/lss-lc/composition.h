@@ -49,9 +49,8 @@ struct Depth {
   unsigned failures = 1;
   bool every = true;               // the second failure at each step; else where something changes
   unsigned threads = 0;            // 0: one for each processor
-  std::string only = {};           // first failures of this name only
-  std::uint16_t modules = 0xFFFF;  // modules that may fail, bit i: module i+1
-};                                 // failures of this name only, as the first one
+  std::string only{};              // first failures of this name only; empty: of all
+  std::uint16_t modules = 0xFFFF;  // that may fail, bit i: module i+1
 };
 
 // Everything that follows when the first failure is of one kind.

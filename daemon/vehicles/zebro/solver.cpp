@@ -59,23 +59,25 @@ void MoveFree::begin(SolveTarget& target, std::uint8_t modules) noexcept {
     if (contains(modules, i) && target.answers(i))
       left_ = static_cast<std::uint8_t>(left_ | 1u << i);
   }
+  moved_ = stuck_ = 0;
   phase_ = Phase::next_leg;
 }
 
-Outcome MoveFree::end(SolveTarget& target, Outcome outcome) noexcept {
+// Others may still be moved: only what does not move is isolated.
+Outcome MoveFree::give_up_leg(SolveTarget& target) noexcept {
   target.rest();
-  left_ = 0;
+  stuck_ = static_cast<std::uint8_t>(stuck_ | 1u << leg_);
   phase_ = Phase::next_leg;
-  return outcome;
+  return Outcome::running;
 }
 
 Outcome MoveFree::step(SolveTarget& target) noexcept {
   const TimeNs now = target.now();
   if (phase_ == Phase::next_leg) {
-    if (left_ == 0) return Outcome::done;
+    if (left_ == 0) return stuck_ == 0 ? Outcome::done : Outcome::failed;
     leg_ = static_cast<std::size_t>(std::countr_zero(left_));
     left_ = static_cast<std::uint8_t>(left_ & (left_ - 1));
-    if (!target.begin_move(leg_)) return end(target, Outcome::failed);
+    if (!target.begin_move(leg_)) return give_up_leg(target);
     phase_ = Phase::switching_on;
     due_ns_ = now + kMoveGrace;
     return Outcome::running;
@@ -85,7 +87,7 @@ Outcome MoveFree::step(SolveTarget& target) noexcept {
   const bool stopped = phase_ != Phase::switching_on &&
                        (status.flags & (kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog)) != 0;
   if (late || stopped || !target.answers(leg_) || status.current_A > parameters_.current_limit_A)
-    return end(target, Outcome::failed);
+    return give_up_leg(target);
   follow_calibration(target);
   const auto moved = [&](double to_rad) {
     return now >= due_ns_ && (status.flags & kFlagMoving) == 0 &&
@@ -108,6 +110,7 @@ Outcome MoveFree::step(SolveTarget& target) noexcept {
     case Phase::forth:
       if (!moved(from_rad_)) break;
       target.rest();
+      moved_ = static_cast<std::uint8_t>(moved_ | 1u << leg_);
       phase_ = Phase::next_leg;
       break;
     case Phase::next_leg:
@@ -208,6 +211,10 @@ TimeNs Solver::moves_ns(std::uint8_t legs) const noexcept {
   return std::popcount(legs) * 2 * (parameters_.free_move_ns + 2 * kMoveGrace);
 }
 
+void Solver::clear_moved() noexcept {
+  suspects_ = static_cast<std::uint8_t>(suspects_ & ~move_free_.moved());
+}
+
 Solver::Report Solver::give_up(SolveTarget& target) noexcept {
   unsigned blamed = suspects_;
   for (std::size_t i = 0; i < kLegs; ++i) {
@@ -239,9 +246,9 @@ Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
   switch (phase_) {
     case Phase::treating: {
       const Outcome outcome = strategy().step(target);
+      if (kind() == StrategyKind::move_free) clear_moved();
       if (outcome == Outcome::failed) return give_up(target);
       if (outcome == Outcome::running) break;
-      if (kind() == StrategyKind::move_free) suspects_ = 0;
       phase_ = Phase::waiting;
       until_ns_ = std::min(until_ns_, now + parameters_.budget_ns + moves_ns(suspects_));
       break;
@@ -254,9 +261,9 @@ Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
       break;
     case Phase::moving: {
       const Outcome outcome = move_free_.step(target);
+      clear_moved();
       if (outcome == Outcome::failed) return give_up(target);
       if (outcome == Outcome::running) break;
-      suspects_ = 0;
       phase_ = Phase::waiting;
       break;
     }

@@ -117,22 +117,24 @@ class ResetModules final : public Strategy {
 };
 
 // Moves each leg that answers a little way back, then forth. A leg that draws too much current or
-// does not move is blocked, and the strategy has failed. A leg that was reset may pass its Hall
-// sensor on the way: it still moves only so far.
+// does not move is blocked: the strategy goes on with the others, and has failed. A leg that was
+// reset may pass its Hall sensor on the way: it still moves only so far.
 class MoveFree final : public Strategy {
  public:
   explicit MoveFree(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
   void begin(SolveTarget& target, std::uint8_t modules) noexcept override;
   Outcome step(SolveTarget& target) noexcept override;
+  // Legs, as bits, that came back from their way.
+  std::uint8_t moved() const noexcept { return moved_; }
   template <class V>
   void keep(V& v) {
-    v(parameters_, phase_, leg_, left_, from_rad_, seen_rad_, calibrated_, due_ns_);
+    v(parameters_, phase_, leg_, left_, moved_, stuck_, from_rad_, seen_rad_, calibrated_, due_ns_);
   }
   void configure(const SolverParameters& parameters) noexcept { parameters_ = parameters; }
 
  private:
   enum class Phase : std::uint8_t { next_leg, switching_on, back, forth };
-  Outcome end(SolveTarget& target, Outcome outcome) noexcept;
+  Outcome give_up_leg(SolveTarget& target) noexcept;
   void follow_calibration(SolveTarget& target) noexcept;
   void order(SolveTarget& target) noexcept;
 
@@ -140,6 +142,7 @@ class MoveFree final : public Strategy {
   Phase phase_ = Phase::next_leg;
   std::size_t leg_ = 0;
   std::uint8_t left_ = 0;  // legs to move
+  std::uint8_t moved_ = 0, stuck_ = 0;
   double from_rad_ = 0;
   double seen_rad_ = 0;  // in the frame before
   bool calibrated_ = false;
@@ -212,6 +215,7 @@ class Solver {
   Strategy& strategy() noexcept;
   TimeNs moves_ns(std::uint8_t legs) const noexcept;  // time for moving them free
   Report give_up(SolveTarget& target) noexcept;
+  void clear_moved() noexcept;
   // After the treatment: no fault, stopped legs have moved, no fault for a while.
   enum class Phase : std::uint8_t { treating, waiting, moving, proving };
 

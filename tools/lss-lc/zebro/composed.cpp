@@ -151,7 +151,7 @@ void Composed::apply(lc::Choice choice) {
       env_.client = !on;
       break;
     case Failure::obc_lost:
-      env_.obc = env_.client = !on;
+      env_.obc = !on;
       break;
     case Failure::emergency_stop:
       env_.emergency_stop = true;
@@ -253,7 +253,8 @@ void Composed::operate() {
   Inputs<Vehicle>& in = *in_;
   in.request_count = 0;
   if (env_.obc) in.requests[in.request_count++] = request("obc", 0);
-  if (env_.client) in.requests[in.request_count++] = request("operator", 0);
+  const bool client = env_.client && env_.obc;
+  if (client) in.requests[in.request_count++] = request("operator", 0);
   if (env_.emergency_stop)
     in.requests[in.request_count++] = request("another", number(lss::CommandKind::emergency_stop));
   if (env_.reset_lc) {
@@ -269,7 +270,7 @@ void Composed::operate() {
     const Ack& ack = box.acks[i];
     if (ack.sequence == env_.sequence && ack.phase == Phase::rejected) refused_ = ack.verdict;
   }
-  if (!env_.client || env_.now_ns - env_.since_ns < kPause) return;
+  if (!client || env_.now_ns - env_.since_ns < kPause) return;
   if (env_.asked_ns != 0 && refused_.reason == Reason::none && env_.now_ns - env_.asked_ns < kPause)
     return;
   const lc::ControllerState& c = controller();
