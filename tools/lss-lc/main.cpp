@@ -161,6 +161,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   composing->add_flag("--every", depth.every, "the second one at every step, not only at changes");
   composing->add_option("--only", depth.only, "first failures of this name only");
+  composing->add_option("--modules", depth.modules, "that may fail, as bits; 1: the first");
   composing->add_option("--threads", depth.threads,
                         "how many share the work; 0: one for each processor");
   auto* spin = cli.add_subcommand("promela",
