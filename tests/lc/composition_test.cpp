@@ -31,7 +31,7 @@ TEST(Composition, EachSingleFailureAtEachStepIsAnsweredInTimeAndEndsWell) {
 }
 
 TEST(Composition, TwoFailuresAreAnsweredInTimeAndEndWell) {
-  const lc::Composition c = everything()
+  const lc::Composition c = testing_support::everything()
                                 ? compose({.failures = 2, .every = false})
                                 : compose({.failures = 2, .every = false, .modules = 0x05});
   EXPECT_FALSE(c.violation) << told(c);
