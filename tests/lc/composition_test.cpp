@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -37,7 +38,8 @@ TEST(Composition, TwoFailuresAreAnsweredInTimeAndEndWell) {
   EXPECT_FALSE(c.violation) << told(c);
 }
 
-// A defect of one part, its property, and the failure in which it shows.
+// A defect of one part, its property, and the failure in which it shows. Those of the code:
+// planted/planted.py.
 struct Defect {
   const char* name;
   const char* property;
@@ -45,6 +47,8 @@ struct Defect {
   std::function<void(Composed::Options&)> options = {};  // of times that the parts are given
   std::function<void(Row&)> row = {};                    // of the supervisor's table
   unsigned failures = 1;
+
+  friend void PrintTo(const Defect& defect, std::ostream* out) { *out << defect.name; }
 };
 
 void drop(Row& row, Event event, State state) {
@@ -84,7 +88,10 @@ const Defect kDefects[] = {
      "an emergency stop is obeyed from each state",
      "emergency stop",
      {},
-     [](Row& r) { without(r, Event::emergency_stop, lc::kEmergencyStop); }},
+     [](Row& r) {
+       without(r, Event::emergency_stop, lc::kEmergencyStop);
+       without(r, Event::emergency, lc::kEmergencyStop);  // the fault that goes with it
+     }},
     {"solver has twice the time", "no endless solving", "unplugged",
      [](Composed::Options& o) { o.parameters.solver.budget_ns *= 2; }},
     {"solver is not ended when it gave up",
@@ -109,11 +116,6 @@ const Defect kDefects[] = {
      "silent",
      {},
      [](Row& r) { without(r, event::motion_done, lc::kMotorsOff); }},
-    {"a reset of the controller leaves the motors on",
-     "no motion order in Idle and FatalError",
-     "reset lc",
-     {},
-     [](Row& r) { without(r, Event::reset_controller, lc::kEmergencyStop); }},
 };
 
 class PlantedDefect : public testing::TestWithParam<Defect> {};

@@ -21,6 +21,7 @@ using Kind = ModuleOrder::Kind;
 constexpr TimeNs kStep = Composed::kStep;
 constexpr TimeNs kPause = kSecond / 2;       // of the operator, before a command
 constexpr TimeNs kWalking_ns = 3 * kSecond;  // long enough for the first legs to lift off and land
+constexpr TimeNs kRest = 2 * kSecond;        // at the end, motors off
 constexpr std::uint8_t kTries = 3;           // of the operator, then a person is needed
 constexpr TimeNs kLongest = 3600 * kSecond;
 constexpr std::size_t kPanel = kModules - 1;
@@ -287,7 +288,8 @@ void Composed::operate() {
       }
       if (refused_.reason != Reason::none) return finish();
       if (env_.want == Want::walk) return ask(number(lss::CommandKind::start), {1});
-      return finish();
+      if (env_.now_ns - env_.since_ns >= kRest) finish();
+      return;
     case State::operational:
       if (env_.want == Want::stop && mode != Mode::walking) return;
       if (mode == Mode::standing) return ask(number(CommandKind::walk), {1, 0, 3});
@@ -433,16 +435,21 @@ const char* Composed::check_strategies() {
   for (std::uint32_t i = 0; i < box.event_count; ++i) {
     const EventRecord& e = box.events[i];
     if (e.id != static_cast<std::uint16_t>(EventId::strategy_begun)) continue;
-    int legs = 0;
-    for (std::size_t m = 0; m < kLegs; ++m) {
-      const bool suspect = std::ranges::any_of(std::span(env_.active).first(env_.failed),
-                                               [&](const Active& a) { return a.module == m + 1; });
-      const bool accused = std::ranges::any_of(
-          supervisor_.state().faults,
-          [&](const FaultRecord& f) { return f.id != FaultId::none && f.subject == m + 1; });
-      legs += suspect || accused || ill(m) || !env_.plugged || !env_.runs ? 1 : 0;
-    }
     const auto kind = static_cast<StrategyKind>(static_cast<int>(e.argument[0]));
+    // Legs that have to move: those at fault under power; move_free moves all that are at fault.
+    int legs = 0;
+    for (std::size_t m = 0; m < kModules; ++m) {
+      const bool accused =
+          std::ranges::any_of(supervisor_.state().faults, [&](const FaultRecord& f) {
+            return f.id != FaultId::none && f.subject == m + 1 &&
+                   class_of(f.id) != FaultClass::contact;
+          });
+      const bool away = env_.module[m].ill == Ill::silent || !env_.plugged || !env_.runs;
+      const AbstractModule& module = env_.module[m];
+      const bool moves = accused || module.tripped() || module.disobeys() ||
+                         (kind == StrategyKind::move_free && away);
+      legs += moves ? 1 : 0;
+    }
     const SolverParameters& p = limits_.solver;
     env_.strategy_ns = env_.now_ns;
     env_.strategy_limit_ns = p.budget_ns + (kind == StrategyKind::cool_down ? p.cool_down_ns : 0) +
