@@ -26,7 +26,7 @@ DEFECTS = {
     "isolation_not_applied": (ZEBRO, "if (contains(modules, i)) supervisor_->happen(event::isolate, number(i));", "",
                               "silent", WALKS),
     "success_without_proof": (ZEBRO, "if (!healthy) break;\n      healthy_since_ns_ = now;",
-                              "return Report::solved;", "deaf", "solved is what is solved"),
+                              "return Report::solved;", "deaf", WALKS),
     "nobody_to_isolate_is_success": (ZEBRO, "if (kind() == StrategyKind::isolate && modules == 0) modules = blamed_;", "",
                                      "late", WALKS),
 }

@@ -256,6 +256,7 @@ void Composed::operate() {
   if (env_.obc) in.requests[in.request_count++] = request("obc", 0);
   const bool client = env_.client && env_.obc;
   if (client) in.requests[in.request_count++] = request("operator", 0);
+  // In a frame with a stop or a reset the operator commands nothing: it would be obeyed after it.
   if (env_.emergency_stop)
     in.requests[in.request_count++] = request("another", number(lss::CommandKind::emergency_stop));
   if (env_.reset_lc) {
@@ -271,7 +272,7 @@ void Composed::operate() {
     const Ack& ack = box.acks[i];
     if (ack.sequence == env_.sequence && ack.phase == Phase::rejected) refused_ = ack.verdict;
   }
-  if (!client || env_.now_ns - env_.since_ns < kPause) return;
+  if (!client || env_.emergency_stop || env_.now_ns - env_.since_ns < kPause) return;
   if (env_.asked_ns != 0 && refused_.reason == Reason::none && env_.now_ns - env_.asked_ns < kPause)
     return;
   const lc::ControllerState& c = controller();
