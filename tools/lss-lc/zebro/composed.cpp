@@ -166,7 +166,7 @@ void Composed::apply(lc::Choice choice) {
       if (env_.plugged && env_.runs) {
         for (AbstractModule& m : env_.module) m.bus_begins(env_.now_ns);
       }
-      env_.asked_ns = env_.strategy_ns = env_.solving_ns = env_.motor_ns = env_.unheld_ns = 0;
+      env_.asked_ns = env_.strategy_ns = env_.motor_ns = env_.unheld_ns = 0;
       env_.since_ns = env_.now_ns;
       break;
     }
@@ -206,11 +206,13 @@ void Composed::sense() {
   in.time_ns = env_.now_ns;
   in.overrun_limit = env_.overrun;
   replies_.clear();
+  env_.seen = 0;
   const bool there = env_.plugged && env_.runs;
   if (env_.runs) env_.reported_ns = env_.now_ns - kMillisecond;
   for (std::size_t i = 0; i < kModules; ++i) {
     AbstractModule& module = env_.module[i];
     module.pass(env_.now_ns, kStep);
+    if (module.tripped() || module.disobeys()) env_.seen |= 1u << i;
     if (there) module.reply(static_cast<std::uint8_t>(i), env_.now_ns - kMillisecond, replies_);
     ModuleLink& link = in.bus.counters.module[i];
     link.disobeys = there && module.disobeys();
@@ -438,7 +440,9 @@ const char* Composed::check_strategies() {
     if (e.id != static_cast<std::uint16_t>(EventId::strategy_begun)) continue;
     const auto kind = static_cast<StrategyKind>(static_cast<int>(e.argument[0]));
     // Legs that have to move: those at fault under power; move_free moves all that are at fault.
-    int legs = 0;
+    if (!env_.solves) env_.suspects = 0;
+    env_.solves = true;
+    unsigned legs = 0;
     for (std::size_t m = 0; m < kModules; ++m) {
       const bool accused =
           std::ranges::any_of(supervisor_.state().faults, [&](const FaultRecord& f) {
@@ -446,18 +450,19 @@ const char* Composed::check_strategies() {
                    class_of(f.id) != FaultClass::contact;
           });
       const bool away = env_.module[m].ill == Ill::silent || !env_.plugged || !env_.runs;
-      const AbstractModule& module = env_.module[m];
-      const bool moves = accused || module.tripped() || module.disobeys() ||
-                         (kind == StrategyKind::move_free && away);
-      legs += moves ? 1 : 0;
+      if (accused) env_.suspects |= 1u << m;
+      if (kind == StrategyKind::move_free && away) legs |= 1u << m;
     }
+    env_.suspects |= env_.seen;
+    const int moved = std::popcount(legs | env_.suspects);
     const SolverParameters& p = limits_.solver;
     env_.strategy_ns = env_.now_ns;
     env_.strategy_limit_ns = p.budget_ns + (kind == StrategyKind::cool_down ? p.cool_down_ns : 0) +
-                             legs * 2 * (p.free_move_ns + 2 * kSecond) + kStep;
+                             moved * 2 * (p.free_move_ns + 2 * kSecond) + kStep;
   }
   if (controller().state != State::solve_errors) {
     env_.strategy_ns = 0;
+    env_.solves = false;
     return nullptr;
   }
   if (env_.strategy_ns == 0) return "solve begins a strategy";
@@ -546,7 +551,7 @@ std::uint64_t Composed::key() {
     n(a.failure, a.module, a.lasts, a.lasts ? a.exposed_ns / kStep : 0);
   }
   n(env_.want, h.age(env_.since_ns, 30), env_.asked_ns == 0 ? -1 : h.age(env_.asked_ns, 6),
-    env_.tries, env_.resets, env_.over);
+    env_.tries, env_.resets, env_.over, env_.suspects, env_.seen);
   n(env_.strategy_ns == 0 ? 0 : (env_.strategy_ns + env_.strategy_limit_ns - env_.now_ns) / kStep,
     env_.motor_ns / kStep, env_.unheld_ns / kStep);
   const Supervisor::Outbox& box = supervisor_.outbox();

@@ -115,8 +115,10 @@ class Composed {
     bool over = false;
 
     TimeNs strategy_ns = 0, strategy_limit_ns = 0;
-    TimeNs solving_ns = 0;
-    TimeNs motor_ns = 0;  // since when a motor is on that should be off; 0: none
+    unsigned seen = 0;      // modules that tripped or disobeyed when the frame began, as bits
+    bool solves = false;    // a strategy has begun
+    unsigned suspects = 0;  // modules that error solving may have to move, as bits
+    TimeNs motor_ns = 0;    // since when a motor is on that should be off; 0: none
     TimeNs unheld_ns = 0;
   };
 
