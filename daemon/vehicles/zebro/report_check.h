@@ -40,6 +40,12 @@ class ReportCheck {
   double measured() const noexcept { return measured_; }
   double limit() const noexcept { return limit_; }
 
+  // What decides and is no angle, for a key of the state (tools/lss-lc).
+  template <class V>
+  void times(V&& v) const {
+    v(found_ns_, strange_ns_, window_ns_, still_ns_, refused_);
+  }
+
  private:
   static constexpr TimeNs kLasts = kSecond;
 

@@ -64,23 +64,25 @@ void MoveFree::begin(SolveTarget& target, std::uint8_t modules) noexcept {
     if (contains(modules, i) && target.answers(i))
       left_ = static_cast<std::uint8_t>(left_ | 1u << i);
   }
+  moved_ = stuck_ = 0;
   phase_ = Phase::next_leg;
 }
 
-Outcome MoveFree::end(SolveTarget& target, Outcome outcome) noexcept {
+// Others may still be moved: only what does not move is isolated.
+Outcome MoveFree::give_up_leg(SolveTarget& target) noexcept {
   target.rest();
-  left_ = 0;
+  stuck_ = static_cast<std::uint8_t>(stuck_ | 1u << leg_);
   phase_ = Phase::next_leg;
-  return outcome;
+  return Outcome::running;
 }
 
 Outcome MoveFree::step(SolveTarget& target) noexcept {
   const TimeNs now = target.now();
   if (phase_ == Phase::next_leg) {
-    if (left_ == 0) return Outcome::done;
+    if (left_ == 0) return stuck_ == 0 ? Outcome::done : Outcome::failed;
     leg_ = static_cast<std::size_t>(std::countr_zero(left_));
     left_ = static_cast<std::uint8_t>(left_ & (left_ - 1));
-    if (!target.begin_move(leg_)) return end(target, Outcome::failed);
+    if (!target.begin_move(leg_)) return give_up_leg(target);
     phase_ = Phase::switching_on;
     due_ns_ = now + kMoveGrace;
     return Outcome::running;
@@ -90,7 +92,7 @@ Outcome MoveFree::step(SolveTarget& target) noexcept {
   const bool stopped = phase_ != Phase::switching_on &&
                        (status.flags & (kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog)) != 0;
   if (late || stopped || !target.answers(leg_) || status.current_A > parameters_.current_limit_A)
-    return end(target, Outcome::failed);
+    return give_up_leg(target);
   follow_calibration(target);
   const auto moved = [&](double to_rad) {
     return now >= due_ns_ && (status.flags & kFlagMoving) == 0 &&
@@ -113,6 +115,7 @@ Outcome MoveFree::step(SolveTarget& target) noexcept {
     case Phase::forth:
       if (!moved(from_rad_)) break;
       target.rest();
+      moved_ = static_cast<std::uint8_t>(moved_ | 1u << leg_);
       phase_ = Phase::next_leg;
       break;
     case Phase::next_leg:
@@ -185,6 +188,7 @@ void Solver::begin(std::span<const Symptom> symptoms) noexcept {
     if (misled && leg && symptom.again) order[static_cast<std::size_t>(c)] = last_resort(c);
   }
   suspects_ = static_cast<std::uint8_t>(suspects);
+  blamed_ = 0;
   // The cause may be gone by now.
   plan_ = plan(order, present, StrategyKind::reconnect);
   at_ = 0;
@@ -225,7 +229,16 @@ TimeNs Solver::moves_ns(std::uint8_t legs) const noexcept {
   return std::popcount(legs) * 2 * (parameters_.free_move_ns + 2 * kMoveGrace);
 }
 
+void Solver::clear_moved() noexcept {
+  suspects_ = static_cast<std::uint8_t>(suspects_ & ~move_free_.moved());
+}
+
 Solver::Report Solver::give_up(SolveTarget& target) noexcept {
+  unsigned blamed = suspects_;
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    if (contains(target.faulty_modules(), i) && target.answers(i)) blamed |= 1u << i;
+  }
+  blamed_ = static_cast<std::uint8_t>(blamed);
   target.rest();  // ends a movement in progress
   if (at_ + 1 == plan_.size() || plan_[at_ + 1] == StrategyKind::none) return Report::unsolved;
   ++at_;
@@ -237,7 +250,9 @@ Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
   const TimeNs now = target.now();
   suspects_ = static_cast<std::uint8_t>(suspects_ & ~target.isolated());
   if (!begun_) {
-    const auto modules = static_cast<std::uint8_t>(target.faulty_modules() | suspects_);
+    auto modules = static_cast<std::uint8_t>(target.faulty_modules() | suspects_);
+    // New orders between two strategies hide that a module disobeys.
+    if (kind() == StrategyKind::isolate && modules == 0) modules = blamed_;
     strategy().begin(target, modules);
     begun_ = true;
     until_ns_ = now + moves_ns(kind() == StrategyKind::move_free ? modules : suspects_) +
@@ -249,9 +264,9 @@ Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
   switch (phase_) {
     case Phase::treating: {
       const Outcome outcome = strategy().step(target);
+      if (kind() == StrategyKind::move_free) clear_moved();
       if (outcome == Outcome::failed) return give_up(target);
       if (outcome == Outcome::running) break;
-      if (kind() == StrategyKind::move_free) suspects_ = 0;
       phase_ = Phase::waiting;
       until_ns_ = std::min(until_ns_, now + parameters_.budget_ns + moves_ns(suspects_));
       break;
@@ -264,9 +279,9 @@ Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
       break;
     case Phase::moving: {
       const Outcome outcome = move_free_.step(target);
+      clear_moved();
       if (outcome == Outcome::failed) return give_up(target);
       if (outcome == Outcome::running) break;
-      suspects_ = 0;
       phase_ = Phase::waiting;
       break;
     }

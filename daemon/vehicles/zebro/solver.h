@@ -124,22 +124,24 @@ class ResetModules final : public Strategy {
 };
 
 // Moves each leg that answers a little way back, then forth. A leg that draws too much current or
-// does not move is blocked, and the strategy has failed. A leg that was reset may pass its Hall
-// sensor on the way: it still moves only so far.
+// does not move is blocked: the strategy goes on with the others, and has failed. A leg that was
+// reset may pass its Hall sensor on the way: it still moves only so far.
 class MoveFree final : public Strategy {
  public:
   explicit MoveFree(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
   void begin(SolveTarget& target, std::uint8_t modules) noexcept override;
   Outcome step(SolveTarget& target) noexcept override;
+  // Legs, as bits, that came back from their way.
+  std::uint8_t moved() const noexcept { return moved_; }
   template <class V>
   void keep(V& v) {
-    v(parameters_, phase_, leg_, left_, from_rad_, seen_rad_, calibrated_, due_ns_);
+    v(parameters_, phase_, leg_, left_, moved_, stuck_, from_rad_, seen_rad_, calibrated_, due_ns_);
   }
   void configure(const SolverParameters& parameters) noexcept { parameters_ = parameters; }
 
  private:
   enum class Phase : std::uint8_t { next_leg, switching_on, back, forth };
-  Outcome end(SolveTarget& target, Outcome outcome) noexcept;
+  Outcome give_up_leg(SolveTarget& target) noexcept;
   void follow_calibration(SolveTarget& target) noexcept;
   void order(SolveTarget& target) noexcept;
 
@@ -147,6 +149,7 @@ class MoveFree final : public Strategy {
   Phase phase_ = Phase::next_leg;
   std::size_t leg_ = 0;
   std::uint8_t left_ = 0;  // legs to move
+  std::uint8_t moved_ = 0, stuck_ = 0;
   double from_rad_ = 0;
   double seen_rad_ = 0;  // in the frame before
   bool calibrated_ = false;
@@ -210,8 +213,8 @@ class Solver {
   // For records (daemon/record/state.h).
   template <class V>
   void keep(V& v) {
-    v(parameters_, move_free_, cool_down_, isolate_, plan_, at_, suspects_, running_, begun_,
-      phase_, until_ns_, healthy_since_ns_);
+    v(parameters_, move_free_, cool_down_, isolate_, plan_, at_, suspects_, blamed_, running_,
+      begun_, phase_, until_ns_, healthy_since_ns_);
   }
 
  private:
@@ -221,6 +224,7 @@ class Solver {
   StrategyList last_resort(FaultClass fault_class) const noexcept;
   TimeNs moves_ns(std::uint8_t legs) const noexcept;  // time for moving them free
   Report give_up(SolveTarget& target) noexcept;
+  void clear_moved() noexcept;
   // After the treatment: no fault, stopped legs have moved, no fault for a while.
   enum class Phase : std::uint8_t { treating, waiting, moving, proving };
 
@@ -236,6 +240,8 @@ class Solver {
   // Legs that were stopped under power: their flags mean little without it, so they have to move
   // once before they count as healthy.
   std::uint8_t suspects_ = 0;
+  // Legs that answered and were at fault when the strategy before was given up.
+  std::uint8_t blamed_ = 0;
   bool running_ = false;
   bool begun_ = false;  // the strategy at at_
   Phase phase_ = Phase::treating;

@@ -71,6 +71,38 @@ TEST(Solver, ARestoredLegIsInServiceWhenItAnswersAgain) {
   EXPECT_TRUE(w.stand());
 }
 
+// Without both front legs nothing walks.
+TEST(Solver, OfTwoLegsThatTrippedOnlyTheOneThatDoesNotMoveIsIsolated) {
+  for (const std::size_t stuck : {0u, 1u}) {
+    World w;
+    ASSERT_TRUE(w.stand());
+    for (const std::size_t leg : {0u, 1u}) w.modules[leg].flags |= kFlagOverCurrent;
+    w.run(0.2);
+    ASSERT_EQ(w.state(), State::fatal_error);
+    w.modules[stuck].stuck = true;
+    ASSERT_TRUE(solve(w, 120));
+    EXPECT_EQ(isolated(w), 1u << stuck);
+  }
+}
+
+// Its reports come late, so that each new order seems to be obeyed at first.
+TEST(Solver, ALegWhoseDisobedienceIsHiddenByEachNewOrderIsIsolated) {
+  World w;
+  ASSERT_TRUE(w.stand());
+  std::uint32_t serial = 0;
+  TimeNs ordered_ns = 0;
+  w.alter = [&](World& world) {
+    if (std::exchange(serial, world.out_.command.module[2].serial) != serial)
+      ordered_ns = world.time_ns_;
+    world.in_.bus.counters.module[2].disobeys = world.time_ns_ - ordered_ns >= 100 * kMillisecond;
+  };
+  w.run(1);
+  ASSERT_EQ(w.state(), State::fatal_error);
+  ASSERT_TRUE(solve(w, 120));
+  EXPECT_TRUE(tried(w, StrategyKind::isolate));
+  EXPECT_EQ(isolated(w), 1u << 2);
+}
+
 TEST(Solver, LegsAreIsolatedTogetherOrNotAtAll) {
   World w;
   ASSERT_TRUE(w.stand());
