@@ -592,6 +592,7 @@ std::string Composed::text() const {
 
 lc::Composition compose(const lc::Depth& depth, const Composed::Options& options) {
   const auto begin = std::chrono::steady_clock::now();
+  own_codes = zebro::logic().codes;  // names of faults
   std::vector<lc::Choice> first = Composed::failures();
   if (!depth.only.empty())
     std::erase_if(first, [&](lc::Choice c) { return depth.only != kFailureNames[c.what]; });
