@@ -4,6 +4,7 @@
 // without bytes, physics and dynamics: an order takes effect at once, a movement is uniform, a
 // re-send takes no time. And the ways in which it fails. Time is data; trivially copyable.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -189,7 +190,10 @@ class AbstractModule {
     double way = std::fmod(to_deg_ - position_deg_ + 720, 360);
     if (!forward) way -= 360;
     if (std::abs(way) > 355) way += way > 0 ? -360 : 360;  // a little past: back, not once round
-    rate_deg_s_ = way / std::max(static_cast<double>(arrive_ns_ - now) * 1e-9, 0.02);
+    const double left_s = std::max(
+        {static_cast<double>(arrive_ns_ - now) * 1e-9, std::abs(way) / kFastest_deg_s, 0.02});
+    arrive_ns_ = now + std::llround(left_s * 1e9);
+    rate_deg_s_ = way / left_s;
   }
 
   // At its sensor its position becomes the true one, and it goes on to where it was ordered.
@@ -228,6 +232,7 @@ class AbstractModule {
   }
 
   static constexpr double kSensor = 180;
+  static constexpr double kFastest_deg_s = 117;  // docs/icd-zebro.md section 6
 
   std::uint16_t flags_ = 0;
   double position_deg_ = 0, sensor_deg_ = kSensor, frozen_deg_ = 0;
