@@ -175,8 +175,7 @@ Solver::Solver(const SolverParameters& parameters) noexcept
 
 void Solver::begin(std::span<const Symptom> symptoms) noexcept {
   std::array<bool, kFaultClasses> present{};
-  auto order = parameters_.order;
-  unsigned suspects = 0;
+  unsigned suspects = 0, relapsed = 0;
   for (const Symptom& symptom : symptoms) {
     const FaultClass c = symptom.fault_class;
     present[static_cast<std::size_t>(c)] = true;
@@ -185,25 +184,23 @@ void Solver::begin(std::span<const Symptom> symptoms) noexcept {
     const bool under_power = misled || c == FaultClass::current || c == FaultClass::driver;
     const bool leg = symptom.module >= 1 && symptom.module <= kLegs;
     if (under_power && leg) suspects |= 1u << (symptom.module - 1);
-    if (misled && leg && symptom.again) order[static_cast<std::size_t>(c)] = last_resort(c);
+    const StrategyList& order = parameters_.order[static_cast<std::size_t>(c)];
+    const bool isolates = std::ranges::count(order, StrategyKind::isolate) != 0;
+    if (misled && leg && symptom.again && isolates) relapsed |= 1u << (symptom.module - 1);
   }
   suspects_ = static_cast<std::uint8_t>(suspects);
+  relapsed_ = static_cast<std::uint8_t>(relapsed);
   blamed_ = 0;
   // The cause may be gone by now.
-  plan_ = plan(order, present, StrategyKind::reconnect);
+  plan_ = plan(parameters_.order, present, StrategyKind::reconnect);
+  if (relapsed_ != 0 && plan_[0] != StrategyKind::isolate) {
+    // In place of the first one when there are too many.
+    if (plan_.back() == StrategyKind::none) std::shift_right(plan_.begin(), plan_.end(), 1);
+    plan_[0] = StrategyKind::isolate;
+  }
   at_ = 0;
   running_ = true;
   begun_ = false;
-}
-
-// Isolating and what comes after it, where the configuration has it; else all.
-StrategyList Solver::last_resort(FaultClass fault_class) const noexcept {
-  const StrategyList& all = parameters_.order[static_cast<std::size_t>(fault_class)];
-  const auto from = std::ranges::find(all, StrategyKind::isolate);
-  if (from == all.end()) return all;
-  StrategyList rest{};
-  std::copy(from, all.end(), rest.begin());
-  return rest;
 }
 
 Strategy& Solver::strategy() noexcept {
@@ -251,11 +248,15 @@ Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
   suspects_ = static_cast<std::uint8_t>(suspects_ & ~target.isolated());
   if (!begun_) {
     auto modules = static_cast<std::uint8_t>(target.faulty_modules() | suspects_);
+    if (at_ == 0 && relapsed_ != 0) modules = relapsed_;
     // New orders between two strategies hide that a module disobeys.
     if (kind() == StrategyKind::isolate && modules == 0) modules = blamed_;
     strategy().begin(target, modules);
     begun_ = true;
-    until_ns_ = now + moves_ns(kind() == StrategyKind::move_free ? modules : suspects_) +
+    std::uint8_t moves = suspects_;
+    if (kind() == StrategyKind::move_free) moves = modules;
+    if (kind() == StrategyKind::isolate) moves = static_cast<std::uint8_t>(suspects_ & ~modules);
+    until_ns_ = now + moves_ns(moves) +
                 (kind() == StrategyKind::cool_down ? parameters_.cool_down_ns : 0) +
                 parameters_.budget_ns;
     phase_ = Phase::treating;

@@ -194,7 +194,7 @@ class Solver {
   explicit Solver(const SolverParameters& parameters) noexcept;
 
   // Plans the strategies from the present faults. The first one begins with the next step. A leg
-  // that does not obey or cannot be believed, and was solved before, is isolated at once.
+  // that does not obey or cannot be believed, and was solved before, is isolated first of all.
   void begin(std::span<const Symptom> symptoms) noexcept;
   void end() noexcept { running_ = false; }
   // Applies to the running strategy, too.
@@ -213,15 +213,14 @@ class Solver {
   // For records (daemon/record/state.h).
   template <class V>
   void keep(V& v) {
-    v(parameters_, move_free_, cool_down_, isolate_, plan_, at_, suspects_, blamed_, running_,
-      begun_, phase_, until_ns_, healthy_since_ns_);
+    v(parameters_, move_free_, cool_down_, isolate_, plan_, at_, suspects_, relapsed_, blamed_,
+      running_, begun_, phase_, until_ns_, healthy_since_ns_);
   }
 
  private:
   static constexpr TimeNs kProof = kSecond;
 
   Strategy& strategy() noexcept;
-  StrategyList last_resort(FaultClass fault_class) const noexcept;
   TimeNs moves_ns(std::uint8_t legs) const noexcept;  // time for moving them free
   Report give_up(SolveTarget& target) noexcept;
   void clear_moved() noexcept;
@@ -240,6 +239,8 @@ class Solver {
   // Legs that were stopped under power: their flags mean little without it, so they have to move
   // once before they count as healthy.
   std::uint8_t suspects_ = 0;
+  // Legs that did not obey or could not be believed, were solved, and came back.
+  std::uint8_t relapsed_ = 0;
   // Legs that answered and were at fault when the strategy before was given up.
   std::uint8_t blamed_ = 0;
   bool running_ = false;

@@ -219,7 +219,7 @@ void Vehicle::reset_modules(const Request& request) noexcept {
     if (number != 0 && number != i + 1) continue;
     order(i, Kind::reset);
     resets_.begin(i, now_ns_, resets_seen_[i]);
-    if (i == kPanel && panel_.step != Panel::Step::rest) end_panel();
+    if (i == kPanel && panel_.step != Panel::Step::rest) panel_.step = Panel::Step::ended;
   }
 }
 

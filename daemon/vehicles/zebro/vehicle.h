@@ -137,6 +137,7 @@ class Vehicle final : public Actor, private SolveTarget {
   void watch_current_sum(Supervisor& s) noexcept;
   void watch_bus(const BusReport& bus, Supervisor& s) noexcept;
   void watch_temperature(std::size_t module, Supervisor& s) noexcept;
+  void watch_motor(std::size_t module, const ModuleLink& link) noexcept;
   void watch_obedience(std::size_t module, const ModuleLink& link, Supervisor& s) noexcept;
   void watch_motion(Supervisor& s) noexcept;
   void watch_solver(Supervisor& s) noexcept;
@@ -160,7 +161,6 @@ class Vehicle final : public Actor, private SolveTarget {
   void move_panel(bool deploy) noexcept;
   void reset_modules(const Request& request) noexcept;
   void take(const ModuleReply& reply) noexcept;
-  void end_panel() noexcept;
 
   Parameters parameters_;
   TunableValues tunables_;  // of the parameters
@@ -212,7 +212,8 @@ class Vehicle final : public Actor, private SolveTarget {
       switching_on,
       seeking,
       creeping,
-      moving
+      moving,
+      ended  // its module is being reset: it stops on its way, and counts as out
     } step = Step::rest;
     bool deploy = false;
     TimeNs due_ns = 0;

@@ -9,6 +9,8 @@
 namespace lss::zebro {
 namespace {
 
+using Kind = ModuleOrder::Kind;
+
 constexpr TimeNs kNoiseWindow = kSecond;
 constexpr std::uint64_t kNoisyFrames = 20;  // dropped in one window
 constexpr double kHysteresis_degC = 5;
@@ -36,6 +38,7 @@ void Vehicle::watch(const Inputs<Vehicle>& in, Supervisor& s) noexcept {
   watch_modules(s);
   for (std::size_t i = 0; i < kModules; ++i) {
     watch_temperature(i, s);
+    watch_motor(i, in.bus.counters.module[i]);
     if (!in_service(i)) continue;
     watch_reports(i, s);
     watch_flags(i, s);
@@ -179,6 +182,15 @@ void Vehicle::watch_temperature(std::size_t i, Supervisor& s) noexcept {
     module.hot = false;
     s.clear(FaultId::temperature_warning, number(i));
   }
+}
+
+// A motor that goes on in spite of its last order is sent an emergency stop, which the bus repeats
+// until it is obeyed: the module may obey again at any time.
+void Vehicle::watch_motor(std::size_t i, const ModuleLink& link) noexcept {
+  const Kind last = orders_.module[i].kind;
+  const bool motor = answers(i) && (modules_[i].status.flags & kFlagMotionControl) != 0;
+  if (link.disobeys && motor && (last == Kind::motion_off || last == Kind::reset))
+    order(i, Kind::emergency_stop);
 }
 
 void Vehicle::watch_obedience(std::size_t i, const ModuleLink& link, Supervisor& s) noexcept {

@@ -60,7 +60,7 @@ class AbstractModule {
 
   // By the bus itself: what was ordered before is void.
   void bus_stops(TimeNs now) {
-    kind_ = ModuleOrder::Kind::emergency_stop;
+    order_ = {.kind = ModuleOrder::Kind::emergency_stop};
     ordered_ns_ = now;
     confirmed_ = disobeys_ = false;
     stop();
@@ -72,41 +72,15 @@ class AbstractModule {
   }
 
   void obey(const ModuleOrder& order, TimeNs now) {
-    using Kind = ModuleOrder::Kind;
     if (order.serial == serial_) return;
     missed_ = ill == Ill::silent || ill == Ill::deaf;
     if (ill == Ill::silent) return;
     serial_ = order.serial;
-    kind_ = order.kind;
+    order_ = order;
     ordered_ns_ = now;
-    confirmed_ = order.kind == Kind::none;
+    confirmed_ = order.kind == ModuleOrder::Kind::none;
     disobeys_ = false;
-    if (ill == Ill::deaf) return;
-    switch (order.kind) {
-      case Kind::none:
-        break;
-      case Kind::motion_on:
-        flags_ = static_cast<std::uint16_t>((flags_ | kFlagMotionControl) &
-                                            ~(kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog));
-        break;
-      case Kind::motion_off:
-      case Kind::emergency_stop:
-        stop();
-        break;
-      case Kind::reset:
-        reset_itself();
-        ++resets_;
-        break;
-      case Kind::rotate_forward:
-      case Kind::rotate_backward:
-        if ((flags_ & kFlagMotionControl) == 0) break;
-        to_deg_ = order.position_cdeg * 0.01;
-        arrive_ns_ = order.arrive_ns;
-        moving_ = true;
-        flags_ |= kFlagMoving;
-        go(order.kind == Kind::rotate_forward, now);
-        break;
-    }
+    if (!missed_) execute(now);
   }
 
   // From `now - dt` to `now`.
@@ -149,8 +123,6 @@ class AbstractModule {
   bool answers() const { return ill != Ill::silent; }
   bool contradicts() const { return answers() && !confirmed_; }
   bool disobeys() const { return disobeys_; }
-  // It did not obey the last order, and was not given another since it is well.
-  bool missed() const { return missed_; }
   bool motor_on() const { return (flags_ & kFlagMotionControl) != 0; }
   bool tripped() const {
     return (flags_ & (kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog)) != 0;
@@ -160,7 +132,7 @@ class AbstractModule {
   // Times in steps; angles to `step_deg`, 0: not at all.
   template <class Hash>
   void hash(Hash& h, TimeNs now, TimeNs dt, double step_deg, const ModuleOrder& order) const {
-    h(static_cast<std::uint64_t>(ill), flags_, kind_, confirmed_, disobeys_, missed_, moving_,
+    h(static_cast<std::uint64_t>(ill), flags_, order_.kind, confirmed_, disobeys_, missed_, moving_,
       order.serial == serial_);
     const auto angle = [&](double deg) {
       h(step_deg > 0 ? static_cast<std::int64_t>(std::lround(deg / step_deg)) : 0);
@@ -185,6 +157,35 @@ class AbstractModule {
   }
   const Report& report() const { return past_[ill == Ill::late ? past_.size() - 1 : 0]; }
   double from_sensor_deg() const { return std::remainder(position_deg_ - sensor_deg_, 360); }
+
+  void execute(TimeNs now) {
+    using Kind = ModuleOrder::Kind;
+    switch (order_.kind) {
+      case Kind::none:
+        break;
+      case Kind::motion_on:
+        flags_ = static_cast<std::uint16_t>((flags_ | kFlagMotionControl) &
+                                            ~(kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog));
+        break;
+      case Kind::motion_off:
+      case Kind::emergency_stop:
+        stop();
+        break;
+      case Kind::reset:
+        reset_itself();
+        ++resets_;
+        break;
+      case Kind::rotate_forward:
+      case Kind::rotate_backward:
+        if ((flags_ & kFlagMotionControl) == 0) break;
+        to_deg_ = order_.position_cdeg * 0.01;
+        arrive_ns_ = order_.arrive_ns;
+        moving_ = true;
+        flags_ |= kFlagMoving;
+        go(order_.kind == Kind::rotate_forward, now);
+        break;
+    }
+  }
 
   void go(bool forward, TimeNs now) {
     double way = std::fmod(to_deg_ - position_deg_ + 720, 360);
@@ -220,15 +221,21 @@ class AbstractModule {
   void follow(TimeNs now) {
     using Kind = ModuleOrder::Kind;
     if (confirmed_) return;
+    const TimeNs since = now - ordered_ns_;
+    const bool obeys = ill != Ill::deaf;
+    if (missed_ && obeys && since < kResends) {
+      missed_ = false;
+      execute(now);
+    }
     // A stop is repeated as long as it is not confirmed.
-    if (kind_ == Kind::emergency_stop && (now - ordered_ns_) % kRepeat == 0) stop();
+    if (order_.kind == Kind::emergency_stop && since % kRepeat == 0) stop();
     const bool on = (report().flags & kFlagMotionControl) != 0;
-    const bool in_time = ill != Ill::late || now - ordered_ns_ >= kLate;
-    bool executed = in_time && ill != Ill::deaf;
-    if (kind_ == Kind::motion_on) executed = on;
-    if (kind_ == Kind::motion_off || kind_ == Kind::emergency_stop) executed = !on;
+    const bool in_time = ill != Ill::late || since >= kLate;
+    bool executed = in_time && obeys && !missed_;
+    if (order_.kind == Kind::motion_on) executed = on;
+    if (order_.kind == Kind::motion_off || order_.kind == Kind::emergency_stop) executed = !on;
     confirmed_ = executed;
-    if (!executed && now - ordered_ns_ >= kResends) disobeys_ = true;
+    if (!executed && since >= kResends) disobeys_ = true;
   }
 
   static constexpr double kSensor = 180;
@@ -240,7 +247,7 @@ class AbstractModule {
   bool moving_ = false;
   TimeNs arrive_ns_ = 0;
   std::uint32_t serial_ = 0;
-  ModuleOrder::Kind kind_ = ModuleOrder::Kind::none;
+  ModuleOrder order_{};  // the last one
   bool confirmed_ = true, disobeys_ = false, missed_ = false;
   TimeNs ordered_ns_ = 0;
   std::uint64_t resets_ = 0;

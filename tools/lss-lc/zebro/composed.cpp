@@ -495,8 +495,7 @@ void Composed::check(const lc::ControllerState& before) {
     broken = check_solved();
   // Motors of modules that obey are off outside Operational.
   bool motor = false;
-  for (const AbstractModule& m : env_.module)
-    motor = motor || (m.ill == Ill::well && !m.missed() && m.motor_on());
+  for (const AbstractModule& m : env_.module) motor = motor || (m.ill == Ill::well && m.motor_on());
   const bool may = c.state == State::operational || (c.flags & (kFreeing | kPanelMoving)) != 0 ||
                    !env_.plugged || !env_.runs;
   env_.motor_ns = motor && !may ? env_.motor_ns + kStep : 0;
