@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <ostream>
 #include <string>
@@ -31,19 +32,25 @@ TEST(Composition, EachSingleFailureAtEachStepIsAnsweredInTimeAndEndsWell) {
   EXPECT_GT(c.choices, 5000U);
 }
 
-// In short: the first one of two legs, silent or jammed, the second any of these legs or of the
+// By the kind of the first one. In short: one kind, of LF or LM; the second one of these or of the
 // rest.
-TEST(Composition, TwoFailuresAreAnsweredInTimeAndEndWell) {
-  std::vector<lc::Depth> depths{{.failures = 2, .every = false}};
-  if (!testing_support::everything())
-    depths = {{.failures = 2, .every = false, .only = "silent", .modules = 0x05},
-              {.failures = 2, .every = false, .only = "jammed", .modules = 0x05}};
-  for (const lc::Depth& depth : depths) {
-    const lc::Composition c = compose(depth);
-    EXPECT_FALSE(c.violation) << told(c);
-    EXPECT_GT(c.choices, 10'000U);
-  }
+class TwoFailures : public testing::TestWithParam<std::size_t> {};
+
+TEST_P(TwoFailures, AreAnsweredInTimeAndEndWell) {
+  LSS_SKIP_OUTSIDE_SAMPLE(GetParam(), kFailures);
+  lc::Depth depth{.failures = 2, .every = false, .only = kFailureNames[GetParam()]};
+  if (!testing_support::everything()) depth.modules = 0x05;
+  const lc::Composition c = compose(depth);
+  EXPECT_FALSE(c.violation) << told(c);
+  EXPECT_GT(c.choices, 10'000U);
 }
+
+INSTANTIATE_TEST_SUITE_P(Composition, TwoFailures, testing::Range(std::size_t{0}, kFailures),
+                         [](const auto& of) {
+                           std::string name = kFailureNames[of.param];
+                           std::ranges::replace(name, ' ', '_');
+                           return name;
+                         });
 
 // A defect of one part, its property, and the failure in which it shows. Those of the code:
 // planted/planted.py.

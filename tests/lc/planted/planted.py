@@ -13,8 +13,9 @@ ZEBRO = ["daemon/vehicles/zebro/watch.cpp", "daemon/vehicles/zebro/solving.cpp",
 CYCLE = ["daemon/cycle/supervisor.cpp"]
 LOSS = "each loss leads to a safe state within its time"
 WALKS = "whatever can be isolated and leaves a gait ends in Operational again"
+SOLVED = "solved is what is solved"
 
-# name: sources, text, instead, first failure, property
+# name: sources, text (or several), instead of each, first failure, property
 DEFECTS = {
     "silence_ignored": (ZEBRO, "} else if (!answers(i) && !lost &&", "} else if (false && !answers(i) && !lost &&", "silent", LOSS),
     "trip_ignored": (ZEBRO, "if (rising(flags, before, kFlagOverCurrent) && driven)",
@@ -26,18 +27,22 @@ DEFECTS = {
     "isolation_not_applied": (ZEBRO, "if (contains(modules, i)) supervisor_->happen(event::isolate, number(i));", "",
                               "silent", WALKS),
     "success_without_proof": (ZEBRO, "if (!healthy) break;\n      healthy_since_ns_ = now;",
-                              "return Report::solved;", "deaf", WALKS),
-    "nobody_to_isolate_is_success": (ZEBRO, "if (kind() == StrategyKind::isolate && modules == 0) modules = blamed_;", "",
-                                     "late", WALKS),
+                              "return Report::solved;", "deaf", SOLVED),
+    # Either finds the leg that disobeys only until its next order.
+    "nobody_to_isolate_is_success": (ZEBRO, ("if (kind() == StrategyKind::isolate && modules == 0) modules = blamed_;",
+                                             "if (misled && leg && symptom.again && isolates) relapsed |="
+                                             " 1u << (symptom.module - 1);"), "", "late", WALKS),
 }
 
 
 def write(name, tree, out):
-    sources, text, instead, _, _ = DEFECTS[name]
-    parts = [(pathlib.Path(tree) / source).read_text() for source in sources]
-    if sum(part.count(text) for part in parts) != 1:
-        sys.exit(f"{name}: this text is not there once: {text}")
-    pathlib.Path(out).write_text("\n".join(part.replace(text, instead) for part in parts))
+    sources, texts, instead, _, _ = DEFECTS[name]
+    source = "\n".join((pathlib.Path(tree) / part).read_text() for part in sources)
+    for text in [texts] if isinstance(texts, str) else texts:
+        if source.count(text) != 1:
+            sys.exit(f"{name}: this text is not there once: {text}")
+        source = source.replace(text, instead)
+    pathlib.Path(out).write_text(source)
 
 
 def find(name, program):

@@ -1,6 +1,6 @@
 // A leg whose sensor lies, sleeps, jumps or drifts, whose gear slips or whose motor is limp: it is
 // named within its time, `solve` takes it out of service while the fault lasts, and the others walk
-// on. All legs, all these faults. [Env-2] [Conf-3] [Oper-6]
+// on. All legs, all these faults.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -34,6 +34,7 @@ const std::vector<Doubt> kDoubts = {
 
 class DoubtfulLeg : public testing::TestWithParam<std::tuple<std::size_t, unsigned>> {};
 
+// [Env-2] [Conf-3] [Oper-6]
 TEST_P(DoubtfulLeg, IsNamedIsolatedBySolveAndTheOthersWalkOn) {
   const Doubt& doubt = kDoubts[std::get<0>(GetParam())];
   const unsigned leg = std::get<1>(GetParam());

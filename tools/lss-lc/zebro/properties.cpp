@@ -190,14 +190,23 @@ constexpr std::array kOwnSteps = {
                  (t.happening.event != event::motors_confirmed ||
                   (t.result.actions & kLegMotion & ~lc::ActionSet{kStandUp}) == 0);
         }},
-    StepProperty{"the panel moves by its command and in its sense, and its place is what is seen",
+    StepProperty{
+        "the panel moves by its command and in its sense, and its place is what is seen", "Func-5",
+        lc::kActions,
+        [](T t) {
+          return only_by(t, kPanelDeploy, {event::panel_deploy}) &&
+                 only_by(t, kPanelRetract, {event::panel_retract}) &&
+                 only_by(t, kPanelIsIn, {event::panel_arrived_in, event::panel_is_in}) &&
+                 only_by(t, kPanelIsOut, {event::panel_arrived_out, event::panel_seen_out}) &&
+                 (idle(t.before) ||
+                  !one_of(t.happening.event, {event::panel_arrived_in, event::panel_arrived_out}));
+        }},
+    StepProperty{"the panel goes out of service when its module is lost, and the operator says so",
                  "Func-5", lc::kActions,
                  [](T t) {
-                   return only_by(t, kPanelDeploy, {event::panel_deploy}) &&
-                          only_by(t, kPanelRetract, {event::panel_retract}) &&
-                          only_by(t, kPanelIsIn, {event::panel_arrived_in, event::panel_is_in}) &&
-                          only_by(t, kPanelIsOut,
-                                  {event::panel_arrived_out, event::panel_seen_out});
+                   return !in_service(t.before, kModules) || in_service(t.result.next, kModules) ||
+                          (t.happening.event == event::panel_is_in &&
+                           lost_module(t.before, kModules));
                  }},
     StepProperty{"a leg is moved free by its strategy only, and motors go off during error solving "
                  "where a strategy or its movement ends",
