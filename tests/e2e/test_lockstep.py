@@ -85,6 +85,7 @@ class Lockstep:
     """VEHICLE, WORDS of lss-sim, MOTION and SECONDS of simulated time, the same SHORT,
     CLIENT_AT, and KEY of the configuration, a number."""
 
+    IN_LOCKSTEP = True
     CLIENT_AT = 3
     WORDS = ()
     CHANGES = {}  # of the configuration

@@ -8,7 +8,7 @@ import resource
 import unittest
 
 from hopper_rig import Hopper
-from programs import run
+from programs import run, wait_until
 from rig import DAEMON, EXIT, IDLE, OPERATIONAL, Scenario
 from rover_rig import Rover
 
@@ -26,8 +26,11 @@ class Parameters:
     def copies(self):
         return sorted(glob.glob(os.path.join(self.run_folder, "*-parameters-*.bin")))
 
-    def event_texts(self, number):
-        return [e["text"] for e in self.events() if e["id"] == number]
+    def event_texts(self, number, count=1):
+        """Of that many at least: a thread of its own writes them into the log."""
+        texts = lambda: [e["text"] for e in self.events() if e["id"] == number]
+        wait_until(lambda: len(texts()) >= count, 10, f"{count} times event {number} in the log")
+        return texts()
 
     def flip(self, path, at=100):
         with open(path, "r+b") as file:
@@ -128,7 +131,7 @@ class Zebro(Parameters, Scenario):
         daemon = self.start_daemon()
         self.assertEqual(self.param("limits.current_A")["value"], 1.2)
         self.assertEqual(self.status()["saved_parameters"], "lost")
-        self.assertEqual(len(self.event_texts(DAMAGED)), 2)
+        self.assertEqual(len(self.event_texts(DAMAGED, 2)), 2)
         self.assertIn("those of the configuration apply", self.event_texts(REFUSED)[0])
 
         # A save restores both.

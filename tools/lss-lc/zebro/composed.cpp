@@ -163,9 +163,7 @@ void Composed::apply(lc::Choice choice) {
     case Failure::restart: {
       record::StateReader reader(at_boot_);
       reader(vehicle_, supervisor_);
-      if (env_.plugged && env_.runs) {
-        for (AbstractModule& m : env_.module) m.bus_begins(env_.now_ns);
-      }
+      env_.begins = true;
       env_.asked_ns = env_.strategy_ns = env_.motor_ns = env_.unheld_ns = 0;
       env_.since_ns = env_.now_ns;
       break;
@@ -180,6 +178,14 @@ void Composed::apply(lc::Choice choice) {
       }
       break;
   }
+  begin_bus();
+}
+
+// It begins with a stop of all.
+void Composed::begin_bus() {
+  if (!env_.begins || !env_.plugged || !env_.runs) return;
+  env_.begins = false;
+  for (AbstractModule& m : env_.module) m.bus_begins(env_.now_ns);
 }
 
 // ---- one frame
@@ -541,7 +547,7 @@ std::uint64_t Composed::key() {
   for (std::size_t i = 0; i < kModules; ++i)
     env_.module[i].hash(h.numbers(), env_.now_ns, kStep, moves ? 5 : 0, out_->command.module[i]);
   auto& n = h.numbers();
-  n(env_.plugged, env_.runs, env_.client, env_.obc, env_.emergency_stop, env_.reset_lc,
+  n(env_.plugged, env_.runs, env_.begins, env_.client, env_.obc, env_.emergency_stop, env_.reset_lc,
     env_.overrun, env_.changed);
   n(h.age(env_.reported_ns, 5));
   for (std::size_t i = 0; i < env_.failed; ++i) {

@@ -97,6 +97,7 @@ class Composed {
     std::uint64_t frame = 0;
     std::array<AbstractModule, kModules> module{};
     bool plugged = true, runs = true, client = true, obc = true;
+    bool begins = false;     // the bus of a new daemon, which has sent nothing yet
     TimeNs reported_ns = 0;  // by the bus thread
     std::uint64_t safe_commands = 0;
     // once, in the next frame
@@ -122,6 +123,7 @@ class Composed {
     TimeNs unheld_ns = 0;
   };
 
+  void begin_bus();
   void sense();
   void operate();
   void ask(std::uint16_t kind, std::initializer_list<double> parameters = {});
