@@ -60,7 +60,7 @@ namespace lss {
   X(35, button_pressed, "the emergency-stop button is pressed", "release it, then: lss-cli solve") \
   X(36, power_bad, "the motors have no power", "check the battery, then: lss-cli solve")           \
   X(37, too_few_wheels, "another wheel is out of service already", "repair and restore it first")  \
-  X(38, too_early, "autonomous driving begins only a while after the start", "wait for it")        \
+  X(38, too_early, "retired", "")                                                                  \
   X(39, solved_too_often, "the same fault was solved again and again without healthy operation",   \
     "repair the cause, then: lss-cli reset controller, lss-cli solve")                             \
   X(40, not_calibrated, "the navigation is not calibrated",                                        \
@@ -130,7 +130,14 @@ namespace lss {
     "stop one, or change its vehicle_id; lss-cli doctor names both")                               \
   X(78, not_reset, "a module answers, but was not reset",                                          \
     "send it again; if that does not help, switch its power off and on")                           \
-  X(79, fell, "it was in the air: it fell", "")
+  X(79, fell, "it was in the air: it fell", "")                                                    \
+  X(90, stuck, "the wheels turn and, by the IMU, the rover does not move",                         \
+    "drive back, or another way; lss-cli status shows the slip")                                   \
+  X(91, over_cap, "faster than the configuration allows this vehicle",                             \
+    "drive slower; the cap is safety.max_speed_m_s of the config")                                 \
+  X(92, not_configured,                                                                            \
+    "a module answers, but is another one than configured or refuses its configuration",           \
+    "lss-cli status names its link; check its number, firmware and description")
 
 // number, name, severity (of lss.idl: 0 info, 1 warning, 2 error, 3 fatal), text, advice
 #define LSS_FAULTS(X)                                                                             \
@@ -228,7 +235,15 @@ namespace lss {
     "check fans, speed controllers and battery, then: lss-cli solve")                             \
   X(54, fans_hot, 3, "the fans ran for too long", "let them cool, then: lss-cli solve")           \
   X(55, name_conflict, 1, "another daemon with this vehicle_id is on the domain",                 \
-    "stop one, or change its vehicle_id; lss-cli doctor names both")
+    "stop one, or change its vehicle_id; lss-cli doctor names both")                              \
+  X(70, rover_stuck, 2, "the wheels turn and, by the IMU, the rover does not move: it stopped",   \
+    "drive back, or another way; if it did move, check the IMU's speed")                          \
+  X(71, drive_drops_out, 3, "a drive dropped out of operation enabled again and again",           \
+    "check its supply, wiring and load, then: lss-cli solve")                                     \
+  X(72, yaw_disagrees, 1, "the rover turns otherwise than its steering says",                     \
+    "check the steering's brackets and the IMU's yaw rate")                                       \
+  X(73, wheel_unproven, 1, "a part of the wheel failed and has not worked since",                 \
+    "drive to see whether it works; after a repair: lss-cli reset NODE")
 
 // number, name, severity, text ({0}..{3}: arguments). Faults are events of the same number + 1000.
 #define LSS_EVENTS(X)                                                                    \
@@ -289,7 +304,11 @@ namespace lss {
   X(55, parameters_damaged, 1, "a copy of the saved parameters is damaged")              \
   X(56, parameters_refused, 1, "saved parameters are not taken")                         \
   X(57, reset_begun, 0, "module is being reset, it has to answer within {0} s")          \
-  X(58, reset_ended, 0, "module answers again, {0} s after its reset was ordered")
+  X(58, reset_ended, 0, "module answers again, {0} s after its reset was ordered")       \
+  X(70, drive_dropped_out, 1, "drive dropped out of operation enabled, {0} so far")      \
+  X(71, slip_begun, 1, "the wheels go {0} m/s faster than the rover, load {1}")          \
+  X(72, slip_ended, 0, "the wheels no longer slip, {0} m/s at most")                     \
+  X(73, stopped_stuck, 2, "stopped: the wheels turn with {0} m/s, the rover goes {1} m/s")
 
 enum class Reason : std::uint16_t {
 #define LSS_ENUM(number, name, ...) name = number,

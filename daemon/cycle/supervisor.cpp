@@ -85,6 +85,9 @@ Verdict Supervisor::evaluate(const Logic& logic, const SupervisorState& state,
     verdict.measured = static_cast<double>(state.age_ms[verdict.subject - 1u]);
     verdict.limit = static_cast<double>(state.silent_limit_ms);
   }
+  if (verdict.reason == Reason::never_heard &&
+      (static_cast<unsigned>(state.unfit) >> (verdict.subject - 1u) & 1u) != 0)
+    verdict.reason = Reason::not_configured;
   return verdict.reason == Reason::none ? logic.sense(state, request) : verdict;
 }
 

@@ -178,7 +178,7 @@ class Zebro(Lockstep, Scenario):
 
 class Ardito(Lockstep, Scenario):
     VEHICLE, SECONDS = "ardito", 22
-    MOTION = "start --limit urc; drive 0.3 --heading 5 --for 2s; park 0.4 --for 2s; stop"
+    MOTION = "start; drive 0.3 --heading 5 --for 2s; park 0.4 --for 2s; stop"
     SHORT, SHORT_S = "start; stop", 15
     WORDS = ("--plant", "kinematic")
     KEY = "wheel_radius_mm"

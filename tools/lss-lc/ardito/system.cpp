@@ -176,6 +176,14 @@ constexpr std::array kOwnContracts = {
                return same_mode(t) && goal(t.result.next) == Goal::none && does(t, kHalt) &&
                       t.result.next.links == t.before.links;
              }},
+    Contract{
+        "stuck", event::stuck,
+        [](S s, unsigned) { return ready(s) && (goal(s) == Goal::drive || goal(s) == Goal::park); },
+        [](T t) {
+          return same_mode(t) && goal(t.result.next) == Goal::none && does(t, kHalt) &&
+                 does(t, kByHand) && !has(t.result.next, kAutonomous) &&
+                 t.result.next.links == t.before.links;
+        }},
     says<kButtonIn, false>("button released", event::button_out),
     cuts<kButtonIn>("button pressed", event::button_in),
     says<kPowerBad, false>("power good", event::power_good),
