@@ -1,5 +1,5 @@
-// lss-lc composition with a defect in the code of watch, solver or supervisor (CMakeLists.txt): finds
-// it, or not. Arguments: failures, the first failure's name, the property.
+// lss-lc composition with a defect in the code of watch, solver or supervisor (CMakeLists.txt):
+// finds it, or not. Arguments: failures, the first failure's name, the property.
 
 #include <fmt/format.h>
 
