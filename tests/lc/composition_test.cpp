@@ -32,6 +32,7 @@ TEST(Composition, EachSingleFailureAtEachStepIsAnsweredInTimeAndEndsWell) {
   EXPECT_GT(c.choices, 5000U);
 }
 
+#ifndef LSS_SANITIZED  // for its time
 // By the kind of the first one. In short: one kind, of LF or LM; the second one of these or of the
 // rest.
 class TwoFailures : public testing::TestWithParam<std::size_t> {};
@@ -51,6 +52,7 @@ INSTANTIATE_TEST_SUITE_P(Composition, TwoFailures, testing::Range(std::size_t{0}
                            std::ranges::replace(name, ' ', '_');
                            return name;
                          });
+#endif
 
 // A defect of one part, its property, and the failure in which it shows. Those of the code:
 // planted/planted.py.
