@@ -47,7 +47,7 @@ namespace lss {
   X(26, unused_parameter, "a parameter that the command does not have is not zero",                \
     "see: lss-cli command describe NAME")                                                          \
   X(27, never_heard, "a module has not answered since the daemon started",                         \
-    "check its power and the bus")                                                                 \
+    "check its power and the bus, or go on without it where the vehicle can: lss-cli isolate")     \
   X(28, too_fast, "faster than a leg may turn", "give it more time")                               \
   X(29, isolated, "the module is out of service", "lss-cli restore, when it is repaired")          \
   X(30, obc_silent, "no heartbeat from the OBC", "start the OBC's client or lss-cli heartbeat")    \
@@ -263,7 +263,7 @@ namespace lss {
   X(14, gate_closed, 1, "gate replaced a command, check {0}")                            \
   X(15, solve_ended, 0, "error solving ended, {0} faults left")                          \
   X(16, safe_command_sent, 2, "bus sent the safe command by itself")                     \
-  X(17, module_resent, 1, "command re-sent to module, try {0}")                          \
+  X(17, module_resent, 1, "commands re-sent to module, {0} so far")                      \
   X(18, fault_cleared, 0, "fault {0} cleared")                                           \
   X(19, module_was_reset, 1, "module was reset")                                         \
   X(20, timing_reset, 0, "timing statistics begin again")                                \
@@ -273,7 +273,7 @@ namespace lss {
   X(24, strategy_begun, 0, "error solving tries {0}")                                    \
   X(25, strategy_ended, 0, "{0} ended: {1}")                                             \
   X(26, module_isolated, 1, "module is out of service")                                  \
-  X(27, modules_restored, 0, "all modules are in service again")                         \
+  X(27, modules_restored, 0, "module is in service again")                               \
   X(28, log_lost, 1, "frames are missing in the log")                                    \
   X(29, emergency_message, 1, "node sent emergency {0}")                                 \
   X(30, node_configured, 0, "node is configured and running")                            \

@@ -38,6 +38,9 @@ struct Logic {
   // Parameters that can be changed while it runs (Actor::adjust).
   std::span<const TunableInfo> tunables = {};
   OwnCodes codes = {};  // of the vehicle itself
+  // The command that takes a module out of service, given again after a restart of the daemon.
+  // nullptr: a restart puts all modules into service.
+  Request (*isolation_of)(unsigned module) = nullptr;
 };
 
 // Result of setting a parameter, and its value before.

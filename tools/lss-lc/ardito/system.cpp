@@ -244,7 +244,7 @@ ControllerState stands_for(const ControllerState& s) {
 }
 
 lc::Model model_of(const lc::Table& table, std::uint16_t modules) {
-  lc::Model m = lc::model_of<kStates, kSteps>(table, modules, kContracts, kReturns);
+  lc::Model m = lc::model_of<kStates, kSteps>(table, modules, kDuties, kContracts, kReturns);
   m.stands_for = stands_for;
   return m;
 }
