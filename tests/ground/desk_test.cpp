@@ -198,6 +198,42 @@ TEST_F(DeskTest, AVehicleThatIsNotOnTheRosterIsCommandedByItsDictionary) {
   EXPECT_THAT(phases(page), ElementsAre("unanswered, final"));
 }
 
+TEST_F(DeskTest, AnAnswerIsWaitedForInTheTimeOfTheDaemonWhichASlowSimulationSlowsDown) {
+  struct Case {
+    double rate;  // of the daemon's time
+    Clock::duration least, most;
+  };
+  for (const Case& c : {Case{1, seconds(2), seconds(10)}, Case{0.5, seconds(4), seconds(10)},
+                        Case{0, seconds(10), seconds(20)}}) {
+    SCOPED_TRACE(c.rate);
+    Talker daemon(domain_);
+    Client& page = client(Client::Line::data);
+    const Clock::time_point begin = Clock::now();
+    Clock::time_point next{};
+    const auto says_until = [&](const std::function<bool()>& condition) {
+      return until([&] {
+        if (const Clock::time_point now = Clock::now(); now >= next) {
+          next = now + milliseconds(50);
+          daemon.say("zebro-1", [&](lss_Status& status) {
+            const std::chrono::nanoseconds passed = now - begin;
+            status.time_ns =
+                static_cast<std::int64_t>(c.rate * static_cast<double>(passed.count()));
+          });
+        }
+        return condition();
+      });
+    };
+    ASSERT_TRUE(says_until([&] { return has("zebro-1"); }));
+    desk_->receive(page, R"({"type":"command","id":1,"vehicle":"zebro-1","command":"start"})");
+    const Clock::time_point sent = Clock::now();
+    ASSERT_TRUE(says_until([&] { return !phases(page).empty(); }));
+    const Clock::duration waited = Clock::now() - sent;
+    EXPECT_THAT(phases(page), ElementsAre("unanswered, final"));
+    EXPECT_GE(waited, c.least - milliseconds(100));
+    EXPECT_LE(waited, c.most);
+  }
+}
+
 TEST_F(DeskTest, AStopLeavesForANameThatTheGatewayNeverHeardAgainAndAgain) {
   Talker ghost(domain_);
   Client& line = client(Client::Line::stop);

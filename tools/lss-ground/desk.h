@@ -96,6 +96,7 @@ class Desk {
     std::uint64_t seq = 0;
     std::string source{};
     Clock::time_point sent{};
+    std::int64_t sent_ns = 0;  // the daemon's time in its last status before
   };
   // A stop that is repeated until it is completed (desk_stop.cpp).
   struct Emergency {
@@ -139,6 +140,8 @@ class Desk {
   nlohmann::json status(const Craft& craft) const;
   nlohmann::json parameters(const Craft& craft) const;
   void tell_pulse();
+  // Whether the daemon had the time for an answer.
+  bool could_answer(const Job& job, Clock::time_point now);
   void give_up();
   Client* client_of(std::uint64_t number);
 
