@@ -17,6 +17,8 @@ std::string crc_text(std::string_view text) {
   return fmt::format("{:08x}", recording::crc_of(recording::octets(text)));
 }
 
+tl::unexpected<std::string> wrong(std::string why) { return tl::unexpected(std::move(why)); }
+
 bool is_text(std::string_view line) {
   return std::ranges::all_of(line, [](char c) { return c >= ' ' && c <= '~'; });
 }
@@ -25,18 +27,18 @@ bool is_text(std::string_view line) {
 
 tl::expected<Request, std::string> read_request(std::string_view line) {
   if (line.size() >= kLongestRequest)
-    return tl::unexpected(fmt::format("the line is longer than {} bytes", kLongestRequest));
-  if (!is_text(line)) return tl::unexpected("the line has bytes that are no printable ASCII");
+    return wrong(fmt::format("the line is longer than {} bytes", kLongestRequest));
+  if (!is_text(line)) return wrong("the line has bytes that are no printable ASCII");
   if (line.size() <= kCrcDigits || line[kCrcDigits] != ' ')
-    return tl::unexpected("the line does not begin with 8 hexadecimal digits and a blank");
+    return wrong("the line does not begin with 8 hexadecimal digits and a blank");
   const std::string_view checked = line.substr(kCrcDigits + 1);
   if (const std::string crc = crc_text(checked); line.substr(0, kCrcDigits) != crc)
-    return tl::unexpected("the CRC is wrong");
+    return wrong("the CRC is wrong");
   Request request;
   const char* const end = checked.data() + checked.size();
   const auto [rest, error] = std::from_chars(checked.data(), end, request.sequence);
   if (error != std::errc() || rest == end || *rest != ' ' || checked.front() == '0')
-    return tl::unexpected("no sequence number from 1 to 4294967295 and a blank after the CRC");
+    return wrong("no sequence number from 1 to 4294967295 and a blank after the CRC");
   request.words.assign(rest + 1, end);
   return request;
 }

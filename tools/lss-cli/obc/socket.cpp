@@ -19,7 +19,7 @@ namespace lss::cli::obc {
 namespace {
 
 constexpr std::size_t kMostUnsent = 1 << 20;  // bytes; a reply has some 10,000
-constexpr std::size_t kAtOnce = 16384;        // bytes to read in one turn
+constexpr std::size_t kAtOnce = 1 << 18;  // bytes, more than fit into the socket: a turn reads all
 constexpr mode_t kMode = 0660;
 
 sockaddr_un address_of(const std::string& path) {
