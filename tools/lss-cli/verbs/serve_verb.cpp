@@ -19,11 +19,13 @@ ExitCode run_serve(Context& context, const std::string& path, const std::string&
                   "replies are JSON always");
   }
   if (context.options.source.empty()) context.options.source = kSource;
+  // Before there is a socket: no request waits for the daemon.
+  Link& link = context.session().link();
+  link.open_commands(context.options.source);
   obc::Socket socket(path, group);
   PollServer server(context, socket);
-  context.output.note(fmt::format("{} is served at {} for {}",
-                                  text(context.link().status().vehicle_id), path,
-                                  context.link().source()));
+  context.output.note(fmt::format("{} is served at {} for {}", text(link.status().vehicle_id), path,
+                                  link.source()));
   server.run();
   return ExitCode::completed;
 }
