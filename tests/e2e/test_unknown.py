@@ -67,7 +67,7 @@ class Unknown:
         self.cli_ok("log", "export", path, "--topic", "telemetry", "--out", rows)
         with open(rows, encoding="utf-8") as file:
             names = file.readline().strip().split(",")
-            self.assertGreater(len(file.readlines()), 5)
+            self.assertGreater(len(file.readlines()), 0)
         return names
 
 
