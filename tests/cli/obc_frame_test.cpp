@@ -44,13 +44,14 @@ TEST(ObcFrame, EverySingleBitErrorOfARequestIsRefused_Env_1) {
   }
 }
 
-TEST(ObcFrame, EveryBurstOfThirtyTwoBitsInARequestIsRefused_Env_1) {
+TEST(ObcFrame, BurstsOfThirtyTwoBitsInARequestAreRefused_Env_1) {
   const std::string sent = line_of(12, "walk forward --speed high");
   for (std::size_t at = 0; at + 4 <= sent.size(); ++at) {
     for (std::uint32_t pattern = 1; pattern < 0x800; pattern += 2) {
       std::string received = sent;
       for (std::size_t i = 0; i < 4; ++i)
-        received[at + i] = static_cast<char>(received[at + i] ^ (pattern * 0x9E3779B1U >> (8 * i)));
+        received[at + i] = static_cast<char>(received[at + i] ^
+                                             static_cast<int>(pattern * 0x9E3779B1U >> (8 * i)));
       EXPECT_FALSE(read_request(received)) << received;
     }
   }

@@ -10,7 +10,7 @@
 #include <filesystem>
 
 #include "tests/cli/program_test.h"
-#include "tests/cli/zebro_dictionary.h"
+#include "tests/cli/strider.h"
 #include "tools/lss-cli/obc/frame.h"
 
 namespace lss::cli::test {
@@ -116,6 +116,15 @@ TEST_F(Serve, CommandsAreTheDaemonsOwnAndTheirCourseIsAskedFor) {
   EXPECT_THAT(daemon_.kinds(), ElementsAre(kStart, kStand, kWalk));
 }
 
+TEST_F(Serve, TheCourseOfACommandIsKnownHoweverOftenItIsAskedFor) {
+  const auto obc = connect();
+  obc->ask(1, "start");
+  for (std::uint32_t i = 2; i < 202; ++i)
+    ASSERT_EQ(obc->ask(i, "result 1")["command"], "start") << i;
+  EXPECT_EQ(obc->ask(1, "start")["command"], "start");
+  EXPECT_THAT(daemon_.kinds(), ElementsAre(kStart)) << "the same line: the stored reply";
+}
+
 TEST_F(Serve, ARejectionSaysWhy) {
   daemon_.trouble(kStand, {.kind = Trouble::Kind::reject, .reason = Reason::not_in_state});
   const auto obc = connect();
@@ -217,11 +226,47 @@ TEST_F(Serve, TheSocketIsForItsGroupAndGoesWithTheProgram) {
   EXPECT_NE(stat(path_.c_str(), &file), 0);
 }
 
+TEST_F(Serve, WhatWaitedWhileItStoodStillIsNotExecutedExceptAnEmergencyStop) {
+  const auto obc = connect();
+  obc->ask(1, "start");
+  program_.signal(SIGSTOP);
+  obc->write(obc::frame(2, "stand") + obc::frame(3, "estop"));
+  EXPECT_EQ(obc->line(1500), "");
+  program_.signal(SIGCONT);
+  const Obc::Reply stand = obc->reply();
+  EXPECT_EQ(stand.sequence, 2U);
+  EXPECT_EQ(stand.document["error"]["exit_code"], 5);
+  EXPECT_THAT(stand.document["error"]["text"].get<std::string>(), HasSubstr("stood still"));
+  const Obc::Reply stop = obc->reply();
+  EXPECT_EQ(stop.sequence, 3U);
+  EXPECT_EQ(stop.document["stopped"], true);
+  EXPECT_EQ(obc->ask(4, "heartbeat")["obc"]["late"], 1);
+  EXPECT_THAT(daemon_.kinds(), Each(AnyOf(kStart, kEstop)));
+}
+
 TEST_F(Serve, EndsWithTheDaemon) {
   const auto obc = connect();
   daemon_.fall_silent();
   EXPECT_EQ(program_.wait().code, 3);
   EXPECT_EQ(obc->line(), "");
+}
+
+class ServeDescribed : public Serve {
+ protected:
+  ServeDescribed() : Serve(strider()) {}
+};
+
+TEST_F(ServeDescribed, AVehicleThatItWasBuiltWithoutHasTheCommandsAndTelemetryOfItsDictionary) {
+  const auto obc = connect();
+  EXPECT_EQ(obc->ask(1, "status")["vehicle"], "strider");
+  EXPECT_EQ(obc->ask(2, "data")["telemetry"]["modules"][2]["temperature_degC"], 21.5);
+  EXPECT_EQ(obc->ask(3, "walk forward")["error"]["exit_code"], 4);
+  EXPECT_EQ(obc->ask(4, "stride --length 2")["error"]["exit_code"], 2);
+  EXPECT_THAT(daemon_.kinds(), ElementsAre(kData));
+  EXPECT_EQ(obc->ask(5, "stride backward --length 0.3")["command"], "stride");
+  EXPECT_DOUBLE_EQ(daemon_.last(kWalk).parameter[1], 0.3);
+  EXPECT_EQ(obc->ask(6, "estop")["stopped"], true);
+  EXPECT_EQ(daemon_.state(), lss_STATE_FATAL_ERROR);
 }
 
 }  // namespace

@@ -13,10 +13,10 @@
 namespace lss::cli {
 namespace {
 
-constexpr std::size_t kStored = 64;  // replies
-constexpr double kTurn_s = 0.2;      // longest time between two turns of a program that runs
-constexpr double kStoodStill_s = 1;  // validity of a command in the daemon
-constexpr double kAnswer_s = 2;      // twice that
+constexpr std::ptrdiff_t kStored = 64;  // commands, and as many other requests
+constexpr double kTurn_s = 0.2;         // longest time between two turns of a program that runs
+constexpr double kStoodStill_s = 1;     // validity of a command in the daemon
+constexpr double kAnswer_s = 2;         // twice that
 constexpr double kStatusFollows_s = 1.5;
 constexpr double kTelemetry_s = 2;
 constexpr double kStatusLost_s = 3;
@@ -137,12 +137,7 @@ void PollServer::take(const obc::Lines::Line& line, bool late) {
     return;
   }
   ++requests_;
-  if (asked_.size() == kStored) {
-    if (asked_.front().reply.empty())
-      fail(asked_.front(),
-           Failure(ExitCode::timed_out, "too many later requests: outcome unknown"));
-    asked_.pop_front();
-  }
+  make_room();
   Asked& asked = asked_.emplace_back();
   asked.sequence = request->sequence;
   asked.line = line.text;
@@ -150,6 +145,18 @@ void PollServer::take(const obc::Lines::Line& line, bool late) {
     perform(asked, request->words, late);
   } catch (const Failure& e) {
     fail(asked, e);
+  }
+}
+
+// For another request. Questions about a command never push it out.
+void PollServer::make_room() {
+  for (const bool commands : {true, false}) {
+    const auto is_such = [&](const Asked& asked) { return (asked.seq != 0) == commands; };
+    if (std::ranges::count_if(asked_, is_such) < kStored) continue;
+    const auto oldest = std::ranges::find_if(asked_, is_such);
+    if (oldest->reply.empty())
+      fail(*oldest, Failure(ExitCode::timed_out, "too many later requests: outcome unknown"));
+    asked_.erase(oldest);
   }
 }
 
@@ -223,10 +230,9 @@ nlohmann::json PollServer::result_of(const std::string& sequence) const {
     return asked.sequence == number && asked.seq != 0;
   });
   if (error != std::errc() || rest != end || found == asked_.rend()) {
-    throw Failure(
-        ExitCode::unknown_name,
-        fmt::format("no command of sequence {} is among the last {} requests", sequence, kStored),
-        "see: status");
+    throw Failure(ExitCode::unknown_name,
+                  fmt::format("no command of sequence {} is among the last {}", sequence, kStored),
+                  "see: status");
   }
   return command_json(*found);
 }

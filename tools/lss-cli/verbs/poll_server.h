@@ -29,7 +29,7 @@ class PollServer {
 
  private:
   enum class Wait : std::uint8_t { none, acknowledgement, status, telemetry, stop };
-  // A request, from its arrival until it is the oldest of many.
+  // A request, from its arrival until it is the oldest of many commands, or of many others.
   struct Asked {
     std::uint32_t sequence = 0;
     std::string line;   // as received
@@ -46,6 +46,7 @@ class PollServer {
 
   void turn(bool input);
   void take(const obc::Lines::Line& line, bool late);
+  void make_room();
   void refuse(const std::string& why);
   void perform(Asked& asked, const std::string& words, bool late);
   void command(Asked& asked, std::span<const std::string> words);
@@ -65,7 +66,7 @@ class PollServer {
 
   Context& context_;
   obc::Socket& socket_;
-  std::deque<Asked> asked_;  // of this connection, the oldest first; references stay valid
+  std::deque<Asked> asked_;  // of this connection, the oldest first
   std::optional<EmergencyStop> stop_;
   Clock::time_point stop_until_{}, turned_{}, next_{};
   std::int64_t last_ack_ns_ = 0;
