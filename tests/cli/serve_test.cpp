@@ -256,7 +256,7 @@ class ServeDescribed : public Serve {
   ServeDescribed() : Serve(strider()) {}
 };
 
-TEST_F(ServeDescribed, AVehicleThatItWasBuiltWithoutHasTheCommandsAndTelemetryOfItsDictionary) {
+TEST_F(ServeDescribed, AVehicleThatItWasBuiltWithoutHasItsOwnCommandsAndTelemetry_O_Int_1) {
   const auto obc = connect();
   EXPECT_EQ(obc->ask(1, "status")["vehicle"], "strider");
   EXPECT_EQ(obc->ask(2, "data")["telemetry"]["modules"][2]["temperature_degC"], 21.5);
