@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tools/lss-cli/session/ack.h"
+#include "tools/lss-cli/session/answer.h"
 #include "tools/lss-cli/session/status.h"
 #include "tools/lss-cli/show/failure.h"
 #include "tools/lss-cli/show/timing.h"
@@ -303,21 +304,14 @@ bool Desk::is_over(Job& job, const lss_CommandAck& ack) {
   return over;
 }
 
-// In a simulation that is slower than real time the daemon's own time decides, as long as its
-// status arrives.
-bool Desk::could_answer(const Job& job, Clock::time_point now) {
-  const Clock::duration since = now - job.sent;
-  if (since < kAnswer || since >= kSlowAnswer) return since >= kAnswer;
-  const Craft* craft = fleet_.find(job.vehicle);
-  return craft == nullptr || !craft->alive || now - craft->status_time >= kAnswer ||
-         std::chrono::nanoseconds(craft->status.time_ns - job.sent_ns) >= kAnswer;
-}
-
 // Commands without an answer.
 void Desk::give_up() {
   const Clock::time_point now = Clock::now();
   std::erase_if(jobs_, [&](const Job& job) {
-    if (job.accepted || !could_answer(job, now)) return false;
+    const Craft* craft = fleet_.find(job.vehicle);
+    if (job.accepted || !cli::could_answer(now - job.sent, job.sent_ns,
+                                           craft != nullptr ? craft->status : lss_Status{}))
+      return false;
     if (Client* client = client_of(job.client)) {
       tell(*client, {{"type", "ack"},
                      {"request", job.id},

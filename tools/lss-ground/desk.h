@@ -140,8 +140,6 @@ class Desk {
   nlohmann::json status(const Craft& craft) const;
   nlohmann::json parameters(const Craft& craft) const;
   void tell_pulse();
-  // Whether the daemon had the time for an answer.
-  bool could_answer(const Job& job, Clock::time_point now);
   void give_up();
   Client* client_of(std::uint64_t number);
 
