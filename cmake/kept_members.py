@@ -60,8 +60,9 @@ def missing(path):
                     yield f"{path}:{number + 1}: {member[0]} is missing in keep(v)"
 
 
-stamp, *headers = map(pathlib.Path, sys.argv[1:])
-faults = [fault for header in headers for fault in missing(header)]
-if faults:
-    sys.exit("\n".join(faults) + "\nname it there, or say behind its declaration why it has \"no state\"")
-stamp.touch()
+if __name__ == "__main__":
+    stamp, *headers = map(pathlib.Path, sys.argv[1:])
+    faults = [fault for header in headers for fault in missing(header)]
+    if faults:
+        sys.exit("\n".join(faults) + "\nname it there, or say behind its declaration why it has \"no state\"")
+    stamp.touch()
