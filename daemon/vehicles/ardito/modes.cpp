@@ -6,6 +6,7 @@
 
 #include "daemon/cycle/common_commands.h"
 #include "daemon/vehicles/ardito/tunables.h"
+#include "idl/ardito/codes.h"
 
 namespace lss::ardito {
 namespace {
@@ -236,8 +237,13 @@ Verdict sense(const SupervisorState& state, const Request& r) noexcept {
   if (speed_m_s > cap_m_s)
     return {.reason = Reason::over_cap, .measured = speed_m_s, .limit = cap_m_s};
   const double limit_m_s = state.sense[kSenseLimit];
-  if (speed_m_s <= limit_m_s) return {};
-  return {.reason = Reason::over_limit, .measured = speed_m_s, .limit = limit_m_s};
+  if (speed_m_s > limit_m_s)
+    return {.reason = Reason::over_limit, .measured = speed_m_s, .limit = limit_m_s};
+  constexpr double kRounding_rad = 1e-9;  // of degrees
+  const double heading_rad = drives ? std::abs(arguments<Drive>(r).heading_rad) : 0;
+  const double most_rad = state.sense[kSenseHeading];
+  if (heading_rad <= most_rad + kRounding_rad) return {};
+  return {.reason = kOverHeading, .measured = heading_rad, .limit = most_rad};
 }
 
 }  // namespace
@@ -250,7 +256,8 @@ const Logic& logic() noexcept {
                             .reached = reached,
                             .command = command,
                             .sense = sense,
-                            .tunables = tuning().infos};
+                            .tunables = tuning().infos,
+                            .codes = kOwnCodes};
   return kLogic;
 }
 

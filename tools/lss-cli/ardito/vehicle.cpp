@@ -10,6 +10,7 @@
 #include "daemon/vehicles/ardito/modes.h"
 #include "daemon/vehicles/ardito/tunables.h"
 #include "idl/angles.h"
+#include "idl/ardito/codes.h"
 #include "idl/ardito/commands.h"
 #include "idl/codes.h"
 #include "tools/lss-cli/session/telemetry.h"
@@ -228,6 +229,8 @@ std::string progress(const void* telemetry) {
   return moves ? fmt::format(" {}: {}", asked(t), driven(t)) : "";
 }
 
+constexpr auto kAllReasons = with(kReasons, lss::ardito::kOwnReasons);
+
 }  // namespace
 
 const Vehicle kVehicle{
@@ -247,6 +250,7 @@ const Vehicle kVehicle{
     .distance_m = [](const void* telemetry) { return sample(telemetry).distance_m; },
     .add_report = add_report,
     .tunables = [] { return lss::ardito::tuning().infos; },
+    .reasons = kAllReasons,
 };
 
 }  // namespace lss::cli::ardito

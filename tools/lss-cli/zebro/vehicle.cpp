@@ -174,18 +174,11 @@ std::string progress(const void* telemetry) {
   return walks ? fmt::format(" {}: {}", gait(t), walked(t)) : "";
 }
 
-}  // namespace
-
-// Those of every vehicle and its own.
-template <std::size_t A, std::size_t B>
-constexpr std::array<CodeInfo, A + B> with(const CodeInfo (&all)[A], const CodeInfo (&own)[B]) {
-  std::array<CodeInfo, A + B> codes{};
-  std::ranges::copy(own, std::ranges::copy(all, codes.begin()).out);
-  return codes;
-}
 constexpr auto kAllFaults = with(kFaults, lss::zebro::kOwnFaults);
 constexpr auto kAllReasons = with(kReasons, lss::zebro::kOwnReasons);
 constexpr auto kAllEvents = with(kEvents, lss::zebro::kOwnEvents);
+
+}  // namespace
 
 const Vehicle kVehicle{
     .name = "zebro",
