@@ -201,6 +201,44 @@ TEST_F(DeskTest, AVehicleThatIsNotOnTheRosterIsCommandedByItsDictionary) {
   EXPECT_THAT(phases(page), ElementsAre("unanswered, final"));
 }
 
+TEST_F(DeskTest, AnAnswerIsWaitedForInSimulatedTimeWhereThereIsOne) {
+  struct Case {
+    bool simulated;
+    double rate;  // of the daemon's time
+    Clock::duration least, most;
+  };
+  for (const Case& c :
+       {Case{false, 0.25, seconds(2), seconds(7)}, Case{true, 0.25, seconds(7), seconds(19)}}) {
+    SCOPED_TRACE(c.rate);
+    Talker daemon(domain_);
+    Client& page = client(Client::Line::data);
+    const Clock::time_point begin = Clock::now();
+    Clock::time_point next{};
+    const auto says_until = [&](const std::function<bool()>& condition) {
+      return until([&] {
+        if (const Clock::time_point now = Clock::now(); now >= next) {
+          next = now + milliseconds(50);
+          daemon.say("zebro-1", [&](lss_Status& status) {
+            const std::chrono::nanoseconds passed = now - begin;
+            status.simulated_time = c.simulated;
+            status.time_ns =
+                static_cast<std::int64_t>(c.rate * static_cast<double>(passed.count()));
+          });
+        }
+        return condition();
+      });
+    };
+    ASSERT_TRUE(says_until([&] { return has("zebro-1"); }));
+    desk_->receive(page, R"({"type":"command","id":1,"vehicle":"zebro-1","command":"start"})");
+    const Clock::time_point sent = Clock::now();
+    ASSERT_TRUE(says_until([&] { return !phases(page).empty(); }));
+    const Clock::duration waited = Clock::now() - sent;
+    EXPECT_THAT(phases(page), ElementsAre("unanswered, final"));
+    EXPECT_GE(waited, c.least);
+    EXPECT_LE(waited, c.most);
+  }
+}
+
 constexpr const char* kScript =
     R"({"type":"script","id":1,"vehicle":"talaris-1","text":"0s valves 1 for 1s"})";
 
