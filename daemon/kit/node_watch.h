@@ -87,7 +87,7 @@ class NodeWatch {
     disobeyed_[i] = disobeys;
   }
 
-  // Out of service: what it reports when it is restored is new.
+  // Out of service: what it reports when it is in service again is new.
   void forget_drive(std::size_t i) noexcept { was_faulty_[i] = disobeyed_[i] = false; }
 
   // Its drops out of operation enabled (canopen::DriveLink): an event each, and a fault by their

@@ -92,7 +92,9 @@ void Vehicle::watch_nodes(Supervisor& s) noexcept {
                    bus_.open, s);
     if (i >= kWheels + kSteered) continue;
     // Without power all drives report faults; the lost power is reported instead.
-    if (in_service(i)) {
+    const bool just_restored =
+        (restored_ >> i & 1u) != 0 && now_ns_ - restored_ns_ < kit::NodeWatch::kSettled;
+    if (in_service(i) && !just_restored) {
       watched_.watch_drive(i, link(i), answers(i), inputs_.power_good, s);
     } else {
       watched_.forget_drive(i);
