@@ -170,7 +170,7 @@ class Link(Scenario):
     def is_back(self, page, limit_s):
         page.do("until", "document.querySelector('#lost').hidden", limit_s * 1000)
 
-    def test_a_gateway_that_stands_still_is_told_within_a_second(self):
+    def test_a_gateway_that_stands_still_is_reported_within_a_second(self):
         self.start_all()
         gateway = Gateway(self)
         page = self.visit(gateway.port)

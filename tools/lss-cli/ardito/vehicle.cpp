@@ -229,8 +229,6 @@ std::string progress(const void* telemetry) {
   return moves ? fmt::format(" {}: {}", asked(t), driven(t)) : "";
 }
 
-constexpr auto kAllReasons = with(kReasons, lss::ardito::kOwnReasons);
-
 }  // namespace
 
 const Vehicle kVehicle{
@@ -250,7 +248,7 @@ const Vehicle kVehicle{
     .distance_m = [](const void* telemetry) { return sample(telemetry).distance_m; },
     .add_report = add_report,
     .tunables = [] { return lss::ardito::tuning().infos; },
-    .reasons = kAllReasons,
+    .codes = lss::ardito::kOwnCodes,
 };
 
 }  // namespace lss::cli::ardito

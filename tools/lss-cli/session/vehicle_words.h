@@ -3,8 +3,6 @@
 // What the vehicles' parts of the command line share: words for numbers, and problems that the
 // telemetry shows. Pure functions.
 
-#include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -46,14 +44,6 @@ inline auto allowed_by(const Logic& (*logic)() noexcept, std::span<const char* c
   return [logic, modes](const CommandInfo& info) {
     return lc::allowed(info, *logic().table, modes, logic().event_of);
   };
-}
-
-// Codes of every vehicle and those of one.
-template <std::size_t A, std::size_t B>
-constexpr std::array<CodeInfo, A + B> with(const CodeInfo (&all)[A], const CodeInfo (&own)[B]) {
-  std::array<CodeInfo, A + B> codes{};
-  std::ranges::copy(own, std::ranges::copy(all, codes.begin()).out);
-  return codes;
 }
 
 // Adds the command with its default arguments.

@@ -11,7 +11,6 @@
 #include "daemon/vehicles/zebro/modes.h"
 #include "daemon/vehicles/zebro/tunables.h"
 #include "idl/angles.h"
-#include "idl/codes.h"
 #include "idl/zebro/codes.h"
 #include "idl/zebro/commands.h"
 #include "tools/lss-cli/session/telemetry.h"
@@ -174,10 +173,6 @@ std::string progress(const void* telemetry) {
   return walks ? fmt::format(" {}: {}", gait(t), walked(t)) : "";
 }
 
-constexpr auto kAllFaults = with(kFaults, lss::zebro::kOwnFaults);
-constexpr auto kAllReasons = with(kReasons, lss::zebro::kOwnReasons);
-constexpr auto kAllEvents = with(kEvents, lss::zebro::kOwnEvents);
-
 }  // namespace
 
 const Vehicle kVehicle{
@@ -198,9 +193,7 @@ const Vehicle kVehicle{
     .add_report = add_report,
     .ends = ends,
     .tunables = [] { return lss::zebro::tuning().infos; },
-    .faults = kAllFaults,
-    .reasons = kAllReasons,
-    .events = kAllEvents,
+    .codes = lss::zebro::kOwnCodes,
 };
 
 }  // namespace lss::cli::zebro
