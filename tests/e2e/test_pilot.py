@@ -139,8 +139,7 @@ class Flight(hopper_rig.Hopper):
         page.do("key", "Space")  # although somebody else commands
         page.says("#answers", "landing: acknowledged after")
         page.says("#estop", "STOP", 30)
-        self.wait_state(IDLE, 60)
-        self.assertEqual(self.status()["faults"], [], "it landed in good order")
+        self.assertEqual(self.wait_state(IDLE, 60)["faults"], [], "it landed in good order")
         self.assertNotEqual(hop.wait(20), 0)
         self.assertEqual(page.do("errors"), [])
 
