@@ -94,7 +94,7 @@ void Vehicle::watch_nodes(Supervisor& s) noexcept {
     if (i >= kWheels + kSteered) continue;
     // Without power all drives report faults; the lost power is reported instead.
     const bool just_restored =
-        (restored_ >> i & 1u) != 0 && now_ns_ - restored_ns_ < kit::NodeWatch::kSettled;
+        (unsigned{restored_} >> i & 1u) != 0 && now_ns_ - restored_ns_ < kit::NodeWatch::kSettled;
     if (in_service(i) && !just_restored) {
       watched_.watch_drive(i, link(i), answers(i), inputs_.power_good, s);
     } else {
