@@ -244,6 +244,31 @@ TEST_F(Serve, WhatWaitedWhileItStoodStillIsNotExecutedExceptAnEmergencyStop) {
   EXPECT_THAT(daemon_.kinds(), Each(AnyOf(kStart, kEstop)));
 }
 
+TEST_F(Serve, TheSameEmergencyStopIsExecutedEachTime) {
+  const auto obc = connect();
+  const std::string stop = obc::frame(1, "estop");
+  for (int i = 0; i < 3; ++i) {
+    daemon_.set_state(lss_STATE_OPERATIONAL);
+    obc->write(stop);
+    EXPECT_EQ(obc->reply().document["stopped"], true);
+    EXPECT_EQ(daemon_.state(), lss_STATE_FATAL_ERROR) << i;
+  }
+}
+
+TEST_F(Serve, WhatAConnectionSentBeforeItWasReplacedIsExecuted) {
+  const auto obc = connect();
+  obc->ask(1, "start");
+  program_.signal(SIGSTOP);
+  {
+    const auto short_one = connect();
+    short_one->write(obc::frame(2, "estop"));
+  }
+  const auto last = connect();
+  program_.signal(SIGCONT);
+  EXPECT_TRUE(await([&] { return daemon_.state() == lss_STATE_FATAL_ERROR; }));
+  EXPECT_EQ(last->ask(3, "status")["state"], "FatalError");
+}
+
 TEST_F(Serve, EndsWithTheDaemon) {
   const auto obc = connect();
   daemon_.fall_silent();

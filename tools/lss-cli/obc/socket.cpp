@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <grp.h>
+#include <poll.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -116,25 +117,31 @@ void Socket::watch(int operation, int fd, bool writes) const {
   epoll_ctl(epoll_, operation, fd, &event);
 }
 
-void Socket::connect(int client) {
+bool Socket::connect() {
+  const int client = accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+  if (client < 0) return false;
   disconnect();
   client_ = client;
   watch(EPOLL_CTL_ADD, client_, false);
+  return true;
 }
 
 void Socket::disconnect() {
   if (client_ >= 0) close(client_);
   client_ = -1;
+  yields_ = false;
   lines_ = {};
   unsent_.clear();
 }
 
 Socket::News Socket::take() {
   News news;
-  for (int client = 0;
-       (client = accept4(listener_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)) >= 0;) {
-    connect(client);
-    news.connected = true;
+  pollfd another{listener_, POLLIN, 0};
+  const bool waits = ::poll(&another, 1, 0) == 1;
+  if (waits && (client_ < 0 || yields_)) {
+    news.connected = connect();
+  } else {
+    yields_ = waits;
   }
   if (client_ < 0) return news;
   std::array<char, kAtOnce> buffer;

@@ -27,19 +27,21 @@ class Socket {
     bool connected = false;  // by somebody new; the lines are theirs
     std::vector<Lines::Line> lines;
   };
+  // Once a turn. A connection that replaces another one waits until what that one had sent is read.
   News take();
   // Nothing without a connection. One that does not read its replies is closed.
   void send(std::string_view text);
 
  private:
   void open(const std::string& group);
-  void connect(int client);
+  bool connect();  // the next one that waits
   void disconnect();
   void flush();
   void watch(int operation, int fd, bool writes) const;
 
   std::string path_;
   int listener_ = -1, epoll_ = -1, client_ = -1;
+  bool yields_ = false;  // another one waits; all that came before it was read
   Lines lines_;
   std::string unsent_;
 };

@@ -1,6 +1,6 @@
 #pragma once
 
-// How long a client waits for the acknowledgement of a command. Pure functions.
+// How long a client waits for what a daemon sends. Pure functions.
 
 #include <chrono>
 #include <cstdint>
@@ -9,6 +9,9 @@
 
 namespace lss::cli {
 
+// The daemon sends a status each second, and one soon after each change.
+inline constexpr std::chrono::nanoseconds kStatusLost = std::chrono::seconds(3);
+inline constexpr std::chrono::nanoseconds kStatusFollows = std::chrono::milliseconds(1500);
 // Twice the validity of a command.
 inline constexpr std::chrono::nanoseconds kAnswer = std::chrono::seconds(2);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "tools/lss-cli/session/answer.h"
 #include "tools/lss-cli/session/vehicle.h"
 #include "tools/lss-cli/show/failure.h"
 #include "tools/lss-cli/show/names.h"
@@ -205,7 +206,9 @@ const lss_Status& Link::status() {
   return status_;
 }
 
-Clock::duration Link::status_age() const { return Clock::now() - status_time_; }
+bool Link::daemon_lost() const {
+  return left_ || (Clock::now() - status_time_ >= kStatusLost && !status_.simulated_time);
+}
 
 std::vector<lss_Instance> Link::instances() const {
   std::vector<lss_Instance> list;

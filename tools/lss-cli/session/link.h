@@ -61,8 +61,10 @@ class Link {
   bool is_described() const { return described_ != nullptr; }
   // Takes new samples and returns the newest status. news: it has changed since the last call.
   const lss_Status& status();
-  Clock::duration status_age() const;
   bool daemon_left() const { return left_; }  // it disposed its status, or DDS lost it
+  // It left, or sent no status for 3 s. In simulated time a second may take long: there only the
+  // first.
+  bool daemon_lost() const;
   // The daemons that now publish for the vehicle, the newest first. More than one: they share one
   // name.
   std::vector<lss_Instance> instances() const;

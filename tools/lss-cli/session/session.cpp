@@ -19,8 +19,6 @@ namespace {
 constexpr double kBeat_s = 0.2;
 constexpr double kProgress_s = 0.1;
 constexpr double kLook_s = 0.1;      // for an answer that is late
-constexpr double kStatusLost_s = 3;  // the daemon sends one a second
-constexpr double kStatusFollows_s = 1.5;
 constexpr double kTelemetryComes_s = 0.5, kTelemetryAsked_s = 1;
 constexpr std::size_t kAtOnce = 8;  // half of the topic's history
 
@@ -161,7 +159,7 @@ void Session::safe_stop(const std::string& why) {
 }
 
 const lss_Status& Session::status() {
-  const Clock::time_point until = Clock::now() + seconds(kStatusFollows_s);
+  const Clock::time_point until = Clock::now() + kStatusFollows;
   while (link_.status().time_ns < last_ack_ns_ && Clock::now() < until) pump(until);
   return link_.status();
 }
@@ -201,7 +199,7 @@ const void* Session::telemetry() {
 bool Session::pump_input(Clock::time_point until, int input_fd) {
   if (beating_) until = std::min(until, next_beat_);
   if (progress_) until = std::min(until, next_progress_);
-  until = std::min(until, Clock::now() + seconds(kStatusLost_s));
+  until = std::min(until, Clock::now() + kStatusLost);
   const Waker::Result woken = link_.wait(until, input_fd);
   if (woken.interrupted) throw Interrupted();
   beat_when_due();
@@ -244,10 +242,7 @@ void Session::heard(const lss_CommandAck& ack) {
 }
 
 void Session::check_daemon() {
-  // In simulated time a second may take long: DDS says when the daemon is gone.
-  const bool silent =
-      link_.status_age() >= seconds(kStatusLost_s) && !link_.status().simulated_time;
-  if (!link_.daemon_left() && !silent) return;
+  if (!link_.daemon_lost()) return;
   const bool waiting = !sent_.empty() && !sent_.back().over();
   throw Failure(
       waiting ? ExitCode::timed_out : ExitCode::unreachable,

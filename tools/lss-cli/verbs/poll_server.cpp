@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "tools/lss-cli/session/ack.h"
+#include "tools/lss-cli/session/answer.h"
 #include "tools/lss-cli/session/status.h"
 #include "tools/lss-cli/show/names.h"
 #include "tools/lss-cli/verbs/sequence.h"
@@ -16,10 +17,7 @@ namespace {
 constexpr std::ptrdiff_t kStored = 64;  // commands, and as many other requests
 constexpr double kTurn_s = 0.2;         // longest time between two turns of a program that runs
 constexpr double kStoodStill_s = 1;     // validity of a command in the daemon
-constexpr double kAnswer_s = 2;         // twice that
-constexpr double kStatusFollows_s = 1.5;
 constexpr double kTelemetry_s = 2;
-constexpr double kStatusLost_s = 3;
 
 // Commands of the table that have another way in.
 constexpr std::string_view kNoCommands[] = {"data", "estop", "reset-timing", "set-parameter",
@@ -133,8 +131,9 @@ void PollServer::take(const obc::Lines::Line& line, bool late) {
   const auto same = std::ranges::find(asked_, line.text, &Asked::line);
   if (same != asked_.end()) {
     ++repeats_;
-    same->reply.empty() ? void(++same->repeated) : socket_.send(same->reply);
-    return;
+    if (same->reply.empty()) return void(++same->repeated);
+    if (!same->stops) return socket_.send(same->reply);
+    asked_.erase(same);  // a stop is never answered from memory
   }
   ++requests_;
   make_room();
@@ -188,7 +187,7 @@ void PollServer::perform(Asked& asked, const std::string& words, bool late) {
   if (verb == "heartbeat") return answer(asked, packet());
   if (verb == "status") {
     asked.wait = Wait::status;
-    asked.until = Clock::now() + seconds(kStatusFollows_s);
+    asked.until = Clock::now() + kStatusFollows;
     return;
   }
   link().telemetry();
@@ -206,9 +205,10 @@ void PollServer::command(Asked& asked, std::span<const std::string> words) {
     if (const auto conflict = name_conflict(link().status(), link().instances()))
       throw Failure(ExitCode::rejected, conflict->text, conflict->advice);
   }
+  asked.sent = Clock::now();
+  asked.sent_ns = link().status().time_ns;
   asked.seq = link().send(invocation, 0);
   asked.wait = Wait::acknowledgement;
-  asked.until = Clock::now() + seconds(kAnswer_s);
 }
 
 // Of the vehicles that `lss-cli estop` with the same --vehicle stops.
@@ -218,7 +218,7 @@ void PollServer::stop(Asked& asked) {
                 options.vehicle_typed ? options.vehicle_id : std::string(dds::kEveryVehicle));
   stop_until_ = Clock::now() + seconds(options.find_timeout_s());
   asked.wait = Wait::stop;
-  asked.until = stop_until_;
+  asked.stops = true;
   link().heartbeat();
 }
 
@@ -266,20 +266,21 @@ void PollServer::take_answers() {
 
 // Answers it when that is possible now.
 void PollServer::check(Asked& asked) {
-  const bool over = Clock::now() >= asked.until;
+  const Clock::time_point now = Clock::now();
+  const bool over = now >= asked.until;
   switch (asked.wait) {
     case Wait::none:
     case Wait::stop:
       return;
     case Wait::acknowledgement:
       if (asked.ack) return answer(asked, command_json(asked));
-      if (over) {
+      if (could_answer(now - asked.sent, asked.sent_ns, link().status())) {
         fail(asked,
              Failure(ExitCode::timed_out,
                      fmt::format("{} was not acknowledged: outcome unknown", asked.info->name),
                      "see: status"));
       }
-      break;
+      return;  // the next turn comes soon enough
     case Wait::status:
       if (over || link().status().time_ns >= last_ack_ns_) {
         nlohmann::json document = status_json(vehicle(), link().status(), nullptr);
@@ -306,10 +307,7 @@ void PollServer::answer(Asked& asked, nlohmann::json document) {
 void PollServer::fail(Asked& asked, const Failure& failure) { answer(asked, error_json(failure)); }
 
 void PollServer::check_daemon() const {
-  Link& link = context_.link();
-  // In simulated time a second may take long.
-  const bool silent = link.status_age() >= seconds(kStatusLost_s) && !link.status().simulated_time;
-  if (!link.daemon_left() && !silent) return;
+  if (!context_.link().daemon_lost()) return;
   throw Failure(ExitCode::unreachable, "the daemon went away",
                 "check that lssd runs (systemctl status lssd@NAME)");
 }

@@ -37,9 +37,12 @@ class PollServer {
     Wait wait = Wait::none;
     Clock::time_point until{};  // then there is an error instead
     int repeated = 0;           // while it waited
+    bool stops = false;
     // Of commands:
     const CommandInfo* info = nullptr;
     std::uint64_t seq = 0;  // 0: none was sent
+    Clock::time_point sent{};
+    std::int64_t sent_ns = 0;  // the daemon's time in its last status before
     std::optional<lss_CommandAck> ack{};
     std::uint64_t samples = 0;  // of telemetry, before
   };
