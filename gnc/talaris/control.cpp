@@ -51,6 +51,18 @@ Vector3 Control::impulse_N_m_s(const std::array<Pulse, kValves>& pulses, bool la
   return sum;
 }
 
+double Control::side_N() const noexcept {
+  const Thrusters& t = parameters_.thrusters;
+  double sum_N_s = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Pulse &last = last_[2 * i + 1], &before = before_[2 * i + 1];
+    const double open_s = last.on_s - remaining_s(last, parameters_.offset_s, t.lag_s) +
+                          remaining_s(before, parameters_.offset_s, t.lag_s);
+    sum_N_s += kSidePush[i] * t.force_N * open_s;
+  }
+  return sum_N_s / kFrame_s;
+}
+
 // Unequal fans and a CM off the centre turn the vehicle before the integral has seen much of an
 // angle. The change of rate in the last frame, less that of its pulses, shows it at once.
 void Control::observe(const Vector3& rate) noexcept {

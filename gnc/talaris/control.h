@@ -49,6 +49,8 @@ class Control {
   // Angular acceleration not explained by pulses, rad/s2: fans, CM.
   double disturbance_y() const noexcept { return disturbance_y_; }
   double disturbance_z() const noexcept { return disturbance_z_; }
+  // Mean force along the heading's z in the frame that just ended.
+  double side_N() const noexcept;
   ControlOutput step(const NavState& state, const ControlTarget& target) noexcept;
 
  private:

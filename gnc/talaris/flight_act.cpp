@@ -11,6 +11,10 @@ namespace {
 constexpr double kBiasShare = 0.15, kBiasShareLost = 0.5;  // of the difference, each frame
 constexpr double kMaxBias_m_s2 = 0.6, kMaxBiasLost_m_s2 = 12;
 constexpr double kObserveAbove_m = 0.3, kObserveByFansAbove_m = 0.03;
+constexpr double kWindShare = 0.15, kMaxWind_m_s2 = 3, kWindAbove_m = 0.2;
+constexpr double kLeanStep_rad = 0.03;                    // of the commanded tilt, each frame
+constexpr double kProbeAfter_s = 0.4, kProbe_1_s = 0.04;  // of the weight, each second
+constexpr double kOverTime_s = 15, kSinks_1_s = 0.02;     // after max_run_s; lift lost each second
 constexpr double kRest_m = 0.06, kRest_m_s = 0.085;
 constexpr double kFanStart = 0.8;  // of the weight, on the ground, before height is controlled
 // Fans with too much or too little thrust are corrected: dead band of the weight share that is left
@@ -67,7 +71,9 @@ void Flight::observe(const PerFan& rpm) noexcept {
   const double lift = lift_N_ * (1 - late(lift_N_)) + lift_before_N_ * late(lift_before_N_);
   const double mass = gas_.mass_kg(parameters_.body.mass_kg);
   const double cosine = std::max(attitude_of(state_.q_NB).cosine, 0.0);
-  expected_m_s2_ = (lift + (fans_N_ + fans_before_N_) / 2) * cosine / mass - kGravity_m_s2;
+  const double total_N = lift + (fans_N_ + fans_before_N_) / 2;
+  expected_m_s2_ = total_N * cosine / mass - kGravity_m_s2;
+  observe_wind(total_N, mass);
   if (!airborne_ || !imu_usable() || silent_s_ > 0) return;
   const bool lost = (faults_ & kFansLost) != 0;
   // contact with the ground is no bias
@@ -79,6 +85,25 @@ void Flight::observe(const PerFan& rpm) noexcept {
   const double share = lost ? kBiasShareLost : by_fans() && !observed_ ? 1 : kBiasShare;
   bias_m_s2_ = std::clamp(bias_m_s2_ + share * difference, -most, most);
   observed_ = true;
+}
+
+// Acceleration sideways that tilt and jets do not explain: wind, and the drag of the own speed.
+void Flight::observe_wind(double lift_N, double mass_kg) noexcept {
+  const bool known = airborne_ && heard_ && silent_s_ <= 0 && (faults_ & kFansLost) == 0;
+  if (!known || height_m_ < kWindAbove_m || plan_.request.program != Program::hop) return;
+  // the mean attitude of the frame
+  const Quaternion half(1, -state_.rate_B_rad_s.x() * kFrame_s / 4,
+                        -state_.rate_B_rad_s.y() * kFrame_s / 4,
+                        -state_.rate_B_rad_s.z() * kFrame_s / 4);
+  const Vector3 up = (state_.q_NB * half).normalized() * Vector3::UnitX();
+  const double roll = attitude_of(state_.q_NB).roll_rad;
+  const double side = by_fans() ? 0 : control_.side_N();
+  Vector3 unexplained = state_.acceleration_N_m_s2 - lift_N / mass_kg * up -
+                        side / mass_kg * Vector3(0, -std::sin(roll), std::cos(roll));
+  unexplained.x() = 0;
+  wind_m_s2_ += kWindShare * (unexplained - wind_m_s2_);
+  if (const double size = wind_m_s2_.norm(); size > kMaxWind_m_s2)
+    wind_m_s2_ *= kMaxWind_m_s2 / size;
 }
 
 // On rails or sled at the target: the smallest impulse of a jet would only move it away again.
@@ -109,7 +134,11 @@ void Flight::act_fans(const FlightInputs& inputs, FlightOutput& output) noexcept
   const double weight = parameters_.body.mass_kg * kGravity_m_s2;
   if (phase_ != Phase::touchdown) {
     trim_fans();
-    const double planned = parameters_.fans.weight_share * weight + fan_trim_N_;
+    // On the way down it takes lift away as long as that has no effect: the ground shows itself.
+    const bool down = phase_ == Phase::descend || phase_ == Phase::escape;
+    const bool carried = down && touchdown_.level_s() >= kProbeAfter_s;
+    fan_probe_N_ = carried ? fan_probe_N_ + kProbe_1_s * kFrame_s * weight : fan_probe_N_ / 2;
+    const double planned = parameters_.fans.weight_share * weight + fan_trim_N_ - fan_probe_N_;
     fan_goal_rpm_ = rpm_for(plan_.uses_gas ? planned : kFanStart * weight, fans);
   }
   PerFan goal{};
@@ -162,7 +191,17 @@ void Flight::act_gas(FlightOutput& output) noexcept {
     // along y there is no jet
     const double c = std::cos(roll_rad_), s = std::sin(roll_rad_);
     const Vector3 off = state_.position_N_m - leg_m_, v = state_.velocity_N_m_s;
-    target.tilt_z_rad = tilt_for_y(c * off.y() + s * off.z(), c * v.y() + s * v.z(), gain());
+    // against the wind it leans, which costs no gas
+    const double push_y = c * wind_m_s2_.y() + s * wind_m_s2_.z();
+    const double push_z = c * wind_m_s2_.z() - s * wind_m_s2_.y();
+    const double most = gain().lateral_max_tilt_rad;
+    const auto lean = [](double& now, double wanted) {
+      now += std::clamp(wanted - now, -kLeanStep_rad, kLeanStep_rad);
+    };
+    lean(lean_z_rad_, tilt_for_y(c * off.y() + s * off.z(), c * v.y() + s * v.z(), gain(), push_y));
+    lean(lean_y_rad_, std::clamp(push_z / kGravity_m_s2, -most, most));
+    target.tilt_y_rad = lean_y_rad_;
+    target.tilt_z_rad = lean_z_rad_;
   }
   const ControlOutput out = control_.step(state_, target);
   output.actuation.valve = out.valve;
@@ -210,9 +249,17 @@ void Flight::fly_by_fans(const FlightInputs& inputs, FlightOutput& output) noexc
   if (held || !imu_usable()) tilt_y = tilt_z = kNaN;
 
   const double mass = gas_.mass_kg(parameters_.body.mass_kg);
-  const PerFan rpm = fan_flight_.step(
-      {height_m_, climb_m_s_, bias_m_s2_}, height, speed, mass, tilt_y, tilt_z, state_.rate_B_rad_s,
-      inputs.rpm, parameters_.offset_s, control_.disturbance_y(), control_.disturbance_z());
+  PerFan rpm = fan_flight_.step({height_m_, climb_m_s_, bias_m_s2_}, height, speed, mass, tilt_y,
+                                tilt_z, state_.rate_B_rad_s, inputs.rpm, parameters_.offset_s,
+                                control_.disturbance_y(), control_.disturbance_z());
+  // much too long in the air: it has to come down whatever the sensors say
+  const double over_s = fans_s_ - parameters_.fans.max_run_s - kOverTime_s;
+  if (over_s > 0) {
+    const double weight = mass * kGravity_m_s2;
+    const double most_rpm =
+        rpm_for(std::max(1 - kSinks_1_s * over_s, 0.0) * weight, parameters_.fans);
+    for (double& each : rpm) each = std::min(each, most_rpm);
+  }
   output.rpm_target = rpm;
   output.actuation.fan_throttle = fan_speed_.direct(rpm, inputs.rpm);
   output.attitude_error_rad =

@@ -15,6 +15,8 @@ constexpr double kOverdue_s = 4;                      // then a lost altimeter i
 constexpr double kGivenUp_s = 12;                     // so low and so long overdue it must stand
 constexpr double kSlowEnd_s = 4;        // by fans: until it sinks, and slower near the ground
 constexpr double kStandingTime_s = 12;  // on the ground, at most
+constexpr double kLastLimit_s = 40;     // in the air, beyond the time that the fans may run
+constexpr double kLongestHold_s = 4;
 constexpr double kThere_m = 0.12;
 constexpr double kStill_m_s = 0.085;  // more than half the change by the shortest pulse of two jets
 
@@ -24,10 +26,24 @@ Vector3 along(double roll_rad) noexcept { return {0, -std::sin(roll_rad), std::c
 
 void Flight::advance(const FlightInputs& inputs) noexcept {
   if (phase_ == Phase::touchdown) {
-    if (phase_s_ >= parameters_.limits.run_down_s) enter(Phase::landed);
+    note_touchdown();
+    if (phase_s_ < parameters_.limits.run_down_s) return;
+    judge_landing();
+    enter(Phase::landed);
     return;
   }
   if (airborne_) {
+    speed_[speeds_++ % kSpeeds] = state_.velocity_N_m_s;
+    // pulses shake it in the air
+    const bool pulsed = plan_.request.program == Program::hop && (faults_ & kValvesLost) == 0;
+    if (pulsed && !by_fans() && touchdown_.stands()) {
+      const bool down = phase_ == Phase::descend || phase_ == Phase::escape;
+      if (!down) fall_short(Shortfall::no_lift_off);
+      airborne_ = false;
+      enter(Phase::touchdown);
+      return;
+    }
+    if (fans_s_ > parameters_.fans.max_run_s + kLastLimit_s) return all_stop();
     if ((phase_ == Phase::descend || phase_ == Phase::escape || phase_ == Phase::parachute) &&
         touches(inputs)) {
       airborne_ = false;
@@ -57,7 +73,8 @@ void Flight::leave_ground() noexcept {
   Target target;
   target.position_m = start_m_ + Vector3(plan_.request.height_m, 0, 0);
   target.time_to_go_s = plan_.climb_s;
-  leg_m_ = target.position_m;
+  leg_m_ = goal_m_ = target.position_m;
+  corridor_.begin(start_m_, leg_m_, target.time_to_go_s);
   guidance_.aim(target);
   enter(Phase::ascend);
 }
@@ -66,7 +83,30 @@ void Flight::begin_leg() noexcept {
   Target target;
   if (!plan_.flies) leg_m_ = state_.position_N_m;
   target.position_m = leg_m_ + plan_.request.distance_m * along(roll_rad_);
-  target.time_to_go_s = plan_.traverse_s;
+  target.time_to_go_s = traverse_s_;
+  corridor_.begin(leg_m_, target.position_m, traverse_s_);
+  goal_m_ = target.position_m;
+  guidance_.aim(target);
+  enter(Phase::traverse);
+}
+
+// The traverse, after a hold: from here, at the planned mean speed.
+void Flight::resume() noexcept {
+  Target target;
+  target.position_m = goal_m_;
+  const double left_m = (goal_m_ - state_.position_N_m).tail<2>().norm();
+  const double whole_m = std::max(std::abs(plan_.request.distance_m), 0.1);
+  const double waited_s = flown_s_;
+  // the shorter way has the same peak of acceleration
+  target.time_to_go_s =
+      std::max(plan_.traverse_s * std::sqrt(std::min(left_m / whole_m, 1.0)), 2 * kMinTimeToGo_s);
+  leg_m_ = target.position_m;
+  traverse_s_ = target.time_to_go_s;
+  // the end of the plan moves: that of the traverse is known, keep and descent are as planned
+  const double rest_s =
+      plan_.total_s - plan_.climb_s - plan_.hover_s - plan_.turn_s - plan_.traverse_s;
+  extra_s_ = std::max(waited_s + traverse_s_ + rest_s - plan_.total_s, 0.0);
+  corridor_.begin(state_.position_N_m, goal_m_, traverse_s_);
   guidance_.aim(target);
   enter(Phase::traverse);
 }
@@ -113,10 +153,14 @@ void Flight::advance_in_air() noexcept {
       if (turned()) next_leg();
       return;
     case Phase::traverse:
-      if (phase_s_ >= plan_.traverse_s) enter(Phase::brake);
+      if (phase_s_ >= traverse_s_) enter(Phase::brake);
+      return;
+    case Phase::hold:
+      if ((now_judged_.back && guidance_.time_to_go_s() <= 0) || phase_s_ >= kLongestHold_s)
+        resume();
       return;
     case Phase::brake:
-      if (phase_s_ < plan_.keep_s) return;
+      if (phase_s_ < brake_s_) return;
       if (plan_.request.program == Program::parachute) {
         fan_flight_.begin();
         enter(Phase::parachute);
@@ -129,6 +173,7 @@ void Flight::advance_in_air() noexcept {
           Target target = guidance_.target();
           target.position_m.tail<2>() = place.tail<2>();
           leg_m_ = target.position_m;
+          corridor_.begin(corridor_.place_N_m(), leg_m_, target.time_to_go_s);
           guidance_.aim(target);
         }
         enter(Phase::descend);
@@ -231,6 +276,7 @@ bool Flight::touches(const FlightInputs& inputs) noexcept {
     below_s_ += kFrame_s;
   }
   if (low_frames_ >= 2 || contact_frames_ >= 2 || shock || (near && inputs.contact)) return true;
+  if (imu_usable() && touchdown_.supported()) return true;
   // Fans and valves are never cut by the clock while it is known to be high.
   return !high && below_s_ > (blind ? kOverdue_s : kGivenUp_s);
 }
@@ -259,7 +305,7 @@ double Flight::needed_gas_s() const noexcept {
   if (phase_ == Phase::escape || phase_ == Phase::descend) return landing_gas_s();
   if (plan_.total_s <= 0) return 0;
   // by time; the traverse is what costs more than hovering
-  const double elapsed = airborne_ ? flown_s_ : 0;
+  const double elapsed = airborne_ ? flown_s_ - extra_s_ : 0;
   return plan_.gas_s * std::clamp(1 - elapsed / plan_.total_s, 0.0, 1.0);
 }
 

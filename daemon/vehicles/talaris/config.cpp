@@ -83,6 +83,7 @@ void read_altimeter(config::Section s, Parameters& p) {
   read(s, "max_slant_deg", n.max_tilt_rad, 5, 75, kDegree);
   if (n.range_min_m >= n.range_max_m) s.error("nearest_m", "nearest_m must be below farthest_m");
   read_ms(s, "latency_ms", p.buses.altimeter.latency_ns, 0, 200);
+  read(s, "repeats", p.altimeter_repeats, 3, 100);
   read_adjustable(s, "altimeter", p);
   p.buses.altimeter.nearest_m = n.range_min_m;
   p.buses.altimeter.farthest_m = n.range_max_m;
@@ -226,7 +227,20 @@ void read_profile(config::Section s, Parameters& p) {
 
 void read_limits(config::Section s, Parameters& p) {
   read_adjustable(s, "limits", p);
-  read(s, "altimeter_share", p.flight.limits.altimeter_share, 0.1, 1);
+  g::Limits& l = p.flight.limits;
+  read(s, "altimeter_share", l.altimeter_share, 0.1, 1);
+  read(s, "corridor_side_m", l.corridor_side_m, 0.5, 100);
+  read(s, "corridor_height_m", l.corridor_height_m, 0.2, 20);
+  read(s, "corridor_m_s", l.corridor_m_s, 0.2, 10);
+  read(s, "corridor_tilt_deg", l.corridor_tilt_rad, 3, 68, kDegree);
+  read(s, "corridor_late_s", l.corridor_late_s, 1, 60);
+  read(s, "wind_m_s2", l.wind_m_s2, 0.1, 3);
+  read(s, "waver_m", l.waver_m, 0.1, 100);
+  read(s, "waver_m_s", l.waver_m_s, 0.1, 10);
+  read(s, "place_m", l.place_m, 0.2, 100);
+  read(s, "touchdown_m_s", l.touchdown_m_s, 0.1, 3);
+  read(s, "touchdown_side_m_s", l.touchdown_side_m_s, 0.1, 3);
+  read(s, "upright_deg", l.upright_rad, 3, 57, kDegree);
 }
 
 void read_gains(config::Section& s, g::Gains& k) {

@@ -77,8 +77,11 @@ void Vehicle::navigate(TimeNs) noexcept {
   } else if (navigation_.aligned()) {
     using gnc::talaris::Phase;
     const bool waits = output_.phase == Phase::ready || output_.phase == Phase::spin_up;
-    const bool standing = mode() == Mode::standby || (mode() == Mode::execute && waits);
-    navigation_.step(sensors_.batch(), standing);
+    const bool standing =
+        mode() == Mode::standby || (mode() == Mode::execute && (waits || output_.stands));
+    gnc::talaris::Batch batch = sensors_.batch();
+    if (altimeter_repeats()) batch.ranges = {};
+    navigation_.step(batch, standing);
   }
 }
 
@@ -97,10 +100,16 @@ void Vehicle::guide(TimeNs now) noexcept {
   in.tank_kPa = sensors_.tank_kPa();
   in.regulated_kPa = sensors_.regulated_kPa();
   if (overrun_) in.faults |= gnc::talaris::kOverruns;
+  if (altimeter_repeats()) in.faults |= gnc::talaris::kAltimeterLost;
   if (sensors_.imu_stuck()) in.faults |= gnc::talaris::kImuLost;
   if (gate_failed_ >= 2)
     in.faults |= gnc::talaris::kValvesLost;  // such orders mean: no valves, fans alone
   output_ = flight_.step(in);
+}
+
+// In the air each reading differs. On the ground a good altimeter may say the same for long.
+bool Vehicle::altimeter_repeats() const noexcept {
+  return output_.airborne && sensors_.range_repeats() >= parameters_.altimeter_repeats;
 }
 
 // Whether the IMU detects the ground; on the way down only, since valves and fans shake it.

@@ -68,6 +68,9 @@ constexpr std::array<std::string_view, 4> kUnknown = {"unplug", "line-unplug", "
 
 Chain::Chain(const Options& options)
     : config_(read(parameters_, options)),
+      late_share_(options.late_share),
+      late_s_(options.late_s),
+      lateness_(options.seed + 5),
       world_(make(options.world, options.seed)),
       wire_(std::make_unique<sim::CanBus>(sim::CanBus::Parameters{.seed = options.seed + 1},
                                           *world_)),
@@ -269,6 +272,8 @@ void Chain::frame(const Boundary& boundary) {
   acks.insert(acks.end(), box.acks.begin(), box.acks.begin() + box.ack_count);
   events.insert(events.end(), box.events.begin(), box.events.begin() + box.event_count);
   release_ns_ = std::max(boundary.time_ns + config_.offset_ns, now_ns_);
+  if (late_share_ > 0 && std::bernoulli_distribution(late_share_)(lateness_))
+    release_ns_ += to_ns(std::uniform_real_distribution(0.0, late_s_)(lateness_));
   if (after_frame) after_frame();
 }
 

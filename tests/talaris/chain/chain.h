@@ -20,6 +20,7 @@
 #include <initializer_list>
 #include <limits>
 #include <memory>
+#include <random>
 #include <span>
 #include <string>
 #include <vector>
@@ -41,6 +42,8 @@ class Chain {
     std::string config = "hop";            // config/talaris/NAME.toml
     sim::talaris::TalarisOptions world{};  // its seed is the one below
     unsigned seed = 1;                     // of noise, biases, and the phases of the clocks
+    // Share of the frames whose orders are released late, and by how much at most.
+    double late_share = 0, late_s = 0;
     // A last change of the configuration.
     std::function<void(Parameters&)> adjust{};
   };
@@ -139,6 +142,8 @@ class Chain {
 
   Parameters parameters_;
   config::Config config_;
+  double late_share_, late_s_;
+  std::mt19937 lateness_;
   TimeNs now_ns_ = kBegin;
 
   // The world.

@@ -1,0 +1,79 @@
+// Is the flight inside its corridor, and was it as planned?
+
+#include <algorithm>
+#include <cmath>
+
+#include "gnc/talaris/flight.h"
+
+namespace lss::gnc::talaris {
+namespace {
+
+constexpr double kSure = 3;
+constexpr double kStill_s = 0.4;      // on the ground: then navigation's velocity is its error
+constexpr double kMoved_m_s = 0.06;   // more than a vehicle on its legs
+constexpr double kUnsure_m_s = 0.05;  // of the speeds at touchdown: the frame is not the moment
+
+}  // namespace
+
+// Only what a plan still governs; the first thing that left the corridor is remembered.
+void Flight::watch_corridor() noexcept {
+  const bool planned =
+      airborne_ && plan_.request.program == Program::hop && reaction_ <= Reaction::hold;
+  now_judged_ = {};
+  if (!planned) return;
+  corridor_.step();
+  if (!heard_) return;
+  const Attitude attitude = attitude_of(state_.q_NB);
+  // it may begin on a slope, and lean against the wind
+  const double tilt_y = attitude.tilt_y_rad - lean_y_rad_,
+               tilt_z = attitude.tilt_z_rad - lean_z_rad_;
+  now_judged_ = corridor_.judge(state_, std::hypot(tilt_y, tilt_z), flown_s_,
+                                plan_.total_s + extra_s_, wind_m_s2_.norm(), parameters_.limits);
+  if (judgement_.off == Off::none && now_judged_.off != Off::none) judgement_ = now_judged_;
+}
+
+void Flight::fall_short(Shortfall why, double measured, double limit) noexcept {
+  if (shortfall_ != Shortfall::none) return;
+  shortfall_ = why;
+  short_measured_ = measured;
+  short_limit_ = limit;
+}
+
+// Once it is still its velocity is zero: what navigation has then is its error, and what it had
+// before contact was wrong by as much.
+void Flight::note_touchdown() noexcept {
+  const bool ends = phase_s_ >= parameters_.limits.run_down_s;
+  if (speed_noted_ || (touchdown_.still_s() < kStill_s && !ends)) return;
+  speed_noted_ = touchdown_.still_s() >= kStill_s;
+  const std::size_t count = std::min(speeds_, kSpeeds);
+  for (std::size_t ago = 1; ago <= count; ++ago) {
+    const Vector3 was = speed_[(speeds_ - ago) % kSpeeds] - state_.velocity_N_m_s;
+    if (was.norm() < kMoved_m_s && ago < count) continue;
+    // this frame, or the one before: contact was in between
+    const Vector3 earlier =
+        ago < count ? Vector3(speed_[(speeds_ - ago - 1) % kSpeeds] - state_.velocity_N_m_s) : was;
+    touchdown_m_s_ = std::max({-was.x(), -earlier.x(), 0.0});
+    touchdown_side_m_s_ =
+        std::max(std::hypot(was.y(), was.z()), std::hypot(earlier.y(), earlier.z()));
+    return;
+  }
+}
+
+void Flight::judge_landing() noexcept {
+  if (!plan_.flies || reaction_ > Reaction::hold) return;
+  const Limits& limits = parameters_.limits;
+  const double tilt = std::acos(std::clamp(attitude_of(state_.q_NB).cosine, -1.0, 1.0));
+  if (!(tilt <= limits.upright_rad)) fall_short(Shortfall::fallen, tilt, limits.upright_rad);
+  if (!(touchdown_m_s_ + kUnsure_m_s <= limits.touchdown_m_s))
+    fall_short(Shortfall::hard, touchdown_m_s_, limits.touchdown_m_s);
+  if (plan_.request.program != Program::hop) return;
+  if (!(touchdown_side_m_s_ + kUnsure_m_s <= limits.touchdown_side_m_s))
+    fall_short(Shortfall::sideways, touchdown_side_m_s_, limits.touchdown_side_m_s);
+  const Vector3 off = state_.position_N_m - goal_m_;
+  off_m_ = std::hypot(off.y(), off.z());
+  off_sigma_m_ = state_.position_sigma_m.tail<2>().maxCoeff();
+  const double sure = off_m_ + kSure * off_sigma_m_;
+  if (!(sure <= limits.place_m)) fall_short(Shortfall::place, sure, limits.place_m);
+}
+
+}  // namespace lss::gnc::talaris

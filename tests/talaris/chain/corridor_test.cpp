@@ -1,0 +1,64 @@
+// "As planned" is only said of a flight that was: by place, speed and attitude, as the simulator
+// knows them. What leaves the corridor comes down before it is out of control.
+
+#include <gtest/gtest.h>
+
+#include "tests/talaris/chain/flights.h"
+#include "tests/talaris/chain/many.h"
+
+namespace lss::talaris {
+namespace {
+
+constexpr double kPlace_m = 6;
+
+FlightPlan pushed(double newton, double degrees) {
+  return {.faults = {"push:" + std::to_string(newton) + ":" + std::to_string(degrees)},
+          .fault_s = 0.1};
+}
+
+TEST(TalarisCorridor, ASideWindOf40NewtonIsFlown) {
+  for (const unsigned seed : {1u, 2u, 3u, 4u}) {
+    const Flown flown = fly(pushed(40, 90), seed);
+    SCOPED_TRACE(flown.text());
+    EXPECT_TRUE(flown.upright());
+    EXPECT_LT(std::abs(flown.across_m), 10);
+    EXPECT_LT(flown.sideways_m_s, 1);
+    EXPECT_TRUE(!flown.succeeded || flown.off_m() < kPlace_m);
+  }
+}
+
+// Leaning stands 66 N, and nothing else pushes along y.
+TEST(TalarisCorridor, AWindThatItCannotStandEndsTheFlightAtOnce) {
+  for (const unsigned seed : {1u, 2u}) {
+    const Flown flown = fly(pushed(90, 90), seed);
+    SCOPED_TRACE(flown.text());
+    EXPECT_TRUE(flown.came_down);
+    EXPECT_LT(std::abs(flown.across_m), 60);
+    EXPECT_FALSE(flown.succeeded);
+    EXPECT_EQ(std::ranges::count(flown.faults, FaultId::corridor_left), 1);
+  }
+}
+
+TEST(TalarisCorridor, ABreezeIsFlownAndLeavesItWhereItShouldBe) {
+  for (const double degrees : {0.0, 90.0, 180.0}) {
+    for (const unsigned seed : {1u, 2u}) {
+      const Flown flown = fly(pushed(20, degrees), seed);
+      SCOPED_TRACE(std::to_string(degrees) + " deg: " + flown.text());
+      EXPECT_TRUE(flown.upright());
+      EXPECT_LT(flown.off_m(), kPlace_m);
+      EXPECT_LT(flown.sideways_m_s, 1);
+    }
+  }
+}
+
+// Off by 0.3 m/s2, the accelerometer takes it tens of metres away, and navigation does not know.
+TEST(TalarisCorridor, AnAccelerometerThatIsOffIsNoSuccess) {
+  for (const char* fault : {"imu-bias:6:0.3", "imu-bias:5:0.3", "imu-bias:2:0.05"}) {
+    const Flown flown = fly({.faults = {fault}, .fault_s = 3}, 1);
+    SCOPED_TRACE(std::string(fault) + " " + flown.text());
+    EXPECT_TRUE(!flown.succeeded || flown.off_m() < kPlace_m);
+  }
+}
+
+}  // namespace
+}  // namespace lss::talaris
