@@ -11,12 +11,14 @@
 
 namespace lss {
 
-inline TimeNs now_ns() noexcept {
-  if (lockstep::on()) return lockstep::now();
+// CLOCK_MONOTONIC, also in simulated time.
+inline TimeNs machine_ns() noexcept {
   timespec t{};
   ::clock_gettime(CLOCK_MONOTONIC, &t);
   return t.tv_sec * kSecond + t.tv_nsec;
 }
+
+inline TimeNs now_ns() noexcept { return lockstep::on() ? lockstep::now() : machine_ns(); }
 
 inline std::int64_t utc_ns() noexcept {
   if (lockstep::on()) return lockstep::utc();
@@ -41,7 +43,7 @@ inline void sleep_until(TimeNs time_ns) noexcept {
 inline void wait_until(TimeNs time_ns, TimeNs spin_ns) noexcept {
   if (lockstep::on()) return lockstep::sleep_until(time_ns);
   sleep_until(time_ns - spin_ns);
-  while (now_ns() < time_ns) {
+  while (machine_ns() < time_ns) {
 #if defined(__x86_64__) || defined(__i386__)
     __builtin_ia32_pause();
 #endif
