@@ -48,7 +48,7 @@ void Flight::note_touchdown() noexcept {
   const std::size_t count = std::min(speeds_, kSpeeds);
   for (std::size_t ago = 1; ago <= count; ++ago) {
     const Vector3 was = speed_[(speeds_ - ago) % kSpeeds] - state_.velocity_N_m_s;
-    if (was.norm() < kMoved_m_s && ago < count) continue;
+    if (std::abs(was.x()) < kMoved_m_s && ago < count) continue;
     // this frame, or the one before: contact was in between
     const Vector3 earlier =
         ago < count ? Vector3(speed_[(speeds_ - ago - 1) % kSpeeds] - state_.velocity_N_m_s) : was;

@@ -17,6 +17,7 @@ constexpr double kSlowEnd_s = 4;        // by fans: until it sinks, and slower n
 constexpr double kStandingTime_s = 12;  // on the ground, at most
 constexpr double kLastLimit_s = 40;     // in the air, beyond the time that the fans may run
 constexpr double kLongestHold_s = 4;
+constexpr double kMayStand_s = 0.4;
 constexpr double kThere_m = 0.12;
 constexpr double kStill_m_s = 0.085;  // more than half the change by the shortest pulse of two jets
 
@@ -33,7 +34,8 @@ void Flight::advance(const FlightInputs& inputs) noexcept {
     return;
   }
   if (airborne_) {
-    speed_[speeds_++ % kSpeeds] = state_.velocity_N_m_s;
+    // not while it may stand: the last speeds of the flight are wanted
+    if (touchdown_.level_s() < kMayStand_s) speed_[speeds_++ % kSpeeds] = state_.velocity_N_m_s;
     // pulses shake it in the air
     const bool pulsed = plan_.request.program == Program::hop && (faults_ & kValvesLost) == 0;
     if (pulsed && !by_fans() && touchdown_.stands()) {
