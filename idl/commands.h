@@ -76,9 +76,17 @@ enum class CommandKind : std::uint16_t {
 };
 
 // Ranges and units of each: lss/parameters, or docs/parameters.md.
-inline constexpr ParameterInfo kSetParameters[] = {
-    {"number", "", 1, kMaxTunables, kRequired, nullptr, "of the parameter", true},
-    {"value", "", -1e9, 1e9, kRequired, nullptr, "in its unit of the configuration"},
+struct SetParameter {
+  unsigned number;
+  double value;
+  static constexpr ParameterInfo kParameters[] = {
+      {"number", "", 1, kMaxTunables, kRequired, nullptr, "of the parameter", true},
+      {"value", "", -1e9, 1e9, kRequired, nullptr, "in its unit of the configuration"},
+  };
+};
+// Its range and help are the vehicle's.
+struct Reset {
+  int module;  // 0: all of them; -1: the controller itself
 };
 
 inline constexpr CommandInfo kCommonCommands[] = {
@@ -99,7 +107,7 @@ inline constexpr CommandInfo kCommonCommands[] = {
      "put modules that error solving isolated into service again",
      {}},
     {9, "set-parameter", Access::holder, false, "change a parameter; until the daemon ends",
-     kSetParameters},
+     SetParameter::kParameters},
     {10,
      "save-parameters",
      Access::holder,

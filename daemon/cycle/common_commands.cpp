@@ -9,7 +9,7 @@ lc::Event common_event(const Request& r) noexcept {
     case CommandKind::solve:
       return lc::Event::solve;
     case CommandKind::reset:
-      return r.parameter[0] < 0 ? lc::Event::reset_controller : lc::Event::reset_module;
+      return arguments<Reset>(r).module < 0 ? lc::Event::reset_controller : lc::Event::reset_module;
     case CommandKind::request_data:
       return lc::Event::request_data;
     case CommandKind::reset_timing:

@@ -6,9 +6,6 @@
 namespace lss::lc {
 namespace {
 
-constexpr StateSet kIdle = in(State::idle), kOperational = in(State::operational),
-                   kFatal = in(State::fatal_error), kSolving = in(State::solve_errors);
-constexpr GuardSet kContact = guard(kPortOpen) | guard(kAllHeard) | guard(kAllAnswer);
 constexpr ActionSet kAbort = kEmergencyStop | kEndSolve;
 
 // To a state without modes.
@@ -16,7 +13,7 @@ constexpr Row go(Event event, StateSet from, GuardSet guards, State to, ActionSe
   return {event, from, kAnyMode, guards, kKeep, to, 0, 0, actions};
 }
 constexpr Row stay(Event event, StateSet from, GuardSet guards, ActionSet actions) {
-  return {event, from, kAnyMode, guards, kKeep, State::idle, kKeep, kKeep, actions};
+  return stay(event, from, kAnyMode, guards, actions);
 }
 
 constexpr std::array kRows = {

@@ -41,6 +41,7 @@ enum class Event : std::uint8_t {
   unsolved,       // the strategies gave up
 };
 inline constexpr std::uint8_t kVehicleEvents = 32;
+constexpr Event vehicle_event(unsigned n) { return static_cast<Event>(kVehicleEvents + n); }
 
 // Sets as bit masks.
 using StateSet = std::uint8_t;
@@ -49,7 +50,14 @@ using GuardSet = std::uint16_t;
 using ActionSet = std::uint64_t;
 
 constexpr StateSet in(State s) { return static_cast<StateSet>(1u << static_cast<unsigned>(s)); }
-inline constexpr StateSet kAnyState = 0x0F;
+inline constexpr StateSet kAnyState = 0x0F, kIdle = in(State::idle),
+                          kOperational = in(State::operational), kFatal = in(State::fatal_error),
+                          kSolving = in(State::solve_errors);
+// A vehicle's modes.
+template <class Mode>
+constexpr ModeSet in_mode(Mode mode) {
+  return 1u << static_cast<unsigned>(mode);
+}
 inline constexpr ModeSet kAnyMode = ~ModeSet{0};
 
 // Actions of every vehicle; its own are bits from kVehicleActions on. The vehicle carries out the
@@ -120,6 +128,8 @@ inline constexpr const char* kCommonGuardNames[] = {
     "all modules answer",       "the OBC sends heartbeats", "a source has authority",
     "there is a strategy left"};
 constexpr GuardSet guard(unsigned number) { return static_cast<GuardSet>(1u << number); }
+inline constexpr GuardSet kContact = guard(kPortOpen) | guard(kAllHeard) | guard(kAllAnswer);
+inline constexpr GuardSet kMayStart = kContact | guard(kObcHeard);  // as every vehicle
 
 struct Row {
   Event event;
@@ -132,6 +142,22 @@ struct Row {
   std::uint8_t to_goal;
   ActionSet actions;
 };
+
+// Rows of every vehicle. To Idle, motors off.
+constexpr Row off(Event event, ModeSet from, std::uint8_t goal) {
+  return {event, kOperational, from, 0, goal, State::idle, 0, 0, kMotorsOff};
+}
+// State, mode and goal stay.
+constexpr Row stay(Event event, StateSet from, ModeSet modes, GuardSet guards, ActionSet actions) {
+  return {event, from, modes, guards, kKeep, State::idle, kKeep, kKeep, actions};
+}
+// Only the goal changes: the running motion goes on towards another one.
+template <class Goal>
+constexpr Row aim(Event event, ModeSet from, GuardSet guards, Goal goal, ActionSet actions) {
+  return {event,  kOperational,       from,  guards,
+          kKeep,  State::operational, kKeep, static_cast<std::uint8_t>(goal),
+          actions};
+}
 
 // Rows, grouped by event; begin and end of each group; and the union of its `from` states, by which
 // most events are rejected.
@@ -186,6 +212,13 @@ struct Table {
 
 extern const Rows kCommonRows;
 extern const std::span<const EventInfo> kCommonEvents;
+
+// A flag of the vehicle that the actions `on` set and the actions `off` clear; both: it is set.
+constexpr void follow(ControllerState& s, std::uint8_t flag, ActionSet actions, ActionSet on,
+                      ActionSet off) {
+  if (actions & off) s.flags = static_cast<std::uint8_t>(s.flags & ~flag);
+  if (actions & on) s.flags = static_cast<std::uint8_t>(s.flags | flag);
+}
 
 // At boot: Idle, no module has answered yet.
 ControllerState begin(const Table& table) noexcept;

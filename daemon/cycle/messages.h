@@ -3,13 +3,13 @@
 // Messages between the threads of the daemon, and between the cycle and the DDS face: plain,
 // trivially copyable, no DDS type in it. Strings are NUL-terminated.
 
-#include <algorithm>
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <iterator>
+#include <tuple>
 #include <type_traits>
 
+#include "daemon/cycle/members.h"
 #include "daemon/cycle/tunables.h"
 #include "drivers/time.h"
 #include "idl/codes.h"
@@ -44,17 +44,30 @@ struct Request {
   bool answered = false;      // an emergency stop: "completed", too
 };
 
-// The parameters of a command by name: Arguments is a struct of doubles in the order of its
-// kParameters, as in `struct Drive { double speed_m_s, turn_rad_s; ... }`.
+// The parameters of a command by name: Arguments is a struct with a member for each, in the order
+// of its kParameters, as in `struct Drive { double speed_m_s; bool autonomous; ... }`. Of a request
+// that passed the armour: in range, and whole where the members are.
 template <class Arguments>
 Arguments arguments(const Request& request) noexcept {
-  constexpr std::size_t kCount = std::size(Arguments::kParameters);
-  static_assert(kCount <= kMaxParameters && sizeof(Arguments) == kCount * sizeof(double) &&
-                    std::is_trivially_copyable_v<Arguments>,
-                "one double for each parameter");
-  std::array<double, kCount> values{};
-  std::copy_n(request.parameter.begin(), kCount, values.begin());
-  return std::bit_cast<Arguments>(values);
+  if constexpr (requires { Arguments::kParameters; })
+    static_assert(kMembers<Arguments> == std::size(Arguments::kParameters));
+  static_assert(kMembers<Arguments> <= kMaxParameters);
+  Arguments all{};
+  const double* value = request.parameter.data();
+  const auto take = [&]<class T>(T& member) {
+    if constexpr (std::is_same_v<T, bool>) {
+      member = *value++ > 0.5;
+    } else {
+      member = static_cast<T>(*value++);
+    }
+  };
+  std::apply([&](auto&... member) { (take(member), ...); }, members::tie(all));
+  return all;
+}
+
+template <class Kind>
+constexpr std::uint16_t kind_of(Kind kind) noexcept {
+  return static_cast<std::uint16_t>(kind);
 }
 
 // Result of the guards: which guard, measured value, limit. none: accepted.

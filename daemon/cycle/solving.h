@@ -8,6 +8,16 @@
 
 namespace lss {
 
+// Each latched fault that is an emergency.
+template <class Each>
+void each_fatal(const Supervisor& s, Each&& each) {
+  for (const FaultRecord& fault : s.state().faults) {
+    if (fault.id != FaultId::none &&
+        info(fault.id)->severity == static_cast<std::uint8_t>(Severity::fatal))
+      each(fault);
+  }
+}
+
 // begin(): fills the solver with the present faults. `healthy`: no fault at all in this frame.
 template <class Solver, class SolveTarget, class Begin>
 void solve_errors(Supervisor& s, Solver& solver, SolveTarget& target, Begin&& begin,

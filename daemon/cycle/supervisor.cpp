@@ -23,7 +23,7 @@ bool held_by_another(const SupervisorState& s, const Name& source) noexcept {
 }
 
 std::size_t tunable_of(const Request& request) noexcept {
-  return static_cast<std::size_t>(request.parameter[0]) - 1;
+  return std::size_t{arguments<SetParameter>(request).number} - 1;
 }
 
 // All checks except against the values of other parameters, which the vehicle does.
@@ -32,12 +32,12 @@ Verdict check_parameter(const Logic& logic, const SupervisorState& s, const Requ
   const std::size_t index = tunable_of(r);
   if (index >= logic.tunables.size()) {
     return {.reason = Reason::no_such_parameter,
-            .measured = r.parameter[0],
+            .measured = static_cast<double>(index + 1),
             .limit = static_cast<double>(logic.tunables.size())};
   }
   const TunableInfo& t = logic.tunables[index];
   const auto subject = static_cast<std::uint16_t>(index + 1);
-  const double value = r.parameter[1];
+  const double value = arguments<SetParameter>(r).value;
   if (!(value >= t.min && value <= t.max)) {
     return {.reason = Reason::parameter_range,
             .measured = value,
@@ -132,7 +132,8 @@ void Supervisor::check_name() noexcept {
 Verdict Supervisor::judge(const Request& request) noexcept {
   if (const Verdict v = evaluate(logic_, state_, request); v.reason != Reason::none) return v;
   if (request.kind == number(CommandKind::set_parameter))
-    return actor_->adjust(tunable_of(request), request.parameter[1], false).verdict;
+    return actor_->adjust(tunable_of(request), arguments<SetParameter>(request).value, false)
+        .verdict;
   if (request.kind == number(CommandKind::save_parameters))
     return save_.kind == 0 ? Verdict{} : Verdict{.reason = Reason::busy};
   return actor_->consider(request);
@@ -145,9 +146,9 @@ bool Supervisor::handle_parameters(const Request& request, const Active& command
     save_ = command;
     return true;
   }
-  const double value = request.parameter[1];
-  const Adjusted adjusted = actor_->adjust(tunable_of(request), value, true);
-  note(EventId::parameter_changed, 0, request.parameter[0], adjusted.before, value);
+  const auto set = arguments<SetParameter>(request);
+  const Adjusted adjusted = actor_->adjust(tunable_of(request), set.value, true);
+  note(EventId::parameter_changed, 0, set.number, adjusted.before, set.value);
   acknowledge(command, Phase::completed);
   return true;
 }
@@ -195,7 +196,7 @@ void Supervisor::command(const Request& request) noexcept {
 // expected to be silent.
 void Supervisor::begin_reset(const Request& request, const Active& command) noexcept {
   end_reset(Phase::superseded, {.reason = Reason::superseded});
-  const auto module = static_cast<unsigned>(request.parameter[0]);
+  const int module = arguments<Reset>(request).module;
   reset_ = command;
   reset_modules_ = static_cast<std::uint16_t>(module == 0 ? 0xFFFFu : 1u << (module - 1));
   state_.resetting = static_cast<std::uint16_t>(state_.resetting | reset_modules_);

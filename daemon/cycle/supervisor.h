@@ -24,11 +24,12 @@ struct SupervisorState;
 struct Logic {
   const lc::Table* table;
   lc::Event (*event_of)(const Request& request);
-  unsigned (*subject_of)(const Request& request);  // the module it is for; 0: none
+  unsigned (*subject_of)(const Request&) = [](const Request&) { return 0u; };  // 0: no module
   bool (*reached)(std::uint16_t kind, const SupervisorState& state);
   const CommandInfo* (*command)(std::uint16_t kind);
   // Guards on the vehicle's measurements (SupervisorState::sense).
-  Verdict (*sense)(const SupervisorState& state, const Request& request);
+  Verdict (*sense)(const SupervisorState&, const Request&) =
+      [](const SupervisorState&, const Request&) -> Verdict { return {}; };
   // For vehicles that fly: they land before they stop for a fault. nullptr: never in the air.
   bool (*airborne)(const lc::ControllerState& controller) = nullptr;
   // Commands that the vehicle itself considers (Actor::consider): the frame thread answers them.
@@ -44,6 +45,19 @@ struct Adjusted {
   Verdict verdict;
   double before = 0;
 };
+
+// As Actor::adjust. `changed()` follows when the value was really set.
+template <class P, class Changed>
+Adjusted adjust(const Tuning<P>& tuning, P& parameters, TunableValues& values, std::size_t index,
+                double value, bool really, Changed&& changed) noexcept {
+  const double before = values.value[index];
+  if (!adjust(tuning, parameters, values, index, value, really))
+    return {{.reason = Reason::parameter_together,
+             .measured = value,
+             .subject = static_cast<std::uint16_t>(index + 1)}};
+  if (really) changed();
+  return {{}, before};
+}
 
 // Carries out the actions of a row, at once and in order. `request` is their command, or nullptr.
 class Actor {

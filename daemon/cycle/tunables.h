@@ -13,9 +13,11 @@
 #include <span>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 #include <variant>
 
 #include "drivers/time.h"
+#include "idl/angles.h"
 #include "idl/commands.h"
 
 namespace lss {
@@ -86,6 +88,40 @@ struct Tunable {
   TunablePlace (*place)(P& parameters);
 };
 
+namespace way {
+template <class X, class Step>
+constexpr auto& follow(X& x, Step step) noexcept {
+  if constexpr (std::is_member_pointer_v<Step>) {
+    return x.*step;
+  } else {
+    return x[static_cast<std::size_t>(step)];
+  }
+}
+template <class X, class Step, class... Steps>
+constexpr auto& follow(X& x, Step step, Steps... steps) noexcept {
+  return follow(follow(x, step), steps...);
+}
+template <class P, class T>
+P owner(T P::*);
+}  // namespace way
+
+// A line of the list: the way to the member (pointers to members, indices), its key in the
+// configuration, unit, range. In units of degrees the member is in radians; in s and ms it is a
+// number in that unit, or a TimeNs. Members of whole numbers take whole numbers only.
+template <auto First, auto... Path>
+consteval auto tunable(const char* name, const char* unit, double min, double max, Change change,
+                       const char* help, bool whole = false) {
+  using P = decltype(way::owner(First));
+  using Member = std::remove_reference_t<decltype(way::follow(std::declval<P&>(), First, Path...))>;
+  const std::string_view u = unit;
+  double factor = u == "deg" || u == "deg/s" ? kDegree : 1;
+  if (std::is_same_v<Member, TimeNs>) factor = u == "s" ? 1e9 : u == "ms" ? 1e6 : throw "s or ms";
+  whole = whole || (std::is_integral_v<Member> && factor == 1);
+  return Tunable<P>{{name, unit, min, max, change, whole, help}, factor, [](P& p) -> TunablePlace {
+                      return &way::follow(p, First, Path...);
+                    }};
+}
+
 template <class P, std::size_t N>
 constexpr std::array<TunableInfo, N> infos_of(const std::array<Tunable<P>, N>& tunables) {
   static_assert(N <= kMaxTunables);
@@ -126,8 +162,9 @@ template <class P>
 struct Tuning {
   std::span<const Tunable<P>> tunables;
   std::span<const TunableInfo> infos;         // of the same
-  void (*derive)(P& parameters);              // computes dependent values
-  const char* (*check)(const P& parameters);  // nullptr, or why they do not fit together
+  void (*derive)(P& parameters) = [](P&) {};  // computes dependent values
+  // nullptr, or why they do not fit together
+  const char* (*check)(const P& parameters) = [](const P&) -> const char* { return nullptr; };
 };
 
 template <class P>

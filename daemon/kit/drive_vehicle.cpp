@@ -150,7 +150,7 @@ void DriveVehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   }
   if (actions & lc::kEndSolve) solver_.end();
   if (actions & lc::kResetModule) {
-    const auto number = static_cast<unsigned>(request->parameter[0]);
+    const int number = arguments<Reset>(*request).module;
     const unsigned all = (1u << drives_) - 1;
     const unsigned nodes = number == 0 ? all : 1u << (number - 1);
     reset_nodes(static_cast<std::uint16_t>(nodes));

@@ -18,8 +18,21 @@
 #include "daemon/kit/node_watch.h"
 #include "daemon/kit/one_port.h"
 #include "daemon/kit/port_watch.h"
+#include "daemon/record/fields.h"
 #include "daemon/runtime/can_bus.h"
 #include "drivers/canopen/velocity_bus.h"
+
+namespace lss::canopen {
+
+// For records.
+template <class V, record::Like<VelocityOrders> X>
+void fields(V& v, X& x) {
+  static_assert(kMembers<VelocityOrders> == 2);
+  record::visit_base<BusOrders>(v, x);
+  v("drive", x.drive);
+}
+
+}  // namespace lss::canopen
 
 namespace lss::kit {
 

@@ -64,7 +64,7 @@ class Compare {
       }
       recorded_ = recorded_.subspan(sizeof x);
     } else {
-      fields(*this, x);
+      record::visit(*this, x);
     }
   }
   template <Array T>

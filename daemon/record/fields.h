@@ -1,12 +1,12 @@
 #pragma once
 
-// The members of plain structs, listed once: fields(v, x) names each member to the visitor v, so
-// that records are written, read back, compared and shown by the same description. A vehicle
-// describes its own structs in daemon/vehicles/NAME/record.h; those of the IDL are described by the
-// build (cmake/idl_fields.py).
+// Visitors of the members of structs: records are written, read back, compared and shown by the
+// same description. visit(v, x) names each member of x to v, by the struct itself (members.h); a
+// struct with lists in it has a function fields(v, x) of its own, as those of the IDL, which the
+// build describes (cmake/idl_fields.py).
 //
-//   v("name", member)                 numbers, enums, arrays of them, structs with fields(), and
-//                                     variants of such structs; arrays are std::array or of C
+//   v("name", member)                 numbers, enums, arrays of them, structs, and variants of
+//                                     structs; arrays are std::array, or of C in those of the IDL
 //   v.list("name", array, count)      the first `count` elements of an array; count is a member
 //
 // The writer allocates nothing.
@@ -19,9 +19,32 @@
 #include <utility>
 #include <variant>
 
+#include "daemon/cycle/members.h"
 #include "daemon/cycle/supervisor.h"
 
 namespace lss::record {
+
+// v("name", member) for each member; by fields(v, x) where the struct has it.
+template <class V, class X>
+constexpr void visit(V& v, X& x) {
+  if constexpr (requires { fields(v, x); }) {
+    fields(v, x);
+  } else {
+    using T = std::remove_const_t<X>;
+    const auto all = members::tie(x);
+    [&]<std::size_t... I>(std::index_sequence<I...>) __attribute__((always_inline)) {
+      (v(members::kName<T, I>.data(), std::get<I>(all)), ...);
+    }
+    (std::make_index_sequence<kMembers<T>>());
+  }
+}
+
+// The members of a base, which the derived struct has to list before its own: it needs a function
+// fields() of its own, since a struct's own members cannot be read where it has a base.
+template <class Base, class V, class X>
+constexpr void visit_base(V& v, X& x) {
+  visit(v, static_cast<std::conditional_t<std::is_const_v<X>, const Base, Base>&>(x));
+}
 
 // T or const T.
 template <class X, class T>
@@ -49,7 +72,7 @@ class Writer {
   bool fits() const noexcept { return size_ <= buffer_.size(); }
 
   template <class T>
-  void operator()(const char*, const T& x) noexcept {
+  [[gnu::always_inline]] void operator()(const char*, const T& x) noexcept {
     put(x);
   }
   template <class T, std::size_t N>
@@ -65,12 +88,17 @@ class Writer {
       if (size_ + sizeof x <= buffer_.size()) std::memcpy(&buffer_[size_], &x, sizeof x);
       size_ += sizeof x;
     } else {
-      fields(*this, x);
+      record::visit(*this, x);
     }
   }
   template <Array T>
   void put(const T& x) noexcept {
-    for (const auto& element : x) put(element);
+    if constexpr (Number<std::remove_cvref_t<decltype(x[0])>>) {
+      if (size_ + sizeof x <= buffer_.size()) std::memcpy(&buffer_[size_], std::data(x), sizeof x);
+      size_ += sizeof x;
+    } else {
+      for (const auto& element : x) put(element);
+    }
   }
   template <class... T>
   void put(const std::variant<T...>& x) noexcept {
@@ -118,7 +146,7 @@ class Reader {
       std::memcpy(&x, &buffer_[at_], sizeof x);
       at_ += sizeof x;
     } else {
-      fields(*this, x);
+      record::visit(*this, x);
     }
   }
   template <Array T>
@@ -144,126 +172,14 @@ class Reader {
 
 }  // namespace lss::record
 
-// The structs that all vehicles share.
 namespace lss {
-
-template <class V, record::Like<Request> X>
-void fields(V& v, X& x) {
-  v("source", x.source);
-  v("sequence", x.sequence);
-  v("kind", x.kind);
-  v("flags", x.flags);
-  v("lease_ms", x.lease_ms);
-  v("parameter", x.parameter);
-  v("arrival_ns", x.arrival_ns);
-  v("acknowledged", x.acknowledged);
-  v("answered", x.answered);
-}
-
-template <class V, record::Like<Verdict> X>
-void fields(V& v, X& x) {
-  v("reason", x.reason);
-  v("measured", x.measured);
-  v("limit", x.limit);
-  v("subject", x.subject);
-}
-
-template <class V, record::Like<Ack> X>
-void fields(V& v, X& x) {
-  v("source", x.source);
-  v("sequence", x.sequence);
-  v("kind", x.kind);
-  v("phase", x.phase);
-  v("verdict", x.verdict);
-  v("time_ns", x.time_ns);
-}
-
-template <class V, record::Like<EventRecord> X>
-void fields(V& v, X& x) {
-  v("time_ns", x.time_ns);
-  v("severity", x.severity);
-  v("id", x.id);
-  v("subject", x.subject);
-  v("argument", x.argument);
-}
-
-template <class V, record::Like<FaultRecord> X>
-void fields(V& v, X& x) {
-  v("id", x.id);
-  v("subject", x.subject);
-  v("count", x.count);
-  v("since_ns", x.since_ns);
-}
-
-template <class V, record::Like<TimingPoints> X>
-void fields(V& v, X& x) {
-  v("frame", x.frame);
-  v("boundary_ns", x.boundary_ns);
-  v("woken_ns", x.woken_ns);
-  v("read_ns", x.read_ns);
-  v("navigated_ns", x.navigated_ns);
-  v("ready_ns", x.ready_ns);
-  v("released_ns", x.released_ns);
-  v("margin_ns", x.margin_ns);
-  v("offset_ns", x.offset_ns);
-  v("overruns", x.overruns);
-  v("frames_skipped", x.frames_skipped);
-  v("frames_held", x.frames_held);
-  v("commands_repeated", x.commands_repeated);
-  v("samples", x.samples);
-}
 
 template <class V, record::Like<Supervisor::Outbox> X>
 void fields(V& v, X& x) {
+  static_assert(kMembers<Supervisor::Outbox> == 6);  // all but holder
   v.list("acks", x.acks, x.ack_count);
   v.list("events", x.events, x.event_count);
   v("dropped", x.dropped);
-}
-
-namespace lc {
-template <class V, record::Like<ControllerState> X>
-void fields(V& v, X& x) {
-  v("state", x.state);
-  v("mode", x.mode);
-  v("goal", x.goal);
-  v("flags", x.flags);
-  v("links", x.links);
-  v("strategy", x.strategy);
-  v("silent", x.silent);
-  v("unheard", x.unheard);
-  v("isolated", x.isolated);
-}
-}  // namespace lc
-
-template <class V, record::Like<SupervisorState::Active> X>
-void fields(V& v, X& x) {
-  v("source", x.source);
-  v("sequence", x.sequence);
-  v("kind", x.kind);
-}
-
-template <class V, record::Like<SupervisorState> X>
-void fields(V& v, X& x) {
-  v("controller", x.controller);
-  v("authority", x.authority);
-  v("detached", x.detached);
-  v("lease_ns", x.lease_ns);
-  v("heartbeat_ns", x.heartbeat_ns);
-  v("contact_ns", x.contact_ns);
-  v("active", x.active);
-  v("faults", x.faults);
-  v("fault_count", x.fault_count);
-  v("resetting", x.resetting);
-  v("age_ms", x.age_ms);
-  v("silent_limit_ms", x.silent_limit_ms);
-  v("sense", x.sense);
-  v("commands_taken", x.commands_taken);
-  v("ended_ns", x.ended_ns);
-  v("another_daemon_ns", x.another_daemon_ns);
-  v("commands_refused", x.commands_refused);
-  v("safe_commands", x.safe_commands);
-  v("late_commands", x.late_commands);
-  v("time_ns", x.time_ns);
 }
 
 }  // namespace lss

@@ -37,6 +37,7 @@ struct FrameView {
 
 template <class V, class X>
 void inputs(V& v, X& x) {
+  static_assert(kMembers<std::remove_const_t<X>> == 11);
   v("frame", x.frame);
   v("time_ns", x.time_ns);
   v.list("samples", x.samples, x.sample_count);
@@ -71,6 +72,7 @@ void fields(V& v, const FrameView<Vehicle>& x) {
 }
 template <class V, class Vehicle>
 void fields(V& v, FrameRecord<Vehicle>& x) {
+  static_assert(kMembers<FrameRecord<Vehicle>> == 7);
   frame(v, x);
 }
 template <class V, class Vehicle>

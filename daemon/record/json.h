@@ -82,7 +82,7 @@ nlohmann::ordered_json to_json(const T& x) {
     return x;
   } else {
     JsonWriter writer;
-    fields(writer, x);
+    record::visit(writer, x);
     nlohmann::ordered_json json = writer.take();
     if constexpr (std::same_as<T, EventRecord>) json["name"] = event_name(x.id);
     if constexpr (TelemetrySample<T>) json["state"] = to_json(static_cast<State>(x.state));

@@ -22,7 +22,7 @@ inline constexpr std::array<std::uint8_t, 8> kRecordingMagic{0x89, 'L', 'S', 'S'
                                                              'R',  'E', 'C', '\n'};
 
 enum class Item : std::uint8_t {
-  frame = 1,  // a record, as fields() writes it (frame_record.h)
+  frame = 1,  // a record, as Writer of fields.h writes it (frame_record.h)
   state = 2,  // state of the vehicle after the frame before (state.h)
   lost = 3,   // so many frames are missing here: u64
 };

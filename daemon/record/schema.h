@@ -2,7 +2,7 @@
 
 // The structure of a record as text: members in their order, with their types. It is in the header
 // of a recording, so that a program reads only what it knows, and other programs can read it
-// (docs/recording.md). Made from fields(); ordinary threads.
+// (docs/recording.md). Made by visit() of fields.h; ordinary threads.
 //
 //   record  = { member }            member = name ":" type ";"
 //   type    = i1 i2 i4 i8           signed numbers by their bytes
@@ -55,7 +55,7 @@ class Schema {
       text_ += std::to_string(sizeof x);
     } else {
       text_ += '{';
-      fields(*this, x);
+      record::visit(*this, x);
       text_ += '}';
     }
   }

@@ -72,7 +72,7 @@ class VehicleReplay final : public Replay {
   static std::size_t timing_size() {
     const TimingPoints timing;
     Writer writer(std::span<std::uint8_t>{});
-    fields(writer, timing);
+    record::visit(writer, timing);
     return writer.size();
   }
 

@@ -112,7 +112,7 @@ class RoverBus final : public canopen::DriveBus {
   RoverStatus status_{};
   std::array<SetPoint, kSteered> set_point_{};
   RoverOrders orders_{};
-  canopen::SampleRing<RoverSample, kMaxSamples> samples_;
+  SampleRing<RoverSample, kMaxSamples> samples_;
 };
 
 // The bus of docs/icd-ardito.md for the CANopen master.

@@ -49,43 +49,21 @@ bool CanPort::flush(TimeNs now) noexcept {
 }
 
 const char* text(CanStatus status) noexcept {
-  switch (status) {
-    case CanStatus::ok:
-      return "open";
-    case CanStatus::absent:
-      return "there is no such interface: plug it in, or name another in the config";
-    case CanStatus::down:
-      return "the interface is down: ip link set NAME up type can bitrate 500000 restart-ms 100";
-    case CanStatus::not_can:
-      return "it is no CAN interface: name another in the config";
-    case CanStatus::no_can:
-      return "this kernel has no CAN: load the modules can and can_raw, or use a kernel with them";
-    case CanStatus::bad_address:
-      return "it is neither the name of an interface nor udp://ADDRESS:PORT, with ?local=PORT if "
-             "need be: correct it in the config";
-    case CanStatus::not_local:
-      return "datagrams to other machines are not allowed: use an address of 127.0.0.0/8";
-    case CanStatus::in_use:
-      return "another program has the local port: stop that one first, or name another port";
-    case CanStatus::denied:
-      return "no permission: the sandbox of the service must allow AF_CAN, ports below 1024 need "
-             "root";
-    case CanStatus::failed:
-      break;
-  }
-  return "it could not be opened";
-}
-
-const char* text(CanState state) noexcept {
-  switch (state) {
-    case CanState::active:
-      return "active";
-    case CanState::passive:
-      return "error passive";
-    case CanState::bus_off:
-      return "bus-off";
-  }
-  return "unknown";
+  constexpr const char* kTexts[] = {
+      // in the order of CanStatus
+      "open",
+      "there is no such interface: plug it in, or name another in the config",
+      "the interface is down: ip link set NAME up type can bitrate 500000 restart-ms 100",
+      "it is no CAN interface: name another in the config",
+      "this kernel has no CAN: load the modules can and can_raw, or use a kernel with them",
+      "it is neither the name of an interface nor udp://ADDRESS:PORT, with ?local=PORT if "
+      "need be: correct it in the config",
+      "datagrams to other machines are not allowed: use an address of 127.0.0.0/8",
+      "another program has the local port: stop that one first, or name another port",
+      "no permission: the sandbox of the service must allow AF_CAN, ports below 1024 need "
+      "root",
+      "it could not be opened"};
+  return kTexts[static_cast<std::size_t>(status)];
 }
 
 }  // namespace lss

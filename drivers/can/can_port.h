@@ -69,6 +69,5 @@ class CanPort {
 
 // The error and its remedy, for messages.
 const char* text(CanStatus status) noexcept;
-const char* text(CanState state) noexcept;
 
 }  // namespace lss

@@ -120,9 +120,4 @@ constexpr std::uint16_t towards_enabled(DriveState state) {
   }
 }
 
-const char* text(NmtState state) noexcept;
-const char* text(DriveState state) noexcept;
-const char* abort_text(std::uint32_t code) noexcept;      // of an SDO
-const char* emergency_text(std::uint16_t code) noexcept;  // of an EMCY
-
 }  // namespace lss::canopen

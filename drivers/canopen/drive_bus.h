@@ -9,12 +9,11 @@
 // begins, when it was opened again and when orders are stale it sends quick stop to all drives by
 // itself. Orders from before an emergency are never sent after it: motion needs a new serial.
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
-#include <span>
 
 #include "drivers/canopen/master.h"
+#include "drivers/sample_ring.h"
 #include "drivers/time.h"
 
 namespace lss::canopen {
@@ -61,32 +60,6 @@ struct DriveBusCounters {
   std::uint64_t old_orders = 0;     // of a serial before an emergency
   std::uint64_t bad_orders = 0;     // orders that were no finite number: the drive was disabled
   std::uint64_t overflows = 0;      // samples that were not taken
-};
-
-// Samples until the bus thread takes them; the oldest are dropped.
-template <class Sample, std::size_t N>
-class SampleRing {
- public:
-  // False: the oldest one was dropped for it.
-  bool put(const Sample& sample) noexcept {
-    const bool full = count_ == N;
-    if (full) first_ = (first_ + 1) % N;
-    count_ -= full ? 1 : 0;
-    sample_[(first_ + count_++) % N] = sample;
-    return !full;
-  }
-  std::size_t take(std::span<Sample> out) noexcept {
-    const std::size_t count = std::min(out.size(), count_);
-    for (std::size_t i = 0; i < count; ++i) out[i] = sample_[(first_ + i) % N];
-    first_ = (first_ + count) % N;
-    count_ -= count;
-    return count;
-  }
-  void clear() noexcept { count_ = 0; }
-
- private:
-  std::array<Sample, N> sample_{};
-  std::size_t first_ = 0, count_ = 0;
 };
 
 // Drives are the first nodes of the master's parameters. A vehicle derives from it.

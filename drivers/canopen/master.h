@@ -192,6 +192,4 @@ class Master {
 // Frames that a master has use for: a filter for the CAN interface.
 std::span<const CanFilter> filters() noexcept;
 
-const char* text(NodeState state) noexcept;
-
 }  // namespace lss::canopen

@@ -195,36 +195,4 @@ bool Master::take(PdoSample& sample) noexcept {
   return true;
 }
 
-const char* text(NodeState state) noexcept {
-  switch (state) {
-    case NodeState::off:
-      return "not reset yet";
-    case NodeState::booting:
-      return "booting";
-    case NodeState::missing:
-      return "missing";
-    case NodeState::identifying:
-      return "being identified";
-    case NodeState::wrong_device:
-      return "another device";
-    case NodeState::configuring:
-      return "being configured";
-    case NodeState::failed:
-      return "configuration failed";
-    case NodeState::starting:
-      return "starting";
-    case NodeState::operational:
-      return "operational";
-    case NodeState::lost:
-      return "lost";
-    case NodeState::rebooted:
-      return "rebooted";
-    case NodeState::fallen_back:
-      return "no longer operational by itself";
-    case NodeState::babbling:
-      return "babbling";
-  }
-  return "unknown";
-}
-
 }  // namespace lss::canopen

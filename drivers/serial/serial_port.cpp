@@ -217,25 +217,17 @@ SerialPort::Transfer SerialPort::outcome(std::ptrdiff_t result, bool zero_is_los
 }
 
 const char* text(SerialPort::Status status) noexcept {
-  switch (status) {
-    case Status::ok:
-      return "open";
-    case Status::absent:
-      return "there is no such port: plug it in, or name another in the config";
-    case Status::not_a_terminal:
-      return "it is no serial port: name another in the config";
-    case Status::in_use:
-      return "another program has it open: stop that one first";
-    case Status::denied:
-      return "no permission: add the user to the group of the device (often dialout)";
-    case Status::bad_baud:
-      return "it does not have this baud rate: use another in the config";
-    case Status::bad_format:
-      return "it does not have even parity or two stop bits: use another port";
-    case Status::failed:
-      break;
-  }
-  return "it could not be opened";
+  constexpr const char* kTexts[] = {
+      // in the order of Status
+      "open",
+      "there is no such port: plug it in, or name another in the config",
+      "it is no serial port: name another in the config",
+      "another program has it open: stop that one first",
+      "no permission: add the user to the group of the device (often dialout)",
+      "it does not have this baud rate: use another in the config",
+      "it does not have even parity or two stop bits: use another port",
+      "it could not be opened"};
+  return kTexts[static_cast<std::size_t>(status)];
 }
 
 }  // namespace lss

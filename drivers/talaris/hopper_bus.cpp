@@ -21,7 +21,7 @@ HopperBus::HopperBus(const HopperBusParameters& parameters) noexcept
 // Earlier orders are void: the next release counts.
 void HopperBus::restart(TimeNs now) noexcept {
   master_.restart(now, now + parameters_.settle_ns);
-  sample_count_ = 0;
+  samples_.clear();
   has_half_ = false;
   released_ = stale_ = false;
   shut(now);
@@ -107,20 +107,7 @@ void HopperBus::heard(const canopen::PdoSample& raw) noexcept {
 }
 
 void HopperBus::keep(const TalarisSample& sample) noexcept {
-  if (sample_count_ == kMaxSamples) {
-    ++counters_.overflows;
-    first_sample_ = (first_sample_ + 1) % kMaxSamples;
-    --sample_count_;
-  }
-  sample_[(first_sample_ + sample_count_++) % kMaxSamples] = sample;
-}
-
-std::size_t HopperBus::take(std::span<TalarisSample> out) noexcept {
-  const std::size_t count = std::min(out.size(), sample_count_);
-  for (std::size_t i = 0; i < count; ++i) out[i] = sample_[(first_sample_ + i) % kMaxSamples];
-  first_sample_ = (first_sample_ + count) % kMaxSamples;
-  sample_count_ -= count;
-  return count;
+  if (!samples_.put(sample)) ++counters_.overflows;
 }
 
 bool HopperBus::transmit(TimeNs now, CanFrame& frame) noexcept {

@@ -13,6 +13,7 @@
 #include <span>
 
 #include "drivers/canopen/master.h"
+#include "drivers/sample_ring.h"
 #include "drivers/talaris/orders.h"
 #include "drivers/talaris/samples.h"
 
@@ -70,7 +71,7 @@ class HopperBus {
 
   // Readings since the last call; at most kMaxSamples are kept, the oldest dropped.
   static constexpr std::size_t kMaxSamples = 256;
-  std::size_t take(std::span<TalarisSample> out) noexcept;
+  std::size_t take(std::span<TalarisSample> out) noexcept { return samples_.take(out); }
 
   // False: two nodes have one number. Then nothing is sent.
   bool parameters_fit() const noexcept { return master_.parameters_fit(); }
@@ -95,8 +96,7 @@ class HopperBus {
   TimeNs fans_ns_ = 0, shut_ns_ = 0;  // when they are sent again
   TalarisSample half_{};              // of the load cell: forces without moments yet
   bool has_half_ = false;
-  std::array<TalarisSample, kMaxSamples> sample_{};  // ring
-  std::size_t first_sample_ = 0, sample_count_ = 0;
+  SampleRing<TalarisSample, kMaxSamples> samples_;
 };
 
 // The bus of docs/icd-talaris.md for the CANopen master.

@@ -5,20 +5,7 @@
 namespace lss::talaris {
 
 void SensorLine::keep(const TalarisSample& sample) noexcept {
-  if (count_ == kMaxSamples) {
-    ++status_.counters.overflows;
-    first_ = (first_ + 1) % kMaxSamples;
-    --count_;
-  }
-  sample_[(first_ + count_++) % kMaxSamples] = sample;
-}
-
-std::size_t SensorLine::take(std::span<TalarisSample> out) noexcept {
-  const std::size_t count = std::min(out.size(), count_);
-  for (std::size_t i = 0; i < count; ++i) out[i] = sample_[(first_ + i) % kMaxSamples];
-  first_ = (first_ + count) % kMaxSamples;
-  count_ -= count;
-  return count;
+  if (!samples_.put(sample)) ++status_.counters.overflows;
 }
 
 void SensorLine::tick(std::uint64_t count, TimeNs time_ns, int packets_per_frame,
@@ -39,7 +26,7 @@ bool SensorLine::take_tick(FrameTick& tick) noexcept {
 }
 
 void SensorLine::clear() noexcept {
-  count_ = 0;
+  samples_.clear();
   ticked_ = false;
 }
 

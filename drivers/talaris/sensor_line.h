@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <span>
 
+#include "drivers/sample_ring.h"
 #include "drivers/serial/line_byte.h"
 #include "drivers/serial/serial_port.h"
 #include "drivers/talaris/samples.h"
@@ -68,7 +69,7 @@ class SensorLine {
   virtual TimeNs next_wake() const noexcept = 0;  // INT64_MAX: never
 
   // Samples since the last call; at most kMaxSamples are kept, the oldest dropped.
-  std::size_t take(std::span<TalarisSample> out) noexcept;
+  std::size_t take(std::span<TalarisSample> out) noexcept { return samples_.take(out); }
   // IMUs: the newest frame that began since the last call.
   bool take_tick(FrameTick& tick) noexcept;
   const LineStatus& status() const noexcept { return status_; }
@@ -82,8 +83,7 @@ class SensorLine {
   LineStatus status_{};
 
  private:
-  std::array<TalarisSample, kMaxSamples> sample_{};  // ring
-  std::size_t first_ = 0, count_ = 0;
+  SampleRing<TalarisSample, kMaxSamples> samples_;
   FrameTick tick_{};
   bool ticked_ = false;
 };

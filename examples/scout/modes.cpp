@@ -6,20 +6,14 @@
 namespace lss::scout {
 namespace {
 
-using lc::kKeep;
+using lc::in_mode, lc::off, lc::stay;
+using lc::kIdle, lc::kKeep, lc::kOperational;
 
-constexpr lc::StateSet kIdle = lc::in(State::idle), kOperational = lc::in(State::operational);
 constexpr std::uint8_t m(Mode mode) { return static_cast<std::uint8_t>(mode); }
-constexpr lc::ModeSet in(Mode mode) { return 1u << m(mode); }
 constexpr std::uint8_t kOff = static_cast<std::uint8_t>(Goal::off);
-constexpr lc::GuardSet kMayStart = lc::guard(lc::kPortOpen) | lc::guard(lc::kAllHeard) |
-                                   lc::guard(lc::kAllAnswer) | lc::guard(lc::kObcHeard);
-constexpr lc::ModeSet kRests = in(Mode::enabling) | in(Mode::ready);
-constexpr lc::ModeSet kMoves = in(Mode::driving) | in(Mode::stopping);
+constexpr lc::ModeSet kRests = in_mode(Mode::enabling) | in_mode(Mode::ready);
+constexpr lc::ModeSet kMoves = in_mode(Mode::driving) | in_mode(Mode::stopping);
 
-constexpr lc::Row off(lc::Event event, lc::ModeSet from) {
-  return {event, kOperational, from, 0, kKeep, State::idle, 0, 0, lc::kMotorsOff};
-}
 constexpr lc::Row slow_down(lc::Event event, lc::ModeSet from, lc::GuardSet guards,
                             lc::ActionSet actions) {
   return {event, kOperational,   from, guards, kKeep, State::operational, m(Mode::stopping),
@@ -28,19 +22,19 @@ constexpr lc::Row slow_down(lc::Event event, lc::ModeSet from, lc::GuardSet guar
 
 // event, from: states, modes, guards, goal; to: state, mode, goal; actions
 constexpr std::array kRows = {
-    lc::Row{event::start, kIdle, 0, kMayStart, kKeep, State::operational, m(Mode::enabling), 0,
+    lc::Row{event::start, kIdle, 0, lc::kMayStart, kKeep, State::operational, m(Mode::enabling), 0,
             lc::ActionSet{kMotorsOn} | lc::kTakeAuthority},
-    lc::Row{event::stop, kIdle, lc::kAnyMode, 0, kKeep, State::idle, kKeep, kKeep, 0},
-    off(event::stop, kRests),
+    stay(event::stop, kIdle, lc::kAnyMode, 0, 0),
+    off(event::stop, kRests, kKeep),
     slow_down(event::stop, kMoves, 0, 0),
-    lc::Row{event::drive, kOperational, in(Mode::ready) | kMoves, 0, kKeep, State::operational,
+    lc::Row{event::drive, kOperational, in_mode(Mode::ready) | kMoves, 0, kKeep, State::operational,
             m(Mode::driving), 0, lc::ActionSet{kDrive} | lc::kTakeAuthority},
-    off(lc::Event::lease_expired, kRests),
+    off(lc::Event::lease_expired, kRests, kKeep),
     slow_down(lc::Event::lease_expired, kMoves, lc::guard(lc::kAuthorityHeld),
               lc::kReleaseAuthority),
-    lc::Row{event::motors_confirmed, kOperational, in(Mode::enabling), 0, kKeep, State::operational,
-            m(Mode::ready), 0, 0},
-    off(event::stands, in(Mode::stopping)),
+    lc::Row{event::motors_confirmed, kOperational, in_mode(Mode::enabling), 0, kKeep,
+            State::operational, m(Mode::ready), 0, 0},
+    off(event::stands, in_mode(Mode::stopping), kKeep),
 };
 constexpr lc::Rows kIndexed(kRows);
 
@@ -77,10 +71,8 @@ const Logic& logic() noexcept {
   static const Logic kLogic{
       .table = &kTable,
       .event_of = [](const Request& request) { return lss::event_of(kTable, request); },
-      .subject_of = [](const Request&) { return 0u; },
       .reached = reached,
       .command = [](std::uint16_t kind) { return find_command(kCommands, kind); },
-      .sense = [](const SupervisorState&, const Request&) { return Verdict{}; },
       .tunables = tuning().infos,
       .codes = {.faults = kFaults}};
   return kLogic;

@@ -11,11 +11,10 @@ namespace lss::scout {
 enum class Goal : std::uint8_t { none, off };  // of Stopping: motors off
 
 namespace event {
-inline constexpr lc::Event of_scout(unsigned n) {
-  return static_cast<lc::Event>(lc::kVehicleEvents + n);
-}
-inline constexpr lc::Event start = of_scout(0), stop = of_scout(1), drive = of_scout(2),
-                           motors_confirmed = of_scout(3), stands = of_scout(4);
+using lc::vehicle_event;
+inline constexpr lc::Event start = vehicle_event(0), stop = vehicle_event(1),
+                           drive = vehicle_event(2), motors_confirmed = vehicle_event(3),
+                           stands = vehicle_event(4);
 }  // namespace event
 
 enum Action : lc::ActionSet {

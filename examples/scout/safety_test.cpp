@@ -1,6 +1,5 @@
 // The scout passes the safety suite of every vehicle, and reckons where it drives.
 
-#include "daemon/kit/drive_record.h"
 #include "tests/safety/drive_world.h"
 #include "tests/safety/safety_suite.h"
 #include "tests/support/allocations.h"

@@ -6,7 +6,6 @@
 
 #include "daemon/config/reading.h"
 #include "daemon/kit/declare.h"
-#include "daemon/kit/drive_record.h"
 
 namespace lss::scout {
 namespace {
@@ -16,19 +15,14 @@ constexpr double kMostAcceleration_m_s2 = 1;
 constexpr double kBlockedCurrent_permille = 1200, kStanding_rpm = 20;
 constexpr TimeNs kBlockedAfter = kSecond;
 
-constexpr auto kTunables = std::to_array<Tunable<Parameters>>({
-    {{"limits.speed_m_s", "m/s", 0.05, kMostSpeed_m_s, Change::always, false,
-      "no faster than this, whatever is commanded"},
-     1,
-     [](Parameters& p) -> TunablePlace { return &p.speed_m_s; }},
-    {{"limits.acceleration_m_s2", "m/s²", 0.05, kMostAcceleration_m_s2, Change::always, false,
-      "of the body"},
-     1,
-     [](Parameters& p) -> TunablePlace { return &p.acceleration_m_s2; }},
-});
+constexpr std::array kTunables{
+    tunable<&Parameters::speed_m_s>("limits.speed_m_s", "m/s", 0.05, kMostSpeed_m_s, Change::always,
+                                    "no faster than this, whatever is commanded"),
+    tunable<&Parameters::acceleration_m_s2>("limits.acceleration_m_s2", "m/s²", 0.05,
+                                            kMostAcceleration_m_s2, Change::always, "of the body"),
+};
 constexpr auto kInfos = infos_of(kTunables);
-constexpr Tuning<Parameters> kTuning{kTunables, kInfos, [](Parameters&) {},
-                                     [](const Parameters&) -> const char* { return nullptr; }};
+constexpr Tuning<Parameters> kTuning{kTunables, kInfos};
 
 const Vocabulary kVocabulary{.modes = kModeNames,
                              .modules = kDriveNames,
@@ -72,9 +66,7 @@ double Vehicle::dt_s() const noexcept {
 }
 
 Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept {
-  const double before = tunables_.value[index];
-  lss::adjust(tuning(), parameters_, tunables_, index, value, really);
-  return {{}, before};
+  return lss::adjust(tuning(), parameters_, tunables_, index, value, really, [] {});
 }
 
 void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {

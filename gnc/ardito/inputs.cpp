@@ -3,16 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "idl/angles.h"
+
 namespace lss::gnc::ardito {
 namespace {
 
 // No healthy sensor reports more.
 constexpr double kMaxWheel_rad_s = 30;
-constexpr double kMaxSteering_rad = 100 * kPi / 180;
+constexpr double kMaxSteering_rad = 100 * kDegree;
 constexpr double kMaxCurrent = 100;
 constexpr double kMaxTemperature_C = 1000;
 constexpr double kMaxImu = 1e6;
-constexpr double kMaxRocker_rad = 60 * kPi / 180;
+constexpr double kMaxRocker_rad = 60 * kDegree;
 constexpr double kMaxImuSpeed_m_s = 3;
 constexpr double kMaxImuYaw_rad_s = 3;
 constexpr double kMaxImuStep_m_s = 1;  // in a frame: 10 m/s2

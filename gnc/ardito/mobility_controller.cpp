@@ -5,6 +5,7 @@
 
 #include "gnc/ardito/decision.h"
 #include "gnc/ardito/ratio.h"
+#include "idl/angles.h"
 
 namespace lss::gnc::ardito {
 namespace {
@@ -21,7 +22,7 @@ double sine_of_five(double sine) noexcept {
   return sine * ((16 * square - 20) * square + 5);
 }
 
-constexpr double kFurthest_rad = 65 * kPi / 180;  // 11.2.1
+constexpr double kFurthest_rad = 65 * kDegree;  // 11.2.1
 
 // Angles to keep while steering is held: the present ones, within the limits.
 PerSteered<double> angles_to_hold(const Feedback& feedback) noexcept {

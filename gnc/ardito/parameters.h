@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "gnc/ardito/types.h"
+#include "idl/angles.h"
 
 namespace lss::gnc::ardito {
 
@@ -25,8 +26,8 @@ struct Geometry {
   double l4_m = 0.343;
   double l5_m = 0.285;
   double l6_m = 0.234;
-  double k1_rad = 15 * kPi / 180;
-  double k3_rad = 43 * kPi / 180;
+  double k1_rad = 15 * kDegree;
+  double k3_rad = 43 * kDegree;
 
   template <class Self>
   static constexpr auto members(Self& self) noexcept {
@@ -43,7 +44,7 @@ struct Parameters {
 
   // cruise control (11)
   double top_speed_m_s = 1.0;  // upper limit of Request::speed_limit_m_s
-  double max_sigma_rad = 5 * kPi / 180;
+  double max_sigma_rad = 5 * kDegree;
   double min_speed = 0.01;           // normalised; less is a stop
   double steady_sigma_rad = 1e-6;    // per frame: sigma counts as unchanged
   double standing_rad_s = 0.1;       // wheel speed below which the rover stands

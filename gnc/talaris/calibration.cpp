@@ -31,31 +31,20 @@ bool usable(const RangeSample& s, const NavigationParameters& p) noexcept {
 }
 
 const char* describe(CalibrationFault fault) noexcept {
-  switch (fault) {
-    case CalibrationFault::none:
-      return "no fault";
-    case CalibrationFault::turning:
-      return "the vehicle turns (rad/s)";
-    case CalibrationFault::rate_spread:
-      return "the rate swings (rad/s)";
-    case CalibrationFault::shaking:
-      return "the vehicle is pushed (m/s2)";
-    case CalibrationFault::force_spread:
-      return "the specific force swings (m/s2)";
-    case CalibrationFault::rate_bias:
-      return "the mean rate is no bias: it turns, or a gyroscope is broken (rad/s)";
-    case CalibrationFault::force_size:
-      return "the mean specific force is not gravity (m/s2)";
-    case CalibrationFault::tilted:
-      return "the vehicle does not stand upright (rad)";
-    case CalibrationFault::imu_silent:
-      return "too many samples of the IMU are missing (share that came)";
-    case CalibrationFault::few_ranges:
-      return "too few readings of the altimeter (count)";
-    case CalibrationFault::range_spread:
-      return "the readings of the altimeter scatter (m)";
-  }
-  return "unknown";
+  constexpr const char* kTexts[] = {
+      // in the order of CalibrationFault
+      "no fault",
+      "the vehicle turns (rad/s)",
+      "the rate swings (rad/s)",
+      "the vehicle is pushed (m/s2)",
+      "the specific force swings (m/s2)",
+      "the mean rate is no bias: it turns, or a gyroscope is broken (rad/s)",
+      "the mean specific force is not gravity (m/s2)",
+      "the vehicle does not stand upright (rad)",
+      "too many samples of the IMU are missing (share that came)",
+      "too few readings of the altimeter (count)",
+      "the readings of the altimeter scatter (m)"};
+  return kTexts[static_cast<std::size_t>(fault)];
 }
 
 void Calibration::Mean::add(const ImuSample& s) noexcept {

@@ -7,16 +7,17 @@
 
 #include "gnc/zebro/locomotion.h"
 #include "gnc/zebro/rowing.h"
+#include "idl/angles.h"
 
 namespace lss::gnc::zebro {
 
 namespace {
 
 constexpr LegSet kHind = 0b110000;
-constexpr double kLongSweep_rad = 60 * kPi / 180;
+constexpr double kLongSweep_rad = 60 * kDegree;
 // The toe behind the hip is twice as far from it as the arc ahead of it; this puts the middle of
 // the foot's path under the hip. A missing hind leg needs the feet further back.
-constexpr double kBalanced_rad = 5 * kPi / 180;
+constexpr double kBalanced_rad = 5 * kDegree;
 constexpr double kShareOfFlight = 0.5;  // the time to roll
 // Smaller differences of margins are rounding: the first one wins, on every machine.
 constexpr double kRounding_m = 1e-6;

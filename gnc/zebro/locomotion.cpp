@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "gnc/zebro/stability.h"
+#include "idl/angles.h"
 
 namespace lss::gnc::zebro {
 
@@ -22,7 +23,7 @@ constexpr double kSoonest_s = 0.04;
 // A little more than one revolution in three orders: the sense of a half turn would be ambiguous.
 constexpr std::uint8_t kTurns = 3;
 constexpr double kTurn_rad = 2 * kPi * 1.05 / kTurns;
-constexpr double kBack_rad = kPi * 100 / 180;  // from the lying attitude to past the top
+constexpr double kBack_rad = 100 * kDegree;  // from the lying attitude to past the top
 
 }  // namespace
 

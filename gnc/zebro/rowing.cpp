@@ -5,12 +5,13 @@
 #include <limits>
 
 #include "gnc/zebro/locomotion.h"
+#include "idl/angles.h"
 
 namespace lss::gnc::zebro {
 
 namespace {
 constexpr double kClear_rad = 0.05;  // past the angle where the belly carries: no load on the leg
-constexpr double kToe_rad = 50 * kPi / 180;
+constexpr double kToe_rad = 50 * kDegree;
 }  // namespace
 
 // Ahead: halfway between the angle where the arc would touch the ground and the one where the toe

@@ -4,9 +4,9 @@
 // idl/commands.h.
 
 #include <cstdint>
-#include <numbers>
 #include <span>
 
+#include "idl/angles.h"
 #include "idl/commands.h"
 
 namespace lss::ardito {
@@ -67,21 +67,32 @@ inline constexpr double kSpeedLimits_m_s[] = {0.5, 1.0};
 
 inline constexpr const char* kDrivers[] = {"manual", "autonomous"};
 
-inline constexpr double kMaxHeading_rad = 5 * (std::numbers::pi / 180);  // Ardito thesis 11.2
+inline constexpr double kMaxHeading_rad = 5 * kDegree;  // Ardito thesis 11.2
 
-inline constexpr ParameterInfo kStartParameters[] = {
-    {"limit", "choice", 0, 1, 0, kSpeedLimits,
-     "of the speed until the next start: erc 0.5 m/s, urc 1 m/s"},
+// The parameters of each command.
+struct Start {
+  SpeedLimit limit;
+  static constexpr ParameterInfo kParameters[] = {
+      {"limit", "choice", 0, 1, 0, kSpeedLimits,
+       "of the speed until the next start: erc 0.5 m/s, urc 1 m/s"},
+  };
 };
-inline constexpr ParameterInfo kDriveParameters[] = {
-    {"speed", "m/s", -1, 1, kRequired, nullptr, "of the middle of the rover; negative: backward"},
-    {"heading", "rad", -kMaxHeading_rad, kMaxHeading_rad, 0, nullptr,
-     "direction of the motion, positive: to the right; 5 deg is a radius of 0.8 m"},
-    {"correction", "choice", 0, 1, 1, kOffOn, "of the wheels' speeds for uneven ground"},
-    {"driver", "choice", 0, 1, 0, kDrivers, "autonomous: stops when the IMU is lost"},
+struct Drive {
+  double speed_m_s, heading_rad;
+  bool correction, autonomous;
+  static constexpr ParameterInfo kParameters[] = {
+      {"speed", "m/s", -1, 1, kRequired, nullptr, "of the middle of the rover; negative: backward"},
+      {"heading", "rad", -kMaxHeading_rad, kMaxHeading_rad, 0, nullptr,
+       "direction of the motion, positive: to the right; 5 deg is a radius of 0.8 m"},
+      {"correction", "choice", 0, 1, 1, kOffOn, "of the wheels' speeds for uneven ground"},
+      {"driver", "choice", 0, 1, 0, kDrivers, "autonomous: stops when the IMU is lost"},
+  };
 };
-inline constexpr ParameterInfo kParkParameters[] = {
-    {"speed", "m/s", -1, 1, kRequired, nullptr, "of the corner wheels; positive: to the right"},
+struct Park {
+  double speed_m_s;
+  static constexpr ParameterInfo kParameters[] = {
+      {"speed", "m/s", -1, 1, kRequired, nullptr, "of the corner wheels; positive: to the right"},
+  };
 };
 inline constexpr ParameterInfo kResetParameters[] = {
     {"node", "", -1, kBusNodes, -1, nullptr,
@@ -92,13 +103,13 @@ inline constexpr ParameterInfo kResetParameters[] = {
 inline constexpr CommandInfo kCommands[] = {
     {1, "start", Access::holder, true,
      "beacon on, then the motors; from here on the link to the OBC is supervised",
-     kStartParameters},
+     Start::kParameters},
     {2, "stop", Access::holder, false, "come to a safe stop, motors off", {}, true},
     {5, "reset", Access::holder, false, "reset a node, all nodes, or the controller",
      kResetParameters},
     {201, "drive", Access::holder, true, "drive along an arc until another command",
-     kDriveParameters, false, true},
-    {202, "park", Access::holder, true, "turn on the spot until another command", kParkParameters,
+     Drive::kParameters, false, true},
+    {202, "park", Access::holder, true, "turn on the spot until another command", Park::kParameters,
      false, true},
     {203, "halt", Access::holder, true, "stand still, ready to go on", {}},
 };

@@ -114,62 +114,113 @@ inline constexpr const char* kStrategyNames[] = {"none", "reconnect", "reset_nod
 inline constexpr double kMinPulse_s = 0.040, kMaxPulse_s = 0.200;  // TALARIS thesis 4.2
 inline constexpr double kMaxManual_s = 30;
 
-inline constexpr ParameterInfo kValveParameters[] = {
-    {"valves", "set", 1, 255, kRequired, nullptr, "bit i: valve i + 1", true},
-    {"open", "choice", 0, 1, 1, kOffOn, "open or shut"},
-    {"time", "s", 0.04, kMaxManual_s, 1, nullptr, "shut again after this time"},
-};
-inline constexpr ParameterInfo kPulseParameters[] = {
-    {"valves", "set", 0, 255, kRequired, nullptr, "the others stay shut", true},
-    {"on", "s", kMinPulse_s, kMaxPulse_s, kRequired, nullptr, "open for so long in every frame"},
-    {"delay", "s", 0, kMaxPulse_s - kMinPulse_s, 0, nullptr, "after the release of the frame"},
-    {"frames", "", 1, 3000, 5, nullptr, "for so many frames, then shut", true},
-};
-inline constexpr ParameterInfo kEnableParameters[] = {
-    {"valves", "set", 0, 255, kRequired, nullptr,
-     "bit i: valve i + 1 may fire; the others always stay shut", true},
-};
+// The parameters of each command. Sets: bit i is valve or fan i + 1.
 inline constexpr const char* kArming[] = {"start-up", "done"};
-inline constexpr ParameterInfo kArmParameters[] = {
-    {"procedure", "choice", 0, 1, 0, kArming,
-     "done: they beeped already, since they were switched on; nothing is sent"},
+struct OpenValves {
+  std::uint8_t valves;
+  bool open;
+  double time_s;
+  static constexpr ParameterInfo kParameters[] = {
+      {"valves", "set", 1, 255, kRequired, nullptr, "bit i: valve i + 1", true},
+      {"open", "choice", 0, 1, 1, kOffOn, "open or shut"},
+      {"time", "s", 0.04, kMaxManual_s, 1, nullptr, "shut again after this time"},
+  };
 };
-inline constexpr ParameterInfo kThrottleParameters[] = {
-    {"fans", "set", 1, 15, 15, nullptr, "bit i: fan i + 1", true},
-    {"throttle", "", 0, 1, kRequired, nullptr, "0: 1 ms pulse, 1: 2 ms"},
+struct DutyCycle {
+  std::uint8_t valves;
+  double on_s, delay_s;
+  int frames;
+  static constexpr ParameterInfo kParameters[] = {
+      {"valves", "set", 0, 255, kRequired, nullptr, "the others stay shut", true},
+      {"on", "s", kMinPulse_s, kMaxPulse_s, kRequired, nullptr, "open for so long in every frame"},
+      {"delay", "s", 0, kMaxPulse_s - kMinPulse_s, 0, nullptr, "after the release of the frame"},
+      {"frames", "", 1, 3000, 5, nullptr, "for so many frames, then shut", true},
+  };
 };
-inline constexpr ParameterInfo kRpmParameters[] = {
-    {"fans", "set", 1, 15, 15, nullptr, "bit i: fan i + 1", true},
-    {"rpm", "rpm", 0, 40000, kRequired, nullptr, "closed loop; 0: off"},
-    {"ramp", "rpm/s", 100, 40000, 4000, nullptr, "of what is commanded"},
+struct EnableValves {
+  std::uint8_t valves;
+  static constexpr ParameterInfo kParameters[] = {
+      {"valves", "set", 0, 255, kRequired, nullptr,
+       "bit i: valve i + 1 may fire; the others always stay shut", true},
+  };
 };
-inline constexpr ParameterInfo kGncParameters[] = {
-    {"step", "choice", 0, 2, kRequired, kGncSteps, "in this order: standby, calibrate, execute"},
+struct ArmFans {
+  bool done;
+  static constexpr ParameterInfo kParameters[] = {
+      {"procedure", "choice", 0, 1, 0, kArming,
+       "done: they beeped already, since they were switched on; nothing is sent"},
+  };
 };
-inline constexpr ParameterInfo kPlanParameters[] = {
-    {"program", "choice", 0, 7, 0, kProgramNames, "what is flown"},
-    {"height", "m", 0, 10, 2, nullptr, "above where it stands"},
-    {"distance", "m", -100, 100, 30, nullptr, "along +Z; level"},
-    {"turn", "rad", -std::numbers::pi, std::numbers::pi, 0, nullptr, "about the vertical"},
-    {"time", "s", 0, 120, 0, nullptr, "for the traverse, or to keep; 0: as the config says"},
+struct FanThrottle {
+  std::uint8_t fans;
+  double throttle;
+  static constexpr ParameterInfo kParameters[] = {
+      {"fans", "set", 1, 15, 15, nullptr, "bit i: fan i + 1", true},
+      {"throttle", "", 0, 1, kRequired, nullptr, "0: 1 ms pulse, 1: 2 ms"},
+  };
 };
-inline constexpr ParameterInfo kGainsParameters[] = {
-    {"set", "", 1, 8, kRequired, nullptr, "number of the gain set in the config", true},
+struct FanSpeed {
+  std::uint8_t fans;
+  double rpm, ramp_rpm_s;
+  static constexpr ParameterInfo kParameters[] = {
+      {"fans", "set", 1, 15, 15, nullptr, "bit i: fan i + 1", true},
+      {"rpm", "rpm", 0, 40000, kRequired, nullptr, "closed loop; 0: off"},
+      {"ramp", "rpm/s", 100, 40000, 4000, nullptr, "of what is commanded"},
+  };
 };
-inline constexpr ParameterInfo kScriptBeginParameters[] = {
-    {"id", "", 1, 4294967295.0, kRequired, nullptr, "of the script, chosen by the sender", true},
-    {"steps", "", 1, kMaxScriptSteps, kRequired, nullptr, "how many there will be", true},
+struct Gnc {
+  GncStep step;
+  static constexpr ParameterInfo kParameters[] = {
+      {"step", "choice", 0, 2, kRequired, kGncSteps, "in this order: standby, calibrate, execute"},
+  };
 };
-inline constexpr ParameterInfo kScriptStepParameters[] = {
-    {"id", "", 1, 4294967295.0, kRequired, nullptr, "of the script", true},
-    {"index", "", 0, kMaxScriptSteps - 1, kRequired, nullptr, "from 0 on, in order", true},
-    {"at", "s", 0, kMaxScript_s, kRequired, nullptr, "after the first actuation; never backwards"},
-    {"kind", "choice", 0, 2, kRequired, kStepKinds, "what is done"},
-    {"which", "set", 1, 255, kRequired, nullptr, "bit i: valve or fan i + 1", true},
-    {"value", "", 0, 40000, kRequired, nullptr, "s open, share of full throttle, or rpm"},
+struct PlanFlight {
+  Program program;
+  double height_m, distance_m, turn_rad, time_s;
+  static constexpr ParameterInfo kParameters[] = {
+      {"program", "choice", 0, 7, 0, kProgramNames, "what is flown"},
+      {"height", "m", 0, 10, 2, nullptr, "above where it stands"},
+      {"distance", "m", -100, 100, 30, nullptr, "along +Z; level"},
+      {"turn", "rad", -std::numbers::pi, std::numbers::pi, 0, nullptr, "about the vertical"},
+      {"time", "s", 0, 120, 0, nullptr, "for the traverse, or to keep; 0: as the config says"},
+  };
 };
-inline constexpr ParameterInfo kScriptRunParameters[] = {
-    {"id", "", 1, 4294967295.0, kRequired, nullptr, "of the script that was sent", true},
+struct SelectGains {
+  unsigned set;
+  static constexpr ParameterInfo kParameters[] = {
+      {"set", "", 1, 8, kRequired, nullptr, "number of the gain set in the config", true},
+  };
+};
+struct ScriptBegin {
+  std::uint32_t id;
+  std::uint16_t steps;
+  static constexpr ParameterInfo kParameters[] = {
+      {"id", "", 1, 4294967295.0, kRequired, nullptr, "of the script, chosen by the sender", true},
+      {"steps", "", 1, kMaxScriptSteps, kRequired, nullptr, "how many there will be", true},
+  };
+};
+struct ScriptStepArguments {
+  std::uint32_t id;
+  std::uint16_t index;
+  double at_s;
+  StepKind kind;
+  std::uint8_t which;
+  double value;
+  static constexpr ParameterInfo kParameters[] = {
+      {"id", "", 1, 4294967295.0, kRequired, nullptr, "of the script", true},
+      {"index", "", 0, kMaxScriptSteps - 1, kRequired, nullptr, "from 0 on, in order", true},
+      {"at", "s", 0, kMaxScript_s, kRequired, nullptr,
+       "after the first actuation; never backwards"},
+      {"kind", "choice", 0, 2, kRequired, kStepKinds, "what is done"},
+      {"which", "set", 1, 255, kRequired, nullptr, "bit i: valve or fan i + 1", true},
+      {"value", "", 0, 40000, kRequired, nullptr, "s open, share of full throttle, or rpm"},
+  };
+};
+struct ScriptRun {
+  std::uint32_t id;
+  static constexpr ParameterInfo kParameters[] = {
+      {"id", "", 1, 4294967295.0, kRequired, nullptr, "of the script that was sent", true},
+  };
 };
 inline constexpr ParameterInfo kResetParameters[] = {
     {"module", "", -1, kModuleCount, -1, nullptr,
@@ -196,26 +247,29 @@ inline constexpr CommandInfo kCommands[] = {
      kResetParameters},
     {301, "manual", Access::holder, true, "valves and fans by hand", {}},
     {302, "duty-cycle", Access::holder, true, "pulses in every frame", {}},
-    {303, "valve", Access::holder, true, "open or shut valves by hand", kValveParameters},
-    {304, "pulse", Access::holder, true, "the pulses of the duty cycle", kPulseParameters},
-    {305, "enable", Access::holder, false, "which valves may fire at all", kEnableParameters},
+    {303, "valve", Access::holder, true, "open or shut valves by hand", OpenValves::kParameters},
+    {304, "pulse", Access::holder, true, "the pulses of the duty cycle", DutyCycle::kParameters},
+    {305, "enable", Access::holder, false, "which valves may fire at all",
+     EnableValves::kParameters},
     {306, "edf-arm", Access::holder, true,
      "start-up of the fans' speed controllers: full throttle for 400 ms, then none. Only when they "
      "were just switched on: otherwise the fans run at full throttle",
-     kArmParameters},
-    {307, "edf-throttle", Access::holder, true, "fans at a throttle", kThrottleParameters},
-    {308, "edf-rpm", Access::holder, true, "fans at a speed, closed loop", kRpmParameters},
+     ArmFans::kParameters},
+    {307, "edf-throttle", Access::holder, true, "fans at a throttle", FanThrottle::kParameters},
+    {308, "edf-rpm", Access::holder, true, "fans at a speed, closed loop", FanSpeed::kParameters},
     {310, "gnc", Access::holder, true, "standby, calibrate (30 s, standing still), execute",
-     kGncParameters},
+     Gnc::kParameters},
     {311, "plan", Access::holder, false,
-     "what execute shall fly; what cannot be flown is rejected with its numbers", kPlanParameters},
-    {312, "gains", Access::holder, false, "another set of gains; between runs", kGainsParameters},
+     "what execute shall fly; what cannot be flown is rejected with its numbers",
+     PlanFlight::kParameters},
+    {312, "gains", Access::holder, false, "another set of gains; between runs",
+     SelectGains::kParameters},
     {313, "land", Access::anyone, false, "in flight: down, here and now, in good order", {}, true},
     {320, "script-begin", Access::holder, false, "a new script will be sent",
-     kScriptBeginParameters},
-    {321, "script-step", Access::holder, false, "a step of it", kScriptStepParameters},
+     ScriptBegin::kParameters},
+    {321, "script-step", Access::holder, false, "a step of it", ScriptStepArguments::kParameters},
     {322, "script-run", Access::holder, true, "run it: 5 s later the first actuation",
-     kScriptRunParameters},
+     ScriptRun::kParameters},
     {323, "script-abort", Access::anyone, false, "all-stop", {}, true},
 };
 

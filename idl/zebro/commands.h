@@ -58,6 +58,8 @@ enum class StrategyKind : std::uint8_t {
 inline constexpr const char* kStrategyNames[] = {
     "none", "reconnect", "reset_module", "move_free", "cool_down", "isolate", "reset_all"};
 
+enum class WalkSpeed : std::uint8_t { zero, low, medium, high };
+enum class FollowUp : std::uint8_t { none, stand, walk };
 inline constexpr const char* kSpeeds[] = {"zero", "low", "medium", "high"};
 inline constexpr const char* kFollowUps[] = {"none", "stand", "walk"};
 inline constexpr const char* kDirections[] = {"backward", "forward"};
@@ -65,33 +67,55 @@ inline constexpr const char* kPanelMoves[] = {"retract", "deploy"};
 
 inline constexpr double kHalfPi = 1.57079632679489661923;
 
-// Common to walk and to start with the follow-up walk, in this order.
-inline constexpr ParameterInfo kWalkParameters[] = {
-    {"direction", "choice", 0, 1, 1, kDirections, "which way"},
-    {"heading", "rad", -kHalfPi, kHalfPi, 0, nullptr,
-     "turn, clockwise positive; 90 deg turns on the spot"},
-    {"speed", "choice", 0, 3, 2, kSpeeds,
-     "low: wave, medium: tetrapod, high: tripod; zero stands still"},
+// The parameters of each command.
+struct Walk {
+  bool forward;
+  double heading_rad;
+  WalkSpeed speed;
+  static constexpr ParameterInfo kParameters[] = {
+      {"direction", "choice", 0, 1, 1, kDirections, "which way"},
+      {"heading", "rad", -kHalfPi, kHalfPi, 0, nullptr,
+       "turn, clockwise positive; 90 deg turns on the spot"},
+      {"speed", "choice", 0, 3, 2, kSpeeds,
+       "low: wave, medium: tetrapod, high: tripod; zero stands still"},
+  };
 };
-inline constexpr ParameterInfo kStartParameters[] = {
-    {"then", "choice", 0, 2, 0, kFollowUps, "go on by itself to stand or walk"},
-    kWalkParameters[0],
-    kWalkParameters[1],
-    kWalkParameters[2],
+struct Start {
+  FollowUp then;
+  bool forward;  // as of walk, for the follow-up walk
+  double heading_rad;
+  WalkSpeed speed;
+  static constexpr ParameterInfo kParameters[] = {
+      {"then", "choice", 0, 2, 0, kFollowUps, "go on by itself to stand or walk"},
+      Walk::kParameters[0],
+      Walk::kParameters[1],
+      Walk::kParameters[2],
+  };
 };
-inline constexpr ParameterInfo kStopParameters[] = {
-    {"lay-down", "choice", 0, 1, 1, kNoYes, "lie down before the motors go off"},
+struct SafeStop {
+  bool lay_down;
+  static constexpr ParameterInfo kParameters[] = {
+      {"lay-down", "choice", 0, 1, 1, kNoYes, "lie down before the motors go off"},
+  };
 };
-inline constexpr ParameterInfo kPanelParameters[] = {
-    {"move", "choice", 0, 1, kRequired, kPanelMoves,
-     "only in Idle; a deployed panel forbids operation"},
+struct MovePanel {
+  bool deploy;
+  static constexpr ParameterInfo kParameters[] = {
+      {"move", "choice", 0, 1, kRequired, kPanelMoves,
+       "only in Idle; a deployed panel forbids operation"},
+  };
 };
-inline constexpr ParameterInfo kLegParameters[] = {
-    {"leg", "", 1, 6, kRequired, nullptr, "1 LF, 2 RF, 3 LM, 4 RM, 5 LH, 6 RH", true},
-    {"position", "rad", 0, 6.283185307179586, kRequired, nullptr,
-     "0 = straight down, growing with forward rotation"},
-    {"duration", "s", 0.5, 60, 3, nullptr, "time of the movement"},
-    {"direction", "choice", 0, 1, 1, kDirections, "way round"},
+struct MoveLeg {
+  unsigned leg;
+  double position_rad, duration_s;
+  bool forward;
+  static constexpr ParameterInfo kParameters[] = {
+      {"leg", "", 1, 6, kRequired, nullptr, "1 LF, 2 RF, 3 LM, 4 RM, 5 LH, 6 RH", true},
+      {"position", "rad", 0, 6.283185307179586, kRequired, nullptr,
+       "0 = straight down, growing with forward rotation"},
+      {"duration", "s", 0.5, 60, 3, nullptr, "time of the movement"},
+      {"direction", "choice", 0, 1, 1, kDirections, "way round"},
+  };
 };
 
 inline constexpr ParameterInfo kResetParameters[] = {
@@ -101,18 +125,21 @@ inline constexpr ParameterInfo kResetParameters[] = {
 
 inline constexpr CommandInfo kCommands[] = {
     {1, "start", Access::holder, true,
-     "motion control on; from here on the link to the OBC is supervised", kStartParameters},
+     "motion control on; from here on the link to the OBC is supervised", Start::kParameters},
     {2, "stop", Access::holder, false,
-     "come to a safe stop: finish the motion, lie down if asked, motors off", kStopParameters,
+     "come to a safe stop: finish the motion, lie down if asked, motors off", SafeStop::kParameters,
      true},
     {5, "reset", Access::holder, false, "reset a module, all modules, or the controller",
      kResetParameters},
     {101, "stand", Access::holder, true, "stand up", {}},
     {102, "lay-down", Access::holder, true, "lie down on the belly", {}},
     {103, "stow", Access::holder, true, "lie down and put the legs along the body for storage", {}},
-    {104, "walk", Access::holder, true, "walk until another command", kWalkParameters, false, true},
-    {105, "panel", Access::holder, false, "deploy or retract the solar panel", kPanelParameters},
-    {106, "leg", Access::holder, true, "bridge: move one leg by direct command", kLegParameters},
+    {104, "walk", Access::holder, true, "walk until another command", Walk::kParameters, false,
+     true},
+    {105, "panel", Access::holder, false, "deploy or retract the solar panel",
+     MovePanel::kParameters},
+    {106, "leg", Access::holder, true, "bridge: move one leg by direct command",
+     MoveLeg::kParameters},
 };
 
 }  // namespace lss::zebro

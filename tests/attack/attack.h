@@ -95,5 +95,6 @@ int replay(const Options&, Counts&);
 int deaf_reader(const Options&, Counts&);
 int watch(const Options&, Counts&);
 int stop(const Options&, Counts&);
+int stops(const Options&, Counts&);
 
 }  // namespace attack

@@ -33,6 +33,7 @@ constexpr Mode kModes[] = {
     {"deaf-reader", "reliable readers that never take", attack::deaf_reader},
     {"watch", "no attack: a line of JSON for each lss/status", attack::watch},
     {"stop", "no attack: one emergency stop, sent every 0.1 s until it is completed", attack::stop},
+    {"stops", "no attack: --rate emergency stops a second, and when each was sent", attack::stops},
 };
 
 int usage() {

@@ -86,19 +86,19 @@ struct NotHere : std::runtime_error {
 };
 
 using Figures = std::vector<Figure>;
-Figures row_i(const Options& options);
-Figures row_ii(const Options& options);
-Figures row_ii_sync(const Options& options);  // where Ardito is built
-Figures row_iii(const Options& options);
-Figures row_iv(const Options& options);
-Figures row_v(const Options& options);
-Figures row_vi(const Options& options);  // where Ardito is built
-Figures row_vii(const Options& options);
-Figures row_viii(const Options& options);
-Figures row_ix(const Options& options);
-Figures row_x(const Options& options);
-Figures row_xi(const Options& options);
-Figures row_xii(const Options& options);
-Figures row_xiii(const Options& options);
+Figures wake_up(const Options& options);
+Figures byte_to_byte(const Options& options);
+Figures sync_deviation(const Options& options);  // where Ardito is built
+Figures command_to_ack(const Options& options);
+Figures telemetry_cost(const Options& options);
+Figures leg_bus_cycle(const Options& options);
+Figures can_cycle(const Options& options);  // where Ardito is built
+Figures frame_mathematics(const Options& options);
+Figures state_space(const Options& options);
+Figures memory(const Options& options);
+Figures time_to_ready(const Options& options);
+Figures edge_error(const Options& options);
+Figures simulation_speed(const Options& options);
+Figures emergency_stop(const Options& options);
 
 }  // namespace lss::bench

@@ -6,15 +6,15 @@
 #include <linux/can.h>
 #include <linux/can/raw.h>
 #include <net/if.h>
-#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/time.h>
 #include <time.h>
 #include <unistd.h>
+
+#include "tests/support/plain_realtime.h"
 
 enum { MEASUREMENTS = 23, ORDERS = 11 };
 
@@ -37,13 +37,7 @@ int main(int argc, char** argv) {
       setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &limit, sizeof limit) != 0 ||
       bind(fd, (const struct sockaddr*)&address, sizeof address) != 0)
     return 2;
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  CPU_SET((size_t)atoi(argv[8]), &set);
-  const struct sched_param parameter = {.sched_priority = atoi(argv[7])};
-  if (sched_setaffinity(0, sizeof set, &set) != 0 ||
-      sched_setscheduler(0, SCHED_FIFO, &parameter) != 0 || mlockall(MCL_CURRENT | MCL_FUTURE) != 0)
-    return 2;
+  if (!be_real_time(argv[7], argv[8])) return 2;
 
   const struct can_frame sync = {.can_id = 0x080};
   struct can_frame order[ORDERS], in;

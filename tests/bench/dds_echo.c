@@ -3,12 +3,10 @@
 //
 //   bench-dds-echo DOMAIN
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include "dds/dds.h"
-#include "lss.h"
+#include "tests/support/plain_dds.h"
 #include "zebro.h"
 
 static dds_entity_t ack_writer;
@@ -33,34 +31,23 @@ static void on_command(dds_entity_t reader, void* argument) {
 static void on_telemetry(dds_entity_t reader, void* argument) {
   (void)argument;
   static lss_ZebroTelemetry sample;
-  void* pointer = &sample;
-  dds_sample_info_t info;
-  while (dds_take(reader, &pointer, &info, 1, 1) > 0) {
-  }
+  drain(reader, &sample);
 }
 
 int main(int argc, char** argv) {
   if (argc < 2) return 2;
-  const dds_entity_t participant =
-      dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL);
-  dds_qos_t* reliable = dds_create_qos();
-  dds_qset_reliability(reliable, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  const dds_entity_t participant = join(argv[1]);
+  dds_qos_t* reliable = reliable_qos();
   dds_qset_deadline(reliable, DDS_SECS(10));
-  ack_writer = dds_create_writer(
-      participant,
-      dds_create_topic(participant, &lss_CommandAck_desc, "lss/command_ack", NULL, NULL), reliable,
-      NULL);
+  ack_writer = writer_of(participant, &lss_CommandAck_desc, "lss/command_ack", reliable);
   dds_qset_deadline(reliable, DDS_INFINITY);
   dds_listener_t* listener = dds_create_listener(NULL);
   dds_lset_data_available(listener, on_command);
-  const dds_entity_t commands = dds_create_reader(
-      participant, dds_create_topic(participant, &lss_Command_desc, "lss/command", NULL, NULL),
-      reliable, listener);
+  const dds_entity_t commands =
+      reader_of(participant, &lss_Command_desc, "lss/command", reliable, listener);
   dds_lset_data_available(listener, on_telemetry);
-  const dds_entity_t telemetry = dds_create_reader(
-      participant,
-      dds_create_topic(participant, &lss_ZebroTelemetry_desc, "lss/telemetry/zebro", NULL, NULL),
-      NULL, listener);
+  const dds_entity_t telemetry =
+      reader_of(participant, &lss_ZebroTelemetry_desc, "lss/telemetry/zebro", NULL, listener);
   if (ack_writer < 0 || commands < 0 || telemetry < 0) return 2;
   printf("ready\n");
   fflush(stdout);

@@ -4,15 +4,13 @@
 //   bench-dds-minimal DOMAIN
 #define _GNU_SOURCE
 #include <pthread.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "dds/dds.h"
-#include "lss.h"
+#include "tests/support/plain_dds.h"
 #include "zebro.h"
 
 static void* sleep_on(void* argument) {
@@ -33,15 +31,10 @@ static void say_ready(void) {
 
 int main(int argc, char** argv) {
   if (argc < 2) return 2;
-  const dds_entity_t participant =
-      dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL);
-  const dds_entity_t writer = dds_create_writer(
-      participant,
-      dds_create_topic(participant, &lss_ZebroTelemetry_desc, "lss/telemetry/zebro", NULL, NULL),
-      NULL, NULL);
-  const dds_entity_t reader = dds_create_reader(
-      participant, dds_create_topic(participant, &lss_Command_desc, "lss/command", NULL, NULL),
-      NULL, NULL);
+  const dds_entity_t participant = join(argv[1]);
+  const dds_entity_t writer =
+      writer_of(participant, &lss_ZebroTelemetry_desc, "lss/telemetry/zebro", NULL);
+  const dds_entity_t reader = reader_of(participant, &lss_Command_desc, "lss/command", NULL, NULL);
   if (writer < 0 || reader < 0) return 2;
   mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT);
   for (int i = 0; i < 6; ++i) {

@@ -2,23 +2,18 @@
 //
 //   bench-dds-writer DOMAIN PERIOD_US
 #define _GNU_SOURCE
-#include <stdlib.h>
 #include <time.h>
 
-#include "dds/dds.h"
-#include "lss.h"
+#include "tests/support/plain_dds.h"
 #include "zebro.h"
 
 int main(int argc, char** argv) {
   if (argc < 3) return 2;
   const long period_ns = atol(argv[2]) * 1000;
-  const dds_entity_t participant =
-      dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL);
-  const dds_entity_t topic =
-      dds_create_topic(participant, &lss_ZebroTelemetry_desc, "lss/telemetry/zebro", NULL, NULL);
   dds_qos_t* qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_BEST_EFFORT, 0);
-  const dds_entity_t writer = dds_create_writer(participant, topic, qos, NULL);
+  const dds_entity_t writer =
+      writer_of(join(argv[1]), &lss_ZebroTelemetry_desc, "lss/telemetry/zebro", qos);
   if (writer < 0) return 2;
   static lss_ZebroTelemetry sample;
   struct timespec next;

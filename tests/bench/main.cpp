@@ -36,23 +36,23 @@ struct Row {
   Figures (*measure)(const Options&);  // nullptr: not by this program, `what` says why
 };
 constexpr Row kRows[] = {
-    {"i", "wake-up of the frame thread", row_i},
-    {"ii", "last sensor byte in to actuator byte out", row_ii},
-    {"iii", "command to acknowledgement", row_iii},
-    {"iv", "telemetry", row_iv},
-    {"v", "cycle of seven modules on RS-485", row_v},
+    {"i", "wake-up of the frame thread", wake_up},
+    {"ii", "last sensor byte in to actuator byte out", byte_to_byte},
+    {"iii", "command to acknowledgement", command_to_ack},
+    {"iv", "telemetry", telemetry_cost},
+    {"v", "cycle of seven modules on RS-485", leg_bus_cycle},
 #ifdef LSS_BENCH_ARDITO
-    {"vi", "cycle of Ardito on CAN", row_vi},
+    {"vi", "cycle of Ardito on CAN", can_cycle},
 #else
     {"vi", "cycle on CAN: Ardito is not built", nullptr},
 #endif
-    {"vii", "mathematics of a frame", row_vii},
-    {"viii", "state space of the locomotion controller", row_viii},
-    {"ix", "memory and steadiness", row_ix},
-    {"x", "exec to READY", row_x},
-    {"xi", "edge at an absolute time", row_xi},
-    {"xii", "simulation against the wall-clock", row_xii},
-    {"xiii", "emergency stop to the bus, also under a flood", row_xiii},
+    {"vii", "mathematics of a frame", frame_mathematics},
+    {"viii", "state space of the locomotion controller", state_space},
+    {"ix", "memory and steadiness", memory},
+    {"x", "exec to READY", time_to_ready},
+    {"xi", "edge at an absolute time", edge_error},
+    {"xii", "simulation against the wall-clock", simulation_speed},
+    {"xiii", "emergency stop to the bus, also under a flood", emergency_stop},
 };
 
 std::string row_list() {

@@ -2,9 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <grp.h>
 #include <poll.h>
-#include <sys/file.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -26,8 +24,6 @@
 namespace lss::bench {
 namespace {
 
-constexpr const char* kRoudiLock = "/tmp/lss-test-roudi.lock";
-
 std::filesystem::path source() { return LSS_BENCH_SOURCE; }
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
@@ -37,27 +33,6 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 }
 
 }  // namespace
-
-bool eventually(const std::function<bool()>& condition, std::chrono::seconds limit) {
-  const auto end = std::chrono::steady_clock::now() + limit;
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > end) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-  return true;
-}
-
-Folder::Folder() {
-  std::string pattern = std::filesystem::temp_directory_path() / "lss-bench-XXXXXX";
-  if (::mkdtemp(pattern.data()) == nullptr)
-    throw NotHere("no folder can be made in " + pattern + ": set TMPDIR to one that is writable");
-  path_ = pattern;
-}
-
-Folder::~Folder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
 
 std::string program(const std::string& name) {
   for (const std::filesystem::path& folder :
@@ -222,16 +197,21 @@ std::pair<std::string, std::string> loopback(bool shared_memory) {
 // Not those of the tests (1 to 100), nor 0, where a real daemon may run.
 int domain(int index) { return 101 + (::getpid() * 8 + index) % 104; }
 
+void Service::start(const std::vector<std::string>& words, Process::Environment environment) {
+  ReadySocket ready(folder_);
+  environment.push_back(ready.variable());
+  process_.emplace(words, folder_ / "service.log", environment);
+  ready_ns_ = ready.wait();
+}
+
 Daemon::Daemon(int domain, bool shared_memory) {
   std::string text = read_file(source() / "config" / "zebro.toml");
   if (!shared_memory) text = replaced(text, "shared_memory = true", "shared_memory = false");
-  const std::filesystem::path config = folder_.path() / "zebro.toml";
+  const std::filesystem::path config = folder_ / "zebro.toml";
   std::ofstream(config) << text;
-  ReadySocket ready(folder_.path());
-  process_.emplace(std::vector<std::string>{program("lssd"), "--config", config, "--run-dir",
-                                            folder_.path(), "--domain", std::to_string(domain)},
-                   folder_.path() / "lssd.log", Process::Environment{ready.variable()});
-  ready_ns_ = ready.wait();
+  start({program("lssd"), "--config", config, "--run-dir", folder_, "--domain",
+         std::to_string(domain)},
+        {});
 }
 
 Cyclictest::Cyclictest(int priority, TimeNs period_ns, int cycles, int cpu, Unit unit)
@@ -247,7 +227,7 @@ Cyclictest::Cyclictest(int priority, TimeNs period_ns, int cycles, int cpu, Unit
                                  std::to_string(cycles),
                                  "-a",
                                  std::to_string(cpu),
-                                 "--json=" + (folder_.path() / "result.json").string()};
+                                 "--json=" + (folder_ / "result.json").string()};
   if (unit == Unit::nanoseconds) {
     words.insert(words.end(), {"-N", "-h", counts_instructions ? "100000" : "1000000"});
   } else {
@@ -260,7 +240,7 @@ Cyclictest::Cyclictest(int priority, TimeNs period_ns, int cycles, int cpu, Unit
 Samples Cyclictest::latencies() {
   if (const int code = process_->wait(std::chrono::minutes(15)); code != 0)
     throw NotHere(fmt::format("cyclictest does not run here (exit code {})", code));
-  const auto result = nlohmann::json::parse(read_file(folder_.path() / "result.json"));
+  const auto result = nlohmann::json::parse(read_file(folder_ / "result.json"));
   const auto& thread = result.at("thread").at("0");
   Samples samples;
   for (const auto& [latency, count] : thread.at("histogram").items())
@@ -272,29 +252,9 @@ Samples Cyclictest::latencies() {
   return samples;
 }
 
-RoudiLock::RoudiLock(std::chrono::seconds limit) : fd_(::open(kRoudiLock, O_RDONLY | O_CLOEXEC)) {
-  if (fd_ < 0) fd_ = ::open(kRoudiLock, O_RDONLY | O_CREAT | O_CLOEXEC, 0644);
-  held_ = fd_ >= 0 && eventually([&] { return ::flock(fd_, LOCK_EX | LOCK_NB) == 0; }, limit) &&
-          eventually([] { return !dds::find_roudi(); }, limit);
-}
-
-// A killed RouDi leaves files that the RouDi of another user could not replace.
-RoudiLock::~RoudiLock() {
-  if (held_) {
-    const group* own = ::getgrgid(::getegid());
-    const std::string segment = std::string("/dev/shm/") + (own != nullptr ? own->gr_name : "");
-    for (const std::string& file :
-         {std::string("/dev/shm/iceoryx_mgmt"), segment, std::string("/tmp/roudi"),
-          std::string("/tmp/roudi.lock"), std::string("/tmp/iox-unique-roudi.lock")}) {
-      if (!dds::find_roudi()) ::unlink(file.c_str());  // never those of a running one
-    }
-  }
-  if (fd_ >= 0) ::close(fd_);
-}
-
 Roudi::Roudi() {
   process_.emplace(std::vector<std::string>{"iox-roudi", "-c", source() / "config" / "roudi.toml"},
-                   folder_.path() / "roudi.log");
+                   folder_ / "roudi.log");
   if (!eventually([&] { return process_->said("ready for clients"); }))
     throw NotHere("RouDi does not start here");
 }

@@ -15,25 +15,14 @@
 
 #include "drivers/time.h"
 #include "tests/bench/bench.h"
+#include "tests/support/eventually.h"
+#include "tests/support/temp_folder.h"
 
 namespace lss::bench {
 
-// Polls every 2 ms; false when the condition did not come true in time.
-bool eventually(const std::function<bool()>& condition,
-                std::chrono::seconds limit = std::chrono::seconds(20));
-
-// A folder of our own in the temporary folder, removed at the end.
-class Folder {
- public:
-  Folder();
-  ~Folder();
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
+using testing_support::eventually;
+using testing_support::RoudiLock;
+using Folder = testing_support::TempFolder;
 
 // Programs of this build, which stand beside lss-bench; references are made for it alone.
 std::string program(const std::string& name);
@@ -113,18 +102,27 @@ std::pair<std::string, std::string> loopback(bool shared_memory = false);
 // Domains of this run: 0, 1, ... are different, and different from other runs at the same time.
 int domain(int index);
 
-// lssd with config/zebro.toml, and no hardware at its port; READY when the constructor returns.
-class Daemon {
+// A program that says READY=1; it has when the constructor of the derived class returns.
+class Service {
  public:
-  Daemon(int domain, bool shared_memory);
-
   pid_t pid() const { return process_->pid(); }
   TimeNs exec_to_ready_ns() const { return ready_ns_ - process_->started_ns(); }
 
- private:
+ protected:
+  Service() = default;
+  void start(const std::vector<std::string>& words, Process::Environment environment);
+
   Folder folder_;
+
+ private:
   std::optional<Process> process_;
   TimeNs ready_ns_ = 0;
+};
+
+// lssd with config/zebro.toml, and no hardware at its port.
+class Daemon : public Service {
+ public:
+  Daemon(int domain, bool shared_memory);
 };
 
 // cyclictest at a priority on a CPU; ends by itself.
@@ -145,20 +143,6 @@ class Cyclictest {
   int cycles_;
   double unit_us_;
   std::optional<Process> process_;
-};
-
-// The lock that all who need a RouDi, or none, share; nothing when it was not free in time.
-class RoudiLock {
- public:
-  explicit RoudiLock(std::chrono::seconds limit);
-  ~RoudiLock();
-  RoudiLock(const RoudiLock&) = delete;
-  RoudiLock& operator=(const RoudiLock&) = delete;
-  bool held() const { return held_; }
-
- private:
-  int fd_ = -1;
-  bool held_ = false;
 };
 
 // A RouDi of our own with the configuration of the project.

@@ -4,12 +4,12 @@
 //   bench-pty-echo PATH BYTES PRIORITY CPU
 #define _GNU_SOURCE
 #include <fcntl.h>
-#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <sys/mman.h>
 #include <termios.h>
 #include <unistd.h>
+
+#include "tests/support/plain_realtime.h"
 
 int main(int argc, char** argv) {
   if (argc < 5) return 2;
@@ -19,13 +19,7 @@ int main(int argc, char** argv) {
   if (fd < 0 || tcgetattr(fd, &settings) != 0) return 2;
   cfmakeraw(&settings);
   tcsetattr(fd, TCSANOW, &settings);
-  cpu_set_t set;
-  CPU_ZERO(&set);
-  CPU_SET((size_t)atoi(argv[4]), &set);
-  const struct sched_param parameter = {.sched_priority = atoi(argv[3])};
-  if (sched_setaffinity(0, sizeof set, &set) != 0 ||
-      sched_setscheduler(0, SCHED_FIFO, &parameter) != 0 || mlockall(MCL_CURRENT | MCL_FUTURE) != 0)
-    return 2;
+  if (!be_real_time(argv[3], argv[4])) return 2;
   printf("ready\n");
   fflush(stdout);
 

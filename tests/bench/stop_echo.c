@@ -3,6 +3,8 @@
 // a pseudo-terminal or a UDP port of the loopback.
 //
 //   bench-stop-echo DOMAIN PATH|PORT HEX PRIORITY
+//
+// Where SCHED_FIFO or locked memory is not permitted, it does without, as the daemon.
 #define _GNU_SOURCE
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -10,7 +12,6 @@
 #include <sched.h>
 #include <stdint.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
 #include <sys/mman.h>
@@ -18,8 +19,7 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include "dds/dds.h"
-#include "lss.h"
+#include "tests/support/plain_dds.h"
 
 enum { EMERGENCY_STOP = 3, DRY_RUN = 1 };
 
@@ -43,17 +43,16 @@ static void on_command(dds_entity_t reader, void* argument) {
 static void on_heartbeat(dds_entity_t reader, void* argument) {
   (void)argument;
   static lss_Heartbeat sample;
-  void* pointer = &sample;
-  dds_sample_info_t info;
-  while (dds_take(reader, &pointer, &info, 1, 1) > 0) {
-  }
+  drain(reader, &sample);
 }
 
 static void* act(void* argument) {
   (void)argument;
   uint64_t count;
   while (read(event, &count, sizeof count) == sizeof count) {
-    if (write(line, stop, stop_size) != (ssize_t)stop_size) exit(1);
+    for (; count > 0; --count) {
+      if (write(line, stop, stop_size) != (ssize_t)stop_size) exit(1);
+    }
   }
   return NULL;
 }
@@ -83,7 +82,8 @@ int main(int argc, char** argv) {
   }
   event = eventfd(0, 0);
   line = open_line(argv[2]);
-  if (event < 0 || line < 0 || mlockall(MCL_CURRENT | MCL_FUTURE) != 0) return 2;
+  if (event < 0 || line < 0) return 2;
+  if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0) perror("bench-stop-echo: mlockall");
 
   pthread_attr_t attributes;
   const struct sched_param parameter = {.sched_priority = atoi(argv[4])};
@@ -92,23 +92,21 @@ int main(int argc, char** argv) {
   pthread_attr_setschedpolicy(&attributes, SCHED_FIFO);
   pthread_attr_setschedparam(&attributes, &parameter);
   pthread_t thread;
-  if (pthread_create(&thread, &attributes, act, NULL) != 0) return 2;
+  if (pthread_create(&thread, &attributes, act, NULL) != 0 &&
+      pthread_create(&thread, NULL, act, NULL) != 0)
+    return 2;
 
-  const dds_entity_t participant =
-      dds_create_participant((dds_domainid_t)atoi(argv[1]), NULL, NULL);
-  dds_qos_t* qos = dds_create_qos();
-  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
+  const dds_entity_t participant = join(argv[1]);
+  dds_qos_t* qos = reliable_qos();
   dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);
   dds_listener_t* listener = dds_create_listener(NULL);
   dds_lset_data_available(listener, on_command);
-  const dds_entity_t commands = dds_create_reader(
-      participant, dds_create_topic(participant, &lss_Command_desc, "lss/command", NULL, NULL), qos,
-      listener);
+  const dds_entity_t commands =
+      reader_of(participant, &lss_Command_desc, "lss/command", qos, listener);
   dds_qset_reliability(qos, DDS_RELIABILITY_BEST_EFFORT, 0);
   dds_lset_data_available(listener, on_heartbeat);
-  const dds_entity_t heartbeats = dds_create_reader(
-      participant, dds_create_topic(participant, &lss_Heartbeat_desc, "lss/heartbeat", NULL, NULL),
-      qos, listener);
+  const dds_entity_t heartbeats =
+      reader_of(participant, &lss_Heartbeat_desc, "lss/heartbeat", qos, listener);
   if (commands < 0 || heartbeats < 0) return 2;
   printf("ready\n");
   fflush(stdout);

@@ -181,7 +181,7 @@ const lss_Status& StopClient::next_status() {
 Load::Load(int domain, const std::string& vehicle_id) {
   for (const auto& [mode, rate] :
        {std::pair{"flood-heartbeats", "14000"}, std::pair{"flood-commands", "6000"}}) {
-    const std::filesystem::path log = folder_.path() / mode;
+    const std::filesystem::path log = folder_ / mode;
     programs_.push_back(std::make_unique<Process>(
         std::vector<std::string>{program("lss-attack"), mode, std::to_string(domain), vehicle_id,
                                  "--source", StopClient::kSource, "--rate", rate, "--seconds",
@@ -205,16 +205,16 @@ StopDaemon::StopDaemon(const Stoppable& vehicle, int domain) : vehicle_(vehicle)
 }
 
 void StopDaemon::start_simulator() {
-  const std::filesystem::path folder = folder_.path() / "sim", log = folder_.path() / "lss-sim.log";
+  const std::filesystem::path folder = folder_ / "sim", log = folder_ / "lss-sim.log";
   std::vector<std::string> words{program("lss-sim"), vehicle_.name, "--dir", folder, "--pace"};
   if (vehicle_.is_stop != nullptr) words.insert(words.end(), {"--can", "udp://127.0.0.1:0"});
   simulator_.emplace(words, log);
   if (!eventually([&] { return simulator_->said("ready"); }))
     throw NotHere("lss-sim does not start here");
-  std::filesystem::create_directory(folder_.path() / "run");
+  std::filesystem::create_directory(folder_ / "run");
   if (vehicle_.is_stop == nullptr) {
     line_ = std::make_unique<PtyStopLine>(folder / "legs");
-    std::filesystem::create_symlink(line_->where(), folder_.path() / "run" / "legs");
+    std::filesystem::create_symlink(line_->where(), folder_ / "run" / "legs");
     return;
   }
   const std::string said = read_file(log);
@@ -225,7 +225,7 @@ void StopDaemon::start_simulator() {
                                         static_cast<std::uint16_t>(std::stoi(found[1])));
   for (const char* port : {"imu", "altimeter"}) {
     if (std::filesystem::exists(folder / port))
-      std::filesystem::create_symlink(folder / port, folder_.path() / "run" / port);
+      std::filesystem::create_symlink(folder / port, folder_ / "run" / port);
   }
 }
 
@@ -237,13 +237,12 @@ void StopDaemon::start_daemon(int domain) {
   const std::string old = "udp://127.0.0.1:20000";
   if (const std::size_t at = text.find('"' + old + '"'); at != std::string::npos)
     text.replace(at + 1, old.size(), "udp://127.0.0.1:" + line_->where());
-  const std::filesystem::path config = folder_.path() / "config.toml";
+  const std::filesystem::path config = folder_ / "config.toml";
   std::ofstream(config) << text;
-  ReadySocket ready(folder_.path());
-  daemon_.emplace(
-      std::vector<std::string>{program("lssd"), "--config", config, "--run-dir",
-                               folder_.path() / "run", "--domain", std::to_string(domain)},
-      folder_.path() / "lssd.log", Process::Environment{ready.variable()});
+  ReadySocket ready(folder_);
+  daemon_.emplace(std::vector<std::string>{program("lssd"), "--config", config, "--run-dir",
+                                           folder_ / "run", "--domain", std::to_string(domain)},
+                  folder_ / "lssd.log", Process::Environment{ready.variable()});
   ready.wait();
 }
 
@@ -314,7 +313,7 @@ StopEcho::StopEcho(const Stoppable& vehicle, int domain) {
   } else {
     line_ = std::make_unique<CanStopLine>(vehicle.is_stop);
   }
-  const std::filesystem::path log = folder_.path() / "echo.log";
+  const std::filesystem::path log = folder_ / "echo.log";
   echo_.emplace(
       std::vector<std::string>{program("bench-stop-echo"), std::to_string(domain), line_->where(),
                                vehicle.echoed, std::to_string(kBusPriority)},

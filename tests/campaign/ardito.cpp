@@ -5,7 +5,7 @@
 #include <numbers>
 #include <string_view>
 
-#include "daemon/vehicles/ardito/record.h"
+#include "daemon/vehicles/ardito/vehicle.h"
 #include "tests/ardito/chain/chain.h"
 #include "tests/campaign/play.h"
 
@@ -14,6 +14,7 @@ namespace {
 
 struct World {
   using Chain = ardito::Chain;
+  using Vehicle = ardito::Vehicle;
   static constexpr std::array<std::string_view, 2> kNotHere = {"unplug", "bus-off"};
   static constexpr double kRest_s = 3;
   static constexpr double kCutRest_s = kRest_s;
@@ -66,17 +67,11 @@ struct World {
 }  // namespace
 
 Subject ardito() {
-  return {
+  return subject_of<World>(
       "ardito",
       "driving at 0.1 to 0.5 m/s, straight and in arcs; each tenth with rigid bodies, which take "
       "their time, the others with a rover that rolls only",
-      World::kRest_s,
-      World::kCutRest_s,
-      "below 0.02 m/s",
-      [](unsigned number) { return Scenario<World>(number).play(); },
-      [](unsigned number, const std::filesystem::path& folder) {
-        return Scenario<World>(number).record_to<ardito::Vehicle>(folder).play();
-      }};
+      "below 0.02 m/s");
 }
 
 }  // namespace lss::campaign

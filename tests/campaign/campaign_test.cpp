@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "tests/campaign/dice.h"
+#include "tests/support/everything.h"
 
 namespace lss::campaign {
 namespace {
@@ -16,7 +17,9 @@ class Campaign : public testing::TestWithParam<std::size_t> {};
 
 TEST_P(Campaign, WhatMustHoldHolds) {
   const Subject& subject = subjects()[GetParam()];
-  for (const unsigned number : {1U, 2U, 10U}) {  // a tenth has rigid bodies
+  for (const unsigned number : {1U, 2U, 10U}) {
+    // A tenth has rigid bodies, which take ten times as long: at each commit those of one vehicle.
+    if (number % 10 == 0 && !testing_support::in_sample(GetParam(), subjects().size())) continue;
     const campaign::Run run = subject.play(number);
     EXPECT_GT(run.faults, 0u);
     std::string story;

@@ -2,7 +2,7 @@
 
 // A scenario of tests/campaign/campaign.h, played with a vehicle. World has:
 //
-//   using Chain;                              of tests/NAME/chain
+//   using Chain, Vehicle;                     of tests/NAME/chain and of the daemon
 //   static constexpr double kRest_s, kCutRest_s;  from leaving Operational to standstill; when its
 //   bus is
 //                                             cut, so that the vehicle's own watchdogs stop it
@@ -43,9 +43,8 @@ class Scenario {
       if (!std::ranges::count(World::kNotHere, std::string_view(kind.name))) kinds_.push_back(kind);
   }
 
-  template <class Vehicle>
   Scenario& record_to(const std::filesystem::path& folder) {
-    chain().tape = testing_support::tape<Vehicle>(folder, chain().config());
+    chain().tape = testing_support::tape<typename World::Vehicle>(folder, chain().config());
     return *this;
   }
 
@@ -270,5 +269,18 @@ class Scenario {
   bool was_operational_ = false, was_cut_ = false, rested_ = true, complained_ = false;
   std::uint64_t last_sequence_ = 0;
 };
+
+template <class World>
+Subject subject_of(const char* vehicle, const char* begin, const char* at_rest) {
+  return {vehicle,
+          begin,
+          World::kRest_s,
+          World::kCutRest_s,
+          at_rest,
+          [](unsigned number) { return Scenario<World>(number).play(); },
+          [](unsigned number, const std::filesystem::path& folder) {
+            return Scenario<World>(number).record_to(folder).play();
+          }};
+}
 
 }  // namespace lss::campaign

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "daemon/vehicles/talaris/gate.h"
-#include "daemon/vehicles/talaris/record.h"
+#include "daemon/vehicles/talaris/vehicle.h"
 #include "tests/campaign/play.h"
 #include "tests/talaris/chain/chain.h"
 
@@ -14,6 +14,7 @@ namespace {
 
 struct World {
   using Chain = talaris::Chain;
+  using Vehicle = talaris::Vehicle;
   static constexpr std::array<std::string_view, 3> kNotHere = {"unplug", "line-unplug", "bus-off"};
   static constexpr double kRest_s = 8;
   static constexpr double kCutRest_s = 15;    // orders come through now and then
@@ -94,15 +95,8 @@ struct World {
 }  // namespace
 
 Subject talaris() {
-  return {"talaris",
-          "a hop, from the fans' spinning up to the landing",
-          World::kRest_s,
-          World::kCutRest_s,
-          "valves that are not stuck shut, fans below 2000 rpm",
-          [](unsigned number) { return Scenario<World>(number).play(); },
-          [](unsigned number, const std::filesystem::path& folder) {
-            return Scenario<World>(number).record_to<talaris::Vehicle>(folder).play();
-          }};
+  return subject_of<World>("talaris", "a hop, from the fans' spinning up to the landing",
+                           "valves that are not stuck shut, fans below 2000 rpm");
 }
 
 }  // namespace lss::campaign

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "daemon/vehicles/zebro/modes.h"
-#include "daemon/vehicles/zebro/record.h"
+#include "daemon/vehicles/zebro/vehicle.h"
 #include "tests/campaign/play.h"
 #include "tests/zebro/chain/chain.h"
 #include "tools/lss-sim/zebro/vehicle.h"
@@ -17,6 +17,7 @@ using zebro::ModuleOrder;
 
 struct World {
   using Chain = zebro::Chain;
+  using Vehicle = zebro::Vehicle;
   static constexpr std::array<std::string_view, 0> kNotHere{};
   static constexpr double kRest_s = 1;
   static constexpr double kCutRest_s = 8.5;  // a module's watchdog: 8 s (docs/icd-zebro.md)
@@ -87,15 +88,8 @@ struct World {
 }  // namespace
 
 Subject zebro() {
-  return {"zebro",
-          "standing and walking, at any speed and heading",
-          World::kRest_s,
-          World::kCutRest_s,
-          "all legs below 0.05 rad/s",
-          [](unsigned number) { return Scenario<World>(number).play(); },
-          [](unsigned number, const std::filesystem::path& folder) {
-            return Scenario<World>(number).record_to<zebro::Vehicle>(folder).play();
-          }};
+  return subject_of<World>("zebro", "standing and walking, at any speed and heading",
+                           "all legs below 0.05 rad/s");
 }
 
 }  // namespace lss::campaign

@@ -1,21 +1,10 @@
 // Output and exit code of lss-cli for each end of a command or query, against a stand-in for the
 // daemon.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <nlohmann/json.hpp>
-
 #include "tests/cli/program_test.h"
 
 namespace lss::cli::test {
 namespace {
-
-using nlohmann::json;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Not;
 
 using Answers = ProgramTest;
 

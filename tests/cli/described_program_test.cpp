@@ -1,21 +1,11 @@
 // A vehicle that lss-cli was built without, beside those that it was built with: against a stand-in
 // for the daemon, which describes Lunar Zebro under another name and with another walk.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <nlohmann/json.hpp>
-
 #include "tests/cli/program_test.h"
 #include "tests/cli/zebro_dictionary.h"
 
 namespace lss::cli::test {
 namespace {
-
-using nlohmann::json;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::Not;
 
 class DescribedProgram : public ProgramTest {
  protected:

@@ -100,7 +100,6 @@ TEST_F(Described, ASampleHasAllFields) {
   EXPECT_THAT(screen, HasSubstr("distance_m"));
   EXPECT_THAT(screen, HasSubstr("current_A"));
   EXPECT_EQ(vehicle_.distance_m(bytes.data()), 0);
-  EXPECT_EQ(vehicle_.distance_m(nullptr), std::nullopt);
 }
 
 TEST_F(Described, CodesAreThoseOfTheDaemon) {

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <string>
 
+#include "tests/support/temp_folder.h"
 #include "tools/lss-cli/doctor/checks.h"
 
 namespace lss::cli::test {
@@ -16,8 +17,6 @@ namespace lss::cli::test {
 class Machine : public testing::Test {
  protected:
   Machine() {
-    std::string pattern = testing::TempDir() + "lss-doctor-XXXXXX";
-    root = mkdtemp(pattern.data());
     system.proc = root / "proc";
     system.sys = root / "sys";
     system.configurations = root / "etc";
@@ -60,7 +59,6 @@ class Machine : public testing::Test {
     for (const char* folder : {"etc", "run", "state", "shm"})
       std::filesystem::create_directories(root / folder);
   }
-  ~Machine() override { std::filesystem::remove_all(root); }
 
   void write(const std::string& file, const std::string& text) {
     std::filesystem::create_directories((root / file).parent_path());
@@ -90,7 +88,7 @@ class Machine : public testing::Test {
 
   inline static const std::string kClock = "sys/devices/system/clocksource/clocksource0/";
 
-  std::filesystem::path root;
+  testing_support::TempFolder root;
   doctor::System system;
   config::Config config;
 };

@@ -2,34 +2,20 @@
 // must be whole and the exit code must fit it.
 
 #include <fcntl.h>
-#include <gmock/gmock.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <set>
 
 #include "tests/cli/program_test.h"
+#include "tests/support/temp_folder.h"
 
 namespace lss::cli::test {
 namespace {
 
-using nlohmann::json;
-using testing::AllOf;
-using testing::AnyOf;
-using testing::HasSubstr;
-using testing::IsSupersetOf;
-using testing::Not;
-
 class Doctor : public ProgramTest {
  protected:
-  Doctor() {
-    std::string pattern = testing::TempDir() + "lss-doctor-XXXXXX";
-    folder_ = mkdtemp(pattern.data());
-  }
-  ~Doctor() override { std::filesystem::remove_all(folder_); }
-
   std::string config(const std::string& text) const {
     std::ofstream(folder_ / "zebro.toml") << text;
     return folder_ / "zebro.toml";
@@ -64,7 +50,7 @@ class Doctor : public ProgramTest {
     return {};
   }
 
-  std::filesystem::path folder_;
+  testing_support::TempFolder folder_;
 };
 
 TEST_F(Doctor, ChecksTheMachineWithoutAConfiguration) {

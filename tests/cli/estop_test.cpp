@@ -1,10 +1,6 @@
 // The emergency stop as a program: its vehicles, its end, its output.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "tests/cli/program_test.h"
 #include "tools/lss-cli/session/wire.h"
@@ -12,13 +8,6 @@
 namespace lss::cli::test {
 namespace {
 
-using nlohmann::json;
-using testing::AllOf;
-using testing::Each;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::Not;
 using zebro::Mode;
 
 class Estop : public ProgramTest {

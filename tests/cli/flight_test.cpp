@@ -3,25 +3,20 @@
 
 #include "tools/lss-cli/recording/flight.h"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 
 #include "tests/cli/program_test.h"
+#include "tests/support/temp_folder.h"
 #include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli::test {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 using recording::Flight;
 using recording::RecordLayout;
-using testing::ElementsAre;
-using testing::HasSubstr;
 
 constexpr const char* kSchema =
     "in:{frame:u8;time_ns:i8;requests:<{source:[4]c1;kind:u2;}>;};"
@@ -74,13 +69,6 @@ std::vector<std::uint8_t> record(std::uint64_t frame) {
 
 class FlightLog : public ProgramTest {
  protected:
-  FlightLog() {
-    std::string name = (fs::temp_directory_path() / "lss-flight-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-    path_ = (folder_ / "z-1-000001-20300317T174640Z-zebro.lssrec").string();
-  }
-  ~FlightLog() override { fs::remove_all(folder_); }
-
   // Ten frames, two in a chunk; three are missing before frame 106.
   void write(bool ended = true, const char* schema = kSchema) const {
     fs::remove(path_);
@@ -105,13 +93,8 @@ class FlightLog : public ProgramTest {
       ASSERT_EQ(writer.end(), 0);
     }
   }
-  std::string content() const {
-    std::ifstream file(path_, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
-  void put_content(const std::string& text) const {
-    std::ofstream(path_, std::ios::binary | std::ios::trunc) << text;
-  }
+  std::string content() const { return testing_support::content(path_); }
+  void put_content(const std::string& text) const { testing_support::put_content(path_, text); }
   std::vector<std::uint64_t> numbers(const recording::Part& part = {}) const {
     std::vector<std::uint64_t> list;
     Flight(path_).each(part, [&](const Flight::Frame& frame) { list.push_back(frame.number); });
@@ -124,8 +107,8 @@ class FlightLog : public ProgramTest {
     return list;
   }
 
-  fs::path folder_;
-  std::string path_;
+  testing_support::TempFolder folder_;
+  std::string path_ = (folder_ / "z-1-000001-20300317T174640Z-zebro.lssrec").string();
 };
 
 TEST_F(FlightLog, IsListedAsWhatItIs) {

@@ -4,16 +4,14 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
-#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <limits>
-#include <random>
 
+#include "tests/cli/hostile.h"
+#include "tests/support/temp_folder.h"
 #include "tools/lss-cli/recording/flight.h"
-#include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli::recording {
 namespace {
@@ -22,23 +20,9 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using Bytes = std::vector<std::uint8_t>;
 
-std::string why(const std::function<void()>& read) {
-  try {
-    read();
-  } catch (const Failure& e) {
-    return e.what();
-  }
-  return "was read";
-}
 std::string why_not(const std::string& schema) {
   return why([&] { RecordLayout layout(schema); });
 }
-std::string repeated(std::string_view text, std::size_t times) {
-  std::string all;
-  for (std::size_t i = 0; i < times; ++i) all += text;
-  return all;
-}
-
 TEST(HostileSchema, HoldsOnlySoMuch) {
   constexpr const char* kMost = "more than 50000 fields";
   EXPECT_THAT(why_not("a:[999999][999999]<u1>;"), HasSubstr(kMost));
@@ -74,13 +58,6 @@ constexpr const char* kSchema =
 
 class HostileFlight : public testing::Test {
  protected:
-  HostileFlight() {
-    std::string name = (fs::temp_directory_path() / "lss-hostile-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-    path_ = (folder_ / "a.lssrec").string();
-  }
-  ~HostileFlight() override { fs::remove_all(folder_); }
-
   static nlohmann::ordered_json header(const std::string& schema) {
     return {{"lss", "recording"},  {"utc_ns", 1'900'000'000'000'000'000},
             {"time_ns", 1'000},    {"vehicle", "zebro"},
@@ -140,8 +117,8 @@ class HostileFlight : public testing::Test {
     return why([this] { read(); });
   }
 
-  fs::path folder_;
-  std::string path_;
+  testing_support::TempFolder folder_;
+  std::string path_ = (folder_ / "a.lssrec").string();
 };
 
 TEST_F(HostileFlight, TimesThatAreNoneAreRefused) {
@@ -163,9 +140,8 @@ TEST_F(HostileFlight, FieldsOfTheHeaderThatAreOfAnotherTypeAreRefused) {
 
 // With correct checksums: the content of a chunk is hostile, not torn.
 TEST_F(HostileFlight, AnyFileIsReadOrRefused) {
-  std::mt19937 random(20'301'102);
-  const auto below = [&](std::size_t end) { return random() % end; };
-  const auto change = [&](auto& bytes) {
+  using Below = std::function<std::size_t(std::size_t)>;
+  const auto change = [](auto& bytes, const Below& below) {
     using Byte = std::remove_reference_t<decltype(bytes[0])>;
     for (std::size_t changes = 1 + below(3); changes > 0 && !bytes.empty(); --changes) {
       const std::size_t at = below(bytes.size());
@@ -185,27 +161,16 @@ TEST_F(HostileFlight, AnyFileIsReadOrRefused) {
       }
     }
   };
-  const auto begin = std::chrono::steady_clock::now();
-  int read = 0, refused = 0;
-  for (int i = 0; i < 1000; ++i) {
-    std::string schema = kSchema;
-    std::vector<Bytes> records = {record(1), record(2), record(3)};
-    if (i % 2 == 0) change(schema);
-    if (i % 2 == 1 || i % 3 == 0) change(records[below(3)]);
-    write(header(schema), records);
-    const std::string said = why_not_read();
-    said == "was read" ? ++read : ++refused;
-    ASSERT_NE(said, "");
-  }
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  EXPECT_GT(read, 100);
-  EXPECT_GT(refused, 100);
-  EXPECT_LT(took.count(), 120) << "1000 files of 2 kB";
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-#ifndef LSS_SANITIZED
-  EXPECT_LT(usage.ru_maxrss, 400'000) << "kB";
-#endif
+  read_or_refuse(
+      1000, 20'301'102,
+      [&](int i, const Below& below) {
+        std::string schema = kSchema;
+        std::vector<Bytes> records = {record(1), record(2), record(3)};
+        if (i % 2 == 0) change(schema, below);
+        if (i % 2 == 1 || i % 3 == 0) change(records[below(3)], below);
+        write(header(schema), records);
+      },
+      [this] { return why_not_read(); });
 }
 
 }  // namespace

@@ -4,17 +4,15 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 
-#include <chrono>
 #include <filesystem>
 #include <fstream>
-#include <random>
 
+#include "tests/cli/hostile.h"
+#include "tests/support/temp_folder.h"
 #include "tools/lss-cli/recording/mcap_writer.h"
 #include "tools/lss-cli/recording/recording.h"
-#include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli::recording {
 namespace {
@@ -22,23 +20,9 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-std::string why(const std::function<void()>& read) {
-  try {
-    read();
-  } catch (const Failure& e) {
-    return e.what();
-  }
-  return "was read";
-}
 std::string why_not(const std::string& idl) {
   return why([&] { Types types(idl); });
 }
-std::string repeated(std::string_view text, std::size_t times) {
-  std::string all;
-  for (std::size_t i = 0; i < times; ++i) all += text;
-  return all;
-}
-
 TEST(HostileIdl, ATypeThatIsDefinedTwiceIsRefused) {
   EXPECT_THAT(why_not("struct A { long x; }; struct B { A a; }; struct A { long y; };"),
               HasSubstr("A is defined twice"));
@@ -82,13 +66,6 @@ TEST(HostilePattern, ManyStarsTakeNoLonger) {
 
 class HostileMcap : public testing::Test {
  protected:
-  HostileMcap() {
-    std::string name = (fs::temp_directory_path() / "lss-hostile-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-    path_ = (folder_ / "a.mcap").string();
-  }
-  ~HostileMcap() override { fs::remove_all(folder_); }
-
   void put(const Writer& content) const {
     std::ofstream(path_, std::ios::binary | std::ios::trunc) << content.str();
   }
@@ -150,8 +127,8 @@ class HostileMcap : public testing::Test {
     return why([this] { read(); });
   }
 
-  fs::path folder_;
-  std::string path_;
+  testing_support::TempFolder folder_;
+  std::string path_ = (folder_ / "a.mcap").string();
 };
 
 TEST_F(HostileMcap, AHeartbeatWithoutASourceIsCounted) {
@@ -250,47 +227,33 @@ TEST_F(HostileMcap, AnyFileIsReadOrRefused) {
   put(good);
   ASSERT_EQ(why_not_read(), "was read");
 
-  std::mt19937 random(20'301'101);
-  const auto below = [&](std::size_t end) { return random() % end; };
-  const auto begin = std::chrono::steady_clock::now();
-  int read = 0, refused = 0;
-  for (int i = 0; i < 1500; ++i) {
-    std::string bad = good.str();
-    for (std::size_t changes = 1 + below(4); changes > 0; --changes) {
-      const std::size_t at = below(bad.size());
-      switch (below(4)) {
-        case 0:
-          bad[at] = static_cast<char>(below(256));
-          break;
-        case 1: {
-          constexpr std::uint64_t kNumbers[] = {0, 1, 0x7fffffff, ~std::uint64_t{0}, 1u << 31};
-          const std::uint64_t number = kNumbers[below(std::size(kNumbers))];
-          bad.replace(at, std::min<std::size_t>(8, bad.size() - at),
-                      reinterpret_cast<const char*>(&number),
-                      std::min<std::size_t>(8, bad.size() - at));
-          break;
+  read_or_refuse(
+      1500, 20'301'101,
+      [&](int, const std::function<std::size_t(std::size_t)>& below) {
+        std::string bad = good.str();
+        for (std::size_t changes = 1 + below(4); changes > 0; --changes) {
+          const std::size_t at = below(bad.size());
+          switch (below(4)) {
+            case 0:
+              bad[at] = static_cast<char>(below(256));
+              break;
+            case 1: {
+              constexpr std::uint64_t kNumbers[] = {0, 1, 0x7fffffff, ~std::uint64_t{0}, 1u << 31};
+              const std::uint64_t number = kNumbers[below(std::size(kNumbers))];
+              const std::size_t size = std::min<std::size_t>(8, bad.size() - at);
+              bad.replace(at, size, reinterpret_cast<const char*>(&number), size);
+              break;
+            }
+            case 2:
+              bad.erase(at, below(20));
+              break;
+            default:
+              bad.insert(at, bad.substr(below(bad.size()), below(60)));
+          }
         }
-        case 2:
-          bad.erase(at, below(20));
-          break;
-        default:
-          bad.insert(at, bad.substr(below(bad.size()), below(60)));
-      }
-    }
-    std::ofstream(path_, std::ios::binary | std::ios::trunc) << bad;
-    const std::string said = why_not_read();
-    said == "was read" ? ++read : ++refused;
-    ASSERT_NE(said, "");
-  }
-  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
-  EXPECT_GT(read, 100);
-  EXPECT_GT(refused, 100);
-  EXPECT_LT(took.count(), 120) << "1500 files of 3 kB";
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-#ifndef LSS_SANITIZED
-  EXPECT_LT(usage.ru_maxrss, 400'000) << "kB";
-#endif
+        testing_support::put_content(path_, bad);
+      },
+      [this] { return why_not_read(); });
 }
 
 }  // namespace

@@ -1,31 +1,21 @@
 // log list and log show, on files as the daemon leaves them (the real ones:
 // tests/e2e/test_stuck.py).
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "tests/cli/program_test.h"
+#include "tests/support/temp_folder.h"
 
 namespace lss::cli::test {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
-using testing::HasSubstr;
 
 class Log : public ProgramTest {
  protected:
-  Log() {
-    std::string name = (fs::temp_directory_path() / "lss-log-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-  }
-  ~Log() override { fs::remove_all(folder_); }
-
   std::string write(const std::string& name, const std::vector<json>& lines) const {
     const fs::path path = folder_ / name;
     std::ofstream file(path);
@@ -61,7 +51,7 @@ class Log : public ProgramTest {
               {"samples", 8}}}};
   }
 
-  fs::path folder_;
+  testing_support::TempFolder folder_;
 };
 
 TEST_F(Log, ShowsEveryFrameWithItsTimesAndEvents) {

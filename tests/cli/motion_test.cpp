@@ -1,10 +1,6 @@
 // Attached motion: heartbeat, Ctrl-C, sequences, against a stand-in for the daemon.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <csignal>
-#include <nlohmann/json.hpp>
 
 #include "tests/cli/program_test.h"
 #include "tools/lss-cli/session/link.h"
@@ -12,11 +8,6 @@
 namespace lss::cli::test {
 namespace {
 
-using nlohmann::json;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
-using testing::StartsWith;
 using zebro::Mode;
 
 using MotionTest = ProgramTest;

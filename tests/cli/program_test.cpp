@@ -2,17 +2,13 @@
 
 #include "tests/cli/program_test.h"
 
-#include <gmock/gmock.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 namespace lss::cli::test {
 namespace {
-
-using testing::HasSubstr;
 
 using ProgramAlone = ProgramTest;
 

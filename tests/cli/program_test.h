@@ -2,9 +2,11 @@
 
 // A DDS domain that no other test uses at the same time.
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 
 #include "tests/cli/fake_daemon.h"
 #include "tests/cli/program.h"
@@ -12,6 +14,17 @@
 #include "tools/lss-cli/session/waker.h"
 
 namespace lss::cli::test {
+
+using nlohmann::json;
+using testing::AllOf;
+using testing::AnyOf;
+using testing::Each;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::IsSupersetOf;
+using testing::Not;
+using testing::StartsWith;
 
 class ProgramTest : public testing::Test {
  protected:

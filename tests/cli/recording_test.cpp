@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/support/temp_folder.h"
 #include "tools/lss-cli/recording/mcap_writer.h"
 #include "tools/lss-cli/show/failure.h"
 
@@ -19,6 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
+using testing_support::content;
 
 constexpr const char* kIdl = R"(
 module lss { /* two types */
@@ -58,13 +60,6 @@ std::string sample(std::uint64_t frame, double angle_rad) {
 
 class RecordingTest : public testing::Test {
  protected:
-  RecordingTest() {
-    std::string name = (fs::temp_directory_path() / "lss-recording-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-    path_ = (folder_ / "a.mcap").string();
-  }
-  ~RecordingTest() override { fs::remove_all(folder_); }
-
   static constexpr std::int64_t kStart_ns = 1'900'000'000'000'000'000;
 
   // `count` messages, three to a chunk.
@@ -98,16 +93,10 @@ class RecordingTest : public testing::Test {
     for (std::uint64_t i = 0; i < count; ++i) list[i] = first + i;
     return list;
   }
-  static std::string content(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-  }
-  void put_content(const std::string& text) const {
-    std::ofstream(path_, std::ios::binary | std::ios::trunc) << text;
-  }
+  void put_content(const std::string& text) const { testing_support::put_content(path_, text); }
 
-  fs::path folder_;
-  std::string path_;
+  testing_support::TempFolder folder_;
+  std::string path_ = (folder_ / "a.mcap").string();
 };
 
 TEST_F(RecordingTest, WhatIsWrittenIsReadWithItsTypes) {

@@ -9,13 +9,14 @@
 #include <filesystem>
 #include <limits>
 
+#include "tests/support/temp_folder.h"
 #include "tools/lss-cli/recording/mcap_writer.h"
 #include "tools/lss-cli/recording/recording.h"
 #include "tools/lss-cli/report/chart.h"
 #include "tools/lss-cli/report/common.h"
 #include "tools/lss-cli/report/page.h"
-#include "tools/lss-cli/report/roster.h"
 #include "tools/lss-cli/report/series.h"
+#include "tools/lss-cli/session/vehicle.h"
 
 namespace lss::cli::report {
 namespace {
@@ -26,13 +27,6 @@ using recording::octets;
 
 class HostileReport : public testing::Test {
  protected:
-  HostileReport() {
-    std::string name = (fs::temp_directory_path() / "lss-report-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-    path_ = (folder_ / "a.mcap").string();
-  }
-  ~HostileReport() override { fs::remove_all(folder_); }
-
   // `count` messages of a topic; their bytes are all `fill`.
   static void write(McapWriter& writer, const std::string& topic, const std::string& idl,
                     std::size_t size, char fill, int count = 3) {
@@ -44,8 +38,7 @@ class HostileReport : public testing::Test {
   std::string page() const {
     const auto recording = recording::open(path_);
     Page page("a", "b");
-    for (const char* vehicle : {"zebro", "ardito", "talaris"})
-      add_vehicle(vehicle, *recording, page);
+    for (const Vehicle* vehicle : vehicles()) vehicle->add_report(*recording, page);
     add_states(*recording, page);
     add_events(*recording, page);
     add_commands(*recording, nullptr, page);
@@ -54,8 +47,8 @@ class HostileReport : public testing::Test {
     return page.html();
   }
 
-  fs::path folder_;
-  std::string path_;
+  testing_support::TempFolder folder_;
+  std::string path_ = (folder_ / "a.mcap").string();
 };
 
 TEST_F(HostileReport, FieldsThatAreNotThereAreLeftOut) {

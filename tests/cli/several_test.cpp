@@ -1,9 +1,5 @@
 // Several daemons on one domain: no verb takes the wrong one, and two of one name are reported.
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <nlohmann/json.hpp>
 #include <random>
 
 #include "tests/cli/program_test.h"
@@ -11,12 +7,7 @@
 namespace lss::cli::test {
 namespace {
 
-using nlohmann::json;
 using std::chrono::milliseconds;
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
-using testing::IsEmpty;
 using zebro::Mode;
 
 using Several = ProgramTest;

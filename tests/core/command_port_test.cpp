@@ -122,7 +122,8 @@ TEST_F(CommandPortTest, ADryRunThatIsRefusedIsAnsweredAndNotCounted) {
 }
 
 TEST_F(CommandPortTest, AParameterOutOfRangeIsRefusedAtOnceAndWhetherItGoesWithOthersIsTheFrames) {
-  static constexpr CommandInfo kSet{9, "set-parameter", Access::holder, false, "", kSetParameters};
+  static constexpr CommandInfo kSet{9,  "set-parameter",          Access::holder, false,
+                                    "", SetParameter::kParameters};
   static constexpr TunableInfo kInfos[] = {
       {"a.speed_m_s", "m/s", 0, 2, Change::always, false, "how fast"},
       {"a.gain", "", 0, 2, Change::at_rest, false, "how hard"}};

@@ -16,16 +16,13 @@
 
 #include "daemon/publish/face.h"
 #include "idl/topics.h"
+#include "tests/support/eventually.h"
 
 namespace lss::testing_support {
 
 // Every test process has its own, so that tests that run side by side do not meet. Not 0, where a
 // real daemon may run; the ports of domains up to 100 lie below the ephemeral ones.
 int test_domain();
-
-// Polls every 2 ms; false when the condition did not come true in time.
-bool eventually(const std::function<bool()>& condition,
-                std::chrono::seconds limit = std::chrono::seconds(20));
 
 // A child process, killed at the end when it still runs, also when the test is killed.
 class Child {

@@ -1,9 +1,6 @@
 #include "tests/dds/roudi_support.h"
 
 #include <dlfcn.h>
-#include <fcntl.h>
-#include <grp.h>
-#include <sys/file.h>
 #include <sys/socket.h>
 #include <unistd.h>
 #include <zebro.h>  // of the IDL
@@ -13,11 +10,8 @@
 #include <filesystem>
 #include <string>
 
-#include "idl/roudi.h"
-
 namespace {
 thread_local std::uint64_t sent_by_this_thread = 0;
-constexpr const char* kLockFile = "/tmp/lss-test-roudi.lock";
 }  // namespace
 
 // Overrides the C library's function, so that the test sees Cyclone's messages and their threads.
@@ -30,26 +24,8 @@ extern "C" ssize_t sendmsg(int fd, const msghdr* message, int flags) {
 
 namespace lss::testing_support {
 
-RoudiLock::RoudiLock() : fd_(::open(kLockFile, O_RDONLY | O_CLOEXEC)) {
-  // Not made by the first call: the kernel refuses to "create" a file that another user's run left
-  // in /tmp.
-  if (fd_ < 0) fd_ = ::open(kLockFile, O_RDONLY | O_CREAT | O_CLOEXEC, 0644);
-  require(fd_ >= 0 && ::flock(fd_, LOCK_EX) == 0, "the lock for RouDi");
-  // That of the test before us may be dying still.
-  require(eventually([] { return !dds::find_roudi(); }),
-          "no RouDi but ours on this machine while its tests run");
-}
-
-// A killed RouDi leaves files that the RouDi of another user could not replace.
-RoudiLock::~RoudiLock() {
-  const group* own = ::getgrgid(::getegid());
-  const std::string segment = std::string("/dev/shm/") + (own != nullptr ? own->gr_name : "");
-  for (const std::string& file :
-       {std::string("/dev/shm/iceoryx_mgmt"), segment, std::string("/tmp/roudi"),
-        std::string("/tmp/roudi.lock"), std::string("/tmp/iox-unique-roudi.lock")}) {
-    if (!dds::find_roudi()) ::unlink(file.c_str());  // never those of a running one
-  }
-  ::close(fd_);
+Alone::Alone() : lock_(std::chrono::minutes(10)) {
+  require(lock_.is_locked(), "no RouDi but ours on this machine while its tests run");
 }
 
 Roudi::Roudi()

@@ -15,16 +15,13 @@
 
 namespace lss::testing_support {
 
-// Locked from construction until the process no longer needs RouDi.
-class RoudiLock {
+// No RouDi but ours on this machine while it exists.
+class Alone {
  public:
-  RoudiLock();
-  ~RoudiLock();
-  RoudiLock(const RoudiLock&) = delete;
-  RoudiLock& operator=(const RoudiLock&) = delete;
+  Alone();
 
  private:
-  int fd_ = -1;
+  RoudiLock lock_;
 };
 
 class Roudi {

@@ -87,7 +87,7 @@ class Daemon {
 };
 
 void a_reader_from_the_idl_gets_loaned_samples_and_no_datagram_is_sent() {
-  const RoudiLock lock;
+  const Alone alone;
   Roudi roudi;
   Daemon daemon;
   require(daemon.face().shared_memory() == SharedMemory::active, "shared memory is taken up");
@@ -106,7 +106,7 @@ void a_reader_from_the_idl_gets_loaned_samples_and_no_datagram_is_sent() {
 }
 
 void without_roudi_the_network_carries_it_and_status_says_so() {
-  const RoudiLock lock;
+  const Alone alone;
   Daemon daemon;
   require(daemon.face().shared_memory() == SharedMemory::absent, "RouDi is missed");
   daemon.connect();
@@ -125,7 +125,7 @@ void without_roudi_the_network_carries_it_and_status_says_so() {
 }
 
 void killing_roudi_moves_telemetry_to_the_network_for_old_and_new_readers() {
-  const RoudiLock lock;
+  const Alone alone;
   std::optional<Roudi> roudi(std::in_place);
   Daemon daemon;
   daemon.connect();
@@ -151,7 +151,7 @@ void killing_roudi_moves_telemetry_to_the_network_for_old_and_new_readers() {
 }
 
 void a_reader_on_shared_memory_goes_on_hearing_after_roudi_died() {
-  const RoudiLock lock;
+  const Alone alone;
   std::optional<Roudi> roudi(std::in_place);
   Daemon daemon;
   Publisher publisher(daemon.face());
@@ -164,7 +164,7 @@ void a_reader_on_shared_memory_goes_on_hearing_after_roudi_died() {
 }
 
 void a_roudi_replaced_between_two_looks_is_noticed() {
-  const RoudiLock lock;
+  const Alone alone;
   std::optional<Roudi> roudi(std::in_place);
   Daemon daemon;
   require(!daemon.face().watch_shared_memory(), "all is well");
@@ -181,7 +181,7 @@ void a_roudi_replaced_between_two_looks_is_noticed() {
 // RouDi frees the resources of a client without keep-alive for 1.5 s; iceoryx aborts a client that
 // then goes on, and never lets it leave.
 void a_standstill_that_made_roudi_drop_us_is_survived() {
-  const RoudiLock lock;
+  const Alone alone;
   static Roudi roudi;  // outlives us: the exit while it runs is the difficult part
   Daemon daemon;
   daemon.connect();
@@ -204,7 +204,7 @@ void a_standstill_that_made_roudi_drop_us_is_survived() {
 }
 
 void a_wish_of_the_user_for_shared_memory_without_roudi_does_not_abort() {
-  const RoudiLock lock;
+  const Alone alone;
   ::setenv("CYCLONEDDS_URI", "<SharedMemory><Enable>true</Enable></SharedMemory>", 1);
   const auto participant =
       value(dds::Participant::create({.domain = test_domain(), .shared_memory = true}));
@@ -212,7 +212,7 @@ void a_wish_of_the_user_for_shared_memory_without_roudi_does_not_abort() {
 }
 
 void every_roudi_has_an_identity_of_its_own() {
-  const RoudiLock lock;
+  const Alone alone;
   std::optional<Roudi> roudi(std::in_place);
   const auto first = dds::find_roudi();
   require(first && first == dds::find_roudi(), "one RouDi is one");

@@ -1,15 +1,22 @@
-"""Hostile programs (tests/attack) around a scenario: their actions, the frames on the bus, the cost."""
+"""Hostile programs (tests/attack) around a scenario: their actions, the frames on the bus, the cost. Beside the daemon,
+in its domain, is the least program that stops something by a command (bench-stop-echo): how long a stop may take is a
+ratio to what it needs for the same messages at the same time, on a line of its own of the same kind."""
 
+import bisect
 import json
+import math
 import os
 import statistics
+import sys
 import time
 
+import can_wire
 import wire
-from programs import die_with_parent, run, wait_until
-from rig import BOOT_S, FATAL_ERROR, IDLE
+from programs import as_hardware, die_with_parent, run, wait_until
+from rig import BOOT_S, FATAL_ERROR, HERE, IDLE, loopback
 
 ATTACK = os.environ["LSS_E2E_ATTACK"]
+ECHO = os.environ.get("LSS_E2E_ECHO")
 ATTACK_S = float(os.environ.get("LSS_ATTACK_S", "4"))  # of each vehicle
 PILOT = "pilot"
 ROUNDS = 3  # each with a stop
@@ -17,8 +24,10 @@ ROUNDS = 3  # each with a stop
 RATES = {"flood-heartbeats": 9000, "flood-commands": 5000, "invent-sources": 3918, "flood-estop-dry-run": 1000,
          "replay": 1000, "max-sequence": 50, "many-names": 32}
 SENT_AT_LEAST = 5000  # a second, on a machine that is too slow for more; ten times what once filled the queue
-MEDIAN_S = 0.1        # from sending a stop to its first bytes on the bus: a frame; row xiii measures it closely
-MOST_S = 0.5          # of a machine that does other things, too
+RATIO = 2             # of a stop of the daemon to the echo's, as the goal of row xiii of lss-bench
+RESOLUTION_S = 0.02   # what takes less is quick enough; row xiii measures it closely
+ECHO_PRIORITY = 80    # of a bus of the daemon
+ECHOES_PER_S = 10     # as often as a client sends a stop again
 GROWTH_KB = 2048      # of the daemon's memory over the attack
 
 
@@ -28,19 +37,28 @@ def aside():
     os.nice(10)
 
 
+def percentile(values, share):
+    return sorted(values)[math.ceil(len(values) * share) - 1]
+
+
 def rss_kb(process):
     with open(f"/proc/{process.pid}/status", encoding="ascii") as file:
         return next(int(line.split()[1]) for line in file if line.startswith("VmRSS:"))
 
 
 class Attacked:
-    """With a Scenario of a vehicle that moves: VEHICLE, MODE while it moves, begin_motion(), stopped_ns(since_ns)."""
+    """With a Scenario of a vehicle that moves: VEHICLE, MODE while it moves, begin_motion(), wire_log."""
 
-    def attacker(self, mode, *words, seconds=600.0, source=PILOT):
-        program = self.begin(mode, [ATTACK, mode, str(self.domain), self.VEHICLE, "--source", source, "--seconds",
-                                    str(seconds), *words], aside)
+    def begin_attacker(self, mode, *words, seconds=600.0, vehicle=None):
+        return self.begin(mode, [ATTACK, mode, str(self.domain), vehicle or self.VEHICLE, "--source", PILOT, "--seconds",
+                                 str(seconds), *words], aside)
+
+    def wait_attacker(self, program):
         self.wait_for_text(program, "ready", BOOT_S, program.err_path)
         return program
+
+    def attacker(self, *words, **how):
+        return self.wait_attacker(self.begin_attacker(*words, **how))
 
     def end_attacker(self, program, wait_s=0.0):
         """Its counts; it may end by itself for so long."""
@@ -52,12 +70,14 @@ class Attacked:
         return counts
 
     def begin_attack(self):
-        return ([self.attacker(mode, "--rate", str(rate)) for mode, rate in RATES.items()]
-                + [self.attacker("deaf-reader")])
+        attackers = [self.begin_attacker(mode, "--rate", str(rate)) for mode, rate in RATES.items()]
+        return [self.wait_attacker(program) for program in [*attackers, self.begin_attacker("deaf-reader")]]
 
     def end_attack(self, attackers):
         """Messages sent, and a second while all ran."""
-        counts = [self.end_attacker(program) for program in attackers]
+        for program in attackers:
+            program.signal(program.end_signal)
+        counts = [self.end_attacker(program, 20) for program in attackers]
         return (sum(count.get("sent", 0) for count in counts), sum(count.get("per_second", 0) for count in counts))
 
     def stop_from_anyone(self, limit_s=10):
@@ -69,9 +89,27 @@ class Attacked:
         sent_ns = counts["sent_ns"]
         # The newest of a frame is the only one that is completed, so `accepted` may have been another's.
         self.assertIsNotNone(counts["accepted_ns"], counts)
-        stop_ns = wait_until(lambda: self.stopped_ns(sent_ns), 10, "the stop is on the bus")
+        stop_ns = wait_until(lambda: self.stops_on(self.wire_log, sent_ns), 10, "the stop is on the bus")[0]
         return tuple((ns - sent_ns) / 1e9 for ns in (stop_ns, counts["accepted_ns"], counts["completed_ns"])) + (
             counts["tries"],)
+
+    # --- the echo
+
+    def start_echo(self):
+        where, self.echo_log = self.start_echo_line()
+        echo = self.begin("echo", [ECHO, str(self.domain), where, self.ECHOED, str(ECHO_PRIORITY)],
+                          CYCLONEDDS_URI=loopback(False))
+        self.wait_for_text(echo, "ready", BOOT_S)
+
+    def echoed_s(self, counts, since_ns):
+        """From sending to the first on its line, as of the daemon's stops, of those sent since then."""
+        sent = [ns for name, ns in counts.items() if name.startswith("stop_") and ns >= since_ns]
+
+        def most():
+            came = self.stops_on(self.echo_log, sent[0])
+            ends = [came[at] for at in (bisect.bisect_left(came, ns) for ns in sent) if at < len(came)]
+            return [(line_ns - sent_ns) / 1e9 for sent_ns, line_ns in zip(sent, ends)] if len(ends) > len(sent) / 2 else None
+        return wait_until(most, 20, "stops are on the line of the echo")
 
     def watch(self):
         program = self.attacker("watch")
@@ -98,18 +136,25 @@ class Attacked:
         return after["overruns"] - before["overruns"], after["frames"] - before["frames"]
 
     def under_all_floods(self, daemon):
+        if not ECHO or not os.path.exists(ECHO):
+            self.skipTest("skipped: bench-stop-echo was not built")
         watcher = self.watch()
         idle, attacked = [0, 0], [0, 0]
-        stops, grown_kb = [], []
+        stops, echoes, grown_kb = [], [], []
+        self.start_echo()
         for count in range(ROUNDS):
             client = self.begin_motion(count)
             idle = [a + b for a, b in zip(idle, self.moves_for(watcher, ATTACK_S / ROUNDS))]
+            stopper = self.attacker("stops", "--rate", str(ECHOES_PER_S), vehicle="echo-1")
             before_kb = rss_kb(daemon.process)
             attackers = self.begin_attack()
+            attacked_ns = time.monotonic_ns()
             attacked = [a + b for a, b in zip(attacked, self.moves_for(watcher, ATTACK_S / ROUNDS))]
             grown_kb.append(rss_kb(daemon.process) - before_kb)
+            echoed = self.end_attacker(stopper)
             stops.append(self.stop_from_anyone())
             sent, rate = self.end_attack(attackers)
+            echoes += self.echoed_s(echoed, attacked_ns)
             print(f"round {count + 1}: {sent:.0f} messages, {rate:.0f}/s; stop on the bus after "
                   f"{stops[-1][0] * 1e3:.1f} ms, accepted {stops[-1][1] * 1e3:.1f}, completed {stops[-1][2] * 1e3:.1f}, "
                   f"{stops[-1][3]} tries; VmRSS {before_kb} kB and {grown_kb[-1]:+d}")
@@ -124,14 +169,52 @@ class Attacked:
         self.cli_ok("--source", PILOT, "stop", limit_s=90)
         self.wait_state(IDLE)
         client.kill()
-        on_bus = [stop[0] for stop in stops]
-        self.assertLessEqual(statistics.median(on_bus), MEDIAN_S)
-        self.assertLessEqual(max(on_bus), MOST_S)
+        most_s, echo_s = (percentile(values, 0.99) for values in ([stop[0] for stop in stops], echoes))
+        print(f"p99 of {len(stops)} stops {most_s * 1e3:.1f} ms, of {len(echoes)} echoes {echo_s * 1e3:.1f} ms, median "
+              f"{statistics.median(echoes) * 1e3:.1f}")
+        self.assertLessEqual(most_s, max(RESOLUTION_S, RATIO * echo_s), "p99 of the stops, of the echo")
         # The first round warms up; frames from before a stop are not caused by the attack.
         self.assertLess(sum(grown_kb[1:]), GROWTH_KB, f"VmRSS grew in each round by {grown_kb} kB")
         self.assertLessEqual(attacked[0], idle[0] + max(1, 0.01 * attacked[1]), "frames are late because of it")
 
 
-def first_emergency_ns(log, since_ns):
-    """On the line of Lunar Zebro."""
-    return next((f.time_ns for f in wire.orders(log, since_ns) if f.code == wire.EMERGENCY), None)
+class OnTheLine(Attacked):
+    """Lunar Zebro's. A line of the echo is a tap without modules."""
+
+    ECHOED = "3A303030363030303030303030303030303030303046410A"  # docs/icd-zebro.md: an emergency stop for all
+
+    def start_echo_line(self):
+        line, log = (os.path.join(self.folder, name) for name in ("echo-line", "echo.log"))
+        tap = self.begin("echo-tap", [sys.executable, os.path.join(HERE, "tap.py"), os.path.join(self.folder, "none"), line,
+                                      log], as_hardware)
+        self.wait_for_text(tap, "ready", BOOT_S)
+        return line, log
+
+    def stops_on(self, log, since_ns):
+        return [f.time_ns for f in wire.orders(log, since_ns) if f.code == wire.EMERGENCY]
+
+
+class OnTheBus(Attacked):
+    """With STOP_FRAME of can_wire.py, and ECHOED, a datagram of one such frame."""
+
+    def start_can_tap(self, name, port, to):
+        log = os.path.join(self.folder, f"{name}.log")
+        tap = self.begin(name, [sys.executable, os.path.join(HERE, "can_tap.py"), str(port), str(to), log])
+        self.wait_for_text(tap, "ready", BOOT_S)
+        return log
+
+    def start_can_tapped(self, **config):
+        self.start_sim()
+        simulator, port = 20000 + self.domain, 20200 + self.domain
+        self.wire_log = self.start_can_tap("tap", port, simulator)
+        self.port = f"udp://127.0.0.1:{port}"
+        daemon = self.start_daemon(self.write_config(**config))
+        self.wait_modules()
+        return daemon
+
+    def start_echo_line(self):
+        port = 20400 + self.domain
+        return str(port), self.start_can_tap("echo-tap", port, 20600 + self.domain)
+
+    def stops_on(self, log, since_ns):
+        return [f.time_ns for f in can_wire.frames(log, since_ns) if self.STOP_FRAME(f)]

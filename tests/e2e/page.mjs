@@ -9,6 +9,7 @@ const [vehicle, address, shots] = process.argv.slice(2);
 const {chromium} = await import(pathToFileURL(`${process.env.PLAYWRIGHT}/index.mjs`).href);
 
 const kPatience_ms = 60_000;
+const kFrames_s = shots ? 10 : 2;
 const drawn = shots ? ["--disable-gpu-compositing", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-3d-apis"];
 const browser = await chromium.launch({executablePath: process.env.CHROMIUM, args: ["--no-sandbox", "--disable-gpu-sandbox", ...drawn]});
 const page = await browser.newPage({viewport: {width: 1440, height: 900}, colorScheme: "dark"});
@@ -51,10 +52,10 @@ async function zebro() {
   await says("#running", "executing");
   // A forbidden command shows the daemon's reason.
   await page.waitForFunction(() => [...document.querySelectorAll(".command")].some((c) => c.textContent.startsWith("panel") && c.querySelector("button").disabled && c.textContent.includes("not allowed")));
-  await page.waitForFunction(() => parseFloat(document.querySelector("#overlay").innerText) > 0.1, null, {polling: 100});
+  await page.waitForFunction(() => parseFloat(document.querySelector("#overlay").innerText) > 0.03, null, {polling: 100});
   await parametersMoving();
   await shot("ground-zebro");
-  await frames(10);
+  await frames(kFrames_s);
   await looks();
   console.log(`walked ${await number(/([\d.]+) m walked/)} m`);
   await done("stop");
@@ -70,7 +71,7 @@ async function ardito() {
   await page.waitForFunction(() => Number(/([\d.]+) m driven/.exec(document.querySelector("#overlay").innerText)?.[1]) > 0.8, null, {polling: 100});
   await parametersMoving();
   await shot("ground-ardito");
-  await frames(10);
+  await frames(kFrames_s);
   await looks();
   console.log(`drove ${await number(/([\d.]+) m driven/)} m`);
   await done("halt");
@@ -100,7 +101,7 @@ async function talaris() {
   await parametersMoving();
   await says("#overlay", "traverse");
   await shot("ground-talaris");
-  await frames(10);
+  await frames(kFrames_s);
   await looks();
   await ends("completed");
   console.log(`height at the end ${await number(/height (-?[\d.]+) m/)} m, along ${await number(/along (-?[\d.]+) m/)} m`);

@@ -1,6 +1,6 @@
 // The other end of the DDS face for the end-to-end tests: built from the IDL alone, default QoS,
-// plain C, no header of ours. Interfaces and shared memory come from CYCLONEDDS_URI, as with any
-// DDS program.
+// plain C, no header of the daemon. Interfaces and shared memory come from CYCLONEDDS_URI, as with
+// any DDS program.
 //
 //   e2e_peer commander DOMAIN VEHICLE_ID
 //     says "ready" when the daemon's end is known, then obeys lines on its standard input until it
@@ -16,33 +16,18 @@
 //       chunks N                   samples that came as chunks of shared memory
 // Exit code 0 when it received the expected samples, 1 when the time ran out, 2 when DDS refused.
 #include <poll.h>
-#include <stdbool.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include "dds/dds.h"
 #include "dds/ddsc/dds_loan_api.h"
 #include "dds/ddsi/ddsi_serdata.h"
-#include "lss.h"
+#include "tests/support/plain_dds.h"
 #include "zebro.h"
 
 static void put_text(char* field, size_t size, const char* text) {
   memset(field, 0, size);
   strncpy(field, text, size - 1);
-}
-
-static dds_entity_t waitset_on(dds_entity_t participant, dds_entity_t entity, uint32_t mask) {
-  const dds_entity_t waitset = dds_create_waitset(participant);
-  dds_set_status_mask(entity, mask);
-  dds_waitset_attach(waitset, entity, 0);
-  return waitset;
-}
-
-static bool wait_for(dds_entity_t waitset, dds_time_t until) {
-  dds_attach_t triggered;
-  return dds_waitset_wait_until(waitset, &triggered, 1, until) > 0;
 }
 
 // --- telemetry
@@ -80,11 +65,10 @@ static void take_chunks(dds_entity_t reader, long* chunks, long* others) {
 }
 
 static int telemetry(dds_entity_t participant, long wanted, dds_time_t until) {
-  const dds_entity_t topic =
-      dds_create_topic(participant, &lss_ZebroTelemetry_desc, "lss/telemetry/zebro", NULL, NULL);
   dds_qos_t* qos = dds_create_qos();
   dds_qset_reliability(qos, DDS_RELIABILITY_BEST_EFFORT, 0);
-  const dds_entity_t reader = dds_create_reader(participant, topic, qos, NULL);
+  const dds_entity_t reader =
+      reader_of(participant, &lss_ZebroTelemetry_desc, "lss/telemetry/zebro", qos, NULL);
   dds_delete_qos(qos);
   if (reader < 0) return 2;
   printf("reader shm=%d loan=%d\n", dds_is_shared_memory_available(reader),
@@ -92,10 +76,10 @@ static int telemetry(dds_entity_t participant, long wanted, dds_time_t until) {
 
   const dds_entity_t waitset = waitset_on(participant, reader, DDS_DATA_AVAILABLE_STATUS);
   Series loaned = {0, 0, true};
-  while (loaned.count < wanted && wait_for(waitset, until)) take_loans(reader, &loaned);
+  while (loaned.count < wanted && wait_until(waitset, until)) take_loans(reader, &loaned);
   printf("loaned %ld\n", loaned.count);
   long chunks = 0, others = 0;
-  while (chunks + others < wanted && wait_for(waitset, until))
+  while (chunks + others < wanted && wait_until(waitset, until))
     take_chunks(reader, &chunks, &others);
   printf("chunks %ld\n", chunks);
   if (!loaned.growing) printf("frames went back\n");
@@ -169,30 +153,18 @@ static void report_acks(const Commander* c) {
   if (count > 0) dds_return_loan(c->ack, samples, count);
 }
 
-static dds_entity_t topic_of(dds_entity_t participant, const dds_topic_descriptor_t* type,
-                             const char* name) {
-  return dds_create_topic(participant, type, name, NULL, NULL);
-}
-
 static int commander(dds_entity_t participant, const char* vehicle_id) {
-  dds_qos_t* keep_all = dds_create_qos();  // acknowledgements in a row are all wanted
+  dds_qos_t* keep_all = reliable_qos();  // acknowledgements in a row are all wanted
   dds_qset_history(keep_all, DDS_HISTORY_KEEP_ALL, 0);
-  dds_qset_reliability(keep_all, DDS_RELIABILITY_RELIABLE, DDS_SECS(1));
   const Commander c = {
-      vehicle_id,
-      dds_create_writer(participant, topic_of(participant, &lss_Command_desc, "lss/command"), NULL,
-                        NULL),
-      dds_create_writer(participant, topic_of(participant, &lss_Heartbeat_desc, "lss/heartbeat"),
-                        NULL, NULL),
-      dds_create_reader(participant, topic_of(participant, &lss_CommandAck_desc, "lss/command_ack"),
-                        keep_all, NULL)};
+      vehicle_id, writer_of(participant, &lss_Command_desc, "lss/command", NULL),
+      writer_of(participant, &lss_Heartbeat_desc, "lss/heartbeat", NULL),
+      reader_of(participant, &lss_CommandAck_desc, "lss/command_ack", keep_all, NULL)};
   dds_delete_qos(keep_all);
   if (c.command < 0 || c.heartbeat < 0 || c.ack < 0) return 2;
   const dds_time_t until = dds_time() + DDS_SECS(20);
-  // A command is volatile, and so is its acknowledgement: both ends have to know each other first.
-  if (!wait_for(waitset_on(participant, c.command, DDS_PUBLICATION_MATCHED_STATUS), until) ||
-      !wait_for(waitset_on(participant, c.heartbeat, DDS_PUBLICATION_MATCHED_STATUS), until) ||
-      !wait_for(waitset_on(participant, c.ack, DDS_SUBSCRIPTION_MATCHED_STATUS), until)) {
+  if (!wait_for_daemon(participant, c.command, c.ack, until) ||
+      !wait_until(waitset_on(participant, c.heartbeat, DDS_PUBLICATION_MATCHED_STATUS), until)) {
     return 1;
   }
   printf("ready\n");
@@ -212,8 +184,7 @@ int main(int argc, char** argv) {
   if (argc < 4) return 2;
   setvbuf(stdout, NULL, _IOLBF, 0);
   setvbuf(stdin, NULL, _IONBF, 0);  // poll() shall see every line
-  const dds_entity_t participant =
-      dds_create_participant((dds_domainid_t)atoi(argv[2]), NULL, NULL);
+  const dds_entity_t participant = join(argv[2]);
   if (participant < 0) return 2;
   const int result =
       strcmp(argv[1], "commander") == 0

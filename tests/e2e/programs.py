@@ -16,8 +16,9 @@ HARDWARE_PRIORITY = 60
 patience = 1  # times each limit: simulated time may be slower than the wall clock, and a limit then only ends what hangs
 
 
-def wait_until(condition, limit_s, what, poll_s=0.05):
-    """The result of the condition, once it is true; AssertionError after the time limit."""
+def wait_until(condition, limit_s, what, poll_s=0.05, most_s=None):
+    """The result of the condition, once it is true; AssertionError after the time limit. Asks less and less often, but
+    each `most_s` at least, where asking costs something."""
     end = time.monotonic() + patience * limit_s
     while True:
         value = condition()
@@ -26,6 +27,7 @@ def wait_until(condition, limit_s, what, poll_s=0.05):
         if time.monotonic() > end:
             raise AssertionError(f"not within {limit_s} s: {what}")
         time.sleep(poll_s)
+        poll_s = min(1.25 * poll_s, most_s or poll_s)
 
 
 def die_with_parent():

@@ -84,25 +84,35 @@ def roudi_lives():
         return not try_lock(file)
 
 
-def real_time(why):
-    """For a test of a class in simulated time that cannot be."""
+def real_time(why, any_machine=False):
+    """For a test of a class in simulated time that cannot be. any_machine: it has no line, and may run on a machine that
+    stands still."""
     def mark(test):
-        test.real_time = why
+        test.real_time, test.any_machine = why, any_machine
         return test
     return mark
 
 
 class Scenario(unittest.TestCase):
-    """config: changes of config/zebro.toml; without shared memory unless a test is about it."""
+    """config: changes of config/NAME.toml; without shared memory unless a test is about it."""
 
+    NAME = "zebro"  # of the vehicle
+    MODULES = "modules"  # what must answer, in the telemetry
     IN_LOCKSTEP = False  # simulated time
     SPEED = 1  # of it against the wall clock; "max" where all that moves is commanded by `run`, which takes part
     PLANT = "kinematic"  # "dart" where forces matter
+    MEASURES = False  # how long something takes by the wall clock, also in simulated time
     TOOLS = TOOLS  # folder of lss-cli and lss-ground
 
     @property
     def lockstep(self):
         return self.IN_LOCKSTEP and not hasattr(getattr(self, self._testMethodName), "real_time")
+
+    @property
+    def any_machine(self):
+        """Whether it is independent of a machine that stands still."""
+        test = getattr(self, self._testMethodName)
+        return not self.MEASURES and (self.lockstep or getattr(test, "any_machine", False))
 
     @property
     def clock_words(self):
@@ -167,25 +177,31 @@ class Scenario(unittest.TestCase):
             return False
         wait_until(said, limit_s, f"{program.name}: {text}")
 
+    def vehicle_words(self):
+        """For lss-sim."""
+        return ["--plant", self.PLANT]
+
     def start_sim(self, *words, seed=1):
         truth = os.path.join(self.folder, f"truth-{len(self.programs)}.jsonl")
-        sim = self.begin("lss-sim", [SIMULATOR, "zebro", "--dir", self.sim_folder, "--pace", "--plant", self.PLANT,
-                                     "--seed", str(seed), "--truth", truth, *self.simulator_words, *words],
+        sim = self.begin("lss-sim", [SIMULATOR, self.NAME, "--dir", self.sim_folder, "--pace",
+                                     *self.vehicle_words(), "--seed", str(seed), "--truth", truth,
+                                     *self.simulator_words, *words],
                          as_simulation if self.lockstep else as_hardware)
-        port = os.path.join(self.sim_folder, "legs")
-        wait_until(lambda: os.path.exists(port) and sim.running(), BOOT_S, "the simulator makes its port")
+        self.wait_for_text(sim, "ready", BOOT_S)
         if self.truth is not None:
             self.truth.stop()
         self.truth = Truth(truth, self.lockstep)
         return sim
 
-    def write_config(self, name="zebro.toml", shared_memory=False, **changes):
-        text = read_text(os.path.join(SOURCE, "config", "zebro.toml"))
+    def config_text(self):
+        return read_text(os.path.join(SOURCE, "config", f"{self.NAME}.toml"))
+
+    def write_config(self, name=None, shared_memory=False, **changes):
         if not shared_memory:
             changes["shared_memory"] = "false"
-        path = os.path.join(self.folder, name)
+        path = os.path.join(self.folder, name or f"{self.NAME}.toml")
         with open(path, "w", encoding="utf-8") as file:
-            file.write(edited(text, changes))
+            file.write(edited(self.config_text(), changes))
         return path
 
     def start_daemon(self, config=None, wait=True, **how):
@@ -199,8 +215,9 @@ class Scenario(unittest.TestCase):
 
     def wait_modules(self):
         """Waits until all modules have answered, which `start` needs."""
-        return self.wait_status(lambda s: s["telemetry"] and all(m["online"] for m in s["telemetry"]["modules"]),
-                                BOOT_S, "all modules are heard")
+        return self.wait_status(
+            lambda s: s["telemetry"] and all(m["online"] is not False for m in s["telemetry"][self.MODULES]), BOOT_S,
+            "all modules are heard")
 
     def start_all(self, **config):
         """Simulator and daemon, all modules have answered."""
@@ -296,11 +313,10 @@ class Scenario(unittest.TestCase):
         return self.begin(name, [os.path.join(self.TOOLS, "lss-cli"), *words])
 
     def begin_endless(self, *verb, options=(), name):
-        """An attached motion without an end: fast until it is under way, then at the pace of the wall clock.
-
-        With options it is the verb itself, which does not stop the vehicle when another client of its name does."""
-        words = self.taking_part(*verb, "; wait 3600s --at-speed") if self.lockstep and not options else (*verb, *options)
-        return self.begin_cli("--jsonl", *words, name=name)
+        """An attached motion without an end: fast until it is under way, then at the pace of the wall clock. `options`
+        are of lss-cli."""
+        words = self.taking_part(*verb, "; wait 3600s --at-speed") if self.lockstep else verb
+        return self.begin_cli("--jsonl", *options, *words, name=name)
 
     def status(self):
         """As in `lss-cli --json status`; None without an answer."""
@@ -317,12 +333,15 @@ class Scenario(unittest.TestCase):
             last = self.status()
             return last if last and condition(last) else None
         try:
-            return wait_until(holds, limit_s, what, poll_s=0.1)
+            return wait_until(holds, limit_s, what, poll_s=0.05, most_s=0.3)
         except AssertionError as error:
             raise AssertionError(f"{error}; last status: {json.dumps(last)}") from None
 
+    def wait_mode(self, mode, limit_s=60, client=None):
+        return self.wait_status(lambda s: s["mode"] == mode, limit_s, f"mode {mode}", client)
+
     def wait_walking(self, client=None):
-        return self.wait_status(lambda s: s["mode"] == "Walking", 60, "the vehicle walks", client)
+        return self.wait_mode("Walking", client=client)
 
     def wait_state(self, state, limit_s=30):
         return self.wait_status(lambda s: s["state"] == state, limit_s, f"state {state}")
@@ -381,3 +400,17 @@ class Scenario(unittest.TestCase):
                      if w[0] == "ack" and w[1] == source and int(w[2]) == sequence]
             return found if len(found) >= count else None
         return wait_until(heard, limit_s, f"{source} {sequence} is acknowledged", poll_s=0.01)
+
+
+class OnCan(Scenario):
+    """A vehicle with a CAN bus over UDP."""
+
+    def setUp(self):
+        super().setUp()
+        self.port = f"udp://127.0.0.1:{20000 + self.domain}"
+
+    def vehicle_words(self):
+        return ["--can", self.port]
+
+    def config_text(self):
+        return super().config_text().replace('"udp://127.0.0.1:20000"', f'"{self.port}"')

@@ -8,7 +8,7 @@ import ssl
 import time
 
 from programs import run
-from rig import FATAL_ERROR, OPERATIONAL, TOOLS, Scenario
+from rig import FATAL_ERROR, OPERATIONAL, TOOLS, Scenario, real_time
 from test_ground import KEYS, Gateway
 from ws import Refused, WebSocket
 
@@ -29,6 +29,8 @@ def make_certificate(folder, name="ground"):
 
 
 class Guarded(Scenario):
+    IN_LOCKSTEP = True
+
     def write(self, name, text, mode=0o600):
         path = os.path.join(self.folder, name)
         with open(path, "w", encoding="ascii") as file:
@@ -165,6 +167,7 @@ class Access(Guarded):
         pulse = looker.wait_for(lambda m: m["type"] == "pulse" and m["gateway"]["wrong_keys"] == GUESSES)
         self.assertEqual((pulse["gateway"]["refused"], pulse["gateway"]["bad_messages"]), (0, 0))
 
+    @real_time("how soon it hangs up")
     def test_who_says_nothing_is_hung_up_on(self):
         self.start_daemon()
         secured = self.start_secured()

@@ -2,15 +2,14 @@
 obeyed meanwhile, and nobody is locked out afterwards."""
 
 import os
-import sys
 import time
 import unittest
 
 import can_wire
-from attack import ATTACK, PILOT, Attacked, first_emergency_ns, rss_kb
+from attack import ATTACK, PILOT, Attacked, OnTheBus, OnTheLine, rss_kb
 from hopper_rig import Hopper
 from programs import run, wait_until
-from rig import BOOT_S, DAEMON, EXIT, HERE, IDLE, PEER, Scenario, loopback
+from rig import EXIT, IDLE, Scenario
 from rover_rig import Rover
 
 NAME_CONFLICT_FAULT, NAME_CONFLICT = 55, 77  # idl/codes.h
@@ -20,27 +19,8 @@ REJECTED, STATE_IDLE = 1, 0  # lss.idl
 CLEARS_S = 10
 
 
-class CanTapped:
-    def start_can_tapped(self):
-        self.start_sim()
-        self.wire_log = os.path.join(self.folder, "wire.log")
-        simulator, port = 20000 + self.domain, 20200 + self.domain
-        tap = self.begin("tap", [sys.executable, os.path.join(HERE, "can_tap.py"), str(port), str(simulator), self.wire_log])
-        self.wait_for_text(tap, "ready", BOOT_S)
-        self.port = f"udp://127.0.0.1:{port}"
-        daemon = self.start_daemon(self.write_config())
-        self.wait_modules()
-        return daemon
-
-    def stopped_ns(self, since_ns):
-        return next((f.time_ns for f in can_wire.frames(self.wire_log, since_ns) if self.STOP_FRAME(f)), None)
-
-
-class Zebro(Attacked, Scenario):
+class Zebro(OnTheLine, Scenario):
     VEHICLE, MODE = "zebro-1", "Walking"
-
-    def stopped_ns(self, since_ns):
-        return first_emergency_ns(self.wire_log, since_ns)
 
     def begin_motion(self, count):
         return self.begin_walk("--source", PILOT, name=f"walk-{count}")
@@ -49,9 +29,10 @@ class Zebro(Attacked, Scenario):
         self.under_all_floods(self.start_tapped())
 
 
-class Ardito(CanTapped, Attacked, Rover):
+class Ardito(OnTheBus, Rover):
     VEHICLE, MODE = "ardito-1", "Running"
     STOP_FRAME = staticmethod(can_wire.quick_stops)
+    ECHOED = "0200000001" "00000201" "06" "020000000000"
 
     def begin_motion(self, count):
         client = self.begin_cli("--jsonl", "--source", PILOT, "drive", "0.3", name=f"drive-{count}")
@@ -59,12 +40,13 @@ class Ardito(CanTapped, Attacked, Rover):
         return client
 
     def test_driving_under_all_floods_it_obeys_every_stop_and_locks_nobody_out(self):
-        self.under_all_floods(self.start_can_tapped())
+        self.under_all_floods(self.start_can_tapped(beacon_s="1.5"))
 
 
-class Talaris(CanTapped, Attacked, Hopper):
+class Talaris(OnTheBus, Hopper):
     VEHICLE, MODE = "talaris-1", "Manual"
     STOP_FRAME = staticmethod(can_wire.fans_off)
+    ECHOED = "0200000001" "00000221" "08" "E803E803E803E803"
 
     def begin_motion(self, count):
         """Fans at a tenth of their throttle, on the ground."""

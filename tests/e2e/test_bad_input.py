@@ -9,7 +9,7 @@ import unittest
 import motion
 import wire
 from programs import read_text, run, wait_until
-from rig import BOOT_S, DAEMON, EXIT, FATAL_ERROR, FAULT, IDLE, OPERATIONAL, REJECTED, SOURCE, Scenario, own_domain
+from rig import BOOT_S, DAEMON, EXIT, FATAL_ERROR, FAULT, IDLE, OPERATIONAL, REJECTED, SOURCE, Scenario, own_domain, real_time
 
 UNKNOWN, NOT_FINITE, OUT_OF_RANGE, NOT_A_CHOICE, BAD_SOURCE, STALE, BAD_LEASE, UNUSED = 1, 3, 4, 5, 6, 7, 9, 26
 ACCEPTED_OR_DONE = (0, 2, 3)
@@ -17,6 +17,8 @@ START, STOP, DATA, WALK = 1, 2, 6, 104
 
 
 class BadConfiguration(Scenario):
+    IN_LOCKSTEP = True
+
     def refuse(self, path, limit_s=10, domain=None):
         """Message of lssd when it does not start."""
         result = run([DAEMON, "--config", path, "--run-dir", self.run_folder,
@@ -74,6 +76,7 @@ class BadConfiguration(Scenario):
         self.assertTrue(first.running())
         self.cli_ok("run", "-e", "start; stop")
 
+    @real_time("a daemon before its simulator")
     def test_a_missing_port_is_reported_refuses_motion_and_is_taken_when_it_comes(self):
         self.start_daemon()
         status = self.wait_status(lambda s: FAULT["port_absent"] in self.fault_ids(s), 10, "the port is missed")
@@ -87,6 +90,8 @@ class BadConfiguration(Scenario):
 
 
 class BadCommands(Scenario):
+    IN_LOCKSTEP = True
+
     # [Env-2]
     def test_commands_that_make_no_sense_are_rejected_with_the_reason(self):
         self.start_all()
@@ -145,10 +150,13 @@ class BadCommands(Scenario):
         status = self.status()
         self.assertEqual((status["state"], status["mode"], status["authority"]), (OPERATIONAL, "Walking", "first"))
 
+    @real_time("no daemon", any_machine=True)
     def test_the_command_line_says_what_is_wrong_in_bounded_time(self):
-        for words in (["status"], ["walk", "forward", "--for", "1s"], ["estop"], ["health"]):
-            with self.subTest(words):
-                self.assertEqual(self.cli(*words, limit_s=15).code, EXIT["unreachable"])
+        asked = [self.begin_cli(*words, name=words[0])
+                 for words in (["status"], ["walk", "forward", "--for", "1s"], ["estop"], ["health"])]
+        for client in asked:
+            with self.subTest(client.name):
+                self.assertEqual(client.wait(15), EXIT["unreachable"], client.err())
         unknown = self.cli("wlak", "forward", limit_s=5)
         self.assertIn(unknown.code, (EXIT["usage"], EXIT["unknown_name"]))
         self.assertIn("walk", unknown.err)

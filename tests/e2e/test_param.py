@@ -46,6 +46,16 @@ class Parameters:
         self.assertEqual(result.code, 0, result)
         self.assertEqual(result.out.count("equal: "), len(paths), result.out)
 
+    def restarted_with(self, name, value):
+        """A daemon whose parameter was set and saved before it was killed and started again."""
+        daemon = self.start_all()
+        self.assert_kept(name, value)
+        self.kill(daemon)
+        daemon = self.start_daemon()
+        self.wait_modules()
+        self.assertEqual(self.param(name)["value"], value)
+        return daemon
+
     def assert_kept(self, name, value):
         """Over a death of the daemon, with the simulator going on."""
         self.cli_ok("param", "set", name, str(value))
@@ -78,7 +88,9 @@ class Zebro(Parameters, Scenario):
         self.assertIn("did you mean limits.current_A?", wrong.err)
 
         # While it walks: only safe parameters, and only by the holder of authority.
-        client = self.begin_walk("--source", "pilot")
+        # The verb itself: no sequence that stops the vehicle, too.
+        client = self.begin_cli("--source", "pilot", "walk", "forward", "--speed", "high", name="walk")
+        self.wait_walking(client)
         self.assertEqual(self.cli("param", "set", "limits.current_A", "1.3").code, EXIT["not_authorised"])
         moving = self.cli("--source", "pilot", "param", "set", "gait.flight_s", "3.5")
         self.assertEqual(moving.code, EXIT["rejected"], moving)
@@ -147,12 +159,7 @@ class Ardito(Parameters, Rover):
     IN_LOCKSTEP = True
 
     def test_a_beacon_that_was_set_and_saved_runs_so_long_after_a_restart(self):
-        daemon = self.start_all()
-        self.assert_kept("safety.beacon_s", 1.5)
-        self.kill(daemon)
-        daemon = self.start_daemon()
-        self.wait_modules()
-        self.assertEqual(self.param("safety.beacon_s")["value"], 1.5)
+        daemon = self.restarted_with("safety.beacon_s", 1.5)
         client = self.begin_cli("drive", "0.3", "--for", "2s", name="drive")
         warned = self.wait_status(lambda s: s["mode"] == "Warning", 20, "the beacon runs", client)
         stopped = self.wait_status(lambda s: s["mode"] not in ("Warning", ""), 20, "the motors go on", client)
@@ -164,13 +171,10 @@ class Ardito(Parameters, Rover):
 
 
 class Talaris(Parameters, Hopper):
+    IN_LOCKSTEP = True
+
     def test_a_reserve_that_was_set_and_saved_refuses_a_plan_after_a_restart(self):
-        daemon = self.start_all()
-        self.assert_kept("gas.reserve_s", 43)
-        self.kill(daemon)
-        daemon = self.start_daemon()
-        self.wait_modules()
-        self.assertEqual(self.param("gas.reserve_s")["value"], 43)
+        daemon = self.restarted_with("gas.reserve_s", 43)
         self.cli_ok("--detach", "start")
         heart = self.begin_cli("--source", "lss-cli", "heartbeat", name="heart")
         self.wait_state(OPERATIONAL)  # what is detached is only accepted

@@ -1,12 +1,12 @@
 """The pilot's page in a browser: from the click to the bytes on the bus, the key, and a connection that is lost."""
 
-import math
 import os
 import signal
 import time
 
 import hopper_rig
 import wire
+from attack import percentile
 from browser import Browser, needs_browser
 from programs import wait_until
 from relay import Relay
@@ -21,10 +21,6 @@ LOST_S = 1.0
 MARGIN_S = 0.3  # for a browser on a busy machine
 ENABLED = "[...document.querySelectorAll('#list button')].filter((b) => !b.disabled).map((b) => b.textContent)"
 SELF_SIGNED = {"ignoreHTTPSErrors": True}
-
-
-def percentile(values, share):
-    return sorted(values)[math.ceil(len(values) * share) - 1]
 
 
 @needs_browser
@@ -151,6 +147,8 @@ class Flight(hopper_rig.Hopper):
 
 @needs_browser
 class Link(Scenario):
+    IN_LOCKSTEP, MEASURES = True, True  # how soon the page says that its connection is lost
+
     def visit(self, port):
         page = Browser(self)
         page.do("open", f"http://127.0.0.1:{port}/")
@@ -202,7 +200,7 @@ class Link(Scenario):
         self.is_back(page, 5)
         page.says("#holder", "you command")
         page.says("#running", "unanswered")
-        back_ns = time.monotonic_ns()
+        back_ns = self.status()["time_ns"]
         status = self.wait_status(lambda s: s["time_ns"] > back_ns + 8e9, 20, "more than a lease passes")
         self.assertEqual(status["mode"], "Walking", "it was back in time")
 

@@ -44,7 +44,7 @@ class Recorded:
         if KEPT:  # for builds of other presets that are made later
             os.makedirs(KEPT, exist_ok=True)
             for number, path in enumerate(paths):
-                shutil.copy(path, os.path.join(KEPT, f"{self.vehicle_name()}-{number}.lssrec"))
+                shutil.copy(path, os.path.join(KEPT, f"{self.NAME}-{number}.lssrec"))
         said = self.replay(*paths, program=[ALTERED], expect=DIFFERENT)
         self.assertRegex(said, r"field +(command|telemetry|state)\.")
         print(said)
@@ -52,9 +52,6 @@ class Recorded:
             other = os.path.join(SOURCE, "build", preset, "bin", "lssd")
             if os.path.exists(other) and not os.path.samefile(other, DAEMON) and self.same_records(other, paths[0]):
                 print(preset, self.replay(*paths, program=[other, "--replay"]))
-
-    def vehicle_name(self):
-        return type(self).__name__.lower()
 
     def same_records(self, other, path):
         """A build that was made before records or configuration changed has nothing to say, nor one that is being
@@ -74,6 +71,15 @@ class Recorded:
         os.remove(path)
         wait_until(self.recordings, 10, "another file begins")
         self.replay(begun)
+
+    def replayed_from_the_middle(self, daemon, client):
+        """The client moves, and ends by itself. The frames of the first file that is left."""
+        self.begin_again()
+        self.assertEqual(client.wait(120), 0)
+        self.wait_state(IDLE)
+        daemon.stop()
+        self.replay_everywhere()
+        return self.frames_of(self.recordings()[0])[0]
 
     def frames_of(self, path):
         header, items, ended = recording.read(path)
@@ -264,12 +270,7 @@ class Ardito(Recorded, Rover):
         daemon = self.start_all(beacon_s="1.5")
         client = self.begin_cli("drive", "0.3", "--for", "6s", name="drive")
         self.wait_status(lambda s: s["mode"] == "Running", 60, "it drives", client)
-        self.begin_again()
-        self.assertEqual(client.wait(120), 0)
-        self.wait_state(IDLE)
-        daemon.stop()
-        self.replay_everywhere()
-        frames, _ = self.frames_of(self.recordings()[0])
+        frames = self.replayed_from_the_middle(daemon, client)
         self.assertGreater(frames[-1]["telemetry"]["distance_m"], 0.3)
 
 
@@ -280,12 +281,7 @@ class Talaris(Recorded, Hopper):
         daemon = self.start_all()
         client = self.begin_cli("hop", "--arm", "--height", "1", "--distance", "3", name="hop")
         self.wait_phase("traverse", 90, client)
-        self.begin_again()
-        self.assertEqual(client.wait(120), 0)
-        self.wait_state(IDLE)
-        daemon.stop()
-        self.replay_everywhere()
-        frames, _ = self.frames_of(self.recordings()[0])
+        frames = self.replayed_from_the_middle(daemon, client)
         self.assertGreater(max(f["telemetry"]["position_m"][0] for f in frames), 0.5)
 
 

@@ -80,6 +80,9 @@ class WebSocket:
 
     def read(self):
         """The next message; Closed with the reason when there is none any more."""
+        return json.loads(self.read_text())
+
+    def read_text(self):
         text = b""
         while True:
             first, second = self.take(2)
@@ -97,7 +100,7 @@ class WebSocket:
             if opcode in (0, 1):
                 text += payload
                 if first & 0x80:
-                    return json.loads(text)
+                    return text
 
     def wait_for(self, wanted, limit_s=LIMIT_S):
         """The first message that `wanted` says yes to."""

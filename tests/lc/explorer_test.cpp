@@ -9,12 +9,16 @@
 
 #include "daemon/vehicles/zebro/modes.h"
 #include "tools/lss-lc/vehicle.h"
-#include "tools/lss-lc/zebro/system.h"
 
 namespace lss::zebro {
 namespace {
 
 constexpr std::uint16_t kTwoModules = 0x41;  // a leg and the panel
+
+const lc::Verified& vehicle() { return *lc::verified_vehicle("zebro"); }
+lc::Model model_of(const lc::Table& table, std::uint16_t modules = vehicle().modules) {
+  return vehicle().model(table, modules);
+}
 
 std::string told(const lc::Exploration& e) {
   if (!e.violation) return "";
@@ -22,7 +26,7 @@ std::string told(const lc::Exploration& e) {
   lc::ControllerState state = model_of(kTable).begin;
   for (const lc::Happening h : e.violation->trace) {
     state = lc::step(kTable, state, h.event, h.subject).next;
-    text += lc::text(*lc::verified_vehicle("zebro"), h) + " -> " + lss::zebro::text(state) + "\n";
+    text += lc::text(vehicle(), h) + " -> " + lc::text(vehicle(), state) + "\n";
   }
   return text;
 }

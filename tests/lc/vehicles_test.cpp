@@ -24,7 +24,7 @@ std::string told(const Verified& vehicle, const Model& model, const Exploration&
   ControllerState state = model.begin;
   for (const Happening h : e.violation->trace) {
     state = stand_in(model, step(*model.table, state, h.event, h.subject).next);
-    told += text(vehicle, h) + " -> " + vehicle.text(state) + "\n";
+    told += text(vehicle, h) + " -> " + text(vehicle, state) + "\n";
   }
   return told;
 }

@@ -20,15 +20,14 @@ EDITS = {
     "command": [
         ("commands.h", "inline constexpr CommandInfo kCommands[] = {",
          '    {402, "halt", Access::holder, true, "stand still, motors on", {}},'),
-        ("modes.cpp", "constexpr std::array kEvents = {", '    lc::EventInfo{event::of_scout(9), "halt", true, 0, 402},'),
+        ("modes.cpp", "constexpr std::array kEvents = {", '    lc::EventInfo{lc::vehicle_event(9), "halt", true, 0, 402},'),
         ("modes.cpp", "constexpr std::array kRows = {",
-         "    lc::Row{event::of_scout(9), kOperational, in(Mode::driving), 0, kKeep, State::operational,"
+         "    lc::Row{lc::vehicle_event(9), kOperational, in_mode(Mode::driving), 0, kKeep, State::operational,"
          " kKeep, kKeep, kHalt},"),
     ],
     "parameter": [
-        ("vehicle.cpp", "constexpr auto kTunables = std::to_array<Tunable<Parameters>>({",
-         '    {{"body.gear", "", 1, 1000, Change::at_rest, false, "of each wheel"}, 1,'
-         " [](Parameters& p) -> TunablePlace { return &p.gear; }},"),
+        ("vehicle.cpp", "constexpr std::array kTunables{",
+         '    tunable<&Parameters::gear>("body.gear", "", 1, 1000, Change::at_rest, "of each wheel"),'),
     ],
     "fault": [
         ("commands.h", "inline constexpr CodeInfo kFaults[] = {",

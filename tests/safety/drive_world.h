@@ -17,7 +17,6 @@
 #include <vector>
 
 #include "cycle_world.h"
-#include "daemon/kit/drive_record.h"
 #include "daemon/kit/drive_vehicle.h"
 #include "scene.h"
 

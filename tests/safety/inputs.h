@@ -45,7 +45,7 @@ class Spoiler {
     } else if constexpr (record::Number<X>) {
       if (dice_ != nullptr) x = static_cast<X>(dice_->bits());
     } else {
-      fields(*this, x);
+      record::visit(*this, x);
     }
   }
   template <record::Array X>
@@ -74,7 +74,7 @@ class Spoiler {
 
 template <class T>
 void spoil_samples(WorldOf<T>& w, Spoiler spoiler) {
-  for (std::uint32_t i = 0; i < w.in_.sample_count; ++i) fields(spoiler, w.in_.samples[i]);
+  for (std::uint32_t i = 0; i < w.in_.sample_count; ++i) record::visit(spoiler, w.in_.samples[i]);
 }
 
 // ---- commands
@@ -193,7 +193,7 @@ TYPED_TEST_P(SafetyInputs, RandomSamplesNeverGiveACommandThatIsNone) {
     w->alter = [&dice](WorldOf<T>& world) {
       for (std::uint32_t i = 0; i < world.in_.sample_count; ++i) {
         Spoiler any(dice);
-        if (dice.below(3) == 0) fields(any, world.in_.samples[i]);
+        if (dice.below(3) == 0) record::visit(any, world.in_.samples[i]);
         // Also old ones and ones of the future.
         if (dice.below(20) == 0) world.in_.samples[i].time_ns += dice.bits() - 2'000'000'000LL;
       }

@@ -164,7 +164,7 @@ TYPED_TEST_P(SafetyRecords, AChangedBitOfAnOutputIsAlwaysNoticed) {
   w->run(1);
   const TimingPoints none;
   record::Writer timing(std::span<std::uint8_t>{});
-  fields(timing, none);
+  record::visit(timing, none);
   const auto outputs = [&](const Bytes& frame) {
     auto read = std::make_unique<record::FrameRecord<typename World::Vehicle>>();
     record::Reader reader(frame);

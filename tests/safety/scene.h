@@ -85,7 +85,7 @@ class Finite {
     if constexpr (std::is_floating_point_v<X>) {
       good_ = good_ && std::isfinite(x);
     } else if constexpr (!record::Number<X>) {
-      fields(*this, x);
+      record::visit(*this, x);
     }
   }
   template <record::Array X>
@@ -137,7 +137,7 @@ testing::AssertionResult stopped(const WorldOf<T>& w) {
 template <class T>
 testing::AssertionResult sound(const WorldOf<T>& w) {
   Finite finite;
-  fields(finite, w.out_.command);
+  record::visit(finite, w.out_.command);
   if (!finite.good()) return fails<T>(w, "the command has a number that is not finite");
   if constexpr (requires { T::in_range(w); }) {
     if (!T::in_range(w)) return fails<T>(w, "the command is out of range");

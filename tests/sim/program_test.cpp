@@ -3,10 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "drivers/lockstep/lockstep.h"
@@ -14,8 +12,6 @@
 
 namespace lss::sim {
 namespace {
-
-namespace fs = std::filesystem;
 
 // A daemon that takes part in the simulated time of this folder and does nothing.
 class Daemon {
@@ -42,30 +38,21 @@ class Daemon {
   pid_t pid_;
 };
 
-class ScoutProgram : public testing::Test {
+class ScoutProgram : public SimProgram {
  protected:
-  void SetUp() override {
-    char name[] = "/tmp/lss-sim-test-XXXXXX";
-    folder_ = ::mkdtemp(name);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   // The truth of three seconds of simulated time.
   std::string lockstep(const std::string& seed) {
-    const fs::path truth = folder_ / "truth.jsonl";
-    Process sim({"scout", "--dir", folder_.string(), "--can", "udp://127.0.0.1:0", "--pace",
-                 "--lockstep", "--speed", "max", "--for", "3", "--seed", seed, "--truth",
-                 truth.string(), "--fault", "1s:wheel-blocked:left", "--fault",
-                 "1s:node-silent:0x02"});
+    Process sim(
+        arguments("scout", {"--can", "udp://127.0.0.1:0", "--pace", "--lockstep", "--speed", "max",
+                            "--for", "3", "--seed", seed, "--truth", truth().string(), "--fault",
+                            "1s:wheel-blocked:left", "--fault", "1s:node-silent:0x02"}));
     EXPECT_TRUE(sim.says("ready"));
     const Daemon daemon(folder_.string());
     EXPECT_EQ(sim.wait(), 0) << sim.heard;
     EXPECT_THAT(sim.heard, testing::StartsWith("lss-sim: scout ready, CAN bus rover at udp://"));
-    std::ifstream file(truth);
+    std::ifstream file(truth());
     return {std::istreambuf_iterator(file), {}};
   }
-
-  fs::path folder_;
 };
 
 TEST_F(ScoutProgram, RunsInSimulatedTimeWithTheSameBits) {

@@ -1,19 +1,26 @@
 #pragma once
 
-// Runs lss-sim (LSS_SIM is its path) as a program of its own and reads its output. Test thread
-// only; every wait is bounded.
+// Runs lss-sim (LSS_SIM is its path) as a program of its own and reads its output and its truth.
+// Test thread only; every wait is bounded.
 
 #include <fcntl.h>
+#include <gtest/gtest.h>
+#include <poll.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "tests/support/temp_folder.h"
 #include "tools/lss-sim/frame/file.h"
 
 namespace lss::sim {
@@ -78,6 +85,57 @@ class Process {
   pid_t pid_ = -1;
   int status_ = 0;
   bool waited_ = false;
+};
+
+// A simulator of the folder of the test.
+class SimProgram : public testing::Test {
+ protected:
+  // The arguments of this vehicle in the folder.
+  std::vector<std::string> arguments(const std::string& vehicle,
+                                     const std::vector<std::string>& more) const {
+    std::vector<std::string> all = {vehicle, "--dir", folder_.string()};
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+  }
+  // On a CAN bus at any port.
+  std::vector<std::string> on_can(const std::string& vehicle, std::vector<std::string> more) const {
+    more.insert(more.begin(), {"--can", "udp://127.0.0.1:0"});
+    return arguments(vehicle, more);
+  }
+  // `lss-sim fault`: its exit code.
+  int fault(const std::string& text, std::string* said = nullptr) {
+    Process process({"fault", "--dir", folder_.string(), text});
+    const int code = process.wait();
+    if (said != nullptr) *said = process.heard;
+    return code;
+  }
+
+  static bool within_patience(const std::function<bool()>& condition) {
+    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() > deadline) return false;
+      ::poll(nullptr, 0, 2);
+    }
+    return true;
+  }
+
+  std::filesystem::path truth() const { return folder_ / "truth.jsonl"; }
+  // The third line of the truth, of 0.2 s.
+  nlohmann::json third_truth() const {
+    std::vector<std::string> lines;
+    EXPECT_TRUE(within_patience([&] {
+      lines.clear();
+      std::ifstream file(truth());
+      for (std::string line; std::getline(file, line);) lines.push_back(line);
+      return lines.size() >= 4;
+    }));
+    if (lines.size() < 4) return {};
+    const auto third = nlohmann::json::parse(lines[2]);
+    EXPECT_NEAR(third.at("t_s").get<double>(), 0.2, 1e-9);
+    return third;
+  }
+
+  testing_support::TempFolder folder_;
 };
 
 }  // namespace lss::sim

@@ -25,14 +25,29 @@ SOURCE
   echo '#include "tools/lss-sim/zebro/vehicle.h"' > "$tree/tests/zebro/sim_test.cpp"
 }
 
-expect_fault() {  # PATH LINE RULE
-  fresh
-  printf '%s\n' "$2" > "$tree/$1"
-  local output
-  if output=$("$BASH" "$check" "$tree") || ! grep -qF "$1:1:" <<<"$output" || ! grep -qF "$3" <<<"$output"; then
-    printf 'not caught: %s in %s\n%s\n' "$2" "$1" "$output"
+# plant PATH LINE RULE : one line more in a file that has nothing but violations; the check must report it by that rule.
+planted=()
+plant() {
+  local number
+  printf '%s\n' "$2" >> "$tree/$1"
+  number=$(wc -l < "$tree/$1")
+  planted+=("$1:$number:" "$2" "$3")
+}
+
+# The line of output that follows a violation is its rule; others may have the same place.
+expect_faults() {
+  local output i place rules
+  if output=$("$BASH" "$check" "$tree"); then
+    echo 'a tree with violations is accepted'
     failed=1
   fi
+  for ((i = 0; i < ${#planted[@]}; i += 3)); do
+    place=${planted[i]}
+    rules=$(grep -A1 -F "$place" <<< "$output" | grep '^    ' || true)
+    grep -qF "${planted[i + 2]}" <<< "$rules" && continue
+    printf 'not caught: %s in %s\n%s\n' "${planted[i + 1]}" "$place" "$rules"
+    failed=1
+  done
 }
 
 fresh
@@ -40,22 +55,24 @@ fresh
 
 for line in 'int* a = new int;' 'void* b = malloc(1);' 'std::vector<int> c;' 'std::string d;' 'std::mutex e;' \
             'spdlog::info("x");' 'printf("x");' 'dds_write(w, &x);' 'clock_gettime(0, &t);'; do
-  expect_fault gnc/zebro/bad.cpp "$line" 'gnc allocates nothing'
+  plant gnc/zebro/bad.cpp "$line" 'gnc allocates nothing'
 done
-expect_fault gnc/zebro/bad.h '#include "drivers/time.h"' 'gnc includes Eigen'
-expect_fault gnc/zebro/bad.h '#include <sys/mman.h>' 'gnc includes Eigen'
-expect_fault drivers/zebro/bad.h '#include "idl/codes.h"' 'drivers include'
-expect_fault drivers/zebro/bad.h '#include <fmt/format.h>' 'drivers include'
-expect_fault daemon/cycle/bad.cpp '#include <dds/dds.h>' 'DDS types stay'
-expect_fault daemon/vehicles/zebro/vehicle.cpp '#include "zebro.h"' 'DDS types stay'
-expect_fault daemon/cycle/bad.cpp '#include <zebro_fields.h>' 'DDS types stay'
-expect_fault daemon/cycle/bad.cpp '#include "daemon/runtime/x.h"' 'daemon/cycle includes no room that comes after it'
-expect_fault daemon/runtime/bad.cpp '#include "daemon/vehicles/zebro/x.h"' 'daemon/runtime includes no room'
-expect_fault daemon/cycle/bad.cpp '#include "tools/lss-sim/zebro/vehicle.h"' 'nothing but tools and tests'
-expect_fault daemon/cycle/bad.cpp '#include "tests/zebro/x.h"' 'nothing includes tests'
-expect_fault gnc/zebro/bad.h '#include "gnc/ardito/drive.h"' 'vehicle zebro includes vehicle ardito'
-expect_fault daemon/vehicles/zebro/vehicle.cpp '#include "idl/ardito/commands.h"' 'vehicle zebro includes vehicle ardito'
-expect_fault tools/lss-sim/zebro/vehicle.cpp '#include "drivers/ardito/x.h"' 'vehicle zebro includes vehicle ardito'
+plant gnc/zebro/bad.h '#include "drivers/time.h"' 'gnc includes Eigen'
+plant gnc/zebro/bad.h '#include <sys/mman.h>' 'gnc includes Eigen'
+plant drivers/zebro/bad.h '#include "idl/codes.h"' 'drivers include'
+plant drivers/zebro/bad.h '#include <fmt/format.h>' 'drivers include'
+plant daemon/cycle/bad.cpp '#include <dds/dds.h>' 'DDS types stay'
+plant daemon/vehicles/zebro/vehicle.cpp '#include "zebro.h"' 'DDS types stay'
+plant daemon/cycle/bad.cpp '#include <zebro_fields.h>' 'DDS types stay'
+plant daemon/cycle/bad.cpp '#include "daemon/runtime/x.h"' 'daemon/cycle includes no room that comes after it'
+plant daemon/runtime/bad.cpp '#include "daemon/vehicles/zebro/x.h"' 'daemon/runtime includes no room'
+plant daemon/cycle/bad.cpp '#include "tools/lss-sim/zebro/vehicle.h"' 'nothing but tools and tests'
+plant daemon/cycle/bad.cpp '#include "tests/zebro/x.h"' 'nothing includes tests'
+plant gnc/zebro/bad.h '#include "gnc/ardito/drive.h"' 'vehicle zebro includes vehicle ardito'
+plant daemon/vehicles/zebro/vehicle.cpp '#include "idl/ardito/commands.h"' 'vehicle zebro includes vehicle ardito'
+plant tools/lss-sim/zebro/vehicle.cpp '#include "drivers/ardito/x.h"' 'vehicle zebro includes vehicle ardito'
+
+expect_faults
 
 [ "$failed" = 0 ] && echo 'each violation is caught'
 exit "$failed"

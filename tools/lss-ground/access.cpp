@@ -62,17 +62,8 @@ Bio bytes_of(const std::string& text) {
 }  // namespace
 
 const char* role_name(Role role) {
-  switch (role) {
-    case Role::look:
-      return "look";
-    case Role::stop:
-      return "stop";
-    case Role::command:
-      return "command";
-    case Role::none:
-      break;
-  }
-  return "none";
+  static constexpr const char* kNames[] = {"none", "look", "stop", "command"};
+  return kNames[static_cast<unsigned>(role)];
 }
 
 tl::expected<Door, std::string> Door::parse(std::string_view text, const std::string& name) {

@@ -81,7 +81,7 @@ json Desk::status(const Craft& craft) const {
                                    {"pid", rival.pid},
                                    {"started_utc_ns", rival.started_utc_ns}});
   }
-  document["progress"] = craft.kind->progress(craft.status, craft.sample());
+  document["progress"] = cli::progress(*craft.kind, craft.status, craft.sample());
   document["problems"] = json::array();
   for (const cli::Problem& p : cli::problems(*craft.kind, craft.status, craft.sample()))
     document["problems"].push_back({{"error", p.error}, {"text", p.text}, {"advice", p.advice}});

@@ -4,6 +4,9 @@
 // vehicles' files only.
 
 #include <array>
+#include <bit>
+#include <initializer_list>
+#include <optional>
 
 #include "tools/lss-lc/explorer.h"
 
@@ -21,6 +24,13 @@ constexpr std::array<Item, N + M> join(const std::array<Item, N>& these,
 
 namespace common {
 
+using lc::Contract;
+using lc::ControllerState;
+using lc::Event;
+using lc::Happening;
+using lc::Return;
+using lc::StateProperty;
+using lc::StepProperty;
 using S = const ControllerState&;
 using T = const Transition&;
 
@@ -42,6 +52,29 @@ inline bool keeps(T t) { return t.result.next == t.before; }
 inline bool held_after(T t) { return link(t.result.next, kHeld); }
 inline bool emergency(T t) {
   return fatal(t.result.next) && (t.result.actions & kEmergencyStop) != 0 && !held_after(t);
+}
+// `Mode`: that of the vehicle.
+template <class Mode>
+bool in_mode(S s, Mode m) {
+  return operational(s) && s.mode == static_cast<std::uint8_t>(m);
+}
+template <class Mode>
+bool in_mode(S s, std::initializer_list<Mode> modes) {
+  for (const Mode m : modes) {
+    if (in_mode(s, m)) return true;
+  }
+  return false;
+}
+template <class Mode>
+bool to(T t, Mode m) {
+  return in_mode(t.result.next, m);
+}
+// Any of these.
+inline bool does(T t, ActionSet actions) { return (t.result.actions & actions) != 0; }
+inline bool can_start(S s) { return idle(s) && contact(s) && !link(s, kObcSilent); }
+inline bool next_strategy(T t) {
+  return solving(t.result.next) && t.result.next.strategy == t.before.strategy + 1 &&
+         stops_motors(t.result.actions);
 }
 inline bool lost_is_emergency(T t) { return operational(t.before) ? emergency(t) : same_mode(t); }
 
@@ -190,5 +223,56 @@ inline constexpr std::array kContracts = {
              [](T t) { return lost_is_emergency(t) && link(t.result.next, kObcSilent); }},
 };
 
+// ---- what vehicles have in common with words of their own
+
+template <auto kLeads>
+constexpr Contract next_strategy_contract() {
+  return {"next strategy", Event::next_strategy,
+          [](S s, unsigned) { return solving(s) && s.strategy < kMaxStrategies; }, kLeads};
+}
+template <auto kLeads>
+constexpr Contract lease_expired_contract() {
+  return {"lease expired", Event::lease_expired, [](S s, unsigned) { return link(s, kHeld); },
+          [](T t) { return kLeads(t) && !held_after(t); }};
+}
+// Given back only where `kRests`.
+template <auto kRests>
+constexpr StepProperty authority_property() {
+  return {"authority is taken only by commands that move, and given back only on the way to rest",
+          "architecture", kLinks, [](T t) {
+            const bool before = link(t.before, kHeld), after = held_after(t);
+            if (after && !before) return does(t, kTakeAuthority);
+            return !before || after || !operational(t.result.next) || kRests(t);
+          }};
+}
+
+// The next event of a world that helps, as far as it is the same for every vehicle.
+inline std::optional<Happening> help_any(S s) {
+  if (link(s, kPortClosed)) return Happening{Event::port_opened, 0};
+  const auto lost = static_cast<std::uint16_t>(s.silent | s.unheard);
+  if (!operational(s) && lost != 0)
+    return Happening{Event::module_heard, static_cast<std::uint8_t>(std::countr_zero(lost) + 1)};
+  if (fatal(s)) return Happening{Event::solve, 0};
+  if (solving(s)) return Happening{Event::solved, 0};
+  return std::nullopt;
+}
+template <auto kHelp>
+constexpr Return return_to_idle() {
+  return {"from every state it comes back to Idle when the world helps", idle, kHelp};
+}
+
 }  // namespace common
+
+// The model with the properties of every vehicle and its own.
+template <const auto& kStates, const auto& kSteps>
+Model model_of(const Table& table, std::uint16_t modules, std::span<const Contract> contracts,
+               std::span<const Return> returns) {
+  Model m = model(table, modules);
+  m.states = state_properties<kStates>();
+  m.steps = step_properties<kSteps>();
+  m.contracts = contracts;
+  m.returns = returns;
+  return m;
+}
+
 }  // namespace lss::lc

@@ -21,11 +21,11 @@ void print_trace(const lc::Verified& vehicle, const lc::Model& model,
                  const lc::Violation& violation) {
   fmt::print("broken: {}\n", violation.property);
   lc::ControllerState state = model.begin;
-  fmt::print("   0  {:<28} {}\n", "at boot", vehicle.text(state));
+  fmt::print("   0  {:<28} {}\n", "at boot", lc::text(vehicle, state));
   int number = 0;
   for (const lc::Happening h : violation.trace) {
     state = lc::stand_in(model, lc::step(*model.table, state, h.event, h.subject).next);
-    fmt::print("{:>4}  {:<28} {}\n", ++number, lc::text(vehicle, h), vehicle.text(state));
+    fmt::print("{:>4}  {:<28} {}\n", ++number, lc::text(vehicle, h), lc::text(vehicle, state));
   }
 }
 

@@ -62,7 +62,7 @@ class Measure {
       : vehicle_(vehicle),
         table_(*vehicle.table),
         modes_(static_cast<std::uint8_t>(vehicle.mode_names.size())),
-        goals_(vehicle.goals) {}
+        goals_(static_cast<std::uint8_t>(vehicle.goal_names.size())) {}
 
   Mutations run() {
     const auto begin = std::chrono::steady_clock::now();

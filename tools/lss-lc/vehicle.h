@@ -10,6 +10,12 @@
 
 namespace lss::lc {
 
+struct FlagName {
+  std::uint8_t flag;
+  const char* text;         // when it is set
+  std::uint8_t unless = 0;  // and this one is not
+};
+
 struct Verified {
   const char* name;   // of the roster
   const char* title;  // for people
@@ -19,8 +25,8 @@ struct Verified {
   std::uint16_t modules;                    // all, bit i: module i+1
   std::uint16_t few;                        // enough for mutations of the table, and fast
   std::span<const char* const> mode_names;  // from none on
-  std::uint8_t goals;                       // how many, with none
-  std::string (*text)(const ControllerState& state);
+  std::span<const char* const> goal_names;  // from none on
+  std::span<const FlagName> flag_names;
   std::span<const char* const> module_names;
 };
 
@@ -30,7 +36,7 @@ const Verified* verified_vehicle(const std::string& name);
 
 // "module heard LM"
 std::string text(const Verified& vehicle, Happening happening);
-// The part common to every vehicle: ", port closed, held, LM silent".
-std::string text_of_links(const ControllerState& state, std::span<const char* const> module_names);
+// "Operational Walking, goal idle, held, LM silent"
+std::string text(const Verified& vehicle, const ControllerState& state);
 
 }  // namespace lss::lc

@@ -10,16 +10,14 @@
 namespace lss::ardito {
 namespace {
 
-using lc::kKeep;
+using lc::aim, lc::off, lc::in_mode;
+using lc::kIdle, lc::kOperational, lc::kFatal, lc::kSolving, lc::kKeep;
 using lc::Row;
 
-constexpr lc::StateSet kIdle = lc::in(State::idle), kOperational = lc::in(State::operational),
-                       kFatal = lc::in(State::fatal_error), kSolving = lc::in(State::solve_errors);
-
-constexpr lc::ModeSet in(Mode mode) { return 1u << static_cast<unsigned>(mode); }
-constexpr lc::ModeSet kWarning = in(Mode::warning), kStopped = in(Mode::stopped),
-                      kSteering = in(Mode::steering), kRunning = in(Mode::running),
-                      kParking = in(Mode::parking), kDecelerating = in(Mode::decelerating);
+constexpr lc::ModeSet kWarning = in_mode(Mode::warning), kStopped = in_mode(Mode::stopped),
+                      kSteering = in_mode(Mode::steering), kRunning = in_mode(Mode::running),
+                      kParking = in_mode(Mode::parking),
+                      kDecelerating = in_mode(Mode::decelerating);
 constexpr lc::ModeSet kMoving = kSteering | kRunning | kParking | kDecelerating;
 constexpr lc::ModeSet kReady = kStopped | kMoving;
 
@@ -33,10 +31,7 @@ enum Guard : unsigned {
 constexpr const char* kGuardNames[] = {"the emergency-stop button is released",
                                        "the motors have power", "all drives are enabled",
                                        "the IMU is reliable", "the other wheels are enough"};
-constexpr lc::GuardSet kContact =
-    lc::guard(lc::kPortOpen) | lc::guard(lc::kAllHeard) | lc::guard(lc::kAllAnswer);
-constexpr lc::GuardSet kMayStart =
-    kContact | lc::guard(lc::kObcHeard) | lc::guard(kButtonReleased) | lc::guard(kPowered);
+constexpr lc::GuardSet kMayStart = lc::kMayStart | lc::guard(kButtonReleased) | lc::guard(kPowered);
 constexpr lc::GuardSet kMotors = lc::guard(kMotorsOnConfirmed);
 constexpr lc::GuardSet kHeld = lc::guard(lc::kAuthorityHeld);
 
@@ -69,8 +64,7 @@ Verdict guard(unsigned number, const lc::ControllerState& s, unsigned subject) {
 
 void effect(lc::ActionSet actions, lc::ControllerState& s) {
   const auto set = [&](Flag flag, lc::ActionSet on, lc::ActionSet off) {
-    if (actions & off) s.flags = static_cast<std::uint8_t>(s.flags & ~flag);
-    if (actions & on) s.flags = static_cast<std::uint8_t>(s.flags | flag);
+    lc::follow(s, flag, actions, on, off);
   };
   const lc::ActionSet rest = lc::kEmergencyStop | lc::kMotorsOff;
   set(kMotorsConfirmed, kConfirm, rest | kMotorsOn);
@@ -83,24 +77,16 @@ void effect(lc::ActionSet actions, lc::ControllerState& s) {
 constexpr std::uint8_t m(Mode mode) { return static_cast<std::uint8_t>(mode); }
 constexpr std::uint8_t g(Goal goal) { return static_cast<std::uint8_t>(goal); }
 
-// The goal of the mobility controller changes; it goes through its modes by itself.
-constexpr Row aim(lc::Event event, lc::ModeSet from, lc::GuardSet guards, Goal goal,
-                  lc::ActionSet actions) {
-  return {event, kOperational, from, guards, kKeep, State::operational, kKeep, g(goal), actions};
-}
 // It went to another mode. Nothing moves before the motors are on.
 constexpr Row now_in(lc::Event event, Mode mode) {
   const lc::GuardSet guards = mode == Mode::stopped ? lc::GuardSet{0} : kMotors;
-  return {event,   kOperational, kReady & ~in(mode),
+  return {event,   kOperational, kReady & ~in_mode(mode),
           guards,  kKeep,        State::operational,
           m(mode), kKeep,        0};
 }
-constexpr Row off(lc::Event event, lc::ModeSet from, std::uint8_t goal) {
-  return {event, kOperational, from, 0, goal, State::idle, 0, 0, lc::kMotorsOff};
-}
 // Only flags change.
 constexpr Row stay(lc::Event event, lc::StateSet from, lc::ActionSet actions) {
-  return {event, from, lc::kAnyMode, 0, kKeep, State::idle, kKeep, kKeep, actions};
+  return lc::stay(event, from, lc::kAnyMode, 0, actions);
 }
 constexpr Row emergency(lc::Event event, lc::ActionSet actions) {
   return {event,
@@ -164,12 +150,12 @@ constexpr std::array kRows = {
 constexpr lc::Rows kIndexed(kRows);
 
 constexpr std::array kEvents = {
-    lc::EventInfo{event::start, "start", true, 0},
-    lc::EventInfo{event::stop, "stop", true, 0},
-    lc::EventInfo{event::drive, "drive", true, 0},
+    lc::EventInfo{event::start, "start", true, 0, kind_of(lss::CommandKind::start)},
+    lc::EventInfo{event::stop, "stop", true, 0, kind_of(lss::CommandKind::stop)},
+    lc::EventInfo{event::drive, "drive", true, 0, kind_of(CommandKind::drive)},
     lc::EventInfo{event::drive_autonomous, "drive autonomous", true, 0},
-    lc::EventInfo{event::park, "park", true, 0},
-    lc::EventInfo{event::halt, "halt", true, 0},
+    lc::EventInfo{event::park, "park", true, 0, kind_of(CommandKind::park)},
+    lc::EventInfo{event::halt, "halt", true, 0, kind_of(CommandKind::halt)},
     lc::EventInfo{event::warned, "beacon ran", false, 0},
     lc::EventInfo{event::motors_confirmed, "motors confirmed", false, 0},
     lc::EventInfo{event::is_stopped, "is stopped", false, 0},
@@ -198,28 +184,15 @@ const lc::Table kTable{.rows = &kIndexed,
                        .effect = effect,
                        .common = &lc::kCommonRows};
 
+namespace {
+
 lc::Event event_of(const Request& r) noexcept {
-  switch (static_cast<lss::CommandKind>(r.kind)) {
-    case lss::CommandKind::start:
-      return event::start;
-    case lss::CommandKind::stop:
-      return event::stop;
-    default:
-      break;
-  }
-  switch (static_cast<CommandKind>(r.kind)) {
-    case CommandKind::drive:
-      return r.parameter[3] > 0.5 ? event::drive_autonomous : event::drive;
-    case CommandKind::park:
-      return event::park;
-    case CommandKind::halt:
-      return event::halt;
-  }
-  return common_event(r);
+  if (r.kind == kind_of(CommandKind::drive) && arguments<Drive>(r).autonomous)
+    return event::drive_autonomous;
+  return lss::event_of(kTable, r);
 }
 
-unsigned subject_of(const Request&) noexcept { return 0; }
-
+// drive and park never end by themselves.
 bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
   if (done_at_once(kind)) return true;
   const lc::ControllerState& s = state.controller;
@@ -239,22 +212,24 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
 }
 
 Verdict sense(const SupervisorState& state, const Request& r) noexcept {
-  const auto kind = static_cast<CommandKind>(r.kind);
-  if (kind != CommandKind::drive && kind != CommandKind::park) return {};
-  const bool by_itself = kind == CommandKind::drive && r.parameter[3] > 0.5;
-  if (by_itself && state.sense[kSenseEarly] > 0)
+  const bool drives = r.kind == kind_of(CommandKind::drive);
+  if (!drives && r.kind != kind_of(CommandKind::park)) return {};
+  if (drives && arguments<Drive>(r).autonomous && state.sense[kSenseEarly] > 0)
     return {.reason = Reason::too_early, .measured = state.sense[kSenseEarly], .limit = 0};
   const double limit_m_s = state.sense[kSenseLimit];
-  if (std::abs(r.parameter[0]) <= limit_m_s) return {};
-  return {.reason = Reason::over_limit, .measured = std::abs(r.parameter[0]), .limit = limit_m_s};
+  const double speed_m_s =
+      std::abs(drives ? arguments<Drive>(r).speed_m_s : arguments<Park>(r).speed_m_s);
+  if (speed_m_s <= limit_m_s) return {};
+  return {.reason = Reason::over_limit, .measured = speed_m_s, .limit = limit_m_s};
 }
+
+}  // namespace
 
 const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
 
 const Logic& logic() noexcept {
   static const Logic kLogic{.table = &kTable,
                             .event_of = event_of,
-                            .subject_of = subject_of,
                             .reached = reached,
                             .command = command,
                             .sense = sense,

@@ -28,22 +28,21 @@ enum Flag : std::uint8_t {
 };
 
 namespace event {
-inline constexpr lc::Event vehicle(unsigned n) {
-  return static_cast<lc::Event>(lc::kVehicleEvents + n);
-}
+using lc::vehicle_event;
 // commanded
-inline constexpr lc::Event start = vehicle(0), stop = vehicle(1), drive = vehicle(2),
-                           drive_autonomous = vehicle(3), park = vehicle(4), halt = vehicle(5);
+inline constexpr lc::Event start = vehicle_event(0), stop = vehicle_event(1),
+                           drive = vehicle_event(2), drive_autonomous = vehicle_event(3),
+                           park = vehicle_event(4), halt = vehicle_event(5);
 // reports
-inline constexpr lc::Event warned = vehicle(6), motors_confirmed = vehicle(7),
-                           is_stopped = vehicle(8), is_steering = vehicle(9),
-                           is_running = vehicle(10), is_parking = vehicle(11),
-                           is_decelerating = vehicle(12), imu_good = vehicle(13),
-                           imu_lost = vehicle(14), button_out = vehicle(15),
-                           button_in = vehicle(16), power_good = vehicle(17),
-                           power_bad = vehicle(18), autonomy_lost = vehicle(20);
+inline constexpr lc::Event warned = vehicle_event(6), motors_confirmed = vehicle_event(7),
+                           is_stopped = vehicle_event(8), is_steering = vehicle_event(9),
+                           is_running = vehicle_event(10), is_parking = vehicle_event(11),
+                           is_decelerating = vehicle_event(12), imu_good = vehicle_event(13),
+                           imu_lost = vehicle_event(14), button_out = vehicle_event(15),
+                           button_in = vehicle_event(16), power_good = vehicle_event(17),
+                           power_bad = vehicle_event(18), autonomy_lost = vehicle_event(20);
 // of error solving
-inline constexpr lc::Event isolate = vehicle(19);
+inline constexpr lc::Event isolate = vehicle_event(19);
 }  // namespace event
 
 enum Action : lc::ActionSet {
@@ -67,24 +66,14 @@ extern const lc::Table kTable;
 
 inline constexpr unsigned kMostIsolated = 1;  // wheels; the rover goes on with five
 
-// The event of a command of the DDS face; Event::none when it is not one of ours.
-lc::Event event_of(const Request& request) noexcept;
-
-// Whether the command's goal has been reached. drive and park never end by themselves.
-bool reached(std::uint16_t kind, const SupervisorState& state) noexcept;
-
-// The node of a command; 0: none.
-unsigned subject_of(const Request& request) noexcept;
-
-// Guards on measured values. Layout of SupervisorState::sense: [0] the speed limit selected at
+// Layout of SupervisorState::sense, for guards on measured values: [0] the speed limit selected at
 // start, m/s; [1] how many drives are enabled; [2] time until the vehicle may drive by itself, s.
-Verdict sense(const SupervisorState& state, const Request& request) noexcept;
 inline constexpr std::size_t kSenseLimit = 0, kSenseMotorsOn = 1, kSenseEarly = 2;
 
 // The command for `kind`, common or ardito's own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;
 
-// All of the above, for the supervisor.
+// For the supervisor.
 const Logic& logic() noexcept;
 
 }  // namespace lss::ardito

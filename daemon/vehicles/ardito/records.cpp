@@ -1,8 +1,8 @@
 #include "daemon/replay/records.h"
 
 #include "daemon/replay/replay.h"
-#include "daemon/vehicles/ardito/record.h"
 #include "daemon/vehicles/ardito/tunables.h"
+#include "daemon/vehicles/ardito/vehicle.h"
 
 namespace lss {
 

@@ -2,8 +2,6 @@
 
 #include <bit>
 
-#include "daemon/cycle/plan.h"
-
 namespace lss::ardito {
 
 FaultClass class_of(FaultId fault) noexcept {
@@ -25,13 +23,6 @@ FaultClass class_of(FaultId fault) noexcept {
     default:
       return FaultClass::system;
   }
-}
-
-void Solver::begin(std::span<const FaultClass> wrong) noexcept {
-  std::array<bool, kFaultClasses> present{};
-  for (const FaultClass c : wrong) present[static_cast<std::size_t>(c)] = true;
-  // The cause may be gone by now.
-  strategies_.begin(plan(parameters_.order, present, StrategyKind::reconnect));
 }
 
 // Returns its budget.

@@ -6,9 +6,8 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 
-#include "daemon/cycle/strategies.h"
+#include "daemon/kit/planned_solver.h"
 #include "idl/ardito/commands.h"
 
 namespace lss::ardito {
@@ -53,19 +52,9 @@ class SolveTarget {
   ~SolveTarget() = default;
 };
 
-class Solver {
+class Solver final : public kit::PlannedSolver<StrategyKind, FaultClass, SolverParameters> {
  public:
-  using Report = Strategies<StrategyKind>::Report;
-
-  explicit Solver(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
-
-  // Plans the strategies from the present faults. The first one begins with the next step.
-  void begin(std::span<const FaultClass> wrong) noexcept;
-  void end() noexcept { strategies_.end(); }
-  // Applies to the running strategy, too.
-  void configure(const SolverParameters& parameters) noexcept { parameters_ = parameters; }
-  bool running() const noexcept { return strategies_.running(); }
-  StrategyKind kind() const noexcept { return strategies_.kind(); }
+  using PlannedSolver::PlannedSolver;
 
   // Once per frame while running. `healthy`: no fault at all in this frame. next: the strategy did
   // not help; call again when the locomotion controller agreed to the next one.
@@ -75,8 +64,6 @@ class Solver {
   TimeNs begin_strategy(SolveTarget& target) noexcept;
   Treatment treat(SolveTarget& target) noexcept;
 
-  SolverParameters parameters_;
-  Strategies<StrategyKind> strategies_;
   std::uint16_t left_ = 0;  // nodes to diagnose again
   TimeNs next_ns_ = 0;      // the next of them
 };

@@ -1,78 +1,51 @@
 #include "daemon/vehicles/ardito/tunables.h"
 
-#include "idl/angles.h"
-
 namespace lss::ardito {
 namespace {
 
 using P = Parameters;
-using Place = TunablePlace;
+using M = gnc::ardito::Parameters;
+using S = SolverParameters;
 
-constexpr double kMs = 1e6, kS = 1e9;  // to ns
 constexpr Change kAlways = Change::always, kAtRest = Change::at_rest;
 
-constexpr auto kTunables = std::to_array<Tunable<P>>({
-    {{"mobility.heading_limit_deg", "deg", 0.5, 5, kAtRest, false,
-      "of the motion against the rover"},
-     kDegree,
-     [](P& p) -> Place { return &p.mobility.max_sigma_rad; }},
-    {{"mobility.ratio_p", "", 0, 10, kAtRest, false,
-      "controllers that let all wheels, and all steering motors, settle together"},
-     1,
-     [](P& p) -> Place { return &p.mobility.proportional; }},
-    {{"mobility.ratio_i", "1/s", 0, 100, kAtRest, false, "the same"},
-     1,
-     [](P& p) -> Place { return &p.mobility.integral_1_s; }},
-    {{"mobility.correction_sign", "", -1, 1, kAtRest, true,
-      "of the correction of wheel speeds on uneven ground; 0: none"},
-     1,
-     [](P& p) -> Place { return &p.mobility.correction_sign; }},
-    {{"mobility.motor_temperature_degC", "degC", 0, 200, kAlways, false,
-      "hotter motors are reported"},
-     1,
-     [](P& p) -> Place { return &p.mobility.max_temperature_C; }},
-    {{"mobility.motor_current", "", 0.1, 10, kAlways, false,
-      "times the rated one, longer than a second: the same as a failed motor"},
-     1,
-     [](P& p) -> Place { return &p.mobility.max_current; }},
-    {{"mobility.lost_wheels", "", 0, 2, kAlways, true,
-      "so many may be out of work without an error"},
-     1,
-     [](P& p) -> Place { return &p.mobility.max_lost_wheels; }},
-    {{"bus.wheel_rated_A", "A", 0.1, 100, kAlways, false,
-      "what 1000 per mille of a wheel's current are, for people"},
-     1,
-     [](P& p) -> Place { return &p.wheel_current_A; }},
-    {{"bus.steering_rated_A", "A", 0.1, 100, kAlways, false, "the same of the steering"},
-     1,
-     [](P& p) -> Place { return &p.steering_current_A; }},
-    {{"safety.beacon_s", "s", 0, 60, kAtRest, false,
-      "the lamp runs for so long before the motors go on"},
-     kS,
-     [](P& p) -> Place { return &p.beacon_ns; }},
-    {{"safety.autonomy_s", "s", 0, 60, kAtRest, false,
-      "after the start, before the rover may drive by itself"},
-     kS,
-     [](P& p) -> Place { return &p.autonomy_ns; }},
-    {{"safety.io_silent_ms", "ms", 150, 5000, kAlways, false,
-      "no message of the emergency-stop button for so long: emergency"},
-     kMs,
-     [](P& p) -> Place { return &p.io_silent_ns; }},
-    {{"solve.budget_s", "s", 3, 600, kAlways, false, "for one strategy of error solving"},
-     kS,
-     [](P& p) -> Place { return &p.solver.budget_ns; }},
-    {{"bus.reset_s", "s", 1, 120, kAlways, false,
-      "a node that a command resets has to answer again within it"},
-     kS,
-     [](P& p) -> Place { return &p.reset_ns; }},
-});
+constexpr std::array kTunables{
+    tunable<&P::mobility, &M::max_sigma_rad>("mobility.heading_limit_deg", "deg", 0.5, 5, kAtRest,
+                                             "of the motion against the rover"),
+    tunable<&P::mobility, &M::proportional>(
+        "mobility.ratio_p", "", 0, 10, kAtRest,
+        "controllers that let all wheels, and all steering motors, settle together"),
+    tunable<&P::mobility, &M::integral_1_s>("mobility.ratio_i", "1/s", 0, 100, kAtRest, "the same"),
+    tunable<&P::mobility, &M::correction_sign>(
+        "mobility.correction_sign", "", -1, 1, kAtRest,
+        "of the correction of wheel speeds on uneven ground; 0: none", true),
+    tunable<&P::mobility, &M::max_temperature_C>("mobility.motor_temperature_degC", "degC", 0, 200,
+                                                 kAlways, "hotter motors are reported"),
+    tunable<&P::mobility, &M::max_current>(
+        "mobility.motor_current", "", 0.1, 10, kAlways,
+        "times the rated one, longer than a second: the same as a failed motor"),
+    tunable<&P::mobility, &M::max_lost_wheels>("mobility.lost_wheels", "", 0, 2, kAlways,
+                                               "so many may be out of work without an error"),
+    tunable<&P::wheel_current_A>("bus.wheel_rated_A", "A", 0.1, 100, kAlways,
+                                 "what 1000 per mille of a wheel's current are, for people"),
+    tunable<&P::steering_current_A>("bus.steering_rated_A", "A", 0.1, 100, kAlways,
+                                    "the same of the steering"),
+    tunable<&P::beacon_ns>("safety.beacon_s", "s", 0, 60, kAtRest,
+                           "the lamp runs for so long before the motors go on"),
+    tunable<&P::autonomy_ns>("safety.autonomy_s", "s", 0, 60, kAtRest,
+                             "after the start, before the rover may drive by itself"),
+    tunable<&P::io_silent_ns>("safety.io_silent_ms", "ms", 150, 5000, kAlways,
+                              "no message of the emergency-stop button for so long: emergency"),
+    tunable<&P::solver, &S::budget_ns>("solve.budget_s", "s", 3, 600, kAlways,
+                                       "for one strategy of error solving"),
+    tunable<&P::reset_ns>("bus.reset_s", "s", 1, 120, kAlways,
+                          "a node that a command resets has to answer again within it"),
+};
 constexpr auto kInfos = infos_of(kTunables);
-
-void derive(P&) {}
 
 const char* check(const P& p) { return gnc::ardito::check(p.mobility); }
 
-constexpr Tuning<P> kTuning{kTunables, kInfos, derive, check};
+constexpr Tuning<P> kTuning{.tunables = kTunables, .infos = kInfos, .check = check};
 
 }  // namespace
 

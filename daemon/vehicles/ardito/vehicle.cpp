@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "daemon/vehicles/ardito/tunables.h"
+#include "idl/angles.h"
 
 namespace lss::ardito {
 namespace {
@@ -12,9 +12,9 @@ namespace {
 using gnc::ardito::contains;
 using gnc::ardito::kRadPerSecondPerRpm;
 
-constexpr double kAcceleration_m_s2 = 1.0;  // towards a commanded speed
-constexpr double kGateMargin = 1.2;         // above the limits of the mobility controller
-constexpr double kSteeringLimit_rad = 65 * std::numbers::pi / 180;  // Ardito thesis 11.2
+constexpr double kAcceleration_m_s2 = 1.0;           // towards a commanded speed
+constexpr double kGateMargin = 1.2;                  // above the limits of the mobility controller
+constexpr double kSteeringLimit_rad = 65 * kDegree;  // Ardito thesis 11.2
 
 double seconds(TimeNs time) noexcept { return static_cast<double>(time) * 1e-9; }
 
@@ -39,16 +39,10 @@ Vehicle::Vehicle(const Parameters& parameters) noexcept
 // -------------------------------------------------------------------------------------------------
 
 Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept {
-  const double before = tunables_.value[index];
-  if (!lss::adjust(tuning(), parameters_, tunables_, index, value, really))
-    return {{.reason = Reason::parameter_together,
-             .measured = value,
-             .subject = static_cast<std::uint16_t>(index + 1)}};
-  if (really) {
+  return lss::adjust(tuning(), parameters_, tunables_, index, value, really, [&] {
     solver_.configure(parameters_.solver);
     mobility_.configure(parameters_.mobility);
-  }
-  return {{}, before};
+  });
 }
 
 // ---- read
@@ -161,7 +155,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     isolated_ = 0;
   }
   if (actions & lc::kResetModule) {
-    const auto number = static_cast<unsigned>(request->parameter[0]);
+    const int number = arguments<Reset>(*request).module;
     const unsigned all = (1u << kNodes) - 1;
     const unsigned nodes = number == 0 ? all : 1u << (number - 1);
     reset_nodes(static_cast<std::uint16_t>(nodes));
@@ -175,7 +169,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     orders_.quick_stop = false;
     reset_faults();  // of power that was missing while standing; other faults prevent the start
     started_ns_ = now_ns_;
-    limit_m_s_ = kSpeedLimits_m_s[static_cast<std::size_t>(request->parameter[0])];
+    limit_m_s_ = kSpeedLimits_m_s[static_cast<std::size_t>(arguments<Start>(*request).limit)];
     distance_m_ = yaw_rad_ = x_m_ = y_m_ = 0;
   }
   if (actions & kMotorsOn) {
@@ -183,10 +177,15 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     ++orders_.serial;
   }
   if (actions & kHalt) wanted_m_s_ = 0;
-  if (actions & (kDrive | kPark)) {
-    wanted_m_s_ = request->parameter[0];
-    wanted_rad_ = (actions & kDrive) != 0 ? request->parameter[1] : 0;
-    if (actions & kDrive) correction_ = request->parameter[2] > 0.5;
+  if (actions & kDrive) {
+    const auto drive = arguments<Drive>(*request);
+    wanted_m_s_ = drive.speed_m_s;
+    wanted_rad_ = drive.heading_rad;
+    correction_ = drive.correction;
+  }
+  if (actions & kPark) {
+    wanted_m_s_ = arguments<Park>(*request).speed_m_s;
+    wanted_rad_ = 0;
   }
 }
 

@@ -18,6 +18,7 @@
 #include "daemon/kit/node_watch.h"
 #include "daemon/kit/one_port.h"
 #include "daemon/kit/port_watch.h"
+#include "daemon/record/fields.h"
 #include "daemon/runtime/can_bus.h"
 #include "daemon/vehicles/ardito/config.h"
 #include "daemon/vehicles/ardito/gate.h"
@@ -28,6 +29,24 @@
 namespace lss::ardito {
 
 using RoverCanBus = CanBus<RoverBus, RoverBusParameters, RoverOrders, RoverSample, RoverStatus>;
+
+// For records.
+template <class V, record::Like<RoverOrders> X>
+void fields(V& v, X& x) {
+  static_assert(kMembers<RoverOrders> == 5);
+  record::visit_base<canopen::BusOrders>(v, x);
+  v("wheel", x.wheel);
+  v("steering", x.steering);
+  v("clutches", x.clutches);
+  v("beacon", x.beacon);
+}
+template <class V, record::Like<RoverLink> X>
+void fields(V& v, X& x) {
+  static_assert(kMembers<RoverLink> == 3);
+  record::visit_base<canopen::DriveLink>(v, x);
+  v("set_points", x.set_points);
+  v("set_points_refused", x.set_points_refused);
+}
 
 // A received value and its time.
 struct Known {

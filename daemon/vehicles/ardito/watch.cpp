@@ -293,9 +293,7 @@ bool Vehicle::healthy(const Supervisor& s) const noexcept {
 void Vehicle::begin_solving(const Supervisor& s) noexcept {
   std::array<FaultClass, kMaxFaults + 3> wrong;
   std::size_t count = 0;
-  for (const FaultRecord& fault : s.state().faults) {
-    if (fault.id != FaultId::none && severe(fault.id)) wrong[count++] = class_of(fault.id);
-  }
+  each_fatal(s, [&](const FaultRecord& fault) { wrong[count++] = class_of(fault.id); });
   bool contact_lost = false, drive_faults = false;
   for (std::size_t i = 0; i < kImu; ++i) {
     contact_lost = contact_lost || (in_service(i) && !answers(i));

@@ -1,7 +1,6 @@
 // D.I.A.N.A. Ardito's wiring: one CAN bus.
 
 #include "daemon/kit/declare.h"
-#include "daemon/vehicles/ardito/record.h"
 #include "daemon/vehicles/ardito/tunables.h"
 #include "daemon/vehicles/ardito/vehicle.h"
 

@@ -81,11 +81,11 @@ Buses::Buses(const config::Config& config, const BusesParameters& parameters)
       imu_settings_(settings(config, "imu", imu_line())),
       altimeter_settings_(settings(config, "altimeter", ar1000_)),
       can_path_(can_path(config)),
-      imu_({.line = &imu_line(), .frames = &frames_}, imu_settings_),
-      altimeter_({.line = &ar1000_}, altimeter_settings_),
+      imu_(LineEnds{.line = &imu_line(), .frames = &frames_}, imu_settings_),
+      altimeter_(LineEnds{.line = &ar1000_}, altimeter_settings_),
       can_(parameters_.can, can_path_, canopen::filters()),
       actuation_(parameters_.valves, can_) {
-  can_.attach(actuation_.sender());
+  can_.line().attach(actuation_.sender());
 }
 
 SensorLine& Buses::imu_line() noexcept {

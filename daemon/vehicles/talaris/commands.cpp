@@ -12,8 +12,6 @@ using gnc::talaris::Guard;
 using gnc::talaris::PlanRequest;
 using gnc::talaris::PlanResult;
 
-std::uint8_t set_of(double value) noexcept { return static_cast<std::uint8_t>(value); }
-
 Reason reason_of(Guard guard) noexcept {
   switch (guard) {
     case Guard::none:
@@ -52,36 +50,42 @@ Verdict verdict_of(const PlanResult& result) noexcept {
 // ---- consider
 
 Verdict Vehicle::consider(const Request& r) noexcept {
-  if (r.kind == static_cast<std::uint16_t>(lss::CommandKind::reset)) {
+  if (r.kind == kind_of(lss::CommandKind::reset)) {
     if (supervisor_ != nullptr && supervisor_->airborne()) return {.reason = Reason::in_flight};
-    if (r.parameter[0] == kAltimeterModule)  // it has no state to clear
-      return {.reason = Reason::not_a_choice, .measured = r.parameter[0], .subject = 0};
+    if (arguments<Reset>(r).module == kAltimeterModule)  // it has no state to clear
+      return {.reason = Reason::not_a_choice, .measured = kAltimeterModule, .subject = 0};
     return {};
   }
   switch (static_cast<CommandKind>(r.kind)) {
-    case CommandKind::valve:
-      return r.parameter[1] > 0.5 ? consider_valves(set_of(r.parameter[0])) : Verdict{};
+    case CommandKind::valve: {
+      const auto valve = arguments<OpenValves>(r);
+      return valve.open ? consider_valves(valve.valves) : Verdict{};
+    }
     case CommandKind::pulse: {
-      const double end_s = r.parameter[1] + r.parameter[2];
+      const auto pulse = arguments<DutyCycle>(r);
+      const double end_s = pulse.on_s + pulse.delay_s;
       if (end_s > gnc::talaris::kFrame_s + 1e-9)
         return {
             .reason = Reason::pulse_too_long, .measured = end_s, .limit = gnc::talaris::kFrame_s};
-      return consider_valves(set_of(r.parameter[0]));
+      return consider_valves(pulse.valves);
     }
     case CommandKind::gnc:
-      return consider_gnc(r);
+      return arguments<Gnc>(r).step == GncStep::execute ? consider_execute() : Verdict{};
     case CommandKind::plan:
       return verdict_of(
           gnc::talaris::make_plan(plan_request(r), parameters_.flight, flight_.gas().left_s()));
-    case CommandKind::gains:
-      if (r.parameter[0] <= static_cast<double>(parameters_.flight.gain_sets)) return {};
+    case CommandKind::gains: {
+      const unsigned set = arguments<SelectGains>(r).set;
+      if (set <= parameters_.flight.gain_sets) return {};
       return {.reason = Reason::no_such_gains,
-              .measured = r.parameter[0],
+              .measured = static_cast<double>(set),
               .limit = static_cast<double>(parameters_.flight.gain_sets)};
+    }
     case CommandKind::script_step:
       return script_.consider_step(r);
     case CommandKind::script_run: {
-      if (const Verdict v = script_.consider_run(r.parameter[0]); v.reason != Reason::none)
+      if (const Verdict v = script_.consider_run(arguments<ScriptRun>(r).id);
+          v.reason != Reason::none)
         return v;
       const bool armed =
           supervisor_ != nullptr && (supervisor_->controller().flags & kFansArmed) != 0;
@@ -102,10 +106,6 @@ Verdict Vehicle::consider_valves(std::uint8_t valves) const noexcept {
           .measured = static_cast<double>(std::countr_zero(disabled) + 1),
           .limit = kRequired,
           .subject = kValveModule};
-}
-
-Verdict Vehicle::consider_gnc(const Request& r) const noexcept {
-  return static_cast<GncStep>(r.parameter[0]) == GncStep::execute ? consider_execute() : Verdict{};
 }
 
 // Conditions that may have changed since planning.
@@ -135,12 +135,13 @@ Verdict Vehicle::consider_execute() const noexcept {
 }
 
 PlanRequest Vehicle::plan_request(const Request& r) const noexcept {
+  const auto wanted = arguments<PlanFlight>(r);
   PlanRequest plan;
-  plan.program = static_cast<gnc::talaris::Program>(r.parameter[0]);
-  plan.height_m = r.parameter[1];
-  plan.distance_m = r.parameter[2];
-  plan.turn_rad = r.parameter[3];
-  plan.time_s = r.parameter[4];
+  plan.program = static_cast<gnc::talaris::Program>(wanted.program);
+  plan.height_m = wanted.height_m;
+  plan.distance_m = wanted.distance_m;
+  plan.turn_rad = wanted.turn_rad;
+  plan.time_s = wanted.time_s;
   const bool wall = parameters_.navigation.pointing == gnc::talaris::Pointing::sideways;
   if (wall && !sensors_.altimeter_lost()) plan.range_m = sensors_.range_m();
   return plan;
@@ -176,7 +177,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   }
   if (request == nullptr) return;
   if (actions & lc::kResetModule) {
-    const auto number = static_cast<unsigned>(request->parameter[0]);
+    const int number = arguments<Reset>(*request).module;
     constexpr unsigned kNodes = 0b11100;
     const unsigned modules = number == 0 ? kNodes : 1u << (number - 1);
     reset_modules(static_cast<std::uint16_t>(modules));
@@ -193,31 +194,38 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
 }
 
 void Vehicle::carry_out(const Request& r) noexcept {
-  if (r.kind == static_cast<std::uint16_t>(lss::CommandKind::start)) {
+  if (r.kind == kind_of(lss::CommandKind::start)) {
     const double full_kPa = parameters_.flight.gas.full_kPa;
     if (sensors_.tank_kPa() >= parameters_.refuelled * full_kPa) flight_.refuel();
     return;
   }
   switch (static_cast<CommandKind>(r.kind)) {
-    case CommandKind::valve:
-      return hand_.valve(set_of(r.parameter[0]), r.parameter[1] > 0.5, r.parameter[2]);
-    case CommandKind::pulse:
-      return hand_.pulse(set_of(r.parameter[0]), r.parameter[1], r.parameter[2],
-                         static_cast<int>(r.parameter[3]));
+    case CommandKind::valve: {
+      const auto valve = arguments<OpenValves>(r);
+      return hand_.valve(valve.valves, valve.open, valve.time_s);
+    }
+    case CommandKind::pulse: {
+      const auto pulse = arguments<DutyCycle>(r);
+      return hand_.pulse(pulse.valves, pulse.on_s, pulse.delay_s, pulse.frames);
+    }
     case CommandKind::enable:
-      enabled_ = set_of(r.parameter[0]);
+      enabled_ = arguments<EnableValves>(r).valves;
       return hand_.limit(enabled_);
-    case CommandKind::edf_throttle:
-      return hand_.throttle(set_of(r.parameter[0]), r.parameter[1]);
-    case CommandKind::edf_rpm:
-      return hand_.rpm(set_of(r.parameter[0]), r.parameter[1], r.parameter[2]);
+    case CommandKind::edf_throttle: {
+      const auto fan = arguments<FanThrottle>(r);
+      return hand_.throttle(fan.fans, fan.throttle);
+    }
+    case CommandKind::edf_rpm: {
+      const auto fan = arguments<FanSpeed>(r);
+      return hand_.rpm(fan.fans, fan.rpm, fan.ramp_rpm_s);
+    }
     case CommandKind::plan:
       return plan(r);
     case CommandKind::gains: {
-      const auto set = static_cast<std::size_t>(r.parameter[0]);
+      const unsigned set = arguments<SelectGains>(r).set;
       flight_.select_gains(set);
       hand_.set_gains(parameters_.flight.gains[set - 1]);
-      tell(EventId::gains_selected, r.parameter[0]);
+      tell(EventId::gains_selected, set);
       return;
     }
     case CommandKind::script_begin:
@@ -231,9 +239,8 @@ void Vehicle::carry_out(const Request& r) noexcept {
 
 void Vehicle::plan(const Request& r) noexcept {
   const PlanResult result = flight_.plan(plan_request(r));
-  program_ = static_cast<std::uint8_t>(r.parameter[0]);
-  tell(EventId::planned, r.parameter[0], result.plan.total_s, result.plan.gas_s,
-       flight_.gas().left_s());
+  program_ = static_cast<std::uint8_t>(arguments<PlanFlight>(r).program);
+  tell(EventId::planned, program_, result.plan.total_s, result.plan.gas_s, flight_.gas().left_s());
 }
 
 void Vehicle::tell(EventId id, double a, double b, double c, double d) const noexcept {

@@ -8,15 +8,13 @@
 namespace lss::talaris {
 namespace {
 
-using lc::kKeep;
+using lc::in_mode, lc::off, lc::stay;
+using lc::kIdle, lc::kOperational, lc::kKeep;
 using lc::Row;
 
-constexpr lc::StateSet kIdle = lc::in(State::idle), kOperational = lc::in(State::operational);
-
-constexpr lc::ModeSet in(Mode mode) { return 1u << static_cast<unsigned>(mode); }
-constexpr lc::ModeSet kInManual = in(Mode::manual), kInDuty = in(Mode::duty_cycle),
-                      kInScript = in(Mode::script), kInStandby = in(Mode::standby),
-                      kInCalibrate = in(Mode::calibrate), kInExecute = in(Mode::execute);
+constexpr lc::ModeSet kInManual = in_mode(Mode::manual), kInDuty = in_mode(Mode::duty_cycle),
+                      kInScript = in_mode(Mode::script), kInStandby = in_mode(Mode::standby),
+                      kInCalibrate = in_mode(Mode::calibrate), kInExecute = in_mode(Mode::execute);
 constexpr lc::ModeSet kByHand = kInManual | kInDuty;
 constexpr lc::ModeSet kGround = kByHand | kInScript | kInStandby | kInCalibrate;
 
@@ -31,8 +29,6 @@ enum Guard : unsigned {
 constexpr const char* kGuardNames[] = {"navigation is calibrated", "something is planned",
                                        "the IMU is reliable",      "the fans are started",
                                        "it is in the air",         "it is on the ground"};
-constexpr lc::GuardSet kMayStart = lc::guard(lc::kPortOpen) | lc::guard(lc::kAllHeard) |
-                                   lc::guard(lc::kAllAnswer) | lc::guard(lc::kObcHeard);
 
 Verdict guard(unsigned number, const lc::ControllerState& s, unsigned) {
   switch (number) {
@@ -62,8 +58,7 @@ Verdict guard(unsigned number, const lc::ControllerState& s, unsigned) {
 
 void effect(lc::ActionSet actions, lc::ControllerState& s) {
   const auto set = [&](Flag flag, lc::ActionSet on, lc::ActionSet off) {
-    if (actions & off) s.flags = static_cast<std::uint8_t>(s.flags & ~flag);
-    if (actions & on) s.flags = static_cast<std::uint8_t>(s.flags | flag);
+    lc::follow(s, flag, actions, on, off);
   };
   const lc::ActionSet rest = lc::kEmergencyStop | lc::kMotorsOff;
   set(kCalibrated, kIsCalibrated, rest | kGncOff | kCalibrate | kEndFlight | kImuIsLost);
@@ -87,20 +82,12 @@ constexpr Row aim(lc::Event event, std::uint8_t from, lc::GuardSet guards, Goal 
   return {event, kOperational, kInExecute, guards, from, State::operational,
           kKeep, g(goal),      actions};
 }
-// State and mode stay.
-constexpr Row stay(lc::Event event, lc::StateSet from, lc::ModeSet modes, lc::GuardSet guards,
-                   lc::ActionSet actions) {
-  return {event, from, modes, guards, kKeep, State::idle, kKeep, kKeep, actions};
-}
-constexpr Row off(lc::Event event, lc::ModeSet from, std::uint8_t goal) {
-  return {event, kOperational, from, 0, goal, State::idle, 0, 0, lc::kMotorsOff};
-}
 
 constexpr lc::GuardSet kGroundOnly = lc::guard(kOnGround);
 constexpr lc::ActionSet kTake = lc::kTakeAuthority;
 
 constexpr std::array kRows = {
-    Row{event::start, kIdle, 0, kMayStart, kKeep, State::operational, m(Mode::manual),
+    Row{event::start, kIdle, 0, lc::kMayStart, kKeep, State::operational, m(Mode::manual),
         g(Goal::none), kTake | kShut},
 
     stay(event::stop, kIdle, 0, 0, 0),
@@ -170,25 +157,26 @@ constexpr std::array kRows = {
 constexpr lc::Rows kIndexed(kRows);
 
 constexpr std::array kEvents = {
-    lc::EventInfo{event::start, "start", true, 0},
-    lc::EventInfo{event::stop, "stop", true, 0},
-    lc::EventInfo{event::manual, "manual", true, 0},
-    lc::EventInfo{event::duty_cycle, "duty-cycle", true, 0},
-    lc::EventInfo{event::valve, "valve", true, 0},
-    lc::EventInfo{event::pulse, "pulse", true, 0},
-    lc::EventInfo{event::enable, "enable", true, 0},
-    lc::EventInfo{event::arm, "edf-arm start-up", true, 0},
+    lc::EventInfo{event::start, "start", true, 0, kind_of(lss::CommandKind::start)},
+    lc::EventInfo{event::stop, "stop", true, 0, kind_of(lss::CommandKind::stop)},
+    lc::EventInfo{event::manual, "manual", true, 0, kind_of(CommandKind::manual)},
+    lc::EventInfo{event::duty_cycle, "duty-cycle", true, 0, kind_of(CommandKind::duty_cycle)},
+    lc::EventInfo{event::valve, "valve", true, 0, kind_of(CommandKind::valve)},
+    lc::EventInfo{event::pulse, "pulse", true, 0, kind_of(CommandKind::pulse)},
+    lc::EventInfo{event::enable, "enable", true, 0, kind_of(CommandKind::enable)},
+    lc::EventInfo{event::arm, "edf-arm start-up", true, 0, kind_of(CommandKind::edf_arm)},
     lc::EventInfo{event::assume_armed, "edf-arm done", true, 0},
-    lc::EventInfo{event::fan, "edf-throttle, edf-rpm", true, 0},
+    lc::EventInfo{event::fan, "edf-throttle, edf-rpm", true, 0, kind_of(CommandKind::edf_throttle)},
     lc::EventInfo{event::standby, "gnc standby", true, 0},
     lc::EventInfo{event::calibrate, "gnc calibrate", true, 0},
     lc::EventInfo{event::execute, "gnc execute", true, 0},
-    lc::EventInfo{event::plan, "plan", true, 0},
-    lc::EventInfo{event::gains, "gains", true, 0},
-    lc::EventInfo{event::land, "land", true, 0},
-    lc::EventInfo{event::script_upload, "script-begin, script-step", true, 0},
-    lc::EventInfo{event::script_run, "script-run", true, 0},
-    lc::EventInfo{event::script_abort, "script-abort", true, 0},
+    lc::EventInfo{event::plan, "plan", true, 0, kind_of(CommandKind::plan)},
+    lc::EventInfo{event::gains, "gains", true, 0, kind_of(CommandKind::gains)},
+    lc::EventInfo{event::land, "land", true, 0, kind_of(CommandKind::land)},
+    lc::EventInfo{event::script_upload, "script-begin, script-step", true, 0,
+                  kind_of(CommandKind::script_begin)},
+    lc::EventInfo{event::script_run, "script-run", true, 0, kind_of(CommandKind::script_run)},
+    lc::EventInfo{event::script_abort, "script-abort", true, 0, kind_of(CommandKind::script_abort)},
     lc::EventInfo{event::calibrated, "calibrated", false, 0},
     lc::EventInfo{event::calibration_refused, "calibration refused", false, 0},
     lc::EventInfo{event::lifted_off, "lifted off", false, 0},
@@ -218,8 +206,11 @@ bool airborne(const lc::ControllerState& s) noexcept {
   return s.state == State::operational && s.mode == m(Mode::execute) && s.goal != g(Goal::none);
 }
 
+namespace {
+
+// Commands that only the vehicle can judge: gas and thrust, scripts, valves by hand.
 bool considered(std::uint16_t kind) noexcept {
-  if (kind == static_cast<std::uint16_t>(lss::CommandKind::reset)) return true;
+  if (kind == kind_of(lss::CommandKind::reset)) return true;
   switch (static_cast<CommandKind>(kind)) {
     case CommandKind::valve:
     case CommandKind::pulse:
@@ -240,52 +231,21 @@ bool considered(std::uint16_t kind) noexcept {
 }
 
 lc::Event event_of(const Request& r) noexcept {
-  switch (static_cast<lss::CommandKind>(r.kind)) {
-    case lss::CommandKind::start:
-      return event::start;
-    case lss::CommandKind::stop:
-      return event::stop;
-    default:
-      break;
-  }
   switch (static_cast<CommandKind>(r.kind)) {
-    case CommandKind::manual:
-      return event::manual;
-    case CommandKind::duty_cycle:
-      return event::duty_cycle;
-    case CommandKind::valve:
-      return event::valve;
-    case CommandKind::pulse:
-      return event::pulse;
-    case CommandKind::enable:
-      return event::enable;
     case CommandKind::edf_arm:
-      return r.parameter[0] > 0.5 ? event::assume_armed : event::arm;
-    case CommandKind::edf_throttle:
+      return arguments<ArmFans>(r).done ? event::assume_armed : event::arm;
     case CommandKind::edf_rpm:
       return event::fan;
     case CommandKind::gnc: {
       constexpr std::array kSteps = {event::standby, event::calibrate, event::execute};
-      return kSteps[static_cast<std::size_t>(r.parameter[0])];
+      return kSteps[static_cast<std::size_t>(arguments<Gnc>(r).step)];
     }
-    case CommandKind::plan:
-      return event::plan;
-    case CommandKind::gains:
-      return event::gains;
-    case CommandKind::land:
-      return event::land;
-    case CommandKind::script_begin:
     case CommandKind::script_step:
       return event::script_upload;
-    case CommandKind::script_run:
-      return event::script_run;
-    case CommandKind::script_abort:
-      return event::script_abort;
+    default:
+      return lss::event_of(kTable, r);
   }
-  return common_event(r);
 }
-
-unsigned subject_of(const Request&) noexcept { return 0; }
 
 bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
   if (done_at_once(kind)) return true;
@@ -319,17 +279,15 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
   }
 }
 
-Verdict sense(const SupervisorState&, const Request&) noexcept { return {}; }
+}  // namespace
 
 const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
 
 const Logic& logic() noexcept {
   static const Logic kLogic{.table = &kTable,
                             .event_of = event_of,
-                            .subject_of = subject_of,
                             .reached = reached,
                             .command = command,
-                            .sense = sense,
                             .airborne = airborne,
                             .considered = considered,
                             .tunables = tuning().infos};

@@ -27,24 +27,25 @@ enum Flag : std::uint8_t {
 };
 
 namespace event {
-inline constexpr lc::Event vehicle(unsigned n) {
-  return static_cast<lc::Event>(lc::kVehicleEvents + n);
-}
+using lc::vehicle_event;
 // commanded
-inline constexpr lc::Event start = vehicle(0), stop = vehicle(1), manual = vehicle(2),
-                           duty_cycle = vehicle(3), valve = vehicle(4), pulse = vehicle(5),
-                           enable = vehicle(6), arm = vehicle(7), assume_armed = vehicle(8),
-                           fan = vehicle(9), standby = vehicle(10), calibrate = vehicle(11),
-                           execute = vehicle(12), plan = vehicle(13), gains = vehicle(14),
-                           land = vehicle(15), script_upload = vehicle(16),
-                           script_run = vehicle(17), script_abort = vehicle(18);
+inline constexpr lc::Event start = vehicle_event(0), stop = vehicle_event(1),
+                           manual = vehicle_event(2), duty_cycle = vehicle_event(3),
+                           valve = vehicle_event(4), pulse = vehicle_event(5),
+                           enable = vehicle_event(6), arm = vehicle_event(7),
+                           assume_armed = vehicle_event(8), fan = vehicle_event(9),
+                           standby = vehicle_event(10), calibrate = vehicle_event(11),
+                           execute = vehicle_event(12), plan = vehicle_event(13),
+                           gains = vehicle_event(14), land = vehicle_event(15),
+                           script_upload = vehicle_event(16), script_run = vehicle_event(17),
+                           script_abort = vehicle_event(18);
 // reports
-inline constexpr lc::Event calibrated = vehicle(19), calibration_refused = vehicle(20),
-                           lifted_off = vehicle(21), finished = vehicle(22),
-                           script_ended = vehicle(23), fans_armed = vehicle(24),
-                           fans_unarmed = vehicle(25), imu_good = vehicle(26),
-                           imu_lost = vehicle(27), altimeter_good = vehicle(28),
-                           altimeter_lost = vehicle(29);
+inline constexpr lc::Event calibrated = vehicle_event(19), calibration_refused = vehicle_event(20),
+                           lifted_off = vehicle_event(21), finished = vehicle_event(22),
+                           script_ended = vehicle_event(23), fans_armed = vehicle_event(24),
+                           fans_unarmed = vehicle_event(25), imu_good = vehicle_event(26),
+                           imu_lost = vehicle_event(27), altimeter_good = vehicle_event(28),
+                           altimeter_lost = vehicle_event(29);
 }  // namespace event
 
 enum Action : lc::ActionSet {
@@ -77,27 +78,14 @@ extern const lc::Table kTable;
 // In Execute and off the ground.
 bool airborne(const lc::ControllerState& state) noexcept;
 
-// Commands that only the vehicle can judge: gas and thrust, scripts, valves by hand.
-bool considered(std::uint16_t kind) noexcept;
-
-// The event of a command of the DDS face; Event::none when it is not one of ours.
-lc::Event event_of(const Request& request) noexcept;
-
-// Whether the command's goal has been reached.
-bool reached(std::uint16_t kind, const SupervisorState& state) noexcept;
-
-// The module of a command; 0: none.
-unsigned subject_of(const Request& request) noexcept;
-
-// No guards: the vehicle has Actor::consider. Layout of SupervisorState::sense: [0] how many valves
+// Layout of SupervisorState::sense: [0] how many valves
 // are open and fans run; [1] whether valves are open by hand or pulses are left.
-Verdict sense(const SupervisorState& state, const Request& request) noexcept;
 inline constexpr std::size_t kSenseActive = 0, kSensePulsing = 1;
 
 // The command of `kind`, common or talaris' own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;
 
-// All of the above, for the supervisor.
+// For the supervisor.
 const Logic& logic() noexcept;
 
 }  // namespace lss::talaris

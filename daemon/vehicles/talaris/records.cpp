@@ -1,8 +1,8 @@
 #include "daemon/replay/records.h"
 
 #include "daemon/replay/replay.h"
-#include "daemon/vehicles/talaris/record.h"
 #include "daemon/vehicles/talaris/tunables.h"
+#include "daemon/vehicles/talaris/vehicle.h"
 
 namespace lss {
 

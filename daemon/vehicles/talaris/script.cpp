@@ -12,34 +12,33 @@ std::int32_t milliseconds(double s) noexcept {
 double seconds(std::int32_t ms) noexcept { return ms * 1e-3; }
 
 // Of a script-step command.
-ScriptStep read(const Request& r) noexcept {
-  ScriptStep step{.at_ms = milliseconds(r.parameter[2]),
-                  .kind = static_cast<StepKind>(r.parameter[3]),
-                  .which = static_cast<std::uint8_t>(r.parameter[4]),
-                  .value = r.parameter[5]};
-  if (step.kind == StepKind::pulse) step.on_ms = milliseconds(r.parameter[5]);
+ScriptStep read(const ScriptStepArguments& wanted) noexcept {
+  ScriptStep step{.at_ms = milliseconds(wanted.at_s),
+                  .kind = wanted.kind,
+                  .which = wanted.which,
+                  .value = wanted.value};
+  if (step.kind == StepKind::pulse) step.on_ms = milliseconds(wanted.value);
   return step;
 }
 
 }  // namespace
 
-Verdict Script::consider_begin(double, double) const noexcept { return {}; }
-
 Verdict Script::consider_step(const Request& r) const noexcept {
-  const auto number = static_cast<std::uint16_t>(r.parameter[1] + 1);
+  const auto wanted = arguments<ScriptStepArguments>(r);
+  const auto number = static_cast<std::uint16_t>(wanted.index + 1);
   const auto refuse = [&](Reason reason, double measured, double limit) {
     return Verdict{.reason = reason, .measured = measured, .limit = limit, .subject = number};
   };
-  if (r.parameter[0] != id_) return refuse(Reason::script_other, r.parameter[0], id_);
-  if (r.parameter[1] != count_) return refuse(Reason::script_order, r.parameter[1], count_);
+  if (wanted.id != id_) return refuse(Reason::script_other, wanted.id, id_);
+  if (wanted.index != count_) return refuse(Reason::script_order, wanted.index, count_);
   if (count_ >= announced_) return refuse(Reason::script_order, number, announced_);
-  const double value = r.parameter[5];
+  const double value = wanted.value;
   const auto within = [&](double min, double max) {
     if (value < min) return refuse(Reason::script_value, value, min);
     if (value > max) return refuse(Reason::script_value, value, max);
     return Verdict{};
   };
-  const ScriptStep step = read(r);
+  const ScriptStep step = read(wanted);
   Verdict verdict;
   if (step.kind == StepKind::pulse) {
     verdict = within(kMinPulse_s, kMaxManual_s);
@@ -50,7 +49,7 @@ Verdict Script::consider_step(const Request& r) const noexcept {
   }
   if (verdict.reason != Reason::none) return verdict;
   if (count_ > 0 && step.at_ms < step_[count_ - 1u].at_ms)
-    return refuse(Reason::script_backwards, r.parameter[2], seconds(step_[count_ - 1u].at_ms));
+    return refuse(Reason::script_backwards, wanted.at_s, seconds(step_[count_ - 1u].at_ms));
   if (step.end_ms() > milliseconds(kMaxScript_s))
     return refuse(Reason::script_too_long, seconds(step.end_ms()), kMaxScript_s);
   if (step.kind != StepKind::pulse) return {};
@@ -59,13 +58,14 @@ Verdict Script::consider_step(const Request& r) const noexcept {
     // The first release after the end of the last pulse.
     const std::int32_t earliest = (busy_until_ms_[i] + kFrame_ms - 1) / kFrame_ms * kFrame_ms;
     if (step.at_ms < earliest)
-      return refuse(Reason::script_overlap, r.parameter[2], seconds(earliest));
+      return refuse(Reason::script_overlap, wanted.at_s, seconds(earliest));
   }
   return {};
 }
 
-Verdict Script::consider_run(double id) const noexcept {
-  if (id != id_) return {.reason = Reason::script_other, .measured = id, .limit = double(id_)};
+Verdict Script::consider_run(std::uint32_t id) const noexcept {
+  if (id != id_)
+    return {.reason = Reason::script_other, .measured = double(id), .limit = double(id_)};
   if (count_ < announced_ || count_ == 0)
     return {.reason = Reason::script_incomplete,
             .measured = static_cast<double>(count_),
@@ -75,12 +75,13 @@ Verdict Script::consider_run(double id) const noexcept {
 
 void Script::begin(const Request& r) noexcept {
   *this = Script{};
-  id_ = static_cast<std::uint32_t>(r.parameter[0]);
-  announced_ = static_cast<std::uint16_t>(r.parameter[1]);
+  const auto wanted = arguments<ScriptBegin>(r);
+  id_ = wanted.id;
+  announced_ = wanted.steps;
 }
 
 void Script::add(const Request& r) noexcept {
-  const ScriptStep step = read(r);
+  const ScriptStep step = read(arguments<ScriptStepArguments>(r));
   step_[count_++] = step;
   end_ms_ = std::max(end_ms_, step.end_ms());
   if (step.kind != StepKind::pulse) {

@@ -36,9 +36,8 @@ struct FanChange {
 class Script {
  public:
   // Checks of begin, step and run; a step's number (from 1 on) is the verdict's subject.
-  Verdict consider_begin(double id, double steps) const noexcept;
   Verdict consider_step(const Request& request) const noexcept;
-  Verdict consider_run(double id) const noexcept;
+  Verdict consider_run(std::uint32_t id) const noexcept;
   // The set of valves that it opens, and whether it uses fans.
   std::uint8_t valves() const noexcept { return valves_; }
   bool uses_fans() const noexcept { return fans_; }

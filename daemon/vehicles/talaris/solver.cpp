@@ -1,7 +1,5 @@
 #include "daemon/vehicles/talaris/solver.h"
 
-#include "daemon/cycle/plan.h"
-
 namespace lss::talaris {
 
 FaultClass class_of(FaultId fault) noexcept {
@@ -18,13 +16,6 @@ FaultClass class_of(FaultId fault) noexcept {
     default:
       return FaultClass::system;
   }
-}
-
-void Solver::begin(std::span<const FaultClass> wrong) noexcept {
-  std::array<bool, kFaultClasses> present{};
-  for (const FaultClass c : wrong) present[static_cast<std::size_t>(c)] = true;
-  // The cause may be gone by now.
-  strategies_.begin(plan(parameters_.order, present, StrategyKind::reconnect));
 }
 
 Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {

@@ -6,9 +6,8 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 
-#include "daemon/cycle/strategies.h"
+#include "daemon/kit/planned_solver.h"
 #include "idl/talaris/commands.h"
 
 namespace lss::talaris {
@@ -45,27 +44,13 @@ class SolveTarget {
   ~SolveTarget() = default;
 };
 
-class Solver {
+class Solver final : public kit::PlannedSolver<StrategyKind, FaultClass, SolverParameters> {
  public:
-  using Report = Strategies<StrategyKind>::Report;
-
-  explicit Solver(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
-
-  // Plans the strategies from the present faults. The first one begins with the next step.
-  void begin(std::span<const FaultClass> wrong) noexcept;
-  void end() noexcept { strategies_.end(); }
-  // Applies to the running strategy, too.
-  void configure(const SolverParameters& parameters) noexcept { parameters_ = parameters; }
-  bool running() const noexcept { return strategies_.running(); }
-  StrategyKind kind() const noexcept { return strategies_.kind(); }
+  using PlannedSolver::PlannedSolver;
 
   // Once per frame while running. `healthy`: no fault at all in this frame. next: the strategy did
   // not help; call again when the locomotion controller agreed to the next one.
   Report step(SolveTarget& target, bool healthy) noexcept;
-
- private:
-  SolverParameters parameters_;
-  Strategies<StrategyKind> strategies_;
 };
 
 }  // namespace lss::talaris

@@ -33,12 +33,7 @@ Vehicle::Vehicle(const Parameters& parameters) noexcept
 // ---- adjust: a parameter
 
 Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept {
-  const double before = tunables_.value[index];
-  if (!lss::adjust(tuning(), parameters_, tunables_, index, value, really))
-    return {{.reason = Reason::parameter_together,
-             .measured = value,
-             .subject = static_cast<std::uint16_t>(index + 1)}};
-  if (really) {
+  return lss::adjust(tuning(), parameters_, tunables_, index, value, really, [&] {
     solver_.configure(parameters_.solver);
     sensors_.configure(parameters_);
     // The other parameters do not affect the flight and must not invalidate its plan.
@@ -46,8 +41,7 @@ Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept 
       flight_.configure(parameters_.flight);
       hand_.set_gains(parameters_.flight.gains[flight_.gains() - 1]);
     }
-  }
-  return {{}, before};
+  });
 }
 
 // ---- read

@@ -68,7 +68,6 @@ class Vehicle final : public Actor, private SolveTarget {
 
  private:
   // Commands (commands.cpp).
-  Verdict consider_gnc(const Request& request) const noexcept;
   Verdict consider_execute() const noexcept;
   Verdict consider_valves(std::uint8_t valves) const noexcept;
   gnc::talaris::PlanRequest plan_request(const Request& request) const noexcept;

@@ -201,11 +201,7 @@ void Vehicle::watch_script(Supervisor& s) noexcept {
 void Vehicle::begin_solving(const Supervisor& s) noexcept {
   std::array<FaultClass, kMaxFaults + 1> wrong;
   std::size_t count = 0;
-  for (const FaultRecord& fault : s.state().faults) {
-    const bool severe = fault.id != FaultId::none &&
-                        info(fault.id)->severity == static_cast<std::uint8_t>(Severity::fatal);
-    if (severe) wrong[count++] = class_of(fault.id);
-  }
+  each_fatal(s, [&](const FaultRecord& fault) { wrong[count++] = class_of(fault.id); });
   if (faulty_modules() != 0) wrong[count++] = FaultClass::contact;
   solver_.begin(std::span(wrong).first(count));
 }

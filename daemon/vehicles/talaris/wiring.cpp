@@ -5,7 +5,6 @@
 
 #include "daemon/kit/declare.h"
 #include "daemon/vehicles/talaris/buses.h"
-#include "daemon/vehicles/talaris/record.h"
 #include "daemon/vehicles/talaris/tunables.h"
 #include "daemon/vehicles/talaris/vehicle.h"
 

@@ -6,6 +6,7 @@
 #include "daemon/vehicles/zebro/solver.h"
 #include "drivers/zebro/leg_bus.h"
 #include "gnc/zebro/locomotion.h"
+#include "idl/angles.h"
 
 namespace lss::zebro {
 
@@ -17,7 +18,7 @@ struct Parameters {
   double current_limit_A = 1.2;   // below the modules' own 1.7 A (Zebro thesis [P-Int-1])
   TimeNs current_time_ns = 100 * kMillisecond;
   double temperature_warning_degC = 80;
-  double panel_deployed_deg = 110;
+  double panel_deployed_rad = 110 * kDegree;
   TimeNs panel_move_ns = 10 * kSecond;
   SolverParameters solver;
 };

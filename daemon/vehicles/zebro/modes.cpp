@@ -11,18 +11,16 @@
 namespace lss::zebro {
 namespace {
 
-using lc::kKeep;
+using lc::aim, lc::off, lc::in_mode;
+using lc::kIdle, lc::kOperational, lc::kSolving, lc::kContact, lc::kKeep;
 using lc::Row;
 
-constexpr lc::StateSet kIdle = lc::in(State::idle), kOperational = lc::in(State::operational),
-                       kSolving = lc::in(State::solve_errors);
-
-constexpr lc::ModeSet in(Mode mode) { return 1u << static_cast<unsigned>(mode); }
-constexpr lc::ModeSet kHolding = in(Mode::holding), kStandingUp = in(Mode::standing_up),
-                      kStanding = in(Mode::standing), kWalking = in(Mode::walking),
-                      kFinishing = in(Mode::finishing_step), kLyingDown = in(Mode::lying_down),
-                      kLying = in(Mode::lying), kStowing = in(Mode::stowing),
-                      kStowed = in(Mode::stowed), kBridge = in(Mode::bridge);
+constexpr lc::ModeSet kHolding = in_mode(Mode::holding), kStandingUp = in_mode(Mode::standing_up),
+                      kStanding = in_mode(Mode::standing), kWalking = in_mode(Mode::walking),
+                      kFinishing = in_mode(Mode::finishing_step),
+                      kLyingDown = in_mode(Mode::lying_down), kLying = in_mode(Mode::lying),
+                      kStowing = in_mode(Mode::stowing), kStowed = in_mode(Mode::stowed),
+                      kBridge = in_mode(Mode::bridge);
 
 enum Guard : unsigned {
   kPanelIn = lc::kVehicleGuards,
@@ -36,9 +34,7 @@ constexpr const char* kGuardNames[] = {"the panel is in", "the panel is still",
 constexpr lc::GuardSet kInService = lc::guard(lc::kInService),
                        kPanelAtRest = lc::guard(kPanelStill),
                        kMotors = lc::guard(kMotorsOnConfirmed);
-constexpr lc::GuardSet kContact =
-    lc::guard(lc::kPortOpen) | lc::guard(lc::kAllHeard) | lc::guard(lc::kAllAnswer);
-constexpr lc::GuardSet kMayStart = kContact | lc::guard(lc::kObcHeard) | lc::guard(kPanelIn);
+constexpr lc::GuardSet kMayStart = lc::kMayStart | lc::guard(kPanelIn);
 
 Verdict guard(unsigned number, const lc::ControllerState& s, unsigned subject) {
   switch (number) {
@@ -93,27 +89,19 @@ constexpr Row move(lc::Event event, lc::ModeSet from, lc::GuardSet guards, Mode 
                    lc::ActionSet actions) {
   return {event, kOperational, from, guards, kKeep, State::operational, m(to), g(goal), actions};
 }
-// Only the goal changes: the running motion goes on.
-constexpr Row aim(lc::Event event, lc::ModeSet from, lc::GuardSet guards, Goal goal,
-                  lc::ActionSet actions) {
-  return {event, kOperational, from, guards, kKeep, State::operational, kKeep, g(goal), actions};
-}
 // Already there: accepted, nothing to do.
 constexpr Row stay(lc::Event event, lc::ModeSet from, lc::ActionSet actions) {
-  return {event, kOperational, from, 0, kKeep, State::operational, kKeep, kKeep, actions};
+  return lc::stay(event, kOperational, from, 0, actions);
 }
 // The running motion has ended and the goal determines the next.
 constexpr Row done(lc::ModeSet from, Goal goal, Mode to, Goal next, lc::ActionSet actions) {
   return {event::motion_done, kOperational, from,    0,      g(goal),
           State::operational, m(to),        g(next), actions};
 }
-constexpr Row off(lc::Event event, lc::ModeSet from, std::uint8_t goal) {
-  return {event, kOperational, from, 0, goal, State::idle, 0, 0, lc::kMotorsOff};
-}
 // Outside Operational.
 constexpr Row in_state(lc::StateSet from, lc::Event event, lc::GuardSet guards,
                        lc::ActionSet actions) {
-  return {event, from, 0, guards, kKeep, State::idle, kKeep, kKeep, actions};
+  return lc::stay(event, from, 0, guards, actions);
 }
 constexpr Row begin(lc::Event event, Goal goal) {
   return {event,
@@ -221,12 +209,12 @@ constexpr std::array kEvents = {
     lc::EventInfo{event::start_walk, "start walk", true, 0},
     lc::EventInfo{event::stop, "stop", true, 0},
     lc::EventInfo{event::stop_lay_down, "stop lay-down", true, 0},
-    lc::EventInfo{event::stand, "stand", true, 0},
-    lc::EventInfo{event::lay_down, "lay-down", true, 0},
-    lc::EventInfo{event::stow, "stow", true, 0},
-    lc::EventInfo{event::walk, "walk", true, 0},
+    lc::EventInfo{event::stand, "stand", true, 0, kind_of(CommandKind::stand)},
+    lc::EventInfo{event::lay_down, "lay-down", true, 0, kind_of(CommandKind::lay_down)},
+    lc::EventInfo{event::stow, "stow", true, 0, kind_of(CommandKind::stow)},
+    lc::EventInfo{event::walk, "walk", true, 0, kind_of(CommandKind::walk)},
     lc::EventInfo{event::walk_zero, "walk zero", true, 0},
-    lc::EventInfo{event::leg, "leg", true, kLegs},
+    lc::EventInfo{event::leg, "leg", true, kLegs, kind_of(CommandKind::leg)},
     lc::EventInfo{event::panel_deploy, "panel deploy", true, 0},
     lc::EventInfo{event::panel_retract, "panel retract", true, 0},
     lc::EventInfo{event::motors_confirmed, "motors confirmed", false, 0},
@@ -256,37 +244,23 @@ bool enough_legs_without(unsigned isolated) noexcept {
 const lc::Table kTable{&kIndexed, kEvents, kModules, kGuardNames, guard, effect, &lc::kCommonRows};
 
 lc::Event event_of(const Request& r) noexcept {
-  switch (static_cast<lss::CommandKind>(r.kind)) {
-    case lss::CommandKind::start: {
-      constexpr std::array kStarts = {event::start, event::start_stand, event::start_walk};
-      return kStarts[static_cast<std::size_t>(r.parameter[0])];
-    }
-    case lss::CommandKind::stop:
-      return r.parameter[0] > 0.5 ? event::stop_lay_down : event::stop;
-    default:
-      break;
+  if (r.kind == kind_of(lss::CommandKind::start)) {
+    constexpr std::array kStarts = {event::start, event::start_stand, event::start_walk};
+    return kStarts[static_cast<std::size_t>(arguments<Start>(r).then)];
   }
-  switch (static_cast<CommandKind>(r.kind)) {
-    case CommandKind::stand:
-      return event::stand;
-    case CommandKind::lay_down:
-      return event::lay_down;
-    case CommandKind::stow:
-      return event::stow;
-    case CommandKind::walk:
-      return r.parameter[2] < 0.5 ? event::walk_zero : event::walk;
-    case CommandKind::leg:
-      return event::leg;
-    case CommandKind::panel:
-      return r.parameter[0] > 0.5 ? event::panel_deploy : event::panel_retract;
-  }
-  return common_event(r);
+  if (r.kind == kind_of(lss::CommandKind::stop))
+    return arguments<SafeStop>(r).lay_down ? event::stop_lay_down : event::stop;
+  if (r.kind == kind_of(CommandKind::walk) && arguments<Walk>(r).speed == WalkSpeed::zero)
+    return event::walk_zero;
+  if (r.kind == kind_of(CommandKind::panel))
+    return arguments<MovePanel>(r).deploy ? event::panel_deploy : event::panel_retract;
+  return lss::event_of(kTable, r);
 }
 
+namespace {
+
 unsigned subject_of(const Request& r) noexcept {
-  return r.kind == static_cast<std::uint16_t>(CommandKind::leg)
-             ? static_cast<unsigned>(r.parameter[0])
-             : 0;
+  return r.kind == kind_of(CommandKind::leg) ? arguments<MoveLeg>(r).leg : 0;
 }
 
 bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
@@ -323,27 +297,30 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
 
 Verdict sense(const SupervisorState& state, const Request& r) noexcept {
   const auto tripped = static_cast<std::uint16_t>(state.sense[kSenseTripped]);
-  if (r.kind == static_cast<std::uint16_t>(lss::CommandKind::start) && tripped != 0)
+  if (r.kind == kind_of(lss::CommandKind::start) && tripped != 0)
     return {.reason = Reason::fault_latched, .subject = tripped};
   const double rounds = state.sense[kSenseSolveRounds], limit = state.sense[kSenseSolveLimit];
-  if (r.kind == static_cast<std::uint16_t>(lss::CommandKind::solve) && limit > 0 && rounds >= limit)
+  if (r.kind == kind_of(lss::CommandKind::solve) && limit > 0 && rounds >= limit)
     return {.reason = Reason::solved_too_often,
             .measured = rounds,
             .limit = limit,
             .subject = static_cast<std::uint16_t>(state.sense[kSenseSolveModule])};
-  if (r.kind != static_cast<std::uint16_t>(CommandKind::leg)) return {};
+  if (r.kind != kind_of(CommandKind::leg)) return {};
   constexpr double kRound_rad = 2 * std::numbers::pi;
-  const double from_rad = state.sense[static_cast<std::size_t>(r.parameter[0]) - 1];
-  const double forward_rad = std::fmod(r.parameter[1] - from_rad + 2 * kRound_rad, kRound_rad);
+  const auto move = arguments<MoveLeg>(r);
+  const double from_rad = state.sense[move.leg - 1];
+  const double forward_rad = std::fmod(move.position_rad - from_rad + 2 * kRound_rad, kRound_rad);
   const double rate_rad_s =
-      (r.parameter[3] > 0.5 ? forward_rad : kRound_rad - forward_rad) / r.parameter[2];
+      (move.forward ? forward_rad : kRound_rad - forward_rad) / move.duration_s;
   const double limit_rad_s = state.sense[kSenseTurnLimit];
   if (rate_rad_s <= limit_rad_s || std::isnan(rate_rad_s)) return {};
   return {.reason = Reason::too_fast,
           .measured = rate_rad_s,
           .limit = limit_rad_s,
-          .subject = static_cast<std::uint16_t>(r.parameter[0])};
+          .subject = static_cast<std::uint16_t>(move.leg)};
 }
+
+}  // namespace
 
 const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
 

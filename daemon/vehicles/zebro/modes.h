@@ -29,21 +29,23 @@ enum Flag : std::uint8_t {
 };
 
 namespace event {
-inline constexpr lc::Event vehicle(unsigned n) {
-  return static_cast<lc::Event>(lc::kVehicleEvents + n);
-}
+using lc::vehicle_event;
 // commanded
-inline constexpr lc::Event start = vehicle(0), start_stand = vehicle(1), start_walk = vehicle(2),
-                           stop = vehicle(3), stop_lay_down = vehicle(4), stand = vehicle(5),
-                           lay_down = vehicle(6), stow = vehicle(7), walk = vehicle(8),
-                           walk_zero = vehicle(9), leg = vehicle(10), panel_deploy = vehicle(11),
-                           panel_retract = vehicle(12);
+inline constexpr lc::Event start = vehicle_event(0), start_stand = vehicle_event(1),
+                           start_walk = vehicle_event(2), stop = vehicle_event(3),
+                           stop_lay_down = vehicle_event(4), stand = vehicle_event(5),
+                           lay_down = vehicle_event(6), stow = vehicle_event(7),
+                           walk = vehicle_event(8), walk_zero = vehicle_event(9),
+                           leg = vehicle_event(10), panel_deploy = vehicle_event(11),
+                           panel_retract = vehicle_event(12);
 // reports
-inline constexpr lc::Event motors_confirmed = vehicle(13), motion_done = vehicle(14),
-                           panel_arrived_in = vehicle(15), panel_arrived_out = vehicle(16),
-                           panel_seen_out = vehicle(17);
+inline constexpr lc::Event motors_confirmed = vehicle_event(13), motion_done = vehicle_event(14),
+                           panel_arrived_in = vehicle_event(15),
+                           panel_arrived_out = vehicle_event(16),
+                           panel_seen_out = vehicle_event(17);
 // of error solving
-inline constexpr lc::Event free_leg = vehicle(18), leg_freed = vehicle(19), isolate = vehicle(20);
+inline constexpr lc::Event free_leg = vehicle_event(18), leg_freed = vehicle_event(19),
+                           isolate = vehicle_event(20);
 }  // namespace event
 
 enum Action : lc::ActionSet {
@@ -71,17 +73,10 @@ bool enough_legs_without(unsigned isolated) noexcept;
 // The event of a command of the DDS face; Event::none when it is not one of ours.
 lc::Event event_of(const Request& request) noexcept;
 
-// Whether the command's goal has been reached. walk never ends by itself.
-bool reached(std::uint16_t kind, const SupervisorState& state) noexcept;
-
-// The module of a command; 0: none.
-unsigned subject_of(const Request& request) noexcept;
-
-// Guards on measured values. Layout of SupervisorState::sense: [0..6] position_rad of the modules,
-// NaN when unknown; [7] the fastest a leg may turn, rad/s; [8] legs with motion control on; [9] the
-// first module that stopped by itself and was not reset since, 0: none; [10] the largest number of
-// error-solving rounds of a present fault, [11] its module, [12] the limit.
-Verdict sense(const SupervisorState& state, const Request& request) noexcept;
+// Layout of SupervisorState::sense, for guards on measured values: [0..6] position_rad of the
+// modules, NaN when unknown; [7] the fastest a leg may turn, rad/s; [8] legs with motion control
+// on; [9] the first module that stopped by itself and was not reset since, 0: none; [10] the
+// largest number of error-solving rounds of a present fault, [11] its module, [12] the limit.
 inline constexpr std::size_t kSenseTurnLimit = kModules, kSenseMotorsOn = kModules + 1,
                              kSenseTripped = kModules + 2, kSenseSolveRounds = kModules + 3,
                              kSenseSolveModule = kModules + 4, kSenseSolveLimit = kModules + 5;
@@ -89,7 +84,7 @@ inline constexpr std::size_t kSenseTurnLimit = kModules, kSenseMotorsOn = kModul
 // The command for `kind`, common or zebro's own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;
 
-// All of the above, for the supervisor.
+// For the supervisor.
 const Logic& logic() noexcept;
 
 }  // namespace lss::zebro

@@ -50,7 +50,7 @@ void Vehicle::end_panel() noexcept {
 
 // Backward until the module passes its sensor: from then on its position is the true one.
 void Vehicle::seek_panel_sensor() noexcept {
-  const double whole_rad = parameters_.panel_deployed_deg * kDegree;
+  const double whole_rad = parameters_.panel_deployed_rad;
   const double way_rad = std::min(whole_rad + kSeekFurther_rad, kLongestWay_rad);
   panel_.step = Panel::Step::seeking;
   panel_.due_ns = now_ns_ + static_cast<TimeNs>(way_rad / whole_rad *
@@ -74,8 +74,8 @@ void Vehicle::drive_panel() noexcept {
   const bool last_bit = sought && !panel_.deploy;
   panel_.step = Panel::Step::moving;
   panel_.due_ns = now_ns_ + (last_bit ? kLastBit : parameters_.panel_move_ns);
-  order_move(kPanel, in_rad + (panel_.deploy ? parameters_.panel_deployed_deg * kDegree : 0),
-             panel_.due_ns, panel_.deploy || past);
+  order_move(kPanel, in_rad + (panel_.deploy ? parameters_.panel_deployed_rad : 0), panel_.due_ns,
+             panel_.deploy || past);
 }
 
 void Vehicle::watch_panel(Supervisor& s) noexcept {

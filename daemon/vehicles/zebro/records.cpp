@@ -1,8 +1,8 @@
 #include "daemon/replay/records.h"
 
 #include "daemon/replay/replay.h"
-#include "daemon/vehicles/zebro/record.h"
 #include "daemon/vehicles/zebro/tunables.h"
+#include "daemon/vehicles/zebro/vehicle.h"
 
 namespace lss {
 

@@ -45,11 +45,9 @@ void Vehicle::rest() noexcept {
 // From the latched faults and the present ones.
 Vehicle::Symptoms Vehicle::symptoms(const Supervisor& s) const noexcept {
   Symptoms all;
-  for (const FaultRecord& fault : s.state().faults) {
-    if (fault.id != FaultId::none &&
-        info(fault.id)->severity == static_cast<std::uint8_t>(Severity::fatal))
-      all.add({class_of(fault.id), fault.subject, !of_operator(fault.id)});
-  }
+  each_fatal(s, [&](const FaultRecord& fault) {
+    all.add({class_of(fault.id), fault.subject, !of_operator(fault.id)});
+  });
   for (std::size_t i = 0; i < kModules; ++i) {
     if (!in_service(i)) continue;
     const auto see = [&](bool wrong, FaultClass fault_class) {

@@ -12,10 +12,11 @@ using Kind = ModuleOrder::Kind;
 
 constexpr double kGateMargin = 1.1;  // above the gait's own swing limit
 
-gnc::zebro::WalkRequest walk_request(const double* parameter) noexcept {
-  return {.direction = parameter[0] > 0.5 ? 1.0 : -1.0,
-          .heading_rad = parameter[1],
-          .speed = static_cast<gnc::zebro::Speed>(parameter[2])};
+// Of the arguments of walk or start.
+gnc::zebro::WalkRequest walk_request(const auto& walk) noexcept {
+  return {.direction = walk.forward ? 1.0 : -1.0,
+          .heading_rad = walk.heading_rad,
+          .speed = static_cast<gnc::zebro::Speed>(walk.speed)};
 }
 
 }  // namespace
@@ -73,16 +74,10 @@ bool Vehicle::answers(std::size_t module) const noexcept {
 // -------------------------------------------------------------------------------------------------
 
 Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept {
-  const double before = tunables_.value[index];
-  if (!lss::adjust(tuning(), parameters_, tunables_, index, value, really))
-    return {{.reason = Reason::parameter_together,
-             .measured = value,
-             .subject = static_cast<std::uint16_t>(index + 1)}};
-  if (really) {
+  return lss::adjust(tuning(), parameters_, tunables_, index, value, really, [&] {
     solver_.configure(parameters_.solver);
     locomotion_.configure(parameters_.locomotion);  // none of them changes while it moves
-  }
-  return {{}, before};
+  });
 }
 
 // ---- act: actions of the locomotion controller, at once
@@ -141,7 +136,7 @@ void Vehicle::begin_motion(lc::ActionSet actions, const Request* request) noexce
     motors_on_ns_ = now_ns_;
     locomotion_.isolate(static_cast<std::uint8_t>(isolated_));
     locomotion_.reset_odometry();
-    walk_ = walk_request(&request->parameter[1]);  // used when the follow-up is to walk
+    walk_ = walk_request(arguments<Start>(*request));  // used when the follow-up is to walk
   }
   if (actions & kMoveLeg) move_leg(*request);
   if ((actions & (kStandUp | kWalk | kFinishStep | kLayDown | kStow)) == 0) return;
@@ -154,21 +149,22 @@ void Vehicle::begin_motion(lc::ActionSet actions, const Request* request) noexce
   if (actions & kLayDown) locomotion_.lay_down(now_s);
   if (actions & kStow) locomotion_.stow(now_s);
   if (actions & kWalk) {
-    if (request != nullptr) walk_ = walk_request(request->parameter.data());
+    if (request != nullptr) walk_ = walk_request(arguments<Walk>(*request));
     locomotion_.walk(now_s, walk_);
   }
 }
 
 void Vehicle::move_leg(const Request& request) noexcept {
-  const auto leg = static_cast<std::size_t>(request.parameter[0]) - 1;
+  const auto move = arguments<MoveLeg>(request);
+  const std::size_t leg = move.leg - 1;
   walking_legs_ = in_motion_ = false;
   locomotion_.hold(seconds(now_ns_));
-  bridge_ = {.leg = leg, .due_ns = now_ns_ + static_cast<TimeNs>(request.parameter[2] * 1e9)};
-  order_move(leg, request.parameter[1], bridge_.due_ns, request.parameter[3] > 0.5);
+  bridge_ = {.leg = leg, .due_ns = now_ns_ + static_cast<TimeNs>(move.duration_s * 1e9)};
+  order_move(leg, move.position_rad, bridge_.due_ns, move.forward);
 }
 
 void Vehicle::reset_modules(const Request& request) noexcept {
-  const auto number = static_cast<std::size_t>(request.parameter[0]);
+  const auto number = static_cast<std::size_t>(arguments<Reset>(request).module);
   for (std::size_t i = 0; i < kModules; ++i) {
     if (number != 0 && number != i + 1) continue;
     order(i, Kind::reset);

@@ -7,8 +7,8 @@
 #include <memory>
 
 #include "daemon/kit/declare.h"
-#include "daemon/vehicles/zebro/record.h"
 #include "daemon/vehicles/zebro/tunables.h"
+#include "daemon/vehicles/zebro/vehicle.h"
 
 namespace lss::zebro {
 namespace {

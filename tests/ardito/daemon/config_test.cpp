@@ -2,34 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
+#include "tests/support/config_file.h"
 
 namespace lss::ardito {
 namespace {
 
-tl::expected<config::Config, std::string> load(const std::string& file, Parameters& parameters) {
-  return config::load(file, {"ardito"}, [&](const std::string&, config::Section& s) {
-    parameters = read_parameters(s);
-  });
-}
-
-std::string error_of(const std::string& from, const std::string& to) {
-  std::ifstream in(LSS_CONFIG);
-  std::string text((std::istreambuf_iterator<char>(in)), {});
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  text.replace(at, from.size(), to);
-  const std::string path = testing::TempDir() + "ardito_altered_" +
-                           testing::UnitTest::GetInstance()->current_test_info()->name() + ".toml";
-  std::ofstream(path) << text;
-  Parameters p;
-  const auto config = load(path, p);
-  return config ? "" : config.error();
-}
+const testing_support::ConfigFile<Parameters> kFile("ardito", read_parameters);
 
 TEST(ArditoConfig, TheExampleHoldsTheDefaults) {
   Parameters p;
-  const auto config = load(LSS_CONFIG, p);
+  const auto config = kFile.load(LSS_CONFIG, p);
   ASSERT_TRUE(config) << config.error();
   EXPECT_EQ(config->period_ns, 100 * kMillisecond);
   const Parameters d;
@@ -58,31 +40,35 @@ TEST(ArditoConfig, TheExampleHoldsTheDefaults) {
 
 TEST(ArditoConfig, EachSignOfTheCorrectionInItsRangeIsTaken) {
   for (const char* sign : {"-1", "0", "1"})
-    EXPECT_EQ(error_of("correction_sign = 1", std::string("correction_sign = ") + sign), "");
-  EXPECT_NE(error_of("correction_sign = 1", "correction_sign = 2").find("out of range -1 to 1"),
-            std::string::npos);
+    EXPECT_EQ(kFile.error_of("correction_sign = 1", std::string("correction_sign = ") + sign), "");
+  EXPECT_NE(
+      kFile.error_of("correction_sign = 1", "correction_sign = 2").find("out of range -1 to 1"),
+      std::string::npos);
 }
 
 TEST(ArditoConfig, NoLoadCurrentsAreFiveAtRisingSpeeds) {
-  EXPECT_EQ(error_of("[0.05, 0.06, 0.07, 0.09, 0.13]", "[0.04, 0.05, 0.05, 0.06, 0.08]"), "");
-  EXPECT_NE(error_of("[0.05, 0.06, 0.07, 0.09, 0.13]", "[0.05, 0.06]").find("a list of 5 numbers"),
-            std::string::npos);
-  EXPECT_NE(error_of("[0.0, 1.0, 2.0, 4.0, 8.0]", "[0.0, 2.0, 1.0, 4.0, 8.0]").find("must rise"),
-            std::string::npos);
+  EXPECT_EQ(kFile.error_of("[0.05, 0.06, 0.07, 0.09, 0.13]", "[0.04, 0.05, 0.05, 0.06, 0.08]"), "");
+  EXPECT_NE(
+      kFile.error_of("[0.05, 0.06, 0.07, 0.09, 0.13]", "[0.05, 0.06]").find("a list of 5 numbers"),
+      std::string::npos);
+  EXPECT_NE(
+      kFile.error_of("[0.0, 1.0, 2.0, 4.0, 8.0]", "[0.0, 2.0, 1.0, 4.0, 8.0]").find("must rise"),
+      std::string::npos);
 }
 
 TEST(ArditoConfig, TwoNodesOfOneNumberAreRefused) {
-  EXPECT_NE(error_of("io_node = 32", "io_node = 3").find("node 3 is there twice"),
+  EXPECT_NE(kFile.error_of("io_node = 32", "io_node = 3").find("node 3 is there twice"),
             std::string::npos);
 }
 
 TEST(ArditoConfig, AnUnknownStrategyIsRefusedWithTheOnesThereAre) {
-  EXPECT_NE(error_of("[\"retest\", \"isolate\"]", "[\"pray\"]").find("\"pray\" is no strategy"),
-            std::string::npos);
+  EXPECT_NE(
+      kFile.error_of("[\"retest\", \"isolate\"]", "[\"pray\"]").find("\"pray\" is no strategy"),
+      std::string::npos);
 }
 
 TEST(ArditoConfig, AWrongUnitIsToldWithTheRightOne) {
-  EXPECT_NE(error_of("sync_lead_ms = 10", "sync_lead_s = 0.01").find("sync_lead_ms"),
+  EXPECT_NE(kFile.error_of("sync_lead_ms = 10", "sync_lead_s = 0.01").find("sync_lead_ms"),
             std::string::npos);
 }
 

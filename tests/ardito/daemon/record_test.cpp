@@ -1,9 +1,9 @@
 // Records of Ardito as people see them; more in tests/safety/records.h.
-#include "daemon/vehicles/ardito/record.h"
-
 #include <gtest/gtest.h>
 
+#include "daemon/record/frame_record.h"
 #include "daemon/record/json.h"
+#include "daemon/vehicles/ardito/vehicle.h"
 
 namespace lss::ardito {
 namespace {

@@ -1,7 +1,7 @@
 // D.I.A.N.A. Ardito passes the safety suite.
 
-#include "daemon/vehicles/ardito/record.h"
 #include "daemon/vehicles/ardito/tunables.h"
+#include "daemon/vehicles/ardito/vehicle.h"
 #include "tests/safety/safety_suite.h"
 #include "tests/support/allocations.h"
 #include "world.h"

@@ -64,15 +64,6 @@ TEST(Canopen, EachStatusOfADriveHasAControlwordOnTheWayToEnabled) {
   EXPECT_EQ(towards_enabled(DriveState::unknown), 0x00);
 }
 
-TEST(Canopen, CodesHaveNames) {
-  EXPECT_STREQ(abort_text(0x06020000), "no such object");
-  EXPECT_STREQ(abort_text(0x06090030), "value out of range");
-  EXPECT_STREQ(abort_text(0x12345678), "another abort code");
-  EXPECT_STREQ(emergency_text(0x8130), "heartbeat of the master lost");
-  EXPECT_STREQ(emergency_text(0x2320), "current");
-  EXPECT_STREQ(emergency_text(0x1000), "generic error");
-}
-
 TEST(Sdo, WritesTheGoldenFrames) {
   const std::vector<std::pair<Entry, Bytes>> golden = {
       {{0x6060, 0, 1, 3}, {0x2F, 0x60, 0x60, 0, 3, 0, 0, 0}},

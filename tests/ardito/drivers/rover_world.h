@@ -3,29 +3,28 @@
 // A RoverBus in virtual time with the twelve nodes of docs/icd-ardito.md on its bus. Nothing waits
 // for a clock.
 
-#include <map>
 #include <vector>
 
 #include "drivers/ardito/rover_bus.h"
 #include "tests/ardito/drivers/can_node.h"
+#include "tests/support/can_world.h"
 
 namespace lss::ardito {
 
 using testing_support::CanNode;
 
-class RoverWorld {
+class RoverWorld final
+    : public testing_support::CanWorld<RoverWorld, RoverBus, CanNode, RoverSample> {
  public:
   explicit RoverWorld(const RoverBusParameters& parameters = {});
 
   // New orders; with a new serial by default. They are released at the frame's begin.
   void release(bool anew = true);
-  void run_until(TimeNs end);
-  void run_for(TimeNs duration) { run_until(now + duration); }
   void run_frames(int n);        // each: to the next frame boundary, then a release
   void boot();                   // until all nodes are operational
   void drive(double motor_rpm);  // all enabled, until all do it
-  void deliver(const CanFrame& frame) { bus.receive({&frame, 1}); }
-  void pump();
+  void pump() { pump_master(); }
+  TimeNs next_wake() const { return master_dead ? INT64_MAX : bus.next_wake(); }
 
   CanNode& wheel(std::size_t i) { return node[i]; }
   CanNode& steering(std::size_t i) { return node[kFirstSteering + i]; }
@@ -35,8 +34,6 @@ class RoverWorld {
   canopen::NodeState state(std::size_t i) { return link(i).node.state; }
   const RoverCounters& counters() { return bus.status().counters; }
 
-  std::vector<CanFrame> sent_with(std::uint32_t id) const;  // since sent was cleared
-  std::vector<RoverSample> take_all();
   template <class T>
   std::vector<std::pair<TimeNs, T>> take_of() {
     std::vector<std::pair<TimeNs, T>> found;
@@ -47,18 +44,7 @@ class RoverWorld {
   }
 
   RoverBusParameters parameters;
-  RoverBus bus;
   RoverOrders orders{};
-  std::vector<CanNode> node;
-  TimeNs now = kSecond;
-  std::vector<CanFrame> sent;  // by the bus master
-  bool master_dead = false;    // sends and receives nothing
-  bool stuck = false;          // the bus asked to be woken in the past
-
- private:
-  void collect();
-
-  std::multimap<TimeNs, CanFrame> events_;  // on their way to the master
 };
 
 // Controlword of an RPDO1 to a drive, and its target.

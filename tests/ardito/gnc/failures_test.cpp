@@ -90,25 +90,6 @@ const std::vector<Row> kRows = {
      0.3},
 };
 
-Rover driving(unsigned seed, double speed, double sigma_deg = 0) {
-  Rover rover(seed);
-  rover.request.run = true;
-  rover.request.speed = speed;
-  rover.request.sigma_rad = sigma_deg * kDegree;
-  EXPECT_TRUE(rover.settle(30));
-  rover.run(2);
-  return rover;
-}
-
-// Frames until `condition`, at most `most`.
-int frames_until(Rover& rover, int most, const std::function<bool(const Command&)>& condition) {
-  for (int n = 1; n <= most; ++n) {
-    rover.step();
-    if (condition(rover.command)) return n;
-  }
-  return most + 1;
-}
-
 bool is_isolated(const Command& c, std::size_t wheel) {
   return !contains(c.clutches_engaged, wheel) && contains(c.motors_stopped, wheel);
 }
@@ -120,7 +101,7 @@ struct Worst {
 };
 
 void run_row(const Row& row, unsigned seed, std::size_t wheel, double speed, Worst& worst) {
-  Rover rover = driving(seed, speed);
+  Rover rover = driving_rover(seed, speed);
   const auto others_are_fine = [&](const Command& c) {
     for (std::size_t i = 0; i < kWheels; ++i) {
       if (i != wheel && c.wheel_failure[i] != F::none) return false;
@@ -191,7 +172,7 @@ TEST(Failures, EachRowOfTheThesisIsNoLaterThanTheThesis) {
 TEST(Failures, ASensorThatStandsStillIsFoundWhenTheSpeedChanges) {
   for (const auto member :
        {&WheelFaults::motor_encoder, &WheelFaults::hall, &WheelFaults::reduction_encoder}) {
-    Rover rover = driving(4, 0.3);
+    Rover rover = driving_rover(4, 0.3);
     rover.wheel_faults[3].*member = Broken::stuck;
     rover.run(3);
     EXPECT_EQ(rover.command.wheel_failure[3], F::none);
@@ -225,7 +206,7 @@ TEST(Failures, FoundInCurvesAndOnTheSpotToo) {
 
 // The rover against a wall: all wheels stall. No motor has failed.
 TEST(Failures, WhenAllWheelsStallNoMotorIsBlamed) {
-  Rover rover = driving(2, 0.6);
+  Rover rover = driving_rover(2, 0.6);
   for (WheelFaults& f : rover.wheel_faults) f.motor_blocked = true;
   rover.run(5);
   EXPECT_EQ(rover.command.wheel_suspect[0], F::motor);
@@ -233,7 +214,7 @@ TEST(Failures, WhenAllWheelsStallNoMotorIsBlamed) {
 }
 
 TEST(Failures, RetryClosesTheClutchAgainAndTheWheelDrives) {
-  Rover rover = driving(2, 0.6);
+  Rover rover = driving_rover(2, 0.6);
   rover.wheel_faults[1].motor_blocked = true;
   rover.run(2);
   ASSERT_TRUE(is_isolated(rover.command, 1));
@@ -250,7 +231,7 @@ TEST(Failures, RetryClosesTheClutchAgainAndTheWheelDrives) {
 }
 
 TEST(Failures, AcceptedWheelRaisesNoErrorAndThreeLostOnesDo) {
-  Rover rover = driving(2, 0.6);
+  Rover rover = driving_rover(2, 0.6);
   trg(rover.wheel_faults[5]);
   rover.run(3);
   ASSERT_EQ(rover.command.error, 1U);
@@ -269,7 +250,7 @@ TEST(Failures, AcceptedWheelRaisesNoErrorAndThreeLostOnesDo) {
 }
 
 TEST(Failures, WithoutPowerNothingIsConcluded) {
-  Rover rover = driving(2, 0.6);
+  Rover rover = driving_rover(2, 0.6);
   rover.request.powered = false;
   for (WheelFaults& f : rover.wheel_faults) f.motor_dead = true;
   rover.run(5);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace lss::gnc::ardito::test {
 namespace {
@@ -186,6 +187,24 @@ void Rover::measure() {
   measured.imu.sigma_rad = now(std::clamp(sigma + gauss(0.01), -kPi / 2, kPi / 2));
   measured.imu.yaw_rate_rad_s = now(to(true_yaw_rate_rad_s() + gauss(0.004), 0.001));
   measured.imu.counter = frame_ % 65536;
+}
+
+Rover driving_rover(unsigned seed, double speed, double sigma_deg) {
+  Rover rover(seed);
+  rover.request.run = true;
+  rover.request.speed = speed;
+  rover.request.sigma_rad = sigma_deg * kDegree;
+  if (!rover.settle(30)) throw std::runtime_error("the rover does not settle");
+  rover.run(2);
+  return rover;
+}
+
+int frames_until(Rover& rover, int most, const std::function<bool(const Command&)>& condition) {
+  for (int n = 1; n <= most; ++n) {
+    rover.step();
+    if (condition(rover.command)) return n;
+  }
+  return most + 1;
 }
 
 }  // namespace lss::gnc::ardito::test

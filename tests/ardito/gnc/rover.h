@@ -4,6 +4,7 @@
 // goes as its driven wheels do, wheels with an open clutch that roll along, currents, sensors with
 // noise and quantisation, and every failure of the Ardito thesis' section 19. One step is a frame.
 
+#include <functional>
 #include <random>
 
 #include "gnc/ardito/redundant.h"
@@ -88,5 +89,10 @@ class Rover {
   PerWheel<double> vx_m_s_{}, vz_m_s_{};
   std::uint32_t frame_ = 0;
 };
+
+// A rover that drives at this speed and heading for two seconds.
+Rover driving_rover(unsigned seed, double speed, double sigma_deg = 0);
+// Frames until `condition`, at most `most`.
+int frames_until(Rover& rover, int most, const std::function<bool(const Command&)>& condition);
 
 }  // namespace lss::gnc::ardito::test

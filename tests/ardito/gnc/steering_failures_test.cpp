@@ -11,25 +11,6 @@
 namespace lss::gnc::ardito::test {
 namespace {
 
-Rover driving(unsigned seed, double speed, double sigma_deg = 0) {
-  Rover rover(seed);
-  rover.request.run = true;
-  rover.request.speed = speed;
-  rover.request.sigma_rad = sigma_deg * kDegree;
-  EXPECT_TRUE(rover.settle(30));
-  rover.run(2);
-  return rover;
-}
-
-// Frames until `condition`, at most `most`.
-int frames_until(Rover& rover, int most, const std::function<bool(const Command&)>& condition) {
-  for (int n = 1; n <= most; ++n) {
-    rover.step();
-    if (condition(rover.command)) return n;
-  }
-  return most + 1;
-}
-
 // Found when the steering moves, so the clock starts with a turn of the wheels.
 struct SteeringRow {
   const char* name;
@@ -59,7 +40,7 @@ TEST(SteeringFailures, EachRowOfTheThesisIsNoLaterThanTheThesis) {
     int error = 0;
     for (std::size_t steered = 0; steered < kSteered; ++steered) {
       for (unsigned seed = 1; seed <= 3; ++seed) {
-        Rover rover = driving(seed, 0.5, -3);
+        Rover rover = driving_rover(seed, 0.5, -3);
         double sigma = 3;
         for (std::size_t n = 0; n < row.inject.size(); ++n) {
           row.inject[n](rover.steering_faults[steered]);
@@ -96,7 +77,7 @@ TEST(SteeringFailures, EachRowOfTheThesisIsNoLaterThanTheThesis) {
 
 TEST(SteeringFailures, AWheelWithOneEncoderIsSteeredOnWithTheOther) {
   for (const auto inject : {e_sm, e_srg}) {
-    Rover rover = driving(5, 0.5);
+    Rover rover = driving_rover(5, 0.5);
     inject(rover.steering_faults[2]);
     for (const double sigma_deg : {3.0, -4.0, 2.0}) {
       rover.request.sigma_rad = sigma_deg * kDegree;

@@ -5,15 +5,13 @@
 
 #include <deque>
 
-#include "tests/ardito/sim/frames.h"
+#include "tests/support/can_script.h"
 #include "tools/lss-sim/ardito/vehicle.h"
 #include "tools/lss-sim/frame/runner.h"
 
 namespace lss::sim {
 namespace {
 
-using ardito::frame;
-using ardito::text;
 using testing::ElementsAre;
 using testing::IsEmpty;
 

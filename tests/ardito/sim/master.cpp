@@ -23,13 +23,6 @@ unsigned next_controlword(unsigned statusword) {
 
 }  // namespace
 
-void Master::collect() {
-  while (const auto heard_frame = hear_()) {
-    heard.push_back(text(*heard_frame));
-    last[heard_frame->id] = *heard_frame;
-  }
-}
-
 void Master::run(int ms) {
   for (int i = 0; i < ms; ++i) {
     step_();
@@ -72,48 +65,6 @@ unsigned Master::statusword(unsigned node) const {
   return found == last.end() ? 0u : static_cast<unsigned>(i16_at(found->second, 0)) & 0xFFFF;
 }
 
-std::string Master::ask(const std::string& request) {
-  const CanFrame asked = frame(request);
-  last.erase(asked.id - 0x80);
-  tell(asked);
-  collect();
-  const auto answer = last.find(asked.id - 0x80);
-  return answer == last.end() ? "nothing" : text(answer->second);
-}
-
-std::uint32_t Master::write(unsigned node, unsigned index, unsigned sub, unsigned bytes,
-                            std::uint32_t value) {
-  CanFrame request{.id = 0x600 + node, .size = 8};
-  request.data = {static_cast<std::uint8_t>(0x23 | (4 - bytes) << 2),
-                  static_cast<std::uint8_t>(index), static_cast<std::uint8_t>(index >> 8),
-                  static_cast<std::uint8_t>(sub)};
-  for (unsigned i = 0; i < bytes; ++i) {
-    request.data[4 + i] = static_cast<std::uint8_t>(value >> 8 * i);
-  }
-  const CanFrame answer = frame(ask(text(request)));
-  if (answer.data[0] == 0x60) return 0;
-  return static_cast<std::uint32_t>(i32_at(answer, 4));
-}
-
-bool Master::configure_pdo(unsigned node, bool transmit, unsigned number,
-                           const std::vector<std::uint32_t>& mapped, unsigned type,
-                           unsigned inhibit, unsigned timer) {
-  const unsigned parameters = (transmit ? 0x1800 : 0x1400) + number;
-  const unsigned mapping = (transmit ? 0x1A00 : 0x1600) + number;
-  const std::uint32_t no_remote = transmit ? 0x4000'0000 : 0;
-  const std::uint32_t cob_id = (transmit ? 0x180 : 0x200) + 0x100 * number + node;
-  std::uint32_t wrong = write(node, parameters, 1, 4, 0x8000'0000 | no_remote | cob_id);
-  wrong |= write(node, mapping, 0, 1, 0);
-  unsigned sub = 0;
-  for (const std::uint32_t entry : mapped) wrong |= write(node, mapping, ++sub, 4, entry);
-  wrong |= write(node, mapping, 0, 1, sub);
-  wrong |= write(node, parameters, 2, 1, type);
-  if (inhibit != 0) wrong |= write(node, parameters, 3, 2, inhibit);
-  if (timer != 0) wrong |= write(node, parameters, 5, 2, timer);
-  wrong |= write(node, parameters, 1, 4, no_remote | cob_id);
-  return wrong == 0;
-}
-
 bool Master::bring_up(unsigned node) {
   for (int ms = 0; !last.contains(0x700 + node); ++ms) {
     if (ms > 500) return false;
@@ -132,22 +83,22 @@ bool Master::bring_up(unsigned node) {
   }
   bool good = wrong == 0;
   if (wheel) {
-    good = good && configure_pdo(node, false, 0, {0x60400010, 0x60FF0020}, 255, 0, 0) &&
-           configure_pdo(node, true, 0, {0x60410010, 0x606C0020, 0x60780010}, 1, 0, 0) &&
-           configure_pdo(node, true, 1, {0x21000120, 0x21000220}, 1, 0, 0) &&
+    good = good && configure_pdo(node, false, 0, {0x60400010, 0x60FF0020}, 255) &&
+           configure_pdo(node, true, 0, {0x60410010, 0x606C0020, 0x60780010}, 1) &&
+           configure_pdo(node, true, 1, {0x21000120, 0x21000220}, 1) &&
            configure_pdo(node, true, 2, {0x21010110, 0x21010210}, 255, 0, 1000);
   } else if (steering) {
-    good = good && configure_pdo(node, false, 0, {0x60400010, 0x607A0020}, 255, 0, 0) &&
-           configure_pdo(node, true, 0, {0x60410010, 0x60640020, 0x60780010}, 1, 0, 0) &&
-           configure_pdo(node, true, 1, {0x21000320}, 1, 0, 0);
+    good = good && configure_pdo(node, false, 0, {0x60400010, 0x607A0020}, 255) &&
+           configure_pdo(node, true, 0, {0x60410010, 0x60640020, 0x60780010}, 1) &&
+           configure_pdo(node, true, 1, {0x21000320}, 1);
   } else if (node == 0x20) {
     wrong = write(node, 0x6206, 1, 1, 0x40) | write(node, 0x6207, 1, 1, 0x40);
-    good = good && wrong == 0 && configure_pdo(node, false, 0, {0x62000108}, 255, 0, 0) &&
-           configure_pdo(node, true, 0, {0x60000108}, 254, 20, 0) &&
-           configure_pdo(node, true, 1, {0x64010110, 0x64010210, 0x64010310}, 1, 0, 0);
+    good = good && wrong == 0 && configure_pdo(node, false, 0, {0x62000108}, 255) &&
+           configure_pdo(node, true, 0, {0x60000108}, 254, 20) &&
+           configure_pdo(node, true, 1, {0x64010110, 0x64010210, 0x64010310}, 1);
   } else {
-    good = good &&
-           configure_pdo(node, true, 0, {0x21100110, 0x21100210, 0x21100310, 0x21100410}, 1, 0, 0);
+    good =
+        good && configure_pdo(node, true, 0, {0x21100110, 0x21100210, 0x21100310, 0x21100410}, 1);
   }
   tell(fmt::format("000 [2] 01 {:02X}", node));
   return good;

@@ -9,13 +9,11 @@
 
 #include <chrono>
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "drivers/can/cannelloni.h"
-#include "tests/ardito/sim/frames.h"
+#include "tests/support/can_script.h"
 #include "tests/support/sim_process.h"
 
 namespace lss::sim::ardito {
@@ -77,17 +75,10 @@ class Peer {
   CannelloniWriter writer_;
 };
 
-class Program : public testing::Test {
+class Program : public SimProgram {
  protected:
-  void SetUp() override {
-    char name[] = "/tmp/lss-sim-test-XXXXXX";
-    folder_ = ::mkdtemp(name);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::vector<std::string> ardito(std::vector<std::string> more = {}) {
-    more.insert(more.begin(), {"ardito", "--dir", folder_.string(), "--can", "udp://127.0.0.1:0"});
-    return more;
+  std::vector<std::string> ardito(const std::vector<std::string>& more = {}) const {
+    return on_can("ardito", more);
   }
   // The port that it says it has.
   static std::string port_of(Process& sim) {
@@ -96,16 +87,8 @@ class Program : public testing::Test {
     return at == std::string::npos ? "0"
                                    : sim.heard.substr(at + 16, sim.heard.find('\n') - at - 16);
   }
-  int fault(const std::string& fault_text, std::string* said = nullptr) {
-    Process process({"fault", "--dir", folder_.string(), fault_text});
-    const int code = process.wait();
-    if (said != nullptr) *said = process.heard;
-    return code;
-  }
-
   static constexpr const char* kAskType = "601 [8] 40 00 10 00 00 00 00 00";
   static constexpr const char* kWheel = "581 [8] 43 00 10 00 92 01 02 00";
-  fs::path folder_;
 };
 
 TEST_F(Program, SaysWhereItsBusIsAndAnswersThere) {
@@ -181,21 +164,10 @@ TEST_F(Program, AnUnpluggedBusComesBackAtItsPort) {
 }
 
 TEST_F(Program, WritesTheTruthWithItsFaults) {
-  const fs::path truth = folder_ / "truth.jsonl";
-  Process sim(ardito({"--truth", truth.string(), "--fault", "0s:E-TM:2", "--fault",
+  Process sim(ardito({"--truth", truth().string(), "--fault", "0s:E-TM:2", "--fault",
                       "0s:node-silent:0x11", "--ground", "hills"}));
   ASSERT_TRUE(sim.says("ready"));
-  std::vector<std::string> lines;
-  const auto deadline = Clock::now() + kPatience;
-  while (lines.size() < 4 && Clock::now() < deadline) {
-    ::poll(nullptr, 0, 5);
-    lines.clear();
-    std::ifstream file(truth);
-    for (std::string line; std::getline(file, line);) lines.push_back(line);
-  }
-  ASSERT_GE(lines.size(), 4u);
-  const auto third = nlohmann::json::parse(lines[2]);
-  EXPECT_NEAR(third.at("t_s").get<double>(), 0.2, 1e-9);
+  const nlohmann::json third = third_truth();
   EXPECT_EQ(third.at("wheel_rad_s").size(), 6u);
   EXPECT_EQ(third.at("attached_faults"), nlohmann::json({"E-TM:2:0", "node-silent:0x11"}));
 }

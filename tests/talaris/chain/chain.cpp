@@ -1,36 +1,10 @@
 #include "tests/talaris/chain/chain.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <random>
-#include <stdexcept>
-#include <string_view>
-
-#include "tools/lss-sim/frame/runner.h"
 
 namespace lss::talaris {
 namespace {
-
-constexpr TimeNs kHeartbeatEvery = 200 * kMillisecond;
-constexpr TimeNs kReportEvery = 5 * kMillisecond;  // as daemon/runtime/can_bus.h
-constexpr std::uint32_t kLease_ms = 60'000;
-
-// As in daemon/vehicles/talaris/wiring.cpp.
-const Logic& kLogic = logic();
-
-config::Config read(Parameters& parameters, const Chain::Options& options) {
-  const std::string path = std::string(LSS_CAMPAIGNS) + "/" + options.config + ".toml";
-  auto config = config::load(path, {"talaris"}, [&](const std::string&, config::Section& s) {
-    parameters = read_parameters(s);
-  });
-  if (!config) throw std::runtime_error(config.error());
-  parameters.offset_ns = config->offset_ns;
-  parameters.flight.offset_s = static_cast<double>(config->offset_ns) * 1e-9;
-  if (options.adjust) options.adjust(parameters);
-  parameters.buses = complete(parameters.buses, *config);
-  return *config;
-}
 
 std::unique_ptr<sim::talaris::Talaris> make(sim::talaris::TalarisOptions world, unsigned seed) {
   world.seed = seed;
@@ -47,37 +21,28 @@ std::uint32_t packets(const BusesParameters& p) {
                                                                : p.landmark.packets_per_frame);
 }
 
-Name name(const char* text) {
-  Name name{};
-  std::string_view(text).copy(name.data(), name.size() - 1);
-  return name;
-}
-
-// The DDS writer of every command.
-constexpr std::uint64_t kWriter = 1;
-
-TimeNs to_ns(double seconds) { return std::llround(seconds * 1e9); }
-
-template <std::size_t N>
-bool among(const std::array<std::string_view, N>& names, std::string_view name) {
-  return std::ranges::find(names, name) != names.end();
-}
-constexpr std::array<std::string_view, 4> kUnknown = {"unplug", "line-unplug", "bus-off", ""};
-
 }  // namespace
 
 Chain::Chain(const Options& options)
-    : config_(read(parameters_, options)),
-      late_share_(options.late_share),
-      late_s_(options.late_s),
-      lateness_(options.seed + 5),
+    : VirtualChain(logic(), *sim::make_talaris_kind(),
+                   {.file = std::string(LSS_CAMPAIGNS) + "/" + options.config + ".toml",
+                    .vehicle = "talaris",
+                    .read = read_parameters,
+                    // As in daemon/vehicles/talaris/wiring.cpp.
+                    .complete =
+                        [&](Parameters& parameters, const config::Config& config) {
+                          parameters.offset_ns = config.offset_ns;
+                          parameters.flight.offset_s = static_cast<double>(config.offset_ns) * 1e-9;
+                          if (options.adjust) options.adjust(parameters);
+                          parameters.buses = talaris::complete(parameters.buses, config);
+                        },
+                    .lease_ms = 60'000}),
       world_(make(options.world, options.seed)),
       wire_(std::make_unique<sim::CanBus>(sim::CanBus::Parameters{.seed = options.seed + 1},
                                           *world_)),
-      fault_kinds_(sim::fault_kinds_of(*sim::make_talaris_kind())),
-      board_(std::make_unique<sim::FaultBoard>(
-          [this](const sim::Fault& fault, bool attach) { act(fault, attach); },
-          [this](const sim::Fault& fault) { return world_->in_force(fault); })),
+      late_share_(options.late_share),
+      late_s_(options.late_s),
+      lateness_(options.seed + 5),
       imu_(world_->lines()[0], imu_driver(parameters_.buses), options.seed + 2, kBegin),
       altimeter_(world_->lines()[1], std::make_unique<Ar1000>(parameters_.buses.altimeter),
                  options.seed + 3, kBegin),
@@ -86,12 +51,7 @@ Chain::Chain(const Options& options)
       grid_({.packets = packets(parameters_.buses),
              .period_ns = config_.period_ns,
              .grace_ns = parameters_.buses.grace_ns},
-            kBegin),
-      vehicle_(parameters_),
-      supervisor_(kLogic, {.obc_timeout_ns = config_.obc_timeout_ns}),
-      port_(kLogic, static_cast<std::uint32_t>(config_.lease_min_ms),
-            static_cast<std::uint32_t>(config_.lease_max_ms), [this] { latch_.ask(now_ns_); }) {
-  port_.show(supervisor_.state());
+            kBegin) {
   // The clocks of OBC and vehicle do not know of each other.
   std::mt19937 random(options.seed);
   step_ns_ += std::uniform_int_distribution<TimeNs>(0, sim::kStepNs - 1)(random);
@@ -102,10 +62,6 @@ Chain::Chain(const Options& options)
   turn_can();
 }
 
-Chain::~Chain() = default;
-
-// ---- time
-
 TimeNs Chain::next_event() {
   return std::min({step_ns_, imu_.next_wake(), altimeter_.next_wake(), wire_->next_wake(),
                    std::max(master_.next_wake(), now_ns_ + 1),
@@ -113,25 +69,13 @@ TimeNs Chain::next_event() {
                    heartbeat_ns_});
 }
 
-void Chain::pass(TimeNs until) {
-  for (TimeNs next = next_event(); next <= until; next = next_event()) {
-    now_ns_ = std::max(next, now_ns_);
-    happen();
-  }
-  now_ns_ = until;
-}
-
-// Everything that is due now. Of one instant: the world, then threads by priority.
-void Chain::happen() {
+void Chain::dispatch() {
   if (now_ns_ >= step_ns_) {
     world_->step();
     step_ns_ += sim::kStepNs;
     if (after_step) after_step();
   }
-  if (now_ns_ >= heartbeat_ns_) {
-    heartbeat_ns_ += kHeartbeatEvery;
-    if (heartbeat_) post({.source = name("test")});
-  }
+  beat_when_due();
   obey();
   if (now_ns_ >= release_ns_) {
     release();
@@ -144,10 +88,8 @@ void Chain::happen() {
   begin_frame();
 }
 
-void Chain::run(double seconds) { pass(now_ns_ + to_ns(seconds)); }
-
 bool Chain::run_until(const std::function<bool()>& condition, double limit_s) {
-  const TimeNs end = now_ns_ + to_ns(limit_s);
+  const TimeNs end = now_ns_ + testing_support::to_ns(limit_s);
   for (std::uint64_t seen = frames(); now_ns_ < end;) {
     pass(std::min(end, next_event()));
     if (frames() == seen) continue;
@@ -155,12 +97,6 @@ bool Chain::run_until(const std::function<bool()>& condition, double limit_s) {
     if (condition()) return true;
   }
   return false;
-}
-bool Chain::run_until(State state, double limit_s) {
-  return run_until([&] { return this->state() == state; }, limit_s);
-}
-bool Chain::run_until(Mode mode, double limit_s) {
-  return run_until([&] { return this->mode() == mode; }, limit_s);
 }
 bool Chain::run_until(Phase phase, double limit_s) {
   return run_until([&] { return this->phase() == phase; }, limit_s);
@@ -216,23 +152,7 @@ void Chain::send_edges(TimeNs due_ns) {
 
 // ---- the bus thread, as daemon/runtime/can_bus.h
 
-void Chain::turn_can() {
-  wire_->advance(now_ns_);
-  for (CanFrame heard : wire_->take(now_ns_)) {
-    heard.time_ns = now_ns_;
-    ++can_.port.received;
-    master_.receive({&heard, 1});
-  }
-  for (CanFrame sent; master_.transmit(now_ns_, sent); ++can_.port.sent)
-    wire_->from_master(sent, now_ns_);
-  wire_->advance(now_ns_);
-  std::array<TalarisSample, HopperBus::kMaxSamples> samples;
-  const std::size_t count = master_.take(samples);
-  for (std::size_t i = 0; i < count; ++i) samples_.push(samples[i]);
-  if (now_ns_ - can_.time_ns < kReportEvery) return;
-  can_.status = master_.status();
-  can_.time_ns = now_ns_;
-}
+void Chain::turn_can() { testing_support::turn_can(*wire_, master_, can_, samples_, now_ns_); }
 
 // ---- the frame thread, as daemon/runtime/frames.h and runtime.h
 
@@ -245,52 +165,25 @@ void Chain::begin_frame() {
   }
 }
 
-void Chain::collect(const Boundary& boundary) {
+void Chain::frame(const Boundary& boundary) {
   in_.frame = boundary.frame;
   in_.time_ns = boundary.time_ns;
   in_.held = boundary.held;
   in_.sample_count = 0;
-  const auto take = [&](auto&& pop) {
-    while (in_.sample_count < in_.samples.size() && pop(in_.samples[in_.sample_count]))
-      ++in_.sample_count;
-  };
-  take([&](TalarisSample& s) { return imu_.pop(s, in_.time_ns); });
-  take([&](TalarisSample& s) { return altimeter_.pop(s, in_.time_ns); });
-  take([&](TalarisSample& out) {
+  collect([&](TalarisSample& s) { return imu_.pop(s, in_.time_ns); });
+  collect([&](TalarisSample& s) { return altimeter_.pop(s, in_.time_ns); });
+  collect([&](TalarisSample& out) {
     return samples_.pop_if(out, [&](const TalarisSample& s) { return s.time_ns < in_.time_ns; });
   });
   in_.bus = {.imu = imu_.report(), .altimeter = altimeter_.report(), .can = can_, .edges = edges_};
-  in_.request_count = port_.take(in_.requests);
-}
-
-void Chain::frame(const Boundary& boundary) {
-  collect(boundary);
-  cycle(vehicle_, supervisor_, in_, out_, [](Stage) {});
-  if (tape) tape(in_, out_, supervisor_, vehicle_);
-  port_.show(supervisor_.state());
-  const Supervisor::Outbox& box = supervisor_.outbox();
-  acks.insert(acks.end(), box.acks.begin(), box.acks.begin() + box.ack_count);
-  events.insert(events.end(), box.events.begin(), box.events.begin() + box.event_count);
+  run_cycle();
   release_ns_ = std::max(boundary.time_ns + config_.offset_ns, now_ns_);
   if (late_share_ > 0 && std::bernoulli_distribution(late_share_)(lateness_))
-    release_ns_ += to_ns(std::uniform_real_distribution(0.0, late_s_)(lateness_));
+    release_ns_ += testing_support::to_ns(std::uniform_real_distribution(0.0, late_s_)(lateness_));
   if (after_frame) after_frame();
 }
 
 // ---- actions of an operator
-
-void Chain::post(Request request) {
-  request.arrival_ns = now_ns_;
-  port_.receive(request, kWriter, [this](const Ack& ack) { acks.push_back(ack); });
-}
-
-std::uint64_t Chain::send(std::uint16_t kind, std::span<const double> parameters) {
-  Request request{
-      .source = name("test"), .sequence = ++sequence_, .kind = kind, .lease_ms = kLease_ms};
-  std::ranges::copy(parameters, request.parameter.begin());
-  post(request);
-  return sequence_;
-}
 
 bool Chain::start() {
   const auto contact = [this] {
@@ -333,18 +226,9 @@ Reason Chain::rejected() const {
 
 // ---- faults
 
-void Chain::inject(const std::string& text) {
-  const auto fault = sim::parse_fault(text, fault_kinds_);
-  if (!fault) throw std::runtime_error(fault.error());
-  board_->inject(*fault);
-}
-
-// As lss-sim does (tools/lss-sim/frame/runner.cpp).
 void Chain::act(const sim::Fault& fault, bool attach) {
   const std::string_view kind = fault.kind->name;
-  if (among(kUnknown, kind))
-    throw std::runtime_error("the chain has no port: it knows no fault \"" + std::string(kind) +
-                             "\"");
+  if (kind == "unplug" || kind == "line-unplug" || kind == "bus-off") refuse(kind);
   if (kind.starts_with("line-")) {
     (fault.values.front() < 1.5 ? imu_ : altimeter_).faults().set(fault, attach);
   } else if (!wire_->faults.set(fault, attach)) {
@@ -353,12 +237,6 @@ void Chain::act(const sim::Fault& fault, bool attach) {
 }
 
 // ---- true state
-
-bool Chain::has(FaultId id, std::uint16_t subject) const {
-  return std::ranges::any_of(supervisor().faults, [&](const FaultRecord& fault) {
-    return fault.id == id && fault.subject == subject;
-  });
-}
 
 bool Chain::rests() const {
   return mode() != Mode::execute && body().velocity_m_s.norm() < 0.02 &&

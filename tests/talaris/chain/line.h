@@ -30,7 +30,7 @@ class Line {
     return samples_.pop_if(sample, [end](const TalarisSample& s) { return s.time_ns < end; });
   }
   const LineReport& report() const noexcept { return report_; }
-  sim::LineFaults& faults() noexcept { return uart_.faults; }
+  sim::WireFaults& faults() noexcept { return uart_.faults; }
 
  private:
   sim::Uart uart_;

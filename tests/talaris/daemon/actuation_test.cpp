@@ -17,7 +17,7 @@ using testing_support::tells_fans;
 class Actuate : public testing::Test {
  protected:
   Actuate() {
-    can_.attach(actuation_.sender());
+    can_.line().attach(actuation_.sender());
     thread_ = std::thread([this] { can_.run(); });
   }
   ~Actuate() override {

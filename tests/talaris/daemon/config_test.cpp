@@ -3,39 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <regex>
+
+#include "tests/support/config_file.h"
 
 namespace lss::talaris {
 namespace {
 
-tl::expected<config::Config, std::string> load(const std::string& file, Parameters& parameters) {
-  return config::load(file, {"talaris"}, [&](const std::string&, config::Section& s) {
-    parameters = read_parameters(s);
-  });
-}
-
-std::string text_of(const std::string& file) {
-  std::ifstream in(file);
-  return {(std::istreambuf_iterator<char>(in)), {}};
-}
-
-std::string error_of_text(const std::string& text) {
-  const std::string path = testing::TempDir() + "talaris_altered_" +
-                           testing::UnitTest::GetInstance()->current_test_info()->name() + ".toml";
-  std::ofstream(path) << text;
-  Parameters p;
-  const auto config = load(path, p);
-  return config ? "" : config.error();
-}
-
-std::string error_of(const std::string& from, const std::string& to) {
-  std::string text = text_of(LSS_CONFIG);
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  text.replace(at, from.size(), to);
-  return error_of_text(text);
-}
+const testing_support::ConfigFile<Parameters> kFile("talaris", read_parameters);
 
 // As a number, from any type.
 template <class T>
@@ -46,7 +21,7 @@ std::vector<double> numbers(const T& x) {
 
 TEST(TalarisConfig, TheExampleHoldsTheDefaults) {
   Parameters p;
-  const auto config = load(LSS_CONFIG, p);
+  const auto config = kFile.load(LSS_CONFIG, p);
   ASSERT_TRUE(config) << config.error();
   EXPECT_EQ(config->period_ns, 200 * kMillisecond);
   const Parameters d;
@@ -112,7 +87,7 @@ TEST(TalarisConfig, TheExampleHoldsTheDefaults) {
 
 // Every number of [talaris...]: a value outside all limits is an error that names the key.
 TEST(TalarisConfig, EveryNumberHasItsRange) {
-  const std::string text = text_of(LSS_CONFIG);
+  const std::string text = kFile.text_of(LSS_CONFIG);
   const std::size_t own = text.find("[talaris.imu]");
   ASSERT_NE(own, std::string::npos);
   const std::regex number("\n([A-Za-z_0-9]+) = (-?[0-9][-0-9.e]*)");
@@ -125,67 +100,71 @@ TEST(TalarisConfig, EveryNumberHasItsRange) {
     std::string altered = text;
     altered.replace(own + static_cast<std::size_t>(i->position(2)), value.size(),
                     whole ? "987654321" : "9.87e9");
-    const std::string error = error_of_text(altered);
+    const std::string error = kFile.error_of_text(altered);
     EXPECT_NE(error.find(key), std::string::npos) << key << ": " << error;
   }
   EXPECT_GT(count, 120);
 }
 
 TEST(TalarisConfig, AnUnknownKeyIsToldWithTheNearest) {
-  EXPECT_NE(error_of("budget_s = 44.0", "budged_s = 44.0").find("budget_s"), std::string::npos);
+  EXPECT_NE(kFile.error_of("budget_s = 44.0", "budged_s = 44.0").find("budget_s"),
+            std::string::npos);
 }
 
 TEST(TalarisConfig, AWrongUnitIsToldWithTheRightOne) {
-  EXPECT_NE(error_of("stale_ms = 450", "stale_s = 0.45").find("stale_ms"), std::string::npos);
+  EXPECT_NE(kFile.error_of("stale_ms = 450", "stale_s = 0.45").find("stale_ms"), std::string::npos);
 }
 
 TEST(TalarisConfig, TwoNodesOfOneNumberAreRefused) {
-  EXPECT_NE(error_of("fan_node = 33", "fan_node = 32").find("two nodes have one number"),
+  EXPECT_NE(kFile.error_of("fan_node = 33", "fan_node = 32").find("two nodes have one number"),
             std::string::npos);
 }
 
 TEST(TalarisConfig, AxesOfTheImuMayBeTurnedButNotDoubled) {
   Parameters p;
-  EXPECT_EQ(error_of("axes = [\"x\", \"y\", \"z\"]", "axes = [\"-z\", \"y\", \"x\"]"), "");
+  EXPECT_EQ(kFile.error_of("axes = [\"x\", \"y\", \"z\"]", "axes = [\"-z\", \"y\", \"x\"]"), "");
   const std::string path =
       testing::TempDir() + "talaris_altered_AxesOfTheImuMayBeTurnedButNotDoubled.toml";
-  ASSERT_TRUE(load(path, p));
+  ASSERT_TRUE(kFile.load(path, p));
   EXPECT_EQ(p.imu_axes[0].axis, 2);
   EXPECT_EQ(p.imu_axes[0].sign, -1);
-  EXPECT_NE(error_of("axes = [\"x\", \"y\", \"z\"]", "axes = [\"x\", \"-x\", \"z\"]").find("axes"),
-            std::string::npos);
   EXPECT_NE(
-      error_of("axes = [\"x\", \"y\", \"z\"]", "axes = [\"x\", \"u\", \"z\"]").find("no axis"),
+      kFile.error_of("axes = [\"x\", \"y\", \"z\"]", "axes = [\"x\", \"-x\", \"z\"]").find("axes"),
       std::string::npos);
+  EXPECT_NE(kFile.error_of("axes = [\"x\", \"y\", \"z\"]", "axes = [\"x\", \"u\", \"z\"]")
+                .find("no axis"),
+            std::string::npos);
 }
 
 TEST(TalarisConfig, WhatDoesNotFitTogetherIsRefusedWithTheSentenceOfTheGnc) {
-  EXPECT_NE(error_of("reserve_s = 3.0", "reserve_s = 50.0").find("reserve"), std::string::npos);
-  EXPECT_NE(error_of("settled_rpm = 400.0", "settled_rpm = 100.0").find("settled_rpm"),
+  EXPECT_NE(kFile.error_of("reserve_s = 3.0", "reserve_s = 50.0").find("reserve"),
+            std::string::npos);
+  EXPECT_NE(kFile.error_of("settled_rpm = 400.0", "settled_rpm = 100.0").find("settled_rpm"),
             std::string::npos);
 }
 
 TEST(TalarisConfig, SetsOfGainsAreCountedAndNamedOnce) {
   const std::string two = "[[talaris.gains]]\nname = \"soft\"\nheight_kp_1_s2 = 0.5\n\n";
-  EXPECT_EQ(error_of("[talaris.load_cell]", two + "[talaris.load_cell]"), "");
+  EXPECT_EQ(kFile.error_of("[talaris.load_cell]", two + "[talaris.load_cell]"), "");
   Parameters p;
   ASSERT_TRUE(
-      load(testing::TempDir() + "talaris_altered_SetsOfGainsAreCountedAndNamedOnce.toml", p));
+      kFile.load(testing::TempDir() + "talaris_altered_SetsOfGainsAreCountedAndNamedOnce.toml", p));
   EXPECT_EQ(p.flight.gain_sets, 2u);
   EXPECT_EQ(p.flight.gains[1].height_kp_1_s2, 0.5);
   EXPECT_EQ(p.flight.gains[1].attitude_zeta, 0.9);
-  EXPECT_NE(error_of("[talaris.load_cell]", two + two + "[talaris.load_cell]").find("twice"),
+  EXPECT_NE(kFile.error_of("[talaris.load_cell]", two + two + "[talaris.load_cell]").find("twice"),
             std::string::npos);
   std::string many;
   for (int i = 0; i < 8; ++i)
     many += "[[talaris.gains]]\nname = \"set" + std::to_string(i) + "\"\n\n";
-  EXPECT_NE(error_of("[talaris.load_cell]", many + "[talaris.load_cell]").find("at most 8"),
+  EXPECT_NE(kFile.error_of("[talaris.load_cell]", many + "[talaris.load_cell]").find("at most 8"),
             std::string::npos);
 }
 
 TEST(TalarisConfig, AnUnknownStrategyIsRefusedWithTheOnesThereAre) {
-  EXPECT_NE(error_of("[\"realign\", \"reconnect\"]", "[\"pray\"]").find("\"pray\" is no strategy"),
-            std::string::npos);
+  EXPECT_NE(
+      kFile.error_of("[\"realign\", \"reconnect\"]", "[\"pray\"]").find("\"pray\" is no strategy"),
+      std::string::npos);
 }
 
 TEST(TalarisConfig, TheFilesOfTheCampaignsCanBeRead) {
@@ -194,7 +173,7 @@ TEST(TalarisConfig, TheFilesOfTheCampaignsCanBeRead) {
     if (entry.path().extension() != ".toml") continue;
     ++files;
     Parameters p;
-    const auto config = load(entry.path().string(), p);
+    const auto config = kFile.load(entry.path().string(), p);
     EXPECT_TRUE(config) << config.error();
   }
   EXPECT_GE(files, 9);

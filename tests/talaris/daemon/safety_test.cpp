@@ -1,7 +1,7 @@
 // TALARIS passes the safety suite.
 
-#include "daemon/vehicles/talaris/record.h"
 #include "daemon/vehicles/talaris/tunables.h"
+#include "daemon/vehicles/talaris/vehicle.h"
 #include "tests/safety/safety_suite.h"
 #include "tests/support/allocations.h"
 #include "world.h"

@@ -72,6 +72,15 @@ int open_files() {
   return count;
 }
 
+struct Bench {
+  Bench() { port.attach(&sender); }
+  CanStatus open() { return port.open(peer.path()); }
+
+  Peer peer;
+  CanSender sender;
+  CanPort port;
+};
+
 TEST(CanSender, BeforeThePortIsOpenNothingIsSentAndItIsCounted) {
   CanSender sender;
   EXPECT_EQ(sender.send(frame(0x220, {1, 1})), Result::closed);
@@ -80,122 +89,105 @@ TEST(CanSender, BeforeThePortIsOpenNothingIsSentAndItIsCounted) {
 }
 
 TEST(CanSender, ItsFramesGoOutByTheSameSocketNumberedWithThePorts) {
-  Peer peer;
-  CanSender sender;
-  CanPort port;
-  port.attach(&sender);
-  ASSERT_EQ(port.open(peer.path()), CanStatus::ok);
-  EXPECT_EQ(sender.generation(), 1u);
+  Bench b;
+  ASSERT_EQ(b.open(), CanStatus::ok);
+  EXPECT_EQ(b.sender.generation(), 1u);
   int from_port = 0;
   for (std::uint8_t n = 0; n < 20; ++n) {
     if (n % 3 == 0) {
-      port.send(frame(0x77F, {5}), kSecond);
-      EXPECT_TRUE(port.flush(kSecond));
+      b.port.send(frame(0x77F, {5}), kSecond);
+      EXPECT_TRUE(b.port.flush(kSecond));
     } else {
-      EXPECT_EQ(sender.send(frame(0x220, {n, n})), Result::sent);
+      EXPECT_EQ(b.sender.send(frame(0x220, {n, n})), Result::sent);
     }
-    const auto datagram = peer.receive();
+    const auto datagram = b.peer.receive();
     ASSERT_GE(datagram.size(), 11u);
     EXPECT_EQ(datagram[2], n) << "sequence";
     if (n > 0) {
-      EXPECT_EQ(peer.from_port, from_port);
+      EXPECT_EQ(b.peer.from_port, from_port);
     }
-    from_port = peer.from_port;
+    from_port = b.peer.from_port;
     if (n % 3 == 0) continue;
     EXPECT_EQ(datagram, (std::vector<std::uint8_t>{2, 0, n, 0, 1, 0, 0, 0x02, 0x20, 2, n, n}));
   }
-  EXPECT_EQ(sender.counters().sent, 13u);
+  EXPECT_EQ(b.sender.counters().sent, 13u);
 }
 
 TEST(CanSender, AClosedPortIsSeenAndTheNextOneHasAnotherGeneration) {
-  Peer peer;
-  CanSender sender;
-  CanPort port;
-  port.attach(&sender);
-  ASSERT_EQ(port.open(peer.path()), CanStatus::ok);
-  const std::uint32_t first = sender.generation();
-  EXPECT_EQ(sender.send(frame(0x220, {1, 1})), Result::sent);
-  port.close();
-  EXPECT_EQ(sender.send(frame(0x220, {1, 2})), Result::closed);
-  ASSERT_EQ(port.open(peer.path()), CanStatus::ok);
-  EXPECT_NE(sender.generation(), first);
-  EXPECT_EQ(sender.send(frame(0x220, {1, 3})), Result::sent);
+  Bench b;
+  ASSERT_EQ(b.open(), CanStatus::ok);
+  const std::uint32_t first = b.sender.generation();
+  EXPECT_EQ(b.sender.send(frame(0x220, {1, 1})), Result::sent);
+  b.port.close();
+  EXPECT_EQ(b.sender.send(frame(0x220, {1, 2})), Result::closed);
+  ASSERT_EQ(b.open(), CanStatus::ok);
+  EXPECT_NE(b.sender.generation(), first);
+  EXPECT_EQ(b.sender.send(frame(0x220, {1, 3})), Result::sent);
 }
 
 // "All shut" has to be the first word on a bus that was opened again: orders from before are not.
 TEST(CanSender, OnANewPortNothingIsSaidBeforeItIsKnownToBeNew) {
-  Peer peer;
-  CanSender sender;
-  CanPort port;
-  port.attach(&sender);
-  ASSERT_EQ(port.open(peer.path()), CanStatus::ok);
-  sender.generation();
-  EXPECT_EQ(sender.send(frame(0x220, {1, 1})), Result::sent);
-  port.close();
-  ASSERT_EQ(port.open(peer.path()), CanStatus::ok);
-  EXPECT_EQ(sender.send(frame(0x220, {1, 2})), Result::closed);
-  EXPECT_EQ(sender.counters().closed, 1u);
-  sender.generation();
-  EXPECT_EQ(sender.send(frame(0x220, {0, 0})), Result::sent);
-  sender.renew();  // back from bus-off: the same
-  EXPECT_EQ(sender.send(frame(0x220, {1, 3})), Result::closed);
-  sender.generation();
-  EXPECT_EQ(sender.send(frame(0x220, {0, 0})), Result::sent);
-  for (const int bits : {1, 0, 0}) EXPECT_EQ(peer.receive().at(10), bits);
+  Bench b;
+  ASSERT_EQ(b.open(), CanStatus::ok);
+  b.sender.generation();
+  EXPECT_EQ(b.sender.send(frame(0x220, {1, 1})), Result::sent);
+  b.port.close();
+  ASSERT_EQ(b.open(), CanStatus::ok);
+  EXPECT_EQ(b.sender.send(frame(0x220, {1, 2})), Result::closed);
+  EXPECT_EQ(b.sender.counters().closed, 1u);
+  b.sender.generation();
+  EXPECT_EQ(b.sender.send(frame(0x220, {0, 0})), Result::sent);
+  b.sender.renew();  // back from bus-off: the same
+  EXPECT_EQ(b.sender.send(frame(0x220, {1, 3})), Result::closed);
+  b.sender.generation();
+  EXPECT_EQ(b.sender.send(frame(0x220, {0, 0})), Result::sent);
+  for (const int bits : {1, 0, 0}) EXPECT_EQ(b.peer.receive().at(10), bits);
 }
 
 // With a local port of its own the socket must be gone before it can be opened again.
 TEST(CanSender, NothingOfAClosedPortStaysOpen) {
-  Peer peer;
-  CanSender sender;
-  CanPort port;
-  port.attach(&sender);
+  Bench b;
   const int before = open_files();
   for (int n = 0; n < 20; ++n) {
-    ASSERT_EQ(port.open(peer.path()), CanStatus::ok);
-    sender.generation();
-    EXPECT_EQ(sender.send(frame(0x220, {1, 1})), Result::sent);
-    port.close();
+    ASSERT_EQ(b.open(), CanStatus::ok);
+    b.sender.generation();
+    EXPECT_EQ(b.sender.send(frame(0x220, {1, 1})), Result::sent);
+    b.port.close();
     EXPECT_EQ(open_files(), before);
   }
 }
 
 TEST(CanSender, APortThatCouldNotBeOpenedOffersNothing) {
-  CanSender sender;
-  CanPort port;
-  port.attach(&sender);
-  EXPECT_NE(port.open("udp://nowhere"), CanStatus::ok);
-  EXPECT_EQ(sender.send(frame(0x220, {1, 1})), Result::closed);
+  Bench b;
+  EXPECT_NE(b.port.open("udp://nowhere"), CanStatus::ok);
+  EXPECT_EQ(b.sender.send(frame(0x220, {1, 1})), Result::closed);
 }
 
 // One thread opens and closes, files of others take the numbers that became free, the second
 // thread sends all the while: every datagram arrives whole, nothing goes into the other files.
 TEST(CanSender, OpeningAndClosingUnderTheSecondThread) {
-  Peer peer;
-  CanSender sender;
-  CanPort port;
-  port.attach(&sender);
+  Bench b;
   std::atomic<bool> stop{false};
   std::atomic<int> foreign{0};
   const int before = open_files();
   std::thread second([&] {
     for (std::uint8_t n = 0; !stop.load(); ++n) {
-      sender.generation();
-      sender.send(frame(0x220, {0x55, n}));
+      b.sender.generation();
+      b.sender.send(frame(0x220, {0x55, n}));
     }
   });
   std::thread reader([&] {
     while (!stop.load()) {
-      const auto datagram = peer.receive(20);
+      const auto datagram = b.peer.receive(20);
       if (datagram.empty()) continue;
       if (datagram.size() != 12 || datagram[0] != 2 || datagram[10] != 0x55) ++foreign;
     }
   });
   for (int round = 0; round < 1'000; ++round) {
-    if (port.open(peer.path()) != CanStatus::ok) ADD_FAILURE() << "open";
-    const std::uint64_t sent = sender.counters().sent;
-    while (round % 10 == 0 && sender.counters().sent < sent + 3) std::this_thread::yield();
-    port.close();
+    if (b.open() != CanStatus::ok) ADD_FAILURE() << "open";
+    const std::uint64_t sent = b.sender.counters().sent;
+    while (round % 10 == 0 && b.sender.counters().sent < sent + 3) std::this_thread::yield();
+    b.port.close();
     int pipes[2];  // take the numbers that became free
     ASSERT_EQ(::pipe2(pipes, O_CLOEXEC | O_NONBLOCK), 0);
     std::uint8_t byte = 0;
@@ -207,20 +199,17 @@ TEST(CanSender, OpeningAndClosingUnderTheSecondThread) {
   second.join();
   reader.join();
   EXPECT_EQ(foreign.load(), 0);
-  EXPECT_GE(sender.counters().sent, 300u);
+  EXPECT_GE(b.sender.counters().sent, 300u);
   EXPECT_EQ(open_files(), before);
 }
 
 TEST(CanSender, NothingAllocates) {
-  Peer peer;
-  CanSender sender;
-  CanPort port;
-  port.attach(&sender);
-  ASSERT_EQ(port.open(peer.path()), CanStatus::ok);
+  Bench b;
+  ASSERT_EQ(b.open(), CanStatus::ok);
   const CanFrame valve = frame(0x220, {1, 1});
-  sender.generation();
+  b.sender.generation();
   const std::uint64_t before = testing_support::allocations();
-  for (int n = 0; n < 100; ++n) sender.send(valve);
+  for (int n = 0; n < 100; ++n) b.sender.send(valve);
   EXPECT_EQ(testing_support::allocations(), before);
 }
 

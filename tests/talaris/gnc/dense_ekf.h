@@ -28,6 +28,17 @@ class DenseEkf {
   Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
   Matrix P = Matrix::Zero();
 
+  // From the state of gnc/talaris/ekf.h.
+  template <class Nominal>
+  void start(const Nominal& x, const Matrix& covariance) {
+    p = x.position_N_m;
+    v = x.velocity_N_m_s;
+    q = x.q_NB;
+    ba = x.accelerometer_bias_m_s2;
+    bg = x.gyro_bias_rad_s;
+    P = covariance;
+  }
+
   static M3 skew(const V3& a) {
     return (M3() << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0).finished();
   }

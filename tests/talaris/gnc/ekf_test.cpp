@@ -56,12 +56,7 @@ struct Pair {
     dense.rate_noise = kNoise.rate;
     dense.force_bias_walk = kNoise.force_bias;
     dense.rate_bias_walk = kNoise.rate_bias;
-    dense.p = x.position_N_m;
-    dense.v = x.velocity_N_m_s;
-    dense.q = x.q_NB;
-    dense.ba = x.accelerometer_bias_m_s2;
-    dense.bg = x.gyro_bias_rad_s;
-    dense.P = p;
+    dense.start(x, p);
   }
 
   void propagate(double dt, const Vector3& rate, const Vector3& force) {
@@ -72,12 +67,7 @@ struct Pair {
   // Sparse state minus dense state.
   Vector15 apart() const {
     DenseEkf x = dense;
-    const Nominal& n = sparse.nominal();
-    x.p = n.position_N_m;
-    x.v = n.velocity_N_m_s;
-    x.q = n.q_NB;
-    x.ba = n.accelerometer_bias_m_s2;
-    x.bg = n.gyro_bias_rad_s;
+    x.start(sparse.nominal(), dense.P);
     return x.minus(dense);
   }
 };

@@ -5,27 +5,22 @@
 // thread.
 
 #include <array>
-#include <map>
-#include <string>
 #include <vector>
 
-#include "tests/talaris/sim/hopper_frames.h"
+#include "tests/support/can_script.h"
 #include "tools/lss-sim/talaris/vehicle.h"
 
 namespace lss::sim::talaris {
 
-class Master {
+class Master : public ScriptedMaster {
  public:
-  explicit Master(Talaris& world) : world_(world) {}
+  explicit Master(Talaris& world)
+      : ScriptedMaster([&world](const CanFrame& frame) { world.receive(frame); },
+                       [&world] { return world.send(); }),
+        world_(world) {}
 
-  void tell(const std::string& frame_text) { world_.receive(frame(frame_text)); }
   // Milliseconds pass; heartbeats, fans and open valves are renewed.
   void run(int ms);
-  // The answer to an SDO, as text.
-  std::string ask(const std::string& request);
-  // 0, or the abort code.
-  std::uint32_t write(unsigned node, unsigned index, unsigned sub, unsigned size,
-                      std::uint32_t value);
   // Boot-up, configuration, start; false when a node refuses.
   bool bring_up(std::vector<unsigned> nodes = {0x20, 0x21});
   void valves(unsigned bits);  // now
@@ -35,15 +30,8 @@ class Master {
   std::array<unsigned, kFans> fan_us{1000, 1000, 1000, 1000};
   bool heartbeat = true, renew_valves = true, renew_fans = true;
 
-  std::vector<std::string> heard;
-  int count(const std::string& beginning) const;  // of received frames
-  std::map<std::uint32_t, CanFrame> last;
-
  private:
-  void collect();
   bool configure(unsigned node);
-  bool configure_pdo(unsigned node, bool transmit, unsigned number,
-                     const std::vector<std::uint32_t>& mapped, unsigned timer);
   void say_fans();
 
   Talaris& world_;

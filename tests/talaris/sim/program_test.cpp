@@ -9,9 +9,6 @@
 
 #include <chrono>
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
-#include <numeric>
 #include <string>
 #include <vector>
 
@@ -22,7 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
-using Clock = std::chrono::steady_clock;
 
 // The master's end of a serial line.
 class Line {
@@ -55,20 +51,10 @@ class Line {
   File file_;
 };
 
-class TalarisProgram : public testing::Test {
+class TalarisProgram : public SimProgram {
  protected:
-  void SetUp() override {
-    char name[] = "/tmp/lss-sim-test-XXXXXX";
-    folder_ = ::mkdtemp(name);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::vector<std::string> talaris(std::vector<std::string> more = {}) {
-    more.insert(more.begin(), {"talaris", "--dir", folder_.string(), "--can", "udp://127.0.0.1:0"});
-    return more;
-  }
-  int fault(const std::string& text) {
-    return Process({"fault", "--dir", folder_.string(), text}).wait();
+  std::vector<std::string> talaris(const std::vector<std::string>& more = {}) const {
+    return on_can("talaris", more);
   }
   fs::path imu() const { return folder_ / "imu"; }
   fs::path altimeter() const { return folder_ / "altimeter"; }
@@ -82,8 +68,6 @@ class TalarisProgram : public testing::Test {
     }
     return false;
   }
-
-  fs::path folder_;
 };
 
 TEST_F(TalarisProgram, SaysWhereItsLinesAndItsBusAreAndSpeaksThere) {
@@ -132,33 +116,16 @@ TEST_F(TalarisProgram, AnUnpluggedLineComesBack) {
   Process sim(talaris());
   ASSERT_TRUE(sim.says("\n"));
   ASSERT_EQ(fault("line-unplug:1:0.3"), 0);
-  const auto deadline = Clock::now() + kPatience;
-  bool gone = false, back = false;
-  while (!back && Clock::now() < deadline) {
-    gone = gone || !fs::exists(imu());
-    back = gone && fs::exists(imu());
-    ::poll(nullptr, 0, 5);
-  }
-  ASSERT_TRUE(back);
+  ASSERT_TRUE(within_patience([this] { return !fs::exists(imu()); }));
+  ASSERT_TRUE(within_patience([this] { return fs::exists(imu()); }));
   EXPECT_TRUE(has_packet(Line(imu()).read(100)));
 }
 
 TEST_F(TalarisProgram, WritesTheTruthWithItsFaults) {
-  const fs::path truth = folder_ / "truth.jsonl";
-  Process sim(talaris({"--truth", truth.string(), "--stand", "sled", "--heading", "45", "--fault",
+  Process sim(talaris({"--truth", truth().string(), "--stand", "sled", "--heading", "45", "--fault",
                        "0s:node-silent:0x20", "--fault", "0s:push:20"}));
   ASSERT_TRUE(sim.says("ready"));
-  std::vector<std::string> lines;
-  const auto deadline = Clock::now() + kPatience;
-  while (lines.size() < 4 && Clock::now() < deadline) {
-    ::poll(nullptr, 0, 5);
-    lines.clear();
-    std::ifstream file(truth);
-    for (std::string line; std::getline(file, line);) lines.push_back(line);
-  }
-  ASSERT_GE(lines.size(), 4u);
-  const auto third = nlohmann::json::parse(lines[2]);
-  EXPECT_NEAR(third.at("t_s").get<double>(), 0.2, 1e-9);
+  const nlohmann::json third = third_truth();
   EXPECT_NEAR(third.at("attitude_wxyz")[1].get<double>(), 0.3827, 1e-3);
   EXPECT_GT(third.at("position_m")[2].get<double>(), 0.005);
   EXPECT_EQ(third.at("attached_faults"), nlohmann::json({"node-silent:0x20", "push:20:0"}));

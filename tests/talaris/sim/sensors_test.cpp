@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "tests/talaris/sim/hopper_frames.h"
+#include "tests/support/can_script.h"
 #include "tools/lss-sim/talaris/altimeter.h"
 #include "tools/lss-sim/talaris/imu.h"
 

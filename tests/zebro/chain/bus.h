@@ -4,9 +4,12 @@
 // other. Two types: BusLine, every byte at its instant; FrameBus, frames as a whole, for missions.
 // One thread.
 
+#include <array>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "daemon/runtime/ring.h"
 #include "daemon/vehicles/zebro/vehicle.h"
 
 namespace lss::zebro {
@@ -23,17 +26,26 @@ struct WireFrame {
 class Bus {
  public:
   using Report = Vehicle::BusReport;
+  explicit Bus(const LegBusParameters& parameters)
+      : driver_(parameters),
+        overheard_(parameters.check, parameters.stop),
+        frame_ns_(frame_time_ns(parameters.baud, parameters.stop)) {}
   virtual ~Bus() = default;
 
   // Its view from the frame and actuate threads.
-  virtual void release(const BusOrders& orders) = 0;
-  virtual bool pop(ModuleReply& reply, TimeNs end) = 0;
+  void release(const BusOrders& orders) {
+    orders_ = orders;
+    released_ = true;
+  }
+  bool pop(ModuleReply& reply, TimeNs end) {
+    return replies_.pop_if(reply, [end](const ModuleReply& r) { return r.time_ns < end; });
+  }
   // An emergency stop was taken: the thread wakes and obeys.
   void all_stop(TimeNs now) {
     latch_.ask(now);
     turn(now, {});
   }
-  virtual const Report& report() const = 0;
+  const Report& report() const { return report_; }
 
   // The port goes away or is there again.
   virtual void plug(bool plugged, TimeNs now) = 0;
@@ -44,7 +56,24 @@ class Bus {
   std::vector<WireFrame> wire;  // may be cleared by any reader
 
  protected:
+  // The driver gets orders that were released since the last time.
+  void obey(TimeNs now) {
+    latch_.obey(driver_, std::exchange(released_, false) ? &orders_ : nullptr, now);
+  }
+  void take_replies() {
+    std::array<ModuleReply, LegBus::kMaxReplies> replies;
+    const std::size_t count = driver_.take(replies);
+    for (std::size_t i = 0; i < count; ++i) replies_.push(replies[i]);
+  }
+
+  LegBus driver_;
+  Receiver overheard_;
+  TimeNs frame_ns_;
   StopLatch latch_;
+  BusOrders orders_{};
+  bool released_ = false;
+  Report report_{};
+  Ring<ModuleReply, 256> replies_;
 };
 
 }  // namespace lss::zebro

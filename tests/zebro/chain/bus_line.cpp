@@ -15,19 +15,7 @@ constexpr int kMostTurnsAtOnce = 100;
 }  // namespace
 
 BusLine::BusLine(const LegBusParameters& parameters, sim::Uart& line)
-    : driver_(parameters),
-      line_(line),
-      overheard_(parameters.check, parameters.stop),
-      frame_ns_(frame_time_ns(parameters.baud, parameters.stop)) {}
-
-void BusLine::release(const BusOrders& orders) {
-  orders_ = orders;
-  released_ = true;
-}
-
-bool BusLine::pop(ModuleReply& reply, TimeNs end) {
-  return replies_.pop_if(reply, [end](const ModuleReply& r) { return r.time_ns < end; });
-}
+    : Bus(parameters), line_(line) {}
 
 void BusLine::plug(bool plugged, TimeNs now) {
   plugged_ = plugged;
@@ -55,7 +43,7 @@ void BusLine::turn(TimeNs now, std::span<const std::uint8_t> bytes) {
     }
   }
   if (open_) {
-    latch_.obey(driver_, std::exchange(released_, false) ? &orders_ : nullptr, now);
+    obey(now);
     serve(now, bytes);
   }
   if (now - report_.time_ns >= kReportEvery || report_.open != open_) tell(now);
@@ -68,9 +56,7 @@ void BusLine::serve(TimeNs now, std::span<const std::uint8_t> bytes) {
     log(out, now);
     line_.from_master(out, now);
   }
-  std::array<ModuleReply, LegBus::kMaxReplies> replies;
-  const std::size_t count = driver_.take(replies);
-  for (std::size_t i = 0; i < count; ++i) replies_.push(replies[i]);
+  take_replies();
 }
 
 void BusLine::log(std::span<const std::uint8_t> frame, TimeNs now) {

@@ -5,7 +5,6 @@
 // thread does, in the same order. Writes down every frame of the master with its time on the wire.
 // One thread.
 
-#include "daemon/runtime/ring.h"
 #include "tests/zebro/chain/bus.h"
 #include "tools/lss-sim/frame/uart.h"
 
@@ -16,9 +15,6 @@ class BusLine final : public Bus {
   // `line`: outlives this.
   BusLine(const LegBusParameters& parameters, sim::Uart& line);
 
-  void release(const BusOrders& orders) override;
-  bool pop(ModuleReply& reply, TimeNs end) override;
-  const Report& report() const override { return report_; }
   void plug(bool plugged, TimeNs now) override;
   void turn(TimeNs now, std::span<const std::uint8_t> bytes) override;
   TimeNs next_wake() const override;
@@ -28,18 +24,12 @@ class BusLine final : public Bus {
   void log(std::span<const std::uint8_t> frame, TimeNs now);
   void tell(TimeNs now);
 
-  LegBus driver_;
   sim::Uart& line_;
-  Receiver overheard_;
-  TimeNs frame_ns_, wire_free_ns_ = 0;
-  BusOrders orders_{};
-  bool released_ = false;
+  TimeNs wire_free_ns_ = 0;
   bool plugged_ = true, open_ = false;
   TimeNs reopen_ns_ = 0;
   TimeNs turned_ns_ = 0;
   int turns_at_once_ = 0;  // at one instant
-  Report report_{};
-  Ring<ModuleReply, 256> replies_;
 };
 
 }  // namespace lss::zebro

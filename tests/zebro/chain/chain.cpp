@@ -2,52 +2,25 @@
 
 #include <algorithm>
 #include <random>
-#include <stdexcept>
 
-#include "tools/lss-sim/frame/runner.h"
 #include "tools/lss-sim/zebro/vehicle.h"
 
 namespace lss::zebro {
-namespace {
-
-constexpr TimeNs kHeartbeatEvery = 200 * kMillisecond;
-constexpr std::uint32_t kLease_ms = 2000;
-
-const Logic& kLogic = logic();
-
-config::Config read(Parameters& parameters) {
-  auto config = config::load(LSS_CONFIG, {"zebro"}, [&](const std::string&, config::Section& s) {
-    parameters = read_parameters(s);
-  });
-  if (!config) throw std::runtime_error(config.error());
-  return *config;
-}
-
-Name name(const char* text) {
-  Name name{};
-  std::string_view(text).copy(name.data(), name.size() - 1);
-  return name;
-}
-
-// The DDS writer of every command.
-constexpr std::uint64_t kWriter = 1;
-
-TimeNs to_ns(double seconds) { return std::llround(seconds * 1e9); }
-
-}  // namespace
 
 Chain::Chain(const Options& options)
-    : config_(read(parameters_)),
-      supervisor_(kLogic, {.obc_timeout_ns = config_.obc_timeout_ns}),
-      port_(kLogic, static_cast<std::uint32_t>(config_.lease_min_ms),
-            static_cast<std::uint32_t>(config_.lease_max_ms), [this] { bus_->all_stop(now_ns_); }) {
-  const config::Port& port = config_.ports.front();
-  parameters_.bus.baud = static_cast<int>(port.baud);
-  parameters_.bus.half_duplex = port.half_duplex;
-  parameters_.bus.period_ns = config_.period_ns;
-  if (options.adjust) options.adjust(parameters_);
-  vehicle_ = std::make_unique<Vehicle>(parameters_);
-
+    : VirtualChain(logic(), *sim::make_zebro_kind(),
+                   {.file = LSS_CONFIG,
+                    .vehicle = "zebro",
+                    .read = read_parameters,
+                    .complete =
+                        [&](Parameters& parameters, const config::Config& config) {
+                          const config::Port& port = config.ports.front();
+                          parameters.bus.baud = static_cast<int>(port.baud);
+                          parameters.bus.half_duplex = port.half_duplex;
+                          parameters.bus.period_ns = config.period_ns;
+                          if (options.adjust) options.adjust(parameters);
+                        },
+                    .lease_ms = 2000}) {
   sim::zebro::TerrainOptions terrain = options.terrain;
   terrain.seed = options.seed;
   world_ = options.vehicle ? options.vehicle(terrain)
@@ -66,16 +39,11 @@ Chain::Chain(const Options& options)
         sim::Uart::Parameters{.baud = parameters_.bus.baud, .seed = options.seed + 1}, *world_);
     bus_ = std::make_unique<BusLine>(parameters_.bus, *line_);
   }
-  fault_kinds_ = sim::fault_kinds_of(*sim::make_zebro_kind());
-  board_ = std::make_unique<sim::FaultBoard>(
-      [this](const sim::Fault& fault, bool attach) { act(fault, attach); },
-      [this](const sim::Fault& fault) { return in_force(fault); });
-  port_.show(supervisor_.state());
 
   // The clocks of OBC and modules do not know of each other.
   std::mt19937 random(options.seed);
   step_ns_ += std::uniform_int_distribution<TimeNs>(0, world_->step_ns() - 1)(random);
-  frame_ns_ = kBegin + 2 * kMillisecond;
+  next_frame_ns_ = kBegin + 2 * kMillisecond;
   bus_->turn(now_ns_, {});
 }
 
@@ -83,22 +51,13 @@ Chain::~Chain() = default;
 
 // ---- time
 
-TimeNs Chain::next_event() const {
+TimeNs Chain::next_event() {
   const TimeNs line_ns = line_ ? line_->next_wake() : kNever;
   return std::min(
-      {step_ns_, line_ns, bus_->next_wake(), plug_ns_, frame_ns_, release_ns_, heartbeat_ns_});
+      {step_ns_, line_ns, bus_->next_wake(), plug_ns_, next_frame_ns_, release_ns_, heartbeat_ns_});
 }
 
-void Chain::pass(TimeNs until) {
-  for (TimeNs next = next_event(); next <= until; next = next_event()) {
-    now_ns_ = next;
-    happen();
-  }
-  now_ns_ = until;
-}
-
-// Everything that is due now. Of one instant: the world, then threads by priority.
-void Chain::happen() {
+void Chain::dispatch() {
   if (now_ns_ >= step_ns_) {
     world_->step();
     step_ns_ += world_->step_ns();
@@ -107,10 +66,7 @@ void Chain::happen() {
     plug_ns_ = kNever;
     bus_->plug(true, now_ns_);
   }
-  if (now_ns_ >= heartbeat_ns_) {
-    heartbeat_ns_ += kHeartbeatEvery;
-    if (heartbeat_) post({.source = name("test")});
-  }
+  beat_when_due();
   if (now_ns_ >= release_ns_) {
     release_ns_ = kNever;
     bus_->release(out_.command);
@@ -121,65 +77,13 @@ void Chain::happen() {
     line_->advance(now_ns_);
     bytes = line_->take(now_ns_);
   }
-  const bool due = now_ns_ >= bus_->next_wake() || (frame_bus_ && now_ns_ >= frame_ns_);
+  const bool due = now_ns_ >= bus_->next_wake() || (frame_bus_ && now_ns_ >= next_frame_ns_);
   if (!bytes.empty() || due) bus_->turn(now_ns_, bytes);
-  if (now_ns_ >= frame_ns_) frame();
-}
-
-void Chain::frame() {
-  in_.frame += 1;
-  in_.time_ns = frame_ns_;
-  in_.sample_count = 0;
-  while (in_.sample_count < in_.samples.size() &&
-         bus_->pop(in_.samples[in_.sample_count], in_.time_ns))
-    ++in_.sample_count;
-  in_.bus = bus_->report();
-  in_.request_count = port_.take(in_.requests);
-  cycle(*vehicle_, supervisor_, in_, out_, [](Stage) {});
-  if (tape) tape(in_, out_, supervisor_, *vehicle_);
-  port_.show(supervisor_.state());
-  const Supervisor::Outbox& box = supervisor_.outbox();
-  acks.insert(acks.end(), box.acks.begin(), box.acks.begin() + box.ack_count);
-  events.insert(events.end(), box.events.begin(), box.events.begin() + box.event_count);
-  release_ns_ = frame_ns_ + config_.offset_ns;
-  frame_ns_ += config_.period_ns;
-}
-
-void Chain::run(double seconds) { pass(now_ns_ + to_ns(seconds)); }
-
-bool Chain::run_until(const std::function<bool()>& condition, double limit_s) {
-  const TimeNs end = now_ns_ + to_ns(limit_s);
-  while (frame_ns_ <= end) {
-    pass(frame_ns_);
-    if (condition()) return true;
-  }
-  return false;
-}
-bool Chain::run_until(State state, double limit_s) {
-  return run_until([&] { return this->state() == state; }, limit_s);
-}
-bool Chain::run_until(Mode mode, double limit_s) {
-  return run_until([&] { return this->mode() == mode; }, limit_s);
+  if (now_ns_ < next_frame_ns_) return;
+  run_clock_frame(bus_->report(), [this](ModuleReply& r) { return bus_->pop(r, in_.time_ns); });
 }
 
 // ---- actions of an operator
-
-void Chain::post(Request request) {
-  request.arrival_ns = now_ns_;
-  port_.receive(request, kWriter, [this](const Ack& ack) { acks.push_back(ack); });
-}
-
-std::uint64_t Chain::send(std::uint16_t kind, std::span<const double> parameters, const char* from,
-                          std::uint16_t flags) {
-  Request request{.source = name(from),
-                  .sequence = ++sequence_,
-                  .kind = kind,
-                  .flags = flags,
-                  .lease_ms = kLease_ms};
-  std::ranges::copy(parameters, request.parameter.begin());
-  post(request);
-  return sequence_;
-}
 
 bool Chain::stand() {
   const auto contact = [this] {
@@ -204,16 +108,9 @@ bool Chain::solve(double limit_s) {
 
 // ---- faults
 
-void Chain::inject(const std::string& text) {
-  const auto fault = sim::parse_fault(text, fault_kinds_);
-  if (!fault) throw std::runtime_error(fault.error());
-  board_->inject(*fault);
-}
-
-// As lss-sim does (tools/lss-sim/frame/runner.cpp).
 void Chain::act(const sim::Fault& fault, bool attach) {
   if (fault.kind->name == std::string_view("unplug")) {
-    plug_ns_ = attach ? now_ns_ + to_ns(fault.values.front()) : now_ns_;
+    plug_ns_ = attach ? now_ns_ + testing_support::to_ns(fault.values.front()) : now_ns_;
     if (attach) bus_->plug(false, now_ns_);
   } else if (!(line_ ? line_->faults : frame_bus_->faults).set(fault, attach)) {
     world_->set_fault(fault, attach);
@@ -226,12 +123,6 @@ bool Chain::in_force(const sim::Fault& fault) const {
 }
 
 // ---- true state
-
-bool Chain::has(FaultId id, std::uint16_t subject) const {
-  return std::ranges::any_of(supervisor().faults, [&](const FaultRecord& fault) {
-    return fault.id == id && fault.subject == subject;
-  });
-}
 
 bool Chain::has_fatal() const {
   return std::ranges::any_of(supervisor().faults, [](const FaultRecord& fault) {

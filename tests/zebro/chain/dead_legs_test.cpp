@@ -53,7 +53,7 @@ class DeadLegs : public testing::TestWithParam<Dead> {
 
 TEST_P(DeadLegs, OthersWalkOnAfterSolving) {
   const Dead& dead = GetParam();
-  LSS_SKIP_OUTSIDE_SAMPLE(static_cast<std::size_t>(dead.legs.front() + dead.legs.back()), 3);
+  LSS_SKIP_OUTSIDE_SAMPLE(static_cast<std::size_t>(dead.legs.front() + dead.legs.back()), 5);
   unsigned seed = 20;  // of this run: which moment, and where the legs are at boot
   for (const int leg : dead.legs) seed = seed * 7 + static_cast<unsigned>(leg);
   Chain chain({.seed = seed});

@@ -125,9 +125,9 @@ std::optional<double> due_s(std::span<const Injection> injections) {
   return due;
 }
 
-class Walk {
+class FaultWalk {
  public:
-  Walk(unsigned seed, std::span<const Injection> injections)
+  FaultWalk(unsigned seed, std::span<const Injection> injections)
       : injections_(injections), chain_({.seed = seed, .plant = sim::zebro::PlantKind::kinematic}) {
     std::mt19937 random(seed);
     expect(chain_.stand() && chain_.walk(), "it does not come to walking");
@@ -305,7 +305,7 @@ std::string FaultCase::text(unsigned module) const {
 std::span<const FaultCase> fault_cases() { return kCases; }
 
 Observed break_walk(unsigned seed, std::span<const Injection> injections) {
-  Walk walk(seed, injections);
+  FaultWalk walk(seed, injections);
   walk.break_it();
   if (due_s(injections)) {
     walk.check_stop();
@@ -317,7 +317,7 @@ Observed break_walk(unsigned seed, std::span<const Injection> injections) {
 }
 
 Lasting solve_while_it_lasts(unsigned seed, const Injection& injection) {
-  return Walk(seed, {&injection, 1}).solve_broken();
+  return FaultWalk(seed, {&injection, 1}).solve_broken();
 }
 
 }  // namespace lss::zebro

@@ -19,11 +19,9 @@ bool asks(std::span<const std::uint8_t> frame) {
 }  // namespace
 
 FrameBus::FrameBus(const LegBusParameters& parameters, sim::zebro::Zebro& modules, unsigned seed)
-    : driver_(parameters),
+    : Bus(parameters),
       modules_(modules),
-      frame_ns_(frame_time_ns(parameters.baud, parameters.stop)),
       character_ns_(10 * kSecond / parameters.baud),
-      overheard_(parameters.check, parameters.stop),
       random_(seed) {}
 
 FrameBus::Timed* FrameBus::Way::next(TimeNs now) {
@@ -43,15 +41,6 @@ bool FrameBus::chance(double probability) {
   return probability > 0 && std::bernoulli_distribution(probability)(random_);
 }
 
-void FrameBus::release(const BusOrders& orders) {
-  orders_ = orders;
-  released_ = true;
-}
-
-bool FrameBus::pop(ModuleReply& reply, TimeNs end) {
-  return replies_.pop_if(reply, [end](const ModuleReply& r) { return r.time_ns < end; });
-}
-
 void FrameBus::plug(bool plugged, TimeNs now) {
   if (plugged && !open_) driver_.restart(now);
   if (!plugged) to_modules_.count = to_master_.count = 0;
@@ -64,12 +53,10 @@ void FrameBus::plug(bool plugged, TimeNs now) {
 void FrameBus::turn(TimeNs now, std::span<const std::uint8_t>) {
   if (open_) {
     arrive(now);
-    latch_.obey(driver_, std::exchange(released_, false) ? &orders_ : nullptr, now);
+    obey(now);
     for (auto out = driver_.transmit(now); !out.empty(); out = driver_.transmit(now))
       send(out, now);
-    std::array<ModuleReply, LegBus::kMaxReplies> replies;
-    const std::size_t count = driver_.take(replies);
-    for (std::size_t i = 0; i < count; ++i) replies_.push(replies[i]);
+    take_replies();
   }
   report_.counters = driver_.counters();
   report_.all_stop_pending = latch_.pending();

@@ -8,7 +8,6 @@
 #include <array>
 #include <random>
 
-#include "daemon/runtime/ring.h"
 #include "tests/zebro/chain/bus.h"
 #include "tools/lss-sim/frame/uart.h"
 
@@ -23,14 +22,11 @@ class FrameBus final : public Bus {
   // `modules`: outlives this.
   FrameBus(const LegBusParameters& parameters, sim::zebro::Zebro& modules, unsigned seed);
 
-  void release(const BusOrders& orders) override;
-  bool pop(ModuleReply& reply, TimeNs end) override;
-  const Report& report() const override { return report_; }
   void plug(bool plugged, TimeNs now) override;
   void turn(TimeNs now, std::span<const std::uint8_t>) override;
   TimeNs next_wake() const override { return open_ ? driver_.next_wake() : kNever; }
 
-  sim::LineFaults faults;
+  sim::WireFaults faults;
 
  private:
   static constexpr TimeNs kNever = INT64_MAX;
@@ -57,17 +53,12 @@ class FrameBus final : public Bus {
   void put(Way& way, TimeNs end_ns, std::span<const std::uint8_t> frame);
   bool chance(double probability);
 
-  LegBus driver_;
   sim::zebro::Zebro& modules_;
-  TimeNs frame_ns_, character_ns_;
-  Receiver overheard_;
+  TimeNs character_ns_;
   std::mt19937 random_;
   Way to_modules_, to_master_;
   TimeNs master_free_ns_ = 0, reply_free_ns_ = 0;
-  BusOrders orders_{};
-  bool released_ = false, open_ = false;
-  Report report_{};
-  Ring<ModuleReply, 256> replies_;
+  bool open_ = false;
 };
 
 }  // namespace lss::zebro

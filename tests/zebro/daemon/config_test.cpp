@@ -2,33 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
+#include "tests/support/config_file.h"
 
 namespace lss::zebro {
 namespace {
 
-tl::expected<config::Config, std::string> load(const std::string& file, Parameters& parameters) {
-  return config::load(file, {"zebro"}, [&](const std::string&, config::Section& s) {
-    parameters = read_parameters(s);
-  });
-}
-
-// The example with one line replaced.
-std::string altered(const std::string& from, const std::string& to) {
-  std::ifstream in(LSS_CONFIG);
-  std::string text((std::istreambuf_iterator<char>(in)), {});
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  text.replace(at, from.size(), to);
-  const std::string path = testing::TempDir() + "zebro_altered_" +
-                           testing::UnitTest::GetInstance()->current_test_info()->name() + ".toml";
-  std::ofstream(path) << text;
-  return path;
-}
+const testing_support::ConfigFile<Parameters> kFile("zebro", read_parameters);
 
 TEST(ZebroConfig, TheExampleHoldsTheDefaults) {
   Parameters p;
-  const auto config = load(LSS_CONFIG, p);
+  const auto config = kFile.load(LSS_CONFIG, p);
   ASSERT_TRUE(config) << config.error();
   const Parameters d;
   EXPECT_EQ(p.bus.address, d.bus.address);
@@ -44,7 +27,7 @@ TEST(ZebroConfig, TheExampleHoldsTheDefaults) {
   EXPECT_EQ(p.solver.rounds, d.solver.rounds);
   EXPECT_EQ(p.solver.healthy_ns, d.solver.healthy_ns);
   EXPECT_EQ(p.solver.current_limit_A, d.solver.current_limit_A);
-  EXPECT_EQ(p.panel_deployed_deg, d.panel_deployed_deg);
+  EXPECT_EQ(p.panel_deployed_rad, d.panel_deployed_rad);
   EXPECT_EQ(p.panel_move_ns, d.panel_move_ns);
   EXPECT_DOUBLE_EQ(p.locomotion.flight_s, d.locomotion.flight_s);
   EXPECT_NEAR(p.locomotion.sweep_rad, d.locomotion.sweep_rad, 1e-12);
@@ -55,7 +38,7 @@ TEST(ZebroConfig, TheExampleHoldsTheDefaults) {
 
 TEST(ZebroConfig, AGaitThatWouldNotSynchroniseIsRefusedWithItsLine) {
   Parameters p;
-  const auto config = load(altered("stance_min_s = 3.3", "stance_min_s = 30.0"), p);
+  const auto config = kFile.load(kFile.altered("stance_min_s = 3.3", "stance_min_s = 30.0"), p);
   ASSERT_FALSE(config);
   EXPECT_NE(config.error().find("zebro_altered_"), std::string::npos) << config.error();
 }
@@ -63,7 +46,8 @@ TEST(ZebroConfig, AGaitThatWouldNotSynchroniseIsRefusedWithItsLine) {
 // [S-Int-1]
 TEST(ZebroConfig, TwoModulesOfOneAddressAreRefused) {
   Parameters p;
-  const auto config = load(altered("[1, 2, 3, 4, 5, 6, 7]", "[1, 2, 3, 4, 5, 6, 6]"), p);
+  const auto config =
+      kFile.load(kFile.altered("[1, 2, 3, 4, 5, 6, 7]", "[1, 2, 3, 4, 5, 6, 6]"), p);
   ASSERT_FALSE(config);
   EXPECT_NE(config.error().find("same address"), std::string::npos) << config.error();
 }
@@ -72,14 +56,14 @@ TEST(ZebroConfig, TwoModulesOfOneAddressAreRefused) {
 TEST(ZebroConfig, StrategiesAreTakenInTheirOrderAndUnknownOnesAreRefused) {
   Parameters p;
   const std::string as_shipped = "[\"move_free\", \"cool_down\", \"isolate\"]";
-  ASSERT_TRUE(load(altered(as_shipped, "[\"isolate\", \"move_free\"]"), p));
+  ASSERT_TRUE(kFile.load(kFile.altered(as_shipped, "[\"isolate\", \"move_free\"]"), p));
   const StrategyList wanted{StrategyKind::isolate, StrategyKind::move_free};
   EXPECT_EQ(p.solver.order[static_cast<std::size_t>(FaultClass::current)], wanted);
-  const auto unknown = load(altered(as_shipped, "[\"pray\"]"), p);
+  const auto unknown = kFile.load(kFile.altered(as_shipped, "[\"pray\"]"), p);
   ASSERT_FALSE(unknown);
   EXPECT_NE(unknown.error().find("\"pray\" is no strategy: use reconnect"), std::string::npos)
       << unknown.error();
-  const auto none = load(altered(as_shipped, "[]"), p);
+  const auto none = kFile.load(kFile.altered(as_shipped, "[]"), p);
   ASSERT_FALSE(none);
   EXPECT_NE(none.error().find("between one and"), std::string::npos) << none.error();
 }
@@ -87,7 +71,7 @@ TEST(ZebroConfig, StrategiesAreTakenInTheirOrderAndUnknownOnesAreRefused) {
 // [Prod-4]
 TEST(ZebroConfig, TheSoftwareCurrentLimitStaysBelowTheHardwares_P_Int_1) {
   Parameters p;
-  EXPECT_FALSE(load(altered("current_A = 1.2", "current_A = 2.0"), p));
+  EXPECT_FALSE(kFile.load(kFile.altered("current_A = 1.2", "current_A = 2.0"), p));
 }
 
 }  // namespace

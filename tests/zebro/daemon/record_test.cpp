@@ -1,6 +1,4 @@
 // Records of frames: a written record is read back unchanged, for any bytes.
-#include "daemon/vehicles/zebro/record.h"
-
 #include <gtest/gtest.h>
 #include <rapidcheck.h>
 
@@ -11,8 +9,10 @@
 #include <fstream>
 #include <string>
 
+#include "daemon/record/frame_record.h"
 #include "daemon/record/json.h"
 #include "daemon/record/run_log.h"
+#include "daemon/vehicles/zebro/vehicle.h"
 
 namespace lss::zebro {
 namespace {
@@ -88,7 +88,7 @@ class Randomiser {
       for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(next() >> 24);
       std::memcpy(&x, bytes.data(), sizeof x);
     } else {
-      fields(*this, x);
+      record::visit(*this, x);
     }
   }
   template <record::Array T>

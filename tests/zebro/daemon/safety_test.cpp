@@ -1,7 +1,7 @@
 // Lunar Zebro passes the safety suite.
 
-#include "daemon/vehicles/zebro/record.h"
 #include "daemon/vehicles/zebro/tunables.h"
+#include "daemon/vehicles/zebro/vehicle.h"
 #include "tests/safety/safety_suite.h"
 #include "tests/support/allocations.h"
 #include "world.h"

@@ -12,18 +12,23 @@
 namespace lss::zebro::mission {
 namespace {
 
-class Missions : public testing::TestWithParam<unsigned> {};
-
-TEST_P(Missions, ArriveWhateverBreaksAndNeverMoveWhenTheyMustNot) {
+// With faults every so many hours, at full speed and with short rests.
+Options short_mission(unsigned seed, double fault_mean_h, double course_m) {
   Options options;
-  options.seed = GetParam();
-  options.fault_mean_h = 0.03;
+  options.seed = seed;
+  options.fault_mean_h = fault_mean_h;
   options.flight_s = 3;
-  options.autopilot.course_m = 10;
+  options.autopilot.course_m = course_m;
   options.autopilot.speed = gnc::zebro::Speed::high;
   options.autopilot.rest_below = 0.95;
   options.autopilot.rest_until = 0.97;
-  const Result result = run(options);
+  return options;
+}
+
+class Missions : public testing::TestWithParam<unsigned> {};
+
+TEST_P(Missions, ArriveWhateverBreaksAndNeverMoveWhenTheyMustNot) {
+  const Result result = run(short_mission(GetParam(), 0.03, 10));
   EXPECT_THAT(result.violations, testing::IsEmpty());
   EXPECT_TRUE(result.arrived);
   EXPECT_NEAR(result.true_m, 10, 1);
@@ -38,15 +43,7 @@ INSTANTIATE_TEST_SUITE_P(Zebro, Missions, testing::Values(1u, 2u));
 // Leg 2 is dead for good and the robot wakes with its panel out: error solving resets all modules,
 // and the panel's counts from where it is.
 TEST(Mission, NeverOperatesWithThePanelOutWhoeverResetItsModule_Func_5) {
-  Options options;
-  options.seed = 74;
-  options.fault_mean_h = 0.05;
-  options.flight_s = 3;
-  options.autopilot.course_m = 15;
-  options.autopilot.speed = gnc::zebro::Speed::high;
-  options.autopilot.rest_below = 0.95;
-  options.autopilot.rest_until = 0.97;
-  const Result result = run(options);
+  const Result result = run(short_mission(74, 0.05, 15));
   EXPECT_THAT(result.violations, testing::IsEmpty());
   EXPECT_TRUE(result.arrived);
   EXPECT_GE(result.count.rests, 1);

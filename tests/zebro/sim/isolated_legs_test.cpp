@@ -5,6 +5,7 @@
 
 #include "gnc/zebro/locomotion.h"
 #include "idl/angles.h"
+#include "tests/support/everything.h"
 #include "tests/zebro/sim/robot_driver.h"
 
 namespace lss::sim::zebro {
@@ -103,6 +104,7 @@ class Cripples : public testing::TestWithParam<Cripple> {};
 // [Conf-3]
 TEST_P(Cripples, StandsUpWalksAtTheSpeedOfItsGaitAndLiesDown) {
   const Cripple& robot = GetParam();
+  LSS_SKIP_OUTSIDE_SAMPLE(robot.dead, 2);  // either has one that creeps and one that rows
   Loop loop({.seed = 4}, robot.dead);
   std::array<double, kLegs> hung_rad{};
   for (int leg = 1; leg <= kLegs; ++leg) {

@@ -10,8 +10,6 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -25,34 +23,12 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using Clock = std::chrono::steady_clock;
 
-class Program : public testing::Test {
+class Program : public SimProgram {
  protected:
-  void SetUp() override {
-    char name[] = "/tmp/lss-sim-test-XXXXXX";
-    folder_ = ::mkdtemp(name);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::vector<std::string> zebro(std::vector<std::string> more = {}) {
-    more.insert(more.begin(), {"zebro", "--dir", folder_.string()});
-    return more;
-  }
-  int fault(const std::string& text, std::string* said = nullptr) {
-    Process process({"fault", "--dir", folder_.string(), text});
-    const int code = process.wait();
-    if (said != nullptr) *said = process.heard;
-    return code;
+  std::vector<std::string> zebro(const std::vector<std::string>& more = {}) const {
+    return arguments("zebro", more);
   }
   fs::path legs() const { return folder_ / "legs"; }
-
-  static bool within_patience(const std::function<bool()>& condition) {
-    const auto deadline = Clock::now() + kPatience;
-    while (!condition()) {
-      if (Clock::now() > deadline) return false;
-      ::poll(nullptr, 0, 2);
-    }
-    return true;
-  }
 
   static File open_port(const fs::path& path) {
     File port(::open(path.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC));
@@ -78,7 +54,6 @@ class Program : public testing::Test {
 
   static constexpr const char* kRequest = ":07050000000000000000F4\n";
   static constexpr std::size_t kFrame = 24;
-  fs::path folder_;
 };
 
 TEST_F(Program, SaysWhenItIsReadyAndAnswersOnItsPort) {
@@ -139,18 +114,9 @@ TEST_F(Program, TakesOverTheFolderOfOneThatWasKilled) {
 }
 
 TEST_F(Program, WritesTheTruthAsJsonLines) {
-  const fs::path truth = folder_ / "truth.jsonl";
-  Process sim(zebro({"--truth", truth.string(), "--fault", "0s:module-dead:3"}));
+  Process sim(zebro({"--truth", truth().string(), "--fault", "0s:module-dead:3"}));
   ASSERT_TRUE(sim.says("ready"));
-  std::vector<std::string> lines;
-  ASSERT_TRUE(within_patience([&] {
-    lines.clear();
-    std::ifstream file(truth);
-    for (std::string line; std::getline(file, line);) lines.push_back(line);
-    return lines.size() >= 4;
-  }));
-  const auto third = nlohmann::json::parse(lines[2]);
-  EXPECT_NEAR(third.at("t_s").get<double>(), 0.2, 1e-9);
+  const nlohmann::json third = third_truth();
   for (const auto& [key, size] : {std::pair{"position_m", 3u},
                                   {"attitude_wxyz", 4u},
                                   {"velocity_m_s", 3u},

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "tests/support/everything.h"
 #include "tests/zebro/sim/robot_driver.h"
 
 namespace lss::sim::zebro {
@@ -34,6 +35,7 @@ TEST(Robot, LiesStillOnItsBellyWhenNobodyCommands) {
 
 // Speeds of the gait table: stride over stance, 10.1, 5.3 and 2.2 mm/s; over whole cycles.
 struct Walk {
+  std::size_t number;
   const char* name;
   Groups groups;
   int cycles, sense;
@@ -44,6 +46,7 @@ class Walks : public testing::TestWithParam<Walk> {};
 
 TEST_P(Walks, StraightAtTheSpeedOfTheGaitTable) {
   const Walk& walk = GetParam();
+  LSS_SKIP_OUTSIDE_SAMPLE(walk.number, 2);
   RobotDriver driver({.seed = 4});
   driver.stand_up();
   driver.walk(walk.groups, 1, walk.sense, walk.sense);
@@ -60,10 +63,10 @@ TEST_P(Walks, StraightAtTheSpeedOfTheGaitTable) {
   EXPECT_NEAR(driver.moved(from).height_m, kStanding_m, 0.002);
 }
 INSTANTIATE_TEST_SUITE_P(Robot, Walks,
-                         testing::Values(Walk{"Tripod", kTripod, 3, +1, 0.0101},
-                                         Walk{"TripodBackward", kTripod, 3, -1, 0.0101},
-                                         Walk{"Tetrapod", kTetrapod, 2, +1, 0.0053},
-                                         Walk{"Wave", kWave, 1, +1, 0.0022}),
+                         testing::Values(Walk{0, "Tripod", kTripod, 3, +1, 0.0101},
+                                         Walk{1, "TripodBackward", kTripod, 3, -1, 0.0101},
+                                         Walk{2, "Tetrapod", kTetrapod, 2, +1, 0.0053},
+                                         Walk{3, "Wave", kWave, 1, +1, 0.0022}),
                          [](const auto& walk) { return walk.param.name; });
 
 TEST(Robot, TurnsOnTheSpotTheWayThatItsSidesPush) {

@@ -1,58 +1,52 @@
 // Report sections of D.I.A.N.A. Ardito: wheels, steering, results of the failure detection, and the
 // path.
 
-#include "tools/lss-cli/ardito/report.h"
-
 #include <fmt/format.h>
 
-#include <numbers>
-
+#include "idl/angles.h"
 #include "idl/ardito/commands.h"
+#include "tools/lss-cli/ardito/vehicle.h"
+#include "tools/lss-cli/report/page.h"
 #include "tools/lss-cli/report/series.h"
 
 namespace lss::cli::ardito {
 namespace {
 
 using namespace lss::ardito;
+using report::line_of;
 using report::LineChart;
+using report::over_time;
 using report::Table;
 
-constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kDegrees = 1 / kDegree;
+constexpr const char* kSteered[kSteeredWheels] = {"LF", "RF", "LR", "RR"};
 constexpr int kStates = 8;  // three bits, Ardito thesis 18.1
 
 std::string wheel(int i, const char* what) { return fmt::format("wheels[{}].{}", i, what); }
 std::string steering(int i, const char* what) { return fmt::format("steering[{}].{}", i, what); }
 
-std::vector<double> in_degrees(std::vector<double> values) {
-  for (double& value : values) value *= kDegrees;
-  return values;
-}
-
 void add_wheels(const Table& table, report::Page& page) {
   page.section("Wheels", "Dashed: as commanded; drawn: by the motor encoder.");
-  LineChart speeds{"Wheel speeds", "time in s", "rad/s", {}, {}};
-  LineChart currents{"Motor currents", "time in s", "A", {}, {}};
+  LineChart speeds = over_time("Wheel speeds", "rad/s");
+  LineChart currents = over_time("Motor currents", "A");
+  LineChart heat = over_time("Motor temperatures", "°C");
   for (int i = 0; i < kDriveWheels; ++i) {
-    speeds.lines.push_back({kNodeNames[i], table.t_s(), table[wheel(i, "motor_rad_s")], i, false});
-    currents.lines.push_back({kNodeNames[i], table.t_s(), table[wheel(i, "current_A")], i, false});
+    speeds.lines.push_back(line_of(table, kNodeNames[i], wheel(i, "motor_rad_s"), i));
+    currents.lines.push_back(line_of(table, kNodeNames[i], wheel(i, "current_A"), i));
+    heat.lines.push_back(line_of(table, kNodeNames[i], wheel(i, "temperature_degC"), i));
   }
-  speeds.lines.push_back({"LF, commanded", table.t_s(), table[wheel(0, "target_rad_s")], 0, true});
-  speeds.lines.push_back({"RF, commanded", table.t_s(), table[wheel(1, "target_rad_s")], 1, true});
+  speeds.lines.push_back(line_of(table, "LF, commanded", wheel(0, "target_rad_s"), 0, true));
+  speeds.lines.push_back(line_of(table, "RF, commanded", wheel(1, "target_rad_s"), 1, true));
   page.add(speeds);
   page.add(currents);
-  LineChart angles{"Steering", "time in s", "deg, to the left", {}, {}};
-  constexpr const char* kSteered[] = {"LF", "RF", "LR", "RR"};
+  LineChart angles = over_time("Steering", "deg, to the left");
   for (int i = 0; i < kSteeredWheels; ++i) {
+    const std::string name = kSteered[i];
+    angles.lines.push_back(line_of(table, name, steering(i, "motor_rad"), i, false, kDegrees));
     angles.lines.push_back(
-        {kSteered[i], table.t_s(), in_degrees(table[steering(i, "motor_rad")]), i, false});
-    angles.lines.push_back({fmt::format("{}, commanded", kSteered[i]), table.t_s(),
-                            in_degrees(table[steering(i, "target_rad")]), i, true});
+        line_of(table, name + ", commanded", steering(i, "target_rad"), i, true, kDegrees));
   }
   page.add(angles);
-  LineChart heat{"Motor temperatures", "time in s", "°C", {}, {}};
-  for (int i = 0; i < kDriveWheels; ++i)
-    heat.lines.push_back(
-        {kNodeNames[i], table.t_s(), table[wheel(i, "temperature_degC")], i, false});
   page.add(heat);
 }
 
@@ -82,10 +76,9 @@ void add_failures(const Table& table, report::Page& page) {
   };
   for (int i = 0; i < kDriveWheels; ++i)
     add(kNodeNames[i], table[wheel(i, "state")], table[wheel(i, "stopped")], false);
-  for (int i = 0; i < kSteeredWheels; ++i) {
-    constexpr const char* kLabels[] = {"str. LF", "str. RF", "str. LR", "str. RR"};
-    add(kLabels[i], table[steering(i, "state")], table[steering(i, "stopped")], true);
-  }
+  for (int i = 0; i < kSteeredWheels; ++i)
+    add(fmt::format("str. {}", kSteered[i]), table[steering(i, "state")],
+        table[steering(i, "stopped")], true);
   page.add(chart);
 }
 
@@ -97,19 +90,13 @@ void add_way(const Table& table, report::Page& page) {
                      {{"middle of the rover", table["y_m"], table["x_m"], 0, false}},
                      {},
                      true});
-  page.add(LineChart{"Speed",
-                     "time in s",
-                     "m/s",
-                     {{"commanded", table.t_s(), table["speed_m_s"], 0, true},
-                      {"measured", table.t_s(), table["measured_m_s"], 0, false}},
-                     {}});
-  page.add(LineChart{"Suspension",
-                     "time in s",
-                     "deg",
-                     {{"left rocker", table.t_s(), in_degrees(table["beta_rad"]), 0, false},
-                      {"left bogie", table.t_s(), in_degrees(table["rho_rad[0]"]), 1, false},
-                      {"right bogie", table.t_s(), in_degrees(table["rho_rad[1]"]), 2, false}},
-                     {}});
+  page.add(over_time("Speed", "m/s",
+                     {line_of(table, "commanded", "speed_m_s", 0, true),
+                      line_of(table, "measured", "measured_m_s", 0)}));
+  page.add(over_time("Suspension", "deg",
+                     {line_of(table, "left rocker", "beta_rad", 0, false, kDegrees),
+                      line_of(table, "left bogie", "rho_rad[0]", 1, false, kDegrees),
+                      line_of(table, "right bogie", "rho_rad[1]", 2, false, kDegrees)}));
 }
 
 }  // namespace

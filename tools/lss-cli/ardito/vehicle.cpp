@@ -13,6 +13,7 @@
 #include "idl/ardito/commands.h"
 #include "idl/codes.h"
 #include "tools/lss-cli/session/telemetry.h"
+#include "tools/lss-cli/session/vehicle_words.h"
 #include "tools/lss-cli/show/units.h"
 
 namespace lss::cli::ardito {
@@ -44,52 +45,28 @@ std::vector<Invocation> prepare(const lss_Status& status, const Invocation& want
   std::vector<Invocation> steps;
   const bool motion = wanted.info->leased && wanted.info->kind >= 200;
   if (motion && status.state == lss_STATE_IDLE) {
-    Invocation start =
-        with_defaults(find_command(kVehicle, static_cast<std::uint16_t>(lss::CommandKind::start)));
+    add_step(steps, kVehicle, lss::CommandKind::start);
     // The limit that the requested speed needs; the daemon rejects a higher one.
     const bool fast = static_cast<CommandKind>(wanted.info->kind) != CommandKind::halt &&
                       std::abs(wanted.parameter[0]) > lss::ardito::kSpeedLimits_m_s[0];
-    start.parameter[0] = fast ? 1 : 0;
-    steps.push_back(start);
+    steps.back().parameter[0] = fast ? 1 : 0;
   }
   return steps;
 }
 
-bool latched(const lss_Status& status, FaultId id, std::uint16_t subject) {
-  return std::ranges::any_of(status.faults, [&](const lss_Fault& fault) {
-    return fault.id == static_cast<std::uint16_t>(id) && (subject == 0 || fault.subject == subject);
-  });
-}
-
-bool never_heard(const lss_ArditoNode& node) { return node.age_ms == kNeverHeard_ms; }
-
-template <std::size_t N>
-const char* name_of(const char* const (&names)[N], std::size_t index) {
-  return index < N ? names[index] : "?";
-}
-
 std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
-  if (telemetry == nullptr)
-    return {{true, "no telemetry comes: the nodes are unknown", "check the log of lssd"}};
   const lss_ArditoTelemetry& t = sample(telemetry);
-  if (!t.port_open) {
-    if (latched(status, FaultId::port_lost, 0) || latched(status, FaultId::port_absent, 0))
-      return {};
-    return {{true, "the CAN bus is not open", "check the port named in the config"}};
-  }
+  if (!t.port_open) return closed_port(status, "the CAN bus");
   std::vector<Problem> list;
   for (const lss_ArditoNode& node : t.nodes) {
     if (node.online || latched(status, FaultId::module_silent, node.id) ||
         latched(status, FaultId::node_wrong, node.id))
       continue;
-    const std::string heard =
-        never_heard(node)
-            ? std::string("has never answered")
-            : fmt::format("is {}, last message {} ago", name_of(lss::ardito::kLinkNames, node.link),
-                          format_duration(static_cast<double>(node.age_ms) / 1000));
-    list.push_back({node.id != lss::ardito::kImuNode,
-                    fmt::format("{} {}", subject_name(kVehicle, node.id), heard),
-                    "check its power and the bus"});
+    list.push_back(
+        {node.id != lss::ardito::kImuNode,
+         unheard(kVehicle, node.id, node.age_ms,
+                 fmt::format("is {}, last message", name_of(lss::ardito::kLinkNames, node.link))),
+         "check its power and the bus"});
   }
   if (t.emergency_button)
     list.push_back({true, "the emergency-stop button is pressed", "release it"});
@@ -107,10 +84,6 @@ nlohmann::json telemetry_json(const void* telemetry) {
     json["nodes"][i]["drive"] = name_of(lss::ardito::kDriveNames, t.nodes[i].drive);
   }
   return json;
-}
-
-std::string fixed(double value, int digits) {
-  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";
 }
 
 constexpr const char* kWheelStates[] = {"good",        "motor sensor",  "encoder",
@@ -163,7 +136,6 @@ std::string asked(const lss_ArditoTelemetry& t) {
 }
 
 std::string screen(const void* telemetry, const Style& style) {
-  if (telemetry == nullptr) return style.dim("no telemetry") + "\n";
   const lss_ArditoTelemetry& t = sample(telemetry);
   std::string text = style.dim(
                          "wheel    link        failure       clutch   target   motor    Hall "
@@ -203,7 +175,6 @@ std::string screen(const void* telemetry, const Style& style) {
 }
 
 std::string details(const void* telemetry, const Style& style) {
-  if (telemetry == nullptr) return "";
   std::string text =
       style.dim("node     address drive                  last frame  emergency  so far") + "\n";
   for (const lss_ArditoNode& n : sample(telemetry).nodes) {
@@ -220,22 +191,10 @@ std::string details(const void* telemetry, const Style& style) {
   return text;
 }
 
-std::string progress(const lss_Status& status, const void* telemetry) {
-  const std::string mode(status.state == lss_STATE_OPERATIONAL ? status.mode_name : "motors off");
-  if (telemetry == nullptr) return mode;
+std::string progress(const void* telemetry) {
   const lss_ArditoTelemetry& t = sample(telemetry);
-  return t.mode >= static_cast<std::uint8_t>(Mode::steering)
-             ? fmt::format("{} {}: {}", mode, asked(t), driven(t))
-             : mode;
-}
-
-std::optional<double> distance_m(const void* telemetry) {
-  if (telemetry == nullptr) return std::nullopt;
-  return sample(telemetry).distance_m;
-}
-
-std::vector<lc::Allowed> allowed_in(const CommandInfo& info) {
-  return lc::allowed(info, lss::ardito::kTable, lss::ardito::kModeNames, lss::ardito::event_of);
+  const bool moves = t.mode >= static_cast<std::uint8_t>(Mode::steering);
+  return moves ? fmt::format(" {}: {}", asked(t), driven(t)) : "";
 }
 
 }  // namespace
@@ -246,7 +205,7 @@ const Vehicle kVehicle{
     .subjects = lss::ardito::kNodeNames,
     .help = kHelp,
     .telemetry = &lss_ArditoTelemetry_desc,
-    .allowed = allowed_in,
+    .allowed = allowed_by(lss::ardito::logic, lss::ardito::kModeNames),
     .prepare = prepare,
     .rest = static_cast<std::uint16_t>(CommandKind::halt),
     .problems = problems,
@@ -254,7 +213,8 @@ const Vehicle kVehicle{
     .screen = screen,
     .details = details,
     .progress = progress,
-    .distance_m = distance_m,
+    .distance_m = [](const void* telemetry) { return sample(telemetry).distance_m; },
+    .add_report = add_report,
     .tunables = [] { return lss::ardito::tuning().infos; },
 };
 

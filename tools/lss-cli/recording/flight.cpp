@@ -139,16 +139,8 @@ double Flight::duration_s() const {
 }
 
 const char* Flight::end_name() const {
-  switch (end_) {
-    case End::whole:
-      return "ended";
-    case End::torn:
-      return "torn";
-    case End::damaged:
-      return "damaged";
-    default:
-      return "open";
-  }
+  static constexpr const char* kNames[] = {"open", "ended", "open", "torn", "damaged"};
+  return kNames[static_cast<unsigned>(end_)];
 }
 
 std::string Flight::complaint() const {

@@ -16,21 +16,11 @@ inline constexpr std::string_view kLibrary = "lss-cli";      // the start of our
 inline constexpr std::string_view kMetadata = "lss";         // what was recorded
 inline constexpr std::string_view kEndMetadata = "lss.end";  // the end of a run, once for each run
 
-enum Opcode : std::uint8_t {
-  kHeader = 0x01,
-  kFooter = 0x02,
-  kSchema = 0x03,
-  kChannel = 0x04,
-  kMessage = 0x05,
-  kChunk = 0x06,
-  kMessageIndex = 0x07,
-  kChunkIndex = 0x08,
-  kStatistics = 0x0B,
-  kMetadataRecord = 0x0C,
-  kMetadataIndex = 0x0D,
-  kSummaryOffset = 0x0E,
-  kDataEnd = 0x0F,
-};
+// Types of records.
+inline constexpr std::uint8_t kHeader = 0x01, kFooter = 0x02, kSchema = 0x03, kChannel = 0x04,
+                              kMessage = 0x05, kChunk = 0x06, kMessageIndex = 0x07,
+                              kChunkIndex = 0x08, kStatistics = 0x0B, kMetadataRecord = 0x0C,
+                              kMetadataIndex = 0x0D, kSummaryOffset = 0x0E, kDataEnd = 0x0F;
 inline constexpr std::size_t kRecordHead = 9;  // opcode and length
 inline constexpr std::size_t kFooterSize = kRecordHead + 8 + 8 + 4;
 

@@ -214,7 +214,7 @@ void McapWriter::put(const Writer& data) {
   at_ += data.size();
 }
 
-void McapWriter::put_record(Opcode opcode, const Writer& content) {
+void McapWriter::put_record(std::uint8_t opcode, const Writer& content) {
   Writer out;
   out.record(opcode, content);
   put(out);
@@ -323,7 +323,7 @@ std::uint64_t McapWriter::size() const {
 
 Writer McapWriter::summary(std::uint64_t start) const {
   Writer out, offsets;
-  const auto group = [&](Opcode opcode, const auto& put_group) {
+  const auto group = [&](std::uint8_t opcode, const auto& put_group) {
     const std::uint64_t begin = out.size();
     put_group();
     if (out.size() == begin) return;

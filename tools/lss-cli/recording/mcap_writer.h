@@ -53,7 +53,7 @@ class McapWriter {
   void begin(const std::string& library);
   void resume();  // the header stays unchanged
   void put(const Writer& data);
-  void put_record(Opcode opcode, const Writer& content);
+  void put_record(std::uint8_t opcode, const Writer& content);
   Writer message_indexes(Chunk& chunk, std::uint64_t at);
   void count(Octets records);
   Writer summary(std::uint64_t start) const;

@@ -80,20 +80,18 @@ Points points_of(const Fields& fields) {
     constexpr std::int64_t kLatest = std::int64_t{1} << 61;
     return std::clamp(fields.whole(name), -kLatest, kLatest);
   };
-  Points p;
-  p.frame = count("frame");
-  p.overruns = count("overruns");
-  p.commands_repeated = count("commands_repeated");
-  p.frames_skipped = count("frames_skipped");
-  p.frames_held = count("frames_held");
-  p.boundary_ns = time("boundary_ns");
-  p.woken_ns = time("woken_ns");
-  p.read_ns = time("read_ns");
-  p.navigated_ns = time("navigated_ns");
-  p.ready_ns = time("ready_ns");
-  p.released_ns = time("released_ns");
-  p.offset_ns = time("offset_ns");
-  return p;
+  return {.frame = count("frame"),
+          .overruns = count("overruns"),
+          .commands_repeated = count("commands_repeated"),
+          .frames_skipped = count("frames_skipped"),
+          .frames_held = count("frames_held"),
+          .boundary_ns = time("boundary_ns"),
+          .woken_ns = time("woken_ns"),
+          .read_ns = time("read_ns"),
+          .navigated_ns = time("navigated_ns"),
+          .ready_ns = time("ready_ns"),
+          .released_ns = time("released_ns"),
+          .offset_ns = time("offset_ns")};
 }
 
 Histogram histogram(const TimingStep& step, const TimingSeries& series) {

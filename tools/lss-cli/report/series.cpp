@@ -44,4 +44,16 @@ const std::vector<double>& Table::operator[](const std::string& column) const {
   return found == values_.end() ? none_ : found->second;
 }
 
+Line line_of(const Table& table, const std::string& name, const std::string& column, int colour,
+             bool dashed, double factor) {
+  Line line{name, table.t_s(), table[column], colour, dashed};
+  for (double& value : line.y) value *= factor;
+  return line;
+}
+
+LineChart over_time(const std::string& title, const std::string& unit, std::vector<Line> lines,
+                    const Range& range) {
+  return {title, "time in s", unit, std::move(lines), range};
+}
+
 }  // namespace lss::cli::report

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tools/lss-cli/recording/recording.h"
+#include "tools/lss-cli/report/chart.h"
 
 namespace lss::cli::report {
 
@@ -31,5 +32,12 @@ class Table {
   std::vector<std::string> names_;
   std::map<std::string, std::vector<double>> values_;
 };
+
+// A column over time, times a factor.
+Line line_of(const Table& table, const std::string& name, const std::string& column, int colour,
+             bool dashed = false, double factor = 1);
+// `unit`: the label of the other axis.
+LineChart over_time(const std::string& title, const std::string& unit, std::vector<Line> lines = {},
+                    const Range& range = {});
 
 }  // namespace lss::cli::report

@@ -150,23 +150,13 @@ void DescribedVehicle::read(const Json& json) {
   vehicle_.prepare = [this](const lss_Status& status, const Invocation& wanted) {
     return prepare(status, wanted);
   };
-  vehicle_.problems = [](const lss_Status&, const void* sample) {
-    return sample != nullptr
-               ? std::vector<Problem>()
-               : std::vector<Problem>{{true, "no telemetry comes", "check the log of lssd"}};
-  };
-  vehicle_.details = [](const void*, const Style&) { return std::string(); };
-  vehicle_.progress = [](const lss_Status& status, const void*) {
-    return std::string(status.state == lss_STATE_OPERATIONAL ? text(status.mode_name)
-                                                             : "nothing moves");
-  };
+  vehicle_.at_rest = "nothing moves";
   vehicle_.json = [this](const void* sample) { return telemetry_json(sample); };
   vehicle_.screen = [this](const void* sample, const Style& style) {
-    return sample == nullptr ? style.dim("no telemetry") + "\n"
-                             : telemetry_screen(telemetry_json(sample), style);
+    return telemetry_screen(telemetry_json(sample), style);
   };
   vehicle_.distance_m = [this](const void* sample) {
-    return sample == nullptr ? std::nullopt : telemetry_->number("distance_m", sample);
+    return telemetry_->number("distance_m", sample);
   };
   if (telemetry_ == nullptr) return;
   vehicle_.telemetry = telemetry_->descriptor();

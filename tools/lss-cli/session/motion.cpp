@@ -53,7 +53,8 @@ void hold(Session& session) {
 
 // The odometry, once received; nothing when telemetry is on_request.
 std::optional<double> odometer_m(Session& session) {
-  return session.vehicle().distance_m(session.link().telemetry());
+  const void* sample = session.link().telemetry();
+  return sample == nullptr ? std::nullopt : session.vehicle().distance_m(sample);
 }
 
 // The progress of an endless command.

@@ -9,24 +9,20 @@
 
 #include "idl/codes.h"
 #include "tools/lss-cli/session/link.h"
+#include "tools/lss-cli/session/vehicle_words.h"
 #include "tools/lss-cli/show/units.h"
 
 namespace lss::cli {
 namespace {
 
-template <std::size_t N>
-const char* name_at(const char* const (&names)[N], unsigned index) {
-  return index < N ? names[index] : "?";
-}
-
 const char* shared_memory_name(lss_SharedMemory memory) {
   static constexpr const char* kNames[] = {"off", "active", "absent", "lost"};
-  return name_at(kNames, static_cast<unsigned>(memory));
+  return name_of(kNames, static_cast<unsigned>(memory));
 }
 
 const char* policy_name(std::int32_t policy) {
   static constexpr const char* kNames[] = {"SCHED_OTHER", "SCHED_FIFO", "SCHED_RR"};
-  return name_at(kNames, static_cast<unsigned>(policy));
+  return name_of(kNames, static_cast<unsigned>(policy));
 }
 
 double age_s(const lss_Status& status, std::int64_t since_ns) {
@@ -145,12 +141,12 @@ std::string system_lines(const lss_Status& status, const Style& style) {
 
 const char* state_name(lss_State state) {
   static constexpr const char* kNames[] = {"Idle", "Operational", "FatalError", "SolveErrors"};
-  return name_at(kNames, static_cast<unsigned>(state));
+  return name_of(kNames, static_cast<unsigned>(state));
 }
 
 const char* saved_name(lss_SavedParameters saved) {
   static constexpr const char* kNames[] = {"none", "good", "one_copy", "partly", "lost"};
-  return name_at(kNames, static_cast<unsigned>(saved));
+  return name_of(kNames, static_cast<unsigned>(saved));
 }
 
 const char* saved_trouble(lss_SavedParameters saved) {
@@ -169,12 +165,12 @@ const char* saved_trouble(lss_SavedParameters saved) {
 const char* phase_name(lss_Phase phase) {
   static constexpr const char* kNames[] = {"accepted",  "rejected", "executing",
                                            "completed", "failed",   "superseded"};
-  return name_at(kNames, static_cast<unsigned>(phase));
+  return name_of(kNames, static_cast<unsigned>(phase));
 }
 
 const char* severity_name(lss_Severity severity) {
   static constexpr const char* kNames[] = {"info", "warning", "error", "fatal"};
-  return name_at(kNames, static_cast<unsigned>(severity));
+  return name_of(kNames, static_cast<unsigned>(severity));
 }
 
 std::string fault_text(const Vehicle& vehicle, const lss_Fault& fault) {
@@ -230,7 +226,11 @@ std::vector<Problem> problems(const Vehicle& vehicle, const lss_Status& status,
   if (status.state == lss_STATE_FATAL_ERROR && shown == 0) {
     list.push_back({true, "stopped by an emergency", "lss-cli solve"});
   }
-  for (Problem& problem : vehicle.problems(status, telemetry)) list.push_back(std::move(problem));
+  if (telemetry == nullptr) {
+    list.push_back({true, "no telemetry comes", "check the log of lssd"});
+  } else if (vehicle.problems) {
+    for (Problem& problem : vehicle.problems(status, telemetry)) list.push_back(std::move(problem));
+  }
   if (!status.realtime_granted) {
     list.push_back({false, "real-time permissions are missing: timing is not guaranteed",
                     "run under systemd (lssd@.service), or grant CAP_SYS_NICE and memlock"});
@@ -297,14 +297,14 @@ std::string status_screen(const Vehicle& vehicle, const lss_Status& status, cons
                           const Style& style) {
   std::string screen = heading(vehicle, status, style);
   screen += problem_lines(problems(vehicle, status, telemetry), style);
-  screen += "\n" + vehicle.screen(telemetry, style) + "\n";
+  screen += "\n" + cli::screen(vehicle, telemetry, style) + "\n";
   return screen + system_lines(status, style);
 }
 
 std::string status_line(const Vehicle& vehicle, const lss_Status& status, const void* telemetry) {
   std::string line = state_name(status.state);
   if (status.fault_count > 0) line += fmt::format(", {} faults", status.fault_count);
-  return line + ", " + vehicle.progress(status, telemetry);
+  return line + ", " + progress(vehicle, status, telemetry);
 }
 
 std::string event_line(const lss_Event& event, const Style& style) {

@@ -3,8 +3,7 @@
 // The vehicle's part of the command line: its commands, the steps from the present state to one
 // where a command is allowed, and the display of its telemetry. One `kVehicle` in
 // tools/lss-cli/NAME/vehicle.cpp; the roster is made from LSS_VEHICLES by CMake. Of a vehicle that
-// is not on it: described_vehicle.h. Pure functions; `telemetry` is a sample of the vehicle's own
-// topic or nullptr.
+// is not on it: described_vehicle.h. Pure functions; `sample` is one of the vehicle's own topic.
 
 #include <dds/dds.h>
 
@@ -40,6 +39,12 @@ struct VerbHelp {
 };
 
 class Grammar;
+namespace recording {
+class Recording;
+}
+namespace report {
+class Page;
+}
 
 struct Vehicle {
   std::string_view name;
@@ -55,15 +60,17 @@ struct Vehicle {
   // Ends an endless command (walk, drive) without switching off.
   std::uint16_t rest;
 
-  std::function<std::vector<Problem>(const lss_Status& status, const void* telemetry)> problems;
-  std::function<nlohmann::json(const void* telemetry)> json;  // telemetry.h
-  std::function<std::string(const void* telemetry, const Style& style)>
-      screen;  // lines, each ended
+  std::function<std::vector<Problem>(const lss_Status& status, const void* sample)> problems;
+  std::function<nlohmann::json(const void* sample)> json;                     // telemetry.h
+  std::function<std::string(const void* sample, const Style& style)> screen;  // lines, each ended
   // All other measurements.
-  std::function<std::string(const void* telemetry, const Style& style)> details;
-  // A few words.
-  std::function<std::string(const lss_Status& status, const void* telemetry)> progress;
-  std::function<std::optional<double>(const void* telemetry)> distance_m;
+  std::function<std::string(const void* sample, const Style& style)> details = {};
+  // A few words after the mode, with a blank before them.
+  std::function<std::string(const void* sample)> progress = {};
+  std::function<std::optional<double>(const void* sample)> distance_m;
+  std::string_view at_rest = "motors off";  // outside Operational
+  // Its own sections of a report.
+  void (*add_report)(const recording::Recording& recording, report::Page& page) = nullptr;
 
   // Of an endless command: with these parameters it ends by itself.
   bool (*ends)(const Invocation& command) = nullptr;
@@ -91,6 +98,11 @@ const Vehicle* find_vehicle(std::string_view name);
 bool is_endless(const Vehicle& vehicle, const Invocation& command);
 // The text of the IDL of its telemetry.
 std::string_view idl_of(const Vehicle& vehicle);
+
+// A few words on its mode and motion. `telemetry`: a sample, or nullptr.
+std::string progress(const Vehicle& vehicle, const lss_Status& status, const void* telemetry);
+// The display of its telemetry; a sample, or nullptr.
+std::string screen(const Vehicle& vehicle, const void* telemetry, const Style& style);
 
 // "RM" for 4, "module 9" for a module without a name, empty for the whole vehicle.
 std::string subject_name(const Vehicle& vehicle, std::uint16_t subject);

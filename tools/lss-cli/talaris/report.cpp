@@ -1,23 +1,25 @@
 // Report sections of TALARIS: the hop, its attitude, valves, fans and gas.
 
-#include "tools/lss-cli/talaris/report.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "idl/angles.h"
 #include "idl/talaris/commands.h"
+#include "tools/lss-cli/report/page.h"
 #include "tools/lss-cli/report/series.h"
+#include "tools/lss-cli/talaris/vehicle.h"
 
 namespace lss::cli::talaris {
 namespace {
 
+using report::line_of;
 using report::LineChart;
+using report::over_time;
 using report::Table;
 
-constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kDegrees = 1 / kDegree;
 constexpr int kValves = 8, kFans = 4;
 
 // The time in the air, with a margin before and after; without a flight the whole recording.
@@ -52,32 +54,23 @@ std::vector<report::Line> attitude(const Table& table) {
 
 void add_hop(const Table& table, const report::Range& range, report::Page& page) {
   page.section("Hop", "Dashed: as planned. Axes of where it stood: x up, z along the way.");
-  const auto line = [&](const char* name, const std::string& column, int colour, bool dashed) {
-    return report::Line{name, table.t_s(), table[column], colour, dashed};
-  };
-  page.add(LineChart{
-      "Height",
-      "time in s",
-      "m",
-      {line("navigated", "position_m[0]", 0, false),
-       line("target", "target_position_m[0]", 0, true), line("altimeter", "range_m", 1, false)},
-      range});
-  page.add(LineChart{
-      "Way",
-      "time in s",
-      "m",
-      {line("along z", "position_m[2]", 0, false), line("target", "target_position_m[2]", 0, true),
-       line("across, y", "position_m[1]", 1, false)},
-      range});
-  page.add(LineChart{"Velocity",
-                     "time in s",
-                     "m/s",
-                     {line("up", "velocity_m_s[0]", 0, false),
-                      line("up, target", "target_velocity_m_s[0]", 0, true),
-                      line("along", "velocity_m_s[2]", 1, false),
-                      line("along, target", "target_velocity_m_s[2]", 1, true)},
-                     range});
-  page.add(LineChart{"Attitude", "time in s", "deg", attitude(table), range});
+  page.add(over_time("Height", "m",
+                     {line_of(table, "navigated", "position_m[0]", 0),
+                      line_of(table, "target", "target_position_m[0]", 0, true),
+                      line_of(table, "altimeter", "range_m", 1)},
+                     range));
+  page.add(over_time("Way", "m",
+                     {line_of(table, "along z", "position_m[2]", 0),
+                      line_of(table, "target", "target_position_m[2]", 0, true),
+                      line_of(table, "across, y", "position_m[1]", 1)},
+                     range));
+  page.add(over_time("Velocity", "m/s",
+                     {line_of(table, "up", "velocity_m_s[0]", 0),
+                      line_of(table, "up, target", "target_velocity_m_s[0]", 0, true),
+                      line_of(table, "along", "velocity_m_s[2]", 1),
+                      line_of(table, "along, target", "target_velocity_m_s[2]", 1, true)},
+                     range));
+  page.add(over_time("Attitude", "deg", attitude(table), range));
 }
 
 void add_valves(const Table& table, const report::Range& range, report::Page& page) {
@@ -111,28 +104,19 @@ void add_valves(const Table& table, const report::Range& range, report::Page& pa
     chart.rows.push_back(std::move(row));
   }
   page.add(chart);
-  LineChart fans{"Fans", "time in s", "1000/min", {}, range};
-  for (int fan = 0; fan < kFans; ++fan) {
-    std::vector<double> rpm = table[fmt::format("fans[{}].rpm", fan)];
-    for (double& value : rpm) value *= 1e-3;
-    fans.lines.push_back({fmt::format("fan {}", fan + 1), table.t_s(), rpm, fan, false});
-  }
+  LineChart fans = over_time("Fans", "1000/min", {}, range);
+  for (int fan = 0; fan < kFans; ++fan)
+    fans.lines.push_back(line_of(table, fmt::format("fan {}", fan + 1),
+                                 fmt::format("fans[{}].rpm", fan), fan, false, 1e-3));
   page.add(fans);
-  page.add(LineChart{"Gas used",
-                     "time in s",
-                     "thruster s",
-                     {{"used", table.t_s(), table["gas_thruster_s"], 0, false},
-                      {"left, by the budget", table.t_s(), table["gas_left_thruster_s"], 1, true}},
-                     range});
-  std::vector<double> tank = table["pressure_Pa[0]"], regulated = table["pressure_Pa[1]"];
-  for (double& value : tank) value *= 1e-6;
-  for (double& value : regulated) value *= 1e-6;
-  page.add(LineChart{
-      "Pressure",
-      "time in s",
-      "MPa",
-      {{"tank", table.t_s(), tank, 0, false}, {"regulated", table.t_s(), regulated, 1, false}},
-      range});
+  page.add(over_time("Gas used", "thruster s",
+                     {line_of(table, "used", "gas_thruster_s", 0),
+                      line_of(table, "left, by the budget", "gas_left_thruster_s", 1, true)},
+                     range));
+  page.add(over_time("Pressure", "MPa",
+                     {line_of(table, "tank", "pressure_Pa[0]", 0, false, 1e-6),
+                      line_of(table, "regulated", "pressure_Pa[1]", 1, false, 1e-6)},
+                     range));
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "idl/codes.h"
 #include "idl/talaris/commands.h"
 #include "tools/lss-cli/session/telemetry.h"
+#include "tools/lss-cli/session/vehicle_words.h"
 #include "tools/lss-cli/show/units.h"
 #include "tools/lss-cli/talaris/verbs.h"
 
@@ -47,26 +48,19 @@ const lss_TalarisTelemetry& sample(const void* telemetry) {
   return *static_cast<const lss_TalarisTelemetry*>(telemetry);
 }
 
-template <std::size_t N>
-const char* name_of(const char* const (&names)[N], std::size_t index) {
-  return index < N ? names[index] : "?";
-}
-
 std::vector<Invocation> prepare(const lss_Status& status, const Invocation& wanted) {
   std::vector<Invocation> steps;
   const auto kind = static_cast<CommandKind>(wanted.info->kind);
   const bool motion = wanted.info->leased && wanted.info->kind >= 300;
   if (!motion || status.state == lss_STATE_FATAL_ERROR || status.state == lss_STATE_SOLVE_ERRORS)
     return steps;  // the daemon says why not
-  const auto add = [&](std::uint16_t number) {
-    steps.push_back(with_defaults(find_command(kVehicle, number)));
-  };
   const bool idle = status.state == lss_STATE_IDLE;
-  if (idle) add(static_cast<std::uint16_t>(lss::CommandKind::start));
+  if (idle) add_step(steps, kVehicle, lss::CommandKind::start);
   const Mode mode = idle ? Mode::manual : static_cast<Mode>(status.mode);
-  const auto go = [&](CommandKind to) { add(static_cast<std::uint16_t>(to)); };
-  if (kind == CommandKind::pulse && mode == Mode::manual) go(CommandKind::duty_cycle);
-  if (kind == CommandKind::valve && mode == Mode::duty_cycle) go(CommandKind::manual);
+  if (kind == CommandKind::pulse && mode == Mode::manual)
+    add_step(steps, kVehicle, CommandKind::duty_cycle);
+  if (kind == CommandKind::valve && mode == Mode::duty_cycle)
+    add_step(steps, kVehicle, CommandKind::manual);
   const bool calibrates =
       kind == CommandKind::gnc && wanted.parameter[0] == static_cast<double>(GncStep::calibrate);
   if (calibrates && (mode == Mode::manual || mode == Mode::duty_cycle)) {
@@ -90,37 +84,19 @@ double takes_s(const Invocation& command) {
   }
 }
 
-bool latched(const lss_Status& status, FaultId id, std::uint16_t subject) {
-  return std::ranges::any_of(status.faults, [&](const lss_Fault& fault) {
-    return fault.id == static_cast<std::uint16_t>(id) && (subject == 0 || fault.subject == subject);
-  });
-}
-
-bool never_heard(const lss_TalarisModule& module) { return module.age_ms == kNeverHeard_ms; }
-
 std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
-  if (telemetry == nullptr)
-    return {{true, "no telemetry comes: the sensors are unknown", "check the log of lssd"}};
   const lss_TalarisTelemetry& t = sample(telemetry);
   std::vector<Problem> list;
   const auto port = [&](bool open, const char* what, std::uint16_t module) {
-    if (!open && !latched(status, FaultId::port_lost, module) &&
-        !latched(status, FaultId::port_absent, module))
-      list.push_back(
-          {true, fmt::format("the {} is not open", what), "check the port named in the config"});
+    if (!open) std::ranges::move(closed_port(status, what, module), std::back_inserter(list));
   };
-  port(t.imu_port_open, "line of the IMU", lss::talaris::kImuModule);
-  port(t.altimeter_port_open, "line of the altimeter", lss::talaris::kAltimeterModule);
-  port(t.can_port_open, "CAN bus", lss::talaris::kValveModule);
+  port(t.imu_port_open, "the line of the IMU", lss::talaris::kImuModule);
+  port(t.altimeter_port_open, "the line of the altimeter", lss::talaris::kAltimeterModule);
+  port(t.can_port_open, "the CAN bus", lss::talaris::kValveModule);
   for (const lss_TalarisModule& module : t.modules) {
     const bool needed = module.id != lss::talaris::kLoadCellModule;
     if (module.online || !needed || latched(status, FaultId::module_silent, module.id)) continue;
-    const std::string heard =
-        never_heard(module)
-            ? std::string("has never answered")
-            : fmt::format("last answered {} ago",
-                          format_duration(static_cast<double>(module.age_ms) / 1000));
-    list.push_back({true, fmt::format("{} {}", subject_name(kVehicle, module.id), heard),
+    list.push_back({true, unheard(kVehicle, module.id, module.age_ms, "last answered"),
                     "check its power and the line"});
   }
   return list;
@@ -135,10 +111,6 @@ nlohmann::json telemetry_json(const void* telemetry) {
   constexpr std::size_t kLoadCell = lss::talaris::kLoadCellModule - 1;
   if (never_heard(t.modules[kLoadCell])) json["modules"][kLoadCell]["online"] = nullptr;
   return json;
-}
-
-std::string fixed(double value, int digits) {
-  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";
 }
 
 struct Angles {
@@ -192,7 +164,6 @@ std::string flight(const lss_TalarisTelemetry& t) {
 }
 
 std::string screen(const void* telemetry, const Style& style) {
-  if (telemetry == nullptr) return style.dim("no telemetry") + "\n";
   const lss_TalarisTelemetry& t = sample(telemetry);
   std::string text = style.dim("module     link    last data     samples  errors   lost") + "\n";
   for (const lss_TalarisModule& module : t.modules) text += module_row(module, style);
@@ -228,7 +199,6 @@ std::string screen(const void* telemetry, const Style& style) {
 }
 
 std::string details(const void* telemetry, const Style& style) {
-  if (telemetry == nullptr) return "";
   const lss_TalarisTelemetry& t = sample(telemetry);
   std::string text = style.dim("valve  enabled  pulses   open so far") + "\n";
   for (const lss_TalarisValve& v : t.valves) {
@@ -245,36 +215,24 @@ std::string details(const void* telemetry, const Style& style) {
   return text;
 }
 
-std::string progress(const lss_Status& status, const void* telemetry) {
-  const std::string mode(status.state == lss_STATE_OPERATIONAL ? status.mode_name
-                                                               : "everything shut");
-  if (telemetry == nullptr) return mode;
+std::string progress(const void* telemetry) {
   const lss_TalarisTelemetry& t = sample(telemetry);
   switch (static_cast<Mode>(t.mode)) {
     case Mode::calibrate:
-      return fmt::format("{} {:.0f} %, keep still", mode, t.calibrated_share * 100);
+      return fmt::format(" {:.0f} %, keep still", t.calibrated_share * 100);
     case Mode::execute: {
       const Angles a = angles(t.attitude_wxyz);
-      return fmt::format("{} {}: {}, pitch {}, yaw {} deg, gas {} left", mode,
+      return fmt::format(" {}: {}, pitch {}, yaw {} deg, gas {} left",
                          name_of(lss::talaris::kPhaseNames, t.phase), flight(t),
                          fixed(a.pitch_rad / kDegree, 1), fixed(a.yaw_rad / kDegree, 1),
                          fixed(t.gas_left_thruster_s, 1));
     }
     case Mode::script:
-      return fmt::format("{} step {} of {}, {} s", mode, t.script_done, t.script_steps,
+      return fmt::format(" step {} of {}, {} s", t.script_done, t.script_steps,
                          fixed(t.script_s - lss::talaris::kScriptLead_s, 1));
     default:
-      return mode;
+      return "";
   }
-}
-
-std::optional<double> distance_m(const void* telemetry) {
-  if (telemetry == nullptr) return std::nullopt;
-  return sample(telemetry).position_m[2];
-}
-
-std::vector<lc::Allowed> allowed_in(const CommandInfo& info) {
-  return lc::allowed(info, lss::talaris::kTable, lss::talaris::kModeNames, lss::talaris::event_of);
 }
 
 }  // namespace
@@ -285,7 +243,7 @@ const Vehicle kVehicle{
     .subjects = lss::talaris::kModuleNames,
     .help = kHelp,
     .telemetry = &lss_TalarisTelemetry_desc,
-    .allowed = allowed_in,
+    .allowed = allowed_by(lss::talaris::logic, lss::talaris::kModeNames),
     .prepare = prepare,
     .rest = static_cast<std::uint16_t>(CommandKind::manual),
     .problems = problems,
@@ -293,7 +251,9 @@ const Vehicle kVehicle{
     .screen = screen,
     .details = details,
     .progress = progress,
-    .distance_m = distance_m,
+    .distance_m = [](const void* telemetry) { return sample(telemetry).position_m[2]; },
+    .at_rest = "everything shut",
+    .add_report = add_report,
     .takes_s = takes_s,
     .add_verbs = add_verbs,
     .composed = kComposed,

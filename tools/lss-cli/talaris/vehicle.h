@@ -8,4 +8,7 @@ namespace lss::cli::talaris {
 
 extern const Vehicle kVehicle;
 
+// Its sections of a report; report.cpp.
+void add_report(const recording::Recording& recording, report::Page& page);
+
 }  // namespace lss::cli::talaris

@@ -94,18 +94,14 @@ class LogFile {
 };
 
 std::string crash_line(const Json& frame, std::int64_t last_ns, const Style& style) {
-  const Json& t = frame.at("timing");
-  const std::int64_t boundary = t.at("boundary_ns");
-  const auto us = [&](const char* point) {
-    return recording::ns_between(boundary, t.at(point).get<std::int64_t>()) * 1e-3;
-  };
-  const double margin_us = static_cast<double>(t.at("margin_ns").get<std::int64_t>()) * 1e-3;
-  std::string line = fmt::format(
-      "{:>8} {:>9.1f} {:>9.1f} {:>9.1f} {:>9.1f} {:>8}  {:<11}", t.at("frame").get<std::uint64_t>(),
-      recording::ns_between(last_ns, boundary) * 1e-6, us("woken_ns"), us("ready_ns"), margin_us,
-      t.at("samples").get<int>(), state_name(frame));
+  const FrameTimes t(frame.at("timing"));
+  std::string line =
+      fmt::format("{:>8} {:>9.1f} {:>9.1f} {:>9.1f} {:>9.1f} {:>8}  {:<11}",
+                  frame.at("timing").at("frame").get<std::uint64_t>(),
+                  recording::ns_between(last_ns, t.boundary_ns) * 1e-6, t.woken_us, t.ready_us,
+                  t.margin_us, frame.at("timing").at("samples").get<int>(), state_name(frame));
   const bool fault = tell_happened(frame, line);
-  return (fault ? style.bad(line) : margin_us < 0 ? style.warning(line) : line) + "\n";
+  return (fault ? style.bad(line) : t.margin_us < 0 ? style.warning(line) : line) + "\n";
 }
 
 std::string log_line(const Json& frame, const Style& style) {
@@ -254,6 +250,16 @@ std::string event_name(const Json& event) {
 }
 
 }  // namespace
+
+FrameTimes::FrameTimes(const Json& timing)
+    : boundary_ns(timing.at("boundary_ns").get<std::int64_t>()),
+      margin_us(static_cast<double>(timing.at("margin_ns").get<std::int64_t>()) * 1e-3) {
+  const auto us = [&](const char* point) {
+    return recording::ns_between(boundary_ns, timing.at(point).get<std::int64_t>()) * 1e-3;
+  };
+  woken_us = us("woken_ns");
+  ready_us = us("ready_ns");
+}
 
 bool tell_happened(const Json& frame, std::string& text) {
   if (const auto in = frame.find("in"); in != frame.end()) {

@@ -134,22 +134,17 @@ Json frame_json(Flight& flight, const Flight::Frame& frame) {
 }
 
 std::string frame_line(const Json& frame, const Style& style) {
-  const Json& t = frame.at("timing");
-  const std::int64_t boundary = t.at("boundary_ns");
-  const auto us = [&](const char* point) {
-    return recording::ns_between(boundary, t.at(point).get<std::int64_t>()) * 1e-3;
-  };
-  const double margin_us = static_cast<double>(t.at("margin_ns").get<std::int64_t>()) * 1e-3;
+  const FrameTimes t(frame.at("timing"));
   std::string line = fmt::format(
       "{:>8} {:>10.3f} {:>9.1f} {:>9.1f} {:>9.1f}  {:<11}", frame.at("frame").get<std::uint64_t>(),
-      frame.at("t_s").get<double>(), us("woken_ns"), us("ready_ns"), margin_us, state_name(frame));
+      frame.at("t_s").get<double>(), t.woken_us, t.ready_us, t.margin_us, state_name(frame));
   const bool fault = tell_happened(frame, line);
   std::string lost;
   if (frame.contains("lost_frames"))
     lost = fmt::format(" lost_frames {}", frame.at("lost_frames").get<std::uint64_t>());
-  return (fault           ? style.bad(line)
-          : margin_us < 0 ? style.warning(line)
-                          : line) +
+  return (fault             ? style.bad(line)
+          : t.margin_us < 0 ? style.warning(line)
+                            : line) +
          style.warning(lost) + "\n";
 }
 

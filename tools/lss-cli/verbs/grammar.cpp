@@ -218,6 +218,22 @@ Parsed parse(Context& context, Grammar::Scope scope, const std::vector<std::stri
   return {std::move(grammar), std::move(action)};
 }
 
+void add_list(CLI::App& verb, const std::string& option, std::vector<std::string>& list,
+              const std::string& help) {
+  verb.add_option(option, list, help)->delimiter(',')->allow_extra_args(false);
+}
+
+void add_span(CLI::App& verb, recording::Filter& filter, const std::string& since) {
+  const auto add = [&](const char* option, double& value) {
+    verb.add_option_function<std::string>(
+        option,
+        [&value, option](const std::string& text) { value = parse_quantity(text, "s", option); },
+        since);
+  };
+  add("--from", filter.from_s);
+  add("--to", filter.until_s);
+}
+
 std::vector<std::string> Grammar::candidates(const std::vector<std::string>& words) const {
   const std::string last = words.empty() ? "" : words.back();
   const std::string before = words.size() < 2 ? "" : words[words.size() - 2];

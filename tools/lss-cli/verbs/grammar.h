@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tools/lss-cli/recording/recording.h"
 #include "tools/lss-cli/session/context.h"
 #include "tools/lss-cli/session/vehicle.h"
 
@@ -81,6 +82,12 @@ struct Parsed {
 // With the verbs of the vehicle on the line when this program was built without it; its daemon is
 // asked only for words that are not understood without it.
 Parsed parse(Context& context, Grammar::Scope scope, const std::vector<std::string>& words);
+
+// An option that is a list, divided by commas.
+void add_list(CLI::App& verb, const std::string& option, std::vector<std::string>& list,
+              const std::string& help);
+// Options --from and --to: times since the beginning of a file, in seconds.
+void add_span(CLI::App& verb, recording::Filter& filter, const std::string& since);
 
 // An option that is a time; in seconds, empty when it is not given.
 std::shared_ptr<std::optional<double>> add_duration(CLI::App& verb, const std::string& option,

@@ -48,6 +48,12 @@ ExitCode export_csv(Context& context, const LogWanted& wanted, const char* of_wh
                     const std::function<std::uint64_t(std::FILE*)>& write);
 
 std::string utc_text(std::int64_t utc_ns, const char* format);  // "{:%F %T}"
+// The times of a frame, in us: two after its boundary, and the margin at its end.
+struct FrameTimes {
+  explicit FrameTimes(const nlohmann::ordered_json& timing);
+  std::int64_t boundary_ns;
+  double woken_us, ready_us, margin_us;
+};
 // The inputs and events of a frame, from its recorded parts; true when there was a fault.
 bool tell_happened(const nlohmann::ordered_json& frame, std::string& text);
 std::string state_name(const nlohmann::ordered_json& frame);

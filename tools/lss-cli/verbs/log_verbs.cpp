@@ -118,22 +118,11 @@ void add_log_verbs(Grammar& grammar) {
       "--frame",
       [wanted](const std::string& text) { wanted->frames = recording::parse_frames(text); },
       "only this one, with everything in it; or as 100..200");
-  sub.add_option("--topic", wanted->filter.topics,
-                 "recordings of topics: only these, divided by commas")
-      ->delimiter(',')
-      ->allow_extra_args(false);
-  const auto add_time = [&](const char* option, double& value, const char* help) {
-    sub.add_option_function<std::string>(
-        option,
-        [&value, option](const std::string& text) { value = parse_quantity(text, "s", option); },
-        help);
-  };
-  add_time("--from", wanted->filter.from_s, "recordings: since the first frame or message");
-  add_time("--to", wanted->filter.until_s, "recordings: since the first frame or message");
-  sub.add_option("--columns", wanted->columns,
-                 "flight recordings, CSV: only these, divided by commas; * is anything")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+  add_list(sub, "--topic", wanted->filter.topics,
+           "recordings of topics: only these, divided by commas");
+  add_span(sub, wanted->filter, "recordings: since the first frame or message");
+  add_list(sub, "--columns", wanted->columns,
+           "flight recordings, CSV: only these, divided by commas; * is anything");
   sub.add_option("-o,--out", wanted->out,
                  "export: FILE.csv, of topics also FILE.mcap; without it CSV to stdout");
   grammar.values(sub, "", {"list", "show", "export"});

@@ -242,14 +242,7 @@ void add_plot_verb(Grammar& grammar) {
       ->required();
   sub.add_option("-o,--out", wanted->out,
                  "FILE.svg or FILE.png; without it the name of the recording, here");
-  const auto add_time = [&](const char* option, double& value, const char* help) {
-    sub.add_option_function<std::string>(
-        option,
-        [&value, option](const std::string& text) { value = parse_quantity(text, "s", option); },
-        help);
-  };
-  add_time("--from", wanted->filter.from_s, "since the first message or frame");
-  add_time("--to", wanted->filter.until_s, "since the first message or frame");
+  add_span(sub, wanted->filter, "since the first message or frame");
   grammar.on(sub, [wanted](Context& context) { return plot(context, *wanted); });
 }
 

@@ -189,9 +189,7 @@ void add_record_verb(Grammar& grammar) {
       "  lss-cli record --append --out run.mcap\n  lss-cli log list run.mcap\n");
   auto wanted = std::make_shared<RecordWanted>();
   sub.add_option("-o,--out", wanted->out, "file; without it VEHICLE_ID-TIME.mcap, here");
-  sub.add_option("--topics", wanted->topics, "only these, divided by commas: telemetry,event,...")
-      ->delimiter(',')
-      ->allow_extra_args(false);
+  add_list(sub, "--topics", wanted->topics, "only these, divided by commas: telemetry,event,...");
   sub.add_option("--max-size", wanted->max_MB, "end at so many MB")
       ->check(CLI::Range(0.1, 1e6))
       ->capture_default_str();

@@ -1,11 +1,8 @@
 // log list, show and export for recordings of lss-cli record.
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <filesystem>
-#include <fstream>
 
 #include "tools/lss-cli/recording/mcap_scan.h"
 #include "tools/lss-cli/show/names.h"
@@ -20,10 +17,6 @@ using recording::Message;
 using recording::Recording;
 using recording::Topic;
 using Json = nlohmann::ordered_json;
-
-std::string utc_text(std::int64_t ns) {
-  return fmt::format("{:%F %T}", fmt::gmtime(static_cast<std::time_t>(ns / 1'000'000'000)));
-}
 
 double duration_s(const recording::Span& span) {
   return recording::ns_between(span.first_ns, span.last_ns) * 1e-9;
@@ -47,8 +40,8 @@ ExitCode list(Context& context, const LogWanted& wanted) {
   const recording::Span& span = recording->span();
   output.print(fmt::format(
       "{} ({}), lssd {}: {} to {} UTC, {}, {} messages\n", recording->about("vehicle_id"),
-      recording->about("vehicle"), recording->about("version"), utc_text(span.first_ns),
-      utc_text(span.last_ns), format_duration(duration_s(span)), span.messages));
+      recording->about("vehicle"), recording->about("version"), utc_text(span.first_ns, "{:%F %T}"),
+      utc_text(span.last_ns, "{:%F %T}"), format_duration(duration_s(span)), span.messages));
   output.print(output.style().dim(fmt::format("{:<28} {:<24} {:>9} {:>8} {:>9}", "topic", "type",
                                               "messages", "missing", "per s")) +
                "\n");

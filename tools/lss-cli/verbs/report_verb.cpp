@@ -10,7 +10,6 @@
 
 #include "tools/lss-cli/recording/flight.h"
 #include "tools/lss-cli/report/common.h"
-#include "tools/lss-cli/report/roster.h"
 #include "tools/lss-cli/session/vehicle.h"
 #include "tools/lss-cli/show/units.h"
 #include "tools/lss-cli/verbs/recording_verbs.h"
@@ -30,7 +29,7 @@ std::string page_of(const recording::Recording& recording) {
                   span.messages, recording.about("version")));
   if (!recording.complaint().empty())
     page.note("The recording is not whole: " + recording.complaint() + ".");
-  report::add_vehicle(recording.about("vehicle"), recording, page);
+  if (vehicle != nullptr && vehicle->add_report != nullptr) vehicle->add_report(recording, page);
   page.section("States");
   report::add_states(recording, page);
   report::add_events(recording, page);

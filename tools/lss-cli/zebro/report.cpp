@@ -1,20 +1,22 @@
 // Report sections of Lunar Zebro: gait, legs, and distance.
 
-#include "tools/lss-cli/zebro/report.h"
-
 #include <fmt/format.h>
 
 #include <cmath>
 #include <numbers>
 
 #include "idl/zebro/commands.h"
+#include "tools/lss-cli/report/page.h"
 #include "tools/lss-cli/report/series.h"
+#include "tools/lss-cli/zebro/vehicle.h"
 
 namespace lss::cli::zebro {
 namespace {
 
 using namespace lss::zebro;
+using report::line_of;
 using report::LineChart;
+using report::over_time;
 using report::Table;
 
 constexpr double kGait_s = 15;  // of the gait, so that single steps are visible
@@ -40,7 +42,7 @@ void add_gait(const Table& table, report::Page& page) {
                         {},
                         walking(table),
                         {{"c0", "stance"}, {"c1", "swing"}, {"bad", "out of service"}}};
-  LineChart angles{"Legs", "time in s", "deg from straight down", {}, gait.x};
+  LineChart angles = over_time("Legs", "deg from straight down", {}, gait.x);
   for (int leg = 0; leg < kLegs; ++leg) {
     std::vector<double> state = table[column(leg, "swing")];
     const auto& isolated = table[column(leg, "isolated")];
@@ -69,26 +71,17 @@ void add_modules(const Table& table, report::Page& page) {
   for (const auto& [title, unit, what] : {std::tuple{"Currents", "A", "current_A"},
                                           std::tuple{"Temperatures", "°C", "temperature_degC"},
                                           std::tuple{"Supply", "V", "supply_V"}}) {
-    LineChart chart{title, "time in s", unit, {}, {}};
+    LineChart chart = over_time(title, unit);
     for (int module = 0; module < kModules; ++module)
-      chart.lines.push_back(
-          {kModuleNames[module], table.t_s(), table[column(module, what)], module, false});
+      chart.lines.push_back(line_of(table, kModuleNames[module], column(module, what), module));
     page.add(chart);
   }
 }
 
 void add_way(const Table& table, report::Page& page) {
   page.section("Way", "By dead reckoning from the legs in stance.");
-  page.add(LineChart{"Distance",
-                     "time in s",
-                     "m",
-                     {{"along the body", table.t_s(), table["distance_m"], 0, false}},
-                     {}});
-  page.add(LineChart{"Speed",
-                     "time in s",
-                     "m/s",
-                     {{"along the body", table.t_s(), table["speed_m_s"], 0, false}},
-                     {}});
+  page.add(over_time("Distance", "m", {line_of(table, "along the body", "distance_m", 0)}));
+  page.add(over_time("Speed", "m/s", {line_of(table, "along the body", "speed_m_s", 0)}));
 }
 
 }  // namespace

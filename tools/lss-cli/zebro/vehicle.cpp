@@ -9,11 +9,11 @@
 
 #include "daemon/vehicles/zebro/modes.h"
 #include "daemon/vehicles/zebro/tunables.h"
-#include "drivers/zebro/leg_module.h"
 #include "idl/angles.h"
 #include "idl/codes.h"
 #include "idl/zebro/commands.h"
 #include "tools/lss-cli/session/telemetry.h"
+#include "tools/lss-cli/session/vehicle_words.h"
 #include "tools/lss-cli/show/units.h"
 
 namespace lss::cli::zebro {
@@ -21,7 +21,6 @@ namespace {
 
 using lss::zebro::CommandKind;
 using lss::zebro::Mode;
-using lss::zebro::ResetCause;
 
 constexpr VerbHelp kHelp[] = {
     {"start",
@@ -49,17 +48,14 @@ const lss_ZebroTelemetry& sample(const void* telemetry) {
 
 std::vector<Invocation> prepare(const lss_Status& status, const Invocation& wanted) {
   std::vector<Invocation> steps;
-  const auto add = [&](CommandKind kind) {
-    steps.push_back(with_defaults(find_command(kVehicle, static_cast<std::uint16_t>(kind))));
-  };
+  const auto add = [&](CommandKind step) { add_step(steps, kVehicle, step); };
   const auto kind = static_cast<CommandKind>(wanted.info->kind);
   const bool motion = wanted.info->leased && wanted.info->kind >= 100;
   if (!motion || status.state == lss_STATE_FATAL_ERROR || status.state == lss_STATE_SOLVE_ERRORS) {
     return steps;  // the daemon says why not
   }
   if (status.state == lss_STATE_IDLE) {
-    steps.push_back(
-        with_defaults(find_command(kVehicle, static_cast<std::uint16_t>(lss::CommandKind::start))));
+    add_step(steps, kVehicle, lss::CommandKind::start);
     if (kind == CommandKind::walk) add(CommandKind::stand);
     return steps;
   }
@@ -79,32 +75,14 @@ std::vector<Invocation> prepare(const lss_Status& status, const Invocation& want
 
 bool ends(const Invocation& walk) { return walk.parameter[2] == 0; }
 
-bool latched(const lss_Status& status, FaultId id, std::uint16_t subject) {
-  return std::ranges::any_of(status.faults, [&](const lss_Fault& fault) {
-    return fault.id == static_cast<std::uint16_t>(id) && (subject == 0 || fault.subject == subject);
-  });
-}
-
-bool never_heard(const lss_ZebroModule& module) { return module.age_ms == kNeverHeard_ms; }
-
 std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
-  if (telemetry == nullptr)
-    return {{true, "no telemetry comes: the modules are unknown", "check the log of lssd"}};
   const lss_ZebroTelemetry& t = sample(telemetry);
-  if (!t.port_open) {
-    if (latched(status, FaultId::port_lost, 0) || latched(status, FaultId::port_absent, 0))
-      return {};
-    return {{true, "the bus port is not open", "check the port named in the config"}};
-  }
+  if (!t.port_open) return closed_port(status, "the bus port");
   std::vector<Problem> list;
   for (const lss_ZebroModule& module : t.modules) {
     if (module.online || latched(status, FaultId::module_silent, module.id)) continue;
-    const std::string heard =
-        never_heard(module)
-            ? "has never answered"
-            : fmt::format("does not answer, last reply {} ago",
-                          format_duration(static_cast<double>(module.age_ms) / 1000));
-    list.push_back({true, fmt::format("{} {}", subject_name(kVehicle, module.id), heard),
+    list.push_back({true,
+                    unheard(kVehicle, module.id, module.age_ms, "does not answer, last reply"),
                     "check its power and the bus"});
   }
   return list;
@@ -120,10 +98,6 @@ nlohmann::json telemetry_json(const void* telemetry) {
   json["speed"] = speed_name(t);
   name_subjects(kVehicle, json["modules"]);
   return json;
-}
-
-std::string fixed(double value, int digits) {
-  return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";
 }
 
 std::string module_row(const lss_ZebroModule& m, const Style& style) {
@@ -155,7 +129,6 @@ std::string gait(const lss_ZebroTelemetry& t) {
 }
 
 std::string screen(const void* telemetry, const Style& style) {
-  if (telemetry == nullptr) return style.dim("no telemetry") + "\n";
   const lss_ZebroTelemetry& t = sample(telemetry);
   std::string text =
       style.dim("leg    link     calib  motion     angle  target   speed current   temp supply") +
@@ -174,24 +147,10 @@ std::string screen(const void* telemetry, const Style& style) {
   return text;
 }
 
-const char* reset_cause(std::uint8_t number) {
-  switch (static_cast<ResetCause>(number)) {
-    case ResetCause::power_on:
-      return "power-on";
-    case ResetCause::watchdog:
-      return "watchdog";
-    case ResetCause::brown_out:
-      return "brown-out";
-    case ResetCause::command:
-      return "command";
-    case ResetCause::software:
-      return "software";
-  }
-  return "unknown";
-}
+// Of ResetCause.
+constexpr const char* kResetCauses[] = {"power-on", "watchdog", "brown-out", "command", "software"};
 
 std::string details(const void* telemetry, const Style& style) {
-  if (telemetry == nullptr) return "";
   std::string text = style.dim(
                          "leg    address firmware reset      up       last reply    replies "
                          "resends  flags time left") +
@@ -201,28 +160,16 @@ std::string details(const void* telemetry, const Style& style) {
     text += fmt::format("{} {:>7} {:>8} {:<10} {:<12} {:>6} ms {:>10} {:>7} {:#06x} {:>9}\n",
                         style.bold(fmt::format("{:<6}", subject_name(kVehicle, m.id))), m.address,
                         fmt::format("{}.{}", m.firmware_major, m.firmware_minor),
-                        reset_cause(m.reset_cause), format_duration(m.uptime_s), m.age_ms,
+                        name_of(kResetCauses, m.reset_cause), format_duration(m.uptime_s), m.age_ms,
                         m.replies, m.resends, m.flags, fixed(m.time_left_s, 2) + " s");
   }
   return text;
 }
 
-std::string progress(const lss_Status& status, const void* telemetry) {
-  const std::string mode(status.state == lss_STATE_OPERATIONAL ? status.mode_name : "motors off");
-  if (telemetry == nullptr) return mode;
+std::string progress(const void* telemetry) {
   const lss_ZebroTelemetry& t = sample(telemetry);
-  return t.mode == static_cast<std::uint8_t>(Mode::walking)
-             ? fmt::format("{} {}: {}", mode, gait(t), walked(t))
-             : mode;
-}
-
-std::optional<double> distance_m(const void* telemetry) {
-  if (telemetry == nullptr) return std::nullopt;
-  return sample(telemetry).distance_m;
-}
-
-std::vector<lc::Allowed> allowed_in(const CommandInfo& info) {
-  return lc::allowed(info, lss::zebro::kTable, lss::zebro::kModeNames, lss::zebro::event_of);
+  const bool walks = t.mode == static_cast<std::uint8_t>(Mode::walking);
+  return walks ? fmt::format(" {}: {}", gait(t), walked(t)) : "";
 }
 
 }  // namespace
@@ -233,7 +180,7 @@ const Vehicle kVehicle{
     .subjects = lss::zebro::kModuleNames,
     .help = kHelp,
     .telemetry = &lss_ZebroTelemetry_desc,
-    .allowed = allowed_in,
+    .allowed = allowed_by(lss::zebro::logic, lss::zebro::kModeNames),
     .prepare = prepare,
     .rest = static_cast<std::uint16_t>(CommandKind::stand),
     .problems = problems,
@@ -241,7 +188,8 @@ const Vehicle kVehicle{
     .screen = screen,
     .details = details,
     .progress = progress,
-    .distance_m = distance_m,
+    .distance_m = [](const void* telemetry) { return sample(telemetry).distance_m; },
+    .add_report = add_report,
     .ends = ends,
     .tunables = [] { return lss::zebro::tuning().infos; },
 };

@@ -9,4 +9,7 @@ namespace lss::cli::zebro {
 
 extern const Vehicle kVehicle;
 
+// Its sections of a report; report.cpp.
+void add_report(const recording::Recording& recording, report::Page& page);
+
 }  // namespace lss::cli::zebro

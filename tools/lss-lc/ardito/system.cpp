@@ -1,8 +1,6 @@
 // Requirements on D.I.A.N.A. Ardito's locomotion controller, as properties of its states, steps and
 // events, written from the requirements (Ardito thesis 10, 11 and part III) and not from the table.
 
-#include <fmt/format.h>
-
 #include <bit>
 
 #include "daemon/vehicles/ardito/modes.h"
@@ -13,37 +11,23 @@ namespace lss::ardito {
 namespace {
 
 using namespace lc::common;
-using lc::Contract;
-using lc::ControllerState;
-using lc::Event;
-using lc::Happening;
-using lc::StateProperty;
-using lc::StepProperty;
-
 constexpr std::uint16_t kModules = (1u << (kBusNodes - 1)) - 1;  // without the IMU
 constexpr std::uint16_t kWheelMask = (1u << kDriveWheels) - 1;
 constexpr std::uint16_t kSteeringMask = ((1u << kSteeredWheels) - 1) << kDriveWheels;
 
-Mode mode(S s) { return static_cast<Mode>(s.mode); }
 Goal goal(S s) { return static_cast<Goal>(s.goal); }
-bool in_mode(S s, Mode m) { return operational(s) && mode(s) == m; }
-bool to(T t, Mode m) { return in_mode(t.result.next, m); }
 bool moving(S s) {
-  return in_mode(s, Mode::steering) || in_mode(s, Mode::running) || in_mode(s, Mode::parking) ||
-         in_mode(s, Mode::decelerating);
+  return in_mode(s, {Mode::steering, Mode::running, Mode::parking, Mode::decelerating});
 }
 bool ready(S s) { return in_mode(s, Mode::stopped) || moving(s); }
 bool confirmed(S s) { return has(s, kMotorsConfirmed); }
-bool does(T t, lc::ActionSet action) { return (t.result.actions & action) != 0; }
 // Equal except for flags and links.
 bool only_flags(T t) { return same_mode(t) && t.result.next.goal == t.before.goal; }
 bool flag_is(T t, Flag flag, bool on) {
   return has(t.result.next, flag) == on &&
          (t.result.next.flags & ~flag) == (t.before.flags & ~flag);
 }
-bool may_start(S s) {
-  return idle(s) && contact(s) && !link(s, lc::kObcSilent) && !has(s, kButtonIn | kPowerBad);
-}
+bool may_start(S s) { return can_start(s) && !has(s, kButtonIn | kPowerBad); }
 // Requested by a command or by itself, in the present mode.
 bool aims(T t, Goal wanted, lc::ActionSet action) {
   return same_mode(t) && goal(t.result.next) == wanted && held_after(t) && does(t, action);
@@ -123,18 +107,12 @@ constexpr std::array kOwnSteps = {
                    return goal(t.before) != Goal::idle || goal(t.result.next) == Goal::idle ||
                           !operational(t.result.next) || does(t, lc::kTakeAuthority);
                  }},
-    StepProperty{"authority is taken by commands that move, and given back on the way to rest",
-                 "architecture", lc::kLinks,
-                 [](T t) {
-                   const bool before = link(t.before, lc::kHeld), after = held_after(t);
-                   if (after && !before) return does(t, lc::kTakeAuthority);
-                   return !before || after || !operational(t.result.next) || comes_to_rest(t);
-                 }},
+    authority_property<comes_to_rest>(),
 };
 
 // ---- events
 
-bool is(S s, Mode m) { return ready(s) && mode(s) != m; }
+bool is(S s, Mode m) { return ready(s) && !in_mode(s, m); }
 template <Mode m>
 constexpr Contract now_in(const char* name, Event event) {
   return {name, event, [](S s, unsigned) { return is(s, m) && confirmed(s); },
@@ -155,15 +133,10 @@ constexpr Contract cuts(const char* name, Event event) {
 }
 
 constexpr std::array kOwnContracts = {
-    Contract{"next strategy", Event::next_strategy,
-             [](S s, unsigned) { return solving(s) && s.strategy < lc::kMaxStrategies; },
-             [](T t) {
-               return solving(t.result.next) && t.result.next.strategy == t.before.strategy + 1 &&
-                      stops_motors(t.result.actions);
-             }},
-    Contract{
-        "lease expired", Event::lease_expired, [](S s, unsigned) { return link(s, lc::kHeld); },
-        [](T t) { return comes_to_rest(t) && !held_after(t) && !has(t.result.next, kAutonomous); }},
+    next_strategy_contract<next_strategy>(),
+    lease_expired_contract<[](T t) {
+      return comes_to_rest(t) && !has(t.result.next, kAutonomous);
+    }>(),
 
     Contract{"start", event::start, [](S s, unsigned) { return may_start(s); },
              [](T t) {
@@ -219,12 +192,7 @@ constexpr std::array kOwnContracts = {
 // ---- the way back
 
 Happening help(S s) {
-  if (link(s, lc::kPortClosed)) return {Event::port_opened, 0};
-  const auto lost = static_cast<std::uint16_t>(s.silent | s.unheard);
-  if (!operational(s) && lost != 0)
-    return {Event::module_heard, static_cast<std::uint8_t>(std::countr_zero(lost) + 1)};
-  if (fatal(s)) return {Event::solve, 0};
-  if (solving(s)) return {Event::solved, 0};
+  if (const auto any = help_any(s)) return *any;
   return {moving(s) && goal(s) == Goal::idle ? event::is_stopped : event::stop, 0};
 }
 
@@ -243,10 +211,9 @@ constexpr auto kStates = lc::join(lc::common::kStates, kOwnStates);
 constexpr auto kSteps = lc::join(lc::common::kSteps, kOwnSteps);
 constexpr auto kContracts = lc::join(lc::common::kContracts, kOwnContracts);
 constexpr std::array kReturns = {
-    lc::Return{"from every state it comes back to Idle when the world helps",
-               [](S s) { return idle(s); }, help},
-    lc::Return{"from every state it comes to stand with its motors on when the world helps",
-               [](S s) { return in_mode(s, Mode::stopped) && confirmed(s); }, help_to_start},
+    return_to_idle<help>(),
+    Return{"from every state it comes to stand with its motors on when the world helps",
+           [](S s) { return in_mode(s, Mode::stopped) && confirmed(s); }, help_to_start},
 };
 
 // Neither the table nor the properties above distinguish between wheels, or between steering
@@ -269,31 +236,17 @@ ControllerState stands_for(const ControllerState& s) {
 }
 
 lc::Model model_of(const lc::Table& table, std::uint16_t modules) {
-  lc::Model m = lc::model(table, modules);
-  m.states = lc::state_properties<kStates>();
-  m.steps = lc::step_properties<kSteps>();
-  m.contracts = kContracts;
-  m.returns = kReturns;
+  lc::Model m = lc::model_of<kStates, kSteps>(table, modules, kContracts, kReturns);
   m.stands_for = stands_for;
   return m;
 }
 
-std::string text(const ControllerState& s) {
-  static constexpr const char* kGoals[] = {"none", "drive", "park", "idle"};
-  std::string text = kStateNames[static_cast<std::size_t>(s.state)];
-  if (s.mode != 0) text += fmt::format(" {}", kModeNames[s.mode]);
-  if (s.goal != 0) text += fmt::format(", goal {}", kGoals[s.goal]);
-  if (s.strategy != 0) text += fmt::format(", strategy {}", s.strategy);
-  const auto say = [&](Flag flag, const char* what) {
-    if (has(s, flag)) text += fmt::format(", {}", what);
-  };
-  say(kMotorsConfirmed, "motors confirmed");
-  say(kAutonomous, "by itself");
-  say(kImuLost, "IMU lost");
-  say(kButtonIn, "button in");
-  say(kPowerBad, "power bad");
-  return text + lc::text_of_links(s, kNodeNames);
-}
+constexpr const char* kGoals[] = {"none", "drive", "park", "idle"};
+constexpr lc::FlagName kFlags[] = {{kMotorsConfirmed, "motors confirmed"},
+                                   {kAutonomous, "by itself"},
+                                   {kImuLost, "IMU lost"},
+                                   {kButtonIn, "button in"},
+                                   {kPowerBad, "power bad"}};
 
 }  // namespace
 }  // namespace lss::ardito
@@ -308,8 +261,8 @@ const Verified& ardito_verified() {
                                 .modules = ardito::kModules,
                                 .few = 0x3,  // two wheels
                                 .mode_names = ardito::kModeNames,
-                                .goals = static_cast<std::uint8_t>(ardito::Goal::idle) + 1,
-                                .text = ardito::text,
+                                .goal_names = ardito::kGoals,
+                                .flag_names = ardito::kFlags,
                                 .module_names = ardito::kNodeNames};
   return vehicle;
 }

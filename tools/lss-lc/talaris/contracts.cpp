@@ -33,17 +33,10 @@ constexpr Contract says(const char* name, Event event) {
 }
 
 constexpr std::array kOwn = {
-    Contract{"next strategy", Event::next_strategy,
-             [](S s, unsigned) { return solving(s) && s.strategy < lc::kMaxStrategies; },
-             [](T t) {
-               return solving(t.result.next) && t.result.next.strategy == t.before.strategy + 1 &&
-                      stops_motors(t.result.actions);
-             }},
-    Contract{"lease expired", Event::lease_expired,
-             [](S s, unsigned) { return link(s, lc::kHeld); },
-             [](T t) { return comes_to_rest(t) && !held_after(t); }},
+    next_strategy_contract<next_strategy>(),
+    lease_expired_contract<comes_to_rest>(),
 
-    Contract{"start", event::start, [](S s, unsigned) { return may_start(s); },
+    Contract{"start", event::start, [](S s, unsigned) { return can_start(s); },
              [](T t) { return to(t, Mode::manual) && takes(t, kShut); }},
     Contract{"stop", event::stop, [](S s, unsigned) { return idle(s) || operational(s); },
              [](T t) { return idle(t.before) ? keeps(t) : comes_to_rest(t); }},

@@ -1,8 +1,6 @@
 // Requirements on TALARIS' locomotion controller, as properties of its states, steps and events,
 // written from the requirements (TALARIS thesis 4.5.1, A.3 and A.5.3) and not from the table.
 
-#include <fmt/format.h>
-
 #include <array>
 #include <bit>
 
@@ -156,24 +154,13 @@ constexpr std::array kOwnSteps = {
                           only_on(kPlanned, e == event::plan) && (!changed(kFansArmed) || fans) &&
                           (!changed(kImuLost) || imu) && (!changed(kAltimeterLost) || altimeter);
                  }},
-    StepProperty{"authority is taken by commands that act, and given back on the way to rest",
-                 "architecture", lc::kLinks,
-                 [](T t) {
-                   const bool before = link(t.before, lc::kHeld), after = held_after(t);
-                   if (after && !before) return does(t, lc::kTakeAuthority);
-                   return !before || after || !operational(t.result.next) || comes_to_rest(t);
-                 }},
+    authority_property<comes_to_rest>(),
 };
 
 // ---- the way back
 
 Happening help(S s) {
-  if (link(s, lc::kPortClosed)) return {Event::port_opened, 0};
-  const auto lost = static_cast<std::uint16_t>(s.silent | s.unheard);
-  if (!operational(s) && lost != 0)
-    return {Event::module_heard, static_cast<std::uint8_t>(std::countr_zero(lost) + 1)};
-  if (fatal(s)) return {Event::solve, 0};
-  if (solving(s)) return {Event::solved, 0};
+  if (const auto any = help_any(s)) return *any;
   return {goal(s) == Goal::idle ? event::finished : event::stop, 0};
 }
 
@@ -194,37 +181,21 @@ Happening help_to_fly(S s) {
 constexpr auto kStates = lc::join(lc::common::kStates, kOwnStates);
 constexpr auto kSteps = lc::join(lc::common::kSteps, kOwnSteps);
 constexpr std::array kReturns = {
-    lc::Return{"from every state it comes back to Idle when the world helps",
-               [](S s) { return idle(s); }, help},
-    lc::Return{"from every state it comes to fly as planned when the world helps",
-               [](S s) { return goal(s) == Goal::flying; }, help_to_fly},
+    return_to_idle<help>(),
+    Return{"from every state it comes to fly as planned when the world helps",
+           [](S s) { return goal(s) == Goal::flying; }, help_to_fly},
 };
 
 lc::Model model_of(const lc::Table& table, std::uint16_t modules) {
-  lc::Model m = lc::model(table, modules);
-  m.states = lc::state_properties<kStates>();
-  m.steps = lc::step_properties<kSteps>();
-  m.contracts = contracts();
-  m.returns = kReturns;
-  return m;
+  return lc::model_of<kStates, kSteps>(table, modules, contracts(), kReturns);
 }
 
-std::string text(const ControllerState& s) {
-  static constexpr const char* kGoals[] = {"none", "flying", "landing", "idle"};
-  std::string text = kStateNames[static_cast<std::size_t>(s.state)];
-  if (s.mode != 0) text += fmt::format(" {}", kModeNames[s.mode]);
-  if (s.goal != 0) text += fmt::format(", goal {}", kGoals[s.goal]);
-  if (s.strategy != 0) text += fmt::format(", strategy {}", s.strategy);
-  const auto say = [&](Flag flag, const char* what) {
-    if (has(s, flag)) text += fmt::format(", {}", what);
-  };
-  say(kCalibrated, "calibrated");
-  say(kPlanned, "planned");
-  say(kFansArmed, "fans started");
-  say(kImuLost, "IMU lost");
-  say(kAltimeterLost, "altimeter lost");
-  return text + lc::text_of_links(s, kNames);
-}
+constexpr const char* kGoals[] = {"none", "flying", "landing", "idle"};
+constexpr lc::FlagName kFlags[] = {{kCalibrated, "calibrated"},
+                                   {kPlanned, "planned"},
+                                   {kFansArmed, "fans started"},
+                                   {kImuLost, "IMU lost"},
+                                   {kAltimeterLost, "altimeter lost"}};
 
 }  // namespace
 }  // namespace lss::talaris
@@ -239,8 +210,8 @@ const Verified& talaris_verified() {
                                 .modules = talaris::kModules,
                                 .few = talaris::kActuators,
                                 .mode_names = talaris::kModeNames,
-                                .goals = static_cast<std::uint8_t>(talaris::Goal::idle) + 1,
-                                .text = talaris::text,
+                                .goal_names = talaris::kGoals,
+                                .flag_names = talaris::kFlags,
                                 .module_names = talaris::kNames};
   return vehicle;
 }

@@ -15,22 +15,11 @@ std::span<const lc::Contract> contracts();
 namespace words {
 
 using namespace lc::common;
-using lc::Contract;
-using lc::ControllerState;
-using lc::Event;
-using lc::Happening;
-using lc::StateProperty;
-using lc::StepProperty;
-
-inline Mode mode(S s) { return static_cast<Mode>(s.mode); }
 inline Goal goal(S s) { return static_cast<Goal>(s.goal); }
-inline bool in_mode(S s, Mode m) { return operational(s) && mode(s) == m; }
-inline bool to(T t, Mode m) { return in_mode(t.result.next, m); }
-inline bool by_hand(S s) { return in_mode(s, Mode::manual) || in_mode(s, Mode::duty_cycle); }
-inline bool gnc(S s) {
-  return in_mode(s, Mode::standby) || in_mode(s, Mode::calibrate) || in_mode(s, Mode::execute);
-}
+inline bool by_hand(S s) { return in_mode(s, {Mode::manual, Mode::duty_cycle}); }
+inline bool gnc(S s) { return in_mode(s, {Mode::standby, Mode::calibrate, Mode::execute}); }
 inline bool in_air(S s) { return goal(s) != Goal::none; }
+// All of these.
 inline bool does(T t, lc::ActionSet all) { return (t.result.actions & all) == all; }
 // Done for the requesting source, which has authority from now on.
 inline bool takes(T t, lc::ActionSet all) {
@@ -49,7 +38,6 @@ inline bool takes_none(const lc::Table& table, S s, std::initializer_list<Event>
   }
   return true;
 }
-inline bool may_start(S s) { return idle(s) && contact(s) && !link(s, lc::kObcSilent); }
 // It continues the flight, to this end.
 inline bool aims(T t, Goal wanted) {
   return same_mode(t) && goal(t.result.next) == wanted && does(t, kLand) &&

@@ -10,22 +10,14 @@ namespace {
 using namespace words;
 
 constexpr std::array kOwnContracts = {
-    Contract{"next strategy", Event::next_strategy,
-             [](S s, unsigned) { return solving(s) && s.strategy < lc::kMaxStrategies; },
-             [](T t) {
-               return solving(t.result.next) && t.result.next.strategy == t.before.strategy + 1 &&
-                      !has(t.result.next, kFreeing) && stops_motors(t.result.actions);
-             }},
-    Contract{"lease expired", Event::lease_expired,
-             [](S s, unsigned) { return link(s, lc::kHeld); },
-             [](T t) {
-               // When it stands, it lies down before the motors go off.
-               const bool up = in_mode(t.before, {Mode::standing_up, Mode::standing, Mode::bridge});
-               const bool walks = in_mode(t.before, {Mode::walking, Mode::finishing_step});
-               return stops(t.result.next) && !link(t.result.next, lc::kHeld) &&
-                      (!up || to(t, Mode::lying_down)) &&
-                      (!walks || goal(t.result.next) == Goal::lie_idle);
-             }},
+    next_strategy_contract<[](T t) { return next_strategy(t) && !has(t.result.next, kFreeing); }>(),
+    lease_expired_contract<[](T t) {
+      // When it stands, it lies down before the motors go off.
+      const bool up = in_mode(t.before, {Mode::standing_up, Mode::standing, Mode::bridge});
+      const bool walks = in_mode(t.before, {Mode::walking, Mode::finishing_step});
+      return stops(t.result.next) && (!up || to(t, Mode::lying_down)) &&
+             (!walks || goal(t.result.next) == Goal::lie_idle);
+    }>(),
 
     Contract{"start", event::start, [](S s, unsigned) { return may_start(s); },
              [](T t) {

@@ -1,8 +1,9 @@
-// Properties of every state and every step, and the way back to Idle.
+// Requirements on Lunar Zebro's locomotion controller, as properties of its states and steps,
+// written from the requirements and not from the table; and the way back to Idle.
 
 #include <array>
-#include <bit>
 
+#include "tools/lss-lc/vehicle.h"
 #include "tools/lss-lc/zebro/words.h"
 
 namespace lss::zebro {
@@ -107,46 +108,48 @@ constexpr std::array kOwnSteps = {
                           e == event::panel_arrived_in || e == event::panel_arrived_out ||
                           e == event::panel_seen_out;
                  }},
-    StepProperty{"authority is taken only by commands that move, and given back only on the way to "
-                 "rest",
-                 "architecture", lc::kLinks,
-                 [](T t) {
-                   const bool before = link(t.before, lc::kHeld),
-                              after = link(t.result.next, lc::kHeld);
-                   if (after && !before) return (t.result.actions & lc::kTakeAuthority) != 0;
-                   if (before && !after) return !operational(t.result.next) || stops(t.result.next);
-                   return true;
-                 }},
+    authority_property<[](T t) { return stops(t.result.next); }>(),
 };
 constexpr auto kSteps = lc::join(lc::common::kSteps, kOwnSteps);
 
 // ---- the way back
 
 Happening help(S s) {
-  if (link(s, lc::kPortClosed)) return {Event::port_opened, 0};
-  const auto lost = static_cast<std::uint16_t>(s.silent | s.unheard);
-  if (!operational(s) && lost != 0)
-    return {Event::module_heard, static_cast<std::uint8_t>(std::countr_zero(lost) + 1)};
-  if (fatal(s)) return {Event::solve, 0};
-  if (solving(s)) return {Event::solved, 0};
+  if (const auto any = help_any(s)) return *any;
   if (in_motion(s) && stops(s)) return {event::motion_done, 0};
   return {event::stop, 0};
 }
 
-constexpr std::array kReturns = {
-    Return{"from every state it comes back to Idle when the world helps",
-           [](S s) { return idle(s); }, help},
-};
-
-}  // namespace
+constexpr std::array kReturns = {return_to_idle<help>()};
 
 lc::Model model_of(const lc::Table& table, std::uint16_t modules) {
-  lc::Model m = lc::model(table, modules);
-  m.states = lc::state_properties<kStates>();
-  m.steps = lc::step_properties<kSteps>();
-  m.contracts = contracts();
-  m.returns = kReturns;
-  return m;
+  return lc::model_of<kStates, kSteps>(table, modules, contracts(), kReturns);
 }
 
+constexpr const char* kGoals[] = {"none", "stand", "walk",     "lie",
+                                  "stow", "idle",  "lie_idle", "leg"};
+constexpr lc::FlagName kFlags[] = {{kPanelMoving, "panel moves"},
+                                   {kPanelOut, "panel out", kPanelMoving},
+                                   {kMotorsConfirmed, "motors confirmed"},
+                                   {kFreeing, "leg is freed"}};
+
+}  // namespace
 }  // namespace lss::zebro
+
+namespace lss::lc {
+
+const Verified& zebro_verified() {
+  static const Verified vehicle{.name = "zebro",
+                                .title = "Lunar Zebro",
+                                .table = &zebro::kTable,
+                                .model = zebro::model_of,
+                                .modules = zebro::words::kAllModules,
+                                .few = 0x41,  // a leg and the panel
+                                .mode_names = zebro::kModeNames,
+                                .goal_names = zebro::kGoals,
+                                .flag_names = zebro::kFlags,
+                                .module_names = zebro::kModuleNames};
+  return vehicle;
+}
+
+}  // namespace lss::lc

@@ -13,13 +13,9 @@ constexpr std::uint16_t kRpdo = 0x1400, kRpdoMapping = 0x1600;
 constexpr std::uint16_t kTpdo = 0x1800, kTpdoMapping = 0x1A00;
 constexpr std::uint16_t kHeartbeatLost = 0x8130, kPdoLength = 0x8210;
 
-enum Command : std::uint8_t {
-  kStart = 0x01,
-  kStop = 0x02,
-  kPreOperational = 0x80,
-  kResetNode = 0x81,
-  kResetCommunication = 0x82,
-};
+// Commands of NMT.
+constexpr std::uint8_t kStart = 0x01, kStop = 0x02, kPreOperational = 0x80, kResetNode = 0x81,
+                       kResetCommunication = 0x82;
 
 constexpr Object kCommunication[] = {
     {.index = 0x1001, .bytes = 1, .mappable = true},

@@ -15,7 +15,6 @@ enum Abort : std::uint32_t {
   kDone = 0,
   kUnknownCommand = 0x05040001,
   kNoAccess = 0x06010000,
-  kWriteOnly = 0x06010001,
   kReadOnly = 0x06010002,
   kNoObject = 0x06020000,
   kNotMappable = 0x06040041,
@@ -23,7 +22,6 @@ enum Abort : std::uint32_t {
   kWrongLength = 0x06070010,
   kNoSubIndex = 0x06090011,
   kOutOfRange = 0x06090030,
-  kWrongState = 0x08000022,
 };
 
 enum class Access : std::uint8_t { read_only, read_write };

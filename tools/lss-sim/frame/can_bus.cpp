@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <string_view>
 
 namespace lss::sim {
 namespace {
@@ -75,25 +74,6 @@ int bits_on_wire(const CanFrame& frame) {
 }
 
 std::span<const FaultKind> can_fault_kinds() { return kKinds; }
-
-bool CanFaults::set(const Fault& fault, bool attach) {
-  const std::string_view name = fault.kind->name;
-  const double value = attach && !fault.values.empty() ? fault.values.front() : 0;
-  if (name == "noise") {
-    noise = value;
-  } else if (name == "drop") {
-    drop = value;
-  } else if (name == "duplicate") {
-    duplicate = value;
-  } else if (name == "late") {
-    late_ns = static_cast<TimeNs>(value * kMillisecond);
-  } else if (name == "bus-cut") {
-    cut = attach;
-  } else {
-    return false;
-  }
-  return true;
-}
 
 CanBus::CanBus(const Parameters& parameters, CanDevice& device)
     : parameters_(parameters), device_(device), random_(parameters.seed) {}

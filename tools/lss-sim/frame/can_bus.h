@@ -34,17 +34,6 @@ int bits_on_wire(const CanFrame& frame);
 // Types: noise, drop, duplicate, late, bus-cut, bus-off.
 std::span<const FaultKind> can_fault_kinds();
 
-struct CanFaults {
-  double noise = 0;      // probability that a frame arrives with a wrong byte or length
-  double drop = 0;       // ... that it is lost, either direction
-  double duplicate = 0;  // ... that it comes twice, either direction
-  TimeNs late_ns = 0;    // delay of frames from nodes to the master
-  bool cut = false;      // nothing passes, either direction
-
-  // False when the fault is not one of these.
-  bool set(const Fault& fault, bool attach);
-};
-
 class CanBus {
  public:
   struct Parameters {
@@ -67,7 +56,7 @@ class CanBus {
   void bus_off(TimeNs now, TimeNs duration_ns);
   bool is_off() const { return off_until_ns_ != 0; }
 
-  CanFaults faults;
+  WireFaults faults;
 
  private:
   struct Waiting {

@@ -1,48 +1,38 @@
 #pragma once
 
-// One CAN bus of a simulator: moves frames between the master's end and the bus of the nodes, on
-// time. Its own thread; start, stop, faults and plugging from the others.
+// One CAN bus of a simulator: moves frames between the master's end and the bus of the nodes.
 
-#include <atomic>
-#include <mutex>
 #include <string>
-#include <thread>
-#include <tl/expected.hpp>
 
 #include "tools/lss-sim/frame/can_bus.h"
 #include "tools/lss-sim/frame/can_end.h"
+#include "tools/lss-sim/frame/wire_thread.h"
 
 namespace lss::sim {
 
-class CanThread {
+class CanThread final : public WireThread {
  public:
-  CanThread(std::string address, const CanBus::Parameters& parameters, CanDevice& device);
-  ~CanThread();
+  // `name`: for people.
+  CanThread(std::string name, std::string address, const CanBus::Parameters& parameters,
+            CanDevice& device);
+  ~CanThread() override { stop(); }
 
-  // Opens the end and begins. The error says what failed.
-  tl::expected<void, std::string> start();
-  // The same without a thread: the caller calls serve, in simulated time.
-  tl::expected<void, std::string> open() { return end_.open(); }
-  // Does all due work; returns the time of the next work, unless a message comes before.
-  TimeNs serve(TimeNs now);
-
-  void set_fault(const Fault& fault, bool attach);  // of can_fault_kinds()
-  bool is_off();                                    // bus-off
-  void unplug(TimeNs duration_ns);                  // 0: plug in at once
-  bool unplugged() const;
-  void wake();  // a node has a frame to send
-  const std::string& address() const { return end_.address(); }
+  tl::expected<void, std::string> open() override { return end_.open(); }
+  void set_fault(const Fault& fault, bool attach) override;  // of can_fault_kinds()
+  bool wants_to_send() const override { return device_.wants_to_send(); }
+  std::string place() const override { return "CAN bus " + name_ + " at " + end_.address(); }
+  bool is_off();  // bus-off
 
  private:
-  void loop();
+  bool is_open() const override { return end_.is_open(); }
+  int fd() const override { return end_.fd(); }
+  void close(TimeNs now) override;
+  TimeNs exchange(TimeNs now) override;
 
-  std::mutex mutex_;  // of the bus and its end
+  std::string name_;
+  CanDevice& device_;
   CanEnd end_;
   CanBus bus_;
-  std::atomic<TimeNs> plug_at_ns_ = 0;
-  std::atomic<bool> stop_ = false;
-  File wake_;
-  std::thread thread_;
 };
 
 }  // namespace lss::sim

@@ -239,6 +239,27 @@ std::vector<Fault> FaultBoard::take_matching(const Fault& fault) {
   return taken;
 }
 
+bool WireFaults::set(const Fault& fault, bool attach) {
+  std::string_view name = fault.kind->name;
+  constexpr std::string_view kNumbered = "line-";
+  if (name.starts_with(kNumbered)) name.remove_prefix(kNumbered.size());
+  const double value = attach && !fault.values.empty() ? fault.values.back() : 0;
+  if (name == "noise") {
+    noise = value;
+  } else if (name == "drop") {
+    drop = value;
+  } else if (name == "duplicate") {
+    duplicate = value;
+  } else if (name == "late") {
+    late_ns = static_cast<TimeNs>(value * kMillisecond);
+  } else if (name == "bus-cut" || name == "cut") {
+    cut = attach;
+  } else {
+    return false;
+  }
+  return true;
+}
+
 void FaultBoard::inject(const Fault& fault) {
   for (const Fault& old : take_matching(fault)) act_(old, false);
   if (fault.clear) return;

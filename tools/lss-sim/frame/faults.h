@@ -12,6 +12,8 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "drivers/time.h"
+
 namespace lss::sim {
 
 struct FaultArgument {
@@ -63,6 +65,19 @@ std::string describe(std::span<const FaultKind> kinds);
 
 // The nearest of `names` in spelling, empty when none is near.
 std::string nearest_name(std::string_view wrong, std::span<const std::string> names);
+
+// The faults of a serial line or a CAN bus.
+struct WireFaults {
+  double noise = 0;      // probability that a character or a frame is changed
+  double drop = 0;       // ... that a frame is lost whole, either direction
+  double duplicate = 0;  // ... that a frame comes twice
+  TimeNs late_ns = 0;    // delay of what the devices say
+  bool cut = false;      // nothing passes, either direction
+
+  // For noise, drop, duplicate, late and bus-cut; of a numbered line, line-noise and so on. False
+  // when the fault is none of these.
+  bool set(const Fault& fault, bool attach);
+};
 
 // The active faults. `act` carries out attaching and clearing; it is called without the lock.
 class FaultBoard {

@@ -1,58 +1,38 @@
 #pragma once
 
 // One serial line of a simulator: moves bytes between its pseudo-terminal and the UART of the
-// devices, on time. Its own thread; start, stop, faults and plugging from the others.
+// devices.
 
-#include <atomic>
-#include <memory>
-#include <mutex>
-#include <string>
-#include <thread>
-#include <tl/expected.hpp>
+#include <filesystem>
 
 #include "drivers/lockstep/wire.h"
-#include "drivers/time.h"
 #include "tools/lss-sim/frame/pty_port.h"
 #include "tools/lss-sim/frame/uart.h"
+#include "tools/lss-sim/frame/wire_thread.h"
 
 namespace lss::sim {
 
-TimeNs monotonic_now();  // or simulated time
-
-// For the calling thread: hardware does not wait for a loaded machine. SCHED_FIFO when allowed, and
-// precise waits in any case.
-void keep_time(int fifo_priority);
-
-class LineThread {
+class LineThread final : public WireThread {
  public:
   LineThread(std::filesystem::path link, const Uart::Parameters& parameters, LineDevice& device);
-  ~LineThread();
+  ~LineThread() override { stop(); }
 
-  // Creates the port and starts. The error names the failure.
-  tl::expected<void, std::string> start();
-  // The same without a thread: the caller calls serve, in simulated time.
-  tl::expected<void, std::string> open();
-  // Does all due work; returns the time of the next work, unless bytes come before.
-  TimeNs serve(TimeNs now);
-
-  void set_fault(const Fault& fault, bool attach);  // of line_fault_kinds()
-  void unplug(TimeNs duration_ns);                  // 0: plug in at once
-  bool unplugged() const { return monotonic_now() < plug_at_ns_; }
-  void wake();  // the device has bytes to send
-  const PtyPort& port() const { return port_; }
+  tl::expected<void, std::string> open() override;           // creates the port
+  void set_fault(const Fault& fault, bool attach) override;  // of line_fault_kinds()
+  bool wants_to_send() const override { return device_.wants_to_send(); }
+  std::string place() const override;
 
  private:
-  void loop();
+  bool is_open() const override { return port_.is_open(); }
+  int fd() const override { return port_.fd(); }
+  void close(TimeNs now) override;
+  TimeNs exchange(TimeNs now) override;
   void read(TimeNs now);
 
-  std::mutex mutex_;  // of the UART and the port
+  LineDevice& device_;
   PtyPort port_;
   lockstep::Wire wire_{lockstep::Wire::Side::simulator};
   Uart uart_;
-  std::atomic<TimeNs> plug_at_ns_ = 0;
-  std::atomic<bool> stop_ = false;
-  File wake_;
-  std::thread thread_;
 };
 
 }  // namespace lss::sim

@@ -60,12 +60,12 @@ class Simulation {
                                         .seed = ++seed};
       lines_.push_back(
           std::make_unique<LineThread>(options.folder / line.name, parameters, *line.device));
-      devices_.push_back(line.device);
+      wires_.push_back(lines_.back().get());
     }
     for (const CanLine& bus : vehicle_->can_buses()) {
       const CanBus::Parameters parameters{.paced = options.pace, .seed = ++seed};
-      buses_.push_back({bus.name, bus.device,
-                        std::make_unique<CanThread>(options.can, parameters, *bus.device)});
+      buses_.push_back(std::make_unique<CanThread>(bus.name, options.can, parameters, *bus.device));
+      wires_.push_back(buses_.back().get());
     }
   }
 
@@ -80,12 +80,8 @@ class Simulation {
       }
     }
     const bool own_threads = !options_.lockstep;
-    for (const auto& line : lines_) {
-      if (auto started = own_threads ? line->start() : line->open(); !started) return started;
-    }
-    for (const auto& bus : buses_) {
-      if (auto started = own_threads ? bus.thread->start() : bus.thread->open(); !started)
-        return started;
+    for (WireThread* wire : wires_) {
+      if (auto started = own_threads ? wire->start() : wire->open(); !started) return started;
     }
     thread_ = std::thread([this] { options_.lockstep ? in_lockstep() : physics(); });
     return {};
@@ -101,13 +97,7 @@ class Simulation {
 
   std::string ports() const {
     std::string text;
-    for (const auto& line : lines_) {
-      text += fmt::format(", port {} at {} -> {}", line->port().link().filename().string(),
-                          line->port().link().string(), line->port().terminal());
-    }
-    for (const auto& bus : buses_) {
-      text += fmt::format(", CAN bus {} at {}", bus.name, bus.thread->address());
-    }
+    for (const WireThread* wire : wires_) text += ", " + wire->place();
     return text;
   }
 
@@ -121,13 +111,12 @@ class Simulation {
     if (name == kUnplugKind.name) {
       const double seconds = attach ? fault.values.front() : 0;
       const auto duration_ns = static_cast<TimeNs>(seconds * kSecond);
-      for (const auto& line : lines_) line->unplug(duration_ns);
-      for (const auto& bus : buses_) bus.thread->unplug(duration_ns);
+      for (WireThread* wire : wires_) wire->unplug(duration_ns);
     } else if (among(numbered_line_fault_kinds(), name)) {
       act_on_line(fault, attach);
     } else if (among(line_fault_kinds(), name) || among(can_fault_kinds(), name)) {
       // Faults of the bus, if there is one: then lines have faults by number.
-      for (const auto& bus : buses_) bus.thread->set_fault(fault, attach);
+      for (const auto& bus : buses_) bus->set_fault(fault, attach);
       if (!buses_.empty()) return;
       for (const auto& line : lines_) line->set_fault(fault, attach);
     } else {
@@ -156,15 +145,14 @@ class Simulation {
   bool in_force(const Fault& fault) const {
     const std::string_view name = fault.kind->name;
     if (name == kUnplugKind.name) {
-      return std::ranges::any_of(lines_, [](const auto& line) { return line->unplugged(); }) ||
-             std::ranges::any_of(buses_, [](const auto& bus) { return bus.thread->unplugged(); });
+      return std::ranges::any_of(wires_, &WireThread::unplugged);
     }
     if (among(numbered_line_fault_kinds(), name)) {
       const LineThread* line = line_of(fault);
       return line != nullptr && (name != "line-unplug" || line->unplugged());
     }
     if (name == "bus-off") {
-      return std::ranges::any_of(buses_, [](const auto& bus) { return bus.thread->is_off(); });
+      return std::ranges::any_of(buses_, [](const auto& bus) { return bus->is_off(); });
     }
     return among(line_fault_kinds(), name) || among(can_fault_kinds(), name) ||
            vehicle_->in_force(fault);
@@ -177,11 +165,8 @@ class Simulation {
     TimeNs next = monotonic_now();
     for (std::size_t fault = 0; !stop_; ++steps_) {
       step(fault);
-      for (std::size_t i = 0; i < lines_.size(); ++i) {
-        if (devices_[i]->wants_to_send()) lines_[i]->wake();
-      }
-      for (const auto& bus : buses_) {
-        if (bus.device->wants_to_send()) bus.thread->wake();
+      for (WireThread* wire : wires_) {
+        if (wire->wants_to_send()) wire->wake();
       }
       next += period_ns;
       const TimeNs now = monotonic_now();
@@ -224,8 +209,7 @@ class Simulation {
         next += kStepNs;
       }
       TimeNs wake = next;
-      for (const auto& line : lines_) wake = std::min(wake, line->serve(now));
-      for (const auto& bus : buses_) wake = std::min(wake, bus.thread->serve(now));
+      for (WireThread* wire : wires_) wake = std::min(wake, wire->serve(now));
       lockstep::wait(wake);
     }
   }
@@ -243,14 +227,9 @@ class Simulation {
   std::unique_ptr<Vehicle> vehicle_;
   RunOptions options_;
   FaultBoard board_;
-  struct Bus {
-    std::string name;
-    CanDevice* device;
-    std::unique_ptr<CanThread> thread;
-  };
   std::vector<std::unique_ptr<LineThread>> lines_;
-  std::vector<LineDevice*> devices_;  // of the lines
-  std::vector<Bus> buses_;
+  std::vector<std::unique_ptr<CanThread>> buses_;
+  std::vector<WireThread*> wires_;  // all of them
   std::ofstream truth_;
   double begin_s_ = 0;  // of simulated time, when a simulator ran before this one
   std::atomic<bool> stop_ = false, over_ = false;

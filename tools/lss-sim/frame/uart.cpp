@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <string_view>
 
 namespace lss::sim {
 namespace {
@@ -36,27 +35,6 @@ constexpr TimeNs kMostWaited = 2;  // replies that another waits for
 
 std::span<const FaultKind> line_fault_kinds() { return kKinds; }
 std::span<const FaultKind> numbered_line_fault_kinds() { return kNumberedKinds; }
-
-bool LineFaults::set(const Fault& fault, bool attach) {
-  std::string_view name = fault.kind->name;
-  constexpr std::string_view kNumbered = "line-";
-  if (name.starts_with(kNumbered)) name.remove_prefix(kNumbered.size());
-  const double value = attach && !fault.values.empty() ? fault.values.back() : 0;
-  if (name == "noise") {
-    noise = value;
-  } else if (name == "drop") {
-    drop = value;
-  } else if (name == "duplicate") {
-    duplicate = value;
-  } else if (name == "late") {
-    late_ns = static_cast<TimeNs>(value * kMillisecond);
-  } else if (name == "bus-cut" || name == "cut") {
-    cut = attach;
-  } else {
-    return false;
-  }
-  return true;
-}
 
 Uart::Uart(const Parameters& parameters, LineDevice& device)
     : parameters_(parameters),

@@ -35,17 +35,6 @@ std::span<const FaultKind> line_fault_kinds();
 // line-duplicate, line-late, line-cut, line-unplug.
 std::span<const FaultKind> numbered_line_fault_kinds();
 
-struct LineFaults {
-  double noise = 0;      // probability that a character loses a bit
-  double drop = 0;       // ... that a frame is lost whole, either direction
-  double duplicate = 0;  // ... that a reply comes twice
-  TimeNs late_ns = 0;    // delay of replies
-  bool cut = false;      // nothing passes, either direction
-
-  // For both sets of types. False when the fault is not one of the line.
-  bool set(const Fault& fault, bool attach);
-};
-
 class Uart {
  public:
   struct Parameters {
@@ -70,7 +59,7 @@ class Uart {
   TimeNs next_wake() const;
   void forget();  // the line was unplugged
 
-  LineFaults faults;
+  WireFaults faults;
 
  private:
   static constexpr std::size_t kPiece = 8;

@@ -1,0 +1,183 @@
+#pragma once
+
+// The body of a bus thread: received bytes or frames to samples, orders to what is sent, by file
+// descriptor and by the driver's schedule. Opens the line and opens it again when it is lost. FIFO
+// thread: nothing here allocates, locks or logs.
+//
+// Line (can_bus.h, serial_bus.h): Driver, Orders, Sample, Report, kMaxSamples; driver(); open() ->
+// status, begin(now) after it, close(), is_open(); fd(), events(), next_wake(), coming() in
+// simulated time; serve(readable, now) -> false when the port is gone; describe(report).
+// Driver: restart(now), next_wake(), take(samples) -> how many; with orders release(orders, now).
+// For an emergency stop that bypasses the cycle: all_stop(now), and stops_all(orders), whether no
+// order moves anything. Optional: published(), called when the samples of a turn can be popped.
+
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <type_traits>
+#include <utility>
+
+#include "daemon/runtime/clock.h"
+#include "daemon/runtime/latest.h"
+#include "daemon/runtime/ring.h"
+#include "daemon/runtime/stop_latch.h"
+#include "drivers/lockstep/lockstep.h"
+
+namespace lss {
+
+// Of a line that only listens, or polls by itself.
+struct NoOrders {};
+
+template <class Line>
+class BusThread {
+ public:
+  using Orders = typename Line::Orders;
+  using Sample = typename Line::Sample;
+  using Report = typename Line::Report;
+
+  template <class... Arguments>
+  explicit BusThread(Arguments&&... arguments)
+      : line_(std::forward<Arguments>(arguments)...),
+        wake_fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
+  ~BusThread() { ::close(wake_fd_); }
+  BusThread(const BusThread&) = delete;
+  BusThread& operator=(const BusThread&) = delete;
+
+  // Before the thread runs.
+  Line& line() noexcept { return line_; }
+  // Start-up: opens the port once, closes it and returns the status.
+  auto probe() {
+    const auto status = line_.open();
+    line_.close();
+    return status;
+  }
+
+  // Actuate thread: new orders; wakes the bus.
+  void release(const Orders& orders) noexcept {
+    orders_.put(orders);
+    wake();
+  }
+
+  // Any thread, never waits: the bus stops everything at once. Orders pass again when the cycle has
+  // stopped everything, too.
+  void all_stop() noexcept {
+    latch_.ask(now_ns());
+    wake();
+  }
+
+  // Frame thread: the oldest sample stamped before `end`.
+  bool pop(Sample& sample, TimeNs end) noexcept {
+    return samples_.pop_if(sample, [end](const Sample& s) { return s.time_ns < end; });
+  }
+  const Report& report() noexcept { return report_.get(); }
+  std::uint64_t dropped() const noexcept { return samples_.dropped(); }
+  std::uint64_t turns() const noexcept { return turns_.load(std::memory_order_relaxed); }
+
+  void stop() noexcept {
+    stop_.store(true, std::memory_order_relaxed);
+    wake();
+  }
+
+  // Bus thread.
+  void run() noexcept {
+    while (!stop_.load(std::memory_order_relaxed)) {
+      TimeNs now = now_ns();
+      if (!line_.is_open()) reopen(now);
+      const bool readable = wait(now);
+      now = now_ns();
+      if (line_.is_open()) turn(readable, now);
+      if (now - reported_.time_ns >= kReportEvery || reported_.open != line_.is_open()) report(now);
+      turns_.fetch_add(1, std::memory_order_relaxed);
+    }
+    line_.close();
+  }
+
+ private:
+  static constexpr TimeNs kReopenEvery = 100 * kMillisecond;
+  static constexpr TimeNs kReportEvery = 5 * kMillisecond;
+  static constexpr TimeNs kIdleTurn = 250 * kMillisecond;  // a thread with nothing to do is seen
+
+  void wake() noexcept {
+    if (lockstep::on()) return waiter_.wake();
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
+  }
+
+  void reopen(TimeNs now) noexcept {
+    if (now < reopen_ns_) return;
+    reopen_ns_ = now + kReopenEvery;
+    const auto status = line_.open();
+    if (status != decltype(status)::ok) return;
+    line_.begin();
+    line_.driver().restart(now);
+    reported_.was_open = true;
+  }
+
+  // True when there is something to receive, or the port is gone.
+  bool wait(TimeNs now) noexcept {
+    const TimeNs wake_ns =
+        std::min(line_.is_open() ? line_.next_wake() : reopen_ns_, now + kIdleTurn);
+    if (lockstep::on()) {
+      waiter_.wait(wake_ns);
+      return line_.coming();
+    }
+    std::array<pollfd, 2> fds{{{wake_fd_, POLLIN, 0}, {line_.fd(), line_.events(), 0}}};
+    const timespec timeout = to_timespec(wake_ns > now ? wake_ns - now : 0);
+    ::ppoll(fds.data(), fds.size(), &timeout, nullptr);
+    if (fds[0].revents) {
+      std::uint64_t count = 0;
+      [[maybe_unused]] const auto got = ::read(wake_fd_, &count, sizeof count);
+    }
+    return (fds[1].revents & ~POLLOUT) != 0;
+  }
+
+  void turn(bool readable, TimeNs now) noexcept {
+    auto& driver = line_.driver();
+    if constexpr (!std::is_same_v<Orders, NoOrders>) {
+      const Orders* orders = orders_.update() ? &orders_.value() : nullptr;
+      if constexpr (requires { driver.all_stop(now); }) {
+        latch_.obey(driver, orders, now);
+      } else if (orders != nullptr) {
+        driver.release(*orders, now);
+      }
+    }
+    if (!line_.serve(readable, now)) {
+      line_.close();
+      reopen_ns_ = 0;
+      return;
+    }
+    const std::size_t count = driver.take(taken_);
+    for (std::size_t i = 0; i < count; ++i) samples_.push(taken_[i]);
+    if constexpr (requires { driver.published(); }) driver.published();
+  }
+
+  void report(TimeNs now) noexcept {
+    line_.describe(reported_);
+    reported_.time_ns = now;
+    reported_.open = line_.is_open();
+    reported_.all_stop_pending = latch_.pending();
+    report_.put(reported_);
+  }
+
+  Line line_;
+  int wake_fd_;
+  lockstep::Waiter waiter_;  // in simulated time
+  // Of one turn. A member, since initialising it takes longer than a frame.
+  std::array<Sample, Line::kMaxSamples> taken_{};
+  TimeNs reopen_ns_ = 0;
+  Report reported_{};
+  std::atomic<std::uint64_t> turns_{0};
+  std::atomic<bool> stop_{false};
+
+  StopLatch latch_;
+  Latest<Orders> orders_;
+  Latest<Report> report_;
+  Ring<Sample, 256> samples_;
+};
+
+}  // namespace lss

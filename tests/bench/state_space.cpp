@@ -1,0 +1,79 @@
+// Row viii: the state space of the locomotion controller, explored with all properties, against
+// SPIN on the same system through the same step(). The counts must be the same.
+
+#include <fmt/format.h>
+
+#include <regex>
+
+#include "daemon/runtime/clock.h"
+#include "tests/bench/programs.h"
+#include "tools/lss-lc/vehicle.h"
+
+namespace lss::bench {
+namespace {
+
+constexpr double kDezyneStatesPerSecond = 122'195 / 61.0;  // Zebro thesis, table 6.1
+
+struct Spin {
+  std::uint64_t states = 0, transitions = 0;
+  double seconds = 0;
+};
+
+Spin spin() {
+  Folder folder;
+  const TimeNs begin = now_ns();
+  Process verifier({program("lss-lc-spin-zebro"), "-w24"}, folder / "spin.log");
+  if (verifier.wait() != 0) throw NotHere("SPIN's verifier is not built: install the package spin");
+  Spin s{.states = 0, .transitions = 0, .seconds = static_cast<double>(now_ns() - begin) * 1e-9};
+  const std::string said = read_file(folder / "spin.log");
+  std::smatch found;
+  if (std::regex_search(said, found, std::regex("([0-9]+) states, stored")))
+    s.states = std::stoull(found[1]);
+  if (std::regex_search(said, found, std::regex("([0-9]+) transitions")))
+    s.transitions = std::stoull(found[1]) - 1;  // without the way to the first state
+  return s;
+}
+
+}  // namespace
+
+Figures state_space(const Options& options) {
+  const lc::Verified& zebro = *lc::verified_vehicle("zebro");
+  const lc::Model model = zebro.model(*zebro.table, options.quick ? zebro.few : zebro.modules);
+  lc::Exploration e = lc::explore(model);
+  Samples seconds{e.seconds};
+  for (int i = 1; i < options.count(kRounds, 1); ++i) {
+    e = lc::explore(model);
+    seconds.push_back(e.seconds);
+  }
+  if (!e.complete) throw std::runtime_error("the exploration has no verdict");
+  const double ours_s = median(seconds);
+  const auto states = static_cast<double>(e.states);
+  const std::string size =
+      fmt::format("states={} transitions={} seconds={:.3f}", e.states, e.transitions, ours_s);
+  Figure verdict = figure_of("viii", "full verdict", "s", ours_s, 1, 1, size);
+  verdict.absolute = true;
+  Figure memory =
+      figure_of("viii", "memory of a state", "B", static_cast<double>(e.octets) / states, 24, 24,
+                "with how it was reached");
+  memory.absolute = true;
+  Figures figures{
+      verdict, memory,
+      figure_of("viii", "time of a state, against Dezyne's", "us", ours_s / states * 1e6,
+                1e6 / kDezyneStatesPerSecond, 1e-3, "reference: the Zebro thesis' table")};
+  if (options.quick) {
+    figures.push_back(not_measured("viii", "against SPIN", "left out by --quick"));
+    return figures;
+  }
+  const Spin s = spin();
+  Figure against = figure_of(
+      "viii", "full verdict, against SPIN", "s", ours_s, s.seconds, 0.2,
+      fmt::format("{} spin_states={} spin_transitions={}", size, s.states, s.transitions));
+  figures.push_back(against);
+  Figure same = figure_of("viii", "counts that differ from SPIN's", "1",
+                          (s.states != e.states) + (s.transitions != e.transitions), 0, 0);
+  same.absolute = true;
+  figures.push_back(same);
+  return figures;
+}
+
+}  // namespace lss::bench

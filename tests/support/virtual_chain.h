@@ -1,0 +1,258 @@
+#pragma once
+
+// The common part of the vehicles' chains in virtual time (tests/NAME/chain/chain.h): clock,
+// operator, faults, and the frame thread's turn. A chain adds the world, the bus, and the order of
+// their events. One thread.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "daemon/config/config.h"
+#include "daemon/cycle/cycle.h"
+#include "daemon/runtime/command_port.h"
+#include "daemon/runtime/ring.h"
+#include "tools/lss-sim/frame/can_bus.h"
+#include "tools/lss-sim/frame/faults.h"
+#include "tools/lss-sim/frame/runner.h"
+
+namespace lss::testing_support {
+
+inline TimeNs to_ns(double seconds) { return std::llround(seconds * 1e9); }
+
+inline Name name_of(const char* text) {
+  Name name{};
+  std::string_view(text).copy(name.data(), name.size() - 1);
+  return name;
+}
+
+// One turn of the bus thread of daemon/runtime/can_bus.h. True when its report is due.
+template <class Master, class Report, class Sample, std::size_t kCapacity>
+bool turn_can(sim::CanBus& line, Master& master, Report& report, Ring<Sample, kCapacity>& samples,
+              TimeNs now) {
+  constexpr TimeNs kReportEvery = 5 * kMillisecond;
+  line.advance(now);
+  for (CanFrame heard : line.take(now)) {
+    heard.time_ns = now;
+    ++report.port.received;
+    master.receive({&heard, 1});
+  }
+  for (CanFrame sent; master.transmit(now, sent); ++report.port.sent) line.from_master(sent, now);
+  line.advance(now);
+  std::array<Sample, Master::kMaxSamples> taken;
+  const std::size_t count = master.take(taken);
+  for (std::size_t i = 0; i < count; ++i) samples.push(taken[i]);
+  if (now - report.time_ns < kReportEvery) return false;
+  report.status = master.status();
+  report.time_ns = now;
+  return true;
+}
+
+template <class Vehicle, class Mode, class Parameters>
+class VirtualChain {
+ public:
+  VirtualChain(const VirtualChain&) = delete;
+  VirtualChain& operator=(const VirtualChain&) = delete;
+
+  // ---- Time. A run may end between frames.
+  TimeNs now() const { return now_ns_; }
+  double seconds() const { return static_cast<double>(now_ns_ - kBegin) * 1e-9; }
+  TimeNs frame_ns() const { return in_.time_ns; }  // of the last frame
+  std::uint64_t frames() const { return in_.frame; }
+  void run(double seconds) { pass(now_ns_ + to_ns(seconds)); }
+  // Looks after every frame. False: not within the limit.
+  virtual bool run_until(const std::function<bool()>& condition, double limit_s) {
+    const TimeNs end = now_ns_ + to_ns(limit_s);
+    while (next_frame_ns_ <= end) {
+      pass(next_frame_ns_);
+      if (condition()) return true;
+    }
+    return false;
+  }
+  bool run_until(State state, double limit_s) {
+    return run_until([&] { return this->state() == state; }, limit_s);
+  }
+  bool run_until(Mode mode, double limit_s) {
+    return run_until([&] { return this->mode() == mode; }, limit_s);
+  }
+
+  // Given every frame, when it is set: a flight recording (tape.h).
+  std::function<void(const Inputs<Vehicle>&, const Outputs<Vehicle>&, Supervisor&, Vehicle&)>
+      tape{};
+
+  // ---- Actions of an operator. Each command is from `from`.
+  template <class Kind>
+  std::uint64_t send(Kind kind, std::initializer_list<double> parameters = {},
+                     const char* from = "test") {
+    return send(static_cast<std::uint16_t>(kind), std::span(parameters.begin(), parameters.size()),
+                from);
+  }
+  std::uint64_t send(std::uint16_t kind, std::span<const double> parameters,
+                     const char* from = "test") {
+    Request request{
+        .source = name_of(from), .sequence = ++sequence_, .kind = kind, .lease_ms = lease_ms};
+    std::ranges::copy(parameters, request.parameter.begin());
+    post(request);
+    return sequence_;
+  }
+  std::uint32_t lease_ms = 0;                   // of commands
+  void heartbeat(bool on) { heartbeat_ = on; }  // of "test", five times a second; on at first
+
+  // ---- Faults, written as for lss-sim: "module-dead:3", "noise:0.01", "clear:noise", "clear".
+  void inject(const std::string& text) {
+    const auto fault = sim::parse_fault(text, fault_kinds_);
+    if (!fault) throw std::runtime_error(fault.error());
+    board_.inject(*fault);
+  }
+  std::vector<std::string> attached() { return board_.attached(); }
+  std::span<const sim::FaultKind> fault_kinds() const { return fault_kinds_; }
+
+  // ---- Output of the daemon.
+  const SupervisorState& supervisor() const { return supervisor_.state(); }
+  State state() const { return supervisor_.controller().state; }
+  Mode mode() const { return static_cast<Mode>(supervisor_.controller().mode); }
+  bool has(FaultId id, std::uint16_t subject = 0) const {
+    return std::ranges::any_of(supervisor().faults, [&](const FaultRecord& fault) {
+      return fault.id == id && fault.subject == subject;
+    });
+  }
+  const typename Vehicle::Telemetry& telemetry() const { return out_.telemetry; }
+  const typename Vehicle::Command& orders() const { return out_.command; }
+  const Vehicle& vehicle() const { return vehicle_; }
+  std::vector<Ack> acks;
+  std::vector<EventRecord> events;
+
+  const config::Config& config() const { return config_; }
+  const Parameters& parameters() const { return parameters_; }
+
+ protected:
+  static constexpr TimeNs kBegin = 1000 * kSecond;
+  static constexpr TimeNs kNever = INT64_MAX;
+
+  struct Source {
+    std::string file;  // the configuration
+    const char* vehicle;
+    Parameters (*read)(config::Section& section);
+    // Last changes of the parameters, with those that lssd takes from the common part.
+    std::function<void(Parameters&, const config::Config&)> complete;
+    std::uint32_t lease_ms;
+  };
+
+  // Throws std::runtime_error when the configuration cannot be read.
+  VirtualChain(const Logic& logic, const sim::VehicleKind& kind, const Source& source)
+      : config_(load(source, parameters_)),
+        fault_kinds_(sim::fault_kinds_of(kind)),
+        board_([this](const sim::Fault& fault, bool attach) { act(fault, attach); },
+               [this](const sim::Fault& fault) { return in_force(fault); }),
+        vehicle_(parameters_),
+        supervisor_(logic, {.obc_timeout_ns = config_.obc_timeout_ns}),
+        port_(logic, static_cast<std::uint32_t>(config_.lease_min_ms),
+              static_cast<std::uint32_t>(config_.lease_max_ms), [this] { all_stop(); }) {
+    lease_ms = source.lease_ms;
+    port_.show(supervisor_.state());
+  }
+  ~VirtualChain() = default;
+
+  virtual TimeNs next_event() = 0;
+  // Does everything that is due now. Of one instant: the world, then threads by priority.
+  virtual void dispatch() = 0;
+  virtual void act(const sim::Fault& fault, bool attach) = 0;  // as lss-sim does
+  virtual bool in_force(const sim::Fault& fault) const = 0;
+  virtual void all_stop() = 0;  // an emergency stop was taken
+
+  // For a fault of a port, which this chain lacks.
+  [[noreturn]] static void refuse(std::string_view kind) {
+    throw std::runtime_error("the chain has no port: it knows no fault \"" + std::string(kind) +
+                             "\"");
+  }
+
+  void pass(TimeNs until) {
+    for (TimeNs next = next_event(); next <= until; next = next_event()) {
+      now_ns_ = std::max(next, now_ns_);
+      dispatch();
+    }
+    now_ns_ = until;
+  }
+
+  void beat_when_due() {
+    if (now_ns_ < heartbeat_ns_) return;
+    heartbeat_ns_ += 200 * kMillisecond;
+    if (heartbeat_) post({.source = name_of("test")});
+  }
+
+  // More samples of the frame: as many as pop(sample) gives and fit.
+  template <class Pop>
+  void collect(Pop&& pop) {
+    while (in_.sample_count < in_.samples.size() && pop(in_.samples[in_.sample_count]))
+      ++in_.sample_count;
+  }
+  // The cycle of a frame whose samples and bus report are in `in_`.
+  void run_cycle() {
+    in_.request_count = port_.take(in_.requests);
+    cycle(vehicle_, supervisor_, in_, out_, [](Stage) {});
+    if (tape) tape(in_, out_, supervisor_, vehicle_);
+    port_.show(supervisor_.state());
+    const Supervisor::Outbox& box = supervisor_.outbox();
+    acks.insert(acks.end(), box.acks.begin(), box.acks.begin() + box.ack_count);
+    events.insert(events.end(), box.events.begin(), box.events.begin() + box.event_count);
+  }
+  // A frame that the clock begins.
+  template <class Pop>
+  void run_clock_frame(const typename Vehicle::BusReport& report, Pop&& pop) {
+    in_.frame += 1;
+    in_.time_ns = next_frame_ns_;
+    in_.sample_count = 0;
+    collect(pop);
+    in_.bus = report;
+    run_cycle();
+    release_ns_ = next_frame_ns_ + config_.offset_ns;
+    next_frame_ns_ += config_.period_ns;
+  }
+
+  Parameters parameters_;
+  config::Config config_;
+  TimeNs now_ns_ = kBegin;
+  TimeNs step_ns_ = kBegin;        // of the next step of the physics
+  TimeNs next_frame_ns_ = kNever;  // of frames that the clock begins
+  TimeNs release_ns_ = kNever;     // of the orders of the last frame
+  TimeNs heartbeat_ns_ = kBegin;   // of the next one
+
+  std::vector<sim::FaultKind> fault_kinds_;
+  sim::FaultBoard board_;
+
+  Vehicle vehicle_;
+  Supervisor supervisor_;
+  CommandPort port_;
+  Inputs<Vehicle> in_{};
+  Outputs<Vehicle> out_{};
+
+ private:
+  static config::Config load(const Source& source, Parameters& parameters) {
+    auto config = config::load(
+        source.file, {source.vehicle},
+        [&](const std::string&, config::Section& section) { parameters = source.read(section); });
+    if (!config) throw std::runtime_error(config.error());
+    source.complete(parameters, *config);
+    return *config;
+  }
+
+  void post(Request request) {
+    constexpr std::uint64_t kWriter = 1;  // the DDS writer of every command
+    request.arrival_ns = now_ns_;
+    port_.receive(request, kWriter, [this](const Ack& ack) { acks.push_back(ack); });
+  }
+
+  bool heartbeat_ = true;
+  std::uint64_t sequence_ = 0;
+};
+
+}  // namespace lss::testing_support
