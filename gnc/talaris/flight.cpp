@@ -82,7 +82,7 @@ bool Flight::execute() noexcept {
   range_climb_m_s_ = 0;
   start_range_m_ = kNaN;
   touchdown_.reset();
-  fan_probe_N_ = 0;
+  fan_probe_N_ = weak_s_ = more_m_s2_ = impact_m_s_ = 0;
   wind_m_s2_.setZero();
   lean_y_rad_ = lean_z_rad_ = 0;
   judgement_ = now_judged_ = {};
@@ -92,7 +92,7 @@ bool Flight::execute() noexcept {
   holds_ = 0;
   shortfall_ = Shortfall::none;
   short_measured_ = short_limit_ = off_m_ = off_sigma_m_ = 0;
-  speeds_ = 0;
+  for (Speeds* each : {&before_, &before_impact_, &before_contact_}) each->fill(Vector3::Zero());
   speed_noted_ = false;
   touchdown_m_s_ = touchdown_side_m_s_ = 0;
   control_.begin();

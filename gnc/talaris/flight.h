@@ -17,7 +17,8 @@
 //   gas left < what landing takes + half the reserve | escape
 //   frame overruns (two in a row)         | escape
 //   tilt or rate above the limits         | parachute; escape when the fans are lost
-//   fans run for max_run_s                | escape; 20 s later parachute, ever less lift; all-stop
+//   fans run for max_run_s                | escape; 10 s later parachute, at level_m_s; 15 s later
+//                                         | ever less lift while it does not sink; 40 s: all-stop
 //   corridor left, wind too strong        | land (corridor.h)
 //   gas left < what the plan still takes  | shorten: it stops, then descends
 //   far off the plan                      | hold: waits in the traverse until it is back
@@ -252,6 +253,9 @@ class Flight {
   double below_s_ = 0;  // since contact was due; negative: until then
   Touchdown touchdown_;
   double fan_probe_N_ = 0;                  // lift taken away to feel the ground
+  double weak_s_ = 0;                       // over time, and not sinking
+  double more_m_s2_ = 0;                    // upwards, more than lift explains, in the last frame
+  double impact_m_s_ = 0;                   // the most of it in two frames on the way down
   bool heard_ = false;                      // the state of this frame is measured
   Vector3 wind_m_s2_ = Vector3::Zero();     // horizontal acceleration that nothing explains, N
   double lean_y_rad_ = 0, lean_z_rad_ = 0;  // commanded
@@ -265,11 +269,9 @@ class Flight {
   Shortfall shortfall_ = Shortfall::none;
   double short_measured_ = 0, short_limit_ = 0;
   double off_m_ = 0, off_sigma_m_ = 0;
-  // Velocities of the last frames in the air; and the one that navigation has on the ground, its
-  // error.
-  static constexpr std::size_t kSpeeds = 8;
-  std::array<Vector3, kSpeeds> speed_{};
-  std::size_t speeds_ = 0;
+  // Velocities of the two frames before this one, before the impact, and before contact was seen.
+  using Speeds = std::array<Vector3, 2>;
+  Speeds before_{}, before_impact_{}, before_contact_{};
   bool speed_noted_ = false;
   double touchdown_m_s_ = 0, touchdown_side_m_s_ = 0;
 };

@@ -15,6 +15,7 @@ constexpr double kWindShare = 0.15, kMaxWind_m_s2 = 3, kWindAbove_m = 0.2;
 constexpr double kLeanStep_rad = 0.03;                    // of the commanded tilt, each frame
 constexpr double kProbeAfter_s = 0.4, kProbe_1_s = 0.04;  // of the weight, each second
 constexpr double kOverTime_s = 15, kSinks_1_s = 0.02;     // after max_run_s; lift lost each second
+constexpr double kSinks_m_s = 0.1;
 constexpr double kRest_m = 0.06, kRest_m_s = 0.085;
 constexpr double kFanStart = 0.8;  // of the weight, on the ground, before height is controlled
 // Fans with too much or too little thrust are corrected: dead band of the weight share that is left
@@ -230,7 +231,8 @@ void Flight::fly_by_fans(const FlightInputs& inputs, FlightOutput& output) noexc
       tilt_z -= std::clamp(-vy / kVelocityTime_s, -most, most) / kGravity_m_s2;
     }
     // without attitude the tilt grows every second
-    const double most = imu_usable() ? limits.parachute_m_s : limits.level_m_s;
+    const bool hot = (faults_ & kRunTime) != 0;
+    const double most = imu_usable() && !hot ? limits.parachute_m_s : limits.level_m_s;
     const double soft = std::max(kSoftSpeed_m_s + kSoftSlope_1_s * height_m_, kSoftSpeed_m_s);
     speed = brakes() ? 0 : -std::min(soft, most);
   } else {
@@ -252,12 +254,14 @@ void Flight::fly_by_fans(const FlightInputs& inputs, FlightOutput& output) noexc
   PerFan rpm = fan_flight_.step({height_m_, climb_m_s_, bias_m_s2_}, height, speed, mass, tilt_y,
                                 tilt_z, state_.rate_B_rad_s, inputs.rpm, parameters_.offset_s,
                                 control_.disturbance_y(), control_.disturbance_z());
-  // much too long in the air: it has to come down whatever the sensors say
-  const double over_s = fans_s_ - parameters_.fans.max_run_s - kOverTime_s;
-  if (over_s > 0) {
+  // Much too long in the air: it has to come down whatever the sensors say, but not to fall.
+  const bool sinks = climb_m_s_ < -kSinks_m_s && (faults_ & kAltimeterLost) == 0;
+  const bool over = fans_s_ > parameters_.fans.max_run_s + kOverTime_s;
+  weak_s_ = over && !sinks ? weak_s_ + kFrame_s : 0;
+  if (weak_s_ > 0) {
     const double weight = mass * kGravity_m_s2;
     const double most_rpm =
-        rpm_for(std::max(1 - kSinks_1_s * over_s, 0.0) * weight, parameters_.fans);
+        rpm_for(std::max(1 - kSinks_1_s * weak_s_, 0.0) * weight, parameters_.fans);
     for (double& each : rpm) each = std::min(each, most_rpm);
   }
   output.rpm_target = rpm;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kSure = 3;
 constexpr double kStill_s = 0.4;      // on the ground: then navigation's velocity is its error
-constexpr double kMoved_m_s = 0.06;   // more than a vehicle on its legs
+constexpr double kFelt_m_s = 0.15;    // less may be an error of the expected lift
 constexpr double kUnsure_m_s = 0.05;  // of the speeds at touchdown: the frame is not the moment
 
 }  // namespace
@@ -45,18 +45,17 @@ void Flight::note_touchdown() noexcept {
   const bool ends = phase_s_ >= parameters_.limits.run_down_s;
   if (speed_noted_ || (touchdown_.still_s() < kStill_s && !ends)) return;
   speed_noted_ = touchdown_.still_s() >= kStill_s;
-  const std::size_t count = std::min(speeds_, kSpeeds);
-  for (std::size_t ago = 1; ago <= count; ++ago) {
-    const Vector3 was = speed_[(speeds_ - ago) % kSpeeds] - state_.velocity_N_m_s;
-    if (std::abs(was.x()) < kMoved_m_s && ago < count) continue;
-    // this frame, or the one before: contact was in between
-    const Vector3 earlier =
-        ago < count ? Vector3(speed_[(speeds_ - ago - 1) % kSpeeds] - state_.velocity_N_m_s) : was;
-    touchdown_m_s_ = std::max({-was.x(), -earlier.x(), 0.0});
-    touchdown_side_m_s_ =
-        std::max(std::hypot(was.y(), was.z()), std::hypot(earlier.y(), earlier.z()));
-    return;
+  const Vector3& error = state_.velocity_N_m_s;
+  const auto side = [&](const Vector3& v) { return (v - error).tail<2>().norm(); };
+  touchdown_m_s_ = impact_m_s_;
+  touchdown_side_m_s_ = 0;
+  for (const Vector3& v : before_contact_) {
+    touchdown_m_s_ = std::max(touchdown_m_s_, (error - v).x());
+    touchdown_side_m_s_ = std::max(touchdown_side_m_s_, side(v));
   }
+  if (impact_m_s_ < kFelt_m_s) return;
+  for (const Vector3& v : before_impact_)
+    touchdown_side_m_s_ = std::max(touchdown_side_m_s_, side(v));
 }
 
 void Flight::judge_landing() noexcept {

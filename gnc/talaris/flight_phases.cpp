@@ -17,7 +17,6 @@ constexpr double kSlowEnd_s = 4;        // by fans: until it sinks, and slower n
 constexpr double kStandingTime_s = 12;  // on the ground, at most
 constexpr double kLastLimit_s = 40;     // in the air, beyond the time that the fans may run
 constexpr double kLongestHold_s = 4;
-constexpr double kMayStand_s = 0.4;
 constexpr double kThere_m = 0.12;
 constexpr double kStill_m_s = 0.085;  // more than half the change by the shortest pulse of two jets
 
@@ -34,13 +33,12 @@ void Flight::advance(const FlightInputs& inputs) noexcept {
     return;
   }
   if (airborne_) {
-    // not while it may stand: the last speeds of the flight are wanted
-    if (touchdown_.level_s() < kMayStand_s) speed_[speeds_++ % kSpeeds] = state_.velocity_N_m_s;
     // pulses shake it in the air
     const bool pulsed = plan_.request.program == Program::hop && (faults_ & kValvesLost) == 0;
     if (pulsed && !by_fans() && touchdown_.stands()) {
       const bool down = phase_ == Phase::descend || phase_ == Phase::escape;
       if (!down) fall_short(Shortfall::no_lift_off);
+      before_contact_ = before_;
       airborne_ = false;
       enter(Phase::touchdown);
       return;
@@ -48,11 +46,13 @@ void Flight::advance(const FlightInputs& inputs) noexcept {
     if (fans_s_ > parameters_.fans.max_run_s + kLastLimit_s) return all_stop();
     if ((phase_ == Phase::descend || phase_ == Phase::escape || phase_ == Phase::parachute) &&
         touches(inputs)) {
+      before_contact_ = before_;
       airborne_ = false;
       enter(Phase::touchdown);
     } else {
       advance_in_air();
     }
+    before_ = {before_[1], state_.velocity_N_m_s};
     return;
   }
   if (phase_ == Phase::spin_up && silent_s_ > 0) return;  // begins when its position is known
@@ -265,6 +265,13 @@ bool Flight::touches(const FlightInputs& inputs) noexcept {
   const bool near =
       blind ? below_s_ > -kGuidancePeriod_s - kMinTimeToGo_s : height_m_ < kContactBelow_m;
   const double more = state_.acceleration_N_m_s2.x() - expected_m_s2_ - bias_m_s2_;
+  // What the ground takes of its speed, whatever height and speed navigation has.
+  const bool felt = heard_ && silent_s_ <= 0;
+  if (const double taken_m_s = (more + more_m_s2_) * kFrame_s; felt && taken_m_s > impact_m_s_) {
+    impact_m_s_ = taken_m_s;
+    before_impact_ = before_;
+  }
+  more_m_s2_ = felt ? std::max(more, 0.0) : 0;
   const bool asked = imu_usable() && silent_s_ <= 0 && near;
   const bool held = asked && more > limits.contact_m_s2;
   const bool shock =

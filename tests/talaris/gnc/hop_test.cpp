@@ -98,6 +98,11 @@ TEST(TalarisHop, TwoHundredDispersedHopsSucceed) {
     Hopper hopper(dispersed(seed, Spread{}), Parameters{});
     hopper.fly({});
     succeeded += hopper.out.succeeded && hopper.log.landed ? 1 : 0;
+    if (!hopper.out.succeeded)
+      std::printf("seed %u: shortfall %d, %.3f of %.3f; down %.3f m/s, sideways %.3f\n", seed,
+                  static_cast<int>(hopper.out.shortfall), hopper.out.short_measured,
+                  hopper.out.short_limit, hopper.log.landing_speed_m_s,
+                  hopper.log.landing_drift_m_s);
     speed.add(hopper.log.landing_speed_m_s);
     tilt.add(hopper.log.max_tilt_rad / kDegree);
     landing_tilt.add(hopper.log.landing_tilt_rad / kDegree);
