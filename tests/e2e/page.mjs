@@ -20,15 +20,20 @@ page.on("pageerror", (e) => errors.push(e.message));
 const button = (name) => page.locator("#list").getByRole("button", {name, exact: true});
 const says = (where, what, limit_ms = kPatience_ms) =>
   page.waitForFunction(([w, t]) => document.querySelector(w)?.textContent.includes(t), [where, what], {timeout: limit_ms, polling: 50});
+let pressed = "";
 const press = async (name) => {
+  pressed = name;
   await button(name).click();  // waits until it is enabled
   console.log(`pressed ${name}`);
 };
 const row = (name) => page.locator(".command", {has: page.getByRole("button", {name, exact: true})});
 // Of the command that was pressed last.
 const ends = async (phase) => {
-  await page.waitForFunction(() => /completed|rejected|failed|unanswered|superseded/.test(document.querySelector("#running").textContent), null, {polling: 50});
-  const text = await page.textContent("#running");
+  const ended = await page.waitForFunction((name) => {
+    const text = document.querySelector("#running").textContent;
+    return text.replaceAll("-", " ").startsWith(name) && /completed|rejected|failed|unanswered|superseded/.test(text) ? text : "";
+  }, pressed, {polling: 50});
+  const text = await ended.jsonValue();
   assert.ok(text.includes(phase), text);
 };
 const done = async (name) => { await press(name); await ends("completed"); };

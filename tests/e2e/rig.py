@@ -7,7 +7,6 @@ import os
 import re
 import shutil
 import signal
-import socket
 import sys
 import tempfile
 import time
@@ -24,6 +23,8 @@ PEER = os.environ["LSS_E2E_PEER"]
 CLOCK = os.environ["LSS_E2E_CLOCK_LIBRARY"]
 SOURCE = os.environ["LSS_E2E_SOURCE"]
 HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.append(os.path.join(os.path.dirname(HERE), "support"))
+from own_domain import own_domain  # noqa: E402
 
 # idl/codes.h, idl/commands.h and idl/zebro/commands.h number these; numbers are never reused.
 IDLE, OPERATIONAL, FATAL_ERROR = "Idle", "Operational", "FatalError"
@@ -45,20 +46,6 @@ def loopback(shared_memory):
     return ('<CycloneDDS><Domain id="any"><General><Interfaces><NetworkInterface name="lo" multicast="true"/>'
             f'</Interfaces></General><SharedMemory><Enable>{str(shared_memory).lower()}</Enable></SharedMemory>'
             "</Domain></CycloneDDS>")
-
-
-def own_domain():
-    """An unused DDS domain, and the lock on it. Domains up to 100 stay below the ephemeral ports."""
-    for domain in range(60, 100):
-        lock = open(f"/tmp/lss-e2e-domain-{domain}.lock", "w", encoding="ascii")
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-                probe.bind(("", 7400 + 250 * domain))  # where all of a domain listen
-            return domain, lock
-        except OSError:
-            lock.close()
-    raise AssertionError("no DDS domain from 60 to 99 is free")
 
 
 def edited(text, changes):

@@ -87,8 +87,8 @@ class Scout:
         self.cli_path, self.folder, self.run = cli, folder, f"{folder}/run"
         os.makedirs(self.run)
         self.bin = f"{folder}/build/bin"
-        port = 20000 + os.getpid() % 10000
-        self.environment = dict(os.environ, LSS_DOMAIN=str(100 + os.getpid() % 100), NO_COLOR="1")
+        port = 20000 + int(os.environ["LSS_DOMAIN"])
+        self.environment = dict(os.environ, NO_COLOR="1")
         with open(f"{folder}/scout/scout.toml", encoding="utf-8") as file:
             text = file.read().replace("udp://127.0.0.1:20000", f"udp://127.0.0.1:{port}")
         with open(f"{folder}/scout.toml", "w", encoding="utf-8") as file:

@@ -11,8 +11,7 @@ programs=$(dirname "$cmake"):$build/bin
 export CMAKE_PREFIX_PATH=$folder/usr PATH=$programs:$PATH NO_COLOR=1
 command -v ccache > /dev/null && export CMAKE_CXX_COMPILER_LAUNCHER=ccache
 
-port=$((20000 + $$ % 10000))
-domain=$((100 + $$ % 100))
+domain=$LSS_DOMAIN port=$((20000 + LSS_DOMAIN))
 {
   echo 'set -em'
   echo "trap 'kill \$(jobs -p) 2> /dev/null || true' EXIT"

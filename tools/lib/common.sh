@@ -24,6 +24,17 @@ die() {
   exit 1
 }
 
+# An unused DDS domain in LSS_DOMAIN, for this script and its programs until they end; tests/support/own_domain.py has
+# the same locks.
+take_domain() {
+  for LSS_DOMAIN in {60..99}; do
+    { exec {domain_lock}> "/tmp/lss-e2e-domain-$LSS_DOMAIN.lock"; } 2> /dev/null || continue
+    flock --nonblock "$domain_lock" && export LSS_DOMAIN && return
+    exec {domain_lock}>&-
+  done
+  die "No DDS domain from 60 to 99 is free. LSS_DOMAIN=N takes another."
+}
+
 jobs_to_run() { echo "${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}"; }
 
 # Packages of the given groups of tools/packages.txt that are not installed, one per line.
