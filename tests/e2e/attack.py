@@ -26,6 +26,8 @@ RATES = {"flood-heartbeats": 9000, "flood-commands": 5000, "invent-sources": 391
 SENT_AT_LEAST = 5000  # a second, on a machine that is too slow for more; ten times what once filled the queue
 RATIO = 2             # of a stop of the daemon to the echo's, as the goal of row xiii of lss-bench
 RESOLUTION_S = 0.02   # what takes less is quick enough; row xiii measures it closely
+MEDIAN_S = 0.1        # from sending a stop to its first bytes on the bus: a frame
+MOST_S = 0.5          # of a machine that does other things, too
 ECHO_PRIORITY = 80    # of a bus of the daemon
 ECHOES_PER_S = 10     # as often as a client sends a stop again
 GROWTH_KB = 2048      # of the daemon's memory over the attack
@@ -169,7 +171,10 @@ class Attacked:
         self.cli_ok("--source", PILOT, "stop", limit_s=90)
         self.wait_state(IDLE)
         client.kill()
-        most_s, echo_s = (percentile(values, 0.99) for values in ([stop[0] for stop in stops], echoes))
+        on_bus = [stop[0] for stop in stops]
+        self.assertLessEqual(statistics.median(on_bus), MEDIAN_S)
+        self.assertLessEqual(max(on_bus), MOST_S)
+        most_s, echo_s = (percentile(values, 0.99) for values in (on_bus, echoes))
         print(f"p99 of {len(stops)} stops {most_s * 1e3:.1f} ms, of {len(echoes)} echoes {echo_s * 1e3:.1f} ms, median "
               f"{statistics.median(echoes) * 1e3:.1f}")
         self.assertLessEqual(most_s, max(RESOLUTION_S, RATIO * echo_s), "p99 of the stops, of the echo")
