@@ -21,21 +21,26 @@ void Corridor::begin(const Vector3& from, const Vector3& to, double seconds) noe
   to_ = to;
   length_s_ = std::max(seconds, kFrame_s);
   passed_s_ = 0;
-  waits_ = false;
+  stops_ = false;
 }
 
-void Corridor::step() noexcept {
-  if (!waits_) passed_s_ = std::min(passed_s_ + kFrame_s, length_s_);
+void Corridor::stop(const Vector3& at, const Vector3& speed, double seconds) noexcept {
+  begin(at, at, seconds);
+  stops_ = true;
+  speed_ = speed;
 }
+
+void Corridor::step() noexcept { passed_s_ = std::min(passed_s_ + kFrame_s, length_s_); }
 
 Vector3 Corridor::place_N_m() const noexcept {
   const double share = passed_s_ / length_s_;
+  if (stops_) return from_ + share * (1 - share / 2) * length_s_ * speed_;
   return from_ + share * share * (3 - 2 * share) * (to_ - from_);
 }
 
 Vector3 Corridor::speed_N_m_s() const noexcept {
-  if (waits_) return Vector3::Zero();
   const double share = passed_s_ / length_s_;
+  if (stops_) return (1 - share) * speed_;
   return 6 * share * (1 - share) / length_s_ * (to_ - from_);
 }
 

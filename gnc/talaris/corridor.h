@@ -34,7 +34,8 @@ class Corridor {
   Corridor() = default;
   // A leg from standstill at `from` to standstill at `to`, with least effort (as the planner).
   void begin(const Vector3& from_N_m, const Vector3& to_N_m, double seconds) noexcept;
-  void wait() noexcept { waits_ = true; }  // the leg stops here until it begins anew
+  // It slows down evenly from there, with that speed, and stays.
+  void stop(const Vector3& at_N_m, const Vector3& speed_N_m_s, double seconds) noexcept;
   void step() noexcept;                    // a frame passed
   Vector3 place_N_m() const noexcept;
   Vector3 speed_N_m_s() const noexcept;
@@ -46,7 +47,8 @@ class Corridor {
  private:
   Vector3 from_ = Vector3::Zero(), to_ = Vector3::Zero();
   double length_s_ = 1, passed_s_ = 0;
-  bool waits_ = false;
+  bool stops_ = false;
+  Vector3 speed_ = Vector3::Zero();  // when it began to stop
 };
 
 }  // namespace lss::gnc::talaris

@@ -92,7 +92,7 @@ bool Flight::execute() noexcept {
   holds_ = 0;
   shortfall_ = Shortfall::none;
   short_measured_ = short_limit_ = off_m_ = off_sigma_m_ = 0;
-  for (Speeds* each : {&before_, &before_impact_, &before_contact_}) each->fill(Vector3::Zero());
+  for (Speeds* each : {&before_, &before_impact_, &before_contact_}) *each = {};
   speed_noted_ = false;
   touchdown_m_s_ = touchdown_side_m_s_ = 0;
   control_.begin();
@@ -286,7 +286,9 @@ void Flight::respond(Reaction reaction) noexcept {
       if (phase_ != Phase::traverse || !airborne_ || (faults_ & kOffTrack) == 0) return;
       ++holds_;
       stop_here();
-      corridor_.wait();
+      corridor_.stop(state_.position_N_m,
+                     Vector3(0, state_.velocity_N_m_s.y(), state_.velocity_N_m_s.z()),
+                     guidance_.time_to_go_s());
       enter(Phase::hold);
       return;
     case Reaction::shorten:

@@ -112,6 +112,7 @@ struct FlightInputs {
   double tank_kPa = kNaN;  // NaN: no sensor, ignored
   double regulated_kPa = kNaN;
   bool contact = false;  // the IMU detected the ground (contact.h), if that is watched
+  bool shock = false;    // and by a shock, just now
   FaultSet faults = 0;   // known to the caller, now
 };
 
@@ -269,8 +270,12 @@ class Flight {
   Shortfall shortfall_ = Shortfall::none;
   double short_measured_ = 0, short_limit_ = 0;
   double off_m_ = 0, off_sigma_m_ = 0;
-  // Velocities of the two frames before this one, before the impact, and before contact was seen.
-  using Speeds = std::array<Vector3, 2>;
+  // Of the two frames before this one, before the impact, and before contact was seen.
+  struct Speed {
+    Vector3 N_m_s = Vector3::Zero();
+    double foot_m_s = 0;  // by which a foot may come down faster, within the next frame
+  };
+  using Speeds = std::array<Speed, 2>;
   Speeds before_{}, before_impact_{}, before_contact_{};
   bool speed_noted_ = false;
   double touchdown_m_s_ = 0, touchdown_side_m_s_ = 0;

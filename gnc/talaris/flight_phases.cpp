@@ -8,9 +8,13 @@
 namespace lss::gnc::talaris {
 namespace {
 
+constexpr double kFoot_m = 0.5;  // of a leg from the centre
 constexpr double kStopping_m_s2 = 1.2;                // sideways, when a flight is cut short
 constexpr double kContactBelow_m = 0.4;               // accelerations are ignored above
 constexpr double kShock = 1.6, kShockBelow_m = 0.15;  // one frame of that is enough
+// Speed that a shock takes away within two frames, and what is left of it: the ground, wherever the
+// altimeter has it. A valve stuck open adds 0.5 m/s in that time, without a shock.
+constexpr double kStruck_m_s = 0.6, kStopped_m_s = 0.35;
 constexpr double kOverdue_s = 4;                      // then a lost altimeter is not waited for
 constexpr double kGivenUp_s = 12;                     // so low and so long overdue it must stand
 constexpr double kSlowEnd_s = 4;        // by fans: until it sinks, and slower near the ground
@@ -52,7 +56,9 @@ void Flight::advance(const FlightInputs& inputs) noexcept {
     } else {
       advance_in_air();
     }
-    before_ = {before_[1], state_.velocity_N_m_s};
+    const double falls_m_s = std::max(-(expected_m_s2_ + bias_m_s2_), 0.0) * kFrame_s;
+    const double turns_m_s = kFoot_m * state_.rate_B_rad_s.tail<2>().norm();
+    before_ = {before_[1], {state_.velocity_N_m_s, falls_m_s + turns_m_s}};
     return;
   }
   if (phase_ == Phase::spin_up && silent_s_ > 0) return;  // begins when its position is known
@@ -267,10 +273,13 @@ bool Flight::touches(const FlightInputs& inputs) noexcept {
   const double more = state_.acceleration_N_m_s2.x() - expected_m_s2_ - bias_m_s2_;
   // What the ground takes of its speed, whatever height and speed navigation has.
   const bool felt = heard_ && silent_s_ <= 0;
-  if (const double taken_m_s = (more + more_m_s2_) * kFrame_s; felt && taken_m_s > impact_m_s_) {
+  const double taken_m_s = felt ? (more + more_m_s2_) * kFrame_s : 0;
+  if (taken_m_s > impact_m_s_) {
     impact_m_s_ = taken_m_s;
     before_impact_ = before_;
   }
+  const bool struck = inputs.shock && taken_m_s > kStruck_m_s &&
+                      std::abs(climb_m_s_) < kStopped_m_s && (faults_ & kFansLost) == 0;
   more_m_s2_ = felt ? std::max(more, 0.0) : 0;
   const bool asked = imu_usable() && silent_s_ <= 0 && near;
   const bool held = asked && more > limits.contact_m_s2;
@@ -285,7 +294,7 @@ bool Flight::touches(const FlightInputs& inputs) noexcept {
     below_s_ += kFrame_s;
   }
   if (low_frames_ >= 2 || contact_frames_ >= 2 || shock || (near && inputs.contact)) return true;
-  if (imu_usable() && touchdown_.supported()) return true;
+  if (imu_usable() && (struck || touchdown_.supported())) return true;
   // Fans and valves are never cut by the clock while it is known to be high.
   return !high && below_s_ > (blind ? kOverdue_s : kGivenUp_s);
 }

@@ -76,6 +76,7 @@ class Navigation {
   struct Way {
     double time_s = 0;
     Vector3 velocity_m_s = Vector3::Zero();  // by acceleration, without corrections
+    Vector3 turned_rad = Vector3::Zero();    // as measured, with bias, B
   };
   Way way_;  // of this frame
   // Consecutive ranges outside the gate that agree with each other.

@@ -140,7 +140,7 @@ struct Limits {
   double corridor_m_s = 2.5;  // sideways, off the planned speed
   double corridor_tilt_rad = 20 * kDegree;
   double corridor_late_s = 15;
-  double wind_m_s2 = 1.3;  // steady push over mass: 58 N; leaning stands 66 N
+  double wind_m_s2 = 1.3;  // steady push over mass: 58 N; leaning stands 66 N; half more along z
   // So far off it waits and comes back.
   double waver_m = 2.5;
   double waver_m_s = 1.2;

@@ -78,6 +78,7 @@ void read_altimeter(config::Section s, Parameters& p) {
   for (std::size_t i = 0; i < at.size() && i < 3; ++i)
     n.altimeter_at_B_m[static_cast<Eigen::Index>(i)] = static_cast<double>(at[i]) * 1e-3;
   read(s, "sigma_m", n.range_sigma_m, 0.001, 1);
+  read(s, "ground_slope_deg", n.ground_slope_rad, 0, 20, kDegree);
   read(s, "nearest_m", n.range_min_m, 0.01, 5);
   read(s, "farthest_m", n.range_max_m, 1, 200);
   read(s, "max_slant_deg", n.max_tilt_rad, 5, 75, kDegree);
@@ -138,6 +139,7 @@ void read_navigation(config::Section s, g::NavigationParameters& n) {
   read(s, "start_sigma_m_s", n.start_velocity_sigma_m_s, 1e-5, 1);
   read(s, "start_heading_sigma_deg", n.start_heading_sigma_rad, 1e-4, 10, kDegree);
   read(s, "standing_sigma_m_s", n.standing_sigma_m_s, 1e-5, 1);
+  read(s, "standing_sigma_deg_s", n.standing_sigma_rad_s, 1e-4, 1, kDegree);
   read(s, "gravity_m_s2", n.gravity_m_s2, 1, 12);
 }
 

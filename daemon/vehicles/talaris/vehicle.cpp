@@ -70,7 +70,9 @@ void Vehicle::navigate(TimeNs) noexcept {
     navigation_.calibrate(sensors_.batch());
   } else if (navigation_.aligned()) {
     using gnc::talaris::Phase;
-    const bool waits = output_.phase == Phase::ready || output_.phase == Phase::spin_up;
+    // Light on its legs it may slide.
+    const bool heavy = output_.lift_m_s2 < gnc::talaris::kGravity_m_s2 / 2;
+    const bool waits = output_.phase == Phase::ready || (output_.phase == Phase::spin_up && heavy);
     const bool standing =
         mode() == Mode::standby || (mode() == Mode::execute && (waits || output_.stands));
     gnc::talaris::Batch batch = sensors_.batch();
@@ -86,6 +88,7 @@ void Vehicle::guide(TimeNs now) noexcept {
   in.nav.valid = in.nav.valid && sensors_.imu_heard();
   in.imu_age_s = sensors_.imu_age_s();
   in.contact = touches();
+  in.shock = contact_.shocked();
   in.range_m = sensors_.range_m();
   in.range_age_s = sensors_.range_age_s();
   in.valve_age_s = answers(kValveNode) ? sensors_.gas_age_s() : in.valve_age_s;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "idl/angles.h"
 #include "tests/talaris/chain/flights.h"
 #include "tests/talaris/chain/many.h"
 
@@ -24,6 +25,38 @@ TEST(TalarisCorridor, ASideWindOf40NewtonIsFlown) {
     EXPECT_LT(std::abs(flown.across_m), 10);
     EXPECT_LT(flown.sideways_m_s, 1);
     EXPECT_TRUE(!flown.succeeded || flown.off_m() < kPlace_m);
+  }
+}
+
+// More than its corridor allows, less than it can stand: it lands, and says why.
+TEST(TalarisCorridor, ASideWindOf60NewtonEndsTheFlightUpright) {
+  for (const unsigned seed : {1u, 2u, 3u, 4u}) {
+    const Flown flown = fly(pushed(60, 90), seed);
+    SCOPED_TRACE(flown.text());
+    EXPECT_TRUE(flown.upright());
+    EXPECT_LT(flown.down_m_s, 1.3);
+    EXPECT_FALSE(flown.succeeded);
+    EXPECT_EQ(std::ranges::count(flown.faults, FaultId::corridor_left), 1);
+  }
+}
+
+// The ground rises, falls, and is steep across the way: that is no tilt of the vehicle. At 8 deg it
+// slides while the fans already carry it.
+TEST(TalarisCorridor, SlopesAreFlownOver) {
+  for (const double slope_deg : {4.0, 8.0}) {
+    for (const double uphill_deg : {0.0, 90.0, 180.0}) {
+      const auto slope = [=](sim::talaris::TalarisOptions& world) {
+        world.plant.slope_rad = slope_deg * kDegree;
+        world.plant.uphill_rad = uphill_deg * kDegree;
+      };
+      const Flown flown = fly({.world = slope}, 1);
+      SCOPED_TRACE(std::to_string(slope_deg) + " at " + std::to_string(uphill_deg) + ": " +
+                   flown.text());
+      EXPECT_TRUE(flown.upright());
+      EXPECT_LT(flown.down_m_s, 1.3);
+      EXPECT_LT(std::hypot(flown.nav_along_m, flown.nav_across_m), 5);
+      EXPECT_TRUE(!flown.succeeded || flown.off_m() < kPlace_m);
+    }
   }
 }
 

@@ -48,6 +48,7 @@ TEST(TalarisConfig, TheExampleHoldsTheDefaults) {
   const auto &n = p.navigation, &m = d.navigation;
   EXPECT_EQ(n.altimeter, m.altimeter);
   EXPECT_EQ(n.range_sigma_m, m.range_sigma_m);
+  EXPECT_EQ(n.ground_slope_rad, m.ground_slope_rad);
   EXPECT_EQ(n.range_min_m, m.range_min_m);
   EXPECT_EQ(n.range_max_m, m.range_max_m);
   EXPECT_EQ(n.gate_sigma, m.gate_sigma);

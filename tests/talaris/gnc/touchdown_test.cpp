@@ -162,12 +162,19 @@ TEST_F(CorridorTest, UncertaintyAloneEndsNoFlight) {
   EXPECT_EQ(judge().off, Off::side);
 }
 
-TEST_F(CorridorTest, AWaitingPlanStaysWhereItIs) {
+// A hold at 4 m/s is no speed off the plan.
+TEST_F(CorridorTest, APlanThatStopsSlowsDownEvenly) {
   pass(20);
-  const Vector3 place = corridor.place_N_m();
-  corridor.wait();
+  const NavState before = at;
+  corridor.stop(at.position_N_m, {0, 0, 4}, 2);
+  EXPECT_EQ(corridor.speed_N_m_s().z(), 4);
+  at.velocity_N_m_s = {0, 0, 4};
+  EXPECT_EQ(judge().off, Off::none);
+  pass(5);
+  EXPECT_NEAR(corridor.speed_N_m_s().z(), 2, 1e-9);
+  EXPECT_NEAR(corridor.place_N_m().z(), before.position_N_m.z() + 3, 1e-9);
   pass(20);
-  EXPECT_EQ(corridor.place_N_m(), place);
+  EXPECT_NEAR(corridor.place_N_m().z(), before.position_N_m.z() + 4, 1e-9);
   EXPECT_EQ(corridor.speed_N_m_s().norm(), 0);
 }
 
