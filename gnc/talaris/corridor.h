@@ -36,7 +36,7 @@ class Corridor {
   void begin(const Vector3& from_N_m, const Vector3& to_N_m, double seconds) noexcept;
   // It slows down evenly from there, with that speed, and stays.
   void stop(const Vector3& at_N_m, const Vector3& speed_N_m_s, double seconds) noexcept;
-  void step() noexcept;                    // a frame passed
+  void step() noexcept;  // a frame passed
   Vector3 place_N_m() const noexcept;
   Vector3 speed_N_m_s() const noexcept;
 

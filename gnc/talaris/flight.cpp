@@ -72,7 +72,7 @@ void Flight::drop_plan() noexcept {
 bool Flight::execute() noexcept {
   if (phase_ != Phase::ready) return false;
   begun_ = settled_ = true;
-  stopped_ = airborne_ = observed_ = false;
+  stopped_ = airborne_ = observed_ = impacted_ = false;
   reaction_ = Reaction::none;
   faults_ = 0;
   flown_s_ = fans_s_ = settle_s_ = silent_s_ = below_s_ = 0;

@@ -253,12 +253,13 @@ class Flight {
   int low_frames_ = 0, contact_frames_ = 0;
   double below_s_ = 0;  // since contact was due; negative: until then
   Touchdown touchdown_;
-  double fan_probe_N_ = 0;                  // lift taken away to feel the ground
-  double weak_s_ = 0;                       // over time, and not sinking
-  double more_m_s2_ = 0;                    // upwards, more than lift explains, in the last frame
-  double impact_m_s_ = 0;                   // the most of it in two frames on the way down
-  bool heard_ = false;                      // the state of this frame is measured
-  Vector3 wind_m_s2_ = Vector3::Zero();     // horizontal acceleration that nothing explains, N
+  double fan_probe_N_ = 0;               // lift taken away to feel the ground
+  double weak_s_ = 0;                    // over time, and not sinking
+  double more_m_s2_ = 0;                 // upwards, more than lift explains, in the last frame
+  double impact_m_s_ = 0;                // the most of it in two frames on the way down
+  bool impacted_ = false;                // by a shock that took its speed: on the ground, or nearly
+  bool heard_ = false;                   // the state of this frame is measured
+  Vector3 wind_m_s2_ = Vector3::Zero();  // horizontal acceleration that nothing explains, N
   double lean_y_rad_ = 0, lean_z_rad_ = 0;  // commanded
 
   // The corridor, and how it ended

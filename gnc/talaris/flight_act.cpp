@@ -12,10 +12,10 @@ constexpr double kBiasShare = 0.15, kBiasShareLost = 0.5;  // of the difference,
 constexpr double kMaxBias_m_s2 = 0.6, kMaxBiasLost_m_s2 = 12;
 constexpr double kObserveAbove_m = 0.3, kObserveByFansAbove_m = 0.03;
 constexpr double kWindShare = 0.15, kMaxWind_m_s2 = 3, kWindAbove_m = 0.2;
-constexpr double kLeanStep_rad = 0.03;                    // of the commanded tilt, each frame
-constexpr double kProbeAfter_s = 0.4, kProbeAfter_m_s = 0.25;  // level, or after an impact
-constexpr double kProbe_1_s = 0.04, kMostProbe = 0.1;          // of the weight, each second; at most
-constexpr double kOverTime_s = 15, kSinks_1_s = 0.02;     // after max_run_s; lift lost each second
+constexpr double kLeanStep_rad = 0.03;                 // of the commanded tilt, each frame
+constexpr double kProbeAfter_s = 0.4;                  // level
+constexpr double kProbe_1_s = 0.04, kMostProbe = 0.1;  // of the weight, each second; at most
+constexpr double kOverTime_s = 15, kSinks_1_s = 0.02;  // after max_run_s; lift lost each second
 constexpr double kSinks_m_s = 0.1;
 constexpr double kRest_m = 0.06, kRest_m_s = 0.085;
 constexpr double kFanStart = 0.8;  // of the weight, on the ground, before height is controlled
@@ -76,7 +76,7 @@ void Flight::observe(const PerFan& rpm) noexcept {
   const double total_N = lift + (fans_N_ + fans_before_N_) / 2;
   expected_m_s2_ = total_N * cosine / mass - kGravity_m_s2;
   observe_wind(total_N, mass);
-  if (!airborne_ || !imu_usable() || silent_s_ > 0) return;
+  if (!airborne_ || impacted_ || !imu_usable() || silent_s_ > 0) return;
   const bool lost = (faults_ & kFansLost) != 0;
   // contact with the ground is no bias
   const bool blind = (faults_ & kAltimeterLost) != 0 && guidance_.time_to_go_s() < kMinTimeToGo_s;
@@ -138,11 +138,10 @@ void Flight::act_fans(const FlightInputs& inputs, FlightOutput& output) noexcept
     trim_fans();
     // On the way down it takes lift away as long as that has no effect: the ground shows itself.
     const bool down = phase_ == Phase::descend || phase_ == Phase::escape;
-    const bool carried =
-        down && (touchdown_.level_s() >= kProbeAfter_s || impact_m_s_ > kProbeAfter_m_s);
-    fan_probe_N_ = carried ? std::min(fan_probe_N_ + kProbe_1_s * kFrame_s * weight,
-                                      kMostProbe * weight)
-                           : fan_probe_N_ / 2;
+    const bool carried = down && (touchdown_.level_s() >= kProbeAfter_s || impacted_);
+    fan_probe_N_ =
+        carried ? std::min(fan_probe_N_ + kProbe_1_s * kFrame_s * weight, kMostProbe * weight)
+                : fan_probe_N_ / 2;
     const double planned = parameters_.fans.weight_share * weight + fan_trim_N_ - fan_probe_N_;
     fan_goal_rpm_ = rpm_for(plan_.uses_gas ? planned : kFanStart * weight, fans);
   }

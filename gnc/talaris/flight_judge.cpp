@@ -9,9 +9,9 @@ namespace lss::gnc::talaris {
 namespace {
 
 constexpr double kSure = 3;
-constexpr double kAlong = 2.0 / 3;    // of a push along z, beside one along y
-constexpr double kStill_s = 0.4;      // on the ground: then navigation's velocity is its error
-constexpr double kFelt_m_s = 0.15;    // less may be an error of the expected lift
+constexpr double kAlong = 2.0 / 3;  // of a push along z, beside one along y
+constexpr double kStill_s = 0.4;    // on the ground: then navigation's velocity is its error
+constexpr double kFelt_m_s = 0.15;  // less may be an error of the expected lift
 // The first foot turns the vehicle: in the simulator another came down up to 1.3 times as fast.
 constexpr double kLastFoot = 1.3;
 constexpr double kUnsure_m_s = 0.05;  // of the speeds at touchdown: the frame is not the moment
@@ -57,7 +57,7 @@ void Flight::note_touchdown() noexcept {
   touchdown_m_s_ = impact_m_s_;
   touchdown_side_m_s_ = 0;
   for (const Speed& v : before_contact_) {
-    touchdown_m_s_ = std::max(touchdown_m_s_, (error - v.N_m_s).x() + v.foot_m_s);
+    touchdown_m_s_ = std::max(touchdown_m_s_, kLastFoot * (error - v.N_m_s).x() + v.foot_m_s);
     touchdown_side_m_s_ = std::max(touchdown_side_m_s_, side(v));
   }
   if (impact_m_s_ < kFelt_m_s) return;
@@ -70,7 +70,7 @@ void Flight::judge_landing() noexcept {
   const Limits& limits = parameters_.limits;
   const double tilt = std::acos(std::clamp(attitude_of(state_.q_NB).cosine, -1.0, 1.0));
   if (!(tilt <= limits.upright_rad)) fall_short(Shortfall::fallen, tilt, limits.upright_rad);
-  const double hardest_m_s = kLastFoot * touchdown_m_s_ + kUnsure_m_s;
+  const double hardest_m_s = touchdown_m_s_ + kUnsure_m_s;
   if (!(hardest_m_s <= limits.touchdown_m_s))
     fall_short(Shortfall::hard, hardest_m_s, limits.touchdown_m_s);
   if (plan_.request.program != Program::hop) return;

@@ -8,15 +8,16 @@
 namespace lss::gnc::talaris {
 namespace {
 
-constexpr double kFoot_m = 0.5;  // of a leg from the centre
+constexpr double kFoot_m = 0.5;                       // of a leg from the centre
 constexpr double kStopping_m_s2 = 1.2;                // sideways, when a flight is cut short
 constexpr double kContactBelow_m = 0.4;               // accelerations are ignored above
 constexpr double kShock = 1.6, kShockBelow_m = 0.15;  // one frame of that is enough
 // Speed that a shock takes away within two frames, and what is left of it: the ground, wherever the
 // altimeter has it. A valve stuck open adds 0.5 m/s in that time, without a shock.
-constexpr double kStruck_m_s = 0.6, kStopped_m_s = 0.35;
-constexpr double kOverdue_s = 4;                      // then a lost altimeter is not waited for
-constexpr double kGivenUp_s = 12;                     // so low and so long overdue it must stand
+constexpr double kStruck_m_s = 0.55, kStopped_m_s = 0.35;
+constexpr double kImpact_m_s = 0.25;    // then what pushes it up is the ground, too
+constexpr double kOverdue_s = 4;        // then a lost altimeter is not waited for
+constexpr double kGivenUp_s = 12;       // so low and so long overdue it must stand
 constexpr double kSlowEnd_s = 4;        // by fans: until it sinks, and slower near the ground
 constexpr double kStandingTime_s = 12;  // on the ground, at most
 constexpr double kLastLimit_s = 40;     // in the air, beyond the time that the fans may run
@@ -267,9 +268,6 @@ bool Flight::touches(const FlightInputs& inputs) noexcept {
   const bool low =
       height_m_ < limits.contact_height_m && std::abs(climb_m_s_) < limits.contact_speed_m_s;
   low_frames_ = low && !blind ? low_frames_ + 1 : 0;
-  // without a known height, only once the ground is due
-  const bool near =
-      blind ? below_s_ > -kGuidancePeriod_s - kMinTimeToGo_s : height_m_ < kContactBelow_m;
   const double more = state_.acceleration_N_m_s2.x() - expected_m_s2_ - bias_m_s2_;
   // What the ground takes of its speed, whatever height and speed navigation has.
   const bool felt = heard_ && silent_s_ <= 0;
@@ -278,8 +276,13 @@ bool Flight::touches(const FlightInputs& inputs) noexcept {
     impact_m_s_ = taken_m_s;
     before_impact_ = before_;
   }
-  const bool struck = inputs.shock && taken_m_s > kStruck_m_s &&
-                      std::abs(climb_m_s_) < kStopped_m_s && (faults_ & kFansLost) == 0;
+  const bool stopped =
+      inputs.shock && std::abs(climb_m_s_) < kStopped_m_s && (faults_ & kFansLost) == 0;
+  const bool struck = stopped && taken_m_s > kStruck_m_s;
+  impacted_ = impacted_ || (stopped && taken_m_s > kImpact_m_s);
+  // without a known height, only once the ground is due
+  const bool near = impacted_ || (blind ? below_s_ > -kGuidancePeriod_s - kMinTimeToGo_s
+                                        : height_m_ < kContactBelow_m);
   more_m_s2_ = felt ? std::max(more, 0.0) : 0;
   const bool asked = imu_usable() && silent_s_ <= 0 && near;
   const bool held = asked && more > limits.contact_m_s2;

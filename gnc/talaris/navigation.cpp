@@ -111,7 +111,7 @@ void Navigation::align() noexcept {
   force_m_ = a.up_B * p.gravity_m_s2 + a.accelerometer_bias_m_s2;
 }
 
-const NavState& Navigation::step(const Batch& batch, bool standing) noexcept {
+const NavState& Navigation::step(const Batch& batch, bool standing, bool slides) noexcept {
   if (!aligned()) return state_;
   way_ = {};
   std::size_t next = 0;
@@ -154,7 +154,7 @@ const NavState& Navigation::step(const Batch& batch, bool standing) noexcept {
   if (!heard) ++counters_.frames_held;
   // later ranges are after the frame: not measured yet
   counters_.ranges_bad += static_cast<std::uint32_t>(batch.ranges.size() - next);
-  if (standing) stand_still();
+  if (standing) stand_still(slides);
   hold_to_stand();
   publish(batch.end_ns);
   return state_;
@@ -267,20 +267,22 @@ void Navigation::reopen(const Ekf::Measurement& m, std::int64_t at_ns) noexcept 
 }
 
 // Standstill: velocity and rate are zero.
-void Navigation::stand_still() noexcept {
+void Navigation::stand_still(bool slides) noexcept {
   for (int axis = 0; axis < 3; ++axis) {
     Ekf::Measurement m;
     m.axis = axis;
-    m.by_velocity = 1;
-    m.residual = -ekf_.nominal().velocity_N_m_s(axis);
-    m.variance = square(parameters_.standing_sigma_m_s);
-    ekf_.correct(m);
+    if (!slides) {
+      m.by_velocity = 1;
+      m.residual = -ekf_.nominal().velocity_N_m_s(axis);
+      m.variance = square(parameters_.standing_sigma_m_s);
+      ekf_.correct(m);
+    }
     if (!(way_.time_s > 0)) continue;
     m.by_velocity = 0;
     m.by_rate_bias = 1;
     m.residual = way_.turned_rad(axis) / way_.time_s - ekf_.nominal().gyro_bias_rad_s(axis);
-    m.variance = square(parameters_.standing_sigma_rad_s) +
-                 square(parameters_.rate_noise) / way_.time_s;
+    m.variance =
+        square(parameters_.standing_sigma_rad_s) + square(parameters_.rate_noise) / way_.time_s;
     ekf_.correct(m, parameters_.gate_sigma);
   }
 }

@@ -38,9 +38,8 @@ const char* check(const NavigationParameters& p) noexcept {
       return "a time, limit, sigma or noise of navigation is not above 0";
     }
   }
-  const double not_negative[] = {p.force_bias_walk, p.rate_bias_walk, p.gap_rotation_rad_s2,
-                                 p.gap_acceleration_m_s2, p.range_latency_s,
-                                 p.ground_slope_rad};
+  const double not_negative[] = {p.force_bias_walk,       p.rate_bias_walk,  p.gap_rotation_rad_s2,
+                                 p.gap_acceleration_m_s2, p.range_latency_s, p.ground_slope_rad};
   for (const double x : not_negative) {
     if (!(x >= 0) || !std::isfinite(x)) {
       return "a random walk, gap, latency or slope of navigation is below 0";

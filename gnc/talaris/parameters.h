@@ -142,8 +142,8 @@ struct Limits {
   double corridor_late_s = 15;
   double wind_m_s2 = 1.3;  // steady push over mass: 58 N; leaning stands 66 N; half more along z
   // So far off it waits and comes back.
-  double waver_m = 2.5;
-  double waver_m_s = 1.2;
+  double waver_m = 4;
+  double waver_m_s = 2;
   // What counts as a landing as planned, by what navigation cannot exclude (3 sigma).
   double place_m = 6;
   double touchdown_m_s = 1.0;

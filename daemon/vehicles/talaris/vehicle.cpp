@@ -10,6 +10,9 @@ namespace {
 
 using gnc::talaris::NavState;
 
+// Share of the weight that the fans carry, above which it may slide on a slope.
+constexpr double kLight = 0.5;
+
 TimeNs nanoseconds(double s) noexcept { return std::llround(s * 1e9); }
 
 // Rounding must not make a pulse longer than its frame.
@@ -70,14 +73,14 @@ void Vehicle::navigate(TimeNs) noexcept {
     navigation_.calibrate(sensors_.batch());
   } else if (navigation_.aligned()) {
     using gnc::talaris::Phase;
-    // Light on its legs it may slide.
-    const bool heavy = output_.lift_m_s2 < gnc::talaris::kGravity_m_s2 / 2;
-    const bool waits = output_.phase == Phase::ready || (output_.phase == Phase::spin_up && heavy);
+    const bool spins_up = output_.phase == Phase::spin_up;
+    const bool light = spins_up && output_.lift_m_s2 > kLight * gnc::talaris::kGravity_m_s2;
+    const bool waits = output_.phase == Phase::ready || spins_up;
     const bool standing =
         mode() == Mode::standby || (mode() == Mode::execute && (waits || output_.stands));
     gnc::talaris::Batch batch = sensors_.batch();
     if (altimeter_repeats()) batch.ranges = {};
-    navigation_.step(batch, standing);
+    navigation_.step(batch, standing, light);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 namespace lss::sim::talaris {
@@ -55,11 +56,16 @@ void Imu::step(const Inertial& truth) {
   const std::lock_guard lock(mutex_);
   time_ns_ += kMillisecond;
   latest_ = {sees_rate_ * truth.rate_rad_s, sees_force_ * truth.force_m_s2};
-  const double rate_rad_s = options_.vibration_rad_s * truth.shaking;
-  const double force_m_s2 = options_.vibration_m_s2 * truth.shaking;
+  // It moves to and fro: the angle and the speed that it adds do not grow.
+  const double share = truth.shaking / std::numbers::sqrt2;
+  const auto shake = [&](double& value, double& before, double deviation) {
+    const double now = normal(deviation);
+    value += now - before;
+    before = now;
+  };
   for (Eigen::Index i = 0; i < 3; ++i) {
-    latest_.rate_rad_s[i] += normal(rate_rad_s);
-    latest_.force_m_s2[i] += normal(force_m_s2);
+    shake(latest_.rate_rad_s[i], shaken_.rate_rad_s[i], options_.vibration_rad_s * share);
+    shake(latest_.force_m_s2[i], shaken_.force_m_s2[i], options_.vibration_m_s2 * share);
   }
   if (summed_ == kMostSummed) {  // not requested
     sum_ = {};

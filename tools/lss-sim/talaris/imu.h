@@ -90,7 +90,7 @@ class Imu : public LineDevice {
 
   ImuOptions options_;
   std::mt19937 random_;
-  Inertial bias_, sum_, latest_, last_;
+  Inertial bias_, sum_, latest_, last_, shaken_;
   Eigen::Matrix3d sees_rate_ = Eigen::Matrix3d::Identity(), sees_force_ = sees_rate_;
   int summed_ = 0;
   std::deque<Packet> outbox_;
