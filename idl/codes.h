@@ -47,7 +47,7 @@ namespace lss {
   X(26, unused_parameter, "a parameter that the command does not have is not zero",                \
     "see: lss-cli command describe NAME")                                                          \
   X(27, never_heard, "a module has not answered since the daemon started",                         \
-    "check its power and the bus")                                                                 \
+    "check its power and the bus, or go on without it where the vehicle can: lss-cli isolate")     \
   X(28, too_fast, "faster than a leg may turn", "give it more time")                               \
   X(29, isolated, "the module is out of service", "lss-cli restore, when it is repaired")          \
   X(30, obc_silent, "no heartbeat from the OBC", "start the OBC's client or lss-cli heartbeat")    \
@@ -60,7 +60,7 @@ namespace lss {
   X(35, button_pressed, "the emergency-stop button is pressed", "release it, then: lss-cli solve") \
   X(36, power_bad, "the motors have no power", "check the battery, then: lss-cli solve")           \
   X(37, too_few_wheels, "another wheel is out of service already", "repair and restore it first")  \
-  X(38, too_early, "autonomous driving begins only a while after the start", "wait for it")        \
+  X(38, too_early, "retired", "")                                                                  \
   X(39, solved_too_often, "the same fault was solved again and again without healthy operation",   \
     "repair the cause, then: lss-cli reset controller, lss-cli solve")                             \
   X(40, not_calibrated, "the navigation is not calibrated",                                        \
@@ -131,12 +131,22 @@ namespace lss {
   X(78, not_reset, "a module answers, but was not reset",                                          \
     "send it again; if that does not help, switch its power off and on")                           \
   X(79, fell, "it was in the air: it fell", "")                                                    \
+<<<<<<< HEAD
   X(80, off_target, "it may stand too far from the target: m, by navigation with 3 sigma",         \
     "see where it stands; a smaller distance or a better sensor set keeps it nearer")              \
   X(81, fell_over, "it does not stand upright: rad", "set it up; see the events before it")        \
   X(82, landed_hard, "it touched down too fast: m/s", "inspect the legs")                          \
   X(83, landed_sideways, "it moved sideways at touchdown: m/s", "inspect the legs")                \
   X(84, no_lift_off, "it stood still when it should fly", "weigh it; check fans, thrust and gains")
+=======
+  X(90, stuck, "the wheels turn and, by the IMU, the rover does not move",                         \
+    "drive back, or another way; lss-cli status shows the slip")                                   \
+  X(91, over_cap, "faster than the configuration allows this vehicle",                             \
+    "drive slower; the cap is safety.max_speed_m_s of the config")                                 \
+  X(92, not_configured,                                                                            \
+    "a module answers, but is another one than configured or refuses its configuration",           \
+    "lss-cli status names its link; check its number, firmware and description")
+>>>>>>> main
 
 // number, name, severity (of lss.idl: 0 info, 1 warning, 2 error, 3 fatal), text, advice
 #define LSS_FAULTS(X)                                                                             \
@@ -235,12 +245,23 @@ namespace lss {
   X(54, fans_hot, 3, "the fans ran for too long", "let them cool, then: lss-cli solve")           \
   X(55, name_conflict, 1, "another daemon with this vehicle_id is on the domain",                 \
     "stop one, or change its vehicle_id; lss-cli doctor names both")                              \
+<<<<<<< HEAD
   X(56, corridor_left, 2, "the flight left its corridor and came down",                           \
     "the event before it says by how much; wait for less wind, see docs/gnc-talaris.md")          \
   X(57, hop_shortened, 2, "gas did not last for the rest of the plan: it came down earlier",      \
     "refill, or plan less")                                                                       \
   X(58, altimeter_stuck, 1, "the altimeter repeats one reading in the air",                       \
     "check it and what it looks at")
+=======
+  X(70, rover_stuck, 2, "the wheels turn and, by the IMU, the rover does not move: it stopped",   \
+    "drive back, or another way; if it did move, check the IMU's speed")                          \
+  X(71, drive_drops_out, 3, "a drive dropped out of operation enabled again and again",           \
+    "check its supply, wiring and load, then: lss-cli solve")                                     \
+  X(72, yaw_disagrees, 1, "the rover turns otherwise than its steering says",                     \
+    "check the steering's brackets and the IMU's yaw rate")                                       \
+  X(73, wheel_unproven, 1, "a part of the wheel failed and has not worked since",                 \
+    "drive to see whether it works; after a repair: lss-cli reset NODE")
+>>>>>>> main
 
 // number, name, severity, text ({0}..{3}: arguments). Faults are events of the same number + 1000.
 #define LSS_EVENTS(X)                                                                    \
@@ -260,7 +281,7 @@ namespace lss {
   X(14, gate_closed, 1, "gate replaced a command, check {0}")                            \
   X(15, solve_ended, 0, "error solving ended, {0} faults left")                          \
   X(16, safe_command_sent, 2, "bus sent the safe command by itself")                     \
-  X(17, module_resent, 1, "command re-sent to module, try {0}")                          \
+  X(17, module_resent, 1, "commands re-sent to module, {0} so far")                      \
   X(18, fault_cleared, 0, "fault {0} cleared")                                           \
   X(19, module_was_reset, 1, "module was reset")                                         \
   X(20, timing_reset, 0, "timing statistics begin again")                                \
@@ -270,7 +291,7 @@ namespace lss {
   X(24, strategy_begun, 0, "error solving tries {0}")                                    \
   X(25, strategy_ended, 0, "{0} ended: {1}")                                             \
   X(26, module_isolated, 1, "module is out of service")                                  \
-  X(27, modules_restored, 0, "all modules are in service again")                         \
+  X(27, modules_restored, 0, "module is in service again")                               \
   X(28, log_lost, 1, "frames are missing in the log")                                    \
   X(29, emergency_message, 1, "node sent emergency {0}")                                 \
   X(30, node_configured, 0, "node is configured and running")                            \
@@ -302,8 +323,15 @@ namespace lss {
   X(56, parameters_refused, 1, "saved parameters are not taken")                         \
   X(57, reset_begun, 0, "module is being reset, it has to answer within {0} s")          \
   X(58, reset_ended, 0, "module answers again, {0} s after its reset was ordered")       \
+<<<<<<< HEAD
   X(59, flight_judged, 0, "{0} m off target (1 sigma {1}); {2} m/s down, {3} sideways")  \
   X(60, off_course, 1, "off the plan, kind {0}: {1}, allowed {2}")
+=======
+  X(70, drive_dropped_out, 1, "drive dropped out of operation enabled, {0} so far")      \
+  X(71, slip_begun, 1, "the wheels go {0} m/s faster than the rover, load {1}")          \
+  X(72, slip_ended, 0, "the wheels no longer slip, {0} m/s at most")                     \
+  X(73, stopped_stuck, 2, "stopped: the wheels turn with {0} m/s, the rover goes {1} m/s")
+>>>>>>> main
 
 enum class Reason : std::uint16_t {
 #define LSS_ENUM(number, name, ...) name = number,

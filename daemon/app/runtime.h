@@ -23,10 +23,12 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <functional>
 #include <iterator>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -88,7 +90,11 @@ class Runtime final : public App {
                     .preset = running_preset(config_),
                     .recorder = flight_recorder(config_, records)},
                    records.to_json),
-        saver_(start.store, logic.tunables, start.configured, [this] { publisher_.wake(); }) {
+        saver_(start.store, start.isolation.store, logic.tunables, start.configured,
+               [this] { publisher_.wake(); }),
+        isolation_of_(logic.isolation_of),
+        isolated_(isolation_of_ != nullptr ? start.isolation.modules : std::uint16_t{0}),
+        isolate_first_(isolated_) {
     port_.show(supervisor_.state());
     publisher_.parameters(report_of(start, logic.tunables, vehicle_.tunables()), told_of(start));
   }
@@ -239,6 +245,8 @@ class Runtime final : public App {
     std::vector<Publisher::Told> told;
     for (const std::string& trouble : start.loaded.troubles)
       told.push_back({EventId::parameters_damaged, "saved parameters: " + trouble});
+    for (const std::string& trouble : start.isolation.troubles)
+      told.push_back({EventId::parameters_damaged, "saved modules out of service: " + trouble});
     for (const std::string& refused : start.taken.refused)
       told.push_back({EventId::parameters_refused, "saved parameter not taken: " + refused});
     if (start.loaded.state == SavedState::lost) {
@@ -285,6 +293,8 @@ class Runtime final : public App {
   void collect(const Boundary& boundary, const Released& released, TimingPoints& timing) noexcept;
   void hand_over(const TimingPoints& timing) noexcept;
   void ask_to_save() noexcept;
+  void isolate_as_before() noexcept;
+  void save_isolation() noexcept;
   void record_frame(const TimingPoints& timing) noexcept;
 
   config::Config config_;
@@ -295,6 +305,9 @@ class Runtime final : public App {
   Publisher publisher_;
   record::FrameLog frame_log_;
   ParameterSaver saver_;
+  // Modules out of service: as saved, and those of them that the first frame has to isolate again.
+  Request (*isolation_of_)(unsigned module);
+  std::uint16_t isolated_, isolate_first_;
   std::unique_ptr<Frames> frames_;  // empty: the buses have them
   std::unique_ptr<Engine> engine_;
 
@@ -355,6 +368,7 @@ void Runtime<Vehicle, Buses>::collect(const Boundary& boundary, const Released& 
   in_.held = boundary.held;
   buses_.collect(in_);
   in_.request_count = port_.take(in_.requests);
+  isolate_as_before();
   in_.late_commands = released.overruns;
   in_.overrun_limit = released.limit;
   in_.shut_down = shut_down_.load(std::memory_order_relaxed);
@@ -372,6 +386,7 @@ void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
   if (std::exchange(changes_, parameters.changes) != parameters.changes) publisher_.put(parameters);
   publisher_.put(supervisor_.outbox());
   ask_to_save();
+  save_isolation();
   publisher_.put(supervisor_.state());
   publisher_.put(timing);
   if (config_.telemetry_periodic || out_.data_requested)
@@ -391,6 +406,28 @@ void Runtime<Vehicle, Buses>::ask_to_save() noexcept {
                      .phase = Phase::failed,
                      .verdict = {.reason = Reason::busy},
                      .time_ns = in_.time_ns});
+}
+
+// As commands of the first frame: in recordings, too.
+template <class Vehicle, class Buses>
+void Runtime<Vehicle, Buses>::isolate_as_before() noexcept {
+  for (; isolate_first_ != 0 && in_.request_count < in_.requests.size();
+       isolate_first_ = static_cast<std::uint16_t>(isolate_first_ & (isolate_first_ - 1))) {
+    Request request = isolation_of_(static_cast<unsigned>(std::countr_zero(isolate_first_)) + 1);
+    constexpr std::string_view kName = "lssd";
+    std::ranges::copy(kName, request.source.begin());
+    request.flags = kFlagSaved;
+    request.arrival_ns = in_.time_ns;
+    in_.requests[in_.request_count++] = request;
+  }
+}
+
+template <class Vehicle, class Buses>
+void Runtime<Vehicle, Buses>::save_isolation() noexcept {
+  const std::uint16_t isolated = supervisor_.controller().isolated;
+  if (isolation_of_ == nullptr || isolated == isolated_) return;
+  if (saver_.ask({.command = {}, .values = {}, .isolation = true, .isolated = isolated}))
+    isolated_ = isolated;
 }
 
 template <class Vehicle, class Buses>

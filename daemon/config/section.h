@@ -60,6 +60,8 @@ class Section {
   Section section(std::string_view key);
   std::vector<Section> sections(std::string_view key);  // array of tables
 
+  const std::string& file() const { return file_; }  // of the configuration
+
   // The key is allowed, with any value.
   void skip(std::string_view key) { find(key); }
 

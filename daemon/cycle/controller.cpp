@@ -122,8 +122,9 @@ void common_effect(ActionSet actions, unsigned subject, ControllerState& s) noex
   }
   if (actions & kIsolate) set(s.isolated, module, true);
   if (actions & kRestore) {  // they have to answer first
-    s.silent = static_cast<std::uint16_t>(s.silent | s.isolated);
-    s.isolated = 0;
+    const unsigned these = module != 0 ? s.isolated & module : s.isolated;
+    s.silent = static_cast<std::uint16_t>(s.silent | these);
+    s.isolated = static_cast<std::uint16_t>(s.isolated & ~these);
   }
   if (actions & kPortIsOpen) set(s.links, kPortClosed, false);
   if (actions & kPortIsClosed) set(s.links, kPortClosed, true);

@@ -30,6 +30,8 @@ using Name = std::array<char, 32>;  // a source
 // Internal flag, in addition to those of idl/commands.h: the heartbeat is that of another daemon
 // with our vehicle_id.
 inline constexpr std::uint16_t kFlagAnotherDaemon = 1u << 15;
+// Of the daemon itself, from what it saved before its start: no client's, so no sign of the OBC.
+inline constexpr std::uint16_t kFlagSaved = 1u << 14;
 
 // A received command or heartbeat, before and after the armour. kind 0 is a heartbeat.
 struct Request {

@@ -85,6 +85,9 @@ Verdict Supervisor::evaluate(const Logic& logic, const SupervisorState& state,
     verdict.measured = static_cast<double>(state.age_ms[verdict.subject - 1u]);
     verdict.limit = static_cast<double>(state.silent_limit_ms);
   }
+  if (verdict.reason == Reason::never_heard &&
+      (static_cast<unsigned>(state.unfit) >> (verdict.subject - 1u) & 1u) != 0)
+    verdict.reason = Reason::not_configured;
   return verdict.reason == Reason::none ? logic.sense(state, request) : verdict;
 }
 
@@ -168,7 +171,7 @@ void Supervisor::command(const Request& request) noexcept {
     acknowledge(command, request.acknowledged ? Phase::failed : Phase::rejected, verdict);
     return;
   }
-  heartbeat(request);
+  if ((request.flags & kFlagSaved) == 0) heartbeat(request);
   if (!request.acknowledged) acknowledge(command, Phase::accepted);
   if (request.flags & kFlagDryRun) return;
 
@@ -232,13 +235,18 @@ Verdict Supervisor::apply(lc::Event event, const Request* request, unsigned subj
       if (fault.id != FaultId::none && fatal(fault.id)) clear(fault.id, fault.subject);
     }
   }
+  const unsigned changed = before.isolated ^ result.next.isolated;
+  for (std::uint16_t i = 0; changed >> i != 0; ++i) {
+    const bool gone = (result.next.isolated >> i & 1u) != 0;
+    if ((changed >> i & 1u) != 0)
+      note(gone ? EventId::module_isolated : EventId::modules_restored,
+           static_cast<std::uint16_t>(i + 1));
+  }
   if (result.actions & lc::kIsolate) {
-    note(EventId::module_isolated, static_cast<std::uint16_t>(subject));
     for (const FaultRecord& fault : std::array(state_.faults)) {
       if (fault.id != FaultId::none && fault.subject == subject) clear(fault.id, fault.subject);
     }
   }
-  if ((result.actions & lc::kRestore) && before.isolated != 0) note(EventId::modules_restored);
   if (result.actions != 0) actor_->act(result.actions, request);
   // A command that a reset of the controller ends in Idle would look completed.
   if (event == lc::Event::reset_controller && before.state == State::idle &&

@@ -38,6 +38,9 @@ struct Logic {
   // Parameters that can be changed while it runs (Actor::adjust).
   std::span<const TunableInfo> tunables = {};
   OwnCodes codes = {};  // of the vehicle itself
+  // The command that takes a module out of service, given again after a restart of the daemon.
+  // nullptr: a restart puts all modules into service.
+  Request (*isolation_of)(unsigned module) = nullptr;
 };
 
 // Result of setting a parameter, and its value before.
@@ -95,6 +98,7 @@ struct SupervisorState {
   std::uint32_t fault_count = 0;
 
   std::uint16_t resetting = 0;  // modules that a command resets, until they answer again
+  std::uint16_t unfit = 0;      // those that answer but are not as configured
 
   std::array<std::int64_t, kMaxModules> age_ms{};  // since each module's last reply
   std::int64_t silent_limit_ms = 0;
@@ -158,6 +162,8 @@ class Supervisor {
   // Ages of the modules' replies, for guards.
   void set_ages(const std::array<std::int64_t, kMaxModules>& age_ms,
                 std::int64_t limit_ms) noexcept;
+  // Modules that answer but are others than configured, or refuse their configuration.
+  void set_unfit(std::uint16_t modules) noexcept { state_.unfit = modules; }
   void set_sense(const std::array<double, kMaxModules>& sense) noexcept { state_.sense = sense; }
   // Modules in reset that are not back yet (daemon/cycle/resets.h), in every frame: a `reset` is
   // completed when none of its own is left, or fails with the first that stays silent.

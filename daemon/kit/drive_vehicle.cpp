@@ -98,6 +98,7 @@ void DriveVehicle::supervise(bool overrun_limit, Supervisor& s) noexcept {
   for (std::size_t i = 0; i < drives_; ++i) {
     nodes_.watch(i, link(i).node, {.answers = answers(i)}, bus_.open, s);
     nodes_.watch_drive(i, link(i), answers(i), true, s);
+    nodes_.watch_dropouts(i, link(i), now_ns_, true, s);
     // The node answers but its values are missing.
     const bool old = now_ns_ - motion_[i].time_ns > drive_.bus.stale_after_ns;
     const TimeNs since_ns = now_ns_ - link(i).node.since_ns;

@@ -4,6 +4,7 @@
 // reports, as events and faults of the locomotion controller. Module i+1 is node i of the bus.
 // Frame thread; time is data; no allocation.
 
+#include <algorithm>
 #include <array>
 
 #include "daemon/cycle/resets.h"
@@ -28,6 +29,8 @@ inline void blame(FaultId id, std::size_t node, Supervisor& s) noexcept {
 class NodeWatch {
  public:
   static constexpr TimeNs kSettled = 500 * kMillisecond;  // of a running node: its values come
+  static constexpr std::size_t kDropouts = 4;             // so many within the window are a fault
+  static constexpr TimeNs kDropoutWindow = 10 * kSecond;
 
   struct Node {
     bool answers = false;
@@ -84,6 +87,24 @@ class NodeWatch {
     disobeyed_[i] = disobeys;
   }
 
+  // Its drops out of operation enabled (canopen::DriveLink): an event each, and a fault by their
+  // rate. `judged` as above.
+  void watch_dropouts(std::size_t i, const canopen::DriveLink& link, TimeNs now, bool judged,
+                      Supervisor& s) noexcept {
+    std::array<TimeNs, kDropouts>& at_ns = dropped_ns_[i];
+    if (link.dropouts < dropouts_[i]) dropouts_[i] = 0;  // the bus began again
+    for (; dropouts_[i] != link.dropouts; ++dropouts_[i]) {
+      std::copy_backward(at_ns.begin(), at_ns.end() - 1, at_ns.end());
+      at_ns[0] = now;
+      s.note(EventId::drive_dropped_out, module_of(i), static_cast<double>(dropouts_[i] + 1));
+      const bool often = at_ns.back() != 0 && now - at_ns.back() <= kDropoutWindow;
+      if (often && judged && s.controller().state == State::operational) {
+        s.raise(FaultId::drive_drops_out, module_of(i));
+        at_ns = {};
+      }
+    }
+  }
+
   // A command resets it: its silence is expected.
   void begin_reset(std::size_t i, TimeNs now, const canopen::NodeStatus& node) noexcept {
     resets_.begin(i, now, node.boots);
@@ -92,7 +113,7 @@ class NodeWatch {
 
   template <class V>
   void keep(V& v) {
-    v(resets_, reboots_, emcys_, was_faulty_, disobeyed_);
+    v(resets_, reboots_, emcys_, was_faulty_, disobeyed_, dropouts_, dropped_ns_);
   }
 
  private:
@@ -111,16 +132,25 @@ class NodeWatch {
   Resets resets_;
   std::array<std::uint64_t, canopen::kMaxNodes> reboots_{}, emcys_{};
   std::array<bool, canopen::kMaxNodes> was_faulty_{}, disobeyed_{};
+  std::array<std::uint64_t, canopen::kMaxNodes> dropouts_{};
+  std::array<std::array<TimeNs, kDropouts>, canopen::kMaxNodes> dropped_ns_{};  // latest first
 };
 
 // Ages of the nodes' last heartbeats, for guards and people.
 template <class Link>
 void set_ages(std::size_t nodes, TimeNs now, TimeNs limit, Link&& link, Supervisor& s) noexcept {
   std::array<std::int64_t, kMaxModules> age_ms{};
+  unsigned unfit = 0;
   for (std::size_t i = 0; i < nodes; ++i) {
-    const TimeNs heard_ns = link(i).node.heartbeat_ns;
-    if (heard_ns != 0) age_ms[i] = (now - heard_ns) / kMillisecond;
+    const canopen::NodeStatus& node = link(i).node;
+    if (node.heartbeat_ns != 0) age_ms[i] = (now - node.heartbeat_ns) / kMillisecond;
+    // The last attempt failed for what the node is, not for silence.
+    const bool refuses = node.abort_code != 0 && node.abort_code != canopen::kAbortTimeout;
+    const bool wrong = node.state == canopen::NodeState::wrong_device;
+    const bool away = node.state == canopen::NodeState::missing || node.heartbeat_ns == 0;
+    if (!away && (wrong || refuses)) unfit |= 1u << i;
   }
+  s.set_unfit(static_cast<std::uint16_t>(unfit));
   s.set_ages(age_ms, limit / kMillisecond);
 }
 

@@ -9,13 +9,16 @@
 #include <system_error>
 #include <utility>
 
+#include "daemon/parameters/start.h"
 #include "daemon/runtime/clock.h"
 
 namespace lss {
 
-ParameterSaver::ParameterSaver(ParameterStore store, std::span<const TunableInfo> infos,
-                               const TunableValues& configured, std::function<void()> done)
+ParameterSaver::ParameterSaver(ParameterStore store, ParameterStore isolation,
+                               std::span<const TunableInfo> infos, const TunableValues& configured,
+                               std::function<void()> done)
     : store_(std::move(store)),
+      isolation_(std::move(isolation)),
       infos_(infos),
       configured_(configured),
       done_(std::move(done)),
@@ -67,10 +70,22 @@ void ParameterSaver::run() {
     wait();
     last = stop_;
     for (SaveJob job; jobs_.pop(job);) {
-      results_.push(save(job));
+      results_.push(job.isolation ? save_isolated(job) : save(job));
       done_();
     }
   }
+}
+
+SaveResult ParameterSaver::save_isolated(const SaveJob& job) {
+  SaveResult result;
+  result.error = save_isolation(isolation_, job.isolated, utc_ns());
+  if (result.error != 0) {
+    spdlog::error(
+        "modules out of service cannot be saved in {}: {}; after a restart they are in service: "
+        "free or repair the disk",
+        isolation_.path(0).parent_path().string(), std::generic_category().message(result.error));
+  }
+  return result;
 }
 
 SaveResult ParameterSaver::save(const SaveJob& job) {

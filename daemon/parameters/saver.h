@@ -21,10 +21,12 @@ namespace lss {
 struct SaveJob {
   SupervisorState::Active command;  // the one that asks for it
   TunableValues values;
+  bool isolation = false;  // instead of the parameters, without a command:
+  std::uint16_t isolated = 0;
 };
 
 struct SaveResult {
-  SupervisorState::Active command;
+  SupervisorState::Active command;  // kind 0: of an isolation
   int error = 0;
   std::uint64_t number = 0;
   std::uint32_t count = 0;                      // of values that are not the configuration's
@@ -34,7 +36,7 @@ struct SaveResult {
 class ParameterSaver {
  public:
   // `configured`: values that need no saving. `done` is called when there is a result.
-  ParameterSaver(ParameterStore store, std::span<const TunableInfo> infos,
+  ParameterSaver(ParameterStore store, ParameterStore isolation, std::span<const TunableInfo> infos,
                  const TunableValues& configured, std::function<void()> done);
   ~ParameterSaver();
   ParameterSaver(const ParameterSaver&) = delete;
@@ -53,8 +55,9 @@ class ParameterSaver {
   void wake() noexcept;
   void wait() noexcept;
   SaveResult save(const SaveJob& job);
+  SaveResult save_isolated(const SaveJob& job);
 
-  ParameterStore store_;
+  ParameterStore store_, isolation_;
   std::span<const TunableInfo> infos_;
   TunableValues configured_;
   std::function<void()> done_;

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
+#include <utility>
+
 namespace lss {
 
 TakenParameters vet(std::span<const TunableInfo> infos,
@@ -22,6 +25,30 @@ TakenParameters vet(std::span<const TunableInfo> infos,
     taken.values.push_back(value);
   }
   return taken;
+}
+
+namespace {
+constexpr const char* kIsolated = "isolated";  // the only value there
+}
+
+Isolation load_isolation(const config::Config& config) {
+  Isolation isolation{
+      .store = {config.parameters_folder, config.vehicle, config.vehicle_id, disk(), "isolation"},
+      .modules = 0,
+      .troubles = {}};
+  ParameterStore::Loaded loaded = isolation.store.load();
+  isolation.troubles = std::move(loaded.troubles);
+  if (!loaded.taken) return isolation;
+  for (const config::SavedValue& value : loaded.taken->values) {
+    if (value.name == kIsolated && value.value >= 0 && value.value <= UINT16_MAX)
+      isolation.modules = static_cast<std::uint16_t>(value.value);
+  }
+  return isolation;
+}
+
+int save_isolation(ParameterStore& store, std::uint16_t modules, std::int64_t utc_ns) {
+  std::uint64_t number = 0;
+  return store.save({{.name = kIsolated, .value = static_cast<double>(modules)}}, utc_ns, number);
 }
 
 ParameterReport report_of(const ParameterStart& start, std::span<const TunableInfo> infos,

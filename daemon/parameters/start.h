@@ -17,12 +17,24 @@ struct TakenParameters {
   std::vector<std::string> refused;        // sentences
 };
 
+// Modules that were out of service when the daemon ended, with the place where they are saved: at
+// once, when they change.
+struct Isolation {
+  ParameterStore store;
+  std::uint16_t modules = 0;          // bit i: module i+1
+  std::vector<std::string> troubles;  // sentences
+};
+Isolation load_isolation(const config::Config& config);
+// 0, or the error's number.
+int save_isolation(ParameterStore& store, std::uint16_t modules, std::int64_t utc_ns);
+
 // Of a daemon, with the place of its saved parameters.
 struct ParameterStart {
   TunableValues configured;
   TakenParameters taken;
   ParameterStore store;
   ParameterStore::Loaded loaded;  // `taken` of it: the saved ones, not necessarily accepted
+  Isolation isolation;
 };
 
 // Checks each alone: known, and in its range.
@@ -57,7 +69,8 @@ ParameterStart start_parameters(const Tuning<P>& tuning, const config::Config& c
   ParameterStart start{.configured = values_of(tuning.tunables, parameters),
                        .taken = {},
                        .store = {config.parameters_folder, config.vehicle, config.vehicle_id},
-                       .loaded = {}};
+                       .loaded = {},
+                       .isolation = load_isolation(config)};
   start.loaded = start.store.load();
   if (start.loaded.taken) start.taken = take_saved(tuning, start.loaded.taken->values, parameters);
   if (!start.taken.refused.empty() && start.loaded.state != SavedState::lost)

@@ -169,14 +169,15 @@ StoredCopy decode(std::span<const std::uint8_t> bytes, const std::string& vehicl
 }
 
 ParameterStore::ParameterStore(std::filesystem::path folder, std::string vehicle,
-                               std::string vehicle_id, StoreFiles& files)
+                               std::string vehicle_id, StoreFiles& files, std::string what)
     : folder_(std::move(folder)),
       vehicle_(std::move(vehicle)),
       vehicle_id_(std::move(vehicle_id)),
+      what_(std::move(what)),
       files_(files) {}
 
 std::filesystem::path ParameterStore::path(std::size_t copy) const {
-  return folder_ / fmt::format("{}-parameters-{}.bin", vehicle_id_, copy + 1);
+  return folder_ / fmt::format("{}-{}-{}.bin", vehicle_id_, what_, copy + 1);
 }
 
 StoredCopy ParameterStore::read(std::size_t copy) {

@@ -56,8 +56,9 @@ class ParameterStore {
  public:
   static constexpr std::size_t kCopies = 2;
 
+  // `what`: in the names of the files.
   ParameterStore(std::filesystem::path folder, std::string vehicle, std::string vehicle_id,
-                 StoreFiles& files = disk());
+                 StoreFiles& files = disk(), std::string what = "parameters");
 
   std::filesystem::path path(std::size_t copy) const;  // 0, 1
 
@@ -76,7 +77,7 @@ class ParameterStore {
   int write(std::size_t copy, std::span<const std::uint8_t> bytes);
 
   std::filesystem::path folder_;
-  std::string vehicle_, vehicle_id_;
+  std::string vehicle_, vehicle_id_, what_;
   StoreFiles& files_;
   std::uint64_t number_ = 0;  // the highest seen
   std::size_t newest_ = 0;    // copy that is written last

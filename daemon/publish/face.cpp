@@ -83,6 +83,8 @@ std::optional<Request> Face::Impl::request_of(const lss_Command& command,
 // Heartbeats are valid at arrival: they only say that a client is present now.
 std::optional<Request> Face::Impl::request_of(const lss_Heartbeat& beat, dds_time_t) const {
   if (dds::read_text(beat.vehicle_id) != parameters.vehicle_id) return {};
+  // In simulated time a client repeats what was lost, and the result is that of one.
+  if (lockstep::has_heartbeat(dds::read_text(beat.source).value_or(""), beat.counter)) return {};
   Request request = dds::to_request(beat, now_ns());
   if (dds::read_text(beat.source) == dds::kDaemonSource) {
     if (dds::is_same(beat.instance, instance)) return {};

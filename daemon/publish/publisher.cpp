@@ -148,6 +148,8 @@ void Publisher::run() {
 void Publisher::saved(const SaveResult& result) {
   const TimeNs now = now_ns();
   const bool failed = result.error != 0;
+  const bool of_parameters = result.command.kind != 0;
+  if (!failed && !of_parameters) return;
   if (!failed) {
     parameters_.saved = result.saved;
     parameters_.number = result.number;
@@ -164,6 +166,7 @@ void Publisher::saved(const SaveResult& result) {
     event.argument = {static_cast<double>(result.count), static_cast<double>(result.number)};
   }
   tell(event);
+  if (!of_parameters) return;
   Verdict verdict;
   if (failed)
     verdict = {.reason = Reason::save_failed, .measured = static_cast<double>(result.error)};

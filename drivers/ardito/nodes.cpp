@@ -1,4 +1,5 @@
-// The nodes of docs/icd-ardito.md sections 2, 5 and 7 for the CANopen master.
+// The nodes of docs/icd-ardito.md sections 2, 5 and 7 for the CANopen master, by their
+// descriptions.
 
 #include "drivers/ardito/rover_bus.h"
 #include "drivers/canopen/drive_pdo.h"
@@ -6,70 +7,82 @@
 namespace lss::ardito {
 namespace {
 
-using canopen::kFallBack;
-using canopen::kHoldWhenStopped;
-using canopen::kInhibitEmergencies;
-using canopen::kStopOnLoss;
+using canopen::Entry;
 using canopen::NodeParameters;
 using canopen::Pdo;
 
-constexpr std::uint32_t kStepper = 0x0004'0192, kIoDevice = 0x0007'0191;
-constexpr std::uint32_t kImuDevice = 0x0001'0000;
-constexpr std::uint32_t kProfilePosition = 1;  // mode of operation
-constexpr std::uint32_t kBeaconBit = 0x40;
-
-constexpr Pdo kWheelTpdo2 = {2, canopen::kOnSync, 0, 0, {0x2100'0120, 0x2100'0220}};
-constexpr Pdo kWheelTpdo3 = {3, canopen::kEvent, 0, 1000, {0x2101'0110, 0x2101'0210}};
-constexpr Pdo kSteeringRpdo1 = {1, canopen::kEvent, 0, 0, {0x6040'0010, 0x607A'0020}};
-constexpr Pdo kSteeringTpdo1 = {1, canopen::kOnSync, 0, 0, {0x6041'0010, 0x6064'0020, 0x6078'0010}};
-constexpr Pdo kSteeringTpdo2 = {2, canopen::kOnSync, 0, 0, {0x2100'0320}};
-constexpr Pdo kIoRpdo1 = {1, canopen::kEvent, 0, 0, {0x6200'0108}};
-constexpr Pdo kIoTpdo1 = {1, canopen::kDeviceEvent, 20, 0, {0x6000'0108}};
-constexpr Pdo kIoTpdo2 = {2, canopen::kOnSync, 0, 0, {0x6401'0110, 0x6401'0210, 0x6401'0310}};
-constexpr Pdo kImuTpdo1 = {
-    1, canopen::kOnSync, 0, 0, {0x2110'0110, 0x2110'0210, 0x2110'0310, 0x2110'0410}};
-
-NodeParameters wheel(std::uint8_t node, const RoverBusParameters& p) {
-  NodeParameters drive = canopen::velocity_drive(node, p.wheel_acceleration_rpm_s);
-  drive.tpdo[1] = kWheelTpdo2;
-  drive.tpdo[2] = kWheelTpdo3;
-  return drive;
+template <class Signal, class... More>
+Pdo pdo(std::uint8_t number, std::uint8_t type, const Profile& p, Signal first, More... more) {
+  Pdo result{.number = number, .type = type};
+  std::size_t count = 0;
+  for (const Signal signal : {first, more...}) {
+    const std::uint32_t mapping = p.of(signal).mapping();
+    if (mapping != 0) result.objects[count++] = mapping;
+  }
+  return result;
 }
 
-NodeParameters steering(std::uint8_t node, const RoverBusParameters& p) {
-  constexpr double kPerRad = 1e4;
-  const std::uint32_t speed = canopen::object_u32(p.steering_speed_rad_s * p.gear_ratio * kPerRad);
-  const std::uint32_t acceleration =
-      canopen::object_u32(p.steering_acceleration_rad_s2 * p.gear_ratio * kPerRad);
-  return {node,
-          kStepper,
-          {{kInhibitEmergencies,
-            kFallBack,
-            kStopOnLoss,
-            kHoldWhenStopped,
-            {canopen::kModeOfOperation, 0, 1, kProfilePosition},
-            {canopen::kProfileVelocity, 0, 4, speed},
-            {canopen::kAcceleration, 0, 4, acceleration},
-            {canopen::kDeceleration, 0, 4, acceleration},
-            {canopen::kQuickStopDeceleration, 0, 4, acceleration}}},
-          {kSteeringRpdo1},
-          {kSteeringTpdo1, kSteeringTpdo2}};
+// A number in the object of a signal, after the entries of the description.
+template <class Signal>
+void write(NodeParameters& node, const Profile& p, Signal signal, double value) {
+  for (Entry& entry : node.entries) {
+    if (entry.size != 0) continue;
+    const Field& f = p.of(signal);
+    entry = {f.index, f.sub, f.bytes, canopen::object_u32(value / f.unit)};
+    return;
+  }
 }
 
-// On a communication error clutches and beacon keep their state.
-NodeParameters io(std::uint8_t node) {
-  return {node,
-          kIoDevice,
-          {{kInhibitEmergencies,
-            kFallBack,
-            {canopen::kOutputErrorMode, 1, 1, kBeaconBit},
-            {canopen::kOutputErrorValue, 1, 1, kBeaconBit}}},
-          {kIoRpdo1},
-          {kIoTpdo1, kIoTpdo2}};
+NodeParameters node_of(std::uint8_t number, const Profile& p) {
+  NodeParameters node{.node = number, .device_type = p.device_type};
+  for (std::size_t i = 0; i < p.entries.size(); ++i) node.entries[i] = p.entries[i];
+  return node;
 }
 
-NodeParameters imu(std::uint8_t node) {
-  return {node, kImuDevice, {{kInhibitEmergencies, kFallBack}}, {}, {kImuTpdo1}};
+NodeParameters wheel(std::uint8_t number, const RoverBusParameters& parameters) {
+  using S = WheelSignal;
+  const Profile& p = parameters.profile[static_cast<std::size_t>(Kind::wheel)];
+  NodeParameters node = node_of(number, p);
+  for (const S ramp : {S::acceleration, S::deceleration, S::quick_stop_deceleration})
+    write(node, p, ramp, parameters.wheel_acceleration_rpm_s);
+  node.rpdo[0] = pdo(1, canopen::kEvent, p, S::controlword, S::target_velocity);
+  node.tpdo[0] = pdo(1, canopen::kOnSync, p, S::statusword, S::velocity, S::current);
+  node.tpdo[1] = pdo(2, canopen::kOnSync, p, S::hall_velocity, S::wheel_velocity);
+  node.tpdo[2] = pdo(3, canopen::kEvent, p, S::temperature, S::link_voltage);
+  node.tpdo[2].event_ms = 1000;
+  return node;
+}
+
+NodeParameters steering(std::uint8_t number, const RoverBusParameters& parameters) {
+  using S = SteeringSignal;
+  const Profile& p = parameters.profile[static_cast<std::size_t>(Kind::steering)];
+  NodeParameters node = node_of(number, p);
+  write(node, p, S::profile_velocity, parameters.steering_speed_rad_s * parameters.gear_ratio);
+  for (const S ramp : {S::acceleration, S::deceleration, S::quick_stop_deceleration})
+    write(node, p, ramp, parameters.steering_acceleration_rad_s2 * parameters.gear_ratio);
+  node.rpdo[0] = pdo(1, canopen::kEvent, p, S::controlword, S::target_position);
+  node.tpdo[0] = pdo(1, canopen::kOnSync, p, S::statusword, S::position, S::current);
+  node.tpdo[1] = pdo(2, canopen::kOnSync, p, S::wheel_position);
+  return node;
+}
+
+NodeParameters io(const RoverBusParameters& parameters) {
+  using S = IoSignal;
+  const Profile& p = parameters.profile[static_cast<std::size_t>(Kind::io)];
+  NodeParameters node = node_of(parameters.io_node, p);
+  node.rpdo[0] = pdo(1, canopen::kEvent, p, S::outputs);
+  node.tpdo[0] = pdo(1, canopen::kDeviceEvent, p, S::inputs);
+  node.tpdo[0].inhibit_100us = 20;
+  node.tpdo[1] = pdo(2, canopen::kOnSync, p, S::beta, S::rho1, S::rho2);
+  return node;
+}
+
+NodeParameters imu(const RoverBusParameters& parameters) {
+  using S = ImuSignal;
+  const Profile& p = parameters.profile[static_cast<std::size_t>(Kind::imu)];
+  NodeParameters node = node_of(parameters.imu_node, p);
+  node.tpdo[0] = pdo(1, canopen::kOnSync, p, S::speed, S::direction, S::yaw_rate, S::counter);
+  return node;
 }
 
 }  // namespace
@@ -82,8 +95,8 @@ canopen::MasterParameters master_parameters(const RoverBusParameters& p) noexcep
   for (std::size_t i = 0; i < kSteered; ++i) {
     master.nodes[kFirstSteering + i] = steering(p.steering_node[i], p);
   }
-  master.nodes[kIo] = io(p.io_node);
-  master.nodes[kImu] = imu(p.imu_node);
+  master.nodes[kIo] = io(p);
+  master.nodes[kImu] = imu(p);
   return master;
 }
 

@@ -1,7 +1,7 @@
 #pragma once
 
 // Contents of the PDOs of D.I.A.N.A. Ardito, to and from physical units. Layouts, units and signs:
-// docs/icd-ardito.md sections 3 and 5. Pure.
+// docs/icd-ardito.md sections 3 and 5; objects, sizes and units by the device descriptions. Pure.
 
 #include <array>
 #include <cstdint>
@@ -9,6 +9,7 @@
 #include <span>
 #include <variant>
 
+#include "drivers/ardito/profile.h"
 #include "drivers/time.h"
 
 namespace lss::ardito {
@@ -68,14 +69,14 @@ using Reading = std::variant<WheelMotion, WheelSpeeds, WheelHealth, SteeringMoti
 
 // Data of TPDO `number` of a node (index, see above). None: there is no such PDO, or its length is
 // wrong.
-std::optional<Reading> decode(std::size_t node, int number,
+std::optional<Reading> decode(const Profiles& profiles, std::size_t node, int number,
                               std::span<const std::uint8_t> data) noexcept;
 
 using RpdoBytes = std::array<std::uint8_t, 6>;
-// Values outside the range of the field are clipped to it; a value that is not finite becomes 0.
-RpdoBytes wheel_rpdo(std::uint16_t controlword, double motor_rpm) noexcept;
-RpdoBytes steering_rpdo(std::uint16_t controlword, std::int32_t position) noexcept;
-std::int32_t steering_counts(double motor_rad) noexcept;  // 0.0001 rad
+// Counts of a target in the unit of its field. Values outside its range are clipped to it; a value
+// that is not finite becomes 0.
+RpdoBytes drive_rpdo(std::uint16_t controlword, std::int32_t counts) noexcept;
+std::int32_t counts(const Field& field, double value) noexcept;
 // `clutches`: bit i, wheel i is engaged.
 std::uint8_t io_rpdo(std::uint8_t clutches, bool beacon) noexcept;
 

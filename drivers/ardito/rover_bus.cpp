@@ -20,6 +20,7 @@ bool stops_all(const RoverOrders& orders) noexcept {
 
 RoverBus::RoverBus(const RoverBusParameters& parameters) noexcept
     : DriveBus(master_parameters(parameters), parameters, kWheels + kSteered),
+      profile_(parameters.profile),
       gear_ratio_(parameters.gear_ratio),
       set_point_gap_ns_(parameters.set_point_gap_ns) {
   restart(0);
@@ -43,17 +44,20 @@ void RoverBus::send_others() noexcept {
 }
 
 void RoverBus::send_stop(std::size_t node, std::uint16_t controlword) noexcept {
-  if (node < kWheels) return master_.send_rpdo(node, 1, wheel_rpdo(controlword, 0));
+  if (node < kWheels) return master_.send_rpdo(node, 1, drive_rpdo(controlword, 0));
   SetPoint& point = set_point_[node - kFirstSteering];
   point.has_target = point.edge_due = point.unacknowledged = false;
-  master_.send_rpdo(node, 1, steering_rpdo(controlword, point.target));
+  master_.send_rpdo(node, 1, drive_rpdo(controlword, point.target));
 }
 
 void RoverBus::send_order(std::size_t node, bool enabled, TimeNs now) noexcept {
   if (node >= kFirstSteering) return send_steering(node - kFirstSteering, enabled, now);
   const std::uint16_t word = controlword(node, enabled);
   const bool turns = word == canopen::kEnableOperation;
-  master_.send_rpdo(node, 1, wheel_rpdo(word, turns ? orders_.wheel[node].motor_rpm : 0));
+  const Field& target =
+      profile_[static_cast<std::size_t>(Kind::wheel)].of(WheelSignal::target_velocity);
+  const double motor_rpm = turns ? orders_.wheel[node].motor_rpm : 0;
+  master_.send_rpdo(node, 1, drive_rpdo(word, counts(target, motor_rpm)));
 }
 
 // A new set-point is taken at the rising edge of its bit: first low with the new target, then high,
@@ -63,14 +67,15 @@ void RoverBus::send_steering(std::size_t steered, bool enabled, TimeNs now) noex
   SetPoint& point = set_point_[steered];
   const std::uint16_t word = controlword(node, enabled);
   const auto send = [&](std::uint16_t bits) {
-    master_.send_rpdo(node, 1,
-                      steering_rpdo(static_cast<std::uint16_t>(word | bits), point.target));
+    master_.send_rpdo(node, 1, drive_rpdo(static_cast<std::uint16_t>(word | bits), point.target));
   };
   if (!enabled || state(node) != DriveState::operation_enabled) {
     point.has_target = point.edge_due = point.unacknowledged = false;
     return send(0);
   }
-  const std::int32_t target = steering_counts(orders_.steering[steered].position_rad * gear_ratio_);
+  const Field& field =
+      profile_[static_cast<std::size_t>(Kind::steering)].of(SteeringSignal::target_position);
+  const std::int32_t target = counts(field, orders_.steering[steered].position_rad * gear_ratio_);
   if (point.has_target && point.target == target && now - point.edge_ns < kRepeat) {
     if (!point.edge_due) send(canopen::kChangeImmediately | canopen::kNewSetPoint);
     return;
@@ -92,7 +97,7 @@ void RoverBus::send_due(TimeNs now) noexcept {
     ++point.sent;
     constexpr std::uint16_t kWord =
         canopen::kEnableOperation | canopen::kChangeImmediately | canopen::kNewSetPoint;
-    master_.send_rpdo(kFirstSteering + s, 1, steering_rpdo(kWord, point.target));
+    master_.send_rpdo(kFirstSteering + s, 1, drive_rpdo(kWord, point.target));
   }
 }
 
@@ -109,7 +114,8 @@ void RoverBus::receive(std::span<const CanFrame> frames) noexcept {
   for (const CanFrame& frame : frames) {
     master_.receive(frame);
     while (master_.take(raw)) {
-      const auto reading = decode(raw.node, raw.number, std::span(raw.data).first(raw.size));
+      const auto reading =
+          decode(profile_, raw.node, raw.number, std::span(raw.data).first(raw.size));
       if (!reading) continue;
       if (const auto* motion = std::get_if<WheelMotion>(&*reading)) {
         heard(raw.node, motion->statusword);

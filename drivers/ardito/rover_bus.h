@@ -23,6 +23,7 @@ struct RoverBusParameters : canopen::DriveBusTimes {
   TimeNs heartbeat_period_ns = 100 * kMillisecond;
   TimeNs heartbeat_timeout_ns = 300 * kMillisecond;
   TimeNs set_point_gap_ns = 5 * kMillisecond;  // between the edges of new set-point
+  Profiles profile = default_profiles();       // of the kinds of nodes, by their descriptions
   double gear_ratio = 50;                      // of the steering
   double wheel_acceleration_rpm_s = 8000;      // of the motor; also deceleration, quick stop
   double steering_speed_rad_s = 0.5;           // of the wheel
@@ -89,7 +90,7 @@ class RoverBus final : public canopen::DriveBus {
  private:
   // The set-point of a steering drive.
   struct SetPoint {
-    std::int32_t target = 0;      // last sent, 0.0001 rad
+    std::int32_t target = 0;      // last sent, counts
     bool has_target = false;      // ... as the orders want
     bool edge_due = false;        // of its handshake, at edge_ns
     bool unacknowledged = false;  // the edge went out at edge_ns
@@ -107,6 +108,7 @@ class RoverBus final : public canopen::DriveBus {
   void send_steering(std::size_t steered, bool enabled, TimeNs now) noexcept;
   void heard_steering(const SteeringMotion& motion, std::size_t node, TimeNs now) noexcept;
 
+  Profiles profile_;
   double gear_ratio_;
   TimeNs set_point_gap_ns_;
   RoverStatus status_{};

@@ -115,8 +115,12 @@ void DriveBus::watch(std::size_t i, TimeNs now) noexcept {
 }
 
 void DriveBus::heard(std::size_t i, std::uint16_t statusword) noexcept {
-  drive_[i].statusword = statusword;
-  drive_[i].state = drive_state(statusword);
+  Drive& drive = drive_[i];
+  const DriveState before = drive.state;
+  drive.statusword = statusword;
+  drive.state = drive_state(statusword);
+  const bool leaves = before == DriveState::operation_enabled && drive.state != before;
+  if (leaves && moves() && order(i).enabled) ++drive.dropouts;
 }
 
 bool DriveBus::transmit(TimeNs now, CanFrame& frame) noexcept {
@@ -143,6 +147,7 @@ void DriveBus::describe(std::size_t node, DriveLink& link) const noexcept {
   link.drive = operational(node) ? drive_[node].state : DriveState::unknown;
   link.statusword = drive_[node].statusword;
   link.disobeys = drive_[node].disobeys;
+  link.dropouts = drive_[node].dropouts;
 }
 
 void DriveBus::describe(DriveBusCounters& counters) const noexcept {

@@ -47,7 +47,8 @@ struct DriveLink {
   NodeStatus node{};
   DriveState drive = DriveState::unknown;  // unknown: no drive, or no statusword
   std::uint16_t statusword = 0;
-  bool disobeys = false;  // operational, and for long not in the ordered state
+  bool disobeys = false;       // operational, and for long not in the ordered state
+  std::uint64_t dropouts = 0;  // times that it left operation enabled while that was ordered
   std::uint64_t sdo_aborts = 0;
   std::uint64_t sdo_repeats = 0;
 };
@@ -122,6 +123,7 @@ class DriveBus {
     int reset_step = 0;    // of a fault: 1 edge down is due, 2 edge up is due
     TimeNs obeyed_ns = 0;  // when it was last in the ordered state
     bool disobeys = false;
+    std::uint64_t dropouts = 0;
   };
 
   bool moves() const noexcept { return !stopping_ && !orders_.quick_stop; }

@@ -30,8 +30,9 @@ using DriveRpdo = std::array<std::uint8_t, 6>;
 DriveRpdo drive_rpdo(std::uint16_t controlword, std::int32_t target) noexcept;
 
 // Entries of every node: EMCY inhibit time of 10 ms, and pre-operational when the bus fails.
-inline constexpr Entry kInhibitEmergencies = {kEmergencyInhibit, 0, 2, 100};
-inline constexpr Entry kFallBack = {kErrorBehaviour, 1, 1, 0};
+// CiA 301 has both as optional: a node may be without them.
+inline constexpr Entry kInhibitEmergencies = {kEmergencyInhibit, 0, 2, 100, true};
+inline constexpr Entry kFallBack = {kErrorBehaviour, 1, 1, 0, true};
 // ... and of every drive: quick stop when the master's heartbeat is lost, then hold.
 inline constexpr Entry kStopOnLoss = {kAbortConnection, 0, 2, 3};
 inline constexpr Entry kHoldWhenStopped = {kQuickStopOption, 0, 2, 6};

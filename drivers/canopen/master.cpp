@@ -98,7 +98,10 @@ void Master::sdo_over(Node& node, TimeNs now) noexcept {
   if (result != SdoClient::Result::done && result != SdoClient::Result::aborted) return;
   const bool identifies = node.status.state == NodeState::identifying;
   if (!identifies && node.status.state != NodeState::configuring) return;
-  if (result == SdoClient::Result::aborted) {
+  const bool absent =
+      result == SdoClient::Result::aborted && !identifies && node.sdo.entry().optional &&
+      (node.sdo.abort_code() == kAbortNoObject || node.sdo.abort_code() == kAbortNoSub);
+  if (result == SdoClient::Result::aborted && !absent) {
     node.status.failed_entry = node.sdo.entry();
     node.status.abort_code = node.sdo.abort_code();
     enter(node, NodeState::failed, now, now + parameters_.retry_ns);

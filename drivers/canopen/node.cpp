@@ -28,7 +28,7 @@ Configuration::Configuration(const NodeParameters& node,
   add(kConsumerHeartbeat, 1, 4,
       std::uint32_t{heartbeat.master} << 16 | milliseconds(heartbeat.timeout_ns));
   for (const Entry& entry : node.entries) {
-    if (entry.size > 0) add(entry.index, entry.sub, entry.size, entry.value);
+    if (entry.size > 0) add(entry.index, entry.sub, entry.size, entry.value, entry.optional);
   }
   for (const Pdo& pdo : node.rpdo) {
     if (pdo.number > 0) add(pdo, node.node, false);
@@ -39,12 +39,12 @@ Configuration::Configuration(const NodeParameters& node,
 }
 
 void Configuration::add(std::uint16_t index, std::uint8_t sub, std::uint8_t size,
-                        std::uint32_t value) noexcept {
+                        std::uint32_t value, bool optional) noexcept {
   if (count_ == kMaxEntries) {
     complete_ = false;
     return;
   }
-  entries_[count_++] = {index, sub, size, value};
+  entries_[count_++] = {index, sub, size, value, optional};
 }
 
 // CiA 301 allows a mapping to be changed only while the PDO is invalid and maps nothing.

@@ -65,7 +65,8 @@ class Configuration {
   bool complete() const noexcept { return complete_; }  // false: there was no room for all
 
  private:
-  void add(std::uint16_t index, std::uint8_t sub, std::uint8_t size, std::uint32_t value) noexcept;
+  void add(std::uint16_t index, std::uint8_t sub, std::uint8_t size, std::uint32_t value,
+           bool optional = false) noexcept;
   void add(const Pdo& pdo, std::uint8_t node, bool transmits) noexcept;
 
   std::array<Entry, kMaxEntries> entries_{};

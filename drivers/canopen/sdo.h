@@ -17,6 +17,7 @@ struct Entry {
   std::uint8_t sub = 0;
   std::uint8_t size = 0;  // bytes, 1 to 4
   std::uint32_t value = 0;
+  bool optional = false;  // a node without this object is as good
 
   bool operator==(const Entry&) const = default;
 };
@@ -24,6 +25,8 @@ struct Entry {
 // Our own abort: the node did not answer. The same number as in CiA 301.
 inline constexpr std::uint32_t kAbortTimeout = 0x0504'0000;
 inline constexpr std::uint32_t kAbortBadCommand = 0x0504'0001;
+// Of a node: it does not have the object, or the sub-index.
+inline constexpr std::uint32_t kAbortNoObject = 0x0602'0000, kAbortNoSub = 0x0609'0011;
 
 struct SdoCounters {
   std::uint64_t requests = 0;  // with repetitions

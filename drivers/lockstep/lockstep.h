@@ -95,9 +95,9 @@ class Client {
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
 
-  // Waits until the daemon took a written command. False: it has not within seconds of wall time.
-  bool await_command(std::uint64_t number) const noexcept;
-  bool await_heartbeat(std::uint64_t number) const noexcept;
+  // Waits until the daemon took a written message. False: it has not within `limit` of wall time.
+  bool await_command(std::uint64_t number, TimeNs limit) const noexcept;
+  bool await_heartbeat(std::uint64_t number, TimeNs limit) const noexcept;
   void heard_answer(std::uint64_t number) noexcept;  // to the command of that number
   void wait_at_speed(bool on) noexcept;              // time has Settings::speed for this client
   // Up to the status and the telemetry of these times, the newest received.
@@ -110,6 +110,7 @@ class Client {
 // The daemon, for the client of that source; no effect without one.
 void took_command(std::string_view source, std::uint64_t number) noexcept;
 void took_heartbeat(std::string_view source, std::uint64_t number) noexcept;
+bool has_heartbeat(std::string_view source, std::uint64_t number) noexcept;  // took it before
 void answered(std::string_view source, std::uint64_t number) noexcept;
 void said_status(TimeNs time) noexcept;
 void said_telemetry(TimeNs time) noexcept;

@@ -288,11 +288,11 @@ namespace {
 // Before it takes part, a client numbers its messages by the wall clock.
 bool is_numbered(std::uint64_t number) noexcept { return number < std::uint64_t{1} << 40; }
 
-bool await_count(const std::atomic<std::uint64_t>& count, std::uint64_t number) noexcept {
-  constexpr TimeNs kLimit = 10 * kSecond;
-  const TimeNs limit = wall_now() + kLimit;
+bool await_count(const std::atomic<std::uint64_t>& count, std::uint64_t number,
+                 TimeNs limit) noexcept {
+  const TimeNs end = wall_now() + limit;
   while (count.load() < number) {
-    if (wall_now() > limit) return false;
+    if (wall_now() > end) return false;
     const timespec pause{0, 50 * kMicrosecond};
     ::nanosleep(&pause, nullptr);
   }
@@ -309,12 +309,14 @@ void for_client(std::string_view source, std::uint64_t number, Count count) noex
 
 }  // namespace
 
-bool Client::await_command(std::uint64_t number) const noexcept {
-  return at_ < 0 || await_count(shared->clients[static_cast<std::size_t>(at_)].commands, number);
+bool Client::await_command(std::uint64_t number, TimeNs limit) const noexcept {
+  return at_ < 0 ||
+         await_count(shared->clients[static_cast<std::size_t>(at_)].commands, number, limit);
 }
 
-bool Client::await_heartbeat(std::uint64_t number) const noexcept {
-  return at_ < 0 || await_count(shared->clients[static_cast<std::size_t>(at_)].heartbeats, number);
+bool Client::await_heartbeat(std::uint64_t number, TimeNs limit) const noexcept {
+  return at_ < 0 ||
+         await_count(shared->clients[static_cast<std::size_t>(at_)].heartbeats, number, limit);
 }
 
 void Client::wait_at_speed(bool on) noexcept {
@@ -335,6 +337,12 @@ void took_command(std::string_view source, std::uint64_t number) noexcept {
 
 void took_heartbeat(std::string_view source, std::uint64_t number) noexcept {
   for_client(source, number, [&](ClientSlot& c) { c.heartbeats.store(number); });
+}
+
+bool has_heartbeat(std::string_view source, std::uint64_t number) noexcept {
+  bool had = false;
+  for_client(source, number, [&](ClientSlot& c) { had = had || c.heartbeats.load() >= number; });
+  return had;
 }
 
 void answered(std::string_view source, std::uint64_t number) noexcept {

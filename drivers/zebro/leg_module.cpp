@@ -15,6 +15,13 @@ constexpr double kTemperature_degC = 0.01;
 constexpr double kSupply_V = 0.001;
 constexpr double kTime_s = 0.001;
 
+// Ranges of what a working module can report.
+constexpr double kTurn_rad = (kTurn_cdeg - 0.5) * kPosition_rad;  // the last position, and rounding
+constexpr double kMostVelocity_rad_s = 360 * kDegree;             // three times its limit
+constexpr double kMostCurrent_A = 10;                             // far above a stalled motor
+constexpr double kLeast_degC = -150, kMost_degC = 200;
+constexpr double kLeastSupply_V = 3, kMostSupply_V = 24;  // of 12 V; below it there is no reply
+
 std::uint16_t u16(const Payload& data, std::size_t at) {
   return static_cast<std::uint16_t>((data[at] << 8) | data[at + 1]);
 }
@@ -43,6 +50,16 @@ Health decode_health(const Payload& data) noexcept {
 Identity decode_identity(const Payload& data) noexcept {
   const std::uint32_t uptime_ms = (std::uint32_t{u16(data, 4)} << 16) | u16(data, 6);
   return {data[0], data[1], data[2], data[3], uptime_ms * kTime_s};
+}
+
+bool possible(const Status& s) noexcept {
+  return (s.flags & kFlagsReserved) == 0 && s.position_rad < kTurn_rad &&
+         std::abs(s.velocity_rad_s) <= kMostVelocity_rad_s && s.current_A <= kMostCurrent_A;
+}
+
+bool possible(const Health& h) noexcept {
+  return h.temperature_degC >= kLeast_degC && h.temperature_degC <= kMost_degC &&
+         h.supply_V >= kLeastSupply_V && h.supply_V <= kMostSupply_V && h.set_point_rad < kTurn_rad;
 }
 
 std::uint16_t position_cdeg(double angle_rad) noexcept {

@@ -47,6 +47,7 @@ inline constexpr std::uint16_t kFlagWatchdog = 1u << 5;
 inline constexpr std::uint16_t kFlagHallSensor = 1u << 6;
 inline constexpr std::uint16_t kFlagReset = 1u << 7;  // since the last status
 inline constexpr std::uint16_t kFlagHot = 1u << 8;
+inline constexpr std::uint16_t kFlagsReserved = 0xFE00;  // always 0
 
 enum class ResetCause : std::uint8_t { power_on, watchdog, brown_out, command, software };
 
@@ -77,6 +78,11 @@ using Payload = std::array<std::uint8_t, kFrameData>;
 Status decode_status(const Payload& data) noexcept;
 Health decode_health(const Payload& data) noexcept;
 Identity decode_identity(const Payload& data) noexcept;
+
+// Whether every value is in the range of docs/icd-zebro.md section 5: reserved flags 0, positions
+// in [0, 2 pi), and speed, current, temperature and supply that a module can have.
+bool possible(const Status& status) noexcept;
+bool possible(const Health& health) noexcept;
 
 // Any finite angle to the bus unit, [0, 36000).
 std::uint16_t position_cdeg(double angle_rad) noexcept;

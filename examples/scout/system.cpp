@@ -59,7 +59,7 @@ constexpr std::array kReturns = {return_to_idle<help>()};
 constexpr const char* kGoals[] = {"none", "idle"};
 
 lc::Model model_of(const lc::Table& table, std::uint16_t modules) {
-  return lc::model_of<kStates, kSteps>(table, modules, kContracts, kReturns);
+  return lc::model_of<kStates, kSteps>(table, modules, kDuties, kContracts, kReturns);
 }
 
 }  // namespace

@@ -93,6 +93,12 @@ double hub_ratio(std::size_t wheel, const Direction& direction, const Geometry& 
   return signed_length(radius(wheel, direction, geometry)) / geometry.f_m;
 }
 
+double hub_speed_m_s(std::size_t wheel, const PlaneMotion& motion, const Direction& steering,
+                     const Geometry& geometry) noexcept {
+  const Radius r = radius(wheel, motion.direction, geometry);
+  return motion.v_m_s / geometry.f_m * (r.across_m * steering.cos - r.along_m * steering.sin);
+}
+
 double v_from_hub_m_s(std::size_t wheel, double hub_m_s, const Direction& direction,
                       const Geometry& geometry) noexcept {
   const double ratio = hub_ratio(wheel, direction, geometry);

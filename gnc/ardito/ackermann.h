@@ -40,6 +40,10 @@ Direction direction_from_steering(std::size_t wheel, const Direction& steering,
 // rotation and gives no information on v.
 PerWheel<double> hub_ratios(const Direction& direction, const Geometry& geometry) noexcept;
 double hub_ratio(std::size_t wheel, const Direction& direction, const Geometry& geometry) noexcept;
+// Speed of this wheel's hub along the wheel as it is steered now, of a rover that moves like this:
+// the same as its ratio times v when it is steered for that motion.
+double hub_speed_m_s(std::size_t wheel, const PlaneMotion& motion, const Direction& steering,
+                     const Geometry& geometry) noexcept;
 // v of the CM for this speed of this wheel's hub (17.7.2, E8); 0 without information.
 double v_from_hub_m_s(std::size_t wheel, double hub_m_s, const Direction& direction,
                       const Geometry& geometry) noexcept;

@@ -41,6 +41,9 @@ const char* check(const Parameters& p) noexcept {
   if (p.top_speed_m_s <= 0 || p.top_speed_m_s > 1) {
     return "top_speed_m_s must be above 0 and at most 1: above that the rover tips over";
   }
+  if (p.deceleration_m_s2 < 0.05 || p.deceleration_m_s2 > 2) {
+    return "deceleration_m_s2 must be in 0.05..2: wheels that brake harder slide";
+  }
   // with the centre of rotation inside a middle wheel, that wheel would turn without rolling
   if (p.max_sigma_rad < 0 || g.f_m / std::tan(p.max_sigma_rad) <= g.b_m / 2) {
     return "max_sigma_rad puts the centre of rotation between the middle wheels; make it smaller";
@@ -73,9 +76,18 @@ const char* check(const Parameters& p) noexcept {
   if (p.sensor_frames == 0 || p.motor_frames == 0 || p.reduction_frames == 0 ||
       p.clutch_frames == 0 || p.two_sensors_frames == 0 || p.all_sensors_frames == 0 ||
       p.steering_encoder_frames == 0 || p.steering_frames == 0 || p.quiet_frames == 0 ||
-      p.imu_frozen_frames == 0 || p.probe_frames < 2 ||
+      p.imu_frozen_frames == 0 || p.stuck_frames == 0 || p.probe_frames < 2 ||
       p.all_sensors_error_frames < p.all_sensors_frames) {
     return "counters must be at least 1, probe_frames 2, all_sensors_error_frames the larger one";
+  }
+  if (p.slip_share <= 0 || p.slip_share >= 1 || p.slip_speed_m_s <= 0 ||
+      p.yaw_filter_s < kFrame_s) {
+    return "slip_share must be in 0..1, slip_speed_m_s above 0, yaw_filter_s at least one frame";
+  }
+  if (p.warm_temperature_C > p.max_temperature_C) {
+    return "motors are reported at motor_temperature_degC and taken out at motor_cutoff_degC, "
+           "which "
+           "must not be lower";
   }
   if (!rising(p.no_load_rad_s)) return "the speeds of no_load_rad_s must rise";
   if (p.probe_share <= 0 || p.probe_share >= 1 || p.clutch_min_rad_s <= p.probe_rad_s) {

@@ -47,6 +47,13 @@ double imu_speed_m_s(const Motion& motion, const Inputs& inputs, const Parameter
   return inputs.imu.speed_m_s.value;
 }
 
+// Along the motion of the wheels, on the same scale.
+double imu_along_m_s(const Motion& motion, const Inputs& inputs, const Parameters& p) noexcept {
+  const double speed = imu_speed_m_s(motion, inputs, p);
+  if (motion.v_to_hub != 1) return speed;
+  return speed * std::cos(motion.sigma_rad - inputs.imu.sigma_rad.value);
+}
+
 bool slips(const Motion& motion, const Inputs& inputs, const Parameters& p) noexcept {
   if (!inputs.imu.usable) return false;
   const double v = motion.mean.v_m_s * motion.v_to_hub;
@@ -115,6 +122,12 @@ Motion estimate_motion(const Feedback& feedback, const Inputs& inputs, WheelSet 
   motion.incoherent_sigma =
       apart_rad >= p.coherent_sigma_rad && std::abs(motion.mean.v_m_s) * motion.v_to_hub >= 0.010;
   motion.slip = slips(motion, inputs, p);
+  motion.ground_m_s = motion.mean.v_m_s;
+  if (inputs.imu.usable) {
+    const double along = imu_along_m_s(motion, inputs, p);
+    motion.slip_m_s = motion.mean.v_m_s * motion.v_to_hub - along;
+    motion.ground_m_s = along / motion.v_to_hub;
+  }
   motion.imu_contradicts = contradicts(motion, inputs, p);
   return motion;
 }

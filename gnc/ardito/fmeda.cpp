@@ -220,6 +220,8 @@ SteeringFailure compare_steps(SteeringHealth& h, const SteeringInputs& in,
 SteeringFailure update_steering(SteeringHealth& h, const SteeringInputs& in, bool counts,
                                 const Parameters& p) noexcept {
   const SteeringFailure stands = compare_steps(h, in, p);
+  const bool over = in.current.usable && std::abs(in.current.value) > p.max_steering_current;
+  h.overcurrent = over ? up(h.overcurrent) : down(h.overcurrent);
   if (!counts) {
     h.candidate = SteeringFailure::none;
     h.count = 0;
@@ -227,7 +229,9 @@ SteeringFailure update_steering(SteeringHealth& h, const SteeringInputs& in, boo
   }
   SteeringVerdict verdict =
       diagnose_steering(steering_flags(in.ordered, in.motor, in.reduction, p));
-  if (in.drive_fault) verdict = {Outcome::failure, SteeringFailure::critical};
+  if (in.drive_fault || h.overcurrent >= p.overcurrent_frames) {
+    verdict = {Outcome::failure, SteeringFailure::critical};
+  }
   if (verdict.failure == SteeringFailure::none && stands != SteeringFailure::none) {
     verdict = {.outcome = Outcome::failure, .failure = stands};
   }

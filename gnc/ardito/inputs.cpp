@@ -46,6 +46,7 @@ void read_steering(const SteeringMeasured& m, std::uint32_t lost, const Paramete
                    SteeringInputs& in) noexcept {
   in.motor = fresh(m.motor_rad, p.drive_age_s, kMaxSteering_rad);
   in.reduction = fresh(m.reduction_rad, p.drive_age_s, kMaxSteering_rad);
+  in.current = fresh(m.current, p.drive_age_s, kMaxCurrent);
   in.stale = !in.motor.usable || !in.reduction.usable;
   in.drive_fault = m.drive_fault;
   if ((lost & 1U) != 0) in.motor = {};
@@ -86,6 +87,22 @@ ImuInputs read_imu(const ImuMeasured& m, const Parameters& p, State& state) noex
   return in;
 }
 
+// True: an angle changed faster than a rocker or bogie can turn, now or a short while ago.
+bool jumps(const std::array<double, 3>& angles_rad, const Parameters& p, State& state) noexcept {
+  bool far = false;
+  for (std::size_t i = 0; i < angles_rad.size() && state.rocker_known != 0; ++i) {
+    far = far || std::abs(angles_rad[i] - state.rocker_rad[i]) > p.rocker_step_rad;
+  }
+  state.rocker_rad = angles_rad;
+  state.rocker_known = 1;
+  if (far) {
+    state.rocker_distrust = p.rocker_frames;
+  } else if (state.rocker_distrust > 0) {
+    --state.rocker_distrust;
+  }
+  return state.rocker_distrust > 0;
+}
+
 void read_rocker(const Measured& m, const Parameters& p, const Linkage& linkage, State& state,
                  Inputs& in) noexcept {
   const Sensor angles[] = {fresh(m.beta_rad, p.rocker_age_s, kMaxRocker_rad),
@@ -94,7 +111,10 @@ void read_rocker(const Measured& m, const Parameters& p, const Linkage& linkage,
   const bool usable =
       std::all_of(std::begin(angles), std::end(angles), [](const Sensor& s) { return s.usable; });
   in.rocker_stale = !usable;
-  if (!usable) {
+  in.rocker_jumped = usable ? jumps({angles[0].value, angles[1].value, angles[2].value}, p, state)
+                            : state.rocker_distrust > 0;
+  if (!usable) state.rocker_known = 0;
+  if (!usable || in.rocker_jumped) {
     state.poses_known = 0;
     return;
   }

@@ -21,6 +21,7 @@ struct WheelInputs {
 struct SteeringInputs {
   Sensor motor;
   Sensor reduction;
+  Sensor current;
   Ordered ordered;
   bool drive_fault = false;
   bool stale = false;
@@ -41,7 +42,8 @@ struct Inputs {
   ImuInputs imu;
   bool rocker = false;  // vx, vz can be used
   bool rocker_stale = false;
-  PerWheel<double> vx_m_s{};  // of the hubs against the chassis
+  bool rocker_jumped = false;  // in this frame, or a short while ago
+  PerWheel<double> vx_m_s{};   // of the hubs against the chassis
   PerWheel<double> vz_m_s{};
 };
 

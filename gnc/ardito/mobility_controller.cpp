@@ -50,6 +50,8 @@ Command MobilityController::step(const Request& asked, const Measured& measured)
   }
   const Motion motion = estimate(request, inputs, feedback, looks, command);
   diagnose(request, inputs, feedback, looks, motion, command);
+  watch_slip(inputs, motion, command);
+  watch_yaw(inputs, motion, command);
   watch_imu(inputs, motion, command);
   const bool stop = error(request, command) || request.error || !request.powered;
 
@@ -75,7 +77,10 @@ Command MobilityController::step(const Request& asked, const Measured& measured)
 
 void MobilityController::retry(const Request& request) noexcept {
   for (std::size_t i = 0; i < kWheels; ++i) {
-    if (contains(request.retry_wheels, i)) state_.wheels[i] = {};
+    if (!contains(request.retry_wheels, i)) continue;
+    state_.wheels[i] = {};
+    // of an isolated wheel only the speed it was expected to roll with
+    for (PerWheel<double>& orders : state_.wheels_ordered) orders[i] = 0;
   }
   for (std::size_t i = 0; i < kSteered; ++i) {
     if (contains(request.retry_steering, i)) state_.steering[i] = {};
@@ -163,16 +168,87 @@ void MobilityController::diagnose(const Request& request, const Inputs& inputs,
 void MobilityController::watch_imu(const Inputs& inputs, const Motion& motion,
                                    Command& command) noexcept {
   if (inputs.rocker_stale) command.faults |= kRockerStale;
+  if (inputs.rocker_jumped) command.faults |= kRockerJump;
   if (motion.slip) command.faults |= kSlip;
   if (motion.incoherent_speed) command.faults |= kIncoherentSpeed;
   if (motion.incoherent_sigma) command.faults |= kIncoherentSigma;
   if (inputs.imu.silent) command.faults |= kImuSilent;
   // wheels that agree with each other for long and not with the IMU (7.7)
-  const bool contradicts = motion.imu_contradicts && !motion.incoherent_speed;
+  const bool contradicts =
+      motion.imu_contradicts && !motion.incoherent_speed && (command.faults & kWheelsSlip) == 0;
   state_.imu_contradiction =
       contradicts ? std::min(state_.imu_contradiction + 1, parameters_.imu_frames) : 0;
   if (inputs.imu.implausible || state_.imu_contradiction >= parameters_.imu_frames) {
     command.faults |= kImuImplausible;
+  }
+}
+
+// Of the motors that drive: how hard they push against the ground, positive along their motion.
+double MobilityController::mean_load(const Inputs& inputs) const noexcept {
+  double sum = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const bool driven = state_.wheels[i].service == WheelService::engaged;
+    if (!driven || !inputs.wheels[i].load.usable) continue;
+    sum += inputs.wheels[i].load.value;
+    ++count;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+// Wheels and IMU contradict each other. The rover turns as the wheels say: the IMU's speed is
+// wrong. It does not turn, or its motors push against the ground in the sense of the slip: the
+// wheels slip. All other contradictions are the IMU's (watch_imu). Judged by the sums over all
+// frames of the contradiction.
+void MobilityController::watch_slip(const Inputs& inputs, const Motion& motion,
+                                    Command& command) noexcept {
+  SlipWatch& w = state_.slip;
+  const double load = mean_load(inputs);
+  command.estimate.load = load;
+  command.estimate.slip_m_s = motion.slip_m_s;
+  const double v = motion.mean.v_m_s * motion.v_to_hub;
+  const bool lost = std::abs(v) > parameters_.slip_speed_m_s &&
+                    motion.slip_m_s * v > parameters_.slip_share * v * v;
+  const bool begins = drives(state_.mode) || w.frames > 0;  // it goes on while they slow down
+  if (!inputs.imu.usable || !begins || !(lost || motion.imu_contradicts)) {
+    w = {};
+    return;
+  }
+  w.frames = std::min(w.frames + 1, 1000000U);
+  w.stuck_frames = lost ? std::min(w.stuck_frames + 1, 1000000U) : 0;
+  w.load += load;
+  w.wheels_yaw_rad_s += yaw_rate_rad_s(motion.mean, parameters_.geometry);
+  w.imu_yaw_rad_s += inputs.imu.yaw_rate_rad_s.value;
+
+  const double turning = std::abs(w.wheels_yaw_rad_s), turned = w.imu_yaw_rad_s / w.frames;
+  const double pushing = w.load * (motion.slip_m_s * v > 0 ? 1 : -1);
+  const bool spot = motion.v_to_hub != 1;  // there the yaw rate is what is in question
+  const bool along = lost || std::abs(motion.slip_m_s) > parameters_.slip_m_s;  // not sideways
+  bool wheels = along && pushing > parameters_.slip_load * w.frames;
+  if (!spot && turning > parameters_.turning_rad_s * w.frames) {
+    const double share = turned * w.frames / w.wheels_yaw_rad_s;
+    if (share < 0.35) wheels = true;
+    if (share > 0.65) wheels = false;
+  }
+  if (!wheels) return;
+  command.faults |= kWheelsSlip;
+  if (w.stuck_frames >= parameters_.stuck_frames) command.faults |= kStuck;
+}
+
+// 7.2.1: a bent bracket shows in how the rover turns, if at all.
+void MobilityController::watch_yaw(const Inputs& inputs, const Motion& motion,
+                                   Command& command) noexcept {
+  const bool judged = inputs.imu.usable && state_.mode == Mode::running && !motion.slip &&
+                      !motion.incoherent_speed &&
+                      std::abs(motion.mean.v_m_s) > parameters_.slip_speed_m_s;
+  if (judged) {
+    const double error =
+        inputs.imu.yaw_rate_rad_s.value - yaw_rate_rad_s(motion.mean, parameters_.geometry);
+    state_.yaw_error_rad_s +=
+        (error - state_.yaw_error_rad_s) * kFrame_s / parameters_.yaw_filter_s;
+  }
+  if (std::abs(state_.yaw_error_rad_s) > parameters_.yaw_agree_rad_s) {
+    command.faults |= kYawDisagrees;
   }
 }
 
@@ -195,13 +271,19 @@ bool MobilityController::error(const Request& request, Command& command) const n
 
 void MobilityController::decide(const Request& request, const Feedback& feedback, bool stop,
                                 const PerSteered<double>& asked_rad) noexcept {
-  const bool was_busy = state_.mode == Mode::stop && busy(state_.phase);
+  // Stop is left only by angles that fit the request of this frame
+  const bool stopped = state_.mode == Mode::stop;
+  if (stopped) follow_chart(request, feedback, stop, asked_rad);
+  const bool is_busy = stopped && busy(state_.phase);
   const double delta =
       request.parking || state_.started == 0 ? 0 : std::abs(request.sigma_rad - state_.sigma_rad);
   state_.mode =
-      next_mode(state_.mode, {request.speed, request.parking, was_busy, stop, delta}, parameters_);
-  if (state_.mode != Mode::stop) return;
+      next_mode(state_.mode, {request.speed, request.parking, is_busy, stop, delta}, parameters_);
+  if (!stopped && state_.mode == Mode::stop) follow_chart(request, feedback, stop, asked_rad);
+}
 
+void MobilityController::follow_chart(const Request& request, const Feedback& feedback, bool stop,
+                                      const PerSteered<double>& asked_rad) noexcept {
   // steering motors that no longer follow cannot be waited for
   StopInputs in;
   for (std::size_t i = 0; i < kWheels; ++i) {
@@ -272,15 +354,14 @@ void MobilityController::drive(const Request& request, const PlaneMotion& target
     return wheel_speed_rad_s(i, hub_m_s, feedback.steering[i], inputs, request.enable_correction,
                              parameters_);
   };
-  PerWheel<double> hubs_m_s{};
-  if (drives(state_.mode)) hubs_m_s = hub_speeds_m_s(target, parameters_.geometry);
+  const PerWheel<double> hubs = hubs_m_s(request, target, feedback, motion);
   const WheelSet isolated = wheels_in(WheelService::isolated);
   const WheelSet probed = probed_wheels();
 
   PerWheel<double> wanted{}, errors{};
   double fastest = 0;
   for (std::size_t i = 0; i < kWheels; ++i) {
-    wanted[i] = speed_rad_s(i, hubs_m_s[i]);
+    wanted[i] = speed_rad_s(i, hubs[i]);
     errors[i] = wanted[i] - feedback.wheel_rad_s[i];
     if (!contains(isolated, i)) fastest = std::max(fastest, std::abs(feedback.wheel_rad_s[i]));
   }
@@ -289,6 +370,7 @@ void MobilityController::drive(const Request& request, const PlaneMotion& target
 
   const PerWheel<double> last = state_.wheels_ordered[0];
   state_.wheels_ordered[1] = last;
+  if (!drives(state_.mode)) slow_down(isolated);
   for (std::size_t i = 0; i < kWheels; ++i) {
     double& integral = state_.wheel_integral[i];
     double& order = state_.wheels_ordered[0][i];
@@ -300,6 +382,8 @@ void MobilityController::drive(const Request& request, const PlaneMotion& target
     } else if (stands) {
       integral = 0;
       order = 0;
+    } else if (!drives(state_.mode)) {
+      integral = order;
     } else if (contains(probed, i)) {
       const double limit = std::abs(wanted[i]);
       order = probe_speed_rad_s(std::clamp(integral, -limit, limit), parameters_);
@@ -309,6 +393,41 @@ void MobilityController::drive(const Request& request, const PlaneMotion& target
       order = pi_step(cut[i], limit, integral, parameters_);
     }
   }
+}
+
+// Of all hubs. While the steering is under way, the rover moves where its wheels point, and each
+// hub rolls along its wheel: speeds for the requested angles would push it sideways and forward.
+PerWheel<double> MobilityController::hubs_m_s(const Request& request, const PlaneMotion& target,
+                                              const Feedback& feedback,
+                                              const Motion& motion) const noexcept {
+  PerWheel<double> hubs{};
+  if (!drives(state_.mode)) return hubs;
+  PlaneMotion now = target;
+  if (state_.mode == Mode::running) {
+    constexpr double kNarrowest = 0.309;  // sine of 18 deg: 5 sigma is 90 deg
+    const Direction& d = motion.mean.direction;
+    const double measured = std::min(std::abs(d.sin), kNarrowest);
+    const double asked = std::abs(target.direction.sin);
+    now.direction = d;
+    now.v_m_s = request.speed * request.speed_limit_m_s *
+                (1 - std::abs(sine_of_five(std::max(measured, asked))));
+  }
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    hubs[i] = hub_speed_m_s(i, now, feedback.steering[i], parameters_.geometry);
+  }
+  return hubs;
+}
+
+// All wheels together, at the configured deceleration.
+void MobilityController::slow_down(WheelSet isolated) noexcept {
+  double fastest = 0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    if (!contains(isolated, i)) fastest = std::max(fastest, std::abs(state_.wheels_ordered[0][i]));
+  }
+  const double step =
+      parameters_.deceleration_m_s2 * kFrame_s / parameters_.geometry.wheel_radius_m;
+  const double left = fastest > step ? 1 - step / fastest : 0;
+  for (double& order : state_.wheels_ordered[0]) order *= left;
 }
 
 void MobilityController::stand(const Feedback& feedback) noexcept {
@@ -331,7 +450,7 @@ void MobilityController::report(const Inputs& inputs, const Feedback& feedback,
     command.wheel_failure[i] = failure_of(h.lost);
     command.sensors_lost[i] = h.lost & kSensors;
     if (in.stale) command.stale_wheels |= only(i);
-    if (in.temperature_C.usable && in.temperature_C.value > parameters_.max_temperature_C) {
+    if (in.temperature_C.usable && in.temperature_C.value > parameters_.warm_temperature_C) {
       command.hot_motors |= only(i);
     }
     if (h.inconclusive >= parameters_.inconclusive_frames) command.inconclusive_wheels |= only(i);
@@ -349,12 +468,14 @@ void MobilityController::report(const Inputs& inputs, const Feedback& feedback,
   command.phase = state_.phase;
   command.busy = state_.mode == Mode::stop && busy(state_.phase) ? 1 : 0;
   command.probing = probed_wheels();
-  command.estimate = {motion.mean.v_m_s,
-                      motion.sigma_rad,
-                      yaw_rate_rad_s(motion.mean, parameters_.geometry),
-                      feedback.wheel_rad_s,
-                      steered(feedback.steering_rad),
-                      motion.v_m_s};
+  Estimate& e = command.estimate;  // slip and load: watch_slip()
+  e.speed_m_s = motion.mean.v_m_s;
+  e.sigma_rad = motion.sigma_rad;
+  e.yaw_rate_rad_s = yaw_rate_rad_s(motion.mean, parameters_.geometry);
+  e.ground_m_s = (command.faults & kWheelsSlip) != 0 ? motion.ground_m_s : motion.mean.v_m_s;
+  e.wheel_rad_s = feedback.wheel_rad_s;
+  e.steering_rad = steered(feedback.steering_rad);
+  e.wheel_speed_m_s = motion.v_m_s;
 }
 
 }  // namespace lss::gnc::ardito

@@ -42,10 +42,18 @@ class MobilityController {
   void diagnose(const Request& request, const Inputs& inputs, const Feedback& feedback,
                 const PerWheel<WheelLook>& looks, const Motion& motion, Command& command) noexcept;
   void watch_imu(const Inputs& inputs, const Motion& motion, Command& command) noexcept;
+  void watch_slip(const Inputs& inputs, const Motion& motion, Command& command) noexcept;
+  void watch_yaw(const Inputs& inputs, const Motion& motion, Command& command) noexcept;
+  double mean_load(const Inputs& inputs) const noexcept;
   bool error(const Request& request, Command& command) const noexcept;
   void decide(const Request& request, const Feedback& feedback, bool stop,
               const PerSteered<double>& asked_rad) noexcept;
+  void follow_chart(const Request& request, const Feedback& feedback, bool stop,
+                    const PerSteered<double>& asked_rad) noexcept;
   PlaneMotion asked_motion(const Request& request) const noexcept;
+  PerWheel<double> hubs_m_s(const Request& request, const PlaneMotion& target,
+                            const Feedback& feedback, const Motion& motion) const noexcept;
+  void slow_down(WheelSet isolated) noexcept;
   void find_steering(const Inputs& inputs, const Feedback& feedback) noexcept;
   void steer(bool moves, const Feedback& feedback, const PerSteered<double>& asked_rad) noexcept;
   void drive(const Request& request, const PlaneMotion& target, const Inputs& inputs,

@@ -50,6 +50,7 @@ struct Parameters {
   double standing_rad_s = 0.1;       // wheel speed below which the rover stands
   double steered_rad = 0.035;        // angle error below which it is steered
   double parking_length_m = 3.4290;  // yaw rate on the spot = Vtan / this (E10)
+  double deceleration_m_s2 = 0.5;    // of every stop that is not an emergency
 
   // correction and ratio blocks (12)
   double correction_sign = 1;   // E7; -1 is the thesis' print, 0: no correction
@@ -80,6 +81,14 @@ struct Parameters {
   double coherent_sigma_rad = 0.01;
   double slip_m_s = 0.150;
   double slip_sigma_rad = 0.08;
+  // wheels that slip, against an IMU that is wrong
+  double slip_share = 0.7;       // of the wheels' speed that is lost: more than that is stuck
+  double slip_speed_m_s = 0.07;  // slower wheels are not judged by their share
+  double slip_load = 0.18;       // mean load of motors that push against the ground
+  double turning_rad_s = 0.05;   // yaw rate that an IMU cannot miss
+  // yaw rate of the IMU against the inverse model (7.2.1)
+  double yaw_agree_rad_s = 0.05;
+  double yaw_filter_s = 5;
 
   // counters (18.1), frames
   std::uint32_t sensor_frames = 3;
@@ -95,15 +104,20 @@ struct Parameters {
   std::uint32_t inconclusive_frames = 20;
   std::uint32_t max_lost_wheels = 2;  // isolated without an error
   std::uint32_t imu_frames = 20;      // contradiction with coherent wheels before it is a fault
+  std::uint32_t stuck_frames = 12;    // of slip before the rover counts as stuck
+  std::uint32_t rocker_frames = 50;   // without a jump before angles are trusted again
 
   std::uint32_t imu_frozen_frames = 2;  // with the same counter: silent
   std::uint32_t overcurrent_frames = 10;
   std::uint32_t quiet_frames = 6;        // clutch: at no load before a probe
   std::uint32_t probe_frames = 6;        // how long, twice that without a reduction encoder
   std::uint32_t probe_pause_frames = 4;  // after a probe without findings
-  // motor supervision (FMEA 7.1.1)
-  double max_temperature_C = 110;
-  double max_current = 2.0;  // share of rated, for overcurrent_frames
+  double rocker_step_rad = 0.5;          // in a frame: no rocker or bogie turns further
+  // motor supervision (FMEA 7.1.1, 7.2.2)
+  double warm_temperature_C = 90;  // reported
+  double max_temperature_C = 105;  // taken out
+  double max_current = 2.0;        // share of rated, for overcurrent_frames
+  double max_steering_current = 2.0;
 
   // clutch test (part VII): current of the motor with the clutch open, at these wheel speeds
   std::array<double, kNoLoadPoints> no_load_rad_s = {0, 1, 2, 4, 8};
@@ -120,18 +134,21 @@ struct Parameters {
     return std::tie(
         self.geometry, self.top_speed_m_s, self.max_sigma_rad, self.min_speed,
         self.steady_sigma_rad, self.standing_rad_s, self.steered_rad, self.parking_length_m,
-        self.correction_sign, self.max_correction, self.proportional, self.integral_1_s,
-        self.wheel_saturation_rad_s, self.steering_saturation_rad, self.drive_age_s,
-        self.temperature_age_s, self.rocker_age_s, self.imu_age_s, self.agree_rad_s,
-        self.agree_share, self.still_rad_s, self.slow_rad_s, self.steering_agree_rad,
-        self.steering_step_rad, self.imu_agree_m_s, self.coherent_m_s, self.coherent_share,
-        self.coherent_sigma_rad, self.slip_m_s, self.slip_sigma_rad, self.sensor_frames,
-        self.motor_frames, self.reduction_frames, self.clutch_frames, self.two_sensors_frames,
-        self.all_sensors_frames, self.all_sensors_error_frames, self.steering_encoder_frames,
-        self.steering_frames, self.motor_test_frames, self.inconclusive_frames,
-        self.max_lost_wheels, self.imu_frames, self.imu_frozen_frames, self.overcurrent_frames,
-        self.quiet_frames, self.probe_frames, self.probe_pause_frames, self.max_temperature_C,
-        self.max_current, self.no_load_rad_s, self.no_load_current, self.no_load_tolerance,
+        self.deceleration_m_s2, self.correction_sign, self.max_correction, self.proportional,
+        self.integral_1_s, self.wheel_saturation_rad_s, self.steering_saturation_rad,
+        self.drive_age_s, self.temperature_age_s, self.rocker_age_s, self.imu_age_s,
+        self.agree_rad_s, self.agree_share, self.still_rad_s, self.slow_rad_s,
+        self.steering_agree_rad, self.steering_step_rad, self.imu_agree_m_s, self.coherent_m_s,
+        self.coherent_share, self.coherent_sigma_rad, self.slip_m_s, self.slip_sigma_rad,
+        self.slip_share, self.slip_speed_m_s, self.slip_load, self.turning_rad_s,
+        self.yaw_agree_rad_s, self.yaw_filter_s, self.sensor_frames, self.motor_frames,
+        self.reduction_frames, self.clutch_frames, self.two_sensors_frames, self.all_sensors_frames,
+        self.all_sensors_error_frames, self.steering_encoder_frames, self.steering_frames,
+        self.motor_test_frames, self.inconclusive_frames, self.max_lost_wheels, self.imu_frames,
+        self.stuck_frames, self.rocker_frames, self.imu_frozen_frames, self.overcurrent_frames,
+        self.quiet_frames, self.probe_frames, self.probe_pause_frames, self.rocker_step_rad,
+        self.warm_temperature_C, self.max_temperature_C, self.max_current,
+        self.max_steering_current, self.no_load_rad_s, self.no_load_current, self.no_load_tolerance,
         self.clutch_min_rad_s, self.clutch_drift_rad, self.loaded_current, self.probe_share,
         self.probe_rad_s);
   }

@@ -8,7 +8,7 @@ namespace lss::gnc::ardito {
 static_assert(std::is_trivially_copyable_v<MobilityController>);
 static_assert(kAllMembersTied<Geometry> && kAllMembersTied<Parameters>);
 static_assert(kAllMembersTied<WheelHealth> && kAllMembersTied<SteeringHealth>);
-static_assert(kAllMembersTied<Linkage>);
+static_assert(kAllMembersTied<Linkage> && kAllMembersTied<SlipWatch>);
 static_assert(kAllMembersTied<State> && kAllMembersTied<MobilityController>);
 static_assert(kAllMembersTied<Estimate> && kAllMembersTied<Command>);
 

@@ -47,19 +47,38 @@ struct SteeringHealth {
   SteeringFailure candidate = SteeringFailure::none;
   std::uint32_t count = 0;
   std::uint32_t error = 0;
-  std::uint32_t compared = 0;  // both encoders were usable in the frame before, with these values:
+  std::uint32_t compared =
+      0;  // both encoders were usable in the frame before: motor_rad, reduction_rad
+  std::uint32_t overcurrent = 0;  // frames of the motor above its limit, counted up and down
+  std::uint32_t reserved = 0;
   double motor_rad = 0;
   double reduction_rad = 0;
 
   template <class Self>
   static constexpr auto members(Self& self) noexcept {
     return std::tie(self.lost, self.critical, self.candidate, self.count, self.error, self.compared,
-                    self.motor_rad, self.reduction_rad);
+                    self.overcurrent, self.reserved, self.motor_rad, self.reduction_rad);
   }
 };
 
 inline constexpr std::size_t kWheelDelay = 2;     // frames in which a wheel's drive has obeyed
 inline constexpr std::size_t kSteeringDelay = 5;  // a steering drive turns round, too
+
+// Frames in a row in which wheels and IMU contradict each other, and the evidence of all of them:
+// who is right?
+struct SlipWatch {
+  std::uint32_t frames = 0;
+  std::uint32_t stuck_frames = 0;  // of them those above Parameters::slip_share
+  double load = 0;                 // sums
+  double wheels_yaw_rad_s = 0;
+  double imu_yaw_rad_s = 0;
+
+  template <class Self>
+  static constexpr auto members(Self& self) noexcept {
+    return std::tie(self.frames, self.stuck_frames, self.load, self.wheels_yaw_rad_s,
+                    self.imu_yaw_rad_s);
+  }
+};
 
 struct State {
   // decisions
@@ -72,6 +91,12 @@ struct State {
   std::uint32_t imu_counter = 0;
   std::uint32_t imu_frozen = 0;         // frames without a new packet
   std::uint32_t imu_contradiction = 0;  // frames
+  // suspension angles of the frame before, and frames until they are trusted after a jump
+  std::uint32_t rocker_known = 0;
+  std::uint32_t rocker_distrust = 0;
+  std::array<double, 3> rocker_rad{};
+  SlipWatch slip;
+  double yaw_error_rad_s = 0;  // IMU against inverse model, filtered
   double imu_speed_m_s = 0;
   double sigma_rad = 0;  // requested in the frame before
 
@@ -94,10 +119,12 @@ struct State {
   template <class Self>
   static constexpr auto members(Self& self) noexcept {
     return std::tie(self.mode, self.phase, self.started, self.steering_known, self.poses_known,
-                    self.imu_counter, self.imu_frozen, self.imu_contradiction, self.imu_speed_m_s,
-                    self.sigma_rad, self.v_m_s, self.direction_sin, self.direction_cos, self.poses,
-                    self.wheel_integral, self.steering_integral, self.steering_held,
-                    self.wheels_ordered, self.steering_ordered, self.wheels, self.steering);
+                    self.imu_counter, self.imu_frozen, self.imu_contradiction, self.rocker_known,
+                    self.rocker_distrust, self.rocker_rad, self.slip, self.yaw_error_rad_s,
+                    self.imu_speed_m_s, self.sigma_rad, self.v_m_s, self.direction_sin,
+                    self.direction_cos, self.poses, self.wheel_integral, self.steering_integral,
+                    self.steering_held, self.wheels_ordered, self.steering_ordered, self.wheels,
+                    self.steering);
   }
 };
 

@@ -141,7 +141,11 @@ enum Fault : std::uint32_t {
   kSlip = 1U << 3,            // wheels and IMU disagree
   kIncoherentSpeed = 1U << 4,
   kIncoherentSigma = 1U << 5,
-  kTooFewWheels = 1U << 6,  // more wheels lost than Parameters::max_lost_wheels
+  kTooFewWheels = 1U << 6,   // more wheels lost than Parameters::max_lost_wheels
+  kWheelsSlip = 1U << 7,     // wheels turn and the rover does not follow, by load or yaw rate
+  kStuck = 1U << 8,          // the same, above Parameters::slip_share and for stuck_frames
+  kRockerJump = 1U << 9,     // beta, rho1 or rho2 jumped: not trusted for rocker_frames
+  kYawDisagrees = 1U << 10,  // yaw rate of IMU and inverse model, for long (7.2.1)
 };
 
 struct Estimate {
@@ -150,14 +154,18 @@ struct Estimate {
   double speed_m_s = 0;
   double sigma_rad = 0;
   double yaw_rate_rad_s = 0;
+  double slip_m_s = 0;  // by how much the wheels go faster than the rover, by the IMU; 0 without it
+  double ground_m_s = 0;  // speed over the ground: the IMU's while wheels slip, else speed_m_s
+  double load = 0;        // mean of the motors that drive: share of the rated current above no load
   PerWheel<double> wheel_rad_s{};      // the feedback that control uses
   PerSteered<double> steering_rad{};   // the same
   PerWheel<double> wheel_speed_m_s{};  // Vtan by each wheel alone
 
   template <class Self>
   static constexpr auto members(Self& self) noexcept {
-    return std::tie(self.speed_m_s, self.sigma_rad, self.yaw_rate_rad_s, self.wheel_rad_s,
-                    self.steering_rad, self.wheel_speed_m_s);
+    return std::tie(self.speed_m_s, self.sigma_rad, self.yaw_rate_rad_s, self.slip_m_s,
+                    self.ground_m_s, self.load, self.wheel_rad_s, self.steering_rad,
+                    self.wheel_speed_m_s);
   }
 };
 
@@ -184,7 +192,7 @@ struct Command {
   PerSteered<std::uint32_t> encoders_lost{};  // bit 0 motor, bit 1 reduction
   WheelSet stale_wheels = 0;                  // a value of this wheel was too old in this frame
   SteeringSet stale_steering = 0;
-  WheelSet hot_motors = 0;
+  WheelSet hot_motors = 0;           // above Parameters::warm_temperature_C; taken out above max_
   WheelSet inconclusive_wheels = 0;  // contradictory sensors for long, no failure fits
   WheelSet probing = 0;              // clutch under test: this wheel runs a little slower
   std::uint32_t reserved = 0;

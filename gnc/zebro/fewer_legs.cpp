@@ -48,8 +48,7 @@ StableGait best_of(LegSet isolated, int groups, const Roll& roll) noexcept {
                                     [&](std::size_t m) { return m > 0 && legs - m >= 3; });
     for (int rolls = 1; usable && rolls < 1 << groups; ++rolls) {
       creep.rolls_after = static_cast<std::uint8_t>(rolls);
-      const double margin_m =
-          static_margin_m(creep, roll, HipGeometry{}, best.margin_m + kRounding_m);
+      const double margin_m = static_margin_m(creep, roll, best.margin_m + kRounding_m);
       if (margin_m > best.margin_m + kRounding_m) best = {creep, margin_m};
     }
   }
@@ -82,8 +81,7 @@ double creep_rad(const Creep& creep, std::size_t leg, int group, double half_swe
 
 // While the body rolls all feet are down, between their places in one flight and in the next: only
 // flights are checked.
-double static_margin_m(const Creep& creep, const Roll& roll, const HipGeometry& hips,
-                       double enough_m) noexcept {
+double static_margin_m(const Creep& creep, const Roll& roll, double enough_m) noexcept {
   double smallest_m = std::numeric_limits<double>::infinity();
   for (int group = 0; group < creep.gait.groups && smallest_m > enough_m; ++group) {
     PerLeg<bool> in_stance{};
@@ -93,7 +91,8 @@ double static_margin_m(const Creep& creep, const Roll& roll, const HipGeometry& 
       if (!in_stance[i]) continue;
       theta_rad[i] = creep_rad(creep, i, group, roll.half_sweep_rad[i], roll.offset_rad);
     }
-    smallest_m = std::min(smallest_m, static_margin_m(in_stance, theta_rad, roll.diameter_m, hips));
+    smallest_m =
+        std::min(smallest_m, static_margin_m(in_stance, theta_rad, roll.diameter_m, roll.hips));
   }
   return smallest_m;
 }
@@ -116,7 +115,7 @@ bool creeps_without(LegSet isolated, const LocomotionParameters& p) noexcept {
   const double furthest_rad = std::abs(f.offset_rad) + f.sweep_rad / 2;
   if (furthest_rad >= std::acos(p.belly_height_m / p.leg_diameter_m)) return false;
   // Backward is the same in reverse; a test checks the margin of turns, over all headings.
-  Roll roll{{}, f.offset_rad, p.leg_diameter_m};
+  Roll roll{{}, f.offset_rad, p.leg_diameter_m, p.hips};
   roll.half_sweep_rad.fill(f.sweep_rad / 2);
   return stable_gait(isolated, Speed::high, roll).margin_m >= kLeastMargin_m;
 }

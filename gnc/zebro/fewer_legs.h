@@ -40,6 +40,7 @@ struct Roll {
   PerLeg<double> half_sweep_rad{};  // signed, as half_sweep_rad() gives it
   double offset_rad = 0;
   double diameter_m = 0;
+  HipGeometry hips{};
 };
 
 // Angle of a leg when a group lifts off: rolled back by an equal part for each time that the body
@@ -49,7 +50,7 @@ double creep_rad(const Creep& creep, std::size_t leg, int group, double half_swe
 
 // The smallest margin in a whole cycle. Stops at the first margin that is not above `enough_m` and
 // returns it.
-double static_margin_m(const Creep& creep, const Roll& roll, const HipGeometry& hips = {},
+double static_margin_m(const Creep& creep, const Roll& roll,
                        double enough_m = -std::numeric_limits<double>::infinity()) noexcept;
 
 // The best creep without one or two legs, for these sweeps: high has three groups, medium four, low

@@ -39,6 +39,7 @@ bool Locomotion::isolate(LegSet legs) noexcept {
   if (progress_ == Progress::running || !possible) return false;
   if (legs == isolated_) return true;
   isolated_ = legs;
+  dragging_.reset();
   const Footing f = footing(legs, parameters_);
   times_ = f.times;
   sweep_rad_ = f.sweep_rad;
@@ -65,6 +66,7 @@ bool Locomotion::configure(const LocomotionParameters& parameters) noexcept {
 void Locomotion::begin(Motion motion) noexcept {
   motion_ = motion;
   progress_ = Progress::running;
+  late_ = 0;
   calibration_tried_ = false;
   walk_changed_ = false;
   const bool walking = stage_ == Stage::step || stage_ == Stage::land;
@@ -129,6 +131,7 @@ void Locomotion::sense(double now_s, const std::array<LegMeasured, kLegs>& measu
     }
     last_rad[i] = leg.estimate_rad;
     leg.estimate_rad = leg.usable ? leg.measured_rad : wrap_rad(reference_rad(i, now_s));
+    if (leg.usable && in_service(i)) leg.hangs_rad = leg.measured_rad;
     comparable[i] = updated_ && leg.usable == was_usable;
   }
   if (updated_) dead_reckon(now_s, last_rad, comparable);
@@ -300,12 +303,12 @@ void Locomotion::move_together(double now_s) noexcept {
 
 bool Locomotion::ordered_legs_arrived(double now_s) noexcept {
   if (now_s < stage_due_s_) return false;
-  bool all = true;
+  unsigned late = 0;
   for (std::size_t i = 0; i < kLegs; ++i) {
-    if (legs_[i].ordered && legs_[i].usable && !arrived(i)) all = false;
+    if (legs_[i].ordered && legs_[i].usable && !arrived(i)) late |= 1u << i;
   }
-  if (!all && now_s > stage_due_s_ + parameters_.late_limit_s) progress_ = Progress::failed;
-  return all;
+  if (late != 0 && now_s > stage_due_s_ + parameters_.late_limit_s) fail(static_cast<LegSet>(late));
+  return late == 0;
 }
 
 bool Locomotion::upright() const noexcept {
@@ -316,7 +319,12 @@ bool Locomotion::upright() const noexcept {
     theta_rad[i] = legs_[i].usable ? legs_[i].estimate_rad : 0;
     carries[i] = legs_[i].usable ? std::abs(theta_rad[i]) < kUpright_rad : standing_;
   }
-  return static_margin_m(carries, theta_rad, parameters_.leg_diameter_m) > 0;
+  return static_margin_m(carries, theta_rad, parameters_.leg_diameter_m, parameters_.hips) > 0;
+}
+
+void Locomotion::fail(LegSet late) noexcept {
+  late_ = static_cast<LegSet>(late_ | late);
+  progress_ = Progress::failed;
 }
 
 void Locomotion::begin_calibration(double now_s) noexcept {
@@ -365,7 +373,8 @@ bool Locomotion::calibration_over(double now_s) noexcept {
       over = false;
     } else if (leg.usable && !arrived(i)) {
       over = false;
-      if (now_s > targets_[i].arrive_s + parameters_.late_limit_s) progress_ = Progress::failed;
+      if (now_s > targets_[i].arrive_s + parameters_.late_limit_s)
+        fail(static_cast<LegSet>(1u << i));
     }
   }
   if (!over || search_ == Search::second_tripod) return over;

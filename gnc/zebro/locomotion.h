@@ -11,6 +11,7 @@
 #include <array>
 #include <cstdint>
 
+#include "gnc/zebro/dragging.h"
 #include "gnc/zebro/fewer_legs.h"
 #include "gnc/zebro/gait.h"
 #include "gnc/zebro/leg.h"
@@ -39,6 +40,7 @@ struct LocomotionParameters {
   double leg_diameter_m = 0.053;
   double track_m = 0.130;
   double belly_height_m = 0.025;  // hip above ground when lying
+  HipGeometry hips{};             // from the centre of mass
   // limits
   double swing_limit_rad_s = 2.0943951023931953;  // 120 deg/s, gearbox
   double arrived_rad = 0.05;                      // a leg this close to its target has arrived
@@ -119,9 +121,12 @@ class Locomotion {
   const std::array<LegTarget, kLegs>& targets() const noexcept { return targets_; }
   Motion motion() const noexcept { return motion_; }
   Progress progress() const noexcept { return progress_; }
+  // Legs that made the motion fail: they did not arrive. 0: another reason.
+  LegSet late() const noexcept { return late_; }
 
   // Dead reckoning since construction or reset_odometry(): along the body, yaw clockwise positive.
-  // Standing up rolls the body ahead, lying down rolls it back; turning on the spot slips, and is
+  // Legs out of service count where they were last known to be: on the ground they drag. Standing
+  // up rolls the body ahead, lying down rolls it back; turning on the spot slips, and is
   // overestimated.
   double distance_m() const noexcept { return distance_m_; }
   double yaw_rad() const noexcept { return yaw_rad_; }
@@ -160,6 +165,7 @@ class Locomotion {
     bool usable = false;      // known and calibrated
     double measured_rad = 0;
     double estimate_rad = 0;  // measured when usable, else expected
+    double hangs_rad = kPi;   // where it was usable last; never: clear of the ground
     // walking
     double half_sweep_rad = 0;  // signed; of the present or next stance
     double top_s = 0;  // a swing of nearly a full turn is ordered in two halves; 0: no half to come
@@ -176,8 +182,12 @@ class Locomotion {
   void sense(double now_s, const std::array<LegMeasured, kLegs>& measured) noexcept;
   void dead_reckon(double now_s, const PerLeg<double>& last_rad,
                    const PerLeg<bool>& comparable) noexcept;
+  Moved drag(double elapsed_s, const PerLeg<double>& last_rad,
+             const PerLeg<bool>& comparable) noexcept;
+  void reckon(const Moved& moved, double elapsed_s) noexcept;
 
   void order_again(std::size_t leg) noexcept;
+  void fail(LegSet late) noexcept;
 
   bool in_service(std::size_t leg) const noexcept { return !contains(isolated_, leg); }
   bool walks() const noexcept { return motion_ == Motion::walk && request_.speed != Speed::zero; }
@@ -260,7 +270,9 @@ class Locomotion {
   Search search_ = Search::back;  // calibrating
   bool pushed_off_ = false;
   bool first_cycle_ = false;
+  LegSet late_ = 0;
   bool walk_changed_ = false;
+  Dragging dragging_{};
   double distance_m_ = 0, yaw_rad_ = 0, speed_m_s_ = 0;
   std::uint32_t steps_ = 0;
 };

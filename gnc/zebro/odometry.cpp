@@ -18,6 +18,13 @@ void Locomotion::reset_odometry() noexcept {
 
 void Locomotion::dead_reckon(double now_s, const PerLeg<double>& last_rad,
                              const PerLeg<bool>& comparable) noexcept {
+  const double elapsed_s = now_s - last_update_s_;
+  // A leg out of service that hangs below the belly props the body up, or drags.
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    const double depth_m = hip_height_m(legs_[i].hangs_rad, parameters_.leg_diameter_m);
+    if (!in_service(i) && depth_m > parameters_.belly_height_m)
+      return reckon(drag(elapsed_s, last_rad, comparable), elapsed_s);
+  }
   // Only angles at which a leg carries count: a leg that is still on its way down does not push.
   // Aligning does not count: legs ahead and legs behind slip against each other, and the body
   // hardly moves.
@@ -48,12 +55,30 @@ void Locomotion::dead_reckon(double now_s, const PerLeg<double>& last_rad,
   const double left_m = sides[0].legs > 0 ? sides[0].advance_m / sides[0].legs : 0;
   const double right_m = sides[1].legs > 0 ? sides[1].advance_m / sides[1].legs : 0;
 
-  const double ahead_m = (left_m + right_m) / 2;
-  distance_m_ += ahead_m;
-  yaw_rad_ += (left_m - right_m) / parameters_.track_m;
-  const double elapsed_s = now_s - last_update_s_;
+  reckon({.ahead_m = (left_m + right_m) / 2, .yaw_rad = (left_m - right_m) / parameters_.track_m},
+         elapsed_s);
+}
+
+// Legs out of service hang where they were last known to be.
+Moved Locomotion::drag(double elapsed_s, const PerLeg<double>& last_rad,
+                       const PerLeg<bool>& comparable) noexcept {
+  PerLeg<double> from_rad{}, to_rad{};
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    to_rad[i] = in_service(i) ? legs_[i].estimate_rad : legs_[i].hangs_rad;
+    from_rad[i] = in_service(i) && comparable[i] ? last_rad[i] : to_rad[i];
+  }
+  return dragging_.step({.hips = parameters_.hips,
+                         .leg_diameter_m = parameters_.leg_diameter_m,
+                         .belly_height_m = parameters_.belly_height_m},
+                        from_rad, to_rad, elapsed_s);
+}
+
+void Locomotion::reckon(const Moved& moved, double elapsed_s) noexcept {
+  distance_m_ += moved.ahead_m;
+  yaw_rad_ += moved.yaw_rad;
   if (elapsed_s > 0) {
-    speed_m_s_ += (ahead_m / elapsed_s - speed_m_s_) * elapsed_s / (elapsed_s + kSpeedFilter_s);
+    speed_m_s_ +=
+        (moved.ahead_m / elapsed_s - speed_m_s_) * elapsed_s / (elapsed_s + kSpeedFilter_s);
   }
 }
 

@@ -31,8 +31,7 @@ Stroke next_stroke(double& owed) noexcept {
   return static_cast<Stroke>(whole);
 }
 
-double rowing_margin_m(LegSet isolated, const LocomotionParameters& p,
-                       const HipGeometry& hips) noexcept {
+double rowing_margin_m(LegSet isolated, const LocomotionParameters& p) noexcept {
   const double arc_rad = lowered_rad(p.belly_height_m, p.leg_diameter_m);
   const double toe_rad = stroke_ends(p).toe_rad;
   const std::array<std::array<double, 2>, 5> sides = {
@@ -46,7 +45,7 @@ double rowing_margin_m(LegSet isolated, const LocomotionParameters& p,
       theta_rad[i] = side[is_left(static_cast<int>(i)) ? 0 : 1];
     }
     smallest_m =
-        std::min(smallest_m, static_margin_m(in_stance, theta_rad, p.leg_diameter_m, hips));
+        std::min(smallest_m, static_margin_m(in_stance, theta_rad, p.leg_diameter_m, p.hips));
   }
   return smallest_m;
 }

@@ -40,7 +40,6 @@ Stroke next_stroke(double& owed) noexcept;
 
 // The smallest margin of the feet of all other legs, over all strokes of the two sides, while the
 // legs carry: at both ends and straight down; other positions are in between.
-double rowing_margin_m(LegSet isolated, const LocomotionParameters& parameters,
-                       const HipGeometry& hips = {}) noexcept;
+double rowing_margin_m(LegSet isolated, const LocomotionParameters& parameters) noexcept;
 
 }  // namespace lss::gnc::zebro

@@ -44,7 +44,7 @@ double Locomotion::requested_half_sweep_rad(std::size_t leg) const noexcept {
 }
 
 Roll Locomotion::roll_of(const SideSpeeds& sides) const noexcept {
-  Roll roll{{}, offset_rad_, parameters_.leg_diameter_m};
+  Roll roll{{}, offset_rad_, parameters_.leg_diameter_m, parameters_.hips};
   const double left_rad = half_sweep_rad(sides.left, sweep_rad_, parameters_.leg_diameter_m);
   const double right_rad = half_sweep_rad(sides.right, sweep_rad_, parameters_.leg_diameter_m);
   for (std::size_t i = 0; i < kLegs; ++i) {
@@ -261,7 +261,7 @@ bool Locomotion::swing_over(std::size_t i, double now_s) noexcept {
     schedule_.postpone_touchdown(i, now_s);
   }
   if (!down && now_s > targets_[i].arrive_s + parameters_.late_limit_s) {
-    progress_ = Progress::failed;
+    fail(static_cast<LegSet>(1u << i));
   }
   return down;
 }

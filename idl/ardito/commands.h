@@ -72,9 +72,13 @@ inline constexpr double kMaxHeading_rad = 5 * kDegree;  // Ardito thesis 11.2
 // The parameters of each command.
 struct Start {
   SpeedLimit limit;
+  double speed_m_s;
   static constexpr ParameterInfo kParameters[] = {
       {"limit", "choice", 0, 1, 0, kSpeedLimits,
        "of the speed until the next start: erc 0.5 m/s, urc 1 m/s"},
+      {"speed", "m/s", 0, 1, 0, nullptr,
+       "that will be asked for: refused now when the vehicle may not drive it; 0: that of the "
+       "limit"},
   };
 };
 struct Drive {
@@ -85,7 +89,8 @@ struct Drive {
       {"heading", "rad", -kMaxHeading_rad, kMaxHeading_rad, 0, nullptr,
        "direction of the motion, positive: to the right; 5 deg is a radius of 0.8 m"},
       {"correction", "choice", 0, 1, 1, kOffOn, "of the wheels' speeds for uneven ground"},
-      {"driver", "choice", 0, 1, 0, kDrivers, "autonomous: stops when the IMU is lost"},
+      {"driver", "choice", 0, 1, 0, kDrivers,
+       "autonomous: begins after the lamp flashed for autonomy_s, stops when the IMU is lost"},
   };
 };
 struct Park {

@@ -43,6 +43,9 @@ enum class CommandKind : std::uint16_t {
   walk = 104,
   panel = 105,
   leg = 106,
+  isolate = 107,
+  panel_is_in = 108,
+  restore_leg = 109,
 };
 
 // Strategies of error solving; numbers as in the events strategy_begun and strategy_ended.
@@ -118,6 +121,13 @@ struct MoveLeg {
   };
 };
 
+// Of isolate and restore-leg.
+struct OneLeg {
+  unsigned leg;
+  static constexpr ParameterInfo kParameters[] = {
+      {"leg", "", 1, kLegs, kRequired, nullptr, "1 LF, 2 RF, 3 LM, 4 RM, 5 LH, 6 RH", true},
+  };
+};
 inline constexpr ParameterInfo kResetParameters[] = {
     {"module", "", -1, kModules, -1, nullptr,
      "1..6 a leg, 7 the panel, 0 all of them, -1 the controller itself", true},
@@ -138,8 +148,18 @@ inline constexpr CommandInfo kCommands[] = {
      true},
     {105, "panel", Access::holder, false, "deploy or retract the solar panel",
      MovePanel::kParameters},
-    {106, "leg", Access::holder, true, "bridge: move one leg by direct command",
-     MoveLeg::kParameters},
+    {106, "leg", Access::holder, true,
+     "bridge: move one leg by direct command, also one out of service", MoveLeg::kParameters},
+    {107, "isolate", Access::holder, false, "take a leg out of service and go on without it",
+     OneLeg::kParameters},
+    {108,
+     "panel-is-in",
+     Access::holder,
+     false,
+     "the panel's module is dead and the operator answers for the panel being in",
+     {}},
+    {109, "restore-leg", Access::holder, false, "put one leg into service again",
+     OneLeg::kParameters},
 };
 
 }  // namespace lss::zebro

@@ -35,7 +35,7 @@ using ardito::RoverOrders;
 using testing_support::CanNode;
 
 constexpr TimeNs kPeriod = 100 * kMillisecond, kOffset = 10 * kMillisecond;
-constexpr TimeNs kLead = ardito::RoverBusParameters{}.sync_lead_ns;
+constexpr TimeNs kLead = canopen::DriveBusTimes{}.sync_lead_ns;
 constexpr int kWarmUpCycles = 5;
 constexpr std::uint32_t kSyncId = 0x080;
 constexpr std::size_t kMeasurements = 23;

@@ -1,5 +1,6 @@
 // Ardito in a fault campaign: drives on flat ground.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -25,7 +26,13 @@ struct World {
 
   World(unsigned seed, Dice&) : chain({.rover = {.plant = plant(seed)}, .seed = seed}) {}
 
-  bool start() { return chain.start(); }
+  // The drive of a motor that was too hot stays in fault until it is below its warning at 90 degC.
+  bool start() {
+    const auto cool = [](const lss_ArditoWheel& wheel) { return wheel.temperature_degC < 88; };
+    return chain.run_until([&] { return std::ranges::all_of(chain.telemetry().wheels, cool); },
+                           500) &&
+           chain.start();
+  }
   bool begin(Dice& dice) {
     if (!chain.start()) return false;
     if (dice.chance(0.1)) return true;

@@ -20,7 +20,7 @@ TEST_F(Several, NoVerbTakesTheOneThatIsHeardFirst) {
     const milliseconds late_by(random() % 900);
     const auto late = i % 2 == 0 ? Birth::Late::status : Birth::Late::topics;
     FakeDaemon second(domain(), Birth{.vehicle_id = "zebro-2", .late = late, .late_by = late_by});
-    const Ended ended = run({i % 4 < 2 ? "start" : "status"});
+    const Ended ended = run({"--timeout", "20s", i % 4 < 2 ? "start" : "status"});
     EXPECT_EQ(ended.code, 2) << "late by " << late_by.count() << " ms: " << ended.out;
     EXPECT_THAT(ended.err, AllOf(HasSubstr("zebro-1, zebro-2"), HasSubstr("LSS_VEHICLE")));
     ASSERT_THAT(first.kinds(), IsEmpty());

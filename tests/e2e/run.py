@@ -7,6 +7,7 @@ come later than a bus cycle are correctly lost for the bus master. A separate ps
 distinguishes such a machine from a fault of the product: such a scenario begins when hand-overs were quick for some time;
 when it failed while they took longer than its limit, it counts as skipped, with the reason.
 For TALARIS that is half as long: its thrusters stay open or shut for as long as the machine stands still.
+With LSS_ANY_MACHINE set, as tools/test without words sets it, these scenarios are skipped.
 """
 
 import os
@@ -109,6 +110,9 @@ def main():
     (test,) = suite
     if test.any_machine:
         return 0 if passes(suite) else 1
+    if os.environ.get("LSS_ANY_MACHINE"):
+        print("skipped: in real time, on a quiet machine: tools/test release")
+        return SKIPPED
     try:
         os.nice(FIRST)
     except PermissionError:

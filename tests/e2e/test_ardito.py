@@ -55,7 +55,7 @@ class Ardito(Rover):
         self.assertLess(turned, -0.5)
         self.assertLess(left, 0)
 
-        ahead, left, turned = self.driven("park", "0.4", "--for", "5s")
+        ahead, left, turned = self.driven("park", "0.4", "--for", "10s")  # it steers first
         print(f"on the spot: {ahead:.3f} m, {left:.3f} m, {turned:.3f} rad")
         self.assertLess(turned, -0.2)
         self.assertLess(abs(ahead) + abs(left), 0.25)
@@ -180,7 +180,8 @@ class Ardito(Rover):
         self.assertIn(links["IMU"], ("missing", "booting"))
         result = self.cli("start")
         self.assertEqual(result.code, EXIT["rejected"], result)
-        self.assertIn("module 2 (RF) has not answered", result.err)
+        self.assertIn("is another one than configured or refuses its configuration", result.err)
+        self.assertIn("2 (RF)", result.err)
         self.fault("clear")
         self.wait_modules()
         self.assertGreater(self.driven("drive", "0.3", "--for", "3s")[0], 0.5)

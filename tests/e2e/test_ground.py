@@ -278,7 +278,7 @@ class Ground(Scenario):
         refused = give(client, "set-parameter", number=current["number"], value=12)
         self.assertEqual((refused["phase"], refused["reason"]["name"]), ("rejected", "parameter_range"))
         self.assertEqual((refused["measured"], refused["limit"]), (12, current["max"]))
-        self.assertIn("limits.current_A: 12 A is out of range, allowed 0.05 to 1.7 A", refused["reason"]["text"])
+        self.assertIn("limits.current_A: 12 A is out of range, allowed 0.05 to 1.5 A", refused["reason"]["text"])
         rounds = next(p for p in told["parameters"] if p["whole"])
         self.assertEqual(give(client, "set-parameter", number=rounds["number"], value=rounds["min"] + 0.5)["reason"]["name"],
                          "parameter_whole")

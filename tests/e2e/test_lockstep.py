@@ -85,6 +85,7 @@ class Lockstep:
     """VEHICLE, WORDS of lss-sim, MOTION and SECONDS of simulated time, the same SHORT,
     CLIENT_AT, and KEY of the configuration, a number."""
 
+    IN_LOCKSTEP = True
     CLIENT_AT = 3
     WORDS = ()
     CHANGES = {}  # of the configuration
@@ -177,7 +178,7 @@ class Zebro(Lockstep, Scenario):
 
 class Ardito(Lockstep, Scenario):
     VEHICLE, SECONDS = "ardito", 22
-    MOTION = "start --limit urc; drive 0.3 --heading 5 --for 2s; park 0.4 --for 2s; stop"
+    MOTION = "start; drive 0.3 --heading 5 --for 2s; park 0.4 --for 2s; stop"
     SHORT, SHORT_S = "start; stop", 15
     WORDS = ("--plant", "kinematic")
     KEY = "wheel_radius_mm"

@@ -5,12 +5,16 @@ import unittest
 import motion
 from rig import FATAL_ERROR, FAULT, IDLE, Scenario
 
-LM = 3
+LM, RM = 3, 4
+LIES, SLEEPS = {501, 503}, {502, 18}  # idl/zebro/codes.h, idl/codes.h
 WALK_S = 40
 
 
 class Solve(Scenario):
     IN_LOCKSTEP = True
+
+    def isolated(self):
+        return [m["name"] for m in self.status()["telemetry"]["modules"] if m["isolated"]]
 
     def tried(self):
         return [e["text"] for e in self.events() if e["name"] == "strategy_begun"]
@@ -39,6 +43,28 @@ class Solve(Scenario):
         self.cli_ok("restore")
         self.wait_status(lambda s: all(m["online"] and not m["isolated"] for m in s["telemetry"]["modules"]), 20, "all in service")
         self.cli_ok("run", "-e", "start; stand; stop", limit_s=120)
+
+    # [Conf-3] [Env-2]
+    def test_legs_that_lie_or_sleep_are_isolated_and_stay_so_over_a_restart(self):
+        daemon = self.start_all(budget_s="3.0")
+        for fault, leg, said in (("encoder-random", LM, LIES), ("encoder-frozen", RM, SLEEPS)):
+            self.begin_walk(name=f"walk-{fault}")
+            self.fault(f"{fault}:{leg}")
+            status = self.wait_state(FATAL_ERROR)
+            self.assertTrue(any(f["id"] in said and f["subject"] == leg for f in status["faults"]), status["faults"])
+            self.cli_ok("solve", limit_s=90)
+            self.wait_state(IDLE)
+        self.assertEqual(self.isolated(), ["LM", "RM"])
+        self.cli_ok("walk", "forward", "high", "--for", "20s", limit_s=180)
+
+        daemon.process.kill()
+        daemon.process.wait()
+        self.start_daemon()
+        self.assertEqual(self.isolated(), ["LM", "RM"])
+        self.cli_ok("run", "-e", "start; stand; stop", limit_s=120)
+        self.fault("clear")
+        self.cli_ok("restore-leg", str(LM))
+        self.assertEqual(self.isolated(), ["RM"])
 
     # [Prod-4]
     def test_a_tripped_leg_is_moved_free(self):

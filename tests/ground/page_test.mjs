@@ -246,7 +246,9 @@ const tests = {
     await says("#answers", "NOT SENT: no connection. Cut the power.");
     assert.deepEqual(await stops(), []);
     await page.evaluate("gateway.open = true");
+    await time(true);  // an attempt of before ends by it
     await is("gateway.stops().length === 1 && gateway.stops()[0].vehicle === 'zebro-1'");
+    await time(false);
     await answer(1, {vehicle: "zebro-1", phase: "completed", final: true});
     await says("#answers", "stopped after");
   },

@@ -43,15 +43,15 @@ TEST(Explorer, ThereAreNoFewerStatesThanInTheModelOfTheZebroThesis) {
 TEST(Explorer, ABrokenPropertyComesWithItsShortestTrace) {
   lc::Model m = model_of(kTable, kTwoModules);
   static constexpr std::array kNever = {lc::StateProperty{
-      "never solving with an isolated leg", "test",
-      [](const lc::Table&, const lc::ControllerState& s) { return s.isolated == 0; }}};
+      "never a second strategy", "test",
+      [](const lc::Table&, const lc::ControllerState& s) { return s.strategy < 2; }}};
   m.states = lc::state_properties<kNever>();
   const lc::Exploration e = lc::explore(m);
   ASSERT_TRUE(e.violation.has_value());
-  EXPECT_EQ(e.violation->property, "never solving with an isolated leg");
+  EXPECT_EQ(e.violation->property, "never a second strategy");
   ASSERT_EQ(e.violation->trace.size(), 3U) << told(e);
   EXPECT_EQ(e.violation->trace[1].event, lc::Event::solve);
-  EXPECT_EQ(e.violation->trace[2].event, event::isolate);
+  EXPECT_EQ(e.violation->trace[2].event, lc::Event::next_strategy);
   EXPECT_FALSE(e.complete);
 }
 

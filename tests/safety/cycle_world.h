@@ -44,7 +44,9 @@ class CycleWorld {
   template <class P>
   CycleWorld(const P& parameters, const Logic& logic, const Supervisor::Parameters& links,
              TimeNs period_ns)
-      : vehicle_(parameters), supervisor_(logic, links), logic_(logic), period_ns_(period_ns) {}
+      : vehicle_(parameters), supervisor_(logic, links), logic_(logic), period_ns_(period_ns) {
+    own_codes = logic.codes;
+  }
 
   void use_port() {
     port_ = std::make_unique<CommandPort>(logic_, kShortestLease_ms, kLongestLease_ms);

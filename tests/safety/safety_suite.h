@@ -6,6 +6,7 @@
 //
 //   struct Traits { ... };
 //   LSS_SAFETY_SUITE(Name, Traits);
+//   LSS_SAFETY_LIMITS(Name, Traits);  // says its limits
 //   LSS_SAFETY_RESETS(Name, Traits);  // has modules that a command resets
 //
 // Everything is tested on the vehicle that ships, in its own cycle and behind the daemon's entry of
@@ -32,6 +33,9 @@
 //   bool stopped(const World&)   the command in out_ is the emergency stop, too; else: safe
 //   bool in_range(const World&)  what the gate guarantees besides finite numbers
 //   places()                     modes of Operational and how to come there; else: in motion
+//   limits(), no_limits()        each limit of its supervision, and names of the parameters that
+//   are
+//                                none or whose limit another test has (limits.h)
 //   kResettable, take_away(World&, module), bring_back(World&, module)  numbers of modules that a
 //                                command resets and whose absence is an emergency; parameters()
 //                                has reset_ns. kAlsoReset: others that a reset of all reaches.
@@ -47,6 +51,7 @@
 #include "daemon/config/config.h"
 #include "faults.h"
 #include "inputs.h"
+#include "limits.h"
 #include "parameters.h"
 #include "records.h"
 #include "resets.h"
@@ -74,6 +79,12 @@ P shipped(const std::filesystem::path& file, const std::string& vehicle,
   INSTANTIATE_TYPED_TEST_SUITE_P(Name, SafetyRecords, testing::Types<Traits>);    \
   INSTANTIATE_TYPED_TEST_SUITE_P(Name, SafetyParameters, testing::Types<Traits>); \
   }                                                                               \
+  static_assert(true)
+
+#define LSS_SAFETY_LIMITS(Name, Traits)                                       \
+  namespace lss::safety {                                                     \
+  INSTANTIATE_TYPED_TEST_SUITE_P(Name, SafetyLimits, testing::Types<Traits>); \
+  }                                                                           \
   static_assert(true)
 
 #define LSS_SAFETY_RESETS(Name, Traits)                                       \

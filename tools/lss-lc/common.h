@@ -26,6 +26,7 @@ namespace common {
 
 using lc::Contract;
 using lc::ControllerState;
+using lc::Duty;
 using lc::Event;
 using lc::Happening;
 using lc::Return;
@@ -76,6 +77,40 @@ inline bool next_strategy(T t) {
   return solving(t.result.next) && t.result.next.strategy == t.before.strategy + 1 &&
          stops_motors(t.result.actions);
 }
+inline bool one_of(Event event, std::initializer_list<Event> events) {
+  for (const Event e : events) {
+    if (e == event) return true;
+  }
+  return false;
+}
+// These actions follow from these events, and from no other.
+inline bool only_by(T t, ActionSet actions, std::initializer_list<Event> events) {
+  return !does(t, actions) || one_of(t.happening.event, events);
+}
+inline bool any_state(S, const Happening&) { return true; }
+inline bool rests(S s, const Happening&) { return idle(s) || fatal(s); }
+inline bool of_one_in_service(S s, const Happening& h) {
+  return h.subject == 0 || in_service(s, h.subject);
+}
+// Of the module or the link of this event.
+inline bool lost(S s, const Happening& h) {
+  switch (h.event) {
+    case Event::module_heard:
+    case Event::module_silent:
+      return ((s.silent | s.unheard) >> (h.subject - 1) & 1u) != 0;
+    case Event::port_opened:
+    case Event::port_closed:
+      return link(s, kPortClosed);
+    default:
+      return link(s, kObcSilent);
+  }
+}
+// Exactly these actions; state, mode, goal and strategy stay.
+inline bool starts_nothing_but(T t, ActionSet actions) {
+  return same_mode(t) && t.result.next.goal == t.before.goal &&
+         t.result.next.strategy == t.before.strategy && (t.result.actions & ~kOnlyState) == actions;
+}
+inline bool starts_nothing(T t) { return starts_nothing_but(t, 0); }
 inline bool lost_is_emergency(T t) { return operational(t.before) ? emergency(t) : same_mode(t); }
 
 // ---- states
@@ -145,23 +180,170 @@ inline constexpr std::array kSteps = {
                      return false;
                    const bool of_modules = e == Event::module_heard || e == Event::module_silent ||
                                            e == Event::restore ||
-                                           (t.result.actions & kIsolate) != 0;
+                                           t.before.isolated != t.result.next.isolated;
                    return of_modules || (a.silent == b.silent && a.unheard == b.unheard);
                  }},
-    StepProperty{"modules are isolated by error solving only, and restored by command only",
+    StepProperty{"modules are isolated one by one, outside Operational, and restored by command "
+                 "only",
                  "Conf-3", kLinks,
                  [](T t) {
                    const unsigned gone = t.before.isolated & ~t.result.next.isolated,
                                   more = t.result.next.isolated & ~t.before.isolated;
-                   return (gone == 0 || t.happening.event == Event::restore) &&
-                          (more == 0 || ((t.result.actions & kIsolate) != 0 && solving(t.before) &&
-                                         more == 1u << (t.happening.subject - 1)));
+                   return (gone == 0 || (t.result.actions & kRestore) != 0) &&
+                          (more == 0 ||
+                           (!operational(t.before) && same_mode(t) && (more & (more - 1)) == 0));
                  }},
     StepProperty{"faults are forgotten only when they are solved", "Oper-6", kActions,
                  [](T t) {
                    return (t.result.actions & kClearFaults) == 0 ||
                           (solving(t.before) && idle(t.result.next));
                  }},
+    StepProperty{"a module is reset only by its command, at rest, and nothing else happens then",
+                 "Oper-4", kActions,
+                 [](T t) {
+                   return only_by(t, kResetModule, {Event::reset_module}) &&
+                          (!does(t, kResetModule) || (!operational(t.before) && keeps(t)));
+                 }},
+    StepProperty{"data leaves only when it is asked for", "O-Int-1", kActions,
+                 [](T t) { return only_by(t, kPublishData, {Event::request_data}); }},
+    StepProperty{"error solving begins by solve only, its next strategy when one has ended",
+                 "Oper-6", kActions,
+                 [](T t) {
+                   return only_by(t, kBeginSolve, {Event::solve}) &&
+                          only_by(t, kNextStrategy, {Event::next_strategy});
+                 }},
+    StepProperty{"error solving is not broken off while it goes on", "Oper-6", kActions,
+                 [](T t) {
+                   return !does(t, kEndSolve) || fatal(t.result.next) ||
+                          (solving(t.before) && !solving(t.result.next));
+                 }},
+    StepProperty{"out of service and back goes what was named, and its faults with it, no other",
+                 "Conf-3", kActions,
+                 [](T t) {
+                   const bool one = t.happening.subject != 0 &&
+                                    in_service(t.before, t.happening.subject) &&
+                                    !in_service(t.result.next, t.happening.subject);
+                   const Event e = t.happening.event;
+                   const bool back =
+                       e == Event::restore ||
+                       (static_cast<unsigned>(e) >= kVehicleEvents && t.happening.subject != 0);
+                   return (!does(t, kIsolate) || one) && (!does(t, kRestore) || back);
+                 }},
+    StepProperty{"every module gets an emergency stop in an emergency, by its command and by a "
+                 "reset of the controller, and else goes on",
+                 "Oper-5", kActions,
+                 [](T t) {
+                   const bool commanded =
+                       one_of(t.happening.event, {Event::emergency_stop, Event::reset_controller});
+                   return !does(t, kEmergencyStop) || commanded ||
+                          (fatal(t.result.next) && !fatal(t.before));
+                 }},
+    StepProperty{
+        "what operates has its motors on, and what moves at rest is stopped by a reset only",
+        "Func-2", kActions,
+        [](T t) {
+          return !does(t, kMotorsOff) || solving(t.before) ||
+                 (idle(t.result.next) &&
+                  (!idle(t.before) || t.happening.event == Event::reset_controller));
+        }},
+    StepProperty{"in FatalError a module gets no order but to reset and to stop", "4.3.1", kActions,
+                 [](T t) {
+                   constexpr ActionSet kOfAll = (ActionSet{1} << kVehicleActions) - 1;
+                   constexpr ActionSet kLegal = kResetModule | kPublishData | kIsolate | kRestore |
+                                                kEmergencyStop | kEndSolve | kOnlyState;
+                   return !fatal(t.before) || !fatal(t.result.next) ||
+                          (t.result.actions & kOfAll & ~kLegal) == 0;
+                 }},
+};
+
+// ---- what has to happen
+
+inline constexpr std::array kDuties = {
+    Duty{"an emergency stop is obeyed in every state",
+         "Oper-5",
+         {Event::emergency_stop},
+         any_state,
+         [](T t) { return emergency(t) && does(t, kEndSolve); }},
+    Duty{"a fatal fault is an emergency in every state",
+         "Oper-5",
+         {Event::emergency},
+         any_state,
+         [](T t) { return fatal(t.before) ? keeps(t) : emergency(t) && does(t, kEndSolve); }},
+    Duty{"what is lost is remembered, stops what operates, and begins nothing",
+         "O-Int-2",
+         {Event::module_silent, Event::port_closed, Event::obc_silent},
+         of_one_in_service,
+         [](T t) {
+           return lost(t.result.next, t.happening) &&
+                  (operational(t.before) ? emergency(t)
+                                         : starts_nothing(t) || fatal(t.result.next));
+         }},
+    Duty{"a module that is lost at rest is an emergency, its motor may be on",
+         "P-Int-2",
+         {Event::module_silent},
+         [](S s, const Happening& h) { return idle(s) && in_service(s, h.subject); },
+         emergency},
+    Duty{"at rest the port and the OBC may go and come",
+         "Oper-3",
+         {Event::port_closed, Event::obc_silent},
+         [](S s, const Happening&) { return !operational(s); },
+         starts_nothing},
+    Duty{"what is back is remembered, and starts nothing by itself",
+         "P-Int-2",
+         {Event::module_heard, Event::port_opened, Event::obc_heard},
+         of_one_in_service,
+         [](T t) { return !lost(t.result.next, t.happening) && starts_nothing(t); }},
+    Duty{"a reset of the controller ends safe from everywhere, with faults where they were",
+         "Oper-2",
+         {Event::reset_controller},
+         any_state,
+         [](T t) {
+           return stops_motors(t.result.actions) &&
+                  (idle(t.before) || operational(t.before) ? idle(t.result.next) : emergency(t)) &&
+                  (!operational(t.before) || does(t, kEmergencyStop)) &&
+                  (!solving(t.before) || does(t, kEndSolve));
+         }},
+    Duty{"at rest each module can be reset",
+         "Oper-4",
+         {Event::reset_module},
+         rests,
+         [](T t) { return does(t, kResetModule); }},
+    Duty{"data can be asked for at any time, which changes nothing",
+         "O-Int-3",
+         {Event::request_data, Event::reset_timing},
+         any_state,
+         [](T t) {
+           return keeps(t) && does(t, kPublishData) == (t.happening.event == Event::request_data);
+         }},
+    Duty{"errors are solved on command",
+         "Oper-6",
+         {Event::solve},
+         [](S s, const Happening&) { return fatal(s); },
+         [](T t) { return solving(t.result.next) && does(t, kBeginSolve); }},
+    Duty{"with all errors solved it is Idle without faults, else an emergency",
+         "Oper-6",
+         {Event::solved, Event::unsolved},
+         [](S s, const Happening& h) {
+           return solving(s) && (h.event == Event::unsolved || contact(s));
+         },
+         [](T t) {
+           return t.happening.event == Event::unsolved
+                      ? emergency(t)
+                      : idle(t.result.next) && does(t, kClearFaults);
+         }},
+    Duty{"a strategy that did not help leaves nothing moving to the next",
+         "Conf-3",
+         {Event::next_strategy},
+         [](S s, const Happening&) { return solving(s) && s.strategy < kMaxStrategies; },
+         [](T t) { return next_strategy(t) && does(t, kNextStrategy); }},
+    Duty{"at rest all modules can be put into service again, and have to answer then",
+         "Conf-3",
+         {Event::restore},
+         rests,
+         [](T t) {
+           return starts_nothing_but(t, kRestore) && t.result.next.isolated == 0 &&
+                  t.result.next.silent == (t.before.silent | t.before.isolated);
+         }},
 };
 
 // ---- events
@@ -265,11 +447,12 @@ constexpr Return return_to_idle() {
 
 // The model with the properties of every vehicle and its own.
 template <const auto& kStates, const auto& kSteps>
-Model model_of(const Table& table, std::uint16_t modules, std::span<const Contract> contracts,
-               std::span<const Return> returns) {
+Model model_of(const Table& table, std::uint16_t modules, std::span<const Duty> duties,
+               std::span<const Contract> contracts, std::span<const Return> returns) {
   Model m = model(table, modules);
   m.states = state_properties<kStates>();
   m.steps = step_properties<kSteps>();
+  m.duties = duties;
   m.contracts = contracts;
   m.returns = returns;
   return m;

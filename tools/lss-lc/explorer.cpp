@@ -84,6 +84,13 @@ bool same(const ControllerState& a, const ControllerState& b) {
   return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
+// An event, and what the properties say of it.
+struct Expected {
+  Happening happening;
+  const Contract* contract;  // nullptr: none
+  std::vector<const Duty*> duties;
+};
+
 class Explorer {
  public:
   Explorer(const Model& model, const Effort& effort)
@@ -98,7 +105,11 @@ class Explorer {
       const auto contract = std::find_if(
           model.contracts.begin(), model.contracts.end(),
           [&](const Contract& candidate) { return candidate.event == happening.event; });
-      events_.emplace_back(happening, contract == model.contracts.end() ? nullptr : &*contract);
+      events_.push_back({happening, contract == model.contracts.end() ? nullptr : &*contract, {}});
+      for (const Duty& duty : model.duties) {
+        if (std::ranges::count(duty.events, happening.event) != 0)
+          events_.back().duties.push_back(&duty);
+      }
     }
   }
 
@@ -155,19 +166,20 @@ class Explorer {
       const Key key = states_[number];
       const ControllerState before = unpack(key);
       for (std::uint8_t by = 0; by < events_.size(); ++by) {
-        const auto [happening, contract] = events_[by];
+        const auto& [happening, contract, duties] = events_[by];
         const Result result = step(*model_.table, before, happening.event, happening.subject);
         const Transition transition{*model_.table, before, happening, result};
         const bool taken = result.row >= 0;
         const Key next = taken ? pack(result.next) : key;
         const unsigned about = about_of(key, next, result.actions);
         const bool kept =
+            std::ranges::all_of(duties, [&](const Duty* d) { return done(*d, transition); }) &&
             (contract == nullptr || contract->accepts(before, happening.subject) == taken) &&
             (taken ? packs(result.next) && (contract == nullptr || contract->leads(transition)) &&
                          model_.steps.all[about](transition)
                    : refused(transition));
         if (!kept) {
-          piece.violated = {broken(transition, contract, about), number, by};
+          piece.violated = {broken(transition, events_[by], about), number, by};
           return;
         }
         if (!taken) continue;
@@ -186,9 +198,16 @@ class Explorer {
     return t.result.actions == 0 && t.result.verdict.reason != Reason::none &&
            same(t.result.next, t.before);
   }
+  static bool done(const Duty& duty, const Transition& t) {
+    return !duty.due(t.before, t.happening) || (t.result.row >= 0 && duty.met(t));
+  }
   // The properties that a step violates.
-  std::string broken(const Transition& t, const Contract* contract, unsigned about) const {
+  std::string broken(const Transition& t, const Expected& expected, unsigned about) const {
     const bool taken = t.result.row >= 0;
+    const Contract* contract = expected.contract;
+    for (const Duty* duty : expected.duties) {
+      if (!done(*duty, t)) return duty->name;
+    }
     if (!taken && !refused(t)) return "a rejection changes nothing and has a reason";
     if (contract != nullptr && contract->accepts(t.before, t.happening.subject) != taken)
       return std::string(contract->name) +
@@ -305,7 +324,7 @@ class Explorer {
 
   const Model& model_;
   std::size_t max_states_;
-  std::vector<std::pair<Happening, const Contract*>> events_;  // nullptr: none
+  std::vector<Expected> events_;
   States states_;
   Team team_;
   std::vector<Scratch> scratch_;  // of each member
@@ -321,6 +340,7 @@ Model model(const Table& table, std::uint16_t modules) {
           .happenings = {},
           .states = {},
           .steps = {},
+          .duties = {},
           .contracts = {},
           .returns = {},
           .stands_for = nullptr};

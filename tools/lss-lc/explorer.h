@@ -98,7 +98,16 @@ constexpr StepProperties step_properties() {
   }
   (std::make_index_sequence<kAbouts>());
 }
-// When an event is accepted, and its result.
+// A requirement that something happens: in these states the events are accepted, and lead there. It
+// says nothing of other states.
+struct Duty {
+  const char* name;
+  const char* source;
+  std::array<Event, 4> events;  // none: no further ones
+  bool (*due)(const ControllerState& before, const Happening& happening);
+  bool (*met)(const Transition& transition);  // of a taken one
+};
+// When an event is accepted, exactly, and its result.
 struct Contract {
   const char* name;
   Event event;
@@ -118,6 +127,7 @@ struct Model {
   std::vector<Happening> happenings;
   StateProperties states;
   StepProperties steps;
+  std::span<const Duty> duties;
   std::span<const Contract> contracts;
   std::span<const Return> returns;
   // The representative of all states that differ only in which of several equivalent modules is

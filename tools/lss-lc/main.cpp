@@ -88,12 +88,44 @@ int mutate(const std::vector<const lc::Verified*>& vehicles) {
   for (const lc::Verified* vehicle : vehicles) {
     const lc::Mutations m = lc::mutate(*vehicle);
     for (const std::string& survivor : m.survivors) fmt::print("not noticed: {}\n", survivor);
-    fmt::print(
-        "{}: {} changes of the table: {} noticed, {} that change no reachable step, {:.1f} s\n",
-        vehicle->title, m.count, m.caught, m.equivalent, m.seconds);
+    for (const std::string& silent : m.undemanded) fmt::print("no requirement: {}\n", silent);
+    fmt::print("{}\n{:<20} {:>6} {:>10} {:>8} {:>20}\n", vehicle->title, "change of the table",
+               "all", "equivalent", "noticed", "by requirements alone");
+    const auto line = [](const char* name, const lc::Mutations::Count& c) {
+      const std::size_t others = c.all - c.equivalent;
+      fmt::print("{:<20} {:>6} {:>10} {:>8} {:>12} {:>6.1f} %\n", name, c.all, c.equivalent,
+                 c.caught, c.demanded,
+                 others == 0
+                     ? 100.0
+                     : 100.0 * static_cast<double>(c.demanded) / static_cast<double>(others));
+    };
+    for (std::size_t i = 0; i < lc::kChanges; ++i) line(lc::kChangeNames[i], m.of[i]);
+    line("sum", m.sum());
+    fmt::print("{:.1f} s\n", m.seconds);
     noticed = noticed && m.survivors.empty();
   }
   return noticed ? 0 : 1;
+}
+
+int compose(const std::vector<const lc::Verified*>& vehicles, const lc::Depth& depth) {
+  bool hold = true;
+  for (const lc::Verified* vehicle : vehicles) {
+    if (vehicle->composition == nullptr) continue;
+    const lc::Composition c = vehicle->composition(depth);
+    fmt::print("{}: supervisor, watch and solver over abstract modules\n", vehicle->title);
+    fmt::print("failures         {}, the second {}\n", depth.failures,
+               depth.every ? "at every step" : "where something changes");
+    fmt::print("states           {}\nframes           {}\nchoices          {}\n", c.states, c.steps,
+               c.choices);
+    fmt::print("time             {:.1f} s\n", c.seconds);
+    if (c.violation) {
+      fmt::print("broken: {}\n", c.violation->property);
+      for (const std::string& line : c.violation->trace) fmt::print("{}\n", line);
+    }
+    fmt::print("{}\n", c.violation ? "NOT all satisfied" : "all satisfied");
+    hold = hold && !c.violation;
+  }
+  return hold ? 0 : 1;
 }
 
 }  // namespace
@@ -120,6 +152,18 @@ int main(int argc, char** argv) {
   auto* mutating = cli.add_subcommand(
       "mutate", "break the table, one transition at a time: do the properties notice?");
   takes_vehicles(mutating, false);
+  lc::Depth depth{.every = false};
+  auto* composing = cli.add_subcommand(
+      "composition", "supervisor, watch and solver together, when one or two things fail");
+  takes_vehicles(composing, false);
+  composing->add_option("--failures", depth.failures, "how many, one after the other")
+      ->check(CLI::Range(1, 2))
+      ->capture_default_str();
+  composing->add_flag("--every", depth.every, "the second one at every step, not only at changes");
+  composing->add_option("--only", depth.only, "first failures of this name only");
+  composing->add_option("--modules", depth.modules, "that may fail, as bits; 1: the first");
+  composing->add_option("--threads", depth.threads,
+                        "how many share the work; 0: one for each processor");
   auto* spin = cli.add_subcommand("promela",
                                   "the model for SPIN (build target lss-lc-spin-VEHICLE runs it)");
   takes_vehicles(spin, true);
@@ -133,6 +177,7 @@ int main(int argc, char** argv) {
     vehicles.push_back(lc::verified_vehicle(name));
   if (exploring->parsed()) return explore(vehicles, as_json, threads);
   if (mutating->parsed()) return mutate(vehicles);
+  if (composing->parsed()) return compose(vehicles, depth);
   if (spin->parsed()) fmt::print("{}", lc::promela(*vehicles.front()));
   if (drawing->parsed()) fmt::print("{}", lc::diagram(*vehicles.front()));
   return 0;

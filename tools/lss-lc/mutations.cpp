@@ -37,7 +37,17 @@ class Mutant {
   Table table_;
 };
 
-// In every reachable state every event has the same effect.
+bool commanded(const Model& model, Event event) {
+  for (const std::span<const EventInfo> events : {kCommonEvents, model.table->events}) {
+    for (const EventInfo& e : events) {
+      if (e.event == event) return e.command;
+    }
+  }
+  return false;
+}
+
+// In every reachable state every event has the same effect. Actions that only change the state are
+// done with it, and the reason of a refusal is for who commanded: a report has none.
 bool behaves_the_same(const Model& a, const Model& b) {
   std::set<Key> seen{pack(a.begin)};
   std::vector<ControllerState> left{a.begin};
@@ -47,8 +57,9 @@ bool behaves_the_same(const Model& a, const Model& b) {
     for (const Happening h : a.happenings) {
       const Result of_a = step(*a.table, state, h.event, h.subject),
                    of_b = step(*b.table, state, h.event, h.subject);
-      if (of_a.next != of_b.next || of_a.actions != of_b.actions ||
-          of_a.verdict.reason != of_b.verdict.reason)
+      if (of_a.next != of_b.next || ((of_a.actions ^ of_b.actions) & ~kOnlyState) != 0 ||
+          (of_a.row < 0) != (of_b.row < 0) ||
+          (commanded(a, h.event) && of_a.verdict.reason != of_b.verdict.reason))
         return false;
       if (seen.insert(pack(of_a.next)).second) left.push_back(of_a.next);
     }
@@ -73,6 +84,8 @@ class Measure {
       redirect();
       loosen();
       idle();
+      widen();
+      busy();
     }
     result_.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -82,18 +95,37 @@ class Measure {
  private:
   Model model_of(const Table& table) const { return vehicle_.model(table, vehicle_.few); }
 
-  void attempt(const Row& changed, const std::string& what) {
+  void attempt(Change change, const Row& changed, const std::string& what) {
     const Mutant mutant(table_, row_, changed);
-    ++result_.count;
-    const Model changed_model = model_of(mutant.table());
-    if (explore(changed_model, {.threads = 1}).violation) {
-      ++result_.caught;
-    } else if (behaves_the_same(model_of(table_), changed_model)) {
-      ++result_.equivalent;
+    Mutations::Count& count = result_.of[static_cast<std::size_t>(change)];
+    ++count.all;
+    const Model model = model_of(mutant.table());
+    Model demands = model;
+    demands.contracts = {};
+    const auto text = [&] { return fmt::format("row {} ({}): {}", row_, name(), what); };
+    if (explore(demands, {.threads = 1}).violation) {
+      ++count.demanded;
+      ++count.caught;
+    } else if (behaves_the_same(model_of(table_), model)) {
+      ++count.equivalent;
+    } else if (explore(model, {.threads = 1}).violation) {
+      ++count.caught;
+      result_.undemanded.push_back(text());
     } else {
-      result_.survivors.push_back(
-          fmt::format("row {} (event {}): {}", row_, static_cast<int>(original_.event), what));
+      result_.survivors.push_back(text());
     }
+  }
+
+  std::string name() const {
+    const std::string event = text(vehicle_, Happening{original_.event, 0});
+    if ((original_.from & in(State::operational)) == 0 || original_.modes == kAnyMode) return event;
+    std::string all = event + " in";
+    for (unsigned mode = 1; mode < modes_; ++mode) {
+      if ((original_.modes >> mode & 1u) != 0) all += fmt::format(" {}", vehicle_.mode_names[mode]);
+    }
+    return original_.goal == kKeep
+               ? all
+               : all + fmt::format(", goal {}", vehicle_.goal_names[original_.goal]);
   }
 
   // Every transition of the row: each state, each mode.
@@ -104,14 +136,14 @@ class Measure {
       if (state == State::operational && original_.modes != kAnyMode) continue;
       Row row = original_;
       row.from = static_cast<StateSet>(row.from & ~in(state));
-      attempt(row, fmt::format("not from {}", kStateNames[s]));
+      attempt(Change::dropped, row, fmt::format("not from {}", kStateNames[s]));
     }
     if ((original_.from & in(State::operational)) == 0) return;
     for (unsigned mode = 1; mode < modes_; ++mode) {
       if ((original_.modes >> mode & 1u) == 0) continue;
       Row row = original_;
       row.modes &= ~(1u << mode);
-      attempt(row, fmt::format("not from mode {}", mode));
+      attempt(Change::dropped, row, fmt::format("not from {}", vehicle_.mode_names[mode]));
     }
   }
 
@@ -124,7 +156,7 @@ class Measure {
       Row row = original_;
       row.to = state;
       row.to_mode = row.to_goal = 0;
-      attempt(row, fmt::format("to {}", kStateNames[s]));
+      attempt(Change::redirected, row, fmt::format("to {}", kStateNames[s]));
     }
     for (std::uint8_t mode = 1; mode < modes_; ++mode) {
       if (original_.to_mode == mode) continue;
@@ -135,7 +167,7 @@ class Measure {
       row.to = State::operational;
       row.to_mode = mode;
       if (row.to_goal == kKeep) row.to_goal = 0;
-      attempt(row, fmt::format("to mode {}", mode));
+      attempt(Change::redirected, row, fmt::format("to {}", vehicle_.mode_names[mode]));
     }
     if ((original_.from & in(State::operational)) == 0 && original_.to != State::operational)
       return;
@@ -144,7 +176,7 @@ class Measure {
         continue;
       Row row = original_;
       row.to_goal = goal;
-      attempt(row, fmt::format("to goal {}", goal));
+      attempt(Change::redirected, row, fmt::format("to goal {}", vehicle_.goal_names[goal]));
     }
   }
 
@@ -153,7 +185,7 @@ class Measure {
       if ((unsigned{original_.guards} >> bit & 1u) == 0) continue;
       Row row = original_;
       row.guards = static_cast<GuardSet>(row.guards & ~guard(bit));
-      attempt(row, fmt::format("without guard {}", bit));
+      attempt(Change::loosened, row, fmt::format("without guard {}", bit));
     }
   }
 
@@ -162,7 +194,40 @@ class Measure {
       if ((original_.actions >> bit & 1u) == 0) continue;
       Row row = original_;
       row.actions &= ~(ActionSet{1} << bit);
-      attempt(row, fmt::format("without action {}", bit));
+      attempt(Change::idle, row, fmt::format("without action {}", bit));
+    }
+  }
+
+  void widen() {
+    for (unsigned s = 0; s < 4; ++s) {
+      const auto state = static_cast<State>(s);
+      if ((original_.from & in(state)) != 0) continue;
+      if (state == State::operational && original_.modes != kAnyMode) continue;
+      Row row = original_;
+      row.from = static_cast<StateSet>(row.from | in(state));
+      attempt(Change::widened, row, fmt::format("also from {}", kStateNames[s]));
+    }
+    const bool operational = (original_.from & in(State::operational)) != 0;
+    for (unsigned mode = 1; mode < modes_; ++mode) {
+      if (original_.modes == kAnyMode || (operational && (original_.modes >> mode & 1u) != 0))
+        continue;
+      Row row = original_;
+      row.from = static_cast<StateSet>(row.from | in(State::operational));
+      row.modes = (operational ? row.modes : 0) | 1u << mode;
+      attempt(Change::widened, row, fmt::format("also from {}", vehicle_.mode_names[mode]));
+    }
+  }
+
+  void busy() {
+    ActionSet all = 0;
+    for (const Rows* rows : {table_.common, table_.rows}) {
+      for (const Row& row : rows->rows) all |= row.actions;
+    }
+    for (unsigned bit = 0; all >> bit != 0; ++bit) {
+      if ((all >> bit & 1u) == 0 || (original_.actions >> bit & 1u) != 0) continue;
+      Row row = original_;
+      row.actions |= ActionSet{1} << bit;
+      attempt(Change::busy, row, fmt::format("with action {}", bit));
     }
   }
 
@@ -175,6 +240,17 @@ class Measure {
 };
 
 }  // namespace
+
+Mutations::Count Mutations::sum() const {
+  Count sum;
+  for (const Count& count : of) {
+    sum.all += count.all;
+    sum.caught += count.caught;
+    sum.equivalent += count.equivalent;
+    sum.demanded += count.demanded;
+  }
+  return sum;
+}
 
 Mutations mutate(const Verified& vehicle) { return Measure(vehicle).run(); }
 

@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 
+#include "tools/lss-lc/composition.h"
 #include "tools/lss-lc/explorer.h"
 
 namespace lss::lc {
@@ -28,6 +29,8 @@ struct Verified {
   std::span<const char* const> goal_names;  // from none on
   std::span<const FlagName> flag_names;
   std::span<const char* const> module_names;
+  // Supervisor, watch and solver together (composition.h); nullptr: not explored.
+  Composition (*composition)(const Depth& depth) = nullptr;
 };
 
 // The vehicles of this build, in the order of the roster; nullptr: there is none of this name.

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "daemon/config/reading.h"
@@ -32,7 +34,27 @@ void read_numbers(config::Section& s, std::string_view key, std::array<std::uint
   }
 }
 
+// The description of a kind of nodes, from its file; "": the shipped one.
+void read_profile(config::Section& s, Kind kind, Profiles& profiles) {
+  const auto k = static_cast<std::size_t>(kind);
+  const std::string key = std::string(kKindNames[k]) + "_description";
+  const std::string name = s.text(key, "");
+  if (name.empty()) return;
+  const std::filesystem::path path = std::filesystem::path(s.file()).parent_path() / name;
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return s.error(key, fmt::format("\"{}\" cannot be read", path.string()));
+  std::string text(canopen::kMostDescriptionBytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  std::vector<std::string> errors;
+  const Profile profile = make_profile(kind, text, errors);
+  for (const std::string& error : errors) s.error(key, fmt::format("{}: {}", path.string(), error));
+  if (errors.empty()) profiles[k] = profile;
+}
+
 void read_bus(config::Section s, Parameters& p) {
+  for (std::size_t kind = 0; kind < kKinds; ++kind)
+    read_profile(s, static_cast<Kind>(kind), p.bus.profile);
   std::multiset<std::int64_t> all;
   read_numbers(s, "wheel_nodes", p.bus.wheel_node, all);
   read_numbers(s, "steering_nodes", p.bus.steering_node, all);

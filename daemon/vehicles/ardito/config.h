@@ -11,9 +11,9 @@ namespace lss::ardito {
 
 struct Parameters {
   RoverBusParameters bus;
-  gnc::ardito::Parameters mobility;
+  gnc::ardito::Parameters mobility{.geometry = {}, .top_speed_m_s = kSpeedLimits_m_s[0]};
   TimeNs beacon_ns = 5 * kSecond;    // before anything else (Ardito thesis part III)
-  TimeNs autonomy_ns = 5 * kSecond;  // after that, before the vehicle may drive by itself
+  TimeNs autonomy_ns = 5 * kSecond;  // the lamp flashes before the vehicle drives by itself
   double wheel_current_A = 4;        // rated: what 1000 per mille are
   double steering_current_A = 2;
   TimeNs io_silent_ns = 300 * kMillisecond;

@@ -84,6 +84,13 @@ constexpr Row now_in(lc::Event event, Mode mode) {
           guards,  kKeep,        State::operational,
           m(mode), kKeep,        0};
 }
+// The goal is given up: it stands, ready for another command. A stop that was ordered before goes
+// on.
+constexpr Row give_up(lc::Event event, Goal goal) {
+  Row row = aim(event, kReady, 0, Goal::none, lc::ActionSet{kHalt} | kByHand);
+  row.goal = g(goal);
+  return row;
+}
 // Only flags change.
 constexpr Row stay(lc::Event event, lc::StateSet from, lc::ActionSet actions) {
   return lc::stay(event, from, lc::kAnyMode, 0, actions);
@@ -134,9 +141,9 @@ constexpr std::array kRows = {
 
     stay(event::imu_good, lc::kAnyState, kImuIsGood),
     stay(event::imu_lost, lc::kAnyState, kImuIsLost),
-    // A stop that was ordered before goes on.
-    Row{event::autonomy_lost, kOperational, kReady, 0, g(Goal::drive), State::operational, kKeep,
-        g(Goal::none), lc::ActionSet{kHalt} | kByHand},
+    give_up(event::autonomy_lost, Goal::drive),
+    give_up(event::stuck, Goal::drive),
+    give_up(event::stuck, Goal::park),
     stay(event::button_out, lc::kAnyState, kButtonIsOut),
     emergency(event::button_in, kButtonIsIn),
     stay(event::button_in, kIdle | kFatal | kSolving, kButtonIsIn),
@@ -171,6 +178,7 @@ constexpr std::array kEvents = {
     lc::EventInfo{event::power_bad, "power bad", false, 0},
     lc::EventInfo{event::autonomy_lost, "autonomy lost", false, 0},
     lc::EventInfo{event::isolate, "isolate", false, kDriveWheels},
+    lc::EventInfo{event::stuck, "stuck", false, 0},
 };
 
 }  // namespace
@@ -212,13 +220,22 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
 }
 
 Verdict sense(const SupervisorState& state, const Request& r) noexcept {
+  const double cap_m_s = state.sense[kSenseCap];
+  if (r.kind == kind_of(lss::CommandKind::start)) {
+    const auto start = arguments<Start>(r);
+    const double asked_m_s = start.speed_m_s > 0
+                                 ? start.speed_m_s
+                                 : kSpeedLimits_m_s[static_cast<std::size_t>(start.limit)];
+    if (asked_m_s <= cap_m_s) return {};
+    return {.reason = Reason::over_cap, .measured = asked_m_s, .limit = cap_m_s};
+  }
   const bool drives = r.kind == kind_of(CommandKind::drive);
   if (!drives && r.kind != kind_of(CommandKind::park)) return {};
-  if (drives && arguments<Drive>(r).autonomous && state.sense[kSenseEarly] > 0)
-    return {.reason = Reason::too_early, .measured = state.sense[kSenseEarly], .limit = 0};
-  const double limit_m_s = state.sense[kSenseLimit];
   const double speed_m_s =
       std::abs(drives ? arguments<Drive>(r).speed_m_s : arguments<Park>(r).speed_m_s);
+  if (speed_m_s > cap_m_s)
+    return {.reason = Reason::over_cap, .measured = speed_m_s, .limit = cap_m_s};
+  const double limit_m_s = state.sense[kSenseLimit];
   if (speed_m_s <= limit_m_s) return {};
   return {.reason = Reason::over_limit, .measured = speed_m_s, .limit = limit_m_s};
 }

@@ -40,7 +40,8 @@ inline constexpr lc::Event warned = vehicle_event(6), motors_confirmed = vehicle
                            is_decelerating = vehicle_event(12), imu_good = vehicle_event(13),
                            imu_lost = vehicle_event(14), button_out = vehicle_event(15),
                            button_in = vehicle_event(16), power_good = vehicle_event(17),
-                           power_bad = vehicle_event(18), autonomy_lost = vehicle_event(20);
+                           power_bad = vehicle_event(18), autonomy_lost = vehicle_event(20),
+                           stuck = vehicle_event(21);
 // of error solving
 inline constexpr lc::Event isolate = vehicle_event(19);
 }  // namespace event
@@ -67,8 +68,8 @@ extern const lc::Table kTable;
 inline constexpr unsigned kMostIsolated = 1;  // wheels; the rover goes on with five
 
 // Layout of SupervisorState::sense, for guards on measured values: [0] the speed limit selected at
-// start, m/s; [1] how many drives are enabled; [2] time until the vehicle may drive by itself, s.
-inline constexpr std::size_t kSenseLimit = 0, kSenseMotorsOn = 1, kSenseEarly = 2;
+// start, m/s; [1] how many drives are enabled; [2] the cap of the configuration, m/s.
+inline constexpr std::size_t kSenseLimit = 0, kSenseMotorsOn = 1, kSenseCap = 2;
 
 // The command for `kind`, common or ardito's own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;

@@ -19,11 +19,24 @@ constexpr std::array kTunables{
     tunable<&P::mobility, &M::correction_sign>(
         "mobility.correction_sign", "", -1, 1, kAtRest,
         "of the correction of wheel speeds on uneven ground; 0: none", true),
-    tunable<&P::mobility, &M::max_temperature_C>("mobility.motor_temperature_degC", "degC", 0, 200,
-                                                 kAlways, "hotter motors are reported"),
+    tunable<&P::mobility, &M::warm_temperature_C>("mobility.motor_temperature_degC", "degC", 0, 200,
+                                                  kAlways, "hotter motors are reported"),
+    tunable<&P::mobility, &M::max_temperature_C>(
+        "mobility.motor_cutoff_degC", "degC", 0, 200, kAlways,
+        "hotter motors are taken out: clutch open, motor off"),
     tunable<&P::mobility, &M::max_current>(
         "mobility.motor_current", "", 0.1, 10, kAlways,
         "times the rated one, longer than a second: the same as a failed motor"),
+    tunable<&P::mobility, &M::max_steering_current>("mobility.steering_current", "", 0.1, 10,
+                                                    kAlways, "the same of a steering motor"),
+    tunable<&P::mobility, &M::deceleration_m_s2>("mobility.deceleration_m_s2", "m/s2", 0.05, 2,
+                                                 kAtRest, "of every stop but emergencies"),
+    tunable<&P::mobility, &M::slip_share>(
+        "mobility.slip_limit", "", 0.2, 0.95, kAlways,
+        "share of the wheels' speed that is lost: the rover is stuck, and stops"),
+    tunable<&P::mobility, &M::slip_load>(
+        "mobility.slip_load", "", 0.02, 1, kAlways,
+        "times the rated current above no load: motors of wheels that slip draw more"),
     tunable<&P::mobility, &M::max_lost_wheels>("mobility.lost_wheels", "", 0, 2, kAlways,
                                                "so many may be out of work without an error"),
     tunable<&P::wheel_current_A>("bus.wheel_rated_A", "A", 0.1, 100, kAlways,
@@ -33,7 +46,9 @@ constexpr std::array kTunables{
     tunable<&P::beacon_ns>("safety.beacon_s", "s", 0, 60, kAtRest,
                            "the lamp runs for so long before the motors go on"),
     tunable<&P::autonomy_ns>("safety.autonomy_s", "s", 0, 60, kAtRest,
-                             "after the start, before the rover may drive by itself"),
+                             "the lamp flashes for so long before the rover drives by itself"),
+    tunable<&P::mobility, &M::top_speed_m_s>("safety.max_speed_m_s", "m/s", 0.1, 1, kAtRest,
+                                             "no limit is above it: 0.5 at the ERC"),
     tunable<&P::io_silent_ns>("safety.io_silent_ms", "ms", 150, 5000, kAlways,
                               "no message of the emergency-stop button for so long: emergency"),
     tunable<&P::solver, &S::budget_ns>("solve.budget_s", "s", 3, 600, kAlways,

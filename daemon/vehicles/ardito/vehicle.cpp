@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "daemon/vehicles/ardito/tunables.h"
 #include "idl/angles.h"
@@ -12,11 +13,17 @@ namespace {
 using gnc::ardito::contains;
 using gnc::ardito::kRadPerSecondPerRpm;
 
+constexpr TimeNs kFlash = 500 * kMillisecond;        // of the lamp: on, off
 constexpr double kAcceleration_m_s2 = 1.0;           // towards a commanded speed
 constexpr double kGateMargin = 1.2;                  // above the limits of the mobility controller
 constexpr double kSteeringLimit_rad = 65 * kDegree;  // Ardito thesis 11.2
 
 double seconds(TimeNs time) noexcept { return static_cast<double>(time) * 1e-9; }
+
+// For people: NaN before it was measured.
+double shown(const Known& known, double scale = 1) noexcept {
+  return known.time_ns == 0 ? std::numeric_limits<double>::quiet_NaN() : known.value * scale;
+}
 
 std::size_t system_of(std::uint8_t wheel) noexcept {
   return gnc::ardito::kSteeredOfWheel[wheel % kWheels];
@@ -142,7 +149,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     drives_on_ = false;
     wanted_m_s_ = ramped_m_s_ = 0;
     orders_.quick_stop = (actions & lc::kEmergencyStop) != 0;
-    orders_.beacon = false;
+    beacon_ = by_itself_ = orders_.beacon = false;
     if (actions & lc::kEmergencyStop) {
       make_safe(orders_, now_ns_);
     } else {
@@ -152,6 +159,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   if (actions & lc::kEndSolve) solver_.end();
   if (actions & lc::kRestore) {
     forget(isolated_);
+    unproven_ &= ~unsigned{isolated_};
     isolated_ = 0;
   }
   if (actions & lc::kResetModule) {
@@ -159,17 +167,20 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     const unsigned all = (1u << kNodes) - 1;
     const unsigned nodes = number == 0 ? all : 1u << (number - 1);
     reset_nodes(static_cast<std::uint16_t>(nodes));
+    unproven_ &= ~nodes;  // it was checked
     for (std::size_t i = 0; i < kNodes; ++i) {
       if (nodes >> i & 1u) watched_.begin_reset(i, now_ns_, link(i).node);
     }
   }
   if (actions & lc::kPublishData) data_requested_ = true;
   if (actions & kBeacon) {
-    orders_.beacon = true;
+    beacon_ = true;
     orders_.quick_stop = false;
     reset_faults();  // of power that was missing while standing; other faults prevent the start
     started_ns_ = now_ns_;
-    limit_m_s_ = kSpeedLimits_m_s[static_cast<std::size_t>(arguments<Start>(*request).limit)];
+    const SpeedLimit limit = arguments<Start>(*request).limit;
+    limit_m_s_ = std::min(kSpeedLimits_m_s[static_cast<std::size_t>(limit)],
+                          parameters_.mobility.top_speed_m_s);
     distance_m_ = yaw_rad_ = x_m_ = y_m_ = 0;
   }
   if (actions & kMotorsOn) {
@@ -177,6 +188,12 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     ++orders_.serial;
   }
   if (actions & kHalt) wanted_m_s_ = 0;
+  if (actions & kByHand) by_itself_ = false;
+  if ((actions & kByItself) && !by_itself_) {
+    by_itself_ = true;
+    activated_ns_ = now_ns_;
+  }
+  if (actions & (kDrive | kPark)) stuck_told_ = false;
   if (actions & kDrive) {
     const auto drive = arguments<Drive>(*request);
     wanted_m_s_ = drive.speed_m_s;
@@ -225,13 +242,24 @@ void Vehicle::measure() noexcept {
                    .counter = imu_counter_};
 }
 
-// Dead reckoning over the last frame: speed from wheels and steering, turning from the IMU.
+bool Vehicle::has_fault(gnc::ardito::Fault fault) const noexcept {
+  return stepped_ && (command_.faults & fault) != 0;
+}
+
+// The rover flashes and waits at the activation of autonomous driving (Ardito thesis part III).
+double Vehicle::autonomy_wait_s() const noexcept {
+  const TimeNs left = activated_ns_ + parameters_.autonomy_ns - now_ns_;
+  return by_itself_ && left > 0 ? seconds(left) : 0;
+}
+
+// Dead reckoning over the last frame: speed from wheels and steering, of slipping wheels from the
+// IMU; turning from the IMU.
 void Vehicle::reckon() noexcept {
   if (!stepped_ || !drives_on_) return;
   const gnc::ardito::Estimate& e = command_.estimate;
   const double dt_s = seconds(parameters_.bus.period_ns);
   const double yaw_rate_rad_s = imu_lost_ ? e.yaw_rate_rad_s : imu_yaw_rate_rad_s_.value;
-  const double way_m = e.speed_m_s * dt_s;
+  const double way_m = e.ground_m_s * dt_s;
   const double course_rad = yaw_rad_ + yaw_rate_rad_s * dt_s / 2 + e.sigma_rad;
   x_m_ += way_m * std::cos(course_rad);
   y_m_ -= way_m * std::sin(course_rad);
@@ -247,7 +275,8 @@ void Vehicle::navigate(TimeNs) noexcept {
 void Vehicle::guide(TimeNs) noexcept {
   const lc::ControllerState& c = supervisor_->controller();
   const auto goal = static_cast<Goal>(c.goal);
-  const bool run = drives_on_ && (goal == Goal::drive || goal == Goal::park);
+  const bool run =
+      drives_on_ && (goal == Goal::drive || goal == Goal::park) && autonomy_wait_s() == 0;
   const double step_m_s = kAcceleration_m_s2 * seconds(parameters_.bus.period_ns);
   if (!run || ramped_m_s_ * wanted_m_s_ < 0) {
     ramped_m_s_ = 0;  // the mobility controller ramps down
@@ -286,6 +315,8 @@ Vehicle::Command Vehicle::control(TimeNs now) noexcept {
   if (stepped_)
     orders_.clutches =
         static_cast<std::uint8_t>(command_.clutches_engaged & ~static_cast<unsigned>(isolated_));
+  const bool dark = autonomy_wait_s() > 0 && (now - activated_ns_) / kFlash % 2 == 1;
+  orders_.beacon = beacon_ && !dark;
   const lc::ControllerState& c = supervisor_->controller();
   orders_.standing = c.state != State::operational || standing();
   orders_.next_frame_ns = now + parameters_.bus.period_ns;
@@ -330,10 +361,19 @@ bool Vehicle::describe(const lss::Inputs<Vehicle>& in, const SupervisorState& st
   out.autonomous = (state.controller.flags & kAutonomous) != 0;
   out.correction = correction_ && parameters_.mobility.correction_sign != 0;
   out.limit_m_s = limit_m_s_;
+  out.cap_m_s = parameters_.mobility.top_speed_m_s;
+  out.autonomy_wait_s = autonomy_wait_s();
   out.speed_m_s = request_.run ? wanted_m_s_ : 0;
   out.heading_rad = request_.run ? wanted_rad_ : 0;
   out.measured_m_s = stepped_ ? e.speed_m_s : 0;
   out.measured_rad = stepped_ ? e.sigma_rad : 0;
+  out.ground_m_s = stepped_ ? e.ground_m_s : 0;
+  out.slip_m_s = stepped_ ? e.slip_m_s : 0;
+  out.load = stepped_ ? e.load : 0;
+  out.slipping = slipping_;
+  out.stuck = has_fault(gnc::ardito::kStuck);
+  out.incoherent_speed = has_fault(gnc::ardito::kIncoherentSpeed);
+  out.incoherent_heading = has_fault(gnc::ardito::kIncoherentSigma);
   out.distance_m = distance_m_;
   out.yaw_rad = yaw_rad_;
   out.x_m = x_m_;
@@ -346,15 +386,20 @@ bool Vehicle::describe(const lss::Inputs<Vehicle>& in, const SupervisorState& st
     const Wheel& wheel = wheel_[i];
     out.wheels[i] = {.id = static_cast<std::uint8_t>(i + 1),
                      .state = static_cast<std::uint8_t>(command_.wheel_failure[i]),
+                     .suspect = static_cast<std::uint8_t>(command_.wheel_suspect[i]),
+                     .inconclusive = contains(command_.inconclusive_wheels, i),
+                     .hot = contains(hot_, i),
+                     .probing = contains(command_.probing, i),
+                     .unproven = contains(unproven_, i),
                      .clutch = contains(sent_.clutches, i),
                      .stopped = contains(command_.motors_stopped, i),
                      .target_rad_s = sent_.wheel[i].motor_rpm * motor,
-                     .motor_rad_s = wheel.motor_rpm.value * motor,
-                     .hall_rad_s = wheel.hall_rpm.value * motor,
-                     .reduction_rad_s = wheel.reduction_rpm.value * kRadPerSecondPerRpm,
-                     .current_A = wheel.current_permille.value * 1e-3 * parameters_.wheel_current_A,
-                     .temperature_degC = wheel.temperature_degC.value,
-                     .voltage_V = wheel.link_V.value};
+                     .motor_rad_s = shown(wheel.motor_rpm, motor),
+                     .hall_rad_s = shown(wheel.hall_rpm, motor),
+                     .reduction_rad_s = shown(wheel.reduction_rpm, kRadPerSecondPerRpm),
+                     .current_A = shown(wheel.current_permille, 1e-3 * parameters_.wheel_current_A),
+                     .temperature_degC = shown(wheel.temperature_degC),
+                     .voltage_V = shown(wheel.link_V)};
   }
   for (std::size_t i = 0; i < kSteered; ++i) {
     const Steering& s = steering_[i];
@@ -362,20 +407,21 @@ bool Vehicle::describe(const lss::Inputs<Vehicle>& in, const SupervisorState& st
     out.steering[i] = {
         .id = static_cast<std::uint8_t>(i + 1),
         .state = static_cast<std::uint8_t>(failure),
+        .suspect = static_cast<std::uint8_t>(command_.steering_suspect[i]),
         .stopped = !sent_.steering[i].enabled,
         .target_rad = sent_.steering[i].position_rad,
-        .motor_rad = s.motor_rad.value / gear_,
-        .reduction_rad = s.reduction_rad.value,
-        .current_A = s.current_permille.value * 1e-3 * parameters_.steering_current_A};
+        .motor_rad = shown(s.motor_rad, 1 / gear_),
+        .reduction_rad = shown(s.reduction_rad),
+        .current_A = shown(s.current_permille, 1e-3 * parameters_.steering_current_A)};
   }
   for (std::size_t i = 0; i < kNodes; ++i) describe_node(i, out.nodes[i]);
-  out.beta_rad = beta_rad_.value;
-  out.rho_rad[0] = rho1_rad_.value;
-  out.rho_rad[1] = rho2_rad_.value;
+  out.beta_rad = shown(beta_rad_);
+  out.rho_rad[0] = shown(rho1_rad_);
+  out.rho_rad[1] = shown(rho2_rad_);
   out.imu_valid = !imu_lost_;
-  out.imu_speed_m_s = imu_speed_m_s_.value;
-  out.imu_heading_rad = imu_sigma_rad_.value;
-  out.imu_yaw_rate_rad_s = imu_yaw_rate_rad_s_.value;
+  out.imu_speed_m_s = shown(imu_speed_m_s_);
+  out.imu_heading_rad = shown(imu_sigma_rad_);
+  out.imu_yaw_rate_rad_s = shown(imu_yaw_rate_rad_s_);
   out.emergency_button = inputs_.emergency_button;
   out.power_good = inputs_.power_good;
   out.beacon = sent_.beacon;

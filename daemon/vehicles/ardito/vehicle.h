@@ -90,7 +90,9 @@ class Vehicle final : public Actor, private SolveTarget {
       limit_m_s_, wanted_m_s_, wanted_rad_, correction_, ramped_m_s_, retry_wheels_,
       retry_steering_, isolated_, stepped_, data_requested_, port_, watched_, failure_,
       steering_failure_, error_, rocker_lost_, imu_lost_, imu_seen_, imu_told_, disagreeing_,
-      solver_, distance_m_, yaw_rad_, x_m_, y_m_);
+      solver_, distance_m_, yaw_rad_, x_m_, y_m_, beacon_, by_itself_, activated_ns_, slipping_,
+      slip_frames_, most_slip_m_s_, stuck_, stuck_told_, yaw_told_, yaw_good_frames_, hot_,
+      unproven_, unproven_told_, proven_frames_);
   }
 
  private:
@@ -119,6 +121,10 @@ class Vehicle final : public Actor, private SolveTarget {
   void watch_wheel(std::size_t wheel, Supervisor& s) noexcept;
   void watch_steering(std::size_t system, Supervisor& s) noexcept;
   void watch_imu(Supervisor& s) noexcept;
+  void watch_slip(Supervisor& s) noexcept;
+  void watch_yaw(Supervisor& s) noexcept;
+  void watch_heat(std::size_t wheel, Supervisor& s) noexcept;
+  void watch_unproven(std::size_t wheel, Supervisor& s) noexcept;
   void watch_mode(Supervisor& s) noexcept;
   void watch_solver(Supervisor& s) noexcept;
   void begin_solving(const Supervisor& s) noexcept;
@@ -143,6 +149,8 @@ class Vehicle final : public Actor, private SolveTarget {
   bool standing() const noexcept;
   bool drives_enabled() const noexcept;
   gnc::ardito::Reading reading(const Known& known, double scale = 1) const noexcept;
+  bool has_fault(gnc::ardito::Fault fault) const noexcept;  // of the last frame
+  double autonomy_wait_s() const noexcept;
   void measure() noexcept;
   void reckon() noexcept;
   void describe_node(std::size_t node, lss_ArditoNode& out) const noexcept;
@@ -171,6 +179,9 @@ class Vehicle final : public Actor, private SolveTarget {
 
   TimeNs now_ns_ = 0;
   TimeNs started_ns_ = 0;  // the beacon went on
+  bool beacon_ = false;
+  bool by_itself_ = false;  // autonomous driving, since activated_ns_
+  TimeNs activated_ns_ = 0;
   bool drives_on_ = false;
   double limit_m_s_ = kSpeedLimits_m_s[0];
   double wanted_m_s_ = 0, wanted_rad_ = 0;  // commanded
@@ -189,6 +200,13 @@ class Vehicle final : public Actor, private SolveTarget {
   bool error_ = false, rocker_lost_ = false;
   bool imu_lost_ = true, imu_seen_ = false, imu_told_ = false;
   std::uint8_t disagreeing_ = 0;  // 1..3; 0: none
+  bool slipping_ = false, stuck_ = false, stuck_told_ = false, yaw_told_ = false;
+  int slip_frames_ = 0, yaw_good_frames_ = 0;
+  double most_slip_m_s_ = 0;  // since it began
+  std::uint32_t hot_ = 0;     // wheels
+  // Wheels whose failure error solving forgot, and for how long each has worked since.
+  std::uint32_t unproven_ = 0, unproven_told_ = 0;
+  std::array<int, kWheels> proven_frames_{};
 
   Solver solver_;
   double distance_m_ = 0, yaw_rad_ = 0, x_m_ = 0, y_m_ = 0;

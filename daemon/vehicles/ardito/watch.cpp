@@ -1,7 +1,9 @@
 // Supervision of D.I.A.N.A. Ardito: turns reports of nodes, bus, inputs and the failure detection
 // into events and faults of the locomotion controller.
 
+#include <algorithm>
 #include <bit>
+#include <cmath>
 
 #include "daemon/cycle/solving.h"
 #include "daemon/vehicles/ardito/vehicle.h"
@@ -66,6 +68,7 @@ void Vehicle::watch(const lss::Inputs<Vehicle>& in, Supervisor& s) noexcept {
   watch_inputs(s);
   watch_nodes(s);
   watch_mobility(s);
+  watch_slip(s);
   watch_imu(s);
   watch_mode(s);
   watch_solver(s);
@@ -90,6 +93,8 @@ void Vehicle::watch_nodes(Supervisor& s) noexcept {
     // Without power all drives report faults; the lost power is reported instead.
     if (i < kWheels + kSteered && in_service(i))
       watched_.watch_drive(i, link(i), answers(i), inputs_.power_good, s);
+    if (i < kWheels + kSteered)
+      watched_.watch_dropouts(i, link(i), now_ns_, in_service(i) && inputs_.power_good, s);
   }
 }
 
@@ -116,7 +121,12 @@ void Vehicle::watch_inputs(Supervisor& s) noexcept {
 
 void Vehicle::watch_mobility(Supervisor& s) noexcept {
   if (!stepped_) return;
-  for (std::size_t i = 0; i < kWheels; ++i) watch_wheel(i, s);
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    watch_wheel(i, s);
+    watch_heat(i, s);
+    watch_unproven(i, s);
+  }
+  watch_yaw(s);
   for (std::size_t i = 0; i < kSteered; ++i) watch_steering(i, s);
   const gnc::ardito::VoteReport& vote = mobility_.report();
   if (vote.no_majority) {
@@ -135,7 +145,8 @@ void Vehicle::watch_mobility(Supervisor& s) noexcept {
   }
   error_ = error;
   const bool rocker_lost =
-      (command_.faults & gnc::ardito::kRockerStale) != 0 && !watched_.away(kIo);
+      (has_fault(gnc::ardito::kRockerStale) || has_fault(gnc::ardito::kRockerJump)) &&
+      !watched_.away(kIo);
   if (rocker_lost != rocker_lost_) {
     rocker_lost ? s.latch(FaultId::rocker_lost, kIoNode) : s.clear(FaultId::rocker_lost, kIoNode);
     rocker_lost_ = rocker_lost;
@@ -155,6 +166,76 @@ void Vehicle::watch_wheel(std::size_t i, Supervisor& s) noexcept {
   }
   if (gnc::ardito::contains(command_.stale_wheels, i) && in_service(i) && drives_on_)
     s.raise(FaultId::stale_input, kit::module_of(i));
+}
+
+void Vehicle::watch_heat(std::size_t i, Supervisor& s) noexcept {
+  constexpr double kCooler_degC = 3;  // before it is no longer hot
+  const std::uint32_t wheel = gnc::ardito::only(i);
+  const bool was = (hot_ & wheel) != 0;
+  const bool above = (command_.hot_motors & wheel) != 0;
+  const bool below =
+      wheel_[i].temperature_degC.value < parameters_.mobility.warm_temperature_C - kCooler_degC;
+  if (!was && above) {
+    hot_ |= wheel;
+    s.latch(FaultId::temperature_warning, kit::module_of(i));
+  } else if (was && below) {
+    hot_ &= ~wheel;
+    s.clear(FaultId::temperature_warning, kit::module_of(i));
+  }
+}
+
+// What error solving forgot counts as failed until it worked under way: at rest nothing shows it.
+void Vehicle::watch_unproven(std::size_t i, Supervisor& s) noexcept {
+  constexpr int kProven = 20;  // frames
+  const std::uint32_t wheel = gnc::ardito::only(i);
+  const bool drives =
+      command_.mode != gnc::ardito::Mode::stop && (command_.clutches_engaged & wheel) != 0 &&
+      std::abs(command_.estimate.wheel_rad_s[i]) > parameters_.mobility.still_rad_s &&
+      command_.wheel_suspect[i] == WheelFailure::none;
+  proven_frames_[i] = drives ? proven_frames_[i] + 1 : 0;
+  const bool found_again =
+      command_.wheel_failure[i] != WheelFailure::none && (retry_wheels_ & wheel) == 0;
+  if (proven_frames_[i] >= kProven || found_again || !in_service(i)) unproven_ &= ~wheel;
+  const bool told = (unproven_told_ & wheel) != 0, is = (unproven_ & wheel) != 0;
+  if (is && !told) s.latch(FaultId::wheel_unproven, kit::module_of(i));
+  if (!is && told) s.clear(FaultId::wheel_unproven, kit::module_of(i));
+  unproven_told_ = (unproven_told_ & ~wheel) | (unproven_ & wheel);
+}
+
+// Slip is reported; wheels that turn while the rover does not move are stopped.
+void Vehicle::watch_slip(Supervisor& s) noexcept {
+  constexpr int kBegins = 5, kEnds = -10;  // frames with slip, and without
+  const gnc::ardito::Estimate& e = command_.estimate;
+  const bool slips = has_fault(gnc::ardito::kSlip) || has_fault(gnc::ardito::kWheelsSlip);
+  slip_frames_ = slips ? std::max(slip_frames_, 0) + 1 : std::min(slip_frames_, 0) - 1;
+  if (slips) most_slip_m_s_ = std::max(most_slip_m_s_, std::abs(e.slip_m_s));
+  if (!slipping_ && slip_frames_ >= kBegins) {
+    slipping_ = true;
+    s.note(EventId::slip_begun, 0, e.slip_m_s, e.load);
+  } else if (slip_frames_ <= kEnds) {
+    if (slipping_) s.note(EventId::slip_ended, 0, most_slip_m_s_);
+    slipping_ = false;
+    most_slip_m_s_ = 0;
+    slip_frames_ = kEnds;
+  }
+  const bool stuck = has_fault(gnc::ardito::kStuck);
+  if (stuck && !stuck_ && s.happen(event::stuck).reason == Reason::none) {
+    s.latch(FaultId::rover_stuck);
+    s.note(EventId::stopped_stuck, 0, e.speed_m_s, e.ground_m_s);
+    s.abandon(Reason::stuck);
+    stuck_told_ = true;
+  }
+  stuck_ = stuck;
+  if (!stuck_told_) s.clear(FaultId::rover_stuck);  // another command to move came
+}
+
+void Vehicle::watch_yaw(Supervisor& s) noexcept {
+  constexpr int kGood = 50;  // frames
+  const bool disagrees = has_fault(gnc::ardito::kYawDisagrees);
+  yaw_good_frames_ = disagrees ? 0 : std::min(yaw_good_frames_ + 1, kGood);
+  if (disagrees && !yaw_told_) s.latch(FaultId::yaw_disagrees);
+  if (yaw_told_ && yaw_good_frames_ == kGood) s.clear(FaultId::yaw_disagrees);
+  yaw_told_ = disagrees || (yaw_told_ && yaw_good_frames_ < kGood);
 }
 
 void Vehicle::watch_steering(std::size_t i, Supervisor& s) noexcept {
@@ -230,9 +311,7 @@ void Vehicle::set_sense(Supervisor& s) noexcept {
     const bool on = answers(i) && link(i).drive == canopen::DriveState::operation_enabled;
     sense[kSenseMotorsOn] += on ? 1 : 0;
   }
-  const double early_s =
-      static_cast<double>(started_ns_ + parameters_.autonomy_ns - now_ns_) * 1e-9;
-  if (early_s > 0) sense[kSenseEarly] = early_s;
+  sense[kSenseCap] = parameters_.mobility.top_speed_m_s;
   s.set_sense(sense);
 }
 
@@ -269,6 +348,10 @@ void Vehicle::reset_nodes(std::uint16_t nodes) noexcept {
 }
 
 void Vehicle::forget(std::uint16_t nodes) noexcept {
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const bool failed = command_.wheel_failure[i] != WheelFailure::none;
+    if ((nodes >> i & 1u) != 0 && failed) unproven_ |= 1u << i;
+  }
   retry_wheels_ |= nodes & gnc::ardito::kAllWheels;
   retry_steering_ |= static_cast<unsigned>(nodes) >> kFirstSteering & gnc::ardito::kAllSteered;
 }

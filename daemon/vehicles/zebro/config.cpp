@@ -33,6 +33,29 @@ void read_bus(config::Section s, Parameters& p) {
   }
 }
 
+// The places of the hips on the body; the algorithm wants them from the centre of mass.
+void read_hips(config::Section& body, gnc::zebro::LocomotionParameters& p) {
+  const auto places = [&](const char* key, const gnc::zebro::PerLeg<double>& fallback_m) {
+    std::vector<double> all_mm;
+    for (const double place_m : fallback_m) all_mm.push_back(place_m * 1e3);
+    return body.numbers(key, all_mm, kLegs, -5000, 5000);
+  };
+  const std::vector<double> x_mm = places("hip_x_mm", p.hips.x_m);
+  const std::vector<double> y_mm = places("hip_y_mm", p.hips.y_m);
+  const std::vector<double> mass_mm = body.numbers("centre_of_mass_mm", {0, 0}, 2, -1000, 1000);
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    p.hips.x_m[i] = (x_mm[i] - mass_mm[0]) * 1e-3;
+    p.hips.y_m[i] = (y_mm[i] - mass_mm[1]) * 1e-3;
+    const bool left = gnc::zebro::is_left(static_cast<int>(i));
+    if (left != (y_mm[i] > 0))
+      body.error("hip_y_mm", "a left leg (LF, LM, LH) is at positive y, a right one at negative");
+  }
+  const auto& x = x_mm;
+  if (!(x[0] > x[2] && x[2] > x[4] && x[1] > x[3] && x[3] > x[5]))
+    body.error("hip_x_mm",
+               "of each side the front leg is ahead of the middle one, that of the hind one");
+}
+
 void read_locomotion(config::Section& root, Parameters& all) {
   gnc::zebro::LocomotionParameters& p = all.locomotion;
   config::Section gait = root.section("gait");
@@ -44,6 +67,8 @@ void read_locomotion(config::Section& root, Parameters& all) {
   p.leg_diameter_m = body.number("leg_diameter_mm", p.leg_diameter_m * 1e3, 10, 1000) * 1e-3;
   p.track_m = body.number("track_mm", p.track_m * 1e3, 10, 5000) * 1e-3;
   p.belly_height_m = body.number("belly_height_mm", p.belly_height_m * 1e3, 0, 1000) * 1e-3;
+
+  read_hips(body, p);
 
   config::Section motion = root.section("motion");
   read_adjustable(motion, "motion", all);
@@ -65,7 +90,9 @@ Parameters read_parameters(config::Section& root) {
   read_locomotion(root, p);
 
   config::Section limits = root.section("limits");
+  p.power_limit_A = limits.number("power_A", p.power_limit_A, 0.1, 100);
   read_adjustable(limits, "limits", p);
+  if (const char* wrong = check_currents(p)) limits.error("total_A", wrong);
 
   config::Section panel = root.section("panel");
   read_adjustable(panel, "panel", p);

@@ -16,6 +16,8 @@ struct Parameters {
   TimeNs module_silent_ns = 500 * kMillisecond;
   TimeNs reset_ns = 5 * kSecond;  // from a commanded reset until the module answers again
   double current_limit_A = 1.2;   // below the modules' own 1.7 A (Zebro thesis [P-Int-1])
+  double total_limit_A = 6.0;     // of all motors together, below that of the Power sub-system:
+  double power_limit_A = 8.0;
   TimeNs current_time_ns = 100 * kMillisecond;
   double temperature_warning_degC = 80;
   double panel_deployed_rad = 110 * kDegree;

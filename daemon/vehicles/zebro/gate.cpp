@@ -29,7 +29,9 @@ bool allowed(std::size_t module, Kind kind, const lc::ControllerState& s) noexce
       break;
   }
   const bool panel = module + 1 == kModules;
-  if ((s.isolated >> module & 1u) != 0) return false;
+  if ((s.isolated >> module & 1u) != 0) {  // moved by direct command only
+    return !panel && s.state == State::operational && static_cast<Mode>(s.mode) == Mode::bridge;
+  }
   if (!panel && s.state == State::solve_errors) return (s.flags & kFreeing) != 0;
   return panel ? s.state == State::idle && (s.flags & kPanelMoving) != 0
                : s.state == State::operational;
@@ -60,10 +62,15 @@ GateCheck check(const BusOrders& orders, const BusOrders& before,
                 const std::array<std::int32_t, kBusModules>& measured_cdeg,
                 const lc::ControllerState& state, const GateLimits& limits, TimeNs now) noexcept {
   if (orders.issued_ns != now) return GateCheck::fresh;
-  int driven = 0;
-  for (const ModuleOrder& order : orders.module)
-    driven += moves(order.kind) || order.kind == Kind::motion_on ? 1 : 0;
+  int driven = 0, isolated = 0;
+  for (std::size_t i = 0; i < orders.module.size(); ++i) {
+    const Kind kind = orders.module[i].kind;
+    if (!moves(kind) && kind != Kind::motion_on) continue;
+    ++driven;
+    isolated += (state.isolated >> i & 1u) != 0 ? 1 : 0;
+  }
   if (state.state == State::solve_errors && driven > 1) return GateCheck::state;
+  if (isolated > 1) return GateCheck::state;
   for (std::size_t i = 0; i < orders.module.size(); ++i) {
     const ModuleOrder& order = orders.module[i];
     if (!allowed(i, order.kind, state)) return GateCheck::state;

@@ -7,6 +7,7 @@
 #include "daemon/cycle/common_commands.h"
 #include "daemon/vehicles/zebro/tunables.h"
 #include "gnc/zebro/locomotion.h"
+#include "idl/zebro/codes.h"
 
 namespace lss::zebro {
 namespace {
@@ -15,6 +16,7 @@ using lc::aim, lc::off, lc::in_mode;
 using lc::kIdle, lc::kOperational, lc::kSolving, lc::kContact, lc::kKeep;
 using lc::Row;
 
+constexpr lc::StateSet kSafe = lc::in(State::idle) | lc::in(State::fatal_error);
 constexpr lc::ModeSet kHolding = in_mode(Mode::holding), kStandingUp = in_mode(Mode::standing_up),
                       kStanding = in_mode(Mode::standing), kWalking = in_mode(Mode::walking),
                       kFinishing = in_mode(Mode::finishing_step),
@@ -27,12 +29,17 @@ enum Guard : unsigned {
   kPanelStill,
   kMotorsOnConfirmed,
   kEnoughLegs,  // to stand and walk on without the subject
+  kPanelLost,   // its module does not answer
+  kPanelServed,
 };
-constexpr const char* kGuardNames[] = {"the panel is in", "the panel is still",
+constexpr const char* kGuardNames[] = {"the panel is in",
+                                       "the panel is still",
                                        "all motors are confirmed on",
-                                       "the other legs can stand and walk"};
+                                       "the other legs can stand and walk",
+                                       "the panel's module does not answer",
+                                       "the panel's module is in service"};
 constexpr lc::GuardSet kInService = lc::guard(lc::kInService),
-                       kPanelAtRest = lc::guard(kPanelStill),
+                       kPanelAtRest = lc::guard(kPanelStill) | lc::guard(kPanelServed),
                        kMotors = lc::guard(kMotorsOnConfirmed);
 constexpr lc::GuardSet kMayStart = lc::kMayStart | lc::guard(kPanelIn);
 
@@ -53,6 +60,14 @@ Verdict guard(unsigned number, const lc::ControllerState& s, unsigned subject) {
         return {.reason = Reason::not_stable, .subject = static_cast<std::uint16_t>(subject)};
       break;
     }
+    case kPanelLost:
+      if (((s.silent | s.unheard) >> (kModules - 1) & 1u) == 0)
+        return {.reason = kPanelAnswers, .subject = kModules};
+      break;
+    case kPanelServed:
+      if ((s.isolated >> (kModules - 1) & 1u) != 0)
+        return {.reason = Reason::isolated, .subject = kModules};
+      break;
     default:
       break;
   }
@@ -78,6 +93,12 @@ void effect(lc::ActionSet actions, lc::ControllerState& s) {
   }
   if (actions & kPanelIsIn) clear(kPanelOut | kPanelMoving);
   if (actions & kFreeLeg) set(kFreeing);
+  if (actions & kPanelForgone) {
+    constexpr unsigned kPanel = 1u << (kModules - 1);
+    s.isolated = static_cast<std::uint16_t>(s.isolated | kPanel);
+    s.silent = static_cast<std::uint16_t>(s.silent & ~kPanel);
+    s.unheard = static_cast<std::uint16_t>(s.unheard & ~kPanel);
+  }
 }
 
 constexpr std::uint8_t m(Mode mode) { return static_cast<std::uint8_t>(mode); }
@@ -154,7 +175,7 @@ constexpr std::array kRows = {
     aim(event::stow, kStowing, 0, Goal::none, lc::kTakeAuthority),
     stay(event::stow, kStowed, 0),
 
-    move(event::leg, kAtRest | kStanding, kInService | kMotors, Mode::bridge, Goal::leg, kMoveLeg),
+    move(event::leg, kAtRest | kStanding, kMotors, Mode::bridge, Goal::leg, kMoveLeg),
 
     in_state(kIdle, event::stop, 0, 0),
     off(event::stop, kAtRest | kStanding, kKeep),
@@ -200,6 +221,11 @@ constexpr std::array kRows = {
     in_state(kSolving, event::leg_freed, 0, lc::kMotorsOff),
     in_state(kSolving, event::isolate, kInService | lc::guard(kEnoughLegs),
              lc::ActionSet{lc::kIsolate} | lc::kMotorsOff),
+
+    in_state(kSafe, event::isolate_leg, kInService | lc::guard(kEnoughLegs), lc::kIsolate),
+    in_state(kSafe, event::restore_leg, 0, lc::kRestore),
+    in_state(kSafe, event::panel_is_in, lc::guard(kPanelLost),
+             lc::ActionSet{kPanelForgone} | kPanelIsIn),
 };
 constexpr lc::Rows kIndexed(kRows);
 
@@ -225,6 +251,10 @@ constexpr std::array kEvents = {
     lc::EventInfo{event::free_leg, "free leg", false, kLegs},
     lc::EventInfo{event::leg_freed, "leg freed", false, 0},
     lc::EventInfo{event::isolate, "isolate", false, lc::kEachModule},
+    lc::EventInfo{event::isolate_leg, "isolate leg", true, kLegs, kind_of(CommandKind::isolate)},
+    lc::EventInfo{event::restore_leg, "restore leg", true, kLegs,
+                  kind_of(CommandKind::restore_leg)},
+    lc::EventInfo{event::panel_is_in, "panel is in", true, 0, kind_of(CommandKind::panel_is_in)},
 };
 
 // Computed once, at start-up.
@@ -238,7 +268,7 @@ const auto kEnoughLegsWithout = [] {
 }  // namespace
 
 bool enough_legs_without(unsigned isolated) noexcept {
-  return isolated < kEnoughLegsWithout.size() && kEnoughLegsWithout[isolated];
+  return kEnoughLegsWithout[isolated % kEnoughLegsWithout.size()];  // the panel is no leg
 }
 
 const lc::Table kTable{&kIndexed, kEvents, kModules, kGuardNames, guard, effect, &lc::kCommonRows};
@@ -260,7 +290,10 @@ lc::Event event_of(const Request& r) noexcept {
 namespace {
 
 unsigned subject_of(const Request& r) noexcept {
-  return r.kind == kind_of(CommandKind::leg) ? arguments<MoveLeg>(r).leg : 0;
+  if (r.kind == kind_of(CommandKind::leg)) return arguments<MoveLeg>(r).leg;
+  if (r.kind == kind_of(CommandKind::isolate) || r.kind == kind_of(CommandKind::restore_leg))
+    return arguments<OneLeg>(r).leg;
+  return 0;
 }
 
 bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
@@ -291,6 +324,10 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
       return operational && mode == Mode::standing;  // with speed zero
     case CommandKind::leg:
       return operational && mode == Mode::bridge && s.goal == g(Goal::none);
+    case CommandKind::isolate:
+    case CommandKind::panel_is_in:
+    case CommandKind::restore_leg:
+      return true;
   }
   return false;
 }
@@ -320,7 +357,17 @@ Verdict sense(const SupervisorState& state, const Request& r) noexcept {
           .subject = static_cast<std::uint16_t>(move.leg)};
 }
 
+// Whether the configured gaits can do without a leg is the vehicle's to say.
+bool considered(std::uint16_t kind) noexcept { return kind == kind_of(CommandKind::isolate); }
+
 }  // namespace
+
+Request isolation_of(unsigned module) noexcept {
+  const bool panel = module == kModules;
+  Request request{.kind = kind_of(panel ? CommandKind::panel_is_in : CommandKind::isolate)};
+  if (!panel) request.parameter[0] = module;
+  return request;
+}
 
 const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
 
@@ -331,7 +378,10 @@ const Logic& logic() noexcept {
                             .reached = reached,
                             .command = command,
                             .sense = sense,
-                            .tunables = tuning().infos};
+                            .considered = considered,
+                            .tunables = tuning().infos,
+                            .codes = kOwnCodes,
+                            .isolation_of = isolation_of};
   return kLogic;
 }
 

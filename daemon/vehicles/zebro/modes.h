@@ -46,6 +46,9 @@ inline constexpr lc::Event motors_confirmed = vehicle_event(13), motion_done = v
 // of error solving
 inline constexpr lc::Event free_leg = vehicle_event(18), leg_freed = vehicle_event(19),
                            isolate = vehicle_event(20);
+// commanded, in Idle and FatalError
+inline constexpr lc::Event isolate_leg = vehicle_event(21), restore_leg = vehicle_event(22),
+                           panel_is_in = vehicle_event(23);
 }  // namespace event
 
 enum Action : lc::ActionSet {
@@ -62,11 +65,12 @@ enum Action : lc::ActionSet {
   kPanelIsIn = kMotorsOn << 10,
   kPanelIsOut = kMotorsOn << 11,
   kFreeLeg = kMotorsOn << 12,
+  kPanelForgone = kMotorsOn << 13,  // its module is out of service
 };
 
 extern const lc::Table kTable;
 
-// Whether the others can stand and walk without these legs (bit i: leg i+1), with the default
+// Whether the others can stand and walk without these modules (bit i: module i+1), with the default
 // gaits.
 bool enough_legs_without(unsigned isolated) noexcept;
 
@@ -83,6 +87,9 @@ inline constexpr std::size_t kSenseTurnLimit = kModules, kSenseMotorsOn = kModul
 
 // The command for `kind`, common or zebro's own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;
+
+// The command that takes a module out of service, as after a restart of the daemon.
+Request isolation_of(unsigned module) noexcept;
 
 // For the supervisor.
 const Logic& logic() noexcept;

@@ -41,13 +41,6 @@ void Vehicle::move_panel(bool deploy) noexcept {
   order(kPanel, ModuleOrder::Kind::motion_on);
 }
 
-// Its module is being reset: the panel stops on its way, and counts as out.
-void Vehicle::end_panel() noexcept {
-  panel_.step = Panel::Step::rest;
-  supervisor_->abandon(Reason::superseded);
-  supervisor_->happen(event::panel_seen_out);
-}
-
 // Backward until the module passes its sensor: from then on its position is the true one.
 void Vehicle::seek_panel_sensor() noexcept {
   const double whole_rad = parameters_.panel_deployed_rad;
@@ -80,10 +73,16 @@ void Vehicle::drive_panel() noexcept {
 
 void Vehicle::watch_panel(Supervisor& s) noexcept {
   const Status& status = modules_[kPanel].status;
-  if (modules_[kPanel].status_ns == 0) return;
+  if (panel_.step == Panel::Step::ended) {
+    panel_.step = Panel::Step::rest;
+    s.abandon(Reason::superseded);
+    s.happen(event::panel_seen_out);
+  }
+  if (modules_[kPanel].status_ns == 0 || !in_service(kPanel)) return;
   const bool ended = now_ns_ >= panel_.due_ns && (status.flags & kFlagMoving) == 0;
   switch (panel_.step) {
     case Panel::Step::rest:
+    case Panel::Step::ended:
       if (panel_in() || (s.controller().flags & kPanelOut) != 0) return;
       // It moves without an order: a panel that is out while legs move is an emergency.
       if (s.controller().state == State::operational) s.latch(FaultId::module_disobeys, kModules);

@@ -42,6 +42,9 @@ class Rounds {
     return most;
   }
 
+  // Without a stretch of healthy operation in between; 0: never.
+  unsigned of(const Symptom& symptom) const noexcept { return rounds_[kind_of(symptom)]; }
+
   void forget() noexcept { rounds_ = {}; }
 
  private:

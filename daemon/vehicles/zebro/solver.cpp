@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "daemon/cycle/plan.h"
+#include "idl/zebro/codes.h"
 
 namespace lss::zebro {
 namespace {
@@ -24,6 +25,10 @@ double apart(double a_rad, double b_rad) noexcept {
 }  // namespace
 
 FaultClass class_of(FaultId fault) noexcept {
+  if (fault == kReportImpossible || fault == kPositionJumps) return FaultClass::report;
+  if (fault == kLegStill) return FaultClass::obedience;
+  if (fault == kGearSlips) return FaultClass::gear;
+  if (fault == kCurrentSum) return FaultClass::current;
   switch (fault) {
     case FaultId::module_silent:
       return FaultClass::contact;
@@ -59,33 +64,35 @@ void MoveFree::begin(SolveTarget& target, std::uint8_t modules) noexcept {
     if (contains(modules, i) && target.answers(i))
       left_ = static_cast<std::uint8_t>(left_ | 1u << i);
   }
+  moved_ = stuck_ = 0;
   phase_ = Phase::next_leg;
 }
 
-Outcome MoveFree::end(SolveTarget& target, Outcome outcome) noexcept {
+// Others may still be moved: only what does not move is isolated.
+Outcome MoveFree::give_up_leg(SolveTarget& target) noexcept {
   target.rest();
-  left_ = 0;
+  stuck_ = static_cast<std::uint8_t>(stuck_ | 1u << leg_);
   phase_ = Phase::next_leg;
-  return outcome;
+  return Outcome::running;
 }
 
 Outcome MoveFree::step(SolveTarget& target) noexcept {
   const TimeNs now = target.now();
   if (phase_ == Phase::next_leg) {
-    if (left_ == 0) return Outcome::done;
+    if (left_ == 0) return stuck_ == 0 ? Outcome::done : Outcome::failed;
     leg_ = static_cast<std::size_t>(std::countr_zero(left_));
     left_ = static_cast<std::uint8_t>(left_ & (left_ - 1));
-    if (!target.begin_move(leg_)) return end(target, Outcome::failed);
+    if (!target.begin_move(leg_)) return give_up_leg(target);
     phase_ = Phase::switching_on;
     due_ns_ = now + kMoveGrace;
     return Outcome::running;
   }
   const Status& status = target.status(leg_);
-  const bool late = now > due_ns_ + kMoveGrace;
+  const bool late = now > due_ns_ + kMoveGrace || target.doubtful(leg_);
   const bool stopped = phase_ != Phase::switching_on &&
                        (status.flags & (kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog)) != 0;
   if (late || stopped || !target.answers(leg_) || status.current_A > parameters_.current_limit_A)
-    return end(target, Outcome::failed);
+    return give_up_leg(target);
   follow_calibration(target);
   const auto moved = [&](double to_rad) {
     return now >= due_ns_ && (status.flags & kFlagMoving) == 0 &&
@@ -108,6 +115,7 @@ Outcome MoveFree::step(SolveTarget& target) noexcept {
     case Phase::forth:
       if (!moved(from_rad_)) break;
       target.rest();
+      moved_ = static_cast<std::uint8_t>(moved_ | 1u << leg_);
       phase_ = Phase::next_leg;
       break;
     case Phase::next_leg:
@@ -167,18 +175,29 @@ Solver::Solver(const SolverParameters& parameters) noexcept
 
 void Solver::begin(std::span<const Symptom> symptoms) noexcept {
   std::array<bool, kFaultClasses> present{};
-  unsigned suspects = 0;
+  unsigned suspects = 0, relapsed = 0;
   for (const Symptom& symptom : symptoms) {
     const FaultClass c = symptom.fault_class;
     present[static_cast<std::size_t>(c)] = true;
-    const bool under_power =
-        c == FaultClass::current || c == FaultClass::driver || c == FaultClass::obedience;
-    if (under_power && symptom.module >= 1 && symptom.module <= kLegs)
-      suspects |= 1u << (symptom.module - 1);
+    const bool misled =
+        c == FaultClass::obedience || c == FaultClass::report || c == FaultClass::gear;
+    const bool under_power = misled || c == FaultClass::current || c == FaultClass::driver;
+    const bool leg = symptom.module >= 1 && symptom.module <= kLegs;
+    if (under_power && leg) suspects |= 1u << (symptom.module - 1);
+    const StrategyList& order = parameters_.order[static_cast<std::size_t>(c)];
+    const bool isolates = std::ranges::count(order, StrategyKind::isolate) != 0;
+    if (misled && leg && symptom.again && isolates) relapsed |= 1u << (symptom.module - 1);
   }
   suspects_ = static_cast<std::uint8_t>(suspects);
+  relapsed_ = static_cast<std::uint8_t>(relapsed);
+  blamed_ = 0;
   // The cause may be gone by now.
   plan_ = plan(parameters_.order, present, StrategyKind::reconnect);
+  if (relapsed_ != 0 && plan_[0] != StrategyKind::isolate) {
+    // In place of the first one when there are too many.
+    if (plan_.back() == StrategyKind::none) std::shift_right(plan_.begin(), plan_.end(), 1);
+    plan_[0] = StrategyKind::isolate;
+  }
   at_ = 0;
   running_ = true;
   begun_ = false;
@@ -207,7 +226,16 @@ TimeNs Solver::moves_ns(std::uint8_t legs) const noexcept {
   return std::popcount(legs) * 2 * (parameters_.free_move_ns + 2 * kMoveGrace);
 }
 
+void Solver::clear_moved() noexcept {
+  suspects_ = static_cast<std::uint8_t>(suspects_ & ~move_free_.moved());
+}
+
 Solver::Report Solver::give_up(SolveTarget& target) noexcept {
+  unsigned blamed = suspects_;
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    if (contains(target.faulty_modules(), i) && target.answers(i)) blamed |= 1u << i;
+  }
+  blamed_ = static_cast<std::uint8_t>(blamed);
   target.rest();  // ends a movement in progress
   if (at_ + 1 == plan_.size() || plan_[at_ + 1] == StrategyKind::none) return Report::unsolved;
   ++at_;
@@ -219,10 +247,16 @@ Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
   const TimeNs now = target.now();
   suspects_ = static_cast<std::uint8_t>(suspects_ & ~target.isolated());
   if (!begun_) {
-    const auto modules = static_cast<std::uint8_t>(target.faulty_modules() | suspects_);
+    auto modules = static_cast<std::uint8_t>(target.faulty_modules() | suspects_);
+    if (at_ == 0 && relapsed_ != 0) modules = relapsed_;
+    // New orders between two strategies hide that a module disobeys.
+    if (kind() == StrategyKind::isolate && modules == 0) modules = blamed_;
     strategy().begin(target, modules);
     begun_ = true;
-    until_ns_ = now + moves_ns(kind() == StrategyKind::move_free ? modules : suspects_) +
+    std::uint8_t moves = suspects_;
+    if (kind() == StrategyKind::move_free) moves = modules;
+    if (kind() == StrategyKind::isolate) moves = static_cast<std::uint8_t>(suspects_ & ~modules);
+    until_ns_ = now + moves_ns(moves) +
                 (kind() == StrategyKind::cool_down ? parameters_.cool_down_ns : 0) +
                 parameters_.budget_ns;
     phase_ = Phase::treating;
@@ -231,9 +265,9 @@ Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
   switch (phase_) {
     case Phase::treating: {
       const Outcome outcome = strategy().step(target);
+      if (kind() == StrategyKind::move_free) clear_moved();
       if (outcome == Outcome::failed) return give_up(target);
       if (outcome == Outcome::running) break;
-      if (kind() == StrategyKind::move_free) suspects_ = 0;
       phase_ = Phase::waiting;
       until_ns_ = std::min(until_ns_, now + parameters_.budget_ns + moves_ns(suspects_));
       break;
@@ -246,9 +280,9 @@ Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
       break;
     case Phase::moving: {
       const Outcome outcome = move_free_.step(target);
+      clear_moved();
       if (outcome == Outcome::failed) return give_up(target);
       if (outcome == Outcome::running) break;
-      suspects_ = 0;
       phase_ = Phase::waiting;
       break;
     }

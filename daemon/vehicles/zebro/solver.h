@@ -20,12 +20,14 @@ enum class FaultClass : std::uint8_t {
   current,    // over-current, of the module or of our limit
   driver,     // motor driver
   obedience,  // a module that does not follow its orders, or a motion without an end
+  report,     // a module reports what cannot be
+  gear,       // a leg is not where its motor counts it
   supply,     // a module was reset
   system,     // not a module's: links, frames, emergency stops by command
 };
-inline constexpr std::size_t kFaultClasses = 6;
-inline constexpr const char* kFaultClassNames[kFaultClasses] = {"contact",   "current", "driver",
-                                                                "obedience", "supply",  "system"};
+inline constexpr std::size_t kFaultClasses = 8;
+inline constexpr const char* kFaultClassNames[kFaultClasses] = {
+    "contact", "current", "driver", "obedience", "report", "gear", "supply", "system"};
 FaultClass class_of(FaultId fault) noexcept;
 // Caused by the operator, not by the vehicle: emergency stop, missing heartbeat.
 bool of_operator(FaultId fault) noexcept;
@@ -35,6 +37,7 @@ struct Symptom {
   FaultClass fault_class;
   std::uint16_t module;  // from 1 on; 0: none
   bool counts = true;    // towards the rounds after which a person is needed
+  bool again = false;    // it was solved before, and came back
 };
 
 // Strategies, in order; none ends it.
@@ -46,6 +49,8 @@ struct SolverParameters {
       {StrategyKind::move_free, StrategyKind::cool_down, StrategyKind::isolate},
       {StrategyKind::reset_module, StrategyKind::isolate},
       {StrategyKind::reset_module, StrategyKind::move_free, StrategyKind::isolate},
+      {StrategyKind::reset_module, StrategyKind::isolate},
+      {StrategyKind::isolate},
       {StrategyKind::reconnect},
       {StrategyKind::reconnect, StrategyKind::reset_all},
   }};
@@ -69,6 +74,8 @@ class SolveTarget {
  public:
   virtual TimeNs now() const noexcept = 0;
   virtual bool answers(std::size_t module) const noexcept = 0;
+  // What it reports cannot be true (daemon/vehicles/zebro/report_check.h).
+  virtual bool doubtful(std::size_t module) const noexcept = 0;
   virtual const Status& status(std::size_t module) const noexcept = 0;
   virtual double temperature_degC(std::size_t module) const noexcept = 0;
   // Bit i: something is wrong with module i+1, and it is in service.
@@ -117,22 +124,24 @@ class ResetModules final : public Strategy {
 };
 
 // Moves each leg that answers a little way back, then forth. A leg that draws too much current or
-// does not move is blocked, and the strategy has failed. A leg that was reset may pass its Hall
-// sensor on the way: it still moves only so far.
+// does not move is blocked: the strategy goes on with the others, and has failed. A leg that was
+// reset may pass its Hall sensor on the way: it still moves only so far.
 class MoveFree final : public Strategy {
  public:
   explicit MoveFree(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
   void begin(SolveTarget& target, std::uint8_t modules) noexcept override;
   Outcome step(SolveTarget& target) noexcept override;
+  // Legs, as bits, that came back from their way.
+  std::uint8_t moved() const noexcept { return moved_; }
   template <class V>
   void keep(V& v) {
-    v(parameters_, phase_, leg_, left_, from_rad_, seen_rad_, calibrated_, due_ns_);
+    v(parameters_, phase_, leg_, left_, moved_, stuck_, from_rad_, seen_rad_, calibrated_, due_ns_);
   }
   void configure(const SolverParameters& parameters) noexcept { parameters_ = parameters; }
 
  private:
   enum class Phase : std::uint8_t { next_leg, switching_on, back, forth };
-  Outcome end(SolveTarget& target, Outcome outcome) noexcept;
+  Outcome give_up_leg(SolveTarget& target) noexcept;
   void follow_calibration(SolveTarget& target) noexcept;
   void order(SolveTarget& target) noexcept;
 
@@ -140,6 +149,7 @@ class MoveFree final : public Strategy {
   Phase phase_ = Phase::next_leg;
   std::size_t leg_ = 0;
   std::uint8_t left_ = 0;  // legs to move
+  std::uint8_t moved_ = 0, stuck_ = 0;
   double from_rad_ = 0;
   double seen_rad_ = 0;  // in the frame before
   bool calibrated_ = false;
@@ -183,7 +193,8 @@ class Solver {
 
   explicit Solver(const SolverParameters& parameters) noexcept;
 
-  // Plans the strategies from the present faults. The first one begins with the next step.
+  // Plans the strategies from the present faults. The first one begins with the next step. A leg
+  // that does not obey or cannot be believed, and was solved before, is isolated first of all.
   void begin(std::span<const Symptom> symptoms) noexcept;
   void end() noexcept { running_ = false; }
   // Applies to the running strategy, too.
@@ -202,8 +213,8 @@ class Solver {
   // For records (daemon/record/state.h).
   template <class V>
   void keep(V& v) {
-    v(parameters_, move_free_, cool_down_, isolate_, plan_, at_, suspects_, running_, begun_,
-      phase_, until_ns_, healthy_since_ns_);
+    v(parameters_, move_free_, cool_down_, isolate_, plan_, at_, suspects_, relapsed_, blamed_,
+      running_, begun_, phase_, until_ns_, healthy_since_ns_);
   }
 
  private:
@@ -212,6 +223,7 @@ class Solver {
   Strategy& strategy() noexcept;
   TimeNs moves_ns(std::uint8_t legs) const noexcept;  // time for moving them free
   Report give_up(SolveTarget& target) noexcept;
+  void clear_moved() noexcept;
   // After the treatment: no fault, stopped legs have moved, no fault for a while.
   enum class Phase : std::uint8_t { treating, waiting, moving, proving };
 
@@ -227,6 +239,10 @@ class Solver {
   // Legs that were stopped under power: their flags mean little without it, so they have to move
   // once before they count as healthy.
   std::uint8_t suspects_ = 0;
+  // Legs that did not obey or could not be believed, were solved, and came back.
+  std::uint8_t relapsed_ = 0;
+  // Legs that answered and were at fault when the strategy before was given up.
+  std::uint8_t blamed_ = 0;
   bool running_ = false;
   bool begun_ = false;  // the strategy at at_
   Phase phase_ = Phase::treating;

@@ -10,7 +10,8 @@ namespace lss::zebro {
 std::uint8_t Vehicle::faulty_modules() const noexcept {
   unsigned mask = 0;
   for (std::size_t i = 0; i < kModules; ++i) {
-    const bool well = answers(i) && (modules_[i].status.flags & kStopFlags) == 0 && !disobeyed_[i];
+    const bool well = answers(i) && (modules_[i].status.flags & kStopFlags) == 0 &&
+                      !disobeyed_[i] && !doubtful(i);
     if (in_service(i) && !well) mask |= 1u << i;
   }
   return static_cast<std::uint8_t>(mask);
@@ -18,7 +19,8 @@ std::uint8_t Vehicle::faulty_modules() const noexcept {
 
 bool Vehicle::isolate(std::uint8_t modules) noexcept {
   // All of them, or none: no leg is lost when walking is impossible without them.
-  const unsigned all = isolated_ | modules;
+  if (contains(modules, kPanel)) return false;
+  const unsigned all = (isolated_ | modules) & kAllLegs;
   if (!enough_legs_without(all) || !walks_without_[all]) return false;
   for (std::size_t i = 0; i < kLegs; ++i) {
     // Do not go on with a motor that cannot be switched off.
@@ -27,6 +29,10 @@ bool Vehicle::isolate(std::uint8_t modules) noexcept {
   }
   for (std::size_t i = 0; i < kLegs; ++i) {
     if (contains(modules, i)) supervisor_->happen(event::isolate, number(i));
+  }
+  // When it is restored its angle is searched: what it has counted so far is not believed.
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    if (contains(modules, i) && answers(i)) order(i, ModuleOrder::Kind::reset);
   }
   isolated_ = supervisor_->controller().isolated;
   return true;
@@ -58,6 +64,7 @@ Vehicle::Symptoms Vehicle::symptoms(const Supervisor& s) const noexcept {
     see((flags & kFlagOverCurrent) != 0, FaultClass::current);
     see((flags & kFlagDriverFault) != 0, FaultClass::driver);
     see((flags & kFlagWatchdog) != 0 || disobeyed_[i], FaultClass::obedience);
+    see(doubtful(i), class_of(fault_of(checks_[i].finding(now_ns_))));
   }
   return all;
 }
@@ -87,8 +94,10 @@ void Vehicle::watch_solver(Supervisor& s) noexcept {
   }
   SolveTarget& target = *this;
   const auto begin = [&] {
-    const Symptoms all = symptoms(s);
+    Symptoms all = symptoms(s);
     rounds_.begun(all.all());
+    for (Symptom& symptom : std::span(all.items).first(all.count))
+      symptom.again = rounds_.of(symptom) > 1;
     solver_.begin(all.all());
   };
   solve_errors(s, solver_, target, begin, healthy);

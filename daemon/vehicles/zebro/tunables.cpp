@@ -7,13 +7,20 @@ using P = Parameters;
 using L = gnc::zebro::LocomotionParameters;
 using S = SolverParameters;
 
+// A module stops itself at 1.7 A (docs/icd-zebro.md section 7).
+constexpr double kBelowHardware = 0.9, kMostCurrent_A = 1.5;
+static_assert(kMostCurrent_A <= kBelowHardware * 1.7);
+
 constexpr Change kAlways = Change::always, kAtRest = Change::at_rest;
 
 constexpr std::array kTunables{
-    tunable<&P::current_limit_A>("limits.current_A", "A", 0.05, 1.7, kAlways,
+    tunable<&P::current_limit_A>("limits.current_A", "A", 0.05, kMostCurrent_A, kAlways,
                                  "a leg that draws more for current_time_ms is an emergency"),
     tunable<&P::current_time_ns>("limits.current_time_ms", "ms", 0, 10'000, kAlways,
                                  "how long it may draw more"),
+    tunable<&P::total_limit_A>(
+        "limits.total_A", "A", 0.05, 100, kAlways,
+        "all motors together that draw more for current_time_ms are an emergency"),
     tunable<&P::temperature_warning_degC>("limits.temperature_warning_degC", "degC", -50, 150,
                                           kAlways, "a hotter module is reported"),
     tunable<&P::module_silent_ns>("bus.module_silent_ms", "ms", 50, 7900, kAlways,
@@ -60,12 +67,22 @@ constexpr auto kInfos = infos_of(kTunables);
 
 void derive(P& p) { p.solver.current_limit_A = p.current_limit_A; }
 
-const char* check(const P& p) { return gnc::zebro::check(p.locomotion); }
+const char* check(const P& p) {
+  if (const char* wrong = check_currents(p)) return wrong;
+  return gnc::zebro::check(p.locomotion);
+}
 
 constexpr Tuning<P> kTuning{kTunables, kInfos, derive, check};
 
 }  // namespace
 
 const Tuning<Parameters>& tuning() noexcept { return kTuning; }
+
+const char* check_currents(const Parameters& p) noexcept {
+  return p.total_limit_A <= kBelowHardware * p.power_limit_A
+             ? nullptr
+             : "the limit of all motors together must be 10 % below that of the Power sub-system, "
+               "power_A";
+}
 
 }  // namespace lss::zebro

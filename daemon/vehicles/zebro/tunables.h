@@ -10,4 +10,7 @@ namespace lss::zebro {
 
 const Tuning<Parameters>& tuning() noexcept;
 
+// nullptr, or what is wrong with the limits of current (Zebro thesis [P-Int-1]).
+const char* check_currents(const Parameters& parameters) noexcept;
+
 }  // namespace lss::zebro

@@ -40,29 +40,45 @@ void Vehicle::read(const Inputs<Vehicle>& in) noexcept {
   if (epoch_ns_ == 0) epoch_ns_ = in.time_ns;
   data_requested_ = false;
   for (std::size_t i = 0; i < kModules; ++i) resets_seen_[i] = in.bus.counters.module[i].resets;
-  std::array<bool, kModules> reset{};  // in any status of the frame
+  for (Module& module : modules_) module.reset = false;
   for (std::uint32_t i = 0; i < in.sample_count; ++i) {
-    const ModuleReply& reply = in.samples[i];
-    if (reply.module >= kModules) continue;
-    Module& module = modules_[reply.module];
-    module.heard_ns = reply.time_ns;
-    switch (static_cast<Code>(reply.code)) {
-      case Code::status:
-        module.status = decode_status(reply.data);
-        reset[reply.module] |= (module.status.flags & kFlagReset) != 0;
-        if (reset[reply.module]) module.status.flags |= kFlagReset;
-        module.status_ns = reply.time_ns;
-        break;
-      case Code::health:
-        module.health = decode_health(reply.data);
-        break;
-      case Code::identity:
-        module.identity = decode_identity(reply.data);
-        break;
-      default:
-        break;
-    }
+    if (in.samples[i].module < kModules) take(in.samples[i]);
   }
+}
+
+// As much of a report as the armour lets through.
+void Vehicle::take(const ModuleReply& reply) noexcept {
+  Module& module = modules_[reply.module];
+  ReportCheck& check = checks_[reply.module];
+  switch (static_cast<Code>(reply.code)) {
+    case Code::status: {
+      const Status before = module.status, status = decode_status(reply.data);
+      const auto use = check.take(status, reply.time_ns, reply.module != kPanel);
+      if (use == ReportCheck::Use::nothing) return;
+      module.status = status;
+      if (use == ReportCheck::Use::flags) {
+        module.status.position_rad = before.position_rad;
+        module.status.velocity_rad_s = before.velocity_rad_s;
+      }
+      module.reset |= (status.flags & kFlagReset) != 0;
+      if (module.reset) module.status.flags |= kFlagReset;
+      module.status_ns = reply.time_ns;
+      break;
+    }
+    case Code::health: {
+      const Health health = decode_health(reply.data);
+      if (check.take(health, reply.time_ns) == ReportCheck::Use::nothing) return;
+      module.health = health;
+      break;
+    }
+    case Code::identity:
+      module.identity = decode_identity(reply.data);
+      lateness_[reply.module].heard(reply.time_ns, module.identity.uptime_s);
+      break;
+    default:
+      break;
+  }
+  module.heard_ns = reply.time_ns;
 }
 
 bool Vehicle::answers(std::size_t module) const noexcept {
@@ -108,23 +124,39 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     }
     locomotion_.hold(seconds(now_ns_));
     walking_legs_ = in_motion_ = false;
-    bridge_.due_ns = 0;
+    bridge_ = {};
     panel_.step = Panel::Step::rest;
   }
   if (actions & lc::kEndSolve) solver_.end();
   if (request != nullptr && event_of(*request) == lc::Event::reset_controller) rounds_.forget();
-  if (actions & lc::kRestore) {  // their reports are evaluated again
-    for (std::size_t i = 0; i < kModules; ++i) {
-      if (!in_service(i)) flags_before_[i] = 0;
-      if (!in_service(i)) disobeyed_[i] = false;
-    }
-    isolated_ = 0;
-  }
+  if (actions & lc::kRestore) restore(request);
   if (actions & lc::kResetModule) reset_modules(*request);
   if (actions & lc::kPublishData) data_requested_ = true;
   if (actions & kPanelDeploy) move_panel(true);
   if (actions & kPanelRetract) move_panel(false);
   begin_motion(actions, request);
+}
+
+// Their reports are evaluated again.
+void Vehicle::restore(const Request* request) noexcept {
+  const bool one = request != nullptr && request->kind == kind_of(CommandKind::restore_leg);
+  const unsigned module = one ? arguments<OneLeg>(*request).leg : 0;
+  const unsigned these = module != 0 ? isolated_ & 1u << (module - 1) : isolated_;
+  for (std::size_t i = 0; i < kModules; ++i) {
+    if ((these >> i & 1u) == 0) continue;
+    flags_before_[i] = 0;
+    disobeyed_[i] = false;
+    checks_[i] = {};
+  }
+  isolated_ = static_cast<std::uint16_t>(isolated_ & ~these);
+}
+
+Verdict Vehicle::consider(const Request& request) noexcept {
+  if (request.kind != kind_of(CommandKind::isolate)) return {};
+  const unsigned leg = arguments<OneLeg>(request).leg;
+  const unsigned all = (isolated_ | 1u << (leg - 1)) & kAllLegs;
+  if (walks_without_[all]) return {};
+  return {.reason = Reason::not_stable, .subject = static_cast<std::uint16_t>(leg)};
 }
 
 void Vehicle::begin_motion(lc::ActionSet actions, const Request* request) noexcept {
@@ -134,16 +166,16 @@ void Vehicle::begin_motion(lc::ActionSet actions, const Request* request) noexce
     for (std::size_t i = 0; i < kModules; ++i)
       order(i, i < kLegs && in_service(i) ? Kind::motion_on : Kind::motion_off);
     motors_on_ns_ = now_ns_;
-    locomotion_.isolate(static_cast<std::uint8_t>(isolated_));
+    locomotion_.isolate(static_cast<gnc::zebro::LegSet>(isolated_ & kAllLegs));
     locomotion_.reset_odometry();
     walk_ = walk_request(arguments<Start>(*request));  // used when the follow-up is to walk
   }
   if (actions & kMoveLeg) move_leg(*request);
   if ((actions & (kStandUp | kWalk | kFinishStep | kLayDown | kStow)) == 0) return;
 
+  end_bridge();
   walking_legs_ = true;
   in_motion_ = (actions & kWalk) == 0;
-  bridge_.due_ns = 0;
   if (actions & kStandUp) locomotion_.stand_up(now_s);
   if (actions & kFinishStep) locomotion_.finish_step(now_s);
   if (actions & kLayDown) locomotion_.lay_down(now_s);
@@ -159,8 +191,26 @@ void Vehicle::move_leg(const Request& request) noexcept {
   const std::size_t leg = move.leg - 1;
   walking_legs_ = in_motion_ = false;
   locomotion_.hold(seconds(now_ns_));
-  bridge_ = {.leg = leg, .due_ns = now_ns_ + static_cast<TimeNs>(move.duration_s * 1e9)};
-  order_move(leg, move.position_rad, bridge_.due_ns, move.forward);
+  end_bridge();
+  const auto duration_ns = static_cast<TimeNs>(move.duration_s * 1e9);
+  bridge_ = {.leg = leg,
+             .due_ns = now_ns_ + duration_ns,
+             .switching_on = !in_service(leg),
+             .position_rad = move.position_rad,
+             .duration_ns = duration_ns,
+             .forward = move.forward};
+  if (bridge_.switching_on) {
+    order(leg, Kind::motion_on);
+  } else {
+    order_move(leg, bridge_.position_rad, bridge_.due_ns, bridge_.forward);
+  }
+}
+
+void Vehicle::end_bridge() noexcept {
+  const ModuleOrder::Kind last = orders_.module[bridge_.leg].kind;
+  if (!in_service(bridge_.leg) && last != Kind::motion_off && last != Kind::emergency_stop)
+    order(bridge_.leg, Kind::motion_off);
+  bridge_ = {};
 }
 
 void Vehicle::reset_modules(const Request& request) noexcept {
@@ -169,7 +219,7 @@ void Vehicle::reset_modules(const Request& request) noexcept {
     if (number != 0 && number != i + 1) continue;
     order(i, Kind::reset);
     resets_.begin(i, now_ns_, resets_seen_[i]);
-    if (i == kPanel && panel_.step != Panel::Step::rest) end_panel();
+    if (i == kPanel && panel_.step != Panel::Step::rest) panel_.step = Panel::Step::ended;
   }
 }
 
@@ -278,8 +328,9 @@ void Vehicle::describe_module(std::size_t i, const ModuleLink& link,
   out.dropped_frames = module.identity.dropped_frames;
   out.age_ms = module.heard_ns == 0
                    ? kNeverHeard_ms
-                   : static_cast<std::uint64_t>(std::max<TimeNs>(now_ns_ - module.heard_ns, 0) /
-                                                kMillisecond);
+                   : static_cast<std::uint64_t>(
+                         (std::max<TimeNs>(now_ns_ - module.heard_ns, 0) + lateness_[i].late_ns()) /
+                         kMillisecond);
   out.replies = link.replies;
   out.resends = link.resends;
 }

@@ -20,6 +20,7 @@
 #include "daemon/vehicles/zebro/config.h"
 #include "daemon/vehicles/zebro/gate.h"
 #include "daemon/vehicles/zebro/modes.h"
+#include "daemon/vehicles/zebro/report_check.h"
 #include "daemon/vehicles/zebro/rounds.h"
 #include "daemon/vehicles/zebro/solver.h"
 
@@ -37,6 +38,7 @@ struct Module {
   TimeNs over_limit_ns = 0;  // since when the current is above the software limit; 0: it is not
   bool hot = false;
   bool greeted = false;  // a status was received
+  bool reset = false;    // in any status of the frame
 };
 
 class Vehicle final : public Actor, private SolveTarget {
@@ -52,6 +54,7 @@ class Vehicle final : public Actor, private SolveTarget {
   void read(const Inputs<Vehicle>& in) noexcept;
   void watch(const Inputs<Vehicle>& in, Supervisor& supervisor) noexcept;
   void act(lc::ActionSet actions, const Request* request) noexcept override;
+  Verdict consider(const Request& request) noexcept override;
   Adjusted adjust(std::size_t index, double value, bool really) noexcept override;
   void navigate(TimeNs now) noexcept;
   void guide(TimeNs now) noexcept;
@@ -66,20 +69,21 @@ class Vehicle final : public Actor, private SolveTarget {
   // For records (daemon/record/state.h): every member that the cycle changes.
   template <class V>
   void keep(V& v) {
-    v(parameters_, tunables_, locomotion_, measured_, modules_, flags_before_, disobeyed_,
-      resends_before_, segment_, orders_, sent_, walk_, solver_, rounds_, operated_ns_, isolated_,
-      walks_without_, epoch_ns_, now_ns_, before_ns_, walking_legs_, in_motion_, port_,
-      motors_on_ns_, noise_window_ns_, noise_frames_, bridge_, panel_, resets_, resets_seen_,
-      data_requested_);
+    v(parameters_, tunables_, locomotion_, measured_, modules_, checks_, lateness_, found_,
+      flags_before_, disobeyed_, resends_before_, resends_calm_, resends_told_, resent_ns_,
+      segment_, orders_, sent_, walk_, solver_, rounds_, operated_ns_, isolated_, walks_without_,
+      epoch_ns_, now_ns_, before_ns_, walking_legs_, in_motion_, port_, motors_on_ns_, over_sum_ns_,
+      noise_window_ns_, noise_frames_, bridge_, panel_, resets_, resets_seen_, data_requested_);
   }
 
  private:
   static constexpr std::size_t kPanel = kModules - 1;
+  static constexpr unsigned kAllLegs = (1u << kLegs) - 1;  // as bits
   static constexpr std::uint16_t kStopFlags = kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog;
   static constexpr TimeNs kMoveGrace = 3 * kSecond;  // a direct movement this late has failed
 
   struct Symptoms {
-    std::array<Symptom, kMaxFaults + 4 * kModules> items;
+    std::array<Symptom, kMaxFaults + 6 * kModules> items;
     std::size_t count = 0;
     void add(const Symptom& symptom) noexcept { items[count++] = symptom; }
     std::span<const Symptom> all() const noexcept { return std::span(items).first(count); }
@@ -103,6 +107,9 @@ class Vehicle final : public Actor, private SolveTarget {
   // For error solving.
   TimeNs now() const noexcept override { return now_ns_; }
   bool answers(std::size_t module) const noexcept override;
+  bool doubtful(std::size_t module) const noexcept override {
+    return checks_[module].finding(now_ns_) != ReportCheck::Finding::none;
+  }
   const Status& status(std::size_t module) const noexcept override {
     return modules_[module].status;
   }
@@ -124,10 +131,13 @@ class Vehicle final : public Actor, private SolveTarget {
 
   void watch_resets(Supervisor& s) noexcept;
   void watch_modules(Supervisor& s) noexcept;
+  void watch_reports(std::size_t module, Supervisor& s) noexcept;
   void watch_flags(std::size_t module, Supervisor& s) noexcept;
   void watch_current(std::size_t module, Supervisor& s) noexcept;
+  void watch_current_sum(Supervisor& s) noexcept;
   void watch_bus(const BusReport& bus, Supervisor& s) noexcept;
   void watch_temperature(std::size_t module, Supervisor& s) noexcept;
+  void watch_motor(std::size_t module, const ModuleLink& link) noexcept;
   void watch_obedience(std::size_t module, const ModuleLink& link, Supervisor& s) noexcept;
   void watch_motion(Supervisor& s) noexcept;
   void watch_solver(Supervisor& s) noexcept;
@@ -145,18 +155,27 @@ class Vehicle final : public Actor, private SolveTarget {
   void drive_panel() noexcept;
   void begin_motion(lc::ActionSet actions, const Request* request) noexcept;
   void move_leg(const Request& request) noexcept;
+  void watch_bridge(Supervisor& s) noexcept;
+  void end_bridge() noexcept;
+  void restore(const Request* request) noexcept;
   void move_panel(bool deploy) noexcept;
   void reset_modules(const Request& request) noexcept;
-  void end_panel() noexcept;
+  void take(const ModuleReply& reply) noexcept;
 
   Parameters parameters_;
   TunableValues tunables_;  // of the parameters
   gnc::zebro::Locomotion locomotion_;
   std::array<gnc::zebro::LegMeasured, kLegs> measured_{};
   std::array<Module, kModules> modules_{};
+  std::array<ReportCheck, kModules> checks_{};
+  std::array<Lateness, kModules> lateness_{};
+  std::array<ReportCheck::Finding, kModules> found_{};  // in the frame before
   std::array<std::uint16_t, kModules> flags_before_{};
   std::array<bool, kModules> disobeyed_{};
   std::array<std::uint64_t, kModules> resends_before_{};
+  // As last reported; a report at each doubling, from the begin of a busy time on.
+  std::array<std::uint64_t, kModules> resends_calm_{}, resends_told_{};
+  std::array<TimeNs, kModules> resent_ns_{};
   std::array<std::uint32_t, kLegs> segment_{};  // the last one that was ordered
 
   BusOrders orders_{};  // as wanted
@@ -174,12 +193,18 @@ class Vehicle final : public Actor, private SolveTarget {
   bool in_motion_ = false;                         // a motion of the algorithm has not ended yet
   kit::PortWatch port_;
   TimeNs motors_on_ns_ = 0;
+  TimeNs over_sum_ns_ = 0;  // since when all motors draw too much; 0: they do not
   TimeNs noise_window_ns_ = 0;
   std::uint64_t noise_frames_ = 0;
 
   struct Bridge {
     std::size_t leg = 0;
     TimeNs due_ns = 0;  // 0: no leg moves by direct command
+    // Of a leg out of service, whose motor comes on first and goes off after.
+    bool switching_on = false;
+    double position_rad = 0;
+    TimeNs duration_ns = 0;
+    bool forward = true;
   } bridge_;
   struct Panel {
     enum class Step : std::uint8_t {
@@ -187,7 +212,8 @@ class Vehicle final : public Actor, private SolveTarget {
       switching_on,
       seeking,
       creeping,
-      moving
+      moving,
+      ended  // its module is being reset: it stops on its way, and counts as out
     } step = Step::rest;
     bool deploy = false;
     TimeNs due_ns = 0;

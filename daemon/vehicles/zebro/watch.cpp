@@ -9,9 +9,12 @@
 namespace lss::zebro {
 namespace {
 
+using Kind = ModuleOrder::Kind;
+
 constexpr TimeNs kNoiseWindow = kSecond;
 constexpr std::uint64_t kNoisyFrames = 20;  // dropped in one window
 constexpr double kHysteresis_degC = 5;
+constexpr TimeNs kCalm = 60 * kSecond;  // without a re-send; then the next one is reported again
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 bool rising(std::uint16_t now, std::uint16_t before, std::uint16_t flag) noexcept {
@@ -35,11 +38,14 @@ void Vehicle::watch(const Inputs<Vehicle>& in, Supervisor& s) noexcept {
   watch_modules(s);
   for (std::size_t i = 0; i < kModules; ++i) {
     watch_temperature(i, s);
+    watch_motor(i, in.bus.counters.module[i]);
     if (!in_service(i)) continue;
+    watch_reports(i, s);
     watch_flags(i, s);
     watch_current(i, s);
     watch_obedience(i, in.bus.counters.module[i], s);
   }
+  watch_current_sum(s);
   watch_motion(s);
   watch_panel(s);
   watch_solver(s);
@@ -100,6 +106,16 @@ void Vehicle::watch_modules(Supervisor& s) noexcept {
   }
 }
 
+// What the armour found, once per change.
+void Vehicle::watch_reports(std::size_t i, Supervisor& s) noexcept {
+  if (i != kPanel)
+    checks_[i].follow(sent_.module[i], modules_[i].status, modules_[i].status_ns, now_ns_);
+  const ReportCheck::Finding finding = checks_[i].finding(now_ns_);
+  if (std::exchange(found_[i], finding) == finding || finding == ReportCheck::Finding::none) return;
+  s.note(kReportRefused, number(i), checks_[i].measured(), checks_[i].limit());
+  kit::blame(fault_of(finding), i, s);
+}
+
 // Reports of a module's own flags, once per change.
 void Vehicle::watch_flags(std::size_t i, Supervisor& s) noexcept {
   const std::uint16_t flags = modules_[i].status.flags, before = flags_before_[i];
@@ -144,24 +160,50 @@ void Vehicle::watch_current(std::size_t i, Supervisor& s) noexcept {
     s.raise(FaultId::current_limit, number(i));
 }
 
-// Reported, not acted on (Zebro thesis [Prod-5]).
+// What the Power sub-system sees (Zebro thesis [P-Int-1]).
+void Vehicle::watch_current_sum(Supervisor& s) noexcept {
+  double sum_A = 0;
+  for (std::size_t i = 0; i < kModules; ++i) sum_A += answers(i) ? modules_[i].status.current_A : 0;
+  if (sum_A <= parameters_.total_limit_A) over_sum_ns_ = 0;
+  if (sum_A <= parameters_.total_limit_A || s.controller().state != State::operational) return;
+  if (over_sum_ns_ == 0) over_sum_ns_ = now_ns_;
+  if (now_ns_ - over_sum_ns_ >= parameters_.current_time_ns) s.raise(kCurrentSum);
+}
+
+// Reported, not acted on (Zebro thesis [Prod-5]): by the module's own judgement or by ours.
 void Vehicle::watch_temperature(std::size_t i, Supervisor& s) noexcept {
   Module& module = modules_[i];
   const double limit = parameters_.temperature_warning_degC;
-  if (!module.hot && module.health.temperature_degC > limit) {
+  const bool says_hot = (module.status.flags & kFlagHot) != 0;
+  if (!module.hot && (says_hot || module.health.temperature_degC > limit)) {
     module.hot = true;
     s.raise(FaultId::temperature_warning, number(i));
-  } else if (module.hot && module.health.temperature_degC < limit - kHysteresis_degC) {
+  } else if (module.hot && !says_hot && module.health.temperature_degC < limit - kHysteresis_degC) {
     module.hot = false;
     s.clear(FaultId::temperature_warning, number(i));
   }
+}
+
+// A motor that goes on in spite of its last order is sent an emergency stop, which the bus repeats
+// until it is obeyed: the module may obey again at any time.
+void Vehicle::watch_motor(std::size_t i, const ModuleLink& link) noexcept {
+  const Kind last = orders_.module[i].kind;
+  const bool motor = answers(i) && (modules_[i].status.flags & kFlagMotionControl) != 0;
+  if (link.disobeys && motor && (last == Kind::motion_off || last == Kind::reset))
+    order(i, Kind::emergency_stop);
 }
 
 void Vehicle::watch_obedience(std::size_t i, const ModuleLink& link, Supervisor& s) noexcept {
   if (link.disobeys && !disobeyed_[i]) kit::blame(FaultId::module_disobeys, i, s);
   disobeyed_[i] = link.disobeys;
   if (link.resends != resends_before_[i]) {
+    const bool calm = now_ns_ - resent_ns_[i] > kCalm;
+    if (calm) resends_calm_[i] = resends_told_[i] = resends_before_[i];
     resends_before_[i] = link.resends;
+    resent_ns_[i] = now_ns_;
+    const std::uint64_t told = resends_told_[i] - resends_calm_[i];
+    if (told != 0 && link.resends - resends_calm_[i] < 2 * told) return;
+    resends_told_[i] = link.resends;
     s.note(EventId::module_resent, number(i), static_cast<double>(link.resends));
   }
 }
@@ -172,22 +214,42 @@ void Vehicle::watch_motion(Supervisor& s) noexcept {
       motors_confirmed()) {
     s.happen(event::motors_confirmed);
   }
-  if (bridge_.due_ns != 0 && now_ns_ >= bridge_.due_ns) {
-    if ((modules_[bridge_.leg].status.flags & kFlagMoving) == 0) {
-      bridge_.due_ns = 0;
-      s.happen(event::motion_done);
-    } else if (now_ns_ - bridge_.due_ns > kMoveGrace) {
-      s.raise(FaultId::motion_timeout, number(bridge_.leg));
-    }
-  }
+  if (bridge_.due_ns != 0) watch_bridge(s);
   if (!walking_legs_) return;
   const gnc::zebro::Progress progress = locomotion_.progress();
   if (progress == gnc::zebro::Progress::failed) {
-    s.raise(FaultId::motion_timeout);
+    const gnc::zebro::LegSet late = locomotion_.late();
+    if (late == 0) s.raise(FaultId::motion_timeout);
+    for (std::size_t i = 0; i < kLegs; ++i) {
+      if (contains(late, i)) s.raise(FaultId::motion_timeout, number(i));
+    }
   } else if (in_motion_ && progress == gnc::zebro::Progress::done) {
     in_motion_ = false;
     if (mode == Mode::standing_up) report_uncalibrated(s);
     s.happen(event::motion_done);
+  }
+}
+
+// A leg moves by direct command. One out of service is no emergency when it fails.
+void Vehicle::watch_bridge(Supervisor& s) noexcept {
+  const Status& status = modules_[bridge_.leg].status;
+  const bool out = !in_service(bridge_.leg), late = now_ns_ - bridge_.due_ns > kMoveGrace;
+  if (out && (late || !answers(bridge_.leg) || (status.flags & kStopFlags) != 0 ||
+              status.current_A > parameters_.current_limit_A)) {
+    s.note(kLegSwitchedOff, number(bridge_.leg));
+    s.abandon(kLegBlocked);
+    end_bridge();
+    s.happen(event::motion_done);
+  } else if (bridge_.switching_on) {
+    if ((status.flags & kFlagMotionControl) == 0) return;
+    bridge_.switching_on = false;
+    bridge_.due_ns = now_ns_ + bridge_.duration_ns;
+    order_move(bridge_.leg, bridge_.position_rad, bridge_.due_ns, bridge_.forward);
+  } else if (now_ns_ >= bridge_.due_ns && (status.flags & kFlagMoving) == 0) {
+    end_bridge();
+    s.happen(event::motion_done);
+  } else if (late) {
+    s.raise(FaultId::motion_timeout, number(bridge_.leg));
   }
 }
 

@@ -38,6 +38,9 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   // Throws std::runtime_error when the configuration cannot be read.
   explicit Chain(const Options& options);
 
+  // What of the daemon goes on: halted, its bus thread alone; killed, nothing.
+  enum class Daemon { runs, halted, killed } daemon = Daemon::runs;
+
   // From Idle to Stopped with all motors on; to Running, which is not yet at speed. False when it
   // does not come to that in its time.
   bool start(SpeedLimit limit = SpeedLimit::erc);
@@ -48,6 +51,8 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   // ---- True state.
   const sim::ardito::Ardito& world() const { return *world_; }
   nlohmann::ordered_json truth() const { return world_->truth(); }
+  // For soft errors of the mobility controller.
+  gnc::ardito::Redundant& instances() { return vehicle_.mobility(); }
 
  private:
   void act(const sim::Fault& fault, bool attach) override;

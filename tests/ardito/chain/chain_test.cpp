@@ -4,8 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <tuple>
+
+#include "tests/support/everything.h"
 
 namespace lss::ardito {
 namespace {
@@ -28,6 +31,89 @@ TEST(ArditoChain, StartsDrivesAndComesToASafeStop) {
   chain.run(0.5);
   EXPECT_LT(chain.world().rover().body().velocity_m_s.norm(), 0.01);
   EXPECT_EQ(chain.supervisor().fault_count, 0u);
+}
+
+// A step of 150 mm is not climbed: in physics, with all noise.
+TEST(ArditoChain, ABlockedRoverStopsWithinThreeSecondsAndSaysWhy) {
+  for (const unsigned seed : {1u, 2u, 3u}) {
+    if (!testing_support::in_sample(seed, 3)) continue;
+    SCOPED_TRACE(seed);
+    Chain::Options options = with_short_lamp(seed);
+    options.rover.step_height_m = 0.150;
+    Chain chain(options);
+    ASSERT_TRUE(chain.start());
+    ASSERT_TRUE(chain.drive(0.3));
+    const auto at_m = [&] { return chain.world().rover().body().position_m.x(); };
+    const auto rests = [&] { return chain.world().rover().body().velocity_m_s.norm() < 0.03; };
+    ASSERT_TRUE(chain.run_until([&] { return at_m() > 0.5 && rests(); }, 20)) << "against the step";
+    const double blocked_s = chain.seconds();
+    ASSERT_TRUE(chain.run_until(Mode::stopped, 3));
+    EXPECT_LT(chain.seconds() - blocked_s, 3);
+    EXPECT_TRUE(chain.has(FaultId::rover_stuck));
+    EXPECT_FALSE(chain.has(FaultId::imu_lost, kImuNode)) << "it is right";
+    EXPECT_EQ(chain.state(), State::operational);
+    EXPECT_NEAR(chain.telemetry().distance_m, at_m(), 0.1);
+    const auto failed = [&](const Ack& ack) {
+      return ack.phase == Phase::failed && ack.verdict.reason == Reason::stuck;
+    };
+    EXPECT_TRUE(std::ranges::any_of(chain.acks, failed));
+    ASSERT_TRUE(chain.drive(-0.3)) << "back is free";
+    chain.run(3);
+    EXPECT_LT(chain.telemetry().distance_m, at_m() + 0.2);
+    EXPECT_FALSE(chain.has(FaultId::rover_stuck));
+    EXPECT_EQ(chain.mode(), Mode::running);
+  }
+}
+
+// A drive that loses operation enabled and is enabled again at once: invisible but for these.
+TEST(ArditoChain, ADriveThatDropsOutAgainAndAgainIsAFault) {
+  Chain::Options options = with_short_lamp(1);
+  options.rover.plant = sim::ardito::PlantKind::kinematic;
+  Chain chain(options);
+  ASSERT_TRUE(chain.start());
+  ASSERT_TRUE(chain.drive(0.3));
+  const auto told = [&] {
+    return std::ranges::count_if(chain.events, [](const EventRecord& e) {
+      return e.id == static_cast<std::uint16_t>(EventId::drive_dropped_out);
+    });
+  };
+  for (int n = 1; n <= 3; ++n) {
+    chain.inject("drive-drop:0x02");
+    chain.run(1.25);
+    EXPECT_EQ(told(), n);
+    EXPECT_EQ(chain.state(), State::operational);
+  }
+  chain.inject("drive-drop:0x02");
+  EXPECT_TRUE(chain.run_until(State::fatal_error, 1));
+  EXPECT_TRUE(chain.has(FaultId::drive_drops_out, 2));
+}
+
+// CiA 301: 0x1029 and 0x1015 are optional.
+TEST(ArditoChain, AWheelWithoutAnOptionalObjectDrives) {
+  for (const char* lacks : {"no-object:1:0x1029", "no-object:1:0x1015"}) {
+    SCOPED_TRACE(lacks);
+    Chain::Options options = with_short_lamp(1);
+    options.rover.plant = sim::ardito::PlantKind::kinematic;
+    Chain chain(options);
+    chain.inject(lacks);
+    ASSERT_TRUE(chain.start());
+    EXPECT_TRUE(chain.drive(0.3));
+  }
+}
+
+// One that refuses what is needed was heard.
+TEST(ArditoChain, AWheelThatRefusesItsConfigurationIsNotCalledUnheard) {
+  Chain::Options options = with_short_lamp(1);
+  options.rover.plant = sim::ardito::PlantKind::kinematic;
+  Chain chain(options);
+  chain.inject("no-object:2:0x6007");
+  chain.run(8);
+  chain.send(lss::CommandKind::start, {0});
+  chain.run(0.2);
+  ASSERT_FALSE(chain.acks.empty());
+  EXPECT_EQ(chain.acks.back().verdict.reason, Reason::not_configured);
+  EXPECT_EQ(chain.acks.back().verdict.subject, 2);
+  EXPECT_TRUE(chain.has(FaultId::node_refuses, 2));
 }
 
 // Frames last 100 ms; the drives brake with 1.7 m/s2.

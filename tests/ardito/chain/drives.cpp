@@ -17,6 +17,7 @@ constexpr double kStep_m = 0.060;
 Chain::Options options(sim::ardito::RoverOptions rover, unsigned seed) {
   return {.rover = rover, .seed = seed, .adjust = [](Parameters& p) {
             p.beacon_ns = 1500 * kMillisecond;  // the lamp is no part of this and costs time
+            p.mobility.top_speed_m_s = 1;
           }};
 }
 
@@ -74,6 +75,7 @@ void look(const Chain& chain, Healthy& seen) {
   ++seen.frames;
   if (any(c.wheel_suspect) || any(c.steering_suspect)) ++seen.suspect_frames;
   if (c.probing != 0) ++seen.probe_frames;
+  if ((c.faults & gnc::ardito::kSlip) != 0) ++seen.slip_frames;
 }
 
 // Its commands, one after the other.
@@ -144,6 +146,7 @@ void Healthy::add(const Healthy& other) {
   frames += other.frames;
   suspect_frames += other.suspect_frames;
   probe_frames += other.probe_frames;
+  slip_frames += other.slip_frames;
   isolated += other.isolated;
   left_out += other.left_out;
   fatal += other.fatal;
@@ -200,10 +203,10 @@ Slip climb(int sign, unsigned seed) {
   return slip;
 }
 
-Slip cross(sim::ardito::Ground ground, int sign, unsigned seed) {
+Slip cross(sim::ardito::Ground ground, double speed_m_s, int sign, unsigned seed) {
   Chain chain(corrected(options({.ground = ground}, seed), sign));
   Slip slip;
-  if (!chain.start() || !chain.drive(kSpeed_m_s, 0, sign != 0)) return slip;
+  if (!chain.start(SpeedLimit::urc) || !chain.drive(speed_m_s, 0, sign != 0)) return slip;
   Meter meter(chain);
   run(chain, 30, meter);
   meter.into(slip);

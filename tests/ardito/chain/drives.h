@@ -17,6 +17,7 @@ struct Healthy {
   unsigned long frames = 0;
   unsigned long suspect_frames = 0;  // any wheel or steering system looks wrong in this frame
   unsigned long probe_frames = 0;    // any clutch under test
+  unsigned long slip_frames = 0;     // wheels and IMU disagree as in 17.8.3: reported, no alarm
   unsigned isolated = 0;             // wheels without cause
   unsigned left_out = 0;             // sensors without cause
   unsigned fatal = 0;
@@ -38,7 +39,7 @@ struct Slip {
 // Left wheels climb a step of 60 mm; `sign` as correction_sign in the configuration, 0: off.
 Slip climb(int sign, unsigned seed);
 // 30 s straight ahead over ground of this type; `sign` as above.
-Slip cross(sim::ardito::Ground ground, int sign, unsigned seed);
+Slip cross(sim::ardito::Ground ground, double speed_m_s, int sign, unsigned seed);
 // +3 deg, then -3 deg, 4 s each, at 0.5 m/s.
 Slip drive_s(unsigned seed);
 // On the spot to the right at 0.5 m/s of the corner wheels, 10 s.

@@ -2,63 +2,107 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "tests/ardito/chain/chain.h"
 
 namespace lss::ardito {
 namespace {
 
-constexpr double kSpeed_m_s = 0.5;
 constexpr double kHeading_rad = 3 * std::numbers::pi / 180;
 constexpr double kLimit_s = 8;
 constexpr unsigned kWheelOfSystem[] = {1, 2, 5, 6};
-constexpr std::optional<double> kNotFound{};
+constexpr Thesis kNone{};
 
-constexpr FailurePart kHTM{"H-TM:#", state(1), 0.1}, kETM{"E-TM:#", state(1), 0.1},
-    kETRG{"E-TRG:#", state(2), 0.1}, kTM{"TM:#", state(3), 0.1}, kTRG{"TRG:#", state(4), 0.6};
-constexpr FailurePart kETRG2{"E-TRG:#", state(6), 0.1};
-constexpr FailurePart tc(std::optional<double> thesis_s) { return {"TC:#", kIsolated, thesis_s}; }
+constexpr FailurePart part(const char* fault, States found, Thesis theoretical_s, Thesis simulink_s,
+                           Thesis coppelia_s) {
+  return {fault, found, theoretical_s, simulink_s, coppelia_s};
+}
+// Found within a frame in all columns.
+constexpr FailurePart sensor(const char* fault, unsigned found) {
+  return part(fault, state(found), 0.1, 0.1, 0.1);
+}
+constexpr FailurePart kHTM = sensor("H-TM:#", 1), kETM = sensor("E-TM:#", 1),
+                      kETRG = sensor("E-TRG:#", 2), kTM = sensor("TM:#", 3);
+constexpr FailurePart trg(double simulink_s, double coppelia_s) {
+  return part("TRG:#", state(4), 0.6, simulink_s, coppelia_s);
+}
+constexpr FailurePart tc(Thesis simulink_s) {
+  return part("TC:#", kIsolated, 0.1, simulink_s, kNone);
+}
+constexpr FailurePart ours(const char* fault, States found) {
+  return part(fault, found, kNone, kNone, kNone);
+}
 
+// Rows of both tables, in their order, and ours after those they belong to.
 const std::vector<FailureRow> kWheelRows = {
-    {"H-TM", {kHTM}, "19.2", false, false, {}, true},
-    {"E-TM", {kETM}, "19.2", false, false, {}, true},
-    {"E-TRG", {kETRG}, "19.2", false, false, {}, true},
-    {"TM", {kTM}, "19.2", true, false, 0.5, true},
-    {"TM, free without torque", {{"TM:#:1", kIsolated, kNotFound}}, "-", true, false, {}},
-    {"TRG", {kTRG}, "19.2", true, true, 0.5, true},
-    {"TRG, coupling lost", {{"TRG:#:1", kIsolated, kNotFound}}, "-", true, false, {}},
-    {"TC", {tc(4.8)}, "19.1", true, false, {}, true},
-    {"H-TM + TM", {kHTM, kTM}, "19.2", true, false, 1.2},
-    {"H-TM + TRG", {kHTM, kTRG}, "19.2", true, true, 0.5},
-    {"H-TM + TC", {kHTM, tc(1.6)}, "19.1", true, false, {}},
-    {"H-TM + E-TRG", {kHTM, kETRG2}, "19.2", false, false, {}},
-    {"H-TM + E-TM", {kHTM, {"E-TM:#", state(6), 0.2}}, "19.2", false, false, {}, true},
-    {"E-TM + E-TRG", {kETM, kETRG2}, "19.2", false, false, {}},
-    {"E-TM + TM", {kETM, kTM}, "19.2", true, false, 0.5},
-    {"E-TM + TC", {kETM, tc(kNotFound)}, "19.1", true, false, {}},
-    {"E-TM + TRG", {kETM, kTRG}, "19.2", true, true, 0.5},
-    {"E-TRG + TM", {kETRG, kTM}, "19.2", true, false, 0.6},
-    {"E-TRG + TRG", {kETRG, kTRG}, "19.2", true, true, 0.5},
-    {"E-TRG + TC", {kETRG, tc(kNotFound)}, "19.1", true, false, {}},
-    {"TC + TRG", {tc(kNotFound), {"TRG:#", state(4), 0.8}}, "19.1", true, true, {}},
+    {"H-TM", {kHTM}, false, false, {}, {}, true},
+    {"E-TM", {part("E-TM:#", state(1), 0.1, 0.2, 0.1)}, false, false, {}, {}, true},
+    {"E-TRG", {kETRG}, false, false, {}, {}, true},
+    {"TM", {kTM}, true, false, 0.5, 0.5, true},
+    {"TM, free without torque", {ours("TM:#:1", kIsolated)}, true, false, {}, {}},
+    {"TRG", {trg(0.7, 0.6)}, true, true, 0.5, 0.5, true},
+    {"TRG, coupling lost", {ours("TRG:#:1", kIsolated)}, true, false, {}, {}},
+    {"TC", {tc(4.8)}, true, false, {}, {}, true},
+    {"H-TM + TM", {kHTM, kTM}, true, false, 0.5, 1.2},
+    {"H-TM + TRG", {kHTM, trg(0.9, 0.6)}, true, true, 0.5, 0.5},
+    {"H-TM + TC", {part("H-TM:#", state(1), 0.1, 0.3, kNone), tc(1.6)}, true, false, {}, {}},
+    {"H-TM + E-TRG", {kHTM, sensor("E-TRG:#", 6)}, false, false, {}, {}},
+    {"H-TM + E-TM", {kHTM, part("E-TM:#", state(6), 0.1, 0.1, 0.2)}, false, false, {}, {}, true},
+    {"E-TM + E-TRG", {kETM, sensor("E-TRG:#", 6)}, false, false, {}, {}},
+    {"E-TM + TM", {kETM, kTM}, true, false, 0.5, 0.5},
+    {"E-TM + TC", {part("E-TM:#", state(1), 0.1, 0.2, kNone), tc(kNone)}, true, false, {}, {}},
+    {"E-TM + TRG", {kETM, trg(0.7, 0.6)}, true, true, 0.5, 0.5},
+    {"E-TRG + TM", {kETRG, kTM}, true, false, 0.5, 0.6},
+    {"E-TRG + TRG", {kETRG, trg(0.6, 0.6)}, true, true, 0.5, 0.5},
+    {"E-TRG + TC", {kETRG, tc(kNone)}, true, false, {}, {}},
+    {"TM + TC", {kTM, part("TC:#", kNothingToSee, 0.1, 0.1, kNone)}, true, false, 0.5, {}},
+    {"TM + TC, closes by itself", {kTM, ours("TC:#:1", state(4))}, true, true, {}, {}},
+    {"TC + TRG", {tc(0.1), part("TRG:#", state(4), 0.6, 0.8, kNone)}, true, true, {}, {}},
     {"H-TM + E-TM + E-TRG",
-     {kHTM, {"E-TM:#", state(6), 0.2}, {"E-TRG:#", state(8), 0.1}},
-     "19.2",
+     {kHTM, sensor("E-TM:#", 6), sensor("E-TRG:#", 8)},
      true,
      true,
+     0.3,
      0.3,
      true},
 };
 
-constexpr FailurePart kESM{"E-SM:#", 0, 3.4}, kESRG{"E-SRG:#", 0, 3.8};
+constexpr FailurePart steering(const char* fault, double simulink_s, double coppelia_s) {
+  return part(fault, 0, 0.1, simulink_s, coppelia_s);
+}
 const std::vector<FailureRow> kSteeringRows = {
-    {"SM", {{"SM:#", 0, 1.0}}, "19.2", false, true, 1.2, true},
-    {"SRG", {{"SRG:#", 0, 1.0}}, "19.2", false, true, 1.2},
-    {"E-SM", {kESM}, "19.2", false, false, {}, true},
-    {"E-SRG", {kESRG}, "19.2", false, false, {}, true},
-    {"E-SM + E-SRG", {{"E-SM:#", 0, 3.3}, {"E-SRG:#", 0, 0.9}}, "19.2", false, true, 1.3},
-    {"E-SM + SM", {{"E-SM:#", 0, 5.7}, {"SM:#", 0, 1.9}}, "19.2", false, true, 0.8},
-    {"E-SRG + SM", {{"E-SRG:#", 0, 3.9}, {"SM:#", 0, 0.9}}, "19.2", false, true, 0.5},
+    {"SM", {steering("SM:#", 5.7, 1.0)}, false, true, 0.5, 1.2, true, "2.3", "3.4"},
+    {"SRG", {steering("SRG:#", 5.7, 1.0)}, false, true, 0.5, 1.2, false, "2.3", "3.4"},
+    {"E-SM", {steering("E-SM:#", 2.6, 3.4)}, false, false, {}, {}, true, "7.7", "7.3"},
+    {"E-SRG", {steering("E-SRG:#", 5.6, 3.8)}, false, false, {}, {}, true, "5.9", "8.4"},
+    {"E-SM + E-SRG",
+     {steering("E-SM:#", 2.6, 3.3), steering("E-SRG:#", 2.1, 0.9)},
+     false,
+     true,
+     0.5,
+     1.3,
+     false,
+     "5.8 + 2.3",
+     "negligible"},
+    {"E-SM + SM",
+     {steering("E-SM:#", 2.7, 5.7), steering("SM:#", 1.4, 1.9)},
+     false,
+     true,
+     0.5,
+     0.8,
+     false,
+     "6.9 + 3",
+     "6.4"},
+    {"E-SRG + SM",
+     {steering("E-SRG:#", 2.2, 3.9), steering("SM:#", 3.2, 0.9)},
+     false,
+     true,
+     0.5,
+     0.5,
+     false,
+     "4.6 + 5.5",
+     "4.6"},
 };
 
 std::string with_wheel(const char* fault, unsigned wheel) {
@@ -67,20 +111,24 @@ std::string with_wheel(const char* fault, unsigned wheel) {
   return text;
 }
 
-Chain::Options flat(unsigned seed) {
-  // The lamp is no part of this and costs time.
-  return {.seed = seed, .adjust = [](Parameters& p) { p.beacon_ns = 1500 * kMillisecond; }};
+Chain::Options options(const DriveCase& drive) {
+  return {.rover = {.ground = drive.ground}, .seed = drive.seed, .adjust = [](Parameters& p) {
+            p.beacon_ns = 1500 * kMillisecond;  // the lamp is no part of this and costs time
+            p.mobility.top_speed_m_s = 1;
+          }};
 }
 
 // A run, and frames counted from a moment on.
 class Run {
  public:
-  Run(unsigned seed, double heading_rad) : chain(flat(seed)) {
-    if (!chain.start() || !chain.drive(kSpeed_m_s, heading_rad)) {
+  Run(const DriveCase& drive, double heading_rad) : chain(options(drive)), drive_(drive) {
+    const SpeedLimit limit = drive.speed_m_s > 0.5 ? SpeedLimit::urc : SpeedLimit::erc;
+    if (!chain.start(limit) || !chain.drive(drive.speed_m_s, heading_rad)) {
       wrong("does not drive");
       return;
     }
-    chain.run(3);
+    chain.run(drive.speed_m_s > 0.5 ? 6 : 3);
+    const unsigned seed = drive.seed;
     // Odd seeds: in step, just after a SYNC has sampled everything, as where failures are injected
     // between two steps of a simulation. Even ones: some time between.
     const bool in_step = seed % 2 == 1;
@@ -119,8 +167,10 @@ class Run {
       wrong("still moves after FatalError");
     // Slower in curves (Ardito thesis 11.2.2).
     const double heading_rad = chain.telemetry().heading_rad;
-    const double wanted_m_s = kSpeed_m_s * (1 - std::abs(std::sin(5 * heading_rad)));
-    if (!row.fatal && std::abs(speed_m_s - wanted_m_s) > 0.08)
+    const double wanted_m_s = drive_.speed_m_s * (1 - std::abs(std::sin(5 * heading_rad)));
+    const double uneven = drive_.ground == sim::ardito::Ground::flat ? 1 : 2.5;
+    const double most_m_s = uneven * std::max(0.08, 0.16 * wanted_m_s);
+    if (!row.fatal && std::abs(speed_m_s - wanted_m_s) > most_m_s)
       wrong("does not drive on at its speed");
   }
 
@@ -131,6 +181,7 @@ class Run {
   FailureTimes times;
 
  private:
+  DriveCase drive_;
   TimeNs phase_ns_ = 0;
 };
 
@@ -145,19 +196,21 @@ std::span<const FailureRow> wheel_rows() { return kWheelRows; }
 std::span<const FailureRow> steering_rows() { return kSteeringRows; }
 
 void FailureTimes::worst_of(const FailureTimes& other) {
+  const std::size_t was = found.size();
   found.resize(std::max(found.size(), other.found.size()));
   found_s.resize(found.size());
   for (std::size_t i = 0; i < other.found.size(); ++i) {
-    found[i] = std::max(found[i], other.found[i]);
+    found[i] = i < was ? std::max(found[i], other.found[i]) : other.found[i];
     found_s[i] = std::max(found_s[i], other.found_s[i]);
   }
   mitigated = std::max(mitigated, other.mitigated);
+  angle_deg = std::max(angle_deg, other.angle_deg);
   fatal = std::max(fatal, other.fatal);
   wrong.insert(wrong.end(), other.wrong.begin(), other.wrong.end());
 }
 
-FailureTimes break_wheel(const FailureRow& row, unsigned wheel, unsigned seed) {
-  Run run(seed, 0);
+FailureTimes break_wheel(const FailureRow& row, unsigned wheel, const DriveCase& drive) {
+  Run run(drive, 0);
   const std::size_t i = wheel - 1;
   const auto& c = [&]() -> const gnc::ardito::Command& { return run.chain.mobility(); };
   std::uint32_t lost = 0;
@@ -166,6 +219,11 @@ FailureTimes break_wheel(const FailureRow& row, unsigned wheel, unsigned seed) {
     if (n > 0) run.pause(2);
     lost = c().sensors_lost[i];
     run.chain.inject(with_wheel(part.fault, wheel));
+    if (part.found == kNothingToSee) {
+      run.times.found.push_back(FailureTimes::kNothing);
+      run.times.found_s.push_back(0);
+      continue;
+    }
     run.find([&] {
       if (part.found == kIsolated) return isolated(c(), i);
       return (part.found & (state(static_cast<unsigned>(c().wheel_suspect[i])) |
@@ -188,18 +246,23 @@ FailureTimes break_wheel(const FailureRow& row, unsigned wheel, unsigned seed) {
   return run.times;
 }
 
-FailureTimes break_steering(const FailureRow& row, unsigned system, unsigned seed) {
-  Run run(seed, -kHeading_rad);
+FailureTimes break_steering(const FailureRow& row, unsigned system, const DriveCase& drive) {
+  Run run(drive, -kHeading_rad);
   const std::size_t i = system - 1;
   const auto& c = [&]() -> const gnc::ardito::Command& { return run.chain.mobility(); };
   double heading_rad = kHeading_rad;
   for (std::size_t n = 0; n < row.parts.size(); ++n) {
     if (n > 0) run.pause(4);
     run.chain.inject(with_wheel(row.parts[n].fault, kWheelOfSystem[i]));
-    run.chain.send(CommandKind::drive, {kSpeed_m_s, heading_rad, 1.0, 0.0});
+    run.chain.send(CommandKind::drive, {drive.speed_m_s, heading_rad, 1.0, 0.0});
     heading_rad = -heading_rad;
     const auto before = c().steering_failure[i];
-    run.find([&] { return c().steering_suspect[i] > before; });
+    run.find([&] {
+      const double true_rad = run.chain.world().rover().steering()[i].angle_rad;
+      run.times.angle_deg = std::max(
+          run.times.angle_deg, std::abs(c().steering_rad[i] - true_rad) * 180 / std::numbers::pi);
+      return c().steering_suspect[i] > before;
+    });
   }
   if (row.fatal) {
     const auto fatal = [&] { return run.chain.state() == State::fatal_error; };

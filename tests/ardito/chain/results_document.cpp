@@ -1,5 +1,6 @@
 #include "tests/ardito/chain/results_document.h"
 
+#include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
@@ -23,6 +24,21 @@ std::string read() {
   std::stringstream text;
   text << file.rdbuf();
   return text.str().empty() ? kBeginning : text.str();
+}
+
+// Of the sources, with a word when they differ from it; "": not under git.
+std::string commit() {
+  const std::string git =
+      "git -C " + std::filesystem::path(LSS_RESULTS_DOCUMENT).parent_path().string();
+  const std::string command = "(" + git + " rev-parse --short HEAD && (" + git +
+                              " diff --quiet HEAD -- ':/' ':!/docs' || echo changed)) 2>&-";
+  std::string text;
+  if (std::FILE* pipe = popen(command.c_str(), "r")) {
+    for (int c; (c = std::fgetc(pipe)) != EOF;) text += c == '\n' ? ' ' : static_cast<char>(c);
+    pclose(pipe);
+  }
+  if (!text.empty()) text.pop_back();
+  return text;
 }
 
 }  // namespace
@@ -50,8 +66,8 @@ std::string measured_by(const std::string& test) {
   gmtime_r(&now, &date);
   char day[16];
   std::strftime(day, sizeof day, "%Y-%m-%d", &date);
-  return std::string("Measured ") + day +
-         " by `LSS_WRITE_RESULTS=1 ardito_results_test --gtest_filter=" + test + "`.\n";
+  return std::string("Measured ") + day + " at commit " + commit() +
+         " by\n`LSS_WRITE_RESULTS=1 ardito_results_test --gtest_filter=" + test + "`.\n";
 }
 
 }  // namespace lss::ardito

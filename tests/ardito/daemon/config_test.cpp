@@ -61,6 +61,19 @@ TEST(ArditoConfig, TwoNodesOfOneNumberAreRefused) {
             std::string::npos);
 }
 
+TEST(ArditoConfig, ADescriptionThatIsNotThereOrWrongIsToldWithItsFile) {
+  const auto described = [](const std::string& name) {
+    return kFile.error_of("wheel_description = \"\"", "wheel_description = \"" + name + "\"");
+  };
+  EXPECT_EQ(described(LSS_DEVICES "/ardito-wheel.dcf"), "");
+  EXPECT_NE(described("nowhere.dcf").find("nowhere.dcf\" cannot be read"), std::string::npos);
+  EXPECT_NE(described(LSS_DEVICES "/ardito-imu.dcf").find("signal HallVelocity is missing"),
+            std::string::npos);
+  const std::string broken = testing::TempDir() + "broken.dcf";
+  std::ofstream(broken) << "[1000\n";
+  EXPECT_NE(described(broken).find("line 1: \"[1000\" is no section"), std::string::npos);
+}
+
 TEST(ArditoConfig, AnUnknownStrategyIsRefusedWithTheOnesThereAre) {
   EXPECT_NE(
       kFile.error_of("[\"retest\", \"isolate\"]", "[\"pray\"]").find("\"pray\" is no strategy"),

@@ -88,7 +88,9 @@ TEST(ArditoCycle, ParkingTurnsOnTheSpot) {
 }
 
 TEST(ArditoCycle, FasterThanTheLimitIsRefusedWithBothNumbers) {
-  World w;
+  Parameters p;
+  p.mobility.top_speed_m_s = 1;
+  World w(p);
   ASSERT_TRUE(w.start(0));
   w.send(CommandKind::drive, {0.6, 0, 1, 0});
   w.step();
@@ -97,7 +99,9 @@ TEST(ArditoCycle, FasterThanTheLimitIsRefusedWithBothNumbers) {
   EXPECT_DOUBLE_EQ(w.last(Phase::rejected)->verdict.measured, 0.6);
   EXPECT_DOUBLE_EQ(w.last(Phase::rejected)->verdict.limit, 0.5);
 
-  World fast;
+  Parameters urc;
+  urc.mobility.top_speed_m_s = 1;
+  World fast(urc);
   ASSERT_TRUE(fast.start(1));
   EXPECT_TRUE(fast.drive_at(0.9));
 }
@@ -168,7 +172,7 @@ TEST(ArditoCycle, ALostImuEndsAutonomousDrivingAndLeavesDrivingByHand) {
   ASSERT_TRUE(w.start());
   w.run(1);
   w.send(CommandKind::drive, {0.3, 0, 1, 1});
-  ASSERT_TRUE(w.run_until(Mode::running, 10));
+  ASSERT_TRUE(w.run_until(Mode::running, 15));
   w.imu_alive = false;
   ASSERT_TRUE(w.run_until(Mode::stopped, 10));
   EXPECT_TRUE(w.heard(EventId::autonomy_ended));

@@ -2,6 +2,7 @@
 
 #include "daemon/vehicles/ardito/tunables.h"
 #include "daemon/vehicles/ardito/vehicle.h"
+#include "limits.h"
 #include "tests/safety/safety_suite.h"
 #include "tests/support/allocations.h"
 #include "world.h"
@@ -166,6 +167,9 @@ struct ArditoSafety {
             [](RoverOrders& o) { o.quick_stop = true; }};
   }
 
+  static std::vector<Limit> limits() { return ardito::limits(); }
+  static std::set<std::string> no_limits() { return ardito::no_limits(); }
+
   static void take_away(World& w, std::uint16_t module) {
     w.node(module - 1u).state = NodeState::booting;
   }
@@ -181,4 +185,5 @@ struct ArditoSafety {
 }  // namespace lss::ardito
 
 LSS_SAFETY_SUITE(Ardito, lss::ardito::ArditoSafety);
+LSS_SAFETY_LIMITS(Ardito, lss::ardito::ArditoSafety);
 LSS_SAFETY_RESETS(Ardito, lss::ardito::ArditoSafety);

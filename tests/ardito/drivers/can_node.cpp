@@ -73,6 +73,7 @@ void CanNode::reset_objects() {
 void CanNode::reboot(TimeNs now, TimeNs takes) {
   const std::uint32_t device = object(0x1000);
   reset_objects();
+  objects.insert(added.begin(), added.end());
   object(0x1000) = device;
   nmt = Nmt::booting;
   drive = Drive::disabled;

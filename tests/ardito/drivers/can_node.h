@@ -48,6 +48,7 @@ class CanNode {
   Nmt nmt = Nmt::booting;
   Drive drive = Drive::disabled;
   std::map<std::uint32_t, Object> objects;  // index << 8 | sub
+  std::map<std::uint32_t, Object> added{};  // of another make: there after each reset
   int set_points = 0;                       // steering: taken
   int quick_stops = 0;                      // begun
   bool master_lost = false;                 // its heartbeat was missing

@@ -15,9 +15,18 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
+RpdoBytes wheel_rpdo(std::uint16_t controlword, double motor_rpm) {
+  const Profile& wheel = default_profiles()[static_cast<std::size_t>(Kind::wheel)];
+  return drive_rpdo(controlword, counts(wheel.of(WheelSignal::target_velocity), motor_rpm));
+}
+std::int32_t steering_counts(double motor_rad) {
+  const Profile& steering = default_profiles()[static_cast<std::size_t>(Kind::steering)];
+  return counts(steering.of(SteeringSignal::target_position), motor_rad);
+}
+
 template <class T>
 T read(std::size_t node, int number, const Bytes& data) {
-  const auto reading = decode(node, number, data);
+  const auto reading = decode(default_profiles(), node, number, data);
   EXPECT_TRUE(reading.has_value());
   return std::get<T>(*reading);
 }
@@ -61,7 +70,7 @@ TEST(Pdo, WritesTheGoldenFrames) {
   EXPECT_EQ(wheel_rpdo(0x000F, -1592), (RpdoBytes{0x0F, 0x00, 0xC8, 0xF9, 0xFF, 0xFF}));
   EXPECT_EQ(wheel_rpdo(0x0002, 0), (RpdoBytes{0x02, 0, 0, 0, 0, 0}));
   EXPECT_EQ(steering_counts(25), 250'000);
-  EXPECT_EQ(steering_rpdo(0x003F, 250'000), (RpdoBytes{0x3F, 0x00, 0x90, 0xD0, 0x03, 0x00}));
+  EXPECT_EQ(drive_rpdo(0x003F, 250'000), (RpdoBytes{0x3F, 0x00, 0x90, 0xD0, 0x03, 0x00}));
   EXPECT_EQ(io_rpdo(0x3F, true), 0x7F);
   EXPECT_EQ(io_rpdo(0xFF, false), 0x3F);
 }
@@ -79,7 +88,7 @@ TEST(Pdo, ValuesBeyondTheirFieldAreCutAndNoNumberIsZero) {
 RC_GTEST_PROP(Pdo, ReadsOnlyWhatHasTheLengthOfItsPdo, (Bytes bytes)) {
   const auto node = *rc::gen::inRange<std::size_t>(0, 20);
   const int number = *rc::gen::inRange(-1, 6);
-  const auto reading = decode(node, number, bytes);
+  const auto reading = decode(default_profiles(), node, number, bytes);
   const std::vector<std::vector<std::size_t>> lengths = {{8, 8, 4}, {8, 4}, {1, 6}, {8}};
   const std::size_t kind = node < 6 ? 0 : node < 10 ? 1 : node - 8;
   const bool known = node < kNodes && number >= 1 &&

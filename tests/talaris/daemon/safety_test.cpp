@@ -2,6 +2,7 @@
 
 #include "daemon/vehicles/talaris/tunables.h"
 #include "daemon/vehicles/talaris/vehicle.h"
+#include "limits.h"
 #include "tests/safety/safety_suite.h"
 #include "tests/support/allocations.h"
 #include "world.h"
@@ -148,6 +149,9 @@ struct TalarisSafety {
             [](TalarisOrders& o) { o.all_stop = true; }};
   }
 
+  static std::vector<Limit> limits() { return talaris::limits(); }
+  static std::set<std::string> no_limits() { return talaris::no_limits({"gas.min_voltage_V"}); }
+
   static void take_away(World& w, std::uint16_t module) {
     w.node(module - kValveModule).state = NodeState::booting;
   }
@@ -161,4 +165,5 @@ struct TalarisSafety {
 }  // namespace lss::talaris
 
 LSS_SAFETY_SUITE(Talaris, lss::talaris::TalarisSafety);
+LSS_SAFETY_LIMITS(Talaris, lss::talaris::TalarisSafety);
 LSS_SAFETY_RESETS(Talaris, lss::talaris::TalarisSafety);

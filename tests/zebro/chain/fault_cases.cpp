@@ -7,6 +7,7 @@
 #include <random>
 #include <string_view>
 
+#include "idl/zebro/codes.h"
 #include "tests/zebro/chain/chain.h"
 #include "tests/zebro/chain/wire_check.h"
 #include "tools/lss-sim/zebro/vehicle.h"
@@ -25,6 +26,12 @@ constexpr double kLostReply_s = kFrame_s;  // the next cycle asks again
 constexpr double kRest_s = 3 * kFrame_s;
 constexpr double kProtected_s = 0.030;  // the module's own filter and time
 
+constexpr double kCycle_s = 6.6;  // of the tripod
+// The rest of a stance and the double stance; then 0.4 s, two stretches of 6 deg, 0.15 s.
+constexpr double kSleeps_s = 3.6 + 0.3 + 0.4 + 0.12 + 0.15 + kReported_s;
+constexpr const char* kBySleep =
+    "the rest of a stance, then 0.4 s, 12 deg of a swing, 0.15 s, a bus cycle, a frame";
+
 constexpr const char* kBySilence = "`module_silent_ms`, and a frame";
 constexpr const char* kByStop =
     "60 ms at standstill between two movements, 30 ms in the module, a bus cycle, a frame";
@@ -32,50 +39,190 @@ constexpr const char* kByLimit =
     "the same, and twice `current_time_ms`, which begins again after a pause";
 
 constexpr FaultCase kCases[] = {
-    {"module-dead:#", Reaction::stops, FaultId::module_silent, kSilent_s, kBySilence, FaultId::none,
-     Hides::module, 0, Lasting::isolated},
-    {"module-reset:#", Reaction::stops, FaultId::module_reset, 0.300 + kReported_s,
-     "300 ms at most to restart, a bus cycle, a frame", FaultId::none, Hides::module, 0,
+    {"module-dead:#",
+     Reaction::stops,
+     FaultId::module_silent,
+     kSilent_s,
+     kBySilence,
+     {},
+     Hides::module,
+     0,
+     Lasting::isolated},
+    {"module-reset:#",
+     Reaction::stops,
+     FaultId::module_reset,
+     0.300 + kReported_s,
+     "300 ms at most to restart, a bus cycle, a frame",
+     {},
+     Hides::module,
+     0,
      Lasting::idle},
-    {"leg-stuck:#", Reaction::stops, FaultId::module_over_current,
-     kRest_s + kProtected_s + kReported_s, kByStop, FaultId::current_limit, Hides::nothing, 0,
+    {"leg-stuck:#",
+     Reaction::stops,
+     FaultId::module_over_current,
+     kRest_s + kProtected_s + kReported_s,
+     kByStop,
+     {FaultId::current_limit},
+     Hides::nothing,
+     0,
      Lasting::isolated},
-    {"over-current:#", Reaction::stops, FaultId::module_over_current,
-     kRest_s + kProtected_s + kReported_s, kByStop, FaultId::current_limit, Hides::nothing, 0,
+    {"over-current:#",
+     Reaction::stops,
+     FaultId::module_over_current,
+     kRest_s + kProtected_s + kReported_s,
+     kByStop,
+     {FaultId::current_limit},
+     Hides::nothing,
+     0,
      Lasting::isolated},
-    {"over-current:#:0.75", Reaction::stops, FaultId::current_limit,
-     kRest_s + 2 * 0.100 + kProtected_s + kReported_s, kByLimit, FaultId::module_over_current,
-     Hides::nothing, 0, Lasting::isolated},
+    {"over-current:#:0.75",
+     Reaction::stops,
+     FaultId::current_limit,
+     kRest_s + 2 * 0.100 + kProtected_s + kReported_s,
+     kByLimit,
+     {FaultId::module_over_current},
+     Hides::nothing,
+     0,
+     Lasting::isolated},
     {"over-current:#:0.2", Reaction::walks_on, FaultId::none, 0, ""},
-    {"driver-fault:#", Reaction::stops, FaultId::module_driver_fault, 0.002 + kReported_s,
-     "a bus cycle, a frame", FaultId::none, Hides::nothing, 0, Lasting::idle},
+    {"driver-fault:#",
+     Reaction::stops,
+     FaultId::module_driver_fault,
+     0.002 + kReported_s,
+     "a bus cycle, a frame",
+     {},
+     Hides::nothing,
+     0,
+     Lasting::idle},
     {"hall-lost:#", Reaction::walks_on, FaultId::none, 0, ""},
     {"temperature:#:95", Reaction::warns, FaultId::temperature_warning, 14 * kFrame_s + kReported_s,
      "health of one module in each second bus cycle at least, a frame"},
-    {"noise:0.003", Reaction::warns, FaultId::bus_noise, 4 + kFrame_s,
-     "20 broken frames in one of four windows of 1 s, 30 are usual; a frame", FaultId::none,
-     Hides::nothing, 6 * kLostReply_s},
-    {"noise:0.2", Reaction::stops, FaultId::module_silent, kSilent_s, kBySilence,
-     FaultId::module_disobeys, Hides::line, 0, Lasting::remains},
-    {"drop:0.02", Reaction::walks_on, FaultId::none, 0, "", FaultId::none, Hides::nothing,
-     4 * kLostReply_s},
-    {"drop:0.9", Reaction::stops, FaultId::module_silent, kSilent_s, kBySilence,
-     FaultId::module_disobeys, Hides::line, 0, Lasting::remains},
-    {"duplicate:0.05", Reaction::walks_on, FaultId::none, 0, "", FaultId::none, Hides::nothing,
+    {"noise:0.003",
+     Reaction::warns,
+     FaultId::bus_noise,
+     4 + kFrame_s,
+     "20 broken frames in one of four windows of 1 s, 30 are usual; a frame",
+     {},
+     Hides::nothing,
+     6 * kLostReply_s},
+    {"noise:0.2",
+     Reaction::stops,
+     FaultId::module_silent,
+     kSilent_s,
+     kBySilence,
+     {FaultId::module_disobeys},
+     Hides::line,
+     0,
+     Lasting::remains},
+    {"drop:0.02", Reaction::walks_on, FaultId::none, 0, "", {}, Hides::nothing, 4 * kLostReply_s},
+    {"drop:0.9",
+     Reaction::stops,
+     FaultId::module_silent,
+     kSilent_s,
+     kBySilence,
+     {FaultId::module_disobeys},
+     Hides::line,
+     0,
+     Lasting::remains},
+    {"duplicate:0.05",
+     Reaction::walks_on,
+     FaultId::none,
+     0,
+     "",
+     {},
+     Hides::nothing,
      2 * kLostReply_s},
-    {"late:10", Reaction::walks_on, FaultId::none, 0, "", FaultId::none, Hides::nothing,
-     0.010 + kFrame_s},
-    {"late:1000", Reaction::stops, FaultId::module_silent, kSilent_s, kBySilence,
-     FaultId::module_disobeys, Hides::line, 0, Lasting::idle},
-    {"bus-cut", Reaction::stops, FaultId::module_silent, kSilent_s, kBySilence, FaultId::none,
-     Hides::line, 0, Lasting::remains},
-    {"unplug:1", Reaction::stops, FaultId::port_lost, kFrame_s + 0.001, "a frame",
-     FaultId::module_silent, Hides::line, 0, Lasting::idle},
+    {"late:10", Reaction::walks_on, FaultId::none, 0, "", {}, Hides::nothing, 0.010 + kFrame_s},
+    {"late:1000",
+     Reaction::stops,
+     FaultId::module_silent,
+     kSilent_s,
+     kBySilence,
+     {FaultId::module_disobeys},
+     Hides::line,
+     0,
+     Lasting::idle},
+    {"bus-cut",
+     Reaction::stops,
+     FaultId::module_silent,
+     kSilent_s,
+     kBySilence,
+     {},
+     Hides::line,
+     0,
+     Lasting::remains},
+    {"unplug:1",
+     Reaction::stops,
+     FaultId::port_lost,
+     kFrame_s + 0.001,
+     "a frame",
+     {FaultId::module_silent},
+     Hides::line,
+     0,
+     Lasting::idle},
+    {"encoder-random:#",
+     Reaction::stops,
+     kPositionJumps,
+     0.3,
+     "three statuses between which no module can have turned",
+     {kGearSlips, kLegStill},
+     Hides::nothing,
+     0,
+     Lasting::isolated},
+    {"encoder-frozen:#",
+     Reaction::stops,
+     kLegStill,
+     kSleeps_s,
+     kBySleep,
+     {kGearSlips, kPositionJumps, FaultId::module_over_current},
+     Hides::nothing,
+     0,
+     Lasting::isolated,
+     true},
+    {"encoder-jumps:#",
+     Reaction::stops,
+     kReportImpossible,
+     1 + 3 * kFrame_s + kReported_s,
+     "the first jump, whose speed is reported, and three statuses",
+     {kPositionJumps, kGearSlips, kLegStill},
+     Hides::nothing,
+     0,
+     Lasting::isolated},
+    {"encoder-drifts:#",
+     Reaction::stops,
+     kGearSlips,
+     3 * kCycle_s,
+     "more than 10 deg at the sensor, once a cycle",
+     {kLegStill},
+     Hides::nothing,
+     0,
+     Lasting::isolated,
+     true},
+    {"gear-slips:#",
+     Reaction::stops,
+     kGearSlips,
+     2 * kCycle_s,
+     "more than 10 deg at the sensor, once a cycle",
+     {kLegStill},
+     Hides::nothing,
+     0,
+     Lasting::isolated,
+     true},
+    {"leg-limp:#",
+     Reaction::stops,
+     kLegStill,
+     kSleeps_s,
+     kBySleep,
+     {FaultId::motion_timeout},
+     Hides::nothing,
+     0,
+     Lasting::isolated},
 };
 
 constexpr double kWatched_s = 10;  // while it walks on
-constexpr double kStopped_s = 3;   // before any fault is cleared
-constexpr double kMended_s = 2;    // before it is solved
+constexpr std::size_t kPaired = 18;
+constexpr double kStopped_s = 3;  // before any fault is cleared
+constexpr double kMended_s = 2;   // before it is solved
 constexpr double kStill_rad = 0.02;
 
 bool is_line(const FaultCase& fault) { return !fault.of_module(); }
@@ -89,7 +236,9 @@ bool is_fatal(const EventRecord& event) {
 bool explains(const Injection& injection, const EventRecord& event) {
   const auto id = static_cast<FaultId>(event.id - kFaultEventBase);
   const FaultCase& fault = *injection.fault;
-  if (fault.reaction != Reaction::stops || (id != fault.id && id != fault.also)) return false;
+  if (fault.reaction != Reaction::stops ||
+      (id != fault.id && std::ranges::find(fault.also, id) == fault.also.end()))
+    return false;
   return is_line(fault) || event.subject == injection.module;
 }
 
@@ -144,7 +293,7 @@ class FaultWalk {
     }
     const bool stops = due_s(injections_).has_value();
     if (!stops || chain_.state() != State::fatal_error)
-      chain_.run_until(State::fatal_error, kWatched_s);
+      chain_.run_until(State::fatal_error, std::max(kWatched_s, due_s(injections_).value_or(0)));
     read_events();
   }
 
@@ -174,6 +323,10 @@ class FaultWalk {
     const TimeNs begin_ns = chain_.now();
     if (!chain_.solve()) return expect(false, "solve does not lead to Idle: " + faults());
     expect(!chain_.has_fatal(), "Idle with " + faults());
+    for (const Injection& injection : injections_) {
+      if (injection.fault->until_restored) chain_.send(lss::CommandKind::restore, {});
+    }
+    chain_.run(0.1);
     expect(chain_.supervisor().controller.isolated == 0, "a leg was isolated");
     expect(chain_.now() > begin_ns, "solved in no time");
     expect(chain_.stand(), "it does not stand again: " + faults());
@@ -303,6 +456,7 @@ std::string FaultCase::text(unsigned module) const {
 }
 
 std::span<const FaultCase> fault_cases() { return kCases; }
+std::span<const FaultCase> paired_cases() { return std::span(kCases).first(kPaired); }
 
 Observed break_walk(unsigned seed, std::span<const Injection> injections) {
   FaultWalk walk(seed, injections);

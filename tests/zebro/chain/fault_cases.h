@@ -4,6 +4,7 @@
 // happen and by when (docs/icd-zebro.md, config/zebro.toml), and what did. The vehicle walks on
 // kinematics, in virtual time.
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -29,13 +30,14 @@ enum class Lasting : std::uint8_t { not_stopped, idle, isolated, remains };
 struct FaultCase {
   const char* fault;  // as for lss-sim, # for the module
   Reaction reaction;
-  FaultId id;                    // the evidence
-  double within_s;               // from the fault to FatalError, or to the warning
-  const char* because;           // where that time comes from
-  FaultId also = FaultId::none;  // may be said besides, or instead
+  FaultId id;                     // the evidence
+  double within_s;                // from the fault to FatalError, or to the warning
+  const char* because;            // where that time comes from
+  std::array<FaultId, 3> also{};  // may be said besides, or instead
   Hides hides = Hides::nothing;
   double delays_s = 0;  // other faults are seen so much later
   Lasting lasting = Lasting::not_stopped;
+  bool until_restored = false;  // `solve` isolates the leg also when the fault has gone
 
   bool of_module() const;
   // "module-dead:3"
@@ -43,6 +45,9 @@ struct FaultCase {
 };
 
 std::span<const FaultCase> fault_cases();
+// Those that are looked at two at a time: the first ones. What a sensor or gear does to another
+// fault of its leg depends on where the leg is.
+std::span<const FaultCase> paired_cases();
 
 struct Injection {
   const FaultCase* fault = nullptr;

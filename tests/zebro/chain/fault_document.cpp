@@ -38,6 +38,9 @@ A bus that is cut, too noisy or gone hides faults of modules: then only its own 
 restarting module. Late replies are assigned to their requests: up to 15 ms late as if they were in time; their data is as old
 as their delay.
 
+A leg that slipped or drifted is out of service after `solve` until `restore`, whether the fault lasts or not: nothing on board
+can prove its gear. Faults of sensors and gears (19 to 24) are looked at alone.
+
 ## Two at a time, on different legs
 
 Rows: the first fault, by its number above; columns: the second, 0 to 2 s later and once more within the time of the first.
@@ -68,7 +71,7 @@ std::string numbers(std::size_t columns) {
 }
 
 std::size_t one_leg_columns() {
-  return static_cast<std::size_t>(std::ranges::count_if(fault_cases(), &FaultCase::of_module));
+  return static_cast<std::size_t>(std::ranges::count_if(paired_cases(), &FaultCase::of_module));
 }
 
 std::string read() {
@@ -124,7 +127,7 @@ void write_faults() {
   };
   file << kBeginning;
   table(FaultTable::alone);
-  file << kPairs << numbers(fault_cases().size());
+  file << kPairs << numbers(paired_cases().size());
   table(FaultTable::pairs);
   file << kOneLeg << numbers(one_leg_columns());
   table(FaultTable::one_leg);

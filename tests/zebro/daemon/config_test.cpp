@@ -72,6 +72,26 @@ TEST(ZebroConfig, StrategiesAreTakenInTheirOrderAndUnknownOnesAreRefused) {
 TEST(ZebroConfig, TheSoftwareCurrentLimitStaysBelowTheHardwares_P_Int_1) {
   Parameters p;
   EXPECT_FALSE(kFile.load(kFile.altered("current_A = 1.2", "current_A = 2.0"), p));
+  EXPECT_FALSE(kFile.load(kFile.altered("current_A = 1.2", "current_A = 1.7"), p));
+  EXPECT_FALSE(kFile.load(kFile.altered("total_A = 6.0", "total_A = 8.0"), p));
+  EXPECT_TRUE(kFile.load(kFile.altered("power_A = 8.0", "power_A = 6.7"), p));
+  EXPECT_FALSE(kFile.load(kFile.altered("power_A = 8.0", "power_A = 6.0"), p));
+}
+
+// [S-Int-2]
+TEST(ZebroConfig, HipsAndCentreOfMassSayWithoutWhichLegsItWalks_S_Int_2) {
+  Parameters p;
+  ASSERT_TRUE(kFile.load(kFile.altered("vehicle_id", "vehicle_id"), p));
+  EXPECT_TRUE(gnc::zebro::can_walk_without(1u << 0, p.locomotion));
+  // Far ahead: without a front leg it falls.
+  ASSERT_TRUE(kFile.load(
+      kFile.altered("centre_of_mass_mm = [0.0, 0.0]", "centre_of_mass_mm = [60.0, 0.0]"), p));
+  EXPECT_NEAR(p.locomotion.hips.x_m[0], 0.02, 1e-12);
+  EXPECT_FALSE(gnc::zebro::can_walk_without(1u << 0, p.locomotion));
+  EXPECT_FALSE(kFile.load(kFile.altered("hip_y_mm = [65.0, -65.0", "hip_y_mm = [-65.0, 65.0"), p))
+      << "sides exchanged";
+  EXPECT_FALSE(
+      kFile.load(kFile.altered("hip_x_mm = [80.0, 80.0, 0.0", "hip_x_mm = [80.0, 80.0, 90.0"), p));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "daemon/record/state.h"
 #include "world.h"
 
 namespace lss::zebro {
@@ -93,6 +94,29 @@ TEST(Panel, AResetWhileItIsRetractedEndsItAndItIsStillOut_Func_5) {
     EXPECT_NEAR(std::remainder(panel(w).true_deg(), 360), 0, 1);
     EXPECT_TRUE(w.stand());
   }
+}
+
+TEST(Panel, AResetInTheFirstFrameOfAReplayFromMidRunEndsItsMovement) {
+  World w;
+  w.run(0.2);
+  w.send(CommandKind::panel, {1});
+  w.run(3);
+  record::StateWriter size({});
+  size(w.vehicle_, w.supervisor_);
+  std::vector<std::uint8_t> state(size.size());
+  record::StateWriter writer(state);
+  writer(w.vehicle_, w.supervisor_);
+  w.restart(Parameters{});
+  record::StateReader reader(state);
+  reader(w.vehicle_, w.supervisor_);
+  ASSERT_TRUE(reader.good());
+  w.send(lss::CommandKind::reset, {kPanelNumber});
+  w.step();
+  EXPECT_FALSE(w.supervisor_.controller().flags & kPanelMoving);
+  EXPECT_TRUE(w.supervisor_.controller().flags & kPanelOut);
+  const Ack* ended = w.answer(CommandKind::panel, Phase::failed);
+  ASSERT_NE(ended, nullptr);
+  EXPECT_EQ(ended->verdict.reason, Reason::superseded);
 }
 
 TEST(Panel, WhoseSensorSeesNothingIsNeverBelievedToBeIn_Func_5) {

@@ -2,6 +2,7 @@
 
 #include "daemon/vehicles/zebro/tunables.h"
 #include "daemon/vehicles/zebro/vehicle.h"
+#include "limits.h"
 #include "tests/safety/safety_suite.h"
 #include "tests/support/allocations.h"
 #include "world.h"
@@ -141,8 +142,7 @@ struct ZebroSafety {
     all.push_back({"current_limit", FaultId::current_limit, 3, 0.14,
                    [](World& w) { w.modules[2].current_mA = 1400; },
                    [](World& w) { w.modules[2].current_mA = 100; }});
-    all.push_back({"stuck_leg", FaultId::motion_timeout, 0, 20,
-                   [](World& w) { w.modules[0].stuck = true; },
+    all.push_back({"stuck_leg", kLegStill, 1, 5, [](World& w) { w.modules[0].stuck = true; },
                    [](World& w) { w.modules[0].stuck = false; }});
     all.push_back({"port_lost", FaultId::port_lost, 0, 0.02,
                    [](World& w) { w.in_.bus.open = false; },
@@ -167,6 +167,9 @@ struct ZebroSafety {
             [](BusOrders& o) { o.module[3].kind = Kind::reset; }};
   }
 
+  static std::vector<Limit> limits() { return zebro::limits(); }
+  static std::set<std::string> no_limits() { return zebro::no_limits(); }
+
   static void take_away(World& w, std::uint16_t module) { w.modules[module - 1u].alive = false; }
   static void bring_back(World& w, std::uint16_t module) {
     IdealModule& m = w.modules[module - 1u];
@@ -181,4 +184,5 @@ struct ZebroSafety {
 }  // namespace lss::zebro
 
 LSS_SAFETY_SUITE(Zebro, lss::zebro::ZebroSafety);
+LSS_SAFETY_LIMITS(Zebro, lss::zebro::ZebroSafety);
 LSS_SAFETY_RESETS(Zebro, lss::zebro::ZebroSafety);

@@ -71,6 +71,102 @@ TEST(Solver, ARestoredLegIsInServiceWhenItAnswersAgain) {
   EXPECT_TRUE(w.stand());
 }
 
+// Without both front legs nothing walks.
+TEST(Solver, OfTwoLegsThatTrippedOnlyTheOneThatDoesNotMoveIsIsolated) {
+  for (const std::size_t stuck : {0u, 1u}) {
+    World w;
+    ASSERT_TRUE(w.stand());
+    for (const std::size_t leg : {0u, 1u}) w.modules[leg].flags |= kFlagOverCurrent;
+    w.run(0.2);
+    ASSERT_EQ(w.state(), State::fatal_error);
+    w.modules[stuck].stuck = true;
+    ASSERT_TRUE(solve(w, 120));
+    EXPECT_EQ(isolated(w), 1u << stuck);
+  }
+}
+
+// Its reports come late, so that each new order seems to be obeyed at first.
+TEST(Solver, ALegWhoseDisobedienceIsHiddenByEachNewOrderIsIsolated) {
+  World w;
+  ASSERT_TRUE(w.stand());
+  std::uint32_t serial = 0;
+  TimeNs ordered_ns = 0;
+  w.alter = [&](World& world) {
+    if (std::exchange(serial, world.out_.command.module[2].serial) != serial)
+      ordered_ns = world.time_ns_;
+    world.in_.bus.counters.module[2].disobeys = world.time_ns_ - ordered_ns >= 100 * kMillisecond;
+  };
+  w.run(1);
+  ASSERT_EQ(w.state(), State::fatal_error);
+  ASSERT_TRUE(solve(w, 120));
+  EXPECT_TRUE(tried(w, StrategyKind::isolate));
+  EXPECT_EQ(isolated(w), 1u << 2);
+}
+
+void disobey(World& w, std::size_t leg) {
+  w.in_.bus.counters.module[leg].disobeys = true;
+  w.run(0.1);
+  w.in_.bus.counters.module[leg].disobeys = false;
+}
+
+TEST(Solver, ALegThatRelapsesIsIsolatedAlsoWhenAnotherLegOnlyHasToBeMovedFree) {
+  World w;
+  for (int round = 0; round < 2; ++round) {
+    EXPECT_EQ(isolated(w), 0);
+    ASSERT_TRUE(w.stand());
+    w.modules[3].flags |= kFlagOverCurrent;
+    disobey(w, 2);
+    ASSERT_EQ(w.state(), State::fatal_error);
+    ASSERT_TRUE(solve(w, 120));
+  }
+  EXPECT_EQ(isolated(w), 1u << 2);
+}
+
+// Without both legs in front on one side nothing walks.
+TEST(Solver, ALegThatRelapsesAndCannotBeIsolatedIsTreatedAsBefore) {
+  World w;
+  w.run(0.2);
+  ASSERT_EQ(w.why(CommandKind::isolate, {1}), Reason::none);
+  for (int round = 0; round < 2; ++round) {
+    ASSERT_TRUE(w.stand());
+    disobey(w, 2);
+    ASSERT_EQ(w.state(), State::fatal_error);
+    w.events.clear();
+    ASSERT_TRUE(solve(w, 120)) << round;
+    EXPECT_TRUE(tried(w, StrategyKind::reset_module));
+  }
+  EXPECT_EQ(isolated(w), 1u << 0);
+}
+
+// It obeys again in the middle of a strategy, when its last order was void.
+TEST(Solver, AModuleThatWasDeafIsStoppedByTheBusUntilItObeysAgain) {
+  World w;
+  ASSERT_TRUE(w.stand());
+  bool deaf = true;
+  w.alter = [&](World& world) {
+    if (!deaf) return;
+    world.modules[2].serial = world.out_.command.module[2].serial;
+    world.modules[2].flags |= kFlagMotionControl;
+    world.in_.bus.counters.module[2].disobeys = true;
+  };
+  w.run(0.5);
+  ASSERT_EQ(w.state(), State::fatal_error);
+  w.send(lss::CommandKind::solve);
+  ASSERT_TRUE(w.run_until([&] { return tried(w, StrategyKind::reset_module); }, 60));
+  w.run(0.2);
+  ASSERT_EQ(w.state(), State::solve_errors);
+  EXPECT_EQ(w.out_.command.module[2].kind, ModuleOrder::Kind::emergency_stop);
+  const auto serial = w.out_.command.module[2].serial;
+  w.run(0.2);
+  EXPECT_EQ(w.out_.command.module[2].serial, serial) << "once: the bus repeats it";
+  deaf = false;
+  w.modules[2].serial = 0;  // repeated
+  w.in_.bus.counters.module[2].disobeys = false;
+  w.step();
+  EXPECT_FALSE(w.modules[2].flags & kFlagMotionControl);
+  EXPECT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 60));
+}
+
 TEST(Solver, LegsAreIsolatedTogetherOrNotAtAll) {
   World w;
   ASSERT_TRUE(w.stand());

@@ -25,6 +25,7 @@ struct IdealModule {
   double position_deg = 0;
   std::uint16_t current_mA = 100;
   std::int16_t temperature_cdegC = 2000;
+  std::uint16_t supply_mV = 12'000;
   // the movement under way
   double rate_deg_s = 0;
   std::uint16_t target_cdeg = 0;
@@ -134,6 +135,7 @@ struct IdealModule {
          .code = static_cast<std::uint8_t>(Code::health),
          .data = {}};
     put(0, static_cast<std::uint16_t>(temperature_cdegC));
+    put(2, supply_mV);
     out.push_back(r);
   }
 };

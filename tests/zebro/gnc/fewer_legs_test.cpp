@@ -25,7 +25,7 @@ constexpr Speed kSpeeds[] = {Speed::low, Speed::medium, Speed::high};
 Roll roll_for(LegSet isolated, double direction, double heading_rad) {
   const Footing f = footing(isolated, kDefault);
   const SideSpeeds sides = side_speeds(direction, heading_rad);
-  Roll roll{{}, f.offset_rad, kDefault.leg_diameter_m};
+  Roll roll{{}, f.offset_rad, kDefault.leg_diameter_m, kDefault.hips};
   for (std::size_t i = 0; i < kLegs; ++i) {
     roll.half_sweep_rad[i] = half_sweep_rad(is_left(static_cast<int>(i)) ? sides.left : sides.right,
                                             f.sweep_rad, kDefault.leg_diameter_m);

@@ -72,7 +72,7 @@ TEST(IsolatedLegs, WalkAheadAndBackAtTheSpeedOfTheirGait) {
       for (const double direction : {1.0, -1.0}) {
         Crippled robot(isolated);
         const Footing f = footing(isolated, robot.parameters);
-        Roll roll{{}, f.offset_rad, robot.parameters.leg_diameter_m};
+        Roll roll{{}, f.offset_rad, robot.parameters.leg_diameter_m, robot.parameters.hips};
         roll.half_sweep_rad.fill(direction * f.sweep_rad / 2);
         const Partition gait = stable_gait(isolated, pace.speed, roll).creep.gait;
         const double period_s = cycle_time_s(gait, f.times);

@@ -25,7 +25,7 @@ using lss::ardito::Mode;
 constexpr VerbHelp kHelp[] = {
     {"start",
      "  lss-cli start --hold             beacon, then motors on, until Ctrl-C\n"
-     "  lss-cli start --limit urc --hold up to 1 m/s\n"},
+     "  lss-cli start --limit urc --hold up to 1 m/s, where the config allows it\n"},
     {"drive",
      "  lss-cli drive 0.3 --for 20s      straight ahead, then a safe stop\n"
      "  lss-cli drive 0.3 --heading 5deg --for 10s      an arc to the right\n"
@@ -46,10 +46,12 @@ std::vector<Invocation> prepare(const lss_Status& status, const Invocation& want
   const bool motion = wanted.info->leased && wanted.info->kind >= 200;
   if (motion && status.state == lss_STATE_IDLE) {
     add_step(steps, kVehicle, lss::CommandKind::start);
-    // The limit that the requested speed needs; the daemon rejects a higher one.
-    const bool fast = static_cast<CommandKind>(wanted.info->kind) != CommandKind::halt &&
-                      std::abs(wanted.parameter[0]) > lss::ardito::kSpeedLimits_m_s[0];
-    steps.back().parameter[0] = fast ? 1 : 0;
+    // The limit that the requested speed needs; the daemon rejects a speed above its cap.
+    const double speed_m_s = static_cast<CommandKind>(wanted.info->kind) != CommandKind::halt
+                                 ? std::abs(wanted.parameter[0])
+                                 : 0;
+    steps.back().parameter[0] = speed_m_s > lss::ardito::kSpeedLimits_m_s[0] ? 1 : 0;
+    steps.back().parameter[1] = speed_m_s;
   }
   return steps;
 }
@@ -98,7 +100,26 @@ std::string link_text(const lss_ArditoNode& node, const Style& style) {
   return node.online && !node.isolated ? style.good(text) : style.bad(text);
 }
 
-std::string state_text(const char* name, bool good, const Style& style) {
+// Failure of a wheel, and what else is known of it.
+std::string condition(const lss_ArditoWheel& w) {
+  if (w.state != 0) return name_of(kWheelStates, w.state);
+  if (w.unproven) return "unproven";
+  if (w.hot) return "hot";
+  if (w.suspect != 0) return fmt::format("{}?", name_of(kWheelStates, w.suspect));
+  if (w.inconclusive) return "inconclusive";
+  return w.probing ? "clutch probed" : "good";
+}
+
+bool unmeasured(const lss_ArditoTelemetry& t) {
+  const auto never = [](const lss_ArditoWheel& w) {
+    return std::isnan(w.motor_rad_s) || std::isnan(w.temperature_degC) || std::isnan(w.voltage_V);
+  };
+  return std::ranges::any_of(t.wheels, never) || std::isnan(t.beta_rad) ||
+         std::isnan(t.imu_speed_m_s) ||
+         std::ranges::any_of(t.steering, [](const auto& s) { return std::isnan(s.reduction_rad); });
+}
+
+std::string state_text(const std::string& name, bool good, const Style& style) {
   const std::string text = fmt::format("{:<13}", name);
   return good ? text : style.bad(text);
 }
@@ -107,7 +128,7 @@ std::string wheel_row(const lss_ArditoWheel& w, const lss_ArditoNode& node, cons
   return fmt::format("{} {} {} {:<7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>6} {:>6}\n",
                      style.bold(fmt::format("{:<8}", subject_name(kVehicle, w.id))),
                      link_text(node, style),
-                     state_text(name_of(kWheelStates, w.state), w.state == 0, style),
+                     state_text(condition(w), w.state == 0 && !w.unproven && !w.hot, style),
                      w.clutch ? "engaged" : "open", fixed(w.target_rad_s, 3),
                      fixed(w.motor_rad_s, 3), fixed(w.hall_rad_s, 3), fixed(w.reduction_rad_s, 3),
                      fixed(w.current_A, 2), fixed(w.temperature_degC, 1), fixed(w.voltage_V, 1));
@@ -125,11 +146,12 @@ std::string steering_row(const lss_ArditoSteering& s, const lss_ArditoNode& node
 
 std::string driven(const lss_ArditoTelemetry& t) {
   return fmt::format("{:.3f} m, {:.3f} m/s, turned {:.1f} deg, at {:.2f} m ahead, {:.2f} m left",
-                     t.distance_m, t.measured_m_s, t.yaw_rad / kDegree, t.x_m, t.y_m);
+                     t.distance_m, t.ground_m_s, t.yaw_rad / kDegree, t.x_m, t.y_m);
 }
 
 std::string asked(const lss_ArditoTelemetry& t) {
   const auto mode = static_cast<Mode>(t.mode);
+  if (t.autonomy_wait_s > 0) return fmt::format("drives by itself in {:.1f} s", t.autonomy_wait_s);
   if (mode == Mode::parking) return fmt::format("{:.2f} m/s on the spot", t.speed_m_s);
   return fmt::format("{:.2f} m/s, heading {:.1f} deg{}", t.speed_m_s, t.heading_rad / kDegree,
                      t.autonomous ? ", autonomous" : "");
@@ -165,12 +187,21 @@ std::string screen(const void* telemetry, const Style& style) {
   text += fmt::format("{} rocker {} deg, bogies {} and {} deg\n", style.dim("suspension"),
                       fixed(t.beta_rad / kDegree, 1), fixed(t.rho_rad[0] / kDegree, 1),
                       fixed(t.rho_rad[1] / kDegree, 1));
-  const bool moves = t.mode >= static_cast<std::uint8_t>(Mode::steering);
+  text += fmt::format(
+      "{} {} m/s{}{}, motors {:.2f} of rated above no load, cap {:.2f} m/s\n",
+      style.dim("slip      "), fixed(t.slip_m_s, 3),
+      t.stuck      ? style.bad(", STUCK")
+      : t.slipping ? style.bad(", slipping")
+                   : "",
+      t.incoherent_speed || t.incoherent_heading ? style.bad(", wheels incoherent") : "", t.load,
+      t.cap_m_s);
+  const bool moves = t.mode >= static_cast<std::uint8_t>(Mode::steering) || t.autonomy_wait_s > 0;
   text +=
       fmt::format("{} {}{}\n", style.dim("driven    "), moves ? asked(t) + ": " : "", driven(t));
   text += fmt::format("{} {}, {} sent, {} received, {} dropped\n", style.dim("bus       "),
                       t.port_open ? "open" : style.bad("closed"), t.bus_frames_sent,
                       t.bus_frames_received, t.bus_frames_dropped);
+  if (unmeasured(t)) text += style.dim("-: not measured") + "\n";
   return text;
 }
 
@@ -193,7 +224,7 @@ std::string details(const void* telemetry, const Style& style) {
 
 std::string progress(const void* telemetry) {
   const lss_ArditoTelemetry& t = sample(telemetry);
-  const bool moves = t.mode >= static_cast<std::uint8_t>(Mode::steering);
+  const bool moves = t.mode >= static_cast<std::uint8_t>(Mode::steering) || t.autonomy_wait_s > 0;
   return moves ? fmt::format(" {}: {}", asked(t), driven(t)) : "";
 }
 

@@ -131,13 +131,15 @@ bool Daemons::take_status() {
 }
 
 Clock::time_point Lull::step(bool news) {
-  const Clock::time_point now = Clock::now();
-  if (news || slice_end_ == Clock::time_point{}) {
+  now_ = Clock::now();
+  if (begin_ == Clock::time_point{}) begin_ = now_;
+  if (news || begin_ == now_) {
     slices_ = 0;
-    slice_end_ = now + kSlice;
-  } else if (now >= slice_end_) {
+    last_news_ = now_;
+    slice_end_ = now_ + kSlice;
+  } else if (now_ >= slice_end_) {
     ++slices_;
-    slice_end_ = now + kSlice;
+    slice_end_ = now_ + kSlice;
   }
   return slice_end_;
 }

@@ -51,18 +51,19 @@ class Daemons {
 
 // Only listening for some time shows that there is no other daemon. The time is counted in slices,
 // each without news: when this process gets little CPU time, so do its DDS threads, and the
-// listening takes correspondingly longer.
+// listening takes correspondingly longer. It is as long as all news took, at least: where the first
+// daemon was heard late, because its machine is busy, so may be the second.
 class Lull {
  public:
   // Call after each check for news; returns the time of the next check.
   Clock::time_point step(bool news);
-  bool is_over() const { return slices_ >= kSlices; }
+  bool is_over() const { return slices_ >= kSlices && now_ - last_news_ >= last_news_ - begin_; }
 
  private:
   static constexpr int kSlices = 10;
   static constexpr std::chrono::milliseconds kSlice{10};
   int slices_ = 0;
-  Clock::time_point slice_end_{};
+  Clock::time_point begin_{}, last_news_{}, now_{}, slice_end_{};
 };
 
 // The owner of the writer that the reader is matched with.

@@ -19,6 +19,10 @@ constexpr double kOthers_s = 2;
 constexpr double kSpeaks_s = 2.5;
 constexpr double kProbe_s = 0.25;
 constexpr double kDictionary_s = 5;  // a large sample, on a busy machine
+// In simulated time, of wall time: until a message was taken, and until a heartbeat is sent again.
+// Heartbeats have no reliability, and the first is lost where the daemon does not know the writer
+// yet.
+constexpr TimeNs kTaken = 10 * kSecond, kAgain = 100 * kMillisecond;
 
 template <class T>
 T checked(dds::Result<T> result) {
@@ -431,7 +435,7 @@ std::uint64_t Link::send_to(std::string_view vehicle_id, const Invocation& comma
   if (result < 0)
     throw Failure(ExitCode::internal, fmt::format("cannot send: {}", dds_strretcode(result)));
   if (lockstep::Client* simulation = waker_.simulation();
-      simulation && !simulation->await_command(sample.seq))
+      simulation && !simulation->await_command(sample.seq, kTaken))
     throw not_taken();
   return sample.seq;
 }
@@ -439,9 +443,12 @@ std::uint64_t Link::send_to(std::string_view vehicle_id, const Invocation& comma
 void Link::heartbeat() {
   const lss_Heartbeat sample = heartbeat_to_dds(vehicle_id_, source_, ++heartbeats_);
   dds_write(heartbeat_writer_.get(), &sample);
-  if (lockstep::Client* simulation = waker_.simulation();
-      simulation && !simulation->await_heartbeat(heartbeats_))
-    throw not_taken();
+  const lockstep::Client* simulation = waker_.simulation();
+  if (simulation == nullptr) return;
+  for (TimeNs waited = 0; !simulation->await_heartbeat(heartbeats_, kAgain); waited += kAgain) {
+    if (waited >= kTaken) throw not_taken();
+    dds_write(heartbeat_writer_.get(), &sample);
+  }
 }
 
 }  // namespace lss::cli

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <span>
+#include <utility>
 
 #include "idl/codes.h"
 #include "tools/lss-cli/show/names.h"
@@ -22,8 +23,11 @@ ExitCode run_dictionary(Context& context) {
 struct List {
   const char* name;
   std::span<const CodeInfo> codes;
+  std::span<const CodeInfo> Vehicle::*of_vehicle;
 };
-constexpr List kLists[] = {{"faults", kFaults}, {"reasons", kReasons}, {"events", kEvents}};
+constexpr List kLists[] = {{"faults", kFaults, &Vehicle::faults},
+                           {"reasons", kReasons, &Vehicle::reasons},
+                           {"events", kEvents, &Vehicle::events}};
 constexpr const char* kSeverities[] = {"info", "warning", "error", "fatal"};
 
 ExitCode run_codes(Context& context, const std::string& wanted) {
@@ -36,8 +40,8 @@ ExitCode run_codes(Context& context, const std::string& wanted) {
   for (const List& list : kLists) {
     if (!wanted.empty() && wanted != list.name) continue;
     std::string text = fmt::format("{}\n", list.name);
-    for (const CodeInfo& code : list.codes) {
-      if (std::string_view(code.text) == "retired") continue;
+    const auto tell = [&](const CodeInfo& code, std::string_view vehicle) {
+      if (std::string_view(code.text) == "retired") return;
       const char* severity = kSeverities[code.severity];
       text += fmt::format("  {:4} {:28} {:8} {}\n", code.number, code.name, severity, code.text);
       if (*code.advice != '\0') text += fmt::format("{:44}-> {}\n", "", code.advice);
@@ -46,6 +50,17 @@ ExitCode run_codes(Context& context, const std::string& wanted) {
                                      {"severity", severity},
                                      {"text", code.text},
                                      {"advice", code.advice}});
+      if (!vehicle.empty()) document[list.name].back()["vehicle"] = vehicle;
+    };
+    for (const CodeInfo& code : list.codes) tell(code, "");
+    for (const Vehicle* vehicle : vehicles()) {
+      bool first = true;
+      for (const CodeInfo& code : vehicle->*list.of_vehicle) {
+        if (code.number < kFirstOwnCode) continue;
+        if (std::exchange(first, false))
+          text += fmt::format("{} of {}\n", list.name, vehicle->name);
+        tell(code, vehicle->name);
+      }
     }
     context.output.print(text);
   }

@@ -4,6 +4,7 @@
 #include <zebro_fields.h>  // of the IDL
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -11,6 +12,7 @@
 #include "daemon/vehicles/zebro/tunables.h"
 #include "idl/angles.h"
 #include "idl/codes.h"
+#include "idl/zebro/codes.h"
 #include "idl/zebro/commands.h"
 #include "tools/lss-cli/session/telemetry.h"
 #include "tools/lss-cli/session/vehicle_words.h"
@@ -174,6 +176,17 @@ std::string progress(const void* telemetry) {
 
 }  // namespace
 
+// Those of every vehicle and its own.
+template <std::size_t A, std::size_t B>
+constexpr std::array<CodeInfo, A + B> with(const CodeInfo (&all)[A], const CodeInfo (&own)[B]) {
+  std::array<CodeInfo, A + B> codes{};
+  std::ranges::copy(own, std::ranges::copy(all, codes.begin()).out);
+  return codes;
+}
+constexpr auto kAllFaults = with(kFaults, lss::zebro::kOwnFaults);
+constexpr auto kAllReasons = with(kReasons, lss::zebro::kOwnReasons);
+constexpr auto kAllEvents = with(kEvents, lss::zebro::kOwnEvents);
+
 const Vehicle kVehicle{
     .name = "zebro",
     .commands = lss::zebro::kCommands,
@@ -192,6 +205,9 @@ const Vehicle kVehicle{
     .add_report = add_report,
     .ends = ends,
     .tunables = [] { return lss::zebro::tuning().infos; },
+    .faults = kAllFaults,
+    .reasons = kAllReasons,
+    .events = kAllEvents,
 };
 
 }  // namespace lss::cli::zebro

@@ -176,6 +176,14 @@ constexpr std::array kOwnContracts = {
                return same_mode(t) && goal(t.result.next) == Goal::none && does(t, kHalt) &&
                       t.result.next.links == t.before.links;
              }},
+    Contract{
+        "stuck", event::stuck,
+        [](S s, unsigned) { return ready(s) && (goal(s) == Goal::drive || goal(s) == Goal::park); },
+        [](T t) {
+          return same_mode(t) && goal(t.result.next) == Goal::none && does(t, kHalt) &&
+                 does(t, kByHand) && !has(t.result.next, kAutonomous) &&
+                 t.result.next.links == t.before.links;
+        }},
     says<kButtonIn, false>("button released", event::button_out),
     cuts<kButtonIn>("button pressed", event::button_in),
     says<kPowerBad, false>("power good", event::power_good),
@@ -236,7 +244,7 @@ ControllerState stands_for(const ControllerState& s) {
 }
 
 lc::Model model_of(const lc::Table& table, std::uint16_t modules) {
-  lc::Model m = lc::model_of<kStates, kSteps>(table, modules, kContracts, kReturns);
+  lc::Model m = lc::model_of<kStates, kSteps>(table, modules, kDuties, kContracts, kReturns);
   m.stands_for = stands_for;
   return m;
 }

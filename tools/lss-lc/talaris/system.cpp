@@ -187,7 +187,7 @@ constexpr std::array kReturns = {
 };
 
 lc::Model model_of(const lc::Table& table, std::uint16_t modules) {
-  return lc::model_of<kStates, kSteps>(table, modules, contracts(), kReturns);
+  return lc::model_of<kStates, kSteps>(table, modules, kDuties, contracts(), kReturns);
 }
 
 constexpr const char* kGoals[] = {"none", "flying", "landing", "idle"};

@@ -106,20 +106,18 @@ constexpr std::array kOwnContracts = {
                           ? to(t, Mode::finishing_step) && goal(t.result.next) == Goal::stow
                           : to(t, Mode::stowing) && goal(t.result.next) == Goal::none;
              }},
-    Contract{"leg", event::leg,
-             [](S s, unsigned leg) { return holds_still(s) && in_service(s, leg) && confirmed(s); },
+    Contract{"leg", event::leg, [](S s, unsigned) { return holds_still(s) && confirmed(s); },
              [](T t) {
                return to(t, Mode::bridge) && goal(t.result.next) == Goal::leg && held_after(t) &&
                       (t.result.actions & kMoveLeg) != 0;
              }},
-    Contract{"deploy the panel", event::panel_deploy,
-             [](S s, unsigned) { return idle(s) && contact(s) && !has(s, kPanelMoving); },
+    Contract{"deploy the panel", event::panel_deploy, [](S s, unsigned) { return panel_ready(s); },
              [](T t) {
                return same_mode(t) && has(t.result.next, kPanelMoving) &&
                       (t.result.actions & kPanelMotion) == kPanelDeploy;
              }},
     Contract{"retract the panel", event::panel_retract,
-             [](S s, unsigned) { return idle(s) && contact(s) && !has(s, kPanelMoving); },
+             [](S s, unsigned) { return panel_ready(s); },
              [](T t) {
                return same_mode(t) && has(t.result.next, kPanelMoving) &&
                       (t.result.actions & kPanelMotion) == kPanelRetract;
@@ -185,11 +183,37 @@ constexpr std::array kOwnContracts = {
     Contract{"isolate", event::isolate,
              [](S s, unsigned leg) {
                return solving(s) && in_service(s, leg) && leg <= kLegs &&
-                      others_can_walk(s.isolated | 1u << (leg - 1));
+                      others_can_walk((s.isolated & kLegMask) | 1u << (leg - 1));
              },
              [](T t) {
                return same_mode(t) && !in_service(t.result.next, t.happening.subject) &&
                       stops_motors(t.result.actions);
+             }},
+    Contract{"isolate by command", event::isolate_leg,
+             [](S s, unsigned leg) {
+               return (idle(s) || fatal(s)) && in_service(s, leg) &&
+                      others_can_walk((s.isolated & kLegMask) | 1u << (leg - 1));
+             },
+             [](T t) {
+               return same_mode(t) && !in_service(t.result.next, t.happening.subject) &&
+                      in_service(t.before, t.happening.subject);
+             }},
+    Contract{"restore a module", event::restore_leg,
+             [](S s, unsigned) { return idle(s) || fatal(s); },
+             [](T t) {
+               const unsigned module = 1u << (t.happening.subject - 1);
+               return same_mode(t) && t.result.next.isolated == (t.before.isolated & ~module) &&
+                      t.result.next.silent == (t.before.silent | (t.before.isolated & module)) &&
+                      (t.result.actions & lc::kRestore) != 0;
+             }},
+    Contract{"the operator answers for the panel", event::panel_is_in,
+             [](S s, unsigned) {
+               return (idle(s) || fatal(s)) &&
+                      ((s.silent | s.unheard) & (kAllModules & ~kLegMask)) != 0;
+             },
+             [](T t) {
+               return same_mode(t) && !in_service(t.result.next, kModules) &&
+                      !has(t.result.next, kPanelOut | kPanelMoving);
              }},
 };
 constexpr auto kContracts = lc::join(lc::common::kContracts, kOwnContracts);

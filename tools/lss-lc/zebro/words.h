@@ -33,6 +33,12 @@ inline bool others_can_walk(unsigned isolated) {
 inline Mode mode(S s) { return static_cast<Mode>(s.mode); }
 inline Goal goal(S s) { return static_cast<Goal>(s.goal); }
 inline bool may_start(S s) { return can_start(s) && !has(s, kPanelOut | kPanelMoving); }
+inline bool panel_ready(S s) {
+  return idle(s) && contact(s) && !has(s, kPanelMoving) && in_service(s, kModules);
+}
+inline bool lost_module(S s, unsigned module) {
+  return ((s.silent | s.unheard) >> (module - 1) & 1u) != 0;
+}
 // A motion that ends by itself.
 inline bool in_motion(S s) {
   return in_mode(s, {Mode::standing_up, Mode::finishing_step, Mode::lying_down, Mode::stowing});
@@ -44,6 +50,72 @@ inline bool confirmed(S s) { return has(s, kMotorsConfirmed); }
 // Comes to standstill with the motors off, at once or by motions that end by themselves.
 inline bool stops(S s) {
   return idle(s) || (in_motion(s) && (goal(s) == Goal::idle || goal(s) == Goal::lie_idle));
+}
+
+// Where it comes to rest when nothing else happens.
+enum class End : std::uint8_t {
+  off,
+  lying_off,
+  holding,
+  standing,
+  walking,
+  lying,
+  stowed,
+  bridging
+};
+inline End end_of(Goal g, End otherwise) {
+  switch (g) {
+    case Goal::stand:
+      return End::standing;
+    case Goal::walk:
+      return End::walking;
+    case Goal::lie:
+      return End::lying;
+    case Goal::stow:
+      return End::stowed;
+    case Goal::idle:
+      return End::off;
+    case Goal::lie_idle:
+      return End::lying_off;
+    case Goal::none:
+    case Goal::leg:
+      break;
+  }
+  return otherwise;
+}
+inline End end_of(S s) {
+  if (!operational(s)) return End::off;
+  switch (static_cast<Mode>(s.mode)) {
+    case Mode::holding:
+      return end_of(goal(s), End::holding);
+    case Mode::lying_down:
+      return goal(s) == Goal::idle ? End::lying_off : End::lying;
+    case Mode::lying:
+      return End::lying;
+    case Mode::stowing:
+      return goal(s) == Goal::idle ? End::lying_off : End::stowed;
+    case Mode::stowed:
+      return End::stowed;
+    case Mode::walking:
+      return End::walking;
+    case Mode::bridge:
+      return End::bridging;
+    default:
+      return end_of(goal(s), End::standing);
+  }
+}
+// The one that a command names.
+inline End end_of(Event e) {
+  if (one_of(e, {event::start_walk, event::walk})) return End::walking;
+  if (one_of(e, {event::start_stand, event::stand, event::walk_zero})) return End::standing;
+  if (e == event::lay_down) return End::lying;
+  if (e == event::stow) return End::stowed;
+  if (e == event::leg) return End::bridging;
+  return e == event::start ? End::holding : End::off;
+}
+// Its belly carries it: it needs not lie down.
+inline bool lies(S s) {
+  return in_mode(s, {Mode::holding, Mode::lying_down, Mode::lying, Mode::stowing, Mode::stowed});
 }
 
 inline constexpr lc::ActionSet kLegMotion =

@@ -1,8 +1,10 @@
 // The faults of D.I.A.N.A. Ardito: the failures of the Ardito thesis' sections 17 and 19 under its
 // names, and those of nodes, bus, supply and sensors in its FMEA (its part IV).
 
+#include <algorithm>
 #include <string_view>
 
+#include "idl/angles.h"
 #include "tools/lss-sim/ardito/vehicle.h"
 #include "tools/lss-sim/canopen/node_faults.h"
 
@@ -35,6 +37,16 @@ constexpr FaultArgument kImuJump[] = {
 constexpr FaultArgument kRocker[] = {{"SENSOR", "1 beta, 2 rho1, 3 rho2", 1, 3, true},
                                      {"RAD", "that it gives", -3.2, 3.2, false, true, 0.8}};
 
+constexpr double kDriveNodes[] = {1, 2, 3, 4, 5, 6, 0x11, 0x12, 0x15, 0x16};
+constexpr FaultArgument kDrive[] = {
+    {"NODE", "number on the bus", 1, 0x16, true, false, 0, true, kDriveNodes}};
+constexpr double kNodes[] = {1, 2, 3, 4, 5, 6, 0x11, 0x12, 0x15, 0x16, IoNode::kId, ImuNode::kId};
+constexpr FaultArgument kLacks[] = {
+    {"NODE", "number on the bus", 1, 0x21, true, false, 0, true, kNodes},
+    {"INDEX", "of the object", 0x1000, 0x9FFF, true, false, 0, true}};
+constexpr FaultArgument kBent[] = {
+    kSteeredWheel, {"DEG", "to the left, that no encoder shows", -30, 30, false, true, 10}};
+
 constexpr FaultKind kMechanics[] = {
     {"H-TM", kMotorRpm, "Hall sensors of a traction motor: dead, or give a constant", false, 1},
     {"E-TM", kMotorRpm, "encoder of a traction motor: dead, or gives a constant", false, 1},
@@ -47,6 +59,7 @@ constexpr FaultKind kMechanics[] = {
     {"E-SM", kSteered1, "encoder of a steering motor stays where it is", false, 1},
     {"E-SRG", kSteered1, "encoder of a steering gear stays where it is", false, 1},
     {"motor-hot", kHot, "a traction motor has this temperature", false, 1},
+    {"bracket-bent", kBent, "a wheel stands at an angle to its steering shaft", false, 1},
 };
 
 constexpr FaultKind kDevices[] = {
@@ -56,6 +69,8 @@ constexpr FaultKind kDevices[] = {
     {"imu-jump", kImuJump, "the IMU's speed is wrong"},
     {"e-stop-button", {}, "the emergency-stop button is pressed"},
     {"power-bad", {}, "the motors' battery is gone"},
+    {"drive-drop", kDrive, "a drive leaves operation enabled once, without a fault", true, 1},
+    {"no-object", kLacks, "a node does not have this object", false, 2},
 };
 
 constexpr const char* kSignals =
@@ -82,11 +97,26 @@ void Ardito::set_fault(const Fault& fault, bool attach) {
     button_ = attach;
   } else if (name == "power-bad") {
     power_bad_ = attach;
+  } else if (name == "drive-drop") {
+    drive(fault.values.front()).drop();
+  } else if (name == "no-object") {
+    node(static_cast<std::uint8_t>(fault.values.front()))->faults.no_object =
+        attach ? static_cast<std::uint16_t>(fault.values[1]) : std::uint16_t{0};
+  } else if (name == "bracket-bent") {
+    const auto wheel = static_cast<std::size_t>(fault.values[0] - 1);
+    bent_rad_[wheel < 2 ? wheel : wheel - 2] = attach ? fault.values[1] * kDegree : 0;
   } else {
     set_train_fault(fault, attach) || set_steering_fault(fault, attach) ||
         set_sensor_fault(fault, attach) || set_node_fault(fault, attach);
   }
   note_waiting();
+}
+
+Drive& Ardito::drive(double number) {
+  for (const auto& each : wheels_) {
+    if (each->id() == number) return *each;
+  }
+  return **std::ranges::find_if(steering_, [&](const auto& each) { return each->id() == number; });
 }
 
 bool Ardito::set_train_fault(const Fault& fault, bool attach) {

@@ -71,7 +71,7 @@ void Ardito::step() {
       wheels[i] = trains_[i].step(wheels_[i]->order(), rover_->wheels()[i], link_V_);
     }
     for (std::size_t i = 0; i < kSteered; ++i) {
-      steering[i] = steering_trains_[i].step(steering_[i]->order(), rover_->steering()[i], link_V_);
+      steering[i] = steering_trains_[i].step(steering_[i]->order(), steering_shaft(i), link_V_);
     }
     note_waiting();
   }
@@ -91,10 +91,17 @@ void Ardito::step_power() {
   for (const auto& drive : steering_) drive->set_link_V(link_V_);
 }
 
+// Of the shaft, which gear and encoders know: the wheel stands at an angle to it in a bent bracket.
+ShaftState Ardito::steering_shaft(std::size_t i) const {
+  ShaftState shaft = rover_->steering()[i];
+  shaft.angle_rad -= bent_rad_[i];
+  return shaft;
+}
+
 void Ardito::feel() {
   for (std::size_t i = 0; i < kWheels; ++i) wheels_[i]->feel(trains_[i], rover_->wheels()[i]);
   for (std::size_t i = 0; i < kSteered; ++i) {
-    steering_[i]->feel(steering_trains_[i], rover_->steering()[i]);
+    steering_[i]->feel(steering_trains_[i], steering_shaft(i));
   }
   const bool power_good = !button_ && !power_bad_ && link_V_ > kPowerGood_V;
   io_.feel(rover_->suspension(), button_, power_good);

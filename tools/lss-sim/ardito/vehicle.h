@@ -43,6 +43,8 @@ class Ardito final : public Vehicle, public NodeBus {
   const IoNode& io() const { return io_; }
 
  private:
+  Drive& drive(double number);  // its number on the bus
+  ShaftState steering_shaft(std::size_t i) const;
   void step_power();
   void feel();
   bool set_train_fault(const Fault& fault, bool attach);
@@ -58,6 +60,7 @@ class Ardito final : public Vehicle, public NodeBus {
   std::array<WheelTrain, kWheels> trains_{};
   std::array<SteeringTrain, kSteered> steering_trains_{};
   std::array<std::optional<double>, kWheels> held_degC_{};
+  std::array<double, kSteered> bent_rad_{};  // of the brackets, to the left
   bool button_ = false, power_bad_ = false;
   double link_V_ = 0;
 };

@@ -35,6 +35,9 @@ class Drive : public Node {
   Power power() const { return power_; }
   void set_link_V(double link_V) { link_V_ = link_V; }  // below 10 V and above 32 V it fails
   void fail(std::uint16_t code);                        // to fault, with this EMCY
+  void drop() {  // out of operation enabled, as for a moment without its supply
+    if (power_ == Power::enabled) power_ = Power::switch_on_disabled;
+  }
 
  protected:
   virtual void begin_motion() = 0;  // operation enabled, from where the shaft is

@@ -31,6 +31,7 @@ struct NodeFaults {
   bool silent = false;          // its transceiver is dead, both ways
   int longer_pdos = 0;          // bytes by which its PDOs are too long, negative: too short
   std::uint32_t sdo_abort = 0;  // abort code for every SDO
+  std::uint16_t no_object = 0;  // this one is not there; 0: all are
   double babble_1_s = 0;        // unrequested frames
   double emcy_storm_1_s = 0;
 };

@@ -14,6 +14,8 @@ void Node::serve_sdo(const CanFrame& request) {
   Abort result = kDone;
   if (faults.sdo_abort != 0) {
     result = static_cast<Abort>(faults.sdo_abort);
+  } else if (faults.no_object != 0 && faults.no_object == index) {
+    result = kNoObject;
   } else if (command == 0x40) {
     measure();
     const Object* object = objects_.find(index, sub);

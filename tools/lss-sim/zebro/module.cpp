@@ -88,6 +88,8 @@ std::uint16_t to_cdeg(double angle_rad) {
 Module::Module(double hall_rad, double shaft_rad, double step_s)
     : step_s_(step_s),
       hall_{.at_rad = hall_rad},
+      motor_rad_(shaft_rad),
+      encoder_rad_(shaft_rad),
       shaft_rad_(shaft_rad),
       from_hall_rad_(wrap_half(shaft_rad - hall_rad)) {
   reset(ResetCause::power_on);
@@ -197,11 +199,12 @@ void Module::stop(std::uint16_t because) {
   reference_rad_s_ = time_left_s_ = over_current_s_ = 0;
 }
 
-ShaftDrive Module::step(const ShaftState& shaft) {
+ShaftDrive Module::step(const ShaftState& shaft, double slipped_rad) {
   heat_.step(shaft.torque_Nm, shaft.velocity_rad_s, step_s_);
   if (held_degC_) heat_.set_motor_degC(*held_degC_);
   const double before_rad = measured_rad_;
   const double before_offset_rad = offset_rad_;
+  turn_encoder(shaft.angle_rad + slipped_rad);
   sense(shaft.angle_rad);
   const double moved_rad = (measured_rad_ - before_rad) - (offset_rad_ - before_offset_rad);
   velocity_rad_s_ = low_pass(velocity_rad_s_, moved_rad / step_s_, step_s_, 0.1);
@@ -226,6 +229,19 @@ ShaftDrive Module::step(const ShaftState& shaft) {
           .torque_limit_Nm = motor::torque_limit_Nm(shaft.velocity_rad_s)};
 }
 
+// The encoder is at the motor, before the gear.
+void Module::turn_encoder(double motor_rad) {
+  constexpr double kJumpEvery_s = 1;
+  const double turned_rad = motor_rad - motor_rad_;
+  motor_rad_ = motor_rad;
+  if (encoder_.frozen) return;
+  encoder_rad_ += turned_rad + encoder_.drift_rad_s * step_s_;
+  jump_due_s_ -= step_s_;
+  if (jump_due_s_ > 0) return;
+  jump_due_s_ += kJumpEvery_s;
+  encoder_rad_ += encoder_.jump_rad;
+}
+
 // Counts the encoder and watches the Hall sensor: at its middle the position is set to the true
 // one.
 void Module::sense(double shaft_rad) {
@@ -233,7 +249,7 @@ void Module::sense(double shaft_rad) {
   const double after_rad = wrap_half(shaft_rad - hall_.at_rad);
   shaft_rad_ = shaft_rad;
   from_hall_rad_ = after_rad;
-  const double counted_rad = (std::floor(shaft_rad / kCount_rad) + 0.5) * kCount_rad;
+  const double counted_rad = (std::floor(encoder_rad_ / kCount_rad) + 0.5) * kCount_rad;
   measured_rad_ = counted_rad + offset_rad_;
 
   const bool crossed = before_rad * after_rad <= 0 && std::abs(after_rad) < kHallWindow_rad &&
@@ -310,10 +326,16 @@ std::uint16_t Module::flags() const {
   return static_cast<std::uint16_t>(flags);
 }
 
+// Uniform; the same ones in every run (Numerical Recipes' quick generator).
+std::uint16_t Module::random_cdeg() {
+  random_ = random_ * 1664525u + 1013904223u;
+  return static_cast<std::uint16_t>((random_ >> 8) % 36000u);
+}
+
 Reply Module::status() {
   Reply reply{.code = kStatus};
   put(reply.data, 0, 2, flags());
-  put(reply.data, 2, 2, to_cdeg(measured_rad_));
+  put(reply.data, 2, 2, encoder_.random ? random_cdeg() : to_cdeg(measured_rad_));
   put(reply.data, 4, 2, to_i16(velocity_rad_s_ / kDegree * 10));
   put(reply.data, 6, 2, to_u16(current_A_ * 1000));
   was_reset_ = false;

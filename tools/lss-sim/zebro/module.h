@@ -34,6 +34,14 @@ struct HallSensor {
   bool broken = false;
 };
 
+// Faults of the encoder: what it counts is not how the motor turned.
+struct EncoderFault {
+  bool frozen = false;
+  bool random = false;  // the position in each status is any
+  double jump_rad = 0;  // once a second
+  double drift_rad_s = 0;
+};
+
 class Module {
  public:
   // `hall_rad`: pi for a leg (straight up), 0 for the panel (retracted). `shaft_rad`: shaft angle
@@ -45,8 +53,9 @@ class Module {
   // A frame that the receiver dropped.
   void count_dropped() { ++dropped_; }
 
-  // One step: `shaft` is the motion of the plant in the last one, with the torque on the motor.
-  ShaftDrive step(const ShaftState& shaft);
+  // One step: `shaft` is the motion of the plant in the last one, with the torque on the motor;
+  // `slipped_rad`: how far the motor has turned more than the leg so far.
+  ShaftDrive step(const ShaftState& shaft, double slipped_rad = 0);
 
   void reset(ResetCause cause);
   // Time passes without steps, while motion control is off.
@@ -56,6 +65,7 @@ class Module {
   void set_dead(bool dead) { dead_ = dead; }
   void set_driver_broken(bool broken) { driver_broken_ = broken; }
   void set_hall_broken(bool broken) { hall_.broken = broken; }
+  void set_encoder(const EncoderFault& fault) { encoder_ = fault; }
   void set_temperature_degC(std::optional<double> held) { held_degC_ = held; }
   bool driver_broken() const { return driver_broken_; }
 
@@ -72,9 +82,11 @@ class Module {
   void plan();
   void stop(std::uint16_t because);
   void sense(double shaft_rad);
+  void turn_encoder(double motor_rad);
   void protect(double shaft_torque_Nm, double shaft_speed_rad_s);
   double advance_reference();
   std::uint16_t flags() const;
+  std::uint16_t random_cdeg();
   Reply status();
   Reply health() const;
   Reply identity() const;
@@ -87,6 +99,11 @@ class Module {
   Heat heat_;
   bool dead_ = false, driver_broken_ = false;
   std::optional<double> held_degC_;
+  EncoderFault encoder_;
+  double motor_rad_ = 0;    // of the motor, at the shaft
+  double encoder_rad_ = 0;  // as the encoder has it
+  double jump_due_s_ = 0;
+  std::uint32_t random_ = 1;
   double shaft_rad_ = 0;
   double from_hall_rad_ = 0;  // the same from the magnet, within half a turn
 

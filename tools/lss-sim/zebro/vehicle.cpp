@@ -19,6 +19,10 @@ constexpr FaultArgument kModule[] = {kUnit};
 constexpr FaultArgument kDrag[] = {
     kUnit, {"TORQUE_NM", "that drags at the shaft", 0, 5, false, true, 1.0}};
 constexpr FaultArgument kTemperature[] = {kUnit, {"DEGC", "of the motor", -150, 200}};
+constexpr FaultArgument kJump[] = {kUnit, {"DEG", "of a jump", -180, 180, false, true, 90.0}};
+constexpr FaultArgument kDrift[] = {kUnit,
+                                    {"DEG_S", "degrees a second", -90, 90, false, true, 5.0}};
+constexpr FaultArgument kSlip[] = {kUnit, {"SHARE", "of the way", 0.05, 0.9, false, true, 0.3}};
 constexpr FaultKind kFaultKinds[] = {
     {"module-dead", kModule, "neither receives nor answers, its motor is off", false, true},
     {"module-reset", kModule, "restarts once: position and calibration are lost", true, true},
@@ -28,6 +32,12 @@ constexpr FaultKind kFaultKinds[] = {
      true},
     {"hall-lost", kModule, "its calibration sensor sees nothing", false, true},
     {"temperature", kTemperature, "the motor has this temperature", false, true},
+    {"encoder-frozen", kModule, "its encoder stands still", false, true},
+    {"encoder-random", kModule, "it reports a random position in each status", false, true},
+    {"encoder-jumps", kJump, "its encoder jumps by DEG each second", false, true},
+    {"encoder-drifts", kDrift, "its encoder counts DEG_S too many", false, true},
+    {"gear-slips", kSlip, "the leg turns by SHARE less than the motor", false, true},
+    {"leg-limp", kModule, "the motor draws nothing and turns nothing", false, true},
 };
 
 constexpr double kBlocked_Nm = 5;  // holding torque of a blocked shaft
@@ -87,7 +97,7 @@ void Zebro::step() {
   {
     const std::lock_guard lock(mutex_);
     for (std::size_t i = 0; i < kModules; ++i) {
-      const ShaftDrive drive = through_obstacle(i, modules_[i].step(felt_[i]));
+      const ShaftDrive drive = through_obstacle(i, modules_[i].step(felt_[i], slipped_rad_[i]));
       (i < kLegs ? legs[i] : panel) = drive;
     }
   }
@@ -114,10 +124,11 @@ double Zebro::current_A() const {
 ShaftDrive Zebro::through_obstacle(std::size_t module, const ShaftDrive& drive) {
   wanted_[module] = drive;
   const Obstacle& obstacle = obstacles_[module];
+  if (obstacle.limp) return {.velocity_rad_s = 0, .torque_limit_Nm = motor::kHold_Nm};
   if (obstacle.stuck || (obstacle.drag_Nm > 0 && obstacle.drag_Nm >= drive.torque_limit_Nm)) {
     return {.velocity_rad_s = 0, .torque_limit_Nm = kBlocked_Nm};
   }
-  return {.velocity_rad_s = drive.velocity_rad_s,
+  return {.velocity_rad_s = drive.velocity_rad_s * (1 - obstacle.slip),
           .torque_limit_Nm = drive.torque_limit_Nm - obstacle.drag_Nm};
 }
 
@@ -127,6 +138,10 @@ void Zebro::feel(std::size_t module, const ShaftState& shaft) {
   felt = shaft;
   const Obstacle& obstacle = obstacles_[module];
   const ShaftDrive& wanted = wanted_[module];
+  if (obstacle.limp) felt.torque_Nm = 0;
+  if (obstacle.slip > 0)
+    slipped_rad_[module] +=
+        shaft.velocity_rad_s * obstacle.slip / (1 - obstacle.slip) * to_seconds(options_.step_ns);
   if (!obstacle.stuck && obstacle.drag_Nm == 0) return;
   const bool wanting = std::abs(wanted.velocity_rad_s) > kWanting_rad_s;
   const double resistance_Nm =
@@ -180,7 +195,20 @@ void Zebro::set_fault(const Fault& fault, bool attach) {
     module.set_hall_broken(attach);
   } else if (name == "temperature") {
     module.set_temperature_degC(attach ? std::optional(fault.values[1]) : std::nullopt);
+  } else if (name == "encoder-frozen") {
+    encoder_[unit].frozen = attach;
+  } else if (name == "encoder-random") {
+    encoder_[unit].random = attach;
+  } else if (name == "encoder-jumps") {
+    encoder_[unit].jump_rad = attach ? fault.values[1] * kDegree : 0;
+  } else if (name == "encoder-drifts") {
+    encoder_[unit].drift_rad_s = attach ? fault.values[1] * kDegree : 0;
+  } else if (name == "gear-slips") {
+    obstacles_[unit].slip = attach ? fault.values[1] : 0;
+  } else if (name == "leg-limp") {
+    obstacles_[unit].limp = attach;
   }
+  module.set_encoder(encoder_[unit]);
 }
 
 bool Zebro::in_force(const Fault& fault) const {

@@ -70,7 +70,9 @@ class Zebro final : public Vehicle, public LineDevice {
   // The effect of a fault on a shaft between gear and leg.
   struct Obstacle {
     bool stuck = false;
+    bool limp = false;  // the motor turns nothing
     double drag_Nm = 0;
+    double slip = 0;  // the leg turns so much less than the motor, as a share
   };
 
   ShaftDrive through_obstacle(std::size_t module, const ShaftDrive& drive);
@@ -84,6 +86,8 @@ class Zebro final : public Vehicle, public LineDevice {
   std::array<Obstacle, kModules> obstacles_{};
   std::array<ShaftState, kModules> felt_{};  // load of the motors in the last step
   std::array<ShaftDrive, kModules> wanted_{};
+  std::array<EncoderFault, kModules> encoder_{};
+  std::array<double, kModules> slipped_rad_{};  // motor before leg
   lss::zebro::Receiver receiver_;
   std::uint64_t dropped_ = 0;
   std::array<std::uint8_t, lss::zebro::kMaxFrameCharacters> reply_{};

@@ -1,0 +1,72 @@
+// Each failure mode of docs/fmea.md, executed; the document is made of the same rows.
+// LSS_WRITE_RESULTS=1 ardito_fmea_test writes it.
+
+#include "tests/ardito/chain/fmea.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <vector>
+
+namespace lss::ardito {
+namespace {
+
+constexpr const char* kBeginning = R"(# Failure modes of D.I.A.N.A. Ardito
+
+The failure mode and effect analysis of the Ardito thesis (its part IV; the numbers are its sections, those of safety
+requirements its parts), and the treatment of each mode here: detection, reaction, and the test that executes it, on the
+daemon's cycle and bus master, the CAN bus and the twelve simulated nodes (`ardito_fmea_test --gtest_filter=*NAME`).
+"Mechanical": no sensor of the Locomotion Sub-System can detect it; the thesis relies on the design there, and so do we.
+[gnc-ardito.md](gnc-ardito.md) describes detection and mitigation; [ardito-results.md](ardito-results.md) gives their
+times, compared with the thesis. Written by `LSS_WRITE_RESULTS=1 ardito_fmea_test`, from the rows that the tests execute.
+)";
+
+std::string document() {
+  std::string text = kBeginning;
+  for (const FailureSection& section : failure_sections()) {
+    text += fmt::format(
+        "\n## {}\n\n| | failure mode | seen by | done | test |\n|---|---|---|---|---|\n",
+        section.title);
+    for (const FailureMode& m : section.modes)
+      text += fmt::format("| {} | {} | {} | {} | {} |\n", m.number, m.mode, m.seen_by, m.done,
+                          *m.name != 0 ? fmt::format("`{}`", m.name) : "");
+    if (*section.text != 0) text += fmt::format("\n{}", section.text);
+  }
+  return text;
+}
+
+TEST(ArditoFmea, TheDocumentHasTheRowsThatTheTestsExecute) {
+  if (std::getenv("LSS_WRITE_RESULTS") != nullptr) std::ofstream(LSS_DOCUMENT) << document();
+  std::ifstream file(LSS_DOCUMENT);
+  const std::string written{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_TRUE(written == document()) << "LSS_WRITE_RESULTS=1 ardito_fmea_test writes it again";
+}
+
+std::vector<const FailureMode*> executed() {
+  std::vector<const FailureMode*> all;
+  for (const FailureSection& section : failure_sections()) {
+    for (const FailureMode& m : section.modes) {
+      if (m.run) all.push_back(&m);
+    }
+  }
+  return all;
+}
+
+TEST(ArditoFmea, EveryModeThatASensorSeesIsExecuted) {
+  for (const FailureSection& section : failure_sections()) {
+    for (const FailureMode& m : section.modes) EXPECT_EQ(*m.name != 0, m.run != nullptr) << m.mode;
+  }
+}
+
+class ArditoFailureMode : public testing::TestWithParam<const FailureMode*> {};
+
+TEST_P(ArditoFailureMode, IsTreatedAsTheDocumentSays) { EXPECT_EQ(GetParam()->run(), ""); }
+
+INSTANTIATE_TEST_SUITE_P(Fmea, ArditoFailureMode, testing::ValuesIn(executed()),
+                         [](const auto& row) { return std::string(row.param->name); });
+
+}  // namespace
+}  // namespace lss::ardito

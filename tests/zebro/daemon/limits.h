@@ -1,0 +1,150 @@
+#pragma once
+
+// The limits of Lunar Zebro's supervision (tests/safety/limits.h).
+
+#include "idl/zebro/codes.h"
+#include "tests/safety/limits.h"
+#include "world.h"
+
+namespace lss::zebro {
+
+using Limit = safety::Limit<World, Parameters>;
+
+inline constexpr TimeNs kTwoFrames = 2 * World::kPeriod;
+inline constexpr std::size_t kLM = 2;
+inline constexpr std::uint16_t kLMNumber = kLM + 1;
+
+inline std::uint16_t milliampere(double current_A, int more) {
+  return static_cast<std::uint16_t>(static_cast<int>(std::lround(current_A * 1000)) + more);
+}
+
+// Of one leg, or of all modules.
+inline void draw(World& w, std::uint16_t current_mA, bool all = false) {
+  for (std::size_t i = 0; i < w.modules.size(); ++i) {
+    if (all || i == kLM) w.modules[i].current_mA = current_mA;
+  }
+}
+
+inline std::vector<Limit> limits() {
+  const auto noticed = [](FaultId id, std::uint16_t subject = 0) {
+    return safety::fault_noticed<World>(id, subject);
+  };
+  // For so long the leg draws more, or all do.
+  const auto draws_for = [](bool all) {
+    return [all](World& w, const Parameters& p, bool above) {
+      const auto much =
+          all ? milliampere(p.total_limit_A / kModules, 10) : milliampere(p.current_limit_A, 100);
+      safety::for_so_long(
+          w, p.current_time_ns + (above ? kTwoFrames : -kTwoFrames),
+          [=](World& x) { draw(x, much, all); }, [=](World& x) { draw(x, 100, true); });
+    };
+  };
+  const auto broken_frames = [](World& w, const Parameters&, bool above) {
+    // The windows are a second each, whenever they began: all in the first frame of one.
+    const TimeNs window = w.time_ns_ + kSecond;
+    w.alter = [=, left = above ? 20u : 19u](World& x) mutable {
+      if (x.time_ns_ >= window) x.in_.bus.counters.bad_check += std::exchange(left, 0u);
+    };
+  };
+  const auto silent_for = [](World& w, const Parameters& p, bool above) {
+    safety::for_so_long(
+        w, p.module_silent_ns + (above ? kTwoFrames : -kTwoFrames),
+        [](World& x) { x.modules[kLM].alive = false; },
+        [](World& x) { x.modules[kLM].alive = true; });
+  };
+  const auto away_for = [](World& w, const Parameters& p, bool above) {
+    w.modules[kLM].boot_ns = p.reset_ns + (above ? kTwoFrames : -3 * kTwoFrames);
+    w.send(lss::CommandKind::reset, {kLMNumber});
+  };
+  const auto stands_still_for = [](World& w, const Parameters&, bool above) {
+    constexpr TimeNs kAllowed = 200 * kMillisecond;
+    const TimeNs since = w.time_ns_;
+    w.alter = [=](World& x) {
+      const TimeNs age = std::min(x.time_ns_ - since, kAllowed + (above ? 1 : 0));
+      x.in_.bus.time_ns = x.time_ns_ - age;
+    };
+  };
+  const auto warm = [](World& w, double degC) {
+    w.modules[kLM].temperature_cdegC = static_cast<std::int16_t>(std::lround(degC * 100));
+  };
+  const auto stay = [](World&) {};
+
+  return {
+      {"a module is silent",
+       {"bus.module_silent_ms"},
+       16,
+       silent_for,
+       noticed(FaultId::module_silent, kLMNumber)},
+      {"a leg's current",
+       {"limits.current_A"},
+       12,
+       [](World& w, const Parameters& p, bool above) {
+         draw(w, milliampere(p.current_limit_A, above ? 1 : -1));
+       },
+       noticed(FaultId::current_limit, kLMNumber)},
+      {"how long a leg's current",
+       {"limits.current_time_ms"},
+       12,
+       draws_for(false),
+       noticed(FaultId::current_limit, kLMNumber)},
+      {"the current of all",
+       {"limits.total_A"},
+       12,
+       [](World& w, const Parameters& p, bool above) {
+         draw(w, milliampere(p.total_limit_A / kModules, above ? 1 : -1), true);
+       },
+       noticed(kCurrentSum)},
+      {"how long the current of all", {}, 12, draws_for(true), noticed(kCurrentSum)},
+      {"a module's temperature",
+       {"limits.temperature_warning_degC"},
+       3,
+       [=](World& w, const Parameters& p, bool above) {
+         warm(w, p.temperature_warning_degC + (above ? 0.02 : -0.02));
+       },
+       noticed(FaultId::temperature_warning, kLMNumber)},
+      {"a module that was hot has cooled down",
+       {},
+       3,
+       [=](World& w, const Parameters& p, bool above) {
+         warm(w, p.temperature_warning_degC + 1);
+         w.run(1);
+         warm(w, p.temperature_warning_degC - (above ? 5.02 : 4.98));
+       },
+       [](const World& w) {
+         return w.heard(EventId::fault_cleared) != nullptr &&
+                !w.has(FaultId::temperature_warning, kLMNumber);
+       }},
+      {"broken frames in a second", {}, 4, broken_frames, noticed(FaultId::bus_noise)},
+      {"the bus thread stands still", {}, 1, stands_still_for, noticed(FaultId::bus_stuck)},
+      {"a module that is reset comes back",
+       {"bus.reset_s"},
+       130,
+       away_for,
+       noticed(FaultId::module_silent, kLMNumber),
+       stay},
+  };
+}
+
+// How it moves, and error solving, whose limits solver_test.cpp and rounds_test.cpp test.
+inline std::set<std::string> no_limits() {
+  return {"gait.flight_s",
+          "gait.stance_min_s",
+          "gait.double_stance_s",
+          "gait.start_delay_s",
+          "motion.stand_up_s",
+          "motion.lay_down_s",
+          "motion.lift_s",
+          "motion.align_s",
+          "motion.arrived_deg",
+          "motion.late_limit_s",
+          "motion.swing_limit_deg_s",
+          "panel.deployed_deg",
+          "panel.move_s",
+          "solve.budget_s",
+          "solve.cool_down_s",
+          "solve.cool_degC",
+          "solve.rounds",
+          "solve.healthy_s"};
+}
+
+}  // namespace lss::zebro
