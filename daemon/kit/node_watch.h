@@ -93,6 +93,7 @@ class NodeWatch {
                       Supervisor& s) noexcept {
     std::array<TimeNs, kDropouts>& at_ns = dropped_ns_[i];
     if (link.dropouts < dropouts_[i]) dropouts_[i] = 0;  // the bus began again
+    if (link.dropouts - dropouts_[i] > kDropouts) dropouts_[i] = link.dropouts - kDropouts;
     for (; dropouts_[i] != link.dropouts; ++dropouts_[i]) {
       std::copy_backward(at_ns.begin(), at_ns.end() - 1, at_ns.end());
       at_ns[0] = now;

@@ -161,6 +161,7 @@ class LegBus {
     TimeNs sent_ns = 0;                // end of the last one on the wire
     TimeNs told_arrival_ns = 0;        // in the last rotate command
     bool answers = false;              // its last status request was answered
+    bool motor_on = false;             // as it reported last
     std::uint64_t verified_cycle = 0;  // in which a page was asked for to verify
     std::uint64_t identity_cycle = 0;  // from which on its identity is due
   };
@@ -191,6 +192,7 @@ class LegBus {
   void status_over(const Asked& asked, TimeNs now) noexcept;
   void heard(const Received& received, TimeNs now) noexcept;
   void keep(const ModuleReply& reply) noexcept;
+  static bool lost(const Module& module, const ModuleLink& link, const ModuleReply& reply) noexcept;
   void verify(Module& module, ModuleLink& link, const ModuleReply& reply, TimeNs now) noexcept;
   void again(Module& module, ModuleLink& link, bool contradicted, TimeNs now) noexcept;
   const Asked& asked(std::size_t i) const noexcept {

@@ -63,14 +63,25 @@ void LegBus::heard(const Received& received, TimeNs now) noexcept {
                           received.frame.data};
   keep(reply);
   if (request.page == Page::status) {
+    const std::uint16_t flags = decode_status(reply.data).flags;
     module.answers = true;
-    if ((decode_status(reply.data).flags & kFlagReset) != 0) module.identity_cycle = 0;
+    module.motor_on = (flags & kFlagMotionControl) != 0;
+    if ((flags & kFlagReset) != 0) module.identity_cycle = 0;
     status_over(request, now);
   } else if (request.page == Page::identity) {
     module.identity_cycle = counters_.cycles + kIdentityCycles;
   }
-  if (module.unconfirmed && module.sent && request.commands == module.commands)
-    verify(module, link, reply, now);
+  if (request.commands != module.commands || !module.sent) return;
+  if (lost(module, link, reply)) module.unconfirmed = true;
+  if (module.unconfirmed) verify(module, link, reply, now);
+}
+
+// A confirmed movement that the module does not have any more: noise made another order of a frame,
+// with a check that fits. Its pages of health, which come in turn, show it.
+bool LegBus::lost(const Module& module, const ModuleLink& link, const ModuleReply& reply) noexcept {
+  return !module.unconfirmed && !link.disobeys && module.motor_on && module.order.rotates() &&
+         reply.code == static_cast<std::uint8_t>(Code::health) &&
+         position_cdeg(decode_health(reply.data).set_point_rad) != module.order.position_cdeg;
 }
 
 void LegBus::verify(Module& module, ModuleLink& link, const ModuleReply& reply,

@@ -86,6 +86,7 @@ Figure figure(const std::string& row, const std::string& name, const std::string
   for (const Round& round : rounds) {
     const double value = statistic(round.value);
     const double reference = statistic(joined(round.reference, round.again));
+    if (!std::isfinite(value) || !std::isfinite(reference)) continue;  // a side has no sample
     values.push_back(value);
     references.push_back(reference);
     if (reference > 0) ratios.push_back(value / reference);
@@ -99,7 +100,8 @@ Figure figure(const std::string& row, const std::string& name, const std::string
           .reference = median(references),
           .ratio = median(ratios),
           .aa_ratio = median(aa),
-          .goal = goal};
+          .goal = goal,
+          .note = values.empty() ? "not measured: no sample of both sides" : ""};
 }
 
 Figure figure_of(const std::string& row, const std::string& name, const std::string& unit,
@@ -147,7 +149,7 @@ Figure to_be_none(Figure figure) {
 }
 
 Figure noted(Figure figure, const std::string& note) {
-  figure.note = note;
+  if (std::isfinite(figure.value)) figure.note = note;
   return figure;
 }
 

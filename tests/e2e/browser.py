@@ -5,6 +5,7 @@ import os
 import shutil
 import unittest
 
+import programs
 from programs import wait_until
 from rig import HERE, BOOT_S
 
@@ -49,11 +50,12 @@ class Browser:
         """When it did, CLOCK_MONOTONIC in ns: words on the page, and to be seen."""
         element = f"document.querySelector({json.dumps(selector)})"
         return self.do("until", f"{element}.checkVisibility() && {element}.textContent.includes({json.dumps(words)})",
-                       limit_s * 1000)
+                       limit_s * 1000 * programs.patience)
 
     def ends(self, phase):
         """Of the command that was pushed last."""
-        self.do("until", "/completed|rejected|failed|unanswered|superseded/.test(document.querySelector('#running').textContent)")
+        self.do("until", "/completed|rejected|failed|unanswered|superseded/.test(document.querySelector('#running').textContent)",
+                60_000 * programs.patience)
         text = self.text("#running")
         if phase not in text:
             raise AssertionError(f"{text}; problems: {self.text('#problems')}")

@@ -62,7 +62,15 @@ class Unknown:
 
     def telemetry_of(self, path):
         """Names of the columns of its telemetry in a recording."""
-        self.cli_ok("record", "--out", path, "--for", "1s")
+        client = self.begin_cli("record", "--out", path, name="record")
+
+        def recorded():
+            listed = self.cli("--json", "log", "list", path)
+            topics = json.loads(listed.out).get("topics", []) if listed.code == 0 else []
+            return sum(t["messages"] for t in topics if "telemetry" in t["topic"]) > 5
+        wait_until(lambda: client.running() and recorded(), 20, "telemetry is recorded")
+        client.signal(signal.SIGINT)
+        client.wait(30)
         rows = os.path.join(self.folder, "rows.csv")
         self.cli_ok("log", "export", path, "--topic", "telemetry", "--out", rows)
         with open(rows, encoding="utf-8") as file:

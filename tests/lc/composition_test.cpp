@@ -43,7 +43,8 @@ TEST_P(TwoFailures, AreAnsweredInTimeAndEndWell) {
   if (!testing_support::everything()) depth.modules = 0x05;
   const lc::Composition c = compose(depth);
   EXPECT_FALSE(c.violation) << told(c);
-  EXPECT_GT(c.choices, 1000U);
+  const bool often = depth.only == "silent" || depth.only == "jammed";
+  EXPECT_GT(c.choices, often ? 10'000U : 1000U);
 }
 
 INSTANTIATE_TEST_SUITE_P(Composition, TwoFailures, testing::Range(std::size_t{0}, kFailures),

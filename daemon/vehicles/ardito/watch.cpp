@@ -350,7 +350,7 @@ void Vehicle::reset_nodes(std::uint16_t nodes) noexcept {
 void Vehicle::forget(std::uint16_t nodes) noexcept {
   for (std::size_t i = 0; i < kWheels; ++i) {
     const bool failed = command_.wheel_failure[i] != WheelFailure::none;
-    if ((nodes >> i & 1u) != 0 && failed) unproven_ |= 1u << i;
+    if ((unsigned{nodes} >> i & 1u) != 0 && failed) unproven_ |= 1u << i;
   }
   retry_wheels_ |= nodes & gnc::ardito::kAllWheels;
   retry_steering_ |= static_cast<unsigned>(nodes) >> kFirstSteering & gnc::ardito::kAllSteered;

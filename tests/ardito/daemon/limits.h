@@ -78,6 +78,45 @@ inline std::vector<Limit> limits() {
     w.send(lss::CommandKind::reset, {kWheelNode});
   };
 
+  const auto stands = [](World& w) {
+    w.send(lss::CommandKind::start, {1, 0.1});  // no limit but the vehicle's own
+    ASSERT_TRUE(w.run_until(Mode::stopped, 10));
+    w.run(1);
+  };
+  const auto refused_as_too_fast = [](const World& w) {
+    const Ack* refused = w.last(Phase::rejected);
+    if (refused == nullptr) return false;
+    EXPECT_EQ(refused->verdict.reason, Reason::over_cap);
+    EXPECT_NEAR(refused->verdict.measured - refused->verdict.limit, 0.001, 1e-9);
+    return true;
+  };
+  const auto asks_at_start = [](World& w, const Parameters& p, bool above) {
+    w.send(lss::CommandKind::start, {1, p.mobility.top_speed_m_s + (above ? 0.001 : 0)});
+  };
+  const auto asks_to_drive = [](World& w, const Parameters& p, bool above) {
+    w.send(CommandKind::drive, {p.mobility.top_speed_m_s + (above ? 0.001 : 0), 0, 1, 0});
+  };
+  // It is halted in the frame in which it would begin to drive, or it is not.
+  const auto drives_by_itself = [](World& w, const Parameters& p, bool above) {
+    w.send(CommandKind::drive, {0.3, 0, 1, 1});
+    w.step();
+    for (const TimeNs end = w.time_ns_ + p.autonomy_ns - World::kPeriod; w.time_ns_ < end;) {
+      w.step();
+      ASSERT_EQ(w.wheel_rpm(0), 0);
+    }
+    if (!above) w.send(CommandKind::halt);
+  };
+  // Their motors are too hot.
+  const auto lose_wheels = [](World& w, const Parameters& p, bool above) {
+    const unsigned lost = p.mobility.max_lost_wheels + (above ? 1 : 0);
+    measure<WheelHealth>(w, [=, hot_degC = p.mobility.max_temperature_C + 1](WheelHealth& h) {
+      if (h.wheel < lost) h.temperature_degC = hot_degC;
+    });
+  };
+  const auto too_few_wheels = [](const World& w) {
+    return (w.vehicle_.command().faults & gnc::ardito::kTooFewWheels) != 0;
+  };
+
   return {
       {"no message of the button",
        {"safety.io_silent_ms"},
@@ -136,26 +175,37 @@ inline std::vector<Limit> limits() {
          return w.in_.bus.status.link[0].drive == canopen::DriveState::operation_enabled;
        },
        starts},
+      {"the speed that is asked for at start",
+       {"safety.max_speed_m_s"},
+       1,
+       asks_at_start,
+       refused_as_too_fast,
+       stay},
+      {"the speed that is asked for in a drive",
+       {"safety.max_speed_m_s"},
+       1,
+       asks_to_drive,
+       refused_as_too_fast,
+       stands},
+      {"the lamp before it drives by itself",
+       {"safety.autonomy_s"},
+       1,
+       drives_by_itself,
+       [](const World& w) { return w.wheel_rpm(0) != 0; },
+       stands},
+      {"wheels out of work", {"mobility.lost_wheels"}, 10, lose_wheels, too_few_wheels},
   };
 }
 
 // How it drives and what people read; limits of commands and of the estimate, which the tests
-// named have: heading and speed (cycle_test.cpp, drive_test.cpp), slip, deceleration and lost
-// wheels (tests/ardito/gnc), error solving (watch_test.cpp).
+// named have: heading (cycle_test.cpp), slip and deceleration (tests/ardito/gnc), error solving
+// (watch_test.cpp).
 inline std::set<std::string> no_limits() {
-  return {"mobility.heading_limit_deg",
-          "mobility.ratio_p",
-          "mobility.ratio_i",
-          "mobility.correction_sign",
-          "mobility.deceleration_m_s2",
-          "mobility.slip_limit",
-          "mobility.slip_load",
-          "mobility.lost_wheels",
-          "bus.wheel_rated_A",
-          "bus.steering_rated_A",
-          "safety.autonomy_s",
-          "safety.max_speed_m_s",
-          "solve.budget_s"};
+  return {"mobility.heading_limit_deg", "mobility.ratio_p",
+          "mobility.ratio_i",           "mobility.correction_sign",
+          "mobility.deceleration_m_s2", "mobility.slip_limit",
+          "mobility.slip_load",         "bus.wheel_rated_A",
+          "bus.steering_rated_A",       "solve.budget_s"};
 }
 
 }  // namespace lss::ardito

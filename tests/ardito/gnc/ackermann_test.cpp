@@ -46,6 +46,23 @@ TEST(Ackermann, AtFiveDegreesTheCentreOfRotationIs409mmBesideTheMiddleWheel) {
   EXPECT_NEAR(wheels.hub_m_s[3], omega * (R - 0.391), 1e-4);
 }
 
+// The thesis' three tracks are equal; each axle has its own.
+TEST(Ackermann, EachAxleHasItsOwnTrack) {
+  Geometry g;
+  g.a_m = 0.7;
+  g.b_m = 0.8;
+  g.c_m = 0.9;
+  const double sigma = 5 * kDegree, R = g.f_m / std::tan(sigma), v = 0.5;
+  const double omega = v / g.f_m * std::sin(sigma);
+  const double half_m[] = {0.35, 0.4, 0.45}, ahead_m[] = {g.d_m, 0, -g.e_m};
+  const PlaneWheels wheels = ackermann({direction(sigma), v}, g);
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const double across = R + (is_left(i) ? 1 : -1) * half_m[i / 2], along = ahead_m[i / 2];
+    EXPECT_NEAR(wheels.steering_rad[i], std::atan(-along / across), 1e-9) << i;
+    EXPECT_NEAR(wheels.hub_m_s[i], omega * std::hypot(across, along), 1e-9) << i;
+  }
+}
+
 TEST(Ackermann, OnTheSpotAnglesAndSpeeds) {
   const PlaneWheels wheels = ackermann(spot(0.5), kGeometry);
   const double angles_deg[] = {-57.43, 57.43, 0, 0, 56.33, -56.33};

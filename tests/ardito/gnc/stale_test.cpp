@@ -181,6 +181,22 @@ TEST(Stale, ImuSilentFrozenImplausibleAndContradicting) {
   }
 }
 
+// 1 m/s from one frame to the next, far below the fastest that it may say.
+TEST(Stale, AnImuThatJumpsIsImplausibleInThatFrame) {
+  for (const double jump_m_s : {-1.05, -0.95, 0.95, 1.05}) {
+    Rover rover = driving(0.2);
+    rover.noise.imu_m_s = 0;
+    rover.run(1);
+    static double value_m_s;
+    value_m_s = rover.measured.imu.speed_m_s.value + jump_m_s;
+    rover.tamper = [](Measured& m) { m.imu.speed_m_s.value = value_m_s; };
+    rover.step();
+    EXPECT_EQ((rover.command.faults & kImuImplausible) != 0, std::abs(jump_m_s) > 1) << jump_m_s;
+    rover.step();
+    EXPECT_EQ(rover.command.faults & kImuImplausible, 0U) << "it stays there";
+  }
+}
+
 // Wheels that turn in place: the IMU is right, and the motors push.
 TEST(Slip, ARoverThatDoesNotMoveIsStuckAndItsImuIsRight) {
   for (const double speed : {0.6, -0.3}) {

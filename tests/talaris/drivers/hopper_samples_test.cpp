@@ -84,5 +84,22 @@ TEST(HopperBus, HalvesOfTheLoadThatLostTheOtherAreNotMixed) {
   EXPECT_EQ(world.counters().load_unpaired - before, 4u);
 }
 
+TEST(HopperBus, HalvesOfTheLoadPairWithinTheirTime) {
+  const TimeNs limit = HopperBusParameters{}.load_pair_ns;
+  for (const TimeNs age : {limit - 1, limit, 100 * limit}) {
+    HopperWorld world({.load_cell = true});
+    world.boot();
+    for (HopperNode& n : world.node) n.mute = true;
+    world.run_for(limit);
+    world.take_all();
+    const std::uint64_t before = world.counters().load_unpaired;
+    const CanFrame halves[] = {frame(0x1A2, {1, 0, 0, 0, 0, 0}, world.now),
+                               frame(0x2A2, {2, 0, 0, 0, 0, 0}, world.now + age)};
+    world.bus.receive(halves);
+    EXPECT_EQ(only<Load>(world.take_all()).size(), age < limit ? 1u : 0u) << age;
+    EXPECT_EQ(world.counters().load_unpaired - before, age < limit ? 0u : 2u) << age;
+  }
+}
+
 }  // namespace
 }  // namespace lss::talaris

@@ -165,5 +165,18 @@ TEST(Cycle, ReportsAHotModuleAndGoesOn_Prod_5) {
   EXPECT_FALSE(w.has(FaultId::temperature_warning, 3));
 }
 
+TEST(Cycle, SolvingLeavesWarningsWhoseCauseIsThere_Prod_5) {
+  World w;
+  ASSERT_TRUE(w.stand());
+  w.modules[2].temperature_cdegC = 9900;
+  w.run(0.1);
+  w.send(lss::CommandKind::emergency_stop);
+  ASSERT_TRUE(w.run_until(State::fatal_error, 0.1));
+  w.send(lss::CommandKind::solve);
+  ASSERT_TRUE(w.run_until(State::idle, 60));
+  EXPECT_TRUE(w.has(FaultId::temperature_warning, 3));
+  EXPECT_EQ(w.supervisor_.state().fault_count, 1u) << "the emergency is solved";
+}
+
 }  // namespace
 }  // namespace lss::zebro

@@ -25,6 +25,15 @@ inline void draw(World& w, std::uint16_t current_mA, bool all = false) {
   }
 }
 
+// In each status of a module.
+inline void put_position(World& w, std::size_t module, std::uint16_t position_cdeg) {
+  for (ModuleReply& reply : std::span(w.in_.samples).first(w.in_.sample_count)) {
+    if (reply.module != module || reply.code != static_cast<std::uint8_t>(Code::status)) continue;
+    reply.data[2] = static_cast<std::uint8_t>(position_cdeg >> 8);
+    reply.data[3] = static_cast<std::uint8_t>(position_cdeg & 0xFF);
+  }
+}
+
 inline std::vector<Limit> limits() {
   const auto noticed = [](FaultId id, std::uint16_t subject = 0) {
     return safety::fault_noticed<World>(id, subject);
@@ -68,6 +77,48 @@ inline std::vector<Limit> limits() {
     w.modules[kLM].temperature_cdegC = static_cast<std::int16_t>(std::lround(degC * 100));
   };
   const auto stay = [](World&) {};
+  // Its module stands on its way, and comes to the end of it in the last frame that is in time or
+  // in the one after the first that is not.
+  const auto panel_takes = [](World& w, const Parameters& p, bool above) {
+    constexpr TimeNs kGrace = 3 * kSecond;
+    IdealModule& panel = w.modules.back();
+    panel.stuck = true;
+    w.send(CommandKind::panel, {1});
+    ASSERT_TRUE(w.run_until([&] { return w.out_.command.module.back().rotates(); }, 1));
+    const TimeNs end = w.time_ns_ + p.panel_move_ns + kGrace + (above ? kTwoFrames : 0);
+    w.alter = [=](World& x) { x.modules.back().stuck = x.time_ns_ + World::kPeriod < end; };
+  };
+  // A leg jams as often, and each time `solve` is asked for.
+  const auto solved_so_often = [](World& w, const Parameters& p, bool above) {
+    for (unsigned round = above ? 0 : 1; round <= p.solver.rounds; ++round) {
+      w.send(lss::CommandKind::start, {1});
+      ASSERT_TRUE(w.run_until(Mode::standing_up, 5));
+      w.modules[kLM].flags |= kFlagOverCurrent;
+      ASSERT_TRUE(w.run_until(State::fatal_error, 0.2));
+      w.send(lss::CommandKind::solve);
+      if (round < p.solver.rounds) {
+        ASSERT_TRUE(w.run_until(State::idle, 120));
+      }
+    }
+  };
+  const auto needs_a_person = [](const World& w) {
+    const Ack* refused = w.answer(lss::CommandKind::solve, Phase::rejected);
+    return refused != nullptr && refused->verdict.reason == Reason::solved_too_often;
+  };
+  // In these frames its status has a position that cannot be.
+  const auto odd_status = [](std::vector<TimeNs> frames) {
+    return [=](World& w) {
+      const TimeNs begin = w.time_ns_ + World::kPeriod;
+      w.alter = [=](World& x) {
+        if (std::ranges::find(frames, (x.time_ns_ - begin) / World::kPeriod) == frames.end())
+          return;
+        put_position(x, kLM, 0xFFFF);
+      };
+    };
+  };
+  const auto odd_at = [=](std::vector<TimeNs> below, std::vector<TimeNs> beyond) {
+    return [=](World& w, const Parameters&, bool above) { odd_status(above ? beyond : below)(w); };
+  };
 
   return {
       {"a module is silent",
@@ -122,28 +173,37 @@ inline std::vector<Limit> limits() {
        away_for,
        noticed(FaultId::module_silent, kLMNumber),
        stay},
+      {"the panel's way",
+       {"panel.move_s"},
+       70,
+       panel_takes,
+       noticed(FaultId::motion_timeout, kModules),
+       stay},
+      {"how often the same is solved", {"solve.rounds"}, 1, solved_so_often, needs_a_person, stay},
+      {"odd reports", {}, 4, odd_at({0, 1}, {0, 1, 2}), noticed(kReportImpossible, kLMNumber)},
+      {"odd reports in two seconds",
+       {},
+       4,
+       odd_at({0, 50, 101}, {0, 50, 100}),
+       noticed(kReportImpossible, kLMNumber)},
+      {"a position",
+       {},
+       1,
+       [](World& w, const Parameters&, bool above) {
+         w.alter = [=](World& x) { put_position(x, 0, above ? 36'000 : 35'999); };
+       },
+       [](const World& w) { return w.supervisor_.state().fault_count != 0; },
+       stay},
   };
 }
 
-// How it moves, and error solving, whose limits solver_test.cpp and rounds_test.cpp test.
+// How it moves, and error solving, whose other limits solver_test.cpp and rounds_test.cpp test.
 inline std::set<std::string> no_limits() {
-  return {"gait.flight_s",
-          "gait.stance_min_s",
-          "gait.double_stance_s",
-          "gait.start_delay_s",
-          "motion.stand_up_s",
-          "motion.lay_down_s",
-          "motion.lift_s",
-          "motion.align_s",
-          "motion.arrived_deg",
-          "motion.late_limit_s",
-          "motion.swing_limit_deg_s",
-          "panel.deployed_deg",
-          "panel.move_s",
-          "solve.budget_s",
-          "solve.cool_down_s",
-          "solve.cool_degC",
-          "solve.rounds",
+  return {"gait.flight_s",       "gait.stance_min_s",        "gait.double_stance_s",
+          "gait.start_delay_s",  "motion.stand_up_s",        "motion.lay_down_s",
+          "motion.lift_s",       "motion.align_s",           "motion.arrived_deg",
+          "motion.late_limit_s", "motion.swing_limit_deg_s", "panel.deployed_deg",
+          "solve.budget_s",      "solve.cool_down_s",        "solve.cool_degC",
           "solve.healthy_s"};
 }
 

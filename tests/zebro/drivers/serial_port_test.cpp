@@ -13,8 +13,11 @@
 #include <filesystem>
 #include <fstream>
 #include <numeric>
+#include <span>
 #include <string>
 #include <vector>
+
+#include "daemon/runtime/serial_bus.h"
 
 namespace lss {
 namespace {
@@ -156,6 +159,29 @@ TEST(SerialPort, AFullQueueTakesFewerBytesAndIsNoLoss) {
   EXPECT_FALSE(put.lost);
   EXPECT_GT(taken, 0u);
   EXPECT_LT(taken, much.size());
+}
+
+// A driver that has always something to send.
+struct Talkative {
+  static constexpr std::size_t kMaxReplies = 1;
+  explicit Talkative(int) {}
+  void receive(std::span<const std::uint8_t>, TimeNs) noexcept {}
+  std::span<const std::uint8_t> transmit(TimeNs) noexcept { return bytes; }
+  TimeNs next_wake() const noexcept { return 0; }
+  int counters() const noexcept { return 0; }
+  Bytes bytes = Bytes(4096, 0x55);
+};
+
+TEST(SerialLine, ThatTakesNoBytesForATenthOfASecondIsGivenUp) {
+  Pty pty;
+  SerialLine<Talkative, int, int, int, int> line(0, {.path = pty.path()});
+  ASSERT_EQ(line.open(), Status::ok);
+  const TimeNs full = 5 * kSecond;
+  EXPECT_TRUE(line.serve(false, full)) << "its queue is full now, which is no loss";
+  EXPECT_NE(line.events() & POLLOUT, 0);
+  EXPECT_EQ(line.next_wake(), full + 100 * kMillisecond);
+  EXPECT_TRUE(line.serve(false, full + 100 * kMillisecond - 1));
+  EXPECT_FALSE(line.serve(false, full + 100 * kMillisecond));
 }
 
 TEST(SerialPort, HangUpIsSeenByReadAndWrite) {
