@@ -20,6 +20,7 @@ struct ControlTarget {
   bool roll = true;      // side jets may fire for roll
   bool attitude = true;  // off-pulsing
   bool full = false;     // emergency: pulses up to the whole frame
+  bool fresh = false;    // just off the ground: what turns it is learned at once
 };
 
 // Rotation of the vehicle for control: heading about the vertical (-pi..pi) and tilt, the small
@@ -55,7 +56,7 @@ class Control {
 
  private:
   Vector3 impulse_N_m_s(const std::array<Pulse, kValves>& pulses, bool late) const noexcept;
-  void observe(const Vector3& rate_B_rad_s) noexcept;
+  void observe(const Vector3& rate_B_rad_s, bool fresh) noexcept;
 
   Parameters parameters_;
   Gains gains_;

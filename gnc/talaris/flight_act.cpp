@@ -10,9 +10,11 @@ namespace {
 
 constexpr double kBiasShare = 0.15, kBiasShareLost = 0.5;  // of the difference, each frame
 constexpr double kMaxBias_m_s2 = 0.6, kMaxBiasLost_m_s2 = 12;
-constexpr double kObserveAbove_m = 0.3, kObserveByFansAbove_m = 0.03;
+constexpr double kObserveAbove_m = 0.03, kObserveFirstAbove_m = 0.05;
 constexpr double kWindShare = 0.15, kMaxWind_m_s2 = 3, kWindAbove_m = 0.2;
 constexpr double kLeanStep_rad = 0.03;                 // of the commanded tilt, each frame
+constexpr double kDownDamping = 1.7;                   // of the speed along y, on the way down
+constexpr double kLeanLag_s = 0.5;                     // attitude behind its command
 constexpr double kProbeAfter_s = 0.4;                  // level
 constexpr double kProbe_1_s = 0.04, kMostProbe = 0.1;  // of the weight, each second; at most
 constexpr double kOverTime_s = 15, kSinks_1_s = 0.02;  // after max_run_s; lift lost each second
@@ -22,6 +24,8 @@ constexpr double kFanStart = 0.8;  // of the weight, on the ground, before heigh
 // Fans with too much or too little thrust are corrected: dead band of the weight share that is left
 // to the gas, and speed and limit of the correction, as shares of the vehicle's weight.
 constexpr double kShareOff = 0.15, kTrimShare = 0.1, kMaxTrim = 0.08;
+constexpr double kMomentOff_Nm = 1, kMomentShare = 0.1, kMostMoment_Nm = 8;  // the same of moments
+constexpr double kFresh_s = 2;                                               // after lift-off
 constexpr double kBrakeSpeed_m_s = 0.6, kBrakeTime_s = 6;  // parachute: sideways first, then down
 constexpr double kApproach_1_s = 0.8;
 constexpr double kMaxLead_m = 0.1;
@@ -80,11 +84,11 @@ void Flight::observe(const PerFan& rpm) noexcept {
   const bool lost = (faults_ & kFansLost) != 0;
   // contact with the ground is no bias
   const bool blind = (faults_ & kAltimeterLost) != 0 && guidance_.time_to_go_s() < kMinTimeToGo_s;
-  if (height_m_ < (by_fans() ? kObserveByFansAbove_m : kObserveAbove_m) || blind) return;
+  if (height_m_ < (observed_ ? kObserveAbove_m : kObserveFirstAbove_m) || blind) return;
   const double most = lost ? kMaxBiasLost_m_s2 : kMaxBias_m_s2;
   const double difference = state_.acceleration_N_m_s2.x() - expected_m_s2_ - bias_m_s2_;
-  // by fans it hovers the moment it leaves the ground: the first value is sufficient
-  const double share = lost ? kBiasShareLost : by_fans() && !observed_ ? 1 : kBiasShare;
+  // the first value off the ground is as good as any
+  const double share = lost ? kBiasShareLost : !observed_ ? 1 : kBiasShare;
   bias_m_s2_ = std::clamp(bias_m_s2_ + share * difference, -most, most);
   observed_ = true;
 }
@@ -130,12 +134,25 @@ void Flight::trim_fans() noexcept {
   fan_trim_N_ = std::clamp(fan_trim_N_ + kTrimShare * over, -kMaxTrim * weight, kMaxTrim * weight);
 }
 
+// What turns it all the time is left to the fans: the pulses have their room for the rest.
+void Flight::trim_moments() noexcept {
+  const bool known = airborne_ && heard_ && silent_s_ <= 0 && (faults_ & kFansLost) == 0;
+  if (!known || height_m_ < kObserveAbove_m || impacted_) return;
+  const auto trim = [](double& moment_Nm, double turns_Nm) {
+    const double over_Nm = turns_Nm - std::clamp(turns_Nm, -kMomentOff_Nm, kMomentOff_Nm);
+    moment_Nm = std::clamp(moment_Nm - kMomentShare * over_Nm, -kMostMoment_Nm, kMostMoment_Nm);
+  };
+  trim(fan_y_Nm_, parameters_.body.inertia_y_kg_m2 * control_.disturbance_y());
+  trim(fan_z_Nm_, parameters_.body.inertia_z_kg_m2 * control_.disturbance_z());
+}
+
 void Flight::act_fans(const FlightInputs& inputs, FlightOutput& output) noexcept {
   const Fans& fans = parameters_.fans;
   if (!plan_.uses_fans) return;
   const double weight = parameters_.body.mass_kg * kGravity_m_s2;
   if (phase_ != Phase::touchdown) {
     trim_fans();
+    trim_moments();
     // On the way down it takes lift away as long as that has no effect: the ground shows itself.
     const bool down = phase_ == Phase::descend || phase_ == Phase::escape;
     const bool carried = down && (touchdown_.level_s() >= kProbeAfter_s || impacted_);
@@ -146,7 +163,12 @@ void Flight::act_fans(const FlightInputs& inputs, FlightOutput& output) noexcept
     fan_goal_rpm_ = rpm_for(plan_.uses_gas ? planned : kFanStart * weight, fans);
   }
   PerFan goal{};
-  goal.fill(fan_goal_rpm_);
+  const double each_N = fan_thrust_N(fan_goal_rpm_, fans);
+  const double y_N = fan_y_Nm_ / (kFans * fans.z_m), z_N = fan_z_Nm_ / (kFans * fans.y_m);
+  for (std::size_t i = 0; i < kFans; ++i) {
+    const double force_N = each_N + kLiftZ[i] * y_N - kLiftY[i] * z_N;
+    goal[i] = std::min(std::sqrt(std::max(force_N, 0.0) / fans.thrust_N_per_rpm2), fans.max_rpm);
+  }
   PerFan throttle{};
   if (phase_ == Phase::touchdown) {
     const double left = 1 - phase_s_ / parameters_.limits.run_down_s;
@@ -180,7 +202,8 @@ void Flight::act_gas(FlightOutput& output) noexcept {
         e_guidance(state_.position_N_m, state_.velocity_N_m_s, guidance_.target(), kMinTimeToGo_s);
     acceleration.x() = up.c0_m_s2.x() + up.c1_m_s3.x() * ahead;
   }
-  const double cosine = std::max(attitude_of(state_.q_NB).cosine, 0.5);
+  const Attitude attitude = attitude_of(state_.q_NB);
+  const double cosine = std::max(attitude.cosine, 0.5);
   target.force_N =
       gas_force_N(acceleration - Vector3(bias_m_s2_, 0, 0), mass, Vector3(fans_N_ * cosine, 0, 0));
   const bool stand = program == Program::altitude || program == Program::attitude;
@@ -188,6 +211,7 @@ void Flight::act_gas(FlightOutput& output) noexcept {
   target.side = guided && !stand && !rests();
   target.roll = !stand && program != Program::traverse;
   target.full = (faults_ & kFansLost) != 0;
+  target.fresh = phase_ == Phase::ascend && phase_s_ < kFresh_s;
   if (program == Program::attitude) {
     target.force_N = Vector3(4 * t.force_N * parameters_.profile.stand_on_s / kFrame_s, 0, 0);
   }
@@ -202,7 +226,13 @@ void Flight::act_gas(FlightOutput& output) noexcept {
     const auto lean = [](double& now, double wanted) {
       now += std::clamp(wanted - now, -kLeanStep_rad, kLeanStep_rad);
     };
-    lean(lean_z_rad_, tilt_for_y(c * off.y() + s * off.z(), c * v.y() + s * v.z(), gain(), push_y));
+    // at the ground the speed counts, not the place
+    const bool down = phase_ == Phase::descend || phase_ == Phase::escape;
+    // the attitude follows late: with the speed that it has by then
+    const double soon_m_s =
+        c * v.y() + s * v.z() + kLeanLag_s * (kGravity_m_s2 * attitude.tilt_z_rad + push_y);
+    lean(lean_z_rad_, tilt_for_y(c * off.y() + s * off.z(), (down ? kDownDamping : 1) * soon_m_s,
+                                 gain(), push_y));
     lean(lean_y_rad_, std::clamp(push_z / kGravity_m_s2, -most, most));
     target.tilt_y_rad = lean_y_rad_;
     target.tilt_z_rad = lean_z_rad_;
@@ -254,9 +284,11 @@ void Flight::fly_by_fans(const FlightInputs& inputs, FlightOutput& output) noexc
   if (held || !imu_usable()) tilt_y = tilt_z = kNaN;
 
   const double mass = gas_.mass_kg(parameters_.body.mass_kg);
-  PerFan rpm = fan_flight_.step({height_m_, climb_m_s_, bias_m_s2_}, height, speed, mass, tilt_y,
-                                tilt_z, state_.rate_B_rad_s, inputs.rpm, parameters_.offset_s,
-                                control_.disturbance_y(), control_.disturbance_z());
+  PerFan rpm =
+      fan_flight_.step({height_m_, climb_m_s_, bias_m_s2_}, height, speed, mass, tilt_y, tilt_z,
+                       state_.rate_B_rad_s, inputs.rpm, parameters_.offset_s,
+                       control_.disturbance_y() - fan_y_Nm_ / parameters_.body.inertia_y_kg_m2,
+                       control_.disturbance_z() - fan_z_Nm_ / parameters_.body.inertia_z_kg_m2);
   // Much too long in the air: it has to come down whatever the sensors say, but not to fall.
   const bool sinks = climb_m_s_ < -kSinks_m_s && (faults_ & kAltimeterLost) == 0;
   const bool over = fans_s_ > parameters_.fans.max_run_s + kOverTime_s;

@@ -16,7 +16,7 @@ using sim::talaris::Stand;
 using sim::talaris::TalarisOptions;
 using sim::talaris::Vector3;
 
-constexpr double kFlightLimit_s = 150;
+constexpr double kFlightLimit_s = 90;
 constexpr double kLifted_m = 0.05;
 
 double tilt_deg(const BodyState& body) {
@@ -74,6 +74,9 @@ struct Watch {
       const auto& nav = chain.telemetry().position_m;
       flown.nav_along_m = nav[2] - body.position_m.z();
       flown.nav_across_m = nav[1] - body.position_m.y();
+      const auto& speed = chain.telemetry().velocity_m_s;
+      flown.nav_side_m_s =
+          std::hypot(speed[1] - body.velocity_m_s.y(), speed[2] - body.velocity_m_s.z());
     }
     if (contact_ns == 0) {
       flown.max_tilt_deg = std::max(flown.max_tilt_deg, tilt_deg(body));
@@ -98,12 +101,13 @@ std::string Flown::text() const {
   return fmt::format(
       "seed {}: {}{}{} ({}) {:.1f} s, down {:.2f} m/s, sideways {:.2f}, tilt {:.1f} deg (rest "
       "{:.1f}, air "
-      "{:.1f}), off {:.2f} along {:.2f} across, nav {:.2f} {:.2f}, height {:.2f} (off {:.2f}), gas "
+      "{:.1f}), off {:.2f} along {:.2f} across, nav {:.2f} {:.2f} ({:.2f} m/s), height {:.2f} (off "
+      "{:.2f}), gas "
       "{:.1f} s,{}",
       seed, accepted ? "" : "not accepted ", came_down ? "" : "never down ",
       succeeded ? "as planned," : "", why == Reason::none ? "-" : info(why)->name, run_s, down_m_s,
       sideways_m_s, contact_tilt_deg, rest_tilt_deg, max_tilt_deg, along_m, across_m, nav_along_m,
-      nav_across_m, max_height_m, height_error_m, gas_s, told);
+      nav_across_m, nav_side_m_s, max_height_m, height_error_m, gas_s, told);
 }
 
 Flown fly(const FlightPlan& plan, unsigned seed) {

@@ -82,8 +82,7 @@ TEST(TalarisHop, AVehicleThatIsLightForItsFansComesDown) {
   world.fan_scale = 1.03;
   Hopper hopper(world, Parameters{});
   ASSERT_TRUE(hopper.fly({}));
-  EXPECT_FALSE(hopper.out.succeeded) << "it left the corridor upwards";
-  EXPECT_EQ(hopper.out.judgement.off, Off::height);
+  EXPECT_TRUE(hopper.out.succeeded);
   EXPECT_LT(hopper.log.max_height_m, 6) << "until the trim has seen it";
   EXPECT_LT(hopper.log.landing_speed_m_s, 0.7);
   EXPECT_LT(hopper.out.gas_used_s, 41);
@@ -91,22 +90,13 @@ TEST(TalarisHop, AVehicleThatIsLightForItsFansComesDown) {
 
 // Mass +-1 %, inertia +-20 %, thrust +-5 % (+-2 % from jet to jet), fans +-1 %, moments up to 0.5 N
 // m, navigation drifting by up to 0.01 m/s2.
-TEST(TalarisHop, TwoHundredDispersedHopsLandInOrderAndSayWhichWereAsPlanned) {
+TEST(TalarisHop, TwoHundredDispersedHopsSucceed) {
   Statistics speed, tilt, landing_tilt, height, gas, z, y, drift;
-  int landed = 0, succeeded = 0;
+  int succeeded = 0;
   for (unsigned seed = 1; seed <= 200; ++seed) {
     Hopper hopper(dispersed(seed, Spread{}), Parameters{});
     hopper.fly({});
-    landed += hopper.log.landed && hopper.out.reaction == Reaction::none ? 1 : 0;
-    succeeded += hopper.out.succeeded ? 1 : 0;
-    // The drift of navigation may be too fast for a landing as planned, and nothing else.
-    const double side_m_s = hopper.log.landing_drift_m_s;
-    if (hopper.out.succeeded) {
-      EXPECT_LE(side_m_s, Limits{}.touchdown_side_m_s) << seed;
-    } else {
-      EXPECT_EQ(hopper.out.shortfall, Shortfall::sideways) << seed;
-      EXPECT_GT(side_m_s, 0.8 * Limits{}.touchdown_side_m_s) << seed;
-    }
+    succeeded += hopper.out.succeeded && hopper.log.landed ? 1 : 0;
     speed.add(hopper.log.landing_speed_m_s);
     tilt.add(hopper.log.max_tilt_rad / kDegree);
     landing_tilt.add(hopper.log.landing_tilt_rad / kDegree);
@@ -125,8 +115,7 @@ TEST(TalarisHop, TwoHundredDispersedHopsLandInOrderAndSayWhichWereAsPlanned) {
   show("gas, thruster-seconds", gas);
   show("z at the end, m", z);
   show("y at the end, m", y);
-  EXPECT_EQ(landed, 200);
-  EXPECT_GE(succeeded, 196);
+  EXPECT_EQ(succeeded, 200);
   EXPECT_LT(speed.most, 0.7);
   EXPECT_LT(tilt.most, 6);
   EXPECT_LT(landing_tilt.most, 3);
