@@ -94,6 +94,7 @@ bool Flight::execute() noexcept {
   shortfall_ = Shortfall::none;
   short_measured_ = short_limit_ = off_m_ = off_sigma_m_ = 0;
   for (Speeds* each : {&before_, &before_impact_, &before_contact_}) *each = {};
+  moved_frames_ = 0;
   speed_noted_ = false;
   touchdown_m_s_ = touchdown_side_m_s_ = 0;
   control_.begin();
@@ -160,6 +161,7 @@ FlightOutput Flight::step(const FlightInputs& inputs) noexcept {
     if (!settled_) fall_short(Shortfall::unsettled);
   }
   out.succeeded = out.finished && shortfall_ == Shortfall::none;
+  out.still = active() && touchdown_.still_s() >= kSettled_s;
   out.stands = phase_ == Phase::touchdown && speed_noted_;
   out.shortfall = shortfall_;
   out.short_measured = short_measured_;

@@ -125,6 +125,7 @@ struct FlightOutput {
   bool finished = false;                  // landed, valves shut, fans off
   bool succeeded = false;                 // and as planned: Shortfall::none
   bool stands = false;                    // on the ground and still: its velocity is zero
+  bool still = false;                     // no motion in the last two frames
   Shortfall shortfall = Shortfall::none;  // once finished
   double short_measured = 0, short_limit = 0;
   Judgement judgement;      // of the corridor, that ended the flight
@@ -280,6 +281,8 @@ class Flight {
   };
   using Speeds = std::array<Speed, 2>;
   Speeds before_{}, before_impact_{}, before_contact_{};
+  std::array<Vector3, 16> after_contact_{};  // velocities until it stood
+  std::size_t moved_frames_ = 0;
   bool speed_noted_ = false;
   double touchdown_m_s_ = 0, touchdown_side_m_s_ = 0;
 };

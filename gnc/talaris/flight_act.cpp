@@ -23,7 +23,7 @@ constexpr double kRest_m = 0.06, kRest_m_s = 0.085;
 constexpr double kFanStart = 0.8;  // of the weight, on the ground, before height is controlled
 // Fans with too much or too little thrust are corrected: dead band of the weight share that is left
 // to the gas, and speed and limit of the correction, as shares of the vehicle's weight.
-constexpr double kShareOff = 0.15, kTrimShare = 0.1, kMaxTrim = 0.08;
+constexpr double kShareOff = 0.15, kTrimShare = 0.1, kTrimShareFresh = 0.4, kMaxTrim = 0.08;
 constexpr double kMomentOff_Nm = 1, kMomentShare = 0.1, kMostMoment_Nm = 8;  // the same of moments
 constexpr double kFresh_s = 2;                                               // after lift-off
 constexpr double kBrakeSpeed_m_s = 0.6, kBrakeTime_s = 6;  // parachute: sideways first, then down
@@ -32,6 +32,11 @@ constexpr double kMaxLead_m = 0.1;
 constexpr double kVelocityTime_s = 2.5;
 constexpr double kLevelBelow_m = 0.4;
 constexpr double kSoftSpeed_m_s = 0.2, kSoftSlope_1_s = 0.5;  // near the ground, by the fans
+
+// Just off the ground.
+bool fresh(Phase phase, double phase_s) noexcept {
+  return phase == Phase::ascend && phase_s < kFresh_s;
+}
 
 }  // namespace
 
@@ -130,8 +135,11 @@ void Flight::trim_fans() noexcept {
   const double weight = parameters_.body.mass_kg * kGravity_m_s2;
   const double left = mass * (kGravity_m_s2 - bias_m_s2_) - fans_N_;  // to the gas
   const double wanted = (1 - parameters_.fans.weight_share) * weight;
-  const double over = left - std::clamp(left, (1 - kShareOff) * wanted, (1 + kShareOff) * wanted);
-  fan_trim_N_ = std::clamp(fan_trim_N_ + kTrimShare * over, -kMaxTrim * weight, kMaxTrim * weight);
+  // at once and wholly when it has just left the ground: it would rise too high
+  const bool now = fresh(phase_, phase_s_);
+  const double off = now ? 0 : kShareOff, share = now ? kTrimShareFresh : kTrimShare;
+  const double over = left - std::clamp(left, (1 - off) * wanted, (1 + off) * wanted);
+  fan_trim_N_ = std::clamp(fan_trim_N_ + share * over, -kMaxTrim * weight, kMaxTrim * weight);
 }
 
 // What turns it all the time is left to the fans: the pulses have their room for the rest.
@@ -211,7 +219,7 @@ void Flight::act_gas(FlightOutput& output) noexcept {
   target.side = guided && !stand && !rests();
   target.roll = !stand && program != Program::traverse;
   target.full = (faults_ & kFansLost) != 0;
-  target.fresh = phase_ == Phase::ascend && phase_s_ < kFresh_s;
+  target.fresh = fresh(phase_, phase_s_);
   if (program == Program::attitude) {
     target.force_N = Vector3(4 * t.force_N * parameters_.profile.stand_on_s / kFrame_s, 0, 0);
   }

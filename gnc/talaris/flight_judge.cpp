@@ -49,6 +49,8 @@ void Flight::fall_short(Shortfall why, double measured, double limit) noexcept {
 // Once it is still its velocity is zero: what navigation has then is its error, and what it had
 // before contact was wrong by as much.
 void Flight::note_touchdown() noexcept {
+  if (!speed_noted_ && moved_frames_ < after_contact_.size())
+    after_contact_[moved_frames_++] = state_.velocity_N_m_s;
   const bool ends = phase_s_ >= parameters_.limits.run_down_s;
   if (speed_noted_ || (touchdown_.still_s() < kStill_s && !ends)) return;
   speed_noted_ = touchdown_.still_s() >= kStill_s;
@@ -59,6 +61,11 @@ void Flight::note_touchdown() noexcept {
   for (const Speed& v : before_contact_) {
     touchdown_m_s_ = std::max(touchdown_m_s_, kLastFoot * (error - v.N_m_s).x() + v.foot_m_s);
     touchdown_side_m_s_ = std::max(touchdown_side_m_s_, side(v));
+  }
+  // it may come off the ground again, or slide
+  for (std::size_t i = 0; i < moved_frames_; ++i) {
+    touchdown_m_s_ = std::max(touchdown_m_s_, (error - after_contact_[i]).x());
+    touchdown_side_m_s_ = std::max(touchdown_side_m_s_, side({after_contact_[i]}));
   }
   if (impact_m_s_ < kFelt_m_s) return;
   for (const Speed& v : before_impact_)

@@ -74,7 +74,8 @@ void Vehicle::navigate(TimeNs) noexcept {
   } else if (navigation_.aligned()) {
     using gnc::talaris::Phase;
     const bool spins_up = output_.phase == Phase::spin_up;
-    const bool light = spins_up && output_.lift_m_s2 > kLight * gnc::talaris::kGravity_m_s2;
+    const bool light =
+        spins_up && output_.lift_m_s2 > kLight * gnc::talaris::kGravity_m_s2 && !output_.still;
     const bool waits = output_.phase == Phase::ready || spins_up;
     const bool standing =
         mode() == Mode::standby || (mode() == Mode::execute && (waits || output_.stands));

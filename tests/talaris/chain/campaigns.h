@@ -37,6 +37,7 @@ std::string failures_section(unsigned seeds);
 // The wide set (sim::talaris::kWide), and where it no longer stands: each cause alone, swept.
 // `picture`: an SVG file of the sweeps.
 bool safe(const Flown& flown);  // upright, at most 1 m/s down and 0.5 m/s sideways
+FlightPlan wide_flight();
 std::string wide_section(unsigned seeds);
 std::string edge_section(unsigned seeds, const std::string& picture);
 

@@ -84,6 +84,17 @@ TEST(TalarisCorridor, ABreezeIsFlownAndLeavesItWhereItShouldBe) {
   }
 }
 
+// Down is positive, and of the impact, not of the standstill after it.
+TEST(TalarisCorridor, TheSpeedOfTheTouchdownIsTold) {
+  for (const unsigned seed : {1u, 2u, 3u, 4u}) {
+    const Flown flown = fly({.request = {.height_m = 1, .distance_m = 5}}, seed);
+    SCOPED_TRACE(flown.text());
+    EXPECT_GT(flown.told_down_m_s, flown.down_m_s - 0.1);
+    EXPECT_LT(flown.told_down_m_s, flown.down_m_s + 0.4);
+    EXPECT_NEAR(flown.told_sideways_m_s, flown.sideways_m_s, 0.15);
+  }
+}
+
 // Off by 0.3 m/s2, the accelerometer takes it tens of metres away, and navigation does not know.
 TEST(TalarisCorridor, AnAccelerometerThatIsOffIsNoSuccess) {
   for (const char* fault : {"imu-bias:6:0.3", "imu-bias:5:0.3", "imu-bias:2:0.05"}) {

@@ -29,8 +29,6 @@ void show(const std::string& line) {
   std::fflush(stdout);
 }
 
-FlightPlan wide_flight() { return {.spread = kWide, .late_share = 0.02, .late_s = 0.010}; }
-
 std::string reasons(const std::vector<Flown>& all) {
   std::map<std::string, unsigned> times;
   for (const Flown& flown : all) {
@@ -190,6 +188,8 @@ std::string drawn(const std::vector<std::pair<const Cause*, std::vector<Point>>>
 }
 
 }  // namespace
+
+FlightPlan wide_flight() { return {.spread = kWide, .late_share = 0.02, .late_s = 0.010}; }
 
 bool safe(const Flown& flown) {
   return flown.upright() && flown.down_m_s <= kSlow_m_s && flown.sideways_m_s <= kSideways_m_s;

@@ -99,15 +99,17 @@ std::string Flown::text() const {
   std::string told;
   for (const FaultId id : faults) told += fmt::format(" {}", info(id)->name);
   return fmt::format(
-      "seed {}: {}{}{} ({}) {:.1f} s, down {:.2f} m/s, sideways {:.2f}, tilt {:.1f} deg (rest "
+      "seed {}: {}{}{} ({}) {:.1f} s, down {:.2f} m/s, sideways {:.2f} (told {:.2f}, {:.2f}), tilt "
+      "{:.1f} deg (rest "
       "{:.1f}, air "
       "{:.1f}), off {:.2f} along {:.2f} across, nav {:.2f} {:.2f} ({:.2f} m/s), height {:.2f} (off "
       "{:.2f}), gas "
       "{:.1f} s,{}",
       seed, accepted ? "" : "not accepted ", came_down ? "" : "never down ",
       succeeded ? "as planned," : "", why == Reason::none ? "-" : info(why)->name, run_s, down_m_s,
-      sideways_m_s, contact_tilt_deg, rest_tilt_deg, max_tilt_deg, along_m, across_m, nav_along_m,
-      nav_across_m, nav_side_m_s, max_height_m, height_error_m, gas_s, told);
+      sideways_m_s, told_down_m_s, told_sideways_m_s, contact_tilt_deg, rest_tilt_deg, max_tilt_deg,
+      along_m, across_m, nav_along_m, nav_across_m, nav_side_m_s, max_height_m, height_error_m,
+      gas_s, told);
 }
 
 Flown fly(const FlightPlan& plan, unsigned seed) {
@@ -158,6 +160,11 @@ Flown fly(const FlightPlan& plan, unsigned seed) {
   flown.gas_s = chain.world().gas().used_s() - gas_before_s;
   for (const Ack& ack : chain.acks)
     if (ack.phase == lss::Phase::failed) flown.why = ack.verdict.reason;
+  for (const EventRecord& event : chain.events) {
+    if (event.id != static_cast<std::uint16_t>(EventId::flight_judged)) continue;
+    flown.told_down_m_s = event.argument[2];
+    flown.told_sideways_m_s = event.argument[3];
+  }
   if (watch.contact_ns != 0)
     flown.air_s = static_cast<double>(watch.contact_ns - watch.lift_ns) * 1e-9;
   for (const FaultRecord& fault : chain.supervisor().faults) {

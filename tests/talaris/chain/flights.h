@@ -42,6 +42,7 @@ struct Flown {
   double nav_along_m = 0, nav_across_m = 0;                       // navigation error at touchdown
   double nav_side_m_s = 0;                                        // and of its speed, sideways
   double max_height_m = 0, max_tilt_deg = 0, height_error_m = 0;  // in the air
+  double told_down_m_s = 0, told_sideways_m_s = 0;                // by the daemon
   double gas_s = 0, air_s = 0;
   double run_s = 0;  // from execute to the end
   double slope_deg = 0;
