@@ -10,7 +10,7 @@ import tempfile
 
 MOST = 2.0
 SYSTEMD = "systemd 252 "  # of Debian 12; others judge differently
-UNITS = ("lssd@ardito.service", "iox-roudi.service")
+UNITS = ("lssd@ardito.service", "lssd-obc@ardito.service", "iox-roudi.service")
 BEGIN, END = "<!-- exposure: made by systemd/exposure.py --write -->\n", "<!-- end of exposure -->\n"
 REASONS = {
     "SystemCallFilter=~@resources": "real-time threads choose their scheduling and their CPU",
@@ -21,6 +21,7 @@ REASONS = {
     "DeviceAllow=": "these devices alone; `rtc` is what systemd adds itself",
     "PrivateNetwork=": "DDS on the loopback, CAN interfaces",
     "PrivateMounts=": "its `/tmp` is the daemon's, too",
+    "PrivateUsers=": "a site may give the socket to a group of its own",
     "RestrictAddressFamilies=~AF_NETLINK": "DDS asks for the interfaces that there are",
     "RestrictAddressFamilies=~AF_UNIX": "RouDi, and readiness",
     "RestrictAddressFamilies=~…": "CAN",
@@ -51,7 +52,7 @@ def made(root):
             if item["exposure"] is not None and not item["set"]:
                 left.setdefault(item["name"], {})[unit] = item["exposure"]
     faults += [f"{name} has no reason in {__file__}" for name in left if name not in REASONS]
-    lines = [f"| | {' | '.join(f'`{unit}`' for unit in UNITS)} | needed for |", "|---|---|---|---|",
+    lines = [f"| | {' | '.join(f'`{unit}`' for unit in UNITS)} | needed for |", "|" + "---|" * (len(UNITS) + 2),
              f"| exposure, 0 to 10 | {' | '.join(f'**{scores[unit]}**' for unit in UNITS)} | |"]
     lines += [f"| `{name}` | {' | '.join(left[name].get(unit, '') for unit in UNITS)} | {REASONS.get(name, '?')} |"
               .replace("(INET|INET6)", "(INET\\|INET6)") for name in sorted(left)]

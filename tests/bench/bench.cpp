@@ -68,16 +68,22 @@ Rounds side_by_side(const Samples& subject, const Samples& reference) {
 }
 
 std::string Figure::remark() const {
-  if (held_back.empty() || met().value_or(true)) return note;
+  if (held_back.empty() || met().value_or(Met::yes) == Met::yes) return note;
   return note + (note.empty() ? "" : "; ") + "bottleneck: " + held_back;
 }
 
-std::optional<bool> Figure::met() const {
+std::optional<Met> Figure::met() const {
+  const auto decided = [](bool is) { return is ? Met::yes : Met::no; };
   if (!std::isfinite(goal) || !std::isfinite(value)) return {};
-  if (absolute) return value <= goal;
-  if (std::isfinite(ratio)) return ratio <= goal;
+  if (absolute) return decided(value <= goal);
+  if (std::isfinite(ratio)) {
+    const bool is = ratio <= goal;
+    const double scatter = aa_ratio > 0 ? std::max(aa_ratio, 1 / aa_ratio) : 1;
+    const bool still = (is ? ratio * scatter : ratio / scatter) <= goal;
+    return still == is ? decided(is) : Met::undecided;
+  }
   if (!std::isfinite(reference)) return {};
-  return value <= goal * reference;  // both are zero
+  return decided(value <= goal * reference);  // both are zero
 }
 
 Figure figure(const std::string& row, const std::string& name, const std::string& unit,

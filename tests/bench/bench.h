@@ -51,6 +51,9 @@ Rounds turn_by_turn(const std::function<Samples()>& subject,
 // of the reference are compared for A/A.
 Rounds side_by_side(const Samples& subject, const Samples& reference);
 
+// undecided: the reference differs from itself (A/A) by more than the ratio from its goal.
+enum class Met { no, yes, undecided };
+
 struct Figure {
   std::string row, name, unit;
   double value = kNone, reference = kNone, ratio = kNone, aa_ratio = kNone;
@@ -60,8 +63,8 @@ struct Figure {
   std::string held_back{};  // by what, when the goal is not met
   bool failed = false;      // not measured, since something broke
 
-  std::string remark() const;       // the note, and the bottleneck, if any
-  std::optional<bool> met() const;  // nothing: no goal, or not measured
+  std::string remark() const;      // the note, and the bottleneck, if any
+  std::optional<Met> met() const;  // nothing: no goal, or not measured
 };
 
 Figure figure(const std::string& row, const std::string& name, const std::string& unit,

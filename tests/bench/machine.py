@@ -131,7 +131,8 @@ def document(pairs, kernel, command):
         "theirs, all others are of the first. Columns as in [performance.md](performance.md).", "",
         "| row | figure | unit | value | second | reference | ratio | goal | met |", "|---|---|---|---:|---:|---:|---:|---|---|"]
     for a, b in pairs:
-        met = "-" if a["met"] is None else "yes" if a["met"] and b["met"] else "no"
+        both = {a["met"], b["met"]}
+        met = "-" if a["met"] is None else "no" if "no" in both else "undecided" if "undecided" in both else "yes"
         lines.append(f"| {a['row']} | {a['figure']} | {a['unit']} | {number(a['value'])} | {number(b['value'])} | "
                      f"{number(a['reference'])} | {number(a['ratio'])} | {goal(a)} | {met} |")
     worst = {kind: max((apart(a, b) or 0 for a, b in pairs if a["figure"].endswith(kind)), default=0)
@@ -172,7 +173,7 @@ def main():
     print(json.dumps([{**a, "second": b["value"]} for a, b in pairs], indent=2) if words.json else text, end="")
     wrong = [f"not measured: {a['row']} {a['figure']} {a['note']}" for a, _ in pairs if a["value"] is None]
     wrong += [f"missed: {f['row']} {f['figure']}: {f['value']:g}" for pair in pairs for f in pair
-              if f["goal"] == 0 and f["met"] is False]
+              if f["goal"] == 0 and f["met"] == "no"]
     if not words.quick:
         wrong += [f"does not repeat: {line}" for line in unsteady(pairs)]
     print("\n".join(wrong), file=sys.stderr)

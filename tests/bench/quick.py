@@ -26,6 +26,7 @@ def check_figure(figure):
     else:
         check(figure["value"] >= 0 or "offset" in figure["figure"], f"{figure} is a size")
         check((figure["met"] is None) == (figure["goal"] is None), f"{figure} is judged by its goal")
+        check(figure["met"] in (None, "yes", "no", "undecided"), f"{figure} has a verdict")
 
 
 def main():

@@ -29,8 +29,9 @@ std::string goal(const Figure& f) {
 }
 
 std::string met(const Figure& f) {
-  const std::optional<bool> is = f.met();
-  return !is ? "-" : *is ? "yes" : "no";
+  constexpr const char* kWords[] = {"no", "yes", "undecided"};
+  const std::optional<Met> is = f.met();
+  return is ? kWords[static_cast<int>(*is)] : "-";
 }
 
 using Cells = std::array<std::string, 9>;
@@ -86,7 +87,7 @@ std::string table(const Figures& figures) {
 std::string json(const Figures& figures) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const Figure& f : figures) {
-    const std::optional<bool> is = f.met();
+    const std::optional<Met> is = f.met();
     list.push_back({{"row", f.row},
                     {"figure", f.name},
                     {"unit", f.unit},
@@ -95,7 +96,7 @@ std::string json(const Figures& figures) {
                     {"ratio", finite(f.ratio)},
                     {"aa_ratio", finite(f.aa_ratio)},
                     {"goal", finite(f.goal)},
-                    {"met", is ? nlohmann::json(*is) : nlohmann::json(nullptr)},
+                    {"met", is ? nlohmann::json(met(f)) : nlohmann::json(nullptr)},
                     {"note", f.remark()}});
   }
   return list.dump(2) + '\n';
@@ -128,8 +129,9 @@ std::string markdown(const Figures& figures, const Machine& machine, const std::
       "# Performance\n\n"
       "Made by `{}`; do not edit. Each figure is the median of at least five ratios against a\n"
       "reference of the same minutes on the same CPU; A/A is the reference against itself: what a\n"
-      "ratio is uncertain by. How it is measured: [tests/bench](../tests/bench/), a file for each "
-      "row.\n\n"
+      "ratio is uncertain by. A goal is \"undecided\" when the ratio is nearer to it than that. "
+      "How it "
+      "is measured:\n[tests/bench](../tests/bench/), a file for each row.\n\n"
       "| machine | |\n|---|---|\n| date | {} |\n| CPU | {} x {} |\n| kernel | {}, {} |\n| governor "
       "| {} |\n"
       "| load average at the start | {} |\n\n",

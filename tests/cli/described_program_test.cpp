@@ -2,25 +2,13 @@
 // for the daemon, which describes Lunar Zebro under another name and with another walk.
 
 #include "tests/cli/program_test.h"
-#include "tests/cli/zebro_dictionary.h"
+#include "tests/cli/strider.h"
 
 namespace lss::cli::test {
 namespace {
 
 class DescribedProgram : public ProgramTest {
  protected:
-  static Birth strider() {
-    json all = json::parse(zebro_dictionary());
-    all["vehicle"] = "strider";
-    for (json& command : all["commands"]) {
-      if (command["name"] != "walk") continue;
-      command["name"] = "stride";
-      command["parameters"][1] = {{"name", "length"}, {"unit", "m"},    {"min", 0.1},
-                                  {"max", 0.5},       {"default", 0.2}, {"whole", false},
-                                  {"help", "of each"}};
-    }
-    return {.vehicle_id = "strider-1", .vehicle = "strider", .dictionary = all.dump()};
-  }
   FakeDaemon daemon_{domain(), strider()};
 };
 

@@ -19,7 +19,7 @@ TEST_F(ProgramAlone, HelpOfEveryVerbHasAnExampleOfItself) {
        {"status",    "health", "start",  "stop",    "stand", "lay-down", "stow",
         "walk",      "leg",    "panel",  "estop",   "solve", "reset",    "data",
         "watch",     "events", "timing", "command", "run",   "shell",    "completion",
-        "heartbeat", "doctor", "log",    "param"}) {
+        "heartbeat", "doctor", "log",    "param",   "serve"}) {
     EXPECT_THAT(help.out, HasSubstr(std::string("\n  ") + verb));
     const Ended own = run({verb, "--help"});
     EXPECT_EQ(own.code, 0);

@@ -119,11 +119,14 @@ class DeskTest : public testing::Test {
     (void)until([&] { return Clock::now() >= end; });
   }
 
-  Client& client(Client::Line line) {
+  Client& client(Client::Line line) { return enter(line, ""); }
+  Client& enter(Client::Line line, const std::string& key) {
     Client& c = desk_->enter(
         line, [] {}, [] {});
     said_[&c];
-    desk_->receive(c, R"({"type":"hello","session":"0123456789abcdef"})");
+    json hello = {{"type", "hello"}, {"session", "0123456789abcdef"}};
+    if (!key.empty()) hello["key"] = key;
+    desk_->receive(c, hello.dump());
     return c;
   }
   std::vector<json> said(Client& client, const std::string& type) {
@@ -196,6 +199,90 @@ TEST_F(DeskTest, AVehicleThatIsNotOnTheRosterIsCommandedByItsDictionary) {
   }));
   ASSERT_TRUE(until([&] { return !phases(page).empty(); }));
   EXPECT_THAT(phases(page), ElementsAre("unanswered, final"));
+}
+
+TEST_F(DeskTest, AnAnswerIsWaitedForInSimulatedTimeWhereThereIsOne) {
+  struct Case {
+    bool simulated;
+    double rate;  // of the daemon's time
+    Clock::duration least, most;
+  };
+  for (const Case& c :
+       {Case{false, 0.25, seconds(2), seconds(7)}, Case{true, 0.25, seconds(7), seconds(19)}}) {
+    SCOPED_TRACE(c.rate);
+    Talker daemon(domain_);
+    Client& page = client(Client::Line::data);
+    const Clock::time_point begin = Clock::now();
+    Clock::time_point next{};
+    const auto says_until = [&](const std::function<bool()>& condition) {
+      return until([&] {
+        if (const Clock::time_point now = Clock::now(); now >= next) {
+          next = now + milliseconds(50);
+          daemon.say("zebro-1", [&](lss_Status& status) {
+            const std::chrono::nanoseconds passed = now - begin;
+            status.simulated_time = c.simulated;
+            status.time_ns =
+                static_cast<std::int64_t>(c.rate * static_cast<double>(passed.count()));
+          });
+        }
+        return condition();
+      });
+    };
+    ASSERT_TRUE(says_until([&] { return has("zebro-1"); }));
+    desk_->receive(page, R"({"type":"command","id":1,"vehicle":"zebro-1","command":"start"})");
+    const Clock::time_point sent = Clock::now();
+    ASSERT_TRUE(says_until([&] { return !phases(page).empty(); }));
+    const Clock::duration waited = Clock::now() - sent;
+    EXPECT_THAT(phases(page), ElementsAre("unanswered, final"));
+    EXPECT_GE(waited, c.least);
+    EXPECT_LE(waited, c.most);
+  }
+}
+
+constexpr const char* kScript =
+    R"({"type":"script","id":1,"vehicle":"talaris-1","text":"0s valves 1 for 1s"})";
+
+TEST_F(DeskTest, AScriptIsOfThoseWhoMayCommand) {
+  door_ = *Door::parse(
+      "look look-look-look-look\nstop stop-stop-stop-stop\ncommand command-command-command\n",
+      "keys");
+  Talker daemon(domain_);
+  daemon.say("talaris-1", {}, "talaris");
+  ASSERT_TRUE(until([&] { return has("talaris-1"); }));
+  for (const std::string key :
+       {"look-look-look-look", "stop-stop-stop-stop", "command-command-command"}) {
+    SCOPED_TRACE(key);
+    Client& page = enter(Client::Line::data, key);
+    desk_->receive(page, kScript);
+    if (page.role == Role::command) {
+      EXPECT_TRUE(until([&] { return !daemon.heard().empty(); }));
+    } else {
+      turn();
+      ASSERT_THAT(phases(page), ElementsAre("rejected, final"));
+      EXPECT_EQ(said(page, "ack").back()["reason"]["text"], "this key may not command");
+      pass(milliseconds(200));
+      EXPECT_THAT(daemon.heard(), IsEmpty());
+    }
+  }
+}
+
+TEST_F(DeskTest, OfAClientThatLeftNothingMoreIsSent) {
+  Talker daemon(domain_);
+  daemon.say("talaris-1", {}, "talaris");
+  ASSERT_TRUE(until([&] { return has("talaris-1"); }));
+  for (const bool leaves : {false, true}) {
+    Client& page = client(Client::Line::data);
+    const std::size_t before = daemon.heard().size();
+    desk_->receive(page, kScript);  // of several commands
+    ASSERT_TRUE(until([&] { return daemon.heard().size() > before; }));
+    if (leaves) {
+      said_.erase(&page);
+      desk_->leave(page);
+    }
+    daemon.answer(daemon.heard().back(), "talaris-1", lss_PHASE_COMPLETED);
+    const auto next = [&] { return daemon.heard().size() > before + 1; };
+    EXPECT_EQ(static_cast<bool>(until(next, leaves ? milliseconds(500) : seconds(20))), !leaves);
+  }
 }
 
 TEST_F(DeskTest, AStopLeavesForANameThatTheGatewayNeverHeardAgainAndAgain) {

@@ -68,7 +68,7 @@ in_order() {
   done
 }
 in_order daemon cycle config runtime record parameters replay publish app kit vehicles
-in_order tools/lss-cli show recording session report doctor verbs
+in_order tools/lss-cli show recording session obc report doctor verbs
 in_order tools/lss-sim frame canopen
 
 # A vehicle is the name of a folder in gnc; its files are NAME/* and NAME.* and NAME_* in every folder.

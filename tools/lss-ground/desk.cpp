@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tools/lss-cli/session/ack.h"
+#include "tools/lss-cli/session/answer.h"
 #include "tools/lss-cli/session/status.h"
 #include "tools/lss-cli/show/failure.h"
 #include "tools/lss-cli/show/timing.h"
@@ -18,7 +19,9 @@ using nlohmann::json;
 
 constexpr Clock::duration kPulse = std::chrono::milliseconds(200);
 constexpr Clock::duration kHello = std::chrono::seconds(3);   // to authenticate
-constexpr Clock::duration kAnswer = std::chrono::seconds(2);  // of the daemon
+constexpr Clock::duration kAnswer = std::chrono::seconds(2);  // of the daemon, in its time
+constexpr Clock::duration kSlowAnswer =
+    std::chrono::seconds(10);  // of one whose time passes slowly
 constexpr Clock::duration kToldWhy = std::chrono::seconds(1);
 constexpr Clock::duration kForget = std::chrono::seconds(1);  // how often
 constexpr unsigned kMostBad = 10;
@@ -256,6 +259,8 @@ void Desk::send_step(Job& job) {
     client->driven.insert(job.vehicle);
   job.seq = sequence_.next();
   job.sent = Clock::now();
+  const Craft* craft = fleet_.find(job.vehicle);
+  job.sent_ns = craft != nullptr ? craft->status.time_ns : 0;
   job.accepted = false;
   const std::uint16_t flags = job.dry_run ? kFlagDryRun : std::uint16_t{0};
   fleet_.send(cli::to_dds(step, {job.vehicle, job.source, job.seq, flags, lease_ms_}));
@@ -303,7 +308,10 @@ bool Desk::is_over(Job& job, const lss_CommandAck& ack) {
 void Desk::give_up() {
   const Clock::time_point now = Clock::now();
   std::erase_if(jobs_, [&](const Job& job) {
-    if (job.accepted || now - job.sent < kAnswer) return false;
+    const Craft* craft = fleet_.find(job.vehicle);
+    if (job.accepted || !cli::could_answer(now - job.sent, job.sent_ns,
+                                           craft != nullptr ? craft->status : lss_Status{}))
+      return false;
     if (Client* client = client_of(job.client)) {
       tell(*client, {{"type", "ack"},
                      {"request", job.id},

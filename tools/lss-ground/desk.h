@@ -96,6 +96,7 @@ class Desk {
     std::uint64_t seq = 0;
     std::string source{};
     Clock::time_point sent{};
+    std::int64_t sent_ns = 0;  // the daemon's time in its last status before
   };
   // A stop that is repeated until it is completed (desk_stop.cpp).
   struct Emergency {

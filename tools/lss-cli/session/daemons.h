@@ -51,17 +51,20 @@ class Daemons {
 
 // Only listening for some time shows that there is no other daemon. The time is counted in slices,
 // each without news: when this process gets little CPU time, so do its DDS threads, and the
-// listening takes correspondingly longer. It is as long as all news took, at least: where the first
-// daemon was heard late, because its machine is busy, so may be the second.
+// listening takes correspondingly longer. It is three times as long as all news took, up to a
+// second: where the first daemon was heard late, because its machine is busy, so may be the second.
 class Lull {
  public:
   // Call after each check for news; returns the time of the next check.
   Clock::time_point step(bool news);
-  bool is_over() const { return slices_ >= kSlices && now_ - last_news_ >= last_news_ - begin_; }
+  bool is_over() const {
+    return slices_ >= kSlices && now_ - last_news_ >= std::min(3 * (last_news_ - begin_), kMost);
+  }
 
  private:
   static constexpr int kSlices = 10;
   static constexpr std::chrono::milliseconds kSlice{10};
+  static constexpr Clock::duration kMost = std::chrono::seconds(1);
   int slices_ = 0;
   Clock::time_point begin_{}, last_news_{}, now_{}, slice_end_{};
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "idl/codes.h"
+#include "tools/lss-cli/session/ack.h"
+#include "tools/lss-cli/session/status.h"
 
 namespace lss::cli {
 namespace {
@@ -71,23 +73,27 @@ bool EmergencyStop::is_done() const {
          std::ranges::all_of(all_, [](const auto& one) { return one.second.completed(); });
 }
 
+std::optional<Clock::time_point> EmergencyStop::step(const Hooks& hooks) {
+  std::vector<dds_instance_handle_t> hearers = link_.hearers();
+  if (hearers != hearers_ || Clock::now() >= next_) {
+    send();
+    hearers_ = std::move(hearers);
+    next_ = Clock::now() + seconds(kRepeat_s);
+  }
+  const Clock::time_point look = lull_.step(link_.take());
+  take_acks(hooks);
+  take_status();
+  if (is_done()) return std::nullopt;
+  return std::min(next_, look);
+}
+
 void EmergencyStop::run(double longest_s, const Hooks& hooks) {
   const Clock::time_point until = Clock::now() + seconds(longest_s);
-  Clock::time_point next{};
-  std::vector<dds_instance_handle_t> known;
   while (Clock::now() < until) {
-    std::vector<dds_instance_handle_t> hearers = link_.hearers();
-    if (hearers != known || Clock::now() >= next) {
-      send();
-      known = std::move(hearers);
-      next = Clock::now() + seconds(kRepeat_s);
-    }
-    const Clock::time_point look = lull_.step(link_.take());
-    take_acks(hooks);
-    take_status();
-    if (is_done()) return;
+    const std::optional<Clock::time_point> next = step(hooks);
+    if (!next) return;
     if (hooks.turn) hooks.turn();
-    if (link_.wait(std::min({next, look, until})).interrupted) throw Interrupted();
+    if (link_.wait(std::min(*next, until)).interrupted) throw Interrupted();
   }
 }
 
@@ -99,6 +105,22 @@ std::vector<Stopped> EmergencyStop::results() const {
   }
   std::ranges::sort(list, {}, &Stopped::vehicle_id);
   return list;
+}
+
+nlohmann::json to_json(const Stopped& stopped, const std::string& source) {
+  nlohmann::json result = ack_json(stopped.ack);
+  if (!stopped.answered) result["phase"] = "unanswered";
+  const CommandInfo& info = common_command(CommandKind::emergency_stop);
+  result["command"] = info.name;
+  result["kind"] = info.kind;
+  result["source"] = source;
+  result["seq"] = stopped.answered ? nlohmann::json(stopped.ack.seq) : nlohmann::json();
+  result["duration_s"] = stopped.answered ? nlohmann::json(stopped.after_s) : nlohmann::json();
+  result["vehicle_id"] = stopped.vehicle_id;
+  result["instance"] = instance_json(stopped.instance);
+  result["stopped"] = stopped.completed();
+  result["airborne"] = stopped.fell;
+  return result;
 }
 
 }  // namespace lss::cli

@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +40,9 @@ class EmergencyStop {
   };
   // Until all addressed daemons have completed it, or the time is over. Ctrl-C: Interrupted.
   void run(double longest_s, const Hooks& hooks);
+  // One turn without waiting: sends it when due and takes all answers. Returns the time of the next
+  // turn; nothing when all addressed daemons have completed it. Calls hooks.answer only.
+  std::optional<Clock::time_point> step(const Hooks& hooks);
 
   // One for each addressed daemon that is known; by name.
   std::vector<Stopped> results() const;
@@ -55,8 +60,12 @@ class EmergencyStop {
   Invocation command_;
   Lull lull_;
   std::uint64_t first_ = 0;  // sequence number
-  Clock::time_point sent_{};
+  Clock::time_point sent_{}, next_{};
+  std::vector<dds_instance_handle_t> hearers_;
   std::map<Guid, Stopped> all_;
 };
+
+// As an entry of `commands` in documents of lss-cli.
+nlohmann::json to_json(const Stopped& stopped, const std::string& source);
 
 }  // namespace lss::cli

@@ -7,6 +7,7 @@
 
 #include "idl/codes.h"
 #include "tools/lss-cli/session/ack.h"
+#include "tools/lss-cli/session/answer.h"
 #include "tools/lss-cli/session/status.h"
 #include "tools/lss-cli/session/vehicle.h"
 #include "tools/lss-cli/show/failure.h"
@@ -17,7 +18,7 @@ namespace {
 
 constexpr double kBeat_s = 0.2;
 constexpr double kProgress_s = 0.1;
-constexpr double kAnswer_s = 2;      // twice the validity of a command
+constexpr double kLook_s = 0.1;      // for an answer that is late
 constexpr double kStatusLost_s = 3;  // the daemon sends one a second
 constexpr double kStatusFollows_s = 1.5;
 constexpr double kTelemetryComes_s = 0.5, kTelemetryAsked_s = 1;
@@ -68,6 +69,7 @@ Sent& Session::submit(const Invocation& command, std::uint16_t flags, bool quiet
   Sent& sent = (quiet ? quiet_ : sent_).emplace_back();
   sent.command = command;
   sent.sent = Clock::now();
+  sent.sent_ns = link_.status().time_ns;
   sent.seq = link_.send(command, flags);
   return sent;
 }
@@ -83,13 +85,12 @@ void Session::check_name(const Invocation& command) {
 }
 
 void Session::await(Sent& sent, const char* phase, bool (*done)(const Sent&), double takes_s) {
-  const Clock::time_point answer = sent.sent + seconds(kAnswer_s);
   const double longest_s = options_.finish_timeout_s(takes_s);
   const Clock::time_point finish = sent.sent + seconds(longest_s);
   while (!done(sent)) {
     if (sent.over()) fail(sent);
     const Clock::time_point now = Clock::now();
-    if (!sent.answered && now >= answer) {
+    if (!sent.answered && could_answer(now - sent.sent, sent.sent_ns, link_.status())) {
       throw Failure(
           ExitCode::timed_out,
           fmt::format("{} was not acknowledged: outcome unknown", sent.command.info->name),
@@ -101,7 +102,7 @@ void Session::await(Sent& sent, const char* phase, bool (*done)(const Sent&), do
                                 phase, format_duration(longest_s)),
                     "see: lss-cli status; wait longer with --timeout");
     }
-    pump(sent.answered ? finish : answer);
+    pump(sent.answered ? finish : std::max(sent.sent + kAnswer, now + seconds(kLook_s)));
   }
 }
 

@@ -26,6 +26,7 @@ struct Sent {
   bool executing = false;
   lss_CommandAck ack{};  // the last one
   Clock::time_point sent{}, heard{};
+  std::int64_t sent_ns = 0;  // the daemon's time in its last status before
 
   bool over() const {
     return answered && ack.phase != lss_PHASE_ACCEPTED && ack.phase != lss_PHASE_EXECUTING;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "tools/lss-cli/verbs/recording_verbs.h"
+#include "tools/lss-cli/verbs/serve_verb.h"
 #include "tools/lss-cli/verbs/verbs.h"
 
 namespace lss::cli {
@@ -83,6 +84,7 @@ void add_verbs(Grammar& grammar) {
   add_plot_verb(grammar);
   add_report_verb(grammar);
   add_sequence_verbs(grammar);
+  add_serve_verb(grammar);
   add_doctor_verbs(grammar);
   add_completion_verbs(grammar);
 }

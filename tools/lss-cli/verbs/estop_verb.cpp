@@ -34,22 +34,6 @@ std::string line(const Stopped& stopped, const std::string& name, const Style& s
                      says_why ? ", " + reason_text(stopped.ack) : "");
 }
 
-nlohmann::json to_json(const Stopped& stopped, const std::string& source) {
-  nlohmann::json result = ack_json(stopped.ack);
-  if (!stopped.answered) result["phase"] = "unanswered";
-  const CommandInfo& info = common_command(CommandKind::emergency_stop);
-  result["command"] = info.name;
-  result["kind"] = info.kind;
-  result["source"] = source;
-  result["seq"] = stopped.answered ? nlohmann::json(stopped.ack.seq) : nlohmann::json();
-  result["duration_s"] = stopped.answered ? nlohmann::json(stopped.after_s) : nlohmann::json();
-  result["vehicle_id"] = stopped.vehicle_id;
-  result["instance"] = instance_json(stopped.instance);
-  result["stopped"] = stopped.completed();
-  result["airborne"] = stopped.fell;
-  return result;
-}
-
 // Shows all answers; a daemon that did not confirm is a Failure.
 void tell(Context& context, const std::vector<Stopped>& all) {
   std::string missing;

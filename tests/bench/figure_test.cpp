@@ -1,0 +1,36 @@
+// When a figure of lss-bench has met its goal.
+
+#include <gtest/gtest.h>
+
+#include "tests/bench/bench.h"
+
+namespace lss::bench {
+namespace {
+
+std::optional<Met> met(double ratio, double aa_ratio, double goal) {
+  Figure f = figure_of("i", "wake-up", "us", ratio, 1, goal);
+  f.aa_ratio = aa_ratio;
+  return f.met();
+}
+
+TEST(Figure, IsUndecidedWhenTheReferenceDiffersFromItselfByMoreThanTheRatioFromItsGoal) {
+  EXPECT_EQ(met(1.039, 1.001, 1.05), Met::yes);
+  EXPECT_EQ(met(1.039, 1.199, 1.05), Met::undecided);
+  EXPECT_EQ(met(1.039, 1 / 1.199, 1.05), Met::undecided) << "either way";
+  EXPECT_EQ(met(1.061, 1.005, 1.05), Met::no);
+  EXPECT_EQ(met(1.061, 1.199, 1.05), Met::undecided);
+  EXPECT_EQ(met(0.5, 1.199, 1.05), Met::yes);
+}
+
+TEST(Figure, WithoutAReferenceOfItsOwnIsJudgedAsItIs) {
+  EXPECT_EQ(met(1.039, kNone, 1.05), Met::yes);
+  EXPECT_EQ(met(1.051, kNone, 1.05), Met::no);
+  EXPECT_EQ(met(1.039, 1.199, kNone), std::nullopt);
+  Figure absolute = figure_of("ii", "sigma", "us", 59, 20, 60);
+  absolute.absolute = true;
+  absolute.aa_ratio = 2;
+  EXPECT_EQ(absolute.met(), Met::yes);
+}
+
+}  // namespace
+}  // namespace lss::bench
