@@ -63,10 +63,8 @@ void Flight::note_touchdown() noexcept {
     touchdown_side_m_s_ = std::max(touchdown_side_m_s_, side(v));
   }
   // it may come off the ground again, or slide
-  for (std::size_t i = 0; i < moved_frames_; ++i) {
-    touchdown_m_s_ = std::max(touchdown_m_s_, (error - after_contact_[i]).x());
+  for (std::size_t i = 0; i < moved_frames_; ++i)
     touchdown_side_m_s_ = std::max(touchdown_side_m_s_, side({after_contact_[i]}));
-  }
   if (impact_m_s_ < kFelt_m_s) return;
   for (const Speed& v : before_impact_)
     touchdown_side_m_s_ = std::max(touchdown_side_m_s_, side(v));
