@@ -40,5 +40,5 @@ configure_package_config_file(cmake/lssd-config.cmake.in ${PROJECT_BINARY_DIR}/l
                               INSTALL_DESTINATION ${lss_cmakedir} PATH_VARS lss_sources)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/lssd-config-version.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/lssd-config.cmake ${PROJECT_BINARY_DIR}/lssd-config-version.cmake
-              cmake/lss_target.cmake cmake/lss_vehicle.cmake cmake/lss_add_vehicle.cmake cmake/idl_fields.py
+              cmake/lss_target.cmake cmake/lss_vehicle.cmake cmake/lss_add_vehicle.cmake cmake/idl_fields.py cmake/kept_members.py
         DESTINATION ${lss_cmakedir} COMPONENT dev)

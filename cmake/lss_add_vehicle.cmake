@@ -79,6 +79,15 @@ function(lss_add_vehicle name)
     SOURCES ${ARG_DAEMON} ${lssd_SOURCES}/daemon/publish/roster.cpp ${lssd_SOURCES}/daemon/replay/records.cpp
     SYSTEM ${roster}
     LINK ${ARG_LINK} ${name}_idl lssd::lss_replay lssd::lss_runtime lssd::lss_kit lssd::lss_serial)
+  set(folders "")
+  foreach(source ${ARG_DAEMON})
+    get_filename_component(folder ${source} ABSOLUTE)
+    get_filename_component(folder ${folder} DIRECTORY)
+    list(APPEND folders ${folder}/*.h)
+  endforeach()
+  list(REMOVE_DUPLICATES folders)
+  file(GLOB headers CONFIGURE_DEPENDS ${folders})
+  lss_kept_members(${name}_daemon ${headers})
   set(parts ${name}_daemon)
   lss_target(lssd-${name} PROGRAM SOURCES ${lssd_SOURCES}/daemon/app/roster.cpp SYSTEM ${roster}
              LINK ${name}_daemon lssd::lss_daemon_program)

@@ -29,6 +29,15 @@ function(lss_idl_library name)
   add_dependencies(${name} ${name}_headers)
 endfunction()
 
+# lss_kept_members(TARGET HEADER...): it is not built while a class forgets one of its members in keep(v).
+set(LSS_KEPT_MEMBERS ${CMAKE_CURRENT_LIST_DIR}/kept_members.py)
+function(lss_kept_members target)
+  set(stamp ${CMAKE_CURRENT_BINARY_DIR}/${target}_kept_members.stamp)
+  add_custom_command(OUTPUT ${stamp} COMMAND Python3::Interpreter ${LSS_KEPT_MEMBERS} ${stamp} ${ARGN}
+                     DEPENDS ${ARGN} ${LSS_KEPT_MEMBERS} VERBATIM COMMENT "members in keep(v) of ${target}")
+  target_sources(${target} PRIVATE ${stamp})
+endfunction()
+
 # The struct of a vehicle's telemetry is named after it: lss::ZebroTelemetry of zebro.
 function(lss_type_name name result)
   string(SUBSTRING ${name} 0 1 initial)

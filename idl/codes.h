@@ -1,8 +1,9 @@
 #pragma once
 
-// The numbered list of reject reasons, faults and events. Numbers are never reused: a retired line
-// stays and is marked so. The daemon, the command line and the documents use it; on the wire only
-// the number travels. Pure data, callable from every thread.
+// The numbered lists of reject reasons, faults and events that vehicles share; those of one vehicle
+// are in idl/NAME/codes.h. Numbers are never reused: a retired line stays and is marked so. The
+// daemon, the command line and the documents use them; on the wire only the number travels. Pure
+// data, callable from every thread.
 
 #include <cstdint>
 #include <span>
@@ -30,11 +31,8 @@ namespace lss {
   X(13, not_in_mode, "not allowed in this mode", "see the mode with: lss-cli status")              \
   X(14, module_silent, "a module does not answer",                                                 \
     "check its power and the bus, then: lss-cli solve")                                            \
-  X(15, panel_deployed, "the solar panel is deployed", "retract it first: lss-cli panel retract")  \
   X(16, motors_not_on, "motion control is not confirmed by all modules",                           \
     "wait for it, or check lss-cli status")                                                        \
-  X(17, fault_latched, "a module stopped by itself and was not reset since",                       \
-    "lss-cli reset MODULE")                                                                        \
   X(18, port_closed, "the bus port is not open", "check the port named in the config")             \
   X(19, emergency, "an emergency ended it", "see lss-cli status, then: lss-cli solve")             \
   X(20, lease_expired, "the heartbeat of its source stopped",                                      \
@@ -43,26 +41,15 @@ namespace lss {
   X(22, over_current, "a module draws too much current", "free the leg, then: lss-cli solve")      \
   X(23, not_solved, "errors remain", "see lss-cli status for the faults that are still there")     \
   X(24, shutting_down, "the daemon is stopping", "start it again")                                 \
-  X(25, panel_moving, "the solar panel is moving", "wait for it to end")                           \
   X(26, unused_parameter, "a parameter that the command does not have is not zero",                \
     "see: lss-cli command describe NAME")                                                          \
   X(27, never_heard, "a module has not answered since the daemon started",                         \
     "check its power and the bus, or go on without it where the vehicle can: lss-cli isolate")     \
-  X(28, too_fast, "faster than a leg may turn", "give it more time")                               \
   X(29, isolated, "the module is out of service", "lss-cli restore, when it is repaired")          \
   X(30, obc_silent, "no heartbeat from the OBC", "start the OBC's client or lss-cli heartbeat")    \
   X(31, nobody_holds, "nobody has authority", "")                                                  \
-  X(32, not_stable, "too few legs would be left to stand and walk on",                             \
-    "repair a leg and restore it first")                                                           \
-  X(33, over_limit, "faster than the limit selected at start",                                     \
-    "drive slower, or stop and start with another --limit")                                        \
   X(34, imu_lost, "the IMU is not reliable", "drive by hand, or repair the IMU")                   \
-  X(35, button_pressed, "the emergency-stop button is pressed", "release it, then: lss-cli solve") \
-  X(36, power_bad, "the motors have no power", "check the battery, then: lss-cli solve")           \
-  X(37, too_few_wheels, "another wheel is out of service already", "repair and restore it first")  \
   X(38, too_early, "retired", "")                                                                  \
-  X(39, solved_too_often, "the same fault was solved again and again without healthy operation",   \
-    "repair the cause, then: lss-cli reset controller, lss-cli solve")                             \
   X(40, not_calibrated, "the navigation is not calibrated",                                        \
     "lss-cli gnc standby, then lss-cli gnc calibrate, standing still")                             \
   X(41, not_planned, "nothing is planned", "lss-cli plan PROGRAM")                                 \
@@ -138,10 +125,6 @@ namespace lss {
   X(83, landed_sideways, "it moved sideways at touchdown: m/s", "inspect the legs")                \
   X(84, no_lift_off, "it stood still when it should fly",                                          \
     "weigh it; check fans, thrust and gains")                                                      \
-  X(90, stuck, "the wheels turn and, by the IMU, the rover does not move",                         \
-    "drive back, or another way; lss-cli status shows the slip")                                   \
-  X(91, over_cap, "faster than the configuration allows this vehicle",                             \
-    "drive slower; the cap is safety.max_speed_m_s of the config")                                 \
   X(92, not_configured,                                                                            \
     "a module answers, but is another one than configured or refuses its configuration",           \
     "lss-cli status names its link; check its number, firmware and description")
@@ -157,54 +140,23 @@ namespace lss {
     "check its power and the bus, then: lss-cli solve")                                           \
   X(5, module_over_current, 3, "module stopped by over-current",                                  \
     "free what blocks it, then: lss-cli solve")                                                   \
-  X(6, module_driver_fault, 3, "module stopped by a motor-driver fault",                          \
-    "lss-cli solve resets it")                                                                    \
-  X(7, module_watchdog, 3, "module stopped by its own watchdog",                                  \
-    "check the bus, then: lss-cli solve")                                                         \
   X(8, module_reset, 3, "module was reset while operational",                                     \
     "check its supply, then: lss-cli solve")                                                      \
   X(9, module_disobeys, 3, "module does not do what it was commanded", "lss-cli solve resets it") \
-  X(10, current_limit, 3, "current above the software limit",                                     \
-    "free what blocks it, then: lss-cli solve")                                                   \
   X(11, port_lost, 3, "bus port is gone",                                                         \
     "plug it in again: it is reopened by itself; then: lss-cli solve")                            \
   X(12, port_absent, 1, "bus port is not there yet", "plug it in: it is opened by itself")        \
-  X(13, not_calibrated, 1, "module did not pass its calibration sensor",                          \
-    "walking goes on with less precision; check the sensor")                                      \
   X(14, temperature_warning, 1, "module is hot", "let it cool down")                              \
   X(15, shared_memory_lost, 1, "RouDi ended or was replaced: telemetry goes by the network",      \
     "restart the daemon when the vehicle is idle")                                                \
   X(16, bus_noise, 1, "many broken frames on the bus", "check wiring and termination")            \
   X(17, bus_stuck, 3, "bus thread made no cycle in time", "check the port and the load")          \
-  X(18, motion_timeout, 3, "a motion did not end in its time",                                    \
-    "free what blocks it, then: lss-cli solve")                                                   \
   X(19, gate_closed, 3, "an order failed a check at the gate",                                    \
     "report it with the events before it; then: lss-cli solve")                                   \
   X(20, orders_stale, 3, "the cycle gave no orders in time and the bus stopped the modules",      \
     "check the load and the real-time contract: lss-cli status; then: lss-cli solve")             \
-  X(21, wheel_sensor, 1, "a speed sensor of the wheel failed and is substituted",                 \
-    "driving goes on; check it, then in Idle: lss-cli reset NODE")                                \
-  X(22, wheel_motor, 1, "the wheel's motor failed: its clutch is open",                           \
-    "driving goes on with five wheels; check it, then in Idle: lss-cli reset NODE")               \
-  X(23, wheel_gear, 1, "the wheel's gear failed: its motor is stopped",                           \
-    "driving goes on with five wheels; check it, then in Idle: lss-cli reset NODE")               \
-  X(24, wheel_clutch, 1, "the wheel's clutch slips or is open: its motor is stopped",             \
-    "driving goes on with five wheels; check it, then in Idle: lss-cli reset NODE")               \
-  X(25, wheel_critical, 3, "several parts of the wheel failed", "check it, then: lss-cli solve")  \
-  X(26, steering_sensor, 1, "a position sensor of the steering failed and is substituted",        \
-    "driving goes on; check it, then in Idle: lss-cli reset NODE")                                \
-  X(27, steering_critical, 3, "the steering does not follow", "check it, then: lss-cli solve")    \
-  X(28, mobility_error, 3, "the failure detection cannot keep the rover driving",                 \
-    "see which wheels failed: lss-cli status; then: lss-cli solve")                               \
-  X(29, imu_lost, 1, "the IMU is silent or implausible: no correction, no autonomous driving",    \
-    "check it; driving by hand goes on")                                                          \
-  X(30, rocker_lost, 1, "a rocker or bogie angle is stale or implausible: no correction",         \
-    "check the I/O node; driving goes on")                                                        \
   X(31, stale_input, 3, "a measurement that is needed is too old",                                \
     "check the node and the bus, then: lss-cli solve")                                            \
-  X(32, emergency_button, 3, "the emergency-stop button was pressed",                             \
-    "release it, then: lss-cli solve")                                                            \
-  X(33, power_lost, 3, "the motors lost their power", "check the battery, then: lss-cli solve")   \
   X(34, drive_fault, 3, "a drive reports a fault", "lss-cli solve resets it")                     \
   X(35, node_wrong, 1, "the node is of another type than configured",                             \
     "check its number and the config")                                                            \
@@ -214,11 +166,6 @@ namespace lss {
     "check wiring and termination, then: lss-cli solve")                                          \
   X(38, node_babbles, 1, "the node sends too much and is not listened to",                        \
     "in Idle: lss-cli reset NODE; or replace it")                                                 \
-  X(39, instance_disagreed, 1,                                                                    \
-    "an instance of the mobility controller was out-voted and set to the others' state",          \
-    "memory may be failing: watch whether it comes again")                                        \
-  X(40, no_majority, 3, "the instances of the mobility controller all disagree",                  \
-    "restart the daemon")                                                                         \
   X(41, imu_silent, 1, "no packets of the IMU come",                                              \
     "check its power and line; then calibrate again")                                             \
   X(42, imu_stuck, 1, "the IMU repeats its values, or they are implausible",                      \
@@ -249,14 +196,8 @@ namespace lss {
     "refill, or plan less")                                                                       \
   X(58, altimeter_stuck, 1, "the altimeter repeats one reading in the air",                       \
     "check it and what it looks at")                                                              \
-  X(70, rover_stuck, 2, "the wheels turn and, by the IMU, the rover does not move: it stopped",   \
-    "drive back, or another way; if it did move, check the IMU's speed")                          \
   X(71, drive_drops_out, 3, "a drive dropped out of operation enabled again and again",           \
-    "check its supply, wiring and load, then: lss-cli solve")                                     \
-  X(72, yaw_disagrees, 1, "the rover turns otherwise than its steering says",                     \
-    "check the steering's brackets and the IMU's yaw rate")                                       \
-  X(73, wheel_unproven, 1, "a part of the wheel failed and has not worked since",                 \
-    "drive to see whether it works; after a repair: lss-cli reset NODE")
+    "check its supply, wiring and load, then: lss-cli solve")
 
 // number, name, severity, text ({0}..{3}: arguments). Faults are events of the same number + 1000.
 #define LSS_EVENTS(X)                                                                    \
@@ -268,15 +209,12 @@ namespace lss {
   X(6, authority_released, 0, "authority released")                                      \
   X(7, lease_expired, 1, "heartbeat of the authority stopped for {0} ms: safe stop")     \
   X(8, command_rejected, 1, "command {0} rejected, reason {1}")                          \
-  X(9, module_online, 0, "module answers")                                               \
-  X(10, module_calibrated, 0, "module passed its calibration sensor")                    \
   X(11, port_opened, 0, "bus port opened")                                               \
   X(12, port_closed, 1, "bus port closed")                                               \
   X(13, frame_late, 1, "a command was late, {0} so far")                                 \
   X(14, gate_closed, 1, "gate replaced a command, check {0}")                            \
   X(15, solve_ended, 0, "error solving ended, {0} faults left")                          \
   X(16, safe_command_sent, 2, "bus sent the safe command by itself")                     \
-  X(17, module_resent, 1, "commands re-sent to module, {0} so far")                      \
   X(18, fault_cleared, 0, "fault {0} cleared")                                           \
   X(19, module_was_reset, 1, "module was reset")                                         \
   X(20, timing_reset, 0, "timing statistics begin again")                                \
@@ -290,7 +228,6 @@ namespace lss {
   X(28, log_lost, 1, "frames are missing in the log")                                    \
   X(29, emergency_message, 1, "node sent emergency {0}")                                 \
   X(30, node_configured, 0, "node is configured and running")                            \
-  X(31, autonomy_ended, 1, "back to manual driving: the IMU is lost")                    \
   X(32, calibrated, 0, "navigation is calibrated")                                       \
   X(33, calibration_refused, 1, "calibration failed, {0}: {1}, allowed {2}")             \
   X(34, planned, 0, "planned: {0}, {1} s, {2} of {3} thruster-seconds")                  \
@@ -320,10 +257,7 @@ namespace lss {
   X(58, reset_ended, 0, "module answers again, {0} s after its reset was ordered")       \
   X(59, flight_judged, 0, "{0} m off target (1 sigma {1}); {2} m/s down, {3} sideways")  \
   X(60, off_course, 1, "off the plan, kind {0}: {1}, allowed {2}")                       \
-  X(70, drive_dropped_out, 1, "drive dropped out of operation enabled, {0} so far")      \
-  X(71, slip_begun, 1, "the wheels go {0} m/s faster than the rover, load {1}")          \
-  X(72, slip_ended, 0, "the wheels no longer slip, {0} m/s at most")                     \
-  X(73, stopped_stuck, 2, "stopped: the wheels turn with {0} m/s, the rover goes {1} m/s")
+  X(70, drive_dropped_out, 1, "drive dropped out of operation enabled, {0} so far")
 
 enum class Reason : std::uint16_t {
 #define LSS_ENUM(number, name, ...) name = number,
@@ -346,23 +280,16 @@ struct CodeInfo {
   const char* advice;
 };
 
-inline constexpr CodeInfo kReasons[] = {
-#define LSS_INFO(number, name, text, advice) {number, #name, 1, text, advice},
-    LSS_REASONS(LSS_INFO)
-#undef LSS_INFO
-};
-inline constexpr CodeInfo kFaults[] = {
-#define LSS_INFO(number, name, severity, text, advice) {number, #name, severity, text, advice},
-    LSS_FAULTS(LSS_INFO)
-#undef LSS_INFO
-};
-inline constexpr CodeInfo kEvents[] = {
-#define LSS_INFO(number, name, severity, text) {number, #name, severity, text, ""},
-    LSS_EVENTS(LSS_INFO)
-#undef LSS_INFO
-};
+#define LSS_REASON_INFO(number, name, text, advice) {number, #name, 1, text, advice},
+#define LSS_FAULT_INFO(number, name, severity, text, advice) \
+  {number, #name, severity, text, advice},
+#define LSS_EVENT_INFO(number, name, severity, text) {number, #name, severity, text, ""},
+inline constexpr CodeInfo kReasons[] = {LSS_REASONS(LSS_REASON_INFO)};
+inline constexpr CodeInfo kFaults[] = {LSS_FAULTS(LSS_FAULT_INFO)};
+inline constexpr CodeInfo kEvents[] = {LSS_EVENTS(LSS_EVENT_INFO)};
 
-// Codes of a vehicle itself: numbers from kFirstOwnCode to 999.
+// Codes of a vehicle itself. Those of a vehicle from outside have the numbers from kFirstOwnCode to
+// 999: below, this file may take new ones.
 inline constexpr std::uint16_t kFirstOwnCode = 500;
 struct OwnCodes {
   std::span<const CodeInfo> faults{}, reasons{}, events{};
@@ -370,26 +297,53 @@ struct OwnCodes {
 // Those of this process: set once at start-up, before there are other threads.
 inline OwnCodes own_codes;
 
+// In a vehicle's namespace: reasons::NAME, faults::NAME, events::NAME, and kOwnCodes.
+#define LSS_OWN_REASON(number, name, ...) inline constexpr Reason name{number};
+#define LSS_OWN_FAULT(number, name, ...) inline constexpr FaultId name{number};
+#define LSS_OWN_EVENT(number, name, ...) inline constexpr EventId name{number};
+#define LSS_OWN_CODES(REASONS, FAULTS, EVENTS)                          \
+  namespace reasons {                                                   \
+  REASONS(LSS_OWN_REASON)                                               \
+  }                                                                     \
+  namespace faults {                                                    \
+  FAULTS(LSS_OWN_FAULT)                                                 \
+  }                                                                     \
+  namespace events {                                                    \
+  EVENTS(LSS_OWN_EVENT)                                                 \
+  }                                                                     \
+  inline constexpr CodeInfo kOwnReasons[] = {REASONS(LSS_REASON_INFO)}; \
+  inline constexpr CodeInfo kOwnFaults[] = {FAULTS(LSS_FAULT_INFO)};    \
+  inline constexpr CodeInfo kOwnEvents[] = {EVENTS(LSS_EVENT_INFO)};    \
+  inline constexpr OwnCodes kOwnCodes{                                  \
+      .faults = kOwnFaults, .reasons = kOwnReasons, .events = kOwnEvents};
+
 constexpr const CodeInfo* find_code(std::span<const CodeInfo> table, std::uint16_t number) {
   for (const CodeInfo& info : table) {
     if (info.number == number) return &info;
   }
   return nullptr;
 }
+constexpr const CodeInfo* find_code(std::span<const CodeInfo> own, std::span<const CodeInfo> shared,
+                                    std::uint16_t number) {
+  const CodeInfo* code = find_code(own, number);
+  return code != nullptr ? code : find_code(shared, number);
+}
 
-// nullptr for a number that is not in the list.
-constexpr const CodeInfo* info(Reason r) {
-  const auto number = static_cast<std::uint16_t>(r);
-  return number < kFirstOwnCode ? find_code(kReasons, number)
-                                : find_code(own_codes.reasons, number);
+// nullptr for a number that is not in the lists.
+constexpr const CodeInfo* info(Reason r, const OwnCodes& own = own_codes) {
+  return find_code(own.reasons, kReasons, static_cast<std::uint16_t>(r));
 }
-constexpr const CodeInfo* info(FaultId f) {
-  const auto number = static_cast<std::uint16_t>(f);
-  return number < kFirstOwnCode ? find_code(kFaults, number) : find_code(own_codes.faults, number);
+constexpr const CodeInfo* info(FaultId f, const OwnCodes& own = own_codes) {
+  return find_code(own.faults, kFaults, static_cast<std::uint16_t>(f));
 }
-constexpr const CodeInfo* info(EventId e) {
-  const auto number = static_cast<std::uint16_t>(e);
-  return number < kFirstOwnCode ? find_code(kEvents, number) : find_code(own_codes.events, number);
+constexpr const CodeInfo* info(EventId e, const OwnCodes& own = own_codes) {
+  return find_code(own.events, kEvents, static_cast<std::uint16_t>(e));
+}
+
+// Of an event, or of the fault that it is.
+constexpr const CodeInfo* event_info(std::uint16_t id, const OwnCodes& own = own_codes) {
+  return id < kFaultEventBase ? info(static_cast<EventId>(id), own)
+                              : info(static_cast<FaultId>(id - kFaultEventBase), own);
 }
 
 }  // namespace lss

@@ -10,11 +10,10 @@ namespace {
 
 constexpr std::uint16_t number(CommandKind kind) { return static_cast<std::uint16_t>(kind); }
 
-// Of a code of all vehicles, or of the vehicle itself; an unknown fault is fatal.
+// An unknown fault is fatal.
 template <class Id>
-Severity severity_of(Id id, std::span<const CodeInfo> own) noexcept {
-  const auto number = static_cast<std::uint16_t>(id);
-  const CodeInfo* code = number < kFirstOwnCode ? info(id) : find_code(own, number);
+Severity severity_of(Id id, const OwnCodes& own) noexcept {
+  const CodeInfo* code = info(id, own);
   return code != nullptr ? static_cast<Severity>(code->severity) : Severity::fatal;
 }
 
@@ -283,7 +282,7 @@ void Supervisor::follow(const lc::ControllerState& before) noexcept {
 }
 
 bool Supervisor::fatal(FaultId id) const noexcept {
-  return severity_of(id, logic_.codes.faults) == Severity::fatal;
+  return severity_of(id, logic_.codes) == Severity::fatal;
 }
 
 void Supervisor::raise(FaultId id, std::uint16_t subject) noexcept {
@@ -430,8 +429,7 @@ void Supervisor::acknowledge(const Active& command, Phase phase, const Verdict& 
 
 void Supervisor::note(EventId id, std::uint16_t subject, double a, double b, double c,
                       double d) noexcept {
-  report(severity_of(id, logic_.codes.events), static_cast<std::uint16_t>(id), subject,
-         {a, b, c, d});
+  report(severity_of(id, logic_.codes), static_cast<std::uint16_t>(id), subject, {a, b, c, d});
 }
 
 void Supervisor::report(Severity severity, std::uint16_t id, std::uint16_t subject,

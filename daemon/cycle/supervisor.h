@@ -228,12 +228,12 @@ class Supervisor {
               const std::array<double, 4>& argument) noexcept;
   FaultRecord* find(FaultId id, std::uint16_t subject) noexcept;
 
-  Logic logic_;
-  Parameters parameters_;
+  Logic logic_;            // no state: constant
+  Parameters parameters_;  // no state: constant
   SupervisorState state_;
-  Outbox outbox_;
-  Active save_;   // of this frame
-  Active reset_;  // waits for its modules; beside the active command
+  Outbox outbox_;  // no state: of one frame
+  Active save_;    // no state: of this frame
+  Active reset_;   // waits for its modules; beside the active command
   std::uint16_t reset_modules_ = 0;
   Actor* actor_ = nullptr;
   std::uint64_t late_told_ = 0;

@@ -124,9 +124,7 @@ class Publisher {
   TimeNs statistics_from_ns_ = 0;  // only later frames count
   ClockStep clock_step_;
   TimeNs next_status_ns_ = 0, next_heartbeat_ns_ = 0, next_watch_ns_ = 0;
-  std::uint64_t published_version_ = 0;
   bool memory_locked_ = false, granted_ = true;
-  std::uint64_t safe_commands_ = 0;
 
   mutable std::mutex summary_mutex_;  // main and publish thread only
   std::string summary_;

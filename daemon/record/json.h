@@ -25,9 +25,8 @@ inline nlohmann::ordered_json name_of(const CodeInfo* info, std::uint16_t number
 }
 
 // Faults are events, too.
-inline nlohmann::ordered_json event_name(std::uint16_t id) {
-  if (id < kFaultEventBase) return name_of(info(static_cast<EventId>(id)), id);
-  return name_of(info(static_cast<FaultId>(id - kFaultEventBase)), id);
+inline nlohmann::ordered_json event_name(std::uint16_t id, const OwnCodes& own = own_codes) {
+  return name_of(event_info(id, own), id);
 }
 
 // The struct of a telemetry topic: its IDL has the state as a number.

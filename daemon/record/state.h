@@ -5,6 +5,9 @@
 //
 //   template <class V> void keep(V& v) { v(navigation_, orders_, solver_); }
 //
+// A member that is missing there does not build (cmake/kept_members.py), unless it is a pointer or
+// the comment behind it says why it has "no state".
+//
 // Members with keep() are visited by it; the others are copied as they are in memory, so they must
 // not contain pointers. That suits programs of the same layout, which StateLayout describes. Only
 // StateLayout allocates.

@@ -88,25 +88,12 @@ bool CanUdp::passes(const CanFrame& frame) const noexcept {
 
 CanUdp::Datagram CanUdp::next_datagram(CanCounters& counters) noexcept {
   sockaddr_in from{};
-  iovec piece{bytes_.data(), bytes_.size()};
-  alignas(cmsghdr) std::array<std::uint8_t, 128> control;
-  msghdr message{};
-  message.msg_name = &from;
-  message.msg_namelen = sizeof from;
-  message.msg_iov = &piece;
-  message.msg_iovlen = 1;
-  message.msg_control = control.data();
-  message.msg_controllen = control.size();
-  const ssize_t got = ::recvmsg(fd_, &message, MSG_DONTWAIT);
+  const ssize_t got = take(bytes_, time_ns_, counters, &from);
   if (got < 0) {
-    error_ = errno;
     if (error_ == EAGAIN || error_ == EINTR)
       return wire_.awaits(fd_) ? Datagram::skipped : Datagram::none;
     return error_ == ECONNREFUSED ? Datagram::skipped : Datagram::lost;
   }
-  const std::uint32_t dropped = dropped_;
-  time_ns_ = stamp(message, read_clocks(), dropped_);
-  counters.overflows += dropped_ - dropped;
   if (from.sin_family != AF_INET || from.sin_addr.s_addr != peer_address_ ||
       from.sin_port != peer_port_) {
     ++counters.foreign;

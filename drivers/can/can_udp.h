@@ -43,7 +43,6 @@ class CanUdp final : public CanTransport {
   std::span<const CanFilter> filters_;
   std::array<std::uint8_t, kMaxDatagram + 1> bytes_{};  // one more shows truncation
   TimeNs time_ns_ = 0;                                  // of the datagram that is being read
-  std::uint32_t dropped_ = 0;
   CannelloniReader reader_;
   CannelloniWriter writer_;
   CanSender* sender_ = nullptr;

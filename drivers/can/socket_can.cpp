@@ -97,22 +97,10 @@ CanStatus SocketCan::prepare(const char* interface, std::span<const CanFilter> f
 CanTransport::Received SocketCan::receive(std::span<CanFrame> into,
                                           CanCounters& counters) noexcept {
   can_frame raw{};
-  iovec piece{&raw, sizeof raw};
-  alignas(cmsghdr) std::array<std::uint8_t, 128> control;
-  msghdr message{};
-  message.msg_iov = &piece;
-  message.msg_iovlen = 1;
-  message.msg_control = control.data();
-  message.msg_controllen = control.size();
-  const ssize_t got = ::recvmsg(fd_, &message, MSG_DONTWAIT);
-  if (got < 0) {
-    error_ = errno;
-    return {0, false, error_ != EAGAIN && error_ != EINTR && error_ != ENOBUFS};
-  }
-  const std::uint32_t dropped = dropped_;
+  TimeNs time = 0;
+  const ssize_t got = take({reinterpret_cast<std::uint8_t*>(&raw), sizeof raw}, time, counters);
+  if (got < 0) return {0, false, error_ != EAGAIN && error_ != EINTR && error_ != ENOBUFS};
   CanFrame& frame = into.front();
-  const TimeNs time = stamp(message, read_clocks(), dropped_);
-  counters.overflows += dropped_ - dropped;  // wraps as the kernel's does
   if (got != sizeof raw || !from_kernel(raw, frame)) return {};
   frame.time_ns = time;
   if (frame.error) {

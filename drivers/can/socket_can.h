@@ -26,8 +26,6 @@ class SocketCan final : public CanTransport {
  private:
   CanStatus prepare(const char* interface, std::span<const CanFilter> filters) noexcept;
   void told(const CanFrame& error, CanCounters& counters) noexcept;
-
-  std::uint32_t dropped_ = 0;  // by the kernel, last reported
 };
 
 }  // namespace lss

@@ -3,6 +3,8 @@
 // A carrier of CAN frames: a CAN interface of the kernel (socket_can.h) or datagrams (can_udp.h).
 // CanPort chooses by the path. One thread at a time; nothing blocks or, once opened, allocates.
 
+#include <sys/types.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -10,7 +12,7 @@
 #include "drivers/can/cannelloni.h"
 #include "drivers/can/frame.h"
 
-struct msghdr;
+struct sockaddr_in;
 
 namespace lss {
 
@@ -76,10 +78,15 @@ class CanTransport {
  protected:
   CanStatus failed() noexcept;  // what errno means
   void close_fd() noexcept;
+  // One message of the socket: its size, or -1 with error(). `time_ns`: when the kernel had it.
+  // `from`: its sender, where that is asked for.
+  ssize_t take(std::span<std::uint8_t> into, TimeNs& time_ns, CanCounters& counters,
+               sockaddr_in* from = nullptr) noexcept;
 
   int fd_ = -1;
   int error_ = 0;
   CanState state_ = CanState::active;
+  std::uint32_t dropped_ = 0;  // by the kernel since the socket was opened
 };
 
 // CLOCK_MONOTONIC and CLOCK_REALTIME at the same moment, to convert the kernel's stamps.
@@ -92,10 +99,5 @@ CanClocks read_clocks() noexcept;
 // Lets the kernel stamp arriving frames and report dropped ones. Stamping begins some milliseconds
 // after the first socket of the machine asked; until then its stamps are of reading.
 void ask_for_stamps(int fd) noexcept;
-
-// From the control data of one message: when the kernel had it, on CLOCK_MONOTONIC; now, without a
-// stamp or when the wall clock was set in between. `dropped`: by the kernel since the socket was
-// opened, unchanged when not reported.
-TimeNs stamp(msghdr& message, const CanClocks& now, std::uint32_t& dropped) noexcept;
 
 }  // namespace lss

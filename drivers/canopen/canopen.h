@@ -46,7 +46,7 @@ inline constexpr std::uint32_t kNoRemoteRequest = 0x4000'0000;  // the same, TPD
 
 // Objects, CiA 402.
 inline constexpr std::uint16_t kAbortConnection = 0x6007, kQuickStopOption = 0x605A;
-inline constexpr std::uint16_t kModeOfOperation = 0x6060, kProfileVelocity = 0x6081;
+inline constexpr std::uint16_t kModeOfOperation = 0x6060;
 inline constexpr std::uint16_t kAcceleration = 0x6083, kDeceleration = 0x6084;
 inline constexpr std::uint16_t kQuickStopDeceleration = 0x6085;
 
@@ -94,9 +94,6 @@ constexpr DriveState drive_state(std::uint16_t statusword) {
 }
 
 // Statusword.
-inline constexpr std::uint16_t kVoltageEnabled = 1u << 4, kWarning = 1u << 7;
-inline constexpr std::uint16_t kTargetReached = 1u << 10, kInternalLimit = 1u << 11;
-inline constexpr std::uint16_t kSpeedZero = 1u << 12;             // profile velocity
 inline constexpr std::uint16_t kSetPointAcknowledged = 1u << 12;  // profile position
 inline constexpr std::uint16_t kFollowingError = 1u << 13;        // profile position
 

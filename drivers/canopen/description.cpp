@@ -91,7 +91,6 @@ struct Section {
 struct Place {
   std::uint16_t index;
   std::uint8_t sub;
-  bool has_sub;
 };
 std::optional<Place> place_of(const std::string& name) {
   const auto hex = [&](std::size_t from, std::size_t count) -> std::optional<unsigned> {
@@ -103,12 +102,12 @@ std::optional<Place> place_of(const std::string& name) {
   };
   if (name.size() == 4) {
     const auto index = hex(0, 4);
-    if (index) return Place{static_cast<std::uint16_t>(*index), 0, false};
+    if (index) return Place{static_cast<std::uint16_t>(*index), 0};
   }
   if (name.size() >= 8 && name.size() <= 9 && name.compare(4, 3, "sub") == 0) {
     const auto index = hex(0, 4), sub = hex(7, name.size() - 7);
     if (index && sub)
-      return Place{static_cast<std::uint16_t>(*index), static_cast<std::uint8_t>(*sub), true};
+      return Place{static_cast<std::uint16_t>(*index), static_cast<std::uint8_t>(*sub)};
   }
   return {};
 }

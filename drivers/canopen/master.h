@@ -147,7 +147,6 @@ class Master {
     std::array<Outgoing, kMaxPdos> rpdo{};
     TimeNs window_ns = 0;  // babbling: begin of the window, frames in it
     int window_frames = 0;
-    TimeNs loud_ns = 0;            // end of the last window with too many
     bool was_operational = false;  // before it babbled
     TimeNs storm_ns = 0;           // EMCYs: begin of the second, and how many in it
     int storm_emcys = 0;

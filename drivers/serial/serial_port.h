@@ -69,7 +69,6 @@ class SerialPort {
   bool is_open() const noexcept { return fd_ >= 0; }
   int error() const noexcept { return error_; }                   // errno of the last failure
   bool rs485_granted() const noexcept { return rs485_granted_; }  // the driver switches direction
-  bool low_latency_granted() const noexcept { return low_latency_granted_; }
 
  private:
   Status prepare(const SerialFormat& format) noexcept;
@@ -81,7 +80,6 @@ class SerialPort {
   int fd_ = -1;
   int error_ = 0;
   bool rs485_granted_ = false;
-  bool low_latency_granted_ = false;
   bool marked_ = false;  // the terminal marks parity errors
   ParityMarks marks_;
 };

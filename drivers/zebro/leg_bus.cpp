@@ -97,11 +97,11 @@ void LegBus::accept(Module& module, ModuleLink& link, const ModuleOrder& order, 
   link.disobeys = false;
 }
 
-void LegBus::stop_all(TimeNs now, bool anew) noexcept {
+void LegBus::stop_all(TimeNs now, bool again) noexcept {
   broadcast_due_ = true;
   for (std::size_t i = 0; i < module_.size(); ++i) {
     Module& module = module_[i];
-    if (anew || module.order.kind != Kind::emergency_stop) {
+    if (again || module.order.kind != Kind::emergency_stop) {
       module.contradictions = module.silences = 0;
       counters_.module[i].disobeys = false;
     }

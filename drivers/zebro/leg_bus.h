@@ -173,7 +173,7 @@ class LegBus {
   };
 
   void begin_cycle(TimeNs now) noexcept;
-  void stop_all(TimeNs now, bool anew) noexcept;
+  void stop_all(TimeNs now, bool again) noexcept;
   void accept(Module& module, ModuleLink& link, const ModuleOrder& order, bool fresh,
               TimeNs now) noexcept;
   void stop_if_stale(TimeNs now) noexcept;

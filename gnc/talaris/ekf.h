@@ -110,8 +110,6 @@ class Ekf {
   // by b_g, and by psi (as vectors: -[v x]).
   struct Sums {
     Eigen::Matrix<double, 3, 8> all = Eigen::Matrix<double, 3, 8>::Zero();  // the last is unused
-    auto by_force_bias() noexcept { return all.leftCols<3>(); }
-    auto by_rate_bias() noexcept { return all.middleCols<3>(3); }
     auto by_attitude() noexcept { return all.col(6); }
   };
   struct Since {

@@ -22,14 +22,13 @@ class GasBudget {
   void refuel() noexcept { used_s_ = 0; }
 
   double used_s() const noexcept { return used_s_; }
-  double used_by_pressure_s() const noexcept { return used_by_pressure_s_; }  // NaN: no sensor
   double left_s() const noexcept;                      // the lower of both; never below 0
   double mass_kg(double full_mass_kg) const noexcept;  // of the vehicle now, by the pulses
 
  private:
   Gas gas_;
   double used_s_ = 0;
-  double used_by_pressure_s_ = kNaN;
+  double used_by_pressure_s_ = kNaN;  // no sensor
 };
 
 }  // namespace lss::gnc::talaris

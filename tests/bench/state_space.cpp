@@ -52,9 +52,8 @@ Figures state_space(const Options& options) {
       fmt::format("states={} transitions={} seconds={:.3f}", e.states, e.transitions, ours_s);
   Figure verdict = figure_of("viii", "full verdict", "s", ours_s, 1, 1, size);
   verdict.absolute = true;
-  Figure memory =
-      figure_of("viii", "memory of a state", "B", static_cast<double>(e.octets) / states, 24, 24,
-                "with how it was reached");
+  Figure memory = figure_of("viii", "memory of a state", "B", static_cast<double>(e.bytes) / states,
+                            24, 24, "with how it was reached");
   memory.absolute = true;
   Figures figures{
       verdict, memory,

@@ -54,7 +54,7 @@ class Scenario {
         broke("without any fault it does not begin");
       } else {
         hit();
-        mend();
+        repair();
       }
       look_at_acks();
     } catch (const std::exception& error) {
@@ -66,7 +66,7 @@ class Scenario {
   }
 
  private:
-  static constexpr double kMended_s = 300;  // motors cool, fans stop, a hopper comes down
+  static constexpr double kRepaired_s = 300;  // motors cool, fans stop, a hopper comes down
   static constexpr int kSolves = 8;
   static constexpr double kOnTheWay_s = 11;  // delayed messages, by 10 s at most, arrive until then
 
@@ -197,13 +197,13 @@ class Scenario {
     send(command.kind, parameters);
   }
 
-  void mend() {
-    say(fmt::format("mended, in {}", kStateNames[static_cast<std::size_t>(chain().state())]));
+  void repair() {
+    say(fmt::format("repaired, in {}", kStateNames[static_cast<std::size_t>(chain().state())]));
     chain().inject("clear");
     chain().heartbeat(true);
     pass(kOnTheWay_s);
-    const double mended_s = chain().seconds();
-    const double give_up_s = mended_s + kMended_s;
+    const double repaired_s = chain().seconds();
+    const double give_up_s = repaired_s + kRepaired_s;
     const auto left_s = [&] { return give_up_s - chain().seconds(); };
     for (int solves = 0; left_s() > 0; ++solves) {
       if (operational()) send(static_cast<std::uint16_t>(CommandKind::stop), {});
@@ -213,9 +213,9 @@ class Scenario {
       send(static_cast<std::uint16_t>(CommandKind::solve), {});
       pass(2);
     }
-    run_.slowest_idle_s = chain().seconds() - mended_s;
+    run_.slowest_idle_s = chain().seconds() - repaired_s;
     if (chain().state() != State::idle)
-      return broke("mended, it does not come back to Idle: " + faults());
+      return broke("repaired, it does not come back to Idle: " + faults());
     send(static_cast<std::uint16_t>(CommandKind::restore), {});
     pass(World::kRest_s + 1);
     if constexpr (requires { world_.outcome(); }) {
@@ -224,7 +224,7 @@ class Scenario {
       if (!world_.can_start()) return;
     }
     say("starts again");
-    if (!world_.start()) return broke("mended and in Idle, it does not start again: " + faults());
+    if (!world_.start()) return broke("repaired and in Idle, it does not start again: " + faults());
     send(static_cast<std::uint16_t>(CommandKind::stop), {});
     if (!pass_until([&] { return chain().state() == State::idle; }, 60))
       broke("started again, it does not stop");

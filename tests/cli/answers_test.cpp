@@ -1,6 +1,7 @@
 // Output and exit code of lss-cli for each end of a command or query, against a stand-in for the
 // daemon.
 
+#include "idl/zebro/codes.h"
 #include "tests/cli/program_test.h"
 
 namespace lss::cli::test {
@@ -83,7 +84,7 @@ TEST_F(Answers, HealthIs0WhenAllIsWellAnd6WithTheReasonOtherwise) {
 
 TEST_F(Answers, ARejectedCommandEndsWith5TheReasonAndTheAdvice) {
   FakeDaemon daemon(domain());
-  daemon.trouble(kStart, {Trouble::Kind::reject, Reason::panel_deployed});
+  daemon.trouble(kStart, {Trouble::Kind::reject, zebro::reasons::panel_deployed});
   const Ended ended = run({"walk", "forward"});
   EXPECT_EQ(ended.code, 5);
   EXPECT_THAT(ended.err, HasSubstr("solar panel is deployed"));

@@ -94,14 +94,14 @@ class Machine : public testing::Test {
 };
 
 inline void expect(const doctor::Finding& finding, doctor::Result result, const std::string& found,
-                   const std::string& mend = "") {
+                   const std::string& remedy = "") {
   EXPECT_EQ(finding.result, result) << finding.name << ": " << finding.found;
   EXPECT_NE(finding.found.find(found), std::string::npos) << finding.found;
   EXPECT_FALSE(finding.meaning.empty()) << finding.name;
-  EXPECT_NE(finding.mend.find(mend), std::string::npos) << finding.mend;
+  EXPECT_NE(finding.remedy.find(remedy), std::string::npos) << finding.remedy;
   // A good finding has no remedy; any other must have one.
-  EXPECT_FALSE(result == doctor::Result::good && !finding.mend.empty()) << finding.mend;
-  EXPECT_FALSE(result > doctor::Result::note && finding.mend.empty()) << finding.name;
+  EXPECT_FALSE(result == doctor::Result::good && !finding.remedy.empty()) << finding.remedy;
+  EXPECT_FALSE(result > doctor::Result::note && finding.remedy.empty()) << finding.name;
 }
 
 }  // namespace lss::cli::test

@@ -111,7 +111,7 @@ TEST_F(DoctorMachine, IsolatedCpusAreHeldAgainstThoseThatThreadsName) {
   config.threads.push_back({.name = "actuate", .cpu = 1});
   expect(check_isolation(system, &config), Result::note, "isolated: 2-3", "isolcpus=3,1");
   config.threads = {{.name = "frame", .cpu = 7}};  // is not there: nothing to isolate
-  EXPECT_THAT(check_isolation(system, &config).mend, Not(HasSubstr("isolcpus")));
+  EXPECT_THAT(check_isolation(system, &config).remedy, Not(HasSubstr("isolcpus")));
   write("sys/devices/system/cpu/isolated", "\n");
   expect(check_isolation(system, nullptr), Result::note, "none isolated");
 }

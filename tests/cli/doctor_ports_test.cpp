@@ -109,7 +109,7 @@ TEST_F(DoctorPorts, WhatIsNoTerminalIsNotOpened) {
   EXPECT_FALSE(answer.low_latency.has_value());
 }
 
-TEST_F(DoctorPorts, LowLatencyIsToldAsTheDriverHasIt) {
+TEST_F(DoctorPorts, LowLatencyIsReportedAsTheDriverHasIt) {
   expect(check(serial_port(0666, {.terminal = true, .low_latency = false})), Result::good,
          "off until lssd switches it on");
   expect(check(serial_port(0666, {.terminal = true})), Result::note, "16 ms");

@@ -33,7 +33,7 @@ class Doctor : public ProgramTest {
       EXPECT_THAT(result, AnyOf("good", "note", "warning", "problem")) << name;
       EXPECT_FALSE(check.at("found").get<std::string>().empty()) << name;
       EXPECT_FALSE(check.at("meaning").get<std::string>().empty()) << name;
-      const bool silent = check.at("mend").get<std::string>().empty();
+      const bool silent = check.at("remedy").get<std::string>().empty();
       EXPECT_TRUE(!silent || result == "good" || result == "note") << name;
       problems += result == "problem" ? 1U : 0U;
     }

@@ -28,10 +28,10 @@ constexpr const char* kSchema =
 constexpr std::int64_t kUtc_ns = 1'900'000'000'000'000'000, kBegin_ns = 1'000'000'000'000;
 constexpr std::int64_t kPeriod_ns = 20'000'000;
 
-class Octets {
+class RecordBytes {
  public:
   template <class T>
-  Octets& put(T x) {
+  RecordBytes& put(T x) {
     const auto* begin = reinterpret_cast<const std::uint8_t*>(&x);
     bytes.insert(bytes.end(), begin, begin + sizeof x);
     return *this;
@@ -42,7 +42,7 @@ class Octets {
 // Frame 103 has a fault, 104 two requests; readings take turns; one number is none.
 std::vector<std::uint8_t> record(std::uint64_t frame) {
   const auto at = kBegin_ns + static_cast<std::int64_t>(frame - 101) * kPeriod_ns;
-  Octets out;
+  RecordBytes out;
   out.put(frame).put(at);
   const std::uint32_t requests = frame == 104 ? 2 : 0;
   out.put(requests);

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
-using Bytes = std::vector<std::uint8_t>;
+using FileBytes = std::vector<std::uint8_t>;
 
 std::string why_not(const std::string& schema) {
   return why([&] { RecordLayout layout(schema); });
@@ -40,7 +40,7 @@ TEST(HostileSchema, HoldsOnlySoMuch) {
 TEST(HostileRecord, AListThatIsLongIsRefused) {
   // One byte for each element in the record, and a thousand fields in memory.
   RecordLayout layout("a:<[1000](u1|u2)>;");
-  Bytes record(2'000'000, 0);
+  FileBytes record(2'000'000, 0);
   const std::uint32_t count = 1'999;
   std::memcpy(record.data(), &count, sizeof count);
   EXPECT_THAT(why([&] { layout.json(record); }), HasSubstr("more than 50000 fields"));
@@ -64,8 +64,8 @@ class HostileFlight : public testing::Test {
             {"vehicle_id", "z-1"}, {"period_ns", 20'000'000},
             {"schema", schema}};
   }
-  static Bytes record(std::uint64_t frame) {
-    Bytes bytes;
+  static FileBytes record(std::uint64_t frame) {
+    FileBytes bytes;
     const auto put = [&](auto x) {
       const auto* begin = reinterpret_cast<const std::uint8_t*>(&x);
       bytes.insert(bytes.end(), begin, begin + sizeof x);
@@ -85,11 +85,11 @@ class HostileFlight : public testing::Test {
     put(2.5);
     return bytes;
   }
-  void write(const nlohmann::ordered_json& header, const std::vector<Bytes>& records) const {
+  void write(const nlohmann::ordered_json& header, const std::vector<FileBytes>& records) const {
     fs::remove(path_);
     lss::record::RecordingWriter writer;
     ASSERT_EQ(writer.begin(path_, header, 0), 0);
-    for (const Bytes& bytes : records) {
+    for (const FileBytes& bytes : records) {
       writer.add_frame(bytes, 0);
       ASSERT_EQ(writer.flush(), 0);
     }
@@ -122,7 +122,7 @@ class HostileFlight : public testing::Test {
 };
 
 TEST_F(HostileFlight, TimesThatAreNoneAreRefused) {
-  Bytes last = record(2);
+  FileBytes last = record(2);
   const auto never = std::numeric_limits<std::int64_t>::min();
   std::memcpy(&last[8], &never, sizeof never);
   write(header(kSchema), {record(1), last});
@@ -165,7 +165,7 @@ TEST_F(HostileFlight, AnyFileIsReadOrRefused) {
       1000, 20'301'102,
       [&](int i, const Below& below) {
         std::string schema = kSchema;
-        std::vector<Bytes> records = {record(1), record(2), record(3)};
+        std::vector<FileBytes> records = {record(1), record(2), record(3)};
         if (i % 2 == 0) change(schema, below);
         if (i % 2 == 1 || i % 3 == 0) change(records[below(3)], below);
         write(header(schema), records);

@@ -72,7 +72,7 @@ class HostileMcap : public testing::Test {
   // A file that begins as it should.
   static Writer begun() {
     Writer out;
-    out.raw(octets(kMagic));
+    out.raw(bytes_of(kMagic));
     Writer header;
     header.text("");
     header.text("lss-cli test");
@@ -140,7 +140,7 @@ TEST_F(HostileMcap, AHeartbeatWithoutASourceIsCounted) {
                      "cdr", {});
   for (const char count : {'\1', '\5'}) {
     const std::string data = cdr({&count, 1}) + std::string(7, '\0');
-    writer.write({id, 1, 1'000, 1'000, octets(data)});
+    writer.write({id, 1, 1'000, 1'000, bytes_of(data)});
   }
   writer.close();
   EXPECT_EQ(open(path_)->topics().front().gaps, 3u);
@@ -151,7 +151,8 @@ TEST_F(HostileMcap, TimesAreAsFarApartAsTheyLike) {
   const auto id = writer.channel("x", {"A", "omgidl", "struct A { octet x; };"}, "cdr", {});
   constexpr auto kFirst = std::numeric_limits<std::int64_t>::min();
   constexpr auto kLast = std::numeric_limits<std::int64_t>::max();
-  for (const std::int64_t ns : {kFirst, kLast}) writer.write({id, 1, ns, kLast, octets(cdr("x"))});
+  for (const std::int64_t ns : {kFirst, kLast})
+    writer.write({id, 1, ns, kLast, bytes_of(cdr("x"))});
   writer.close();
   const auto recording = open(path_);
   EXPECT_NEAR(recording->seconds(kLast), 18'446'744'073.7, 0.1);
@@ -213,7 +214,7 @@ TEST_F(HostileMcap, AnyFileIsReadOrRefused) {
       message.number(std::uint32_t{7});
       message.number(std::int64_t{1'900'000'000'000'000'000} + i);
       message.number(std::int64_t{1'900'000'000'000'000'000});
-      message.raw(octets(cdr(std::string(112, static_cast<char>(i)))));
+      message.raw(bytes_of(cdr(std::string(112, static_cast<char>(i)))));
       records.record(kMessage, message);
     }
     Writer chunk;

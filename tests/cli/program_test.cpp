@@ -66,7 +66,7 @@ TEST_F(ProgramAlone, BashCompletesWithTheScript) {
   EXPECT_EQ(std::system(("bash -c '" + line + "'").c_str()), 0);
 }
 
-TEST_F(ProgramAlone, VersionIsToldAsWordAndOption) {
+TEST_F(ProgramAlone, VersionIsReportedAsWordAndOption) {
   EXPECT_EQ(run({"version"}).out, run({"--version"}).out);
   EXPECT_EQ(nlohmann::json::parse(run({"--json", "version"}).out)["schema_version"], 2);
 }

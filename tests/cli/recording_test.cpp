@@ -40,10 +40,10 @@ module lss { /* two types */
 // As CDR puts a Sample down.
 std::string sample(std::uint64_t frame, double angle_rad) {
   Writer out;
-  out.raw(octets(std::string_view("\0\1\0\0", 4)));
+  out.raw(bytes_of(std::string_view("\0\1\0\0", 4)));
   std::string id = "z-1";
   id.resize(16);
-  out.raw(octets(id));
+  out.raw(bytes_of(id));
   out.number(frame);
   out.number(std::uint32_t{1});
   out.number(std::uint8_t{1});
@@ -69,7 +69,8 @@ class RecordingTest : public testing::Test {
     for (std::uint64_t frame = first; frame < first + count; ++frame) {
       const std::string data = sample(frame, static_cast<double>(frame) / 10);
       const std::int64_t at_ns = kStart_ns + static_cast<std::int64_t>(frame) * 20'000'000;
-      writer.write({channel, static_cast<std::uint32_t>(frame), at_ns, at_ns - 1000, octets(data)});
+      writer.write(
+          {channel, static_cast<std::uint32_t>(frame), at_ns, at_ns - 1000, bytes_of(data)});
       if (frame % 3 == 2) writer.end_chunk();
     }
   }
@@ -164,7 +165,7 @@ TEST_F(RecordingTest, AFileThatIsTornAnywhereKeepsItsWholeChunksAndIsGoneOnWith)
   }
 }
 
-TEST_F(RecordingTest, AWholeFileIsGoneOnWithAndAnOctetThatChangedIsFound) {
+TEST_F(RecordingTest, AWholeFileIsGoneOnWithAndAByteThatChangedIsFound) {
   write_file(5);
   {
     McapWriter writer = McapWriter::append(path_, "lss-cli test");
@@ -246,7 +247,7 @@ TEST(Names, OfTopicsAndColumns) {
   EXPECT_FALSE(matches("modules[*].current", "modules[3].current_A"));
 }
 
-TEST(Types, ThatCannotBeReadAreToldByName) {
+TEST(Types, ThatCannotBeReadAreReportedByName) {
   EXPECT_THROW(Types("module a { struct B { sequence<long> c; }; };"), Failure);
   EXPECT_THROW(Types("module a { struct B { Unknown c; }; };"), Failure);
   EXPECT_THROW(Types("module a { struct B { long c;"), Failure);

@@ -22,8 +22,8 @@ namespace lss::cli::report {
 namespace {
 
 namespace fs = std::filesystem;
+using recording::bytes_of;
 using recording::McapWriter;
-using recording::octets;
 
 class HostileReport : public testing::Test {
  protected:
@@ -33,7 +33,7 @@ class HostileReport : public testing::Test {
     const auto id = writer.channel(topic, {"A", "omgidl", idl}, "cdr", {});
     const std::string data = std::string("\0\1\0\0", 4) + std::string(size, fill);
     for (std::int64_t i = 0; i < count; ++i)
-      writer.write({id, 1, i * 1'000'000'000, 0, octets(data)});
+      writer.write({id, 1, i * 1'000'000'000, 0, bytes_of(data)});
   }
   std::string page() const {
     const auto recording = recording::open(path_);
@@ -65,7 +65,7 @@ TEST_F(HostileReport, FieldsThatAreNotThereAreLeftOut) {
   EXPECT_TRUE(std::isnan(table["mode"][2]));
 }
 
-TEST_F(HostileReport, TwoTypesUnderOneNameAreToldApart) {
+TEST_F(HostileReport, TwoTypesUnderOneNameAreReportedApart) {
   McapWriter writer = McapWriter::create(path_, "lss-cli test");
   for (const char* topic : {"lss/telemetry/z", "lss/status"}) {
     write(writer, topic, "struct A { octet x; double mode[1000]; double y; };", 8 + 8008, 0);

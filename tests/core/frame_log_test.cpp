@@ -148,7 +148,7 @@ TEST_F(FrameLogTest, TextThatIsNoUtf8IsWrittenToo) {
   EXPECT_EQ(lines(files()[0]).size(), 2u);
 }
 
-TEST_F(FrameLogTest, AFullDiskIsToldOnceAndLeavesNoHalfFile) {
+TEST_F(FrameLogTest, AFullDiskIsReportedOnceAndLeavesNoHalfFile) {
   const auto before = std::signal(SIGXFSZ, SIG_IGN);
   rlimit limit{};
   ::getrlimit(RLIMIT_FSIZE, &limit);
@@ -164,7 +164,7 @@ TEST_F(FrameLogTest, AFullDiskIsToldOnceAndLeavesNoHalfFile) {
   EXPECT_THAT(told(log), ElementsAre(EventId::log_failed));
 }
 
-TEST_F(FrameLogTest, FramesThatTheLogMissedAreToldOnceAndCountedWhereTheyAreMissing) {
+TEST_F(FrameLogTest, FramesThatTheLogMissedAreReportedOnceAndCountedWhereTheyAreMissing) {
   FrameLogSettings with_log = settings();
   with_log.preset = config::LogPreset{.name = "all", .what = config::kAllLogParts, .every_ns = 0};
   FrameLog log(with_log, [](std::span<const std::uint8_t> bytes) {

@@ -131,7 +131,7 @@ TEST(ParameterStore, NothingSavedIsNoTrouble) {
   EXPECT_TRUE(loaded.troubles.empty());
 }
 
-TEST(ParameterStore, EveryBitThatIsFlippedInEitherCopyIsToldAndTheOtherIsTaken) {
+TEST(ParameterStore, EveryBitThatIsFlippedInEitherCopyIsReportedAndTheOtherIsTaken) {
   CutDisk whole;
   ASSERT_EQ(save(whole, values(1.1)), 0);
   for (std::size_t copy = 0; copy < 2; ++copy) {
@@ -147,7 +147,7 @@ TEST(ParameterStore, EveryBitThatIsFlippedInEitherCopyIsToldAndTheOtherIsTaken) 
   }
 }
 
-TEST(ParameterStore, EveryLengthThatEitherCopyIsCutToIsToldAndTheOtherIsTaken) {
+TEST(ParameterStore, EveryLengthThatEitherCopyIsCutToIsReportedAndTheOtherIsTaken) {
   CutDisk whole;
   ASSERT_EQ(save(whole, values(1.1)), 0);
   for (std::size_t copy = 0; copy < 2; ++copy) {
@@ -162,7 +162,7 @@ TEST(ParameterStore, EveryLengthThatEitherCopyIsCutToIsToldAndTheOtherIsTaken) {
   }
 }
 
-TEST(ParameterStore, WithoutAGoodCopyNothingIsTakenAndBothAreTold) {
+TEST(ParameterStore, WithoutAGoodCopyNothingIsTakenAndBothAreReported) {
   CutDisk disk;
   ASSERT_EQ(save(disk, values(1.1)), 0);
   for (auto& [path, bytes] : disk.files) bytes[30] ^= 1;
@@ -177,7 +177,7 @@ TEST(ParameterStore, WithoutAGoodCopyNothingIsTakenAndBothAreTold) {
   EXPECT_EQ(store(disk).load().state, SavedState::good);
 }
 
-TEST(ParameterStore, ACopyThatIsMissingOrCannotBeReadIsTold) {
+TEST(ParameterStore, ACopyThatIsMissingOrCannotBeReadIsReported) {
   CutDisk disk;
   ASSERT_EQ(save(disk, values(1.1)), 0);
   CutDisk one = disk;
@@ -255,7 +255,7 @@ TEST(ParameterStore, TheVeryFirstSaveThatIsCutLeavesNothingOrAll) {
   }
 }
 
-TEST(ParameterStore, AFullDiskIsToldAndHarmsNothing) {
+TEST(ParameterStore, AFullDiskIsReportedAndHarmsNothing) {
   for (const int after : {0, 1}) {
     CutDisk disk;
     ASSERT_EQ(save(disk, values(1.1)), 0);
@@ -319,7 +319,7 @@ constexpr TunableInfo kInfos[] = {
     {"a.rounds", "", 1, 9, Change::at_rest, true, "how often"},
 };
 
-TEST(TakenParameters, ThoseThatAreUnknownOutOfRangeOrBrokenAreToldByNameAndTheOthersTaken) {
+TEST(TakenParameters, ThoseThatAreUnknownOutOfRangeOrBrokenAreReportedByNameAndTheOthersTaken) {
   const TakenParameters taken = vet(kInfos, {{"a.speed_m_s", 1.5},
                                              {"a.sped_m_s", 1.5},
                                              {"a.rounds", 10},
@@ -357,7 +357,7 @@ TEST(TakenParameters, ThoseThatDoNotGoTogetherAreAllLeft) {
   EXPECT_EQ(p.rounds, 2);
 }
 
-TEST(Tunables, AValueIsToldAsAPersonWouldWriteIt) {
+TEST(Tunables, AValueIsReportedAsAPersonWouldWriteIt) {
   const Tunable<P> degrees{kInfos[0], kDegree, [](P& p) -> TunablePlace { return &p.speed_m_s; }};
   P p;
   for (const double value : {0.1, 0.7, 12.3, 120.0, -33.3, 0.0, 1e-6, 123456.789}) {

@@ -38,7 +38,7 @@ TEST(ProgressWatch, TellsAThreadThatStandsStillOnceAndThatItRunsAgain) {
   EXPECT_FALSE(watch.stuck(1));
 }
 
-TEST(ProgressWatch, AStuckFrameAndAStuckBusAreToldApart) {
+TEST(ProgressWatch, AStuckFrameAndAStuckBusAreReportedApart) {
   ProgressWatch watch(kSecond);
   std::vector<Progress> threads{{"frame", 1}, {"bus/legs", 1}};
   watch.look(threads, kSecond);
@@ -53,7 +53,7 @@ TEST(ProgressWatch, AStuckFrameAndAStuckBusAreToldApart) {
   EXPECT_TRUE(changes[1].stuck);
 }
 
-TEST(ClockStep, ASetClockIsToldOnceAndASlewedOneIsFollowed) {
+TEST(ClockStep, ASetClockIsReportedOnceAndASlewedOneIsFollowed) {
   ClockStep clock;
   EXPECT_EQ(clock.look(kSecond, 100 * kSecond), 0) << "the first look";
   EXPECT_EQ(clock.look(2 * kSecond, 101 * kSecond), 0);

@@ -184,7 +184,7 @@ TEST_F(RecorderTest, ATornTailIsCutAtTheNextStartAndTold) {
   EXPECT_THAT(told_, IsEmpty());
 }
 
-TEST_F(RecorderTest, AFullDiskIsToldAndItGoesOnWhenThereIsRoom) {
+TEST_F(RecorderTest, AFullDiskIsReportedAndItGoesOnWhenThereIsRoom) {
   std::signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
@@ -214,7 +214,7 @@ TEST_F(RecorderTest, AFullDiskIsToldAndItGoesOnWhenThereIsRoom) {
   EXPECT_EQ(read(left[1]).kinds.front(), Item::state);
 }
 
-TEST_F(RecorderTest, AFolderThatCannotBeWrittenIsTold) {
+TEST_F(RecorderTest, AFolderThatCannotBeWrittenIsReported) {
   if (::geteuid() == 0) {  // root ignores permissions: no folder at all
     fs::remove_all(folder_);
     std::ofstream(folder_) << "a file";

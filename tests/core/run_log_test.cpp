@@ -233,7 +233,7 @@ TEST_F(RunLogTest, WhateverIsWrittenStaysWithinTheTotal) {
   }));
 }
 
-TEST_F(RunLogTest, AFullDiskIsToldOnceAndTheLogGoesOnWhenThereIsRoom) {
+TEST_F(RunLogTest, AFullDiskIsReportedOnceAndTheLogGoesOnWhenThereIsRoom) {
   const auto log = begin(everything());
   std::uint32_t i = 0;
   {
@@ -266,7 +266,7 @@ TEST_F(RunLogTest, AFileThatCannotGrowEndsWithAWholeLine) {
   EXPECT_EQ(lines(files()[1])[1]["lost_lines"], 100 - (all.size() - 1));
 }
 
-TEST_F(RunLogTest, TroubleThatComesAndGoesIsToldOnceAMinute) {
+TEST_F(RunLogTest, TroubleThatComesAndGoesIsReportedOnceAMinute) {
   const auto log = begin(everything());
   for (const std::uint32_t i : numbers(1, 6000)) {  // two minutes
     std::optional<FileLimit> full;

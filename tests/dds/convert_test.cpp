@@ -114,8 +114,8 @@ TEST(AckText, IsThePhaseAloneWhenThereIsNoReason) {
 }
 
 TEST(AckText, LeavesOutTheNumbersThatTheGuardDoesNotHave) {
-  EXPECT_EQ(ack_text(rejection(Reason::panel_deployed)),
-            "rejected: the solar panel is deployed; retract it first: lss-cli panel retract");
+  EXPECT_EQ(ack_text(rejection(Reason::port_closed)),
+            "rejected: the bus port is not open; check the port named in the config");
   EXPECT_NE(ack_text(rejection(Reason::out_of_range, 0, 1.75)).find("(measured 1.75)"),
             std::string::npos);
 }

@@ -137,7 +137,7 @@ void killing_roudi_moves_telemetry_to_the_network_for_old_and_new_readers() {
   roudi->kill();
   require(eventually([&] { return daemon.face().shared_memory() == SharedMemory::lost; }),
           "the loss is noticed");
-  require(eventually([&] { return publisher.changes() == 1; }), "the loss is told once");
+  require(eventually([&] { return publisher.changes() == 1; }), "the loss is reported once");
   daemon.require_control("after RouDi died");
   require_heard(false, "after RouDi died");
   require(!daemon.face().shared_memory_could_return(), "no RouDi to return to");
@@ -172,7 +172,7 @@ void a_roudi_replaced_between_two_looks_is_noticed() {
   roudi.emplace();
   require(daemon.face().watch_shared_memory(), "the change is noticed");
   require(daemon.face().shared_memory() == SharedMemory::lost, "it is a loss");
-  require(!daemon.face().watch_shared_memory(), "it is told once");
+  require(!daemon.face().watch_shared_memory(), "it is reported once");
   Publisher publisher(daemon.face());
   require_heard(true, "after the change");
   require_heard(false, "after the change");

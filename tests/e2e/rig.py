@@ -306,8 +306,8 @@ class Scenario(unittest.TestCase):
         return self.begin_cli("--jsonl", *options, *words, name=name)
 
     def status(self):
-        """As in `lss-cli --json status`; None without an answer."""
-        result = self.cli("--json", "status", limit_s=20)
+        """As in `lss-cli --json status`; None without an answer, for which a slow simulation has time."""
+        result = self.cli("--json", "--timeout", "20s", "status", limit_s=30)
         return json.loads(result.out) if result.code == 0 else None
 
     def wait_status(self, condition, limit_s, what, program=None):

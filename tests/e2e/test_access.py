@@ -89,7 +89,7 @@ class Access(Guarded):
         here = f"{address}:{port}"
         return WebSocket(port, address=address, host=here, origin=f"http://{here}")
 
-    def test_certificates_that_will_not_do_are_told_one_by_one(self):
+    def test_certificates_that_will_not_do_are_reported_one_by_one(self):
         certificate, key = make_certificate(self.folder)
         _, other_key = make_certificate(self.folder, "other")
         absent = os.path.join(self.folder, "absent.pem")

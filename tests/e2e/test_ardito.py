@@ -168,7 +168,7 @@ class Ardito(Rover):
         self.wait_status(lambda s: s["telemetry"]["bus_frames_dropped"] >= before + 200, 20, "these, too")
         self.assertEqual(self.status()["mode"], "Running")
 
-    def test_nodes_that_are_missing_wrong_or_refuse_are_told_and_start_is_refused(self):
+    def test_nodes_that_are_missing_wrong_or_refuse_are_reported_and_start_is_refused(self):
         self.start_sim("--fault", "0s:node-silent:0x21", "--fault", "0s:wrong-device-type:0x02",
                        "--fault", "0s:sdo-abort:0x11")
         self.start_daemon()
@@ -187,7 +187,7 @@ class Ardito(Rover):
         self.assertGreater(self.driven("drive", "0.3", "--for", "3s")[0], 0.5)
 
     @real_time("a CAN interface", any_machine=True)
-    def test_a_kernel_without_can_is_told_with_what_to_do(self):
+    def test_a_kernel_without_can_is_reported_with_what_to_do(self):
         if os.path.exists("/sys/class/net/can0"):
             self.skipTest("this machine has a can0")
         result = run([DAEMON, "--config", self.write_config(path='"can0"'), "--run-dir", self.run_folder,

@@ -27,7 +27,7 @@ class BadConfiguration(Scenario):
         self.assertGreater(result.code, 0, f"not by a signal: {result}")
         return result.out + result.err
 
-    def test_every_error_of_a_configuration_is_told_with_file_and_line(self):
+    def test_every_error_of_a_configuration_is_reported_with_file_and_line(self):
         good = read_text(os.path.join(SOURCE, "config", "zebro.toml"))
         cases = {  # what: old line, new line, words that must be in the message
             "unknown key": ("period_ms = 20", "period_ms = 20\nflavour = 3 #", ["flavour"]),

@@ -214,7 +214,7 @@ class Ground(Scenario):
         wait_until(lambda: set(states().values()) == {"FatalError"}, 5, "both are stopped")
 
     @real_time("a second daemon without a simulator")
-    def test_two_daemons_of_one_name_are_told_until_one_is_gone(self):
+    def test_two_daemons_of_one_name_are_reported_until_one_is_gone(self):
         first = self.start_all()
         gateway = Gateway(self)
         page = Beating(gateway.client())
@@ -263,7 +263,7 @@ class Ground(Scenario):
             refused = run([os.path.join(TOOLS, "lss-ground"), *words], self.environment(), 10)
             self.assertEqual((refused.code, why in refused.err), (2, True), refused)
 
-    def test_parameters_are_told_and_change_by_the_daemons_rules_and_by_who_may(self):
+    def test_parameters_are_reported_and_change_by_the_daemons_rules_and_by_who_may(self):
         gateway = self.keyed()
         client = gateway.client(key=KEYS["command"])  # before the daemon
         self.start_all()
@@ -370,5 +370,5 @@ class Ground(Scenario):
         print(f"frames {after['frame']['index'] - before['frame']['index']}, "
               f"overruns {after['frame']['overruns'] - before['frame']['overruns']}, gateway {counters}")
         self.assertLessEqual(after["frame"]["overruns"] - before["frame"]["overruns"], 2)
-        self.assertTrue(page.threads[1].is_alive(), "who behaves is told on")
+        self.assertTrue(page.threads[1].is_alive(), "a client that behaves stays connected")
         slow.close()

@@ -56,7 +56,7 @@ class Log(Scenario):
             status = self.wait_status(lambda s: s["counters"]["telemetry_dropped"] > 50, 60, "frames are dropped")
             self.assertEqual(status["mode"], "Walking")
         wait_until(lambda: "thread log runs again" in daemon.err(), 10, "it runs again")
-        wait_until(lambda: "log_lost" in [e["name"] for e in self.events()], 10, "it is told")
+        wait_until(lambda: "log_lost" in [e["name"] for e in self.events()], 10, "it is reported")
         client.signal(signal.SIGINT)
         client.wait(60)
         status = self.assert_no_frame_was_late()
@@ -88,7 +88,7 @@ class Log(Scenario):
         self.wait_modules()
         self.cli_ok("timing", "--reset")
         client = self.begin_walk()
-        wait_until(lambda: "the log cannot be written" in daemon.err(), 30, "it is told")
+        wait_until(lambda: "the log cannot be written" in daemon.err(), 30, "it is reported")
         self.wait_status(lambda s: not s["recording"], 5, "status says that nothing is recorded")
         # There is room again.
         resource.prlimit(daemon.process.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))

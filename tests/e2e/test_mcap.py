@@ -18,7 +18,7 @@ class Zebro(Recorded, Scenario):
 
     def test_a_walk_is_recorded_killed_gone_on_with_and_read_by_others(self):
         self.start_all()
-        self.assert_bad_files_are_told()
+        self.assert_bad_files_are_reported()
         client = self.record(name="record")
         self.cli_ok("walk", "forward", "--speed", "high", "--for", "6s", limit_s=90)
         asked = [json.loads(self.cli_ok("--json", "data").out)["documents"][0] for _ in range(3)]
@@ -34,7 +34,7 @@ class Zebro(Recorded, Scenario):
         self.assert_page_shows("Stance and swing", "Currents", "Temperatures", "State and mode", "Distance")
         self.assert_others_read_the_same()
 
-    def assert_bad_files_are_told(self):
+    def assert_bad_files_are_reported(self):
         nobody = self.cli("record", "--for", "1s", "--vehicle", "nobody")
         self.assertEqual(nobody.code, EXIT["unknown_name"])
         folder = self.cli("record", "--for", "1s", "--out", os.path.join(self.folder, "none", "a.mcap"))

@@ -136,7 +136,7 @@ class Zebro(Parameters, Scenario):
 
         # A save restores both.
         self.assert_kept("limits.current_A", 1.1)
-        self.wait_status(lambda s: s["saved_parameters"] == "good", 5, "status says that it is mended")
+        self.wait_status(lambda s: s["saved_parameters"] == "good", 5, "status says that it is good again")
         daemon.stop()
         self.replay_all()
 

@@ -139,8 +139,7 @@ class Flight(hopper_rig.Hopper):
         page.do("key", "Space")  # although somebody else commands
         page.says("#answers", "landing: acknowledged after")
         page.says("#estop", "STOP", 30)
-        self.wait_state(IDLE, 60)
-        self.assertEqual(self.status()["faults"], [], "it landed in good order")
+        self.assertEqual(self.wait_state(IDLE, 60)["faults"], [], "it landed in good order")
         self.assertNotEqual(hop.wait(20), 0)
         self.assertEqual(page.do("errors"), [])
 
@@ -170,7 +169,7 @@ class Link(Scenario):
     def is_back(self, page, limit_s):
         page.do("until", "document.querySelector('#lost').hidden", limit_s * 1000)
 
-    def test_a_gateway_that_stands_still_is_told_within_a_second(self):
+    def test_a_gateway_that_stands_still_is_reported_within_a_second(self):
         self.start_all()
         gateway = Gateway(self)
         page = self.visit(gateway.port)

@@ -129,7 +129,7 @@ class Zebro(Recorded, Scenario):
                 file.write(text)
         return path
 
-    def test_a_walk_is_replayed_to_the_bit_and_what_was_altered_is_told(self):
+    def test_a_walk_is_replayed_to_the_bit_and_what_was_altered_is_reported(self):
         daemon = self.start_all(file_mb=1)
         client = self.begin_walk()
         wait_until(lambda: len(self.recordings()) >= 2, 60, "the second file begins")
@@ -235,7 +235,7 @@ class Zebro(Recorded, Scenario):
         self.replay(*self.recordings())
 
     @real_time("a full disk delays nothing")
-    def test_a_full_disk_is_told_delays_nothing_and_recording_goes_on(self):
+    def test_a_full_disk_is_reported_delays_nothing_and_recording_goes_on(self):
         self.start_sim()
 
         def small_disk():
@@ -244,7 +244,7 @@ class Zebro(Recorded, Scenario):
         daemon = self.start_daemon(before=small_disk)
         self.wait_modules()
         self.cli_ok("timing", "--reset")
-        wait_until(lambda: "frames cannot be recorded" in daemon.err(), 30, "it is told")
+        wait_until(lambda: "frames cannot be recorded" in daemon.err(), 30, "it is reported")
         self.wait_status(lambda s: not s["recording"], 5, "status says that nothing is recorded")
         self.assertIn("is recorded", self.cli_ok("status").out)
         self.assertEqual([e["id"] for e in self.events()].count(RECORDING_FAILED), 1)

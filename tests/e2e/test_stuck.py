@@ -44,17 +44,17 @@ class Stuck(Scenario):
         shown = json.loads(self.cli_ok("--json", "log", "show", path).out)
         return shown["frames"]
 
-    def test_a_stuck_frame_thread_stops_the_modules_and_is_told(self):
+    def test_a_stuck_frame_thread_stops_the_modules_and_is_reported(self):
         daemon = self.start_all()
         client = self.begin_walk()
         with threads.stopped(daemon.process.pid, "frame"):
-            wait_until(lambda: "thread frame stands still" in daemon.err(), 10, "it is told")
+            wait_until(lambda: "thread frame stands still" in daemon.err(), 10, "it is reported")
             wait_until(lambda: glob.glob(os.path.join(self.run_folder, "*.crash.jsonl")), 10,
                        "the frames before it are kept")
         status = self.wait_state(FATAL_ERROR)
         self.assertTrue(self.fault_ids(status) & {FAULT["frame_overrun"], FAULT["orders_stale"]}, status["faults"])
         self.assertEqual(client.wait(30), 6)
-        wait_until(lambda: "thread frame runs again" in daemon.err(), 5, "that it runs again is told")
+        wait_until(lambda: "thread frame runs again" in daemon.err(), 5, "that it runs again is reported")
         self.assertNotIn("thread bus/legs stands still", daemon.err())
 
     def test_a_stuck_bus_thread_is_a_fatal_error_and_told_apart(self):
@@ -63,7 +63,7 @@ class Stuck(Scenario):
         with threads.stopped(daemon.process.pid, "bus/legs"):
             status = self.wait_state(FATAL_ERROR, 10)
             self.assertIn(FAULT["bus_stuck"], self.fault_ids(status))
-            wait_until(lambda: "thread bus/legs stands still" in daemon.err(), 5, "it is told")
+            wait_until(lambda: "thread bus/legs stands still" in daemon.err(), 5, "it is reported")
         self.assertEqual(client.wait(30), 6)
         self.assertNotIn("thread frame stands still", daemon.err())
         self.cli_ok("solve")
@@ -73,7 +73,7 @@ class Stuck(Scenario):
         daemon = self.start_all()
         self.cli_ok("timing", "--reset")
         with threads.stopped(daemon.process.pid, "publish"):
-            wait_until(lambda: "thread publish stands still" in daemon.err(), 10, "it is told")
+            wait_until(lambda: "thread publish stands still" in daemon.err(), 10, "it is reported")
         status = self.frames_go_on()
         timing = json.loads(self.cli_ok("--json", "timing").out)
         self.assertGreater(timing["frames"], 50)
@@ -128,11 +128,11 @@ class Stuck(Scenario):
         daemon.signal(signal.SIGTERM)
         self.assertEqual(daemon.wait(10), 0, "it ends although nobody takes its lines")
 
-    def test_a_stuck_log_thread_is_told_and_delays_nothing(self):
+    def test_a_stuck_log_thread_is_reported_and_delays_nothing(self):
         daemon = self.start_all()
         self.cli_ok("timing", "--reset")
         with threads.stopped(daemon.process.pid, "log"):
-            wait_until(lambda: "thread log stands still" in daemon.err(), 10, "it is told")
+            wait_until(lambda: "thread log stands still" in daemon.err(), 10, "it is reported")
             self.cli_ok("estop")
             self.cli_ok("solve")
             self.frames_go_on()

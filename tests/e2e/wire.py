@@ -7,7 +7,6 @@ RECORD = struct.Struct("<qBH")  # CLOCK_MONOTONIC of arrival, direction, length 
 TO_MODULES, TO_DAEMON = 0, 1
 
 START_MOTION, STOP_MOTION, FORWARD, BACKWARD, REQUEST, EMERGENCY, RESET = range(1, 8)
-STATUS = 0x40
 ROTATES = (FORWARD, BACKWARD)
 STATUS_MOTION_ON, STATUS_MOVING = 1 << 0, 1 << 2
 LENGTH = 24
@@ -66,8 +65,3 @@ def stopped_ns(orders, codes):
                 first.setdefault(address, frame.time_ns)
     return max(first.values()) if set(first) >= set(MODULES) else None
 
-
-def last_status_flags(log):
-    """The flags that each address reported last."""
-    return {f.address: int.from_bytes(f.data[:2], "big")
-            for f in frames(log) if f.to_daemon and f.code == STATUS}

@@ -37,7 +37,7 @@ TEST(Access, WithoutKeysEverybodyMayCommand) {
   EXPECT_EQ(Door().admit("whatever"), Role::command);
 }
 
-TEST(Access, EveryMistakeInAKeyFileIsToldWithItsLine) {
+TEST(Access, EveryMistakeInAKeyFileIsReportedWithItsLine) {
   const std::string good = std::string("look ") + kLook + "\n";
   for (const std::string& bad : {std::string("pilot ") + kStop, std::string("look"),
                                  std::string("look short"), std::string("look ") + kStop + " more",

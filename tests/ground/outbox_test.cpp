@@ -22,7 +22,7 @@ TEST(Outbox, KeepsTheOrderOfWhatMustNotBeLost) {
   EXPECT_TRUE(box.empty());
 }
 
-TEST(Outbox, OfWhatIsToldAgainOnlyTheNewestWaits) {
+TEST(Outbox, OfWhatIsReportedAgainOnlyTheNewestWaits) {
   Outbox box;
   box.push_newest("telemetry a", frame("a1"), kStart);
   box.push_newest("telemetry b", frame("b1"), kStart);

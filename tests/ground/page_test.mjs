@@ -164,7 +164,7 @@ const tests = {
     await says("#state", "Operational");
   },
 
-  async a_name_that_is_gone_leaves_the_list_and_too_many_are_told() {
+  async a_name_that_is_gone_leaves_the_list_and_too_many_are_reported() {
     await open({...kTwo, crowded: true});
     await says("#crowded", "STOP ALL reaches every one");
     await page.evaluate("delete gateway.crafts['ardito-1']");

@@ -35,7 +35,7 @@ std::string told(const lc::Exploration& e) {
 TEST(Explorer, ThereAreNoFewerStatesThanInTheModelOfTheZebroThesis) {
   const lc::Exploration e = lc::explore(model_of(kTable));
   EXPECT_GE(e.states, 122'195U);
-  EXPECT_LE(static_cast<double>(e.octets) / static_cast<double>(e.states), 24);
+  EXPECT_LE(static_cast<double>(e.bytes) / static_cast<double>(e.states), 24);
 }
 #endif
 

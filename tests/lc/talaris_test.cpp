@@ -185,7 +185,7 @@ TEST(TalarisExplored, APlanThatOutlivesItsRunIsNoticed) {
     const Changed table([&](lc::Row& row) {
       if (row.event == left_by) row.actions &= ~lc::ActionSet{kEndFlight};
     });
-    EXPECT_EQ(table.broken(), "after a run it has to be calibrated and planned anew");
+    EXPECT_EQ(table.broken(), "after a run it has to be calibrated and planned again");
   }
 }
 

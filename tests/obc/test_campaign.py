@@ -48,7 +48,7 @@ class Campaign(Rover):
             now_s = at_s
         return [int(line) for line in self.must(f"{script} sleep {LAST_S - now_s:.3f}", 120).splitlines()]
 
-    def mend(self):
+    def repair(self):
         """Back to Idle, as a person would."""
         self.must(f"lss-sim fault --dir {SIM} clear")
         self.end_drive()
@@ -92,7 +92,7 @@ class Campaign(Rover):
             while at < len(orders) and orders[at].time_us <= begin_us + canlog.RPDOS_US:
                 at += 1
             wrong = at < len(orders) and orders[at].time_us < end_us
-            self.assertFalse(wrong, "a drive is told to turn outside Operational")
+            self.assertFalse(wrong, "a drive is ordered to turn outside Operational")
             still_us = since_us + (REST_S + TRUTH_S) * 1e6
             if begin_us > still_us:
                 speeds = [v for t, v in motion if begin_us <= t < end_us]
@@ -109,7 +109,7 @@ class Campaign(Rover):
                 self.run_there("systemctl stop watch; true")
                 self.must(f"touch /run/scenario; sleep 0.1; systemctl restart {UNIT}", 120)
                 self.all_nodes_run()
-                self.mend()
+                self.repair()
                 pid, begun = self.pid(UNIT), self.status()
                 self.watch_bus(f"scenario-{number}")
                 self.drive(random.Random(number).choice((0.1, 0.3, 0.5)))
@@ -117,7 +117,7 @@ class Campaign(Rover):
                 commands += sum("lss-cli" in what for _, what in deeds)
                 for code, (_, what) in zip(codes, deeds):
                     self.assertTrue("lss-sim" in what or code not in UNCLEAR, f"{what}: {code}")
-                self.mend()
+                self.repair()
                 self.drive(0.2)
                 self.run_there("systemctl kill -s INT drive")
                 self.wait_status("s['state'] == 'Idle'", "it drove again and stopped", 60)

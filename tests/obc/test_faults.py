@@ -70,7 +70,7 @@ class Faults(Box):
         finally:
             self.must("rm /run/systemd/system/iox-roudi.service.d/late.conf && systemctl daemon-reload")
 
-    def test_5_an_interface_that_goes_down_is_told_and_taken_again(self):
+    def test_5_an_interface_that_goes_down_is_reported_and_taken_again(self):
         pid = self.pid(UNIT)
         self.must("ip link set can0 down")
         status = self.wait_status("any(f['name'] in ('port_lost', 'port_absent', 'bus_off') for f in s['faults'])",

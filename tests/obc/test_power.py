@@ -146,7 +146,7 @@ class Power(Box):
             before, lines = lines, self.logs_are_whole()
             self.assertGreaterEqual(lines, before)
             events = self.comes_up_ready()
-            self.assertEqual("recording_cut" in events, torn, "what was torn is told, and nothing else")
+            self.assertEqual("recording_cut" in events, torn, "what was torn is reported, and nothing else")
             ahead += self.parameters_are_whole(events)
             torn_files += torn
             print(f"cut {number}: {lost} writes not flushed, {kept} of them on the disk; recorded up to {missing / 1e6:.0f} ms "

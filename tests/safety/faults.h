@@ -3,6 +3,7 @@
 // Safety suite: every loss and failure has its fault, a safe command in time, and stays until it is
 // solved; and the gate. See safety_suite.h.
 
+#include "daemon/cycle/text.h"
 #include "scene.h"
 
 namespace lss::safety {
@@ -188,14 +189,33 @@ TYPED_TEST_P(SafetyFaults, NothingThatMovesPassesTheGateOutsideOperational) {
   }
 }
 
-REGISTER_TYPED_TEST_SUITE_P(SafetyFaults, EachStopsEverythingInTimeAndLastsUntilItIsSolved,
-                            TheLossOfAModuleStopsEverythingInTimeEverywhere,
-                            NoneMovesAnythingInIdle,
-                            OneThatComesWhileErrorsAreSolvedStopsEverythingAgain,
-                            AStopThatTheCycleDoesNotFollowIsAnEmergency,
-                            TheGateReplacesEveryBadCommandByTheSafeOne,
-                            TheGateLetsTheVehiclesOwnCommandPass,
-                            TheGateStopsACommandOfAnotherFrame,
-                            NothingThatMovesPassesTheGateOutsideOperational);
+TYPED_TEST_P(SafetyFaults, CodesOfItsOwnHaveANumberOfTheirOwnAndATextThatLeavesNoPlaceholder) {
+  using T = TypeParam;
+  own_codes = T::logic().codes;
+  const auto distinct = [](std::span<const CodeInfo> own, std::span<const CodeInfo> shared) {
+    for (const CodeInfo& code : own) {
+      EXPECT_EQ(find_code(shared, code.number), nullptr) << code.name;
+      EXPECT_EQ(find_code(own, code.number), &code) << code.name;
+      EXPECT_STRNE(code.text, "") << code.name;
+    }
+  };
+  distinct(own_codes.faults, kFaults);
+  distinct(own_codes.reasons, kReasons);
+  distinct(own_codes.events, kEvents);
+  for (const CodeInfo& code : own_codes.faults) EXPECT_STRNE(code.advice, "") << code.name;
+  for (const CodeInfo& code : own_codes.events) {
+    const EventRecord event{.id = code.number, .argument = {-1, 1e9, 0, 99}};
+    EXPECT_EQ(event_text(event, {}).find('{'), std::string::npos) << code.name;
+  }
+}
+
+REGISTER_TYPED_TEST_SUITE_P(
+    SafetyFaults, CodesOfItsOwnHaveANumberOfTheirOwnAndATextThatLeavesNoPlaceholder,
+    EachStopsEverythingInTimeAndLastsUntilItIsSolved,
+    TheLossOfAModuleStopsEverythingInTimeEverywhere, NoneMovesAnythingInIdle,
+    OneThatComesWhileErrorsAreSolvedStopsEverythingAgain,
+    AStopThatTheCycleDoesNotFollowIsAnEmergency, TheGateReplacesEveryBadCommandByTheSafeOne,
+    TheGateLetsTheVehiclesOwnCommandPass, TheGateStopsACommandOfAnotherFrame,
+    NothingThatMovesPassesTheGateOutsideOperational);
 
 }  // namespace lss::safety

@@ -385,7 +385,7 @@ TYPED_TEST_P(SafetyStops, ANewCommandSupersedesTheRunningOne) {
 }
 
 // Reports about a slow machine must not slow it down further.
-TYPED_TEST_P(SafetyStops, LateCommandsAreToldNowAndThenAndNoneIsForgotten) {
+TYPED_TEST_P(SafetyStops, LateCommandsAreReportedNowAndThenAndNoneIsForgotten) {
   using T = TypeParam;
   const auto w = fresh<T>();
   w->run(1);
@@ -421,6 +421,6 @@ REGISTER_TYPED_TEST_SUITE_P(
     ARestartedDaemonBeginsSafeEverywhereAndItCanGoOn,
     EveryCommandIsAnsweredEverywhereAndNoneEndsTheListening,
     AStartIsAnsweredAcceptedExecutingAndCompleted, ANewCommandSupersedesTheRunningOne,
-    LateCommandsAreToldNowAndThenAndNoneIsForgotten);
+    LateCommandsAreReportedNowAndThenAndNoneIsForgotten);
 
 }  // namespace lss::safety

@@ -158,6 +158,7 @@ class VirtualChain {
         port_(logic, static_cast<std::uint32_t>(config_.lease_min_ms),
               static_cast<std::uint32_t>(config_.lease_max_ms), [this] { all_stop(); }) {
     lease_ms = source.lease_ms;
+    own_codes = logic.codes;
     port_.show(supervisor_.state());
   }
   ~VirtualChain() = default;

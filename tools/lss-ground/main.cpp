@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "tools/lss-ground/desk.h"
+#include "tools/lss-ground/client_registry.h"
 #include "tools/lss-ground/server.h"
 
 namespace {
@@ -118,7 +118,7 @@ int main(int argc, char** argv) {
   if (!server) fail(server.error());
   auto fleet = Fleet::create(options.domain, [&] { (*server)->wake(); });
   if (!fleet) fail(fleet.error());
-  Desk desk(**fleet, door, options.lease_ms);
+  ClientRegistry registry(**fleet, door, options.lease_ms);
 
   running = server->get();
   std::signal(SIGINT, end);
@@ -130,6 +130,6 @@ int main(int argc, char** argv) {
   fmt::print("http{}://{}:{}/\n", options.server.certificate.empty() ? "" : "s", host,
              (*server)->port());
   std::fflush(stdout);
-  (*server)->run(desk, [&] { (*fleet)->take(); });
+  (*server)->run(registry, [&] { (*fleet)->take(); });
   return 0;
 }

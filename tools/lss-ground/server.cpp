@@ -8,7 +8,7 @@
 #include <atomic>
 #include <new>
 
-#include "tools/lss-ground/desk.h"
+#include "tools/lss-ground/client_registry.h"
 
 namespace lss::ground {
 namespace {
@@ -44,7 +44,7 @@ struct Server::Impl {
   ServerOptions options;
   lws_context* context = nullptr;
   lws_vhost* vhost = nullptr;
-  Desk* desk = nullptr;
+  ClientRegistry* registry = nullptr;
   std::function<void()> news;
   std::atomic<bool> ending{false}, woken{false};
   std::size_t sockets = 0;
@@ -81,8 +81,8 @@ int Server::Impl::on_http(lws* wsi, lws_callback_reasons reason, void* user, voi
                           std::size_t size) {
   switch (reason) {
     case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
-      if (desk != nullptr && sockets >= options.clients + options.stops + kHttpConnections) {
-        desk->refused();
+      if (registry != nullptr && sockets >= options.clients + options.stops + kHttpConnections) {
+        registry->refused();
         return 1;
       }
       return 0;
@@ -117,7 +117,7 @@ bool Server::Impl::may_enter(lws* wsi, Client::Line line) const {
   const bool tls = !options.certificate.empty();
   if (!good_origin(origin, host, options.listen.loopback(), tls, options.origins)) return false;
   const std::size_t most = line == Client::Line::stop ? options.stops : options.clients;
-  return desk->clients(line) < most;
+  return registry->clients(line) < most;
 }
 
 int Server::Impl::on_socket(lws* wsi, lws_callback_reasons reason, Connection& connection,
@@ -127,8 +127,8 @@ int Server::Impl::on_socket(lws* wsi, lws_callback_reasons reason, Connection& c
   const Client::Line line = stops ? Client::Line::stop : Client::Line::data;
   switch (reason) {
     case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
-      if (desk == nullptr || !may_enter(wsi, line)) {
-        if (desk != nullptr) desk->refused();
+      if (registry == nullptr || !may_enter(wsi, line)) {
+        if (registry != nullptr) registry->refused();
         return 1;
       }
       return 0;
@@ -137,13 +137,13 @@ int Server::Impl::on_socket(lws* wsi, lws_callback_reasons reason, Connection& c
       const int buffer = kKernelBuffer;
       setsockopt(lws_get_socket_fd(wsi), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
       connection.message = new std::string;
-      connection.client = &desk->enter(
+      connection.client = &registry->enter(
           line, [wsi] { lws_callback_on_writable(wsi); },
           [wsi] { lws_set_timeout(wsi, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC); });
       return 0;
     }
     case LWS_CALLBACK_CLOSED:
-      if (connection.client != nullptr) desk->leave(*connection.client);
+      if (connection.client != nullptr) registry->leave(*connection.client);
       delete connection.message;
       connection = {};
       return 0;
@@ -160,11 +160,11 @@ int Server::Impl::receive(lws* wsi, Connection& connection, std::string_view pie
   Client& client = *connection.client;
   const std::size_t longest = client.role == Role::none ? kMaxHello : kMaxMessage;
   if (lws_frame_is_binary(wsi) || connection.message->size() + piece.size() > longest) {
-    desk->too_long(client);
+    registry->too_long(client);
   } else {
     connection.message->append(piece);
     if (lws_is_final_fragment(wsi) && lws_remaining_packet_payload(wsi) == 0) {
-      desk->receive(client, *connection.message);
+      registry->receive(client, *connection.message);
       connection.message->clear();
     }
   }
@@ -188,8 +188,8 @@ int Server::Impl::send(lws* wsi, Connection& connection) {
 }
 
 void Server::Impl::tick() {
-  desk->tick();
-  for (Client* client : desk->doomed()) client->hang_up();
+  registry->tick();
+  for (Client* client : registry->doomed()) client->hang_up();
   lws_sul_schedule(
       context, 0, &timer.list,
       [](lws_sorted_usec_list_t* list) { lws_container_of(list, Timer, list)->impl->tick(); },
@@ -199,7 +199,7 @@ void Server::Impl::tick() {
 Server::Server(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 Server::~Server() {
-  impl_->desk = nullptr;
+  impl_->registry = nullptr;
   if (impl_->context != nullptr) lws_context_destroy(impl_->context);
 }
 
@@ -272,8 +272,8 @@ tl::expected<std::unique_ptr<Server>, std::string> Server::create(const ServerOp
 
 int Server::port() const { return lws_get_vhost_listen_port(impl_->vhost); }
 
-void Server::run(Desk& desk, const std::function<void()>& news) {
-  impl_->desk = &desk;
+void Server::run(ClientRegistry& registry, const std::function<void()>& news) {
+  impl_->registry = &registry;
   impl_->news = news;
   impl_->tick();
   news();

@@ -1,9 +1,9 @@
 #pragma once
 
 // HTTP and WebSocket (libwebsockets): serves the page, accepts connections within their limits, and
-// moves whole messages between them and the Desk. One thread, one event loop that never blocks:
-// unread messages stay in the client's outbox. An emergency stop has its own connection, so that no
-// telemetry precedes it in any queue.
+// moves whole messages between them and the ClientRegistry. One thread, one event loop that never
+// blocks: unread messages stay in the client's outbox. An emergency stop has its own connection, so
+// that no telemetry precedes it in any queue.
 
 #include <cstdint>
 #include <functional>
@@ -16,7 +16,7 @@
 
 namespace lss::ground {
 
-class Desk;
+class ClientRegistry;
 
 struct ServerOptions {
   Listen listen;
@@ -34,8 +34,8 @@ class Server {
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  // Until stop(). `news`: after wake(), soon; every tick: desk.tick().
-  void run(Desk& desk, const std::function<void()>& news);
+  // Until stop(). `news`: after wake(), soon; every tick: registry.tick().
+  void run(ClientRegistry& registry, const std::function<void()>& news);
   int port() const;
 
   // From any thread, also from a signal handler.

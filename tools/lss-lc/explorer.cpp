@@ -58,7 +58,7 @@ class Scratch {
     place = next.key;
   }
   std::span<const Next> nexts() const { return {nexts_.data(), count_}; }
-  std::size_t octets() const {
+  std::size_t bytes() const {
     return nexts_.capacity() * sizeof(Next) + met_.capacity() * sizeof(Key);
   }
 
@@ -119,7 +119,7 @@ class Explorer {
     if (!result_.violation && result_.complete) check_returns();
     result_.complete = result_.complete && !result_.violation;
     result_.states = states_.size();
-    result_.octets = octets();
+    result_.bytes = bytes();
     result_.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return std::move(result_);
@@ -314,9 +314,9 @@ class Explorer {
     return kNone;
   }
 
-  std::size_t octets() const {
-    std::size_t sum = states_.octets();
-    for (const Scratch& scratch : scratch_) sum += scratch.octets();
+  std::size_t bytes() const {
+    std::size_t sum = states_.bytes();
+    for (const Scratch& scratch : scratch_) sum += scratch.bytes();
     for (const Piece& piece : pieces_)
       sum += piece.nexts.capacity() * sizeof(Next) + piece.row.capacity() * sizeof(piece.row[0]);
     return sum;

@@ -155,7 +155,7 @@ struct Exploration {
   std::uint64_t transitions = 0;  // states x events
   std::uint64_t taken = 0;        // of these, by a row of the table
   std::size_t depth = 0;          // longest of the shortest paths to a state
-  std::size_t octets = 0;         // of memory, in total
+  std::size_t bytes = 0;          // of memory, in total
   double seconds = 0;
   bool complete = false;           // otherwise: violated, or more than max_states
   std::vector<std::uint64_t> row;  // how often each row was taken, common rows first

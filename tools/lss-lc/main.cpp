@@ -29,8 +29,8 @@ void print_trace(const lc::Verified& vehicle, const lc::Model& model,
   }
 }
 
-double octets_per_state(const lc::Exploration& e) {
-  return static_cast<double>(e.octets) / static_cast<double>(e.states);
+double bytes_per_state(const lc::Exploration& e) {
+  return static_cast<double>(e.bytes) / static_cast<double>(e.states);
 }
 
 nlohmann::json json(const lc::Verified& vehicle, const lc::Exploration& e, std::size_t unused) {
@@ -39,7 +39,7 @@ nlohmann::json json(const lc::Verified& vehicle, const lc::Exploration& e, std::
           {"transitions", e.transitions},
           {"taken", e.taken},
           {"depth", e.depth},
-          {"octets_per_state", octets_per_state(e)},
+          {"bytes_per_state", bytes_per_state(e)},
           {"seconds", e.seconds},
           {"rows", e.row.size()},
           {"rows_never_taken", unused},
@@ -59,7 +59,7 @@ void print(const lc::Verified& vehicle, const lc::Model& model, const lc::Explor
   fmt::print("properties       {} of states, {} of steps, {} of events, {} of the way back\n",
              model.states.each.size(), model.steps.each.size(), model.contracts.size(),
              model.returns.size());
-  fmt::print("time, memory     {:.2f} s, {:.1f} bytes a state\n", e.seconds, octets_per_state(e));
+  fmt::print("time, memory     {:.2f} s, {:.1f} bytes a state\n", e.seconds, bytes_per_state(e));
   if (e.violation) print_trace(vehicle, model, *e.violation);
   fmt::print("{}\n", e.complete && unused == 0 ? "all satisfied" : "NOT all satisfied");
 }

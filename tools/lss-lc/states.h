@@ -24,7 +24,7 @@ class States {
   Key operator[](std::uint32_t i) const { return block(i).key[i % kBlock]; }
   std::uint32_t parent(std::uint32_t i) const { return block(i).parent[i % kBlock]; }
   std::uint8_t by(std::uint32_t i) const { return block(i).by[i % kBlock]; }
-  std::size_t octets() const {
+  std::size_t bytes() const {
     return blocks_.size() * sizeof(Block) + blocks_.capacity() * sizeof(blocks_[0]) +
            slots_.capacity() * sizeof(slots_[0]);
   }

@@ -6,6 +6,7 @@
 
 #include "daemon/cycle/common_commands.h"
 #include "daemon/vehicles/ardito/tunables.h"
+#include "idl/ardito/codes.h"
 
 namespace lss::ardito {
 namespace {
@@ -38,10 +39,10 @@ constexpr lc::GuardSet kHeld = lc::guard(lc::kAuthorityHeld);
 Verdict guard(unsigned number, const lc::ControllerState& s, unsigned subject) {
   switch (number) {
     case kButtonReleased:
-      if (s.flags & kButtonIn) return {.reason = Reason::button_pressed, .subject = kIoNode};
+      if (s.flags & kButtonIn) return {.reason = reasons::button_pressed, .subject = kIoNode};
       break;
     case kPowered:
-      if (s.flags & kPowerBad) return {.reason = Reason::power_bad, .subject = kIoNode};
+      if (s.flags & kPowerBad) return {.reason = reasons::power_bad, .subject = kIoNode};
       break;
     case kMotorsOnConfirmed:
       if (!(s.flags & kMotorsConfirmed)) return {.reason = Reason::motors_not_on};
@@ -53,7 +54,7 @@ Verdict guard(unsigned number, const lc::ControllerState& s, unsigned subject) {
       const bool wheel = subject >= 1 && subject <= kDriveWheels;
       const unsigned others = wheel ? s.isolated & ~(1u << (subject - 1)) : 0;
       if (!wheel || static_cast<unsigned>(std::popcount(others)) >= kMostIsolated)
-        return {.reason = Reason::too_few_wheels, .subject = static_cast<std::uint16_t>(subject)};
+        return {.reason = reasons::too_few_wheels, .subject = static_cast<std::uint16_t>(subject)};
       break;
     }
     default:
@@ -227,17 +228,17 @@ Verdict sense(const SupervisorState& state, const Request& r) noexcept {
                                  ? start.speed_m_s
                                  : kSpeedLimits_m_s[static_cast<std::size_t>(start.limit)];
     if (asked_m_s <= cap_m_s) return {};
-    return {.reason = Reason::over_cap, .measured = asked_m_s, .limit = cap_m_s};
+    return {.reason = reasons::over_cap, .measured = asked_m_s, .limit = cap_m_s};
   }
   const bool drives = r.kind == kind_of(CommandKind::drive);
   if (!drives && r.kind != kind_of(CommandKind::park)) return {};
   const double speed_m_s =
       std::abs(drives ? arguments<Drive>(r).speed_m_s : arguments<Park>(r).speed_m_s);
   if (speed_m_s > cap_m_s)
-    return {.reason = Reason::over_cap, .measured = speed_m_s, .limit = cap_m_s};
+    return {.reason = reasons::over_cap, .measured = speed_m_s, .limit = cap_m_s};
   const double limit_m_s = state.sense[kSenseLimit];
   if (speed_m_s <= limit_m_s) return {};
-  return {.reason = Reason::over_limit, .measured = speed_m_s, .limit = limit_m_s};
+  return {.reason = reasons::over_limit, .measured = speed_m_s, .limit = limit_m_s};
 }
 
 }  // namespace
@@ -250,7 +251,8 @@ const Logic& logic() noexcept {
                             .reached = reached,
                             .command = command,
                             .sense = sense,
-                            .tunables = tuning().infos};
+                            .tunables = tuning().infos,
+                            .codes = kOwnCodes};
   return kLogic;
 }
 

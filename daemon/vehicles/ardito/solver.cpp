@@ -1,28 +1,30 @@
 #include "daemon/vehicles/ardito/solver.h"
 
 #include <bit>
+#include <utility>
+
+#include "idl/ardito/codes.h"
 
 namespace lss::ardito {
 
 FaultClass class_of(FaultId fault) noexcept {
-  switch (fault) {
-    case FaultId::module_silent:
-    case FaultId::module_reset:
-    case FaultId::stale_input:
-    case FaultId::node_refuses:
-      return FaultClass::contact;
-    case FaultId::drive_fault:
-    case FaultId::module_disobeys:
-    case FaultId::power_lost:
-    case FaultId::emergency_button:
-      return FaultClass::drive;
-    case FaultId::mobility_error:
-    case FaultId::steering_critical:
-    case FaultId::wheel_critical:
-      return FaultClass::mobility;
-    default:
-      return FaultClass::system;
+  constexpr std::pair<FaultId, FaultClass> kClasses[] = {
+      {FaultId::module_silent, FaultClass::contact},
+      {FaultId::module_reset, FaultClass::contact},
+      {FaultId::stale_input, FaultClass::contact},
+      {FaultId::node_refuses, FaultClass::contact},
+      {FaultId::drive_fault, FaultClass::drive},
+      {FaultId::module_disobeys, FaultClass::drive},
+      {faults::power_lost, FaultClass::drive},
+      {faults::emergency_button, FaultClass::drive},
+      {faults::mobility_error, FaultClass::mobility},
+      {faults::steering_critical, FaultClass::mobility},
+      {faults::wheel_critical, FaultClass::mobility},
+  };
+  for (const auto& [id, of] : kClasses) {
+    if (id == fault) return of;
   }
+  return FaultClass::system;
 }
 
 // Returns its budget.

@@ -161,8 +161,8 @@ class Vehicle final : public Actor, private SolveTarget {
   gnc::ardito::Measured measured_;
   gnc::ardito::Request request_;
   gnc::ardito::Command command_;
-  double radius_m_;
-  double gear_;
+  double radius_m_;  // no state: constant
+  double gear_;      // no state: constant
 
   std::array<Wheel, kWheels> wheel_{};
   std::array<Steering, kSteered> steering_{};

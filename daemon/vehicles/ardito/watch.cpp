@@ -7,6 +7,7 @@
 
 #include "daemon/cycle/solving.h"
 #include "daemon/vehicles/ardito/vehicle.h"
+#include "idl/ardito/codes.h"
 
 namespace lss::ardito {
 namespace {
@@ -28,16 +29,16 @@ FaultId fault_of(WheelFailure failure) noexcept {
     case WheelFailure::motor_sensor:
     case WheelFailure::reduction_encoder:
     case WheelFailure::two_sensors:
-      return FaultId::wheel_sensor;
+      return faults::wheel_sensor;
     case WheelFailure::motor:
-      return FaultId::wheel_motor;
+      return faults::wheel_motor;
     case WheelFailure::reduction:
-      return FaultId::wheel_gear;
+      return faults::wheel_gear;
     case WheelFailure::clutch:
     case WheelFailure::clutch_and_sensor:
-      return FaultId::wheel_clutch;
+      return faults::wheel_clutch;
     case WheelFailure::all_sensors:
-      return FaultId::wheel_critical;
+      return faults::wheel_critical;
   }
   return FaultId::none;
 }
@@ -48,10 +49,10 @@ FaultId fault_of(SteeringFailure failure) noexcept {
       return FaultId::none;
     case SteeringFailure::motor_encoder:
     case SteeringFailure::reduction_encoder:
-      return FaultId::steering_sensor;
+      return faults::steering_sensor;
     case SteeringFailure::critical:
     case SteeringFailure::both_encoders:
-      return FaultId::steering_critical;
+      return faults::steering_critical;
   }
   return FaultId::none;
 }
@@ -102,13 +103,13 @@ void Vehicle::watch_inputs(Supervisor& s) noexcept {
   if (inputs_ns_ == 0) return;
   const std::uint8_t flags = s.controller().flags;
   if (inputs_.emergency_button != ((flags & kButtonIn) != 0)) {
-    if (inputs_.emergency_button) s.latch(FaultId::emergency_button, kIoNode);
+    if (inputs_.emergency_button) s.latch(faults::emergency_button, kIoNode);
     s.happen(inputs_.emergency_button ? event::button_in : event::button_out);
   }
   if (inputs_.power_good == ((flags & kPowerBad) != 0)) {
     const bool driven = s.controller().state == State::operational;
     if (!inputs_.power_good && (driven || inputs_.emergency_button))
-      s.latch(FaultId::power_lost, kIoNode);
+      s.latch(faults::power_lost, kIoNode);
     s.happen(inputs_.power_good ? event::power_good : event::power_bad);
   }
   // The node answers but its inputs are missing.
@@ -130,17 +131,17 @@ void Vehicle::watch_mobility(Supervisor& s) noexcept {
   for (std::size_t i = 0; i < kSteered; ++i) watch_steering(i, s);
   const gnc::ardito::VoteReport& vote = mobility_.report();
   if (vote.no_majority) {
-    s.raise(FaultId::no_majority);
+    s.raise(faults::no_majority);
   } else if (vote.disagreed) {
     disagreeing_ = static_cast<std::uint8_t>(std::countr_zero(vote.disagreed) + 1);
-    s.latch(FaultId::instance_disagreed);
+    s.latch(faults::instance_disagreed);
   }
   const bool error = command_.error != 0;
   if (error && !error_) {
     if (s.controller().state == State::solve_errors) {
-      s.latch(FaultId::mobility_error);
+      s.latch(faults::mobility_error);
     } else {
-      s.raise(FaultId::mobility_error);
+      s.raise(faults::mobility_error);
     }
   }
   error_ = error;
@@ -148,7 +149,7 @@ void Vehicle::watch_mobility(Supervisor& s) noexcept {
       (has_fault(gnc::ardito::kRockerStale) || has_fault(gnc::ardito::kRockerJump)) &&
       !watched_.away(kIo);
   if (rocker_lost != rocker_lost_) {
-    rocker_lost ? s.latch(FaultId::rocker_lost, kIoNode) : s.clear(FaultId::rocker_lost, kIoNode);
+    rocker_lost ? s.latch(faults::rocker_lost, kIoNode) : s.clear(faults::rocker_lost, kIoNode);
     rocker_lost_ = rocker_lost;
   }
 }
@@ -197,8 +198,8 @@ void Vehicle::watch_unproven(std::size_t i, Supervisor& s) noexcept {
       command_.wheel_failure[i] != WheelFailure::none && (retry_wheels_ & wheel) == 0;
   if (proven_frames_[i] >= kProven || found_again || !in_service(i)) unproven_ &= ~wheel;
   const bool told = (unproven_told_ & wheel) != 0, is = (unproven_ & wheel) != 0;
-  if (is && !told) s.latch(FaultId::wheel_unproven, kit::module_of(i));
-  if (!is && told) s.clear(FaultId::wheel_unproven, kit::module_of(i));
+  if (is && !told) s.latch(faults::wheel_unproven, kit::module_of(i));
+  if (!is && told) s.clear(faults::wheel_unproven, kit::module_of(i));
   unproven_told_ = (unproven_told_ & ~wheel) | (unproven_ & wheel);
 }
 
@@ -211,30 +212,30 @@ void Vehicle::watch_slip(Supervisor& s) noexcept {
   if (slips) most_slip_m_s_ = std::max(most_slip_m_s_, std::abs(e.slip_m_s));
   if (!slipping_ && slip_frames_ >= kBegins) {
     slipping_ = true;
-    s.note(EventId::slip_begun, 0, e.slip_m_s, e.load);
+    s.note(events::slip_begun, 0, e.slip_m_s, e.load);
   } else if (slip_frames_ <= kEnds) {
-    if (slipping_) s.note(EventId::slip_ended, 0, most_slip_m_s_);
+    if (slipping_) s.note(events::slip_ended, 0, most_slip_m_s_);
     slipping_ = false;
     most_slip_m_s_ = 0;
     slip_frames_ = kEnds;
   }
   const bool stuck = has_fault(gnc::ardito::kStuck);
   if (stuck && !stuck_ && s.happen(event::stuck).reason == Reason::none) {
-    s.latch(FaultId::rover_stuck);
-    s.note(EventId::stopped_stuck, 0, e.speed_m_s, e.ground_m_s);
-    s.abandon(Reason::stuck);
+    s.latch(faults::rover_stuck);
+    s.note(events::stopped_stuck, 0, e.speed_m_s, e.ground_m_s);
+    s.abandon(reasons::stuck);
     stuck_told_ = true;
   }
   stuck_ = stuck;
-  if (!stuck_told_) s.clear(FaultId::rover_stuck);  // another command to move came
+  if (!stuck_told_) s.clear(faults::rover_stuck);  // another command to move came
 }
 
 void Vehicle::watch_yaw(Supervisor& s) noexcept {
   constexpr int kGood = 50;  // frames
   const bool disagrees = has_fault(gnc::ardito::kYawDisagrees);
   yaw_good_frames_ = disagrees ? 0 : std::min(yaw_good_frames_ + 1, kGood);
-  if (disagrees && !yaw_told_) s.latch(FaultId::yaw_disagrees);
-  if (yaw_told_ && yaw_good_frames_ == kGood) s.clear(FaultId::yaw_disagrees);
+  if (disagrees && !yaw_told_) s.latch(faults::yaw_disagrees);
+  if (yaw_told_ && yaw_good_frames_ == kGood) s.clear(faults::yaw_disagrees);
   yaw_told_ = disagrees || (yaw_told_ && yaw_good_frames_ < kGood);
 }
 
@@ -264,14 +265,14 @@ void Vehicle::watch_imu(Supervisor& s) noexcept {
   // While it boots its absence is no fault.
   const bool expected = imu_seen_ || (port_.open() && now_ns_ - port_.opened_ns() > kBoot);
   const bool tell = expected && !watched_.away(kImu);
-  if (lost && tell && !imu_told_) s.latch(FaultId::imu_lost, kImuNode);
-  if (!lost && imu_told_) s.clear(FaultId::imu_lost, kImuNode);
+  if (lost && tell && !imu_told_) s.latch(faults::imu_lost, kImuNode);
+  if (!lost && imu_told_) s.clear(faults::imu_lost, kImuNode);
   imu_told_ = lost && (tell || imu_told_);
   imu_seen_ = imu_seen_ || !lost;
   imu_lost_ = lost;
   if (lost && (s.controller().flags & kAutonomous) != 0 &&
       s.happen(event::autonomy_lost).reason == Reason::none) {
-    s.note(EventId::autonomy_ended);
+    s.note(events::autonomy_ended);
     s.abandon(Reason::imu_lost);
   }
 }
@@ -330,11 +331,11 @@ std::uint16_t Vehicle::diagnosed() const noexcept {
   unsigned nodes = 0;
   for (std::size_t i = 0; i < kWheels; ++i) {
     const WheelFailure f = command_.wheel_failure[i];
-    const bool sensor = fault_of(f) == FaultId::wheel_sensor;
+    const bool sensor = fault_of(f) == faults::wheel_sensor;
     if (f != WheelFailure::none && !sensor && in_service(i)) nodes |= 1u << i;
   }
   for (std::size_t i = 0; i < kSteered; ++i) {
-    if (fault_of(command_.steering_failure[i]) == FaultId::steering_critical)
+    if (fault_of(command_.steering_failure[i]) == faults::steering_critical)
       nodes |= 1u << (kFirstSteering + i);
   }
   return static_cast<std::uint16_t>(nodes);

@@ -46,10 +46,10 @@ constexpr lc::GuardSet kMayStart = lc::kMayStart | lc::guard(kPanelIn);
 Verdict guard(unsigned number, const lc::ControllerState& s, unsigned subject) {
   switch (number) {
     case kPanelIn:
-      if (s.flags & kPanelOut) return {.reason = Reason::panel_deployed, .subject = kModules};
+      if (s.flags & kPanelOut) return {.reason = reasons::panel_deployed, .subject = kModules};
       break;
     case kPanelStill:
-      if (s.flags & kPanelMoving) return {.reason = Reason::panel_moving, .subject = kModules};
+      if (s.flags & kPanelMoving) return {.reason = reasons::panel_moving, .subject = kModules};
       break;
     case kMotorsOnConfirmed:
       if (!(s.flags & kMotorsConfirmed)) return {.reason = Reason::motors_not_on};
@@ -57,12 +57,12 @@ Verdict guard(unsigned number, const lc::ControllerState& s, unsigned subject) {
     case kEnoughLegs: {
       const bool leg = subject >= 1 && subject <= kLegs;
       if (!leg || !enough_legs_without(s.isolated | 1u << (subject - 1)))
-        return {.reason = Reason::not_stable, .subject = static_cast<std::uint16_t>(subject)};
+        return {.reason = reasons::not_stable, .subject = static_cast<std::uint16_t>(subject)};
       break;
     }
     case kPanelLost:
       if (((s.silent | s.unheard) >> (kModules - 1) & 1u) == 0)
-        return {.reason = kPanelAnswers, .subject = kModules};
+        return {.reason = reasons::panel_answers, .subject = kModules};
       break;
     case kPanelServed:
       if ((s.isolated >> (kModules - 1) & 1u) != 0)
@@ -335,10 +335,10 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
 Verdict sense(const SupervisorState& state, const Request& r) noexcept {
   const auto tripped = static_cast<std::uint16_t>(state.sense[kSenseTripped]);
   if (r.kind == kind_of(lss::CommandKind::start) && tripped != 0)
-    return {.reason = Reason::fault_latched, .subject = tripped};
+    return {.reason = reasons::fault_latched, .subject = tripped};
   const double rounds = state.sense[kSenseSolveRounds], limit = state.sense[kSenseSolveLimit];
   if (r.kind == kind_of(lss::CommandKind::solve) && limit > 0 && rounds >= limit)
-    return {.reason = Reason::solved_too_often,
+    return {.reason = reasons::solved_too_often,
             .measured = rounds,
             .limit = limit,
             .subject = static_cast<std::uint16_t>(state.sense[kSenseSolveModule])};
@@ -351,7 +351,7 @@ Verdict sense(const SupervisorState& state, const Request& r) noexcept {
       (move.forward ? forward_rad : kRound_rad - forward_rad) / move.duration_s;
   const double limit_rad_s = state.sense[kSenseTurnLimit];
   if (rate_rad_s <= limit_rad_s || std::isnan(rate_rad_s)) return {};
-  return {.reason = Reason::too_fast,
+  return {.reason = reasons::too_fast,
           .measured = rate_rad_s,
           .limit = limit_rad_s,
           .subject = static_cast<std::uint16_t>(move.leg)};

@@ -7,6 +7,7 @@
 
 #include "daemon/vehicles/zebro/vehicle.h"
 #include "idl/angles.h"
+#include "idl/zebro/codes.h"
 
 namespace lss::zebro {
 namespace {
@@ -110,7 +111,7 @@ void Vehicle::watch_panel(Supervisor& s) noexcept {
       s.happen(panel_.deploy ? event::panel_arrived_out : event::panel_arrived_in);
       return;
   }
-  if (now_ns_ - panel_.due_ns > kMoveGrace) s.raise(FaultId::motion_timeout, number(kPanel));
+  if (now_ns_ - panel_.due_ns > kMoveGrace) s.raise(faults::motion_timeout, number(kPanel));
 }
 
 }  // namespace lss::zebro

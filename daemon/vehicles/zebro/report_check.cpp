@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "idl/angles.h"
+#include "idl/zebro/codes.h"
 
 namespace lss::zebro {
 namespace {
@@ -48,13 +49,13 @@ FaultId fault_of(ReportCheck::Finding finding) noexcept {
   using Finding = ReportCheck::Finding;
   switch (finding) {
     case Finding::impossible:
-      return kReportImpossible;
+      return faults::report_impossible;
     case Finding::jumps:
-      return kPositionJumps;
+      return faults::position_jumps;
     case Finding::still:
-      return kLegStill;
+      return faults::leg_still;
     case Finding::slips:
-      return kGearSlips;
+      return faults::gear_slips;
     case Finding::none:
       break;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 #include "daemon/cycle/plan.h"
 #include "idl/zebro/codes.h"
@@ -25,27 +26,25 @@ double apart(double a_rad, double b_rad) noexcept {
 }  // namespace
 
 FaultClass class_of(FaultId fault) noexcept {
-  if (fault == kReportImpossible || fault == kPositionJumps) return FaultClass::report;
-  if (fault == kLegStill) return FaultClass::obedience;
-  if (fault == kGearSlips) return FaultClass::gear;
-  if (fault == kCurrentSum) return FaultClass::current;
-  switch (fault) {
-    case FaultId::module_silent:
-      return FaultClass::contact;
-    case FaultId::module_over_current:
-    case FaultId::current_limit:
-      return FaultClass::current;
-    case FaultId::module_driver_fault:
-      return FaultClass::driver;
-    case FaultId::module_disobeys:
-    case FaultId::module_watchdog:
-    case FaultId::motion_timeout:
-      return FaultClass::obedience;
-    case FaultId::module_reset:
-      return FaultClass::supply;
-    default:
-      return FaultClass::system;
+  constexpr std::pair<FaultId, FaultClass> kClasses[] = {
+      {FaultId::module_silent, FaultClass::contact},
+      {FaultId::module_over_current, FaultClass::current},
+      {faults::current_limit, FaultClass::current},
+      {faults::current_sum, FaultClass::current},
+      {faults::module_driver_fault, FaultClass::driver},
+      {FaultId::module_disobeys, FaultClass::obedience},
+      {faults::module_watchdog, FaultClass::obedience},
+      {faults::motion_timeout, FaultClass::obedience},
+      {faults::leg_still, FaultClass::obedience},
+      {FaultId::module_reset, FaultClass::supply},
+      {faults::report_impossible, FaultClass::report},
+      {faults::position_jumps, FaultClass::report},
+      {faults::gear_slips, FaultClass::gear},
+  };
+  for (const auto& [id, of] : kClasses) {
+    if (id == fault) return of;
   }
+  return FaultClass::system;
 }
 
 bool of_operator(FaultId fault) noexcept {

@@ -228,8 +228,8 @@ class Solver {
   enum class Phase : std::uint8_t { treating, waiting, moving, proving };
 
   SolverParameters parameters_;
-  Reconnect reconnect_;
-  ResetModules reset_module_{false}, reset_all_{true};
+  Reconnect reconnect_;                                 // no state
+  ResetModules reset_module_{false}, reset_all_{true};  // no state: constant
   MoveFree move_free_;
   CoolDown cool_down_;
   Isolate isolate_;

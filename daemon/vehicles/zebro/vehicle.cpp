@@ -4,6 +4,7 @@
 
 #include "daemon/vehicles/zebro/tunables.h"
 #include "idl/angles.h"
+#include "idl/zebro/codes.h"
 
 namespace lss::zebro {
 namespace {
@@ -156,7 +157,7 @@ Verdict Vehicle::consider(const Request& request) noexcept {
   const unsigned leg = arguments<OneLeg>(request).leg;
   const unsigned all = (isolated_ | 1u << (leg - 1)) & kAllLegs;
   if (walks_without_[all]) return {};
-  return {.reason = Reason::not_stable, .subject = static_cast<std::uint16_t>(leg)};
+  return {.reason = reasons::not_stable, .subject = static_cast<std::uint16_t>(leg)};
 }
 
 void Vehicle::begin_motion(lc::ActionSet actions, const Request* request) noexcept {

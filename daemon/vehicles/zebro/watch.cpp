@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "daemon/vehicles/zebro/vehicle.h"
+#include "idl/zebro/codes.h"
 
 namespace lss::zebro {
 namespace {
@@ -98,7 +99,7 @@ void Vehicle::watch_modules(Supervisor& s) noexcept {
     const bool lost = ((c.silent | c.unheard) >> i & 1u) != 0;
     if (answers(i) && lost) {
       s.happen(lc::Event::module_heard, number(i));
-      s.note(EventId::module_online, number(i));
+      s.note(events::module_online, number(i));
     } else if (!answers(i) && !lost && !resets_.away(i)) {
       s.happen(lc::Event::module_silent, number(i));
       kit::blame(FaultId::module_silent, i, s);
@@ -112,7 +113,7 @@ void Vehicle::watch_reports(std::size_t i, Supervisor& s) noexcept {
     checks_[i].follow(sent_.module[i], modules_[i].status, modules_[i].status_ns, now_ns_);
   const ReportCheck::Finding finding = checks_[i].finding(now_ns_);
   if (std::exchange(found_[i], finding) == finding || finding == ReportCheck::Finding::none) return;
-  s.note(kReportRefused, number(i), checks_[i].measured(), checks_[i].limit());
+  s.note(events::report_refused, number(i), checks_[i].measured(), checks_[i].limit());
   kit::blame(fault_of(finding), i, s);
 }
 
@@ -128,8 +129,8 @@ void Vehicle::watch_flags(std::size_t i, Supervisor& s) noexcept {
                                   : s.controller().state == State::operational;
   if (rising(flags, before, kFlagOverCurrent) && driven)
     s.raise(FaultId::module_over_current, number(i));
-  if (rising(flags, before, kFlagWatchdog) && driven) s.raise(FaultId::module_watchdog, number(i));
-  if (rising(flags, before, kFlagDriverFault)) kit::blame(FaultId::module_driver_fault, i, s);
+  if (rising(flags, before, kFlagWatchdog) && driven) s.raise(faults::module_watchdog, number(i));
+  if (rising(flags, before, kFlagDriverFault)) kit::blame(faults::module_driver_fault, i, s);
   // Only a reset loses the calibration: the status with the reset flag may have been lost.
   const bool reset = rising(flags, before, kFlagReset) || falling(flags, before, kFlagCalibrated);
   if (reset && !first) {
@@ -143,8 +144,8 @@ void Vehicle::watch_flags(std::size_t i, Supervisor& s) noexcept {
     s.raise(FaultId::module_disobeys, number(i));
   }
   if (rising(flags, before, kFlagCalibrated)) {
-    s.note(EventId::module_calibrated, number(i));
-    s.clear(FaultId::not_calibrated, number(i));
+    s.note(events::module_calibrated, number(i));
+    s.clear(faults::not_calibrated, number(i));
   }
 }
 
@@ -157,7 +158,7 @@ void Vehicle::watch_current(std::size_t i, Supervisor& s) noexcept {
   }
   if (module.over_limit_ns == 0) module.over_limit_ns = now_ns_;
   if (now_ns_ - module.over_limit_ns >= parameters_.current_time_ns)
-    s.raise(FaultId::current_limit, number(i));
+    s.raise(faults::current_limit, number(i));
 }
 
 // What the Power sub-system sees (Zebro thesis [P-Int-1]).
@@ -167,7 +168,7 @@ void Vehicle::watch_current_sum(Supervisor& s) noexcept {
   if (sum_A <= parameters_.total_limit_A) over_sum_ns_ = 0;
   if (sum_A <= parameters_.total_limit_A || s.controller().state != State::operational) return;
   if (over_sum_ns_ == 0) over_sum_ns_ = now_ns_;
-  if (now_ns_ - over_sum_ns_ >= parameters_.current_time_ns) s.raise(kCurrentSum);
+  if (now_ns_ - over_sum_ns_ >= parameters_.current_time_ns) s.raise(faults::current_sum);
 }
 
 // Reported, not acted on (Zebro thesis [Prod-5]): by the module's own judgement or by ours.
@@ -204,7 +205,7 @@ void Vehicle::watch_obedience(std::size_t i, const ModuleLink& link, Supervisor&
     const std::uint64_t told = resends_told_[i] - resends_calm_[i];
     if (told != 0 && link.resends - resends_calm_[i] < 2 * told) return;
     resends_told_[i] = link.resends;
-    s.note(EventId::module_resent, number(i), static_cast<double>(link.resends));
+    s.note(events::module_resent, number(i), static_cast<double>(link.resends));
   }
 }
 
@@ -219,9 +220,9 @@ void Vehicle::watch_motion(Supervisor& s) noexcept {
   const gnc::zebro::Progress progress = locomotion_.progress();
   if (progress == gnc::zebro::Progress::failed) {
     const gnc::zebro::LegSet late = locomotion_.late();
-    if (late == 0) s.raise(FaultId::motion_timeout);
+    if (late == 0) s.raise(faults::motion_timeout);
     for (std::size_t i = 0; i < kLegs; ++i) {
-      if (contains(late, i)) s.raise(FaultId::motion_timeout, number(i));
+      if (contains(late, i)) s.raise(faults::motion_timeout, number(i));
     }
   } else if (in_motion_ && progress == gnc::zebro::Progress::done) {
     in_motion_ = false;
@@ -236,8 +237,8 @@ void Vehicle::watch_bridge(Supervisor& s) noexcept {
   const bool out = !in_service(bridge_.leg), late = now_ns_ - bridge_.due_ns > kMoveGrace;
   if (out && (late || !answers(bridge_.leg) || (status.flags & kStopFlags) != 0 ||
               status.current_A > parameters_.current_limit_A)) {
-    s.note(kLegSwitchedOff, number(bridge_.leg));
-    s.abandon(kLegBlocked);
+    s.note(events::leg_switched_off, number(bridge_.leg));
+    s.abandon(reasons::leg_blocked);
     end_bridge();
     s.happen(event::motion_done);
   } else if (bridge_.switching_on) {
@@ -249,7 +250,7 @@ void Vehicle::watch_bridge(Supervisor& s) noexcept {
     end_bridge();
     s.happen(event::motion_done);
   } else if (late) {
-    s.raise(FaultId::motion_timeout, number(bridge_.leg));
+    s.raise(faults::motion_timeout, number(bridge_.leg));
   }
 }
 
@@ -267,7 +268,7 @@ bool Vehicle::motors_confirmed() const noexcept {
 void Vehicle::report_uncalibrated(Supervisor& s) noexcept {
   for (std::size_t i = 0; i < kLegs; ++i) {
     if (in_service(i) && (modules_[i].status.flags & kFlagCalibrated) == 0)
-      s.raise(FaultId::not_calibrated, number(i));
+      s.raise(faults::not_calibrated, number(i));
   }
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "idl/ardito/codes.h"
 #include "tests/support/everything.h"
 
 namespace lss::ardito {
@@ -49,18 +50,18 @@ TEST(ArditoChain, ABlockedRoverStopsWithinThreeSecondsAndSaysWhy) {
     const double blocked_s = chain.seconds();
     ASSERT_TRUE(chain.run_until(Mode::stopped, 3));
     EXPECT_LT(chain.seconds() - blocked_s, 3);
-    EXPECT_TRUE(chain.has(FaultId::rover_stuck));
-    EXPECT_FALSE(chain.has(FaultId::imu_lost, kImuNode)) << "it is right";
+    EXPECT_TRUE(chain.has(faults::rover_stuck));
+    EXPECT_FALSE(chain.has(faults::imu_lost, kImuNode)) << "it is right";
     EXPECT_EQ(chain.state(), State::operational);
     EXPECT_NEAR(chain.telemetry().distance_m, at_m(), 0.1);
     const auto failed = [&](const Ack& ack) {
-      return ack.phase == Phase::failed && ack.verdict.reason == Reason::stuck;
+      return ack.phase == Phase::failed && ack.verdict.reason == reasons::stuck;
     };
     EXPECT_TRUE(std::ranges::any_of(chain.acks, failed));
     ASSERT_TRUE(chain.drive(-0.3)) << "back is free";
     chain.run(3);
     EXPECT_LT(chain.telemetry().distance_m, at_m() + 0.2);
-    EXPECT_FALSE(chain.has(FaultId::rover_stuck));
+    EXPECT_FALSE(chain.has(faults::rover_stuck));
     EXPECT_EQ(chain.mode(), Mode::running);
   }
 }

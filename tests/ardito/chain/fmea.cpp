@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "idl/angles.h"
+#include "idl/ardito/codes.h"
 #include "tests/ardito/chain/chain.h"
 
 namespace lss::ardito {
@@ -98,7 +99,7 @@ constexpr double kLeft = -3 * kDegree, kRight = 3 * kDegree;
 // A wheel's sensor that is substituted.
 std::function<std::string()> sensor(const char* fault) {
   return [=] {
-    return std::string(Broken().breaks(fault).finds(FaultId::wheel_sensor, 3, 2).drives_on());
+    return std::string(Broken().breaks(fault).finds(faults::wheel_sensor, 3, 2).drives_on());
   };
 }
 std::function<std::string()> taken_out(const char* fault, FaultId id, double limit_s) {
@@ -117,7 +118,7 @@ std::function<std::string()> steering(const char* fault, FaultId id, bool fatal)
 }
 std::function<std::string()> rocker(const char* fault) {
   return [=] {
-    return std::string(Broken().breaks(fault).finds(FaultId::rocker_lost, kIoNode, 1).drives_on());
+    return std::string(Broken().breaks(fault).finds(faults::rocker_lost, kIoNode, 1).drives_on());
   };
 }
 std::function<std::string()> cut(const char* fault, FaultId id, std::uint16_t subject) {
@@ -145,19 +146,19 @@ std::string upset(std::size_t instances) {
     other.proportional = 0.2 * static_cast<double>(i);
     rover.chain.instances().instance(i) = gnc::ardito::MobilityController(other);
   }
-  if (instances == 1) return rover.finds(FaultId::instance_disagreed, 0, 0.5).drives_on();
-  return rover.finds(FaultId::no_majority, 0, 0.5).emergency();
+  if (instances == 1) return rover.finds(faults::instance_disagreed, 0, 0.5).drives_on();
+  return rover.finds(faults::no_majority, 0, 0.5).emergency();
 }
 std::string blocked() {
   Broken rover({.speed_m_s = 0.3, .rover = {.step_height_m = 0.150, .step_at_m = 2.6}});
-  rover.finds(FaultId::rover_stuck, 0, 12);
+  rover.finds(faults::rover_stuck, 0, 12);
   rover.expects(rover.chain.run_until(Mode::stopped, 3), "does not stop");
-  return rover.expects(rover.told(EventId::slip_begun), "slip is not told")
-      .expects(!rover.chain.has(FaultId::imu_lost, kImuNode), "blames the IMU");
+  return rover.expects(rover.told(events::slip_begun), "slip is not told")
+      .expects(!rover.chain.has(faults::imu_lost, kImuNode), "blames the IMU");
 }
 std::string bent() {
   Broken rover({.speed_m_s = 0.5, .before = {"bracket-bent:1:30", "bracket-bent:5:-30"}});
-  return rover.finds(FaultId::yaw_disagrees, 0, 20).drives_on();
+  return rover.finds(faults::yaw_disagrees, 0, 20).drives_on();
 }
 std::string warm() {
   Broken rover;
@@ -166,15 +167,15 @@ std::string warm() {
 }
 std::string imu(const char* fault, bool by_itself) {
   Broken rover({.by_itself = by_itself});
-  rover.breaks(fault).finds(FaultId::imu_lost, kImuNode, 4);
+  rover.breaks(fault).finds(faults::imu_lost, kImuNode, 4);
   if (!by_itself) return rover.drives_on();
   rover.expects(rover.chain.run_until(Mode::stopped, 4), "does not stop");
-  return rover.expects(rover.told(EventId::autonomy_ended), "no event");
+  return rover.expects(rover.told(events::autonomy_ended), "no event");
 }
 // As a rover that is blocked: climbing motors push, too.
 std::string imu_zero_uphill() {
   Broken rover({.rover = {.slope_rad = 5 * kDegree}});
-  rover.breaks("imu-jump:-400").finds(FaultId::rover_stuck, 0, 3);
+  rover.breaks("imu-jump:-400").finds(faults::rover_stuck, 0, 3);
   return rover.expects(rover.chain.run_until(Mode::stopped, 3), "does not stop");
 }
 
@@ -212,7 +213,7 @@ std::string flash() {
 }
 std::string button() {
   Broken rover;
-  rover.breaks("e-stop-button").finds(FaultId::emergency_button, kIoNode, 1).emergency();
+  rover.breaks("e-stop-button").finds(faults::emergency_button, kIoNode, 1).emergency();
   rover.chain.send(lss::CommandKind::solve);
   rover.chain.run(40);
   rover.expects(rover.chain.state() == State::fatal_error, "solved while it is pressed");
@@ -227,7 +228,7 @@ std::string cap() {
   rover.chain.send(CommandKind::drive, {0.6, 0.0, 1.0, 0.0});
   rover.chain.run(0.3);
   const auto refused = [](const Ack& ack) {
-    return ack.phase == Phase::rejected && ack.verdict.reason == Reason::over_cap &&
+    return ack.phase == Phase::rejected && ack.verdict.reason == reasons::over_cap &&
            ack.verdict.measured == 0.6 && ack.verdict.limit == 0.5;
   };
   return rover.expects(std::ranges::any_of(rover.chain.acks, refused), "0.6 m/s is not refused")
@@ -265,31 +266,31 @@ const std::vector<FailureMode> kWheels = {
     {"motor_stuck", "7.1.1", "motor burnt: stuck",
      "motor and wheel do not follow the command while their sensors agree (state 3)",
      "clutch open, motor off; fault `wheel_motor`; five wheels go on",
-     taken_out("TM:4", FaultId::wheel_motor, 3)},
+     taken_out("TM:4", faults::wheel_motor, 3)},
     {"motor_without_torque", "7.1.1", "motor burnt: no torque",
      "no current while the others work; the clutch probe shows that the motor does not follow",
-     "the same", taken_out("TM:4:1", FaultId::wheel_motor, 6)},
+     "the same", taken_out("TM:4:1", faults::wheel_motor, 6)},
     {"motor_warm", "7.1.1", "motor too warm", "temperature above `motor_temperature_degC`",
      "fault `temperature_warning`; driving goes on", warm},
     {"motor_hot", "7.1.1", "motor too hot", "temperature above `motor_cutoff_degC`",
      "clutch open, motor off; fault `wheel_motor`; five wheels go on",
-     taken_out("motor-hot:4:107", FaultId::wheel_motor, 5)},
+     taken_out("motor-hot:4:107", faults::wheel_motor, 5)},
     {"motor_over_current", "7.1.1", "motor draws too much",
      "current above `motor_current` for a second", "the same",
-     taken_out("encoder-jump:0x04:4:2500", FaultId::wheel_motor, 3)},
+     taken_out("encoder-jump:0x04:4:2500", faults::wheel_motor, 3)},
     {"clutch_open", "7.1.2", "clutch always open",
      "wheel rolls along while the motor draws no-load current (state 5), proven by a probe",
      "motor off; fault `wheel_clutch`; five wheels go on",
-     taken_out("TC:4", FaultId::wheel_clutch, 6)},
+     taken_out("TC:4", faults::wheel_clutch, 6)},
     {"gear_jammed", "7.1.3", "gear jammed",
      "the motor turns with its clutch open, the wheel does not (state 4)",
      "clutch open, motor off; fault `wheel_gear`; an error when it lasts: emergency",
      [] {
-       return std::string(Broken().breaks("TRG:4").finds(FaultId::wheel_gear, 4, 3).emergency(3));
+       return std::string(Broken().breaks("TRG:4").finds(faults::wheel_gear, 4, 3).emergency(3));
      }},
     {"gear_coupling_lost", "7.1.3", "gear lost its coupling", "as a clutch that transmits nothing",
      "motor off; fault `wheel_clutch`; five wheels go on",
-     taken_out("TRG:4:1", FaultId::wheel_clutch, 6)},
+     taken_out("TRG:4:1", faults::wheel_clutch, 6)},
     {"no_grip", "7.1.4, 7.1.5", "grousers without grip: the rover is blocked",
      "the wheels are faster than the rover by the IMU (slip) while the motors push or it does not "
      "turn as steered",
@@ -322,28 +323,28 @@ const std::vector<FailureMode> kSteeringModes = {
      "fault `yaw_disagrees`; driving goes on", bent},
     {"steering_motor_burnt", "7.2.2", "motor burnt",
      "both encoders agree and do not follow the command (state 3)",
-     "emergency: `steering_critical`", steering("SM:1", FaultId::steering_critical, true)},
+     "emergency: `steering_critical`", steering("SM:1", faults::steering_critical, true)},
     {"steering_over_current", "7.2.2", "motor draws too much",
      "current above `steering_current` for a second", "the same",
      [] {
        return std::string(Broken()
                               .breaks("encoder-jump:0x11:3:2500")
-                              .finds(FaultId::steering_critical, 7, 3)
+                              .finds(faults::steering_critical, 7, 3)
                               .emergency());
      }},
     {"steering_gear_jammed", "7.2.3", "gear jammed",
      "both encoders stand (state 3), or its current", "the same",
-     steering("SRG:1", FaultId::steering_critical, true)},
+     steering("SRG:1", faults::steering_critical, true)},
     {"steering_coupling_lost", "7.2.3", "gear lost its coupling",
      "motor follows, the wheel does not (state 2): not distinguished from its encoder",
-     "fault `steering_sensor`", steering("SRG:1:1", FaultId::steering_sensor, false)},
+     "fault `steering_sensor`", steering("SRG:1:1", faults::steering_sensor, false)},
     {"steering_motor_encoder", "7.2.4", "motor encoder wrong, or dead",
      "it alone stands while the other turns (state 1)",
      "reduction encoder takes its place; fault `steering_sensor`",
-     steering("E-SM:1", FaultId::steering_sensor, false)},
+     steering("E-SM:1", faults::steering_sensor, false)},
     {"steering_reduction_encoder", "7.2.5", "reduction encoder wrong, or dead",
      "it alone stands (state 2)", "motor encoder through the gear ratio; fault `steering_sensor`",
-     steering("E-SRG:1", FaultId::steering_sensor, false)},
+     steering("E-SRG:1", faults::steering_sensor, false)},
     {"", "7.2.6", "support", "mechanical", ""},
 };
 
@@ -394,7 +395,7 @@ const std::vector<FailureMode> kLogicModes = {
      "heartbeat of who commands (lease), of anyone (link)", "safe stop; emergency after 30 s",
      silent_commander},
     {"power_lost", "7.6.2", "battery management cuts the motors", "motor power good, link voltage",
-     "emergency: `power_lost`", cut("power-bad", FaultId::power_lost, kIoNode)},
+     "emergency: `power_lost`", cut("power-bad", faults::power_lost, kIoNode)},
 };
 
 const std::vector<FailureMode> kSensorModes = {

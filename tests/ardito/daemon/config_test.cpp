@@ -61,7 +61,7 @@ TEST(ArditoConfig, TwoNodesOfOneNumberAreRefused) {
             std::string::npos);
 }
 
-TEST(ArditoConfig, ADescriptionThatIsNotThereOrWrongIsToldWithItsFile) {
+TEST(ArditoConfig, ADescriptionThatIsNotThereOrWrongIsReportedWithItsFile) {
   const auto described = [](const std::string& name) {
     return kFile.error_of("wheel_description = \"\"", "wheel_description = \"" + name + "\"");
   };
@@ -80,7 +80,7 @@ TEST(ArditoConfig, AnUnknownStrategyIsRefusedWithTheOnesThereAre) {
       std::string::npos);
 }
 
-TEST(ArditoConfig, AWrongUnitIsToldWithTheRightOne) {
+TEST(ArditoConfig, AWrongUnitIsReportedWithTheRightOne) {
   EXPECT_NE(kFile.error_of("sync_lead_ms = 10", "sync_lead_s = 0.01").find("sync_lead_ms"),
             std::string::npos);
 }

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "idl/angles.h"
+#include "idl/ardito/codes.h"
 #include "world.h"
 
 namespace lss::ardito {
@@ -95,7 +96,7 @@ TEST(ArditoCycle, FasterThanTheLimitIsRefusedWithBothNumbers) {
   w.send(CommandKind::drive, {0.6, 0, 1, 0});
   w.step();
   ASSERT_NE(w.last(Phase::rejected), nullptr);
-  EXPECT_EQ(w.last(Phase::rejected)->verdict.reason, Reason::over_limit);
+  EXPECT_EQ(w.last(Phase::rejected)->verdict.reason, reasons::over_limit);
   EXPECT_DOUBLE_EQ(w.last(Phase::rejected)->verdict.measured, 0.6);
   EXPECT_DOUBLE_EQ(w.last(Phase::rejected)->verdict.limit, 0.5);
 
@@ -175,8 +176,8 @@ TEST(ArditoCycle, ALostImuEndsAutonomousDrivingAndLeavesDrivingByHand) {
   ASSERT_TRUE(w.run_until(Mode::running, 15));
   w.imu_alive = false;
   ASSERT_TRUE(w.run_until(Mode::stopped, 10));
-  EXPECT_TRUE(w.heard(EventId::autonomy_ended));
-  EXPECT_TRUE(w.has(FaultId::imu_lost, kImuNode));
+  EXPECT_TRUE(w.heard(events::autonomy_ended));
+  EXPECT_TRUE(w.has(faults::imu_lost, kImuNode));
   EXPECT_EQ(w.last(Phase::failed)->verdict.reason, Reason::imu_lost);
   EXPECT_EQ(w.state(), State::operational);
   w.send(CommandKind::drive, {0.3, 0, 1, 1});
@@ -185,18 +186,18 @@ TEST(ArditoCycle, ALostImuEndsAutonomousDrivingAndLeavesDrivingByHand) {
   EXPECT_TRUE(w.drive_at(0.3));
 }
 
-TEST(ArditoCycle, AnImuThatNeverComesIsToldAndOneThatBootsIsNot) {
+TEST(ArditoCycle, AnImuThatNeverComesIsReportedAndOneThatBootsIsNot) {
   World w;
   w.node(kImu).state = canopen::NodeState::booting;
   w.imu_alive = false;
   w.run(1);
-  EXPECT_FALSE(w.has(FaultId::imu_lost, kImuNode)) << "it is still booting";
+  EXPECT_FALSE(w.has(faults::imu_lost, kImuNode)) << "it is still booting";
   w.run(6);
-  EXPECT_TRUE(w.has(FaultId::imu_lost, kImuNode));
+  EXPECT_TRUE(w.has(faults::imu_lost, kImuNode));
   w.node(kImu).state = canopen::NodeState::operational;
   w.imu_alive = true;
   w.run(1);
-  EXPECT_FALSE(w.has(FaultId::imu_lost, kImuNode));
+  EXPECT_FALSE(w.has(faults::imu_lost, kImuNode));
 }
 
 TEST(ArditoCycle, AMotorEncoderThatFailsIsSubstitutedWhileItDrives) {
@@ -209,7 +210,7 @@ TEST(ArditoCycle, AMotorEncoderThatFailsIsSubstitutedWhileItDrives) {
       if (auto* m = std::get_if<WheelMotion>(&r); m && m->wheel == 1) m->motor_rpm = 0;
     }
   };
-  ASSERT_TRUE(w.run_until([&] { return w.has(FaultId::wheel_sensor, 2); }, 2));
+  ASSERT_TRUE(w.run_until([&] { return w.has(faults::wheel_sensor, 2); }, 2));
   w.run(5);
   EXPECT_EQ(w.mode(), Mode::running);
   EXPECT_EQ(w.out_.telemetry.wheels[1].state, 1);
@@ -218,7 +219,7 @@ TEST(ArditoCycle, AMotorEncoderThatFailsIsSubstitutedWhileItDrives) {
 TEST(ArditoCycle, TheThreeInstancesAgreeWhileNothingUpsetsOne) {
   World w;
   ASSERT_TRUE(w.start());
-  EXPECT_FALSE(w.has(FaultId::instance_disagreed));
+  EXPECT_FALSE(w.has(faults::instance_disagreed));
   EXPECT_EQ(w.out_.telemetry.disagreements, 0u);
 }
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "idl/ardito/codes.h"
 #include "world.h"
 
 namespace lss::ardito {
@@ -24,7 +25,7 @@ TEST(ArditoCap, FasterThanTheCapIsRefusedAtTheStartAndUnderWayWithBothNumbers) {
   w.run(0.5);
   const auto refused = [&](auto kind, std::initializer_list<double> parameters, double measured) {
     const Verdict v = w.ask(kind, parameters);
-    EXPECT_EQ(v.reason, Reason::over_cap);
+    EXPECT_EQ(v.reason, reasons::over_cap);
     EXPECT_DOUBLE_EQ(v.measured, measured);
     EXPECT_DOUBLE_EQ(v.limit, 0.5);
   };
@@ -122,20 +123,20 @@ TEST(ArditoSlip, ABlockedRoverStopsWithinThreeSecondsSaysWhyAndStopsCounting) {
   ASSERT_TRUE(w.run_until(Mode::stopped, 3));
   EXPECT_LE(w.time_ns_ - from, 3 * kSecond);
   EXPECT_EQ(w.state(), State::operational) << "a safe stop, no emergency";
-  EXPECT_TRUE(w.has(FaultId::rover_stuck));
-  EXPECT_FALSE(w.has(FaultId::imu_lost, kImuNode));
-  ASSERT_NE(w.heard(EventId::stopped_stuck), nullptr);
-  EXPECT_NEAR(w.heard(EventId::stopped_stuck)->argument[0], 0.3, 0.02);
-  EXPECT_NEAR(w.heard(EventId::stopped_stuck)->argument[1], 0, 0.01);
-  ASSERT_NE(w.heard(EventId::slip_begun), nullptr);
-  EXPECT_EQ(w.last(Phase::failed)->verdict.reason, Reason::stuck);
+  EXPECT_TRUE(w.has(faults::rover_stuck));
+  EXPECT_FALSE(w.has(faults::imu_lost, kImuNode));
+  ASSERT_NE(w.heard(events::stopped_stuck), nullptr);
+  EXPECT_NEAR(w.heard(events::stopped_stuck)->argument[0], 0.3, 0.02);
+  EXPECT_NEAR(w.heard(events::stopped_stuck)->argument[1], 0, 0.01);
+  ASSERT_NE(w.heard(events::slip_begun), nullptr);
+  EXPECT_EQ(w.last(Phase::failed)->verdict.reason, reasons::stuck);
   EXPECT_NEAR(w.out_.telemetry.distance_m, before_m, 0.1);
   w.run(2);
-  EXPECT_NE(w.heard(EventId::slip_ended), nullptr);
-  EXPECT_TRUE(w.has(FaultId::rover_stuck)) << "until it is moved again";
+  EXPECT_NE(w.heard(events::slip_ended), nullptr);
+  EXPECT_TRUE(w.has(faults::rover_stuck)) << "until it is moved again";
   w.distort = nullptr;
   ASSERT_TRUE(w.drive_at(-0.3));
-  EXPECT_FALSE(w.has(FaultId::rover_stuck));
+  EXPECT_FALSE(w.has(faults::rover_stuck));
 }
 
 TEST(ArditoSlip, AnImuThatIsWrongIsNotTakenForSlip) {
@@ -146,8 +147,8 @@ TEST(ArditoSlip, AnImuThatIsWrongIsNotTakenForSlip) {
   w.distort = [](std::vector<Reading>& readings) {
     alter_all<Imu>(readings, [](Imu& m) { m.Vtan_mm_s = 1; });
   };
-  ASSERT_TRUE(w.run_until([&] { return w.has(FaultId::imu_lost, kImuNode); }, 4));
-  EXPECT_FALSE(w.has(FaultId::rover_stuck));
+  ASSERT_TRUE(w.run_until([&] { return w.has(faults::imu_lost, kImuNode); }, 4));
+  EXPECT_FALSE(w.has(faults::rover_stuck));
   EXPECT_EQ(w.mode(), Mode::running);
 }
 
@@ -210,25 +211,25 @@ TEST(ArditoWheels, SeizedMotorsAreNotForgottenByErrorSolving) {
   ASSERT_TRUE(w.run_until(State::idle, 60));
   w.run(5);
   for (std::uint16_t wheel = 1; wheel <= 3; ++wheel) {
-    EXPECT_TRUE(w.has(FaultId::wheel_unproven, wheel)) << wheel;
+    EXPECT_TRUE(w.has(faults::wheel_unproven, wheel)) << wheel;
     EXPECT_TRUE(w.out_.telemetry.wheels[wheel - 1u].unproven);
   }
-  EXPECT_FALSE(w.has(FaultId::wheel_unproven, 4));
+  EXPECT_FALSE(w.has(faults::wheel_unproven, 4));
   // one was checked; the others prove themselves under way
   w.in_.bus.status.link[0].node.boots = 0;
   EXPECT_EQ(w.why(lss::CommandKind::reset, {1}), Reason::none);
   ++w.node(0).boots;
   w.run(2);
-  EXPECT_FALSE(w.has(FaultId::wheel_unproven, 1));
-  EXPECT_TRUE(w.has(FaultId::wheel_unproven, 2));
+  EXPECT_FALSE(w.has(faults::wheel_unproven, 1));
+  EXPECT_TRUE(w.has(faults::wheel_unproven, 2));
   seize(false);
   w.acks.clear();
   ASSERT_TRUE(w.start());
-  EXPECT_TRUE(w.has(FaultId::wheel_unproven, 2)) << "standing proves nothing";
+  EXPECT_TRUE(w.has(faults::wheel_unproven, 2)) << "standing proves nothing";
   ASSERT_TRUE(w.drive_at(0.3));
   w.run(5);
-  EXPECT_FALSE(w.has(FaultId::wheel_unproven, 2));
-  EXPECT_FALSE(w.has(FaultId::wheel_unproven, 3));
+  EXPECT_FALSE(w.has(faults::wheel_unproven, 2));
+  EXPECT_FALSE(w.has(faults::wheel_unproven, 3));
 }
 
 TEST(ArditoWheels, AWarmMotorIsReportedAndAHotOneTakenOut) {
@@ -249,7 +250,7 @@ TEST(ArditoWheels, AWarmMotorIsReportedAndAHotOneTakenOut) {
   w.run(1);
   EXPECT_FALSE(w.has(FaultId::temperature_warning, 2));
   degC = 107;
-  ASSERT_TRUE(w.run_until([&] { return w.has(FaultId::wheel_motor, 2); }, 2));
+  ASSERT_TRUE(w.run_until([&] { return w.has(faults::wheel_motor, 2); }, 2));
   EXPECT_FALSE(w.out_.command.wheel[1].enabled);
   EXPECT_EQ(w.out_.command.clutches >> 1 & 1, 0);
 }

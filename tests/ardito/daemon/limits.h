@@ -2,6 +2,7 @@
 
 // The limits of D.I.A.N.A. Ardito's supervision (tests/safety/limits.h).
 
+#include "idl/ardito/codes.h"
 #include "tests/safety/limits.h"
 #include "world.h"
 
@@ -86,7 +87,7 @@ inline std::vector<Limit> limits() {
   const auto refused_as_too_fast = [](const World& w) {
     const Ack* refused = w.last(Phase::rejected);
     if (refused == nullptr) return false;
-    EXPECT_EQ(refused->verdict.reason, Reason::over_cap);
+    EXPECT_EQ(refused->verdict.reason, reasons::over_cap);
     EXPECT_NEAR(refused->verdict.measured - refused->verdict.limit, 0.001, 1e-9);
     return true;
   };
@@ -154,7 +155,7 @@ inline std::vector<Limit> limits() {
        {"mobility.steering_current"},
        10,
        steering_draws,
-       noticed(FaultId::steering_critical, kSteeringNode)},
+       noticed(faults::steering_critical, kSteeringNode)},
       {"the bus thread stands still", {}, 1, stands_still_for, noticed(FaultId::bus_stuck)},
       {"a node that is reset comes back",
        {"bus.reset_s"},

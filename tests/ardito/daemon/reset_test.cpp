@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "idl/ardito/codes.h"
 #include "world.h"
 
 namespace lss::ardito {
@@ -78,7 +79,7 @@ TEST(ArditoReset, AnImuThatStaysAwayIsAWarningAtItsDeadline) {
   EXPECT_FALSE(any_fault(w));
   w.run(1);
   EXPECT_EQ(w.state(), State::idle);
-  EXPECT_TRUE(w.has(FaultId::imu_lost, kImuNode));
+  EXPECT_TRUE(w.has(faults::imu_lost, kImuNode));
   ASSERT_NE(answer(w, Phase::failed), nullptr);
   EXPECT_EQ(answer(w, Phase::failed)->verdict.reason, Reason::module_silent);
 }

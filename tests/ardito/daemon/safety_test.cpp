@@ -2,6 +2,7 @@
 
 #include "daemon/vehicles/ardito/tunables.h"
 #include "daemon/vehicles/ardito/vehicle.h"
+#include "idl/ardito/codes.h"
 #include "limits.h"
 #include "tests/safety/safety_suite.h"
 #include "tests/support/allocations.h"
@@ -105,11 +106,11 @@ struct ArditoSafety {
           [n](World& w) { w.in_.bus.status.link[n].disobeys = false; });
     }
     add(
-        "button", FaultId::emergency_button, kIoNode, 0.1,
+        "button", faults::emergency_button, kIoNode, 0.1,
         [](World& w) { w.inputs.emergency_button = true; },
         [](World& w) { w.inputs.emergency_button = false; });
     add(
-        "power", FaultId::power_lost, kIoNode, 0.1, [](World& w) { w.inputs.power_good = false; },
+        "power", faults::power_lost, kIoNode, 0.1, [](World& w) { w.inputs.power_good = false; },
         [](World& w) { w.inputs.power_good = true; });
     add(
         "port_lost", FaultId::port_lost, 0, 0.1, [](World& w) { w.in_.bus.open = false; },
@@ -140,7 +141,7 @@ struct ArditoSafety {
     }
     // The angle of a steering drive stays while the others turn.
     add(
-        "steering_stuck", FaultId::steering_critical, 7, 3,
+        "steering_stuck", faults::steering_critical, 7, 3,
         [](World& w) {
           w.send(CommandKind::drive, {0.3, 0.087, 1, 0});
           w.distort = [](std::vector<Reading>& readings) {

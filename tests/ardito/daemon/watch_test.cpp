@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "idl/ardito/codes.h"
 #include "world.h"
 
 namespace lss::ardito {
@@ -16,7 +17,7 @@ TEST(ArditoWatch, AnInstanceThatDisagreesIsOutvotedAndTold) {
   wrong.proportional = 0.25;
   w.vehicle_.mobility().instance(1) = gnc::ardito::MobilityController(wrong);
   w.run(0.2);
-  EXPECT_TRUE(w.has(FaultId::instance_disagreed));
+  EXPECT_TRUE(w.has(faults::instance_disagreed));
   EXPECT_EQ(w.out_.telemetry.disagreeing, 2);
   EXPECT_EQ(w.out_.telemetry.disagreements, 1u);
   w.run(3);
@@ -35,7 +36,7 @@ TEST(ArditoWatch, InstancesWithoutAMajorityAreAnEmergency) {
     w.vehicle_.mobility().instance(i) = gnc::ardito::MobilityController(wrong);
   }
   ASSERT_TRUE(w.run_until([&] { return w.state() == State::fatal_error; }, 0.3));
-  EXPECT_TRUE(w.has(FaultId::no_majority));
+  EXPECT_TRUE(w.has(faults::no_majority));
   EXPECT_TRUE(w.all_stopped());
 }
 

@@ -132,7 +132,7 @@ TEST(RoverBoot, AnotherDeviceIsNotStarted) {
   EXPECT_EQ(world.state(kFirstSteering + 1), NodeState::operational) << "it is asked again";
 }
 
-TEST(RoverBoot, ARefusedObjectIsToldWithItsAbortCodeAndTriedAgain) {
+TEST(RoverBoot, ARefusedObjectIsReportedWithItsAbortCodeAndTriedAgain) {
   RoverWorld world;
   world.wheel(5).refused.insert(0x6084 << 8);
   world.orders.standing = true;

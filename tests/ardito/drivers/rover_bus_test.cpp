@@ -144,7 +144,7 @@ TEST(RoverBus, SteeringTakesEachNewSetPointWithBothEdgesOfItsBit) {
   }
   EXPECT_EQ(world.steering(2).set_points, before + 10) << "a new one each frame";
   EXPECT_EQ(world.steering(2).target(), 200'000);
-  EXPECT_EQ(world.steering(0).set_points, 2) << "not told anew, but once a second";
+  EXPECT_EQ(world.steering(0).set_points, 2) << "not sent again, but once a second";
 }
 
 TEST(RoverBus, ASetPointThatWasNotAcknowledgedIsSentAgain) {

@@ -17,8 +17,8 @@ RoverWorld::RoverWorld(const RoverBusParameters& p) : CanWorld(p), parameters(p)
   bus.restart(now);
 }
 
-void RoverWorld::release(bool anew) {
-  if (anew) ++orders.serial;
+void RoverWorld::release(bool again) {
+  if (again) ++orders.serial;
   orders.issued_ns = now;
   orders.next_frame_ns = now + parameters.period_ns;
   bus.release(orders, now);

@@ -19,7 +19,7 @@ class RoverWorld final
   explicit RoverWorld(const RoverBusParameters& parameters = {});
 
   // New orders; with a new serial by default. They are released at the frame's begin.
-  void release(bool anew = true);
+  void release(bool again = true);
   void run_frames(int n);        // each: to the next frame boundary, then a release
   void boot();                   // until all nodes are operational
   void drive(double motor_rpm);  // all enabled, until all do it

@@ -64,7 +64,6 @@ class Rover {
   double true_speed_m_s() const { return v_m_s_; }
   double true_yaw_rate_rad_s() const;
   const PerSteered<double>& true_steering_rad() const { return steering_rad_; }
-  const PerWheel<double>& true_wheel_rad_s() const { return wheel_rad_s_; }
   Redundant& redundant() { return redundant_; }
 
  private:

@@ -321,7 +321,7 @@ TEST(Stale, ARoverThatSlidesSidewaysSlipsAndItsImuIsRight) {
   }
 }
 
-TEST(Stale, AnImuOfWrongDirectionIsToldApartFromASlide) {
+TEST(Stale, AnImuOfWrongDirectionIsReportedApartFromASlide) {
   for (const double speed : {1.0, -1.0}) {
     Rover rover = driving(speed);
     rover.tamper = [](Measured& m) { m.imu.sigma_rad.value = 0.4; };

@@ -257,7 +257,7 @@ TEST_F(Nodes, InjectedFaultsAreSeenOnTheBus) {
   EXPECT_EQ(master_.ask("601 [8] 40 00 10 00 00 00 00 00"), "581 [8] 43 00 10 00 91 01 0F 00");
 }
 
-TEST_F(Nodes, AnErrorIsToldOnceAndSettledOnce) {
+TEST_F(Nodes, AnErrorIsReportedOnceAndSettledOnce) {
   bring_up();
   imu_.inject_emcy(0x4210, true);
   imu_.inject_emcy(0x4210, true);

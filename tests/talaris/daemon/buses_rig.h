@@ -279,9 +279,16 @@ class Rig {
   }
   // Packets until this number of frames was seen: a thread that waits for the CPU joins several.
   bool send_for_frames(std::size_t count) {
+    return send_until([&] { return seen().size() >= count; });
+  }
+  template <class Condition>
+  bool send_until(Condition&& condition) {
     const auto end = std::chrono::steady_clock::now() + kPatience;
-    while (seen().size() < count && std::chrono::steady_clock::now() < end) imu.send(4);
-    return seen().size() >= count;
+    while (!condition()) {
+      if (std::chrono::steady_clock::now() > end) return false;
+      imu.send(4);
+    }
+    return true;
   }
   std::vector<FrameSeen> seen() {
     const std::lock_guard lock(mutex_);

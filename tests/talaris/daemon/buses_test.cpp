@@ -244,9 +244,10 @@ TEST_F(AllStop, OrdersDoNotPassUntilTheCycleHasConfirmed) {
   const auto shut = heard(shuts_all, *opened);
   ASSERT_TRUE(shut);
   // The cycle does not know of it yet.
-  rig_.imu.send(40);
-  ASSERT_TRUE(
-      rig_.wait_for_frame([](const FrameSeen& f) { return f.report.edges.refused_orders > 0; }));
+  const auto sent_until = [&](auto is) {
+    return rig_.send_until([&] { return std::ranges::any_of(rig_.seen(), is); });
+  };
+  ASSERT_TRUE(sent_until([](const FrameSeen& f) { return f.report.edges.refused_orders > 0; }));
   for (const FrameSeen& frame : rig_.seen()) {
     if (frame.report.edges.refused_orders > 0) {
       EXPECT_TRUE(frame.report.edges.all_stop_pending);
@@ -254,16 +255,16 @@ TEST_F(AllStop, OrdersDoNotPassUntilTheCycleHasConfirmed) {
   }
   // It does.
   stopping_ = true;
-  rig_.imu.send(40);
-  ASSERT_TRUE(rig_.wait_for_frame([](const FrameSeen& f) {
+  ASSERT_TRUE(sent_until([](const FrameSeen& f) {
     return f.report.edges.refused_orders > 0 && !f.report.edges.all_stop_pending;
   }));
   const auto all = rig_.can.heard();
   for (std::size_t i = *shut; i < all.size(); ++i) EXPECT_FALSE(opens_valve_1(all[i].frame));
   // And may go on.
   stopping_ = false;
-  rig_.imu.send(40);
-  EXPECT_TRUE(heard(opens_valve_1, *shut));
+  EXPECT_TRUE(rig_.send_until([&] {
+    return rig_.can.wait_for(opens_valve_1, *shut, std::chrono::milliseconds(0)).has_value();
+  }));
 }
 
 // The frame thread does not come to an end: one repetition, and then everything is shut by itself.

@@ -8,7 +8,7 @@
 namespace lss::zebro {
 
 Chain::Chain(const Options& options)
-    : VirtualChain((own_codes = logic().codes, logic()), *sim::make_zebro_kind(),
+    : VirtualChain(logic(), *sim::make_zebro_kind(),
                    {.file = LSS_CONFIG,
                     .vehicle = "zebro",
                     .read = read_parameters,

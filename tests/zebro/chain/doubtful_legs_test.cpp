@@ -23,13 +23,15 @@ struct Doubt {
 };
 
 const std::vector<Doubt> kDoubts = {
-    {"encoder-random", 0.3, {kPositionJumps, kGearSlips}},
+    {"encoder-random", 0.3, {faults::position_jumps, faults::gear_slips}},
     // The module turns the leg on and on, over its sensor or until something is in its way.
-    {"encoder-frozen", 5, {kLegStill, kGearSlips, kPositionJumps, FaultId::module_over_current}},
-    {"encoder-jumps", 1.1, {kReportImpossible, kPositionJumps, kGearSlips}},
-    {"encoder-drifts", 20, {kGearSlips, kLegStill}},
-    {"gear-slips", 20, {kGearSlips, kLegStill}},
-    {"leg-limp", 5, {kLegStill, FaultId::motion_timeout}},
+    {"encoder-frozen",
+     5,
+     {faults::leg_still, faults::gear_slips, faults::position_jumps, FaultId::module_over_current}},
+    {"encoder-jumps", 1.1, {faults::report_impossible, faults::position_jumps, faults::gear_slips}},
+    {"encoder-drifts", 20, {faults::gear_slips, faults::leg_still}},
+    {"gear-slips", 20, {faults::gear_slips, faults::leg_still}},
+    {"leg-limp", 5, {faults::leg_still, faults::motion_timeout}},
 };
 
 class DoubtfulLeg : public testing::TestWithParam<std::tuple<std::size_t, unsigned>> {};

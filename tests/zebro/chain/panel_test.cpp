@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "idl/angles.h"
+#include "idl/zebro/codes.h"
 #include "tests/zebro/chain/chain.h"
 #include "tests/zebro/chain/wire_check.h"
 #include "tools/lss-sim/zebro/vehicle.h"
@@ -41,7 +42,7 @@ void expect_start_refused(Chain& chain) {
   const auto sequence = chain.send(lss::CommandKind::start, {1});
   chain.run(0.1);
   EXPECT_EQ(chain.last_ack(sequence)->phase, Phase::rejected);
-  EXPECT_EQ(chain.last_ack(sequence)->verdict.reason, Reason::panel_deployed);
+  EXPECT_EQ(chain.last_ack(sequence)->verdict.reason, reasons::panel_deployed);
   EXPECT_EQ(chain.state(), State::idle);
 }
 

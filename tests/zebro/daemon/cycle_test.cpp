@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "idl/zebro/codes.h"
 #include "world.h"
 
 namespace lss::zebro {
@@ -66,7 +67,7 @@ TEST(Cycle, BridgeMovesOneLegAndOnlyThat) {
   const std::array<IdealModule, kModules> before = w.modules;
   w.send(CommandKind::leg, {4, 3.14159265, 1, 1});
   w.step();
-  EXPECT_EQ(w.acks.back().verdict.reason, Reason::too_fast);
+  EXPECT_EQ(w.acks.back().verdict.reason, reasons::too_fast);
   w.send(CommandKind::leg, {4, 3.14159265, 4, 1});
   ASSERT_TRUE(w.run_until([&] { return w.last(Phase::completed)->kind == 106; }, 5));
   for (std::size_t i = 0; i < kLegs; ++i) {
@@ -82,7 +83,7 @@ TEST(Cycle, PanelMovesOnlyInIdleAndForbidsStartWhileItIsOut_Func_5) {
   ASSERT_EQ(w.last(Phase::completed)->kind, 105);
   w.send(lss::CommandKind::start, {0});
   w.step();
-  EXPECT_EQ(w.acks.back().verdict.reason, Reason::panel_deployed);
+  EXPECT_EQ(w.acks.back().verdict.reason, reasons::panel_deployed);
   w.send(CommandKind::panel, {0});
   w.run(12);
   w.send(lss::CommandKind::start, {0});
@@ -117,7 +118,7 @@ TEST(Cycle, StartIsRefusedAfterAnOverCurrentButNotAfterTheModulesMissedUs) {
   w.send(lss::CommandKind::start);
   w.step();
   ASSERT_NE(w.last(Phase::rejected), nullptr);
-  EXPECT_EQ(w.last(Phase::rejected)->verdict.reason, Reason::fault_latched);
+  EXPECT_EQ(w.last(Phase::rejected)->verdict.reason, reasons::fault_latched);
   EXPECT_EQ(w.last(Phase::rejected)->verdict.subject, 3);
   // Their own watchdogs: no message for 8 s, the daemon was down for one.
   w.modules[2].flags = static_cast<std::uint16_t>(w.modules[2].flags & ~kFlagOverCurrent);
@@ -134,7 +135,7 @@ TEST(Cycle, WalksWithALegThatNeverCalibratesAndSaysSo_Miss_1) {
   w.run(0.2);
   w.send(lss::CommandKind::start, {2, 1, 0, 3});
   ASSERT_TRUE(w.run_until(Mode::walking, 40));
-  EXPECT_TRUE(w.has(FaultId::not_calibrated, 4));
+  EXPECT_TRUE(w.has(faults::not_calibrated, 4));
 }
 
 // Of two statuses in one frame the first may be the one that reports the reset; it may also be

@@ -103,7 +103,7 @@ inline std::vector<Limit> limits() {
   };
   const auto needs_a_person = [](const World& w) {
     const Ack* refused = w.answer(lss::CommandKind::solve, Phase::rejected);
-    return refused != nullptr && refused->verdict.reason == Reason::solved_too_often;
+    return refused != nullptr && refused->verdict.reason == reasons::solved_too_often;
   };
   // In these frames its status has a position that cannot be.
   const auto odd_status = [](std::vector<TimeNs> frames) {
@@ -132,20 +132,20 @@ inline std::vector<Limit> limits() {
        [](World& w, const Parameters& p, bool above) {
          draw(w, milliampere(p.current_limit_A, above ? 1 : -1));
        },
-       noticed(FaultId::current_limit, kLMNumber)},
+       noticed(faults::current_limit, kLMNumber)},
       {"how long a leg's current",
        {"limits.current_time_ms"},
        12,
        draws_for(false),
-       noticed(FaultId::current_limit, kLMNumber)},
+       noticed(faults::current_limit, kLMNumber)},
       {"the current of all",
        {"limits.total_A"},
        12,
        [](World& w, const Parameters& p, bool above) {
          draw(w, milliampere(p.total_limit_A / kModules, above ? 1 : -1), true);
        },
-       noticed(kCurrentSum)},
-      {"how long the current of all", {}, 12, draws_for(true), noticed(kCurrentSum)},
+       noticed(faults::current_sum)},
+      {"how long the current of all", {}, 12, draws_for(true), noticed(faults::current_sum)},
       {"a module's temperature",
        {"limits.temperature_warning_degC"},
        3,
@@ -177,15 +177,19 @@ inline std::vector<Limit> limits() {
        {"panel.move_s"},
        70,
        panel_takes,
-       noticed(FaultId::motion_timeout, kModules),
+       noticed(faults::motion_timeout, kModules),
        stay},
       {"how often the same is solved", {"solve.rounds"}, 1, solved_so_often, needs_a_person, stay},
-      {"odd reports", {}, 4, odd_at({0, 1}, {0, 1, 2}), noticed(kReportImpossible, kLMNumber)},
+      {"odd reports",
+       {},
+       4,
+       odd_at({0, 1}, {0, 1, 2}),
+       noticed(faults::report_impossible, kLMNumber)},
       {"odd reports in two seconds",
        {},
        4,
        odd_at({0, 50, 101}, {0, 50, 100}),
-       noticed(kReportImpossible, kLMNumber)},
+       noticed(faults::report_impossible, kLMNumber)},
       {"a position",
        {},
        1,

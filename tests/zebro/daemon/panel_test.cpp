@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "daemon/record/state.h"
+#include "idl/zebro/codes.h"
 #include "world.h"
 
 namespace lss::zebro {
@@ -44,9 +45,9 @@ TEST(Panel, WithoutCalibrationAndAwayFromItsSensorItIsOut) {
   w.run(0.2);
   EXPECT_EQ(w.vehicle_.modules()[6].status.position_rad, 0) << "so it says";
   EXPECT_EQ(w.state(), State::idle);
-  EXPECT_EQ(start(w), Reason::panel_deployed);
+  EXPECT_EQ(start(w), reasons::panel_deployed);
   World other = restarted(w);
-  EXPECT_EQ(start(other), Reason::panel_deployed) << "a daemon that knows nothing of before";
+  EXPECT_EQ(start(other), reasons::panel_deployed) << "a daemon that knows nothing of before";
   ASSERT_TRUE(move(other, false));
   EXPECT_NEAR(std::remainder(panel(other).true_deg(), 360), 0, 1);
   EXPECT_TRUE(panel(other).flags & kFlagCalibrated) << "it went over its sensor";
@@ -89,7 +90,7 @@ TEST(Panel, AResetWhileItIsRetractedEndsItAndItIsStillOut_Func_5) {
     EXPECT_EQ(w.last(Phase::failed)->verdict.reason, Reason::emergency);
     w.send(lss::CommandKind::solve);
     ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 15));
-    EXPECT_EQ(start(w), Reason::panel_deployed);
+    EXPECT_EQ(start(w), reasons::panel_deployed);
     ASSERT_TRUE(move(w, false));
     EXPECT_NEAR(std::remainder(panel(w).true_deg(), 360), 0, 1);
     EXPECT_TRUE(w.stand());
@@ -128,10 +129,10 @@ TEST(Panel, WhoseSensorSeesNothingIsNeverBelievedToBeIn_Func_5) {
   w.run(0.2);
   w.send(CommandKind::panel, {0});
   ASSERT_TRUE(w.run_until([&] { return w.state() == State::fatal_error; }, 20));
-  EXPECT_TRUE(w.has(FaultId::motion_timeout, kPanelNumber));
+  EXPECT_TRUE(w.has(faults::motion_timeout, kPanelNumber));
   w.send(lss::CommandKind::solve);
   ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 60));
-  EXPECT_EQ(start(w), Reason::panel_deployed);
+  EXPECT_EQ(start(w), reasons::panel_deployed);
 }
 
 // It had no order to move: it is stopped like everything else, and stays out until it is retracted.
@@ -148,7 +149,7 @@ TEST(Panel, ThatIsOutWhileLegsMoveIsAnEmergency_Func_5) {
     w.send(lss::CommandKind::solve);
     ASSERT_TRUE(w.run_until([&] { return w.state() != State::solve_errors; }, 60));
     ASSERT_EQ(w.state(), State::idle);
-    EXPECT_EQ(start(w), Reason::panel_deployed);
+    EXPECT_EQ(start(w), reasons::panel_deployed);
     ASSERT_TRUE(move(w, false));
     EXPECT_TRUE(w.stand());
   }
@@ -165,7 +166,7 @@ TEST(Panel, ThatIsMovedWhileErrorsAreSolvedIsOutInTheFrameAfterIt_Func_5) {
     panel(w).position_deg = 60;
     w.send(lss::CommandKind::solve);
     ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 15));
-    EXPECT_EQ(start(w), Reason::panel_deployed);
+    EXPECT_EQ(start(w), reasons::panel_deployed);
   }
 }
 
@@ -179,7 +180,7 @@ TEST(Panel, NothingStartsBeforeItsFirstStatus_Func_5) {
   EXPECT_EQ(start(w), Reason::never_heard);
   panel(w).says_status = true;
   w.step();
-  EXPECT_EQ(start(w), Reason::panel_deployed);
+  EXPECT_EQ(start(w), reasons::panel_deployed);
 }
 
 // [Oper-4]
@@ -206,7 +207,7 @@ TEST(Panel, AResetOfTheControllerOrOfModulesEndsItsMovementAndSaysSo) {
     EXPECT_FALSE(panel(w).flags & kFlagMotionControl);
     EXPECT_EQ(w.state(), State::idle);
     EXPECT_EQ(w.supervisor_.state().fault_count, 0u);
-    EXPECT_EQ(start(w), Reason::panel_deployed);
+    EXPECT_EQ(start(w), reasons::panel_deployed);
   }
 }
 

@@ -1,6 +1,7 @@
 // Parameters of Lunar Zebro that change while it runs.
 #include <gtest/gtest.h>
 
+#include "idl/zebro/codes.h"
 #include "world.h"
 
 namespace lss::zebro {
@@ -14,7 +15,7 @@ TEST(ZebroParameters, ALowerCurrentLimitIsInForceAtOnce) {
   EXPECT_EQ(w.state(), State::operational);
   EXPECT_EQ(w.set("limits.current_A", 0.9).phase, Phase::completed);
   w.run(0.2);
-  EXPECT_TRUE(w.has(FaultId::current_limit, 3));
+  EXPECT_TRUE(w.has(faults::current_limit, 3));
   EXPECT_EQ(w.state(), State::fatal_error);
 }
 

@@ -176,7 +176,7 @@ TEST(Record, AnyRecordGoesThroughTheLogPartByPart) {
   std::filesystem::remove_all(folder);
 }
 
-TEST(Record, ABufferThatIsTooSmallIsToldAndNotOverrun) {
+TEST(Record, ABufferThatIsTooSmallIsReportedAndNotOverrun) {
   auto frame = std::make_unique<Frame>();
   std::array<std::uint8_t, 100> bytes{};
   record::Writer writer(std::span<std::uint8_t>(bytes.data(), 50));

@@ -45,7 +45,7 @@ TEST(Reports, ThatCannotBeStopEverythingAndNameTheModule_Env_2) {
     ASSERT_TRUE(walks(w));
     alter_status(w, [&](ModuleReply& r) { put(r, c.at, c.value); });
     ASSERT_TRUE(w.run_until(State::fatal_error, 0.1)) << c.at << " " << c.value;
-    EXPECT_TRUE(w.has(kReportImpossible, kLM));
+    EXPECT_TRUE(w.has(faults::report_impossible, kLM));
     EXPECT_TRUE(w.all_stopped());
     EXPECT_LT(w.out_.telemetry.modules[kLM - 1].position_rad, 6.2832);
   }
@@ -55,7 +55,7 @@ TEST(Reports, ThatCannotBeAreNoContactInIdle_Env_2) {
   World w;
   alter_status(w, [](ModuleReply& r) { put(r, 2, 0xFFFF); });
   w.run(0.3);
-  EXPECT_TRUE(w.has(kReportImpossible, kLM));
+  EXPECT_TRUE(w.has(faults::report_impossible, kLM));
   EXPECT_NE(w.why(lss::CommandKind::start, {0, 1, 0, 0}), Reason::none);
 }
 
@@ -64,7 +64,7 @@ TEST(Reports, OfHealthWithoutSupplyAreRefused_Env_2) {
   ASSERT_TRUE(walks(w));
   w.modules[kLM - 1].supply_mV = 0;
   ASSERT_TRUE(w.run_until(State::fatal_error, 0.1));
-  EXPECT_TRUE(w.has(kReportImpossible, kLM));
+  EXPECT_TRUE(w.has(faults::report_impossible, kLM));
 }
 
 TEST(Reports, OfRandomAnglesAreNamedWithinFiveFrames_Env_2) {
@@ -77,7 +77,7 @@ TEST(Reports, OfRandomAnglesAreNamedWithinFiveFrames_Env_2) {
       put(r, 2, static_cast<std::uint16_t>((x >> 8) % 36'000));
     });
     ASSERT_TRUE(w.run_until(State::fatal_error, 0.2)) << seed;
-    EXPECT_TRUE(w.has(kPositionJumps, kLM) || w.has(kGearSlips, kLM)) << seed;
+    EXPECT_TRUE(w.has(faults::position_jumps, kLM) || w.has(faults::gear_slips, kLM)) << seed;
   }
 }
 
@@ -109,7 +109,7 @@ TEST(Reports, OfASensorThatStandsStillNameTheLeg_Env_2) {
       put(r, 0, static_cast<std::uint16_t>((r.data[0] << 8 | r.data[1]) & ~kFlagHallSensor));
     });
     ASSERT_TRUE(w.run_until(State::fatal_error, 5)) << after_s;
-    EXPECT_TRUE(w.has(kLegStill, kLM)) << after_s;
+    EXPECT_TRUE(w.has(faults::leg_still, kLM)) << after_s;
     EXPECT_EQ(w.supervisor_.state().fault_count, 1u) << after_s;
   }
 }
@@ -121,8 +121,8 @@ TEST(Reports, AMotionThatDoesNotEndNamesItsLateLegs_Conf_3) {
   w.modules[kLM - 1].stuck = true;
   w.send(lss::CommandKind::start, {1});
   ASSERT_TRUE(w.run_until(State::fatal_error, 40));
-  EXPECT_TRUE(w.has(kLegStill, kLM) || w.has(FaultId::motion_timeout, kLM));
-  EXPECT_FALSE(w.has(FaultId::motion_timeout, 0));
+  EXPECT_TRUE(w.has(faults::leg_still, kLM) || w.has(faults::motion_timeout, kLM));
+  EXPECT_FALSE(w.has(faults::motion_timeout, 0));
 }
 
 TEST(Reports, OfALegThatPassesItsSensorElsewhereThanItCountsAreASlippedGear_Env_2) {
@@ -131,7 +131,7 @@ TEST(Reports, OfALegThatPassesItsSensorElsewhereThanItCountsAreASlippedGear_Env_
   IdealModule& leg = w.modules[kLM - 1];
   leg.sensor_deg = 140;  // where it passes the sensor now, as it counts
   ASSERT_TRUE(w.run_until(State::fatal_error, 10));
-  EXPECT_TRUE(w.has(kGearSlips, kLM));
+  EXPECT_TRUE(w.has(faults::gear_slips, kLM));
 }
 
 TEST(Reports, AHotModuleSaysSoItself_Prod_5) {
@@ -154,7 +154,7 @@ TEST(Reports, AllMotorsTogetherHaveALimit_P_Int_1) {
   EXPECT_EQ(w.mode(), Mode::walking);
   for (std::size_t i = 0; i < kLegs; ++i) w.modules[i].current_mA = 1000;
   ASSERT_TRUE(w.run_until(State::fatal_error, 0.2));
-  EXPECT_TRUE(w.has(kCurrentSum));
+  EXPECT_TRUE(w.has(faults::current_sum));
 }
 
 TEST(Reports, ResentCommandsDoNotFillTheEvents) {
@@ -166,8 +166,8 @@ TEST(Reports, ResentCommandsDoNotFillTheEvents) {
     w.step();
   }
   EXPECT_LE(w.events.size(), 12u) << "1, 2, 4, ... 1024";
-  ASSERT_NE(w.heard(EventId::module_resent), nullptr);
-  EXPECT_GE(w.heard(EventId::module_resent)->argument[0], 1024);
+  ASSERT_NE(w.heard(events::module_resent), nullptr);
+  EXPECT_GE(w.heard(events::module_resent)->argument[0], 1024);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "idl/zebro/codes.h"
 #include "world.h"
 
 namespace lss::zebro {
@@ -49,7 +50,7 @@ void solve_as_often_as_allowed(World& w, std::size_t leg) {
 TEST(SolveRounds, TheSameFaultOfTheSameModuleIsSolvedSoOftenAndThenByAPerson) {
   World w(three_rounds());
   ASSERT_NO_FATAL_FAILURE(solve_as_often_as_allowed(w, 2));
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(solve(w), Reason::solved_too_often);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(solve(w), reasons::solved_too_often);
   EXPECT_EQ(w.state(), State::fatal_error);
   EXPECT_TRUE(w.has(FaultId::module_over_current, 3)) << "it is still told";
   const Ack& refused = *w.last(Phase::rejected);
@@ -68,7 +69,7 @@ TEST(SolveRounds, WhatIsNotSolvedCountsAsWell) {
   w.modules[6].alive = false;
   ASSERT_TRUE(w.run_until([&] { return w.state() == State::fatal_error; }, 1));
   for (int i = 0; i < 3; ++i) EXPECT_EQ(solve(w), Reason::not_solved);
-  EXPECT_EQ(solve(w), Reason::solved_too_often);
+  EXPECT_EQ(solve(w), reasons::solved_too_often);
 }
 
 TEST(SolveRounds, AnotherModuleHasItsOwn) {
@@ -99,7 +100,7 @@ TEST(SolveRounds, AfterAStretchOfOperationTheyCountAnew) {
       }
       ASSERT_NO_FATAL_FAILURE(jam(w, 4));
       const Reason became = solve(w);
-      EXPECT_EQ(became, healthy || i < 3 ? Reason::none : Reason::solved_too_often) << i;
+      EXPECT_EQ(became, healthy || i < 3 ? Reason::none : reasons::solved_too_often) << i;
       if (became != Reason::none) break;
     }
   }

@@ -2,6 +2,7 @@
 
 #include "daemon/vehicles/zebro/tunables.h"
 #include "daemon/vehicles/zebro/vehicle.h"
+#include "idl/zebro/codes.h"
 #include "limits.h"
 #include "tests/safety/safety_suite.h"
 #include "tests/support/allocations.h"
@@ -118,8 +119,8 @@ struct ZebroSafety {
                      {}});
     };
     flag("over_current", FaultId::module_over_current, 1, kFlagCalibrated | kFlagOverCurrent);
-    flag("driver_fault", FaultId::module_driver_fault, 5, kFlagCalibrated | kFlagDriverFault);
-    flag("watchdog", FaultId::module_watchdog, 0, kFlagCalibrated | kFlagWatchdog);
+    flag("driver_fault", faults::module_driver_fault, 5, kFlagCalibrated | kFlagDriverFault);
+    flag("watchdog", faults::module_watchdog, 0, kFlagCalibrated | kFlagWatchdog);
     flag("motor_off", FaultId::module_disobeys, 3, kFlagCalibrated);
     const auto bus = [&](const char* name, FaultId id, std::uint16_t subject, double within_s,
                          std::function<void(World&)> alter) {
@@ -139,10 +140,11 @@ struct ZebroSafety {
                    0.02,
                    [](World& w) { ++w.in_.bus.counters.safe_commands; },
                    {}});
-    all.push_back({"current_limit", FaultId::current_limit, 3, 0.14,
+    all.push_back({"current_limit", faults::current_limit, 3, 0.14,
                    [](World& w) { w.modules[2].current_mA = 1400; },
                    [](World& w) { w.modules[2].current_mA = 100; }});
-    all.push_back({"stuck_leg", kLegStill, 1, 5, [](World& w) { w.modules[0].stuck = true; },
+    all.push_back({"stuck_leg", faults::leg_still, 1, 5,
+                   [](World& w) { w.modules[0].stuck = true; },
                    [](World& w) { w.modules[0].stuck = false; }});
     all.push_back({"port_lost", FaultId::port_lost, 0, 0.02,
                    [](World& w) { w.in_.bus.open = false; },

@@ -49,9 +49,9 @@ TEST(Service, TooFewLegsAreNotIsolated_Conf_3) {
   w.run(0.2);
   EXPECT_EQ(w.why(CommandKind::isolate, {3}), Reason::none);
   EXPECT_EQ(w.why(CommandKind::isolate, {3}), Reason::isolated);
-  EXPECT_EQ(w.why(CommandKind::isolate, {1}), Reason::not_stable) << "neighbours";
+  EXPECT_EQ(w.why(CommandKind::isolate, {1}), reasons::not_stable) << "neighbours";
   EXPECT_EQ(w.why(CommandKind::isolate, {4}), Reason::none);
-  EXPECT_EQ(w.why(CommandKind::isolate, {6}), Reason::not_stable) << "three";
+  EXPECT_EQ(w.why(CommandKind::isolate, {6}), reasons::not_stable) << "three";
   EXPECT_EQ(isolated(w), 0b1100);
 }
 
@@ -109,7 +109,7 @@ TEST(Service, AnIsolatedLegThatJamsIsNoEmergency_Miss_3) {
   w.run(1);
   w.modules[2].current_mA = 1500;
   ASSERT_TRUE(w.run_until([&] { return w.answer(CommandKind::leg, Phase::failed) != nullptr; }, 1));
-  EXPECT_EQ(w.answer(CommandKind::leg, Phase::failed)->verdict.reason, kLegBlocked);
+  EXPECT_EQ(w.answer(CommandKind::leg, Phase::failed)->verdict.reason, reasons::leg_blocked);
   w.run(0.1);
   EXPECT_FALSE(w.modules[2].flags & kFlagMotionControl);
   EXPECT_EQ(w.state(), State::operational);
@@ -119,7 +119,7 @@ TEST(Service, AnIsolatedLegThatJamsIsNoEmergency_Miss_3) {
 TEST(Service, ADeadPanelModuleIsForgoneWhenTheOperatorAnswersForIt_Func_5) {
   World w;
   w.run(0.2);
-  EXPECT_EQ(w.why(CommandKind::panel_is_in), kPanelAnswers);
+  EXPECT_EQ(w.why(CommandKind::panel_is_in), reasons::panel_answers);
   w.modules[6].alive = false;
   ASSERT_TRUE(w.run_until(State::fatal_error, 1));
   EXPECT_FALSE(solve(w, 60)) << "no strategy can help";

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "idl/zebro/codes.h"
 #include "tests/zebro/daemon/world.h"
 
 // Error solving, strategy by strategy. [Conf-3] [Oper-5] [Oper-6]
@@ -271,7 +272,7 @@ TEST(Solver, ARestoredLegThatIsStillStoppedIsNoticed) {
   w.send(lss::CommandKind::restore);
   w.run(0.1);
   EXPECT_EQ(w.state(), State::fatal_error);
-  EXPECT_TRUE(w.has(FaultId::module_driver_fault, 2));
+  EXPECT_TRUE(w.has(faults::module_driver_fault, 2));
 }
 
 TEST(Solver, AMotorThatCannotBeSwitchedOffIsNotIsolated) {

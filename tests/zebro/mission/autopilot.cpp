@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "idl/zebro/codes.h"
+
 namespace lss::zebro::mission {
 namespace {
 
@@ -62,7 +64,7 @@ void Autopilot::recover() {
       ++count_.recoveries;
       return;
     }
-    if (solved.verdict.reason == Reason::solved_too_often) return person();
+    if (solved.verdict.reason == reasons::solved_too_often) return person();
     link_.pass(kAgain_s);
   }
   if (++resets_ > parameters_.reset_tries) return person();
@@ -97,22 +99,17 @@ void Autopilot::refused(const Ack& ack) {
     refusals_ = 0;
     return person();
   }
-  switch (ack.verdict.reason) {
-    case Reason::fault_latched:
-      command(Common::reset, {static_cast<double>(ack.verdict.subject)}, 1);
-      link_.pass(kAfterReset_s);
-      break;
-    case Reason::panel_deployed:
-      command(CommandKind::panel, {0}, kPanel_s);
-      break;
-    case Reason::module_silent:
-    case Reason::never_heard:
-      link_.pass(kLook_s);
-      // Silent for long: error solving isolates it, and is for FatalError.
-      if (refusals_ > 2) command(Common::emergency_stop, {}, 1);
-      break;
-    default:
-      link_.pass(kLook_s);
+  const Reason reason = ack.verdict.reason;
+  if (reason == reasons::panel_deployed) {
+    command(CommandKind::panel, {0}, kPanel_s);
+  } else if (reason == reasons::fault_latched) {
+    command(Common::reset, {static_cast<double>(ack.verdict.subject)}, 1);
+    link_.pass(kAfterReset_s);
+  } else {
+    link_.pass(kLook_s);
+    // Silent for long: error solving isolates it, and is for FatalError.
+    const bool silent = reason == Reason::module_silent || reason == Reason::never_heard;
+    if (silent && refusals_ > 2) command(Common::emergency_stop, {}, 1);
   }
 }
 

@@ -243,10 +243,8 @@ void Day::tell(const std::string& what) {
 void Day::tell(const EventRecord& event) {
   if (!options_.tell) return;
   const bool fault = event.id >= kFaultEventBase;
-  const CodeInfo* code = fault ? info(static_cast<FaultId>(event.id - kFaultEventBase))
-                               : info(static_cast<EventId>(event.id));
-  tell(fmt::format("{}{}, module {}, {} {}", fault ? "latched: " : "", code->name, event.subject,
-                   event.argument[0], event.argument[1]));
+  tell(fmt::format("{}{}, module {}, {} {}", fault ? "latched: " : "", event_info(event.id)->name,
+                   event.subject, event.argument[0], event.argument[1]));
 }
 
 void Day::violated(const std::string& what) {

@@ -10,6 +10,7 @@
 #include "daemon/vehicles/ardito/modes.h"
 #include "daemon/vehicles/ardito/tunables.h"
 #include "idl/angles.h"
+#include "idl/ardito/codes.h"
 #include "idl/ardito/commands.h"
 #include "idl/codes.h"
 #include "tools/lss-cli/session/telemetry.h"
@@ -247,6 +248,7 @@ const Vehicle kVehicle{
     .distance_m = [](const void* telemetry) { return sample(telemetry).distance_m; },
     .add_report = add_report,
     .tunables = [] { return lss::ardito::tuning().infos; },
+    .codes = lss::ardito::kOwnCodes,
 };
 
 }  // namespace lss::cli::ardito

@@ -30,13 +30,13 @@ void judge_state(Finding& finding, const std::string& interface, const CanLink& 
     case CAN_STATE_ERROR_PASSIVE:
       finding.result = Result::warning;
       finding.meaning = "many frames go wrong";
-      finding.mend =
+      finding.remedy =
           "check bit rate, termination (60 ohm between the wires) and that another node is on";
       return;
     default:
       finding.result = Result::problem;
       finding.meaning = "the interface is off the bus: it sends and receives nothing";
-      finding.mend = fmt::format(
+      finding.remedy = fmt::format(
           "check bit rate, termination and wires; then: ip link set {} down; "
           "ip link set {} up type can restart-ms 100",
           interface, interface);
@@ -50,7 +50,7 @@ Finding check_can(const System& system, const std::string& interface) {
   if (const int error = system.ask_can_socket(); error != 0) {
     finding.found = fmt::format("no raw CAN socket: {}", std::strerror(error));
     finding.meaning = "this kernel has no SocketCAN, or its module is not loaded";
-    finding.mend =
+    finding.remedy =
         "modprobe can_raw; in a machine without it, write path = \"udp://127.0.0.1:PORT\"";
     return finding;
   }
@@ -59,7 +59,7 @@ Finding check_can(const System& system, const std::string& interface) {
   if (!type) {
     finding.found = fmt::format("there is no interface {}", interface);
     finding.meaning = "lssd receives and sends nothing on this bus";
-    finding.mend =
+    finding.remedy =
         interface.starts_with("v")
             ? fmt::format("ip link add {} type vcan; ip link set {} up", interface, interface)
             : "ip link shows those that are there; load the controller's driver";
@@ -68,13 +68,13 @@ Finding check_can(const System& system, const std::string& interface) {
   if (*type != ARPHRD_CAN) {
     finding.found = fmt::format("{} is no CAN interface", interface);
     finding.meaning = "lssd refuses it";
-    finding.mend = "name a CAN interface in [[port]] path: ip link show type can";
+    finding.remedy = "name a CAN interface in [[port]] path: ip link show type can";
     return finding;
   }
   if ((read_number(folder / "flags").value_or(0) & IFF_UP) == 0) {
     finding.found = fmt::format("{} is down", interface);
     finding.meaning = "lssd receives and sends nothing on this bus";
-    finding.mend =
+    finding.remedy =
         fmt::format("ip link set {} up{}", interface,
                     interface.starts_with("v")
                         ? ""
@@ -95,8 +95,8 @@ Finding check_can(const System& system, const std::string& interface) {
   if (finding.result == Result::good && link && link->state && link->restart_ms == 0) {
     finding.result = Result::note;
     finding.meaning += ", but after a bus-off it stays off";
-    finding.mend = fmt::format("ip link set {} down; ip link set {} up type can restart-ms 100",
-                               interface, interface);
+    finding.remedy = fmt::format("ip link set {} down; ip link set {} up type can restart-ms 100",
+                                 interface, interface);
   }
   return finding;
 }

@@ -38,7 +38,7 @@ Finding check_clock_source(const System& system) {
   if (std::ranges::count(kSlow, current) == 0) return finding;
   finding.result = Result::warning;
   finding.meaning = "slow and coarse: each look at the time costs a microsecond or more";
-  finding.mend = fmt::format(
+  finding.remedy = fmt::format(
       "dmesg | grep -i clocksource says why; echo tsc > {} when it is offered, or tsc=reliable for "
       "the kernel",
       (folder / "current_clocksource").string());
@@ -53,7 +53,7 @@ Finding check_clock_read(const System& system) {
   if (ns < kGoodRead_ns) return finding;
   finding.result = ns < kSlowRead_ns ? Result::note : Result::warning;
   finding.meaning = "by a system call: every time stamp costs that much";
-  finding.mend = "see clock_source";
+  finding.remedy = "see clock_source";
   return finding;
 }
 
@@ -66,10 +66,10 @@ Finding check_clock_steps(const System& system, std::int64_t offset_before_ns) {
   if (std::abs(step_s) > kStep_s) {
     finding.result = Result::note;
     finding.found += fmt::format("; it stepped by {:+.3f} s just now", step_s);
-    finding.mend = "let one program keep the clock, by slewing: chrony without makestep";
+    finding.remedy = "let one program keep the clock, by slewing: chrony without makestep";
   } else if (!synchronised) {
     finding.result = Result::note;
-    finding.mend = "for UTC stamps that can be trusted: chrony, or systemd-timesyncd";
+    finding.remedy = "for UTC stamps that can be trusted: chrony, or systemd-timesyncd";
   }
   return finding;
 }

@@ -56,7 +56,7 @@ Finding check_governor(const System& system) {
   if (cpus_of.size() == 1 && cpus_of.contains("performance")) return finding;
   finding.result = Result::warning;
   finding.meaning = "CPUs slow down between frames, and a frame then begins on a slow one";
-  finding.mend = "cpupower frequency-set -g performance (package linux-cpupower), at every boot";
+  finding.remedy = "cpupower frequency-set -g performance (package linux-cpupower), at every boot";
   return finding;
 }
 
@@ -89,8 +89,8 @@ Finding check_thread_cpus(const System& system, const config::Config& config) {
       "this machine has no {}: with realtime.policy = \"enforce\" lssd "
       "does not start, else the thread runs anywhere",
       missing);
-  finding.mend = fmt::format("set cpu in [[realtime.thread]] to one of {}, or to -1 for any",
-                             read_text(cpu_folder(system) / "online").value_or("?"));
+  finding.remedy = fmt::format("set cpu in [[realtime.thread]] to one of {}, or to -1 for any",
+                               read_text(cpu_folder(system) / "online").value_or("?"));
   return finding;
 }
 
@@ -115,11 +115,11 @@ Finding check_isolation(const System& system, const config::Config* config) {
     finding.meaning = "nothing but lssd runs on the CPUs of its threads";
   } else if (!named.empty()) {
     finding.meaning = "other programs run on the CPUs of lssd's threads, too";
-    finding.mend =
+    finding.remedy =
         fmt::format("add isolcpus={} to the kernel's command line", fmt::join(named, ","));
   } else if (!isolated.empty() && config != nullptr) {
     finding.meaning = "no thread of lssd asks for them, so that they stand idle";
-    finding.mend = fmt::format("name one of {} as cpu in [[realtime.thread]]", text);
+    finding.remedy = fmt::format("name one of {} as cpu in [[realtime.thread]]", text);
   }
   return finding;
 }
@@ -130,7 +130,7 @@ Finding check_smt(const System& system) {
   finding.result = Result::note;
   finding.found = "on";
   finding.meaning = "what runs on the other half of a core slows a frame down, even on its own CPU";
-  finding.mend = "echo off > /sys/devices/system/cpu/smt/control, or nosmt for the kernel";
+  finding.remedy = "echo off > /sys/devices/system/cpu/smt/control, or nosmt for the kernel";
   return finding;
 }
 
@@ -155,7 +155,7 @@ Finding check_swap(const System& system) {
   if (used_kB <= 0) return finding;
   finding.result = Result::note;
   finding.meaning = "lssd locks its memory and is not touched; RouDi and clients may stall";
-  finding.mend = "swapoff -a, when the memory is large enough";
+  finding.remedy = "swapoff -a, when the memory is large enough";
   return finding;
 }
 

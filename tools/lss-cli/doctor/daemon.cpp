@@ -23,14 +23,14 @@ Finding judge_contract(const lss_Status& status) {
   if (!status.realtime_granted || !status.memory_locked) {
     finding.result = Result::warning;
     finding.meaning = "it runs, but nothing guarantees that its frames are in time";
-    finding.mend =
+    finding.remedy =
         "start it by systemd (lssd@NAME), or correct rtprio_limit and memlock_limit and "
         "start it again";
   } else if (status.page_faults_since_start > 0 || status.mallocs_since_start > 0) {
     finding.result = Result::warning;
     finding.meaning =
         "its real-time threads should never allocate or fault: each may delay a frame";
-    finding.mend = "lss-cli status says which thread; report it with the journal";
+    finding.remedy = "lss-cli status says which thread; report it with the journal";
   }
   return finding;
 }
@@ -45,7 +45,7 @@ Finding judge_parameters(const lss_Status& status) {
   if (wrong.empty()) return finding;
   finding.result = Result::warning;
   finding.meaning = wrong;
-  finding.mend = "lss-cli events names it; lss-cli param save writes both copies again";
+  finding.remedy = "lss-cli events names it; lss-cli param save writes both copies again";
   return finding;
 }
 
@@ -62,7 +62,7 @@ Finding judge_names(const std::vector<lss_Status>& daemons) {
     finding.result = Result::problem;
     finding.meaning = fmt::format("several daemons are {}: each obeys what is meant for the other",
                                   text(daemon.vehicle_id));
-    finding.mend = "stop one of them, or give it another vehicle_id in its configuration";
+    finding.remedy = "stop one of them, or give it another vehicle_id in its configuration";
   }
   return finding;
 }
@@ -94,12 +94,12 @@ Findings daemon_findings(const System& system, const Options& options) {
     if (status.fault_count > 0 || status.state == lss_STATE_FATAL_ERROR) {
       finding.result = Result::note;
       finding.meaning = fmt::format("it has {} faults", status.fault_count);
-      finding.mend = "lss-cli status";
+      finding.remedy = "lss-cli status";
     }
     return {finding, check_names(*link), judge_contract(status), judge_parameters(status)};
   } catch (const Failure& failure) {
     finding.found = failure.what();
-    finding.mend = failure.advice();
+    finding.remedy = failure.advice();
     switch (failure.code()) {
       case ExitCode::unreachable:
         finding.result = Result::note;

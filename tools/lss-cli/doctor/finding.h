@@ -20,7 +20,7 @@ struct Finding {
   Result result = Result::good;
   std::string found = "";
   std::string meaning = "";
-  std::string mend = "";  // empty: nothing to do
+  std::string remedy = "";  // empty: nothing to do
 };
 
 using Findings = std::vector<Finding>;

@@ -28,7 +28,7 @@ Finding check_folder(const System& system, const std::string& name, const fs::pa
             .result = Result::note,
             .found = fmt::format("{} is not there", folder.string()),
             .meaning = fmt::format("{}; the unit lssd@ makes it ({})", what, made_by),
-            .mend = fmt::format("to run by hand: mkdir -p {}", folder.string())};
+            .remedy = fmt::format("to run by hand: mkdir -p {}", folder.string())};
   }
   Finding finding{.name = name,
                   .found = fmt::format("{}: {}, {} for this user", folder.string(), amount(*space),
@@ -37,7 +37,7 @@ Finding check_folder(const System& system, const std::string& name, const fs::pa
   if (space->free_bytes < kRoom) {
     finding.result = space->free_bytes == 0 ? Result::problem : Result::warning;
     finding.meaning += ", and there is hardly room";
-    finding.mend = fmt::format("make room: df -h {}", folder.string());
+    finding.remedy = fmt::format("make room: df -h {}", folder.string());
   } else if (!space->writable) {
     finding.result = Result::note;
     finding.meaning += "; it belongs to another user, who may be the unit's";
@@ -72,7 +72,7 @@ Finding check_shm(const System& system, const config::Config* config) {
   finding.meaning =
       fmt::format("RouDi needs {} MB and will not start: telemetry goes by the network",
                   kSharedMemory / kMegabyte);
-  finding.mend =
+  finding.remedy =
       fmt::format("mount -o remount,size=256M {}; in a container, give it a larger one", folder);
   return finding;
 }

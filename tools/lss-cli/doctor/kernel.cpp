@@ -29,7 +29,7 @@ Finding check_kernel(const System& system) {
           .meaning =
               "threads of lssd mostly wake up in time, but nothing bounds the latest: drivers "
               "may occupy a CPU for milliseconds",
-          .mend = "apt-get install linux-image-rt-amd64 (or linux-image-rt-arm64), then reboot"};
+          .remedy = "apt-get install linux-image-rt-amd64 (or linux-image-rt-arm64), then reboot"};
 }
 
 Finding check_throttle(const System& system) {
@@ -58,7 +58,7 @@ Finding check_throttle(const System& system) {
   if (share >= kLowShare) return finding;
   finding.result = share > 0 ? Result::warning : Result::problem;
   if (share <= 0) finding.meaning = "there is no time for real-time threads at all";
-  finding.mend = "sysctl kernel.sched_rt_runtime_us=950000 kernel.sched_rt_period_us=1000000";
+  finding.remedy = "sysctl kernel.sched_rt_runtime_us=950000 kernel.sched_rt_period_us=1000000";
   return finding;
 }
 

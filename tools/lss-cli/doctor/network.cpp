@@ -38,7 +38,7 @@ Finding check_roudi(const System& system, const config::Config* config) {
     finding.result = Result::warning;
     finding.found = "RouDi does not run";
     finding.meaning = "nothing is lost: telemetry goes by the network, which costs more";
-    finding.mend =
+    finding.remedy =
         "systemctl start iox-roudi (by hand: iox-roudi -c /etc/lss/roudi.toml), and lssd "
         "after it; or dds.shared_memory = false";
   }
@@ -67,13 +67,13 @@ Finding check_interface(const System& system, const std::string& interface) {
   if (!flags) {
     finding.found = fmt::format("there is no interface {}", interface);
     finding.meaning = "lssd cannot open DDS and does not start";
-    finding.mend = "name one that ip link shows in dds.interfaces";
+    finding.remedy = "name one that ip link shows in dds.interfaces";
     return finding;
   }
   if ((*flags & IFF_UP) == 0) {
     finding.found = interface + " is down";
     finding.meaning = "no participant is reachable through it";
-    finding.mend = fmt::format("ip link set {} up", interface);
+    finding.remedy = fmt::format("ip link set {} up", interface);
     return finding;
   }
   const bool loopback = (*flags & IFF_LOOPBACK) != 0;
@@ -91,7 +91,7 @@ Finding check_interface(const System& system, const std::string& interface) {
   if (!multicast) {
     finding.result = Result::warning;
     finding.meaning = "programs find one another by multicast, and here there is none";
-    finding.mend = fmt::format("ip link set {} multicast on", interface);
+    finding.remedy = fmt::format("ip link set {} multicast on", interface);
   }
   return finding;
 }
@@ -110,7 +110,7 @@ Finding check_buffers(const System& system) {
   finding.meaning =
       "less than the 1 MB that DDS asks for; enough for commands and status, while bursts of "
       "telemetry may be lost in slow subscribers";
-  finding.mend = "sysctl net.core.rmem_max=1048576, and in /etc/sysctl.d/ for every boot";
+  finding.remedy = "sysctl net.core.rmem_max=1048576, and in /etc/sysctl.d/ for every boot";
   return finding;
 }
 

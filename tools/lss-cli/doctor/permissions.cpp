@@ -60,7 +60,7 @@ Finding check_fifo(const System& system, int priority) {
   if (error == EPERM && !may_ask(system, priority)) {
     finding.result = Result::warning;
     finding.meaning = std::string("this user has no real-time permission; ") + kUnit;
-    finding.mend = "see rtprio_limit";
+    finding.remedy = "see rtprio_limit";
     return finding;
   }
   finding.result = Result::problem;
@@ -71,7 +71,7 @@ Finding check_fifo(const System& system, int priority) {
         "it is permitted, so the kernel groups real-time threads (CONFIG_RT_GROUP_SCHED), and the "
         "control group of this session has a budget of {} us",
         *budget_us);
-    finding.mend = fmt::format(
+    finding.remedy = fmt::format(
         "echo 900000 > {}, its parents first, or for all groups: sysctl "
         "kernel.sched_rt_runtime_us=-1",
         file.string());
@@ -80,7 +80,7 @@ Finding check_fifo(const System& system, int priority) {
         "it is permitted, so most likely the kernel groups real-time threads "
         "(CONFIG_RT_GROUP_SCHED) and the control group has no budget; the unit will "
         "be refused, too";
-    finding.mend =
+    finding.remedy =
         "sysctl kernel.sched_rt_runtime_us=-1, or a kernel without CONFIG_RT_GROUP_SCHED";
   }
   return finding;
@@ -96,7 +96,7 @@ Finding check_rtprio(const System& system, int priority) {
   if (capable || granted >= priority) return finding;
   finding.result = Result::warning;
   finding.meaning += std::string("; ") + kUnit;
-  finding.mend = fmt::format(
+  finding.remedy = fmt::format(
       "start lssd by systemd, or put \"USER - rtprio {}\" into /etc/security/limits.d/lss.conf and "
       "log in again",
       priority);
@@ -116,7 +116,7 @@ Finding check_memlock(const System& system) {
   if (capable || bytes < 0 || bytes >= kAddressSpace) return finding;
   finding.result = Result::warning;
   finding.meaning += std::string("; ") + kUnit;
-  finding.mend =
+  finding.remedy =
       "start lssd by systemd, or put \"USER - memlock unlimited\" into "
       "/etc/security/limits.d/lss.conf and log in again";
   return finding;

@@ -58,8 +58,9 @@ std::string udev_rule(const fs::path& device) {
       device.filename().string());
 }
 
-Finding problem(const std::string& name, std::string found, std::string meaning, std::string mend) {
-  return {name, Result::problem, std::move(found), std::move(meaning), std::move(mend)};
+Finding problem(const std::string& name, std::string found, std::string meaning,
+                std::string remedy) {
+  return {name, Result::problem, std::move(found), std::move(meaning), std::move(remedy)};
 }
 
 Finding absent(const std::string& name, const fs::path& path, const config::Config& config,
@@ -151,7 +152,7 @@ Finding check_serial(const System& system, const std::string& name, const fs::pa
     finding.result = Result::warning;
     finding.meaning = fmt::format(
         "this user may open it, but the unit lssd@ may not: it belongs to {}", rights(file));
-    finding.mend = udev_rule(device);
+    finding.remedy = udev_rule(device);
   } else if (!answer.low_latency) {
     finding.result = Result::note;
     finding.meaning = "lssd can open it; replies may come in late";
@@ -197,7 +198,7 @@ Finding check_udp(const System& system, const std::string& name, const std::stri
   finding.result = Result::warning;
   finding.found += " has no listener";
   finding.meaning = "CAN frames of lssd go nowhere";
-  finding.mend = fmt::format("start the other end: lss-sim {}, or cannelloni", config.vehicle);
+  finding.remedy = fmt::format("start the other end: lss-sim {}, or cannelloni", config.vehicle);
   return finding;
 }
 

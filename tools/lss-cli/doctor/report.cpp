@@ -75,9 +75,9 @@ std::string report_text(const Findings& findings, const Style& style, const Layo
       for (const std::string& line : wrap(finding.meaning, room))
         text += fmt::format("{}{}\n", margin, style.dim(line));
     }
-    if (finding.mend.empty()) continue;
+    if (finding.remedy.empty()) continue;
     std::string_view arrow = "-> ";
-    for (const std::string& line : wrap(finding.mend, room - arrow.size())) {
+    for (const std::string& line : wrap(finding.remedy, room - arrow.size())) {
       text += fmt::format("{}{}{}\n", margin, arrow, line);
       arrow = "   ";
     }
@@ -96,7 +96,7 @@ nlohmann::json report_json(const Findings& findings) {
                       {"result", result_name(finding.result)},
                       {"found", finding.found},
                       {"meaning", finding.meaning},
-                      {"mend", finding.mend}});
+                      {"remedy", finding.remedy}});
   }
   return {{"checks", std::move(checks)},
           {"problems", count(findings, Result::problem)},

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <utility>
 
-#include "tools/lss-cli/recording/octets.h"
+#include "tools/lss-cli/recording/bytes.h"
 
 namespace lss::cli::obc {
 namespace {
@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kCrcDigits = 8;
 
 std::string crc_text(std::string_view text) {
-  return fmt::format("{:08x}", recording::crc_of(recording::octets(text)));
+  return fmt::format("{:08x}", recording::crc_of(recording::bytes_of(text)));
 }
 
 tl::unexpected<std::string> wrong(std::string why) { return tl::unexpected(std::move(why)); }

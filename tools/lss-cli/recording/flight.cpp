@@ -16,7 +16,7 @@ namespace {
 using lss::record::Item;
 using lss::record::RecordingReader;
 
-std::uint64_t load(RecordLayout::Octets record, std::size_t at) {
+std::uint64_t load(RecordLayout::Bytes record, std::size_t at) {
   if (record.size() < at + sizeof(std::uint64_t)) {
     throw Failure(ExitCode::failed, "a record in it is too short to be one",
                   "take another copy of the file");
@@ -102,7 +102,7 @@ Flight::Flight(const std::string& path, RecordingReader reader)
 
 void Flight::read_all(RecordingReader& reader) {
   Item kind;
-  RecordLayout::Octets bytes;
+  RecordLayout::Bytes bytes;
   while (reader.next(kind, bytes)) {
     if (kind == Item::lost && bytes.size() == sizeof(std::uint64_t)) lost_ += load(bytes, 0);
     if (kind != Item::frame) continue;
@@ -116,7 +116,7 @@ void Flight::read_all(RecordingReader& reader) {
   trouble_ = reader.trouble();
 }
 
-Flight::Frame Flight::frame(RecordLayout::Octets record) const {
+Flight::Frame Flight::frame(RecordLayout::Bytes record) const {
   Frame frame{.number = load(record, frame_at_),
               .time_ns = static_cast<std::int64_t>(load(record, time_at_))};
   if (!lss::record::most::is_time(frame.time_ns)) {
@@ -194,7 +194,7 @@ void Flight::each(const Part& part, const std::function<void(const Frame&)>& tak
   refuse_damage(part);
   RecordingReader reader = open(path_);
   Item kind;
-  RecordLayout::Octets bytes;
+  RecordLayout::Bytes bytes;
   std::uint64_t lost = 0, taken = 0;
   for (std::uint64_t seen = 0; seen < frames_ && reader.next(kind, bytes);) {
     if (kind == Item::lost && bytes.size() == sizeof(std::uint64_t)) lost += load(bytes, 0);

@@ -45,7 +45,7 @@ class Flight {
     std::int64_t time_ns = 0, utc_ns = 0;  // T_k
     double t_s = 0;                        // since the first one
     std::uint64_t lost = 0;                // missing frames before it
-    RecordLayout::Octets record{};
+    RecordLayout::Bytes record{};
   };
 
   explicit Flight(const std::string& path);
@@ -72,7 +72,7 @@ class Flight {
   static lss::record::RecordingReader open(const std::string& path);
   Flight(const std::string& path, lss::record::RecordingReader reader);
   void read_all(lss::record::RecordingReader& reader);
-  Frame frame(RecordLayout::Octets record) const;
+  Frame frame(RecordLayout::Bytes record) const;
   bool in(const Part& part, const Frame& frame) const;
   void refuse_damage(const Part& part) const;
   [[noreturn]] void refuse_emptiness(const Part& part) const;

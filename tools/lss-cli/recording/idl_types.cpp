@@ -77,18 +77,18 @@ std::vector<std::string> tokens(std::string_view idl) {
 }
 
 template <class Number>
-Number read(Octets message, std::size_t offset) {
+Number read(Bytes message, std::size_t offset) {
   Number value{};
   std::memcpy(&value, message.data() + kEncapsulation + offset, sizeof value);
   return value;
 }
 
-std::string text_at(Octets message, std::size_t offset, std::size_t size) {
+std::string text_at(Bytes message, std::size_t offset, std::size_t size) {
   const char* begin = reinterpret_cast<const char*>(message.data()) + kEncapsulation + offset;
   return {begin, std::find(begin, begin + size, '\0')};
 }
 
-nlohmann::ordered_json value_at(const Type& type, Octets message, std::size_t offset) {
+nlohmann::ordered_json value_at(const Type& type, Bytes message, std::size_t offset) {
   switch (type.kind) {
     case Kind::boolean:
       return read<std::uint8_t>(message, offset) != 0;
@@ -145,7 +145,7 @@ void lay_out(const Type& type, const std::string& name, std::size_t& at,
 
 // Takes the columns of the type in their order.
 nlohmann::ordered_json nest(const Layout& layout, const Type& type, const Column*& column,
-                            Octets message) {
+                            Bytes message) {
   if (type.kind != Kind::structure) return layout.json(*column++, message);
   nlohmann::ordered_json object = nlohmann::ordered_json::object();
   for (const Member& member : type.members) {
@@ -349,7 +349,7 @@ const Column* Layout::find(std::string_view name) const {
   return found == columns_.end() ? nullptr : &*found;
 }
 
-void Layout::check(Octets message) const {
+void Layout::check(Bytes message) const {
   const bool plain = message.size() >= kEncapsulation && message[0] == std::byte{0} &&
                      message[1] == kLittleEndianCdr;
   if (plain && message.size() >= kEncapsulation + size_) return;
@@ -359,14 +359,14 @@ void Layout::check(Octets message) const {
                 "the file is damaged, or was not made by lss-cli record");
 }
 
-double Layout::number(const Column& column, Octets message) const {
+double Layout::number(const Column& column, Bytes message) const {
   if (column.text_size > 0) return std::numeric_limits<double>::quiet_NaN();
   const nlohmann::ordered_json value = value_at(*column.type, message, column.offset);
   if (value.is_boolean()) return value.get<bool>() ? 1 : 0;
   return value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
-std::string Layout::text(const Column& column, Octets message) const {
+std::string Layout::text(const Column& column, Bytes message) const {
   if (column.text_size > 0) return text_at(message, column.offset, column.text_size);
   if (column.type->kind == Kind::enumeration) {
     const auto index = read<std::uint32_t>(message, column.offset);
@@ -376,14 +376,14 @@ std::string Layout::text(const Column& column, Octets message) const {
       .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-nlohmann::ordered_json Layout::json(const Column& column, Octets message) const {
+nlohmann::ordered_json Layout::json(const Column& column, Bytes message) const {
   if (column.text_size > 0) return text_at(message, column.offset, column.text_size);
   nlohmann::ordered_json value = value_at(*column.type, message, column.offset);
   const bool broken = value.is_number_float() && !std::isfinite(value.get<double>());
   return broken ? nlohmann::ordered_json() : value;
 }
 
-nlohmann::ordered_json Layout::json(Octets message) const {
+nlohmann::ordered_json Layout::json(Bytes message) const {
   const Column* column = columns_.data();
   return nest(*this, type_, column, message);
 }

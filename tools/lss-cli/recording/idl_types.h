@@ -82,14 +82,14 @@ class Layout {
 
   // Of one message, with its encapsulation header. 64-bit numbers above 2^53 lose digits; a text is
   // NaN.
-  double number(const Column& column, Octets message) const;
-  std::string text(const Column& column, Octets message) const;
-  nlohmann::ordered_json json(const Column& column, Octets message) const;
+  double number(const Column& column, Bytes message) const;
+  std::string text(const Column& column, Bytes message) const;
+  nlohmann::ordered_json json(const Column& column, Bytes message) const;
   // Nested like the type.
-  nlohmann::ordered_json json(Octets message) const;
+  nlohmann::ordered_json json(Bytes message) const;
 
   // Throws when the bytes are not of this type.
-  void check(Octets message) const;
+  void check(Bytes message) const;
 
  private:
   const Type& type_;

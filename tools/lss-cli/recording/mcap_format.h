@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "tools/lss-cli/recording/octets.h"
+#include "tools/lss-cli/recording/bytes.h"
 
 namespace lss::cli::recording {
 

@@ -16,7 +16,7 @@ namespace {
 
 struct Record {
   std::uint8_t opcode = 0;
-  Octets content;
+  Bytes content;
 };
 
 Record next(Reader& reader) {
@@ -31,7 +31,7 @@ Record next(Reader& reader) {
 }
 
 // Of schemas, channels and metadata, which stay in memory.
-void add_description(Octets content, Scan& scan) {
+void add_description(Bytes content, Scan& scan) {
   scan.descriptions += content.size();
   if (scan.descriptions > most::kDescriptions)
     refuse(fmt::format("its schemas, channels and metadata have more than {} bytes",
@@ -44,7 +44,7 @@ void check_name(const std::string& name, const char* of_what) {
                        name.size(), most::kName));
 }
 
-void take_schema(Octets content, Scan& scan) {
+void take_schema(Bytes content, Scan& scan) {
   add_description(content, scan);
   Reader in(content);
   const auto id = in.number<std::uint16_t>();
@@ -56,7 +56,7 @@ void take_schema(Octets content, Scan& scan) {
   check_name(schema.encoding, "encoding");
 }
 
-void take_channel(Octets content, Scan& scan) {
+void take_channel(Bytes content, Scan& scan) {
   add_description(content, scan);
   Reader in(content);
   const auto id = in.number<std::uint16_t>();
@@ -80,7 +80,7 @@ void take_message(const RawMessage& message, Scan& scan) {
 }
 
 // Throws Torn when it is not as expected.
-Chunk read_chunk(Octets content) {
+Chunk read_chunk(Bytes content) {
   Reader in(content);
   Chunk chunk;
   chunk.first_ns = in.number<std::int64_t>();
@@ -112,7 +112,7 @@ void take_chunk(const Chunk& chunk, Scan& scan) {
   scan.chunks.push_back(chunk);
 }
 
-void take_metadata(Octets content, std::uint64_t offset, std::uint64_t length, Scan& scan) {
+void take_metadata(Bytes content, std::uint64_t offset, std::uint64_t length, Scan& scan) {
   add_description(content, scan);
   Reader in(content);
   MetadataAt& metadata = scan.metadata.emplace_back();
@@ -166,10 +166,10 @@ bool take(const Record& record, std::uint64_t offset, std::uint64_t length, Scan
   return true;
 }
 
-bool ends_whole(Octets file, std::uint64_t data_end) {
+bool ends_whole(Bytes file, std::uint64_t data_end) {
   if (file.size() < data_end + kFooterSize + kMagic.size()) return false;
-  const Octets magic = file.last(kMagic.size());
-  const Octets footer = file.last(kMagic.size() + kFooterSize).first(kFooterSize);
+  const Bytes magic = file.last(kMagic.size());
+  const Bytes footer = file.last(kMagic.size() + kFooterSize).first(kFooterSize);
   return std::memcmp(magic.data(), kMagic.data(), kMagic.size()) == 0 &&
          footer.front() == std::byte{kFooter};
 }
@@ -203,7 +203,7 @@ MappedFile::~MappedFile() {
   if (!data_.empty()) munmap(const_cast<std::byte*>(data_.data()), data_.size());
 }
 
-RawMessage read_message(Octets record) {
+RawMessage read_message(Bytes record) {
   Reader in(record);
   RawMessage message;
   message.channel = in.number<std::uint16_t>();
@@ -224,7 +224,7 @@ void Scan::each(const std::function<void(const RawMessage&)>& take) const {
   }
 }
 
-Scan scan(const std::string& path, Octets file) {
+Scan scan(const std::string& path, Bytes file) {
   Scan result;
   if (file.size() < kMagic.size() || std::memcmp(file.data(), kMagic.data(), kMagic.size()) != 0) {
     throw Failure(ExitCode::usage, path + " is no MCAP file", "name one that ends in .mcap");

@@ -21,19 +21,19 @@ class MappedFile {
   ~MappedFile();
   MappedFile(const MappedFile&) = delete;
   MappedFile& operator=(const MappedFile&) = delete;
-  Octets data() const { return data_; }
+  Bytes data() const { return data_; }
 
  private:
-  Octets data_;
+  Bytes data_;
 };
 
 struct RawMessage {
   std::uint16_t channel = 0;
   std::uint32_t sequence = 0;
   std::int64_t log_ns = 0, publish_ns = 0;
-  Octets data;
+  Bytes data;
 };
-RawMessage read_message(Octets record);
+RawMessage read_message(Bytes record);
 
 struct Chunk {
   std::uint64_t offset = 0, length = 0;  // of the record, its head included
@@ -41,7 +41,7 @@ struct Chunk {
   std::uint64_t size = 0;                        // of its records
   std::map<std::uint16_t, std::uint64_t> index;  // channel to the offset of its MessageIndex
   std::uint64_t index_length = 0;
-  Octets records;
+  Bytes records;
 };
 
 struct MetadataAt {
@@ -73,6 +73,6 @@ struct Scan {
 };
 
 // Throws a Failure when it is no MCAP file, or needs an unsupported feature.
-Scan scan(const std::string& path, Octets file);
+Scan scan(const std::string& path, Bytes file);
 
 }  // namespace lss::cli::recording

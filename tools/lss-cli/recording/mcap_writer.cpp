@@ -86,7 +86,7 @@ std::map<std::uint16_t, Writer> index_of(const Chunk& chunk) {
   while (!records.empty()) {
     const std::uint64_t offset = records.at();
     const auto opcode = records.number<std::uint8_t>();
-    const Octets content = records.block();
+    const Bytes content = records.block();
     if (opcode != kMessage) continue;
     const RawMessage message = read_message(content);
     index[message.channel].number(message.log_ns);
@@ -150,7 +150,7 @@ McapWriter McapWriter::append(const std::string& path, const std::string& librar
 
 void McapWriter::begin(const std::string& library) {
   Writer head;
-  head.raw(octets(kMagic));
+  head.raw(bytes_of(kMagic));
   put(head);
   Writer header;
   header.text("");  // no profile: those are for ROS
@@ -203,7 +203,7 @@ void McapWriter::fail(const char* what, int error) {
 }
 
 void McapWriter::put(const Writer& data) {
-  Octets left = data.data();
+  Bytes left = data.data();
   while (!left.empty()) {
     const ssize_t written = ::write(fd_, left.data(), left.size());
     if (written < 0 && errno == EINTR) continue;
@@ -298,7 +298,7 @@ void McapWriter::end_chunk() {
   scan_.chunks.push_back(std::move(chunk));
 }
 
-void McapWriter::count(Octets records) {
+void McapWriter::count(Bytes records) {
   Reader reader(records);
   while (!reader.empty()) {
     reader.number<std::uint8_t>();
@@ -361,7 +361,7 @@ Writer McapWriter::summary(std::uint64_t start) const {
   out.number(start);
   out.number(offsets_start);
   out.number(crc_of(out.data()));
-  out.raw(octets(kMagic));
+  out.raw(bytes_of(kMagic));
   return out;
 }
 

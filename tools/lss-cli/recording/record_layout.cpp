@@ -46,18 +46,18 @@ bool names_field(const std::string& pattern, const std::string& path) {
 }
 
 // The name that lssd gives a number (daemon/record/json.h); nullptr: as a number.
-using Said = Json (*)(std::uint64_t);
+using Said = Json (*)(std::uint64_t, const OwnCodes&);
 Said said(const std::string& path) {
   if (path == "state.controller.state" || path == "telemetry.state")
-    return [](std::uint64_t x) -> Json { return kStateNames[x & 3]; };
+    return [](std::uint64_t x, const OwnCodes&) -> Json { return kStateNames[x & 3]; };
   if (path.ends_with("verdict.reason")) {
-    return [](std::uint64_t x) {
-      return record::name_of(info(static_cast<Reason>(x)), static_cast<std::uint16_t>(x));
+    return [](std::uint64_t x, const OwnCodes& own) {
+      return record::name_of(info(static_cast<Reason>(x), own), static_cast<std::uint16_t>(x));
     };
   }
   if (matches("state.faults[*].id", path)) {
-    return [](std::uint64_t x) {
-      return record::name_of(info(static_cast<FaultId>(x)), static_cast<std::uint16_t>(x));
+    return [](std::uint64_t x, const OwnCodes& own) {
+      return record::name_of(info(static_cast<FaultId>(x), own), static_cast<std::uint16_t>(x));
     };
   }
   return nullptr;
@@ -115,7 +115,7 @@ std::unique_ptr<RecordLayout::Node> RecordLayout::expand(const RecordType& type,
 // Reads the chosen fields of a record, from its beginning to its end.
 class RecordLayout::Walk {
  public:
-  explicit Walk(RecordLayout& layout, Octets record) : layout_(layout), record_(record) {}
+  explicit Walk(RecordLayout& layout, Bytes record) : layout_(layout), record_(record) {}
 
   Json json() {
     Json json = json_of(*layout_.root_);
@@ -130,7 +130,7 @@ class RecordLayout::Walk {
   }
 
  private:
-  const std::uint8_t* octets(std::size_t count) {
+  const std::uint8_t* next_bytes(std::size_t count) {
     if (record_.size() - at_ < count)
       broken(fmt::format("one ends after {} bytes, in the middle of a field", record_.size()));
     const std::uint8_t* begin = record_.data() + at_;
@@ -143,17 +143,17 @@ class RecordLayout::Walk {
   }
 
   Json text(const Node& node) {
-    const char* begin = reinterpret_cast<const char*>(octets(node.type.count));
+    const char* begin = reinterpret_cast<const char*>(next_bytes(node.type.count));
     return std::string(begin, ::strnlen(begin, node.type.count));
   }
   Json number(const RecordType& type, Said said) {
-    const std::uint8_t* at = octets(type.count);
+    const std::uint8_t* at = next_bytes(type.count);
     if (type.what == 'f')
       return real(type.count == 4 ? static_cast<double>(load<float>(at)) : load<double>(at));
     if (type.what == 'b') return *at != 0;
     std::uint64_t bits = 0;
     std::memcpy(&bits, at, type.count);
-    if (said != nullptr) return said(bits);
+    if (said != nullptr) return said(bits, layout_.own_);
     if (type.what == 'u') return bits;
     const int unused = static_cast<int>(64 - 8 * type.count);  // the sign is in the last byte
     return static_cast<std::int64_t>(bits << unused) >> unused;
@@ -161,7 +161,7 @@ class RecordLayout::Walk {
 
   void skip(const RecordType& type) {
     if (type.size) {
-      octets(*type.size);
+      next_bytes(*type.size);
     } else if (type.what == '<') {
       for (std::uint32_t left = count(type); left > 0; --left) skip(*type.members.front().type);
     } else if (type.what == '(') {
@@ -173,13 +173,13 @@ class RecordLayout::Walk {
     }
   }
   std::uint32_t count(const RecordType& list) {
-    const auto n = load<std::uint32_t>(octets(4));
+    const auto n = load<std::uint32_t>(next_bytes(4));
     const std::size_t least = std::max<std::size_t>(1, list.members.front().type->least);
     if (n > (record_.size() - at_) / least) broken(fmt::format("a list of {} elements", n));
     return n;
   }
   std::size_t alternative(const RecordType& type) {
-    const std::uint8_t index = *octets(1);
+    const std::uint8_t index = *next_bytes(1);
     if (index >= type.members.size()) broken(fmt::format("an alternative {}", index));
     return index;
   }
@@ -232,7 +232,8 @@ class RecordLayout::Walk {
   void name_event(const Node& node, std::size_t begin, Json& json) const {
     for (const auto& [name, type] : node.type.members) {
       if (name == "id" && type->what == 'u' && type->count == 2)
-        json["name"] = record::event_name(load<std::uint16_t>(record_.data() + begin));
+        json["name"] =
+            record::event_name(load<std::uint16_t>(record_.data() + begin), layout_.own_);
       if (!type->size) return;
       begin += *type->size;
     }
@@ -265,7 +266,7 @@ class RecordLayout::Walk {
   }
 
   RecordLayout& layout_;
-  Octets record_;
+  Bytes record_;
   std::size_t at_ = 0;
 };
 
@@ -345,9 +346,9 @@ void RecordLayout::choose_what_is_always_there() {
 
 // ---- reading
 
-Json RecordLayout::json(Octets record) { return Walk(*this, record).json(); }
+Json RecordLayout::json(Bytes record) { return Walk(*this, record).json(); }
 
-void RecordLayout::look(Octets record) {
+void RecordLayout::look(Bytes record) {
   Walk(*this, record).leaves([](const Node&, const Json&) {});
 }
 
@@ -372,7 +373,7 @@ std::vector<RecordLayout::Column> RecordLayout::columns() {
   return columns_;
 }
 
-void RecordLayout::values(Octets record, std::vector<Json>& values) {
+void RecordLayout::values(Bytes record, std::vector<Json>& values) {
   values.assign(columns_.size(), nullptr);
   Walk(*this, record).leaves([&](const Node& node, Json value) {
     if (node.column < values.size()) values[node.column] = std::move(value);

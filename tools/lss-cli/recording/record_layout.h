@@ -16,13 +16,14 @@
 #include <string_view>
 #include <vector>
 
+#include "idl/codes.h"
 #include "tools/lss-cli/recording/record_schema.h"
 
 namespace lss::cli::recording {
 
 class RecordLayout {
  public:
-  using Octets = std::span<const std::uint8_t>;
+  using Bytes = std::span<const std::uint8_t>;
   using Json = nlohmann::ordered_json;
 
   explicit RecordLayout(std::string_view schema);
@@ -35,9 +36,12 @@ class RecordLayout {
   // All fields that have a place in every record: all except lists.
   void choose_what_is_always_there();
 
+  // The codes of the recording's vehicle, for json(); without them they stay numbers.
+  void name_codes(const OwnCodes& own) { own_ = own; }
+
   // Nested like the structs. In an array, elements that are not chosen but precede a chosen one are
   // null. Names instead of numbers where lssd has names, null for NaN.
-  Json json(Octets record);
+  Json json(Bytes record);
 
   struct Column {
     std::string name, type;  // "u4", as in the schema; "text"
@@ -46,10 +50,10 @@ class RecordLayout {
   // at least one.
   std::vector<Column> columns();
   // Notes the lengths of the lists.
-  void look(Octets record);
+  void look(Bytes record);
   // In the order of columns(); null where this record has no value, and for NaN. Numbers stay
   // numbers.
-  void values(Octets record, std::vector<Json>& values);
+  void values(Bytes record, std::vector<Json>& values);
 
   // The place of an 8-byte number in every record; nothing when its place varies.
   std::optional<std::size_t> place(std::string_view name) const;
@@ -70,6 +74,7 @@ class RecordLayout {
   bool lists_ = true;
   std::size_t fields_ = 0;  // that root_ has
   std::vector<Column> columns_;
+  OwnCodes own_{};
 };
 
 }  // namespace lss::cli::recording

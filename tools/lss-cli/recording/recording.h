@@ -30,7 +30,7 @@ struct Message {
   const Topic& topic;
   std::uint32_t sequence;
   std::int64_t log_ns, publish_ns;  // UTC
-  Octets data;
+  Bytes data;
 };
 
 // The selection. Times in seconds since the first message of the file.

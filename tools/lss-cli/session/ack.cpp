@@ -10,12 +10,8 @@
 
 namespace lss::cli {
 
-const CodeInfo* reason_of(const lss_CommandAck& ack, Reasons reasons) {
-  return find_code(reasons, ack.reason);
-}
-
-std::string reason_text(const lss_CommandAck& ack, Reasons reasons) {
-  const CodeInfo* reason = reason_of(ack, reasons);
+std::string reason_text(const lss_CommandAck& ack, const OwnCodes& own) {
+  const CodeInfo* reason = info(static_cast<Reason>(ack.reason), own);
   std::string_view why = text(ack.text);
   const std::string phase = std::string(phase_name(ack.phase)) + ": ";
   if (why.starts_with(phase)) why.remove_prefix(phase.size());
@@ -25,7 +21,7 @@ std::string reason_text(const lss_CommandAck& ack, Reasons reasons) {
   return reason != nullptr ? reason->text : fmt::format("reason {}", ack.reason);
 }
 
-nlohmann::json ack_json(const lss_CommandAck& ack, Reasons reasons) {
+nlohmann::json ack_json(const lss_CommandAck& ack, const OwnCodes& own) {
   const auto number = [](double value) {
     return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json();
   };
@@ -35,7 +31,7 @@ nlohmann::json ack_json(const lss_CommandAck& ack, Reasons reasons) {
                            {"measured", number(ack.measured)},
                            {"limit", number(ack.limit)}};
   if (ack.reason != 0) {
-    const CodeInfo* reason = reason_of(ack, reasons);
+    const CodeInfo* reason = info(static_cast<Reason>(ack.reason), own);
     result["reason"] = {{"id", ack.reason},
                         {"name", reason != nullptr ? reason->name : ""},
                         {"advice", reason != nullptr ? reason->advice : ""}};

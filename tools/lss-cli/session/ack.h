@@ -3,7 +3,6 @@
 // An acknowledgement in words, for people and for programs. Pure functions.
 
 #include <nlohmann/json.hpp>
-#include <span>
 #include <string>
 
 #include "idl/codes.h"
@@ -11,16 +10,11 @@
 
 namespace lss::cli {
 
-// `reasons`: of the vehicle.
-using Reasons = std::span<const CodeInfo>;
-
-// nullptr for a number that is not in the list.
-const CodeInfo* reason_of(const lss_CommandAck& ack, Reasons reasons = kReasons);
-
-// The daemon's sentence without the phase before it and the advice after it.
-std::string reason_text(const lss_CommandAck& ack, Reasons reasons = kReasons);
+// `own`: the codes of the vehicle. The daemon's sentence without the phase before it and the advice
+// after it.
+std::string reason_text(const lss_CommandAck& ack, const OwnCodes& own = {});
 
 // phase, reason (null: none), text, measured and limit (null: no number).
-nlohmann::json ack_json(const lss_CommandAck& ack, Reasons reasons = kReasons);
+nlohmann::json ack_json(const lss_CommandAck& ack, const OwnCodes& own = {});
 
 }  // namespace lss::cli

@@ -138,9 +138,7 @@ void DescribedVehicle::read(const Json& json) {
   vehicle_.name = keep(json.at("vehicle"));
   vehicle_.commands = commands_;
   vehicle_.subjects = subjects_;
-  vehicle_.faults = faults_;
-  vehicle_.reasons = reasons_;
-  vehicle_.events = events_;
+  vehicle_.codes = {.faults = faults_, .reasons = reasons_, .events = events_};
   vehicle_.rest = static_cast<std::uint16_t>(CommandKind::stop);
   vehicle_.tunables = [this] { return std::span<const TunableInfo>(tunables_); };
   vehicle_.allowed = [this](const CommandInfo& info) {

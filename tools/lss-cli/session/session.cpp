@@ -285,9 +285,9 @@ std::string Session::faults() {
 
 void Session::fail(const Sent& sent) {
   const lss_CommandAck& ack = sent.ack;
-  const CodeInfo* reason = reason_of(ack, vehicle().reasons);
+  const CodeInfo* reason = info(static_cast<Reason>(ack.reason), vehicle().codes);
   const bool rejected = ack.phase == lss_PHASE_REJECTED;
-  std::string why = reason_text(ack, vehicle().reasons);
+  std::string why = reason_text(ack, vehicle().codes);
   std::string advice = reason != nullptr ? reason->advice : "";
   ExitCode code = rejected ? ExitCode::rejected : ExitCode::failed;
   if (ack.reason == static_cast<std::uint16_t>(Reason::not_authorised)) {
@@ -319,7 +319,7 @@ void Session::show(const Sent& sent) {
 }
 
 nlohmann::json Session::to_json(const Sent& sent) const {
-  nlohmann::json result = ack_json(sent.ack, vehicle().reasons);
+  nlohmann::json result = ack_json(sent.ack, vehicle().codes);
   if (!sent.answered) result["phase"] = "unanswered";
   result["command"] = sent.command.info->name;
   result["kind"] = sent.command.info->kind;

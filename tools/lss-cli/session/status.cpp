@@ -38,7 +38,7 @@ nlohmann::json faults_json(const Vehicle& vehicle, const lss_Status& status) {
   nlohmann::json list = nlohmann::json::array();
   for (const lss_Fault& fault : status.faults) {
     if (fault.id == 0) continue;
-    const CodeInfo* code = find_code(vehicle.faults, fault.id);
+    const CodeInfo* code = info(static_cast<FaultId>(fault.id), vehicle.codes);
     list.push_back({{"id", fault.id},
                     {"name", code != nullptr ? code->name : ""},
                     {"subject", fault.subject},
@@ -174,7 +174,7 @@ const char* severity_name(lss_Severity severity) {
 }
 
 std::string fault_text(const Vehicle& vehicle, const lss_Fault& fault) {
-  const CodeInfo* code = find_code(vehicle.faults, fault.id);
+  const CodeInfo* code = info(static_cast<FaultId>(fault.id), vehicle.codes);
   const std::string what = code != nullptr ? code->text : fmt::format("fault {}", fault.id);
   const std::string subject = subject_name(vehicle, fault.subject);
   return subject.empty() ? what : fmt::format("{}: {}", subject, what);
@@ -214,7 +214,7 @@ std::vector<Problem> problems(const Vehicle& vehicle, const lss_Status& status,
   for (const lss_Fault& fault : status.faults) {
     if (fault.id == 0) continue;
     ++shown;
-    const CodeInfo* code = find_code(vehicle.faults, fault.id);
+    const CodeInfo* code = info(static_cast<FaultId>(fault.id), vehicle.codes);
     const std::string times = fault.count > 1 ? fmt::format(", {} times", fault.count) : "";
     list.push_back({true,
                     fmt::format("{} (since {}{})", fault_text(vehicle, fault),
@@ -317,9 +317,7 @@ std::string event_line(const lss_Event& event, const Style& style) {
 }
 
 nlohmann::json event_json(const Vehicle& vehicle, const lss_Event& event) {
-  const bool of_fault = event.id > kFaultEventBase;
-  const auto number = static_cast<std::uint16_t>(of_fault ? event.id - kFaultEventBase : event.id);
-  const CodeInfo* code = find_code(of_fault ? vehicle.faults : vehicle.events, number);
+  const CodeInfo* code = event_info(event.id, vehicle.codes);
   nlohmann::json arguments = nlohmann::json::array();
   for (const double value : event.argument) arguments.push_back(value);
   return {{"index", event.index},     {"time_ns", event.time_ns},

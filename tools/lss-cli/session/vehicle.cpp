@@ -20,6 +20,11 @@ const Vehicle* find_vehicle(std::string_view name) {
   return nullptr;
 }
 
+OwnCodes codes_of(std::string_view vehicle) {
+  const Vehicle* known = find_vehicle(vehicle);
+  return known != nullptr ? known->codes : OwnCodes{};
+}
+
 bool is_endless(const Vehicle& vehicle, const Invocation& command) {
   return command.info->endless && !(vehicle.ends != nullptr && vehicle.ends(command));
 }

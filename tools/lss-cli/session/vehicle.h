@@ -86,13 +86,14 @@ struct Vehicle {
   // The commands that send a text of timed actuations and run it, one after the other.
   std::vector<Invocation> (*script)(std::string_view text) = nullptr;
 
-  // Of a vehicle that is not on the roster: its IDL, and the codes of its daemon.
-  std::string_view idl = {};
-  std::span<const CodeInfo> faults = kFaults, reasons = kReasons, events = kEvents;
+  OwnCodes codes = {};
+  std::string_view idl = {};  // of a vehicle that is not on the roster
 };
 
 std::span<const Vehicle* const> vehicles();
 const Vehicle* find_vehicle(std::string_view name);
+// Those of the vehicle itself; none of one that is not on the roster.
+OwnCodes codes_of(std::string_view vehicle);
 
 // It goes on until another command.
 bool is_endless(const Vehicle& vehicle, const Invocation& command);

@@ -36,8 +36,7 @@ class Output {
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
 
-  const Style& style() const { return style_; }              // of stdout
-  const Style& diagnostics() const { return diagnostics_; }  // of stderr
+  const Style& style() const { return style_; }  // of stdout
   bool machine() const { return json_ || jsonl_; }
   bool stream() const { return jsonl_; }
   bool terminal() const { return terminal_; }  // stdout is a terminal, and people read it
@@ -65,7 +64,7 @@ class Output {
   bool json_, jsonl_;
   bool terminal_, live_;
   bool progressing_ = false;
-  Style style_, diagnostics_;
+  Style style_, diagnostics_;  // of stdout, of stderr
   std::vector<nlohmann::json> documents_;
 };
 

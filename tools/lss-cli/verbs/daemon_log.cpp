@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "daemon/record/files.h"
+#include "daemon/record/json.h"
 #include "daemon/record/limits.h"
 #include "idl/codes.h"
 #include "tools/lss-cli/verbs/log_files.h"
@@ -52,6 +53,8 @@ class LogFile {
   }
 
   const Json& header() const { return header_; }
+  // Of its vehicle itself.
+  OwnCodes codes() const { return codes_of(header_.value("vehicle", "")); }
   bool crash() const { return crash_; }
   bool cut() const { return cut_; }  // the last line was torn, and is left out
 
@@ -93,23 +96,24 @@ class LogFile {
   bool crash_ = false, cut_ = false;
 };
 
-std::string crash_line(const Json& frame, std::int64_t last_ns, const Style& style) {
+std::string crash_line(const Json& frame, std::int64_t last_ns, const OwnCodes& own,
+                       const Style& style) {
   const FrameTimes t(frame.at("timing"));
   std::string line =
       fmt::format("{:>8} {:>9.1f} {:>9.1f} {:>9.1f} {:>9.1f} {:>8}  {:<11}",
                   frame.at("timing").at("frame").get<std::uint64_t>(),
                   recording::ns_between(last_ns, t.boundary_ns) * 1e-6, t.woken_us, t.ready_us,
                   t.margin_us, frame.at("timing").at("samples").get<int>(), state_name(frame));
-  const bool fault = tell_happened(frame, line);
+  const bool fault = tell_happened(frame, line, own);
   return (fault ? style.bad(line) : t.margin_us < 0 ? style.warning(line) : line) + "\n";
 }
 
-std::string log_line(const Json& frame, const Style& style) {
+std::string log_line(const Json& frame, const OwnCodes& own, const Style& style) {
   const std::int64_t utc_ns = frame.at("utc_ns");
   std::string line =
       fmt::format("{:>8} {}.{:03}  {:<11}", frame.at("frame").get<std::uint64_t>(),
                   utc_text(utc_ns, "{:%F %T}"), utc_ns / 1'000'000 % 1000, state_name(frame));
-  const bool fault = tell_happened(frame, line);
+  const bool fault = tell_happened(frame, line, own);
   std::string lost;
   for (const char* what : {"lost_frames", "lost_lines"}) {
     if (const auto count = frame.find(what); count != frame.end())
@@ -143,7 +147,7 @@ void show_crash(Context& context, LogFile& file, const LogWanted& wanted) {
   const std::int64_t last_ns =
       frames.empty() ? 0 : frames.back().at("timing").at("boundary_ns").get<std::int64_t>();
   for (const Json& frame : frames)
-    context.output.print(crash_line(frame, last_ns, context.output.style()));
+    context.output.print(crash_line(frame, last_ns, file.codes(), context.output.style()));
   context.output.document({{"header", file.header()}, {"frames", frames}});
 }
 
@@ -154,7 +158,7 @@ void show_log(Context& context, LogFile& file, const LogWanted& wanted) {
   nlohmann::json frames = nlohmann::json::array();
   while (auto frame = file.frame()) {
     if (!wanted.frames.holds(number_of(*frame, file))) continue;
-    context.output.print(log_line(*frame, context.output.style()));
+    context.output.print(log_line(*frame, file.codes(), context.output.style()));
     if (context.output.stream()) {
       context.output.record(*frame);
     } else if (context.output.machine()) {
@@ -239,11 +243,10 @@ std::string utc_text(std::int64_t utc_ns, const char* format) {
 
 namespace {
 
-std::string event_name(const Json& event) {
+std::string event_name(const Json& event, const OwnCodes& own) {
   const auto id = event.at("id").get<std::uint16_t>();
-  const CodeInfo* code = id >= kFaultEventBase ? info(static_cast<FaultId>(id - kFaultEventBase))
-                                               : info(static_cast<EventId>(id));
-  std::string name = code != nullptr ? code->name : std::to_string(id);
+  const Json named = event.contains("name") ? event.at("name") : record::event_name(id, own);
+  std::string name = named.is_string() ? named.get<std::string>() : named.dump();
   if (id >= kFaultEventBase) name = "FAULT " + name;
   if (const int subject = event.at("subject"); subject != 0) name += fmt::format(" {}", subject);
   return name;
@@ -261,7 +264,7 @@ FrameTimes::FrameTimes(const Json& timing)
   ready_us = us("ready_ns");
 }
 
-bool tell_happened(const Json& frame, std::string& text) {
+bool tell_happened(const Json& frame, std::string& text, const OwnCodes& own) {
   if (const auto in = frame.find("in"); in != frame.end()) {
     for (const Json& request : in->at("requests"))
       text += fmt::format(" <{} {}>", request.at("source").get<std::string>(),
@@ -272,7 +275,7 @@ bool tell_happened(const Json& frame, std::string& text) {
   bool fault = false;
   if (const auto outbox = frame.find("outbox"); outbox != frame.end()) {
     for (const Json& event : outbox->at("events")) {
-      text += " " + event_name(event);
+      text += " " + event_name(event, own);
       fault |= event.at("id").get<int>() >= kFaultEventBase;
     }
   }

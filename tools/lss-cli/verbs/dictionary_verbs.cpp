@@ -23,11 +23,11 @@ ExitCode run_dictionary(Context& context) {
 struct List {
   const char* name;
   std::span<const CodeInfo> codes;
-  std::span<const CodeInfo> Vehicle::*of_vehicle;
+  std::span<const CodeInfo> OwnCodes::*of_vehicle;
 };
-constexpr List kLists[] = {{"faults", kFaults, &Vehicle::faults},
-                           {"reasons", kReasons, &Vehicle::reasons},
-                           {"events", kEvents, &Vehicle::events}};
+constexpr List kLists[] = {{"faults", kFaults, &OwnCodes::faults},
+                           {"reasons", kReasons, &OwnCodes::reasons},
+                           {"events", kEvents, &OwnCodes::events}};
 constexpr const char* kSeverities[] = {"info", "warning", "error", "fatal"};
 
 ExitCode run_codes(Context& context, const std::string& wanted) {
@@ -55,8 +55,7 @@ ExitCode run_codes(Context& context, const std::string& wanted) {
     for (const CodeInfo& code : list.codes) tell(code, "");
     for (const Vehicle* vehicle : vehicles()) {
       bool first = true;
-      for (const CodeInfo& code : vehicle->*list.of_vehicle) {
-        if (code.number < kFirstOwnCode) continue;
+      for (const CodeInfo& code : vehicle->codes.*list.of_vehicle) {
         if (std::exchange(first, false))
           text += fmt::format("{} of {}\n", list.name, vehicle->name);
         tell(code, vehicle->name);

@@ -126,7 +126,7 @@ ExitCode run_doctor(Context& context, const Asked& asked) {
                         .result = Result::problem,
                         .found = config.error(),
                         .meaning = "lssd does not start with it",
-                        .mend = "correct it; lssd --config FILE then reports all other errors"});
+                        .remedy = "correct it; lssd --config FILE then reports all other errors"});
     }
   }
   Findings all = machine(system, highest_priority(configs));

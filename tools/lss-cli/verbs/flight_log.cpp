@@ -30,6 +30,13 @@ void refuse_topics(const LogWanted& wanted) {
                 "name fields by --columns; see them with: lss-cli log list FILE --columns '*'");
 }
 
+// With the names of its vehicle's codes.
+Flight opened(const std::string& path) {
+  Flight flight(path);
+  flight.layout().name_codes(codes_of(flight.text("vehicle")));
+  return flight;
+}
+
 template <class T>
 T header(const Flight& flight, const char* key, T otherwise) {
   const auto found = flight.header().find(key);
@@ -87,7 +94,7 @@ nlohmann::json fields(Context& context, Flight& flight) {
 
 ExitCode list(Context& context, const LogWanted& wanted) {
   refuse_topics(wanted);
-  Flight flight(wanted.path);
+  Flight flight = opened(wanted.path);
   print_who(context, flight);
   context.output.print(summary(flight, context.output.style()));
   nlohmann::json document = {{"path", wanted.path},
@@ -174,7 +181,7 @@ void choose_line(Flight& flight) {
 // A line for each frame. With named fields, or for a single frame, its content as JSON.
 ExitCode show(Context& context, const LogWanted& wanted) {
   refuse_topics(wanted);
-  Flight flight(wanted.path);
+  Flight flight = opened(wanted.path);
   Output& output = context.output;
   const bool one = wanted.frames.one() && wanted.columns.empty();
   const bool lines = !output.machine() && wanted.columns.empty() && !one;
@@ -245,7 +252,7 @@ ExitCode exports(Context& context, const LogWanted& wanted) {
     throw Failure(ExitCode::usage, fmt::format("do not know how to write {}", wanted.out),
                   "end its name in .csv");
   }
-  Flight flight(wanted.path);
+  Flight flight = opened(wanted.path);
   const ExitCode code = export_csv(
       context, wanted, "frames", [&](std::FILE* file) { return write_csv(flight, wanted, file); });
   if (!flight.complaint().empty()) context.output.note(flight.complaint());

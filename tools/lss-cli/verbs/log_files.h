@@ -55,7 +55,8 @@ struct FrameTimes {
   double woken_us, ready_us, margin_us;
 };
 // The inputs and events of a frame, from its recorded parts; true when there was a fault.
-bool tell_happened(const nlohmann::ordered_json& frame, std::string& text);
+bool tell_happened(const nlohmann::ordered_json& frame, std::string& text,
+                   const OwnCodes& own = {});
 std::string state_name(const nlohmann::ordered_json& frame);
 
 }  // namespace lss::cli

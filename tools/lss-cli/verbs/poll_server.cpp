@@ -316,7 +316,7 @@ void PollServer::check_daemon() const {
 
 nlohmann::json PollServer::command_json(const Asked& asked) const {
   nlohmann::json document = {{"phase", "unanswered"}};
-  if (asked.ack) document = ack_json(*asked.ack, context_.link().vehicle().reasons);
+  if (asked.ack) document = ack_json(*asked.ack, context_.link().vehicle().codes);
   document["command"] = asked.info->name;
   document["kind"] = asked.info->kind;
   document["seq"] = asked.seq;

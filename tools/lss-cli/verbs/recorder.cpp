@@ -117,7 +117,7 @@ void Recorder::take(Reader& reader) {
     reader.source.lost = lost.total_count;
 }
 
-void Recorder::put(Reader& reader, recording::Octets data, const dds_sample_info_t& info) {
+void Recorder::put(Reader& reader, recording::Bytes data, const dds_sample_info_t& info) {
   reader.layout.check(data);
   const recording::Column& key = reader.layout.columns().front();  // vehicle_id, of every type
   if (reader.layout.text(key, data) != vehicle_id_) return;

@@ -53,7 +53,7 @@ class Recorder {
   void add(const dds::Topic& topic, std::string_view idl);
   void take();
   void take(Reader& reader);
-  void put(Reader& reader, recording::Octets data, const dds_sample_info_t& info);
+  void put(Reader& reader, recording::Bytes data, const dds_sample_info_t& info);
 
   Waker waker_;  // before any entity
   dds::Participant participant_;

@@ -11,7 +11,6 @@
 #include "daemon/vehicles/zebro/modes.h"
 #include "daemon/vehicles/zebro/tunables.h"
 #include "idl/angles.h"
-#include "idl/codes.h"
 #include "idl/zebro/codes.h"
 #include "idl/zebro/commands.h"
 #include "tools/lss-cli/session/telemetry.h"
@@ -176,17 +175,6 @@ std::string progress(const void* telemetry) {
 
 }  // namespace
 
-// Those of every vehicle and its own.
-template <std::size_t A, std::size_t B>
-constexpr std::array<CodeInfo, A + B> with(const CodeInfo (&all)[A], const CodeInfo (&own)[B]) {
-  std::array<CodeInfo, A + B> codes{};
-  std::ranges::copy(own, std::ranges::copy(all, codes.begin()).out);
-  return codes;
-}
-constexpr auto kAllFaults = with(kFaults, lss::zebro::kOwnFaults);
-constexpr auto kAllReasons = with(kReasons, lss::zebro::kOwnReasons);
-constexpr auto kAllEvents = with(kEvents, lss::zebro::kOwnEvents);
-
 const Vehicle kVehicle{
     .name = "zebro",
     .commands = lss::zebro::kCommands,
@@ -205,9 +193,7 @@ const Vehicle kVehicle{
     .add_report = add_report,
     .ends = ends,
     .tunables = [] { return lss::zebro::tuning().infos; },
-    .faults = kAllFaults,
-    .reasons = kAllReasons,
-    .events = kAllEvents,
+    .codes = lss::zebro::kOwnCodes,
 };
 
 }  // namespace lss::cli::zebro

@@ -53,7 +53,7 @@ constexpr std::array kOwnStates = {
                     return !in_mode(s, Mode::execute) || in_air(s) ||
                            lc::step(table, s, event::land).row >= 0;
                   }},
-    StateProperty{"who asks for a landing on the ground is told that it is there", "architecture",
+    StateProperty{"a landing asked for on the ground is rejected: it is there", "architecture",
                   [](const lc::Table& table, S s) {
                     return !operational(s) || in_mode(s, Mode::execute) ||
                            lc::step(table, s, event::land).verdict.reason == Reason::not_in_flight;
@@ -108,7 +108,7 @@ constexpr std::array kOwnSteps = {
                           same_mode(t) || t.happening.event == event::calibrated ||
                           does(t, kGncOff);
                  }},
-    StepProperty{"after a run it has to be calibrated and planned anew", "4.5.1", lc::kChange,
+    StepProperty{"after a run it has to be calibrated and planned again", "4.5.1", lc::kChange,
                  [](T t) {
                    return !in_mode(t.before, Mode::execute) || to(t, Mode::execute) ||
                           !has(t.result.next, kCalibrated | kPlanned);

@@ -10,6 +10,7 @@
 
 #include "daemon/record/state.h"
 #include "idl/angles.h"
+#include "idl/zebro/codes.h"
 #include "tools/lss-lc/team.h"
 #include "tools/lss-lc/zebro/key_of_cycle.h"
 
@@ -287,7 +288,7 @@ void Composed::operate() {
   const auto mode = static_cast<Mode>(c.mode);
   switch (c.state) {
     case State::idle:
-      if (refused_.reason == Reason::fault_latched && env_.resets < kTries) {
+      if (refused_.reason == reasons::fault_latched && env_.resets < kTries) {
         ++env_.resets;
         return ask(number(lss::CommandKind::reset), {static_cast<double>(refused_.subject)});
       }
@@ -309,7 +310,7 @@ void Composed::operate() {
       return;
     case State::fatal_error:
       env_.want = Want::walk;
-      if (refused_.reason == Reason::solved_too_often && env_.resets < kTries) {
+      if (refused_.reason == reasons::solved_too_often && env_.resets < kTries) {
         ++env_.resets;
         return ask(number(lss::CommandKind::reset), {-1});
       }

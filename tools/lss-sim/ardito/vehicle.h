@@ -39,7 +39,6 @@ class Ardito final : public Vehicle, public NodeBus {
   const WheelDrive& wheel(std::size_t i) const { return *wheels_[i]; }
   const SteeringDrive& steering(std::size_t i) const { return *steering_[i]; }
   const WheelTrain& train(std::size_t i) const { return trains_[i]; }
-  const SteeringTrain& steering_train(std::size_t i) const { return steering_trains_[i]; }
   const IoNode& io() const { return io_; }
 
  private:

@@ -1,4 +1,4 @@
-#include "tools/lss-ground/desk.h"
+#include "tools/lss-ground/client_registry.h"
 
 #include <fmt/format.h>
 
@@ -50,7 +50,7 @@ Invocation read(const Craft& craft, const Order& order) {
 
 }  // namespace
 
-Desk::Desk(Fleet& fleet, const Door& door, std::uint32_t lease_ms)
+ClientRegistry::ClientRegistry(Fleet& fleet, const Door& door, std::uint32_t lease_ms)
     : fleet_(fleet), door_(door), lease_ms_(lease_ms) {
   fleet_.listen({
       .status = [this](Craft& craft) { heard_status(craft); },
@@ -91,7 +91,8 @@ Desk::Desk(Fleet& fleet, const Door& door, std::uint32_t lease_ms)
   });
 }
 
-Client& Desk::enter(Client::Line line, std::function<void()> wake, std::function<void()> hang_up) {
+Client& ClientRegistry::enter(Client::Line line, std::function<void()> wake,
+                              std::function<void()> hang_up) {
   ++counters_.connections;
   const std::uint64_t number = ++numbers_;
   Client& client = clients_[number];
@@ -105,23 +106,23 @@ Client& Desk::enter(Client::Line line, std::function<void()> wake, std::function
 
 // Nothing more is sent for it: neither its remaining commands nor a heartbeat. The lease brings its
 // vehicle to a safe stop. An emergency stop continues.
-void Desk::leave(Client& client) {
+void ClientRegistry::leave(Client& client) {
   counters_.replaced += client.outbox.replaced();
   std::erase_if(jobs_, [&](const Job& job) { return job.client == client.number; });
   clients_.erase(client.number);
 }
 
-std::size_t Desk::clients(Client::Line line) const {
+std::size_t ClientRegistry::clients(Client::Line line) const {
   return static_cast<std::size_t>(
       std::ranges::count_if(clients_, [&](const auto& c) { return c.second.line == line; }));
 }
 
-Client* Desk::client_of(std::uint64_t number) {
+Client* ClientRegistry::client_of(std::uint64_t number) {
   const auto found = clients_.find(number);
   return found == clients_.end() ? nullptr : &found->second;
 }
 
-void Desk::doom(Client& client, const std::string& why) {
+void ClientRegistry::doom(Client& client, const std::string& why) {
   if (client.doomed) return;
   client.doomed = true;
   client.doomed_at = Clock::now();
@@ -129,7 +130,7 @@ void Desk::doom(Client& client, const std::string& why) {
   client.wake();
 }
 
-std::vector<Client*> Desk::doomed() {
+std::vector<Client*> ClientRegistry::doomed() {
   std::vector<Client*> list;
   for (auto& [number, client] : clients_) {
     if (client.doomed && Clock::now() - client.doomed_at > kToldWhy) list.push_back(&client);
@@ -137,20 +138,20 @@ std::vector<Client*> Desk::doomed() {
   return list;
 }
 
-void Desk::bad(Client& client, const std::string& why) {
+void ClientRegistry::bad(Client& client, const std::string& why) {
   ++counters_.bad_messages;
   tell(client, {{"type", "bad"}, {"text", why}});
   if (++client.bad >= kMostBad) doom(client, "too many bad messages");
 }
 
-void Desk::too_long(Client& client) {
+void ClientRegistry::too_long(Client& client) {
   ++counters_.bad_messages;
   doom(client, "a message was too long, or no text");
 }
 
 // The same answer as a rejection by the daemon.
-void Desk::refuse(Client& client, std::uint64_t id, const std::string& command,
-                  const std::string& why, const std::string& advice) {
+void ClientRegistry::refuse(Client& client, std::uint64_t id, const std::string& command,
+                            const std::string& why, const std::string& advice) {
   tell(client, {{"type", "ack"},
                 {"request", id},
                 {"command", command},
@@ -159,7 +160,7 @@ void Desk::refuse(Client& client, std::uint64_t id, const std::string& command,
                 {"reason", {{"id", 0}, {"name", "ground"}, {"text", why}, {"advice", advice}}}});
 }
 
-void Desk::receive(Client& client, std::string_view text) {
+void ClientRegistry::receive(Client& client, std::string_view text) {
   if (client.doomed) return;
   if (!client.rate.take(Clock::now())) {
     ++counters_.too_fast;
@@ -172,7 +173,7 @@ void Desk::receive(Client& client, std::string_view text) {
   std::visit([&](const auto& m) { on(client, m); }, *message);
 }
 
-void Desk::on(Client& client, const Hello& hello) {
+void ClientRegistry::on(Client& client, const Hello& hello) {
   if (client.role != Role::none) return bad(client, "said hello before");
   const Role role = door_.admit(hello.key);
   if (role == Role::none) {
@@ -190,12 +191,12 @@ void Desk::on(Client& client, const Hello& hello) {
   if (client.line == Client::Line::data) tell_everything(client);
 }
 
-void Desk::on(Client& client, const Beat& beat) {
+void ClientRegistry::on(Client& client, const Beat& beat) {
   client.beat = beat.n;
   for (const std::string& vehicle : client.driven) fleet_.heartbeat(vehicle, client.source);
 }
 
-void Desk::on(Client& client, const Order& order) {
+void ClientRegistry::on(Client& client, const Order& order) {
   const auto no = [&](const std::string& why, const std::string& advice = "") {
     refuse(client, order.id, order.command, why, advice);
   };
@@ -220,7 +221,7 @@ void Desk::on(Client& client, const Order& order) {
   }
 }
 
-void Desk::on(Client& client, const Script& script) {
+void ClientRegistry::on(Client& client, const Script& script) {
   const auto no = [&](const std::string& why, const std::string& advice = "") {
     refuse(client, script.id, "script", why, advice);
   };
@@ -238,7 +239,7 @@ void Desk::on(Client& client, const Script& script) {
   }
 }
 
-void Desk::add(Client& client, Job job) {
+void ClientRegistry::add(Client& client, Job job) {
   const auto mine = std::ranges::count(jobs_, client.number, &Job::client);
   if (static_cast<std::size_t>(mine) >= kMostJobs) {
     return refuse(client, job.id, job.steps.back().info->name, "too many commands at a time",
@@ -251,7 +252,7 @@ void Desk::add(Client& client, Job job) {
   send_step(jobs_.emplace_back(std::move(job)));
 }
 
-void Desk::send_step(Job& job) {
+void ClientRegistry::send_step(Job& job) {
   const Invocation& step = job.steps.front();
   Client* client = client_of(job.client);
   // A stop also needs the lease until it is completed.
@@ -266,7 +267,7 @@ void Desk::send_step(Job& job) {
   fleet_.send(cli::to_dds(step, {job.vehicle, job.source, job.seq, flags, lease_ms_}));
 }
 
-void Desk::heard_ack(const lss_CommandAck& ack) {
+void ClientRegistry::heard_ack(const lss_CommandAck& ack) {
   if (heard_stop(ack)) return;
   const std::string_view vehicle = cli::text(ack.vehicle_id), source = cli::text(ack.source);
   const auto job = std::ranges::find_if(jobs_, [&](const Job& j) {
@@ -277,15 +278,15 @@ void Desk::heard_ack(const lss_CommandAck& ack) {
   if (is_over(*job, ack)) jobs_.erase(job);
 }
 
-bool Desk::is_over(Job& job, const lss_CommandAck& ack) {
+bool ClientRegistry::is_over(Job& job, const lss_CommandAck& ack) {
   job.accepted = true;
   const bool done = ack.phase == lss_PHASE_COMPLETED && job.steps.size() > 1;
   const bool over = !done && (job.dry_run || is_final(ack.phase));
   if (Client* client = client_of(job.client)) {
     const Craft* craft = fleet_.find(job.vehicle);
-    const cli::Reasons reasons = craft != nullptr ? craft->kind->reasons : kReasons;
-    json document = cli::ack_json(ack, reasons);
-    if (document["reason"].is_object()) document["reason"]["text"] = cli::reason_text(ack, reasons);
+    const OwnCodes own = craft != nullptr ? craft->kind->codes : OwnCodes{};
+    json document = cli::ack_json(ack, own);
+    if (document["reason"].is_object()) document["reason"]["text"] = cli::reason_text(ack, own);
     document["type"] = "ack";
     document["request"] = job.id;
     document["vehicle"] = job.vehicle;
@@ -305,7 +306,7 @@ bool Desk::is_over(Job& job, const lss_CommandAck& ack) {
 }
 
 // Commands without an answer.
-void Desk::give_up() {
+void ClientRegistry::give_up() {
   const Clock::time_point now = Clock::now();
   std::erase_if(jobs_, [&](const Job& job) {
     const Craft* craft = fleet_.find(job.vehicle);
@@ -326,7 +327,7 @@ void Desk::give_up() {
   std::erase_if(emergencies_, [&](Emergency& emergency) { return is_over(emergency, now); });
 }
 
-void Desk::tick() {
+void ClientRegistry::tick() {
   const Clock::time_point now = Clock::now();
   fleet_.take_telemetry();
   give_up();

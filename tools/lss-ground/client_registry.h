@@ -64,9 +64,9 @@ struct Client {
   Clock::time_point doomed_at{};
 };
 
-class Desk {
+class ClientRegistry {
  public:
-  Desk(Fleet& fleet, const Door& door, std::uint32_t lease_ms);
+  ClientRegistry(Fleet& fleet, const Door& door, std::uint32_t lease_ms);
 
   Client& enter(Client::Line line, std::function<void()> wake, std::function<void()> hang_up);
   void leave(Client& client);
@@ -98,7 +98,7 @@ class Desk {
     Clock::time_point sent{};
     std::int64_t sent_ns = 0;  // the daemon's time in its last status before
   };
-  // A stop that is repeated until it is completed (desk_stop.cpp).
+  // A stop that is repeated until it is completed (client_registry_stop.cpp).
   struct Emergency {
     std::uint64_t client = 0, id = 0;
     std::string vehicle, source;  // dds::kEveryVehicle: all of them

@@ -8,7 +8,7 @@
 
 #include "idl/codes.h"
 #include "tools/lss-cli/session/ack.h"
-#include "tools/lss-ground/desk.h"
+#include "tools/lss-ground/client_registry.h"
 
 namespace lss::ground {
 namespace {
@@ -44,7 +44,7 @@ const CommandInfo* land_command() {
 
 }  // namespace
 
-void Desk::on(Client& client, const Stop& stop) {
+void ClientRegistry::on(Client& client, const Stop& stop) {
   const char* command = stop.land ? "land" : "estop";
   if (client.line != Client::Line::stop) return bad(client, "stopping has a connection of its own");
   if (client.role < Role::stop) return refuse(client, stop.id, command, "this key may not stop");
@@ -59,7 +59,7 @@ void Desk::on(Client& client, const Stop& stop) {
 }
 
 // A repeated stop replaces the one before it.
-void Desk::begin_stop(Emergency emergency) {
+void ClientRegistry::begin_stop(Emergency emergency) {
   ++counters_.stops;
   std::erase_if(emergencies_, [&](const Emergency& e) {
     return e.client == emergency.client && e.vehicle == emergency.vehicle &&
@@ -70,7 +70,7 @@ void Desk::begin_stop(Emergency emergency) {
   send_stop(emergencies_.emplace_back(std::move(emergency)));
 }
 
-void Desk::send_stop(Emergency& emergency) {
+void ClientRegistry::send_stop(Emergency& emergency) {
   emergency.sent = Clock::now();
   const auto send = [&](const std::string& vehicle) {
     const std::uint64_t seq = sequence_.next();
@@ -87,7 +87,7 @@ void Desk::send_stop(Emergency& emergency) {
   }
 }
 
-bool Desk::heard_stop(const lss_CommandAck& ack) {
+bool ClientRegistry::heard_stop(const lss_CommandAck& ack) {
   const std::string vehicle(cli::text(ack.vehicle_id));
   const auto emergency = std::ranges::find_if(emergencies_, [&](const Emergency& e) {
     return (e.vehicle == vehicle || e.vehicle == dds::kEveryVehicle) &&
@@ -123,13 +123,13 @@ bool Desk::heard_stop(const lss_CommandAck& ack) {
   return true;
 }
 
-bool Desk::all_stopped(const Emergency& emergency) const {
+bool ClientRegistry::all_stopped(const Emergency& emergency) const {
   return !emergency.stopped.empty() && std::ranges::all_of(fleet_.crafts(), [&](const auto& craft) {
     return !craft.second.alive || emergency.stopped.contains(craft.first);
   });
 }
 
-bool Desk::is_over(Emergency& emergency, Clock::time_point now) {
+bool ClientRegistry::is_over(Emergency& emergency, Clock::time_point now) {
   const Clock::duration since = now - emergency.begun;
   const bool all = emergency.vehicle == dds::kEveryVehicle;
   if (all && since >= kEverybody && all_stopped(emergency)) {
@@ -148,7 +148,7 @@ bool Desk::is_over(Emergency& emergency, Clock::time_point now) {
   return false;
 }
 
-void Desk::tell_end(const Emergency& emergency, const char* phase, bool final) {
+void ClientRegistry::tell_end(const Emergency& emergency, const char* phase, bool final) {
   Client* client = client_of(emergency.client);
   if (client == nullptr) return;
   json document = {{"type", "ack"},

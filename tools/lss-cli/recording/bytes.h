@@ -18,22 +18,22 @@ namespace lss::cli::recording {
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they are");
 
-using Octets = std::span<const std::byte>;
+using Bytes = std::span<const std::byte>;
 using Texts = std::map<std::string, std::string>;
 
-inline Octets octets(std::string_view text) { return std::as_bytes(std::span(text)); }
+inline Bytes bytes_of(std::string_view text) { return std::as_bytes(std::span(text)); }
 
 // CRC32 of zlib.
 class Crc {
  public:
-  void add(Octets data) { crc_.process_bytes(data.data(), data.size()); }
+  void add(Bytes data) { crc_.process_bytes(data.data(), data.size()); }
   std::uint32_t value() const { return crc_.checksum(); }
 
  private:
   boost::crc_32_type crc_;
 };
 
-inline std::uint32_t crc_of(Octets data) {
+inline std::uint32_t crc_of(Bytes data) {
   Crc crc;
   crc.add(data);
   return crc.value();
@@ -46,7 +46,7 @@ class Writer {
   void number(Number value) {
     out_.append(reinterpret_cast<const char*>(&value), sizeof value);
   }
-  void raw(Octets data) { out_.append(reinterpret_cast<const char*>(data.data()), data.size()); }
+  void raw(Bytes data) { out_.append(reinterpret_cast<const char*>(data.data()), data.size()); }
   void text(std::string_view text) {
     number(static_cast<std::uint32_t>(text.size()));
     out_.append(text);
@@ -59,7 +59,7 @@ class Writer {
     }
     text(inner.out_);
   }
-  void block(Octets data) {
+  void block(Bytes data) {
     number(static_cast<std::uint64_t>(data.size()));
     raw(data);
   }
@@ -69,7 +69,7 @@ class Writer {
     block(content.data());
   }
 
-  Octets data() const { return octets(out_); }
+  Bytes data() const { return bytes_of(out_); }
   const std::string& str() const { return out_; }
   std::size_t size() const { return out_.size(); }
   void clear() { out_.clear(); }
@@ -86,7 +86,7 @@ class Torn : public std::runtime_error {
 
 class Reader {
  public:
-  explicit Reader(Octets data) : data_(data) {}
+  explicit Reader(Bytes data) : data_(data) {}
 
   template <class Number>
   Number number() {
@@ -94,15 +94,15 @@ class Reader {
     std::memcpy(&value, take(sizeof value).data(), sizeof value);
     return value;
   }
-  Octets take(std::size_t size) {
+  Bytes take(std::size_t size) {
     if (size > data_.size() - at_) throw Torn();
     at_ += size;
     return data_.subspan(at_ - size, size);
   }
-  Octets block() { return take(static_cast<std::size_t>(number<std::uint64_t>())); }
-  Octets sized32() { return take(number<std::uint32_t>()); }
+  Bytes block() { return take(static_cast<std::size_t>(number<std::uint64_t>())); }
+  Bytes sized32() { return take(number<std::uint32_t>()); }
   std::string text() {
-    const Octets inner = sized32();
+    const Bytes inner = sized32();
     return {reinterpret_cast<const char*>(inner.data()), inner.size()};
   }
   Texts texts() {
@@ -117,10 +117,10 @@ class Reader {
 
   bool empty() const { return at_ == data_.size(); }
   std::size_t at() const { return at_; }
-  Octets rest() const { return data_.subspan(at_); }
+  Bytes rest() const { return data_.subspan(at_); }
 
  private:
-  Octets data_;
+  Bytes data_;
   std::size_t at_ = 0;
 };
 

@@ -1,7 +1,7 @@
-// The desk with a fleet on a DDS domain of its own, on which a test speaks for vehicles, word by
-// word.
+// The registry with a fleet on a DDS domain of its own, on which a test speaks for vehicles, word
+// by word.
 
-#include "tools/lss-ground/desk.h"
+#include "tools/lss-ground/client_registry.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -91,12 +91,12 @@ class Talker {
   std::vector<lss_Command> heard_;
 };
 
-class DeskTest : public testing::Test {
+class ClientRegistryTest : public testing::Test {
  protected:
   // As the server does.
   void turn() {
     fleet_->take();
-    desk_->tick();
+    registry_->tick();
     for (auto& [client, messages] : said_) {
       while (!client->outbox.empty()) {
         const FramePtr frame = client->outbox.pop(Clock::now());
@@ -121,12 +121,12 @@ class DeskTest : public testing::Test {
 
   Client& client(Client::Line line) { return enter(line, ""); }
   Client& enter(Client::Line line, const std::string& key) {
-    Client& c = desk_->enter(
+    Client& c = registry_->enter(
         line, [] {}, [] {});
     said_[&c];
     json hello = {{"type", "hello"}, {"session", "0123456789abcdef"}};
     if (!key.empty()) hello["key"] = key;
-    desk_->receive(c, hello.dump());
+    registry_->receive(c, hello.dump());
     return c;
   }
   std::vector<json> said(Client& client, const std::string& type) {
@@ -153,7 +153,8 @@ class DeskTest : public testing::Test {
   const int domain_ = testing_support::own_domain();
   Door door_;
   std::unique_ptr<Fleet> fleet_ = std::move(*Fleet::create(domain_, [] {}));
-  std::unique_ptr<Desk> desk_ = std::make_unique<Desk>(*fleet_, door_, 2000);
+  std::unique_ptr<ClientRegistry> registry_ =
+      std::make_unique<ClientRegistry>(*fleet_, door_, 2000);
   std::map<Client*, std::vector<json>> said_;
 };
 
@@ -167,7 +168,7 @@ std::string dictionary_of(const char* command) {
   return all.dump();
 }
 
-TEST_F(DeskTest, AVehicleThatIsNotOnTheRosterIsCommandedByItsDictionary) {
+TEST_F(ClientRegistryTest, AVehicleThatIsNotOnTheRosterIsCommandedByItsDictionary) {
   Talker daemon(domain_);
   Client& page = client(Client::Line::data);
   const auto says_until = [&](const std::function<bool()>& condition) {
@@ -185,8 +186,8 @@ TEST_F(DeskTest, AVehicleThatIsNotOnTheRosterIsCommandedByItsDictionary) {
   ASSERT_TRUE(says_until([&] { return has("hover-1"); }));
   const json vehicle = said(page, "vehicle").back();
   EXPECT_EQ(vehicle["vehicle"], "hover");
-  desk_->receive(page,
-                 R"({"type":"command","id":1,"vehicle":"hover-1","command":"hover","whole":true})");
+  registry_->receive(
+      page, R"({"type":"command","id":1,"vehicle":"hover-1","command":"hover","whole":true})");
   ASSERT_TRUE(until([&] { return !daemon.heard().empty(); }));
   EXPECT_EQ(daemon.heard().back().kind, 401);
 
@@ -201,7 +202,7 @@ TEST_F(DeskTest, AVehicleThatIsNotOnTheRosterIsCommandedByItsDictionary) {
   EXPECT_THAT(phases(page), ElementsAre("unanswered, final"));
 }
 
-TEST_F(DeskTest, AnAnswerIsWaitedForInSimulatedTimeWhereThereIsOne) {
+TEST_F(ClientRegistryTest, AnAnswerIsWaitedForInSimulatedTimeWhereThereIsOne) {
   struct Case {
     bool simulated;
     double rate;  // of the daemon's time
@@ -229,7 +230,7 @@ TEST_F(DeskTest, AnAnswerIsWaitedForInSimulatedTimeWhereThereIsOne) {
       });
     };
     ASSERT_TRUE(says_until([&] { return has("zebro-1"); }));
-    desk_->receive(page, R"({"type":"command","id":1,"vehicle":"zebro-1","command":"start"})");
+    registry_->receive(page, R"({"type":"command","id":1,"vehicle":"zebro-1","command":"start"})");
     const Clock::time_point sent = Clock::now();
     ASSERT_TRUE(says_until([&] { return !phases(page).empty(); }));
     const Clock::duration waited = Clock::now() - sent;
@@ -242,7 +243,7 @@ TEST_F(DeskTest, AnAnswerIsWaitedForInSimulatedTimeWhereThereIsOne) {
 constexpr const char* kScript =
     R"({"type":"script","id":1,"vehicle":"talaris-1","text":"0s valves 1 for 1s"})";
 
-TEST_F(DeskTest, AScriptIsOfThoseWhoMayCommand) {
+TEST_F(ClientRegistryTest, AScriptIsOfThoseWhoMayCommand) {
   door_ = *Door::parse(
       "look look-look-look-look\nstop stop-stop-stop-stop\ncommand command-command-command\n",
       "keys");
@@ -253,7 +254,7 @@ TEST_F(DeskTest, AScriptIsOfThoseWhoMayCommand) {
        {"look-look-look-look", "stop-stop-stop-stop", "command-command-command"}) {
     SCOPED_TRACE(key);
     Client& page = enter(Client::Line::data, key);
-    desk_->receive(page, kScript);
+    registry_->receive(page, kScript);
     if (page.role == Role::command) {
       EXPECT_TRUE(until([&] { return !daemon.heard().empty(); }));
     } else {
@@ -266,18 +267,18 @@ TEST_F(DeskTest, AScriptIsOfThoseWhoMayCommand) {
   }
 }
 
-TEST_F(DeskTest, OfAClientThatLeftNothingMoreIsSent) {
+TEST_F(ClientRegistryTest, OfAClientThatLeftNothingMoreIsSent) {
   Talker daemon(domain_);
   daemon.say("talaris-1", {}, "talaris");
   ASSERT_TRUE(until([&] { return has("talaris-1"); }));
   for (const bool leaves : {false, true}) {
     Client& page = client(Client::Line::data);
     const std::size_t before = daemon.heard().size();
-    desk_->receive(page, kScript);  // of several commands
+    registry_->receive(page, kScript);  // of several commands
     ASSERT_TRUE(until([&] { return daemon.heard().size() > before; }));
     if (leaves) {
       said_.erase(&page);
-      desk_->leave(page);
+      registry_->leave(page);
     }
     daemon.answer(daemon.heard().back(), "talaris-1", lss_PHASE_COMPLETED);
     const auto next = [&] { return daemon.heard().size() > before + 1; };
@@ -285,10 +286,10 @@ TEST_F(DeskTest, OfAClientThatLeftNothingMoreIsSent) {
   }
 }
 
-TEST_F(DeskTest, AStopLeavesForANameThatTheGatewayNeverHeardAgainAndAgain) {
+TEST_F(ClientRegistryTest, AStopLeavesForANameThatTheGatewayNeverHeardAgainAndAgain) {
   Talker ghost(domain_);
   Client& line = client(Client::Line::stop);
-  desk_->receive(line, R"({"type":"stop","id":1,"vehicle":"ghost-1"})");
+  registry_->receive(line, R"({"type":"stop","id":1,"vehicle":"ghost-1"})");
   ASSERT_TRUE(until([&] { return ghost.heard().size() >= 3; }));
   std::uint64_t before = 0;
   for (const lss_Command& command : ghost.heard()) {
@@ -307,12 +308,12 @@ TEST_F(DeskTest, AStopLeavesForANameThatTheGatewayNeverHeardAgainAndAgain) {
   EXPECT_THAT(phases(line), ElementsAre("unanswered", "completed, final"));
 }
 
-TEST_F(DeskTest, AStopIsRepeatedUntilItIsCompletedWhateverElseIsAnswered) {
+TEST_F(ClientRegistryTest, AStopIsRepeatedUntilItIsCompletedWhateverElseIsAnswered) {
   Talker daemon(domain_);
   daemon.say("zebro-1");
   Client& line = client(Client::Line::stop);
   ASSERT_TRUE(until([&] { return has("zebro-1"); }));
-  desk_->receive(line, R"({"type":"stop","id":1,"vehicle":"zebro-1"})");
+  registry_->receive(line, R"({"type":"stop","id":1,"vehicle":"zebro-1"})");
   std::size_t answers = 0, commands = 0;
   for (const auto& [phase, reason] : {std::pair{lss_PHASE_REJECTED, Reason::busy},
                                       {lss_PHASE_FAILED, Reason::busy},
@@ -335,13 +336,13 @@ TEST_F(DeskTest, AStopIsRepeatedUntilItIsCompletedWhateverElseIsAnswered) {
   EXPECT_LE(daemon.heard().size(), commands + 1) << "one may have been under way";
 }
 
-TEST_F(DeskTest, StopAllGoesToEverybodyAtOnceAndSaysWhatEachSaid) {
+TEST_F(ClientRegistryTest, StopAllGoesToEverybodyAtOnceAndSaysWhatEachSaid) {
   Talker one(domain_), other(domain_), unknown(domain_);
   Client& line = client(Client::Line::stop);
   one.say("zebro-1");
   other.say("zebro-2");
   ASSERT_TRUE(until([&] { return has("zebro-1") && has("zebro-2"); }));
-  desk_->receive(line, R"({"type":"stop","id":9})");
+  registry_->receive(line, R"({"type":"stop","id":9})");
   ASSERT_TRUE(until([&] { return !one.heard().empty() && !unknown.heard().empty(); }));
   const lss_Command command = one.heard().front();
   EXPECT_EQ(cli::text(command.vehicle_id), "*");
@@ -367,7 +368,7 @@ TEST_F(DeskTest, StopAllGoesToEverybodyAtOnceAndSaysWhatEachSaid) {
   EXPECT_THAT(said(line, "ack").back()["silent"], IsEmpty());
 }
 
-TEST_F(DeskTest, ALandingIsOrderedUntilItIsAcceptedAndItsEndIsTold) {
+TEST_F(ClientRegistryTest, ALandingIsOrderedUntilItIsAcceptedAndItsEndIsReported) {
   Talker daemon(domain_);
   daemon.say(
       "talaris-1", [](lss_Status& s) { s.airborne = true; }, "talaris");
@@ -375,7 +376,7 @@ TEST_F(DeskTest, ALandingIsOrderedUntilItIsAcceptedAndItsEndIsTold) {
   ASSERT_TRUE(until([&] { return has("talaris-1"); }));
   const auto land = [&](int id) {
     const json message = {{"type", "stop"}, {"id", id}, {"vehicle", "talaris-1"}, {"land", true}};
-    desk_->receive(line, message.dump());
+    registry_->receive(line, message.dump());
   };
   land(1);
   ASSERT_TRUE(until([&] { return daemon.heard().size() >= 2; }));
@@ -400,7 +401,7 @@ TEST_F(DeskTest, ALandingIsOrderedUntilItIsAcceptedAndItsEndIsTold) {
   EXPECT_EQ(said(line, "ack").back()["command"], "land");
 }
 
-TEST_F(DeskTest, InventedNamesDoNotHideTheVehicleNorDropThePage) {
+TEST_F(ClientRegistryTest, InventedNamesDoNotHideTheVehicleNorDropThePage) {
   Client& page = client(Client::Line::data);
   Talker liar(domain_), daemon(domain_);
   const auto lie = [&](int round) {
@@ -428,7 +429,7 @@ TEST_F(DeskTest, InventedNamesDoNotHideTheVehicleNorDropThePage) {
   EXPECT_EQ(said(page, "pulse").back()["crowded"], true);
 }
 
-TEST_F(DeskTest, AStatusTellsTwoDaemonsOfOneNameAndWhetherItFlies) {
+TEST_F(ClientRegistryTest, AStatusTellsTwoDaemonsOfOneNameAndWhetherItFlies) {
   Client& page = client(Client::Line::data);
   Talker one(domain_), other(domain_);
   const auto speak = [](Talker& who, int pid) {

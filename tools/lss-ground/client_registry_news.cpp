@@ -1,4 +1,5 @@
-// Messages of the desk: vehicles, their commands and status, the pulse; to one client or to all.
+// Messages of the registry: vehicles, their commands and status, the pulse; to one client or to
+// all.
 
 #include <algorithm>
 #include <chrono>
@@ -6,7 +7,7 @@
 #include "tools/lss-cli/session/ack.h"
 #include "tools/lss-cli/session/parameters.h"
 #include "tools/lss-cli/session/status.h"
-#include "tools/lss-ground/desk.h"
+#include "tools/lss-ground/client_registry.h"
 
 namespace lss::ground {
 namespace {
@@ -25,9 +26,11 @@ json age_ms(Clock::time_point since, Clock::time_point now) {
 
 }  // namespace
 
-void Desk::tell(Client& client, const json& document) { tell_newest(client, "", frame(document)); }
+void ClientRegistry::tell(Client& client, const json& document) {
+  tell_newest(client, "", frame(document));
+}
 
-void Desk::tell_newest(Client& client, const std::string& key, const FramePtr& all) {
+void ClientRegistry::tell_newest(Client& client, const std::string& key, const FramePtr& all) {
   const Clock::time_point now = Clock::now();
   const bool fits =
       key.empty() ? client.outbox.push(all, now) : client.outbox.push_newest(key, all, now);
@@ -39,7 +42,7 @@ void Desk::tell_newest(Client& client, const std::string& key, const FramePtr& a
   client.wake();
 }
 
-void Desk::tell_everybody(const std::string& key, const json& document) {
+void ClientRegistry::tell_everybody(const std::string& key, const json& document) {
   FramePtr all;  // created when there is a client to send it to
   for (auto& [number, client] : clients_) {
     if (client.line != Client::Line::data || client.role < Role::look) continue;
@@ -48,7 +51,7 @@ void Desk::tell_everybody(const std::string& key, const json& document) {
   }
 }
 
-json Desk::describe(const Craft& craft) const {
+json ClientRegistry::describe(const Craft& craft) const {
   json commands = json::array();
   for (const CommandInfo* info : cli::commands_of(*craft.kind)) {
     const bool composed = std::ranges::count(craft.kind->composed, info->name) > 0;
@@ -68,7 +71,7 @@ json Desk::describe(const Craft& craft) const {
           {"scripts", craft.kind->script != nullptr}};
 }
 
-json Desk::status(const Craft& craft) const {
+json ClientRegistry::status(const Craft& craft) const {
   json document = cli::status_json(*craft.kind, craft.status, craft.sample());
   document["type"] = "status";
   document["id"] = craft.id;
@@ -88,14 +91,14 @@ json Desk::status(const Craft& craft) const {
   return document;
 }
 
-json Desk::parameters(const Craft& craft) const {
+json ClientRegistry::parameters(const Craft& craft) const {
   json document = cli::parameters_json(*craft.kind, craft.parameters);
   document["type"] = "parameters";
   document["id"] = craft.id;
   return document;
 }
 
-void Desk::tell_everything(Client& client) {
+void ClientRegistry::tell_everything(Client& client) {
   for (const auto& [id, craft] : fleet_.crafts()) {
     tell(client, describe(craft));
     if (craft.parameters.count > 0) tell(client, parameters(craft));
@@ -108,7 +111,7 @@ void Desk::tell_everything(Client& client) {
   }
 }
 
-void Desk::heard_status(Craft& craft) {
+void ClientRegistry::heard_status(Craft& craft) {
   if (described_.insert(craft.id).second) {
     tell_everybody("", describe(craft));
     if (craft.parameters.count > 0) tell_everybody("parameters " + craft.id, parameters(craft));
@@ -136,7 +139,7 @@ void Desk::heard_status(Craft& craft) {
   }
 }
 
-void Desk::tell_pulse() {
+void ClientRegistry::tell_pulse() {
   const Clock::time_point now = Clock::now();
   json crafts = json::object();
   for (const auto& [id, craft] : fleet_.crafts()) {
