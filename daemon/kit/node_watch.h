@@ -87,6 +87,9 @@ class NodeWatch {
     disobeyed_[i] = disobeys;
   }
 
+  // Out of service: what it reports when it is in service again is new.
+  void forget_drive(std::size_t i) noexcept { was_faulty_[i] = disobeyed_[i] = false; }
+
   // Its drops out of operation enabled (canopen::DriveLink): an event each, and a fault by their
   // rate. `judged` as above.
   void watch_dropouts(std::size_t i, const canopen::DriveLink& link, TimeNs now, bool judged,

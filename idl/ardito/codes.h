@@ -14,7 +14,9 @@
   X(90, stuck, "the wheels turn and, by the IMU, the rover does not move",                         \
     "drive back, or another way; lss-cli status shows the slip")                                   \
   X(91, over_cap, "faster than the configuration allows this vehicle",                             \
-    "drive slower; the cap is safety.max_speed_m_s of the config")
+    "drive slower; the cap is safety.max_speed_m_s of the config")                                 \
+  X(93, over_heading, "heading beyond the limit of the parameters: rad",                           \
+    "steer less, or at rest: lss-cli param set mobility.heading_limit_deg DEGREES")
 
 // number, name, severity (of lss.idl: 0 info, 1 warning, 2 error, 3 fatal), text, advice
 #define LSS_ARDITO_FAULTS(X)                                                                     \

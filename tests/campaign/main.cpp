@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "tests/campaign/report.h"
+#include "tests/support/stamp.h"
 
 namespace {
 
@@ -72,9 +73,11 @@ int main(int argc, char** argv) {
   }
   if (!markdown.empty()) {
     std::ofstream file(markdown, std::ios::trunc);
-    file << document(summaries, fmt::format("lss-campaign --first {} --runs {} --markdown "
-                                            "docs/campaign.md",
-                                            first, runs));
+    file << document(summaries,
+                     fmt::format("lss-campaign --first {} --runs {} --markdown "
+                                 "docs/campaign.md",
+                                 first, runs),
+                     lss::testing_support::stamp(markdown));
     if (!file.flush()) {
       fmt::print(stderr, "{} cannot be written\n", markdown);
       return 1;

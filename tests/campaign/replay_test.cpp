@@ -150,6 +150,7 @@ TEST_P(CampaignRecording, IsReadByItsDescriptionAsByTheStructs) {
   std::uint64_t frames = 0, events = 0;
   for (const fs::path& path : folder.files()) {
     Flight flight(path.string());
+    flight.layout().name_codes(own_codes);  // as lss-cli does by the vehicle's name
     flight.each({}, [&](const Flight::Frame& frame) {
       const auto ours = flight.layout().json(frame.record);
       const std::size_t told = ours.at("outbox").at("events").size();

@@ -32,11 +32,12 @@ std::string Summary::line() const {
       simulated_s / cpu_s);
 }
 
-std::string document(const std::vector<Summary>& summaries, const std::string& command) {
+std::string document(const std::vector<Summary>& summaries, const std::string& command,
+                     const std::string& stamp) {
   std::string text = fmt::format(
       R"(# Fault campaigns
 
-Made by `{}`; do not edit. Each scenario is drawn from its number: the vehicle is brought into operation; one to three of
+Made by `{}`, {}; do not edit. Each scenario is drawn from its number: the vehicle is brought into operation; one to three of
 the faults of `lss-sim faults NAME` with any arguments are set at any moments of 8 to 25 s, half of them are cleared again; up
 to six commands of its table with any parameters come in between; sometimes the operator is lost. Then all faults are cleared,
 and the vehicle is commanded to return to Idle and to start again. All of it on the daemon's own cycle, drivers and bus
@@ -54,7 +55,7 @@ Conditions of every frame, after any event:
 | vehicle | operation during the faults | scenarios | all satisfied | faults | commands | of them rejected | stops to FatalError | frames | simulated | times real time, by one CPU |
 |---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|
 )",
-      command);
+      command, stamp);
   for (const Summary& s : summaries) {
     text += fmt::format("| {} | {} | {} | **{}** | {} | {} | {} | {} | {} | {:.1f} h | {:.0f} |\n",
                         s.subject.vehicle, s.subject.begin, s.runs, s.runs - s.broken, s.faults,

@@ -24,6 +24,8 @@ struct Summary {
   std::string line() const;
 };
 
-std::string document(const std::vector<Summary>& summaries, const std::string& command);
+// `command`: that made it; `stamp`: when, and of which commit.
+std::string document(const std::vector<Summary>& summaries, const std::string& command,
+                     const std::string& stamp);
 
 }  // namespace lss::campaign

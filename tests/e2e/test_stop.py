@@ -44,7 +44,7 @@ class Stop(Scenario):
             self.wait_state(IDLE)
         print("emergency stops on the wire after", [f"{s * 1e3:.1f}" for s in delays_s],
               f"ms; median {statistics.median(delays_s) * 1e3:.1f}, max {max(delays_s) * 1e3:.1f}")
-        self.assertLessEqual(statistics.median(delays_s), FRAME_AND_BUS_CYCLE_S)
+        self.assertLessEqual(max(delays_s), FRAME_AND_BUS_CYCLE_S)
 
     def test_a_daemon_that_was_halted_stops_the_modules_and_reports_a_fatal_error(self):
         daemon = self.start_tapped()

@@ -47,7 +47,8 @@ class Talaris(Hopper):
         self.rests()
         result = self.landing()
         self.assertAlmostEqual(result["height_m"], 2.0, delta=0.4)
-        self.assertAlmostEqual(result["along_m"], 30.0, delta=10)  # dead reckoning, see tools/demo
+        # Dead reckoning. Of 200 seeds (docs/talaris-results.md) off by 0.9 m (median), 2.7 m (95 %), 4.1 m at most.
+        self.assertAlmostEqual(result["along_m"], 30.0, delta=4.5)
         self.assert_soft(result)
         self.assertEqual(self.status()["state"], IDLE)
 

@@ -237,8 +237,13 @@ Verdict sense(const SupervisorState& state, const Request& r) noexcept {
   if (speed_m_s > cap_m_s)
     return {.reason = reasons::over_cap, .measured = speed_m_s, .limit = cap_m_s};
   const double limit_m_s = state.sense[kSenseLimit];
-  if (speed_m_s <= limit_m_s) return {};
-  return {.reason = reasons::over_limit, .measured = speed_m_s, .limit = limit_m_s};
+  if (speed_m_s > limit_m_s)
+    return {.reason = reasons::over_limit, .measured = speed_m_s, .limit = limit_m_s};
+  constexpr double kRounding_rad = 1e-9;  // of degrees
+  const double heading_rad = drives ? std::abs(arguments<Drive>(r).heading_rad) : 0;
+  const double most_rad = state.sense[kSenseHeading];
+  if (heading_rad <= most_rad + kRounding_rad) return {};
+  return {.reason = reasons::over_heading, .measured = heading_rad, .limit = most_rad};
 }
 
 }  // namespace

@@ -68,8 +68,9 @@ extern const lc::Table kTable;
 inline constexpr unsigned kMostIsolated = 1;  // wheels; the rover goes on with five
 
 // Layout of SupervisorState::sense, for guards on measured values: [0] the speed limit selected at
-// start, m/s; [1] how many drives are enabled; [2] the cap of the configuration, m/s.
-inline constexpr std::size_t kSenseLimit = 0, kSenseMotorsOn = 1, kSenseCap = 2;
+// start, m/s; [1] how many drives are enabled; [2] the cap of the configuration, m/s; [3] the limit
+// of the heading, rad.
+inline constexpr std::size_t kSenseLimit = 0, kSenseMotorsOn = 1, kSenseCap = 2, kSenseHeading = 3;
 
 // The command for `kind`, common or ardito's own; nullptr when there is none.
 const CommandInfo* command(std::uint16_t kind) noexcept;

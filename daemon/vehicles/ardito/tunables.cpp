@@ -10,8 +10,9 @@ using S = SolverParameters;
 constexpr Change kAlways = Change::always, kAtRest = Change::at_rest;
 
 constexpr std::array kTunables{
-    tunable<&P::mobility, &M::max_sigma_rad>("mobility.heading_limit_deg", "deg", 0.5, 5, kAtRest,
-                                             "of the motion against the rover"),
+    tunable<&P::mobility, &M::max_sigma_rad>(
+        "mobility.heading_limit_deg", "deg", 0.5, 5, kAtRest,
+        "of the motion against the rover; an order beyond it is refused"),
     tunable<&P::mobility, &M::proportional>(
         "mobility.ratio_p", "", 0, 10, kAtRest,
         "controllers that let all wheels, and all steering motors, settle together"),

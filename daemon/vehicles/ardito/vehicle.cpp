@@ -160,6 +160,11 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   if (actions & lc::kRestore) {
     forget(isolated_);
     unproven_ &= ~unsigned{isolated_};
+    if (isolated_ != 0) {
+      reset_faults();  // of drives that are repaired
+      restored_ = isolated_;
+      restored_ns_ = now_ns_;
+    }
     isolated_ = 0;
   }
   if (actions & lc::kResetModule) {

@@ -92,7 +92,7 @@ class Vehicle final : public Actor, private SolveTarget {
       steering_failure_, error_, rocker_lost_, imu_lost_, imu_seen_, imu_told_, disagreeing_,
       solver_, distance_m_, yaw_rad_, x_m_, y_m_, beacon_, by_itself_, activated_ns_, slipping_,
       slip_frames_, most_slip_m_s_, stuck_, stuck_told_, yaw_told_, yaw_good_frames_, hot_,
-      unproven_, unproven_told_, proven_frames_);
+      unproven_, unproven_told_, proven_frames_, restored_, restored_ns_);
   }
 
  private:
@@ -189,7 +189,9 @@ class Vehicle final : public Actor, private SolveTarget {
   double ramped_m_s_ = 0;  // on its way to the commanded one
   std::uint32_t retry_wheels_ = 0, retry_steering_ = 0;
   std::uint16_t isolated_ = 0;  // by the locomotion controller
-  bool stepped_ = false;        // the mobility controller, in the last frame
+  std::uint16_t restored_ = 0;  // nodes, last at restored_ns_
+  TimeNs restored_ns_ = 0;
+  bool stepped_ = false;  // the mobility controller, in the last frame
   bool data_requested_ = false;
 
   // State already reported.

@@ -91,11 +91,16 @@ void Vehicle::watch_nodes(Supervisor& s) noexcept {
     watched_.watch(i, link(i).node,
                    {.answers = answers(i), .needed = i != kImu, .in_service = in_service(i)},
                    bus_.open, s);
+    if (i >= kWheels + kSteered) continue;
     // Without power all drives report faults; the lost power is reported instead.
-    if (i < kWheels + kSteered && in_service(i))
+    const bool just_restored =
+        (restored_ >> i & 1u) != 0 && now_ns_ - restored_ns_ < kit::NodeWatch::kSettled;
+    if (in_service(i) && !just_restored) {
       watched_.watch_drive(i, link(i), answers(i), inputs_.power_good, s);
-    if (i < kWheels + kSteered)
-      watched_.watch_dropouts(i, link(i), now_ns_, in_service(i) && inputs_.power_good, s);
+    } else {
+      watched_.forget_drive(i);
+    }
+    watched_.watch_dropouts(i, link(i), now_ns_, in_service(i) && inputs_.power_good, s);
   }
 }
 
@@ -313,6 +318,7 @@ void Vehicle::set_sense(Supervisor& s) noexcept {
     sense[kSenseMotorsOn] += on ? 1 : 0;
   }
   sense[kSenseCap] = parameters_.mobility.top_speed_m_s;
+  sense[kSenseHeading] = parameters_.mobility.max_sigma_rad;
   s.set_sense(sense);
 }
 

@@ -1,11 +1,11 @@
 #include "tests/ardito/chain/results_document.h"
 
-#include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+
+#include "tests/support/stamp.h"
 
 namespace lss::ardito {
 namespace {
@@ -24,21 +24,6 @@ std::string read() {
   std::stringstream text;
   text << file.rdbuf();
   return text.str().empty() ? kBeginning : text.str();
-}
-
-// Of the sources, with a word when they differ from it; "": not under git.
-std::string commit() {
-  const std::string git =
-      "git -C " + std::filesystem::path(LSS_RESULTS_DOCUMENT).parent_path().string();
-  const std::string command = "(" + git + " rev-parse --short HEAD && (" + git +
-                              " diff --quiet HEAD -- ':/' ':!/docs' || echo changed)) 2>&-";
-  std::string text;
-  if (std::FILE* pipe = popen(command.c_str(), "r")) {
-    for (int c; (c = std::fgetc(pipe)) != EOF;) text += c == '\n' ? ' ' : static_cast<char>(c);
-    pclose(pipe);
-  }
-  if (!text.empty()) text.pop_back();
-  return text;
 }
 
 }  // namespace
@@ -61,12 +46,7 @@ void write_section(const std::string& title, const std::string& text) {
 }
 
 std::string measured_by(const std::string& test) {
-  const std::time_t now = std::time(nullptr);
-  std::tm date{};
-  gmtime_r(&now, &date);
-  char day[16];
-  std::strftime(day, sizeof day, "%Y-%m-%d", &date);
-  return std::string("Measured ") + day + " at commit " + commit() +
+  return "Measured " + testing_support::stamp(LSS_RESULTS_DOCUMENT) +
          " by\n`LSS_WRITE_RESULTS=1 ardito_results_test --gtest_filter=" + test + "`.\n";
 }
 

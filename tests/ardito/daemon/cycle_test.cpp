@@ -168,6 +168,42 @@ TEST(ArditoCycle, AWheelWhoseNodeStaysAwayIsIsolatedAndTheOtherFiveDrive) {
   EXPECT_TRUE(w.out_.command.wheel[4].enabled);
 }
 
+TEST(ArditoCycle, AWheelWhoseDriveIsStillInFaultSaysSoWhenItIsRestored) {
+  World w;
+  ASSERT_TRUE(w.start());
+  w.alter = [](World& x) { x.drive(4) = canopen::DriveState::fault; };
+  ASSERT_TRUE(w.run_until(State::fatal_error, 1));
+  EXPECT_TRUE(w.has(FaultId::drive_fault, 5));
+  w.send(lss::CommandKind::solve);
+  ASSERT_TRUE(w.run_until(State::idle, 60));
+  ASSERT_EQ(w.supervisor_.controller().isolated, 1u << 4);
+  ASSERT_FALSE(w.has(FaultId::drive_fault, 5));
+  w.send(lss::CommandKind::restore);
+  w.run(1);
+  EXPECT_TRUE(w.has(FaultId::drive_fault, 5));
+  EXPECT_EQ(w.state(), State::fatal_error);
+}
+
+TEST(ArditoCycle, AWheelWhoseDriveWasRepairedDrivesAgainWhenItIsRestored) {
+  World w;
+  ASSERT_TRUE(w.start());
+  w.alter = [](World& x) { x.drive(4) = canopen::DriveState::fault; };
+  ASSERT_TRUE(w.run_until(State::fatal_error, 1));
+  w.send(lss::CommandKind::solve);
+  ASSERT_TRUE(w.run_until(State::idle, 60));
+  ASSERT_EQ(w.supervisor_.controller().isolated, 1u << 4);
+  w.alter = nullptr;
+  w.run(1);
+  ASSERT_EQ(w.drive(4), canopen::DriveState::fault) << "until it is reset";
+  w.send(lss::CommandKind::restore);
+  w.run(1);
+  EXPECT_EQ(w.supervisor_.controller().isolated, 0u);
+  EXPECT_FALSE(w.has(FaultId::drive_fault, 5));
+  w.acks.clear();
+  EXPECT_TRUE(w.start());
+  EXPECT_TRUE(w.out_.command.wheel[4].enabled);
+}
+
 TEST(ArditoCycle, ALostImuEndsAutonomousDrivingAndLeavesDrivingByHand) {
   World w;
   ASSERT_TRUE(w.start());

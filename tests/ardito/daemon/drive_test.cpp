@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "idl/angles.h"
 #include "idl/ardito/codes.h"
 #include "world.h"
 
@@ -16,6 +17,37 @@ void alter_all(std::vector<Reading>& readings, const std::function<void(M&)>& ch
   for (Reading& r : readings) {
     if (auto* m = std::get_if<M>(&r)) change(*m);
   }
+}
+
+// ---- the limit of the heading
+
+TEST(ArditoHeading, BeyondTheLimitIsRefusedWithBothNumbersAndTheRoverDrivesOnAsBefore) {
+  Parameters p;
+  p.mobility.max_sigma_rad = 3 * kDegree;
+  World w(p);
+  ASSERT_TRUE(w.start());
+  for (const double sign : {-1.0, 1.0}) {
+    const Verdict v = w.ask(CommandKind::drive, {0.3, sign * 3.01 * kDegree, 1, 0});
+    EXPECT_EQ(v.reason, reasons::over_heading);
+    EXPECT_DOUBLE_EQ(v.measured, 3.01 * kDegree);
+    EXPECT_DOUBLE_EQ(v.limit, 3 * kDegree);
+    EXPECT_EQ(w.mode(), Mode::stopped);
+    EXPECT_EQ(w.ask(CommandKind::drive, {0.3, sign * 3 * kDegree, 1, 0}).reason, Reason::none);
+    ASSERT_TRUE(w.run_until(Mode::running, 20));
+    EXPECT_DOUBLE_EQ(w.out_.telemetry.heading_rad, sign * 3 * kDegree);
+    EXPECT_EQ(w.ask(CommandKind::drive, {0.3, sign * 4 * kDegree, 1, 0}).reason,
+              reasons::over_heading);
+    w.run(1);
+    EXPECT_DOUBLE_EQ(w.out_.telemetry.heading_rad, sign * 3 * kDegree);
+    w.send(CommandKind::halt);
+    ASSERT_TRUE(w.run_until(Mode::stopped, 20));
+  }
+}
+
+TEST(ArditoHeading, TheLargestOfTheCommandIsWithinTheLimitAsDelivered) {
+  World w;
+  ASSERT_TRUE(w.start());
+  EXPECT_TRUE(w.drive_at(0.3, kMaxHeading_rad));
 }
 
 // ---- the cap of the configuration

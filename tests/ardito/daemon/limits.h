@@ -199,7 +199,7 @@ inline std::vector<Limit> limits() {
 }
 
 // How it drives and what people read; limits of commands and of the estimate, which the tests
-// named have: heading (cycle_test.cpp), slip and deceleration (tests/ardito/gnc), error solving
+// named have: heading (drive_test.cpp), slip and deceleration (tests/ardito/gnc), error solving
 // (watch_test.cpp).
 inline std::set<std::string> no_limits() {
   return {"mobility.heading_limit_deg", "mobility.ratio_p",

@@ -285,6 +285,49 @@ TEST(TalarisContingency, FansThatDoNotComeToSpeedAreGivenUpOnTheGround) {
   EXPECT_LT(hopper.log.max_height_m, 0.01);
 }
 
+// Hovering quietly, then for one frame as `happen` says; its faults.
+FaultSet faults_after(const Parameters& parameters, const std::function<void(Hopper&)>& happen) {
+  World world;
+  world.noise = 0;
+  Hopper hopper(world, parameters);
+  EXPECT_TRUE(hopper.flight.plan({}).feasible());
+  EXPECT_TRUE(hopper.flight.execute());
+  while (hopper.time_s < 60 && hopper.out.phase != Phase::hover) hopper.frame();
+  EXPECT_EQ(hopper.out.faults, 0u);
+  happen(hopper);
+  hopper.frame();
+  return hopper.out.faults;
+}
+
+// Of each limit one percent to either side, at two values of it.
+TEST(TalarisContingency, LimitsOfTiltRateAndPressureAreThoseOfTheirParameters) {
+  for (const double share : {0.99, 1.01}) {
+    SCOPED_TRACE(share);
+    const FaultSet upset = share > 1 ? FaultSet{kUpset} : FaultSet{0};
+    for (const double tilt_rad : {20 * kDegree, 30 * kDegree}) {
+      Parameters p;
+      p.limits.tilt_rad = tilt_rad;
+      EXPECT_EQ(faults_after(p,
+                             [&](Hopper& h) {
+                               h.q_NB = Eigen::AngleAxisd(share * tilt_rad, Vector3::UnitY());
+                             }),
+                upset);
+    }
+    for (const double rate_rad_s : {90 * kDegree, 180 * kDegree}) {
+      Parameters p;
+      p.limits.rate_rad_s = rate_rad_s;
+      EXPECT_EQ(faults_after(p, [&](Hopper& h) { h.rate_B = Vector3(0, 0, -share * rate_rad_s); }),
+                upset);
+    }
+    for (const double least_kPa : {800.0, 1000.0}) {
+      Parameters p;
+      p.gas.min_regulated_kPa = least_kPa;
+      EXPECT_EQ(faults_after(p, [&](Hopper& h) { h.regulated_kPa = share * least_kPa; }),
+                share < 1 ? FaultSet{kPressureLost} : FaultSet{0});
+    }
+  }
+}
+
 TEST(TalarisContingency, TheTable) {
   const FaultSet none = 0;
   EXPECT_EQ(react(none, true, true, true), Reaction::none);

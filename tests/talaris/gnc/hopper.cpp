@@ -70,7 +70,7 @@ void Hopper::sense() {
           parameters.fans.rpm_quantum * std::round(rpm[i] / parameters.fans.rpm_quantum);
     }
   }
-  inputs.regulated_kPa = pressure_gone ? 200 : 2500;
+  inputs.regulated_kPa = pressure_gone ? 200 : regulated_kPa;
   const Gas& gas = parameters.gas;
   inputs.tank_kPa = gas.full_kPa - (gas.full_kPa - gas.empty_kPa) * gas_s_ / gas.budget_s;
   inputs.faults = told;

@@ -63,6 +63,7 @@ class Hopper {
   // faults
   bool valves_dead = false, fans_silent = false, fans_dead = false, imu_silent = false,
        range_silent = false, pressure_gone = false;
+  double regulated_kPa = 2500;
   FaultSet told = 0;
 
   World world;

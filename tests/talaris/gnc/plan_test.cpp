@@ -82,6 +82,16 @@ TEST(TalarisPlan, GasThatIsSpentIsNotPlannedWith) {
   EXPECT_DOUBLE_EQ(result.limit, 35);
 }
 
+TEST(TalarisPlan, LeavesItsReserveAndNoMore) {
+  for (const double reserve_s : {3.0, 5.0}) {
+    Parameters p;
+    p.gas.reserve_s = reserve_s;
+    const double needs_s = make_plan({}, p, 44).plan.gas_s + reserve_s;
+    EXPECT_TRUE(make_plan({}, p, needs_s + 0.01).feasible()) << reserve_s;
+    EXPECT_EQ(make_plan({}, p, needs_s - 0.01).guard, Guard::gas) << reserve_s;
+  }
+}
+
 TEST(TalarisPlan, EveryGuardSaysWhatItSawAndAllows) {
   PlanRequest r;
   r.height_m = 0.05;

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <vector>
 
+#include "tests/support/stamp.h"
 #include "tests/zebro/mission/report.h"
 
 int main(int argc, char** argv) {
@@ -58,7 +59,7 @@ int main(int argc, char** argv) {
         "--markdown docs/mission-zebro.md",
         i + 1, first, options.autopilot.course_m, options.fault_mean_h, speed, options.flight_s);
     std::ofstream file(markdown, std::ios::trunc);
-    file << document(results, options, command);
+    file << document(results, options, command, lss::testing_support::stamp(markdown));
     if (!file.flush()) {
       fmt::print(stderr, "cannot write {}: choose another file for --markdown\n", markdown);
       return 1;

@@ -102,7 +102,7 @@ std::string line(const Result& r) {
 }
 
 std::string document(std::span<const Result> results, const Options& options,
-                     const std::string& command) {
+                     const std::string& command, const std::string& stamp) {
   const auto count = [&](auto of) { return std::ranges::count_if(results, of); };
   std::size_t violations = 0;
   double hours = 0, wall_s = 0;
@@ -115,7 +115,7 @@ std::string document(std::span<const Result> results, const Options& options,
   std::string text = fmt::format(
       R"(# Missions of Lunar Zebro
 
-Made by `{}`; do not edit. {} missions of {:.0f} m on the level Moon, each with another seed, within a lunar day of
+Made by `{}`, {}; do not edit. {} missions of {:.0f} m on the level Moon, each with another seed, within a lunar day of
 {:.0f} days: the shipping cycle, bus master and error solving on the simulated modules and the kinematic plant
 ([simulator.md](simulator.md)), every frame of 20 ms and every byte on the bus; walking at speed "{}" with a flight of {:.1f} s. An
 autopilot ([tests/zebro/mission](../tests/zebro/mission/)) has the commands, acknowledgements, status and telemetry of an
@@ -131,7 +131,7 @@ two hours and repairs everything. All assumptions on power, panel and faults are
 fault latched, a reset or driver fault of a leg stops the vehicle within three seconds.
 
 )",
-      command, results.size(), options.autopilot.course_m, options.day_h / 24,
+      command, stamp, results.size(), options.autopilot.course_m, options.day_h / 24,
       kSpeeds[static_cast<std::size_t>(options.autopilot.speed)], options.flight_s,
       options.autopilot.rest_below * 100, power.capacity_Wh, power.panel_W,
       options.autopilot.rest_until * 100, options.fault_mean_h,

@@ -1,5 +1,7 @@
 #pragma once
 
+// How long a client waits for the acknowledgement of a command. Pure functions.
+
 #include <chrono>
 #include <cstdint>
 
