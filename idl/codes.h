@@ -118,6 +118,13 @@ namespace lss {
   X(78, not_reset, "a module answers, but was not reset",                                          \
     "send it again; if that does not help, switch its power off and on")                           \
   X(79, fell, "it was in the air: it fell", "")                                                    \
+  X(80, off_target, "it may stand too far from the target: m, by navigation with 3 sigma",         \
+    "see where it stands; a smaller distance or a better sensor set keeps it nearer")              \
+  X(81, fell_over, "it does not stand upright: rad", "set it up; see the events before it")        \
+  X(82, landed_hard, "it touched down too fast: m/s", "inspect the legs")                          \
+  X(83, landed_sideways, "it moved sideways at touchdown: m/s", "inspect the legs")                \
+  X(84, no_lift_off, "it stood still when it should fly",                                          \
+    "weigh it; check fans, thrust and gains")                                                      \
   X(92, not_configured,                                                                            \
     "a module answers, but is another one than configured or refuses its configuration",           \
     "lss-cli status names its link; check its number, firmware and description")
@@ -183,6 +190,12 @@ namespace lss {
   X(54, fans_hot, 3, "the fans ran for too long", "let them cool, then: lss-cli solve")           \
   X(55, name_conflict, 1, "another daemon with this vehicle_id is on the domain",                 \
     "stop one, or change its vehicle_id; lss-cli doctor names both")                              \
+  X(56, corridor_left, 2, "the flight left its corridor and came down",                           \
+    "the event before it says by how much; wait for less wind, see docs/gnc-talaris.md")          \
+  X(57, hop_shortened, 2, "gas did not last for the rest of the plan: it came down earlier",      \
+    "refill, or plan less")                                                                       \
+  X(58, altimeter_stuck, 1, "the altimeter repeats one reading in the air",                       \
+    "check it and what it looks at")                                                              \
   X(71, drive_drops_out, 3, "a drive dropped out of operation enabled again and again",           \
     "check its supply, wiring and load, then: lss-cli solve")
 
@@ -242,6 +255,8 @@ namespace lss {
   X(56, parameters_refused, 1, "saved parameters are not taken")                         \
   X(57, reset_begun, 0, "module is being reset, it has to answer within {0} s")          \
   X(58, reset_ended, 0, "module answers again, {0} s after its reset was ordered")       \
+  X(59, flight_judged, 0, "{0} m off target (1 sigma {1}); {2} m/s down, {3} sideways")  \
+  X(60, off_course, 1, "off the plan, kind {0}: {1}, allowed {2}")                       \
   X(70, drive_dropped_out, 1, "drive dropped out of operation enabled, {0} so far")
 
 enum class Reason : std::uint16_t {

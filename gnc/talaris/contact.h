@@ -23,11 +23,13 @@ class Contact {
   // that are not numbers are ignored. Stays true until reset().
   bool step(const Batch& batch, double lift_m_s2) noexcept;
   bool touched() const noexcept { return touched_; }
+  // A sample as hard as a touchdown in this frame or the one before.
+  bool shocked() const noexcept { return shock_frames_ > 0; }
   void reset() noexcept { *this = Contact(parameters_); }
 
  private:
   ContactParameters parameters_;
-  int supported_ = 0;
+  int supported_ = 0, shock_frames_ = 0;
   bool touched_ = false;
 };
 

@@ -20,8 +20,11 @@ Reaction react(FaultSet faults, bool flying, bool fans, bool gas) noexcept {
   if (imu_lost || gas_lost) return fans_usable ? Reaction::parachute : Reaction::all_stop;
   if (fans_lost) return gas_usable ? Reaction::escape : Reaction::all_stop;
   if ((faults & kUpset) != 0) return fans_usable ? Reaction::parachute : Reaction::escape;
+  if ((faults & kOverTime) != 0 && fans_usable) return Reaction::parachute;
   if (down) return gas_usable ? Reaction::escape : Reaction::parachute;
-  return (faults & kImuGap) != 0 ? Reaction::hold : Reaction::none;
+  if ((faults & kOffCourse) != 0) return Reaction::land;
+  if ((faults & kGasShort) != 0) return Reaction::shorten;
+  return (faults & (kImuGap | kOffTrack)) != 0 ? Reaction::hold : Reaction::none;
 }
 
 }  // namespace lss::gnc::talaris

@@ -8,6 +8,9 @@ namespace lss::gnc::talaris {
 namespace {
 
 constexpr double kCollectBelow_rad = 5 * kDegree;  // by the integral
+// Of the disturbance: 10 mm of the centre of mass with 30 % less inertia. Off the ground the
+// observer follows by a share of the difference over the second, up to the third.
+constexpr double kMostDisturbance_rad_s2 = 4, kSurprise_rad_s2 = 1, kMostShare = 0.8;
 
 }  // namespace
 
@@ -51,16 +54,31 @@ Vector3 Control::impulse_N_m_s(const std::array<Pulse, kValves>& pulses, bool la
   return sum;
 }
 
+double Control::side_N() const noexcept {
+  const Thrusters& t = parameters_.thrusters;
+  double sum_N_s = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Pulse &last = last_[2 * i + 1], &before = before_[2 * i + 1];
+    const double open_s = last.on_s - remaining_s(last, parameters_.offset_s, t.lag_s) +
+                          remaining_s(before, parameters_.offset_s, t.lag_s);
+    sum_N_s += kSidePush[i] * t.force_N * open_s;
+  }
+  return sum_N_s / kFrame_s;
+}
+
 // Unequal fans and a CM off the centre turn the vehicle before the integral has seen much of an
 // angle. The change of rate in the last frame, less that of its pulses, shows it at once.
-void Control::observe(const Vector3& rate) noexcept {
+void Control::observe(const Vector3& rate, bool fresh) noexcept {
   const Vector3 pulses = impulse_N_m_s(last_, false) + impulse_N_m_s(before_, true);
   if (observed_) {
-    const double most = gains_.attitude_max_integral_rad_s2;
+    const double share = gains_.attitude_observer;
     const auto follow = [&](double& known, double changed, double impulse, double inertia) {
       const double now = (changed - impulse / inertia) / kFrame_s;
       if (!std::isfinite(now)) return;
-      known = std::clamp(known + gains_.attitude_observer * (now - known), -most, most);
+      const double surprise = std::min(std::abs(now - known) / kSurprise_rad_s2, kMostShare);
+      const double learned = fresh && share > 0 ? std::max(share, surprise) : share;
+      known = std::clamp(known + learned * (now - known), -kMostDisturbance_rad_s2,
+                         kMostDisturbance_rad_s2);
     };
     follow(disturbance_y_, rate.y() - rate_before_.y(), pulses.y(),
            parameters_.body.inertia_y_kg_m2);
@@ -78,7 +96,7 @@ ControlOutput Control::step(const NavState& state, const ControlTarget& target) 
   ControlOutput out;
 
   const Attitude now = attitude_of(state.q_NB);
-  observe(state.rate_B_rad_s);
+  observe(state.rate_B_rad_s, target.fresh);
   const Vector3 pending = impulse_N_m_s(last_, true);
   const Vector3 rate = state.rate_B_rad_s + Vector3(pending.x() / body.inertia_x_kg_m2,
                                                     pending.y() / body.inertia_y_kg_m2,

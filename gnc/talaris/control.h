@@ -20,6 +20,7 @@ struct ControlTarget {
   bool roll = true;      // side jets may fire for roll
   bool attitude = true;  // off-pulsing
   bool full = false;     // emergency: pulses up to the whole frame
+  bool fresh = false;    // just off the ground: what turns it is learned at once
 };
 
 // Rotation of the vehicle for control: heading about the vertical (-pi..pi) and tilt, the small
@@ -49,11 +50,13 @@ class Control {
   // Angular acceleration not explained by pulses, rad/s2: fans, CM.
   double disturbance_y() const noexcept { return disturbance_y_; }
   double disturbance_z() const noexcept { return disturbance_z_; }
+  // Mean force along the heading's z in the frame that just ended.
+  double side_N() const noexcept;
   ControlOutput step(const NavState& state, const ControlTarget& target) noexcept;
 
  private:
   Vector3 impulse_N_m_s(const std::array<Pulse, kValves>& pulses, bool late) const noexcept;
-  void observe(const Vector3& rate_B_rad_s) noexcept;
+  void observe(const Vector3& rate_B_rad_s, bool fresh) noexcept;
 
   Parameters parameters_;
   Gains gains_;

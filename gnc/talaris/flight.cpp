@@ -8,6 +8,9 @@ namespace {
 
 constexpr double kRangeLead_s = 0.5;  // time constant of the altimeter's own speed
 constexpr double kMaxGap_s = 0.1;     // 20 packets: more is a gap
+constexpr double kEscape_s = 10;      // after max_run_s; then by the fans alone, ever less lift
+constexpr int kMostHolds = 2;
+constexpr double kSettled_s = 0.4;
 
 bool finite(const NavState& s) noexcept {
   return std::isfinite(s.position_N_m.sum() + s.velocity_N_m_s.sum() + s.rate_B_rad_s.sum() +
@@ -69,15 +72,31 @@ void Flight::drop_plan() noexcept {
 bool Flight::execute() noexcept {
   if (phase_ != Phase::ready) return false;
   begun_ = settled_ = true;
-  stopped_ = airborne_ = observed_ = false;
+  stopped_ = airborne_ = observed_ = impacted_ = false;
   reaction_ = Reaction::none;
   faults_ = 0;
   flown_s_ = fans_s_ = settle_s_ = silent_s_ = below_s_ = 0;
   lift_N_ = lift_before_N_ = bias_m_s2_ = expected_m_s2_ = fans_N_ = fan_trim_N_ = 0;
+  fan_y_Nm_ = fan_z_Nm_ = 0;
   low_frames_ = contact_frames_ = 0;
   range_height_m_ = kNaN;
   range_climb_m_s_ = 0;
   start_range_m_ = kNaN;
+  touchdown_.reset();
+  fan_probe_N_ = weak_s_ = more_m_s2_ = impact_m_s_ = 0;
+  wind_m_s2_.setZero();
+  lean_y_rad_ = lean_z_rad_ = 0;
+  judgement_ = now_judged_ = {};
+  traverse_s_ = plan_.traverse_s;
+  brake_s_ = plan_.keep_s;
+  extra_s_ = 0;
+  holds_ = 0;
+  shortfall_ = Shortfall::none;
+  short_measured_ = short_limit_ = off_m_ = off_sigma_m_ = 0;
+  for (Speeds* each : {&before_, &before_impact_, &before_contact_}) *each = {};
+  moved_frames_ = 0;
+  speed_noted_ = false;
+  touchdown_m_s_ = touchdown_side_m_s_ = 0;
   control_.begin();
   fan_flight_.begin();
   fan_speed_.reset();
@@ -118,9 +137,11 @@ FlightOutput Flight::step(const FlightInputs& inputs) noexcept {
       start_m_ = leg_m_ = state_.position_N_m;
       start_roll_rad_ = roll_rad_ = attitude_of(state_.q_NB).roll_rad;
     }
-    const FaultSet lasting = faults_ & ~static_cast<FaultSet>(kImuGap);
+    const FaultSet lasting = faults_ & ~static_cast<FaultSet>(kImuGap | kOffTrack);
     faults_ = lasting | find_faults(inputs);
     observe(inputs.rpm);
+    touchdown_.step(state_, heard_, expected_m_s2_);
+    watch_corridor();
     respond(react(faults_, airborne_, plan_.uses_fans, plan_.uses_gas));
     if (active()) advance(inputs);
     if (active()) act(inputs, out);
@@ -135,8 +156,21 @@ FlightOutput Flight::step(const FlightInputs& inputs) noexcept {
   out.airborne = airborne_;
   out.all_stop = stopped_;
   out.finished = begun_ && !active();
-  out.succeeded =
-      out.finished && phase_ == Phase::landed && reaction_ <= Reaction::hold && settled_;
+  if (out.finished) {
+    if (phase_ != Phase::landed || reaction_ > Reaction::hold) fall_short(Shortfall::cut_short);
+    if (!settled_) fall_short(Shortfall::unsettled);
+  }
+  out.succeeded = out.finished && shortfall_ == Shortfall::none;
+  out.still = active() && touchdown_.still_s() >= kSettled_s;
+  out.stands = phase_ == Phase::touchdown && speed_noted_;
+  out.shortfall = shortfall_;
+  out.short_measured = short_measured_;
+  out.short_limit = short_limit_;
+  out.judgement = judgement_;
+  out.off_target_m = off_m_;
+  out.off_target_sigma_m = off_sigma_m_;
+  out.touchdown_m_s = touchdown_m_s_;
+  out.touchdown_side_m_s = touchdown_side_m_s_;
   out.phase_s = std::max(phase_s_, 0.0);
   out.height_m = std::isfinite(height_m_) ? height_m_ : 0;
   out.lift_m_s2 = expected_m_s2_ + bias_m_s2_ + kGravity_m_s2;
@@ -164,6 +198,7 @@ void Flight::take_state(const FlightInputs& inputs) noexcept {
     }
     state_.acceleration_N_m_s2.setZero();
   }
+  heard_ = heard;
   const bool silent = !heard || !(inputs.imu_age_s <= kMaxGap_s);
   silent_s_ = silent ? silent_s_ + kFrame_s : 0;
 
@@ -209,7 +244,8 @@ FaultSet Flight::find_faults(const FlightInputs& in) const noexcept {
     found |= kPressureLost;
   }
   // not while it descends already: it would land no sooner
-  const bool coming_down = phase_ == Phase::descend || phase_ >= Phase::hold;
+  const bool coming_down =
+      phase_ == Phase::descend || phase_ == Phase::escape || phase_ == Phase::parachute;
   if (airborne_ && !coming_down &&
       gas_.left_s() < landing_gas_s() + parameters_.gas.reserve_s / 2) {
     found |= kGasLow;
@@ -223,10 +259,19 @@ FaultSet Flight::find_faults(const FlightInputs& in) const noexcept {
     found |= kSpinUpFailed;
   }
   if (airborne_ && fans_s_ > parameters_.fans.max_run_s) found |= kRunTime;
+  if (airborne_ && fans_s_ > parameters_.fans.max_run_s + kEscape_s) found |= kOverTime;
+  if (judgement_.off != Off::none) found |= kOffCourse;
+  if (now_judged_.wavers && holds_ < kMostHolds) found |= kOffTrack;
+  const bool goes_on = phase_ == Phase::ascend || phase_ == Phase::hover || phase_ == Phase::turn ||
+                       phase_ == Phase::traverse || phase_ == Phase::hold;
+  if (airborne_ && goes_on && needed_gas_s() > gas_.left_s() - parameters_.gas.reserve_s / 2)
+    found |= kGasShort;
 
   // faults of parts that the program does not use are ignored
-  if (!plan_.uses_gas) found &= ~static_cast<FaultSet>(kValvesLost | kPressureLost | kGasLow);
-  if (!plan_.uses_fans) found &= ~static_cast<FaultSet>(kFansLost | kRunTime | kSpinUpFailed);
+  if (!plan_.uses_gas)
+    found &= ~static_cast<FaultSet>(kValvesLost | kPressureLost | kGasLow | kGasShort);
+  if (!plan_.uses_fans)
+    found &= ~static_cast<FaultSet>(kFansLost | kRunTime | kOverTime | kSpinUpFailed);
   if (!plan_.needs_altimeter) found &= ~static_cast<FaultSet>(kAltimeterLost);
   return found;
 }
@@ -239,7 +284,20 @@ void Flight::respond(Reaction reaction) noexcept {
   reaction_ = reaction;
   switch (reaction) {
     case Reaction::none:
+      return;
     case Reaction::hold:
+      if (phase_ != Phase::traverse || !airborne_ || (faults_ & kOffTrack) == 0) return;
+      ++holds_;
+      stop_here();
+      corridor_.stop(state_.position_N_m,
+                     Vector3(0, state_.velocity_N_m_s.y(), state_.velocity_N_m_s.z()),
+                     guidance_.time_to_go_s());
+      enter(Phase::hold);
+      return;
+    case Reaction::shorten:
+      stop_here();
+      brake_s_ = std::max(plan_.keep_s, guidance_.time_to_go_s() + kSettled_s);
+      enter(Phase::brake);
       return;
     case Reaction::land:
       if (!airborne_) {

@@ -17,6 +17,11 @@
 //   gas left < what landing takes + half the reserve | escape
 //   frame overruns (two in a row)         | escape
 //   tilt or rate above the limits         | parachute; escape when the fans are lost
+//   fans run for max_run_s                | escape; 10 s later parachute, at level_m_s; 15 s later
+//                                         | ever less lift while it does not sink; 40 s: all-stop
+//   corridor left, wind too strong        | land (corridor.h)
+//   gas left < what the plan still takes  | shorten: it stops, then descends
+//   far off the plan                      | hold: waits in the traverse until it is back
 //   valves and fans, IMU and fans         | all-stop: nothing is left to do
 //   land()                                | controlled descent, here
 //
@@ -25,11 +30,13 @@
 
 #include "gnc/talaris/altitude.h"
 #include "gnc/talaris/control.h"
+#include "gnc/talaris/corridor.h"
 #include "gnc/talaris/fans.h"
 #include "gnc/talaris/gas.h"
 #include "gnc/talaris/guidance.h"
 #include "gnc/talaris/parameters.h"
 #include "gnc/talaris/plan.h"
+#include "gnc/talaris/touchdown.h"
 #include "gnc/talaris/types.h"
 
 namespace lss::gnc::talaris {
@@ -64,13 +71,29 @@ enum Fault : std::uint32_t {
   kUpset = 1U << 6,     // tilt or rates
   kOverruns = 1U << 7,  // frames: only the caller knows
   kSpinUpFailed = 1U << 8,
-  kRunTime = 1U << 9,  // fans run for too long
-  kImuGap = 1U << 10,  // short; cleared when packets of the IMU come again
+  kRunTime = 1U << 9,     // fans run for too long
+  kImuGap = 1U << 10,     // short; cleared when packets of the IMU come again
+  kOffCourse = 1U << 11,  // the corridor was left
+  kOffTrack = 1U << 12,   // far off the plan; cleared when it is back
+  kGasShort = 1U << 13,   // not enough for the rest of the plan
+  kOverTime = 1U << 14,   // fans run much too long
 };
 using FaultSet = std::uint32_t;
 
 // In order of severity.
-enum class Reaction : std::uint8_t { none, hold, land, escape, parachute, all_stop };
+enum class Reaction : std::uint8_t { none, hold, shorten, land, escape, parachute, all_stop };
+
+// Why a flight did not succeed; units of FlightOutput::short_measured and short_limit.
+enum class Shortfall : std::uint8_t {
+  none,
+  cut_short,    // by a reaction or a command
+  unsettled,    // a turn or a place was not reached
+  no_lift_off,  // it stood when it should fly
+  fallen,       // rad, tilt at the end
+  hard,         // m/s down at touchdown
+  sideways,     // m/s sideways at touchdown
+  place,        // m from the target, with 3 sigma
+};
 
 // The contingency table; pure. `flying`: off the ground, or about to be; `fans`, `gas`: the program
 // uses them.
@@ -89,6 +112,7 @@ struct FlightInputs {
   double tank_kPa = kNaN;  // NaN: no sensor, ignored
   double regulated_kPa = kNaN;
   bool contact = false;  // the IMU detected the ground (contact.h), if that is watched
+  bool shock = false;    // and by a shock, just now
   FaultSet faults = 0;   // known to the caller, now
 };
 
@@ -96,10 +120,19 @@ struct FlightOutput {
   Actuation actuation;  // value-initialised: everything shut, fans off
   Phase phase = Phase::none;
   Reaction reaction = Reaction::none;
-  FaultSet faults = 0;                     // since execute()
-  bool airborne = false;                   // a fault must not cut the actuators off
-  bool finished = false;                   // landed, valves shut, fans off
-  bool succeeded = false;                  // and as planned: no reaction, turn settled
+  FaultSet faults = 0;                    // since execute()
+  bool airborne = false;                  // a fault must not cut the actuators off
+  bool finished = false;                  // landed, valves shut, fans off
+  bool succeeded = false;                 // and as planned: Shortfall::none
+  bool stands = false;                    // on the ground and still: its velocity is zero
+  bool still = false;                     // no motion in the last two frames
+  Shortfall shortfall = Shortfall::none;  // once finished
+  double short_measured = 0, short_limit = 0;
+  Judgement judgement;      // of the corridor, that ended the flight
+  double off_target_m = 0;  // at the end, by navigation
+  double off_target_sigma_m = 0;
+  double touchdown_m_s = 0;  // down, and
+  double touchdown_side_m_s = 0;
   bool all_stop = false;                   // the caller shall stop everything at once
   double phase_s = 0;                      // since the phase began
   Vector3 target_N_m = Vector3::Zero();    // target of guidance, also after the end
@@ -146,6 +179,12 @@ class Flight {
   const Parameters& parameters() const noexcept { return parameters_; }
 
  private:
+  // At the end (flight_judge.cpp).
+  void watch_corridor() noexcept;
+  void note_touchdown() noexcept;
+  void judge_landing() noexcept;
+  void fall_short(Shortfall why, double measured = 0, double limit = 0) noexcept;
+
   // The stages of step().
   void take_state(const FlightInputs& inputs) noexcept;
   FaultSet find_faults(const FlightInputs& inputs) const noexcept;
@@ -154,9 +193,11 @@ class Flight {
   void advance_in_air() noexcept;
   void advance_on_ground() noexcept;
   void next_leg() noexcept;
+  void resume() noexcept;
   void act(const FlightInputs& inputs, FlightOutput& output) noexcept;
   void act_gas(FlightOutput& output) noexcept;
   void trim_fans() noexcept;
+  void trim_moments() noexcept;
   void act_fans(const FlightInputs& inputs, FlightOutput& output) noexcept;
   void fly_by_fans(const FlightInputs& inputs, FlightOutput& output) noexcept;
 
@@ -167,6 +208,7 @@ class Flight {
   void stop_here() noexcept;  // guidance: comes to standstill sideways
   bool touches(const FlightInputs& inputs) noexcept;
   void observe(const PerFan& rpm) noexcept;
+  void observe_wind(double lift_N, double mass_kg) noexcept;
   double ground_due_s() const noexcept;
   bool brakes() const noexcept;  // parachute: sideways first, height is kept
   bool turned() noexcept;
@@ -209,9 +251,40 @@ class Flight {
   double fans_N_ = 0, fans_before_N_ = 0;  // thrust of the fans, now and a frame ago
   double fan_height_m_ = 0;                // commanded, of a flight by fans
   double fan_goal_rpm_ = 0;
-  double fan_trim_N_ = 0;  // more than planned, so that the valves keep their share of the weight
+  double fan_trim_N_ = 0;  // more than planned, so that the valves have their share of the weight
+  double fan_y_Nm_ = 0, fan_z_Nm_ = 0;  // moments of unequal speeds, against what turns it
   int low_frames_ = 0, contact_frames_ = 0;
   double below_s_ = 0;  // since contact was due; negative: until then
+  Touchdown touchdown_;
+  double fan_probe_N_ = 0;               // lift taken away to feel the ground
+  double weak_s_ = 0;                    // over time, and not sinking
+  double more_m_s2_ = 0;                 // upwards, more than lift explains, in the last frame
+  double impact_m_s_ = 0;                // the most of it in two frames on the way down
+  bool impacted_ = false;                // by a shock that took its speed: on the ground, or nearly
+  bool heard_ = false;                   // the state of this frame is measured
+  Vector3 wind_m_s2_ = Vector3::Zero();  // horizontal acceleration that nothing explains, N
+  double lean_y_rad_ = 0, lean_z_rad_ = 0;  // commanded
+
+  // The corridor, and how it ended
+  Corridor corridor_;
+  Judgement judgement_, now_judged_;
+  Vector3 goal_m_ = Vector3::Zero();  // where it should stand in the end, of height nothing
+  double traverse_s_ = 0, brake_s_ = 0, extra_s_ = 0;
+  int holds_ = 0;
+  Shortfall shortfall_ = Shortfall::none;
+  double short_measured_ = 0, short_limit_ = 0;
+  double off_m_ = 0, off_sigma_m_ = 0;
+  // Of the two frames before this one, before the impact, and before contact was seen.
+  struct Speed {
+    Vector3 N_m_s = Vector3::Zero();
+    double foot_m_s = 0;  // by which a foot may come down faster, within the next frame
+  };
+  using Speeds = std::array<Speed, 2>;
+  Speeds before_{}, before_impact_{}, before_contact_{};
+  std::array<Vector3, 16> after_contact_{};  // velocities until it stood
+  std::size_t moved_frames_ = 0;
+  bool speed_noted_ = false;
+  double touchdown_m_s_ = 0, touchdown_side_m_s_ = 0;
 };
 
 }  // namespace lss::gnc::talaris

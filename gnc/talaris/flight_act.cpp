@@ -10,18 +10,33 @@ namespace {
 
 constexpr double kBiasShare = 0.15, kBiasShareLost = 0.5;  // of the difference, each frame
 constexpr double kMaxBias_m_s2 = 0.6, kMaxBiasLost_m_s2 = 12;
-constexpr double kObserveAbove_m = 0.3, kObserveByFansAbove_m = 0.03;
+constexpr double kObserveAbove_m = 0.03, kObserveFirstAbove_m = 0.05;
+constexpr double kWindShare = 0.15, kMaxWind_m_s2 = 3, kWindAbove_m = 0.2;
+constexpr double kLeanStep_rad = 0.03;                 // of the commanded tilt, each frame
+constexpr double kDownDamping = 1.7;                   // of the speed along y, on the way down
+constexpr double kLeanLag_s = 0.5;                     // attitude behind its command
+constexpr double kProbeAfter_s = 0.4;                  // level
+constexpr double kProbe_1_s = 0.04, kMostProbe = 0.1;  // of the weight, each second; at most
+constexpr double kOverTime_s = 15, kSinks_1_s = 0.02;  // after max_run_s; lift lost each second
+constexpr double kSinks_m_s = 0.1;
 constexpr double kRest_m = 0.06, kRest_m_s = 0.085;
 constexpr double kFanStart = 0.8;  // of the weight, on the ground, before height is controlled
 // Fans with too much or too little thrust are corrected: dead band of the weight share that is left
 // to the gas, and speed and limit of the correction, as shares of the vehicle's weight.
-constexpr double kShareOff = 0.15, kTrimShare = 0.1, kMaxTrim = 0.08;
+constexpr double kShareOff = 0.15, kTrimShare = 0.1, kTrimShareFresh = 0.4, kMaxTrim = 0.08;
+constexpr double kMomentOff_Nm = 1, kMomentShare = 0.1, kMostMoment_Nm = 8;  // the same of moments
+constexpr double kFresh_s = 2;                                               // after lift-off
 constexpr double kBrakeSpeed_m_s = 0.6, kBrakeTime_s = 6;  // parachute: sideways first, then down
 constexpr double kApproach_1_s = 0.8;
 constexpr double kMaxLead_m = 0.1;
 constexpr double kVelocityTime_s = 2.5;
 constexpr double kLevelBelow_m = 0.4;
 constexpr double kSoftSpeed_m_s = 0.2, kSoftSlope_1_s = 0.5;  // near the ground, by the fans
+
+// Just off the ground.
+bool fresh(Phase phase, double phase_s) noexcept {
+  return phase == Phase::ascend && phase_s < kFresh_s;
+}
 
 }  // namespace
 
@@ -67,18 +82,39 @@ void Flight::observe(const PerFan& rpm) noexcept {
   const double lift = lift_N_ * (1 - late(lift_N_)) + lift_before_N_ * late(lift_before_N_);
   const double mass = gas_.mass_kg(parameters_.body.mass_kg);
   const double cosine = std::max(attitude_of(state_.q_NB).cosine, 0.0);
-  expected_m_s2_ = (lift + (fans_N_ + fans_before_N_) / 2) * cosine / mass - kGravity_m_s2;
-  if (!airborne_ || !imu_usable() || silent_s_ > 0) return;
+  const double total_N = lift + (fans_N_ + fans_before_N_) / 2;
+  expected_m_s2_ = total_N * cosine / mass - kGravity_m_s2;
+  observe_wind(total_N, mass);
+  if (!airborne_ || impacted_ || !imu_usable() || silent_s_ > 0) return;
   const bool lost = (faults_ & kFansLost) != 0;
   // contact with the ground is no bias
   const bool blind = (faults_ & kAltimeterLost) != 0 && guidance_.time_to_go_s() < kMinTimeToGo_s;
-  if (height_m_ < (by_fans() ? kObserveByFansAbove_m : kObserveAbove_m) || blind) return;
+  if (height_m_ < (observed_ ? kObserveAbove_m : kObserveFirstAbove_m) || blind) return;
   const double most = lost ? kMaxBiasLost_m_s2 : kMaxBias_m_s2;
   const double difference = state_.acceleration_N_m_s2.x() - expected_m_s2_ - bias_m_s2_;
-  // by fans it hovers the moment it leaves the ground: the first value is sufficient
-  const double share = lost ? kBiasShareLost : by_fans() && !observed_ ? 1 : kBiasShare;
+  // the first value off the ground is as good as any
+  const double share = lost ? kBiasShareLost : !observed_ ? 1 : kBiasShare;
   bias_m_s2_ = std::clamp(bias_m_s2_ + share * difference, -most, most);
   observed_ = true;
+}
+
+// Acceleration sideways that tilt and jets do not explain: wind, and the drag of the own speed.
+void Flight::observe_wind(double lift_N, double mass_kg) noexcept {
+  const bool known = airborne_ && heard_ && silent_s_ <= 0 && (faults_ & kFansLost) == 0;
+  if (!known || height_m_ < kWindAbove_m || plan_.request.program != Program::hop) return;
+  // the mean attitude of the frame
+  const Quaternion half(1, -state_.rate_B_rad_s.x() * kFrame_s / 4,
+                        -state_.rate_B_rad_s.y() * kFrame_s / 4,
+                        -state_.rate_B_rad_s.z() * kFrame_s / 4);
+  const Vector3 up = (state_.q_NB * half).normalized() * Vector3::UnitX();
+  const double roll = attitude_of(state_.q_NB).roll_rad;
+  const double side = by_fans() ? 0 : control_.side_N();
+  Vector3 unexplained = state_.acceleration_N_m_s2 - lift_N / mass_kg * up -
+                        side / mass_kg * Vector3(0, -std::sin(roll), std::cos(roll));
+  unexplained.x() = 0;
+  wind_m_s2_ += kWindShare * (unexplained - wind_m_s2_);
+  if (const double size = wind_m_s2_.norm(); size > kMaxWind_m_s2)
+    wind_m_s2_ *= kMaxWind_m_s2 / size;
 }
 
 // On rails or sled at the target: the smallest impulse of a jet would only move it away again.
@@ -99,8 +135,23 @@ void Flight::trim_fans() noexcept {
   const double weight = parameters_.body.mass_kg * kGravity_m_s2;
   const double left = mass * (kGravity_m_s2 - bias_m_s2_) - fans_N_;  // to the gas
   const double wanted = (1 - parameters_.fans.weight_share) * weight;
-  const double over = left - std::clamp(left, (1 - kShareOff) * wanted, (1 + kShareOff) * wanted);
-  fan_trim_N_ = std::clamp(fan_trim_N_ + kTrimShare * over, -kMaxTrim * weight, kMaxTrim * weight);
+  // at once and wholly when it has just left the ground: it would rise too high
+  const bool now = fresh(phase_, phase_s_);
+  const double off = now ? 0 : kShareOff, share = now ? kTrimShareFresh : kTrimShare;
+  const double over = left - std::clamp(left, (1 - off) * wanted, (1 + off) * wanted);
+  fan_trim_N_ = std::clamp(fan_trim_N_ + share * over, -kMaxTrim * weight, kMaxTrim * weight);
+}
+
+// What turns it all the time is left to the fans: the pulses have their room for the rest.
+void Flight::trim_moments() noexcept {
+  const bool known = airborne_ && heard_ && silent_s_ <= 0 && (faults_ & kFansLost) == 0;
+  if (!known || height_m_ < kObserveAbove_m || impacted_) return;
+  const auto trim = [](double& moment_Nm, double turns_Nm) {
+    const double over_Nm = turns_Nm - std::clamp(turns_Nm, -kMomentOff_Nm, kMomentOff_Nm);
+    moment_Nm = std::clamp(moment_Nm - kMomentShare * over_Nm, -kMostMoment_Nm, kMostMoment_Nm);
+  };
+  trim(fan_y_Nm_, parameters_.body.inertia_y_kg_m2 * control_.disturbance_y());
+  trim(fan_z_Nm_, parameters_.body.inertia_z_kg_m2 * control_.disturbance_z());
 }
 
 void Flight::act_fans(const FlightInputs& inputs, FlightOutput& output) noexcept {
@@ -109,11 +160,23 @@ void Flight::act_fans(const FlightInputs& inputs, FlightOutput& output) noexcept
   const double weight = parameters_.body.mass_kg * kGravity_m_s2;
   if (phase_ != Phase::touchdown) {
     trim_fans();
-    const double planned = parameters_.fans.weight_share * weight + fan_trim_N_;
+    trim_moments();
+    // On the way down it takes lift away as long as that has no effect: the ground shows itself.
+    const bool down = phase_ == Phase::descend || phase_ == Phase::escape;
+    const bool carried = down && (touchdown_.level_s() >= kProbeAfter_s || impacted_);
+    fan_probe_N_ =
+        carried ? std::min(fan_probe_N_ + kProbe_1_s * kFrame_s * weight, kMostProbe * weight)
+                : fan_probe_N_ / 2;
+    const double planned = parameters_.fans.weight_share * weight + fan_trim_N_ - fan_probe_N_;
     fan_goal_rpm_ = rpm_for(plan_.uses_gas ? planned : kFanStart * weight, fans);
   }
   PerFan goal{};
-  goal.fill(fan_goal_rpm_);
+  const double each_N = fan_thrust_N(fan_goal_rpm_, fans);
+  const double y_N = fan_y_Nm_ / (kFans * fans.z_m), z_N = fan_z_Nm_ / (kFans * fans.y_m);
+  for (std::size_t i = 0; i < kFans; ++i) {
+    const double force_N = each_N + kLiftZ[i] * y_N - kLiftY[i] * z_N;
+    goal[i] = std::min(std::sqrt(std::max(force_N, 0.0) / fans.thrust_N_per_rpm2), fans.max_rpm);
+  }
   PerFan throttle{};
   if (phase_ == Phase::touchdown) {
     const double left = 1 - phase_s_ / parameters_.limits.run_down_s;
@@ -147,7 +210,8 @@ void Flight::act_gas(FlightOutput& output) noexcept {
         e_guidance(state_.position_N_m, state_.velocity_N_m_s, guidance_.target(), kMinTimeToGo_s);
     acceleration.x() = up.c0_m_s2.x() + up.c1_m_s3.x() * ahead;
   }
-  const double cosine = std::max(attitude_of(state_.q_NB).cosine, 0.5);
+  const Attitude attitude = attitude_of(state_.q_NB);
+  const double cosine = std::max(attitude.cosine, 0.5);
   target.force_N =
       gas_force_N(acceleration - Vector3(bias_m_s2_, 0, 0), mass, Vector3(fans_N_ * cosine, 0, 0));
   const bool stand = program == Program::altitude || program == Program::attitude;
@@ -155,6 +219,7 @@ void Flight::act_gas(FlightOutput& output) noexcept {
   target.side = guided && !stand && !rests();
   target.roll = !stand && program != Program::traverse;
   target.full = (faults_ & kFansLost) != 0;
+  target.fresh = fresh(phase_, phase_s_);
   if (program == Program::attitude) {
     target.force_N = Vector3(4 * t.force_N * parameters_.profile.stand_on_s / kFrame_s, 0, 0);
   }
@@ -162,7 +227,23 @@ void Flight::act_gas(FlightOutput& output) noexcept {
     // along y there is no jet
     const double c = std::cos(roll_rad_), s = std::sin(roll_rad_);
     const Vector3 off = state_.position_N_m - leg_m_, v = state_.velocity_N_m_s;
-    target.tilt_z_rad = tilt_for_y(c * off.y() + s * off.z(), c * v.y() + s * v.z(), gain());
+    // against the wind it leans, which costs no gas
+    const double push_y = c * wind_m_s2_.y() + s * wind_m_s2_.z();
+    const double push_z = c * wind_m_s2_.z() - s * wind_m_s2_.y();
+    const double most = gain().lateral_max_tilt_rad;
+    const auto lean = [](double& now, double wanted) {
+      now += std::clamp(wanted - now, -kLeanStep_rad, kLeanStep_rad);
+    };
+    // at the ground the speed counts, not the place
+    const bool down = phase_ == Phase::descend || phase_ == Phase::escape;
+    // the attitude follows late: with the speed that it has by then
+    const double soon_m_s =
+        c * v.y() + s * v.z() + kLeanLag_s * (kGravity_m_s2 * attitude.tilt_z_rad + push_y);
+    lean(lean_z_rad_, tilt_for_y(c * off.y() + s * off.z(), (down ? kDownDamping : 1) * soon_m_s,
+                                 gain(), push_y));
+    lean(lean_y_rad_, std::clamp(push_z / kGravity_m_s2, -most, most));
+    target.tilt_y_rad = lean_y_rad_;
+    target.tilt_z_rad = lean_z_rad_;
   }
   const ControlOutput out = control_.step(state_, target);
   output.actuation.valve = out.valve;
@@ -191,7 +272,8 @@ void Flight::fly_by_fans(const FlightInputs& inputs, FlightOutput& output) noexc
       tilt_z -= std::clamp(-vy / kVelocityTime_s, -most, most) / kGravity_m_s2;
     }
     // without attitude the tilt grows every second
-    const double most = imu_usable() ? limits.parachute_m_s : limits.level_m_s;
+    const bool hot = (faults_ & kRunTime) != 0;
+    const double most = imu_usable() && !hot ? limits.parachute_m_s : limits.level_m_s;
     const double soft = std::max(kSoftSpeed_m_s + kSoftSlope_1_s * height_m_, kSoftSpeed_m_s);
     speed = brakes() ? 0 : -std::min(soft, most);
   } else {
@@ -210,9 +292,21 @@ void Flight::fly_by_fans(const FlightInputs& inputs, FlightOutput& output) noexc
   if (held || !imu_usable()) tilt_y = tilt_z = kNaN;
 
   const double mass = gas_.mass_kg(parameters_.body.mass_kg);
-  const PerFan rpm = fan_flight_.step(
-      {height_m_, climb_m_s_, bias_m_s2_}, height, speed, mass, tilt_y, tilt_z, state_.rate_B_rad_s,
-      inputs.rpm, parameters_.offset_s, control_.disturbance_y(), control_.disturbance_z());
+  PerFan rpm =
+      fan_flight_.step({height_m_, climb_m_s_, bias_m_s2_}, height, speed, mass, tilt_y, tilt_z,
+                       state_.rate_B_rad_s, inputs.rpm, parameters_.offset_s,
+                       control_.disturbance_y() - fan_y_Nm_ / parameters_.body.inertia_y_kg_m2,
+                       control_.disturbance_z() - fan_z_Nm_ / parameters_.body.inertia_z_kg_m2);
+  // Much too long in the air: it has to come down whatever the sensors say, but not to fall.
+  const bool sinks = climb_m_s_ < -kSinks_m_s && (faults_ & kAltimeterLost) == 0;
+  const bool over = fans_s_ > parameters_.fans.max_run_s + kOverTime_s;
+  weak_s_ = over && !sinks ? weak_s_ + kFrame_s : 0;
+  if (weak_s_ > 0) {
+    const double weight = mass * kGravity_m_s2;
+    const double most_rpm =
+        rpm_for(std::max(1 - kSinks_1_s * weak_s_, 0.0) * weight, parameters_.fans);
+    for (double& each : rpm) each = std::min(each, most_rpm);
+  }
   output.rpm_target = rpm;
   output.actuation.fan_throttle = fan_speed_.direct(rpm, inputs.rpm);
   output.attitude_error_rad =

@@ -8,13 +8,20 @@
 namespace lss::gnc::talaris {
 namespace {
 
+constexpr double kFoot_m = 0.5;                       // of a leg from the centre
 constexpr double kStopping_m_s2 = 1.2;                // sideways, when a flight is cut short
 constexpr double kContactBelow_m = 0.4;               // accelerations are ignored above
 constexpr double kShock = 1.6, kShockBelow_m = 0.15;  // one frame of that is enough
-constexpr double kOverdue_s = 4;                      // then a lost altimeter is not waited for
-constexpr double kGivenUp_s = 12;                     // so low and so long overdue it must stand
+// Speed that a shock takes away within two frames, and what is left of it: the ground, wherever the
+// altimeter has it. A valve stuck open adds 0.5 m/s in that time, without a shock.
+constexpr double kStruck_m_s = 0.55, kStopped_m_s = 0.35;
+constexpr double kImpact_m_s = 0.25;    // then what pushes it up is the ground, too
+constexpr double kOverdue_s = 4;        // then a lost altimeter is not waited for
+constexpr double kGivenUp_s = 12;       // so low and so long overdue it must stand
 constexpr double kSlowEnd_s = 4;        // by fans: until it sinks, and slower near the ground
 constexpr double kStandingTime_s = 12;  // on the ground, at most
+constexpr double kLastLimit_s = 40;     // in the air, beyond the time that the fans may run
+constexpr double kLongestHold_s = 4;
 constexpr double kThere_m = 0.12;
 constexpr double kStill_m_s = 0.085;  // more than half the change by the shortest pulse of two jets
 
@@ -24,17 +31,35 @@ Vector3 along(double roll_rad) noexcept { return {0, -std::sin(roll_rad), std::c
 
 void Flight::advance(const FlightInputs& inputs) noexcept {
   if (phase_ == Phase::touchdown) {
-    if (phase_s_ >= parameters_.limits.run_down_s) enter(Phase::landed);
+    note_touchdown();
+    if (phase_s_ < parameters_.limits.run_down_s) return;
+    judge_landing();
+    enter(Phase::landed);
     return;
   }
   if (airborne_) {
+    // pulses shake it in the air
+    const bool pulsed = plan_.request.program == Program::hop && (faults_ & kValvesLost) == 0;
+    if (pulsed && !by_fans() && touchdown_.stands()) {
+      const bool down = phase_ == Phase::descend || phase_ == Phase::escape;
+      if (!down) fall_short(Shortfall::no_lift_off);
+      before_contact_ = before_;
+      airborne_ = false;
+      enter(Phase::touchdown);
+      return;
+    }
+    if (fans_s_ > parameters_.fans.max_run_s + kLastLimit_s) return all_stop();
     if ((phase_ == Phase::descend || phase_ == Phase::escape || phase_ == Phase::parachute) &&
         touches(inputs)) {
+      before_contact_ = before_;
       airborne_ = false;
       enter(Phase::touchdown);
     } else {
       advance_in_air();
     }
+    const double falls_m_s = std::max(-(expected_m_s2_ + bias_m_s2_), 0.0) * kFrame_s;
+    const double turns_m_s = kFoot_m * state_.rate_B_rad_s.tail<2>().norm();
+    before_ = {before_[1], {state_.velocity_N_m_s, falls_m_s + turns_m_s}};
     return;
   }
   if (phase_ == Phase::spin_up && silent_s_ > 0) return;  // begins when its position is known
@@ -57,7 +82,8 @@ void Flight::leave_ground() noexcept {
   Target target;
   target.position_m = start_m_ + Vector3(plan_.request.height_m, 0, 0);
   target.time_to_go_s = plan_.climb_s;
-  leg_m_ = target.position_m;
+  leg_m_ = goal_m_ = target.position_m;
+  corridor_.begin(start_m_, leg_m_, target.time_to_go_s);
   guidance_.aim(target);
   enter(Phase::ascend);
 }
@@ -66,7 +92,30 @@ void Flight::begin_leg() noexcept {
   Target target;
   if (!plan_.flies) leg_m_ = state_.position_N_m;
   target.position_m = leg_m_ + plan_.request.distance_m * along(roll_rad_);
-  target.time_to_go_s = plan_.traverse_s;
+  target.time_to_go_s = traverse_s_;
+  corridor_.begin(leg_m_, target.position_m, traverse_s_);
+  goal_m_ = target.position_m;
+  guidance_.aim(target);
+  enter(Phase::traverse);
+}
+
+// The traverse, after a hold: from here, at the planned mean speed.
+void Flight::resume() noexcept {
+  Target target;
+  target.position_m = goal_m_;
+  const double left_m = (goal_m_ - state_.position_N_m).tail<2>().norm();
+  const double whole_m = std::max(std::abs(plan_.request.distance_m), 0.1);
+  const double waited_s = flown_s_;
+  // the shorter way has the same peak of acceleration
+  target.time_to_go_s =
+      std::max(plan_.traverse_s * std::sqrt(std::min(left_m / whole_m, 1.0)), 2 * kMinTimeToGo_s);
+  leg_m_ = target.position_m;
+  traverse_s_ = target.time_to_go_s;
+  // the end of the plan moves: that of the traverse is known, keep and descent are as planned
+  const double rest_s =
+      plan_.total_s - plan_.climb_s - plan_.hover_s - plan_.turn_s - plan_.traverse_s;
+  extra_s_ = std::max(waited_s + traverse_s_ + rest_s - plan_.total_s, 0.0);
+  corridor_.begin(state_.position_N_m, goal_m_, traverse_s_);
   guidance_.aim(target);
   enter(Phase::traverse);
 }
@@ -113,10 +162,14 @@ void Flight::advance_in_air() noexcept {
       if (turned()) next_leg();
       return;
     case Phase::traverse:
-      if (phase_s_ >= plan_.traverse_s) enter(Phase::brake);
+      if (phase_s_ >= traverse_s_) enter(Phase::brake);
+      return;
+    case Phase::hold:
+      if ((now_judged_.back && guidance_.time_to_go_s() <= 0) || phase_s_ >= kLongestHold_s)
+        resume();
       return;
     case Phase::brake:
-      if (phase_s_ < plan_.keep_s) return;
+      if (phase_s_ < brake_s_) return;
       if (plan_.request.program == Program::parachute) {
         fan_flight_.begin();
         enter(Phase::parachute);
@@ -129,6 +182,7 @@ void Flight::advance_in_air() noexcept {
           Target target = guidance_.target();
           target.position_m.tail<2>() = place.tail<2>();
           leg_m_ = target.position_m;
+          corridor_.begin(corridor_.place_N_m(), leg_m_, target.time_to_go_s);
           guidance_.aim(target);
         }
         enter(Phase::descend);
@@ -214,10 +268,22 @@ bool Flight::touches(const FlightInputs& inputs) noexcept {
   const bool low =
       height_m_ < limits.contact_height_m && std::abs(climb_m_s_) < limits.contact_speed_m_s;
   low_frames_ = low && !blind ? low_frames_ + 1 : 0;
-  // without a known height, only once the ground is due
-  const bool near =
-      blind ? below_s_ > -kGuidancePeriod_s - kMinTimeToGo_s : height_m_ < kContactBelow_m;
   const double more = state_.acceleration_N_m_s2.x() - expected_m_s2_ - bias_m_s2_;
+  // What the ground takes of its speed, whatever height and speed navigation has.
+  const bool felt = heard_ && silent_s_ <= 0;
+  const double taken_m_s = felt ? (more + more_m_s2_) * kFrame_s : 0;
+  if (taken_m_s > impact_m_s_) {
+    impact_m_s_ = taken_m_s;
+    before_impact_ = before_;
+  }
+  const bool stopped =
+      inputs.shock && std::abs(climb_m_s_) < kStopped_m_s && (faults_ & kFansLost) == 0;
+  const bool struck = stopped && taken_m_s > kStruck_m_s;
+  impacted_ = impacted_ || (stopped && taken_m_s > kImpact_m_s);
+  // without a known height, only once the ground is due
+  const bool near = impacted_ || (blind ? below_s_ > -kGuidancePeriod_s - kMinTimeToGo_s
+                                        : height_m_ < kContactBelow_m);
+  more_m_s2_ = felt ? std::max(more, 0.0) : 0;
   const bool asked = imu_usable() && silent_s_ <= 0 && near;
   const bool held = asked && more > limits.contact_m_s2;
   const bool shock =
@@ -231,6 +297,7 @@ bool Flight::touches(const FlightInputs& inputs) noexcept {
     below_s_ += kFrame_s;
   }
   if (low_frames_ >= 2 || contact_frames_ >= 2 || shock || (near && inputs.contact)) return true;
+  if (imu_usable() && (struck || touchdown_.supported())) return true;
   // Fans and valves are never cut by the clock while it is known to be high.
   return !high && below_s_ > (blind ? kOverdue_s : kGivenUp_s);
 }
@@ -259,7 +326,7 @@ double Flight::needed_gas_s() const noexcept {
   if (phase_ == Phase::escape || phase_ == Phase::descend) return landing_gas_s();
   if (plan_.total_s <= 0) return 0;
   // by time; the traverse is what costs more than hovering
-  const double elapsed = airborne_ ? flown_s_ : 0;
+  const double elapsed = airborne_ ? flown_s_ - extra_s_ : 0;
   return plan_.gas_s * std::clamp(1 - elapsed / plan_.total_s, 0.0, 1.0);
 }
 

@@ -23,7 +23,8 @@ void Guidance::aim(const Target& target) noexcept {
 
 Vector3 Guidance::step(const Vector3& position_m, const Vector3& velocity_m_s,
                        double ahead_s) noexcept {
-  if (anew_ || since_s_ >= kGuidancePeriod_s - kFrame_s / 2) {
+  const bool near = left_s_ < kMinTimeToGo_s;
+  if (anew_ || near || since_s_ >= kGuidancePeriod_s - kFrame_s / 2) {
     // with T frozen the target moves on at its own speed, else it would never be overtaken
     Target target = target_;
     const double T = std::max(left_s_, kMinTimeToGo_s);

@@ -10,9 +10,9 @@ namespace {
 constexpr double kTooMuchCarry = 0.75;  // of the clamp: then pushing does not wait for roll
 }
 
-double tilt_for_y(double y_m, double y_rate_m_s, const Gains& g) noexcept {
+double tilt_for_y(double y_m, double y_rate_m_s, const Gains& g, double push_m_s2) noexcept {
   const double wn = g.lateral_wn_rad_s;
-  const double a = -wn * wn * y_m - 2 * g.lateral_zeta * wn * y_rate_m_s;
+  const double a = -wn * wn * y_m - 2 * g.lateral_zeta * wn * y_rate_m_s - push_m_s2;
   if (!std::isfinite(a)) return 0;
   return std::clamp(a / kGravity_m_s2, -g.lateral_max_tilt_rad, g.lateral_max_tilt_rad);
 }

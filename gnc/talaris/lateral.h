@@ -11,8 +11,8 @@
 
 namespace lss::gnc::talaris {
 
-// Tilt about +z that moves the vehicle towards y = 0: PD, limited.
-double tilt_for_y(double y_m, double y_rate_m_s, const Gains& gains) noexcept;
+// Tilt about +z that moves the vehicle towards y = 0 against a steady `push_m_s2`: PD, limited.
+double tilt_for_y(double y_m, double y_rate_m_s, const Gains& gains, double push_m_s2 = 0) noexcept;
 
 class SideJets {
  public:

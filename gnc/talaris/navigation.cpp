@@ -8,6 +8,8 @@ namespace {
 
 constexpr double kLongest_s = 0.02;  // step of dead reckoning
 constexpr int kMostSteps = 200;      // bounds the time of one gap
+// Along the way the ground rises and falls like a random walk: its slope lasts for so long.
+constexpr double kGroundWave_m = 5;
 // variance of a median relative to that of one reading, for many of them
 constexpr double kMedian = 1.5707963267948966;
 
@@ -109,7 +111,7 @@ void Navigation::align() noexcept {
   force_m_ = a.up_B * p.gravity_m_s2 + a.accelerometer_bias_m_s2;
 }
 
-const NavState& Navigation::step(const Batch& batch, bool standing) noexcept {
+const NavState& Navigation::step(const Batch& batch, bool standing, bool slides) noexcept {
   if (!aligned()) return state_;
   way_ = {};
   std::size_t next = 0;
@@ -152,7 +154,7 @@ const NavState& Navigation::step(const Batch& batch, bool standing) noexcept {
   if (!heard) ++counters_.frames_held;
   // later ranges are after the frame: not measured yet
   counters_.ranges_bad += static_cast<std::uint32_t>(batch.ranges.size() - next);
-  if (standing) stand_still();
+  if (standing) stand_still(slides);
   hold_to_stand();
   publish(batch.end_ns);
   return state_;
@@ -170,6 +172,7 @@ void Navigation::advance(std::int64_t until_ns) noexcept {
   filter_ns_ = until_ns;
   way_.time_s += dt;
   way_.velocity_m_s += dt * ekf_.acceleration_N_m_s2();
+  way_.turned_rad += dt * rate_m_;
 }
 
 // The same without a sample for this time: in small steps, with growing uncertainty.
@@ -201,12 +204,19 @@ void Navigation::use_range(const RangeSample& sample) noexcept {
     ++counters_.ranges_bad;
     return;
   }
+  const double since_s = in_seconds(sample.time_ns - last_range_ns_);
   last_range_ns_ = sample.time_ns;
   // within the present sample, or without one
   if (at_ns <= last_imu_ns_) {
     advance(at_ns);
   } else {
     reckon(at_ns);
+  }
+  const double slope = p.pointing == Pointing::down ? std::tan(p.ground_slope_rad) : 0;
+  if (slope > 0) {
+    // Else the filter explains hills by a tilt that it does not have.
+    const double way_m = ekf_.nominal().velocity_N_m_s.tail<2>().norm() * since_s;
+    ekf_.blur_axis(beam_.axis, square(slope) * kGroundWave_m * way_m, 0);
   }
   const double ago_s = in_seconds(filter_ns_ - at_ns);
   Nominal then = ekf_.nominal();
@@ -216,12 +226,13 @@ void Navigation::use_range(const RangeSample& sample) noexcept {
     ++counters_.ranges_bad;
     return;
   }
-  const Ekf::Measurement m{beam_.axis,
-                           e.by_position,
-                           -ago_s * e.by_position,
-                           e.by_attitude,
-                           sample.range_m - e.range_m,
-                           square(p.range_sigma_m)};
+  Ekf::Measurement m;
+  m.axis = beam_.axis;
+  m.by_position = e.by_position;
+  m.by_velocity = -ago_s * e.by_position;
+  m.by_attitude = e.by_attitude;
+  m.residual = sample.range_m - e.range_m;
+  m.variance = square(p.range_sigma_m) + square(slope * e.range_m) * (1 - square(e.cosine));
   const double variance = ekf_.correct(m, p.gate_sigma);
   counters_.innovation_m = m.residual;
   counters_.innovation_sigma_m = std::sqrt(variance);
@@ -255,15 +266,24 @@ void Navigation::reopen(const Ekf::Measurement& m, std::int64_t at_ns) noexcept 
   ++counters_.gates_reopened;
 }
 
-// Standstill: the velocity is zero.
-void Navigation::stand_still() noexcept {
+// Standstill: velocity and rate are zero.
+void Navigation::stand_still(bool slides) noexcept {
   for (int axis = 0; axis < 3; ++axis) {
     Ekf::Measurement m;
     m.axis = axis;
-    m.by_velocity = 1;
-    m.residual = -ekf_.nominal().velocity_N_m_s(axis);
-    m.variance = square(parameters_.standing_sigma_m_s);
-    ekf_.correct(m);
+    if (!slides) {
+      m.by_velocity = 1;
+      m.residual = -ekf_.nominal().velocity_N_m_s(axis);
+      m.variance = square(parameters_.standing_sigma_m_s);
+      ekf_.correct(m);
+    }
+    if (!(way_.time_s > 0)) continue;
+    m.by_velocity = 0;
+    m.by_rate_bias = 1;
+    m.residual = way_.turned_rad(axis) / way_.time_s - ekf_.nominal().gyro_bias_rad_s(axis);
+    m.variance =
+        square(parameters_.standing_sigma_rad_s) + square(parameters_.rate_noise) / way_.time_s;
+    ekf_.correct(m, parameters_.gate_sigma);
   }
 }
 

@@ -43,7 +43,8 @@ class Navigation {
   // done, when the IMU was silent for longer than `hold_s`, and after that until the attitude is
   // known to `lost_attitude_rad` (mostly: until calibrated again). Silence is bridged with the last
   // rate and force. `standing`: it stands on the ground, nothing moves; no drift then.
-  const NavState& step(const Batch& batch, bool standing = false) noexcept;
+  // `slides`: light on its legs it may slide, but does not turn.
+  const NavState& step(const Batch& batch, bool standing = false, bool slides = false) noexcept;
   const NavState& state() const noexcept { return state_; }  // of the last step, or as calibrated
   const NavCounters& counters() const noexcept { return counters_; }
   const Ekf& filter() const noexcept { return ekf_; }  // at the last IMU sample or range
@@ -56,7 +57,7 @@ class Navigation {
   void reckon(std::int64_t until_ns) noexcept;
   void use_range(const RangeSample& sample) noexcept;
   void reopen(const Ekf::Measurement& m, std::int64_t at_ns) noexcept;
-  void stand_still() noexcept;
+  void stand_still(bool slides) noexcept;
   void hold_to_stand() noexcept;
   void hold_axis(int axis, int component) noexcept;
   void publish(std::int64_t end_ns) noexcept;
@@ -76,6 +77,7 @@ class Navigation {
   struct Way {
     double time_s = 0;
     Vector3 velocity_m_s = Vector3::Zero();  // by acceleration, without corrections
+    Vector3 turned_rad = Vector3::Zero();    // as measured, with bias, B
   };
   Way way_;  // of this frame
   // Consecutive ranges outside the gate that agree with each other.

@@ -28,6 +28,7 @@ const char* check(const NavigationParameters& p) noexcept {
                              p.start_velocity_sigma_m_s,
                              p.start_heading_sigma_rad,
                              p.standing_sigma_m_s,
+                             p.standing_sigma_rad_s,
                              p.stand.position_sigma_m,
                              p.stand.velocity_sigma_m_s,
                              p.stand.attitude_sigma_rad,
@@ -37,11 +38,11 @@ const char* check(const NavigationParameters& p) noexcept {
       return "a time, limit, sigma or noise of navigation is not above 0";
     }
   }
-  const double not_negative[] = {p.force_bias_walk, p.rate_bias_walk, p.gap_rotation_rad_s2,
-                                 p.gap_acceleration_m_s2, p.range_latency_s};
+  const double not_negative[] = {p.force_bias_walk,       p.rate_bias_walk,  p.gap_rotation_rad_s2,
+                                 p.gap_acceleration_m_s2, p.range_latency_s, p.ground_slope_rad};
   for (const double x : not_negative) {
     if (!(x >= 0) || !std::isfinite(x)) {
-      return "a random walk, gap or latency of navigation is below 0";
+      return "a random walk, gap, latency or slope of navigation is below 0";
     }
   }
   if (!p.altimeter_at_B_m.allFinite() || !std::isfinite(p.roll_rad) || !std::isfinite(p.height_m)) {

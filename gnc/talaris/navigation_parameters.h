@@ -32,6 +32,7 @@ struct NavigationParameters {
   bool altimeter = true;                       // false: there is none, dead reckoning only
   Vector3 altimeter_at_B_m = Vector3::Zero();  // from the centre of mass, mounting [D]
   double range_sigma_m = 0.01;                 // 3 mm by data sheet, and the ground's roughness
+  double ground_slope_rad = 4 * kDegree;       // of ground flown over, 1 sigma [D]
   double range_min_m = 0.1;
   double range_max_m = 30;
   double range_latency_s = 0;          // from the measurement to the first byte [D]
@@ -76,8 +77,9 @@ struct NavigationParameters {
   double force_bias_sigma_m_s2 = 0.03;    // across the vertical: not visible to levelling [D]
   double start_position_sigma_m = 0.001;  // horizontal: its place is the origin
   double start_velocity_sigma_m_s = 0.001;
-  double start_heading_sigma_rad = 1e-4;  // it defines the axes of N
-  double standing_sigma_m_s = 0.01;       // velocity of a standing vehicle: it trembles [D]
+  double start_heading_sigma_rad = 1e-4;         // it defines the axes of N
+  double standing_sigma_m_s = 0.01;              // velocity of a standing vehicle: it trembles [D]
+  double standing_sigma_rad_s = 0.01 * kDegree;  // mean rate of it in a frame [D]
 
   Stand stand;
   double gravity_m_s2 = kGravity_m_s2;  // where the vehicle flies

@@ -142,6 +142,21 @@ const char* check(const Limits& l) noexcept {
            "5 m/s2";
   }
   if (!within(l.run_down_s, 0.2, 20)) return "limits: run_down must be 0.2 to 20 s";
+  if (!within(l.corridor_side_m, 0.5, 100) || !within(l.corridor_height_m, 0.2, 20) ||
+      !within(l.corridor_m_s, 0.2, 10) || !within(l.corridor_tilt_rad, 0.05, 1.2) ||
+      !within(l.corridor_late_s, 1, 60) || !within(l.wind_m_s2, 0.1, 3)) {
+    return "limits: corridor_side must be 0.5 to 100 m, corridor_height 0.2 to 20 m, corridor "
+           "0.2 to 10 m/s, corridor_tilt 3 to 68 deg, corridor_late 1 to 60 s, wind 0.1 to 3 m/s2";
+  }
+  if (!(l.waver_m > 0) || l.waver_m > l.corridor_side_m || !(l.waver_m_s > 0) ||
+      l.waver_m_s > l.corridor_m_s) {
+    return "limits: waver must be above 0 and inside the corridor";
+  }
+  if (!within(l.place_m, 0.2, 100) || !within(l.touchdown_m_s, 0.1, 3) ||
+      !within(l.touchdown_side_m_s, 0.1, 3) || !within(l.upright_rad, 0.05, 1)) {
+    return "limits: place must be 0.2 to 100 m, touchdown and touchdown_side 0.1 to 3 m/s, upright "
+           "3 to 57 deg";
+  }
   return nullptr;
 }
 

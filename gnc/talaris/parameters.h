@@ -100,8 +100,8 @@ struct Gains {
   // lateral y by tilt; z by jets
   double lateral_wn_rad_s = 0.45;
   double lateral_zeta = 0.9;
-  double lateral_max_tilt_rad = 0.05;
-  double lateral_carry_N_s = 8;  // sigma-delta clamp
+  double lateral_max_tilt_rad = 0.15;  // 66 N of wind
+  double lateral_carry_N_s = 8;        // sigma-delta clamp
   // fans: rpm
   double rpm_kp = 0.3;  // throttle per share of max_rpm
   double rpm_ki_1_s = 1.0;
@@ -134,6 +134,21 @@ struct Limits {
   double contact_speed_m_s = 0.08;
   double contact_m_s2 = 0.45;  // more than commanded, on the way down: contact
   double run_down_s = 2;       // fans after touchdown
+  // The corridor of a hop around its plan (ours); above: the flight ends here, in good order.
+  double corridor_side_m = 8;
+  double corridor_height_m = 1.8;
+  double corridor_m_s = 2.5;  // sideways, off the planned speed
+  double corridor_tilt_rad = 20 * kDegree;
+  double corridor_late_s = 15;
+  double wind_m_s2 = 1.3;  // steady push over mass: 58 N; leaning stands 66 N; half more along z
+  // So far off it waits and comes back.
+  double waver_m = 4;
+  double waver_m_s = 2;
+  // What counts as a landing as planned, by what navigation cannot exclude (3 sigma).
+  double place_m = 6;
+  double touchdown_m_s = 1.0;
+  double touchdown_side_m_s = 0.5;
+  double upright_rad = 20 * kDegree;
 };
 
 struct Parameters {

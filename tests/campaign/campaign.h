@@ -31,6 +31,7 @@ struct Run {
   double slowest_rest_s = 0;      // from leaving Operational
   double slowest_cut_rest_s = 0;  // the same with the bus cut
   double slowest_idle_s = 0;      // from clearing of all faults to Idle
+  std::string outcome;            // how it stood in the end, of vehicles that can fall
 };
 
 struct Subject {

@@ -17,6 +17,8 @@
 //   bool sound() const                        orders are numbers in their ranges
 //   bool rests() const                        the vehicle does nothing
 //   std::string motion() const                its motion, for a person
+//   std::string outcome() const               how it stands, when a vehicle can end otherwise
+//   bool can_start() const                    as it stands; a hopper on its side cannot
 //   static std::span<const CommandInfo> commands()
 
 #include <fmt/format.h>
@@ -222,6 +224,11 @@ class Scenario {
     // What is not well yet, as a motor that is still hot, says so and is taken out of service
     // again.
     if (!comes_to_idle()) return broke("restored, it does not come back to Idle: " + faults());
+    if constexpr (requires { world_.outcome(); }) {
+      run_.outcome = world_.outcome();
+      say(run_.outcome);
+      if (!world_.can_start()) return;
+    }
     say("starts again");
     if (!world_.start()) return broke("repaired and in Idle, it does not start again: " + faults());
     send(static_cast<std::uint16_t>(CommandKind::stop), {});

@@ -18,6 +18,7 @@ void Summary::add(const Run& run) {
   slowest_rest_s = std::max(slowest_rest_s, run.slowest_rest_s);
   slowest_cut_rest_s = std::max(slowest_cut_rest_s, run.slowest_cut_rest_s);
   slowest_idle_s = std::max(slowest_idle_s, run.slowest_idle_s);
+  if (!run.outcome.empty()) ++outcomes[run.outcome];
   for (const std::string& what : run.broken)
     complaints.push_back(fmt::format("{}: {}", run.number, what));
 }
@@ -49,7 +50,7 @@ Conditions of every frame, after any event:
 - orders are numbers in their ranges;
 - every command is ended exactly once: rejected, completed, failed or superseded;
 - no exception, and frame numbers continue;
-- after all faults are cleared, the vehicle returns to Idle and starts again.
+- after all faults are cleared, the vehicle returns to Idle and, unless it lies on its side, starts again.
 
 | vehicle | operation during the faults | scenarios | all satisfied | faults | commands | of them rejected | stops to FatalError | frames | simulated | times real time, by one CPU |
 |---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|
@@ -63,11 +64,15 @@ Conditions of every frame, after any event:
   }
   text +=
       "\n| vehicle | standstill is | must be within | slowest | with the bus cut or noisy | "
-      "slowest | slowest return to Idle |\n|---|---|---:|---:|---:|---:|---:|\n";
+      "slowest | slowest return to Idle | how it ended |\n|---|---|---:|---:|---:|---:|---:|---|\n";
   for (const Summary& s : summaries) {
-    text += fmt::format("| {} | {} | {:g} s | {:.2f} s | {:g} s | {:.2f} s | {:.0f} s |\n",
+    std::string ended;
+    for (const auto& [outcome, count] : s.outcomes)
+      ended += fmt::format("{}{}: {}", ended.empty() ? "" : "; ", outcome, count);
+    text += fmt::format("| {} | {} | {:g} s | {:.2f} s | {:g} s | {:.2f} s | {:.0f} s | {} |\n",
                         s.subject.vehicle, s.subject.at_rest, s.subject.rest_s, s.slowest_rest_s,
-                        s.subject.cut_rest_s, s.slowest_cut_rest_s, s.slowest_idle_s);
+                        s.subject.cut_rest_s, s.slowest_cut_rest_s, s.slowest_idle_s,
+                        ended.empty() ? "always as it should" : ended);
   }
   for (const Summary& s : summaries) {
     if (s.complaints.empty()) continue;

@@ -2,6 +2,7 @@
 
 // The result of a fault campaign, as a line and as a document.
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -16,7 +17,8 @@ struct Summary {
   unsigned runs = 0, broken = 0;
   std::uint64_t frames = 0, faults = 0, commands = 0, rejected = 0, stops = 0;
   double simulated_s = 0, cpu_s = 0, slowest_rest_s = 0, slowest_cut_rest_s = 0, slowest_idle_s = 0;
-  std::vector<std::string> complaints;  // "17: 3.2 s: ..."
+  std::map<std::string, unsigned> outcomes;  // of vehicles that can fall
+  std::vector<std::string> complaints;       // "17: 3.2 s: ..."
 
   void add(const Run& run);
   std::string line() const;

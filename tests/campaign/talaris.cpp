@@ -23,8 +23,15 @@ struct World {
   World(unsigned seed, Dice&)
       : chain({.config = "hop", .world = sim::talaris::dispersed({}, seed), .seed = seed}) {}
 
-  // Where it fell over the altimeter sees no ground: then there is nothing to start.
-  bool start() { return !upright() || chain.start(); }
+  bool start() { return chain.start(); }
+  // Where it fell over the altimeter sees no ground.
+  bool can_start() const { return upright(); }
+  std::string outcome() const {
+    if (!lifted_) return "never left the ground";
+    const double down_m_s = chain.world().plant().touchdown().down_m_s;
+    if (!upright()) return "fell over";
+    return down_m_s <= 2 ? "upright, landed below 2 m/s" : "upright, landed harder";
+  }
   bool upright() const {
     constexpr double kUpright = 0.9;  // cosine of the tilt
     return (chain.body().attitude * Eigen::Vector3d::UnitX()).x() > kUpright;
@@ -32,6 +39,7 @@ struct World {
   bool begin(Dice& dice) {
     if (!chain.prepare()) return false;
     if (!chain.fly(talaris::Program::hop, {.height_m = 2, .distance_m = 30})) return false;
+    chain.after_step = [this] { lifted_ = lifted_ || chain.world().plant().clearance_m() > 0.05; };
     chain.run(dice.between(0, 12));
     return true;
   }
@@ -45,8 +53,22 @@ struct World {
     });
   }
   bool sound() const {
-    return std::ranges::all_of(chain.orders().fan_us,
-                               [](std::uint16_t us) { return us >= 1000 && us <= 2000; });
+    const talaris::TalarisOrders& o = chain.orders();
+    return std::ranges::all_of(o.fan_us,
+                               [](std::uint16_t us) { return us >= 1000 && us <= 2000; }) &&
+           std::ranges::all_of(
+               o.pulse,
+               [](const talaris::ValvePulse& p) {
+                 constexpr TimeNs kLeast = 40 * kMillisecond, kFrame = 200 * kMillisecond;
+                 const bool whole =
+                     p.delay_ns >= 0 && p.on_ns >= 0 && p.delay_ns + p.on_ns <= kFrame;
+                 return whole &&
+                        (p.on_ns == 0 || p.on_ns >= kLeast || p.delay_ns + p.on_ns == kFrame);
+               }) &&
+           std::ranges::all_of(o.hold, [&](const talaris::ValveHold& h) {
+             constexpr TimeNs kLongest = 30 * kSecond;
+             return !h.open || (h.until_ns > o.release_ns && h.until_ns <= o.release_ns + kLongest);
+           });
   }
   bool rests() const {
     const auto& gas = chain.world().gas();
@@ -67,6 +89,7 @@ struct World {
   static std::span<const CommandInfo> commands() { return talaris::kCommands; }
 
   Chain chain;
+  bool lifted_ = false;
 };
 
 }  // namespace

@@ -166,7 +166,6 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     phase_ = gnc::talaris::Phase::ready;
     reaction_ = gnc::talaris::Reaction::none;
     faults_ = pending_ = 0;
-    touchdown_m_s_ = 0;
     executed_ns_ = now_ns_;
     begun_ = flight_.execute();
   }

@@ -78,11 +78,13 @@ void read_altimeter(config::Section s, Parameters& p) {
   for (std::size_t i = 0; i < at.size() && i < 3; ++i)
     n.altimeter_at_B_m[static_cast<Eigen::Index>(i)] = static_cast<double>(at[i]) * 1e-3;
   read(s, "sigma_m", n.range_sigma_m, 0.001, 1);
+  read(s, "ground_slope_deg", n.ground_slope_rad, 0, 20, kDegree);
   read(s, "nearest_m", n.range_min_m, 0.01, 5);
   read(s, "farthest_m", n.range_max_m, 1, 200);
   read(s, "max_slant_deg", n.max_tilt_rad, 5, 75, kDegree);
   if (n.range_min_m >= n.range_max_m) s.error("nearest_m", "nearest_m must be below farthest_m");
   read_ms(s, "latency_ms", p.buses.altimeter.latency_ns, 0, 200);
+  read(s, "repeats", p.altimeter_repeats, 3, 100);
   read_adjustable(s, "altimeter", p);
   p.buses.altimeter.nearest_m = n.range_min_m;
   p.buses.altimeter.farthest_m = n.range_max_m;
@@ -137,6 +139,7 @@ void read_navigation(config::Section s, g::NavigationParameters& n) {
   read(s, "start_sigma_m_s", n.start_velocity_sigma_m_s, 1e-5, 1);
   read(s, "start_heading_sigma_deg", n.start_heading_sigma_rad, 1e-4, 10, kDegree);
   read(s, "standing_sigma_m_s", n.standing_sigma_m_s, 1e-5, 1);
+  read(s, "standing_sigma_deg_s", n.standing_sigma_rad_s, 1e-4, 1, kDegree);
   read(s, "gravity_m_s2", n.gravity_m_s2, 1, 12);
 }
 
@@ -226,7 +229,20 @@ void read_profile(config::Section s, Parameters& p) {
 
 void read_limits(config::Section s, Parameters& p) {
   read_adjustable(s, "limits", p);
-  read(s, "altimeter_share", p.flight.limits.altimeter_share, 0.1, 1);
+  g::Limits& l = p.flight.limits;
+  read(s, "altimeter_share", l.altimeter_share, 0.1, 1);
+  read(s, "corridor_side_m", l.corridor_side_m, 0.5, 100);
+  read(s, "corridor_height_m", l.corridor_height_m, 0.2, 20);
+  read(s, "corridor_m_s", l.corridor_m_s, 0.2, 10);
+  read(s, "corridor_tilt_deg", l.corridor_tilt_rad, 3, 68, kDegree);
+  read(s, "corridor_late_s", l.corridor_late_s, 1, 60);
+  read(s, "wind_m_s2", l.wind_m_s2, 0.1, 3);
+  read(s, "waver_m", l.waver_m, 0.1, 100);
+  read(s, "waver_m_s", l.waver_m_s, 0.1, 10);
+  read(s, "place_m", l.place_m, 0.2, 100);
+  read(s, "touchdown_m_s", l.touchdown_m_s, 0.1, 3);
+  read(s, "touchdown_side_m_s", l.touchdown_side_m_s, 0.1, 3);
+  read(s, "upright_deg", l.upright_rad, 3, 57, kDegree);
 }
 
 void read_gains(config::Section& s, g::Gains& k) {

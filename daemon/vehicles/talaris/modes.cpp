@@ -123,7 +123,10 @@ constexpr std::array kRows = {
     stay(event::plan, kOperational, kByHand | kInStandby | kInCalibrate, 0, kPlan),
     stay(event::gains, kIdle | kOperational, kByHand | kInStandby, 0, kGains),
     aim(event::land, g(Goal::idle), 0, Goal::idle, 0),
-    // From every mode: on the ground the guard gives the reason.
+    // Before lift-off it ends the flight: nobody who wants it down may see it rise.
+    Row{event::land, kOperational, kInExecute, 0, g(Goal::none), State::operational,
+        m(Mode::standby), g(Goal::none), kShut | kEndFlight},
+    // From every other mode: on the ground the guard gives the reason.
     Row{event::land, kOperational, lc::kAnyMode, lc::guard(kInAir), kKeep, State::operational,
         kKeep, g(Goal::landing), kLand},
 

@@ -80,6 +80,7 @@ void Sensors::take(const Range& range, TimeNs time) noexcept {
     ++errors_in_frame_;
     return;
   }
+  repeats_ = range.range_m == range_m_ ? repeats_ + 1 : 0;
   range_m_ = range.range_m;
   range_ns_ = time;
   if (range_count_ < kMaxRanges)

@@ -47,6 +47,7 @@ class Sensors {
   bool altimeter_lost() const noexcept;
   double range_m() const noexcept { return range_m_; }  // last good one; NaN: none yet
   double range_age_s() const noexcept { return age_s(range_ns_); }
+  int range_repeats() const noexcept { return repeats_; }  // identical to the one before, in a row
   std::uint8_t range_errors() const noexcept { return errors_in_frame_; }
   std::uint8_t range_error() const noexcept { return error_; }  // last one
   std::uint64_t range_errors_in_all() const noexcept { return errors_; }
@@ -94,6 +95,7 @@ class Sensors {
 
   TimeNs range_ns_ = 0, altimeter_ns_ = 0;
   double range_m_ = gnc::talaris::kNaN;
+  int repeats_ = 0;
   std::uint8_t error_ = 0, errors_in_frame_ = 0;
   std::uint64_t errors_ = 0;
 

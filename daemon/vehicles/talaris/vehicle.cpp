@@ -10,6 +10,9 @@ namespace {
 
 using gnc::talaris::NavState;
 
+// Share of the weight that the fans carry, above which it may slide on a slope.
+constexpr double kLight = 0.5;
+
 TimeNs nanoseconds(double s) noexcept { return std::llround(s * 1e9); }
 
 // Rounding must not make a pulse longer than its frame.
@@ -70,9 +73,15 @@ void Vehicle::navigate(TimeNs) noexcept {
     navigation_.calibrate(sensors_.batch());
   } else if (navigation_.aligned()) {
     using gnc::talaris::Phase;
-    const bool waits = output_.phase == Phase::ready || output_.phase == Phase::spin_up;
-    const bool standing = mode() == Mode::standby || (mode() == Mode::execute && waits);
-    navigation_.step(sensors_.batch(), standing);
+    const bool spins_up = output_.phase == Phase::spin_up;
+    const bool light =
+        spins_up && output_.lift_m_s2 > kLight * gnc::talaris::kGravity_m_s2 && !output_.still;
+    const bool waits = output_.phase == Phase::ready || spins_up;
+    const bool standing =
+        mode() == Mode::standby || (mode() == Mode::execute && (waits || output_.stands));
+    gnc::talaris::Batch batch = sensors_.batch();
+    if (altimeter_repeats()) batch.ranges = {};
+    navigation_.step(batch, standing, light);
   }
 }
 
@@ -83,6 +92,7 @@ void Vehicle::guide(TimeNs now) noexcept {
   in.nav.valid = in.nav.valid && sensors_.imu_heard();
   in.imu_age_s = sensors_.imu_age_s();
   in.contact = touches();
+  in.shock = contact_.shocked();
   in.range_m = sensors_.range_m();
   in.range_age_s = sensors_.range_age_s();
   in.valve_age_s = answers(kValveNode) ? sensors_.gas_age_s() : in.valve_age_s;
@@ -91,10 +101,16 @@ void Vehicle::guide(TimeNs now) noexcept {
   in.tank_kPa = sensors_.tank_kPa();
   in.regulated_kPa = sensors_.regulated_kPa();
   if (overrun_) in.faults |= gnc::talaris::kOverruns;
+  if (altimeter_repeats()) in.faults |= gnc::talaris::kAltimeterLost;
   if (sensors_.imu_stuck()) in.faults |= gnc::talaris::kImuLost;
   if (gate_failed_ >= 2)
     in.faults |= gnc::talaris::kValvesLost;  // such orders mean: no valves, fans alone
   output_ = flight_.step(in);
+}
+
+// In the air each reading differs. On the ground a good altimeter may say the same for long.
+bool Vehicle::altimeter_repeats() const noexcept {
+  return output_.airborne && sensors_.range_repeats() >= parameters_.altimeter_repeats;
 }
 
 // Whether the IMU detects the ground; on the way down only, since valves and fans shake it.

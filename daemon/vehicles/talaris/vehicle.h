@@ -61,9 +61,9 @@ class Vehicle final : public Actor, private SolveTarget {
   void keep(V& v) {
     v(parameters_, tunables_, sensors_, navigation_, flight_, contact_, output_, hand_, script_,
       solver_, bus_, orders_, sent_, enabled_, now_ns_, executed_ns_, data_requested_, overrun_,
-      arming_, gate_failed_, begun_, touchdown_m_s_, program_, port_, reboots_, emcys_, begun_ns_,
-      resets_, imu_silent_told_, imu_stuck_told_, lossy_told_, altimeter_told_, supply_told_,
-      load_cell_told_, script_told_, phase_, reaction_, faults_, pending_);
+      arming_, gate_failed_, begun_, program_, port_, reboots_, emcys_, begun_ns_, resets_,
+      imu_silent_told_, imu_stuck_told_, lossy_told_, altimeter_told_, altimeter_stuck_told_,
+      supply_told_, load_cell_told_, script_told_, phase_, reaction_, faults_, pending_);
   }
 
  private:
@@ -109,6 +109,7 @@ class Vehicle final : public Actor, private SolveTarget {
   bool flying() const noexcept;  // the flight commands valves and fans
   int fan_step_us() const noexcept;
   bool touches() noexcept;
+  bool altimeter_repeats() const noexcept;
   void actuate_flight() noexcept;
   void count_gas() noexcept;
   void describe_modules(Telemetry& out) const noexcept;
@@ -138,7 +139,6 @@ class Vehicle final : public Actor, private SolveTarget {
   bool arming_ = false;  // the start-up of the fans' speed controllers is running
   int gate_failed_ = 0;  // frames in a row, in the air
   bool begun_ = false;   // execute found a plan
-  double touchdown_m_s_ = 0;
   std::uint8_t program_ = 0;
 
   // State already reported.
@@ -147,7 +147,8 @@ class Vehicle final : public Actor, private SolveTarget {
   TimeNs begun_ns_ = 0;  // for sensors: the first frame
   Resets resets_;        // of modules
   bool imu_silent_told_ = false, imu_stuck_told_ = false, lossy_told_ = false;
-  bool altimeter_told_ = false, supply_told_ = false, load_cell_told_ = false;
+  bool altimeter_told_ = false, altimeter_stuck_told_ = false, supply_told_ = false,
+       load_cell_told_ = false;
   std::uint16_t script_told_ = 0;
   gnc::talaris::Phase phase_ = gnc::talaris::Phase::none;
   gnc::talaris::Reaction reaction_ = gnc::talaris::Reaction::none;

@@ -161,6 +161,8 @@ void Vehicle::watch_altimeter(Supervisor& s) noexcept {
   const bool lost = parameters_.navigation.altimeter && sensors_.altimeter_lost();
   const bool expected = sensors_.altimeter_ns() != 0 || now_ns_ - begun_ns_ > kBoot;
   warn(lost && expected, altimeter_told_, FaultId::altimeter_lost, kAltimeterModule, s);
+  const bool stuck = altimeter_repeats() || (altimeter_stuck_told_ && output_.airborne);
+  warn(stuck, altimeter_stuck_told_, FaultId::altimeter_stuck, kAltimeterModule, s);
   if (((s.controller().flags & kAltimeterLost) != 0) == lost) return;
   s.happen(lost ? event::altimeter_lost : event::altimeter_good);
 }

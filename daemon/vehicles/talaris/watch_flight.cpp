@@ -28,6 +28,24 @@ Reason reason_of(CalibrationFault fault) noexcept {
   }
 }
 
+Reason reason_of(gnc::talaris::Shortfall why) noexcept {
+  using gnc::talaris::Shortfall;
+  switch (why) {
+    case Shortfall::no_lift_off:
+      return Reason::no_lift_off;
+    case Shortfall::fallen:
+      return Reason::fell_over;
+    case Shortfall::hard:
+      return Reason::landed_hard;
+    case Shortfall::sideways:
+      return Reason::landed_sideways;
+    case Shortfall::place:
+      return Reason::off_target;
+    default:
+      return Reason::flight_failed;
+  }
+}
+
 struct FlightFault {
   gnc::talaris::Fault bit;
   FaultId id;
@@ -44,6 +62,8 @@ constexpr std::array kFlightFaults = {
     FlightFault{gnc::talaris::kOverruns, FaultId::frame_overrun, 0},
     FlightFault{gnc::talaris::kSpinUpFailed, FaultId::fan_slow, kFanModule},
     FlightFault{gnc::talaris::kRunTime, FaultId::fans_hot, kFanModule},
+    FlightFault{gnc::talaris::kOffCourse, FaultId::corridor_left, 0},
+    FlightFault{gnc::talaris::kGasShort, FaultId::hop_shortened, kValveModule},
 };
 constexpr gnc::talaris::FaultSet kKnown = [] {
   gnc::talaris::FaultSet set = 0;
@@ -78,12 +98,13 @@ void Vehicle::watch_flight(Supervisor& s) noexcept {
   if (f.airborne && s.happen(event::lifted_off).reason == Reason::none) s.note(EventId::lifted_off);
   if (f.phase != phase_ && f.phase != gnc::talaris::Phase::none) {
     s.note(EventId::phase_changed, 0, static_cast<double>(phase_), static_cast<double>(f.phase));
-    if (f.phase == gnc::talaris::Phase::touchdown)
-      touchdown_m_s_ = -navigation_.state().velocity_N_m_s.x();
     phase_ = f.phase;
   }
   if (f.reaction != reaction_) {
     reaction_ = f.reaction;
+    if ((f.faults & ~faults_ & gnc::talaris::kOffCourse) != 0)
+      s.note(EventId::off_course, 0, static_cast<double>(f.judgement.off), f.judgement.measured,
+             f.judgement.limit);
     // A commanded landing is no failure.
     if (f.reaction > gnc::talaris::Reaction::land || f.faults != 0)
       s.note(EventId::contingency, 0, static_cast<double>(f.phase));
@@ -93,10 +114,13 @@ void Vehicle::watch_flight(Supervisor& s) noexcept {
     if ((faults_ & kKnown) == 0) s.latch(FaultId::stop_not_followed);
     s.happen(lc::Event::emergency);
   } else if (f.finished) {
-    s.note(EventId::landed, 0, touchdown_m_s_, f.gas_used_s);
+    s.note(EventId::landed, 0, f.touchdown_m_s, f.gas_used_s);
+    if (f.off_target_sigma_m > 0)
+      s.note(EventId::flight_judged, 0, f.off_target_m, f.off_target_sigma_m, f.touchdown_m_s,
+             f.touchdown_side_m_s);
     const auto goal = static_cast<Goal>(s.controller().goal);
     const bool cut_short = goal == Goal::landing || goal == Goal::idle;  // by command
-    if (!f.succeeded && !cut_short) s.abandon(Reason::flight_failed);
+    if (!f.succeeded && !cut_short) s.abandon(reason_of(f.shortfall));
     s.happen(event::finished);
   }
 }

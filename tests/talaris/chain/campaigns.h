@@ -34,4 +34,11 @@ std::string hop_section(unsigned seeds);
 std::string stands_section(unsigned seeds, unsigned sled_seeds);
 std::string failures_section(unsigned seeds);
 
+// The wide set (sim::talaris::kWide), and where it no longer stands: each cause alone, swept.
+// `picture`: an SVG file of the sweeps.
+bool safe(const Flown& flown);  // upright, at most 1 m/s down and 0.5 m/s sideways
+FlightPlan wide_flight();
+std::string wide_section(unsigned seeds);
+std::string edge_section(unsigned seeds, const std::string& picture);
+
 }  // namespace lss::talaris

@@ -104,7 +104,7 @@ TEST(TalarisCampaigns, FansAloneBringItDown) {
 
 constexpr const char* kBeginning = R"(# TALARIS in the closed loop: measurements
 
-Made by one run of `LSS_WRITE_RESULTS=1 talaris_campaigns_test --gtest_filter=TalarisResults.Document`, {}: the daemon's
+Made by one run of `LSS_WRITE_RESULTS=1 talaris_campaigns_test --gtest_filter=TalarisResults.Document`, {}, of commit {}: the daemon's
 cycle, drivers, bus master and valve sequencer, serial lines byte by byte, a CAN bus of 500 kbit/s with every bit of its
 frames, the simulated sensors and nodes with their noise, and the hopper in physics, in virtual time
 (`tests/talaris/chain/`). Each campaign flies its file in `config/talaris/`. Vehicles differ by the seed: mass, inertia,
@@ -119,6 +119,31 @@ unsigned wanted(const char* name, unsigned otherwise) {
   return text == nullptr ? otherwise : static_cast<unsigned>(std::atoi(text));
 }
 
+std::string commit() {
+  std::string name;
+  if (FILE* git = popen("git -C " LSS_SOURCE_DIR " describe --always --dirty 2>/dev/null", "r")) {
+    for (int c = std::fgetc(git); c != EOF && c != '\n'; c = std::fgetc(git))
+      name.push_back(static_cast<char>(c));
+    pclose(git);
+  }
+  return name.empty() ? "unknown" : name;
+}
+
+// The section alone, to standard output.
+TEST(TalarisResults, Edge) {
+  if (std::getenv("LSS_RESULTS_EDGE") == nullptr)
+    GTEST_SKIP() << "set LSS_RESULTS_EDGE to the number of seeds to sweep the envelope";
+  const char* picture = std::getenv("LSS_RESULTS_PICTURE");
+  std::printf("%s\n%s", commit().c_str(),
+              edge_section(wanted("LSS_RESULTS_EDGE", 10), picture ? picture : "").c_str());
+}
+
+TEST(TalarisResults, Wide) {
+  if (std::getenv("LSS_RESULTS_WIDE") == nullptr)
+    GTEST_SKIP() << "set LSS_RESULTS_WIDE to the number of seeds of the wide set";
+  std::printf("%s\n%s", commit().c_str(), wide_section(wanted("LSS_RESULTS_WIDE", 20)).c_str());
+}
+
 TEST(TalarisResults, Document) {
   if (std::getenv("LSS_WRITE_RESULTS") == nullptr)
     GTEST_SKIP() << "set LSS_WRITE_RESULTS to fly all of them and write docs/talaris-results.md";
@@ -127,8 +152,11 @@ TEST(TalarisResults, Document) {
   gmtime_r(&now, &date);
   const std::string day =
       fmt::format("{:04}-{:02}-{:02}", date.tm_year + 1900, date.tm_mon + 1, date.tm_mday);
-  std::string text = fmt::format(kBeginning, day);
+  std::string text = fmt::format(kBeginning, day, commit());
   text += "## Full hop\n" + hop_section(wanted("LSS_RESULTS_HOPS", 200));
+  text += "\n## A day in the field\n" + wide_section(wanted("LSS_RESULTS_WIDE", 1000));
+  text += "\n## The edge of the envelope\n" +
+          edge_section(wanted("LSS_RESULTS_EDGE", 40), LSS_RESULTS_PICTURE);
   text += "\n## On the stands\n" +
           stands_section(wanted("LSS_RESULTS_RUNS", 20), wanted("LSS_RESULTS_SLED", 200));
   text += "\n## Failures in flight\n" + failures_section(wanted("LSS_RESULTS_RUNS", 20));

@@ -40,6 +40,9 @@ Chain::Chain(const Options& options)
       world_(make(options.world, options.seed)),
       wire_(std::make_unique<sim::CanBus>(sim::CanBus::Parameters{.seed = options.seed + 1},
                                           *world_)),
+      late_share_(options.late_share),
+      late_s_(options.late_s),
+      lateness_(options.seed + 5),
       imu_(world_->lines()[0], imu_driver(parameters_.buses), options.seed + 2, kBegin),
       altimeter_(world_->lines()[1], std::make_unique<Ar1000>(parameters_.buses.altimeter),
                  options.seed + 3, kBegin),
@@ -175,6 +178,8 @@ void Chain::frame(const Boundary& boundary) {
   in_.bus = {.imu = imu_.report(), .altimeter = altimeter_.report(), .can = can_, .edges = edges_};
   run_cycle();
   release_ns_ = std::max(boundary.time_ns + config_.offset_ns, now_ns_);
+  if (late_share_ > 0 && std::bernoulli_distribution(late_share_)(lateness_))
+    release_ns_ += testing_support::to_ns(std::uniform_real_distribution(0.0, late_s_)(lateness_));
   if (after_frame) after_frame();
 }
 

@@ -18,6 +18,7 @@
 
 #include <functional>
 #include <memory>
+#include <random>
 #include <span>
 #include <string>
 
@@ -37,6 +38,8 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
     std::string config = "hop";            // config/talaris/NAME.toml
     sim::talaris::TalarisOptions world{};  // its seed is the one below
     unsigned seed = 1;                     // of noise, biases, and the phases of the clocks
+    // Share of the frames whose orders are released late, and by how much at most.
+    double late_share = 0, late_s = 0;
     // A last change of the configuration.
     std::function<void(Parameters&)> adjust{};
   };
@@ -93,6 +96,8 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
 
   std::unique_ptr<sim::talaris::Talaris> world_;
   std::unique_ptr<sim::CanBus> wire_;
+  double late_share_, late_s_;
+  std::mt19937 lateness_;
 
   // The daemon's buses and the actuate thread's part.
   Line imu_, altimeter_;

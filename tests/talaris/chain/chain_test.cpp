@@ -9,7 +9,7 @@
 #include <sstream>
 #include <tuple>
 
-#include "tests/talaris/chain/flights.h"
+#include "tests/talaris/chain/campaigns.h"
 
 namespace lss::talaris {
 namespace {
@@ -58,7 +58,8 @@ TEST(TalarisChain, TheSameSeedGivesTheSameHopToTheBit) {
   EXPECT_NE(first, run(6));
 }
 
-// LSS_SEEDS="41 64" LSS_FAULTS="imu-silent" LSS_FAULT_AT=6: to look at single flights.
+// LSS_SEEDS="41 64" LSS_FAULTS="imu-silent" LSS_FAULT_AT=6, or LSS_WIDE=1: to look at single
+// flights.
 TEST(TalarisChain, FlightsThatAreAskedFor) {
   const char* seeds = std::getenv("LSS_SEEDS");
   if (seeds == nullptr) GTEST_SKIP() << "set LSS_SEEDS to fly hops and see how they ended";
@@ -67,6 +68,7 @@ TEST(TalarisChain, FlightsThatAreAskedFor) {
     std::istringstream words(faults);
     for (std::string word; words >> word;) plan.faults.push_back(word);
   }
+  if (std::getenv("LSS_WIDE") != nullptr) plan = wide_flight();
   if (const char* at = std::getenv("LSS_FAULT_AT")) plan.fault_s = std::atof(at);
   std::istringstream words(seeds);
   for (unsigned seed = 0; words >> seed;) std::printf("%s\n", fly(plan, seed).text().c_str());

@@ -74,6 +74,9 @@ struct Watch {
       const auto& nav = chain.telemetry().position_m;
       flown.nav_along_m = nav[2] - body.position_m.z();
       flown.nav_across_m = nav[1] - body.position_m.y();
+      const auto& speed = chain.telemetry().velocity_m_s;
+      flown.nav_side_m_s =
+          std::hypot(speed[1] - body.velocity_m_s.y(), speed[2] - body.velocity_m_s.z());
     }
     if (contact_ns == 0) {
       flown.max_tilt_deg = std::max(flown.max_tilt_deg, tilt_deg(body));
@@ -90,16 +93,22 @@ struct Watch {
 
 }  // namespace
 
+double Flown::off_m() const { return std::hypot(along_m, across_m); }
+
 std::string Flown::text() const {
   std::string told;
   for (const FaultId id : faults) told += fmt::format(" {}", info(id)->name);
   return fmt::format(
-      "seed {}: {}{}{} down {:.2f} m/s, sideways {:.2f}, tilt {:.1f} deg (rest {:.1f}, air "
-      "{:.1f}), off {:.2f} along {:.2f} across, nav {:.2f} {:.2f}, height {:.2f} (off {:.2f}), gas "
+      "seed {}: {}{}{} ({}) {:.1f} s, down {:.2f} m/s, sideways {:.2f} (told {:.2f}, {:.2f}), tilt "
+      "{:.1f} deg (rest "
+      "{:.1f}, air "
+      "{:.1f}), off {:.2f} along {:.2f} across, nav {:.2f} {:.2f} ({:.2f} m/s), height {:.2f} (off "
+      "{:.2f}), gas "
       "{:.1f} s,{}",
       seed, accepted ? "" : "not accepted ", came_down ? "" : "never down ",
-      succeeded ? "as planned," : "", down_m_s, sideways_m_s, contact_tilt_deg, rest_tilt_deg,
-      max_tilt_deg, along_m, across_m, nav_along_m, nav_across_m, max_height_m, height_error_m,
+      succeeded ? "as planned," : "", why == Reason::none ? "-" : info(why)->name, run_s, down_m_s,
+      sideways_m_s, told_down_m_s, told_sideways_m_s, contact_tilt_deg, rest_tilt_deg, max_tilt_deg,
+      along_m, across_m, nav_along_m, nav_across_m, nav_side_m_s, max_height_m, height_error_m,
       gas_s, told);
 }
 
@@ -108,8 +117,14 @@ Flown fly(const FlightPlan& plan, unsigned seed) {
   flown.seed = seed;
   TalarisOptions world;
   if (plan.world) plan.world(world);
-  if (plan.dispersed) world = sim::talaris::dispersed(world, seed);
-  Chain chain({.config = plan.config, .world = world, .seed = seed, .adjust = plan.adjust});
+  if (plan.dispersed) world = sim::talaris::dispersed(world, seed, plan.spread);
+  flown.slope_deg = world.plant.slope_rad / kDegree;
+  Chain chain({.config = plan.config,
+               .world = world,
+               .seed = seed,
+               .late_share = plan.late_share,
+               .late_s = plan.late_s,
+               .adjust = plan.adjust});
   if (!chain.prepare()) return flown;
   const double gas_before_s = chain.world().gas().used_s();
   flown.accepted = chain.fly(plan.program, plan.request);
@@ -120,13 +135,16 @@ Flown fly(const FlightPlan& plan, unsigned seed) {
   bool struck = plan.faults.empty();
   const auto over = [&] {
     if (!struck && flown.lifted_off &&
-        static_cast<double>(chain.now() - watch.lift_ns) * 1e-9 >= plan.fault_s) {
+        (plan.strike ? plan.strike(chain)
+                     : static_cast<double>(chain.now() - watch.lift_ns) * 1e-9 >= plan.fault_s)) {
       struck = true;
       for (const std::string& fault : plan.faults) chain.inject(fault);
     }
     return chain.rests();
   };
+  const double begun_s = chain.seconds();
   flown.came_down = chain.run_until(over, kFlightLimit_s);
+  flown.run_s = chain.seconds() - begun_s;
   flown.succeeded = flown.came_down && flown.lifted_off && as_planned(chain);
   chain.run(1);
   chain.after_step = {};
@@ -140,6 +158,13 @@ Flown fly(const FlightPlan& plan, unsigned seed) {
   flown.along_m = body.position_m.z() - target.z();
   flown.across_m = body.position_m.y() - target.y();
   flown.gas_s = chain.world().gas().used_s() - gas_before_s;
+  for (const Ack& ack : chain.acks)
+    if (ack.phase == lss::Phase::failed) flown.why = ack.verdict.reason;
+  for (const EventRecord& event : chain.events) {
+    if (event.id != static_cast<std::uint16_t>(EventId::flight_judged)) continue;
+    flown.told_down_m_s = event.argument[2];
+    flown.told_sideways_m_s = event.argument[3];
+  }
   if (watch.contact_ns != 0)
     flown.air_s = static_cast<double>(watch.contact_ns - watch.lift_ns) * 1e-9;
   for (const FaultRecord& fault : chain.supervisor().faults) {

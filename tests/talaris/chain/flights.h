@@ -19,9 +19,12 @@ struct FlightPlan {
   std::string config = "hop";
   Program program = Program::hop;
   Chain::HopRequest request{};
-  std::vector<std::string> faults{};  // as for lss-sim
-  double fault_s = 0;                 // after lift-off
+  std::vector<std::string> faults{};     // as for lss-sim
+  double fault_s = 0;                    // after lift-off
+  std::function<bool(Chain&)> strike{};  // ... when this becomes true, if it is set
   bool dispersed = true;
+  sim::talaris::Spread spread{};      // of the dispersion
+  double late_share = 0, late_s = 0;  // of frames
   std::function<void(Parameters&)> adjust{};
   std::function<void(sim::talaris::TalarisOptions&)> world{};
 };
@@ -37,11 +40,17 @@ struct Flown {
   double rest_tilt_deg = 0;
   double along_m = 0, across_m = 0;                               // from where it should stand
   double nav_along_m = 0, nav_across_m = 0;                       // navigation error at touchdown
+  double nav_side_m_s = 0;                                        // and of its speed, sideways
   double max_height_m = 0, max_tilt_deg = 0, height_error_m = 0;  // in the air
+  double told_down_m_s = 0, told_sideways_m_s = 0;                // by the daemon
   double gas_s = 0, air_s = 0;
+  double run_s = 0;  // from execute to the end
+  double slope_deg = 0;
+  Reason why = Reason::none;  // of the command's failure
   std::vector<FaultId> faults;
 
-  bool upright() const { return came_down && rest_tilt_deg < 10; }
+  bool upright() const { return came_down && rest_tilt_deg < 10 + slope_deg; }
+  double off_m() const;  // from where it should stand
   std::string text() const;
 };
 

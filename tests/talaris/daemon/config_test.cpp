@@ -48,6 +48,7 @@ TEST(TalarisConfig, TheExampleHoldsTheDefaults) {
   const auto &n = p.navigation, &m = d.navigation;
   EXPECT_EQ(n.altimeter, m.altimeter);
   EXPECT_EQ(n.range_sigma_m, m.range_sigma_m);
+  EXPECT_EQ(n.ground_slope_rad, m.ground_slope_rad);
   EXPECT_EQ(n.range_min_m, m.range_min_m);
   EXPECT_EQ(n.range_max_m, m.range_max_m);
   EXPECT_EQ(n.gate_sigma, m.gate_sigma);
@@ -79,6 +80,7 @@ TEST(TalarisConfig, TheExampleHoldsTheDefaults) {
   EXPECT_EQ(n.start_velocity_sigma_m_s, m.start_velocity_sigma_m_s);
   EXPECT_EQ(n.start_heading_sigma_rad, m.start_heading_sigma_rad);
   EXPECT_EQ(n.standing_sigma_m_s, m.standing_sigma_m_s);
+  EXPECT_EQ(n.standing_sigma_rad_s, m.standing_sigma_rad_s);
   EXPECT_EQ(n.stand.position_sigma_m, m.stand.position_sigma_m);
   EXPECT_EQ(n.stand.velocity_sigma_m_s, m.stand.velocity_sigma_m_s);
   EXPECT_EQ(n.stand.attitude_sigma_rad, m.stand.attitude_sigma_rad);

@@ -124,7 +124,10 @@ TEST(TalarisGnc, HopsUpAlongAndDownAndEndsInStandby) {
   EXPECT_LT(w.landing_m_s, 0.5);
   EXPECT_TRUE(w.shut());
   EXPECT_EQ(w.height_m, 0);
-  EXPECT_NE(w.heard(EventId::landed), nullptr);
+  const EventRecord* landed = w.heard(EventId::landed);
+  ASSERT_NE(landed, nullptr);
+  EXPECT_GT(landed->argument[0], 0) << "down is positive";
+  EXPECT_NEAR(landed->argument[0], w.landing_m_s, 0.15);
   EXPECT_EQ(w.last(lss::Phase::completed)->kind, 310);
   EXPECT_EQ(w.supervisor_.state().fault_count, 0u);
   EXPECT_EQ(w.supervisor_.state().safe_commands, 0u);

@@ -182,8 +182,10 @@ TEST(TalarisContingency, LowGasEndsTheHopSoonerAndStillUnderControl) {
   }
   ASSERT_TRUE(hopper.flight.execute());
   ASSERT_TRUE(hopper.run(60));
-  EXPECT_NE(hopper.out.faults & kGasLow, 0U);
-  EXPECT_EQ(hopper.out.reaction, Reaction::escape);
+  EXPECT_NE(hopper.out.faults & kGasShort, 0U);
+  EXPECT_EQ(hopper.out.faults & kGasLow, 0U) << "early enough";
+  EXPECT_EQ(hopper.out.reaction, Reaction::shorten);
+  EXPECT_EQ(hopper.out.shortfall, Shortfall::cut_short);
   EXPECT_FALSE(hopper.out.succeeded);
   EXPECT_LT(hopper.log.landing_speed_m_s, 0.6);
   EXPECT_LT(hopper.log.landing_drift_m_s, 0.8);

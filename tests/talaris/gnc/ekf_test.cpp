@@ -149,7 +149,11 @@ void fly(Pair& pair, const Beam& beam, Random& random, double seconds,
     next_range += random.uniform(0.08, 0.12);
     const double z = dense_range(pair.dense, beam) + random.normal(0.01);
     const ExpectedRange e = expected_range(pair.sparse.nominal(), beam);
-    pair.sparse.correct({beam.axis, e.by_position, 0, e.by_attitude, z - e.range_m, kRangeVariance},
+    pair.sparse.correct({.axis = beam.axis,
+                         .by_position = e.by_position,
+                         .by_attitude = e.by_attitude,
+                         .residual = z - e.range_m,
+                         .variance = kRangeVariance},
                         5);
     pair.dense.correct(derivative(pair.dense, beam), z - dense_range(pair.dense, beam),
                        kRangeVariance, 5);
@@ -298,7 +302,7 @@ TEST(Ekf, WhatIsBeyondTheGateIsNotUsed) {
   pair.sparse.settle();
   const Matrix15 p = pair.sparse.covariance();
   const Nominal x = pair.sparse.nominal();
-  Ekf::Measurement m{0, 1, 0, Vector3::Zero(), 0, kRangeVariance};
+  Ekf::Measurement m{.by_position = 1, .variance = kRangeVariance};
   const double sigma = std::sqrt(p(0, 0) + kRangeVariance);
   m.residual = 5.001 * sigma;
   EXPECT_NEAR(pair.sparse.correct(m, 5), sigma * sigma, 1e-12);

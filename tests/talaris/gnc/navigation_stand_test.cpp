@@ -95,6 +95,12 @@ TEST(Navigation, StandingDoesNotDrift) {
   EXPECT_LT(f.navigation.state().velocity_N_m_s.norm(), 0.02);
   EXPECT_LT(f.tilt_error(), 0.4);
   EXPECT_GT(left.navigation.state().position_sigma_m.z(), 10);
+  // all three biases of the gyroscopes are followed
+  const auto bias_error = [](const Fixture& of) {
+    return degrees((of.navigation.state().gyro_bias_rad_s - of.flown.truth.bg).norm());
+  };
+  EXPECT_LT(bias_error(f), 0.01);
+  EXPECT_GT(bias_error(left), 0.01);
 }
 
 }  // namespace

@@ -38,7 +38,9 @@ TEST(Navigation, BeginsWhereItWasCalibrated) {
 }
 
 TEST(Navigation, FollowsTheFlight) {
-  Fixture f;
+  NavigationParameters level;
+  level.ground_slope_rad = 0;
+  Fixture f(level);
   for (int i = 0; i < 100; ++i) {
     const NavState& s = f.run(1);
     ASSERT_TRUE(s.valid);

@@ -75,8 +75,10 @@ constexpr std::array kOwn = {
     Contract{"gains", event::gains,
              [](S s, unsigned) { return idle(s) || by_hand(s) || in_mode(s, Mode::standby); },
              [](T t) { return only_flags(t, 0, kPlanned) && does(t, kGains); }},
-    Contract{"land", event::land, [](S s, unsigned) { return in_air(s); },
+    Contract{"land", event::land,
+             [](S s, unsigned) { return in_air(s) || in_mode(s, Mode::execute); },
              [](T t) {
+               if (!in_air(t.before)) return to(t, Mode::standby) && does(t, kShut | kEndFlight);
                return goal(t.before) == Goal::idle
                           ? keeps(t)
                           : aims(t, Goal::landing) && t.result.next.links == t.before.links;

@@ -48,9 +48,14 @@ constexpr std::array kOwnStates = {
                     return !in_air(s) || (lc::step(table, s, event::land).row >= 0 &&
                                           lc::step(table, s, event::finished).row >= 0);
                   }},
+    StateProperty{"a landing before lift-off ends the flight", "architecture",
+                  [](const lc::Table& table, S s) {
+                    return !in_mode(s, Mode::execute) || in_air(s) ||
+                           lc::step(table, s, event::land).row >= 0;
+                  }},
     StateProperty{"a landing asked for on the ground is rejected: it is there", "architecture",
                   [](const lc::Table& table, S s) {
-                    return !operational(s) || in_air(s) ||
+                    return !operational(s) || in_mode(s, Mode::execute) ||
                            lc::step(table, s, event::land).verdict.reason == Reason::not_in_flight;
                   }},
     StateProperty{"what nobody holds comes down and is over then", "architecture",

@@ -21,7 +21,10 @@ constexpr std::size_t kLongest = 24;      // command
 
 void Altimeter::step(std::optional<double> distance_m) {
   const std::lock_guard lock(mutex_);
-  distance_m_ = distance_m;
+  before_.push_back(distance_m);
+  distance_m_ = before_.front();
+  if (before_.size() > static_cast<std::size_t>(std::lround(options_.latency_s * 1e3)))
+    before_.pop_front();
   if (period_s_ <= 0) return;
   left_s_ -= 1e-3;
   if (left_s_ > 0) return;
@@ -34,14 +37,18 @@ void Altimeter::say() {
       options_.noise_m > 0 ? std::normal_distribution<double>(0, options_.noise_m)(random_) : 0;
   if (faults_.silent) return;
   std::string line;
-  if (faults_.garbage) {
+  if (faults_.stuck && !said_.empty()) {
+    line = said_;
+  } else if (faults_.garbage) {
     std::uniform_int_distribution<int> any(0x21, 0x7E);
     for (int i = 0; i < 7; ++i) line.push_back(static_cast<char>(any(random_)));
   } else if (faults_.error) {
     line = fmt::format("E{:02d}", *faults_.error);
   } else if (const double seen_m = distance_m_.value_or(-1);
              !faults_.out_of_range && seen_m >= options_.min_m && seen_m <= options_.max_m) {
-    line = fmt::format("{:07.3f}", std::clamp(seen_m + noise + faults_.offset_m, 0.0, 999.999));
+    line = fmt::format(
+        "{:07.3f}", std::clamp(seen_m + noise + options_.bias_m + faults_.offset_m, 0.0, 999.999));
+    said_ = line;
   } else {
     line = fmt::format("E{:02d}", kWeakSignal);
   }

@@ -21,6 +21,8 @@ struct AltimeterOptions {
   double min_m = 0.1, max_m = 30;
   double most_rad = 0.9;    // from the target's normal; above it there is no reading
   double jitter_s = 0.008;  // of its period, either way
+  double bias_m = 0;        // too far
+  double latency_s = 0;     // from the measurement to the first byte, up to 0.2
 };
 
 struct AltimeterFaults {
@@ -29,6 +31,7 @@ struct AltimeterFaults {
   bool out_of_range = false;   // no target
   std::optional<int> error{};  // sends only this: E15 and similar
   double offset_m = 0;
+  bool stuck = false;  // repeats its last reading
 };
 
 class Altimeter final : public LineDevice {
@@ -53,6 +56,8 @@ class Altimeter final : public LineDevice {
   std::mt19937 random_;
   AltimeterFaults faults_;
   std::optional<double> distance_m_;
+  std::deque<std::optional<double>> before_;  // as it was, a millisecond each
+  std::string said_;                          // the last reading
   std::string command_;
   double period_s_ = 0;  // 0: not measuring
   double left_s_ = 0;    // until the next reading

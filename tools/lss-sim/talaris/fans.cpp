@@ -1,6 +1,7 @@
 #include "tools/lss-sim/talaris/fans.h"
 
 #include <algorithm>
+#include <numbers>
 
 namespace lss::sim::talaris {
 namespace {
@@ -28,6 +29,7 @@ Fans::Fans(const FanOptions& options) : options_(options) {
 void Fans::step(const std::array<std::uint16_t, kFans>& pulse_us) {
   for (std::size_t i = 0; i < kFans; ++i) {
     Fan& fan = fans_[i];
+    fan.last_rpm = fan.rpm;
     const int pulse = pulse_us[i];
     fan.silent_ms = pulse == 0 ? fan.silent_ms + 1 : 0;
     fan.full_ms = pulse >= kSaysFull_us ? fan.full_ms + 1 : 0;
@@ -56,11 +58,19 @@ double Fans::thrust_N(std::size_t fan) const {
   return options_.thrust_N * options_.thrust_scale[fan] * share * share;
 }
 
-Wrench Fans::wrench() const {
+Wrench Fans::wrench(const Vector3& rate_B_rad_s) const {
+  constexpr double kRad_s = 2 * std::numbers::pi / 60;  // of a turn a minute
   Wrench all;
+  double turning_Nms = 0;
   for (std::size_t i = 0; i < kFans; ++i) {
     all.add(fan_places_m()[i], Vector3(thrust_N(i), 0, 0));
+    const double sense = i % 2 == 0 ? 1 : -1;
+    const double faster_rad_s2 = (fans_[i].rpm - fans_[i].last_rpm) * kRad_s / kStep_s;
+    all.torque_Nm.x() -= sense * (options_.torque_m * options_.torque_scale[i] * thrust_N(i) +
+                                  options_.rotor_kg_m2 * faster_rad_s2);
+    turning_Nms += sense * options_.rotor_kg_m2 * fans_[i].rpm * kRad_s;
   }
+  all.torque_Nm -= rate_B_rad_s.cross(Vector3(turning_Nms, 0, 0));
   return all;
 }
 

@@ -17,7 +17,12 @@ struct FanOptions {
   double max_rpm = 33'000;
   double lag_s = 0.25;  // throttle to speed, first order
   std::array<double, kFans> thrust_scale{1, 1, 1, 1};
-  bool started = false;  // the controllers are already armed
+  // Torque about x that the stators leave, of each N of thrust; neighbours turn against each other
+  // (ours). Share by which each differs.
+  double torque_m = 0;
+  std::array<double, kFans> torque_scale{1, 1, 1, 1};
+  double rotor_kg_m2 = 0;  // of each: speeding up turns the vehicle, tilting it precesses (ours)
+  bool started = false;    // the controllers are already armed
 };
 
 // 1 (-y,-z), 2 (-y,+z), 3 (+y,+z), 4 (+y,-z); along +x.
@@ -29,7 +34,8 @@ class Fans {
 
   // Pulse widths in microseconds; 0: no pulse.
   void step(const std::array<std::uint16_t, kFans>& pulse_us);
-  Wrench wrench() const;
+  // `rate_B_rad_s` of the vehicle.
+  Wrench wrench(const Vector3& rate_B_rad_s = Vector3::Zero()) const;
 
   double rpm(std::size_t fan) const { return fans_[fan].rpm; }
   double thrust_N(std::size_t fan) const;
@@ -49,7 +55,7 @@ class Fans {
     Phase phase = Phase::waiting;
     int full_ms = 0;    // duration of full throttle
     int silent_ms = 0;  // without a pulse
-    double rpm = 0;
+    double rpm = 0, last_rpm = 0;
   };
 
   FanOptions options_;

@@ -67,6 +67,7 @@ constexpr FaultKind kFaultKinds[] = {
     {"altimeter-garbage", {}, "the altimeter says what is no number"},
     {"altimeter-offset", kOffset, "the altimeter is off by so much"},
     {"altimeter-range", {}, "the altimeter has no target"},
+    {"altimeter-stuck", {}, "the altimeter repeats its last reading"},
     {"node-silent", kNode1, "a node neither sends nor receives, and continues by itself", false, 1},
     {"node-reset", kNode1, "a node restarts once", true, 1},
     {"node-babble", kBabble, "a node sends frames that nobody asked for", false, 1},
@@ -137,6 +138,8 @@ bool Talaris::set_altimeter_fault(const Fault& fault, bool attach) {
     faults.offset_m = attach ? fault.values.front() : 0;
   } else if (name == "altimeter-range") {
     faults.out_of_range = attach;
+  } else if (name == "altimeter-stuck") {
+    faults.stuck = attach;
   } else {
     return false;
   }

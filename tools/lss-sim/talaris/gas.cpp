@@ -43,7 +43,12 @@ double ColdGas::pressure_share() const { return regulated_kPa() / kRegulated_kPa
 
 double ColdGas::tank_kPa() const { return kFullTank_kPa * left_s_ / options_.budget_s; }
 
-double ColdGas::regulated_kPa() const { return std::min(tank_kPa(), kRegulated_kPa * regulator); }
+double ColdGas::regulated_kPa() const {
+  double open = 0;
+  for (const Valve& valve : valves_) open += valve.lift;
+  const double drooped = 1 - options_.droop * std::max(open - 1, 0.0);
+  return std::min(tank_kPa(), kRegulated_kPa * regulator * drooped);
+}
 
 double ColdGas::thrust_N(std::size_t valve) const {
   const double faded = 1 - options_.fade * (1 - left_s_ / options_.budget_s);

@@ -20,6 +20,8 @@ struct GasOptions {
   double budget_s = 44;  // thruster-seconds in the full tanks
   double gas_kg = 2;     // in the full tanks
   double fade = 0;       // share of the thrust lost when the tanks are nearly empty
+  double fill = 1;       // share of the budget that is in the tanks at the start
+  double droop = 0;      // share of the regulated pressure lost by each further open valve (2.3.3)
 };
 
 inline constexpr double kFullTank_kPa = 31'026;  // 4500 psi
@@ -33,14 +35,16 @@ const std::array<Nozzle, kValves>& nozzles();
 
 class ColdGas {
  public:
-  explicit ColdGas(const GasOptions& options) : options_(options), left_s_(options.budget_s) {}
+  explicit ColdGas(const GasOptions& options)
+      : options_(options), left_s_(options.budget_s * options.fill) {}
 
   void step(std::uint8_t commanded);  // bit i: valve i + 1
   Wrench wrench() const;
 
   double thrust_N(std::size_t valve) const;
-  std::uint8_t open() const;                                     // armatures off their seats
-  double used_s() const { return options_.budget_s - left_s_; }  // thruster-seconds, leaks too
+  std::uint8_t open() const;  // armatures off their seats
+  // thruster-seconds, leaks too
+  double used_s() const { return options_.budget_s * options_.fill - left_s_; }
   double left_s() const { return left_s_; }
   double used_kg() const { return used_s() / options_.budget_s * options_.gas_kg; }
   double tank_kPa() const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 namespace lss::sim::talaris {
@@ -25,6 +26,22 @@ Imu::Imu(const ImuOptions& options, unsigned seed) : options_(options), random_(
     bias_.rate_rad_s[i] = normal(options.gyro_bias_rad_s);
     bias_.force_m_s2[i] = normal(options.accel_bias_m_s2);
   }
+  const Vector3 turned(normal(options.misaligned_rad), normal(options.misaligned_rad),
+                       normal(options.misaligned_rad));
+  const double angle = turned.norm();
+  const Eigen::Matrix3d mounted = angle > 0
+                                      ? Eigen::AngleAxisd(angle, turned / angle).toRotationMatrix()
+                                      : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+  const auto sees = [&](double scale) -> Eigen::Matrix3d {
+    Eigen::Matrix3d m = Eigen::Matrix3d::Identity();
+    for (Eigen::Index row = 0; row < 3; ++row) {
+      for (Eigen::Index column = 0; column < 3; ++column)
+        m(row, column) += normal(row == column ? scale : options.skewed_rad);
+    }
+    return m * mounted;
+  };
+  sees_rate_ = sees(options.gyro_scale);
+  sees_force_ = sees(options.accel_scale);
 }
 
 double Imu::normal(double deviation) {
@@ -38,13 +55,24 @@ bool Imu::chance(double probability) {
 void Imu::step(const Inertial& truth) {
   const std::lock_guard lock(mutex_);
   time_ns_ += kMillisecond;
-  latest_ = truth;
+  latest_ = {sees_rate_ * truth.rate_rad_s, sees_force_ * truth.force_m_s2};
+  // It moves to and fro: the angle and the speed that it adds do not grow.
+  const double share = truth.shaking / std::numbers::sqrt2;
+  const auto shake = [&](double& value, double& before, double deviation) {
+    const double now = normal(deviation);
+    value += now - before;
+    before = now;
+  };
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    shake(latest_.rate_rad_s[i], shaken_.rate_rad_s[i], options_.vibration_rad_s * share);
+    shake(latest_.force_m_s2[i], shaken_.force_m_s2[i], options_.vibration_m_s2 * share);
+  }
   if (summed_ == kMostSummed) {  // not requested
     sum_ = {};
     summed_ = 0;
   }
-  sum_.rate_rad_s += truth.rate_rad_s;
-  sum_.force_m_s2 += truth.force_m_s2;
+  sum_.rate_rad_s += latest_.rate_rad_s;
+  sum_.force_m_s2 += latest_.force_m_s2;
   ++summed_;
   tick();
 }

@@ -33,6 +33,12 @@ struct ImuOptions {
   double accel_bias_m_s2 = 0.03;
   double gyro_walk_rad_s_rts = 0.002 * kDegree;  // of the bias, in a square root of a second
   double accel_walk_m_s2_rts = 2e-4;
+  double gyro_scale = 0;  // errors of scale and of the axes' directions, standard deviations (ours)
+  double accel_scale = 0;
+  double misaligned_rad = 0;   // all axes together, and
+  double skewed_rad = 0;       // each against the others
+  double vibration_m_s2 = 0;   // of a millisecond, with all fans at 29,400 rpm
+  double vibration_rad_s = 0;  // the same
 };
 
 struct ImuFaults {
@@ -49,6 +55,7 @@ struct ImuFaults {
 struct Inertial {
   Vector3 rate_rad_s = Vector3::Zero();
   Vector3 force_m_s2 = Vector3::Zero();
+  double shaking = 0;  // by the fans, as a share of ImuOptions'
 };
 
 class Imu : public LineDevice {
@@ -83,7 +90,8 @@ class Imu : public LineDevice {
 
   ImuOptions options_;
   std::mt19937 random_;
-  Inertial bias_, sum_, latest_, last_;
+  Inertial bias_, sum_, latest_, last_, shaken_;
+  Eigen::Matrix3d sees_rate_ = Eigen::Matrix3d::Identity(), sees_force_ = sees_rate_;
   int summed_ = 0;
   std::deque<Packet> outbox_;
   Packet sent_{};

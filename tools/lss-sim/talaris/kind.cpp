@@ -10,30 +10,60 @@ namespace talaris {
 namespace {
 
 constexpr double kBalanced = 0.05;  // of the offset of the centre of mass
+constexpr double kSeaLevel_kg_m3 = 1.2;
 
 }  // namespace
 
-TalarisOptions dispersed(const TalarisOptions& nominal, unsigned seed) {
+TalarisOptions dispersed(const TalarisOptions& nominal, unsigned seed, const Spread& spread) {
   TalarisOptions drawn = nominal;
   std::mt19937 random(seed * 7'919u + 17u);
   const auto share = [&](double most) {
     return 1 + std::uniform_real_distribution(-most, most)(random);
   };
   const auto off = [&](double most) { return std::uniform_real_distribution(-most, most)(random); };
-  drawn.plant.mass_kg *= share(0.02);
-  for (Eigen::Index i = 0; i < 3; ++i) drawn.plant.inertia_kg_m2[i] *= share(0.3);
-  const Vector3 cg_m(off(0.010), off(0.0015), off(0.0015));
+  drawn.plant.mass_kg *= share(spread.mass);
+  for (Eigen::Index i = 0; i < 3; ++i) drawn.plant.inertia_kg_m2[i] *= share(spread.inertia);
+  const Vector3 cg_m(off(spread.cg_x_m), off(spread.cg_m), off(spread.cg_m));
   // On the pivot it is balanced first: the remaining offset is within the pivot's friction.
   drawn.plant.cg_m += drawn.plant.stand == Stand::pivot ? kBalanced * cg_m : cg_m;
-  drawn.plant.friction_m_s2 *= share(0.5);
-  for (double& each : drawn.gas.thrust_scale) each *= share(0.03);
-  for (double& each : drawn.fans.thrust_scale) each *= share(0.01);
-  drawn.fans.lag_s *= share(0.2);
+  drawn.plant.friction_m_s2 *= share(spread.friction);
+  for (double& each : drawn.gas.thrust_scale) each *= share(spread.valve_thrust);
+  for (double& each : drawn.fans.thrust_scale) each *= share(spread.fan_thrust);
+  drawn.fans.lag_s *= share(spread.fan_lag);
   drawn.gas.open_lag_ms =
-      std::max(0, drawn.gas.open_lag_ms + static_cast<int>(std::lround(off(2))));
+      std::max(0, drawn.gas.open_lag_ms + static_cast<int>(std::lround(off(spread.valve_lag_ms))));
   drawn.gas.close_lag_ms =
-      std::max(0, drawn.gas.close_lag_ms + static_cast<int>(std::lround(off(2))));
-  if (drawn.plant.stand != Stand::free) drawn.plant.heading_rad += off(3 * kDegree);
+      std::max(0, drawn.gas.close_lag_ms + static_cast<int>(std::lround(off(spread.valve_lag_ms))));
+  if (drawn.plant.stand != Stand::free) drawn.plant.heading_rad += off(spread.heading_rad);
+
+  const auto any = [&](double most) {
+    return most > 0 ? std::uniform_real_distribution(0.0, most)(random) : 0;
+  };
+  const auto sigma = [&](double& value, double each) { value = std::max(value, each); };
+  drawn.gas.fill -= any(spread.tank_fill);
+  drawn.gas.droop += any(spread.droop);
+  drawn.gas.fade += any(spread.fade);
+  sigma(drawn.fans.torque_m, spread.fan_torque_m);
+  if (spread.fan_torque > 0)
+    for (double& each : drawn.fans.torque_scale) each *= share(spread.fan_torque);
+  sigma(drawn.fans.rotor_kg_m2, spread.rotor_kg_m2);
+  sigma(drawn.imu.gyro_scale, spread.imu_scale_sigma);
+  sigma(drawn.imu.accel_scale, spread.imu_scale_sigma);
+  sigma(drawn.imu.misaligned_rad, spread.imu_misaligned_sigma_rad);
+  sigma(drawn.imu.skewed_rad, spread.imu_skewed_sigma_rad);
+  drawn.imu.vibration_m_s2 += any(spread.vibration_m_s2);
+  drawn.imu.vibration_rad_s += any(spread.vibration_rad_s);
+  if (spread.altimeter_bias_m > 0) drawn.altimeter.bias_m += off(spread.altimeter_bias_m);
+  drawn.altimeter.latency_s += any(spread.altimeter_latency_s);
+  if (drawn.plant.stand != Stand::free) return drawn;
+  if (spread.slope_rad > 0) {
+    drawn.plant.slope_rad += any(spread.slope_rad);
+    drawn.plant.uphill_rad = off(180 * kDegree);
+  }
+  sigma(drawn.air.density_kg_m3, spread.density_kg_m3);
+  drawn.air.wind_m_s += any(spread.wind_m_s);
+  drawn.air.gust_m_s += any(spread.gust_m_s);
+  if (spread.wind_m_s + spread.gust_m_s > 0) drawn.air.to_rad = off(180 * kDegree);
   return drawn;
 }
 
@@ -56,6 +86,7 @@ class TalarisKind final : public VehicleKind {
     add_body_options(command);
     add_actuator_options(command);
     add_sensor_options(command);
+    add_field_options(command);
   }
 
   std::unique_ptr<Vehicle> make(unsigned seed) const override {
@@ -63,6 +94,11 @@ class TalarisKind final : public VehicleKind {
     options.seed = seed;
     options.plant.tilt_rad = tilt_deg_ * kDegree;
     options.plant.heading_rad = heading_deg_ * kDegree;
+    options.plant.slope_rad = slope_deg_ * kDegree;
+    options.plant.uphill_rad = uphill_deg_ * kDegree;
+    options.air.to_rad = to_deg_ * kDegree;
+    if (options.air.wind_m_s + options.air.gust_m_s > 0 && options.air.density_kg_m3 == 0)
+      options.air.density_kg_m3 = kSeaLevel_kg_m3;
     fill(options.plant.cg_m, cg_m_);
     fill(options.altimeter_at_m, altimeter_at_m_);
     options.plant.inertia_kg_m2 =
@@ -85,7 +121,8 @@ class TalarisKind final : public VehicleKind {
     if (options.plant.weight_kg > 0 && stand != Stand::pivot) {
       throw std::invalid_argument("--weight is for the stand pivot only");
     }
-    return std::make_unique<Talaris>(disperse_ ? dispersed(options, seed) : options);
+    if (!disperse_) return std::make_unique<Talaris>(options);
+    return std::make_unique<Talaris>(dispersed(options, seed, wide_ ? kWide : kNarrow));
   }
 
  private:
@@ -140,7 +177,11 @@ class TalarisKind final : public VehicleKind {
     command.add_option("--cg", cg_m_, "centre of mass from the IMU: x y z, m")
         ->expected(3)
         ->check(CLI::Range(-0.2, 0.2));
-    command.add_flag("--disperse", disperse_, "draw masses, thrusts and lags from the seed");
+    auto* disperse =
+        command.add_flag("--disperse", disperse_, "draw masses, thrusts and lags from the seed");
+    command
+        .add_flag("--wide", wide_, "and what a day in the field brings: wind, slope, sensor errors")
+        ->needs(disperse);
   }
 
   void add_actuator_options(CLI::App& command) {
@@ -191,11 +232,36 @@ class TalarisKind final : public VehicleKind {
     command.add_flag("--load-cell", load_cell_, "node 0x22 also where the stand has none");
   }
 
+  void add_field_options(CLI::App& command) {
+    command.add_option("--air", options_.air.density_kg_m3, "its density, kg/m3; with wind: 1.2")
+        ->check(CLI::Range(0.0, 2.0))
+        ->capture_default_str();
+    command.add_option("--wind", options_.air.wind_m_s, "steady, m/s")
+        ->check(CLI::Range(0.0, 30.0))
+        ->capture_default_str();
+    command.add_option("--gust", options_.air.gust_m_s, "most that a gust adds, m/s")
+        ->check(CLI::Range(0.0, 30.0))
+        ->capture_default_str();
+    command.add_option("--wind-to", to_deg_, "where it blows, degrees from +z towards +y")
+        ->check(CLI::Range(-360.0, 360.0))
+        ->capture_default_str();
+    command.add_option("--slope", slope_deg_, "of the ground, degrees; stand free only")
+        ->check(CLI::Range(0.0, 20.0))
+        ->capture_default_str();
+    command.add_option("--uphill", uphill_deg_, "where it rises, degrees from +z towards +y")
+        ->check(CLI::Range(-360.0, 360.0))
+        ->capture_default_str();
+    command.add_option("--tank-fill", options_.gas.fill, "share of the full tanks")
+        ->check(CLI::Range(0.1, 1.0))
+        ->capture_default_str();
+  }
+
   TalarisOptions options_;
+  double slope_deg_ = 0, uphill_deg_ = 0, to_deg_ = 0;
   double tilt_deg_ = 0, heading_deg_ = 0, thrust_scale_ = 1, fan_scale_ = 1, imu_errors_ = 1;
   std::vector<double> scale_ = {1, 1, 1}, cg_m_ = {0, 0, 0}, altimeter_at_m_ = {0, 0, 0};
   std::string altimeter_points_;
-  bool disperse_ = false, load_cell_ = false;
+  bool disperse_ = false, wide_ = false, load_cell_ = false;
 };
 
 }  // namespace

@@ -100,9 +100,12 @@ Plant::Plant(const PlantOptions& options)
   };
   switch (options.stand) {
     case Stand::free: {
+      const Vector3 level(0, std::cos(options.uphill_rad), -std::sin(options.uphill_rad));
+      const Eigen::AngleAxisd slope(options.slope_rad, level);
+      normal_ = slope * kUp;
       Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
       pose.translation() = options.height_m * kUp;
-      pose.linear() = (Eigen::AngleAxisd(options.heading_rad, kUp) *
+      pose.linear() = (slope * Eigen::AngleAxisd(options.heading_rad, kUp) *
                        Eigen::AngleAxisd(options.tilt_rad, direction(options.axis)))
                           .toRotationMatrix();
       make.operator()<FreeJoint>(nullptr)->setTransform(pose);
@@ -259,29 +262,29 @@ Wrench Plant::feet() {
 
   bool touching = false;
   double down_m_s = 0;
-  const bool near = body_.position_m.x() - ground_m_ < kReach_m;
+  const bool near = normal_.dot(body_.position_m) - ground_m_ < kReach_m;
   for (std::size_t i = 0; i < kPoints; ++i) {
     const Vector3 arm = to_world * kTouching[i];
     const Vector3 at = body_.position_m + arm;
-    const double into_m = ground_m_ - at.x();
+    const double into_m = ground_m_ - normal_.dot(at);
     if (!near || into_m <= 0) {
       w.anchors[i].reset();
       continue;
     }
     const Vector3 velocity = body_.velocity_m_s + (to_world * body_.rate_B_rad_s).cross(arm);
+    const double apart_m_s = normal_.dot(velocity);
     touching = true;
     down_m_s = std::max(down_m_s, -velocity.x());
-    const double normal = std::max(0.0, kLeg_N_m * into_m - kLeg_Ns_m * velocity.x());
+    const double normal = std::max(0.0, kLeg_N_m * into_m - kLeg_Ns_m * apart_m_s);
     if (!w.anchors[i]) w.anchors[i] = at;
     Vector3 sideways = -kLeg_N_m * (at - *w.anchors[i]) - kLeg_Ns_m * velocity;
-    sideways.x() = 0;
+    sideways -= normal_.dot(sideways) * normal_;
     const double most = options_.ground_friction * normal;
     if (sideways.norm() > most) {  // slides: the spring follows
       sideways *= most / sideways.norm();
       *w.anchors[i] = at + sideways / kLeg_N_m;
     }
-    const Vector3 force(normal, sideways.y(), sideways.z());
-    wrench.add(kTouching[i], to_world.transpose() * force);
+    wrench.add(kTouching[i], to_world.transpose() * (normal * normal_ + sideways));
   }
   note_contact(touching, down_m_s);
   return wrench;
@@ -301,9 +304,9 @@ void Plant::note_contact(bool now, double down_m_s) {
 double Plant::clearance_m() const {
   double lowest = kReach_m;
   for (std::size_t i = 0; i < kFeet; ++i) {
-    lowest = std::min(lowest, (body_.attitude * kTouching[i]).x());
+    lowest = std::min(lowest, normal_.dot(body_.attitude * kTouching[i]));
   }
-  return body_.position_m.x() + lowest - ground_m_;
+  return normal_.dot(body_.position_m) + lowest - ground_m_;
 }
 
 double Plant::energy_J() const {
@@ -317,7 +320,7 @@ double Plant::energy_J() const {
 std::optional<double> Plant::distance_m(const Vector3& at_m, const Vector3& along,
                                         double most_rad) const {
   const bool wall = options_.stand == Stand::rail || options_.stand == Stand::sled;
-  const Vector3 normal = wall ? Vector3(Vector3::UnitZ()) : Vector3(-kUp);  // into it
+  const Vector3 normal = wall ? Vector3(Vector3::UnitZ()) : Vector3(-normal_);  // into it
   const double from = wall ? options_.wall_m : -ground_m_;
   const double cosine = normal.dot(body_.attitude * along);
   if (cosine < std::cos(most_rad)) return std::nullopt;

@@ -51,6 +51,8 @@ struct PlantOptions {
   double friction_m_s2 = 0.05;           // of rail, sled, lift: dynamic friction
   double pivot_friction_Nm = 0.1;        // of pivot, lift
   double ground_friction = 0.8;          // of the feet
+  double slope_rad = 0;                  // of free: the ground rises by this angle,
+  double uphill_rad = 0;                 // along +z turned by this one towards +y; it stands on it
 };
 
 // On the body, in B, about its origin.
@@ -110,7 +112,8 @@ class Plant {
   PlantOptions options_;
   std::unique_ptr<World> world_;
   BodyState body_;
-  double mass_kg_, ground_m_;
+  Vector3 normal_ = Vector3::UnitX();  // of the ground
+  double mass_kg_, ground_m_;          // where the ground is along it
   bool contact_ = false;
   int airborne_ms_ = 0, landing_ms_ = 1'000'000;
   Touchdown touchdown_;

@@ -9,6 +9,7 @@ namespace {
 constexpr double kBattery_V = 51.8, kInside_Ohm = 0.005, kEmpty_V = 4, kCharge_J = 1.44e6;
 constexpr double kFull_W = 8'000;  // of a fan at 33,000 rpm
 constexpr double kRated_rpm = 33'000;
+constexpr double kShaking_rpm = 29'400;  // of ImuOptions::vibration
 constexpr double kTemperature_degC = 21.5,
                  kWarming_degC = 6;  // of the node; its rise over the whole charge
 
@@ -25,6 +26,7 @@ Talaris::Talaris(const TalarisOptions& options)
     : NodeBus(options.seed + 3),
       options_(options),
       plant_(options.plant),
+      air_(options.air, options.seed + 4),
       imu_(make_imu(options.imu, options.seed + 1)),
       altimeter_(options.altimeter, options.seed + 2),
       gas_(options.gas),
@@ -63,7 +65,7 @@ Wrench Talaris::act() {
   }
   drained_J_ += power_W_ * kStep_s;
   Wrench wrench = gas_.wrench();
-  const Wrench lift = fans_.wrench();
+  const Wrench lift = fans_.wrench(plant_.body().rate_B_rad_s);
   wrench.force_N += lift.force_N;
   wrench.torque_Nm += lift.torque_Nm;
   valve_node_.feel(gas_.tank_kPa(), gas_.regulated_kPa(), voltage_V(),
@@ -77,15 +79,20 @@ Wrench Talaris::act() {
 void Talaris::step() {
   Wrench wrench;
   Vector3 push_N;
-  double gas_used_kg = 0;
+  double gas_used_kg = 0, rpm = 0;
   {
     const std::lock_guard lock(mutex_);
     wrench = act();
     push_N = push_N_;
     gas_used_kg = gas_.used_kg();
+    for (std::size_t i = 0; i < kFans; ++i) rpm += fans_.rpm(i);
   }
-  plant_.step(wrench, gas_used_kg, push_N);
-  imu_->step({plant_.body().rate_B_rad_s, plant_.body().force_B_m_s2});
+  const Wrench blown = air_.step(plant_.body(), rpm);
+  wrench.force_N += blown.force_N;
+  wrench.torque_Nm += blown.torque_Nm;
+  plant_.step(wrench, gas_used_kg, push_N + air_.push_N());
+  imu_->step(
+      {plant_.body().rate_B_rad_s, plant_.body().force_B_m_s2, rpm / (kFans * kShaking_rpm)});
   altimeter_.step(range_m());
 }
 

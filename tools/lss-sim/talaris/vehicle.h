@@ -18,6 +18,7 @@
 
 #include "tools/lss-sim/canopen/node_bus.h"
 #include "tools/lss-sim/frame/vehicle.h"
+#include "tools/lss-sim/talaris/air.h"
 #include "tools/lss-sim/talaris/altimeter.h"
 #include "tools/lss-sim/talaris/fans.h"
 #include "tools/lss-sim/talaris/gas.h"
@@ -39,15 +40,54 @@ struct TalarisOptions {
   FanOptions fans{};
   ImuOptions imu{};
   AltimeterOptions altimeter{};
+  AirOptions air{};
   std::optional<Pointing> pointing{};        // unset: sideways on rail and sled, otherwise down
   Vector3 altimeter_at_m = Vector3::Zero();  // as [talaris.altimeter] of the configuration
   std::optional<bool> load_cell{};           // unset: only on the stand for it
   unsigned seed = 1;                         // of noise and biases
 };
 
-// The same vehicle with manufacturing and setup tolerances: mass, inertia, centre of mass, thrusts
-// and lags drawn from the seed (docs/simulator.md has the ranges), about the given ones.
-TalarisOptions dispersed(const TalarisOptions& nominal, unsigned seed);
+// Ranges from which a vehicle is drawn: shares and values either way, evenly, unless it says
+// "sigma" (normal).
+struct Spread {
+  // manufacture
+  double mass = 0.02, inertia = 0.3;
+  double cg_x_m = 0.010, cg_m = 0.0015;  // in height; sideways
+  double valve_thrust = 0.03, fan_thrust = 0.01, fan_lag = 0.2, valve_lag_ms = 2;
+  double friction = 0.5, heading_rad = 3 * kDegree;  // of stands
+  // and of a day in the field; the heading, wind, gusts and uphill direction are any
+  double tank_fill = 0;  // less than full
+  double droop = 0, fade = 0, fan_torque_m = 0, fan_torque = 0, rotor_kg_m2 = 0;
+  double imu_scale_sigma = 0, imu_misaligned_sigma_rad = 0, imu_skewed_sigma_rad = 0;
+  double vibration_m_s2 = 0, vibration_rad_s = 0;
+  double altimeter_bias_m = 0, altimeter_latency_s = 0;
+  double slope_rad = 0, density_kg_m3 = 0, wind_m_s = 0, gust_m_s = 0;
+};
+inline constexpr Spread kNarrow{};
+// What a field test may bring at once (ours).
+inline constexpr Spread kWide{.cg_m = 0.003,
+                              .tank_fill = 0.05,
+                              .droop = 0.02,
+                              .fade = 0.03,
+                              .fan_torque_m = 0.004,
+                              .fan_torque = 0.1,
+                              .rotor_kg_m2 = 2e-4,
+                              .imu_scale_sigma = 1e-3,
+                              .imu_misaligned_sigma_rad = 2e-3,
+                              .imu_skewed_sigma_rad = 5e-4,
+                              .vibration_m_s2 = 0.5,
+                              .vibration_rad_s = 0.01,
+                              .altimeter_bias_m = 0.02,
+                              .altimeter_latency_s = 0.03,
+                              .slope_rad = 4 * kDegree,
+                              .density_kg_m3 = 1.2,
+                              .wind_m_s = 2.5,
+                              .gust_m_s = 2};
+
+// The same vehicle with tolerances drawn from the seed about the given ones. The order of draws of
+// the first group is that of all earlier versions.
+TalarisOptions dispersed(const TalarisOptions& nominal, unsigned seed,
+                         const Spread& spread = kNarrow);
 
 class Talaris final : public Vehicle, public nodes::NodeBus {
  public:
@@ -81,6 +121,7 @@ class Talaris final : public Vehicle, public nodes::NodeBus {
 
   TalarisOptions options_;
   Plant plant_;
+  Air air_;
   std::unique_ptr<Imu> imu_;
   Altimeter altimeter_;
 

@@ -1,0 +1,91 @@
+// Is the flight inside its corridor, and was it as planned?
+
+#include <algorithm>
+#include <cmath>
+
+#include "gnc/talaris/flight.h"
+
+namespace lss::gnc::talaris {
+namespace {
+
+constexpr double kSure = 3;
+constexpr double kAlong = 2.0 / 3;  // of a push along z, beside one along y
+constexpr double kStill_s = 0.4;    // on the ground: then navigation's velocity is its error
+constexpr double kFelt_m_s = 0.15;  // less may be an error of the expected lift
+// The first foot turns the vehicle: in the simulator another came down up to 1.3 times as fast.
+constexpr double kLastFoot = 1.3;
+constexpr double kUnsure_m_s = 0.05;  // of the speeds at touchdown: the frame is not the moment
+
+}  // namespace
+
+// Only what a plan still governs; the first thing that left the corridor is remembered.
+void Flight::watch_corridor() noexcept {
+  const bool planned =
+      airborne_ && plan_.request.program == Program::hop && reaction_ <= Reaction::hold;
+  now_judged_ = {};
+  if (!planned) return;
+  corridor_.step();
+  if (!heard_) return;
+  const Attitude attitude = attitude_of(state_.q_NB);
+  // it may begin on a slope, and lean against the wind
+  const double tilt_y = attitude.tilt_y_rad - lean_y_rad_,
+               tilt_z = attitude.tilt_z_rad - lean_z_rad_;
+  // against what blows along z the jets help
+  const double c = std::cos(attitude.roll_rad), s = std::sin(attitude.roll_rad);
+  const double push_m_s2 = std::hypot(c * wind_m_s2_.y() + s * wind_m_s2_.z(),
+                                      kAlong * (c * wind_m_s2_.z() - s * wind_m_s2_.y()));
+  now_judged_ = corridor_.judge(state_, std::hypot(tilt_y, tilt_z), flown_s_,
+                                plan_.total_s + extra_s_, push_m_s2, parameters_.limits);
+  if (judgement_.off == Off::none && now_judged_.off != Off::none) judgement_ = now_judged_;
+}
+
+void Flight::fall_short(Shortfall why, double measured, double limit) noexcept {
+  if (shortfall_ != Shortfall::none) return;
+  shortfall_ = why;
+  short_measured_ = measured;
+  short_limit_ = limit;
+}
+
+// Once it is still its velocity is zero: what navigation has then is its error, and what it had
+// before contact was wrong by as much.
+void Flight::note_touchdown() noexcept {
+  if (!speed_noted_ && moved_frames_ < after_contact_.size())
+    after_contact_[moved_frames_++] = state_.velocity_N_m_s;
+  const bool ends = phase_s_ >= parameters_.limits.run_down_s;
+  if (speed_noted_ || (touchdown_.still_s() < kStill_s && !ends)) return;
+  speed_noted_ = touchdown_.still_s() >= kStill_s;
+  const Vector3& error = state_.velocity_N_m_s;
+  const auto side = [&](const Speed& v) { return (v.N_m_s - error).tail<2>().norm(); };
+  touchdown_m_s_ = impact_m_s_;
+  touchdown_side_m_s_ = 0;
+  for (const Speed& v : before_contact_) {
+    touchdown_m_s_ = std::max(touchdown_m_s_, kLastFoot * (error - v.N_m_s).x() + v.foot_m_s);
+    touchdown_side_m_s_ = std::max(touchdown_side_m_s_, side(v));
+  }
+  // it may come off the ground again, or slide
+  for (std::size_t i = 0; i < moved_frames_; ++i)
+    touchdown_side_m_s_ = std::max(touchdown_side_m_s_, side({after_contact_[i]}));
+  if (impact_m_s_ < kFelt_m_s) return;
+  for (const Speed& v : before_impact_)
+    touchdown_side_m_s_ = std::max(touchdown_side_m_s_, side(v));
+}
+
+void Flight::judge_landing() noexcept {
+  if (!plan_.flies || reaction_ > Reaction::hold) return;
+  const Limits& limits = parameters_.limits;
+  const double tilt = std::acos(std::clamp(attitude_of(state_.q_NB).cosine, -1.0, 1.0));
+  if (!(tilt <= limits.upright_rad)) fall_short(Shortfall::fallen, tilt, limits.upright_rad);
+  const double hardest_m_s = touchdown_m_s_ + kUnsure_m_s;
+  if (!(hardest_m_s <= limits.touchdown_m_s))
+    fall_short(Shortfall::hard, hardest_m_s, limits.touchdown_m_s);
+  if (plan_.request.program != Program::hop) return;
+  if (!(touchdown_side_m_s_ + kUnsure_m_s <= limits.touchdown_side_m_s))
+    fall_short(Shortfall::sideways, touchdown_side_m_s_, limits.touchdown_side_m_s);
+  const Vector3 off = state_.position_N_m - goal_m_;
+  off_m_ = std::hypot(off.y(), off.z());
+  off_sigma_m_ = state_.position_sigma_m.tail<2>().maxCoeff();
+  const double sure = off_m_ + kSure * off_sigma_m_;
+  if (!(sure <= limits.place_m)) fall_short(Shortfall::place, sure, limits.place_m);
+}
+
+}  // namespace lss::gnc::talaris
