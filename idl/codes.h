@@ -11,122 +11,77 @@
 namespace lss {
 
 // number, name, text, advice
-#define LSS_REASONS(X)                                                                             \
-  X(0, none, "no reason", "")                                                                      \
-  X(1, unknown_command, "unknown command type", "list the commands with: lss-cli command list")    \
-  X(2, wrong_vehicle, "command of another vehicle",                                                \
-    "list the commands with: lss-cli command list")                                                \
-  X(3, not_finite, "parameter is not a finite number", "send a number")                            \
-  X(4, out_of_range, "parameter is out of range", "see: lss-cli command describe NAME")            \
-  X(5, not_a_choice, "parameter is none of its choices", "see: lss-cli command describe NAME")     \
-  X(6, bad_source, "source name is empty or not terminated", "name the source")                    \
-  X(7, stale_sequence, "its sender used the sequence number before",                               \
-    "count the sequence number up")                                                                \
-  X(8, too_many_sources, "retired", "")                                                            \
-  X(9, bad_lease, "lease is out of range", "ask for a lease within the limits of the config")      \
-  X(10, busy, "request queue is full", "send fewer commands at a time")                            \
-  X(11, not_authorised, "another source has authority",                                            \
-    "let it stop, or stop it: any emergency stop is obeyed")                                       \
-  X(12, not_in_state, "not allowed in this state", "see the state with: lss-cli status")           \
-  X(13, not_in_mode, "not allowed in this mode", "see the mode with: lss-cli status")              \
-  X(14, module_silent, "a module does not answer",                                                 \
-    "check its power and the bus, then: lss-cli solve")                                            \
-  X(16, motors_not_on, "motion control is not confirmed by all modules",                           \
-    "wait for it, or check lss-cli status")                                                        \
-  X(18, port_closed, "the bus port is not open", "check the port named in the config")             \
-  X(19, emergency, "an emergency ended it", "see lss-cli status, then: lss-cli solve")             \
-  X(20, lease_expired, "the heartbeat of its source stopped",                                      \
-    "keep the client running, or start lss-cli heartbeat")                                         \
-  X(21, superseded, "another command took its place", "")                                          \
-  X(22, over_current, "a module draws too much current", "free the leg, then: lss-cli solve")      \
-  X(23, not_solved, "errors remain", "see lss-cli status for the faults that are still there")     \
-  X(24, shutting_down, "the daemon is stopping", "start it again")                                 \
-  X(26, unused_parameter, "a parameter that the command does not have is not zero",                \
-    "see: lss-cli command describe NAME")                                                          \
-  X(27, never_heard, "a module has not answered since the daemon started",                         \
-    "check its power and the bus, or go on without it where the vehicle can: lss-cli isolate")     \
-  X(29, isolated, "the module is out of service", "lss-cli restore, when it is repaired")          \
-  X(30, obc_silent, "no heartbeat from the OBC", "start the OBC's client or lss-cli heartbeat")    \
-  X(31, nobody_holds, "nobody has authority", "")                                                  \
-  X(34, imu_lost, "the IMU is not reliable", "drive by hand, or repair the IMU")                   \
-  X(38, too_early, "retired", "")                                                                  \
-  X(40, not_calibrated, "the navigation is not calibrated",                                        \
-    "lss-cli gnc standby, then lss-cli gnc calibrate, standing still")                             \
-  X(41, not_planned, "nothing is planned", "lss-cli plan PROGRAM")                                 \
-  X(42, gas_short,                                                                                 \
-    "the gas does not suffice: thruster-seconds needed, and available above the reserve",          \
-    "refill, or plan less")                                                                        \
-  X(43, plan_request, "no program can be flown with these numbers",                                \
-    "see: lss-cli command describe plan")                                                          \
-  X(44, plan_height, "too low to fly: m", "plan higher")                                           \
-  X(45, hover_short, "no pulse holds it up: s open in a frame needed, and the longest",            \
-    "make it lighter, or the thrusters stronger")                                                  \
-  X(46, climb_short, "climbing takes more than the thrust leaves: m/s2", "plan lower")             \
-  X(47, lateral_short, "the traverse takes more than the lateral thrusters leave: m/s2",           \
-    "give it more time, or plan it shorter")                                                       \
-  X(48, altimeter_short, "outside the range of the altimeter: m", "plan lower or shorter")         \
-  X(49, wall_near, "the wall is too near: m to go, and to the wall without clearance",             \
-    "plan it shorter, or move back")                                                               \
-  X(50, fans_short, "the fans are too weak: N needed of all, and what they have",                  \
-    "make it lighter")                                                                             \
-  X(51, fans_long, "the fans would run for too long: s", "plan it shorter")                        \
-  X(52, fans_not_armed, "the fans' speed controllers are not started", "lss-cli edf arm")          \
-  X(53, valve_disabled, "a valve that is needed is disabled", "lss-cli enable all")                \
-  X(54, pulse_too_long, "delay and on-time do not fit into the frame: s, and the frame",           \
-    "shorten one of them")                                                                         \
-  X(55, script_overlap, "a pulse begins before the last of the same valve ended: s",               \
-    "let the first one end; the subject is the step, counted from 1")                              \
-  X(56, script_backwards, "the step is before the one before it: s",                               \
-    "sort the steps; the subject is the step, counted from 1")                                     \
-  X(57, script_too_long, "the script ends too late: s",                                            \
-    "make two of it; the subject is the step, counted from 1")                                     \
-  X(58, script_actuator, "the step is for a fan that there is not: set, and the largest",          \
-    "valves are bits 0 to 7, fans bits 0 to 3; the subject is the step, counted from 1")           \
-  X(59, script_value, "the value of the step is out of range",                                     \
-    "pulses 0.04 s to 30 s, throttle 0 to 1, rpm 0 to 40000; the subject is the step, counted "    \
-    "from 1")                                                                                      \
-  X(60, script_incomplete, "the script is not there as a whole: steps there, and announced",       \
-    "send it with: lss-cli script run FILE")                                                       \
-  X(61, script_other, "another script was begun: the number sent, and the one that is there",      \
-    "send it again, as a whole")                                                                   \
-  X(62, script_order, "the steps have to come in order: the one that came, and the one expected",  \
-    "send it again, as a whole")                                                                   \
-  X(63, moved, "it moved while it was calibrated", "let it stand still, then calibrate again")     \
-  X(64, in_flight, "it is in the air", "lss-cli land")                                             \
-  X(65, not_in_flight, "it is not in the air", "")                                                 \
-  X(66, altimeter_lost, "the altimeter is silent, or has errors only",                             \
-    "check its line and what it looks at")                                                         \
-  X(67, no_such_gains, "there is no such set of gains: the one asked for, and how many there are", \
-    "add it to the config")                                                                        \
-  X(68, pressure_low, "the pressure is too low: kPa", "open the bottle, or refill it")             \
-  X(69, voltage_low, "the supply is too low: V", "charge or exchange the battery")                 \
-  X(70, flight_failed, "the flight did not go as planned",                                         \
-    "see the events before it and: lss-cli status")                                                \
-  X(71, calibration_bad, "the measurements at standstill are implausible",                         \
-    "level it, check IMU and altimeter; the event says what was found")                            \
-  X(72, no_such_parameter, "there is no parameter of this number",                                 \
-    "list them with: lss-cli param get")                                                           \
-  X(73, parameter_range, "the value of the parameter is out of its range",                         \
-    "see its range with: lss-cli param get NAME")                                                  \
-  X(74, parameter_whole, "the parameter is a whole number", "give it without a fraction")          \
-  X(75, parameter_together, "the value does not go with those of other parameters",                \
-    "change the others first; docs/parameters.md says which hang together")                        \
-  X(76, save_failed, "the parameters could not be written: error number",                          \
-    "free or repair the disk, make the folder writable, then save again; the journal says more")   \
-  X(77, name_conflict, "another daemon with this vehicle_id is on the domain",                     \
-    "stop one, or change its vehicle_id; lss-cli doctor names both")                               \
-  X(78, not_reset, "a module answers, but was not reset",                                          \
-    "send it again; if that does not help, switch its power off and on")                           \
-  X(79, fell, "it was in the air: it fell", "")                                                    \
-  X(80, off_target, "it may stand too far from the target: m, by navigation with 3 sigma",         \
-    "see where it stands; a smaller distance or a better sensor set keeps it nearer")              \
-  X(81, fell_over, "it does not stand upright: rad", "set it up; see the events before it")        \
-  X(82, landed_hard, "it touched down too fast: m/s", "inspect the legs")                          \
-  X(83, landed_sideways, "it moved sideways at touchdown: m/s", "inspect the legs")                \
-  X(84, no_lift_off, "it stood still when it should fly",                                          \
-    "weigh it; check fans, thrust and gains")                                                      \
-  X(92, not_configured,                                                                            \
-    "a module answers, but is another one than configured or refuses its configuration",           \
+#define LSS_REASONS(X)                                                                            \
+  X(0, none, "no reason", "")                                                                     \
+  X(1, unknown_command, "unknown command type", "list the commands with: lss-cli command list")   \
+  X(2, wrong_vehicle, "command of another vehicle",                                               \
+    "list the commands with: lss-cli command list")                                               \
+  X(3, not_finite, "parameter is not a finite number", "send a number")                           \
+  X(4, out_of_range, "parameter is out of range", "see: lss-cli command describe NAME")           \
+  X(5, not_a_choice, "parameter is none of its choices", "see: lss-cli command describe NAME")    \
+  X(6, bad_source, "source name is empty or not terminated", "name the source")                   \
+  X(7, stale_sequence, "its sender used the sequence number before",                              \
+    "count the sequence number up")                                                               \
+  X(8, too_many_sources, "retired", "")                                                           \
+  X(9, bad_lease, "lease is out of range", "ask for a lease within the limits of the config")     \
+  X(10, busy, "request queue is full", "send fewer commands at a time")                           \
+  X(11, not_authorised, "another source has authority",                                           \
+    "let it stop, or stop it: any emergency stop is obeyed")                                      \
+  X(12, not_in_state, "not allowed in this state", "see the state with: lss-cli status")          \
+  X(13, not_in_mode, "not allowed in this mode", "see the mode with: lss-cli status")             \
+  X(14, module_silent, "a module does not answer",                                                \
+    "check its power and the bus, then: lss-cli solve")                                           \
+  X(16, motors_not_on, "motion control is not confirmed by all modules",                          \
+    "wait for it, or check lss-cli status")                                                       \
+  X(18, port_closed, "the bus port is not open", "check the port named in the config")            \
+  X(19, emergency, "an emergency ended it", "see lss-cli status, then: lss-cli solve")            \
+  X(20, lease_expired, "the heartbeat of its source stopped",                                     \
+    "keep the client running, or start lss-cli heartbeat")                                        \
+  X(21, superseded, "another command took its place", "")                                         \
+  X(22, over_current, "a module draws too much current", "free the leg, then: lss-cli solve")     \
+  X(23, not_solved, "errors remain", "see lss-cli status for the faults that are still there")    \
+  X(24, shutting_down, "the daemon is stopping", "start it again")                                \
+  X(26, unused_parameter, "a parameter that the command does not have is not zero",               \
+    "see: lss-cli command describe NAME")                                                         \
+  X(27, never_heard, "a module has not answered since the daemon started",                        \
+    "check its power and the bus, or go on without it where the vehicle can: lss-cli isolate")    \
+  X(29, isolated, "the module is out of service", "lss-cli restore, when it is repaired")         \
+  X(30, obc_silent, "no heartbeat from the OBC", "start the OBC's client or lss-cli heartbeat")   \
+  X(31, nobody_holds, "nobody has authority", "")                                                 \
+  X(34, imu_lost, "the IMU is not reliable", "drive by hand, or repair the IMU")                  \
+  X(38, too_early, "retired", "")                                                                 \
+  X(55, script_overlap, "a pulse begins before the last of the same valve ended: s",              \
+    "let the first one end; the subject is the step, counted from 1")                             \
+  X(56, script_backwards, "the step is before the one before it: s",                              \
+    "sort the steps; the subject is the step, counted from 1")                                    \
+  X(57, script_too_long, "the script ends too late: s",                                           \
+    "make two of it; the subject is the step, counted from 1")                                    \
+  X(58, script_actuator, "the step is for a fan that there is not: set, and the largest",         \
+    "valves are bits 0 to 7, fans bits 0 to 3; the subject is the step, counted from 1")          \
+  X(59, script_value, "the value of the step is out of range",                                    \
+    "pulses 0.04 s to 30 s, throttle 0 to 1, rpm 0 to 40000; the subject is the step, counted "   \
+    "from 1")                                                                                     \
+  X(61, script_other, "another script was begun: the number sent, and the one that is there",     \
+    "send it again, as a whole")                                                                  \
+  X(62, script_order, "the steps have to come in order: the one that came, and the one expected", \
+    "send it again, as a whole")                                                                  \
+  X(65, not_in_flight, "it is not in the air", "")                                                \
+  X(72, no_such_parameter, "there is no parameter of this number",                                \
+    "list them with: lss-cli param get")                                                          \
+  X(73, parameter_range, "the value of the parameter is out of its range",                        \
+    "see its range with: lss-cli param get NAME")                                                 \
+  X(74, parameter_whole, "the parameter is a whole number", "give it without a fraction")         \
+  X(75, parameter_together, "the value does not go with those of other parameters",               \
+    "change the others first; docs/parameters.md says which hang together")                       \
+  X(76, save_failed, "the parameters could not be written: error number",                         \
+    "free or repair the disk, make the folder writable, then save again; the journal says more")  \
+  X(77, name_conflict, "another daemon with this vehicle_id is on the domain",                    \
+    "stop one, or change its vehicle_id; lss-cli doctor names both")                              \
+  X(78, not_reset, "a module answers, but was not reset",                                         \
+    "send it again; if that does not help, switch its power off and on")                          \
+  X(79, fell, "it was in the air: it fell", "")                                                   \
+  X(92, not_configured,                                                                           \
+    "a module answers, but is another one than configured or refuses its configuration",          \
     "lss-cli status names its link; check its number, firmware and description")
 
 // number, name, severity (of lss.idl: 0 info, 1 warning, 2 error, 3 fatal), text, advice
@@ -166,36 +121,10 @@ namespace lss {
     "check wiring and termination, then: lss-cli solve")                                          \
   X(38, node_babbles, 1, "the node sends too much and is not listened to",                        \
     "in Idle: lss-cli reset NODE; or replace it")                                                 \
-  X(41, imu_silent, 1, "no packets of the IMU come",                                              \
-    "check its power and line; then calibrate again")                                             \
-  X(42, imu_stuck, 1, "the IMU repeats its values, or they are implausible",                      \
-    "check it, then calibrate again")                                                             \
-  X(43, imu_lossy, 1, "packets of the IMU are lost", "check its line")                            \
-  X(44, altimeter_lost, 1, "the altimeter is silent, has errors only, or is out of range",        \
-    "check its line and what it looks at")                                                        \
-  X(45, navigation_lost, 3, "the IMU was lost in flight",                                         \
-    "check the IMU, then: lss-cli solve, and calibrate again")                                    \
-  X(46, altitude_lost, 3, "the altimeter was lost in flight", "check it, then: lss-cli solve")    \
-  X(47, gas_low, 3, "less gas than the remaining flight needs", "refill, then: lss-cli solve")    \
-  X(48, pressure_lost, 3, "the regulated pressure was gone in flight",                            \
-    "check bottle, regulator and lines, then: lss-cli solve")                                     \
-  X(49, attitude_lost, 3, "tilt or rates above their limits",                                     \
-    "look at vehicle and gains, then: lss-cli solve")                                             \
   X(50, stop_not_followed, 3, "the bus obeyed an emergency stop and the cycle did not follow",    \
     "report it with the events before it; then: lss-cli solve")                                   \
-  X(51, load_cell_lost, 1, "the load cell does not answer", "check the node and the bus")         \
-  X(52, supply_low, 1, "the supply is low", "charge or exchange the battery")                     \
-  X(53, fan_slow, 3, "the fans do not come to their speed",                                       \
-    "check fans, speed controllers and battery, then: lss-cli solve")                             \
-  X(54, fans_hot, 3, "the fans ran for too long", "let them cool, then: lss-cli solve")           \
   X(55, name_conflict, 1, "another daemon with this vehicle_id is on the domain",                 \
     "stop one, or change its vehicle_id; lss-cli doctor names both")                              \
-  X(56, corridor_left, 2, "the flight left its corridor and came down",                           \
-    "the event before it says by how much; wait for less wind, see docs/gnc-talaris.md")          \
-  X(57, hop_shortened, 2, "gas did not last for the rest of the plan: it came down earlier",      \
-    "refill, or plan less")                                                                       \
-  X(58, altimeter_stuck, 1, "the altimeter repeats one reading in the air",                       \
-    "check it and what it looks at")                                                              \
   X(71, drive_drops_out, 3, "a drive dropped out of operation enabled again and again",           \
     "check its supply, wiring and load, then: lss-cli solve")
 
@@ -228,23 +157,10 @@ namespace lss {
   X(28, log_lost, 1, "frames are missing in the log")                                    \
   X(29, emergency_message, 1, "node sent emergency {0}")                                 \
   X(30, node_configured, 0, "node is configured and running")                            \
-  X(32, calibrated, 0, "navigation is calibrated")                                       \
   X(33, calibration_refused, 1, "calibration failed, {0}: {1}, allowed {2}")             \
   X(34, planned, 0, "planned: {0}, {1} s, {2} of {3} thruster-seconds")                  \
   X(35, phase_changed, 0, "phase {0} to {1}")                                            \
-  X(36, lifted_off, 0, "in the air")                                                     \
-  X(37, landed, 0, "landed with {0} m/s, {1} thruster-seconds used")                     \
   X(38, contingency, 2, "a fault in the air: {0}")                                       \
-  X(39, script_begun, 0, "script {0} runs: {1} steps, the first in {2} s")               \
-  X(40, script_step_done, 0, "script {0}: step {1} of {2}")                              \
-  X(41, script_ended, 0, "script {0} ended")                                             \
-  X(42, script_aborted, 2, "script {0} aborted after {1} of {2} steps: all-stop")        \
-  X(43, imu_scale_changed, 1, "the IMU changed its scale: status {0} to {1}")            \
-  X(44, imu_packets_lost, 1, "{0} packets of the IMU lost, {1} in all")                  \
-  X(45, gains_selected, 0, "set of gains {0}")                                           \
-  X(46, fans_armed, 0, "the fans' speed controllers are started")                        \
-  X(47, valve_timed_out, 1, "valves {0} shut after their time")                          \
-  X(48, altimeter_error, 1, "altimeter reports error {0}, {1} in all")                   \
   X(49, recording_failed, 1, "frames cannot be recorded")                                \
   X(50, recording_cut, 1, "the last recording was not written to its end")               \
   X(51, parameter_changed, 0, "parameter {0}: {1} to {2}")                               \
@@ -255,8 +171,6 @@ namespace lss {
   X(56, parameters_refused, 1, "saved parameters are not taken")                         \
   X(57, reset_begun, 0, "module is being reset, it has to answer within {0} s")          \
   X(58, reset_ended, 0, "module answers again, {0} s after its reset was ordered")       \
-  X(59, flight_judged, 0, "{0} m off target (1 sigma {1}); {2} m/s down, {3} sideways")  \
-  X(60, off_course, 1, "off the plan, kind {0}: {1}, allowed {2}")                       \
   X(70, drive_dropped_out, 1, "drive dropped out of operation enabled, {0} so far")
 
 enum class Reason : std::uint16_t {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "daemon/vehicles/talaris/vehicle.h"
+#include "idl/talaris/codes.h"
 
 namespace lss::talaris {
 namespace {
@@ -17,27 +18,27 @@ Reason reason_of(Guard guard) noexcept {
     case Guard::none:
       return Reason::none;
     case Guard::request:
-      return Reason::plan_request;
+      return reasons::plan_request;
     case Guard::height:
-      return Reason::plan_height;
+      return reasons::plan_height;
     case Guard::gas:
-      return Reason::gas_short;
+      return reasons::gas_short;
     case Guard::hover_on_time:
-      return Reason::hover_short;
+      return reasons::hover_short;
     case Guard::climb:
-      return Reason::climb_short;
+      return reasons::climb_short;
     case Guard::lateral:
-      return Reason::lateral_short;
+      return reasons::lateral_short;
     case Guard::altimeter:
-      return Reason::altimeter_short;
+      return reasons::altimeter_short;
     case Guard::wall:
-      return Reason::wall_near;
+      return reasons::wall_near;
     case Guard::fan_thrust:
-      return Reason::fans_short;
+      return reasons::fans_short;
     case Guard::run_time:
-      return Reason::fans_long;
+      return reasons::fans_long;
   }
-  return Reason::plan_request;
+  return reasons::plan_request;
 }
 
 Verdict verdict_of(const PlanResult& result) noexcept {
@@ -51,7 +52,7 @@ Verdict verdict_of(const PlanResult& result) noexcept {
 
 Verdict Vehicle::consider(const Request& r) noexcept {
   if (r.kind == kind_of(lss::CommandKind::reset)) {
-    if (supervisor_ != nullptr && supervisor_->airborne()) return {.reason = Reason::in_flight};
+    if (supervisor_ != nullptr && supervisor_->airborne()) return {.reason = reasons::in_flight};
     if (arguments<Reset>(r).module == kAltimeterModule)  // it has no state to clear
       return {.reason = Reason::not_a_choice, .measured = kAltimeterModule, .subject = 0};
     return {};
@@ -66,7 +67,7 @@ Verdict Vehicle::consider(const Request& r) noexcept {
       const double end_s = pulse.on_s + pulse.delay_s;
       if (end_s > gnc::talaris::kFrame_s + 1e-9)
         return {
-            .reason = Reason::pulse_too_long, .measured = end_s, .limit = gnc::talaris::kFrame_s};
+            .reason = reasons::pulse_too_long, .measured = end_s, .limit = gnc::talaris::kFrame_s};
       return consider_valves(pulse.valves);
     }
     case CommandKind::gnc:
@@ -77,7 +78,7 @@ Verdict Vehicle::consider(const Request& r) noexcept {
     case CommandKind::gains: {
       const unsigned set = arguments<SelectGains>(r).set;
       if (set <= parameters_.flight.gain_sets) return {};
-      return {.reason = Reason::no_such_gains,
+      return {.reason = reasons::no_such_gains,
               .measured = static_cast<double>(set),
               .limit = static_cast<double>(parameters_.flight.gain_sets)};
     }
@@ -90,7 +91,7 @@ Verdict Vehicle::consider(const Request& r) noexcept {
       const bool armed =
           supervisor_ != nullptr && (supervisor_->controller().flags & kFansArmed) != 0;
       if (script_.uses_fans() && !armed)
-        return {.reason = Reason::fans_not_armed, .subject = kFanModule};
+        return {.reason = reasons::fans_not_armed, .subject = kFanModule};
       return consider_valves(script_.valves());
     }
     default:
@@ -102,7 +103,7 @@ Verdict Vehicle::consider(const Request& r) noexcept {
 Verdict Vehicle::consider_valves(std::uint8_t valves) const noexcept {
   const unsigned disabled = valves & ~static_cast<unsigned>(enabled_);
   if (disabled == 0) return {};
-  return {.reason = Reason::valve_disabled,
+  return {.reason = reasons::valve_disabled,
           .measured = static_cast<double>(std::countr_zero(disabled) + 1),
           .limit = kRequired,
           .subject = kValveModule};
@@ -113,20 +114,20 @@ Verdict Vehicle::consider_execute() const noexcept {
   const gnc::talaris::Plan& plan = flight_.planned();
   const std::uint8_t flags = supervisor_ != nullptr ? supervisor_->controller().flags : 0;
   if (plan.needs_altimeter && (flags & kAltimeterLost))
-    return {.reason = Reason::altimeter_lost, .subject = kAltimeterModule};
+    return {.reason = reasons::altimeter_lost, .subject = kAltimeterModule};
   if (plan.uses_fans && !(flags & kFansArmed))
-    return {.reason = Reason::fans_not_armed, .subject = kFanModule};
+    return {.reason = reasons::fans_not_armed, .subject = kFanModule};
   if (plan.uses_gas) {
     if (const Verdict v = consider_valves(0xFF); v.reason != Reason::none) return v;
     const double least_kPa = parameters_.flight.gas.min_regulated_kPa;
     if (sensors_.regulated_kPa() < least_kPa)
-      return {.reason = Reason::pressure_low,
+      return {.reason = reasons::pressure_low,
               .measured = sensors_.regulated_kPa(),
               .limit = least_kPa,
               .subject = kValveModule};
   }
   if (parameters_.min_voltage_V > 0 && sensors_.gas().voltage_V < parameters_.min_voltage_V)
-    return {.reason = Reason::voltage_low,
+    return {.reason = reasons::voltage_low,
             .measured = sensors_.gas().voltage_V,
             .limit = parameters_.min_voltage_V,
             .subject = kValveModule};
@@ -173,7 +174,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   if (actions & kRunScript) {
     script_.run();
     script_told_ = 0;
-    tell(EventId::script_begun, script_.id(), script_.steps(), kScriptLead_s);
+    tell(events::script_begun, script_.id(), script_.steps(), kScriptLead_s);
   }
   if (request == nullptr) return;
   if (actions & lc::kResetModule) {
@@ -225,7 +226,7 @@ void Vehicle::carry_out(const Request& r) noexcept {
       const unsigned set = arguments<SelectGains>(r).set;
       flight_.select_gains(set);
       hand_.set_gains(parameters_.flight.gains[set - 1]);
-      tell(EventId::gains_selected, set);
+      tell(events::gains_selected, set);
       return;
     }
     case CommandKind::script_begin:
@@ -250,7 +251,7 @@ void Vehicle::tell(EventId id, double a, double b, double c, double d) const noe
 // An emergency ends a running script.
 void Vehicle::end_script() noexcept {
   if (script_.running())
-    tell(EventId::script_aborted, script_.id(), script_.done(), script_.steps());
+    tell(events::script_aborted, script_.id(), script_.done(), script_.steps());
 }
 
 }  // namespace lss::talaris

@@ -4,6 +4,7 @@
 
 #include "daemon/cycle/common_commands.h"
 #include "daemon/vehicles/talaris/tunables.h"
+#include "idl/talaris/codes.h"
 
 namespace lss::talaris {
 namespace {
@@ -33,22 +34,23 @@ constexpr const char* kGuardNames[] = {"navigation is calibrated", "something is
 Verdict guard(unsigned number, const lc::ControllerState& s, unsigned) {
   switch (number) {
     case kIsCalibratedGuard:
-      if (!(s.flags & kCalibrated)) return {.reason = Reason::not_calibrated};
+      if (!(s.flags & kCalibrated)) return {.reason = reasons::not_calibrated};
       break;
     case kIsPlanned:
-      if (!(s.flags & kPlanned)) return {.reason = Reason::not_planned};
+      if (!(s.flags & kPlanned)) return {.reason = reasons::not_planned};
       break;
     case kImuTrusted:
       if (s.flags & kImuLost) return {.reason = Reason::imu_lost, .subject = kImuModule};
       break;
     case kFansStarted:
-      if (!(s.flags & kFansArmed)) return {.reason = Reason::fans_not_armed, .subject = kFanModule};
+      if (!(s.flags & kFansArmed))
+        return {.reason = reasons::fans_not_armed, .subject = kFanModule};
       break;
     case kInAir:
       if (!airborne(s)) return {.reason = Reason::not_in_flight};
       break;
     case kOnGround:
-      if (airborne(s)) return {.reason = Reason::in_flight};
+      if (airborne(s)) return {.reason = reasons::in_flight};
       break;
     default:
       break;
@@ -290,7 +292,8 @@ const Logic& logic() noexcept {
                             .command = command,
                             .airborne = airborne,
                             .considered = considered,
-                            .tunables = tuning().infos};
+                            .tunables = tuning().infos,
+                            .codes = kOwnCodes};
   return kLogic;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "idl/talaris/codes.h"
+
 namespace lss::talaris {
 namespace {
 
@@ -67,7 +69,7 @@ Verdict Script::consider_run(std::uint32_t id) const noexcept {
   if (id != id_)
     return {.reason = Reason::script_other, .measured = double(id), .limit = double(id_)};
   if (count_ < announced_ || count_ == 0)
-    return {.reason = Reason::script_incomplete,
+    return {.reason = reasons::script_incomplete,
             .measured = static_cast<double>(count_),
             .limit = static_cast<double>(announced_)};
   return {};

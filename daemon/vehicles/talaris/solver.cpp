@@ -1,5 +1,7 @@
 #include "daemon/vehicles/talaris/solver.h"
 
+#include "idl/talaris/codes.h"
+
 namespace lss::talaris {
 
 FaultClass class_of(FaultId fault) noexcept {
@@ -10,12 +12,11 @@ FaultClass class_of(FaultId fault) noexcept {
     case FaultId::port_lost:
     case FaultId::bus_off:
       return FaultClass::contact;
-    case FaultId::navigation_lost:
-    case FaultId::attitude_lost:
-      return FaultClass::navigation;
     default:
-      return FaultClass::system;
+      break;
   }
+  const bool navigation = fault == faults::navigation_lost || fault == faults::attitude_lost;
+  return navigation ? FaultClass::navigation : FaultClass::system;
 }
 
 Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {

@@ -3,6 +3,7 @@
 
 #include "daemon/cycle/solving.h"
 #include "daemon/vehicles/talaris/vehicle.h"
+#include "idl/talaris/codes.h"
 
 namespace lss::talaris {
 namespace {
@@ -85,7 +86,7 @@ void Vehicle::watch_nodes(Supervisor& s) noexcept {
   if (!parameters_.buses.can.load_cell) return;
   watch_link(kLoadCellNode, s);
   const bool expected = now_ns_ - begun_ns_ > kBoot && !resets_.away(kLoadCellModule - 1);
-  warn(!answers(kLoadCellNode) && expected, load_cell_told_, FaultId::load_cell_lost,
+  warn(!answers(kLoadCellNode) && expected, load_cell_told_, faults::load_cell_lost,
        kLoadCellModule, s);
 }
 
@@ -141,14 +142,14 @@ void Vehicle::watch_node(std::size_t i, Supervisor& s) noexcept {
 
 void Vehicle::watch_imu(Supervisor& s) noexcept {
   if (sensors_.scale_changed())
-    s.note(EventId::imu_scale_changed, kImuModule, sensors_.scale_before(), sensors_.scale());
+    s.note(events::imu_scale_changed, kImuModule, sensors_.scale_before(), sensors_.scale());
   if (sensors_.imu_lost_packets() != 0)
-    s.note(EventId::imu_packets_lost, kImuModule, static_cast<double>(sensors_.imu_lost_packets()),
+    s.note(events::imu_packets_lost, kImuModule, static_cast<double>(sensors_.imu_lost_packets()),
            static_cast<double>(sensors_.imu_lost_in_all()));
   const bool expected = sensors_.imu_known() || now_ns_ - begun_ns_ > kBoot;
-  warn(sensors_.imu_silent() && expected, imu_silent_told_, FaultId::imu_silent, kImuModule, s);
-  warn(sensors_.imu_stuck(), imu_stuck_told_, FaultId::imu_stuck, kImuModule, s);
-  warn(sensors_.imu_lossy(), lossy_told_, FaultId::imu_lossy, kImuModule, s);
+  warn(sensors_.imu_silent() && expected, imu_silent_told_, faults::imu_silent, kImuModule, s);
+  warn(sensors_.imu_stuck(), imu_stuck_told_, faults::imu_stuck, kImuModule, s);
+  warn(sensors_.imu_lossy(), lossy_told_, faults::imu_lossy, kImuModule, s);
   const bool lost = sensors_.imu_lost();
   if (((s.controller().flags & kImuLost) != 0) == lost) return;
   s.happen(lost ? event::imu_lost : event::imu_good);
@@ -156,13 +157,13 @@ void Vehicle::watch_imu(Supervisor& s) noexcept {
 
 void Vehicle::watch_altimeter(Supervisor& s) noexcept {
   if (sensors_.range_errors() != 0)
-    s.note(EventId::altimeter_error, kAltimeterModule, sensors_.range_error(),
+    s.note(events::altimeter_error, kAltimeterModule, sensors_.range_error(),
            static_cast<double>(sensors_.range_errors_in_all()));
   const bool lost = parameters_.navigation.altimeter && sensors_.altimeter_lost();
   const bool expected = sensors_.altimeter_ns() != 0 || now_ns_ - begun_ns_ > kBoot;
-  warn(lost && expected, altimeter_told_, FaultId::altimeter_lost, kAltimeterModule, s);
+  warn(lost && expected, altimeter_told_, faults::altimeter_lost, kAltimeterModule, s);
   const bool stuck = altimeter_repeats() || (altimeter_stuck_told_ && output_.airborne);
-  warn(stuck, altimeter_stuck_told_, FaultId::altimeter_stuck, kAltimeterModule, s);
+  warn(stuck, altimeter_stuck_told_, faults::altimeter_stuck, kAltimeterModule, s);
   if (((s.controller().flags & kAltimeterLost) != 0) == lost) return;
   s.happen(lost ? event::altimeter_lost : event::altimeter_good);
 }
@@ -172,7 +173,7 @@ void Vehicle::watch_supply(Supervisor& s) noexcept {
   if (sensors_.gas_age_s() > 1) return;
   const bool watched = parameters_.min_voltage_V > 0;
   const double limit_V = parameters_.min_voltage_V + (supply_told_ ? kHysteresis_V : 0);
-  warn(watched && sensors_.gas().voltage_V < limit_V, supply_told_, FaultId::supply_low,
+  warn(watched && sensors_.gas().voltage_V < limit_V, supply_told_, faults::supply_low,
        kValveModule, s);
 }
 
@@ -180,19 +181,19 @@ void Vehicle::watch_supply(Supervisor& s) noexcept {
 
 void Vehicle::watch_hand(Supervisor& s) noexcept {
   if (hand_.armed() && s.happen(event::fans_armed).reason == Reason::none)
-    s.note(EventId::fans_armed, kFanModule);
+    s.note(events::fans_armed, kFanModule);
   if (hand_.timed_out() != 0 && mode() == Mode::manual)
-    s.note(EventId::valve_timed_out, kValveModule, hand_.timed_out());
+    s.note(events::valve_timed_out, kValveModule, hand_.timed_out());
 }
 
 void Vehicle::watch_script(Supervisor& s) noexcept {
   if (mode() != Mode::script || !script_.running()) return;
   if (script_.done() != script_told_) {
     script_told_ = script_.done();
-    s.note(EventId::script_step_done, 0, script_.id(), script_.done(), script_.steps());
+    s.note(events::script_step_done, 0, script_.id(), script_.done(), script_.steps());
   }
   if (!script_.over()) return;
-  s.note(EventId::script_ended, 0, script_.id());
+  s.note(events::script_ended, 0, script_.id());
   s.happen(event::script_ended);
 }
 

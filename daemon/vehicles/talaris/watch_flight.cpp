@@ -3,6 +3,7 @@
 // latched at once, and become an emergency after the landing.
 
 #include "daemon/vehicles/talaris/vehicle.h"
+#include "idl/talaris/codes.h"
 
 namespace lss::talaris {
 namespace {
@@ -17,14 +18,14 @@ Reason reason_of(CalibrationFault fault) noexcept {
     case CalibrationFault::rate_spread:
     case CalibrationFault::shaking:
     case CalibrationFault::force_spread:
-      return Reason::moved;
+      return reasons::moved;
     case CalibrationFault::imu_silent:
       return Reason::imu_lost;
     case CalibrationFault::few_ranges:
     case CalibrationFault::range_spread:
-      return Reason::altimeter_lost;
+      return reasons::altimeter_lost;
     default:
-      return Reason::calibration_bad;
+      return reasons::calibration_bad;
   }
 }
 
@@ -32,17 +33,17 @@ Reason reason_of(gnc::talaris::Shortfall why) noexcept {
   using gnc::talaris::Shortfall;
   switch (why) {
     case Shortfall::no_lift_off:
-      return Reason::no_lift_off;
+      return reasons::no_lift_off;
     case Shortfall::fallen:
-      return Reason::fell_over;
+      return reasons::fell_over;
     case Shortfall::hard:
-      return Reason::landed_hard;
+      return reasons::landed_hard;
     case Shortfall::sideways:
-      return Reason::landed_sideways;
+      return reasons::landed_sideways;
     case Shortfall::place:
-      return Reason::off_target;
+      return reasons::off_target;
     default:
-      return Reason::flight_failed;
+      return reasons::flight_failed;
   }
 }
 
@@ -52,18 +53,18 @@ struct FlightFault {
   std::uint16_t subject;
 };
 constexpr std::array kFlightFaults = {
-    FlightFault{gnc::talaris::kImuLost, FaultId::navigation_lost, kImuModule},
-    FlightFault{gnc::talaris::kAltimeterLost, FaultId::altitude_lost, kAltimeterModule},
+    FlightFault{gnc::talaris::kImuLost, faults::navigation_lost, kImuModule},
+    FlightFault{gnc::talaris::kAltimeterLost, faults::altitude_lost, kAltimeterModule},
     FlightFault{gnc::talaris::kValvesLost, FaultId::module_silent, kValveModule},
     FlightFault{gnc::talaris::kFansLost, FaultId::module_silent, kFanModule},
-    FlightFault{gnc::talaris::kPressureLost, FaultId::pressure_lost, kValveModule},
-    FlightFault{gnc::talaris::kGasLow, FaultId::gas_low, kValveModule},
-    FlightFault{gnc::talaris::kUpset, FaultId::attitude_lost, 0},
+    FlightFault{gnc::talaris::kPressureLost, faults::pressure_lost, kValveModule},
+    FlightFault{gnc::talaris::kGasLow, faults::gas_low, kValveModule},
+    FlightFault{gnc::talaris::kUpset, faults::attitude_lost, 0},
     FlightFault{gnc::talaris::kOverruns, FaultId::frame_overrun, 0},
-    FlightFault{gnc::talaris::kSpinUpFailed, FaultId::fan_slow, kFanModule},
-    FlightFault{gnc::talaris::kRunTime, FaultId::fans_hot, kFanModule},
-    FlightFault{gnc::talaris::kOffCourse, FaultId::corridor_left, 0},
-    FlightFault{gnc::talaris::kGasShort, FaultId::hop_shortened, kValveModule},
+    FlightFault{gnc::talaris::kSpinUpFailed, faults::fan_slow, kFanModule},
+    FlightFault{gnc::talaris::kRunTime, faults::fans_hot, kFanModule},
+    FlightFault{gnc::talaris::kOffCourse, faults::corridor_left, 0},
+    FlightFault{gnc::talaris::kGasShort, faults::hop_shortened, kValveModule},
 };
 constexpr gnc::talaris::FaultSet kKnown = [] {
   gnc::talaris::FaultSet set = 0;
@@ -82,7 +83,7 @@ void Vehicle::watch_calibration(Supervisor& s) noexcept {
     s.abandon(lost ? Reason::imu_lost : reason_of(c.fault));
     s.happen(event::calibration_refused);
   } else if (c.phase == CalibrationPhase::done) {
-    s.note(EventId::calibrated);
+    s.note(events::calibrated);
     s.happen(event::calibrated);
   }
 }
@@ -91,11 +92,11 @@ void Vehicle::watch_flight(Supervisor& s) noexcept {
   const FlightOutput& f = output_;
   if (mode() != Mode::execute) return;
   if (!begun_) {  // the plan is gone: treated as over
-    s.abandon(Reason::not_planned);
+    s.abandon(reasons::not_planned);
     s.happen(event::finished);
     return;
   }
-  if (f.airborne && s.happen(event::lifted_off).reason == Reason::none) s.note(EventId::lifted_off);
+  if (f.airborne && s.happen(event::lifted_off).reason == Reason::none) s.note(events::lifted_off);
   if (f.phase != phase_ && f.phase != gnc::talaris::Phase::none) {
     s.note(EventId::phase_changed, 0, static_cast<double>(phase_), static_cast<double>(f.phase));
     phase_ = f.phase;
@@ -103,7 +104,7 @@ void Vehicle::watch_flight(Supervisor& s) noexcept {
   if (f.reaction != reaction_) {
     reaction_ = f.reaction;
     if ((f.faults & ~faults_ & gnc::talaris::kOffCourse) != 0)
-      s.note(EventId::off_course, 0, static_cast<double>(f.judgement.off), f.judgement.measured,
+      s.note(events::off_course, 0, static_cast<double>(f.judgement.off), f.judgement.measured,
              f.judgement.limit);
     // A commanded landing is no failure.
     if (f.reaction > gnc::talaris::Reaction::land || f.faults != 0)
@@ -114,9 +115,9 @@ void Vehicle::watch_flight(Supervisor& s) noexcept {
     if ((faults_ & kKnown) == 0) s.latch(FaultId::stop_not_followed);
     s.happen(lc::Event::emergency);
   } else if (f.finished) {
-    s.note(EventId::landed, 0, f.touchdown_m_s, f.gas_used_s);
+    s.note(events::landed, 0, f.touchdown_m_s, f.gas_used_s);
     if (f.off_target_sigma_m > 0)
-      s.note(EventId::flight_judged, 0, f.off_target_m, f.off_target_sigma_m, f.touchdown_m_s,
+      s.note(events::flight_judged, 0, f.off_target_m, f.off_target_sigma_m, f.touchdown_m_s,
              f.touchdown_side_m_s);
     const auto goal = static_cast<Goal>(s.controller().goal);
     const bool cut_short = goal == Goal::landing || goal == Goal::idle;  // by command

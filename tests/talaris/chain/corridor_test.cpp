@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "idl/angles.h"
+#include "idl/talaris/codes.h"
 #include "tests/talaris/chain/flights.h"
 #include "tests/talaris/chain/many.h"
 
@@ -36,7 +37,7 @@ TEST(TalarisCorridor, ASideWindOf60NewtonEndsTheFlightUpright) {
     EXPECT_TRUE(flown.upright());
     EXPECT_LT(flown.down_m_s, 1.3);
     EXPECT_FALSE(flown.succeeded);
-    EXPECT_EQ(std::ranges::count(flown.faults, FaultId::corridor_left), 1);
+    EXPECT_EQ(std::ranges::count(flown.faults, faults::corridor_left), 1);
   }
 }
 
@@ -68,7 +69,7 @@ TEST(TalarisCorridor, AWindThatItCannotStandEndsTheFlightAtOnce) {
     EXPECT_TRUE(flown.came_down);
     EXPECT_LT(std::abs(flown.across_m), 60);
     EXPECT_FALSE(flown.succeeded);
-    EXPECT_EQ(std::ranges::count(flown.faults, FaultId::corridor_left), 1);
+    EXPECT_EQ(std::ranges::count(flown.faults, faults::corridor_left), 1);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "idl/angles.h"
+#include "idl/talaris/codes.h"
 #include "tests/talaris/chain/campaigns.h"
 #include "tests/talaris/chain/many.h"
 
@@ -29,11 +30,11 @@ void show(const std::string& line) {
   std::fflush(stdout);
 }
 
-std::string reasons(const std::vector<Flown>& all) {
+std::string why_failed(const std::vector<Flown>& all) {
   std::map<std::string, unsigned> times;
   for (const Flown& flown : all) {
     if (flown.succeeded) continue;
-    const bool course = std::ranges::count(flown.faults, FaultId::corridor_left) != 0;
+    const bool course = std::ranges::count(flown.faults, faults::corridor_left) != 0;
     const char* why = !flown.accepted             ? "not accepted"
                       : flown.why == Reason::none ? "nothing"
                       : course                    ? "corridor_left"
@@ -233,7 +234,7 @@ std::string wide_section(unsigned seeds) {
       "the "
       "target). The others are told as failed: {}.\n\n",
       upright, seeds, kSlow_m_s, kSideways_m_s, gentle, planned, count(all, wrong), kNear_m,
-      reasons(all));
+      why_failed(all));
   text += "| | median | 95 % | most |\n|---|---|---|---|\n";
   const auto row = [&](const char* what, auto get) {
     const Figures f = figures(all, get);
@@ -275,7 +276,7 @@ std::string edge_section(unsigned seeds, const std::string& picture) {
           "| {} | {:g} {} | {} | {} | {} | {} | {:.2f} | {:.2f} | {} |\n", cause.name, value,
           cause.unit, point.upright, point.safe, point.planned, count(flown, wrong),
           figures(flown, [](const Flown& f) { return f.down_m_s; }).most(),
-          figures(flown, [](const Flown& f) { return f.sideways_m_s; }).most(), reasons(flown));
+          figures(flown, [](const Flown& f) { return f.sideways_m_s; }).most(), why_failed(flown));
       show(line);
       text += line;
     }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "idl/talaris/codes.h"
 #include "tests/talaris/chain/flights.h"
 #include "tests/talaris/chain/many.h"
 
@@ -48,7 +49,7 @@ TEST(TalarisEnds, AnAltimeterThatRepeatsItselfIsNotBelieved) {
     const Flown flown = fly(plan, 1 + static_cast<unsigned>(at_s));
     SCOPED_TRACE(flown.text());
     EXPECT_TRUE(flown.upright());
-    EXPECT_TRUE(std::ranges::count(flown.faults, FaultId::altitude_lost) == 1);
+    EXPECT_TRUE(std::ranges::count(flown.faults, faults::altitude_lost) == 1);
     EXPECT_LT(flown.run_s, kLongest_s);
     EXPECT_LT(flown.down_m_s, 1.5);
     EXPECT_FALSE(flown.succeeded);

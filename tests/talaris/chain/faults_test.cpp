@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "idl/talaris/codes.h"
 #include "tests/talaris/chain/campaigns.h"
 
 namespace lss::talaris {
@@ -19,7 +20,7 @@ TEST(TalarisFailures, WithoutAltimeterItComesDownByDeadReckoning) {
   const Flown flown = struck("altimeter-silent", 9);
   SCOPED_TRACE(flown.text());
   EXPECT_TRUE(flown.upright());
-  EXPECT_TRUE(told(flown, FaultId::altitude_lost));
+  EXPECT_TRUE(told(flown, faults::altitude_lost));
   EXPECT_LT(flown.down_m_s, 1.5);
 }
 
@@ -35,7 +36,7 @@ TEST(TalarisFailures, WithLessGasThanPlannedItComesDownInTime) {
   const Flown flown = struck("gas:12", 5);
   SCOPED_TRACE(flown.text());
   EXPECT_TRUE(flown.upright());
-  EXPECT_TRUE(told(flown, FaultId::gas_low));
+  EXPECT_TRUE(told(flown, faults::gas_low));
   EXPECT_LT(flown.down_m_s, 1.6);
 }
 

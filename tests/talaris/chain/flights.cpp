@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "idl/angles.h"
+#include "idl/talaris/codes.h"
 
 namespace lss::talaris {
 namespace {
@@ -161,7 +162,7 @@ Flown fly(const FlightPlan& plan, unsigned seed) {
   for (const Ack& ack : chain.acks)
     if (ack.phase == lss::Phase::failed) flown.why = ack.verdict.reason;
   for (const EventRecord& event : chain.events) {
-    if (event.id != static_cast<std::uint16_t>(EventId::flight_judged)) continue;
+    if (event.id != static_cast<std::uint16_t>(events::flight_judged)) continue;
     flown.told_down_m_s = event.argument[2];
     flown.told_sideways_m_s = event.argument[3];
   }

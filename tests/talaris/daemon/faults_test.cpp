@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "idl/talaris/codes.h"
 #include "world.h"
 
 namespace lss::talaris {
@@ -20,14 +21,14 @@ TEST(TalarisFaults, ASilentImuIsToldAndCalibrationRefused) {
   ASSERT_EQ(w.why(Kind::gnc, {0}), Reason::none);
   w.imu_alive = false;
   w.run(1);
-  EXPECT_TRUE(w.has(FaultId::imu_silent, kImuModule));
+  EXPECT_TRUE(w.has(faults::imu_silent, kImuModule));
   EXPECT_EQ(w.state(), State::operational) << "a warning on the ground";
   const Verdict v = w.ask(Kind::gnc, {1});
   EXPECT_EQ(v.reason, Reason::imu_lost);
   EXPECT_EQ(v.subject, kImuModule);
   w.imu_alive = true;
   w.run(1);
-  EXPECT_FALSE(w.has(FaultId::imu_silent, kImuModule));
+  EXPECT_FALSE(w.has(faults::imu_silent, kImuModule));
   EXPECT_EQ(w.why(Kind::gnc, {1}), Reason::none);
 }
 
@@ -49,7 +50,7 @@ TEST(TalarisFaults, AnImuThatWasCalibratedAndFellSilentHasToBeCalibratedAnew) {
   w.run(1);
   w.imu_alive = true;
   w.run(1);
-  EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::not_calibrated);
+  EXPECT_EQ(w.why(Kind::gnc, {2}), reasons::not_calibrated);
 }
 
 TEST(TalarisFaults, AStuckImuIsNotBelieved) {
@@ -65,7 +66,7 @@ TEST(TalarisFaults, AStuckImuIsNotBelieved) {
     }
   };
   w.run(2);
-  EXPECT_TRUE(w.has(FaultId::imu_stuck, kImuModule));
+  EXPECT_TRUE(w.has(faults::imu_stuck, kImuModule));
   EXPECT_FALSE(w.out_.telemetry.modules[0].online);
   EXPECT_EQ(w.why(Kind::gnc, {1}), Reason::imu_lost);
   EXPECT_NEAR(w.out_.telemetry.attitude_wxyz[1], 0, 0.005) << "0.1 rad/s was not taken in";
@@ -76,17 +77,17 @@ TEST(TalarisFaults, LostPacketsAreCountedAndManyAreAFault) {
   ASSERT_TRUE(w.start());
   w.imu_count += 3;
   w.step();
-  ASSERT_NE(w.heard(EventId::imu_packets_lost), nullptr);
-  EXPECT_EQ(w.heard(EventId::imu_packets_lost)->argument[0], 3);
+  ASSERT_NE(w.heard(events::imu_packets_lost), nullptr);
+  EXPECT_EQ(w.heard(events::imu_packets_lost)->argument[0], 3);
   EXPECT_EQ(w.out_.telemetry.modules[0].lost, 3u);
-  EXPECT_FALSE(w.has(FaultId::imu_lossy, kImuModule));
+  EXPECT_FALSE(w.has(faults::imu_lossy, kImuModule));
   for (int i = 0; i < 5; ++i) {
     w.imu_count += 10;
     w.step();
   }
-  EXPECT_TRUE(w.has(FaultId::imu_lossy, kImuModule));
+  EXPECT_TRUE(w.has(faults::imu_lossy, kImuModule));
   w.run(10);
-  EXPECT_FALSE(w.has(FaultId::imu_lossy, kImuModule)) << "it goes when it is over";
+  EXPECT_FALSE(w.has(faults::imu_lossy, kImuModule)) << "it goes when it is over";
 }
 
 TEST(TalarisFaults, ACounterThatGoesBackIsNoLoss) {
@@ -106,12 +107,12 @@ TEST(TalarisFaults, AScaleThatChangesIsTold) {
                        .reading = ImuStatus{.kind = ImuStatus::Kind::scale, .value = scale}});
   };
   w.run(1);
-  EXPECT_EQ(w.heard(EventId::imu_scale_changed), nullptr) << "the first says what it is";
+  EXPECT_EQ(w.heard(events::imu_scale_changed), nullptr) << "the first says what it is";
   scale = 2;
   w.run(1);
-  ASSERT_NE(w.heard(EventId::imu_scale_changed), nullptr);
-  EXPECT_EQ(w.heard(EventId::imu_scale_changed)->argument[0], 1);
-  EXPECT_EQ(w.heard(EventId::imu_scale_changed)->argument[1], 2);
+  ASSERT_NE(w.heard(events::imu_scale_changed), nullptr);
+  EXPECT_EQ(w.heard(events::imu_scale_changed)->argument[0], 1);
+  EXPECT_EQ(w.heard(events::imu_scale_changed)->argument[1], 2);
 }
 
 TEST(TalarisFaults, AltimeterErrorsAreToldAndMakeItLostWhenNothingElseComes) {
@@ -123,14 +124,14 @@ TEST(TalarisFaults, AltimeterErrorsAreToldAndMakeItLostWhenNothingElseComes) {
     }
   };
   w.step();
-  ASSERT_NE(w.heard(EventId::altimeter_error), nullptr);
-  EXPECT_EQ(w.heard(EventId::altimeter_error)->argument[0], 15);
-  EXPECT_FALSE(w.has(FaultId::altimeter_lost, kAltimeterModule));
+  ASSERT_NE(w.heard(events::altimeter_error), nullptr);
+  EXPECT_EQ(w.heard(events::altimeter_error)->argument[0], 15);
+  EXPECT_FALSE(w.has(faults::altimeter_lost, kAltimeterModule));
   w.run(1.4);
-  EXPECT_TRUE(w.has(FaultId::altimeter_lost, kAltimeterModule));
+  EXPECT_TRUE(w.has(faults::altimeter_lost, kAltimeterModule));
   w.distort = nullptr;
   w.run(1);
-  EXPECT_FALSE(w.has(FaultId::altimeter_lost, kAltimeterModule));
+  EXPECT_FALSE(w.has(faults::altimeter_lost, kAltimeterModule));
 }
 
 TEST(TalarisFaults, RangesThatCannotBeDoNotMoveNavigation) {
@@ -182,9 +183,9 @@ TEST_P(TalarisAirFaults, InTheAirItComesDownFirst) {
 INSTANTIATE_TEST_SUITE_P(
     Each, TalarisAirFaults,
     testing::Values(
-        InTheAir{"imu_silent", FaultId::navigation_lost, kImuModule, Phase::parachute, 2.5,
+        InTheAir{"imu_silent", faults::navigation_lost, kImuModule, Phase::parachute, 2.5,
                  [](World& w) { w.imu_alive = false; }},
-        InTheAir{"imu_stuck", FaultId::navigation_lost, kImuModule, Phase::parachute, 2.5,
+        InTheAir{"imu_stuck", faults::navigation_lost, kImuModule, Phase::parachute, 2.5,
                  [](World& w) {
                    w.distort = [](std::vector<TalarisSample>& samples) {
                      for (TalarisSample& s : samples) {
@@ -195,9 +196,9 @@ INSTANTIATE_TEST_SUITE_P(
                      }
                    };
                  }},
-        InTheAir{"altimeter_silent", FaultId::altitude_lost, kAltimeterModule, Phase::escape, 1.2,
+        InTheAir{"altimeter_silent", faults::altitude_lost, kAltimeterModule, Phase::escape, 1.2,
                  [](World& w) { w.altimeter_alive = false; }},
-        InTheAir{"altimeter_errors", FaultId::altitude_lost, kAltimeterModule, Phase::escape, 1.2,
+        InTheAir{"altimeter_errors", faults::altitude_lost, kAltimeterModule, Phase::escape, 1.2,
                  [](World& w) {
                    w.distort = [](std::vector<TalarisSample>& samples) {
                      for (TalarisSample& s : samples) {
@@ -210,12 +211,12 @@ INSTANTIATE_TEST_SUITE_P(
                    w.valves_alive = false;
                    w.node(kValveNode).state = canopen::NodeState::lost;
                  }},
-        InTheAir{"pressure_gone", FaultId::pressure_lost, kValveModule, Phase::parachute, 1.5,
+        InTheAir{"pressure_gone", faults::pressure_lost, kValveModule, Phase::parachute, 1.5,
                  [](World& w) {
                    w.regulated_kPa = 0;
                    w.gas_works = false;
                  }},
-        InTheAir{"gas_low", FaultId::gas_low, kValveModule, Phase::escape, 1.0,
+        InTheAir{"gas_low", faults::gas_low, kValveModule, Phase::escape, 1.0,
                  [](World& w) { w.tank_kPa = 5500; }},
         InTheAir{"overruns", FaultId::frame_overrun, 0, Phase::escape, 1.0,
                  [](World& w) { w.in_.overrun_limit = true; }}),
@@ -318,7 +319,7 @@ TEST(TalarisSolve, AFanNodeThatIsResetHasToStartItsFansAnew) {
   ++w.node(kValveNode).boots;
   ++w.node(kFanNode).boots;
   ASSERT_TRUE(w.start());
-  EXPECT_EQ(w.why(Kind::edf_throttle, {15, 0.1}), Reason::fans_not_armed);
+  EXPECT_EQ(w.why(Kind::edf_throttle, {15, 0.1}), reasons::fans_not_armed);
 }
 
 // The frame wakes a little after its T_k and knows of heartbeats since.

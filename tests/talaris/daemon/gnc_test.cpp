@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "idl/talaris/codes.h"
 #include "world.h"
 
 namespace lss::talaris {
@@ -15,7 +16,7 @@ TEST(TalarisGnc, CalibratesStandingStill) {
   World w;
   ASSERT_TRUE(w.start());
   ASSERT_TRUE(w.calibrate());
-  EXPECT_NE(w.heard(EventId::calibrated), nullptr);
+  EXPECT_NE(w.heard(events::calibrated), nullptr);
   EXPECT_EQ(w.last(lss::Phase::completed)->kind, 310);
   EXPECT_NEAR(w.out_.telemetry.position_m[0], 0.5, 0.01) << "height of the centre of mass";
   EXPECT_NEAR(w.out_.telemetry.attitude_wxyz[0], 1, 1e-6);
@@ -33,8 +34,8 @@ TEST(TalarisGnc, MovementWhileCalibratingFailsItWithTheReason) {
   EXPECT_FALSE(w.out_.telemetry.calibrated);
   ASSERT_NE(w.heard(EventId::calibration_refused), nullptr);
   ASSERT_NE(w.last(lss::Phase::failed), nullptr);
-  EXPECT_EQ(w.last(lss::Phase::failed)->verdict.reason, Reason::moved);
-  EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::not_calibrated);
+  EXPECT_EQ(w.last(lss::Phase::failed)->verdict.reason, reasons::moved);
+  EXPECT_EQ(w.why(Kind::gnc, {2}), reasons::not_calibrated);
   w.shake = 0;
   ASSERT_EQ(w.why(Kind::gnc, {1}), Reason::none);
   ASSERT_TRUE(w.run_until(Mode::standby, 10));
@@ -47,7 +48,7 @@ TEST(TalarisGnc, AnInfeasibleHopIsRefusedWithItsNumbers) {
   World w(p);
   ASSERT_TRUE(w.start());
   const Verdict v = w.ask(Kind::plan, {0, 2, 30, 0, 0});
-  EXPECT_EQ(v.reason, Reason::gas_short);
+  EXPECT_EQ(v.reason, reasons::gas_short);
   EXPECT_GT(v.measured, v.limit);
   EXPECT_LE(v.limit, 44);
   EXPECT_FALSE(w.out_.telemetry.planned);
@@ -70,7 +71,7 @@ TEST(TalarisGnc, ExecuteNeedsStartedFansEnabledValvesAndPressure) {
   ASSERT_TRUE(w.start());
   ASSERT_TRUE(w.calibrate());
   ASSERT_EQ(w.why(Kind::plan, {0, 2, 5, 0, 0}), Reason::none);
-  EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::fans_not_armed);
+  EXPECT_EQ(w.why(Kind::gnc, {2}), reasons::fans_not_armed);
   ASSERT_EQ(w.why(Kind::manual), Reason::none);
   ASSERT_TRUE(w.arm());
   ASSERT_TRUE(w.calibrate());
@@ -79,13 +80,13 @@ TEST(TalarisGnc, ExecuteNeedsStartedFansEnabledValvesAndPressure) {
   ASSERT_EQ(w.why(Kind::enable, {0xFF}), Reason::none);
   w.regulated_kPa = 100;
   w.run(10);
-  EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::pressure_low);
+  EXPECT_EQ(w.why(Kind::gnc, {2}), reasons::pressure_low);
   w.regulated_kPa = 2000;
   w.run(10);
   w.altimeter_alive = false;
   w.run(3);
   const Verdict v = w.ask(Kind::gnc, {2});
-  EXPECT_EQ(v.reason, Reason::altimeter_lost);
+  EXPECT_EQ(v.reason, reasons::altimeter_lost);
   EXPECT_EQ(v.subject, kAltimeterModule);
   w.altimeter_alive = true;
   w.run(1);
@@ -102,7 +103,7 @@ TEST(TalarisGnc, GasThatIsGoneSinceItWasPlannedIsFoundAtExecute) {
   w.run(4);
   ASSERT_TRUE(w.calibrate());
   const Verdict v = w.ask(Kind::gnc, {2});
-  EXPECT_EQ(v.reason, Reason::gas_short);
+  EXPECT_EQ(v.reason, reasons::gas_short);
   EXPECT_GT(v.measured, v.limit);
 }
 
@@ -111,7 +112,7 @@ TEST(TalarisGnc, HopsUpAlongAndDownAndEndsInStandby) {
   ASSERT_TRUE(w.fly(Program::hop));
   EXPECT_EQ(w.mode(), Mode::execute);
   EXPECT_TRUE(w.out_.telemetry.airborne);
-  EXPECT_NE(w.heard(EventId::lifted_off), nullptr);
+  EXPECT_NE(w.heard(events::lifted_off), nullptr);
   double highest_m = 0;
   ASSERT_TRUE(w.run_until(
       [&] {
@@ -124,7 +125,7 @@ TEST(TalarisGnc, HopsUpAlongAndDownAndEndsInStandby) {
   EXPECT_LT(w.landing_m_s, 0.5);
   EXPECT_TRUE(w.shut());
   EXPECT_EQ(w.height_m, 0);
-  const EventRecord* landed = w.heard(EventId::landed);
+  const EventRecord* landed = w.heard(events::landed);
   ASSERT_NE(landed, nullptr);
   EXPECT_GT(landed->argument[0], 0) << "down is positive";
   EXPECT_NEAR(landed->argument[0], w.landing_m_s, 0.15);
@@ -133,16 +134,16 @@ TEST(TalarisGnc, HopsUpAlongAndDownAndEndsInStandby) {
   EXPECT_EQ(w.supervisor_.state().safe_commands, 0u);
   EXPECT_NEAR(w.out_.telemetry.gas_thruster_s, w.gas_s, 1.5);
   EXPECT_FALSE(w.out_.telemetry.calibrated) << "each run is calibrated and planned";
-  EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::not_calibrated);
+  EXPECT_EQ(w.why(Kind::gnc, {2}), reasons::not_calibrated);
 }
 
 TEST(TalarisGnc, InTheAirItCanBeLandedAndStoppedButNotTakenByHand) {
   World w;
   ASSERT_TRUE(w.fly(Program::hop, 2, 30));
-  EXPECT_EQ(w.why(Kind::manual), Reason::in_flight);
-  EXPECT_EQ(w.why(Kind::gnc, {0}), Reason::in_flight);
+  EXPECT_EQ(w.why(Kind::manual), reasons::in_flight);
+  EXPECT_EQ(w.why(Kind::gnc, {0}), reasons::in_flight);
   EXPECT_EQ(w.why(Kind::plan, {0, 2, 5, 0, 0}), Reason::not_in_mode);
-  EXPECT_EQ(w.why(lss::CommandKind::reset, {-1}), Reason::in_flight);
+  EXPECT_EQ(w.why(lss::CommandKind::reset, {-1}), reasons::in_flight);
   ASSERT_EQ(w.why(Kind::land), Reason::none);
   EXPECT_TRUE(w.airborne());
   ASSERT_TRUE(w.run_until(Mode::standby, 30));

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "idl/talaris/codes.h"
 #include "world.h"
 
 namespace lss::talaris {
@@ -20,8 +21,8 @@ TEST(TalarisHand, AValveIsOpenForItsTimeAndThenShutsByItself) {
   ASSERT_TRUE(w.run_until([&] { return w.shut(); }, 3));
   EXPECT_EQ(w.orders().release_ns, opened_ns + 1600 * kMillisecond);
   w.step();
-  ASSERT_NE(w.heard(EventId::valve_timed_out), nullptr);
-  EXPECT_EQ(w.heard(EventId::valve_timed_out)->argument[0], 0b101);
+  ASSERT_NE(w.heard(events::valve_timed_out), nullptr);
+  EXPECT_EQ(w.heard(events::valve_timed_out)->argument[0], 0b101);
 }
 
 TEST(TalarisHand, AValveIsShutByHandAtOnce) {
@@ -32,7 +33,7 @@ TEST(TalarisHand, AValveIsShutByHandAtOnce) {
   EXPECT_FALSE(w.orders().hold[3].open);
   EXPECT_TRUE(w.orders().hold[4].open);
   w.run(2);
-  EXPECT_EQ(w.heard(EventId::valve_timed_out), nullptr);
+  EXPECT_EQ(w.heard(events::valve_timed_out), nullptr);
 }
 
 TEST(TalarisHand, GasIsCountedByHandToo) {
@@ -113,7 +114,7 @@ TEST(TalarisHand, TheStartUpOfTheFansIsFullThrottleForTwoFrames) {
   EXPECT_TRUE(w.shut());
   w.step();
   EXPECT_TRUE(w.out_.telemetry.fans[0].armed);
-  EXPECT_NE(w.heard(EventId::fans_armed), nullptr);
+  EXPECT_NE(w.heard(events::fans_armed), nullptr);
   EXPECT_EQ(w.last(lss::Phase::completed)->kind, 306);
   EXPECT_EQ(w.supervisor_.state().safe_commands, 0u);
 }

@@ -2,6 +2,7 @@
 
 // The limits of TALARIS' supervision outside a flight (tests/safety/limits.h).
 
+#include "idl/talaris/codes.h"
 #include "tests/safety/limits.h"
 #include "world.h"
 
@@ -38,7 +39,7 @@ inline std::vector<Limit> limits() {
     }
     rest(w);
   };
-  const auto low_supply = noticed(FaultId::supply_low, kValveModule);
+  const auto low_supply = noticed(faults::supply_low, kValveModule);
 
   return {
       {"no packet of the IMU",
@@ -47,7 +48,7 @@ inline std::vector<Limit> limits() {
        [](World& w, const Parameters& p, bool above) {
          only_as_old_as<ImuPacket>(w, p.imu_silent_ns + (above ? 1 : 0));
        },
-       noticed(FaultId::imu_silent, kImuModule),
+       noticed(faults::imu_silent, kImuModule),
        rest},
       {"no reading of the altimeter",
        {"altimeter.silent_ms"},
@@ -55,7 +56,7 @@ inline std::vector<Limit> limits() {
        [](World& w, const Parameters& p, bool above) {
          only_as_old_as<Range>(w, p.altimeter_silent_ns + (above ? 1 : 0));
        },
-       noticed(FaultId::altimeter_lost, kAltimeterModule),
+       noticed(faults::altimeter_lost, kAltimeterModule),
        rest},
       {"lost packets of the IMU",
        {"imu.lost_per_s"},
@@ -67,7 +68,7 @@ inline std::vector<Limit> limits() {
            x.imu_count += above && x.time_ns_ - since > 5 * kSecond ? most + 1 : most;
          };
        },
-       noticed(FaultId::imu_lossy, kImuModule),
+       noticed(faults::imu_lossy, kImuModule),
        rest},
       {"the supply",
        {"gas.min_voltage_V"},

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "idl/talaris/codes.h"
 #include "world.h"
 
 namespace lss::talaris {
@@ -35,12 +36,12 @@ TEST(TalarisModes, StandbyCalibrateExecuteInThisOrderOnly) {
   EXPECT_EQ(w.why(Kind::gnc, {1}), Reason::not_in_mode);
   EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::not_in_mode);
   ASSERT_EQ(w.why(Kind::gnc, {0}), Reason::none);
-  EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::not_calibrated);
+  EXPECT_EQ(w.why(Kind::gnc, {2}), reasons::not_calibrated);
   ASSERT_EQ(w.why(Kind::gnc, {1}), Reason::none);
   EXPECT_EQ(w.mode(), Mode::calibrate);
   EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::not_in_mode);
   ASSERT_TRUE(w.run_until(Mode::standby, 10));
-  EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::not_planned);
+  EXPECT_EQ(w.why(Kind::gnc, {2}), reasons::not_planned);
 }
 
 TEST(TalarisModes, ManualCommandsAreRefusedWhileTheGncIsOn) {
@@ -80,7 +81,7 @@ TEST(TalarisModes, GoingManualForgetsTheCalibration) {
   ASSERT_EQ(w.why(Kind::manual), Reason::none);
   EXPECT_FALSE(w.out_.telemetry.calibrated);
   ASSERT_EQ(w.why(Kind::gnc, {0}), Reason::none);
-  EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::not_calibrated);
+  EXPECT_EQ(w.why(Kind::gnc, {2}), reasons::not_calibrated);
 }
 
 // In Execute, the fans on their way to their speed, on the ground.
@@ -100,7 +101,7 @@ TEST(TalarisModes, LeavingTheSpinUpDropsThePlanAndTheNextFlightIsPlannedAnew) {
     EXPECT_TRUE(w.shut());
     EXPECT_FALSE(w.out_.telemetry.planned);
     ASSERT_TRUE(w.calibrate());
-    EXPECT_EQ(w.why(Kind::gnc, {2}), Reason::not_planned);
+    EXPECT_EQ(w.why(Kind::gnc, {2}), reasons::not_planned);
     ASSERT_EQ(w.why(Kind::plan, {double(Program::hop), 2, 5, 0, 0}), Reason::none);
     ASSERT_EQ(w.why(Kind::gnc, {2}), Reason::none);
     EXPECT_TRUE(w.run_until([&] { return w.airborne(); }, 30));
@@ -121,7 +122,7 @@ TEST(TalarisModes, ExecuteWithoutAPlanFailsAndIsBackInStandby) {
   ASSERT_TRUE(w.run_until(Mode::standby, 1));
   EXPECT_EQ(w.state(), State::operational);
   ASSERT_NE(w.last(lss::Phase::failed), nullptr);
-  EXPECT_EQ(w.last(lss::Phase::failed)->verdict.reason, Reason::not_planned);
+  EXPECT_EQ(w.last(lss::Phase::failed)->verdict.reason, reasons::not_planned);
   EXPECT_FALSE(w.out_.telemetry.planned);
 }
 
@@ -172,7 +173,7 @@ TEST(TalarisModes, ValvesThatAreDisabledDoNotFire) {
   ASSERT_TRUE(w.start());
   ASSERT_EQ(w.why(Kind::enable, {0b11111101}), Reason::none);
   const Verdict v = w.ask(Kind::valve, {0b11, 1, 1});
-  EXPECT_EQ(v.reason, Reason::valve_disabled);
+  EXPECT_EQ(v.reason, reasons::valve_disabled);
   EXPECT_EQ(v.measured, 2) << "valve 2";
   EXPECT_EQ(w.why(Kind::valve, {0b1, 1, 1}), Reason::none);
   EXPECT_EQ(w.orders().enabled, 0b11111101);
@@ -183,7 +184,7 @@ TEST(TalarisModes, APulseLongerThanTheFrameIsRefusedWithBothNumbers) {
   ASSERT_TRUE(w.start());
   ASSERT_EQ(w.why(Kind::duty_cycle), Reason::none);
   const Verdict v = w.ask(Kind::pulse, {1, 0.16, 0.06, 5});
-  EXPECT_EQ(v.reason, Reason::pulse_too_long);
+  EXPECT_EQ(v.reason, reasons::pulse_too_long);
   EXPECT_NEAR(v.measured, 0.22, 1e-12);
   EXPECT_NEAR(v.limit, 0.2, 1e-12);
   EXPECT_TRUE(w.shut());
@@ -192,8 +193,8 @@ TEST(TalarisModes, APulseLongerThanTheFrameIsRefusedWithBothNumbers) {
 TEST(TalarisModes, FansNeedTheirStartUpFirst) {
   World w;
   ASSERT_TRUE(w.start());
-  EXPECT_EQ(w.why(Kind::edf_throttle, {15, 0.1}), Reason::fans_not_armed);
-  EXPECT_EQ(w.why(Kind::edf_rpm, {15, 3000, 4000}), Reason::fans_not_armed);
+  EXPECT_EQ(w.why(Kind::edf_throttle, {15, 0.1}), reasons::fans_not_armed);
+  EXPECT_EQ(w.why(Kind::edf_rpm, {15, 3000, 4000}), reasons::fans_not_armed);
   ASSERT_TRUE(w.arm());
   EXPECT_EQ(w.why(Kind::edf_throttle, {15, 0.1}), Reason::none);
 }
@@ -212,7 +213,7 @@ TEST(TalarisModes, ASetOfGainsThatIsNotThereIsRefused) {
   World w(p);
   w.run(1);
   const Verdict v = w.ask(Kind::gains, {3});
-  EXPECT_EQ(v.reason, Reason::no_such_gains);
+  EXPECT_EQ(v.reason, reasons::no_such_gains);
   EXPECT_EQ(v.limit, 2);
   EXPECT_EQ(w.why(Kind::gains, {2}), Reason::none);
   EXPECT_EQ(w.out_.telemetry.gains, 2);

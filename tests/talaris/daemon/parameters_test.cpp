@@ -1,6 +1,7 @@
 // Parameters of TALARIS that change while it runs.
 #include <gtest/gtest.h>
 
+#include "idl/talaris/codes.h"
 #include "world.h"
 
 namespace lss::talaris {
@@ -15,20 +16,20 @@ TEST(TalarisParameters, APlanLeavesTheReserveThatWasSet) {
   ASSERT_TRUE(w.start());
   ASSERT_EQ(w.why(Kind::gnc, {0}), Reason::none);
   const double hop = static_cast<double>(Program::hop);
-  EXPECT_EQ(w.why(Kind::plan, {hop, 2, 5, 0, 0}), Reason::gas_short);
+  EXPECT_EQ(w.why(Kind::plan, {hop, 2, 5, 0, 0}), reasons::gas_short);
 }
 
 TEST(TalarisParameters, ALowSupplyIsToldByTheLimitThatWasSetAlsoWhileOperational) {
   World w;
   ASSERT_TRUE(w.start());
   w.run(1);
-  EXPECT_FALSE(w.has(FaultId::supply_low, kValveModule));
+  EXPECT_FALSE(w.has(faults::supply_low, kValveModule));
   ASSERT_EQ(w.set("gas.min_voltage_V", 30).verdict.reason, Reason::none);
   w.run(1);
-  EXPECT_TRUE(w.has(FaultId::supply_low, kValveModule));
+  EXPECT_TRUE(w.has(faults::supply_low, kValveModule));
   ASSERT_EQ(w.set("gas.min_voltage_V", 0).verdict.reason, Reason::none);  // not looked at
   w.run(1);
-  EXPECT_FALSE(w.has(FaultId::supply_low, kValveModule));
+  EXPECT_FALSE(w.has(faults::supply_low, kValveModule));
 }
 
 TEST(TalarisParameters, NothingOfTheFlightIsChangedWhileOperational) {

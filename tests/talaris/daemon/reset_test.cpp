@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "idl/talaris/codes.h"
 #include "world.h"
 
 namespace lss::talaris {
@@ -72,7 +73,7 @@ TEST(TalarisReset, ALoadCellThatStaysAwayIsAWarningAtItsDeadline) {
   expect_well(w);
   w.run(1);
   EXPECT_EQ(w.state(), State::idle);
-  EXPECT_TRUE(w.has(FaultId::load_cell_lost, kLoadCellModule));
+  EXPECT_TRUE(w.has(faults::load_cell_lost, kLoadCellModule));
   EXPECT_TRUE(answered(w, lss::Phase::failed));
 }
 

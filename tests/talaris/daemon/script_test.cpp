@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "idl/talaris/codes.h"
 #include "world.h"
 
 namespace lss::talaris {
@@ -75,7 +76,7 @@ TEST_F(TalarisScript, StepsComeInTheirOrderAndOfOneScript) {
             Reason::script_other);
   ASSERT_EQ(add(0, StepKind::pulse, 1, 0.1).reason, Reason::none);
   const Verdict v = script_.consider_run(7);
-  EXPECT_EQ(v.reason, Reason::script_incomplete);
+  EXPECT_EQ(v.reason, reasons::script_incomplete);
   EXPECT_EQ(v.measured, 1);
   EXPECT_EQ(v.limit, 2);
   EXPECT_EQ(script_.consider_run(9).reason, Reason::script_other);
@@ -190,9 +191,9 @@ TEST(TalarisScripts, TheFirstActuationIsFiveSecondsAfterRun) {
   EXPECT_NEAR(w.out_.telemetry.script_s, 5.4, 1e-9);
   ASSERT_TRUE(w.run_until(Mode::manual, 2));
   EXPECT_TRUE(w.shut());
-  EXPECT_NE(w.heard(EventId::script_begun), nullptr);
-  EXPECT_NE(w.heard(EventId::script_ended), nullptr);
-  EXPECT_EQ(w.heard(EventId::script_step_done)->argument[1], 3);
+  EXPECT_NE(w.heard(events::script_begun), nullptr);
+  EXPECT_NE(w.heard(events::script_ended), nullptr);
+  EXPECT_EQ(w.heard(events::script_step_done)->argument[1], 3);
   EXPECT_EQ(w.last(lss::Phase::completed)->kind, 322);
   EXPECT_NEAR(w.gas_s, 0.64, 0.011);
   EXPECT_EQ(w.supervisor_.state().safe_commands, 0u);
@@ -220,7 +221,7 @@ TEST(TalarisScripts, ABadStepIsRefusedByTheDaemonWithItsNumber) {
   EXPECT_EQ(v.reason, Reason::script_overlap);
   EXPECT_EQ(v.subject, 2);
   ASSERT_TRUE(w.start());
-  EXPECT_EQ(w.why(Kind::script_run, {6}), Reason::script_incomplete);
+  EXPECT_EQ(w.why(Kind::script_run, {6}), reasons::script_incomplete);
   EXPECT_EQ(w.why(Kind::script_run, {5}), Reason::script_other);
   EXPECT_EQ(w.mode(), Mode::manual);
 }
@@ -242,11 +243,11 @@ TEST(TalarisScripts, DisabledValvesAndFansNotStartedAreFoundBeforeItRuns) {
   ASSERT_TRUE(w.start());
   upload(w);
   ASSERT_EQ(w.why(Kind::enable, {0b1}), Reason::none);
-  EXPECT_EQ(w.why(Kind::script_run, {5}), Reason::valve_disabled);
+  EXPECT_EQ(w.why(Kind::script_run, {5}), reasons::valve_disabled);
   w.send(Kind::script_begin, {8, 1});
   w.send(Kind::script_step, {8, 0, 0, 1, 15, 0.2});
   w.step();
-  EXPECT_EQ(w.why(Kind::script_run, {8}), Reason::fans_not_armed);
+  EXPECT_EQ(w.why(Kind::script_run, {8}), reasons::fans_not_armed);
   ASSERT_TRUE(w.arm());
   ASSERT_EQ(w.why(Kind::script_run, {8}), Reason::none);
   ASSERT_TRUE(w.run_until([&] { return w.orders().fan_us[0] == 1200; }, 6));
@@ -273,7 +274,7 @@ TEST_P(ScriptStops, ShutEverythingAtOnceUntilSolve) {
     EXPECT_EQ(w.state(), State::fatal_error);
     EXPECT_TRUE(w.shut());
     EXPECT_TRUE(w.orders().all_stop);
-    EXPECT_NE(w.heard(EventId::script_aborted), nullptr);
+    EXPECT_NE(w.heard(events::script_aborted), nullptr);
     for (int i = 0; i < 50; ++i) {
       w.step();
       ASSERT_TRUE(w.shut());

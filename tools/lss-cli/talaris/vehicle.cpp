@@ -11,6 +11,7 @@
 #include "daemon/vehicles/talaris/tunables.h"
 #include "idl/angles.h"
 #include "idl/codes.h"
+#include "idl/talaris/codes.h"
 #include "idl/talaris/commands.h"
 #include "tools/lss-cli/session/telemetry.h"
 #include "tools/lss-cli/session/vehicle_words.h"
@@ -259,6 +260,7 @@ const Vehicle kVehicle{
     .composed = kComposed,
     .tunables = [] { return lss::talaris::tuning().infos; },
     .script = script_commands,
+    .codes = lss::talaris::kOwnCodes,
 };
 
 }  // namespace lss::cli::talaris
