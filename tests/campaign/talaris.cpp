@@ -39,7 +39,12 @@ struct World {
   bool begin(Dice& dice) {
     if (!chain.prepare()) return false;
     if (!chain.fly(talaris::Program::hop, {.height_m = 2, .distance_m = 30})) return false;
-    chain.after_step = [this] { lifted_ = lifted_ || chain.world().plant().clearance_m() > 0.05; };
+    chain.after_step = [this] {
+      lifted_ = lifted_ || chain.world().plant().clearance_m() > 0.05;
+      for (std::size_t i = 0; i < sim::talaris::kValves; ++i) {
+        if (chain.world().gas().stuck_open[i]) stuck_s_[i] = chain.seconds();
+      }
+    };
     chain.run(dice.between(0, 12));
     return true;
   }
@@ -73,7 +78,8 @@ struct World {
   bool rests() const {
     const auto& gas = chain.world().gas();
     for (std::size_t i = 0; i < sim::talaris::kValves; ++i) {
-      if ((gas.open() >> i & 1u) != 0 && !gas.stuck_open[i]) return false;
+      constexpr double kShuts_s = 0.05;  // a valve that stuck until now
+      if ((gas.open() >> i & 1u) != 0 && chain.seconds() - stuck_s_[i] > kShuts_s) return false;
     }
     for (std::size_t i = 0; i < sim::talaris::kFans; ++i) {
       if (chain.world().fans().rpm(i) > kStill_rpm) return false;
@@ -90,6 +96,7 @@ struct World {
 
   Chain chain;
   bool lifted_ = false;
+  std::array<double, sim::talaris::kValves> stuck_s_{};  // when each last stuck
 };
 
 }  // namespace
