@@ -63,15 +63,13 @@ std::optional<std::string> wrong_field(const nlohmann::ordered_json& header) {
 
 tl::expected<RecordingReader, std::string> RecordingReader::open(
     const std::filesystem::path& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // of a pipe, too
+  File file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // of a pipe, too
   struct stat info {};
-  if (fd < 0 || ::fstat(fd, &info) != 0) {
-    const int error = errno;
-    if (fd >= 0) ::close(fd);
+  if (!file || ::fstat(file.get(), &info) != 0) {
     return tl::unexpected(
-        fmt::format("{} cannot be read: {}", path.string(), std::strerror(error)));
+        fmt::format("{} cannot be read: {}", path.string(), std::strerror(errno)));
   }
-  RecordingReader reader(fd, static_cast<std::uint64_t>(info.st_size));
+  RecordingReader reader(std::move(file), static_cast<std::uint64_t>(info.st_size));
   std::array<std::uint8_t, kPrologue> prologue;
   if (!S_ISREG(info.st_mode) || !reader.read_at(0, prologue) || !starts_with(prologue, kMagic))
     return tl::unexpected(path.string() + " is no recording: it does not begin as one");
@@ -106,23 +104,6 @@ tl::expected<void, std::string> RecordingReader::read_header() {
   if (const auto wrong = wrong_field(header_))
     return tl::unexpected(fmt::format("has a header in which {}; it was not made by lssd", *wrong));
   return {};
-}
-
-RecordingReader::RecordingReader(RecordingReader&& other) noexcept
-    : fd_(std::exchange(other.fd_, -1)),
-      size_(other.size_),
-      offset_(other.offset_),
-      index_(other.index_),
-      header_(std::move(other.header_)),
-      kind_(other.kind_),
-      chunk_(std::move(other.chunk_)),
-      at_(other.at_),
-      end_(other.end_),
-      torn_bytes_(other.torn_bytes_),
-      trouble_(std::move(other.trouble_)) {}
-
-RecordingReader::~RecordingReader() {
-  if (fd_ >= 0) ::close(fd_);
 }
 
 bool RecordingReader::next(Item& kind, std::span<const std::uint8_t>& bytes) {
@@ -192,8 +173,8 @@ bool RecordingReader::read_chunk() {
 }
 
 bool RecordingReader::being_written() const {
-  if (::flock(fd_, LOCK_SH | LOCK_NB) != 0) return errno == EWOULDBLOCK;
-  ::flock(fd_, LOCK_UN);
+  if (::flock(file_.get(), LOCK_SH | LOCK_NB) != 0) return errno == EWOULDBLOCK;
+  ::flock(file_.get(), LOCK_UN);
   return false;
 }
 
@@ -222,7 +203,8 @@ void RecordingReader::classify() {
 std::uint64_t RecordingReader::end_of_use() const {
   struct stat info {};
   std::uint64_t end = size_;
-  if (::fstat(fd_, &info) == 0) end = std::min(end, static_cast<std::uint64_t>(info.st_size));
+  if (::fstat(file_.get(), &info) == 0)
+    end = std::min(end, static_cast<std::uint64_t>(info.st_size));
   std::vector<std::uint8_t> window;
   while (end > offset_) {
     window.resize(std::min<std::uint64_t>(kWindow, end - offset_));
@@ -272,7 +254,7 @@ bool RecordingReader::has_head(std::uint64_t from, std::uint64_t to) const {
 
 bool RecordingReader::read_at(std::uint64_t offset, std::span<std::uint8_t> to) const {
   while (!to.empty()) {
-    const ssize_t got = ::pread(fd_, to.data(), to.size(), static_cast<off_t>(offset));
+    const ssize_t got = ::pread(file_.get(), to.data(), to.size(), static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return false;
     offset += static_cast<std::uint64_t>(got);

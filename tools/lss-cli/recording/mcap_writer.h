@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/file.h"
 #include "tools/lss-cli/recording/mcap_scan.h"
 
 namespace lss::cli::recording {
@@ -48,7 +49,7 @@ class McapWriter {
   std::uint64_t cut() const { return cut_; }  // bytes that append() had to remove
 
  private:
-  McapWriter(std::string path, int fd) : path_(std::move(path)), fd_(fd) {}
+  McapWriter(std::string path, int fd) : path_(std::move(path)), file_(fd) {}
 
   void begin(const std::string& library);
   void resume();  // the header stays unchanged
@@ -60,7 +61,7 @@ class McapWriter {
   [[noreturn]] void fail(const char* what, int error);
 
   std::string path_;
-  int fd_ = -1;
+  File file_;
   std::uint64_t at_ = 0, cut_ = 0;
   Crc crc_;
   Scan scan_;  // of all that is in the file, without the data
