@@ -11,6 +11,16 @@
 
 namespace lss {
 
+namespace {
+
+void report(int error, const char* what, const ParameterStore& store, const char* advice) {
+  if (error == 0) return;
+  spdlog::error("{} cannot be saved in {}: {}; {}", what, store.path(0).parent_path().string(),
+                std::generic_category().message(error), advice);
+}
+
+}  // namespace
+
 ParameterSaver::ParameterSaver(ParameterStore store, ParameterStore isolation,
                                std::span<const TunableInfo> infos, const TunableValues& configured,
                                std::function<void()> done)
@@ -53,12 +63,8 @@ void ParameterSaver::run() {
 SaveResult ParameterSaver::save_isolated(const SaveJob& job) {
   SaveResult result;
   result.error = save_isolation(isolation_, job.isolated, utc_ns());
-  if (result.error != 0) {
-    spdlog::error(
-        "modules out of service cannot be saved in {}: {}; after a restart they are in service: "
-        "free or repair the disk",
-        isolation_.path(0).parent_path().string(), std::generic_category().message(result.error));
-  }
+  report(result.error, "modules out of service", isolation_,
+         "after a restart they are in service: free or repair the disk");
   return result;
 }
 
@@ -73,12 +79,8 @@ SaveResult ParameterSaver::save(const SaveJob& job) {
   }
   result.count = static_cast<std::uint32_t>(values.size());
   result.error = store_.save(values, utc_ns(), result.number);
-  if (result.error != 0) {
-    spdlog::error(
-        "parameters cannot be saved in {}: {}; free or repair the disk, make the folder writable, "
-        "or name another parameters.folder",
-        store_.path(0).parent_path().string(), std::generic_category().message(result.error));
-  }
+  report(result.error, "parameters", store_,
+         "free or repair the disk, make the folder writable, or name another parameters.folder");
   return result;
 }
 

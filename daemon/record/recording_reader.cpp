@@ -25,32 +25,28 @@ constexpr std::size_t kWindow = 64 * 1024;  // files are looked through piece by
 // A field of the wrong type. A missing field is checked where it is needed.
 std::optional<std::string> wrong_field(const nlohmann::ordered_json& header) {
   using Type = nlohmann::ordered_json::value_t;
-  struct Field {
-    const char* name;
+  struct Fields {
     Type type;
     const char* spoken;
+    std::vector<const char*> names;
   };
-  constexpr Field kFields[] = {{"lss", Type::string, "a text"},
-                               {"utc_ns", Type::number_integer, "a time"},
-                               {"time_ns", Type::number_integer, "a time"},
-                               {"run_utc_ns", Type::number_integer, "a time"},
-                               {"start", Type::boolean, "true or false"},
-                               {"vehicle", Type::string, "a text"},
-                               {"vehicle_id", Type::string, "a text"},
-                               {"version", Type::string, "a text"},
-                               {"build", Type::object, "an object"},
-                               {"period_ns", Type::number_integer, "a time"},
-                               {"config", Type::string, "a text"},
-                               {"parameters", Type::object, "an object"},
-                               {"state_layout", Type::string, "a text"},
-                               {"schema", Type::string, "a text"}};
-  for (const Field& field : kFields) {
-    const auto found = header.find(field.name);
-    if (found == header.end()) continue;
-    const bool right = field.type == Type::number_integer
-                           ? found->is_number_integer() && most::is_time(found->get<std::int64_t>())
-                           : found->type() == field.type;
-    if (!right) return fmt::format("{} is not {}", field.name, field.spoken);
+  static const Fields kFields[] = {
+      {Type::string,
+       "a text",
+       {"lss", "vehicle", "vehicle_id", "version", "config", "state_layout", "schema"}},
+      {Type::number_integer, "a time", {"utc_ns", "time_ns", "run_utc_ns", "period_ns"}},
+      {Type::boolean, "true or false", {"start"}},
+      {Type::object, "an object", {"build", "parameters"}}};
+  for (const Fields& fields : kFields) {
+    for (const char* name : fields.names) {
+      const auto found = header.find(name);
+      if (found == header.end()) continue;
+      const bool right =
+          fields.type == Type::number_integer
+              ? found->is_number_integer() && most::is_time(found->get<std::int64_t>())
+              : found->type() == fields.type;
+      if (!right) return fmt::format("{} is not {}", name, fields.spoken);
+    }
   }
   if (const auto build = header.find("build"); build != header.end()) {
     for (const auto& [name, value] : build->items())
