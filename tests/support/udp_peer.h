@@ -7,6 +7,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <cstdint>
 #include <string>
 
 namespace lss::testing_support {
@@ -21,27 +22,27 @@ class UdpPeer {
   UdpPeer(const UdpPeer&) = delete;
   UdpPeer& operator=(const UdpPeer&) = delete;
 
-  static sockaddr_in loopback(int port) {
+  static sockaddr_in loopback(std::uint16_t port) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_port = htons(port);
     return address;
   }
-  static int port_of(int fd) {
+  static std::uint16_t port_of(int fd) {
     sockaddr_in own{};
     socklen_t size = sizeof own;
     const int failed = ::getsockname(fd, reinterpret_cast<sockaddr*>(&own), &size);
-    return failed == 0 ? ntohs(own.sin_port) : 0;
+    return failed == 0 ? ntohs(own.sin_port) : std::uint16_t{0};
   }
 
   int fd() const { return fd_; }
-  int port() const { return port_; }  // 0: there is none
+  std::uint16_t port() const { return port_; }  // 0: there is none
   std::string path() const { return "udp://127.0.0.1:" + std::to_string(port_); }
 
  private:
   int fd_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  int port_ = 0;
+  std::uint16_t port_ = 0;
 };
 
 }  // namespace lss::testing_support

@@ -35,7 +35,7 @@ bool readable(int fd) {
 class Peer : public testing_support::UdpPeer {
  public:
   void send(int to_port, const Bytes& datagram) {
-    const sockaddr_in to = loopback(to_port);
+    const sockaddr_in to = loopback(static_cast<std::uint16_t>(to_port));
     EXPECT_EQ(::sendto(fd(), datagram.data(), datagram.size(), 0,
                        reinterpret_cast<const sockaddr*>(&to), sizeof to),
               static_cast<ssize_t>(datagram.size()));
