@@ -113,6 +113,22 @@ int open_file(const std::string& path, int flags) {
 
 }  // namespace
 
+McapWriter::McapWriter(McapWriter&& other) noexcept
+    : path_(std::move(other.path_)),
+      fd_(std::exchange(other.fd_, -1)),
+      at_(other.at_),
+      cut_(other.cut_),
+      crc_(other.crc_),
+      scan_(std::move(other.scan_)),
+      summary_size_(other.summary_size_),
+      records_(std::move(other.records_)),
+      chunk_(other.chunk_),
+      index_(std::move(other.index_)) {}
+
+McapWriter::~McapWriter() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
 McapWriter McapWriter::create(const std::string& path, const std::string& library) {
   McapWriter writer(path, open_file(path, O_CREAT | O_EXCL));
   writer.begin(library);
@@ -122,8 +138,8 @@ McapWriter McapWriter::create(const std::string& path, const std::string& librar
 McapWriter McapWriter::append(const std::string& path, const std::string& library) {
   McapWriter writer(path, open_file(path, O_CREAT));
   // A file shorter than a header is empty.
-  if (lseek(writer.file_.get(), 0, SEEK_END) <= static_cast<off_t>(kMagic.size() + kRecordHead)) {
-    if (ftruncate(writer.file_.get(), 0) != 0 || lseek(writer.file_.get(), 0, SEEK_SET) != 0)
+  if (lseek(writer.fd_, 0, SEEK_END) <= static_cast<off_t>(kMagic.size() + kRecordHead)) {
+    if (ftruncate(writer.fd_, 0) != 0 || lseek(writer.fd_, 0, SEEK_SET) != 0)
       writer.fail("cannot be cut", errno);
     writer.begin(library);
   } else {
@@ -159,8 +175,8 @@ void McapWriter::resume() {
       !scan_.chunks.empty() && index.size() != scan_.chunks.back().index.size();
   if (without_index) at_ = scan_.chunks.back().offset + scan_.chunks.back().length;
   crc_.add(file.data().first(at_));
-  if (ftruncate(file_.get(), static_cast<off_t>(at_)) != 0 ||
-      lseek(file_.get(), static_cast<off_t>(at_), SEEK_SET) < 0) {
+  if (ftruncate(fd_, static_cast<off_t>(at_)) != 0 ||
+      lseek(fd_, static_cast<off_t>(at_), SEEK_SET) < 0) {
     fail("cannot be cut", errno);
   }
   if (without_index) {
@@ -178,8 +194,8 @@ void McapWriter::resume() {
 
 void McapWriter::fail(const char* what, int error) {
   // No partial chunk: a reader must find complete chunks only.
-  [[maybe_unused]] const int cut = ftruncate(file_.get(), static_cast<off_t>(at_));
-  lseek(file_.get(), static_cast<off_t>(at_), SEEK_SET);
+  [[maybe_unused]] const int cut = ftruncate(fd_, static_cast<off_t>(at_));
+  lseek(fd_, static_cast<off_t>(at_), SEEK_SET);
   throw Failure(ExitCode::failed, fmt::format("{} {}: {}", path_, what, std::strerror(error)),
                 error == ENOSPC || error == EFBIG || error == EDQUOT
                     ? "make room; what was recorded until here is in the file"
@@ -189,7 +205,7 @@ void McapWriter::fail(const char* what, int error) {
 void McapWriter::put(const Writer& data) {
   Bytes left = data.data();
   while (!left.empty()) {
-    const ssize_t written = ::write(file_.get(), left.data(), left.size());
+    const ssize_t written = ::write(fd_, left.data(), left.size());
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) fail("cannot be written", written < 0 ? errno : ENOSPC);
     left = left.subspan(static_cast<std::size_t>(written));
@@ -296,13 +312,12 @@ void McapWriter::count(Bytes records) {
 }
 
 void McapWriter::sync() {
-  if (fdatasync(file_.get()) != 0 && errno != EINVAL && errno != EROFS)
-    fail("cannot be synced", errno);
+  if (fdatasync(fd_) != 0 && errno != EINVAL && errno != EROFS) fail("cannot be synced", errno);
 }
 
 std::uint64_t McapWriter::size() const {
   constexpr std::uint64_t kSchemasAndChannels = 64 * 1024;
-  if (!file_) return at_;
+  if (fd_ < 0) return at_;
   return at_ + records_.size() + summary_size_ + kSchemasAndChannels;
 }
 
@@ -351,7 +366,7 @@ Writer McapWriter::summary(std::uint64_t start) const {
 }
 
 void McapWriter::close() {
-  if (!file_) return;
+  if (fd_ < 0) return;
   end_chunk();
   const std::uint64_t end = at_;
   Writer data_end;
@@ -366,7 +381,7 @@ void McapWriter::close() {
     at_ = end;
     throw Failure(e.code(), e.what(), "make room, then: lss-cli record --append ends it whole");
   }
-  file_ = File();
+  ::close(std::exchange(fd_, -1));
 }
 
 }  // namespace lss::cli::recording

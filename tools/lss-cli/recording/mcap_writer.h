@@ -10,7 +10,6 @@
 #include <string_view>
 #include <vector>
 
-#include "drivers/file.h"
 #include "tools/lss-cli/recording/mcap_scan.h"
 
 namespace lss::cli::recording {
@@ -49,7 +48,7 @@ class McapWriter {
   std::uint64_t cut() const { return cut_; }  // bytes that append() had to remove
 
  private:
-  McapWriter(std::string path, int fd) : path_(std::move(path)), file_(fd) {}
+  McapWriter(std::string path, int fd) : path_(std::move(path)), fd_(fd) {}
 
   void begin(const std::string& library);
   void resume();  // the header stays unchanged
@@ -61,7 +60,7 @@ class McapWriter {
   [[noreturn]] void fail(const char* what, int error);
 
   std::string path_;
-  File file_;
+  int fd_ = -1;
   std::uint64_t at_ = 0, cut_ = 0;
   Crc crc_;
   Scan scan_;  // of all that is in the file, without the data
