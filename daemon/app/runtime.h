@@ -16,10 +16,6 @@
 //   release(Command, Boundary) then.
 // The vehicle's structs are described for records in daemon/vehicles/NAME/record.h.
 
-#include <poll.h>
-#include <sys/eventfd.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>

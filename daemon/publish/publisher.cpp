@@ -1,11 +1,8 @@
 #include "daemon/publish/publisher.h"
 
 #include <fmt/format.h>
-#include <poll.h>
 #include <pthread.h>
 #include <spdlog/spdlog.h>
-#include <sys/eventfd.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <span>
@@ -23,15 +20,7 @@ constexpr TimeNs kWatchEvery = 100 * kMillisecond;
 
 Publisher::Publisher(const config::Config& config, const Vocabulary& vocabulary,
                      std::string dictionary)
-    : config_(config),
-      vocabulary_(vocabulary),
-      dictionary_(std::move(dictionary)),
-      wake_fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
-
-Publisher::~Publisher() {
-  stop();
-  ::close(wake_fd_);
-}
+    : config_(config), vocabulary_(vocabulary), dictionary_(std::move(dictionary)) {}
 
 tl::expected<void, std::string> Publisher::open(RequestSink sink) {
   auto face = Face::create({.domain = config_.domain,
@@ -105,29 +94,11 @@ void Publisher::put(const Supervisor::Outbox& outbox) noexcept {
   if (dropped != 0) dropped_.fetch_add(dropped, std::memory_order_relaxed);
 }
 
-void Publisher::wake() noexcept {
-  if (lockstep::on()) return waiter_.wake();
-  const std::uint64_t one = 1;
-  [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
-}
-
-// Until it is woken, at most until its next check is due.
-void Publisher::wait() noexcept {
-  if (lockstep::on()) {
-    waiter_.wait(now_ns() + kWatchEvery);
-    return;
-  }
-  pollfd fd{wake_fd_, POLLIN, 0};
-  ::poll(&fd, 1, static_cast<int>(kWatchEvery / kMillisecond));
-  std::uint64_t count = 0;
-  [[maybe_unused]] const auto got = ::read(wake_fd_, &count, sizeof count);
-}
-
 void Publisher::run() {
   ::pthread_setname_np(::pthread_self(), "publish");
   const lockstep::Part part("publish");
   while (!stop_) {
-    wait();
+    wake_up_.wait(now_ns() + kWatchEvery);
     drain();
     const TimeNs now = now_ns();
     if (now >= next_watch_ns_) {

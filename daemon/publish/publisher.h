@@ -23,6 +23,7 @@
 #include "daemon/runtime/latest.h"
 #include "daemon/runtime/ring.h"
 #include "daemon/runtime/thread.h"
+#include "daemon/runtime/wake_up.h"
 #include "drivers/lockstep/lockstep.h"
 
 namespace lss {
@@ -50,7 +51,7 @@ class Publisher {
 
   // `dictionary`: contents of lss/dictionary.
   Publisher(const config::Config& config, const Vocabulary& vocabulary, std::string dictionary);
-  ~Publisher();
+  ~Publisher() { stop(); }
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
 
@@ -74,7 +75,7 @@ class Publisher {
   void put(const Ack& ack) noexcept { acks_.push(ack); }
   void airborne(bool airborne) noexcept { airborne_.store(airborne, std::memory_order_relaxed); }
   // Any thread.
-  void wake() noexcept;
+  void wake() noexcept { wake_up_.wake(); }
 
   // Main thread.
   std::string summary() const;
@@ -86,7 +87,6 @@ class Publisher {
   static constexpr std::size_t kAcks = 4 * Supervisor::kMaxAcks;
 
   void run();
-  void wait() noexcept;
   void drain();
   void saved(const SaveResult& result);
   void publish_status(TimeNs now);
@@ -113,8 +113,7 @@ class Publisher {
   std::atomic<std::uint64_t> turns_{0};
   std::atomic<std::uint64_t> dropped_{0};  // in the outbox of a frame
   std::atomic<bool> airborne_{false};
-  int wake_fd_ = -1;
-  lockstep::Waiter waiter_;  // in simulated time
+  WakeUp wake_up_;
 
   ParameterReport parameters_;
   std::vector<Told> told_;

@@ -10,6 +10,8 @@
 #include <cstring>
 #include <fstream>
 
+#include "tests/support/temp_folder.h"
+
 namespace lss::record {
 namespace {
 
@@ -18,12 +20,6 @@ using testing::ElementsAre;
 
 class FrameLogTest : public testing::Test {
  protected:
-  FrameLogTest() {
-    std::string name = (fs::temp_directory_path() / "lss-frame-log-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-  }
-  ~FrameLogTest() override { fs::remove_all(folder_); }
-
   FrameLogSettings settings(std::size_t files = 32) const {
     return {.folder = folder_, .files = files, .vehicle_id = "v-1", .header = {{"vehicle", "v"}}};
   }
@@ -56,7 +52,7 @@ class FrameLogTest : public testing::Test {
     return events;
   }
 
-  fs::path folder_;
+  const testing_support::TempFolder folder_;
 };
 
 TEST_F(FrameLogTest, KeepsTheLastFramesOfAFaultOldestFirst) {
