@@ -66,7 +66,7 @@ namespace lss {
   X(62, script_order, "the steps have to come in order: the one that came, and the one expected", \
     "send it again, as a whole")                                                                  \
   X(65, not_in_flight, "it is not in the air", "")                                                \
-  X(72, no_such_parameter, "there is no parameter of this number",                                \
+  X(72, no_such_parameter, "there is no parameter of this name",                                  \
     "list them with: lss-cli param get")                                                          \
   X(73, parameter_range, "the value of the parameter is out of its range",                        \
     "see its range with: lss-cli param get NAME")                                                 \
@@ -82,7 +82,10 @@ namespace lss {
   X(79, fell, "it was in the air: it fell", "")                                                   \
   X(92, not_configured,                                                                           \
     "a module answers, but is another one than configured or refuses its configuration",          \
-    "lss-cli status names its link; check its number, firmware and description")
+    "lss-cli status names its link; check its number, firmware and description")                  \
+  X(96, bad_name, "the name of the parameter is not terminated or not printable",                 \
+    "send one of lss/parameters, with zeros behind it")                                           \
+  X(97, unused_name, "a name is sent that the command does not have", "leave it empty")
 
 // number, name, severity (of lss.idl: 0 info, 1 warning, 2 error, 3 fatal), text, advice
 #define LSS_FAULTS(X)                                                                             \
@@ -171,7 +174,9 @@ namespace lss {
   X(56, parameters_refused, 1, "saved parameters are not taken")                         \
   X(57, reset_begun, 0, "module is being reset, it has to answer within {0} s")          \
   X(58, reset_ended, 0, "module answers again, {0} s after its reset was ordered")       \
-  X(70, drive_dropped_out, 1, "drive dropped out of operation enabled, {0} so far")
+  X(70, drive_dropped_out, 1, "drive dropped out of operation enabled, {0} so far")      \
+  X(98, other_interface, 1,                                                              \
+    "commands of a client do not arrive: it was built with another lss/command (lss.idl)")
 
 enum class Reason : std::uint16_t {
 #define LSS_ENUM(number, name, ...) name = number,

@@ -24,6 +24,7 @@
 #include <array>
 #include <atomic>
 #include <bit>
+#include <cstring>
 #include <functional>
 #include <iterator>
 #include <memory>
@@ -104,7 +105,9 @@ class Runtime final : public App {
     if (auto ok = buses_.probe(); !ok) return ok;
     // DDS first: its threads inherit the ordinary scheduling of this one.
     if (auto ok = publisher_.open([this](const Request& r, std::uint64_t writer) {
-          port_.receive(r, writer, [this](const Ack& ack) { publisher_.answer(ack); });
+          port_.receive(r, writer, [&](const Ack& ack) {
+            publisher_.answer(ack, {r.name.data(), ::strnlen(r.name.data(), r.name.size())});
+          });
         });
         !ok) {
       return ok;

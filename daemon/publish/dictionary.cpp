@@ -72,12 +72,16 @@ Json parameter(const ParameterInfo& p) {
 }
 
 Json command(const CommandInfo& info, const Logic& logic, const Vocabulary& vocabulary) {
-  Json json = {
-      {"kind", info.kind},       {"name", info.name},
-      {"summary", info.summary}, {"access", info.access == Access::anyone ? "anyone" : "holder"},
-      {"leased", info.leased},   {"ends_motion", info.ends_motion},
-      {"endless", info.endless}, {"parameters", Json::array()},
-      {"allowed", Json::array()}};
+  Json json = {{"kind", info.kind},
+               {"name", info.name},
+               {"summary", info.summary},
+               {"access", info.access == Access::anyone ? "anyone" : "holder"},
+               {"leased", info.leased},
+               {"ends_motion", info.ends_motion},
+               {"endless", info.endless},
+               {"named", info.named},
+               {"parameters", Json::array()},
+               {"allowed", Json::array()}};
   for (const ParameterInfo& p : info.parameters) json["parameters"].push_back(parameter(p));
   for (const lc::Allowed& a : lc::allowed(info, *logic.table, vocabulary.modes, logic.event_of))
     json["allowed"].push_back({{"where", a.where}, {"when", a.when}});
@@ -108,7 +112,7 @@ std::string type_name(std::string vehicle) {
 
 std::string dictionary(const std::string& vehicle, const Logic& logic, const Vocabulary& vocabulary,
                        std::string_view telemetry_schema, std::string_view idl) {
-  Json json = {{"schema_version", 2},
+  Json json = {{"schema_version", 3},
                {"vehicle", vehicle},
                {"states", kStateNames},
                {"modes", vocabulary.modes},

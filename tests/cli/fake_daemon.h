@@ -41,6 +41,7 @@ struct Birth {
   std::string vehicle = "zebro";
   std::int32_t pid = 1;
   std::string dictionary{};  // empty: none
+  bool earlier = false;      // its type of commands is that of an earlier version
   enum class Late {
     status,  // its topics are there and it says nothing yet
     topics,  // DDS knows of a daemon, and nothing more

@@ -30,6 +30,7 @@ constexpr std::size_t kMostJobs = 64;  // of a client at a time; a page sends ab
 Invocation read(const Craft& craft, const Order& order) {
   const CommandInfo& info = cli::find_command(*craft.kind, order.command);
   Invocation invocation = cli::with_defaults(info);
+  invocation.name = order.name;  // the daemon judges it
   for (const auto& [name, value] : order.parameters) {
     std::size_t i = 0;
     while (i < info.parameters.size() && name != info.parameters[i].name) ++i;

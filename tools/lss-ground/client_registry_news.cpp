@@ -92,7 +92,7 @@ json ClientRegistry::status(const Craft& craft) const {
 }
 
 json ClientRegistry::parameters(const Craft& craft) const {
-  json document = cli::parameters_json(*craft.kind, craft.parameters);
+  json document = cli::parameters_json(*craft.kind, craft.parameters, cli::items(craft.parameters));
   document["type"] = "parameters";
   document["id"] = craft.id;
   return document;

@@ -246,6 +246,14 @@ bool Link::daemon_hears(dds_entity_t writer) const {
 void Link::await_match(dds_entity_t writer, Clock::time_point until) {
   while (!daemon_hears(writer)) {
     if (Clock::now() >= until) {
+      dds_offered_incompatible_qos_status_t differs{};
+      if (dds_get_offered_incompatible_qos_status(writer, &differs) == DDS_RETCODE_OK &&
+          differs.last_policy_id == DDS_TYPE_CONSISTENCY_ENFORCEMENT_QOS_POLICY_ID) {
+        throw Failure(
+            ExitCode::unreachable,
+            fmt::format("{} was built with other types of commands than this lss-cli", vehicle_id_),
+            fmt::format("take the lss-cli of its version, {}", text(status_.version)));
+      }
       throw Failure(ExitCode::unreachable,
                     fmt::format("{} sends status but does not listen to commands", vehicle_id_),
                     "check the log of lssd; is another DDS configuration in CYCLONEDDS_URI?");
