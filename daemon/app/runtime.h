@@ -39,7 +39,7 @@
 #include "daemon/cycle/cycle.h"
 #include "daemon/parameters/saver.h"
 #include "daemon/parameters/start.h"
-#include "daemon/publish/dictionary.h"
+#include "daemon/publish/dictionary_of.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/record/frame_log.h"
 #include "daemon/record/frame_record.h"
@@ -80,8 +80,7 @@ class Runtime final : public App {
         port_(logic, static_cast<std::uint32_t>(config.lease_min_ms),
               static_cast<std::uint32_t>(config.lease_max_ms), [this] { buses_.all_stop(); }),
         publisher_(config_, vocabulary,
-                   dictionary(config.vehicle, logic, vocabulary, telemetry_schema(),
-                              idl_of(typename Vehicle::Telemetry{}))),
+                   dictionary_of<typename Vehicle::Telemetry>(config.vehicle, logic, vocabulary)),
         frame_log_({.folder = config_.log_folder,
                     .files = config_.log_files,
                     .vehicle_id = config_.vehicle_id,
@@ -263,13 +262,6 @@ class Runtime final : public App {
                        static_cast<double>(start.loaded.taken->number)}});
     }
     return told;
-  }
-
-  static std::string telemetry_schema() {
-    record::Schema schema;
-    const typename Vehicle::Telemetry telemetry{};
-    fields(schema, telemetry);
-    return schema.text();
   }
 
   static std::optional<config::LogPreset> running_preset(const config::Config& config) {

@@ -37,6 +37,13 @@ dds::Participant join(int domain) {
   return must(dds::Participant::create(parameters));
 }
 
+// That of a vehicle of this build.
+std::string built_dictionary(const std::string& vehicle) {
+  for (std::string& text : built_dictionaries())
+    if (nlohmann::json::parse(text)["vehicle"] == vehicle) return std::move(text);
+  return "";
+}
+
 }  // namespace
 
 FakeDaemon::FakeDaemon(int domain, const Birth& birth)
@@ -71,13 +78,12 @@ void FakeDaemon::open() {
   telemetry_ = must(dds::create_writer(
       participant_.get(),
       dds::telemetry_topic(described ? birth_.vehicle : "zebro", &lss_ZebroTelemetry_desc)));
-  if (described) {
-    dictionary_ = writer(dds::Kind::dictionary);
-    lss_Dictionary sample{};
-    put(sample.vehicle_id, birth_.vehicle_id);
-    sample.json = birth_.dictionary.data();
-    dds_write(dictionary_.get(), &sample);
-  }
+  std::string dictionary = described ? birth_.dictionary : built_dictionary(birth_.vehicle);
+  dictionary_ = writer(dds::Kind::dictionary);
+  lss_Dictionary sample{};
+  put(sample.vehicle_id, birth_.vehicle_id);
+  sample.json = dictionary.data();
+  dds_write(dictionary_.get(), &sample);
   dds_topic_descriptor_t earlier = earlier_Command_desc;
   earlier.m_typename = lss_Command_desc.m_typename;
   const auto reader = [&](dds::Kind kind) {

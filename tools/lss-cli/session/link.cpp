@@ -153,8 +153,7 @@ void Link::find_vehicle() {
   const Daemon& daemon = *daemons_.named(id).front();
   vehicle_id_ = id;
   status_ = daemon.status;
-  const Vehicle* vehicle = cli::find_vehicle(text(status_.vehicle));
-  vehicle_ = vehicle != nullptr ? vehicle : &describe();
+  vehicle_ = &describe();
   status_time_ = found_ = Clock::now();
 }
 
@@ -162,12 +161,16 @@ const Vehicle& Link::describe() {
   try {
     described_ = std::make_unique<DescribedVehicle>(dictionary());
   } catch (const Failure& e) {
-    throw Failure(ExitCode::unknown_name,
-                  fmt::format("{} is of the type '{}', which this lss-cli was built without; {}",
-                              vehicle_id_, text(status_.vehicle), e.what()),
-                  e.advice());
+    throw Failure(
+        ExitCode::unknown_name,
+        fmt::format("{} is of the type '{}', and {}", vehicle_id_, text(status_.vehicle), e.what()),
+        e.advice());
   }
   return described_->vehicle();
+}
+
+bool Link::is_described() const {
+  return described_ != nullptr && cli::find_vehicle(described_->vehicle().name) == nullptr;
 }
 
 bool Link::may_be_described() {

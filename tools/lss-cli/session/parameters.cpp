@@ -30,7 +30,7 @@ std::span<const lss_Parameter> items(const lss_Parameters& sample) {
 }
 
 std::string help_of(const Vehicle& vehicle, std::string_view name) {
-  const std::span<const TunableInfo> infos = vehicle.tunables();
+  const std::span<const TunableInfo> infos = vehicle.tunables;
   const int index = find_tunable(infos, name);
   return index < 0 ? "" : infos[static_cast<std::size_t>(index)].help;
 }

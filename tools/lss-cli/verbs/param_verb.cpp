@@ -228,7 +228,7 @@ void add_param_verb(Grammar& grammar) {
   grammar.values(sub, "", {"get", "set", "diff", "save", "reset"});
   for (const Vehicle* vehicle : grammar.vehicles()) {
     Words names;
-    for (const TunableInfo& t : vehicle->tunables()) names.emplace_back(t.name);
+    for (const TunableInfo& t : vehicle->tunables) names.emplace_back(t.name);
     for (const char* before : {"get", "set", "diff", "reset"}) grammar.values(sub, before, names);
     grammar.values(sub, "", names);
   }
