@@ -20,6 +20,7 @@
 #include <array>
 #include <atomic>
 #include <bit>
+#include <cstring>
 #include <functional>
 #include <iterator>
 #include <memory>
@@ -34,7 +35,7 @@
 #include "daemon/cycle/cycle.h"
 #include "daemon/parameters/saver.h"
 #include "daemon/parameters/start.h"
-#include "daemon/publish/dictionary.h"
+#include "daemon/publish/dictionary_of.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/record/frame_log.h"
 #include "daemon/record/frame_record.h"
@@ -75,8 +76,7 @@ class Runtime final : public App {
         port_(logic, static_cast<std::uint32_t>(config.lease_min_ms),
               static_cast<std::uint32_t>(config.lease_max_ms), [this] { buses_.all_stop(); }),
         publisher_(config_, vocabulary,
-                   dictionary(config.vehicle, logic, vocabulary, telemetry_schema(),
-                              idl_of(typename Vehicle::Telemetry{}))),
+                   dictionary_of<typename Vehicle::Telemetry>(config.vehicle, logic, vocabulary)),
         frame_log_({.folder = config_.log_folder,
                     .files = config_.log_files,
                     .vehicle_id = config_.vehicle_id,
@@ -100,7 +100,9 @@ class Runtime final : public App {
     if (auto ok = buses_.probe(); !ok) return ok;
     // DDS first: its threads inherit the ordinary scheduling of this one.
     if (auto ok = publisher_.open([this](const Request& r, std::uint64_t writer) {
-          port_.receive(r, writer, [this](const Ack& ack) { publisher_.answer(ack); });
+          port_.receive(r, writer, [&](const Ack& ack) {
+            publisher_.answer(ack, {r.name.data(), ::strnlen(r.name.data(), r.name.size())});
+          });
         });
         !ok) {
       return ok;
@@ -256,13 +258,6 @@ class Runtime final : public App {
                        static_cast<double>(start.loaded.taken->number)}});
     }
     return told;
-  }
-
-  static std::string telemetry_schema() {
-    record::Schema schema;
-    const typename Vehicle::Telemetry telemetry{};
-    fields(schema, telemetry);
-    return schema.text();
   }
 
   static std::optional<config::LogPreset> running_preset(const config::Config& config) {

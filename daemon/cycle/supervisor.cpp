@@ -21,20 +21,16 @@ bool held_by_another(const SupervisorState& s, const Name& source) noexcept {
   return s.authority.front() != '\0' && s.authority != source;
 }
 
-std::size_t tunable_of(const Request& request) noexcept {
-  return std::size_t{arguments<SetParameter>(request).number} - 1;
+int tunable_of(const Logic& logic, const Request& request) noexcept {
+  return find_tunable(logic.tunables, {request.name.data(), request.name.size()});
 }
 
 // All checks except against the values of other parameters, which the vehicle does.
 Verdict check_parameter(const Logic& logic, const SupervisorState& s, const Request& r) noexcept {
   if (r.kind != number(CommandKind::set_parameter)) return {};
-  const std::size_t index = tunable_of(r);
-  if (index >= logic.tunables.size()) {
-    return {.reason = Reason::no_such_parameter,
-            .measured = static_cast<double>(index + 1),
-            .limit = static_cast<double>(logic.tunables.size())};
-  }
-  const TunableInfo& t = logic.tunables[index];
+  const int index = tunable_of(logic, r);
+  if (index < 0) return {.reason = Reason::no_such_parameter};
+  const TunableInfo& t = logic.tunables[static_cast<std::size_t>(index)];
   const auto subject = static_cast<std::uint16_t>(index + 1);
   const double value = arguments<SetParameter>(r).value;
   if (!(value >= t.min && value <= t.max)) {
@@ -133,12 +129,16 @@ void Supervisor::check_name() noexcept {
 // Guards on the state, then those of the vehicle.
 Verdict Supervisor::judge(const Request& request) noexcept {
   if (const Verdict v = evaluate(logic_, state_, request); v.reason != Reason::none) return v;
-  if (request.kind == number(CommandKind::set_parameter))
-    return actor_->adjust(tunable_of(request), arguments<SetParameter>(request).value, false)
-        .verdict;
+  if (request.kind == number(CommandKind::set_parameter)) return adjust(request, false).verdict;
   if (request.kind == number(CommandKind::save_parameters))
     return save_.kind == 0 ? Verdict{} : Verdict{.reason = Reason::busy};
   return actor_->consider(request);
+}
+
+// Of a request that evaluate() let pass.
+Adjusted Supervisor::adjust(const Request& request, bool really) noexcept {
+  return actor_->adjust(static_cast<std::size_t>(tunable_of(logic_, request)),
+                        arguments<SetParameter>(request).value, really);
 }
 
 // A change is in force in this frame; a save is answered when it is on the disk.
@@ -148,9 +148,9 @@ bool Supervisor::handle_parameters(const Request& request, const Active& command
     save_ = command;
     return true;
   }
-  const auto set = arguments<SetParameter>(request);
-  const Adjusted adjusted = actor_->adjust(tunable_of(request), set.value, true);
-  note(EventId::parameter_changed, 0, set.number, adjusted.before, set.value);
+  const Adjusted adjusted = adjust(request, true);
+  note(EventId::parameter_changed, 0, tunable_of(logic_, request) + 1, adjusted.before,
+       arguments<SetParameter>(request).value);
   acknowledge(command, Phase::completed);
   return true;
 }

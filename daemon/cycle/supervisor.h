@@ -213,6 +213,7 @@ class Supervisor {
   void another_daemon() noexcept;
   bool fatal(FaultId id) const noexcept;
   Verdict judge(const Request& request) noexcept;
+  Adjusted adjust(const Request& request, bool really) noexcept;
   bool handle_parameters(const Request& request, const Active& command) noexcept;
   Verdict apply(lc::Event event, const Request* request, unsigned subject) noexcept;
   void follow(const lc::ControllerState& before) noexcept;

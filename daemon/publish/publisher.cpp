@@ -77,8 +77,8 @@ void Publisher::stop() {
   answering_ = nullptr;
 }
 
-void Publisher::answer(const Ack& ack) {
-  if (Face* face = answering_) face->acknowledge(ack);
+void Publisher::answer(const Ack& ack, std::string_view name) {
+  if (Face* face = answering_) face->acknowledge(ack, name);
 }
 
 void Publisher::put(const Supervisor::Outbox& outbox) noexcept {
@@ -186,6 +186,7 @@ void Publisher::watch(TimeNs now) {
       tell(lost);
     }
   }
+  if (face_->other_interface()) tell(EventId::other_interface, now);
   watch_clock();
   for (EventId event; sources_.log_event(event);) tell(event, now);
   wants_restart_ = config_.restart_for_shared_memory && face_->shared_memory_could_return() &&

@@ -65,7 +65,7 @@ class Publisher {
   void stop();
 
   // Listener thread: an answer that needs no frame.
-  void answer(const Ack& ack);
+  void answer(const Ack& ack, std::string_view name);
 
   // Frame thread.
   void put(const Supervisor::Outbox& outbox) noexcept;

@@ -9,6 +9,15 @@ namespace {
 
 using Answers = ProgramTest;
 
+TEST_F(Answers, ADaemonWithAnotherTypeOfCommandsIsNamedAndNothingIsSent) {
+  FakeDaemon daemon(domain(), Birth{.earlier = true});
+  const Ended ended = run({"stand"});
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_THAT(ended.err, HasSubstr("zebro-1 was built with other types of commands"));
+  EXPECT_THAT(ended.err, HasSubstr("take the lss-cli of its version"));
+  EXPECT_THAT(daemon.kinds(), IsEmpty());
+}
+
 TEST_F(Answers, WithoutADaemonEveryQuestionEndsWith3AndSaysWhatToCheck) {
   for (const char* verb : {"status", "health", "stand", "estop", "events", "timing", "heartbeat"}) {
     const Ended ended = run({"--timeout", "300ms", verb});

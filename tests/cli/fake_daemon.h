@@ -40,7 +40,8 @@ struct Birth {
   std::string vehicle_id = "zebro-1";
   std::string vehicle = "zebro";
   std::int32_t pid = 1;
-  std::string dictionary{};  // empty: none
+  std::string dictionary{};  // empty: that of this build
+  bool earlier = false;      // its type of commands is that of an earlier version
   enum class Late {
     status,  // its topics are there and it says nothing yet
     topics,  // DDS knows of a daemon, and nothing more

@@ -1,5 +1,6 @@
 // The control plane end to end: a face and its clients over loopback.
 
+#include <earlier.h>  // of the IDL
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -336,6 +337,20 @@ TEST_F(Control, TelemetryArrivesWithEveryModuleOfTheVehicle) {
     face_->telemetry(&telemetry);
     return stranger.wait_for_line("received 3", std::chrono::seconds(0));
   }));
+}
+
+TEST_F(Control, CommandsOfAnEarlierVersionDoNotArriveAndThatIsReportedOnce) {
+  EXPECT_FALSE(face_->other_interface());
+  dds_topic_descriptor_t earlier = earlier_Command_desc;
+  earlier.m_typename = lss_Command_desc.m_typename;
+  const auto participant = value(dds::Participant::create({.domain = test_domain()}));
+  const auto writer =
+      value(dds::create_writer(participant.get(), {dds::Kind::command, "lss/command", &earlier}));
+  EXPECT_TRUE(eventually([&] { return face_->other_interface(); }));
+  EXPECT_FALSE(face_->other_interface());
+  dds_publication_matched_status_t matched{};
+  ASSERT_EQ(dds_get_publication_matched_status(writer.get(), &matched), DDS_RETCODE_OK);
+  EXPECT_EQ(matched.total_count, 0u);
 }
 
 TEST(FaceCreation, SaysWhatIsWrongWithItsParameters) {

@@ -13,7 +13,7 @@ export interface Command {
 // Of the telemetry, in the words of the dictionary.
 export interface Field { name: string; type?: string; unit?: string; count?: number; fields?: Field[]; }
 export interface Tunable {
-  name: string; number: number; value: number; unit: string; min: number; max: number; whole: boolean; configured: number;
+  name: string; value: number; unit: string; min: number; max: number; whole: boolean; configured: number;
   saved: number | null; as_configured: boolean; as_saved: boolean; change: "always" | "at_rest"; help: string;
 }
 export interface Guard { allowed: boolean; why: string; advice: string; first: string; }
