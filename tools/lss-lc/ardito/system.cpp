@@ -38,6 +38,22 @@ bool comes_to_rest(T t) {
   return same_mode(t) && goal(t.result.next) == Goal::idle && does(t, kHalt);
 }
 
+bool commands_motion(Event e) {
+  return one_of(e, {event::drive, event::drive_autonomous, event::park, event::halt});
+}
+// The mode that this report names.
+Mode reported(Event e) {
+  return e == event::is_stopped    ? Mode::stopped
+         : e == event::is_steering ? Mode::steering
+         : e == event::is_running  ? Mode::running
+         : e == event::is_parking  ? Mode::parking
+                                   : Mode::decelerating;
+}
+bool is_report_of_mode(Event e) {
+  return one_of(e, {event::is_stopped, event::is_steering, event::is_running, event::is_parking,
+                    event::is_decelerating});
+}
+
 // ---- states
 
 constexpr std::array kOwnStates = {
@@ -108,7 +124,237 @@ constexpr std::array kOwnSteps = {
                           !operational(t.result.next) || does(t, lc::kTakeAuthority);
                  }},
     authority_property<comes_to_rest>(),
+    StepProperty{"the rover is commanded to move with its motors on, by nothing else", "10",
+                 lc::kChange | lc::kActions | lc::kLinks,
+                 [](T t) {
+                   return !commands_motion(t.happening.event) ||
+                          (ready(t.before) && confirmed(t.before));
+                 }},
+    StepProperty{"authority is given to who commands motion, by nothing else", "architecture",
+                 lc::kLinks | lc::kActions,
+                 [](T t) {
+                   return !does(t, lc::kTakeAuthority) || t.happening.event == event::start ||
+                          commands_motion(t.happening.event);
+                 }},
+    StepProperty{"each order to the drives follows from its own command", "10", lc::kActions,
+                 [](T t) {
+                   return only_by(t, kDrive, {event::drive, event::drive_autonomous}) &&
+                          only_by(t, kPark, {event::park}) &&
+                          only_by(t, kHalt,
+                                  {event::halt, event::stop, Event::lease_expired,
+                                   event::autonomy_lost, event::stuck}) &&
+                          only_by(t, kByItself, {event::drive_autonomous}) &&
+                          (!does(t, kHalt) || ready(t.before));
+                 }},
+    StepProperty{"what stops the rover or drives it by hand ends autonomy, and nothing else does",
+                 "10", lc::kActions,
+                 [](T t) {
+                   return only_by(t, kByHand,
+                                  {event::drive, event::park, event::halt, event::stop,
+                                   Event::lease_expired, event::autonomy_lost, event::stuck});
+                 }},
+    StepProperty{"lamp, confirmation, IMU, button and power are what is reported of them",
+                 "part III", lc::kActions | lc::kLinks,
+                 [](T t) {
+                   return only_by(t, kConfirm, {event::motors_confirmed}) &&
+                          only_by(t, kImuIsGood, {event::imu_good}) &&
+                          only_by(t, kImuIsLost, {event::imu_lost}) &&
+                          only_by(t, kButtonIsOut, {event::button_out}) &&
+                          only_by(t, kButtonIsIn, {event::button_in}) &&
+                          only_by(t, kPowerIsGood, {event::power_good}) &&
+                          only_by(t, kPowerIsBad, {event::power_bad}) &&
+                          (!does(t, kConfirm) || ready(t.before));
+                 }},
+    StepProperty{"the mode is what the drives do, as they report it", "11", lc::kChange,
+                 [](T t) {
+                   const Event e = t.happening.event;
+                   if (!ready(t.before) || !ready(t.result.next) || same_mode(t)) return true;
+                   return is_report_of_mode(e) && to(t, reported(e));
+                 }},
+    StepProperty{"where it goes is changed by commands, and by what stops it", "10", lc::kChange,
+                 [](T t) {
+                   if (t.before.goal == t.result.next.goal || !operational(t.result.next))
+                     return true;
+                   return commands_motion(t.happening.event) ||
+                          one_of(t.happening.event, {event::stop, Event::lease_expired,
+                                                     event::autonomy_lost, event::stuck});
+                 }},
+    StepProperty{"it is switched off at rest only by a stop, or by what ends its lease", "10",
+                 lc::kChange,
+                 [](T t) {
+                   if (!operational(t.before) || !idle(t.result.next)) return true;
+                   return one_of(t.happening.event,
+                                 {event::stop, Event::lease_expired, Event::reset_controller}) ||
+                          (t.happening.event == event::is_stopped && goal(t.before) == Goal::idle);
+                 }},
+    StepProperty{"a lease ends once, an order to stop is not taken back by what is lost", "10",
+                 lc::kChange | lc::kActions | lc::kLinks,
+                 [](T t) {
+                   const Event e = t.happening.event;
+                   if (e == Event::lease_expired)
+                     return link(t.before, lc::kHeld) || !moving(t.before);
+                   if (e == event::autonomy_lost)
+                     return ready(t.before) && goal(t.before) == Goal::drive;
+                   if (e == event::stuck)
+                     return ready(t.before) &&
+                            (goal(t.before) == Goal::drive || goal(t.before) == Goal::park);
+                   return true;
+                 }},
+    StepProperty{"a wheel goes out of service by error solving, and back by the operator", "Conf-3",
+                 lc::kLinks | lc::kActions,
+                 [](T t) {
+                   return only_by(t, lc::kIsolate, {event::isolate}) &&
+                          only_by(t, lc::kRestore, {Event::restore}) &&
+                          (t.happening.event != event::isolate || solving(t.before));
+                 }},
+    StepProperty{"motors go off during error solving only where a strategy ends", "Conf-3",
+                 lc::kActions,
+                 [](T t) {
+                   return !solving(t.before) || !solving(t.result.next) ||
+                          only_by(t, lc::kMotorsOff, {Event::next_strategy, event::isolate});
+                 }},
 };
+
+// ---- what has to happen
+
+bool drives(S s, const Happening&) { return ready(s) && confirmed(s); }
+bool operates(S s, const Happening&) { return operational(s); }
+bool only_the_mode(T t) {
+  return to(t, reported(t.happening.event)) && t.result.next.goal == t.before.goal &&
+         t.result.next.links == t.before.links && (t.result.actions & ~lc::kOnlyState) == 0;
+}
+bool gives_up(T t) {
+  return same_mode(t) && goal(t.result.next) == Goal::none && does(t, kHalt) &&
+         !has(t.result.next, kAutonomous) && t.result.next.links == t.before.links;
+}
+
+constexpr std::array kOwnDuties = {
+    Duty{"start begins with the lamp, and gives authority",
+         "part III",
+         {event::start},
+         [](S s, const Happening&) { return may_start(s); },
+         [](T t) {
+           return to(t, Mode::warning) && goal(t.result.next) == Goal::none && held_after(t) &&
+                  does(t, kBeacon);
+         }},
+    Duty{"after the lamp the motors are switched on",
+         "part III",
+         {event::warned},
+         [](S s, const Happening&) { return in_mode(s, Mode::warning); },
+         [](T t) {
+           return to(t, Mode::stopped) && goal(t.result.next) == Goal::none && does(t, kMotorsOn) &&
+                  t.result.next.links == t.before.links;
+         }},
+    Duty{"confirmed motors are remembered, and start nothing",
+         "10",
+         {event::motors_confirmed},
+         [](S s, const Happening&) { return ready(s); },
+         [](T t) { return starts_nothing_but(t, kConfirm) && flag_is(t, kMotorsConfirmed, true); }},
+    Duty{"with its motors on it drives, parks and halts as commanded, from every mode",
+         "10",
+         {event::drive, event::park, event::halt},
+         drives,
+         [](T t) {
+           const Event e = t.happening.event;
+           const bool right = e == event::drive  ? aims(t, Goal::drive, kDrive)
+                              : e == event::park ? aims(t, Goal::park, kPark)
+                                                 : aims(t, Goal::none, kHalt);
+           return right && !has(t.result.next, kAutonomous);
+         }},
+    Duty{"with an IMU to be trusted it drives by itself",
+         "7.7.2",
+         {event::drive_autonomous},
+         [](S s, const Happening& h) { return drives(s, h) && !has(s, kImuLost); },
+         [](T t) { return aims(t, Goal::drive, kDrive) && has(t.result.next, kAutonomous); }},
+    Duty{"stop leads to a safe stop from every mode",
+         "10",
+         {event::stop},
+         operates,
+         [](T t) {
+           return comes_to_rest(t) && !has(t.result.next, kAutonomous) &&
+                  (held_after(t) || idle(t.result.next));
+         }},
+    Duty{"stop at rest is accepted and changes nothing",
+         "10",
+         {event::stop},
+         [](S s, const Happening&) { return idle(s); },
+         [](T t) { return keeps(t) && starts_nothing(t); }},
+    Duty{
+        "without the heartbeat of who commands it comes to a safe stop",
+        "O-Int-2",
+        {Event::lease_expired},
+        [](S s, const Happening&) { return link(s, lc::kHeld); },
+        [](T t) { return comes_to_rest(t) && !has(t.result.next, kAutonomous) && !held_after(t); }},
+    Duty{"the mode follows the drives, and the goal stays",
+         "11",
+         {event::is_steering, event::is_running, event::is_parking, event::is_decelerating},
+         [](S s, const Happening& h) {
+           return ready(s) && confirmed(s) && !in_mode(s, reported(h.event));
+         },
+         only_the_mode},
+    Duty{"what has come to a stop stands, or is switched off when that was the aim",
+         "11",
+         {event::is_stopped},
+         [](S s, const Happening&) { return moving(s); },
+         [](T t) {
+           return goal(t.before) == Goal::idle ? idle(t.result.next) && does(t, lc::kMotorsOff)
+                                               : only_the_mode(t);
+         }},
+    Duty{"the IMU is as it is reported, and starts nothing",
+         "7.7.2",
+         {event::imu_good, event::imu_lost},
+         any_state,
+         [](T t) {
+           const bool lost = t.happening.event == event::imu_lost;
+           return starts_nothing_but(t, lost ? kImuIsLost : kImuIsGood) &&
+                  flag_is(t, kImuLost, lost);
+         }},
+    Duty{"button and power switch everything off where it operates, and are remembered",
+         "part III",
+         {event::button_in, event::power_bad},
+         any_state,
+         [](T t) {
+           const bool button = t.happening.event == event::button_in;
+           const Flag flag = button ? kButtonIn : kPowerBad;
+           return has(t.result.next, flag) &&
+                  (operational(t.before)
+                       ? emergency(t)
+                       : flag_is(t, flag, true) &&
+                             starts_nothing_but(t, button ? kButtonIsIn : kPowerIsBad));
+         }},
+    Duty{"released button and good power start nothing by themselves",
+         "part III",
+         {event::button_out, event::power_good},
+         any_state,
+         [](T t) {
+           const bool button = t.happening.event == event::button_out;
+           return flag_is(t, button ? kButtonIn : kPowerBad, false) &&
+                  starts_nothing_but(t, button ? kButtonIsOut : kPowerIsGood);
+         }},
+    Duty{"without what it needs to drive by itself it stands, ready for another command",
+         "7.7.2",
+         {event::autonomy_lost},
+         [](S s, const Happening&) { return ready(s) && goal(s) == Goal::drive; },
+         gives_up},
+    Duty{"what is stuck stands, ready for another command",
+         "10",
+         {event::stuck},
+         [](S s, const Happening&) {
+           return ready(s) && (goal(s) == Goal::drive || goal(s) == Goal::park);
+         },
+         gives_up},
+    Duty{"a wheel that cannot be restored goes out of service when the others are enough",
+         "Conf-3",
+         {event::isolate},
+         [](S s, const Happening& h) {
+           return solving(s) && h.subject >= 1 && h.subject <= kDriveWheels && s.isolated == 0;
+         },
+         [](T t) {
+           return same_mode(t) && !in_service(t.result.next, t.happening.subject) &&
+                  does(t, lc::kIsolate) && does(t, lc::kMotorsOff);
+         }},
+};
+constexpr auto kAllDuties = lc::join(lc::common::kDuties, kOwnDuties);
 
 // ---- events
 
@@ -244,7 +490,7 @@ ControllerState stands_for(const ControllerState& s) {
 }
 
 lc::Model model_of(const lc::Table& table, std::uint16_t modules) {
-  lc::Model m = lc::model_of<kStates, kSteps>(table, modules, kDuties, kContracts, kReturns);
+  lc::Model m = lc::model_of<kStates, kSteps>(table, modules, kAllDuties, kContracts, kReturns);
   m.stands_for = stands_for;
   return m;
 }
