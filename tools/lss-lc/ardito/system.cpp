@@ -270,10 +270,7 @@ constexpr std::array kOwnDuties = {
          "10",
          {event::stop},
          operates,
-         [](T t) {
-           return comes_to_rest(t) && !has(t.result.next, kAutonomous) &&
-                  (held_after(t) || idle(t.result.next));
-         }},
+         [](T t) { return comes_to_rest(t) && !has(t.result.next, kAutonomous); }},
     Duty{"stop at rest is accepted and changes nothing",
          "10",
          {event::stop},
