@@ -20,13 +20,11 @@
 
 namespace lss::gnc::zebro {
 
-// low: wave, medium: tetrapod-B, high: tripod; by the table tripods as slow as these; with legs out
-// of service see fewer_legs.h, rowing.h.
+// low: wave, medium: tetrapod-B, high: tripod; with legs out of service see fewer_legs.h, rowing.h.
 enum class Speed : std::uint8_t { zero, low, medium, high };
 
 struct LocomotionParameters {
-  Algorithm algorithm = Algorithm::max_plus;
-  // gait
+  // gait (max-plus)
   double flight_s = 3.0;                  // tau_f
   double stance_min_s = 3.3;              // tau_g
   double double_stance_s = 0.3;           // tau_Delta

@@ -88,11 +88,11 @@ bool Locomotion::gait_stays(const SideSpeeds& wanted) const noexcept {
 void Locomotion::begin_stepping(double now_s) noexcept {
   const bool creeps = isolated_ != 0;
   if (creeps) {
-    schedule_.start(parameters_.algorithm, creep_.gait, times_, now_s + parameters_.start_delay_s);
+    schedule_.start(creep_.gait, times_, now_s + parameters_.start_delay_s);
   } else {
     sides_ = side_speeds(request_.direction, request_.heading_rad);
     // Two tripods align the legs for the gait; six single legs would take three times as long.
-    schedule_.start(parameters_.algorithm, kTripod, times_, now_s + parameters_.start_delay_s);
+    schedule_.start(kTripod, times_, now_s + parameters_.start_delay_s);
     schedule_.change(gait_of(request_.speed), kAnyTime);
   }
   // A creep begins in its steady state, for the walk that the legs were aligned for.

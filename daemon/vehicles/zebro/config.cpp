@@ -59,8 +59,6 @@ void read_hips(config::Section& body, gnc::zebro::LocomotionParameters& p) {
 void read_locomotion(config::Section& root, Parameters& all) {
   gnc::zebro::LocomotionParameters& p = all.locomotion;
   config::Section gait = root.section("gait");
-  p.algorithm = static_cast<gnc::zebro::Algorithm>(
-      gait.choice("algorithm", static_cast<std::size_t>(p.algorithm), {"max-plus", "table"}));
   read_adjustable(gait, "gait", all);
   p.sweep_rad = gait.number("sweep_deg", p.sweep_rad / kDegree, 5, 90) * kDegree;
   p.offset_rad = gait.number("offset_deg", p.offset_rad / kDegree, -30, 30) * kDegree;

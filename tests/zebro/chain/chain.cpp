@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <random>
 
-#include "tests/zebro/algorithm_under_test.h"
 #include "tools/lss-sim/zebro/vehicle.h"
 
 namespace lss::zebro {
@@ -19,7 +18,6 @@ Chain::Chain(const Options& options)
                           parameters.bus.baud = static_cast<int>(port.baud);
                           parameters.bus.half_duplex = port.half_duplex;
                           parameters.bus.period_ns = config.period_ns;
-                          parameters.locomotion.algorithm = algorithm_under_test();
                           if (options.adjust) options.adjust(parameters);
                         },
                     .lease_ms = 2000}) {

@@ -14,7 +14,6 @@
 
 #include "daemon/vehicles/zebro/vehicle.h"
 #include "tests/safety/cycle_world.h"
-#include "tests/zebro/algorithm_under_test.h"
 
 namespace lss::zebro {
 
@@ -146,16 +145,12 @@ class World : public safety::CycleWorld<World, Vehicle, Mode> {
   static constexpr TimeNs kPeriod = 20 * kMillisecond;
 
   explicit World(const Parameters& parameters = {}, const Supervisor::Parameters& links = {})
-      : CycleWorld(tested(parameters), zebro::logic(), links, kPeriod) {
+      : CycleWorld(parameters, zebro::logic(), links, kPeriod) {
     for (std::size_t i = 0; i < modules.size(); ++i)
       modules[i].position_deg = 30.0 * static_cast<double>(i);
     IdealModule& panel = modules.back();
     panel.position_deg = panel.hall_deg = panel.sensor_deg = 0;
     in_.bus.was_open = in_.bus.open = true;
-  }
-  static Parameters tested(Parameters parameters) {
-    parameters.locomotion.algorithm = algorithm_under_test();
-    return parameters;
   }
 
   void sense() {

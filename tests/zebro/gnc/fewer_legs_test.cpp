@@ -332,7 +332,7 @@ RC_GTEST_PROP(FewerLegs, GuardedSwitchNeverPutsMoreLegsInTheAirThanEitherGait, (
   const Partition from = *any_partition_without(isolated), to = *any_partition_without(isolated);
   const GaitTimes times = *any_times();
   Schedule schedule;
-  schedule.start(Algorithm::max_plus, from, times, 0);
+  schedule.start(from, times, 0);
   schedule.advance();
   std::vector<Events> cycles = {schedule.current()};
   schedule.change(to, kAnyTime);

@@ -215,8 +215,7 @@ TEST(Gait, TableOfTheDefaultGaits) {
 RC_GTEST_PROP(Schedule, EventsOnlyEverMoveLater, ()) {
   const GaitTimes times{3.0, 3.25, 0.25};
   Schedule schedule;
-  schedule.start(*rc::gen::element(Algorithm::max_plus, Algorithm::table), *shipped_gait(), times,
-                 0);
+  schedule.start(*shipped_gait(), times, 0);
   for (int n = 0; n < 30; ++n) {
     const Events current = schedule.current(), next = schedule.next();
     PerLeg<double> commanded_s = kAnyTime;

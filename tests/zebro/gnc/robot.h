@@ -11,7 +11,6 @@
 
 #include "gnc/zebro/locomotion.h"
 #include "idl/angles.h"
-#include "tests/zebro/algorithm_under_test.h"
 
 namespace lss::gnc::zebro::test {
 
@@ -46,15 +45,7 @@ struct RobotLeg {
 
 struct Robot {
   explicit Robot(const LocomotionParameters& with = {}, double start_s = 0)
-      : parameters(tested(with)),
-        locomotion(parameters),
-        now_s(start_s),
-        fastest_rad_s(with.swing_limit_rad_s) {}
-
-  static LocomotionParameters tested(LocomotionParameters with) {
-    with.algorithm = lss::zebro::algorithm_under_test();
-    return with;
-  }
+      : parameters(with), locomotion(with), now_s(start_s), fastest_rad_s(with.swing_limit_rad_s) {}
 
   // Called with each new order before it is followed: leg, target, way to go in the ordered
   // direction.
