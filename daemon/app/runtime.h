@@ -83,7 +83,7 @@ class Runtime final : public App {
                     .header = {{"vehicle", config_.vehicle},
                                {"vehicle_id", config_.vehicle_id},
                                {"version", LSS_VERSION}},
-                    .preset = running_preset(config_),
+                    .presets = config_.running_log_presets(),
                     .recorder = flight_recorder(config_, records)},
                    records.to_json),
         saver_(start.store, start.isolation.store, logic.tunables, start.configured,
@@ -127,7 +127,7 @@ class Runtime final : public App {
     for (const auto& thread : threads_) thread->mark_ready();
     publisher_.start(threads_,
                      {.newest_telemetry = [this] { return newest_telemetry(); },
-                      .telemetry_missed = [this] { return telemetry_missed_; },
+                      .telemetry_missed = [this] { return telemetry_.replaced(); },
                       .commands_refused = [this] { return port_.refused(); },
                       .log_event = [this](EventId& e) { return frame_log_.pop(e); },
                       .log_dropped = [this] { return frame_log_.dropped(); },
@@ -260,11 +260,6 @@ class Runtime final : public App {
     return told;
   }
 
-  static std::optional<config::LogPreset> running_preset(const config::Config& config) {
-    const config::LogPreset* preset = config.log_preset();
-    return preset != nullptr ? std::optional(*preset) : std::nullopt;
-  }
-
   static std::optional<record::RecorderSettings> flight_recorder(
       const config::Config& config, const record::VehicleRecords& records) {
     if (!config.recorder.record) return std::nullopt;
@@ -274,9 +269,7 @@ class Runtime final : public App {
   // Publish thread: nullptr when there is nothing new.
   const void* newest_telemetry() {
     if (!telemetry_.update()) return nullptr;
-    const Made& made = telemetry_.value();
-    telemetry_missed_ += made.number - std::exchange(telemetry_taken_, made.number) - 1;
-    return &made.telemetry;
+    return &telemetry_.value();
   }
 
   void frame() noexcept;
@@ -309,14 +302,8 @@ class Runtime final : public App {
              std::max(sizeof(record::FrameRecord<Vehicle>),
                       sizeof(Vehicle) + sizeof(Supervisor) + sizeof(typename Vehicle::Telemetry))>
       scratch_{};
-  struct Made {
-    std::uint64_t number = 0;
-    typename Vehicle::Telemetry telemetry{};
-  };
-  Latest<Made> telemetry_;
-  std::uint64_t telemetry_made_ = 0;                          // frame thread
-  std::uint64_t telemetry_taken_ = 0, telemetry_missed_ = 0;  // publish thread
-  std::uint32_t changes_ = 0;                                 // of parameters already shown
+  Latest<typename Vehicle::Telemetry> telemetry_;
+  std::uint32_t changes_ = 0;  // of parameters already shown
   std::atomic<bool> shut_down_{false}, airborne_{false};
   std::vector<std::unique_ptr<rt::Thread>> threads_;
 };
@@ -380,8 +367,7 @@ void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
   save_isolation();
   publisher_.put(supervisor_.state());
   publisher_.put(timing);
-  if (config_.telemetry_periodic || out_.data_requested)
-    telemetry_.put({++telemetry_made_, out_.telemetry});
+  if (config_.telemetry_periodic || out_.data_requested) telemetry_.put(out_.telemetry);
   publisher_.wake();
   record_frame(timing);
 }

@@ -96,6 +96,8 @@ struct EventRecord {
   Severity severity = Severity::info;
   std::uint16_t id = 0;  // EventId, or FaultId + kFaultEventBase
   std::uint16_t subject = 0;
+  std::uint32_t count = 1;  // occurrences of its series so far (daemon/cycle/event_series.h)
+  TimeNs first_ns = 0;      // the first of them; `time_ns` is the newest
   std::array<double, 4> argument{};
 };
 

@@ -92,6 +92,7 @@ void Supervisor::begin(TimeNs now, Actor& actor) noexcept {
   outbox_.ack_count = outbox_.event_count = outbox_.dropped = 0;
   outbox_.holder = state_.active.kind != 0 ? state_.active.source : state_.authority;
   save_ = {};
+  series_.report_due(now, [this](const EventRecord& event) { put(event); });
 }
 
 void Supervisor::request(const Request& request) noexcept {
@@ -349,6 +350,7 @@ void Supervisor::check_links() noexcept {
 }
 
 void Supervisor::shut_down() noexcept {
+  series_.report_all([this](const EventRecord& event) { put(event); });
   // In the air the safe command would make it fall.
   happen(airborne() ? lc::Event::lease_expired : lc::Event::reset_controller);
 }
@@ -371,11 +373,7 @@ void Supervisor::abandon(Reason reason) noexcept {
 }
 
 void Supervisor::count_late(std::uint64_t late) noexcept {
-  state_.late_commands = late;
-  const bool soon = late_told_ != 0 && state_.time_ns - late_told_ns_ < kLateToldEvery;
-  if (late == late_told_ || soon) return;
-  late_told_ = late;
-  late_told_ns_ = state_.time_ns;
+  if (std::exchange(state_.late_commands, late) == late) return;
   note(EventId::frame_late, 0, static_cast<double>(late));
 }
 
@@ -434,15 +432,20 @@ void Supervisor::note(EventId id, std::uint16_t subject, double a, double b, dou
 
 void Supervisor::report(Severity severity, std::uint16_t id, std::uint16_t subject,
                         const std::array<double, 4>& argument) noexcept {
+  series_.add({.time_ns = state_.time_ns,
+               .severity = severity,
+               .id = id,
+               .subject = subject,
+               .argument = argument},
+              [this](const EventRecord& event) { put(event); });
+}
+
+void Supervisor::put(const EventRecord& event) noexcept {
   if (outbox_.event_count == kMaxEvents) {
     ++outbox_.dropped;
     return;
   }
-  outbox_.events[outbox_.event_count++] = {.time_ns = state_.time_ns,
-                                           .severity = severity,
-                                           .id = id,
-                                           .subject = subject,
-                                           .argument = argument};
+  outbox_.events[outbox_.event_count++] = event;
 }
 
 }  // namespace lss

@@ -123,6 +123,8 @@ lss_Event to_dds(const EventRecord& record, std::string_view text, std::string_v
   to.severity = static_cast<lss_Severity>(record.severity);
   to.id = record.id;
   to.subject = record.subject;
+  to.count = record.count;
+  to.first_ns = record.first_ns;
   std::copy(record.argument.begin(), record.argument.end(), std::begin(to.argument));
   copy_text(text, to.text);
   return to;

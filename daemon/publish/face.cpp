@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -39,6 +40,7 @@ struct Face::Impl {
   const RequestSink sink;
   std::mutex sink_mutex;
   std::uint64_t events = 0;
+  std::map<std::pair<std::uint16_t, std::uint16_t>, std::uint64_t> events_of;  // id and subject
   std::uint64_t heartbeats = 0;
 
   const lss_Instance instance = dds::this_instance();
@@ -211,7 +213,8 @@ void Face::acknowledge(const Ack& ack, std::string_view name) {
 }
 
 void Face::event(const EventRecord& record, std::string_view text) {
-  const lss_Event sample = dds::to_dds(record, text, impl_->parameters.vehicle_id, ++impl_->events);
+  lss_Event sample = dds::to_dds(record, text, impl_->parameters.vehicle_id, ++impl_->events);
+  sample.number = ++impl_->events_of[{record.id, record.subject}];
   dds_write(impl_->event_writer.get(), &sample);
 }
 

@@ -61,7 +61,8 @@ void Publisher::start(const Threads& threads, Sources sources) {
                       .severity = static_cast<Severity>(info(what.id)->severity),
                       .id = static_cast<std::uint16_t>(what.id)};
     std::ranges::copy(what.argument, event.argument.begin());
-    tell(event, what.text.empty() ? event_text(event, vocabulary_) : what.text);
+    event.first_ns = now;
+    publish(event, what.text.empty() ? event_text(event, vocabulary_) : what.text);
   }
   face_->parameters(parameters_);
   thread_ = std::thread([this] { run(); });
@@ -72,6 +73,7 @@ void Publisher::stop() {
   stop_ = true;
   wake();
   thread_.join();
+  series_.report_all([this](const EventRecord& event) { publish(event); });
   tell(EventId::stopping, now_ns());
   face_.reset();  // returns when no answer is in progress
   answering_ = nullptr;
@@ -161,7 +163,7 @@ void Publisher::drain() {
   for (Ack ack; acks_.pop(ack);) face_->acknowledge(ack);
   for (const SaveResult& result : results) saved(result);
   for (EventRecord event; events_.pop(event);) {
-    tell(event);
+    publish(event);
     next_status_ns_ = 0;  // something changed: publish it
     if (event.id == static_cast<std::uint16_t>(EventId::timing_reset)) {
       statistics_.reset();
@@ -189,6 +191,7 @@ void Publisher::watch(TimeNs now) {
   if (face_->other_interface()) tell(EventId::other_interface, now);
   watch_clock();
   for (EventId event; sources_.log_event(event);) tell(event, now);
+  series_.report_due(now, [this](const EventRecord& event) { publish(event); });
   wants_restart_ = config_.restart_for_shared_memory && face_->shared_memory_could_return() &&
                    state_.value().controller.state == State::idle;
 }
@@ -267,9 +270,15 @@ void Publisher::tell(EventId id, TimeNs now, double argument) {
         .argument = {argument}});
 }
 
-void Publisher::tell(const EventRecord& event) { tell(event, event_text(event, vocabulary_)); }
+void Publisher::tell(const EventRecord& event) {
+  series_.add(event, [this](const EventRecord& counted) { publish(counted); });
+}
 
-void Publisher::tell(const EventRecord& event, std::string text) {
+void Publisher::publish(const EventRecord& event) {
+  publish(event, event_text(event, vocabulary_));
+}
+
+void Publisher::publish(const EventRecord& event, std::string text) {
   face_->event(event, text);
   if (event.id >= kFaultEventBase) {  // the log has no list of advice
     const CodeInfo* fault = info(static_cast<FaultId>(event.id - kFaultEventBase));

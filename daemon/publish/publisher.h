@@ -92,8 +92,9 @@ class Publisher {
   void publish_status(TimeNs now);
   void watch(TimeNs now);
   void watch_clock();
-  void tell(const EventRecord& event);  // to DDS and to the log
-  void tell(const EventRecord& event, std::string text);
+  void publish(const EventRecord& event);  // to DDS and to the log
+  void publish(const EventRecord& event, std::string text);
+  void tell(const EventRecord& event);  // of this thread: counted, then published
   void tell(EventId id, TimeNs now, double argument = 0);
   StatusReport report(TimeNs now) const;
 
@@ -117,6 +118,7 @@ class Publisher {
 
   ParameterReport parameters_;
   std::vector<Told> told_;
+  EventSeries series_;  // of events that are not the cycle's
 
   TimingPoints timing_;  // the newest
   TimingCollector<TimingPoints> statistics_;

@@ -194,6 +194,18 @@ TEST_F(Answers, EventsTellTheHistoryInOrder) {
   EXPECT_THAT(last.out, Not(HasSubstr("second")));
 }
 
+TEST_F(Answers, EventsTellOfASeriesItsNewestReport) {
+  FakeDaemon daemon(domain());
+  daemon.event(EventId::port_closed, "the cause", 1);
+  for (std::uint32_t count = 1; count <= 40; ++count)
+    daemon.event(EventId::frame_late, "late", count);
+  const json all = json::parse(run({"--json", "events"}).out)["events"];
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(all[0]["text"], "the cause");
+  EXPECT_EQ(all[1]["index"], 41);
+  EXPECT_EQ(all[1]["count"], 40);
+}
+
 TEST_F(Answers, TimingTellsWhatTheDaemonCollected) {
   FakeDaemon daemon(domain());
   TimingStatistics statistics{.frames = 1000, .overruns = 3, .offset_ns = 5'000'000};

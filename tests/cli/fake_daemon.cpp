@@ -358,12 +358,13 @@ void FakeDaemon::emergency() {
   if (active_.kind != 0) finish(lss_PHASE_FAILED, Reason::emergency);
 }
 
-void FakeDaemon::event(EventId id, const std::string& what) {
+void FakeDaemon::event(EventId id, const std::string& what, std::uint32_t count) {
   const std::lock_guard lock(mutex_);
   lss_Event event{};
   put(event.vehicle_id, birth_.vehicle_id);
   event.index = ++event_index_;
   event.time_ns = now_ns();
+  event.count = count;
   event.severity = lss_SEVERITY_INFO;
   event.id = static_cast<std::uint16_t>(id);
   put(event.text, what);

@@ -68,7 +68,8 @@ class FakeDaemon {
   void telemetry_on_request();
   void fall_silent();  // as if killed: no status, no answer
   void timing(const TimingStatistics& statistics);
-  void event(EventId id, const std::string& text);
+  // count > 0: a report of the one series of this id.
+  void event(EventId id, const std::string& text, std::uint32_t count = 0);
   void saved_parameters(lss_SavedParameters saved);
   // The command that is being executed fails.
   void emergency();

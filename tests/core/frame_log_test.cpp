@@ -162,7 +162,7 @@ TEST_F(FrameLogTest, AFullDiskIsReportedOnceAndLeavesNoHalfFile) {
 
 TEST_F(FrameLogTest, FramesThatTheLogMissedAreReportedOnceAndCountedWhereTheyAreMissing) {
   FrameLogSettings with_log = settings();
-  with_log.preset = config::LogPreset{.name = "all", .what = config::kAllLogParts, .every_ns = 0};
+  with_log.presets = {{.name = "all", .what = config::kAllLogParts, .every_ns = 0}};
   FrameLog log(with_log, [](std::span<const std::uint8_t> bytes) {
     nlohmann::ordered_json json = {{"in", {{"frame", to_json(bytes)}}}};
     for (const char* part : {"command", "outbox", "state", "telemetry", "timing"}) json[part] = 0;

@@ -33,14 +33,13 @@ TEST(Composition, EachSingleFailureAtEachStepIsAnsweredInTimeAndEndsWell) {
 }
 
 #ifndef LSS_SANITIZED  // for its time
-// By the kind of the first one. In short: one kind, of LF or LM; the second one of these or of the
-// rest.
+// By the kind of the first one, of LF or LM; the second one of these or of the rest.
 class TwoFailures : public testing::TestWithParam<std::size_t> {};
 
 TEST_P(TwoFailures, AreAnsweredInTimeAndEndWell) {
   LSS_SKIP_OUTSIDE_SAMPLE(GetParam(), kFailures);
-  lc::Depth depth{.failures = 2, .every = false, .only = kFailureNames[GetParam()]};
-  if (!testing_support::everything()) depth.modules = 0x05;
+  const lc::Depth depth{
+      .failures = 2, .every = false, .only = kFailureNames[GetParam()], .modules = 0x05};
   const lc::Composition c = compose(depth);
   EXPECT_FALSE(c.violation) << told(c);
   const bool often = depth.only == "silent" || depth.only == "jammed";
