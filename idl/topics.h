@@ -49,7 +49,7 @@ class Entity {
 };
 
 constexpr int kEventDepth = 256;  // of a reader
-constexpr int kEventsKept = 16;   // old events of each id and subject that a late reader gets
+constexpr int kEventsKept = 64;   // old events of each id and subject that a late reader gets
 
 // Errors are sentences that say what to do.
 template <class T>

@@ -215,7 +215,7 @@ TEST_F(Control, StatusArrivesWithWhatTheFaceAddsToIt) {
   EXPECT_NEAR(static_cast<double>(status.utc_ns), static_cast<double>(utc_ns()), 60e9);
 }
 
-TEST_F(Control, ALateClientGetsTheLastStatusAndTheLast16EventsOfEachKind) {
+TEST_F(Control, ALateClientGetsTheLastStatusAndTheLastEventsOfEachKind) {
   for (std::uint64_t i = 1; i <= 3; ++i) {
     StatusReport report;
     report.frame_index = i;
@@ -230,7 +230,7 @@ TEST_F(Control, ALateClientGetsTheLastStatusAndTheLast16EventsOfEachKind) {
   // A live client has every one of them.
   ASSERT_TRUE(eventually([&] { return client_->events().size() == 2001; }));
   Client late(test_domain(), "v1", "late");
-  ASSERT_TRUE(eventually([&] { return late.events().size() == 1 + 10 * 16; }));
+  ASSERT_TRUE(eventually([&] { return late.events().size() == 1 + 10 * dds::kEventsKept; }));
   const auto cause = std::ranges::find(late.events(), 1u, &lss_Event::index);
   ASSERT_NE(cause, late.events().end());
   EXPECT_EQ(cause->id, static_cast<std::uint16_t>(EventId::port_closed));

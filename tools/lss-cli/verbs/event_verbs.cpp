@@ -80,7 +80,7 @@ ExitCode run_events(Context& context, bool follow, std::size_t last) {
 
 void add_event_verbs(Grammar& grammar) {
   CLI::App& events =
-      grammar.verb("events", "what happened: the last 16 events of each kind and part",
+      grammar.verb("events", "what happened: the last 64 events of each kind and part",
                    "  lss-cli events --last 20\n  lss-cli --jsonl events --follow\n");
   auto follow = std::make_shared<bool>(false);
   auto last = std::make_shared<std::size_t>(0);
