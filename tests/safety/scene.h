@@ -301,9 +301,13 @@ inline Request request_of(const CommandInfo& info, const char* from = "test") {
   return r;
 }
 
-// Sends and steps; its first answer. Phase::superseded with kind 0: there is none.
+// Sends and steps; its first answer. Phase::superseded with kind 0: there is none. A request to set
+// a parameter that names none is for the vehicle's first one.
 template <class T>
-Ack answer_to(WorldOf<T>& w, const Request& request) {
+Ack answer_to(WorldOf<T>& w, Request request) {
+  if (request.kind == static_cast<std::uint16_t>(CommandKind::set_parameter) &&
+      request.name == ParameterName{} && !T::logic().tunables.empty())
+    request.name = parameter_name(T::logic().tunables.front().name);
   w.acks.clear();
   const std::uint64_t sequence = w.put(request);
   w.step();

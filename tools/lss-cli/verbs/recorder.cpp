@@ -78,6 +78,7 @@ void Recorder::add(const dds::Topic& topic, std::string_view idl) {
                                                         {}}));
   Reader& reader = *readers_.back();
   reader.counter = recording::counter_of(reader.layout);
+  reader.index = reader.layout.find("index");
   reader.entity =
       checked(dds::create_recording_reader(participant_.get(), topic, waker_.listener()));
 }
@@ -102,6 +103,12 @@ void Recorder::take() {
 }
 
 void Recorder::take(Reader& reader) {
+  // DDS hands out samples that it stores for late readers grouped by their keys.
+  struct Taken {
+    dds_sample_info_t info;
+    std::vector<std::byte> data;
+  };
+  std::multimap<std::uint64_t, Taken> ordered;
   ddsi_serdata* sample = nullptr;
   dds_sample_info_t info{};
   while (dds_takecdr(reader.entity.get(), &sample, 1, &info, DDS_ANY_STATE) == 1) {
@@ -110,8 +117,13 @@ void Recorder::take(Reader& reader) {
       ddsi_serdata_to_ser(sample, 0, buffer_.size(), buffer_.data());
     }
     ddsi_serdata_unref(sample);
-    if (info.valid_data) put(reader, buffer_, info);
+    if (info.valid_data && reader.index != nullptr)
+      ordered.emplace(reader.layout.json(*reader.index, buffer_).get<std::uint64_t>(),
+                      Taken{info, {buffer_.begin(), buffer_.end()}});
+    else if (info.valid_data)
+      put(reader, buffer_, info);
   }
+  for (const auto& [index, taken] : ordered) put(reader, taken.data, taken.info);
   dds_sample_lost_status_t lost{};
   if (dds_get_sample_lost_status(reader.entity.get(), &lost) == DDS_RETCODE_OK)
     reader.source.lost = lost.total_count;
@@ -130,6 +142,7 @@ void Recorder::put(Reader& reader, recording::Bytes data, const dds_sample_info_
     if (!first && count > last->second) reader.source.gaps += count - last->second - 1;
     last->second = count;
   }
+  if (reader.index != nullptr) count = reader.layout.json(*reader.index, data).get<std::uint64_t>();
   ++reader.source.messages;
   last_ns_ =
       std::max<std::int64_t>(last_ns_, dds_time());  // never backwards, even when the clock is set

@@ -47,7 +47,8 @@ class Recorder {
     recording::Types types;
     recording::Layout layout;
     const recording::Column* counter = nullptr;
-    std::map<dds_instance_handle_t, std::uint64_t> last;  // of the counter, for each key
+    const recording::Column* index = nullptr;                  // of all keys together
+    std::map<dds_instance_handle_t, std::uint64_t> last = {};  // of the counter, for each key
   };
 
   void add(const dds::Topic& topic, std::string_view idl);
