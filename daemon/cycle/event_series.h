@@ -16,13 +16,16 @@
 namespace lss {
 
 // Steps of a course (state, mode, phase, results of commands) and fatal faults, each of which needs
-// a command before the next, are reported one by one.
+// a command before the next, are reported one by one; so are a drive's drop-outs, of which the
+// fourth within ten seconds is a fault.
 constexpr bool is_counted(const EventRecord& event) noexcept {
   switch (static_cast<EventId>(event.id)) {
     case EventId::fault_cleared:
     case EventId::port_opened:
     case EventId::node_configured:
       return true;  // the other half of what is counted
+    case EventId::drive_dropped_out:
+      return false;
     default:
       return event.severity == Severity::warning || event.severity == Severity::error;
   }
