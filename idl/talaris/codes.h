@@ -30,6 +30,8 @@
   X(53, valve_disabled, "a valve that is needed is disabled", "lss-cli enable all")                \
   X(54, pulse_too_long, "delay and on-time do not fit into the frame: s, and the frame",           \
     "shorten one of them")                                                                         \
+  X(85, pause_too_short, "a valve would open again too soon: s shut, and the least",               \
+    "make the pulses shorter, or as long as the frame")                                            \
   X(60, script_incomplete, "the script is not there as a whole: steps there, and announced",       \
     "send it with: lss-cli script run FILE")                                                       \
   X(63, moved, "it moved while it was calibrated", "let it stand still, then calibrate again")     \
@@ -78,7 +80,15 @@
   X(57, hop_shortened, 2, "gas did not last for the rest of the plan: it came down earlier",   \
     "refill, or plan less")                                                                    \
   X(58, altimeter_stuck, 1, "the altimeter repeats one reading in the air",                    \
-    "check it and what it looks at")
+    "check it and what it looks at")                                                           \
+  X(65, valve_stuck_open, 3, "the valve gives thrust without an order (N, ordered)",           \
+    "shut the bottle; change the valve, then: lss-cli solve")                                  \
+  X(66, valve_stuck_shut, 3, "the valve gives no thrust (N, ordered)",                         \
+    "check its wiring and the valve, then: lss-cli solve")                                     \
+  X(67, fan_dead, 3, "the fan is too slow for its order (rpm, at least)",                      \
+    "check its motor and speed controller, then: lss-cli solve")                               \
+  X(68, fan_without_thrust, 3, "the fan turns without its thrust (N, of its speed)",           \
+    "check its blades and duct, then: lss-cli solve")
 
 // number, name, severity, text ({0}..{3}: arguments)
 #define LSS_TALARIS_EVENTS(X)                                                           \

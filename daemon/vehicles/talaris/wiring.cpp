@@ -19,7 +19,7 @@ const auto kFindings = [] {
   return names;
 }();
 const Vocabulary kVocabulary{.modes = kModeNames,
-                             .modules = kModuleNames,
+                             .modules = kSubjectNames,
                              .strategies = kStrategyNames,
                              .phases = kPhaseNames,
                              .programs = kProgramNames,

@@ -241,7 +241,7 @@ std::string progress(const void* telemetry) {
 const Vehicle kVehicle{
     .name = "talaris",
     .commands = lss::talaris::kCommands,
-    .subjects = lss::talaris::kModuleNames,
+    .subjects = lss::talaris::kSubjectNames,
     .help = kHelp,
     .telemetry = &lss_TalarisTelemetry_desc,
     .allowed = allowed_by(lss::talaris::logic, lss::talaris::kModeNames),
