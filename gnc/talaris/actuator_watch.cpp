@@ -32,7 +32,7 @@ constexpr double kLearnFailed = 0.3;
 constexpr double kLeastPart = 0.3;  // of the first frame, in which a failure may be
 constexpr int kBlindFrames = 2;     // after a verdict, until orders follow it
 constexpr int kUnheardFrames = 7;   // and until fans that slowed down are back at their speed
-constexpr double kSlow_rpm = 3000;  // below its expected speed
+constexpr double kSlow_rpm = 1500;  // below its expected speed
 constexpr double kRuns_rpm = 6000;  // expected: slower ones are not judged
 
 double mean_square(double from, double to) noexcept {
@@ -52,6 +52,7 @@ void ActuatorWatch::begin() noexcept {
   unexplained_.setZero();
   suspicion_ = {};
   score_ = 0;
+  suspected_ = false;
   blind_frames_ = 0;
 }
 
@@ -98,6 +99,8 @@ void ActuatorWatch::condemn(std::size_t actuator, Health health, double measured
   health_[actuator] = health;
   verdict_ = {actuator, health, measured, limit};
   suspicion_ = {};
+  score_ = 0;
+  suspected_ = false;
   blind_frames_ = kBlindFrames;
 }
 
@@ -193,8 +196,11 @@ void ActuatorWatch::judge(const WatchFrame& f, const WrenchB& odd,
       weigh(s.weak, i, Health::weak, -thrust_N, thrust_N, false);
     }
   }
+  // A side valve that stays shut is like its opposite stuck open for a part of one frame.
+  const bool twice = best.actuator >= kValves || best.actuator % 2 == 0 || suspected_;
+  suspected_ = best.score >= kSuspect;
   score_ = best.score;
-  if (best.score < kCondemned || best.score - second < kAhead ||
+  if (best.score < kCondemned || best.score - second < kAhead || !twice ||
       best.left > std::max(kLeft * all, kLeftLittle))
     return;
   condemn(best.actuator, best.health, best.ordered_N + best.part * best.force_N, best.ordered_N);

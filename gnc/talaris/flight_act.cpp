@@ -181,7 +181,8 @@ void Flight::act_fans(const FlightInputs& inputs, FlightOutput& output) noexcept
   }
   PerFan throttle{};
   if (phase_ == Phase::touchdown) {
-    const double left = 1 - phase_s_ / parameters_.limits.run_down_s;
+    // one valve open and light on its legs it would turn over
+    const double left = watch_.good() ? 1 - phase_s_ / parameters_.limits.run_down_s : 0;
     goal.fill(std::max(std::min(fan_goal_rpm_, plan_.fan_rpm) * left, 0.0));
     throttle = (faults_ & kFansLost) != 0 ? PerFan{} : fan_speed_.direct(goal, inputs.rpm);
   } else if ((faults_ & kFansLost) != 0) {

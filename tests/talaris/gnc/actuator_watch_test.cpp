@@ -122,20 +122,20 @@ TEST(TalarisActuatorWatch, NothingIsCondemnedWithoutFailure) {
   }
 }
 
-// The limit of a fan's speed: 3000 rpm below what is expected of it.
+// The limit of a fan's speed: 1500 rpm below what is expected of it.
 TEST(TalarisActuatorWatch, AFanIsDeadJustBelowItsLimitAndNotJustAbove) {
   for (std::size_t i = 0; i < kFans; ++i) {
     Bench bench;
     bench.settle();
     WatchFrame f = bench.last;
-    f.rpm[i] = f.rpm_expected[i] - 2999;
+    f.rpm[i] = f.rpm_expected[i] - 1499;
     bench.watch.step(f);
     EXPECT_TRUE(bench.watch.good());
-    f.rpm[i] = f.rpm_expected[i] - 3001;
+    f.rpm[i] = f.rpm_expected[i] - 1501;
     bench.watch.step(f);
     EXPECT_EQ(bench.watch.health()[kValves + i], Health::dead);
     EXPECT_EQ(bench.watch.verdict().measured, f.rpm[i]);
-    EXPECT_EQ(bench.watch.verdict().limit, f.rpm_expected[i] - 3000);
+    EXPECT_EQ(bench.watch.verdict().limit, f.rpm_expected[i] - 1500);
   }
 }
 
