@@ -16,6 +16,7 @@ constexpr double kLight = 0.5;
 // From the frame in which both nodes are away: then they are lost. 300 ms of a cut bus, and the
 // time in which they are configured again.
 constexpr TimeNs kLongestCut = 700 * kMillisecond;
+constexpr TimeNs kQuiet = 80 * kMillisecond;  // without its heartbeat, which comes every 50 ms
 
 TimeNs nanoseconds(double s) noexcept { return std::llround(s * 1e9); }
 
@@ -102,7 +103,10 @@ void Vehicle::guide(TimeNs now) noexcept {
   // Both nodes at once: the bus is cut. They shut and slow down by themselves, and come back with
   // it.
   const bool valves = answers(kValveNode), fans = answers(kFanNode);
-  if (cut_ns_ == 0 && !valves && !fans) cut_ns_ = now;
+  const auto quiet = [&](std::size_t node) {
+    return !answers(node) || age_of(link(node).node.heartbeat_ns) > kQuiet;
+  };
+  if (cut_ns_ == 0 && quiet(kValveNode) && quiet(kFanNode)) cut_ns_ = now;
   const gnc::talaris::Limits& limits = parameters_.flight.limits;
   const bool heard =
       sensors_.gas_age_s() <= limits.valve_age_s && sensors_.fan_age_s() <= limits.fan_age_s;
