@@ -30,6 +30,7 @@ constexpr double kLearnFresh = 0.5;
 constexpr double kLearn = 0.1;
 constexpr double kLearnFailed = 0.3;
 constexpr double kLeastPart = 0.3;  // of the first frame, in which a failure may be
+constexpr double kWholeOpen = 0.88, kWholeLeast = 0.7, kWholeMost = 1.2;
 constexpr int kBlindFrames = 2;     // after a verdict, until orders follow it
 constexpr int kUnheardFrames = 7;   // and until fans that slowed down are back at their speed
 constexpr double kSlow_rpm = 1500;  // below its expected speed
@@ -52,7 +53,6 @@ void ActuatorWatch::begin() noexcept {
   unexplained_.setZero();
   suspicion_ = {};
   score_ = 0;
-  suspected_ = false;
   blind_frames_ = 0;
 }
 
@@ -100,7 +100,6 @@ void ActuatorWatch::condemn(std::size_t actuator, Health health, double measured
   verdict_ = {actuator, health, measured, limit};
   suspicion_ = {};
   score_ = 0;
-  suspected_ = false;
   blind_frames_ = kBlindFrames;
 }
 
@@ -196,11 +195,14 @@ void ActuatorWatch::judge(const WatchFrame& f, const WrenchB& odd,
       weigh(s.weak, i, Health::weak, -thrust_N, thrust_N, false);
     }
   }
-  // A side valve that stays shut is like its opposite stuck open for a part of one frame.
-  const bool twice = best.actuator >= kValves || best.actuator % 2 == 0 || suspected_;
-  suspected_ = best.score >= kSuspect;
+  // A side valve that stays shut is like the one beside it stuck open for a part of the frame: only
+  // the whole thrust is that of an open one, and the whole pulse that of one that stays shut.
+  const bool side = best.actuator < kValves && best.actuator % 2 == 1;
+  const bool whole = best.health == Health::open
+                         ? best.part >= kWholeOpen
+                         : best.part >= kWholeLeast && best.part <= kWholeMost;
   score_ = best.score;
-  if (best.score < kCondemned || best.score - second < kAhead || !twice ||
+  if (best.score < kCondemned || best.score - second < kAhead || (side && !whole) ||
       best.left > std::max(kLeft * all, kLeftLittle))
     return;
   condemn(best.actuator, best.health, best.ordered_N + best.part * best.force_N, best.ordered_N);

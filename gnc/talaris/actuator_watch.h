@@ -69,7 +69,6 @@ class ActuatorWatch {
   WrenchB unexplained_ = WrenchB::Zero();
   std::array<Suspicion, kActuators> suspicion_{};
   double score_ = 0;
-  bool suspected_ = false;  // in the frame before, too
   int blind_frames_ = 0;  // after a verdict
 };
 

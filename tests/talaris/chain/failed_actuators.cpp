@@ -63,8 +63,6 @@ Struck strike(const ActuatorFailure& failure, Phase phase, unsigned seed) {
   TimeNs begun_ns = 0;
   FlightPlan plan;
   plan.faults = {failure.fault};
-  const bool show = std::getenv("LSS_SHOW") != nullptr;
-  // Evenly over the frame, too: the condition is looked at once a frame.
   plan.strike_step = [&](Chain& chain) {
     if (begun_ns == 0 && chain.phase() == phase) begun_ns = chain.now();
     if (begun_ns == 0 || static_cast<double>(chain.now() - begun_ns) * 1e-9 < when_s) return false;
@@ -72,27 +70,6 @@ Struck strike(const ActuatorFailure& failure, Phase phase, unsigned seed) {
     return true;
   };
   plan.each_frame = [&](Chain& chain) {
-    const auto& f = chain.vehicle().flight();
-    if (show && struck_s > 0 && chain.airborne()) {
-      const auto& b = chain.body();
-      const auto tilt = gnc::talaris::attitude_of(gnc::talaris::Quaternion(b.attitude.coeffs()));
-      std::string valves, rpm, verdict;
-      for (const auto& v : f.actuation.valve) valves += fmt::format(" {:3.0f}", v.on_s * 1e3);
-      for (std::size_t i = 0; i < 4; ++i)
-        rpm += fmt::format(" {:5.0f}>{:5.0f}", chain.telemetry().fans[i].rpm, f.rpm_target[i]);
-      fmt::print(
-          "  {:+.2f} ph {} h {:.2f} v {:+.2f} {:+.2f} {:+.2f} tilt {:+.1f} {:+.1f} rate {:+.0f} "
-          "{:+.0f} {:+.0f} susp {:.2f} {}|{} |{}\n",
-          chain.seconds() - struck_s, static_cast<int>(f.phase), b.position_m.x(),
-          b.velocity_m_s.x(), b.velocity_m_s.y(), b.velocity_m_s.z(), tilt.tilt_y_rad * 57.3,
-          tilt.tilt_z_rad * 57.3, b.rate_B_rad_s.x() * 57.3, b.rate_B_rad_s.y() * 57.3,
-          b.rate_B_rad_s.z() * 57.3, f.suspicion,
-          f.verdict.health != gnc::talaris::Health::good
-              ? fmt::format("VERDICT {} {} ", f.verdict.actuator,
-                            static_cast<int>(f.verdict.health))
-              : "",
-          valves, rpm);
-    }
     for (const FaultRecord& fault : chain.supervisor().faults) {
       if (!of_actuators(fault.id)) continue;
       const bool right = fault.id == failure.id && fault.subject == failure.subject;
