@@ -23,7 +23,7 @@ install(EXPORT lssd NAMESPACE lssd:: FILE lssd-targets.cmake DESTINATION ${lss_c
 list(TRANSFORM LSS_ROSTER REPLACE "(.+)" "PATTERN;\\1;EXCLUDE" OUTPUT_VARIABLE not_ours)
 foreach(room daemon drivers idl tools/lss-sim tools/lss-lc tests/safety tests/support)
   install(DIRECTORY ${room}/ DESTINATION ${lss_includedir}/${room} COMPONENT dev
-          FILES_MATCHING PATTERN *.h PATTERN vehicles EXCLUDE ${not_ours})
+          FILES_MATCHING PATTERN *.h PATTERN *.inc PATTERN vehicles EXCLUDE ${not_ours})
 endforeach()
 foreach(name lss dictionary)
   install(FILES ${PROJECT_BINARY_DIR}/idl/generated/${name}.h ${PROJECT_BINARY_DIR}/idl/generated/${name}_fields.h

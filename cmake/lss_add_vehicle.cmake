@@ -12,7 +12,7 @@ endfunction()
 # lss_vehicle_defines(NAME KEYWORD FUNCTION HEADER SOURCE...): one of the sources names the function. Where none does, the
 # linker would say so, later and less clearly.
 function(lss_vehicle_defines name keyword function header)
-  string(REGEX REPLACE "^.*::" "" wanted ${function})
+  string(REGEX REPLACE "^.*::|[(][)]$|, [.]+[)]$" "" wanted ${function})
   foreach(source ${ARGN})
     get_filename_component(path ${source} ABSOLUTE)
     if(NOT EXISTS ${path})
@@ -24,7 +24,7 @@ function(lss_vehicle_defines name keyword function header)
       return()
     endif()
   endforeach()
-  lss_vehicle_error(${name} "none of the ${keyword} sources (${ARGN}) defines ${function}(); write it, as ${header} says")
+  lss_vehicle_error(${name} "none of the ${keyword} sources (${ARGN}) defines ${function}; write it, as ${header} says")
 endfunction()
 
 function(lss_vehicle_check name idl)
@@ -72,8 +72,8 @@ function(lss_add_vehicle name)
   lss_roster(${roster} ${name})
 
   # A program is main(), a roster of one, and objects; these also for the verification and for tests.
-  lss_vehicle_defines(${name} DAEMON lss::${name}_port daemon/app/roster.h ${ARG_DAEMON})
-  lss_vehicle_defines(${name} DAEMON lss::${name}_records daemon/replay/records.h ${ARG_DAEMON})
+  lss_vehicle_defines(${name} DAEMON "lss::${name}_port()" daemon/app/roster.h ${ARG_DAEMON})
+  lss_vehicle_defines(${name} DAEMON "lss::${name}_records()" daemon/replay/records.h ${ARG_DAEMON})
   lss_idl_library(${name}_idl ${ARG_IDL})
   lss_target(${name}_daemon OBJECTS
     SOURCES ${ARG_DAEMON} ${lssd_SOURCES}/daemon/publish/roster.cpp ${lssd_SOURCES}/daemon/replay/records.cpp
@@ -93,7 +93,7 @@ function(lss_add_vehicle name)
              LINK ${name}_daemon lssd::lss_daemon_program)
 
   if(ARG_SIMULATOR)
-    lss_vehicle_defines(${name} SIMULATOR lss::sim::make_${name}_kind tools/lss-sim/frame/vehicle.h ${ARG_SIMULATOR})
+    lss_vehicle_defines(${name} SIMULATOR "lss::sim::make_${name}_kind()" tools/lss-sim/frame/vehicle.h ${ARG_SIMULATOR})
     lss_target(${name}_simulator OBJECTS SOURCES ${ARG_SIMULATOR} LINK ${ARG_LINK} lssd::lss_sim_frame)
     list(APPEND parts ${name}_simulator)
     lss_target(lss-sim-${name} PROGRAM SOURCES ${lssd_SOURCES}/tools/lss-sim/roster.cpp SYSTEM ${roster}
@@ -101,7 +101,7 @@ function(lss_add_vehicle name)
   endif()
 
   if(ARG_VERIFIED)
-    lss_vehicle_defines(${name} VERIFIED lss::lc::${name}_verified tools/lss-lc/vehicle.h ${ARG_VERIFIED})
+    lss_vehicle_defines(${name} VERIFIED "LSS_VERIFIED(${name}, ...)" tools/lss-lc/vehicle.h ${ARG_VERIFIED})
     lss_target(${name}_verified OBJECTS SOURCES ${ARG_VERIFIED} LINK ${ARG_LINK} ${name}_daemon lssd::lss_lc_explorer)
     list(APPEND parts ${name}_verified)
     lss_target(lss-lc-${name} PROGRAM SOURCES ${lssd_SOURCES}/tools/lss-lc/roster.cpp SYSTEM ${roster}

@@ -12,6 +12,7 @@
 namespace lss {
 
 inline constexpr std::size_t kMaxParameters = 8;         // of lss::Command in lss.idl
+inline constexpr std::size_t kNameSize = 48;             // of lss::Command.name, with its NUL
 inline constexpr std::uint16_t kFlagDryRun = 1u << 0;    // evaluate the guards, do nothing
 inline constexpr std::uint16_t kFlagDetached = 1u << 1;  // any heartbeat renews the lease
 
@@ -46,6 +47,8 @@ struct CommandInfo {
   bool ends_motion = false;
   // Goes on until another command: walk, drive.
   bool endless = false;
+  // lss::Command.name says of which parameter of the vehicle; of all others it is empty.
+  bool named = false;
 };
 
 // age_ms of telemetry: no message came since the start.
@@ -55,8 +58,7 @@ inline constexpr double kRequired = std::numeric_limits<double>::quiet_NaN();
 inline constexpr const char* kNoYes[] = {"no", "yes"};
 inline constexpr const char* kOffOn[] = {"off", "on"};
 
-// Maximum number of parameters that can change while the daemon runs; numbered from 1 in the order
-// of lss/parameters.
+// Maximum number of parameters that can change while the daemon runs.
 inline constexpr std::size_t kMaxTunables = 40;
 
 // Commands of every vehicle. start, stop and reset have parameters of the vehicle and are in its
@@ -77,10 +79,8 @@ enum class CommandKind : std::uint16_t {
 
 // Ranges and units of each: lss/parameters, or docs/parameters.md.
 struct SetParameter {
-  unsigned number;
   double value;
   static constexpr ParameterInfo kParameters[] = {
-      {"number", "", 1, kMaxTunables, kRequired, nullptr, "of the parameter", true},
       {"value", "", -1e9, 1e9, kRequired, nullptr, "in its unit of the configuration"},
   };
 };
@@ -106,8 +106,13 @@ inline constexpr CommandInfo kCommonCommands[] = {
      false,
      "put modules that error solving isolated into service again",
      {}},
-    {9, "set-parameter", Access::holder, false, "change a parameter; until the daemon ends",
-     SetParameter::kParameters},
+    {.kind = 9,
+     .name = "set-parameter",
+     .access = Access::holder,
+     .leased = false,
+     .summary = "change a parameter; until the daemon ends",
+     .parameters = SetParameter::kParameters,
+     .named = true},
     {10,
      "save-parameters",
      Access::holder,

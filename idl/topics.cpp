@@ -58,7 +58,8 @@ Qos common_qos(Kind kind) {
       kind == Kind::parameters || kind == Kind::dictionary) {
     dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
     // A late reader gets samples by this history, not by the other one.
-    dds_qset_durability_service(qos.get(), 0, DDS_HISTORY_KEEP_LAST, depth(kind),
+    dds_qset_durability_service(qos.get(), 0, DDS_HISTORY_KEEP_LAST,
+                                kind == Kind::event ? kEventsKept : depth(kind),
                                 DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
   } else {
     dds_qset_durability(qos.get(), DDS_DURABILITY_VOLATILE);

@@ -48,7 +48,8 @@ class Entity {
   dds_entity_t handle_ = 0;
 };
 
-constexpr int kEventDepth = 256;  // old events that a late reader gets
+constexpr int kEventDepth = 256;  // of a reader
+constexpr int kEventsKept = 16;   // old events of each id and subject that a late reader gets
 
 // Errors are sentences that say what to do.
 template <class T>

@@ -16,14 +16,11 @@
 //   release(Command, Boundary) then.
 // The vehicle's structs are described for records in daemon/vehicles/NAME/record.h.
 
-#include <poll.h>
-#include <sys/eventfd.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <bit>
+#include <cstring>
 #include <functional>
 #include <iterator>
 #include <memory>
@@ -38,7 +35,7 @@
 #include "daemon/cycle/cycle.h"
 #include "daemon/parameters/saver.h"
 #include "daemon/parameters/start.h"
-#include "daemon/publish/dictionary.h"
+#include "daemon/publish/dictionary_of.h"
 #include "daemon/publish/publisher.h"
 #include "daemon/record/frame_log.h"
 #include "daemon/record/frame_record.h"
@@ -79,15 +76,14 @@ class Runtime final : public App {
         port_(logic, static_cast<std::uint32_t>(config.lease_min_ms),
               static_cast<std::uint32_t>(config.lease_max_ms), [this] { buses_.all_stop(); }),
         publisher_(config_, vocabulary,
-                   dictionary(config.vehicle, logic, vocabulary, telemetry_schema(),
-                              idl_of(typename Vehicle::Telemetry{}))),
+                   dictionary_of<typename Vehicle::Telemetry>(config.vehicle, logic, vocabulary)),
         frame_log_({.folder = config_.log_folder,
                     .files = config_.log_files,
                     .vehicle_id = config_.vehicle_id,
                     .header = {{"vehicle", config_.vehicle},
                                {"vehicle_id", config_.vehicle_id},
                                {"version", LSS_VERSION}},
-                    .preset = running_preset(config_),
+                    .presets = config_.running_log_presets(),
                     .recorder = flight_recorder(config_, records)},
                    records.to_json),
         saver_(start.store, start.isolation.store, logic.tunables, start.configured,
@@ -104,7 +100,9 @@ class Runtime final : public App {
     if (auto ok = buses_.probe(); !ok) return ok;
     // DDS first: its threads inherit the ordinary scheduling of this one.
     if (auto ok = publisher_.open([this](const Request& r, std::uint64_t writer) {
-          port_.receive(r, writer, [this](const Ack& ack) { publisher_.answer(ack); });
+          port_.receive(r, writer, [&](const Ack& ack) {
+            publisher_.answer(ack, {r.name.data(), ::strnlen(r.name.data(), r.name.size())});
+          });
         });
         !ok) {
       return ok;
@@ -129,7 +127,7 @@ class Runtime final : public App {
     for (const auto& thread : threads_) thread->mark_ready();
     publisher_.start(threads_,
                      {.newest_telemetry = [this] { return newest_telemetry(); },
-                      .telemetry_missed = [this] { return telemetry_missed_; },
+                      .telemetry_missed = [this] { return telemetry_.replaced(); },
                       .commands_refused = [this] { return port_.refused(); },
                       .log_event = [this](EventId& e) { return frame_log_.pop(e); },
                       .log_dropped = [this] { return frame_log_.dropped(); },
@@ -262,18 +260,6 @@ class Runtime final : public App {
     return told;
   }
 
-  static std::string telemetry_schema() {
-    record::Schema schema;
-    const typename Vehicle::Telemetry telemetry{};
-    fields(schema, telemetry);
-    return schema.text();
-  }
-
-  static std::optional<config::LogPreset> running_preset(const config::Config& config) {
-    const config::LogPreset* preset = config.log_preset();
-    return preset != nullptr ? std::optional(*preset) : std::nullopt;
-  }
-
   static std::optional<record::RecorderSettings> flight_recorder(
       const config::Config& config, const record::VehicleRecords& records) {
     if (!config.recorder.record) return std::nullopt;
@@ -283,9 +269,7 @@ class Runtime final : public App {
   // Publish thread: nullptr when there is nothing new.
   const void* newest_telemetry() {
     if (!telemetry_.update()) return nullptr;
-    const Made& made = telemetry_.value();
-    telemetry_missed_ += made.number - std::exchange(telemetry_taken_, made.number) - 1;
-    return &made.telemetry;
+    return &telemetry_.value();
   }
 
   void frame() noexcept;
@@ -318,14 +302,8 @@ class Runtime final : public App {
              std::max(sizeof(record::FrameRecord<Vehicle>),
                       sizeof(Vehicle) + sizeof(Supervisor) + sizeof(typename Vehicle::Telemetry))>
       scratch_{};
-  struct Made {
-    std::uint64_t number = 0;
-    typename Vehicle::Telemetry telemetry{};
-  };
-  Latest<Made> telemetry_;
-  std::uint64_t telemetry_made_ = 0;                          // frame thread
-  std::uint64_t telemetry_taken_ = 0, telemetry_missed_ = 0;  // publish thread
-  std::uint32_t changes_ = 0;                                 // of parameters already shown
+  Latest<typename Vehicle::Telemetry> telemetry_;
+  std::uint32_t changes_ = 0;  // of parameters already shown
   std::atomic<bool> shut_down_{false}, airborne_{false};
   std::vector<std::unique_ptr<rt::Thread>> threads_;
 };
@@ -389,8 +367,7 @@ void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
   save_isolation();
   publisher_.put(supervisor_.state());
   publisher_.put(timing);
-  if (config_.telemetry_periodic || out_.data_requested)
-    telemetry_.put({++telemetry_made_, out_.telemetry});
+  if (config_.telemetry_periodic || out_.data_requested) telemetry_.put(out_.telemetry);
   publisher_.wake();
   record_frame(timing);
 }

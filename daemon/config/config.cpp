@@ -238,6 +238,11 @@ std::vector<LogPreset> shipped_presets() {
            .address = "/run/lss/log"}};
 }
 
+auto find_preset(const std::vector<LogPreset>& presets, const std::string& name) {
+  return std::find_if(presets.begin(), presets.end(),
+                      [&](const LogPreset& preset) { return preset.name == name; });
+}
+
 void read_presets(Section& log, Config& config) {
   config.log_presets = shipped_presets();
   std::vector<std::string> seen;
@@ -261,11 +266,23 @@ void read_presets(Section& log, Config& config) {
     }
   }
   config.log_use = log.text("use", "standard");
-  if (config.log_use.empty() || config.log_preset() != nullptr) return;
+  config.log_also = log.texts("also", {});
   std::vector<std::string> names;
   for (const LogPreset& preset : config.log_presets) names.push_back(preset.name);
-  log.error("use", fmt::format("\"{}\" is no preset; there are: {}; \"\" logs nothing",
-                               config.log_use, join(names)));
+  const auto is_preset = [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  if (!config.log_use.empty() && !is_preset(config.log_use))
+    log.error("use", fmt::format("\"{}\" is no preset; there are: {}; \"\" logs nothing",
+                                 config.log_use, join(names)));
+  for (const std::string& name : config.log_also) {
+    if (!is_preset(name)) {
+      log.error("also", fmt::format("\"{}\" is no preset; there are: {}", name, join(names)));
+    } else if (find_preset(config.log_presets, name)->address.empty()) {
+      log.error("also",
+                fmt::format("\"{}\" logs to files, as only `use` may: give it a socket", name));
+    }
+  }
 }
 
 void read_log(Section log, Config& config) {
@@ -307,10 +324,11 @@ void read_all(Section root, const std::vector<std::string>& vehicles,
 
 }  // namespace
 
-const LogPreset* Config::log_preset() const {
-  const auto found = std::find_if(log_presets.begin(), log_presets.end(),
-                                  [&](const LogPreset& p) { return p.name == log_use; });
-  return found == log_presets.end() ? nullptr : &*found;
+std::vector<LogPreset> Config::running_log_presets() const {
+  std::vector<LogPreset> running;
+  if (!log_use.empty()) running.push_back(*find_preset(log_presets, log_use));
+  for (const std::string& name : log_also) running.push_back(*find_preset(log_presets, name));
+  return running;
 }
 
 tl::expected<Config, std::string> load(const std::filesystem::path& file,

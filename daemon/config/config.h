@@ -82,8 +82,9 @@ struct Config {
   std::size_t log_files = 32;        // of frames before a fault; the oldest go
   std::int64_t log_level = 2;        // 0 trace, 1 debug, 2 info, 3 warning, 4 error
   std::vector<LogPreset> log_presets;
-  std::string log_use;                  // the active one; empty: none
-  const LogPreset* log_preset() const;  // the active one; nullptr: none
+  std::string log_use;                // one of them; empty: none
+  std::vector<std::string> log_also;  // those that run beside it, to sockets
+  std::vector<LogPreset> running_log_presets() const;
   Recorder recorder;
   std::filesystem::path parameters_folder;  // of saved parameters; empty: as log_folder
   std::vector<SavedValue> saved;            // not in the file

@@ -6,8 +6,8 @@
 namespace lss {
 namespace {
 
-// Named, terminated, printable.
-bool good_source(const Name& name) noexcept {
+// Not empty, terminated, printable.
+bool good_text(std::span<const char> name) noexcept {
   if (name.front() == '\0' || name.back() != '\0') return false;
   for (const char c : name) {
     if (c == '\0') return true;
@@ -24,11 +24,12 @@ Verdict refuse(Reason reason, double measured = kRequired, double limit = kRequi
 }  // namespace
 
 Verdict Armour::check(const Request& request, std::uint64_t writer, const Name& holder) noexcept {
-  if (!good_source(request.source)) return refuse(Reason::bad_source);
+  if (!good_text(request.source)) return refuse(Reason::bad_source);
   if (request.kind == 0) return {};  // a heartbeat: nothing else in it is used
   const CommandInfo* info = lookup_(request.kind);
   if (info == nullptr) return refuse(Reason::unknown_command, request.kind);
   if (const Verdict v = check_parameters(*info, request); v.reason != Reason::none) return v;
+  if (const Verdict v = check_name(*info, request); v.reason != Reason::none) return v;
   if (info->leased) {
     if (request.lease_ms < lease_min_ms_)
       return refuse(Reason::bad_lease, request.lease_ms, lease_min_ms_);
@@ -55,6 +56,14 @@ Verdict Armour::check_parameters(const CommandInfo& info, const Request& request
       return refuse(Reason::not_a_choice, value, kRequired, number);
   }
   return {};
+}
+
+Verdict Armour::check_name(const CommandInfo& info, const Request& request) const noexcept {
+  if (!info.named)
+    return refuse(request.name == ParameterName{} ? Reason::none : Reason::unused_name);
+  if (!good_text(request.name)) return refuse(Reason::bad_name);
+  const bool known = find_tunable(tunables_, {request.name.data(), request.name.size()}) >= 0;
+  return refuse(known ? Reason::none : Reason::no_such_parameter);
 }
 
 Verdict Armour::check_sequence(const Request& request, std::uint64_t writer,

@@ -1,10 +1,11 @@
 #pragma once
 
 // The armour around the cycle (Zebro thesis 7.2.1): checks everything received over DDS before
-// anything else uses it. Known command, finite numbers, ranges and choices of the command table, a
-// source with a name, a lease within bounds, and for commands of restricted access a sequence
-// number that its DDS writer has not used before. Emergency stops bypass it (CommandPort). Called
-// by the DDS listener, one call at a time; bounded work, no allocation.
+// anything else uses it. Known command, finite numbers, ranges and choices of the command table,
+// the name of a parameter that there is, a source with a name, a lease within bounds, and for
+// commands of restricted access a sequence number that its DDS writer has not used before.
+// Emergency stops bypass it (CommandPort). Called by the DDS listener, one call at a time; bounded
+// work, no allocation.
 
 #include <array>
 #include <cstdint>
@@ -17,8 +18,12 @@ class Armour {
  public:
   using Lookup = const CommandInfo* (*)(std::uint16_t kind);
 
-  Armour(Lookup lookup, std::uint32_t lease_min_ms, std::uint32_t lease_max_ms) noexcept
-      : lookup_(lookup), lease_min_ms_(lease_min_ms), lease_max_ms_(lease_max_ms) {}
+  Armour(Lookup lookup, std::span<const TunableInfo> tunables, std::uint32_t lease_min_ms,
+         std::uint32_t lease_max_ms) noexcept
+      : lookup_(lookup),
+        tunables_(tunables),
+        lease_min_ms_(lease_min_ms),
+        lease_max_ms_(lease_max_ms) {}
 
   // reason none: the request passes. A refused command does not use up its sequence number.
   // `holder`: the source with authority; empty: nobody.
@@ -36,9 +41,11 @@ class Armour {
   };
 
   Verdict check_parameters(const CommandInfo& info, const Request& request) const noexcept;
+  Verdict check_name(const CommandInfo& info, const Request& request) const noexcept;
   Verdict check_sequence(const Request& request, std::uint64_t writer, const Name& holder) noexcept;
 
   Lookup lookup_;
+  std::span<const TunableInfo> tunables_;
   std::uint32_t lease_min_ms_, lease_max_ms_;
   std::array<Writer, kMaxWriters> writers_{};
 };

@@ -25,7 +25,8 @@ enum class Phase : std::uint8_t { accepted, rejected, executing, completed, fail
 enum class Severity : std::uint8_t { info, warning, error, fatal };
 enum class SharedMemory : std::uint8_t { off, active, absent, lost };
 
-using Name = std::array<char, 32>;  // a source
+using Name = std::array<char, 32>;                  // a source
+using ParameterName = std::array<char, kNameSize>;  // of the vehicle
 
 // Internal flag, in addition to those of idl/commands.h: the heartbeat is that of another daemon
 // with our vehicle_id.
@@ -41,6 +42,7 @@ struct Request {
   std::uint16_t flags = 0;
   std::uint32_t lease_ms = 0;
   std::array<double, kMaxParameters> parameter{};
+  ParameterName name{};
   TimeNs arrival_ns = 0;
   bool acknowledged = false;  // "accepted" was answered already
   bool answered = false;      // an emergency stop: "completed", too
@@ -94,6 +96,8 @@ struct EventRecord {
   Severity severity = Severity::info;
   std::uint16_t id = 0;  // EventId, or FaultId + kFaultEventBase
   std::uint16_t subject = 0;
+  std::uint32_t count = 1;  // occurrences of its series so far (daemon/cycle/event_series.h)
+  TimeNs first_ns = 0;      // the first of them; `time_ns` is the newest
   std::array<double, 4> argument{};
 };
 

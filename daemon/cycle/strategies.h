@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "daemon/cycle/controller.h"
 
@@ -16,6 +17,16 @@ enum class Treatment : std::uint8_t {
   done,     // its effect shows in the next frames
   failed,   // the next strategy
 };
+
+// Of a fault, by a table of a vehicle.
+template <class Class, std::size_t kFaults>
+constexpr Class class_in(const std::pair<FaultId, Class> (&table)[kFaults], FaultId fault,
+                         Class otherwise) noexcept {
+  for (const auto& [id, of] : table) {
+    if (id == fault) return of;
+  }
+  return otherwise;
+}
 
 // Kind{} is none and ends a list.
 template <class Kind>

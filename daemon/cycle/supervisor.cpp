@@ -21,20 +21,16 @@ bool held_by_another(const SupervisorState& s, const Name& source) noexcept {
   return s.authority.front() != '\0' && s.authority != source;
 }
 
-std::size_t tunable_of(const Request& request) noexcept {
-  return std::size_t{arguments<SetParameter>(request).number} - 1;
+int tunable_of(const Logic& logic, const Request& request) noexcept {
+  return find_tunable(logic.tunables, {request.name.data(), request.name.size()});
 }
 
 // All checks except against the values of other parameters, which the vehicle does.
 Verdict check_parameter(const Logic& logic, const SupervisorState& s, const Request& r) noexcept {
   if (r.kind != number(CommandKind::set_parameter)) return {};
-  const std::size_t index = tunable_of(r);
-  if (index >= logic.tunables.size()) {
-    return {.reason = Reason::no_such_parameter,
-            .measured = static_cast<double>(index + 1),
-            .limit = static_cast<double>(logic.tunables.size())};
-  }
-  const TunableInfo& t = logic.tunables[index];
+  const int index = tunable_of(logic, r);
+  if (index < 0) return {.reason = Reason::no_such_parameter};
+  const TunableInfo& t = logic.tunables[static_cast<std::size_t>(index)];
   const auto subject = static_cast<std::uint16_t>(index + 1);
   const double value = arguments<SetParameter>(r).value;
   if (!(value >= t.min && value <= t.max)) {
@@ -96,6 +92,7 @@ void Supervisor::begin(TimeNs now, Actor& actor) noexcept {
   outbox_.ack_count = outbox_.event_count = outbox_.dropped = 0;
   outbox_.holder = state_.active.kind != 0 ? state_.active.source : state_.authority;
   save_ = {};
+  series_.report_due(now, [this](const EventRecord& event) { put(event); });
 }
 
 void Supervisor::request(const Request& request) noexcept {
@@ -133,12 +130,16 @@ void Supervisor::check_name() noexcept {
 // Guards on the state, then those of the vehicle.
 Verdict Supervisor::judge(const Request& request) noexcept {
   if (const Verdict v = evaluate(logic_, state_, request); v.reason != Reason::none) return v;
-  if (request.kind == number(CommandKind::set_parameter))
-    return actor_->adjust(tunable_of(request), arguments<SetParameter>(request).value, false)
-        .verdict;
+  if (request.kind == number(CommandKind::set_parameter)) return adjust(request, false).verdict;
   if (request.kind == number(CommandKind::save_parameters))
     return save_.kind == 0 ? Verdict{} : Verdict{.reason = Reason::busy};
   return actor_->consider(request);
+}
+
+// Of a request that evaluate() let pass.
+Adjusted Supervisor::adjust(const Request& request, bool really) noexcept {
+  return actor_->adjust(static_cast<std::size_t>(tunable_of(logic_, request)),
+                        arguments<SetParameter>(request).value, really);
 }
 
 // A change is in force in this frame; a save is answered when it is on the disk.
@@ -148,9 +149,9 @@ bool Supervisor::handle_parameters(const Request& request, const Active& command
     save_ = command;
     return true;
   }
-  const auto set = arguments<SetParameter>(request);
-  const Adjusted adjusted = actor_->adjust(tunable_of(request), set.value, true);
-  note(EventId::parameter_changed, 0, set.number, adjusted.before, set.value);
+  const Adjusted adjusted = adjust(request, true);
+  note(EventId::parameter_changed, 0, tunable_of(logic_, request) + 1, adjusted.before,
+       arguments<SetParameter>(request).value);
   acknowledge(command, Phase::completed);
   return true;
 }
@@ -349,6 +350,7 @@ void Supervisor::check_links() noexcept {
 }
 
 void Supervisor::shut_down() noexcept {
+  series_.report_all([this](const EventRecord& event) { put(event); });
   // In the air the safe command would make it fall.
   happen(airborne() ? lc::Event::lease_expired : lc::Event::reset_controller);
 }
@@ -371,11 +373,7 @@ void Supervisor::abandon(Reason reason) noexcept {
 }
 
 void Supervisor::count_late(std::uint64_t late) noexcept {
-  state_.late_commands = late;
-  const bool soon = late_told_ != 0 && state_.time_ns - late_told_ns_ < kLateToldEvery;
-  if (late == late_told_ || soon) return;
-  late_told_ = late;
-  late_told_ns_ = state_.time_ns;
+  if (std::exchange(state_.late_commands, late) == late) return;
   note(EventId::frame_late, 0, static_cast<double>(late));
 }
 
@@ -434,15 +432,20 @@ void Supervisor::note(EventId id, std::uint16_t subject, double a, double b, dou
 
 void Supervisor::report(Severity severity, std::uint16_t id, std::uint16_t subject,
                         const std::array<double, 4>& argument) noexcept {
+  series_.add({.time_ns = state_.time_ns,
+               .severity = severity,
+               .id = id,
+               .subject = subject,
+               .argument = argument},
+              [this](const EventRecord& event) { put(event); });
+}
+
+void Supervisor::put(const EventRecord& event) noexcept {
   if (outbox_.event_count == kMaxEvents) {
     ++outbox_.dropped;
     return;
   }
-  outbox_.events[outbox_.event_count++] = {.time_ns = state_.time_ns,
-                                           .severity = severity,
-                                           .id = id,
-                                           .subject = subject,
-                                           .argument = argument};
+  outbox_.events[outbox_.event_count++] = event;
 }
 
 }  // namespace lss

@@ -10,6 +10,7 @@
 #include <cstdint>
 
 #include "daemon/cycle/controller.h"
+#include "daemon/cycle/event_series.h"
 #include "daemon/cycle/messages.h"
 #include "daemon/cycle/tunables.h"
 
@@ -149,9 +150,7 @@ class Supervisor {
   void check_links() noexcept;
   // Another daemon of our name that was silent for so long is gone.
   static constexpr TimeNs kGoneAfter = 10 * kSecond;
-  // Count of late commands so far (of the actuate thread); new ones are reported at most so often,
-  // so that a slow machine does not flood the log.
-  static constexpr TimeNs kLateToldEvery = 5 * kSecond;
+  // Count of late commands so far (of the actuate thread).
   void count_late(std::uint64_t late) noexcept;
   // In every frame: whether an emergency stop that the bus obeyed ahead of the cycle is
   // unconfirmed. The cycle has to follow.
@@ -198,8 +197,7 @@ class Supervisor {
   template <class V>
   void keep(V& v) {
     v(state_);
-    v(late_told_);
-    v(late_told_ns_);
+    v(series_);
     v(unfollowed_frames_);
     v(reset_);
     v(reset_modules_);
@@ -213,6 +211,7 @@ class Supervisor {
   void another_daemon() noexcept;
   bool fatal(FaultId id) const noexcept;
   Verdict judge(const Request& request) noexcept;
+  Adjusted adjust(const Request& request, bool really) noexcept;
   bool handle_parameters(const Request& request, const Active& command) noexcept;
   Verdict apply(lc::Event event, const Request* request, unsigned subject) noexcept;
   void follow(const lc::ControllerState& before) noexcept;
@@ -226,6 +225,7 @@ class Supervisor {
   void acknowledge(const Active& command, Phase phase, const Verdict& verdict = {}) noexcept;
   void report(Severity severity, std::uint16_t id, std::uint16_t subject,
               const std::array<double, 4>& argument) noexcept;
+  void put(const EventRecord& event) noexcept;
   FaultRecord* find(FaultId id, std::uint16_t subject) noexcept;
 
   Logic logic_;            // no state: constant
@@ -236,8 +236,7 @@ class Supervisor {
   Active reset_;   // waits for its modules; beside the active command
   std::uint16_t reset_modules_ = 0;
   Actor* actor_ = nullptr;
-  std::uint64_t late_told_ = 0;
-  TimeNs late_told_ns_ = 0;
+  EventSeries series_;
   int unfollowed_frames_ = 0;
 };
 

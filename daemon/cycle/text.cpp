@@ -31,7 +31,9 @@ std::string tunable_unit(std::span<const TunableInfo> tunables, std::size_t numb
   return has ? fmt::format(" {}", tunables[number - 1].unit) : "";
 }
 
-std::string event_text(const EventRecord& event, const Vocabulary& vocabulary) {
+namespace {
+
+std::string text_of_one(const EventRecord& event, const Vocabulary& vocabulary) {
   std::string prefix;
   if (event.subject > 0 && event.subject <= vocabulary.modules.size()) {
     prefix = fmt::format("module {} ({}): ", event.subject, vocabulary.modules[event.subject - 1u]);
@@ -84,6 +86,16 @@ std::string event_text(const EventRecord& event, const Vocabulary& vocabulary) {
     }
   }
   return prefix + fmt::vformat(code->text, arguments);
+}
+
+}  // namespace
+
+std::string event_text(const EventRecord& event, const Vocabulary& vocabulary) {
+  std::string text = text_of_one(event, vocabulary);
+  if (event.count > 1)
+    text += fmt::format(" ({} times in {:.1f} s)", event.count,
+                        static_cast<double>(event.time_ns - event.first_ns) * 1e-9);
+  return text;
 }
 
 }  // namespace lss

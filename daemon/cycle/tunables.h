@@ -66,8 +66,9 @@ inline bool same_value(double a, double b) noexcept {
   return a == b || std::abs(a - b) <= 1e-9 * std::max(std::abs(a), std::abs(b));
 }
 
-// -1: there is none.
+// -1: there is none. The name ends at the first NUL, if it has one.
 inline int find_tunable(std::span<const TunableInfo> all, std::string_view name) noexcept {
+  name = name.substr(0, name.find('\0'));
   for (std::size_t i = 0; i < all.size(); ++i) {
     if (name == all[i].name) return static_cast<int>(i);
   }

@@ -1,10 +1,7 @@
 #include "daemon/parameters/saver.h"
 
-#include <poll.h>
 #include <pthread.h>
 #include <spdlog/spdlog.h>
-#include <sys/eventfd.h>
-#include <unistd.h>
 
 #include <system_error>
 #include <utility>
@@ -14,6 +11,16 @@
 
 namespace lss {
 
+namespace {
+
+void report(int error, const char* what, const ParameterStore& store, const char* advice) {
+  if (error == 0) return;
+  spdlog::error("{} cannot be saved in {}: {}; {}", what, store.path(0).parent_path().string(),
+                std::generic_category().message(error), advice);
+}
+
+}  // namespace
+
 ParameterSaver::ParameterSaver(ParameterStore store, ParameterStore isolation,
                                std::span<const TunableInfo> infos, const TunableValues& configured,
                                std::function<void()> done)
@@ -21,13 +28,7 @@ ParameterSaver::ParameterSaver(ParameterStore store, ParameterStore isolation,
       isolation_(std::move(isolation)),
       infos_(infos),
       configured_(configured),
-      done_(std::move(done)),
-      wake_fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
-
-ParameterSaver::~ParameterSaver() {
-  stop();
-  ::close(wake_fd_);
-}
+      done_(std::move(done)) {}
 
 void ParameterSaver::start() {
   thread_ = std::thread([this] { run(); });
@@ -36,38 +37,21 @@ void ParameterSaver::start() {
 void ParameterSaver::stop() {
   if (!thread_.joinable()) return;
   stop_ = true;
-  wake();
+  wake_up_.wake();
   thread_.join();
 }
 
 bool ParameterSaver::ask(const SaveJob& job) noexcept {
   if (!jobs_.push(job)) return false;
-  wake();
+  wake_up_.wake();
   return true;
-}
-
-void ParameterSaver::wake() noexcept {
-  if (lockstep::on()) return waiter_.wake();
-  const std::uint64_t one = 1;
-  [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
-}
-
-void ParameterSaver::wait() noexcept {
-  if (lockstep::on()) {
-    waiter_.wait(lockstep::kNever);
-    return;
-  }
-  pollfd fd{wake_fd_, POLLIN, 0};
-  ::poll(&fd, 1, -1);
-  std::uint64_t count = 0;
-  [[maybe_unused]] const auto got = ::read(wake_fd_, &count, sizeof count);
 }
 
 void ParameterSaver::run() {
   ::pthread_setname_np(::pthread_self(), "save");
   const lockstep::Part part("save");
   for (bool last = false; !last;) {
-    wait();
+    wake_up_.wait(lockstep::kNever);
     last = stop_;
     for (SaveJob job; jobs_.pop(job);) {
       results_.push(job.isolation ? save_isolated(job) : save(job));
@@ -79,12 +63,8 @@ void ParameterSaver::run() {
 SaveResult ParameterSaver::save_isolated(const SaveJob& job) {
   SaveResult result;
   result.error = save_isolation(isolation_, job.isolated, utc_ns());
-  if (result.error != 0) {
-    spdlog::error(
-        "modules out of service cannot be saved in {}: {}; after a restart they are in service: "
-        "free or repair the disk",
-        isolation_.path(0).parent_path().string(), std::generic_category().message(result.error));
-  }
+  report(result.error, "modules out of service", isolation_,
+         "after a restart they are in service: free or repair the disk");
   return result;
 }
 
@@ -99,12 +79,8 @@ SaveResult ParameterSaver::save(const SaveJob& job) {
   }
   result.count = static_cast<std::uint32_t>(values.size());
   result.error = store_.save(values, utc_ns(), result.number);
-  if (result.error != 0) {
-    spdlog::error(
-        "parameters cannot be saved in {}: {}; free or repair the disk, make the folder writable, "
-        "or name another parameters.folder",
-        store_.path(0).parent_path().string(), std::generic_category().message(result.error));
-  }
+  report(result.error, "parameters", store_,
+         "free or repair the disk, make the folder writable, or name another parameters.folder");
   return result;
 }
 

@@ -14,6 +14,7 @@
 #include "daemon/cycle/tunables.h"
 #include "daemon/parameters/store.h"
 #include "daemon/runtime/ring.h"
+#include "daemon/runtime/wake_up.h"
 #include "drivers/lockstep/lockstep.h"
 
 namespace lss {
@@ -38,7 +39,7 @@ class ParameterSaver {
   // `configured`: values that need no saving. `done` is called when there is a result.
   ParameterSaver(ParameterStore store, ParameterStore isolation, std::span<const TunableInfo> infos,
                  const TunableValues& configured, std::function<void()> done);
-  ~ParameterSaver();
+  ~ParameterSaver() { stop(); }
   ParameterSaver(const ParameterSaver&) = delete;
   ParameterSaver& operator=(const ParameterSaver&) = delete;
 
@@ -52,8 +53,6 @@ class ParameterSaver {
 
  private:
   void run();
-  void wake() noexcept;
-  void wait() noexcept;
   SaveResult save(const SaveJob& job);
   SaveResult save_isolated(const SaveJob& job);
 
@@ -63,8 +62,7 @@ class ParameterSaver {
   std::function<void()> done_;
   Ring<SaveJob, 8> jobs_;
   Ring<SaveResult, 8> results_;
-  int wake_fd_;
-  lockstep::Waiter waiter_;  // in simulated time
+  WakeUp wake_up_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

@@ -24,9 +24,9 @@ static_assert(std::endian::native == std::endian::little, "numbers in files are 
 
 // Not text; shows a transfer that changed line ends.
 constexpr std::array<std::uint8_t, 8> kMagic{0x89, 'L', 'S', 'S', 'P', 'A', 'R', '\n'};
-constexpr std::size_t kIdSize = 16, kNameSize = 48;
+constexpr std::size_t kIdSize = 16, kNameField = 48;
 constexpr std::size_t kHead = kMagic.size() + 4 + 4 + 8 + 8 + 2 * kIdSize;
-constexpr std::size_t kEntry = kNameSize + 8;
+constexpr std::size_t kEntry = kNameField + 8;
 constexpr std::size_t kCrc = 4;
 constexpr std::size_t kMostEntries = 1000;
 constexpr std::size_t kMostBytes = kHead + kMostEntries * kEntry + kCrc;
@@ -126,7 +126,7 @@ Bytes encode(const StoredParameters& stored, const std::string& vehicle,
   append(bytes, vehicle, kIdSize);
   append(bytes, vehicle_id, kIdSize);
   for (const config::SavedValue& value : stored.values) {
-    append(bytes, value.name, kNameSize);
+    append(bytes, value.name, kNameField);
     append(bytes, value.value);
   }
   append(bytes, record::crc32c(bytes));
@@ -162,7 +162,7 @@ StoredCopy decode(std::span<const std::uint8_t> bytes, const std::string& vehicl
     return refuse(
         fmt::format("is of {} ({}), this is {} ({})", their_id, theirs, vehicle_id, vehicle));
   for (std::uint32_t i = 0; i < count; ++i) {
-    std::string name = reader.text(kNameSize);
+    std::string name = reader.text(kNameField);
     copy.stored.values.push_back({.name = std::move(name), .value = reader.get<double>()});
   }
   return copy;

@@ -37,6 +37,8 @@ static_assert(value(Change::always) == lss_CHANGE_ALWAYS &&
               value(Change::at_rest) == lss_CHANGE_AT_REST);
 static_assert(sizeof(lss_Command::source) == sizeof(Name));
 static_assert(sizeof(lss_Command::parameter) == sizeof(Request::parameter));
+static_assert(sizeof(lss_Command::name) == sizeof(ParameterName));
+static_assert(sizeof(lss_Parameter::name) == sizeof(ParameterName));
 static_assert(std::size(decltype(lss_Status::faults){}) == kMaxFaults);
 static_assert(std::size(decltype(lss_Status::threads){}) == kMaxThreads);
 
@@ -82,6 +84,7 @@ Request to_request(const lss_Command& command, TimeNs arrival_ns) {
   request.flags = command.flags & (kFlagDryRun | kFlagDetached);
   request.lease_ms = command.lease_ms;
   std::copy(std::begin(command.parameter), std::end(command.parameter), request.parameter.begin());
+  std::copy(std::begin(command.name), std::end(command.name), request.name.begin());
   request.arrival_ns = arrival_ns;
   return request;
 }
@@ -120,6 +123,8 @@ lss_Event to_dds(const EventRecord& record, std::string_view text, std::string_v
   to.severity = static_cast<lss_Severity>(record.severity);
   to.id = record.id;
   to.subject = record.subject;
+  to.count = record.count;
+  to.first_ns = record.first_ns;
   std::copy(record.argument.begin(), record.argument.end(), std::begin(to.argument));
   copy_text(text, to.text);
   return to;

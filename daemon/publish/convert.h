@@ -33,7 +33,8 @@ std::optional<std::string_view> read_text(const char (&from)[N]) {
   return std::string_view(from, length);
 }
 
-// A source that is not terminated becomes the empty one, which the armour rejects.
+// A source that is not terminated becomes the empty one, which the armour rejects. The name of a
+// parameter is taken as it came.
 Request to_request(const lss_Command& command, TimeNs arrival_ns);
 Request to_request(const lss_Heartbeat& heartbeat, TimeNs arrival_ns);
 
@@ -42,6 +43,7 @@ struct Subjects {
   std::span<const char* const> modules{};
   std::span<const TunableInfo> tunables{};
   const CommandInfo* (*command)(std::uint16_t kind) = nullptr;
+  std::string_view name{};  // of a parameter, in the command
 };
 
 lss_CommandAck to_dds(const Ack& ack, std::string_view vehicle_id, const Subjects& subjects = {});

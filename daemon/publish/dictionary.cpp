@@ -71,14 +71,72 @@ Json parameter(const ParameterInfo& p) {
   return json;
 }
 
+Json list(const auto& from) {
+  Json all = Json::array();
+  for (const auto& one : from) all.push_back(one);
+  return all;
+}
+
+Json cases(std::span<const Presentation::Case> from) {
+  Json all = Json::array();
+  for (const Presentation::Case& c : from)
+    all.push_back(
+        {{"command", c.command}, {"index", c.index}, {"value", c.value}, {"takes_s", c.takes_s}});
+  return all;
+}
+
+Json presentation(const Presentation& p) {
+  Json json = {{"begins", p.begins},
+               {"steps", Json::array()},
+               {"ends", cases(p.ends)},
+               {"slow", cases(p.slow)},
+               {"rest", p.rest},
+               {"at_rest", p.at_rest},
+               {"distance", p.distance},
+               {"words", Json::array()},
+               {"parts", Json::array()},
+               {"alarms", Json::array()},
+               {"details", list(p.details)}};
+  for (const Presentation::Step& s : p.steps)
+    json["steps"].push_back({{"step", s.step},
+                             {"modes", list(s.modes)},
+                             {"commands", list(s.commands)},
+                             {"argument", s.argument},
+                             {"when", s.when}});
+  for (const Presentation::Words& w : p.words)
+    json["words"].push_back(
+        {{"field", w.field}, {"words", list(w.words)}, {"shown_only", w.shown_only}});
+  for (const Presentation::Parts& parts : p.parts) {
+    json["parts"].push_back({{"field", parts.field},
+                             {"first", parts.first},
+                             {"lesser", parts.lesser},
+                             {"optional", parts.optional}});
+    if (parts.unheard != nullptr) json["parts"].back()["unheard"] = parts.unheard;
+  }
+  for (const Presentation::Alarm& a : p.alarms)
+    json["alarms"].push_back({{"field", a.field},
+                              {"good", a.good},
+                              {"text", a.text},
+                              {"advice", a.advice},
+                              {"subject", a.subject},
+                              {"alone", a.alone}});
+  return json;
+}
+
 Json command(const CommandInfo& info, const Logic& logic, const Vocabulary& vocabulary) {
-  Json json = {
-      {"kind", info.kind},       {"name", info.name},
-      {"summary", info.summary}, {"access", info.access == Access::anyone ? "anyone" : "holder"},
-      {"leased", info.leased},   {"ends_motion", info.ends_motion},
-      {"endless", info.endless}, {"parameters", Json::array()},
-      {"allowed", Json::array()}};
+  Json json = {{"kind", info.kind},
+               {"name", info.name},
+               {"summary", info.summary},
+               {"access", info.access == Access::anyone ? "anyone" : "holder"},
+               {"leased", info.leased},
+               {"ends_motion", info.ends_motion},
+               {"endless", info.endless},
+               {"named", info.named},
+               {"parameters", Json::array()},
+               {"allowed", Json::array()}};
   for (const ParameterInfo& p : info.parameters) json["parameters"].push_back(parameter(p));
+  for (const Presentation::Example& e : vocabulary.presentation.examples)
+    if (e.command == info.kind) json["examples"] = e.lines;
   for (const lc::Allowed& a : lc::allowed(info, *logic.table, vocabulary.modes, logic.event_of))
     json["allowed"].push_back({{"where", a.where}, {"when", a.when}});
   return json;
@@ -108,7 +166,7 @@ std::string type_name(std::string vehicle) {
 
 std::string dictionary(const std::string& vehicle, const Logic& logic, const Vocabulary& vocabulary,
                        std::string_view telemetry_schema, std::string_view idl) {
-  Json json = {{"schema_version", 2},
+  Json json = {{"schema_version", 3},
                {"vehicle", vehicle},
                {"states", kStateNames},
                {"modes", vocabulary.modes},
@@ -130,6 +188,7 @@ std::string dictionary(const std::string& vehicle, const Logic& logic, const Voc
                                   {"change", t.change == Change::always ? "always" : "at rest"},
                                   {"help", t.help}});
   }
+  json["presentation"] = presentation(vocabulary.presentation);
   json["faults"] = codes(kFaults, logic.codes.faults);
   json["reasons"] = codes(kReasons, logic.codes.reasons);
   json["events"] = codes(kEvents, logic.codes.events);

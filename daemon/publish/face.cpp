@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -39,6 +40,7 @@ struct Face::Impl {
   const RequestSink sink;
   std::mutex sink_mutex;
   std::uint64_t events = 0;
+  std::map<std::pair<std::uint16_t, std::uint16_t>, std::uint64_t> events_of;  // id and subject
   std::uint64_t heartbeats = 0;
 
   const lss_Instance instance = dds::this_instance();
@@ -202,16 +204,17 @@ tl::expected<std::unique_ptr<Face>, std::string> Face::create(const FaceParamete
 Face::Face(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Face::~Face() = default;
 
-void Face::acknowledge(const Ack& ack) {
+void Face::acknowledge(const Ack& ack, std::string_view name) {
   const lss_CommandAck sample = dds::to_dds(
       ack, impl_->parameters.vehicle_id,
-      {impl_->parameters.modules, impl_->parameters.tunables, impl_->parameters.command});
+      {impl_->parameters.modules, impl_->parameters.tunables, impl_->parameters.command, name});
   dds_write(impl_->ack_writer.get(), &sample);
   if (lockstep::on()) lockstep::answered(dds::read_text(sample.source).value_or(""), sample.seq);
 }
 
 void Face::event(const EventRecord& record, std::string_view text) {
-  const lss_Event sample = dds::to_dds(record, text, impl_->parameters.vehicle_id, ++impl_->events);
+  lss_Event sample = dds::to_dds(record, text, impl_->parameters.vehicle_id, ++impl_->events);
+  sample.number = ++impl_->events_of[{record.id, record.subject}];
   dds_write(impl_->event_writer.get(), &sample);
 }
 
@@ -254,6 +257,14 @@ void Face::heartbeat(State state) {
 
 void Face::telemetry(const void* vehicle_telemetry) {
   impl_->plane.telemetry(vehicle_telemetry, now_ns());
+}
+
+bool Face::other_interface() {
+  dds_requested_incompatible_qos_status_t status{};
+  return dds_get_requested_incompatible_qos_status(impl_->command_reader.get(), &status) ==
+             DDS_RETCODE_OK &&
+         status.total_count_change > 0 &&
+         status.last_policy_id == DDS_TYPE_CONSISTENCY_ENFORCEMENT_QOS_POLICY_ID;
 }
 
 bool Face::watch_shared_memory() { return impl_->plane.watch(now_ns()); }

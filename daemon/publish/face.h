@@ -42,7 +42,8 @@ class Face {
                                                                  RequestSink sink);
   ~Face();  // no call of the sink is running when it returns
 
-  void acknowledge(const Ack& ack);  // thread-safe; the text is made here from the verdict
+  // Thread-safe; the text is made here from the verdict. `name`: of a parameter, in the command.
+  void acknowledge(const Ack& ack, std::string_view name = {});
   void event(const EventRecord& record, std::string_view text);  // publish thread
   void status(const StatusReport& report);                       // publish thread
   void timing(const TimingPoints& points);                       // publish thread
@@ -51,6 +52,10 @@ class Face {
   void heartbeat(State state);                                   // publish thread
   // Publish thread. Points to the struct of the vehicle, e.g. lss::zebro::Telemetry.
   void telemetry(const void* vehicle_telemetry);
+
+  // Publish thread. True: since the last call a client appeared whose lss/command is of another
+  // type than ours, so that DDS does not let it reach us.
+  bool other_interface();
 
   // Checks whether RouDi is still the one we started with; when it ended or was replaced, moves the
   // telemetry writers to the network. Publish thread, about ten times a second, also when there is

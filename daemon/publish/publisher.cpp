@@ -1,11 +1,8 @@
 #include "daemon/publish/publisher.h"
 
 #include <fmt/format.h>
-#include <poll.h>
 #include <pthread.h>
 #include <spdlog/spdlog.h>
-#include <sys/eventfd.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <span>
@@ -23,15 +20,7 @@ constexpr TimeNs kWatchEvery = 100 * kMillisecond;
 
 Publisher::Publisher(const config::Config& config, const Vocabulary& vocabulary,
                      std::string dictionary)
-    : config_(config),
-      vocabulary_(vocabulary),
-      dictionary_(std::move(dictionary)),
-      wake_fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
-
-Publisher::~Publisher() {
-  stop();
-  ::close(wake_fd_);
-}
+    : config_(config), vocabulary_(vocabulary), dictionary_(std::move(dictionary)) {}
 
 tl::expected<void, std::string> Publisher::open(RequestSink sink) {
   auto face = Face::create({.domain = config_.domain,
@@ -72,7 +61,8 @@ void Publisher::start(const Threads& threads, Sources sources) {
                       .severity = static_cast<Severity>(info(what.id)->severity),
                       .id = static_cast<std::uint16_t>(what.id)};
     std::ranges::copy(what.argument, event.argument.begin());
-    tell(event, what.text.empty() ? event_text(event, vocabulary_) : what.text);
+    event.first_ns = now;
+    publish(event, what.text.empty() ? event_text(event, vocabulary_) : what.text);
   }
   face_->parameters(parameters_);
   thread_ = std::thread([this] { run(); });
@@ -83,13 +73,14 @@ void Publisher::stop() {
   stop_ = true;
   wake();
   thread_.join();
+  series_.report_all([this](const EventRecord& event) { publish(event); });
   tell(EventId::stopping, now_ns());
   face_.reset();  // returns when no answer is in progress
   answering_ = nullptr;
 }
 
-void Publisher::answer(const Ack& ack) {
-  if (Face* face = answering_) face->acknowledge(ack);
+void Publisher::answer(const Ack& ack, std::string_view name) {
+  if (Face* face = answering_) face->acknowledge(ack, name);
 }
 
 void Publisher::put(const Supervisor::Outbox& outbox) noexcept {
@@ -105,29 +96,11 @@ void Publisher::put(const Supervisor::Outbox& outbox) noexcept {
   if (dropped != 0) dropped_.fetch_add(dropped, std::memory_order_relaxed);
 }
 
-void Publisher::wake() noexcept {
-  if (lockstep::on()) return waiter_.wake();
-  const std::uint64_t one = 1;
-  [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
-}
-
-// Until it is woken, at most until its next check is due.
-void Publisher::wait() noexcept {
-  if (lockstep::on()) {
-    waiter_.wait(now_ns() + kWatchEvery);
-    return;
-  }
-  pollfd fd{wake_fd_, POLLIN, 0};
-  ::poll(&fd, 1, static_cast<int>(kWatchEvery / kMillisecond));
-  std::uint64_t count = 0;
-  [[maybe_unused]] const auto got = ::read(wake_fd_, &count, sizeof count);
-}
-
 void Publisher::run() {
   ::pthread_setname_np(::pthread_self(), "publish");
   const lockstep::Part part("publish");
   while (!stop_) {
-    wait();
+    wake_up_.wait(now_ns() + kWatchEvery);
     drain();
     const TimeNs now = now_ns();
     if (now >= next_watch_ns_) {
@@ -190,7 +163,7 @@ void Publisher::drain() {
   for (Ack ack; acks_.pop(ack);) face_->acknowledge(ack);
   for (const SaveResult& result : results) saved(result);
   for (EventRecord event; events_.pop(event);) {
-    tell(event);
+    publish(event);
     next_status_ns_ = 0;  // something changed: publish it
     if (event.id == static_cast<std::uint16_t>(EventId::timing_reset)) {
       statistics_.reset();
@@ -215,8 +188,10 @@ void Publisher::watch(TimeNs now) {
       tell(lost);
     }
   }
+  if (face_->other_interface()) tell(EventId::other_interface, now);
   watch_clock();
   for (EventId event; sources_.log_event(event);) tell(event, now);
+  series_.report_due(now, [this](const EventRecord& event) { publish(event); });
   wants_restart_ = config_.restart_for_shared_memory && face_->shared_memory_could_return() &&
                    state_.value().controller.state == State::idle;
 }
@@ -295,9 +270,15 @@ void Publisher::tell(EventId id, TimeNs now, double argument) {
         .argument = {argument}});
 }
 
-void Publisher::tell(const EventRecord& event) { tell(event, event_text(event, vocabulary_)); }
+void Publisher::tell(const EventRecord& event) {
+  series_.add(event, [this](const EventRecord& counted) { publish(counted); });
+}
 
-void Publisher::tell(const EventRecord& event, std::string text) {
+void Publisher::publish(const EventRecord& event) {
+  publish(event, event_text(event, vocabulary_));
+}
+
+void Publisher::publish(const EventRecord& event, std::string text) {
   face_->event(event, text);
   if (event.id >= kFaultEventBase) {  // the log has no list of advice
     const CodeInfo* fault = info(static_cast<FaultId>(event.id - kFaultEventBase));

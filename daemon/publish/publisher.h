@@ -23,6 +23,7 @@
 #include "daemon/runtime/latest.h"
 #include "daemon/runtime/ring.h"
 #include "daemon/runtime/thread.h"
+#include "daemon/runtime/wake_up.h"
 #include "drivers/lockstep/lockstep.h"
 
 namespace lss {
@@ -50,7 +51,7 @@ class Publisher {
 
   // `dictionary`: contents of lss/dictionary.
   Publisher(const config::Config& config, const Vocabulary& vocabulary, std::string dictionary);
-  ~Publisher();
+  ~Publisher() { stop(); }
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
 
@@ -64,7 +65,7 @@ class Publisher {
   void stop();
 
   // Listener thread: an answer that needs no frame.
-  void answer(const Ack& ack);
+  void answer(const Ack& ack, std::string_view name);
 
   // Frame thread.
   void put(const Supervisor::Outbox& outbox) noexcept;
@@ -74,7 +75,7 @@ class Publisher {
   void put(const Ack& ack) noexcept { acks_.push(ack); }
   void airborne(bool airborne) noexcept { airborne_.store(airborne, std::memory_order_relaxed); }
   // Any thread.
-  void wake() noexcept;
+  void wake() noexcept { wake_up_.wake(); }
 
   // Main thread.
   std::string summary() const;
@@ -86,14 +87,14 @@ class Publisher {
   static constexpr std::size_t kAcks = 4 * Supervisor::kMaxAcks;
 
   void run();
-  void wait() noexcept;
   void drain();
   void saved(const SaveResult& result);
   void publish_status(TimeNs now);
   void watch(TimeNs now);
   void watch_clock();
-  void tell(const EventRecord& event);  // to DDS and to the log
-  void tell(const EventRecord& event, std::string text);
+  void publish(const EventRecord& event);  // to DDS and to the log
+  void publish(const EventRecord& event, std::string text);
+  void tell(const EventRecord& event);  // of this thread: counted, then published
   void tell(EventId id, TimeNs now, double argument = 0);
   StatusReport report(TimeNs now) const;
 
@@ -113,11 +114,11 @@ class Publisher {
   std::atomic<std::uint64_t> turns_{0};
   std::atomic<std::uint64_t> dropped_{0};  // in the outbox of a frame
   std::atomic<bool> airborne_{false};
-  int wake_fd_ = -1;
-  lockstep::Waiter waiter_;  // in simulated time
+  WakeUp wake_up_;
 
   ParameterReport parameters_;
   std::vector<Told> told_;
+  EventSeries series_;  // of events that are not the cycle's
 
   TimingPoints timing_;  // the newest
   TimingCollector<TimingPoints> statistics_;

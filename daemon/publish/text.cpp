@@ -101,6 +101,8 @@ std::string ack_text(const Ack& ack, const Subjects& subjects) {
   if (reason == nullptr) {
     return text + fmt::format(": reason {}", static_cast<unsigned>(ack.verdict.reason));
   }
+  if (ack.verdict.reason == Reason::no_such_parameter && !subjects.name.empty())
+    return text + fmt::format(": there is no parameter '{}'; {}", subjects.name, reason->advice);
   const std::size_t subject = ack.verdict.subject;
   if (of_parameter(ack.verdict.reason) && subject >= 1 && subject <= subjects.tunables.size()) {
     text += ": " + parameter_text(ack.verdict, *reason, subjects.tunables[subject - 1]);

@@ -31,11 +31,11 @@ FrameLog::FrameLog(FrameLogSettings settings, ToJson to_json)
 
 void FrameLog::start() {
   if (!settings_.folder.empty()) prepare_folder();
-  if (const auto& preset = settings_.preset) {
-    run_log_ =
-        std::make_unique<RunLog>(*preset, settings_.folder, settings_.vehicle_id, settings_.header,
-                                 to_json_, [this](EventId id) { told_.push(id); });
-    spdlog::info("logging \"{}\" to {}", preset->name, run_log_->where());
+  for (const config::LogPreset& preset : settings_.presets) {
+    run_logs_.push_back(std::make_unique<RunLog>(preset, settings_.folder, settings_.vehicle_id,
+                                                 settings_.header, to_json_,
+                                                 [this](EventId id) { told_.push(id); }));
+    spdlog::info("logging \"{}\" to {}", preset.name, run_logs_.back()->where());
   }
   if (const auto& settings = settings_.recorder) {
     recorder_ = std::make_unique<Recorder>(*settings, [this](EventId id) { told_.push(id); });
@@ -120,8 +120,9 @@ void FrameLog::run() {
 // Everything configured is being written, and something was configured.
 bool FrameLog::writes() const {
   const bool trouble =
-      (run_log_ && run_log_->in_trouble()) || (recorder_ && recorder_->in_trouble());
-  return (run_log_ || recorder_) && !trouble;
+      std::ranges::any_of(run_logs_, [](const auto& log) { return log->in_trouble(); }) ||
+      (recorder_ && recorder_->in_trouble());
+  return (!run_logs_.empty() || recorder_) && !trouble;
 }
 
 void FrameLog::drain() {
@@ -149,7 +150,7 @@ void FrameLog::take(const Header& header, TimeNs now) {
   queue_.pop(last_.back().data(), header.size);
   ++since_;
   if (recorder_) recorder_->put_frame(last_.back(), header.mark.time_ns, header.dropped, now);
-  if (run_log_) run_log_->put(header.mark, last_.back(), header.dropped, now);
+  for (const auto& log : run_logs_) log->put(header.mark, last_.back(), header.dropped, now);
   if (pending_ == FaultId::none) pending_ = header.mark.fault;
 }
 

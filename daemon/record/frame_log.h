@@ -1,6 +1,6 @@
 #pragma once
 
-// The log thread: passes every frame to the running log (run_log.h) and to the flight recorder
+// The log thread: passes every frame to the running logs (run_log.h) and to the flight recorder
 // (recorder.h), keeps the last frames and writes them to a file when a fault was raised (lss-cli
 // log show). The frame thread's side is wait-free and drops when the ring is full: a slow or full
 // disk never delays a frame; dropped frames are counted and reported. Ordinary thread.
@@ -39,8 +39,8 @@ struct FrameLogSettings {
   std::filesystem::path folder;  // of kept files; empty: no frames before a fault
   std::size_t files = 32;        // kept
   std::string vehicle_id;
-  nlohmann::ordered_json header;              // more for the first line
-  std::optional<config::LogPreset> preset{};  // the running log; none: only faults are logged
+  nlohmann::ordered_json header;             // more for the first line
+  std::vector<config::LogPreset> presets{};  // the running logs; none: only faults are logged
   std::optional<RecorderSettings> recorder{};
 };
 
@@ -105,7 +105,7 @@ class FrameLog {
   std::size_t since_ = kFrames;                 // frames since the last file
   FaultId pending_ = FaultId::none;
   bool failed_ = false;
-  std::unique_ptr<RunLog> run_log_;
+  std::vector<std::unique_ptr<RunLog>> run_logs_;
   std::unique_ptr<Recorder> recorder_;
   std::vector<std::uint8_t> state_;
   std::atomic<bool> recording_{false};

@@ -13,6 +13,8 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+#include "drivers/file.h"
+
 namespace lss::record {
 
 inline constexpr const char* kRecordingSuffix = ".lssrec";
@@ -87,9 +89,7 @@ class RecordingReader {
 
   // An error concerns the file as a whole.
   static tl::expected<RecordingReader, std::string> open(const std::filesystem::path& path);
-  RecordingReader(RecordingReader&& other) noexcept;
-  RecordingReader& operator=(RecordingReader&&) = delete;
-  ~RecordingReader();
+  RecordingReader(RecordingReader&&) noexcept = default;
 
   const nlohmann::ordered_json& header() const noexcept { return header_; }
   // False: no more; end() says why. The bytes are valid until the next call.
@@ -103,7 +103,7 @@ class RecordingReader {
   bool last_words(RecordingEnd& end) const;
 
  private:
-  RecordingReader(int fd, std::uint64_t size) : fd_(fd), size_(size) {}
+  RecordingReader(File file, std::uint64_t size) : file_(std::move(file)), size_(size) {}
   tl::expected<void, std::string> read_header();
   bool next_chunk();
   bool read_chunk();
@@ -114,7 +114,7 @@ class RecordingReader {
   bool has_head(std::uint64_t from, std::uint64_t to) const;
   bool read_at(std::uint64_t offset, std::span<std::uint8_t> to) const;
 
-  int fd_;
+  File file_;
   std::uint64_t size_, offset_ = 0;
   std::uint32_t index_ = 0;
   nlohmann::ordered_json header_;

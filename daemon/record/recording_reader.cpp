@@ -25,32 +25,28 @@ constexpr std::size_t kWindow = 64 * 1024;  // files are looked through piece by
 // A field of the wrong type. A missing field is checked where it is needed.
 std::optional<std::string> wrong_field(const nlohmann::ordered_json& header) {
   using Type = nlohmann::ordered_json::value_t;
-  struct Field {
-    const char* name;
+  struct Fields {
     Type type;
     const char* spoken;
+    std::vector<const char*> names;
   };
-  constexpr Field kFields[] = {{"lss", Type::string, "a text"},
-                               {"utc_ns", Type::number_integer, "a time"},
-                               {"time_ns", Type::number_integer, "a time"},
-                               {"run_utc_ns", Type::number_integer, "a time"},
-                               {"start", Type::boolean, "true or false"},
-                               {"vehicle", Type::string, "a text"},
-                               {"vehicle_id", Type::string, "a text"},
-                               {"version", Type::string, "a text"},
-                               {"build", Type::object, "an object"},
-                               {"period_ns", Type::number_integer, "a time"},
-                               {"config", Type::string, "a text"},
-                               {"parameters", Type::object, "an object"},
-                               {"state_layout", Type::string, "a text"},
-                               {"schema", Type::string, "a text"}};
-  for (const Field& field : kFields) {
-    const auto found = header.find(field.name);
-    if (found == header.end()) continue;
-    const bool right = field.type == Type::number_integer
-                           ? found->is_number_integer() && most::is_time(found->get<std::int64_t>())
-                           : found->type() == field.type;
-    if (!right) return fmt::format("{} is not {}", field.name, field.spoken);
+  static const Fields kFields[] = {
+      {Type::string,
+       "a text",
+       {"lss", "vehicle", "vehicle_id", "version", "config", "state_layout", "schema"}},
+      {Type::number_integer, "a time", {"utc_ns", "time_ns", "run_utc_ns", "period_ns"}},
+      {Type::boolean, "true or false", {"start"}},
+      {Type::object, "an object", {"build", "parameters"}}};
+  for (const Fields& fields : kFields) {
+    for (const char* name : fields.names) {
+      const auto found = header.find(name);
+      if (found == header.end()) continue;
+      const bool right =
+          fields.type == Type::number_integer
+              ? found->is_number_integer() && most::is_time(found->get<std::int64_t>())
+              : found->type() == fields.type;
+      if (!right) return fmt::format("{} is not {}", name, fields.spoken);
+    }
   }
   if (const auto build = header.find("build"); build != header.end()) {
     for (const auto& [name, value] : build->items())
@@ -63,15 +59,13 @@ std::optional<std::string> wrong_field(const nlohmann::ordered_json& header) {
 
 tl::expected<RecordingReader, std::string> RecordingReader::open(
     const std::filesystem::path& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // of a pipe, too
+  File file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // of a pipe, too
   struct stat info {};
-  if (fd < 0 || ::fstat(fd, &info) != 0) {
-    const int error = errno;
-    if (fd >= 0) ::close(fd);
+  if (!file || ::fstat(file.get(), &info) != 0) {
     return tl::unexpected(
-        fmt::format("{} cannot be read: {}", path.string(), std::strerror(error)));
+        fmt::format("{} cannot be read: {}", path.string(), std::strerror(errno)));
   }
-  RecordingReader reader(fd, static_cast<std::uint64_t>(info.st_size));
+  RecordingReader reader(std::move(file), static_cast<std::uint64_t>(info.st_size));
   std::array<std::uint8_t, kPrologue> prologue;
   if (!S_ISREG(info.st_mode) || !reader.read_at(0, prologue) || !starts_with(prologue, kMagic))
     return tl::unexpected(path.string() + " is no recording: it does not begin as one");
@@ -106,23 +100,6 @@ tl::expected<void, std::string> RecordingReader::read_header() {
   if (const auto wrong = wrong_field(header_))
     return tl::unexpected(fmt::format("has a header in which {}; it was not made by lssd", *wrong));
   return {};
-}
-
-RecordingReader::RecordingReader(RecordingReader&& other) noexcept
-    : fd_(std::exchange(other.fd_, -1)),
-      size_(other.size_),
-      offset_(other.offset_),
-      index_(other.index_),
-      header_(std::move(other.header_)),
-      kind_(other.kind_),
-      chunk_(std::move(other.chunk_)),
-      at_(other.at_),
-      end_(other.end_),
-      torn_bytes_(other.torn_bytes_),
-      trouble_(std::move(other.trouble_)) {}
-
-RecordingReader::~RecordingReader() {
-  if (fd_ >= 0) ::close(fd_);
 }
 
 bool RecordingReader::next(Item& kind, std::span<const std::uint8_t>& bytes) {
@@ -192,8 +169,8 @@ bool RecordingReader::read_chunk() {
 }
 
 bool RecordingReader::being_written() const {
-  if (::flock(fd_, LOCK_SH | LOCK_NB) != 0) return errno == EWOULDBLOCK;
-  ::flock(fd_, LOCK_UN);
+  if (::flock(file_.get(), LOCK_SH | LOCK_NB) != 0) return errno == EWOULDBLOCK;
+  ::flock(file_.get(), LOCK_UN);
   return false;
 }
 
@@ -222,7 +199,8 @@ void RecordingReader::classify() {
 std::uint64_t RecordingReader::end_of_use() const {
   struct stat info {};
   std::uint64_t end = size_;
-  if (::fstat(fd_, &info) == 0) end = std::min(end, static_cast<std::uint64_t>(info.st_size));
+  if (::fstat(file_.get(), &info) == 0)
+    end = std::min(end, static_cast<std::uint64_t>(info.st_size));
   std::vector<std::uint8_t> window;
   while (end > offset_) {
     window.resize(std::min<std::uint64_t>(kWindow, end - offset_));
@@ -272,7 +250,7 @@ bool RecordingReader::has_head(std::uint64_t from, std::uint64_t to) const {
 
 bool RecordingReader::read_at(std::uint64_t offset, std::span<std::uint8_t> to) const {
   while (!to.empty()) {
-    const ssize_t got = ::pread(fd_, to.data(), to.size(), static_cast<off_t>(offset));
+    const ssize_t got = ::pread(file_.get(), to.data(), to.size(), static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return false;
     offset += static_cast<std::uint64_t>(got);

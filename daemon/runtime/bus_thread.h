@@ -12,8 +12,6 @@
 // order moves anything. Optional: published(), called when the samples of a turn can be popped.
 
 #include <poll.h>
-#include <sys/eventfd.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -26,6 +24,7 @@
 #include "daemon/runtime/latest.h"
 #include "daemon/runtime/ring.h"
 #include "daemon/runtime/stop_latch.h"
+#include "daemon/runtime/wake_up.h"
 #include "drivers/lockstep/lockstep.h"
 
 namespace lss {
@@ -41,10 +40,7 @@ class BusThread {
   using Report = typename Line::Report;
 
   template <class... Arguments>
-  explicit BusThread(Arguments&&... arguments)
-      : line_(std::forward<Arguments>(arguments)...),
-        wake_fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {}
-  ~BusThread() { ::close(wake_fd_); }
+  explicit BusThread(Arguments&&... arguments) : line_(std::forward<Arguments>(arguments)...) {}
   BusThread(const BusThread&) = delete;
   BusThread& operator=(const BusThread&) = delete;
 
@@ -60,14 +56,14 @@ class BusThread {
   // Actuate thread: new orders; wakes the bus.
   void release(const Orders& orders) noexcept {
     orders_.put(orders);
-    wake();
+    wake_up_.wake();
   }
 
   // Any thread, never waits: the bus stops everything at once. Orders pass again when the cycle has
   // stopped everything, too.
   void all_stop() noexcept {
     latch_.ask(now_ns());
-    wake();
+    wake_up_.wake();
   }
 
   // Frame thread: the oldest sample stamped before `end`.
@@ -80,7 +76,7 @@ class BusThread {
 
   void stop() noexcept {
     stop_.store(true, std::memory_order_relaxed);
-    wake();
+    wake_up_.wake();
   }
 
   // Bus thread.
@@ -102,12 +98,6 @@ class BusThread {
   static constexpr TimeNs kReportEvery = 5 * kMillisecond;
   static constexpr TimeNs kIdleTurn = 250 * kMillisecond;  // a thread with nothing to do is seen
 
-  void wake() noexcept {
-    if (lockstep::on()) return waiter_.wake();
-    const std::uint64_t one = 1;
-    [[maybe_unused]] const auto written = ::write(wake_fd_, &one, sizeof one);
-  }
-
   void reopen(TimeNs now) noexcept {
     if (now < reopen_ns_) return;
     reopen_ns_ = now + kReopenEvery;
@@ -122,18 +112,8 @@ class BusThread {
   bool wait(TimeNs now) noexcept {
     const TimeNs wake_ns =
         std::min(line_.is_open() ? line_.next_wake() : reopen_ns_, now + kIdleTurn);
-    if (lockstep::on()) {
-      waiter_.wait(wake_ns);
-      return line_.coming();
-    }
-    std::array<pollfd, 2> fds{{{wake_fd_, POLLIN, 0}, {line_.fd(), line_.events(), 0}}};
-    const timespec timeout = to_timespec(wake_ns > now ? wake_ns - now : 0);
-    ::ppoll(fds.data(), fds.size(), &timeout, nullptr);
-    if (fds[0].revents) {
-      std::uint64_t count = 0;
-      [[maybe_unused]] const auto got = ::read(wake_fd_, &count, sizeof count);
-    }
-    return (fds[1].revents & ~POLLOUT) != 0;
+    const short events = wake_up_.wait(wake_ns, line_.fd(), line_.events());
+    return lockstep::on() ? line_.coming() : (events & ~POLLOUT) != 0;
   }
 
   void turn(bool readable, TimeNs now) noexcept {
@@ -165,8 +145,7 @@ class BusThread {
   }
 
   Line line_;
-  int wake_fd_;
-  lockstep::Waiter waiter_;  // in simulated time
+  WakeUp wake_up_;
   // Of one turn. A member, since initialising it takes longer than a frame.
   std::array<Sample, Line::kMaxSamples> taken_{};
   TimeNs reopen_ns_ = 0;

@@ -2,7 +2,6 @@
 
 #include "tests/safety/drive_world.h"
 #include "tests/safety/safety_suite.h"
-#include "tests/support/allocations.h"
 #include "vehicle.h"
 
 namespace lss::scout {
@@ -13,19 +12,11 @@ struct World : safety::DriveWorld<World, Vehicle, Mode> {
       : DriveWorld(p, scout::logic(), links, kDrives) {}
 };
 
-struct ScoutSafety : safety::DriveTraits<World, kDrives> {
+struct ScoutSafety : safety::DriveTraits<World, kDrives>,
+                     safety::Shipped<read_parameters, logic, tuning> {
   static constexpr double kRest_s = 3;
   static constexpr safety::Motion kMotion{kDriveCommand, {0.3, 0.2}};
   static constexpr std::array<std::uint16_t, kDrives> kResettable = {1, 2};
-
-  static const Parameters& parameters() {
-    static const Parameters kShipped =
-        safety::shipped<Parameters>(LSS_CONFIG, "scout", read_parameters);
-    return kShipped;
-  }
-  static const Logic& logic() { return scout::logic(); }
-  static const Tuning<Parameters>& tuning() { return scout::tuning(); }
-  static std::uint64_t allocations() { return testing_support::allocations(); }
 
   static bool ready(World& w) {
     w.run(0.5);

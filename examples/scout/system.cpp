@@ -65,20 +65,6 @@ lc::Model model_of(const lc::Table& table, std::uint16_t modules) {
 }  // namespace
 }  // namespace lss::scout
 
-namespace lss::lc {
-
-const Verified& scout_verified() {
-  static const Verified vehicle{.name = "scout",
-                                .title = "the scout",
-                                .table = &scout::kTable,
-                                .model = scout::model_of,
-                                .modules = (1u << scout::kDrives) - 1,
-                                .few = (1u << scout::kDrives) - 1,
-                                .mode_names = scout::kModeNames,
-                                .goal_names = scout::kGoals,
-                                .flag_names = {},
-                                .module_names = scout::kDriveNames};
-  return vehicle;
-}
-
-}  // namespace lss::lc
+LSS_VERIFIED(scout, .title = "the scout", .modules = (1u << scout::kDrives) - 1,
+             .few = (1u << scout::kDrives) - 1, .flag_names = {},
+             .module_names = scout::kDriveNames)

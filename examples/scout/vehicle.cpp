@@ -24,12 +24,15 @@ constexpr std::array kTunables{
 constexpr auto kInfos = infos_of(kTunables);
 constexpr Tuning<Parameters> kTuning{kTunables, kInfos};
 
+constexpr Presentation::Parts kParts[] = {
+    {.field = "drives", .unheard = "does not answer, last heartbeat"}};
 const Vocabulary kVocabulary{.modes = kModeNames,
                              .modules = kDriveNames,
                              .strategies = kit::kDriveStrategyNames,
                              .commands = kCommands,
                              .tunables = kInfos,
-                             .command = logic().command};
+                             .command = logic().command,
+                             .presentation = {.at_rest = "motors off", .parts = kParts}};
 
 // Towards `wanted`, at most `step` a frame.
 double towards(double wanted, double is, double step) {

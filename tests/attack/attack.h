@@ -84,17 +84,8 @@ void at_rate(const Options& options, Counts& counts,
 void say_ready();
 bool ended();  // by a signal
 
-int flood_heartbeats(const Options&, Counts&);
-int flood_commands(const Options&, Counts&);
-int flood_estop_dry_run(const Options&, Counts&);
-int invent_sources(const Options&, Counts&);
-int max_sequence(const Options&, Counts&);
-int many_names(const Options&, Counts&);
-int twin(const Options&, Counts&);
-int replay(const Options&, Counts&);
-int deaf_reader(const Options&, Counts&);
-int watch(const Options&, Counts&);
-int stop(const Options&, Counts&);
-int stops(const Options&, Counts&);
+using Attack = int(const Options&, Counts&);
+Attack flood_heartbeats, flood_commands, flood_estop_dry_run, invent_sources, max_sequence,
+    many_names, twin, replay, deaf_reader, watch, stop, stops;
 
 }  // namespace attack

@@ -67,6 +67,7 @@ int flood_commands(const Options& o, Counts& counts) {
         sample.kind = kStart;
         sample.lease_ms = 0xFFFFFFFF;
         sample.parameter[7] = 1e300;
+        std::fill(std::begin(sample.name), std::end(sample.name), '\xFF');
         break;
       case 7:
         sample.flags = 0xFFFE;

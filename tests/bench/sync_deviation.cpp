@@ -19,6 +19,7 @@
 #include "drivers/can/cannelloni.h"
 #include "tests/bench/programs.h"
 #include "tests/bench/realtime.h"
+#include "tests/support/udp_peer.h"
 
 namespace lss::bench {
 namespace {
@@ -30,31 +31,20 @@ constexpr int kWarmUpFrames = 20;  // the master begins SYNC at any time and shi
 constexpr std::uint32_t kSyncId = 0x080;
 
 // The far end of a CAN bus over UDP: reception time of SYNC.
-class FarEnd {
+class FarEnd : public testing_support::UdpPeer {
  public:
-  FarEnd() : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof address;
-    auto* generic = reinterpret_cast<sockaddr*>(&address);
-    if (fd_ < 0 || ::bind(fd_, generic, size) != 0 || ::getsockname(fd_, generic, &size) != 0)
-      throw NotHere("no UDP port on the loopback");
-    port_ = ntohs(address.sin_port);
+  FarEnd() {
+    if (port() == 0) throw NotHere("no UDP port on the loopback");
   }
-  ~FarEnd() { ::close(fd_); }
-  FarEnd(const FarEnd&) = delete;
-  FarEnd& operator=(const FarEnd&) = delete;
 
-  std::uint16_t port() const { return port_; }
   void reserve(std::size_t count) { heard_ns_.reserve(count); }
   void run(const std::atomic<bool>& stop) noexcept {
     while (!stop) {
-      pollfd readable{fd_, POLLIN, 0};
+      pollfd readable{fd(), POLLIN, 0};
       if (::poll(&readable, 1, 100) <= 0) continue;
       const TimeNs now = now_ns();
       std::array<std::uint8_t, kMaxDatagram> bytes;
-      const auto got = ::recv(fd_, bytes.data(), bytes.size(), 0);
+      const auto got = ::recv(fd(), bytes.data(), bytes.size(), 0);
       if (got <= 0) continue;
       reader_.begin(std::span(bytes).first(static_cast<std::size_t>(got)));
       for (CanFrame frame; reader_.next(frame);) {
@@ -75,8 +65,6 @@ class FarEnd {
   }
 
  private:
-  int fd_;
-  std::uint16_t port_ = 0;
   CannelloniReader reader_;
   std::vector<TimeNs> heard_ns_;
 };

@@ -9,6 +9,15 @@ namespace {
 
 using Answers = ProgramTest;
 
+TEST_F(Answers, ADaemonWithAnotherTypeOfCommandsIsNamedAndNothingIsSent) {
+  FakeDaemon daemon(domain(), Birth{.earlier = true});
+  const Ended ended = run({"stand"});
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_THAT(ended.err, HasSubstr("zebro-1 was built with other types of commands"));
+  EXPECT_THAT(ended.err, HasSubstr("take the lss-cli of its version"));
+  EXPECT_THAT(daemon.kinds(), IsEmpty());
+}
+
 TEST_F(Answers, WithoutADaemonEveryQuestionEndsWith3AndSaysWhatToCheck) {
   for (const char* verb : {"status", "health", "stand", "estop", "events", "timing", "heartbeat"}) {
     const Ended ended = run({"--timeout", "300ms", verb});
@@ -183,6 +192,18 @@ TEST_F(Answers, EventsTellTheHistoryInOrder) {
   const Ended last = run({"events", "--last", "1"});
   EXPECT_THAT(last.out, HasSubstr("third"));
   EXPECT_THAT(last.out, Not(HasSubstr("second")));
+}
+
+TEST_F(Answers, EventsTellOfASeriesItsNewestReport) {
+  FakeDaemon daemon(domain());
+  daemon.event(EventId::port_closed, "the cause", 1);
+  for (std::uint32_t count = 1; count <= 40; ++count)
+    daemon.event(EventId::frame_late, "late", count);
+  const json all = json::parse(run({"--json", "events"}).out)["events"];
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(all[0]["text"], "the cause");
+  EXPECT_EQ(all[1]["index"], 41);
+  EXPECT_EQ(all[1]["count"], 40);
 }
 
 TEST_F(Answers, TimingTellsWhatTheDaemonCollected) {

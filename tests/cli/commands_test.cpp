@@ -9,7 +9,6 @@
 #include "idl/zebro/commands.h"
 #include "tools/lss-cli/session/vehicle.h"
 #include "tools/lss-cli/show/failure.h"
-#include "tools/lss-cli/zebro/vehicle.h"
 
 namespace lss::cli {
 namespace {
@@ -18,8 +17,10 @@ using testing::HasSubstr;
 using Words = std::vector<std::string>;
 using Named = std::map<std::string, std::string>;
 
+const Vehicle& zebro_built() { return *find_vehicle("zebro"); }
+
 Invocation read(const char* command, const Words& words, const Named& named = {}) {
-  return read_invocation(find_command(zebro::kVehicle, command), zebro::kVehicle, words, named);
+  return read_invocation(find_command(zebro_built(), command), zebro_built(), words, named);
 }
 
 Failure refusal(const char* command, const Words& words, const Named& named = {}) {
@@ -91,7 +92,7 @@ TEST(Commands, EveryMistakeIsAUsageErrorThatSaysWhatIsPossible) {
 
 TEST(Commands, AnUnknownCommandSuggestsTheNearest) {
   try {
-    find_command(zebro::kVehicle, "stnad");
+    find_command(zebro_built(), "stnad");
     FAIL() << "was found";
   } catch (const Failure& e) {
     EXPECT_EQ(e.code(), ExitCode::unknown_name);
@@ -100,24 +101,24 @@ TEST(Commands, AnUnknownCommandSuggestsTheNearest) {
 }
 
 TEST(Commands, EveryCommandOfTheTableIsDescribedWithAllItsParameters) {
-  for (const CommandInfo* info : commands_of(zebro::kVehicle)) {
-    const std::string text = describe(*info, zebro::kVehicle);
+  for (const CommandInfo* info : commands_of(zebro_built())) {
+    const std::string text = describe(*info, zebro_built());
     EXPECT_THAT(text, HasSubstr(info->name));
     for (const ParameterInfo& p : info->parameters)
       EXPECT_THAT(text, HasSubstr(std::string("--") + p.name));
-    const nlohmann::json document = to_json(*info, zebro::kVehicle);
+    const nlohmann::json document = to_json(*info, zebro_built());
     EXPECT_EQ(document["parameters"].size(), info->parameters.size());
     EXPECT_FALSE(document["allowed"].empty()) << "from the rows of the controller";
   }
 }
 
 TEST(Commands, SaysWhereACommandIsAllowedAndWhatItNeeds) {
-  const std::string start = describe(find_command(zebro::kVehicle, "start"), zebro::kVehicle);
+  const std::string start = describe(find_command(zebro_built(), "start"), zebro_built());
   EXPECT_THAT(start, HasSubstr("in: Idle\n"));
   EXPECT_THAT(start, HasSubstr("all modules answer, the OBC sends heartbeats, the panel is in"));
-  EXPECT_THAT(describe(find_command(zebro::kVehicle, "walk"), zebro::kVehicle),
+  EXPECT_THAT(describe(find_command(zebro_built(), "walk"), zebro_built()),
               HasSubstr("in: Operational Standing, Walking\n"));
-  EXPECT_THAT(describe(find_command(zebro::kVehicle, "estop"), zebro::kVehicle),
+  EXPECT_THAT(describe(find_command(zebro_built(), "estop"), zebro_built()),
               HasSubstr("in: every state\n"));
 }
 
@@ -135,9 +136,9 @@ TEST_P(Prepare, DoesWhatMustComeFirst) {
   lss_Status status{};
   status.state = GetParam().state;
   status.mode = static_cast<std::uint8_t>(GetParam().mode);
-  const Invocation wanted{&find_command(zebro::kVehicle, GetParam().wanted), {}};
+  const Invocation wanted{&find_command(zebro_built(), GetParam().wanted), {}};
   std::vector<std::string> first;
-  for (const Invocation& step : zebro::kVehicle.prepare(status, wanted))
+  for (const Invocation& step : zebro_built().prepare(status, wanted))
     first.emplace_back(step.info->name);
   EXPECT_EQ(first, GetParam().first);
 }

@@ -10,7 +10,6 @@
 #include "tools/lss-cli/session/status.h"
 #include "tools/lss-cli/session/wire.h"
 #include "tools/lss-cli/show/failure.h"
-#include "tools/lss-cli/zebro/vehicle.h"
 
 namespace lss::cli {
 namespace {
@@ -23,9 +22,15 @@ using test::zebro_dictionary;
 
 class Described : public testing::Test {
  protected:
-  DescribedVehicle described_{zebro_dictionary()};
+  // Under a name that has no overlay.
+  static std::string strange() {
+    json dictionary = json::parse(zebro_dictionary());
+    dictionary["vehicle"] = "strider";
+    return dictionary.dump();
+  }
+  DescribedVehicle described_{strange()};
   const Vehicle& vehicle_ = described_.vehicle();
-  const Vehicle& built_ = zebro::kVehicle;
+  const Vehicle& built_ = *find_vehicle("zebro");
 };
 
 TEST_F(Described, CommandsAreThoseOfTheRoster) {
@@ -38,7 +43,7 @@ TEST_F(Described, CommandsAreThoseOfTheRoster) {
     EXPECT_THAT(describe(*info, built_), HasSubstr(describe(own, vehicle_)));
   }
   EXPECT_EQ(subject_name(vehicle_, 4), "RM");
-  EXPECT_EQ(vehicle_.tunables().size(), built_.tunables().size());
+  EXPECT_EQ(vehicle_.tunables.size(), built_.tunables.size());
 }
 
 TEST_F(Described, WordsMeanTheSame) {
@@ -47,7 +52,10 @@ TEST_F(Described, WordsMeanTheSame) {
     try {
       return describe(read_invocation(find_command(vehicle, command), vehicle, words, {}));
     } catch (const Failure& e) {
-      return std::string(e.what()) + " | " + e.advice();
+      const std::string name(vehicle.name);
+      std::string text = e.what();
+      if (text.starts_with(name)) text.erase(0, name.size());
+      return text + " | " + e.advice();
     }
   };
   for (const auto& [command, words] :
@@ -63,7 +71,7 @@ TEST_F(Described, WordsMeanTheSame) {
     EXPECT_EQ(read(vehicle_, command, words), read(built_, command, words));
 }
 
-TEST_F(Described, MotionInIdleBeginsWithAStart) {
+TEST_F(Described, MotionInIdleBeginsWithAStartAndTheStepsOfTheVehicle) {
   const auto steps = [&](lss_State state, const char* command) {
     lss_Status status{};
     status.state = state;
@@ -73,7 +81,7 @@ TEST_F(Described, MotionInIdleBeginsWithAStart) {
       names.emplace_back(step.info->name);
     return names;
   };
-  EXPECT_THAT(steps(lss_STATE_IDLE, "walk"), ElementsAre("start"));
+  EXPECT_THAT(steps(lss_STATE_IDLE, "walk"), ElementsAre("start", "stand"));
   EXPECT_THAT(steps(lss_STATE_IDLE, "start"), ElementsAre());
   EXPECT_THAT(steps(lss_STATE_IDLE, "panel"), ElementsAre());
   EXPECT_THAT(steps(lss_STATE_OPERATIONAL, "walk"), ElementsAre());
@@ -97,8 +105,10 @@ TEST_F(Described, ASampleHasAllFields) {
   EXPECT_EQ(own.size(), built.size());
   EXPECT_EQ(own["modules"].size(), built["modules"].size());
   const std::string screen = vehicle_.screen(bytes.data(), {});
-  EXPECT_THAT(screen, HasSubstr("distance_m"));
-  EXPECT_THAT(screen, HasSubstr("current_A"));
+  EXPECT_THAT(screen, HasSubstr("distance"));
+  EXPECT_THAT(screen, HasSubstr("current"));
+  EXPECT_THAT(screen, testing::Not(HasSubstr("firmware_major")));
+  EXPECT_THAT(vehicle_.details(bytes.data(), {}), HasSubstr("firmware_major"));
   EXPECT_EQ(vehicle_.distance_m(bytes.data()), 0);
 }
 
@@ -114,6 +124,66 @@ TEST_F(Described, CodesAreThoseOfTheDaemon) {
   torn.id = 999;
   EXPECT_EQ(fault_text(other.vehicle(), torn), "the rope is torn");
   EXPECT_EQ(fault_text(vehicle_, torn), "fault 999");
+}
+
+TEST_F(Described, TheOverlayShowsOnlyTelemetryOfItsOwnIdl) {
+  EXPECT_EQ(built_.telemetry, &lss_ZebroTelemetry_desc);
+  EXPECT_EQ(vehicle_.overlay, nullptr);
+  json newer = json::parse(zebro_dictionary());
+  newer["telemetry"]["idl"] = newer["telemetry"]["idl"].get<std::string>() + "// and more\n";
+  const DescribedVehicle other(newer.dump());
+  EXPECT_NE(other.vehicle().overlay, nullptr);
+  EXPECT_NE(other.vehicle().telemetry, &lss_ZebroTelemetry_desc);
+}
+
+TEST_F(Described, ProblemsAreTheAlarmsAndThePartsThatAreSilent) {
+  lss_ZebroTelemetry sample{};
+  lss_Status status{};
+  const auto texts = [&] {
+    std::vector<std::string> all;
+    for (const Problem& problem : built_.problems(status, &sample)) all.push_back(problem.text);
+    return all;
+  };
+  for (std::size_t i = 0; i < std::size(sample.modules); ++i) {
+    sample.modules[i].id = static_cast<std::uint8_t>(i + 1);
+    sample.modules[i].online = true;
+  }
+  EXPECT_THAT(texts(), ElementsAre("the bus port is not open"));
+  sample.port_open = true;
+  EXPECT_THAT(texts(), ElementsAre());
+  sample.modules[3].online = sample.modules[0].online = false;
+  sample.modules[3].age_ms = 3000;
+  sample.modules[0].age_ms = kNeverHeard_ms;
+  EXPECT_THAT(texts(),
+              ElementsAre("LF has never answered", "RM does not answer, last reply 3.0 s ago"));
+  status.faults[0].id = static_cast<std::uint16_t>(FaultId::module_silent);
+  status.faults[0].subject = 4;
+  EXPECT_THAT(texts(), ElementsAre("LF has never answered"));
+}
+
+TEST(TelemetryScreen, HasARowForEachElementUnitsOfPeopleAndWords) {
+  static constexpr const char* kNames[] = {"left", "right"};
+  Shown shown;
+  shown.subjects = kNames;
+  shown.parts["drives"] = {};
+  shown.words["drives.link"] = {{"off", "on"}};
+  shown.details = {"drives.address"};
+  const nlohmann::ordered_json telemetry = with_words(
+      nlohmann::ordered_json::parse(R"({"time_ns": 5, "yaw_rad": 1.5707963267948966, "drives": [
+          {"id": 1, "address": 16, "link": 1, "angle_rad": 0.0, "age_ms": 5},
+          {"id": 2, "address": 17, "link": 0, "angle_rad": -3.141592653589793, "age_ms": 7}]})"),
+      shown);
+  EXPECT_EQ(telemetry["drives"][1]["name"], "right");
+  EXPECT_EQ(telemetry_screen(telemetry, shown, {}),
+            "yaw                                  90 deg\n\n"
+            "drives link angle age\n"
+            "              deg  ms\n"
+            "left     on     0   5\n"
+            "right   off  -180   7\n\n");
+  EXPECT_EQ(telemetry_details(telemetry, shown, {}),
+            "drives address\n"
+            "left        16\n"
+            "right       17\n\n");
 }
 
 TEST(Dictionary, ThatCannotBeReadIsRefused) {
@@ -144,6 +214,13 @@ TEST(Dictionary, ThatCannotBeReadIsRefused) {
   EXPECT_THAT(refusal(with((at + "/parameters").c_str(), json(9, common[walk]["parameters"][1]))),
               HasSubstr("9 parameters"));
   EXPECT_THAT(refusal(with("/telemetry/type", "lss::Nothing")), HasSubstr("lss::Nothing"));
+  EXPECT_THAT(refusal(with("/presentation/rest", 4711)), HasSubstr("4711"));
+  EXPECT_THAT(refusal(with("/presentation/steps/0/step", 4711)), HasSubstr("4711"));
+  EXPECT_THAT(refusal(with("/presentation/steps/0/modes", "all")), HasSubstr("cannot be read"));
+  EXPECT_THAT(refusal(with("/presentation/ends/0/index", 8)), HasSubstr("parameter 8"));
+  EXPECT_THAT(refusal(with("/presentation/words/0/words", {1, 2})), HasSubstr("cannot be read"));
+  EXPECT_THAT(refusal(with("/presentation/parts/0/first", "x")), HasSubstr("cannot be read"));
+  EXPECT_THAT(refusal(with("/presentation/alarms/0", 7)), HasSubstr("cannot be read"));
   EXPECT_THAT(refusal(with("/telemetry/idl", "struct {")), HasSubstr("IDL"));
   EXPECT_THAT(
       refusal(with("/telemetry/idl", "module lss { struct ZebroTelemetry { double x; }; };")),

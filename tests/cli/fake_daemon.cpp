@@ -1,6 +1,7 @@
 #include "tests/cli/fake_daemon.h"
 
-#include <zebro.h>  // of the IDL
+#include <earlier.h>  // of the IDL
+#include <zebro.h>    // of the IDL
 
 #include <algorithm>
 #include <chrono>
@@ -34,6 +35,13 @@ dds::Participant join(int domain) {
   parameters.domain = domain;
   parameters.daemon = true;
   return must(dds::Participant::create(parameters));
+}
+
+// That of a vehicle of this build.
+std::string built_dictionary(const std::string& vehicle) {
+  for (std::string& text : built_dictionaries())
+    if (nlohmann::json::parse(text)["vehicle"] == vehicle) return std::move(text);
+  return "";
 }
 
 }  // namespace
@@ -70,16 +78,18 @@ void FakeDaemon::open() {
   telemetry_ = must(dds::create_writer(
       participant_.get(),
       dds::telemetry_topic(described ? birth_.vehicle : "zebro", &lss_ZebroTelemetry_desc)));
-  if (described) {
-    dictionary_ = writer(dds::Kind::dictionary);
-    lss_Dictionary sample{};
-    put(sample.vehicle_id, birth_.vehicle_id);
-    sample.json = birth_.dictionary.data();
-    dds_write(dictionary_.get(), &sample);
-  }
+  std::string dictionary = described ? birth_.dictionary : built_dictionary(birth_.vehicle);
+  dictionary_ = writer(dds::Kind::dictionary);
+  lss_Dictionary sample{};
+  put(sample.vehicle_id, birth_.vehicle_id);
+  sample.json = dictionary.data();
+  dds_write(dictionary_.get(), &sample);
+  dds_topic_descriptor_t earlier = earlier_Command_desc;
+  earlier.m_typename = lss_Command_desc.m_typename;
   const auto reader = [&](dds::Kind kind) {
-    return must(dds::create_daemon_reader(participant_.get(), dds::common_topic(kind),
-                                          birth_.vehicle_id, nullptr));
+    dds::Topic topic = dds::common_topic(kind);
+    if (birth_.earlier && kind == dds::Kind::command) topic.descriptor = &earlier;
+    return must(dds::create_daemon_reader(participant_.get(), topic, birth_.vehicle_id, nullptr));
   };
   commands_ = reader(dds::Kind::command);
   heartbeat_reader_ = reader(dds::Kind::heartbeat);
@@ -172,8 +182,8 @@ void FakeDaemon::obey(const lss_Command& command, std::uint64_t writer) {
 
 void FakeDaemon::obey_parameters(const lss_Command& command) {
   if (command.kind == kSetParameter) {
-    parameters_.item[static_cast<std::size_t>(command.parameter[0]) - 1].value =
-        command.parameter[1];
+    for (lss_Parameter& p : parameters_.item)
+      if (text(p.name) == text(command.name)) p.value = command.parameter[0];
     ++parameters_.changes;
   } else {
     parameters_.saved = lss_SAVED_GOOD;
@@ -348,12 +358,13 @@ void FakeDaemon::emergency() {
   if (active_.kind != 0) finish(lss_PHASE_FAILED, Reason::emergency);
 }
 
-void FakeDaemon::event(EventId id, const std::string& what) {
+void FakeDaemon::event(EventId id, const std::string& what, std::uint32_t count) {
   const std::lock_guard lock(mutex_);
   lss_Event event{};
   put(event.vehicle_id, birth_.vehicle_id);
   event.index = ++event_index_;
   event.time_ns = now_ns();
+  event.count = count;
   event.severity = lss_SEVERITY_INFO;
   event.id = static_cast<std::uint16_t>(id);
   put(event.text, what);

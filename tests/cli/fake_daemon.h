@@ -40,7 +40,8 @@ struct Birth {
   std::string vehicle_id = "zebro-1";
   std::string vehicle = "zebro";
   std::int32_t pid = 1;
-  std::string dictionary{};  // empty: none
+  std::string dictionary{};  // empty: that of this build
+  bool earlier = false;      // its type of commands is that of an earlier version
   enum class Late {
     status,  // its topics are there and it says nothing yet
     topics,  // DDS knows of a daemon, and nothing more
@@ -67,7 +68,8 @@ class FakeDaemon {
   void telemetry_on_request();
   void fall_silent();  // as if killed: no status, no answer
   void timing(const TimingStatistics& statistics);
-  void event(EventId id, const std::string& text);
+  // count > 0: a report of the one series of this id.
+  void event(EventId id, const std::string& text, std::uint32_t count = 0);
   void saved_parameters(lss_SavedParameters saved);
   // The command that is being executed fails.
   void emergency();

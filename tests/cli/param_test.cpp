@@ -28,7 +28,6 @@ TEST_F(Param, JsonHasTheKeysThatProgramsRelyOn) {
   ASSERT_EQ(all.size(), 3U);
   const json& p = all[0];
   EXPECT_EQ(p["name"], "limits.current_A");
-  EXPECT_EQ(p["number"], 1);
   EXPECT_EQ(p["value"], 1.2);
   EXPECT_EQ(p["unit"], "A");
   EXPECT_EQ(p["min"], 0.05);
@@ -39,14 +38,14 @@ TEST_F(Param, JsonHasTheKeysThatProgramsRelyOn) {
   EXPECT_EQ(all[1]["change"], "at_rest");
 }
 
-TEST_F(Param, SetSendsNumberAndValueAndSaysHowToKeepIt) {
+TEST_F(Param, SetSendsNameAndValueAndSaysHowToKeepIt) {
   FakeDaemon daemon(domain());
   const Ended ended = run({"param", "set", "limits.current_A", "1.5A", "gait.flight_s", "4"});
   ASSERT_EQ(ended.code, 0) << ended.err;
   EXPECT_THAT(daemon.kinds(), ElementsAre(kSetParameter, kSetParameter));
   const lss_Command last = daemon.last(kSetParameter);
-  EXPECT_EQ(last.parameter[0], 2);
-  EXPECT_EQ(last.parameter[1], 4);
+  EXPECT_STREQ(last.name, "gait.flight_s");
+  EXPECT_EQ(last.parameter[0], 4);
   EXPECT_THAT(ended.out, HasSubstr("limits.current_A: 1.2 to 1.5 A"));
   EXPECT_THAT(ended.err, HasSubstr("lss-cli param save"));
 }
@@ -63,7 +62,8 @@ TEST_F(Param, DiffSaveAndResetAreAWayThereAndBack) {
   EXPECT_EQ(saved[0]["saved"], 7);
   EXPECT_THAT(run({"param", "diff"}).out, Not(HasSubstr("not saved")));
   ASSERT_EQ(run({"param", "reset"}).code, 0);
-  EXPECT_EQ(daemon.last(kSetParameter).parameter[1], 10);
+  EXPECT_STREQ(daemon.last(kSetParameter).name, "solve.rounds");
+  EXPECT_EQ(daemon.last(kSetParameter).parameter[0], 10);
   // As configured, but the next start would take the saved value.
   EXPECT_THAT(run({"param", "diff"}).out, HasSubstr("saved 7  not saved"));
   ASSERT_EQ(run({"param", "save"}).code, 0);

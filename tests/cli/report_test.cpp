@@ -38,7 +38,7 @@ class HostileReport : public testing::Test {
   std::string page() const {
     const auto recording = recording::open(path_);
     Page page("a", "b");
-    for (const Vehicle* vehicle : vehicles()) vehicle->add_report(*recording, page);
+    for (const Overlay* overlay : overlays()) overlay->add_report(*recording, page);
     add_states(*recording, page);
     add_events(*recording, page);
     add_commands(*recording, nullptr, page);

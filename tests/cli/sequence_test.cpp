@@ -41,35 +41,33 @@ TEST(Sequence, CommentsAreLeftOutAndQuotesKeepBlanks) {
   EXPECT_THAT(lines[1].words, ElementsAre("say", "a;b", "c#d"));
 }
 
-TEST(Sequence, AnOpenQuoteIsAnErrorWithItsLine) {
+// The failure of a call; one that says so when there is none.
+Failure failure_of(const std::function<void()>& call) {
   try {
-    parse_sequence("start\nwait '5 s\nstop", "patrol.lss");
-    FAIL() << "was taken";
+    call();
   } catch (const Failure& e) {
-    EXPECT_EQ(e.code(), ExitCode::usage);
-    EXPECT_THAT(e.what(), StartsWith("patrol.lss:2: "));
+    return e;
   }
+  return Failure(ExitCode::completed, "was taken", "");
+}
+
+TEST(Sequence, AnOpenQuoteIsAnErrorWithItsLine) {
+  const Failure e = failure_of([] { parse_sequence("start\nwait '5 s\nstop", "patrol.lss"); });
+  EXPECT_EQ(e.code(), ExitCode::usage);
+  EXPECT_THAT(e.what(), StartsWith("patrol.lss:2: "));
 }
 
 TEST(Sequence, AVerbThatNobodyKnowsIsAnErrorWithItsLineBeforeAnythingIsDone) {
-  try {
-    steps_of("start\nstand\nwlak forward", "patrol.lss");
-    FAIL() << "was taken";
-  } catch (const Failure& e) {
-    EXPECT_EQ(e.code(), ExitCode::unknown_name);
-    EXPECT_THAT(e.what(), StartsWith("patrol.lss:3: "));
-    EXPECT_THAT(e.advice(), HasSubstr("walk"));
-  }
+  const Failure e = failure_of([] { steps_of("start\nstand\nwlak forward", "patrol.lss"); });
+  EXPECT_EQ(e.code(), ExitCode::unknown_name);
+  EXPECT_THAT(e.what(), StartsWith("patrol.lss:3: "));
+  EXPECT_THAT(e.advice(), HasSubstr("walk"));
 }
 
 TEST(Sequence, AWrongParameterIsAnErrorWithItsLineBeforeAnythingIsDone) {
-  try {
-    steps_of("start; stand\nwalk --heading 120", "patrol.lss");
-    FAIL() << "was taken";
-  } catch (const Failure& e) {
-    EXPECT_EQ(e.code(), ExitCode::usage);
-    EXPECT_THAT(e.what(), StartsWith("patrol.lss:2: "));
-  }
+  const Failure e = failure_of([] { steps_of("start; stand\nwalk --heading 120", "patrol.lss"); });
+  EXPECT_EQ(e.code(), ExitCode::usage);
+  EXPECT_THAT(e.what(), StartsWith("patrol.lss:2: "));
 }
 
 TEST(Sequence, TheOptionsOfTheWholeProgramBelongToTheProgram) {
@@ -78,18 +76,12 @@ TEST(Sequence, TheOptionsOfTheWholeProgramBelongToTheProgram) {
 }
 
 TEST(Sequence, HoldsOnlySoMuch) {
-  const auto why = [](const auto& read) -> std::string {
-    try {
-      read();
-    } catch (const Failure& e) {
-      return e.what();
-    }
-    return "was read";
-  };
-  EXPECT_THAT(why([] { read_input("/dev/zero"); }), HasSubstr("is larger than 1000000 bytes"));
+  EXPECT_THAT(failure_of([] { read_input("/dev/zero"); }).what(),
+              HasSubstr("is larger than 1000000 bytes"));
   std::string many;
   for (int i = 0; i < 1001; ++i) many += "stop\n";
-  EXPECT_THAT(why([&] { steps_of(many, "f"); }), HasSubstr("f has more than 1000 verbs"));
+  EXPECT_THAT(failure_of([&] { steps_of(many, "f"); }).what(),
+              HasSubstr("f has more than 1000 verbs"));
 }
 
 }  // namespace

@@ -12,6 +12,7 @@ namespace lss::cli::test {
 inline Birth strider() {
   nlohmann::json all = nlohmann::json::parse(zebro_dictionary());
   all["vehicle"] = "strider";
+  all.erase("presentation");
   for (nlohmann::json& command : all["commands"]) {
     if (command["name"] != "walk") continue;
     command["name"] = "stride";

@@ -6,19 +6,14 @@
 
 #include "daemon/publish/dictionary.h"
 #include "daemon/vehicles/zebro/modes.h"
-#include "daemon/vehicles/zebro/tunables.h"
+#include "daemon/vehicles/zebro/words.h"
 #include "idl/idl_text.h"
-#include "idl/zebro/commands.h"
 
 namespace lss::cli::test {
 
 inline std::string zebro_dictionary() {
-  const Vocabulary vocabulary{.modes = lss::zebro::kModeNames,
-                              .modules = lss::zebro::kModuleNames,
-                              .strategies = lss::zebro::kStrategyNames,
-                              .commands = lss::zebro::kCommands,
-                              .tunables = lss::zebro::tuning().infos};
-  return dictionary("zebro", lss::zebro::logic(), vocabulary, "time_ns:i8;", idl_text("zebro"));
+  return dictionary("zebro", lss::zebro::logic(), lss::zebro::vocabulary(), "time_ns:i8;",
+                    idl_text("zebro"));
 }
 
 }  // namespace lss::cli::test

@@ -175,8 +175,9 @@ TEST(Config, PresetsOfTheLogAreChangedAddedAndChosen) {
               "address = 'udp://127.0.0.1:9000'\n"));
   const auto config = load(file.path(), kVehicles, read_nothing);
   ASSERT_TRUE(config) << config.error();
-  const LogPreset* mine = config->log_preset();
-  ASSERT_NE(mine, nullptr);
+  ASSERT_EQ(config->running_log_presets().size(), 1u);
+  const LogPreset running = config->running_log_presets().front();
+  const LogPreset* const mine = &running;
   EXPECT_EQ(mine->name, "mine");
   EXPECT_EQ(mine->what, bit(LogPart::events) | bit(LogPart::timing));
   EXPECT_EQ(mine->every_ns, 250 * kMillisecond);
@@ -197,7 +198,23 @@ TEST(Config, NoPresetLogsNothing) {
   const Scratch file(minimal("[log]\nuse = ''\n"));
   const auto config = load(file.path(), kVehicles, read_nothing);
   ASSERT_TRUE(config) << config.error();
-  EXPECT_EQ(config->log_preset(), nullptr);
+  EXPECT_TRUE(config->running_log_presets().empty());
+}
+
+TEST(Config, OnePresetLogsToFilesAndOthersBesideItToSockets) {
+  const auto both =
+      parse(minimal("[log]\nuse = 'quiet'\nalso = ['stream']\n"), "text", kVehicles, read_nothing);
+  ASSERT_TRUE(both) << both.error();
+  ASSERT_EQ(both->running_log_presets().size(), 2u);
+  EXPECT_EQ(both->running_log_presets()[0].name, "quiet");
+  EXPECT_EQ(both->running_log_presets()[1].name, "stream");
+
+  for (const char* wrong : {"also = ['nothing']", "also = ['timing']"}) {
+    const auto refused =
+        parse(minimal(std::string("[log]\n") + wrong + "\n"), "text", kVehicles, read_nothing);
+    ASSERT_FALSE(refused) << wrong;
+    EXPECT_NE(refused.error().find("also"), std::string::npos) << refused.error();
+  }
 }
 
 TEST(Config, TheFlightRecorderRecordsUnlessToldNotTo) {

@@ -20,8 +20,20 @@ constexpr ParameterInfo kParameters[] = {
 constexpr CommandInfo kMove{7, "move", Access::holder, true, "", kParameters};
 constexpr CommandInfo kData{6, "data", Access::anyone, false, "", {}};
 
+constexpr CommandInfo kSetIt{.kind = 9,
+                             .name = "set-parameter",
+                             .access = Access::anyone,
+                             .leased = false,
+                             .summary = "",
+                             .parameters = SetParameter::kParameters,
+                             .named = true};
+constexpr TunableInfo kTunables[] = {
+    {"limits.current_A", "A", 0, 2, Change::always, false, "above it: emergency"},
+    {"gait.flight_s", "s", 0, 2, Change::at_rest, false, "a leg in the air"}};
+
 const CommandInfo* lookup(std::uint16_t kind) {
   if (kind == kMove.kind) return &kMove;
+  if (kind == kSetIt.kind) return &kSetIt;
   return kind == kData.kind ? &kData : nullptr;
 }
 
@@ -44,7 +56,7 @@ class ArmourTest : public testing::Test {
   Reason check(const Request& r, std::uint64_t writer = 1, const Name& holder = {}) {
     return armour_.check(r, writer, holder).reason;
   }
-  Armour armour_{lookup, 200, 60'000};
+  Armour armour_{lookup, kTunables, 200, 60'000};
 };
 
 TEST_F(ArmourTest, LetsAGoodCommandThrough) { EXPECT_EQ(check(move(1, 0.5, 1)), Reason::none); }
@@ -70,6 +82,44 @@ TEST_F(ArmourTest, SaysWhatItMeasuredAndWhatIsAllowed) {
 
 TEST_F(ArmourTest, RefusesAChoiceBetweenChoices) {
   EXPECT_EQ(check(move(1, 0, 0.5)), Reason::not_a_choice);
+}
+
+Request set(std::string_view name) {
+  Request r = move(1);
+  r.kind = kSetIt.kind;
+  name.copy(r.name.data(), r.name.size());
+  return r;
+}
+
+TEST_F(ArmourTest, LetsTheNameOfAParameterThroughThatThereIs) {
+  EXPECT_EQ(check(set("limits.current_A")), Reason::none);
+  EXPECT_EQ(check(set("gait.flight_s")), Reason::none);
+}
+
+TEST_F(ArmourTest, RefusesANameOfNoParameter) {
+  for (const char* name :
+       {"limits.current", "limits.current_AA", "Limits.current_A", " ", "mobility.ratio_p"})
+    EXPECT_EQ(check(set(name)), Reason::no_such_parameter) << name;
+}
+
+TEST_F(ArmourTest, RefusesANameThatIsEmptyNotTerminatedOrNotPrintable) {
+  EXPECT_EQ(check(set("")), Reason::bad_name);
+  EXPECT_EQ(check(set(std::string(kNameSize, 'x'))), Reason::bad_name);
+  EXPECT_EQ(check(set("limits.current_A\n")), Reason::bad_name);
+  EXPECT_EQ(check(set("limits.\xff")), Reason::bad_name);
+  EXPECT_EQ(check(set(std::string(kNameSize - 1, 'x'))), Reason::no_such_parameter);
+}
+
+TEST_F(ArmourTest, RefusesANameThatIsNotTerminatedAlthoughItBeginsWithOneThatThereIs) {
+  Request r = set("limits.current_A");
+  r.name.back() = 'x';  // behind the terminator: garbage of the sender
+  EXPECT_EQ(check(r), Reason::bad_name);
+}
+
+TEST_F(ArmourTest, RefusesANameThatTheCommandDoesNotHave) {
+  Request r = move(1);
+  r.name = set("limits.current_A").name;
+  EXPECT_EQ(check(r), Reason::unused_name);
 }
 
 TEST_F(ArmourTest, RefusesParametersTheCommandDoesNotHave) {
@@ -155,7 +205,7 @@ TEST_F(ArmourTest, WhateverComesInOnlySaneCommandsPass) {
   EXPECT_TRUE(rc::check([](const std::array<double, 8>& parameter, std::uint16_t kind,
                            std::uint64_t sequence, std::uint32_t lease,
                            const std::array<char, 32>& source) {
-    Armour armour(lookup, 200, 60'000);
+    Armour armour(lookup, kTunables, 200, 60'000);
     Request r{.source = source,
               .sequence = sequence,
               .kind = static_cast<std::uint16_t>(kind % 9),

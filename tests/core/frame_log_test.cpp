@@ -10,6 +10,8 @@
 #include <cstring>
 #include <fstream>
 
+#include "tests/support/temp_folder.h"
+
 namespace lss::record {
 namespace {
 
@@ -18,12 +20,6 @@ using testing::ElementsAre;
 
 class FrameLogTest : public testing::Test {
  protected:
-  FrameLogTest() {
-    std::string name = (fs::temp_directory_path() / "lss-frame-log-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-  }
-  ~FrameLogTest() override { fs::remove_all(folder_); }
-
   FrameLogSettings settings(std::size_t files = 32) const {
     return {.folder = folder_, .files = files, .vehicle_id = "v-1", .header = {{"vehicle", "v"}}};
   }
@@ -56,7 +52,7 @@ class FrameLogTest : public testing::Test {
     return events;
   }
 
-  fs::path folder_;
+  const testing_support::TempFolder folder_;
 };
 
 TEST_F(FrameLogTest, KeepsTheLastFramesOfAFaultOldestFirst) {
@@ -166,7 +162,7 @@ TEST_F(FrameLogTest, AFullDiskIsReportedOnceAndLeavesNoHalfFile) {
 
 TEST_F(FrameLogTest, FramesThatTheLogMissedAreReportedOnceAndCountedWhereTheyAreMissing) {
   FrameLogSettings with_log = settings();
-  with_log.preset = config::LogPreset{.name = "all", .what = config::kAllLogParts, .every_ns = 0};
+  with_log.presets = {{.name = "all", .what = config::kAllLogParts, .every_ns = 0}};
   FrameLog log(with_log, [](std::span<const std::uint8_t> bytes) {
     nlohmann::ordered_json json = {{"in", {{"frame", to_json(bytes)}}}};
     for (const char* part : {"command", "outbox", "state", "telemetry", "timing"}) json[part] = 0;

@@ -18,9 +18,18 @@ constexpr TimeNs kGrace = 15 * kMillisecond;
 constexpr SensorFramesParameters kSensor{.packets = 40, .period_ns = kPeriod, .grace_ns = kGrace};
 constexpr TimeNs kEpoch = 1000 * kSecond;
 
-TEST(SensorGrid, FramesBeginWhenTheLastPacketOfABatchArrives) {
-  SensorGrid grid(kSensor, kEpoch);
+class SensorGridTest : public testing::Test {
+ protected:
+  // After a period the packet of this frame, after several that of another one.
+  bool arrive(std::uint64_t first, std::uint64_t second, int periods) {
+    return grid.arrived(first, kEpoch + kPeriod, b) &&
+           grid.arrived(second, kEpoch + periods * kPeriod, b);
+  }
+  SensorGrid grid{kSensor, kEpoch};
   Boundary b;
+};
+
+TEST_F(SensorGridTest, FramesBeginWhenTheLastPacketOfABatchArrives) {
   ASSERT_TRUE(grid.arrived(1, kEpoch + kPeriod + 300, b));
   EXPECT_EQ(b.frame, 1u);
   EXPECT_EQ(b.time_ns, kEpoch + kPeriod + 300);
@@ -31,18 +40,13 @@ TEST(SensorGrid, FramesBeginWhenTheLastPacketOfABatchArrives) {
   EXPECT_EQ(b.skipped, 0u);
 }
 
-TEST(SensorGrid, BoundariesThatWereWorkedThroughAreSkippedFrames) {
-  SensorGrid grid(kSensor, kEpoch);
-  Boundary b;
-  ASSERT_TRUE(grid.arrived(1, kEpoch + kPeriod, b));
-  ASSERT_TRUE(grid.arrived(4, kEpoch + 4 * kPeriod, b));
+TEST_F(SensorGridTest, BoundariesThatWereWorkedThroughAreSkippedFrames) {
+  ASSERT_TRUE(arrive(1, 4, 4));
   EXPECT_EQ(b.frame, 4u);
   EXPECT_EQ(b.skipped, 2u);
 }
 
-TEST(SensorGrid, ASilentSensorIsReplacedByTheClockInTheRhythmLastSeen) {
-  SensorGrid grid(kSensor, kEpoch);
-  Boundary b;
+TEST_F(SensorGridTest, ASilentSensorIsReplacedByTheClockInTheRhythmLastSeen) {
   ASSERT_TRUE(grid.arrived(1, kEpoch + kPeriod, b));
   EXPECT_EQ(grid.deadline(), kEpoch + 2 * kPeriod + kGrace);
   grid.held(grid.deadline() + 5, b);
@@ -54,17 +58,13 @@ TEST(SensorGrid, ASilentSensorIsReplacedByTheClockInTheRhythmLastSeen) {
   EXPECT_EQ(b.skipped, 0u);
 }
 
-TEST(SensorGrid, ASensorThatWasNeverHeardDoesNotKeepFramesFromBeginning) {
-  SensorGrid grid(kSensor, kEpoch);
-  Boundary b;
+TEST_F(SensorGridTest, ASensorThatWasNeverHeardDoesNotKeepFramesFromBeginning) {
   grid.held(grid.deadline(), b);
   EXPECT_EQ(b.frame, 1u);
   EXPECT_TRUE(b.held);
 }
 
-TEST(SensorGrid, AStandstillWhileTheSensorIsSilentSkipsFramesAndKeepsTheirPhase) {
-  SensorGrid grid(kSensor, kEpoch);
-  Boundary b;
+TEST_F(SensorGridTest, AStandstillWhileTheSensorIsSilentSkipsFramesAndKeepsTheirPhase) {
   grid.held(grid.deadline(), b);
   const TimeNs phase = b.time_ns;
   grid.held(phase + 5 * kPeriod + 7, b);
@@ -73,9 +73,7 @@ TEST(SensorGrid, AStandstillWhileTheSensorIsSilentSkipsFramesAndKeepsTheirPhase)
   EXPECT_EQ(b.frame, 6u);
 }
 
-TEST(SensorGrid, ABatchThatComesRightAfterAFrameByTheClockIsLeftToTheNext) {
-  SensorGrid grid(kSensor, kEpoch);
-  Boundary b;
+TEST_F(SensorGridTest, ABatchThatComesRightAfterAFrameByTheClockIsLeftToTheNext) {
   ASSERT_TRUE(grid.arrived(1, kEpoch + kPeriod, b));
   grid.held(grid.deadline(), b);
   const TimeNs arrival = b.time_ns + kMillisecond;
@@ -87,11 +85,8 @@ TEST(SensorGrid, ABatchThatComesRightAfterAFrameByTheClockIsLeftToTheNext) {
   EXPECT_FALSE(b.held);
 }
 
-TEST(SensorGrid, ADriverThatBeginsToCountAnewHasNotLostFrames) {
-  SensorGrid grid(kSensor, kEpoch);
-  Boundary b;
-  ASSERT_TRUE(grid.arrived(7, kEpoch + kPeriod, b));
-  ASSERT_TRUE(grid.arrived(1, kEpoch + 2 * kPeriod, b));
+TEST_F(SensorGridTest, ADriverThatBeginsToCountAgainHasNotLostFrames) {
+  ASSERT_TRUE(arrive(7, 1, 2));
   EXPECT_EQ(b.frame, 2u);
   EXPECT_EQ(b.skipped, 0u);
 }

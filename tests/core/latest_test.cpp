@@ -29,6 +29,7 @@ TEST(Latest, ReaderSeesTheNewestOfSeveralValuesOnce) {
   EXPECT_EQ(slot.value(), 3);
   EXPECT_FALSE(slot.update());
   EXPECT_EQ(slot.value(), 3);
+  EXPECT_EQ(slot.replaced(), 2u);
 }
 
 TEST(Latest, ValuesAreNeverTornAndNeverGoBackwards) {
@@ -41,15 +42,17 @@ TEST(Latest, ValuesAreNeverTornAndNeverGoBackwards) {
       slot.put(p);
     }
   });
-  std::uint64_t before = 0;
+  std::uint64_t before = 0, read = 0;
   while (before < kLast) {
-    const Pair& p = slot.get();
+    read += slot.update();
+    const Pair& p = slot.value();
     ASSERT_EQ(p.twice, 2 * p.number);
     for (const std::uint64_t x : p.same) ASSERT_EQ(x, p.number);
     ASSERT_GE(p.number, before);
     before = p.number;
   }
   writer.join();
+  EXPECT_EQ(read + slot.replaced(), kLast);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "daemon/parameters/store.h"
 #include "daemon/record/recording.h"
 #include "idl/angles.h"
+#include "tests/support/temp_folder.h"
 
 namespace lss {
 namespace {
@@ -296,9 +297,8 @@ TEST(ParameterStore, AnySavedValuesAreReadBack) {
 }
 
 TEST(ParameterStore, OnARealDiskItMakesItsFolderAndSaysWhenItCannotWrite) {
-  std::string folder = (fs::temp_directory_path() / "lss-parameters-XXXXXX").string();
-  ASSERT_NE(::mkdtemp(folder.data()), nullptr);
-  const fs::path below = fs::path(folder) / "state";
+  const testing_support::TempFolder folder;
+  const fs::path below = folder / "state";
   ParameterStore s(below, "zebro", "zebro-1");
   EXPECT_EQ(s.load().state, SavedState::none);
   std::uint64_t number = 0;
@@ -309,7 +309,6 @@ TEST(ParameterStore, OnARealDiskItMakesItsFolderAndSaysWhenItCannotWrite) {
   EXPECT_EQ(std::distance(fs::directory_iterator(below), fs::directory_iterator()), 2);
   ParameterStore nowhere("/proc/none", "zebro", "zebro-1");
   EXPECT_NE(nowhere.save(values(1.1), 1, number), 0);
-  fs::remove_all(folder);
 }
 
 // ---- loading at the start
@@ -367,14 +366,12 @@ TEST(Tunables, AValueIsReportedAsAPersonWouldWriteIt) {
 }
 
 TEST(ParameterStore, APipeInThePlaceOfACopyKeepsNobodyWaiting) {
-  std::string name = (fs::temp_directory_path() / "lss-store-XXXXXX").string();
-  const fs::path folder = ::mkdtemp(name.data());
+  const testing_support::TempFolder folder;
   ParameterStore store(folder, "zebro", "z-1");
   ASSERT_EQ(::mkfifo(store.path(0).c_str(), 0600), 0);
   const auto loaded = store.load();
   EXPECT_EQ(loaded.state, SavedState::lost);
   EXPECT_THAT(loaded.troubles, ElementsAre(HasSubstr("is damaged: 0 bytes")));
-  fs::remove_all(folder);
 }
 
 }  // namespace

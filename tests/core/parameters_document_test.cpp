@@ -17,11 +17,10 @@ std::string text_of(const char* path) {
 }
 
 std::string table_of(std::span<const TunableInfo> infos) {
-  std::string table = "| number | parameter | unit | range | when | |\n|---|---|---|---|---|---|\n";
-  for (std::size_t i = 0; i < infos.size(); ++i) {
-    const TunableInfo& t = infos[i];
-    table += fmt::format("| {} | `{}` | {} | {:g} to {:g}{} | {} | {} |\n", i + 1, t.name, t.unit,
-                         t.min, t.max, t.whole ? ", whole" : "",
+  std::string table = "| parameter | unit | range | when | |\n|---|---|---|---|---|\n";
+  for (const TunableInfo& t : infos) {
+    table += fmt::format("| `{}` | {} | {:g} to {:g}{} | {} | {} |\n", t.name, t.unit, t.min, t.max,
+                         t.whole ? ", whole" : "",
                          t.change == Change::always ? "always" : "at rest", t.help);
   }
   return table;

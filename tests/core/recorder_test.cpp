@@ -13,6 +13,8 @@
 #include <cstring>
 #include <fstream>
 
+#include "tests/support/temp_folder.h"
+
 namespace lss::record {
 namespace {
 
@@ -23,12 +25,6 @@ using End = RecordingReader::End;
 
 class RecorderTest : public testing::Test {
  protected:
-  RecorderTest() {
-    std::string name = (fs::temp_directory_path() / "lss-recorder-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-  }
-  ~RecorderTest() override { fs::remove_all(folder_); }
-
   std::unique_ptr<Recorder> recorder(std::uint64_t file = 100'000, std::uint64_t total = 400'000) {
     auto made = std::make_unique<Recorder>(RecorderSettings{.folder = folder_,
                                                             .vehicle_id = "v-1",
@@ -82,7 +78,7 @@ class RecorderTest : public testing::Test {
     return read;
   }
 
-  fs::path folder_;
+  const testing_support::TempFolder folder_;
   TimeNs now_ = 100 * kSecond;
   unsigned number_ = 0;
   std::vector<EventId> told_;

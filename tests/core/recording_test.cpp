@@ -17,6 +17,7 @@
 
 #include "daemon/record/files.h"
 #include "daemon/record/limits.h"
+#include "tests/support/temp_folder.h"
 
 namespace lss::record {
 namespace {
@@ -34,12 +35,6 @@ struct Read {
 
 class RecordingTest : public testing::Test {
  protected:
-  RecordingTest() {
-    std::string name = (fs::temp_directory_path() / "lss-recording-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-  }
-  ~RecordingTest() override { fs::remove_all(folder_); }
-
   fs::path path() const { return folder_ / "v-1-000001-x.lssrec"; }
   static Bytes record(std::uint8_t number) { return Bytes(number % 7u + 1u, number); }
 
@@ -81,7 +76,7 @@ class RecordingTest : public testing::Test {
     return read;
   }
 
-  fs::path folder_;
+  const testing_support::TempFolder folder_;
   std::vector<std::uint64_t> ends_;  // of the chunks with frames
 };
 

@@ -16,6 +16,7 @@
 #include "daemon/record/limits.h"
 #include "daemon/record/recording.h"
 #include "daemon/replay/records.h"
+#include "tests/support/temp_folder.h"
 #include "tools/lss-cli/recording/record_layout.h"
 
 namespace lss::record {
@@ -33,12 +34,6 @@ struct ToReplay {
 
 class HostileReplay : public testing::Test {
  protected:
-  HostileReplay() {
-    std::string name = (fs::temp_directory_path() / "lss-replay-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-  }
-  ~HostileReplay() override { fs::remove_all(folder_); }
-
   static Json header(const std::string& vehicle) {
     const auto records = vehicle_records(vehicle);
     return {
@@ -74,7 +69,7 @@ class HostileReplay : public testing::Test {
     return names;
   }
 
-  fs::path folder_;
+  const testing_support::TempFolder folder_;
   std::string said_;
 };
 

@@ -17,6 +17,8 @@
 #include <fstream>
 #include <optional>
 
+#include "tests/support/temp_folder.h"
+
 namespace lss::record {
 namespace {
 
@@ -33,12 +35,6 @@ constexpr TimeNs kBegin = 1000 * kSecond;
 
 class RunLogTest : public testing::Test {
  protected:
-  RunLogTest() {
-    std::string name = (fs::temp_directory_path() / "lss-run-log-XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
-  }
-  ~RunLogTest() override { fs::remove_all(folder_); }
-
   LogPreset everything() const {
     return {.name = "all",
             .what = config::kAllLogParts,
@@ -95,7 +91,7 @@ class RunLogTest : public testing::Test {
     return sum;
   }
 
-  fs::path folder_;
+  const testing_support::TempFolder folder_;
   std::uint32_t bad_ = 0;
   std::size_t length_ = 10;
   std::vector<EventId> told_;
@@ -276,7 +272,7 @@ TEST_F(RunLogTest, TroubleThatComesAndGoesIsReportedOnceAMinute) {
   EXPECT_EQ(told_.size(), 2u);
 }
 
-TEST_F(RunLogTest, AFileThatSomebodyRemovedIsBegunAnew) {
+TEST_F(RunLogTest, AFileThatSomebodyRemovedIsBegunAgain) {
   const auto log = begin(everything());
   put(*log, 1);
   fs::remove(files().at(0));

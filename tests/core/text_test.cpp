@@ -24,6 +24,14 @@ TEST(EventText, SaysStatesModesReasonsAndFaultsByName) {
             "command 7 rejected, reason not allowed in this state");
 }
 
+TEST(EventText, SaysHowOftenItOccurredAndInWhatTime) {
+  EventRecord late = event(EventId::frame_late, 12);
+  late.count = 9;
+  late.first_ns = kSecond;
+  late.time_ns = 3'540'000'000;
+  EXPECT_EQ(event_text(late, kWords), "a command was late, 12 so far (9 times in 2.5 s)");
+}
+
 TEST(EventText, SaysPhasesProgramsAndFindingsByNameAndNumbersShortly) {
   EXPECT_EQ(event_text(event(EventId::phase_changed, 0, 1), kWords), "phase none to ascend");
   EXPECT_EQ(event_text(event(EventId::planned, 0, 20.969779954920366), kWords),

@@ -1,5 +1,6 @@
 // The control plane end to end: a face and its clients over loopback.
 
+#include <earlier.h>  // of the IDL
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -214,21 +215,29 @@ TEST_F(Control, StatusArrivesWithWhatTheFaceAddsToIt) {
   EXPECT_NEAR(static_cast<double>(status.utc_ns), static_cast<double>(utc_ns()), 60e9);
 }
 
-TEST_F(Control, ALateClientGetsTheLastStatusAndTheLast256Events) {
+TEST_F(Control, ALateClientGetsTheLastStatusAndTheLast16EventsOfEachKind) {
   for (std::uint64_t i = 1; i <= 3; ++i) {
     StatusReport report;
     report.frame_index = i;
     face_->status(report);
   }
-  for (int i = 0; i < 300; ++i) {
-    EventRecord record;
-    record.id = static_cast<std::uint16_t>(EventId::started);
-    face_->event(record, "text");
-  }
+  const auto tell = [&](EventId id, std::uint16_t subject) {
+    face_->event({.id = static_cast<std::uint16_t>(id), .subject = subject, .count = 7}, "text");
+  };
+  tell(EventId::port_closed, 0);  // the cause
+  for (int i = 0; i < 2000; ++i)
+    tell(EventId::module_was_reset, static_cast<std::uint16_t>(1 + i % 10));
+  // A live client has every one of them.
+  ASSERT_TRUE(eventually([&] { return client_->events().size() == 2001; }));
   Client late(test_domain(), "v1", "late");
-  ASSERT_TRUE(eventually([&] { return late.events().size() == 256; }));
-  EXPECT_EQ(late.events().front().index, 45u);
-  EXPECT_EQ(late.events().back().index, 300u);
+  ASSERT_TRUE(eventually([&] { return late.events().size() == 1 + 10 * 16; }));
+  const auto cause = std::ranges::find(late.events(), 1u, &lss_Event::index);
+  ASSERT_NE(cause, late.events().end());
+  EXPECT_EQ(cause->id, static_cast<std::uint16_t>(EventId::port_closed));
+  EXPECT_EQ(cause->count, 7u);
+  const auto newest = std::ranges::max_element(late.events(), {}, &lss_Event::index);
+  EXPECT_EQ(newest->index, 2001u);
+  EXPECT_EQ(newest->number, 200u) << "of its kind and module";
   ASSERT_TRUE(eventually([&] { return !late.statuses().empty(); }));
   EXPECT_EQ(late.statuses().size(), 1u);
   EXPECT_EQ(late.statuses().front().frame_index, 3u);
@@ -336,6 +345,20 @@ TEST_F(Control, TelemetryArrivesWithEveryModuleOfTheVehicle) {
     face_->telemetry(&telemetry);
     return stranger.wait_for_line("received 3", std::chrono::seconds(0));
   }));
+}
+
+TEST_F(Control, CommandsOfAnEarlierVersionDoNotArriveAndThatIsReportedOnce) {
+  EXPECT_FALSE(face_->other_interface());
+  dds_topic_descriptor_t earlier = earlier_Command_desc;
+  earlier.m_typename = lss_Command_desc.m_typename;
+  const auto participant = value(dds::Participant::create({.domain = test_domain()}));
+  const auto writer =
+      value(dds::create_writer(participant.get(), {dds::Kind::command, "lss/command", &earlier}));
+  EXPECT_TRUE(eventually([&] { return face_->other_interface(); }));
+  EXPECT_FALSE(face_->other_interface());
+  dds_publication_matched_status_t matched{};
+  ASSERT_EQ(dds_get_publication_matched_status(writer.get(), &matched), DDS_RETCODE_OK);
+  EXPECT_EQ(matched.total_count, 0u);
 }
 
 TEST(FaceCreation, SaysWhatIsWrongWithItsParameters) {

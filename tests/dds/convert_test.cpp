@@ -36,6 +36,14 @@ TEST(AckText, NamesTheParameterWithWhatCameAndWhatIsAllowed) {
             std::string::npos);
 }
 
+TEST(AckText, NamesTheParameterThatThereIsNotAndSaysWhatToDo) {
+  EXPECT_EQ(ack_text(rejection(Reason::no_such_parameter),
+                     {.tunables = kInfos, .name = "limits.curent_A"}),
+            "rejected: there is no parameter 'limits.curent_A'; list them with: lss-cli param get");
+  EXPECT_EQ(ack_text(rejection(Reason::no_such_parameter)),
+            "rejected: there is no parameter of this name; list them with: lss-cli param get");
+}
+
 TEST(Parameters, GoOutWithRangeAndWhatIsSaved) {
   ParameterReport report{.infos = kInfos, .present = {}, .configured = {}, .saved = {}};
   report.present = {.value = {1.5, 7}, .count = 2, .changes = 3};
@@ -165,6 +173,7 @@ TEST(Request, CarriesEveryFieldOfTheCommand) {
   command.lease_ms = 500;
   command.parameter[0] = 1;
   command.parameter[7] = -2.5;
+  std::memset(command.name, 'x', sizeof command.name);  // not terminated: the armour refuses it
   const Request request = to_request(command, 42);
   EXPECT_EQ(request.sequence, 7u);
   EXPECT_EQ(request.kind, 104);
@@ -172,6 +181,8 @@ TEST(Request, CarriesEveryFieldOfTheCommand) {
   EXPECT_EQ(request.lease_ms, 500u);
   EXPECT_EQ(request.parameter.front(), 1);
   EXPECT_EQ(request.parameter.back(), -2.5);
+  EXPECT_EQ(request.name.front(), 'x');
+  EXPECT_EQ(request.name.back(), 'x');
   EXPECT_EQ(request.arrival_ns, 42);
 }
 

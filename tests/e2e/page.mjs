@@ -49,6 +49,14 @@ const shot = async (name, fullPage = false) => {
 };
 const more = () => page.locator("#list summary", {hasText: "more commands"}).click();
 
+async function moving(picture, did, way) {
+  await parametersMoving();
+  await shot(picture);
+  await frames(kFrames_s);
+  await looks();
+  console.log(`${did} ${await number(way)} m`);
+}
+
 async function zebro() {
   await more();
   await row("walk").getByLabel("speed").selectOption("high");
@@ -58,11 +66,7 @@ async function zebro() {
   // A forbidden command shows the daemon's reason.
   await page.waitForFunction(() => [...document.querySelectorAll(".command")].some((c) => c.textContent.startsWith("panel") && c.querySelector("button").disabled && c.textContent.includes("not allowed")));
   await page.waitForFunction(() => parseFloat(document.querySelector("#overlay").innerText) > 0.03, null, {polling: 100});
-  await parametersMoving();
-  await shot("ground-zebro");
-  await frames(kFrames_s);
-  await looks();
-  console.log(`walked ${await number(/([\d.]+) m walked/)} m`);
+  await moving("ground-zebro", "walked", /([\d.]+) m walked/);
   await done("stop");
   await says("#state", "Idle");
 }
@@ -74,11 +78,7 @@ async function ardito() {
   await press("drive");
   await says("#state", "Running");
   await page.waitForFunction(() => Number(/([\d.]+) m driven/.exec(document.querySelector("#overlay").innerText)?.[1]) > 0.8, null, {polling: 100});
-  await parametersMoving();
-  await shot("ground-ardito");
-  await frames(kFrames_s);
-  await looks();
-  console.log(`drove ${await number(/([\d.]+) m driven/)} m`);
+  await moving("ground-ardito", "drove", /([\d.]+) m driven/);
   await done("halt");
   await done("stop");
   await says("#state", "Idle");

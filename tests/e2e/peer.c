@@ -115,6 +115,12 @@ static bool send_command(const Commander* c, char* words) {
   sample.flags = (uint16_t)number[2];
   sample.lease_ms = (uint32_t)number[3];
   memcpy(sample.parameter, number + 4, sizeof sample.parameter);
+  const char* name = strtok_r(NULL, " \n", &words);  // "-": all letters, no terminator
+  if (name != NULL && strcmp(name, "-") == 0) {
+    memset(sample.name, 'x', sizeof sample.name);
+  } else if (name != NULL) {
+    put_text(sample.name, sizeof sample.name, name);
+  }
   return dds_write(c->command, &sample) == DDS_RETCODE_OK;
 }
 

@@ -12,8 +12,9 @@ from programs import read_text, run, wait_until
 from rig import BOOT_S, DAEMON, EXIT, FATAL_ERROR, FAULT, IDLE, OPERATIONAL, REJECTED, SOURCE, Scenario, own_domain, real_time
 
 UNKNOWN, NOT_FINITE, OUT_OF_RANGE, NOT_A_CHOICE, BAD_SOURCE, STALE, BAD_LEASE, UNUSED = 1, 3, 4, 5, 6, 7, 9, 26
+NO_PARAMETER, BAD_NAME, UNUSED_NAME = 72, 96, 97
 ACCEPTED_OR_DONE = (0, 2, 3)
-START, STOP, DATA, WALK = 1, 2, 6, 104
+START, STOP, DATA, SET, WALK = 1, 2, 6, 9, 104
 
 
 class BadConfiguration(Scenario):
@@ -98,12 +99,13 @@ class BadCommands(Scenario):
         peer = self.commander()
         sequence = 0
 
-        def answer(kind, parameters=(), lease_ms=1000, source="stranger", number=None):
+        def answer(kind, parameters=(), lease_ms=1000, source="stranger", number=None, name=""):
             nonlocal sequence
             sequence += 1
             own = sequence if number is None else number
             seen = peer.out().count(f" {own} {kind} ")
-            words = " ".join(str(p) for p in parameters)
+            numbers = [*parameters, *[0] * (8 - len(parameters))] if name else parameters
+            words = " ".join([*(str(p) for p in numbers), name])
             peer.say(f"command {source} {own} {kind} 0 {lease_ms} {words}")
             pattern = re.compile(rf"^ack (\S+) {own} {kind} (\d) (\d+) ", re.M)
             found = wait_until(lambda: pattern.findall(peer.out())[seen:], 10, f"{source} {own} {kind} is answered",
@@ -120,6 +122,11 @@ class BadCommands(Scenario):
                 ("speed out of range", dict(kind=WALK, parameters=[1, 0, 7]), [OUT_OF_RANGE, NOT_A_CHOICE]),
                 ("speed between two", dict(kind=WALK, parameters=[1, 0, 1.5]), [NOT_A_CHOICE]),
                 ("a parameter too many", dict(kind=WALK, parameters=[1, 0, 2, 0, 0, 0, 0, 5]), [UNUSED]),
+                ("no such parameter", dict(kind=SET, parameters=[1], name="limits.curent_A"), [NO_PARAMETER]),
+                ("parameter of another vehicle", dict(kind=SET, parameters=[1], name="mobility.ratio_p"), [NO_PARAMETER]),
+                ("no name", dict(kind=SET, parameters=[1]), [BAD_NAME]),
+                ("a name without an end", dict(kind=SET, parameters=[1], name="-"), [BAD_NAME]),
+                ("a name too many", dict(kind=WALK, parameters=[1, 0, 2], name="limits.current_A"), [UNUSED_NAME]),
                 ("no lease", dict(kind=START, lease_ms=0), [BAD_LEASE]),
                 ("an hour's lease", dict(kind=START, lease_ms=3600000), [BAD_LEASE]),
                 ("source without an end", dict(kind=DATA, lease_ms=0, source="-"), [BAD_SOURCE])]:

@@ -275,40 +275,47 @@ class Ground(Scenario):
         current = next(p for p in told["parameters"] if p["name"] == "limits.current_A")
         requests = iter(range(1, 100))
 
-        def give(who, command, **parameters):
+        def give(who, command, name="", **parameters):
             request = next(requests)
-            who.send(type="command", id=request, vehicle="zebro-1", command=command, parameters=parameters)
+            who.send(type="command", id=request, vehicle="zebro-1", command=command, name=name, parameters=parameters)
             return who.wait_for(lambda m: m["type"] == "ack" and m["request"] == request and m["final"])
 
-        refused = give(client, "set-parameter", number=current["number"], value=12)
+        refused = give(client, "set-parameter", current["name"], value=12)
         self.assertEqual((refused["phase"], refused["reason"]["name"]), ("rejected", "parameter_range"))
         self.assertEqual((refused["measured"], refused["limit"]), (12, current["max"]))
         self.assertIn("limits.current_A: 12 A is out of range, allowed 0.05 to 1.5 A", refused["reason"]["text"])
         rounds = next(p for p in told["parameters"] if p["whole"])
-        self.assertEqual(give(client, "set-parameter", number=rounds["number"], value=rounds["min"] + 0.5)["reason"]["name"],
+        self.assertEqual(give(client, "set-parameter", rounds["name"], value=rounds["min"] + 0.5)["reason"]["name"],
                          "parameter_whole")
-        for parameters in ({"number": 0, "value": 1}, {"number": len(told["parameters"]) + 1, "value": 1}, {"number": 1.5, "value": 1},
-                           {"number": 1}, {"value": 1}, {"number": 1, "value": 1e300}, {"number": 1, "value": 1, "more": 1}):
-            self.assertEqual(give(client, "set-parameter", **parameters)["phase"], "rejected", parameters)
+        unknown = give(client, "set-parameter", "mobility.ratio_p", value=1)
+        self.assertEqual((unknown["phase"], unknown["reason"]["name"]), ("rejected", "no_such_parameter"))
+        self.assertIn("there is no parameter 'mobility.ratio_p'", unknown["reason"]["text"])
+        for name, parameters in (("", {"value": 1}), ("limits.current_A ", {"value": 1}), ("limits.current_A", {}),
+                                 ("limits.current_A", {"value": 1e300}), ("limits.current_A", {"value": 1, "more": 1})):
+            self.assertEqual(give(client, "set-parameter", name, **parameters)["phase"], "rejected", parameters)
+        self.assertEqual(give(client, "save-parameters", "limits.current_A")["reason"]["name"], "unused_name")
         self.assertEqual(give(client, "save-parameters", value=1)["phase"], "rejected")
         for value in ('"1"', "null", "true", "[1]", "1e999"):
-            client.send_bytes(f'{{"type":"command","id":1,"vehicle":"zebro-1","command":"set-parameter","parameters":{{"number":1,"value":{value}}}}}'
+            client.send_bytes(f'{{"type":"command","id":1,"vehicle":"zebro-1","command":"set-parameter","parameters":{{"value":{value}}}}}'
                               .encode())
             client.wait_for(lambda m: m["type"] == "bad")
+        client.send(type="command", id=1, vehicle="zebro-1", command="set-parameter", name="x" * 48, parameters={"value": 1})
+        client.wait_for(lambda m: m["type"] == "bad")
         for role in ("look", "stop"):
             other = gateway.client(key=KEYS[role])
             for command in ("set-parameter", "save-parameters"):
-                refused = give(other, command, number=current["number"], value=1)
+                refused = give(other, command, current["name"], value=1)
                 self.assertEqual(refused["reason"]["text"], "this key may not command")
         self.assertEqual(json.loads(self.cli_ok("--json", "param", "diff").out)["parameters"], [], "nothing of this did anything")
 
         looker = gateway.client(key=KEYS["look"])
 
         def told_of(who, **values):
-            who.wait_for(lambda m: m["type"] == "parameters" and values.items() <= m["parameters"][current["number"] - 1].items())
+            who.wait_for(lambda m: m["type"] == "parameters" and any(
+                {"name": current["name"], **values}.items() <= p.items() for p in m["parameters"]))
 
         told_of(looker, value=1.2, as_configured=True, as_saved=True)
-        self.assertEqual(give(client, "set-parameter", number=current["number"], value=1.3)["phase"], "completed")
+        self.assertEqual(give(client, "set-parameter", current["name"], value=1.3)["phase"], "completed")
         told_of(looker, value=1.3, saved=None, as_configured=False, as_saved=False)
         self.assertEqual(give(client, "save-parameters")["phase"], "completed")
         told_of(looker, value=1.3, saved=1.3, as_configured=False, as_saved=True)

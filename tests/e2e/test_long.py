@@ -33,7 +33,7 @@ def cpu_s(pid):
 class Long(Recorded):
     """Beside a Scenario with motion(), a generator: the motion begins, and when it is asked again it ends."""
 
-    def nothing_is_lost_and_all_is_replayed(self):
+    def test_a_long_run_loses_nothing_and_is_replayed(self):
         daemon = self.start_all()
         self.cli_ok("timing", "--reset")
         motion = self.motion()
@@ -71,9 +71,6 @@ class Long(Recorded):
 
 
 class Zebro(Long, Scenario):
-    def test_a_long_walk_loses_nothing_and_is_replayed(self):
-        self.nothing_is_lost_and_all_is_replayed()
-
     def motion(self):
         client = self.begin_walk()
         yield
@@ -82,9 +79,6 @@ class Zebro(Long, Scenario):
 
 
 class Ardito(Long, Rover):
-    def test_a_long_drive_loses_nothing_and_is_replayed(self):
-        self.nothing_is_lost_and_all_is_replayed()
-
     def motion(self):
         client = self.begin_cli("drive", "0.2", "--heading", "3", name="drive")
         self.wait_status(lambda s: s["mode"] == "Running", 60, "it drives", client)
@@ -95,9 +89,6 @@ class Ardito(Long, Rover):
 
 class Talaris(Long, Hopper):
     """One hop, since it has gas for one; then at standstill, still at the full rate."""
-
-    def test_a_hop_and_a_long_rest_lose_nothing_and_are_replayed(self):
-        self.nothing_is_lost_and_all_is_replayed()
 
     def motion(self):
         self.cli_ok("hop", "--arm", "--height", "2", "--distance", "8", limit_s=180)

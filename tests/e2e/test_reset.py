@@ -28,7 +28,8 @@ class Resets:
         self.assertEqual(result.code, EXIT["rejected"], result)
         self.assertIn("does not answer", result.err)
 
-    def check_one_and_all(self):
+    # [Oper-4]
+    def test_reset_of_one_module_and_of_all_in_idle_is_no_emergency(self):
         self.start_all()
         for what in (self.MODULE, "all"):
             self.cli_ok("reset", what)
@@ -65,7 +66,7 @@ class OnTheBus(Resets):
         self.wait_status(lambda s: FAULT["node_refuses"] in self.fault_ids(s), 10, "it is not configured")
         return client
 
-    def check_in_time(self):
+    def test_a_module_that_is_slow_to_come_back_is_waited_for(self):
         client = self.start_refusing(reset_s="30.0")
         self.assert_start_is_refused()
         self.fault("clear")
@@ -75,20 +76,14 @@ class OnTheBus(Resets):
         self.assertFalse(any("module_silent" in path for path in self.crashes()))
         self.cli_ok(*self.MOVE, limit_s=120)
 
+    def test_a_module_that_does_not_come_back_is_a_fault_at_its_deadline(self):
+        self.check_never_back(self.start_refusing())
+
 
 class Ardito(OnTheBus, Rover):
     IN_LOCKSTEP = True
     MODULE, NUMBER, NODE = "RF", 2, "0x02"
     MOVE = ("drive", "0.3", "--for", "2s")
-
-    def test_reset_of_one_rover_node_and_of_all_in_idle_is_no_emergency(self):
-        self.check_one_and_all()
-
-    def test_a_rover_node_that_is_slow_to_come_back_is_waited_for(self):
-        self.check_in_time()
-
-    def test_a_rover_node_that_does_not_come_back_is_a_fault_at_its_deadline(self):
-        self.check_never_back(self.start_refusing())
 
 
 class Talaris(OnTheBus, Hopper):
@@ -96,24 +91,11 @@ class Talaris(OnTheBus, Hopper):
     MODULE, NUMBER, NODE = "fans", 4, "0x21"
     MOVE = ("run", "-e", "start; stop")
 
-    def test_reset_of_one_hopper_node_and_of_all_in_idle_is_no_emergency(self):
-        self.check_one_and_all()
-
-    def test_a_hopper_node_that_is_slow_to_come_back_is_waited_for(self):
-        self.check_in_time()
-
-    def test_a_hopper_node_that_does_not_come_back_is_a_fault_at_its_deadline(self):
-        self.check_never_back(self.start_refusing())
-
 
 class Zebro(Resets, Scenario):
     IN_LOCKSTEP = True
     MODULE, NUMBER = "LM", 3
     MOVE = ("run", "-e", "start; stand; stop")
-
-    # [Oper-4]
-    def test_reset_of_one_module_and_of_all_in_idle_is_no_emergency(self):
-        self.check_one_and_all()
 
     def test_a_module_that_does_not_come_back_is_a_fault_at_its_deadline(self):
         self.start_all(module_silent_ms="3000")  # it is reset before it is missed

@@ -72,9 +72,13 @@ class Stuck(Scenario):
     def test_a_stuck_publisher_delays_no_frame(self):
         daemon = self.start_all()
         self.cli_ok("timing", "--reset")
+        before = self.status()["counters"]["telemetry_dropped"]
         with threads.stopped(daemon.process.pid, "publish"):
             wait_until(lambda: "thread publish stands still" in daemon.err(), 10, "it is reported")
         status = self.frames_go_on()
+        dropped = status["counters"]["telemetry_dropped"] - before
+        self.assertGreater(dropped, 40, "telemetry of each frame of a second, but the newest")
+        self.assertRegex(self.cli_ok("status").out, r"[1-9]\d* samples dropped")
         timing = json.loads(self.cli_ok("--json", "timing").out)
         self.assertGreater(timing["frames"], 50)
         self.assertLess(timing["missed"]["skipped"] + timing["missed"]["overruns"], 3, "of 50 in that time")

@@ -43,7 +43,7 @@ class Unknown:
             self.assertEqual(bare["telemetry"][name], full["telemetry"][name])
         self.same_as_full("param", "get")
         self.same_as_full("events", "--last", "1")
-        self.assertIn("distance_m", self.cli_ok("data").out)
+        self.assertIn("distance", self.cli_ok("data").out)
         self.assertEqual(self.cli_ok("health").out, self.full("health").out)
         listed, known = (json.loads(which("--json", "command", "list").out)
                          for which in (self.cli_ok, self.full))
@@ -51,7 +51,7 @@ class Unknown:
         for command in known["commands"]:
             described = self.cli_ok("command", "describe", command["name"]).out
             whole = self.full("command", "describe", command["name"]).out
-            self.assertEqual(described, whole.split("  Examples:\n")[0])
+            self.assertEqual(described, whole)
 
     def refused(self, code, text, *words):
         """With the same words as by the full lss-cli."""

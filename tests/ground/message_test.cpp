@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "idl/commands.h"
+
 namespace lss::ground {
 namespace {
 
@@ -24,6 +26,13 @@ TEST(Message, EachTypeIsReadAsItIsWritten) {
   EXPECT_EQ(o.command, "walk");
   EXPECT_EQ(o.parameters, (std::map<std::string, double>{{"heading", -0.5}, {"speed", 3}}));
   EXPECT_TRUE(o.dry_run && o.whole);
+  EXPECT_EQ(o.name, "");
+  EXPECT_EQ(
+      std::get<Order>(
+          *parse_message(
+              R"({"type":"command","id":3,"vehicle":"z","command":"set-parameter","name":"a.b"})"))
+          .name,
+      "a.b");
 
   const auto stop = parse_message(R"({"type":"stop","id":1})");
   ASSERT_TRUE(stop) << stop.error();
@@ -69,6 +78,8 @@ TEST(Message, WhatIsNotExactlyThatIsRefusedWithASentence) {
                {"a":1,"b":1,"c":1,"d":1,"e":1,"f":1,"g":1,"h":1,"i":1}})"),
           std::string(R"({"type":"command","id":1,"vehicle":"z","command":"walk","dry_run":1})"),
           R"({"type":"command","id":1,"vehicle":")" + long_name + R"(","command":"walk"})",
+          R"({"type":"command","id":1,"vehicle":"z","command":"c","name":")" +
+              std::string(kNameSize, 'x') + "\"}",
           std::string("{\"type\":\"beat\",\"n\":1,\"\xff\":2}"),
           std::string(4000, '['),
       }) {

@@ -33,14 +33,13 @@ TEST(Composition, EachSingleFailureAtEachStepIsAnsweredInTimeAndEndsWell) {
 }
 
 #ifndef LSS_SANITIZED  // for its time
-// By the kind of the first one. In short: one kind, of LF or LM; the second one of these or of the
-// rest.
+// By the kind of the first one, of LF or LM; the second one of these or of the rest.
 class TwoFailures : public testing::TestWithParam<std::size_t> {};
 
 TEST_P(TwoFailures, AreAnsweredInTimeAndEndWell) {
   LSS_SKIP_OUTSIDE_SAMPLE(GetParam(), kFailures);
-  lc::Depth depth{.failures = 2, .every = false, .only = kFailureNames[GetParam()]};
-  if (!testing_support::everything()) depth.modules = 0x05;
+  const lc::Depth depth{
+      .failures = 2, .every = false, .only = kFailureNames[GetParam()], .modules = 0x05};
   const lc::Composition c = compose(depth);
   EXPECT_FALSE(c.violation) << told(c);
   const bool often = depth.only == "silent" || depth.only == "jammed";
@@ -58,11 +57,19 @@ INSTANTIATE_TEST_SUITE_P(Composition, TwoFailures, testing::Range(std::size_t{0}
 // A defect of one part, its property, and the failure in which it shows. Those of the code:
 // planted/planted.py.
 struct Defect {
+  using Options = void (*)(Composed::Options&);  // of times that the parts are given
+  using Rows = void (*)(Row&);                   // of the supervisor's table
+
+  Defect(const char* called, const char* of, const char* by, Options altered)
+      : name(called), property(of), failure(by), options(altered) {}
+  Defect(const char* called, const char* of, const char* by, Rows altered, unsigned several = 1)
+      : name(called), property(of), failure(by), row(altered), failures(several) {}
+
   const char* name;
   const char* property;
   const char* failure;
-  std::function<void(Composed::Options&)> options = {};  // of times that the parts are given
-  std::function<void(Row&)> row = {};                    // of the supervisor's table
+  Options options = nullptr;
+  Rows row = nullptr;
   unsigned failures = 1;
 
   friend void PrintTo(const Defect& defect, std::ostream* out) { *out << defect.name; }
@@ -85,54 +92,34 @@ const Defect kDefects[] = {
     {"supervisor gives a lost client twice the time",
      "each loss leads to a safe state within its time", "client lost",
      [](Composed::Options& o) { o.lease_ms *= 2; }},
-    {"supervisor ignores a lost client",
-     "each loss leads to a safe state within its time",
-     "client lost",
-     {},
-     [](Row& r) { drop(r, Event::lease_expired, State::operational); }},
+    {"supervisor ignores a lost client", "each loss leads to a safe state within its time",
+     "client lost", [](Row& r) { drop(r, Event::lease_expired, State::operational); }},
     {"supervisor ignores fatal faults in operation",
-     "each loss leads to a safe state within its time",
-     "jammed",
-     {},
+     "each loss leads to a safe state within its time", "jammed",
      [](Row& r) { drop(r, Event::emergency, State::operational); }},
     {"supervisor does not obey an emergency stop while errors are solved",
-     "an emergency stop is obeyed from each state",
+     "an emergency stop is obeyed from each state", "emergency stop",
+     [](Row& r) { drop(r, Event::emergency_stop, State::solve_errors); }, 2},
+    {"supervisor's emergency stop stops no module", "an emergency stop is obeyed from each state",
      "emergency stop",
-     {},
-     [](Row& r) { drop(r, Event::emergency_stop, State::solve_errors); },
-     2},
-    {"supervisor's emergency stop stops no module",
-     "an emergency stop is obeyed from each state",
-     "emergency stop",
-     {},
      [](Row& r) {
        without(r, Event::emergency_stop, lc::kEmergencyStop);
        without(r, Event::emergency, lc::kEmergencyStop);  // the fault that goes with it
      }},
     {"solver has twice the time", "no endless solving", "unplugged",
      [](Composed::Options& o) { o.parameters.solver.budget_ns *= 2; }},
-    {"solver is not ended when it gave up",
-     "no endless solving",
-     "unplugged",
-     {},
+    {"solver is not ended when it gave up", "no endless solving", "unplugged",
      [](Row& r) { drop(r, Event::unsolved, State::solve_errors); }},
-    {"solver reports success when it gave up",
-     "solved is what is solved",
-     "unplugged",
-     {},
+    {"solver reports success when it gave up", "solved is what is solved", "unplugged",
      [](Row& r) {
        if (r.event == Event::unsolved) r.to = State::idle;
      }},
     {"isolation is not applied",
-     "whatever can be isolated and leaves a gait ends in Operational again",
-     "silent",
-     {},
+     "whatever can be isolated and leaves a gait ends in Operational again", "silent",
      [](Row& r) { without(r, event::isolate, lc::kIsolate); }},
     // The gate closes: Idle is never reached.
     {"a stop leaves the motors on",
-     "whatever can be isolated and leaves a gait ends in Operational again",
-     "silent",
-     {},
+     "whatever can be isolated and leaves a gait ends in Operational again", "silent",
      [](Row& r) { without(r, event::motion_done, lc::kMotorsOff); }},
 };
 

@@ -44,7 +44,7 @@ refused 'none of the DAEMON sources (nothing.cpp) defines lss::scout_port()' \
   'lss_add_vehicle(scout IDL scout.idl DAEMON nothing.cpp)'
 refused 'none of the SIMULATOR sources (nothing.cpp) defines lss::sim::make_scout_kind()' \
   'lss_add_vehicle(scout IDL scout.idl DAEMON vehicle.cpp SIMULATOR nothing.cpp)'
-refused 'none of the VERIFIED sources (nothing.cpp) defines lss::lc::scout_verified()' \
+refused 'none of the VERIFIED sources (nothing.cpp) defines LSS_VERIFIED(scout, ...)' \
   'lss_add_vehicle(scout IDL scout.idl DAEMON vehicle.cpp VERIFIED nothing.cpp)'
 refused 'this project has a vehicle of this name already' \
   'lss_add_vehicle(scout IDL scout.idl DAEMON vehicle.cpp)

@@ -27,6 +27,11 @@
 
 namespace lss::safety {
 
+inline ParameterName parameter_name(std::string_view text) {
+  ParameterName name{};
+  text.copy(name.data(), name.size() - 1);
+  return name;
+}
 inline Name source(const std::string& text) {
   Name n{};
   text.copy(n.data(), n.size() - 1);
@@ -137,8 +142,11 @@ class CycleWorld {
   // Of a parameter, by its name; steps. The last answer.
   Ack set(const char* name, double value) {
     acks.clear();
-    send(CommandKind::set_parameter,
-         {static_cast<double>(find_tunable(logic_.tunables, name) + 1), value});
+    Request request{.source = source("test"),
+                    .kind = static_cast<std::uint16_t>(CommandKind::set_parameter),
+                    .parameter = {value},
+                    .name = parameter_name(name)};
+    put(request);
     step();
     return acks.empty() ? Ack{} : acks.back();
   }

@@ -8,7 +8,8 @@
 //     explicit World(const Parameters& p = {}, const Supervisor::Parameters& links = {})
 //         : DriveWorld(p, logic(), links, kDrives) {}
 //   };
-//   struct ScoutSafety : safety::DriveTraits<World, kDrives> { ... };
+//   struct ScoutSafety : safety::DriveTraits<World, kDrives>,
+//                        safety::Shipped<read_parameters, logic, tuning> { ... };
 
 #include <array>
 #include <cmath>

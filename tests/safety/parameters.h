@@ -13,17 +13,20 @@ template <class T>
 class SafetyParameters : public testing::Test {};
 TYPED_TEST_SUITE_P(SafetyParameters);
 
-inline double number(std::size_t index) { return static_cast<double>(index + 1); }
+template <class T>
+const char* name_of(std::size_t index) {
+  return T::tuning().infos[index].name;
+}
 
 template <class T>
-Ack set_parameter(WorldOf<T>& w, double number, double value, const char* from = "test",
+Ack set_parameter(WorldOf<T>& w, const char* name, double value, const char* from = "test",
                   std::uint16_t flags = 0) {
-  const std::array<double, kMaxParameters> parameters = {number, value};
   w.acks.clear();
   w.put({.source = source(from),
          .kind = static_cast<std::uint16_t>(CommandKind::set_parameter),
          .flags = flags,
-         .parameter = parameters});
+         .parameter = {value},
+         .name = parameter_name(name)});
   w.step();
   return w.acks.empty() ? Ack{} : w.acks.back();
 }
@@ -92,12 +95,13 @@ TYPED_TEST_P(SafetyParameters, EachIsTakenAndToldInIdle) {
     const double value = another<T>(in_force<T>(*w), i);
     const std::uint32_t changes = w->vehicle_.tunables().changes;
     w->events.clear();
-    EXPECT_EQ(set_parameter<T>(*w, number(i), value).phase, Phase::completed);
+    EXPECT_EQ(set_parameter<T>(*w, name_of<T>(i), value).phase, Phase::completed);
     EXPECT_EQ(w->vehicle_.tunables().value[i], value);
     EXPECT_EQ(w->vehicle_.tunables().changes, changes + 1);
     const EventRecord* told = w->heard(EventId::parameter_changed);
     ASSERT_NE(told, nullptr);
-    EXPECT_EQ(told->argument, (std::array<double, 4>{number(i), before, value, 0}));
+    EXPECT_EQ(told->argument,
+              (std::array<double, 4>{static_cast<double>(i + 1), before, value, 0}));
   }
 }
 
@@ -113,14 +117,14 @@ TYPED_TEST_P(SafetyParameters, TheBoundsOfEachHoldAndARefusalNamesThem) {
       w->run(1);
       const double outside = t.whole ? limit + (limit == t.min ? -1 : 1)
                                      : std::nextafter(limit, limit == t.min ? -HUGE_VAL : HUGE_VAL);
-      const Ack refused = set_parameter<T>(*w, number(i), outside);
+      const Ack refused = set_parameter<T>(*w, name_of<T>(i), outside);
       EXPECT_EQ(refused.phase, Phase::rejected);
       EXPECT_EQ(refused.verdict.reason, Reason::parameter_range);
       EXPECT_EQ(refused.verdict.measured, outside);
       EXPECT_EQ(refused.verdict.limit, limit);
       EXPECT_EQ(refused.verdict.subject, i + 1);
       EXPECT_EQ(w->vehicle_.tunables().changes, 0u);
-      const Ack inside = set_parameter<T>(*w, number(i), limit);
+      const Ack inside = set_parameter<T>(*w, name_of<T>(i), limit);
       taken += inside.phase == Phase::completed ? 1 : 0;
       if (inside.phase != Phase::completed) {
         EXPECT_EQ(inside.verdict.reason, Reason::parameter_together);
@@ -130,7 +134,8 @@ TYPED_TEST_P(SafetyParameters, TheBoundsOfEachHoldAndARefusalNamesThem) {
     }
     if (!t.whole) continue;
     const auto w = fresh<T>();
-    EXPECT_EQ(set_parameter<T>(*w, number(i), t.min + 0.5).verdict.reason, Reason::parameter_whole);
+    EXPECT_EQ(set_parameter<T>(*w, name_of<T>(i), t.min + 0.5).verdict.reason,
+              Reason::parameter_whole);
   }
   EXPECT_GT(taken, 0);
 }
@@ -139,11 +144,15 @@ TYPED_TEST_P(SafetyParameters, OneThatThereIsNotIsRefused) {
   using T = TypeParam;
   const auto w = fresh<T>();
   w->run(1);
-  const auto count = static_cast<double>(T::tuning().infos.size());
-  const Ack refused = set_parameter<T>(*w, count + 1, 1);
-  EXPECT_EQ(refused.verdict.reason, Reason::no_such_parameter);
-  EXPECT_EQ(refused.verdict.limit, count);
-  EXPECT_EQ(set_parameter<T>(*w, 1, kRequired).verdict.reason, Reason::not_finite);
+  const std::string longer = std::string(name_of<T>(0)) + "_";
+  for (const char* name : {"", "nothing", longer.c_str(), longer.c_str() + 1}) {
+    const Ack refused = set_parameter<T>(*w, name, 1);
+    EXPECT_EQ(refused.phase, Phase::rejected) << name;
+    EXPECT_EQ(refused.verdict.reason, *name == '\0' ? Reason::bad_name : Reason::no_such_parameter)
+        << name;
+  }
+  EXPECT_EQ(w->vehicle_.tunables().changes, 0u);
+  EXPECT_EQ(set_parameter<T>(*w, name_of<T>(0), kRequired).verdict.reason, Reason::not_finite);
 }
 
 TYPED_TEST_P(SafetyParameters, WhatMovesIsNotChangedUnderWay) {
@@ -154,7 +163,7 @@ TYPED_TEST_P(SafetyParameters, WhatMovesIsNotChangedUnderWay) {
     const TunableInfo& t = T::tuning().infos[i];
     SCOPED_TRACE(t.name);
     const double now = w->vehicle_.tunables().value[i];
-    const Ack ack = set_parameter<T>(*w, number(i), now);
+    const Ack ack = set_parameter<T>(*w, name_of<T>(i), now);
     EXPECT_EQ(ack.phase, t.change == Change::at_rest ? Phase::rejected : Phase::completed);
     if (t.change == Change::at_rest) {
       EXPECT_EQ(ack.verdict.reason, Reason::not_in_state);
@@ -171,7 +180,8 @@ TYPED_TEST_P(SafetyParameters, OnlyWhoHoldsAuthorityChangesThem) {
   const auto w = moving<T>();
   ASSERT_NE(w, nullptr);
   const double now = w->vehicle_.tunables().value[0];
-  EXPECT_EQ(set_parameter<T>(*w, 1, now, "another").verdict.reason, Reason::not_authorised);
+  EXPECT_EQ(set_parameter<T>(*w, name_of<T>(0), now, "another").verdict.reason,
+            Reason::not_authorised);
   EXPECT_EQ(w->vehicle_.tunables().changes, 0u);
 }
 
@@ -180,9 +190,9 @@ TYPED_TEST_P(SafetyParameters, ADryRunAsksOnly) {
   const auto w = fresh<T>();
   w->run(1);
   const double value = another<T>(T::parameters(), 0);
-  EXPECT_EQ(set_parameter<T>(*w, 1, value, "test", kFlagDryRun).phase, Phase::accepted);
+  EXPECT_EQ(set_parameter<T>(*w, name_of<T>(0), value, "test", kFlagDryRun).phase, Phase::accepted);
   const double outside = T::tuning().infos[0].max + 1;
-  EXPECT_EQ(set_parameter<T>(*w, 1, outside, "test", kFlagDryRun).verdict.reason,
+  EXPECT_EQ(set_parameter<T>(*w, name_of<T>(0), outside, "test", kFlagDryRun).verdict.reason,
             Reason::parameter_range);
   EXPECT_EQ(w->vehicle_.tunables().changes, 0u);
 }
@@ -218,18 +228,19 @@ TYPED_TEST_P(SafetyParameters, NonsenseIsRefusedWhateverItIs) {
                                  w->vehicle_.tunables().value.begin() + tuning.infos.size());
     for (int i = 0; i < 400; ++i) {
       const std::size_t index = dice.below(tuning.infos.size() + 2);
-      const TunableInfo& t = tuning.infos[index < tuning.infos.size() ? index : 0];
+      const bool known = index < tuning.infos.size();
+      const TunableInfo& t = tuning.infos[known ? index : 0];
       double value = dice.between(t.min, t.max);
       if (t.whole) value = std::floor(value);
       if (dice.below(3) == 0) value = dice.between(-1e9, 1e9);
-      const Ack ack = set_parameter<T>(*w, number(index), value);
+      const Ack ack = set_parameter<T>(*w, known ? t.name : "nothing", value);
       if (ack.phase != Phase::completed) {
         ASSERT_EQ(ack.phase, Phase::rejected);
         ++refused;
         continue;
       }
       ++completed;
-      ASSERT_LT(index, tuning.infos.size());
+      ASSERT_TRUE(known);
       ASSERT_TRUE(in_range(t, value)) << t.name << " " << value;
       expected[index] = value;
       ASSERT_EQ(tuning.check(in_force<T>(*w)), nullptr);
@@ -266,7 +277,7 @@ TYPED_TEST_P(SafetyParameters, ARunInWhichTheyChangeIsExecutedAgainToTheBit) {
   Recording recording(*w);
   w->run(1);
   for (std::size_t i = 0; i < T::tuning().infos.size(); ++i)
-    set_parameter<T>(*w, number(i), another<T>(in_force<T>(*w), i));
+    set_parameter<T>(*w, name_of<T>(i), another<T>(in_force<T>(*w), i));
   recording.remember();
   ASSERT_TRUE(comes_to_motion<T>(*w));
   w->run(2);

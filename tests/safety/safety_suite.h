@@ -15,8 +15,8 @@
 // Traits:
 //   World                        of the vehicle's tests, a CycleWorld (cycle_world.h); its
 //                                constructor takes (parameters, Supervisor::Parameters)
-//   parameters()                 of the configuration that ships; shipped() below reads it
-//   logic(), tuning()            of the vehicle
+//   parameters()                 of the configuration that ships, logic(), tuning(),
+//   allocations()                of this program so far: those of Shipped, below
 //   bool ready(World&)           from Idle to where kMotion is accepted
 //   Motion kMotion               the command that makes it move
 //   bool moves(const World&)     the command in out_ moves it
@@ -28,7 +28,6 @@
 //   bad_commands()               functions that each make a good command in motion one that the
 //                                gate must replace
 //   bool& stop_pending(BusReport&)  the report of an all-stop that the cycle has to confirm
-//   std::uint64_t allocations()  of this program so far (tests/support/allocations.h)
 // Optional:
 //   bool stopped(const World&)   the command in out_ is the emergency stop, too; else: safe
 //   bool in_range(const World&)  what the gate guarantees besides finite numbers
@@ -56,18 +55,29 @@
 #include "records.h"
 #include "resets.h"
 #include "stops.h"
+#include "tests/support/allocations.h"
 
 namespace lss::safety {
 
-template <class P>
-P shipped(const std::filesystem::path& file, const std::string& vehicle,
-          P (*read)(config::Section&)) {
-  P parameters;
-  const auto config = config::load(
-      file, {vehicle}, [&](const std::string&, config::Section& s) { parameters = read(s); });
-  if (!config) throw std::runtime_error(config.error());
-  return parameters;
-}
+// The traits that are functions of the vehicle; LSS_CONFIG is its file, NAME.toml.
+template <auto kRead, auto kLogic, auto kTuning>
+struct Shipped {
+  static const auto& parameters() {
+    static const auto kParameters = [] {
+      const std::filesystem::path file = LSS_CONFIG;
+      std::decay_t<decltype(kRead(std::declval<config::Section&>()))> parameters;
+      const auto config =
+          config::load(file, {file.stem().string()},
+                       [&](const auto&, config::Section& section) { parameters = kRead(section); });
+      if (!config) throw std::runtime_error(config.error());
+      return parameters;
+    }();
+    return kParameters;
+  }
+  static const auto& logic() { return kLogic(); }
+  static const auto& tuning() { return kTuning(); }
+  static std::uint64_t allocations() { return testing_support::allocations(); }
+};
 
 }  // namespace lss::safety
 

@@ -223,6 +223,15 @@ std::vector<Fault<WorldOf<T>>> faults() {
   return all;
 }
 
+// What was wrong is well again: a fatal error is solved, and it moves.
+template <class T>
+testing::AssertionResult recovers(WorldOf<T>& w) {
+  if (w.state() == State::fatal_error) {
+    if (const auto solved = is_solved<T>(w); !solved) return solved;
+  }
+  return comes_to_motion<T>(w);
+}
+
 // All states, and the modes that the vehicle names.
 template <class T>
 std::vector<Place<WorldOf<T>>> places() {

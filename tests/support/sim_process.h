@@ -20,8 +20,8 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/file.h"
 #include "tests/support/temp_folder.h"
-#include "tools/lss-sim/frame/file.h"
 
 namespace lss::sim {
 

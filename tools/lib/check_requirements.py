@@ -38,7 +38,7 @@ class Test:
 
 
 def found_tests():
-    registered = set(re.findall(r"lss_e2e\((\w+) \w+ (\w+)", read("tests/e2e/CMakeLists.txt")))
+    registered = set(re.findall(r"lss_e2e\((\w+) \S+ (\w+)", read("tests/e2e/CMakeLists.txt")))
     for path in sorted((root / "tests").rglob("*")) + sorted((root / "cmake").glob("*.cmake")):
         where = path.relative_to(root)
         if path.suffix not in (".cpp", ".h", ".py", ".txt", ".cmake"):

@@ -34,7 +34,7 @@ def headers():
 def languages():
     """All code that runs on the on-board computer is C or C++; DDS types are generated from IDL."""
     for path in files(*PRODUCT):
-        if path.suffix not in (".h", ".cpp", ".c", ".idl") and path.name != "CMakeLists.txt":
+        if path.suffix not in (".h", ".inc", ".cpp", ".c", ".idl") and path.name != "CMakeLists.txt":
             fault(path, 1, "the product is written in C and C++")
 
 

@@ -30,6 +30,7 @@ constexpr std::size_t kMostJobs = 64;  // of a client at a time; a page sends ab
 Invocation read(const Craft& craft, const Order& order) {
   const CommandInfo& info = cli::find_command(*craft.kind, order.command);
   Invocation invocation = cli::with_defaults(info);
+  invocation.name = order.name;  // the daemon judges it
   for (const auto& [name, value] : order.parameters) {
     std::size_t i = 0;
     while (i < info.parameters.size() && name != info.parameters[i].name) ++i;
@@ -229,10 +230,12 @@ void ClientRegistry::on(Client& client, const Script& script) {
   if (client.role < Role::command) return no("this key may not command");
   Craft* craft = fleet_.find(script.vehicle);
   if (craft == nullptr) return no("there is no such vehicle");
-  if (craft->kind->script == nullptr) return no("this vehicle has no scripts");
+  if (craft->kind->overlay == nullptr || craft->kind->overlay->script == nullptr)
+    return no("this vehicle has no scripts");
   try {
     Job job{.id = script.id, .vehicle = craft->id};
-    for (Invocation& step : craft->kind->script(script.text)) job.steps.push_back(std::move(step));
+    for (Invocation& step : craft->kind->overlay->script(script.text))
+      job.steps.push_back(std::move(step));
     add(client, std::move(job));
   } catch (const cli::Failure& e) {
     no(e.what(), e.advice());

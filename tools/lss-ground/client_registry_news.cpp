@@ -54,7 +54,7 @@ void ClientRegistry::tell_everybody(const std::string& key, const json& document
 json ClientRegistry::describe(const Craft& craft) const {
   json commands = json::array();
   for (const CommandInfo* info : cli::commands_of(*craft.kind)) {
-    const bool composed = std::ranges::count(craft.kind->composed, info->name) > 0;
+    const bool composed = cli::is_composed(*craft.kind, info->name);
     if (info->kind == static_cast<std::uint16_t>(CommandKind::emergency_stop)) continue;
     json one = cli::to_json(*info, *craft.kind);
     one["composed"] = composed;
@@ -68,7 +68,7 @@ json ClientRegistry::describe(const Craft& craft) const {
           {"vehicle", craft.kind->name},
           {"commands", std::move(commands)},
           {"subjects", std::move(subjects)},
-          {"scripts", craft.kind->script != nullptr}};
+          {"scripts", craft.kind->overlay != nullptr && craft.kind->overlay->script != nullptr}};
 }
 
 json ClientRegistry::status(const Craft& craft) const {
@@ -92,7 +92,7 @@ json ClientRegistry::status(const Craft& craft) const {
 }
 
 json ClientRegistry::parameters(const Craft& craft) const {
-  json document = cli::parameters_json(*craft.kind, craft.parameters);
+  json document = cli::parameters_json(*craft.kind, craft.parameters, cli::items(craft.parameters));
   document["type"] = "parameters";
   document["id"] = craft.id;
   return document;

@@ -1,5 +1,6 @@
 #include "tools/lss-ground/fleet.h"
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 
@@ -214,6 +215,23 @@ void Fleet::take_acks() {
                             });
 }
 
+namespace {
+
+// As the daemon: the newest of each id and subject, of each series the newest report.
+void keep(std::deque<lss_Event>& events, const lss_Event& event) {
+  constexpr std::size_t kMostEvents = 1024;
+  std::erase_if(events, [&](const lss_Event& e) { return cli::is_newer(event, e); });
+  const auto is_like = [&](const lss_Event& e) {
+    return e.id == event.id && e.subject == event.subject;
+  };
+  if (std::ranges::count_if(events, is_like) >= dds::kEventsKept)
+    events.erase(std::ranges::find_if(events, is_like));
+  events.push_back(event);
+  if (events.size() > kMostEvents) events.pop_front();
+}
+
+}  // namespace
+
 void Fleet::take_events() {
   take_each<lss_Event>(event_reader_, [&](const lss_Event& event, const dds_sample_info_t& info) {
     const std::string_view id = cli::text(event.vehicle_id);
@@ -226,8 +244,7 @@ void Fleet::take_events() {
     if (!events.empty() && event.index <= events.back().index &&
         event.utc_ns > events.back().utc_ns)
       events.clear();
-    events.push_back(event);
-    if (events.size() > dds::kEventDepth) events.pop_front();
+    keep(events, event);
     if (craft != nullptr) ears_.event(*craft, event);
   });
 }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "idl/commands.h"
 #include "lss.h"
 
 namespace lss::ground {
@@ -94,6 +95,7 @@ Message read(Members& all) {
                  .vehicle = all.text("vehicle"),
                  .command = all.text("command"),
                  .parameters = all.numbers("parameters"),
+                 .name = all.text_or_empty("name", kNameSize - 1),
                  .dry_run = all.flag("dry_run"),
                  .whole = all.flag("whole")};
   }

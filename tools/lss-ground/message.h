@@ -25,6 +25,7 @@ struct Order {
   std::uint64_t id = 0;  // of the client's own, in every answer
   std::string vehicle, command;
   std::map<std::string, double> parameters;  // by the names of the command table, in SI
+  std::string name;                          // of a parameter, of set-parameter
   bool dry_run = false;                      // dry run
   bool whole = false;  // with the commands that must precede it in the present state
 };

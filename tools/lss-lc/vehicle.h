@@ -1,7 +1,7 @@
 #pragma once
 
 // A vehicle whose locomotion controller is verified. It brings NAME/*.cpp here, which define
-// NAME_verified(); properties of every vehicle are in common.h.
+// NAME_verified() with LSS_VERIFIED; properties of every vehicle are in common.h.
 
 #include <span>
 #include <string>
@@ -18,15 +18,15 @@ struct FlagName {
 };
 
 struct Verified {
-  const char* name;   // of the roster
-  const char* title;  // for people
+  const char* name;  // of the roster
   const Table* table;
   // Of this table, or of another that is checked against the same properties.
   Model (*model)(const Table& table, std::uint16_t modules);
-  std::uint16_t modules;                    // all, bit i: module i+1
-  std::uint16_t few;                        // enough for mutations of the table, and fast
   std::span<const char* const> mode_names;  // from none on
   std::span<const char* const> goal_names;  // from none on
+  const char* title;                        // for people
+  std::uint16_t modules;                    // all, bit i: module i+1
+  std::uint16_t few;                        // enough for mutations of the table, and fast
   std::span<const FlagName> flag_names;
   std::span<const char* const> module_names;
   // Supervisor, watch and solver together (composition.h); nullptr: not explored.
@@ -43,3 +43,18 @@ std::string text(const Verified& vehicle, Happening happening);
 std::string text(const Verified& vehicle, const ControllerState& state);
 
 }  // namespace lss::lc
+
+// NAME_verified(), with kTable, model_of(), kModeNames and kGoals of the vehicle's namespace; then
+// the other members, from .title on. Outside of any namespace.
+#define LSS_VERIFIED(vehicle, ...)                                     \
+  namespace lss::lc {                                                  \
+  const Verified& vehicle##_verified() {                               \
+    static const Verified kVerified{.name = #vehicle,                  \
+                                    .table = &vehicle::kTable,         \
+                                    .model = vehicle::model_of,        \
+                                    .mode_names = vehicle::kModeNames, \
+                                    .goal_names = vehicle::kGoals,     \
+                                    __VA_ARGS__};                      \
+    return kVerified;                                                  \
+  }                                                                    \
+  }  // namespace lss::lc

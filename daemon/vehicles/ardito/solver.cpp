@@ -21,10 +21,7 @@ FaultClass class_of(FaultId fault) noexcept {
       {faults::steering_critical, FaultClass::mobility},
       {faults::wheel_critical, FaultClass::mobility},
   };
-  for (const auto& [id, of] : kClasses) {
-    if (id == fault) return of;
-  }
-  return FaultClass::system;
+  return class_in(kClasses, fault, FaultClass::system);
 }
 
 // Returns its budget.

@@ -159,17 +159,21 @@ void Vehicle::watch_mobility(Supervisor& s) noexcept {
   }
 }
 
+// The failure of a wheel or steering system as a fault of its node.
+static void report_change(FaultId before, FaultId now, std::size_t node, Supervisor& s) noexcept {
+  if (now == before) return;
+  if (before != FaultId::none && !severe(before)) s.clear(before, kit::module_of(node));
+  if (now != FaultId::none && severe(now)) {
+    kit::blame(now, node, s);
+  } else if (now != FaultId::none) {
+    s.latch(now, kit::module_of(node));
+  }
+}
+
 void Vehicle::watch_wheel(std::size_t i, Supervisor& s) noexcept {
   const FaultId before = fault_of(failure_[i]), now = fault_of(command_.wheel_failure[i]);
   failure_[i] = command_.wheel_failure[i];
-  if (now != before) {
-    if (before != FaultId::none && !severe(before)) s.clear(before, kit::module_of(i));
-    if (now != FaultId::none && severe(now)) {
-      kit::blame(now, i, s);
-    } else if (now != FaultId::none) {
-      s.latch(now, kit::module_of(i));
-    }
-  }
+  report_change(before, now, i, s);
   if (gnc::ardito::contains(command_.stale_wheels, i) && in_service(i) && drives_on_)
     s.raise(FaultId::stale_input, kit::module_of(i));
 }
@@ -249,14 +253,7 @@ void Vehicle::watch_steering(std::size_t i, Supervisor& s) noexcept {
   const FaultId before = fault_of(steering_failure_[i]),
                 now = fault_of(command_.steering_failure[i]);
   steering_failure_[i] = command_.steering_failure[i];
-  if (now != before) {
-    if (before != FaultId::none && !severe(before)) s.clear(before, kit::module_of(node));
-    if (now != FaultId::none && severe(now)) {
-      kit::blame(now, node, s);
-    } else if (now != FaultId::none) {
-      s.latch(now, kit::module_of(node));
-    }
-  }
+  report_change(before, now, node, s);
   if (gnc::ardito::contains(command_.stale_steering, i) && drives_on_)
     s.raise(FaultId::stale_input, kit::module_of(node));
 }

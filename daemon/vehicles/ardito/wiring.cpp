@@ -3,16 +3,10 @@
 #include "daemon/kit/declare.h"
 #include "daemon/vehicles/ardito/tunables.h"
 #include "daemon/vehicles/ardito/vehicle.h"
+#include "daemon/vehicles/ardito/words.h"
 
 namespace lss::ardito {
 namespace {
-
-const Vocabulary kVocabulary{.modes = kModeNames,
-                             .modules = kNodeNames,
-                             .strategies = kStrategyNames,
-                             .commands = kCommands,
-                             .tunables = tuning().infos,
-                             .command = logic().command};
 
 constexpr auto kPeriod = static_cast<TimeNs>(gnc::ardito::kFrame_s * kSecond);
 
@@ -39,7 +33,7 @@ record::VehicleRecords ardito_records();
 
 Port ardito_port() {
   return kit::port<ardito::Vehicle, ardito::Buses>(ardito::read_parameters, ardito::tuning(),
-                                                   ardito::logic(), ardito::kVocabulary,
+                                                   ardito::logic(), ardito::vocabulary(),
                                                    ardito_records);
 }
 

@@ -7,26 +7,10 @@
 #include "daemon/vehicles/talaris/buses.h"
 #include "daemon/vehicles/talaris/tunables.h"
 #include "daemon/vehicles/talaris/vehicle.h"
+#include "daemon/vehicles/talaris/words.h"
 
 namespace lss::talaris {
 namespace {
-
-const auto kFindings = [] {
-  using gnc::talaris::CalibrationFault;
-  std::array<const char*, static_cast<std::size_t>(CalibrationFault::range_spread) + 1> names{};
-  for (std::size_t i = 0; i < names.size(); ++i)
-    names[i] = describe(static_cast<CalibrationFault>(i));
-  return names;
-}();
-const Vocabulary kVocabulary{.modes = kModeNames,
-                             .modules = kSubjectNames,
-                             .strategies = kStrategyNames,
-                             .phases = kPhaseNames,
-                             .programs = kProgramNames,
-                             .findings = kFindings,
-                             .commands = kCommands,
-                             .tunables = tuning().infos,
-                             .command = logic().command};
 
 // The buses as the runtime asks for them.
 class Wiring final : public Buses {
@@ -51,7 +35,7 @@ record::VehicleRecords talaris_records();
 
 Port talaris_port() {
   return kit::port<talaris::Vehicle, talaris::Wiring>(talaris::read_parameters, talaris::tuning(),
-                                                      talaris::logic(), talaris::kVocabulary,
+                                                      talaris::logic(), talaris::vocabulary(),
                                                       talaris_records, talaris::with_frame);
 }
 

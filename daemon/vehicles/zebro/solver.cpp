@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "daemon/cycle/plan.h"
+#include "daemon/cycle/strategies.h"
 #include "idl/zebro/codes.h"
 
 namespace lss::zebro {
@@ -41,10 +42,7 @@ FaultClass class_of(FaultId fault) noexcept {
       {faults::position_jumps, FaultClass::report},
       {faults::gear_slips, FaultClass::gear},
   };
-  for (const auto& [id, of] : kClasses) {
-    if (id == fault) return of;
-  }
-  return FaultClass::system;
+  return class_in(kClasses, fault, FaultClass::system);
 }
 
 bool of_operator(FaultId fault) noexcept {

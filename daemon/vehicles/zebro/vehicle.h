@@ -70,10 +70,10 @@ class Vehicle final : public Actor, private SolveTarget {
   template <class V>
   void keep(V& v) {
     v(parameters_, tunables_, locomotion_, measured_, modules_, checks_, lateness_, found_,
-      flags_before_, disobeyed_, resends_before_, resends_calm_, resends_told_, resent_ns_,
-      segment_, orders_, sent_, walk_, solver_, rounds_, operated_ns_, isolated_, walks_without_,
-      epoch_ns_, now_ns_, before_ns_, walking_legs_, in_motion_, port_, motors_on_ns_, over_sum_ns_,
-      noise_window_ns_, noise_frames_, bridge_, panel_, resets_, resets_seen_, data_requested_);
+      flags_before_, disobeyed_, resends_before_, segment_, orders_, sent_, walk_, solver_, rounds_,
+      operated_ns_, isolated_, walks_without_, epoch_ns_, now_ns_, before_ns_, walking_legs_,
+      in_motion_, port_, motors_on_ns_, over_sum_ns_, noise_window_ns_, noise_frames_, bridge_,
+      panel_, resets_, resets_seen_, data_requested_);
   }
 
  private:
@@ -173,9 +173,6 @@ class Vehicle final : public Actor, private SolveTarget {
   std::array<std::uint16_t, kModules> flags_before_{};
   std::array<bool, kModules> disobeyed_{};
   std::array<std::uint64_t, kModules> resends_before_{};
-  // As last reported; a report at each doubling, from the begin of a busy time on.
-  std::array<std::uint64_t, kModules> resends_calm_{}, resends_told_{};
-  std::array<TimeNs, kModules> resent_ns_{};
   std::array<std::uint32_t, kLegs> segment_{};  // the last one that was ordered
 
   BusOrders orders_{};  // as wanted

@@ -15,7 +15,6 @@ using Kind = ModuleOrder::Kind;
 constexpr TimeNs kNoiseWindow = kSecond;
 constexpr std::uint64_t kNoisyFrames = 20;  // dropped in one window
 constexpr double kHysteresis_degC = 5;
-constexpr TimeNs kCalm = 60 * kSecond;  // without a re-send; then the next one is reported again
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 bool rising(std::uint16_t now, std::uint16_t before, std::uint16_t flag) noexcept {
@@ -198,13 +197,7 @@ void Vehicle::watch_obedience(std::size_t i, const ModuleLink& link, Supervisor&
   if (link.disobeys && !disobeyed_[i]) kit::blame(FaultId::module_disobeys, i, s);
   disobeyed_[i] = link.disobeys;
   if (link.resends != resends_before_[i]) {
-    const bool calm = now_ns_ - resent_ns_[i] > kCalm;
-    if (calm) resends_calm_[i] = resends_told_[i] = resends_before_[i];
     resends_before_[i] = link.resends;
-    resent_ns_[i] = now_ns_;
-    const std::uint64_t told = resends_told_[i] - resends_calm_[i];
-    if (told != 0 && link.resends - resends_calm_[i] < 2 * told) return;
-    resends_told_[i] = link.resends;
     s.note(events::module_resent, number(i), static_cast<double>(link.resends));
   }
 }

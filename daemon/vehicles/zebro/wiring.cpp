@@ -9,16 +9,10 @@
 #include "daemon/kit/declare.h"
 #include "daemon/vehicles/zebro/tunables.h"
 #include "daemon/vehicles/zebro/vehicle.h"
+#include "daemon/vehicles/zebro/words.h"
 
 namespace lss::zebro {
 namespace {
-
-const Vocabulary kVocabulary{.modes = kModeNames,
-                             .modules = kModuleNames,
-                             .strategies = kStrategyNames,
-                             .commands = kCommands,
-                             .tunables = tuning().infos,
-                             .command = logic().command};
 
 const config::Port& legs_port(const config::Config& config) { return kit::port_of(config, "legs"); }
 
@@ -51,8 +45,8 @@ namespace lss {
 record::VehicleRecords zebro_records();
 
 Port zebro_port() {
-  return kit::port<zebro::Vehicle, zebro::Buses>(zebro::read_parameters, zebro::tuning(),
-                                                 zebro::logic(), zebro::kVocabulary, zebro_records);
+  return kit::port<zebro::Vehicle, zebro::Buses>(
+      zebro::read_parameters, zebro::tuning(), zebro::logic(), zebro::vocabulary(), zebro_records);
 }
 
 }  // namespace lss

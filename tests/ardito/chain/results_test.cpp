@@ -230,10 +230,7 @@ std::string everywhere() {
 
 TEST(ArditoResults, WheelFailures) {
   constexpr unsigned kSubjects[] = {1, 4, 5};
-  if (!writing_results()) {
-    check_short(wheel_rows(), 4, break_wheel);
-    return;
-  }
+  if (!writing_results()) return check_short(wheel_rows(), 4, break_wheel);
   const std::string rows = tables(wheel_rows(), kSubjects, break_wheel, false);
   write_section("Failures of wheels (19.1, 19.2)",
                 measured_by("ArditoResults.WheelFailures") + "Straight ahead; wheels 1, 4 and 5. " +
@@ -245,10 +242,7 @@ TEST(ArditoResults, WheelFailures) {
 
 TEST(ArditoResults, SteeringFailures) {
   constexpr unsigned kSubjects[] = {1, 3, 4};
-  if (!writing_results()) {
-    check_short(steering_rows(), 3, break_steering);
-    return;
-  }
+  if (!writing_results()) return check_short(steering_rows(), 3, break_steering);
   const std::string rows = tables(steering_rows(), kSubjects, break_steering, true);
   write_section("Failures of steering systems (19.1, 19.2)",
                 measured_by("ArditoResults.SteeringFailures") +

@@ -1,11 +1,14 @@
 #include "daemon/vehicles/ardito/config.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/support/config_file.h"
 
 namespace lss::ardito {
 namespace {
+
+using testing::HasSubstr;
 
 const testing_support::ConfigFile<Parameters> kFile("ardito", read_parameters);
 
@@ -41,24 +44,20 @@ TEST(ArditoConfig, TheExampleHoldsTheDefaults) {
 TEST(ArditoConfig, EachSignOfTheCorrectionInItsRangeIsTaken) {
   for (const char* sign : {"-1", "0", "1"})
     EXPECT_EQ(kFile.error_of("correction_sign = 1", std::string("correction_sign = ") + sign), "");
-  EXPECT_NE(
-      kFile.error_of("correction_sign = 1", "correction_sign = 2").find("out of range -1 to 1"),
-      std::string::npos);
+  EXPECT_THAT(kFile.error_of("correction_sign = 1", "correction_sign = 2"),
+              HasSubstr("out of range -1 to 1"));
 }
 
 TEST(ArditoConfig, NoLoadCurrentsAreFiveAtRisingSpeeds) {
   EXPECT_EQ(kFile.error_of("[0.05, 0.06, 0.07, 0.09, 0.13]", "[0.04, 0.05, 0.05, 0.06, 0.08]"), "");
-  EXPECT_NE(
-      kFile.error_of("[0.05, 0.06, 0.07, 0.09, 0.13]", "[0.05, 0.06]").find("a list of 5 numbers"),
-      std::string::npos);
-  EXPECT_NE(
-      kFile.error_of("[0.0, 1.0, 2.0, 4.0, 8.0]", "[0.0, 2.0, 1.0, 4.0, 8.0]").find("must rise"),
-      std::string::npos);
+  EXPECT_THAT(kFile.error_of("[0.05, 0.06, 0.07, 0.09, 0.13]", "[0.05, 0.06]"),
+              HasSubstr("a list of 5 numbers"));
+  EXPECT_THAT(kFile.error_of("[0.0, 1.0, 2.0, 4.0, 8.0]", "[0.0, 2.0, 1.0, 4.0, 8.0]"),
+              HasSubstr("must rise"));
 }
 
 TEST(ArditoConfig, TwoNodesOfOneNumberAreRefused) {
-  EXPECT_NE(kFile.error_of("io_node = 32", "io_node = 3").find("node 3 is there twice"),
-            std::string::npos);
+  EXPECT_THAT(kFile.error_of("io_node = 32", "io_node = 3"), HasSubstr("node 3 is there twice"));
 }
 
 TEST(ArditoConfig, ADescriptionThatIsNotThereOrWrongIsReportedWithItsFile) {
@@ -66,23 +65,21 @@ TEST(ArditoConfig, ADescriptionThatIsNotThereOrWrongIsReportedWithItsFile) {
     return kFile.error_of("wheel_description = \"\"", "wheel_description = \"" + name + "\"");
   };
   EXPECT_EQ(described(LSS_DEVICES "/ardito-wheel.dcf"), "");
-  EXPECT_NE(described("nowhere.dcf").find("nowhere.dcf\" cannot be read"), std::string::npos);
-  EXPECT_NE(described(LSS_DEVICES "/ardito-imu.dcf").find("signal HallVelocity is missing"),
-            std::string::npos);
+  EXPECT_THAT(described("nowhere.dcf"), HasSubstr("nowhere.dcf\" cannot be read"));
+  EXPECT_THAT(described(LSS_DEVICES "/ardito-imu.dcf"),
+              HasSubstr("signal HallVelocity is missing"));
   const std::string broken = testing::TempDir() + "broken.dcf";
   std::ofstream(broken) << "[1000\n";
-  EXPECT_NE(described(broken).find("line 1: \"[1000\" is no section"), std::string::npos);
+  EXPECT_THAT(described(broken), HasSubstr("line 1: \"[1000\" is no section"));
 }
 
 TEST(ArditoConfig, AnUnknownStrategyIsRefusedWithTheOnesThereAre) {
-  EXPECT_NE(
-      kFile.error_of("[\"retest\", \"isolate\"]", "[\"pray\"]").find("\"pray\" is no strategy"),
-      std::string::npos);
+  EXPECT_THAT(kFile.error_of("[\"retest\", \"isolate\"]", "[\"pray\"]"),
+              HasSubstr("\"pray\" is no strategy"));
 }
 
 TEST(ArditoConfig, AWrongUnitIsReportedWithTheRightOne) {
-  EXPECT_NE(kFile.error_of("sync_lead_ms = 10", "sync_lead_s = 0.01").find("sync_lead_ms"),
-            std::string::npos);
+  EXPECT_THAT(kFile.error_of("sync_lead_ms = 10", "sync_lead_s = 0.01"), HasSubstr("sync_lead_ms"));
 }
 
 }  // namespace

@@ -40,8 +40,7 @@ TEST(ArditoCycle, TheBeaconRunsFiveSecondsBeforeTheMotorsGoOn) {
 
 TEST(ArditoCycle, DrivesStraightAtTheSpeedAskedFor) {
   World w;
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.3));
+  ASSERT_TRUE(w.start_and_drive(0.3));
   w.run(3);
   EXPECT_NEAR(w.out_.telemetry.measured_m_s, 0.3, 0.01);
   const double distance = w.out_.telemetry.distance_m;
@@ -124,8 +123,7 @@ TEST(ArditoCycle, NoWheelEverTurnsFasterThanTheLimitAllows) {
 
 TEST(ArditoCycle, TheButtonCutsEverythingUntilItIsReleasedAndSolved) {
   World w;
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.3));
+  ASSERT_TRUE(w.start_and_drive(0.3));
   w.inputs.emergency_button = true;
   w.run(1);
   EXPECT_EQ(w.state(), State::fatal_error);
@@ -142,6 +140,22 @@ TEST(ArditoCycle, TheButtonCutsEverythingUntilItIsReleasedAndSolved) {
   EXPECT_TRUE(w.start());
 }
 
+bool starts_with_wheel_5(World& w) {
+  w.acks.clear();
+  return w.start() && w.out_.command.wheel[4].enabled;
+}
+
+// By error solving: its drive is in fault and stays so.
+void isolate_wheel_5(World& w) {
+  ASSERT_TRUE(w.start());
+  w.alter = [](World& x) { x.drive(4) = canopen::DriveState::fault; };
+  ASSERT_TRUE(w.run_until(State::fatal_error, 1));
+  EXPECT_TRUE(w.has(FaultId::drive_fault, 5));
+  w.send(lss::CommandKind::solve);
+  ASSERT_TRUE(w.run_until(State::idle, 60));
+  ASSERT_EQ(w.supervisor_.controller().isolated, 1u << 4);
+}
+
 TEST(ArditoCycle, AWheelWhoseNodeStaysAwayIsIsolatedAndTheOtherFiveDrive) {
   World w;
   ASSERT_TRUE(w.start());
@@ -151,8 +165,7 @@ TEST(ArditoCycle, AWheelWhoseNodeStaysAwayIsIsolatedAndTheOtherFiveDrive) {
   ASSERT_TRUE(w.run_until([&] { return w.state() == State::idle; }, 60));
   EXPECT_EQ(w.supervisor_.controller().isolated, 1u << 4);
   w.acks.clear();
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.3));
+  ASSERT_TRUE(w.start_and_drive(0.3));
   w.run(2);
   EXPECT_FALSE(w.out_.command.wheel[4].enabled);
   EXPECT_EQ(w.out_.command.clutches >> 4 & 1, 0);
@@ -163,20 +176,12 @@ TEST(ArditoCycle, AWheelWhoseNodeStaysAwayIsIsolatedAndTheOtherFiveDrive) {
   w.send(lss::CommandKind::restore);
   w.run(1);
   EXPECT_EQ(w.supervisor_.controller().isolated, 0u);
-  w.acks.clear();
-  EXPECT_TRUE(w.start());
-  EXPECT_TRUE(w.out_.command.wheel[4].enabled);
+  EXPECT_TRUE(starts_with_wheel_5(w));
 }
 
 TEST(ArditoCycle, AWheelWhoseDriveIsStillInFaultSaysSoWhenItIsRestored) {
   World w;
-  ASSERT_TRUE(w.start());
-  w.alter = [](World& x) { x.drive(4) = canopen::DriveState::fault; };
-  ASSERT_TRUE(w.run_until(State::fatal_error, 1));
-  EXPECT_TRUE(w.has(FaultId::drive_fault, 5));
-  w.send(lss::CommandKind::solve);
-  ASSERT_TRUE(w.run_until(State::idle, 60));
-  ASSERT_EQ(w.supervisor_.controller().isolated, 1u << 4);
+  ASSERT_NO_FATAL_FAILURE(isolate_wheel_5(w));
   ASSERT_FALSE(w.has(FaultId::drive_fault, 5));
   w.send(lss::CommandKind::restore);
   w.run(1);
@@ -186,12 +191,7 @@ TEST(ArditoCycle, AWheelWhoseDriveIsStillInFaultSaysSoWhenItIsRestored) {
 
 TEST(ArditoCycle, AWheelWhoseDriveWasRepairedDrivesAgainWhenItIsRestored) {
   World w;
-  ASSERT_TRUE(w.start());
-  w.alter = [](World& x) { x.drive(4) = canopen::DriveState::fault; };
-  ASSERT_TRUE(w.run_until(State::fatal_error, 1));
-  w.send(lss::CommandKind::solve);
-  ASSERT_TRUE(w.run_until(State::idle, 60));
-  ASSERT_EQ(w.supervisor_.controller().isolated, 1u << 4);
+  ASSERT_NO_FATAL_FAILURE(isolate_wheel_5(w));
   w.alter = nullptr;
   w.run(1);
   ASSERT_EQ(w.drive(4), canopen::DriveState::fault) << "until it is reset";
@@ -199,9 +199,7 @@ TEST(ArditoCycle, AWheelWhoseDriveWasRepairedDrivesAgainWhenItIsRestored) {
   w.run(1);
   EXPECT_EQ(w.supervisor_.controller().isolated, 0u);
   EXPECT_FALSE(w.has(FaultId::drive_fault, 5));
-  w.acks.clear();
-  EXPECT_TRUE(w.start());
-  EXPECT_TRUE(w.out_.command.wheel[4].enabled);
+  EXPECT_TRUE(starts_with_wheel_5(w));
 }
 
 TEST(ArditoCycle, ALostImuEndsAutonomousDrivingAndLeavesDrivingByHand) {
@@ -238,8 +236,7 @@ TEST(ArditoCycle, AnImuThatNeverComesIsReportedAndOneThatBootsIsNot) {
 
 TEST(ArditoCycle, AMotorEncoderThatFailsIsSubstitutedWhileItDrives) {
   World w;
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.3));
+  ASSERT_TRUE(w.start_and_drive(0.3));
   w.run(2);
   w.distort = [](std::vector<Reading>& readings) {
     for (Reading& r : readings) {

@@ -117,8 +117,7 @@ TEST(ArditoAutonomy, TheLampFlashesForFiveSecondsBeforeItDrivesByItself) {
 
 TEST(ArditoAutonomy, OfARoverThatIsDrivenByHandItStopsFlashesAndGoesOn) {
   World w;
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.4));
+  ASSERT_TRUE(w.start_and_drive(0.4));
   w.run(2);
   w.send(CommandKind::drive, {0.3, 0, 1, 1});
   ASSERT_TRUE(w.run_until([&] { return w.wheel_rpm(0) == 0; }, 3));
@@ -146,8 +145,7 @@ void block(World& w) {
 
 TEST(ArditoSlip, ABlockedRoverStopsWithinThreeSecondsSaysWhyAndStopsCounting) {
   World w;
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.3));
+  ASSERT_TRUE(w.start_and_drive(0.3));
   w.run(4);
   const double before_m = w.out_.telemetry.distance_m;
   block(w);
@@ -173,8 +171,7 @@ TEST(ArditoSlip, ABlockedRoverStopsWithinThreeSecondsSaysWhyAndStopsCounting) {
 
 TEST(ArditoSlip, AnImuThatIsWrongIsNotTakenForSlip) {
   World w;
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.3));
+  ASSERT_TRUE(w.start_and_drive(0.3));
   w.run(2);
   w.distort = [](std::vector<Reading>& readings) {
     alter_all<Imu>(readings, [](Imu& m) { m.Vtan_mm_s = 1; });
@@ -188,8 +185,7 @@ TEST(ArditoSlip, AnImuThatIsWrongIsNotTakenForSlip) {
 
 TEST(ArditoDropouts, EachIsAnEventAndFourInTenSecondsAreAFault) {
   World w;
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.3));
+  ASSERT_TRUE(w.start_and_drive(0.3));
   const auto drop = [&] { ++w.in_.bus.status.link[7].dropouts; };
   for (int n = 1; n <= 3; ++n) {
     w.events.clear();
@@ -210,8 +206,7 @@ TEST(ArditoDropouts, EachIsAnEventAndFourInTenSecondsAreAFault) {
 
 TEST(ArditoDropouts, RareOnesAreNoFault) {
   World w;
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.3));
+  ASSERT_TRUE(w.start_and_drive(0.3));
   for (int n = 0; n < 8; ++n) {
     ++w.in_.bus.status.link[0].dropouts;
     w.run(3.5);
@@ -223,8 +218,7 @@ TEST(ArditoDropouts, RareOnesAreNoFault) {
 
 TEST(ArditoWheels, SeizedMotorsAreNotForgottenByErrorSolving) {
   World w;
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.3));
+  ASSERT_TRUE(w.start_and_drive(0.3));
   w.run(2);
   const auto seize = [&](bool on) {
     w.distort = [on](std::vector<Reading>& readings) {
@@ -266,8 +260,7 @@ TEST(ArditoWheels, SeizedMotorsAreNotForgottenByErrorSolving) {
 
 TEST(ArditoWheels, AWarmMotorIsReportedAndAHotOneTakenOut) {
   World w;
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.3));
+  ASSERT_TRUE(w.start_and_drive(0.3));
   double degC = 95;
   w.distort = [&](std::vector<Reading>& readings) {
     alter_all<WheelHealth>(readings, [&](WheelHealth& m) {

@@ -29,8 +29,7 @@ TEST(ArditoParameters, AllThreeInstancesOfTheControllerTakeTheHeadingLimit) {
   w.run(0.5);
   EXPECT_EQ(w.set("mobility.heading_limit_deg", 5).phase, Phase::completed);
   w.acks.clear();  // the start waits for its own
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.3, 5 * kDegree));
+  ASSERT_TRUE(w.start_and_drive(0.3, 5 * kDegree));
   w.run(5);
   EXPECT_NEAR(std::abs(w.vehicle_.command().estimate.sigma_rad), 5 * kDegree, 0.5 * kDegree);
   EXPECT_EQ(w.vehicle_.mobility().report().upsets, 0U);

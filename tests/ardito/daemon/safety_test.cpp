@@ -5,7 +5,6 @@
 #include "idl/ardito/codes.h"
 #include "limits.h"
 #include "tests/safety/safety_suite.h"
-#include "tests/support/allocations.h"
 #include "world.h"
 
 namespace lss::ardito {
@@ -14,22 +13,13 @@ namespace {
 using canopen::DriveState;
 using canopen::NodeState;
 
-struct ArditoSafety {
+struct ArditoSafety : safety::Shipped<read_parameters, logic, tuning> {
   using World = ardito::World;
   static constexpr double kRest_s = 20;
   static constexpr safety::Motion kMotion{201, {0.3, 0, 1, 0}};  // drive
   static constexpr std::array<std::uint16_t, 11> kResettable = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
   static constexpr std::uint16_t kVital = 7;
   static constexpr std::array<std::uint16_t, 1> kAlsoReset = {kImuNode};
-
-  static const Parameters& parameters() {
-    static const Parameters kShipped =
-        safety::shipped<Parameters>(LSS_CONFIG, "ardito", read_parameters);
-    return kShipped;
-  }
-  static const Logic& logic() { return ardito::logic(); }
-  static const Tuning<Parameters>& tuning() { return ardito::tuning(); }
-  static std::uint64_t allocations() { return testing_support::allocations(); }
 
   static bool ready(World& w) {
     w.acks.clear();  // it waits for the answer

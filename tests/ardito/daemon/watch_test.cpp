@@ -11,8 +11,7 @@ namespace {
 // One faulty instance of the mobility controller is corrected and reported.
 TEST(ArditoWatch, AnInstanceThatDisagreesIsOutvotedAndTold) {
   World w;
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.3));
+  ASSERT_TRUE(w.start_and_drive(0.3));
   gnc::ardito::Parameters wrong;
   wrong.proportional = 0.25;
   w.vehicle_.mobility().instance(1) = gnc::ardito::MobilityController(wrong);
@@ -28,8 +27,7 @@ TEST(ArditoWatch, AnInstanceThatDisagreesIsOutvotedAndTold) {
 
 TEST(ArditoWatch, InstancesWithoutAMajorityAreAnEmergency) {
   World w;
-  ASSERT_TRUE(w.start());
-  ASSERT_TRUE(w.drive_at(0.3));
+  ASSERT_TRUE(w.start_and_drive(0.3));
   for (const std::size_t i : {1U, 2U}) {
     gnc::ardito::Parameters wrong;
     wrong.proportional = 0.25 * static_cast<double>(i + 2);

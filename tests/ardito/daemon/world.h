@@ -51,6 +51,9 @@ class World : public safety::CycleWorld<World, Vehicle, Mode> {
     send(CommandKind::drive, {speed, heading, 1, 0});
     return run_until(Mode::running, 20);
   }
+  bool start_and_drive(double speed, double heading = 0) {
+    return start() && drive_at(speed, heading);
+  }
 
   bool all_stopped() const {
     const auto off = [](const auto& drive) { return !drive.enabled; };

@@ -15,6 +15,7 @@
 
 #include "tests/support/allocations.h"
 #include "tests/support/can_frames.h"
+#include "tests/support/udp_peer.h"
 
 namespace lss {
 namespace {
@@ -30,35 +31,12 @@ bool readable(int fd) {
   return ::poll(&p, 1, 2000) == 1;
 }
 
-// The other end: a socket bound to a port of the loopback interface.
-class Peer {
+// The other end.
+class Peer : public testing_support::UdpPeer {
  public:
-  Peer() : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
-    sockaddr_in own{};
-    own.sin_family = AF_INET;
-    own.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    EXPECT_EQ(::bind(fd_, reinterpret_cast<sockaddr*>(&own), sizeof own), 0);
-    port_ = port_of(fd_);
-  }
-  ~Peer() { ::close(fd_); }
-  Peer(const Peer&) = delete;
-  Peer& operator=(const Peer&) = delete;
-
-  static int port_of(int fd) {
-    sockaddr_in own{};
-    socklen_t size = sizeof own;
-    EXPECT_EQ(::getsockname(fd, reinterpret_cast<sockaddr*>(&own), &size), 0);
-    return ntohs(own.sin_port);
-  }
-  int port() const { return port_; }
-  std::string path() const { return "udp://127.0.0.1:" + std::to_string(port_); }
-
   void send(int to_port, const Bytes& datagram) {
-    sockaddr_in to{};
-    to.sin_family = AF_INET;
-    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    to.sin_port = htons(static_cast<std::uint16_t>(to_port));
-    EXPECT_EQ(::sendto(fd_, datagram.data(), datagram.size(), 0,
+    const sockaddr_in to = loopback(static_cast<std::uint16_t>(to_port));
+    EXPECT_EQ(::sendto(fd(), datagram.data(), datagram.size(), 0,
                        reinterpret_cast<const sockaddr*>(&to), sizeof to),
               static_cast<ssize_t>(datagram.size()));
   }
@@ -75,10 +53,10 @@ class Peer {
   std::vector<CanFrame> receive(std::size_t count) {
     std::vector<CanFrame> frames;
     Bytes bytes(2048);
-    while (frames.size() < count && readable(fd_)) {
+    while (frames.size() < count && readable(fd())) {
       socklen_t size = sizeof from;
-      const ssize_t got =
-          ::recvfrom(fd_, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&from), &size);
+      const ssize_t got = ::recvfrom(fd(), bytes.data(), bytes.size(), 0,
+                                     reinterpret_cast<sockaddr*>(&from), &size);
       if (got < 0) break;
       reader_.begin(std::span(bytes).first(static_cast<std::size_t>(got)));
       CanFrame next;
@@ -95,8 +73,6 @@ class Peer {
     send(to_port, Bytes(datagram.begin(), datagram.end()));
   }
 
-  int fd_;
-  int port_ = 0;
   CannelloniReader reader_;
   CannelloniWriter writer_;
 };

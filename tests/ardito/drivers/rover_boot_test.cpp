@@ -205,7 +205,7 @@ TEST(RoverBoot, ANodeIsResetAsAWholeWhenOrdered) {
   EXPECT_EQ(world.link(3).node.reboots, 0u) << "that was asked for";
 }
 
-TEST(RoverBoot, ARestartBootsEverythingAnew) {
+TEST(RoverBoot, ARestartBootsEverythingAgain) {
   RoverWorld world;
   world.boot();
   world.drive(1'000);

@@ -35,6 +35,12 @@ double commanded_speed_m_s(const Rover& rover, std::size_t wheel) {
                                 d, p.geometry);
 }
 
+bool runs(Rover& rover, double speed) {
+  rover.request.run = true;
+  rover.request.speed = speed;
+  return rover.settle();
+}
+
 TEST(Driving, StartsStoppedAndBusyUntilItKnowsWhereItIs) {
   Rover rover;
   rover.step();
@@ -83,9 +89,7 @@ TEST(Driving, SlowsDownInCurvesAndGoesWhereSigmaPoints) {
 
 TEST(Driving, FromRunningToTurningOnTheSpotItStopsSteersAndTurns) {
   Rover rover;
-  rover.request.run = true;
-  rover.request.speed = 0.5;
-  ASSERT_TRUE(rover.settle());
+  ASSERT_TRUE(runs(rover, 0.5));
   rover.request.parking = true;
   std::vector<StopPhase> phases;
   double steered_while_moving = 0;
@@ -251,9 +255,7 @@ TEST(Driving, HubsRollAlongTheirWheelsWhileTheSteeringIsUnderWay) {
 
 TEST(Driving, ErrorFromAboveStopsIt) {
   Rover rover;
-  rover.request.run = true;
-  rover.request.speed = 1;
-  ASSERT_TRUE(rover.settle());
+  ASSERT_TRUE(runs(rover, 1));
   rover.request.error = true;
   rover.run(0.1);
   EXPECT_EQ(rover.command.mode, Mode::stop);
@@ -319,9 +321,7 @@ TEST(Driving, WheelsArriveTogether) {
 TEST(Driving, FallingLimitBringsItDownAtOnce) {
   Rover rover;
   rover.request.enable_correction = false;
-  rover.request.run = true;
-  rover.request.speed = 1;
-  ASSERT_TRUE(rover.settle());
+  ASSERT_TRUE(runs(rover, 1));
   rover.request.speed_limit_m_s = 0.5;
   double before = 10;
   for (int n = 0; n < 40; ++n) {

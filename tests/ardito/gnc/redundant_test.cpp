@@ -64,7 +64,7 @@ TEST(Redundant, EverySingleBitOnce) {
   }
 }
 
-TEST(Redundant, HitsInDifferentPlacesOfTwoInstancesStopForAFrameAndAreMended) {
+TEST(Redundant, HitsInDifferentPlacesOfTwoInstancesStopForAFrameAndAreRestored) {
   Rover rover(1);
   rover.request.run = true;
   rover.request.speed = 0.6;

@@ -19,7 +19,7 @@ using testing::HasSubstr;
 
 Invocation read(const char* command, std::vector<std::string> words,
                 const std::map<std::string, std::string>& named = {}) {
-  return read_invocation(find_command(kVehicle, command), kVehicle, words, named);
+  return read_invocation(find_command(vehicle(), command), vehicle(), words, named);
 }
 
 std::vector<std::string> prepared(lss_State state, Mode mode, const Invocation& wanted) {
@@ -27,7 +27,7 @@ std::vector<std::string> prepared(lss_State state, Mode mode, const Invocation& 
   status.state = state;
   status.mode = static_cast<std::uint8_t>(mode);
   std::vector<std::string> names;
-  for (const Invocation& step : kVehicle.prepare(status, wanted)) names.push_back(describe(step));
+  for (const Invocation& step : vehicle().prepare(status, wanted)) names.push_back(describe(step));
   return names;
 }
 
@@ -65,7 +65,7 @@ TEST(TalarisVerbs, AMotionBeginsWithWhatMustComeFirst) {
 
 TEST(TalarisVerbs, WhatTakesLongIsWaitedForUnlessATimeIsSaid) {
   const auto waits_s = [](const Options& options, const Invocation& command) {
-    return options.finish_timeout_s(kVehicle.takes_s(command));
+    return options.finish_timeout_s(vehicle().takes_s(command));
   };
   EXPECT_GE(waits_s({}, read("gnc", {"calibrate"})), 300 + 30);
   EXPECT_GE(waits_s({}, read("gnc", {"execute"})), 120 + 30);
@@ -78,8 +78,8 @@ TEST(TalarisVerbs, WhatTakesLongIsWaitedForUnlessATimeIsSaid) {
 
 // Any client may end it.
 TEST(TalarisVerbs, AScriptIsAbortedByAnyone) {
-  EXPECT_EQ(find_command(kVehicle, "script-abort").access, Access::anyone);
-  EXPECT_EQ(find_command(kVehicle, "land").access, Access::anyone);
+  EXPECT_EQ(find_command(vehicle(), "script-abort").access, Access::anyone);
+  EXPECT_EQ(find_command(vehicle(), "land").access, Access::anyone);
 }
 
 TEST(TalarisVerbs, WordsAreCheckedBeforeAnybodyIsAsked) {

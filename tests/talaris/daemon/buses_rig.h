@@ -33,26 +33,11 @@
 #include "daemon/runtime/frame_engine.h"
 #include "daemon/vehicles/talaris/buses.h"
 #include "drivers/can/cannelloni.h"
+#include "tests/support/temp_folder.h"
 
 namespace lss::talaris::testing_support {
 
 inline constexpr auto kPatience = std::chrono::seconds(30);
-
-class Folder {
- public:
-  Folder() {
-    std::string name = (std::filesystem::temp_directory_path() / "talaris-XXXXXX").string();
-    EXPECT_NE(::mkdtemp(name.data()), nullptr);
-    path_ = name;
-  }
-  ~Folder() { std::filesystem::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 // The far end of a serial line; plugged in under a link, and pulled out.
 class Device {
@@ -197,12 +182,13 @@ inline bool tells_valves(const CanFrame& frame) { return frame.id == 0x220; }
 inline bool tells_fans(const CanFrame& frame) { return frame.id == 0x221; }
 
 // Frames of 4 packets: 20 ms.
-inline config::Config configuration(const Folder& folder, const CanListener& can) {
+inline config::Config configuration(const lss::testing_support::TempFolder& folder,
+                                    const CanListener& can) {
   config::Config config;
   config.period_ns = 20 * kMillisecond;
   config.offset_ns = 5 * kMillisecond;
-  config.ports = {{.name = "imu", .path = folder.path() / "imu"},
-                  {.name = "altimeter", .path = folder.path() / "altimeter", .baud = 9600},
+  config.ports = {{.name = "imu", .path = folder / "imu"},
+                  {.name = "altimeter", .path = folder / "altimeter", .baud = 9600},
                   {.name = "can", .path = can.path()}};
   return config;
 }
@@ -220,10 +206,10 @@ class Rig {
   // Called on the frame thread.
   using Compute = std::function<void(const FrameSeen&, TalarisOrders&)>;
 
-  Folder folder;
+  lss::testing_support::TempFolder folder;
   CanListener can;
-  LandMark imu{folder.path() / "imu"};
-  Device altimeter{folder.path() / "altimeter"};
+  LandMark imu{folder / "imu"};
+  Device altimeter{folder / "altimeter"};
   config::Config config = configuration(folder, can);
   BusesParameters parameters{};
 

@@ -4,7 +4,6 @@
 #include "daemon/vehicles/talaris/vehicle.h"
 #include "limits.h"
 #include "tests/safety/safety_suite.h"
-#include "tests/support/allocations.h"
 #include "world.h"
 
 namespace lss::talaris {
@@ -13,7 +12,7 @@ namespace {
 using canopen::NodeState;
 using Kind = CommandKind;
 
-struct TalarisSafety {
+struct TalarisSafety : safety::Shipped<read_parameters, logic, tuning> {
   using World = talaris::World;
   static constexpr double kRest_s = 60;                                // from the air
   static constexpr safety::Motion kMotion{304, {0b11, 0.1, 0, 3000}};  // pulses
@@ -21,16 +20,13 @@ struct TalarisSafety {
   static constexpr std::uint16_t kVital = kFanModule;
 
   static const Parameters& parameters() {
-    static const Parameters kShipped = [] {
-      auto p = safety::shipped<Parameters>(LSS_CONFIG, "talaris", read_parameters);
+    static const Parameters kShort = [] {
+      Parameters p = Shipped::parameters();
       p.navigation.calibration_s = 4;
       return p;
     }();
-    return kShipped;
+    return kShort;
   }
-  static const Logic& logic() { return talaris::logic(); }
-  static const Tuning<Parameters>& tuning() { return talaris::tuning(); }
-  static std::uint64_t allocations() { return testing_support::allocations(); }
 
   static bool ready(World& w) { return w.start() && w.why(Kind::duty_cycle) == Reason::none; }
   static bool moves(const World& w) { return !w.shut(); }

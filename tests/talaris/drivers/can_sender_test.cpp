@@ -20,6 +20,7 @@
 #include "drivers/can/can_port.h"
 #include "tests/support/allocations.h"
 #include "tests/support/can_frames.h"
+#include "tests/support/udp_peer.h"
 
 namespace lss {
 namespace {
@@ -28,40 +29,22 @@ using testing_support::frame;
 using Result = CanSender::Result;
 
 // The other end: datagrams as they come.
-class Peer {
+class Peer : public testing_support::UdpPeer {
  public:
-  Peer() : fd_(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {
-    sockaddr_in own{};
-    own.sin_family = AF_INET;
-    own.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    EXPECT_EQ(::bind(fd_, reinterpret_cast<sockaddr*>(&own), sizeof own), 0);
-    socklen_t size = sizeof own;
-    EXPECT_EQ(::getsockname(fd_, reinterpret_cast<sockaddr*>(&own), &size), 0);
-    path_ = "udp://127.0.0.1:" + std::to_string(ntohs(own.sin_port));
-  }
-  ~Peer() { ::close(fd_); }
-  Peer(const Peer&) = delete;
-  Peer& operator=(const Peer&) = delete;
-
-  const char* path() const { return path_.c_str(); }
   // The next datagram and the port that it came from; empty: none within `wait_ms`.
   std::vector<std::uint8_t> receive(int wait_ms = 2000) {
-    pollfd p{fd_, POLLIN, 0};
+    pollfd p{fd(), POLLIN, 0};
     if (::poll(&p, 1, wait_ms) != 1) return {};
     std::vector<std::uint8_t> bytes(2048);
     sockaddr_in from{};
     socklen_t size = sizeof from;
     const ssize_t got =
-        ::recvfrom(fd_, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&from), &size);
+        ::recvfrom(fd(), bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&from), &size);
     from_port = ntohs(from.sin_port);
     bytes.resize(static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
     return bytes;
   }
   int from_port = 0;
-
- private:
-  int fd_;
-  std::string path_;
 };
 
 int open_files() {
@@ -74,7 +57,7 @@ int open_files() {
 
 struct Bench {
   Bench() { port.attach(&sender); }
-  CanStatus open() { return port.open(peer.path()); }
+  CanStatus open() { return port.open(peer.path().c_str()); }
 
   Peer peer;
   CanSender sender;

@@ -22,8 +22,7 @@ class Flown {
     period_ns = static_cast<std::int64_t>(std::llround(p.imu_period_s * 1e9));
     for (double& f : phase_) f = std::uniform_real_distribution<double>(0, 6.28)(engine_);
     const Vector3 tilt(0, normal(0.02), normal(0.02));
-    const Vector3 up = exponential(tilt).conjugate() * Vector3::UnitX();
-    truth.q = Eigen::Quaterniond::FromTwoVectors(up, Vector3::UnitX());
+    truth.q = exponential(tilt);
     truth.q = DenseEkf::exponential(Vector3(p.roll_rad + normal(p.start_heading_sigma_rad), 0, 0)) *
               truth.q;
     truth.p = Vector3(p.pointing == Pointing::down ? 1.2 : p.height_m, 0, 0) +

@@ -11,6 +11,7 @@
 #include "idl/angles.h"
 #include "tests/support/everything.h"
 #include "tests/zebro/chain/chain.h"
+#include "tests/zebro/chain/legs.h"
 #include "tools/lss-sim/zebro/vehicle.h"
 
 namespace lss::zebro {
@@ -19,11 +20,6 @@ namespace {
 constexpr double kLeast_m_s = 1e-3;   // Zebro thesis [Oper-8]
 constexpr double kMostTilt_deg = 20;  // a body on its belly and two dead legs: 12
 constexpr double kStroke_s = 5;       // a cycle of rowing is shorter, one of creeping longer
-
-struct Dead {
-  const char* name;
-  std::vector<int> legs;  // numbers of modules
-};
 
 double tilt_deg(const sim::zebro::BodyState& body) {
   return std::acos(std::min(1.0, body.attitude.toRotationMatrix()(2, 2))) / kDegree;
@@ -34,7 +30,7 @@ double yaw_deg(const sim::zebro::BodyState& from, const sim::zebro::BodyState& t
   return std::atan2(turned(1, 0), turned(0, 0)) / kDegree;
 }
 
-class DeadLegs : public testing::TestWithParam<Dead> {
+class DeadLegs : public testing::TestWithParam<Legs> {
  protected:
   // Runs until so many steps more are done; false when the walk ends before. Watches the attitude.
   bool walk_steps(Chain& chain, unsigned count) {
@@ -52,7 +48,7 @@ class DeadLegs : public testing::TestWithParam<Dead> {
 };
 
 TEST_P(DeadLegs, OthersWalkOnAfterSolving) {
-  const Dead& dead = GetParam();
+  const Legs& dead = GetParam();
   LSS_SKIP_OUTSIDE_SAMPLE(static_cast<std::size_t>(dead.legs.front() + dead.legs.back()), 5);
   unsigned seed = 20;  // of this run: which moment, and where the legs are at boot
   for (const int leg : dead.legs) seed = seed * 7 + static_cast<unsigned>(leg);
@@ -93,15 +89,7 @@ TEST_P(DeadLegs, OthersWalkOnAfterSolving) {
   EXPECT_FALSE(chain.has_fatal());
 }
 
-INSTANTIATE_TEST_SUITE_P(Robot, DeadLegs,
-                         testing::Values(Dead{"LF", {1}}, Dead{"RF", {2}}, Dead{"LM", {3}},
-                                         Dead{"RM", {4}}, Dead{"LH", {5}}, Dead{"RH", {6}},
-                                         Dead{"LM_RM", {3, 4}}, Dead{"LF_RH", {1, 6}},
-                                         Dead{"RF_LH", {2, 5}}, Dead{"LF_LH", {1, 5}},
-                                         Dead{"RF_RH", {2, 6}}, Dead{"LF_RM", {1, 4}},
-                                         Dead{"RF_LM", {2, 3}}, Dead{"LM_RH", {3, 6}},
-                                         Dead{"RM_LH", {4, 5}}),
-                         [](const auto& dead) { return dead.param.name; });
+INSTANTIATE_TEST_SUITE_P(Robot, DeadLegs, one_or_two_legs(), name_of_legs);
 
 }  // namespace
 }  // namespace lss::zebro

@@ -19,7 +19,8 @@ namespace lss::zebro {
 namespace {
 
 constexpr unsigned kMoments = 10, kPairMoments = 2;
-constexpr std::size_t kSample = 5;  // of the rows of pairs
+constexpr std::size_t kSample = 5;      // of the rows of pairs
+constexpr std::size_t kLegSample = 97;  // of all pairs on all legs
 constexpr const char* kReactions[] = {"walks on", "walks on, warns", "stops"};
 constexpr const char* kLasting[] = {"", "Idle", "Idle, the leg isolated", "FatalError"};
 
@@ -130,6 +131,30 @@ TEST_P(FaultsOnOneLeg, AreAnsweredByTheEarlierTimeOfBoth) {
     if (second.of_module()) row += " " + pair(second, true) + " |";
   }
   EXPECT_EQ(check_row(FaultTable::one_leg, GetParam(), row), "");
+}
+
+// Every pair on every two legs, at a moment of its own; a fault of the line is of no leg.
+TEST_P(FaultPairs, AreAnsweredOnAllLegs) {
+  const auto legs = [](const FaultCase& fault) { return fault.of_module() ? 6u : 1u; };
+  const std::size_t cases = paired_cases().size();
+  std::size_t walks = 0;
+  for (std::size_t k = 0; k < cases; ++k) {
+    const FaultCase& second = paired_cases()[k];
+    for (unsigned leg = 1; leg <= legs(first_); ++leg) {
+      for (unsigned other = 1; other <= legs(second); ++other) {
+        const std::size_t number = ((GetParam() * cases + k) * 6 + leg - 1) * 6 + other - 1;
+        if (replaces(first_, second, leg == other)) continue;
+        if (!testing_support::in_sample(number, kLegSample)) continue;
+        random_.seed(static_cast<unsigned>(number) + 100'000 * other_moments());
+        const bool near = draw(1) < 0.5 && first_.reaction == Reaction::stops;
+        const Injection both[] = {{&first_, leg, 0},
+                                  {&second, other, draw(near ? first_.within_s : 2)}};
+        broken(both);
+        ++walks;
+      }
+    }
+  }
+  RecordProperty("walks", static_cast<int>(walks));
 }
 
 const std::size_t kAll = fault_cases().size();

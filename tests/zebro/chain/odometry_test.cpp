@@ -10,6 +10,7 @@
 
 #include "tests/support/everything.h"
 #include "tests/zebro/chain/chain.h"
+#include "tests/zebro/chain/legs.h"
 #include "tools/lss-sim/zebro/vehicle.h"
 
 namespace lss::zebro {
@@ -19,12 +20,7 @@ constexpr double kWalked_s = 120;
 constexpr double kShare = 0.15, kPlay_m = 0.01;  // of the true way, and at its ends
 constexpr unsigned kSeeds = 5;
 
-struct Lame {
-  const char* name;
-  std::vector<int> legs;  // numbers of modules
-};
-
-class LameWalk : public testing::TestWithParam<Lame> {};
+class LameWalk : public testing::TestWithParam<Legs> {};
 
 TEST_P(LameWalk, IsReckonedAsFarAsItGoes) {
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
@@ -59,15 +55,7 @@ TEST_P(LameWalk, IsReckonedAsFarAsItGoes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Zebro, LameWalk,
-                         testing::Values(Lame{"LF", {1}}, Lame{"RF", {2}}, Lame{"LM", {3}},
-                                         Lame{"RM", {4}}, Lame{"LH", {5}}, Lame{"RH", {6}},
-                                         Lame{"LM_RM", {3, 4}}, Lame{"LF_RH", {1, 6}},
-                                         Lame{"RF_LH", {2, 5}}, Lame{"LF_LH", {1, 5}},
-                                         Lame{"RF_RH", {2, 6}}, Lame{"LF_RM", {1, 4}},
-                                         Lame{"RF_LM", {2, 3}}, Lame{"LM_RH", {3, 6}},
-                                         Lame{"RM_LH", {4, 5}}),
-                         [](const auto& lame) { return lame.param.name; });
+INSTANTIATE_TEST_SUITE_P(Zebro, LameWalk, one_or_two_legs(), name_of_legs);
 
 }  // namespace
 }  // namespace lss::zebro

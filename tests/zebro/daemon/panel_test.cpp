@@ -41,7 +41,7 @@ TEST(Panel, WithoutCalibrationAndAwayFromItsSensorItIsOut) {
   World w;
   w.run(0.2);
   ASSERT_TRUE(move(w, true));
-  panel(w).count_anew();
+  panel(w).restart_count();
   w.run(0.2);
   EXPECT_EQ(w.vehicle_.modules()[6].status.position_rad, 0) << "so it says";
   EXPECT_EQ(w.state(), State::idle);
@@ -67,7 +67,7 @@ TEST(Panel, DeployingAPanelOfUnknownPlaceBeginsAtItsSensor) {
   w.run(0.2);
   ASSERT_TRUE(move(w, true));
   panel(w).position_deg = 60;  // somebody turned it
-  panel(w).count_anew();
+  panel(w).restart_count();
   w.run(0.2);
   ASSERT_TRUE(move(w, true));
   EXPECT_TRUE(panel(w).flags & kFlagCalibrated);
@@ -80,11 +80,11 @@ TEST(Panel, AResetWhileItIsRetractedEndsItAndItIsStillOut_Func_5) {
     World w;
     w.run(0.2);
     ASSERT_TRUE(move(w, true));
-    panel(w).count_anew();  // so that its retracting begins with looking for the sensor
+    panel(w).restart_count();  // so that its retracting begins with looking for the sensor
     w.run(0.1);
     w.send(CommandKind::panel, {0});
     w.run(after_s);
-    panel(w).count_anew();
+    panel(w).restart_count();
     ASSERT_TRUE(w.run_until([&] { return w.state() == State::fatal_error; }, 0.1));
     EXPECT_TRUE(w.has(FaultId::module_reset, kPanelNumber));
     EXPECT_EQ(w.last(Phase::failed)->verdict.reason, Reason::emergency);
@@ -124,7 +124,7 @@ TEST(Panel, WhoseSensorSeesNothingIsNeverBelievedToBeIn_Func_5) {
   World w;
   w.run(0.2);
   ASSERT_TRUE(move(w, true));
-  panel(w).count_anew();
+  panel(w).restart_count();
   panel(w).hall_broken = true;
   w.run(0.2);
   w.send(CommandKind::panel, {0});

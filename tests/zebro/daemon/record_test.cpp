@@ -13,6 +13,7 @@
 #include "daemon/record/json.h"
 #include "daemon/record/run_log.h"
 #include "daemon/vehicles/zebro/vehicle.h"
+#include "tests/support/temp_folder.h"
 
 namespace lss::zebro {
 namespace {
@@ -123,8 +124,7 @@ TEST(Record, AnyRecordIsReadBackTheSame) {
 
 // The whole way of a frame into a file of the log that runs.
 TEST(Record, AnyRecordGoesThroughTheLogPartByPart) {
-  std::string folder = (std::filesystem::temp_directory_path() / "lss-record-XXXXXX").string();
-  ASSERT_NE(::mkdtemp(folder.data()), nullptr);
+  const testing_support::TempFolder folder;
   const auto to_json = [](std::span<const std::uint8_t> bytes) {
     auto frame = std::make_unique<Frame>();
     record::Reader reader(bytes);
@@ -173,7 +173,6 @@ TEST(Record, AnyRecordGoesThroughTheLogPartByPart) {
     RC_ASSERT(parts == first["what"].size());
     if (what == config::kAllLogParts) RC_ASSERT(parts == whole.size());
   }));
-  std::filesystem::remove_all(folder);
 }
 
 TEST(Record, ABufferThatIsTooSmallIsReportedAndNotOverrun) {

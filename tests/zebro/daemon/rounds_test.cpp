@@ -85,7 +85,7 @@ TEST(SolveRounds, AnotherModuleHasItsOwn) {
 }
 
 // The stretch may be in pieces, with stops in between, but not with emergencies.
-TEST(SolveRounds, AfterAStretchOfOperationTheyCountAnew) {
+TEST(SolveRounds, AfterAStretchOfOperationTheyCountAgain) {
   for (const bool healthy : {true, false}) {
     Parameters p = three_rounds();
     p.solver.healthy_ns = 40 * kSecond;

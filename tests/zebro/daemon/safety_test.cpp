@@ -5,7 +5,6 @@
 #include "idl/zebro/codes.h"
 #include "limits.h"
 #include "tests/safety/safety_suite.h"
-#include "tests/support/allocations.h"
 #include "world.h"
 
 namespace lss::zebro {
@@ -13,21 +12,12 @@ namespace {
 
 using Kind = ModuleOrder::Kind;
 
-struct ZebroSafety {
+struct ZebroSafety : safety::Shipped<read_parameters, logic, tuning> {
   using World = zebro::World;
   static constexpr double kRest_s = 26;
   static constexpr safety::Motion kMotion{104, {1, 0, 3}};  // walk
   static constexpr std::array<std::uint16_t, 7> kResettable = {1, 2, 3, 4, 5, 6, 7};
   static constexpr std::uint16_t kVital = 7;
-
-  static const Parameters& parameters() {
-    static const Parameters kShipped =
-        safety::shipped<Parameters>(LSS_CONFIG, "zebro", read_parameters);
-    return kShipped;
-  }
-  static const Logic& logic() { return zebro::logic(); }
-  static const Tuning<Parameters>& tuning() { return zebro::tuning(); }
-  static std::uint64_t allocations() { return testing_support::allocations(); }
 
   static bool ready(World& w) { return w.stand(); }
   static bool drives(const ModuleOrder& o) {
@@ -175,7 +165,7 @@ struct ZebroSafety {
   static void take_away(World& w, std::uint16_t module) { w.modules[module - 1u].alive = false; }
   static void bring_back(World& w, std::uint16_t module) {
     IdealModule& m = w.modules[module - 1u];
-    m.count_anew();
+    m.restart_count();
     m.alive = true;
     m.serial = w.out_.command.module[module - 1u].serial;
     ++m.resets;

@@ -11,13 +11,6 @@ namespace {
 
 std::uint16_t isolated(const World& w) { return w.supervisor_.controller().isolated; }
 
-bool solve(World& w, double seconds) {
-  w.send(lss::CommandKind::solve);
-  w.step();
-  return w.run_until([&] { return w.state() != State::solve_errors; }, seconds) &&
-         w.state() == State::idle;
-}
-
 TEST(Service, ALegIsIsolatedByCommandInIdleAndTheOthersWalk_Conf_3) {
   World w;
   w.run(0.2);
@@ -39,7 +32,7 @@ TEST(Service, ALegIsIsolatedByCommandInFatalErrorAndSolveLeadsToIdle_Conf_3) {
   EXPECT_EQ(w.why(CommandKind::isolate, {3}), Reason::none);
   EXPECT_FALSE(w.has(FaultId::module_silent, 3));
   const TimeNs begun = w.time_ns_;
-  ASSERT_TRUE(solve(w, 40));
+  ASSERT_TRUE(w.solve(40));
   EXPECT_LT(w.time_ns_ - begun, 3 * kSecond) << "nothing is tried on it";
   EXPECT_TRUE(w.stand());
 }
@@ -75,13 +68,17 @@ TEST(Service, ALegThatIsDeadAtBootIsIsolatedByCommand_Conf_3) {
   EXPECT_TRUE(w.stand());
 }
 
-// docs/gait-zebro.md: the operator has to turn it clear of the ground.
-TEST(Service, AnIsolatedLegIsTurnedClearByDirectCommandAndItsMotorGoesOffAgain_Miss_3) {
-  World w;
+void start_without_leg_3(World& w) {
   w.run(0.2);
   w.why(CommandKind::isolate, {3});
   w.send(lss::CommandKind::start, {0});
   w.run(0.5);
+}
+
+// docs/gait-zebro.md: the operator has to turn it clear of the ground.
+TEST(Service, AnIsolatedLegIsTurnedClearByDirectCommandAndItsMotorGoesOffAgain_Miss_3) {
+  World w;
+  start_without_leg_3(w);
   EXPECT_FALSE(w.modules[2].flags & kFlagMotionControl);
   const auto others = w.modules;
   w.send(CommandKind::leg, {3, 3.14159265, 4, 1});
@@ -101,10 +98,7 @@ TEST(Service, AnIsolatedLegIsTurnedClearByDirectCommandAndItsMotorGoesOffAgain_M
 
 TEST(Service, AnIsolatedLegThatJamsIsNoEmergency_Miss_3) {
   World w;
-  w.run(0.2);
-  w.why(CommandKind::isolate, {3});
-  w.send(lss::CommandKind::start, {0});
-  w.run(0.5);
+  start_without_leg_3(w);
   w.send(CommandKind::leg, {3, 3.14159265, 4, 1});
   w.run(1);
   w.modules[2].current_mA = 1500;
@@ -122,10 +116,10 @@ TEST(Service, ADeadPanelModuleIsForgoneWhenTheOperatorAnswersForIt_Func_5) {
   EXPECT_EQ(w.why(CommandKind::panel_is_in), reasons::panel_answers);
   w.modules[6].alive = false;
   ASSERT_TRUE(w.run_until(State::fatal_error, 1));
-  EXPECT_FALSE(solve(w, 60)) << "no strategy can help";
+  EXPECT_FALSE(w.solve(60)) << "no strategy can help";
   EXPECT_EQ(w.why(CommandKind::panel_is_in), Reason::none);
   EXPECT_EQ(isolated(w), 1u << 6);
-  ASSERT_TRUE(solve(w, 60));
+  ASSERT_TRUE(w.solve(60));
   EXPECT_EQ(w.why(CommandKind::panel, {1}), Reason::isolated);
   ASSERT_TRUE(w.stand());
   w.send(CommandKind::walk, {1, 0, 3});

@@ -25,11 +25,15 @@ void trip(World& w, std::size_t leg, std::uint16_t flag) {
   w.run(0.2);
   ASSERT_EQ(w.state(), State::fatal_error);
 }
-bool solve(World& w, double seconds) {
+// To its end; `each` follows every frame.
+template <class Each>
+void solve_with(World& w, Each each) {
   w.send(lss::CommandKind::solve);
   w.step();
-  return w.run_until([&] { return w.state() != State::solve_errors; }, seconds) &&
-         w.state() == State::idle;
+  while (w.state() == State::solve_errors) {
+    w.step();
+    each();
+  }
 }
 
 TEST(Solver, ALegThatStaysSilentIsIsolatedAndTheOthersStandAndWalk) {
@@ -38,7 +42,7 @@ TEST(Solver, ALegThatStaysSilentIsIsolatedAndTheOthersStandAndWalk) {
   w.modules[2].alive = false;
   w.run(1);
   ASSERT_EQ(w.state(), State::fatal_error);
-  ASSERT_TRUE(solve(w, 40));
+  ASSERT_TRUE(w.solve(40));
   EXPECT_TRUE(tried(w, StrategyKind::reconnect));
   EXPECT_TRUE(tried(w, StrategyKind::reset_module));
   EXPECT_EQ(isolated(w), 1u << 2);
@@ -59,7 +63,7 @@ TEST(Solver, ARestoredLegIsInServiceWhenItAnswersAgain) {
   ASSERT_TRUE(w.stand());
   w.modules[2].alive = false;
   w.run(1);
-  ASSERT_TRUE(solve(w, 40));
+  ASSERT_TRUE(w.solve(40));
   w.send(lss::CommandKind::restore);
   w.run(0.2);
   EXPECT_EQ(isolated(w), 0);
@@ -81,7 +85,7 @@ TEST(Solver, OfTwoLegsThatTrippedOnlyTheOneThatDoesNotMoveIsIsolated) {
     w.run(0.2);
     ASSERT_EQ(w.state(), State::fatal_error);
     w.modules[stuck].stuck = true;
-    ASSERT_TRUE(solve(w, 120));
+    ASSERT_TRUE(w.solve(120));
     EXPECT_EQ(isolated(w), 1u << stuck);
   }
 }
@@ -99,7 +103,7 @@ TEST(Solver, ALegWhoseDisobedienceIsHiddenByEachNewOrderIsIsolated) {
   };
   w.run(1);
   ASSERT_EQ(w.state(), State::fatal_error);
-  ASSERT_TRUE(solve(w, 120));
+  ASSERT_TRUE(w.solve(120));
   EXPECT_TRUE(tried(w, StrategyKind::isolate));
   EXPECT_EQ(isolated(w), 1u << 2);
 }
@@ -118,7 +122,7 @@ TEST(Solver, ALegThatRelapsesIsIsolatedAlsoWhenAnotherLegOnlyHasToBeMovedFree) {
     w.modules[3].flags |= kFlagOverCurrent;
     disobey(w, 2);
     ASSERT_EQ(w.state(), State::fatal_error);
-    ASSERT_TRUE(solve(w, 120));
+    ASSERT_TRUE(w.solve(120));
   }
   EXPECT_EQ(isolated(w), 1u << 2);
 }
@@ -133,7 +137,7 @@ TEST(Solver, ALegThatRelapsesAndCannotBeIsolatedIsTreatedAsBefore) {
     disobey(w, 2);
     ASSERT_EQ(w.state(), State::fatal_error);
     w.events.clear();
-    ASSERT_TRUE(solve(w, 120)) << round;
+    ASSERT_TRUE(w.solve(120)) << round;
     EXPECT_TRUE(tried(w, StrategyKind::reset_module));
   }
   EXPECT_EQ(isolated(w), 1u << 0);
@@ -173,7 +177,7 @@ TEST(Solver, LegsAreIsolatedTogetherOrNotAtAll) {
   ASSERT_TRUE(w.stand());
   for (const std::size_t leg : {0u, 1u, 2u}) w.modules[leg].alive = false;
   w.run(1);
-  EXPECT_FALSE(solve(w, 60));
+  EXPECT_FALSE(w.solve(60));
   EXPECT_EQ(w.state(), State::fatal_error);
   EXPECT_TRUE(tried(w, StrategyKind::isolate));
   EXPECT_EQ(isolated(w), 0);
@@ -210,7 +214,7 @@ TEST(Solver, ALegThatDoesNotComeFreeIsIsolated) {
   World w;
   ASSERT_NO_FATAL_FAILURE(trip(w, 3, kFlagOverCurrent));
   w.modules[3].stuck = true;
-  ASSERT_TRUE(solve(w, 60));
+  ASSERT_TRUE(w.solve(60));
   EXPECT_TRUE(tried(w, StrategyKind::cool_down));
   EXPECT_EQ(isolated(w), 1u << 3) << "its flags are well without power, but it does not move";
 }
@@ -218,15 +222,11 @@ TEST(Solver, ALegThatDoesNotComeFreeIsIsolated) {
 TEST(Solver, ADriverThatFailsUnderPowerOnlyIsIsolated) {
   World w;
   ASSERT_NO_FATAL_FAILURE(trip(w, 1, kFlagDriverFault));
-  w.send(lss::CommandKind::solve);
-  w.step();
-  while (w.state() == State::solve_errors) {
-    w.step();
-    if (w.modules[1].flags & kFlagMotionControl) {
-      w.modules[1].flags |= kFlagDriverFault;
-      w.modules[1].stuck = true;
-    }
-  }
+  solve_with(w, [&] {
+    if (!(w.modules[1].flags & kFlagMotionControl)) return;
+    w.modules[1].flags |= kFlagDriverFault;
+    w.modules[1].stuck = true;
+  });
   EXPECT_EQ(w.state(), State::idle);
   EXPECT_TRUE(tried(w, StrategyKind::reset_module));
   EXPECT_EQ(isolated(w), 1u << 1);
@@ -239,7 +239,7 @@ TEST(Solver, ALegThatIsDeadAtBootIsIsolatedAfterAnEmergencyStop) {
   w.run(1);
   w.send(lss::CommandKind::emergency_stop);
   w.step();
-  ASSERT_TRUE(solve(w, 60));
+  ASSERT_TRUE(w.solve(60));
   EXPECT_EQ(isolated(w), 1u << 5);
   EXPECT_TRUE(w.stand());
 }
@@ -252,7 +252,7 @@ TEST(Solver, TwoLegsWithDifferentFaultsAreBothLookedAt) {
   w.run(1);
   ASSERT_EQ(w.state(), State::fatal_error);
   w.modules[3].current_mA = 100;
-  ASSERT_TRUE(solve(w, 120));
+  ASSERT_TRUE(w.solve(120));
   EXPECT_EQ(isolated(w), 1u << 2);
   EXPECT_TRUE(tried(w, StrategyKind::move_free)) << "for the one that drew too much";
 }
@@ -260,12 +260,7 @@ TEST(Solver, TwoLegsWithDifferentFaultsAreBothLookedAt) {
 TEST(Solver, ARestoredLegThatIsStillStoppedIsNoticed) {
   World w;
   ASSERT_NO_FATAL_FAILURE(trip(w, 1, kFlagDriverFault));
-  w.send(lss::CommandKind::solve);
-  w.step();
-  while (w.state() == State::solve_errors) {
-    w.step();
-    w.modules[1].flags |= kFlagDriverFault;
-  }
+  solve_with(w, [&] { w.modules[1].flags |= kFlagDriverFault; });
   ASSERT_EQ(w.state(), State::idle);
   ASSERT_EQ(isolated(w), 1u << 1);
   EXPECT_EQ(w.supervisor_.state().fault_count, 0u) << "what it has is nobody's concern";
@@ -336,13 +331,10 @@ TEST(Solver, AModuleWithADriverFaultIsResetAndTheOthersAreNot) {
   World w;
   ASSERT_NO_FATAL_FAILURE(trip(w, 1, kFlagDriverFault));
   std::array<bool, kModules> was_reset{};
-  w.send(lss::CommandKind::solve);
-  w.step();
-  while (w.state() == State::solve_errors) {
-    w.step();
+  solve_with(w, [&] {
     for (std::size_t i = 0; i < kModules; ++i)
       was_reset[i] |= w.out_.command.module[i].kind == ModuleOrder::Kind::reset;
-  }
+  });
   EXPECT_EQ(w.state(), State::idle);
   for (std::size_t i = 0; i < kModules; ++i) EXPECT_EQ(was_reset[i], i == 1) << kModuleNames[i];
 }
@@ -353,7 +345,7 @@ TEST(Solver, TheConfigurationSaysWhatIsTriedInWhichOrder) {
   p.solver.order[static_cast<std::size_t>(FaultClass::current)] = {StrategyKind::reset_module};
   World w(p);
   ASSERT_NO_FATAL_FAILURE(trip(w, 3, kFlagOverCurrent));
-  ASSERT_TRUE(solve(w, 15));
+  ASSERT_TRUE(w.solve(15));
   EXPECT_TRUE(tried(w, StrategyKind::reset_module));
   EXPECT_FALSE(tried(w, StrategyKind::move_free));
 }
@@ -368,7 +360,7 @@ TEST(Solver, EachStrategyHasItsBudget) {
   w.modules[2].alive = false;
   w.run(1);
   const TimeNs begin = w.time_ns_;
-  EXPECT_FALSE(solve(w, 60));
+  EXPECT_FALSE(w.solve(60));
   EXPECT_NEAR(static_cast<double>(w.time_ns_ - begin) * 1e-9, 6, 0.2);
 }
 

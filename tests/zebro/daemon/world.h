@@ -41,7 +41,7 @@ struct IdealModule {
   TimeNs back_ns = 0;        // 0: it is there
 
   // It counts from where it is, until it passes its sensor.
-  void count_anew() {
+  void restart_count() {
     flags = kFlagReset;
     rate_deg_s = 0;
     sensor_deg -= position_deg;
@@ -176,6 +176,13 @@ class World : public safety::CycleWorld<World, Vehicle, Mode> {
     run(0.2);
     send(lss::CommandKind::start, {1});
     return run_until(Mode::standing, 40);
+  }
+  // False: not within the time, or not to Idle.
+  bool solve(double seconds) {
+    send(lss::CommandKind::solve);
+    step();
+    return run_until([&] { return state() != State::solve_errors; }, seconds) &&
+           state() == State::idle;
   }
   bool all_stopped() const {
     for (const ModuleOrder& o : out_.command.module) {

@@ -21,9 +21,13 @@ World& on(World& world) {
   return world;
 }
 
-TEST(LegOrders, WhatIsDoneIsSentOnce) {
+class LegsOn : public testing::Test {
+ protected:
+  LegsOn() { on(world); }
   World world;
-  on(world);
+};
+
+TEST_F(LegsOn, WhatIsDoneIsSentOnce) {
   const TimeNs arrive_ns = world.now + 500 * kMillisecond;
   for (int m = 0; m < kBusModules; ++m) world.order(m, Kind::rotate_forward, 9'000, arrive_ns);
   world.run_frames(50);
@@ -85,9 +89,7 @@ TEST(LegOrders, AfterTheResendLimitTheModuleDisobeysUntilANewOrder) {
   }
 }
 
-TEST(LegOrders, ALostRotateIsSentAgainWithTheTimeThatIsLeft) {
-  World world;
-  on(world);
+TEST_F(LegsOn, ALostRotateIsSentAgainWithTheTimeThatIsLeft) {
   world.module[0].deaf = 1;
   const TimeNs arrive_ns = world.now + 2 * kSecond;
   world.order(0, Kind::rotate_backward, 34'000, arrive_ns);
@@ -98,9 +100,7 @@ TEST(LegOrders, ALostRotateIsSentAgainWithTheTimeThatIsLeft) {
   EXPECT_EQ(link(world, 0).resends, 1u);
 }
 
-TEST(LegOrders, ARotateToTheSamePositionAtAnotherTimeIsNoticedWhenItIsLost) {
-  World world;
-  on(world);
+TEST_F(LegsOn, ARotateToTheSamePositionAtAnotherTimeIsNoticedWhenItIsLost) {
   world.order(0, Kind::rotate_forward, 9'000, world.now + 100 * kMillisecond);
   world.run_frames(20);
   world.module[0].deaf = 1;
@@ -110,9 +110,7 @@ TEST(LegOrders, ARotateToTheSamePositionAtAnotherTimeIsNoticedWhenItIsLost) {
   EXPECT_LE(std::abs(world.module[0].arrival_ns - arrive_ns), kMillisecond);
 }
 
-TEST(LegOrders, ARepeatedRotateHasAtLeastATenthOfASecond) {
-  World world;
-  on(world);
+TEST_F(LegsOn, ARepeatedRotateHasAtLeastATenthOfASecond) {
   world.module[0].deaf = 1;
   world.order(0, Kind::rotate_forward, 9'000, world.now + 10 * kMillisecond);
   world.run_frames(10);
@@ -121,9 +119,7 @@ TEST(LegOrders, ARepeatedRotateHasAtLeastATenthOfASecond) {
   EXPECT_EQ(sent[1].frame, rotate(1, Code::rotate_forward, 9'000, 100));
 }
 
-TEST(LegOrders, AnEmergencyStopThatIsNotObeyedIsRepeatedFastThenOnceASecondWithoutEnd) {
-  World world;
-  on(world);
+TEST_F(LegsOn, AnEmergencyStopThatIsNotObeyedIsRepeatedFastThenOnceASecondWithoutEnd) {
   world.module[5].deaf = -1;
   world.emergency();
   world.run_frames(500);  // 10 s
@@ -141,9 +137,7 @@ TEST(LegOrders, AnEmergencyStopThatIsNotObeyedIsRepeatedFastThenOnceASecondWitho
   EXPECT_FALSE(world.module[5].on);
 }
 
-TEST(LegOrders, ASilentModuleIsStoppedAgainAndAgainButDoesNotDisobey) {
-  World world;
-  on(world);
+TEST_F(LegsOn, ASilentModuleIsStoppedAgainAndAgainButDoesNotDisobey) {
   world.module[5].dead = true;
   world.emergency();
   world.run_frames(500);
@@ -154,9 +148,7 @@ TEST(LegOrders, ASilentModuleIsStoppedAgainAndAgainButDoesNotDisobey) {
   EXPECT_FALSE(world.module[5].on);
 }
 
-TEST(LegOrders, ASilentModuleIsNotSentMotionAgain) {
-  World world;
-  on(world);
+TEST_F(LegsOn, ASilentModuleIsNotSentMotionAgain) {
   world.module[5].dead = true;
   world.order(5, Kind::rotate_forward, 9'000, world.now + kSecond);
   world.run_frames(100);

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "daemon/runtime/serial_bus.h"
+#include "tests/support/temp_folder.h"
 
 namespace lss {
 namespace {
@@ -79,14 +80,8 @@ Bytes read_from(SerialPort& port, std::size_t count) {
 
 class SerialPortOnDisk : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (std::filesystem::temp_directory_path() / "lss_serial_XXXXXX").string();
-    ASSERT_NE(::mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
   std::string path(const char* name) const { return (folder_ / name).string(); }
-  std::filesystem::path folder_;
+  const testing_support::TempFolder folder_;
 };
 
 TEST(SerialPort, All256BytesPassUnchangedInBothDirections) {

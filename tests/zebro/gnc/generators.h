@@ -9,8 +9,17 @@
 #include <vector>
 
 #include "gnc/zebro/locomotion.h"
+#include "idl/angles.h"
+#include "tests/zebro/gnc/robot.h"
 
 namespace lss::gnc::zebro::test {
+
+// A leg anywhere, with its count right or not.
+inline void put_anywhere(RobotLeg& leg) {
+  leg.theta_rad = *rc::gen::inRange(-180, 180) * kDegree;
+  leg.calibrated = *rc::gen::arbitrary<bool>();
+  if (!leg.calibrated) leg.zero_rad = *rc::gen::inRange(-180, 180) * kDegree;
+}
 
 inline rc::Gen<double> dyadic_s(int low_64ths, int high_64ths) {
   return rc::gen::map(rc::gen::inRange(low_64ths, high_64ths + 1),

@@ -38,11 +38,7 @@ TEST(Hold, AsksForNoMovement) {
 // [Miss-1]
 RC_GTEST_PROP(StandUp, FromAnyUnknownAnglesEndsCalibratedWithAllLegsStraightDown, ()) {
   Robot robot;
-  for (RobotLeg& leg : robot.legs) {
-    leg.theta_rad = *rc::gen::inRange(-180, 180) * kDegree;
-    leg.calibrated = *rc::gen::arbitrary<bool>();
-    if (!leg.calibrated) leg.zero_rad = *rc::gen::inRange(-180, 180) * kDegree;
-  }
+  for (RobotLeg& leg : robot.legs) put_anywhere(leg);
   robot.locomotion.stand_up(0);
   RC_ASSERT(robot.finish());
   RC_ASSERT(robot.locomotion.progress() == Progress::done);
@@ -265,22 +261,23 @@ TEST(Stow, Miss_2_LegsReachBeyondNeitherTheTopNorTheBottomOfTheBody) {
   }
 }
 
+bool stands_up_with_late_leg(Robot& robot, double stuck_until_s) {
+  put_all_at(robot, kRest_rad);
+  robot.legs[3].stuck_until_s = stuck_until_s;
+  robot.locomotion.stand_up(0);
+  return robot.finish();
+}
+
 TEST(Posture, LateLegFailsTheMotionAfterTheLateLimit) {
   Robot robot;
-  put_all_at(robot, kRest_rad);
-  robot.legs[3].stuck_until_s = 1e9;
-  robot.locomotion.stand_up(0);
-  ASSERT_TRUE(robot.finish());
+  ASSERT_TRUE(stands_up_with_late_leg(robot, 1e9));
   EXPECT_EQ(robot.locomotion.progress(), Progress::failed);
   EXPECT_NEAR(robot.now_s, robot.parameters.stand_up_s + robot.parameters.late_limit_s, 0.1);
 }
 
 TEST(Posture, LateLegHoldsTheMotionUpUntilItArrives) {
   Robot robot;
-  put_all_at(robot, kRest_rad);
-  robot.legs[3].stuck_until_s = 5;
-  robot.locomotion.stand_up(0);
-  ASSERT_TRUE(robot.finish());
+  ASSERT_TRUE(stands_up_with_late_leg(robot, 5));
   EXPECT_EQ(robot.locomotion.progress(), Progress::done);
   EXPECT_GT(robot.now_s, 5);
   expect_all_at(robot, 0);

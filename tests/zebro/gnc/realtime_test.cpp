@@ -9,6 +9,7 @@
 
 #include "gnc/zebro/locomotion.h"
 #include "tests/support/allocations.h"
+#include "tests/zebro/gnc/generators.h"
 #include "tests/zebro/gnc/robot.h"
 
 namespace lss::gnc::zebro::test {
@@ -94,9 +95,7 @@ RC_GTEST_PROP(Realtime, SameCallsGiveTheSameBitsAlsoFromASnapshotInTheMiddle, ()
 RC_GTEST_PROP(Realtime, AnySequenceOfMotionsEndsWellOnLegsThatObey, ()) {
   Robot robot;
   for (RobotLeg& leg : robot.legs) {
-    leg.theta_rad = *rc::gen::inRange(-180, 180) * kDegree;
-    leg.calibrated = *rc::gen::arbitrary<bool>();
-    if (!leg.calibrated) leg.zero_rad = *rc::gen::inRange(-180, 180) * kDegree;
+    put_anywhere(leg);
     leg.has_sensor = *rc::gen::weightedElement<bool>({{5, true}, {1, false}});
   }
   robot.on_order = [&](std::size_t, const LegTarget& target, double way_rad) {

@@ -30,11 +30,15 @@ enum : unsigned {
   kHot = 256,
 };
 
+enum class Power { off, on };
+inline constexpr Power kOn = Power::on;
+
 class Bench {
  public:
-  explicit Bench(double boot_deg = 200, double hall_deg = 180)
+  explicit Bench(double boot_deg = 200, Power power = Power::off, double hall_deg = 180)
       : module(hall_deg * kDegree, boot_deg * kDegree) {
     shaft.angle_rad = boot_deg * kDegree;
+    if (power == Power::on) start();
   }
 
   std::optional<Reply> send(std::uint8_t code, const Payload& data = {}) {
@@ -59,6 +63,12 @@ class Bench {
       shaft.torque_Nm = blocked && pushing ? drive.torque_limit_Nm : load_Nm;
       if (polled && i % 20 == 0) send(0x05);
     }
+  }
+
+  // Rotates to a position in a time, and lets another time pass.
+  void turn(int sense, double position_deg, double seconds, double pass_s) {
+    rotate(sense, position_deg, seconds);
+    run(pass_s);
   }
 
   Status status() { return decode(send(0x05)->data); }

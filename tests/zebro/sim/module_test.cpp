@@ -20,17 +20,14 @@ TEST(SimulatedModule, TellsAResetOnceInTheFirstStatus) {
 
 TEST(SimulatedModule, DoesNotMoveBeforeMotionControlIsOn) {
   Bench bench(200);
-  bench.rotate(+1, 90, 1);
-  bench.run(2);
+  bench.turn(+1, 90, 1, 2);
   EXPECT_NEAR(bench.shaft_deg(), 200, 0.01);
   EXPECT_FALSE(bench.status() & kMoving);
 }
 
 TEST(SimulatedModule, ArrivesWhenTheDeltaTimeIsOver) {
-  Bench bench(200);
-  bench.start();
-  bench.rotate(+1, 90, 3);
-  bench.run(1.5);
+  Bench bench(200, kOn);
+  bench.turn(+1, 90, 3, 1.5);
   EXPECT_NEAR(bench.status().position_deg, 45, 2);
   EXPECT_NEAR(bench.status().velocity_deg_s, 30, 3);
   EXPECT_TRUE(bench.status() & kMoving);
@@ -40,32 +37,25 @@ TEST(SimulatedModule, ArrivesWhenTheDeltaTimeIsOver) {
 }
 
 TEST(SimulatedModule, TurnsInTheCommandedSenseEvenWhenThatIsTheLongWay) {
-  Bench bench(100);
-  bench.start();
-  bench.rotate(-1, 90, 4);
-  bench.run(2);
+  Bench bench(100, kOn);
+  bench.turn(-1, 90, 4, 2);
   EXPECT_NEAR(bench.status().position_deg, 360 - 135, 3);
   bench.run(2.1);
   EXPECT_NEAR(bench.status().position_deg, 90, 0.5);
 }
 
 TEST(SimulatedModule, GoesBackInsteadOfOnceRoundWhenItPassedThePositionByLessThanFiveDegrees) {
-  Bench bench(200);
-  bench.start();
-  bench.rotate(+1, 94, 2);
-  bench.run(2.2);
-  bench.rotate(+1, 90, 2);
-  bench.run(0.5);
+  Bench bench(200, kOn);
+  bench.turn(+1, 94, 2, 2.2);
+  bench.turn(+1, 90, 2, 0.5);
   EXPECT_LT(bench.status().position_deg, 94.5);
   bench.run(2);
   EXPECT_NEAR(bench.status().position_deg, 90, 0.5);
 }
 
 TEST(SimulatedModule, MovesAtTheGearsLimitWhenTheTimeIsTooShort) {
-  Bench bench(200);
-  bench.start();
-  bench.rotate(+1, 150, 0.2);
-  bench.run(0.8);
+  Bench bench(200, kOn);
+  bench.turn(+1, 150, 0.2, 0.8);
   EXPECT_NEAR(bench.status().velocity_deg_s, 117.2, 8);
   bench.run(1.2);
   EXPECT_NEAR(bench.status().position_deg, 150, 0.5);
@@ -74,8 +64,7 @@ TEST(SimulatedModule, MovesAtTheGearsLimitWhenTheTimeIsTooShort) {
 TEST(SimulatedModule, TakesOnTheTruePositionAtItsHallSensorAndGoesOnToTheSamePosition) {
   Bench bench(120);  // 60 deg before the sensor
   bench.start();
-  bench.rotate(+1, 100, 2);
-  bench.run(0.5);
+  bench.turn(+1, 100, 2, 0.5);
   EXPECT_FALSE(bench.status() & kCalibrated);
   bench.run(1.2);  // at 180 deg the position jumps from 60 to 180: 100 is 280 deg further on
   EXPECT_TRUE(bench.status() & kCalibrated);
@@ -86,10 +75,8 @@ TEST(SimulatedModule, TakesOnTheTruePositionAtItsHallSensorAndGoesOnToTheSamePos
 }
 
 TEST(SimulatedModule, CalibratesBackwardsToo) {
-  Bench bench(220);
-  bench.start();
-  bench.rotate(-1, 300, 1);
-  bench.run(1.0);
+  Bench bench(220, kOn);
+  bench.turn(-1, 300, 1, 1.0);
   EXPECT_TRUE(bench.status() & kCalibrated);
   EXPECT_NEAR(bench.status().position_deg, bench.shaft_deg(), 0.5);
 }
@@ -98,32 +85,27 @@ TEST(SimulatedModule, NeverCalibratesWithALostSensor) {
   Bench bench(120);
   bench.module.set_hall_broken(true);
   bench.start();
-  bench.rotate(+1, 200, 2);
-  bench.run(2.1);
-  bench.rotate(+1, 10, 2);
-  bench.run(2.1);
+  bench.turn(+1, 200, 2, 2.1);
+  bench.turn(+1, 10, 2, 2.1);
   EXPECT_FALSE(bench.status() & kCalibrated);
 }
 
 TEST(SimulatedModule, ThePanelIsCalibratedWhereItIsRetracted) {
-  Bench bench(0, 0);
+  Bench bench(0, Power::off, 0);
   EXPECT_TRUE(bench.status() & kCalibrated);
   EXPECT_TRUE(bench.status() & kHallLevel);
 }
 
 TEST(SimulatedModule, EmergencyStopHoldsAtOnceAndAnyCommandMayFollow) {
-  Bench bench(200);
-  bench.start();
-  bench.rotate(+1, 150, 3);
-  bench.run(1);
+  Bench bench(200, kOn);
+  bench.turn(+1, 150, 3, 1);
   bench.module.handle(0x06, {}, false);  // to all
   const double stopped_deg = bench.shaft_deg();
   bench.run(1);
   EXPECT_NEAR(bench.shaft_deg(), stopped_deg, 0.01);
   EXPECT_FALSE(bench.status() & kMotionControl);
   bench.start();
-  bench.rotate(+1, 150, 1);
-  bench.run(1.2);
+  bench.turn(+1, 150, 1, 1.2);
   EXPECT_NEAR(bench.status().position_deg, 150, 0.5);
 }
 
@@ -134,8 +116,7 @@ TEST(SimulatedModule, ObeysNothingButTheEmergencyStopWhenAllAreAddressed) {
 }
 
 TEST(SimulatedModule, StopsItselfWhenNobodySpeaksToItForEightSeconds) {
-  Bench bench;
-  bench.start();
+  Bench bench(200, kOn);
   bench.run(7.9, false);
   EXPECT_TRUE(bench.module.motion_control());
   bench.run(0.2, false);
@@ -146,8 +127,7 @@ TEST(SimulatedModule, StopsItselfWhenNobodySpeaksToItForEightSeconds) {
 }
 
 TEST(SimulatedModule, ABroadcastDoesNotFeedItsWatchdog) {
-  Bench bench;
-  bench.start();
+  Bench bench(200, kOn);
   for (int i = 0; i < 5; ++i) {
     bench.run(2, false);
     bench.module.handle(0x05, {}, false);
@@ -156,11 +136,9 @@ TEST(SimulatedModule, ABroadcastDoesNotFeedItsWatchdog) {
 }
 
 TEST(SimulatedModule, ABlockedShaftDrawsTheLimitAndStopsTheModule) {
-  Bench bench(200);
-  bench.start();
+  Bench bench(200, kOn);
   bench.blocked = true;
-  bench.rotate(+1, 90, 1);
-  bench.run(0.1);
+  bench.turn(+1, 90, 1, 0.1);
   const Status status = bench.status();
   EXPECT_TRUE(status & kOverCurrent);
   EXPECT_FALSE(status & kMotionControl);
@@ -171,8 +149,7 @@ TEST(SimulatedModule, ABlockedShaftDrawsTheLimitAndStopsTheModule) {
 }
 
 TEST(SimulatedModule, ADriverFaultStopsItAgainUntilItIsReset) {
-  Bench bench;
-  bench.start();
+  Bench bench(200, kOn);
   bench.module.set_driver_broken(true);
   bench.run(0.01);
   EXPECT_TRUE(bench.status() & kDriverFault);
@@ -187,10 +164,8 @@ TEST(SimulatedModule, ADriverFaultStopsItAgainUntilItIsReset) {
 }
 
 TEST(SimulatedModule, AfterAResetItIsSilentForABlinkAndHasForgottenItsCalibration) {
-  Bench bench(170);
-  bench.start();
-  bench.rotate(+1, 30, 1);
-  bench.run(1);
+  Bench bench(170, kOn);
+  bench.turn(+1, 30, 1, 1);
   ASSERT_TRUE(bench.status() & kCalibrated);
   bench.send(0x07);
   EXPECT_FALSE(bench.send(0x05).has_value());
@@ -208,10 +183,8 @@ TEST(SimulatedModule, AfterAResetItIsSilentForABlinkAndHasForgottenItsCalibratio
 }
 
 TEST(SimulatedModule, ADeadModuleIsSilentAndItsMotorIsOff) {
-  Bench bench(200);
-  bench.start();
-  bench.rotate(+1, 90, 1);
-  bench.run(0.3);
+  Bench bench(200, kOn);
+  bench.turn(+1, 90, 1, 0.3);
   bench.module.set_dead(true);
   const double stopped_deg = bench.shaft_deg();
   bench.run(1);
@@ -220,10 +193,8 @@ TEST(SimulatedModule, ADeadModuleIsSilentAndItsMotorIsOff) {
 }
 
 TEST(SimulatedModule, HealthTellsSetPointAndTimeLeft) {
-  Bench bench(200);
-  bench.start();
-  bench.rotate(+1, 90, 2);
-  bench.run(0.5);
+  Bench bench(200, kOn);
+  bench.turn(+1, 90, 2, 0.5);
   Payload page{};
   page[0] = 1;
   const Payload health = bench.send(0x05, page)->data;

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "drivers/file.h"
 #include "tests/support/sim_process.h"
-#include "tools/lss-sim/frame/file.h"
 
 namespace lss::sim {
 namespace {

@@ -7,15 +7,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "daemon/vehicles/ardito/modes.h"
-#include "daemon/vehicles/ardito/tunables.h"
+#include "daemon/record/json.h"
 #include "idl/angles.h"
-#include "idl/ardito/codes.h"
 #include "idl/ardito/commands.h"
-#include "idl/codes.h"
-#include "tools/lss-cli/session/telemetry.h"
 #include "tools/lss-cli/session/vehicle_words.h"
-#include "tools/lss-cli/show/units.h"
 
 namespace lss::cli::ardito {
 namespace {
@@ -23,70 +18,8 @@ namespace {
 using lss::ardito::CommandKind;
 using lss::ardito::Mode;
 
-constexpr VerbHelp kHelp[] = {
-    {"start",
-     "  lss-cli start --hold             beacon, then motors on, until Ctrl-C\n"
-     "  lss-cli start --limit urc --hold up to 1 m/s, where the config allows it\n"},
-    {"drive",
-     "  lss-cli drive 0.3 --for 20s      straight ahead, then a safe stop\n"
-     "  lss-cli drive 0.3 --heading 5deg --for 10s      an arc to the right\n"
-     "  lss-cli drive -0.2               backward until Ctrl-C\n"
-     "  lss-cli drive 0.3 --driver autonomous --detach  the heartbeat comes from somebody else\n"},
-    {"park",
-     "  lss-cli park 0.3 --for 10s       turn right on the spot\n"
-     "  lss-cli park -0.3                to the left until Ctrl-C\n"},
-    {"halt", "  lss-cli halt --hold              stand, motors on, until Ctrl-C\n"},
-};
-
 const lss_ArditoTelemetry& sample(const void* telemetry) {
   return *static_cast<const lss_ArditoTelemetry*>(telemetry);
-}
-
-std::vector<Invocation> prepare(const lss_Status& status, const Invocation& wanted) {
-  std::vector<Invocation> steps;
-  const bool motion = wanted.info->leased && wanted.info->kind >= 200;
-  if (motion && status.state == lss_STATE_IDLE) {
-    add_step(steps, kVehicle, lss::CommandKind::start);
-    // The limit that the requested speed needs; the daemon rejects a speed above its cap.
-    const double speed_m_s = static_cast<CommandKind>(wanted.info->kind) != CommandKind::halt
-                                 ? std::abs(wanted.parameter[0])
-                                 : 0;
-    steps.back().parameter[0] = speed_m_s > lss::ardito::kSpeedLimits_m_s[0] ? 1 : 0;
-    steps.back().parameter[1] = speed_m_s;
-  }
-  return steps;
-}
-
-std::vector<Problem> problems(const lss_Status& status, const void* telemetry) {
-  const lss_ArditoTelemetry& t = sample(telemetry);
-  if (!t.port_open) return closed_port(status, "the CAN bus");
-  std::vector<Problem> list;
-  for (const lss_ArditoNode& node : t.nodes) {
-    if (node.online || latched(status, FaultId::module_silent, node.id) ||
-        latched(status, FaultId::node_wrong, node.id))
-      continue;
-    list.push_back(
-        {node.id != lss::ardito::kImuNode,
-         unheard(kVehicle, node.id, node.age_ms,
-                 fmt::format("is {}, last message", name_of(lss::ardito::kLinkNames, node.link))),
-         "check its power and the bus"});
-  }
-  if (t.emergency_button)
-    list.push_back({true, "the emergency-stop button is pressed", "release it"});
-  return list;
-}
-
-nlohmann::json telemetry_json(const void* telemetry) {
-  const lss_ArditoTelemetry& t = sample(telemetry);
-  nlohmann::json json = json_of(t);
-  name_subjects(kVehicle, json["wheels"]);
-  name_subjects(kVehicle, json["steering"], lss::ardito::kDriveWheels);
-  name_subjects(kVehicle, json["nodes"]);
-  for (std::size_t i = 0; i < std::size(t.nodes); ++i) {
-    json["nodes"][i]["link"] = name_of(lss::ardito::kLinkNames, t.nodes[i].link);
-    json["nodes"][i]["drive"] = name_of(lss::ardito::kDriveNames, t.nodes[i].drive);
-  }
-  return json;
 }
 
 constexpr const char* kWheelStates[] = {"good",        "motor sensor",  "encoder",
@@ -125,9 +58,10 @@ std::string state_text(const std::string& name, bool good, const Style& style) {
   return good ? text : style.bad(text);
 }
 
-std::string wheel_row(const lss_ArditoWheel& w, const lss_ArditoNode& node, const Style& style) {
+std::string wheel_row(const Vehicle& vehicle, const lss_ArditoWheel& w, const lss_ArditoNode& node,
+                      const Style& style) {
   return fmt::format("{} {} {} {:<7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>6} {:>6}\n",
-                     style.bold(fmt::format("{:<8}", subject_name(kVehicle, w.id))),
+                     style.bold(fmt::format("{:<8}", subject_name(vehicle, w.id))),
                      link_text(node, style),
                      state_text(condition(w), w.state == 0 && !w.unproven && !w.hot, style),
                      w.clutch ? "engaged" : "open", fixed(w.target_rad_s, 3),
@@ -135,10 +69,10 @@ std::string wheel_row(const lss_ArditoWheel& w, const lss_ArditoNode& node, cons
                      fixed(w.current_A, 2), fixed(w.temperature_degC, 1), fixed(w.voltage_V, 1));
 }
 
-std::string steering_row(const lss_ArditoSteering& s, const lss_ArditoNode& node,
-                         const Style& style) {
+std::string steering_row(const Vehicle& vehicle, const lss_ArditoSteering& s,
+                         const lss_ArditoNode& node, const Style& style) {
   return fmt::format("{} {} {} {:<7} {:>7} {:>7} {:>7} {:>7} {:>7}\n",
-                     style.bold(fmt::format("{:<8}", subject_name(kVehicle, node.id))),
+                     style.bold(fmt::format("{:<8}", subject_name(vehicle, node.id))),
                      link_text(node, style),
                      state_text(name_of(kSteeringStates, s.state), s.state == 0, style), "",
                      fixed(s.target_rad / kDegree, 2), fixed(s.motor_rad / kDegree, 2), "",
@@ -158,7 +92,7 @@ std::string asked(const lss_ArditoTelemetry& t) {
                      t.autonomous ? ", autonomous" : "");
 }
 
-std::string screen(const void* telemetry, const Style& style) {
+std::string screen(const Vehicle& vehicle, const void* telemetry, const Style& style) {
   const lss_ArditoTelemetry& t = sample(telemetry);
   std::string text = style.dim(
                          "wheel    link        failure       clutch   target   motor    Hall "
@@ -169,13 +103,13 @@ std::string screen(const void* telemetry, const Style& style) {
                          "rad/s       A   degC      V") +
                      "\n";
   for (std::size_t i = 0; i < std::size(t.wheels); ++i)
-    text += wheel_row(t.wheels[i], t.nodes[i], style);
+    text += wheel_row(vehicle, t.wheels[i], t.nodes[i], style);
   text += style.dim(
               "steering                                       deg     deg             deg       "
               "A") +
           "\n";
   for (std::size_t i = 0; i < std::size(t.steering); ++i)
-    text += steering_row(t.steering[i], t.nodes[i + lss::ardito::kDriveWheels], style);
+    text += steering_row(vehicle, t.steering[i], t.nodes[i + lss::ardito::kDriveWheels], style);
   const lss_ArditoNode& io = t.nodes[lss::ardito::kIoNode - 1];
   const lss_ArditoNode& imu = t.nodes[lss::ardito::kImuNode - 1];
   text += fmt::format("{} {} beacon {}, power {}{}\n", style.bold("IO      "), link_text(io, style),
@@ -206,49 +140,34 @@ std::string screen(const void* telemetry, const Style& style) {
   return text;
 }
 
-std::string details(const void* telemetry, const Style& style) {
-  std::string text =
-      style.dim("node     address drive                  last frame  emergency  so far") + "\n";
-  for (const lss_ArditoNode& n : sample(telemetry).nodes) {
-    text +=
-        fmt::format("{}    0x{:02x} {:<22} {:>10} {:>10} {:>7}\n",
-                    style.bold(fmt::format("{:<8}", subject_name(kVehicle, n.id))), n.address,
-                    n.id <= lss::ardito::kDriveWheels + lss::ardito::kSteeredWheels
-                        ? name_of(lss::ardito::kDriveNames, n.drive)
-                        : "",
-                    never_heard(n) ? std::string("never") : fmt::format("{} ms", n.age_ms),
-                    n.emergency == 0 ? std::string("none") : fmt::format("{:#06x}", n.emergency),
-                    n.emergencies);
-  }
-  return text;
-}
-
 std::string progress(const void* telemetry) {
   const lss_ArditoTelemetry& t = sample(telemetry);
   const bool moves = t.mode >= static_cast<std::uint8_t>(Mode::steering) || t.autonomy_wait_s > 0;
   return moves ? fmt::format(" {}: {}", asked(t), driven(t)) : "";
 }
 
+// The limit that the requested speed needs; the daemon rejects a speed above its cap.
+void start(Invocation& start, const Invocation& wanted) {
+  const double speed_m_s = static_cast<CommandKind>(wanted.info->kind) != CommandKind::halt
+                               ? std::abs(wanted.parameter[0])
+                               : 0;
+  start.parameter[0] = speed_m_s > lss::ardito::kSpeedLimits_m_s[0] ? 1 : 0;
+  start.parameter[1] = speed_m_s;
+}
+
 }  // namespace
 
-const Vehicle kVehicle{
+const Overlay kOverlay{
     .name = "ardito",
-    .commands = lss::ardito::kCommands,
-    .subjects = lss::ardito::kNodeNames,
-    .help = kHelp,
+    .idl = idl_of(lss_ArditoTelemetry{}),
     .telemetry = &lss_ArditoTelemetry_desc,
-    .allowed = allowed_by(lss::ardito::logic, lss::ardito::kModeNames),
-    .prepare = prepare,
-    .rest = static_cast<std::uint16_t>(CommandKind::halt),
-    .problems = problems,
-    .json = telemetry_json,
+    .json = [](const void* telemetry) -> nlohmann::ordered_json {
+      return record::to_json(sample(telemetry));
+    },
     .screen = screen,
-    .details = details,
     .progress = progress,
-    .distance_m = [](const void* telemetry) { return sample(telemetry).distance_m; },
     .add_report = add_report,
-    .tunables = [] { return lss::ardito::tuning().infos; },
-    .codes = lss::ardito::kOwnCodes,
+    .start = start,
 };
 
 }  // namespace lss::cli::ardito

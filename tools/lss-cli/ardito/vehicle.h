@@ -6,7 +6,7 @@
 
 namespace lss::cli::ardito {
 
-extern const Vehicle kVehicle;
+extern const Overlay kOverlay;
 
 // Its sections of a report; report.cpp.
 void add_report(const recording::Recording& recording, report::Page& page);

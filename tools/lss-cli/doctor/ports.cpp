@@ -22,21 +22,18 @@ namespace fs = std::filesystem;
 
 constexpr const char* kSimulated = "sim:";
 
-std::string group_name(gid_t gid) {
-  group entry{};
-  group* found = nullptr;
+// Of a user or a group; its number when it has none.
+template <class Entry, class Id>
+std::string name_of(Id id, int (*get)(Id, Entry*, char*, std::size_t, Entry**),
+                    char* Entry::*name) {
+  Entry entry{};
+  Entry* found = nullptr;
   std::array<char, 4096> buffer{};
-  ::getgrgid_r(gid, &entry, buffer.data(), buffer.size(), &found);
-  return found != nullptr ? found->gr_name : std::to_string(gid);
+  get(id, &entry, buffer.data(), buffer.size(), &found);
+  return found != nullptr ? found->*name : std::to_string(id);
 }
-
-std::string user_name(uid_t uid) {
-  passwd entry{};
-  passwd* found = nullptr;
-  std::array<char, 4096> buffer{};
-  ::getpwuid_r(uid, &entry, buffer.data(), buffer.size(), &found);
-  return found != nullptr ? found->pw_name : std::to_string(uid);
-}
+std::string group_name(gid_t gid) { return name_of(gid, ::getgrgid_r, &group::gr_name); }
+std::string user_name(uid_t uid) { return name_of(uid, ::getpwuid_r, &passwd::pw_name); }
 
 // As systemd/lssd@.service runs it: user and group lss, and dialout.
 bool unit_may_open(const struct stat& file) {

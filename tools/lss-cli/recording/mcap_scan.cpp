@@ -205,13 +205,11 @@ MappedFile::~MappedFile() {
 
 RawMessage read_message(Bytes record) {
   Reader in(record);
-  RawMessage message;
-  message.channel = in.number<std::uint16_t>();
-  message.sequence = in.number<std::uint32_t>();
-  message.log_ns = in.number<std::int64_t>();
-  message.publish_ns = in.number<std::int64_t>();
-  message.data = in.rest();
-  return message;
+  return {.channel = in.number<std::uint16_t>(),
+          .sequence = in.number<std::uint32_t>(),
+          .log_ns = in.number<std::int64_t>(),
+          .publish_ns = in.number<std::int64_t>(),
+          .data = in.rest()};
 }
 
 void Scan::each(const std::function<void(const RawMessage&)>& take) const {

@@ -108,7 +108,7 @@ class McapRecording : public Recording {
     }
   }
 
-  // Heartbeats count separately for each source, so the source is part of the key.
+  // Heartbeats count separately for each source, events for each id and subject.
   void count_gaps() {
     std::map<std::string, std::uint64_t> last;
     scan_.each([&](const RawMessage& raw) {
@@ -119,9 +119,13 @@ class McapRecording : public Recording {
       if (counter == nullptr) return;
       topic.layout->check(raw.data);
       std::string key = topic.name;
-      const bool heartbeat = topic.layout->type().name == "lss::Heartbeat";
-      if (const Column* source = heartbeat ? topic.layout->find("source") : nullptr)
+      const std::string& type = topic.layout->type().name;
+      if (const Column* source = type == "lss::Heartbeat" ? topic.layout->find("source") : nullptr)
         key += topic.layout->text(*source, raw.data);
+      for (const char* name : {"id", "subject"}) {
+        const Column* column = type == "lss::Event" ? topic.layout->find(name) : nullptr;
+        if (column != nullptr) key += ' ' + topic.layout->json(*column, raw.data).dump();
+      }
       const auto now = topic.layout->json(*counter, raw.data).get<std::uint64_t>();
       const auto [before, first] = last.try_emplace(key, now);
       if (!first && now > before->second) topic.gaps += now - before->second - 1;
@@ -187,7 +191,7 @@ std::vector<const Topic*> select(const Recording& recording, const Filter& filte
 }
 
 const Column* counter_of(const Layout& layout) {
-  for (const char* name : {"frame", "index", "counter"}) {
+  for (const char* name : {"frame", "number", "index", "counter"}) {
     const Column* column = layout.find(name);
     if (column != nullptr && column->type->kind == Kind::uint64) return column;
   }

@@ -225,9 +225,8 @@ std::string describe(const CommandInfo& info, const Vehicle& vehicle) {
     text += fmt::format("  in: {}\n", a.where);
     if (!a.when.empty()) text += fmt::format("      when {}\n", fmt::join(a.when, ", "));
   }
-  for (const VerbHelp& help : vehicle.help) {
-    if (help.verb == info.name) text += fmt::format("  Examples:\n{}", help.examples);
-  }
+  if (const auto examples = vehicle.examples.find(info.kind); examples != vehicle.examples.end())
+    text += fmt::format("  Examples:\n{}", examples->second);
   return text;
 }
 

@@ -22,6 +22,7 @@ struct Vehicle;
 struct Invocation {
   const CommandInfo* info = nullptr;
   std::array<double, kMaxParameters> parameter{};
+  std::string name = {};  // of a parameter, of a command that is `named`
 };
 
 // The commands of the vehicle, in the order of their numbers.

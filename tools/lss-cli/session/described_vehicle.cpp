@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 
-#include "tools/lss-cli/session/telemetry.h"
+#include "tools/lss-cli/session/vehicle_words.h"
 #include "tools/lss-cli/session/wire.h"
 #include "tools/lss-cli/show/failure.h"
+#include "tools/lss-cli/show/units.h"
 
 namespace lss::cli {
 namespace {
@@ -44,6 +46,20 @@ bool names_idle(const lc::Allowed& place) {
   return place.where == "every state" || place.where == "Idle" || place.where.starts_with("Idle;");
 }
 
+// "RM does not answer, last reply 3 s ago", with members of the element in braces.
+std::string unheard(const std::string& name, const Json& element, std::string how) {
+  const Json& age_ms = element.at("age_ms");
+  if (!age_ms.is_number()) return name + " has never answered";
+  for (std::size_t open = how.find('{'); open != std::string::npos; open = how.find('{')) {
+    const std::size_t end = how.find('}', open);
+    if (end == std::string::npos) break;
+    const auto member = element.find(how.substr(open + 1, end - open - 1));
+    how.replace(open, end - open + 1,
+                member != element.end() && member->is_string() ? member->get<std::string>() : "?");
+  }
+  return fmt::format("{} {} {} ago", name, how, format_duration(age_ms.get<double>() / 1000));
+}
+
 bool is_common(std::uint16_t kind) {
   return std::ranges::find(kCommonCommands, kind, &CommandInfo::kind) != std::end(kCommonCommands);
 }
@@ -69,6 +85,8 @@ void DescribedVehicle::read_command(const Json& json) {
   std::vector<lc::Allowed>& places = allowed_[info.kind];
   for (const Json& place : json.at("allowed"))
     places.push_back({place.at("where").get<std::string>(), place.at("when")});
+  if (json.contains("examples"))
+    vehicle_.examples[info.kind] = json.at("examples").get<std::string>();
   if (is_common(info.kind)) return;
   info.name = keep(json.at("name"));
   check_name(info.name);
@@ -139,8 +157,9 @@ void DescribedVehicle::read(const Json& json) {
   vehicle_.commands = commands_;
   vehicle_.subjects = subjects_;
   vehicle_.codes = {.faults = faults_, .reasons = reasons_, .events = events_};
-  vehicle_.rest = static_cast<std::uint16_t>(CommandKind::stop);
-  vehicle_.tunables = [this] { return std::span<const TunableInfo>(tunables_); };
+  vehicle_.tunables = tunables_;
+  shown_.subjects = subjects_;
+  read_presentation(json.value("presentation", Json::object()));
   vehicle_.allowed = [this](const CommandInfo& info) {
     const auto places = allowed_.find(info.kind);
     return places == allowed_.end() ? std::vector<lc::Allowed>() : places->second;
@@ -148,17 +167,96 @@ void DescribedVehicle::read(const Json& json) {
   vehicle_.prepare = [this](const lss_Status& status, const Invocation& wanted) {
     return prepare(status, wanted);
   };
-  vehicle_.at_rest = "nothing moves";
-  vehicle_.json = [this](const void* sample) { return telemetry_json(sample); };
-  vehicle_.screen = [this](const void* sample, const Style& style) {
-    return telemetry_screen(telemetry_json(sample), style);
+  vehicle_.ends = [this](const Invocation& command) {
+    return find_case(ends_, command) != nullptr;
   };
-  vehicle_.distance_m = [this](const void* sample) {
-    return telemetry_->number("distance_m", sample);
+  vehicle_.takes_s = [this](const Invocation& command) {
+    const Case* found = find_case(slow_, command);
+    return found != nullptr ? found->takes_s : 0;
   };
   if (telemetry_ == nullptr) return;
   vehicle_.telemetry = telemetry_->descriptor();
   vehicle_.idl = telemetry_->idl();
+  vehicle_.problems = [this](const lss_Status& status, const void* sample) {
+    return problems(status, sample);
+  };
+  vehicle_.json = [this](const void* sample) { return telemetry_json(sample); };
+  vehicle_.screen = [this](const void* sample, const Style& style) {
+    return telemetry_screen(with_words(sample_json(sample), shown_), shown_, style);
+  };
+  vehicle_.details = [this](const void* sample, const Style& style) {
+    return telemetry_details(with_words(sample_json(sample), shown_), shown_, style);
+  };
+  vehicle_.distance_m = [this](const void* sample) { return distance_m(sample); };
+  for (const Overlay* overlay : overlays()) {
+    if (overlay->name == vehicle_.name) put_on(*overlay);
+  }
+}
+
+void DescribedVehicle::read_presentation(const Json& json) {
+  vehicle_.rest = json.value("rest", static_cast<std::uint16_t>(CommandKind::stop));
+  vehicle_.at_rest = keep(json.value("at_rest", "nothing moves"));
+  distance_ = json.value("distance", "distance_m");
+  begins_ = json.value("begins", std::uint8_t{0});
+  if (json.contains("rest")) find_command(vehicle_, vehicle_.rest);  // throws when there is none
+  const auto number = [](const Json& x) {
+    return x.is_null() ? std::nullopt : std::optional(x.get<double>());
+  };
+  for (const Json& step : json.value("steps", Json::array())) {
+    steps_.push_back({step.at("step").get<std::uint16_t>(),
+                      step.at("modes").get<std::vector<std::uint8_t>>(),
+                      step.at("commands").get<std::vector<std::uint16_t>>(),
+                      number(step.at("argument")), number(step.at("when"))});
+    find_command(vehicle_, steps_.back().step);
+  }
+  ends_ = read_cases(json.value("ends", Json::array()));
+  slow_ = read_cases(json.value("slow", Json::array()));
+  for (const Json& alarm : json.value("alarms", Json::array())) {
+    alarms_.push_back({alarm.at("field").get<std::string>(), alarm.at("text").get<std::string>(),
+                       alarm.at("advice").get<std::string>(), alarm.at("good").get<bool>(),
+                       alarm.at("alone").get<bool>(), alarm.at("subject").get<std::uint16_t>()});
+  }
+  for (const Json& w : json.value("words", Json::array()))
+    shown_.words[w.at("field").get<std::string>()] = {w.at("words").get<std::vector<std::string>>(),
+                                                      w.at("shown_only").get<bool>()};
+  for (const Json& p : json.value("parts", Json::array())) {
+    Shown::Parts& parts = shown_.parts[p.at("field").get<std::string>()];
+    parts = {p.at("first").get<unsigned>(), std::nullopt, p.at("lesser").get<std::uint32_t>(),
+             p.at("optional").get<std::uint32_t>()};
+    if (p.contains("unheard")) parts.unheard = p.at("unheard").get<std::string>();
+  }
+  for (const Json& field : json.value("details", Json::array()))
+    shown_.details.insert(field.get<std::string>());
+}
+
+void DescribedVehicle::put_on(const Overlay& overlay) {
+  vehicle_.overlay = &overlay;
+  if (overlay.idl != telemetry_->idl()) return;  // the daemon's telemetry is of another type
+  vehicle_.telemetry = overlay.telemetry;
+  raw_json_ = overlay.json;
+  vehicle_.screen = [this, &overlay](const void* sample, const Style& style) {
+    return overlay.screen(vehicle_, sample, style);
+  };
+  vehicle_.progress = overlay.progress;
+}
+
+std::vector<DescribedVehicle::Case> DescribedVehicle::read_cases(const Json& list) {
+  std::vector<Case> cases;
+  for (const Json& one : list) {
+    cases.push_back({one.at("command").get<std::uint16_t>(), one.at("index").get<std::size_t>(),
+                     one.at("value").get<double>(), one.at("takes_s").get<double>()});
+    if (cases.back().index >= kMaxParameters)
+      refuse(fmt::format("parameter {} of command {}", cases.back().index, cases.back().command));
+  }
+  return cases;
+}
+
+const DescribedVehicle::Case* DescribedVehicle::find_case(const std::vector<Case>& cases,
+                                                          const Invocation& command) {
+  const auto found = std::ranges::find_if(cases, [&](const Case& one) {
+    return one.command == command.info->kind && command.parameter[one.index] == one.value;
+  });
+  return found != cases.end() ? &*found : nullptr;
 }
 
 // In Idle, motion begins with a start.
@@ -166,21 +264,89 @@ std::vector<Invocation> DescribedVehicle::prepare(const lss_Status& status,
                                                   const Invocation& wanted) const {
   constexpr auto kStart = static_cast<std::uint16_t>(CommandKind::start);
   const CommandInfo& info = *wanted.info;
-  const bool ready = std::ranges::any_of(vehicle_.allowed(info), names_idle);
-  if (status.state != lss_STATE_IDLE || !info.leased || info.kind == kStart || ready) return {};
-  const Invocation start = with_defaults(find_command(vehicle_, kStart));
-  const bool complete =
-      std::ranges::none_of(start.parameter, [](double x) { return std::isnan(x); });
-  return complete ? std::vector<Invocation>{start} : std::vector<Invocation>();  // it says why not
+  const bool idle = status.state == lss_STATE_IDLE;
+  if (!info.leased || info.kind == kStart || !(idle || status.state == lss_STATE_OPERATIONAL))
+    return {};  // the daemon says why not
+  std::vector<Invocation> steps;
+  if (idle && std::ranges::none_of(vehicle_.allowed(info), names_idle)) {
+    Invocation start = with_defaults(find_command(vehicle_, kStart));
+    if (vehicle_.overlay != nullptr && vehicle_.overlay->start != nullptr)
+      vehicle_.overlay->start(start, wanted);
+    if (std::ranges::any_of(start.parameter, [](double x) { return std::isnan(x); })) return {};
+    steps.push_back(start);
+  }
+  const std::uint8_t mode = idle ? begins_ : status.mode;
+  const auto has = [](const auto& list, auto number) {
+    return std::ranges::find(list, number) != list.end();
+  };
+  for (const Step& step : steps_) {
+    if (!has(step.modes, mode) || !has(step.commands, info.kind) ||
+        (step.when && wanted.parameter[0] != *step.when))
+      continue;
+    Invocation& first = steps.emplace_back(with_defaults(find_command(vehicle_, step.step)));
+    if (step.argument) first.parameter[0] = *step.argument;
+  }
+  return steps;
 }
 
-nlohmann::ordered_json DescribedVehicle::telemetry_json(const void* sample) const {
+std::vector<Problem> DescribedVehicle::problems(const lss_Status& status,
+                                                const void* sample) const {
+  const Json telemetry = telemetry_json(sample);
+  std::vector<Problem> list;
+  for (const Alarm& alarm : alarms_) {
+    const auto field = telemetry.find(alarm.field);
+    if (field == telemetry.end() || *field == alarm.good) continue;
+    const bool known = alarm.good && (latched(status, FaultId::port_lost, alarm.subject) ||
+                                      latched(status, FaultId::port_absent, alarm.subject));
+    if (!known) list.push_back({true, alarm.text, alarm.advice});
+    if (alarm.alone) return list;
+  }
+  for (const auto& [name, parts] : shown_.parts) {
+    const auto elements = telemetry.find(name);
+    if (!parts.unheard || elements == telemetry.end() || !elements->is_array()) continue;
+    for (const Json& element : *elements) {
+      const auto online = element.find("online");
+      if (online == element.end() || *online != false || !element.contains("age_ms")) continue;
+      const std::uint16_t subject = shown_.subject_of(name, element);
+      if (Shown::is_in(parts.optional, subject) ||
+          latched(status, FaultId::module_silent, subject) ||
+          latched(status, FaultId::node_wrong, subject))
+        continue;
+      list.push_back({!Shown::is_in(parts.lesser, subject),
+                      unheard(subject_name(vehicle_, subject), element, *parts.unheard),
+                      "check its power and the bus"});
+    }
+  }
+  return list;
+}
+
+std::optional<double> DescribedVehicle::distance_m(const void* sample) const {
+  const Json telemetry = telemetry_json(sample);
+  const std::size_t index = distance_.find('[');
+  const auto field = telemetry.find(distance_.substr(0, index));
+  if (field == telemetry.end()) return std::nullopt;
+  const Json* value = &*field;
+  if (index != std::string::npos) {
+    const std::size_t i = std::strtoul(distance_.c_str() + index + 1, nullptr, 10);
+    if (!field->is_array() || i >= field->size()) return std::nullopt;
+    value = &(*field)[i];
+  }
+  if (!value->is_number() || !std::isfinite(value->get<double>())) return std::nullopt;
+  return value->get<double>();
+}
+
+nlohmann::ordered_json DescribedVehicle::sample_json(const void* sample) const {
+  if (raw_json_ != nullptr) return raw_json_(sample);
   nlohmann::ordered_json json = telemetry_->json(sample);
   if (const auto state = json.find("state"); state != json.end() && state->is_number_unsigned()) {
     const auto number = state->get<std::size_t>();
     if (number < states_.size()) *state = states_[number];
   }
-  return with_null_for_never(std::move(json));
+  return json;
+}
+
+nlohmann::json DescribedVehicle::telemetry_json(const void* sample) const {
+  return with_words(sample_json(sample), shown_);
 }
 
 }  // namespace lss::cli

@@ -1,16 +1,18 @@
 #pragma once
 
-// A vehicle that this program was built without, from the dictionary of its daemon (docs/dds.md):
-// commands, parameters, codes and telemetry, with the same interface as those on the roster. A
-// dictionary that cannot be read is thrown as a Failure.
+// A vehicle from a dictionary (docs/dds.md): commands, parameters, codes, telemetry and how it is
+// driven and shown. With the overlay of its name, when this program has one. A dictionary that
+// cannot be read is thrown as a Failure.
 
 #include <cstdint>
 #include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "tools/lss-cli/session/telemetry_screen.h"
 #include "tools/lss-cli/session/telemetry_type.h"
 #include "tools/lss-cli/session/vehicle.h"
 
@@ -28,14 +30,39 @@ class DescribedVehicle {
 
  private:
   using Json = nlohmann::json;
+  // As in a Presentation (daemon/cycle/text.h).
+  struct Step {
+    std::uint16_t step = 0;
+    std::vector<std::uint8_t> modes;
+    std::vector<std::uint16_t> commands;
+    std::optional<double> argument, when;
+  };
+  struct Case {
+    std::uint16_t command = 0;
+    std::size_t index = 0;
+    double value = 0, takes_s = 0;
+  };
+  struct Alarm {
+    std::string field, text, advice;
+    bool good = true, alone = false;
+    std::uint16_t subject = 0;
+  };
 
   void read(const Json& dictionary);
   void read_command(const Json& json);
   std::vector<CodeInfo> codes(const Json& list);
   const char* keep(const Json& text);
 
+  void read_presentation(const Json& presentation);
+  static std::vector<Case> read_cases(const Json& list);
+  static const Case* find_case(const std::vector<Case>& cases, const Invocation& command);
+  void put_on(const Overlay& overlay);
+
   std::vector<Invocation> prepare(const lss_Status& status, const Invocation& wanted) const;
-  nlohmann::ordered_json telemetry_json(const void* sample) const;
+  std::vector<Problem> problems(const lss_Status& status, const void* sample) const;
+  std::optional<double> distance_m(const void* sample) const;
+  nlohmann::ordered_json sample_json(const void* sample) const;
+  Json telemetry_json(const void* sample) const;
 
   std::deque<std::string> texts_;  // addresses stay
   std::deque<std::vector<ParameterInfo>> parameters_;
@@ -47,6 +74,13 @@ class DescribedVehicle {
   std::vector<CodeInfo> faults_, reasons_, events_;
   std::unique_ptr<TelemetryType> telemetry_;
   Json fields_;
+  Shown shown_;
+  std::vector<Step> steps_;
+  std::vector<Case> ends_, slow_;
+  std::vector<Alarm> alarms_;
+  std::string distance_;
+  nlohmann::ordered_json (*raw_json_)(const void* sample) = nullptr;  // the overlay's
+  std::uint8_t begins_ = 0;
   Vehicle vehicle_{};
 };
 

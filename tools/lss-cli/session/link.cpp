@@ -153,8 +153,7 @@ void Link::find_vehicle() {
   const Daemon& daemon = *daemons_.named(id).front();
   vehicle_id_ = id;
   status_ = daemon.status;
-  const Vehicle* vehicle = cli::find_vehicle(text(status_.vehicle));
-  vehicle_ = vehicle != nullptr ? vehicle : &describe();
+  vehicle_ = &describe();
   status_time_ = found_ = Clock::now();
 }
 
@@ -162,12 +161,16 @@ const Vehicle& Link::describe() {
   try {
     described_ = std::make_unique<DescribedVehicle>(dictionary());
   } catch (const Failure& e) {
-    throw Failure(ExitCode::unknown_name,
-                  fmt::format("{} is of the type '{}', which this lss-cli was built without; {}",
-                              vehicle_id_, text(status_.vehicle), e.what()),
-                  e.advice());
+    throw Failure(
+        ExitCode::unknown_name,
+        fmt::format("{} is of the type '{}', and {}", vehicle_id_, text(status_.vehicle), e.what()),
+        e.advice());
   }
   return described_->vehicle();
+}
+
+bool Link::is_described() const {
+  return described_ != nullptr && cli::find_vehicle(described_->vehicle().name) == nullptr;
 }
 
 bool Link::may_be_described() {
@@ -246,6 +249,14 @@ bool Link::daemon_hears(dds_entity_t writer) const {
 void Link::await_match(dds_entity_t writer, Clock::time_point until) {
   while (!daemon_hears(writer)) {
     if (Clock::now() >= until) {
+      dds_offered_incompatible_qos_status_t differs{};
+      if (dds_get_offered_incompatible_qos_status(writer, &differs) == DDS_RETCODE_OK &&
+          differs.last_policy_id == DDS_TYPE_CONSISTENCY_ENFORCEMENT_QOS_POLICY_ID) {
+        throw Failure(
+            ExitCode::unreachable,
+            fmt::format("{} was built with other types of commands than this lss-cli", vehicle_id_),
+            fmt::format("take the lss-cli of its version, {}", text(status_.version)));
+      }
       throw Failure(ExitCode::unreachable,
                     fmt::format("{} sends status but does not listen to commands", vehicle_id_),
                     "check the log of lssd; is another DDS configuration in CYCLONEDDS_URI?");

@@ -58,7 +58,7 @@ class Link {
 
   const Vehicle& vehicle() const { return *vehicle_; }
   // It is not on the roster: its daemon describes it.
-  bool is_described() const { return described_ != nullptr; }
+  bool is_described() const;
   // Takes new samples and returns the newest status. news: it has changed since the last call.
   const lss_Status& status();
   bool daemon_left() const { return left_; }  // it disposed its status, or DDS lost it

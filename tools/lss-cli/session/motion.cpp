@@ -134,9 +134,7 @@ void run_endless(Context& context, const Motion& motion) {
 }
 
 double takes_s(const Session& session, const Motion& motion) {
-  const auto of_vehicle = session.vehicle().takes_s;
-  return of_vehicle != nullptr ? std::max(motion.takes_s, of_vehicle(motion.command))
-                               : motion.takes_s;
+  return std::max(motion.takes_s, session.vehicle().takes_s(motion.command));
 }
 
 void run_attached(Context& context, const Motion& motion) {

@@ -1,7 +1,6 @@
 #include "tools/lss-cli/session/parameters.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "tools/lss-cli/session/status.h"
 #include "tools/lss-cli/session/wire.h"
@@ -9,9 +8,8 @@
 namespace lss::cli {
 namespace {
 
-nlohmann::json to_json(const Vehicle& vehicle, const lss_Parameter& p, std::size_t number) {
+nlohmann::json to_json(const Vehicle& vehicle, const lss_Parameter& p) {
   return {{"name", text(p.name)},
-          {"number", number},
           {"value", p.value},
           {"unit", text(p.unit)},
           {"min", p.min},
@@ -32,26 +30,19 @@ std::span<const lss_Parameter> items(const lss_Parameters& sample) {
 }
 
 std::string help_of(const Vehicle& vehicle, std::string_view name) {
-  const std::span<const TunableInfo> infos = vehicle.tunables();
+  const std::span<const TunableInfo> infos = vehicle.tunables;
   const int index = find_tunable(infos, name);
   return index < 0 ? "" : infos[static_cast<std::size_t>(index)].help;
 }
 
 nlohmann::json parameters_json(const Vehicle& vehicle, const lss_Parameters& sample,
-                               std::span<const std::size_t> numbers) {
+                               std::span<const lss_Parameter> shown) {
   nlohmann::json list = nlohmann::json::array();
-  for (const std::size_t number : numbers)
-    list.push_back(to_json(vehicle, items(sample)[number - 1], number));
+  for (const lss_Parameter& p : shown) list.push_back(to_json(vehicle, p));
   return {{"vehicle_id", text(sample.vehicle_id)},
           {"save", sample.save},
           {"saved_parameters", saved_name(sample.saved)},
           {"parameters", std::move(list)}};
-}
-
-nlohmann::json parameters_json(const Vehicle& vehicle, const lss_Parameters& sample) {
-  std::vector<std::size_t> numbers(items(sample).size());
-  std::iota(numbers.begin(), numbers.end(), std::size_t{1});
-  return parameters_json(vehicle, sample, numbers);
 }
 
 }  // namespace lss::cli

@@ -3,7 +3,6 @@
 // The daemon's report on its parameters (lss/parameters), for people and programs. Pure functions.
 
 #include <cmath>
-#include <cstddef>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
@@ -27,9 +26,8 @@ std::span<const lss_Parameter> items(const lss_Parameters& sample);
 // Its purpose: from the table that this program was built with.
 std::string help_of(const Vehicle& vehicle, std::string_view name);
 
-// The parameters of these numbers, counted from 1, or all.
+// `shown`: some of the sample.
 nlohmann::json parameters_json(const Vehicle& vehicle, const lss_Parameters& sample,
-                               std::span<const std::size_t> numbers);
-nlohmann::json parameters_json(const Vehicle& vehicle, const lss_Parameters& sample);
+                               std::span<const lss_Parameter> shown);
 
 }  // namespace lss::cli

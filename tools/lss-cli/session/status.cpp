@@ -126,10 +126,10 @@ std::string system_lines(const lss_Status& status, const Style& style) {
                         format_duration(static_cast<double>(status.obc_age_ms) / 1000));
   std::string lines =
       row("OBC link", fmt::format("{}; {} commands rejected", heard, status.commands_rejected));
-  lines += row("frame",
-               fmt::format("{} of {:.0f} ms, {} overruns, {} safe commands, {} dropped from rings",
-                           status.frame_index, static_cast<double>(status.period_ns) * 1e-6,
-                           status.overruns, status.safe_commands, status.telemetry_dropped));
+  lines +=
+      row("frame", fmt::format("{} of {:.0f} ms, {} overruns, {} safe commands, {} samples dropped",
+                               status.frame_index, static_cast<double>(status.period_ns) * 1e-6,
+                               status.overruns, status.safe_commands, status.telemetry_dropped));
   lines += row("real time", contract(status));
   const std::string_view why = text(status.shared_memory_text);
   lines += row("shared mem", fmt::format("{}{}{}", shared_memory_name(status.shared_memory),
@@ -307,6 +307,11 @@ std::string status_line(const Vehicle& vehicle, const lss_Status& status, const 
   return line + ", " + progress(vehicle, status, telemetry);
 }
 
+bool is_newer(const lss_Event& event, const lss_Event& than) {
+  return event.count > 1 && event.id == than.id && event.subject == than.subject &&
+         event.first_ns == than.first_ns && event.index > than.index;
+}
+
 std::string event_line(const lss_Event& event, const Style& style) {
   const std::string severity = fmt::format("{:<7}", severity_name(event.severity));
   const std::string shown = event.severity == lss_SEVERITY_INFO      ? style.dim(severity)
@@ -324,6 +329,7 @@ nlohmann::json event_json(const Vehicle& vehicle, const lss_Event& event) {
           {"utc_ns", event.utc_ns},   {"severity", severity_name(event.severity)},
           {"id", event.id},           {"name", code != nullptr ? code->name : ""},
           {"subject", event.subject}, {"subject_name", subject_name(vehicle, event.subject)},
+          {"count", event.count},     {"first_ns", event.first_ns},
           {"text", text(event.text)}, {"arguments", std::move(arguments)}};
 }
 

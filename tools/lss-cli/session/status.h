@@ -48,6 +48,9 @@ std::string status_screen(const Vehicle& vehicle, const lss_Status& status, cons
 // "Operational, Walking forward, high: 0.083 m ...".
 std::string status_line(const Vehicle& vehicle, const lss_Status& status, const void* telemetry);
 
+// A later report of the same series, which contains the earlier one.
+bool is_newer(const lss_Event& event, const lss_Event& than);
+
 // One event as a line.
 std::string event_line(const lss_Event& event, const Style& style);
 nlohmann::json event_json(const Vehicle& vehicle, const lss_Event& event);

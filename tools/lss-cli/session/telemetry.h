@@ -1,13 +1,12 @@
 #pragma once
 
-// A sample of telemetry as JSON: all members that its IDL names, but the key. A vehicle adds names
-// of what is numbered. Pure.
+// A sample of telemetry as JSON: all members that its IDL names, but the key. Pure.
 
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "daemon/record/json.h"
-#include "tools/lss-cli/session/vehicle.h"
+#include "idl/commands.h"
 
 namespace lss::cli {
 
@@ -26,8 +25,5 @@ template <class Sample>
 nlohmann::json json_of(const Sample& sample) {
   return with_null_for_never(record::to_json(sample));
 }
-
-// Gives each part its name as a subject: that of `first` + its id.
-void name_subjects(const Vehicle& vehicle, nlohmann::json& parts, std::uint16_t first = 0);
 
 }  // namespace lss::cli

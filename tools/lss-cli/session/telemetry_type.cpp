@@ -7,7 +7,6 @@
 #include <cstring>
 #include <utility>
 
-#include "idl/units.h"
 #include "lss.h"
 #include "tools/lss-cli/show/failure.h"
 
@@ -78,59 +77,6 @@ void check(const recording::Layout& layout) {
                                         "time_ns, as every telemetry does");
 }
 
-// ---- screen
-
-bool is_scalar(const Json& value) { return !value.is_structured(); }
-
-std::string show(const Json& value) {
-  if (value.is_null()) return "-";
-  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
-  if (value.is_string()) return value.get<std::string>();
-  return value.is_number_float() ? fmt::format("{:.5g}", value.get<double>()) : value.dump();
-}
-
-std::string row(const std::string& name, const std::string& value, const Style& style) {
-  return fmt::format("{} {:>12} {}\n", style.dim(fmt::format("{:<26}", name)), value,
-                     unit_of(name));
-}
-
-void add_lines(std::string& text, const std::string& name, const Json& value, const Style& style);
-
-// A line for each member, a column for each element; as many beside each other as a terminal shows.
-void add_table(std::string& text, const std::string& name, const Json& list, const Style& style) {
-  constexpr std::size_t kColumns = 8, kWidth = 10;
-  for (std::size_t first = 0; first < list.size(); first += kColumns) {
-    const std::size_t end = std::min(list.size(), first + kColumns);
-    std::string heading = fmt::format("{:<26}", name);
-    for (std::size_t i = first; i < end; ++i) heading += fmt::format(" {:>{}}", i + 1, kWidth);
-    text += (text.ends_with("\n\n") ? "" : "\n") + style.bold(heading) + "\n";
-    for (const auto& [member, unused] : list[first].items()) {
-      std::string line = style.dim(fmt::format("  {:<24}", member));
-      for (std::size_t i = first; i < end; ++i) {
-        const Json& value = list[i].at(member);
-        line += fmt::format(" {:>{}}", is_scalar(value) ? show(value) : value.dump(), kWidth);
-      }
-      text += fmt::format("{} {}\n", line, unit_of(member));
-    }
-  }
-  text += "\n";
-}
-
-void add_lines(std::string& text, const std::string& name, const Json& value, const Style& style) {
-  if (is_scalar(value)) {
-    text += row(name, show(value), style);
-  } else if (value.is_object()) {
-    for (const auto& [member, part] : value.items())
-      add_lines(text, name.empty() ? member : name + "." + member, part, style);
-  } else if (!value.empty() && value.front().is_object()) {
-    add_table(text, name, value, style);
-  } else {
-    std::string list;
-    for (const Json& part : value) list += (list.empty() ? "" : ", ") + show(part);
-    text += row(name, list, style);
-  }
-}
-
 }  // namespace
 
 TelemetryType::TelemetryType(std::string idl, const std::string& name)
@@ -167,12 +113,6 @@ Json TelemetryType::json(const void* sample) const {
   Json all = layout_.json(message(sample));
   all.erase("vehicle_id");
   return all;
-}
-
-std::string telemetry_screen(const Json& telemetry, const Style& style) {
-  std::string text;
-  add_lines(text, "", telemetry, style);
-  return text;
 }
 
 std::optional<double> TelemetryType::number(std::string_view name, const void* sample) const {

@@ -1,7 +1,7 @@
 #pragma once
 
-// The telemetry of a vehicle that this program was built without, from the text of its IDL: the
-// type for DDS, and a sample as JSON and as a screen. A sample in memory is its CDR bytes without
+// The telemetry of a vehicle from the text of its IDL: the
+// type for DDS, and a sample as JSON. A sample in memory is its CDR bytes without
 // their header. Errors are thrown as a Failure.
 
 #include <dds/dds.h>
@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "tools/lss-cli/recording/idl_types.h"
-#include "tools/lss-cli/show/output.h"
 
 namespace lss::cli {
 
@@ -43,8 +42,5 @@ class TelemetryType {
   dds_key_descriptor_t key_{};
   std::unique_ptr<const dds_topic_descriptor_t> descriptor_;
 };
-
-// A line for each number, and a table for each array of structs.
-std::string telemetry_screen(const nlohmann::ordered_json& telemetry, const Style& style);
 
 }  // namespace lss::cli

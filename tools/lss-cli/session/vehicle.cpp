@@ -4,14 +4,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
-#include "idl/idl_text.h"
-#include "tools/lss-cli/session/telemetry.h"
+#include "tools/lss-cli/session/described_vehicle.h"
 #include "tools/lss-cli/session/vehicle_words.h"
 #include "tools/lss-cli/session/wire.h"
-#include "tools/lss-cli/show/units.h"
 
 namespace lss::cli {
+
+std::span<const Vehicle* const> vehicles() {
+  static const std::vector<std::unique_ptr<const DescribedVehicle>> all = [] {
+    std::vector<std::unique_ptr<const DescribedVehicle>> described;
+    for (const std::string& dictionary : built_dictionaries())
+      described.push_back(std::make_unique<const DescribedVehicle>(dictionary));
+    return described;
+  }();
+  static const std::vector<const Vehicle*> list = [] {
+    std::vector<const Vehicle*> pointers;
+    for (const auto& one : all) pointers.push_back(&one->vehicle());
+    return pointers;
+  }();
+  return list;
+}
 
 const Vehicle* find_vehicle(std::string_view name) {
   for (const Vehicle* vehicle : vehicles()) {
@@ -26,11 +40,12 @@ OwnCodes codes_of(std::string_view vehicle) {
 }
 
 bool is_endless(const Vehicle& vehicle, const Invocation& command) {
-  return command.info->endless && !(vehicle.ends != nullptr && vehicle.ends(command));
+  return command.info->endless && !vehicle.ends(command);
 }
 
-std::string_view idl_of(const Vehicle& vehicle) {
-  return vehicle.idl.empty() ? idl_text(vehicle.name) : vehicle.idl;
+bool is_composed(const Vehicle& vehicle, std::string_view command) {
+  return vehicle.overlay != nullptr &&
+         std::ranges::find(vehicle.overlay->composed, command) != vehicle.overlay->composed.end();
 }
 
 std::string subject_name(const Vehicle& vehicle, std::uint16_t subject) {
@@ -57,29 +72,6 @@ bool latched(const lss_Status& status, FaultId id, std::uint16_t subject) {
   return std::ranges::any_of(status.faults, [&](const lss_Fault& fault) {
     return fault.id == static_cast<std::uint16_t>(id) && (subject == 0 || fault.subject == subject);
   });
-}
-
-std::vector<Problem> closed_port(const lss_Status& status, const char* what,
-                                 std::uint16_t subject) {
-  if (latched(status, FaultId::port_lost, subject) ||
-      latched(status, FaultId::port_absent, subject))
-    return {};
-  return {{true, fmt::format("{} is not open", what), "check the port named in the config"}};
-}
-
-std::string unheard(const Vehicle& vehicle, std::uint16_t subject, std::uint64_t age_ms,
-                    const std::string& how) {
-  const std::string name = subject_name(vehicle, subject);
-  if (age_ms == kNeverHeard_ms) return name + " has never answered";
-  return fmt::format("{} {} {} ago", name, how,
-                     format_duration(static_cast<double>(age_ms) / 1000));
-}
-
-void name_subjects(const Vehicle& vehicle, nlohmann::json& parts, std::uint16_t first) {
-  for (nlohmann::json& part : parts) {
-    const int subject = first + part["id"].get<int>();
-    part["name"] = subject_name(vehicle, static_cast<std::uint16_t>(subject));
-  }
 }
 
 }  // namespace lss::cli

@@ -1,14 +1,15 @@
 #pragma once
 
-// The vehicle's part of the command line: its commands, the steps from the present state to one
-// where a command is allowed, and the display of its telemetry. One `kVehicle` in
-// tools/lss-cli/NAME/vehicle.cpp; the roster is made from LSS_VEHICLES by CMake. Of a vehicle that
-// is not on it: described_vehicle.h. Pure functions; `sample` is one of the vehicle's own topic.
+// A vehicle as the command line knows it: from the dictionary of its daemon, or, without a daemon,
+// from that of this build (described_vehicle.h). What a dictionary cannot describe is an overlay in
+// tools/lss-cli/NAME/vehicle.cpp; the roster is made from LSS_VEHICLES by CMake. Pure functions;
+// `sample` is one of the vehicle's own topic.
 
 #include <dds/dds.h>
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -32,12 +33,6 @@ struct Problem {
   std::string advice;
 };
 
-// A verb's help in addition to the command table.
-struct VerbHelp {
-  std::string_view verb;
-  std::string_view examples;  // lines
-};
-
 class Grammar;
 namespace recording {
 class Recording;
@@ -46,12 +41,40 @@ namespace report {
 class Page;
 }
 
+// Presentation of a vehicle that this program was built with, and its verbs of more than one
+// command.
+struct Vehicle;
+struct Overlay {
+  std::string_view name;
+  // Of these, `json`, `screen` and `progress`: only while the telemetry of the daemon is of this
+  // IDL.
+  std::string_view idl;
+  const dds_topic_descriptor_t* telemetry;
+  nlohmann::ordered_json (*json)(const void* sample);
+  std::string (*screen)(const Vehicle& vehicle, const void* sample, const Style& style);  // lines
+  // A few words after the mode, with a blank before them.
+  std::string (*progress)(const void* sample);
+  // Its own sections of a report.
+  void (*add_report)(const recording::Recording& recording, report::Page& page);
+  // Sets arguments of the start before a command.
+  void (*start)(Invocation& start, const Invocation& wanted) = nullptr;
+  // Verbs of more than one command, and the commands that only they send.
+  void (*add_verbs)(Grammar& grammar) = nullptr;
+  std::span<const std::string_view> composed = {};
+  // The commands that send a text of timed actuations and run it, one after the other.
+  std::vector<Invocation> (*script)(std::string_view text) = nullptr;
+};
+std::span<const Overlay* const> overlays();
+// Of the vehicles of this build.
+std::vector<std::string> built_dictionaries();
+
 struct Vehicle {
   std::string_view name;
-  std::span<const CommandInfo> commands;  // its own
-  std::span<const char* const> subjects;  // names of modules, wheels or nodes 1..n
-  std::span<const VerbHelp> help;
-  const dds_topic_descriptor_t* telemetry;  // nullptr: its type is not known
+  std::span<const CommandInfo> commands;          // its own
+  std::span<const char* const> subjects;          // names of modules, wheels or nodes 1..n
+  std::map<std::uint16_t, std::string> examples;  // of the help of commands: lines
+  const dds_topic_descriptor_t* telemetry;        // nullptr: its type is not known
+  std::string_view idl;                           // of it
   std::function<std::vector<lc::Allowed>(const CommandInfo& info)> allowed;  // when it is allowed
 
   // The commands that must be completed before `wanted` is allowed; without `wanted`.
@@ -59,37 +82,28 @@ struct Vehicle {
       prepare;
   // Ends an endless command (walk, drive) without switching off.
   std::uint16_t rest;
+  std::string_view at_rest;  // outside Operational
 
   std::function<std::vector<Problem>(const lss_Status& status, const void* sample)> problems;
-  std::function<nlohmann::json(const void* sample)> json;                     // telemetry.h
+  std::function<nlohmann::json(const void* sample)> json;
   std::function<std::string(const void* sample, const Style& style)> screen;  // lines, each ended
   // All other measurements.
-  std::function<std::string(const void* sample, const Style& style)> details = {};
-  // A few words after the mode, with a blank before them.
-  std::function<std::string(const void* sample)> progress = {};
+  std::function<std::string(const void* sample, const Style& style)> details;
+  std::function<std::string(const void* sample)> progress;  // may be empty
   std::function<std::optional<double>(const void* sample)> distance_m;
-  std::string_view at_rest = "motors off";  // outside Operational
-  // Its own sections of a report.
-  void (*add_report)(const recording::Recording& recording, report::Page& page) = nullptr;
 
   // Of an endless command: with these parameters it ends by itself.
-  bool (*ends)(const Invocation& command) = nullptr;
+  std::function<bool(const Invocation& command)> ends;
+  // The time that a command may take by itself; 0: the usual one.
+  std::function<double(const Invocation& command)> takes_s;
 
-  // The time that a command may take by itself, when longer than usual.
-  double (*takes_s)(const Invocation& command) = nullptr;
-
-  // Verbs of more than one command, and the commands that only they send.
-  void (*add_verbs)(Grammar& grammar) = nullptr;
-  std::span<const std::string_view> composed = {};
   // Parameters that can be changed while the daemon runs.
-  std::function<std::span<const TunableInfo>()> tunables = nullptr;
-  // The commands that send a text of timed actuations and run it, one after the other.
-  std::vector<Invocation> (*script)(std::string_view text) = nullptr;
-
+  std::span<const TunableInfo> tunables;
   OwnCodes codes = {};
-  std::string_view idl = {};  // of a vehicle that is not on the roster
+  const Overlay* overlay = nullptr;  // nullptr: none
 };
 
+// Those of this build.
 std::span<const Vehicle* const> vehicles();
 const Vehicle* find_vehicle(std::string_view name);
 // Those of the vehicle itself; none of one that is not on the roster.
@@ -97,8 +111,9 @@ OwnCodes codes_of(std::string_view vehicle);
 
 // It goes on until another command.
 bool is_endless(const Vehicle& vehicle, const Invocation& command);
-// The text of the IDL of its telemetry.
-std::string_view idl_of(const Vehicle& vehicle);
+
+// The command is sent by its own verbs only.
+bool is_composed(const Vehicle& vehicle, std::string_view command);
 
 // A few words on its mode and motion. `telemetry`: a sample, or nullptr.
 std::string progress(const Vehicle& vehicle, const lss_Status& status, const void* telemetry);

@@ -26,6 +26,7 @@ lss_Command to_dds(const Invocation& command, const Address& address) {
   sample.flags = address.flags;
   sample.lease_ms = command.info->leased ? address.lease_ms : 0;
   std::ranges::copy(command.parameter, sample.parameter);
+  put(sample.name, command.name);
   return sample;
 }
 

@@ -6,7 +6,10 @@
 
 namespace lss::cli::talaris {
 
-extern const Vehicle kVehicle;
+extern const Overlay kOverlay;
+
+// The vehicle of this build.
+const Vehicle& vehicle();
 
 // Its sections of a report; report.cpp.
 void add_report(const recording::Recording& recording, report::Page& page);

@@ -20,7 +20,7 @@ namespace {
 using lss::talaris::CommandKind;
 
 const CommandInfo& command(CommandKind kind) {
-  return find_command(kVehicle, static_cast<std::uint16_t>(kind));
+  return find_command(vehicle(), static_cast<std::uint16_t>(kind));
 }
 
 ExitCode run(Context& context, const Invocation& invocation) {
@@ -30,9 +30,9 @@ ExitCode run(Context& context, const Invocation& invocation) {
 }
 
 void only_talaris(Context& context, const char* verb) {
-  const std::string_view vehicle = context.session().vehicle().name;
-  if (vehicle != kVehicle.name)
-    throw Failure(ExitCode::unknown_name, fmt::format("{} has no '{}'", vehicle, verb));
+  const std::string_view name = context.session().vehicle().name;
+  if (name != kOverlay.name)
+    throw Failure(ExitCode::unknown_name, fmt::format("{} has no '{}'", name, verb));
 }
 
 // hop
@@ -63,7 +63,7 @@ ExitCode preview_hop(Context& context, const std::vector<std::string>& lines,
 
 void check(const Hop& hop) {
   const std::string words[] = {hop.program};
-  read_invocation(command(CommandKind::plan), kVehicle, words, hop.named);
+  read_invocation(command(CommandKind::plan), vehicle(), words, hop.named);
 }
 
 ExitCode run_hop(Context& context, const Hop& hop) {
@@ -87,7 +87,8 @@ void add_hop(Grammar& grammar) {
       "  lss-cli hop --program fan-altitude --height 0.3\n");
   auto hop = std::make_shared<Hop>();
   sub.add_option("--program", hop->program, "what is flown");
-  grammar.values(sub, "--program", value_names(command(CommandKind::plan).parameters[0], kVehicle));
+  grammar.values(sub, "--program",
+                 value_names(command(CommandKind::plan).parameters[0], vehicle()));
   for (const ParameterInfo& p : command(CommandKind::plan).parameters.subspan(1)) {
     sub.add_option_function<std::string>(
         fmt::format("--{}", p.name),
@@ -116,7 +117,7 @@ Invocation invocation_of(const Edf& edf) {
     throw Failure(ExitCode::usage, fmt::format("edf {}: what is that?", what),
                   "edf arm, edf throttle SHARE, or edf rpm SPEED");
   }
-  return read_invocation(find_command(kVehicle, "edf-" + what), kVehicle,
+  return read_invocation(find_command(vehicle(), "edf-" + what), vehicle(),
                          std::span(edf.words).subspan(1), edf.named);
 }
 
@@ -138,7 +139,7 @@ void add_edf(Grammar& grammar) {
       sub.add_option_function<std::string>(
           option, [edf, name = p.name](const std::string& value) { edf->named[name] = value; },
           p.help);
-      grammar.values(sub, option, value_names(p, kVehicle));
+      grammar.values(sub, option, value_names(p, vehicle()));
     }
   }
   sub.add_flag("--hold", edf->hold, "then stay attached until Ctrl-C");

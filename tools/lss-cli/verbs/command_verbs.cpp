@@ -26,29 +26,15 @@ struct Typed {
 constexpr std::string_view kOwnVerbs[] = {"data", "estop", "reset-timing", "set-parameter",
                                           "save-parameters"};
 
-constexpr VerbHelp kHelp[] = {
-    {"stop",
-     "  lss-cli stop                     ends the motion, lies down, motors off\n"
-     "  lss-cli stop --lay-down no       stays as it stands, motors off\n"},
-    {"solve", "  lss-cli solve                    leaves FatalError when the cause is gone\n"},
-    {"reset",
-     "  lss-cli reset RM                 one module\n"
-     "  lss-cli reset all\n"
-     "  lss-cli reset controller\n"},
-};
-
 using Vehicles = std::vector<const Vehicle*>;
 
-std::string_view help_of(std::span<const Vehicle* const> vehicles, std::string_view verb) {
-  for (const VerbHelp& help : kHelp) {
-    if (help.verb == verb) return help.examples;
-  }
+// Of the first of the vehicles that has any.
+std::string examples_of(std::span<const Vehicle* const> vehicles, const CommandInfo& command) {
   for (const Vehicle* vehicle : vehicles) {
-    for (const VerbHelp& help : vehicle->help) {
-      if (help.verb == verb) return help.examples;
-    }
+    const auto own = vehicle->examples.find(command.kind);
+    if (own != vehicle->examples.end()) return own->second;
   }
-  return "";
+  return command.parameters.empty() ? fmt::format("  lss-cli {}\n", command.name) : "";
 }
 
 Motion motion_of(const Vehicle& vehicle, const std::string& verb, const Typed& typed) {
@@ -132,10 +118,10 @@ void add_table_verbs(Grammar& grammar) {
       const std::string name = info->name;
       if (std::ranges::find(kOwnVerbs, name) != std::end(kOwnVerbs)) continue;
       if (fixed && fixed->has(name)) continue;
-      if (std::ranges::find(vehicle->composed, name) != vehicle->composed.end()) continue;
+      if (is_composed(*vehicle, name)) continue;
       auto& [sub, typed] = known[name];
       if (sub == nullptr) {
-        sub = &grammar.verb(name, info->summary, help_of(vehicles, name));
+        sub = &grammar.verb(name, info->summary, examples_of(vehicles, *info));
         typed = std::make_shared<Typed>();
         if (!info->parameters.empty())
           sub->add_option("words", typed->words, "parameters, also without their names");
@@ -219,7 +205,8 @@ void add_command_verbs(Grammar& grammar) {
   add_estop_verb(grammar);
   add_table_verbs(grammar);
   for (const Vehicle* vehicle : grammar.vehicles()) {
-    if (vehicle->add_verbs != nullptr) vehicle->add_verbs(grammar);
+    if (vehicle->overlay != nullptr && vehicle->overlay->add_verbs != nullptr)
+      vehicle->overlay->add_verbs(grammar);
   }
   add_heartbeat(grammar);
   add_command(grammar);

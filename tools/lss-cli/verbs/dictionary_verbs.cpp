@@ -56,6 +56,7 @@ ExitCode run_codes(Context& context, const std::string& wanted) {
     for (const Vehicle* vehicle : vehicles()) {
       bool first = true;
       for (const CodeInfo& code : vehicle->codes.*list.of_vehicle) {
+        if (find_code(list.codes, code.number) != nullptr) continue;  // of all
         if (std::exchange(first, false))
           text += fmt::format("{} of {}\n", list.name, vehicle->name);
         tell(code, vehicle->name);

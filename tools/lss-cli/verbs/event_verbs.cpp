@@ -13,31 +13,36 @@ namespace {
 
 constexpr double kHistory_s = 5;  // for the old events, on a busy machine
 
-// Without a gap the newest event is the daemon's last, and the oldest is the first that it stores.
-bool is_whole(const std::map<std::uint64_t, lss_Event>& events, std::uint64_t newest) {
-  if (newest == 0) return true;
-  if (events.empty() || events.rbegin()->first < newest) return false;
-  const std::uint64_t last = events.rbegin()->first;
-  return events.size() >= std::min<std::uint64_t>(last, dds::kEventDepth);
+using Events = std::map<std::uint64_t, lss_Event>;  // by index
+
+// All that have arrived. DDS gives those of one id and subject together.
+Events take(Session& session) {
+  Events events;
+  while (const std::optional<lss_Event> event = session.link().next_event())
+    events.insert({event->index, *event});
+  return events;
 }
 
+// The old ones, of each series its newest report. They arrive in order, so with the daemon's last
+// event all are there.
 std::vector<lss_Event> history(Session& session, Output& output) {
-  std::map<std::uint64_t, lss_Event> events;
+  Events events;
   session.link().open_events();
   const std::uint64_t newest = session.status().events;
   const Clock::time_point until = Clock::now() + seconds(kHistory_s);
-  while (!is_whole(events, newest)) {
+  while (newest != 0 && (events.empty() || events.rbegin()->first < newest)) {
     if (Clock::now() >= until) {
-      output.note(
-          fmt::format("{} of {} events came within {} s", events.size(), newest, kHistory_s));
+      output.note(fmt::format("event {} did not arrive within {} s", newest, kHistory_s));
       break;
     }
     session.pump(until);
-    while (const std::optional<lss_Event> event = session.link().next_event())
-      events.insert({event->index, *event});
+    events.merge(take(session));
   }
   std::vector<lss_Event> list;
-  for (const auto& [index, event] : events) list.push_back(event);
+  for (const auto& [index, event] : events) {
+    std::erase_if(list, [&event = event](const lss_Event& e) { return is_newer(event, e); });
+    list.push_back(event);
+  }
   return list;
 }
 
@@ -45,12 +50,7 @@ ExitCode run_events(Context& context, bool follow, std::size_t last) {
   Session& session = context.session();
   std::vector<lss_Event> list = history(session, context.output);
   nlohmann::json all = nlohmann::json::array();
-  std::uint64_t newest = 0;
   const auto show = [&](const lss_Event& event) {
-    if (newest != 0 && event.index > newest + 1) {
-      context.output.note(fmt::format("{} events were lost", event.index - newest - 1));
-    }
-    newest = event.index;
     const nlohmann::json json = event_json(session.vehicle(), event);
     context.output.print(event_line(event, context.output.style()));
     context.output.record(json);
@@ -58,11 +58,17 @@ ExitCode run_events(Context& context, bool follow, std::size_t last) {
   };
   if (last > 0 && list.size() > last)
     list.erase(list.begin(), list.end() - static_cast<std::ptrdiff_t>(last));
+  std::uint64_t newest = list.empty() ? 0 : list.back().index;
   std::ranges::for_each(list, show);
   try {
     while (follow) {
       session.pump(Clock::now() + seconds(1));
-      while (const std::optional<lss_Event> event = session.link().next_event()) show(*event);
+      for (const auto& [index, event] : take(session)) {
+        if (newest != 0 && index > newest + 1)
+          context.output.note(fmt::format("{} events were lost", index - newest - 1));
+        newest = index;
+        show(event);
+      }
     }
   } catch (const Interrupted&) {
   }
@@ -74,7 +80,7 @@ ExitCode run_events(Context& context, bool follow, std::size_t last) {
 
 void add_event_verbs(Grammar& grammar) {
   CLI::App& events =
-      grammar.verb("events", "what happened: the last 256 events",
+      grammar.verb("events", "what happened: the last 16 events of each kind and part",
                    "  lss-cli events --last 20\n  lss-cli --jsonl events --follow\n");
   auto follow = std::make_shared<bool>(false);
   auto last = std::make_shared<std::size_t>(0);

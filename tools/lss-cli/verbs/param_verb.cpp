@@ -16,6 +16,7 @@ namespace {
 constexpr double kWait_s = 3;
 
 using Words = std::vector<std::string>;
+using Items = std::vector<lss_Parameter>;
 
 // The daemon's report on its parameters.
 class Board {
@@ -35,13 +36,11 @@ class Board {
     take();
     return sample_;
   }
-  std::span<const lss_Parameter> all() { return items(sample()); }
-  // Counted from 1, as in the command.
-  std::size_t number_of(const std::string& name) {
+  lss_Parameter find(const std::string& name) {
     Words names;
-    for (const lss_Parameter& p : all()) {
+    for (const lss_Parameter& p : items(sample())) {
       names.emplace_back(text(p.name));
-      if (names.back() == name) return names.size();
+      if (names.back() == name) return p;
     }
     std::string advice = did_you_mean(name, names);
     if (advice.empty()) advice = "list them with: lss-cli param get";
@@ -49,13 +48,12 @@ class Board {
                   fmt::format("{} has no parameter '{}'", session_.vehicle().name, name), advice);
   }
   // The named parameters, or all.
-  std::vector<std::size_t> numbers_of(const Words& names) {
-    std::vector<std::size_t> numbers;
-    for (const std::string& name : names) numbers.push_back(number_of(name));
-    if (names.empty()) {
-      for (std::size_t i = 1; i <= all().size(); ++i) numbers.push_back(i);
-    }
-    return numbers;
+  Items find(const Words& names) {
+    const std::span<const lss_Parameter> all = items(sample());
+    if (names.empty()) return {all.begin(), all.end()};
+    Items found;
+    for (const std::string& name : names) found.push_back(find(name));
+    return found;
   }
 
  private:
@@ -83,21 +81,16 @@ const char* change_name(const lss_Parameter& p) {
   return p.change == lss_CHANGE_ALWAYS ? "always" : "at rest";
 }
 
-nlohmann::json document(Session& session, Board& board, const std::vector<std::size_t>& numbers) {
-  return parameters_json(session.vehicle(), board.sample(), numbers);
-}
-
 ExitCode get(Context& context, const Words& names) {
   Session& session = context.session();
   Board board(session);
-  const std::vector<std::size_t> numbers = board.numbers_of(names);
-  context.output.document(document(session, board, numbers));
+  const Items found = board.find(names);
+  context.output.document(parameters_json(session.vehicle(), board.sample(), found));
   const Style& style = context.output.style();
   context.output.print(style.dim(fmt::format("{:<34} {:>14}  {:<22} {:>12} {:>12}  {}", "", "value",
                                              "range", "configured", "saved", "may be changed")) +
                        "\n");
-  for (const std::size_t number : numbers) {
-    const lss_Parameter& p = board.all()[number - 1];
+  for (const lss_Parameter& p : found) {
     const std::string value = fmt::format("{:>14}", with_unit(p.value, p));
     context.output.print(
         fmt::format("{:<34} {}  {:<22} {:>12} {:>12}  {}\n", text(p.name),
@@ -114,23 +107,19 @@ ExitCode get(Context& context, const Words& names) {
 ExitCode diff(Context& context, const Words& names) {
   Session& session = context.session();
   Board board(session);
-  std::vector<std::size_t> numbers = board.numbers_of(names);
-  std::erase_if(numbers, [&](std::size_t number) {
-    const lss_Parameter& p = board.all()[number - 1];
-    return is_configured(p) && is_kept(p);
-  });
-  context.output.document(document(session, board, numbers));
+  Items found = board.find(names);
+  std::erase_if(found, [](const lss_Parameter& p) { return is_configured(p) && is_kept(p); });
+  context.output.document(parameters_json(session.vehicle(), board.sample(), found));
   const Style& style = context.output.style();
   bool unsaved = false;
-  for (const std::size_t number : numbers) {
-    const lss_Parameter& p = board.all()[number - 1];
+  for (const lss_Parameter& p : found) {
     unsaved = unsaved || !is_kept(p);
     context.output.print(fmt::format("{:<34} {:>14}  configuration {}, saved {}{}\n", text(p.name),
                                      with_unit(p.value, p), show(p.configured),
                                      is_saved(p) ? show(p.saved) : "-",
                                      is_kept(p) ? "" : style.warning("  not saved")));
   }
-  if (numbers.empty()) context.output.print("all as the configuration says\n");
+  if (found.empty()) context.output.print("all as the configuration says\n");
   if (unsaved) context.output.note("lss-cli param save keeps them for the next start");
   return ExitCode::completed;
 }
@@ -149,12 +138,12 @@ double parse(const std::string& typed, const lss_Parameter& p) {
   return value;
 }
 
-void change(Context& context, Board& board, std::size_t number, double value) {
+void change(Context& context, const lss_Parameter& before, double value) {
   Session& session = context.session();
   const CommandInfo& info =
       find_command(session.vehicle(), static_cast<std::uint16_t>(CommandKind::set_parameter));
-  const Invocation command{.info = &info, .parameter = {static_cast<double>(number), value}};
-  const lss_Parameter before = board.all()[number - 1];
+  const Invocation command{
+      .info = &info, .parameter = {value}, .name = std::string(text(before.name))};
   if (context.options.dry_run) return session.dry_run(command);
   session.complete(command);
   context.output.print(fmt::format("{}: {} to {}\n", text(before.name), show(before.value),
@@ -167,14 +156,13 @@ void say_how_to_keep(Context& context) {
 }
 
 ExitCode set(Context& context, const Words& words) {
-  Session& session = context.session();
-  Board board(session);
-  std::vector<std::pair<std::size_t, double>> wanted;
+  Board board(context.session());
+  std::vector<std::pair<lss_Parameter, double>> wanted;
   for (std::size_t i = 0; i + 1 < words.size(); i += 2) {
-    const std::size_t number = board.number_of(words[i]);
-    wanted.emplace_back(number, parse(words[i + 1], board.all()[number - 1]));
+    const lss_Parameter before = board.find(words[i]);
+    wanted.emplace_back(before, parse(words[i + 1], before));
   }
-  for (const auto& [number, value] : wanted) change(context, board, number, value);
+  for (const auto& [before, value] : wanted) change(context, before, value);
   say_how_to_keep(context);
   return ExitCode::completed;
 }
@@ -182,10 +170,9 @@ ExitCode set(Context& context, const Words& words) {
 ExitCode reset(Context& context, const Words& names) {
   Board board(context.session());
   std::size_t changed = 0;
-  for (const std::size_t number : board.numbers_of(names)) {
-    const lss_Parameter& p = board.all()[number - 1];
+  for (const lss_Parameter& p : board.find(names)) {
     if (is_configured(p)) continue;
-    change(context, board, number, p.configured);
+    change(context, p, p.configured);
     ++changed;
   }
   if (changed == 0) {
@@ -241,7 +228,7 @@ void add_param_verb(Grammar& grammar) {
   grammar.values(sub, "", {"get", "set", "diff", "save", "reset"});
   for (const Vehicle* vehicle : grammar.vehicles()) {
     Words names;
-    for (const TunableInfo& t : vehicle->tunables()) names.emplace_back(t.name);
+    for (const TunableInfo& t : vehicle->tunables) names.emplace_back(t.name);
     for (const char* before : {"get", "set", "diff", "reset"}) grammar.values(sub, before, names);
     grammar.values(sub, "", names);
   }

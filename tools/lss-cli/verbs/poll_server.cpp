@@ -63,8 +63,8 @@ std::string dump(const nlohmann::json& document) {
 
 Invocation read_polled(const Vehicle& vehicle, std::span<const std::string> words) {
   const std::string& name = words.front();
-  const bool hidden = std::ranges::find(kNoCommands, name) != std::end(kNoCommands) ||
-                      std::ranges::find(vehicle.composed, name) != vehicle.composed.end();
+  const bool hidden =
+      std::ranges::find(kNoCommands, name) != std::end(kNoCommands) || is_composed(vehicle, name);
   const std::vector<std::string> names = command_names(vehicle);
   if (hidden || std::ranges::find(names, name) == names.end()) throw no_verb(vehicle, name);
   const CommandInfo& info = find_command(vehicle, name);

@@ -57,7 +57,7 @@ Recorder::Recorder(const Options& options, const Vehicle& vehicle, std::string v
   }
   if (vehicle.telemetry == nullptr) return;
   const dds::Topic topic = dds::telemetry_topic(vehicle.name, vehicle.telemetry);
-  if (wanted(topic.name)) add(topic, idl_of(vehicle));
+  if (wanted(topic.name)) add(topic, vehicle.idl);
 }
 
 void Recorder::add(const dds::Topic& topic, std::string_view idl) {

@@ -29,7 +29,8 @@ std::string page_of(const recording::Recording& recording) {
                   span.messages, recording.about("version")));
   if (!recording.complaint().empty())
     page.note("The recording is not whole: " + recording.complaint() + ".");
-  if (vehicle != nullptr && vehicle->add_report != nullptr) vehicle->add_report(recording, page);
+  if (vehicle != nullptr && vehicle->overlay != nullptr)
+    vehicle->overlay->add_report(recording, page);
   page.section("States");
   report::add_states(recording, page);
   report::add_events(recording, page);

@@ -72,7 +72,7 @@ ExitCode run_data(Context& context) {
   context.output.document(status_json(vehicle, session.status(), telemetry));
   const Style& style = context.output.style();
   context.output.print(vehicle.screen(telemetry, style) + "\n");
-  if (vehicle.details) context.output.print(vehicle.details(telemetry, style));
+  context.output.print(vehicle.details(telemetry, style));
   return ExitCode::completed;
 }
 

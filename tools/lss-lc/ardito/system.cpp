@@ -259,20 +259,6 @@ constexpr lc::FlagName kFlags[] = {{kMotorsConfirmed, "motors confirmed"},
 }  // namespace
 }  // namespace lss::ardito
 
-namespace lss::lc {
-
-const Verified& ardito_verified() {
-  static const Verified vehicle{.name = "ardito",
-                                .title = "D.I.A.N.A. Ardito",
-                                .table = &ardito::kTable,
-                                .model = ardito::model_of,
-                                .modules = ardito::kModules,
-                                .few = 0x3,  // two wheels
-                                .mode_names = ardito::kModeNames,
-                                .goal_names = ardito::kGoals,
-                                .flag_names = ardito::kFlags,
-                                .module_names = ardito::kNodeNames};
-  return vehicle;
-}
-
-}  // namespace lss::lc
+LSS_VERIFIED(ardito, .title = "D.I.A.N.A. Ardito", .modules = ardito::kModules,
+             .few = 0x3,  // two wheels
+             .flag_names = ardito::kFlags, .module_names = ardito::kNodeNames)

@@ -200,20 +200,5 @@ constexpr lc::FlagName kFlags[] = {{kCalibrated, "calibrated"},
 }  // namespace
 }  // namespace lss::talaris
 
-namespace lss::lc {
-
-const Verified& talaris_verified() {
-  static const Verified vehicle{.name = "talaris",
-                                .title = "TALARIS",
-                                .table = &talaris::kTable,
-                                .model = talaris::model_of,
-                                .modules = talaris::kModules,
-                                .few = talaris::kActuators,
-                                .mode_names = talaris::kModeNames,
-                                .goal_names = talaris::kGoals,
-                                .flag_names = talaris::kFlags,
-                                .module_names = talaris::kNames};
-  return vehicle;
-}
-
-}  // namespace lss::lc
+LSS_VERIFIED(talaris, .title = "TALARIS", .modules = talaris::kModules, .few = talaris::kActuators,
+             .flag_names = talaris::kFlags, .module_names = talaris::kNames)

@@ -9,6 +9,32 @@ namespace {
 
 using namespace words;
 
+template <Goal kGoal>
+constexpr Contract starts(const char* name, lc::Event event) {
+  return {name, event, [](S s, unsigned) { return may_start(s); },
+          [](T t) {
+            return to(t, Mode::holding) && goal(t.result.next) == kGoal && held_after(t) &&
+                   (t.result.actions & kMotorsOn) != 0;
+          }};
+}
+
+// To lie or to be stowed; not while it moves the other way.
+template <Mode kOther, Mode kDone, Mode kMoving, Goal kGoal>
+constexpr Contract to_the_ground(const char* name, lc::Event event) {
+  return {name, event,
+          [](S s, unsigned) {
+            return operational(s) && !in_mode(s, {Mode::standing_up, kOther}) &&
+                   (mode(s) != Mode::holding || confirmed(s));
+          },
+          [](T t) {
+            if (!held_after(t)) return false;
+            if (in_mode(t.before, {kDone})) return same_mode(t);
+            return in_mode(t.before, {Mode::walking, Mode::finishing_step})
+                       ? to(t, Mode::finishing_step) && goal(t.result.next) == kGoal
+                       : to(t, kMoving) && goal(t.result.next) == Goal::none;
+          }};
+}
+
 constexpr std::array kOwnContracts = {
     next_strategy_contract<[](T t) { return next_strategy(t) && !has(t.result.next, kFreeing); }>(),
     lease_expired_contract<[](T t) {
@@ -19,21 +45,9 @@ constexpr std::array kOwnContracts = {
              (!walks || goal(t.result.next) == Goal::lie_idle);
     }>(),
 
-    Contract{"start", event::start, [](S s, unsigned) { return may_start(s); },
-             [](T t) {
-               return to(t, Mode::holding) && goal(t.result.next) == Goal::none && held_after(t) &&
-                      (t.result.actions & kMotorsOn) != 0;
-             }},
-    Contract{"start, then stand", event::start_stand, [](S s, unsigned) { return may_start(s); },
-             [](T t) {
-               return to(t, Mode::holding) && goal(t.result.next) == Goal::stand && held_after(t) &&
-                      (t.result.actions & kMotorsOn) != 0;
-             }},
-    Contract{"start, then walk", event::start_walk, [](S s, unsigned) { return may_start(s); },
-             [](T t) {
-               return to(t, Mode::holding) && goal(t.result.next) == Goal::walk && held_after(t) &&
-                      (t.result.actions & kMotorsOn) != 0;
-             }},
+    starts<Goal::none>("start", event::start),
+    starts<Goal::stand>("start, then stand", event::start_stand),
+    starts<Goal::walk>("start, then walk", event::start_walk),
     Contract{"stop", event::stop, [](S s, unsigned) { return idle(s) || operational(s); },
              [](T t) {
                return idle(t.before) ? keeps(t)
@@ -82,30 +96,9 @@ constexpr std::array kOwnContracts = {
                            ? to(t, Mode::finishing_step) && goal(t.result.next) == Goal::stand
                            : same_mode(t) && t.result.next.goal == t.before.goal);
              }},
-    Contract{"lay down", event::lay_down,
-             [](S s, unsigned) {
-               return operational(s) && !in_mode(s, {Mode::standing_up, Mode::stowing}) &&
-                      (mode(s) != Mode::holding || confirmed(s));
-             },
-             [](T t) {
-               if (!held_after(t)) return false;
-               if (in_mode(t.before, {Mode::lying})) return same_mode(t);
-               return in_mode(t.before, {Mode::walking, Mode::finishing_step})
-                          ? to(t, Mode::finishing_step) && goal(t.result.next) == Goal::lie
-                          : to(t, Mode::lying_down) && goal(t.result.next) == Goal::none;
-             }},
-    Contract{"stow", event::stow,
-             [](S s, unsigned) {
-               return operational(s) && !in_mode(s, {Mode::standing_up, Mode::lying_down}) &&
-                      (mode(s) != Mode::holding || confirmed(s));
-             },
-             [](T t) {
-               if (!held_after(t)) return false;
-               if (in_mode(t.before, {Mode::stowed})) return same_mode(t);
-               return in_mode(t.before, {Mode::walking, Mode::finishing_step})
-                          ? to(t, Mode::finishing_step) && goal(t.result.next) == Goal::stow
-                          : to(t, Mode::stowing) && goal(t.result.next) == Goal::none;
-             }},
+    to_the_ground<Mode::stowing, Mode::lying, Mode::lying_down, Goal::lie>("lay down",
+                                                                           event::lay_down),
+    to_the_ground<Mode::lying_down, Mode::stowed, Mode::stowing, Goal::stow>("stow", event::stow),
     Contract{"leg", event::leg, [](S s, unsigned) { return holds_still(s) && confirmed(s); },
              [](T t) {
                return to(t, Mode::bridge) && goal(t.result.next) == Goal::leg && held_after(t) &&

@@ -60,6 +60,8 @@ class KeyOfCycle {
       in_solver_ = true;
       x.keep(*this);
       in_solver_ = false;
+    } else if constexpr (std::is_same_v<T, EventSeries>) {
+      // Reported, and decides nothing.
     } else if constexpr (record::Keeps<T, KeyOfCycle>) {
       x.keep(*this);
     } else {
@@ -105,7 +107,6 @@ class KeyOfCycle {
   }
   // Reported, and decide nothing.
   void take(const std::array<Lateness, kModules>&) {}
-  void take(const std::array<TimeNs, kModules>&) {}  // of re-sends
   // Angles of orders are those of the modules' movements.
   void take(const BusOrders& orders) {
     for (const ModuleOrder& o : orders.module) n_(o.kind);

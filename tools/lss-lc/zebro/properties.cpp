@@ -410,22 +410,8 @@ constexpr lc::FlagName kFlags[] = {{kPanelMoving, "panel moves"},
 }  // namespace
 }  // namespace lss::zebro
 
-namespace lss::lc {
-
-const Verified& zebro_verified() {
-  static const Verified vehicle{
-      .name = "zebro",
-      .title = "Lunar Zebro",
-      .table = &zebro::kTable,
-      .model = zebro::model_of,
-      .modules = zebro::words::kAllModules,
-      .few = 0x41,  // a leg and the panel
-      .mode_names = zebro::kModeNames,
-      .goal_names = zebro::kGoals,
-      .flag_names = zebro::kFlags,
-      .module_names = zebro::kModuleNames,
-      .composition = [](const Depth& depth) { return zebro::compose(depth); }};
-  return vehicle;
-}
-
-}  // namespace lss::lc
+LSS_VERIFIED(
+    zebro, .title = "Lunar Zebro", .modules = zebro::words::kAllModules,
+    .few = 0x41,  // a leg and the panel
+    .flag_names = zebro::kFlags, .module_names = zebro::kModuleNames,
+    .composition = [](const Depth& depth) { return zebro::compose(depth); })

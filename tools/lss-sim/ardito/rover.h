@@ -13,6 +13,7 @@
 #include <memory>
 
 #include "tools/lss-sim/ardito/terrain.h"
+#include "tools/lss-sim/frame/shaft.h"
 
 namespace lss::sim::ardito {
 
@@ -46,18 +47,6 @@ struct RoverOptions {
   double step_length_m = 100;  // length of the raised ground
   StepSide step_side = StepSide::both;
   unsigned seed = 1;  // of the ground
-};
-
-// The order of a gear to its shaft for one step: this speed, limited by the torque.
-struct ShaftDrive {
-  double velocity_rad_s = 0;
-  double torque_limit_Nm = 0;
-};
-
-struct ShaftState {
-  double angle_rad = 0;
-  double velocity_rad_s = 0;
-  double torque_Nm = 0;  // that the gear gave in the last step
 };
 
 struct BodyState {

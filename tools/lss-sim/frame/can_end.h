@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "drivers/can/cannelloni.h"
+#include "drivers/file.h"
 #include "drivers/lockstep/wire.h"
-#include "tools/lss-sim/frame/file.h"
 
 namespace lss::sim {
 

@@ -11,7 +11,7 @@
 #include <string>
 #include <tl/expected.hpp>
 
-#include "tools/lss-sim/frame/file.h"
+#include "drivers/file.h"
 
 namespace lss::sim {
 

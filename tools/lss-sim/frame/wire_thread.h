@@ -9,9 +9,9 @@
 #include <thread>
 #include <tl/expected.hpp>
 
+#include "drivers/file.h"
 #include "drivers/time.h"
 #include "tools/lss-sim/frame/faults.h"
-#include "tools/lss-sim/frame/file.h"
 
 namespace lss::sim {
 

@@ -10,6 +10,8 @@
 #include <memory>
 #include <numbers>
 
+#include "tools/lss-sim/frame/shaft.h"
+
 namespace lss::sim::zebro {
 
 inline constexpr int kLegs = 6;
@@ -31,18 +33,6 @@ struct TerrainOptions {
   double friction = 0.8;
   double scatter_rad = 0.35;  // legs boot at up to this from stowed
   unsigned seed = 1;          // of the legs' angles at boot and of the rocks
-};
-
-// The order of the gear to its shaft for one step: this speed, limited by the torque.
-struct ShaftDrive {
-  double velocity_rad_s = 0;
-  double torque_limit_Nm = 0;
-};
-
-struct ShaftState {
-  double angle_rad = 0;
-  double velocity_rad_s = 0;
-  double torque_Nm = 0;  // that the gear gave in the last step
 };
 
 struct BodyState {

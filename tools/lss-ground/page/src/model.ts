@@ -13,7 +13,7 @@ export interface Command {
 // Of the telemetry, in the words of the dictionary.
 export interface Field { name: string; type?: string; unit?: string; count?: number; fields?: Field[]; }
 export interface Tunable {
-  name: string; number: number; value: number; unit: string; min: number; max: number; whole: boolean; configured: number;
+  name: string; value: number; unit: string; min: number; max: number; whole: boolean; configured: number;
   saved: number | null; as_configured: boolean; as_saved: boolean; change: "always" | "at_rest"; help: string;
 }
 export interface Guard { allowed: boolean; why: string; advice: string; first: string; }
@@ -79,8 +79,11 @@ export class Vehicle {
     // A restarted daemon counts from 1.
     const newest = [...this.events.values()].pop();
     if (newest && event.index <= newest.index && event.utc_ns > newest.utc_ns) this.events.clear();
+    // A later report of a series contains those before.
+    for (const [index, e] of this.events)
+      if (event.count > 1 && e.id === event.id && e.subject === event.subject && e.first_ns === event.first_ns) this.events.delete(index);
     this.events.set(event.index, event);
-    if (this.events.size > 512) this.events.delete(this.events.keys().next().value!);
+    if (this.events.size > 1024) this.events.delete(this.events.keys().next().value!);
     this.events_version++;
   }
 }

@@ -140,7 +140,7 @@ export class Parameters {
     if (!this.vehicle || this.where.hidden || document.hidden || !this.requests.mayCommand) return;
     for (const when of Object.keys(kWhen)) {
       const one = this.rows.find((row) => row.item.change === when)?.item;
-      if (one) this.dry("set-parameter", {number: one.number, value: one.value}, (why) => this.not.set(when, why));
+      if (one) this.dry("set-parameter", {value: one.value}, (why) => this.not.set(when, why), one.name);
     }
     this.dry("save-parameters", {}, (why) => this.not.set("save", why));
     for (const row of this.rows) this.askTyped(row);
@@ -148,12 +148,12 @@ export class Parameters {
 
   private askTyped(row: Row) {
     const value = this.wanted(row);
-    if (value !== null) this.dry("set-parameter", {number: row.item.number, value}, (why) => { row.judged = {value, why}; });
+    if (value !== null) this.dry("set-parameter", {value}, (why) => { row.judged = {value, why}; }, row.item.name);
   }
 
-  private dry(command: string, parameters: Json, judge: (why: string) => void) {
+  private dry(command: string, parameters: Json, judge: (why: string) => void, name?: string) {
     const vehicle = this.vehicle!;
-    this.requests.send({type: "command", vehicle: vehicle.id, command, parameters, dry_run: true}, (ack) => {
+    this.requests.send({type: "command", vehicle: vehicle.id, command, parameters, name, dry_run: true}, (ack) => {
       if (vehicle !== this.vehicle || !["accepted", "rejected", "failed"].includes(ack.phase)) return;
       judge(ack.phase === "accepted" ? "" : whyNot(ack) || ack.phase);
       this.redraw();
@@ -161,7 +161,7 @@ export class Parameters {
   }
 
   // True: done. A line shows the result.
-  private command(vehicle: Vehicle, words: string, command: string, parameters: Json, where: Element): Promise<boolean> {
+  private command(vehicle: Vehicle, words: string, command: string, parameters: Json, where: Element, name?: string): Promise<boolean> {
     const tell = (what: string, tone: string) => {
       if (vehicle !== this.vehicle) return;
       if (this.answer.parentElement !== where) where.append(this.answer);
@@ -176,14 +176,14 @@ export class Parameters {
         this.ask();
         resolve(ack.phase === "completed");
       };
-      if (this.requests.send({type: "command", vehicle: vehicle.id, command, parameters}, heard)) return;
+      if (this.requests.send({type: "command", vehicle: vehicle.id, command, parameters, name}, heard)) return;
       tell("not sent: there is no connection", "bad");
       resolve(false);
     });
   }
 
   private change(vehicle: Vehicle, {item, element}: Row, value: number): Promise<boolean> {
-    return this.command(vehicle, `${text(value)} ${item.unit}`.trim(), "set-parameter", {number: item.number, value}, element);
+    return this.command(vehicle, `${text(value)} ${item.unit}`.trim(), "set-parameter", {value}, element, item.name);
   }
 
   private typed(row: Row) {

@@ -44,7 +44,7 @@ function shown(value: unknown): string {
 
 function table(f: Field, list: Json[]): Table {
   return {heads: [f.name, ...f.fields!.map((part) => part.unit ? `${part.name}, ${part.unit}` : part.name)],
-    rows: list.map((element, i) => [String(i + 1), ...f.fields!.map((part) => shown(element[part.name]))])};
+    rows: list.map((element, i) => [element.name ?? String(i + 1), ...f.fields!.map((part) => shown(element[part.name]))])};
 }
 
 export function generic(vehicle: Vehicle): Kind {

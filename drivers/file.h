@@ -6,7 +6,7 @@
 
 #include <utility>
 
-namespace lss::sim {
+namespace lss {
 
 class File {
  public:
@@ -21,11 +21,11 @@ class File {
     if (fd_ >= 0) ::close(fd_);
   }
 
-  int get() const { return fd_; }
-  explicit operator bool() const { return fd_ >= 0; }
+  int get() const noexcept { return fd_; }
+  explicit operator bool() const noexcept { return fd_ >= 0; }
 
  private:
   int fd_ = -1;
 };
 
-}  // namespace lss::sim
+}  // namespace lss

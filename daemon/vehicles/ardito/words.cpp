@@ -1,0 +1,69 @@
+#include "daemon/vehicles/ardito/words.h"
+
+#include "daemon/vehicles/ardito/modes.h"
+#include "daemon/vehicles/ardito/tunables.h"
+#include "idl/ardito/commands.h"
+
+namespace lss::ardito {
+namespace {
+
+constexpr Presentation::Example kExamples[] = {
+    {kind_of(lss::CommandKind::solve),
+     "  lss-cli solve                    leaves FatalError when the cause is gone\n"},
+    {kind_of(lss::CommandKind::stop),
+     "  lss-cli stop                     safely; then motors off\n"},
+    {kind_of(lss::CommandKind::reset),
+     "  lss-cli reset all\n"
+     "  lss-cli reset controller\n"},
+    {kind_of(lss::CommandKind::start),
+     "  lss-cli start --hold             beacon, then motors on, until Ctrl-C\n"
+     "  lss-cli start --limit urc --hold up to 1 m/s, where the config allows it\n"},
+    {kind_of(CommandKind::drive),
+     "  lss-cli drive 0.3 --for 20s      straight ahead, then a safe stop\n"
+     "  lss-cli drive 0.3 --heading 5deg --for 10s      an arc to the right\n"
+     "  lss-cli drive -0.2               backward until Ctrl-C\n"
+     "  lss-cli drive 0.3 --driver autonomous --detach  the heartbeat comes from somebody else\n"},
+    {kind_of(CommandKind::park),
+     "  lss-cli park 0.3 --for 10s       turn right on the spot\n"
+     "  lss-cli park -0.3                to the left until Ctrl-C\n"},
+    {kind_of(CommandKind::halt),
+     "  lss-cli halt --hold              stand, motors on, until Ctrl-C\n"},
+};
+
+constexpr Presentation::Words kWords[] = {{"nodes.link", kLinkNames}, {"nodes.drive", kDriveNames}};
+constexpr Presentation::Parts kParts[] = {
+    {.field = "wheels"},
+    {.field = "steering", .first = kDriveWheels},
+    {.field = "nodes", .unheard = "is {link}, last message", .lesser = 1u << (kImuNode - 1)}};
+constexpr Presentation::Alarm kAlarms[] = {{.field = "port_open",
+                                            .good = true,
+                                            .text = "the CAN bus is not open",
+                                            .advice = "check the port named in the config",
+                                            .alone = true},
+                                           {.field = "emergency_button",
+                                            .good = false,
+                                            .text = "the emergency-stop button is pressed",
+                                            .advice = "release it"}};
+constexpr const char* kDetails[] = {"nodes.address", "nodes.drive", "nodes.age_ms",
+                                    "nodes.emergency", "nodes.emergencies"};
+
+}  // namespace
+
+const Vocabulary& vocabulary() {
+  static const Vocabulary words{.modes = kModeNames,
+                                .modules = kNodeNames,
+                                .strategies = kStrategyNames,
+                                .commands = kCommands,
+                                .tunables = tuning().infos,
+                                .command = logic().command,
+                                .presentation = {.examples = kExamples,
+                                                 .rest = kind_of(CommandKind::halt),
+                                                 .at_rest = "motors off",
+                                                 .words = kWords,
+                                                 .parts = kParts,
+                                                 .alarms = kAlarms,
+                                                 .details = kDetails}};
+  return words;
+}
+
+}  // namespace lss::ardito
