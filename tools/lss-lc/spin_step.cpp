@@ -1,4 +1,4 @@
-// The functions that SPIN's verifier calls, for the vehicle LSS_VERIFIED of this build.
+// The functions that SPIN's verifier calls, for the vehicle LSS_SPIN_VEHICLE of this build.
 
 #include <cstring>
 
@@ -10,7 +10,7 @@ using namespace lss;
 
 const lc::Model& model() {
   static const lc::Model model = [] {
-    const lc::Verified& vehicle = *lc::verified_vehicle(LSS_VERIFIED);
+    const lc::Verified& vehicle = *lc::verified_vehicle(LSS_SPIN_VEHICLE);
     return vehicle.model(*vehicle.table, vehicle.modules);
   }();
   return model;

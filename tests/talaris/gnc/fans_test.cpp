@@ -91,7 +91,8 @@ Eigen::Matrix4d closed_loop(double lag_s, const Eigen::Vector4d& k) {
   return A - B * k.transpose();
 }
 
-// Largest magnitude of an eigenvalue, by |A^n|^(1/n); within 0.3 %. Eigen's own solver takes 15 s to compile.
+// Largest magnitude of an eigenvalue, by |A^n|^(1/n); within 0.3 %. Eigen's own solver takes 15 s
+// to compile.
 double spectral_radius(Eigen::Matrix4d A) {
   double log_norm = 0;  // of A^n, without the power that A is scaled to
   double n = 1;
