@@ -286,8 +286,8 @@ bool Supervisor::fatal(FaultId id) const noexcept {
   return severity_of(id, logic_.codes) == Severity::fatal;
 }
 
-void Supervisor::raise(FaultId id, std::uint16_t subject) noexcept {
-  latch(id, subject);
+void Supervisor::raise(FaultId id, std::uint16_t subject, double measured, double limit) noexcept {
+  latch(id, subject, measured, limit);
   if (fatal(id) && !airborne()) happen(lc::Event::emergency);
 }
 
@@ -301,13 +301,13 @@ void Supervisor::stop_after_landing() noexcept {
   }
 }
 
-void Supervisor::latch(FaultId id, std::uint16_t subject) noexcept {
+void Supervisor::latch(FaultId id, std::uint16_t subject, double measured, double limit) noexcept {
   FaultRecord* fault = find(id, subject);
   if (fault == nullptr) {
     ++state_.fault_count;
     report(fatal(id) ? Severity::fatal : Severity::warning,
            static_cast<std::uint16_t>(static_cast<std::uint16_t>(id) + kFaultEventBase), subject,
-           {});
+           {measured, limit});
     fault = find(FaultId::none, 0);
     if (fault != nullptr)
       *fault = {.id = id, .subject = subject, .count = 0, .since_ns = state_.time_ns};

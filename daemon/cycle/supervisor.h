@@ -135,10 +135,10 @@ class Supervisor {
   void request(const Request& request) noexcept;
   // Any event but a command, through the locomotion controller; reason none: it was taken.
   Verdict happen(lc::Event event, unsigned subject = 0) noexcept;
-  // Latches a fault.
-  void latch(FaultId id, std::uint16_t subject = 0) noexcept;
+  // Latches a fault. `measured`, `limit`: of what it was detected by, for the report.
+  void latch(FaultId id, std::uint16_t subject = 0, double measured = 0, double limit = 0) noexcept;
   // Latches a fault; a fatal one is an emergency, in the air only after the landing.
-  void raise(FaultId id, std::uint16_t subject = 0) noexcept;
+  void raise(FaultId id, std::uint16_t subject = 0, double measured = 0, double limit = 0) noexcept;
   void clear(FaultId id, std::uint16_t subject = 0) noexcept;
   void note(EventId id, std::uint16_t subject = 0, double a = 0, double b = 0, double c = 0,
             double d = 0) noexcept;

@@ -40,7 +40,9 @@ std::string text_of_one(const EventRecord& event, const Vocabulary& vocabulary) 
   }
   if (event.id >= kFaultEventBase) {
     const CodeInfo* fault = info(static_cast<FaultId>(event.id - kFaultEventBase));
-    return prefix + (fault ? fault->text : fmt::format("fault {}", event.id - kFaultEventBase));
+    const bool numbers = event.argument[0] != 0 || event.argument[1] != 0;
+    return prefix + (fault ? fault->text : fmt::format("fault {}", event.id - kFaultEventBase)) +
+           (numbers ? fmt::format(": {:.3g}, {:.3g}", event.argument[0], event.argument[1]) : "");
   }
   const CodeInfo* code = info(static_cast<EventId>(event.id));
   if (code == nullptr) return fmt::format("{}event {}", prefix, event.id);

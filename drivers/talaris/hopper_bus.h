@@ -28,6 +28,7 @@ struct HopperBusParameters {
   TimeNs node_period_ns = 50 * kMillisecond;         // heartbeats of the nodes
   TimeNs node_timeout_ns = 200 * kMillisecond;       // after which they are lost
   TimeNs renewal_ns = 250 * kMillisecond;            // after which a node drops an output
+  TimeNs fan_ramp_ns = 2 * kSecond;                  // of dropped fans, from full throttle to off
   TimeNs fan_period_ns = 20 * kMillisecond;          // pulse widths are sent again
   TimeNs shut_period_ns = 50 * kMillisecond;         // "all shut" is sent again, while it applies
   TimeNs stale_after_ns = 450 * kMillisecond;  // orders older than this: everything shut and off

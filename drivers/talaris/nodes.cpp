@@ -15,7 +15,7 @@ using Bytes = std::span<const std::uint8_t>;
 constexpr std::uint32_t kValveDevice = 0x0006'0191, kFanDevice = 0x000C'0191;
 constexpr std::uint32_t kLoadCellDevice = 0x0004'0191;
 constexpr std::uint16_t kAnalogueErrorMode = 0x6443, kAnalogueErrorValue = 0x6444;
-constexpr std::uint16_t kRenewal = 0x2201;
+constexpr std::uint16_t kRenewal = 0x2201, kRamp = 0x2202;
 
 constexpr Entry kInhibit = {canopen::kEmergencyInhibit, 0, 2, 100};  // 10 ms
 constexpr Entry kFallBack = {canopen::kErrorBehaviour, 1, 1, 0};     // to pre-operational
@@ -30,10 +30,10 @@ constexpr Pdo kFanTpdo1 = {
 constexpr Pdo kLoadTpdo1 = {1, canopen::kEvent, 0, 2, {0x6401'0110, 0x6401'0210, 0x6401'0310}};
 constexpr Pdo kLoadTpdo2 = {2, canopen::kEvent, 0, 2, {0x6401'0410, 0x6401'0510, 0x6401'0610}};
 
-Entry renewal(const HopperBusParameters& p) {
-  return {kRenewal, 0, 2,
-          static_cast<std::uint32_t>(std::clamp<TimeNs>(p.renewal_ns / kMillisecond, 0, 0xFFFF))};
+std::uint32_t whole_ms(TimeNs time) {
+  return static_cast<std::uint32_t>(std::clamp<TimeNs>(time / kMillisecond, 0, 0xFFFF));
 }
+Entry renewal(const HopperBusParameters& p) { return {kRenewal, 0, 2, whole_ms(p.renewal_ns)}; }
 
 NodeParameters valves(const HopperBusParameters& p) {
   return {p.node[kValveNode],
@@ -57,7 +57,8 @@ NodeParameters fans(const HopperBusParameters& p) {
   for (std::uint8_t sub = 1; sub <= kHopperFans; ++sub) {
     node.entries[next++] = {kAnalogueErrorValue, sub, 4, kFanOff_us};
   }
-  node.entries[next] = renewal(p);
+  node.entries[next++] = renewal(p);
+  node.entries[next] = {kRamp, 0, 2, whole_ms(p.fan_ramp_ns)};
   return node;
 }
 

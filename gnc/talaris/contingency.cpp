@@ -19,6 +19,8 @@ Reaction react(FaultSet faults, bool flying, bool fans, bool gas) noexcept {
   const bool fans_usable = fans && !fans_lost, gas_usable = gas && !gas_lost;
   if (imu_lost || gas_lost) return fans_usable ? Reaction::parachute : Reaction::all_stop;
   if (fans_lost) return gas_usable ? Reaction::escape : Reaction::all_stop;
+  // not by fans alone: the allocation knows what is left
+  if ((faults & kActuatorFailed) != 0) return Reaction::escape;
   if ((faults & kUpset) != 0) return fans_usable ? Reaction::parachute : Reaction::escape;
   if ((faults & kOverTime) != 0 && fans_usable) return Reaction::parachute;
   if (down) return gas_usable ? Reaction::escape : Reaction::parachute;

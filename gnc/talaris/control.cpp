@@ -68,9 +68,9 @@ double Control::side_N() const noexcept {
 
 // Unequal fans and a CM off the centre turn the vehicle before the integral has seen much of an
 // angle. The change of rate in the last frame, less that of its pulses, shows it at once.
-void Control::observe(const Vector3& rate, bool fresh) noexcept {
+void Control::observe(const Vector3& rate, bool fresh, bool unheard) noexcept {
   const Vector3 pulses = impulse_N_m_s(last_, false) + impulse_N_m_s(before_, true);
-  if (observed_) {
+  if (observed_ && !unheard) {
     const double share = gains_.attitude_observer;
     const auto follow = [&](double& known, double changed, double impulse, double inertia) {
       const double now = (changed - impulse / inertia) / kFrame_s;
@@ -96,7 +96,7 @@ ControlOutput Control::step(const NavState& state, const ControlTarget& target) 
   ControlOutput out;
 
   const Attitude now = attitude_of(state.q_NB);
-  observe(state.rate_B_rad_s, target.fresh);
+  observe(state.rate_B_rad_s, target.fresh, target.unheard);
   const Vector3 pending = impulse_N_m_s(last_, true);
   const Vector3 rate = state.rate_B_rad_s + Vector3(pending.x() / body.inertia_x_kg_m2,
                                                     pending.y() / body.inertia_y_kg_m2,
@@ -131,7 +131,8 @@ ControlOutput Control::step(const NavState& state, const ControlTarget& target) 
                       body.inertia_z_kg_m2 * alpha_z, t, target.full);
     saturated_ = 1 - lift.share;
     out.lift_N = 4 * t.force_N * lift.mean_s / kFrame_s;
-    for (std::size_t i = 0; i < 4; ++i) out.valve[2 * i] = centred(lift.on_s[i]);
+    for (std::size_t i = 0; i < 4; ++i)
+      out.valve[2 * i] = spaced(lift.on_s[i], last_[2 * i], t.min_on_s);
   }
 
   if (target.side || target.roll) {
@@ -144,7 +145,8 @@ ControlOutput Control::step(const NavState& state, const ControlTarget& target) 
       alpha_x = -wn * wn * out.error_rad.x() - 2 * zeta * wn * rate.x();
     }
     const std::array<double, 4> on = jets_.step(force_z, alpha_x, fire, body, t, gains_);
-    for (std::size_t i = 0; i < 4; ++i) out.valve[2 * i + 1] = centred(on[i]);
+    for (std::size_t i = 0; i < 4; ++i)
+      out.valve[2 * i + 1] = spaced(on[i], last_[2 * i + 1], t.min_on_s);
   } else {
     jets_.reset();
   }

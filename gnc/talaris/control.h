@@ -21,6 +21,7 @@ struct ControlTarget {
   bool attitude = true;  // off-pulsing
   bool full = false;     // emergency: pulses up to the whole frame
   bool fresh = false;    // just off the ground: what turns it is learned at once
+  bool unheard = false;  // the pulses before may not have been fired: nothing is learned
 };
 
 // Rotation of the vehicle for control: heading about the vertical (-pi..pi) and tilt, the small
@@ -56,7 +57,7 @@ class Control {
 
  private:
   Vector3 impulse_N_m_s(const std::array<Pulse, kValves>& pulses, bool late) const noexcept;
-  void observe(const Vector3& rate_B_rad_s, bool fresh) noexcept;
+  void observe(const Vector3& rate_B_rad_s, bool fresh, bool unheard) noexcept;
 
   Parameters parameters_;
   Gains gains_;

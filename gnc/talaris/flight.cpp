@@ -28,7 +28,8 @@ Flight::Flight(const Parameters& parameters) noexcept
       gas_(parameters.gas),
       control_(parameters, parameters.gains[0]),
       fan_speed_(parameters.fans, parameters.gains[0]),
-      fan_flight_(parameters, parameters.gains[0]) {}
+      fan_flight_(parameters, parameters.gains[0]),
+      watch_(parameters) {}
 
 bool Flight::active() const noexcept {
   return begun_ && phase_ != Phase::none && phase_ != Phase::ready && phase_ != Phase::landed;
@@ -100,6 +101,9 @@ bool Flight::execute() noexcept {
   control_.begin();
   fan_flight_.begin();
   fan_speed_.reset();
+  watch_.begin();
+  fired_ = fired_before_ = {};
+  known_before_ = false;
   enter(Phase::spin_up);
   phase_s_ = -kFrame_s;  // step() counts the frame before its phase
   return true;
@@ -133,11 +137,13 @@ FlightOutput Flight::step(const FlightInputs& inputs) noexcept {
   if (active()) {
     phase_s_ += kFrame_s;
     take_state(inputs);
+    inputs_unheard_ = inputs.unheard;
     if (phase_ == Phase::spin_up && silent_s_ <= 0) {
       start_m_ = leg_m_ = state_.position_N_m;
       start_roll_rad_ = roll_rad_ = attitude_of(state_.q_NB).roll_rad;
     }
     const FaultSet lasting = faults_ & ~static_cast<FaultSet>(kImuGap | kOffTrack);
+    watch_actuators(inputs);
     faults_ = lasting | find_faults(inputs);
     observe(inputs.rpm);
     touchdown_.step(state_, heard_, expected_m_s2_);
@@ -148,6 +154,8 @@ FlightOutput Flight::step(const FlightInputs& inputs) noexcept {
     flown_s_ += airborne_ ? kFrame_s : 0;
   }
   gas_.count(out.actuation.valve);
+  fired_before_ = fired_;
+  fired_ = out.actuation.valve;
 
   const bool gap = active() && (faults_ & kImuGap) != 0 && reaction_ == Reaction::hold;
   out.phase = gap ? Phase::hold : phase_;
@@ -179,6 +187,9 @@ FlightOutput Flight::step(const FlightInputs& inputs) noexcept {
     out.target_N_m_s = guidance_.target().velocity_m_s;
   }
   out.target_roll_rad = roll_rad_;
+  out.health = watch_.health();
+  out.verdict = watch_.verdict();
+  out.suspicion = watch_.score() / ActuatorWatch::limit();
   out.gas_used_s = gas_.used_s();
   out.gas_left_s = gas_.left_s();
   out.gas_needed_s = active() ? needed_gas_s() : 0;
@@ -260,6 +271,7 @@ FaultSet Flight::find_faults(const FlightInputs& in) const noexcept {
   }
   if (airborne_ && fans_s_ > parameters_.fans.max_run_s) found |= kRunTime;
   if (airborne_ && fans_s_ > parameters_.fans.max_run_s + kEscape_s) found |= kOverTime;
+  if (!watch_.good()) found |= kActuatorFailed;
   if (judgement_.off != Off::none) found |= kOffCourse;
   if (now_judged_.wavers && holds_ < kMostHolds) found |= kOffTrack;
   const bool goes_on = phase_ == Phase::ascend || phase_ == Phase::hover || phase_ == Phase::turn ||

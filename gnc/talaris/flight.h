@@ -19,6 +19,7 @@
 //   tilt or rate above the limits         | parachute; escape when the fans are lost
 //   fans run for max_run_s                | escape; 10 s later parachute, at level_m_s; 15 s later
 //                                         | ever less lift while it does not sink; 40 s: all-stop
+//   a valve or a fan failed               | escape by all actuators that are left (allocation.h)
 //   corridor left, wind too strong        | land (corridor.h)
 //   gas left < what the plan still takes  | shorten: it stops, then descends
 //   far off the plan                      | hold: waits in the traverse until it is back
@@ -28,6 +29,7 @@
 // On the ground, on rails or sled: IMU or valve loss, tilt: all-stop; altimeter, gas, overruns,
 // land(): brake to standstill, end. Needed parts only: a program without fans ignores them.
 
+#include "gnc/talaris/actuator_watch.h"
 #include "gnc/talaris/altitude.h"
 #include "gnc/talaris/control.h"
 #include "gnc/talaris/corridor.h"
@@ -71,12 +73,13 @@ enum Fault : std::uint32_t {
   kUpset = 1U << 6,     // tilt or rates
   kOverruns = 1U << 7,  // frames: only the caller knows
   kSpinUpFailed = 1U << 8,
-  kRunTime = 1U << 9,     // fans run for too long
-  kImuGap = 1U << 10,     // short; cleared when packets of the IMU come again
-  kOffCourse = 1U << 11,  // the corridor was left
-  kOffTrack = 1U << 12,   // far off the plan; cleared when it is back
-  kGasShort = 1U << 13,   // not enough for the rest of the plan
-  kOverTime = 1U << 14,   // fans run much too long
+  kRunTime = 1U << 9,          // fans run for too long
+  kImuGap = 1U << 10,          // short; cleared when packets of the IMU come again
+  kOffCourse = 1U << 11,       // the corridor was left
+  kOffTrack = 1U << 12,        // far off the plan; cleared when it is back
+  kGasShort = 1U << 13,        // not enough for the rest of the plan
+  kOverTime = 1U << 14,        // fans run much too long
+  kActuatorFailed = 1U << 15,  // a valve or a fan: FlightOutput::health
 };
 using FaultSet = std::uint32_t;
 
@@ -113,6 +116,7 @@ struct FlightInputs {
   double regulated_kPa = kNaN;
   bool contact = false;  // the IMU detected the ground (contact.h), if that is watched
   bool shock = false;    // and by a shock, just now
+  bool unheard = false;  // the last orders may not have reached valves and fans
   FaultSet faults = 0;   // known to the caller, now
 };
 
@@ -143,6 +147,9 @@ struct FlightOutput {
   Vector3 force_N = Vector3::Zero();             // requested from cold gas, along the axes of N
   double lift_m_s2 = 0;  // expected of fans and lift valves in the frame that just ended
   std::array<double, kFans> rpm_target{};
+  Healths health{};         // of valves and fans, since execute()
+  ActuatorVerdict verdict;  // a new one, in this frame
+  double suspicion = 0;     // of a failed actuator, as a share of what condemns it
   double gas_used_s = 0;    // thruster-seconds since full tanks
   double gas_left_s = 0;    // the lower one by pulses and by pressure
   double gas_needed_s = 0;  // to the planned end from here
@@ -199,6 +206,11 @@ class Flight {
   void trim_fans() noexcept;
   void trim_moments() noexcept;
   void act_fans(const FlightInputs& inputs, FlightOutput& output) noexcept;
+  // flight_failed.cpp
+  void watch_actuators(const FlightInputs& inputs) noexcept;
+  void act_allocated(const FlightInputs& inputs, FlightOutput& output) noexcept;
+  bool allocates() const noexcept;
+  std::array<double, kValves> open_in_frame_s() const noexcept;
   void fly_by_fans(const FlightInputs& inputs, FlightOutput& output) noexcept;
 
   void enter(Phase phase) noexcept;
@@ -264,6 +276,15 @@ class Flight {
   bool heard_ = false;                   // the state of this frame is measured
   Vector3 wind_m_s2_ = Vector3::Zero();  // horizontal acceleration that nothing explains, N
   double lean_y_rad_ = 0, lean_z_rad_ = 0;  // commanded
+
+  // Valves and fans: what they did, and which failed
+  ActuatorWatch watch_;
+  std::array<Pulse, kValves> fired_{}, fired_before_{};  // of the last two frames
+  Vector3 rate_before_B_rad_s_ = Vector3::Zero();
+  PerFan rpm_before_{};
+  std::int64_t watched_ns_ = 0;
+  bool known_before_ = false;
+  bool inputs_unheard_ = false;
 
   // The corridor, and how it ended
   Corridor corridor_;

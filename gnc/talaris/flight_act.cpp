@@ -51,7 +51,9 @@ bool Flight::brakes() const noexcept {
 }
 
 void Flight::act(const FlightInputs& inputs, FlightOutput& output) noexcept {
-  if (airborne_ && by_fans()) {
+  if (allocates()) {
+    act_allocated(inputs, output);
+  } else if (airborne_ && by_fans()) {
     fly_by_fans(inputs, output);
   } else {
     act_fans(inputs, output);
@@ -73,7 +75,7 @@ void Flight::act(const FlightInputs& inputs, FlightOutput& output) noexcept {
 // control then takes into account.
 void Flight::observe(const PerFan& rpm) noexcept {
   fans_before_N_ = fans_N_;
-  if ((faults_ & kFansLost) == 0) fans_N_ = fan_thrust_N(rpm, parameters_.fans);
+  if ((faults_ & kFansLost) == 0) fans_N_ = fan_thrust_N(watch_.usable(rpm), parameters_.fans);
   const Thrusters& t = parameters_.thrusters;
   const auto late = [&](double lift_N) {  // share of a frame's lift that comes in the next
     const double on = lift_N * kFrame_s / (4 * t.force_N);
@@ -85,7 +87,7 @@ void Flight::observe(const PerFan& rpm) noexcept {
   const double total_N = lift + (fans_N_ + fans_before_N_) / 2;
   expected_m_s2_ = total_N * cosine / mass - kGravity_m_s2;
   observe_wind(total_N, mass);
-  if (!airborne_ || impacted_ || !imu_usable() || silent_s_ > 0) return;
+  if (!airborne_ || impacted_ || !imu_usable() || silent_s_ > 0 || inputs_unheard_) return;
   const bool lost = (faults_ & kFansLost) != 0;
   // contact with the ground is no bias
   const bool blind = (faults_ & kAltimeterLost) != 0 && guidance_.time_to_go_s() < kMinTimeToGo_s;
@@ -179,7 +181,8 @@ void Flight::act_fans(const FlightInputs& inputs, FlightOutput& output) noexcept
   }
   PerFan throttle{};
   if (phase_ == Phase::touchdown) {
-    const double left = 1 - phase_s_ / parameters_.limits.run_down_s;
+    // one valve open and light on its legs it would turn over
+    const double left = watch_.good() ? 1 - phase_s_ / parameters_.limits.run_down_s : 0;
     goal.fill(std::max(std::min(fan_goal_rpm_, plan_.fan_rpm) * left, 0.0));
     throttle = (faults_ & kFansLost) != 0 ? PerFan{} : fan_speed_.direct(goal, inputs.rpm);
   } else if ((faults_ & kFansLost) != 0) {
@@ -220,6 +223,7 @@ void Flight::act_gas(FlightOutput& output) noexcept {
   target.roll = !stand && program != Program::traverse;
   target.full = (faults_ & kFansLost) != 0;
   target.fresh = fresh(phase_, phase_s_);
+  target.unheard = inputs_unheard_;
   if (program == Program::attitude) {
     target.force_N = Vector3(4 * t.force_N * parameters_.profile.stand_on_s / kFrame_s, 0, 0);
   }

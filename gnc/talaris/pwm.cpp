@@ -4,6 +4,9 @@
 #include <cmath>
 
 namespace lss::gnc::talaris {
+namespace {
+constexpr double kSameTime_s = 1e-6;
+}
 
 LiftPulses allocate_lift(double lift_N, double moment_y_N_m, double moment_z_N_m,
                          const Thrusters& t, bool full) noexcept {
@@ -34,6 +37,19 @@ LiftPulses allocate_lift(double lift_N, double moment_y_N_m, double moment_z_N_m
 
 Pulse centred(double on_s) noexcept {
   return on_s > 0 ? Pulse{on_s, (kFrame_s - on_s) / 2} : Pulse{};
+}
+
+Pulse spaced(double on_s, const Pulse& before, double pause_s) noexcept {
+  Pulse pulse = centred(on_s);
+  if (!(on_s > 0) || !(before.on_s > 0)) return pulse;
+  const double shut_s = std::max(kFrame_s - before.delay_s - before.on_s, 0.0);  // already
+  const bool open = shut_s < kSameTime_s;
+  if (open ? pulse.delay_s < kSameTime_s : shut_s + pulse.delay_s >= pause_s) return pulse;
+  const double earliest_s = open ? pause_s : pause_s - shut_s;
+  if (open && on_s + earliest_s > kFrame_s) return {on_s, 0};  // goes on
+  pulse.delay_s = earliest_s;
+  pulse.on_s = std::min(on_s, kFrame_s - earliest_s);
+  return pulse;
 }
 
 double remaining_s(const Pulse& pulse, double offset_s, double lag_s) noexcept {

@@ -25,6 +25,9 @@ LiftPulses allocate_lift(double lift_N, double moment_y_N_m, double moment_z_N_m
 // In the middle of the frame: delay + on + delay = frame.
 Pulse centred(double on_s) noexcept;
 
+// The same, but the pause behind the pulse of the frame before is none or at least `pause_s`.
+Pulse spaced(double on_s, const Pulse& before, double pause_s) noexcept;
+
 // Remaining part of a pulse of the frame before at T_k, release offset and lag included.
 double remaining_s(const Pulse& pulse, double offset_s, double lag_s) noexcept;
 

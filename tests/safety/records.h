@@ -143,7 +143,7 @@ TYPED_TEST_P(SafetyRecords, AChangedBitIsNoticedOrHasNoEffectAlwaysTheSame) {
   w->run(1);
   Dice dice(3);
   int noticed = 0;
-  constexpr int kTries = 30;
+  constexpr int kTries = 200;
   for (int i = 0; i < kTries; ++i) {
     std::vector<Bytes> frames = recording.frames();
     Bytes& frame = frames[frames.size() - 1 - dice.below(frames.size() / 4)];

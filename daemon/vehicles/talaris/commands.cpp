@@ -68,6 +68,9 @@ Verdict Vehicle::consider(const Request& r) noexcept {
       if (end_s > gnc::talaris::kFrame_s + 1e-9)
         return {
             .reason = reasons::pulse_too_long, .measured = end_s, .limit = gnc::talaris::kFrame_s};
+      const double pause_s = gnc::talaris::kFrame_s - pulse.on_s;  // from frame to frame
+      if (pulse.frames > 1 && pause_s > 1e-9 && pause_s < kMinPulse_s - 1e-9)
+        return {.reason = reasons::pause_too_short, .measured = pause_s, .limit = kMinPulse_s};
       return consider_valves(pulse.valves);
     }
     case CommandKind::gnc:

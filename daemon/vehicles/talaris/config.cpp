@@ -105,6 +105,7 @@ void read_bus(config::Section s, Parameters& p) {
   read_ms(s, "heartbeat_timeout_ms", b.heartbeat_timeout_ns, 50, 1000);
   read_ms(s, "stale_ms", b.stale_after_ns, 250, 5000);
   read_ms(s, "renew_ms", p.buses.valves.renew_ns, 5, 100);
+  read_ms(s, "fan_ramp_ms", b.fan_ramp_ns, 0, 10'000);
   read_adjustable(s, "bus", p);
   p.buses.valves.node = b.node[kValveNode];
   p.buses.valves.fan_node = b.node[kFanNode];

@@ -68,6 +68,7 @@ void Vehicle::describe_flight(Telemetry& out) const noexcept {
   put(f.target_N_m_s, out.target_velocity_m_s);
   put(f.force_N, out.thrust_N);
   put(f.attitude_error_rad, out.attitude_error_rad);
+  out.suspicion = f.suspicion;
   out.gas_thruster_s = f.gas_used_s;
   out.gas_left_thruster_s = f.gas_left_s;
 }
@@ -92,6 +93,7 @@ void Vehicle::describe_actuators(Telemetry& out) const noexcept {
                      .open = (edges.open >> i & 1u) != 0,
                      .on_s = seconds(sent_.pulse[i].on_ns),
                      .delay_s = seconds(sent_.pulse[i].delay_ns),
+                     .health = static_cast<std::uint8_t>(output_.health[i]),
                      .fired_s = seconds(edges.counters.open_ns[i]),
                      .pulses = edges.counters.pulses[i]};
   }
@@ -101,6 +103,7 @@ void Vehicle::describe_actuators(Telemetry& out) const noexcept {
     out.fans[i] = {.id = static_cast<std::uint8_t>(i + 1),
                    .armed = false,
                    .throttle = (sent_.fan_us[i] - kFanOff_us) / kRange_us,
+                   .health = static_cast<std::uint8_t>(output_.health[kHopperValves + i]),
                    .target_rpm = execute ? output_.rpm_target[i] : hand_.target_rpm(i),
                    .rpm = sensors_.rpm()[i]};
   }

@@ -9,6 +9,7 @@ namespace lss::talaris {
 namespace {
 
 constexpr TimeNs kShortest = static_cast<TimeNs>(kMinPulse_s * 1e3) * kMillisecond;
+constexpr TimeNs kRounding = kMicrosecond;  // of a pulse in seconds
 constexpr TimeNs kLongestHold = static_cast<TimeNs>(kMaxManual_s) * kSecond;
 
 bool fits(const ValvePulse& p) noexcept {
@@ -18,9 +19,10 @@ bool fits(const ValvePulse& p) noexcept {
   return end == kFrame || (end < kFrame && p.on_ns >= kShortest);  // a pulse to the end goes on
 }
 
-GateCheck check_valve(const TalarisOrders& o, std::size_t i, Mode mode,
+GateCheck check_valve(const TalarisOrders& o, const TalarisOrders& before, std::size_t i, Mode mode,
                       std::uint8_t enabled) noexcept {
   if (!fits(o.pulse[i])) return GateCheck::pulse;
+  if (!pauses(o, before, i)) return GateCheck::pause;
   if (o.hold[i].open) {
     const bool by_hand = mode == Mode::manual || mode == Mode::script;
     if (!by_hand || o.hold[i].until_ns <= o.release_ns ||
@@ -32,6 +34,16 @@ GateCheck check_valve(const TalarisOrders& o, std::size_t i, Mode mode,
 }
 
 }  // namespace
+
+bool pauses(const TalarisOrders& orders, const TalarisOrders& before, std::size_t valve) noexcept {
+  const ValvePulse &last = before.pulse[valve], &next = orders.pulse[valve];
+  if (last.on_ns == 0 || next.on_ns == 0) return true;
+  // Frames of a sensor are not to the nanosecond.
+  const TimeNs apart_ns = orders.boundary_ns - before.boundary_ns;
+  const TimeNs frames = (apart_ns + kFrame / 2) / kFrame;
+  const TimeNs shut_ns = frames * kFrame + next.delay_ns - last.delay_ns - last.on_ns;
+  return shut_ns <= 0 || shut_ns >= kShortest - kRounding;
+}
 
 bool active(const TalarisOrders& orders) noexcept {
   return std::ranges::any_of(orders.pulse, [](const auto& p) { return p.on_ns != 0; }) ||
@@ -50,7 +62,8 @@ GateCheck check(const TalarisOrders& orders, const TalarisOrders& before,
     return GateCheck::state;
   for (std::size_t i = 0; i < orders.pulse.size(); ++i) {
     const auto enabled = static_cast<std::uint8_t>(limits.enabled & orders.enabled);
-    if (const GateCheck failed = check_valve(orders, i, mode, enabled); failed != GateCheck::passed)
+    if (const GateCheck failed = check_valve(orders, before, i, mode, enabled);
+        failed != GateCheck::passed)
       return failed;
   }
   for (std::size_t i = 0; i < orders.fan_us.size(); ++i) {

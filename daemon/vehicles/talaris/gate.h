@@ -21,6 +21,7 @@ enum class GateCheck : std::uint8_t {
   disabled,  // a disabled valve
   range,     // of a fan's pulse width
   slew,      // a fan speeds up faster than its batteries and bearings allow
+  pause,     // a valve would open again too soon after its pulse of the frame before
 };
 
 struct GateLimits {
@@ -32,6 +33,10 @@ struct GateLimits {
 
 GateCheck check(const TalarisOrders& orders, const TalarisOrders& before,
                 const lc::ControllerState& state, const GateLimits& limits, TimeNs now) noexcept;
+
+// Whether the pause behind this valve's pulse of the frame before is one that it can make: none (it
+// stays open), or its shortest.
+bool pauses(const TalarisOrders& orders, const TalarisOrders& before, std::size_t valve) noexcept;
 
 // Everything shut and off; times and serial numbers continue from `orders`.
 void make_safe(TalarisOrders& orders) noexcept;

@@ -13,6 +13,11 @@ using gnc::talaris::NavState;
 // Share of the weight that the fans carry, above which it may slide on a slope.
 constexpr double kLight = 0.5;
 
+// From the frame in which both nodes are away: then they are lost. 300 ms of a cut bus, and the
+// time in which they are configured again.
+constexpr TimeNs kLongestCut = 700 * kMillisecond;
+constexpr TimeNs kQuiet = 80 * kMillisecond;  // without its heartbeat, which comes every 50 ms
+
 TimeNs nanoseconds(double s) noexcept { return std::llround(s * 1e9); }
 
 // Rounding must not make a pulse longer than its frame.
@@ -95,8 +100,24 @@ void Vehicle::guide(TimeNs now) noexcept {
   in.shock = contact_.shocked();
   in.range_m = sensors_.range_m();
   in.range_age_s = sensors_.range_age_s();
-  in.valve_age_s = answers(kValveNode) ? sensors_.gas_age_s() : in.valve_age_s;
-  in.fan_age_s = answers(kFanNode) ? sensors_.fan_age_s() : in.fan_age_s;
+  // Both nodes at once: the bus is cut. They shut and slow down by themselves, and come back with
+  // it.
+  const bool valves = answers(kValveNode), fans = answers(kFanNode);
+  const auto quiet = [&](std::size_t node) {
+    return !answers(node) || age_of(link(node).node.heartbeat_ns) > kQuiet;
+  };
+  if (cut_ns_ == 0 && quiet(kValveNode) && quiet(kFanNode)) cut_ns_ = now;
+  const gnc::talaris::Limits& limits = parameters_.flight.limits;
+  const bool heard =
+      sensors_.gas_age_s() <= limits.valve_age_s && sensors_.fan_age_s() <= limits.fan_age_s;
+  if (valves && fans && heard) cut_ns_ = 0;
+  in.unheard = cut_ns_ != 0 && now - cut_ns_ < kLongestCut;
+  if (in.unheard) {
+    in.valve_age_s = in.fan_age_s = 0;
+  } else {
+    if (valves) in.valve_age_s = sensors_.gas_age_s();
+    if (fans) in.fan_age_s = sensors_.fan_age_s();
+  }
   in.rpm = sensors_.rpm();
   in.tank_kPa = sensors_.tank_kPa();
   in.regulated_kPa = sensors_.regulated_kPa();
@@ -150,6 +171,10 @@ Vehicle::Command Vehicle::control(TimeNs now) noexcept {
     if (mode() == Mode::manual || mode() == Mode::duty_cycle || mode() == Mode::script) {
       hand_.step(orders_, rpm);
       arming_ = hand_.arming();
+      // One that would come too soon after another is left out.
+      for (std::size_t i = 0; i < kHopperValves; ++i) {
+        if (!pauses(orders_, sent_, i)) orders_.pulse[i] = {};
+      }
     }
     if (mode() == Mode::execute) actuate_flight();
   }

@@ -61,7 +61,7 @@ class Vehicle final : public Actor, private SolveTarget {
   void keep(V& v) {
     v(parameters_, tunables_, sensors_, navigation_, flight_, contact_, output_, hand_, script_,
       solver_, bus_, orders_, sent_, enabled_, now_ns_, executed_ns_, data_requested_, overrun_,
-      arming_, gate_failed_, begun_, program_, port_, reboots_, emcys_, begun_ns_, resets_,
+      arming_, gate_failed_, cut_ns_, begun_, program_, port_, reboots_, emcys_, begun_ns_, resets_,
       imu_silent_told_, imu_stuck_told_, lossy_told_, altimeter_told_, altimeter_stuck_told_,
       supply_told_, load_cell_told_, script_told_, phase_, reaction_, faults_, pending_);
   }
@@ -91,6 +91,7 @@ class Vehicle final : public Actor, private SolveTarget {
   void watch_calibration(Supervisor& s) noexcept;
   void watch_flight(Supervisor& s) noexcept;
   void watch_faults(Supervisor& s) noexcept;
+  void watch_actuators(Supervisor& s) noexcept;
   void watch_solver(Supervisor& s) noexcept;
   void begin_solving(const Supervisor& s) noexcept;
   void warn(bool wrong, bool& told, FaultId id, std::uint16_t subject, Supervisor& s) noexcept;
@@ -138,6 +139,7 @@ class Vehicle final : public Actor, private SolveTarget {
   bool overrun_ = false;
   bool arming_ = false;  // the start-up of the fans' speed controllers is running
   int gate_failed_ = 0;  // frames in a row, in the air
+  TimeNs cut_ns_ = 0;    // since when both nodes are away: the bus; 0: they are not
   bool begun_ = false;   // execute found a plan
   std::uint8_t program_ = 0;
 

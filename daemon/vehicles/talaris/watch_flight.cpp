@@ -67,7 +67,7 @@ constexpr std::array kFlightFaults = {
     FlightFault{gnc::talaris::kGasShort, faults::hop_shortened, kValveModule},
 };
 constexpr gnc::talaris::FaultSet kKnown = [] {
-  gnc::talaris::FaultSet set = 0;
+  gnc::talaris::FaultSet set = gnc::talaris::kActuatorFailed;
   for (const FlightFault& fault : kFlightFaults) set |= fault.bit;
   return set;
 }();
@@ -111,6 +111,7 @@ void Vehicle::watch_flight(Supervisor& s) noexcept {
       s.note(EventId::contingency, 0, static_cast<double>(f.phase));
   }
   watch_faults(s);
+  watch_actuators(s);
   if (f.all_stop) {
     if ((faults_ & kKnown) == 0) s.latch(FaultId::stop_not_followed);
     s.happen(lc::Event::emergency);
@@ -124,6 +125,19 @@ void Vehicle::watch_flight(Supervisor& s) noexcept {
     if (!f.succeeded && !cut_short) s.abandon(reason_of(f.shortfall));
     s.happen(event::finished);
   }
+}
+
+// Valves and fans that failed in the air.
+void Vehicle::watch_actuators(Supervisor& s) noexcept {
+  using gnc::talaris::Health;
+  const gnc::talaris::ActuatorVerdict& v = output_.verdict;
+  if (v.health == Health::good) return;
+  const FaultId id = v.health == Health::open   ? faults::valve_stuck_open
+                     : v.health == Health::shut ? faults::valve_stuck_shut
+                     : v.health == Health::dead ? faults::fan_dead
+                                                : faults::fan_without_thrust;
+  static_assert(kFirstFan == kFirstValve + static_cast<int>(gnc::talaris::kValves));
+  s.raise(id, static_cast<std::uint16_t>(kFirstValve + v.actuator), v.measured, v.limit);
 }
 
 // On rails and sled it brakes to standstill first: the actuators must not be cut off before.

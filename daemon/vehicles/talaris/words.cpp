@@ -79,7 +79,7 @@ constexpr const char* kDetails[] = {
 
 const Vocabulary& vocabulary() {
   static const Vocabulary words{.modes = kModeNames,
-                                .modules = kModuleNames,
+                                .modules = kSubjectNames,
                                 .strategies = kStrategyNames,
                                 .phases = kPhaseNames,
                                 .programs = kProgramNames,

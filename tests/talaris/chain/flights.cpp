@@ -132,10 +132,16 @@ Flown fly(const FlightPlan& plan, unsigned seed) {
   if (!flown.accepted) return flown;
 
   Watch watch{.chain = chain, .flown = flown, .wanted_m = plan.request.height_m};
-  chain.after_step = [&] { watch.step(); };
   bool struck = plan.faults.empty();
+  chain.after_step = [&] {
+    watch.step();
+    if (struck || !plan.strike_step || !flown.lifted_off || !plan.strike_step(chain)) return;
+    struck = true;
+    for (const std::string& fault : plan.faults) chain.inject(fault);
+  };
   const auto over = [&] {
-    if (!struck && flown.lifted_off &&
+    if (plan.each_frame) plan.each_frame(chain);
+    if (!struck && !plan.strike_step && flown.lifted_off &&
         (plan.strike ? plan.strike(chain)
                      : static_cast<double>(chain.now() - watch.lift_ns) * 1e-9 >= plan.fault_s)) {
       struck = true;

@@ -19,9 +19,11 @@ struct FlightPlan {
   std::string config = "hop";
   Program program = Program::hop;
   Chain::HopRequest request{};
-  std::vector<std::string> faults{};     // as for lss-sim
-  double fault_s = 0;                    // after lift-off
-  std::function<bool(Chain&)> strike{};  // ... when this becomes true, if it is set
+  std::vector<std::string> faults{};          // as for lss-sim
+  double fault_s = 0;                         // after lift-off
+  std::function<bool(Chain&)> strike{};       // ... when this becomes true, if it is set
+  std::function<bool(Chain&)> strike_step{};  // the same, asked every millisecond
+  std::function<void(Chain&)> each_frame{};
   bool dispersed = true;
   sim::talaris::Spread spread{};      // of the dispersion
   double late_share = 0, late_s = 0;  // of frames

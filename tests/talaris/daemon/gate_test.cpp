@@ -53,6 +53,34 @@ TEST_F(TalarisGate, StopsPulsesOfAWrongLength) {
   EXPECT_EQ(check(), GateCheck::pulse);
 }
 
+// Between frames, too: just below and just above the shortest pause.
+TEST_F(TalarisGate, StopsAPulseTooSoonAfterThatOfTheFrameBefore) {
+  before_.boundary_ns = kNow - kFrame;
+  before_.release_ns = before_.boundary_ns + kOffset;
+  before_.pulse[4] = {20 * kMillisecond, 160 * kMillisecond};  // shut for 20 ms of its frame
+  pulse(4, 20, 100);
+  EXPECT_EQ(check(), GateCheck::passed);
+  pulse(4, 19, 100);
+  EXPECT_EQ(check(), GateCheck::pause);
+  pulse(5, 19, 100);
+  pulse(4, 0, 0);
+  EXPECT_EQ(check(), GateCheck::passed) << "another valve";
+
+  before_.pulse[4] = {0, 200 * kMillisecond};
+  pulse(4, 0, 100);
+  EXPECT_EQ(check(), GateCheck::passed) << "it stays open";
+  pulse(4, 1, 100);
+  EXPECT_EQ(check(), GateCheck::pause);
+  pulse(4, 39, 100);
+  EXPECT_EQ(check(), GateCheck::pause);
+  pulse(4, 40, 100);
+  EXPECT_EQ(check(), GateCheck::passed);
+
+  pulse(4, 1, 100);
+  before_.boundary_ns -= kFrame;  // the frame between was missed
+  EXPECT_EQ(check(), GateCheck::passed);
+}
+
 TEST_F(TalarisGate, StopsValvesThatAreDisabled) {
   pulse(5, 0, 100);
   limits_.enabled = 0xDF;

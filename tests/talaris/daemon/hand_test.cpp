@@ -67,7 +67,7 @@ TEST(TalarisHand, APulseThatEndsWithTheFrameStaysWithinIt) {
     World w;
     ASSERT_TRUE(w.start());
     ASSERT_EQ(w.why(Kind::duty_cycle), Reason::none);
-    ASSERT_EQ(w.why(Kind::pulse, {1, on_s, delay_s, 2}), Reason::none);
+    ASSERT_EQ(w.why(Kind::pulse, {1, on_s, delay_s, 1}), Reason::none);
     EXPECT_EQ(w.state(), State::operational);
     EXPECT_EQ(w.orders().pulse[0].delay_ns + w.orders().pulse[0].on_ns, kFrame);
     EXPECT_EQ(w.supervisor_.state().safe_commands, 0u);

@@ -340,6 +340,9 @@ TEST(TalarisContingency, TheTable) {
   EXPECT_EQ(react(kValvesLost | kFansLost, true, true, true), Reaction::all_stop);
   EXPECT_EQ(react(kFansLost, true, true, true), Reaction::escape);
   EXPECT_EQ(react(kUpset, true, true, true), Reaction::parachute);
+  EXPECT_EQ(react(kActuatorFailed, true, true, true), Reaction::escape);
+  EXPECT_EQ(react(kActuatorFailed | kUpset, true, true, true), Reaction::escape);
+  EXPECT_EQ(react(kActuatorFailed | kPressureLost, true, true, true), Reaction::parachute);
   EXPECT_EQ(react(kUpset | kFansLost, true, true, true), Reaction::escape);
   EXPECT_EQ(react(kGasLow, true, true, true), Reaction::escape);
   EXPECT_EQ(react(kOverruns, true, true, true), Reaction::escape);

@@ -131,6 +131,33 @@ TEST_F(TalarisNodes, FansThatAreNotRenewedGoOff) {
   EXPECT_THAT(master_.heard, Contains("0A1 [8] 50 82 11 00 00 00 00 00"));
 }
 
+TEST_F(TalarisNodes, WithoutTheMasterFansSlowDownEvenlyAndObeyAgain) {
+  bring_up();
+  ASSERT_EQ(master_.write(0x21, 0x2202, 0, 2, 1'000), 0u);
+  open_and_spin();
+  master_.heartbeat = master_.renew_fans = false;
+  master_.run(110);
+  EXPECT_EQ(outputs(), 0u);
+  const int begin_us = world_.fan_node().pulse_us()[0];
+  EXPECT_GT(begin_us, 1'450);
+  master_.run(300);
+  EXPECT_NEAR(world_.fan_node().pulse_us()[0], begin_us - 300, 2);
+  master_.run(300);
+  EXPECT_TRUE(fans_off());
+}
+
+TEST_F(TalarisNodes, FansThatAreNotRenewedSlowDown) {
+  bring_up();
+  ASSERT_EQ(master_.write(0x21, 0x2202, 0, 2, 1'000), 0u);
+  open_and_spin();
+  master_.renew_fans = false;
+  master_.run(380);
+  EXPECT_NEAR(world_.fan_node().pulse_us()[0], 1'370, 40);
+  master_.renew_fans = true;
+  master_.run(60);
+  EXPECT_EQ(world_.fan_node().pulse_us()[0], 1'500);
+}
+
 TEST_F(TalarisNodes, EveryWayOutOfOperationalShutsAndStops) {
   for (const char* command : {"02", "80", "81", "82"}) {
     Talaris world({.fans = {.started = true}});

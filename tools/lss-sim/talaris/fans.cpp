@@ -54,6 +54,7 @@ void Fans::step(const std::array<std::uint16_t, kFans>& pulse_us) {
 }
 
 double Fans::thrust_N(std::size_t fan) const {
+  if (broken[fan]) return 0;
   const double share = fans_[fan].rpm / kFull_rpm;
   return options_.thrust_N * options_.thrust_scale[fan] * share * share;
 }

@@ -43,7 +43,8 @@ class Fans {
   // The controller was switched off and on: it needs its start-up procedure.
   void unarm(std::size_t fan) { fans_[fan].phase = Phase::waiting; }
 
-  std::array<bool, kFans> dead{};  // motors without torque
+  std::array<bool, kFans> dead{};    // motors without torque
+  std::array<bool, kFans> broken{};  // they turn without thrust
 
  private:
   enum class Phase : std::uint8_t {

@@ -78,6 +78,7 @@ constexpr FaultKind kFaultKinds[] = {
     {"valve-stuck-open", kValve, "a valve is open, ignores commands", false, 1},
     {"valve-stuck-shut", kValve, "a valve does not open", false, 1},
     {"fan-dead", kFan, "a fan's motor has no torque", false, 1},
+    {"fan-broken", kFan, "a fan turns and gives no thrust", false, 1},
     {"esc-unarmed", kAnyFan, "speed controllers were off and on: they want their start-up", true},
     {"pressure-drop", kPressure, "the pressure regulator fails"},
     {"gas-leak", kLeak, "gas is lost"},
@@ -157,6 +158,8 @@ bool Talaris::set_actuator_fault(const Fault& fault, bool attach) {
     gas_.stuck_shut[unit] = attach;
   } else if (name == "fan-dead") {
     fans_.dead[unit] = attach;
+  } else if (name == "fan-broken") {
+    fans_.broken[unit] = attach;
   } else if (name == "esc-unarmed") {
     for (std::size_t i = 0; i < kFans; ++i) {
       if (first == 0 || i == unit) fans_.unarm(i);

@@ -49,6 +49,7 @@ constexpr Object error_value(std::uint8_t sub) {
 }
 constexpr Object kFanObjects[] = {
     {.index = 0x2201, .bytes = 2, .access = rw},
+    {.index = 0x2202, .bytes = 2, .access = rw},
     count(0x6401, 4),
     analogue_in(1),
     analogue_in(2),
@@ -169,18 +170,35 @@ void FanNode::measure() {
 void FanNode::written(std::uint16_t index, std::uint8_t sub) {
   if (index != 0x6411) return;
   const std::uint32_t wanted = objects_.get(0x6411, sub);
+  ramps_ = false;
   pulse_us_[sub - 1u] =
       static_cast<std::uint16_t>(std::clamp<std::uint32_t>(wanted, kOff_us, kFull_us));
   renewal_.renewed();
   settle(kNotRenewed);
 }
 
-void FanNode::left_operational(bool) { off(); }
+// By command: off. Without the master, or its orders: even slowing down.
+void FanNode::left_operational(bool communication_error) { communication_error ? drop() : off(); }
+
+void FanNode::drop() {
+  if (objects_.get(0x2202, 0) == 0) return off();
+  ramps_ = true;
+  std::ranges::copy(pulse_us_, ramp_us_.begin());
+}
 
 void FanNode::tick() {
+  if (ramps_) {
+    const double step_us =
+        static_cast<double>(kFull_us - kOff_us) / std::max(objects_.get(0x2202, 0), 1u);
+    for (std::size_t i = 0; i < kFans; ++i) {
+      ramp_us_[i] = std::max<double>(ramp_us_[i] - step_us, kOff_us);
+      pulse_us_[i] = static_cast<std::uint16_t>(ramp_us_[i]);
+    }
+    return;
+  }
   const bool on = std::ranges::any_of(pulse_us_, [](auto pulse) { return pulse > kOff_us; });
   if (!renewal_.late(on, objects_.get(0x2201, 0))) return;
-  off();
+  drop();
   raise(kNotRenewed);
 }
 

@@ -69,8 +69,14 @@ class FanNode final : public Node {
   void left_operational(bool communication_error) override;
   void reset() override { off(); }
   void tick() override;
-  void off() { pulse_us_.fill(kOff_us); }
+  void off() {
+    pulse_us_.fill(kOff_us);
+    ramps_ = false;
+  }
+  void drop();
 
+  bool ramps_ = false;  // without orders: slows down
+  std::array<double, kFans> ramp_us_{};
   std::array<double, kFans> sum_rpm_{};
   int summed_ = 0;
   std::array<std::uint16_t, kFans> pulse_us_{kOff_us, kOff_us, kOff_us, kOff_us};

@@ -1,0 +1,72 @@
+#pragma once
+
+// Control allocation: forces of all twelve actuators for a wanted wrench, within their limits. A
+// quadratic program with bounds, solved by an active set (Härkegård, "Efficient active set
+// algorithms for solving constrained least squares problems in aircraft control allocation", CDC
+// 2002): at most kMostIterations steps, each a Cholesky factorisation of at most 12 x 12. No
+// allocation; the same inputs give the same bits. docs/gnc-talaris.md, "Allocation".
+
+#include <Eigen/Core>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "gnc/talaris/fans.h"
+#include "gnc/talaris/parameters.h"
+
+namespace lss::gnc::talaris {
+
+inline constexpr int kActuators = 12;  // valves 1..8, then fans 1..4
+inline constexpr int kWrench = 5;      // rows: force along x, z (N), moments about x, y, z (N m)
+enum WrenchRow : int { kLiftRow, kSideRow, kRollRow, kPitchRow, kYawRow };
+
+using Forces = Eigen::Matrix<double, kActuators, 1, Eigen::DontAlign>;  // N, along each
+using WrenchB = Eigen::Matrix<double, kWrench, 1, Eigen::DontAlign>;
+using Effect = Eigen::Matrix<double, kWrench, kActuators, Eigen::DontAlign>;
+
+// Minimises  sum_rows weight (effect u - wanted)^2 + sum_actuators cost (u - preferred)^2  over
+// least <= u <= most. All numbers finite, cost > 0, least <= most.
+struct AllocationProblem {
+  Effect effect = Effect::Zero();
+  WrenchB wanted = WrenchB::Zero(), weight = WrenchB::Ones();
+  Forces preferred = Forces::Zero(), cost = Forces::Ones();
+  Forces least = Forces::Zero(), most = Forces::Zero();
+};
+
+struct Allocation {
+  Forces force_N = Forces::Zero();  // within the limits in any case
+  int iterations = 0;
+  bool optimal = false;  // else the best that was found
+};
+
+inline constexpr int kMostIterations = 40;
+Allocation allocate(const AllocationProblem& problem) noexcept;
+
+// What one newton of each actuator does.
+Effect effect_of(const Thrusters& thrusters, const Fans& fans) noexcept;
+
+// State of an actuator as failure detection knows it.
+enum class Health : std::uint8_t {
+  good,
+  open,  // a valve stuck open: its whole thrust, always
+  shut,  // a valve stuck shut
+  dead,  // a fan that does not turn
+  weak,  // a fan that turns without thrust
+};
+using Healths = std::array<Health, kActuators>;
+bool all_good(const Healths& health) noexcept;
+
+// Hover with these actuators, at rest: is there an equilibrium, and what does it cost?
+struct HoverBudget {
+  double lift_N = 0;              // most lift without any moment or force sideways
+  double weight_N = 0;            // what it has to carry
+  double gas_s_per_s = 0;         // thruster-seconds a second in the equilibrium, or at most lift
+  double gas_time_s = 0;          // so long `gas_s` lasts
+  double moment_left_Nm[2] = {};  // pitch, yaw: what is left to correct with, the smaller side
+  bool hovers = false;
+  Forces force_N = Forces::Zero();
+};
+HoverBudget hover_budget(const Parameters& parameters, const Healths& health, double mass_kg,
+                         double gas_s) noexcept;
+
+}  // namespace lss::gnc::talaris

@@ -1,0 +1,39 @@
+#pragma once
+
+// Each single failure of each valve and fan, in each phase of a hop on the whole chain.
+
+#include <string>
+#include <vector>
+
+#include "tests/talaris/chain/flights.h"
+
+namespace lss::talaris {
+
+struct ActuatorFailure {
+  std::string fault;      // as for lss-sim
+  FaultId id;             // that the daemon has to find,
+  std::uint16_t subject;  // of this actuator
+  std::string kind;       // of the table's rows
+};
+// 8 valves stuck open, 8 stuck shut, 4 fans dead, 4 fans broken.
+const std::vector<ActuatorFailure>& actuator_failures();
+
+inline constexpr Phase kStruckPhases[] = {Phase::ascend, Phase::hover, Phase::traverse,
+                                          Phase::descend};
+
+struct Struck {
+  Flown flown;
+  bool found = false;        // the right verdict
+  bool wrong = false;        // another one, before or instead
+  double found_after_s = 0;  // from the failure
+};
+// At a time in `phase` that the seed chooses.
+Struck strike(const ActuatorFailure& failure, Phase phase, unsigned seed);
+bool survived(const Struck& struck);  // upright, at most 2 m/s down
+
+// Nothing passes the CAN bus for so long, from a time in `phase` on that the seed chooses.
+Flown fly_through_cut(double cut_s, Phase phase, unsigned seed);
+
+std::string failed_actuators_section(unsigned seeds);
+
+}  // namespace lss::talaris
