@@ -24,13 +24,16 @@ TEST(TalarisBusCut, OfThreeHundredMillisecondsIsFlownThrough) {
   }
 }
 
-// A fan leaves 5 % of lift to spare and 10 N m to correct with, and a frame of 200 ms passes before
-// it is known (docs/gnc-talaris.md has how many stand): found and down, however hard.
-bool of_a_fan(const ActuatorFailure& failure) {
-  return failure.id == faults::fan_dead || failure.id == faults::fan_without_thrust;
+// A fan leaves 5 % of lift to spare and 10 N m to correct with, a lift valve that stays open turns
+// the vehicle all the time, and a frame of 200 ms passes before either is known: found and down,
+// however hard (docs/gnc-talaris.md has how many stand).
+bool is_often_lost(const ActuatorFailure& failure) {
+  const bool lift = (failure.subject - kFirstValve) % 2 == 0;
+  return failure.id == faults::fan_dead || failure.id == faults::fan_without_thrust ||
+         (failure.id == faults::valve_stuck_open && lift);
 }
 
-TEST(TalarisFailedActuators, ValvesAreSurvivedAndFansAreFound) {
+TEST(TalarisFailedActuators, OthersThanFansAndLiftValvesThatStayOpenAreSurvived) {
   std::size_t number = 0;
   for (const ActuatorFailure& failure : actuator_failures()) {
     for (const Phase phase : kStruckPhases) {
@@ -40,7 +43,7 @@ TEST(TalarisFailedActuators, ValvesAreSurvivedAndFansAreFound) {
                    ", " + struck.flown.text());
       EXPECT_TRUE(struck.flown.came_down);
       EXPECT_FALSE(struck.flown.succeeded && struck.found);
-      if (of_a_fan(failure)) {
+      if (is_often_lost(failure)) {
         EXPECT_TRUE(struck.found);
         continue;
       }
