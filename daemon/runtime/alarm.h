@@ -5,6 +5,7 @@
 
 #include <semaphore.h>
 
+#include <algorithm>
 #include <cerrno>
 
 #include "daemon/runtime/clock.h"
@@ -33,7 +34,7 @@ class Alarm {
       }
       return true;
     }
-    const timespec asleep = to_timespec(time_ns - spin_ns);
+    const timespec asleep = to_timespec(std::max(time_ns, spin_ns) - spin_ns);
     do {
       if (::sem_clockwait(&rung_, CLOCK_MONOTONIC, &asleep) == 0) return true;
     } while (errno == EINTR);

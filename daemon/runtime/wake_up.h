@@ -6,7 +6,6 @@
 #include <poll.h>
 #include <sys/eventfd.h>
 
-#include <algorithm>
 #include <array>
 
 #include "daemon/runtime/clock.h"
@@ -29,7 +28,7 @@ class WakeUp {
       return 0;
     }
     std::array<pollfd, 2> files{{{file_.get(), POLLIN, 0}, {other, events, 0}}};
-    const timespec left = to_timespec(std::max<TimeNs>(until - now_ns(), 0));
+    const timespec left = to_timespec(left_until(until));
     ::ppoll(files.data(), files.size(), &left, nullptr);
     if (eventfd_t count = 0; files[0].revents != 0) ::eventfd_read(file_.get(), &count);
     return files[1].revents;

@@ -173,7 +173,7 @@ class Ardito(Rover):
                        "--fault", "0s:sdo-abort:0x11")
         self.start_daemon()
         status = self.wait_status(lambda s: {FAULT["node_wrong"], FAULT["node_refuses"]} <= self.fault_ids(s), 30,
-                                  "both are told")
+                                  "both are reported")
         links = {n["name"]: n["link"] for n in status["telemetry"]["nodes"]}
         self.assertEqual(links["RF"], "wrong")
         self.assertIn(links["steer-LF"], ("refuses", "booting", "configuring", "identifying"))

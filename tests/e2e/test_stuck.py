@@ -158,7 +158,8 @@ class Stuck(Scenario):
         self.set_clock(-3600)
         self.wait_status(lambda s: s["utc_ns"] < before["utc_ns"], 10, "UTC stamps follow back")
         self.frames_go_on(100)
-        self.assertEqual([e["name"] for e in self.events()].count("clock_stepped"), 2)
+        steps = [e["count"] for e in self.events() if e["name"] == "clock_stepped"]
+        self.assertEqual(steps, [2], "within a minute: one event that counts both")
         self.assertTrue(daemon.running())
 
 

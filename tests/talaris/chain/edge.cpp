@@ -232,7 +232,7 @@ std::string wide_section(unsigned seeds) {
       "says "
       "\"as planned\" of {}; of these\n**{}** were not, by the world (gentle, and within {:g} m of "
       "the "
-      "target). The others are told as failed: {}.\n\n",
+      "target). It says that the others failed: {}.\n\n",
       upright, seeds, kSlow_m_s, kSideways_m_s, gentle, planned, count(all, wrong), kNear_m,
       why_failed(all));
   text += "| | median | 95 % | most |\n|---|---|---|---|\n";
@@ -253,11 +253,13 @@ std::string edge_section(unsigned seeds, const std::string& picture) {
   std::string text = fmt::format(
       "Each cause alone on the vehicle of the full hop (narrow dispersion), {} seeds at each "
       "value. "
-      "Upright; gentle: at most {:g} m/s down\nand {:g} m/s sideways; told: says \"as planned\"; "
+      "Upright; gentle: at most {:g} m/s down\nand {:g} m/s sideways; claimed: says \"as "
+      "planned\"; "
       "wrong: "
       "says so and was not.\n\n![The edge of the envelope](images/talaris-envelope.svg)\n\n"
-      "| cause | value | upright | gentle | told | wrong | most down, m/s | most sideways, m/s | "
-      "others are told |\n|---|---|---|---|---|---|---|---|---|\n",
+      "| cause | value | upright | gentle | claimed | wrong | most down, m/s | most sideways, m/s "
+      "| "
+      "others: what it says |\n|---|---|---|---|---|---|---|---|---|\n",
       seeds, kSlow_m_s, kSideways_m_s);
   std::vector<std::pair<const Cause*, std::vector<Point>>> all;
   for (const Cause& cause : causes()) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <cstdlib>
 #include <map>
 
 #include "idl/talaris/codes.h"
@@ -111,7 +110,6 @@ Flown fly_through_cut(double cut_s, Phase phase, unsigned seed) {
 bool survived(const Struck& struck) { return struck.flown.upright() && struck.flown.down_m_s <= 2; }
 
 std::string failed_actuators_section(unsigned seeds) {
-  const char* only = std::getenv("LSS_ONLY");
   std::string text =
       "| failure | phase | at most 2 m/s, upright | upright | down, m/s: median | most | sideways, "
       "m/s: median | "
@@ -121,7 +119,6 @@ std::string failed_actuators_section(unsigned seeds) {
   for (const ActuatorFailure& failure : actuator_failures())
     kinds[failure.kind].push_back(&failure);
   for (const auto& [kind, failures] : kinds) {
-    if (only != nullptr && kind.find(only) == std::string::npos) continue;
     for (const Phase phase : kStruckPhases) {
       const auto all = runs(seeds, [&, &failures = failures](unsigned seed) {
         const Struck struck = strike(*failures[seed % failures.size()], phase, seed);

@@ -224,7 +224,7 @@ TEST_F(TalarisDrivers, FansStartUpAndTurn) {
   EXPECT_NEAR(all<FanSpeeds>().back().rpm[3], 16'500, 101);
 }
 
-TEST_F(TalarisDrivers, WithoutTheDaemonEverythingShuts) {
+TEST_F(TalarisDrivers, WithoutTheDaemonValvesShutAndFansSlowDown) {
   start({.fans = {.started = true}});
   orders_.hold[0] = {.open = true, .until_ns = now_ + 30 * kSecond};
   orders_.fan_us.fill(1400);
@@ -232,6 +232,8 @@ TEST_F(TalarisDrivers, WithoutTheDaemonEverythingShuts) {
   ASSERT_EQ(world_->valve_node().outputs(), 0x01);
   for (int i = 0; i < 120; ++i) world_->step();
   EXPECT_EQ(world_->valve_node().outputs(), 0);
+  EXPECT_LT(world_->fan_node().pulse_us()[0], 1400) << "slows down";
+  for (int i = 0; i < 800; ++i) world_->step();  // 400 us at 500 us/s
   EXPECT_EQ(world_->fan_node().pulse_us()[0], 1000);
 }
 
