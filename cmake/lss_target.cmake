@@ -5,7 +5,8 @@
 # LINK names our own targets and well-behaved imported ones; SYSTEM names third-party include directories whose warnings
 # are not ours. Sources are compiled in groups, which takes a third of the time (LSS_UNITY); APART sources are compiled
 # separately, because their names conflict with those of others. OBJECTS: a library whose every source is linked. A TEST
-# is linked to GoogleTest's main and registered with CTest case by case under its LABELS.
+# is linked to GoogleTest's main and registered with CTest case by case under its LABELS; only those with the label
+# "threads" run under the thread sanitizer.
 
 set(LSS_WARNINGS -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast
                  -Wnon-virtual-dtor -Woverloaded-virtual -Wdouble-promotion -Wformat=2)
@@ -72,6 +73,10 @@ function(lss_target name kind)
 
   if(kind STREQUAL "TEST")
     target_link_libraries(${name} PRIVATE GTest::gtest GTest::gmock GTest::gtest_main)
+  endif()
+  if(kind STREQUAL "TEST" AND LSS_SANITIZE STREQUAL "thread" AND NOT "threads" IN_LIST ARG_LABELS)
+    set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)  # one thread: nothing to find
+  elseif(kind STREQUAL "TEST")
     gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT 300)
   elseif(kind STREQUAL "PROGRAM")
     set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
