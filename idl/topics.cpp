@@ -34,14 +34,10 @@ bool is_reliable(Kind kind) { return is_control(kind) && kind != Kind::heartbeat
 
 int depth(Kind kind) {
   switch (kind) {
-    case Kind::command:
-      return kCommandDepth;
-    case Kind::command_ack:
-      return kAckDepth;
-    case Kind::event:
-      return kEventDepth;
-    default:
-      return 1;
+    case Kind::command: return kCommandDepth;
+    case Kind::command_ack: return kAckDepth;
+    case Kind::event: return kEventDepth;
+    default: return 1;
   }
 }
 
@@ -202,26 +198,17 @@ Result<Participant> Participant::create(const ParticipantParameters& parameters)
 
 Topic common_topic(Kind kind) {
   switch (kind) {
-    case Kind::command:
-      return {kind, "lss/command", &lss_Command_desc};
-    case Kind::command_ack:
-      return {kind, "lss/command_ack", &lss_CommandAck_desc};
-    case Kind::heartbeat:
-      return {kind, "lss/heartbeat", &lss_Heartbeat_desc};
-    case Kind::status:
-      return {kind, "lss/status", &lss_Status_desc};
-    case Kind::event:
-      return {kind, "lss/event", &lss_Event_desc};
+    case Kind::command: return {kind, "lss/command", &lss_Command_desc};
+    case Kind::command_ack: return {kind, "lss/command_ack", &lss_CommandAck_desc};
+    case Kind::heartbeat: return {kind, "lss/heartbeat", &lss_Heartbeat_desc};
+    case Kind::status: return {kind, "lss/status", &lss_Status_desc};
+    case Kind::event: return {kind, "lss/event", &lss_Event_desc};
     case Kind::timing_statistics:
       return {kind, "lss/timing_statistics", &lss_TimingStatistics_desc};
-    case Kind::parameters:
-      return {kind, "lss/parameters", &lss_Parameters_desc};
-    case Kind::dictionary:
-      return {kind, "lss/dictionary", &lss_Dictionary_desc};
-    case Kind::timing:
-      return {kind, "lss/timing", &lss_Timing_desc};
-    case Kind::telemetry:
-      break;  // each vehicle has its own
+    case Kind::parameters: return {kind, "lss/parameters", &lss_Parameters_desc};
+    case Kind::dictionary: return {kind, "lss/dictionary", &lss_Dictionary_desc};
+    case Kind::timing: return {kind, "lss/timing", &lss_Timing_desc};
+    case Kind::telemetry: break;  // each vehicle has its own
   }
   return {kind, "", nullptr};
 }

@@ -4,20 +4,14 @@ namespace lss {
 
 lc::Event common_event(const Request& r) noexcept {
   switch (static_cast<CommandKind>(r.kind)) {
-    case CommandKind::emergency_stop:
-      return lc::Event::emergency_stop;
-    case CommandKind::solve:
-      return lc::Event::solve;
+    case CommandKind::emergency_stop: return lc::Event::emergency_stop;
+    case CommandKind::solve: return lc::Event::solve;
     case CommandKind::reset:
       return arguments<Reset>(r).module < 0 ? lc::Event::reset_controller : lc::Event::reset_module;
-    case CommandKind::request_data:
-      return lc::Event::request_data;
-    case CommandKind::reset_timing:
-      return lc::Event::reset_timing;
-    case CommandKind::restore:
-      return lc::Event::restore;
-    default:
-      return lc::Event::none;
+    case CommandKind::request_data: return lc::Event::request_data;
+    case CommandKind::reset_timing: return lc::Event::reset_timing;
+    case CommandKind::restore: return lc::Event::restore;
+    default: return lc::Event::none;
   }
 }
 
@@ -35,10 +29,8 @@ bool done_at_once(std::uint16_t kind) noexcept {
     case CommandKind::reset_timing:
     case CommandKind::restore:
     case CommandKind::set_parameter:
-    case CommandKind::save_parameters:
-      return true;
-    default:
-      return false;
+    case CommandKind::save_parameters: return true;
+    default: return false;
   }
 }
 
@@ -46,10 +38,8 @@ bool is_beside(std::uint16_t kind) noexcept {
   switch (static_cast<CommandKind>(kind)) {
     case CommandKind::reset:
     case CommandKind::set_parameter:
-    case CommandKind::save_parameters:
-      return true;
-    default:
-      return false;
+    case CommandKind::save_parameters: return true;
+    default: return false;
   }
 }
 

@@ -100,8 +100,7 @@ bool holds(unsigned guard, const ControllerState& s, unsigned subject, Verdict& 
     case kStrategiesLeft:
       if (s.strategy >= kMaxStrategies) return refused(Reason::not_solved);
       break;
-    default:
-      break;
+    default: break;
   }
   return true;
 }

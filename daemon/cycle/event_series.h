@@ -22,12 +22,9 @@ constexpr bool is_counted(const EventRecord& event) noexcept {
   switch (static_cast<EventId>(event.id)) {
     case EventId::fault_cleared:
     case EventId::port_opened:
-    case EventId::node_configured:
-      return true;  // the other half of what is counted
-    case EventId::drive_dropped_out:
-      return false;
-    default:
-      return event.severity == Severity::warning || event.severity == Severity::error;
+    case EventId::node_configured: return true;  // the other half of what is counted
+    case EventId::drive_dropped_out: return false;
+    default: return event.severity == Severity::warning || event.severity == Severity::error;
   }
 }
 
@@ -108,8 +105,7 @@ class EventSeries {
       case EventId::fault_cleared:      // the same fault
       case EventId::emergency_message:  // the same code
         return s.argument[0] == event.argument[0];
-      default:
-        return true;
+      default: return true;
     }
   }
 

@@ -60,6 +60,12 @@ struct Presentation {
     bool alone = false;  // what depends on it is no problem of its own
   };
 
+  // What a pilot looks at first, in this order, by the words of a pilot. An element of an array:
+  // "position_m[0]"; the member of each element of a part: "wheels.current_A".
+  struct Headline {
+    const char *field, *label;
+  };
+
   std::span<const Example> examples = {};
   std::uint8_t begins = 0;
   std::span<const Step> steps = {};
@@ -72,6 +78,10 @@ struct Presentation {
   std::span<const Parts> parts = {};
   std::span<const Alarm> alarms = {};
   std::span<const char* const> details = {};  // fields that only `lss-cli data` shows
+  std::span<const Headline> headline = {};
+  // Its own commands that a pilot uses most, in this order; empty: all.
+  std::span<const std::uint16_t> first = {};
+  const char* without_client = "comes to a safe stop";  // after the last heartbeat of who commands
 };
 
 // Lists of a Presentation.

@@ -28,7 +28,11 @@ class Fields {
       const std::string_view name = take_to(':');
       Json field = {{"name", name}};
       type(field);
-      if (const std::string_view unit = unit_of(name); !unit.empty()) field["unit"] = unit;
+      if (const Unit unit = unit_in(name); !unit.text.empty()) {
+        field["unit"] = unit.text;
+        if (unit.factor != 1) field["shown"] = {{"unit", unit.shown}, {"factor", unit.factor}};
+        field["label"] = without_unit(name);
+      }
       take_to(';');
       all.push_back(std::move(field));
     }
@@ -96,7 +100,12 @@ Json presentation(const Presentation& p) {
                {"words", Json::array()},
                {"parts", Json::array()},
                {"alarms", Json::array()},
-               {"details", list(p.details)}};
+               {"details", list(p.details)},
+               {"headline", Json::array()},
+               {"first", list(p.first)},
+               {"without_client", p.without_client}};
+  for (const Presentation::Headline& h : p.headline)
+    json["headline"].push_back({{"field", h.field}, {"label", h.label}});
   for (const Presentation::Step& s : p.steps)
     json["steps"].push_back({{"step", s.step},
                              {"modes", list(s.modes)},
@@ -123,6 +132,14 @@ Json presentation(const Presentation& p) {
   return json;
 }
 
+// Of commands of every vehicle.
+constexpr Presentation::Example kExamples[] = {
+    {static_cast<std::uint16_t>(CommandKind::solve),
+     "  lss-cli solve                    leaves FatalError when the cause is gone\n"},
+    {static_cast<std::uint16_t>(CommandKind::reset),
+     "  lss-cli reset all\n"
+     "  lss-cli reset controller\n"}};
+
 Json command(const CommandInfo& info, const Logic& logic, const Vocabulary& vocabulary) {
   Json json = {{"kind", info.kind},
                {"name", info.name},
@@ -135,8 +152,13 @@ Json command(const CommandInfo& info, const Logic& logic, const Vocabulary& voca
                {"parameters", Json::array()},
                {"allowed", Json::array()}};
   for (const ParameterInfo& p : info.parameters) json["parameters"].push_back(parameter(p));
-  for (const Presentation::Example& e : vocabulary.presentation.examples)
-    if (e.command == info.kind) json["examples"] = e.lines;
+  std::string examples;
+  for (const std::span<const Presentation::Example> list :
+       {vocabulary.presentation.examples, std::span<const Presentation::Example>(kExamples)}) {
+    for (const Presentation::Example& e : list)
+      if (e.command == info.kind) examples += e.lines;
+  }
+  if (!examples.empty()) json["examples"] = examples;
   for (const lc::Allowed& a : lc::allowed(info, *logic.table, vocabulary.modes, logic.event_of))
     json["allowed"].push_back({{"where", a.where}, {"when", a.when}});
   return json;
@@ -166,7 +188,7 @@ std::string type_name(std::string vehicle) {
 
 std::string dictionary(const std::string& vehicle, const Logic& logic, const Vocabulary& vocabulary,
                        std::string_view telemetry_schema, std::string_view idl) {
-  Json json = {{"schema_version", 3},
+  Json json = {{"schema_version", 4},
                {"vehicle", vehicle},
                {"states", kStateNames},
                {"modes", vocabulary.modes},

@@ -285,16 +285,10 @@ void Publisher::publish(const EventRecord& event, std::string text) {
     text = fmt::format("fault: {}. {}", text, fault ? fault->advice : "");
   }
   switch (event.severity) {
-    case Severity::info:
-      spdlog::info("{}", text);
-      break;
-    case Severity::warning:
-      spdlog::warn("{}", text);
-      break;
+    case Severity::info: spdlog::info("{}", text); break;
+    case Severity::warning: spdlog::warn("{}", text); break;
     case Severity::error:
-    case Severity::fatal:
-      spdlog::error("{}", text);
-      break;
+    case Severity::fatal: spdlog::error("{}", text); break;
   }
 }
 

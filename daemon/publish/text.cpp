@@ -71,10 +71,8 @@ std::string with_subject(const Ack& ack, const CodeInfo& reason, const Subjects&
     case Reason::script_actuator:
     case Reason::script_value:
     case Reason::script_other:
-    case Reason::script_order:
-      return with_step(reason.text, number);
-    default:
-      return with_module(reason.text, number, subjects.modules);
+    case Reason::script_order: return with_step(reason.text, number);
+    default: return with_module(reason.text, number, subjects.modules);
   }
 }
 

@@ -100,8 +100,7 @@ class FileReplay {
         say("not ended: the daemon runs still, was killed, or lost its power; what is whole is "
             "replayed");
         break;
-      default:
-        break;
+      default: break;
     }
     return Replayed::equal;
   }

@@ -49,14 +49,10 @@ constexpr Signal kImuSignals[] = {{"Speed", Use::received, 1},
 
 std::span<const Signal> signals_of(Kind kind) {
   switch (kind) {
-    case Kind::wheel:
-      return kWheel;
-    case Kind::steering:
-      return kSteering;
-    case Kind::io:
-      return kIoSignals;
-    case Kind::imu:
-      break;
+    case Kind::wheel: return kWheel;
+    case Kind::steering: return kSteering;
+    case Kind::io: return kIoSignals;
+    case Kind::imu: break;
   }
   return kImuSignals;
 }

@@ -46,23 +46,16 @@ CanStatus CanTransport::failed() noexcept {
   error_ = errno;
   switch (error_) {
     case ENODEV:
-    case ENXIO:
-      return CanStatus::absent;
-    case ENETDOWN:
-      return CanStatus::down;
+    case ENXIO: return CanStatus::absent;
+    case ENETDOWN: return CanStatus::down;
     case EAFNOSUPPORT:
     case EPROTONOSUPPORT:
-    case ESOCKTNOSUPPORT:
-      return CanStatus::no_can;
-    case EADDRINUSE:
-      return CanStatus::in_use;
+    case ESOCKTNOSUPPORT: return CanStatus::no_can;
+    case EADDRINUSE: return CanStatus::in_use;
     case EACCES:
-    case EPERM:
-      return CanStatus::denied;
-    case EADDRNOTAVAIL:
-      return CanStatus::bad_address;
-    default:
-      return CanStatus::failed;
+    case EPERM: return CanStatus::denied;
+    case EADDRNOTAVAIL: return CanStatus::bad_address;
+    default: return CanStatus::failed;
   }
 }
 

@@ -68,28 +68,18 @@ enum class DriveState : std::uint8_t {
 
 constexpr DriveState drive_state(std::uint16_t statusword) {
   switch (statusword & 0x4F) {
-    case 0x00:
-      return DriveState::not_ready;
-    case 0x40:
-      return DriveState::switch_on_disabled;
-    case 0x0F:
-      return DriveState::fault_reaction;
-    case 0x08:
-      return DriveState::fault;
-    default:
-      break;
+    case 0x00: return DriveState::not_ready;
+    case 0x40: return DriveState::switch_on_disabled;
+    case 0x0F: return DriveState::fault_reaction;
+    case 0x08: return DriveState::fault;
+    default: break;
   }
   switch (statusword & 0x6F) {
-    case 0x21:
-      return DriveState::ready_to_switch_on;
-    case 0x23:
-      return DriveState::switched_on;
-    case 0x27:
-      return DriveState::operation_enabled;
-    case 0x07:
-      return DriveState::quick_stop_active;
-    default:
-      return DriveState::unknown;
+    case 0x21: return DriveState::ready_to_switch_on;
+    case 0x23: return DriveState::switched_on;
+    case 0x27: return DriveState::operation_enabled;
+    case 0x07: return DriveState::quick_stop_active;
+    default: return DriveState::unknown;
   }
 }
 
@@ -105,15 +95,11 @@ inline constexpr std::uint16_t kNewSetPoint = 1u << 4, kChangeImmediately = 1u <
 // The controlword for the next step towards operation enabled. It does not leave a fault.
 constexpr std::uint16_t towards_enabled(DriveState state) {
   switch (state) {
-    case DriveState::switch_on_disabled:
-      return kShutdown;
-    case DriveState::ready_to_switch_on:
-      return kSwitchOn;
+    case DriveState::switch_on_disabled: return kShutdown;
+    case DriveState::ready_to_switch_on: return kSwitchOn;
     case DriveState::switched_on:
-    case DriveState::operation_enabled:
-      return kEnableOperation;
-    default:
-      return kDisableVoltage;
+    case DriveState::operation_enabled: return kEnableOperation;
+    default: return kDisableVoltage;
   }
 }
 

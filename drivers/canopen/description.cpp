@@ -60,20 +60,13 @@ struct Type {
 Type type_of(std::int64_t number) {
   switch (number) {
     case 1:  // BOOLEAN
-    case 5:
-      return {1, false};
-    case 2:
-      return {1, true};
-    case 3:
-      return {2, true};
-    case 4:
-      return {4, true};
-    case 6:
-      return {2, false};
-    case 7:
-      return {4, false};
-    default:
-      return {0, false};
+    case 5: return {1, false};
+    case 2: return {1, true};
+    case 3: return {2, true};
+    case 4: return {4, true};
+    case 6: return {2, false};
+    case 7: return {4, false};
+    default: return {0, false};
   }
 }
 

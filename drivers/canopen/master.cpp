@@ -14,10 +14,8 @@ bool waits_for_leave(NodeState state) {
     case NodeState::failed:
     case NodeState::lost:
     case NodeState::rebooted:
-    case NodeState::fallen_back:
-      return true;
-    default:
-      return false;
+    case NodeState::fallen_back: return true;
+    default: return false;
   }
 }
 
@@ -130,16 +128,13 @@ void Master::deadline_over(Node& node, TimeNs now) noexcept {
     case NodeState::lost:  // an enabled drive and outputs keep their state
       return boot(node, Nmt::reset_communication, now);
     case NodeState::missing:
-    case NodeState::failed:
-      return boot(node, Nmt::reset_node, now);
+    case NodeState::failed: return boot(node, Nmt::reset_node, now);
     case NodeState::booting:
       return enter(node, NodeState::missing, now, now + parameters_.retry_ns);
     case NodeState::wrong_device:
     case NodeState::rebooted:
-    case NodeState::fallen_back:
-      return identify(node, now);
-    case NodeState::starting:
-      return fail(node, now);
+    case NodeState::fallen_back: return identify(node, now);
+    case NodeState::starting: return fail(node, now);
     case NodeState::operational:
       ++node.status.losses;
       return enter(node, NodeState::lost, now, now + parameters_.retry_ns);
@@ -147,8 +142,7 @@ void Master::deadline_over(Node& node, TimeNs now) noexcept {
       return enter(node, node.was_operational ? NodeState::lost : NodeState::missing, now,
                    now + parameters_.retry_ns);
     case NodeState::identifying:  // their SDO transfers have time-outs of their own
-    case NodeState::configuring:
-      return;
+    case NodeState::configuring: return;
   }
 }
 

@@ -120,24 +120,18 @@ void Master::booted(Node& node, TimeNs time) noexcept {
   ++node.status.boots;
   switch (node.status.state) {
     case NodeState::off:  // it is reset soon
-    case NodeState::babbling:
-      return;
-    case NodeState::booting:
-      return identify(node, time);
+    case NodeState::babbling: return;
+    case NodeState::booting: return identify(node, time);
     case NodeState::operational:
     case NodeState::lost:
     case NodeState::starting:
-    case NodeState::fallen_back:
-      ++node.status.reboots;
-      [[fallthrough]];
-    case NodeState::rebooted:
-      return enter(node, NodeState::rebooted, time, time);
+    case NodeState::fallen_back: ++node.status.reboots; [[fallthrough]];
+    case NodeState::rebooted: return enter(node, NodeState::rebooted, time, time);
     case NodeState::missing:
     case NodeState::identifying:
     case NodeState::wrong_device:
     case NodeState::configuring:
-    case NodeState::failed:
-      break;
+    case NodeState::failed: break;
   }
   if (boot_allowed_)
     identify(node, time);

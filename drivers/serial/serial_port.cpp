@@ -40,17 +40,13 @@ Status from_errno(int error) {
     case EIO:  // a pseudo-terminal without its other end
       return Status::absent;
     case EISDIR:
-    case ENOTTY:
-      return Status::not_a_terminal;
+    case ENOTTY: return Status::not_a_terminal;
     case EBUSY:
-    case EWOULDBLOCK:
-      return Status::in_use;
+    case EWOULDBLOCK: return Status::in_use;
     case EACCES:
     case EPERM:
-    case EROFS:
-      return Status::denied;
-    default:
-      return Status::failed;
+    case EROFS: return Status::denied;
+    default: return Status::failed;
   }
 }
 

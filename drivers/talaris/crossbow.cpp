@@ -137,15 +137,12 @@ std::span<const std::uint8_t> Crossbow::transmit(TimeNs now) noexcept {
       step_ = Step::pinged;
       step_ns_ = now;
       return say('R');
-    case Step::polled:
-      step_ = Step::told;
-      return say('P');
+    case Step::polled: step_ = Step::told; return say('P');
     case Step::told:
       step_ = Step::scaled;
       step_ns_ = now;
       return say('c');
-    case Step::run:
-      break;
+    case Step::run: break;
   }
   if (asked_ || now < next_poll_ns_) return {};
   const TimeNs skipped = (now - next_poll_ns_) / parameters_.period_ns;
@@ -163,13 +160,10 @@ TimeNs Crossbow::next_wake() const noexcept {
   switch (step_) {
     case Step::ping:
     case Step::polled:
-    case Step::told:
-      return INT64_MIN;
+    case Step::told: return INT64_MIN;
     case Step::pinged:
-    case Step::scaled:
-      return step_ns_ + parameters_.handshake_ns;
-    case Step::run:
-      break;
+    case Step::scaled: return step_ns_ + parameters_.handshake_ns;
+    case Step::run: break;
   }
   return asked_ ? asked_ns_ + parameters_.reply_timeout_ns : next_poll_ns_;
 }

@@ -29,14 +29,10 @@ std::int16_t i16(const std::uint8_t* at) {
 
 double landmark_rate_unit_rad_s(std::uint8_t status) noexcept {
   switch (status & 0x31) {
-    case 0x11:
-      return 0.015 * kDegree;
-    case 0x21:
-      return 0.05 * kDegree;
-    case 0x31:
-      return 0.005 * kDegree;
-    default:
-      return 0.01 * kDegree;
+    case 0x11: return 0.015 * kDegree;
+    case 0x21: return 0.05 * kDegree;
+    case 0x31: return 0.005 * kDegree;
+    default: return 0.01 * kDegree;
   }
 }
 

@@ -95,8 +95,7 @@ void Receiver::character(std::uint8_t c, TimeNs now) noexcept {
       if (c == kStart) return begin(now);
       if (c == '\n') place_ = Place::outside;
       return;
-    case Place::inside:
-      return inside(c, now);
+    case Place::inside: return inside(c, now);
   }
 }
 

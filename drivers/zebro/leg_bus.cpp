@@ -11,19 +11,13 @@ constexpr std::int64_t kResendDelta_ms = 100;  // shortest time of a repeated ro
 
 Code code_of(Kind kind) {
   switch (kind) {
-    case Kind::motion_on:
-      return Code::start_motion_control;
-    case Kind::motion_off:
-      return Code::stop_motion_control;
-    case Kind::rotate_forward:
-      return Code::rotate_forward;
-    case Kind::rotate_backward:
-      return Code::rotate_backward;
-    case Kind::reset:
-      return Code::reset;
+    case Kind::motion_on: return Code::start_motion_control;
+    case Kind::motion_off: return Code::stop_motion_control;
+    case Kind::rotate_forward: return Code::rotate_forward;
+    case Kind::rotate_backward: return Code::rotate_backward;
+    case Kind::reset: return Code::reset;
     case Kind::emergency_stop:
-    case Kind::none:
-      break;  // none is never due
+    case Kind::none: break;  // none is never due
   }
   return Code::emergency_stop;
 }

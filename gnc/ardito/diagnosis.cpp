@@ -52,8 +52,7 @@ WheelVerdict diagnose_wheel(unsigned flags, bool clutch_engaged, double rho_rad_
   const bool still = rho_rad_s < p.still_rad_s;
   const bool slow = rho_rad_s < p.slow_rad_s;
   switch (flags) {
-    case kAllAgree:
-      return lost(0);
+    case kAllAgree: return lost(0);
     case 0b101100:  // M alone
       return lost(kMotorEncoder);
     case 0b011010:  // H alone
@@ -89,8 +88,7 @@ WheelVerdict diagnose_wheel(unsigned flags, bool clutch_engaged, double rho_rad_
       // no two agree. Which of the sensors that left the ordered values failed is unknown.
       if (nearest_rad_s < p.agree_rad_s) return {Outcome::failure, WheelFailure::two_sensors, 0};
       return lost(kSensors);
-    default:
-      return {Outcome::inconclusive};
+    default: return {Outcome::inconclusive};
   }
 }
 
@@ -122,18 +120,12 @@ unsigned steering_flags(const Ordered& ordered, const Sensor& motor, const Senso
 
 SteeringVerdict diagnose_steering(unsigned flags) noexcept {
   switch (flags) {
-    case 0b000:
-      return {};
-    case 0b110:
-      return {Outcome::failure, SteeringFailure::motor_encoder};
-    case 0b011:
-      return {Outcome::failure, SteeringFailure::reduction_encoder};
-    case 0b101:
-      return {Outcome::failure, SteeringFailure::critical};
-    case 0b111:
-      return {Outcome::failure, SteeringFailure::both_encoders};
-    default:
-      return {Outcome::inconclusive};
+    case 0b000: return {};
+    case 0b110: return {Outcome::failure, SteeringFailure::motor_encoder};
+    case 0b011: return {Outcome::failure, SteeringFailure::reduction_encoder};
+    case 0b101: return {Outcome::failure, SteeringFailure::critical};
+    case 0b111: return {Outcome::failure, SteeringFailure::both_encoders};
+    default: return {Outcome::inconclusive};
   }
 }
 

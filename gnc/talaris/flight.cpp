@@ -295,8 +295,7 @@ void Flight::respond(Reaction reaction) noexcept {
   if (phase_ == Phase::touchdown || reaction <= reaction_) return;
   reaction_ = reaction;
   switch (reaction) {
-    case Reaction::none:
-      return;
+    case Reaction::none: return;
     case Reaction::hold:
       if (phase_ != Phase::traverse || !airborne_ || (faults_ & kOffTrack) == 0) return;
       ++holds_;
@@ -340,9 +339,7 @@ void Flight::respond(Reaction reaction) noexcept {
       fan_flight_.begin();
       enter(Phase::parachute);
       return;
-    case Reaction::all_stop:
-      all_stop();
-      return;
+    case Reaction::all_stop: all_stop(); return;
   }
 }
 

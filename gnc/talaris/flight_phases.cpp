@@ -188,8 +188,7 @@ void Flight::advance_in_air() noexcept {
         enter(Phase::descend);
       }
       return;
-    default:
-      return;
+    default: return;
   }
 }
 
@@ -228,8 +227,7 @@ void Flight::advance_on_ground() noexcept {
     case Phase::keep:
       if (phase_s_ >= plan_.keep_s) enter(Phase::landed);
       return;
-    default:
-      return;
+    default: return;
   }
 }
 

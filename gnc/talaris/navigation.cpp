@@ -305,8 +305,7 @@ void Navigation::hold_to_stand() noexcept {
     ekf_.correct(m);
   }
   switch (stand.rotation) {
-    case FreeRotation::all:
-      return;
+    case FreeRotation::all: return;
     case FreeRotation::none:
       hold_axis(0, 1);
       hold_axis(0, 2);

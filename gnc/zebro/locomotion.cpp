@@ -159,11 +159,8 @@ void Locomotion::order_again(std::size_t i) noexcept {
 
 bool Locomotion::run_stage(double now_s) noexcept {
   switch (stage_) {
-    case Stage::rest:
-      return false;
-    case Stage::decide:
-      enter(first_stage(), now_s);
-      return true;
+    case Stage::rest: return false;
+    case Stage::decide: enter(first_stage(), now_s); return true;
     case Stage::land:
       if (!landed(now_s)) return false;
       stage_ = Stage::decide;
@@ -172,9 +169,7 @@ bool Locomotion::run_stage(double now_s) noexcept {
       if (!calibration_over(now_s)) return false;
       stage_ = Stage::decide;
       return true;
-    case Stage::step:
-      step(now_s);
-      return stage_ != Stage::step;
+    case Stage::step: step(now_s); return stage_ != Stage::step;
     default:
       if (!ordered_legs_arrived(now_s)) return false;
       enter(stage_after(stage_), now_s);
@@ -213,17 +208,13 @@ void Locomotion::enter(Stage stage, double now_s) noexcept {
   stage_due_s_ = now_s;
   for (Leg& leg : legs_) leg.ordered = false;
   switch (stage) {
-    case Stage::rest:
-      progress_ = Progress::done;
-      break;
+    case Stage::rest: progress_ = Progress::done; break;
     case Stage::calibrate:
       calibration_tried_ = true;
       search_ = Search::back;
       begin_calibration(now_s);
       break;
-    case Stage::step:
-      begin_stepping(now_s);
-      break;
+    case Stage::step: begin_stepping(now_s); break;
     case Stage::sink:
       if (before == Stage::push) ++steps_;
       if (before == Stage::align) begin_rowing();
@@ -240,8 +231,7 @@ void Locomotion::enter(Stage stage, double now_s) noexcept {
       }
       move_together(now_s);
       break;
-    default:
-      move_together(now_s);
+    default: move_together(now_s);
   }
 }
 
@@ -251,10 +241,8 @@ double Locomotion::travel_rad(std::size_t leg) const noexcept {
   switch (stage_) {
     case Stage::lift:
       return rows_ && walks() ? swing_to_stroke_rad(leg) : lift_rad(from_rad, ends_.ahead_rad);
-    case Stage::sink:
-      return end_rad(stroke_of(leg), ends_) - from_rad;
-    case Stage::lower:
-      return ends_.ahead_rad - from_rad;
+    case Stage::sink: return end_rad(stroke_of(leg), ends_) - from_rad;
+    case Stage::lower: return ends_.ahead_rad - from_rad;
     case Stage::align: {
       const double to_rad =
           !walks() || rows_ ? 0

@@ -46,8 +46,7 @@ int flood_commands(const Options& o, Counts& counts) {
     lss_Command sample = command(o.vehicle, source, seq, kData);
     switch (random() % 10) {
       case 0:
-      case 1:
-        break;
+      case 1: break;
       case 2:
         sample.kind = kStop;
         sample.flags = kDryRun;
@@ -56,9 +55,7 @@ int flood_commands(const Options& o, Counts& counts) {
         sample.kind = kSolve;
         sample.flags = kDryRun;
         break;
-      case 4:
-        sample.kind = static_cast<std::uint16_t>(400 + random() % 60'000);
-        break;
+      case 4: sample.kind = static_cast<std::uint16_t>(400 + random() % 60'000); break;
       case 5:
         sample.kind = kStart;
         sample.parameter[0] = std::numeric_limits<double>::quiet_NaN();
@@ -73,11 +70,8 @@ int flood_commands(const Options& o, Counts& counts) {
         sample.flags = 0xFFFE;
         sample.parameter[3] = std::numeric_limits<double>::infinity();
         break;
-      case 8:
-        std::fill(std::begin(sample.source), std::end(sample.source), '\xFF');
-        break;
-      default:
-        sample.source[0] = '\0';
+      case 8: std::fill(std::begin(sample.source), std::end(sample.source), '\xFF'); break;
+      default: sample.source[0] = '\0';
     }
     return write(writer, sample);
   });

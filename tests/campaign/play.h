@@ -174,9 +174,7 @@ class Scenario {
           say("clear:" + deed.fault.substr(0, deed.fault.find(':')));
           chain().inject("clear:" + deed.fault.substr(0, deed.fault.find(':')));
           break;
-        case Deed::command:
-          any_command();
-          break;
+        case Deed::command: any_command(); break;
         case Deed::leave:
         case Deed::come_back:
           say(deed.what == Deed::leave ? "the operator is gone" : "the operator is back");

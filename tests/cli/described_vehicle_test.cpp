@@ -6,6 +6,10 @@
 #include <gtest/gtest.h>
 #include <zebro_fields.h>  // of the IDL
 
+#include <algorithm>
+#include <numbers>
+#include <optional>
+
 #include "tests/cli/zebro_dictionary.h"
 #include "tools/lss-cli/session/status.h"
 #include "tools/lss-cli/session/wire.h"
@@ -184,6 +188,54 @@ TEST(TelemetryScreen, HasARowForEachElementUnitsOfPeopleAndWords) {
             "drives address\n"
             "left        16\n"
             "right       17\n\n");
+}
+
+// "modules.current_A", "position_m[2]", "yaw_rad"
+bool is_field(const json& fields, std::string path) {
+  const std::size_t dot = path.find('.');
+  std::string name = path.substr(0, dot);
+  std::optional<std::size_t> index;
+  if (const std::size_t open = name.find('['); open != std::string::npos) {
+    index = std::stoul(name.substr(open + 1));
+    name.resize(open);
+  }
+  for (const json& field : fields) {
+    if (field["name"] != name) continue;
+    if (index.has_value() && *index >= field.value("count", std::size_t{0})) return false;
+    return dot == std::string::npos ||
+           (field.contains("fields") && is_field(field["fields"], path.substr(dot + 1)));
+  }
+  return false;
+}
+
+TEST(Dictionary, NamesOnlyWhatIsThere) {
+  for (const std::string& text : built_dictionaries()) {
+    const json all = json::parse(text);
+    const json &fields = all["telemetry"]["fields"], &presentation = all["presentation"];
+    EXPECT_FALSE(presentation["headline"].empty()) << all["vehicle"];
+    for (const char* list : {"headline", "words", "parts", "alarms"}) {
+      for (const json& entry : presentation[list])
+        EXPECT_TRUE(is_field(fields, entry["field"])) << all["vehicle"] << " " << list << entry;
+    }
+    for (const json& detail : presentation["details"])
+      EXPECT_TRUE(is_field(fields, detail)) << all["vehicle"] << " " << detail;
+    EXPECT_TRUE(is_field(fields, presentation["distance"])) << all["vehicle"];
+    for (const json& kind : presentation["first"]) {
+      const auto& commands = all["commands"];
+      EXPECT_TRUE(std::ranges::any_of(commands, [&](const json& c) { return c["kind"] == kind; }))
+          << all["vehicle"] << " " << kind;
+    }
+  }
+}
+
+TEST(Dictionary, HasTheUnitsOfPeople) {
+  const json fields = json::parse(zebro_dictionary())["telemetry"]["fields"];
+  const auto yaw =
+      std::ranges::find_if(fields, [](const json& f) { return f["name"] == "yaw_rad"; });
+  ASSERT_NE(yaw, fields.end());
+  EXPECT_EQ((*yaw)["label"], "yaw");
+  EXPECT_EQ((*yaw)["shown"]["unit"], "deg");
+  EXPECT_DOUBLE_EQ((*yaw)["shown"]["factor"].get<double>(), 180 / std::numbers::pi);
 }
 
 TEST(Dictionary, ThatCannotBeReadIsRefused) {

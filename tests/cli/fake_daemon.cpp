@@ -208,33 +208,18 @@ void FakeDaemon::perform(const lss_Command& command) {
     airborne_ = false;
   };
   switch (command.kind) {
-    case kStart:
-      reach(lss_STATE_OPERATIONAL, Mode::holding);
-      break;
-    case kStand:
-      reach(lss_STATE_OPERATIONAL, Mode::standing);
-      break;
-    case kLayDown:
-      reach(lss_STATE_OPERATIONAL, Mode::lying);
-      break;
-    case kStow:
-      reach(lss_STATE_OPERATIONAL, Mode::stowed);
-      break;
-    case kLeg:
-      reach(lss_STATE_OPERATIONAL, Mode::bridge);
-      break;
-    case kWalk:
-      return reach(lss_STATE_OPERATIONAL, Mode::walking);  // until another command
-    case kLand:
-      reach(lss_STATE_OPERATIONAL, mode_);
-      break;
+    case kStart: reach(lss_STATE_OPERATIONAL, Mode::holding); break;
+    case kStand: reach(lss_STATE_OPERATIONAL, Mode::standing); break;
+    case kLayDown: reach(lss_STATE_OPERATIONAL, Mode::lying); break;
+    case kStow: reach(lss_STATE_OPERATIONAL, Mode::stowed); break;
+    case kLeg: reach(lss_STATE_OPERATIONAL, Mode::bridge); break;
+    case kWalk: return reach(lss_STATE_OPERATIONAL, Mode::walking);  // until another command
+    case kLand: reach(lss_STATE_OPERATIONAL, mode_); break;
     case kEstop:
       reason = airborne_ ? Reason::fell : Reason::none;
       reach(lss_STATE_FATAL_ERROR, Mode::none);
       break;
-    default:
-      reach(lss_STATE_IDLE, Mode::none);
-      break;
+    default: reach(lss_STATE_IDLE, Mode::none); break;
   }
   finish(lss_PHASE_COMPLETED, reason);
 }

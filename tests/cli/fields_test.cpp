@@ -32,31 +32,19 @@ class FieldsOfTheIdl : public testing::TestWithParam<const Vehicle*> {
 const char* schema_name(const Column& column) {
   if (column.text_size > 0) return "text";
   switch (column.type->kind) {
-    case Kind::boolean:
-      return "b1";
-    case Kind::octet:
-      return "u1";
-    case Kind::character:
-      return "c1";
-    case Kind::int16:
-      return "i2";
-    case Kind::uint16:
-      return "u2";
-    case Kind::int32:
-      return "i4";
+    case Kind::boolean: return "b1";
+    case Kind::octet: return "u1";
+    case Kind::character: return "c1";
+    case Kind::int16: return "i2";
+    case Kind::uint16: return "u2";
+    case Kind::int32: return "i4";
     case Kind::uint32:
-    case Kind::enumeration:
-      return "u4";
-    case Kind::int64:
-      return "i8";
-    case Kind::uint64:
-      return "u8";
-    case Kind::float32:
-      return "f4";
-    case Kind::float64:
-      return "f8";
-    case Kind::structure:
-      break;
+    case Kind::enumeration: return "u4";
+    case Kind::int64: return "i8";
+    case Kind::uint64: return "u8";
+    case Kind::float32: return "f4";
+    case Kind::float64: return "f8";
+    case Kind::structure: break;
   }
   return "?";
 }

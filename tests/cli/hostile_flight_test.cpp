@@ -147,17 +147,10 @@ TEST_F(HostileFlight, AnyFileIsReadOrRefused) {
       const std::size_t at = below(bytes.size());
       const auto place = bytes.begin() + static_cast<std::ptrdiff_t>(at);
       switch (below(4)) {
-        case 0:
-          bytes[at] = static_cast<Byte>(below(256));
-          break;
-        case 1:
-          bytes[at] = bytes[below(bytes.size())];
-          break;
-        case 2:
-          bytes.erase(place);
-          break;
-        default:
-          bytes.insert(place, bytes[below(bytes.size())]);
+        case 0: bytes[at] = static_cast<Byte>(below(256)); break;
+        case 1: bytes[at] = bytes[below(bytes.size())]; break;
+        case 2: bytes.erase(place); break;
+        default: bytes.insert(place, bytes[below(bytes.size())]);
       }
     }
   };

@@ -235,9 +235,7 @@ TEST_F(HostileMcap, AnyFileIsReadOrRefused) {
         for (std::size_t changes = 1 + below(4); changes > 0; --changes) {
           const std::size_t at = below(bad.size());
           switch (below(4)) {
-            case 0:
-              bad[at] = static_cast<char>(below(256));
-              break;
+            case 0: bad[at] = static_cast<char>(below(256)); break;
             case 1: {
               constexpr std::uint64_t kNumbers[] = {0, 1, 0x7fffffff, ~std::uint64_t{0}, 1u << 31};
               const std::uint64_t number = kNumbers[below(std::size(kNumbers))];
@@ -245,11 +243,8 @@ TEST_F(HostileMcap, AnyFileIsReadOrRefused) {
               bad.replace(at, size, reinterpret_cast<const char*>(&number), size);
               break;
             }
-            case 2:
-              bad.erase(at, below(20));
-              break;
-            default:
-              bad.insert(at, bad.substr(below(bad.size()), below(60)));
+            case 2: bad.erase(at, below(20)); break;
+            default: bad.insert(at, bad.substr(below(bad.size()), below(60)));
           }
         }
         testing_support::put_content(path_, bad);

@@ -426,17 +426,10 @@ RC_GTEST_PROP(Config, AnyMutatedKeyOfTheExampleIsAnErrorThatNamesItsLine, ()) {
   const auto at = *rc::gen::inRange<std::size_t>(0, old.size());
   std::string mutated = old;
   switch (*rc::gen::inRange(0, 4)) {
-    case 0:
-      mutated.insert(at, 1, *letter);
-      break;
-    case 1:
-      mutated.erase(at, 1);
-      break;
-    case 2:
-      mutated[at] = *letter;
-      break;
-    default:
-      std::swap(mutated[at], mutated[(at + 1) % old.size()]);
+    case 0: mutated.insert(at, 1, *letter); break;
+    case 1: mutated.erase(at, 1); break;
+    case 2: mutated[at] = *letter; break;
+    default: std::swap(mutated[at], mutated[(at + 1) % old.size()]);
   }
   RC_PRE(!mutated.empty() && mutated != old);
   Lines changed = lines;

@@ -65,8 +65,8 @@ async function zebro() {
   await says("#running", "executing");
   // A forbidden command shows the daemon's reason.
   await page.waitForFunction(() => [...document.querySelectorAll(".command")].some((c) => c.textContent.startsWith("panel") && c.querySelector("button").disabled && c.textContent.includes("not allowed")));
-  await page.waitForFunction(() => parseFloat(document.querySelector("#overlay").innerText) > 0.03, null, {polling: 100});
-  await moving("ground-zebro", "walked", /([\d.]+) m walked/);
+  await page.waitForFunction(() => Number(/walked ([\d.]+) m/.exec(document.querySelector("#overlay").innerText)?.[1]) > 0.03, null, {polling: 100});
+  await moving("ground-zebro", "walked", /walked ([\d.]+) m/);
   await done("stop");
   await says("#state", "Idle");
 }
@@ -77,8 +77,8 @@ async function ardito() {
   await page.keyboard.press("Tab");
   await press("drive");
   await says("#state", "Running");
-  await page.waitForFunction(() => Number(/([\d.]+) m driven/.exec(document.querySelector("#overlay").innerText)?.[1]) > 0.8, null, {polling: 100});
-  await moving("ground-ardito", "drove", /([\d.]+) m driven/);
+  await page.waitForFunction(() => Number(/driven ([\d.]+) m/.exec(document.querySelector("#overlay").innerText)?.[1]) > 0.8, null, {polling: 100});
+  await moving("ground-ardito", "drove", /driven ([\d.]+) m/);
   await done("halt");
   await done("stop");
   await says("#state", "Idle");
@@ -102,7 +102,7 @@ async function talaris() {
   await plan.getByLabel("distance").fill("3");
   await done("plan");
   await gnc("execute");
-  await says("#overlay", "IN THE AIR");
+  await says("#overlay", "in the air yes");
   await parametersMoving();
   await says("#overlay", "traverse");
   await shot("ground-talaris");

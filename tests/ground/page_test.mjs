@@ -286,7 +286,7 @@ const tests = {
       drums: [{current_A: 1.5, online: true}, {current_A: 2.5, online: false}]}}], crafts: {"crane-1": {age_ms: 0}}});
     await says("#list", "Hoist");
     await says("#list", "m/s");
-    await says("#overlay", "rope_m 12.250 m");
+    await says("#overlay", "rope_m 12.25 m");
     await page.fill("#list input", "0.25");
     await is("gateway.sent.some((m) => m.command === 'hoist' && m.dry_run && m.parameters.speed === 0.25)");
     await page.click("#tab-parts");
@@ -296,6 +296,35 @@ const tests = {
     await says("#choose", "drums 2 current_A");
     assert.deepEqual(page.errors, []);
     await shot("unknown");
+  },
+
+  async a_vehicle_is_shown_as_its_dictionary_says() {
+    const degrees = {unit: "deg", factor: 180 / Math.PI};
+    const own = [[401, "hoist"], [402, "swing"], [403, "step"]].map(([kind, name]) => ({...kCommands[0], kind, name, composed: name === "step"}));
+    const crane = {...vehicle("crane-1", "crane"), commands: [...kCommands.slice(0, 2), ...own], subjects: ["boom", "left drum", "right drum"],
+      fields: [{name: "boom_rad", label: "boom", type: "f8", unit: "rad", shown: degrees}, {name: "place_m", label: "place", type: "f8", unit: "m", count: 2},
+        {name: "braked", type: "b1"}, {name: "load", type: "u1"}, {name: "serial", type: "u4"},
+        {name: "drums", count: 2, fields: [{name: "id", type: "u1"}, {name: "turned_rad", label: "turned", type: "f8", unit: "rad", shown: degrees},
+          {name: "rope", type: "u1"}, {name: "online", type: "b1"}, {name: "runs", type: "u4"}]}],
+      presentation: {details: ["serial", "drums.runs"], words: [{field: "drums.rope", words: ["slack", "tight"], shown_only: true}, {field: "load", words: ["none", "full"]}],
+        parts: [{field: "drums", first: 1}], first: [402], without_client: "lowers its load",
+        headline: [{field: "boom_rad", label: "lifted"}, {field: "place_m[1]", label: "left"}, {field: "braked", label: "braked"}, {field: "load", label: "load"},
+          {field: "drums.turned_rad", label: "turned"}]}};
+    const drum = (id, turned_rad, rope, online) => ({id, turned_rad, rope, online, runs: 77});
+    await open({opening: [crane, status("crane-1", {state: "Operational", authority: "me"}), {type: "telemetry", id: "crane-1",
+      telemetry: {boom_rad: Math.PI / 6, place_m: [3, 4.5], braked: true, load: "full", serial: 991, drums: [drum(1, Math.PI, 1, true), drum(2, 0.01, 0, null)]}}],
+    crafts: {"crane-1": {age_ms: 0}}});
+    await says("#overlay", "lifted 30.00 deg\nleft 4.500 m\nbraked yes\nload full");
+    const texts = (where) => page.$$eval(where, (all) => all.map((one) => one.textContent));
+    assert.deepEqual(await texts("#list > .command button"), ["swing", "stop", "start"]);
+    assert.deepEqual(await texts("#list .more button"), ["hoist"]);
+    await page.click("#tab-parts");
+    assert.deepEqual(await texts("#parts th"), ["drums", "turned, deg", "rope", "online"]);
+    assert.deepEqual(await texts("#parts td"), ["left drum", "180.0", "tight", "online", "right drum", "0.573", "slack", "not there"]);
+    await page.click("#choose summary");
+    assert.deepEqual(await texts("#choose label"), [" lifted", " place 1", " left", " braked", " left drum turned", " left drum online", " right drum turned", " right drum online"]);
+    assert.deepEqual(await page.$$eval("#choose input", (all) => all.map((one) => one.checked)), [true, false, true, false, true, false, true, false]);
+    assert.deepEqual(page.errors, []);
   },
 
   async two_daemons_of_one_name_are_named() {

@@ -63,7 +63,8 @@ json ClientRegistry::describe(const Craft& craft) const {
   json subjects = json::array();
   for (const char* subject : craft.kind->subjects) subjects.push_back(subject);
   return {{"type", "vehicle"},
-          {"fields", craft.described ? craft.described->fields() : json::array()},
+          {"fields", *craft.kind->fields},
+          {"presentation", *craft.kind->presentation},
           {"id", craft.id},
           {"vehicle", craft.kind->name},
           {"commands", std::move(commands)},

@@ -86,12 +86,8 @@ int Server::Impl::on_http(lws* wsi, lws_callback_reasons reason, void* user, voi
         return 1;
       }
       return 0;
-    case LWS_CALLBACK_WSI_CREATE:
-      ++sockets;
-      return 0;
-    case LWS_CALLBACK_WSI_DESTROY:
-      --sockets;
-      return 0;
+    case LWS_CALLBACK_WSI_CREATE: ++sockets; return 0;
+    case LWS_CALLBACK_WSI_DESTROY: --sockets; return 0;
     case LWS_CALLBACK_HTTP: {
       // Files that the mount does not contain.
       if (options.page.empty()) {
@@ -106,8 +102,7 @@ int Server::Impl::on_http(lws* wsi, lws_callback_reasons reason, void* user, voi
     case LWS_CALLBACK_EVENT_WAIT_CANCELLED:
       if (woken.exchange(false) && news) news();
       return 0;
-    default:
-      return lws_callback_http_dummy(wsi, reason, user, in, size);
+    default: return lws_callback_http_dummy(wsi, reason, user, in, size);
   }
 }
 
@@ -147,12 +142,9 @@ int Server::Impl::on_socket(lws* wsi, lws_callback_reasons reason, Connection& c
       delete connection.message;
       connection = {};
       return 0;
-    case LWS_CALLBACK_RECEIVE:
-      return receive(wsi, connection, {in, size});
-    case LWS_CALLBACK_SERVER_WRITEABLE:
-      return send(wsi, connection);
-    default:
-      return 0;
+    case LWS_CALLBACK_RECEIVE: return receive(wsi, connection, {in, size});
+    case LWS_CALLBACK_SERVER_WRITEABLE: return send(wsi, connection);
+    default: return 0;
   }
 }
 

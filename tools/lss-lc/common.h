@@ -96,13 +96,10 @@ inline bool of_one_in_service(S s, const Happening& h) {
 inline bool lost(S s, const Happening& h) {
   switch (h.event) {
     case Event::module_heard:
-    case Event::module_silent:
-      return ((s.silent | s.unheard) >> (h.subject - 1) & 1u) != 0;
+    case Event::module_silent: return ((s.silent | s.unheard) >> (h.subject - 1) & 1u) != 0;
     case Event::port_opened:
-    case Event::port_closed:
-      return link(s, kPortClosed);
-    default:
-      return link(s, kObcSilent);
+    case Event::port_closed: return link(s, kPortClosed);
+    default: return link(s, kObcSilent);
   }
 }
 // Exactly these actions; state, mode, goal and strategy stay.

@@ -115,12 +115,9 @@ int run_vehicle(const lss::sim::VehicleKind& kind, Arguments& arguments) {
 int inject(const Arguments& arguments) {
   std::string message;
   switch (lss::sim::send_to_simulator(arguments.fault_folder, arguments.fault_text, message)) {
-    case lss::sim::Answer::ok:
-      return kOk;
-    case lss::sim::Answer::refused:
-      return complain(message, kUsage);
-    case lss::sim::Answer::nobody:
-      break;
+    case lss::sim::Answer::ok: return kOk;
+    case lss::sim::Answer::refused: return complain(message, kUsage);
+    case lss::sim::Answer::nobody: break;
   }
   return complain(message, kNobody);
 }

@@ -57,8 +57,7 @@ Verdict guard(unsigned number, const lc::ControllerState& s, unsigned subject) {
         return {.reason = reasons::too_few_wheels, .subject = static_cast<std::uint16_t>(subject)};
       break;
     }
-    default:
-      break;
+    default: break;
   }
   return {};
 }
@@ -208,14 +207,10 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
   const bool ready = s.state == State::operational && (s.flags & kMotorsConfirmed) != 0;
   const bool stopped = s.mode == m(Mode::stopped);
   switch (static_cast<lss::CommandKind>(kind)) {
-    case lss::CommandKind::start:
-      return ready && stopped;
-    case lss::CommandKind::stop:
-      return s.state == State::idle && state.sense[kSenseMotorsOn] == 0;
-    case lss::CommandKind::solve:
-      return s.state == State::idle;
-    default:
-      break;
+    case lss::CommandKind::start: return ready && stopped;
+    case lss::CommandKind::stop: return s.state == State::idle && state.sense[kSenseMotorsOn] == 0;
+    case lss::CommandKind::solve: return s.state == State::idle;
+    default: break;
   }
   return static_cast<CommandKind>(kind) == CommandKind::halt && ready && stopped;
 }

@@ -33,9 +33,7 @@ TimeNs Solver::begin_strategy(SolveTarget& target) noexcept {
 
 Treatment Solver::treat(SolveTarget& target) noexcept {
   switch (kind()) {
-    case StrategyKind::reset_fault:
-      target.reset_faults();
-      return Treatment::done;
+    case StrategyKind::reset_fault: target.reset_faults(); return Treatment::done;
     case StrategyKind::reset_node:
       target.reset_nodes(target.faulty_modules());
       return Treatment::done;
@@ -52,8 +50,7 @@ Treatment Solver::treat(SolveTarget& target) noexcept {
       return nodes == 0 || target.isolate(nodes) ? Treatment::done : Treatment::failed;
     }
     case StrategyKind::none:
-    case StrategyKind::reconnect:
-      break;
+    case StrategyKind::reconnect: break;
   }
   return Treatment::done;
 }

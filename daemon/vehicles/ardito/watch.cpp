@@ -24,35 +24,26 @@ bool severe(FaultId id) noexcept {
 
 FaultId fault_of(WheelFailure failure) noexcept {
   switch (failure) {
-    case WheelFailure::none:
-      return FaultId::none;
+    case WheelFailure::none: return FaultId::none;
     case WheelFailure::motor_sensor:
     case WheelFailure::reduction_encoder:
-    case WheelFailure::two_sensors:
-      return faults::wheel_sensor;
-    case WheelFailure::motor:
-      return faults::wheel_motor;
-    case WheelFailure::reduction:
-      return faults::wheel_gear;
+    case WheelFailure::two_sensors: return faults::wheel_sensor;
+    case WheelFailure::motor: return faults::wheel_motor;
+    case WheelFailure::reduction: return faults::wheel_gear;
     case WheelFailure::clutch:
-    case WheelFailure::clutch_and_sensor:
-      return faults::wheel_clutch;
-    case WheelFailure::all_sensors:
-      return faults::wheel_critical;
+    case WheelFailure::clutch_and_sensor: return faults::wheel_clutch;
+    case WheelFailure::all_sensors: return faults::wheel_critical;
   }
   return FaultId::none;
 }
 
 FaultId fault_of(SteeringFailure failure) noexcept {
   switch (failure) {
-    case SteeringFailure::none:
-      return FaultId::none;
+    case SteeringFailure::none: return FaultId::none;
     case SteeringFailure::motor_encoder:
-    case SteeringFailure::reduction_encoder:
-      return faults::steering_sensor;
+    case SteeringFailure::reduction_encoder: return faults::steering_sensor;
     case SteeringFailure::critical:
-    case SteeringFailure::both_encoders:
-      return faults::steering_critical;
+    case SteeringFailure::both_encoders: return faults::steering_critical;
   }
   return FaultId::none;
 }

@@ -8,13 +8,8 @@ namespace lss::ardito {
 namespace {
 
 constexpr Presentation::Example kExamples[] = {
-    {kind_of(lss::CommandKind::solve),
-     "  lss-cli solve                    leaves FatalError when the cause is gone\n"},
     {kind_of(lss::CommandKind::stop),
      "  lss-cli stop                     safely; then motors off\n"},
-    {kind_of(lss::CommandKind::reset),
-     "  lss-cli reset all\n"
-     "  lss-cli reset controller\n"},
     {kind_of(lss::CommandKind::start),
      "  lss-cli start --hold             beacon, then motors on, until Ctrl-C\n"
      "  lss-cli start --limit urc --hold up to 1 m/s, where the config allows it\n"},
@@ -46,23 +41,37 @@ constexpr Presentation::Alarm kAlarms[] = {{.field = "port_open",
                                             .advice = "release it"}};
 constexpr const char* kDetails[] = {"nodes.address", "nodes.drive", "nodes.age_ms",
                                     "nodes.emergency", "nodes.emergencies"};
+constexpr auto kFirst = kinds(CommandKind::drive, CommandKind::park, CommandKind::halt);
+constexpr Presentation::Headline kHeadline[] = {{"measured_m_s", "speed"},
+                                                {"speed_m_s", "commanded"},
+                                                {"limit_m_s", "limit"},
+                                                {"distance_m", "driven"},
+                                                {"x_m", "ahead"},
+                                                {"y_m", "left"},
+                                                {"yaw_rad", "turned"},
+                                                {"imu_valid", "IMU trusted"},
+                                                {"wheels.current_A", "current"}};
 
 }  // namespace
 
 const Vocabulary& vocabulary() {
-  static const Vocabulary words{.modes = kModeNames,
-                                .modules = kNodeNames,
-                                .strategies = kStrategyNames,
-                                .commands = kCommands,
-                                .tunables = tuning().infos,
-                                .command = logic().command,
-                                .presentation = {.examples = kExamples,
-                                                 .rest = kind_of(CommandKind::halt),
-                                                 .at_rest = "motors off",
-                                                 .words = kWords,
-                                                 .parts = kParts,
-                                                 .alarms = kAlarms,
-                                                 .details = kDetails}};
+  static const Vocabulary words{
+      .modes = kModeNames,
+      .modules = kNodeNames,
+      .strategies = kStrategyNames,
+      .commands = kCommands,
+      .tunables = tuning().infos,
+      .command = logic().command,
+      .presentation = {.examples = kExamples,
+                       .rest = kind_of(CommandKind::halt),
+                       .at_rest = "motors off",
+                       .words = kWords,
+                       .parts = kParts,
+                       .alarms = kAlarms,
+                       .details = kDetails,
+                       .headline = kHeadline,
+                       .first = kFirst,
+                       .without_client = "slows down, stands still and switches its motors off"}};
   return words;
 }
 

@@ -15,28 +15,17 @@ using gnc::talaris::PlanResult;
 
 Reason reason_of(Guard guard) noexcept {
   switch (guard) {
-    case Guard::none:
-      return Reason::none;
-    case Guard::request:
-      return reasons::plan_request;
-    case Guard::height:
-      return reasons::plan_height;
-    case Guard::gas:
-      return reasons::gas_short;
-    case Guard::hover_on_time:
-      return reasons::hover_short;
-    case Guard::climb:
-      return reasons::climb_short;
-    case Guard::lateral:
-      return reasons::lateral_short;
-    case Guard::altimeter:
-      return reasons::altimeter_short;
-    case Guard::wall:
-      return reasons::wall_near;
-    case Guard::fan_thrust:
-      return reasons::fans_short;
-    case Guard::run_time:
-      return reasons::fans_long;
+    case Guard::none: return Reason::none;
+    case Guard::request: return reasons::plan_request;
+    case Guard::height: return reasons::plan_height;
+    case Guard::gas: return reasons::gas_short;
+    case Guard::hover_on_time: return reasons::hover_short;
+    case Guard::climb: return reasons::climb_short;
+    case Guard::lateral: return reasons::lateral_short;
+    case Guard::altimeter: return reasons::altimeter_short;
+    case Guard::wall: return reasons::wall_near;
+    case Guard::fan_thrust: return reasons::fans_short;
+    case Guard::run_time: return reasons::fans_long;
   }
   return reasons::plan_request;
 }
@@ -85,8 +74,7 @@ Verdict Vehicle::consider(const Request& r) noexcept {
               .measured = static_cast<double>(set),
               .limit = static_cast<double>(parameters_.flight.gain_sets)};
     }
-    case CommandKind::script_step:
-      return script_.consider_step(r);
+    case CommandKind::script_step: return script_.consider_step(r);
     case CommandKind::script_run: {
       if (const Verdict v = script_.consider_run(arguments<ScriptRun>(r).id);
           v.reason != Reason::none)
@@ -97,8 +85,7 @@ Verdict Vehicle::consider(const Request& r) noexcept {
         return {.reason = reasons::fans_not_armed, .subject = kFanModule};
       return consider_valves(script_.valves());
     }
-    default:
-      return {};
+    default: return {};
   }
 }
 
@@ -223,8 +210,7 @@ void Vehicle::carry_out(const Request& r) noexcept {
       const auto fan = arguments<FanSpeed>(r);
       return hand_.rpm(fan.fans, fan.rpm, fan.ramp_rpm_s);
     }
-    case CommandKind::plan:
-      return plan(r);
+    case CommandKind::plan: return plan(r);
     case CommandKind::gains: {
       const unsigned set = arguments<SelectGains>(r).set;
       flight_.select_gains(set);
@@ -232,12 +218,9 @@ void Vehicle::carry_out(const Request& r) noexcept {
       tell(events::gains_selected, set);
       return;
     }
-    case CommandKind::script_begin:
-      return script_.begin(r);
-    case CommandKind::script_step:
-      return script_.add(r);
-    default:
-      return;
+    case CommandKind::script_begin: return script_.begin(r);
+    case CommandKind::script_step: return script_.add(r);
+    default: return;
   }
 }
 

@@ -52,8 +52,7 @@ Verdict guard(unsigned number, const lc::ControllerState& s, unsigned) {
     case kOnGround:
       if (airborne(s)) return {.reason = reasons::in_flight};
       break;
-    default:
-      break;
+    default: break;
   }
   return {};
 }
@@ -225,27 +224,21 @@ bool considered(std::uint16_t kind) noexcept {
     case CommandKind::gains:
     case CommandKind::script_begin:
     case CommandKind::script_step:
-    case CommandKind::script_run:
-      return true;
-    default:
-      return false;
+    case CommandKind::script_run: return true;
+    default: return false;
   }
 }
 
 lc::Event event_of(const Request& r) noexcept {
   switch (static_cast<CommandKind>(r.kind)) {
-    case CommandKind::edf_arm:
-      return arguments<ArmFans>(r).done ? event::assume_armed : event::arm;
-    case CommandKind::edf_rpm:
-      return event::fan;
+    case CommandKind::edf_arm: return arguments<ArmFans>(r).done ? event::assume_armed : event::arm;
+    case CommandKind::edf_rpm: return event::fan;
     case CommandKind::gnc: {
       constexpr std::array kSteps = {event::standby, event::calibrate, event::execute};
       return kSteps[static_cast<std::size_t>(arguments<Gnc>(r).step)];
     }
-    case CommandKind::script_step:
-      return event::script_upload;
-    default:
-      return lss::event_of(kTable, r);
+    case CommandKind::script_step: return event::script_upload;
+    default: return lss::event_of(kTable, r);
   }
 }
 
@@ -255,29 +248,20 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
   const bool operational = s.state == State::operational;
   const auto mode = static_cast<Mode>(s.mode);
   switch (static_cast<lss::CommandKind>(kind)) {
-    case lss::CommandKind::start:
-      return operational && mode == Mode::manual;
-    case lss::CommandKind::stop:
-      return s.state == State::idle && state.sense[kSenseActive] == 0;
-    case lss::CommandKind::solve:
-      return s.state == State::idle;
-    default:
-      break;
+    case lss::CommandKind::start: return operational && mode == Mode::manual;
+    case lss::CommandKind::stop: return s.state == State::idle && state.sense[kSenseActive] == 0;
+    case lss::CommandKind::solve: return s.state == State::idle;
+    default: break;
   }
   switch (static_cast<CommandKind>(kind)) {
-    case CommandKind::edf_arm:
-      return (s.flags & kFansArmed) != 0;
+    case CommandKind::edf_arm: return (s.flags & kFansArmed) != 0;
     case CommandKind::gnc:  // calibrate and execute end in Standby, too
       return operational && mode == Mode::standby;
-    case CommandKind::land:
-      return !airborne(s);
+    case CommandKind::land: return !airborne(s);
     case CommandKind::valve:
-    case CommandKind::pulse:
-      return state.sense[kSensePulsing] == 0;
-    case CommandKind::script_run:
-      return operational && mode == Mode::manual;
-    default:
-      return true;
+    case CommandKind::pulse: return state.sense[kSensePulsing] == 0;
+    case CommandKind::script_run: return operational && mode == Mode::manual;
+    default: return true;
   }
 }
 

@@ -10,10 +10,8 @@ FaultClass class_of(FaultId fault) noexcept {
     case FaultId::module_reset:
     case FaultId::node_refuses:
     case FaultId::port_lost:
-    case FaultId::bus_off:
-      return FaultClass::contact;
-    default:
-      break;
+    case FaultId::bus_off: return FaultClass::contact;
+    default: break;
   }
   const bool navigation = fault == faults::navigation_lost || fault == faults::attitude_lost;
   return navigation ? FaultClass::navigation : FaultClass::system;

@@ -17,33 +17,23 @@ Reason reason_of(CalibrationFault fault) noexcept {
     case CalibrationFault::turning:
     case CalibrationFault::rate_spread:
     case CalibrationFault::shaking:
-    case CalibrationFault::force_spread:
-      return reasons::moved;
-    case CalibrationFault::imu_silent:
-      return Reason::imu_lost;
+    case CalibrationFault::force_spread: return reasons::moved;
+    case CalibrationFault::imu_silent: return Reason::imu_lost;
     case CalibrationFault::few_ranges:
-    case CalibrationFault::range_spread:
-      return reasons::altimeter_lost;
-    default:
-      return reasons::calibration_bad;
+    case CalibrationFault::range_spread: return reasons::altimeter_lost;
+    default: return reasons::calibration_bad;
   }
 }
 
 Reason reason_of(gnc::talaris::Shortfall why) noexcept {
   using gnc::talaris::Shortfall;
   switch (why) {
-    case Shortfall::no_lift_off:
-      return reasons::no_lift_off;
-    case Shortfall::fallen:
-      return reasons::fell_over;
-    case Shortfall::hard:
-      return reasons::landed_hard;
-    case Shortfall::sideways:
-      return reasons::landed_sideways;
-    case Shortfall::place:
-      return reasons::off_target;
-    default:
-      return reasons::flight_failed;
+    case Shortfall::no_lift_off: return reasons::no_lift_off;
+    case Shortfall::fallen: return reasons::fell_over;
+    case Shortfall::hard: return reasons::landed_hard;
+    case Shortfall::sideways: return reasons::landed_sideways;
+    case Shortfall::place: return reasons::off_target;
+    default: return reasons::flight_failed;
   }
 }
 

@@ -17,13 +17,8 @@ const auto kFindings = [] {
 }();
 
 constexpr Presentation::Example kExamples[] = {
-    {kind_of(lss::CommandKind::solve),
-     "  lss-cli solve                    leaves FatalError when the cause is gone\n"},
     {kind_of(lss::CommandKind::stop),
      "  lss-cli stop                     safely; then motors off\n"},
-    {kind_of(lss::CommandKind::reset),
-     "  lss-cli reset all\n"
-     "  lss-cli reset controller\n"},
     {kind_of(lss::CommandKind::start),
      "  lss-cli start --hold             manual control, everything shut, until Ctrl-C\n"},
     {kind_of(CommandKind::valve),
@@ -74,30 +69,47 @@ constexpr Presentation::Alarm kAlarms[] = {
 constexpr const char* kDetails[] = {
     "valves.enabled", "valves.pulses",   "valves.fired_s",         "edges",
     "edge_worst_s",   "gyro_bias_rad_s", "accelerometer_bias_m_s2"};
+constexpr auto kFirst = kinds(CommandKind::gnc, CommandKind::plan, CommandKind::land);
+constexpr Presentation::Headline kHeadline[] = {{"program", "program"},
+                                                {"phase", "phase"},
+                                                {"airborne", "in the air"},
+                                                {"calibrated", "calibrated"},
+                                                {"remaining_s", "to go"},
+                                                {"position_m[0]", "height"},
+                                                {"position_m[2]", "along"},
+                                                {"velocity_m_s[0]", "climb"},
+                                                {"velocity_m_s[2]", "speed along"},
+                                                {"gas_left_thruster_s", "gas left"}};
 
 }  // namespace
 
 const Vocabulary& vocabulary() {
-  static const Vocabulary words{.modes = kModeNames,
-                                .modules = kSubjectNames,
-                                .strategies = kStrategyNames,
-                                .phases = kPhaseNames,
-                                .programs = kProgramNames,
-                                .findings = kFindings,
-                                .commands = kCommands,
-                                .tunables = tuning().infos,
-                                .command = logic().command,
-                                .presentation = {.examples = kExamples,
-                                                 .begins = static_cast<std::uint8_t>(Mode::manual),
-                                                 .steps = kSteps,
-                                                 .slow = kSlow,
-                                                 .rest = kind_of(CommandKind::manual),
-                                                 .at_rest = "everything shut",
-                                                 .distance = "position_m[2]",
-                                                 .words = kWords,
-                                                 .parts = kParts,
-                                                 .alarms = kAlarms,
-                                                 .details = kDetails}};
+  static const Vocabulary words{
+      .modes = kModeNames,
+      .modules = kSubjectNames,
+      .strategies = kStrategyNames,
+      .phases = kPhaseNames,
+      .programs = kProgramNames,
+      .findings = kFindings,
+      .commands = kCommands,
+      .tunables = tuning().infos,
+      .command = logic().command,
+      .presentation = {
+          .examples = kExamples,
+          .begins = static_cast<std::uint8_t>(Mode::manual),
+          .steps = kSteps,
+          .slow = kSlow,
+          .rest = kind_of(CommandKind::manual),
+          .at_rest = "everything shut",
+          .distance = "position_m[2]",
+          .words = kWords,
+          .parts = kParts,
+          .alarms = kAlarms,
+          .details = kDetails,
+          .headline = kHeadline,
+          .first = kFirst,
+          .without_client =
+              "lands if it is in the air, then shuts its valves and switches its fans off"}};
   return words;
 }
 

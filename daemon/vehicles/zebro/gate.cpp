@@ -19,14 +19,11 @@ bool allowed(std::size_t module, Kind kind, const lc::ControllerState& s) noexce
   switch (kind) {
     case Kind::none:
     case Kind::motion_off:
-    case Kind::emergency_stop:
-      return true;
-    case Kind::reset:
-      return s.state != State::operational;
+    case Kind::emergency_stop: return true;
+    case Kind::reset: return s.state != State::operational;
     case Kind::motion_on:
     case Kind::rotate_forward:
-    case Kind::rotate_backward:
-      break;
+    case Kind::rotate_backward: break;
   }
   const bool panel = module + 1 == kModules;
   if ((s.isolated >> module & 1u) != 0) {  // moved by direct command only

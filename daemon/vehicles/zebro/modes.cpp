@@ -68,8 +68,7 @@ Verdict guard(unsigned number, const lc::ControllerState& s, unsigned subject) {
       if ((s.isolated >> (kModules - 1) & 1u) != 0)
         return {.reason = Reason::isolated, .subject = kModules};
       break;
-    default:
-      break;
+    default: break;
   }
   return {};
 }
@@ -304,30 +303,20 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
   switch (static_cast<lss::CommandKind>(kind)) {
     case lss::CommandKind::start:
       return operational && (s.flags & kMotorsConfirmed) && s.goal == g(Goal::none);
-    case lss::CommandKind::stop:
-      return s.state == State::idle && state.sense[kSenseMotorsOn] == 0;
-    case lss::CommandKind::solve:
-      return s.state == State::idle;
-    default:
-      break;
+    case lss::CommandKind::stop: return s.state == State::idle && state.sense[kSenseMotorsOn] == 0;
+    case lss::CommandKind::solve: return s.state == State::idle;
+    default: break;
   }
   switch (static_cast<CommandKind>(kind)) {
-    case CommandKind::stand:
-      return operational && mode == Mode::standing;
-    case CommandKind::lay_down:
-      return operational && mode == Mode::lying;
-    case CommandKind::stow:
-      return operational && mode == Mode::stowed;
-    case CommandKind::panel:
-      return s.state == State::idle && !(s.flags & kPanelMoving);
-    case CommandKind::walk:
-      return operational && mode == Mode::standing;  // with speed zero
-    case CommandKind::leg:
-      return operational && mode == Mode::bridge && s.goal == g(Goal::none);
+    case CommandKind::stand: return operational && mode == Mode::standing;
+    case CommandKind::lay_down: return operational && mode == Mode::lying;
+    case CommandKind::stow: return operational && mode == Mode::stowed;
+    case CommandKind::panel: return s.state == State::idle && !(s.flags & kPanelMoving);
+    case CommandKind::walk: return operational && mode == Mode::standing;  // with speed zero
+    case CommandKind::leg: return operational && mode == Mode::bridge && s.goal == g(Goal::none);
     case CommandKind::isolate:
     case CommandKind::panel_is_in:
-    case CommandKind::restore_leg:
-      return true;
+    case CommandKind::restore_leg: return true;
   }
   return false;
 }

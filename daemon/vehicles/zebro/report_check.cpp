@@ -48,16 +48,11 @@ double turn_limit_rad(TimeNs elapsed) noexcept {
 FaultId fault_of(ReportCheck::Finding finding) noexcept {
   using Finding = ReportCheck::Finding;
   switch (finding) {
-    case Finding::impossible:
-      return faults::report_impossible;
-    case Finding::jumps:
-      return faults::position_jumps;
-    case Finding::still:
-      return faults::leg_still;
-    case Finding::slips:
-      return faults::gear_slips;
-    case Finding::none:
-      break;
+    case Finding::impossible: return faults::report_impossible;
+    case Finding::jumps: return faults::position_jumps;
+    case Finding::still: return faults::leg_still;
+    case Finding::slips: return faults::gear_slips;
+    case Finding::none: break;
   }
   return FaultId::none;
 }

@@ -115,8 +115,7 @@ Outcome MoveFree::step(SolveTarget& target) noexcept {
       moved_ = static_cast<std::uint8_t>(moved_ | 1u << leg_);
       phase_ = Phase::next_leg;
       break;
-    case Phase::next_leg:
-      break;
+    case Phase::next_leg: break;
   }
   return Outcome::running;
 }
@@ -202,19 +201,13 @@ void Solver::begin(std::span<const Symptom> symptoms) noexcept {
 
 Strategy& Solver::strategy() noexcept {
   switch (kind()) {
-    case StrategyKind::reset_module:
-      return reset_module_;
-    case StrategyKind::move_free:
-      return move_free_;
-    case StrategyKind::cool_down:
-      return cool_down_;
-    case StrategyKind::isolate:
-      return isolate_;
-    case StrategyKind::reset_all:
-      return reset_all_;
+    case StrategyKind::reset_module: return reset_module_;
+    case StrategyKind::move_free: return move_free_;
+    case StrategyKind::cool_down: return cool_down_;
+    case StrategyKind::isolate: return isolate_;
+    case StrategyKind::reset_all: return reset_all_;
     case StrategyKind::none:
-    case StrategyKind::reconnect:
-      break;
+    case StrategyKind::reconnect: break;
   }
   return reconnect_;
 }

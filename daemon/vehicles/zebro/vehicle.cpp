@@ -76,8 +76,7 @@ void Vehicle::take(const ModuleReply& reply) noexcept {
       module.identity = decode_identity(reply.data);
       lateness_[reply.module].heard(reply.time_ns, module.identity.uptime_s);
       break;
-    default:
-      break;
+    default: break;
   }
   module.heard_ns = reply.time_ns;
 }

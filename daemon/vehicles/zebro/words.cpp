@@ -8,18 +8,13 @@ namespace lss::zebro {
 namespace {
 
 constexpr Presentation::Example kExamples[] = {
-    {kind_of(lss::CommandKind::solve),
-     "  lss-cli solve                    leaves FatalError when the cause is gone\n"},
     {kind_of(lss::CommandKind::start),
      "  lss-cli start --hold             motors on, until Ctrl-C\n"
      "  lss-cli start stand --hold       and stand up\n"},
     {kind_of(lss::CommandKind::stop),
      "  lss-cli stop                     ends the motion, lies down, motors off\n"
      "  lss-cli stop --lay-down no       stays as it stands, motors off\n"},
-    {kind_of(lss::CommandKind::reset),
-     "  lss-cli reset RM                 one module\n"
-     "  lss-cli reset all\n"
-     "  lss-cli reset controller\n"},
+    {kind_of(lss::CommandKind::reset), "  lss-cli reset RM                 one module\n"},
     {kind_of(CommandKind::stand),
      "  lss-cli stand --hold             from wherever it is; stays standing until Ctrl-C\n"
      "  lss-cli stand --dry-run          would it be accepted?\n"},
@@ -76,26 +71,37 @@ constexpr Presentation::Alarm kAlarms[] = {{.field = "port_open",
                                             .text = "the bus port is not open",
                                             .advice = "check the port named in the config",
                                             .alone = true}};
+constexpr auto kFirst = kinds(CommandKind::walk, CommandKind::stand, CommandKind::lay_down);
+constexpr Presentation::Headline kHeadline[] = {{"speed_m_s", "speed"},
+                                                {"distance_m", "walked"},
+                                                {"yaw_rad", "turned"},
+                                                {"steps", "gait cycles"},
+                                                {"modules.current_A", "current"}};
 
 }  // namespace
 
 const Vocabulary& vocabulary() {
-  static const Vocabulary words{.modes = kModeNames,
-                                .modules = kModuleNames,
-                                .strategies = kStrategyNames,
-                                .commands = kCommands,
-                                .tunables = tuning().infos,
-                                .command = logic().command,
-                                .presentation = {.examples = kExamples,
-                                                 .begins = static_cast<std::uint8_t>(Mode::holding),
-                                                 .steps = kSteps,
-                                                 .ends = kEnds,
-                                                 .rest = kind_of(CommandKind::stand),
-                                                 .at_rest = "motors off",
-                                                 .words = kWords,
-                                                 .parts = kParts,
-                                                 .alarms = kAlarms,
-                                                 .details = kDetails}};
+  static const Vocabulary words{
+      .modes = kModeNames,
+      .modules = kModuleNames,
+      .strategies = kStrategyNames,
+      .commands = kCommands,
+      .tunables = tuning().infos,
+      .command = logic().command,
+      .presentation = {
+          .examples = kExamples,
+          .begins = static_cast<std::uint8_t>(Mode::holding),
+          .steps = kSteps,
+          .ends = kEnds,
+          .rest = kind_of(CommandKind::stand),
+          .at_rest = "motors off",
+          .words = kWords,
+          .parts = kParts,
+          .alarms = kAlarms,
+          .details = kDetails,
+          .headline = kHeadline,
+          .first = kFirst,
+          .without_client = "finishes its step, lies down and switches its motors off"}};
   return words;
 }
 

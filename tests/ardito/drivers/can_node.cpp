@@ -142,16 +142,11 @@ void CanNode::receive(const CanFrame& frame, TimeNs now) {
   if (frame.id == 0x000) {
     if (frame.data[1] != 0 && frame.data[1] != id) return;
     switch (frame.data[0]) {
-      case 0x01:
-        return set_nmt(Nmt::operational);
-      case 0x02:
-        return set_nmt(Nmt::stopped);
-      case 0x80:
-        return set_nmt(Nmt::pre_operational);
-      case 0x82:
-        return reset_communication(now);
-      default:
-        return reboot(now);
+      case 0x01: return set_nmt(Nmt::operational);
+      case 0x02: return set_nmt(Nmt::stopped);
+      case 0x80: return set_nmt(Nmt::pre_operational);
+      case 0x82: return reset_communication(now);
+      default: return reboot(now);
     }
   }
   if (frame.id == 0x080) {
@@ -290,24 +285,12 @@ void CanNode::update() {
   if (kind != Kind::wheel && kind != Kind::steering) return;
   std::uint32_t word = 0;
   switch (drive) {
-    case Drive::disabled:
-      word = 0x0250;
-      break;
-    case Drive::ready:
-      word = 0x0231;
-      break;
-    case Drive::switched_on:
-      word = 0x0233;
-      break;
-    case Drive::enabled:
-      word = 0x0237;
-      break;
-    case Drive::quick_stop:
-      word = 0x0217;
-      break;
-    case Drive::fault:
-      word = 0x0218;
-      break;
+    case Drive::disabled: word = 0x0250; break;
+    case Drive::ready: word = 0x0231; break;
+    case Drive::switched_on: word = 0x0233; break;
+    case Drive::enabled: word = 0x0237; break;
+    case Drive::quick_stop: word = 0x0217; break;
+    case Drive::fault: word = 0x0218; break;
   }
   if (kind == Kind::steering && acknowledged_) word |= 0x1000;
   object(0x6041) = word;

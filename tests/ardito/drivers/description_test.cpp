@@ -248,20 +248,14 @@ RC_GTEST_PROP(Description, AnyDamageIsAnswered, ()) {
   for (int n = 0; n < hits; ++n) {
     const auto at = *rc::gen::inRange<std::size_t>(0, text.size());
     switch (*rc::gen::inRange(0, 4)) {
-      case 0:
-        text[at] = static_cast<char>(*rc::gen::inRange(0, 256));
-        break;
-      case 1:
-        text.erase(at, *rc::gen::inRange<std::size_t>(1, 60));
-        break;
+      case 0: text[at] = static_cast<char>(*rc::gen::inRange(0, 256)); break;
+      case 1: text.erase(at, *rc::gen::inRange<std::size_t>(1, 60)); break;
       case 2:
         text.insert(at, *rc::gen::element<std::string>(
                             "\n[", "=", "0x", "-", "99999999999999999999", "$NODEID", "\n",
                             "CompactSubObj=254\n", "ParameterValue=1\n", ":", ","));
         break;
-      default:
-        text.insert(at, text.substr(at, *rc::gen::inRange<std::size_t>(1, 400)));
-        break;
+      default: text.insert(at, text.substr(at, *rc::gen::inRange<std::size_t>(1, 400))); break;
     }
   }
   std::vector<std::string> errors;

@@ -200,10 +200,8 @@ CanFrame incoming(TimeNs now) {
   const auto word =
       *rc::gen::element<std::uint16_t>(0x250, 0x231, 0x233, 0x237, 0x1237, 0x217, 0x218, 0x21F);
   switch (*rc::gen::inRange(0, 6)) {
-    case 0:
-      return frame(0x700 + node, {*rc::gen::element<std::uint8_t>(0, 5, 5, 5, 0x7F, 4)}, now);
-    case 1:
-      return frame(0x080 + node, {0x30, 0x81, 0x11, 0, 0, 0, 0, 0}, now);
+    case 0: return frame(0x700 + node, {*rc::gen::element<std::uint8_t>(0, 5, 5, 5, 0x7F, 4)}, now);
+    case 1: return frame(0x080 + node, {0x30, 0x81, 0x11, 0, 0, 0, 0, 0}, now);
     default:
       return frame(
           0x180 + node,
@@ -227,9 +225,7 @@ RC_GTEST_PROP(RoverFuzz, NothingThatComesInMakesTheBusMoveWhatItMustNot, ()) {
       case 1:
         if (*rc::gen::inRange(0, 20) == 0) bus.restart();
         break;
-      case 2:
-        bus.receive(bus.answer());
-        break;
+      case 2: bus.receive(bus.answer()); break;
       case 3:
       case 4:
         bus.alive(*rc::gen::element<std::uint16_t>(0x237, 0x237, 0x1237, 0x233, 0x217, 0x218));
@@ -240,8 +236,7 @@ RC_GTEST_PROP(RoverFuzz, NothingThatComesInMakesTheBusMoveWhatItMustNot, ()) {
         bus.release(changed(bus.orders(), bus.now()));
         bus.advance(*rc::gen::inRange<TimeNs>(1, 20 * kMillisecond));
         break;
-      default:
-        bus.receive(incoming(bus.now()));
+      default: bus.receive(incoming(bus.now()));
     }
   }
   RC_TAG(bus.moved ? "moved" : "stood");

@@ -246,33 +246,15 @@ RC_GTEST_PROP(Failures, WhatWasLatchedStaysLatched, ()) {
     WheelFaults& f = rover.wheel_faults[*rc::gen::inRange<std::size_t>(0, kWheels)];
     SteeringFaults& s = rover.steering_faults[*rc::gen::inRange<std::size_t>(0, kSteered)];
     switch (*rc::gen::inRange(0, 9)) {
-      case 0:
-        f.hall = *rc::gen::element(Broken::no, Broken::zero, Broken::stuck);
-        break;
-      case 1:
-        f.motor_encoder = *rc::gen::element(Broken::no, Broken::zero, Broken::stuck);
-        break;
-      case 2:
-        f.reduction_encoder = *rc::gen::element(Broken::no, Broken::zero);
-        break;
-      case 3:
-        f.motor_blocked = !f.motor_blocked;
-        break;
-      case 4:
-        f.reduction = !f.reduction;
-        break;
-      case 5:
-        f.clutch = !f.clutch;
-        break;
-      case 6:
-        s.motor_encoder = *rc::gen::element(Broken::no, Broken::stuck);
-        break;
-      case 7:
-        s.motor = !s.motor;
-        break;
-      default:
-        rover.request.speed = *rc::gen::inRange(-10, 11) * 0.1;
-        break;
+      case 0: f.hall = *rc::gen::element(Broken::no, Broken::zero, Broken::stuck); break;
+      case 1: f.motor_encoder = *rc::gen::element(Broken::no, Broken::zero, Broken::stuck); break;
+      case 2: f.reduction_encoder = *rc::gen::element(Broken::no, Broken::zero); break;
+      case 3: f.motor_blocked = !f.motor_blocked; break;
+      case 4: f.reduction = !f.reduction; break;
+      case 5: f.clutch = !f.clutch; break;
+      case 6: s.motor_encoder = *rc::gen::element(Broken::no, Broken::stuck); break;
+      case 7: s.motor = !s.motor; break;
+      default: rover.request.speed = *rc::gen::inRange(-10, 11) * 0.1; break;
     }
     for (int frame = 0; frame < 15; ++frame) {
       rover.step();

@@ -11,13 +11,10 @@ constexpr unsigned kAll[] = {1, 2, 3, 4, 5, 6, 0x11, 0x12, 0x15, 0x16, 0x20, 0x2
 unsigned next_controlword(unsigned statusword) {
   if ((statusword & 0x4F) == 0x40) return 0x06;
   switch (statusword & 0x6F) {
-    case 0x21:
-      return 0x07;
+    case 0x21: return 0x07;
     case 0x23:
-    case 0x27:
-      return 0x0F;
-    default:
-      return 0x00;
+    case 0x27: return 0x0F;
+    default: return 0x00;
   }
 }
 

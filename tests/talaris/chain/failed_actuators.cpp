@@ -14,14 +14,10 @@ namespace {
 // Times in a phase, from its begin: the first and the last.
 std::pair<double, double> window(Phase phase) {
   switch (phase) {
-    case Phase::ascend:
-      return {1.2, 3.8};
-    case Phase::hover:
-      return {0.0, 0.9};
-    case Phase::traverse:
-      return {0.0, 9.5};
-    default:
-      return {0.0, 2.5};
+    case Phase::ascend: return {1.2, 3.8};
+    case Phase::hover: return {0.0, 0.9};
+    case Phase::traverse: return {0.0, 9.5};
+    default: return {0.0, 2.5};
   }
 }
 

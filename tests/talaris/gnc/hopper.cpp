@@ -142,8 +142,7 @@ void Hopper::physics(double dt) {
   // blocked axes of the stand
   Vector3 move = Vector3::Ones(), turn = Vector3::Ones();
   switch (world.stand) {
-    case Stand::free:
-      break;
+    case Stand::free: break;
     case Stand::rails:
       move = {0, 0, 1};
       turn.setZero();

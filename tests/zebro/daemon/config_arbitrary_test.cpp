@@ -81,14 +81,9 @@ RC_GTEST_PROP(ArbitraryConfig, TheExampleWithBrokenBytesIsWithinLimitsOrRefused,
   for (int i = 0; i < changes; ++i) {
     const auto at = *rc::gen::inRange<std::size_t>(0, text.size());
     switch (*rc::gen::inRange(0, 3)) {
-      case 0:
-        text[at] = *rc::gen::arbitrary<char>();
-        break;
-      case 1:
-        text.erase(at, *rc::gen::inRange<std::size_t>(1, 80));
-        break;
-      default:
-        text.insert(at, 1, *rc::gen::arbitrary<char>());
+      case 0: text[at] = *rc::gen::arbitrary<char>(); break;
+      case 1: text.erase(at, *rc::gen::inRange<std::size_t>(1, 80)); break;
+      default: text.insert(at, 1, *rc::gen::arbitrary<char>());
     }
   }
   RC_CLASSIFY(taken_or_told(text), "taken");

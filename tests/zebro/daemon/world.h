@@ -56,8 +56,7 @@ struct IdealModule {
     if (!alive || o.serial == serial) return;
     serial = o.serial;
     switch (o.kind) {
-      case Kind::none:
-        return;
+      case Kind::none: return;
       case Kind::motion_on:
         flags = static_cast<std::uint16_t>((flags | kFlagMotionControl) &
                                            ~(kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog));
@@ -75,8 +74,7 @@ struct IdealModule {
         rate_deg_s = 0;
         return;
       case Kind::rotate_forward:
-      case Kind::rotate_backward:
-        break;
+      case Kind::rotate_backward: break;
     }
     if (!(flags & kFlagMotionControl)) return;
     target_cdeg = o.position_cdeg;

@@ -78,13 +78,9 @@ void World::execute(const Frame& frame) {
       continue;
     }
     switch (code) {
-      case Code::start_motion_control:
-        m.on = true;
-        break;
+      case Code::start_motion_control: m.on = true; break;
       case Code::stop_motion_control:
-      case Code::emergency_stop:
-        m.on = false;
-        break;
+      case Code::emergency_stop: m.on = false; break;
       case Code::rotate_forward:
       case Code::rotate_backward:
         if (!m.on) break;
@@ -96,8 +92,7 @@ void World::execute(const Frame& frame) {
         m.boot_ns = now;
         m.reset_since_status = m.tells_resets;
         break;
-      default:
-        reply(frame);
+      default: reply(frame);
     }
   }
 }

@@ -144,13 +144,9 @@ RC_GTEST_PROP(LegFuzz, NothingThatComesInMakesTheBusSendWhatItMustNot, ()) {
   const int steps = *rc::gen::inRange(0, 300);
   for (int n = 0; n < steps; ++n) {
     switch (*rc::gen::inRange(0, 10)) {
-      case 0:
-        bus.receive(*rc::gen::arbitrary<Bytes>());
-        break;
+      case 0: bus.receive(*rc::gen::arbitrary<Bytes>()); break;
       case 1:
-      case 2:
-        bus.receive(bus.last_reply());
-        break;
+      case 2: bus.receive(bus.last_reply()); break;
       case 3:
         bus.advance(*rc::gen::element<TimeNs>(1, 3 * kMillisecond, 90 * kMillisecond, 3 * kSecond));
         break;
@@ -158,11 +154,8 @@ RC_GTEST_PROP(LegFuzz, NothingThatComesInMakesTheBusSendWhatItMustNot, ()) {
         if (*rc::gen::inRange(0, 10) == 0) bus.restart();
         break;
       case 5:
-      case 6:
-        bus.advance(*rc::gen::inRange<TimeNs>(1, 20 * kMillisecond));
-        break;
-      default:
-        bus.release(changed(bus.orders(), bus.now()));
+      case 6: bus.advance(*rc::gen::inRange<TimeNs>(1, 20 * kMillisecond)); break;
+      default: bus.release(changed(bus.orders(), bus.now()));
     }
   }
 }

@@ -17,16 +17,11 @@ namespace {
 
 void ask(Locomotion& locomotion, double now_s, int what) {
   switch (what) {
-    case 0:
-      return locomotion.hold(now_s);
-    case 1:
-      return locomotion.stand_up(now_s);
-    case 2:
-      return locomotion.finish_step(now_s);
-    case 3:
-      return locomotion.lay_down(now_s);
-    case 4:
-      return locomotion.stow(now_s);
+    case 0: return locomotion.hold(now_s);
+    case 1: return locomotion.stand_up(now_s);
+    case 2: return locomotion.finish_step(now_s);
+    case 3: return locomotion.lay_down(now_s);
+    case 4: return locomotion.stow(now_s);
     default: {
       const WalkRequest request{.direction = what % 2 == 0 ? 1.0 : -1.0,
                                 .heading_rad = (what % 7 - 3) * 0.5,

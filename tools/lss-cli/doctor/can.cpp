@@ -23,9 +23,7 @@ void judge_state(Finding& finding, const std::string& interface, const CanLink& 
   finding.found =
       fmt::format("{}: up, {}, {} bit/s", interface, state_name(*link.state), link.bitrate);
   switch (*link.state) {
-    case CAN_STATE_ERROR_ACTIVE:
-      finding.meaning = "the interface takes part in the bus";
-      return;
+    case CAN_STATE_ERROR_ACTIVE: finding.meaning = "the interface takes part in the bus"; return;
     case CAN_STATE_ERROR_WARNING:
     case CAN_STATE_ERROR_PASSIVE:
       finding.result = Result::warning;

@@ -114,9 +114,7 @@ Findings daemon_findings(const System& system, const Options& options) {
         finding.result = Result::note;
         finding.meaning = "DDS works, but which vehicle is meant is not clear";
         return {finding, check_names(*link)};
-      default:
-        finding.result = Result::problem;
-        finding.meaning = "DDS does not work here";
+      default: finding.result = Result::problem; finding.meaning = "DDS does not work here";
     }
   }
   return {finding};

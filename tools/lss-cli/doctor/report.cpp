@@ -16,14 +16,10 @@ std::size_t count(const Findings& findings, Result result) {
 std::string painted(Result result, const Style& style) {
   const std::string name = fmt::format("{:<{}}", result_name(result), kResultWidth);
   switch (result) {
-    case Result::good:
-      return style.good(name);
-    case Result::warning:
-      return style.warning(name);
-    case Result::problem:
-      return style.bad(name);
-    case Result::note:
-      break;
+    case Result::good: return style.good(name);
+    case Result::warning: return style.warning(name);
+    case Result::problem: return style.bad(name);
+    case Result::note: break;
   }
   return style.dim(name);
 }

@@ -145,12 +145,9 @@ const char* Flight::end_name() const {
 
 std::string Flight::complaint() const {
   switch (end_) {
-    case End::whole:
-      return "";
-    case End::torn:
-      return "torn: " + trouble_ + "; what is whole is read";
-    case End::damaged:
-      return trouble_;
+    case End::whole: return "";
+    case End::torn: return "torn: " + trouble_ + "; what is whole is read";
+    case End::damaged: return trouble_;
     default:
       return "not ended: the daemon runs still, was killed, or lost its power; what is whole is "
              "read";

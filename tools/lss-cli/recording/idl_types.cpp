@@ -32,22 +32,17 @@ std::size_t size_of(Kind kind) {
   switch (kind) {
     case Kind::boolean:
     case Kind::octet:
-    case Kind::character:
-      return 1;
+    case Kind::character: return 1;
     case Kind::int16:
-    case Kind::uint16:
-      return 2;
+    case Kind::uint16: return 2;
     case Kind::int32:
     case Kind::uint32:
     case Kind::float32:
-    case Kind::enumeration:
-      return 4;
+    case Kind::enumeration: return 4;
     case Kind::int64:
     case Kind::uint64:
-    case Kind::float64:
-      return 8;
-    case Kind::structure:
-      break;
+    case Kind::float64: return 8;
+    case Kind::structure: break;
   }
   return 0;
 }
@@ -90,31 +85,19 @@ std::string text_at(Bytes message, std::size_t offset, std::size_t size) {
 
 nlohmann::ordered_json value_at(const Type& type, Bytes message, std::size_t offset) {
   switch (type.kind) {
-    case Kind::boolean:
-      return read<std::uint8_t>(message, offset) != 0;
-    case Kind::octet:
-      return read<std::uint8_t>(message, offset);
-    case Kind::character:
-      return text_at(message, offset, 1);
-    case Kind::int16:
-      return read<std::int16_t>(message, offset);
-    case Kind::uint16:
-      return read<std::uint16_t>(message, offset);
-    case Kind::int32:
-      return read<std::int32_t>(message, offset);
+    case Kind::boolean: return read<std::uint8_t>(message, offset) != 0;
+    case Kind::octet: return read<std::uint8_t>(message, offset);
+    case Kind::character: return text_at(message, offset, 1);
+    case Kind::int16: return read<std::int16_t>(message, offset);
+    case Kind::uint16: return read<std::uint16_t>(message, offset);
+    case Kind::int32: return read<std::int32_t>(message, offset);
     case Kind::uint32:
-    case Kind::enumeration:
-      return read<std::uint32_t>(message, offset);
-    case Kind::int64:
-      return read<std::int64_t>(message, offset);
-    case Kind::uint64:
-      return read<std::uint64_t>(message, offset);
-    case Kind::float32:
-      return static_cast<double>(read<float>(message, offset));
-    case Kind::float64:
-      return read<double>(message, offset);
-    case Kind::structure:
-      break;
+    case Kind::enumeration: return read<std::uint32_t>(message, offset);
+    case Kind::int64: return read<std::int64_t>(message, offset);
+    case Kind::uint64: return read<std::uint64_t>(message, offset);
+    case Kind::float32: return static_cast<double>(read<float>(message, offset));
+    case Kind::float64: return read<double>(message, offset);
+    case Kind::structure: break;
   }
   return nullptr;
 }

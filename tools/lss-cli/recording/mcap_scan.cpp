@@ -132,12 +132,8 @@ bool take(const Record& record, std::uint64_t offset, std::uint64_t length, Scan
       scan.library = in.text();
       break;
     }
-    case kSchema:
-      take_schema(record.content, scan);
-      break;
-    case kChannel:
-      take_channel(record.content, scan);
-      break;
+    case kSchema: take_schema(record.content, scan); break;
+    case kChannel: take_channel(record.content, scan); break;
     case kMessage:  // without a chunk: treated as a chunk of its own
       throw Failure(ExitCode::usage, "it has messages outside of chunks",
                     "put them into chunks first: mcap filter FILE -o OTHER");
@@ -155,13 +151,9 @@ bool take(const Record& record, std::uint64_t offset, std::uint64_t length, Scan
         chunk.index_length += length;
       }
       break;
-    case kMetadataRecord:
-      take_metadata(record.content, offset, length, scan);
-      break;
-    case kDataEnd:
-      return false;
-    default:
-      break;  // unknown records are skipped, as the format requires
+    case kMetadataRecord: take_metadata(record.content, offset, length, scan); break;
+    case kDataEnd: return false;
+    default: break;  // unknown records are skipped, as the format requires
   }
   return true;
 }

@@ -199,20 +199,16 @@ class RecordLayout::Walk {
 
   Json json_of(Node& node) {
     switch (node.type.what) {
-      case '{':
-        return structure(node);
-      case '[':
-        return node.leaf() ? text(node) : elements(node, node.parts.size());
-      case '<':
-        return elements(node, grow(node));
+      case '{': return structure(node);
+      case '[': return node.leaf() ? text(node) : elements(node, node.parts.size());
+      case '<': return elements(node, grow(node));
       case '(': {
         Node& part = *node.parts[alternative(node.type)];
         if (part.chosen) return json_of(part);
         skip(part.type);
         return Json::object();
       }
-      default:
-        return number(node.type, node.said);
+      default: return number(node.type, node.said);
     }
   }
   Json structure(Node& node) {

@@ -159,7 +159,10 @@ void DescribedVehicle::read(const Json& json) {
   vehicle_.codes = {.faults = faults_, .reasons = reasons_, .events = events_};
   vehicle_.tunables = tunables_;
   shown_.subjects = subjects_;
-  read_presentation(json.value("presentation", Json::object()));
+  presentation_ = json.value("presentation", Json::object());
+  read_presentation(presentation_);
+  vehicle_.fields = &fields_;
+  vehicle_.presentation = &presentation_;
   vehicle_.allowed = [this](const CommandInfo& info) {
     const auto places = allowed_.find(info.kind);
     return places == allowed_.end() ? std::vector<lc::Allowed>() : places->second;

@@ -25,8 +25,6 @@ class DescribedVehicle {
   DescribedVehicle& operator=(const DescribedVehicle&) = delete;
 
   const Vehicle& vehicle() const { return vehicle_; }
-  // Of the telemetry, as in the dictionary.
-  const nlohmann::json& fields() const { return fields_; }
 
  private:
   using Json = nlohmann::json;
@@ -73,7 +71,7 @@ class DescribedVehicle {
   std::vector<TunableInfo> tunables_;
   std::vector<CodeInfo> faults_, reasons_, events_;
   std::unique_ptr<TelemetryType> telemetry_;
-  Json fields_;
+  Json fields_, presentation_;
   Shown shown_;
   std::vector<Step> steps_;
   std::vector<Case> ends_, slow_;

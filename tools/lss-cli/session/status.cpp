@@ -153,12 +153,10 @@ const char* saved_trouble(lss_SavedParameters saved) {
   switch (saved) {
     case lss_SAVED_ONE_COPY:
       return "one copy of the saved parameters is not good: the other one was taken";
-    case lss_SAVED_PARTLY:
-      return "some of the saved parameters were not taken";
+    case lss_SAVED_PARTLY: return "some of the saved parameters were not taken";
     case lss_SAVED_LOST:
       return "no copy of the saved parameters is good: those of the configuration apply";
-    default:
-      return "";
+    default: return "";
   }
 }
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "idl/angles.h"
 #include "idl/units.h"
 #include "tools/lss-cli/session/telemetry.h"
 
@@ -17,34 +16,6 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t kWidth = 110;  // of a table with a row for each element
 constexpr std::size_t kColumns = 8;  // of one with a column for each element
 constexpr const char* kHidden[] = {"time_ns", "frame", "state", "mode"};  // lss/status says them
-
-// A unit in which people think.
-struct Unit {
-  std::string_view own, shown;
-  double factor;
-};
-constexpr Unit kUnits[] = {{"rad", "deg", 1 / kDegree},
-                           {"rad/s", "deg/s", 1 / kDegree},
-                           {"ns", "ms", 1e-6},
-                           {"Pa", "bar", 1e-5}};
-
-Unit unit_for(std::string_view name) {
-  const std::string_view own = unit_of(name);
-  const auto* unit = std::ranges::find(kUnits, own, &Unit::own);
-  return unit != std::end(kUnits) ? *unit : Unit{own, own, 1};
-}
-
-// Without its unit: "position" of "position_rad".
-std::string_view short_name(std::string_view name) {
-  constexpr std::string_view kSuffixes[] = {
-      "_thruster_s", "_rad_s", "_m_s2", "_degC", "_rad", "_m_s", "_rpm", "_Nm",
-      "_Pa",         "_ns",    "_ms",   "_m",    "_s",   "_A",   "_V",   "_N"};
-  if (unit_of(name).empty()) return name;
-  for (const std::string_view suffix : kSuffixes) {
-    if (name.ends_with(suffix)) return name.substr(0, name.size() - suffix.size());
-  }
-  return name;
-}
 
 std::string show(const Json& value, const Unit& unit) {
   if (value.is_null()) return "-";
@@ -61,8 +32,8 @@ std::string show(const Json& value, const Unit& unit) {
 }
 
 std::string row(const std::string& name, const Json& value, const Style& style) {
-  const Unit unit = unit_for(name);
-  return fmt::format("{} {:>12} {}\n", style.dim(fmt::format("{:<26}", short_name(name))),
+  const Unit unit = unit_in(name);
+  return fmt::format("{} {:>12} {}\n", style.dim(fmt::format("{:<26}", without_unit(name))),
                      show(value, unit), unit.shown);
 }
 
@@ -96,8 +67,8 @@ Table table_of(const std::string& field, const Json& list, const Shown& shown, b
   for (const auto& [member, unused] : list.front().items()) {
     const std::string path = field + "." + member;
     if (member == "id" || member == "name" || shown.details.contains(path) != details) continue;
-    const Unit unit = unit_for(member);
-    Table::Column column{std::string(short_name(member)), std::string(unit.shown), {}};
+    const Unit unit = unit_in(member);
+    Table::Column column{std::string(without_unit(member)), std::string(unit.shown), {}};
     const auto words = shown.words.find(path);
     for (const Json& element : list) {
       const Json& value = element.at(member);

@@ -30,20 +30,15 @@ const recording::Type& find_type(const recording::Types& types, const std::strin
 
 std::uint32_t op_of(Kind kind) {
   switch (kind) {
-    case Kind::boolean:
-      return DDS_OP_TYPE_BLN;
+    case Kind::boolean: return DDS_OP_TYPE_BLN;
     case Kind::octet:
-    case Kind::character:
-      return DDS_OP_TYPE_1BY;
+    case Kind::character: return DDS_OP_TYPE_1BY;
     case Kind::int16:
-    case Kind::uint16:
-      return DDS_OP_TYPE_2BY;
+    case Kind::uint16: return DDS_OP_TYPE_2BY;
     case Kind::int64:
     case Kind::uint64:
-    case Kind::float64:
-      return DDS_OP_TYPE_8BY;
-    default:
-      return DDS_OP_TYPE_4BY;
+    case Kind::float64: return DDS_OP_TYPE_8BY;
+    default: return DDS_OP_TYPE_4BY;
   }
 }
 

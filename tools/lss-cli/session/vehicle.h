@@ -101,6 +101,8 @@ struct Vehicle {
   std::span<const TunableInfo> tunables;
   OwnCodes codes = {};
   const Overlay* overlay = nullptr;  // nullptr: none
+  // Of its dictionary: of the telemetry, and how it is shown.
+  const nlohmann::json *fields = nullptr, *presentation = nullptr;
 };
 
 // Those of this build.

@@ -113,8 +113,7 @@ std::string screen(const Vehicle& vehicle, const void* telemetry, const Style& s
 std::string progress(const void* telemetry) {
   const lss_TalarisTelemetry& t = sample(telemetry);
   switch (static_cast<Mode>(t.mode)) {
-    case Mode::calibrate:
-      return fmt::format(" {:.0f} %, keep still", t.calibrated_share * 100);
+    case Mode::calibrate: return fmt::format(" {:.0f} %, keep still", t.calibrated_share * 100);
     case Mode::execute: {
       const Angles a = angles(t.attitude_wxyz);
       return fmt::format(" {}: {}, pitch {}, yaw {} deg, gas {} left",
@@ -125,8 +124,7 @@ std::string progress(const void* telemetry) {
     case Mode::script:
       return fmt::format(" step {} of {}, {} s", t.script_done, t.script_steps,
                          fixed(t.script_s - lss::talaris::kScriptLead_s, 1));
-    default:
-      return "";
+    default: return "";
   }
 }
 

@@ -270,8 +270,7 @@ void PollServer::check(Asked& asked) {
   const bool over = now >= asked.until;
   switch (asked.wait) {
     case Wait::none:
-    case Wait::stop:
-      return;
+    case Wait::stop: return;
     case Wait::acknowledgement:
       if (asked.ack) return answer(asked, command_json(asked));
       if (could_answer(now - asked.sent, asked.sent_ns, link().status())) {

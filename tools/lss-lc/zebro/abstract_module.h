@@ -161,16 +161,13 @@ class AbstractModule {
   void execute(TimeNs now) {
     using Kind = ModuleOrder::Kind;
     switch (order_.kind) {
-      case Kind::none:
-        break;
+      case Kind::none: break;
       case Kind::motion_on:
         flags_ = static_cast<std::uint16_t>((flags_ | kFlagMotionControl) &
                                             ~(kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog));
         break;
       case Kind::motion_off:
-      case Kind::emergency_stop:
-        stop();
-        break;
+      case Kind::emergency_stop: stop(); break;
       case Kind::reset:
         reset_itself();
         ++resets_;

@@ -137,30 +137,18 @@ void Composed::apply(lc::Choice choice) {
         module->ill = Ill::well;
       }
       break;
-    case Failure::module_reset:
-      module->reset_itself();
-      break;
+    case Failure::module_reset: module->reset_itself(); break;
     case Failure::unplugged:
       env_.plugged = !on;
       if (!on) {  // the bus begins with a stop of all
         for (AbstractModule& m : env_.module) m.bus_stops(env_.now_ns);
       }
       break;
-    case Failure::bus_stands:
-      env_.runs = !on;
-      break;
-    case Failure::client_lost:
-      env_.client = !on;
-      break;
-    case Failure::obc_lost:
-      env_.obc = !on;
-      break;
-    case Failure::emergency_stop:
-      env_.emergency_stop = true;
-      break;
-    case Failure::reset_lc:
-      env_.reset_lc = true;
-      break;
+    case Failure::bus_stands: env_.runs = !on; break;
+    case Failure::client_lost: env_.client = !on; break;
+    case Failure::obc_lost: env_.obc = !on; break;
+    case Failure::emergency_stop: env_.emergency_stop = true; break;
+    case Failure::reset_lc: env_.reset_lc = true; break;
     case Failure::restart: {
       record::StateReader reader(at_boot_);
       reader(vehicle_, supervisor_);
@@ -169,9 +157,7 @@ void Composed::apply(lc::Choice choice) {
       env_.since_ns = env_.now_ns;
       break;
     }
-    case Failure::overrun:
-      env_.overrun = true;
-      break;
+    case Failure::overrun: env_.overrun = true; break;
     case Failure::orders_stale:
       ++env_.safe_commands;
       if (env_.plugged && env_.runs) {
@@ -317,8 +303,7 @@ void Composed::operate() {
       if (env_.tries >= kTries) return finish();
       ++env_.tries;
       return ask(number(lss::CommandKind::solve));
-    case State::solve_errors:
-      return;
+    case State::solve_errors: return;
   }
 }
 
@@ -339,15 +324,12 @@ bool Composed::exposed(const Active& active) const {
     if ((c.isolated >> i & 1u) != 0 || !env_.plugged || !env_.runs) return false;
     const AbstractModule& m = env_.module[i];
     switch (m.ill) {
-      case Ill::well:
-        return false;
+      case Ill::well: return false;
       case Ill::silent:  // in Idle, too, unless it was never heard or the port was not there
         return operational || (c.state == State::idle && ((c.silent | c.unheard) >> i & 1u) == 0);
-      case Ill::jammed:
-        return operational && m.tripped();
+      case Ill::jammed: return operational && m.tripped();
       case Ill::deaf:
-      case Ill::late:
-        return operational && m.contradicts() && m.disobeys();
+      case Ill::late: return operational && m.contradicts() && m.disobeys();
       case Ill::frozen: {
         const auto mode = static_cast<Mode>(c.mode);
         return operational && (mode == Mode::walking || mode == Mode::standing_up ||
@@ -357,21 +339,17 @@ bool Composed::exposed(const Active& active) const {
   }
   switch (active.failure) {
     case Failure::unplugged:
-    case Failure::bus_stands:
-      return operational;
+    case Failure::bus_stands: return operational;
     case Failure::client_lost:
-    case Failure::obc_lost:
-      return held;
-    default:
-      return false;
+    case Failure::obc_lost: return held;
+    default: return false;
   }
 }
 
 // From the configuration; frames are judged at their end, so one step is allowed each.
 TimeNs Composed::limit(Failure failure) const {
   switch (failure) {
-    case Failure::silent:
-      return limits_.module_silent_ns + kStep;
+    case Failure::silent: return limits_.module_silent_ns + kStep;
     case Failure::frozen:
       // The longest movement of the fastest gait, and a way back that is ordered at most twice.
       return static_cast<TimeNs>(
@@ -379,13 +357,10 @@ TimeNs Composed::limit(Failure failure) const {
                   2 * (limits_.locomotion.flight_s + limits_.locomotion.stance_min_s)) *
                  1e9) +
              kStep;
-    case Failure::bus_stands:
-      return kit::PortWatch::kBusStuckAfter + kStep;
+    case Failure::bus_stands: return kit::PortWatch::kBusStuckAfter + kStep;
     case Failure::client_lost:
-    case Failure::obc_lost:
-      return static_cast<TimeNs>(kLease_ms) * kMillisecond + kStep;
-    default:
-      return kStep;
+    case Failure::obc_lost: return static_cast<TimeNs>(kLease_ms) * kMillisecond + kStep;
+    default: return kStep;
   }
 }
 

@@ -158,8 +158,7 @@ constexpr std::array kOwnContracts = {
                  case Mode::stowing:
                    return was == Goal::idle ? idle(t.result.next)
                                             : to(t, Mode::stowed) && is == Goal::none;
-                 default:
-                   return to(t, Mode::bridge) && is == Goal::none;
+                 default: return to(t, Mode::bridge) && is == Goal::none;
                }
              }},
 

@@ -65,43 +65,28 @@ enum class End : std::uint8_t {
 };
 inline End end_of(Goal g, End otherwise) {
   switch (g) {
-    case Goal::stand:
-      return End::standing;
-    case Goal::walk:
-      return End::walking;
-    case Goal::lie:
-      return End::lying;
-    case Goal::stow:
-      return End::stowed;
-    case Goal::idle:
-      return End::off;
-    case Goal::lie_idle:
-      return End::lying_off;
+    case Goal::stand: return End::standing;
+    case Goal::walk: return End::walking;
+    case Goal::lie: return End::lying;
+    case Goal::stow: return End::stowed;
+    case Goal::idle: return End::off;
+    case Goal::lie_idle: return End::lying_off;
     case Goal::none:
-    case Goal::leg:
-      break;
+    case Goal::leg: break;
   }
   return otherwise;
 }
 inline End end_of(S s) {
   if (!operational(s)) return End::off;
   switch (static_cast<Mode>(s.mode)) {
-    case Mode::holding:
-      return end_of(goal(s), End::holding);
-    case Mode::lying_down:
-      return goal(s) == Goal::idle ? End::lying_off : End::lying;
-    case Mode::lying:
-      return End::lying;
-    case Mode::stowing:
-      return goal(s) == Goal::idle ? End::lying_off : End::stowed;
-    case Mode::stowed:
-      return End::stowed;
-    case Mode::walking:
-      return End::walking;
-    case Mode::bridge:
-      return End::bridging;
-    default:
-      return end_of(goal(s), End::standing);
+    case Mode::holding: return end_of(goal(s), End::holding);
+    case Mode::lying_down: return goal(s) == Goal::idle ? End::lying_off : End::lying;
+    case Mode::lying: return End::lying;
+    case Mode::stowing: return goal(s) == Goal::idle ? End::lying_off : End::stowed;
+    case Mode::stowed: return End::stowed;
+    case Mode::walking: return End::walking;
+    case Mode::bridge: return End::bridging;
+    default: return end_of(goal(s), End::standing);
   }
 }
 // The one that a command names.

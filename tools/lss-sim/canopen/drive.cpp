@@ -98,8 +98,7 @@ void Drive::obey(std::uint16_t control) {
   const bool no_voltage = (control & 0x82) == 0x00;
   const bool quick_stop = (control & 0x86) == 0x02;
   switch (power_) {
-    case Power::not_ready:
-      break;
+    case Power::not_ready: break;
     case Power::switch_on_disabled:
       if (shutdown) power_ = Power::ready;
       break;

@@ -39,20 +39,13 @@ constexpr Object kCommunication[] = {
 // Bits of the error register besides bit 0 (ICD section 11).
 std::uint8_t register_of(std::uint16_t code) {
   switch (code >> 12) {
-    case 0x0:
-      return 0;
-    case 0x2:
-      return 1 << 1;
-    case 0x3:
-      return 1 << 2;
-    case 0x4:
-      return 1 << 3;
-    case 0x7:
-      return 1 << 5;
-    case 0x8:
-      return code >> 8 == 0x86 ? 1 << 5 : 1 << 4;
-    default:
-      return 0;
+    case 0x0: return 0;
+    case 0x2: return 1 << 1;
+    case 0x3: return 1 << 2;
+    case 0x4: return 1 << 3;
+    case 0x7: return 1 << 5;
+    case 0x8: return code >> 8 == 0x86 ? 1 << 5 : 1 << 4;
+    default: return 0;
   }
 }
 
@@ -118,19 +111,12 @@ void Node::enter(Nmt state, bool communication_error) {
 
 void Node::command(std::uint8_t command) {
   switch (command) {
-    case kStart:
-      return enter(Nmt::operational, false);
-    case kStop:
-      return enter(Nmt::stopped, false);
-    case kPreOperational:
-      return enter(Nmt::pre_operational, false);
-    case kResetNode:
-      return power_on();
-    case kResetCommunication:
-      enter(Nmt::initialising, false);
-      return begin_boot();
-    default:
-      return;
+    case kStart: return enter(Nmt::operational, false);
+    case kStop: return enter(Nmt::stopped, false);
+    case kPreOperational: return enter(Nmt::pre_operational, false);
+    case kResetNode: return power_on();
+    case kResetCommunication: enter(Nmt::initialising, false); return begin_boot();
+    default: return;
   }
 }
 

@@ -40,8 +40,7 @@ void Fans::step(const std::array<std::uint16_t, kFans>& pulse_us) {
       case Phase::learning:
         if (pulse > 0 && pulse <= kSaysNone_us) fan.phase = Phase::armed;
         break;
-      case Phase::armed:
-        break;
+      case Phase::armed: break;
     }
     double throttle =
         std::clamp(static_cast<double>(pulse - kNone_us) / (kFull_us - kNone_us), 0.0, 1.0);

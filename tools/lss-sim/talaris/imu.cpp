@@ -276,22 +276,12 @@ std::span<const std::uint8_t> Crossbow::receive(std::uint8_t character, TimeNs) 
     return std::span<const std::uint8_t>(reply_).first(1);
   };
   switch (character) {
-    case 'R':
-      continuous_ = false;
-      return answer('H');
-    case 'c':
-      return answer('C');
-    case 'P':
-      continuous_ = false;
-      return {};
-    case 'C':
-      continuous_ = true;
-      return {};
-    case 'G':
-      reply_ = spoil(packet());
-      return reply_;
-    default:
-      return {};
+    case 'R': continuous_ = false; return answer('H');
+    case 'c': return answer('C');
+    case 'P': continuous_ = false; return {};
+    case 'C': continuous_ = true; return {};
+    case 'G': reply_ = spoil(packet()); return reply_;
+    default: return {};
   }
 }
 

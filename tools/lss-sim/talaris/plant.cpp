@@ -111,9 +111,7 @@ Plant::Plant(const PlantOptions& options)
       make.operator()<FreeJoint>(nullptr)->setTransform(pose);
       break;
     }
-    case Stand::rail:
-      make.operator()<PrismaticJoint>(nullptr)->setAxis(Vector3::UnitZ());
-      break;
+    case Stand::rail: make.operator()<PrismaticJoint>(nullptr)->setAxis(Vector3::UnitZ()); break;
     case Stand::sled: {
       auto* joint = make.operator()<PlanarJoint>(nullptr);
       joint->setArbitraryPlane(Vector3::UnitY(), Vector3::UnitZ());
@@ -148,9 +146,7 @@ Plant::Plant(const PlantOptions& options)
       slider->setPosition(0, options.height_m);
       break;
     }
-    case Stand::load:
-      make.operator()<WeldJoint>(nullptr);
-      break;
+    case Stand::load: make.operator()<WeldJoint>(nullptr); break;
   }
   w.skeleton->setGravity(-kGravity_m_s2 * kUp);
   w.set_inertia(options_, mass_kg_);
@@ -201,20 +197,15 @@ void Plant::brake() {
   };
   switch (options_.stand) {
     case Stand::free:
-    case Stand::load:
-      break;
+    case Stand::load: break;
     case Stand::rail:
-    case Stand::fans:
-      slow(velocity, slide);
-      break;
+    case Stand::fans: slow(velocity, slide); break;
     case Stand::sled:
       slow(velocity.head(2), slide);
       // The cushion's friction acts at about 0.3 m from the axis.
       slow(velocity.tail(1), slide * 0.3 * mass_kg_ / options_.inertia_kg_m2.x());
       break;
-    case Stand::pivot:
-      slow(velocity, turn());
-      break;
+    case Stand::pivot: slow(velocity, turn()); break;
     case Stand::lift:
       slow(velocity.head(1), slide);
       slow(velocity.segment(1, 1), turn());

@@ -142,20 +142,11 @@ std::optional<Reply> Module::handle(std::uint8_t code, const Payload& data, bool
       reference_rad_s_ = time_left_s_ = over_current_s_ = 0;
       break;
     case kStop:
-    case kEmergencyStop:
-      stop(0);
-      break;
-    case kRotateForward:
-      rotate(data, +1);
-      break;
-    case kRotateBackward:
-      rotate(data, -1);
-      break;
-    case kRequest:
-      return request(data[0]);
-    case kReset:
-      reset(ResetCause::command);
-      break;
+    case kEmergencyStop: stop(0); break;
+    case kRotateForward: rotate(data, +1); break;
+    case kRotateBackward: rotate(data, -1); break;
+    case kRequest: return request(data[0]);
+    case kReset: reset(ResetCause::command); break;
     default:
       if (code < kStatus || code > kIdentity) count_dropped();
   }

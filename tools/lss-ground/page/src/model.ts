@@ -7,11 +7,14 @@ export interface Parameter {
   default: number | null; choices?: string[];
 }
 export interface Command {
-  kind: number; name: string; summary: string; access: string; leased: boolean; parameters: Parameter[];
+  kind: number; name: string; summary: string; access: string; leased: boolean; composed?: boolean; parameters: Parameter[];
   allowed: {where: string; when: string[]}[];
 }
 // Of the telemetry, in the words of the dictionary.
-export interface Field { name: string; type?: string; unit?: string; count?: number; fields?: Field[]; }
+export interface Field {
+  name: string; type?: string; unit?: string; count?: number; fields?: Field[];
+  label?: string; shown?: {unit: string; factor: number};  // for people: without its unit, in that of people
+}
 export interface Tunable {
   name: string; value: number; unit: string; min: number; max: number; whole: boolean; configured: number;
   saved: number | null; as_configured: boolean; as_saved: boolean; change: "always" | "at_rest"; help: string;
@@ -45,7 +48,8 @@ export class Vehicle {
   readonly commands: Command[];
   readonly subjects: string[];
   readonly scripts: boolean;
-  readonly fields: Field[];  // of a vehicle that is not on the roster
+  readonly fields: Field[];
+  readonly presentation: Json;
   status: Json | null = null;
   telemetry: Json | null = null;
   telemetry_ms = 0;  // performance.now()
@@ -65,6 +69,7 @@ export class Vehicle {
     this.subjects = message.subjects;
     this.scripts = message.scripts;
     this.fields = message.fields ?? [];
+    this.presentation = message.presentation ?? {};
   }
 
   // Age of its status, also when the gateway is silent; null: never received.

@@ -33,10 +33,9 @@ export class Panel {
     const list = $("list");
     list.replaceChildren();
     if (!vehicle) return;
-    const kind = kindOf(vehicle), {order} = kind;
-    const hidden = [...kHidden, ...(kind.hidden ?? [])];
+    const {order} = kindOf(vehicle);
     const rank = (c: Command) => (order.indexOf(c.name) + 1) || order.length + 1 + c.kind;
-    const commands = vehicle.commands.filter((c) => !hidden.includes(c.name)).sort((a, b) => rank(a) - rank(b));
+    const commands = vehicle.commands.filter((c) => !c.composed && !kHidden.includes(c.name)).sort((a, b) => rank(a) - rank(b));
     for (const command of commands) this.rows.push(this.row(command));
     const main = this.rows.filter((r) => order.includes(r.command.name)), more = this.rows.filter((r) => !main.includes(r));
     list.append(...main.map((r) => r.element));

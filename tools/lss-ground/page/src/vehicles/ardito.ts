@@ -2,13 +2,10 @@
 
 import * as THREE from "three";
 import type {Json} from "../link";
-import {fixed, kDegree} from "../dom";
-import type {Kind, Model} from "./kind";
+import type {Model, Picture} from "./kind";
 import {beam, box, cylinder, kColours, paint, place} from "./shapes";
 
 const kWheel_m = 0.15, kTread_m = 0.12, kTrack_m = 0.391, kBase_m = 0.6;  // from the middle to a wheel beside, ahead and behind
-const kNames = ["LF", "RF", "LM", "RM", "LR", "RR"];
-const kStates = ["good", "motor sensor", "encoder", "motor", "gear", "clutch", "two sensors", "clutch and sensor", "all sensors"];
 const kSteering: Record<number, number> = {0: 0, 1: 1, 4: 2, 5: 3};  // wheel to steering drive
 const v = (x: number, y: number, z: number) => new THREE.Vector3(x, y, z);
 
@@ -79,44 +76,7 @@ function model(): Model {
   };
 }
 
-const perWheel = (name: string, unit: string, get: (w: Json) => number) =>
-  kNames.map((wheel, i) => ({name: `${wheel} ${name}`, unit, get: (t: Json) => t.wheels[i] && get(t.wheels[i])}));
-
-export const ardito: Kind = {
-  name: "ardito",
+export const ardito: Picture = {
   metres: 1.8,
-  order: ["drive", "park", "halt", "stop", "start", "solve", "reset"],
-  safe: "slows down, stands still and switches its motors off",
-  signals: [
-    {name: "speed", unit: "m/s", shown: true, get: (t) => t.measured_m_s},
-    {name: "commanded", unit: "m/s", shown: true, get: (t) => t.speed_m_s},
-    {name: "distance", unit: "m", get: (t) => t.distance_m},
-    {name: "yaw", unit: "deg", get: (t) => t.yaw_rad / kDegree},
-    {name: "rocker", unit: "deg", get: (t) => t.beta_rad / kDegree},
-    ...perWheel("current", "A", (w) => w.current_A).map((s) => ({...s, shown: true})),
-    ...perWheel("speed", "rad/s", (w) => w.hall_rad_s),
-    ...perWheel("temperature", "degC", (w) => w.temperature_degC),
-  ],
   model,
-  overlay(t) {
-    return [`${fixed(t.measured_m_s, 2)} m/s of ${fixed(t.speed_m_s, 2)}, limit ${fixed(t.limit_m_s, 1)}`, `${fixed(t.distance_m, 2)} m driven`,
-      `at ${fixed(t.x_m, 2)} m ahead, ${fixed(t.y_m, 2)} m left`, `turned ${fixed(t.yaw_rad / kDegree, 1)}°`,
-      `IMU ${t.imu_valid ? "trusted" : "not trusted"}${t.emergency_button ? " · EMERGENCY BUTTON PRESSED" : ""}`];
-  },
-  tables(t) {
-    const link = (i: number) => {
-      const n = t.nodes[i];
-      return n ? {text: n.isolated ? "isolated" : n.link, tone: n.online && !n.isolated ? "good" as const : "bad" as const} : "–";
-    };
-    return [{
-      heads: ["wheel", "link", "failure", "clutch", "target", "motor", "Hall", "encoder rad/s", "A", "°C"],
-      rows: t.wheels.map((w: Json, i: number) => [w.name, link(i),
-        {text: kStates[w.state] ?? "?", tone: w.state ? "bad" : "good"}, w.clutch ? "engaged" : "open", fixed(w.target_rad_s, 2),
-        fixed(w.motor_rad_s, 2), fixed(w.hall_rad_s, 2), fixed(w.reduction_rad_s, 2), fixed(w.current_A, 2), fixed(w.temperature_degC, 1)]),
-    }, {
-      heads: ["steering", "link", "state", "target °", "motor °", "encoder °", "A"],
-      rows: t.steering.map((s: Json, i: number) => [s.name, link(i + 6), {text: s.state ? `failure ${s.state}` : "good", tone: s.state ? "bad" : "good"},
-        fixed(s.target_rad / kDegree, 2), fixed(s.motor_rad / kDegree, 2), fixed(s.reduction_rad / kDegree, 2), fixed(s.current_A, 2)]),
-    }];
-  },
 };

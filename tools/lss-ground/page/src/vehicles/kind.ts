@@ -1,5 +1,5 @@
-// The vehicle's part of the page: one file for each vehicle beside this one, and a line in
-// roster.ts.
+// How the page shows a vehicle: its picture, of those that the page can draw (one file for each beside this one, and a line
+// in roster.ts), and all else as its daemon describes it (described.ts).
 
 import type * as THREE from "three";
 import type {Json} from "../link";
@@ -8,7 +8,7 @@ export interface Signal {
   name: string;
   unit: string;
   get: (telemetry: Json) => number | null | undefined;
-  shown?: boolean;  // at first
+  shown: boolean;  // at first
 }
 
 export interface Cell { text: string; tone?: "good" | "bad" | "dim"; }
@@ -19,16 +19,17 @@ export interface Model {
   update(telemetry: Json, dt_s: number): void;  // called for each drawing, with the newest telemetry
 }
 
-export interface Kind {
-  name: string;
+export interface Picture {
   metres: number;                   // its size, for the camera
-  signals: Signal[];
-  order: string[];                  // of the commands shown first
-  hidden?: string[];                // commands that are useless alone on the page
-  safe: string;                     // its reaction to a lost heartbeat
   model(): Model;
-  overlay(telemetry: Json): string[];   // lines over the picture
-  tables(telemetry: Json): Table[];
   // Bars over time: names of rows, and the rows filled now.
   bars?: {names: string[]; legend: string; get(telemetry: Json): number[]};  // 0 empty, 1 full, 2 alarm
+}
+
+export interface Kind extends Picture {
+  signals: Signal[];
+  order: string[];                  // of the commands shown first
+  safe: string;                     // its reaction to a lost heartbeat
+  overlay(telemetry: Json): string[];   // lines over the picture
+  tables(telemetry: Json): Table[];
 }

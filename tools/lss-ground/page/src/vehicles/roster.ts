@@ -1,19 +1,18 @@
-// The vehicles that the page can draw. Any other is shown as its daemon describes it.
+// The vehicles that the page can draw. Any other is a box.
 
-import {ardito} from "./ardito";
 import type {Vehicle} from "../model";
-import {generic} from "./generic";
-import type {Kind} from "./kind";
+import {ardito} from "./ardito";
+import {described} from "./described";
+import type {Kind, Picture} from "./kind";
+import {unknown} from "./shapes";
 import {talaris} from "./talaris";
 import {zebro} from "./zebro";
 
-const roster = new Map<string, Kind>([zebro, ardito, talaris].map((kind) => [kind.name, kind]));
-const others = new WeakMap<Vehicle, Kind>();
+const pictures = new Map<string, Picture>(Object.entries({zebro, ardito, talaris}));
+const kinds = new WeakMap<Vehicle, Kind>();
 
 export function kindOf(vehicle: Vehicle): Kind {
-  const known = roster.get(vehicle.kind) ?? others.get(vehicle);
-  if (known) return known;
-  const made = generic(vehicle);
-  others.set(vehicle, made);
-  return made;
+  let kind = kinds.get(vehicle);
+  if (!kind) kinds.set(vehicle, kind = {...pictures.get(vehicle.kind) ?? unknown, ...described(vehicle)});
+  return kind;
 }

@@ -1,6 +1,7 @@
 // Shapes shared by several vehicles. Metres; y is up, x ahead.
 
 import * as THREE from "three";
+import type {Picture} from "./kind";
 
 export const kColours = {body: 0x8d99ae, metal: 0x5c677d, leg: 0xe0a33e, swing: 0x4fb3d9, bad: 0xe5484d,
   off: 0x4a5160, gold: 0xc9a227, panel: 0x243b64, plume: 0xbfe6ff};
@@ -38,3 +39,13 @@ export function paint(object: THREE.Object3D, colour: number) {
     if (o instanceof THREE.Mesh) (o.material as THREE.MeshStandardMaterial).color.setHex(colour);
   });
 }
+
+// Of a vehicle whose shape and place the page does not know.
+export const unknown: Picture = {
+  metres: 1,
+  model() {
+    const root = new THREE.Group();
+    root.add(place(box(0.6, 0.25, 0.4, kColours.body), 0, 0.125, 0));
+    return {root, update() { /* stands */ }};
+  },
+};

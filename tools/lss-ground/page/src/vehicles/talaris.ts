@@ -3,8 +3,7 @@
 
 import * as THREE from "three";
 import type {Json} from "../link";
-import {fixed, kDegree} from "../dom";
-import type {Kind, Model} from "./kind";
+import type {Model, Picture} from "./kind";
 import {beam, box, cylinder, kColours, material, paint, place} from "./shapes";
 
 const kHalf_m = 0.35;
@@ -73,55 +72,12 @@ function model(): Model {
   };
 }
 
-const norm = (a: number[] | undefined) => a && Math.hypot(...a);
-
-export const talaris: Kind = {
-  name: "talaris",
+export const talaris: Picture = {
   metres: 1.4,
-  order: ["gnc", "plan", "land", "stop", "start", "solve", "reset"],
-  hidden: ["script-begin", "script-step", "script-run"],
-  safe: "lands if it is in the air, then shuts its valves and switches its fans off",
-  signals: [
-    {name: "height", unit: "m", shown: true, get: (t) => t.position_m[0]},
-    {name: "along", unit: "m", shown: true, get: (t) => t.position_m[2]},
-    {name: "climb", unit: "m/s", shown: true, get: (t) => t.velocity_m_s[0]},
-    {name: "speed along", unit: "m/s", shown: true, get: (t) => t.velocity_m_s[2]},
-    {name: "range", unit: "m", get: (t) => t.range_m},
-    {name: "gas left", unit: "thruster-s", shown: true, get: (t) => t.gas_left_thruster_s},
-    {name: "tank", unit: "bar", get: (t) => t.pressure_Pa[0] * 1e-5},
-    {name: "supply", unit: "V", get: (t) => t.voltage_V},
-    {name: "turning", unit: "deg/s", get: (t) => norm(t.rate_rad_s)! / kDegree},
-    {name: "height sigma", unit: "m", get: (t) => t.position_sigma_m[0]},
-    ...[0, 1, 2, 3].map((i) => ({name: `fan ${i + 1}`, unit: "rpm", get: (t: Json) => t.fans[i]?.rpm})),
-  ],
   model,
-  overlay(t) {
-    const q = t.attitude_wxyz as number[];
-    const tilt = 2 * Math.asin(Math.min(1, Math.hypot(q[2], q[3])));
-    return [`${t.program}, ${t.phase}${t.airborne ? " · IN THE AIR" : ""}${t.remaining_s > 0 ? `, ${fixed(t.remaining_s, 0)} s to go` : ""}`,
-      t.calibrated ? "calibrated" : t.calibrated_share > 0 ? `calibrating: ${fixed(t.calibrated_share * 100, 0)} %` : "not calibrated",
-      `height ${fixed(t.position_m[0], 2)} m, along ${fixed(t.position_m[2], 1)} m`,
-      `climbing ${fixed(t.velocity_m_s[0], 2)} m/s, tilted ${fixed(tilt / kDegree, 1)}°`,
-      `gas ${fixed(t.gas_left_thruster_s, 1)} thruster-s left, ${fixed(t.gas_thruster_s, 1)} used`,
-      ...(t.script_id ? [`script: step ${t.script_done} of ${t.script_steps}`] : [])];
-  },
   bars: {
     names: ["1 up", "2 ahead", "3 up", "4 back", "5 up", "6 back", "7 up", "8 ahead"],
     legend: "thrusters: filled while open",
     get: (t) => t.valves.map((w: Json) => w.on_s > 0 || w.open ? 1 : 0),
-  },
-  tables(t) {
-    return [{
-      heads: ["module", "link", "age", "samples", "errors", "lost"],
-      rows: t.modules.map((m: Json) => [m.name, {text: m.online === null ? "not there" : m.online ? "online" : "silent",
-        tone: m.online === null ? "dim" : m.online ? "good" : "bad"}, m.age_ms === null ? "never" : `${m.age_ms} ms`, String(m.samples), String(m.errors), String(m.lost)]),
-    }, {
-      heads: ["valve", "enabled", "now", "pulses", "open so far"],
-      rows: t.valves.map((w: Json) => [String(w.id), w.enabled ? "yes" : {text: "no", tone: "bad"},
-        w.on_s > 0 ? `${fixed(w.on_s * 1000, 0)} ms` : w.open ? "open" : {text: "shut", tone: "dim"}, String(w.pulses), `${fixed(w.fired_s, 2)} s`]),
-    }, {
-      heads: ["fan", "armed", "throttle", "rpm", "target"],
-      rows: t.fans.map((f: Json) => [String(f.id), f.armed ? "yes" : {text: "no", tone: "dim"}, `${fixed(f.throttle * 100, 0)} %`, fixed(f.rpm, 0), fixed(f.target_rpm, 0)]),
-    }];
   },
 };

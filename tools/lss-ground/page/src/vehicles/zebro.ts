@@ -2,8 +2,7 @@
 
 import * as THREE from "three";
 import type {Json} from "../link";
-import {fixed, kDegree} from "../dom";
-import type {Kind, Model} from "./kind";
+import type {Model, Picture} from "./kind";
 import {box, cylinder, kColours, material, paint, place} from "./shapes";
 
 const kLength_m = 0.2, kWidth_m = 0.14, kHeight_m = 0.035, kLeg_m = 0.06;
@@ -61,41 +60,12 @@ function model(): Model {
   };
 }
 
-const perLeg = (name: string, unit: string, get: (m: Json) => number) =>
-  kLegs.map((leg, i) => ({name: `${leg} ${name}`, unit, get: (t: Json) => t.modules[i] && get(t.modules[i])}));
-
-export const zebro: Kind = {
-  name: "zebro",
+export const zebro: Picture = {
   metres: 0.3,
-  order: ["walk", "stand", "lay-down", "stop", "start", "solve", "reset"],
-  safe: "finishes its step, lies down and switches its motors off",
-  signals: [
-    {name: "speed", unit: "mm/s", shown: true, get: (t) => t.speed_m_s * 1000},
-    {name: "distance", unit: "m", shown: true, get: (t) => t.distance_m},
-    {name: "yaw", unit: "deg", get: (t) => t.yaw_rad / kDegree},
-    {name: "bus cycle", unit: "ms", get: (t) => t.bus_cycle_ns * 1e-6},
-    ...perLeg("current", "A", (m) => m.current_A).map((s) => ({...s, shown: true})),
-    ...perLeg("position", "deg", (m) => m.position_rad / kDegree),
-    ...perLeg("temperature", "degC", (m) => m.temperature_degC),
-  ],
   model,
-  overlay(t) {
-    return [`${fixed(t.distance_m, 3)} m walked`, `${fixed(t.speed_m_s * 1000, 1)} mm/s ${t.direction < 0 ? "backward" : "forward"}`,
-      `turned ${fixed(t.yaw_rad / kDegree, 1)}°`, `${t.steps} gait cycles`];
-  },
   bars: {
     names: kLegs,
     legend: "filled: on the ground · empty: in the air",
     get: (t) => t.modules.slice(0, 6).map((m: Json) => !m.online ? 2 : m.swing ? 0 : 1),
-  },
-  tables(t) {
-    return [{
-      heads: ["module", "link", "does", "angle °", "target °", "°/s", "A", "°C", "V", "age"],
-      rows: t.modules.map((m: Json) => [
-        m.name, {text: m.online ? "online" : "silent", tone: m.online ? "good" : "bad"},
-        m.isolated ? {text: "isolated", tone: "bad"} : !m.motion_control ? {text: "off", tone: "dim"} : m.swing ? "swing" : m.moving ? "moving" : "holding",
-        fixed(m.position_rad / kDegree, 1), fixed(m.set_point_rad / kDegree, 1), fixed(m.velocity_rad_s / kDegree, 1),
-        fixed(m.current_A, 3), fixed(m.temperature_degC, 1), fixed(m.supply_V, 1), m.age_ms === null ? "never" : `${m.age_ms} ms`]),
-    }];
   },
 };
