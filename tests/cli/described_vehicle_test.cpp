@@ -229,7 +229,7 @@ TEST(Dictionary, NamesOnlyWhatIsThere) {
 }
 
 TEST(Dictionary, HasTheUnitsOfPeople) {
-  const json fields = json::parse(zebro_dictionary())["telemetry"]["fields"];
+  const json& fields = *find_vehicle("zebro")->fields;
   const auto yaw =
       std::ranges::find_if(fields, [](const json& f) { return f["name"] == "yaw_rad"; });
   ASSERT_NE(yaw, fields.end());

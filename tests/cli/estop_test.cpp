@@ -65,6 +65,16 @@ TEST_F(Estop, IsSentAgainUntilItIsCompletedWhateverElseWasAnswered) {
   }
 }
 
+TEST_F(Estop, IsSentHoweverLongItMayTake) {
+  FakeDaemon daemon(domain());
+  for (const char* timeout : {"1e10s", "99999999h", "1e300h"}) {
+    daemon.set_state(lss_STATE_OPERATIONAL, Mode::walking);
+    const Ended ended = run({"--timeout", timeout, "estop"});
+    EXPECT_EQ(ended.code, 0) << timeout << ": " << ended.err;
+    EXPECT_TRUE(is_stopped(daemon)) << timeout;
+  }
+}
+
 TEST_F(Estop, NamesTheVehicleThatDidNotConfirmItAndEndsWith7) {
   FakeDaemon first(domain(), "zebro-1"), second(domain(), "zebro-2"), third(domain(), "zebro-3");
   second.trouble(kEstop, {Trouble::Kind::no_answer});

@@ -57,6 +57,18 @@ TEST_F(MotionTest, CtrlCBeforeTheTimeIsOverIsASafeStopAndAFailure) {
   EXPECT_EQ(daemon.state(), lss_STATE_IDLE);
 }
 
+TEST_F(MotionTest, AWalkForCenturiesGoesOn) {
+  FakeDaemon daemon(domain());
+  Program program(domain(), {"walk", "--for", "1e10s"});
+  ASSERT_TRUE(await([&] { return daemon.mode() == Mode::walking; }));
+  const auto before = daemon.heartbeats();
+  ASSERT_TRUE(await([&] { return daemon.heartbeats() >= before + 3; }));
+  EXPECT_EQ(daemon.mode(), Mode::walking);
+  EXPECT_THAT(daemon.kinds(), ElementsAre(kStart, kStand, kWalk));
+  program.signal(SIGINT);
+  EXPECT_EQ(program.wait().code, 6);  // before its time
+}
+
 TEST_F(MotionTest, ASecondCtrlCLeavesAtOnceAndSaysThatTheLeaseStopsTheVehicle) {
   FakeDaemon daemon(domain());
   daemon.trouble(kStop, {Trouble::Kind::never_ends});

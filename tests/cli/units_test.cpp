@@ -3,13 +3,25 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <limits>
 #include <numbers>
 
 #include "idl/angles.h"
+#include "tools/lss-cli/session/waker.h"
 #include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli {
 namespace {
+
+TEST(Units, ATimeTooLongForTheClockLastsForYears) {
+  constexpr std::chrono::hours kYears(20 * 365 * 24);
+  for (const double s : {9.223e9, 1e10, 1e300, std::numeric_limits<double>::infinity()}) {
+    EXPECT_TRUE(seconds(s) > kYears) << s;
+    EXPECT_TRUE(Clock::now() + seconds(s) > Clock::now() + kYears) << s;
+  }
+  EXPECT_TRUE(seconds(0.2) == std::chrono::milliseconds(200));
+  EXPECT_TRUE(seconds(86'400) == std::chrono::hours(24));
+}
 
 TEST(Units, AnAngleIsInDegreesUnlessItSaysOtherwise) {
   EXPECT_NEAR(parse_quantity("30", "rad", "heading"), 30 * kDegree, 1e-12);

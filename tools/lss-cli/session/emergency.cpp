@@ -89,12 +89,12 @@ std::optional<Clock::time_point> EmergencyStop::step(const Hooks& hooks) {
 
 void EmergencyStop::run(double longest_s, const Hooks& hooks) {
   const Clock::time_point until = Clock::now() + seconds(longest_s);
-  while (Clock::now() < until) {
+  do {  // it is sent, however short the time is
     const std::optional<Clock::time_point> next = step(hooks);
     if (!next) return;
     if (hooks.turn) hooks.turn();
     if (link_.wait(std::min(*next, until)).interrupted) throw Interrupted();
-  }
+  } while (Clock::now() < until);
 }
 
 std::vector<Stopped> EmergencyStop::results() const {

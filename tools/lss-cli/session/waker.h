@@ -7,6 +7,7 @@
 
 #include <dds/dds.h>
 
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <string>
@@ -30,8 +31,10 @@ struct Clock {
   static inline TimeNs ahead_ns = 0;  // of simulated time
 };
 
+// At most 31 years, which can be added to any time.
 constexpr Clock::duration seconds(double s) {
-  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
+  return std::chrono::duration_cast<Clock::duration>(
+      std::chrono::duration<double>(std::min(s, 1e9)));
 }
 
 class Waker {
