@@ -53,12 +53,14 @@ void ClientRegistry::tell_everybody(const std::string& key, const json& document
 
 json ClientRegistry::describe(const Craft& craft) const {
   json commands = json::array();
+  const cli::Overlay* overlay = craft.kind->overlay;
+  const auto is_part = [&](std::string_view name) {
+    return overlay != nullptr &&
+           std::ranges::find(overlay->script_parts, name) != overlay->script_parts.end();
+  };
   for (const CommandInfo* info : cli::commands_of(*craft.kind)) {
-    const bool composed = cli::is_composed(*craft.kind, info->name);
     if (info->kind == static_cast<std::uint16_t>(CommandKind::emergency_stop)) continue;
-    json one = cli::to_json(*info, *craft.kind);
-    one["composed"] = composed;
-    commands.push_back(std::move(one));
+    if (!is_part(info->name)) commands.push_back(cli::to_json(*info, *craft.kind));
   }
   json subjects = json::array();
   for (const char* subject : craft.kind->subjects) subjects.push_back(subject);
@@ -69,7 +71,7 @@ json ClientRegistry::describe(const Craft& craft) const {
           {"vehicle", craft.kind->name},
           {"commands", std::move(commands)},
           {"subjects", std::move(subjects)},
-          {"scripts", craft.kind->overlay != nullptr && craft.kind->overlay->script != nullptr}};
+          {"scripts", overlay != nullptr && overlay->script != nullptr}};
 }
 
 json ClientRegistry::status(const Craft& craft) const {

@@ -74,12 +74,12 @@ constexpr Presentation::Headline kHeadline[] = {{"program", "program"},
                                                 {"phase", "phase"},
                                                 {"airborne", "in the air"},
                                                 {"calibrated", "calibrated"},
-                                                {"remaining_s", "to go"},
                                                 {"position_m[0]", "height"},
                                                 {"position_m[2]", "along"},
                                                 {"velocity_m_s[0]", "climb"},
                                                 {"velocity_m_s[2]", "speed along"},
-                                                {"gas_left_thruster_s", "gas left"}};
+                                                {"gas_left_thruster_s", "gas left"},
+                                                {"remaining_s", "to go"}};
 
 }  // namespace
 

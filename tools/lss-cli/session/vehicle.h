@@ -63,6 +63,7 @@ struct Overlay {
   std::span<const std::string_view> composed = {};
   // The commands that send a text of timed actuations and run it, one after the other.
   std::vector<Invocation> (*script)(std::string_view text) = nullptr;
+  std::span<const std::string_view> script_parts = {};  // useless alone
 };
 std::span<const Overlay* const> overlays();
 // Of the vehicles of this build.

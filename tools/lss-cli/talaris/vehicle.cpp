@@ -143,6 +143,7 @@ const Overlay kOverlay{
     .add_verbs = add_verbs,
     .composed = kComposed,
     .script = script_commands,
+    .script_parts = kScriptParts,
 };
 
 const Vehicle& vehicle() {

@@ -17,5 +17,6 @@ std::vector<Invocation> script_commands(std::string_view text);
 inline constexpr std::string_view kComposed[] = {"edf-arm",      "edf-throttle", "edf-rpm",
                                                  "script-begin", "script-step",  "script-run",
                                                  "script-abort"};
+inline constexpr std::string_view kScriptParts[] = {"script-begin", "script-step", "script-run"};
 
 }  // namespace lss::cli::talaris

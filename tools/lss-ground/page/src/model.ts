@@ -7,7 +7,7 @@ export interface Parameter {
   default: number | null; choices?: string[];
 }
 export interface Command {
-  kind: number; name: string; summary: string; access: string; leased: boolean; composed?: boolean; parameters: Parameter[];
+  kind: number; name: string; summary: string; access: string; leased: boolean; parameters: Parameter[];
   allowed: {where: string; when: string[]}[];
 }
 // Of the telemetry, in the words of the dictionary.

@@ -9,6 +9,7 @@ import {kindOf} from "./vehicles/roster";
 
 const kAgain_ms = 1000;
 // The gateway requests data itself; parameters have their own tab.
+const kOwn = 100;  // kinds of its own commands begin there
 const kHidden = ["data", "set-parameter", "save-parameters"];
 
 interface Row { command: Command; element: HTMLElement; button: HTMLButtonElement; why: HTMLElement; inputs: Map<string, () => number | null>; }
@@ -34,8 +35,8 @@ export class Panel {
     list.replaceChildren();
     if (!vehicle) return;
     const {order} = kindOf(vehicle);
-    const rank = (c: Command) => (order.indexOf(c.name) + 1) || order.length + 1 + c.kind;
-    const commands = vehicle.commands.filter((c) => !c.composed && !kHidden.includes(c.name)).sort((a, b) => rank(a) - rank(b));
+    const rank = (c: Command) => (order.indexOf(c.name) + 1) || order.length + (c.kind >= kOwn ? c.kind : 1000 * c.kind);
+    const commands = vehicle.commands.filter((c) => !kHidden.includes(c.name)).sort((a, b) => rank(a) - rank(b));
     for (const command of commands) this.rows.push(this.row(command));
     const main = this.rows.filter((r) => order.includes(r.command.name)), more = this.rows.filter((r) => !main.includes(r));
     list.append(...main.map((r) => r.element));

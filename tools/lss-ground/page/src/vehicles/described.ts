@@ -22,8 +22,8 @@ function shown(value: unknown, f: Field): string {
   if (Array.isArray(value)) return value.map((part) => shown(part, f)).join("  ");
   if (typeof value === "boolean") return value ? "yes" : "no";
   if (typeof value !== "number") return String(value);
-  const factor = f.shown?.factor ?? 1;
-  return factor === 1 && Number.isInteger(value) ? String(value) : fixed(value * factor, decimals(value * factor));
+  const size = value * (f.shown?.factor ?? 1);
+  return f.type?.startsWith("f") || !Number.isInteger(size) ? fixed(size, decimals(size)) : String(size);
 }
 
 const with_unit = (text: string, f: Field) => unitOf(f) ? `${text} ${unitOf(f)}` : text;
@@ -47,7 +47,8 @@ export function described(vehicle: Vehicle): Omit<Kind, keyof Picture> {
         const member = path + f.name, at = i === null || path ? member : `${member}[${i}]`;
         if (f.fields) return signals(f.fields, `${member}.`, `${i === null ? f.name : partName(f.name, i) ?? `${f.name} ${i + 1}`} `, own);
         const title = label.get(at) ?? label.get(member) ?? labelOf(f);
-        return [{name: name + title + (i === null || label.has(at) ? "" : ` ${i + 1}`), unit: unitOf(f),
+        const rank = headline.findIndex((h) => h.field === at);
+        return [{rank: rank < 0 ? headline.length : rank, name: name + title + (i === null || label.has(at) ? "" : ` ${i + 1}`), unit: unitOf(f),
           shown: f.type !== "b1" && (headline.length ? label.has(at) : !path && f.unit === "m/s"),
           get: (t) => { const x = own(t); return typeof x === "boolean" ? Number(x) : typeof x === "number" ? x * (f.shown?.factor ?? 1) : null; }}];
       });
@@ -77,7 +78,7 @@ export function described(vehicle: Vehicle): Omit<Kind, keyof Picture> {
   return {
     order: [...(first.length ? first.map((kind) => byKind.get(kind) ?? "") : vehicle.commands.filter((c) => c.kind >= 100).map((c) => c.name)), ...kMain],
     safe: presentation.without_client ?? "comes to a safe stop",
-    signals: signals(said, "", "", (t) => t),
+    signals: signals(said, "", "", (t) => t).sort((a, b) => a.rank - b.rank),
     overlay: (t) => headline.length ? headline.flatMap((h) => line(h, t))
       : said.filter((f) => f.unit && f.type && f.count === undefined).slice(0, kLines).map((f) => `${labelOf(f)} ${with_unit(shown(t[f.name], f), f)}`),
     tables: (t) => said.filter((f) => f.fields && f.count !== undefined).map((f) => table(f, t[f.name] ?? [])),

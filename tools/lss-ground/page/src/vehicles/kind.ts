@@ -9,6 +9,7 @@ export interface Signal {
   unit: string;
   get: (telemetry: Json) => number | null | undefined;
   shown: boolean;  // at first
+  rank: number;    // the least first
 }
 
 export interface Cell { text: string; tone?: "good" | "bad" | "dim"; }
