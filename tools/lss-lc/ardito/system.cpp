@@ -150,6 +150,11 @@ constexpr std::array kOwnSteps = {
                    const bool hand = does(t, kByHand), itself = does(t, kByItself);
                    return does(t, kOrders) ? hand != itself : !hand && !itself;
                  }},
+    // An emergency stop holds drives in quick stop, with power.
+    StepProperty{"at rest drives are off, not held", "icd 9", lc::kActions,
+                 [](T t) {
+                   return !does(t, lc::kEmergencyStop) || !idle(t.before) || !idle(t.result.next);
+                 }},
     StepProperty{"it drives until another command: what makes it stand ends its goal", "commands",
                  lc::kActions,
                  [](T t) {
