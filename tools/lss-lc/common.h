@@ -102,6 +102,15 @@ inline bool lost(S s, const Happening& h) {
     default: return link(s, kObcSilent);
   }
 }
+// The vehicle's own commands, without these, are refused because of the state.
+inline bool refuses_for_its_state(const Table& table, S s, std::initializer_list<Event> without) {
+  for (const EventInfo& e : table.events) {
+    if (e.command && !one_of(e.event, without) &&
+        lc::step(table, s, e.event).verdict.reason != Reason::not_in_state)
+      return false;
+  }
+  return true;
+}
 // Exactly these actions; state, mode, goal and strategy stay.
 inline bool starts_nothing_but(T t, ActionSet actions) {
   return same_mode(t) && t.result.next.goal == t.before.goal &&
@@ -130,6 +139,10 @@ inline constexpr std::array kStates = {
                   [](const Table&, S s) {
                     return (s.silent & s.unheard) == 0 && (s.silent & s.isolated) == 0 &&
                            (s.unheard & s.isolated) == 0;
+                  }},
+    StateProperty{"a lease runs as long as a source has authority, no longer", "architecture",
+                  [](const Table& table, S s) {
+                    return link(s, kHeld) || lc::step(table, s, Event::lease_expired).row < 0;
                   }},
 };
 
@@ -195,20 +208,33 @@ inline constexpr std::array kSteps = {
                    return (t.result.actions & kClearFaults) == 0 ||
                           (solving(t.before) && idle(t.result.next));
                  }},
-    StepProperty{"a module is reset only by its command, at rest, and nothing else happens then",
-                 "Oper-4", kActions,
+    StepProperty{"a module is reset only by its command, and nothing else happens then", "Oper-4",
+                 kActions,
                  [](T t) {
                    return only_by(t, kResetModule, {Event::reset_module}) &&
-                          (!does(t, kResetModule) || (!operational(t.before) && keeps(t)));
+                          (!does(t, kResetModule) || keeps(t));
                  }},
+    StepProperty{
+        "by command modules are reset and put into service again in Idle and FatalError "
+        "only: what solves errors does this by itself",
+        "Oper-4", kActions,
+        [](T t) { return !does(t, kResetModule | kRestore) || idle(t.before) || fatal(t.before); }},
     StepProperty{"data leaves only when it is asked for", "O-Int-1", kActions,
                  [](T t) { return only_by(t, kPublishData, {Event::request_data}); }},
-    StepProperty{"error solving begins by solve only, its next strategy when one has ended",
+    StepProperty{"error solving begins by solve in FatalError only, its next strategy when one has "
+                 "ended",
                  "Oper-6", kActions,
                  [](T t) {
                    return only_by(t, kBeginSolve, {Event::solve}) &&
+                          (!does(t, kBeginSolve) || fatal(t.before)) &&
                           only_by(t, kNextStrategy, {Event::next_strategy});
                  }},
+    StepProperty{
+        "reports of error solving count while errors are solved", "Oper-6", kChange | kActions,
+        [](T t) {
+          return solving(t.before) ||
+                 !one_of(t.happening.event, {Event::next_strategy, Event::solved, Event::unsolved});
+        }},
     StepProperty{"error solving is not broken off while it goes on", "Oper-6", kActions,
                  [](T t) {
                    return !does(t, kEndSolve) || fatal(t.result.next) ||

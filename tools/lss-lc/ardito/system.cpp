@@ -1,7 +1,12 @@
 // Requirements on D.I.A.N.A. Ardito's locomotion controller, as properties of its states, steps and
-// events, written from the requirements (Ardito thesis 10, 11 and part III) and not from the table.
+// events, written from the requirements and not from the table. Sources: 7.x, 10, 11 and part III
+// are of the Ardito thesis (7.x: docs/fmea.md, part III: its table of rules), icd is
+// docs/icd-ardito.md, commands is idl/ardito/commands.h; others are documents of this name or
+// requirements of docs/requirements.md.
 
+#include <array>
 #include <bit>
+#include <utility>
 
 #include "daemon/vehicles/ardito/modes.h"
 #include "tools/lss-lc/common.h"
@@ -38,6 +43,23 @@ bool comes_to_rest(T t) {
   return same_mode(t) && goal(t.result.next) == Goal::idle && does(t, kHalt);
 }
 
+// By a source that has authority from then on.
+bool commands_motion(Event e) {
+  return one_of(e, {event::drive, event::drive_autonomous, event::park, event::halt});
+}
+// The mode that the mobility controller reports; none: another report.
+Mode reported(Event e) {
+  constexpr std::array kReports = {
+      std::pair{event::is_stopped, Mode::stopped}, std::pair{event::is_steering, Mode::steering},
+      std::pair{event::is_running, Mode::running}, std::pair{event::is_parking, Mode::parking},
+      std::pair{event::is_decelerating, Mode::decelerating}};
+  for (const auto& [report, mode] : kReports) {
+    if (report == e) return mode;
+  }
+  return Mode::none;
+}
+constexpr lc::ActionSet kOrders = lc::ActionSet{kDrive} | kPark | kHalt;
+
 // ---- states
 
 constexpr std::array kOwnStates = {
@@ -69,6 +91,26 @@ constexpr std::array kOwnStates = {
                     return (s.isolated & ~kWheelMask) == 0 &&
                            std::popcount(s.isolated) <= static_cast<int>(kMostIsolated);
                   }},
+    // An accepted stop or drive would be a promise: its end is Idle, or motion (commands).
+    StateProperty{"before errors are solved none of the rover's own commands is taken", "Oper-6",
+                  [](const lc::Table& table, S s) {
+                    return (!fatal(s) && !solving(s)) || refuses_for_its_state(table, s, {});
+                  }},
+    // The advice of a refusal is what the operator does next: start, or wait for the lamp.
+    StateProperty{"motion is refused at rest because of the state, before the lamp ran because of "
+                  "the mode",
+                  "operators",
+                  [](const lc::Table& table, S s) {
+                    if (idle(s))
+                      return refuses_for_its_state(table, s, {event::start, event::stop});
+                    if (!in_mode(s, Mode::warning)) return true;
+                    for (const lc::EventInfo& e : table.events) {
+                      if (commands_motion(e.event) &&
+                          lc::step(table, s, e.event).verdict.reason != Reason::not_in_mode)
+                        return false;
+                    }
+                    return true;
+                  }},
 };
 
 // ---- steps that were taken
@@ -88,11 +130,59 @@ constexpr std::array kOwnSteps = {
                    const bool after = in_mode(t.before, Mode::warning) && ready(t.result.next);
                    return after ? does(t, kMotorsOn) && to(t, Mode::stopped) : !does(t, kMotorsOn);
                  }},
-    StepProperty{"the rover is commanded to move only in Operational, with its motors confirmed",
-                 "10", lc::kActions,
+    StepProperty{
+        "the mobility controller gets orders only in Operational, with its motors confirmed", "10",
+        lc::kActions,
+        [](T t) {
+          return !does(t, kOrders) || (operational(t.result.next) && confirmed(t.before));
+        }},
+    StepProperty{"it drives and parks by these commands and by nothing else", "commands",
+                 lc::kActions,
                  [](T t) {
-                   return !does(t, lc::ActionSet{kDrive} | kPark) ||
-                          (operational(t.result.next) && confirmed(t.before));
+                   return only_by(t, kDrive, {event::drive, event::drive_autonomous}) &&
+                          only_by(t, kPark, {event::park}) &&
+                          only_by(t, kByItself, {event::drive_autonomous});
+                 }},
+    // Switched to driving by itself again it flashes for 5 s and stands.
+    StepProperty{"each order says who drives, operator or rover, and nothing else changes that",
+                 "7.7.2", lc::kActions,
+                 [](T t) {
+                   const bool hand = does(t, kByHand), itself = does(t, kByItself);
+                   return does(t, kOrders) ? hand != itself : !hand && !itself;
+                 }},
+    // An emergency stop holds drives in quick stop, with power.
+    StepProperty{"at rest drives are off, not held", "icd 9", lc::kActions,
+                 [](T t) {
+                   return !does(t, lc::kEmergencyStop) || !idle(t.before) || !idle(t.result.next);
+                 }},
+    StepProperty{"it drives until another command: what makes it stand ends its goal", "commands",
+                 lc::kActions,
+                 [](T t) {
+                   return !does(t, kHalt) || goal(t.result.next) == Goal::none ||
+                          goal(t.result.next) == Goal::idle;
+                 }},
+    StepProperty{
+        "drives are confirmed by their report only", "icd 9", lc::kActions,
+        [](T t) { return only_by(t, lc::ActionSet{kConfirm}, {event::motors_confirmed}); }},
+    StepProperty{"IMU, button and power are what is reported of them", "icd 10", lc::kActions,
+                 [](T t) {
+                   return only_by(t, kImuIsGood, {event::imu_good}) &&
+                          only_by(t, kImuIsLost, {event::imu_lost}) &&
+                          only_by(t, kButtonIsOut, {event::button_out}) &&
+                          only_by(t, kButtonIsIn, {event::button_in}) &&
+                          only_by(t, kPowerIsGood, {event::power_good}) &&
+                          only_by(t, kPowerIsBad, {event::power_bad});
+                 }},
+    StepProperty{"commands change the goal, the modes are the mobility controller's", "11.2.4",
+                 lc::kChange,
+                 [](T t) {
+                   return !operational(t.before) || !operational(t.result.next) || same_mode(t) ||
+                          in_mode(t.before, Mode::warning) || to(t, reported(t.happening.event));
+                 }},
+    StepProperty{"authority goes to who commands motion", "architecture", lc::kLinks,
+                 [](T t) {
+                   return !held_after(t) || link(t.before, lc::kHeld) || idle(t.before) ||
+                          commands_motion(t.happening.event);
                  }},
     StepProperty{"it begins to drive by itself only with an IMU to be trusted", "7.7.2",
                  lc::kLinks | lc::kActions,
@@ -109,6 +199,131 @@ constexpr std::array kOwnSteps = {
                  }},
     authority_property<comes_to_rest>(),
 };
+
+// ---- what has to happen
+
+// What the command asks for.
+Goal goal_of(Event e) {
+  return e == event::park ? Goal::park : e == event::halt ? Goal::none : Goal::drive;
+}
+lc::ActionSet order_of(Event e) {
+  return e == event::park ? kPark : e == event::halt ? kHalt : kDrive;
+}
+bool drives_on(S s) { return ready(s) && confirmed(s); }
+
+constexpr std::array kOwnDuties = {
+    Duty{"start leads to the lamp, for the source that commands it",
+         "Func-1",
+         {event::start},
+         [](S s, const Happening&) { return may_start(s); },
+         [](T t) {
+           return to(t, Mode::warning) && goal(t.result.next) == Goal::none && held_after(t) &&
+                  does(t, kBeacon);
+         }},
+    Duty{"stop leads to a safe stop from every mode: what moves slows down first",
+         "Func-2",
+         {event::stop},
+         [](S s, const Happening&) { return operational(s); },
+         [](T t) { return comes_to_rest(t) && !has(t.result.next, kAutonomous); }},
+    Duty{"stop at rest is accepted and changes nothing",
+         "Func-2",
+         {event::stop},
+         [](S s, const Happening&) { return idle(s); },
+         [](T t) { return keeps(t) && starts_nothing(t); }},
+    Duty{
+        "without the heartbeat of who commands it comes to a safe stop",
+        "O-Int-2",
+        {Event::lease_expired},
+        [](S s, const Happening&) { return link(s, lc::kHeld); },
+        [](T t) { return comes_to_rest(t) && !held_after(t) && !has(t.result.next, kAutonomous); }},
+    Duty{"with its motors confirmed it drives, parks and stands as commanded, from every mode",
+         "10",
+         {event::drive, event::drive_autonomous, event::park, event::halt},
+         [](S s, const Happening& h) {
+           return drives_on(s) && (h.event != event::drive_autonomous || !has(s, kImuLost));
+         },
+         [](T t) {
+           const Event e = t.happening.event;
+           return aims(t, goal_of(e), order_of(e)) &&
+                  has(t.result.next, kAutonomous) == (e == event::drive_autonomous);
+         }},
+    Duty{"the mode is what the mobility controller reports, and the goal stays",
+         "11.2.4",
+         {event::is_steering, event::is_running, event::is_parking, event::is_decelerating},
+         [](S s, const Happening& h) { return drives_on(s) && !in_mode(s, reported(h.event)); },
+         [](T t) {
+           return to(t, reported(t.happening.event)) && t.result.next.goal == t.before.goal;
+         }},
+    Duty{"what has come to a stop stands, and is switched off where that was the goal",
+         "10",
+         {event::is_stopped},
+         [](S s, const Happening&) { return moving(s); },
+         [](T t) {
+           return goal(t.before) == Goal::idle
+                      ? idle(t.result.next)
+                      : to(t, Mode::stopped) && t.result.next.goal == t.before.goal;
+         }},
+    Duty{"drives that report to be on are known to be, and nothing moves by that",
+         "icd 9",
+         {event::motors_confirmed},
+         [](S s, const Happening&) { return ready(s); },
+         [](T t) {
+           return only_flags(t) && flag_is(t, kMotorsConfirmed, true) &&
+                  starts_nothing_but(t, kConfirm);
+         }},
+    Duty{"by itself it stops without its IMU, and is driven by hand again",
+         "7.7.2",
+         {event::autonomy_lost},
+         [](S s, const Happening&) { return has(s, kAutonomous); },
+         [](T t) {
+           return same_mode(t) && goal(t.result.next) == Goal::none && does(t, kHalt) &&
+                  !has(t.result.next, kAutonomous) && held_after(t) == link(t.before, lc::kHeld);
+         }},
+    Duty{"a rover that is stuck stops and stands, ready for another way",
+         "operators",
+         {event::stuck},
+         [](S s, const Happening&) { return goal(s) == Goal::drive || goal(s) == Goal::park; },
+         [](T t) {
+           return same_mode(t) && goal(t.result.next) == Goal::none && does(t, kHalt) &&
+                  held_after(t) == link(t.before, lc::kHeld);
+         }},
+    Duty{"the state of the IMU is known everywhere, and changes nothing else by itself",
+         "7.7.1",
+         {event::imu_good, event::imu_lost},
+         any_state,
+         [](T t) {
+           return only_flags(t) && flag_is(t, kImuLost, t.happening.event == event::imu_lost);
+         }},
+    Duty{"a pressed button and lost power are known everywhere, an emergency in Operational",
+         "part III",
+         {event::button_in, event::power_bad},
+         any_state,
+         [](T t) {
+           const Flag flag = t.happening.event == event::button_in ? kButtonIn : kPowerBad;
+           return has(t.result.next, flag) &&
+                  (operational(t.before) ? emergency(t) : only_flags(t) && flag_is(t, flag, true));
+         }},
+    Duty{"a released button and returned power are known everywhere, and switch nothing on",
+         "part III",
+         {event::button_out, event::power_good},
+         any_state,
+         [](T t) {
+           const Flag flag = t.happening.event == event::button_out ? kButtonIn : kPowerBad;
+           return only_flags(t) && flag_is(t, flag, false);
+         }},
+    Duty{"a wheel that the others do not need can be taken out of service, its motor off",
+         "Conf-3",
+         {event::isolate},
+         [](S s, const Happening& h) {
+           return solving(s) && in_service(s, h.subject) &&
+                  std::popcount(s.isolated) < static_cast<int>(kMostIsolated);
+         },
+         [](T t) {
+           return same_mode(t) && !in_service(t.result.next, t.happening.subject) &&
+                  stops_motors(t.result.actions);
+         }},
+};
+constexpr auto kDuties = lc::join(lc::common::kDuties, kOwnDuties);
 
 // ---- events
 
