@@ -132,6 +132,12 @@ bool Vehicle::standing() const noexcept {
          (command_.phase == StopPhase::rover_stop || command_.phase == StopPhase::begin);
 }
 
+bool Vehicle::wheels_rest() const noexcept {
+  return stepped_ && std::ranges::all_of(command_.estimate.wheel_rad_s, [this](double rad_s) {
+           return std::abs(rad_s) <= parameters_.mobility.still_rad_s;
+         });
+}
+
 // The conditions for enabled drives. A steering drive of unknown angle must not get a target.
 bool Vehicle::drives_enabled() const noexcept {
   for (std::size_t i = 0; i < kWheels + kSteered; ++i) {
@@ -323,6 +329,12 @@ Vehicle::Command Vehicle::control(TimeNs now) noexcept {
   const bool dark = autonomy_wait_s() > 0 && (now - activated_ns_) / kFlash % 2 == 1;
   orders_.beacon = beacon_ && !dark;
   const lc::ControllerState& c = supervisor_->controller();
+  // In Idle motors are off, also after an emergency stop, when the wheels have rested for a second.
+  if (!orders_.quick_stop || c.state != State::idle || !wheels_rest()) rests_ns_ = now;
+  if (now - rests_ns_ >= kSecond) {
+    orders_.quick_stop = false;
+    ++orders_.serial;
+  }
   orders_.standing = c.state != State::operational || standing();
   orders_.next_frame_ns = now + parameters_.bus.period_ns;
   orders_.issued_ns = now;

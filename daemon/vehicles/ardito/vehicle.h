@@ -90,9 +90,9 @@ class Vehicle final : public Actor, private SolveTarget {
       limit_m_s_, wanted_m_s_, wanted_rad_, correction_, ramped_m_s_, retry_wheels_,
       retry_steering_, isolated_, stepped_, data_requested_, port_, watched_, failure_,
       steering_failure_, error_, rocker_lost_, imu_lost_, imu_seen_, imu_told_, disagreeing_,
-      solver_, distance_m_, yaw_rad_, x_m_, y_m_, beacon_, by_itself_, activated_ns_, slipping_,
-      slip_frames_, most_slip_m_s_, stuck_, stuck_told_, yaw_told_, yaw_good_frames_, hot_,
-      unproven_, unproven_told_, proven_frames_, restored_, restored_ns_);
+      solver_, distance_m_, yaw_rad_, x_m_, y_m_, beacon_, by_itself_, activated_ns_, rests_ns_,
+      slipping_, slip_frames_, most_slip_m_s_, stuck_, stuck_told_, yaw_told_, yaw_good_frames_,
+      hot_, unproven_, unproven_told_, proven_frames_, restored_, restored_ns_);
   }
 
  private:
@@ -147,6 +147,7 @@ class Vehicle final : public Actor, private SolveTarget {
   bool faulty(std::size_t node) const noexcept;  // a drive
   bool contact() const noexcept;                 // with all nodes that are needed
   bool standing() const noexcept;
+  bool wheels_rest() const noexcept;
   bool drives_enabled() const noexcept;
   gnc::ardito::Reading reading(const Known& known, double scale = 1) const noexcept;
   bool has_fault(gnc::ardito::Fault fault) const noexcept;  // of the last frame
@@ -182,6 +183,7 @@ class Vehicle final : public Actor, private SolveTarget {
   bool beacon_ = false;
   bool by_itself_ = false;  // autonomous driving, since activated_ns_
   TimeNs activated_ns_ = 0;
+  TimeNs rests_ns_ = 0;  // since then it has rested in Idle with its drives braking
   bool drives_on_ = false;
   double limit_m_s_ = kSpeedLimits_m_s[0];
   double wanted_m_s_ = 0, wanted_rad_ = 0;  // commanded

@@ -295,5 +295,30 @@ TEST(ArditoWheels, NothingIsShownBeforeItWasMeasured) {
   EXPECT_EQ(t.wheels[0].temperature_degC, 25);
 }
 
+// [Oper-2] The wheels are braked with power; once they are at rest motors are off.
+TEST(Drive, AResetOfTheControllerUnderWayEndsWithMotorsOff) {
+  World w;
+  ASSERT_TRUE(w.start_and_drive(0.3));
+  const double rolls_rpm = w.wheel_rpm(0);
+  ASSERT_GT(rolls_rpm, 0);
+  w.send(lss::CommandKind::reset, {-1});
+  w.step();
+  ASSERT_EQ(w.state(), State::idle);
+  for (int i = 0; i < 5; ++i) {
+    w.rpm.fill(rolls_rpm);  // it brakes
+    w.step();
+    EXPECT_TRUE(w.all_stopped());
+  }
+  w.rpm.fill(0);
+  w.run(0.8);
+  EXPECT_TRUE(w.all_stopped());
+  w.run(0.5);
+  EXPECT_EQ(w.state(), State::idle);
+  EXPECT_FALSE(w.out_.command.quick_stop);
+  for (std::size_t i = 0; i < kWheels + kSteered; ++i)
+    EXPECT_EQ(w.drive(i), canopen::DriveState::switch_on_disabled) << i;
+  EXPECT_TRUE(w.start());
+}
+
 }  // namespace
 }  // namespace lss::ardito
