@@ -317,7 +317,8 @@ TEST(Drive, AResetOfTheControllerUnderWayEndsWithMotorsOff) {
   EXPECT_FALSE(w.out_.command.quick_stop);
   for (std::size_t i = 0; i < kWheels + kSteered; ++i)
     EXPECT_EQ(w.drive(i), canopen::DriveState::switch_on_disabled) << i;
-  EXPECT_TRUE(w.start());
+  w.acks.clear();
+  EXPECT_TRUE(w.start_and_drive(0.3));
 }
 
 }  // namespace
