@@ -80,12 +80,12 @@ if(BUILD_TESTING AND LSS_BASH)
   foreach(rules check_sources link_rules)
     add_test(NAME ${rules}_catches_each_violation
              COMMAND ${LSS_BASH} ${PROJECT_SOURCE_DIR}/tools/lib/${rules}_test.sh)
-    set_tests_properties(${rules}_catches_each_violation PROPERTIES LABELS rules TIMEOUT 120)
+    set_tests_properties(${rules}_catches_each_violation PROPERTIES LABELS rules TIMEOUT 300)
   endforeach()
   file(GLOB headers ${PROJECT_SOURCE_DIR}/daemon/cycle/supervisor.h ${PROJECT_SOURCE_DIR}/daemon/kit/*.h
                     ${PROJECT_SOURCE_DIR}/daemon/vehicles/*/*.h ${PROJECT_SOURCE_DIR}/examples/*/*.h)
   add_test(NAME kept_members_catches_each_violation
            COMMAND Python3::Interpreter ${PROJECT_SOURCE_DIR}/tools/lib/kept_members_test.py ${headers})
-  set_tests_properties(kept_members_catches_each_violation PROPERTIES LABELS rules TIMEOUT 120)
-  set_tests_properties(source_rules PROPERTIES LABELS rules TIMEOUT 60)
+  set_tests_properties(kept_members_catches_each_violation PROPERTIES LABELS rules TIMEOUT 300)
+  set_tests_properties(source_rules PROPERTIES LABELS rules TIMEOUT 300)
 endif()
