@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "daemon/cycle/common_commands.h"
+#include "daemon/cycle/subjects.h"
 
 namespace lss {
 namespace {
@@ -163,9 +164,10 @@ void Supervisor::command(const Request& request) noexcept {
   if (verdict.reason != Reason::none) {
     if ((request.flags & kFlagDryRun) == 0) {
       ++state_.commands_refused;
-      // The subject of an event is a module; the answer names the parameter.
+      // The subject of an event is a module; the answer names an argument, a parameter or a step.
+      const bool module = subject_is(verdict.reason) == SubjectIs::module;
       const std::uint16_t subject =
-          is_of_parameters(request.kind) ? std::uint16_t{0} : verdict.subject;
+          module && !is_of_parameters(request.kind) ? verdict.subject : std::uint16_t{0};
       note(EventId::command_rejected, subject, request.kind, static_cast<double>(verdict.reason));
     }
     acknowledge(command, request.acknowledged ? Phase::failed : Phase::rejected, verdict);

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "daemon/cycle/subjects.h"
 #include "daemon/publish/convert.h"
 
 namespace lss::dds {
@@ -58,27 +59,13 @@ std::string with_step(const std::string& text, std::size_t number) {
 std::string with_subject(const Ack& ack, const CodeInfo& reason, const Subjects& subjects) {
   const std::size_t number = ack.verdict.subject;
   if (number == 0) return reason.text;
-  switch (ack.verdict.reason) {
-    case Reason::not_finite:
-    case Reason::out_of_range:
-    case Reason::not_a_choice:
-    case Reason::unused_parameter:
+  switch (subject_is(ack.verdict.reason)) {
+    case SubjectIs::argument:
       return with_parameter(reason.text, number,
                             subjects.command != nullptr ? subjects.command(ack.kind) : nullptr);
-    case Reason::script_overlap:
-    case Reason::script_backwards:
-    case Reason::script_too_long:
-    case Reason::script_actuator:
-    case Reason::script_value:
-    case Reason::script_other:
-    case Reason::script_order: return with_step(reason.text, number);
+    case SubjectIs::step: return with_step(reason.text, number);
     default: return with_module(reason.text, number, subjects.modules);
   }
-}
-
-bool of_parameter(Reason reason) {
-  return reason == Reason::parameter_range || reason == Reason::parameter_whole ||
-         reason == Reason::parameter_together;
 }
 
 // The value, its error and its range.
@@ -102,7 +89,8 @@ std::string ack_text(const Ack& ack, const Subjects& subjects) {
   if (ack.verdict.reason == Reason::no_such_parameter && !subjects.name.empty())
     return text + fmt::format(": there is no parameter '{}'; {}", subjects.name, reason->advice);
   const std::size_t subject = ack.verdict.subject;
-  if (of_parameter(ack.verdict.reason) && subject >= 1 && subject <= subjects.tunables.size()) {
+  if (subject_is(ack.verdict.reason) == SubjectIs::tunable && subject >= 1 &&
+      subject <= subjects.tunables.size()) {
     text += ": " + parameter_text(ack.verdict, *reason, subjects.tunables[subject - 1]);
     return text + fmt::format("; {}", reason->advice);
   }

@@ -220,6 +220,11 @@ TEST(TalarisScripts, ABadStepIsRefusedByTheDaemonWithItsNumber) {
   const Verdict v = w.ask(Kind::script_step, {6, 1, 0.3, 0, 1, 0.1});
   EXPECT_EQ(v.reason, Reason::script_overlap);
   EXPECT_EQ(v.subject, 2);
+  w.send(Kind::script_step, {6, 1, 0.3, 0, 1, 0.1});
+  w.step();
+  const EventRecord* rejected = w.heard(EventId::command_rejected);
+  ASSERT_NE(rejected, nullptr);
+  EXPECT_EQ(rejected->subject, 0) << "a step is no module";
   ASSERT_TRUE(w.start());
   EXPECT_EQ(w.why(Kind::script_run, {6}), reasons::script_incomplete);
   EXPECT_EQ(w.why(Kind::script_run, {5}), Reason::script_other);

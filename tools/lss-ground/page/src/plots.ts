@@ -95,8 +95,10 @@ export class Plots {
   draw() {
     const history = this.shown?.history;
     if (!history || document.hidden) return;
-    const end = Date.now() / 1000;
+    const end = Date.now() / 1000, seen = $("charts").parentElement!.getBoundingClientRect();
     for (const {plot, signals} of this.charts) {
+      const {top, bottom} = plot.root.getBoundingClientRect();
+      if (bottom < seen.top || top > seen.bottom) continue;  // scrolled away
       plot.batch(() => {
         plot.setData([history.times, ...signals.map((i) => history.values[i])] as uPlot.AlignedData, true);
         plot.setScale("x", {min: end - History.kSeconds, max: end});

@@ -49,7 +49,7 @@ export function described(vehicle: Vehicle): Omit<Kind, keyof Picture> {
         const title = label.get(at) ?? label.get(member) ?? labelOf(f);
         const rank = headline.findIndex((h) => h.field === at);
         return [{rank: rank < 0 ? headline.length : rank, name: name + title + (i === null || label.has(at) ? "" : ` ${i + 1}`), unit: unitOf(f),
-          shown: f.type !== "b1" && (headline.length ? label.has(at) : !path && f.unit === "m/s"),
+          shown: f.type !== undefined && f.type.startsWith("f") && (headline.length ? label.has(at) : !path && f.unit === "m/s"),
           get: (t) => { const x = own(t); return typeof x === "boolean" ? Number(x) : typeof x === "number" ? x * (f.shown?.factor ?? 1) : null; }}];
       });
     });
