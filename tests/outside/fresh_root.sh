@@ -20,9 +20,9 @@ trap 'rm -rf "$folder/root"' EXIT
 mmdebstrap --quiet --variant=apt --include=sudo "$suite" "$folder/root" "deb $archive $suite main" \
   > "$folder/root.log" 2>&1 || { tail -n 3 "$folder/root.log" && echo "Skipped: no root of $suite can be made" && exit 77; }
 cp /etc/resolv.conf /etc/hosts "$folder/root/etc/" 2> /dev/null || true
-mkdir -p "$folder/root/work/files"
-cp "$folder"/packages/*.deb "$folder/root/work"
-python3 "$root/tools/lib/tutorial.py" "$root" --write "$folder/root/work/files"
+mkdir -p "$folder/root/home/reader/files"
+cp "$folder"/packages/*.deb "$folder/root/home/reader"
+python3 "$root/tools/lib/tutorial.py" "$root" --write "$folder/root/home/reader/files"
 
 # The blocks of commands: those with apt, then the files, then all others.
 steps() {
@@ -31,24 +31,24 @@ steps() {
     code { block = block $0 "\n" }' "$root/docs/tutorial-vehicle.md"
 }
 {
-  echo 'set -e; export DEBIAN_FRONTEND=noninteractive; cd /work; apt-get update'
+  echo 'set -e; export DEBIAN_FRONTEND=noninteractive; cd /home/reader; apt-get update'
   steps 1
-  echo 'cp /work/files/* .'
-} > "$folder/root/work/first.sh"
+  echo 'cp /home/reader/files/* .'
+} > "$folder/root/home/reader/first.sh"
 {
-  echo 'set -em; cd /work/scout; ip link set lo up 2> /dev/null || python3 - << END'
+  echo 'set -em; cd /home/reader/scout; ip link set lo up 2> /dev/null || python3 - << END'
   # The root has no ip: SIOCSIFFLAGS with IFF_UP.
   echo 'import fcntl, socket, struct'
   echo 'fcntl.ioctl(socket.socket(socket.AF_INET, socket.SOCK_DGRAM), 0x8914, struct.pack("16sh", b"lo", 1))'
   echo 'END'
   echo "trap 'kill \$(jobs -p) 2> /dev/null || true' EXIT"
   steps 0
-} > "$folder/root/work/then.sh"
+} > "$folder/root/home/reader/then.sh"
 
 inside() {  # UNSHARE-OPTION... SCRIPT
   # shellcheck disable=SC2016
   unshare --mount --pid --fork "${@:1:$#-1}" bash -c 'mount --make-rprivate / && mount -t proc proc "$1/proc" &&
-    mount --rbind /dev "$1/dev" && exec chroot "$1" bash "/work/$2"' - "$folder/root" "${!#}" < /dev/null
+    mount --rbind /dev "$1/dev" && exec chroot "$1" bash "/home/reader/$2"' - "$folder/root" "${!#}" < /dev/null
 }
 begin=$SECONDS
 inside first.sh > "$folder/first.log" 2>&1 || { tail -n 40 "$folder/first.log" && exit 1; }
