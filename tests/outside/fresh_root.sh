@@ -14,7 +14,7 @@ rm -rf "$folder"
 mkdir -p "$folder/packages"
 trap 'rm -rf "$folder/root"' EXIT
 
-"$cpack" --config "$config" -B "$folder/packages" -D "CPACK_COMPONENTS_ALL=lssd;dev" > "$folder/cpack.log" ||
+"$cpack" --config "$config" -B "$folder/packages" -D "CPACK_COMPONENTS_ALL=lssd;systemd;dev" > "$folder/cpack.log" ||
   { cat "$folder/cpack.log" && exit 1; }
 # What a user begins with: sudo, no compiler.
 mmdebstrap --quiet --variant=apt --include=sudo "$suite" "$folder/root" "deb $archive $suite main" \
