@@ -6,8 +6,8 @@ set -euo pipefail
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 "$1" --config "$2" -B "$folder" -D CPACK_COMPONENTS_ALL=ground
-dpkg-deb -x "$folder"/lss-ground_*.deb "$folder/root"
-cd "$folder/root/usr"
+dpkg-deb -x "$folder"/lss-ground_*.deb "$folder/tree"
+cd "$folder/tree/usr"
 for file in bin/lss-ground lib/systemd/system/lss-ground.service share/man/man8/lss-ground.8 share/lssd/ground/index.html; do
   [ -s "$file" ] || { echo "the package has no $file"; exit 1; }
 done

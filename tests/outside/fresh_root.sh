@@ -12,17 +12,17 @@ suite=${4:-$(. /etc/os-release && echo "$VERSION_CODENAME")}
 archive=$(apt-get indextargets --format '$(REPO_URI) $(RELEASE)' | awk '$2 !~ /-/ { print $1; exit }')
 rm -rf "$folder"
 mkdir -p "$folder/packages"
-trap 'rm -rf "$folder/root"' EXIT
+trap 'rm -rf "$folder/debian"' EXIT
 
 "$cpack" --config "$config" -B "$folder/packages" -D "CPACK_COMPONENTS_ALL=lssd;systemd;dev" > "$folder/cpack.log" ||
   { cat "$folder/cpack.log" && exit 1; }
 # What a user begins with: sudo, no compiler.
-mmdebstrap --quiet --variant=apt --include=sudo "$suite" "$folder/root" "deb $archive $suite main" \
-  > "$folder/root.log" 2>&1 || { tail -n 3 "$folder/root.log" && echo "Skipped: no root of $suite can be made" && exit 77; }
-cp /etc/resolv.conf /etc/hosts "$folder/root/etc/" 2> /dev/null || true
-mkdir -p "$folder/root/home/reader/files"
-cp "$folder"/packages/*.deb "$folder/root/home/reader"
-python3 "$root/tools/lib/tutorial.py" "$root" --write "$folder/root/home/reader/files"
+mmdebstrap --quiet --variant=apt --include=sudo "$suite" "$folder/debian" "deb $archive $suite main" \
+  > "$folder/debian.log" 2>&1 || { tail -n 3 "$folder/debian.log" && echo "Skipped: no root of $suite can be made" && exit 77; }
+cp -L /etc/resolv.conf /etc/hosts "$folder/debian/etc/"  # apt in it reaches what apt here reaches
+mkdir -p "$folder/debian/home/reader/files"
+cp "$folder"/packages/*.deb "$folder/debian/home/reader"
+python3 "$root/tools/lib/tutorial.py" "$root" --write "$folder/debian/home/reader/files"
 
 # The blocks of commands: those with apt, then the files, then all others.
 steps() {
@@ -34,7 +34,7 @@ steps() {
   echo 'set -e; export DEBIAN_FRONTEND=noninteractive; cd /home/reader; apt-get update'
   steps 1
   echo 'cp /home/reader/files/* .'
-} > "$folder/root/home/reader/first.sh"
+} > "$folder/debian/home/reader/first.sh"
 {
   echo 'set -em; cd /home/reader/scout; ip link set lo up 2> /dev/null || python3 - << END'
   # The root has no ip: SIOCSIFFLAGS with IFF_UP.
@@ -43,12 +43,12 @@ steps() {
   echo 'END'
   echo "trap 'kill \$(jobs -p) 2> /dev/null || true' EXIT"
   steps 0
-} > "$folder/root/home/reader/then.sh"
+} > "$folder/debian/home/reader/then.sh"
 
 inside() {  # UNSHARE-OPTION... SCRIPT
   # shellcheck disable=SC2016
   unshare --mount --pid --fork "${@:1:$#-1}" bash -c 'mount --make-rprivate / && mount -t proc proc "$1/proc" &&
-    mount --rbind /dev "$1/dev" && exec chroot "$1" bash "/home/reader/$2"' - "$folder/root" "${!#}" < /dev/null
+    mount --rbind /dev "$1/dev" && exec chroot "$1" bash "/home/reader/$2"' - "$folder/debian" "${!#}" < /dev/null
 }
 begin=$SECONDS
 inside first.sh > "$folder/first.log" 2>&1 || { tail -n 40 "$folder/first.log" && exit 1; }

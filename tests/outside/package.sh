@@ -8,8 +8,8 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 "$1" --config "$2" -B "$folder" -D CPACK_COMPONENTS_ALL=dev > "$folder/log" || { cat "$folder/log" && exit 1; }
 package=$(echo "$folder"/liblssd-dev_*.deb)
-dpkg-deb -x "$package" "$folder/root"
-cd "$folder/root/usr"
+dpkg-deb -x "$package" "$folder/tree"
+cd "$folder/tree/usr"
 
 for file in include/lssd/{daemon/app/runtime.h,daemon/replay/replay.h,drivers/canopen/master.h,idl/commands.h,lss_fields.h} \
   include/lssd/tools/{lss-sim/frame/vehicle.h,lss-lc/vehicle.h} share/lssd/roster/daemon/app/roster.cpp \
