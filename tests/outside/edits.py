@@ -164,7 +164,8 @@ def look(scout, cli, folder):
     scout.sequence("drive 0.3 --turn 0.5 --for 4s")
     status = json.loads(scout.cli("--json", "status"))["telemetry"]
     check(status["course_rad"] < -0.5 and status["course_rad"] == -status["yaw_rad"], "JSON: the field, as computed")
-    check("course_rad" in scout.cli("data"), "data: the field")
+    rows = [line.split() for line in scout.cli("data").splitlines()]
+    check(["course", "deg"] in [[row[0], row[-1]] for row in rows if len(row) == 3], "data: the field, in degrees")
     scout.cli("param", "set", "body.gear", "60")
     check("60" in scout.cli("param", "get", "body.gear"), "param: set and read by name")
     lines = scout.sequence("start; drive 0.2; wait 2s; halt; stop").splitlines()
