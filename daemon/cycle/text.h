@@ -66,6 +66,14 @@ struct Presentation {
     const char *field, *label;
   };
 
+  // A way to drive by holding a key or a stick, with the first parameters of `command`; NaN: the
+  // default. Letting go is `rest`.
+  struct Hold {
+    const char* way;  // "forward", "backward", "left", "right", "forward left", ...
+    std::uint16_t command;
+    std::array<double, 3> parameters;
+  };
+
   std::span<const Example> examples = {};
   std::uint8_t begins = 0;
   std::span<const Step> steps = {};
@@ -79,6 +87,8 @@ struct Presentation {
   std::span<const Alarm> alarms = {};
   std::span<const char* const> details = {};  // fields that only `lss-cli data` shows
   std::span<const Headline> headline = {};
+  const char* supply = nullptr;  // field of the supply voltage, or member of each element of a part
+  std::span<const Hold> hold = {};
   // Its own commands that a pilot uses most, in this order; empty: all.
   std::span<const std::uint16_t> first = {};
   const char* without_client = "comes to a safe stop";  // after the last heartbeat of who commands

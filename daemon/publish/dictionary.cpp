@@ -103,7 +103,12 @@ Json presentation(const Presentation& p) {
                {"details", list(p.details)},
                {"headline", Json::array()},
                {"first", list(p.first)},
+               {"hold", Json::array()},
                {"without_client", p.without_client}};
+  if (p.supply != nullptr) json["supply"] = p.supply;
+  for (const Presentation::Hold& h : p.hold)
+    json["hold"].push_back(
+        {{"way", h.way}, {"command", h.command}, {"parameters", list(h.parameters)}});
   for (const Presentation::Headline& h : p.headline)
     json["headline"].push_back({{"field", h.field}, {"label", h.label}});
   for (const Presentation::Step& s : p.steps)
@@ -188,7 +193,7 @@ std::string type_name(std::string vehicle) {
 
 std::string dictionary(const std::string& vehicle, const Logic& logic, const Vocabulary& vocabulary,
                        std::string_view telemetry_schema, std::string_view idl) {
-  Json json = {{"schema_version", 4},
+  Json json = {{"schema_version", 5},
                {"vehicle", vehicle},
                {"states", kStateNames},
                {"modes", vocabulary.modes},

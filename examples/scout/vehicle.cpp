@@ -26,13 +26,18 @@ constexpr Tuning<Parameters> kTuning{kTunables, kInfos};
 
 constexpr Presentation::Parts kParts[] = {
     {.field = "drives", .unheard = "does not answer, last heartbeat"}};
-const Vocabulary kVocabulary{.modes = kModeNames,
-                             .modules = kDriveNames,
-                             .strategies = kit::kDriveStrategyNames,
-                             .commands = kCommands,
-                             .tunables = kInfos,
-                             .command = logic().command,
-                             .presentation = {.at_rest = "motors off", .parts = kParts}};
+constexpr Presentation::Hold kHold[] = {
+    {"forward", kDriveCommand, {0.3, 0}},        {"backward", kDriveCommand, {-0.3, 0}},
+    {"left", kDriveCommand, {0, 0.5}},           {"right", kDriveCommand, {0, -0.5}},
+    {"forward left", kDriveCommand, {0.3, 0.5}}, {"forward right", kDriveCommand, {0.3, -0.5}}};
+const Vocabulary kVocabulary{
+    .modes = kModeNames,
+    .modules = kDriveNames,
+    .strategies = kit::kDriveStrategyNames,
+    .commands = kCommands,
+    .tunables = kInfos,
+    .command = logic().command,
+    .presentation = {.at_rest = "motors off", .parts = kParts, .hold = kHold}};
 
 // Towards `wanted`, at most `step` a frame.
 double towards(double wanted, double is, double step) {

@@ -243,6 +243,23 @@ TEST_F(ClientRegistryTest, AnAnswerIsWaitedForInSimulatedTimeWhereThereIsOne) {
 constexpr const char* kScript =
     R"({"type":"script","id":1,"vehicle":"talaris-1","text":"0s valves 1 for 1s"})";
 
+TEST_F(ClientRegistryTest, AMotionMayAskForAShorterLeaseAndForNoLongerOne) {
+  Client& page = client(Client::Line::data);
+  Talker daemon(domain_);
+  daemon.say("zebro-1");
+  ASSERT_TRUE(until([&] { return has("zebro-1"); }));
+  for (const auto& [wanted, lease_ms] :
+       {std::pair{"", 2000u}, {R"(,"lease_ms":500)", 500u}, {R"(,"lease_ms":9000)", 2000u}}) {
+    SCOPED_TRACE(wanted);
+    const std::size_t before = daemon.heard().size();
+    registry_->receive(
+        page, std::string(R"({"type":"command","id":1,"vehicle":"zebro-1","command":"walk")") +
+                  wanted + "}");
+    ASSERT_TRUE(until([&] { return daemon.heard().size() > before; }));
+    EXPECT_EQ(daemon.heard().back().lease_ms, lease_ms);
+  }
+}
+
 TEST_F(ClientRegistryTest, AScriptIsOfThoseWhoMayCommand) {
   door_ = *Door::parse(
       "look look-look-look-look\nstop stop-stop-stop-stop\ncommand command-command-command\n",

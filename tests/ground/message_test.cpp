@@ -18,7 +18,7 @@ TEST(Message, EachTypeIsReadAsItIsWritten) {
 
   const auto order = parse_message(
       R"({"type":"command","id":3,"vehicle":"z","command":"walk","parameters":{"speed":3,"heading":-0.5},
-          "dry_run":true,"whole":true})");
+          "dry_run":true,"whole":true,"lease_ms":500})");
   ASSERT_TRUE(order) << order.error();
   const Order& o = std::get<Order>(*order);
   EXPECT_EQ(o.id, 3u);
@@ -26,6 +26,7 @@ TEST(Message, EachTypeIsReadAsItIsWritten) {
   EXPECT_EQ(o.command, "walk");
   EXPECT_EQ(o.parameters, (std::map<std::string, double>{{"heading", -0.5}, {"speed", 3}}));
   EXPECT_TRUE(o.dry_run && o.whole);
+  EXPECT_EQ(o.lease_ms, 500u);
   EXPECT_EQ(o.name, "");
   EXPECT_EQ(
       std::get<Order>(
@@ -66,6 +67,9 @@ TEST(Message, WhatIsNotExactlyThatIsRefusedWithASentence) {
           std::string(R"({"type":"beat","n":"1"})"),
           std::string(R"({"type":"beat","n":1,"m":2})"),
           std::string(R"({"type":"beat","n":1}{})"),
+          std::string(R"({"type":"command","id":1,"vehicle":"z","command":"walk","lease_ms":299})"),
+          std::string(
+              R"({"type":"command","id":1,"vehicle":"z","command":"walk","lease_ms":60001})"),
           std::string(R"({"type":"stop","id":1,"vehicle":null})"),
           std::string(R"({"type":"stop","id":1,"vehicle":"longer than any id"})"),
           std::string(

@@ -25,6 +25,14 @@ function standIn(setup) {
   performance.now = () => stopped_ms ?? clock();
   gateway.time = (goes) => { stopped_ms = goes ? null : clock(); };
   const beats = [];
+  gateway.pads = [];
+  navigator.getGamepads = () => gateway.pads;
+  gateway.tones = 0;
+  window.AudioContext = class {
+    currentTime = 0;
+    createOscillator() { return {frequency: {}, connect: (to) => to, start: () => { gateway.tones++; }, stop() {}}; }
+    createGain() { return {gain: {setValueAtTime() {}, setTargetAtTime() {}}, connect: (to) => to}; }
+  };
   window.WebSocket = class {
     static OPEN = 1;
     constructor(_, protocol) {
@@ -337,6 +345,170 @@ const tests = {
     await shot("two-daemons");
     await say(status("zebro-1"));
     await is("document.querySelector('#rivals').hidden");
+  },
+
+  async a_vehicle_drives_as_long_as_a_key_a_button_or_a_stick_is_held() {
+    const speed = {name: "speed", unit: "m/s", min: -1, max: 1, required: true, default: null, whole: false, help: "ahead"};
+    const turn = {...speed, name: "turn", default: 0};
+    const rover = {...vehicle("rover-1", "rover"), commands: [...kCommands, {...kCommands[0], kind: 401, name: "drive", parameters: [speed, turn]}, {...kCommands[0], kind: 402, name: "halt"}],
+      presentation: {rest: 402, hold: [{way: "forward", command: 401, parameters: [0.2, null]}, {way: "forward left", command: 401, parameters: [0.2, 0.1]}, {way: "left", command: 401, parameters: [0, 0.3]}]}};
+    await open({opening: [rover, status("rover-1"), vehicle("zebro-1", "zebro"), status("zebro-1")], crafts: {"rover-1": {age_ms: 0}, "zebro-1": {age_ms: 0}}});
+    const moves = () => page.evaluate("gateway.sent.filter((m) => m.type === 'command' && !m.dry_run).map((m) => [m.vehicle, m.command, m.parameters, m.lease_ms ?? 0])");
+    const expected = [];
+    const next = async (...more) => {
+      expected.push(...more);
+      await page.waitForFunction((n) => gateway.sent.filter((m) => m.type === "command" && !m.dry_run).length >= n, expected.length);
+      assert.deepEqual(await moves(), expected);
+    };
+    const forward = ["rover-1", "drive", {speed: 0.2, turn: 0}, 500], arc = ["rover-1", "drive", {speed: 0.2, turn: 0.1}, 500], halt = ["rover-1", "halt", {}, 0];
+    await says("#drive", "Hold to drive");
+    assert.deepEqual(await page.$$eval("#drive [data-way]", (all) => all.map((one) => one.dataset.way)), ["forward left", "forward", "left"]);
+    await hold("#drive [data-way='forward']", () => next(forward));
+    await next(halt);
+
+    await page.keyboard.press("KeyW");  // keys are off at first
+    await page.click("#drive label");
+    await page.keyboard.down("KeyW");
+    await next(forward);
+    await says("#drives", "drives forward");
+    await shot("drive");
+    await page.keyboard.down("KeyA");
+    await next(arc);
+    await page.keyboard.up("KeyA");
+    await next(forward);
+    await page.evaluate("dispatchEvent(new Event('blur'))");  // another window
+    await next(halt);
+    await page.keyboard.up("KeyW");
+
+    const stick = (y, shoulder) => page.evaluate(([y, s]) => { gateway.pads = [{id: "pad", connected: true, axes: [0, y], buttons: Array.from({length: 16}, (_, i) => ({pressed: i === 4 && s}))}]; }, [y, shoulder]);
+    await stick(-1, false);
+    await says("#gamepad", "hold a shoulder button");
+    await stick(-1, true);
+    await next(forward);
+    await page.evaluate("gateway.pads = []");  // unplugged
+    await next(halt);
+
+    await page.keyboard.down("KeyW");
+    await next(forward);
+    await page.keyboard.press("Space");  // a stop: nothing more by a key that is still held
+    await is("gateway.stops().length === 1 && document.querySelector('#drives').innerText === ''");
+    await page.keyboard.down("KeyA");
+    await page.keyboard.up("KeyA");
+    await page.keyboard.up("KeyW");
+    await next();
+    await page.keyboard.down("KeyW");
+    await next(forward);
+    const id = await page.evaluate("gateway.sent.at(-1).id");
+    await say({type: "ack", request: id, command: "drive", phase: "rejected", final: true, reason: {name: "not_in_mode", text: "the brakes are on"}});
+    await says("#drives", "rejected: the brakes are on");
+    await page.keyboard.up("KeyW");
+    await next();
+
+    await say(status("rover-1", {state: "Idle"}));
+    await page.keyboard.down("KeyW");
+    await says("#drives", "start it first");
+    await page.keyboard.up("KeyW");
+    await next();
+    await page.selectOption("#vehicles", "zebro-1");  // its dictionary lists no ways
+    await is("document.querySelector('#drive').hidden");
+    assert.deepEqual(page.errors, []);
+  },
+
+  async a_vehicle_that_is_left_or_lost_while_it_drives_is_not_driven_on() {
+    const rover = (id) => ({...vehicle(id, "rover"), presentation: {rest: 2, hold: [{way: "forward", command: 3, parameters: []}]}});
+    await open({opening: [rover("rover-1"), status("rover-1"), rover("rover-2"), status("rover-2")], crafts: {"rover-1": {age_ms: 0}, "rover-2": {age_ms: 0}}});
+    const moves = () => page.evaluate("gateway.sent.filter((m) => m.type === 'command' && !m.dry_run).map((m) => m.vehicle + ' ' + m.command)");
+    await page.click("#drive label");
+    await page.keyboard.down("ArrowUp");
+    await is("gateway.sent.some((m) => m.command === 'walk' && !m.dry_run)");
+    await page.click("#strip button:nth-child(2)");
+    await is("gateway.sent.some((m) => m.command === 'stop' && !m.dry_run)");
+    assert.deepEqual(await moves(), ["rover-1 walk", "rover-1 stop"]);
+    await page.keyboard.up("ArrowUp");
+
+    await page.click("#drive label");
+    await page.keyboard.down("ArrowUp");
+    await is("gateway.sent.filter((m) => m.command === 'walk' && !m.dry_run).length === 2");
+    await page.evaluate("gateway.open = false");  // nothing is heard any more
+    await says("#drives", "no connection: it stops by itself");
+    await page.evaluate("gateway.open = true");
+    await is("!document.querySelector('#lost').checkVisibility()");
+    await page.keyboard.up("ArrowUp");
+    assert.deepEqual(await moves(), ["rover-1 walk", "rover-1 stop", "rover-2 walk"], "held over a lost connection: nothing more was sent");
+  },
+
+  async a_new_problem_sounds_and_those_with_one_remedy_are_one() {
+    const leg = (name) => ({text: `leg ${name} does not answer, last reply 1.2 s ago`, error: true, advice: "check the bus, then: lss-cli start"});
+    await open(kTwo);
+    await page.click("#sound");
+    await is("gateway.tones === 1");
+    await say(status("zebro-1", {problems: [leg("LF"), leg("LM"), {text: "a lamp is dark", error: false, advice: "replace it"}]}));
+    await is("gateway.tones === 3");
+    await says("#problems", "leg LF does not answer");
+    await says("#problems", "and 1 more with the same remedy");
+    assert.equal(await page.$$eval("#problems .problem", (all) => all.length), 2);
+    await say(status("zebro-1", {problems: [{...leg("LF"), text: leg("LF").text.replace("1.2", "3.4")}]}));
+    await is("!document.querySelector('#problems').innerText.includes('lamp')");
+    assert.equal(await page.evaluate("gateway.tones"), 3, "the same problem, later");
+    await page.click("#problems .problem button");
+    await is("gateway.sent.some((m) => m.command === 'start' && !m.dry_run && m.whole)");
+    await shot("problems");
+  },
+
+  async a_hundred_vehicles_are_in_the_strip_and_one_press_shows_one() {
+    const ids = Array.from({length: 100}, (_, i) => `zebro-${i + 1}`);
+    await open({opening: ids.flatMap((id, i) => [vehicle(id, "zebro"), status(id, i === 41 ? {state: "FatalError", problems: [{text: "x", error: true, advice: ""}]} : {})]),
+      crafts: Object.fromEntries(ids.map((id, i) => [id, {age_ms: i === 6 ? 99_000 : 0}]))});
+    await is("document.querySelectorAll('#strip button').length === 100");
+    const chip = (n) => page.$eval(`#strip button:nth-child(${n})`, (b) => `${b.className}: ${b.innerText.replace(/\s+/g, " ")}`);
+    assert.equal(await chip(1), "bad: zebro-42 FatalError 1", "what is wrong comes first");
+    await is("document.querySelector('#strip button:nth-child(8)').className === 'dim'");
+    assert.equal(await chip(2), "good: zebro-1 Walking");
+    await page.click("#strip button:nth-child(1)");
+    await says("#estop-text", "zebro-42");
+    await fits();
+    await shot("hundred");
+  },
+
+  async signals_have_values_at_the_pointer_zoom_and_the_whole_session() {
+    const mast = {...vehicle("mast-1", "mast"), fields: [{name: "height_m", label: "height", type: "f8", unit: "m"}, {name: "cells", count: 2, fields: [{name: "pack_V", label: "pack", type: "f8", unit: "V"}]}],
+      presentation: {headline: [{field: "height_m", label: "height"}], supply: "cells.pack_V"}};
+    await open({opening: [mast, status("mast-1")], crafts: {"mast-1": {age_ms: 0}}});
+    // Twenty minutes, at two a second, and the clock of the page with them.
+    await page.evaluate(() => {
+      const begin = Date.now();
+      for (let i = 0; i < 2400; ++i) {
+        Date.now = () => begin + 500 * i;
+        gateway.say("lss-ground", {type: "telemetry", id: "mast-1", telemetry: {height_m: i, cells: [{pack_V: 24.5}, {pack_V: 23.75}]}});
+      }
+      const end = begin + 500 * 2400, opened = performance.now();
+      Date.now = () => end + performance.now() - opened;
+    });
+    await says("#links", "23.8 V");
+    const span = () => page.evaluate("[...document.querySelectorAll('#choose > button')].map((b) => b.getAttribute('aria-pressed')).join()");
+    assert.equal(await span(), "true,false,false");
+    const at = async (share) => {
+      const box = await page.locator("#charts .u-over").first().boundingBox();
+      return [box.x + share * box.width, box.y + box.height / 2];
+    };
+    const read = () => page.$eval("#charts .u-legend .u-series:nth-child(2) .u-value", (v) => Number(v.textContent));
+    await page.mouse.move(...await at(0.5));
+    await is("Number(document.querySelector('#charts .u-legend .u-series:nth-child(2) .u-value').textContent) > 2300");
+    await page.click("#choose > button:nth-child(3)");
+    await page.mouse.move(...await at(0.25));
+    await is("(() => { const v = Number(document.querySelector('#charts .u-legend .u-series:nth-child(2) .u-value').textContent); return v > 500 && v < 700; })()");
+    assert.ok(await read() % 2 === 0, "old samples are thinned out to one a second");
+    await page.mouse.move(...await at(0.5));
+    await page.mouse.down();
+    await page.mouse.move(...await at(0.75));
+    await page.mouse.up();
+    assert.equal(await span(), "false,false,false");
+    await page.mouse.move(...await at(0.02));
+    await is("(() => { const v = Number(document.querySelector('#charts .u-legend .u-series:nth-child(2) .u-value').textContent); return v > 1150 && v < 1300; })()");
+    await shot("zoom");
+    await page.mouse.dblclick(...await at(0.5));
+    await is("document.querySelector('#choose > button:nth-child(3)').getAttribute('aria-pressed') === 'true'");
+    assert.deepEqual(page.errors, []);
   },
 
   async in_flight_land_comes_first_and_the_all_stop_falls_and_is_held() {

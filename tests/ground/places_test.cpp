@@ -14,6 +14,7 @@ using std::chrono::seconds;
 
 const Clock::time_point kStart{seconds(100)};
 constexpr std::uint64_t kOurs = 1, kTheirs = 2;  // participants
+constexpr int kMost = Places::kMost;
 
 // The use by the fleet.
 struct List {
@@ -56,15 +57,16 @@ TEST(Places, AVehicleKeepsItsPlaceWhileAThousandNamesASecondAreInvented) {
 
 TEST(Places, AVehicleThatComesAfterTheInventedOnesFindsAPlaceAndTheNewestOfThemLeaves) {
   List list;
-  for (int i = 0; i < 64; ++i) list.hear(invented(i), kTheirs, kStart + milliseconds(i));
+  for (int i = 0; i < 2 * kMost; ++i) list.hear(invented(i), kTheirs, kStart + milliseconds(i));
   EXPECT_TRUE(list.places.crowded(kStart + seconds(1)));
   ASSERT_TRUE(list.hear("real", kOurs, kStart + seconds(1)));
   EXPECT_EQ(list.ids.size(), Places::kMost);
   EXPECT_TRUE(list.ids.contains(invented(0)));
-  EXPECT_FALSE(list.ids.contains(invented(31))) << "the newest that had a place";
+  EXPECT_FALSE(list.ids.contains(invented(kMost - 1))) << "the newest that had a place";
   // All of them speak on.
   for (int round = 0; round < 100; ++round) {
-    for (int i = 0; i < 64; ++i) list.hear(invented(i), kTheirs, kStart + seconds(2 + round));
+    for (int i = 0; i < 2 * kMost; ++i)
+      list.hear(invented(i), kTheirs, kStart + seconds(2 + round));
     ASSERT_TRUE(list.ids.contains("real"));
   }
 }
@@ -86,19 +88,21 @@ TEST(Places, OfManyThatInventOneNameEachTheSilentOnesLeaveAndNobodyWhoAnswered) 
 
 TEST(Places, WhoSpeaksOnIsNotPushedOutByOneMore) {
   List list;
-  for (int i = 0; i < 32; ++i) list.hear(invented(i), 10 + static_cast<std::uint64_t>(i), kStart);
+  for (int i = 0; i < kMost; ++i)
+    list.hear(invented(i), 10 + static_cast<std::uint64_t>(i), kStart);
   EXPECT_FALSE(list.hear("one more", kOurs, kStart + seconds(1)));
   EXPECT_TRUE(list.places.crowded(kStart + seconds(2)));
   EXPECT_FALSE(list.places.crowded(kStart + seconds(12)));
 }
 
 TEST(Places, WhatIsDrivenNeverLeaves) {
-  List list{.places = Places([](const std::string& id) { return id == invented(31); }), .ids = {}};
-  for (int i = 0; i < 32; ++i) list.hear(invented(i), kTheirs, kStart + milliseconds(i));
+  List list{.places = Places([](const std::string& id) { return id == invented(kMost - 1); }),
+            .ids = {}};
+  for (int i = 0; i < kMost; ++i) list.hear(invented(i), kTheirs, kStart + milliseconds(i));
   list.hear("real", kOurs, kStart + seconds(1));
-  EXPECT_TRUE(list.ids.contains(invented(31)));
+  EXPECT_TRUE(list.ids.contains(invented(kMost - 1)));
   list.forget(kStart + minutes(60));
-  EXPECT_THAT(list.ids, testing::ElementsAre(invented(31)));
+  EXPECT_THAT(list.ids, testing::ElementsAre(invented(kMost - 1)));
 }
 
 TEST(Places, TheSilentLeaveAfterAWhileUnlessTheyAnswered) {

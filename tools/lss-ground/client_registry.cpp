@@ -210,7 +210,8 @@ void ClientRegistry::on(Client& client, const Order& order) {
     Job job{.id = order.id,
             .vehicle = craft->id,
             .described = craft->described,
-            .dry_run = order.dry_run};
+            .dry_run = order.dry_run,
+            .lease_ms = order.lease_ms};
     if (order.whole) {
       for (const Invocation& step : craft->kind->prepare(craft->status, wanted))
         job.steps.push_back(step);
@@ -267,7 +268,8 @@ void ClientRegistry::send_step(Job& job) {
   job.sent_ns = craft != nullptr ? craft->status.time_ns : 0;
   job.accepted = false;
   const std::uint16_t flags = job.dry_run ? kFlagDryRun : std::uint16_t{0};
-  fleet_.send(cli::to_dds(step, {job.vehicle, job.source, job.seq, flags, lease_ms_}));
+  fleet_.send(cli::to_dds(
+      step, {job.vehicle, job.source, job.seq, flags, std::min(job.lease_ms, lease_ms_)}));
 }
 
 void ClientRegistry::heard_ack(const lss_CommandAck& ack) {

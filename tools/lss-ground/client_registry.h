@@ -92,6 +92,7 @@ class ClientRegistry {
     std::deque<cli::Invocation> steps{};  // the first one was sent, the others wait for its end
     std::size_t count = 1;                // of steps in all
     bool dry_run = false;
+    std::uint32_t lease_ms = kMaxLease_ms;
     bool accepted = false;  // of the one sent
     std::uint64_t seq = 0;
     std::string source{};

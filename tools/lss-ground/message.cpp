@@ -39,6 +39,14 @@ class Members {
     if (!value.is_number_unsigned()) throw std::runtime_error(fmt::format("{} is no count", key));
     return value.get<std::uint64_t>();
   }
+  std::uint32_t lease(const char* key) {
+    if (!object_.contains(key)) return kMaxLease_ms;
+    const std::uint64_t ms = count(key);
+    if (ms < kMinLease_ms || ms > kMaxLease_ms)
+      throw std::runtime_error(
+          fmt::format("{} is {} to {}, not {}", key, kMinLease_ms, kMaxLease_ms, ms));
+    return static_cast<std::uint32_t>(ms);
+  }
   bool flag(const char* key) {
     if (!object_.contains(key)) return false;
     const json value = take(key);
@@ -97,7 +105,8 @@ Message read(Members& all) {
                  .parameters = all.numbers("parameters"),
                  .name = all.text_or_empty("name", kNameSize - 1),
                  .dry_run = all.flag("dry_run"),
-                 .whole = all.flag("whole")};
+                 .whole = all.flag("whole"),
+                 .lease_ms = all.lease("lease_ms")};
   }
   throw std::runtime_error("there is no such type of message");
 }

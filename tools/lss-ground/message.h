@@ -12,6 +12,8 @@
 
 namespace lss::ground {
 
+inline constexpr std::uint32_t kMinLease_ms = 300, kMaxLease_ms = 60'000;
+
 // The first one on each connection.
 struct Hello {
   std::string key;
@@ -28,6 +30,7 @@ struct Order {
   std::string name;                          // of a parameter, of set-parameter
   bool dry_run = false;                      // dry run
   bool whole = false;  // with the commands that must precede it in the present state
+  std::uint32_t lease_ms = kMaxLease_ms;  // of a motion, where it is shorter than the gateway's
 };
 // Emergency stop; only on its own connection.
 struct Stop {

@@ -23,7 +23,7 @@ namespace lss::ground {
 
 class Places {
  public:
-  static constexpr std::size_t kMost = 32;
+  static constexpr std::size_t kMost = 128;
   static constexpr Clock::duration kSilent = std::chrono::seconds(3);  // status comes each second
   static constexpr Clock::duration kForget = std::chrono::minutes(5);  // a name that never answered
   static constexpr Clock::duration kRemember =

@@ -52,6 +52,16 @@ constexpr Presentation::Headline kHeadline[] = {{"measured_m_s", "speed"},
                                                 {"imu_valid", "IMU trusted"},
                                                 {"wheels.current_A", "current"}};
 
+constexpr double kHold_m_s = 0.2;
+constexpr auto kDrive = kind_of(CommandKind::drive), kPark = kind_of(CommandKind::park);
+constexpr Presentation::Hold kHold[] = {
+    {"forward", kDrive, {kHold_m_s, 0, kRequired}},
+    {"backward", kDrive, {-kHold_m_s, 0, kRequired}},
+    {"forward left", kDrive, {kHold_m_s, -kMaxHeading_rad, kRequired}},
+    {"forward right", kDrive, {kHold_m_s, kMaxHeading_rad, kRequired}},
+    {"left", kPark, {-kHold_m_s, kRequired, kRequired}},
+    {"right", kPark, {kHold_m_s, kRequired, kRequired}}};
+
 }  // namespace
 
 const Vocabulary& vocabulary() {
@@ -70,6 +80,8 @@ const Vocabulary& vocabulary() {
                        .alarms = kAlarms,
                        .details = kDetails,
                        .headline = kHeadline,
+                       .supply = "wheels.voltage_V",
+                       .hold = kHold,
                        .first = kFirst,
                        .without_client = "slows down, stands still and switches its motors off"}};
   return words;

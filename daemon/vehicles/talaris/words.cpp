@@ -107,6 +107,7 @@ const Vocabulary& vocabulary() {
           .alarms = kAlarms,
           .details = kDetails,
           .headline = kHeadline,
+          .supply = "voltage_V",
           .first = kFirst,
           .without_client =
               "lands if it is in the air, then shuts its valves and switches its fans off"}};

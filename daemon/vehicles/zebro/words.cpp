@@ -77,6 +77,16 @@ constexpr Presentation::Headline kHeadline[] = {{"speed_m_s", "speed"},
                                                 {"yaw_rad", "turned"},
                                                 {"steps", "gait cycles"},
                                                 {"modules.current_A", "current"}};
+// Walk's direction (1: forward), heading and speed.
+constexpr Presentation::Hold hold_walk(const char* way, double forward, double heading_rad) {
+  return {way, kind_of(CommandKind::walk), {forward, heading_rad, kRequired}};
+}
+constexpr Presentation::Hold kHold[] = {hold_walk("forward", 1, 0),
+                                        hold_walk("backward", 0, 0),
+                                        hold_walk("forward left", 1, -30 * kDegree),
+                                        hold_walk("forward right", 1, 30 * kDegree),
+                                        hold_walk("left", 1, -90 * kDegree),
+                                        hold_walk("right", 1, 90 * kDegree)};
 
 }  // namespace
 
@@ -100,6 +110,8 @@ const Vocabulary& vocabulary() {
           .alarms = kAlarms,
           .details = kDetails,
           .headline = kHeadline,
+          .supply = "modules.supply_V",
+          .hold = kHold,
           .first = kFirst,
           .without_client = "finishes its step, lies down and switches its motors off"}};
   return words;

@@ -58,6 +58,29 @@ export class Fleet {
     this.changed(vehicle);
   }
 
+  // Every vehicle, in a line: who it is, how it is, and what is wrong with it; the ones with errors come first. A press
+  // shows it.
+  private strip() {
+    const where = $("strip"), all = [...this.vehicles.values()].sort((a, b) => a.id.localeCompare(b.id, undefined, {numeric: true}));
+    where.hidden = all.length < 2;
+    if (where.hidden) return;
+    const rows = all.map((v) => {
+      const s = v.status, wrong = (s?.problems ?? []) as Json[], errors = wrong.filter((p) => p.error).length;
+      return {id: v.id, state: !v.living ? "silent" : s ? s.state === "Operational" ? s.mode : s.state : "…",
+        tone: !v.living ? "dim" : s?.state === "FatalError" || errors ? "bad" : wrong.length ? "warn" : s?.state === "Operational" ? "good" : "calm",
+        count: v.living ? wrong.length : 0, shown: v === this.chosen};
+    }).sort((a, b) => Number(b.tone === "bad") - Number(a.tone === "bad"));
+    show(where, rows, () => rows.map((row) => {
+      const button = el("button", {type: "button", class: row.tone, "aria-pressed": String(row.shown), title: row.count ? `${row.count} problems` : row.state},
+        el("b", {}, row.id), el("span", {}, row.state), row.count > 0 && el("i", {}, String(row.count)));
+      button.onclick = () => {
+        localStorage.setItem("vehicle", row.id);
+        this.choose(this.vehicles.get(row.id));
+      };
+      return button;
+    }));
+  }
+
   draw() {
     const list = $("vehicles") as HTMLSelectElement;
     const rows = this.sorted.map((v) => ({id: v.id, living: v.living, text: !v.living ? `${v.id}, ${silence(v)}` : v.id === v.kind ? v.id : `${v.id} (${v.kind})`}));
@@ -69,6 +92,7 @@ export class Fleet {
         silent.length > 0 && el("optgroup", {label: "silent"}, ...silent.map(option))];
     });
     list.classList.toggle("silent", Boolean(this.chosen) && !this.chosen!.living);
+    this.strip();
   }
 }
 

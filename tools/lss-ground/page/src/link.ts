@@ -5,7 +5,7 @@ export type Json = Record<string, any>;
 
 const kLost_ms = 800;
 const kSilent_ms = 2000, kConnect_ms = 5000;  // then another connection is tried
-const kBeat_ms = 200;
+const kBeat_ms = 200, kFastBeat_ms = 100;
 const kShortestWait_ms = 250, kLongestWait_ms = 2000;
 
 function kept(name: string, make: () => string): string {
@@ -105,14 +105,15 @@ export class Line {
 }
 
 // The heartbeat is sent by the drawing loop: a page that hangs cannot drive. `trip` receives the round-trip time.
-export function beat(line: Line, trip: (ms: number) => void): (pulse: Json) => void {
-  let n = 0;
+export function beat(line: Line, trip: (ms: number) => void, fast: () => boolean): (pulse: Json) => void {
+  let n = 0, turn = 0;
   const sent = new Map<number, number>();
   setInterval(() => {
+    if (++turn % (kBeat_ms / kFastBeat_ms) !== 0 && !fast()) return;
     if (!line.send({type: "beat", n: ++n})) return;
     sent.set(n, performance.now());
     sent.delete(n - 50);
-  }, kBeat_ms);
+  }, kFastBeat_ms);
   return (pulse) => {
     const then = sent.get(pulse.beat);
     if (then !== undefined) trip(performance.now() - then);

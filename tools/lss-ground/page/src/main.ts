@@ -3,6 +3,7 @@
 import "./style.css";
 import {details, tabs} from "./details";
 import {$, advice, age, el, show, sourceName} from "./dom";
+import {Drive} from "./drive";
 import {Fleet} from "./fleet";
 import {beat, keyGiven, Line, setKey, type Json} from "./link";
 import {Panel} from "./panel";
@@ -10,27 +11,32 @@ import {Parameters} from "./parameters";
 import {Plots} from "./plots";
 import {Requests} from "./requests";
 import {Bars, Scene} from "./scene";
+import {Sound} from "./sound";
 import {Stops} from "./stop";
+import type {Vehicle} from "./model";
 import {kindOf} from "./vehicles/roster";
 
 let trip_ms: number | null = null;
 
 const data = new Line("lss-ground", hear);
-const pulse = beat(data, (ms) => { trip_ms = ms; });
+const pulse = beat(data, (ms) => { trip_ms = ms; }, () => drive.drives);
 
 const scene = new Scene($("scene") as HTMLCanvasElement);
 const bars = new Bars($("bars") as HTMLCanvasElement);
 const plots = new Plots();
 const requests = new Requests(data);
 const panel = new Panel(requests);
+const drive = new Drive(requests);
+const sound = new Sound();
 const parameters = new Parameters($("parameters"), requests);
 const fleet = new Fleet((vehicle) => {
   scene.show(vehicle);
   plots.show(vehicle);
   panel.show(vehicle);
+  drive.show(vehicle);
   draw();
 });
-const stops = new Stops(fleet);
+const stops = new Stops(fleet, () => drive.interrupt());
 let crowded = false;
 
 function hear(m: Json) {
@@ -122,6 +128,8 @@ function links() {
     rows.push(["daemon", v.links.alive ? age(silent_ms) : "gone", v.living && silent_ms! < Math.max(lease_ms, 1500) ? "good" : "bad"]);
     rows.push(["telemetry", age(v.links.telemetry_age_ms), v.living ? tone(v.links.telemetry_age_ms, ours) : "bad"]);
     rows.push(["OBC message", v.living ? age(obc_ms) : "?", v.living && s?.authority ? tone(obc_ms) : "dim"]);
+    const volts = supply(v);
+    if (volts !== null) rows.push(["supply", v.living ? volts : "?", v.living ? "" : "dim"]);
     rows.push(["record", !v.living ? "?" : s?.recording ? "● recording" : "NOT RECORDING", !v.living ? "dim" : s?.recording ? "rec" : "warn"]);
   }
   show($("links"), rows, () => rows.map(([name, value, tone]) => el("div", {class: tone}, el("dt", {}, name), el("dd", {}, value))));
@@ -164,11 +172,39 @@ function header() {
   document.title = s ? `${v!.id}: ${living ? `${s.state}${s.state === "Operational" ? `, ${s.mode}` : ""}` : "silent"}` : "lss-ground";
 }
 
+// Problems with one advice are one: the first is shown, the others are below it. The command that the advice names is a
+// button beside it.
 function problems() {
-  const chosen = fleet.chosen, list = chosen?.status?.problems ?? [];
-  show(document.querySelector("#problems div")!, [chosen?.id, Boolean(chosen?.status), chosen?.living, list], () => list.length
-    ? list.map((p: Json) => el("p", {class: p.error ? "bad" : "warn"}, el("b", {}, p.text), p.advice && el("span", {}, `→ ${advice(p.advice)}`)))
-    : [el("p", {class: "dim"}, !chosen?.status ? "" : chosen.living ? "None." : "Unknown: it is silent.")]);
+  const chosen = fleet.chosen, list = (chosen?.status?.problems ?? []) as Json[];
+  show(document.querySelector("#problems div")!, [chosen?.id, Boolean(chosen?.status), chosen?.living, list, requests.mayCommand], () => {
+    if (!list.length) return [el("p", {class: "dim"}, !chosen?.status ? "" : chosen.living ? "None." : "Unknown: it is silent.")];
+    const groups = new Map<string, Json[]>();
+    list.forEach((p, i) => {
+      const key = p.advice ? `${p.error} ${p.advice}` : String(i);
+      groups.set(key, [...(groups.get(key) ?? []), p]);
+    });
+    return [...groups.values()].map(([first, ...others]) => el("div", {class: `problem ${first.error ? "bad" : "warn"}`}, el("b", {}, first.text),
+      others.length > 0 && el("details", {}, el("summary", {}, `and ${others.length} more with the same remedy`), ...others.map((p) => el("div", {}, p.text))),
+      first.advice && el("span", {}, `→ ${advice(first.advice)}`), first.advice && action(first.advice)));
+  });
+}
+
+function action(text: string): HTMLElement | null {
+  const name = /lss-cli ([a-z][a-z-]*)(?! [A-Z0-9])/.exec(text)?.[1], vehicle = fleet.chosen;
+  const command = vehicle?.commands.find((c) => c.name === name && c.parameters.every((p) => p.default !== null));
+  if (!command || !requests.mayCommand) return null;
+  const button = el("button", {type: "button", title: command.summary}, command.name.replace(/-/g, " "));
+  button.onclick = () => panel.run(command.name);
+  return button;
+}
+
+// The lowest supply voltage of the vehicle's modules.
+function supply(v: Vehicle): string | null {
+  const [field, member] = String(v.presentation.supply ?? "").split(".");
+  if (!field || !v.telemetry) return null;
+  const values = (member ? (v.telemetry[field] as Json[] ?? []).map((one) => one[member]) : [v.telemetry[field]])
+    .filter((x) => typeof x === "number" && Number.isFinite(x) && x > 0) as number[];
+  return values.length ? `${Math.min(...values).toFixed(1)} V` : "–";
 }
 
 function overlay() {
@@ -196,6 +232,7 @@ function draw() {
   if (!chosen) return;
   details(chosen);
   parameters.draw(chosen);
+  sound.hear(fleet);
 }
 
 tabs(draw);

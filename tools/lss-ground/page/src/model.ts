@@ -26,20 +26,34 @@ export interface Links { alive: boolean; status_age_ms: number | null; telemetry
 
 export const kStale_ms = 3000;  // a status comes every second
 
-// Samples of chosen signals over the last minute.
+// Samples of all signals since the page was opened: the last ten minutes as received, before these one a second.
 export class History {
-  static readonly kSeconds = 60;
+  static readonly kFine_s = 600;
   times: number[] = [];
   values: (number | null)[][];
+  private fine = 0;       // index of the first sample that is not thinned out
   constructor(count: number) { this.values = Array.from({length: count}, () => []); }
   add(time_s: number, row: (number | null)[]) {
     this.times.push(time_s);
     row.forEach((v, i) => this.values[i].push(v));
-    if (this.times.length > History.kSeconds * 25) {
-      const cut = this.times.findIndex((t) => t > time_s - History.kSeconds);
-      this.times.splice(0, cut);
-      this.values.forEach((v) => v.splice(0, cut));
+    if (time_s - this.times[this.fine] > 1.1 * History.kFine_s) this.thin(time_s - History.kFine_s);
+  }
+  // The index of the first sample from this time on.
+  from(time_s: number): number {
+    let low = 0, high = this.times.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      this.times[middle] < time_s ? low = middle + 1 : high = middle;
     }
+    return low;
+  }
+  private thin(before_s: number) {
+    const end = this.from(before_s), kept: number[] = [];
+    for (let i = this.fine; i < end; ++i) if (!kept.length || Math.floor(this.times[i]) !== Math.floor(this.times[kept[kept.length - 1]])) kept.push(i);
+    const thinned = <T>(list: T[]) => { list.splice(this.fine, end - this.fine, ...kept.map((i) => list[i])); };
+    this.values.forEach(thinned);
+    thinned(this.times);
+    this.fine += kept.length;
   }
 }
 

@@ -118,10 +118,15 @@ export class Panel {
 
   private send(row: Row) {
     const parameters = this.parameters(row);
-    if (parameters) this.run(row.command.name, {type: "command", command: row.command.name, parameters, whole: true});
+    if (parameters) this.run(row.command.name, parameters);
   }
 
-  private run(command: string, message: Json) {
+  // A command, with the steps before it.
+  run(command: string, parameters: Record<string, number> = {}) {
+    this.begin(command, {type: "command", command, parameters, whole: true});
+  }
+
+  private begin(command: string, message: Json) {
     const vehicle = this.shown;
     if (!vehicle) return;
     vehicle.running = {command, phase: "sent", step: "", left: 0, steps: 1, text: "", at: performance.now(), final: false};
@@ -142,7 +147,7 @@ export class Panel {
       placeholder: "0s      valves 1,3  for 100ms\n500ms   valves 5,7  for 100ms\n2s      fans all    throttle 0.3"}) as HTMLTextAreaElement;
     const run = el("button", {type: "button"}, "run script") as HTMLButtonElement;
     run.onclick = () => {
-      if (text.value.trim()) this.run("script", {type: "script", text: text.value});
+      if (text.value.trim()) this.begin("script", {type: "script", text: text.value});
     };
     this.runs = run;
     return el("details", {class: "more"}, el("summary", {}, "script of timed actuations"), text, run,

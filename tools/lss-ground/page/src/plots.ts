@@ -1,4 +1,5 @@
-// Signals over the last minute: signals of one unit share a chart.
+// Signals over time, live or a part of the session: signals of one unit share a chart. The values at the pointer are
+// below each chart; a drag zooms, a double click goes back to live.
 
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
@@ -8,6 +9,7 @@ import type {Signal} from "./vehicles/kind";
 import {kindOf} from "./vehicles/roster";
 
 const kHeight_px = 116;
+const kSpans: [string, number][] = [["1 min", 60], ["10 min", 600], ["session", Infinity]];
 const kColours = {
   dark: ["#4f9cf0", "#e0a33e", "#5fc08a", "#c77dd8", "#e5736b", "#7fc4d6", "#a5ad5c", "#9a8fe0"],
   light: ["#1c66bd", "#a86700", "#1d7f4a", "#93399f", "#c0392f", "#1b7d95", "#6b7415", "#5a4cc0"],
@@ -16,6 +18,8 @@ const kColours = {
 export class Plots {
   private charts: {plot: uPlot; signals: number[]; unit: string}[] = [];
   private shown: Vehicle | null = null;
+  private span_s = kSpans[0][1];
+  private zoom: {min: number; max: number} | null = null;  // stands still; null: the newest span
   private chosen = new Map<string, Set<string>>();  // by type of vehicle
 
   private signals(vehicle: Vehicle): Signal[] { return kindOf(vehicle).signals; }
@@ -53,7 +57,21 @@ export class Plots {
       };
       list.append(el("label", {}, box, ` ${signal.name}`));
     }
-    $("choose").replaceChildren(el("details", {}, el("summary", {}, "choose"), list));
+    const spans = kSpans.map(([name, span_s]) => {
+      const button = el("button", {type: "button", "aria-pressed": String(span_s === this.span_s && !this.zoom)}, name);
+      button.onclick = () => {
+        this.span_s = span_s;
+        this.zoomTo(null);
+      };
+      return button;
+    });
+    $("choose").replaceChildren(...spans, el("details", {}, el("summary", {}, "choose"), list));
+  }
+
+  private zoomTo(zoom: {min: number; max: number} | null) {
+    this.zoom = zoom;
+    document.querySelectorAll("#choose > button").forEach((b, i) => b.setAttribute("aria-pressed", String(!zoom && kSpans[i][1] === this.span_s)));
+    this.draw();
   }
 
   rebuild() {
@@ -75,11 +93,19 @@ export class Plots {
       const plot = new uPlot({
         width: where.clientWidth || 400,
         height: kHeight_px,
-        cursor: {y: false, drag: {x: false, y: false}},
-        legend: {live: false},
+        cursor: {y: false, drag: {x: true, y: false, setScale: false}, sync: {key: "signals"}, bind: {dblclick: () => () => {
+          this.zoomTo(null);
+          return null;
+        }}},
+        hooks: {setSelect: [(u) => {
+          const {left, width} = u.select;
+          if (width > 3) this.zoomTo({min: u.posToVal(left, "x"), max: u.posToVal(left + width, "x")});
+          u.setSelect({left: 0, top: 0, width: 0, height: 0}, false);
+        }]},
         scales: {x: {time: true}},
         axes: [{...axis, size: 22, space: 70}, {...axis, size: 44, label: unit, labelSize: 14, labelFont: "11px system-ui, sans-serif", space: 24}],
-        series: [{}, ...members.map((i, k) => ({label: signals[i].name, stroke: colours[k % colours.length], width: 1.5, points: {show: false}}))],
+        series: [{value: (_: uPlot, t: number | null) => t === null || t === undefined ? "–" : new Date(1000 * t).toLocaleTimeString()}, ...members.map((i, k) => ({label: signals[i].name, stroke: colours[k % colours.length], width: 1.5, points: {show: false},
+          value: (_: uPlot, v: number | null) => v === null || v === undefined ? "–" : String(Number(v.toPrecision(4)))}))],
       }, [[]] as unknown as uPlot.AlignedData, where);
       this.charts.push({plot, signals: members, unit});
     }
@@ -95,13 +121,15 @@ export class Plots {
   draw() {
     const history = this.shown?.history;
     if (!history || document.hidden) return;
-    const end = Date.now() / 1000, seen = $("charts").parentElement!.getBoundingClientRect();
+    const now = Date.now() / 1000, begin = Math.max(now - this.span_s, history.times[0] ?? now - kSpans[0][1]);
+    const {min, max} = this.zoom ?? {min: this.span_s === Infinity ? begin : now - this.span_s, max: now};
+    const from = Math.max(0, history.from(min) - 1), to = history.from(max) + 1, seen = $("charts").parentElement!.getBoundingClientRect();
     for (const {plot, signals} of this.charts) {
       const {top, bottom} = plot.root.getBoundingClientRect();
       if (bottom < seen.top || top > seen.bottom) continue;  // scrolled away
       plot.batch(() => {
-        plot.setData([history.times, ...signals.map((i) => history.values[i])] as uPlot.AlignedData, true);
-        plot.setScale("x", {min: end - History.kSeconds, max: end});
+        plot.setData([history.times, ...signals.map((i) => history.values[i])].map((all) => all.slice(from, to)) as unknown as uPlot.AlignedData, true);
+        plot.setScale("x", {min, max});
       });
     }
   }

@@ -34,7 +34,7 @@ export class Stops {
   private hint = {text: "", at: -Infinity};  // the hint after a press that was too short
   readonly line = new Line("lss-stop", (m) => this.hear(m));
 
-  constructor(private readonly fleet: Fleet) {
+  constructor(private readonly fleet: Fleet, private readonly pressed: () => void) {
     const big = $("estop"), fall = $("fall"), all = $("stop-all");
     this.button(big, () => [], () => this.pilot());
     this.button(fall, () => this.fleet.chosen ? [this.fleet.chosen.id] : [], () => this.press(this.fleet.chosen?.id ?? "", false));
@@ -84,6 +84,7 @@ export class Stops {
   }
 
   private press(vehicle: string, land: boolean) {
+    this.pressed();
     this.presses = this.presses.filter((p) => !p.over && (p.vehicle !== vehicle || p.land !== land));
     const press: Press = {id: ++this.numbers, vehicle, land, at: performance.now(), sent: false, acknowledged: false, over: false, over_ms: 0,
       text: "sent …", brief: "sent …", tone: "busy", each: new Map()};
