@@ -106,22 +106,27 @@ Qos recording_reader_qos(Kind kind) {
 }
 
 std::string configuration(const ParticipantParameters& parameters, bool shared_memory) {
+  const char* uri = std::getenv("CYCLONEDDS_URI");
+  const std::string user = uri != nullptr ? uri : "";
   std::string interfaces;
   for (const std::string& name : parameters.interfaces) {
+    if (user.find("name=\"" + name + "\"") != user.npos) continue;  // Cyclone takes none twice
     interfaces += "<NetworkInterface name=\"" + name + "\"" +
                   (name == "lo" ? " multicast=\"true\"" : "") + "/>";
   }
   const std::string memory = std::string("<SharedMemory><Enable>") +
                              (shared_memory ? "true" : "false") +
                              "</Enable><LogLevel>warn</LogLevel></SharedMemory>";
-  std::string text = "<General><Interfaces>" + interfaces + "</Interfaces></General>" + memory;
+  std::string text = memory;
+  if (!interfaces.empty())
+    text = "<General><Interfaces>" + interfaces + "</Interfaces></General>" + memory;
   if (parameters.short_lived) {
     text +=
         "<Internal><HeartbeatInterval min=\"2 ms\" minsched=\"2 ms\" max=\"8 s\">4 ms"
         "</HeartbeatInterval></Internal>";
   }
-  if (const char* user = std::getenv("CYCLONEDDS_URI"); user != nullptr && *user != '\0') {
-    text += "," + std::string(user);
+  if (!user.empty()) {
+    text += "," + user;
     // The user's configuration may ask for shared memory too; without RouDi that would abort the
     // process.
     if (!shared_memory) text += "," + memory;

@@ -15,6 +15,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <tl/expected.hpp>
 #include <utility>
@@ -28,6 +29,8 @@
 
 namespace {
 
+// For a simulator that was started in the same moment.
+constexpr std::chrono::seconds kSimulatorStarts{5};
 constexpr lss::TimeNs kStandstill = lss::kSecond;  // a thread without a turn for so long is stuck
 constexpr std::size_t kLogLines = 1024;
 constexpr int kExitFailure = 1;
@@ -49,15 +52,31 @@ void resolve_ports(lss::config::Config& config, const std::filesystem::path& run
   }
 }
 
+// True: the condition was met in time.
+template <class Condition>
+bool await_simulator(Condition&& condition) {
+  const auto end = std::chrono::steady_clock::now() + kSimulatorStarts;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return true;
+}
+
 // Joins simulated time, only if all ports belong to the simulator. The error says what to do.
 tl::expected<void, std::string> follow_simulator(const lss::config::Config& config,
                                                  const std::filesystem::path& run_dir) {
-  if (const std::string error = lss::lockstep::join(run_dir.string(), "lssd"); !error.empty())
+  std::string error;
+  if (!await_simulator([&] {
+        error = lss::lockstep::join(run_dir.string(), "lssd");
+        return error.empty();
+      }))
     return tl::unexpected(error);
   for (const lss::config::Port& port : config.ports) {
     const std::filesystem::path path = port.path;
     const bool of_simulator = path.parent_path() == run_dir || port.path.starts_with("udp://");
-    if (of_simulator && lss::lockstep::has_line(lss::lockstep::line_name(port.path))) continue;
+    const std::string_view line = lss::lockstep::line_name(port.path);
+    if (of_simulator && await_simulator([&] { return lss::lockstep::has_line(line); })) continue;
     return tl::unexpected("--lockstep: port " + port.name + " (" + port.path +
                           ") is no port of the simulator in " + run_dir.string() +
                           ": give it the simulator's sim:NAME or udp:// address, or start without "

@@ -47,6 +47,26 @@ TEST_F(Several, TheEnvironmentNamesTheVehicleAndTheCommandLineWins) {
             "zebro-1");
 }
 
+TEST_F(Several, AreALineEachInFleet) {
+  EXPECT_EQ(run({"--timeout", "1s", "fleet"}).code, 3);
+  FakeDaemon first(domain(), "zebro-1"), second(domain(), "zebro-2");
+  const Ended ended = run({"fleet"});
+  EXPECT_EQ(ended.code, 0);
+  EXPECT_THAT(ended.out, testing::MatchesRegex("zebro-1 +zebro .*nobody commands.*\n"
+                                               "zebro-2 +zebro .*nobody commands.*\n"));
+  const json all = json::parse(run({"--json", "fleet"}).out)["vehicles"];
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(all[0]["vehicle_id"], "zebro-1");
+  EXPECT_EQ(all[1]["fault_count"], 0);
+}
+
+TEST_F(Several, ADaemonThatDoesNotSayItsNameIsCountedInFleet) {
+  FakeDaemon first(domain(), "zebro-1");
+  FakeDaemon second(domain(), Birth{.vehicle_id = "zebro-2", .late_by = std::chrono::hours(1)});
+  const Ended ended = run({"--timeout", "1s", "--json", "fleet"});
+  EXPECT_EQ(json::parse(ended.out)["without_status"], 1);
+}
+
 class TwoOfOneName : public ProgramTest {
  protected:
   FakeDaemon first{domain(), Birth{.pid = 1001}}, second{domain(), Birth{.pid = 1002}};

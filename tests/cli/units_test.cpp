@@ -9,9 +9,19 @@
 #include "idl/angles.h"
 #include "tools/lss-cli/session/waker.h"
 #include "tools/lss-cli/show/failure.h"
+#include "tools/lss-cli/show/output.h"
 
 namespace lss::cli {
 namespace {
+
+TEST(Screen, FitsTheTerminalWithItsMostImportantLinesFirst) {
+  EXPECT_EQ(fitted("one\ntwo", 24, 80), "one\ntwo");
+  EXPECT_EQ(fitted("one\ntwo\nthree\nfour", 3, 80),
+            "one\ntwo\n... 2 more lines: make the window higher, or: lss-cli status");
+  EXPECT_EQ(fitted("12345678\nabc", 24, 5), "12345\nabc");
+  EXPECT_EQ(fitted("\x1b[1;31m12345678\x1b[0m", 24, 5), "\x1b[1;31m12345\x1b[0m");
+  EXPECT_EQ(fitted("m/s\u00b2m/s\u00b2", 24, 5), "m/s\u00b2m");
+}
 
 TEST(Units, ATimeTooLongForTheClockLastsForYears) {
   constexpr std::chrono::hours kYears(20 * 365 * 24);

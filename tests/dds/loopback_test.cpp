@@ -87,6 +87,16 @@ TEST(Loopback, IsTheOnlyInterfaceThatADefaultFaceSendsOnAndListensOn) {
   }
 }
 
+TEST(Loopback, MayBeNamedByCycloneddsUriToo) {
+  ::setenv("CYCLONEDDS_URI",
+           "<General><Interfaces><NetworkInterface name=\"lo\" multicast=\"true\"/></Interfaces>"
+           "</General>",
+           1);
+  const auto face = Face::create(face_parameters("v1"), [](const Request&, std::uint64_t) {});
+  ::unsetenv("CYCLONEDDS_URI");
+  EXPECT_TRUE(face.has_value()) << face.error();
+}
+
 TEST(Loopback, CycloneddsUriStillWins) {
   const std::string log = testing::TempDir() + "lss-cyclone-" + std::to_string(::getpid()) + ".log";
   const std::string uri =

@@ -2,7 +2,7 @@
 """The code of docs/tutorial-vehicle.md: its blocks with a file name are the files of examples/scout.
 
 tutorial.py ROOT [--update]       compares them with the files, or takes them from the files
-tutorial.py ROOT --write FOLDER   writes them to FOLDER, as a reader would
+tutorial.py ROOT --write FOLDER [PAGE]   writes them, or those of another page, to FOLDER, as a reader would
 """
 
 import pathlib
@@ -12,9 +12,9 @@ import sys
 BLOCK = re.compile(r"(^`(?P<name>[\w./-]+)`:\n\n```(?P<kind>\w*)\n)(?P<text>.*?)(^```$)", re.M | re.S)
 
 
-def main(root, option="--check", folder=None):
+def main(root, option="--check", folder=None, page="docs/tutorial-vehicle.md"):
     root = pathlib.Path(root)
-    page, example = root / "docs/tutorial-vehicle.md", root / "examples/scout"
+    page, example = root / page, root / "examples/scout"
     text = page.read_text(encoding="utf-8")
     blocks = {found["name"]: found["text"] for found in BLOCK.finditer(text)}
     if option == "--write":

@@ -1,11 +1,14 @@
 #include "tools/lss-cli/show/output.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <vector>
 
 namespace lss::cli {
 namespace {
@@ -22,6 +25,22 @@ std::string fit_terminal(std::string_view text) {
   return std::string(text.substr(0, size.ws_col - 1u));
 }
 
+// Escape sequences take no column; a character of UTF-8 takes one.
+std::string first_columns(std::string_view line, unsigned columns) {
+  std::string cut;
+  unsigned taken = 0;
+  bool escape = false;
+  for (const char c : line) {
+    const bool continues = (static_cast<unsigned char>(c) & 0xc0u) == 0x80u;
+    if (c == '\x1b') escape = true;
+    if (!escape && !continues && ++taken > columns) break;
+    cut += c;
+    if (escape && c == 'm') escape = false;
+  }
+  if (taken > columns && cut.find('\x1b') != std::string::npos) cut += "\x1b[0m";
+  return cut;
+}
+
 void write(std::FILE* file, std::string_view text) {
   std::fwrite(text.data(), 1, text.size(), file);
   std::fflush(file);
@@ -31,6 +50,23 @@ void write(std::FILE* file, std::string_view text) {
 
 std::string Style::paint(std::string_view code, std::string_view text) const {
   return colour ? fmt::format("\x1b[{}m{}\x1b[0m", code, text) : std::string(text);
+}
+
+std::string fitted(std::string_view screen, unsigned rows, unsigned columns) {
+  std::vector<std::string> lines;
+  for (std::size_t begin = 0; begin <= screen.size();) {
+    const std::size_t end = std::min(screen.find('\n', begin), screen.size());
+    lines.push_back(first_columns(screen.substr(begin, end - begin), columns));
+    begin = end + 1;
+  }
+  if (lines.size() > rows) {
+    const std::size_t missing = lines.size() - rows + 1;
+    lines.resize(rows);
+    lines.back() = first_columns(
+        fmt::format("... {} more lines: make the window higher, or: lss-cli status", missing),
+        columns);
+  }
+  return fmt::format("{}", fmt::join(lines, "\n"));
 }
 
 Output::Output(const Options& options)

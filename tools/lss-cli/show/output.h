@@ -29,6 +29,10 @@ struct Style {
   std::string paint(std::string_view code, std::string_view text) const;
 };
 
+// The beginning of a screen that fits a terminal of so many rows and columns: longer lines are cut,
+// colours end with their line, and a last line says how many rows are missing.
+std::string fitted(std::string_view screen, unsigned rows, unsigned columns);
+
 class Output {
  public:
   explicit Output(const Options& options);

@@ -1,8 +1,10 @@
-// status, health, watch and data: how the vehicle is.
+// status, health, watch and data: how the vehicle is; fleet: how all of them are.
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "tools/lss-cli/session/status.h"
@@ -76,6 +78,57 @@ ExitCode run_data(Context& context) {
   return ExitCode::completed;
 }
 
+std::string fleet_line(const lss_Status& status, const Style& style) {
+  const bool operational = status.state == lss_STATE_OPERATIONAL;
+  const std::string state =
+      fmt::format("{:<13}", operational ? std::string(text(status.mode_name))
+                                        : std::string(state_name(status.state)));
+  const std::string faults = fmt::format(
+      "{:<10}", status.fault_count == 0   ? "no fault"
+                : status.fault_count == 1 ? "1 fault"
+                                          : fmt::format("{} faults", status.fault_count));
+  const std::string_view holder = text(status.authority);
+  return fmt::format("{:<16} {:<9} {} {} {}, {}\n", text(status.vehicle_id), text(status.vehicle),
+                     status.state == lss_STATE_FATAL_ERROR ? style.bad(state)
+                     : operational                         ? style.good(state)
+                                                           : state,
+                     status.fault_count > 0 ? style.bad(faults) : faults,
+                     holder.empty() ? "nobody commands" : fmt::format("{} commands", holder),
+                     status.recording ? "recording" : "not recording");
+}
+
+// Nothing of a vehicle but its status: it may be one that this program was built without.
+ExitCode run_fleet(Context& context) {
+  Link& link = context.link();
+  link.may_be_described();  // waits for the first answer
+  link.listen();
+  std::vector<const lss_Status*> all;
+  for (const auto& [guid, daemon] : link.daemons().all()) {
+    if (daemon.heard) all.push_back(&daemon.status);
+  }
+  if (all.empty()) throw link.unreachable("");
+  std::ranges::sort(all, std::less(), [](const lss_Status* s) { return text(s->vehicle_id); });
+  nlohmann::json list = nlohmann::json::array();
+  for (const lss_Status* status : all) {
+    const std::string_view holder = text(status->authority);
+    context.output.print(fleet_line(*status, context.output.style()));
+    list.push_back({{"vehicle_id", text(status->vehicle_id)},
+                    {"vehicle", text(status->vehicle)},
+                    {"state", state_name(status->state)},
+                    {"mode", text(status->mode_name)},
+                    {"fault_count", status->fault_count},
+                    {"authority", holder.empty() ? nlohmann::json() : nlohmann::json(holder)},
+                    {"airborne", status->airborne},
+                    {"recording", status->recording},
+                    {"version", text(status->version)},
+                    {"instance", instance_json(status->instance)}});
+  }
+  const std::size_t silent = link.daemons().all().size() - all.size();
+  if (silent > 0) context.output.note(fmt::format("{} more did not say their names", silent));
+  context.output.document({{"vehicles", std::move(list)}, {"without_status", silent}});
+  return ExitCode::completed;
+}
+
 // The terminal while a screen is redrawn in place; restored at the end.
 class FullScreen {
  public:
@@ -86,8 +139,11 @@ class FullScreen {
 
   // Overwritten line by line, so that nothing flickers.
   void draw(std::string_view screen) {
+    winsize size{};
+    const bool known = ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_row > 0;
     std::string text = "\x1b[H";
-    for (const char c : screen) text += c == '\n' ? "\x1b[K\n" : std::string(1, c);
+    for (const char c : fitted(screen, known ? size.ws_row : 24u, known ? size.ws_col : 80u))
+      text += c == '\n' ? "\x1b[K\n" : std::string(1, c);
     put(text + "\x1b[J");
   }
 
@@ -112,7 +168,7 @@ ExitCode run_watch(Context& context, std::optional<double> for_s) {
       const void* telemetry = session.link().telemetry();
       if (screen) {
         screen->draw(status_screen(session.vehicle(), status, telemetry, output.style()) +
-                     "\nCtrl-C to leave\n");
+                     "\nCtrl-C to leave");
       } else {
         context.output.print(status_line(session.vehicle(), status, telemetry) + "\n");
         context.output.record(status_json(session.vehicle(), status, telemetry));
@@ -134,6 +190,10 @@ void add_status_verbs(Grammar& grammar) {
   grammar.on(grammar.verb("health", "0 when all is well, else 6 and what is wrong",
                           "  lss-cli health || lss-cli solve\n"),
              run_health);
+  grammar.on(grammar.verb("fleet", "every vehicle on the domain, a line each",
+                          "  lss-cli fleet\n  lss-cli --json fleet | jq '.vehicles[].vehicle_id'\n"
+                          "Exit code 3: none answered.\n"),
+             run_fleet);
   CLI::App& watch =
       grammar.verb("watch", "status, updated continuously",
                    "  lss-cli watch\n  lss-cli --jsonl watch --for 1min > log.jsonl\n");
