@@ -81,13 +81,13 @@ export class Scene {
   show(vehicle: Vehicle | null) {
     if (vehicle === this.shown) return;
     this.shown = vehicle;
-    if (this.model) this.scene.remove(this.model.root);
+    if (this.model) this.scene.remove(this.model.root, ...this.model.world ? [this.model.world] : []);
     const kind = vehicle && kindOf(vehicle);
     this.model = kind ? kind.model() : null;
     if (!kind || !this.model) return;
     this.metres = kind.metres;
     this.zoom = 1;
-    this.scene.add(this.model.root);
+    this.scene.add(this.model.root, ...this.model.world ? [this.model.world] : []);
     this.colours();
   }
 

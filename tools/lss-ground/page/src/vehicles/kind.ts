@@ -17,6 +17,7 @@ export interface Table { heads: string[]; rows: (string | Cell)[][]; }
 
 export interface Model {
   root: THREE.Object3D;             // moves over the ground
+  world?: THREE.Object3D;           // stays where it is
   update(telemetry: Json, dt_s: number): void;  // called for each drawing, with the newest telemetry
 }
 

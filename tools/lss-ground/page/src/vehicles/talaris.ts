@@ -19,7 +19,43 @@ function plume(length_m: number): THREE.Mesh {
   return mesh;
 }
 
+// The places of a flight, a step apart; the oldest go.
+class Trail {
+  private static readonly kMost = 2000;
+  private static readonly kStep_m = 0.1;
+  readonly points: THREE.Points;
+  private readonly places = new Float32Array(3 * Trail.kMost);
+  private readonly last = v(Infinity, 0, 0);
+  private count = 0;
+
+  constructor(colour: number, size_m: number) {
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(this.places, 3));
+    geometry.setDrawRange(0, 0);
+    this.points = new THREE.Points(geometry, new THREE.PointsMaterial({color: colour, size: size_m}));
+    this.points.frustumCulled = false;
+  }
+  add(at: THREE.Vector3) {
+    if (at.distanceTo(this.last) < Trail.kStep_m) return;
+    this.last.copy(at).toArray(this.places, 3 * (this.count++ % Trail.kMost));
+    this.points.geometry.attributes.position.needsUpdate = true;
+    this.points.geometry.setDrawRange(0, Math.min(this.count, Trail.kMost));
+  }
+  clear() {
+    this.count = 0;
+    this.last.x = Infinity;
+    this.points.geometry.setDrawRange(0, 0);
+  }
+}
+
 function model(): Model {
+  // In the air: where it was, where guidance wants it to be, and where it may be (three sigma).
+  const world = new THREE.Group(), flown = new Trail(kColours.gold, 0.05), planned = new Trail(kColours.plume, 0.035);
+  const target = new THREE.Mesh(new THREE.OctahedronGeometry(0.1), new THREE.MeshBasicMaterial({color: kColours.plume, wireframe: true}));
+  const sure = new THREE.Mesh(new THREE.SphereGeometry(1, 24, 16),
+    new THREE.MeshBasicMaterial({color: kColours.gold, transparent: true, opacity: 0.18, depthWrite: false}));
+  world.add(flown.points, planned.points, target, sure);
+  let airborne = false;
   const root = new THREE.Group(), body = new THREE.Group();
   root.add(body);
   body.add(place(box(0.5, 0.05, 0.5, kColours.body), 0, 0.02, 0), place(cylinder(0.12, 0.3, kColours.gold), 0, 0.2, 0));
@@ -55,10 +91,22 @@ function model(): Model {
   const turned = new THREE.Quaternion();
   return {
     root,
+    world,
     update(t: Json, dt_s: number) {
       const ease = Math.min(1, dt_s * 8), p = t.position_m, q = t.attitude_wxyz;
       if (p.every(Number.isFinite)) root.position.lerp(v(p[2], Math.max(p[0], kLeg_m), p[1]), ease);
       if (q.every(Number.isFinite)) body.quaternion.slerp(turned.set(q[3], q[1], q[2], q[0]), ease);
+      const aim = t.target_position_m, sigma = t.position_sigma_m;
+      if (t.airborne && !airborne) [flown, planned].forEach((trail) => trail.clear());
+      airborne = t.airborne;
+      target.visible = airborne && Boolean(aim?.every(Number.isFinite));
+      if (target.visible) planned.add(target.position.set(aim[2], aim[0], aim[1]));
+      if (airborne && p.every(Number.isFinite)) flown.add(v(p[2], p[0], p[1]));
+      sure.visible = airborne && p.every(Number.isFinite) && Boolean(sigma?.every(Number.isFinite));
+      if (sure.visible) {
+        sure.position.set(p[2], p[0], p[1]);
+        sure.scale.set(3 * sigma[2], 3 * sigma[0], 3 * sigma[1]);
+      }
       t.valves.forEach((valve: Json, i: number) => {
         const share = valve.on_s > 0 ? Math.min(1, valve.on_s / 0.2) : valve.open ? 1 : 0;
         plumes[i].visible = share > 0;
