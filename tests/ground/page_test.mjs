@@ -67,7 +67,7 @@ const vehicle = (id, kind) => ({type: "vehicle", id, vehicle: kind, commands: kC
 const status = (id, more = {}) => ({type: "status", id, alive: true, state: "Operational", mode: "Walking", progress: "walks", problems: [], authority: null, recording: true,
   link: {obc_age_ms: 20}, frame: {index: 1, overruns: 0}, counters: {commands_rejected: 0, safe_commands: 0}, realtime: {policy: "enforce", granted: true},
   shared_memory: "off", version: "0", airborne: false, stop_in_flight: "lands", daemons: [], ...more});
-const flight = (id) => ({type: "telemetry", id, telemetry: {program: "hop", phase: "traverse", airborne: true, remaining_s: 12, calibrated: true, calibrated_share: 1, position_m: [2, 0, 6.2],
+const flight = (id) => ({type: "telemetry", id, telemetry: {program: "hop", phase: "traverse", airborne: true, remaining_s: 12, calibrated: true, calibrated_share: 1, position_m: [2, 0, 6.2], target_position_m: [2.1, 0, 6.8],
   velocity_m_s: [0.1, 0, 1.3], attitude_wxyz: [0.99, 0, 0.1, 0], rate_rad_s: [0, 0, 0], position_sigma_m: [0.1, 0.1, 0.1], range_m: 2, gas_left_thruster_s: 41, pressure_Pa: [2e7, 1e6], voltage_V: 24,
   gas_thruster_s: 9, script_id: 0, valves: [], fans: [], modules: []}});
 // Lunar Zebro runs, Ardito is silent for ten minutes and comes first in the list.
