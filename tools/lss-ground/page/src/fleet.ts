@@ -38,9 +38,23 @@ export class Fleet {
     if (vehicle !== this.chosen) this.vehicles.delete(id);
   }
 
+  // A recording, shown beside the vehicles.
+  open(vehicle: Vehicle) {
+    this.vehicles.set(vehicle.id, vehicle);
+    this.choose(vehicle);
+  }
+  close(vehicle: Vehicle) {
+    this.vehicles.delete(vehicle.id);
+    this.chosen = null;
+    this.choose(this.sorted.find((v) => v.living) ?? this.sorted[0]);
+    if (!this.chosen) location.reload();
+  }
+  // What STOP is for; null: every vehicle.
+  get meant() { return this.chosen?.recorded ? null : this.chosen; }
+
   // All vehicles that the gateway knows, with the age of the last message.
   heard(crafts: Record<string, Links>) {
-    for (const id of [...this.vehicles.keys()]) if (!crafts[id]) this.gone(id);
+    for (const [id, vehicle] of this.vehicles) if (!crafts[id] && !vehicle.recorded) this.gone(id);
     for (const [id, links] of Object.entries(crafts)) {
       const vehicle = this.vehicles.get(id);
       if (!vehicle) continue;
@@ -66,7 +80,7 @@ export class Fleet {
     if (where.hidden) return;
     const rows = all.map((v) => {
       const s = v.status, wrong = (s?.problems ?? []) as Json[], errors = wrong.filter((p) => p.error).length;
-      return {id: v.id, state: !v.living ? "silent" : s ? s.state === "Operational" ? s.mode : s.state : "…",
+      return {id: v.id, state: v.recorded ? "recording" : !v.living ? "silent" : s ? s.state === "Operational" ? s.mode : s.state : "…",
         tone: !v.living ? "dim" : s?.state === "FatalError" || errors ? "bad" : wrong.length ? "warn" : s?.state === "Operational" ? "good" : "calm",
         count: v.living ? wrong.length : 0, shown: v === this.chosen};
     }).sort((a, b) => Number(b.tone === "bad") - Number(a.tone === "bad"));
@@ -83,7 +97,7 @@ export class Fleet {
 
   draw() {
     const list = $("vehicles") as HTMLSelectElement;
-    const rows = this.sorted.map((v) => ({id: v.id, living: v.living, text: !v.living ? `${v.id}, ${silence(v)}` : v.id === v.kind ? v.id : `${v.id} (${v.kind})`}));
+    const rows = this.sorted.map((v) => ({id: v.id, living: v.living || Boolean(v.recorded), text: v.recorded ? v.id : !v.living ? `${v.id}, ${silence(v)}` : v.id === v.kind ? v.id : `${v.id} (${v.kind})`}));
     show(list, [rows, this.chosen?.id], () => {
       const option = (row: typeof rows[0]) => el("option", {value: row.id, selected: row.id === this.chosen?.id, class: row.living ? "" : "silent"}, row.text);
       const silent = rows.filter((row) => !row.living);
@@ -91,7 +105,7 @@ export class Fleet {
         ...rows.filter((row) => row.living).map(option),
         silent.length > 0 && el("optgroup", {label: "silent"}, ...silent.map(option))];
     });
-    list.classList.toggle("silent", Boolean(this.chosen) && !this.chosen!.living);
+    list.classList.toggle("silent", Boolean(this.chosen) && !this.chosen!.living && !this.chosen!.recorded);
     this.strip();
   }
 }

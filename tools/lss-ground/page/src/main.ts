@@ -9,6 +9,7 @@ import {beat, keyGiven, Line, setKey, type Json} from "./link";
 import {Panel} from "./panel";
 import {Parameters} from "./parameters";
 import {Plots} from "./plots";
+import {Player} from "./recording";
 import {Requests} from "./requests";
 import {Bars, Scene} from "./scene";
 import {Sound} from "./sound";
@@ -34,7 +35,12 @@ const fleet = new Fleet((vehicle) => {
   plots.show(vehicle);
   panel.show(vehicle);
   drive.show(vehicle);
+  player.show(vehicle);
   draw();
+});
+const player = new Player(fleet, (vehicle) => {
+  vehicle.telemetry_ms = performance.now();
+  bars.add(vehicle);
 });
 const stops = new Stops(fleet, () => drive.interrupt());
 let crowded = false;
@@ -123,7 +129,7 @@ function links() {
     ["page", data.lost ? "lost" : trip_ms === null ? "…" : age(trip_ms), data.lost ? "bad" : trip_ms === null ? "dim" : tone(trip_ms)],
     ["stop line", stop.lost ? "lost" : "ready", stop.lost ? "bad" : "good"],
   ];
-  if (v) {
+  if (v && !v.recorded) {
     const silent_ms = v.silent_ms, ours = Math.min(lease_ms, 1500), obc_ms = s?.link?.obc_age_ms;
     rows.push(["daemon", v.links.alive ? age(silent_ms) : "gone", v.living && silent_ms! < Math.max(lease_ms, 1500) ? "good" : "bad"]);
     rows.push(["telemetry", age(v.links.telemetry_age_ms), v.living ? tone(v.links.telemetry_age_ms, ours) : "bad"]);
@@ -136,7 +142,7 @@ function links() {
 }
 
 function lost() {
-  const banner = $("lost"), v = fleet.chosen, gone = v?.status && !data.lost && !v.living;
+  const banner = $("lost"), v = fleet.meant, gone = v?.status && !data.lost && !v.living;
   banner.hidden = !(data.lost || gone) || (!data.heard_ms && !data.refused && performance.now() < 1500);
   if (banner.hidden) return;
   const s = v?.status, mine = s && s.authority && s.authority === lastSource;
@@ -166,7 +172,7 @@ function rivals() {
 function header() {
   const v = fleet.chosen, s = v?.status, living = v?.living;
   const tone = !s || !living ? "dim" : s.state === "FatalError" ? "bad" : s.state === "SolveErrors" ? "warn" : s.state === "Operational" ? "good" : "calm";
-  const does = !s ? "" : !living ? `as last received${v!.silent_ms === null ? "" : `, ${age(v!.silent_ms)} ago`}` : s.state === "Operational" ? s.progress : s.state === "Idle" ? "motors off" : "";
+  const does = !s ? "" : v!.recorded ? `recorded${s.state === "Operational" ? `, ${s.mode}` : ""}` : !living ? `as last received${v!.silent_ms === null ? "" : `, ${age(v!.silent_ms)} ago`}` : s.state === "Operational" ? s.progress : s.state === "Idle" ? "motors off" : "";
   show($("state"), [s?.state, does, tone, fleet.vehicles.size], () => s ? [el("b", {class: tone}, s.state), el("span", {}, does)]
     : [el("span", {}, fleet.vehicles.size ? "no vehicle found" : "waiting for a vehicle …")]);
   document.title = s ? `${v!.id}: ${living ? `${s.state}${s.state === "Operational" ? `, ${s.mode}` : ""}` : "silent"}` : "lss-ground";
@@ -177,7 +183,7 @@ function header() {
 function problems() {
   const chosen = fleet.chosen, list = (chosen?.status?.problems ?? []) as Json[];
   show(document.querySelector("#problems div")!, [chosen?.id, Boolean(chosen?.status), chosen?.living, list, requests.mayCommand], () => {
-    if (!list.length) return [el("p", {class: "dim"}, !chosen?.status ? "" : chosen.living ? "None." : "Unknown: it is silent.")];
+    if (!list.length) return [el("p", {class: "dim"}, !chosen?.status ? "" : chosen.living || chosen.recorded ? "None." : "Unknown: it is silent.")];
     const groups = new Map<string, Json[]>();
     list.forEach((p, i) => {
       const key = p.advice ? `${p.error} ${p.advice}` : String(i);
@@ -219,7 +225,7 @@ function draw() {
     lease_ms = data.welcome.lease_ms;
   }
   const chosen = fleet.chosen;
-  document.body.classList.toggle("stale", data.lost || Boolean(chosen && !chosen.living));
+  document.body.classList.toggle("stale", data.lost || Boolean(chosen && !chosen.living && !chosen.recorded));
   fleet.draw();
   stops.draw();
   rivals();

@@ -1,6 +1,7 @@
 // The data about vehicles that the gateway has sent.
 
 import type {Json} from "./link";
+import type {Recording} from "./recording";
 
 export interface Parameter {
   name: string; unit: string; min: number; max: number; required: boolean; whole: boolean; help: string;
@@ -32,11 +33,11 @@ export class History {
   times: number[] = [];
   values: (number | null)[][];
   private fine = 0;       // index of the first sample that is not thinned out
-  constructor(count: number) { this.values = Array.from({length: count}, () => []); }
+  constructor(count: number, private readonly fine_s = History.kFine_s) { this.values = Array.from({length: count}, () => []); }
   add(time_s: number, row: (number | null)[]) {
     this.times.push(time_s);
     row.forEach((v, i) => this.values[i].push(v));
-    if (time_s - this.times[this.fine] > 1.1 * History.kFine_s) this.thin(time_s - History.kFine_s);
+    if (time_s - this.times[this.fine] > 1.1 * this.fine_s) this.thin(time_s - this.fine_s);
   }
   // The index of the first sample from this time on.
   from(time_s: number): number {
@@ -76,6 +77,7 @@ export class Vehicle {
   links: Links = {alive: false, status_age_ms: null, telemetry_age_ms: null};
   links_ms = 0;  // performance.now() of them
   history: History | null = null;
+  recorded: Recording | null = null;  // it is a recording, no vehicle
 
   constructor(readonly id: string, message: Json) {
     this.kind = message.vehicle;

@@ -15,6 +15,8 @@ const kColours = {
   light: ["#1c66bd", "#a86700", "#1d7f4a", "#93399f", "#c0392f", "#1b7d95", "#6b7415", "#5a4cc0"],
 };
 
+export const signalsOf = (vehicle: Vehicle): Signal[] => kindOf(vehicle).signals;
+
 export class Plots {
   private charts: {plot: uPlot; signals: number[]; unit: string}[] = [];
   private shown: Vehicle | null = null;
@@ -22,7 +24,7 @@ export class Plots {
   private zoom: {min: number; max: number} | null = null;  // stands still; null: the newest span
   private chosen = new Map<string, Set<string>>();  // by type of vehicle
 
-  private signals(vehicle: Vehicle): Signal[] { return kindOf(vehicle).signals; }
+  private readonly signals = signalsOf;
 
   record(vehicle: Vehicle) {
     const signals = this.signals(vehicle);
@@ -121,7 +123,7 @@ export class Plots {
   draw() {
     const history = this.shown?.history;
     if (!history || document.hidden) return;
-    const now = Date.now() / 1000, begin = Math.max(now - this.span_s, history.times[0] ?? now - kSpans[0][1]);
+    const recorded = this.shown!.recorded, now = !recorded ? Date.now() / 1000 : this.span_s === Infinity ? recorded.end_s : recorded.now_s, begin = Math.max(now - this.span_s, history.times[0] ?? now - kSpans[0][1]);
     const {min, max} = this.zoom ?? {min: this.span_s === Infinity ? begin : now - this.span_s, max: now};
     const from = Math.max(0, history.from(min) - 1), to = history.from(max) + 1, seen = $("charts").parentElement!.getBoundingClientRect();
     for (const {plot, signals} of this.charts) {

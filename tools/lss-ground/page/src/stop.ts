@@ -37,7 +37,7 @@ export class Stops {
   constructor(private readonly fleet: Fleet, private readonly pressed: () => void) {
     const big = $("estop"), fall = $("fall"), all = $("stop-all");
     this.button(big, () => [], () => this.pilot());
-    this.button(fall, () => this.fleet.chosen ? [this.fleet.chosen.id] : [], () => this.press(this.fleet.chosen?.id ?? "", false));
+    this.button(fall, () => this.fleet.meant ? [this.fleet.meant.id] : [], () => this.press(this.fleet.meant?.id ?? "", false));
     this.button(all, () => this.flying, () => this.press("", false));
     addEventListener("keydown", (e) => {
       const writes = e.target instanceof HTMLTextAreaElement || e.target instanceof HTMLInputElement && ["search", "password"].includes(e.target.type);
@@ -79,7 +79,7 @@ export class Stops {
   }
 
   private pilot() {
-    const vehicle = this.fleet.chosen;
+    const vehicle = this.fleet.meant;
     this.press(vehicle?.id ?? "", vehicle?.lands ?? false);
   }
 
@@ -190,7 +190,7 @@ export class Stops {
 
   draw() {
     this.watch();
-    const vehicle = this.fleet.chosen, lands = vehicle?.lands ?? false, airborne = Boolean(vehicle?.status?.airborne);
+    const vehicle = this.fleet.meant, lands = vehicle?.lands ?? false, airborne = Boolean(vehicle?.status?.airborne);
     const big = $("estop"), fall = $("fall"), all = $("stop-all"), flying = this.flying;
     const why = this.line.lost ? "no connection" : this.line.welcome?.role === "look" ? "this key may not stop" : "";
     const newest = [...this.presses].reverse().find((p) => p.vehicle === (vehicle?.id ?? "") && p.land === lands);
