@@ -1,10 +1,12 @@
-// A ROS 2 peer of another vendor's DDS (Fast DDS, types by fastddsgen from the same IDL): subscribes
-// to all topics of a vehicle, publishes cmd_vel ten times a second, and calls services. On loopback.
+// A ROS 2 peer of another vendor's DDS (Fast DDS, types by fastddsgen from the same IDL):
+// subscribes to all topics of a vehicle, publishes cmd_vel ten times a second, and calls services.
+// On loopback.
 //
 //   ros_peer DOMAIN SPACE     then lines: "drive AHEAD TURN", "silent", "call SERVICE"
 //
 // It prints JSON lines: what it discovered, and what it received.
 
+#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <poll.h>
 #include <unistd.h>
 
@@ -21,7 +23,6 @@
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/TypeSupport.hpp>
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <functional>
 #include <iostream>
 #include <memory>
@@ -178,8 +179,9 @@ void hear_all(Peer& peer) {
       });
   peer.hear<nav_msgs::msg::dds_::Odometry_PubSubType, nav_msgs::msg::dds_::Odometry_>(
       "rt" + peer.full("odom"), false, [](const auto& m) {
-        return "\"frame\":" + quote(m.header().frame_id()) + ",\"child\":" +
-               quote(m.child_frame_id()) + ",\"sec\":" + number(m.header().stamp().sec()) +
+        return "\"frame\":" + quote(m.header().frame_id()) +
+               ",\"child\":" + quote(m.child_frame_id()) +
+               ",\"sec\":" + number(m.header().stamp().sec()) +
                ",\"x\":" + number(m.pose().pose().position().x()) +
                ",\"y\":" + number(m.pose().pose().position().y()) +
                ",\"yaw\":" + number(2 * std::asin(m.pose().pose().orientation().z())) +
@@ -198,8 +200,8 @@ void hear_all(Peer& peer) {
       "rt/diagnostics", false, [](const auto& m) {
         std::string all;
         for (const auto& one : m.status())
-          all += (all.empty() ? "" : ",") + ("[" + quote(one.name()) + "," +
-                                             quote(one.message()) + "]");
+          all += (all.empty() ? "" : ",") +
+                 ("[" + quote(one.name()) + "," + quote(one.message()) + "]");
         return "\"status\":[" + all + "]";
       });
   peer.hear<std_msgs::msg::dds_::String_PubSubType, std_msgs::msg::dds_::String_>(
@@ -234,9 +236,10 @@ int main(int argc, char** argv) {
     peer.hear<std_srvs::srv::dds_::Trigger_Response_PubSubType,
               std_srvs::srv::dds_::Trigger_Response_>(
         "rr" + peer.full(name) + "Reply", false, [](const auto& m) {
-          return "\"client\":" + number(double(m.rmw_client())) + ",\"sequence\":" +
-                 number(double(m.rmw_sequence())) + ",\"success\":" +
-                 (m.success() ? "true" : "false") + ",\"text\":" + quote(m.message());
+          return "\"client\":" + number(double(m.rmw_client())) +
+                 ",\"sequence\":" + number(double(m.rmw_sequence())) +
+                 ",\"success\":" + (m.success() ? "true" : "false") +
+                 ",\"text\":" + quote(m.message());
         });
   }
   geometry_msgs::msg::dds_::Twist_ twist;
