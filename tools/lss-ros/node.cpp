@@ -149,9 +149,9 @@ dds::Entity Node::entity(const std::string& name, const dds_topic_descriptor_t& 
   const dds_history_kind_t kind = wanted.depth == 0 ? DDS_HISTORY_KEEP_ALL : DDS_HISTORY_KEEP_LAST;
   dds_qset_writer_data_lifecycle(qos.get(), false);
   dds_qset_history(qos.get(), kind, wanted.depth);
-  // rmw blocks without end; a node of ours rather loses a message of a reader that is stuck.
+  // rmw blocks without end; here a reader that is stuck delays no command, and loses messages.
   dds_qset_reliability(qos.get(), reliable ? DDS_RELIABILITY_RELIABLE : DDS_RELIABILITY_BEST_EFFORT,
-                       DDS_MSECS(100));
+                       DDS_MSECS(1));
   if (wanted.transient_local) {
     dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
     dds_qset_durability_service(qos.get(), 0, kind, wanted.depth, DDS_LENGTH_UNLIMITED,
