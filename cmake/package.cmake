@@ -1,6 +1,7 @@
-# Debian packages: `cpack --config build/release/CPackConfig.cmake` makes four.
+# Debian packages: `cpack --config build/release/CPackConfig.cmake` makes five.
 #   lssd            daemon, command line, units, users, configuration
 #   lss-ground      the pilot's page and its gateway, for the OBC or a base station
+#   lss-ros         a vehicle as a ROS 2 node
 #   lssd-simulator  lss-sim, for development and test machines
 #   liblssd-dev     libraries and lss_add_vehicle(), for vehicles from outside (cmake/dev.cmake)
 # Libraries that they depend on are read from the programs (dpkg-shlibdeps).
@@ -21,7 +22,7 @@ if(LSS_BUILDS_SIMULATOR)
   list(APPEND CPACK_COMPONENTS_ALL simulator)
 endif()
 if(NOT LSS_TOOLS_DIR)
-  list(APPEND CPACK_COMPONENTS_ALL ground)
+  list(APPEND CPACK_COMPONENTS_ALL ground ros)
 endif()
 
 if(LSS_DEV)
@@ -55,6 +56,12 @@ set(CPACK_DEBIAN_LSS-GROUND_PACKAGE_SUGGESTS lssd)
 set(CPACK_DEBIAN_LSS-GROUND_DESCRIPTION "lss-ground: watch, command and stop the vehicles of lssd from a browser.
 A gateway between DDS and WebSocket, and the page that it hands out.")
 
+set(CPACK_DEBIAN_LSS-ROS_PACKAGE_NAME lss-ros)
+set(CPACK_DEBIAN_LSS-ROS_PACKAGE_DEPENDS "")
+set(CPACK_DEBIAN_LSS-ROS_PACKAGE_SUGGESTS lssd)
+set(CPACK_DEBIAN_LSS-ROS_DESCRIPTION "lss-ros: a vehicle of lssd as a ROS 2 node.
+It publishes motion, joints, frames and diagnostics, and drives by cmd_vel; no ROS installation is needed.")
+
 # What lssd-config.cmake looks for, and the compiler.
 set(CPACK_DEBIAN_LIBLSSD-DEV_PACKAGE_NAME liblssd-dev)
 set(CPACK_DEBIAN_LIBLSSD-DEV_PACKAGE_SECTION libdevel)
@@ -71,9 +78,11 @@ include(CPack)
 cpack_add_component_group(lssd)
 cpack_add_component_group(lssd-simulator)
 cpack_add_component_group(lss-ground)
+cpack_add_component_group(lss-ros)
 cpack_add_component_group(liblssd-dev)
 cpack_add_component(lssd GROUP lssd)
 cpack_add_component(systemd GROUP lssd)
 cpack_add_component(simulator GROUP lssd-simulator)
 cpack_add_component(ground GROUP lss-ground)
+cpack_add_component(ros GROUP lss-ros)
 cpack_add_component(dev GROUP liblssd-dev)

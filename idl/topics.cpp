@@ -23,6 +23,10 @@ constexpr int kRecordingDepth = 4096;
 constexpr int kDaemonReaderSamples = 256;
 constexpr int kTimingDepth = 256;  // readers: a client gets every frame even when it wakes rarely
 
+// User data of our readers and writers: a key without meaning. Nodes of ROS 2 warn of each endpoint
+// on their domain whose user data is empty (docs/ros2.md).
+constexpr std::string_view kEndpointMark = "lss=1;";
+
 struct QosDeleter {
   void operator()(dds_qos_t* qos) const { dds_delete_qos(qos); }
 };
@@ -50,6 +54,7 @@ Qos common_qos(Kind kind) {
     dds_qset_reliability(qos.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
   }
   dds_qset_history(qos.get(), DDS_HISTORY_KEEP_LAST, depth(kind));
+  dds_qset_userdata(qos.get(), kEndpointMark.data(), kEndpointMark.size());
   if (kind == Kind::status || kind == Kind::event || kind == Kind::timing_statistics ||
       kind == Kind::parameters || kind == Kind::dictionary) {
     dds_qset_durability(qos.get(), DDS_DURABILITY_TRANSIENT_LOCAL);

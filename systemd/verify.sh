@@ -7,8 +7,9 @@ root=$(mktemp -d)
 trap 'rm -rf "$root"' EXIT
 
 DESTDIR=$root cmake --install "$build" --component systemd > /dev/null
-install -D -m 644 -t "$root/usr/lib/systemd/system" "$build/systemd/lss-ground.service"
-for program in "$bindir/lssd" "$bindir/lss-cli" "$bindir/lss-ground" /usr/bin/iox-roudi /bin/sh /bin/rm; do
+install -D -m 644 -t "$root/usr/lib/systemd/system" "$build/systemd/lss-ground.service" \
+  "$build/systemd/lss-ros@.service"
+for program in "$bindir/lssd" "$bindir/lss-cli" "$bindir/lss-ground" "$bindir/lss-ros" /usr/bin/iox-roudi /bin/sh /bin/rm; do
   install -D -m 755 /dev/null "$root$program"
 done
 # The targets, slices and sockets that units refer to by default.
@@ -17,7 +18,7 @@ find /usr/lib/systemd/system -maxdepth 1 -regex '.*\.\(target\|slice\|mount\|soc
 
 units=("$root"/usr/lib/systemd/system/iox-roudi.service "$root"/usr/lib/systemd/system/lssd@.service)
 [ -f "${units[0]}" ] && [ -f "${units[1]}" ]
-complaints=$(systemd-analyze verify --root="$root" --man=no iox-roudi.service lssd@zebro.service lssd-obc@zebro.service lss-ground.service 2>&1) ||
+complaints=$(systemd-analyze verify --root="$root" --man=no iox-roudi.service lssd@zebro.service lssd-obc@zebro.service lss-ground.service lss-ros@zebro-1.service 2>&1) ||
   { echo "$complaints"; exit 1; }
 # A misspelled key is only a warning, not a failure.
 if [ -n "$complaints" ]; then

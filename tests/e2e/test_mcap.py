@@ -1,6 +1,7 @@
 """One short run of each vehicle, recorded; the file is read by us and by others, exported, and drawn."""
 
 import json
+import math
 import os
 import resource
 import signal
@@ -93,7 +94,8 @@ class Ardito(Recorded, Rover):
 
     def test_a_drive_is_recorded_and_drawn(self):
         self.start_all()
-        client = self.record("--topics", "telemetry,timing,status,event,command,command_ack", "--max-size", "50")
+        client = self.record("--ros2", "--topics", "telemetry,timing,status,event,command,command_ack",
+                             "--max-size", "50")
         self.cli_ok("run", "-e", "drive 0.3 --heading 5 --for 4s; park 0.4 --for 3s; drive 0.4 --for 3s; stop",
                     limit_s=90)
         client.signal(signal.SIGINT)
@@ -101,7 +103,42 @@ class Ardito(Recorded, Rover):
         self.assertTrue(self.listed()["whole"])
         self.assert_plot("wheels[*].motor_rad_s", ".svg")
         self.assert_page_shows("Wheel speeds", "Steering", "Failure states", "Seen from above")
-        self.assert_others_read_the_same()
+        self.assert_ros_says_the_same(*self.assert_others_read_the_same())
+
+    def assert_ros_says_the_same(self, messages, end):
+        """The channels of ROS, as others decode them, against our own."""
+        self.assertEqual(end["profile"], "ros2")
+        own = [channel for channel in end["channels"] if channel["topic"].startswith("/")]
+        self.assertIn({"topic": "/ardito_1/odom", "type": "nav_msgs/msg/Odometry"},
+                      [{"topic": one["topic"], "type": one["type"]} for one in own])
+        for channel in own:
+            self.assertIn("reliability: reliable", channel["metadata"]["offered_qos_profiles"])
+            self.assertRegex(channel["metadata"]["topic_type_hash"], "^RIHS01_[0-9a-f]{64}$")
+
+        def of(topic):
+            return [m for m in messages if m["topic"] == topic]
+        telemetry = {m["publish_ns"]: m["data"] for m in self.shown("--topic", "telemetry")}
+        for topic in ("/ardito_1/odom", "/ardito_1/joint_states", "/tf"):
+            self.assertGreater(len(of(topic)), len(telemetry) - 20, topic)  # those before the first status
+        moved = 0
+        for message in of("/ardito_1/odom"):
+            ours, theirs = telemetry[message["publish_ns"]], message["data"]
+            self.assertEqual(theirs["pose"]["pose"]["position"], {"x": ours["x_m"], "y": ours["y_m"], "z": 0})
+            self.assertAlmostEqual(2 * math.asin(theirs["pose"]["pose"]["orientation"]["z"]), -ours["yaw_rad"], 9)
+            moved = max(moved, theirs["pose"]["pose"]["position"]["x"])
+        self.assertGreater(moved, 0.1)
+        for message in of("/ardito_1/imu/data"):
+            self.assertEqual(message["data"]["angular_velocity"]["z"],
+                             -telemetry[message["publish_ns"]]["imu_yaw_rate_rad_s"])
+        for message in of("/ardito_1/joint_states"):
+            ours = telemetry[message["publish_ns"]]
+            joints = dict(zip(message["data"]["name"], message["data"]["position"]))
+            self.assertEqual(joints["steer-RF"], ours["steering"][1]["motor_rad"])
+            self.assertEqual(joints["left_rocker"], ours["beta_rad"])
+        self.assertEqual([m["data"]["msg"] for m in of("/rosout")],
+                         [m["data"]["text"] for m in self.shown("--topic", "event")])
+        self.assertEqual(len(of("/diagnostics")), len(self.shown("--topic", "status")))
+        self.assertEqual([len(of("/tf_static")), len(of("/ardito_1/robot_description"))], [1, 1])
 
 
 class Talaris(Recorded, Hopper):

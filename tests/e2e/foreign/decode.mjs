@@ -4,6 +4,8 @@ import { open } from "node:fs/promises";
 
 import { parseIDL } from "@foxglove/omgidl-parser";
 import { MessageReader } from "@foxglove/omgidl-serialization";
+import { parse as parseRos } from "@foxglove/rosmsg";
+import { MessageReader as RosReader } from "@foxglove/rosmsg2-serialization";
 import { McapIndexedReader, McapStreamReader } from "@mcap/core";
 
 // 64-bit numbers stay whole, which JSON.stringify cannot.
@@ -31,8 +33,11 @@ const readers = new Map();
 function readerOf(channel, schemas) {
   if (!readers.has(channel.id)) {
     const schema = schemas.get(channel.schemaId);
-    if (schema.encoding !== "omgidl" || channel.messageEncoding !== "cdr") throw new Error(`encoded as ${schema.encoding}`);
-    readers.set(channel.id, new MessageReader(schema.name, parseIDL(new TextDecoder().decode(schema.data))));
+    if (!["omgidl", "ros2msg"].includes(schema.encoding) || channel.messageEncoding !== "cdr")
+      throw new Error(`encoded as ${schema.encoding}`);
+    const definition = new TextDecoder().decode(schema.data);
+    readers.set(channel.id, schema.encoding === "omgidl" ? new MessageReader(schema.name, parseIDL(definition))
+                                                         : new RosReader(parseRos(definition, { ros2: true })));
   }
   return readers.get(channel.id);
 }
@@ -56,6 +61,9 @@ for (let record; (record = stream.nextRecord()); ) if (record.type === "Message"
 const metadata = [];
 for await (const record of indexed.readMetadata()) metadata.push({ name: record.name, values: Object.fromEntries(record.metadata) });
 lines.push(text({ end: { counted, streamed, done: stream.done(), statistics: indexed.statistics.messageCount,
-                         library: indexed.header.library, metadata } }));
+                         library: indexed.header.library, profile: indexed.header.profile, metadata,
+                         channels: [...indexed.channelsById.values()].map((c) => ({
+                           topic: c.topic, type: indexed.schemasById.get(c.schemaId).name,
+                           metadata: Object.fromEntries(c.metadata) })) } }));
 process.stdout.write(lines.join("\n") + "\n");
 await file.close();

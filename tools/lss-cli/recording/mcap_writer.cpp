@@ -129,31 +129,33 @@ McapWriter::~McapWriter() {
   if (fd_ >= 0) ::close(fd_);
 }
 
-McapWriter McapWriter::create(const std::string& path, const std::string& library) {
+McapWriter McapWriter::create(const std::string& path, const std::string& library,
+                              const std::string& profile) {
   McapWriter writer(path, open_file(path, O_CREAT | O_EXCL));
-  writer.begin(library);
+  writer.begin(library, profile);
   return writer;
 }
 
-McapWriter McapWriter::append(const std::string& path, const std::string& library) {
+McapWriter McapWriter::append(const std::string& path, const std::string& library,
+                              const std::string& profile) {
   McapWriter writer(path, open_file(path, O_CREAT));
   // A file shorter than a header is empty.
   if (lseek(writer.fd_, 0, SEEK_END) <= static_cast<off_t>(kMagic.size() + kRecordHead)) {
     if (ftruncate(writer.fd_, 0) != 0 || lseek(writer.fd_, 0, SEEK_SET) != 0)
       writer.fail("cannot be cut", errno);
-    writer.begin(library);
+    writer.begin(library, profile);
   } else {
     writer.resume();
   }
   return writer;
 }
 
-void McapWriter::begin(const std::string& library) {
+void McapWriter::begin(const std::string& library, const std::string& profile) {
   Writer head;
   head.raw(bytes_of(kMagic));
   put(head);
   Writer header;
-  header.text("");  // no profile: those are for ROS
+  header.text(profile);
   header.text(library);
   put_record(kHeader, header);
 }

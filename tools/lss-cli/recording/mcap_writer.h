@@ -16,11 +16,13 @@ namespace lss::cli::recording {
 
 class McapWriter {
  public:
-  // A new file; throws when it exists.
-  static McapWriter create(const std::string& path, const std::string& library);
+  // A new file; throws when it exists. `profile`: "ros2" when it has messages of ROS 2.
+  static McapWriter create(const std::string& path, const std::string& library,
+                           const std::string& profile = "");
   // Continues a file of ours, complete or torn, with all its complete chunks; a new file when there
   // is none. Throws for foreign files, and for a file that another process writes.
-  static McapWriter append(const std::string& path, const std::string& library);
+  static McapWriter append(const std::string& path, const std::string& library,
+                           const std::string& profile = "");
 
   McapWriter(McapWriter&& other) noexcept;
   McapWriter& operator=(McapWriter&&) = delete;
@@ -50,7 +52,7 @@ class McapWriter {
  private:
   McapWriter(std::string path, int fd) : path_(std::move(path)), fd_(fd) {}
 
-  void begin(const std::string& library);
+  void begin(const std::string& library, const std::string& profile);
   void resume();  // the header stays unchanged
   void put(const Writer& data);
   void put_record(std::uint8_t opcode, const Writer& content);

@@ -29,7 +29,7 @@ struct RecordWanted {
   std::vector<std::string> topics;
   std::optional<double> for_s;
   double max_MB = 1000;
-  bool append = false;
+  bool append = false, ros2 = false;
 };
 
 enum class End { time, size, interrupted };
@@ -41,7 +41,9 @@ std::string now_text(const char* format) {
 
 McapWriter open(const RecordWanted& wanted, const std::string& path) {
   const std::string library = std::string(recording::kLibrary) + " " + LSS_VERSION;
-  return wanted.append ? McapWriter::append(path, library) : McapWriter::create(path, library);
+  const char* profile = wanted.ros2 ? "ros2" : "";
+  return wanted.append ? McapWriter::append(path, library, profile)
+                       : McapWriter::create(path, library, profile);
 }
 
 void check_topics(const RecordWanted& wanted) {
@@ -162,7 +164,7 @@ ExitCode record(Context& context, const RecordWanted& wanted) {
                      {"version", std::string(text(link.status().version))},
                      {"recorder", LSS_VERSION},
                      {"begun_utc", now_text("{:%FT%TZ}")}});
-    recorder.emplace(context.options, link.vehicle(), id, writer, wanted.topics);
+    recorder.emplace(context.options, link.vehicle(), id, writer, wanted.topics, wanted.ros2);
     end = loop(context, *recorder, writer, wanted);
     finish(writer, *recorder, end);
   } catch (const Failure&) {
@@ -186,7 +188,8 @@ void add_record_verb(Grammar& grammar) {
   CLI::App& sub = grammar.verb(
       "record", "DDS topics into an MCAP file, until Ctrl-C",
       "  lss-cli record --for 60s --out run.mcap\n  lss-cli record --topics telemetry,event\n"
-      "  lss-cli record --append --out run.mcap\n  lss-cli log list run.mcap\n");
+      "  lss-cli record --append --out run.mcap\n  lss-cli record --ros2 --for 60s\n  lss-cli log "
+      "list run.mcap\n");
   auto wanted = std::make_shared<RecordWanted>();
   sub.add_option("-o,--out", wanted->out, "file; without it VEHICLE_ID-TIME.mcap, here");
   add_list(sub, "--topics", wanted->topics, "only these, divided by commas: telemetry,event,...");
@@ -194,6 +197,8 @@ void add_record_verb(Grammar& grammar) {
       ->check(CLI::Range(0.1, 1e6))
       ->capture_default_str();
   sub.add_flag("--append", wanted->append, "continue the file; a torn file is repaired first");
+  sub.add_flag("--ros2", wanted->ros2,
+               "also as messages of ROS 2, for ros2 bag, PlotJuggler and Foxglove");
   const auto for_s = add_duration(sub, "--for", "end after so long");
   grammar.values(sub, "--topics", kTopics);
   grammar.on(sub, [wanted, for_s](Context& context) {

@@ -1,6 +1,7 @@
 #include "tools/lss-cli/verbs/recorder.h"
 
 #include <dds/ddsi/ddsi_serdata.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cstring>
@@ -36,7 +37,7 @@ const recording::Type& find_type(const recording::Types& types, const std::strin
 }  // namespace
 
 Recorder::Recorder(const Options& options, const Vehicle& vehicle, std::string vehicle_id,
-                   recording::McapWriter& writer, const std::vector<std::string>& topics)
+                   recording::McapWriter& writer, const std::vector<std::string>& topics, bool ros2)
     : participant_(checked(dds::Participant::create({.domain = options.domain}))),
       vehicle_(vehicle),
       vehicle_id_(std::move(vehicle_id)),
@@ -55,6 +56,7 @@ Recorder::Recorder(const Options& options, const Vehicle& vehicle, std::string v
     const dds::Topic topic = dds::common_topic(kind);
     if (wanted(topic.name)) add(topic, idl_text("lss"));
   }
+  if (ros2) open_ros2();
   if (vehicle.telemetry == nullptr) return;
   const dds::Topic topic = dds::telemetry_topic(vehicle.name, vehicle.telemetry);
   if (wanted(topic.name)) add(topic, vehicle.idl);
@@ -70,6 +72,7 @@ void Recorder::add(const dds::Topic& topic, std::string_view idl) {
   const auto known = writer_.span(channel).published_ns;
   readers_.push_back(std::unique_ptr<Reader>(new Reader{{topic.name, 0, 0, 0},
                                                         {},
+                                                        topic.descriptor->m_size,
                                                         channel,
                                                         known,
                                                         std::move(types),
@@ -81,6 +84,52 @@ void Recorder::add(const dds::Topic& topic, std::string_view idl) {
   reader.index = reader.layout.find("index");
   reader.entity =
       checked(dds::create_recording_reader(participant_.get(), topic, waker_.listener()));
+}
+
+namespace {
+
+// As rosbag2 has it in the metadata of a channel, since its version 9.
+std::string offered_qos(const ros::Qos& qos) {
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  return fmt::format(
+      "- history: keep_last\n  depth: {}\n  reliability: reliable\n  durability: {}\n"
+      "  deadline:\n    sec: 0\n    nsec: 0\n  lifespan:\n    sec: {}\n    nsec: {}\n"
+      "  liveliness: automatic\n  liveliness_lease_duration:\n    sec: 0\n    nsec: 0\n"
+      "  avoid_ros_namespace_conventions: false\n",
+      qos.depth, qos.transient_local ? "transient_local" : "volatile", qos.lifespan_ns / kSecond_ns,
+      qos.lifespan_ns % kSecond_ns);
+}
+
+}  // namespace
+
+void Recorder::open_ros2() {
+  converter_.emplace(vehicle_, vehicle_id_, [this](std::size_t index, const ros::Message& message) {
+    RosChannel& channel = ros_channels_[index];
+    writer_.write(
+        {channel.number, ++channel.messages, last_ns_, published_ns_, ros::to_cdr(message)});
+  });
+  for (const ros::Channel& channel : converter_->channels()) {
+    const std::uint16_t number = writer_.channel(
+        channel.topic,
+        {std::string(channel.type->name), "ros2msg", std::string(channel.type->text)}, "cdr",
+        {{"offered_qos_profiles", offered_qos(channel.qos)},
+         {"topic_type_hash", "RIHS01_" + std::string(channel.type->hash)}});
+    const auto known = static_cast<std::uint32_t>(writer_.span(number).messages);
+    ros_channels_.push_back({number, known});
+  }
+}
+
+void Recorder::convert(const Reader& reader, recording::Bytes data, const Memory& sample) {
+  const std::string& type = reader.layout.type().name;
+  if (type == "lss::Status") {
+    converter_->status(*reinterpret_cast<const lss_Status*>(sample.data()),
+                       telemetry_.empty() ? nullptr : telemetry_.data());
+  } else if (type == "lss::Event") {
+    converter_->event(*reinterpret_cast<const lss_Event*>(sample.data()));
+  } else if (reader.source.topic.starts_with("lss/telemetry/")) {
+    telemetry_ = sample;
+    converter_->telemetry(data);
+  }
 }
 
 bool Recorder::wait(Clock::time_point until) {
@@ -107,6 +156,7 @@ void Recorder::take(Reader& reader) {
   struct Taken {
     dds_sample_info_t info;
     std::vector<std::byte> data;
+    Memory sample;
   };
   std::multimap<std::uint64_t, Taken> ordered;
   ddsi_serdata* sample = nullptr;
@@ -115,21 +165,26 @@ void Recorder::take(Reader& reader) {
     if (info.valid_data) {
       buffer_.resize(ddsi_serdata_size(sample));
       ddsi_serdata_to_ser(sample, 0, buffer_.size(), buffer_.data());
+      if (converter_) {  // all types are of fixed size
+        sample_.resize(reader.size / sizeof(std::max_align_t) + 1);
+        ddsi_serdata_to_sample(sample, sample_.data(), nullptr, nullptr);
+      }
     }
     ddsi_serdata_unref(sample);
     if (info.valid_data && reader.index != nullptr)
       ordered.emplace(reader.layout.json(*reader.index, buffer_).get<std::uint64_t>(),
-                      Taken{info, {buffer_.begin(), buffer_.end()}});
+                      Taken{info, {buffer_.begin(), buffer_.end()}, sample_});
     else if (info.valid_data)
-      put(reader, buffer_, info);
+      put(reader, buffer_, sample_, info);
   }
-  for (const auto& [index, taken] : ordered) put(reader, taken.data, taken.info);
+  for (const auto& [index, taken] : ordered) put(reader, taken.data, taken.sample, taken.info);
   dds_sample_lost_status_t lost{};
   if (dds_get_sample_lost_status(reader.entity.get(), &lost) == DDS_RETCODE_OK)
     reader.source.lost = lost.total_count;
 }
 
-void Recorder::put(Reader& reader, recording::Bytes data, const dds_sample_info_t& info) {
+void Recorder::put(Reader& reader, recording::Bytes data, const Memory& sample,
+                   const dds_sample_info_t& info) {
   reader.layout.check(data);
   const recording::Column& key = reader.layout.columns().front();  // vehicle_id, of every type
   if (reader.layout.text(key, data) != vehicle_id_) return;
@@ -148,6 +203,9 @@ void Recorder::put(Reader& reader, recording::Bytes data, const dds_sample_info_
       std::max<std::int64_t>(last_ns_, dds_time());  // never backwards, even when the clock is set
   writer_.write(
       {reader.channel, static_cast<std::uint32_t>(count), last_ns_, info.source_timestamp, data});
+  if (!converter_) return;
+  published_ns_ = info.source_timestamp;
+  convert(reader, data, sample);
 }
 
 std::vector<Recorder::Source> Recorder::sources() const {

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,15 +15,16 @@
 #include "tools/lss-cli/session/vehicle.h"
 #include "tools/lss-cli/session/waker.h"
 #include "tools/lss-cli/show/options.h"
+#include "tools/lss-ros/converter.h"
 
 namespace lss::cli {
 
 class Recorder {
  public:
   // A participant of its own, on the domain of the options. `topics` as in recording::names();
-  // empty: all.
+  // empty: all. `ros2`: also what lss-ros would send, made from the recorded topics.
   Recorder(const Options& options, const Vehicle& vehicle, std::string vehicle_id,
-           recording::McapWriter& writer, const std::vector<std::string>& topics);
+           recording::McapWriter& writer, const std::vector<std::string>& topics, bool ros2);
 
   // Waits until a message arrives, a chunk ends, or `until`; then takes all messages. True for
   // Ctrl-C.
@@ -42,6 +44,7 @@ class Recorder {
   struct Reader {
     Source source;
     dds::Entity entity;
+    std::size_t size = 0;  // of a sample in memory
     std::uint16_t channel = 0;
     std::int64_t known_ns = 0;  // earlier messages were in the file before
     recording::Types types;
@@ -51,10 +54,15 @@ class Recorder {
     std::map<dds_instance_handle_t, std::uint64_t> last = {};  // of the counter, for each key
   };
 
+  using Memory = std::vector<std::max_align_t>;
+
   void add(const dds::Topic& topic, std::string_view idl);
   void take();
   void take(Reader& reader);
-  void put(Reader& reader, recording::Bytes data, const dds_sample_info_t& info);
+  void put(Reader& reader, recording::Bytes data, const Memory& sample,
+           const dds_sample_info_t& info);
+  void open_ros2();
+  void convert(const Reader& reader, recording::Bytes data, const Memory& sample);
 
   Waker waker_;  // before any entity
   dds::Participant participant_;
@@ -62,6 +70,15 @@ class Recorder {
   std::string vehicle_id_;
   recording::McapWriter& writer_;
   std::vector<std::unique_ptr<Reader>> readers_;
+  // Of ROS.
+  struct RosChannel {
+    std::uint16_t number;
+    std::uint32_t messages = 0;
+  };
+  std::vector<RosChannel> ros_channels_;
+  std::optional<ros::Converter> converter_;
+  Memory sample_, telemetry_;  // in memory: of the message that is converted, the newest telemetry
+  std::int64_t published_ns_ = 0;  // of the message that is converted
   std::vector<std::byte> buffer_;
   std::int64_t begun_ns_, last_ns_ = 0;
   Clock::time_point chunk_ends_, sync_;

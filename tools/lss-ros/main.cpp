@@ -1,0 +1,106 @@
+// lss-ros: a vehicle as a ROS 2 node. See docs/ros2.md.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <optional>
+
+#include "tools/lss-cli/show/failure.h"
+#include "tools/lss-ros/bridge.h"
+
+namespace {
+
+using namespace lss;
+using namespace lss::ros;
+
+struct Wanted {
+  cli::Options link;
+  BridgeOptions bridge;
+  std::optional<int> ros_domain;
+};
+
+void add_options(CLI::App& app, Wanted& wanted) {
+  app.add_option("--domain", wanted.link.domain, "DDS domain of the vehicle")
+      ->envname("LSS_DOMAIN")
+      ->capture_default_str();
+  app.add_option("--vehicle", wanted.link.vehicle_id, "id of the vehicle; without it the only one")
+      ->envname("LSS_VEHICLE");
+  app.add_option("--ros-domain", wanted.ros_domain,
+                 "DDS domain of ROS; without it that of the vehicle")
+      ->envname("ROS_DOMAIN_ID");
+  app.add_option("--interface", wanted.bridge.interfaces,
+                 "network interface to ROS, may be repeated; without it this machine only");
+  app.add_option("--distro", wanted.bridge.distro,
+                 "of the nodes on the domain: humble, or iron and later")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, Distro>{{"humble", Distro::humble},
+                                                                        {"iron", Distro::iron},
+                                                                        {"jazzy", Distro::iron},
+                                                                        {"kilted", Distro::iron}}));
+  app.add_flag("--stamped", wanted.bridge.stamped, "cmd_vel is a TwistStamped, not a Twist");
+  app.add_flag("--cmd-vel-starts", wanted.bridge.cmd_vel_starts,
+               "cmd_vel starts the vehicle; without it, it is refused outside Operational");
+  app.add_option("--lease-ms", wanted.bridge.lease_ms,
+                 "a vehicle stops safely this long after the last cmd_vel")
+      ->check(CLI::Range(100, 60000))
+      ->capture_default_str();
+}
+
+dds::Participant participant(const dds::ParticipantParameters& parameters) {
+  auto made = dds::Participant::create(parameters);
+  if (!made) throw cli::Failure(cli::ExitCode::internal, made.error());
+  return std::move(*made);
+}
+
+// True: Ctrl-C.
+bool serve(const Wanted& wanted, dds_entity_t ros, dds_entity_t ours) {
+  cli::Link link(wanted.link);
+  for (bool said = false;; said = true) {
+    try {
+      link.find_vehicle();
+      break;
+    } catch (const cli::Failure& e) {
+      if (e.code() != cli::ExitCode::unreachable && e.code() != cli::ExitCode::unknown_name) throw;
+      if (!said) fmt::print(stderr, "lss-ros: {}; waiting for it\n", e.what());
+    }
+  }
+  Bridge bridge(link, ros, ours, wanted.bridge);
+  fmt::print("/{} on ROS domain {}\n", ros_name(cli::text(link.status().vehicle_id)),
+             wanted.bridge.ros_domain);
+  std::fflush(stdout);
+  return bridge.run();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"A vehicle as a ROS 2 node. Topics and services: docs/ros2.md"};
+  app.set_version_flag("--version", "lss-ros " LSS_VERSION);
+  Wanted wanted;
+  add_options(app, wanted);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : static_cast<int>(cli::ExitCode::usage);
+  }
+  wanted.bridge.ros_domain = wanted.ros_domain.value_or(wanted.link.domain);
+  wanted.link.lease_ms = wanted.bridge.lease_ms;
+  try {
+    // The first participant configures its domain in this process.
+    const dds::Participant ros =
+        participant({.domain = wanted.bridge.ros_domain, .interfaces = wanted.bridge.interfaces});
+    constexpr std::string_view kEnclave = "enclave=/;";
+    dds_qos_t* qos = dds_create_qos();
+    dds_qset_userdata(qos, kEnclave.data(), kEnclave.size());
+    dds_set_qos(ros.get(), qos);
+    dds_delete_qos(qos);
+    const dds::Participant ours = participant({.domain = wanted.link.domain, .short_lived = true});
+    while (!serve(wanted, ros.get(), ours.get())) {
+    }
+  } catch (const cli::Interrupted&) {
+    return 0;
+  } catch (const cli::Failure& e) {
+    fmt::print(stderr, "lss-ros: {}{}{}\n", e.what(), e.advice().empty() ? "" : "; ", e.advice());
+    return static_cast<int>(e.code());
+  }
+  return 0;
+}
