@@ -86,7 +86,7 @@ void zebro_bus() {
     walk.byte(0).byte(0).byte(1);  // released at once, no emergency
     for (int module = 0; module < kBusModules; ++module)
       walk.byte(1)
-          .byte(3u + static_cast<unsigned>(module) % 2)
+          .byte(2u + static_cast<unsigned>(module) % 2)
           .number(std::uint16_t(9'000 * cycle))
           .number(400'000'000);
     for (int module = 0; module < kBusModules; ++module)

@@ -72,7 +72,7 @@ class Master {
     }
     for (ModuleOrder& order : orders_.module) {
       if (in_.below(2) == 0) continue;
-      order = {.kind = static_cast<ModuleOrder::Kind>(in_.below(7)),
+      order = {.kind = static_cast<ModuleOrder::Kind>(1 + in_.below(6)),
                .position_cdeg = static_cast<std::uint16_t>(in_.number<std::uint16_t>() % 36'000),
                .arrive_ns = now_ + in_.number<std::int32_t>(),
                .serial = ++serial_};
