@@ -14,6 +14,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -41,6 +42,10 @@ struct Subject {
   double cut_rest_s;    // with the bus cut
   const char* at_rest;  // what that is
   Run (*play)(unsigned number);
+  // The same, with its choices from bytes (dice.h) instead of its number.
+  // `seen`, if any, gets a number for the situation in each frame: state, mode, faults.
+  Run (*play_script)(std::span<const std::uint8_t> script,
+                     const std::function<void(std::uint64_t situation)>& seen);
   // The same, with its flight recording in files of this folder.
   Run (*record)(unsigned number, const std::filesystem::path& folder);
 };

@@ -1,6 +1,7 @@
 #pragma once
 
-// Random choices of a scenario, the same for the same number everywhere.
+// Random choices of a scenario, the same for the same number everywhere; or those of a script,
+// which has them as bytes.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,6 +18,9 @@ namespace lss::campaign {
 class Dice {
  public:
   explicit Dice(unsigned number) : random_(number * 2'654'435'761u + 97u) {}
+  // Two bytes for each choice; zeros follow them.
+  explicit Dice(std::span<const std::uint8_t> script)
+      : script_(script.begin(), script.end()), scripted_(true) {}
 
   double between(double from, double to) { return from + (to - from) * share(); }
   int whole(int from, int to) {
@@ -30,9 +34,17 @@ class Dice {
 
  private:
   // Not by the library's distributions: they differ between libraries.
-  double share() { return static_cast<double>(random_()) / 4294967296.0; }
+  double share() {
+    if (!scripted_) return static_cast<double>(random_()) / 4294967296.0;
+    const unsigned high = next(), low = next();
+    return (high * 256 + low) / 65536.0;
+  }
+  unsigned next() { return at_ < script_.size() ? script_[at_++] : 0u; }
 
   std::mt19937 random_;
+  std::vector<std::uint8_t> script_;
+  std::size_t at_ = 0;
+  bool scripted_ = false;
 };
 
 // As lss-sim reads it: any type, any arguments in their ranges.

@@ -37,7 +37,8 @@ namespace lss::campaign {
 template <class World>
 class Scenario {
  public:
-  explicit Scenario(unsigned number) : dice_(number), world_(number, dice_) {
+  explicit Scenario(unsigned number) : Scenario(number, Dice(number)) {}
+  Scenario(unsigned number, Dice dice) : dice_(std::move(dice)), world_(number, dice_) {
     run_.number = number;
     for (const sim::FaultKind& kind : chain().fault_kinds())
       if (!std::ranges::count(World::kNotHere, std::string_view(kind.name))) kinds_.push_back(kind);
@@ -45,6 +46,11 @@ class Scenario {
 
   Scenario& record_to(const std::filesystem::path& folder) {
     chain().tape = testing_support::tape<typename World::Vehicle>(folder, chain().config());
+    return *this;
+  }
+
+  Scenario& tell(const std::function<void(std::uint64_t)>& seen) {
+    seen_ = seen;
     return *this;
   }
 
@@ -102,7 +108,28 @@ class Scenario {
     if (time_s > 0) pass_until([] { return false; }, time_s);
   }
 
+  // What a search tells apart.
+  std::uint64_t situation() {
+    std::uint64_t hash = 0;
+    const auto mix = [&hash](std::uint64_t part) {
+      hash = (hash ^ part) * 0x9E37'79B9'7F4A'7C15u;
+      hash ^= hash >> 29;
+    };
+    const SupervisorState& s = chain().supervisor();
+    mix(static_cast<std::uint64_t>(s.controller.state));
+    mix(static_cast<std::uint64_t>(s.controller.mode));
+    for (const auto modules : {s.controller.silent, s.controller.unheard, s.controller.isolated})
+      mix(modules);
+    mix(s.active.kind);
+    for (const FaultRecord& fault : s.faults) {
+      mix(static_cast<std::uint64_t>(fault.id));
+      mix(fault.subject);
+    }
+    return hash;
+  }
+
   void look() {
+    if (seen_) seen_(situation());
     const double now_s = chain().seconds();
     if (!world_.sound()) broke("an order is no number, or out of its range");
     if (operational()) {
@@ -272,6 +299,7 @@ class Scenario {
   double left_s_ = 0;  // when it left Operational
   bool was_operational_ = false, was_cut_ = false, rested_ = true, complained_ = false;
   std::uint64_t last_sequence_ = 0;
+  std::function<void(std::uint64_t)> seen_;
 };
 
 template <class World>
@@ -282,6 +310,9 @@ Subject subject_of(const char* vehicle, const char* begin, const char* at_rest) 
           World::kCutRest_s,
           at_rest,
           [](unsigned number) { return Scenario<World>(number).play(); },
+          [](std::span<const std::uint8_t> script, const std::function<void(std::uint64_t)>& seen) {
+            return Scenario<World>(1, Dice(script)).tell(seen).play();
+          },
           [](unsigned number, const std::filesystem::path& folder) {
             return Scenario<World>(number).record_to(folder).play();
           }};

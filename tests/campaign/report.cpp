@@ -23,6 +23,23 @@ void Summary::add(const Run& run) {
     complaints.push_back(fmt::format("{}: {}", run.number, what));
 }
 
+void Summary::add(const Summary& other) {
+  runs += other.runs;
+  broken += other.broken;
+  frames += other.frames;
+  faults += other.faults;
+  commands += other.commands;
+  rejected += other.rejected;
+  stops += other.stops;
+  simulated_s += other.simulated_s;
+  cpu_s += other.cpu_s;
+  slowest_rest_s = std::max(slowest_rest_s, other.slowest_rest_s);
+  slowest_cut_rest_s = std::max(slowest_cut_rest_s, other.slowest_cut_rest_s);
+  slowest_idle_s = std::max(slowest_idle_s, other.slowest_idle_s);
+  for (const auto& [outcome, count] : other.outcomes) outcomes[outcome] += count;
+  complaints.insert(complaints.end(), other.complaints.begin(), other.complaints.end());
+}
+
 std::string Summary::line() const {
   return fmt::format(
       "{}: all satisfied in {} of {} scenarios; {} faults, {} commands ({} rejected), {} stops, {} "
@@ -74,6 +91,17 @@ Conditions of every frame, after any event:
                         s.subject.cut_rest_s, s.slowest_cut_rest_s, s.slowest_idle_s,
                         ended.empty() ? "always as it should" : ended);
   }
+  text += R"(
+## On several computers
+
+Each computer, or processor, plays a shard; the results are files that are added up when all are there:
+
+    seq 8 | xargs -P 8 -I{} lss-campaign --runs 9000 --shard {}/8 --out {}.json
+    lss-campaign merge *.json --markdown campaign.md
+
+A shard that is missing, comes twice, or is of another campaign or commit is refused. Scenarios that are searched instead of
+drawn: [fuzzing.md](fuzzing.md#scenarios-that-are-searched).
+)";
   for (const Summary& s : summaries) {
     if (s.complaints.empty()) continue;
     text += fmt::format("\n## Violations: {}\n", s.subject.vehicle);

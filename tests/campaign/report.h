@@ -21,6 +21,7 @@ struct Summary {
   std::vector<std::string> complaints;       // "17: 3.2 s: ..."
 
   void add(const Run& run);
+  void add(const Summary& other);  // of other scenarios of the same vehicle
   std::string line() const;
 };
 

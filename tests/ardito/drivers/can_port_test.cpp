@@ -167,6 +167,29 @@ TEST(CanPort, DatagramsOfOthersAreDroppedAndCounted) {
   EXPECT_EQ(port.counters().cannelloni.datagrams, 1u);
 }
 
+// The peer is an address and a port: neither alone is enough.
+TEST(CanPort, ThePortOfThePeerAtAnotherAddressIsAStranger) {
+  Peer peer;
+  CanPort port;
+  ASSERT_EQ(port.open(peer.path().c_str()), Status::ok);
+  const int stranger = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in own = Peer::loopback(peer.port());
+  own.sin_addr.s_addr = htonl(INADDR_LOOPBACK + 1);
+  ASSERT_EQ(::bind(stranger, reinterpret_cast<const sockaddr*>(&own), sizeof own), 0);
+  CannelloniWriter writer;
+  writer.add(numbered(1).front());
+  const auto datagram = writer.take();
+  const auto to = Peer::loopback(static_cast<std::uint16_t>(Peer::port_of(port.fd())));
+  EXPECT_EQ(::sendto(stranger, datagram.data(), datagram.size(), 0,
+                     reinterpret_cast<const sockaddr*>(&to), sizeof to),
+            static_cast<ssize_t>(datagram.size()));
+  ::close(stranger);
+  peer.send(ntohs(to.sin_port), numbered(1));
+  EXPECT_EQ(receive(port, 1).size(), 1u);
+  EXPECT_EQ(port.counters().foreign, 1u);
+  EXPECT_EQ(port.counters().cannelloni.datagrams, 1u);
+}
+
 TEST(CanPort, AFloodOfOthersDoesNotHoldTheThread) {
   Peer peer, stranger;
   CanPort port;
