@@ -42,6 +42,19 @@ TEST(ResistiveForce, TimesAFactorIsThatOfLoosePoppySeeds) {
   }
 }
 
+Stress stress(double nx, double nz, double vx, double vz) { return stress(Plate(nx, nz), vx, vz); }
+
+// Of a motion ahead; the tilt is positive when the underside faces ahead.
+TEST(ResistiveForce, OfAVelocityIsTheSeriesOfThePaper) {
+  for (double tilt = -1.5; tilt < 1.6; tilt += 0.25) {
+    for (double down = -1.5; down < 1.6; down += 0.25) {
+      const Stress one = stress(std::sin(tilt), -std::cos(tilt), std::cos(down), -std::sin(down));
+      EXPECT_NEAR(one.ahead, -resistance(tilt, down).against, 1e-12);
+      EXPECT_NEAR(one.up, resistance(tilt, down).up, 1e-12);
+    }
+  }
+}
+
 TEST(ResistiveForce, OpposesTheMotionOfAPlateAcrossIt) {
   const Stress down = stress(0, -1, 0, -0.01), ahead = stress(1, 0, 0.01, 0);
   EXPECT_GT(down.up, 0);

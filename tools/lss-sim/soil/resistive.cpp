@@ -10,30 +10,35 @@ namespace {
 constexpr double kA00 = 0.206, kA10 = 0.169, kB11 = 0.212, kB01 = 0.358, kBM11 = 0.055;
 constexpr double kC11 = -0.124, kC01 = 0.253, kCM11 = 0.007, kD10 = 0.088;
 
-// The series of the double tilt b and the angle of motion c, from their sines and cosines.
-Resistance series(double sin_b, double cos_b, double sin_c, double cos_c) {
-  const double ss = sin_b * sin_c, cc = cos_b * cos_c, sc = sin_b * cos_c, cs = cos_b * sin_c;
-  return {.against = kC11 * (cc - ss) + kC01 * cos_c + kCM11 * (cc + ss) + kD10 * sin_b,
-          .up = kA00 + kA10 * cos_b + kB11 * (sc + cs) + kB01 * sin_c + kBM11 * (cs - sc)};
-}
-
 }  // namespace
 
 Resistance resistance(double tilt_rad, double down_rad) {
-  return series(std::sin(2 * tilt_rad), std::cos(2 * tilt_rad), std::sin(down_rad),
-                std::cos(down_rad));
+  const double b = 2 * tilt_rad, c = down_rad;
+  return {.against = kC11 * std::cos(b + c) + kC01 * std::cos(c) + kCM11 * std::cos(c - b) +
+                     kD10 * std::sin(b),
+          .up = kA00 + kA10 * std::cos(b) + kB11 * std::sin(b + c) + kB01 * std::sin(c) +
+                kBM11 * std::sin(c - b)};
 }
 
-// Measured for motions ahead; a motion back is the mirror image of one ahead. The double tilt of a
-// normal needs no angle: sin 2 beta = -2 n_x n_z, cos 2 beta = n_z^2 - n_x^2.
-Stress stress(double normal_ahead, double normal_up, double ahead_m_s, double up_m_s) {
+// The series with the sums of angles resolved. A motion back is the mirror image of one ahead: the
+// sign of the horizontal motion and that of the tilt against it cancel.
+Plate::Plate(double normal_ahead, double normal_up) {
+  const double sine = -2 * normal_ahead * normal_up;  // of twice the tilt against the axis ahead
+  const double cosine = normal_up * normal_up - normal_ahead * normal_ahead;
+  ahead_of_ahead = -(cosine * (kC11 + kCM11) + kC01);
+  ahead_of_up = -sine * (kC11 - kCM11);
+  ahead_of_speed = -sine * kD10;
+  up_of_ahead = sine * (kB11 - kBM11);
+  up_of_up = -(cosine * (kB11 + kBM11) + kB01);
+  up_of_speed = kA00 + cosine * kA10;
+}
+
+Stress stress(const Plate& plate, double ahead_m_s, double up_m_s) {
   const double speed_m_s = std::sqrt(ahead_m_s * ahead_m_s + up_m_s * up_m_s);
   if (speed_m_s == 0) return {};
-  const double side = ahead_m_s >= 0 ? 1 : -1;
-  const Resistance r = series(-2 * side * normal_ahead * normal_up,
-                              normal_up * normal_up - normal_ahead * normal_ahead,
-                              -up_m_s / speed_m_s, std::abs(ahead_m_s) / speed_m_s);
-  return {.ahead = -side * r.against, .up = r.up};
+  const double ahead = ahead_m_s / speed_m_s, up = up_m_s / speed_m_s;
+  return {.ahead = plate.ahead_of_ahead * ahead + plate.ahead_of_up * up + plate.ahead_of_speed,
+          .up = plate.up_of_ahead * ahead + plate.up_of_up * up + plate.up_of_speed};
 }
 
 }  // namespace lss::sim::soil

@@ -18,12 +18,20 @@ struct Resistance {
 // of the motion below the horizontal, -pi/2 to pi/2.
 Resistance resistance(double tilt_rad, double down_rad);
 
-// The same from a unit normal (ahead, up) of either side of the plate and a velocity (ahead, up);
-// the stress on the plate per depth, ahead and upwards. 0 at standstill.
+// The stress on a plate per depth, ahead and upwards, times the speed: linear in the velocity
+// (ahead, up), and in the speed. From the unit normal of either side of the plate, in the plane of
+// motion.
+struct Plate {
+  Plate(double normal_ahead, double normal_up);
+  double ahead_of_ahead, ahead_of_up, ahead_of_speed;
+  double up_of_ahead, up_of_up, up_of_speed;
+};
+
+// The same divided by the speed: the stress of a moving plate per depth. 0 at standstill.
 struct Stress {
   double ahead = 0, up = 0;
 };
-Stress stress(double normal_ahead, double normal_up, double ahead_m_s, double up_m_s);
+Stress stress(const Plate& plate, double ahead_m_s, double up_m_s);
 
 // A level plate that is dragged along its own plane.
 inline constexpr double kDragged = 0.136;
