@@ -37,6 +37,7 @@ TEST(SoilWalk, WaveInSandOnTheEarthIsFasterThanAMillimetrePerSecond_Oper_8_Ver_1
   }
 }
 
+// [Ver-1]
 TEST(SoilWalk, SinksDeeperInWeakerSoilAndStillWalks) {
   double last_m = 0.053;
   for (const char* name : {"regolith", "regolith:0.25"}) {
@@ -49,6 +50,7 @@ TEST(SoilWalk, SinksDeeperInWeakerSoilAndStillWalks) {
   }
 }
 
+// [Ver-3]
 TEST(SoilWalk, StandsStillAndSaysHowDeep) {
   RobotDriver driver(on("regolith"));
   driver.stand_up();
