@@ -1,10 +1,8 @@
 #include "tests/ardito/chain/results_document.h"
 
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
 
+#include "tests/support/section.h"
 #include "tests/support/stamp.h"
 
 namespace lss::ardito {
@@ -19,30 +17,12 @@ are those of its section 19 (mobility controller and FMEDA of D.I.A.N.A. Ardito)
 with other dynamics: they only show whether the same is reached. Friction is 0.3 as there.
 )";
 
-std::string read() {
-  std::ifstream file(LSS_RESULTS_DOCUMENT);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str().empty() ? kBeginning : text.str();
-}
-
 }  // namespace
 
 bool writing_results() { return std::getenv("LSS_WRITE_RESULTS") != nullptr; }
 
 void write_section(const std::string& title, const std::string& text) {
-  std::string document = read();
-  const std::string head = "\n## " + title + "\n";
-  const std::size_t begin = document.find(head);
-  if (begin != std::string::npos) {
-    const std::size_t end = document.find("\n## ", begin + head.size());
-    document.replace(begin, end == std::string::npos ? end : end - begin, head + text);
-  } else {
-    document += head + text;
-  }
-  const std::string next = std::string(LSS_RESULTS_DOCUMENT) + ".next";
-  std::ofstream(next) << document;
-  std::filesystem::rename(next, LSS_RESULTS_DOCUMENT);
+  testing_support::write_section(LSS_RESULTS_DOCUMENT, title, text, kBeginning);
 }
 
 std::string measured_by(const std::string& test) {

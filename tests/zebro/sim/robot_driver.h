@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <vector>
 
@@ -120,6 +121,7 @@ class RobotDriver {
   }
 
   Zebro& zebro() { return zebro_; }
+  std::function<void()> after_step = [] {};
 
  private:
   static constexpr double kFlight_s = 3.0, kDouble_s = 0.3;
@@ -131,6 +133,7 @@ class RobotDriver {
   void step() {
     zebro_.step();
     time_ms_ += step_ms_;
+    after_step();
     if (time_ms_ % 1000 == 0) {
       for (int leg = 1; leg <= kLegs; ++leg) command(leg, 0x05);  // feeds the watchdogs
     }

@@ -1,7 +1,7 @@
 // The computed effect of sand on Lunar Zebro: how deep a leg sinks (Bekker, as the Zebro thesis has
 // it in B.3.2), what the soil that it compacts takes, and how far the leg slips until the soil
-// gives that much thrust (Janosi and Hanamoto). The ground of lss-sim is hard, so this is
-// arithmetic with the real motor and gait, and no walk in sand.
+// gives that much thrust (Janosi and Hanamoto). Arithmetic with the real motor and gait, and no
+// walk: soil_walk_test.cpp has those.
 
 #include <gtest/gtest.h>
 
@@ -12,6 +12,7 @@
 
 #include "gnc/zebro/gait.h"
 #include "gnc/zebro/leg.h"
+#include "tools/lss-sim/soil/soil.h"
 #include "tools/lss-sim/zebro/motor.h"
 
 namespace lss::sim::zebro {
@@ -21,30 +22,13 @@ using gnc::zebro::kPi;
 using gnc::zebro::Partition;
 
 constexpr double kMass_kg = 1.5;
-constexpr double kMoon_m_s2 = 1.625, kEarth_m_s2 = 9.81;
 constexpr double kDiameter_m = 0.053;
 constexpr double kWidth_m = 0.02;         // of a leg as built (Zebro thesis B.3.2)
 constexpr double kMostSinkage_m = 0.010;  // that the leg was designed for, there too
 constexpr double kSweep_rad = 40 * kPi / 180;
 constexpr gnc::zebro::GaitTimes kTimes{3.0, 3.3, 0.3};
 
-// Pressure under a plate of width b at depth z: (cohesive / b + frictional) z^n.
-struct Soil {
-  const char* name;
-  double gravity_m_s2;
-  double exponent;
-  double cohesive;    // N/m^(n+1)
-  double frictional;  // N/m^(n+2)
-  double cohesion_Pa;
-  double friction_deg;
-  double shear_m;  // displacement at 63 % of the shear strength
-};
-
-// Moon: Lunar Sourcebook, chapter 9, the values that the thesis uses. Earth: J. Y. Wong, Theory of
-// Ground Vehicles, table of terrain values; the shear displacement is the upper end for loose sand.
-constexpr Soil kRegolith{"Regolith", kMoon_m_s2, 1.0, 1.4e3, 820e3, 170, 35, 0.018};
-constexpr Soil kDrySand{"DrySand", kEarth_m_s2, 1.1, 0.99e3, 1528.43e3, 1040, 28, 0.025};
-constexpr Soil kSandyLoam{"SandyLoam", kEarth_m_s2, 0.7, 5.27e3, 1515.04e3, 1720, 29, 0.025};
+using soil::Soil;
 
 double stiffness(const Soil& soil, double width_m) {
   return soil.cohesive / width_m + soil.frictional;
@@ -74,7 +58,8 @@ double compaction_N(const Soil& soil, double sinkage_m, double width_m) {
 
 TEST(Sinkage, IsThatOfTheThesis) {
   // B.3.2: a leg 0.55 cm wide that carries all of Lunar Zebro on the Moon sinks in by 1 cm.
-  EXPECT_NEAR(sinkage_m(kRegolith, kMass_kg * kMoon_m_s2, 0.0055), 0.010, 0.0002);
+  EXPECT_NEAR(sinkage_m(soil::parse_soil("regolith"), kMass_kg * soil::kMoon_m_s2, 0.0055), 0.010,
+              0.0002);
 }
 
 struct Case {
@@ -89,7 +74,7 @@ class Sand : public testing::TestWithParam<Case> {};
 // [Oper-8] [Ver-1]
 TEST_P(Sand, LeavesTorqueAndThrustForAMillimetrePerSecond) {
   const Case& c = GetParam();
-  const double load_N = kMass_kg * c.soil.gravity_m_s2 / c.standing;
+  const double load_N = kMass_kg * c.soil.measured_m_s2 / c.standing;
   const double depth_m = sinkage_m(c.soil, load_N, kWidth_m);
   EXPECT_LT(depth_m, kMostSinkage_m);
 
@@ -104,19 +89,20 @@ TEST_P(Sand, LeavesTorqueAndThrustForAMillimetrePerSecond) {
   EXPECT_LT(motor::current_A(torque_Nm, kSweep_rad / stance_s), 1.2)
       << "below the software limit of the current";
 
-  const double strength_N = footprint_m2(depth_m, kWidth_m) * c.soil.cohesion_Pa +
-                            load_N * std::tan(c.soil.friction_deg * kPi / 180);
+  const double strength_N =
+      footprint_m2(depth_m, kWidth_m) * c.soil.cohesion_Pa + load_N * std::tan(c.soil.friction_rad);
   ASSERT_LT(resistance_N, strength_N) << "the leg digs itself in";
   const double slip_m = -c.soil.shear_m * std::log(1 - resistance_N / strength_N);
   const double speed_m_s = (gnc::zebro::stride_m(kSweep_rad, kDiameter_m) - slip_m) / stance_s;
-  std::printf("%s %s: sinks %.1f mm, resists %.2f N of %.2f N, %.0f mN m, %.2f mm/s\n", c.soil.name,
-              c.gait, depth_m * 1e3, resistance_N, strength_N, torque_Nm * 1e3, speed_m_s * 1e3);
+  std::printf("%s %s: sinks %.1f mm, resists %.2f N of %.2f N, %.0f mN m, %.2f mm/s\n",
+              c.soil.name.data(), c.gait, depth_m * 1e3, resistance_N, strength_N, torque_Nm * 1e3,
+              speed_m_s * 1e3);
   EXPECT_GT(speed_m_s, 0.001);
 }
 
 std::vector<Case> cases() {
   std::vector<Case> all;
-  for (const Soil& soil : {kRegolith, kDrySand, kSandyLoam}) {
+  for (const Soil& soil : soil::soils()) {
     all.push_back({soil, "Tripod", gnc::zebro::kTripod, 3});
     all.push_back({soil, "Tetrapod", gnc::zebro::kTetrapodB, 4});
     all.push_back({soil, "Wave", gnc::zebro::kWave, 5});
@@ -125,7 +111,7 @@ std::vector<Case> cases() {
 }
 
 INSTANTIATE_TEST_SUITE_P(Soils, Sand, testing::ValuesIn(cases()), [](const auto& test) {
-  return std::string(test.param.soil.name) + test.param.gait;
+  return std::string(test.param.soil.name) + "_" + test.param.gait;
 });
 
 }  // namespace

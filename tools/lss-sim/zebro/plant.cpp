@@ -13,6 +13,11 @@ constexpr double kLowest_rad = 262 * std::numbers::pi / 180;
 
 }  // namespace
 
+const std::array<LegInSoil, kLegs>& Plant::legs_in_soil() const {
+  static constexpr std::array<LegInSoil, kLegs> kNone{};
+  return kNone;
+}
+
 std::array<double, kLegs> boot_angles(const TerrainOptions& terrain) {
   std::mt19937 random(terrain.seed);
   const double middle_rad = std::min(kStowed_rad, kLowest_rad - terrain.scatter_rad);

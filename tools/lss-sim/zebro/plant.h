@@ -9,8 +9,10 @@
 #include <array>
 #include <memory>
 #include <numbers>
+#include <optional>
 
 #include "tools/lss-sim/frame/shaft.h"
+#include "tools/lss-sim/soil/soil.h"
 
 namespace lss::sim::zebro {
 
@@ -30,9 +32,10 @@ struct TerrainOptions {
   double gravity_m_s2 = 1.625;
   double slope_rad = 0;  // positive: uphill ahead
   bool rocks = false;
-  double friction = 0.8;
-  double scatter_rad = 0.35;  // legs boot at up to this from stowed
-  unsigned seed = 1;          // of the legs' angles at boot and of the rocks
+  double friction = 0.8;             // of hard ground
+  std::optional<soil::Soil> soil{};  // unset: hard ground
+  double scatter_rad = 0.35;         // legs boot at up to this from stowed
+  unsigned seed = 1;                 // of the legs' angles at boot and of the rocks
 };
 
 struct BodyState {
@@ -44,12 +47,19 @@ struct BodyState {
 // The leg angles at boot: near the stowed position for the flight, exact value unknown.
 std::array<double, kLegs> boot_angles(const TerrainOptions& terrain);
 
+// How a leg is in the soil; 0 in the air and on hard ground.
+struct LegInSoil {
+  double sinkage_m = 0;  // of its deepest point
+  double slip_m_s = 0;   // that point's speed to the rear through the soil
+};
+
 class Plant {
  public:
   virtual ~Plant() = default;
   virtual void step(const std::array<ShaftDrive, kLegs>& drives) = 0;
   virtual const std::array<ShaftState, kLegs>& shafts() const = 0;
   virtual BodyState body() const = 0;
+  virtual const std::array<LegInSoil, kLegs>& legs_in_soil() const;
 };
 
 enum class PlantKind { dart, kinematic };

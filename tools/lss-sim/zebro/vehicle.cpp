@@ -8,6 +8,7 @@
 
 #include "tools/lss-sim/zebro/kinematic.h"
 #include "tools/lss-sim/zebro/robot.h"
+#include "tools/lss-sim/zebro/soil_robot.h"
 
 namespace lss::sim {
 namespace zebro {
@@ -52,6 +53,12 @@ std::array<double, 3> to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(),
 double to_seconds(TimeNs time) { return static_cast<double>(time) / 1e9; }
 
 std::unique_ptr<Plant> make_plant(const ZebroOptions& options) {
+  if (options.terrain.soil) {
+    if (options.plant == PlantKind::kinematic)
+      throw std::invalid_argument(
+          "the kinematic plant is on hard ground: leave out --ground, or use --plant dart");
+    return std::make_unique<SoilRobot>(options.terrain, to_seconds(options.step_ns));
+  }
   if (options.plant == PlantKind::kinematic)
     return std::make_unique<KinematicRobot>(options.terrain, to_seconds(options.step_ns));
   if (options.step_ns != kStepNs) throw std::invalid_argument("rigid bodies take steps of 1 ms");
@@ -220,13 +227,17 @@ bool Zebro::in_force(const Fault& fault) const {
 nlohmann::ordered_json Zebro::truth() const {
   const BodyState body = plant_->body();
   const Eigen::Quaterniond& q = body.attitude;
-  std::array<double, kLegs> legs{};
+  std::array<double, kLegs> legs{}, sinkage_m{}, slip_m_s{};
   std::ranges::transform(plant_->shafts(), legs.begin(), &ShaftState::angle_rad);
+  std::ranges::transform(plant_->legs_in_soil(), sinkage_m.begin(), &LegInSoil::sinkage_m);
+  std::ranges::transform(plant_->legs_in_soil(), slip_m_s.begin(), &LegInSoil::slip_m_s);
   return {{"position_m", to_array(body.position_m)},
           {"attitude_wxyz", {q.w(), q.x(), q.y(), q.z()}},
           {"velocity_m_s", to_array(body.velocity_m_s)},
           {"leg_angle_rad", legs},
-          {"panel_rad", panel_.shaft().angle_rad}};
+          {"panel_rad", panel_.shaft().angle_rad},
+          {"leg_sinkage_m", sinkage_m},
+          {"leg_slip_m_s", slip_m_s}};
 }
 
 namespace {
@@ -256,7 +267,12 @@ class ZebroKind final : public VehicleKind {
         ->check(CLI::Range(-30.0, 30.0))
         ->capture_default_str();
     command.add_flag("--rocks", terrain.rocks, "stones on the ground, placed by the seed");
-    command.add_option("--friction", terrain.friction, "of the ground")
+    command
+        .add_option(
+            "--ground", ground_,
+            "hard, or a soil: sand, loam, regolith, each with :FACTOR of its strength if wanted")
+        ->capture_default_str();
+    command.add_option("--friction", terrain.friction, "of hard ground")
         ->check(CLI::Range(0.05, 2.0))
         ->capture_default_str();
     command
@@ -277,6 +293,7 @@ class ZebroKind final : public VehicleKind {
     options.check = check_ == "lrc" ? lss::zebro::Check::lrc : lss::zebro::Check::crc8;
     options.stop = stop_ == "lf" ? lss::zebro::Stop::lf : lss::zebro::Stop::crlf;
     options.plant = plant_ == "dart" ? PlantKind::dart : PlantKind::kinematic;
+    if (ground_ != "hard") options.terrain.soil = soil::parse_soil(ground_);
     options.terrain.seed = seed;
     options.terrain.slope_rad = slope_deg_ * kDegree;
     options.terrain.scatter_rad = scatter_deg_ * kDegree;
@@ -287,7 +304,7 @@ class ZebroKind final : public VehicleKind {
   ZebroOptions options_;
   double slope_deg_ = 0;
   double scatter_deg_ = 20;
-  std::string check_ = "lrc", stop_ = "lf", plant_ = "dart";
+  std::string check_ = "lrc", stop_ = "lf", plant_ = "dart", ground_ = "hard";
 };
 
 }  // namespace

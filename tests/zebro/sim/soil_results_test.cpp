@@ -1,0 +1,89 @@
+// Writes how Lunar Zebro walks on each soil into docs/soil.md when LSS_WRITE_RESULTS is set.
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "tests/support/section.h"
+#include "tests/support/stamp.h"
+#include "tests/zebro/sim/robot_driver.h"
+#include "tools/lss-sim/zebro/motor.h"
+
+namespace lss::sim::zebro {
+namespace {
+
+constexpr int kCycles = 2;
+
+struct Walked {
+  double standing_m = 0, speed_m_s = 0, sinkage_m = 0, torque_Nm = 0, tilt_deg = 0, yaw_deg = 0;
+};
+
+// Whole cycles after the first one; depth of the deepest leg on average, the largest torque of all.
+Walked walk(const TerrainOptions& terrain, const Groups& groups) {
+  RobotDriver driver(terrain);
+  driver.stand_up();
+  Walked walked;
+  walked.standing_m = 0.053 - driver.body().position_m.z();
+  driver.walk(groups, 1, +1, +1);
+  const BodyState from = driver.body();
+  const double began_s = driver.now_s();
+  long steps = 0;
+  driver.after_step = [&] {
+    double deepest_m = 0;
+    for (const LegInSoil& leg : driver.zebro().robot().legs_in_soil())
+      deepest_m = std::max(deepest_m, leg.sinkage_m);
+    for (const ShaftState& shaft : driver.zebro().robot().shafts())
+      walked.torque_Nm = std::max(walked.torque_Nm, std::abs(shaft.torque_Nm));
+    walked.sinkage_m += deepest_m;
+    walked.tilt_deg = std::max(walked.tilt_deg, driver.moved(from).tilt_deg);
+    ++steps;
+  };
+  driver.walk(groups, kCycles, +1, +1);
+  walked.sinkage_m /= static_cast<double>(steps);
+  const Pose pose = driver.moved(from);
+  walked.speed_m_s = pose.ahead_m / (driver.now_s() - began_s);
+  walked.yaw_deg = pose.yaw_deg / kCycles;
+  return walked;
+}
+
+TEST(SoilResults, Zebro) {
+  if (std::getenv("LSS_WRITE_RESULTS") == nullptr)
+    GTEST_SKIP() << "LSS_WRITE_RESULTS=1 writes docs/soil.md";
+  std::string text =
+      "Measured " + testing_support::stamp(LSS_SOIL_DOCUMENT) +
+      " by\n`LSS_WRITE_RESULTS=1 zebro_soil_results_test`: the open-loop script of "
+      "`tests/zebro/sim`, seed 4, level\nground, two cycles after a first one. "
+      "*Depth* is that of the deepest leg, on average; *standing*, of all six after\n"
+      "standing up; *torque*, the largest of any leg; *tilt*, the largest; *yaw* to "
+      "the left per cycle.\n\n"
+      "| soil | gravity | gait | speed, mm/s | depth, mm | standing, mm | torque, mN "
+      "m | current, A | tilt, deg | yaw, deg |\n|---|---|---|---|---|---|---|---|---|---|\n";
+  const std::pair<const char*, const Groups*> gaits[] = {
+      {"tripod", &kTripod}, {"tetrapod-B", &kTetrapod}, {"wave", &kWave}};
+  for (const char* soil : {"hard", "loam", "regolith", "regolith:0.25", "sand", "sand:0.25"}) {
+    for (const double gravity_m_s2 : {soil::kEarth_m_s2, soil::kMoon_m_s2}) {
+      for (const auto& [gait, groups] : gaits) {
+        TerrainOptions terrain{.gravity_m_s2 = gravity_m_s2, .seed = 4};
+        const bool hard = soil == std::string("hard");
+        if (!hard) terrain.soil = soil::parse_soil(soil);
+        const Walked w = walk(terrain, *groups);
+        char row[300];
+        std::snprintf(row, sizeof row,
+                      "| %s | %s | %s | %.1f | %s | %s | %.0f | %.2f | %.1f | %+.1f |\n", soil,
+                      gravity_m_s2 > 5 ? "Earth" : "Moon", gait, w.speed_m_s * 1e3,
+                      hard ? "-" : std::to_string(std::lround(w.sinkage_m * 1e3)).c_str(),
+                      hard ? "-" : std::to_string(std::lround(w.standing_m * 1e3)).c_str(),
+                      w.torque_Nm * 1e3, motor::current_A(w.torque_Nm, 0), w.tilt_deg, w.yaw_deg);
+        text += row;
+        std::printf("%s", row);
+        std::fflush(stdout);
+        EXPECT_TRUE(w.speed_m_s > 0.001) << row;
+      }
+    }
+  }
+  testing_support::write_section(LSS_SOIL_DOCUMENT, "Lunar Zebro on soil", text);
+}
+
+}  // namespace
+}  // namespace lss::sim::zebro
