@@ -1,6 +1,6 @@
 # Rules for links between targets, checked at every configuration (rules for includes: tools/lib/check_sources.sh).
 #
-#   gnc/NAME   Eigen and its own targets
+#   gnc/NAME   Eigen, lss_gnc_math and its own targets
 #   drivers/   libc and other drivers
 #   daemon/    anything but tools; DDS only in daemon/publish
 #   tools/     is linked by tools/ and tests/ only
@@ -56,7 +56,7 @@ function(lss_never_link targets forbidden)
 endfunction()
 
 foreach(name ${LSS_VEHICLES})
-  lss_only_links(gnc/${name} Eigen3::Eigen)  # only its own vehicle: vehicles never link one another
+  lss_only_links(gnc/${name} Eigen3::Eigen lss_gnc_math)  # only its own vehicle: vehicles never link one another
 endforeach()
 lss_only_links(drivers)
 

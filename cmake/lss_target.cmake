@@ -1,7 +1,7 @@
 # lss_target(NAME LIBRARY|OBJECTS|INTERFACE|PROGRAM|TEST [SOURCES ...] [APART ...] [LINK ...] [SYSTEM ...] [LABELS ...])
 #
 # The only place with the compiler settings of this project, also for vehicles from outside (lss_add_vehicle.cmake):
-# C++20, warnings (errors in this tree), sanitizers by preset, includes from the top of the project ("gnc/zebro/gait.h").
+# C++20, warnings (errors in the presets of this tree), sanitizers by preset, includes from the top of the project ("gnc/zebro/gait.h").
 # LINK names our own targets and well-behaved imported ones; SYSTEM names third-party include directories whose warnings
 # are not ours. Sources are compiled in groups, which takes a third of the time (LSS_UNITY); APART sources are compiled
 # separately, because their names conflict with those of others. OBJECTS: a library whose every source is linked. A TEST

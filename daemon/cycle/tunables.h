@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -154,8 +155,13 @@ double get_tunable(const Tunable<P>& t, const P& parameters) noexcept {
       std::visit([](auto* member) { return static_cast<double>(*member); }, t.place(copy)) /
       t.factor;
   if (value == 0 || !std::isfinite(value)) return value;
-  const double unit = std::pow(10.0, 11 - std::floor(std::log10(std::abs(value))));
-  return std::round(value * unit) / unit;
+  std::array<char, 32>
+      text{};  // -d.ddddddddddde-ddd: the same on every processor, and no allocation
+  const auto end =
+      std::to_chars(text.begin(), text.end(), value, std::chars_format::scientific, 11);
+  double rounded = value;
+  std::from_chars(text.begin(), end.ptr, rounded);
+  return rounded;
 }
 
 // All parameters of a vehicle.

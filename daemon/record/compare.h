@@ -1,13 +1,14 @@
 #pragma once
 
 // The first member in which structs differ from the bytes of a record. Every bit counts: 0.0 is not
-// -0.0, and a NaN equals only itself. Ordinary threads.
+// -0.0. Only the bits of a NaN do not. Ordinary threads.
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <optional>
 #include <span>
@@ -59,7 +60,7 @@ class Compare {
         } else {
           T was;
           std::memcpy(&was, recorded_.data(), sizeof was);
-          difference_ = {path_, text(was), text(x)};
+          if (!both_nan(was, x)) difference_ = {path_, text(was), text(x)};
         }
       }
       recorded_ = recorded_.subspan(sizeof x);
@@ -92,6 +93,16 @@ class Compare {
   void compare(const std::variant<T...>& x) {
     inside("kind", static_cast<std::uint8_t>(x.index()));
     if (!difference_) std::visit([this](const auto& alternative) { compare(alternative); }, x);
+  }
+
+  // The sign of a new NaN depends on the processor (IEEE 754-2019, 6.3).
+  template <class T>
+  static bool both_nan(const T& a, const T& b) {
+    if constexpr (std::is_floating_point_v<T>) {
+      return std::isnan(a) && std::isnan(b);
+    } else {
+      return false;
+    }
   }
 
   template <class T>

@@ -85,8 +85,7 @@ class Writer {
   template <class T>
   void put(const T& x) noexcept {
     if constexpr (Number<T>) {
-      if (size_ + sizeof x <= buffer_.size()) std::memcpy(&buffer_[size_], &x, sizeof x);
-      size_ += sizeof x;
+      append(&x, sizeof x);
     } else {
       record::visit(*this, x);
     }
@@ -94,8 +93,7 @@ class Writer {
   template <Array T>
   void put(const T& x) noexcept {
     if constexpr (Number<std::remove_cvref_t<decltype(x[0])>>) {
-      if (size_ + sizeof x <= buffer_.size()) std::memcpy(&buffer_[size_], std::data(x), sizeof x);
-      size_ += sizeof x;
+      append(std::data(x), sizeof x);
     } else {
       for (const auto& element : x) put(element);
     }
@@ -104,6 +102,14 @@ class Writer {
   void put(const std::variant<T...>& x) noexcept {
     put(static_cast<std::uint8_t>(x.index()));
     std::visit([this](const auto& alternative) { put(alternative); }, x);
+  }
+
+  // Not `size_ + size <= ...`: GCC 14 follows the sum where it wraps, and warns of that.
+  [[gnu::always_inline]] void append(const void* bytes, std::size_t size) noexcept {
+    if (size <= buffer_.size() && size_ <= buffer_.size() - size) {
+      std::memcpy(&buffer_[size_], bytes, size);
+    }
+    size_ += size;
   }
 
   std::span<std::uint8_t> buffer_;

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "gnc/math.h"
+
 namespace lss::gnc::ardito {
 namespace {
 
@@ -38,7 +40,7 @@ double signed_length(const Radius& r) noexcept {
 
 double sigma_rad(const Direction& direction) noexcept {
   if (direction.sin == 0) return 0;
-  return direction.cos != 0 ? std::atan(direction.sin / direction.cos) : kPi / 2;
+  return direction.cos != 0 ? math::atan(direction.sin / direction.cos) : kPi / 2;
 }
 
 double yaw_rate_rad_s(const PlaneMotion& motion, const Geometry& geometry) noexcept {
@@ -58,7 +60,7 @@ double steering_angle_rad(std::size_t wheel, const Direction& direction,
                           const Geometry& geometry) noexcept {
   const Radius r = radius(wheel, direction, geometry);
   // -pi/2..pi/2: a wheel that would have to turn further rolls backward instead
-  return r.along_m != 0 ? std::atan(-r.along_m / r.across_m) : 0;
+  return r.along_m != 0 ? math::atan(-r.along_m / r.across_m) : 0;
 }
 
 PerWheel<double> hub_speeds_m_s(const PlaneMotion& motion, const Geometry& geometry) noexcept {

@@ -2,6 +2,7 @@
 
 #include "gnc/ardito/parameters.h"
 #include "gnc/ardito/vote.h"
+#include "gnc/math.h"
 
 namespace lss::gnc::ardito {
 namespace {
@@ -45,7 +46,7 @@ const char* check(const Parameters& p) noexcept {
     return "deceleration_m_s2 must be in 0.05..2: wheels that brake harder slide";
   }
   // with the centre of rotation inside a middle wheel, that wheel would turn without rolling
-  if (p.max_sigma_rad < 0 || g.f_m / std::tan(p.max_sigma_rad) <= g.b_m / 2) {
+  if (p.max_sigma_rad < 0 || g.f_m / math::tan(p.max_sigma_rad) <= g.b_m / 2) {
     return "max_sigma_rad puts the centre of rotation between the middle wheels; make it smaller";
   }
   if (5 * p.max_sigma_rad > kPi / 2) return "max_sigma_rad must not be above 18 deg";

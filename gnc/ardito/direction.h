@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "gnc/math.h"
+
 namespace lss::gnc::ardito {
 
 // For a velocity sigma and sigma + pi are the same line.
@@ -14,7 +16,7 @@ struct Direction {
 };
 
 inline Direction direction(double angle_rad) noexcept {
-  return {std::sin(angle_rad), std::cos(angle_rad)};
+  return {math::sin(angle_rad), math::cos(angle_rad)};
 }
 // Of the sum of both angles.
 inline Direction turned(const Direction& a, const Direction& b) noexcept {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gnc/math.h"
+
 namespace lss::gnc::ardito {
 namespace {
 
@@ -51,7 +53,7 @@ double imu_speed_m_s(const Motion& motion, const Inputs& inputs, const Parameter
 double imu_along_m_s(const Motion& motion, const Inputs& inputs, const Parameters& p) noexcept {
   const double speed = imu_speed_m_s(motion, inputs, p);
   if (motion.v_to_hub != 1) return speed;
-  return speed * std::cos(motion.sigma_rad - inputs.imu.sigma_rad.value);
+  return speed * math::cos(motion.sigma_rad - inputs.imu.sigma_rad.value);
 }
 
 bool slips(const Motion& motion, const Inputs& inputs, const Parameters& p) noexcept {
@@ -70,7 +72,7 @@ bool contradicts(const Motion& motion, const Inputs& inputs, const Parameters& p
   const double v = motion.mean.v_m_s * motion.v_to_hub, imu = imu_speed_m_s(motion, inputs, p);
   if (motion.v_to_hub != 1) return std::abs(v - imu) > p.slip_m_s;
   const double turned_rad = motion.sigma_rad - inputs.imu.sigma_rad.value;
-  return v * v + imu * imu - 2 * v * imu * std::cos(turned_rad) > p.slip_m_s * p.slip_m_s;
+  return v * v + imu * imu - 2 * v * imu * math::cos(turned_rad) > p.slip_m_s * p.slip_m_s;
 }
 
 }  // namespace
@@ -117,7 +119,7 @@ Motion estimate_motion(const Feedback& feedback, const Inputs& inputs, WheelSet 
   for (const Direction& one : directions) {
     sine = std::max(sine, std::abs(one.sin * d.cos - one.cos * d.sin));
   }
-  double apart_rad = std::asin(std::min(sine, 1.0));
+  double apart_rad = math::asin(std::min(sine, 1.0));
   if (spot) apart_rad /= 4;
   motion.incoherent_sigma =
       apart_rad >= p.coherent_sigma_rad && std::abs(motion.mean.v_m_s) * motion.v_to_hub >= 0.010;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gnc/math.h"
+
 namespace lss::gnc::ardito {
 namespace {
 
@@ -33,7 +35,7 @@ double bogie_rad(double rocker_rad, double x_m, double z_m, const Linkage& l,
   const Point bogie = turned(direction(rocker_rad), l.bogie_on_rocker);
   const double x = x_m - l.pivot_x_m - bogie.x_m, z = z_m - bogie.z_m;
   // the arm points k3 below the bogie's x axis; turning by an angle lifts it by as much
-  return std::remainder(g.k3_rad - rocker_rad - std::atan2(z, x), 2 * kPi);
+  return std::remainder(g.k3_rad - rocker_rad - math::atan2(z, x), 2 * kPi);
 }
 
 double squared(double x) noexcept { return x * x; }
@@ -44,10 +46,10 @@ Linkage linkage(const Geometry& g) noexcept {
   return {
       .pivot_x_m = -g.f_m,
       // E2
-      .front_on_rocker = {g.l1_m * std::cos(g.k1_rad), g.l6_m + g.l1_m * std::sin(g.k1_rad)},
+      .front_on_rocker = {g.l1_m * math::cos(g.k1_rad), g.l6_m + g.l1_m * math::sin(g.k1_rad)},
       .bogie_on_rocker = {-g.l2_m, g.l3_m},
       // E3
-      .middle_on_bogie = {g.l4_m * std::cos(g.k3_rad), g.l4_m * std::sin(g.k3_rad)},
+      .middle_on_bogie = {g.l4_m * math::cos(g.k3_rad), g.l4_m * math::sin(g.k3_rad)},
       .rear_on_bogie = {-g.l5_m, g.l6_m},
   };
 }
@@ -66,7 +68,7 @@ RockerAngles rocker_angles(const WheelPoses& poses, const Geometry& geometry) no
   const Point& arm = l.front_on_rocker;
   const double x = poses.x_m[0] - l.pivot_x_m, z = poses.z_m[0];
   RockerAngles angles;
-  angles.beta_rad = std::atan2(arm.z_m * x - arm.x_m * z, arm.x_m * x + arm.z_m * z);
+  angles.beta_rad = math::atan2(arm.z_m * x - arm.x_m * z, arm.x_m * x + arm.z_m * z);
   angles.rho1_rad = bogie_rad(angles.beta_rad, poses.x_m[2], poses.z_m[2], l, geometry);
   angles.rho2_rad = bogie_rad(-angles.beta_rad, poses.x_m[3], poses.z_m[3], l, geometry);
   return angles;

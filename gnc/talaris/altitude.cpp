@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gnc/math.h"
 #include "gnc/talaris/pwm.h"
 
 namespace lss::gnc::talaris {
@@ -20,7 +21,7 @@ struct Axis {
   double angle = 0, rate = 0, acceleration = 0;
 };
 Axis after(const Axis& x, double u, double dt, double lag) noexcept {
-  const double a = std::exp(-dt / lag), b = lag * (1 - a);
+  const double a = math::exp(-dt / lag), b = lag * (1 - a);
   return {x.angle + dt * x.rate + (lag * dt - lag * b) * x.acceleration +
               (dt * dt / 2 - lag * dt + lag * b) * u,
           x.rate + b * x.acceleration + (dt - b) * u, a * x.acceleration + (1 - a) * u};
@@ -48,7 +49,7 @@ Eigen::Vector4d fan_attitude_gains(double lag_s, double pole_rad_s) noexcept {
   for (int i = 0; i < 4; ++i) {
     controllable.col(i) = c;
     c = A * c;
-    polynomial = polynomial * (A - std::exp(-pole_rad_s * kFrame_s) * Eigen::Matrix4d::Identity());
+    polynomial = polynomial * (A - math::exp(-pole_rad_s * kFrame_s) * Eigen::Matrix4d::Identity());
   }
   const Eigen::RowVector4d last(0, 0, 0, 1);
   const Eigen::Matrix4d inverse = controllable.inverse();

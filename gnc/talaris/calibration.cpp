@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gnc/math.h"
+
 namespace lss::gnc::talaris {
 namespace {
 
@@ -179,7 +181,7 @@ void Calibration::finish(double collected_s, const NavigationParameters& p) noex
                 p.max_force_error_m_s2);
   }
   const Vector3 up = mean_.force / size;
-  const double tilt = std::atan2(std::hypot(up.y(), up.z()), up.x());
+  const double tilt = math::atan2(math::hypot(up.y(), up.z()), up.x());
   if (tilt > p.max_calibration_tilt_rad) {
     return fail(CalibrationFault::tilted, tilt, p.max_calibration_tilt_rad);
   }
@@ -204,7 +206,7 @@ void Calibration::finish(double collected_s, const NavigationParameters& p) noex
   // the shortest turn that brings `up` to x, then the heading
   Quaternion level(1 + up.x(), 0, up.z(), -up.y());
   level.normalize();
-  const Quaternion heading(std::cos(p.roll_rad / 2), std::sin(p.roll_rad / 2), 0, 0);
+  const Quaternion heading(math::cos(p.roll_rad / 2), math::sin(p.roll_rad / 2), 0, 0);
   result_.q_NB = heading * level;
   status_.phase = CalibrationPhase::done;
   status_.progress = 1;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "gnc/math.h"
+
 namespace lss::gnc::talaris {
 namespace {
 
@@ -23,9 +25,9 @@ Attitude attitude_of(const Quaternion& q_NB) noexcept {
   const Vector3 up_B = q_NB.conjugate() * Vector3::UnitX();
   Attitude a;
   a.cosine = up_B.x();
-  a.tilt_y_rad = std::atan2(up_B.z(), up_B.x());
-  a.tilt_z_rad = std::atan2(-up_B.y(), up_B.x());
-  a.roll_rad = wrapped(2 * std::atan2(q_NB.x(), q_NB.w()));
+  a.tilt_y_rad = math::atan2(up_B.z(), up_B.x());
+  a.tilt_z_rad = math::atan2(-up_B.y(), up_B.x());
+  a.roll_rad = wrapped(2 * math::atan2(q_NB.x(), q_NB.w()));
   return a;
 }
 
@@ -136,7 +138,7 @@ ControlOutput Control::step(const NavState& state, const ControlTarget& target) 
   }
 
   if (target.side || target.roll) {
-    const double c = std::cos(now.roll_rad), s = std::sin(now.roll_rad);
+    const double c = math::cos(now.roll_rad), s = math::sin(now.roll_rad);
     const double force_z = target.side ? c * target.force_N.z() - s * target.force_N.y() : 0;
     RollFire fire;
     double alpha_x = 0;

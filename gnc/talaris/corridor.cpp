@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gnc/math.h"
+
 namespace lss::gnc::talaris {
 namespace {
 
@@ -12,7 +14,7 @@ constexpr double kSigmas = 2;
 // flight.
 double unsure(double sigma, double limit) noexcept { return std::min(kSigmas * sigma, limit / 2); }
 
-double horizontal(const Vector3& v) noexcept { return std::hypot(v.y(), v.z()); }
+double horizontal(const Vector3& v) noexcept { return math::hypot(v.y(), v.z()); }
 
 }  // namespace
 

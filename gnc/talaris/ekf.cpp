@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "gnc/math.h"
+
 namespace lss::gnc::talaris {
 namespace {
 
@@ -48,8 +50,8 @@ inline Turn turn_of(double x, double y, double z) noexcept {
     s = 0.5 - h2 * (1.0 / 12 - h2 * (1.0 / 240 - h2 * (1.0 / 10080 - h2 / 725760)));
   } else {
     const double h = std::sqrt(h2);
-    c = std::cos(h);
-    s = std::sin(h) / (2 * h);
+    c = math::cos(h);
+    s = math::sin(h) / (2 * h);
   }
   return {c, s * x, s * y, s * z};
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gnc/math.h"
+
 namespace lss::gnc::talaris {
 
 double fan_thrust_N(double rpm, const Fans& fans) noexcept {
@@ -34,7 +36,7 @@ double FanSpeed::throttle(std::size_t i, double command_rpm, double error_rpm) n
 
 PerFan FanSpeed::ramp(const PerFan& goal_rpm, double ramp_rpm_s,
                       const PerFan& measured_rpm) noexcept {
-  const double a = std::exp(-kFrame_s / fans_.lag_s);
+  const double a = math::exp(-kFrame_s / fans_.lag_s);
   PerFan out{};
   for (std::size_t i = 0; i < kFans; ++i) {
     const double goal =
@@ -55,7 +57,7 @@ PerFan FanSpeed::ramp(const PerFan& goal_rpm, double ramp_rpm_s,
 }
 
 PerFan FanSpeed::direct(const PerFan& command_rpm, const PerFan& measured_rpm) noexcept {
-  const double a = std::exp(-kFrame_s / fans_.lag_s);
+  const double a = math::exp(-kFrame_s / fans_.lag_s);
   PerFan out{};
   for (std::size_t i = 0; i < kFans; ++i) {
     const double command =

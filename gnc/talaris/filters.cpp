@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "gnc/math.h"
+
 namespace lss::gnc::talaris {
 namespace {
 constexpr double kPi = 3.14159265358979323846;
@@ -10,7 +12,7 @@ constexpr double kSqrt2 = 1.41421356237309504880;
 
 FilterCoefficients butterworth(double corner_hz, double fs_hz) noexcept {
   if (!(corner_hz > 0) || !(corner_hz < fs_hz / 2)) return {};
-  const double k = std::tan(kPi * corner_hz / fs_hz);
+  const double k = math::tan(kPi * corner_hz / fs_hz);
   const double n = 1 / (1 + kSqrt2 * k + k * k);
   return {n * k * k, 2 * n * k * k, n * k * k, 2 * (k * k - 1) * n, (1 - kSqrt2 * k + k * k) * n};
 }
@@ -18,9 +20,9 @@ FilterCoefficients butterworth(double corner_hz, double fs_hz) noexcept {
 FilterCoefficients notch(double notch_hz, double fs_hz, double quality) noexcept {
   if (!(notch_hz > 0) || !(notch_hz <= fs_hz / 4) || !(quality > 0)) return {};
   const double w = 2 * kPi * notch_hz / fs_hz;
-  const double alpha = std::sin(w) / (2 * quality);
+  const double alpha = math::sin(w) / (2 * quality);
   const double n = 1 / (1 + alpha);
-  return {n, -2 * std::cos(w) * n, n, -2 * std::cos(w) * n, (1 - alpha) * n};
+  return {n, -2 * math::cos(w) * n, n, -2 * math::cos(w) * n, (1 - alpha) * n};
 }
 
 double Filter::step(double x) noexcept {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gnc/math.h"
+
 namespace lss::gnc::talaris {
 namespace {
 
@@ -205,7 +207,9 @@ void Flight::take_state(const FlightInputs& inputs) noexcept {
     state_.position_N_m += state_.velocity_N_m_s * kFrame_s;
     const Vector3 turn = state_.rate_B_rad_s * kFrame_s;
     if (const double angle = turn.norm(); angle > 0) {
-      state_.q_NB = (state_.q_NB * Quaternion(Eigen::AngleAxisd(angle, turn / angle))).normalized();
+      const Vector3 axis = math::sin(angle / 2) / angle * turn;
+      const Quaternion turned(math::cos(angle / 2), axis.x(), axis.y(), axis.z());
+      state_.q_NB = (state_.q_NB * turned).normalized();
     }
     state_.acceleration_N_m_s2.setZero();
   }
@@ -262,7 +266,7 @@ FaultSet Flight::find_faults(const FlightInputs& in) const noexcept {
     found |= kGasLow;
   }
   const Attitude attitude = attitude_of(state_.q_NB);
-  if (silent_s_ <= 0 && (attitude.cosine < std::cos(limits.tilt_rad) ||
+  if (silent_s_ <= 0 && (attitude.cosine < math::cos(limits.tilt_rad) ||
                          state_.rate_B_rad_s.norm() > limits.rate_rad_s)) {
     found |= kUpset;
   }

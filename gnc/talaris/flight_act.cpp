@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gnc/math.h"
 #include "gnc/talaris/flight.h"
 
 namespace lss::gnc::talaris {
@@ -47,7 +48,7 @@ bool Flight::by_fans() const noexcept {
 bool Flight::brakes() const noexcept {
   const Vector3& v = state_.velocity_N_m_s;
   return phase_ == Phase::parachute && imu_usable() && phase_s_ < kBrakeTime_s &&
-         std::hypot(v.y(), v.z()) > kBrakeSpeed_m_s;
+         math::hypot(v.y(), v.z()) > kBrakeSpeed_m_s;
 }
 
 void Flight::act(const FlightInputs& inputs, FlightOutput& output) noexcept {
@@ -112,7 +113,7 @@ void Flight::observe_wind(double lift_N, double mass_kg) noexcept {
   const double roll = attitude_of(state_.q_NB).roll_rad;
   const double side = by_fans() ? 0 : control_.side_N();
   Vector3 unexplained = state_.acceleration_N_m_s2 - lift_N / mass_kg * up -
-                        side / mass_kg * Vector3(0, -std::sin(roll), std::cos(roll));
+                        side / mass_kg * Vector3(0, -math::sin(roll), math::cos(roll));
   unexplained.x() = 0;
   wind_m_s2_ += kWindShare * (unexplained - wind_m_s2_);
   if (const double size = wind_m_s2_.norm(); size > kMaxWind_m_s2)
@@ -123,7 +124,7 @@ void Flight::observe_wind(double lift_N, double mass_kg) noexcept {
 bool Flight::rests() const noexcept {
   if (plan_.flies || phase_ != Phase::brake) return false;
   const Vector3 way = guidance_.target().position_m - state_.position_N_m;
-  const Vector3 along(0, -std::sin(roll_rad_), std::cos(roll_rad_));
+  const Vector3 along(0, -math::sin(roll_rad_), math::cos(roll_rad_));
   return std::abs(way.dot(along)) < kRest_m &&
          std::abs(state_.velocity_N_m_s.dot(along)) < kRest_m_s;
 }
@@ -229,7 +230,7 @@ void Flight::act_gas(FlightOutput& output) noexcept {
   }
   if (program == Program::hop) {
     // along y there is no jet
-    const double c = std::cos(roll_rad_), s = std::sin(roll_rad_);
+    const double c = math::cos(roll_rad_), s = math::sin(roll_rad_);
     const Vector3 off = state_.position_N_m - leg_m_, v = state_.velocity_N_m_s;
     // against the wind it leans, which costs no gas
     const double push_y = c * wind_m_s2_.y() + s * wind_m_s2_.z();
@@ -267,7 +268,7 @@ void Flight::fly_by_fans(const FlightInputs& inputs, FlightOutput& output) noexc
   double speed = 0, height = kNaN;
 
   if (phase_ == Phase::parachute) {
-    const double c = std::cos(attitude.roll_rad), s = std::sin(attitude.roll_rad);
+    const double c = math::cos(attitude.roll_rad), s = math::sin(attitude.roll_rad);
     const Vector3 v = state_.velocity_N_m_s;
     const double vy = c * v.y() + s * v.z(), vz = -s * v.y() + c * v.z();
     if (imu_usable() && height_m_ > kLevelBelow_m) {

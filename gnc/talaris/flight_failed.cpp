@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gnc/math.h"
 #include "gnc/talaris/flight.h"
 
 namespace lss::gnc::talaris {
@@ -121,7 +122,7 @@ void Flight::act_allocated(const FlightInputs& inputs, FlightOutput& output) noe
       std::clamp(kSpeed_1_s * (speed_m_s - climb), -kMostDown_m_s2, kMostUp_m_s2);
   Vector3 stop_m_s2 = -kBrake_1_s * Vector3(0, v.y(), v.z());
   if (const double size = stop_m_s2.norm(); size > kBrake_m_s2) stop_m_s2 *= kBrake_m_s2 / size;
-  const double c = std::cos(attitude.roll_rad), s = std::sin(attitude.roll_rad);
+  const double c = math::cos(attitude.roll_rad), s = math::sin(attitude.roll_rad);
   const double stop_y = c * stop_m_s2.y() + s * stop_m_s2.z();
   const double stop_z = -s * stop_m_s2.y() + c * stop_m_s2.z();
   const double most_rad = high && height_m_ < kLowBelow_m ? kLowTilt_rad : kLean_rad;
@@ -175,7 +176,7 @@ void Flight::act_allocated(const FlightInputs& inputs, FlightOutput& output) noe
   problem.preferred = allocate(problem).force_N;
 
   // this frame: a fan's thrust at its end is what is chosen, its mean is part of the old one
-  const double old = std::exp(-kFrame_s / fans.lag_s);
+  const double old = math::exp(-kFrame_s / fans.lag_s);
   const double gone = fans.lag_s / kFrame_s * (1 - old);  // mean share of the old speed, unforced
   const double fresh_share = (1 - gone) / (1 - old);
   problem.wanted = wanted;

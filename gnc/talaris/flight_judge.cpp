@@ -1,8 +1,8 @@
 // Is the flight inside its corridor, and was it as planned?
 
 #include <algorithm>
-#include <cmath>
 
+#include "gnc/math.h"
 #include "gnc/talaris/flight.h"
 
 namespace lss::gnc::talaris {
@@ -31,10 +31,10 @@ void Flight::watch_corridor() noexcept {
   const double tilt_y = attitude.tilt_y_rad - lean_y_rad_,
                tilt_z = attitude.tilt_z_rad - lean_z_rad_;
   // against what blows along z the jets help
-  const double c = std::cos(attitude.roll_rad), s = std::sin(attitude.roll_rad);
-  const double push_m_s2 = std::hypot(c * wind_m_s2_.y() + s * wind_m_s2_.z(),
-                                      kAlong * (c * wind_m_s2_.z() - s * wind_m_s2_.y()));
-  now_judged_ = corridor_.judge(state_, std::hypot(tilt_y, tilt_z), flown_s_,
+  const double c = math::cos(attitude.roll_rad), s = math::sin(attitude.roll_rad);
+  const double push_m_s2 = math::hypot(c * wind_m_s2_.y() + s * wind_m_s2_.z(),
+                                       kAlong * (c * wind_m_s2_.z() - s * wind_m_s2_.y()));
+  now_judged_ = corridor_.judge(state_, math::hypot(tilt_y, tilt_z), flown_s_,
                                 plan_.total_s + extra_s_, push_m_s2, parameters_.limits);
   if (judgement_.off == Off::none && now_judged_.off != Off::none) judgement_ = now_judged_;
 }
@@ -73,7 +73,7 @@ void Flight::note_touchdown() noexcept {
 void Flight::judge_landing() noexcept {
   if (!plan_.flies || reaction_ > Reaction::hold) return;
   const Limits& limits = parameters_.limits;
-  const double tilt = std::acos(std::clamp(attitude_of(state_.q_NB).cosine, -1.0, 1.0));
+  const double tilt = math::acos(std::clamp(attitude_of(state_.q_NB).cosine, -1.0, 1.0));
   if (!(tilt <= limits.upright_rad)) fall_short(Shortfall::fallen, tilt, limits.upright_rad);
   const double hardest_m_s = touchdown_m_s_ + kUnsure_m_s;
   if (!(hardest_m_s <= limits.touchdown_m_s))
@@ -82,7 +82,7 @@ void Flight::judge_landing() noexcept {
   if (!(touchdown_side_m_s_ + kUnsure_m_s <= limits.touchdown_side_m_s))
     fall_short(Shortfall::sideways, touchdown_side_m_s_, limits.touchdown_side_m_s);
   const Vector3 off = state_.position_N_m - goal_m_;
-  off_m_ = std::hypot(off.y(), off.z());
+  off_m_ = math::hypot(off.y(), off.z());
   off_sigma_m_ = state_.position_sigma_m.tail<2>().maxCoeff();
   const double sure = off_m_ + kSure * off_sigma_m_;
   if (!(sure <= limits.place_m)) fall_short(Shortfall::place, sure, limits.place_m);

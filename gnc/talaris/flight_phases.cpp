@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gnc/math.h"
 #include "gnc/talaris/flight.h"
 
 namespace lss::gnc::talaris {
@@ -25,7 +26,7 @@ constexpr double kLongestHold_s = 4;
 constexpr double kThere_m = 0.12;
 constexpr double kStill_m_s = 0.085;  // more than half the change by the shortest pulse of two jets
 
-Vector3 along(double roll_rad) noexcept { return {0, -std::sin(roll_rad), std::cos(roll_rad)}; }
+Vector3 along(double roll_rad) noexcept { return {0, -math::sin(roll_rad), math::cos(roll_rad)}; }
 
 }  // namespace
 
@@ -313,7 +314,7 @@ double Flight::ground_due_s() const noexcept {
 
 double Flight::landing_gas_s() const noexcept {
   const Vector3 v = state_.velocity_N_m_s;
-  const double sideways = std::hypot(v.y(), v.z());
+  const double sideways = math::hypot(v.y(), v.z());
   const double down = std::sqrt(6 * std::max(height_m_, 0.0) / parameters_.limits.escape_m_s2) + 1;
   return hover_thrusters(parameters_) * std::max(down, sideways / kStopping_m_s2) +
          parameters_.body.mass_kg * sideways / parameters_.thrusters.force_N;

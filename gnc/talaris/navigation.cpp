@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gnc/math.h"
+
 namespace lss::gnc::talaris {
 namespace {
 
@@ -42,7 +44,7 @@ NavState predict(const NavState& state, double ahead_s) noexcept {
 Navigation::Navigation(const NavigationParameters& parameters) noexcept
     : parameters_(parameters),
       beam_(beam_of(parameters)),
-      least_cosine_(std::cos(parameters.max_tilt_rad)) {}
+      least_cosine_(math::cos(parameters.max_tilt_rad)) {}
 
 void Navigation::begin_calibration() noexcept {
   *this = Navigation(parameters_);
@@ -212,7 +214,7 @@ void Navigation::use_range(const RangeSample& sample) noexcept {
   } else {
     reckon(at_ns);
   }
-  const double slope = p.pointing == Pointing::down ? std::tan(p.ground_slope_rad) : 0;
+  const double slope = p.pointing == Pointing::down ? math::tan(p.ground_slope_rad) : 0;
   if (slope > 0) {
     // Else the filter explains hills by a tilt that it does not have.
     const double way_m = ekf_.nominal().velocity_N_m_s.tail<2>().norm() * since_s;

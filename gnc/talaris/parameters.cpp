@@ -12,7 +12,8 @@ const char* check(const Gains& g) noexcept {
   if (!within(g.attitude_zeta, 0.3, 2)) return "gains: attitude_zeta must be 0.3 to 2";
   if (!within(g.attitude_ki_1_s3, 0.001, 5)) return "gains: attitude_ki must be 0.001 to 5 1/s3";
   // Routh: s^3 + 2 zeta wn s^2 + wn^2 s + ki
-  if (g.attitude_ki_1_s3 >= 2 * g.attitude_zeta * std::pow(g.attitude_wn_rad_s, 3)) {
+  const double wn_rad_s = g.attitude_wn_rad_s;
+  if (g.attitude_ki_1_s3 >= 2 * g.attitude_zeta * wn_rad_s * wn_rad_s * wn_rad_s) {
     return "gains: attitude_ki is too large for wn and zeta: the loop would not be stable";
   }
   if (!within(g.attitude_max_integral_rad_s2, 0, 10)) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "gnc/math.h"
 #include "gnc/zebro/locomotion.h"
 
 namespace lss::gnc::zebro {
@@ -131,7 +132,7 @@ const char* check_geometry(const LocomotionParameters& p) noexcept {
         .finish();
   }
   const double extreme_rad = std::abs(p.offset_rad) + kFurthestReach * p.sweep_rad / 2;
-  const double contact_rad = std::acos(p.belly_height_m / p.leg_diameter_m);
+  const double contact_rad = math::acos(p.belly_height_m / p.leg_diameter_m);
   if (extreme_rad >= contact_rad) {
     return (sentence << "offset_rad and sweep_rad take a leg to " << extreme_rad
                      << " rad, where the belly touches from " << contact_rad << " rad")

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "gnc/math.h"
 #include "gnc/zebro/leg.h"
 
 namespace lss::gnc::zebro {
@@ -120,8 +121,8 @@ Moved Dragging::step(const BodyShape& body, const PerLeg<double>& from_rad,
     for (std::size_t k = 0; k < 3; ++k) {
       const Point& p = carries.at[k];
       const double slip_m =
-          std::hypot(ahead_m - left_turn_rad * p.y_m - (p.rolls_m - p.lever_m * pitched),
-                     left_m + left_turn_rad * p.x_m);
+          math::hypot(ahead_m - left_turn_rad * p.y_m - (p.rolls_m - p.lever_m * pitched),
+                      left_m + left_turn_rad * p.x_m);
       weight[k] = (carries.share[k] + kUnloaded) / (slip_m + kStickSlip_m_s * elapsed_s);
     }
     moved = {.ahead_m = ahead_m, .yaw_rad = -left_turn_rad};

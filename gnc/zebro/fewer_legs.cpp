@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "gnc/math.h"
 #include "gnc/zebro/locomotion.h"
 #include "gnc/zebro/rowing.h"
 #include "idl/angles.h"
@@ -113,7 +114,7 @@ StableGait stable_gait(LegSet isolated, Speed speed, const Roll& roll) noexcept 
 bool creeps_without(LegSet isolated, const LocomotionParameters& p) noexcept {
   const Footing f = footing(isolated, p);
   const double furthest_rad = std::abs(f.offset_rad) + f.sweep_rad / 2;
-  if (furthest_rad >= std::acos(p.belly_height_m / p.leg_diameter_m)) return false;
+  if (furthest_rad >= math::acos(p.belly_height_m / p.leg_diameter_m)) return false;
   // Backward is the same in reverse; a test checks the margin of turns, over all headings.
   Roll roll{{}, f.offset_rad, p.leg_diameter_m, p.hips};
   roll.half_sweep_rad.fill(f.sweep_rad / 2);

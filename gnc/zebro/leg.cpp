@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gnc/math.h"
+
 namespace lss::gnc::zebro {
 
 namespace {
@@ -15,21 +17,21 @@ double wrap_rad(double angle_rad) noexcept {
 }
 
 double hip_height_m(double theta_rad, double diameter_m) noexcept {
-  return theta_rad >= 0 ? diameter_m / 2 * (1 + std::cos(theta_rad))
-                        : diameter_m * std::cos(theta_rad);
+  return theta_rad >= 0 ? diameter_m / 2 * (1 + math::cos(theta_rad))
+                        : diameter_m * math::cos(theta_rad);
 }
 
 double contact_offset_m(double theta_rad, double diameter_m) noexcept {
-  return (theta_rad >= 0 ? diameter_m / 2 : diameter_m) * std::sin(theta_rad);
+  return (theta_rad >= 0 ? diameter_m / 2 : diameter_m) * math::sin(theta_rad);
 }
 
 double advance_m(double theta_rad, double diameter_m) noexcept {
-  return theta_rad >= 0 ? -diameter_m / 2 * (theta_rad + std::sin(theta_rad))
-                        : -diameter_m * std::sin(theta_rad);
+  return theta_rad >= 0 ? -diameter_m / 2 * (theta_rad + math::sin(theta_rad))
+                        : -diameter_m * math::sin(theta_rad);
 }
 
 double lowered_rad(double height_m, double diameter_m) noexcept {
-  return std::acos(2 * height_m / diameter_m - 1);
+  return math::acos(2 * height_m / diameter_m - 1);
 }
 
 double stride_m(double sweep_rad, double diameter_m) noexcept {
@@ -52,8 +54,8 @@ double sweep_for_stride_rad(double stride_wanted_m, double diameter_m) noexcept 
 }
 
 SideSpeeds side_speeds(double direction, double heading_rad) noexcept {
-  const double ahead = std::cos(heading_rad);
-  const double turn = std::sin(heading_rad);
+  const double ahead = math::cos(heading_rad);
+  const double turn = math::sin(heading_rad);
   const double left = ahead + turn;
   const double right = ahead - turn;
   const double scale =

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gnc/math.h"
 #include "gnc/zebro/locomotion.h"
 
 namespace lss::gnc::zebro {
@@ -32,7 +33,7 @@ void Locomotion::dead_reckon(double now_s, const PerLeg<double>& last_rad,
   double high_rad = 0;
   if (stage_ == Stage::push || stage_ == Stage::lower || stage_ == Stage::sink) {
     high_rad = lowered_rad(parameters_.belly_height_m, parameters_.leg_diameter_m);
-    low_rad = -std::acos(parameters_.belly_height_m / parameters_.leg_diameter_m);
+    low_rad = -math::acos(parameters_.belly_height_m / parameters_.leg_diameter_m);
   } else if (stage_ == Stage::step || stage_ == Stage::land) {
     high_rad = std::abs(offset_rad_) + kFurthestReach * sweep_rad_ / 2;
     low_rad = -high_rad;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "gnc/math.h"
 #include "gnc/zebro/locomotion.h"
 #include "idl/angles.h"
 
@@ -18,8 +19,8 @@ constexpr double kToe_rad = 50 * kDegree;
 // would rise above the body, whose top is as far from the hips as its bottom.
 StrokeEnds stroke_ends(const LocomotionParameters& p) noexcept {
   const double arc_rad = lowered_rad(p.belly_height_m, p.leg_diameter_m);
-  const double above_rad = std::acos(-p.belly_height_m / p.leg_diameter_m);
-  const double toe_rad = std::acos(p.belly_height_m / p.leg_diameter_m);
+  const double above_rad = math::acos(-p.belly_height_m / p.leg_diameter_m);
+  const double toe_rad = math::acos(p.belly_height_m / p.leg_diameter_m);
   return {.ahead_rad = std::max((arc_rad + above_rad) / 2, arc_rad + kClear_rad),
           .behind_rad = -(toe_rad + kClear_rad),
           .toe_rad = -std::min(toe_rad, kToe_rad)};

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "gnc/math.h"
+
 namespace lss::gnc::zebro {
 
 double static_margin_m(const PerLeg<bool>& in_stance, const PerLeg<double>& theta_rad,
@@ -36,7 +38,7 @@ double static_margin_m(const PerLeg<bool>& in_stance, const PerLeg<double>& thet
       for (std::size_t c = 0; c < feet && edge; ++c) {
         edge = left_of_edge(x_m[c], y_m[c]) >= rounding;
       }
-      if (edge) margin_m = std::min(margin_m, left_of_edge(0, 0) / std::hypot(dx_m, dy_m));
+      if (edge) margin_m = std::min(margin_m, left_of_edge(0, 0) / math::hypot(dx_m, dy_m));
     }
   }
   return margin_m;

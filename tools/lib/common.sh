@@ -37,23 +37,44 @@ take_domain() {
 
 jobs_to_run() { echo "${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}"; }
 
-# Packages of the given groups of tools/packages.txt that are not installed, one per line.
+is_debian() {
+  command -v dpkg-query > /dev/null && grep -qx 'ID="\?debian"\?' "${LSS_OS_RELEASE:-/etc/os-release}" 2> /dev/null
+}
+
+# Whether a program, or a header (it has a dot or a slash), can be used.
+is_there() {  # PROBE
+  case $1 in
+    -) ;;
+    *[./]*) echo "#include <$1>" | "${CXX:-c++}" -std=c++20 -fsyntax-only -I/usr/include/eigen3 -x c++ - > /dev/null 2>&1 ;;
+    *) PATH=$PATH:/usr/sbin:/sbin command -v "$1" > /dev/null ;;
+  esac
+}
+
+# Packages of the given groups of tools/packages.txt that are not installed, one per line; on another system than Debian,
+# those whose probe fails.
 missing_packages() {
-  local wanted package
-  wanted=$(awk -v groups=" $* " '/^[a-z]/ && index(groups, " " $1 " ") { print $2 }' tools/packages.txt)
-  for package in $wanted; do
-    dpkg-query -W -f='${db:Status-Status}\n' "$package" 2>/dev/null | grep -qx installed || echo "$package"
-  done
+  local package probe
+  while read -r package probe; do
+    if is_debian; then
+      dpkg-query -W -f='${db:Status-Status}\n' "$package" 2> /dev/null | grep -qx installed || echo "$package"
+    else
+      is_there "$probe" || echo "$package"
+    fi
+  done < <(awk -v groups=" $* " '/^[a-z]/ && index(groups, " " $1 " ") { print $2, $3 }' tools/packages.txt)
 }
 
 # install_missing GROUP... : does nothing when all are installed; otherwise runs apt as root or through sudo, or prints
 # the list and exits.
 install_missing() {
-  command -v dpkg-query > /dev/null ||
-    die "This is no Debian system; the packages that are needed stand in tools/packages.txt."
   local missing sudo=()
   mapfile -t missing < <(missing_packages "$@")
   [ "${#missing[@]}" -eq 0 ] && return
+  if ! is_debian; then
+    printf 'This is not Debian, and these are missing (Debian package: purpose):\n' >&2
+    awk -v missing=" ${missing[*]} " '/^[a-z]/ && index(missing, " " $2 " ") {
+      purpose = $0; sub(/^[^ ]+ [^ ]+ [^ ]+ /, "", purpose); printf "  %s: %s\n", $2, purpose }' tools/packages.txt >&2
+    die "Install them, then try again."
+  fi
   say "Installing ${#missing[@]} missing Debian packages: ${missing[*]}"
   if [ "$(id -u)" -ne 0 ]; then
     if ! command -v sudo > /dev/null || ! { sudo -n true 2> /dev/null || [ -t 0 ]; }; then

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "daemon/vehicles/ardito/tunables.h"
+#include "gnc/math.h"
 #include "idl/angles.h"
 
 namespace lss::ardito {
@@ -272,8 +273,8 @@ void Vehicle::reckon() noexcept {
   const double yaw_rate_rad_s = imu_lost_ ? e.yaw_rate_rad_s : imu_yaw_rate_rad_s_.value;
   const double way_m = e.ground_m_s * dt_s;
   const double course_rad = yaw_rad_ + yaw_rate_rad_s * dt_s / 2 + e.sigma_rad;
-  x_m_ += way_m * std::cos(course_rad);
-  y_m_ -= way_m * std::sin(course_rad);
+  x_m_ += way_m * gnc::math::cos(course_rad);
+  y_m_ -= way_m * gnc::math::sin(course_rad);
   yaw_rad_ += yaw_rate_rad_s * dt_s;
   if (command_.mode != gnc::ardito::Mode::parking) distance_m_ += way_m;
 }
