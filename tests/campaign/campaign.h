@@ -18,6 +18,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/campaign/flips.h"
+
 namespace lss::campaign {
 
 struct Run {
@@ -43,6 +45,7 @@ struct Subject {
   Run (*play)(unsigned number);
   // The same, with its flight recording in files of this folder.
   Run (*record)(unsigned number, const std::filesystem::path& folder);
+  FlipCounts (*flip)(const FlipPlan& plan);  // flips.h
 };
 
 std::span<const Subject> subjects();  // of the vehicles that are built

@@ -21,6 +21,7 @@ constexpr const char* kExamples =
     "  lss-campaign zebro --first 17 --runs 1 --verbose    report of scenario 17\n"
     "  lss-campaign zebro --first 17 --runs 1 --record DIR    ... frame by frame, for lss-cli log\n"
     "  lss-campaign --runs 300 --markdown docs/campaign.md\n"
+    "  lss-campaign talaris --flips 10000 --seed 3    single bits of memory, docs/flips.md\n"
     "Exit code 0: all conditions satisfied.";
 
 void tell(const Subject& subject, const Run& run, bool all) {
@@ -31,6 +32,19 @@ void tell(const Subject& subject, const Run& run, bool all) {
   std::fflush(stdout);
 }
 
+// Unsafe: 1.
+int flip_bits(const FlipPlan& plan, const std::vector<std::string>& wanted) {
+  bool unsafe = false;
+  for (const Subject& subject : subjects()) {
+    if (!wanted.empty() && std::ranges::count(wanted, subject.vehicle) == 0) continue;
+    const FlipCounts counts = subject.flip(plan);
+    fmt::print("{}\n", flip_table(subject.vehicle, counts));
+    std::fflush(stdout);
+    unsafe = unsafe || counts.state.back() + counts.program.back() != 0;
+  }
+  return unsafe ? 1 : 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -39,6 +53,8 @@ int main(int argc, char** argv) {
   std::vector<std::string> wanted;
   std::string markdown;
   std::filesystem::path folder;
+  FlipPlan flips;
+  bool unprotected = false;
   CLI::App cli("Scenarios of random faults and commands on the whole chain, in virtual time.",
                "lss-campaign");
   std::vector<std::string> names;
@@ -51,10 +67,19 @@ int main(int argc, char** argv) {
   cli.add_flag("--verbose", verbose, "report every scenario, not only violations");
   cli.add_option("--record", folder, "keep a flight recording of each scenario in this folder")
       ->check(CLI::ExistingDirectory);
+  cli.add_option("--flips", flips.flips,
+                 "instead: flip as many single bits of the daemon's memory");
+  cli.add_option("--part", flips.part, "flips: this part of the state only, as the table names it");
+  cli.add_option("--seed", flips.seed, "seed of the flips")->capture_default_str();
+  cli.add_flag("--unprotected", unprotected, "flips: without the daemon's protection against them");
   cli.add_option("--markdown", markdown, "write the document there");
   cli.footer(kExamples);
   CLI11_PARSE(cli, argc, argv);
 
+  if (flips.flips != 0) {
+    flips.protect = !unprotected;
+    return flip_bits(flips, wanted);
+  }
   std::vector<Summary> summaries;
   bool held = true;
   for (const Subject& subject : subjects()) {
