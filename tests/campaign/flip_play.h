@@ -24,20 +24,18 @@ class Flips {
 
  private:
   static constexpr unsigned kOfAScenario = 500;
-  static constexpr double kSlice_s = 0.01;  // shorter than every frame
-  static constexpr std::size_t kFlipped = World::kFlips_s / kSlice_s;
-  static constexpr std::size_t kSlices = (World::kFlips_s + World::kAfter_s) / kSlice_s;
-  static constexpr double kDetection_s = 1;
+  static constexpr int kGrid_ms = 10;  // shorter than every frame
+  static constexpr double kDetection_s = 1, kAll_s = World::kFlips_s + World::kAfter_s;
   static constexpr unsigned kCpu_s = 20;
   static constexpr double kProgramShare = 0.2;
 
-  // What came out by the end of a slice.
+  // The run ends a pass at each flip and at each step of a grid, the same with and without a flip:
+  // a pass that ends elsewhere may shift a turn of a bus by a nanosecond. What came out by then:
   struct Slice {
     std::uint64_t sent = 0, alarms = 0, memory = 0;
   };
   struct Flip {
-    std::size_t slice = 0;
-    double share = 0;  // of the slice
+    double at_s = 0;
     const FlipPart* part = nullptr;
     std::uint64_t bit = 0;
   };
@@ -50,13 +48,14 @@ class Flips {
     }
     Dice dice;
     World world;
-    std::size_t at = 0;  // slices passed
+    std::size_t at = 0;  // ends of passes, so far
+    double now_s = 0;
 
-    void pass(double from_share, double to_share) {
-      world.chain.run((to_share - from_share) * kSlice_s);
-    }
-    Slice end_slice() {
-      if (++at == kFlipped) world.end_flips();
+    Slice pass(const std::vector<double>& ends_s) {
+      const double end_s = ends_s[at++];
+      world.chain.run(end_s - now_s);
+      now_s = end_s;
+      if (end_s == World::kFlips_s) world.end_flips();
       return {world.sent(), alarms()};
     }
     std::uint64_t alarms() const {
@@ -78,11 +77,16 @@ class Flips {
       parts_.push_back({name, bytes});
       counts_.bytes[name] += bytes.size();
     }
+    const std::vector<Flip> flips = draw(live.dice);
+    ends_s_.clear();
+    for (const Flip& flip : flips) ends_s_.push_back(flip.at_s);
+    for (int ms = kGrid_ms; ms <= kAll_s * 1000; ms += kGrid_ms) ends_s_.push_back(ms / 1000.0);
+    std::ranges::sort(ends_s_);
+
     const std::vector<std::uint64_t> told = told_by_a_copy([&] {
       std::vector<std::uint64_t> all;
-      while (live.at < kSlices) {
-        live.pass(0, 1);
-        const Slice slice = live.end_slice();
+      while (live.at < ends_s_.size()) {
+        const Slice slice = live.pass(ends_s_);
         all.insert(all.end(), {slice.sent, slice.alarms, memory()});
       }
       return all;
@@ -91,17 +95,9 @@ class Flips {
     for (std::size_t i = 0; i < told.size(); i += 3)
       reference_.push_back({told[i], told[i + 1], told[i + 2]});
 
-    std::vector<Flip> flips = draw(live.dice);
-    std::size_t next = 0;
-    while (live.at < kFlipped && next < flips.size()) {
-      double share = 0;
-      for (; next < flips.size() && flips[next].slice == live.at; ++next) {
-        live.pass(share, flips[next].share);
-        share = flips[next].share;
-        count(flips[next], in_a_copy([&] { return hit(live, flips[next]); }, kCpu_s), live);
-      }
-      live.pass(share, 1);
-      live.end_slice();
+    for (const Flip& flip : flips) {
+      while (live.now_s < flip.at_s) live.pass(ends_s_);
+      count(flip, in_a_copy([&] { return hit(live, flip); }, kCpu_s), live);
     }
   }
 
@@ -115,8 +111,7 @@ class Flips {
     std::vector<Flip> flips(std::min(kOfAScenario, plan_.flips - done_));
     done_ += static_cast<unsigned>(flips.size());
     for (Flip& flip : flips) {
-      flip.slice = static_cast<std::size_t>(dice.whole(0, static_cast<int>(kFlipped) - 1));
-      flip.share = dice.between(0, 1);
+      flip.at_s = dice.between(0, World::kFlips_s);
       const auto& parts =
           plan_.part.empty() && dice.chance(kProgramShare) ? program_parts() : parts_;
       std::uint64_t bytes = 0;
@@ -126,8 +121,7 @@ class Flips {
       while (byte >= flip.part->bytes.size()) byte -= (flip.part++)->bytes.size();
       flip.bit = 8 * byte + static_cast<std::uint64_t>(dice.whole(0, 7));
     }
-    std::ranges::sort(flips, {},
-                      [](const Flip& f) { return static_cast<double>(f.slice) + f.share; });
+    std::ranges::sort(flips, {}, &Flip::at_s);
     return flips;
   }
 
@@ -137,24 +131,23 @@ class Flips {
     const auto look = [&] { rules.look(live.world, [&](const std::string&) { broken = true; }); };
     look();
     campaign::flip(flip.part->bytes, flip.bit);
-    std::size_t other = kSlices, alarm = kSlices;
-    std::size_t compare = live.at + 2;
-    for (double share = flip.share; live.at < kSlices && !broken; share = 0) {
-      live.pass(share, 1);
-      const Slice slice = live.end_slice();
+    constexpr double kNever_s = 1e9;
+    double other_s = kNever_s, alarm_s = kNever_s;
+    for (int passes = 1; live.at < ends_s_.size() && !broken; ++passes) {
+      const Slice& expected = reference_[live.at];
+      const Slice slice = live.pass(ends_s_);
       look();
-      const Slice& expected = reference_[live.at - 1];
-      if (slice.sent != expected.sent) other = std::min(other, live.at);
-      if (slice.alarms > expected.alarms) alarm = std::min(alarm, live.at);
-      if (live.at < compare || flip.part->program) continue;
+      if (slice.sent != expected.sent) other_s = std::min(other_s, live.now_s);
+      if (slice.alarms > expected.alarms) alarm_s = std::min(alarm_s, live.now_s);
       // Nothing is left of it, and nothing can come any more.
-      if (memory() == expected.memory && slice.sent == expected.sent) break;
-      compare = live.at + 50;
+      const bool compares = !flip.part->program && passes % 32 == 2;
+      if (compares && slice.sent == expected.sent && memory() == expected.memory) break;
     }
     if (broken) return {FlipOutcome::unsafe};
-    if (other == kSlices) return {alarm == kSlices ? FlipOutcome::none : FlipOutcome::corrected};
-    const double detected_s = (static_cast<double>(alarm) - static_cast<double>(other)) * kSlice_s;
-    if (alarm == kSlices || detected_s > kDetection_s) return {FlipOutcome::silent};
+    if (other_s == kNever_s)
+      return {alarm_s == kNever_s ? FlipOutcome::none : FlipOutcome::corrected};
+    const double detected_s = alarm_s - other_s;
+    if (detected_s > kDetection_s) return {FlipOutcome::silent};
     return {FlipOutcome::safe, std::max(detected_s, 0.0)};
   }
 
@@ -165,7 +158,7 @@ class Flips {
     ++counts_.parts[where][outcome];
     ++(part.program ? counts_.program : counts_.state)[outcome];
     counts_.slowest_detection_s = std::max(counts_.slowest_detection_s, result.detected_s);
-    counts_.simulated_s += static_cast<double>(kSlices - live.at) * kSlice_s;
+    counts_.simulated_s += kAll_s - live.now_s;
     if (result.outcome == FlipOutcome::none) return;
     const std::uint64_t byte = flip.bit / 8;
     ++counts_
@@ -176,6 +169,7 @@ class Flips {
   FlipPlan plan_;
   unsigned done_ = 0;
   std::vector<FlipPart> parts_, all_parts_;  // of the running scenario: to be hit, and all
+  std::vector<double> ends_s_;               // of its passes
   std::vector<Slice> reference_;
   FlipCounts counts_;
 };
