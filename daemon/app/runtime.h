@@ -33,6 +33,7 @@
 #include "daemon/app/app.h"
 #include "daemon/config/config.h"
 #include "daemon/cycle/cycle.h"
+#include "daemon/cycle/twins.h"
 #include "daemon/parameters/saver.h"
 #include "daemon/parameters/start.h"
 #include "daemon/publish/dictionary_of.h"
@@ -92,6 +93,7 @@ class Runtime final : public App {
         isolated_(isolation_of_ != nullptr ? start.isolation.modules : std::uint16_t{0}),
         isolate_first_(isolated_) {
     port_.show(supervisor_.state());
+    twins_.seal(vehicle_, supervisor_);
     publisher_.parameters(report_of(start, logic.tunables, vehicle_.tunables()), told_of(start));
   }
   ~Runtime() override { stop(); }
@@ -297,6 +299,7 @@ class Runtime final : public App {
 
   Inputs<Vehicle> in_;
   Outputs<Vehicle> out_;
+  Twins<Vehicle> twins_;
   // Space for any record and for the state of the vehicle.
   std::array<std::uint8_t,
              std::max(sizeof(record::FrameRecord<Vehicle>),
@@ -341,6 +344,7 @@ void Runtime<Vehicle, Buses>::actuate() noexcept {
 template <class Vehicle, class Buses>
 void Runtime<Vehicle, Buses>::collect(const Boundary& boundary, const Released& released,
                                       TimingPoints& timing) noexcept {
+  in_.memory = twins_.check(vehicle_, supervisor_);
   in_.frame = boundary.frame;
   in_.time_ns = boundary.time_ns;
   in_.held = boundary.held;
@@ -356,6 +360,7 @@ void Runtime<Vehicle, Buses>::collect(const Boundary& boundary, const Released& 
 
 template <class Vehicle, class Buses>
 void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
+  twins_.seal(vehicle_, supervisor_);
   port_.show(supervisor_.state());
   const bool airborne = supervisor_.airborne();
   publisher_.airborne(airborne);

@@ -25,6 +25,7 @@ struct Inputs {
   bool overrun_limit = false;       // too many in a row
   bool held = false;                // begun by the clock, see daemon/runtime/frames.h
   bool shut_down = false;           // the daemon stops: to the safe command
+  MemoryCheck memory = MemoryCheck::good;
 };
 
 template <class Vehicle>
@@ -45,6 +46,7 @@ void cycle(Vehicle& vehicle, Supervisor& supervisor, const Inputs<Vehicle>& in,
 
   // supervise: requests and the vehicle's reports, through the locomotion controller
   supervisor.begin(in.time_ns, vehicle);
+  supervisor.check_memory(in.memory);
   for (std::uint32_t i = 0; i < in.request_count; ++i) supervisor.request(in.requests[i]);
   supervisor.count_late(in.late_commands);
   if (in.shut_down) supervisor.shut_down();

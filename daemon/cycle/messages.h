@@ -25,6 +25,13 @@ enum class Phase : std::uint8_t { accepted, rejected, executing, completed, fail
 enum class Severity : std::uint8_t { info, warning, error, fatal };
 enum class SharedMemory : std::uint8_t { off, active, absent, lost };
 
+// What the cycle remembers, compared with its second copy before a frame (daemon/cycle/twins.h).
+enum class MemoryCheck : std::uint8_t {
+  good,
+  corrected,  // as the last frame left it, again
+  lost,       // both copies are damaged: nobody knows what it was
+};
+
 using Name = std::array<char, 32>;                  // a source
 using ParameterName = std::array<char, kNameSize>;  // of the vehicle
 

@@ -379,6 +379,11 @@ void Supervisor::count_late(std::uint64_t late) noexcept {
   note(EventId::frame_late, 0, static_cast<double>(late));
 }
 
+void Supervisor::check_memory(MemoryCheck memory) noexcept {
+  if (memory == MemoryCheck::corrected) note(EventId::memory_corrected);
+  if (memory == MemoryCheck::lost) raise(FaultId::memory_lost);
+}
+
 void Supervisor::check_stop(bool pending) noexcept {
   constexpr int kFramesToFollow = 2;
   const bool followed = state_.controller.state == State::fatal_error;

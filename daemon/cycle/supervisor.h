@@ -155,6 +155,8 @@ class Supervisor {
   // In every frame: whether an emergency stop that the bus obeyed ahead of the cycle is
   // unconfirmed. The cycle has to follow.
   void check_stop(bool pending) noexcept;
+  // In every frame: what the comparison of memory before it found (daemon/cycle/twins.h).
+  void check_memory(MemoryCheck memory) noexcept;
   // The gate replaced a command by the safe one: counted, reported, and an emergency.
   void gate_closed(double check) noexcept;
 
@@ -231,13 +233,13 @@ class Supervisor {
   Logic logic_;            // no state: constant
   Parameters parameters_;  // no state: constant
   SupervisorState state_;
-  Outbox outbox_;  // no state: of one frame
-  Active save_;    // no state: of this frame
-  Active reset_;   // waits for its modules; beside the active command
+  Active save_;   // no state: of this frame
+  Active reset_;  // waits for its modules; beside the active command
   std::uint16_t reset_modules_ = 0;
   Actor* actor_ = nullptr;
   EventSeries series_;
   int unfollowed_frames_ = 0;
+  Outbox outbox_;  // no state: of one frame; the last member, for twins.h
 };
 
 }  // namespace lss

@@ -37,7 +37,7 @@ struct FrameView {
 
 template <class V, class X>
 void inputs(V& v, X& x) {
-  static_assert(kMembers<std::remove_const_t<X>> == 11);
+  static_assert(kMembers<std::remove_const_t<X>> == 12);
   v("frame", x.frame);
   v("time_ns", x.time_ns);
   v.list("samples", x.samples, x.sample_count);
@@ -47,6 +47,7 @@ void inputs(V& v, X& x) {
   v("overrun_limit", x.overrun_limit);
   v("held", x.held);
   v("shut_down", x.shut_down);
+  v("memory", x.memory);
 }
 
 // The outputs of the cycle: the same inputs give the same, to the bit.

@@ -20,6 +20,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "daemon/cycle/twins.h"
 #include "daemon/runtime/clock.h"
 #include "daemon/runtime/latest.h"
 #include "daemon/runtime/ring.h"
@@ -84,8 +85,10 @@ class BusThread {
     while (!stop_.load(std::memory_order_relaxed)) {
       TimeNs now = now_ns();
       if (!line_.is_open()) reopen(now);
+      twin_.seal(bytes_of(line_.driver()));
       const bool readable = wait(now);
       now = now_ns();
+      if (twin_.check(bytes_of(line_.driver())) == MemoryCheck::lost) forget(now);
       if (line_.is_open()) turn(readable, now);
       if (now - reported_.time_ns >= kReportEvery || reported_.open != line_.is_open()) report(now);
       turns_.fetch_add(1, std::memory_order_relaxed);
@@ -106,6 +109,13 @@ class BusThread {
     line_.begin();
     line_.driver().restart(now);
     reported_.was_open = true;
+  }
+
+  // Nobody knows what the driver was about to do: it begins again and stops everything, which the
+  // cycle notices.
+  void forget(TimeNs now) noexcept {
+    line_.driver().restart(now);
+    latch_.ask(now);
   }
 
   // True when there is something to receive, or the port is gone.
@@ -145,6 +155,7 @@ class BusThread {
   }
 
   Line line_;
+  Twin<sizeof(typename Line::Driver)> twin_;  // of the driver, while the thread waits
   WakeUp wake_up_;
   // Of one turn. A member, since initialising it takes longer than a frame.
   std::array<Sample, Line::kMaxSamples> taken_{};

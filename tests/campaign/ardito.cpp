@@ -36,10 +36,13 @@ struct World {
   bool begin(Dice& dice) {
     if (!chain.start()) return false;
     if (dice.chance(0.1)) return true;
-    const double heading = dice.chance(0.5) ? 0 : dice.between(-0.08, 0.08);
-    if (!chain.drive(dice.between(0.1, 0.5), heading)) return false;
+    if (!drive(dice)) return false;
     chain.run(dice.between(0, 6));
     return true;
+  }
+  bool drive(Dice& dice) {
+    const double heading = dice.chance(0.5) ? 0 : dice.between(-0.08, 0.08);
+    return chain.drive(dice.between(0.1, 0.5), heading);
   }
 
   bool moves() const {
@@ -72,7 +75,14 @@ struct World {
   }
   static std::span<const CommandInfo> commands() { return ardito::kCommands; }
 
+  // ---- flips
+  static constexpr double kFlips_s = 2, kAfter_s = 3.5;
+  bool begin_flips(Dice& dice) { return chain.start() && drive(dice); }
+  void end_flips() { chain.send(lss::CommandKind::stop); }
+  std::uint64_t sent() const { return sent_.digest; }
+
   Chain chain;
+  Sent sent_;
 };
 
 }  // namespace

@@ -19,6 +19,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/campaign/flips.h"
+
 namespace lss::campaign {
 
 struct Run {
@@ -48,6 +50,7 @@ struct Subject {
                      const std::function<void(std::uint64_t situation)>& seen);
   // The same, with its flight recording in files of this folder.
   Run (*record)(unsigned number, const std::filesystem::path& folder);
+  FlipCounts (*flip)(const FlipPlan& plan);  // flips.h
 };
 
 std::span<const Subject> subjects();  // of the vehicles that are built

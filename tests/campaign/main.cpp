@@ -34,6 +34,7 @@ constexpr const char* kExamples =
     "  lss-campaign merge *.json    the sum of all eighths\n"
     "  lss-campaign search zebro --for 600    scripts that break a condition\n"
     "  lss-campaign zebro --script HEX    report of a script that a search printed\n"
+    "  lss-campaign talaris --flips 10000 --seed 3    single bits of memory, docs/flips.md\n"
     "Exit code 0: all conditions satisfied.";
 
 struct Options {
@@ -48,6 +49,8 @@ struct Options {
   std::string searched;
   fs::path corpus;
   unsigned seconds = 600;
+  FlipPlan flips;
+  bool unprotected = false;
 };
 
 void tell(const Subject& subject, const Run& run, bool all) {
@@ -56,6 +59,19 @@ void tell(const Subject& subject, const Run& run, bool all) {
   for (const std::string& line : run.story) fmt::print("  {}\n", line);
   for (const std::string& line : run.broken) fmt::print("  BROKEN {}\n", line);
   std::fflush(stdout);
+}
+
+// Unsafe: 1.
+int flip_bits(const FlipPlan& plan, const std::vector<std::string>& wanted) {
+  bool unsafe = false;
+  for (const Subject& subject : subjects()) {
+    if (!wanted.empty() && std::ranges::count(wanted, subject.vehicle) == 0) continue;
+    const FlipCounts counts = subject.flip(plan);
+    fmt::print("{}\n", flip_table(subject.vehicle, counts));
+    std::fflush(stdout);
+    unsafe = unsafe || counts.state.back() + counts.program.back() != 0;
+  }
+  return unsafe ? 1 : 0;
 }
 
 Results play(const Options& o) {
@@ -170,6 +186,13 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   cli.add_option("--out", o.out, "write the results there, for merge");
   cli.add_option("--script", o.script, "one scenario, with its choices as hexadecimal bytes");
+  cli.add_option("--flips", o.flips.flips,
+                 "instead: flip as many single bits of the daemon's memory");
+  cli.add_option("--part", o.flips.part,
+                 "flips: this part of the state only, as the table names it");
+  cli.add_option("--seed", o.flips.seed, "seed of the flips")->capture_default_str();
+  cli.add_flag("--unprotected", o.unprotected,
+               "flips: without the daemon's protection against them");
   cli.add_flag("--verbose", o.verbose, "report every scenario, not only violations");
   cli.add_option("--record", o.folder, "keep a flight recording of each scenario in this folder")
       ->check(CLI::ExistingDirectory);
@@ -193,6 +216,10 @@ int main(int argc, char** argv) {
 
   try {
     if (searches->parsed()) return search(o);
+    if (o.flips.flips != 0) {
+      o.flips.protect = !o.unprotected;
+      return flip_bits(o.flips, o.wanted);
+    }
     if (!o.script.empty()) return play_script(o);
     const Results results = merges->parsed() ? merge_files(o) : play(o);
     if (!o.out.empty()) write(results, o.out);

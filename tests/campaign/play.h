@@ -20,6 +20,14 @@
 //   std::string outcome() const               how it stands, when a vehicle can end otherwise
 //   bool can_start() const                    as it stands; a hopper on its side cannot
 //   static std::span<const CommandInfo> commands()
+//
+// and for flip_play.h:
+//
+//   static constexpr double kFlips_s, kAfter_s  flips hit in the first; the second is for the stop
+//   bool begin_flips(Dice&)                   from Idle into motion
+//   void end_flips()                          commands the stop, when it does not stop by itself
+//   Sent sent_                                what came on the bus
+//   std::uint64_t sent()                      its digest
 
 #include <fmt/format.h>
 
@@ -30,6 +38,8 @@
 
 #include "tests/campaign/campaign.h"
 #include "tests/campaign/dice.h"
+#include "tests/campaign/flip_play.h"
+#include "tests/campaign/rules.h"
 #include "tests/support/tape.h"
 
 namespace lss::campaign {
@@ -66,6 +76,9 @@ class Scenario {
     } catch (const std::exception& error) {
       broke(fmt::format("threw: {}", error.what()));
     }
+    run_.stops = rules_.stops;
+    run_.slowest_rest_s = rules_.slowest_rest_s;
+    run_.slowest_cut_rest_s = rules_.slowest_cut_rest_s;
     run_.simulated_s = chain().seconds();
     run_.frames = chain().frames();
     return run_;
@@ -130,36 +143,7 @@ class Scenario {
 
   void look() {
     if (seen_) seen_(situation());
-    const double now_s = chain().seconds();
-    if (!world_.sound()) broke("an order is no number, or out of its range");
-    if (operational()) {
-      was_operational_ = true;
-      rested_ = was_cut_ = false;
-      return;
-    }
-    was_cut_ = was_cut_ || world_.cut();
-    const bool left = was_operational_;
-    if (left) {
-      was_operational_ = false;
-      left_s_ = now_s;
-      if (chain().state() == State::fatal_error) ++run_.stops;
-    }
-    if (world_.may_move()) {
-      left_s_ = now_s;
-      rested_ = false;
-      return;
-    }
-    if (world_.moves()) broke("an order moves it outside Operational");
-    if (world_.rests()) {
-      double& slowest_s = was_cut_ ? run_.slowest_cut_rest_s : run_.slowest_rest_s;
-      if (!rested_) slowest_s = std::max(slowest_s, now_s - left_s_);
-      rested_ = true;
-    } else if (now_s - left_s_ > (was_cut_ ? World::kCutRest_s : World::kRest_s)) {
-      if (!complained_)
-        broke(
-            fmt::format("moves {:.1f} s after Operational: {}", now_s - left_s_, world_.motion()));
-      complained_ = true;
-    }
+    rules_.look(world_, [this](const std::string& what) { broke(what); });
   }
 
   std::vector<Deed> plan() {
@@ -293,11 +277,10 @@ class Scenario {
 
   Dice dice_;
   World world_;
+  Rules<World> rules_;
   std::vector<sim::FaultKind> kinds_;
   Run run_;
   double begin_s_ = 0;
-  double left_s_ = 0;  // when it left Operational
-  bool was_operational_ = false, was_cut_ = false, rested_ = true, complained_ = false;
   std::uint64_t last_sequence_ = 0;
   std::function<void(std::uint64_t)> seen_;
 };
@@ -315,7 +298,8 @@ Subject subject_of(const char* vehicle, const char* begin, const char* at_rest) 
           },
           [](unsigned number, const std::filesystem::path& folder) {
             return Scenario<World>(number).record_to(folder).play();
-          }};
+          },
+          [](const FlipPlan& plan) { return Flips<World>(plan).play(); }};
 }
 
 }  // namespace lss::campaign

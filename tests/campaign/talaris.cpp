@@ -37,6 +37,11 @@ struct World {
     return (chain.body().attitude * Eigen::Vector3d::UnitX()).x() > kUpright;
   }
   bool begin(Dice& dice) {
+    if (!fly()) return false;
+    chain.run(dice.between(0, 12));
+    return true;
+  }
+  bool fly() {
     if (!chain.prepare()) return false;
     if (!chain.fly(talaris::Program::hop, {.height_m = 2, .distance_m = 30})) return false;
     chain.after_step = [this] {
@@ -45,7 +50,6 @@ struct World {
         if (chain.world().gas().stuck_open[i]) stuck_s_[i] = chain.seconds();
       }
     };
-    chain.run(dice.between(0, 12));
     return true;
   }
 
@@ -94,7 +98,14 @@ struct World {
   }
   static std::span<const CommandInfo> commands() { return talaris::kCommands; }
 
+  // ---- flips
+  static constexpr double kFlips_s = 14, kAfter_s = 6;
+  bool begin_flips(Dice&) { return fly(); }
+  void end_flips() {}
+  std::uint64_t sent() const { return sent_.digest; }
+
   Chain chain;
+  Sent sent_;
   bool lifted_ = false;
   std::array<double, sim::talaris::kValves> stuck_s_{};  // when each last stuck
 };

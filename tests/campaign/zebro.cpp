@@ -38,11 +38,14 @@ struct World {
   bool begin(Dice& dice) {
     if (!chain.stand()) return false;
     if (dice.chance(0.1)) return true;
-    const auto speed = static_cast<gnc::zebro::Speed>(dice.whole(1, 3));
-    const double heading = dice.chance(0.5) ? 0 : dice.between(-zebro::kHalfPi, zebro::kHalfPi);
-    if (!chain.walk(dice.chance(0.7), heading, speed)) return false;
+    if (!walk(dice)) return false;
     chain.run(dice.between(0, 10));
     return true;
+  }
+  bool walk(Dice& dice) {
+    const auto speed = static_cast<gnc::zebro::Speed>(dice.whole(1, 3));
+    const double heading = dice.chance(0.5) ? 0 : dice.between(-zebro::kHalfPi, zebro::kHalfPi);
+    return chain.walk(dice.chance(0.7), heading, speed);
   }
 
   bool moves() const {
@@ -82,7 +85,23 @@ struct World {
 
   sim::zebro::Zebro& world() const { return const_cast<Chain&>(chain).world(); }
 
+  // ---- flips
+  static constexpr double kFlips_s = 2, kAfter_s = 1.5;
+  bool begin_flips(Dice& dice) { return chain.stand() && walk(dice); }
+  void end_flips() { chain.send(lss::CommandKind::stop); }
+  // Everything on the wire but requests of data.
+  std::uint64_t sent() {
+    for (const auto& wire = chain.wire(); looked_ < wire.size(); ++looked_) {
+      const zebro::WireFrame& f = wire[looked_];
+      if (f.code() == zebro::Code::request_data) continue;
+      sent_.add(f.begin_ns, f.frame.address, f.frame.code, f.frame.data);
+    }
+    return sent_.digest;
+  }
+
   Chain chain;
+  Sent sent_;
+  std::size_t looked_ = 0;
 };
 
 }  // namespace

@@ -119,6 +119,26 @@ TYPED_TEST_P(SafetyFaults, AStopThatTheCycleDoesNotFollowIsAnEmergency) {
   EXPECT_TRUE(w->has(FaultId::stop_not_followed));
 }
 
+TYPED_TEST_P(SafetyFaults, CorrectedMemoryIsReportedAndLostMemoryIsAnEmergency) {
+  using T = TypeParam;
+  const auto w = moving<T>();
+  ASSERT_NE(w, nullptr);
+  const auto step_with = [&w](MemoryCheck found) {
+    w->alter = [found](WorldOf<T>& world) { world.in_.memory = found; };
+    w->step();
+  };
+  step_with(MemoryCheck::corrected);
+  EXPECT_EQ(w->state(), State::operational);
+  ASSERT_FALSE(w->events.empty());
+  EXPECT_TRUE(std::ranges::count(w->events, static_cast<std::uint16_t>(EventId::memory_corrected),
+                                 &EventRecord::id));
+  step_with(MemoryCheck::lost);
+  EXPECT_TRUE(w->has(FaultId::memory_lost));
+  if (airborne<T>(*w)) return;  // it lands first
+  EXPECT_EQ(w->state(), State::fatal_error);
+  EXPECT_TRUE(stopped<T>(*w));
+}
+
 // ---- the gate
 
 template <class T>
@@ -211,7 +231,8 @@ REGISTER_TYPED_TEST_SUITE_P(
     EachStopsEverythingInTimeAndLastsUntilItIsSolved,
     TheLossOfAModuleStopsEverythingInTimeEverywhere, NoneMovesAnythingInIdle,
     OneThatComesWhileErrorsAreSolvedStopsEverythingAgain,
-    AStopThatTheCycleDoesNotFollowIsAnEmergency, TheGateReplacesEveryBadCommandByTheSafeOne,
+    AStopThatTheCycleDoesNotFollowIsAnEmergency,
+    CorrectedMemoryIsReportedAndLostMemoryIsAnEmergency, TheGateReplacesEveryBadCommandByTheSafeOne,
     TheGateLetsTheVehiclesOwnCommandPass, TheGateStopsACommandOfAnotherFrame,
     NothingThatMovesPassesTheGateOutsideOperational);
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/core/demangle.hpp>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -15,12 +16,16 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <typeinfo>
 #include <vector>
 
 #include "daemon/config/config.h"
 #include "daemon/cycle/cycle.h"
+#include "daemon/cycle/twins.h"
+#include "daemon/record/state.h"
 #include "daemon/runtime/command_port.h"
 #include "daemon/runtime/ring.h"
+#include "daemon/runtime/stop_latch.h"
 #include "tools/lss-sim/frame/can_bus.h"
 #include "tools/lss-sim/frame/faults.h"
 #include "tools/lss-sim/frame/runner.h"
@@ -35,10 +40,11 @@ inline Name name_of(const char* text) {
   return name;
 }
 
-// One turn of the bus thread of daemon/runtime/can_bus.h. True when its report is due.
-template <class Master, class Report, class Sample, std::size_t kCapacity>
+// One turn of the bus thread of daemon/runtime/can_bus.h. True when its report is due. Passes the
+// master's frames to send(frame).
+template <class Master, class Report, class Sample, std::size_t kCapacity, class Send>
 bool turn_can(sim::CanBus& line, Master& master, Report& report, Ring<Sample, kCapacity>& samples,
-              TimeNs now) {
+              TimeNs now, Send&& send) {
   constexpr TimeNs kReportEvery = 5 * kMillisecond;
   line.advance(now);
   for (CanFrame heard : line.take(now)) {
@@ -46,7 +52,7 @@ bool turn_can(sim::CanBus& line, Master& master, Report& report, Ring<Sample, kC
     ++report.port.received;
     master.receive({&heard, 1});
   }
-  for (CanFrame sent; master.transmit(now, sent); ++report.port.sent) line.from_master(sent, now);
+  for (CanFrame sent; master.transmit(now, sent); ++report.port.sent) send(sent);
   line.advance(now);
   std::array<Sample, Master::kMaxSamples> taken;
   const std::size_t count = master.take(taken);
@@ -56,6 +62,30 @@ bool turn_can(sim::CanBus& line, Master& master, Report& report, Ring<Sample, kC
   report.time_ns = now;
   return true;
 }
+
+// A visitor of daemon/record/state.h: the members around a byte, each by its number in keep(v) and
+// its type.
+struct MemberFinder {
+  const std::uint8_t* byte;
+  std::string path{};
+
+  template <class... T>
+  void operator()(T&... members) {
+    int number = 0;
+    (look(++number, members), ...);
+  }
+  template <class T>
+  void look(int number, T& member) {
+    const auto* begin = reinterpret_cast<const std::uint8_t*>(&member);
+    if (byte < begin || byte >= begin + sizeof member) return;
+    path += " " + std::to_string(number) + " " + boost::core::demangle(typeid(T).name());
+    if constexpr (record::Keeps<T, MemberFinder>) {
+      member.keep(*this);
+    } else {
+      path += " +" + std::to_string((byte - begin) / 8 * 8);
+    }
+  }
+};
 
 template <class Vehicle, class Mode, class Parameters>
 class VirtualChain {
@@ -85,6 +115,8 @@ class VirtualChain {
     return run_until([&] { return this->mode() == mode; }, limit_s);
   }
 
+  // Given every CAN frame of the master, when it is set.
+  std::function<void(const CanFrame&, TimeNs)> on_master{};
   // Given every frame, when it is set: a flight recording (tape.h).
   std::function<void(const Inputs<Vehicle>&, const Outputs<Vehicle>&, Supervisor&, Vehicle&)>
       tape{};
@@ -134,6 +166,30 @@ class VirtualChain {
   const config::Config& config() const { return config_; }
   const Parameters& parameters() const { return parameters_; }
 
+  // ---- Memory of the daemon's threads, for flipped bits (tests/campaign/flips.h).
+  struct Memory {
+    const char* name;
+    std::span<std::uint8_t> bytes;
+  };
+  virtual std::vector<Memory> memory() {
+    std::vector<Memory> all = {part("vehicle", vehicle_), part("supervisor", supervisor_),
+                               part("inputs", in_), part("outputs", out_),
+                               part("command port", port_)};
+    if (protect_) all.push_back(part("second copies", twins_));
+    return all;
+  }
+  // The member that this byte of a part belongs to.
+  std::string member_at(const std::string& part, const std::uint8_t* byte) {
+    MemberFinder finder{byte};
+    Vehicle& vehicle = vehicle_;
+    Supervisor& supervisor = supervisor_;
+    if (part == "vehicle") finder(vehicle);
+    if (part == "supervisor") finder(supervisor);
+    return part + finder.path;
+  }
+  // Off: without the second copies of lssd's memory, as lssd was before it had them.
+  virtual void protect(bool on) { protect_ = on; }
+
  protected:
   static constexpr TimeNs kBegin = 1000 * kSecond;
   static constexpr TimeNs kNever = INT64_MAX;
@@ -160,6 +216,7 @@ class VirtualChain {
     lease_ms = source.lease_ms;
     own_codes = logic.codes;
     port_.show(supervisor_.state());
+    twins_.seal(vehicle_, supervisor_);
   }
   ~VirtualChain() = default;
 
@@ -169,6 +226,31 @@ class VirtualChain {
   virtual void act(const sim::Fault& fault, bool attach) = 0;  // as lss-sim does
   virtual bool in_force(const sim::Fault& fault) const = 0;
   virtual void all_stop() = 0;  // an emergency stop was taken
+
+  void send_can(sim::CanBus& line, const CanFrame& frame) {
+    if (on_master) on_master(frame, now_ns_);
+    line.from_master(frame, now_ns_);
+  }
+
+  // Around a turn of the bus thread, as in daemon/runtime/bus_thread.h.
+  template <class Master, class Turn>
+  auto turn_held(Master& master, Twin<sizeof(Master)>& twin, StopLatch& latch, Turn&& turn) {
+    if (protect_ && twin.check(bytes_of(master)) == MemoryCheck::lost) {
+      master.restart(now_ns_);
+      latch.ask(now_ns_);
+    }
+    struct Seal {
+      Master& master;
+      Twin<sizeof(Master)>& twin;
+      ~Seal() { twin.seal(bytes_of(master)); }
+    } seal{master, twin};
+    return turn();
+  }
+
+  template <class T>
+  static Memory part(const char* name, T& x) {
+    return {name, std::span(reinterpret_cast<std::uint8_t*>(&x), sizeof x)};
+  }
 
   // For a fault of a port, which this chain lacks.
   [[noreturn]] static void refuse(std::string_view kind) {
@@ -198,8 +280,10 @@ class VirtualChain {
   }
   // The cycle of a frame whose samples and bus report are in `in_`.
   void run_cycle() {
+    if (protect_) in_.memory = twins_.check(vehicle_, supervisor_);
     in_.request_count = port_.take(in_.requests);
     cycle(vehicle_, supervisor_, in_, out_, [](Stage) {});
+    twins_.seal(vehicle_, supervisor_);
     if (tape) tape(in_, out_, supervisor_, vehicle_);
     port_.show(supervisor_.state());
     const Supervisor::Outbox& box = supervisor_.outbox();
@@ -235,6 +319,8 @@ class VirtualChain {
   CommandPort port_;
   Inputs<Vehicle> in_{};
   Outputs<Vehicle> out_{};
+  Twins<Vehicle> twins_;
+  bool protect_ = true;
 
  private:
   static config::Config load(const Source& source, Parameters& parameters) {

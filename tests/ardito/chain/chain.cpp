@@ -33,6 +33,7 @@ Chain::Chain(const Options& options)
   step_ns_ += std::uniform_int_distribution<TimeNs>(0, sim::kStepNs - 1)(random);
   next_frame_ns_ = kBegin + 20 * kMillisecond;
   master_.restart(now_ns_);
+  master_twin_.seal(bytes_of(master_));
   report_.open = report_.was_open = true;
   turn();
 }
@@ -52,7 +53,8 @@ void Chain::dispatch() {
   beat_when_due();
   if (now_ns_ >= release_ns_) {
     release_ns_ = kNever;
-    latch_.obey(master_, &out_.command, now_ns_);
+    turn_held(master_, master_twin_, latch_,
+              [this] { latch_.obey(master_, &out_.command, now_ns_); });
   }
   turn();
   if (now_ns_ < next_frame_ns_) return;
@@ -65,10 +67,20 @@ void Chain::dispatch() {
   });
 }
 
+std::vector<Chain::Memory> Chain::memory() {
+  std::vector<Memory> all = VirtualChain::memory();
+  for (const Memory& more :
+       {part("bus", master_), part("bus", latch_), part("bus", report_), part("bus", samples_)})
+    all.push_back(more);
+  if (protect_) all.push_back(part("second copies", master_twin_));
+  return all;
+}
+
 // The bus thread wakes and obeys.
 void Chain::all_stop() {
   latch_.ask(now_ns_);
-  latch_.obey(master_, static_cast<const RoverOrders*>(nullptr), now_ns_);
+  turn_held(master_, master_twin_, latch_,
+            [this] { latch_.obey(master_, static_cast<const RoverOrders*>(nullptr), now_ns_); });
   turn();
 }
 
@@ -77,7 +89,14 @@ void Chain::turn() {
     line_->advance(now_ns_);
     line_->take(now_ns_);  // nobody reads
     line_->advance(now_ns_);
-  } else if (testing_support::turn_can(*line_, master_, report_, samples_, now_ns_)) {
+    return;
+  }
+  const bool told = turn_held(master_, master_twin_, latch_, [this] {
+    latch_.obey(master_, static_cast<const RoverOrders*>(nullptr), now_ns_);
+    return testing_support::turn_can(*line_, master_, report_, samples_, now_ns_,
+                                     [this](const CanFrame& frame) { send_can(*line_, frame); });
+  });
+  if (told) {
     report_.all_stop_pending = latch_.pending();
   }
 }

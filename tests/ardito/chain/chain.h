@@ -51,8 +51,12 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   // ---- True state.
   const sim::ardito::Ardito& world() const { return *world_; }
   nlohmann::ordered_json truth() const { return world_->truth(); }
-  // For soft errors of the mobility controller.
-  gnc::ardito::Redundant& instances() { return vehicle_.mobility(); }
+  // For soft errors of the mobility controller, which its own vote has to treat.
+  gnc::ardito::Redundant& instances() {
+    protect(false);
+    return vehicle_.mobility();
+  }
+  std::vector<Memory> memory() override;
 
  private:
   void act(const sim::Fault& fault, bool attach) override;
@@ -65,6 +69,7 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   std::unique_ptr<sim::ardito::Ardito> world_;
   std::unique_ptr<sim::CanBus> line_;
   RoverBus master_;
+  Twin<sizeof(RoverBus)> master_twin_;
   StopLatch latch_;
   Vehicle::BusReport report_{};
   Ring<RoverSample, 256> samples_;

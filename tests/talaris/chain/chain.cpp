@@ -57,6 +57,7 @@ Chain::Chain(const Options& options)
   step_ns_ += std::uniform_int_distribution<TimeNs>(0, sim::kStepNs - 1)(random);
   for (int ms = std::uniform_int_distribution(0, 199)(random); ms > 0; --ms) world_->step();
   master_.restart(now_ns_);
+  master_twin_.seal(bytes_of(master_));
   valves_.reopened(now_ns_);
   can_.open = can_.was_open = true;
   turn_can();
@@ -115,7 +116,7 @@ void Chain::release() {
   due.release_ns = due_ns;
   valves_.release(due, now_ns_);
   send_edges(due_ns);
-  master_.release(due, now_ns_);
+  turn_held(master_, master_twin_, latch_, [&] { master_.release(due, now_ns_); });
   reset_serial_ = due.node_reset_serial;
 }
 
@@ -124,18 +125,20 @@ void Chain::obey() {
   if (!latch_.fell()) return;
   valves_.all_stop(now_ns_);
   send_edges(now_ns_);
-  master_.release({.issued_ns = now_ns_,
-                   .boundary_ns = now_ns_,
-                   .release_ns = now_ns_,
-                   .all_stop = true,
-                   .node_reset_serial = reset_serial_},
-                  now_ns_);
+  turn_held(master_, master_twin_, latch_, [this] {
+    master_.release({.issued_ns = now_ns_,
+                     .boundary_ns = now_ns_,
+                     .release_ns = now_ns_,
+                     .all_stop = true,
+                     .node_reset_serial = reset_serial_},
+                    now_ns_);
+  });
 }
 
 void Chain::send_edges(TimeNs due_ns) {
   const std::uint8_t before = valves_.open();
   for (CanFrame frame; valves_.due(now_ns_, frame);) {
-    wire_->from_master(frame, now_ns_);
+    send_can(*wire_, frame);
     valves_.sent(true, now_ns_);
   }
   const std::uint8_t after = valves_.open();
@@ -152,7 +155,12 @@ void Chain::send_edges(TimeNs due_ns) {
 
 // ---- the bus thread, as daemon/runtime/can_bus.h
 
-void Chain::turn_can() { testing_support::turn_can(*wire_, master_, can_, samples_, now_ns_); }
+void Chain::turn_can() {
+  turn_held(master_, master_twin_, latch_, [this] {
+    testing_support::turn_can(*wire_, master_, can_, samples_, now_ns_,
+                              [this](const CanFrame& frame) { send_can(*wire_, frame); });
+  });
+}
 
 // ---- the frame thread, as daemon/runtime/frames.h and runtime.h
 
@@ -234,6 +242,16 @@ void Chain::act(const sim::Fault& fault, bool attach) {
   } else if (!wire_->faults.set(fault, attach)) {
     world_->set_fault(fault, attach);
   }
+}
+
+std::vector<Chain::Memory> Chain::memory() {
+  std::vector<Memory> all = VirtualChain::memory();
+  for (const Memory& more :
+       {part("bus", master_), part("bus", can_), part("bus", samples_), part("bus", valves_),
+        part("bus", latch_), part("bus", edges_), part("bus", grid_), part("bus", boundary_)})
+    all.push_back(more);
+  if (protect_) all.push_back(part("second copies", master_twin_));
+  return all;
 }
 
 // ---- true state

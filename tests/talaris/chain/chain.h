@@ -79,6 +79,7 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   sim::talaris::Talaris& world() { return *world_; }
   const sim::talaris::Talaris& world() const { return *world_; }
   const sim::talaris::BodyState& body() const { return world_->plant().body(); }
+  std::vector<Memory> memory() override;
   bool rests() const;  // Execute is over, or everything was stopped, and the vehicle is still
 
  private:
@@ -102,6 +103,7 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   // The daemon's buses and the actuate thread's part.
   Line imu_, altimeter_;
   HopperBus master_;
+  Twin<sizeof(HopperBus)> master_twin_;
   HopperCan::Report can_{};
   Ring<TalarisSample, 256> samples_;
   ValveSequencer valves_;

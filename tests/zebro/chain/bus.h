@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "daemon/cycle/twins.h"
 #include "daemon/runtime/ring.h"
 #include "daemon/vehicles/zebro/vehicle.h"
 
@@ -29,7 +30,9 @@ class Bus {
   explicit Bus(const LegBusParameters& parameters)
       : driver_(parameters),
         overheard_(parameters.check, parameters.stop),
-        frame_ns_(frame_time_ns(parameters.baud, parameters.stop)) {}
+        frame_ns_(frame_time_ns(parameters.baud, parameters.stop)) {
+    twin_.seal(bytes_of(driver_));
+  }
   virtual ~Bus() = default;
 
   // Its view from the frame and actuate threads.
@@ -46,6 +49,13 @@ class Bus {
     turn(now, {});
   }
   const Report& report() const { return report_; }
+  // What the daemon's threads keep in memory.
+  std::vector<std::span<std::uint8_t>> memory() {
+    return {bytes_of(driver_), bytes_of(latch_), bytes_of(orders_), bytes_of(report_),
+            bytes_of(replies_)};
+  }
+  std::span<std::uint8_t> second_copy() { return bytes_of(twin_); }
+  bool protect = true;
 
   // The port goes away or is there again.
   virtual void plug(bool plugged, TimeNs now) = 0;
@@ -56,6 +66,18 @@ class Bus {
   std::vector<WireFrame> wire;  // may be cleared by any reader
 
  protected:
+  // At the begin of a turn; what it returns seals the driver at its end.
+  auto hold(TimeNs now) {
+    if (protect && twin_.check(bytes_of(driver_)) == MemoryCheck::lost) {
+      driver_.restart(now);
+      latch_.ask(now);
+    }
+    struct Seal {
+      Bus& bus;
+      ~Seal() { bus.twin_.seal(bytes_of(bus.driver_)); }
+    };
+    return Seal{*this};
+  }
   // The driver gets orders that were released since the last time.
   void obey(TimeNs now) {
     latch_.obey(driver_, std::exchange(released_, false) ? &orders_ : nullptr, now);
@@ -67,6 +89,7 @@ class Bus {
   }
 
   LegBus driver_;
+  Twin<sizeof(LegBus)> twin_;
   Receiver overheard_;
   TimeNs frame_ns_;
   StopLatch latch_;

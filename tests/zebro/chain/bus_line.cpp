@@ -34,6 +34,7 @@ void BusLine::turn(TimeNs now, std::span<const std::uint8_t> bytes) {
   turns_at_once_ = now == turned_ns_ ? turns_at_once_ + 1 : 0;
   if (turns_at_once_ > kMostTurnsAtOnce) throw std::logic_error("the bus master never sleeps");
   turned_ns_ = now;
+  const auto held = hold(now);
   if (!open_ && now >= reopen_ns_) {
     reopen_ns_ = now + kReopenEvery;
     if (plugged_) {

@@ -148,6 +148,13 @@ std::unique_ptr<sim::zebro::Zebro> Chain::take_world() { return std::move(world_
 
 sim::zebro::BodyState Chain::body() const { return world_->robot().body(); }
 
+std::vector<Chain::Memory> Chain::memory() {
+  std::vector<Memory> all = VirtualChain::memory();
+  for (const auto& more : bus_->memory()) all.push_back({"bus", more});
+  if (protect_) all.push_back({"second copies", bus_->second_copy()});
+  return all;
+}
+
 void Chain::forget() {
   bus_->wire.clear();
   acks.clear();

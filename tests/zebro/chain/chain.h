@@ -73,6 +73,11 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   // Every frame of the master so far, in order; forget() when it is no longer wanted.
   const std::vector<WireFrame>& wire() const { return bus_->wire; }
   void forget();  // wire, acks and events so far
+  std::vector<Memory> memory() override;
+  void protect(bool on) override {
+    VirtualChain::protect(on);
+    bus_->protect = on;
+  }
 
  private:
   void act(const sim::Fault& fault, bool attach) override;

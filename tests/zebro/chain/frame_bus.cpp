@@ -42,6 +42,7 @@ bool FrameBus::chance(double probability) {
 }
 
 void FrameBus::plug(bool plugged, TimeNs now) {
+  const auto held = hold(now);
   if (plugged && !open_) driver_.restart(now);
   if (!plugged) to_modules_.count = to_master_.count = 0;
   open_ = plugged;
@@ -51,6 +52,7 @@ void FrameBus::plug(bool plugged, TimeNs now) {
 }
 
 void FrameBus::turn(TimeNs now, std::span<const std::uint8_t>) {
+  const auto held = hold(now);
   if (open_) {
     arrive(now);
     obey(now);

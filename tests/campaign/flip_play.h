@@ -1,0 +1,177 @@
+#pragma once
+
+// The flips of flips.h on a World of play.h: one run goes through the scenario; at each drawn
+// moment a copy of it has one bit flipped and goes on to the end alone.
+
+#include <algorithm>
+#include <vector>
+
+#include "tests/campaign/dice.h"
+#include "tests/campaign/flips.h"
+#include "tests/campaign/rules.h"
+
+namespace lss::campaign {
+
+template <class World>
+class Flips {
+ public:
+  explicit Flips(const FlipPlan& plan) : plan_(plan) {}
+
+  FlipCounts play() {
+    while (done_ < plan_.flips) scenario(plan_.seed * 10'000 + ++counts_.scenarios);
+    return counts_;
+  }
+
+ private:
+  static constexpr unsigned kOfAScenario = 500;
+  static constexpr int kGrid_ms = 10;  // shorter than every frame
+  static constexpr double kDetection_s = 1, kAll_s = World::kFlips_s + World::kAfter_s;
+  static constexpr unsigned kCpu_s = 20;
+  static constexpr double kProgramShare = 0.2;
+
+  // The run ends a pass at each flip and at each step of a grid, the same with and without a flip:
+  // a pass that ends elsewhere may shift a turn of a bus by a nanosecond. What came out by then:
+  struct Slice {
+    std::uint64_t sent = 0, alarms = 0, memory = 0;
+  };
+  struct Flip {
+    double at_s = 0;
+    const FlipPart* part = nullptr;
+    std::uint64_t bit = 0;
+  };
+  struct Live {
+    explicit Live(unsigned seed, bool protect) : dice(seed), world(seed, dice) {
+      world.chain.protect(protect);
+      world.chain.on_master = [this](const CanFrame& frame, TimeNs now) {
+        world.sent_.add(now, frame.id, frame.remote, frame.size, frame.data);
+      };
+    }
+    Dice dice;
+    World world;
+    std::size_t at = 0;  // ends of passes, so far
+    double now_s = 0;
+
+    Slice pass(const std::vector<double>& ends_s) {
+      const double end_s = ends_s[at++];
+      world.chain.run(end_s - now_s);
+      now_s = end_s;
+      if (end_s == World::kFlips_s) world.end_flips();
+      return {world.sent(), alarms()};
+    }
+    std::uint64_t alarms() const {
+      return static_cast<std::uint64_t>(std::ranges::count_if(
+          world.chain.events,
+          [](const EventRecord& event) { return event.severity != Severity::info; }));
+    }
+  };
+
+  void scenario(unsigned seed) {
+    Live live(seed, plan_.protect);
+    if (!live.world.begin_flips(live.dice)) return;
+    parts_.clear();
+    all_parts_.clear();
+    counts_.bytes.clear();
+    for (const auto& [name, bytes] : live.world.chain.memory()) {
+      all_parts_.push_back({name, bytes});
+      if (!plan_.part.empty() && plan_.part != name) continue;
+      parts_.push_back({name, bytes});
+      counts_.bytes[name] += bytes.size();
+    }
+    const std::vector<Flip> flips = draw(live.dice);
+    ends_s_.clear();
+    for (const Flip& flip : flips) ends_s_.push_back(flip.at_s);
+    for (int ms = kGrid_ms; ms <= kAll_s * 1000; ms += kGrid_ms) ends_s_.push_back(ms / 1000.0);
+    std::ranges::sort(ends_s_);
+
+    const std::vector<std::uint64_t> told = told_by_a_copy([&] {
+      std::vector<std::uint64_t> all;
+      while (live.at < ends_s_.size()) {
+        const Slice slice = live.pass(ends_s_);
+        all.insert(all.end(), {slice.sent, slice.alarms, memory()});
+      }
+      return all;
+    });
+    reference_.clear();
+    for (std::size_t i = 0; i < told.size(); i += 3)
+      reference_.push_back({told[i], told[i + 1], told[i + 2]});
+
+    for (const Flip& flip : flips) {
+      while (live.now_s < flip.at_s) live.pass(ends_s_);
+      count(flip, in_a_copy([&] { return hit(live, flip); }, kCpu_s), live);
+    }
+  }
+
+  std::uint64_t memory() const {
+    std::uint64_t all = 0;
+    for (const FlipPart& part : all_parts_) all = digest(all, part.bytes);
+    return all;
+  }
+
+  std::vector<Flip> draw(Dice& dice) {
+    std::vector<Flip> flips(std::min(kOfAScenario, plan_.flips - done_));
+    done_ += static_cast<unsigned>(flips.size());
+    for (Flip& flip : flips) {
+      flip.at_s = dice.between(0, World::kFlips_s);
+      const auto& parts =
+          plan_.part.empty() && dice.chance(kProgramShare) ? program_parts() : parts_;
+      std::uint64_t bytes = 0;
+      for (const FlipPart& part : parts) bytes += part.bytes.size();
+      auto byte = static_cast<std::uint64_t>(dice.between(0, static_cast<double>(bytes)));
+      flip.part = &parts.front();
+      while (byte >= flip.part->bytes.size()) byte -= (flip.part++)->bytes.size();
+      flip.bit = 8 * byte + static_cast<std::uint64_t>(dice.whole(0, 7));
+    }
+    std::ranges::sort(flips, {}, &Flip::at_s);
+    return flips;
+  }
+
+  FlipResult hit(Live& live, const Flip& flip) {
+    Rules<World> rules;
+    bool broken = false;
+    const auto look = [&] { rules.look(live.world, [&](const std::string&) { broken = true; }); };
+    look();
+    campaign::flip(flip.part->bytes, flip.bit);
+    constexpr double kNever_s = 1e9;
+    double other_s = kNever_s, alarm_s = kNever_s;
+    for (int passes = 1; live.at < ends_s_.size() && !broken; ++passes) {
+      const Slice& expected = reference_[live.at];
+      const Slice slice = live.pass(ends_s_);
+      look();
+      if (slice.sent != expected.sent) other_s = std::min(other_s, live.now_s);
+      if (slice.alarms > expected.alarms) alarm_s = std::min(alarm_s, live.now_s);
+      // Nothing is left of it, and nothing can come any more.
+      const bool compares = !flip.part->program && passes % 32 == 2;
+      if (compares && slice.sent == expected.sent && memory() == expected.memory) break;
+    }
+    if (broken) return {FlipOutcome::unsafe};
+    if (other_s == kNever_s)
+      return {alarm_s == kNever_s ? FlipOutcome::none : FlipOutcome::corrected};
+    const double detected_s = alarm_s - other_s;
+    if (detected_s > kDetection_s) return {FlipOutcome::silent};
+    return {FlipOutcome::safe, std::max(detected_s, 0.0)};
+  }
+
+  void count(const Flip& flip, const FlipResult& result, Live& live) {
+    const auto outcome = static_cast<std::size_t>(result.outcome);
+    const FlipPart& part = *flip.part;
+    const std::string where = part.program ? "program" : part.name;
+    ++counts_.parts[where][outcome];
+    ++(part.program ? counts_.program : counts_.state)[outcome];
+    counts_.slowest_detection_s = std::max(counts_.slowest_detection_s, result.detected_s);
+    counts_.simulated_s += kAll_s - live.now_s;
+    if (result.outcome == FlipOutcome::none) return;
+    const std::uint64_t byte = flip.bit / 8;
+    ++counts_
+          .places[part.program ? part.name
+                               : live.world.chain.member_at(part.name, &part.bytes[byte])][outcome];
+  }
+
+  FlipPlan plan_;
+  unsigned done_ = 0;
+  std::vector<FlipPart> parts_, all_parts_;  // of the running scenario: to be hit, and all
+  std::vector<double> ends_s_;               // of its passes
+  std::vector<Slice> reference_;
+  FlipCounts counts_;
+};
+
+}  // namespace lss::campaign

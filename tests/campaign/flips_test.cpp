@@ -1,0 +1,73 @@
+// Some flipped bits of each vehicle; `lss-campaign --flips` flips tens of thousands.
+
+#include "tests/campaign/flips.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "tests/campaign/campaign.h"
+
+namespace lss::campaign {
+namespace {
+
+std::uint64_t of(const FlipTally& tally, FlipOutcome outcome) {
+  return tally[static_cast<std::size_t>(outcome)];
+}
+
+class FlippedBits : public testing::TestWithParam<std::size_t> {
+ protected:
+  FlipCounts flip(const FlipPlan& plan) { return subjects()[GetParam()].flip(plan); }
+};
+
+// Any bit of it, wherever it is: also padding is compared.
+TEST_P(FlippedBits, InTheVehicleAreAllCorrected) {
+  constexpr unsigned kFlips = 30;
+  const FlipCounts counts = flip({.flips = kFlips, .part = "vehicle"});
+  EXPECT_EQ(of(counts.state, FlipOutcome::corrected), kFlips)
+      << flip_table(subjects()[GetParam()].vehicle, counts);
+}
+
+TEST_P(FlippedBits, InTheSupervisorReachNoBus) {
+  constexpr unsigned kFlips = 20;
+  const FlipCounts counts = flip({.flips = kFlips, .part = "supervisor"});
+  EXPECT_EQ(of(counts.state, FlipOutcome::corrected) + of(counts.state, FlipOutcome::none), kFlips)
+      << flip_table(subjects()[GetParam()].vehicle, counts);
+}
+
+INSTANTIATE_TEST_SUITE_P(Vehicles, FlippedBits, testing::Range(std::size_t{0}, subjects().size()),
+                         [](const auto& which) {
+                           return std::string(subjects()[which.param].vehicle);
+                         });
+
+TEST(Flips, HaveTheWilsonInterval) {
+  const Interval none = wilson(0, 100), half = wilson(50, 100);  // Wilson 1927, z = 1.96
+  EXPECT_EQ(none.low, 0);
+  EXPECT_NEAR(none.high, 0.0370, 1e-4);
+  EXPECT_NEAR(half.low, 0.4038, 1e-4);
+  EXPECT_NEAR(half.high, 0.5962, 1e-4);
+}
+
+TEST(Flips, FindTheDaemonsFunctionsAndNoneOfTheTests) {
+  bool step = false;
+  for (const FlipPart& part : program_parts()) {
+    step = step || part.name.starts_with("lss::lc::step(");
+    EXPECT_EQ(part.name.find("lss::sim::"), std::string::npos) << part.name;
+    EXPECT_FALSE(part.name.starts_with("lss::campaign::")) << part.name;
+  }
+  EXPECT_TRUE(step);
+}
+
+TEST(Flips, ACopyThatDiesIsARestart) {
+  EXPECT_EQ(in_a_copy([]() -> FlipResult { std::abort(); }, 1).outcome, FlipOutcome::restarted);
+  EXPECT_EQ(in_a_copy([]() -> FlipResult { throw 1; }, 1).outcome, FlipOutcome::restarted);
+  const auto hang = []() -> FlipResult {
+    for (volatile int i = 0;;) static_cast<void>(i);
+  };
+  EXPECT_EQ(in_a_copy(hang, 1).outcome, FlipOutcome::restarted);
+  EXPECT_EQ(in_a_copy([] { return FlipResult{FlipOutcome::silent}; }, 1).outcome,
+            FlipOutcome::silent);
+}
+
+}  // namespace
+}  // namespace lss::campaign

@@ -1,0 +1,70 @@
+// Two copies and their sum: a flip of any single bit is corrected, two that hit both are noticed.
+
+#include "daemon/cycle/twins.h"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <new>
+
+namespace lss {
+namespace {
+
+constexpr std::size_t kSize = 1003;  // no whole number of words
+
+struct TwinTest : testing::Test {
+  TwinTest() {
+    for (std::size_t i = 0; i < kSize; ++i) live[i] = static_cast<std::uint8_t>(i * i);
+    before = live;
+    twin.seal(live);
+  }
+  MemoryCheck check() { return twin.check(live); }
+
+  std::array<std::uint8_t, kSize> live{}, before{};
+  Twin<kSize> twin;
+};
+
+void flip(std::span<std::uint8_t> bytes, std::size_t bit) {
+  bytes[bit / 8] = static_cast<std::uint8_t>(bytes[bit / 8] ^ 1u << bit % 8);
+}
+
+TEST_F(TwinTest, EveryBitOfTheFirstCopyIsCorrected) {
+  EXPECT_EQ(check(), MemoryCheck::good);
+  for (std::size_t bit = 0; bit < 8 * kSize; ++bit) {
+    flip(live, bit);
+    ASSERT_EQ(check(), MemoryCheck::corrected) << bit;
+    ASSERT_EQ(live, before) << bit;
+    ASSERT_EQ(check(), MemoryCheck::good) << bit;
+  }
+}
+
+TEST_F(TwinTest, EveryBitOfTheSecondCopyIsCorrected) {
+  for (std::size_t bit = 0; bit < 8 * kSize; ++bit) {
+    flip(twin.copy(), bit);
+    ASSERT_EQ(check(), MemoryCheck::corrected) << bit;
+    ASSERT_EQ(live, before) << bit;
+    ASSERT_EQ(check(), MemoryCheck::good) << bit;
+  }
+}
+
+// Its outbox is all that is not held twice.
+TEST(TwinsTest, HoldAllOfTheSupervisorThatOutlivesAFrame) {
+  using S = Twins<int>;
+  alignas(Supervisor) std::array<std::uint8_t, sizeof(Supervisor)> room{};
+  const auto& supervisor = *std::launder(reinterpret_cast<Supervisor*>(room.data()));
+  EXPECT_EQ(reinterpret_cast<const std::uint8_t*>(&supervisor.outbox()), &room[S::kSupervisor]);
+}
+
+TEST_F(TwinTest, FlipsInBothCopiesAreLost) {
+  for (std::size_t bit = 0; bit + 9 < 8 * kSize; ++bit) {
+    flip(live, bit);
+    flip(twin.copy(), bit + 9);
+    ASSERT_EQ(check(), MemoryCheck::lost) << bit;
+    EXPECT_EQ(check(), MemoryCheck::good) << "it goes on with what there is";
+    live = before;
+    twin.seal(live);
+  }
+}
+
+}  // namespace
+}  // namespace lss
