@@ -38,7 +38,8 @@ bool is_reliable(Kind kind) { return is_control(kind) && kind != Kind::heartbeat
 
 int depth(Kind kind) {
   switch (kind) {
-    case Kind::command: return kCommandDepth;
+    case Kind::command:
+    case Kind::stop: return kCommandDepth;
     case Kind::command_ack: return kAckDepth;
     case Kind::event: return kEventDepth;
     default: return 1;
@@ -73,7 +74,8 @@ Qos writer_qos(Kind kind, Transport transport) {
   if (is_control(kind) || transport == Transport::network) {
     dds_qset_deadline(qos.get(), kOfferedDeadline_ns);
   }
-  if (kind == Kind::command) dds_qset_lifespan(qos.get(), kCommandLifespan_ns);
+  if (kind == Kind::command || kind == Kind::stop)
+    dds_qset_lifespan(qos.get(), kCommandLifespan_ns);
   return qos;
 }
 
@@ -140,6 +142,8 @@ std::string configuration(const ParticipantParameters& parameters, bool shared_m
 }
 
 std::string failure(const std::string& what, dds_return_t code) {
+  if (code == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY)
+    return "cannot create " + what + ": the permissions of the enclave do not allow it";
   return "cannot create " + what + ": " + dds_strretcode(code);
 }
 
@@ -186,7 +190,12 @@ Result<Participant> Participant::create(const ParticipantParameters& parameters)
   }
   Participant result;
   const auto domain = static_cast<dds_domainid_t>(parameters.domain);
-  if (parameters.shared_memory) result.roudi_ = find_roudi();
+  if (!parameters.enclave.empty()) {
+    auto enclave = read_enclave(parameters.enclave, parameters.clock_slack);
+    if (!enclave) return tl::unexpected(enclave.error());
+    result.enclave_ = std::move(*enclave);
+  }
+  if (parameters.shared_memory && !result.enclave_) result.roudi_ = find_roudi();
   const dds_entity_t handle =
       dds_create_domain(domain, configuration(parameters, result.roudi_.has_value()).c_str());
   if (handle > 0) {
@@ -200,7 +209,14 @@ Result<Participant> Participant::create(const ParticipantParameters& parameters)
   }
   const Qos qos{dds_create_qos()};
   if (parameters.daemon) dds_qset_userdata(qos.get(), kDaemonMark.data(), kDaemonMark.size());
+  if (result.enclave_) {
+    if (auto used = use_enclave(qos.get(), *result.enclave_); !used)
+      return tl::unexpected(used.error());
+  }
   const dds_entity_t participant = dds_create_participant(domain, qos.get(), nullptr);
+  if (participant == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY)
+    return tl::unexpected("the plugins of DDS Security refuse the enclave " +
+                          parameters.enclave.string() + ": take its files from the keystore again");
   if (participant < 0) return tl::unexpected(failure("DDS participant", participant));
   result.participant_ = Entity(participant);
   return result;
@@ -209,6 +225,7 @@ Result<Participant> Participant::create(const ParticipantParameters& parameters)
 Topic common_topic(Kind kind) {
   switch (kind) {
     case Kind::command: return {kind, "lss/command", &lss_Command_desc};
+    case Kind::stop: return {kind, "lss/stop", &lss_Command_desc};
     case Kind::command_ack: return {kind, "lss/command_ack", &lss_CommandAck_desc};
     case Kind::heartbeat: return {kind, "lss/heartbeat", &lss_Heartbeat_desc};
     case Kind::status: return {kind, "lss/status", &lss_Status_desc};

@@ -16,6 +16,7 @@
 
 #include "dictionary.h"
 #include "idl/roudi.h"
+#include "idl/security.h"
 #include "lss.h"
 
 namespace lss::dds {
@@ -64,6 +65,10 @@ struct ParticipantParameters {
   bool short_lived = false;
   // Marks the participant as a daemon's to all that discover it, before its topics are known.
   bool daemon = false;
+  // DDS Security with this enclave; empty: none. Keeps everything off shared memory, which is not
+  // encrypted.
+  std::filesystem::path enclave{};
+  std::chrono::days clock_slack{};  // see read_enclave()
 };
 
 // User data of such a participant.
@@ -79,6 +84,8 @@ class Participant {
   dds_entity_t get() const { return participant_.get(); }
   // The RouDi that was joined; empty without shared memory.
   const std::optional<RoudiIdentity>& roudi() const { return roudi_; }
+  // Empty without DDS Security.
+  const std::optional<Enclave>& enclave() const { return enclave_; }
 
   // Leaves the entities to the end of the process, when deleting them could hang.
   void abandon() noexcept {
@@ -90,10 +97,12 @@ class Participant {
   Entity domain_;
   Entity participant_;
   std::optional<RoudiIdentity> roudi_;
+  std::optional<Enclave> enclave_;
 };
 
 enum class Kind {
   command,
+  stop,  // commands of those who may only stop; with DDS Security only
   command_ack,
   heartbeat,
   status,

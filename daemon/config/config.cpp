@@ -131,6 +131,11 @@ void read_dds(Section dds, Config& config) {
   }
   config.shared_memory = dds.flag("shared_memory", true);
   config.restart_for_shared_memory = dds.flag("restart_for_shared_memory", false);
+  Section security = dds.section("security");
+  config.enclave = security.text("enclave", "");
+  constexpr std::int64_t kMaxSlackDays = 36'500;
+  config.clock_slack_days =
+      static_cast<int>(security.integer("clock_slack_days", 0, 0, kMaxSlackDays));
 }
 
 void read_link(Section link, Config& config) {

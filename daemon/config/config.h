@@ -88,6 +88,8 @@ struct Config {
   Recorder recorder;
   std::filesystem::path parameters_folder;  // of saved parameters; empty: as log_folder
   std::vector<SavedValue> saved;            // not in the file
+  std::filesystem::path enclave;            // of DDS Security; empty: none
+  int clock_slack_days = 0;                 // of its certificates
 };
 
 // Reads the vehicle's own [NAME] table; called with that Section, to record errors there.

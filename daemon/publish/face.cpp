@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -34,6 +35,9 @@ struct Face::Impl {
   void take(dds_entity_t reader);
   std::optional<Request> request_of(const lss_Command& command, dds_time_t sent_utc_ns) const;
   std::optional<Request> request_of(const lss_Heartbeat& beat, dds_time_t sent_utc_ns) const;
+  bool is_own(std::string_view source, dds_entity_t reader, dds_instance_handle_t writer) const;
+  bool may(const lss_Command& command, dds_entity_t reader, dds_instance_handle_t writer) const;
+  bool may(const lss_Heartbeat& beat, dds_entity_t reader, dds_instance_handle_t writer) const;
 
   const FaceParameters parameters;
   const bool same_clock;  // writers are on this machine
@@ -49,6 +53,8 @@ struct Face::Impl {
   dds::Entity ack_writer, event_writer, status_writer, statistics_writer, parameter_writer,
       heartbeat_writer, dictionary_writer;
   dds::Entity command_reader, heartbeat_reader;
+  dds::Entity stop_reader;  // with DDS Security
+  std::atomic<std::uint64_t> foreign{0};
 };
 
 namespace {
@@ -95,6 +101,36 @@ std::optional<Request> Face::Impl::request_of(const lss_Heartbeat& beat, dds_tim
   return request;
 }
 
+// Whether the authenticated participant of the writer has that name.
+bool Face::Impl::is_own(std::string_view source, dds_entity_t reader,
+                        dds_instance_handle_t writer) const {
+  dds_builtintopic_endpoint_t* endpoint = dds_get_matched_publication_data(reader, writer);
+  if (endpoint == nullptr) return false;
+  std::array<std::uint8_t, 16> guid{};
+  std::ranges::copy(endpoint->participant_key.v, guid.begin());
+  dds_builtintopic_free_endpoint(endpoint);
+  return dds::is_name_of(dds::name_of_source(source), guid);
+}
+
+// An emergency stop is anyone's who may write it. On lss/stop only that which anyone may.
+bool Face::Impl::may(const lss_Command& command, dds_entity_t reader,
+                     dds_instance_handle_t writer) const {
+  if (!participant.enclave() || command.kind == kind_of(CommandKind::emergency_stop)) return true;
+  if (reader == stop_reader.get()) {
+    const CommandInfo* info =
+        parameters.command == nullptr ? nullptr : parameters.command(command.kind);
+    if (info == nullptr || info->access != Access::anyone) return false;
+  }
+  return is_own(dds::read_text(command.source).value_or(""), reader, writer);
+}
+
+bool Face::Impl::may(const lss_Heartbeat& beat, dds_entity_t reader,
+                     dds_instance_handle_t writer) const {
+  if (!participant.enclave()) return true;
+  const std::string_view source = dds::read_text(beat.source).value_or("");
+  return source == dds::kDaemonSource || is_own(source, reader, writer);
+}
+
 // Emergency stops first; the others in the order of `arrival_ns`.
 template <class Sample>
 void Face::Impl::take(dds_entity_t reader) {
@@ -110,7 +146,12 @@ void Face::Impl::take(dds_entity_t reader) {
     count = taken > 0 ? static_cast<std::size_t>(taken) : 0;
     for (std::size_t i = 0; i < count; ++i) {
       requests[i].reset();
-      if (infos[i].valid_data) requests[i] = request_of(samples[i], infos[i].source_timestamp);
+      if (!infos[i].valid_data) continue;
+      if (may(samples[i], reader, infos[i].publication_handle)) {
+        requests[i] = request_of(samples[i], infos[i].source_timestamp);
+      } else {
+        foreign.fetch_add(1, std::memory_order_relaxed);
+      }
     }
     for (const bool stops : {true, false}) {
       for (std::size_t i = 0; i < count; ++i) {
@@ -172,9 +213,13 @@ dds::Result<void> Face::Impl::open_readers() {
       !opened) {
     return opened;
   }
-  return open(dds::Kind::command, command_reader, [](dds_entity_t reader, void* impl) {
+  const auto on_command = [](dds_entity_t reader, void* impl) {
     static_cast<Impl*>(impl)->take<lss_Command>(reader);
-  });
+  };
+  if (participant.enclave()) {
+    if (auto opened = open(dds::Kind::stop, stop_reader, on_command); !opened) return opened;
+  }
+  return open(dds::Kind::command, command_reader, on_command);
 }
 
 tl::expected<std::unique_ptr<Face>, std::string> Face::create(const FaceParameters& parameters,
@@ -192,7 +237,9 @@ tl::expected<std::unique_ptr<Face>, std::string> Face::create(const FaceParamete
   auto participant = dds::Participant::create({.domain = parameters.domain,
                                                .interfaces = parameters.interfaces,
                                                .shared_memory = parameters.shared_memory,
-                                               .daemon = true});
+                                               .daemon = true,
+                                               .enclave = parameters.enclave,
+                                               .clock_slack = parameters.clock_slack});
   if (!participant) return tl::unexpected(participant.error());
   auto impl = std::make_unique<Impl>(parameters, std::move(sink), std::move(*participant), *topic);
   if (auto opened = impl->open_writers(); !opened) return tl::unexpected(opened.error());
@@ -265,6 +312,13 @@ bool Face::other_interface() {
              DDS_RETCODE_OK &&
          status.total_count_change > 0 &&
          status.last_policy_id == DDS_TYPE_CONSISTENCY_ENFORCEMENT_QOS_POLICY_ID;
+}
+
+std::uint64_t Face::foreign() const { return impl_->foreign.load(std::memory_order_relaxed); }
+
+const std::vector<std::string>& Face::warnings() const {
+  static const std::vector<std::string> kNone;
+  return impl_->participant.enclave() ? impl_->participant.enclave()->warnings : kNone;
 }
 
 bool Face::watch_shared_memory() { return impl_->plane.watch(now_ns()); }

@@ -5,6 +5,9 @@
 // No DDS type leaves daemon/publish. Nothing here is ever called from a real-time thread. The facts
 // about Cyclone DDS 0.10.2 and iceoryx 2.0.3 behind it were measured in 2026-11: docs/dds.md.
 
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <span>
@@ -27,7 +30,9 @@ struct FaceParameters {
   const CommandInfo* (*command)(std::uint16_t kind) = nullptr;
   std::string dictionary{};  // contents of lss/dictionary; empty: none
   std::vector<std::string> interfaces = {"lo"};
-  bool shared_memory = true;  // wanted; used when RouDi runs
+  bool shared_memory = true;        // wanted; used when RouDi runs
+  std::filesystem::path enclave{};  // of DDS Security; empty: none
+  std::chrono::days clock_slack{};
 };
 
 // Called by the listener, on a thread of Cyclone, one call at a time. May call acknowledge().
@@ -56,6 +61,11 @@ class Face {
   // Publish thread. True: since the last call a client appeared whose lss/command is of another
   // type than ours, so that DDS does not let it reach us.
   bool other_interface();
+  // Thread-safe. Samples so far whose sender may not send them, or gave a name that its
+  // certificate does not have: they are dropped. Always 0 without DDS Security.
+  std::uint64_t foreign() const;
+  // Of the enclave; the same always.
+  const std::vector<std::string>& warnings() const;
 
   // Checks whether RouDi is still the one we started with; when it ended or was replaced, moves the
   // telemetry writers to the network. Publish thread, about ten times a second, also when there is

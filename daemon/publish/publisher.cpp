@@ -15,6 +15,7 @@ namespace {
 constexpr TimeNs kStatusEvery = kSecond;
 constexpr TimeNs kHeartbeatEvery = 200 * kMillisecond;
 constexpr TimeNs kWatchEvery = 100 * kMillisecond;
+constexpr TimeNs kForeignEvery = 60 * kSecond;
 
 }  // namespace
 
@@ -32,11 +33,14 @@ tl::expected<void, std::string> Publisher::open(RequestSink sink) {
                             .command = vocabulary_.command,
                             .dictionary = dictionary_,
                             .interfaces = config_.interfaces,
-                            .shared_memory = config_.shared_memory},
+                            .shared_memory = config_.shared_memory,
+                            .enclave = config_.enclave,
+                            .clock_slack = std::chrono::days(config_.clock_slack_days)},
                            std::move(sink));
   if (!face) return tl::unexpected(face.error());
   face_ = std::move(*face);
   answering_ = face_.get();
+  for (const std::string& warning : face_->warnings()) spdlog::warn("DDS Security: {}", warning);
   return {};
 }
 
@@ -189,6 +193,15 @@ void Publisher::watch(TimeNs now) {
     }
   }
   if (face_->other_interface()) tell(EventId::other_interface, now);
+  if (const std::uint64_t foreign = face_->foreign();
+      foreign != foreign_ && now >= next_foreign_ns_) {
+    foreign_ = foreign;
+    next_foreign_ns_ = now + kForeignEvery;
+    spdlog::warn(
+        "DDS Security: {} messages so far were dropped: the source that they give is not the name "
+        "of their certificate, or its role does not allow them",
+        foreign);
+  }
   watch_clock();
   for (EventId event; sources_.log_event(event);) tell(event, now);
   series_.report_due(now, [this](const EventRecord& event) { publish(event); });
@@ -236,7 +249,7 @@ StatusReport Publisher::report(TimeNs now) const {
   r.period_ns = config_.period_ns;
   r.offset_ns = config_.offset_ns;
   r.overruns = timing_.overruns;
-  r.commands_rejected = s.commands_refused + sources_.commands_refused();
+  r.commands_rejected = s.commands_refused + sources_.commands_refused() + face_->foreign();
   r.safe_commands = s.safe_commands;
   r.telemetry_dropped = acks_.dropped() + events_.dropped() + timings_.dropped() + dropped_ +
                         sources_.telemetry_missed() + sources_.log_dropped();

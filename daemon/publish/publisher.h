@@ -116,6 +116,8 @@ class Publisher {
   std::atomic<bool> airborne_{false};
   WakeUp wake_up_;
 
+  std::uint64_t foreign_ = 0;  // Face::foreign() that was logged
+  TimeNs next_foreign_ns_ = 0;
   ParameterReport parameters_;
   std::vector<Told> told_;
   EventSeries series_;  // of events that are not the cycle's

@@ -21,6 +21,7 @@ constexpr TimeNs kStandstill_ns = kSecond;
 using Key = decltype(lss_Status::vehicle_id);  // every type begins with it; the time follows
 
 constexpr const char* kOffText = "not configured";
+constexpr const char* kSecuredText = "off: dds.security is on, and shared memory is not encrypted";
 constexpr const char* kOverriddenText = "switched off by CYCLONEDDS_URI";
 constexpr const char* kActiveText = "telemetry goes by shared memory";
 constexpr const char* kAbsentText =
@@ -56,6 +57,8 @@ Result<void> TelemetryPlane::open() {
   if (dds_is_shared_memory_available(telemetry_.writer.get())) {
     state_ = SharedMemory::active;
     text_ = kActiveText;
+  } else if (wanted_ && participant_.enclave()) {
+    text_ = kSecuredText;
   } else if (!wanted_ || lives) {
     text_ = lives ? kOverriddenText : kOffText;
   } else {

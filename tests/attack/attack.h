@@ -40,7 +40,8 @@ lss_Command command(const std::string& vehicle, const std::string& source, std::
 lss_Heartbeat heartbeat(const std::string& vehicle, const std::string& source,
                         std::uint64_t counter);
 
-// One participant with the entities of a mode. A failure ends the program with a message.
+// One participant with the entities of a mode; DDS is configured by CYCLONEDDS_URI, too. A failure
+// ends the program with a message.
 class Wire {
  public:
   explicit Wire(dds_domainid_t domain);
@@ -48,9 +49,11 @@ class Wire {
   Wire(const Wire&) = delete;
   Wire& operator=(const Wire&) = delete;
 
-  enum class Topic { command, heartbeat, ack, status, event };
+  enum class Topic { command, heartbeat, ack, status, event, stop, telemetry };
   // Waits until a reader is there when `wait` is set.
   dds_entity_t writer(Topic topic, bool wait = true);
+  // 0: DDS Security does not allow it.
+  dds_entity_t try_writer(Topic topic);
   dds_entity_t reader(Topic topic, const dds_qos_t* qos);
   dds_entity_t participant() const { return participant_; }
 
@@ -86,6 +89,6 @@ bool ended();  // by a signal
 
 using Attack = int(const Options&, Counts&);
 Attack flood_heartbeats, flood_commands, flood_estop_dry_run, invent_sources, max_sequence,
-    many_names, twin, replay, deaf_reader, watch, stop, stops;
+    many_names, twin, replay, deaf_reader, watch, stop, stops, intrude;
 
 }  // namespace attack

@@ -31,6 +31,8 @@ constexpr Mode kModes[] = {
     {"replay", "commands, except stops, and acknowledgements of others again", attack::replay},
     {"twin", "heartbeats of another daemon of this vehicle_id", attack::twin},
     {"deaf-reader", "reliable readers that never take", attack::deaf_reader},
+    {"intrude", "writes every topic, as far as DDS Security lets it, and reads the status",
+     attack::intrude},
     {"watch", "no attack: a line of JSON for each lss/status", attack::watch},
     {"stop", "no attack: one emergency stop, sent every 0.1 s until it is completed", attack::stop},
     {"stops", "no attack: --rate emergency stops a second, and when each was sent", attack::stops},

@@ -27,8 +27,8 @@ T value(dds::Result<T> result) {
 // Sends a command from within the listener as soon as the one before is acknowledged.
 class Pinger {
  public:
-  explicit Pinger(int domain)
-      : participant_(value(dds::Participant::create({.domain = domain}))),
+  explicit Pinger(int domain, const std::filesystem::path& enclave = {})
+      : participant_(value(dds::Participant::create({.domain = domain, .enclave = enclave}))),
         listener_(dds_create_listener(this)),
         writer_(
             value(dds::create_writer(participant_.get(), dds::common_topic(dds::Kind::command)))) {
@@ -126,29 +126,53 @@ Samples call_ms(const std::vector<std::string>& words,
   return times;
 }
 
+// Its enclaves/: the daemon's, and that of this program.
+std::filesystem::path make_keystore(const std::filesystem::path& folder) {
+  const std::string keys = folder / "keys", cli = program("lss-cli");
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"create", keys},
+                                                {"add", keys, "zebro-1", "--role", "vehicle"},
+                                                {"add", keys, "lss-bench", "--role", "command"}}) {
+    std::vector<std::string> line{cli, "keystore"};
+    line.insert(line.end(), words.begin(), words.end());
+    Process call(line, folder / "keys.log");
+    if (call.wait() != 0) throw NotHere(read_file(folder / "keys.log"));
+  }
+  return folder / "keys/enclaves";
+}
+
 }  // namespace
 
 Figures command_to_ack(const Options& options) {
   const int daemon_domain = domain(0), echo_domain = domain(1);
   Folder folder;
-  std::optional<Daemon> daemon;
+  const int secured_domain = domain(3);
+  const std::filesystem::path enclaves = make_keystore(folder);
+  std::optional<Daemon> daemon, secured;
   std::optional<Process> echo;
   // Servers on one CPU, clients on the other: else a round trip is three times shorter whenever the
   // scheduler puts both onto one.
   {
     const OnCpu servers(measured_cpu());
     daemon.emplace(daemon_domain, false);
+    secured.emplace(secured_domain, false, enclaves / "zebro-1");
     echo.emplace(std::vector<std::string>{program("bench-dds-echo"), std::to_string(echo_domain)},
                  folder / "echo.log", Process::Environment{loopback()});
   }
   const OnCpu clients(kHardwareCpu);
   Pinger to_daemon(daemon_domain), to_echo(echo_domain);
+  Pinger to_secured(secured_domain, enclaves / "lss-bench");
 
   const int pings = options.count(2000, 200);
   const Rounds rounds = turn_by_turn([&] { return to_daemon.times_us(pings); },
                                      [&] { return to_echo.times_us(pings); });
   Figures figures{figure("iii", "command to acknowledgement, p50", "us", rounds, median, 1.25),
                   figure("iii", "command to acknowledgement, p99", "us", rounds, p99, kNone)};
+
+  const Rounds security = turn_by_turn([&] { return to_secured.times_us(pings); },
+                                       [&] { return to_daemon.times_us(pings); });
+  figures.push_back(noted(
+      figure("iii", "command to acknowledgement with DDS Security, p50", "us", security, median, 2),
+      "against the same daemon without"));
 
   if (options.quick) {
     figures.push_back(not_measured("iii", "command to acknowledgement against ddsperf",

@@ -204,9 +204,10 @@ void Service::start(const std::vector<std::string>& words, Process::Environment 
   ready_ns_ = ready.wait();
 }
 
-Daemon::Daemon(int domain, bool shared_memory) {
+Daemon::Daemon(int domain, bool shared_memory, const std::filesystem::path& enclave) {
   std::string text = read_file(source() / "config" / "zebro.toml");
   if (!shared_memory) text = replaced(text, "shared_memory = true", "shared_memory = false");
+  text = replaced(text, "enclave = \"\"", "enclave = \"" + enclave.string() + "\"");
   const std::filesystem::path config = folder_ / "zebro.toml";
   std::ofstream(config) << text;
   start({program("lssd"), "--config", config, "--run-dir", folder_, "--domain",

@@ -122,7 +122,8 @@ class Service {
 // lssd with config/zebro.toml, and no hardware at its port.
 class Daemon : public Service {
  public:
-  Daemon(int domain, bool shared_memory);
+  // `enclave`: of DDS Security; empty: none.
+  Daemon(int domain, bool shared_memory, const std::filesystem::path& enclave = {});
 };
 
 // cyclictest at a priority on a CPU; ends by itself.

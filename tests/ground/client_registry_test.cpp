@@ -152,7 +152,7 @@ class ClientRegistryTest : public testing::Test {
 
   const int domain_ = testing_support::own_domain();
   Door door_;
-  std::unique_ptr<Fleet> fleet_ = std::move(*Fleet::create(domain_, [] {}));
+  std::unique_ptr<Fleet> fleet_ = std::move(*Fleet::create(domain_, "", [] {}));
   std::unique_ptr<ClientRegistry> registry_ =
       std::make_unique<ClientRegistry>(*fleet_, door_, 2000);
   std::map<Client*, std::vector<json>> said_;

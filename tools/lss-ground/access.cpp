@@ -150,7 +150,7 @@ tl::expected<Listen, std::string> parse_listen(std::string_view text) {
   return listen;
 }
 
-std::string source_of(std::string_view session) {
+std::string source_of(std::string_view session, std::string_view name) {
   std::string secret(session);
   if (secret.size() < kShortestKey) {
     std::random_device device;
@@ -158,7 +158,10 @@ std::string source_of(std::string_view session) {
   }
   std::array<unsigned char, SHA256_DIGEST_LENGTH> digest{};
   SHA256(reinterpret_cast<const unsigned char*>(secret.data()), secret.size(), digest.data());
-  return fmt::format("ground:{:02x}", fmt::join(std::span(digest).first<kSourceBytes>(), ""));
+  constexpr std::size_t kLongest = 31;  // of lss::Command::source
+  return fmt::format("{}:{:02x}", name.empty() ? "ground" : name,
+                     fmt::join(std::span(digest).first<kSourceBytes>(), ""))
+      .substr(0, kLongest);
 }
 
 bool good_origin(std::string_view origin, std::string_view host, bool loopback, bool tls,

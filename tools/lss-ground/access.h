@@ -57,7 +57,9 @@ tl::expected<Listen, std::string> parse_listen(std::string_view text);
 // The source name of a client: "ground:" and 96 bits, derived from its secret session. A reader of
 // the name can neither use it nor find a session with the same name. Without a session the name is
 // new each time.
-std::string source_of(std::string_view session);
+// `name`: with DDS Security that of the certificate, instead of "ground"; the digits that do not
+// fit are left out.
+std::string source_of(std::string_view session, std::string_view name = {});
 
 // A browser sends the origin of the page that opens a connection. Only our own page is accepted,
 // under the host name of the request, so that a foreign page cannot send commands through an

@@ -182,7 +182,7 @@ void ClientRegistry::on(Client& client, const Hello& hello) {
     return doom(client, "wrong key");
   }
   client.role = role;
-  client.source = source_of(hello.session);
+  client.source = source_of(hello.session, fleet_.own_name());
   tell(client, {{"type", "welcome"},
                 {"role", role_name(role)},
                 {"locked", door_.locked()},

@@ -58,7 +58,9 @@ class Fleet {
   };
 
   // wake: there is new data for take().
+  // `enclave`: folder, for DDS Security; empty: none.
   static tl::expected<std::unique_ptr<Fleet>, std::string> create(int domain,
+                                                                  const std::string& enclave,
                                                                   std::function<void()> wake);
 
   void listen(Ears ears) { ears_ = std::move(ears); }
@@ -74,13 +76,18 @@ class Fleet {
   // Removes vehicles that were silent for too long. Call from time to time.
   void forget();
 
+  // The name of the enclave; empty without DDS Security.
+  std::string own_name() const {
+    return participant_.enclave() ? participant_.enclave()->name : "";
+  }
+
   // False: DDS did not accept it.
   bool send(const lss_Command& command);
   void heartbeat(const std::string& vehicle_id, const std::string& source);
 
  private:
   explicit Fleet(std::function<void()> wake);
-  dds::Result<void> open(int domain);
+  dds::Result<void> open(int domain, const std::string& enclave);
   dds::Result<void> open_reader(dds::Kind kind, dds::Entity& reader);
   void take_status();
   void take_acks();

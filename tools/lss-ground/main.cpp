@@ -19,6 +19,7 @@ constexpr int kWrongUsage = 2;
 
 struct Options {
   int domain = 0;
+  std::string enclave;
   std::string listen = "127.0.0.1:8470";
   std::string key_file;
   std::uint32_t lease_ms = 2000;
@@ -45,6 +46,9 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--domain", options.domain, "DDS domain of the vehicles")
       ->envname("LSS_DOMAIN")
       ->capture_default_str();
+  app.add_option("--enclave", options.enclave,
+                 "folder with certificates and permissions of the role command, for DDS Security")
+      ->envname("LSS_ENCLAVE");
   app.add_option("--listen", options.listen,
                  "address and port; other than this machine's own only with --key-file")
       ->capture_default_str();
@@ -116,7 +120,7 @@ int main(int argc, char** argv) {
 
   auto server = Server::create(options.server);
   if (!server) fail(server.error());
-  auto fleet = Fleet::create(options.domain, [&] { (*server)->wake(); });
+  auto fleet = Fleet::create(options.domain, options.enclave, [&] { (*server)->wake(); });
   if (!fleet) fail(fleet.error());
   ClientRegistry registry(**fleet, door, options.lease_ms);
 

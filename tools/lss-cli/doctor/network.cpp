@@ -86,8 +86,8 @@ Finding check_interface(const System& system, const std::string& interface) {
       "regardless of its flag";
   if (loopback) return finding;
   finding.meaning =
-      "every host on this network can command the vehicle: DDS neither authenticates "
-      "nor encrypts";
+      "every host on this network can command the vehicle, unless dds.security.enclave is set: "
+      "else DDS neither authenticates nor encrypts";
   if (!multicast) {
     finding.result = Result::warning;
     finding.meaning = "programs find one another by multicast, and here there is none";

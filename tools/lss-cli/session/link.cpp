@@ -1,6 +1,7 @@
 #include "tools/lss-cli/session/link.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
@@ -36,6 +37,7 @@ dds::ParticipantParameters parameters(const Options& options) {
   result.short_lived = true;
   result.domain = options.domain;
   result.shared_memory = options.shared_memory;
+  result.enclave = options.enclave;
   return result;
 }
 
@@ -287,18 +289,48 @@ void Link::await_answer(Clock::time_point until) {
                 "check the log of lssd");
 }
 
+std::string Link::own_name() const {
+  return participant_.enclave() ? participant_.enclave()->name : std::string(kSharedSource);
+}
+
+std::string Link::own_source() const {
+  const std::string with_pid = fmt::format("{}:{}", own_name(), getpid());
+  return with_pid.size() < sizeof lss_Command::source ? with_pid : own_name();
+}
+
 void Link::open_command_writer(const std::string& source) {
   source_ = source;
-  if (!command_writer_) command_writer_ = writer(dds::common_topic(dds::Kind::command));
+  if (participant_.enclave() && dds::name_of_source(source) != own_name()) {
+    throw Failure(ExitCode::usage,
+                  fmt::format("the source '{}' is not in the name of the certificate, '{}'", source,
+                              own_name()),
+                  fmt::format("--source {0}, or {0}:SOMETHING", own_name()));
+  }
+  if (command_writer_) return;
+  const auto open = [&](dds::Kind kind) {
+    return dds::create_writer(participant_.get(), dds::common_topic(kind));
+  };
+  auto created = open(dds::Kind::command);
+  if (!created && participant_.enclave()) {
+    created = open(dds::Kind::stop);
+    only_stops_ = created.has_value();
+    if (!created) {
+      throw Failure(ExitCode::not_authorised,
+                    fmt::format("the enclave '{}' may only look", own_name()),
+                    "take one of the role stop or command: lss-cli keystore list FOLDER");
+    }
+  }
+  command_writer_ = checked(std::move(created));
+  dds_set_listener(command_writer_.get(), waker_.listener());
 }
 
 void Link::open_commands(const std::string& source) {
   if (answered_) return;
   open_command_writer(source);
-  heartbeat_writer_ = writer(dds::common_topic(dds::Kind::heartbeat));
+  if (!only_stops_) heartbeat_writer_ = writer(dds::common_topic(dds::Kind::heartbeat));
   const Clock::time_point until = Clock::now() + seconds(options_.find_timeout_s());
   await_match(command_writer_.get(), until);
-  await_match(heartbeat_writer_.get(), until);
+  if (!only_stops_) await_match(heartbeat_writer_.get(), until);
   await_answer(until);
   answered_ = true;
 }
@@ -443,6 +475,12 @@ std::uint64_t Link::send(const Invocation& command, std::uint16_t flags) {
 
 std::uint64_t Link::send_to(std::string_view vehicle_id, const Invocation& command,
                             std::uint16_t flags) {
+  if (only_stops_ && command.info->access != Access::anyone) {
+    throw Failure(
+        ExitCode::not_authorised,
+        fmt::format("the enclave '{}' may only stop, not {}", own_name(), command.info->name),
+        "lss-cli estop");
+  }
   const lss_Command sample =
       to_dds(command, {vehicle_id, source_, sequence_.next(), flags, options_.lease_ms});
   const dds_return_t result = dds_write(command_writer_.get(), &sample);
@@ -455,6 +493,7 @@ std::uint64_t Link::send_to(std::string_view vehicle_id, const Invocation& comma
 }
 
 void Link::heartbeat() {
+  if (only_stops_) return;
   const lss_Heartbeat sample = heartbeat_to_dds(vehicle_id_, source_, ++heartbeats_);
   dds_write(heartbeat_writer_.get(), &sample);
   const lockstep::Client* simulation = waker_.simulation();

@@ -27,6 +27,9 @@
 
 namespace lss::cli {
 
+// The source name of commands that belong to no particular process, without DDS Security.
+inline constexpr std::string_view kSharedSource = "lss-cli";
+
 class Link {
  public:
   explicit Link(const Options& options);
@@ -99,6 +102,10 @@ class Link {
                         std::uint16_t flags = 0);
   void heartbeat();
   const std::string& source() const { return source_; }
+  // Of a source, before its PID: that of the certificate, with DDS Security.
+  std::string own_name() const;
+  // With that name, or with that name and the PID.
+  std::string own_source() const;
 
   void open_events();
   void open_timing();
@@ -130,6 +137,7 @@ class Link {
   dds::Entity ack_reader_, event_reader_, timing_reader_, statistics_reader_, parameter_reader_,
       dictionary_reader_, telemetry_reader_;
   dds::Entity command_writer_, heartbeat_writer_;
+  bool only_stops_ = false;  // the writer is that of lss/stop
 
   const Vehicle* vehicle_ = nullptr;
   std::string vehicle_id_;

@@ -1,7 +1,6 @@
 #include "tools/lss-cli/session/session.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cmath>
 
@@ -23,10 +22,10 @@ constexpr double kTelemetryComes_s = 0.5, kTelemetryAsked_s = 1;
 constexpr std::size_t kAtOnce = 8;  // half of the topic's history
 
 // Motion detached from one lss-cli belongs to every lss-cli.
-std::string source_name(const Options& options, const lss_Status& status) {
+std::string source_name(const Options& options, const Link& link, const lss_Status& status) {
   if (!options.source.empty()) return options.source;
-  if (options.detach || text(status.authority) == kSharedSource) return std::string(kSharedSource);
-  return fmt::format("{}:{}", kSharedSource, getpid());
+  if (options.detach || text(status.authority) == link.own_name()) return link.own_name();
+  return link.own_source();
 }
 
 // The command that ends another source's motion. In the air an emergency stop lets the vehicle
@@ -49,12 +48,12 @@ Session::Session(Link& link, Output& output, const Options& options)
     : link_(link), output_(output), options_(options) {}
 
 void Session::take_part(const std::string& folder) {
-  if (options_.source.empty()) options_.source = kSharedSource;
+  if (options_.source.empty()) options_.source = link_.own_name();
   open();
   link_.take_part(folder);
 }
 
-void Session::open() { link_.open_commands(source_name(options_, link_.status())); }
+void Session::open() { link_.open_commands(source_name(options_, link_, link_.status())); }
 
 Sent& Session::submit(const Invocation& command, std::uint16_t flags, bool quiet) {
   open();

@@ -33,9 +33,6 @@ struct Sent {
   }
 };
 
-// The source name of commands that belong to no particular process.
-inline constexpr std::string_view kSharedSource = "lss-cli";
-
 class Session {
  public:
   Session(Link& link, Output& output, const Options& options);

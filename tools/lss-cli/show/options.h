@@ -14,6 +14,7 @@ struct Options {
   std::string vehicle_id;      // empty: the only one on the domain
   bool vehicle_typed = false;  // on the command line, not in the environment
   std::string source;          // empty: lss-cli:PID
+  std::string enclave;         // folder, for DDS Security; empty: none
   std::optional<double> timeout_s;
   std::uint32_t lease_ms = 2000;
   bool json = false, jsonl = false;

@@ -86,6 +86,7 @@ void add_verbs(Grammar& grammar) {
   add_sequence_verbs(grammar);
   add_serve_verb(grammar);
   add_doctor_verbs(grammar);
+  add_keystore_verb(grammar);
   add_completion_verbs(grammar);
 }
 

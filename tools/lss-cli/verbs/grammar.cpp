@@ -60,6 +60,9 @@ void Grammar::add_options() {
                   "does not look at)");
   app_.add_option("--source", options_.source, "who commands (default lss-cli:PID)")
       ->envname("LSS_SOURCE");
+  app_.add_option("--enclave", options_.enclave,
+                  "folder with certificates and permissions, for DDS Security")
+      ->envname("LSS_ENCLAVE");
   app_.add_option("--timeout", timeout_,
                   "longest wait, for the daemon (default 3s) and for a command (default 2min)");
   app_.add_option("--lease", lease_,

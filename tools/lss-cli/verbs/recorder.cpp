@@ -38,7 +38,8 @@ const recording::Type& find_type(const recording::Types& types, const std::strin
 
 Recorder::Recorder(const Options& options, const Vehicle& vehicle, std::string vehicle_id,
                    recording::McapWriter& writer, const std::vector<std::string>& topics, bool ros2)
-    : participant_(checked(dds::Participant::create({.domain = options.domain}))),
+    : participant_(checked(
+          dds::Participant::create({.domain = options.domain, .enclave = options.enclave}))),
       vehicle_(vehicle),
       vehicle_id_(std::move(vehicle_id)),
       writer_(writer),

@@ -21,6 +21,7 @@ void add_command_verbs(Grammar& grammar);  // those of the command tables; heart
 void add_estop_verb(Grammar& grammar);
 void add_sequence_verbs(Grammar& grammar);  // run, shell; wait within them
 void add_doctor_verbs(Grammar& grammar);
+void add_keystore_verb(Grammar& grammar);
 void add_completion_verbs(Grammar& grammar);
 
 std::string version_text();

@@ -1,0 +1,205 @@
+// Keystores, checked by the program openssl.
+
+#include "tools/lss-cli/keystore/keystore.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cstdlib>
+
+#include "idl/security.h"
+#include "tests/support/temp_folder.h"
+#include "tools/lss-cli/show/failure.h"
+
+namespace lss::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace testing_support;
+using testing::HasSubstr;
+
+bool openssl(const std::string& words) {
+  return std::system(("openssl " + words + " >/dev/null 2>&1").c_str()) == 0;
+}
+
+mode_t mode_of(const fs::path& path) {
+  struct stat about {};
+  EXPECT_EQ(::stat(path.c_str(), &about), 0) << path;
+  return about.st_mode & 0777;
+}
+
+template <class Call>
+std::string failure_of(Call call) {
+  try {
+    call();
+  } catch (const Failure& failure) {
+    return failure.what();
+  }
+  return "";
+}
+
+class Keystore : public testing::Test {
+ protected:
+  Keystore() { create_keystore(store_, 100); }
+  fs::path add(const std::string& name, DdsRole role, int days = 100) {
+    add_enclave(store_, name, role, days);
+    return store_ / "enclaves" / name;
+  }
+
+  TempFolder folder_;
+  fs::path store_ = folder_ / "keys";
+};
+
+TEST_F(Keystore, OpensslVerifiesEveryCertificateAndDocumentByItsOwnCaAlone) {
+  for (const DdsRole role : {DdsRole::look, DdsRole::stop, DdsRole::command, DdsRole::vehicle}) {
+    const fs::path one = add(kDdsRoles[static_cast<std::size_t>(role)], role);
+    const auto file = [&](const char* name) { return (one / name).string(); };
+    const std::string certificate = file(dds::kCertificate), identity = file(dds::kIdentityCa),
+                      permissions = file(dds::kPermissionsCa);
+    EXPECT_TRUE(openssl("verify -x509_strict -CAfile " + identity + " " + certificate));
+    EXPECT_FALSE(openssl("verify -CAfile " + permissions + " " + certificate));
+    for (const char* document : {dds::kGovernance, dds::kPermissions}) {
+      const std::string verify = "smime -verify -text -in " + file(document) + " -CAfile ";
+      EXPECT_TRUE(openssl(verify + permissions)) << document;
+      EXPECT_FALSE(openssl(verify + identity)) << document;
+    }
+    EXPECT_EQ(
+        std::system(
+            ("openssl x509 -noout -text -in " + certificate + " | grep -q prime256v1").c_str()),
+        0);
+    const auto read = dds::read_enclave(one);
+    ASSERT_TRUE(read) << read.error();
+    EXPECT_EQ(read->name, one.filename());
+    EXPECT_TRUE(read->warnings.empty()) << read->warnings.front();
+  }
+}
+
+TEST_F(Keystore, KeysAreForTheirOwnerAndThoseOfTheCasStayInTheKeystore) {
+  const fs::path one = add("pilot", DdsRole::command);
+  EXPECT_EQ(mode_of(one / dds::kKey), 0600u);
+  EXPECT_EQ(mode_of(store_ / "private"), 0700u);
+  for (const char* ca : {"identity_ca.key.pem", "permissions_ca.key.pem"}) {
+    EXPECT_EQ(mode_of(store_ / "private" / ca), 0600u);
+    EXPECT_FALSE(fs::exists(one / ca));
+  }
+  for (const fs::directory_entry& file : fs::directory_iterator(one))
+    EXPECT_FALSE(file.is_symlink()) << file << ": the folder alone goes to a vehicle";
+}
+
+TEST_F(Keystore, ARoleSaysWhatItMay) {
+  const auto published = [&](DdsRole role) {
+    const fs::path one = add(kDdsRoles[static_cast<std::size_t>(role)], role);
+    const std::string text = content(one / "permissions.xml");
+    const std::size_t from = text.find("<publish>"), to = text.find("</publish>");
+    return from == std::string::npos ? std::string() : text.substr(from, to - from);
+  };
+  using testing::AllOf, testing::Not;
+  EXPECT_EQ(published(DdsRole::look), "");
+  EXPECT_THAT(published(DdsRole::stop),
+              AllOf(HasSubstr("lss/stop"), Not(HasSubstr("lss/command"))));
+  EXPECT_THAT(published(DdsRole::command),
+              AllOf(HasSubstr("lss/command<"), Not(HasSubstr("lss/status"))));
+  EXPECT_THAT(published(DdsRole::vehicle),
+              AllOf(HasSubstr("lss/status"), Not(HasSubstr("lss/command<"))));
+}
+
+TEST_F(Keystore, NothingIsOverwrittenAndNothingIsLeftOfWhatFailed) {
+  add("pilot", DdsRole::command);
+  const std::string before = content(store_ / "enclaves/pilot/key.pem");
+  EXPECT_THAT(failure_of([&] { add("pilot", DdsRole::look); }), HasSubstr("is there already"));
+  EXPECT_THAT(failure_of([&] { create_keystore(store_, 1); }), HasSubstr("is there already"));
+  EXPECT_EQ(content(store_ / "enclaves/pilot/key.pem"), before);
+  EXPECT_THAT(failure_of([&] { create_keystore(folder_ / "no/such", 1); }),
+              HasSubstr("No such file"));
+  fs::remove(store_ / "enclaves" / dds::kGovernance);
+  EXPECT_ANY_THROW(add("second", DdsRole::look));
+  for (const fs::directory_entry& one : fs::directory_iterator(store_ / "enclaves"))
+    EXPECT_THAT(one.path().filename().string(), testing::Not(testing::StartsWith("second")));
+}
+
+TEST_F(Keystore, NamesThatAreNoSourceAreRefused) {
+  for (const char* name : {"", "a:b", "../x", "a b", "x/y", "a-name-of-24-characters-"})
+    EXPECT_THAT(failure_of([&] { add(name, DdsRole::look); }), HasSubstr("letters, digits"))
+        << name;
+  EXPECT_THAT(failure_of([&] { add_enclave(folder_ / "none", "x", DdsRole::look, 1); }),
+              HasSubstr("cannot be read"));
+}
+
+TEST_F(Keystore, TheListHasRolesExpiryAndWhatIsUnusable) {
+  add("b", DdsRole::stop, 40);
+  fs::resize_file(add("a", DdsRole::vehicle) / dds::kPermissions, 700);
+  const auto list = list_keystore(store_);
+  ASSERT_EQ(list.size(), 2u);
+  EXPECT_EQ(list[0].name, "a");
+  EXPECT_THAT(list[0].fault, HasSubstr(dds::kPermissions));
+  EXPECT_EQ(list[1].name, "b");
+  EXPECT_EQ(list[1].role, "stop");
+  const std::time_t until = std::time(nullptr) + 40 * 86'400;
+  char day[16];
+  std::strftime(day, sizeof day, "%Y-%m-%d", std::gmtime(&until));
+  EXPECT_EQ(list[1].not_after, day);
+  EXPECT_EQ(list[1].fault, "");
+}
+
+TEST_F(Keystore, AnEnclaveThatDoesNotFitTogetherIsRefusedWithTheFile) {
+  const fs::path one = add("one", DdsRole::command), other = add("other", DdsRole::vehicle);
+  const auto fault = [&] {
+    const auto read = dds::read_enclave(one);
+    return read ? "" : read.error();
+  };
+  const auto swapped = [&](const char* file, const std::string& text) {
+    const std::string own = content(one / file);
+    put_content(one / file, text);
+    std::string found = fault();
+    put_content(one / file, own);
+    return found;
+  };
+  EXPECT_EQ(fault(), "");
+  EXPECT_THAT(swapped(dds::kKey, content(other / dds::kKey)), HasSubstr("is not the key of"));
+  EXPECT_THAT(swapped(dds::kKey, "none"), HasSubstr("is no private key"));
+  EXPECT_THAT(swapped(dds::kIdentityCa, content(one / dds::kPermissionsCa)),
+              HasSubstr("is not signed by"));
+  EXPECT_THAT(swapped(dds::kPermissionsCa, content(one / dds::kIdentityCa)),
+              HasSubstr("is not signed by"));
+  std::string altered = content(one / dds::kPermissions);
+  altered.replace(altered.find("lss/command"), 3, "LSS");
+  EXPECT_THAT(swapped(dds::kPermissions, altered), HasSubstr("it was altered"));
+  EXPECT_THAT(swapped(dds::kGovernance, ""), HasSubstr("is no signed document"));
+  fs::permissions(one / dds::kKey, fs::perms::others_read, fs::perm_options::add);
+  EXPECT_THAT(fault(), HasSubstr("chmod 600"));
+}
+
+// CVE-2023-24011: the plugin of Cyclone DDS takes a document whose signer has a certificate of the
+// permissions CA. Keystores of ROS 2 have one CA, so every participant is such a signer.
+TEST_F(Keystore, ADocumentSignedByACertificateOfTheCaIsNotSignedByTheCa) {
+  const fs::path one = add("one", DdsRole::look);
+  const auto file = [&](const char* name) { return (one / name).string(); };
+  fs::copy_file(file(dds::kIdentityCa), file(dds::kPermissionsCa),
+                fs::copy_options::overwrite_existing);
+  const auto sign = [&](const fs::path& text, const char* document, const std::string& certificate,
+                        const std::string& key) {
+    return openssl(fmt::format("smime -sign -text -in {} -out {} -signer {} -inkey {}",
+                               text.string(), file(document), certificate, key));
+  };
+  const std::string ca = file(dds::kIdentityCa),
+                    ca_key = (store_ / "private/identity_ca.key.pem").string();
+  ASSERT_TRUE(sign(store_ / "enclaves/governance.xml", dds::kGovernance, ca, ca_key));
+  ASSERT_TRUE(sign(one / "permissions.xml", dds::kPermissions, ca, ca_key));
+  const auto whole = dds::read_enclave(one);
+  ASSERT_TRUE(whole) << whole.error();
+  ASSERT_EQ(whole->warnings.size(), 1u);
+  EXPECT_THAT(whole->warnings.front(), HasSubstr("CVE-2023-24011"));
+
+  ASSERT_TRUE(
+      sign(one / "permissions.xml", dds::kPermissions, file(dds::kCertificate), file(dds::kKey)));
+  EXPECT_TRUE(openssl("smime -verify -text -in " + file(dds::kPermissions) + " -CAfile " + ca))
+      << "the attack: this is what the plugin checks";
+  const auto attacked = dds::read_enclave(one);
+  ASSERT_FALSE(attacked);
+  EXPECT_THAT(attacked.error(), HasSubstr("permissions_ca.cert.pem itself"));
+}
+
+}  // namespace
+}  // namespace lss::cli

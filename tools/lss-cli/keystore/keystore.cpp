@@ -1,0 +1,344 @@
+#include "tools/lss-cli/keystore/keystore.h"
+
+#include <fcntl.h>
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <openssl/ec.h>
+#include <openssl/pem.h>
+#include <openssl/pkcs7.h>
+#include <openssl/rand.h>
+#include <openssl/x509v3.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <memory>
+
+#include "idl/security.h"
+#include "tools/lss-cli/show/failure.h"
+
+namespace lss::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+template <auto F>
+using With = decltype([](auto* one) { F(one); });
+using Bio = std::unique_ptr<BIO, With<BIO_free>>;
+using Certificate = std::unique_ptr<X509, With<X509_free>>;
+using Key = std::unique_ptr<EVP_PKEY, With<EVP_PKEY_free>>;
+
+constexpr mode_t kPublic = 0644, kPrivate = 0600;
+constexpr std::size_t kLongestName = 23;  // a source is NAME:PID of at most 31 characters
+
+constexpr const char* kHead =
+    "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+    "<dds xmlns:xsi=\"http://www.w3.org/2001/XMLSchema-instance\"\n"
+    "     xsi:noNamespaceSchemaLocation=\"http://www.omg.org/spec/DDS-SECURITY/20170901/"
+    "omg_shared_ca_{}.xsd\">\n";
+constexpr const char* kDomains =
+    "<domains><id_range><min>0</min><max>230</max></id_range></domains>";
+
+// Nobody without a certificate; all is encrypted, and only who may write or read a topic can.
+constexpr const char* kGovernance = R"(  <domain_access_rules>
+    <domain_rule>
+      {}
+      <allow_unauthenticated_participants>false</allow_unauthenticated_participants>
+      <enable_join_access_control>true</enable_join_access_control>
+      <discovery_protection_kind>ENCRYPT</discovery_protection_kind>
+      <liveliness_protection_kind>ENCRYPT</liveliness_protection_kind>
+      <rtps_protection_kind>SIGN</rtps_protection_kind>
+      <topic_access_rules>
+        <topic_rule>
+          <topic_expression>*</topic_expression>
+          <enable_discovery_protection>true</enable_discovery_protection>
+          <enable_liveliness_protection>true</enable_liveliness_protection>
+          <enable_read_access_control>true</enable_read_access_control>
+          <enable_write_access_control>true</enable_write_access_control>
+          <metadata_protection_kind>ENCRYPT</metadata_protection_kind>
+          <data_protection_kind>NONE</data_protection_kind>
+        </topic_rule>
+      </topic_access_rules>
+    </domain_rule>
+  </domain_access_rules>
+</dds>
+)";
+
+constexpr const char* kPermissions = R"(  <permissions>
+    <grant name="{role}">
+      <subject_name>CN={name}</subject_name>
+      <validity>
+        <not_before>1970-01-02T00:00:00</not_before>
+        <not_after>{until:%Y-%m-%dT%H:%M:%S}</not_after>
+      </validity>
+      <allow_rule>
+        {domains}
+{topics}      </allow_rule>
+      <default>DENY</default>
+    </grant>
+  </permissions>
+</dds>
+)";
+
+// From the daemon (docs/dds.md).
+const std::vector<std::string> kReports = {
+    "lss/command_ack", "lss/heartbeat",  "lss/status", "lss/event",      "lss/timing_statistics",
+    "lss/parameters",  "lss/dictionary", "lss/timing", "lss/telemetry/*"};
+
+struct Topics {
+  std::vector<std::string> publish, subscribe;
+};
+
+Topics topics_of(DdsRole role) {
+  const std::vector<std::string> all = {"lss/command", "lss/heartbeat", "lss/stop"};
+  std::vector<std::string> seen = kReports;
+  seen.insert(seen.end(), {"lss/command", "lss/stop"});  // to record them
+  switch (role) {
+    case DdsRole::look: return {{}, seen};
+    case DdsRole::stop: return {{"lss/stop"}, seen};
+    case DdsRole::command: return {all, seen};
+    case DdsRole::vehicle: return {kReports, all};
+  }
+  return {};
+}
+
+std::string permissions_text(const std::string& name, DdsRole role, std::time_t until_s) {
+  const Topics topics = topics_of(role);
+  std::string rules;
+  const auto add = [&](const char* what, const std::vector<std::string>& list) {
+    if (list.empty()) return;
+    rules += fmt::format("        <{}><topics>\n", what);
+    for (const std::string& topic : list)
+      rules += fmt::format("          <topic>{}</topic>\n", topic);
+    rules += fmt::format("        </topics></{}>\n", what);
+  };
+  add("publish", topics.publish);
+  add("subscribe", topics.subscribe);
+  return fmt::format(fmt::runtime(kHead), "permissions") +
+         fmt::format(fmt::runtime(kPermissions),
+                     fmt::arg("role", kDdsRoles[static_cast<std::size_t>(role)]),
+                     fmt::arg("name", name), fmt::arg("until", fmt::gmtime(until_s)),
+                     fmt::arg("domains", kDomains), fmt::arg("topics", rules));
+}
+
+[[noreturn]] void fail(const fs::path& path, const std::string& what,
+                       const std::string& advice = "") {
+  throw Failure(ExitCode::usage, fmt::format("{}: {}", path.string(), what), advice);
+}
+
+// Of OpenSSL: only without memory or random numbers.
+template <class T>
+T made(T one) {
+  if (!one) throw Failure(ExitCode::internal, "OpenSSL cannot make a key or a certificate");
+  return one;
+}
+
+void write(const fs::path& path, std::string_view text, mode_t mode) {
+  const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+  const bool written =
+      file >= 0 && ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  const int error = errno;
+  const bool closed = file >= 0 && ::fsync(file) == 0 && ::close(file) == 0;
+  if (!written || !closed) fail(path, std::strerror(error));
+}
+
+std::string text_of(BIO* bio) {
+  char* text = nullptr;
+  const long size = BIO_get_mem_data(bio, &text);
+  return {text, static_cast<std::size_t>(size)};
+}
+
+std::string pem(X509* certificate) {
+  const Bio out(made(BIO_new(BIO_s_mem())));
+  PEM_write_bio_X509(out.get(), certificate);
+  return text_of(out.get());
+}
+
+std::string pem(EVP_PKEY* key) {
+  const Bio out(made(BIO_new(BIO_s_mem())));
+  PEM_write_bio_PrivateKey(out.get(), key, nullptr, nullptr, 0, nullptr, nullptr);
+  return text_of(out.get());
+}
+
+struct Identity {
+  Key key;
+  Certificate certificate;
+};
+
+// `issuer` nullptr: a CA, signed by itself. Valid from 1970, so that a computer without a clock
+// battery can check it.
+Identity make_identity(const std::string& name, const Identity* issuer, int days) {
+  Identity one{Key(made(EVP_EC_gen("prime256v1"))), Certificate(made(X509_new()))};
+  X509* certificate = one.certificate.get();
+  X509_set_version(certificate, X509_VERSION_3);
+  std::uint64_t serial = 0;
+  made(RAND_bytes(reinterpret_cast<unsigned char*>(&serial), sizeof serial) == 1);
+  ASN1_INTEGER_set_uint64(X509_get_serialNumber(certificate), serial >> 1);
+  ASN1_TIME_set(X509_getm_notBefore(certificate), 0);
+  X509_time_adj_ex(X509_getm_notAfter(certificate), days, 0, nullptr);
+  X509_set_pubkey(certificate, one.key.get());
+  X509_NAME_add_entry_by_NID(X509_get_subject_name(certificate), NID_commonName, V_ASN1_UTF8STRING,
+                             reinterpret_cast<const unsigned char*>(name.data()),
+                             static_cast<int>(name.size()), -1, 0);
+  const Identity& by = issuer == nullptr ? one : *issuer;
+  X509_set_issuer_name(certificate, X509_get_subject_name(by.certificate.get()));
+  X509V3_CTX context;
+  X509V3_set_ctx(&context, by.certificate.get(), certificate, nullptr, nullptr, 0);
+  const auto extend = [&](int kind, const char* value) {
+    X509_EXTENSION* extension = made(X509V3_EXT_conf_nid(nullptr, &context, kind, value));
+    X509_add_ext(certificate, extension, -1);
+    X509_EXTENSION_free(extension);
+  };
+  extend(NID_subject_key_identifier, "hash");
+  extend(NID_authority_key_identifier, "keyid");
+  if (issuer == nullptr) {
+    extend(NID_basic_constraints, "critical,CA:TRUE,pathlen:0");
+    extend(NID_key_usage, "critical,keyCertSign,digitalSignature");
+  } else {
+    extend(NID_basic_constraints, "critical,CA:FALSE");
+    extend(NID_key_usage, "critical,digitalSignature");
+  }
+  made(X509_sign(certificate, by.key.get(), EVP_sha256()));
+  return one;
+}
+
+std::string signed_text(const std::string& text, const Identity& by) {
+  constexpr int kFlags = PKCS7_TEXT | PKCS7_DETACHED;
+  const auto in = [&] {
+    return Bio(made(BIO_new_mem_buf(text.data(), static_cast<int>(text.size()))));
+  };
+  const std::unique_ptr<PKCS7, With<PKCS7_free>> document(
+      made(PKCS7_sign(by.certificate.get(), by.key.get(), nullptr, in().get(), kFlags)));
+  const Bio out(made(BIO_new(BIO_s_mem())));
+  made(SMIME_write_PKCS7(out.get(), document.get(), in().get(), kFlags) == 1);
+  return text_of(out.get());
+}
+
+Identity read_identity(const fs::path& keystore, const char* ca) {
+  const fs::path certificate = keystore / "public" / (std::string(ca) + ".cert.pem");
+  const fs::path key = keystore / "private" / (std::string(ca) + ".key.pem");
+  const auto open = [&](const fs::path& path) {
+    Bio bio(BIO_new_file(path.c_str(), "r"));
+    if (!bio)
+      fail(path, "cannot be read",
+           "is this a keystore? Make one with: lss-cli keystore create FOLDER");
+    return bio;
+  };
+  Identity one{Key(PEM_read_bio_PrivateKey(open(key).get(), nullptr, nullptr, nullptr)),
+               Certificate(PEM_read_bio_X509(open(certificate).get(), nullptr, nullptr, nullptr))};
+  if (!one.key || !one.certificate ||
+      X509_check_private_key(one.certificate.get(), one.key.get()) != 1)
+    fail(key, "is not the key of " + certificate.string());
+  return one;
+}
+
+// Fills a folder beside `folder` and gives it the name at last, so that it is whole or not there.
+template <class Fill>
+void make_folder(const fs::path& folder, Fill fill) {
+  std::string text = folder.string() + ".XXXXXX";
+  if (::mkdtemp(text.data()) == nullptr) fail(folder, std::strerror(errno));
+  const fs::path unfinished(text);
+  std::error_code error;
+  try {
+    fill(unfinished);
+    // Fails where there is something already.
+    if (::rename(unfinished.c_str(), folder.c_str()) != 0) fail(folder, std::strerror(errno));
+  } catch (...) {
+    fs::remove_all(unfinished, error);
+    throw;
+  }
+}
+
+std::string day(std::int64_t utc_s) { return fmt::format("{:%Y-%m-%d}", fmt::gmtime(utc_s)); }
+
+// Of a permissions document that add_enclave() made.
+std::string role_in(const std::string& permissions) {
+  for (const char* role : kDdsRoles) {
+    if (permissions.find(fmt::format("<grant name=\"{}\">", role)) != std::string::npos)
+      return role;
+  }
+  return "other";
+}
+
+}  // namespace
+
+void create_keystore(const fs::path& folder, int days) {
+  std::error_code none;
+  if (fs::exists(folder, none) && !fs::is_empty(folder, none))
+    fail(folder, "is there already and not empty",
+         "name a new folder, or add to this keystore: lss-cli keystore add");
+  const Identity identity_ca = make_identity("lss identity CA", nullptr, days);
+  const Identity permissions_ca = make_identity("lss permissions CA", nullptr, days);
+  make_folder(folder.has_filename() ? folder : folder.parent_path(), [&](const fs::path& root) {
+    for (const char* name : {"public", "private", "enclaves"}) fs::create_directory(root / name);
+    for (const auto& [name, one] :
+         {std::pair{"identity_ca", &identity_ca}, std::pair{"permissions_ca", &permissions_ca}}) {
+      write(root / "public" / (std::string(name) + ".cert.pem"), pem(one->certificate.get()),
+            kPublic);
+      write(root / "private" / (std::string(name) + ".key.pem"), pem(one->key.get()), kPrivate);
+    }
+    fs::permissions(root / "private", fs::perms::owner_all);
+    const std::string governance = fmt::format(fmt::runtime(kHead), "governance") +
+                                   fmt::format(fmt::runtime(kGovernance), kDomains);
+    write(root / "enclaves" / "governance.xml", governance, kPublic);
+    write(root / "enclaves" / dds::kGovernance, signed_text(governance, permissions_ca), kPublic);
+  });
+}
+
+void add_enclave(const fs::path& keystore, const std::string& name, DdsRole role, int days) {
+  const bool good = std::ranges::all_of(name, [](unsigned char c) {
+    return c < 128 && (std::isalnum(c) != 0 || c == '-' || c == '_');
+  });
+  if (name.empty() || name.size() > kLongestName || !good)
+    throw Failure(ExitCode::usage,
+                  fmt::format("'{}' must be 1 to {} letters, digits, - or _", name, kLongestName));
+  std::error_code none;
+  const fs::path folder = keystore / "enclaves" / name;
+  if (fs::exists(folder, none))
+    fail(folder, "is there already",
+         "take another name, or remove it first; its old certificate stays valid");
+  const Identity identity_ca = read_identity(keystore, "identity_ca");
+  const Identity permissions_ca = read_identity(keystore, "permissions_ca");
+  if (X509_cmp(identity_ca.certificate.get(), permissions_ca.certificate.get()) == 0)
+    fail(keystore, "has one CA for identities and permissions",
+         "make a keystore with two: lss-cli keystore create FOLDER");
+  const Identity own = make_identity(name, &identity_ca, days);
+  const std::string permissions =
+      permissions_text(name, role, std::time(nullptr) + std::time_t{days} * 86'400);
+  make_folder(folder, [&](const fs::path& root) {
+    for (const char* file : {dds::kIdentityCa, dds::kPermissionsCa})
+      fs::copy_file(keystore / "public" / file, root / file);
+    fs::copy_file(keystore / "enclaves" / dds::kGovernance, root / dds::kGovernance);
+    write(root / dds::kCertificate, pem(own.certificate.get()), kPublic);
+    write(root / dds::kKey, pem(own.key.get()), kPrivate);
+    write(root / "permissions.xml", permissions, kPublic);
+    write(root / dds::kPermissions, signed_text(permissions, permissions_ca), kPublic);
+  });
+}
+
+std::vector<KeystoreEntry> list_keystore(const fs::path& keystore) {
+  std::error_code error;
+  std::vector<KeystoreEntry> list;
+  fs::directory_iterator all(keystore / "enclaves", error);
+  if (error)
+    fail(keystore, "is no keystore: " + error.message(),
+         "make one with: lss-cli keystore create FOLDER");
+  for (const fs::directory_entry& entry : all) {
+    if (!entry.is_directory()) continue;
+    KeystoreEntry one;
+    one.name = entry.path().filename().string();
+    if (const auto read = dds::read_enclave(entry.path())) {
+      one.role = role_in(read->permissions);
+      one.not_after = day(read->not_after_utc_s);
+    } else {
+      one.fault = read.error();
+    }
+    list.push_back(std::move(one));
+  }
+  std::ranges::sort(list, {}, &KeystoreEntry::name);
+  return list;
+}
+
+}  // namespace lss::cli

@@ -1,0 +1,32 @@
+#pragma once
+
+// Makes the certificates and signed documents of DDS Security: a keystore in the layout of SROS2,
+//   public/    certificates of the two CAs
+//   private/   their keys, which no vehicle gets
+//   enclaves/NAME/   all that one participant needs (idl/security.h)
+// with separate CAs for identities and permissions. Throws Failure; nothing is overwritten.
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace lss::cli {
+
+// What a participant may (docs/security.md).
+enum class DdsRole : std::uint8_t { look, stop, command, vehicle };
+inline constexpr const char* kDdsRoles[] = {"look", "stop", "command", "vehicle"};
+
+void create_keystore(const std::filesystem::path& folder, int days);
+
+void add_enclave(const std::filesystem::path& keystore, const std::string& name, DdsRole role,
+                 int days);
+
+struct KeystoreEntry {
+  std::string name, role;
+  std::string not_after;  // YYYY-MM-DD
+  std::string fault;      // a sentence, when it cannot be used
+};
+std::vector<KeystoreEntry> list_keystore(const std::filesystem::path& keystore);
+
+}  // namespace lss::cli
