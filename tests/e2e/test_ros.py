@@ -125,10 +125,11 @@ class Ros(Rover):
             self.assertRegex(writer["user_data"], r"^typehash=RIHS01_[0-9a-f]{64};$")
         reader = self.heard(reader="rt/ardito_1/cmd_vel")[0]
         self.assertEqual((reader["reliable"], reader["transient_local"]), (False, False))
-        ours = [line for kind in ("writer", "reader") for line in self.heard(**{kind: None})
-                if line[kind].startswith("lss/")]
-        self.assertGreater(len(ours), 10)
-        for line in ours:
+        def ours():
+            return [line for kind in ("writer", "reader") for line in self.heard(**{kind: None})
+                    if line[kind].startswith("lss/")]
+        wait_until(lambda: len(ours()) > 10, 30, "the endpoints of lssd and lss-ros")
+        for line in ours():
             self.assertTrue(line["user_data"], f"a node of ROS warns of {line}")
 
 
