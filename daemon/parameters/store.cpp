@@ -163,6 +163,10 @@ StoredCopy decode(std::span<const std::uint8_t> bytes, const std::string& vehicl
         fmt::format("is of {} ({}), this is {} ({})", their_id, theirs, vehicle_id, vehicle));
   for (std::uint32_t i = 0; i < count; ++i) {
     std::string name = reader.text(kNameField);
+    if (name.size() == kNameField) {
+      copy.stored.values.clear();
+      return refuse("is damaged: a name has no end");
+    }
     copy.stored.values.push_back({.name = std::move(name), .value = reader.get<double>()});
   }
   return copy;

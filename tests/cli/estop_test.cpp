@@ -173,7 +173,7 @@ TEST_F(Estop, InAShellKeepsUpTheLeaseOfItsOwnVehicle) {
   FakeDaemon first(domain(), "zebro-1"), second(domain(), "zebro-2");
   second.trouble(kEstop, {Trouble::Kind::no_answer});
   const Ended ended =
-      run({"--vehicle", "zebro-1", "--timeout", "2s", "shell"}, "walk forward\nestop zebro-2\n");
+      run({"--vehicle", "zebro-1", "--timeout", "5s", "shell"}, "walk forward\nestop zebro-2\n");
   EXPECT_EQ(ended.code, 7);
   EXPECT_THAT(first.kinds(), ElementsAre(kStart, kStand, kWalk, kStop));
   EXPECT_GE(first.heartbeats(), 10U);  // five a second
