@@ -1,6 +1,7 @@
 #include "idl/security.h"
 
 #include <dlfcn.h>
+#include <openssl/err.h>
 #include <openssl/pem.h>
 #include <openssl/pkcs7.h>
 #include <openssl/sha.h>
@@ -91,8 +92,11 @@ tl::expected<std::string, std::string> read_signed(const fs::path& file, X509* s
   // PKCS7_NOINTERN: certificates in the document are not looked at.
   if (PKCS7_verify(document.get(), signers.get(), store.get(), content, out.get(),
                    PKCS7_TEXT | PKCS7_NOINTERN) != 1) {
+    char why[160];
+    ERR_error_string_n(ERR_peek_last_error(), why, sizeof why);
     return wrong(file, "is not signed by " + file.parent_path().string() + "/" + kPermissionsCa +
-                           " itself: it was altered, or somebody else signed it; take the files "
+                           " itself (" + why +
+                           "): it was altered, or somebody else signed it; take the files "
                            "from the keystore again");
   }
   char* text = nullptr;
@@ -105,6 +109,8 @@ void check_no_dates() {
   X509_VERIFY_PARAM* rules = X509_VERIFY_PARAM_new();
   X509_VERIFY_PARAM_set1_name(rules, "default");
   X509_VERIFY_PARAM_set_flags(rules, X509_V_FLAG_NO_CHECK_TIME | X509_V_FLAG_TRUSTED_FIRST);
+  X509_VERIFY_PARAM_set_depth(rules,
+                              100);  // as in OpenSSL's own; without it no chain is short enough
   X509_VERIFY_PARAM_add0_table(rules);
 }
 
