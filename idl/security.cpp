@@ -16,16 +16,14 @@
 #include <memory>
 #include <optional>
 
+#include "idl/openssl_handles.h"
+
 namespace lss::dds {
 namespace {
 
 namespace fs = std::filesystem;
 
-template <auto F>
-using With = decltype([](auto* one) { F(one); });
-using Bio = std::unique_ptr<BIO, With<BIO_free>>;
-using Certificate = std::unique_ptr<X509, With<X509_free>>;
-using Key = std::unique_ptr<EVP_PKEY, With<EVP_PKEY_free>>;
+using openssl::Bio, openssl::Certificate, openssl::Key, openssl::With;
 using Signers =
     std::unique_ptr<STACK_OF(X509), decltype([](STACK_OF(X509) * all) { sk_X509_free(all); })>;
 

@@ -64,9 +64,9 @@ void say(const std::string& line) {
   std::cout << "{" << line << "}" << std::endl;
 }
 
-template <class Octets>
-std::string text(const Octets& octets) {
-  return std::string(octets.begin(), octets.end());
+template <class Bytes>
+std::string text(const Bytes& bytes) {
+  return std::string(bytes.begin(), bytes.end());
 }
 
 class Discovery : public DomainParticipantListener {

@@ -16,6 +16,7 @@
 #include <ctime>
 #include <memory>
 
+#include "idl/openssl_handles.h"
 #include "idl/security.h"
 #include "tools/lss-cli/show/failure.h"
 
@@ -24,11 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-template <auto F>
-using With = decltype([](auto* one) { F(one); });
-using Bio = std::unique_ptr<BIO, With<BIO_free>>;
-using Certificate = std::unique_ptr<X509, With<X509_free>>;
-using Key = std::unique_ptr<EVP_PKEY, With<EVP_PKEY_free>>;
+using openssl::Bio, openssl::Certificate, openssl::Key, openssl::With;
 
 constexpr mode_t kPublic = 0644, kPrivate = 0600;
 constexpr std::size_t kLongestName = 23;  // a source is NAME:PID of at most 31 characters
