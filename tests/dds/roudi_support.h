@@ -46,6 +46,10 @@ class Publisher {
   explicit Publisher(Face& face);
   ~Publisher();
 
+  // Stops the whole process, between two samples. Inside of one it could not be survived, see
+  // docs/dds.md.
+  void stop_process() { stops_process_ = true; }
+
   // UDP datagrams that its thread sent so far.
   std::uint64_t datagrams() const { return datagrams_; }
   std::uint64_t samples() const { return samples_; }
@@ -54,6 +58,7 @@ class Publisher {
  private:
   Face& face_;
   std::atomic<std::uint64_t> datagrams_{0}, samples_{0}, changes_{0};
+  std::atomic<bool> stops_process_{false};
   std::jthread thread_;
 };
 

@@ -188,10 +188,11 @@ void a_standstill_that_made_roudi_drop_us_is_survived() {
   Publisher publisher(daemon.face());
   require(eventually([&] { return publisher.samples() > 10; }), "telemetry runs");
   const std::string self = std::to_string(::getpid());
-  Child stopper({"sh", "-c",
-                 "kill -STOP " + self + "; n=0; until grep -q 'removing it' " + roudi.log_file() +
-                     " || [ $n -gt 200 ]; do sleep 0.05; n=$((n+1)); done; kill -CONT " + self});
-  require(stopper.wait_for_exit() == 0, "we go on");
+  Child waker({"sh", "-c",
+               "n=0; until grep -q 'removing it' " + roudi.log_file() +
+                   " || [ $n -gt 600 ]; do sleep 0.05; n=$((n+1)); done; kill -CONT " + self});
+  publisher.stop_process();
+  require(waker.wait_for_exit(std::chrono::seconds(60)) == 0, "we go on");
   std::ifstream log(roudi.log_file());
   const std::string text(std::istreambuf_iterator<char>(log), {});
   std::filesystem::remove(roudi.log_file());
