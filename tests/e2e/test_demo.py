@@ -2,10 +2,25 @@
 
 import os
 import re
+import tempfile
 import unittest
 
-from programs import run
+from programs import Program, run, wait_until
 from rig import SOURCE
+
+
+def children(parent):
+    """Process numbers of a process' children, by name."""
+    found = {}
+    for number in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open(f"/proc/{number}/stat", encoding="utf-8") as file:
+                name, rest = re.match(r"\d+ \((.*)\) \S (.*)", file.read()).groups()
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+        if int(rest.split()[0]) == parent:
+            found[name] = int(number)
+    return found
 
 
 class Demo(unittest.TestCase):
@@ -29,6 +44,16 @@ class Demo(unittest.TestCase):
         print(result.out)
         self.assertEqual(result.code, 0, result.err)
         self.assertIn("landed well", result.out)
+
+    def test_a_killed_demo_leaves_no_program_behind(self):
+        with tempfile.TemporaryDirectory() as folder:
+            demo = Program("demo", [os.path.join(SOURCE, "tools", "demo"), "zebro"], folder,
+                           dict(os.environ, NO_COLOR="1", TMPDIR=folder))
+            wait_until(lambda: {"lss-sim", "lssd", "lss-cli"} <= children(demo.process.pid).keys(), 1100, "it walks")
+            left = children(demo.process.pid)
+            demo.kill()
+            for name in ("lss-sim", "lssd"):
+                wait_until(lambda: not os.path.exists(f"/proc/{left[name]}"), 30, f"{name} ends")
 
 
 if __name__ == "__main__":

@@ -162,6 +162,42 @@ class Security(Enclaves, Scenario):
         wait_until(lambda: any("pid" in s and (daemon is None or s["pid"] == daemon.process.pid)
                                for s in watcher.json_lines()), 60, "its status is heard", poll_s=0.01, most_s=0.05)
 
+    @real_time("simulated time takes no shared memory", any_machine=True)
+    def test_shared_memory_holds_nothing_of_a_protected_topic(self):
+        self.take_roudi()
+        self.keystore = self.make_keystore()
+        self.start_sim()
+        found = {}
+        for secured in (True, False):
+            if not secured:
+                self.keystore = None
+            roudi = self.start_roudi()
+            write_config = self.secured if secured else self.write_config
+            daemon = self.start_daemon(write_config(shared_memory=True))
+            status = self.wait_modules()
+            found[secured] = (status["shared_memory"], self.in_shared_memory(roudi))
+            daemon.stop()
+            roudi.stop()
+        self.assertEqual(found[True], ("off", []))
+        state, topics = found[False]
+        self.assertEqual(state, "active")
+        self.assertIn("vehicle_id", topics)
+        self.assertIn("lss/telemetry/zebro", topics)
+
+    def in_shared_memory(self, roudi):
+        """Which of our words stand in the memory that RouDi shares."""
+        with open(f"/proc/{roudi.process.pid}/maps", encoding="utf-8") as file:
+            segments = {line.split()[5] for line in file if "/dev/shm/" in line}
+        self.assertGreaterEqual(len(segments), 2, "its management and its data")
+        words = {"vehicle_id": b"zebro-1\0", "lss/telemetry/zebro": b"lss/telemetry/zebro", "lss/timing": b"lss/timing",
+                 "lss/status": b"lss/status"}
+        held = set()
+        for segment in segments:
+            with open(segment, "rb") as file:
+                data = file.read()
+            held |= {name for name, word in words.items() if word in data}
+        return sorted(held)
+
     @real_time("the packets are those of a wire")
     def test_packets_that_are_sent_again_change_nothing(self):
         try:

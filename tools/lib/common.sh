@@ -109,6 +109,7 @@ fail_with() {  # LOG
   die "Failed; the whole output is in $1"
 }
 
+quietly_s=0  # that it took in all
 # quietly LOG TITLE COMMAND... : output goes to LOG. Progress: on a terminal the last line, otherwise one line a minute.
 quietly() {
   local log=$1 title=$2 start=$SECONDS status=0 ticks=0
@@ -126,6 +127,7 @@ quietly() {
   done
   wait "$child" || status=$?
   child=''
+  quietly_s=$((quietly_s + SECONDS - start))
   [ -n "$bold" ] && printf '\r\e[K'
   if [ "$status" -eq 0 ]; then
     printf '    %s: done in %d s\n' "$title" $((SECONDS - start))
