@@ -18,7 +18,7 @@ links() {
 broken=0
 while IFS=: read -r file line link; do
   case $link in http | https | mailto) continue ;; esac
-  target=$(dirname "$file")/${link%%#*}
+  target=${file%/*}/${link%%#*}
   [ -e "$target" ] && continue
   printf '%s:%s: link to %s leads nowhere\n' "$file" "$line" "$link"
   broken=1
