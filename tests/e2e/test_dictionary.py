@@ -57,6 +57,9 @@ class Dictionary:
         own = [c for c in codes["faults"] if c.pop("vehicle", vehicle) == vehicle]
         self.assertEqual([c for c in said["faults"] if c["text"] != "retired"], own)
         self.assertGreater(len(codes["reasons"]), 50)
+        self.assertEqual([c["name"] for c in codes["states"]], said["states"])
+        modes = [(c["number"], c["name"]) for c in codes["modes"] if c["vehicle"] == vehicle]
+        self.assertEqual(modes, list(enumerate(said["modes"])))
 
 
 class Zebro(Dictionary, Scenario):

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <span>
+#include <string>
 #include <utility>
 
 #include "idl/codes.h"
+#include "tools/lss-cli/session/vehicle.h"
 #include "tools/lss-cli/show/names.h"
 #include "tools/lss-cli/verbs/verbs.h"
 
@@ -29,12 +31,35 @@ constexpr List kLists[] = {{"faults", kFaults, &OwnCodes::faults},
                            {"reasons", kReasons, &OwnCodes::reasons},
                            {"events", kEvents, &OwnCodes::events}};
 constexpr const char* kSeverities[] = {"info", "warning", "error", "fatal"};
+constexpr const char* kModes = "modes";
+
+// Of the locomotion controllers; the states are the same in all.
+std::string modes(nlohmann::json& document) {
+  std::string text;
+  const auto tell = [&](const std::string& title, const nlohmann::json& names, const char* list,
+                        const nlohmann::json& more) {
+    text += title + "\n";
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      text += fmt::format("  {:4} {}\n", i, names[i].get<std::string>());
+      document[list].push_back({{"number", i}, {"name", names[i]}});
+      document[list].back().update(more);
+    }
+  };
+  for (const std::string& dictionary : built_dictionaries()) {
+    const nlohmann::json vehicle = nlohmann::json::parse(dictionary);
+    const std::string name = vehicle.at("vehicle");
+    if (text.empty()) tell("states", vehicle.at("states"), "states", nlohmann::json::object());
+    tell("modes of " + name, vehicle.at("modes"), kModes, {{"vehicle", name}});
+  }
+  return text;
+}
 
 ExitCode run_codes(Context& context, const std::string& wanted) {
-  const bool known = std::ranges::any_of(kLists, [&](const List& l) { return wanted == l.name; });
+  const bool known = wanted == kModes ||
+                     std::ranges::any_of(kLists, [&](const List& l) { return wanted == l.name; });
   if (!wanted.empty() && !known) {
     throw Failure(ExitCode::unknown_name, fmt::format("there is no list {}", wanted),
-                  "name one of: faults, reasons, events");
+                  "name one of: faults, reasons, events, modes");
   }
   nlohmann::json document = {{"schema_version", 1}};
   for (const List& list : kLists) {
@@ -64,6 +89,7 @@ ExitCode run_codes(Context& context, const std::string& wanted) {
     }
     context.output.print(text);
   }
+  if (wanted.empty() || wanted == kModes) context.output.print(modes(document));
   context.output.document(std::move(document));
   return ExitCode::completed;
 }
@@ -78,11 +104,12 @@ void add_dictionary_verbs(Grammar& grammar) {
                    "and telemetry, as JSON",
                    "  lss-cli dictionary\n"),
       run_dictionary);
-  CLI::App& sub = grammar.verb("codes", "numbers of faults, reasons and events, with advice",
-                               "  lss-cli codes\n  lss-cli codes faults\n");
+  CLI::App& sub = grammar.verb(
+      "codes", "numbers of faults, reasons and events, with advice; of states and modes",
+      "  lss-cli codes\n  lss-cli codes faults\n");
   auto list = std::make_shared<std::string>();
-  sub.add_option("list", *list, "faults, reasons or events; all when not given");
-  grammar.values(sub, "", {"faults", "reasons", "events"});
+  sub.add_option("list", *list, "faults, reasons, events or modes; all when not given");
+  grammar.values(sub, "", {"faults", "reasons", "events", "modes"});
   grammar.on(sub, [list](Context& context) { return run_codes(context, *list); });
 }
 
