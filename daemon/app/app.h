@@ -25,6 +25,7 @@ class App {
   // The turns of every thread, the frame's first: the watchdog is fed only while that one advances.
   virtual std::vector<Progress> progress() const = 0;
   virtual void keep_frames() = 0;           // writes the last frames to a file, as at a fault
+  virtual void program_damaged() = 0;       // the vehicle stops, by the fault memory_lost
   virtual std::string summary() const = 0;  // one line for systemctl status
   // The daemon shall be restarted to use shared memory again (vehicle idle, RouDi back,
   // configured).

@@ -119,10 +119,11 @@ bool tell_standstills(const std::vector<lss::ProgressWatch::Change>& changes) {
 }
 
 // Until a signal comes or the daemon wants to be restarted. Feeds the watchdog only while frames
-// advance.
+// advance, and looks at a part of the program each time.
 int supervise(lss::App& app, const sigset_t& signals) {
   const timespec tenth = lss::to_timespec(100 * lss::kMillisecond);
   lss::ProgressWatch watch(kStandstill);
+  lss::ProgramCheck program;
   std::uint64_t frames = 0;
   std::string summary, stuck;
   for (;;) {
@@ -135,6 +136,11 @@ int supervise(lss::App& app, const sigset_t& signals) {
       spdlog::warn(
           "RouDi is back and the vehicle is idle: leaving, to be started again with shared memory");
       return kExitRestart;
+    }
+    if (!program.step()) {
+      spdlog::critical("the program changed in memory, within {} bytes from {}: the vehicle stops",
+                       program.last().size(), static_cast<const void*>(program.last().data()));
+      app.program_damaged();
     }
     const std::vector<lss::Progress> progress = app.progress();
     if (progress.front().turns != frames) {

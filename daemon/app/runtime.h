@@ -171,6 +171,7 @@ class Runtime final : public App {
     return all;
   }
   void keep_frames() override { frame_log_.keep(); }
+  void program_damaged() override { program_damaged_ = true; }
   std::string summary() const override { return publisher_.summary(); }
   bool wants_restart() const override { return publisher_.wants_restart(); }
 
@@ -307,7 +308,7 @@ class Runtime final : public App {
       scratch_{};
   Latest<typename Vehicle::Telemetry> telemetry_;
   std::uint32_t changes_ = 0;  // of parameters already shown
-  std::atomic<bool> shut_down_{false}, airborne_{false};
+  std::atomic<bool> shut_down_{false}, airborne_{false}, program_damaged_{false};
   std::vector<std::unique_ptr<rt::Thread>> threads_;
 };
 
@@ -345,6 +346,7 @@ template <class Vehicle, class Buses>
 void Runtime<Vehicle, Buses>::collect(const Boundary& boundary, const Released& released,
                                       TimingPoints& timing) noexcept {
   in_.memory = twins_.check(vehicle_, supervisor_);
+  if (program_damaged_.load(std::memory_order_relaxed)) in_.memory = MemoryCheck::lost;
   in_.frame = boundary.frame;
   in_.time_ns = boundary.time_ns;
   in_.held = boundary.held;

@@ -14,6 +14,7 @@
 #include <cstring>
 #include <span>
 
+#include "daemon/cycle/sum.h"
 #include "daemon/cycle/supervisor.h"
 
 namespace lss {
@@ -42,30 +43,6 @@ class Twin {
   std::span<std::uint8_t, kSize> copy() noexcept { return copy_; }  // for tests
 
  private:
-  // Four independent products at a time. A difference in a single word always changes it: the
-  // factor is odd, and what is added to a product is the same.
-  static std::uint64_t sum(std::span<const std::uint8_t, kSize> bytes) noexcept {
-    constexpr std::uint64_t kFactor = 0x9E37'79B9'7F4A'7C15;
-    constexpr std::size_t kLanes = 4, kStep = kLanes * sizeof(std::uint64_t);
-    std::array<std::uint64_t, kLanes> lane{1, 2, 3, 4}, words;
-    std::size_t at = 0;
-    const auto add = [&] {
-      for (std::size_t i = 0; i < kLanes; ++i) lane[i] = (lane[i] ^ words[i]) * kFactor;
-    };
-    for (; at + kStep <= kSize; at += kStep) {
-      std::memcpy(words.data(), &bytes[at], kStep);
-      add();
-    }
-    if (at < kSize) {
-      words = {};
-      std::memcpy(words.data(), &bytes[at], kSize - at);
-      add();
-    }
-    std::uint64_t all = 0;
-    for (const std::uint64_t one : lane) all = (all ^ one) * kFactor;
-    return all;
-  }
-
   alignas(64) std::array<std::uint8_t, kSize> copy_{};
   std::uint64_t sum_ = 0;
 };

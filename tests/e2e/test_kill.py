@@ -6,6 +6,7 @@ import unittest
 
 import motion
 import wire
+from programs import wait_until
 from rig import EXIT, FATAL_ERROR, FAULT, IDLE, OPERATIONAL, Scenario, real_time
 
 
@@ -79,6 +80,26 @@ class Kill(Scenario):
         self.assert_resting(self.wait_modules())
         self.walk_again()
         self.assertTrue(daemon.running())
+
+    def test_a_program_that_changed_in_memory_stops_the_vehicle_until_it_is_started_again(self):
+        self.start_sim()
+        daemon = self.start_daemon()
+        self.wait_modules()
+        self.begin_walk()
+        with open(f"/proc/{daemon.process.pid}/maps", encoding="ascii") as file:
+            header = next(int(line.split("-")[0], 16) for line in file if line.rstrip().endswith("/lssd"))
+        unused = header + 9  # a byte of the ELF header that nobody reads
+        with open(f"/proc/{daemon.process.pid}/mem", "r+b", buffering=0) as memory:
+            memory.seek(unused)
+            memory.write(b"\x20")
+        self.assertIn(FAULT["memory_lost"], self.fault_ids(self.wait_state(FATAL_ERROR)))
+        wait_until(lambda: "the program changed in memory" in daemon.out() + daemon.err(), 20, "it says where")
+        self.assertNotEqual(self.cli("solve").code, 0)
+        self.assertEqual(self.status()["state"], FATAL_ERROR)
+        daemon.stop()
+        self.start_daemon()
+        self.wait_modules()
+        self.walk_again()
 
     @real_time("shared memory")
     # [Prod-2]
