@@ -85,7 +85,7 @@ class Runtime final : public App {
                                {"vehicle_id", config_.vehicle_id},
                                {"version", LSS_VERSION}},
                     .presets = config_.running_log_presets(),
-                    .recorder = flight_recorder(config_, records)},
+                    .recorder = flight_recorder(config_, records, publisher_.dictionary())},
                    records.to_json),
         saver_(start.store, start.isolation.store, logic.tunables, start.configured,
                [this] { publisher_.wake(); }),
@@ -264,9 +264,11 @@ class Runtime final : public App {
   }
 
   static std::optional<record::RecorderSettings> flight_recorder(
-      const config::Config& config, const record::VehicleRecords& records) {
+      const config::Config& config, const record::VehicleRecords& records,
+      const std::string& dictionary) {
     if (!config.recorder.record) return std::nullopt;
-    return record::recorder_settings(config, LSS_VERSION, records.schema(), records.state_layout());
+    return record::recorder_settings(config, LSS_VERSION, records.schema(), records.state_layout(),
+                                     dictionary);
   }
 
   // Publish thread: nullptr when there is nothing new.

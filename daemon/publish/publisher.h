@@ -78,6 +78,7 @@ class Publisher {
   void wake() noexcept { wake_up_.wake(); }
 
   // Main thread.
+  const std::string& dictionary() const { return dictionary_; }
   std::string summary() const;
   bool wants_restart() const { return wants_restart_; }
   std::uint64_t turns() const { return turns_.load(std::memory_order_relaxed); }

@@ -28,7 +28,8 @@ nlohmann::ordered_json saved_parameters(const config::Config& config) {
 }  // namespace
 
 RecorderSettings recorder_settings(const config::Config& config, const std::string& version,
-                                   const std::string& schema, const std::string& state_layout) {
+                                   const std::string& schema, const std::string& state_layout,
+                                   const std::string& dictionary) {
   return {.folder = config.log_folder,
           .vehicle_id = config.vehicle_id,
           .name = config.vehicle,
@@ -43,6 +44,7 @@ RecorderSettings recorder_settings(const config::Config& config, const std::stri
                      {"config_file", config.file},
                      {"config", config.text},
                      {"parameters", saved_parameters(config)},
+                     {"dictionary", dictionary},
                      {"state_layout", state_layout},
                      {"schema", schema}}};
 }

@@ -29,9 +29,11 @@ struct RecorderSettings {
   nlohmann::ordered_json header;  // more for the header, for a replay
 };
 
-// Of a daemon with this configuration; schema and layout: schema.h, state.h.
+// Of a daemon with this configuration; schema and layout: schema.h, state.h. `dictionary`: what the
+// daemon says of itself, for readers that do not know the vehicle.
 RecorderSettings recorder_settings(const config::Config& config, const std::string& version,
-                                   const std::string& schema, const std::string& state_layout);
+                                   const std::string& schema, const std::string& state_layout,
+                                   const std::string& dictionary = {});
 
 class Recorder {
  public:

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "tests/cli/program_test.h"
+#include "tests/cli/strider.h"
 #include "tests/support/temp_folder.h"
 #include "tools/lss-cli/show/failure.h"
 
@@ -40,7 +41,7 @@ class RecordBytes {
 };
 
 // Frame 103 has a fault, 104 two requests; readings take turns; one number is none.
-std::vector<std::uint8_t> record(std::uint64_t frame) {
+std::vector<std::uint8_t> record(std::uint64_t frame, std::uint16_t event) {
   const auto at = kBegin_ns + static_cast<std::int64_t>(frame - 101) * kPeriod_ns;
   RecordBytes out;
   out.put(frame).put(at);
@@ -48,7 +49,7 @@ std::vector<std::uint8_t> record(std::uint64_t frame) {
   out.put(requests);
   for (std::uint16_t i = 0; i < requests; ++i) out.put(std::array{'m', 'e', '\0', '\0'}).put(i);
   out.put(std::uint32_t{frame == 103 ? 1u : 0u});
-  if (frame == 103) out.put(at).put(std::uint16_t{1011}).put(std::uint16_t{2});
+  if (frame == 103) out.put(at).put(event).put(std::uint16_t{2});
   out.put(std::uint8_t{1});
   out.put(static_cast<double>(frame) / 8);
   for (int i = 0; i < 3; ++i)
@@ -73,17 +74,18 @@ class FlightLog : public ProgramTest {
   void write(bool ended = true, const char* schema = kSchema) const {
     fs::remove(path_);
     lss::record::RecordingWriter writer;
-    const nlohmann::ordered_json header = {{"lss", "recording"},   {"utc_ns", kUtc_ns},
-                                           {"time_ns", kBegin_ns}, {"file", 1},
-                                           {"start", true},        {"lost_before", 0},
-                                           {"vehicle", "zebro"},   {"vehicle_id", "z-1"},
-                                           {"version", "0.0"},     {"period_ns", kPeriod_ns},
-                                           {"schema", schema}};
+    nlohmann::ordered_json header = {{"lss", "recording"},   {"utc_ns", kUtc_ns},
+                                     {"time_ns", kBegin_ns}, {"file", 1},
+                                     {"start", true},        {"lost_before", 0},
+                                     {"vehicle", "zebro"},   {"vehicle_id", "z-1"},
+                                     {"version", "0.0"},     {"period_ns", kPeriod_ns},
+                                     {"schema", schema}};
+    header.update(more_);
     ASSERT_EQ(writer.begin(path_, header, 0), 0);
     for (std::uint64_t i = 0; i < 10; ++i) {
       const std::uint64_t frame = 101 + i + (i >= 5 ? 3 : 0);
       if (i == 5) writer.add_lost(3);
-      writer.add_frame(record(frame),
+      writer.add_frame(record(frame, event_),
                        kBegin_ns + static_cast<std::int64_t>(frame - 101) * kPeriod_ns);
       if (i % 2 == 1) {
         ASSERT_EQ(writer.flush(), 0);
@@ -107,6 +109,8 @@ class FlightLog : public ProgramTest {
     return list;
   }
 
+  std::uint16_t event_ = 1011;
+  nlohmann::ordered_json more_ = nlohmann::ordered_json::object();  // of the header
   testing_support::TempFolder folder_;
   std::string path_ = (folder_ / "z-1-000001-20300317T174640Z-zebro.lssrec").string();
 };
@@ -332,6 +336,26 @@ TEST_F(FlightLog, OneBitThatIsFlippedAnywhereIsRefused) {
   EXPECT_EQ(json::parse(listed.out)["end"], "damaged");
   EXPECT_EQ(run({"log", "export", path_, "--out", (folder_ / "a.csv").string()}).code, 6);
   EXPECT_FALSE(fs::exists(folder_ / "a.csv")) << "no half of a file";
+}
+
+TEST_F(FlightLog, OfAnUnknownVehicleHasTheNamesOfTheDictionaryInIt) {
+  event_ = lss::kFaultEventBase + 900;
+  json dictionary = json::parse(strider().dictionary);
+  dictionary["faults"].push_back({{"number", 900},
+                                  {"name", "mast_jammed"},
+                                  {"severity", "error"},
+                                  {"text", "the mast does not turn"},
+                                  {"advice", "free it"}});
+  const auto name = [&] {
+    write();
+    const json shown = json::parse(run({"--json", "log", "show", path_}).out);
+    EXPECT_FALSE(shown["header"].contains("dictionary")) << "it is long";
+    return shown["frames"][2]["outbox"]["events"][0]["name"];
+  };
+  more_ = {{"vehicle", "strider"}, {"dictionary", dictionary.dump()}};
+  EXPECT_EQ(name(), "mast_jammed");
+  more_["dictionary"] = "of another version";
+  EXPECT_NE(name(), "mast_jammed");
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 """Tests of a recording of any vehicle: read by us and by others, exported, plotted."""
 
 import csv
-import fcntl
 import json
 import os
 import re
@@ -9,38 +8,12 @@ import shutil
 import subprocess
 
 import pictures
-from programs import run, wait_until
+import programs
+from programs import wait_until
 from rig import HERE, TOOLS
 
-BUILD = os.environ.get("LSS_E2E_BUILD", "/tmp")
-FOREIGN = os.path.join(HERE, "foreign")
-
-
-def foreign_reader():
-    """The folder with the readers of others, fetched once for each build; else why there is none."""
-    if shutil.which("node") is None or shutil.which("npm") is None:
-        return None, "node and npm are not installed (tools/packages.txt, group web)"
-    folder = os.path.join(BUILD, "foreign")
-    os.makedirs(folder, exist_ok=True)
-    with open(os.path.join(folder, "lock"), "w", encoding="ascii") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        for name in ("package.json", "package-lock.json", ".npmrc", "decode.mjs"):
-            shutil.copyfile(os.path.join(FOREIGN, name), os.path.join(folder, name))
-        with open(os.path.join(folder, "package-lock.json"), encoding="utf-8") as file:
-            wanted = file.read()
-        stamp = os.path.join(folder, "fetched.json")
-        if os.path.exists(stamp) and open(stamp, encoding="utf-8").read() == wanted:
-            return folder, ""
-        try:
-            got = subprocess.run(["npm", "ci", "--no-audit", "--no-fund"], cwd=folder, timeout=100,
-                                 capture_output=True, text=True)
-        except subprocess.TimeoutExpired:
-            return None, "npm does not come to an end: is there a network?"
-        if got.returncode != 0:
-            return None, f"npm cannot fetch the readers: {got.stderr[-300:]}"
-        with open(stamp, "w", encoding="utf-8") as file:
-            file.write(wanted)
-        return folder, ""
+# That of the page, whose npm packages the readers of others are.
+PAGE = os.path.dirname(os.path.dirname(os.environ.get("LSS_E2E_PLAYWRIGHT", "")))
 
 
 def same(ours, theirs):
@@ -81,12 +54,14 @@ class Recorded:
         return [json.loads(line) for line in lines]
 
     def assert_others_read_the_same(self):
-        folder, why = foreign_reader()
-        if folder is None:
-            self.skipTest("the file is not read by others: " + why)
-        result = run(["node", os.path.join(folder, "decode.mjs"), self.recording], dict(os.environ), 60)
-        self.assertEqual(result.code, 0, result.err)
-        *theirs, last = [json.loads(line) for line in result.out.splitlines()]
+        if shutil.which("node") is None or not os.path.exists(os.path.join(PAGE, "node_modules/@foxglove/rosmsg")):
+            self.skipTest("the file is not read by others: target lss-ground-page was not built")
+        # node looks for the packages from its working folder.
+        with open(os.path.join(HERE, "decode.mjs"), encoding="utf-8") as program:
+            result = subprocess.run(["node", "--input-type=module", "-", self.recording], cwd=PAGE, stdin=program,
+                                    timeout=60 * programs.patience, capture_output=True, text=True)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        *theirs, last = [json.loads(line) for line in result.stdout.splitlines()]
         everything = self.shown()
         ours = [m for m in everything if not m["topic"].startswith("/")]
         end = last["end"]

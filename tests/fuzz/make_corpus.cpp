@@ -1,5 +1,5 @@
-// fuzz-corpus FOLDER SOURCE: the corpora of the fuzzers of this folder, out of what the product
-// itself writes and reads: FOLDER/NAME/*, some kB each. SOURCE is the top of the tree.
+// fuzz-corpus FOLDER: the corpora of the fuzzers of this folder, out of what the product itself
+// writes: FOLDER/NAME/*, some kB each. tools/lib/fuzz.sh adds configurations, devices and IDL.
 
 #include <fmt/format.h>
 
@@ -7,13 +7,11 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "daemon/parameters/store.h"
 #include "daemon/record/recording.h"
 #include "drivers/can/cannelloni.h"
 #include "drivers/zebro/leg_bus.h"
-#include "idl/idl_text.h"
 #include "tests/cli/zebro_dictionary.h"
 #include "tests/fuzz/fuzz.h"
 #include "tools/lss-cli/obc/frame.h"
@@ -24,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace lss;
 
-fs::path folder, source;
+fs::path folder;
 
 // A growing input, in the order in which the fuzzers take it.
 class Out {
@@ -54,16 +52,6 @@ class Out {
 std::string content(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
-}
-
-// Without comments and blank lines.
-std::string bare(const fs::path& path) {
-  std::istringstream lines(content(path));
-  std::string all;
-  for (std::string line; std::getline(lines, line);) {
-    if (!line.empty() && line[0] != '#') all += line.substr(0, line.find("  #")) + '\n';
-  }
-  return all;
 }
 
 void zebro_bus() {
@@ -123,9 +111,6 @@ void can() {
         .text("\x10\x81\x01\x02\x03\x04\x05\x06");
     out.byte(4).byte(6).byte(255).save("canopen", fmt::format("bus-{}", bus));
   }
-  for (const char* kind : {"wheel", "steering", "io", "imu"})
-    Out(bare(source / fmt::format("config/devices/ardito-{}.dcf", kind)))
-        .save("description", fmt::format("ardito-{}.dcf", kind));
 }
 
 void sensors() {
@@ -201,8 +186,6 @@ void recordings() {
   Out(content(mcap)).save("mcap", "two-topics");
   fs::remove(mcap);
   Out("lss::Heartbeat\n" + idl).save("idl", "heartbeat");
-  Out("lss::ZebroTelemetry\n").text(idl_text("zebro")).save("idl", "zebro");
-  Out("lss::Status\n").text(idl_text("lss").substr(0, 4000)).save("idl", "cut-off");
 }
 
 void texts() {
@@ -212,14 +195,9 @@ void texts() {
               .values = {{.name = "a", .value = 3}, {.name = "gait.stance_share", .value = 0.75}}},
              "zebro", "z-1");
   Out().byte(1).bytes(parameters).save("parameters", "two-values");
-  for (const char* vehicle : {"zebro", "ardito", "talaris"})
-    Out(bare(source / fmt::format("config/{}.toml", vehicle))).save("config", vehicle);
-  const std::string zebro = bare(source / "config/zebro.toml");
-  Out(zebro.substr(0, zebro.find("[zebro")))
-      .text(
-          "[zebro]\nnumber = 1.5\nwhole = 2\nflag = true\nchoice = \"two\"\nintegers = [1, 2]\n"
-          "numbers = [1, 2.5, 3]\ntexts = [\"a\"]\nbelow.name = \"b\"\n[[zebro.list]]\nnumber = "
-          "1\n")
+  Out("vehicle = \"zebro\"\n[[port]]\nname = \"legs\"\npath = \"sim:legs\"\n"
+      "[zebro]\nnumber = 1.5\nwhole = 2\nflag = true\nchoice = \"two\"\nintegers = [1, 2]\n"
+      "numbers = [1, 2.5, 3]\ntexts = [\"a\"]\nbelow.name = \"b\"\n[[zebro.list]]\nnumber = 1\n")
       .save("config", "values");
   int number = 0;
   for (
@@ -249,12 +227,11 @@ void texts() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::fprintf(stderr, "Usage: fuzz-corpus FOLDER SOURCE\n");
+  if (argc != 2) {
+    std::fprintf(stderr, "Usage: fuzz-corpus FOLDER\n");
     return 2;
   }
   folder = argv[1];
-  source = argv[2];
   zebro_bus();
   can();
   sensors();

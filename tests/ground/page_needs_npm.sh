@@ -11,7 +11,7 @@ if PATH=$folder/bin bash "$1/build.sh" "$folder/work" "$folder/page" 2> "$folder
   exit 1
 fi
 cat "$folder/said"
-grep -q "npm is missing: .*nodejs and npm" "$folder/said"
+grep -q "npm is missing: .*nodejs, npm and esbuild" "$folder/said"
 [ ! -e "$folder/page/index.html" ]
 
 if grep '"resolved"' "$1/package-lock.json"; then

@@ -524,7 +524,11 @@ const tests = {
     };`;
     const types = parseIDL(idl), bytes = new TempBuffer(), file = new McapWriter({writable: bytes});
     const chars = (text, size) => Uint8Array.from({length: size}, (_, i) => text.charCodeAt(i) || 0);
+    const double = (name, unit) => ({name, type: "f8", unit, label: name.slice(0, -1 - unit.length)});
+    const dictionary = {subjects: ["mast"], faults: [{number: 42, name: "mast_jammed", advice: "free it"}],
+      telemetry: {fields: [{name: "time_ns", type: "i8"}, double("height_m", "m"), {name: "cells", count: 2, fields: [double("pack_V", "V")]}]}};
     await file.start({profile: "", library: "a test"});
+    await file.addMetadata({name: "lss", metadata: new Map([["dictionary", JSON.stringify(dictionary)]])});
     const channels = {};
     for (const [topic, type] of [["lss/telemetry/mast", "lss::MastTelemetry"], ["lss/status", "lss::Status"], ["lss/unknown", "lss::Fault"]]) {
       const schemaId = await file.registerSchema({name: type, encoding: "omgidl", data: new TextEncoder().encode(idl)});
@@ -557,7 +561,7 @@ const tests = {
     await says("#state", "recorded, Rising");
     await seek(9.5);
     await says("#state", "FatalError");
-    await says("#problems", "fault 42, part 1");
+    await says("#problems", "mast jammed, mast");
     await seek(2);
     await says("#state", "Idle");
     await page.click("#tab-parts");

@@ -20,8 +20,6 @@ using nlohmann::json;
 constexpr Clock::duration kPulse = std::chrono::milliseconds(200);
 constexpr Clock::duration kHello = std::chrono::seconds(3);   // to authenticate
 constexpr Clock::duration kAnswer = std::chrono::seconds(2);  // of the daemon, in its time
-constexpr Clock::duration kSlowAnswer =
-    std::chrono::seconds(10);  // of one whose time passes slowly
 constexpr Clock::duration kToldWhy = std::chrono::seconds(1);
 constexpr Clock::duration kForget = std::chrono::seconds(1);  // how often
 constexpr unsigned kMostBad = 10;

@@ -44,7 +44,6 @@ Vehicle::Vehicle(const Parameters& parameters) noexcept
 }
 
 // ---- adjust: a parameter
-// -------------------------------------------------------------------------------------------------
 
 Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept {
   return lss::adjust(tuning(), parameters_, tunables_, index, value, really, [&] {
@@ -54,7 +53,6 @@ Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept 
 }
 
 // ---- read
-// -------------------------------------------------------------------------------------------------
 
 void Vehicle::read(const lss::Inputs<Vehicle>& in) noexcept {
   now_ns_ = in.time_ns;
@@ -108,7 +106,6 @@ void Vehicle::take(const Imu& m, TimeNs time) noexcept {
 }
 
 // ---- state
-// ----------------------------------------------------------------------------------------
 
 bool Vehicle::answers(std::size_t node) const noexcept {
   return bus_.open && link(node).node.state == canopen::NodeState::operational;
@@ -149,7 +146,6 @@ bool Vehicle::drives_enabled() const noexcept {
 }
 
 // ---- act: actions of the locomotion controller, at once
-// ----------------------------------------------
 
 void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   if (actions & (lc::kEmergencyStop | lc::kMotorsOff)) {
@@ -219,7 +215,6 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
 }
 
 // ---- navigate, guide, control
-// -----------------------------------------------------------------------------
 
 gnc::ardito::Reading Vehicle::reading(const Known& known, double scale) const noexcept {
   if (known.time_ns == 0) return {};
@@ -343,7 +338,6 @@ Vehicle::Command Vehicle::control(TimeNs now) noexcept {
 }
 
 // ---- gate
-// -------------------------------------------------------------------------------------------------
 
 Vehicle::Command Vehicle::gate(const Command& wanted, Supervisor& supervisor, TimeNs now) noexcept {
   const auto motor_rpm = [&](double m_s) { return m_s / radius_m_ / kRadPerSecondPerRpm * gear_; };
@@ -367,7 +361,6 @@ Vehicle::Command Vehicle::gate(const Command& wanted, Supervisor& supervisor, Ti
 }
 
 // ---- telemetry
-// --------------------------------------------------------------------------------------------
 
 bool Vehicle::describe(const lss::Inputs<Vehicle>& in, const SupervisorState& state,
                        Telemetry& out) noexcept {

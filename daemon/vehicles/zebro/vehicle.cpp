@@ -34,7 +34,6 @@ Vehicle::Vehicle(const Parameters& parameters) noexcept
 }
 
 // ---- read
-// -------------------------------------------------------------------------------------------------
 
 void Vehicle::read(const Inputs<Vehicle>& in) noexcept {
   now_ns_ = in.time_ns;
@@ -87,7 +86,6 @@ bool Vehicle::answers(std::size_t module) const noexcept {
 }
 
 // ---- adjust: a parameter
-// -------------------------------------------------------------------------------------------------
 
 Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept {
   return lss::adjust(tuning(), parameters_, tunables_, index, value, really, [&] {
@@ -97,7 +95,6 @@ Adjusted Vehicle::adjust(std::size_t index, double value, bool really) noexcept 
 }
 
 // ---- act: actions of the locomotion controller, at once
-// ----------------------------------------------
 
 void Vehicle::order(std::size_t module, Kind kind) noexcept {
   ModuleOrder& order = orders_.module[module];
@@ -224,7 +221,6 @@ void Vehicle::reset_modules(const Request& request) noexcept {
 }
 
 // ---- navigate, guide, control
-// -----------------------------------------------------------------------------
 
 void Vehicle::navigate(TimeNs) noexcept {
   for (std::size_t i = 0; i < kLegs; ++i) {
@@ -253,7 +249,6 @@ Vehicle::Command Vehicle::control(TimeNs now) noexcept {
 }
 
 // ---- gate
-// -------------------------------------------------------------------------------------------------
 
 Vehicle::Command Vehicle::gate(const Command& wanted, Supervisor& supervisor, TimeNs now) noexcept {
   std::array<std::int32_t, kModules> measured_cdeg;
@@ -273,7 +268,6 @@ Vehicle::Command Vehicle::gate(const Command& wanted, Supervisor& supervisor, Ti
 }
 
 // ---- telemetry
-// --------------------------------------------------------------------------------------------
 
 bool Vehicle::describe(const Inputs<Vehicle>& in, const SupervisorState& state,
                        Telemetry& out) noexcept {

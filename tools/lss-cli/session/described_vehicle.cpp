@@ -352,4 +352,14 @@ nlohmann::json DescribedVehicle::telemetry_json(const void* sample) const {
   return with_words(sample_json(sample), shown_);
 }
 
+RecordedVehicle::RecordedVehicle(const std::string& dictionary, std::string_view name)
+    : vehicle_(find_vehicle(name)) {
+  try {
+    if (dictionary.empty()) return;
+    own_ = std::make_unique<const DescribedVehicle>(dictionary);
+    vehicle_ = &own_->vehicle();
+  } catch (const Failure&) {  // of another version: its records are described by their schema
+  }
+}
+
 }  // namespace lss::cli

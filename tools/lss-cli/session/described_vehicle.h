@@ -82,4 +82,18 @@ class DescribedVehicle {
   Vehicle vehicle_{};
 };
 
+// The vehicle of a recording: from the dictionary in it; without one, or with one that cannot be
+// read, that of this build.
+class RecordedVehicle {
+ public:
+  RecordedVehicle(const std::string& dictionary, std::string_view name);
+
+  const Vehicle* vehicle() const { return vehicle_; }  // nullptr: not known
+  OwnCodes codes() const { return vehicle_ != nullptr ? vehicle_->codes : OwnCodes{}; }
+
+ private:
+  std::unique_ptr<const DescribedVehicle> own_;
+  const Vehicle* vehicle_;
+};
+
 }  // namespace lss::cli

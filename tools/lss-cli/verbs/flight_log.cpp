@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "tools/lss-cli/session/described_vehicle.h"
 #include "tools/lss-cli/show/units.h"
 #include "tools/lss-cli/verbs/log_files.h"
 
@@ -30,23 +31,28 @@ void refuse_topics(const LogWanted& wanted) {
                 "name fields by --columns; see them with: lss-cli log list FILE --columns '*'");
 }
 
-// With the names of its vehicle's codes.
-Flight opened(const std::string& path) {
-  Flight flight(path);
-  flight.layout().name_codes(codes_of(flight.text("vehicle")));
-  return flight;
-}
-
 template <class T>
 T header(const Flight& flight, const char* key, T otherwise) {
   const auto found = flight.header().find(key);
   if (found == flight.header().end()) return otherwise;
   if constexpr (std::is_same_v<T, bool>) {
     return found->is_boolean() ? found->template get<bool>() : otherwise;
+  } else if constexpr (std::is_same_v<T, std::string>) {
+    return found->is_string() ? found->template get<std::string>() : otherwise;
   } else {
     return found->is_number_integer() ? found->template get<T>() : otherwise;
   }
 }
+
+// A recording with the names of its vehicle's codes.
+struct Opened {
+  explicit Opened(const std::string& path)
+      : flight(path), vehicle(header(flight, "dictionary", std::string()), flight.text("vehicle")) {
+    flight.layout().name_codes(vehicle.codes());
+  }
+  Flight flight;
+  RecordedVehicle vehicle;
+};
 
 std::string build(const Flight& flight) {
   const auto found = flight.header().find("build");
@@ -94,7 +100,8 @@ nlohmann::json fields(Context& context, Flight& flight) {
 
 ExitCode list(Context& context, const LogWanted& wanted) {
   refuse_topics(wanted);
-  Flight flight = opened(wanted.path);
+  Opened opened(wanted.path);
+  Flight& flight = opened.flight;
   print_who(context, flight);
   context.output.print(summary(flight, context.output.style()));
   nlohmann::json document = {{"path", wanted.path},
@@ -181,7 +188,8 @@ void choose_line(Flight& flight) {
 // A line for each frame. With named fields, or for a single frame, its content as JSON.
 ExitCode show(Context& context, const LogWanted& wanted) {
   refuse_topics(wanted);
-  Flight flight = opened(wanted.path);
+  Opened opened(wanted.path);
+  Flight& flight = opened.flight;
   Output& output = context.output;
   const bool one = wanted.frames.one() && wanted.columns.empty();
   const bool lines = !output.machine() && wanted.columns.empty() && !one;
@@ -210,7 +218,8 @@ ExitCode show(Context& context, const LogWanted& wanted) {
   });
   if (!output.stream() && !one) {
     Json about = flight.header();
-    for (const char* long_one : {"config", "schema", "state_layout"}) about.erase(long_one);
+    for (const char* long_one : {"config", "dictionary", "schema", "state_layout"})
+      about.erase(long_one);
     output.document({{"header", std::move(about)}, {"frames", std::move(frames)}});
   }
   if (!flight.complaint().empty()) output.note(flight.complaint());
@@ -252,7 +261,8 @@ ExitCode exports(Context& context, const LogWanted& wanted) {
     throw Failure(ExitCode::usage, fmt::format("do not know how to write {}", wanted.out),
                   "end its name in .csv");
   }
-  Flight flight = opened(wanted.path);
+  Opened opened(wanted.path);
+  Flight& flight = opened.flight;
   const ExitCode code = export_csv(
       context, wanted, "frames", [&](std::FILE* file) { return write_csv(flight, wanted, file); });
   if (!flight.complaint().empty()) context.output.note(flight.complaint());

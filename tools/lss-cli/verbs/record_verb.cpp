@@ -163,7 +163,8 @@ ExitCode record(Context& context, const RecordWanted& wanted) {
                      {"vehicle_id", id},
                      {"version", std::string(text(link.status().version))},
                      {"recorder", LSS_VERSION},
-                     {"begun_utc", now_text("{:%FT%TZ}")}});
+                     {"begun_utc", now_text("{:%FT%TZ}")},
+                     {"dictionary", link.dictionary()}});
     recorder.emplace(context.options, link.vehicle(), id, writer, wanted.topics, wanted.ros2);
     end = loop(context, *recorder, writer, wanted);
     finish(writer, *recorder, end);

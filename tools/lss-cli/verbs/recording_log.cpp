@@ -34,6 +34,12 @@ nlohmann::json topic_json(const Topic& topic) {
           {"last_ns", topic.span.last_ns}, {"rate_Hz", rate_Hz(topic.span)}};
 }
 
+nlohmann::json about(const Recording& recording) {
+  nlohmann::json texts = recording.about();
+  texts.erase("dictionary");  // long
+  return texts;
+}
+
 ExitCode list(Context& context, const LogWanted& wanted) {
   const auto recording = recording::open(wanted.path);
   Output& output = context.output;
@@ -56,7 +62,7 @@ ExitCode list(Context& context, const LogWanted& wanted) {
   if (!recording->complaint().empty()) output.note(recording->complaint());
   output.document({{"path", wanted.path},
                    {"kind", recording->kind()},
-                   {"about", recording->about()},
+                   {"about", about(*recording)},
                    {"whole", recording->complaint().empty()},
                    {"complaint", recording->complaint()},
                    {"messages", span.messages},
@@ -94,7 +100,7 @@ ExitCode show(Context& context, const LogWanted& wanted) {
     }
   });
   if (!output.stream())
-    output.document({{"about", recording->about()}, {"messages", std::move(messages)}});
+    output.document({{"about", about(*recording)}, {"messages", std::move(messages)}});
   if (!recording->complaint().empty()) output.note(recording->complaint());
   return ExitCode::completed;
 }

@@ -10,7 +10,7 @@
 
 #include "tools/lss-cli/recording/flight.h"
 #include "tools/lss-cli/report/common.h"
-#include "tools/lss-cli/session/vehicle.h"
+#include "tools/lss-cli/session/described_vehicle.h"
 #include "tools/lss-cli/show/units.h"
 #include "tools/lss-cli/verbs/recording_verbs.h"
 
@@ -19,7 +19,8 @@ namespace {
 
 std::string page_of(const recording::Recording& recording) {
   const recording::Span& span = recording.span();
-  const Vehicle* vehicle = find_vehicle(recording.about("vehicle"));
+  const RecordedVehicle recorded(recording.about("dictionary"), recording.about("vehicle"));
+  const Vehicle* vehicle = recorded.vehicle();
   report::Page page(
       fmt::format("{} ({})", recording.about("vehicle_id"), recording.about("vehicle")),
       fmt::format("Recorded from {:%F %T} UTC for {}, {} messages; lssd {}. Times are in seconds "

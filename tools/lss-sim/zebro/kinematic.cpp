@@ -44,22 +44,11 @@ KinematicRobot::KinematicRobot(const TerrainOptions& terrain, double step_s)
 }
 
 void KinematicRobot::step(const std::array<ShaftDrive, kLegs>& drives) {
-  turn(drives);
+  turn(shafts_, drives, step_s_);
   roll();
   reach();
   settle();
   load();
-}
-
-// An overloaded shaft stands still. The load is that of the last step.
-void KinematicRobot::turn(const std::array<ShaftDrive, kLegs>& drives) {
-  for (std::size_t i = 0; i < drives.size(); ++i) {
-    ShaftState& shaft = shafts_[i];
-    const bool against = shaft.torque_Nm * drives[i].velocity_rad_s > 0;
-    const bool stalled = against && std::abs(shaft.torque_Nm) > drives[i].torque_limit_Nm;
-    shaft.velocity_rad_s = stalled ? 0 : drives[i].velocity_rad_s;
-    shaft.angle_rad += shaft.velocity_rad_s * step_s_;
-  }
 }
 
 // Each loaded point moves the body as it rolls, and not sideways. Where the points disagree, they

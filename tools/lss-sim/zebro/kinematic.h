@@ -41,7 +41,6 @@ class KinematicRobot final : public Plant {
     }
   };
 
-  void turn(const std::array<ShaftDrive, kLegs>& drives);
   void roll();
   double twist(const std::array<double, 3>& weight, const std::array<double, 3>& rolls_m_s);
   void reach();

@@ -1,6 +1,7 @@
 #include "tools/lss-sim/zebro/plant.h"
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 
 namespace lss::sim::zebro {
@@ -26,6 +27,17 @@ std::array<double, kLegs> boot_angles(const TerrainOptions& terrain) {
   std::array<double, kLegs> angles{};
   for (double& angle : angles) angle = boot(random);
   return angles;
+}
+
+void turn(std::array<ShaftState, kLegs>& shafts, const std::array<ShaftDrive, kLegs>& drives,
+          double step_s) {
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    ShaftState& shaft = shafts[i];
+    const bool against = shaft.torque_Nm * drives[i].velocity_rad_s > 0;
+    const bool stalled = against && std::abs(shaft.torque_Nm) > drives[i].torque_limit_Nm;
+    shaft.velocity_rad_s = stalled ? 0 : drives[i].velocity_rad_s;
+    shaft.angle_rad += shaft.velocity_rad_s * step_s;
+  }
 }
 
 }  // namespace lss::sim::zebro

@@ -47,6 +47,10 @@ struct BodyState {
 // The leg angles at boot: near the stowed position for the flight, exact value unknown.
 std::array<double, kLegs> boot_angles(const TerrainOptions& terrain);
 
+// An overloaded shaft stands still. The load is that of the last step.
+void turn(std::array<ShaftState, kLegs>& shafts, const std::array<ShaftDrive, kLegs>& drives,
+          double step_s);
+
 // How a leg is in the soil; 0 in the air and on hard ground.
 struct LegInSoil {
   double sinkage_m = 0;  // of its deepest point

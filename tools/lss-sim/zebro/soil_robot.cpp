@@ -41,20 +41,10 @@ SoilRobot::SoilRobot(const TerrainOptions& terrain, double step_s, const RobotSh
 
 void SoilRobot::step(const std::array<ShaftDrive, kLegs>& drives) {
   for (int i = 0; i < steps_; ++i) {
-    turn(drives);
+    turn(shafts_, drives, step_s_);
     immerse();
     move();
     feel();
-  }
-}
-
-void SoilRobot::turn(const std::array<ShaftDrive, kLegs>& drives) {
-  for (std::size_t i = 0; i < drives.size(); ++i) {
-    ShaftState& shaft = shafts_[i];
-    const bool against = shaft.torque_Nm * drives[i].velocity_rad_s > 0;
-    const bool stalled = against && std::abs(shaft.torque_Nm) > drives[i].torque_limit_Nm;
-    shaft.velocity_rad_s = stalled ? 0 : drives[i].velocity_rad_s;
-    shaft.angle_rad += shaft.velocity_rad_s * step_s_;
   }
 }
 

@@ -51,7 +51,6 @@ class SoilRobot final : public Plant {
     Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   };
 
-  void turn(const std::array<ShaftDrive, kLegs>& drives);
   void immerse();
   void immerse(int leg, const Eigen::Vector3d& arm_B_m, const Eigen::Vector3d& normal_B,
                const Eigen::Vector3d& turn_B_m_s, double area_m2);

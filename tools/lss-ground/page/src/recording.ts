@@ -13,11 +13,15 @@ import {signalsOf} from "./plots";
 const kStates = ["Idle", "Operational", "FatalError", "SolveErrors"];
 const kSeverities = ["info", "warning", "error", "fatal"];
 const kTexts = ["vehicle_id", "vehicle", "version", "mode_name", "authority", "text", "host"];
-const kUnits = /_(m|rad|s|A|V|N|Pa|degC|ms|rpm|rad_s|m_s)$/;
 const kSpeeds = [0.5, 1, 2, 5, 10, 50];
 const kTick_ms = 50;
 
 interface Sample { at_s: number; data: Json; }
+// What the daemon said of its vehicle.
+interface Dictionary {
+  subjects: string[]; presentation?: Json; telemetry: {fields?: Field[]};
+  faults: {number: number; name: string; advice: string}[];
+}
 
 // Numbers of 64 bits become ordinary ones; the largest stands for "never".
 function plain(value: unknown, name = ""): any {
@@ -32,24 +36,16 @@ function plain(value: unknown, name = ""): any {
   return Object.fromEntries(Object.entries(value).map(([key, one]) => [key, plain(one, key)]));
 }
 
-function statusOf(data: Json): Json {
+function statusOf(data: Json, {faults: known, subjects}: Dictionary): Json {
   const faults = (data.faults as Json[]).filter((f) => f.id !== 0);
   return {...data, state: kStates[data.state] ?? "?", mode: data.mode_name, progress: data.mode_name, authority: data.authority || null, daemons: [],
     stop_in_flight: data.stop_in_flight === 0 ? "lands" : "falls", link: {obc_age_ms: data.obc_age_ms},
     frame: {index: data.frame_index, overruns: data.overruns}, counters: {commands_rejected: data.commands_rejected, safe_commands: data.safe_commands},
     realtime: {policy: data.realtime_enforced ? "enforce" : "degrade", granted: data.realtime_granted}, shared_memory: "off",
-    problems: faults.map((f) => ({error: true, text: `fault ${f.id}${f.subject ? `, part ${f.subject}` : ""}`, advice: ""}))};
-}
-
-// The fields of a type, where no daemon describes them.
-function fieldsOf(types: ReturnType<typeof parseIDL>, name: string): Field[] {
-  const type = types.find((t) => t.name === name);
-  if (!type || !("definitions" in type)) return [];
-  return type.definitions.filter((m) => m.name !== "vehicle_id").map((m) => {
-    const count = m.arrayLengths?.[0] ?? (m as {arrayLength?: number}).arrayLength, unit = kUnits.exec(m.name)?.[1];
-    const field: Field = {name: m.name, ...count === undefined ? {} : {count}, ...unit ? {unit, label: m.name.slice(0, -unit.length - 1)} : {}};
-    return m.isComplex ? {...field, fields: fieldsOf(types, m.type)} : {...field, type: m.type.startsWith("float") ? "f8" : "i8"};
-  });
+    problems: faults.map((f) => {
+      const fault = known.find((k) => k.number === f.id), part = f.subject && (subjects[f.subject - 1] ?? `part ${f.subject}`);
+      return {error: true, text: (fault?.name.replaceAll("_", " ") ?? `fault ${f.id}`) + (part ? `, ${part}` : ""), advice: fault?.advice ?? ""};
+    })};
 }
 
 export class Recording {
@@ -61,13 +57,14 @@ export class Recording {
   speed = 1;
   kind = "";
   id = "";
-  fields: Field[] = [];
+  dictionary: Dictionary | null = null;
 
   constructor(readonly name: string, bytes: Uint8Array) {
     const stream = new McapStreamReader({validateCrcs: true}), schemas = new Map<number, {name: string; text: string}>();
     const topics = new Map<number, {topic: string; reader: MessageReader} | null>(), all = new Map<number, Sample[]>();
     stream.append(bytes);
     for (let record = stream.nextRecord(); record; record = stream.nextRecord()) {
+      if (record.type === "Metadata" && record.name === "lss") this.dictionary = JSON.parse(record.metadata.get("dictionary") ?? "null");
       if (record.type === "Schema") schemas.set(record.id, {name: record.name, text: new TextDecoder().decode(record.data)});
       if (record.type === "Channel" && !topics.has(record.id)) {
         const list = this.list(record.topic), schema = schemas.get(record.schemaId);
@@ -75,19 +72,18 @@ export class Recording {
           topics.set(record.id, null);
           continue;
         }
-        const types = parseIDL(schema.text);
-        topics.set(record.id, {topic: record.topic, reader: new MessageReader(schema.name, types)});
+        topics.set(record.id, {topic: record.topic, reader: new MessageReader(schema.name, parseIDL(schema.text))});
         all.set(record.id, list);
         if (list !== this.telemetry) continue;
         this.kind = record.topic.split("/").pop()!;
         this.id = record.metadata.get("vehicle_id") ?? this.kind;
-        this.fields = fieldsOf(types, schema.name);
       }
       const topic = record.type === "Message" ? topics.get(record.channelId) : null;
       if (record.type === "Message" && topic)
         all.get(record.channelId)!.push({at_s: Number(record.logTime) / 1e9, data: plain(topic.reader.readMessage(record.data))});
     }
     if (!this.telemetry.length) throw new Error("it has no telemetry; is it a recording of lss-cli record?");
+    if (!this.dictionary) throw new Error("it does not say what its vehicle is: it was recorded by an earlier lss-cli");
     this.now_s = this.begin_s;
   }
 
@@ -97,10 +93,11 @@ export class Recording {
   get begin_s() { return this.telemetry[0].at_s; }
   get end_s() { return this.telemetry[this.telemetry.length - 1].at_s; }
 
-  // Shown like a vehicle; as one of its kind, if there is one, describes itself.
-  vehicle(like: Vehicle | undefined): Vehicle {
-    const vehicle = new Vehicle(`${this.id}, ${this.name}`, {vehicle: this.kind, commands: [], subjects: like?.subjects ?? [], scripts: false,
-      fields: like?.fields ?? this.fields, presentation: {...like?.presentation, hold: []}});
+  // Shown like a vehicle.
+  vehicle(): Vehicle {
+    const {subjects, telemetry, presentation} = this.dictionary!;
+    const vehicle = new Vehicle(`${this.id}, ${this.name}`, {vehicle: this.kind, commands: [], subjects, scripts: false,
+      fields: telemetry.fields, presentation: {...presentation, hold: []}});
     vehicle.recorded = this;
     const signals = signalsOf(vehicle);
     vehicle.history = new History(signals.length, Infinity);
@@ -145,7 +142,7 @@ export class Player {
     show(where, [file.name], () => [el("span", {}, `reading ${file.name} …`)]);
     try {
       const recording = new Recording(file.name, new Uint8Array(await file.arrayBuffer()));
-      const vehicle = recording.vehicle([...this.fleet.vehicles.values()].find((v) => v.kind === recording.kind && !v.recorded));
+      const vehicle = recording.vehicle();
       this.fleet.open(vehicle);
       this.seek(vehicle, recording.begin_s);
     } catch (error) {
@@ -158,7 +155,7 @@ export class Player {
     recording.now_s = Math.min(recording.end_s, Math.max(recording.begin_s, now_s));
     const status = recording.at(recording.status);
     vehicle.telemetry = recording.at(recording.telemetry);
-    vehicle.status = status && statusOf(status);
+    vehicle.status = status && statusOf(status, recording.dictionary!);
     this.moved(vehicle);
     this.draw();
   }

@@ -1,5 +1,6 @@
-// decode.mjs FILE.mcap: every message as a JSON line, read by code that is not ours: by the summary and the indexes of
-// the file, which is refused when a checksum does not fit. A last line has the file's metadata.
+// node --input-type=module - FILE.mcap < decode.mjs, in the folder with the npm packages of the page: every message as a
+// JSON line, read by code that is not ours: by the summary and the indexes of the file, which is refused when a checksum
+// does not fit. A last line has the file's metadata.
 import { open } from "node:fs/promises";
 
 import { parseIDL } from "@foxglove/omgidl-parser";
