@@ -24,7 +24,7 @@ def foreign_reader():
     os.makedirs(folder, exist_ok=True)
     with open(os.path.join(folder, "lock"), "w", encoding="ascii") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        for name in ("package.json", "package-lock.json", ".npmrc", "decode.mjs"):
+        for name in ("package.json", "package-lock.json", ".npmrc", "decode.mjs", "hear.mjs"):
             shutil.copyfile(os.path.join(FOREIGN, name), os.path.join(folder, name))
         with open(os.path.join(folder, "package-lock.json"), encoding="utf-8") as file:
             wanted = file.read()

@@ -8,6 +8,7 @@ import threading
 import time
 
 from programs import run, wait_until
+from recordings import Recorded, foreign_reader
 from rig import BOOT_S, IDLE, OPERATIONAL, TOOLS, Scenario, read_text, real_time
 from ws import Closed, Refused, WebSocket
 
@@ -379,3 +380,111 @@ class Ground(Scenario):
         self.assertLessEqual(after["frame"]["overruns"] - before["frame"]["overruns"], 2)
         self.assertTrue(page.threads[1].is_alive(), "a client that behaves stays connected")
         slow.close()
+
+
+FOXGLOVE = "foxglove.websocket.v1"
+
+
+class Foxglove(Recorded, Ground):
+    """What lss-ground shows in Foxglove. (The tests of Ground are not run again: CTest names each.)"""
+
+    def foxglove(self, gateway, path="/", protocol=FOXGLOVE, **how):
+        client = WebSocket(gateway.port, protocol, path=path, **how)
+        self.addCleanup(client.close)
+        return client, client.wait_for(lambda m: m["op"] == "serverInfo")
+
+    def advertised(self, client, topic):
+        channels = client.wait_for(lambda m: m["op"] == "advertise" and m["channels"])["channels"]
+        return next(c for c in channels if c["topic"] == topic)
+
+    def test_a_client_of_foxglove_hears_what_a_recording_contains(self):
+        folder, why = foreign_reader()
+        if folder is None:
+            self.skipTest(why)
+        self.start_all()
+        gateway = Gateway(self)
+        recorder = self.record()
+        self.cli_ok("start")
+        heard = run(["node", os.path.join(folder, "hear.mjs"), f"ws://127.0.0.1:{gateway.port}/", FOXGLOVE, "40"],
+                    dict(os.environ), 60)
+        self.assertEqual(heard.code, 0, heard.err)
+        recorder.process.send_signal(signal.SIGINT)
+        self.assertEqual(recorder.wait(20), 0)
+        lines = [json.loads(line) for line in heard.out.splitlines()]
+        self.assertEqual(lines[0]["server"]["capabilities"], [], "nothing can be sent")
+        channels = {line["channel"]["topic"]: line["channel"] for line in lines if "channel" in line}
+        self.assertEqual(set(channels), {"lss/telemetry/zebro", "lss/status", "lss/timing_statistics", "lss/event"})
+        fields = json.loads(channels["lss/telemetry/zebro"]["schema"])["properties"]
+        self.assertEqual(fields["modules"]["items"]["properties"]["position_rad"], {"type": "number", "description": "in rad"})
+        self.assertEqual(json.loads(channels["lss/status"]["schema"])["properties"]["state"]["oneOf"][1],
+                         {"title": "STATE_OPERATIONAL", "const": 1})
+
+        recorded = {(m["topic"], m["data"].get("frame", m["data"].get("index"))): m for m in self.shown()
+                    if m["topic"] in ("lss/telemetry/zebro", "lss/event")}
+        same = 0
+        for message in (line for line in lines if "data" in line):
+            data, topic = message["data"], message["topic"]
+            self.assertEqual(set(data), set(json.loads(channels[topic]["schema"])["properties"]))
+            other = recorded.get((topic, data.get("frame", data.get("index"))))
+            if other is not None:
+                self.assertEqual(data, other["data"], topic)
+                same += 1
+        print(f"{same} messages are those of the recording")
+        self.assertGreater(same, 20)
+
+        operational = self.status()
+        last = [line["data"] for line in lines if line.get("topic") == "lss/status"][-1]
+        self.assertEqual((last["state"], last["mode_name"], last["version"]),
+                         (1, operational["mode"], operational["version"]))
+        times = [line["log_ns"] for line in lines if line.get("topic") == "lss/telemetry/zebro"]
+        self.assertEqual(times, sorted(times))
+        self.assertLess(abs(times[-1] - operational["utc_ns"]), 60e9, "log time is that of the sample, in UTC")
+
+    def test_who_looks_by_foxglove_needs_the_same_key_and_delays_nobody(self):
+        self.start_all()
+        gateway = self.keyed()
+        here = {"path": f"/?key={KEYS['look']}"}
+        for how in ({"path": "/"}, {"path": "/?key=wrong"}, {"path": f"/?key={KEYS['look']}x"},
+                    {**here, "origin": "http://elsewhere.example"}, {**here, "host": "elsewhere.example"}):
+            with self.assertRaises(Refused, msg=str(how)):
+                WebSocket(gateway.port, FOXGLOVE, **how)
+        app = "https://foxglove.example"
+        other = Gateway(self, "--foxglove-origin", app)
+        self.foxglove(other, origin=app)
+        with self.assertRaises(Refused):
+            WebSocket(other.port, origin=app)  # could command
+
+        page = Beating(gateway.client(key=KEYS["command"]))
+        for protocol in (FOXGLOVE, "foxglove.sdk.v1"):
+            client, info = self.foxglove(gateway, protocol=protocol, **here)
+            self.assertEqual(info["capabilities"], [])
+            channel = self.advertised(client, "lss/status")["id"]
+        for text in ("", "{", "[]", '{"op":1}', '{"op":"advertise","channels":[]}', '{"op":"subscribe"}',
+                     '{"op":"subscribe","subscriptions":[{"id":-1,"channelId":1}]}',
+                     '{"type":"stop","id":1}', '{"op":"setParameters","parameters":[]}', '{"op":"unsubscribe","subscriptionIds":7}'):
+            client.send_bytes(text.encode())
+        self.assertEqual(client.why_closed(), "too many bad messages")
+        client, _ = self.foxglove(gateway, **here)
+        client.send_bytes(b"\x01\0\0\0\0{}", opcode=2)
+        self.assertEqual(client.why_closed(), "a message was too long, or no text")
+        only, _ = self.foxglove(gateway, path=here["path"] + "&vehicle=nobody-1")
+        only.send(op="subscribe", subscriptions=[{"id": 1, "channelId": channel}, {"id": 2, "channelId": 77777}])
+        only.send(op="nonsense")
+        self.assertEqual(only.wait_for(lambda m: m["op"] not in ("serverInfo", "advertise"))["level"], 2)
+
+        slow, _ = self.foxglove(gateway, receive_bytes=4096, **here)
+        first = self.advertised(slow, "lss/telemetry/zebro")["id"]
+        slow.send(op="subscribe", subscriptions=[{"id": i, "channelId": first + i} for i in range(4)])
+        longest_s, before_s = 0, time.monotonic()
+
+        def dropped():
+            nonlocal longest_s, before_s
+            seen = len(page.messages)
+            wait_until(lambda: len(page.messages) > seen, 20, "the page goes on")
+            longest_s, before_s = max(longest_s, time.monotonic() - before_s), time.monotonic()
+            return page.counters()["too_slow"] >= 1 and page.counters()["replaced"] >= 1
+
+        wait_until(dropped, 60, "who never reads is dropped, what it missed is counted")
+        print(f"longest pause of the page {longest_s * 1000:.0f} ms, gateway {page.counters()}")
+        self.assertLess(longest_s, 3)
+        self.assertTrue(page.threads[1].is_alive())
