@@ -227,6 +227,12 @@ std::uint32_t number(const nlohmann::json& value) {
   return value.get<std::uint32_t>();
 }
 
+const nlohmann::json& list(const nlohmann::json& all, const char* name) {
+  const nlohmann::json& value = all.at(name);
+  if (!value.is_array()) throw std::runtime_error(std::string(name) + " is a list");
+  return value;
+}
+
 }  // namespace
 
 tl::expected<Request, std::string> parse(std::string_view text) {
@@ -236,10 +242,11 @@ tl::expected<Request, std::string> parse(std::string_view text) {
     const std::string op = json.value("op", "");
     Request request;
     if (op == "subscribe") {
-      for (const auto& one : json.at("subscriptions"))
+      for (const auto& one : list(json, "subscriptions"))
         request.subscribe.push_back({number(one.at("id")), number(one.at("channelId"))});
     } else if (op == "unsubscribe") {
-      for (const auto& id : json.at("subscriptionIds")) request.unsubscribe.push_back(number(id));
+      for (const auto& id : list(json, "subscriptionIds"))
+        request.unsubscribe.push_back(number(id));
     } else {
       throw std::runtime_error("this connection only shows: subscribe and unsubscribe");
     }
