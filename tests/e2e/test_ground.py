@@ -474,6 +474,7 @@ class Ground(Recorded, Scenario):
         slow, _ = self.foxglove(gateway, receive_bytes=4096, **here)
         first = self.advertised(slow, "lss/telemetry/zebro")["id"]
         slow.send(op="subscribe", subscriptions=[{"id": i, "channelId": first + i} for i in range(4)])
+        wait_until(lambda: any(m["type"] == "pulse" for m in list(page.messages)), 20, "the first pulse")
         longest_s, before_s = 0, time.monotonic()
 
         def dropped():
