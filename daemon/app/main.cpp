@@ -25,6 +25,7 @@
 #include "daemon/config/config.h"
 #include "daemon/replay/replay_files.h"
 #include "daemon/runtime/clock.h"
+#include "daemon/runtime/program_check.h"
 #include "drivers/lockstep/wire.h"
 
 namespace {

@@ -16,6 +16,18 @@ from rig import HERE, TOOLS
 PAGE = os.path.dirname(os.path.dirname(os.environ.get("LSS_E2E_PLAYWRIGHT", "")))
 
 
+def foreign(test, program, *arguments):
+    """The lines that a program in JavaScript prints, which has the npm packages of the page."""
+    if shutil.which("node") is None or not os.path.exists(os.path.join(PAGE, "node_modules/@foxglove/rosmsg")):
+        test.skipTest("nothing is read by code of others: target lss-ground-page was not built")
+    # node looks for the packages from its working folder.
+    with open(os.path.join(HERE, program), encoding="utf-8") as text:
+        result = subprocess.run(["node", "--input-type=module", "-", *arguments], cwd=PAGE, stdin=text,
+                                timeout=60 * programs.patience, capture_output=True, text=True)
+    test.assertEqual(result.returncode, 0, result.stderr)
+    return result.stdout.splitlines()
+
+
 def same(ours, theirs):
     """The same values; they have characters as numbers or text, we have text up to its end."""
     if isinstance(ours, str):
@@ -54,14 +66,7 @@ class Recorded:
         return [json.loads(line) for line in lines]
 
     def assert_others_read_the_same(self):
-        if shutil.which("node") is None or not os.path.exists(os.path.join(PAGE, "node_modules/@foxglove/rosmsg")):
-            self.skipTest("the file is not read by others: target lss-ground-page was not built")
-        # node looks for the packages from its working folder.
-        with open(os.path.join(HERE, "decode.mjs"), encoding="utf-8") as program:
-            result = subprocess.run(["node", "--input-type=module", "-", self.recording], cwd=PAGE, stdin=program,
-                                    timeout=60 * programs.patience, capture_output=True, text=True)
-        self.assertEqual(result.returncode, 0, result.stderr)
-        *theirs, last = [json.loads(line) for line in result.stdout.splitlines()]
+        *theirs, last = [json.loads(line) for line in foreign(self, "decode.mjs", self.recording)]
         everything = self.shown()
         ours = [m for m in everything if not m["topic"].startswith("/")]
         end = last["end"]

@@ -8,9 +8,11 @@ import threading
 import time
 
 from programs import run, wait_until
+from recordings import Recorded, foreign
 from rig import BOOT_S, IDLE, OPERATIONAL, TOOLS, Scenario, read_text, real_time
 from ws import Closed, Refused, WebSocket
 
+FOXGLOVE = "foxglove.websocket.v1"
 KEYS = {"look": "look" * 8, "stop": "stop" * 8, "command": "command" * 4}
 
 
@@ -77,7 +79,7 @@ class Beating:
         self.alive = False
 
 
-class Ground(Scenario):
+class Ground(Recorded, Scenario):
     IN_LOCKSTEP = True
 
     def keyed(self):
@@ -379,3 +381,105 @@ class Ground(Scenario):
         self.assertLessEqual(after["frame"]["overruns"] - before["frame"]["overruns"], 2)
         self.assertTrue(page.threads[1].is_alive(), "a client that behaves stays connected")
         slow.close()
+
+    def foxglove(self, gateway, path="/", protocol=FOXGLOVE, **how):
+        client = WebSocket(gateway.port, protocol, path=path, **how)
+        self.addCleanup(client.close)
+        return client, client.wait_for(lambda m: m["op"] == "serverInfo")
+
+    def advertised(self, client, topic):
+        channels = client.wait_for(lambda m: m["op"] == "advertise" and m["channels"])["channels"]
+        return next(c for c in channels if c["topic"] == topic)
+
+    def test_a_client_of_foxglove_hears_what_a_recording_contains(self):
+        self.start_all()
+        gateway = Gateway(self)
+        recorder = self.record()
+        self.cli_ok("start")
+        heard = foreign(self, "hear.mjs", f"ws://127.0.0.1:{gateway.port}/", FOXGLOVE, "40")
+        recorder.process.send_signal(signal.SIGINT)
+        self.assertEqual(recorder.wait(20), 0)
+        lines = [json.loads(line) for line in heard]
+        self.assertEqual(lines[0]["server"]["capabilities"], [], "nothing can be sent")
+        channels = {line["channel"]["topic"]: line["channel"] for line in lines if "channel" in line}
+        self.assertEqual(set(channels), {"lss/telemetry/zebro", "lss/status", "lss/timing_statistics", "lss/event"})
+        fields = json.loads(channels["lss/telemetry/zebro"]["schema"])["properties"]
+        self.assertEqual(fields["modules"]["items"]["properties"]["position_rad"], {"type": "number", "description": "in rad"})
+        self.assertEqual(json.loads(channels["lss/status"]["schema"])["properties"]["state"]["oneOf"][1],
+                         {"title": "STATE_OPERATIONAL", "const": 1})
+
+        def number(data):
+            return next(data[name] for name in ("frame", "frame_index", "index", "until_ns") if name in data)
+
+        recorded = {(m["topic"], number(m["data"])): m["data"] for m in self.shown() if m["topic"] in channels}
+        same = dict.fromkeys(channels, 0)
+        for message in (line for line in lines if "data" in line):
+            data, topic = message["data"], message["topic"]
+            self.assertEqual(set(data), set(json.loads(channels[topic]["schema"])["properties"]))
+            other = recorded.get((topic, number(data)))
+            if other is not None:
+                self.assertEqual(data, other, topic)
+                same[topic] += 1
+        print(f"the same as in the recording: {same}")
+        self.assertGreater(same["lss/telemetry/zebro"], 20)
+        self.assertGreater(min(same.values()), 0)
+
+        status = self.status()
+        last = [line["data"] for line in lines if line.get("topic") == "lss/status"][-1]
+        self.assertEqual((last["vehicle"], last["version"]), ("zebro", status["version"]))
+        times = [line["log_ns"] for line in lines if line.get("topic") == "lss/telemetry/zebro"]
+        self.assertEqual(times, sorted(times))
+        self.assertLess(abs(times[-1] - status["utc_ns"]), 60e9, "log time is that of the sample, in UTC")
+
+    def test_who_looks_by_foxglove_needs_the_same_key_and_delays_nobody(self):
+        self.start_all()
+        gateway = self.keyed()
+        here = {"path": f"/?key={KEYS['look']}"}
+        for how in ({"path": "/"}, {"path": "/?key=wrong"}, {"path": f"/?key={KEYS['look']}x"},
+                    {**here, "origin": "http://elsewhere.example"}, {**here, "host": "elsewhere.example"}):
+            with self.assertRaises(Refused, msg=str(how)):
+                WebSocket(gateway.port, FOXGLOVE, **how)
+        app = "https://foxglove.example"
+        other = Gateway(self, "--foxglove-origin", app)
+        self.foxglove(other, origin=app)
+        with self.assertRaises(Refused):
+            WebSocket(other.port, origin=app)  # could command
+
+        page = Beating(gateway.client(key=KEYS["command"]))
+        for protocol in (FOXGLOVE, "foxglove.sdk.v1"):
+            client, info = self.foxglove(gateway, protocol=protocol, **here)
+            self.assertEqual(info["capabilities"], [])
+            channel = self.advertised(client, "lss/status")["id"]
+        for text in ("", "{", "[]", '{"op":1}', '{"op":"advertise","channels":[]}', '{"op":"subscribe"}',
+                     '{"op":"subscribe","subscriptions":[{"id":-1,"channelId":1}]}',
+                     '{"type":"stop","id":1}', '{"op":"setParameters","parameters":[]}', '{"op":"unsubscribe","subscriptionIds":7}'):
+            client.send_bytes(text.encode())
+        self.assertEqual(client.why_closed(), "too many bad messages")
+        client, _ = self.foxglove(gateway, **here)
+        client.send_bytes(b"\x01\0\0\0\0{}", opcode=2)
+        self.assertEqual(client.why_closed(), "a message was too long, or no text")
+        only, _ = self.foxglove(gateway, path=here["path"] + "&vehicle=nobody-1")
+        only.send(op="subscribe", subscriptions=[{"id": 1, "channelId": channel}, {"id": 2, "channelId": 77777}])
+        only.send(op="nonsense")
+        come = [only.read() for _ in range(2)]
+        self.assertEqual((come[0], come[1]["op"], come[1]["level"]), ({"op": "advertise", "channels": []}, "status", 2))
+        only, _ = self.foxglove(gateway, path=here["path"] + "&vehicle=zebro-1")
+        self.advertised(only, "lss/status")
+
+        slow, _ = self.foxglove(gateway, receive_bytes=4096, **here)
+        first = self.advertised(slow, "lss/telemetry/zebro")["id"]
+        slow.send(op="subscribe", subscriptions=[{"id": i, "channelId": first + i} for i in range(4)])
+        wait_until(lambda: any(m["type"] == "pulse" for m in list(page.messages)), 20, "the first pulse")
+        longest_s, before_s = 0, time.monotonic()
+
+        def dropped():
+            nonlocal longest_s, before_s
+            seen = len(page.messages)
+            wait_until(lambda: len(page.messages) > seen, 20, "the page goes on")
+            longest_s, before_s = max(longest_s, time.monotonic() - before_s), time.monotonic()
+            return page.counters()["too_slow"] >= 1 and page.counters()["replaced"] >= 1
+
+        wait_until(dropped, 60, "who never reads is dropped, what it missed is counted")
+        print(f"longest pause of the page {longest_s * 1000:.0f} ms, gateway {page.counters()}")
+        self.assertLess(longest_s, 3)
+        self.assertTrue(page.threads[1].is_alive())

@@ -20,7 +20,7 @@ class Closed(Exception):
 
 class WebSocket:
     def __init__(self, port, protocol="lss-ground", origin=None, host=None, receive_bytes=None, tls=None,
-                 address="127.0.0.1"):
+                 address="127.0.0.1", path="/"):
         """tls: the ssl.SSLContext of a client, for wss."""
         self.socket = socket.socket()
         if receive_bytes:  # a client that stops reading fills little
@@ -31,7 +31,7 @@ class WebSocket:
             self.socket = tls.wrap_socket(self.socket, server_hostname=address)
         self.buffer = b""
         host = host or f"{address}:{port}"
-        lines = ["GET / HTTP/1.1", f"Host: {host}", "Upgrade: websocket", "Connection: Upgrade",
+        lines = [f"GET {path} HTTP/1.1", f"Host: {host}", "Upgrade: websocket", "Connection: Upgrade",
                  f"Sec-WebSocket-Key: {base64.b64encode(os.urandom(16)).decode()}", "Sec-WebSocket-Version: 13",
                  f"Sec-WebSocket-Protocol: {protocol}"]
         if origin:

@@ -100,7 +100,11 @@ class ClientRegistryTest : public testing::Test {
     for (auto& [client, messages] : said_) {
       while (!client->outbox.empty()) {
         const FramePtr frame = client->outbox.pop(Clock::now());
-        messages.push_back(json::parse(frame->text(), frame->text() + frame->size()));
+        if (frame->binary()) {
+          ++samples_;
+        } else {
+          messages.push_back(json::parse(frame->text(), frame->text() + frame->size()));
+        }
       }
     }
   }
@@ -156,6 +160,7 @@ class ClientRegistryTest : public testing::Test {
   std::unique_ptr<ClientRegistry> registry_ =
       std::make_unique<ClientRegistry>(*fleet_, door_, 2000);
   std::map<Client*, std::vector<json>> said_;
+  std::size_t samples_ = 0;  // of Foxglove
 };
 
 std::string dictionary_of(const char* command) {
@@ -200,6 +205,47 @@ TEST_F(ClientRegistryTest, AVehicleThatIsNotOnTheRosterIsCommandedByItsDictionar
   }));
   ASSERT_TRUE(until([&] { return !phases(page).empty(); }));
   EXPECT_THAT(phases(page), ElementsAre("unanswered, final"));
+}
+
+TEST_F(ClientRegistryTest, FoxgloveHearsOfVehiclesThatComeAndGo) {
+  Talker daemon(domain_);
+  Client& viewer = registry_->enter(
+      Client::Line::foxglove, [] {}, [] {});
+  said_[&viewer];
+  registry_->show(viewer, "");
+  const auto last = [&](const char* op) {
+    for (auto m = said_[&viewer].rbegin(); m != said_[&viewer].rend(); ++m) {
+      if (m->at("op") == op) return *m;
+    }
+    return json::object();
+  };
+  const auto channels = [&] {
+    std::vector<json> ids;
+    const json all = last("advertise").value("channels", json::array());
+    for (const json& c : all) ids.push_back(c["id"]);
+    return ids;
+  };
+  const auto says_until = [&](const std::function<bool()>& condition) {
+    return until([&] {
+      daemon.say("hover-1", {}, "hover");
+      return condition();
+    });
+  };
+  daemon.describe("hover-1", dictionary_of("hover"));
+  ASSERT_TRUE(says_until([&] { return !channels().empty(); }));
+  const std::vector<json> first = channels();
+  EXPECT_THAT(first, SizeIs(3)) << "without telemetry";
+  EXPECT_EQ(last("advertise")["channels"][0]["topic"], "lss/status");
+  const json wanted = {{"op", "subscribe"},
+                       {"subscriptions", {{{"id", 7}, {"channelId", first[0]}}}}};
+  registry_->receive(viewer, wanted.dump());
+  ASSERT_TRUE(says_until([&] { return samples_ > 1; }));
+
+  daemon.describe("hover-1", dictionary_of("climb"));  // of another daemon
+  ASSERT_TRUE(says_until([&] { return channels() != first; }));
+  EXPECT_EQ(last("unadvertise")["channelIds"], json(first));
+  EXPECT_THAT(viewer.subscriptions, IsEmpty());
+  EXPECT_GT(channels()[0], first[2]) << "ids are not used again";
 }
 
 TEST_F(ClientRegistryTest, AnAnswerIsWaitedForInSimulatedTimeWhereThereIsOne) {

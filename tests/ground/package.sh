@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# package.sh CPACK CONFIG PAGE: the package lss-ground has the program, its unit, its man page and the page with all that it
-# names. Skipped (77) where the page was not built.
+# package.sh CPACK CONFIG PAGE: the package lss-ground has the program, its unit, its man page, layouts and the page with all
+# that it names. Skipped (77) where the page was not built.
 set -euo pipefail
 [ -e "$3/index.html" ] || { echo "the page was not built"; exit 77; }
 folder=$(mktemp -d)
@@ -8,7 +8,7 @@ trap 'rm -rf "$folder"' EXIT
 "$1" --config "$2" -B "$folder" -D CPACK_COMPONENTS_ALL=ground
 dpkg-deb -x "$folder"/lss-ground_*.deb "$folder/tree"
 cd "$folder/tree/usr"
-for file in bin/lss-ground lib/systemd/system/lss-ground.service share/man/man8/lss-ground.8 share/lssd/ground/index.html; do
+for file in bin/lss-ground share/lssd/foxglove/zebro.json lib/systemd/system/lss-ground.service share/man/man8/lss-ground.8 share/lssd/ground/index.html; do
   [ -s "$file" ] || { echo "the package has no $file"; exit 1; }
 done
 named=$(grep -oE '(src|href)="\./[^"]+' share/lssd/ground/index.html | sed 's/.*"\.\///')

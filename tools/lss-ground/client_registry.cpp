@@ -50,7 +50,10 @@ Invocation read(const Craft& craft, const Order& order) {
 }  // namespace
 
 ClientRegistry::ClientRegistry(Fleet& fleet, const Door& door, std::uint32_t lease_ms)
-    : fleet_(fleet), door_(door), lease_ms_(lease_ms) {
+    : fleet_(fleet),
+      door_(door),
+      lease_ms_(lease_ms),
+      session_(std::to_string(std::chrono::system_clock::now().time_since_epoch().count())) {
   fleet_.listen({
       .status = [this](Craft& craft) { heard_status(craft); },
       .event =
@@ -59,6 +62,7 @@ ClientRegistry::ClientRegistry(Fleet& fleet, const Door& door, std::uint32_t lea
             document["type"] = "event";
             document["id"] = craft.id;
             tell_everybody("", document);
+            show_event(craft, event);
           },
       .timing =
           [this](Craft& craft) {
@@ -66,6 +70,7 @@ ClientRegistry::ClientRegistry(Fleet& fleet, const Door& door, std::uint32_t lea
             document["type"] = "timing";
             document["id"] = craft.id;
             tell_everybody("timing " + craft.id, document);
+            show_timing(craft);
           },
       .parameters =
           [this](Craft& craft) { tell_everybody("parameters " + craft.id, parameters(craft)); },
@@ -75,11 +80,12 @@ ClientRegistry::ClientRegistry(Fleet& fleet, const Door& door, std::uint32_t lea
                            {{"type", "telemetry"},
                             {"id", craft.id},
                             {"telemetry", craft.kind->json(craft.sample())}});
+            show_telemetry(craft);
           },
       .ack = [this](const lss_CommandAck& ack) { heard_ack(ack); },
       .gone =
           [this](const std::string& id) {
-            described_.erase(id);
+            if (described_.erase(id) > 0) hide_vehicle(id);
             tell_everybody("", {{"type", "gone"}, {"id", id}});
           },
       .driven =
@@ -106,7 +112,7 @@ Client& ClientRegistry::enter(Client::Line line, std::function<void()> wake,
 // Nothing more is sent for it: neither its remaining commands nor a heartbeat. The lease brings its
 // vehicle to a safe stop. An emergency stop continues.
 void ClientRegistry::leave(Client& client) {
-  counters_.replaced += client.outbox.replaced();
+  counters_.replaced += client.outbox.replaced() + client.lost;
   std::erase_if(jobs_, [&](const Job& job) { return job.client == client.number; });
   clients_.erase(client.number);
 }
@@ -139,7 +145,11 @@ std::vector<Client*> ClientRegistry::doomed() {
 
 void ClientRegistry::bad(Client& client, const std::string& why) {
   ++counters_.bad_messages;
-  tell(client, {{"type", "bad"}, {"text", why}});
+  if (client.line == Client::Line::foxglove) {
+    tell(client, foxglove::status(foxglove::Level::error, why));
+  } else {
+    tell(client, {{"type", "bad"}, {"text", why}});
+  }
   if (++client.bad >= kMostBad) doom(client, "too many bad messages");
 }
 
@@ -165,6 +175,7 @@ void ClientRegistry::receive(Client& client, std::string_view text) {
     ++counters_.too_fast;
     return doom(client, "too many messages a second");
   }
+  if (client.line == Client::Line::foxglove) return receive_foxglove(client, text);
   const tl::expected<Message, std::string> message = parse_message(text);
   if (!message) return bad(client, message.error());
   if (client.role == Role::none && !std::holds_alternative<Hello>(*message))
@@ -337,6 +348,7 @@ void ClientRegistry::tick() {
   if (now >= next_pulse_) {
     next_pulse_ = now + kPulse;
     tell_pulse();
+    tell_lost();
   }
   if (now >= next_forget_) {
     next_forget_ = now + kForget;

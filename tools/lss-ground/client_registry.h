@@ -21,6 +21,7 @@
 #include "tools/lss-cli/session/wire.h"
 #include "tools/lss-ground/access.h"
 #include "tools/lss-ground/fleet.h"
+#include "tools/lss-ground/foxglove.h"
 #include "tools/lss-ground/message.h"
 #include "tools/lss-ground/outbox.h"
 
@@ -45,7 +46,7 @@ struct Counters {
 
 // One connection.
 struct Client {
-  enum class Line : std::uint8_t { data, stop };  // one of the two connections
+  enum class Line : std::uint8_t { data, stop, foxglove };  // what the connection is for
 
   std::uint64_t number = 0;
   Line line = Line::data;
@@ -62,6 +63,10 @@ struct Client {
   bool doomed = false;            // to be closed, with the reason
   std::string why;
   Clock::time_point doomed_at{};
+  // Of foxglove:
+  std::string only;                                      // the vehicle to show; empty: all
+  std::map<std::uint32_t, std::uint32_t> subscriptions;  // by channel
+  std::uint64_t lost = 0, told_lost = 0;                 // samples
 };
 
 class ClientRegistry {
@@ -71,6 +76,9 @@ class ClientRegistry {
   Client& enter(Client::Line line, std::function<void()> wake, std::function<void()> hang_up);
   void leave(Client& client);
   void refused() { ++counters_.refused; }
+  // Of foxglove, before and after the connection is made.
+  bool may_look(std::string_view key);
+  void show(Client& client, std::string only);
   std::size_t clients(Client::Line line) const;
 
   // A whole message. The client may be marked for closing afterwards.
@@ -140,6 +148,17 @@ class ClientRegistry {
   nlohmann::json describe(const Craft& craft) const;
   nlohmann::json status(const Craft& craft) const;
   nlohmann::json parameters(const Craft& craft) const;
+  void receive_foxglove(Client& client, std::string_view text);
+  void show_vehicle(const Craft& craft);
+  void hide_vehicle(const std::string& id);
+  void show_status(const Craft& craft);
+  void show_event(const Craft& craft, const lss_Event& event);
+  void show_timing(const Craft& craft);
+  void show_telemetry(const Craft& craft);
+  void show_sample(const Craft& craft, foxglove::Kind kind, const void* sample, std::uint64_t utc);
+  void show_sample(Client& client, const Craft& craft, foxglove::Kind kind, FramePtr sample);
+  void show_stored(Client& client, const Craft& craft, foxglove::Kind kind, std::uint32_t id);
+  void tell_lost();
   void tell_pulse();
   void give_up();
   Client* client_of(std::uint64_t number);
@@ -154,6 +173,8 @@ class ClientRegistry {
   std::list<Emergency> emergencies_;
   cli::Sequence sequence_;           // shared by all sources, so it increases for each
   std::set<std::string> described_;  // vehicles that all clients know
+  foxglove::Channels channels_;      // of these
+  std::string session_;              // for Foxglove
   Clock::time_point next_pulse_{}, next_forget_{};
 };
 

@@ -116,6 +116,7 @@ void ClientRegistry::tell_everything(Client& client) {
 
 void ClientRegistry::heard_status(Craft& craft) {
   if (described_.insert(craft.id).second) {
+    show_vehicle(craft);
     tell_everybody("", describe(craft));
     if (craft.parameters.count > 0) tell_everybody("parameters " + craft.id, parameters(craft));
     for (const lss_Event& event : craft.events) {
@@ -126,6 +127,7 @@ void ClientRegistry::heard_status(Craft& craft) {
     }
   }
   tell_everybody("status " + craft.id, status(craft));
+  show_status(craft);
   // A page that reconnects in time continues. A heartbeat from a page without authority has no
   // effect.
   const std::string_view holder = cli::text(craft.status.authority);
@@ -161,7 +163,7 @@ void ClientRegistry::tell_pulse() {
                          {"commands", counters_.commands},
                          {"stops", counters_.stops}};
   for (auto& [number, client] : clients_) {
-    if (client.role == Role::none) continue;
+    if (client.role == Role::none || client.line == Client::Line::foxglove) continue;
     json document = {{"type", "pulse"}, {"beat", client.beat}};
     if (client.line == Client::Line::data) {
       document["crafts"] = crafts;

@@ -59,11 +59,14 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--page", options.server.page, "folder of the page that was built");
   app.add_option("--origin", options.server.origins,
                  "page that may connect besides our own, of a proxy: https://ground.example");
+  app.add_option("--foxglove-origin", options.server.foxglove_origins,
+                 "of a Foxglove that may connect, to look only: https://app.foxglove.dev");
   app.add_option("--lease-ms", options.lease_ms,
                  "a vehicle stops safely this long after the last heartbeat of the page")
       ->check(CLI::Range(500, 60000))
       ->capture_default_str();
-  app.add_option("--clients", options.server.clients, "connections at a time; as many to stop by")
+  app.add_option("--clients", options.server.clients,
+                 "connections at a time; as many to stop by, and of Foxglove")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
 }

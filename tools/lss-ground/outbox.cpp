@@ -5,7 +5,7 @@
 
 namespace lss::ground {
 
-Frame::Frame(std::string_view text) : bytes_(kRoom + text.size()) {
+Frame::Frame(std::string_view text, bool binary) : bytes_(kRoom + text.size()), binary_(binary) {
   std::memcpy(bytes_.data() + kRoom, text.data(), text.size());
 }
 

@@ -16,17 +16,19 @@ namespace lss::ground {
 
 using Clock = std::chrono::steady_clock;
 
-// A text, with space before it for the frame header that the server writes in place; shared between
-// clients.
+// A text or bytes, with space before them for the frame header that the server writes in place;
+// shared between clients.
 class Frame {
  public:
-  explicit Frame(std::string_view text);
+  explicit Frame(std::string_view text, bool binary = false);
   unsigned char* text() { return bytes_.data() + kRoom; }
   std::size_t size() const { return bytes_.size() - kRoom; }
+  bool binary() const { return binary_; }
 
  private:
   static constexpr std::size_t kRoom = 32;  // of which the server needs LWS_PRE
   std::vector<unsigned char> bytes_;
+  bool binary_;
 };
 using FramePtr = std::shared_ptr<Frame>;
 

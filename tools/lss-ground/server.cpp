@@ -15,6 +15,8 @@ namespace {
 
 constexpr const char* kDataProtocol = "lss-ground";
 constexpr const char* kStopProtocol = "lss-stop";
+// Two names of one protocol; newer versions of Foxglove ask for the second.
+constexpr const char *kFoxglove = "foxglove.websocket.v1", *kFoxgloveSdk = "foxglove.sdk.v1";
 constexpr std::size_t kReceive = 4096;    // a longer message comes in pieces
 constexpr std::size_t kSend = 64 * 1024;  // handed to the kernel at a time
 constexpr int kKernelBuffer = 64 * 1024;
@@ -38,6 +40,19 @@ std::string header(lws* wsi, lws_token_indexes which) {
   return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "";
 }
 
+// Of the address; empty: there is none.
+std::string argument(lws* wsi, const char* name) {
+  std::array<char, 512> text{};
+  const char* value = lws_get_urlarg_by_name(wsi, name, text.data(), static_cast<int>(text.size()));
+  return value != nullptr ? value : "";
+}
+
+Client::Line line_of(const lws_protocols* protocol) {
+  const std::string_view name = protocol != nullptr ? protocol->name : "";
+  if (name == kStopProtocol) return Client::Line::stop;
+  return name == kFoxglove || name == kFoxgloveSdk ? Client::Line::foxglove : Client::Line::data;
+}
+
 }  // namespace
 
 struct Server::Impl {
@@ -55,7 +70,7 @@ struct Server::Impl {
 
   lws_http_mount mount{};
   lws_retry_bo_t keep_alive{};
-  std::array<lws_protocols, 4> protocols{};
+  std::array<lws_protocols, 6> protocols{};
 
   int on_http(lws* wsi, lws_callback_reasons reason, void* user, void* in, std::size_t size);
   int on_socket(lws* wsi, lws_callback_reasons reason, Connection& connection, const char* in,
@@ -81,7 +96,8 @@ int Server::Impl::on_http(lws* wsi, lws_callback_reasons reason, void* user, voi
                           std::size_t size) {
   switch (reason) {
     case LWS_CALLBACK_FILTER_NETWORK_CONNECTION:
-      if (registry != nullptr && sockets >= options.clients + options.stops + kHttpConnections) {
+      if (registry != nullptr &&
+          sockets >= 2 * options.clients + options.stops + kHttpConnections) {
         registry->refused();
         return 1;
       }
@@ -110,22 +126,22 @@ bool Server::Impl::may_enter(lws* wsi, Client::Line line) const {
   const std::string origin = header(wsi, WSI_TOKEN_ORIGIN);
   const std::string host = header(wsi, WSI_TOKEN_HOST);
   const bool tls = !options.certificate.empty();
-  if (!good_origin(origin, host, options.listen.loopback(), tls, options.origins)) return false;
+  const auto& more = line == Client::Line::foxglove ? options.foxglove_origins : options.origins;
+  if (!good_origin(origin, host, options.listen.loopback(), tls, more)) return false;
   const std::size_t most = line == Client::Line::stop ? options.stops : options.clients;
   return registry->clients(line) < most;
 }
 
 int Server::Impl::on_socket(lws* wsi, lws_callback_reasons reason, Connection& connection,
                             const char* in, std::size_t size) {
-  const lws_protocols* protocol = lws_get_protocol(wsi);
-  const bool stops = protocol != nullptr && std::string_view(protocol->name) == kStopProtocol;
-  const Client::Line line = stops ? Client::Line::stop : Client::Line::data;
+  const Client::Line line = line_of(lws_get_protocol(wsi));
   switch (reason) {
     case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
       if (registry == nullptr || !may_enter(wsi, line)) {
         if (registry != nullptr) registry->refused();
         return 1;
       }
+      if (line == Client::Line::foxglove && !registry->may_look(argument(wsi, "key="))) return 1;
       return 0;
     case LWS_CALLBACK_ESTABLISHED: {
       // Data in the kernel's buffer would be sent late: the outbox keeps only the newest instead.
@@ -135,6 +151,8 @@ int Server::Impl::on_socket(lws* wsi, lws_callback_reasons reason, Connection& c
       connection.client = &registry->enter(
           line, [wsi] { lws_callback_on_writable(wsi); },
           [wsi] { lws_set_timeout(wsi, PENDING_TIMEOUT_USER_OK, LWS_TO_KILL_ASYNC); });
+      if (line == Client::Line::foxglove)
+        registry->show(*connection.client, argument(wsi, "vehicle="));
       return 0;
     }
     case LWS_CALLBACK_CLOSED:
@@ -174,7 +192,8 @@ int Server::Impl::send(lws* wsi, Connection& connection) {
   }
   if (client.outbox.empty()) return 0;
   const FramePtr frame = client.outbox.pop(Clock::now());
-  if (lws_write(wsi, frame->text(), frame->size(), LWS_WRITE_TEXT) < 0) return -1;
+  const lws_write_protocol how = frame->binary() ? LWS_WRITE_BINARY : LWS_WRITE_TEXT;
+  if (lws_write(wsi, frame->text(), frame->size(), how) < 0) return -1;
   if (!client.outbox.empty()) lws_callback_on_writable(wsi);
   return 0;
 }
@@ -199,13 +218,15 @@ tl::expected<std::unique_ptr<Server>, std::string> Server::create(const ServerOp
   lws_set_log_level(LLL_ERR, nullptr);
   auto impl = std::make_unique<Impl>();
   impl->options = options;
+  impl->options.foxglove_origins.insert(impl->options.foxglove_origins.end(),
+                                        options.origins.begin(), options.origins.end());
   impl->timer.impl = impl.get();
 
   lws_protocols& http = impl->protocols[0];
   http.name = "http";
   http.callback = Impl::http;
   std::size_t next = 1;
-  for (const char* name : {kDataProtocol, kStopProtocol}) {
+  for (const char* name : {kDataProtocol, kStopProtocol, kFoxglove, kFoxgloveSdk}) {
     lws_protocols& protocol = impl->protocols[next++];
     protocol.name = name;
     protocol.callback = Impl::socket;

@@ -23,8 +23,10 @@ struct ServerOptions {
   std::string page;                  // folder; empty: none was built
   std::string certificate, key;      // of TLS; empty: none
   std::vector<std::string> origins;  // that may connect, in addition to the page's own
-  std::size_t clients = 64;          // connections for looking and commanding
-  std::size_t stops = 64;            // reserved for stops: viewers cannot use them
+  std::vector<std::string>
+      foxglove_origins;      // that may connect as Foxglove, in addition to all these
+  std::size_t clients = 64;  // connections for looking and commanding; as many of Foxglove
+  std::size_t stops = 64;    // reserved for stops: viewers cannot use them
 };
 
 class Server {

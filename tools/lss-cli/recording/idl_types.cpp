@@ -10,23 +10,6 @@
 #include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli::recording {
-namespace {
-
-constexpr std::size_t kEncapsulation = 4;
-constexpr std::byte kLittleEndianCdr{1};
-
-struct Primitive {
-  const char* name;
-  Kind kind;
-};
-constexpr Primitive kPrimitives[] = {
-    {"boolean", Kind::boolean}, {"octet", Kind::octet},
-    {"uint8", Kind::octet},     {"char", Kind::character},
-    {"short", Kind::int16},     {"unsigned short", Kind::uint16},
-    {"long", Kind::int32},      {"unsigned long", Kind::uint32},
-    {"long long", Kind::int64}, {"unsigned long long", Kind::uint64},
-    {"float", Kind::float32},   {"double", Kind::float64},
-};
 
 std::size_t size_of(Kind kind) {
   switch (kind) {
@@ -46,6 +29,24 @@ std::size_t size_of(Kind kind) {
   }
   return 0;
 }
+
+namespace {
+
+constexpr std::size_t kEncapsulation = 4;
+constexpr std::byte kLittleEndianCdr{1};
+
+struct Primitive {
+  const char* name;
+  Kind kind;
+};
+constexpr Primitive kPrimitives[] = {
+    {"boolean", Kind::boolean}, {"octet", Kind::octet},
+    {"uint8", Kind::octet},     {"char", Kind::character},
+    {"short", Kind::int16},     {"unsigned short", Kind::uint16},
+    {"long", Kind::int32},      {"unsigned long", Kind::uint32},
+    {"long long", Kind::int64}, {"unsigned long long", Kind::uint64},
+    {"float", Kind::float32},   {"double", Kind::float64},
+};
 
 bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
 

@@ -34,6 +34,8 @@ enum class Kind : std::uint8_t {
   structure,
 };
 
+std::size_t size_of(Kind kind);  // bytes; 0: of a structure
+
 struct Type;
 
 struct Member {
