@@ -59,6 +59,12 @@ std::optional<std::string> too_much(std::string_view text) {
   return std::nullopt;
 }
 
+std::string one_line(std::string error) {
+  std::ranges::replace_if(
+      error, [](unsigned char c) { return c < ' ' || c == 0x7F; }, ' ');
+  return error;
+}
+
 tl::expected<std::string, std::string> read_document(const std::filesystem::path& file) {
   std::error_code trouble;
   if (!std::filesystem::is_regular_file(file, trouble))

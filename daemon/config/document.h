@@ -24,6 +24,10 @@ inline constexpr std::size_t kGuess = 64;     // characters of a word for which 
 // Why the text must not be parsed; nothing when it can be.
 std::optional<std::string> too_much(std::string_view text);
 
+// An error in one line, which no byte of the file that it quotes can break or make a command of a
+// terminal: control characters become blanks.
+std::string one_line(std::string error);
+
 // The text of a file when it can be parsed; an error is a sentence without the file's name.
 tl::expected<std::string, std::string> read_document(const std::filesystem::path& file);
 

@@ -92,7 +92,7 @@ void Errors::add(const std::string& file, const toml::source_region& where,
                  const std::string& sentence) {
   // The parser gives an empty document no position; its errors belong to the first line.
   const toml::source_position at = where.begin ? where.begin : toml::source_position{1, 1};
-  lines_.push_back({at, fmt::format("{}:{}:{}: {}", file, at.line, at.column, sentence)});
+  lines_.push_back({at, fmt::format("{}:{}:{}: {}", file, at.line, at.column, one_line(sentence))});
 }
 
 std::string Errors::text() const {

@@ -246,6 +246,9 @@ TEST(Config, WhatIsNotTomlIsAnErrorWithItsLine) {
   const std::string twice = errors_of(minimal("[frame]\nperiod_ms = 1\nperiod_ms = 2\n"));
   EXPECT_TRUE(twice.starts_with(":7:")) << twice;
   EXPECT_NE(errors_of(std::string("\0\xff\xfe", 3)), "");
+  // What it quotes of the file breaks no line.
+  const std::string cut = errors_of("vehicle = t\nrue\n'\x1b[2J\x1b' = 1\n");
+  EXPECT_EQ(cut.find_first_of("\n\x1b\t"), cut.size() - 1) << cut;
 }
 
 TEST(Config, AnEmptyFileSaysWhatIsMissing) {

@@ -56,7 +56,7 @@ tl::expected<config::Config, std::string> read_config(const std::filesystem::pat
     const toml::source_position at =
         fault.source().begin ? fault.source().begin : toml::source_position{1, 1};
     return tl::unexpected(fmt::format("{}:{}:{}: not TOML: {}", file.string(), at.line, at.column,
-                                      fault.description()));
+                                      config::one_line(std::string(fault.description()))));
   }
 }
 
