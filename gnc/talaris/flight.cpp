@@ -133,7 +133,12 @@ void Flight::enter(Phase phase) noexcept {
   if (down && by_fans()) below_s_ = -ground_due_s();
 }
 
-FlightOutput Flight::step(const FlightInputs& inputs) noexcept {
+FlightOutput Flight::step(const FlightInputs& measured) noexcept {
+  FlightInputs inputs = measured;
+  for (double& rpm :
+       inputs.rpm) {  // a speed that no fan reaches, whose square may be infinite, is none
+    if (!(std::abs(rpm) <= 2 * parameters_.fans.max_rpm)) rpm = kNaN;
+  }
   FlightOutput out;
   gas_.pressure(inputs.tank_kPa);
   if (active()) {
