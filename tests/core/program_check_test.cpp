@@ -42,6 +42,9 @@ struct Virtual {
 
 TEST(ProgramCheck, LooksAtTheCodeConstantsAndVirtualFunctionsOfThisProgram) {
   ProgramCheck check;
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "the address sanitizer allows nobody to read between two constants";
+#endif
   EXPECT_TRUE(differences(check).empty());
   EXPECT_TRUE(differences(check).empty());
   static const char kConstant[] = "a constant";
