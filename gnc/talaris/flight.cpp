@@ -135,8 +135,8 @@ void Flight::enter(Phase phase) noexcept {
 
 FlightOutput Flight::step(const FlightInputs& measured) noexcept {
   FlightInputs inputs = measured;
-  for (double& rpm :
-       inputs.rpm) {  // a speed that no fan reaches, whose square may be infinite, is none
+  // A speed that no fan reaches, whose square may be infinite, is none.
+  for (double& rpm : inputs.rpm) {
     if (!(std::abs(rpm) <= 2 * parameters_.fans.max_rpm)) rpm = kNaN;
   }
   FlightOutput out;

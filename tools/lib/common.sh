@@ -95,11 +95,11 @@ install_missing() {
   quietly "$logs/apt.log" "apt-get install, again" "${install[@]}" || fail_with "$logs/apt.log"
 }
 
-# The page needs npm and esbuild. An npm from any source is accepted, because a foreign one conflicts with Debian's package. Prints
-# a message and fails when they cannot be installed.
+# The page needs npm and esbuild. An npm from any source is accepted, because a foreign one conflicts with Debian's package.
+# Prints a message and fails when they cannot be installed.
 have_npm() {
-  { command -v npm && command -v esbuild; } > /dev/null || (install_missing web) && return
-  say "npm or esbuild is not there and cannot be installed: the page of lss-ground is not built, recordings are not read by others"
+  { command -v npm > /dev/null || (install_missing web); } && (install_missing page) && return
+  say "npm or esbuild cannot be installed: the page of lss-ground is not built, recordings are not read by others"
   return 1
 }
 

@@ -7,7 +7,7 @@ mkdir -p "$1" "$2"
 work=$(cd "$1" && pwd) out=$(cd "$2" && pwd)
 for program in npm esbuild; do
   command -v $program > /dev/null && continue
-  echo "$program is missing: the page needs nodejs, npm and esbuild (tools/packages.txt, group web)" >&2
+  echo "$program is missing: the page needs nodejs, npm and esbuild (tools/packages.txt, groups web and page)" >&2
   exit 1
 done
 
