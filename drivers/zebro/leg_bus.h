@@ -31,7 +31,7 @@ struct LegBusParameters {
   TimeNs period_ns = 20 * kMillisecond;  // of the bus cycle; what does not fit waits for the next
   // From the end of the request on the wire; half duplex waits for it.
   TimeNs reply_timeout_ns = 5 * kMillisecond;
-  int resend_limit = 3;
+  int resend_limit = 5;
   // Orders older than this: the bus stops everything by itself.
   TimeNs stale_after_ns = 100 * kMillisecond;
   std::array<std::uint8_t, kBusModules> address = {1, 2, 3, 4, 5, 6, 7};

@@ -20,6 +20,18 @@ gnc::zebro::WalkRequest walk_request(const auto& walk) noexcept {
           .speed = static_cast<gnc::zebro::Speed>(walk.speed)};
 }
 
+// Noise whose check fits changes one status alone. Flag 7 is in one alone, too: the other one shows
+// the reset by a motor that is off, and by no calibration, unless it restarted at its sensor.
+void believe(Module& module, std::uint16_t flags) noexcept {
+  const auto both = static_cast<std::uint16_t>(flags & module.reported);
+  const auto any = static_cast<std::uint16_t>(flags | module.reported);
+  module.believed = static_cast<std::uint16_t>((module.believed & any) | both);
+  const bool calibrated = (any & kFlagCalibrated) != 0 && (any & kFlagHallSensor) == 0;
+  const bool reset = (any & kFlagReset) != 0 && (any & kFlagMotionControl) == 0 && !calibrated;
+  module.reset |= reset;
+  module.reported = reset ? static_cast<std::uint16_t>(flags & ~kFlagReset) : flags;  // shown once
+}
+
 }  // namespace
 
 Vehicle::Vehicle(const Parameters& parameters) noexcept
@@ -60,8 +72,7 @@ void Vehicle::take(const ModuleReply& reply) noexcept {
         module.status.position_rad = before.position_rad;
         module.status.velocity_rad_s = before.velocity_rad_s;
       }
-      module.reset |= (status.flags & kFlagReset) != 0;
-      if (module.reset) module.status.flags |= kFlagReset;
+      believe(module, status.flags);
       module.status_ns = reply.time_ns;
       break;
     }

@@ -37,8 +37,10 @@ struct Module {
   TimeNs status_ns = 0;      // of the last status
   TimeNs over_limit_ns = 0;  // since when the current is above the software limit; 0: it is not
   bool hot = false;
-  bool greeted = false;  // a status was received
-  bool reset = false;    // in any status of the frame
+  std::uint16_t reported = 0;  // flags of the last status
+  std::uint16_t believed = 0;  // each as in the last two statuses that agree
+  bool greeted = false;        // a status was received
+  bool reset = false;          // shown by two statuses, in this frame
 };
 
 class Vehicle final : public Actor, private SolveTarget {

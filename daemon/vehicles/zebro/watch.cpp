@@ -116,12 +116,16 @@ void Vehicle::watch_reports(std::size_t i, Supervisor& s) noexcept {
   kit::blame(fault_of(finding), i, s);
 }
 
-// Reports of a module's own flags, once per change.
+// Reports of a module's own flags, once per change that two statuses show.
 void Vehicle::watch_flags(std::size_t i, Supervisor& s) noexcept {
-  const std::uint16_t flags = modules_[i].status.flags, before = flags_before_[i];
+  const auto reset_flag = modules_[i].reset ? kFlagReset : std::uint16_t{0};
+  const auto flags = static_cast<std::uint16_t>((modules_[i].believed & ~kFlagReset) | reset_flag);
+  const std::uint16_t before = flags_before_[i];
   if (modules_[i].status_ns == 0) return;
   const bool first = !std::exchange(modules_[i].greeted, true);  // every module was reset before
-  if (flags == before) return;
+  // Which of a motor that is off, its reason and a reset came first shows when all of them last.
+  constexpr std::uint16_t kTogether = kFlagMotionControl | kFlagCalibrated | kStopFlags;
+  if (flags == before || ((flags ^ modules_[i].reported) & kTogether) != 0) return;
   flags_before_[i] = flags;
   // Whether its motor may be on: only then is a stop by itself a fault.
   const bool driven = i == kPanel ? (s.controller().flags & kPanelMoving) != 0

@@ -20,6 +20,8 @@ constexpr double kFrame_s = 0.020;
 constexpr double kSilent_s = 0.500 + 0.005 + kFrame_s;
 // A module's report is in the next bus cycle, and then in the next frame.
 constexpr double kReported_s = 2 * kFrame_s + 0.003;
+// A flag of a status, which a second one has to confirm; that may miss its frame.
+constexpr double kFlagged_s = kReported_s + 2 * kFrame_s;
 constexpr double kLostReply_s = kFrame_s;  // the next cycle asks again
 
 // Between two movements, until the order for the next one has come.
@@ -34,7 +36,7 @@ constexpr const char* kBySleep =
 
 constexpr const char* kBySilence = "`module_silent_ms`, and a frame";
 constexpr const char* kByStop =
-    "60 ms at standstill between two movements, 30 ms in the module, a bus cycle, a frame";
+    "60 ms at standstill between two movements, 30 ms in the module, two bus cycles, two frames";
 constexpr const char* kByLimit =
     "the same, and twice `current_time_ms`, which begins again after a pause";
 
@@ -54,23 +56,23 @@ constexpr FaultCase stops(const char* fault, Lasting lasting, FaultId id, double
 constexpr FaultCase kCases[] = {
     stops("module-dead:#", Lasting::isolated, FaultId::module_silent, kSilent_s, kBySilence, {},
           Hides::module),
-    stops("module-reset:#", Lasting::idle, FaultId::module_reset, 0.300 + kReported_s,
-          "300 ms at most to restart, a bus cycle, a frame", {}, Hides::module),
+    stops("module-reset:#", Lasting::idle, FaultId::module_reset, 0.300 + kFlagged_s,
+          "300 ms at most to restart, two bus cycles, two frames", {}, Hides::module),
     stops("leg-stuck:#", Lasting::isolated, FaultId::module_over_current,
-          kRest_s + kProtected_s + kReported_s, kByStop, {faults::current_limit}),
+          kRest_s + kProtected_s + kFlagged_s, kByStop, {faults::current_limit}),
     stops("over-current:#", Lasting::isolated, FaultId::module_over_current,
-          kRest_s + kProtected_s + kReported_s, kByStop, {faults::current_limit}),
+          kRest_s + kProtected_s + kFlagged_s, kByStop, {faults::current_limit}),
     stops("over-current:#:0.75", Lasting::isolated, faults::current_limit,
-          kRest_s + 2 * 0.100 + kProtected_s + kReported_s, kByLimit,
+          kRest_s + 2 * 0.100 + kProtected_s + kFlagged_s, kByLimit,
           {FaultId::module_over_current}),
     walks_on("over-current:#:0.2"),
-    stops("driver-fault:#", Lasting::idle, faults::module_driver_fault, 0.002 + kReported_s,
-          "a bus cycle, a frame"),
+    stops("driver-fault:#", Lasting::idle, faults::module_driver_fault, 0.002 + kFlagged_s,
+          "two bus cycles, two frames"),
     walks_on("hall-lost:#"),
     warns("temperature:#:95", FaultId::temperature_warning, 14 * kFrame_s + kReported_s,
           "health of one module in each second bus cycle at least, a frame"),
-    warns("noise:0.003", FaultId::bus_noise, 4 + kFrame_s,
-          "20 broken frames in one of four windows of 1 s, 30 are usual; a frame",
+    warns("noise:0.003", FaultId::bus_noise, 8 + kFrame_s,
+          "20 broken frames in one of eight windows of 1 s, 24 are usual; a frame",
           6 * kLostReply_s),
     stops("noise:0.2", Lasting::remains, FaultId::module_silent, kSilent_s, kBySilence,
           {FaultId::module_disobeys}, Hides::line),

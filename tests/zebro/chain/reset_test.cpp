@@ -20,7 +20,7 @@ using sim::zebro::PlantKind;
 
 // From the reset to FatalError: the restart time of the module (docs/icd-zebro.md section 6: 300 ms
 // at most), then its status in the next bus cycle, and the frame after it.
-constexpr double kNoticed_s = 0.300 + 2 * 0.020;
+constexpr double kNoticed_s = 0.300 + 4 * 0.020;
 constexpr double kStill_rad = 0.01;
 
 struct Walks {

@@ -154,6 +154,39 @@ TEST(Cycle, AResetIsNoticedWhateverStatusTellsOfIt) {
   }
 }
 
+// The status after the first one is lost, and the next one comes when it is operational.
+TEST(Cycle, TheFirstStatusAfterBootIsNoResetLater) {
+  World w;
+  w.step();
+  w.modules[1].says_status = false;
+  w.step();
+  w.send(lss::CommandKind::start, {1});
+  w.step();
+  w.modules[1].says_status = true;
+  EXPECT_TRUE(w.run_until(Mode::standing, 40));
+}
+
+// Noise of which the check fits, docs/icd-zebro.md section 3: one flag is wrong in one status.
+TEST(Cycle, AFlagThatOneStatusAloneHasStopsNothing_Env_2) {
+  for (const std::uint16_t wrong : {kFlagMotionControl, kFlagCalibrated, kFlagOverCurrent,
+                                    kFlagDriverFault, kFlagWatchdog, kFlagReset}) {
+    for (const int statuses : {1, 2}) {
+      World w;
+      ASSERT_TRUE(w.stand());
+      const std::uint16_t right = w.modules[2].flags;
+      for (int n = 0; n < statuses; ++n) {
+        w.modules[2].flags = right ^ wrong;
+        w.step();
+      }
+      w.modules[2].flags = right;
+      w.run(0.1);
+      const bool believed = statuses == 2 && wrong != kFlagReset;  // nobody else has a word of it
+      EXPECT_EQ(w.state(), believed ? State::fatal_error : State::operational)
+          << "flag " << wrong << " in " << statuses;
+    }
+  }
+}
+
 TEST(Cycle, ReportsAHotModuleAndGoesOn_Prod_5) {
   World w;
   ASSERT_TRUE(w.stand());

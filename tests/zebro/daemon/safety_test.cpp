@@ -92,7 +92,7 @@ struct ZebroSafety : safety::Shipped<read_parameters, logic, tuning> {
       all.push_back({"module_reset " + std::to_string(n),
                      FaultId::module_reset,
                      n,
-                     0.02,
+                     0.04,
                      [n](World& w) {
                        w.modules[n - 1u].flags = kFlagReset;
                        w.modules[n - 1u].position_deg = w.modules[n - 1u].rate_deg_s = 0;
@@ -104,7 +104,7 @@ struct ZebroSafety : safety::Shipped<read_parameters, logic, tuning> {
       all.push_back({name,
                      id,
                      static_cast<std::uint16_t>(module + 1),
-                     0.02,
+                     0.04,
                      [=](World& w) { w.modules[module].flags = set; },
                      {}});
     };

@@ -92,8 +92,8 @@ class KeyOfCycle {
   }
   void take(const std::array<Module, kModules>& modules) {
     for (const Module& m : modules)
-      n_(m.status.flags, age(m.heard_ns, 6), age(m.status_ns, 6), age(m.over_limit_ns, 2), m.hot,
-         m.greeted);
+      n_(m.status.flags, m.reported, m.believed, age(m.heard_ns, 6), age(m.status_ns, 6),
+         age(m.over_limit_ns, 2), m.hot, m.greeted);
   }
   // Angles are those of the modules' movements.
   void take(const std::array<ReportCheck, kModules>& checks) {
