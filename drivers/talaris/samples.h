@@ -57,6 +57,14 @@ struct Range {
   std::uint8_t error = 0;  // 0: none; its own number, 15 for E15 (weak signal); kOutOfRange
 };
 
+// One frame of the camera: how far the ground passed since the frame before, as the angle at the
+// camera, towards +y and +z of the body.
+struct Flow {
+  std::array<double, 2> angle_rad{};
+  std::uint8_t quality = 0;  // 0 to 255, as sent
+  bool usable = false;       // the quality suffices
+};
+
 // Of the valve node.
 struct GasState {
   double tank_Pa = 0;
@@ -75,7 +83,7 @@ struct Load {
   std::array<double, 3> moment_Nm{};
 };
 
-using Reading = std::variant<ImuPacket, ImuStatus, Range, GasState, FanSpeeds, Load>;
+using Reading = std::variant<ImuPacket, ImuStatus, Range, GasState, FanSpeeds, Load, Flow>;
 
 // Stamped with the arrival of the first byte, or of the CAN frame.
 struct TalarisSample {

@@ -224,6 +224,7 @@ class Flight {
   double ground_due_s() const noexcept;
   bool brakes() const noexcept;  // parachute: sideways first, height is kept
   bool turned() noexcept;
+  void wait_for_calm() noexcept;
   bool by_fans() const noexcept;
   bool rests() const noexcept;
   double needed_gas_s() const noexcept;
@@ -292,6 +293,8 @@ class Flight {
   Vector3 goal_m_ = Vector3::Zero();  // where it should stand in the end, of height nothing
   double traverse_s_ = 0, brake_s_ = 0, extra_s_ = 0;
   int holds_ = 0;
+  bool waits_ = false;  // for calm, near the ground
+  double waited_s_ = 0;
   Shortfall shortfall_ = Shortfall::none;
   double short_measured_ = 0, short_limit_ = 0;
   double off_m_ = 0, off_sigma_m_ = 0;

@@ -23,6 +23,9 @@ constexpr double kSlowEnd_s = 4;        // by fans: until it sinks, and slower n
 constexpr double kStandingTime_s = 12;  // on the ground, at most
 constexpr double kLastLimit_s = 40;     // in the air, beyond the time that the fans may run
 constexpr double kLongestHold_s = 4;
+// Sideways: so fast it waits, so slow it goes on; heights at which it waits, and how long in all.
+constexpr double kGust_m_s = 0.3, kCalm_m_s = 0.15, kKnown_m_s = 0.1;
+constexpr double kWaitAbove_m = 0.2, kWaitBelow_m = 0.6, kLongestWait_s = 4;
 constexpr double kThere_m = 0.12;
 constexpr double kStill_m_s = 0.085;  // more than half the change by the shortest pulse of two jets
 
@@ -186,9 +189,12 @@ void Flight::advance_in_air() noexcept {
           corridor_.begin(corridor_.place_N_m(), leg_m_, target.time_to_go_s);
           guidance_.aim(target);
         }
+        waited_s_ = 0;
+        waits_ = false;
         enter(Phase::descend);
       }
       return;
+    case Phase::descend: return wait_for_calm();
     default: return;
   }
 }
@@ -237,6 +243,33 @@ void Flight::stop_here() noexcept {
   const Vector3 v(0, state_.velocity_N_m_s.y(), state_.velocity_N_m_s.z());
   target.time_to_go_s = std::max(v.norm() / kStopping_m_s2, kMinTimeToGo_s);
   target.position_m = state_.position_N_m + v * (target.time_to_go_s / 2);
+  leg_m_ = target.position_m;
+  guidance_.aim(target);
+}
+
+// Near the ground a gust is waited for, as long as the gas lasts: it stops, then comes down again.
+void Flight::wait_for_calm() noexcept {
+  if (plan_.request.program != Program::hop || by_fans() || reaction_ != Reaction::none) return;
+  const Vector3 v = state_.velocity_N_m_s;
+  const double side_m_s = math::hypot(v.y(), v.z());
+  // An error of its speed only grows meanwhile.
+  const bool known = state_.velocity_sigma_m_s.tail<2>().maxCoeff() < kKnown_m_s;
+  const bool lasts = known && gas_.left_s() > landing_gas_s() + parameters_.gas.reserve_s / 2;
+  if (waits_) {
+    waited_s_ += kFrame_s;
+    if (side_m_s > kCalm_m_s && waited_s_ < kLongestWait_s && lasts) return;
+    waits_ = false;
+    come_down(parameters_.profile.descend_m_s2, parameters_.profile.touchdown_speed_m_s,
+              parameters_.profile.touchdown_height_m);
+    return;
+  }
+  if (side_m_s < kGust_m_s || height_m_ < kWaitAbove_m || height_m_ > kWaitBelow_m ||
+      waited_s_ >= kLongestWait_s || !lasts)
+    return;
+  waits_ = true;
+  stop_here();
+  Target target = guidance_.target();
+  target.position_m.x() += std::max(v.x() * kMinTimeToGo_s / 3, kWaitAbove_m - height_m_);
   leg_m_ = target.position_m;
   guidance_.aim(target);
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "gnc/math.h"
 
@@ -14,6 +15,8 @@ constexpr int kMostSteps = 200;      // bounds the time of one gap
 constexpr double kGroundWave_m = 5;
 // variance of a median relative to that of one reading, for many of them
 constexpr double kMedian = 1.5707963267948966;
+
+constexpr double kFlowPeriod = 0.3;  // so far off is a sample of the camera after a gap
 
 double square(double x) noexcept { return x * x; }
 
@@ -116,10 +119,19 @@ void Navigation::align() noexcept {
 const NavState& Navigation::step(const Batch& batch, bool standing, bool slides) noexcept {
   if (!aligned()) return state_;
   way_ = {};
-  std::size_t next = 0;
-  const auto ranges_until = [&](std::int64_t until_ns) {
-    while (next < batch.ranges.size() && measured_ns(batch.ranges[next]) <= until_ns) {
-      use_range(batch.ranges[next++]);
+  std::size_t next = 0, next_flow = 0;
+  const auto others_until = [&](std::int64_t until_ns) {
+    for (;;) {
+      const bool range = next < batch.ranges.size() && measured_ns(batch.ranges[next]) <= until_ns;
+      const bool flow =
+          next_flow < batch.flows.size() && batch.flows[next_flow].time_ns <= until_ns;
+      if (flow && !(range && measured_ns(batch.ranges[next]) < batch.flows[next_flow].time_ns)) {
+        use_flow(batch.flows[next_flow++]);
+      } else if (range) {
+        use_range(batch.ranges[next++]);
+      } else {
+        return;
+      }
     }
   };
   bool heard = false;
@@ -141,21 +153,22 @@ const NavState& Navigation::step(const Batch& batch, bool standing, bool slides)
       counters_.longest_gap_s = std::max(counters_.longest_gap_s, in_seconds(since_ns));
       if (in_seconds(since_ns) > parameters_.hold_s) lost_ = true;
       const std::int64_t begin_ns = sample.time_ns - period_ns;
-      ranges_until(begin_ns);
+      others_until(begin_ns);
       reckon(begin_ns);
     }
     rate_m_ = sample.rate_B_rad_s;
     force_m_ = sample.force_B_m_s2;
     last_imu_ns_ = sample.time_ns;
-    ranges_until(sample.time_ns);
+    others_until(sample.time_ns);
     advance(sample.time_ns);
     ++counters_.imu_used;
     heard = true;
   }
-  ranges_until(batch.end_ns);
+  others_until(batch.end_ns);
   if (!heard) ++counters_.frames_held;
   // later ranges are after the frame: not measured yet
   counters_.ranges_bad += static_cast<std::uint32_t>(batch.ranges.size() - next);
+  counters_.flows_bad += static_cast<std::uint32_t>(batch.flows.size() - next_flow);
   if (standing) stand_still(slides);
   hold_to_stand();
   publish(batch.end_ns);
@@ -170,11 +183,16 @@ std::int64_t Navigation::measured_ns(const RangeSample& sample) const noexcept {
 void Navigation::advance(std::int64_t until_ns) noexcept {
   if (until_ns <= filter_ns_) return;
   const double dt = in_seconds(until_ns - filter_ns_);
+  const Vector3 velocity_m_s = ekf_.nominal().velocity_N_m_s;
   ekf_.propagate(dt, rate_m_, force_m_);
   filter_ns_ = until_ns;
   way_.time_s += dt;
   way_.velocity_m_s += dt * ekf_.acceleration_N_m_s2();
   way_.turned_rad += dt * rate_m_;
+  if (!parameters_.camera) return;
+  passed_.time_s += dt;
+  passed_.moved_m += dt / 2 * (velocity_m_s + ekf_.nominal().velocity_N_m_s);
+  passed_.turned_rad += dt * rate_m_;
 }
 
 // The same without a sample for this time: in small steps, with growing uncertainty.
@@ -245,6 +263,57 @@ void Navigation::use_range(const RangeSample& sample) noexcept {
   }
   ++counters_.ranges_gated;
   reopen(m, at_ns);
+}
+
+// The mean velocity since the sample before: the ground passes the camera, which is `depth_m` from
+// it along -x of B, with (-v_y / depth + w_z, -v_z / depth - w_y).
+void Navigation::use_flow(const FlowSample& sample) noexcept {
+  const NavigationParameters& p = parameters_;
+  // within the present sample, or without one
+  if (sample.time_ns <= last_imu_ns_) {
+    advance(sample.time_ns);
+  } else {
+    reckon(sample.time_ns);
+  }
+  const Passed passed = std::exchange(passed_, {});
+  const Nominal& x = ekf_.nominal();
+  Nominal middle = x;
+  middle.position_N_m -= passed.moved_m / 2;
+  const Vector3 turned_rad = passed.turned_rad - passed.time_s * x.gyro_bias_rad_s;
+  middle.q_NB = x.q_NB * exponential(-turned_rad / 2);
+  const ExpectedRange e = expected_range(middle, beam_);
+  const bool whole = std::abs(passed.time_s - p.flow_period_s) < kFlowPeriod * p.flow_period_s;
+  const double y_rad_s = sample.y_rad / passed.time_s, z_rad_s = sample.z_rad / passed.time_s;
+  if (!p.camera || !whole || !(e.cosine >= least_cosine_) || !(e.range_m >= p.flow_min_m) ||
+      !(e.range_m <= p.flow_max_m) || !(std::abs(y_rad_s) <= p.max_rate_rad_s) ||
+      !(std::abs(z_rad_s) <= p.max_rate_rad_s)) {
+    ++counters_.flows_bad;
+    return;
+  }
+  // v_B of the origin; along x of N as the filter knows it
+  const Vector3 rate_rad_s = turned_rad / passed.time_s;
+  const Vector3 arm_m_s = rate_rad_s.cross(p.altimeter_at_B_m);
+  const double y_m_s = e.range_m * (rate_rad_s.z() - y_rad_s) - arm_m_s.y();
+  const double z_m_s = e.range_m * (-rate_rad_s.y() - z_rad_s) - arm_m_s.z();
+  const Matrix3 c = middle.q_NB.toRotationMatrix();
+  const Vector3 mean_m_s = passed.moved_m / passed.time_s;
+  const double a = y_m_s - c(0, 1) * mean_m_s.x(), b = z_m_s - c(0, 2) * mean_m_s.x();
+  const double scale = 1 / (c(1, 1) * c(2, 2) - c(2, 1) * c(1, 2));
+  const Vector3 measured_m_s(mean_m_s.x(), scale * (c(2, 2) * a - c(2, 1) * b),
+                             scale * (c(1, 1) * b - c(1, 2) * a));
+  const Vector3 before_m_s = x.velocity_N_m_s;
+  bool used = true;
+  for (const int axis : {1, 2}) {
+    Ekf::Measurement m;
+    m.axis = axis;
+    m.by_velocity = 1;
+    m.by_attitude = Vector3::Unit(axis).cross(measured_m_s);
+    m.residual = measured_m_s(axis) - mean_m_s(axis) - (x.velocity_N_m_s(axis) - before_m_s(axis));
+    m.variance = square(e.range_m * p.flow_sigma_rad_s) +
+                 square(p.flow_scale_sigma) * measured_m_s.squaredNorm();
+    used = square(m.residual) <= square(p.gate_sigma) * ekf_.correct(m, p.gate_sigma) && used;
+  }
+  ++(used ? counters_.flows_used : counters_.flows_gated);
 }
 
 // Many readings that contradict the filter and agree with each other are right, and the filter, or

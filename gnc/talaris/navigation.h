@@ -26,6 +26,9 @@ struct NavCounters {
   std::uint32_t gates_reopened = 0;  // used again after many gated ones that agreed
   double innovation_m = 0;           // of the last range: measured - expected
   double innovation_sigma_m = 0;     // expected standard deviation of that
+  std::uint32_t flows_used = 0;
+  std::uint32_t flows_bad = 0;  // no number, out of the camera's range, too tilted, or after a gap
+  std::uint32_t flows_gated = 0;  // outside the gate
 };
 
 class Navigation {
@@ -56,6 +59,7 @@ class Navigation {
   void advance(std::int64_t until_ns) noexcept;
   void reckon(std::int64_t until_ns) noexcept;
   void use_range(const RangeSample& sample) noexcept;
+  void use_flow(const FlowSample& sample) noexcept;
   void reopen(const Ekf::Measurement& m, std::int64_t at_ns) noexcept;
   void stand_still(bool slides) noexcept;
   void hold_to_stand() noexcept;
@@ -80,6 +84,12 @@ class Navigation {
     Vector3 turned_rad = Vector3::Zero();    // as measured, with bias, B
   };
   Way way_;  // of this frame
+  struct Passed {
+    double time_s = 0;
+    Vector3 moved_m = Vector3::Zero();     // N
+    Vector3 turned_rad = Vector3::Zero();  // as measured, with bias, B
+  };
+  Passed passed_;  // since the last flow
   // Consecutive ranges outside the gate that agree with each other.
   struct Gate {
     int gated = 0;

@@ -32,14 +32,18 @@ const char* check(const NavigationParameters& p) noexcept {
                              p.stand.position_sigma_m,
                              p.stand.velocity_sigma_m_s,
                              p.stand.attitude_sigma_rad,
-                             p.gravity_m_s2};
+                             p.gravity_m_s2,
+                             p.flow_period_s,
+                             p.flow_sigma_rad_s,
+                             p.flow_max_m};
   for (const double x : positive) {
     if (!(x > 0) || !std::isfinite(x)) {
       return "a time, limit, sigma or noise of navigation is not above 0";
     }
   }
   const double not_negative[] = {p.force_bias_walk,       p.rate_bias_walk,  p.gap_rotation_rad_s2,
-                                 p.gap_acceleration_m_s2, p.range_latency_s, p.ground_slope_rad};
+                                 p.gap_acceleration_m_s2, p.range_latency_s, p.ground_slope_rad,
+                                 p.flow_scale_sigma,      p.flow_min_m};
   for (const double x : not_negative) {
     if (!(x >= 0) || !std::isfinite(x)) {
       return "a random walk, gap, latency or slope of navigation is below 0";
@@ -51,6 +55,10 @@ const char* check(const NavigationParameters& p) noexcept {
   if (!(p.range_min_m >= 0) || !(p.range_max_m > p.range_min_m)) {
     return "range_max_m must be above range_min_m";
   }
+  if (p.camera && !(p.altimeter && p.pointing == Pointing::down)) {
+    return "a camera needs an altimeter that looks down: it measures angles only";
+  }
+  if (!(p.flow_max_m > p.flow_min_m)) return "farthest_m of the camera must be above nearest_m";
   if (p.range_latency_s > kLatestRange_s) return "range_latency_s must be at most 0.5";
   if (p.imu_period_s > 0.02) return "imu_period_s must be at most 0.02: 10 samples a frame";
   if (!(p.max_tilt_rad > 0) || p.max_tilt_rad > 75 * kDegree) {

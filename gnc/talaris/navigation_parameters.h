@@ -40,6 +40,13 @@ struct NavigationParameters {
   int gate_reopens_after = 10;         // gated readings in a row that agree: about 1 s [D]
   double max_tilt_rad = 60 * kDegree;  // readings of a more inclined beam are not used [D]
 
+  // camera beside the altimeter, along -x (2.3.6 plans one)
+  bool camera = false;
+  double flow_period_s = 0.05;               // of its samples
+  double flow_sigma_rad_s = 0.025;           // of a sample [D]
+  double flow_scale_sigma = 0.01;            // of what it measures [D]
+  double flow_min_m = 0.1, flow_max_m = 10;  // distance at which it is sharp [D]
+
   // IMU: Gladiator LandMark 30 (2.3.6); noise is white, density as 1/sqrt(Hz) at 1 s: standard
   // deviation of a packet times the root of its time, quantisation included. 0.05 deg/s and 0.01
   // m/s2 in a packet of 5 ms, as lss-sim's; to be measured again on hardware

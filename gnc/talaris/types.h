@@ -42,11 +42,19 @@ struct RangeSample {
   double range_m = kNaN;
 };
 
+// How far the ground passed the camera since the sample before, as the angle at the camera towards
+// +y and +z of B. The turning of the vehicle is included.
+struct FlowSample {
+  std::int64_t time_ns = 0;  // end of that time
+  double y_rad = kNaN, z_rad = kNaN;
+};
+
 // Measurements in [T_k-1, T_k), each type in time order.
 struct Batch {
   std::span<const ImuSample> imu;
   std::span<const RangeSample> ranges;
   std::int64_t end_ns = 0;  // T_k
+  std::span<const FlowSample> flows{};
 };
 
 // Direction of the altimeter (configuration).

@@ -52,6 +52,27 @@ class Talaris(Hopper):
         self.assert_soft(result)
         self.assertEqual(self.status()["state"], IDLE)
 
+    def test_with_a_camera_it_lands_where_it_should_and_without_its_frames_says_so(self):
+        def config_text(text=self.config_text()):
+            for off, on in (("[talaris.camera]\npresent = false", "[talaris.camera]\npresent = true"),
+                            *((f"# {line}\n", f"{line}\n") for line in
+                              ('name = "camera"', 'path = "sim:camera"', "baud = 115200")),
+                            ("# [[port]] ", "[[port]] ")):
+                self.assertIn(off, text)
+                text = text.replace(off, on)
+            return text
+        self.config_text = config_text
+        self.start_sim("--camera")
+        self.start_daemon()
+        self.wait_modules()
+        self.cli_ok("hop", "--arm", "--height", "2", "--distance", "30", limit_s=180)
+        self.rests()
+        result = self.landing()
+        self.assertAlmostEqual(result["along_m"], 30.0, delta=1.0)
+        self.assert_soft(result)
+        self.fault("camera-silent")
+        self.wait_status(lambda s: FAULT["camera_lost"] in self.fault_ids(s), 30, "camera_lost")
+
     def test_a_killed_client_in_flight_lets_it_land(self):
         self.start_all()
         self.begin_hop().kill()

@@ -21,6 +21,7 @@ inline bool finite(const Reading& reading) {
   if (const auto* status = std::get_if<ImuStatus>(&reading))
     return std::isfinite(status->rate_unit_rad_s) && std::isfinite(status->force_unit_m_s2);
   if (const auto* range = std::get_if<Range>(&reading)) return std::isfinite(range->range_m);
+  if (const auto* flow = std::get_if<Flow>(&reading)) return all(flow->angle_rad);
   return false;  // no other comes from these
 }
 

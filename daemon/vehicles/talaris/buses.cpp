@@ -33,10 +33,11 @@ std::string can_path(const config::Config& config) {
   return port != nullptr ? port->path : "";
 }
 
-std::vector<std::string> missing_ports(const config::Config& config) {
+std::vector<std::string> missing_ports(const config::Config& config, const BusesParameters& p) {
   std::vector<std::string> missing;
-  for (const char* name : {"imu", "altimeter", "can"}) {
-    if (find_port(config, name) == nullptr) missing.emplace_back(name);
+  for (const char* name : {"imu", "altimeter", "can", "camera"}) {
+    if (find_port(config, name) == nullptr && (p.has_camera || name != std::string_view("camera")))
+      missing.emplace_back(name);
   }
   return missing;
 }
@@ -61,6 +62,8 @@ BusesParameters complete(BusesParameters p, const config::Config& config) {
     p.landmark.baud = p.crossbow.baud = static_cast<int>(imu->baud);
   if (const config::Port* altimeter = find_port(config, "altimeter"))
     p.altimeter.baud = static_cast<int>(altimeter->baud);
+  if (const config::Port* camera = find_port(config, "camera"))
+    p.camera.baud = static_cast<int>(camera->baud);
   p.valves.frame_ns = config.period_ns;
   p.valves.node = p.can.node[kValveNode];
   p.valves.fan_node = p.can.node[kFanNode];
@@ -68,7 +71,7 @@ BusesParameters complete(BusesParameters p, const config::Config& config) {
 }
 
 Buses::Buses(const config::Config& config, const BusesParameters& parameters)
-    : missing_ports_(missing_ports(config)),
+    : missing_ports_(missing_ports(config, parameters)),
       parameters_(complete(parameters, config)),
       period_ns_(config.period_ns),
       offset_ns_(config.offset_ns),
@@ -78,11 +81,14 @@ Buses::Buses(const config::Config& config, const BusesParameters& parameters)
       landmark_(parameters_.landmark),
       crossbow_(parameters_.crossbow),
       ar1000_(parameters_.altimeter),
+      flow_camera_(parameters_.camera),
       imu_settings_(settings(config, "imu", imu_line())),
       altimeter_settings_(settings(config, "altimeter", ar1000_)),
+      camera_settings_(settings(config, "camera", flow_camera_)),
       can_path_(can_path(config)),
       imu_(LineEnds{.line = &imu_line(), .frames = &frames_}, imu_settings_),
       altimeter_(LineEnds{.line = &ar1000_}, altimeter_settings_),
+      camera_(LineEnds{.line = &flow_camera_}, camera_settings_),
       can_(parameters_.can, can_path_, canopen::filters()),
       actuation_(parameters_.valves, can_) {
   can_.line().attach(actuation_.sender());
@@ -111,23 +117,32 @@ tl::expected<void, std::string> Buses::probe() {
                     std::ceil(static_cast<double>(fresh_ns) * 1e-6)));
   if (auto ok = check_port(imu_settings_, imu_.probe()); !ok) return ok;
   if (auto ok = check_port(altimeter_settings_, altimeter_.probe()); !ok) return ok;
+  if (parameters_.has_camera) {
+    if (auto ok = check_port(camera_settings_, camera_.probe()); !ok) return ok;
+  }
   return check_can(can_path_, can_.probe());
 }
 
 std::vector<std::pair<std::string, std::function<void()>>> Buses::bodies() {
-  return {{"bus/imu", [this] { imu_.run(); }},
-          {"bus/altimeter", [this] { altimeter_.run(); }},
-          {"bus/can", [this] { can_.run(); }}};
+  std::vector<std::pair<std::string, std::function<void()>>> all = {
+      {"bus/imu", [this] { imu_.run(); }},
+      {"bus/altimeter", [this] { altimeter_.run(); }},
+      {"bus/can", [this] { can_.run(); }}};
+  if (parameters_.has_camera) all.emplace_back("bus/camera", [this] { camera_.run(); });
+  return all;
 }
 
 std::vector<Progress> Buses::progress() const {
-  return {
+  std::vector<Progress> all = {
       {"bus/imu", imu_.turns()}, {"bus/altimeter", altimeter_.turns()}, {"bus/can", can_.turns()}};
+  if (parameters_.has_camera) all.push_back({"bus/camera", camera_.turns()});
+  return all;
 }
 
 void Buses::stop() noexcept {
   imu_.stop();
   altimeter_.stop();
+  camera_.stop();
   can_.stop();
 }
 
@@ -139,16 +154,18 @@ std::size_t Buses::collect(TimeNs boundary_ns, std::span<TalarisSample> samples,
   };
   take(imu_);
   take(altimeter_);
+  take(camera_);
   take(can_);
   report = {.imu = report_of(imu_.report()),
             .altimeter = report_of(altimeter_.report()),
+            .camera = report_of(camera_.report()),
             .can = can_.report(),
             .edges = actuation_.report()};
   return count;
 }
 
 std::uint64_t Buses::dropped() const noexcept {
-  return imu_.dropped() + altimeter_.dropped() + can_.dropped();
+  return imu_.dropped() + altimeter_.dropped() + camera_.dropped() + can_.dropped();
 }
 
 void Buses::release(const TalarisOrders& orders, const Boundary& boundary) noexcept {

@@ -1,8 +1,9 @@
 #pragma once
 
-// The wiring of TALARIS: an IMU, whose packets begin the frames, and an altimeter on serial lines;
-// valves, fans and load cell on a CAN bus; and the actuate thread's part, which writes the edges of
-// the valves. Ports of the configuration: "imu", "altimeter", "can".
+// The wiring of TALARIS: an IMU, whose packets begin the frames, an altimeter and a camera on
+// serial lines; valves, fans and load cell on a CAN bus; and the actuate thread's part, which
+// writes the edges of the valves. Ports of the configuration: "imu", "altimeter", "can", and
+// "camera" if there is one.
 
 #include <cstddef>
 #include <cstdint>
@@ -20,6 +21,7 @@
 #include "daemon/vehicles/talaris/line.h"
 #include "drivers/talaris/ar1000.h"
 #include "drivers/talaris/crossbow.h"
+#include "drivers/talaris/flow_camera.h"
 #include "drivers/talaris/landmark30.h"
 
 namespace lss::talaris {
@@ -31,6 +33,8 @@ struct BusesParameters {
   LandMark30Parameters landmark{};
   CrossbowParameters crossbow{};
   Ar1000Parameters altimeter{};
+  bool has_camera = false;
+  FlowCameraParameters camera{};
   HopperBusParameters can{};
   ValveParameters valves{};
   // After this delay of its last packet the frame begins by the clock.
@@ -50,7 +54,7 @@ struct LineReport {
 
 // Inputs of the frame from the buses besides samples.
 struct BusReport {
-  LineReport imu{}, altimeter{};
+  LineReport imu{}, altimeter{}, camera{};
   HopperCan::Report can{};
   EdgeReport edges{};
 };
@@ -92,9 +96,10 @@ class Buses {
   LandMark30 landmark_;
   Crossbow crossbow_;
   Ar1000 ar1000_;
-  SerialSettings imu_settings_, altimeter_settings_;
+  FlowCamera flow_camera_;
+  SerialSettings imu_settings_, altimeter_settings_, camera_settings_;
   std::string can_path_;
-  LineBus imu_, altimeter_;
+  LineBus imu_, altimeter_, camera_;
   HopperCan can_;
   Actuation actuation_;
 };

@@ -92,6 +92,22 @@ void read_altimeter(config::Section s, Parameters& p) {
   p.flight.limits.altimeter_max_m = n.range_max_m;
 }
 
+void read_camera(config::Section s, Parameters& p) {
+  g::NavigationParameters& n = p.navigation;
+  FlowCameraParameters& c = p.buses.camera;
+  n.camera = p.buses.has_camera = s.flag("present", n.camera);
+  read(s, "counts_per_rad", c.counts_per_rad, 1, 1e6);
+  read_ms(s, "period_ms", c.period_ns, 10, 200);
+  read_ms(s, "latency_ms", c.latency_ns, 0, 200);
+  read(s, "least_quality", c.least_quality, 0, 255);
+  read_ms(s, "silent_ms", p.camera_silent_ns, 100, 10'000);
+  read(s, "sigma_deg_s", n.flow_sigma_rad_s, 0.01, 60, kDegree);
+  read(s, "scale_sigma", n.flow_scale_sigma, 0, 0.2);
+  read(s, "nearest_m", n.flow_min_m, 0, 5);
+  read(s, "farthest_m", n.flow_max_m, 0.5, 200);
+  n.flow_period_s = static_cast<double>(c.period_ns) * 1e-9;
+}
+
 void read_bus(config::Section s, Parameters& p) {
   HopperBusParameters& b = p.buses.can;
   read(s, "valve_node", b.node[kValveNode], 1, 126);
@@ -288,6 +304,7 @@ Parameters read_parameters(config::Section& root) {
   Parameters p;
   read_imu(root.section("imu"), p);
   read_altimeter(root.section("altimeter"), p);
+  read_camera(root.section("camera"), p);
   read_bus(root.section("bus"), p);
   read_navigation(root.section("navigation"), p.navigation);
   read_stand(root.section("stand"), p.navigation.stand);

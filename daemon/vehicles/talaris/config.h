@@ -34,6 +34,7 @@ struct Parameters {
   // The same reading so often in a row, in the air: stuck. Fewer than navigation believes again
   // (gate_reopens_after); with 3 mm of noise in steps of 1 mm once in 10^7 readings.
   int altimeter_repeats = 7;
+  TimeNs camera_silent_ns = kSecond;
   TimeNs reset_ns = 10 * kSecond;  // from a commanded reset until the node runs again
 
   double fan_slew_us_s = 5000;      // of a pulse width, upwards

@@ -15,6 +15,7 @@ Sensors::Sensors(const Parameters& p) noexcept
     : axes_(p.imu_axes),
       imu_silent_ns_(p.imu_silent_ns),
       altimeter_silent_ns_(p.altimeter_silent_ns),
+      camera_silent_ns_(p.camera_silent_ns),
       same_limit_(static_cast<int>(std::lround(p.imu_stuck_s / p.navigation.imu_period_s))),
       lossy_limit_(p.imu_lost_per_s),
       tank_(gnc::talaris::butterworth(p.pressure_corner_Hz, kPressureRate_Hz)),
@@ -30,7 +31,7 @@ void Sensors::configure(const Parameters& p) noexcept {
 
 void Sensors::begin(TimeNs now) noexcept {
   now_ns_ = now;
-  imu_count_ = range_count_ = 0;
+  imu_count_ = range_count_ = flow_count_ = 0;
   lossy_ -= lossy_ / kFrames_s;
   lost_in_frame_ = 0;
   errors_in_frame_ = 0;
@@ -87,6 +88,13 @@ void Sensors::take(const Range& range, TimeNs time) noexcept {
     range_[range_count_++] = {.time_ns = time, .range_m = range.range_m};
 }
 
+void Sensors::take(const Flow& flow, TimeNs time) noexcept {
+  camera_ns_ = time;
+  if (flow.usable && flow_count_ < kMaxFlows)
+    flow_[flow_count_++] = {
+        .time_ns = time, .y_rad = flow.angle_rad[0], .z_rad = flow.angle_rad[1]};
+}
+
 void Sensors::take(const GasState& gas, TimeNs time) noexcept {
   gas_ = gas;
   gas_ns_ = time;
@@ -109,7 +117,8 @@ void Sensors::take(const Load& load, TimeNs) noexcept {
 gnc::talaris::Batch Sensors::batch() const noexcept {
   return {.imu = std::span(imu_).first(imu_stuck() ? 0 : imu_count_),
           .ranges = std::span(range_).first(range_count_),
-          .end_ns = now_ns_};
+          .end_ns = now_ns_,
+          .flows = std::span(flow_).first(flow_count_)};
 }
 
 double Sensors::age_s(TimeNs since) const noexcept {
@@ -122,6 +131,10 @@ bool Sensors::imu_silent() const noexcept {
 
 bool Sensors::altimeter_lost() const noexcept {
   return range_ns_ == 0 || now_ns_ - range_ns_ > altimeter_silent_ns_;
+}
+
+bool Sensors::camera_lost() const noexcept {
+  return camera_ns_ == 0 || now_ns_ - camera_ns_ > camera_silent_ns_;
 }
 
 void Sensors::forget_imu() noexcept {

@@ -53,6 +53,10 @@ class Sensors {
   std::uint64_t range_errors_in_all() const noexcept { return errors_; }
   TimeNs altimeter_ns() const noexcept { return altimeter_ns_; }  // also of errors
 
+  // Camera.
+  bool camera_lost() const noexcept;  // silent
+  TimeNs camera_ns() const noexcept { return camera_ns_; }
+
   // Actuators.
   double gas_age_s() const noexcept { return age_s(gas_ns_); }
   double tank_kPa() const noexcept;  // filtered; NaN: never received
@@ -64,11 +68,12 @@ class Sensors {
   std::array<double, 3> load_Nm() const noexcept;
 
  private:
-  static constexpr std::size_t kMaxImu = 64, kMaxRanges = 8;
+  static constexpr std::size_t kMaxImu = 64, kMaxRanges = 8, kMaxFlows = 16;
 
   void take(const ImuPacket& packet, TimeNs time) noexcept;
   void take(const ImuStatus& status, TimeNs time) noexcept;
   void take(const Range& range, TimeNs time) noexcept;
+  void take(const Flow& flow, TimeNs time) noexcept;
   void take(const GasState& gas, TimeNs time) noexcept;
   void take(const FanSpeeds& fans, TimeNs time) noexcept;
   void take(const Load& load, TimeNs time) noexcept;
@@ -76,7 +81,7 @@ class Sensors {
   gnc::talaris::Vector3 body(const std::array<double, 3>& sensor) const noexcept;
 
   std::array<SensorAxis, 3> axes_;
-  TimeNs imu_silent_ns_, altimeter_silent_ns_;
+  TimeNs imu_silent_ns_, altimeter_silent_ns_, camera_silent_ns_;
   int same_limit_, lossy_limit_;
 
   TimeNs now_ns_ = 0;
@@ -84,6 +89,8 @@ class Sensors {
   std::size_t imu_count_ = 0;
   std::array<gnc::talaris::RangeSample, kMaxRanges> range_{};
   std::size_t range_count_ = 0;
+  std::array<gnc::talaris::FlowSample, kMaxFlows> flow_{};
+  std::size_t flow_count_ = 0;
 
   TimeNs imu_ns_ = 0;
   ImuPacket packet_{};
@@ -98,6 +105,8 @@ class Sensors {
   int repeats_ = 0;
   std::uint8_t error_ = 0, errors_in_frame_ = 0;
   std::uint64_t errors_ = 0;
+
+  TimeNs camera_ns_ = 0;
 
   TimeNs gas_ns_ = 0, fans_ns_ = 0;
   GasState gas_{};

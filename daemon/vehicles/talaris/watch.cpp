@@ -26,6 +26,7 @@ void Vehicle::watch(const lss::Inputs<Vehicle>& in, Supervisor& s) noexcept {
   watch_nodes(s);
   watch_imu(s);
   watch_altimeter(s);
+  watch_camera(s);
   watch_supply(s);
   watch_hand(s);
   watch_script(s);
@@ -166,6 +167,12 @@ void Vehicle::watch_altimeter(Supervisor& s) noexcept {
   warn(stuck, altimeter_stuck_told_, faults::altimeter_stuck, kAltimeterModule, s);
   if (((s.controller().flags & kAltimeterLost) != 0) == lost) return;
   s.happen(lost ? event::altimeter_lost : event::altimeter_good);
+}
+
+void Vehicle::watch_camera(Supervisor& s) noexcept {
+  if (!parameters_.navigation.camera) return;
+  const bool expected = sensors_.camera_ns() != 0 || now_ns_ - begun_ns_ > kBoot;
+  warn(sensors_.camera_lost() && expected, camera_told_, faults::camera_lost, 0, s);
 }
 
 void Vehicle::watch_supply(Supervisor& s) noexcept {

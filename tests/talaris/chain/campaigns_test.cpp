@@ -144,6 +144,12 @@ TEST(TalarisResults, Wide) {
   std::printf("%s\n%s", commit().c_str(), wide_section(wanted("LSS_RESULTS_WIDE", 20)).c_str());
 }
 
+TEST(TalarisResults, Camera) {
+  if (std::getenv("LSS_RESULTS_CAMERA") == nullptr)
+    GTEST_SKIP() << "set LSS_RESULTS_CAMERA to the number of seeds of the wide set with a camera";
+  std::printf("%s\n%s", commit().c_str(), camera_section(wanted("LSS_RESULTS_CAMERA", 20)).c_str());
+}
+
 TEST(TalarisResults, Document) {
   if (std::getenv("LSS_WRITE_RESULTS") == nullptr)
     GTEST_SKIP() << "set LSS_WRITE_RESULTS to fly all of them and write docs/talaris-results.md";
@@ -154,7 +160,8 @@ TEST(TalarisResults, Document) {
       fmt::format("{:04}-{:02}-{:02}", date.tm_year + 1900, date.tm_mon + 1, date.tm_mday);
   std::string text = fmt::format(kBeginning, day, commit());
   text += "## Full hop\n" + hop_section(wanted("LSS_RESULTS_HOPS", 200));
-  text += "\n## A day in the field\n" + wide_section(wanted("LSS_RESULTS_WIDE", 1000));
+  text += "\n## A day in the field\n" + wide_section(wanted("LSS_RESULTS_WIDE", 1000)) + "\n" +
+          camera_section(wanted("LSS_RESULTS_CAMERA", 1000));
   text += "\n## The edge of the envelope\n" +
           edge_section(wanted("LSS_RESULTS_EDGE", 40), LSS_RESULTS_PICTURE);
   text += "\n## On the stands\n" +

@@ -52,6 +52,9 @@ Chain::Chain(const Options& options)
              .period_ns = config_.period_ns,
              .grace_ns = parameters_.buses.grace_ns},
             kBegin) {
+  if (parameters_.buses.has_camera)
+    camera_.emplace(world_->lines()[2], std::make_unique<FlowCamera>(parameters_.buses.camera),
+                    options.seed + 6, kBegin);
   // The clocks of OBC and vehicle do not know of each other.
   std::mt19937 random(options.seed);
   step_ns_ += std::uniform_int_distribution<TimeNs>(0, sim::kStepNs - 1)(random);
@@ -67,7 +70,7 @@ TimeNs Chain::next_event() {
   return std::min({step_ns_, imu_.next_wake(), altimeter_.next_wake(), wire_->next_wake(),
                    std::max(master_.next_wake(), now_ns_ + 1),
                    std::max(valves_.next_wake(), now_ns_ + 1), grid_.deadline(), release_ns_,
-                   heartbeat_ns_});
+                   heartbeat_ns_, camera_ ? camera_->next_wake() : kNever});
 }
 
 void Chain::dispatch() {
@@ -85,6 +88,7 @@ void Chain::dispatch() {
   }
   imu_.turn(now_ns_);
   altimeter_.turn(now_ns_);
+  if (camera_) camera_->turn(now_ns_);
   turn_can();
   begin_frame();
 }
@@ -180,10 +184,15 @@ void Chain::frame(const Boundary& boundary) {
   in_.sample_count = 0;
   collect([&](TalarisSample& s) { return imu_.pop(s, in_.time_ns); });
   collect([&](TalarisSample& s) { return altimeter_.pop(s, in_.time_ns); });
+  if (camera_) collect([&](TalarisSample& s) { return camera_->pop(s, in_.time_ns); });
   collect([&](TalarisSample& out) {
     return samples_.pop_if(out, [&](const TalarisSample& s) { return s.time_ns < in_.time_ns; });
   });
-  in_.bus = {.imu = imu_.report(), .altimeter = altimeter_.report(), .can = can_, .edges = edges_};
+  in_.bus = {.imu = imu_.report(),
+             .altimeter = altimeter_.report(),
+             .camera = camera_ ? camera_->report() : LineReport{},
+             .can = can_,
+             .edges = edges_};
   run_cycle();
   release_ns_ = std::max(boundary.time_ns + config_.offset_ns, now_ns_);
   if (late_share_ > 0 && std::bernoulli_distribution(late_share_)(lateness_))

@@ -5,6 +5,7 @@
 
 #include "idl/angles.h"
 #include "idl/talaris/codes.h"
+#include "tests/talaris/chain/campaigns.h"
 #include "tests/talaris/chain/flights.h"
 #include "tests/talaris/chain/many.h"
 
@@ -102,6 +103,46 @@ TEST(TalarisCorridor, AnAccelerometerThatIsOffIsNoSuccess) {
     const Flown flown = fly({.faults = {fault}, .fault_s = 3}, 1);
     SCOPED_TRACE(std::string(fault) + " " + flown.text());
     EXPECT_TRUE(!flown.succeeded || flown.off_m() < kPlace_m);
+  }
+}
+
+// Of the wide set; as built these touch down with 0.4 to 0.7 m/s sideways.
+TEST(TalarisCamera, KeepsTheSpeedOverGroundAndThePlace) {
+  for (const unsigned seed : {1u, 31u, 34u}) {
+    const Flown flown = fly(with_camera(wide_flight()), seed);
+    SCOPED_TRACE(flown.text());
+    EXPECT_TRUE(flown.succeeded);
+    EXPECT_LT(flown.sideways_m_s, 0.4);
+    EXPECT_LT(flown.off_m(), 1.5);
+    EXPECT_LT(flown.nav_side_m_s, 0.1);
+  }
+}
+
+// Gusts of the wide set that came on the last half metre: 0.5 to 0.8 m/s sideways without waiting.
+TEST(TalarisCamera, GustsNearTheGroundAreWaitedFor) {
+  for (const unsigned seed : {28u, 42u, 67u}) {
+    const Flown flown = fly(with_camera(wide_flight()), seed);
+    SCOPED_TRACE(flown.text());
+    EXPECT_TRUE(flown.succeeded);
+    EXPECT_LT(flown.sideways_m_s, 0.45);
+  }
+}
+
+// Without it the flight goes on as built.
+TEST(TalarisCamera, OneThatIsSilentBlindOrFarOffCostsNoFlight) {
+  for (const char* fault : {"camera-silent", "camera-blind", "camera-off:3"}) {
+    FlightPlan plan = with_camera({});
+    plan.faults = {fault};
+    plan.fault_s = 6;
+    const Flown flown = fly(plan, 2);
+    SCOPED_TRACE(std::string(fault) + ": " + flown.text());
+    EXPECT_TRUE(flown.upright());
+    EXPECT_LT(flown.down_m_s, 1);
+    EXPECT_LT(flown.sideways_m_s, 1);
+    EXPECT_LT(flown.off_m(), kPlace_m);
+    EXPECT_TRUE(!flown.succeeded || safe(flown));
+    EXPECT_EQ(std::ranges::count(flown.faults, faults::camera_lost),
+              std::string_view(fault) == "camera-silent" ? 1 : 0);
   }
 }
 

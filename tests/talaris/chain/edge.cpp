@@ -188,23 +188,59 @@ std::string drawn(const std::vector<std::pair<const Cause*, std::vector<Point>>>
   return svg + "</svg>\n";
 }
 
-}  // namespace
-
-FlightPlan wide_flight() { return {.spread = kWide, .late_share = 0.02, .late_s = 0.010}; }
-
-bool safe(const Flown& flown) {
-  return flown.upright() && flown.down_m_s <= kSlow_m_s && flown.sideways_m_s <= kSideways_m_s;
-}
-
-std::string wide_section(unsigned seeds) {
-  const auto all = runs(seeds, [](unsigned seed) {
-    const Flown flown = fly(wide_flight(), seed);
+// The wide set with one set of sensors.
+std::string wide_flights(const FlightPlan& plan, unsigned seeds) {
+  const auto all = runs(seeds, [&](unsigned seed) {
+    const Flown flown = fly(plan, seed);
     if (!flown.succeeded || wrong(flown)) show(flown.text() + "\n");
     return flown;
   });
   const unsigned upright = count(all, [](const Flown& f) { return f.upright(); });
   const unsigned gentle = count(all, safe);
   const unsigned planned = count(all, [](const Flown& f) { return f.succeeded; });
+  std::string text = fmt::format(
+      "Upright: **{} of {}**; with at most {:g} m/s down and {:g} m/s sideways: **{}**. The daemon "
+      "says "
+      "\"as planned\" of {}; of these\n**{}** were not, by the world (gentle, and within {:g} m of "
+      "the "
+      "target). It says that the others failed: {}.\n\n",
+      upright, seeds, kSlow_m_s, kSideways_m_s, gentle, planned, count(all, wrong), kNear_m,
+      why_failed(all));
+  text += "| | median | 95 % | most |\n|---|---|---|---|\n";
+  const auto row = [&](const char* what, auto get) {
+    const Figures f = figures(all, get);
+    text += fmt::format("| {} | {:.2f} | {:.2f} | {:.2f} |\n", what, f.share(0.5), f.share(0.95),
+                        f.most());
+  };
+  row("landing speed, down, m/s", [](const Flown& f) { return f.down_m_s; });
+  row("landing speed, sideways, m/s", [](const Flown& f) { return f.sideways_m_s; });
+  row("place, from the target, m", [](const Flown& f) { return f.off_m(); });
+  row("tilt in the air, deg", [](const Flown& f) { return f.max_tilt_deg; });
+  row("gas, thruster-seconds of 44", [](const Flown& f) { return f.gas_s; });
+  return text;
+}
+
+}  // namespace
+
+FlightPlan wide_flight() { return {.spread = kWide, .late_share = 0.02, .late_s = 0.010}; }
+
+FlightPlan with_camera(FlightPlan plan) {
+  plan.world = [before = plan.world](TalarisOptions& world) {
+    if (before) before(world);
+    world.camera.present = true;
+  };
+  plan.adjust = [before = plan.adjust](Parameters& parameters) {
+    if (before) before(parameters);
+    parameters.buses.has_camera = parameters.navigation.camera = true;
+  };
+  return plan;
+}
+
+bool safe(const Flown& flown) {
+  return flown.upright() && flown.down_m_s <= kSlow_m_s && flown.sideways_m_s <= kSideways_m_s;
+}
+
+std::string wide_section(unsigned seeds) {
   std::string text = fmt::format(
       "The same hop, seeds 1 to {}, with everything at once, evenly unless \"sigma\": mass {:.0f} "
       "%, "
@@ -227,26 +263,14 @@ std::string wide_section(unsigned seeds) {
       1e3 * kWide.imu_skewed_sigma_rad, kWide.vibration_m_s2, 1e3 * kWide.altimeter_bias_m,
       1e3 * kWide.altimeter_latency_s, kWide.slope_rad / kDegree, kWide.wind_m_s, kWide.gust_m_s,
       kWide.density_kg_m3);
-  text += fmt::format(
-      "Upright: **{} of {}**; with at most {:g} m/s down and {:g} m/s sideways: **{}**. The daemon "
-      "says "
-      "\"as planned\" of {}; of these\n**{}** were not, by the world (gentle, and within {:g} m of "
-      "the "
-      "target). It says that the others failed: {}.\n\n",
-      upright, seeds, kSlow_m_s, kSideways_m_s, gentle, planned, count(all, wrong), kNear_m,
-      why_failed(all));
-  text += "| | median | 95 % | most |\n|---|---|---|---|\n";
-  const auto row = [&](const char* what, auto get) {
-    const Figures f = figures(all, get);
-    text += fmt::format("| {} | {:.2f} | {:.2f} | {:.2f} |\n", what, f.share(0.5), f.share(0.95),
-                        f.most());
-  };
-  row("landing speed, down, m/s", [](const Flown& f) { return f.down_m_s; });
-  row("landing speed, sideways, m/s", [](const Flown& f) { return f.sideways_m_s; });
-  row("place, from the target, m", [](const Flown& f) { return f.off_m(); });
-  row("tilt in the air, deg", [](const Flown& f) { return f.max_tilt_deg; });
-  row("gas, thruster-seconds of 44", [](const Flown& f) { return f.gas_s; });
-  return text;
+  return text + "### As built\n" + wide_flights(wide_flight(), seeds);
+}
+
+std::string camera_section(unsigned seeds) {
+  return fmt::format(
+             "### With a camera\nThe same with a camera, its scale off by {:.1f} % (sigma).\n\n",
+             100 * kWide.camera_scale_sigma) +
+         wide_flights(with_camera(wide_flight()), seeds);
 }
 
 std::string edge_section(unsigned seeds, const std::string& picture) {

@@ -85,6 +85,15 @@ TEST(TalarisConfig, TheExampleHoldsTheDefaults) {
   EXPECT_EQ(n.stand.velocity_sigma_m_s, m.stand.velocity_sigma_m_s);
   EXPECT_EQ(n.stand.attitude_sigma_rad, m.stand.attitude_sigma_rad);
   EXPECT_EQ(n.gravity_m_s2, m.gravity_m_s2);
+  EXPECT_EQ(n.camera, m.camera);
+  EXPECT_EQ(n.flow_period_s, m.flow_period_s);
+  EXPECT_EQ(n.flow_sigma_rad_s, m.flow_sigma_rad_s);
+  EXPECT_EQ(n.flow_scale_sigma, m.flow_scale_sigma);
+  EXPECT_EQ(n.flow_min_m, m.flow_min_m);
+  EXPECT_EQ(n.flow_max_m, m.flow_max_m);
+  EXPECT_EQ(p.buses.camera.counts_per_rad, d.buses.camera.counts_per_rad);
+  EXPECT_EQ(p.buses.camera.least_quality, d.buses.camera.least_quality);
+  EXPECT_EQ(p.camera_silent_ns, d.camera_silent_ns);
 }
 
 // Every number of [talaris...]: a value outside all limits is an error that names the key.

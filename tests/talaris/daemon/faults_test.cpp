@@ -134,6 +134,35 @@ TEST(TalarisFaults, AltimeterErrorsAreToldAndMakeItLostWhenNothingElseComes) {
   EXPECT_FALSE(w.has(faults::altimeter_lost, kAltimeterModule));
 }
 
+TEST(TalarisFaults, ACameraThatIsSilentIsTold) {
+  Parameters p = quick();
+  p.navigation.camera = p.buses.has_camera = true;
+  World w(p);
+  bool alive = true;
+  w.distort = [&](std::vector<TalarisSample>& samples) {
+    if (alive) samples.push_back({samples.back().time_ns, Flow{.quality = 200, .usable = true}});
+  };
+  ASSERT_TRUE(w.start());
+  EXPECT_FALSE(w.has(faults::camera_lost, 0));
+  alive = false;
+  w.run(0.8);
+  EXPECT_FALSE(w.has(faults::camera_lost, 0));
+  w.run(0.6);
+  EXPECT_TRUE(w.has(faults::camera_lost, 0));
+  alive = true;
+  w.run(0.4);
+  EXPECT_FALSE(w.has(faults::camera_lost, 0));
+
+  World never(p);
+  ASSERT_TRUE(never.start());
+  never.run(4.5);
+  EXPECT_TRUE(never.has(faults::camera_lost, 0)) << "one that was never heard";
+  World none;
+  ASSERT_TRUE(none.start());
+  none.run(8);
+  EXPECT_FALSE(none.has(faults::camera_lost, 0)) << "there is none";
+}
+
 TEST(TalarisFaults, RangesThatCannotBeDoNotMoveNavigation) {
   World w;
   ASSERT_TRUE(w.start());

@@ -39,25 +39,29 @@ class Flown {
   std::int64_t period_ns = 0;
   std::vector<ImuSample> imu;
   std::vector<RangeSample> ranges;
-  double wall_m = 8;  // distance of the wall from the origin, pointing sideways
+  std::vector<FlowSample> flows;  // with a camera
+  double wall_m = 8;              // distance of the wall from the origin, pointing sideways
   double ground_m = 0;
   bool quantised = true;
   bool flying = false;
-  double size = 1;  // of the motion
+  double size = 1;                     // of the motion
+  Vector3 flow_off = Vector3::Zero();  // rad/s along y and z, what the camera says too much
 
   // The next frame; imu and ranges are its measurements.
   Batch frame() {
     imu.clear();
     ranges.clear();
+    flows.clear();
     const std::int64_t end_ns = now_ns + kFrame_ns;
     while (now_ns + period_ns <= end_ns) {
       now_ns += period_ns;
       sample();
       if (now_ns >= next_range_ns_) range();
+      if (parameters.camera && now_ns >= next_flow_ns_) flow();
     }
     return batch();
   }
-  Batch batch() const { return {imu, ranges, now_ns}; }
+  Batch batch() const { return {imu, ranges, now_ns, flows}; }
 
   double normal(double sigma) { return std::normal_distribution<double>(0, sigma)(engine_); }
   Vector3 vector(double sigma) { return {normal(sigma), normal(sigma), normal(sigma)}; }
@@ -100,6 +104,14 @@ class Flown {
       acceleration -= 0.3 * truth.v + 0.1 * (truth.p - Vector3(2.5, 0, 0));
     }
     const auto middle = truth.q * DenseEkf::exponential(rate * (dt / 2));
+    const Vector3 mean_v = truth.v + acceleration * (dt / 2);
+    const Vector3 mean_p = truth.p + truth.v * (dt / 2);
+    const Vector3 v_B = middle.conjugate() * mean_v + rate.cross(parameters.altimeter_at_B_m);
+    const Vector3 down = middle * Vector3(-Vector3::UnitX());
+    const double depth =
+        (ground_m - (mean_p + middle * parameters.altimeter_at_B_m).x()) / down.x();
+    passed_ +=
+        dt * (Vector3(0, -v_B.y() / depth + rate.z(), -v_B.z() / depth - rate.y()) + flow_off);
     const Vector3 force = middle.conjugate() * Vector3(acceleration + Vector3(truth.gravity, 0, 0));
     truth.ba += vector(parameters.force_bias_walk * std::sqrt(dt));
     truth.bg += vector(parameters.rate_bias_walk * std::sqrt(dt));
@@ -130,6 +142,14 @@ class Flown {
     ranges.push_back({now_ns, r});
   }
 
+  void flow() {
+    const double period = parameters.flow_period_s;
+    next_flow_ns_ = now_ns + static_cast<std::int64_t>(std::llround(period * 1e9));
+    const double noise = parameters.flow_sigma_rad_s * period;
+    flows.push_back({now_ns, passed_.y() + normal(noise), passed_.z() + normal(noise)});
+    passed_.setZero();
+  }
+
   static Vector3 rounded(const Vector3& v, double step) {
     return (v / step).array().round().matrix() * step;
   }
@@ -137,7 +157,8 @@ class Flown {
   std::mt19937_64 engine_;
   double phase_[6];
   double t_ = 0;
-  std::int64_t next_range_ns_ = 0;
+  std::int64_t next_range_ns_ = 0, next_flow_ns_ = 0;
+  Vector3 passed_ = Vector3::Zero();  // the camera, since its last sample
 };
 
 }  // namespace lss::gnc::talaris::test

@@ -9,6 +9,7 @@
 
 #include "drivers/talaris/ar1000.h"
 #include "drivers/talaris/crossbow.h"
+#include "drivers/talaris/flow_camera.h"
 #include "drivers/talaris/hopper_bus.h"
 #include "drivers/talaris/landmark30.h"
 #include "drivers/talaris/valves.h"
@@ -70,6 +71,9 @@ class TalarisDrivers : public testing::Test {
     imu_ = std::make_unique<LineEnd>(lines[0], std::move(imu), now_);
     altimeter_ =
         std::make_unique<LineEnd>(lines[1], std::make_unique<Ar1000>(Ar1000Parameters{}), now_);
+    if (options.camera.present)
+      camera_ = std::make_unique<LineEnd>(
+          lines[2], std::make_unique<FlowCamera>(FlowCameraParameters{}), now_);
     master_.restart(now_);
     valves_.reopened(now_);
     orders_.enabled = 0xFF;
@@ -92,6 +96,7 @@ class TalarisDrivers : public testing::Test {
   void turn() {
     imu_->turn(now_, samples_);
     altimeter_->turn(now_, samples_);
+    if (camera_) camera_->turn(now_, samples_);
     for (CanFrame heard : can_->take(now_)) {
       heard.time_ns = now_;
       master_.receive({&heard, 1});
@@ -124,7 +129,7 @@ class TalarisDrivers : public testing::Test {
   TimeNs now_ = 100 * kSecond;
   std::unique_ptr<sim::talaris::Talaris> world_;
   std::unique_ptr<sim::CanBus> can_;
-  std::unique_ptr<LineEnd> imu_, altimeter_;
+  std::unique_ptr<LineEnd> imu_, altimeter_, camera_;
   HopperBus master_{HopperBusParameters{}};
   ValveSequencer valves_;
   TalarisOrders orders_;
@@ -250,6 +255,31 @@ TEST_F(TalarisDrivers, FaultsArriveAsWhatTheyAre) {
   run(0.5);
   EXPECT_NE(state(kFanNode), NodeState::operational);
   EXPECT_EQ(state(kValveNode), NodeState::operational);
+}
+
+// It stands, then slides: the ground passes the other way.
+TEST_F(TalarisDrivers, TheCameraSaysHowFarTheGroundPassed) {
+  TalarisOptions options{.camera = {.present = true, .noise_rad_s = 0}};
+  start(options);
+  run(1);
+  ASSERT_NEAR(static_cast<double>(all<Flow>().size()), 20, 1);
+  for (const Flow& flow : all<Flow>()) {
+    EXPECT_TRUE(flow.usable);
+    EXPECT_NEAR(flow.angle_rad[0], 0, 2e-3) << "it stands";
+  }
+  samples_.clear();
+  inject("push:400:30");
+  const auto before = world_->plant().body().position_m;
+  run(0.5);
+  const auto moved = world_->plant().body().position_m - before;
+  std::array<double, 2> passed{};
+  for (const Flow& flow : all<Flow>()) {
+    for (std::size_t i = 0; i < 2; ++i) passed[i] += flow.angle_rad[i];
+  }
+  const double depth_m = *world_->range_m();
+  ASSERT_GT(std::abs(moved.y()), 0.02);
+  EXPECT_NEAR(passed[0], -moved.y() / depth_m, 0.3 * std::abs(moved.y() / depth_m));
+  EXPECT_NEAR(passed[1], -moved.z() / depth_m, 0.3 * std::abs(moved.z() / depth_m));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "tests/support/can_script.h"
 #include "tools/lss-sim/talaris/altimeter.h"
+#include "tools/lss-sim/talaris/flow_camera.h"
 #include "tools/lss-sim/talaris/imu.h"
 
 namespace lss::sim::talaris {
@@ -262,6 +263,48 @@ TEST_F(TalarisAltimeter, FaultsShow) {
   EXPECT_EQ(listen(500, 1).back(), "001.500\r\n");
   altimeter_.set_faults({.garbage = true});
   EXPECT_THAT(listen(500, 1), testing::Each(testing::Not(MatchesRegex("[0-9]+\\.[0-9]+\r\n"))));
+}
+
+using Passes = std::optional<std::array<double, 2>>;
+constexpr FlowCameraOptions kIdealCamera = {.present = true, .jitter_s = 0, .noise_rad_s = 0};
+
+std::vector<Packet> frames(FlowCamera& camera, int ms, const Passes& passes) {
+  std::vector<Packet> heard;
+  for (int i = 0; i < ms; ++i) {
+    camera.step(passes);
+    for (auto said = camera.send(0); !said.empty(); said = camera.send(0))
+      heard.emplace_back(said.begin(), said.end());
+  }
+  return heard;
+}
+
+TEST(TalarisCamera, SaysTwentyTimesASecondHowFarTheGroundPassed) {
+  FlowCamera camera(kIdealCamera, 1);
+  const auto heard = frames(camera, 1'000, Passes{{1.2, -0.4}});
+  ASSERT_EQ(heard.size(), 20u);
+  // 60 counts along y, -20 along z; the check by another program.
+  EXPECT_THAT(heard.front(),
+              ElementsAreArray(bytes("24 58 3C 00 02 1F 09 00 C8 3C 00 00 00 EC FF FF FF 6C")));
+}
+
+TEST(TalarisCamera, WithoutAPictureItSaysThatItIsOfNoQuality) {
+  FlowCamera camera(kIdealCamera, 1);
+  const auto quality = [&](const Passes& passes) { return frames(camera, 50, passes).at(0)[8]; };
+  EXPECT_GT(quality(Passes{{1, 1}}), 100);
+  EXPECT_EQ(quality({}), 0) << "too high, too low, too inclined";
+  EXPECT_EQ(quality(Passes{{5, 6}}), 0) << "blurred";
+  camera.set_faults({.blind = true});
+  EXPECT_EQ(quality(Passes{{1, 1}}), 0);
+  camera.set_faults({.off_rad_s = 1});
+  EXPECT_EQ(frames(camera, 50, Passes{{0, 0}}).at(0)[9], 50);
+  camera.set_faults({.silent = true});
+  EXPECT_TRUE(frames(camera, 500, Passes{{1, 1}}).empty());
+}
+
+TEST(TalarisCamera, SpeaksLaterByItsLatency) {
+  FlowCamera camera({.present = true, .jitter_s = 0, .latency_s = 0.03, .noise_rad_s = 0}, 1);
+  EXPECT_TRUE(frames(camera, 79, Passes{{1, 1}}).empty());
+  EXPECT_EQ(frames(camera, 1, Passes{{1, 1}}).size(), 1u);
 }
 
 }  // namespace

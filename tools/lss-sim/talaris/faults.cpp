@@ -42,6 +42,8 @@ constexpr FaultArgument kNoise[] = {{"FACTOR", "on its noise", 0, 10'000}};
 constexpr FaultArgument kError[] = {{"NUMBER", "after the E", 1, 99, true, true, 15}};
 constexpr FaultArgument kOffset[] = {{"M", "metres too far", -30, 30}};
 
+constexpr FaultArgument kFlow[] = {{"RAD_S", "rad/s along both axes", -10, 10}};
+
 constexpr FaultArgument kValve[] = {{"VALVE", "1-8", 1, 8, true}};
 constexpr FaultArgument kFan[] = {{"FAN", "1-4", 1, 4, true}};
 constexpr FaultArgument kAnyFan[] = {{"FAN", "1-4; 0: all", 0, 4, true, true, 0}};
@@ -68,6 +70,9 @@ constexpr FaultKind kFaultKinds[] = {
     {"altimeter-offset", kOffset, "the altimeter is off by so much"},
     {"altimeter-range", {}, "the altimeter has no target"},
     {"altimeter-stuck", {}, "the altimeter repeats its last reading"},
+    {"camera-silent", {}, "the camera says nothing"},
+    {"camera-blind", {}, "the camera sees nothing: dust, darkness, even ground"},
+    {"camera-off", kFlow, "the camera is off by so much"},
     {"node-silent", kNode1, "a node neither sends nor receives, and continues by itself", false, 1},
     {"node-reset", kNode1, "a node restarts once", true, 1},
     {"node-babble", kBabble, "a node sends frames that nobody asked for", false, 1},
@@ -91,7 +96,9 @@ constexpr FaultKind kFaultKinds[] = {
 std::span<const FaultKind> fault_kinds() { return kFaultKinds; }
 
 void Talaris::set_fault(const Fault& fault, bool attach) {
-  if (set_imu_fault(fault, attach) || set_altimeter_fault(fault, attach)) return;
+  if (set_imu_fault(fault, attach) || set_altimeter_fault(fault, attach) ||
+      set_camera_fault(fault, attach))
+    return;
   const std::lock_guard lock(mutex_);
   set_actuator_fault(fault, attach) || set_named_node_fault(fault, attach);
   note_waiting();
@@ -145,6 +152,22 @@ bool Talaris::set_altimeter_fault(const Fault& fault, bool attach) {
     return false;
   }
   altimeter_.set_faults(faults);
+  return true;
+}
+
+bool Talaris::set_camera_fault(const Fault& fault, bool attach) {
+  const std::string_view name = fault.kind->name;
+  FlowCameraFaults faults = camera_.faults();
+  if (name == "camera-silent") {
+    faults.silent = attach;
+  } else if (name == "camera-blind") {
+    faults.blind = attach;
+  } else if (name == "camera-off") {
+    faults.off_rad_s = attach ? fault.values.front() : 0;
+  } else {
+    return false;
+  }
+  camera_.set_faults(faults);
   return true;
 }
 

@@ -64,6 +64,8 @@ TalarisOptions dispersed(const TalarisOptions& nominal, unsigned seed, const Spr
   drawn.air.wind_m_s += any(spread.wind_m_s);
   drawn.air.gust_m_s += any(spread.gust_m_s);
   if (spread.wind_m_s + spread.gust_m_s > 0) drawn.air.to_rad = off(180 * kDegree);
+  if (drawn.camera.present && spread.camera_scale_sigma > 0)
+    drawn.camera.scale += std::normal_distribution(0.0, spread.camera_scale_sigma)(random);
   return drawn;
 }
 
@@ -229,6 +231,8 @@ class TalarisKind final : public VehicleKind {
     command.add_option("--altimeter-noise", options_.altimeter.noise_m, "standard deviation, m")
         ->check(CLI::Range(0.0, 1.0))
         ->capture_default_str();
+    command.add_flag("--camera", options_.camera.present,
+                     "a camera on the line \"camera\", beside the altimeter");
     command.add_flag("--load-cell", load_cell_, "node 0x22 also where the stand has none");
   }
 

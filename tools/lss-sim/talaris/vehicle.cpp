@@ -29,6 +29,7 @@ Talaris::Talaris(const TalarisOptions& options)
       air_(options.air, options.seed + 4),
       imu_(make_imu(options.imu, options.seed + 1)),
       altimeter_(options.altimeter, options.seed + 2),
+      camera_(options.camera, options.seed + 6),
       gas_(options.gas),
       fans_(options.fans),
       valve_node_(options.seed + ValveNode::kId),
@@ -44,12 +45,16 @@ Talaris::Talaris(const TalarisOptions& options)
 std::vector<SerialLine> Talaris::lines() {
   const bool polled = options_.imu.kind == ImuKind::crossbow;
   // Each command of the Crossbow is a letter; commands of the altimeter end with CR.
-  return {{.name = "imu",
-           .device = imu_.get(),
-           .baud = polled ? 38'400 : 115'200,
-           .bits = polled ? 10 : 12,
-           .frame_begin = 'G'},
-          {.name = "altimeter", .device = &altimeter_, .baud = 9'600, .frame_begin = 'D'}};
+  std::vector<SerialLine> all = {
+      {.name = "imu",
+       .device = imu_.get(),
+       .baud = polled ? 38'400 : 115'200,
+       .bits = polled ? 10 : 12,
+       .frame_begin = 'G'},
+      {.name = "altimeter", .device = &altimeter_, .baud = 9'600, .frame_begin = 'D'}};
+  if (options_.camera.present)
+    all.push_back({.name = "camera", .device = &camera_, .baud = 115'200});
+  return all;
 }
 
 // Steps the nodes for a millisecond and applies their outputs. Locked.
@@ -94,6 +99,19 @@ void Talaris::step() {
   imu_->step(
       {plant_.body().rate_B_rad_s, plant_.body().force_B_m_s2, rpm / (kFans * kShaking_rpm)});
   altimeter_.step(range_m());
+  camera_.step(ground_passes_rad_s());
+}
+
+// By the velocity of the camera and its distance from the ground straight below it.
+std::optional<std::array<double, 2>> Talaris::ground_passes_rad_s() const {
+  const FlowCameraOptions& c = options_.camera;
+  if (!c.present) return {};
+  const auto depth_m = plant_.distance_m(options_.altimeter_at_m, Vector3(-1, 0, 0), c.most_rad);
+  if (!depth_m || *depth_m < c.min_m || *depth_m > c.max_m) return {};
+  const BodyState& body = plant_.body();
+  const Vector3 v = body.attitude.conjugate() * body.velocity_m_s +
+                    body.rate_B_rad_s.cross(options_.altimeter_at_m);
+  return {{-v.y() / *depth_m + body.rate_B_rad_s.z(), -v.z() / *depth_m - body.rate_B_rad_s.y()}};
 }
 
 double Talaris::voltage_V() const {

@@ -1,8 +1,8 @@
 #pragma once
 
-// TALARIS as its Locomotion Controller sees it: an IMU and an altimeter on serial lines, valves,
-// fans and on test stands a load cell as nodes on a CAN bus, and the vehicle behind them. The entry
-// for lss-sim's roster, and the vehicle itself for tests that step it without threads:
+// TALARIS as its Locomotion Controller sees it: an IMU, an altimeter and a camera on serial lines,
+// valves, fans and on test stands a load cell as nodes on a CAN bus, and the vehicle behind them.
+// The entry for lss-sim's roster, and the vehicle itself for tests that step it without threads:
 //
 //   Talaris world({.plant = {.stand = Stand::sled, .heading_rad = 0.8}, .seed = 7});
 //   sim::CanBus bus({.seed = 7}, world);               // its devices: world
@@ -21,6 +21,7 @@
 #include "tools/lss-sim/talaris/air.h"
 #include "tools/lss-sim/talaris/altimeter.h"
 #include "tools/lss-sim/talaris/fans.h"
+#include "tools/lss-sim/talaris/flow_camera.h"
 #include "tools/lss-sim/talaris/gas.h"
 #include "tools/lss-sim/talaris/imu.h"
 #include "tools/lss-sim/talaris/nodes.h"
@@ -40,11 +41,13 @@ struct TalarisOptions {
   FanOptions fans{};
   ImuOptions imu{};
   AltimeterOptions altimeter{};
+  FlowCameraOptions camera{};
   AirOptions air{};
-  std::optional<Pointing> pointing{};        // unset: sideways on rail and sled, otherwise down
-  Vector3 altimeter_at_m = Vector3::Zero();  // as [talaris.altimeter] of the configuration
-  std::optional<bool> load_cell{};           // unset: only on the stand for it
-  unsigned seed = 1;                         // of noise and biases
+  std::optional<Pointing> pointing{};  // unset: sideways on rail and sled, otherwise down
+  Vector3 altimeter_at_m =
+      Vector3::Zero();  // as [talaris.altimeter] of the configuration; of the camera, too
+  std::optional<bool> load_cell{};  // unset: only on the stand for it
+  unsigned seed = 1;                // of noise and biases
 };
 
 // Ranges from which a vehicle is drawn: shares and values either way, evenly, unless it says
@@ -61,6 +64,7 @@ struct Spread {
   double imu_scale_sigma = 0, imu_misaligned_sigma_rad = 0, imu_skewed_sigma_rad = 0;
   double vibration_m_s2 = 0, vibration_rad_s = 0;
   double altimeter_bias_m = 0, altimeter_latency_s = 0;
+  double camera_scale_sigma = 0;
   double slope_rad = 0, density_kg_m3 = 0, wind_m_s = 0, gust_m_s = 0;
 };
 inline constexpr Spread kNarrow{};
@@ -79,6 +83,7 @@ inline constexpr Spread kWide{.cg_m = 0.003,
                               .vibration_rad_s = 0.01,
                               .altimeter_bias_m = 0.02,
                               .altimeter_latency_s = 0.03,
+                              .camera_scale_sigma = 0.005,
                               .slope_rad = 4 * kDegree,
                               .density_kg_m3 = 1.2,
                               .wind_m_s = 2.5,
@@ -104,6 +109,7 @@ class Talaris final : public Vehicle, public nodes::NodeBus {
   const TalarisOptions& options() const { return options_; }
   Imu& imu() { return *imu_; }
   Altimeter& altimeter() { return altimeter_; }
+  FlowCamera& camera() { return camera_; }
   const Plant& plant() const { return plant_; }
   const ColdGas& gas() const { return gas_; }
   const Fans& fans() const { return fans_; }
@@ -114,7 +120,9 @@ class Talaris final : public Vehicle, public nodes::NodeBus {
 
  private:
   Wrench act();
+  std::optional<std::array<double, 2>> ground_passes_rad_s() const;
   bool set_imu_fault(const Fault& fault, bool attach);
+  bool set_camera_fault(const Fault& fault, bool attach);
   bool set_altimeter_fault(const Fault& fault, bool attach);
   bool set_named_node_fault(const Fault& fault, bool attach);
   bool set_actuator_fault(const Fault& fault, bool attach);
@@ -124,6 +132,7 @@ class Talaris final : public Vehicle, public nodes::NodeBus {
   Air air_;
   std::unique_ptr<Imu> imu_;
   Altimeter altimeter_;
+  FlowCamera camera_;
 
   // The mutex guards all below: shared by physics, the bus and faults.
   ColdGas gas_;
