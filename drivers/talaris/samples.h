@@ -83,12 +83,28 @@ struct Load {
   std::array<double, 3> moment_Nm{};
 };
 
-using Reading = std::variant<ImuPacket, ImuStatus, Range, GasState, FanSpeeds, Load, Flow>;
+// One packet of the second IMU.
+struct StandbyPacket {
+  ImuPacket packet{};
+};
+
+using Reading =
+    std::variant<ImuPacket, ImuStatus, Range, GasState, FanSpeeds, Load, Flow, StandbyPacket>;
 
 // Stamped with the arrival of the first byte, or of the CAN frame.
 struct TalarisSample {
   TimeNs time_ns = 0;
   Reading reading{};
 };
+
+// What the line of the second IMU says, which has the driver of a first one. False: nothing of it
+// is used.
+inline bool of_standby(TalarisSample& sample) noexcept {
+  const auto* packet = std::get_if<ImuPacket>(&sample.reading);
+  if (packet == nullptr) return false;
+  const ImuPacket copy = *packet;
+  sample.reading = StandbyPacket{copy};
+  return true;
+}
 
 }  // namespace lss::talaris

@@ -35,9 +35,13 @@ std::string can_path(const config::Config& config) {
 
 std::vector<std::string> missing_ports(const config::Config& config, const BusesParameters& p) {
   std::vector<std::string> missing;
-  for (const char* name : {"imu", "altimeter", "can", "camera"}) {
-    if (find_port(config, name) == nullptr && (p.has_camera || name != std::string_view("camera")))
-      missing.emplace_back(name);
+  const std::pair<const char*, bool> ports[] = {{"imu", true},
+                                                {"altimeter", true},
+                                                {"can", true},
+                                                {"camera", p.has_camera},
+                                                {"standby_imu", p.has_standby}};
+  for (const auto& [name, needed] : ports) {
+    if (needed && find_port(config, name) == nullptr) missing.emplace_back(name);
   }
   return missing;
 }
@@ -64,6 +68,8 @@ BusesParameters complete(BusesParameters p, const config::Config& config) {
     p.altimeter.baud = static_cast<int>(altimeter->baud);
   if (const config::Port* camera = find_port(config, "camera"))
     p.camera.baud = static_cast<int>(camera->baud);
+  if (const config::Port* standby = find_port(config, "standby_imu"))
+    p.standby.baud = static_cast<int>(standby->baud);
   p.valves.frame_ns = config.period_ns;
   p.valves.node = p.can.node[kValveNode];
   p.valves.fan_node = p.can.node[kFanNode];
@@ -82,13 +88,16 @@ Buses::Buses(const config::Config& config, const BusesParameters& parameters)
       crossbow_(parameters_.crossbow),
       ar1000_(parameters_.altimeter),
       flow_camera_(parameters_.camera),
+      standby_imu_(parameters_.standby),
       imu_settings_(settings(config, "imu", imu_line())),
       altimeter_settings_(settings(config, "altimeter", ar1000_)),
       camera_settings_(settings(config, "camera", flow_camera_)),
+      standby_settings_(settings(config, "standby_imu", standby_imu_)),
       can_path_(can_path(config)),
       imu_(LineEnds{.line = &imu_line(), .frames = &frames_}, imu_settings_),
       altimeter_(LineEnds{.line = &ar1000_}, altimeter_settings_),
       camera_(LineEnds{.line = &flow_camera_}, camera_settings_),
+      standby_(LineEnds{.line = &standby_imu_}, standby_settings_),
       can_(parameters_.can, can_path_, canopen::filters()),
       actuation_(parameters_.valves, can_) {
   can_.line().attach(actuation_.sender());
@@ -117,6 +126,9 @@ tl::expected<void, std::string> Buses::probe() {
                     std::ceil(static_cast<double>(fresh_ns) * 1e-6)));
   if (auto ok = check_port(imu_settings_, imu_.probe()); !ok) return ok;
   if (auto ok = check_port(altimeter_settings_, altimeter_.probe()); !ok) return ok;
+  if (parameters_.has_standby) {
+    if (auto ok = check_port(standby_settings_, standby_.probe()); !ok) return ok;
+  }
   if (parameters_.has_camera) {
     if (auto ok = check_port(camera_settings_, camera_.probe()); !ok) return ok;
   }
@@ -129,6 +141,7 @@ std::vector<std::pair<std::string, std::function<void()>>> Buses::bodies() {
       {"bus/altimeter", [this] { altimeter_.run(); }},
       {"bus/can", [this] { can_.run(); }}};
   if (parameters_.has_camera) all.emplace_back("bus/camera", [this] { camera_.run(); });
+  if (parameters_.has_standby) all.emplace_back("bus/standby_imu", [this] { standby_.run(); });
   return all;
 }
 
@@ -136,6 +149,7 @@ std::vector<Progress> Buses::progress() const {
   std::vector<Progress> all = {
       {"bus/imu", imu_.turns()}, {"bus/altimeter", altimeter_.turns()}, {"bus/can", can_.turns()}};
   if (parameters_.has_camera) all.push_back({"bus/camera", camera_.turns()});
+  if (parameters_.has_standby) all.push_back({"bus/standby_imu", standby_.turns()});
   return all;
 }
 
@@ -143,6 +157,7 @@ void Buses::stop() noexcept {
   imu_.stop();
   altimeter_.stop();
   camera_.stop();
+  standby_.stop();
   can_.stop();
 }
 
@@ -155,17 +170,22 @@ std::size_t Buses::collect(TimeNs boundary_ns, std::span<TalarisSample> samples,
   take(imu_);
   take(altimeter_);
   take(camera_);
+  while (count < samples.size() && standby_.pop(samples[count], boundary_ns)) {
+    if (of_standby(samples[count])) ++count;
+  }
   take(can_);
   report = {.imu = report_of(imu_.report()),
             .altimeter = report_of(altimeter_.report()),
             .camera = report_of(camera_.report()),
+            .standby = report_of(standby_.report()),
             .can = can_.report(),
             .edges = actuation_.report()};
   return count;
 }
 
 std::uint64_t Buses::dropped() const noexcept {
-  return imu_.dropped() + altimeter_.dropped() + camera_.dropped() + can_.dropped();
+  return imu_.dropped() + altimeter_.dropped() + camera_.dropped() + standby_.dropped() +
+         can_.dropped();
 }
 
 void Buses::release(const TalarisOrders& orders, const Boundary& boundary) noexcept {

@@ -1,9 +1,9 @@
 #pragma once
 
-// The wiring of TALARIS: an IMU, whose packets begin the frames, an altimeter and a camera on
-// serial lines; valves, fans and load cell on a CAN bus; and the actuate thread's part, which
-// writes the edges of the valves. Ports of the configuration: "imu", "altimeter", "can", and
-// "camera" if there is one.
+// The wiring of TALARIS: an IMU, whose packets begin the frames, a second one, an altimeter and a
+// camera on serial lines; valves, fans and load cell on a CAN bus; and the actuate thread's part,
+// which writes the edges of the valves. Ports of the configuration: "imu", "altimeter", "can", and
+// "standby_imu" and "camera" where there are such.
 
 #include <cstddef>
 #include <cstdint>
@@ -33,6 +33,8 @@ struct BusesParameters {
   LandMark30Parameters landmark{};
   CrossbowParameters crossbow{};
   Ar1000Parameters altimeter{};
+  bool has_standby = false;
+  CrossbowParameters standby{};
   bool has_camera = false;
   FlowCameraParameters camera{};
   HopperBusParameters can{};
@@ -54,7 +56,7 @@ struct LineReport {
 
 // Inputs of the frame from the buses besides samples.
 struct BusReport {
-  LineReport imu{}, altimeter{}, camera{};
+  LineReport imu{}, altimeter{}, camera{}, standby{};
   HopperCan::Report can{};
   EdgeReport edges{};
 };
@@ -97,9 +99,10 @@ class Buses {
   Crossbow crossbow_;
   Ar1000 ar1000_;
   FlowCamera flow_camera_;
-  SerialSettings imu_settings_, altimeter_settings_, camera_settings_;
+  Crossbow standby_imu_;
+  SerialSettings imu_settings_, altimeter_settings_, camera_settings_, standby_settings_;
   std::string can_path_;
-  LineBus imu_, altimeter_, camera_;
+  LineBus imu_, altimeter_, camera_, standby_;
   HopperCan can_;
   Actuation actuation_;
 };

@@ -151,6 +151,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   if (actions & lc::kEndSolve) solver_.end();
   if (actions & lc::kPublishData) data_requested_ = true;
   if (actions & (kGncOff | kCalibrate)) navigation_.begin_calibration();
+  if (actions & kCalibrate) sensors_.forget_difference();
   if (actions & kLand) flight_.land();
   if (actions & kExecute) {
     output_ = {};

@@ -70,6 +70,14 @@ void read_imu(config::Section s, Parameters& p) {
       1e-9;
 }
 
+// Its limits are those of the first.
+void read_standby(config::Section s, Parameters& p) {
+  p.buses.has_standby = s.flag("present", p.buses.has_standby);
+  read_axes(s, p.standby_axes);
+  read(s, "rate_range_deg_s", p.buses.standby.rate_range_deg_s, 10, 2000);
+  read(s, "force_range_g", p.buses.standby.force_range_g, 1, 50);
+}
+
 void read_altimeter(config::Section s, Parameters& p) {
   g::NavigationParameters& n = p.navigation;
   n.altimeter = s.flag("present", n.altimeter);
@@ -303,6 +311,7 @@ void read_gain_sets(config::Section& root, g::Parameters& p) {
 Parameters read_parameters(config::Section& root) {
   Parameters p;
   read_imu(root.section("imu"), p);
+  read_standby(root.section("standby_imu"), p);
   read_altimeter(root.section("altimeter"), p);
   read_camera(root.section("camera"), p);
   read_bus(root.section("bus"), p);

@@ -18,6 +18,7 @@ Sensors::Sensors(const Parameters& p) noexcept
       camera_silent_ns_(p.camera_silent_ns),
       same_limit_(static_cast<int>(std::lround(p.imu_stuck_s / p.navigation.imu_period_s))),
       lossy_limit_(p.imu_lost_per_s),
+      standby_(p),
       tank_(gnc::talaris::butterworth(p.pressure_corner_Hz, kPressureRate_Hz)),
       regulated_(gnc::talaris::butterworth(p.pressure_corner_Hz, kPressureRate_Hz)) {
   load_.fill(gnc::talaris::Filter(gnc::talaris::notch(p.notch_Hz, kLoadRate_Hz, p.notch_quality)));
@@ -29,8 +30,9 @@ void Sensors::configure(const Parameters& p) noexcept {
   lossy_limit_ = p.imu_lost_per_s;
 }
 
-void Sensors::begin(TimeNs now) noexcept {
+void Sensors::begin(TimeNs now, bool stands) noexcept {
   now_ns_ = now;
+  standby_.begin(now, std::span(imu_).first(imu_stuck() ? 0 : imu_count_), stands);
   imu_count_ = range_count_ = flow_count_ = 0;
   lossy_ -= lossy_ / kFrames_s;
   lost_in_frame_ = 0;
@@ -114,8 +116,8 @@ void Sensors::take(const Load& load, TimeNs) noexcept {
   }
 }
 
-gnc::talaris::Batch Sensors::batch() const noexcept {
-  return {.imu = std::span(imu_).first(imu_stuck() ? 0 : imu_count_),
+gnc::talaris::Batch Sensors::batch() noexcept {
+  return {.imu = standby_.with(std::span(imu_).first(imu_stuck() ? 0 : imu_count_)),
           .ranges = std::span(range_).first(range_count_),
           .end_ns = now_ns_,
           .flows = std::span(flow_).first(flow_count_)};

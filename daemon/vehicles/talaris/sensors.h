@@ -4,11 +4,13 @@
 // of all other values, filtered as in the thesis (4.5.2, 5.2.5), with its age; and sensor faults.
 // Frame thread; time is data; no allocation.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
 
 #include "daemon/vehicles/talaris/config.h"
+#include "daemon/vehicles/talaris/standby_imu.h"
 #include "gnc/talaris/filters.h"
 #include "gnc/talaris/types.h"
 
@@ -20,18 +22,21 @@ class Sensors {
   void configure(const Parameters& parameters) noexcept;  // the fault thresholds
 
   // One frame: begin, then each sample; then the other functions may be called.
-  void begin(TimeNs now) noexcept;
+  void begin(TimeNs now, bool stands) noexcept;
   void take(const TalarisSample& sample) noexcept;
 
-  // For navigation. Empty when the IMU is stuck.
-  gnc::talaris::Batch batch() const noexcept;
+  // For navigation, of both IMUs; without samples of one that is stuck. Valid until the next call.
+  gnc::talaris::Batch batch() noexcept;
 
-  // IMU: its data are not reliable.
-  bool imu_lost() const noexcept { return imu_silent() || imu_stuck(); }
+  // IMU: data of none is reliable.
+  bool imu_lost() const noexcept { return (imu_silent() || imu_stuck()) && !standby_.usable(); }
+  const StandbyImu& standby() const noexcept { return standby_; }
   bool imu_silent() const noexcept;
   bool imu_stuck() const noexcept { return same_ >= same_limit_; }
   bool imu_known() const noexcept { return imu_ns_ != 0; }
-  bool imu_heard() const noexcept { return imu_count_ != 0 && !imu_stuck(); }  // in the frame
+  bool imu_heard() const noexcept {  // in the frame, either
+    return (imu_count_ != 0 && !imu_stuck()) || standby_.heard();
+  }
   std::uint64_t imu_lost_packets() const noexcept { return lost_in_frame_; }
   std::uint64_t imu_lost_in_all() const noexcept { return lost_; }
   bool imu_lossy() const noexcept { return lossy_ > lossy_limit_; }
@@ -40,8 +45,12 @@ class Sensors {
   double scale_before() const noexcept { return scale_before_; }
   double scale() const noexcept { return scale_; }
   void forget_imu() noexcept;
+  void forget_difference() noexcept { standby_.forget(); }  // of both IMUs
   TimeNs imu_ns() const noexcept { return imu_ns_; }
-  double imu_age_s() const noexcept { return imu_stuck() ? age_s(0) : age_s(imu_ns_); }
+  double imu_age_s() const noexcept {  // of the newest reliable one
+    const TimeNs second_ns = standby_.usable() ? standby_.heard_ns() : 0;
+    return age_s(std::max(imu_stuck() ? 0 : imu_ns_, second_ns));
+  }
 
   // Altimeter.
   bool altimeter_lost() const noexcept;
@@ -73,6 +82,9 @@ class Sensors {
   void take(const ImuPacket& packet, TimeNs time) noexcept;
   void take(const ImuStatus& status, TimeNs time) noexcept;
   void take(const Range& range, TimeNs time) noexcept;
+  void take(const StandbyPacket& second, TimeNs time) noexcept {
+    standby_.take(second.packet, time);
+  }
   void take(const Flow& flow, TimeNs time) noexcept;
   void take(const GasState& gas, TimeNs time) noexcept;
   void take(const FanSpeeds& fans, TimeNs time) noexcept;
@@ -87,6 +99,7 @@ class Sensors {
   TimeNs now_ns_ = 0;
   std::array<gnc::talaris::ImuSample, kMaxImu> imu_{};
   std::size_t imu_count_ = 0;
+  StandbyImu standby_;
   std::array<gnc::talaris::RangeSample, kMaxRanges> range_{};
   std::size_t range_count_ = 0;
   std::array<gnc::talaris::FlowSample, kMaxFlows> flow_{};

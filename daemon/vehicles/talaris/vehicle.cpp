@@ -59,7 +59,7 @@ void Vehicle::read(const lss::Inputs<Vehicle>& in) noexcept {
   if (begun_ns_ == 0) begun_ns_ = now_ns_;
   data_requested_ = false;
   bus_ = in.bus;
-  sensors_.begin(in.time_ns);
+  sensors_.begin(in.time_ns, !output_.airborne);
   for (std::uint32_t i = 0; i < in.sample_count; ++i) sensors_.take(in.samples[i]);
 }
 
@@ -123,7 +123,10 @@ void Vehicle::guide(TimeNs now) noexcept {
   in.regulated_kPa = sensors_.regulated_kPa();
   if (overrun_) in.faults |= gnc::talaris::kOverruns;
   if (altimeter_repeats()) in.faults |= gnc::talaris::kAltimeterLost;
-  if (sensors_.imu_stuck()) in.faults |= gnc::talaris::kImuLost;
+  if (sensors_.imu_stuck() && sensors_.imu_lost()) in.faults |= gnc::talaris::kImuLost;
+  // Which of both is right nobody knows.
+  if (sensors_.standby().disagrees() && output_.airborne && !disagreed_) flight_.land();
+  disagreed_ = sensors_.standby().disagrees();
   if (gate_failed_ >= 2)
     in.faults |= gnc::talaris::kValvesLost;  // such orders mean: no valves, fans alone
   output_ = flight_.step(in);

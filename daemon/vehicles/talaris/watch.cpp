@@ -151,6 +151,12 @@ void Vehicle::watch_imu(Supervisor& s) noexcept {
   warn(sensors_.imu_silent() && expected, imu_silent_told_, faults::imu_silent, kImuModule, s);
   warn(sensors_.imu_stuck(), imu_stuck_told_, faults::imu_stuck, kImuModule, s);
   warn(sensors_.imu_lossy(), lossy_told_, faults::imu_lossy, kImuModule, s);
+  if (parameters_.buses.has_standby) {
+    const bool heard = sensors_.standby().heard_ns() != 0;
+    warn(sensors_.standby().silent() && (heard || now_ns_ - begun_ns_ > kBoot), standby_told_,
+         faults::standby_imu_lost, 0, s);
+    warn(sensors_.standby().disagrees(), disagree_told_, faults::imus_disagree, kImuModule, s);
+  }
   const bool lost = sensors_.imu_lost();
   if (((s.controller().flags & kImuLost) != 0) == lost) return;
   s.happen(lost ? event::imu_lost : event::imu_good);

@@ -228,6 +228,11 @@ FlightPlan parachute_flight() {
 const std::vector<Failure>& failures() {
   static const std::vector<Failure> all = {
       {"IMU silent", {"imu-silent"}, "level by the fans"},
+      {"IMU silent, with a second one", {"imu-silent"}, "as planned", with_standby_imu},
+      {"IMU silent, with a second one and a camera",
+       {"imu-silent"},
+       "as planned",
+       [](FlightPlan plan) { return with_camera(with_standby_imu(std::move(plan))); }},
       {"altimeter silent", {"altimeter-silent"}, "down by dead reckoning"},
       {"valve node silent", {"node-silent:0x20"}, "down by the fans"},
       {"fan node silent: the fans stop", {"node-silent:0x21"}, "gas takes what it can"},
@@ -257,7 +262,7 @@ Flown fail(const Failure& failure, unsigned seed, unsigned seeds) {
     plan.faults.push_back(fault);
   }
   plan.fault_s = kFrom_s + (kTo_s - kFrom_s) * (seed - 1) / std::max(seeds - 1, 1u);
-  return fly(plan, seed);
+  return fly(failure.with != nullptr ? failure.with(plan) : plan, seed);
 }
 
 std::string failures_section(unsigned seeds) {

@@ -14,8 +14,9 @@ namespace lss::talaris {
 // The failure of a hop, and the acceptable ends in spite of it.
 struct Failure {
   const char* name;
-  std::vector<std::string> faults;  // # is replaced by a number 1..8 of the seed
-  const char* right;                // the expected end of the flight
+  std::vector<std::string> faults;           // # is replaced by a number 1..8 of the seed
+  const char* right;                         // the expected end of the flight
+  FlightPlan (*with)(FlightPlan) = nullptr;  // more sensors than as built
 };
 const std::vector<Failure>& failures();
 // The failure strikes between lift-off and descent, when is the seed's.
@@ -39,6 +40,7 @@ std::string failures_section(unsigned seeds);
 bool safe(const Flown& flown);  // upright, at most 1 m/s down and 0.5 m/s sideways
 FlightPlan wide_flight();
 FlightPlan with_camera(FlightPlan plan);
+FlightPlan with_standby_imu(FlightPlan plan);
 std::string wide_section(unsigned seeds);
 std::string camera_section(unsigned seeds);  // the wide set with a camera
 std::string edge_section(unsigned seeds, const std::string& picture);

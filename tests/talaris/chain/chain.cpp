@@ -52,9 +52,14 @@ Chain::Chain(const Options& options)
              .period_ns = config_.period_ns,
              .grace_ns = parameters_.buses.grace_ns},
             kBegin) {
-  if (parameters_.buses.has_camera)
-    camera_.emplace(world_->lines()[2], std::make_unique<FlowCamera>(parameters_.buses.camera),
-                    options.seed + 6, kBegin);
+  for (const sim::SerialLine& line : world_->lines()) {
+    if (parameters_.buses.has_camera && line.name == "camera")
+      camera_.emplace(line, std::make_unique<FlowCamera>(parameters_.buses.camera),
+                      options.seed + 6, kBegin);
+    if (parameters_.buses.has_standby && line.name == "standby_imu")
+      standby_.emplace(line, std::make_unique<Crossbow>(parameters_.buses.standby),
+                       options.seed + 7, kBegin);
+  }
   // The clocks of OBC and vehicle do not know of each other.
   std::mt19937 random(options.seed);
   step_ns_ += std::uniform_int_distribution<TimeNs>(0, sim::kStepNs - 1)(random);
@@ -70,7 +75,8 @@ TimeNs Chain::next_event() {
   return std::min({step_ns_, imu_.next_wake(), altimeter_.next_wake(), wire_->next_wake(),
                    std::max(master_.next_wake(), now_ns_ + 1),
                    std::max(valves_.next_wake(), now_ns_ + 1), grid_.deadline(), release_ns_,
-                   heartbeat_ns_, camera_ ? camera_->next_wake() : kNever});
+                   heartbeat_ns_, camera_ ? camera_->next_wake() : kNever,
+                   standby_ ? standby_->next_wake() : kNever});
 }
 
 void Chain::dispatch() {
@@ -89,6 +95,7 @@ void Chain::dispatch() {
   imu_.turn(now_ns_);
   altimeter_.turn(now_ns_);
   if (camera_) camera_->turn(now_ns_);
+  if (standby_) standby_->turn(now_ns_);
   turn_can();
   begin_frame();
 }
@@ -185,12 +192,21 @@ void Chain::frame(const Boundary& boundary) {
   collect([&](TalarisSample& s) { return imu_.pop(s, in_.time_ns); });
   collect([&](TalarisSample& s) { return altimeter_.pop(s, in_.time_ns); });
   if (camera_) collect([&](TalarisSample& s) { return camera_->pop(s, in_.time_ns); });
+  if (standby_) {
+    collect([&](TalarisSample& s) {
+      while (standby_->pop(s, in_.time_ns)) {
+        if (of_standby(s)) return true;
+      }
+      return false;
+    });
+  }
   collect([&](TalarisSample& out) {
     return samples_.pop_if(out, [&](const TalarisSample& s) { return s.time_ns < in_.time_ns; });
   });
   in_.bus = {.imu = imu_.report(),
              .altimeter = altimeter_.report(),
              .camera = camera_ ? camera_->report() : LineReport{},
+             .standby = standby_ ? standby_->report() : LineReport{},
              .can = can_,
              .edges = edges_};
   run_cycle();

@@ -102,7 +102,7 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
 
   // The daemon's buses and the actuate thread's part.
   Line imu_, altimeter_;
-  std::optional<Line> camera_;
+  std::optional<Line> camera_, standby_;
   HopperBus master_;
   Twin<sizeof(HopperBus)> master_twin_;
   HopperCan::Report can_{};

@@ -146,5 +146,35 @@ TEST(TalarisCamera, OneThatIsSilentBlindOrFarOffCostsNoFlight) {
   }
 }
 
+TEST(TalarisStandbyImu, TheLossOfOneImuCostsNoFlight) {
+  for (const char* fault : {"imu-silent", "imu-stuck", "standby-imu-silent", "standby-imu-stuck"}) {
+    for (const double at_s : {1.03, 17.11}) {
+      if (at_s > 2 && fault != std::string_view("imu-silent")) continue;
+      FlightPlan plan = with_camera(with_standby_imu({}));
+      plan.faults = {fault};
+      plan.fault_s = at_s;
+      const Flown flown = fly(plan, 1);
+      SCOPED_TRACE(std::string(fault) + ": " + flown.text());
+      EXPECT_TRUE(flown.succeeded);
+      EXPECT_TRUE(safe(flown));
+      EXPECT_LT(flown.off_m(), 1.5);
+      EXPECT_EQ(std::ranges::count(flown.faults, faults::navigation_lost), 0);
+    }
+  }
+}
+
+TEST(TalarisStandbyImu, OneThatIsOffEndsTheFlightUpright) {
+  for (const char* fault : {"imu-bias:2:0.05", "imu-bias:6:0.4"}) {  // 2.9 deg/s; 0.4 m/s2
+    FlightPlan plan = with_standby_imu({});
+    plan.faults = {fault};
+    plan.fault_s = 6;
+    const Flown flown = fly(plan, 1);
+    SCOPED_TRACE(std::string(fault) + ": " + flown.text());
+    EXPECT_TRUE(flown.upright());
+    EXPECT_EQ(std::ranges::count(flown.faults, faults::imus_disagree), 1);
+    EXPECT_FALSE(flown.succeeded);
+  }
+}
+
 }  // namespace
 }  // namespace lss::talaris

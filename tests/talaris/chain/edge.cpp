@@ -224,16 +224,33 @@ std::string wide_flights(const FlightPlan& plan, unsigned seeds) {
 
 FlightPlan wide_flight() { return {.spread = kWide, .late_share = 0.02, .late_s = 0.010}; }
 
-FlightPlan with_camera(FlightPlan plan) {
-  plan.world = [before = plan.world](TalarisOptions& world) {
+namespace {
+
+template <class World, class Adjust>
+FlightPlan with(FlightPlan plan, World&& change, Adjust&& adjust) {
+  plan.world = [before = plan.world, change](TalarisOptions& world) {
     if (before) before(world);
-    world.camera.present = true;
+    change(world);
   };
-  plan.adjust = [before = plan.adjust](Parameters& parameters) {
+  plan.adjust = [before = plan.adjust, adjust](Parameters& parameters) {
     if (before) before(parameters);
-    parameters.buses.has_camera = parameters.navigation.camera = true;
+    adjust(parameters);
   };
   return plan;
+}
+
+}  // namespace
+
+FlightPlan with_camera(FlightPlan plan) {
+  return with(
+      std::move(plan), [](TalarisOptions& world) { world.camera.present = true; },
+      [](Parameters& p) { p.buses.has_camera = p.navigation.camera = true; });
+}
+
+FlightPlan with_standby_imu(FlightPlan plan) {
+  return with(
+      std::move(plan), [](TalarisOptions& world) { world.standby_imu = true; },
+      [](Parameters& p) { p.buses.has_standby = true; });
 }
 
 bool safe(const Flown& flown) {

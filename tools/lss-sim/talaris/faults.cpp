@@ -64,6 +64,8 @@ constexpr FaultKind kFaultKinds[] = {
     {"imu-scale", kScale, "the IMU changes its scales and says so"},
     {"imu-bias", kBias, "the IMU is off by so much", false, 1},
     {"imu-noise", kNoise, "the IMU is noisier"},
+    {"standby-imu-silent", {}, "the second IMU says nothing"},
+    {"standby-imu-stuck", {}, "the second IMU's values stand"},
     {"altimeter-silent", {}, "the altimeter says nothing"},
     {"altimeter-error", kError, "the altimeter says errors only"},
     {"altimeter-garbage", {}, "the altimeter says what is no number"},
@@ -109,6 +111,17 @@ bool Talaris::set_imu_fault(const Fault& fault, bool attach) {
   const double value = attach && !fault.values.empty() ? fault.values.back() : 0;
   if (name == "imu-counter-jump") {
     imu_->jump(static_cast<int>(value));
+    return true;
+  }
+  if (name.starts_with("standby-imu-")) {
+    if (!standby_imu_) {
+      fmt::print(stderr, "lss-sim: {} does nothing: there is no second IMU, see --standby-imu\n",
+                 to_text(fault));
+      return true;
+    }
+    ImuFaults faults = standby_imu_->faults();
+    (name.ends_with("silent") ? faults.silent : faults.stuck) = attach;
+    standby_imu_->set_faults(faults);
     return true;
   }
   ImuFaults faults = imu_->faults();

@@ -218,6 +218,8 @@ class TalarisKind final : public VehicleKind {
     command.add_option("--imu", options_.imu.kind, "landmark or crossbow")
         ->transform(CLI::CheckedTransformer(kinds).description(""))
         ->default_str("landmark");
+    command.add_flag("--standby-imu", options_.standby_imu,
+                     "a second IMU, a Crossbow, on the line \"standby_imu\"");
     command.add_option("--imu-errors", imu_errors_, "factor on its noise and biases")
         ->check(CLI::Range(0.0, 100.0))
         ->capture_default_str();

@@ -34,6 +34,11 @@ Talaris::Talaris(const TalarisOptions& options)
       fans_(options.fans),
       valve_node_(options.seed + ValveNode::kId),
       fan_node_(options.seed + FanNode::kId) {
+  if (options.standby_imu) {
+    ImuOptions second = options.imu;
+    second.kind = ImuKind::crossbow;
+    standby_imu_ = make_imu(second, options.seed + 7);
+  }
   if (options.load_cell.value_or(options.plant.stand == Stand::load)) {
     load_cell_.emplace(options.seed + LoadCellNode::kId);
   }
@@ -54,6 +59,9 @@ std::vector<SerialLine> Talaris::lines() {
       {.name = "altimeter", .device = &altimeter_, .baud = 9'600, .frame_begin = 'D'}};
   if (options_.camera.present)
     all.push_back({.name = "camera", .device = &camera_, .baud = 115'200});
+  if (standby_imu_)
+    all.push_back(
+        {.name = "standby_imu", .device = standby_imu_.get(), .baud = 38'400, .frame_begin = 'G'});
   return all;
 }
 
@@ -96,8 +104,10 @@ void Talaris::step() {
   wrench.force_N += blown.force_N;
   wrench.torque_Nm += blown.torque_Nm;
   plant_.step(wrench, gas_used_kg, push_N + air_.push_N());
-  imu_->step(
-      {plant_.body().rate_B_rad_s, plant_.body().force_B_m_s2, rpm / (kFans * kShaking_rpm)});
+  const Inertial felt = {plant_.body().rate_B_rad_s, plant_.body().force_B_m_s2,
+                         rpm / (kFans * kShaking_rpm)};
+  imu_->step(felt);
+  if (standby_imu_) standby_imu_->step(felt);
   altimeter_.step(range_m());
   camera_.step(ground_passes_rad_s());
 }

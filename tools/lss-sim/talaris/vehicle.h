@@ -40,6 +40,7 @@ struct TalarisOptions {
   GasOptions gas{};
   FanOptions fans{};
   ImuOptions imu{};
+  bool standby_imu = false;  // a second one, a Crossbow with the errors of the first one's options
   AltimeterOptions altimeter{};
   FlowCameraOptions camera{};
   AirOptions air{};
@@ -130,7 +131,7 @@ class Talaris final : public Vehicle, public nodes::NodeBus {
   TalarisOptions options_;
   Plant plant_;
   Air air_;
-  std::unique_ptr<Imu> imu_;
+  std::unique_ptr<Imu> imu_, standby_imu_;
   Altimeter altimeter_;
   FlowCamera camera_;
 
