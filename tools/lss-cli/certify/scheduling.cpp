@@ -35,6 +35,7 @@ Ran run_program(const std::vector<std::string>& words) {
   ::posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
   for (const int end : ends) ::posix_spawn_file_actions_addclose(&actions, end);
   std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
   for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
   argv.push_back(nullptr);
   pid_t child = 0;
