@@ -14,6 +14,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -23,6 +24,8 @@
 
 #include "daemon/app/roster.h"
 #include "daemon/config/config.h"
+#include "daemon/record/build.h"
+#include "daemon/replay/cycle_cost.h"
 #include "daemon/replay/replay_files.h"
 #include "daemon/runtime/clock.h"
 #include "daemon/runtime/program_check.h"
@@ -44,6 +47,7 @@ struct Options {
   int domain = -1;  // -1: from the configuration
   bool lockstep = false;
   std::vector<std::filesystem::path> replay;
+  std::size_t cost = 0;  // so many frames of each are counted
 };
 
 // "sim:NAME" is a link in the run directory, made by lss-sim.
@@ -204,6 +208,26 @@ int run(const Options& options, const sigset_t& signals) {
   return code;
 }
 
+int count_costs(const Options& options) {
+  for (const std::filesystem::path& path : options.replay) {
+    const auto cost = lss::record::cycle_cost(path, options.cost);
+    if (!cost) {
+      std::fprintf(stderr, "%s\n", cost.error().c_str());
+      return kExitFailure;
+    }
+    const nlohmann::ordered_json line = {{"file", path.string()},
+                                         {"frames", cost->frames},
+                                         {"counted", cost->counted},
+                                         {"frame", cost->frame},
+                                         {"instructions", cost->instructions},
+                                         {"ns_per_instruction", cost->ns_per_instruction},
+                                         {"longest_ns", cost->longest_ns},
+                                         {"version", lss::record::program_version(LSS_VERSION)}};
+    std::printf("%s\n", line.dump().c_str());
+  }
+  return 0;
+}
+
 // With the vehicles: there are programs of one vehicle alone.
 std::string version_text() {
   std::string text = "lssd " LSS_VERSION;
@@ -243,11 +267,18 @@ int main(int argc, char** argv) {
          "5: frames that cannot be compared, 1: unreadable")
       ->type_name("FILE")
       ->excludes(config);
+  cli.add_option(
+         "--cost", options.cost,
+         "with --replay: counts the instructions of that many of the longest frames of each "
+         "file, a line of JSON for lss-cli timing certify")
+      ->check(CLI::Range(1, 1'000'000))
+      ->needs("--replay");
   cli.set_version_flag("--version", version_text());
   cli.footer(
       "Examples:\n  lssd --config config/zebro.toml --run-dir /tmp/lss --domain 7\n"
       "  lssd --replay /var/lib/lss/*.lssrec");
   CLI11_PARSE(cli, argc, argv);
+  if (options.cost != 0) return count_costs(options);
   if (!options.replay.empty()) {
     const auto print = [](const std::string& line) { std::fputs(line.c_str(), stdout); };
     return static_cast<int>(lss::record::replay_files(options.replay, print));

@@ -38,6 +38,8 @@
 #include "daemon/parameters/start.h"
 #include "daemon/publish/dictionary_of.h"
 #include "daemon/publish/publisher.h"
+#include "daemon/record/build.h"
+#include "daemon/record/certificate.h"
 #include "daemon/record/frame_log.h"
 #include "daemon/record/frame_record.h"
 #include "daemon/record/schema.h"
@@ -94,7 +96,10 @@ class Runtime final : public App {
         isolate_first_(isolated_) {
     port_.show(supervisor_.state());
     twins_.seal(vehicle_, supervisor_);
-    publisher_.parameters(report_of(start, logic.tunables, vehicle_.tunables()), told_of(start));
+    std::vector<Publisher::Told> told = told_of(start);
+    if (const std::string refused = take_certificate(); !refused.empty())
+      told.push_back({EventId::certificate_refused, refused});
+    publisher_.parameters(report_of(start, logic.tunables, vehicle_.tunables()), std::move(told));
   }
   ~Runtime() override { stop(); }
 
@@ -261,6 +266,21 @@ class Runtime final : public App {
                        static_cast<double>(start.loaded.taken->number)}});
     }
     return told;
+  }
+
+  // Why the configured one is not valid here; empty: it is taken, or none is configured.
+  std::string take_certificate() {
+    if (config_.certificate.empty()) return "";
+    const auto made = record::read_certificate(config_.certificate);
+    const std::string why =
+        made ? record::not_valid(made->on, record::certified_here(
+                                               record::program_version(LSS_VERSION), config_.text))
+             : made.error();
+    if (why.empty()) {
+      publisher_.certificate(*made);
+      return "";
+    }
+    return "timing certificate not taken, make a new one by lss-cli timing certify: " + why;
   }
 
   static std::optional<record::RecorderSettings> flight_recorder(

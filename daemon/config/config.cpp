@@ -317,6 +317,7 @@ void read_all(Section root, const std::vector<std::string>& vehicles,
   }
   read_log(root.section("log"), config);
   read_recorder(root.section("recorder"), config.recorder);
+  config.certificate = root.section("timing").text("certificate", "");
   config.parameters_folder = root.section("parameters").text("folder", "");
   read_link(root.section("link"), config);
   if (std::find(vehicles.begin(), vehicles.end(), config.vehicle) != vehicles.end()) {

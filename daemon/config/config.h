@@ -86,6 +86,7 @@ struct Config {
   std::vector<std::string> log_also;  // those that run beside it, to sockets
   std::vector<LogPreset> running_log_presets() const;
   Recorder recorder;
+  std::filesystem::path certificate;        // of timing; empty: none
   std::filesystem::path parameters_folder;  // of saved parameters; empty: as log_folder
   std::vector<SavedValue> saved;            // not in the file
   std::filesystem::path enclave;            // of DDS Security; empty: none

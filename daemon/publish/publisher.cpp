@@ -177,6 +177,7 @@ void Publisher::drain() {
   if (const void* sample = sources_.newest_telemetry()) face_->telemetry(sample);
   while (timings_.pop(timing_)) {
     face_->timing(timing_);
+    if (certified_) certified_->look(timing_, [this](const EventRecord& event) { tell(event); });
     if (timing_.boundary_ns > statistics_from_ns_) statistics_.add(timing_);
   }
 }

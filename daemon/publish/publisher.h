@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <tl/expected.hpp>
@@ -19,6 +20,7 @@
 #include "daemon/cycle/text.h"
 #include "daemon/parameters/saver.h"
 #include "daemon/publish/face.h"
+#include "daemon/record/certificate.h"
 #include "daemon/runtime/clock_step.h"
 #include "daemon/runtime/latest.h"
 #include "daemon/runtime/ring.h"
@@ -62,6 +64,8 @@ class Publisher {
   void start(const Threads& threads, Sources sources);
   // Before start(): the initial parameters.
   void parameters(const ParameterReport& report, std::vector<Told> told);
+  // Before start(): frames are compared with it.
+  void certificate(const record::Certificate& certificate) { certified_.emplace(certificate); }
   void stop();
 
   // Listener thread: an answer that needs no frame.
@@ -125,6 +129,7 @@ class Publisher {
 
   TimingPoints timing_;  // the newest
   TimingCollector<TimingPoints> statistics_;
+  std::optional<record::CertificateWatch> certified_;
   TimeNs statistics_from_ns_ = 0;  // only later frames count
   ClockStep clock_step_;
   TimeNs next_status_ns_ = 0, next_heartbeat_ns_ = 0, next_watch_ns_ = 0;

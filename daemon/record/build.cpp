@@ -36,12 +36,20 @@ int find_build_id(dl_phdr_info* object, std::size_t, void* result) {
   return 1;
 }
 
+std::string build_id() {
+  std::string id;
+  ::dl_iterate_phdr(find_build_id, &id);
+  return id;
+}
+
 }  // namespace
 
 nlohmann::ordered_json this_build() {
-  std::string id;
-  ::dl_iterate_phdr(find_build_id, &id);
-  return {{"id", id}, {"compiler", __VERSION__}, {"type", LSS_BUILD_TYPE}};
+  return {{"id", build_id()}, {"compiler", __VERSION__}, {"type", LSS_BUILD_TYPE}};
+}
+
+std::string program_version(const std::string& version) {
+  return fmt::format("{}, build {}", version, build_id());
 }
 
 }  // namespace lss::record

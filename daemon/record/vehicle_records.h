@@ -24,6 +24,14 @@ struct Difference {
   std::string recorded, computed;
 };
 
+// Around each executed cycle.
+class Probe {
+ public:
+  virtual ~Probe() = default;
+  virtual void begin() noexcept = 0;
+  virtual void end(std::uint64_t frame) noexcept = 0;
+};
+
 // A vehicle that executes records.
 class Replay {
  public:
@@ -34,7 +42,7 @@ class Replay {
     std::optional<Difference> difference{};
   };
   // Executes the next frame from its inputs and compares its outputs.
-  virtual Frame step(std::span<const std::uint8_t> record) = 0;
+  virtual Frame step(std::span<const std::uint8_t> record, Probe* probe) = 0;
   // Sets the recorded state of the vehicle between two frames. False: not of this program.
   virtual bool restore(std::span<const std::uint8_t> state) = 0;
 };

@@ -37,13 +37,15 @@ class VehicleReplay final : public Replay {
     return reader.good();
   }
 
-  Frame step(std::span<const std::uint8_t> record) override {
+  Frame step(std::span<const std::uint8_t> record, Probe* probe) override {
     Reader reader(record);
     fields(reader, *in_);
     if (!reader.good() || !most::is_time(in_->time_ns))
       return {.difference = Difference{"in", "no inputs of a frame", "-"}};
     const std::span<const std::uint8_t> recorded = record.subspan(reader.at());
+    if (probe != nullptr) probe->begin();
     cycle(vehicle_, supervisor_, *in_, *out_, [](Stage) {});
+    if (probe != nullptr) probe->end(in_->frame);
     const Outputs computed{out_->command, supervisor_.outbox(), supervisor_.state(),
                            out_->telemetry, out_->data_requested};
     Writer writer(scratch_);

@@ -55,7 +55,8 @@ struct Pass {
 
 class FileReplay {
  public:
-  FileReplay(const fs::path& path, const Print& print) : path_(path), print_(print) {}
+  FileReplay(const fs::path& path, const Print& print, Probe* probe)
+      : path_(path), print_(print), probe_(probe) {}
 
   Replayed run() {
     auto reader = Reader::open(path_);
@@ -164,7 +165,7 @@ class FileReplay {
       } else if (kind == Item::frame && !known) {
         ++pass.unknown;
       } else if (kind == Item::frame) {
-        const Replay::Frame frame = replay_->step(bytes);
+        const Replay::Frame frame = replay_->step(bytes, probe_);
         if (pass.frames++ == 0) pass.first_ns = frame.time_ns;
         pass.last_ns = frame.time_ns;
         if (frame.difference) return differs(frame, pass);
@@ -208,6 +209,7 @@ class FileReplay {
 
   fs::path path_;
   const Print& print_;
+  Probe* probe_;
   std::unique_ptr<Replay> replay_;
   bool starts_ = false, same_state_ = false;
   TimeNs period_ns_ = 0;
@@ -215,8 +217,8 @@ class FileReplay {
 
 }  // namespace
 
-Replayed replay_file(const fs::path& path, const Print& print) {
-  return FileReplay(path, print).run();
+Replayed replay_file(const fs::path& path, const Print& print, Probe* probe) {
+  return FileReplay(path, print, probe).run();
 }
 
 Replayed apart(const std::function<Replayed()>& replay, const Print& print) {

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "daemon/record/vehicle_records.h"
+
 namespace lss::record {
 
 // Also exit codes: docs/man/lssd.8.
@@ -23,7 +25,7 @@ enum class Replayed : int {
 // One line of text at a time, with its end.
 using Print = std::function<void(const std::string& line)>;
 
-Replayed replay_file(const std::filesystem::path& path, const Print& print);
+Replayed replay_file(const std::filesystem::path& path, const Print& print, Probe* probe = nullptr);
 // In a separate process. A file contains the state of a vehicle as it is in memory: a forged one,
 // or one whose bytes were changed with their checksums, ends only that process and is refused as
 // damaged.

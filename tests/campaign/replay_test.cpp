@@ -14,6 +14,8 @@
 #include <cstdio>
 #include <iostream>
 
+#include "daemon/record/recording.h"
+#include "daemon/replay/cycle_cost.h"
 #include "daemon/replay/records.h"
 #include "daemon/replay/replay_files.h"
 #include "tests/campaign/campaign.h"
@@ -165,6 +167,47 @@ TEST_P(CampaignRecording, IsReadByItsDescriptionAsByTheStructs) {
 
 INSTANTIATE_TEST_SUITE_P(Vehicles, CampaignRecording, testing::Values("zebro", "ardito", "talaris"),
                          [](const auto& which) { return std::string(which.param); });
+
+// What timing certify counts, of the first frames of a recording.
+TEST(CycleCost, OfTheLongestFrameIsTheSameInEachRun) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer makes ten instructions of one, each of them a step";
+#endif
+  const Folder whole, begin;
+  subjects().front().record(1, whole);
+  constexpr std::size_t kFrames = 3;
+  const fs::path path = begin / "begin.lssrec";
+  {
+    auto from = record::RecordingReader::open(whole.files().front());
+    ASSERT_TRUE(from) << from.error();
+    record::RecordingWriter to;
+    ASSERT_EQ(to.begin(path, from->header(), 0), 0);
+    record::Item kind;
+    std::span<const std::uint8_t> bytes;
+    while (to.so_far().frames < kFrames && from->next(kind, bytes)) {
+      if (kind == record::Item::frame) to.add_frame(bytes, 0);
+      if (kind != record::Item::frame) to.add(kind, bytes);
+    }
+    ASSERT_EQ(to.end(), 0);
+  }
+  const auto all = record::cycle_cost(path, kFrames);
+  ASSERT_TRUE(all) << all.error();
+  EXPECT_EQ(all->frames, kFrames);
+  EXPECT_EQ(all->counted, kFrames);
+  EXPECT_GT(all->instructions, 1000u);
+  EXPECT_GT(all->ns_per_instruction, 0);
+  const auto again = record::cycle_cost(path, 2 * kFrames);
+  ASSERT_TRUE(again) << again.error();
+  EXPECT_EQ(again->instructions, all->instructions);
+  EXPECT_EQ(again->frame, all->frame);
+  const auto one = record::cycle_cost(path, 1);
+  ASSERT_TRUE(one) << one.error();
+  EXPECT_EQ(one->counted, 1u);
+  EXPECT_LE(one->instructions, all->instructions);
+  std::cout << fmt::format("{} instructions in frame {}, {:.2f} ns each\n", all->instructions,
+                           all->frame, all->ns_per_instruction);
+  EXPECT_THAT(record::cycle_cost(begin / "none.lssrec", 1).error(), HasSubstr("none.lssrec"));
+}
 
 }  // namespace
 }  // namespace lss::campaign

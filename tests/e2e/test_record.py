@@ -110,6 +110,23 @@ class Recorded:
         self.assertEqual(shown["state"]["controller"]["state"], IDLE)
         self.assertEqual(shown["timing"]["woken_ns"], frames[-1]["timing"]["woken_ns"])
 
+    def assert_its_trace_has_the_same_times(self, path):
+        """What Perfetto opens, beside the records themselves."""
+        frames, _ = self.frames_of(path)
+        trace = self.cli_ok("timing", "trace", path).out
+        self.assertEqual(trace, self.cli_ok("timing", "trace", path).out)
+        events = json.loads(trace)["traceEvents"]
+        slices = [e for e in events if e["ph"] == "X" and e["name"] == "frame"]
+        self.assertEqual([e["args"]["frame"] for e in slices], [f["in"]["frame"] for f in frames])
+        for event, frame in zip(slices, frames):
+            times = frame["timing"]
+            self.assertEqual(round(event["ts"] * 1000), times["boundary_ns"])
+            self.assertEqual(round(event["dur"] * 1000), times["ready_ns"] - times["boundary_ns"])
+        self.assertEqual(sum(e["name"] == "sample" for e in events), sum(len(f["in"]["samples"]) for f in frames))
+        released = {e["args"]["frame"]: round((e["ts"] + e["dur"]) * 1000) for e in events if e["name"] == "release"}
+        for frame in frames[1:]:
+            self.assertEqual(released[frame["in"]["frame"] - 1], frame["timing"]["released_ns"])
+
     def assert_nothing_lost(self):
         status = self.status()
         self.assertEqual(status["counters"]["telemetry_dropped"], 0)
@@ -145,6 +162,7 @@ class Zebro(Recorded, Scenario):
         self.altered(first)
         self.replay(second)  # alone: it begins in the middle of the run
         self.assert_lss_cli_reads_the_same(self.recordings()[-1])
+        self.assert_its_trace_has_the_same_times(self.recordings()[-1])
         frames = [f for path in self.recordings() for f in self.frames_of(path)[0]]
         numbers = [f["in"]["frame"] for f in frames]
         self.assertEqual(len(set(numbers)), len(numbers))

@@ -7,9 +7,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "daemon/config/config.h"
 #include "daemon/record/json.h"
 #include "idl/angles.h"
 #include "idl/ardito/commands.h"
+#include "tools/lss-cli/certify/wire.h"
 #include "tools/lss-cli/session/vehicle_words.h"
 
 namespace lss::cli::ardito {
@@ -155,6 +157,13 @@ void start(Invocation& start, const Invocation& wanted) {
   start.parameter[1] = speed_m_s;
 }
 
+// docs/icd-ardito.md section 5: six wheels, four steering drives, I/O. The measurements answered
+// SYNC before T_k; heartbeats go last.
+certify::Wire wire(const config::Config&, config::Section&, std::int64_t bit_s) {
+  constexpr std::int64_t kOurs[] = {6, 6, 6, 6, 6, 6, 6, 6, 6, 6, 1};
+  return certify::of_can(kOurs, {}, bit_s);
+}
+
 }  // namespace
 
 const Overlay kOverlay{
@@ -168,6 +177,7 @@ const Overlay kOverlay{
     .progress = progress,
     .add_report = add_report,
     .start = start,
+    .wire = wire,
 };
 
 }  // namespace lss::cli::ardito

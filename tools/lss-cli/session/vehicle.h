@@ -24,6 +24,11 @@
 #include "tools/lss-cli/session/commands.h"
 #include "tools/lss-cli/show/output.h"
 
+namespace lss::config {
+struct Config;
+class Section;
+}  // namespace lss::config
+
 namespace lss::cli {
 
 // Problems for a person, the worst first.
@@ -39,6 +44,9 @@ class Recording;
 }
 namespace report {
 class Page;
+}
+namespace certify {
+struct Wire;
 }
 
 // Presentation of a vehicle that this program was built with, and its verbs of more than one
@@ -64,6 +72,9 @@ struct Overlay {
   // The commands that send a text of timed actuations and run it, one after the other.
   std::vector<Invocation> (*script)(std::string_view text) = nullptr;
   std::span<const std::string_view> script_parts = {};  // useless alone
+  // Times on the wire with this configuration. `own`: the vehicle's table; bit_s: of its CAN.
+  certify::Wire (*wire)(const config::Config& config, config::Section& own,
+                        std::int64_t bit_s) = nullptr;
 };
 std::span<const Overlay* const> overlays();
 // Of the vehicles of this build.

@@ -7,9 +7,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "daemon/config/config.h"
 #include "daemon/record/json.h"
 #include "idl/angles.h"
 #include "idl/talaris/commands.h"
+#include "tools/lss-cli/certify/wire.h"
 #include "tools/lss-cli/session/vehicle_words.h"
 #include "tools/lss-cli/talaris/verbs.h"
 
@@ -128,6 +130,18 @@ std::string progress(const void* telemetry) {
   }
 }
 
+// docs/icd-talaris.md: valves and fans, and what the nodes send by their timers; section 1: the
+// packet of 18 bytes that begins a frame.
+certify::Wire wire(const config::Config& config, config::Section& own, std::int64_t bit_s) {
+  constexpr std::int64_t kOurs[] = {2, 8}, kTheirs[] = {8, 8, 6, 6};
+  certify::Wire wire = certify::of_can(kOurs, kTheirs, bit_s);
+  const bool crossbow = own.section("imu").choice("kind", 0, {"landmark30", "crossbow"}) == 1;
+  const auto imu = std::ranges::find(config.ports, "imu", &config::Port::name);
+  if (imu != config.ports.end())
+    wire.packet_us = certify::bits_us(18 * (crossbow ? 10 : 12), imu->baud);
+  return wire;
+}
+
 }  // namespace
 
 const Overlay kOverlay{
@@ -144,6 +158,7 @@ const Overlay kOverlay{
     .composed = kComposed,
     .script = script_commands,
     .script_parts = kScriptParts,
+    .wire = wire,
 };
 
 const Vehicle& vehicle() {

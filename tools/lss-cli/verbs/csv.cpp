@@ -47,8 +47,8 @@ std::string csv_value(const nlohmann::ordered_json& value) {
   return value.is_string() ? csv_text(value.get<std::string>()) : value.dump();
 }
 
-ExitCode export_csv(Context& context, const LogWanted& wanted, const char* of_what,
-                    const Write& write) {
+ExitCode export_rows(Context& context, const LogWanted& wanted, const char* of_what,
+                     const Write& write) {
   if (wanted.out.empty()) {
     if (context.output.machine()) {
       throw Failure(ExitCode::usage, "the rows and the document would both go to stdout",

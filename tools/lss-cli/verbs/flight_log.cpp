@@ -5,7 +5,6 @@
 #include <cmath>
 #include <filesystem>
 
-#include "tools/lss-cli/session/described_vehicle.h"
 #include "tools/lss-cli/show/units.h"
 #include "tools/lss-cli/verbs/log_files.h"
 
@@ -43,16 +42,6 @@ T header(const Flight& flight, const char* key, T otherwise) {
     return found->is_number_integer() ? found->template get<T>() : otherwise;
   }
 }
-
-// A recording with the names of its vehicle's codes.
-struct Opened {
-  explicit Opened(const std::string& path)
-      : flight(path), vehicle(header(flight, "dictionary", std::string()), flight.text("vehicle")) {
-    flight.layout().name_codes(vehicle.codes());
-  }
-  Flight flight;
-  RecordedVehicle vehicle;
-};
 
 std::string build(const Flight& flight) {
   const auto found = flight.header().find("build");
@@ -100,7 +89,7 @@ nlohmann::json fields(Context& context, Flight& flight) {
 
 ExitCode list(Context& context, const LogWanted& wanted) {
   refuse_topics(wanted);
-  Opened opened(wanted.path);
+  OpenedFlight opened(wanted.path);
   Flight& flight = opened.flight;
   print_who(context, flight);
   context.output.print(summary(flight, context.output.style()));
@@ -188,7 +177,7 @@ void choose_line(Flight& flight) {
 // A line for each frame. With named fields, or for a single frame, its content as JSON.
 ExitCode show(Context& context, const LogWanted& wanted) {
   refuse_topics(wanted);
-  Opened opened(wanted.path);
+  OpenedFlight opened(wanted.path);
   Flight& flight = opened.flight;
   Output& output = context.output;
   const bool one = wanted.frames.one() && wanted.columns.empty();
@@ -261,9 +250,9 @@ ExitCode exports(Context& context, const LogWanted& wanted) {
     throw Failure(ExitCode::usage, fmt::format("do not know how to write {}", wanted.out),
                   "end its name in .csv");
   }
-  Opened opened(wanted.path);
+  OpenedFlight opened(wanted.path);
   Flight& flight = opened.flight;
-  const ExitCode code = export_csv(
+  const ExitCode code = export_rows(
       context, wanted, "frames", [&](std::FILE* file) { return write_csv(flight, wanted, file); });
   if (!flight.complaint().empty()) context.output.note(flight.complaint());
   return code;
@@ -289,6 +278,11 @@ nlohmann::json describe(const std::string& path) {
 }
 
 }  // namespace
+
+OpenedFlight::OpenedFlight(const std::string& path)
+    : flight(path), vehicle(header(flight, "dictionary", std::string()), flight.text("vehicle")) {
+  flight.layout().name_codes(vehicle.codes());
+}
 
 const LogKind kFlightLog{knows, describe, list, show, exports};
 

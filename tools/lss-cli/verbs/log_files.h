@@ -13,6 +13,7 @@
 #include "tools/lss-cli/recording/flight.h"
 #include "tools/lss-cli/recording/recording.h"
 #include "tools/lss-cli/session/context.h"
+#include "tools/lss-cli/session/described_vehicle.h"
 
 namespace lss::cli {
 
@@ -34,6 +35,13 @@ struct LogKind {
   ExitCode (*exports)(Context& context, const LogWanted& wanted);
 };
 
+// A flight recording with the names of its vehicle's codes.
+struct OpenedFlight {
+  explicit OpenedFlight(const std::string& path);
+  recording::Flight flight;
+  RecordedVehicle vehicle;
+};
+
 extern const LogKind kDaemonLog, kFlightLog, kRecordingLog;
 
 // The facts from the file system: path, kind, bytes, written_utc_ns; all others null.
@@ -42,10 +50,10 @@ nlohmann::json describe_file(const std::string& path, const char* kind);
 std::string csv_text(const std::string& text);
 // A value of a row: a NaN is empty, booleans are 0 and 1.
 std::string csv_value(const nlohmann::ordered_json& value);
-// write(file) writes the rows to --out or stdout. A write error or an exception leaves no file.
-// Reports the number of rows and their topic.
-ExitCode export_csv(Context& context, const LogWanted& wanted, const char* of_what,
-                    const std::function<std::uint64_t(std::FILE*)>& write);
+// write(file) writes rows to --out or stdout, and returns their number. A write error or an
+// exception leaves no file. Reports the number and `of_what`.
+ExitCode export_rows(Context& context, const LogWanted& wanted, const char* of_what,
+                     const std::function<std::uint64_t(std::FILE*)>& write);
 
 std::string utc_text(std::int64_t utc_ns, const char* format);  // "{:%F %T}"
 // The times of a frame, in us: two after its boundary, and the margin at its end.

@@ -169,8 +169,8 @@ ExitCode exports(Context& context, const LogWanted& wanted) {
     context.output.print(fmt::format("{}: {} messages\n", wanted.out, messages));
     context.output.document({{"path", wanted.path}, {"out", wanted.out}, {"messages", messages}});
   } else {
-    export_csv(context, wanted, "messages",
-               [&](std::FILE* file) { return write_csv(*recording, wanted, file); });
+    export_rows(context, wanted, "messages",
+                [&](std::FILE* file) { return write_csv(*recording, wanted, file); });
   }
   if (!recording->complaint().empty()) context.output.note(recording->complaint());
   return ExitCode::completed;

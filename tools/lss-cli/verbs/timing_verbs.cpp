@@ -9,6 +9,7 @@
 #include "tools/lss-cli/show/names.h"
 #include "tools/lss-cli/show/timing.h"
 #include "tools/lss-cli/show/units.h"
+#include "tools/lss-cli/verbs/timing_files.h"
 #include "tools/lss-cli/verbs/verbs.h"
 
 namespace lss::cli {
@@ -107,6 +108,10 @@ std::string summary(const TimingStatistics& all, const Style& style) {
 }
 
 struct TimingWanted {
+  std::string what;  // trace, certify, or nothing
+  std::vector<std::string> paths;
+  LogWanted trace;
+  CertifyWanted certify;
   std::optional<double> for_s;
   std::string histogram = "command";
   bool reset = false;
@@ -140,13 +145,47 @@ ExitCode run_timing(Context& context, const TimingWanted& wanted) {
 
 }  // namespace
 
+namespace {
+
+void check(const TimingWanted& wanted) {
+  if (wanted.what == "trace" && wanted.paths.size() != 1)
+    throw Failure(ExitCode::usage, "timing trace: of which recording?",
+                  "timing trace FILE.lssrec, one");
+}
+
+ExitCode run(Context& context, TimingWanted& wanted) {
+  if (wanted.what == "trace") {
+    wanted.trace.path = wanted.paths.front();
+    return timing_trace(context, wanted.trace);
+  }
+  if (wanted.what == "certify") {
+    wanted.certify.recordings = wanted.paths;
+    wanted.certify.out = wanted.trace.out;
+    return timing_certify(context, wanted.certify);
+  }
+  return run_timing(context, wanted);
+}
+
+}  // namespace
+
 void add_timing_verbs(Grammar& grammar) {
-  CLI::App& timing = grammar.verb("timing", "how punctual the frames are",
-                                  "  lss-cli timing\n  lss-cli timing --histogram wake-up\n"
-                                  "  lss-cli timing --reset\n  lss-cli --json timing --for 1min\n");
+  CLI::App& timing =
+      grammar.verb("timing", "how punctual the frames are; trace FILE; certify",
+                   "  lss-cli timing\n  lss-cli timing --histogram wake-up\n"
+                   "  lss-cli timing --reset\n  lss-cli --json timing --for 1min\n"
+                   "  lss-cli timing trace run.lssrec --out trace.json    for ui.perfetto.dev\n"
+                   "  lss-cli timing certify --config /etc/lss/zebro.toml /var/lib/lss/*.lssrec\n");
   auto wanted = std::make_shared<TimingWanted>();
   std::vector<std::string> names;
   for (const TimingStep& step : kTimingSteps) names.emplace_back(step.name);
+  timing
+      .add_option("what", wanted->what,
+                  "trace: frames and threads of a flight recording, as JSON for Perfetto; "
+                  "certify: a bound on the lateness of orders on this machine")
+      ->check(CLI::IsMember({"trace", "certify"}));
+  timing.add_option("path", wanted->paths,
+                    "trace: the flight recording, *.lssrec; certify: those whose longest frame "
+                    "is counted");
   const auto for_s =
       add_duration(timing, "--for", "listen so long, instead of what the daemon collected");
   timing.add_option("--histogram", wanted->histogram, "of which step")
@@ -154,10 +193,34 @@ void add_timing_verbs(Grammar& grammar) {
       ->capture_default_str();
   timing.add_flag("--reset", wanted->reset, "resets the daemon's statistics; shows nothing")
       ->excludes("--for", "--histogram");
-  grammar.on(timing, [wanted, for_s](Context& context) {
-    wanted->for_s = *for_s;
-    return run_timing(context, *wanted);
-  });
+  add_span(timing, wanted->trace.filter, "trace: since the first frame");
+  timing.add_option("-o,--out", wanted->trace.out,
+                    "trace: the file, else stdout; certify: the certificate, else the file that "
+                    "the configuration names");
+  CertifyWanted& certify = wanted->certify;
+  timing.add_option("--config", certify.config, "certify: the configuration of lssd");
+  timing.add_option("--seconds", certify.seconds, "certify: how long the kernel is measured")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  timing
+      .add_option("--latency-us", certify.latency_us,
+                  "certify: the kernel's scheduling latency, when it is known, instead of "
+                  "measuring")
+      ->check(CLI::Range(0.1, 1e6));
+  timing
+      .add_option("--frames", certify.frames,
+                  "certify: so many of the longest frames of each recording are counted")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str();
+  timing.add_option("--lssd", certify.lssd, "certify: the daemon, when it is not beside lss-cli");
+  grammar.values(timing, "", {"trace", "certify"});
+  grammar.on(
+      timing,
+      [wanted, for_s](Context& context) {
+        wanted->for_s = *for_s;
+        return run(context, *wanted);
+      },
+      [wanted] { check(*wanted); });
 }
 
 }  // namespace lss::cli

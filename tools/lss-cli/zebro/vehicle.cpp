@@ -8,9 +8,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "daemon/config/config.h"
 #include "daemon/record/json.h"
+#include "drivers/zebro/leg_bus.h"
 #include "idl/angles.h"
 #include "idl/zebro/commands.h"
+#include "tools/lss-cli/certify/wire.h"
 #include "tools/lss-cli/session/vehicle_words.h"
 
 namespace lss::cli::zebro {
@@ -80,6 +83,20 @@ std::string progress(const void* telemetry) {
   return walks ? fmt::format(" {}: {}", gait(t), walked(t)) : "";
 }
 
+// docs/icd-zebro.md section 8; turning round in half duplex takes two characters at most.
+certify::Wire wire(const config::Config& config, config::Section& own, std::int64_t) {
+  const config::Port& port = config.ports.front();
+  const auto baud = static_cast<int>(port.baud);
+  const bool crlf = own.section("bus").choice("stop", 0, {"lf", "crlf"}) == 1;
+  const TimeNs frame_ns =
+      lss::zebro::frame_time_ns(baud, crlf ? lss::zebro::Stop::crlf : lss::zebro::Stop::lf);
+  const double frame_us = static_cast<double>(frame_ns) / 1000;
+  const double each_us = port.half_duplex ? 2 * (frame_us + certify::bits_us(10, baud)) : frame_us;
+  return {.orders_us = static_cast<double>(lss::zebro::kBusModules) * each_us,
+          .formula = fmt::format("{} requests{} of {:.1f} us at {} baud", lss::zebro::kBusModules,
+                                 port.half_duplex ? " and replies" : "", frame_us, baud)};
+}
+
 }  // namespace
 
 const Overlay kOverlay{
@@ -92,6 +109,7 @@ const Overlay kOverlay{
     .screen = screen,
     .progress = progress,
     .add_report = add_report,
+    .wire = wire,
 };
 
 }  // namespace lss::cli::zebro
