@@ -154,8 +154,8 @@ std::size_t Buses::collect(TimeNs boundary_ns, std::span<TalarisSample> samples,
   };
   take(imu_);
   take(altimeter_);
-  take(camera_);
   take(can_);
+  take(camera_);  // last: what it says too much displaces nothing
   report = {.imu = report_of(imu_.report()),
             .altimeter = report_of(altimeter_.report()),
             .camera = report_of(camera_.report()),
