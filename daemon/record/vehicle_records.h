@@ -42,7 +42,7 @@ class Replay {
     std::optional<Difference> difference{};
   };
   // Executes the next frame from its inputs and compares its outputs.
-  virtual Frame step(std::span<const std::uint8_t> record, Probe* probe) = 0;
+  virtual Frame step(std::span<const std::uint8_t> record, Probe* probe = nullptr) = 0;
   // Sets the recorded state of the vehicle between two frames. False: not of this program.
   virtual bool restore(std::span<const std::uint8_t> state) = 0;
 };

@@ -37,7 +37,7 @@ class VehicleReplay final : public Replay {
     return reader.good();
   }
 
-  Frame step(std::span<const std::uint8_t> record, Probe* probe) override {
+  Frame step(std::span<const std::uint8_t> record, Probe* probe = nullptr) override {
     Reader reader(record);
     fields(reader, *in_);
     if (!reader.good() || !most::is_time(in_->time_ns))

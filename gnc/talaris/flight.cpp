@@ -94,6 +94,8 @@ bool Flight::execute() noexcept {
   brake_s_ = plan_.keep_s;
   extra_s_ = 0;
   holds_ = 0;
+  waits_ = false;
+  waited_s_ = 0;
   shortfall_ = Shortfall::none;
   short_measured_ = short_limit_ = off_m_ = off_sigma_m_ = 0;
   for (Speeds* each : {&before_, &before_impact_, &before_contact_}) *each = {};

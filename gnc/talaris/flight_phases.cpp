@@ -189,8 +189,6 @@ void Flight::advance_in_air() noexcept {
           corridor_.begin(corridor_.place_N_m(), leg_m_, target.time_to_go_s);
           guidance_.aim(target);
         }
-        waited_s_ = 0;
-        waits_ = false;
         enter(Phase::descend);
       }
       return;
@@ -249,23 +247,22 @@ void Flight::stop_here() noexcept {
 
 // Near the ground a gust is waited for, as long as the gas lasts: it stops, then comes down again.
 void Flight::wait_for_calm() noexcept {
-  if (plan_.request.program != Program::hop || by_fans() || reaction_ != Reaction::none) return;
+  if (plan_.request.program != Program::hop || by_fans()) return;
   const Vector3 v = state_.velocity_N_m_s;
   const double side_m_s = math::hypot(v.y(), v.z());
+  if (waits_) waited_s_ += kFrame_s;
   // An error of its speed only grows meanwhile.
   const bool known = state_.velocity_sigma_m_s.tail<2>().maxCoeff() < kKnown_m_s;
-  const bool lasts = known && gas_.left_s() > landing_gas_s() + parameters_.gas.reserve_s / 2;
+  const bool may = known && reaction_ <= Reaction::hold && waited_s_ < kLongestWait_s &&
+                   gas_.left_s() > landing_gas_s() + parameters_.gas.reserve_s / 2;
   if (waits_) {
-    waited_s_ += kFrame_s;
-    if (side_m_s > kCalm_m_s && waited_s_ < kLongestWait_s && lasts) return;
+    if (side_m_s > kCalm_m_s && may) return;
     waits_ = false;
     come_down(parameters_.profile.descend_m_s2, parameters_.profile.touchdown_speed_m_s,
               parameters_.profile.touchdown_height_m);
     return;
   }
-  if (side_m_s < kGust_m_s || height_m_ < kWaitAbove_m || height_m_ > kWaitBelow_m ||
-      waited_s_ >= kLongestWait_s || !lasts)
-    return;
+  if (side_m_s < kGust_m_s || height_m_ < kWaitAbove_m || height_m_ > kWaitBelow_m || !may) return;
   waits_ = true;
   stop_here();
   Target target = guidance_.target();

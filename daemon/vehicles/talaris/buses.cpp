@@ -169,11 +169,11 @@ std::size_t Buses::collect(TimeNs boundary_ns, std::span<TalarisSample> samples,
   };
   take(imu_);
   take(altimeter_);
-  take(camera_);
   while (count < samples.size() && standby_.pop(samples[count], boundary_ns)) {
     if (of_standby(samples[count])) ++count;
   }
   take(can_);
+  take(camera_);  // last: what it says too much displaces nothing
   report = {.imu = report_of(imu_.report()),
             .altimeter = report_of(altimeter_.report()),
             .camera = report_of(camera_.report()),

@@ -114,6 +114,12 @@ void read_camera(config::Section s, Parameters& p) {
   read(s, "nearest_m", n.flow_min_m, 0, 5);
   read(s, "farthest_m", n.flow_max_m, 0.5, 200);
   n.flow_period_s = static_cast<double>(c.period_ns) * 1e-9;
+  // Of a number that is rounded to whole counts: a step by the root of 12.
+  const double least = 1 / (n.flow_period_s * n.flow_sigma_rad_s * std::sqrt(12.0));
+  if (c.counts_per_rad < least)
+    s.error("counts_per_rad", fmt::format("with so coarse counts a frame is less exact than "
+                                          "sigma_deg_s says: at least {:.0f}, or a larger sigma",
+                                          std::ceil(least)));
 }
 
 void read_bus(config::Section s, Parameters& p) {

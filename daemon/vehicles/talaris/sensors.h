@@ -77,7 +77,7 @@ class Sensors {
   std::array<double, 3> load_Nm() const noexcept;
 
  private:
-  static constexpr std::size_t kMaxImu = 64, kMaxRanges = 8, kMaxFlows = 16;
+  static constexpr std::size_t kMaxImu = 64, kMaxRanges = 8, kMaxFlows = 32;
 
   void take(const ImuPacket& packet, TimeNs time) noexcept;
   void take(const ImuStatus& status, TimeNs time) noexcept;

@@ -23,9 +23,9 @@
 #include "daemon/vehicles/talaris/script.h"
 #include "daemon/vehicles/talaris/sensors.h"
 #include "daemon/vehicles/talaris/solver.h"
+#include "gnc/talaris/checked_navigation.h"
 #include "gnc/talaris/contact.h"
 #include "gnc/talaris/flight.h"
-#include "gnc/talaris/navigation.h"
 
 namespace lss::talaris {
 
@@ -122,7 +122,7 @@ class Vehicle final : public Actor, private SolveTarget {
   Parameters parameters_;
   TunableValues tunables_;  // of the parameters
   Sensors sensors_;
-  gnc::talaris::Navigation navigation_;
+  gnc::talaris::CheckedNavigation navigation_;
   gnc::talaris::Flight flight_;
   gnc::talaris::Contact contact_;
   gnc::talaris::FlightOutput output_;  // of the last frame, at the latest

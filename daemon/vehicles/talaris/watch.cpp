@@ -178,7 +178,8 @@ void Vehicle::watch_altimeter(Supervisor& s) noexcept {
 void Vehicle::watch_camera(Supervisor& s) noexcept {
   if (!parameters_.navigation.camera) return;
   const bool expected = sensors_.camera_ns() != 0 || now_ns_ - begun_ns_ > kBoot;
-  warn(sensors_.camera_lost() && expected, camera_told_, faults::camera_lost, 0, s);
+  const bool lost = (sensors_.camera_lost() && expected) || navigation_.camera_doubted();
+  warn(lost, camera_told_, faults::camera_lost, 0, s);
 }
 
 void Vehicle::watch_supply(Supervisor& s) noexcept {

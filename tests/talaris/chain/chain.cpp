@@ -191,7 +191,6 @@ void Chain::frame(const Boundary& boundary) {
   in_.sample_count = 0;
   collect([&](TalarisSample& s) { return imu_.pop(s, in_.time_ns); });
   collect([&](TalarisSample& s) { return altimeter_.pop(s, in_.time_ns); });
-  if (camera_) collect([&](TalarisSample& s) { return camera_->pop(s, in_.time_ns); });
   if (standby_) {
     collect([&](TalarisSample& s) {
       while (standby_->pop(s, in_.time_ns)) {
@@ -203,6 +202,7 @@ void Chain::frame(const Boundary& boundary) {
   collect([&](TalarisSample& out) {
     return samples_.pop_if(out, [&](const TalarisSample& s) { return s.time_ns < in_.time_ns; });
   });
+  if (camera_) collect([&](TalarisSample& s) { return camera_->pop(s, in_.time_ns); });
   in_.bus = {.imu = imu_.report(),
              .altimeter = altimeter_.report(),
              .camera = camera_ ? camera_->report() : LineReport{},

@@ -142,7 +142,26 @@ TEST(TalarisCamera, OneThatIsSilentBlindOrFarOffCostsNoFlight) {
     EXPECT_LT(flown.off_m(), kPlace_m);
     EXPECT_TRUE(!flown.succeeded || safe(flown));
     EXPECT_EQ(std::ranges::count(flown.faults, faults::camera_lost),
-              std::string_view(fault) == "camera-silent" ? 1 : 0);
+              std::string_view(fault) == "camera-blind" ? 0 : 1);
+  }
+}
+
+// Frozen, mounted the wrong way round, half as much again, off to one side: it comes down as if
+// there were none.
+TEST(TalarisCamera, OneThatLiesCostsNoFlight) {
+  const auto expect_gentle = [](const FlightPlan& plan, unsigned seed) {
+    const Flown flown = fly(plan, seed);
+    SCOPED_TRACE(flown.text());
+    EXPECT_TRUE(safe(flown));
+    EXPECT_LT(flown.off_m(), kPlace_m);
+    EXPECT_EQ(std::ranges::count(flown.faults, faults::camera_lost), 1);
+  };
+  for (const double scale : {-1.0, -2.0, -0.5}) {
+    const auto lies = [=](sim::talaris::TalarisOptions& world) { world.camera.scale = scale; };
+    expect_gentle(with_camera({.world = lies}), 1);
+  }
+  for (const char* fault : {"camera-off:0.16", "camera-off:0.5", "camera-off:3"}) {
+    expect_gentle(with_camera({.faults = {fault}, .fault_s = 0.1}), 2);
   }
 }
 

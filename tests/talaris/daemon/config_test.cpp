@@ -117,6 +117,12 @@ TEST(TalarisConfig, EveryNumberHasItsRange) {
   EXPECT_GT(count, 120);
 }
 
+TEST(TalarisConfig, ACameraIsAsExactAsItsCounts) {
+  EXPECT_NE(kFile.error_of("counts_per_rad = 1000.0", "counts_per_rad = 1.0").find("at least 231"),
+            std::string::npos);
+  EXPECT_EQ(kFile.error_of("counts_per_rad = 1000.0", "counts_per_rad = 240.0"), "");
+}
+
 TEST(TalarisConfig, AnUnknownKeyIsToldWithTheNearest) {
   EXPECT_NE(kFile.error_of("budget_s = 44.0", "budged_s = 44.0").find("budget_s"),
             std::string::npos);

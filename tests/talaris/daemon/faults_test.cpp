@@ -134,6 +134,14 @@ TEST(TalarisFaults, AltimeterErrorsAreToldAndMakeItLostWhenNothingElseComes) {
   EXPECT_FALSE(w.has(faults::altimeter_lost, kAltimeterModule));
 }
 
+TEST(TalarisFaults, EveryFrameOfTheFastestCameraIsTaken) {
+  Sensors sensors{Parameters{}};
+  sensors.begin(2 * kSecond);
+  for (int i = 0; i < 20; ++i)  // each 10 ms
+    sensors.take({.time_ns = kSecond + i, .reading = Flow{.usable = true}});
+  EXPECT_EQ(sensors.batch().flows.size(), 20u);
+}
+
 TEST(TalarisFaults, ACameraThatIsSilentIsTold) {
   Parameters p = quick();
   p.navigation.camera = p.buses.has_camera = true;

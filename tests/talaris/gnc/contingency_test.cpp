@@ -86,6 +86,31 @@ TEST(TalarisContingency, LandIsObeyedInGoodOrder) {
   EXPECT_EQ(w.stops, 0);
 }
 
+// A gust near the ground is waited for; what ends the flight meanwhile ends the waiting.
+TEST(TalarisContingency, LandEndsTheWaitingForCalm) {
+  Hopper hopper(World{}, Parameters{});
+  ASSERT_TRUE(hopper.flight.plan({}).feasible());
+  ASSERT_TRUE(hopper.flight.execute());
+  double land_s = 0, waiting_s = 0;
+  while (hopper.time_s < 80 && !hopper.out.finished) {
+    const bool low = hopper.out.phase == Phase::descend && hopper.out.height_m < 0.5;
+    if (land_s == 0 && low) {
+      hopper.velocity.z() = 0.5;  // the gust
+      waiting_s += kFrame_s;
+      if (waiting_s >= 2) {
+        EXPECT_GT(hopper.out.height_m, 0.15) << "it waits";
+        hopper.flight.land();
+        land_s = hopper.time_s;
+      }
+    }
+    hopper.frame();
+  }
+  ASSERT_GT(land_s, 0);
+  EXPECT_TRUE(hopper.out.finished);
+  EXPECT_LT(hopper.time_s - land_s, 10);
+  EXPECT_LT(hopper.log.landing_speed_m_s, 0.6);
+}
+
 TEST(TalarisContingency, AShortGapOfTheImuChangesNothing) {
   // silent in every tenth frame
   const Worst w = strike("IMU gaps", [](Hopper& h) {

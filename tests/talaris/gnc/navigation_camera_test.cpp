@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "gnc/talaris/checked_navigation.h"
 #include "tests/talaris/gnc/navigation_fixture.h"
 
 namespace lss::gnc::talaris::test {
@@ -76,6 +77,73 @@ TEST(Camera, OneThatIsFarOffIsGated) {
   EXPECT_EQ(f.navigation.counters().flows_used, used);
   EXPECT_GE(f.navigation.counters().flows_gated, 18u);
   EXPECT_LT(sideways(f.navigation.state().velocity_N_m_s - f.flown.truth.v), 0.1);
+}
+
+// By ever more, each sample within its gate: without the check it is followed.
+TEST(Camera, OneThatContradictsTheImuIsLeftUntilTheNextCalibration) {
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const NavigationParameters p = with_camera();
+    Flown flown(p, seed);
+    CheckedNavigation navigation(p);
+    const auto calibrate = [&] {
+      flown.flying = false;
+      navigation.begin_calibration();
+      while (navigation.calibration().phase == CalibrationPhase::running)
+        navigation.calibrate(flown.frame());
+      ASSERT_TRUE(navigation.aligned());
+      EXPECT_FALSE(navigation.camera_doubted());
+    };
+    calibrate();
+    Navigation followed(p), blind(p);
+    {
+      Flown same(p, seed);
+      ASSERT_TRUE(same.calibrate(followed));
+    }
+    blind = followed;
+    flown.flying = true;
+    const auto run = [&](int frames) {
+      for (int i = 0; i < frames; ++i) {
+        const Batch batch = flown.frame();
+        navigation.step(batch);
+        followed.step(batch);
+        Batch less = batch;
+        less.flows = {};
+        blind.step(less);
+      }
+    };
+    run(5);
+    EXPECT_FALSE(navigation.camera_doubted());
+    for (int i = 1; i <= 30; ++i) {
+      flown.flow_off = {0, 0.01 * i, 0};
+      run(1);
+    }
+    EXPECT_TRUE(navigation.camera_doubted());
+    EXPECT_GT(sideways(followed.state().velocity_N_m_s - flown.truth.v), 0.15);
+    EXPECT_EQ(navigation.state().velocity_N_m_s, blind.state().velocity_N_m_s);
+    EXPECT_EQ(navigation.state().position_N_m, blind.state().position_N_m);
+    flown.flow_off.setZero();
+    run(10);
+    EXPECT_TRUE(navigation.camera_doubted());
+  }
+}
+
+TEST(Camera, OneThatIsGatedForLongIsLeft) {
+  Flown flown(with_camera(), 1);
+  CheckedNavigation navigation(with_camera());
+  navigation.begin_calibration();
+  while (navigation.calibration().phase == CalibrationPhase::running)
+    navigation.calibrate(flown.frame());
+  flown.flying = true;
+  flown.flow_off = {0, 2, 0};
+  for (int i = 0; i < 9; ++i) navigation.step(flown.frame());
+  EXPECT_FALSE(navigation.camera_doubted());
+  flown.flow_off.setZero();
+  navigation.step(flown.frame());
+  flown.flow_off = {0, 2, 0};
+  for (int i = 0; i < 9; ++i) navigation.step(flown.frame());
+  EXPECT_FALSE(navigation.camera_doubted());
+  for (int i = 0; i < 2; ++i) navigation.step(flown.frame());
+  EXPECT_TRUE(navigation.camera_doubted());
 }
 
 TEST(Camera, SamplesAfterAGapOfNoNumberOrOutOfItsRangeAreNotUsed) {
