@@ -136,7 +136,7 @@ TEST(TalarisFaults, AltimeterErrorsAreToldAndMakeItLostWhenNothingElseComes) {
 
 TEST(TalarisFaults, EveryFrameOfTheFastestCameraIsTaken) {
   Sensors sensors{Parameters{}};
-  sensors.begin(2 * kSecond);
+  sensors.begin(2 * kSecond, true);
   for (int i = 0; i < 20; ++i)  // each 10 ms
     sensors.take({.time_ns = kSecond + i, .reading = Flow{.usable = true}});
   EXPECT_EQ(sensors.batch().flows.size(), 20u);
