@@ -16,8 +16,6 @@
 namespace lss::record {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 // x86 names the model of each CPU, a board with a device tree its own.
 std::string machine() {
   std::ifstream cpus("/proc/cpuinfo");
@@ -49,7 +47,7 @@ std::string configuration(const std::string& text) {
 }
 
 // 0: no positive time is there.
-TimeNs time_of(const Json& json, const char* name) {
+TimeNs time_of(const nlohmann::ordered_json& json, const char* name) {
   const auto found = json.find(name);
   if (found == json.end() || !found->is_object()) return 0;
   const auto us = found->find("us");
@@ -77,7 +75,7 @@ tl::expected<Certificate, std::string> read_certificate(const std::filesystem::p
   std::string text(kMost, '\0');
   stream.read(text.data(), kMost);
   text.resize(static_cast<std::size_t>(stream.gcount()));
-  const Json json = parse_json(text);
+  const nlohmann::ordered_json json = parse_json(text);
   Certificate certificate;
   const auto get = [&](const char* name, std::string& to) {
     const auto found = json.find(name);

@@ -57,7 +57,7 @@ class Talaris(Hopper):
             for off, on in (("[talaris.camera]\npresent = false", "[talaris.camera]\npresent = true"),
                             *((f"# {line}\n", f"{line}\n") for line in
                               ('name = "camera"', 'path = "sim:camera"', "baud = 115200")),
-                            ("# [[port]] ", "[[port]] ")):
+                            ("# [[port]]           # with [talaris.camera]", "[[port]]  # with [talaris.camera]")):
                 self.assertIn(off, text)
                 text = text.replace(off, on)
             return text
