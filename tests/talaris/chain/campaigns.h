@@ -39,8 +39,6 @@ std::string failures_section(unsigned seeds);
 // `picture`: an SVG file of the sweeps.
 bool safe(const Flown& flown);  // upright, at most 1 m/s down and 0.5 m/s sideways
 FlightPlan wide_flight();
-FlightPlan with_camera(FlightPlan plan);
-FlightPlan with_standby_imu(FlightPlan plan);
 std::string wide_section(unsigned seeds);
 std::string camera_section(unsigned seeds);  // the wide set with a camera
 std::string edge_section(unsigned seeds, const std::string& picture);

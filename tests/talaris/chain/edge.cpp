@@ -224,35 +224,6 @@ std::string wide_flights(const FlightPlan& plan, unsigned seeds) {
 
 FlightPlan wide_flight() { return {.spread = kWide, .late_share = 0.02, .late_s = 0.010}; }
 
-namespace {
-
-template <class World, class Adjust>
-FlightPlan with(FlightPlan plan, World&& change, Adjust&& adjust) {
-  plan.world = [before = plan.world, change](TalarisOptions& world) {
-    if (before) before(world);
-    change(world);
-  };
-  plan.adjust = [before = plan.adjust, adjust](Parameters& parameters) {
-    if (before) before(parameters);
-    adjust(parameters);
-  };
-  return plan;
-}
-
-}  // namespace
-
-FlightPlan with_camera(FlightPlan plan) {
-  return with(
-      std::move(plan), [](TalarisOptions& world) { world.camera.present = true; },
-      [](Parameters& p) { p.buses.has_camera = p.navigation.camera = true; });
-}
-
-FlightPlan with_standby_imu(FlightPlan plan) {
-  return with(
-      std::move(plan), [](TalarisOptions& world) { world.standby_imu = true; },
-      [](Parameters& p) { p.buses.has_standby = true; });
-}
-
 bool safe(const Flown& flown) {
   return flown.upright() && flown.down_m_s <= kSlow_m_s && flown.sideways_m_s <= kSideways_m_s;
 }

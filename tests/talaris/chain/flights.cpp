@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "idl/angles.h"
 #include "idl/talaris/codes.h"
@@ -92,6 +93,19 @@ struct Watch {
   }
 };
 
+template <class World, class Adjust>
+FlightPlan with(FlightPlan plan, World&& change, Adjust&& adjust) {
+  plan.world = [before = plan.world, change](TalarisOptions& world) {
+    if (before) before(world);
+    change(world);
+  };
+  plan.adjust = [before = plan.adjust, adjust](Parameters& parameters) {
+    if (before) before(parameters);
+    adjust(parameters);
+  };
+  return plan;
+}
+
 }  // namespace
 
 double Flown::off_m() const { return std::hypot(along_m, across_m); }
@@ -111,6 +125,18 @@ std::string Flown::text() const {
       sideways_m_s, told_down_m_s, told_sideways_m_s, contact_tilt_deg, rest_tilt_deg, max_tilt_deg,
       along_m, across_m, nav_along_m, nav_across_m, nav_side_m_s, max_height_m, height_error_m,
       gas_s, told);
+}
+
+FlightPlan with_camera(FlightPlan plan) {
+  return with(
+      std::move(plan), [](TalarisOptions& world) { world.camera.present = true; },
+      [](Parameters& p) { p.buses.has_camera = p.navigation.camera = true; });
+}
+
+FlightPlan with_standby_imu(FlightPlan plan) {
+  return with(
+      std::move(plan), [](TalarisOptions& world) { world.standby_imu = true; },
+      [](Parameters& p) { p.buses.has_standby = true; });
 }
 
 Flown fly(const FlightPlan& plan, unsigned seed) {

@@ -56,6 +56,10 @@ struct Flown {
   std::string text() const;
 };
 
+// The same with a sensor beyond those as built.
+FlightPlan with_camera(FlightPlan plan);
+FlightPlan with_standby_imu(FlightPlan plan);
+
 Flown fly(const FlightPlan& plan, unsigned seed);
 
 // ---- stands

@@ -143,10 +143,6 @@ ExitCode run_timing(Context& context, const TimingWanted& wanted) {
   return ExitCode::completed;
 }
 
-}  // namespace
-
-namespace {
-
 void check(const TimingWanted& wanted) {
   if (wanted.what == "trace" && wanted.paths.size() != 1)
     throw Failure(ExitCode::usage, "timing trace: of which recording?",

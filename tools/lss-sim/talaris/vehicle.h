@@ -1,6 +1,6 @@
 #pragma once
 
-// TALARIS as its Locomotion Controller sees it: an IMU, an altimeter and a camera on serial lines,
+// TALARIS as its Locomotion Controller sees it: IMUs, an altimeter and a camera on serial lines,
 // valves, fans and on test stands a load cell as nodes on a CAN bus, and the vehicle behind them.
 // The entry for lss-sim's roster, and the vehicle itself for tests that step it without threads:
 //
@@ -44,11 +44,10 @@ struct TalarisOptions {
   AltimeterOptions altimeter{};
   FlowCameraOptions camera{};
   AirOptions air{};
-  std::optional<Pointing> pointing{};  // unset: sideways on rail and sled, otherwise down
-  Vector3 altimeter_at_m =
-      Vector3::Zero();  // as [talaris.altimeter] of the configuration; of the camera, too
-  std::optional<bool> load_cell{};  // unset: only on the stand for it
-  unsigned seed = 1;                // of noise and biases
+  std::optional<Pointing> pointing{};        // unset: sideways on rail and sled, otherwise down
+  Vector3 altimeter_at_m = Vector3::Zero();  // as [talaris.altimeter]; the camera is there, too
+  std::optional<bool> load_cell{};           // unset: only on the stand for it
+  unsigned seed = 1;                         // of noise and biases
 };
 
 // Ranges from which a vehicle is drawn: shares and values either way, evenly, unless it says

@@ -1,0 +1,104 @@
+// Sensors beyond those as built: a camera, and a second IMU; with and without failures of them.
+
+#include <gtest/gtest.h>
+
+#include "idl/talaris/codes.h"
+#include "tests/talaris/chain/campaigns.h"
+#include "tests/talaris/chain/flights.h"
+
+namespace lss::talaris {
+namespace {
+
+constexpr double kMostOff_m = 6;
+
+// Of the wide set; as built these touch down with 0.4 to 0.7 m/s sideways.
+TEST(TalarisCamera, KeepsTheSpeedOverGroundAndThePlace) {
+  for (const unsigned seed : {1u, 31u, 34u}) {
+    const Flown flown = fly(with_camera(wide_flight()), seed);
+    SCOPED_TRACE(flown.text());
+    EXPECT_TRUE(flown.succeeded);
+    EXPECT_LT(flown.sideways_m_s, 0.4);
+    EXPECT_LT(flown.off_m(), 1.5);
+    EXPECT_LT(flown.nav_side_m_s, 0.1);
+  }
+}
+
+// Gusts of the wide set that came on the last half metre: 0.5 to 0.8 m/s sideways without waiting.
+TEST(TalarisCamera, GustsNearTheGroundAreWaitedFor) {
+  for (const unsigned seed : {28u, 42u, 67u}) {
+    const Flown flown = fly(with_camera(wide_flight()), seed);
+    SCOPED_TRACE(flown.text());
+    EXPECT_TRUE(flown.succeeded);
+    EXPECT_LT(flown.sideways_m_s, 0.45);
+  }
+}
+
+// Without it the flight goes on as built.
+TEST(TalarisCamera, OneThatIsSilentBlindOrFarOffCostsNoFlight) {
+  for (const char* fault : {"camera-silent", "camera-blind", "camera-off:3"}) {
+    FlightPlan plan = with_camera({});
+    plan.faults = {fault};
+    plan.fault_s = 6;
+    const Flown flown = fly(plan, 2);
+    SCOPED_TRACE(std::string(fault) + ": " + flown.text());
+    EXPECT_TRUE(flown.upright());
+    EXPECT_LT(flown.down_m_s, 1);
+    EXPECT_LT(flown.sideways_m_s, 1);
+    EXPECT_LT(flown.off_m(), kMostOff_m);
+    EXPECT_TRUE(!flown.succeeded || safe(flown));
+    EXPECT_EQ(std::ranges::count(flown.faults, faults::camera_lost),
+              std::string_view(fault) == "camera-blind" ? 0 : 1);
+  }
+}
+
+// Frozen, mounted the wrong way round, half as much again, off to one side: it comes down as if
+// there were none.
+TEST(TalarisCamera, OneThatLiesCostsNoFlight) {
+  const auto expect_gentle = [](const FlightPlan& plan, unsigned seed) {
+    const Flown flown = fly(plan, seed);
+    SCOPED_TRACE(flown.text());
+    EXPECT_TRUE(safe(flown));
+    EXPECT_LT(flown.off_m(), kMostOff_m);
+    EXPECT_EQ(std::ranges::count(flown.faults, faults::camera_lost), 1);
+  };
+  for (const double scale : {-1.0, -2.0, -0.5}) {
+    const auto lies = [=](sim::talaris::TalarisOptions& world) { world.camera.scale = scale; };
+    expect_gentle(with_camera({.world = lies}), 1);
+  }
+  for (const char* fault : {"camera-off:0.16", "camera-off:0.5", "camera-off:3"}) {
+    expect_gentle(with_camera({.faults = {fault}, .fault_s = 0.1}), 2);
+  }
+}
+
+TEST(TalarisStandbyImu, TheLossOfOneImuCostsNoFlight) {
+  for (const char* fault : {"imu-silent", "imu-stuck", "standby-imu-silent", "standby-imu-stuck"}) {
+    for (const double at_s : {1.03, 17.11}) {
+      if (at_s > 2 && fault != std::string_view("imu-silent")) continue;
+      FlightPlan plan = with_camera(with_standby_imu({}));
+      plan.faults = {fault};
+      plan.fault_s = at_s;
+      const Flown flown = fly(plan, 1);
+      SCOPED_TRACE(std::string(fault) + ": " + flown.text());
+      EXPECT_TRUE(flown.succeeded);
+      EXPECT_TRUE(safe(flown));
+      EXPECT_LT(flown.off_m(), 1.5);
+      EXPECT_EQ(std::ranges::count(flown.faults, faults::navigation_lost), 0);
+    }
+  }
+}
+
+TEST(TalarisStandbyImu, OneThatIsOffEndsTheFlightUpright) {
+  for (const char* fault : {"imu-bias:2:0.05", "imu-bias:6:0.4"}) {  // 2.9 deg/s; 0.4 m/s2
+    FlightPlan plan = with_standby_imu({});
+    plan.faults = {fault};
+    plan.fault_s = 6;
+    const Flown flown = fly(plan, 1);
+    SCOPED_TRACE(std::string(fault) + ": " + flown.text());
+    EXPECT_TRUE(flown.upright());
+    EXPECT_EQ(std::ranges::count(flown.faults, faults::imus_disagree), 1);
+    EXPECT_FALSE(flown.succeeded);
+  }
+}
+
+}  // namespace
+}  // namespace lss::talaris
