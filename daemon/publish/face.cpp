@@ -278,7 +278,7 @@ void Face::status(const StatusReport& report) {
   if (lockstep::on()) lockstep::said_status(sample.time_ns);
 }
 
-void Face::timing(const TimingPoints& points) { impl_->plane.timing(points, now_ns()); }
+void Face::timing(const TimingPoints& points) { impl_->plane.timing(points); }
 
 void Face::timing(const TimingStatistics& statistics) {
   lss_TimingStatistics sample{};
@@ -303,7 +303,7 @@ void Face::heartbeat(State state) {
 }
 
 void Face::telemetry(const void* vehicle_telemetry) {
-  impl_->plane.telemetry(vehicle_telemetry, now_ns());
+  impl_->plane.telemetry(vehicle_telemetry);
 }
 
 bool Face::other_interface() {
@@ -321,7 +321,7 @@ const std::vector<std::string>& Face::warnings() const {
   return impl_->participant.enclave() ? impl_->participant.enclave()->warnings : kNone;
 }
 
-bool Face::watch_shared_memory() { return impl_->plane.watch(now_ns()); }
+bool Face::watch_shared_memory() { return impl_->plane.watch(); }
 
 SharedMemory Face::shared_memory() const { return impl_->plane.state(); }
 

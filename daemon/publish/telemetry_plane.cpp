@@ -1,9 +1,11 @@
 #include "daemon/publish/telemetry_plane.h"
 
 #include <dds/ddsc/dds_loan_api.h>
+#include <pthread.h>
 #include <stdlib.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <utility>
@@ -15,8 +17,9 @@ namespace lss::dds {
 namespace {
 
 // RouDi drops a client whose keep-alive, sent every 300 ms, is late by 1.5 s (measured 2026-11), so
-// a standstill of 1.2 s may be enough.
+// a standstill of 1.2 s may be enough. By the machine's clock, also in simulated time.
 constexpr TimeNs kStandstill_ns = kSecond;
+constexpr auto kTick = std::chrono::milliseconds(100);
 
 using Key = decltype(lss_Status::vehicle_id);  // every type begins with it; the time follows
 
@@ -55,6 +58,7 @@ Result<void> TelemetryPlane::open() {
     return opened;
   }
   if (dds_is_shared_memory_available(telemetry_.writer.get())) {
+    standstill_.start();
     state_ = SharedMemory::active;
     text_ = kActiveText;
   } else if (wanted_ && participant_.enclave()) {
@@ -77,9 +81,9 @@ Result<void> TelemetryPlane::open_channels(Transport transport) {
   return {};
 }
 
-void TelemetryPlane::telemetry(const void* vehicle_telemetry, TimeNs now_ns) {
+void TelemetryPlane::telemetry(const void* vehicle_telemetry) {
   TimeNs time = 0;
-  write(telemetry_, own_sample_.data(), now_ns, [&](void* sample) {
+  write(telemetry_, own_sample_.data(), [&](void* sample) {
     std::memcpy(sample, vehicle_telemetry, telemetry_topic_.size);
     copy_text(vehicle_id_, *static_cast<Key*>(sample));
     std::memcpy(&time, static_cast<const char*>(sample) + sizeof(Key), sizeof time);
@@ -87,17 +91,17 @@ void TelemetryPlane::telemetry(const void* vehicle_telemetry, TimeNs now_ns) {
   if (lockstep::on()) lockstep::said_telemetry(time);
 }
 
-void TelemetryPlane::timing(const TimingPoints& points, TimeNs now_ns) {
+void TelemetryPlane::timing(const TimingPoints& points) {
   lss_Timing own_sample;
-  write(timing_, &own_sample, now_ns,
+  write(timing_, &own_sample,
         [&](void* sample) { to_dds(points, vehicle_id_, *static_cast<lss_Timing*>(sample)); });
 }
 
 // A loaned sample is filled in place, in shared memory. When slow subscribers hold all chunks there
 // is none, and the sample is dropped as by a full ring.
 template <class Fill>
-void TelemetryPlane::write(Channel& channel, void* own_sample, TimeNs now_ns, Fill fill) {
-  note_running(now_ns);
+void TelemetryPlane::write(Channel& channel, void* own_sample, Fill fill) {
+  leave_after_standstill();
   void* sample = own_sample;
   if (state() == SharedMemory::active &&
       dds_loan_sample(channel.writer.get(), &sample) != DDS_RETCODE_OK) {
@@ -105,11 +109,13 @@ void TelemetryPlane::write(Channel& channel, void* own_sample, TimeNs now_ns, Fi
     return;
   }
   fill(sample);
+  leave_after_standstill();
+  if (sample != own_sample && state() != SharedMemory::active) fill(sample = own_sample);
   if (dds_write(channel.writer.get(), sample) != DDS_RETCODE_OK) ++dropped_;
 }
 
-bool TelemetryPlane::watch(TimeNs now_ns) {
-  note_running(now_ns);
+bool TelemetryPlane::watch() {
+  leave_after_standstill();
   if (state() == SharedMemory::active && find_roudi() != participant_.roudi()) {
     text_ = kLostText;
     fall_back();
@@ -120,10 +126,24 @@ bool TelemetryPlane::watch(TimeNs now_ns) {
 // Before every access to shared memory. A client that RouDi dropped must not access it again: its
 // ports are freed and reused, and publishing through them ends the process
 // ("POPO__CHUNK_LOCKING_ERROR").
-void TelemetryPlane::note_running(TimeNs now_ns) {
-  const TimeNs before_ns = std::exchange(last_running_ns_, now_ns);
-  const TimeNs standstill_ns = before_ns == 0 ? 0 : now_ns - before_ns;
-  if (standstill_ns >= kStandstill_ns && state() == SharedMemory::active) abandon();
+void TelemetryPlane::leave_after_standstill() {
+  if (state() == SharedMemory::active && standstill_.seen()) abandon();
+}
+
+void TelemetryPlane::Standstill::start() {
+  last_ns_ = machine_ns();
+  thread_ = std::jthread([this](const std::stop_token& stop) {
+    ::pthread_setname_np(::pthread_self(), "standstill");
+    std::unique_lock lock(mutex_);
+    while (!waiting_.wait_for(lock, stop, kTick, [&] { return stop.stop_requested(); })) {
+      if (seen()) seen_ = true;
+      last_ns_ = machine_ns();
+    }
+  });
+}
+
+bool TelemetryPlane::Standstill::seen() const {
+  return seen_ || machine_ns() - last_ns_ >= kStandstill_ns;
 }
 
 // Our mapping outlives RouDi, so the old writers can be deleted.

@@ -5,9 +5,12 @@
 // thread only, except state() and could_return().
 
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
+#include <mutex>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "daemon/cycle/messages.h"
@@ -29,9 +32,9 @@ class TelemetryPlane {
   Result<void> open();
 
   // A struct of the topic's type; its key is set here.
-  void telemetry(const void* vehicle_telemetry, TimeNs now_ns);
-  void timing(const TimingPoints& points, TimeNs now_ns);
-  bool watch(TimeNs now_ns);  // true when the state changed
+  void telemetry(const void* vehicle_telemetry);
+  void timing(const TimingPoints& points);
+  bool watch();  // true when the state changed
 
   SharedMemory state() const { return state_.load(std::memory_order_relaxed); }
   bool could_return() const;
@@ -44,10 +47,25 @@ class TelemetryPlane {
     Entity writer;
   };
 
+  // Whether the whole process stood still so long that RouDi may have dropped it. A thread of its
+  // own notices it: the publisher also waits when there is nothing to send.
+  class Standstill {
+   public:
+    void start();
+    bool seen() const;  // and stays so
+
+   private:
+    std::atomic<TimeNs> last_ns_{0};
+    std::atomic<bool> seen_{false};
+    std::mutex mutex_;
+    std::condition_variable_any waiting_;
+    std::jthread thread_;
+  };
+
   template <class Fill>
-  void write(Channel& channel, void* own_sample, TimeNs now_ns, Fill fill);
+  void write(Channel& channel, void* own_sample, Fill fill);
   Result<void> open_channels(Transport transport);
-  void note_running(TimeNs now_ns);
+  void leave_after_standstill();
   void fall_back();
   void abandon();
 
@@ -61,7 +79,7 @@ class TelemetryPlane {
       own_sample_;  // written when no sample is loaned; aligned for any field
   std::atomic<SharedMemory> state_{SharedMemory::off};
   const char* text_ = "";
-  TimeNs last_running_ns_ = 0;  // 0: not yet, while the daemon starts
+  Standstill standstill_;
   std::uint64_t dropped_ = 0;
   bool changed_ = false;
   bool abandoned_ = false;

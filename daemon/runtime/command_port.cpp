@@ -34,7 +34,7 @@ void CommandPort::receive(Request request, std::uint64_t writer, const Answer& a
     say(Phase::rejected, verdict);
   };
 
-  if (is_emergency_stop(request)) return emergency_stop(request, [&](Phase phase) { say(phase); });
+  if (is_emergency_stop(request)) return emergency_stop(request, answer);
   state_.update();
   if (const Verdict v = armour_.check(request, writer, state_.value().authority);
       v.reason != Reason::none)
@@ -66,18 +66,36 @@ void CommandPort::receive(Request request, std::uint64_t writer, const Answer& a
 }
 
 // Authority, form and number are not checked.
-void CommandPort::emergency_stop(Request request, const std::function<void(Phase)>& say) {
+void CommandPort::emergency_stop(Request request, const Answer& answer) {
+  const auto say = [&](Phase phase) {
+    answer({.source = request.source,
+            .sequence = request.sequence,
+            .kind = request.kind,
+            .phase = phase,
+            .time_ns = request.arrival_ns});
+  };
   if ((request.flags & kFlagDryRun) != 0) return say(Phase::accepted);
   if (stop_now_) stop_now_();
   say(Phase::accepted);
   request.acknowledged = true;
-  // Only the newest reaches the frame; a repeated stop of a stopped vehicle is answered at once.
+  // A repeated stop of a stopped vehicle is answered at once.
   if (stopped_by_command(state_.get())) {
     say(Phase::completed);
     request.answered = true;
   }
+  const std::uint64_t replaced = newest_stop_.replaced();
   newest_stop_.put(request);
   stop_ns_ = request.arrival_ns;
+  const Request before = std::exchange(last_stop_, request);
+  // The frame has not read the one before: it ends behind the newest, or here, among so many.
+  if (newest_stop_.replaced() != replaced && !before.answered && !stops_.push(before)) {
+    answer({.source = before.source,
+            .sequence = before.sequence,
+            .kind = before.kind,
+            .phase = Phase::superseded,
+            .verdict = {.reason = Reason::superseded},
+            .time_ns = request.arrival_ns});
+  }
 }
 
 void CommandPort::heartbeat(const Request& request) noexcept {
@@ -121,6 +139,7 @@ std::uint32_t CommandPort::take(std::span<Request> out) noexcept {
     add(now.holder, beats_taken_[1], 0);
     add(now.another_daemon, beats_taken_[2], kFlagAnotherDaemon);
   }
+  while (count < out.size() && stops_.pop(out[count])) ++count;
   while (count < out.size() && ending_.pop(out[count])) ++count;
   while (count < out.size() && queue_.pop(out[count])) ++count;
   return count;

@@ -5,7 +5,8 @@
 //
 // What stops a vehicle never waits behind anything else (decision 15):
 //   emergency stops  to `stop_now` before anything else is done with them, answered at once; the
-//                    newest goes to the frame by a slot of its own, ahead of all commands
+//                    newest goes to the frame by a slot of its own, ahead of all commands, those
+//                    that it replaced there follow by a queue
 //   stop, land       (CommandInfo::ends_motion) by a queue of their own, half of which only the
 //                    holder of authority can fill
 //   heartbeats       are state, not queue entries: the newest of anyone and of the holder
@@ -28,7 +29,7 @@ class CommandPort {
  public:
   using Answer = std::function<void(const Ack&)>;
 
-  static constexpr std::size_t kQueue = 64, kEnding = 16;
+  static constexpr std::size_t kQueue = 64, kEnding = 16, kStops = 8;
 
   CommandPort(const Logic& logic, std::uint32_t lease_min_ms, std::uint32_t lease_max_ms,
               std::function<void()> stop_now = {})
@@ -59,7 +60,7 @@ class CommandPort {
   };
 
   void heartbeat(const Request& request) noexcept;
-  void emergency_stop(Request request, const std::function<void(Phase)>& say);
+  void emergency_stop(Request request, const Answer& answer);
   bool put(const Request& request) noexcept;
   bool is_newest() const noexcept;
 
@@ -71,6 +72,8 @@ class CommandPort {
   std::array<std::uint64_t, 3> beats_taken_{};  // frame thread
   Latest<Beats> newest_beats_;
   Latest<Request> newest_stop_;
+  Request last_stop_{};          // listener: the newest there
+  Ring<Request, kStops> stops_;  // those that a newer one replaced in the same frame
   Ring<Request, kEnding> ending_;
   Ring<Request, kQueue> queue_;
   std::uint64_t commands_ = 0;  // given to the frame

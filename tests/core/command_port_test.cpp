@@ -202,14 +202,30 @@ TEST_F(CommandPortTest, AFloodOfCommandsHoldsUpNoEmergencyStop) {
   EXPECT_EQ(take().front().kind, 3);
 }
 
-TEST_F(CommandPortTest, OfManyEmergencyStopsTheNewestGoesToTheFrame) {
+// Two people press the button in one frame: both are answered to the end.
+TEST_F(CommandPortTest, EmergencyStopsOfOneFrameGoToItTheNewestFirst) {
+  show(State::operational, 0);
+  for (std::uint64_t i = 1; i <= 3; ++i) receive(3, i);
+  const std::vector<Request> requests = take();
+  ASSERT_EQ(requests.size(), 3u);
+  EXPECT_EQ(requests[0].sequence, 3u);
+  EXPECT_EQ(requests[1].sequence, 1u);
+  EXPECT_EQ(requests[2].sequence, 2u);
+  EXPECT_TRUE(take().empty());
+  EXPECT_EQ(count(Phase::superseded, Reason::superseded), 0u);
+}
+
+TEST_F(CommandPortTest, OfAFloodOfEmergencyStopsEachIsEndedOnce) {
   show(State::operational, 0);
   for (std::uint64_t i = 1; i <= 1000; ++i) receive(3, i);
   EXPECT_EQ(stops_, 1000);
   EXPECT_EQ(count(Phase::accepted), 1000u);
   const std::vector<Request> requests = take();
-  ASSERT_EQ(requests.size(), 1u);
-  EXPECT_EQ(requests[0].sequence, 1000u);
+  EXPECT_EQ(requests.at(0).sequence, 1000u);
+  EXPECT_EQ(requests.size(), 1 + CommandPort::kStops);
+  EXPECT_EQ(count(Phase::superseded, Reason::superseded), 999 - CommandPort::kStops);
+  receive(3, 1001);
+  EXPECT_EQ(take().size(), 1u) << "what the frame has read is not given to it again";
 }
 
 TEST_F(CommandPortTest, WhoStopsAStoppedVehicleHearsSoWithoutAFrame) {
@@ -222,6 +238,12 @@ TEST_F(CommandPortTest, WhoStopsAStoppedVehicleHearsSoWithoutAFrame) {
   const std::vector<Request> requests = take();
   ASSERT_EQ(requests.size(), 1u) << "a solve may be on its way";
   EXPECT_TRUE(requests[0].answered);
+  receive(3, 11);
+  receive(3, 12);
+  EXPECT_EQ(take().size(), 1u) << "both are answered";
+  acks_.clear();
+  receive(3, 13);
+  take();
   stopped.faults[0].id = FaultId::module_silent;
   port_.show(stopped);
   receive(3, 2);

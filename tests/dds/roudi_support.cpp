@@ -50,7 +50,7 @@ Publisher::Publisher(Face& face)
     : face_(face), thread_([this](const std::stop_token& stop) {
         lss_ZebroTelemetry telemetry{};
         while (!stop.stop_requested()) {
-          if (stops_process_.exchange(false)) ::kill(::getpid(), SIGSTOP);
+          if (stops_process_.exchange(false)) ::raise(SIGSTOP);  // before it returns
           ++telemetry.frame;
           face_.telemetry(&telemetry);
           face_.timing(TimingPoints{});

@@ -6,11 +6,13 @@
 
 #include <gtest/gtest.h>
 #include <unistd.h>
+#include <zebro.h>  // of the IDL
 
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "daemon/publish/face.h"
 #include "tests/dds/dds_support.h"
@@ -204,6 +206,19 @@ void a_standstill_that_made_roudi_drop_us_is_survived() {
   require_heard(false, "after the standstill");
 }
 
+// Simulated time may stand for minutes, and RouDi's clock goes on.
+void a_publisher_without_anything_to_send_stays_on_shared_memory() {
+  const Alone alone;
+  Roudi roudi;
+  Daemon daemon;
+  const lss_ZebroTelemetry telemetry{};
+  daemon.face().telemetry(&telemetry);
+  std::this_thread::sleep_for(std::chrono::seconds(3));
+  daemon.face().telemetry(&telemetry);
+  require(!daemon.face().watch_shared_memory(), "nothing changed");
+  require(daemon.face().shared_memory() == SharedMemory::active, "shared memory is kept");
+}
+
 void a_wish_of_the_user_for_shared_memory_without_roudi_does_not_abort() {
   const Alone alone;
   ::setenv("CYCLONEDDS_URI", "<SharedMemory><Enable>true</Enable></SharedMemory>", 1);
@@ -241,6 +256,9 @@ TEST(SharedMemoryPlane, ARoudiReplacedBetweenTwoLooksIsNoticed) {
 }
 TEST(SharedMemoryPlane, AStandstillThatMadeRoudiDropUsIsSurvivedAndLeft) {
   expect_success(a_standstill_that_made_roudi_drop_us_is_survived);
+}
+TEST(SharedMemoryPlane, APublisherWithoutAnythingToSendStaysOnSharedMemory) {
+  expect_success(a_publisher_without_anything_to_send_stays_on_shared_memory);
 }
 TEST(SharedMemoryPlane, AWishOfTheUserForSharedMemoryWithoutRoudiDoesNotAbort) {
   expect_success(a_wish_of_the_user_for_shared_memory_without_roudi_does_not_abort);
