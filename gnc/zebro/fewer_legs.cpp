@@ -59,8 +59,10 @@ StableGait best_of(LegSet isolated, int groups, const Roll& roll) noexcept {
 }  // namespace
 
 Footing footing(LegSet isolated, const LocomotionParameters& p) noexcept {
-  Footing f{{p.flight_s, p.stance_min_s, p.double_stance_s}, p.sweep_rad, p.offset_rad};
+  Footing f{
+      {p.flight_s, p.stance_min_s, p.double_stance_s, p.coordination}, p.sweep_rad, p.offset_rad};
   if (isolated == 0) return f;
+  f.times.coordination = Coordination::groups;
   f.times.double_stance_s = std::max(p.double_stance_s, kShareOfFlight * p.flight_s);
   f.sweep_rad = std::max(p.sweep_rad, kLongSweep_rad);
   const bool hind = std::popcount(isolated) == 1 && (isolated & kHind) != 0;

@@ -20,7 +20,39 @@ double last_touchdown_s(const Partition& gait, int group, const Events& events) 
   return last_s;
 }
 
+// After the begin of its cycle.
+double begins_s(const GaitTimes& times, int group) noexcept {
+  return group * (times.flight_s + times.double_stance_s);
+}
+
+// When the cycle after `last` begins, in the rhythm of the leg with the greatest delay.
+double next_begins_s(const Partition& gait, const GaitTimes& times, const Events& last) noexcept {
+  double began_s = kEps;
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    if (gait.group_of[i] != kNoGroup)
+      began_s = std::max(began_s, last.lift_off_s[i] - begins_s(times, gait.group_of[i]));
+  }
+  return began_s + cycle_time_s(gait, times);
+}
+
+// When the neighbours of leg i have landed: of this cycle those of earlier groups.
+double neighbours_landed_s(const Partition& gait, std::size_t i, const Events& cycle,
+                           const Events* last) noexcept {
+  double landed_s = kEps;
+  for (std::size_t j = 0; j < kLegs; ++j) {
+    if (!neighbours(i, j)) continue;
+    if (last != nullptr) landed_s = std::max(landed_s, last->touchdown_s[j]);
+    if (gait.group_of[j] < gait.group_of[i]) landed_s = std::max(landed_s, cycle.touchdown_s[j]);
+  }
+  return landed_s;
+}
+
 }  // namespace
+
+bool neighbours(std::size_t i, std::size_t j) noexcept {
+  const std::size_t apart = i > j ? i - j : j - i;
+  return apart == 2 || (apart == 1 && i / 2 == j / 2);
+}
 
 Vector to_vector(const Events& events) noexcept {
   Vector x;
@@ -81,8 +113,7 @@ Events rhythm(const Partition& gait, const GaitTimes& times) noexcept {
   Events v;
   for (std::size_t i = 0; i < kLegs; ++i) {
     const bool steps = gait.group_of[i] != kNoGroup;
-    v.lift_off_s[i] =
-        !steps ? max_plus::kEps : gait.group_of[i] * (times.flight_s + times.double_stance_s);
+    v.lift_off_s[i] = !steps ? max_plus::kEps : begins_s(times, gait.group_of[i]);
     v.touchdown_s[i] = v.lift_off_s[i] + times.flight_s;
   }
   return v;
@@ -97,27 +128,33 @@ Events next_cycle(const Partition& gait, const GaitTimes& times, const Events& l
                   const PerLeg<double>& not_before_s) noexcept {
   Events next;
   next.lift_off_s = next.touchdown_s = kAnyTime;
+  const bool by_neighbours =
+      times.coordination == Coordination::neighbours && guard == Guard::own_last_group;
+  const double clock_s = by_neighbours ? next_begins_s(gait, times, last) : kEps;
   double landed_s = guard == Guard::all_legs
                         ? *std::max_element(last.touchdown_s.begin(), last.touchdown_s.end())
                         : last_touchdown_s(gait, gait.groups - 1, last);
   for (int group = 0; group < gait.groups; ++group) {
     for (std::size_t i = 0; i < kLegs; ++i) {
       if (gait.group_of[i] != group) continue;
+      if (by_neighbours) landed_s = neighbours_landed_s(gait, i, next, &last);
       next.lift_off_s[i] =
           std::max({landed_s + times.double_stance_s, last.touchdown_s[i] + times.stance_min_s,
-                    last.lift_off_s[i], not_before_s[i]});
+                    last.lift_off_s[i], not_before_s[i], clock_s + begins_s(times, group)});
       next.touchdown_s[i] = std::max(next.lift_off_s[i] + times.flight_s, last.touchdown_s[i]);
     }
-    landed_s = last_touchdown_s(gait, group, next);
+    if (!by_neighbours) landed_s = last_touchdown_s(gait, group, next);
   }
   return next;
 }
 
 void postpone_dependents(const Partition& gait, const GaitTimes& times, Events& cycle) noexcept {
   for (int group = 1; group < gait.groups; ++group) {
-    const double landed_s = last_touchdown_s(gait, group - 1, cycle);
+    double landed_s = last_touchdown_s(gait, group - 1, cycle);
     for (std::size_t i = 0; i < kLegs; ++i) {
       if (gait.group_of[i] != group) continue;
+      if (times.coordination == Coordination::neighbours)
+        landed_s = neighbours_landed_s(gait, i, cycle, nullptr);
       cycle.lift_off_s[i] = std::max(cycle.lift_off_s[i], landed_s + times.double_stance_s);
       cycle.touchdown_s[i] = std::max(cycle.touchdown_s[i], cycle.lift_off_s[i] + times.flight_s);
     }

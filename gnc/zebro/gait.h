@@ -38,10 +38,22 @@ inline constexpr Partition kTripod{2, {0, 1, 1, 0, 0, 1}};     // {LF RM LH} {RF
 inline constexpr Partition kTetrapodB{3, {0, 1, 2, 0, 1, 2}};  // {LF RM} {RF LH} {LM RH}
 inline constexpr Partition kWave{6, {2, 5, 1, 4, 0, 3}};       // LH LM LF RH RM RF: back to front
 
+// Which legs a leg waits for before it lifts off.
+enum class Coordination : std::uint8_t {
+  groups,      // all of the group before: max-plus linear
+  neighbours,  // those beside, ahead and behind; else it keeps the rhythm of its cycle. The cycle
+               // in which the gait changes is one of groups.
+};
+// Leg j may not be in the air together with its neighbour i: the first rule of Cruse, "What
+// mechanisms coordinate leg movement in walking arthropods?" (Trends in Neurosciences 13, 1990), on
+// both sides.
+bool neighbours(std::size_t i, std::size_t j) noexcept;
+
 struct GaitTimes {
   double flight_s = 0;         // tau_f, lift-off to touchdown
   double stance_min_s = 0;     // tau_g, touchdown to the earliest lift-off
   double double_stance_s = 0;  // tau_Delta, touchdown of a group to lift-off of the next
+  Coordination coordination = Coordination::groups;
 };
 
 // x(k): lift-off and touchdown of each leg in one cycle.
@@ -53,7 +65,8 @@ max_plus::Vector to_vector(const Events& events) noexcept;  // [t_1..t_6 l_1..l_
 Events to_events(const max_plus::Vector& x) noexcept;
 
 // x(k) = A0 (x) x(k) (+) A1 (x) x(k-1). Guarded: the first group of this cycle waits for all legs
-// instead of the last group of its own gait, which makes the change from any other gait safe.
+// instead of the last group of its own gait, which makes the change from any other gait safe. Of
+// Coordination::groups.
 enum class Guard : std::uint8_t { own_last_group, all_legs };
 max_plus::Matrix same_cycle(const Partition& gait, const GaitTimes& times) noexcept;   // A0
 max_plus::Matrix from_last_cycle(const Partition&, const GaitTimes&, Guard) noexcept;  // A1
@@ -67,8 +80,8 @@ Events rhythm(const Partition& gait, const GaitTimes& times) noexcept;
 // Every start converges to the one rhythm: tau_f + tau_g <= m (tau_f + tau_Delta).
 bool synchronised(const Partition& gait, const GaitTimes& times) noexcept;
 
-// One cycle ahead: A (x) x(k-1), solved in the order of the groups instead of by the full matrix
-// (36 maxima). No leg lifts off before `not_before_s` (lift-offs already commanded).
+// One cycle ahead: with groups A (x) x(k-1), solved in the order of the groups instead of by the
+// full matrix (36 maxima). No leg lifts off before `not_before_s` (lift-offs already commanded).
 inline constexpr PerLeg<double> kAnyTime = {max_plus::kEps, max_plus::kEps, max_plus::kEps,
                                             max_plus::kEps, max_plus::kEps, max_plus::kEps};
 Events next_cycle(const Partition& gait, const GaitTimes& times, const Events& last, Guard guard,

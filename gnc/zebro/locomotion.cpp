@@ -30,7 +30,7 @@ constexpr double kBack_rad = 100 * kDegree;  // from the lying attitude to past 
 Locomotion::Locomotion(const LocomotionParameters& parameters) noexcept
     : parameters_(parameters),
       ends_(stroke_ends(parameters)),
-      times_{parameters.flight_s, parameters.stance_min_s, parameters.double_stance_s},
+      times_(footing(0, parameters).times),
       sweep_rad_(parameters.sweep_rad),
       offset_rad_(parameters.offset_rad) {}
 

@@ -25,12 +25,13 @@ enum class Speed : std::uint8_t { zero, low, medium, high };
 
 struct LocomotionParameters {
   // gait (max-plus)
-  double flight_s = 3.0;                  // tau_f
-  double stance_min_s = 3.3;              // tau_g
-  double double_stance_s = 0.3;           // tau_Delta
-  double sweep_rad = 0.6981317007977318;  // phi, 40 deg
-  double offset_rad = 0.0;                // theta_0
-  double start_delay_s = 0.5;             // from walk to the first lift-off
+  double flight_s = 3.0;                             // tau_f
+  double stance_min_s = 3.3;                         // tau_g
+  double double_stance_s = 0.3;                      // tau_Delta
+  double sweep_rad = 0.6981317007977318;             // phi, 40 deg
+  double offset_rad = 0.0;                           // theta_0
+  double start_delay_s = 0.5;                        // from walk to the first lift-off
+  Coordination coordination = Coordination::groups;  // with legs out of service always by groups
   // stand, lie, stow
   double stand_up_s = 3.0;
   double lay_down_s = 3.0;

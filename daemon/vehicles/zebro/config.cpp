@@ -59,6 +59,8 @@ void read_hips(config::Section& body, gnc::zebro::LocomotionParameters& p) {
 void read_locomotion(config::Section& root, Parameters& all) {
   gnc::zebro::LocomotionParameters& p = all.locomotion;
   config::Section gait = root.section("gait");
+  p.coordination = static_cast<gnc::zebro::Coordination>(
+      gait.choice("coordination", 0, {"groups", "neighbours"}));
   read_adjustable(gait, "gait", all);
   p.sweep_rad = gait.number("sweep_deg", p.sweep_rad / kDegree, 5, 90) * kDegree;
   p.offset_rad = gait.number("offset_deg", p.offset_rad / kDegree, -30, 30) * kDegree;

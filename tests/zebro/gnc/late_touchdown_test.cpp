@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gnc/zebro/locomotion.h"
+#include "gnc/zebro/stability.h"
 #include "tests/zebro/gnc/generators.h"
 #include "tests/zebro/gnc/robot.h"
 
@@ -158,6 +159,78 @@ TEST(LateTouchdown, LegWithoutReferenceIsNotBelievedToBeLate) {
   robot.run(4 * 6.6 + 1);
   EXPECT_EQ(robot.locomotion.progress(), Progress::running);
   EXPECT_EQ(robot.locomotion.steps() - steps, 4U);
+}
+
+// The same walk with both algorithms, whose gait changes after the first cycle: no difference as
+// long as all legs are in time.
+RC_GTEST_PROP(Neighbours, OrderTheSameAsGroupsWhileNoLegIsLate, ()) {
+  const WalkRequest first{.speed = *any_pace()}, second{.speed = *any_pace()};
+  const double change_s = *rc::gen::inRange(100, 600) * 0.1;
+  Robot groups, neighbours({.coordination = Coordination::neighbours});
+  Diary a(groups), b(neighbours);
+  for (Robot* robot : {&groups, &neighbours}) {
+    robot->locomotion.walk(0, first);
+    robot->run(change_s);
+    robot->locomotion.walk(robot->now_s, second);
+    robot->run(60);
+  }
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    RC_ASSERT(b.lift_off_s[i].size() == a.lift_off_s[i].size());
+    for (std::size_t k = 0; k < a.lift_off_s[i].size(); ++k)
+      RC_ASSERT(std::abs(a.lift_off_s[i][k] - b.lift_off_s[i][k]) < 1.5 * kFrame_s);
+  }
+}
+
+// Any leg, late at any time of any gait: it is never in the air together with its neighbour, the
+// centre of mass stays above the feet, and nobody else waits longer than with groups.
+RC_GTEST_PROP(Neighbours, ALateLegHoldsUpOnlyItsNeighboursAndTheRobotStands, ()) {
+  const Speed speed = *any_pace();
+  const auto late = static_cast<std::size_t>(*rc::gen::inRange(0, kLegs));
+  const double stuck_s = *rc::gen::inRange(10, 40) * 0.1;
+  const double at_s = (2 + *rc::gen::inRange(0, 100) * 0.01) * cycle_s(speed);
+  Robot groups, neighbours({.coordination = Coordination::neighbours});
+  Diary a(groups), b(neighbours);
+  for (Robot* robot : {&groups, &neighbours}) {
+    robot->locomotion.walk(0, {.speed = speed});
+    while (robot->now_s < 8 * cycle_s(speed)) {
+      if (std::abs(robot->now_s - at_s) < kFrame_s / 2)
+        robot->legs[late].stuck_until_s = robot->now_s + stuck_s;
+      robot->frame();
+      PerLeg<bool> down{};
+      PerLeg<double> theta_rad{};
+      for (std::size_t i = 0; i < kLegs; ++i) {
+        down[i] = !robot->locomotion.targets()[i].swing;
+        theta_rad[i] = robot->theta_rad(i);
+        for (std::size_t j = 0; j < i; ++j)
+          RC_ASSERT(down[i] || down[j] || !zebro::neighbours(i, j));
+      }
+      RC_ASSERT(static_margin_m(down, theta_rad, robot->parameters.leg_diameter_m) > 0.005);
+    }
+    RC_ASSERT(robot->locomotion.progress() == Progress::running);
+  }
+  double most_s = 0;
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    for (std::size_t k = 0; k < std::min(a.lift_off_s[i].size(), b.lift_off_s[i].size()); ++k) {
+      RC_ASSERT(b.lift_off_s[i][k] <= a.lift_off_s[i][k] + 1.5 * kFrame_s);
+      most_s = std::max(most_s, a.lift_off_s[i][k] - b.lift_off_s[i][k]);
+    }
+  }
+  RC_CLASSIFY(most_s > 1);
+}
+
+TEST(Neighbours, AFrontLegThatIsLateDoesNotHoldUpTheHindLegOfTheOtherSide) {
+  for (const Coordination coordination : {Coordination::groups, Coordination::neighbours}) {
+    Robot robot({.coordination = coordination});
+    robot.locomotion.walk(0, {.speed = Speed::high});
+    robot.run(6.6 + 2.0);  // LF, RM, LH fly
+    ASSERT_TRUE(robot.locomotion.targets()[0].swing);
+    robot.legs[0].stuck_until_s = robot.now_s + 4;
+    robot.run(3);
+    const auto flies = [&](std::size_t i) { return robot.locomotion.targets()[i].swing; };
+    EXPECT_TRUE(flies(0));
+    EXPECT_FALSE(flies(1) || flies(2)) << "its neighbours wait";
+    EXPECT_EQ(flies(5), coordination == Coordination::neighbours);
+  }
 }
 
 }  // namespace
