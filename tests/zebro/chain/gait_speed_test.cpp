@@ -68,7 +68,7 @@ TEST_P(GaitSpeed, IsWithinTheBoundsOfItsDistribution) {
 // Without turning.
 constexpr Bounds kStraight{-0.05, 0.05}, kNotAside{-1, 1};
 // In rigid-body physics the legs are late by their control loops, so the two ways differ a little.
-TEST(Neighbours, WalkAsFastAsGroups) {
+TEST(Neighbours, WalkAsFastAsGroups_Conf_2) {
   double way_m[2];
   for (const auto coordination :
        {gnc::zebro::Coordination::groups, gnc::zebro::Coordination::neighbours}) {

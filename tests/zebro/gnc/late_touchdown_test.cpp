@@ -183,7 +183,7 @@ RC_GTEST_PROP(Neighbours, OrderTheSameAsGroupsWhileNoLegIsLate, ()) {
 
 // Any leg, late at any time of any gait: it is never in the air together with its neighbour, the
 // centre of mass stays above the feet, and nobody else waits longer than with groups.
-RC_GTEST_PROP(Neighbours, ALateLegHoldsUpOnlyItsNeighboursAndTheRobotStands, ()) {
+RC_GTEST_PROP(Neighbours, ALateLegHoldsUpOnlyItsNeighboursAndTheRobotStands_Conf_2, ()) {
   const Speed speed = *any_pace();
   const auto late = static_cast<std::size_t>(*rc::gen::inRange(0, kLegs));
   const double stuck_s = *rc::gen::inRange(10, 40) * 0.1;
