@@ -32,8 +32,6 @@ std::string told(const std::vector<Flown>& all) {
   return text.empty() ? "nothing" : text;
 }
 
-double off(const Flown& flown) { return std::hypot(flown.along_m, flown.across_m); }
-
 std::string outcome(unsigned good, unsigned of) { return fmt::format("{} of {}", good, of); }
 
 }  // namespace
@@ -41,6 +39,21 @@ std::string outcome(unsigned good, unsigned of) { return fmt::format("{} of {}",
 bool good(const Flown& flown) { return flown.succeeded && flown.upright(); }
 
 // ---- the hop
+
+const std::vector<HopFigure> kHopFigures = {
+    {"landing speed, down, m/s", 2, [](const Flown& f) { return f.down_m_s; }},
+    {"landing speed, sideways, m/s", 2, [](const Flown& f) { return f.sideways_m_s; }},
+    {"tilt at touchdown, deg", 1, [](const Flown& f) { return f.contact_tilt_deg; }},
+    {"tilt in the air, deg", 1, [](const Flown& f) { return f.max_tilt_deg; }},
+    {"height off 2 m, level part, m", 2, [](const Flown& f) { return f.height_error_m; }},
+    {"place, from the target, m", 1, [](const Flown& f) { return f.off_m(); }},
+    {"- along the way, m", 1, [](const Flown& f) { return std::abs(f.along_m); }},
+    {"- across, m", 1, [](const Flown& f) { return std::abs(f.across_m); }},
+    {"- of that navigation's own error, m", 1,
+     [](const Flown& f) { return std::hypot(f.nav_along_m, f.nav_across_m); }},
+    {"gas, thruster-seconds of 44", 1, [](const Flown& f) { return f.gas_s; }},
+    {"in the air, s", 1, [](const Flown& f) { return f.air_s; }},
+};
 
 std::string hop_section(unsigned seeds) {
   const auto all = runs(seeds, [](unsigned seed) {
@@ -59,18 +72,8 @@ std::string hop_section(unsigned seeds) {
       "Of those that arrived, by the simulator's truth:\n\n"
       "| | median | 95 % | most |\n|---|---|---|---|\n";
   const auto of = [&](auto get) { return figures(well, get); };
-  text += row("landing speed, down, m/s", of([](const Flown& f) { return f.down_m_s; }));
-  text += row("landing speed, sideways, m/s", of([](const Flown& f) { return f.sideways_m_s; }));
-  text += row("tilt at touchdown, deg", of([](const Flown& f) { return f.contact_tilt_deg; }), 1);
-  text += row("tilt in the air, deg", of([](const Flown& f) { return f.max_tilt_deg; }), 1);
-  text += row("height off 2 m, level part, m", of([](const Flown& f) { return f.height_error_m; }));
-  text += row("place, from the target, m", of(off), 1);
-  text += row("- along the way, m", of([](const Flown& f) { return std::abs(f.along_m); }), 1);
-  text += row("- across, m", of([](const Flown& f) { return std::abs(f.across_m); }), 1);
-  text += row("- of that navigation's own error, m",
-              of([](const Flown& f) { return std::hypot(f.nav_along_m, f.nav_across_m); }), 1);
-  text += row("gas, thruster-seconds of 44", of([](const Flown& f) { return f.gas_s; }), 1);
-  text += row("in the air, s", of([](const Flown& f) { return f.air_s; }), 1);
+  for (const HopFigure& figure : kHopFigures)
+    text += row(figure.name, of(figure.get), figure.digits);
   const Figures along = of([](const Flown& f) { return f.along_m; });
   const Figures across = of([](const Flown& f) { return f.across_m; });
   text += fmt::format("\nMean place: {:+.2f} m along, {:+.2f} m across.\n", along.mean(),

@@ -30,6 +30,14 @@ bool reached_heading(const Slid& slid);  // within 5 deg
 
 FlightPlan parachute_flight();
 
+// The rows of the hop's table.
+struct HopFigure {
+  const char* name;
+  int digits;
+  double (*get)(const Flown&);
+};
+extern const std::vector<HopFigure> kHopFigures;
+
 // Tables. Every line of the campaign is printed as it is flown.
 std::string hop_section(unsigned seeds);
 std::string stands_section(unsigned seeds, unsigned sled_seeds);
