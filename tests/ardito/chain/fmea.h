@@ -12,7 +12,7 @@ namespace lss::ardito {
 struct FailureMode {
   const char* name;  // of its test; "": no sensor of the Locomotion Sub-System can see it
   const char* number;
-  const char* mode;
+  const char* mode;  // after the name, which may say it all
   const char* seen_by;
   const char* done;
   // Breaks a rover and looks; the first thing that is not as `done` says, "": all is. none: no

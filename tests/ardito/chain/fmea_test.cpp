@@ -16,23 +16,28 @@ namespace {
 
 constexpr const char* kBeginning = R"(# Failure modes of D.I.A.N.A. Ardito
 
-The failure mode and effect analysis of the Ardito thesis (its part IV; the numbers are its sections, those of safety
-requirements its parts), and the treatment of each mode here: detection, reaction, and the test that executes it, on the
-daemon's cycle and bus master, the CAN bus and the twelve simulated nodes (`ardito_fmea_test --gtest_filter=*NAME`).
-"Mechanical": no sensor of the Locomotion Sub-System can detect it; the thesis relies on the design there, and so do we.
-[gnc-ardito.md](gnc-ardito.md) describes detection and mitigation; [ardito-results.md](ardito-results.md) gives their
-times, compared with the thesis. Written by `LSS_WRITE_RESULTS=1 ardito_fmea_test`, from the rows that the tests execute.
+For reviewers of safety: the failure modes of the Ardito thesis (part IV; numbers are its sections, those of safety
+requirements its parts). `ardito_fmea_test --gtest_filter=*NAME`, NAME in the second column, executes each on the daemon's
+cycle and bus master, the CAN bus and the twelve simulated nodes. `LSS_WRITE_RESULTS=1` writes this page. Detection and
+mitigation: [gnc-ardito.md](gnc-ardito.md); times, compared with the thesis: [ardito-results.md](ardito-results.md).
+
+- Reactions name the fault; "emergency" and "event" stand before a name. The rover drives on unless the row says otherwise.
+- Wheel out: motor off, clutch open; five wheels drive on.
+- Mechanical: no sensor of the Locomotion Sub-System detects it; the thesis and `lssd` rely on the design.
 )";
 
 std::string document() {
   std::string text = kBeginning;
   for (const FailureSection& section : failure_sections()) {
-    text += fmt::format(
-        "\n## {}\n\n| | failure mode | seen by | done | test |\n|---|---|---|---|---|\n",
-        section.title);
-    for (const FailureMode& m : section.modes)
-      text += fmt::format("| {} | {} | {} | {} | {} |\n", m.number, m.mode, m.seen_by, m.done,
-                          *m.name != 0 ? fmt::format("`{}`", m.name) : "");
+    text +=
+        fmt::format("\n## {}\n\n| | failure mode | detected by | reaction |\n|---|---|---|---|\n",
+                    section.title);
+    for (const FailureMode& m : section.modes) {
+      const std::string name = *m.name != 0 ? fmt::format("`{}`", m.name) : "";
+      const char* between = *m.name != 0 && *m.mode != 0 ? ": " : "";
+      text += fmt::format("| {} | {}{}{} | {} | {} |\n", m.number, name, between, m.mode, m.seen_by,
+                          m.done);
+    }
     if (*section.text != 0) text += fmt::format("\n{}", section.text);
   }
   return text;
@@ -57,7 +62,8 @@ std::vector<const FailureMode*> executed() {
 
 TEST(ArditoFmea, EveryModeThatASensorSeesIsExecuted) {
   for (const FailureSection& section : failure_sections()) {
-    for (const FailureMode& m : section.modes) EXPECT_EQ(*m.name != 0, m.run != nullptr) << m.mode;
+    for (const FailureMode& m : section.modes)
+      EXPECT_EQ(*m.name != 0, m.run != nullptr) << m.number << m.mode;
   }
 }
 
