@@ -314,18 +314,16 @@ Figures with_offset(const Subject& s, const Outcome& outcome, const Plan& plan,
   Figures figures{
       noted(figure("ii", "byte to byte - offset" + how + ", p99", "us",
                    side_by_side(s.deviation_us, outcome.echo_us), p99, 1),
-            frames +
-                "; reference: the whole way of the echo, whose far end is still awake; ours wakes "
-                "from idle after the offset"),
+            frames + "; reference: the echo's whole way, its far end awake; ours wakes from idle"),
       noted(spread, "of all frames"),
       noted(figure("ii", "release - (T_k + offset)" + how + ", p99", "us",
                    side_by_side(s.release_us, outcome.echo_us), p99, kNone),
-            "reference: the whole way of the echo"),
-      figure_of("ii", "late frames" + how, "%", s.late * 100, over / cycles * 100, 1,
-                fmt::format(
-                    "of {}, {} begun by the clock; reference: cycles of cyclictest later than the "
-                    "offset, of {}",
-                    plan.frames, s.held, cycles))};
+            "reference: the echo's whole way"),
+      figure_of(
+          "ii", "late frames" + how, "%", s.late * 100, over / cycles * 100, 1,
+          fmt::format(
+              "of {}, {} begun by the clock; reference: cyclictest later than the offset, of {}",
+              plan.frames, s.held, cycles))};
   if (maxima) {
     figures.push_back(most("ii", "byte to byte - offset" + how + ", max", "us",
                            side_by_side(s.deviation_us, outcome.echo_us)));
@@ -353,7 +351,7 @@ Figures byte_to_byte(const Options& options) {
   const Rounds rounds = side_by_side(path.latency_us, event.echo_us);
   Figures figures{
       noted(figure("ii", "byte to byte, event path" + how + ", p50", "us", rounds, median, 1.3),
-            fmt::format("{:.0f} us of it from the bus thread by the frame thread to the release",
+            fmt::format("{:.0f} us of it from the bus thread to the release",
                         median(path.release_us))),
       figure("ii", "byte to byte, event path" + how + ", p99", "us", rounds, p99, kNone)};
   if (options.maxima)

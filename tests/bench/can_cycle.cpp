@@ -295,7 +295,7 @@ Figures can_cycle(const Options& options) {
   Figures figures{
       noted(figure("vi", "cycle besides waiting, p50", "us", whole, median, 1.15),
             fmt::format("{}, {} cycles of 100 ms: SYNC, {} measurements, {} orders; reference: a "
-                        "raw program that sleeps, writes and reads",
+                        "raw program",
                         interface, all, kMeasurements, kOrders.size())),
       figure("vi", "cycle besides waiting, p99", "us", whole, p99, kNone),
       figure("vi", "SYNC - (T_k - lead), p50", "us", sync, median, kNone),

@@ -199,9 +199,8 @@ Figures command_to_ack(const Options& options) {
       [&] { return call_ms(client, loopback(), calls); });
   figures.push_back(
       held_back(noted(figure("iii", "whole call of lss-cli, p50", "ms", whole, median, 1.5),
-                      "stop --dry-run --vehicle, against the same command from the client in C"),
-                "it finds the vehicle by its status, and waits until the daemon is matched with "
-                "both of its writers"));
+                      "stop --dry-run --vehicle; reference: the same by the client in C"),
+                "waits for the vehicle's status, and for the match of its two writers"));
   return figures;
 }
 

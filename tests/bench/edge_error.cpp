@@ -91,8 +91,7 @@ void measure(const Options& options, const std::string& what, Errors (*subject)(
         figure("xi", "edge issued" + how + "p99", "us", issued, p99, spin ? 0.05 : kNone));
     figures.push_back(held_back(
         figure("xi", "byte written" + how + "p50", "us", written, median, spin ? 0.25 : kNone),
-        "the kernel's write to a pseudo-terminal, which wakes a worker; the release itself is "
-        "above"));
+        "the kernel's write to a pseudo-terminal, which wakes a worker"));
     figures.push_back(
         figure("xi", "byte written" + how + "p99", "us", written, p99, spin ? 0.6 : kNone));
     if (options.maxima) {

@@ -93,7 +93,7 @@ constexpr Vehicle kVehicles[] = {
 #endif
 #ifdef LSS_BENCH_TALARIS
     {"TALARIS' navigation", talaris_navigation,
-     "forty times a quaternion and a rotation, and two corrections of fifteen states"},
+     "forty quaternions and rotations, two corrections of fifteen states"},
 #endif
 };
 

@@ -90,7 +90,7 @@ Figure talaris_against_dense(const Options& options) {
       turn_by_turn([&] { return sparse_ns(recorded); }, [&] { return dense_ns(recorded); });
   return noted(
       figure("vii", "TALARIS' Kalman filter, frame of 40 samples", "ns", rounds, median, 0.15),
-      "reference: the same filter with dense 15 x 15 matrices of Eigen");
+      "reference: the filter with dense matrices of Eigen");
 }
 
 }  // namespace lss::bench

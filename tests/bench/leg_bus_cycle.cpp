@@ -63,7 +63,7 @@ Figure cycle(const Options& options, int baud, double goal) {
   const Samples wire(cycles.size(), wire_us(baud));
   return noted(figure("v", fmt::format("bus cycle of seven modules, {} baud, p50", baud), "us",
                       side_by_side(cycles, wire), median, goal),
-               "reference: the bits on the wire, by formula, so A/A is 1");
+               "reference: bits on the wire by formula, so A/A is 1");
 }
 
 }  // namespace

@@ -124,11 +124,11 @@ def goal(figure):
 def document(pairs, kernel, command):
     lines = [
         "# Timing in the deterministic machine", "",
-        f"Made by `{command}`; do not edit. A virtual machine without KVM (`qemu -icount shift=1,sleep=off -smp 1`,",
-        f"{kernel.split()[0]}, PREEMPT_RT) counts instructions, 2 ns each, instead of time: another program of the host delays",
-        "nothing in it. It has no caches and one CPU, so it is right for maxima, for counts of missed deadlines, and for ratios;",
-        "its microseconds are no hardware's. Two machines were booted and measured one after the other: value and second are",
-        "theirs, all others are of the first. Columns as in [performance.md](performance.md).", "",
+        f"Made by `{command}`; do not edit. Columns as in [performance.md](performance.md);",
+        "*second*: the value of a second machine, booted after the first; *met*: by both; other columns: by the first.", "",
+        f"The machine (`qemu -icount shift=1,sleep=off -smp 1`, {kernel.split()[0]}, PREEMPT_RT, no KVM) counts",
+        "instructions, 2 ns each, instead of time: no other program of the host delays it. One CPU, no caches: maxima, missed",
+        "deadlines and ratios are valid, microseconds are no hardware's.", "",
         "| row | figure | unit | value | second | reference | ratio | goal | met |", "|---|---|---|---:|---:|---:|---:|---|---|"]
     for a, b in pairs:
         both = {a["met"], b["met"]}
@@ -137,12 +137,16 @@ def document(pairs, kernel, command):
                      f"{number(a['reference'])} | {number(a['ratio'])} | {goal(a)} | {met} |")
     worst = {kind: max((apart(a, b) or 0 for a, b in pairs if a["figure"].endswith(kind)), default=0)
              for kind in ("p50", "max")}
-    lines += ["", f"Between both machines medians differ by {worst['p50']:.1%} at most, maxima by {worst['max']:.1%}."]
+    lines += ["", f"Both machines: medians differ by {worst['p50']:.1%} at most, maxima by {worst['max']:.1%}."]
     differ = unsteady(pairs)
     if differ:
         lines += [f"By more than {REPEATS:.0%}: {'; '.join(differ)}."]
     lines += ["", "## Notes", ""]
-    lines += [f"- {a['row']}, {a['figure']}: {a['note']}" for a, _ in pairs if a["note"]]
+    notes = {}  # one for all figures of a row that have the same
+    for a, _ in pairs:
+        if a["note"]:
+            notes.setdefault((a["row"], a["note"]), []).append(a["figure"])
+    lines += [f"- {row}, {'; '.join(names)}: {note}" for (row, note), names in notes.items()]
     return "\n".join(lines) + "\n"
 
 

@@ -68,8 +68,8 @@ Figures memory(const Options& options) {
       [&] { return resident(std::make_unique<Minimal>(domain(7), lock.is_locked())); });
   figures.push_back(held_back(
       noted(figure("ix", "resident memory", "MB", rounds, median, 1.5), how),
-      "the program and the runtimes of C and C++ are populated whole, so that no real-time thread "
-      "is the first to touch a page; the history of events; five readers and writers more"));
+      "program and runtimes are populated whole, so that no real-time thread is the first to "
+      "touch a page; history of events; five more readers and writers"));
 
   const Daemon daemon(domain(6), lock.is_locked());
   const lss_Status status =
@@ -101,13 +101,12 @@ Figures memory(const Options& options) {
 }
 
 Figures time_to_ready(const Options&) {
-  return {held_back(
-      figure("x", "exec to READY", "ms",
-             turn_by_turn([] { return exec_to_ready_ms<Daemon>(domain(6)); },
-                          [] { return exec_to_ready_ms<Minimal>(domain(7)); }),
-             median, 1.5),
-      "more libraries to link, the configuration, twelve topics, memory to populate, a first "
-      "frame")};
+  return {
+      held_back(figure("x", "exec to READY", "ms",
+                       turn_by_turn([] { return exec_to_ready_ms<Daemon>(domain(6)); },
+                                    [] { return exec_to_ready_ms<Minimal>(domain(7)); }),
+                       median, 1.5),
+                "more libraries, configuration, twelve topics, memory to populate, a first frame")};
 }
 
 }  // namespace lss::bench

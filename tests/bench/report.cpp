@@ -53,6 +53,22 @@ nlohmann::json finite(double value) {
   return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
 }
 
+// One for all figures of a row that have the same.
+std::string notes(const Figures& figures) {
+  std::string text;
+  for (auto f = figures.begin(); f != figures.end(); ++f) {
+    const auto same = [&](const Figure& other) {
+      return other.row == f->row && other.remark() == f->remark();
+    };
+    if (f->remark().empty() || std::any_of(figures.begin(), f, same)) continue;
+    std::string names;
+    for (const Figure& other : figures)
+      if (same(other)) names += (names.empty() ? "" : "; ") + other.name;
+    text += fmt::format("- {}, {}: {}\n", f->row, names, f->remark());
+  }
+  return text;
+}
+
 std::string first_line_after(const std::string& text, const std::string& key) {
   const std::size_t at = text.find(key);
   if (at == std::string::npos) return "unknown";
@@ -127,11 +143,10 @@ Machine this_machine() {
 std::string markdown(const Figures& figures, const Machine& machine, const std::string& command) {
   std::string text = fmt::format(
       "# Performance\n\n"
-      "Made by `{}`; do not edit. Each figure is the median of at least five ratios against a\n"
-      "reference of the same minutes on the same CPU; A/A is the reference against itself: what a\n"
-      "ratio is uncertain by. A goal is \"undecided\" when the ratio is nearer to it than that. "
-      "How it "
-      "is measured:\n[tests/bench](../tests/bench/), a file for each row.\n\n"
+      "Made by `{}`; do not edit. Method: [tests/bench](../tests/bench/), a file for each row.\n\n"
+      "- Ratio: median of at least five, against a reference of the same minutes and CPU.\n"
+      "- A/A: the reference against itself, the uncertainty of the ratio.\n"
+      "- undecided: the ratio is nearer to its goal than A/A is to 1.\n\n"
       "| machine | |\n|---|---|\n| date | {} |\n| CPU | {} x {} |\n| kernel | {}, {} |\n| governor "
       "| {} |\n"
       "| load average at the start | {} |\n\n",
@@ -144,11 +159,7 @@ std::string markdown(const Figures& figures, const Machine& machine, const std::
   };
   text += line(kHead) + "|---|---|---|---:|---:|---:|---:|---|---|\n";
   for (const Figure& f : figures) text += line(cells(f));
-  text += "\n## Notes\n\n";
-  for (const Figure& f : figures) {
-    if (!f.remark().empty()) text += fmt::format("- {}, {}: {}\n", f.row, f.name, f.remark());
-  }
-  return text;
+  return text + "\n## Notes\n\n" + notes(figures);
 }
 
 }  // namespace lss::bench

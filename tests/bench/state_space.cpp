@@ -48,8 +48,7 @@ Figures state_space(const Options& options) {
   if (!e.complete) throw std::runtime_error("the exploration has no verdict");
   const double ours_s = median(seconds);
   const auto states = static_cast<double>(e.states);
-  const std::string size =
-      fmt::format("states={} transitions={} seconds={:.3f}", e.states, e.transitions, ours_s);
+  const std::string size = fmt::format("{} states, {} transitions", e.states, e.transitions);
   Figure verdict = figure_of("viii", "full verdict", "s", ours_s, 1, 1, size);
   verdict.absolute = true;
   Figure memory = figure_of("viii", "memory of a state", "B", static_cast<double>(e.bytes) / states,
@@ -64,9 +63,9 @@ Figures state_space(const Options& options) {
     return figures;
   }
   const Spin s = spin();
-  Figure against = figure_of(
-      "viii", "full verdict, against SPIN", "s", ours_s, s.seconds, 0.2,
-      fmt::format("{} spin_states={} spin_transitions={}", size, s.states, s.transitions));
+  Figure against =
+      figure_of("viii", "full verdict, against SPIN", "s", ours_s, s.seconds, 0.2,
+                fmt::format("of SPIN: {} states, {} transitions", s.states, s.transitions));
   figures.push_back(against);
   Figure same = figure_of("viii", "counts that differ from SPIN's", "1",
                           (s.states != e.states) + (s.transitions != e.transitions), 0, 0);

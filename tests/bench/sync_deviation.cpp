@@ -140,7 +140,7 @@ Figures sync_deviation(const Options& options) {
   return {
       noted(figure("ii", "SYNC - (T_k - lead), p50", "us", rounds, median, 1.3),
             fmt::format("Ardito, {} frames of 100 ms, lead {} ms, UDP; reference: a raw program "
-                        "that sleeps to such times and sends a datagram",
+                        "that sleeps and sends",
                         frames, parameters.sync_lead_ns / kMillisecond)),
       figure("ii", "SYNC - (T_k - lead), p99", "us", rounds, p99, kNone)};
 }

@@ -90,8 +90,8 @@ Figures cost(const Options& options) {
       noted(figure("iv", "put and wake, against dds_write", "ns",
                    turn_by_turn([&] { return call_ns(calls, put_and_wake); }, write_ns), median,
                    1 / 40.0),
-            "the wake is one system call a frame, for telemetry, timing and answers together")};
-  figures.back().held_back = "the system call alone, which a put does not need";
+            "wake: one system call a frame, for telemetry, timing and answers")};
+  figures.back().held_back = "the system call, which a put does not need";
   ::close(wake_fd);
   return figures;
 }
@@ -198,7 +198,7 @@ Figure end_to_end(const Options& options) {
   return noted(
       figure("iv", "telemetry, frame thread to subscriber, p50", "us",
              side_by_side(from_daemon.since_ready_us(), from_raw.since_written_us()), median, 1.25),
-      "by the network; reference: the same sample from dds_write to a listener");
+      "by the network; reference: the same sample, dds_write to listener");
 }
 
 }  // namespace

@@ -10,11 +10,10 @@ namespace {
 
 constexpr const char* kBeginning = R"(# D.I.A.N.A. Ardito in the closed loop: measurements
 
-Made by `ardito_results_test`: the daemon's cycle and bus master, a CAN bus of 500 kbit/s with every bit of its frames,
-the twelve simulated nodes with their noise, and the rover in physics, in virtual time (`tests/ardito/chain/`);
-parameters of `config/ardito.toml`, except for the lamp before the start, which is cut to 1.5 s. Figures of the thesis
-are those of its section 19 (mobility controller and FMEDA of D.I.A.N.A. Ardito), measured there in another simulator
-with other dynamics: they only show whether the same is reached. Friction is 0.3 as there.
+Made by `ardito_results_test` (`tests/ardito/chain/`) in virtual time: the daemon's cycle and bus master, CAN at 500 kbit/s
+bit by bit, twelve simulated nodes with noise, the rover in physics; `config/ardito.toml`, with the lamp before the start
+cut to 1.5 s; friction 0.3. The thesis' figures (mobility controller and FMEDA of D.I.A.N.A. Ardito, section 19) come from
+another simulator with other dynamics and the same friction: they only show whether the same is reached.
 )";
 
 }  // namespace

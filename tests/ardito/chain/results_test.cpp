@@ -185,8 +185,8 @@ std::string tables(std::span<const FailureRow> rows, std::span<const unsigned> s
     std::fflush(stdout);
   }
   return first +
-         "\nBy ground and speed: worst of the seeds, seconds from the failure at any moment to the "
-         "frame that found it; in\nbrackets what was not as expected, and how often.\n\n" +
+         "\nBy ground and speed: *worst, s* of the seeds; in brackets what was not as expected, "
+         "and how often.\n\n" +
          second;
 }
 
@@ -213,18 +213,19 @@ void check_short(std::span<const FailureRow> rows, unsigned subject, Break break
 }
 
 constexpr const char* kHow =
-    R"(All rows and columns of the thesis' two tables: theoretical and real detection, expected and real treatment; - is
-"none" or "not tried" there. Rows without figures of the thesis are ours. Frames are of 0.1 s; frame 1 is the first one
-whose SYNC came after the failure. *Here, frames*: broken just after a SYNC, as a failure between two steps of the thesis'
-simulation is, at 0.5 m/s on flat ground; this is what is compared. *Worst, s*: from the failure at any moment, at any
-speed and on any ground, to the frame that found it. *Found* is what one frame says (TC: isolated, for before there is
-only a suspicion to be proven); *treatment*: frames until the clutch is open and the motor stopped, or the sensor left
-out.
+    R"(Frames are of 0.1 s; frame 1 is the first whose SYNC came after the failure.
+
+- *19.1*, *19.2*: the thesis' tables; - is "none" or "not tried". Rows without its figures are ours.
+- *here, frames*: broken just after a SYNC, like a failure between two steps of the thesis' simulation, at 0.5 m/s on flat
+  ground. This is compared.
+- *worst, s*: from a failure at any moment, speed and ground to the frame that found it; TC: that isolated it, since before
+  there is only a suspicion.
+- *treatment*: until the clutch is open and the motor stopped, or the sensor is left out.
 
 )";
 
 std::string everywhere() {
-  return fmt::format("Speeds 0.2, 0.5 and 1.0 m/s; flat, rough and hills; seeds 1 to {}.\n",
+  return fmt::format("0.2, 0.5 and 1.0 m/s; flat, rough and hills; seeds 1 to {}.\n",
                      seeds_wanted());
 }
 
@@ -232,28 +233,27 @@ TEST(ArditoResults, WheelFailures) {
   constexpr unsigned kSubjects[] = {1, 4, 5};
   if (!writing_results()) return check_short(wheel_rows(), 4, break_wheel);
   const std::string rows = tables(wheel_rows(), kSubjects, break_wheel, false);
-  write_section("Failures of wheels (19.1, 19.2)",
-                measured_by("ArditoResults.WheelFailures") + "Straight ahead; wheels 1, 4 and 5. " +
-                    everywhere() + kHow + rows +
-                    "\nTM + TC: the clutch of a failed motor is open already, so one that stays "
-                    "open changes nothing. TC + TRG: the\nthesis' 0.1 s for TC stands beside its "
-                    "4.8 s for TC alone; here it is a proven clutch test, as there.\n");
+  write_section(
+      "Failures of wheels (19.1, 19.2)",
+      measured_by("ArditoResults.WheelFailures") + "Straight ahead; wheels 1, 4 and 5. " +
+          everywhere() + kHow + rows +
+          "\nTM + TC: the clutch of a failed motor is already open. TC + TRG: the thesis has 0.1 s "
+          "for TC, but 4.8 s for TC alone; here\nboth are a proven clutch test.\n");
 }
 
 TEST(ArditoResults, SteeringFailures) {
   constexpr unsigned kSubjects[] = {1, 3, 4};
   if (!writing_results()) return check_short(steering_rows(), 3, break_steering);
   const std::string rows = tables(steering_rows(), kSubjects, break_steering, true);
-  write_section("Failures of steering systems (19.1, 19.2)",
-                measured_by("ArditoResults.SteeringFailures") +
-                    "In a curve of 3 deg to the left; broken, and steered 3 deg to the other side "
-                    "in the same moment; the second part\n4 s later, and steered back. Systems of "
-                    "wheels 1, 5 and 6. " +
-                    everywhere() +
-                    "Columns as above. *Angle*: largest error of the steering angle against the "
-                    "command until it was found,\nthe thesis' delta angle; here the command "
-                    "itself turns by up to 80 deg.\n\n" +
-                    rows);
+  write_section(
+      "Failures of steering systems (19.1, 19.2)",
+      measured_by("ArditoResults.SteeringFailures") +
+          "In a curve of 3 deg to the left; broken while steered 3 deg to the right; second "
+          "part 4 s later, while steered back.\nSystems of wheels 1, 5 and 6. " +
+          everywhere() +
+          "Columns as above. *Angle* (the thesis' delta angle): largest error of steering against "
+          "its command until found; here the\ncommand itself turns by up to 80 deg.\n\n" +
+          rows);
 }
 
 // ---- stopping distances
@@ -371,13 +371,12 @@ TEST(ArditoResults, StoppingDistances) {
   write_section(
       "Stopping",
       measured_by("ArditoResults.StoppingDistances") +
-          fmt::format(
-              "From the cause to rest (below 0.02 m/s), true, worst of {} seeds; straight "
-              "ahead. The safe stop decelerates\nwith `deceleration_m_s2` (0.5 m/s2), the "
-              "quick stop with the drives' `wheel_acceleration_rpm_s` (2.5 m/s2)\nas far as "
-              "friction (0.3) allows. Without motor power the gears alone brake: above 8 deg "
-              "of slope the rover rolls on, as it does\nin Idle.\n\n",
-              seeds) +
+          fmt::format("From the cause to standstill (below 0.02 m/s), true, worst of {} seeds; "
+                      "straight ahead. Safe stop: `deceleration_m_s2`\n(0.5 m/s2); quick stop: the "
+                      "drives' `wheel_acceleration_rpm_s` (2.5 m/s2) as far as friction allows. "
+                      "Without motor power\nthe gears alone brake: above 8 deg of slope the rover "
+                      "rolls on, as in Idle.\n\n",
+                      seeds) +
           text);
 }
 
@@ -387,19 +386,18 @@ double minutes_wanted() {
 }
 
 std::string false_alarms(unsigned grounds, const Healthy& rough, const Healthy& hills) {
-  std::string text = measured_by("ArditoResults.FalseAlarms") +
-                     fmt::format(
-                         "Nothing broken, all noise on: 0.5 m/s ahead and 0.3 m/s back, straight "
-                         "and in curves of 3 deg, a stop and a turn\n"
-                         "on the spot each minute; grounds of each type: seeds 1 to {}; {:.0f} "
-                         "minutes in all (`LSS_RESULTS_MINUTES` sets\n"
-                         "more). Any fault, suspicion that is counted to its end, stop or isolated "
-                         "wheel is an alarm; after one it starts\n"
-                         "again on other ground. Slip as of 17.8.3 is reported and no alarm.\n\n"
-                         "| ground | minutes | way, m | frames with a suspicion | with slip | with "
-                         "a clutch probe | wheels isolated | sensors left out | FatalErrors |\n"
-                         "|---|---|---|---|---|---|---|---|---|\n",
-                         grounds, rough.minutes + hills.minutes);
+  std::string text =
+      measured_by("ArditoResults.FalseAlarms") +
+      fmt::format(
+          "Nothing broken, all noise on; 0.5 m/s ahead, 0.3 m/s back, straight and in curves of 3 "
+          "deg, a stop and a turn on the spot\neach minute; seeds 1 to {} of each ground; {:.0f} "
+          "minutes in all (`LSS_RESULTS_MINUTES` sets more). Alarms: any fault,\nsuspicion counted "
+          "to its end, stop or isolated wheel; after one it starts again on other ground. Slip "
+          "(17.8.3) is none.\n\n"
+          "| ground | minutes | way, m | frames with a suspicion | with slip | with "
+          "a clutch probe | wheels isolated | sensors left out | FatalErrors |\n"
+          "|---|---|---|---|---|---|---|---|---|\n",
+          grounds, rough.minutes + hills.minutes);
   std::string alarms;
   for (const auto& [name, all] : {std::pair("rough", &rough), std::pair("hills", &hills)}) {
     text +=
@@ -523,13 +521,13 @@ TEST(ArditoResults, SlipAndDeadReckoning) {
   }
   fmt::print("{}", text);
   if (!writing_results()) return;
-  write_section("Slip", measured_by("ArditoResults.SlipAndDeadReckoning") +
-                            fmt::format("How much faster than its hub a wheel's tread goes along "
-                                        "the ground, true, of wheels that touch it; 0.5 m/s\n"
-                                        "where no other speed is named; seeds 1 to {}, ways of the "
-                                        "last one. Dead reckoning is the daemon's, clockwise.\n\n",
-                                        seeds) +
-                            text);
+  write_section(
+      "Slip", measured_by("ArditoResults.SlipAndDeadReckoning") +
+                  fmt::format("How much faster than its hub a wheel's tread moves along the ground "
+                              "(true; wheels that touch it); 0.5 m/s unless\nnamed; seeds 1 to {}, "
+                              "ways of the last. Dead reckoning is the daemon's, clockwise.\n\n",
+                              seeds) +
+                  text);
 }
 
 }  // namespace

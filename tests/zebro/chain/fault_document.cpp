@@ -15,37 +15,34 @@ namespace {
 constexpr const char* kBeginning =
     R"(# Faults of Lunar Zebro: reactions and times
 
-Made by `zebro_faults_test`, which checks it: every fault of `lss-sim faults zebro`, alone and two at a time, on a
-walking vehicle in virtual time, where the daemon's cycle and bus master, the line with its bytes and the modules
-are the real ones and the robot walks on kinematics. `LSS_WRITE_FAULTS=1 zebro_faults_test` writes it again.
+Checked by `zebro_faults_test`, made by it with `LSS_WRITE_FAULTS=1`: every fault of `lss-sim faults zebro` during a walk in
+virtual time. The daemon's cycle and bus master, the bytes on the line and the modules are real; the robot is kinematic.
 
-Whenever it **stops**: emergency stop to all on the wire within two frame times of the release of that frame's orders, to
-each module within ten (20.8 ms); from then on only requests and stops; legs stand still within 0.3 s unless the
-line hides them; FatalError until `solve`. After all faults are cleared `solve` leads to Idle with all legs, and it stands up
-again. Where it **walks on**, it walks for 10 s more without an emergency stop on the wire, and a stop command ends it safely.
+- **stops**: emergency stop to all on the wire within two frame times of the release of that frame's orders, to each module
+  within ten (20.8 ms); then only requests and stops. Legs stand still within 0.3 s unless the line hides them. FatalError
+  until `solve`; when all faults are cleared it leads to Idle with all legs, and it stands up again.
+- **walks on**: for 10 s more without an emergency stop on the wire; a stop command ends it safely.
 
 ## Alone
 
-Ten moments of a walk each, with legs that differ. *Within*: from the fault to FatalError, or to the warning, for the
-parameters of `config/zebro.toml`.
+Ten moments of a walk each, on different legs. *Within*: from the fault to FatalError or the warning, by `config/zebro.toml`.
 
 | | fault | Lunar Zebro | reports | within | because | measured | `solve` while it lasts |
 |---|---|---|---|---|---|---|---|
 )";
 
 constexpr const char* kPairs = R"(
-A bus that is cut, too noisy or gone hides faults of modules: then only its own fault counts; the same applies to a dead or a
-restarting module. Late replies are assigned to their requests: up to 15 ms late as if they were in time; their data is as old
-as their delay.
-
-A leg that slipped or drifted is out of service after `solve` until `restore`, whether the fault lasts or not: nothing on board
-can prove its gear. Faults of sensors and gears (19 to 24) are looked at alone.
+- A bus that is cut, too noisy or gone, or a dead or restarting module, hides faults of modules: only its own fault counts.
+- Late replies are assigned to their requests, up to 15 ms late as if in time; their data is as old as their delay.
+- A leg that slipped or drifted is out of service after `solve` until `restore`, even when the fault is over: nothing on
+  board can prove its gear.
+- Faults of sensors and gears (19 to 24) are tested alone only.
 
 ## Two at a time, on different legs
 
-Rows: the first fault, by its number above; columns: the second, 0 to 2 s later and once more within the time of the first.
-`1`, `2`: it stops, and which of the two it names first; `-`: it walks on; empty: the second replaces the first. It stops by the
-earlier of both times; a line that loses or delays replies adds a bus cycle for each.
+Rows: first fault; columns: second, 0 to 2 s later and once more within the time of the first. `1`, `2`: it stops and names
+that one first; `-`: it walks on; empty: the second replaces the first. It stops by the earlier of both times; a line that
+loses or delays replies adds a bus cycle for each.
 
 )";
 
@@ -55,8 +52,7 @@ constexpr const char* kOneLeg = R"(
 )";
 
 constexpr const char* kEnd = R"(
-An over-current of 0.2 Nm drags without reaching a limit, one of 0.75 Nm exceeds the software's limit only, the default of 1 Nm
-stalls the motor.
+Over-current: 0.2 Nm drags below every limit, 0.75 Nm exceeds the software's limit only, 1 Nm (default) stalls the motor.
 )";
 
 std::map<FaultTable, std::map<std::size_t, std::string>> kept;

@@ -115,20 +115,23 @@ std::string document(std::span<const Result> results, const Options& options,
   std::string text = fmt::format(
       R"(# Missions of Lunar Zebro
 
-Made by `{}`, {}; do not edit. {} missions of {:.0f} m on the level Moon, each with another seed, within a lunar day of
-{:.0f} days: the shipping cycle, bus master and error solving on the simulated modules and the kinematic plant
-([simulator.md](simulator.md)), every frame of 20 ms and every byte on the bus; walking at speed "{}" with a flight of {:.1f} s. An
-autopilot ([tests/zebro/mission](../tests/zebro/mission/)) has the commands, acknowledgements, status and telemetry of an
-OBC, the charge and a Sun sensor. At {:.0f} % of {:.0f} Wh it lies down, puts the panel out ({:.0f} W) and switches OBC and
-daemon off until {:.0f} %; then a new daemon begins, the modules having kept their power. Sleep time is skipped, without
-faults. Faults come at random, every {:.1f} h of operation on average. A person is asked when three times solving,
-a reset of everything and solving again did not help, when the daemon has solved the same too often (`[zebro.solve] rounds`),
-when three resets of everything in a row led to no minute of walking, or when commands are refused again and again; it takes
-two hours and repairs everything. All assumptions on power, panel and faults are ours: see `mission.h` and `faults.h` there.
+Made by `{}`, {}; do not edit.
+{} missions of {:.0f} m on the level Moon, each with another seed, within a lunar day of {:.0f} days, in frames of 20 ms with every
+byte on the bus: the shipping cycle, bus master and error solving on simulated modules and the kinematic plant
+([simulator.md](simulator.md)). Speed "{}", flight {:.1f} s. An autopilot ([tests/zebro/mission](../tests/zebro/mission/)) has
+an OBC's commands, acknowledgements, status and telemetry, the charge and a Sun sensor.
 
-{} of {} arrived. The conditions of every frame were violated {} times: no order to move on the wire outside Operational
-(except for a leg that error solving moves, and the panel in Idle), never operational with the panel out or with a fatal
-fault latched, a reset or driver fault of a leg stops the vehicle within three seconds.
+- **Rest**: at {:.0f} % of {:.0f} Wh it lies down, puts the panel out ({:.0f} W) and switches OBC and daemon off until {:.0f} %. Then a
+  new daemon begins; modules keep their power. Sleep is skipped, without faults.
+- **Faults**: at random, every {:.1f} h of operation on average.
+- **A person** takes two hours and repairs everything: when three times solving, a reset of everything and solving again did
+  not help; when the daemon solved the same too often (`[zebro.solve] rounds`); when three resets of everything in a row
+  led to no minute of walking; when commands are refused repeatedly.
+- Power, panel and faults are our assumptions: `mission.h`, `faults.h` there.
+
+{} of {} arrived. Conditions of every frame, violated {} times: no order to move on the wire outside Operational (except a leg
+that error solving moves, and the panel in Idle); never operational with the panel out or a fatal fault latched; a reset or
+driver fault of a leg stops the vehicle within three seconds.
 
 )",
       command, stamp, results.size(), options.autopilot.course_m, options.day_h / 24,
