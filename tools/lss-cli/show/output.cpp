@@ -83,8 +83,9 @@ void Output::print(std::string_view text) {
   write(stdout, text);
 }
 
+// A dictionary has a version of its own.
 void Output::document(nlohmann::json document) {
-  document["schema_version"] = kSchemaVersion;
+  document.emplace("schema_version", kSchemaVersion);
   if (jsonl_) {
     emit(document, false);
   } else if (json_) {

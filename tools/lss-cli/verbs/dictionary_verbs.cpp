@@ -61,7 +61,7 @@ ExitCode run_codes(Context& context, const std::string& wanted) {
     throw Failure(ExitCode::unknown_name, fmt::format("there is no list {}", wanted),
                   "name one of: faults, reasons, events, modes");
   }
-  nlohmann::json document = {{"schema_version", 1}};
+  nlohmann::json document = nlohmann::json::object();
   for (const List& list : kLists) {
     if (!wanted.empty() && wanted != list.name) continue;
     std::string text = fmt::format("{}\n", list.name);

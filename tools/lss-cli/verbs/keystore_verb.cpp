@@ -14,7 +14,7 @@ struct Words {
 };
 
 ExitCode list(Context& context, const std::string& folder) {
-  nlohmann::json document = {{"schema_version", 1}, {"enclaves", nlohmann::json::array()}};
+  nlohmann::json document = {{"enclaves", nlohmann::json::array()}};
   std::string text;
   for (const KeystoreEntry& one : list_keystore(folder)) {
     document["enclaves"].push_back({{"name", one.name},
