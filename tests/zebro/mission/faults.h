@@ -20,13 +20,19 @@ struct FaultShape {
   double for_good = 0;  // share of them that only a person ends
 };
 
-inline constexpr std::array<FaultShape, 10> kFaultShapes = {{
+inline constexpr std::array<FaultShape, 16> kFaultShapes = {{
     {"module-reset", 3, 0, 0, 0, 0, 7},
     {"module-dead", 3, 0.1, 5, 0, 0, 7, 0.03},
     {"leg-stuck", 3, 1, 120, 0, 0, 6, 0.03},
     {"over-current", 3, 1, 120, 0.1, 0.9, 6},
     {"driver-fault", 3, 0, 0, 0, 0, 7},
     {"hall-lost", 1, 600, 20000, 0, 0, 6},
+    {"encoder-frozen", 1, 1, 300, 0, 0, 6, 0.03},
+    {"encoder-random", 1, 1, 300, 0, 0, 6, 0.03},
+    {"encoder-jumps", 1, 1, 300, 10, 180, 6, 0.03},
+    {"encoder-drifts", 1, 1, 300, 1, 30, 6, 0.03},
+    {"gear-slips", 1, 10, 1000, 0.05, 0.9, 6, 0.03},
+    {"leg-limp", 1, 1, 300, 0, 0, 6, 0.03},
     {"temperature", 1, 60, 1800, 60, 100, 6},
     {"noise", 2, 0.2, 20, 0.001, 0.05, 0},
     {"bus-cut", 1, 0.05, 3, 0, 0, 0},

@@ -50,14 +50,13 @@ TEST(Mission, NeverOperatesWithThePanelOutWhoeverResetItsModule_Func_5) {
   EXPECT_GE(result.isolations, 2) << "after it woke as well";
 }
 
-// Two legs side by side jam for good: one is isolated, the other stops it at the next start, and a
-// reset of everything forgets the first. With an autopilot that never tires it is the daemon that
-// refuses to go on.
+// A leg is dead while the encoder of the one beside it jumps: without both there is no gait, and a
+// reset of everything helps neither, however often the autopilot would try.
 TEST(Mission, AFaultThatComesBackAtEveryStartIsSoonForAPerson) {
   for (const int reset_tries : {3, 1000}) {
     SCOPED_TRACE(reset_tries);
     Options options;
-    options.seed = 69;
+    options.seed = 15;
     options.fault_mean_h = 0.03;
     options.flight_s = 3;
     options.autopilot.course_m = 15;
