@@ -33,17 +33,28 @@ std::string can_path(const config::Config& config) {
   return port != nullptr ? port->path : "";
 }
 
-std::vector<std::string> missing_ports(const config::Config& config, const BusesParameters& p) {
-  std::vector<std::string> missing;
-  const std::pair<const char*, bool> ports[] = {{"imu", true},
-                                                {"altimeter", true},
-                                                {"can", true},
-                                                {"camera", p.has_camera},
-                                                {"standby_imu", p.has_standby}};
-  for (const auto& [name, needed] : ports) {
-    if (needed && find_port(config, name) == nullptr) missing.emplace_back(name);
+// What is wrong with the ports: a sentence, or "".
+std::string wrong_ports(const config::Config& config, const BusesParameters& p) {
+  std::vector<std::string_view> used{"imu", "altimeter", "can"};
+  if (p.has_camera) used.push_back("camera");
+  if (p.has_standby) used.push_back("standby_imu");
+  for (const std::string_view name : used) {
+    if (find_port(config, name) == nullptr)
+      return fmt::format("there is no [[port]] with name = \"{}\": add one", name);
   }
-  return missing;
+  for (const config::Port& port : config.ports) {
+    if (std::ranges::find(used, port.name) != used.end()) continue;
+    const bool known = port.name == "camera" || port.name == "standby_imu";
+    return known ? fmt::format(
+                       "nothing reads the port \"{0}\": set present = true in "
+                       "[talaris.{0}], or remove its [[port]]",
+                       port.name)
+                 : fmt::format(
+                       "nothing reads the port \"{}\": the names are imu, altimeter, "
+                       "can, camera and standby_imu",
+                       port.name);
+  }
+  return "";
 }
 
 // Of the configured IMU.
@@ -77,7 +88,7 @@ BusesParameters complete(BusesParameters p, const config::Config& config) {
 }
 
 Buses::Buses(const config::Config& config, const BusesParameters& parameters)
-    : missing_ports_(missing_ports(config, parameters)),
+    : wrong_ports_(wrong_ports(config, parameters)),
       parameters_(complete(parameters, config)),
       period_ns_(config.period_ns),
       offset_ns_(config.offset_ns),
@@ -109,9 +120,7 @@ SensorLine& Buses::imu_line() noexcept {
 }
 
 tl::expected<void, std::string> Buses::probe() {
-  if (!missing_ports_.empty())
-    return tl::unexpected(fmt::format("there is no [[port]] with name = \"{}\": add one",
-                                      fmt::join(missing_ports_, "\" and none with name = \"")));
+  if (!wrong_ports_.empty()) return tl::unexpected(wrong_ports_);
   if (packets(parameters_) * packet_period(parameters_) != period_ns_)
     return tl::unexpected(
         fmt::format("[frame] period_ms is {}: {} packets of this IMU make frames of {} ms",

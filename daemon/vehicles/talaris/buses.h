@@ -91,7 +91,7 @@ class Buses {
  private:
   SensorLine& imu_line() noexcept;
 
-  std::vector<std::string> missing_ports_;
+  std::string wrong_ports_;
   BusesParameters parameters_;
   TimeNs period_ns_, offset_ns_;
   SensorFrames frames_;

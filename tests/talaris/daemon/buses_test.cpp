@@ -176,6 +176,16 @@ TEST(Buses, ThePortsHaveToBeThereByName) {
   EXPECT_THAT(Buses(rig.config, rig.parameters).probe().error(), testing::HasSubstr("\"can\""));
 }
 
+TEST(Buses, APortThatNothingReadsIsNamed) {
+  Rig rig;
+  rig.config.ports.push_back({.name = "camera", .path = "/dev/camera"});
+  EXPECT_THAT(Buses(rig.config, rig.parameters).probe().error(),
+              testing::HasSubstr("set present = true in [talaris.camera]"));
+  rig.config.ports.back().name = "kamera";
+  EXPECT_THAT(Buses(rig.config, rig.parameters).probe().error(),
+              testing::HasSubstr("nothing reads the port \"kamera\""));
+}
+
 TEST(Buses, TheFrameIsAsLongAsTheImuSays) {
   Rig rig;
   rig.parameters.landmark.packets_per_frame = 40;
