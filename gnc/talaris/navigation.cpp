@@ -16,7 +16,6 @@ constexpr double kGroundWave_m = 5;
 // variance of a median relative to that of one reading, for many of them
 constexpr double kMedian = 1.5707963267948966;
 
-constexpr double kFlowPeriod = 0.3;  // so far off is a sample of the camera after a gap
 
 double square(double x) noexcept { return x * x; }
 

@@ -48,6 +48,8 @@ struct FlowSample {
   std::int64_t time_ns = 0;  // end of that time
   double y_rad = kNaN, z_rad = kNaN;
 };
+// One that comes a period after another within this share of the period measures that whole time.
+inline constexpr double kFlowPeriod = 0.3;
 
 // Measurements in [T_k-1, T_k), each type in time order.
 struct Batch {

@@ -37,28 +37,34 @@ void read_adjustable(config::Section& s, std::string_view section, Parameters& p
   config::read_tunables(s, section, tuning().tunables, p);
 }
 
-void read_axes(config::Section& s, std::array<SensorAxis, 3>& axes) {
-  constexpr std::array kNames = {"x", "y", "z", "-x", "-y", "-z"};
-  const auto read = s.texts("axes", {"x", "y", "z"});
-  std::set<int> used;
+// `body`: the axes of the body along which those of the sensor look, as words.
+template <std::size_t kCount>
+void read_axes(config::Section& s, std::array<SensorAxis, kCount>& axes, const char* body) {
+  std::vector<std::string> names{"x", "y", "z"};
+  names.resize(kCount);
+  const auto read = s.texts("axes", names);
+  for (std::size_t i = 0; i < kCount; ++i) names.push_back("-" + names[i]);
+  std::set<std::size_t> used;
   for (std::size_t i = 0; i < read.size() && i < axes.size(); ++i) {
-    const auto found = std::find(kNames.begin(), kNames.end(), read[i]);
-    if (found == kNames.end()) {
-      s.error("axes", fmt::format("\"{}\" is no axis: use x, y, z, -x, -y or -z", read[i]));
+    const auto found = std::find(names.begin(), names.end(), read[i]);
+    if (found == names.end()) {
+      s.error("axes",
+              fmt::format("\"{}\" is no axis: use one of {}", read[i], fmt::join(names, ", ")));
       return;
     }
-    const auto number = static_cast<int>(found - kNames.begin());
-    used.insert(number % 3);
-    axes[i] = {static_cast<std::uint8_t>(number % 3), number < 3 ? 1.0 : -1.0};
+    const auto number = static_cast<std::size_t>(found - names.begin());
+    used.insert(number % kCount);
+    axes[i] = {static_cast<std::uint8_t>(number % kCount), number < kCount ? 1.0 : -1.0};
   }
-  if (read.size() != axes.size() || used.size() != axes.size())
-    s.error("axes", "name three axes of the sensor, each once: along x, y and z of the body");
+  if (read.size() != kCount || used.size() != kCount)
+    s.error("axes", fmt::format("name {} axes of the sensor, each once: along {} of the body",
+                                kCount, body));
 }
 
 void read_imu(config::Section s, Parameters& p) {
   p.buses.imu =
       static_cast<ImuKind>(s.choice("kind", 0, {std::begin(kImuKinds), std::end(kImuKinds)}));
-  read_axes(s, p.imu_axes);
+  read_axes(s, p.imu_axes, "x, y and z");
   p.buses.landmark.configure = s.flag("configure", p.buses.landmark.configure);
   read(s, "rate_range_deg_s", p.buses.crossbow.rate_range_deg_s, 10, 2000);
   read(s, "force_range_g", p.buses.crossbow.force_range_g, 1, 50);
@@ -73,7 +79,7 @@ void read_imu(config::Section s, Parameters& p) {
 // Its limits are those of the first.
 void read_standby(config::Section s, Parameters& p) {
   p.buses.has_standby = s.flag("present", p.buses.has_standby);
-  read_axes(s, p.standby_axes);
+  read_axes(s, p.standby_axes, "x, y and z");
   read(s, "rate_range_deg_s", p.buses.standby.rate_range_deg_s, 10, 2000);
   read(s, "force_range_g", p.buses.standby.force_range_g, 1, 50);
 }
@@ -104,6 +110,7 @@ void read_camera(config::Section s, Parameters& p) {
   g::NavigationParameters& n = p.navigation;
   FlowCameraParameters& c = p.buses.camera;
   n.camera = p.buses.has_camera = s.flag("present", n.camera);
+  read_axes(s, p.camera_axes, "y and z");
   read(s, "counts_per_rad", c.counts_per_rad, 1, 1e6);
   read_ms(s, "period_ms", c.period_ns, 10, 200);
   read_ms(s, "latency_ms", c.latency_ns, 0, 200);

@@ -28,6 +28,7 @@ struct Parameters {
   BusesParameters buses;
   std::array<SensorAxis, 3> imu_axes{{{0, 1}, {1, 1}, {2, 1}}};
   std::array<SensorAxis, 3> standby_axes{{{0, 1}, {1, 1}, {2, 1}}};
+  std::array<SensorAxis, 2> camera_axes{{{0, 1}, {1, 1}}};  // along y and z
   TimeNs imu_silent_ns = 250 * kMillisecond;
   double imu_stuck_s = 0.1;  // the same packet again and again for so long: broken
   int imu_lost_per_s = 20;   // more lost packets than that are a fault

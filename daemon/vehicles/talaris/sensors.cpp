@@ -1,6 +1,8 @@
 #include "daemon/vehicles/talaris/sensors.h"
 
 #include <cmath>
+#include <cstdlib>
+#include <utility>
 
 namespace lss::talaris {
 namespace {
@@ -13,9 +15,11 @@ constexpr double kFrames_s = 5;  // a second
 
 Sensors::Sensors(const Parameters& p) noexcept
     : axes_(p.imu_axes),
+      camera_axes_(p.camera_axes),
       imu_silent_ns_(p.imu_silent_ns),
       altimeter_silent_ns_(p.altimeter_silent_ns),
       camera_silent_ns_(p.camera_silent_ns),
+      camera_period_ns_(p.buses.camera.period_ns),
       same_limit_(static_cast<int>(std::lround(p.imu_stuck_s / p.navigation.imu_period_s))),
       lossy_limit_(p.imu_lost_per_s),
       standby_(p),
@@ -91,10 +95,16 @@ void Sensors::take(const Range& range, TimeNs time) noexcept {
 }
 
 void Sensors::take(const Flow& flow, TimeNs time) noexcept {
-  camera_ns_ = time;
+  // Navigation uses no frames out of their rhythm: of such a camera nothing is heard.
+  const TimeNs off_ns =
+      std::abs(time - std::exchange(frame_of_camera_ns_, time) - camera_period_ns_);
+  if (static_cast<double>(off_ns) <
+      gnc::talaris::kFlowPeriod * static_cast<double>(camera_period_ns_))
+    camera_ns_ = time;
+  const auto along = [&](const SensorAxis& axis) { return axis.sign * flow.angle_rad[axis.axis]; };
   if (flow.usable && flow_count_ < kMaxFlows)
     flow_[flow_count_++] = {
-        .time_ns = time, .y_rad = flow.angle_rad[0], .z_rad = flow.angle_rad[1]};
+        .time_ns = time, .y_rad = along(camera_axes_[0]), .z_rad = along(camera_axes_[1])};
 }
 
 void Sensors::take(const GasState& gas, TimeNs time) noexcept {

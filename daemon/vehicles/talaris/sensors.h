@@ -63,7 +63,7 @@ class Sensors {
   TimeNs altimeter_ns() const noexcept { return altimeter_ns_; }  // also of errors
 
   // Camera.
-  bool camera_lost() const noexcept;  // silent
+  bool camera_lost() const noexcept;  // silent, or out of its rhythm
   TimeNs camera_ns() const noexcept { return camera_ns_; }
 
   // Actuators.
@@ -93,7 +93,8 @@ class Sensors {
   gnc::talaris::Vector3 body(const std::array<double, 3>& sensor) const noexcept;
 
   std::array<SensorAxis, 3> axes_;
-  TimeNs imu_silent_ns_, altimeter_silent_ns_, camera_silent_ns_;
+  std::array<SensorAxis, 2> camera_axes_;
+  TimeNs imu_silent_ns_, altimeter_silent_ns_, camera_silent_ns_, camera_period_ns_;
   int same_limit_, lossy_limit_;
 
   TimeNs now_ns_ = 0;
@@ -119,7 +120,7 @@ class Sensors {
   std::uint8_t error_ = 0, errors_in_frame_ = 0;
   std::uint64_t errors_ = 0;
 
-  TimeNs camera_ns_ = 0;
+  TimeNs camera_ns_ = 0, frame_of_camera_ns_ = 0;
 
   TimeNs gas_ns_ = 0, fans_ns_ = 0;
   GasState gas_{};

@@ -151,6 +151,9 @@ TEST(TalarisConfig, AxesOfTheImuMayBeTurnedButNotDoubled) {
   EXPECT_NE(kFile.error_of("axes = [\"x\", \"y\", \"z\"]", "axes = [\"x\", \"u\", \"z\"]")
                 .find("no axis"),
             std::string::npos);
+  EXPECT_EQ(kFile.error_of("axes = [\"x\", \"y\"]", "axes = [\"-y\", \"x\"]"), "");
+  EXPECT_NE(kFile.error_of("axes = [\"x\", \"y\"]", "axes = [\"x\", \"z\"]").find("no axis"),
+            std::string::npos);
 }
 
 TEST(TalarisConfig, WhatDoesNotFitTogetherIsRefusedWithTheSentenceOfTheGnc) {

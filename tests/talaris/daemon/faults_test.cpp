@@ -142,22 +142,55 @@ TEST(TalarisFaults, EveryFrameOfTheFastestCameraIsTaken) {
   EXPECT_EQ(sensors.batch().flows.size(), 20u);
 }
 
+// The camera of a world speaks so often a frame of 200 ms.
+void let_speak(World& w, const int& times) {
+  w.distort = [&times](std::vector<TalarisSample>& samples) {
+    const TimeNs end = samples.back().time_ns;
+    for (int i = times; i-- > 0;)
+      samples.push_back({end - i * 200 * kMillisecond / times, Flow{.usable = true}});
+  };
+}
+
+TEST(TalarisFaults, ACameraInAnotherRhythmThanConfiguredIsAsGoodAsSilent) {
+  Parameters p = quick();
+  p.navigation.camera = p.buses.has_camera = true;
+  World w(p);
+  int times = 4;
+  let_speak(w, times);
+  ASSERT_TRUE(w.start());
+  EXPECT_FALSE(w.has(faults::camera_lost, 0));
+  times = 2;
+  w.run(1.4);
+  EXPECT_TRUE(w.has(faults::camera_lost, 0));
+  times = 4;
+  w.run(0.4);
+  EXPECT_FALSE(w.has(faults::camera_lost, 0));
+}
+
+TEST(TalarisSensors, TheAxesOfTheCameraMayBeTurned) {
+  Parameters p;
+  p.camera_axes = {{{1, -1}, {0, 1}}};
+  Sensors sensors{p};
+  sensors.begin(2 * kSecond, true);
+  sensors.take({.time_ns = kSecond, .reading = Flow{.angle_rad = {0.1, 0.2}, .usable = true}});
+  EXPECT_EQ(sensors.batch().flows[0].y_rad, -0.2);
+  EXPECT_EQ(sensors.batch().flows[0].z_rad, 0.1);
+}
+
 TEST(TalarisFaults, ACameraThatIsSilentIsTold) {
   Parameters p = quick();
   p.navigation.camera = p.buses.has_camera = true;
   World w(p);
-  bool alive = true;
-  w.distort = [&](std::vector<TalarisSample>& samples) {
-    if (alive) samples.push_back({samples.back().time_ns, Flow{.quality = 200, .usable = true}});
-  };
+  int alive = 4;
+  let_speak(w, alive);
   ASSERT_TRUE(w.start());
   EXPECT_FALSE(w.has(faults::camera_lost, 0));
-  alive = false;
+  alive = 0;
   w.run(0.8);
   EXPECT_FALSE(w.has(faults::camera_lost, 0));
   w.run(0.6);
   EXPECT_TRUE(w.has(faults::camera_lost, 0));
-  alive = true;
+  alive = 4;
   w.run(0.4);
   EXPECT_FALSE(w.has(faults::camera_lost, 0));
 
