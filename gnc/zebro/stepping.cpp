@@ -211,7 +211,7 @@ void Locomotion::begin_next_cycle(double now_s) noexcept {
   first_cycle_ = false;
   for (std::size_t i = 0; i < kLegs; ++i) {  // from half to full speed
     const double lift_off_s = schedule_.current().lift_off_s[i];
-    if (now_s < lift_off_s) roll(i, reference_rad(i, now_s), now_s, lift_off_s);
+    if (now_s < lift_off_s) roll(i, wrap_rad(reference_rad(i, now_s)), now_s, lift_off_s);
   }
 }
 
