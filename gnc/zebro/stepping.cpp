@@ -258,7 +258,8 @@ bool Locomotion::swing_over(std::size_t i, double now_s) noexcept {
   const bool down = !leg.usable || arrived(i);
   if (!down || leg.late) {
     leg.late = true;
-    schedule_.postpone_touchdown(i, now_s);
+    // Not yet now: what waits for it may lift off without any double stance.
+    schedule_.postpone_touchdown(i, down ? now_s : std::nextafter(now_s, HUGE_VAL));
   }
   if (!down && now_s > targets_[i].arrive_s + parameters_.late_limit_s) {
     fail(static_cast<LegSet>(1u << i));

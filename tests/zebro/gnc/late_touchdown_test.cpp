@@ -136,6 +136,23 @@ TEST(LateTouchdown, LegThatRanAheadIsTurnedBackWhenSlowedAndNotOnceRound) {
   EXPECT_GT(turned_back, 0);
 }
 
+// With any of them late, nobody lifts off in the same frame as it is due, either.
+TEST(LateTouchdown, WithoutDoubleStanceTheLegsOnTheGroundWaitForTheLateOne) {
+  for (std::size_t late = 0; late < kLegs; ++late) {
+    Robot robot({.stance_min_s = 2.9, .double_stance_s = 0});
+    robot.locomotion.walk(0, {.direction = 1, .heading_rad = 0, .speed = Speed::high});
+    robot.run(12);
+    while (!robot.locomotion.targets()[late].swing) robot.frame();
+    robot.run(1);
+    robot.legs[late].stuck_until_s = robot.now_s + 3;
+    for (int frame = 0; frame < 500; ++frame) {
+      robot.frame();
+      ASSERT_LE(robot.flying(), 3) << "late " << late;
+    }
+    EXPECT_EQ(robot.locomotion.progress(), Progress::running);
+  }
+}
+
 TEST(LateTouchdown, BeyondTheLateLimitFails) {
   Robot robot;
   robot.locomotion.walk(0, {.direction = 1, .heading_rad = 0, .speed = Speed::high});
