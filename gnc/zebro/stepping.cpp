@@ -126,9 +126,16 @@ void Locomotion::step(double now_s) noexcept {
     }
     if (isolated_ != 0 && group_landed()) roll_body();
     if (next_cycle_begins(now_s)) begin_next_cycle(now_s);
-    for (std::size_t i = 0; i < kLegs; ++i) {
-      if (legs_[i].lifted || now_s < schedule_.current().lift_off_s[i]) continue;
-      lift_off(i);
+    // The first one first: after a gap in time its touchdown postpones the lift-offs of others.
+    for (;;) {
+      const PerLeg<double>& lift_off_s = schedule_.current().lift_off_s;
+      std::size_t first = kLegs;
+      for (std::size_t i = 0; i < kLegs; ++i) {
+        if (legs_[i].lifted || now_s < lift_off_s[i]) continue;
+        if (first == kLegs || lift_off_s[i] < lift_off_s[first]) first = i;
+      }
+      if (first == kLegs) break;
+      lift_off(first);
       more = true;
     }
   }

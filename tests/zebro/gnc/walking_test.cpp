@@ -204,5 +204,21 @@ TEST(Walk, SurvivesAGapInTimeWithOrdersThatCanBeFollowed) {
   }
 }
 
+TEST(Walk, AfterAGapInTimeTheLegsLiftOffInTheirOrder) {
+  for (int frames = 0; frames < 990; frames += 10) {  // one cycle
+    Robot robot;
+    robot.locomotion.walk(0, {.speed = Speed::low});
+    robot.run(20 + frames * kFrame_s);
+    for (double gap_s = 7; gap_s > 0; gap_s -= kFrame_s) {  // the legs go on
+      robot.turn_legs();
+      robot.now_s += kFrame_s;
+    }
+    for (int frame = 0; frame < 150; ++frame) {
+      robot.frame();
+      ASSERT_LE(robot.flying(), 1);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lss::gnc::zebro::test
