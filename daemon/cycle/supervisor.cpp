@@ -93,6 +93,7 @@ void Supervisor::begin(TimeNs now, Actor& actor) noexcept {
   outbox_.ack_count = outbox_.event_count = outbox_.dropped = 0;
   outbox_.holder = state_.active.kind != 0 ? state_.active.source : state_.authority;
   save_ = {};
+  fell_ = false;
   series_.report_due(now, [this](const EventRecord& event) { put(event); });
 }
 
@@ -186,15 +187,17 @@ void Supervisor::command(const Request& request) noexcept {
   if (replaces) state_.active = command;
   if (!request.answered) acknowledge(command, Phase::executing);
   if (handle_parameters(request, command)) return;
-  const bool falls = request.kind == number(CommandKind::emergency_stop) && airborne();
-  if (request.kind == number(CommandKind::emergency_stop)) raise(FaultId::emergency_stop);
+  const bool emergency_stop = request.kind == number(CommandKind::emergency_stop);
+  fell_ = fell_ || (emergency_stop && airborne());  // by one of the stops of this frame
+  if (emergency_stop) raise(FaultId::emergency_stop);
   if (request.kind == number(CommandKind::reset_timing)) note(EventId::timing_reset);
   const lc::Event event = logic_.event_of(request);
   const bool waits = event == lc::Event::reset_module;
   if (waits) begin_reset(request, command);
   apply(event, &request, logic_.subject_of(request));
   if (!replaces && !waits && !request.answered)
-    acknowledge(command, Phase::completed, {.reason = falls ? Reason::fell : Reason::none});
+    acknowledge(command, Phase::completed,
+                {.reason = emergency_stop && fell_ ? Reason::fell : Reason::none});
 }
 
 // Completed when its modules are back. Only one at a time; modules of an earlier one are still

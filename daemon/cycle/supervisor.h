@@ -233,8 +233,9 @@ class Supervisor {
   Logic logic_;            // no state: constant
   Parameters parameters_;  // no state: constant
   SupervisorState state_;
-  Active save_;   // no state: of this frame
-  Active reset_;  // waits for its modules; beside the active command
+  Active save_;        // no state: of this frame
+  bool fell_ = false;  // no state: of this frame
+  Active reset_;       // waits for its modules; beside the active command
   std::uint16_t reset_modules_ = 0;
   Actor* actor_ = nullptr;
   EventSeries series_;

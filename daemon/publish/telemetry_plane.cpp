@@ -47,6 +47,7 @@ TelemetryPlane::TelemetryPlane(Participant& participant, const TelemetryTopic& t
       own_sample_(topic.size / sizeof(std::uint64_t) + 1) {}
 
 TelemetryPlane::~TelemetryPlane() {
+  leave_after_standstill();
   if (abandoned_) participant_.abandon();
 }
 
@@ -142,8 +143,10 @@ void TelemetryPlane::Standstill::start() {
   });
 }
 
+// In this order: what the thread has set `last_ns_` to since, it has set `seen_` before.
 bool TelemetryPlane::Standstill::seen() const {
-  return seen_ || machine_ns() - last_ns_ >= kStandstill_ns;
+  const TimeNs last_ns = last_ns_;
+  return machine_ns() - last_ns >= kStandstill_ns || seen_;
 }
 
 // Our mapping outlives RouDi, so the old writers can be deleted.

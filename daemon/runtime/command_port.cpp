@@ -128,6 +128,11 @@ bool CommandPort::is_newest() const noexcept {
 
 std::uint32_t CommandPort::take(std::span<Request> out) noexcept {
   std::uint32_t count = 0;
+  // Counted before the stops are read: no command is given before a stop that was received first.
+  const std::size_t ending = ending_.waiting(), queued = queue_.waiting();
+  const auto pop = [&](auto& queue, std::size_t most) {
+    for (; most > 0 && count < out.size() && queue.pop(out[count]); --most) ++count;
+  };
   if (newest_stop_.update()) out[count++] = newest_stop_.value();
   if (newest_beats_.update()) {
     const Beats& now = newest_beats_.value();
@@ -139,9 +144,9 @@ std::uint32_t CommandPort::take(std::span<Request> out) noexcept {
     add(now.holder, beats_taken_[1], 0);
     add(now.another_daemon, beats_taken_[2], kFlagAnotherDaemon);
   }
-  while (count < out.size() && stops_.pop(out[count])) ++count;
-  while (count < out.size() && ending_.pop(out[count])) ++count;
-  while (count < out.size() && queue_.pop(out[count])) ++count;
+  pop(stops_, kStops);
+  pop(ending_, ending);
+  pop(queue_, queued);
   return count;
 }
 

@@ -27,6 +27,9 @@ class Ring {
   // Writer thread only. How many more it takes now.
   std::size_t room() const noexcept { return queue_.write_available(); }
 
+  // Reader thread only. How many wait, at least.
+  std::size_t waiting() const noexcept { return queue_.read_available(); }
+
   // Reader thread only. False: empty.
   bool pop(T& value) noexcept { return queue_.pop(value); }
 

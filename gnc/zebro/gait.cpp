@@ -25,14 +25,16 @@ double begins_s(const GaitTimes& times, int group) noexcept {
   return group * (times.flight_s + times.double_stance_s);
 }
 
-// When the cycle after `last` begins, in the rhythm of the leg with the greatest delay.
+// When the cycle after `last` begins: in the rhythm of the leg with the greatest delay, and not
+// before all legs have landed.
 double next_begins_s(const Partition& gait, const GaitTimes& times, const Events& last) noexcept {
   double began_s = kEps;
   for (std::size_t i = 0; i < kLegs; ++i) {
     if (gait.group_of[i] != kNoGroup)
       began_s = std::max(began_s, last.lift_off_s[i] - begins_s(times, gait.group_of[i]));
   }
-  return began_s + cycle_time_s(gait, times);
+  const double landed_s = *std::max_element(last.touchdown_s.begin(), last.touchdown_s.end());
+  return std::max(began_s + cycle_time_s(gait, times), landed_s);
 }
 
 // When the neighbours of leg i have landed: of this cycle those of earlier groups.

@@ -126,9 +126,16 @@ void Locomotion::step(double now_s) noexcept {
     }
     if (isolated_ != 0 && group_landed()) roll_body();
     if (next_cycle_begins(now_s)) begin_next_cycle(now_s);
-    for (std::size_t i = 0; i < kLegs; ++i) {
-      if (legs_[i].lifted || now_s < schedule_.current().lift_off_s[i]) continue;
-      lift_off(i);
+    // The first one first: after a gap in time its touchdown postpones the lift-offs of others.
+    for (;;) {
+      const PerLeg<double>& lift_off_s = schedule_.current().lift_off_s;
+      std::size_t first = kLegs;
+      for (std::size_t i = 0; i < kLegs; ++i) {
+        if (legs_[i].lifted || now_s < lift_off_s[i]) continue;
+        if (first == kLegs || lift_off_s[i] < lift_off_s[first]) first = i;
+      }
+      if (first == kLegs) break;
+      lift_off(first);
       more = true;
     }
   }
@@ -211,7 +218,7 @@ void Locomotion::begin_next_cycle(double now_s) noexcept {
   first_cycle_ = false;
   for (std::size_t i = 0; i < kLegs; ++i) {  // from half to full speed
     const double lift_off_s = schedule_.current().lift_off_s[i];
-    if (now_s < lift_off_s) roll(i, reference_rad(i, now_s), now_s, lift_off_s);
+    if (now_s < lift_off_s) roll(i, wrap_rad(reference_rad(i, now_s)), now_s, lift_off_s);
   }
 }
 
@@ -258,7 +265,8 @@ bool Locomotion::swing_over(std::size_t i, double now_s) noexcept {
   const bool down = !leg.usable || arrived(i);
   if (!down || leg.late) {
     leg.late = true;
-    schedule_.postpone_touchdown(i, now_s);
+    // Not yet now: what waits for it may lift off without any double stance.
+    schedule_.postpone_touchdown(i, down ? now_s : std::nextafter(now_s, HUGE_VAL));
   }
   if (!down && now_s > targets_[i].arrive_s + parameters_.late_limit_s) {
     fail(static_cast<LegSet>(1u << i));

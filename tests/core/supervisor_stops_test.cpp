@@ -163,6 +163,19 @@ TEST_F(SupervisorStopsTest, AnAnsweredEmergencyStopIsNotAnsweredAgain) {
   EXPECT_TRUE(acks_.empty());
 }
 
+TEST_F(SupervisorStopsTest, EveryEmergencyStopOfTheFrameInWhichItFellSaysSo) {
+  Logic flies = kLogic;
+  flies.airborne = [](const lc::ControllerState& s) { return s.state == State::operational; };
+  supervisor_ = Supervisor(flies, {});
+  frame({});
+  frame({request(kStart, 10)});
+  frame({request(kEstop, 12, "another"), request(kEstop, 11)});
+  EXPECT_EQ(end_of(12).verdict.reason, Reason::fell);
+  EXPECT_EQ(end_of(11).verdict.reason, Reason::fell);
+  frame({request(kEstop, 13)});
+  EXPECT_EQ(end_of(13).verdict.reason, Reason::none) << "it fell once";
+}
+
 TEST_F(SupervisorStopsTest, AnotherDaemonOfTheNameKeepsItInIdle) {
   frame({another_daemon()});
   EXPECT_TRUE(conflict());

@@ -206,6 +206,22 @@ void a_standstill_that_made_roudi_drop_us_is_survived() {
   require_heard(false, "after the standstill");
 }
 
+// Without another sample, the way out would never end.
+void a_standstill_before_the_end_is_survived() {
+  const Alone alone;
+  static Roudi roudi;  // outlives us
+  Daemon daemon;
+  const lss_ZebroTelemetry telemetry{};
+  daemon.face().telemetry(&telemetry);
+  Child waker({"sh", "-c",
+               "n=0; until grep -q 'removing it' " + roudi.log_file() +
+                   " || [ $n -gt 600 ]; do sleep 0.05; n=$((n+1)); done; kill -CONT " +
+                   std::to_string(::getpid())});
+  ::raise(SIGSTOP);
+  require(waker.wait_for_exit(std::chrono::seconds(60)) == 0, "we go on");
+  std::filesystem::remove(roudi.log_file());
+}
+
 // Simulated time may stand for minutes, and RouDi's clock goes on.
 void a_publisher_without_anything_to_send_stays_on_shared_memory() {
   const Alone alone;
@@ -256,6 +272,9 @@ TEST(SharedMemoryPlane, ARoudiReplacedBetweenTwoLooksIsNoticed) {
 }
 TEST(SharedMemoryPlane, AStandstillThatMadeRoudiDropUsIsSurvivedAndLeft) {
   expect_success(a_standstill_that_made_roudi_drop_us_is_survived);
+}
+TEST(SharedMemoryPlane, AStandstillBeforeTheEndIsSurvived) {
+  expect_success(a_standstill_before_the_end_is_survived);
 }
 TEST(SharedMemoryPlane, APublisherWithoutAnythingToSendStaysOnSharedMemory) {
   expect_success(a_publisher_without_anything_to_send_stays_on_shared_memory);

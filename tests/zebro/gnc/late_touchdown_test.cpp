@@ -136,6 +136,23 @@ TEST(LateTouchdown, LegThatRanAheadIsTurnedBackWhenSlowedAndNotOnceRound) {
   EXPECT_GT(turned_back, 0);
 }
 
+// With any of them late, nobody lifts off in the same frame as it is due, either.
+TEST(LateTouchdown, WithoutDoubleStanceTheLegsOnTheGroundWaitForTheLateOne) {
+  for (std::size_t late = 0; late < kLegs; ++late) {
+    Robot robot({.stance_min_s = 2.9, .double_stance_s = 0});
+    robot.locomotion.walk(0, {.direction = 1, .heading_rad = 0, .speed = Speed::high});
+    robot.run(12);
+    while (!robot.locomotion.targets()[late].swing) robot.frame();
+    robot.run(1);
+    robot.legs[late].stuck_until_s = robot.now_s + 3;
+    for (int frame = 0; frame < 500; ++frame) {
+      robot.frame();
+      ASSERT_LE(robot.flying(), 3) << "late " << late;
+    }
+    EXPECT_EQ(robot.locomotion.progress(), Progress::running);
+  }
+}
+
 TEST(LateTouchdown, BeyondTheLateLimitFails) {
   Robot robot;
   robot.locomotion.walk(0, {.direction = 1, .heading_rad = 0, .speed = Speed::high});
@@ -186,7 +203,7 @@ RC_GTEST_PROP(Neighbours, OrderTheSameAsGroupsWhileNoLegIsLate, ()) {
 RC_GTEST_PROP(Neighbours, ALateLegHoldsUpOnlyItsNeighboursAndTheRobotStands_Conf_2, ()) {
   const Speed speed = *any_pace();
   const auto late = static_cast<std::size_t>(*rc::gen::inRange(0, kLegs));
-  const double stuck_s = *rc::gen::inRange(10, 40) * 0.1;
+  const double stuck_s = *rc::gen::inRange(10, 49) * 0.1;
   const double at_s = (2 + *rc::gen::inRange(0, 100) * 0.01) * cycle_s(speed);
   Robot groups, neighbours({.coordination = Coordination::neighbours});
   Diary a(groups), b(neighbours);
@@ -230,6 +247,39 @@ TEST(Neighbours, AFrontLegThatIsLateDoesNotHoldUpTheHindLegOfTheOtherSide) {
     EXPECT_TRUE(flies(0));
     EXPECT_FALSE(flies(1) || flies(2)) << "its neighbours wait";
     EXPECT_EQ(flies(5), coordination == Coordination::neighbours);
+  }
+}
+
+// Nobody of the next cycle lifts off before, and then none faster than planned or together with its
+// neighbour.
+TEST(Neighbours, ALateLegOfTheLastGroupHoldsUpTheNextCycle) {
+  for (const Speed speed : {Speed::low, Speed::medium, Speed::high}) {
+    Robot robot({.coordination = Coordination::neighbours});
+    robot.locomotion.walk(0, {.speed = speed});
+    robot.run(2 * cycle_s(speed));
+    const std::size_t late = speed == Speed::medium ? 5 : 1;
+    while (!robot.locomotion.targets()[late].swing) robot.frame();
+    robot.run(1.5);
+    robot.legs[late].stuck_until_s = robot.now_s + 4.9;
+    Diary diary(robot);
+    const double until_s = robot.now_s + 20;
+    while (robot.now_s < until_s) {
+      robot.frame();
+      for (std::size_t i = 0; i < kLegs; ++i) {
+        for (std::size_t j = 0; j < i; ++j)
+          ASSERT_FALSE(diary.flying[i] && diary.flying[j] && neighbours(i, j)) << i << ' ' << j;
+      }
+    }
+    ASSERT_EQ(robot.locomotion.progress(), Progress::running);
+    for (std::size_t i = 0; i < kLegs; ++i) {
+      if (diary.lift_off_s[i].empty() || diary.touchdown_s[i].empty() || i == late) continue;
+      const double lift_off_s = diary.lift_off_s[i][0];
+      for (const double touchdown_s : diary.touchdown_s[i]) {
+        if (touchdown_s < lift_off_s) continue;
+        EXPECT_GE(touchdown_s - lift_off_s, robot.parameters.flight_s - 2.5 * kFrame_s) << i;
+        break;
+      }
+    }
   }
 }
 

@@ -75,6 +75,22 @@ TEST(Walk, OneSegmentPerEventInTheSteadyRhythm) {
   }
 }
 
+TEST(Walk, NoLegOnTheGroundIsOrderedThroughTheTop) {
+  for (const double double_stance_s : {0.3, 0.0}) {
+    for (const Speed speed : {Speed::low, Speed::medium, Speed::high}) {
+      for (int heading = -90; heading <= 90; ++heading) {
+        Robot robot({.stance_min_s = 2.9, .double_stance_s = double_stance_s});
+        robot.on_order = [&](std::size_t i, const LegTarget& target, double way_rad) {
+          if (target.swing) return;
+          EXPECT_LT(std::abs(way_rad), kPi / 2) << "heading " << heading << " leg " << i;
+        };
+        robot.locomotion.walk(0, {.heading_rad = heading * kDegree, .speed = speed});
+        robot.run(12);
+      }
+    }
+  }
+}
+
 TEST(Walk, FirstLiftOffComesAfterTheStartDelay) {
   Robot robot;
   robot.locomotion.walk(0, {});
@@ -185,6 +201,22 @@ TEST(Walk, SurvivesAGapInTimeWithOrdersThatCanBeFollowed) {
     };
     robot.run(15);
     EXPECT_EQ(robot.locomotion.progress(), Progress::running);
+  }
+}
+
+TEST(Walk, AfterAGapInTimeTheLegsLiftOffInTheirOrder) {
+  for (int frames = 0; frames < 990; frames += 10) {  // one cycle
+    Robot robot;
+    robot.locomotion.walk(0, {.speed = Speed::low});
+    robot.run(20 + frames * kFrame_s);
+    for (double gap_s = 7; gap_s > 0; gap_s -= kFrame_s) {  // the legs go on
+      robot.turn_legs();
+      robot.now_s += kFrame_s;
+    }
+    for (int frame = 0; frame < 150; ++frame) {
+      robot.frame();
+      ASSERT_LE(robot.flying(), 1);
+    }
   }
 }
 
