@@ -16,7 +16,6 @@ constexpr double kGroundWave_m = 5;
 // variance of a median relative to that of one reading, for many of them
 constexpr double kMedian = 1.5707963267948966;
 
-
 double square(double x) noexcept { return x * x; }
 
 std::int64_t to_ns(double s) noexcept { return static_cast<std::int64_t>(std::llround(s * 1e9)); }
