@@ -302,9 +302,7 @@ void Face::heartbeat(State state) {
   dds_write(impl_->heartbeat_writer.get(), &sample);
 }
 
-void Face::telemetry(const void* vehicle_telemetry) {
-  impl_->plane.telemetry(vehicle_telemetry);
-}
+void Face::telemetry(const void* vehicle_telemetry) { impl_->plane.telemetry(vehicle_telemetry); }
 
 bool Face::other_interface() {
   dds_requested_incompatible_qos_status_t status{};
