@@ -18,11 +18,12 @@ void Touchdown::step(const NavState& state, bool heard, double expected_m_s2) no
   known_ = heard;
   still_s_ = still ? still_s_ + kFrame_s : 0;
   if (!level) {
-    level_s_ = lost_m_s2_ = 0;
+    level_s_ = lost_s_ = 0;
     return;
   }
-  most_m_s2_ = level_s_ > 0 ? std::max(most_m_s2_, expected_m_s2) : expected_m_s2;
-  lost_m_s2_ = most_m_s2_ - expected_m_s2;
+  const double carried_m_s2 = state.acceleration_N_m_s2.x() - expected_m_s2;
+  least_m_s2_ = level_s_ > 0 ? std::min(least_m_s2_, carried_m_s2) : carried_m_s2;
+  lost_s_ = carried_m_s2 - least_m_s2_ >= parameters_.support_m_s2 ? lost_s_ + kFrame_s : 0;
   level_s_ += kFrame_s;
 }
 

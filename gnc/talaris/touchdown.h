@@ -14,7 +14,8 @@ struct TouchdownParameters {
   double level_m_s2 = 0.12;
   double level_rad = 0.005;
   double support_m_s2 = 0.3;  // loss of lift that is not followed: the ground carries,
-  double support_s = 0.8;     // when it is level for so long, too
+  double support_s = 0.8;     // when it is level for so long, too,
+  double lost_s = 0.4;        // and the loss lasts
   // Of a frame without any motion: in every direction, and by how much the attitude changed.
   double still_m_s2 = 0.08;
   double still_rad = 0.0026;
@@ -34,7 +35,7 @@ class Touchdown {
   double still_s() const noexcept { return still_s_; }
   double level_s() const noexcept { return level_s_; }
   bool supported() const noexcept {
-    return level_s_ >= parameters_.support_s && lost_m_s2_ >= parameters_.support_m_s2;
+    return level_s_ >= parameters_.support_s && lost_s_ >= parameters_.lost_s;
   }
   bool stands() const noexcept { return still_s_ >= parameters_.stands_s; }
 
@@ -43,8 +44,8 @@ class Touchdown {
   Quaternion before_ = Quaternion::Identity();
   bool known_ = false;                // before_
   double level_s_ = 0, still_s_ = 0;  // without interruption
-  double most_m_s2_ = 0;              // expected while it was level
-  double lost_m_s2_ = 0;              // of it, now
+  double least_m_s2_ = 0;             // acceleration above the expected one, while it was level
+  double lost_s_ = 0;                 // much above it, without interruption
 };
 
 }  // namespace lss::gnc::talaris

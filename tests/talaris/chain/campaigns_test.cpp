@@ -115,6 +115,7 @@ TEST(TalarisCampaigns, FansAloneLiftALightAndAHeavyVehicleAlike) {
     for (const Hopped& hopped : hop_by_fans(0.3, seed)) {
       EXPECT_TRUE(hopped.reached())
           << seed << ": up in " << hopped.rise_s << " s, " << hopped.overshoot_m << " m too high";
+      EXPECT_LT(hopped.down_m_s, 0.3) << seed;
     }
   }
 }

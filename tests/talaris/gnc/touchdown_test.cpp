@@ -40,6 +40,19 @@ TEST(Touchdown, LiftThatIsFollowedIsNot) {
   }
 }
 
+// After a long hover, when the lift swings, it comes down slowly.
+TEST(Touchdown, AGentleDescentAfterALongHoverIsNot) {
+  Touchdown t;
+  for (int i = 0; i < 40; ++i) {
+    const double expected = i % 4 < 2 ? 0.2 : -0.2;
+    t.step(state(0.5 * expected), true, expected);
+  }
+  for (int i = 0; i < 10; ++i) {
+    t.step(state(-0.1), true, -0.1);
+    EXPECT_FALSE(t.supported());
+  }
+}
+
 TEST(Touchdown, WhatTiltsFliesAndWhatTurnsDoesNotStand) {
   Touchdown tilts, turns;
   for (int i = 0; i < 30; ++i) {
