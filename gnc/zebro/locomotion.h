@@ -24,7 +24,7 @@ namespace lss::gnc::zebro {
 enum class Speed : std::uint8_t { zero, low, medium, high };
 
 struct LocomotionParameters {
-  // gait (max-plus)
+  // gait
   double flight_s = 3.0;                             // tau_f
   double stance_min_s = 3.3;                         // tau_g
   double double_stance_s = 0.3;                      // tau_Delta

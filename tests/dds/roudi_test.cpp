@@ -180,6 +180,29 @@ void a_roudi_replaced_between_two_looks_is_noticed() {
   require_heard(false, "after the change");
 }
 
+// Lets this process go on, which stops itself, when RouDi has dropped it.
+class Waker {
+ public:
+  explicit Waker(const Roudi& roudi)
+      : log_file_(roudi.log_file()),
+        child_({"sh", "-c",
+                "n=0; until grep -q 'removing it' " + log_file_ +
+                    " || [ $n -gt 600 ]; do sleep 0.05; n=$((n+1)); done; kill -CONT " +
+                    std::to_string(::getpid())}) {}
+  // After the standstill.
+  void require_dropped() {
+    require(child_.wait_for_exit(std::chrono::seconds(60)) == 0, "we go on");
+    std::ifstream log(log_file_);
+    const std::string text(std::istreambuf_iterator<char>(log), {});
+    std::filesystem::remove(log_file_);
+    require(text.find("removing it") != std::string::npos, "RouDi dropped us");
+  }
+
+ private:
+  std::string log_file_;
+  Child child_;
+};
+
 // RouDi frees the resources of a client without keep-alive for 1.5 s; iceoryx aborts a client that
 // then goes on, and never lets it leave.
 void a_standstill_that_made_roudi_drop_us_is_survived() {
@@ -189,16 +212,9 @@ void a_standstill_that_made_roudi_drop_us_is_survived() {
   daemon.connect();
   Publisher publisher(daemon.face());
   require(eventually([&] { return publisher.samples() > 10; }), "telemetry runs");
-  const std::string self = std::to_string(::getpid());
-  Child waker({"sh", "-c",
-               "n=0; until grep -q 'removing it' " + roudi.log_file() +
-                   " || [ $n -gt 600 ]; do sleep 0.05; n=$((n+1)); done; kill -CONT " + self});
+  Waker waker(roudi);
   publisher.stop_process();
-  require(waker.wait_for_exit(std::chrono::seconds(60)) == 0, "we go on");
-  std::ifstream log(roudi.log_file());
-  const std::string text(std::istreambuf_iterator<char>(log), {});
-  std::filesystem::remove(roudi.log_file());
-  require(text.find("removing it") != std::string::npos, "RouDi dropped us");
+  waker.require_dropped();
   require(eventually([&] { return daemon.face().shared_memory() == SharedMemory::lost; }),
           "the standstill is noticed");
   require(daemon.face().shared_memory_could_return(), "RouDi lives");
@@ -213,13 +229,9 @@ void a_standstill_before_the_end_is_survived() {
   Daemon daemon;
   const lss_ZebroTelemetry telemetry{};
   daemon.face().telemetry(&telemetry);
-  Child waker({"sh", "-c",
-               "n=0; until grep -q 'removing it' " + roudi.log_file() +
-                   " || [ $n -gt 600 ]; do sleep 0.05; n=$((n+1)); done; kill -CONT " +
-                   std::to_string(::getpid())});
+  Waker waker(roudi);
   ::raise(SIGSTOP);
-  require(waker.wait_for_exit(std::chrono::seconds(60)) == 0, "we go on");
-  std::filesystem::remove(roudi.log_file());
+  waker.require_dropped();
 }
 
 // Simulated time may stand for minutes, and RouDi's clock goes on.
