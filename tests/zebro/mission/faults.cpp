@@ -7,7 +7,8 @@
 
 namespace lss::zebro::mission {
 
-Faults::Faults(unsigned seed, double mean_h) : random_(seed), mean_s_(mean_h * 3600) {
+Faults::Faults(unsigned seed, double mean_h, bool lying)
+    : random_(seed), mean_s_(mean_h * 3600), lying_(lying) {
   next_s_ = std::exponential_distribution(1 / mean_s_)(random_);
 }
 
@@ -19,7 +20,8 @@ std::optional<DueFault> Faults::begin(double operated_s, double now_s) {
   if (operated_s < next_s_) return {};
   next_s_ += std::exponential_distribution(1 / mean_s_)(random_);
   std::array<double, kFaultShapes.size()> weights{};
-  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = kFaultShapes[i].weight;
+  for (std::size_t i = 0; i < weights.size(); ++i)
+    weights[i] = lying_ || !kFaultShapes[i].lies ? kFaultShapes[i].weight : 0;
   DueFault due;
   due.shape = std::discrete_distribution<std::size_t>(weights.begin(), weights.end())(random_);
   const FaultShape& shape = kFaultShapes[due.shape];

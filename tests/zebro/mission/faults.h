@@ -18,6 +18,7 @@ struct FaultShape {
   double least, most;   // second argument; both 0: none
   int last_unit;        // 0: not of a module; 6: of a leg; 7: of any
   double for_good = 0;  // share of them that only a person ends
+  bool lies = false;    // the leg is elsewhere than its module says, or does not follow
 };
 
 inline constexpr std::array<FaultShape, 16> kFaultShapes = {{
@@ -27,12 +28,12 @@ inline constexpr std::array<FaultShape, 16> kFaultShapes = {{
     {"over-current", 3, 1, 120, 0.1, 0.9, 6},
     {"driver-fault", 3, 0, 0, 0, 0, 7},
     {"hall-lost", 1, 600, 20000, 0, 0, 6},
-    {"encoder-frozen", 1, 1, 300, 0, 0, 6, 0.03},
-    {"encoder-random", 1, 1, 300, 0, 0, 6, 0.03},
-    {"encoder-jumps", 1, 1, 300, 10, 180, 6, 0.03},
-    {"encoder-drifts", 1, 1, 300, 1, 30, 6, 0.03},
-    {"gear-slips", 1, 10, 1000, 0.05, 0.9, 6, 0.03},
-    {"leg-limp", 1, 1, 300, 0, 0, 6, 0.03},
+    {"encoder-frozen", 1, 1, 300, 0, 0, 6, 0.03, true},
+    {"encoder-random", 1, 1, 300, 0, 0, 6, 0.03, true},
+    {"encoder-jumps", 1, 1, 300, 10, 180, 6, 0.03, true},
+    {"encoder-drifts", 1, 1, 300, 1, 30, 6, 0.03, true},
+    {"gear-slips", 1, 10, 1000, 0.05, 0.9, 6, 0.03, true},
+    {"leg-limp", 1, 1, 300, 0, 0, 6, 0.03, true},
     {"temperature", 1, 60, 1800, 60, 100, 6},
     {"noise", 2, 0.2, 20, 0.001, 0.05, 0},
     {"bus-cut", 1, 0.05, 3, 0, 0, 0},
@@ -47,8 +48,8 @@ struct DueFault {
 
 class Faults {
  public:
-  // `mean_h`: hours of operation between two.
-  Faults(unsigned seed, double mean_h);
+  // `mean_h`: hours of operation between two. `lying`: also those by which a leg lies.
+  Faults(unsigned seed, double mean_h, bool lying);
 
   // At most one begins, by the time of operation, and lasts in the time of the day.
   std::optional<DueFault> begin(double operated_s, double now_s);
@@ -69,6 +70,7 @@ class Faults {
 
   std::mt19937 random_;
   double mean_s_, next_s_ = 0;
+  bool lying_;
   std::vector<Active> active_;
 };
 

@@ -32,7 +32,7 @@ class Day final : public Link {
   Day(const Options& options, Result& result)
       : options_(options),
         result_(result),
-        faults_(options.seed, options.fault_mean_h),
+        faults_(options.seed, options.fault_mean_h, options.lying_faults),
         random_(options.seed + 77) {
     wake(nullptr);
     from_ = chain_->body();

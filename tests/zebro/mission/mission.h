@@ -17,7 +17,8 @@ namespace lss::zebro::mission {
 
 struct Options {
   unsigned seed = 1;
-  double fault_mean_h = 2;  // hours of operation between two faults
+  double fault_mean_h = 2;   // hours of operation between two faults
+  bool lying_faults = true;  // also those by which a leg lies
   double day_h = 14 * 24;
   // One leg in the air at a time, 0.94 mm/s: 200 m are some 60 h of walking.
   double flight_s = 7.5;

@@ -43,21 +43,25 @@ INSTANTIATE_TEST_SUITE_P(Zebro, Missions, testing::Values(1u, 2u));
 // Leg 2 is dead for good and the robot wakes with its panel out: error solving resets all modules,
 // and the panel's counts from where it is.
 TEST(Mission, NeverOperatesWithThePanelOutWhoeverResetItsModule_Func_5) {
-  const Result result = run(short_mission(74, 0.05, 15));
+  Options options = short_mission(74, 0.05, 15);
+  options.lying_faults = false;
+  const Result result = run(options);
   EXPECT_THAT(result.violations, testing::IsEmpty());
   EXPECT_TRUE(result.arrived);
   EXPECT_GE(result.count.rests, 1);
   EXPECT_GE(result.isolations, 2) << "after it woke as well";
 }
 
-// A leg is dead while the encoder of the one beside it jumps: without both there is no gait, and a
-// reset of everything helps neither, however often the autopilot would try.
+// Two legs side by side jam for good: one is isolated, the other stops it at the next start, and a
+// reset of everything forgets the first. With an autopilot that never tires it is the daemon that
+// refuses to go on.
 TEST(Mission, AFaultThatComesBackAtEveryStartIsSoonForAPerson) {
   for (const int reset_tries : {3, 1000}) {
     SCOPED_TRACE(reset_tries);
     Options options;
-    options.seed = 15;
+    options.seed = 69;
     options.fault_mean_h = 0.03;
+    options.lying_faults = false;
     options.flight_s = 3;
     options.autopilot.course_m = 15;
     options.autopilot.speed = gnc::zebro::Speed::high;
