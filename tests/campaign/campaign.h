@@ -29,6 +29,7 @@ struct Run {
   std::vector<std::string> broken;  // violated conditions; empty: none
   double simulated_s = 0;
   std::uint64_t frames = 0;
+  std::uint64_t cycles = 0;  // fewer than frames where a vehicle's clock jumped over some
   unsigned faults = 0, commands = 0, rejected = 0;
   unsigned stops = 0;             // into FatalError
   double slowest_rest_s = 0;      // from leaving Operational

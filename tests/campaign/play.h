@@ -81,6 +81,7 @@ class Scenario {
     run_.slowest_cut_rest_s = rules_.slowest_cut_rest_s;
     run_.simulated_s = chain().seconds();
     run_.frames = chain().frames();
+    run_.cycles = chain().cycles();
     return run_;
   }
 

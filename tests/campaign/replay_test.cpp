@@ -90,7 +90,7 @@ TEST_P(CampaignReplay, IsEqualToTheBitAlsoFromTheMiddle) {
       took_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
       EXPECT_EQ(replayed, Replayed::equal) << said;
     }
-    EXPECT_EQ(recorded, run.frames) << "every frame is in a file";
+    EXPECT_EQ(recorded, run.cycles) << "every frame is in a file";
     frames += recorded;
   }
   std::cout << fmt::format(

@@ -96,8 +96,9 @@ class VirtualChain {
   // ---- Time. A run may end between frames.
   TimeNs now() const { return now_ns_; }
   double seconds() const { return static_cast<double>(now_ns_ - kBegin) * 1e-9; }
-  TimeNs frame_ns() const { return in_.time_ns; }  // of the last frame
-  std::uint64_t frames() const { return in_.frame; }
+  TimeNs frame_ns() const { return in_.time_ns; }     // of the last frame
+  std::uint64_t frames() const { return in_.frame; }  // by number: a vehicle's clock may skip some
+  std::uint64_t cycles() const { return cycles_; }
   void run(double seconds) { pass(now_ns_ + to_ns(seconds)); }
   // Looks after every frame. False: not within the limit.
   virtual bool run_until(const std::function<bool()>& condition, double limit_s) {
@@ -283,6 +284,7 @@ class VirtualChain {
     if (protect_) in_.memory = twins_.check(vehicle_, supervisor_);
     in_.request_count = port_.take(in_.requests);
     cycle(vehicle_, supervisor_, in_, out_, [](Stage) {});
+    ++cycles_;
     twins_.seal(vehicle_, supervisor_);
     if (tape) tape(in_, out_, supervisor_, vehicle_);
     port_.show(supervisor_.state());
@@ -306,6 +308,7 @@ class VirtualChain {
   Parameters parameters_;
   config::Config config_;
   TimeNs now_ns_ = kBegin;
+  std::uint64_t cycles_ = 0;
   TimeNs step_ns_ = kBegin;        // of the next step of the physics
   TimeNs next_frame_ns_ = kNever;  // of frames that the clock begins
   TimeNs release_ns_ = kNever;     // of the orders of the last frame

@@ -51,8 +51,9 @@ class Daemons {
 
 // Only listening for some time shows that there is no other daemon. The time is counted in slices,
 // each without news: when this process gets little CPU time, so do its DDS threads, and the
-// listening takes correspondingly longer. It is three times as long as all news took, up to a
-// second: where the first daemon was heard late, because its machine is busy, so may be the second.
+// listening takes correspondingly longer. It is three times as long as all news took, 0.3 s to a
+// second: where the first daemon was heard late, because its machine is busy, so may be the second,
+// and a busy virtual machine lets one of its processors stand still for 0.1 s.
 class Lull {
  public:
   // Call after each check for news; returns the time of the next check.
@@ -62,7 +63,7 @@ class Lull {
   }
 
  private:
-  static constexpr int kSlices = 10;
+  static constexpr int kSlices = 30;
   static constexpr std::chrono::milliseconds kSlice{10};
   static constexpr Clock::duration kMost = std::chrono::seconds(1);
   int slices_ = 0;
