@@ -92,10 +92,10 @@ class Locomotion {
   // round, puts all legs where the belly carries, then pushes the body up; a standing robot only
   // aligns its legs. lay_down, stow: the way back, to the same posture; lost legs are searched
   // first, unless the robot stands on them. finish_step: no new swing, all legs to straight down.
-  // walk while walking: the gait changes with the next cycle, by the guarded switching cycle,
-  // heading and direction leg by leg with the next swing; where a side reverses, the step is
-  // finished first; rowing, all of it with the next stroke. walk at speed zero: finish_step, then
-  // done.
+  // walk while walking: the gait changes with the next cycle, by the guarded switching cycle, at
+  // most once per cycle; heading and direction leg by leg with the next swing; where a side
+  // reverses, the step is finished first; rowing, all of it with the next stroke. walk at speed
+  // zero: finish_step, then done.
   void hold(double now_s) noexcept;
   void stand_up(double now_s) noexcept;
   void walk(double now_s, const WalkRequest& request) noexcept;
@@ -273,6 +273,7 @@ class Locomotion {
   bool first_cycle_ = false;
   LegSet late_ = 0;
   bool walk_changed_ = false;
+  bool gait_changed_ = false;  // in this cycle, with the next
   Dragging dragging_{};
   double distance_m_ = 0, yaw_rad_ = 0, speed_m_s_ = 0;
   std::uint32_t steps_ = 0;

@@ -27,8 +27,8 @@ void Schedule::start(const Partition& gait, const GaitTimes& times, double first
   plan_next();
 }
 
-void Schedule::change(const Partition& gait, const PerLeg<double>& commanded_lift_off_s) noexcept {
-  if (same_gait(gait, next_gait_)) return;
+bool Schedule::change(const Partition& gait, const PerLeg<double>& commanded_lift_off_s) noexcept {
+  if (same_gait(gait, next_gait_)) return false;
   not_before_s_ = commanded_lift_off_s;
   if (same_gait(gait, gait_)) {  // back to the present gait before the change
     next_gait_ = gait_;
@@ -38,6 +38,7 @@ void Schedule::change(const Partition& gait, const PerLeg<double>& commanded_lif
     guard_ = Guard::all_legs;
   }
   plan_next();
+  return true;
 }
 
 void Schedule::postpone_touchdown(std::size_t leg, double time_s) noexcept {

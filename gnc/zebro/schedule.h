@@ -15,8 +15,8 @@ class Schedule {
   void start(const Partition& gait, const GaitTimes& times, double first_lift_s) noexcept;
 
   // The next cycle uses this gait. Lift-offs of the next cycle that are already commanded stay or
-  // move later: for the other legs pass eps.
-  void change(const Partition& gait, const PerLeg<double>& commanded_lift_off_s) noexcept;
+  // move later: for the other legs pass eps. False: it uses this gait already.
+  bool change(const Partition& gait, const PerLeg<double>& commanded_lift_off_s) noexcept;
 
   // This leg touches down later, at time_s: events that wait for it move after it.
   void postpone_touchdown(std::size_t leg, double time_s) noexcept;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "gnc/zebro/locomotion.h"
 
@@ -99,6 +100,7 @@ void Locomotion::begin_stepping(double now_s) noexcept {
   pushed_off_ = creeps;
   first_cycle_ = !creeps;
   walk_changed_ = creeps;
+  gait_changed_ = false;
   landing_group_ = 0;
   for (std::size_t i = 0; i < kLegs; ++i) {
     Leg& leg = legs_[i];
@@ -142,9 +144,10 @@ void Locomotion::step(double now_s) noexcept {
   if (isolated_ == 0) slow_stances(now_s);
 }
 
-// A new request takes effect leg by leg with each next swing, the gait with the next cycle. Where a
-// side reverses, the legs of that side would work against each other for a whole cycle: there the
-// step is finished first.
+// A new request takes effect leg by leg with each next swing, the gait with the next cycle. Each
+// change of the gait may move that later: once per cycle, the last request with the one after.
+// Where a side reverses, the legs of that side would work against each other for a whole cycle:
+// there the step is finished first.
 void Locomotion::change_walk() noexcept {
   walk_changed_ = false;
   const SideSpeeds wanted = side_speeds(request_.direction, request_.heading_rad);
@@ -163,11 +166,12 @@ void Locomotion::change_walk() noexcept {
     return;
   }
   sides_ = wanted;
+  if (gait_changed_) return;
   PerLeg<double> commanded_s = kAnyTime;
   for (std::size_t i = 0; i < kLegs; ++i) {
     if (legs_[i].landed) commanded_s[i] = schedule_.next().lift_off_s[i];
   }
-  schedule_.change(gait_of(request_.speed), commanded_s);
+  gait_changed_ = schedule_.change(gait_of(request_.speed), commanded_s);
 }
 
 // The first cycle runs at half speed, which brings legs that all start straight down into the
@@ -214,6 +218,7 @@ void Locomotion::begin_next_cycle(double now_s) noexcept {
   schedule_.advance();
   for (std::size_t i = 0; i < kLegs; ++i) legs_[i].lifted = legs_[i].landed = !in_service(i);
   landing_group_ = 0;
+  walk_changed_ |= std::exchange(gait_changed_, false);
   if (!first_cycle_) return;
   first_cycle_ = false;
   for (std::size_t i = 0; i < kLegs; ++i) {  // from half to full speed

@@ -81,6 +81,25 @@ TEST(Walk, NewGaitIsWalkedFromTheNextCycleAndNothingCommandedMovesEarlier) {
   }
 }
 
+// Whoever changes the gait faster than it can be changed must not hold the robot up.
+TEST(Walk, GaitsRequestedInTurnDoNotHoldItUp) {
+  for (const Speed other : {Speed::medium, Speed::high}) {
+    for (const double every_s : {0.5, 2.0, 4.0, 8.0}) {
+      Robot robot;
+      robot.locomotion.walk(0, {.speed = Speed::low});
+      robot.run(25);
+      const std::uint32_t before = robot.locomotion.steps();
+      const double until_s = robot.now_s + 200;
+      for (bool low = false; robot.now_s < until_s; low = !low) {
+        robot.locomotion.walk(robot.now_s, {.speed = low ? Speed::low : other});
+        robot.run(every_s);
+      }
+      EXPECT_GE(robot.locomotion.steps() - before, 7U) << every_s;  // the slowest: 10
+      EXPECT_EQ(robot.locomotion.progress(), Progress::running);
+    }
+  }
+}
+
 // From standing, two tripods put the legs in place at half speed; then all go at the speed of the
 // gait.
 TEST(Walk, LegsOnTheGroundNeverWorkAgainstEachOtherEvenInTheFirstCycle) {
