@@ -9,9 +9,11 @@
 namespace lss::gnc::talaris {
 
 struct ContactParameters {
-  double shock_m_s2 = 6;    // one sample off the expected lift: a touchdown at 0.3 m/s and more [D]
-  double support_m_s2 = 1;  // mean of a frame above the expected lift [D]
-  int support_frames = 2;   // so many in a row [D]
+  double shock_m_s2 = 6;   // one sample off the expected lift: a touchdown at 0.3 m/s and more [D]
+  double shock_sigma = 6;  // and so far out of what the samples scatter in the air: fans shake it
+  double scatter_share = 0.2;  // of a frame in the scatter: as slow as 1 s
+  double support_m_s2 = 1;     // mean of a frame above the expected lift [D]
+  int support_frames = 2;      // so many in a row [D]
 };
 
 class Contact {
@@ -19,10 +21,11 @@ class Contact {
   Contact() = default;
   explicit Contact(const ContactParameters& parameters) noexcept : parameters_(parameters) {}
 
-  // lift_m_s2: expected lift of fans and vertical valves, mean of the frame, over the mass. Samples
-  // that are not numbers are ignored. Stays true until reset().
-  bool step(const Batch& batch, double lift_m_s2) noexcept;
-  bool touched() const noexcept { return touched_; }
+  // In every frame of a flight. lift_m_s2: expected lift of fans and vertical valves, mean of the
+  // frame, over the mass. Samples that are not numbers are ignored.
+  void step(const Batch& batch, double lift_m_s2) noexcept;
+  // The ground carries.
+  bool supported() const noexcept { return supported_ >= parameters_.support_frames; }
   // A sample as hard as a touchdown in this frame or the one before.
   bool shocked() const noexcept { return shock_frames_ > 0; }
   void reset() noexcept { *this = Contact(parameters_); }
@@ -30,7 +33,7 @@ class Contact {
  private:
   ContactParameters parameters_;
   int supported_ = 0, shock_frames_ = 0;
-  bool touched_ = false;
+  double variance_ = -1;  // of samples, (m/s2)^2; negative: not known yet
 };
 
 }  // namespace lss::gnc::talaris

@@ -114,8 +114,8 @@ struct FlightInputs {
   std::array<double, kFans> rpm{};
   double tank_kPa = kNaN;  // NaN: no sensor, ignored
   double regulated_kPa = kNaN;
-  bool contact = false;  // the IMU detected the ground (contact.h), if that is watched
-  bool shock = false;    // and by a shock, just now
+  bool contact = false;  // on the way down: the ground carries (contact.h)
+  bool shock = false;    // and just now: a shock
   bool unheard = false;  // the last orders may not have reached valves and fans
   FaultSet faults = 0;   // known to the caller, now
 };

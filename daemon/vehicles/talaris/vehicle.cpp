@@ -96,8 +96,7 @@ void Vehicle::guide(TimeNs now) noexcept {
   in.nav = navigation_.state();
   in.nav.valid = in.nav.valid && sensors_.imu_heard();
   in.imu_age_s = sensors_.imu_age_s();
-  in.contact = touches();
-  in.shock = contact_.shocked();
+  feel_ground(in);
   in.range_m = sensors_.range_m();
   in.range_age_s = sensors_.range_age_s();
   // Both nodes at once: the bus is cut. They shut and slow down by themselves, and come back with
@@ -138,15 +137,14 @@ bool Vehicle::altimeter_repeats() const noexcept {
 }
 
 // Whether the IMU detects the ground; on the way down only, since valves and fans shake it.
-bool Vehicle::touches() noexcept {
+void Vehicle::feel_ground(gnc::talaris::FlightInputs& in) noexcept {
   using gnc::talaris::Phase;
+  if (!output_.airborne) return contact_.reset();
+  contact_.step(sensors_.batch(), output_.lift_m_s2);
   const Phase phase = output_.phase;
   const bool down = phase == Phase::descend || phase == Phase::escape || phase == Phase::parachute;
-  if (!down || !output_.airborne) {
-    contact_.reset();
-    return false;
-  }
-  return contact_.step(sensors_.batch(), output_.lift_m_s2);
+  in.contact = down && contact_.supported();
+  in.shock = down && contact_.shocked();
 }
 
 Vehicle::Command Vehicle::control(TimeNs now) noexcept {

@@ -111,7 +111,7 @@ class Vehicle final : public Actor, private SolveTarget {
   TimeNs age_of(TimeNs heard_ns) const noexcept { return std::max<TimeNs>(now_ns_ - heard_ns, 0); }
   bool flying() const noexcept;  // the flight commands valves and fans
   int fan_step_us() const noexcept;
-  bool touches() noexcept;
+  void feel_ground(gnc::talaris::FlightInputs& in) noexcept;
   bool altimeter_repeats() const noexcept;
   void actuate_flight() noexcept;
   void count_gas() noexcept;

@@ -68,5 +68,22 @@ TEST(TalarisEnds, AVehicleThatCannotLeaveTheGroundIsGivenUp) {
   EXPECT_LT(flown.run_s, 20);
 }
 
+// Samples that fans shake are no touchdown: fans and valves stay on down to the ground.
+TEST(TalarisEnds, FansThatShakeTheImuAreNotTheGround) {
+  for (const double shaken_m_s2 : {3.0, 4.0, 6.0}) {
+    const auto shake = [&](sim::talaris::TalarisOptions& world) {
+      world.imu.vibration_m_s2 = shaken_m_s2;
+      world.imu.vibration_rad_s = 0.02 * shaken_m_s2;
+    };
+    for (const unsigned seed : {1u, 2u, 3u, 7u}) {
+      const Flown flown = fly({.world = shake}, seed);
+      SCOPED_TRACE(flown.text());
+      EXPECT_TRUE(flown.upright());
+      EXPECT_LT(flown.down_m_s, 1) << shaken_m_s2 << " m/s2";
+      EXPECT_FALSE(flown.succeeded && flown.sideways_m_s > 0.5);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lss::talaris

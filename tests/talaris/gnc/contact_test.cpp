@@ -12,8 +12,9 @@ namespace {
 struct Felt {
   std::mt19937_64 engine{1};
   std::array<ImuSample, 40> samples;
+  double scatter_m_s2 = 0.28;
   Batch frame(double force_x) {
-    std::normal_distribution<double> noise(0, 0.28);
+    std::normal_distribution<double> noise(0, scatter_m_s2);
     for (ImuSample& s : samples) s.force_B_m_s2 = {force_x + noise(engine), noise(engine), 0};
     return {samples, {}, 0};
   }
@@ -21,48 +22,84 @@ struct Felt {
 
 constexpr double kLift = 9.3;  // m/s2: sinking slowly
 
+bool felt_anything(const Contact& contact) { return contact.shocked() || contact.supported(); }
+
 TEST(Contact, FlyingIsNone) {
   Felt felt;
   Contact contact;
-  for (int i = 0; i < 10'000; ++i) ASSERT_FALSE(contact.step(felt.frame(kLift), kLift));
+  for (int i = 0; i < 10'000; ++i) {
+    contact.step(felt.frame(kLift), kLift);
+    ASSERT_FALSE(felt_anything(contact));
+  }
 }
 
-TEST(Contact, AShockIsOne) {
+TEST(Contact, AShockIsOneInItsFrameAndTheNext) {
   Felt felt;
   Contact contact;
+  contact.step(felt.frame(kLift), kLift);
   felt.frame(kLift);
   felt.samples[7].force_B_m_s2.x() = kLift + 7;
-  EXPECT_TRUE(contact.step({felt.samples, {}, 0}, kLift));
-  EXPECT_TRUE(contact.step(felt.frame(kLift), kLift)) << "until it is reset";
-  contact.reset();
-  EXPECT_FALSE(contact.step(felt.frame(kLift), kLift));
+  contact.step({felt.samples, {}, 0}, kLift);
+  EXPECT_TRUE(contact.shocked());
+  contact.step(felt.frame(kLift), kLift);
+  EXPECT_TRUE(contact.shocked());
+  contact.step(felt.frame(kLift), kLift);
+  EXPECT_FALSE(felt_anything(contact));
+}
+
+// Samples of 4 m/s2 (sigma) are each as far off as a shock in a still vehicle.
+TEST(Contact, WhatFansShakeIsNoShockAndTheGroundStillIs) {
+  for (const double scatter_m_s2 : {1.0, 2.0, 4.0, 8.0}) {
+    Felt felt;
+    felt.scatter_m_s2 = scatter_m_s2;
+    Contact contact;
+    for (int i = 0; i < 10'000; ++i) {
+      contact.step(felt.frame(kLift), kLift);
+      ASSERT_FALSE(contact.shocked()) << scatter_m_s2;
+    }
+    felt.frame(kLift);
+    felt.samples[7].force_B_m_s2.x() = kLift + 8 * scatter_m_s2;
+    contact.step({felt.samples, {}, 0}, kLift);
+    EXPECT_TRUE(contact.shocked()) << scatter_m_s2;
+  }
 }
 
 // Set down softly, then the lift goes: the ground carries.
 TEST(Contact, SupportIsOneAfterTwoFrames) {
   Felt felt;
   Contact contact;
-  EXPECT_FALSE(contact.step(felt.frame(9.8), 8.2));
-  EXPECT_TRUE(contact.step(felt.frame(9.8), 8.2));
+  contact.step(felt.frame(9.8), 8.2);
+  EXPECT_FALSE(contact.supported());
+  contact.step(felt.frame(9.8), 8.2);
+  EXPECT_TRUE(contact.supported());
+  contact.step(felt.frame(9.8), 8.2);
+  EXPECT_TRUE(contact.supported());
+  contact.step(felt.frame(8.2), 8.2);
+  EXPECT_FALSE(contact.supported());
 }
 
 TEST(Contact, OneFrameOfSupportIsNot) {
   Felt felt;
   Contact contact;
   for (int i = 0; i < 20; ++i) {
-    EXPECT_FALSE(contact.step(felt.frame(kLift + 1.5), kLift));
-    EXPECT_FALSE(contact.step(felt.frame(kLift), kLift));
+    contact.step(felt.frame(kLift + 1.5), kLift);
+    EXPECT_FALSE(felt_anything(contact));
+    contact.step(felt.frame(kLift), kLift);
+    EXPECT_FALSE(felt_anything(contact));
   }
 }
 
 TEST(Contact, HeldFramesAndNonsenseSayNothing) {
   Felt felt;
   Contact contact;
-  EXPECT_FALSE(contact.step({{}, {}, 0}, kLift));
+  contact.step({{}, {}, 0}, kLift);
+  EXPECT_FALSE(felt_anything(contact));
   felt.frame(kLift);
   for (ImuSample& s : felt.samples) s.force_B_m_s2.x() = kNaN;
-  EXPECT_FALSE(contact.step({felt.samples, {}, 0}, kLift));
-  EXPECT_FALSE(contact.step(felt.frame(kLift), kNaN));
+  contact.step({felt.samples, {}, 0}, kLift);
+  EXPECT_FALSE(felt_anything(contact));
+  contact.step(felt.frame(kLift), kNaN);
+  EXPECT_FALSE(felt_anything(contact));
 }
 
 }  // namespace
