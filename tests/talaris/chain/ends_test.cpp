@@ -85,5 +85,19 @@ TEST(TalarisEnds, FansThatShakeTheImuAreNotTheGround) {
   }
 }
 
+// Then the motion of the IMU is no witness: the flight ends all the same.
+TEST(TalarisEnds, FansThatShakeTheImuOverAHoleDoNotKeepItFlying) {
+  for (const unsigned seed : {1u, 2u, 41u, 181u}) {
+    FlightPlan plan = hop_with({"altimeter-offset:0.7"}, descends);
+    plan.world = [](sim::talaris::TalarisOptions& world) { world.imu.vibration_m_s2 = 4; };
+    const Flown flown = fly(plan, seed);
+    SCOPED_TRACE(flown.text());
+    EXPECT_TRUE(flown.upright());
+    EXPECT_LT(flown.run_s, kLongest_s);
+    EXPECT_LT(flown.down_m_s, 2);
+    EXPECT_FALSE(flown.succeeded && (flown.down_m_s > 1 || flown.sideways_m_s > 0.5));
+  }
+}
+
 }  // namespace
 }  // namespace lss::talaris
