@@ -7,24 +7,28 @@ namespace lss::gnc::talaris {
 
 void Contact::step(const Batch& batch, double lift_m_s2) noexcept {
   if (shock_frames_ > 0) --shock_frames_;
-  double sum = 0, squares = 0, most = 0;
+  double sum = 0, steps = 0, before = 0, pair = 0;
   int count = 0;
   for (const ImuSample& s : batch.imu) {
     const double extra = s.force_B_m_s2.x() - lift_m_s2;
     if (!std::isfinite(extra)) continue;
-    most = std::max(most, extra);
+    if (count > 0) {
+      steps += (extra - before) * (extra - before);
+      // two in a row, one of them half as hard: one alone may be wrong
+      pair = std::max(pair, std::min(std::max(before, extra), 2 * std::min(before, extra)));
+    }
+    before = extra;
     sum += extra;
-    squares += extra * extra;
     ++count;
   }
-  if (count == 0) return;  // a held frame gives no information
-  const double mean = sum / count;
-  const double variance = std::max(squares / count - mean * mean, 0.0);
+  if (count < 2) return;  // a held frame gives no information
+  // From sample to sample: pulses of the valves move all samples of theirs.
+  const double variance = steps / (2 * (count - 1));
   const double scatter = parameters_.shock_sigma * std::sqrt(std::max(variance_, 0.0));
-  if (variance_ >= 0 && most > std::max(parameters_.shock_m_s2, scatter)) shock_frames_ = 2;
+  if (variance_ >= 0 && pair > std::max(parameters_.shock_m_s2, scatter)) shock_frames_ = 2;
   variance_ =
       variance_ < 0 ? variance : variance_ + parameters_.scatter_share * (variance - variance_);
-  supported_ = mean > parameters_.support_m_s2 ? supported_ + 1 : 0;
+  supported_ = sum / count > parameters_.support_m_s2 ? supported_ + 1 : 0;
 }
 
 }  // namespace lss::gnc::talaris

@@ -17,7 +17,6 @@ constexpr double kShock = 1.6, kShockBelow_m = 0.15;  // one frame of that is en
 // altimeter has it. A valve stuck open adds 0.5 m/s in that time, without a shock.
 constexpr double kStruck_m_s = 0.55, kStopped_m_s = 0.35;
 constexpr double kImpact_m_s = 0.25;    // then what pushes it up is the ground, too
-constexpr double kKnock_m_s = 0.1;      // a shock without is a wrong sample, or shakes only the IMU
 constexpr double kOverdue_s = 4;        // then a lost altimeter is not waited for
 constexpr double kGivenUp_s = 12;       // so low and so long overdue it must stand
 constexpr double kSlowEnd_s = 4;        // by fans: until it sinks, and slower near the ground
@@ -326,7 +325,7 @@ bool Flight::touches(const FlightInputs& inputs) noexcept {
   } else if (!brakes()) {
     below_s_ += kFrame_s;
   }
-  const bool knocks = inputs.contact || (inputs.shock && taken_m_s > kKnock_m_s);
+  const bool knocks = inputs.contact || inputs.shock;
   if (low_frames_ >= 2 || contact_frames_ >= 2 || shock || (near && knocks)) return true;
   if (imu_usable() && (struck || touchdown_.supported())) return true;
   // Fans and valves are never cut by the clock while it is known to be high.
