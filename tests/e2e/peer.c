@@ -3,7 +3,7 @@
 // any DDS program.
 //
 //   e2e_peer commander DOMAIN VEHICLE_ID
-//     says "ready" when the daemon's end is known, then obeys lines on its standard input until it
+//     says "ready" when the daemon answers, then obeys lines on its standard input until it
 //     ends:
 //       command SOURCE SEQ KIND FLAGS LEASE_MS P0 .. P7    (SOURCE "-": 32 characters without a
 //       NUL) heartbeat SOURCE COUNTER
@@ -145,13 +145,42 @@ static bool obey(const Commander* c, char* line) {
   return false;
 }
 
+// The daemon's end may not know the reader of acknowledgements yet when ours knows the daemon's,
+// and they are not sent twice: asks for nothing, by a writer of its own, until that is answered.
+static const char* const kProbe = "e2e-peer-probe";
+
+static bool wait_for_answer(const Commander* c, dds_entity_t participant, dds_time_t until) {
+  const dds_entity_t writer = writer_of(participant, &lss_Command_desc, "lss/command", NULL);
+  const dds_entity_t waitset = waitset_on(participant, c->ack, DDS_DATA_AVAILABLE_STATUS);
+  lss_Command sample;
+  memset(&sample, 0, sizeof sample);
+  put_text(sample.vehicle_id, sizeof sample.vehicle_id, c->vehicle_id);
+  put_text(sample.source, sizeof sample.source, kProbe);
+  sample.kind = 6;   // data
+  sample.flags = 1;  // dry run
+  bool answered = false;
+  while (!answered && dds_time() < until) {
+    ++sample.seq;
+    if (dds_write(writer, &sample) != DDS_RETCODE_OK) break;
+    if (!wait_until(waitset, dds_time() + DDS_MSECS(100))) continue;
+    static lss_CommandAck ack;
+    void* pointer = &ack;
+    dds_sample_info_t info;
+    answered = dds_take(c->ack, &pointer, &info, 1, 1) == 1 && info.valid_data &&
+               strcmp(ack.source, kProbe) == 0;
+  }
+  dds_delete(waitset);
+  dds_delete(writer);
+  return answered;
+}
+
 static void report_acks(const Commander* c) {
   void* samples[16] = {NULL};
   dds_sample_info_t infos[16];
   const dds_return_t count = dds_take(c->ack, samples, infos, 16, 16);
   for (dds_return_t i = 0; i < count; ++i) {
     const lss_CommandAck* ack = samples[i];
-    if (!infos[i].valid_data) continue;
+    if (!infos[i].valid_data || strcmp(ack->source, kProbe) == 0) continue;
     printf("ack %.32s %llu %u %d %u %lld\n", ack->source[0] != 0 ? ack->source : "-",
            (unsigned long long)ack->seq, ack->kind, (int)ack->phase, ack->reason,
            (long long)ack->time_ns);
@@ -170,7 +199,8 @@ static int commander(dds_entity_t participant, const char* vehicle_id) {
   if (c.command < 0 || c.heartbeat < 0 || c.ack < 0) return 2;
   const dds_time_t until = dds_time() + DDS_SECS(20);
   if (!wait_for_daemon(participant, c.command, c.ack, until) ||
-      !wait_until(waitset_on(participant, c.heartbeat, DDS_PUBLICATION_MATCHED_STATUS), until)) {
+      !wait_until(waitset_on(participant, c.heartbeat, DDS_PUBLICATION_MATCHED_STATUS), until) ||
+      !wait_for_answer(&c, participant, until)) {
     return 1;
   }
   printf("ready\n");
