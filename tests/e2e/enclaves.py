@@ -145,4 +145,5 @@ class Enclaves:
         return self.write_config(enclave=f'"{self.enclave("zebro-1")}"', **changes)
 
     def as_enclave(self, name, *words, limit_s=60):
-        return self.cli("--enclave", self.enclave(name), *words, limit_s=limit_s)
+        # Secured daemons need seconds to know each other on a busy machine.
+        return self.cli("--enclave", self.enclave(name), "--timeout", "20s", *words, limit_s=limit_s)
