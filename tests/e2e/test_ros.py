@@ -5,11 +5,42 @@ import os
 import subprocess
 import unittest
 
+import dissected
 from programs import die_with_parent, wait_until
 from rig import TOOLS, IDLE, OPERATIONAL
 from rover_rig import Rover
 
 ROS_PEER = os.environ.get("LSS_E2E_ROS_PEER", "")
+# As ROS 2 has them (Iron and later): type, RIHS01 hash, reliable, durability (1: transient-local), depth.
+TRIGGER = {"Request": "d010825374ce8918e72bfd826c82603e60f45419e932ea976f807b74a863a199",
+           "Response": "2d946c21e2fc3f1e9ca6986a8191d85fcc70097a8bb7771a053564bc47009cdf"}
+GRAPH = ("rmw_dds_common::msg::dds_::ParticipantEntitiesInfo_",
+         "91a0593bacdcc50ea9bdcf849a938b128412cc1ea821245c663bcd26f83c295e", True, 1)
+TF = ("tf2_msgs::msg::dds_::TFMessage_", "e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087", True)
+WIRE = {
+    ("writer", "rt/ardito_1/imu/data"): ("sensor_msgs::msg::dds_::Imu_",
+                                         "7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b", True, 0, 10),
+    ("writer", "rt/ardito_1/joint_states"): ("sensor_msgs::msg::dds_::JointState_",
+                                             "a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e", True, 0, 10),
+    ("writer", "rt/ardito_1/odom"): ("nav_msgs::msg::dds_::Odometry_",
+                                     "3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0", True, 0, 10),
+    ("writer", "rt/tf"): (*TF, 0, 100),
+    ("writer", "rt/tf_static"): (*TF, 1, 1),
+    ("writer", "rt/diagnostics"): ("diagnostic_msgs::msg::dds_::DiagnosticArray_",
+                                   "5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e", True, 0, 10),
+    ("writer", "rt/ardito_1/robot_description"): ("std_msgs::msg::dds_::String_",
+                                                  "df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18", True, 1, 1),
+    ("writer", "rt/rosout"): ("rcl_interfaces::msg::dds_::Log_",
+                              "e28ce254ca8abc06abf92773b74602cdbf116ed34fbaf294fb9f81da9f318eac", True, 1, 1000),
+    ("reader", "rt/ardito_1/cmd_vel"): ("geometry_msgs::msg::dds_::Twist_",
+                                        "9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a", False, 0, 1),
+    ("writer", "ros_discovery_info"): (*GRAPH, 1),
+    ("reader", "ros_discovery_info"): (*GRAPH, "all"),
+    **{("reader", f"rq/ardito_1/{name}Request"): ("std_srvs::srv::dds_::Trigger_Request_", TRIGGER["Request"], True, 0, 10)
+       for name in ("stop", "estop", "solve", "start")},
+    **{("writer", f"rr/ardito_1/{name}Reply"): ("std_srvs::srv::dds_::Trigger_Response_", TRIGGER["Response"], True, 0, 10)
+       for name in ("stop", "estop", "solve", "start")},
+}
 NEEDED = "the peer was not built: libfastrtps-dev and fastddsgen are not installed (tools/packages.txt, group ros)"
 
 
@@ -106,6 +137,47 @@ class Ros(Rover):
         wait_until(lambda: any(one[0].endswith("cmd_vel") for line in self.heard(topic="rt/diagnostics")
                                for one in line["status"]), 30, "and in the diagnostics")
         self.assertEqual(self.status()["state"], IDLE)
+
+    @unittest.skipUnless(os.path.exists(ROS_PEER) and dissected.TSHARK, f"{NEEDED}, or tshark is not")
+    def test_an_observer_of_the_wire_sees_the_names_types_qos_and_node_of_ros(self):
+        capture = dissected.Capture(self.folder)
+        self.addCleanup(capture.end)
+        if capture.process.poll() is not None:
+            self.skipTest(f"skipped: tshark may not capture here: {capture.text()}")
+        self.start_all()
+        self.begin_ros()
+        self.wait_heard("a node", node="/ardito_1/lss_ros")
+        self.wait_heard("the last topic", writer="rr/ardito_1/startReply")
+
+        def graphs(packets):
+            return [guid for guid, e in dissected.endpoints(packets).items()
+                    if (e["kind"], e["topic"]) == ("writer", "ros_discovery_info") and dissected.samples_of(packets, guid)]
+
+        def ours(packets):
+            here = dissected.prefixes_of(packets, self.domain)
+            return [guid for guid in graphs(packets) if any(guid.startswith(prefix) for prefix in here)]
+
+        packets = capture.wait_for(ours, 60, "the node graph was captured")
+        [graph] = ours(packets)
+        prefix = graph[:-len(":00:00:00:00")]
+        self.assertEqual(dissected.participants(packets)[prefix], "enclave=/;")
+        endpoints = {guid: e for guid, e in dissected.endpoints(packets).items() if guid.startswith(prefix)}
+        seen = {(e["kind"], e["topic"]): e for e in endpoints.values()}
+        self.assertEqual(len(seen), len(endpoints), "one of each")
+        self.assertEqual(seen.keys(), WIRE.keys())
+        for (kind, topic), (of_type, type_hash, reliable, durability, depth) in WIRE.items():
+            e = seen[kind, topic]
+            self.assertEqual((e["type"], e["reliable"], e["durability"]), (of_type, reliable, durability), topic)
+            self.assertEqual("all" if e["keeps_all"] else e["depth"], depth, topic)
+            self.assertRegex(e["user_data"], rf"^(serviceid=[0-9a-f.]+;)?typehash=RIHS01_{type_hash};$", topic)
+            self.assertEqual(e["user_data"].startswith("serviceid"), topic[:2] in ("rq", "rr"), topic)
+            self.assertEqual(e["lifespan_s"], 10 if topic == "rt/rosout" else None, topic)
+        newest = dissected.samples_of(packets, graph)[-1]
+        gids = {bytes.fromhex(guid.replace(":", "")) for guid, e in endpoints.items() if e["topic"] != "ros_discovery_info"}
+        self.assertEqual(newest[:16].hex(), prefix.replace(":", "") + "000001c1", "the gid of the participant")
+        self.assertEqual({gid for gid in gids if gid in newest}, gids, "every reader and writer is the node's")
+        for text in (b"/ardito_1\0", b"lss_ros\0"):
+            self.assertIn(text, newest)
 
     def assert_discovered(self):
         self.wait_heard("the participant", participant="enclave=/;")
