@@ -2,9 +2,9 @@
 // plain C, no header of the daemon. Interfaces and shared memory come from CYCLONEDDS_URI, as with
 // any DDS program.
 //
-//   e2e_peer commander DOMAIN VEHICLE_ID
-//     says "ready" when the daemon answers, then obeys lines on its standard input until it
-//     ends:
+//   e2e_peer commander DOMAIN VEHICLE_ID [SOURCE]
+//     says "ready" when the daemon answers it as SOURCE, then obeys lines on its standard input
+//     until it ends:
 //       command SOURCE SEQ KIND FLAGS LEASE_MS P0 .. P7    (SOURCE "-": 32 characters without a
 //       NUL) heartbeat SOURCE COUNTER
 //     and prints a line for each received acknowledgement:
@@ -147,7 +147,7 @@ static bool obey(const Commander* c, char* line) {
 
 // The daemon's end may not know the reader of acknowledgements yet when ours knows the daemon's,
 // and they are not sent twice: asks for nothing, by a writer of its own, until that is answered.
-static const char* const kProbe = "e2e-peer-probe";
+static const char* probe = "e2e-peer-probe";  // its source
 
 static bool wait_for_answer(const Commander* c, dds_entity_t participant, dds_time_t until) {
   const dds_entity_t writer = writer_of(participant, &lss_Command_desc, "lss/command", NULL);
@@ -155,7 +155,7 @@ static bool wait_for_answer(const Commander* c, dds_entity_t participant, dds_ti
   lss_Command sample;
   memset(&sample, 0, sizeof sample);
   put_text(sample.vehicle_id, sizeof sample.vehicle_id, c->vehicle_id);
-  put_text(sample.source, sizeof sample.source, kProbe);
+  put_text(sample.source, sizeof sample.source, probe);
   sample.kind = 6;   // data
   sample.flags = 1;  // dry run
   bool answered = false;
@@ -167,7 +167,7 @@ static bool wait_for_answer(const Commander* c, dds_entity_t participant, dds_ti
     void* pointer = &ack;
     dds_sample_info_t info;
     answered = dds_take(c->ack, &pointer, &info, 1, 1) == 1 && info.valid_data &&
-               strcmp(ack.source, kProbe) == 0;
+               strcmp(ack.source, probe) == 0;
   }
   dds_delete(waitset);
   dds_delete(writer);
@@ -180,7 +180,7 @@ static void report_acks(const Commander* c) {
   const dds_return_t count = dds_take(c->ack, samples, infos, 16, 16);
   for (dds_return_t i = 0; i < count; ++i) {
     const lss_CommandAck* ack = samples[i];
-    if (!infos[i].valid_data || strcmp(ack->source, kProbe) == 0) continue;
+    if (!infos[i].valid_data || strcmp(ack->source, probe) == 0) continue;
     printf("ack %.32s %llu %u %d %u %lld\n", ack->source[0] != 0 ? ack->source : "-",
            (unsigned long long)ack->seq, ack->kind, (int)ack->phase, ack->reason,
            (long long)ack->time_ns);
@@ -222,6 +222,7 @@ int main(int argc, char** argv) {
   setvbuf(stdin, NULL, _IONBF, 0);  // poll() shall see every line
   const dds_entity_t participant = join(argv[2]);
   if (participant < 0) return 2;
+  if (argc > 4 && strcmp(argv[1], "commander") == 0) probe = argv[4];
   const int result =
       strcmp(argv[1], "commander") == 0
           ? commander(participant, argv[3])

@@ -68,7 +68,7 @@ class Security(Enclaves, Scenario):
         daemon = self.start_secured()
         self.begin_walk("--source", "pilot")
         before = self.status()["counters"]["commands_rejected"]
-        peer = self.begin("other", [PEER, "commander", str(self.domain), "zebro-1"],
+        peer = self.begin("other", [PEER, "commander", str(self.domain), "zebro-1", "other:probe"],
                           CYCLONEDDS_URI=self.loopback_and(uri(self.enclave("other"))))
         self.wait_for_text(peer, "ready", BOOT_S)
         peer.say("heartbeat pilot 1")
