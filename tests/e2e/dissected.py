@@ -39,7 +39,10 @@ class Capture:
 
     def wait_for(self, condition, limit_s, what):
         """Datagrams are written down some time after they were sent."""
-        return wait_until(lambda: (lambda packets: condition(packets) and packets)(self.packets()), limit_s, what, poll_s=1)
+        def found():
+            packets = self.packets()
+            return packets if condition(packets) else None
+        return wait_until(found, limit_s, what, poll_s=1)
 
 
 def trees(value):

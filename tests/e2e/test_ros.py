@@ -149,13 +149,11 @@ class Ros(Rover):
         self.wait_heard("a node", node="/ardito_1/lss_ros")
         self.wait_heard("the last topic", writer="rr/ardito_1/startReply")
 
-        def graphs(packets):
-            return [guid for guid, e in dissected.endpoints(packets).items()
-                    if (e["kind"], e["topic"]) == ("writer", "ros_discovery_info") and dissected.samples_of(packets, guid)]
-
         def ours(packets):
-            here = dissected.prefixes_of(packets, self.domain)
-            return [guid for guid in graphs(packets) if any(guid.startswith(prefix) for prefix in here)]
+            here = tuple(dissected.prefixes_of(packets, self.domain))
+            return [guid for guid, e in dissected.endpoints(packets).items()
+                    if guid.startswith(here) and (e["kind"], e["topic"]) == ("writer", "ros_discovery_info")
+                    and dissected.samples_of(packets, guid)]
 
         packets = capture.wait_for(ours, 60, "the node graph was captured")
         [graph] = ours(packets)

@@ -215,8 +215,6 @@ std::string wide_flights(const FlightPlan& plan, unsigned seeds) {
   row("landing speed, down, m/s", [](const Flown& f) { return f.down_m_s; });
   row("landing speed, sideways, m/s", [](const Flown& f) { return f.sideways_m_s; });
   row("place, from the target, m", [](const Flown& f) { return f.off_m(); });
-  row("height above the start on the way (the ground slopes), off 2 m, m",
-      [](const Flown& f) { return f.height_error_m; });
   row("tilt in the air, deg", [](const Flown& f) { return f.max_tilt_deg; });
   row("gas, thruster-seconds of 44", [](const Flown& f) { return f.gas_s; });
   return text;
