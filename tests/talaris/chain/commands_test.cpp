@@ -1,5 +1,5 @@
 // stop, land and estop in every phase of a flight: each has one defined effect, and none is without
-// (docs/gnc-talaris.md has the table).
+// (docs/operators.md, "Fly TALARIS").
 
 #include <gtest/gtest.h>
 

@@ -14,7 +14,7 @@ constexpr double us(double ns) { return ns / 1000; }
 
 TimingStatistics to_statistics(const lss_TimingStatistics& from);
 
-// The keys are in docs/cli.md, timing.
+// As `lss-cli timing --json` prints them.
 nlohmann::json timing_json(const TimingStatistics& all);
 
 }  // namespace lss::cli
