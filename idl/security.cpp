@@ -224,6 +224,11 @@ std::string_view name_of_source(std::string_view source) {
   return source.substr(0, source.find(':'));
 }
 
+bool is_of_vehicle(std::string_view name, std::string_view vehicle_id) {
+  if (name.starts_with('/')) name.remove_prefix(1);
+  return name == vehicle_id;
+}
+
 bool is_name_of(std::string_view name, const std::array<std::uint8_t, 16>& guid) {
   constexpr std::size_t kHashed = 6;
   for (const int kind : {V_ASN1_UTF8STRING, V_ASN1_PRINTABLESTRING}) {

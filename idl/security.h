@@ -50,5 +50,7 @@ std::string_view name_of_source(std::string_view source);
 // bits are a hash of the subject (DDS Security 1.1, 9.3.2.1), which the plugin checks. Thread-safe;
 // some microseconds.
 bool is_name_of(std::string_view name, const std::array<std::uint8_t, 16>& guid);
+// Whether the enclave is that of the vehicle: names of ROS 2 have a '/' in front.
+bool is_of_vehicle(std::string_view name, std::string_view vehicle_id);
 
 }  // namespace lss::dds

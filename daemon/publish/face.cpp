@@ -35,9 +35,8 @@ struct Face::Impl {
   void take(dds_entity_t reader);
   std::optional<Request> request_of(const lss_Command& command, dds_time_t sent_utc_ns) const;
   std::optional<Request> request_of(const lss_Heartbeat& beat, dds_time_t sent_utc_ns) const;
-  bool is_own(std::string_view source, dds_entity_t reader, dds_instance_handle_t writer) const;
-  bool may(const lss_Command& command, dds_entity_t reader, dds_instance_handle_t writer) const;
-  bool may(const lss_Heartbeat& beat, dds_entity_t reader, dds_instance_handle_t writer) const;
+  bool may(const lss_Command& command, dds_entity_t reader, const dds_sample_info_t& info) const;
+  bool may(const lss_Heartbeat& beat, dds_entity_t reader, const dds_sample_info_t& info) const;
 
   const FaceParameters parameters;
   const bool same_clock;  // writers are on this machine
@@ -101,34 +100,25 @@ std::optional<Request> Face::Impl::request_of(const lss_Heartbeat& beat, dds_tim
   return request;
 }
 
-// Whether the authenticated participant of the writer has that name.
-bool Face::Impl::is_own(std::string_view source, dds_entity_t reader,
-                        dds_instance_handle_t writer) const {
-  dds_builtintopic_endpoint_t* endpoint = dds_get_matched_publication_data(reader, writer);
-  if (endpoint == nullptr) return false;
-  std::array<std::uint8_t, 16> guid{};
-  std::ranges::copy(endpoint->participant_key.v, guid.begin());
-  dds_builtintopic_free_endpoint(endpoint);
-  return dds::is_name_of(dds::name_of_source(source), guid);
-}
-
 // An emergency stop is anyone's who may write it. On lss/stop only that which anyone may.
 bool Face::Impl::may(const lss_Command& command, dds_entity_t reader,
-                     dds_instance_handle_t writer) const {
+                     const dds_sample_info_t& info) const {
   if (!participant.enclave() || command.kind == kind_of(CommandKind::emergency_stop)) return true;
   if (reader == stop_reader.get()) {
-    const CommandInfo* info =
+    const CommandInfo* kind =
         parameters.command == nullptr ? nullptr : parameters.command(command.kind);
-    if (info == nullptr || info->access != Access::anyone) return false;
+    if (kind == nullptr || kind->access != Access::anyone) return false;
   }
-  return is_own(dds::read_text(command.source).value_or(""), reader, writer);
+  const std::string_view source = dds::read_text(command.source).value_or("");
+  return participant.is_by({dds::name_of_source(source)}, reader, info);
 }
 
 bool Face::Impl::may(const lss_Heartbeat& beat, dds_entity_t reader,
-                     dds_instance_handle_t writer) const {
-  if (!participant.enclave()) return true;
+                     const dds_sample_info_t& info) const {
   const std::string_view source = dds::read_text(beat.source).value_or("");
-  return source == dds::kDaemonSource || is_own(source, reader, writer);
+  if (source == dds::kDaemonSource)
+    return participant.is_by_vehicle(parameters.vehicle_id, reader, info);
+  return participant.is_by({dds::name_of_source(source)}, reader, info);
 }
 
 // Emergency stops first; the others in the order of `arrival_ns`.
@@ -147,7 +137,7 @@ void Face::Impl::take(dds_entity_t reader) {
     for (std::size_t i = 0; i < count; ++i) {
       requests[i].reset();
       if (!infos[i].valid_data) continue;
-      if (may(samples[i], reader, infos[i].publication_handle)) {
+      if (may(samples[i], reader, infos[i])) {
         requests[i] = request_of(samples[i], infos[i].source_timestamp);
       } else {
         foreign.fetch_add(1, std::memory_order_relaxed);
@@ -241,6 +231,14 @@ tl::expected<std::unique_ptr<Face>, std::string> Face::create(const FaceParamete
                                                .enclave = parameters.enclave,
                                                .clock_slack = parameters.clock_slack});
   if (!participant) return tl::unexpected(participant.error());
+  if (const auto& enclave = participant->enclave();
+      enclave && !dds::is_of_vehicle(enclave->name, parameters.vehicle_id)) {
+    return tl::unexpected("the enclave " + parameters.enclave.string() + " is of '" +
+                          enclave->name + "', not of " + parameters.vehicle_id +
+                          ", so no client would believe this vehicle: take one of its vehicle_id "
+                          "(lss-cli keystore add KEYSTORE " +
+                          parameters.vehicle_id + " --role vehicle)");
+  }
   auto impl = std::make_unique<Impl>(parameters, std::move(sink), std::move(*participant), *topic);
   if (auto opened = impl->open_writers(); !opened) return tl::unexpected(opened.error());
   impl->say_dictionary();

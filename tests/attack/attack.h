@@ -52,8 +52,8 @@ class Wire {
   enum class Topic { command, heartbeat, ack, status, event, stop, telemetry };
   // Waits until a reader is there when `wait` is set.
   dds_entity_t writer(Topic topic, bool wait = true);
-  // 0: DDS Security does not allow it.
-  dds_entity_t try_writer(Topic topic);
+  // 0: DDS Security does not allow it. `as_daemon`: with the QoS that all readers match.
+  dds_entity_t try_writer(Topic topic, bool as_daemon = false);
   dds_entity_t reader(Topic topic, const dds_qos_t* qos);
   dds_entity_t participant() const { return participant_; }
 

@@ -14,7 +14,7 @@ int intrude(const Options& o, Counts& counts) {
   Wire wire(o.domain);
   std::vector<std::pair<Topic, dds_entity_t>> writers;
   for (const auto& [topic, name] : kTopics) {
-    const dds_entity_t writer = wire.try_writer(topic);
+    const dds_entity_t writer = wire.try_writer(topic, true);
     if (writer > 0) writers.emplace_back(topic, writer);
   }
   dds_qos_t* qos = dds_create_qos();

@@ -89,13 +89,18 @@ dds_entity_t Wire::writer(Topic which, bool wait) {
   return made;
 }
 
-dds_entity_t Wire::try_writer(Topic which) {
+dds_entity_t Wire::try_writer(Topic which, bool as_daemon) {
   dds_qos_t* qos = dds_create_qos();
   if (which == Topic::heartbeat) {
     dds_qset_reliability(qos, DDS_RELIABILITY_BEST_EFFORT, 0);
   } else {  // never waits for a reader that is slow
     dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, 0);
     dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 128);
+  }
+  if (as_daemon && which != Topic::heartbeat) {
+    dds_qset_deadline(qos, DDS_SECS(10));
+    if (which == Topic::status || which == Topic::event)
+      dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
   }
   const dds_entity_t on = topic(which);
   const dds_entity_t made = on > 0 ? dds_create_writer(participant_, on, qos, nullptr) : on;

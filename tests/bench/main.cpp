@@ -19,7 +19,7 @@ constexpr double kBusy = 0.1;  // of all CPUs, for others: too much for figures
 
 constexpr const char* kExamples =
     "Examples:\n"
-    "  lss-bench                         all rows, seven minutes\n"
+    "  lss-bench                         all rows, fifteen minutes\n"
     "  lss-bench --quick                 all rows for seconds: does it run, not how fast\n"
     "  lss-bench --row ii,v --json       two rows, for a program\n"
     "  lss-bench --row ii --campaign load   3034 frames of 200 ms, eleven minutes, all CPUs busy\n"
@@ -53,6 +53,7 @@ constexpr Row kRows[] = {
     {"xi", "edge at an absolute time", edge_error},
     {"xii", "simulation against the wall-clock", simulation_speed},
     {"xiii", "emergency stop to the bus, also under a flood", emergency_stop},
+    {"xvi", "many vehicles on one domain", fleet},
 };
 
 std::string row_list() {

@@ -32,6 +32,13 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
+// A line of /proc/PID/status; kNone when there is none.
+double memory_mb(pid_t pid, std::string_view what) {
+  const std::string status = read_file(fmt::format("/proc/{}/status", pid));
+  const std::size_t at = status.find(what);
+  return at == std::string::npos ? kNone : std::stod(status.substr(at + what.size())) * 1024 / 1e6;
+}
+
 }  // namespace
 
 std::string program(const std::string& name) {
@@ -48,7 +55,8 @@ Process::Process(const std::vector<std::string>& words, const std::filesystem::p
     : name_(std::filesystem::path(words.front()).filename()), output_(output) {
   const auto ours = [](std::string_view variable) {
     const std::string_view name = variable.substr(0, variable.find('='));
-    return name == "CYCLONEDDS_URI" || name == "LSS_DOMAIN" || name == "NOTIFY_SOCKET";
+    return name == "CYCLONEDDS_URI" || name == "NOTIFY_SOCKET" || name == "ROS_DOMAIN_ID" ||
+           name.starts_with("LSS_");
   };
   std::vector<std::string> variables;
   for (char** v = environ; *v != nullptr; ++v) {
@@ -103,6 +111,8 @@ void Process::signal(int number) const { ::kill(pid_, number); }
 int Process::wait(std::chrono::seconds limit) {
   const auto end = std::chrono::steady_clock::now() + limit;
   while (running()) {
+    if (const double peak_mb = memory_mb(pid_, "VmHWM:"); std::isfinite(peak_mb))
+      peak_mb_ = peak_mb;  // not of rusage, which begins with the memory of this process
     if (std::chrono::steady_clock::now() > end)
       throw std::runtime_error(fmt::format("{} did not end within {} s", name_, limit.count()));
     std::this_thread::sleep_for(std::chrono::microseconds(200));
@@ -116,11 +126,7 @@ std::string read_file(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-double rss_mb(pid_t pid) {
-  const std::string status = read_file(fmt::format("/proc/{}/status", pid));
-  const std::size_t at = status.find("VmRSS:");
-  return at == std::string::npos ? kNone : std::stod(status.substr(at + 6)) * 1024 / 1e6;
-}
+double rss_mb(pid_t pid) { return memory_mb(pid, "VmRSS:"); }
 
 namespace {
 
@@ -204,9 +210,11 @@ void Service::start(const std::vector<std::string>& words, Process::Environment 
   ready_ns_ = ready.wait();
 }
 
-Daemon::Daemon(int domain, bool shared_memory, const std::filesystem::path& enclave) {
+Daemon::Daemon(int domain, bool shared_memory, const std::filesystem::path& enclave,
+               const std::string& vehicle_id) {
   std::string text = read_file(source() / "config" / "zebro.toml");
   if (!shared_memory) text = replaced(text, "shared_memory = true", "shared_memory = false");
+  text = replaced(text, "\"zebro-1\"", '"' + vehicle_id + '"');
   text = replaced(text, "enclave = \"\"", "enclave = \"" + enclave.string() + "\"");
   const std::filesystem::path config = folder_ / "zebro.toml";
   std::ofstream(config) << text;

@@ -45,6 +45,7 @@ class Process {
   void signal(int number) const;
   // Exit code, or -signal. Throws when it does not end in time.
   int wait(std::chrono::seconds limit = std::chrono::seconds(30));
+  double peak_mb() const { return peak_mb_; }  // resident memory, at the last look of wait()
 
  private:
   std::string name_;
@@ -52,6 +53,7 @@ class Process {
   pid_t pid_ = -1;
   TimeNs started_ns_ = 0;
   std::optional<int> exit_;
+  double peak_mb_ = 0;
 };
 
 std::string read_file(const std::filesystem::path& path);
@@ -123,7 +125,8 @@ class Service {
 class Daemon : public Service {
  public:
   // `enclave`: of DDS Security; empty: none.
-  Daemon(int domain, bool shared_memory, const std::filesystem::path& enclave = {});
+  Daemon(int domain, bool shared_memory, const std::filesystem::path& enclave = {},
+         const std::string& vehicle_id = "zebro-1");
 };
 
 // cyclictest at a priority on a CPU; ends by itself.

@@ -1,11 +1,16 @@
 // Row iv: cost of telemetry for the frame thread, against a copy of the sample and against writing
 // it to DDS; and the way from the frame thread of the real daemon to a subscriber, against a
 // program in C that writes to a listener. By the network; the way by shared memory needs a RouDi.
+// Then the daemon's releases with subscribers, against those without.
 
+#include <fmt/format.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <csignal>
 #include <cstring>
+#include <iterator>
 #include <map>
 #include <mutex>
 
@@ -116,6 +121,12 @@ class Subscriber {
   Samples since_written_us() {
     return collect([](const Frame& f) { return f.heard_ns != 0 ? f.heard_ns - f.written_ns : -1; });
   }
+  // Of commands, after T_k + offset.
+  Samples released_us() {
+    return collect([](const Frame& f) {
+      return f.released_ns != 0 && f.due_ns != 0 ? f.released_ns - f.due_ns : -1;
+    });
+  }
   // From the end of the frame's computation, as its timing points say.
   Samples since_ready_us() {
     return collect([](const Frame& f) {
@@ -125,7 +136,7 @@ class Subscriber {
 
  private:
   struct Frame {
-    TimeNs heard_ns = 0, written_ns = 0, ready_ns = 0;
+    TimeNs heard_ns = 0, written_ns = 0, ready_ns = 0, due_ns = 0, released_ns = 0;
   };
 
   dds::Entity reader(const dds::Topic& topic, dds_on_data_available_fn function) {
@@ -153,7 +164,10 @@ class Subscriber {
     dds_sample_info_t info;
     while (dds_take(reader, &pointer, &info, 1, 1) > 0) {
       const std::lock_guard lock(mutex_);
-      frames_[sample.frame].ready_ns = sample.ready_ns;
+      Frame& frame = frames_[sample.frame];
+      frame.ready_ns = sample.ready_ns;
+      frame.due_ns = sample.boundary_ns + sample.offset_ns;
+      if (sample.frame > 0) frames_[sample.frame - 1].released_ns = sample.released_ns;
     }
   }
   template <class Age>
@@ -201,11 +215,72 @@ Figure end_to_end(const Options& options) {
       "by the network; reference: the same sample, dds_write to listener");
 }
 
+// As many subscribers of telemetry, each a participant of its own in this process.
+class Crowd {
+ public:
+  Crowd(int domain, int count) {
+    for (int i = 0; i < count; ++i) {
+      participants_.push_back(value(dds::Participant::create({.domain = domain})));
+      readers_.push_back(value(dds::create_reader(participants_.back().get(), telemetry_topic())));
+    }
+  }
+
+ private:
+  std::vector<dds::Participant> participants_;
+  std::vector<dds::Entity> readers_;
+};
+
+// Releases while others listen.
+Figures releases(const Options& options) {
+  const int daemon_domain = domain(7);
+  Folder folder;
+  std::optional<Daemon> daemon;
+  {
+    const OnCpu subject(measured_cpu());
+    daemon.emplace(daemon_domain, false);
+  }
+  const OnCpu listeners(kHardwareCpu);
+  Subscriber timing(daemon_domain);
+  const auto frames = static_cast<std::size_t>(options.count(150, 20));
+  const auto released_us = [&] {
+    timing.clear();
+    if (!eventually([&] { return timing.released_us().size() >= frames; },
+                    std::chrono::seconds(60)))
+      throw NotHere("the daemon's timing is not heard on loopback");
+    return timing.released_us();
+  };
+  const auto compared = [&](const std::string& with, const std::function<Samples()>& subject) {
+    return noted(figure("iv", "release - (T_k + offset) with " + with + ", p99", "us",
+                        turn_by_turn(subject, released_us, options.count(kRounds, 1)), p99, 1),
+                 "reference: without");
+  };
+  Figures figures;
+  for (const int count : {1, 8, 64}) {
+    figures.push_back(
+        compared(fmt::format("{} subscriber{}", count, count == 1 ? "" : "s"), [&, count] {
+          const Crowd crowd(daemon_domain, count);
+          return released_us();
+        }));
+  }
+  figures.push_back(compared("lss-ros", [&] {
+    Process ros({program("lss-ros"), "--domain", std::to_string(daemon_domain)},
+                folder / "ros.log");
+    if (!eventually([&] { return ros.said("on ROS domain"); }, std::chrono::seconds(60)))
+      throw std::runtime_error("lss-ros does not start: " + read_file(folder / "ros.log"));
+    Samples released = released_us();
+    ros.signal(SIGINT);
+    ros.wait();
+    return released;
+  }));
+  return figures;
+}
+
 }  // namespace
 
 Figures telemetry_cost(const Options& options) {
   Figures figures = cost(options);
   figures.push_back(end_to_end(options));
+  std::ranges::move(releases(options), std::back_inserter(figures));
   return figures;
 }
 

@@ -53,7 +53,8 @@ class Keystore : public testing::Test {
 };
 
 TEST_F(Keystore, OpensslVerifiesEveryCertificateAndDocumentByItsOwnCaAlone) {
-  for (const DdsRole role : {DdsRole::look, DdsRole::stop, DdsRole::command, DdsRole::vehicle}) {
+  for (const DdsRole role : {DdsRole::look, DdsRole::stop, DdsRole::command, DdsRole::vehicle,
+                             DdsRole::ros, DdsRole::bridge}) {
     const fs::path one = add(kDdsRoles[static_cast<std::size_t>(role)], role);
     const auto file = [&](const char* name) { return (one / name).string(); };
     const std::string certificate = file(dds::kCertificate), identity = file(dds::kIdentityCa),
@@ -103,6 +104,9 @@ TEST_F(Keystore, ARoleSaysWhatItMay) {
               AllOf(HasSubstr("lss/command<"), Not(HasSubstr("lss/status"))));
   EXPECT_THAT(published(DdsRole::vehicle),
               AllOf(HasSubstr("lss/status"), Not(HasSubstr("lss/command<"))));
+  EXPECT_THAT(published(DdsRole::ros), AllOf(HasSubstr("rt/*"), Not(HasSubstr("lss/"))));
+  EXPECT_THAT(published(DdsRole::bridge),
+              AllOf(HasSubstr("rt/*"), HasSubstr("lss/command<"), Not(HasSubstr("lss/status"))));
 }
 
 TEST_F(Keystore, NothingIsOverwrittenAndNothingIsLeftOfWhatFailed) {

@@ -7,7 +7,7 @@ from programs import run
 
 PLUGINS = next((os.path.dirname(path) for path in glob.glob("/usr/lib/*/*/libdds_security_auth.so") +
                 glob.glob("/usr/lib/*/libdds_security_auth.so")), None)
-ROLES = {"zebro-1": "vehicle", "pilot": "command", "other": "command", "watcher": "look", "stopper": "stop"}
+ROLES = {"zebro-1": "vehicle", "zebro-2": "vehicle", "pilot": "command", "other": "command", "watcher": "look", "stopper": "stop"}
 POLICY = """<?xml version="1.0" encoding="UTF-8"?>
 <dds xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"
      xsi:noNamespaceSchemaLocation="http://www.omg.org/spec/DDS-SECURITY/20170901/omg_shared_ca_{}.xsd">{}</dds>

@@ -2,8 +2,9 @@
 // subscribes to all topics of a vehicle, publishes cmd_vel ten times a second, and calls services.
 // On loopback.
 //
-//   ros_peer DOMAIN SPACE     then lines: "drive AHEAD TURN", "silent", "call SERVICE"
+//   ros_peer DOMAIN SPACE [ENCLAVE]     then lines: "drive AHEAD TURN", "silent", "call SERVICE"
 //
+// ENCLAVE: folder with the files of SROS2 for DDS Security.
 // It prints JSON lines: what it discovered, and what it received.
 
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
@@ -28,7 +29,9 @@
 #include <memory>
 #include <mutex>
 #include <sstream>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "ros_typesPubSubTypes.h"
@@ -116,9 +119,26 @@ class Ear : public DataReaderListener {
   std::function<std::string(const Message&)> shown_;
 };
 
+void secure(DomainParticipantQos& qos, const std::string& enclave) {
+  const std::string authentication = "dds.sec.auth.builtin.PKI-DH.",
+                    access = "dds.sec.access.builtin.Access-Permissions.",
+                    files = "file://" + enclave + "/";
+  for (const auto& [name, value] : std::vector<std::pair<std::string, std::string>>{
+           {"dds.sec.auth.plugin", "builtin.PKI-DH"},
+           {authentication + "identity_ca", files + "identity_ca.cert.pem"},
+           {authentication + "identity_certificate", files + "cert.pem"},
+           {authentication + "private_key", files + "key.pem"},
+           {"dds.sec.crypto.plugin", "builtin.AES-GCM-GMAC"},
+           {"dds.sec.access.plugin", "builtin.Access-Permissions"},
+           {access + "permissions_ca", files + "permissions_ca.cert.pem"},
+           {access + "governance", files + "governance.p7s"},
+           {access + "permissions", files + "permissions.p7s"}})
+    qos.properties().properties().emplace_back(name, value);
+}
+
 class Peer {
  public:
-  Peer(int domain, std::string space) : space_(std::move(space)) {
+  Peer(int domain, std::string space, const std::string& secured) : space_(std::move(space)) {
     auto loopback = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
     loopback->interfaceWhiteList = {"127.0.0.1"};
     DomainParticipantQos qos = PARTICIPANT_QOS_DEFAULT;
@@ -126,8 +146,10 @@ class Peer {
     qos.transport().user_transports.push_back(loopback);
     const std::string enclave = "enclave=/;";
     qos.user_data().setValue({enclave.begin(), enclave.end()});
+    if (!secured.empty()) secure(qos, secured);
     participant_ = DomainParticipantFactory::get_instance()->create_participant(
         static_cast<DomainId_t>(domain), qos, &discovery_, StatusMask::none());
+    if (participant_ == nullptr) throw std::runtime_error("no participant: see its log");
     publisher_ = participant_->create_publisher(PUBLISHER_QOS_DEFAULT);
     subscriber_ = participant_->create_subscriber(SUBSCRIBER_QOS_DEFAULT);
   }
@@ -224,8 +246,8 @@ void hear_all(Peer& peer) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) return 2;
-  Peer peer(std::stoi(argv[1]), argv[2]);
+  if (argc < 3 || argc > 4) return 2;
+  Peer peer(std::stoi(argv[1]), argv[2], argc == 4 ? argv[3] : "");
   hear_all(peer);
   DataWriter* velocity =
       peer.writer<geometry_msgs::msg::dds_::Twist_PubSubType>("rt" + peer.full("cmd_vel"));

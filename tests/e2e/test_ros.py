@@ -6,6 +6,7 @@ import subprocess
 import unittest
 
 import dissected
+from enclaves import Enclaves
 from programs import die_with_parent, wait_until
 from rig import TOOLS, IDLE, OPERATIONAL
 from rover_rig import Rover
@@ -47,13 +48,13 @@ NEEDED = "the peer was not built: libfastrtps-dev and fastddsgen are not install
 class Ros(Rover):
     IN_LOCKSTEP, PLANT = True, "kinematic"
 
-    def begin_ros(self, *words):
+    def begin_ros(self, *words, peer_enclave=()):
         ros = self.begin("lss-ros", [os.path.join(TOOLS, "lss-ros"), *words])
         wait_until(lambda: "/ardito_1 on ROS domain" in ros.out() or not ros.running(), 30, "lss-ros is there")
         self.assertTrue(ros.running(), ros.err())
         path = os.path.join(self.folder, "peer.jsonl")
         with open(path, "w", encoding="utf-8") as out:
-            self.peer = subprocess.Popen([ROS_PEER, str(self.domain), "/ardito_1"], stdin=subprocess.PIPE, stdout=out,
+            self.peer = subprocess.Popen([ROS_PEER, str(self.domain), "/ardito_1", *peer_enclave], stdin=subprocess.PIPE, stdout=out,
                                          text=True, preexec_fn=die_with_parent)
         self.addCleanup(self.peer.wait)
         self.addCleanup(self.peer.kill)
@@ -201,6 +202,33 @@ class Ros(Rover):
         wait_until(lambda: len(ours()) > 10, 30, "the endpoints of lssd and lss-ros")
         for line in ours():
             self.assertTrue(line["user_data"], f"a node of ROS warns of {line}")
+
+
+class SecuredRos(Enclaves, Ros):
+    @unittest.skipUnless(os.path.exists(ROS_PEER), NEEDED)
+    def test_with_dds_security_only_a_node_with_a_certificate_hears_and_drives(self):
+        self.keystore = self.make_keystore(roles={"ardito-1": "vehicle", "pilot": "command", "bridge": "bridge", "teleop": "ros"})
+        self.start_all(enclave=f'"{self.enclave("ardito-1")}"')
+        self.begin_ros("--cmd-vel-starts", "--lease-ms", "1000", "--enclave", self.enclave("bridge"),
+                       peer_enclave=(self.enclave("teleop"),))
+        self.wait_heard("the participant", participant="enclave=/bridge;", limit_s=60)
+        self.wait_heard("measurements", topic="rt/ardito_1/odom", limit_s=60)
+        self.tell("drive 0.3 0")
+        wait_until(lambda: self.heard(topic="rt/ardito_1/odom")[-1]["x"] > 0.1, 120, "it drives ahead")
+        self.assertEqual(self.status()["authority"][:7], "bridge:")
+        self.tell("silent")
+        self.wait_state(IDLE, 60)
+
+        stranger = self.begin("stranger", [ROS_PEER, str(self.domain), "/ardito_1"])
+        stranger.say("drive 0.3 0")
+        wait_until(lambda: '"participant"' in stranger.out(), 60, "it hears that there are participants")
+        stands = self.heard(topic="rt/ardito_1/odom")[-1]["x"]
+        heard = len(self.heard(topic="rt/ardito_1/odom"))
+        wait_until(lambda: len(self.heard(topic="rt/ardito_1/odom")) > heard + 50, 60, "5 s, as a vehicle's frames")
+        self.assertAlmostEqual(self.heard(topic="rt/ardito_1/odom")[-1]["x"], stands, delta=1e-3)
+        self.assertEqual(self.status()["state"], IDLE, "cmd_vel of a stranger starts nothing")
+        self.assertNotIn('"topic"', stranger.out())
+        self.assertNotIn('"writer":"rt/ardito_1/odom', stranger.out())
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ import time
 from attack import ATTACK
 from enclaves import Enclaves, make_rogue, make_ros2_keystore, uri
 from programs import run, wait_until
+from test_ground import Gateway
 from rig import BOOT_S, CLOCK, EXIT, FATAL_ERROR, IDLE, PEER, Scenario, real_time
 
 SECONDS = float(os.environ.get("LSS_SECURITY_ATTACK_S", "3"))  # of each intruder
@@ -83,6 +84,41 @@ class Security(Enclaves, Scenario):
         wrong = self.cli("--source", "other", "stop", "--dry-run")
         self.assertEqual(wrong.code, EXIT["usage"], wrong)
         self.assertIn("not in the name of the certificate, 'pilot'", wrong.err)
+
+    def test_no_vehicle_is_believed_in_the_name_of_another(self):
+        self.start_secured()
+        self.begin_walk("--source", "pilot")
+        before = self.status()["counters"]["commands_rejected"]
+        page = Gateway(self).client()
+        page.wait_for(lambda m: m["type"] == "status")
+        intruder = self.begin("intruder", [ATTACK, "intrude", str(self.domain), "zebro-1", "--source", "lssd", "--rate", "20",
+                                           "--seconds", "20"], CYCLONEDDS_URI=uri(self.enclave("zebro-2")))
+        self.wait_status(lambda s: s["counters"]["commands_rejected"] > before, 20, "its heartbeats are dropped")
+        status = self.status()
+        self.assertEqual((status["mode"], status["authority"], len(status["daemons"])), ("Walking", "pilot", 1))
+        self.assertEqual(status["faults"], [])
+        said = json.dumps(self.events())
+        for forged in ("forged", "name_conflict"):
+            self.assertNotIn(forged, said)
+        self.assertEqual([v["vehicle_id"] for v in json.loads(self.cli_ok("--json", "fleet").out)["vehicles"]], ["zebro-1"])
+        shown = []
+        while not any(m["type"] == "status" and m["frame"]["index"] > status["frame"]["index"] for m in shown):
+            shown.append(page.read())
+        self.assertEqual({m["authority"] for m in shown if m["type"] == "status"}, {"pilot"})
+        self.assertNotIn("forged", json.dumps(shown))
+        self.assertTrue(intruder.running(), "all this while")
+        self.assertEqual(intruder.wait(60), 0)
+        counts = json.loads(intruder.out())
+        for topic in ("ack", "status", "event", "heartbeat"):
+            self.assertGreater(counts[f"matched_{topic}"], 0, "it was on the wire")
+
+    def test_a_vehicle_does_not_start_with_the_certificate_of_another(self):
+        self.keystore = self.make_keystore()
+        self.start_sim()
+        refused = self.start_daemon(self.write_config(enclave=f'"{self.enclave("zebro-2")}"'), wait=False)
+        self.assertNotEqual(refused.wait(BOOT_S), 0)
+        self.assertIn("is of 'zebro-2', not of zebro-1", refused.err() + refused.out())
+        self.assertIn("lss-cli keystore add KEYSTORE zebro-1 --role vehicle", refused.err() + refused.out())
 
     def wait_log(self, program, text):
         wait_until(lambda: text in program.out() + program.err(), BOOT_S, text)

@@ -91,8 +91,8 @@ class Power(Box):
         status, text = self.run_there(f"lssd --replay {' '.join(names)}", 600)
         self.assertEqual(status, 0, text)
         self.must("rm -f /mnt/host/*.lssrec; cp " + names[-1] + " /mnt/host/")
-        header, items, ended = recording.read(os.path.join(self.share, os.path.basename(names[-1])))
-        self.assertFalse(ended)
+        # It may be one that was full and ended, when the next had not reached the disk: what is missing counts.
+        header, items, _ = recording.read(os.path.join(self.share, os.path.basename(names[-1])))
         schema = recording.Schema(header["schema"])
         last = [schema.read(item)[0] for kind, item in items[-3:] if kind == recording.FRAME][-1]
         last_ns = last["in"]["time_ns"] + header["utc_ns"] - header["time_ns"]

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <memory>
 
+#include "tools/lss-cli/session/status.h"
 #include "tools/lss-cli/session/wire.h"
 #include "tools/lss-cli/show/failure.h"
 
@@ -41,7 +42,8 @@ void Fleet::take_each(const dds::Entity& reader, Each each) {
   dds_sample_info_t info{};
   for (int i = 0; i < kAtOnce; ++i) {
     if (dds_take(reader.get(), samples, &info, 1, 1) != 1) return;
-    each(sample, info);
+    if (participant_.is_by_vehicle(cli::text(sample.vehicle_id), reader.get(), info))
+      each(sample, info);
   }
   wake_();
 }
@@ -283,7 +285,8 @@ void Fleet::take_dictionaries() {
   for (int i = 0; i < kAtOnce; ++i) {
     if (dds_take(dictionary_reader_.get(), samples, &info, 1, 1) != 1) break;
     const std::string_view id = cli::text(sample.vehicle_id);
-    if (info.valid_data && good_id(id))
+    if (info.valid_data && good_id(id) &&
+        participant_.is_by_vehicle(id, dictionary_reader_.get(), info))
       heard_dictionary(id, sample.json, origin_of(dictionary_reader_, info));
   }
   dds_sample_free(&sample, &lss_Dictionary_desc, DDS_FREE_CONTENTS);
@@ -313,7 +316,9 @@ void Fleet::take_telemetry() {
       char id[sizeof lss_Status::vehicle_id];  // the key is the first member of every type
       std::memcpy(id, buffer.data(), sizeof id);
       Craft* craft = info.valid_data ? find(cli::text(id)) : nullptr;
-      if (craft == nullptr || craft->kind != reader.kind) continue;
+      if (craft == nullptr || craft->kind != reader.kind ||
+          !participant_.is_by_vehicle(craft->id, reader.entity.get(), info))
+        continue;
       craft->telemetry = buffer;
       craft->telemetry_time = Clock::now();
       ears_.telemetry(*craft);

@@ -18,7 +18,12 @@ using cli::Clock;
 using cli::seconds;
 using std::chrono::milliseconds;
 
-constexpr std::string_view kOwn = "ros2:lss_ros";
+// Source of the commands of a node. With DDS Security it is in the name of the certificate.
+std::string source_of(const dds::Participant& ours, const std::string& node) {
+  std::string source = (ours.enclave() ? ours.enclave()->name : "ros2") + ":" + node;
+  source.resize(std::min(source.size(), sizeof lss_Command::source - 1));
+  return source;
+}
 constexpr const char* kCalls[] = {"stop", "estop", "solve", "start"};
 constexpr milliseconds kTurn{100};
 constexpr double kAfterStart_s = 10;  // the lease is kept for the first cmd_vel
@@ -38,8 +43,11 @@ const char* velocity_type(const BridgeOptions& options) {
 
 }  // namespace
 
-Bridge::Bridge(cli::Link& link, dds_entity_t ros, dds_entity_t ours, const BridgeOptions& options)
+Bridge::Bridge(cli::Link& link, dds_entity_t ros, const dds::Participant& ours,
+               const BridgeOptions& options)
     : link_(link),
+      ours_(ours),
+      own_(source_of(ours, "lss_ros")),
       options_(options),
       vehicle_id_(cli::text(link.status().vehicle_id)),
       converter_(
@@ -56,12 +64,13 @@ Bridge::Bridge(cli::Link& link, dds_entity_t ros, dds_entity_t ours, const Bridg
   link_.open_events();
   link_.open_telemetry();
   if (const cli::Vehicle& vehicle = link.vehicle(); vehicle.telemetry != nullptr) {
-    auto reader = dds::create_reader(ours, dds::telemetry_topic(vehicle.name, vehicle.telemetry),
-                                     dds::Transport::best, node_.listener());
+    auto reader =
+        dds::create_reader(ours.get(), dds::telemetry_topic(vehicle.name, vehicle.telemetry),
+                           dds::Transport::best, node_.listener());
     if (!reader) throw cli::Failure(cli::ExitCode::internal, reader.error());
     telemetry_reader_ = std::move(*reader);
   }
-  sources_.emplace_back(kOwn);
+  sources_.emplace_back(own_);
   await_answer();
 }
 
@@ -69,7 +78,7 @@ Bridge::Bridge(cli::Link& link, dds_entity_t ros, dds_entity_t ours, const Bridg
 void Bridge::await_answer() {
   const cli::Invocation probe = cli::with_defaults(cli::common_command(CommandKind::request_data));
   for (const Clock::time_point until = Clock::now() + seconds(kProbe_s); Clock::now() < until;) {
-    commander_.send(probe, kOwn, kFlagDryRun);
+    commander_.send(probe, own_, kFlagDryRun);
     if (link_.wait(Clock::now() + kTurn).interrupted) throw cli::Interrupted();
     if (commander_.next_ack()) return;
   }
@@ -87,10 +96,9 @@ void Bridge::take_velocity() {
     }
     if (!twist) continue;
     const lss_Status& status = link_.status();
-    std::string source(kOwn);
     const std::string node = node_.node_of(received->writer);
-    if (!node.empty() && cli::text(status.authority) != kOwn) source = "ros2:" + node;
-    source.resize(std::min(source.size(), sizeof lss_Command::source - 1));
+    const bool named = !node.empty() && cli::text(status.authority) != own_;
+    const std::string source = named ? source_of(ours_, node) : own_;
     if (std::ranges::count(sources_, source) == 0) {
       if (sources_.size() >= kMostSources) sources_.erase(sources_.begin() + 1);
       sources_.push_back(source);
@@ -103,7 +111,7 @@ void Bridge::take_velocity() {
 // A ROS call may end what a ROS node began.
 std::string Bridge::source_of_calls() {
   const std::string holder(cli::text(link_.status().authority));
-  return std::ranges::count(sources_, holder) > 0 ? holder : std::string(kOwn);
+  return std::ranges::count(sources_, holder) > 0 ? holder : own_;
 }
 
 void Bridge::send(Pending& pending) {
@@ -186,7 +194,8 @@ void Bridge::take() {
   dds_sample_info_t info{};
   for (auto cdr = take_cdr(telemetry_reader_, info); !cdr.empty();
        cdr = take_cdr(telemetry_reader_, info))
-    if (is_ours(cdr)) converter_.telemetry(cdr);
+    if (is_ours(cdr) && ours_.is_by_vehicle(vehicle_id_, telemetry_reader_.get(), info))
+      converter_.telemetry(cdr);
   while (const std::optional<lss_Event> event = link_.next_event()) converter_.event(*event);
   node_.take_graph();
   take_acks();

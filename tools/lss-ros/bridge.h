@@ -66,7 +66,8 @@ class Driver {
 class Bridge {
  public:
   // The participants of ROS' domain and of the vehicle's must outlive it, and so must the link.
-  Bridge(cli::Link& link, dds_entity_t ros, dds_entity_t ours, const BridgeOptions& options);
+  Bridge(cli::Link& link, dds_entity_t ros, const dds::Participant& ours,
+         const BridgeOptions& options);
 
   // Until Ctrl-C. Returns false when the daemon came back as another one: begin again.
   bool run();
@@ -92,6 +93,8 @@ class Bridge {
   bool is_ours(std::span<const std::byte> cdr) const;
 
   cli::Link& link_;
+  const dds::Participant& ours_;
+  const std::string own_;  // source of this program's commands
   BridgeOptions options_;
   std::string vehicle_id_;
   Converter converter_;

@@ -12,15 +12,17 @@ dds::Entity checked(dds::Result<dds::Entity> result) {
 
 }  // namespace
 
-Commander::Commander(dds_entity_t participant, std::string vehicle_id, std::uint32_t lease_ms)
-    : vehicle_id_(std::move(vehicle_id)),
+Commander::Commander(const dds::Participant& participant, std::string vehicle_id,
+                     std::uint32_t lease_ms)
+    : participant_(participant),
+      vehicle_id_(std::move(vehicle_id)),
       lease_ms_(lease_ms),
       command_writer_(
-          checked(dds::create_writer(participant, dds::common_topic(dds::Kind::command)))),
+          checked(dds::create_writer(participant.get(), dds::common_topic(dds::Kind::command)))),
       heartbeat_writer_(
-          checked(dds::create_writer(participant, dds::common_topic(dds::Kind::heartbeat)))),
-      ack_reader_(
-          checked(dds::create_reader(participant, dds::common_topic(dds::Kind::command_ack)))) {}
+          checked(dds::create_writer(participant.get(), dds::common_topic(dds::Kind::heartbeat)))),
+      ack_reader_(checked(
+          dds::create_reader(participant.get(), dds::common_topic(dds::Kind::command_ack)))) {}
 
 std::uint64_t Commander::send(const cli::Invocation& command, std::string_view source,
                               std::uint16_t flags) {
@@ -40,7 +42,9 @@ std::optional<lss_CommandAck> Commander::next_ack() {
   void* samples[1] = {&sample};
   dds_sample_info_t info{};
   while (dds_take(ack_reader_.get(), samples, &info, 1, 1) == 1) {
-    if (info.valid_data && cli::text(sample.vehicle_id) == vehicle_id_) return sample;
+    if (info.valid_data && cli::text(sample.vehicle_id) == vehicle_id_ &&
+        participant_.is_by_vehicle(vehicle_id_, ack_reader_.get(), info))
+      return sample;
   }
   return std::nullopt;
 }

@@ -16,7 +16,7 @@ namespace lss::ros {
 class Commander {
  public:
   // The participant must outlive it. Throws a Failure.
-  Commander(dds_entity_t participant, std::string vehicle_id, std::uint32_t lease_ms);
+  Commander(const dds::Participant& participant, std::string vehicle_id, std::uint32_t lease_ms);
 
   // Returns the sequence number.
   std::uint64_t send(const cli::Invocation& command, std::string_view source,
@@ -25,6 +25,7 @@ class Commander {
   std::optional<lss_CommandAck> next_ack();
 
  private:
+  const dds::Participant& participant_;
   std::string vehicle_id_;
   std::uint32_t lease_ms_;
   dds::Entity command_writer_, heartbeat_writer_, ack_reader_;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <memory>
 #include <optional>
 
 #include "tools/lss-cli/show/failure.h"
@@ -25,6 +26,9 @@ void add_options(CLI::App& app, Wanted& wanted) {
       ->capture_default_str();
   app.add_option("--vehicle", wanted.link.vehicle_id, "id of the vehicle; without it the only one")
       ->envname("LSS_VEHICLE");
+  app.add_option("--enclave", wanted.link.enclave,
+                 "folder of certificates for DDS Security (lss-cli keystore), on both domains")
+      ->envname("LSS_ENCLAVE");
   app.add_option("--ros-domain", wanted.ros_domain,
                  "DDS domain of ROS; without it that of the vehicle")
       ->envname("ROS_DOMAIN_ID");
@@ -45,15 +49,24 @@ void add_options(CLI::App& app, Wanted& wanted) {
       ->capture_default_str();
 }
 
-dds::Participant participant(const dds::ParticipantParameters& parameters) {
+using Participant = std::shared_ptr<const dds::Participant>;
+
+Participant participant(const dds::ParticipantParameters& parameters) {
   auto made = dds::Participant::create(parameters);
   if (!made) throw cli::Failure(cli::ExitCode::internal, made.error());
-  return std::move(*made);
+  return std::make_shared<const dds::Participant>(std::move(*made));
+}
+
+// User data of a participant of ROS 2.
+std::string ros_enclave(const dds::Participant& participant) {
+  std::string name = participant.enclave() ? participant.enclave()->name : "/";
+  if (!name.starts_with('/')) name.insert(0, "/");
+  return "enclave=" + name + ";";
 }
 
 // True: Ctrl-C.
-bool serve(const Wanted& wanted, dds_entity_t ros, dds_entity_t ours) {
-  cli::Link link(wanted.link);
+bool serve(const Wanted& wanted, dds_entity_t ros, const Participant& ours) {
+  cli::Link link(wanted.link, ours);
   for (bool said = false;; said = true) {
     try {
       link.find_vehicle();
@@ -63,7 +76,7 @@ bool serve(const Wanted& wanted, dds_entity_t ros, dds_entity_t ours) {
       if (!said) fmt::print(stderr, "lss-ros: {}; waiting for it\n", e.what());
     }
   }
-  Bridge bridge(link, ros, ours, wanted.bridge);
+  Bridge bridge(link, ros, *ours, wanted.bridge);
   fmt::print("/{} on ROS domain {}\n", ros_name(cli::text(link.status().vehicle_id)),
              wanted.bridge.ros_domain);
   std::fflush(stdout);
@@ -86,15 +99,22 @@ int main(int argc, char** argv) {
   wanted.link.lease_ms = wanted.bridge.lease_ms;
   try {
     // The first participant configures its domain in this process.
-    const dds::Participant ros =
-        participant({.domain = wanted.bridge.ros_domain, .interfaces = wanted.bridge.interfaces});
-    constexpr std::string_view kEnclave = "enclave=/;";
+    const Participant ros = participant({.domain = wanted.bridge.ros_domain,
+                                         .interfaces = wanted.bridge.interfaces,
+                                         .enclave = wanted.link.enclave});
+    const std::string enclave = ros_enclave(*ros);
     dds_qos_t* qos = dds_create_qos();
-    dds_qset_userdata(qos, kEnclave.data(), kEnclave.size());
-    dds_set_qos(ros.get(), qos);
+    dds_qset_userdata(qos, enclave.data(), enclave.size());
+    dds_set_qos(ros->get(), qos);
     dds_delete_qos(qos);
-    const dds::Participant ours = participant({.domain = wanted.link.domain, .short_lived = true});
-    while (!serve(wanted, ros.get(), ours.get())) {
+    // With DDS Security one participant for a domain: Cyclone 0.10.2 crashes in a process with
+    // several when one of Fast DDS joins.
+    const bool one = !wanted.link.enclave.empty() && wanted.bridge.ros_domain == wanted.link.domain;
+    const Participant ours = one ? ros
+                                 : participant({.domain = wanted.link.domain,
+                                                .short_lived = true,
+                                                .enclave = wanted.link.enclave});
+    while (!serve(wanted, ros->get(), ours)) {
     }
   } catch (const cli::Interrupted&) {
     return 0;

@@ -84,19 +84,28 @@ const std::vector<std::string> kReports = {
     "lss/command_ack", "lss/heartbeat",  "lss/status", "lss/event",      "lss/timing_statistics",
     "lss/parameters",  "lss/dictionary", "lss/timing", "lss/telemetry/*"};
 
+// Topics, services and node graph of ROS 2.
+const std::vector<std::string> kRos = {"rt/*", "rq/*", "rr/*", "ros_discovery_info"};
+
 struct Topics {
   std::vector<std::string> publish, subscribe;
 };
 
+std::vector<std::string> both(std::vector<std::string> a, const std::vector<std::string>& b) {
+  a.insert(a.end(), b.begin(), b.end());
+  return a;
+}
+
 Topics topics_of(DdsRole role) {
   const std::vector<std::string> all = {"lss/command", "lss/heartbeat", "lss/stop"};
-  std::vector<std::string> seen = kReports;
-  seen.insert(seen.end(), {"lss/command", "lss/stop"});  // to record them
+  const std::vector<std::string> seen = both(kReports, {"lss/command", "lss/stop"});  // to record
   switch (role) {
     case DdsRole::look: return {{}, seen};
     case DdsRole::stop: return {{"lss/stop"}, seen};
     case DdsRole::command: return {all, seen};
     case DdsRole::vehicle: return {kReports, all};
+    case DdsRole::ros: return {kRos, kRos};
+    case DdsRole::bridge: return {both(all, kRos), both(seen, kRos)};
   }
   return {};
 }

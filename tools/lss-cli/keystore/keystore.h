@@ -14,8 +14,8 @@
 namespace lss::cli {
 
 // What a participant may (docs/security.md).
-enum class DdsRole : std::uint8_t { look, stop, command, vehicle };
-inline constexpr const char* kDdsRoles[] = {"look", "stop", "command", "vehicle"};
+enum class DdsRole : std::uint8_t { look, stop, command, vehicle, ros, bridge };
+inline constexpr const char* kDdsRoles[] = {"look", "stop", "command", "vehicle", "ros", "bridge"};
 
 void create_keystore(const std::filesystem::path& folder, int days);
 

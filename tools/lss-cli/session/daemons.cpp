@@ -49,9 +49,10 @@ std::optional<Guid> participant_of(dds_entity_t reader, dds_instance_handle_t wr
   return guid;
 }
 
-Daemons::Daemons(dds_entity_t participant, const dds_listener_t* listener)
-    : participant_reader_(builtin_reader(participant, listener)),
-      status_reader_(status_reader(participant, listener)) {}
+Daemons::Daemons(const dds::Participant& participant, const dds_listener_t* listener)
+    : participant_(participant),
+      participant_reader_(builtin_reader(participant.get(), listener)),
+      status_reader_(status_reader(participant.get(), listener)) {}
 
 bool Daemons::take() {
   const bool participants = take_participants();
@@ -120,6 +121,10 @@ bool Daemons::take_status() {
     if (guid == nullptr) continue;  // it has gone
     if (!info.valid_data) {
       if (info.instance_state != DDS_IST_ALIVE) news = all_.erase(*guid) > 0 || news;
+      continue;
+    }
+    if (!participant_.is_by_vehicle(text(sample.vehicle_id), status_reader_.get(), info)) {
+      news = all_.erase(*guid) > 0 || news;  // in the name of another vehicle
       continue;
     }
     Daemon& daemon = all_[*guid];

@@ -28,7 +28,7 @@ struct Daemon {
 
 class Daemons {
  public:
-  Daemons(dds_entity_t participant, const dds_listener_t* listener);
+  Daemons(const dds::Participant& participant, const dds_listener_t* listener);
 
   // Takes all new samples. True: a daemon appeared, sent its first status, or disappeared.
   bool take();
@@ -44,6 +44,7 @@ class Daemons {
   bool take_status();
   const Guid* daemon_of(dds_instance_handle_t writer);
 
+  const dds::Participant& participant_;
   dds::Entity participant_reader_, status_reader_;
   std::map<Guid, Daemon> all_;
   std::map<dds_instance_handle_t, Guid> writers_;  // of status, matched

@@ -54,20 +54,22 @@ std::string join(const std::vector<std::string>& names) {
 
 }  // namespace
 
-Link::Link(const Options& options)
+Link::Link(const Options& options, std::shared_ptr<const dds::Participant> participant)
     : options_(options),
-      participant_(checked(dds::Participant::create(parameters(options)))),
-      daemons_(participant_.get(), waker_.listener()) {
+      participant_(participant ? std::move(participant)
+                               : std::make_shared<const dds::Participant>(
+                                     checked(dds::Participant::create(parameters(options))))),
+      daemons_(*participant_, waker_.listener()) {
   ack_reader_ = reader(dds::common_topic(dds::Kind::command_ack));
 }
 
 dds::Entity Link::reader(const dds::Topic& topic) {
   return checked(
-      dds::create_reader(participant_.get(), topic, dds::Transport::best, waker_.listener()));
+      dds::create_reader(participant_->get(), topic, dds::Transport::best, waker_.listener()));
 }
 
 dds::Entity Link::writer(const dds::Topic& topic) {
-  dds::Entity entity = checked(dds::create_writer(participant_.get(), topic));
+  dds::Entity entity = checked(dds::create_writer(participant_->get(), topic));
   dds_set_listener(entity.get(), waker_.listener());
   return entity;
 }
@@ -78,9 +80,13 @@ std::optional<Sample> Link::take(dds_entity_t reader) {
   void* samples[1] = {&sample};
   dds_sample_info_t info{};
   while (reader > 0 && dds_take(reader, samples, &info, 1, 1) == 1) {
-    if (info.valid_data && text(sample.vehicle_id) == vehicle_id_) return sample;
+    if (info.valid_data && is_ours(text(sample.vehicle_id), reader, info)) return sample;
   }
   return std::nullopt;
+}
+
+bool Link::is_ours(std::string_view id, dds_entity_t reader, const dds_sample_info_t& info) const {
+  return id == vehicle_id_ && participant_->is_by_vehicle(id, reader, info);
 }
 
 bool Link::take() {
@@ -290,7 +296,7 @@ void Link::await_answer(Clock::time_point until) {
 }
 
 std::string Link::own_name() const {
-  return participant_.enclave() ? participant_.enclave()->name : std::string(kSharedSource);
+  return participant_->enclave() ? participant_->enclave()->name : std::string(kSharedSource);
 }
 
 std::string Link::own_source() const {
@@ -300,7 +306,7 @@ std::string Link::own_source() const {
 
 void Link::open_command_writer(const std::string& source) {
   source_ = source;
-  if (participant_.enclave() && dds::name_of_source(source) != own_name()) {
+  if (participant_->enclave() && dds::name_of_source(source) != own_name()) {
     throw Failure(ExitCode::usage,
                   fmt::format("the source '{}' is not in the name of the certificate, '{}'", source,
                               own_name()),
@@ -308,10 +314,10 @@ void Link::open_command_writer(const std::string& source) {
   }
   if (command_writer_) return;
   const auto open = [&](dds::Kind kind) {
-    return dds::create_writer(participant_.get(), dds::common_topic(kind));
+    return dds::create_writer(participant_->get(), dds::common_topic(kind));
   };
   auto created = open(dds::Kind::command);
-  if (!created && participant_.enclave()) {
+  if (!created && participant_->enclave()) {
     created = open(dds::Kind::stop);
     only_stops_ = created.has_value();
     if (!created) {
@@ -366,7 +372,9 @@ std::optional<Link::Answer> Link::next_answer() {
   void* samples[1] = {&answer.ack};
   dds_sample_info_t info{};
   while (dds_take(ack_reader_.get(), samples, &info, 1, 1) == 1) {
-    if (!info.valid_data || text(answer.ack.source) != source_) continue;
+    if (!info.valid_data || text(answer.ack.source) != source_ ||
+        !participant_->is_by_vehicle(text(answer.ack.vehicle_id), ack_reader_.get(), info))
+      continue;
     const std::optional<Guid> daemon = participant_of(ack_reader_.get(), info.publication_handle);
     if (!daemon) continue;  // it went
     answer.daemon = *daemon;
@@ -446,7 +454,8 @@ std::optional<std::string> Link::next_dictionary() {
   dds_sample_info_t info{};
   std::optional<std::string> found;
   while (!found && dds_take(dictionary_reader_.get(), samples, &info, 1, 1) == 1) {
-    if (info.valid_data && text(sample.vehicle_id) == vehicle_id_) found = sample.json;
+    if (info.valid_data && is_ours(text(sample.vehicle_id), dictionary_reader_.get(), info))
+      found = sample.json;
   }
   dds_sample_free(&sample, &lss_Dictionary_desc, DDS_FREE_CONTENTS);
   return found;
@@ -460,7 +469,7 @@ const void* Link::telemetry() {
   while (dds_take(telemetry_reader_.get(), samples, &info, 1, 1) == 1) {
     char id[sizeof lss_Status::vehicle_id];  // the key is the first member of every type, then time
     std::memcpy(id, buffer.data(), sizeof id);
-    if (!info.valid_data || text(id) != vehicle_id_) continue;
+    if (!info.valid_data || !is_ours(text(id), telemetry_reader_.get(), info)) continue;
     std::memcpy(sample_.data(), buffer.data(), sample_.size() * sizeof(std::max_align_t));
     std::memcpy(&telemetry_ns_, reinterpret_cast<const char*>(buffer.data()) + sizeof id,
                 sizeof telemetry_ns_);

@@ -32,7 +32,9 @@ inline constexpr std::string_view kSharedSource = "lss-cli";
 
 class Link {
  public:
-  explicit Link(const Options& options);
+  // Without a participant it makes one.
+  explicit Link(const Options& options,
+                std::shared_ptr<const dds::Participant> participant = nullptr);
 
   // Waits for the status of the vehicle and of every daemon known to DDS. Throws unreachable when
   // there is none, unknown_name when there are only others, usage when there are several and none
@@ -128,11 +130,13 @@ class Link {
   bool hear_all(int look);
   template <class Sample>
   std::optional<Sample> take(dds_entity_t reader);
+  // Whether the sample of this vehicle_id is of the vehicle, and by it.
+  bool is_ours(std::string_view id, dds_entity_t reader, const dds_sample_info_t& info) const;
 
   Options options_;
   std::unique_ptr<DescribedVehicle> described_;  // outlives its reader
   Waker waker_;                                  // before any entity
-  dds::Participant participant_;
+  std::shared_ptr<const dds::Participant> participant_;
   Daemons daemons_;
   dds::Entity ack_reader_, event_reader_, timing_reader_, statistics_reader_, parameter_reader_,
       dictionary_reader_, telemetry_reader_;

@@ -54,7 +54,8 @@ ExitCode run(Context& context, const Words& words) {
 void check(const Words& words) {
   const bool adds = words.what == "add";
   if (adds && (words.name.empty() || words.role.empty()))
-    throw Failure(ExitCode::usage, "add needs a name and --role look, stop, command or vehicle");
+    throw Failure(ExitCode::usage,
+                  "add needs a name and --role look, stop, command, vehicle, ros or bridge");
   if (!adds && (!words.name.empty() || !words.role.empty()))
     throw Failure(ExitCode::usage,
                   fmt::format("{} takes a folder only; a name and --role are for add", words.what));
@@ -66,7 +67,7 @@ void add_keystore_verb(Grammar& grammar) {
   if (grammar.scope() != Grammar::Scope::program) return;
   CLI::App& sub = grammar.verb("keystore",
                                "certificates and permissions for DDS Security: who may look, stop, "
-                               "command, or be a vehicle",
+                               "command, be a vehicle, or take part in ROS 2",
                                "  lss-cli keystore create keys\n"
                                "  lss-cli keystore add keys zebro-1 --role vehicle\n"
                                "  lss-cli keystore add keys pilot --role command\n"
@@ -76,9 +77,9 @@ void add_keystore_verb(Grammar& grammar) {
       ->required()
       ->check(CLI::IsMember({"create", "add", "list"}));
   sub.add_option("folder", words->folder, "the keystore")->required();
-  sub.add_option("name", words->name, "of the enclave: a vehicle_id, a pilot, a program");
-  sub.add_option("--role", words->role, "what it may")
-      ->check(CLI::IsMember({"look", "stop", "command", "vehicle"}));
+  sub.add_option("name", words->name, "of the enclave: a vehicle's vehicle_id, a pilot, a program");
+  sub.add_option("--role", words->role, "what it may; ros: a node of ROS 2, bridge: lss-ros")
+      ->check(CLI::IsMember(std::vector<std::string>(std::begin(kDdsRoles), std::end(kDdsRoles))));
   sub.add_option("--days", words->days, "until it expires")
       ->check(CLI::Range(1, 36'500))
       ->capture_default_str();
