@@ -90,11 +90,14 @@ class Power(Box):
         names = self.must("ls /var/lib/lss/*.lssrec").split()
         status, text = self.run_there(f"lssd --replay {' '.join(names)}", 600)
         self.assertEqual(status, 0, text)
-        self.must("rm -f /mnt/host/*.lssrec; cp " + names[-1] + " /mnt/host/")
-        # It may be one that was full and ended, when the next had not reached the disk: what is missing counts.
-        header, items, _ = recording.read(os.path.join(self.share, os.path.basename(names[-1])))
-        schema = recording.Schema(header["schema"])
-        last = [schema.read(item)[0] for kind, item in items[-3:] if kind == recording.FRAME][-1]
+        # The newest may have been full and ended, or have no frame yet, when the power was cut: what is missing counts.
+        self.must("rm -f /mnt/host/*.lssrec; cp " + " ".join(names[-2:]) + " /mnt/host/")
+        for name in reversed(names[-2:]):
+            header, items, _ = recording.read(os.path.join(self.share, os.path.basename(name)))
+            frames = [item for kind, item in items if kind == recording.FRAME]
+            if frames:
+                break
+        last = recording.Schema(header["schema"]).read(frames[-1])[0]
         last_ns = last["in"]["time_ns"] + header["utc_ns"] - header["time_ns"]
         return cut_ns + LEAD_NS - last_ns, "torn" in text
 
