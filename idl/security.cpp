@@ -31,7 +31,11 @@ tl::unexpected<std::string> wrong(const fs::path& file, const std::string& what)
   return tl::unexpected(file.string() + " " + what);
 }
 
-Bio open(const fs::path& file) { return Bio(BIO_new_file(file.c_str(), "r")); }
+// Of a regular file: nothing else can hold up this program.
+Bio open(const fs::path& file) {
+  std::error_code none;
+  return Bio(fs::is_regular_file(file, none) ? BIO_new_file(file.c_str(), "r") : nullptr);
+}
 
 tl::expected<Certificate, std::string> read_certificate(const fs::path& file) {
   const Bio in = open(file);

@@ -1,6 +1,8 @@
 // A participant that does whatever DDS Security lets it: it writes all that clients and daemons
 // write, in the name of --source, and reads the status.
 
+#include <cstring>
+
 #include "tests/attack/attack.h"
 
 namespace attack {
@@ -12,6 +14,10 @@ int intrude(const Options& o, Counts& counts) {
       {Topic::heartbeat, "heartbeat"}, {Topic::status, "status"}, {Topic::event, "event"},
       {Topic::telemetry, "telemetry"}};
   Wire wire(o.domain);
+  dds_qos_t* daemon = dds_create_qos();  // it looks like a daemon, before anybody knows its topics
+  dds_qset_userdata(daemon, kDaemonSource, std::strlen(kDaemonSource));
+  dds_set_qos(wire.participant(), daemon);
+  dds_delete_qos(daemon);
   std::vector<std::pair<Topic, dds_entity_t>> writers;
   for (const auto& [topic, name] : kTopics) {
     const dds_entity_t writer = wire.try_writer(topic, true);

@@ -123,6 +123,15 @@ TEST_F(Keystore, NothingIsOverwrittenAndNothingIsLeftOfWhatFailed) {
     EXPECT_THAT(one.path().filename().string(), testing::Not(testing::StartsWith("second")));
 }
 
+TEST_F(Keystore, NamesThatTheRoleCannotUseAreRefused) {
+  EXPECT_THAT(failure_of([&] { add("-x", DdsRole::look); }), HasSubstr("begins with -"));
+  EXPECT_THAT(failure_of([&] { add("a-name-of-16-cha", DdsRole::vehicle); }),
+              HasSubstr("longer than a vehicle_id, 15 characters"));
+  EXPECT_EQ(failure_of([&] { add("a-name-of-15-ch", DdsRole::vehicle); }), "");
+  for (const char* name : {"a-node", "9node"})
+    EXPECT_THAT(failure_of([&] { add(name, DdsRole::ros); }), HasSubstr("no name in ROS 2"));
+}
+
 TEST_F(Keystore, NamesThatAreNoSourceAreRefused) {
   for (const char* name : {"", "a:b", "../x", "a b", "x/y", "a-name-of-24-characters-"})
     EXPECT_THAT(failure_of([&] { add(name, DdsRole::look); }), HasSubstr("letters, digits"))

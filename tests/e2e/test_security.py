@@ -58,6 +58,11 @@ class Security(Enclaves, Scenario):
             with self.subTest(who):
                 counts = self.intrude("pilot", configuration)
                 self.assertEqual((self.matched(counts), counts["heard"]), ([], 0), counts)
+        intruder = self.begin("intruder", [ATTACK, "intrude", str(self.domain), "zebro-1", "--rate", "20", "--seconds", "60"])
+        self.wait_for_text(intruder, "ready", BOOT_S, intruder.err_path)
+        for verb in (("stop", "--dry-run"), ("health",), ("fleet",)):
+            self.cli_ok("--timeout", "20s", *verb)  # no other daemon is waited for, or makes it ask which
+        self.assertTrue(intruder.running(), "all this while")
         looked = self.intrude("pilot", uri(self.enclave("watcher")))
         self.assertEqual([looked[f"matched_{name}"] for name in WRITTEN], [-1] * len(WRITTEN), looked)
         self.assertGreater(looked["heard"], 0, "it may look")

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <ctime>
@@ -18,6 +19,7 @@
 
 #include "idl/openssl_handles.h"
 #include "idl/security.h"
+#include "lss.h"
 #include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli {
@@ -300,6 +302,18 @@ void add_enclave(const fs::path& keystore, const std::string& name, DdsRole role
   if (name.empty() || name.size() > kLongestName || !good)
     throw Failure(ExitCode::usage,
                   fmt::format("'{}' must be 1 to {} letters, digits, - or _", name, kLongestName));
+  if (name.starts_with('-'))
+    throw Failure(ExitCode::usage, fmt::format("'{}' begins with -", name), "take another name");
+  if (role == DdsRole::vehicle && name.size() >= sizeof lss_Status::vehicle_id)
+    throw Failure(ExitCode::usage,
+                  fmt::format("'{}' is longer than a vehicle_id, {} characters", name,
+                              sizeof lss_Status::vehicle_id - 1),
+                  "name the enclave of a vehicle as its vehicle_id");
+  if (role == DdsRole::ros &&
+      (name.find('-') != name.npos || std::isdigit(static_cast<unsigned char>(name.front())) != 0))
+    throw Failure(ExitCode::usage,
+                  fmt::format("'{}' is no name in ROS 2: letters, digits, _", name),
+                  "take another name");
   std::error_code none;
   const fs::path folder = keystore / "enclaves" / name;
   if (fs::exists(folder, none))

@@ -69,7 +69,8 @@ bool Daemons::take_participants() {
     const Guid guid = guid_of(found.key);
     if (info.instance_state != DDS_IST_ALIVE) {
       news = all_.erase(guid) > 0 || news;
-    } else if (info.valid_data && is_marked(found.qos)) {
+    } else if (info.valid_data && !participant_.enclave() && is_marked(found.qos)) {
+      // With DDS Security anybody's mark: there a daemon is who may write status.
       news = all_.try_emplace(guid).second || news;
     }
     dds_return_loan(participant_reader_.get(), samples, 1);

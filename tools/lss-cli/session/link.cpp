@@ -124,8 +124,8 @@ Failure Link::unreachable(const std::string& vehicle_id) const {
   }
   return Failure(
       ExitCode::unreachable, fmt::format("no vehicle answers on DDS domain {}", options_.domain),
-      "check that lssd runs (systemctl status lssd@NAME) and uses the same --domain / LSS_DOMAIN "
-      "and network interface");
+      "check that lssd runs (systemctl status lssd@NAME) and uses the same --domain / LSS_DOMAIN, "
+      "network interface and keystore (--enclave / LSS_ENCLAVE, or none)");
 }
 
 Failure Link::several() const {
@@ -485,10 +485,10 @@ std::uint64_t Link::send(const Invocation& command, std::uint16_t flags) {
 std::uint64_t Link::send_to(std::string_view vehicle_id, const Invocation& command,
                             std::uint16_t flags) {
   if (only_stops_ && command.info->access != Access::anyone) {
-    throw Failure(
-        ExitCode::not_authorised,
-        fmt::format("the enclave '{}' may only stop, not {}", own_name(), command.info->name),
-        "lss-cli estop");
+    throw Failure(ExitCode::not_authorised,
+                  fmt::format("the enclave '{}' may only stop in an emergency, not {}", own_name(),
+                              command.info->name),
+                  "lss-cli estop");
   }
   const lss_Command sample =
       to_dds(command, {vehicle_id, source_, sequence_.next(), flags, options_.lease_ms});
