@@ -77,7 +77,8 @@ void add_keystore_verb(Grammar& grammar) {
       ->required()
       ->check(CLI::IsMember({"create", "add", "list"}));
   sub.add_option("folder", words->folder, "the keystore")->required();
-  sub.add_option("name", words->name, "of the enclave: a vehicle's vehicle_id, a pilot, a program, a node of ROS 2");
+  sub.add_option("name", words->name,
+                 "of the enclave: a vehicle's vehicle_id, a pilot, a program, a node of ROS 2");
   sub.add_option("--role", words->role, "what it may; ros: a node of ROS 2, bridge: lss-ros")
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(kDdsRoles), std::end(kDdsRoles))));
   sub.add_option("--days", words->days, "until it expires")
