@@ -147,8 +147,7 @@ std::string failure(const std::string& what, dds_return_t code) {
   if (code == DDS_RETCODE_NOT_ALLOWED_BY_SECURITY)
     return "cannot create " + what +
            ": the permissions of the enclave do not allow it; lss-cli keystore list shows its "
-           "role, "
-           "docs/security.md what each may";
+           "role, docs/security.md what each may";
   return "cannot create " + what + ": " + dds_strretcode(code);
 }
 

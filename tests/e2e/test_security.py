@@ -12,8 +12,8 @@ import time
 from attack import ATTACK
 from enclaves import Enclaves, make_rogue, make_ros2_keystore, uri
 from programs import run, wait_until
-from test_ground import Gateway
 from rig import BOOT_S, CLOCK, EXIT, FATAL_ERROR, IDLE, PEER, Scenario, real_time
+from test_ground import Gateway
 
 SECONDS = float(os.environ.get("LSS_SECURITY_ATTACK_S", "3"))  # of each intruder
 ROUNDS = int(os.environ.get("LSS_SECURITY_ROUNDS", "5"))       # of peers that are killed; 100 for docs/security.md
