@@ -153,11 +153,11 @@ void Healthy::add(const Healthy& other) {
   alarms.insert(alarms.end(), other.alarms.begin(), other.alarms.end());
 }
 
-Healthy drive_healthy(sim::ardito::Ground ground, double slope_rad, double minutes, unsigned seed) {
+Healthy drive_healthy(const sim::ardito::RoverOptions& rover, double minutes, unsigned seed) {
   constexpr double kStep_s = 10;
   Healthy seen;
   for (; seen.minutes < minutes; seed += 100) {
-    Chain chain(options({.ground = ground, .slope_rad = slope_rad}, seed));
+    Chain chain(options(rover, seed));
     if (!chain.start()) {
       seen.alarms.push_back("does not start");
       return seen;

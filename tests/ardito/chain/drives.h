@@ -26,7 +26,7 @@ struct Healthy {
   void add(const Healthy& other);
 };
 // After a false alarm it starts again on the next seed's ground.
-Healthy drive_healthy(sim::ardito::Ground ground, double slope_rad, double minutes, unsigned seed);
+Healthy drive_healthy(const sim::ardito::RoverOptions& rover, double minutes, unsigned seed);
 
 struct Slip {
   double tread_rms_m_s = 0;  // of all wheels on the ground, along the wheel, while it drives

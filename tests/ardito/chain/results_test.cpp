@@ -413,7 +413,7 @@ TEST(ArditoResults, FalseAlarms) {
   if (!writing_results()) {
     for (const Ground ground : {Ground::rough, Ground::hills}) {
       if (!in_sample(ground == Ground::hills, 2)) continue;
-      const Healthy seen = drive_healthy(ground, 0, 0.4, 3);
+      const Healthy seen = drive_healthy({.ground = ground}, 0.4, 3);
       EXPECT_GE(seen.minutes, 0.4);
       EXPECT_GT(seen.metres, 5);
       EXPECT_TRUE(seen.alarms.empty()) << seen.alarms.front();
@@ -423,7 +423,7 @@ TEST(ArditoResults, FalseAlarms) {
   constexpr unsigned kEach = 5;
   std::array<Healthy, 2 * kEach> runs;
   for_each_job(runs.size(), [&](std::size_t i) {
-    runs[i] = drive_healthy(i < kEach ? Ground::rough : Ground::hills, 0,
+    runs[i] = drive_healthy({.ground = i < kEach ? Ground::rough : Ground::hills},
                             minutes_wanted() / 2 / kEach, static_cast<unsigned>(i % kEach + 1));
   });
   Healthy rough, hills;

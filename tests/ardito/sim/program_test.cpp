@@ -165,10 +165,11 @@ TEST_F(Program, AnUnpluggedBusComesBackAtItsPort) {
 
 TEST_F(Program, WritesTheTruthWithItsFaults) {
   Process sim(ardito({"--truth", truth().string(), "--fault", "0s:E-TM:2", "--fault",
-                      "0s:node-silent:0x11", "--ground", "hills"}));
+                      "0s:node-silent:0x11", "--ground", "hills,regolith:0.5"}));
   ASSERT_TRUE(sim.says("ready"));
   const nlohmann::json third = third_truth();
   EXPECT_EQ(third.at("wheel_rad_s").size(), 6u);
+  for (const double sinkage_m : third.at("wheel_sinkage_m")) EXPECT_GT(sinkage_m, 0.001);
   EXPECT_EQ(third.at("attached_faults"), nlohmann::json({"E-TM:2:0", "node-silent:0x11"}));
 }
 
@@ -182,6 +183,20 @@ TEST_F(Program, ListsItsFaultsAndRefusesOthers) {
   Process refused(ardito({"--fault", "5s:E-TN:2"}));
   EXPECT_EQ(refused.wait(), 2);
   EXPECT_THAT(refused.heard, HasSubstr("did you mean 'E-TM'"));
+}
+
+TEST_F(Program, RefusesGroundThatItDoesNotKnow) {
+  for (const auto& [ground, says] : {std::pair("mud", "on hard ground: flat, hills, rough"),
+                                     {"hills,mud", "'mud' is no soil"},
+                                     {"sand,hills", "before the comma flat, hills or rough"},
+                                     {"sand:0", "'sand:0' is no soil"}}) {
+    Process refused(ardito({"--ground", ground}));
+    EXPECT_EQ(refused.wait(), 2) << ground;
+    EXPECT_THAT(refused.heard, HasSubstr(says));
+  }
+  Process step(ardito({"--ground", "sand", "--step", "60"}));
+  EXPECT_EQ(step.wait(), 2);
+  EXPECT_THAT(step.heard, HasSubstr("there is no step on soil"));
 }
 
 }  // namespace

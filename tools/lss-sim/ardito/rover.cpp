@@ -12,12 +12,16 @@
 #include <dart/dynamics/RevoluteJoint.hpp>
 #include <dart/dynamics/Skeleton.hpp>
 #include <dart/dynamics/SphereShape.hpp>
+#include <dart/dynamics/TranslationalJoint.hpp>
 #include <dart/dynamics/WeldJoint.hpp>
 #include <dart/simulation/World.hpp>
 #include <numbers>
+#include <stdexcept>
 #include <unordered_map>
+#include <vector>
 
 #include "idl/angles.h"
+#include "tools/lss-sim/ardito/wheel_in_soil.h"
 
 namespace lss::sim::ardito {
 namespace {
@@ -59,6 +63,7 @@ const Eigen::Vector3d kPatch_m(0.4, 0.4, 0.2);
 constexpr double kResting_rad_s = 1e-3;
 constexpr double kLoadFilter = 0.05;  // a step
 constexpr double kLeastLoad_N = 5;
+constexpr double kNoLimit = 100;  // friction of ground whose limit is set at the wheels
 
 template <typename Shape, typename... Arguments>
 ShapeNode* add_shape(BodyNode& body, double friction, Arguments&&... arguments) {
@@ -159,7 +164,15 @@ struct Rover::World {
 
   void build(const RoverOptions& options);
   void add_side(BodyNode& chassis, std::size_t side, double friction);
+  void build_ground(const RoverOptions& options);
   void place_patches();
+  // Of one wheel, on hard ground and on soil: sets its contact, returns the torques against rolling
+  // and steering.
+  struct Friction {
+    double rolling_Nm, turning_Nm;
+  };
+  Friction touch(std::size_t wheel, double load_N);
+  Friction sink(std::size_t wheel, double load_N);
 
   dart::simulation::WorldPtr world = dart::simulation::World::create();
   std::shared_ptr<WheelOnGround> filter = std::make_shared<WheelOnGround>();
@@ -173,6 +186,10 @@ struct Rover::World {
   std::array<DynamicsAspect*, kWheels> treads{};
   std::array<ShapeNode*, kWheels> patches{};
   std::array<GroundPoint, kWheels> under{};
+  // On soil: of each wheel, how it sinks and the motion of its patch.
+  std::vector<WheelInSoil> in_soil;
+  std::array<dart::dynamics::TranslationalJoint*, kWheels> moving{};
+  std::array<double, kWheels> sinking_m_s{};
 };
 
 void Rover::World::add_side(BodyNode& body, std::size_t side, double friction) {
@@ -220,19 +237,24 @@ void Rover::World::add_side(BodyNode& body, std::size_t side, double friction) {
   }
 }
 
-void Rover::World::build(const RoverOptions& options) {
-  world->setTimeStep(kStep_s);
-  const double g = options.gravity_m_s2;
-  // A slope is simulated by tilted gravity, so that the ground stays a height over x and y.
-  world->setGravity({-g * std::sin(options.slope_rad), 0, -g * std::cos(options.slope_rad)});
-  world->getConstraintSolver()->setCollisionDetector(
-      dart::collision::BulletCollisionDetector::create());
-  world->getConstraintSolver()->getCollisionOption().collisionFilter = filter;
-
+void Rover::World::build_ground(const RoverOptions& options) {
   ground = Skeleton::create("ground");
   BodyNode* node = ground->createJointAndBodyNodePair<dart::dynamics::WeldJoint>().second;
+  const double friction = options.soil ? kNoLimit : options.friction;
   for (std::size_t wheel = 0; wheel < kWheels; ++wheel) {
-    patches[wheel] = add_shape<dart::dynamics::BoxShape>(*node, options.friction, kPatch_m);
+    BodyNode* under_wheel = node;
+    if (options.soil) {
+      // Its place is that of its shape; only its velocity is the joint's.
+      dart::dynamics::TranslationalJoint::Properties joint_names;
+      BodyNode::Properties names;
+      joint_names.mName = names.mName = "patch" + std::to_string(wheel + 1);
+      const auto [joint, body] =
+          ground->createJointAndBodyNodePair<dart::dynamics::TranslationalJoint>(node, joint_names,
+                                                                                 names);
+      moving[wheel] = joint;
+      under_wheel = body;
+    }
+    patches[wheel] = add_shape<dart::dynamics::BoxShape>(*under_wheel, friction, kPatch_m);
     filter->add(patches[wheel], static_cast<int>(wheel), true);
   }
   if (options.step_height_m > 0) {
@@ -248,8 +270,20 @@ void Rover::World::build(const RoverOptions& options) {
     kerb->setRelativeTransform(place);
     filter->add(kerb, WheelOnGround::kKerb, true);
   }
+  if (options.soil) ground->setMobile(false);
   world->addSkeleton(ground);
+}
 
+void Rover::World::build(const RoverOptions& options) {
+  world->setTimeStep(kStep_s);
+  const double g = options.gravity_m_s2;
+  // A slope is simulated by tilted gravity, so that the ground stays a height over x and y.
+  world->setGravity({-g * std::sin(options.slope_rad), 0, -g * std::cos(options.slope_rad)});
+  world->getConstraintSolver()->setCollisionDetector(
+      dart::collision::BulletCollisionDetector::create());
+  world->getConstraintSolver()->getCollisionOption().collisionFilter = filter;
+
+  build_ground(options);
   robot = Skeleton::create("rover");
   auto [free, body] = robot->createJointAndBodyNodePair<dart::dynamics::FreeJoint>();
   chassis = body;
@@ -258,6 +292,11 @@ void Rover::World::build(const RoverOptions& options) {
   for (const std::size_t side : {0u, 1u}) add_side(*chassis, side, options.friction);
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation().z() = kAxleDown_m + kWheelRadius_m;
+  if (options.soil) {
+    in_soil.assign(kWheels,
+                   WheelInSoil(soil::in_gravity(*options.soil, g), kMass_kg * g / kWheels));
+    pose.translation().z() -= in_soil[0].sinkage_m();
+  }
   free->setTransform(pose);
   world->addSkeleton(robot);
 }
@@ -272,13 +311,44 @@ void Rover::World::place_patches() {
     Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
     place.linear() =
         Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal).toRotationMatrix();
+    const double below_m = in_soil.empty() ? 0 : in_soil[wheel].sinkage_m();
     place.translation() =
-        Eigen::Vector3d(point.x_m, point.y_m, point.z_m) - normal * (kPatch_m.z() / 2);
+        Eigen::Vector3d(point.x_m, point.y_m, point.z_m) - normal * (kPatch_m.z() / 2 + below_m);
     patches[wheel]->setRelativeTransform(place);
+    if (!in_soil.empty()) moving[wheel]->setVelocities(-sinking_m_s[wheel] * normal);
   }
 }
 
+Rover::World::Friction Rover::World::touch(std::size_t wheel, double load_N) {
+  const double speed_m_s = std::abs(wheels[wheel]->getVelocity(0)) * kWheelRadius_m;
+  const double compliance_m_sN = kSlip * speed_m_s / std::max(load_N, kLeastLoad_N);
+  treads[wheel]->setPrimarySlipCompliance(compliance_m_sN);
+  treads[wheel]->setSecondarySlipCompliance(compliance_m_sN);
+  return {kRollingResistance * load_N * kWheelRadius_m, kPatchRadius_m * load_N};
+}
+
+Rover::World::Friction Rover::World::sink(std::size_t wheel, double load_N) {
+  const Eigen::Vector3d normal(under[wheel].normal.data());
+  const Eigen::Vector3d axle = hubs[wheel]->getWorldTransform().linear().col(1);
+  const Eigen::Vector3d ahead = axle.cross(normal).normalized();
+  const Eigen::Vector3d hub_m_s = hubs[wheel]->getLinearVelocity();
+  const SoilGrip grip =
+      in_soil[wheel].step({.load_N = load_N,
+                           .rim_m_s = wheels[wheel]->getVelocity(0) * kWheelRadius_m,
+                           .ahead_m_s = hub_m_s.dot(ahead),
+                           .left_m_s = hub_m_s.dot(normal.cross(ahead))});
+  treads[wheel]->setFrictionCoeff(grip.friction);
+  treads[wheel]->setPrimarySlipCompliance(grip.compliance_m_sN);
+  treads[wheel]->setSecondarySlipCompliance(grip.compliance_m_sN);
+  hubs[wheel]->addExtForce(grip.resistance_N * ahead, Eigen::Vector3d::Zero(), false, true);
+  sinking_m_s[wheel] = grip.sinking_m_s;
+  return {grip.rolling_Nm, grip.turning_Nm};
+}
+
 Rover::Rover(const RoverOptions& options) : world_(std::make_unique<World>(options)) {
+  if (options.soil && options.step_height_m > 0)
+    throw std::invalid_argument(
+        "there is no step on soil: leave out --step or the soil of --ground");
   world_->build(options);
   loads_N_.fill(kMass_kg * options.gravity_m_s2 / kWheels);
 }
@@ -289,18 +359,17 @@ void Rover::step(const std::array<ShaftDrive, kWheels>& wheels,
                  const std::array<ShaftDrive, kSteered>& steering) {
   World& w = *world_;
   w.place_patches();
-  std::array<double, kWheels> rolling_Nm{};
+  std::array<double, kWheels> rolling_Nm{}, in_place_Nm{};
   std::array<double, kSteered> turning_Nm{};
   for (std::size_t i = 0; i < kWheels; ++i) {
-    rolling_Nm[i] = kRollingResistance * loads_N_[i] * kWheelRadius_m;
+    const World::Friction friction =
+        w.in_soil.empty() ? w.touch(i, loads_N_[i]) : w.sink(i, loads_N_[i]);
+    rolling_Nm[i] = friction.rolling_Nm;
+    in_place_Nm[i] = friction.turning_Nm;
     drive(*w.wheels[i], wheels[i], rolling_Nm[i]);
-    const double speed_m_s = std::abs(w.wheels[i]->getVelocity(0)) * kWheelRadius_m;
-    const double compliance_m_sN = kSlip * speed_m_s / std::max(loads_N_[i], kLeastLoad_N);
-    w.treads[i]->setPrimarySlipCompliance(compliance_m_sN);
-    w.treads[i]->setSecondarySlipCompliance(compliance_m_sN);
   }
   for (std::size_t i = 0; i < kSteered; ++i) {
-    turning_Nm[i] = kPatchRadius_m * loads_N_[kSteeredWheels[i]];
+    turning_Nm[i] = in_place_Nm[kSteeredWheels[i]];
     drive(*w.steering[i], steering[i], turning_Nm[i]);
   }
   const double twist_rad = w.rockers[0]->getPosition(0) + w.rockers[1]->getPosition(0);
@@ -338,6 +407,15 @@ double Rover::slip_m_s(std::size_t wheel) const {
   const Eigen::Vector3d ahead = axle.cross(Eigen::Vector3d::UnitZ());
   const double tread_m_s = wheels_[wheel].velocity_rad_s * kWheelRadius_m;
   return tread_m_s - std::copysign(hub_m_s.norm(), hub_m_s.dot(ahead));
+}
+
+double Rover::sinkage_m(std::size_t wheel) const {
+  const World& w = *world_;
+  if (w.in_soil.empty()) return 0;
+  const Eigen::Vector3d centre = w.hubs[wheel]->getWorldTransform().translation();
+  const GroundPoint& point = w.under[wheel];
+  const Eigen::Vector3d up(point.normal.data());
+  return kWheelRadius_m - (centre - Eigen::Vector3d(point.x_m, point.y_m, point.z_m)).dot(up);
 }
 
 Suspension Rover::suspension() const {

@@ -11,9 +11,11 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <memory>
+#include <optional>
 
 #include "tools/lss-sim/ardito/terrain.h"
 #include "tools/lss-sim/frame/shaft.h"
+#include "tools/lss-sim/soil/soil.h"
 
 namespace lss::sim::ardito {
 
@@ -39,8 +41,9 @@ enum class PlantKind { dart, kinematic };
 struct RoverOptions {
   PlantKind plant = PlantKind::dart;
   Ground ground = Ground::flat;
+  std::optional<soil::Soil> soil{};  // as measured, not in this gravity; unset: hard ground
   double gravity_m_s2 = 9.81;
-  double friction = 0.3;
+  double friction = 0.3;       // of hard ground
   double slope_rad = 0;        // uphill ahead
   double step_height_m = 0;    // a kerb across the way; 0: none
   double step_at_m = 1.5;      // distance of its edge from the start
@@ -74,6 +77,8 @@ class RoverPlant {
   const std::array<double, kWheels>& loads_N() const { return loads_N_; }  // on the ground
   // The speed of a wheel's tread minus that of its hub.
   virtual double slip_m_s(std::size_t wheel) const = 0;
+  // Under the untouched surface; 0 on hard ground.
+  virtual double sinkage_m(std::size_t) const { return 0; }
   virtual Suspension suspension() const = 0;
   virtual BodyState body() const = 0;
 
@@ -85,7 +90,8 @@ class RoverPlant {
 
 class Rover final : public RoverPlant {
  public:
-  // The rover stands on its wheels at the origin.
+  // The rover stands on its wheels at the origin. Throws std::invalid_argument when options
+  // contradict each other.
   explicit Rover(const RoverOptions& options);
   ~Rover() override;
   Rover(const Rover&) = delete;
@@ -94,6 +100,7 @@ class Rover final : public RoverPlant {
   void step(const std::array<ShaftDrive, kWheels>& wheels,
             const std::array<ShaftDrive, kSteered>& steering) override;
   double slip_m_s(std::size_t wheel) const override;
+  double sinkage_m(std::size_t wheel) const override;
   Suspension suspension() const override;
   BodyState body() const override;
 
@@ -102,7 +109,8 @@ class Rover final : public RoverPlant {
   std::unique_ptr<World> world_;
 };
 
-// Of elastic wheels with grousers on firm sand, and of a contact patch that is turned in place.
+// Of hard ground: elastic wheels with grousers on firm sand, and of a contact patch that is turned
+// in place.
 inline constexpr double kRollingResistance = 0.06;
 inline constexpr double kPatchRadius_m = 0.03;
 

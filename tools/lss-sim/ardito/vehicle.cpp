@@ -29,7 +29,8 @@ auto collect(Get get) {
 
 std::unique_ptr<RoverPlant> make_plant(const RoverOptions& options) {
   if (options.plant == PlantKind::kinematic) {
-    if (options.ground != Ground::flat || options.slope_rad != 0 || options.step_height_m > 0)
+    if (options.ground != Ground::flat || options.soil || options.slope_rad != 0 ||
+        options.step_height_m > 0)
       throw std::invalid_argument(
           "the kinematic plant is on level ground: leave out --ground, --slope and --step, or use "
           "--plant dart");
@@ -122,6 +123,7 @@ nlohmann::ordered_json Ardito::truth() const {
       {"wheel_rad_s", collect<kWheels>([&](auto i) { return rover_->wheels()[i].velocity_rad_s; })},
       {"wheel_slip_m_s", collect<kWheels>([&](auto i) { return rover_->slip_m_s(i); })},
       {"wheel_load_N", rover_->loads_N()},
+      {"wheel_sinkage_m", collect<kWheels>([&](auto i) { return rover_->sinkage_m(i); })},
       {"steering_rad", collect<kSteered>([&](auto i) { return rover_->steering()[i].angle_rad; })},
       {"beta_rad", suspension.beta_rad},
       {"rho_rad", {suspension.rho1_rad, suspension.rho2_rad}},
@@ -135,6 +137,24 @@ nlohmann::ordered_json Ardito::truth() const {
 
 namespace {
 
+// SHAPE, SOIL, or SHAPE,SOIL.
+void set_ground(RoverOptions& options, const std::string& text) {
+  const std::map<std::string, Ground> shapes = {
+      {"flat", Ground::flat}, {"hills", Ground::hills}, {"rough", Ground::rough}};
+  const std::size_t comma = text.find(',');
+  const auto shape = shapes.find(text.substr(0, comma));
+  if (shape != shapes.end()) options.ground = shape->second;
+  if (shape != shapes.end() && comma == std::string::npos) return;
+  if (shape == shapes.end() && comma != std::string::npos)
+    throw std::invalid_argument("--ground " + text + ": before the comma flat, hills or rough");
+  try {
+    options.soil = soil::parse_soil(comma == std::string::npos ? text : text.substr(comma + 1));
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(std::string("--ground: ") + error.what() +
+                                "; on hard ground: flat, hills, rough");
+  }
+}
+
 class ArditoKind final : public VehicleKind {
  public:
   std::string name() const override { return "ardito"; }
@@ -147,8 +167,6 @@ class ArditoKind final : public VehicleKind {
   void add_options(CLI::App& command) override {
     const std::map<std::string, double> gravities = {
         {"moon", 1.625}, {"mars", 3.72}, {"earth", 9.81}};
-    const std::map<std::string, Ground> grounds = {
-        {"flat", Ground::flat}, {"hills", Ground::hills}, {"rough", Ground::rough}};
     const std::map<std::string, StepSide> sides = {
         {"both", StepSide::both}, {"left", StepSide::left}, {"right", StepSide::right}};
     command
@@ -156,13 +174,15 @@ class ArditoKind final : public VehicleKind {
                     "dart: rigid bodies; kinematic: wheels that roll on level ground")
         ->check(CLI::IsMember({"dart", "kinematic"}))
         ->capture_default_str();
-    command.add_option("--ground", options_.ground, "flat, hills, or rough; placed by the seed")
-        ->transform(CLI::CheckedTransformer(grounds).description(""))
+    command
+        .add_option("--ground", ground_,
+                    "flat, hills or rough, placed by the seed; a soil: sand, loam, regolith, each "
+                    "with :FACTOR of its strength if wanted; or both: hills,regolith")
         ->default_str("flat");
     command.add_option("--gravity", options_.gravity_m_s2, "moon, mars, earth, or m/s2")
         ->transform((CLI::CheckedTransformer(gravities) | CLI::Range(0.1, 30.0)).description(""))
         ->default_str("earth");
-    command.add_option("--friction", options_.friction, "of the ground")
+    command.add_option("--friction", options_.friction, "of hard ground")
         ->check(CLI::Range(0.05, 2.0))
         ->capture_default_str();
     command.add_option("--slope", slope_deg_, "ground rises ahead by this angle, degrees")
@@ -186,6 +206,7 @@ class ArditoKind final : public VehicleKind {
     RoverOptions options = options_;
     options.seed = seed;
     options.plant = plant_ == "dart" ? PlantKind::dart : PlantKind::kinematic;
+    set_ground(options, ground_);
     options.slope_rad = slope_deg_ * kDegree;
     options.step_height_m = step_mm_ * 1e-3;
     return std::make_unique<Ardito>(options);
@@ -193,7 +214,7 @@ class ArditoKind final : public VehicleKind {
 
  private:
   RoverOptions options_;
-  std::string plant_ = "dart";
+  std::string plant_ = "dart", ground_ = "flat";
   double slope_deg_ = 0, step_mm_ = 0;
 };
 
