@@ -129,6 +129,8 @@ Motion estimate_motion(const Feedback& feedback, const Inputs& inputs, WheelSet 
     const double along = imu_along_m_s(motion, inputs, p);
     motion.slip_m_s = motion.mean.v_m_s * motion.v_to_hub - along;
     motion.ground_m_s = along / motion.v_to_hub;
+    const double speed = imu_speed_m_s(motion, inputs, p);
+    motion.sliding_m_s = std::sqrt(std::max(speed * speed - along * along, 0.0));
   }
   motion.imu_contradicts = contradicts(motion, inputs, p);
   return motion;

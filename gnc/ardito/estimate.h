@@ -18,7 +18,8 @@ struct Motion {
   bool imu_contradicts = false;  // by more than sideways sliding can explain
   double slip_m_s =
       0;  // wheels minus IMU along the motion, on the scale of v_to_hub; 0 without IMU
-  double ground_m_s = 0;  // of the CM along the motion, by the IMU; without one that of the wheels
+  double sliding_m_s = 0;  // across the motion, by the IMU, without a sign; 0 without one
+  double ground_m_s = 0;   // of the CM along the motion, by the IMU; without one that of the wheels
 };
 
 // trusted, trusted_steering: inputs of the means; none: all of them.

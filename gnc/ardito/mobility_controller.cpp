@@ -196,10 +196,10 @@ double MobilityController::mean_load(const Inputs& inputs) const noexcept {
   return count > 0 ? sum / count : 0;
 }
 
-// Wheels and IMU contradict each other. The rover turns as the wheels say: the IMU's speed is
-// wrong. It does not turn, or its motors push against the ground in the sense of the slip: the
-// wheels slip. All other contradictions are the IMU's (watch_imu). Judged by the sums over all
-// frames of the contradiction.
+// Wheels and IMU contradict each other. The rover turns as the wheels say, and by far more than its
+// speed fits: the IMU's speed is wrong. It does not turn, or its motors push against the ground in
+// the sense of the slip: the wheels slip. All other contradictions are the IMU's (watch_imu).
+// Judged by the sums over all frames of the contradiction.
 void MobilityController::watch_slip(const Inputs& inputs, const Motion& motion,
                                     Command& command) noexcept {
   SlipWatch& w = state_.slip;
@@ -223,12 +223,14 @@ void MobilityController::watch_slip(const Inputs& inputs, const Motion& motion,
   const double turning = std::abs(w.wheels_yaw_rad_s), turned = w.imu_yaw_rad_s / w.frames;
   const double pushing = w.load * (motion.slip_m_s * v > 0 ? 1 : -1);
   const bool spot = motion.v_to_hub != 1;  // there the yaw rate is what is in question
-  const bool along = lost || std::abs(motion.slip_m_s) > parameters_.slip_m_s;  // not sideways
+  const bool along = lost || std::abs(motion.slip_m_s) > motion.sliding_m_s;  // not sideways
   bool wheels = along && pushing > parameters_.slip_load * w.frames;
   if (!spot && turning > parameters_.turning_rad_s * w.frames) {
+    // Wheels that slip lose yaw rate and speed together; uphill on soil more speed than yaw rate.
     const double share = turned * w.frames / w.wheels_yaw_rad_s;
+    const double speed_share = 1 - motion.slip_m_s / v;
     if (share < 0.35) wheels = true;
-    if (share > 0.65) wheels = false;
+    if (share > 0.65 && share - speed_share > 0.35) wheels = false;
   }
   if (!wheels) return;
   command.faults |= kWheelsSlip;

@@ -5,19 +5,24 @@
 #include <cmath>
 #include <cstdio>
 
+#include "idl/ardito/codes.h"
 #include "tests/ardito/chain/chain.h"
 
 namespace lss::ardito {
 namespace {
+
+using sim::soil::kEarth_m_s2;
 
 constexpr double kSpeed_m_s = 0.5;
 constexpr double kHeading_rad = 3 * std::numbers::pi / 180;
 constexpr double kStep_m = 0.060;
 
 Chain::Options options(sim::ardito::RoverOptions rover, unsigned seed) {
-  return {.rover = rover, .seed = seed, .adjust = [](Parameters& p) {
+  return {.rover = rover, .seed = seed, .adjust = [g = rover.gravity_m_s2](Parameters& p) {
             p.beacon_ns = 1500 * kMillisecond;  // the lamp is no part of this and costs time
             p.mobility.top_speed_m_s = 1;
+            // Of the Earth: motors push with the weight.
+            p.mobility.slip_load *= g / kEarth_m_s2;
           }};
 }
 
@@ -33,6 +38,16 @@ Chain::Options corrected(Chain::Options with, int sign) {
 double true_yaw_rad(const Chain& chain) {
   const Eigen::Matrix3d turn = chain.world().rover().body().attitude.toRotationMatrix();
   return -std::atan2(turn(1, 0), turn(0, 0));
+}
+
+// Its wheels turn, and truly it moves at less than half of their speed.
+bool loses_half(const Chain& chain) {
+  double turning_m_s = 0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const double rad_s = chain.world().rover().wheels()[i].velocity_rad_s;
+    turning_m_s += std::abs(rad_s) * sim::ardito::dimensions::kWheelRadius_m / kWheels;
+  }
+  return chain.world().rover().body().velocity_m_s.norm() < turning_m_s / 2;
 }
 
 // The deviations; empty: none. Steering systems as 11, 12, 15, 16.
@@ -55,8 +70,15 @@ std::string alarm(const Chain& chain, Healthy& seen) {
                   static_cast<unsigned>(c.steering_failure[i]));
     text += line;
   }
+  const bool was_stuck = seen.is_stuck;
+  seen.is_stuck = false;
   for (const FaultRecord& fault : chain.supervisor().faults) {
     if (fault.id == FaultId::none) continue;
+    if (fault.id == faults::rover_stuck && (was_stuck || loses_half(chain))) {
+      seen.is_stuck = true;
+      if (!was_stuck) ++seen.stuck;
+      continue;
+    }
     std::snprintf(line, sizeof line, "%s of %u; ", info(fault.id)->name, fault.subject);
     text += line;
   }
@@ -150,6 +172,7 @@ void Healthy::add(const Healthy& other) {
   isolated += other.isolated;
   left_out += other.left_out;
   fatal += other.fatal;
+  stuck += other.stuck;
   alarms.insert(alarms.end(), other.alarms.begin(), other.alarms.end());
 }
 

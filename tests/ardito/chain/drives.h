@@ -21,6 +21,8 @@ struct Healthy {
   unsigned isolated = 0;             // wheels without cause
   unsigned left_out = 0;             // sensors without cause
   unsigned fatal = 0;
+  unsigned stuck = 0;  // stopped as stuck, and truly at less than half the speed of the wheels
+  bool is_stuck = false;
   std::vector<std::string> alarms;  // when and what
 
   void add(const Healthy& other);

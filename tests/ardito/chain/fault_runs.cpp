@@ -112,7 +112,9 @@ std::string with_wheel(const char* fault, unsigned wheel) {
 }
 
 Chain::Options options(const DriveCase& drive) {
-  return {.rover = {.ground = drive.ground}, .seed = drive.seed, .adjust = [](Parameters& p) {
+  return {.rover = {.ground = drive.ground, .soil = drive.soil},
+          .seed = drive.seed,
+          .adjust = [](Parameters& p) {
             p.beacon_ns = 1500 * kMillisecond;  // the lamp is no part of this and costs time
             p.mobility.top_speed_m_s = 1;
           }};
@@ -168,7 +170,8 @@ class Run {
     // Slower in curves (Ardito thesis 11.2.2).
     const double heading_rad = chain.telemetry().heading_rad;
     const double wanted_m_s = drive_.speed_m_s * (1 - std::abs(std::sin(5 * heading_rad)));
-    const double uneven = drive_.ground == sim::ardito::Ground::flat ? 1 : 2.5;
+    const bool even = drive_.ground == sim::ardito::Ground::flat && !drive_.soil;
+    const double uneven = even ? 1 : 2.5;
     const double most_m_s = uneven * std::max(0.08, 0.16 * wanted_m_s);
     if (!row.fatal && std::abs(speed_m_s - wanted_m_s) > most_m_s)
       wrong("does not drive on at its speed");

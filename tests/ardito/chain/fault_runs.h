@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tools/lss-sim/ardito/terrain.h"
+#include "tools/lss-sim/soil/soil.h"
 
 namespace lss::ardito {
 
@@ -50,6 +51,7 @@ struct DriveCase {
   double speed_m_s = 0.5;
   unsigned seed = 1;  // odd: broken in step with the sampling, so that frame 1 sees it 0.1 s old;
                       // even: at some other moment of the frame
+  std::optional<sim::soil::Soil> soil{};
 };
 
 // Times in frames of 100 ms. Frame 1 is the first one whose SYNC came after the failure.

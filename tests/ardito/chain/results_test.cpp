@@ -7,17 +7,16 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <functional>
 #include <map>
-#include <thread>
 #include <vector>
 
 #include "idl/angles.h"
 #include "tests/ardito/chain/chain.h"
 #include "tests/ardito/chain/drives.h"
 #include "tests/ardito/chain/fault_runs.h"
+#include "tests/ardito/chain/jobs.h"
 #include "tests/ardito/chain/results_document.h"
 #include "tests/support/everything.h"
 
@@ -28,21 +27,6 @@ constexpr int kFrame_ms = 100;
 
 using sim::ardito::Ground;
 using testing_support::in_sample;
-
-// Runs are independent of each other: jobs 0 to count-1 on as many threads as there are processors,
-// or LSS_RESULTS_THREADS. Results do not depend on their number.
-void for_each_job(std::size_t count, const std::function<void(std::size_t)>& job) {
-  const char* text = std::getenv("LSS_RESULTS_THREADS");
-  const unsigned most = text == nullptr ? std::thread::hardware_concurrency()
-                                        : static_cast<unsigned>(std::atoi(text));
-  std::atomic<std::size_t> next = 0;
-  std::vector<std::jthread> threads;
-  for (unsigned n = 0; n < std::max(most, 1u); ++n) {
-    threads.emplace_back([&] {
-      for (std::size_t i = next++; i < count; i = next++) job(i);
-    });
-  }
-}
 
 using Break = FailureTimes (*)(const FailureRow& row, unsigned subject, const DriveCase& drive);
 

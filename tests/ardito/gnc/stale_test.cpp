@@ -253,6 +253,30 @@ TEST(Slip, InACurveTheYawRateTellsWhoIsRight) {
   }
 }
 
+// As on soil, uphill: the IMU is right although the rover turns at three quarters of the yaw rate.
+TEST(Slip, InACurveWheelsThatLoseYawRateAndSpeedTogetherSlip) {
+  for (const double speed_share : {0.55, 0.95}) {
+    Rover rover(5);
+    rover.request.run = true;
+    rover.request.speed = 0.8;
+    rover.request.sigma_rad = 4 * kDegree;
+    ASSERT_TRUE(rover.settle(30));
+    rover.drive_load = 0.5;
+    rover.run(2);
+    static double share;
+    share = speed_share;
+    rover.tamper = [](Measured& m) {
+      m.imu.speed_m_s.value *= share;
+      m.imu.yaw_rate_rad_s.value *= 0.75;
+    };
+    for (int n = 0; n < 40; ++n) {
+      rover.step();
+      EXPECT_EQ(rover.command.faults & kImuImplausible, 0U) << n;
+    }
+    EXPECT_EQ((rover.command.faults & kWheelsSlip) != 0, speed_share < 0.6);
+  }
+}
+
 TEST(Slip, TurningOnTheSpotAgainstAnObstacleIsStuckToo) {
   Rover rover(5);
   rover.request.run = rover.request.parking = true;

@@ -1,0 +1,337 @@
+// D.I.A.N.A. Ardito on soil: how it drives, by its motors alone, and what the whole chain makes of
+// slip. With LSS_WRITE_RESULTS set, all of it, into docs/soil.md; else a sample as a test.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "idl/angles.h"
+#include "idl/ardito/codes.h"
+#include "tests/ardito/chain/chain.h"
+#include "tests/ardito/chain/drives.h"
+#include "tests/ardito/chain/fault_runs.h"
+#include "tests/ardito/chain/jobs.h"
+#include "tests/support/section.h"
+#include "tests/support/stamp.h"
+#include "tools/lss-sim/ardito/train.h"
+
+namespace lss::ardito {
+namespace {
+
+using sim::ardito::Ground;
+using sim::soil::kEarth_m_s2;
+using sim::soil::kMoon_m_s2;
+
+bool writing() { return std::getenv("LSS_WRITE_RESULTS") != nullptr; }
+
+void write(const std::string& title, const std::string& test, const std::string& text) {
+  testing_support::write_section(
+      LSS_DOCUMENT, title,
+      "Measured " + testing_support::stamp(LSS_DOCUMENT) +
+          " by\n`LSS_WRITE_RESULTS=1 ardito_soil_results_test --gtest_filter=" + test + "`.\n" +
+          text);
+}
+
+// ---- how it drives
+
+struct Driven {
+  double speed_m_s = 0, slip = 0, sinkage_m = 0, torque_Nm = 0, current_A = 0;
+};
+
+// Straight ahead with motors ordered to this speed of the treads, a second on average, after five.
+Driven drive(const sim::ardito::RoverOptions& options, double ordered_m_s) {
+  using namespace sim::ardito;
+  Rover rover(options);
+  std::array<WheelTrain, sim::ardito::kWheels> trains;
+  for (WheelTrain& train : trains) train.clutch_ordered = true;
+  Driven driven;
+  double rim_m_s = 0;
+  constexpr int kSteps = 6000, kMeasured = 1000;
+  double from_m = 0;
+  for (int n = 0; n < kSteps; ++n) {
+    const double ramp = std::min(1.0, n * sim::ardito::kStep_s);
+    std::array<sim::ShaftDrive, sim::ardito::kWheels> wheels;
+    for (std::size_t i = 0; i < wheels.size(); ++i) {
+      const double motor_rad_s = ramp * ordered_m_s / dimensions::kWheelRadius_m * kGear;
+      wheels[i] = trains[i].step({true, motor_rad_s}, rover.wheels()[i], 25);
+    }
+    rover.step(wheels, {{{0, 40}, {0, 40}, {0, 40}, {0, 40}}});
+    if (n == kSteps - kMeasured) from_m = rover.body().position_m.x();
+    if (n < kSteps - kMeasured) continue;
+    for (std::size_t i = 0; i < wheels.size(); ++i) {
+      const double share = 1.0 / static_cast<double>(kMeasured * wheels.size());
+      rim_m_s += share * rover.wheels()[i].velocity_rad_s * dimensions::kWheelRadius_m;
+      driven.torque_Nm = std::max(driven.torque_Nm, std::abs(rover.wheels()[i].torque_Nm));
+      driven.current_A = std::max(driven.current_A, std::abs(trains[i].current_A()));
+      driven.sinkage_m = std::max(driven.sinkage_m, rover.sinkage_m(i));
+    }
+  }
+  driven.speed_m_s = (rover.body().position_m.x() - from_m) / (kMeasured * sim::ardito::kStep_s);
+  driven.slip = 1 - driven.speed_m_s / rim_m_s;
+  return driven;
+}
+
+TEST(ArditoSoil, Drives) {
+  struct Case {
+    const char* soil;
+    double gravity_m_s2, slope_deg;
+  };
+  std::vector<Case> cases;
+  if (writing()) {
+    for (const char* soil : {"hard", "loam", "regolith", "regolith:0.25", "sand"}) {
+      for (const double gravity_m_s2 : {kEarth_m_s2, kMoon_m_s2}) {
+        for (const double slope_deg : {-15.0, 0.0, 5.0, 10.0, 15.0})
+          cases.push_back({soil, gravity_m_s2, slope_deg});
+      }
+    }
+  } else {
+    cases = {{"regolith", kEarth_m_s2, 0}, {"regolith", kEarth_m_s2, 15}};
+  }
+  std::vector<Driven> driven(cases.size());
+  for_each_job(cases.size(), [&](std::size_t i) {
+    sim::ardito::RoverOptions options{.gravity_m_s2 = cases[i].gravity_m_s2,
+                                      .slope_rad = cases[i].slope_deg * kDegree};
+    if (cases[i].soil != std::string("hard")) options.soil = sim::soil::parse_soil(cases[i].soil);
+    driven[i] = drive(options, 0.2);
+  });
+  if (!writing()) {
+    EXPECT_NEAR(driven[0].slip, 0.15, 0.05);
+    EXPECT_GT(driven[1].slip, 0.95) << "a wheel pulls 23 % of its load at best";
+    return;
+  }
+  std::string text =
+      "Motors ordered to 0.2 m/s, straight ahead; the sixth second. *Slip*: share of the mean "
+      "speed "
+      "of the treads that is lost,\nnegative when the rover pushes its wheels; *depth*, *torque*, "
+      "*current* of the worst wheel (rated 4 A, limit 10 A).\n\n"
+      "| soil | gravity | slope, deg | speed, mm/s | slip, % | depth, mm | torque, N m | current, "
+      "A "
+      "|\n|---|---|---|---|---|---|---|---|\n";
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    const Driven& d = driven[i];
+    text += fmt::format(
+        "| {} | {} | {:.0f} | {:.0f} | {:.0f} | {} | {:.1f} | {:.2f} |\n", cases[i].soil,
+        cases[i].gravity_m_s2 > 5 ? "Earth" : "Moon", cases[i].slope_deg, d.speed_m_s * 1e3,
+        d.slip * 100,
+        cases[i].soil == std::string("hard") ? "-" : fmt::format("{:.0f}", d.sinkage_m * 1e3),
+        d.torque_Nm, d.current_A);
+  }
+  fmt::print("{}", text);
+  write("Ardito on soil", "ArditoSoil.Drives", text);
+}
+
+// ---- false alarms
+
+struct Place {
+  const char* name;
+  sim::ardito::RoverOptions rover;
+};
+
+std::vector<Place> places() {
+  const sim::soil::Soil regolith = sim::soil::parse_soil("regolith");
+  return {
+      {"hills, Earth", {.ground = Ground::hills, .soil = regolith}},
+      {"rough, Earth", {.ground = Ground::rough, .soil = regolith}},
+      {"slope of 10 deg, Earth", {.soil = regolith, .slope_rad = 10 * kDegree}},
+      {"slope of 15 deg, Earth", {.soil = regolith, .slope_rad = 15 * kDegree}},
+      {"hills, Moon", {.ground = Ground::hills, .soil = regolith, .gravity_m_s2 = kMoon_m_s2}},
+      {"slope of 15 deg, Moon",
+       {.soil = regolith, .gravity_m_s2 = kMoon_m_s2, .slope_rad = 15 * kDegree}},
+  };
+}
+
+TEST(ArditoSoil, FalseAlarms) {
+  if (!writing()) {
+    // Up the slope, in curves, and straight on: 30 to 34 s after the start the IMU was blamed.
+    const Healthy seen = drive_healthy(places()[2].rover, 0.6, 1);
+    EXPECT_GE(seen.minutes, 0.6);
+    EXPECT_GT(seen.slip_frames, 100ul);
+    EXPECT_TRUE(seen.alarms.empty()) << seen.alarms.front();
+    return;
+  }
+  const char* wanted = std::getenv("LSS_RESULTS_MINUTES");
+  const double minutes = wanted == nullptr ? 60 : std::atof(wanted);
+  constexpr unsigned kSeeds = 2;
+  const std::vector<Place> all = places();
+  std::vector<Healthy> runs(all.size() * kSeeds);
+  for_each_job(runs.size(), [&](std::size_t i) {
+    runs[i] = drive_healthy(all[i / kSeeds].rover, minutes / static_cast<double>(runs.size()),
+                            static_cast<unsigned>(i % kSeeds + 1));
+    fmt::print("{} {:.1f} min, {} alarms\n", all[i / kSeeds].name, runs[i].minutes,
+               runs[i].alarms.size());
+    std::fflush(stdout);
+  });
+  std::string text = fmt::format(
+      "The daemon's chain over regolith, nothing broken, all noise on: 0.5 m/s ahead, 0.3 m/s "
+      "back, "
+      "straight and in curves of 3 deg,\na stop and a turn on the spot each minute; seeds 1 to {}; "
+      "{:.0f} minutes in all. On the Moon `mobility.slip_load` is 0.03: motors\npush with the "
+      "weight. *Stuck*: stopped as stuck, and truly slower than half the speed of its wheels.\n\n"
+      "| place | minutes | way, m | frames with a suspicion | with slip | with a clutch probe | "
+      "stuck | wheels isolated | sensors left out | FatalErrors |\n"
+      "|---|---|---|---|---|---|---|---|---|---|\n",
+      kSeeds, minutes);
+  std::string alarms;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    Healthy sum;
+    for (unsigned n = 0; n < kSeeds; ++n) sum.add(runs[i * kSeeds + n]);
+    text += fmt::format("| {} | {:.1f} | {:.0f} | {} of {} | {} | {} | {} | {} | {} | {} |\n",
+                        all[i].name, sum.minutes, sum.metres, sum.suspect_frames, sum.frames,
+                        sum.slip_frames, sum.probe_frames, sum.stuck, sum.isolated, sum.left_out,
+                        sum.fatal);
+    std::map<std::string, int> count;  // by what, of which the first
+    for (const std::string& alarm : sum.alarms) ++count[alarm.substr(alarm.find(" s: ") + 4)];
+    for (const auto& [what, n] : count)
+      alarms += fmt::format("- {}: {} ({}x)\n", all[i].name, what, n);
+  }
+  text += alarms.empty() ? "\nNo false alarm.\n" : "\nFalse alarms:\n\n" + alarms;
+  fmt::print("{}", text);
+  write("Ardito's failure detection on soil: false alarms", "ArditoSoil.FalseAlarms", text);
+}
+
+// ---- digging in
+
+struct DugIn {
+  bool noticed = false, stood = false, out = false;
+  double noticed_s = 0, moving_m = 0, stopped_m = 0;  // depth of the deepest wheel: at most before
+};
+
+// Up a slope that the soil does not let it climb, then back.
+DugIn dig_in(const char* soil, double slope_deg, unsigned seed) {
+  Chain chain({.rover = {.soil = sim::soil::parse_soil(soil), .slope_rad = slope_deg * kDegree},
+               .seed = seed,
+               .adjust = [](Parameters& p) { p.beacon_ns = 1500 * kMillisecond; }});
+  const sim::ardito::RoverPlant& rover = chain.world().rover();
+  const auto deepest_m = [&] {
+    double depth_m = 0;
+    for (std::size_t i = 0; i < kWheels; ++i) depth_m = std::max(depth_m, rover.sinkage_m(i));
+    return depth_m;
+  };
+  DugIn dug;
+  if (!chain.start() || !chain.drive(0.3)) return dug;
+  const double from_s = chain.seconds();
+  dug.noticed = chain.run_until(
+      [&] {
+        dug.moving_m = std::max(dug.moving_m, deepest_m());
+        return chain.has(faults::rover_stuck, 0);
+      },
+      10);
+  dug.noticed_s = chain.seconds() - from_s;
+  chain.run(2);
+  dug.stood = true;
+  for (const sim::ShaftState& wheel : rover.wheels())
+    dug.stood = dug.stood && std::abs(wheel.velocity_rad_s) < 0.05;
+  dug.stopped_m = deepest_m();
+  const Eigen::Vector3d at_m = rover.body().position_m;
+  if (!chain.drive(-0.3)) return dug;
+  chain.run(4);
+  dug.out = at_m.x() - rover.body().position_m.x() > 0.5 && !chain.has(faults::rover_stuck, 0);
+  return dug;
+}
+
+TEST(ArditoSoil, DigsIn) {
+  const unsigned seeds = writing() ? 20 : 1;
+  const std::vector<std::pair<const char*, double>> cases = {{"regolith", 15}, {"sand", 10}};
+  const std::size_t tried = writing() ? cases.size() : 1;
+  std::vector<DugIn> runs(tried * seeds);
+  for_each_job(runs.size(), [&](std::size_t i) {
+    const auto& [soil, slope_deg] = cases[i / seeds];
+    runs[i] = dig_in(soil, slope_deg, static_cast<unsigned>(i % seeds + 1));
+  });
+  std::string text = fmt::format(
+      "Up a slope that is too steep for the soil, at 0.3 m/s in the Earth's gravity, then by "
+      "command "
+      "backward for 4 s; seeds 1 to {}.\n*Noticed*: from the wheels' start to `rover_stuck`, least "
+      "to "
+      "most; *depth* of the deepest wheel; *stopped*: all wheels stand 2 s\nlater; *out*: more "
+      "than "
+      "0.5 m back, and not stuck again.\n\n"
+      "| soil | slope, deg | noticed | after, s | depth till then, mm | stopped | depth then, mm | "
+      "out "
+      "|\n|---|---|---|---|---|---|---|---|\n",
+      seeds);
+  for (std::size_t c = 0; c < tried; ++c) {
+    unsigned noticed = 0, stood = 0, out = 0;
+    double least_s = 1e9, most_s = 0, moving_m = 0, stopped_m = 0;
+    for (unsigned n = 0; n < seeds; ++n) {
+      const DugIn& run = runs[c * seeds + n];
+      noticed += run.noticed ? 1 : 0, stood += run.stood ? 1 : 0, out += run.out ? 1 : 0;
+      least_s = std::min(least_s, run.noticed_s), most_s = std::max(most_s, run.noticed_s);
+      moving_m = std::max(moving_m, run.moving_m), stopped_m = std::max(stopped_m, run.stopped_m);
+    }
+    if (!writing()) {
+      EXPECT_EQ(noticed, seeds);
+      EXPECT_EQ(stood, seeds);
+      EXPECT_EQ(out, seeds);
+      EXPECT_LT(most_s, 5);
+    }
+    text +=
+        fmt::format("| {} | {:.0f} | {} of {} | {:.1f} to {:.1f} | {:.0f} | {} | {:.0f} | {} |\n",
+                    cases[c].first, cases[c].second, noticed, seeds, least_s, most_s,
+                    moving_m * 1e3, stood, stopped_m * 1e3, out);
+  }
+  fmt::print("{}", text);
+  if (writing()) write("Ardito digs itself in", "ArditoSoil.DigsIn", text);
+}
+
+// ---- failures
+
+TEST(ArditoSoil, Failures) {
+  const std::span<const FailureRow> rows = wheel_rows();
+  const unsigned seeds = writing() ? 2 : 1;
+  constexpr unsigned kSubjects[] = {4, 5};
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (writing() || rows[i].name == std::string_view("TC")) chosen.push_back(i);
+  }
+  std::vector<FailureTimes> runs(chosen.size() * seeds);
+  for_each_job(runs.size(), [&](std::size_t i) {
+    const auto seed = static_cast<unsigned>(i % seeds + 1);
+    runs[i] = break_wheel(rows[chosen[i / seeds]], kSubjects[seed - 1],
+                          {.ground = writing() ? Ground::hills : Ground::flat,
+                           .speed_m_s = 0.5,
+                           .seed = seed,
+                           .soil = sim::soil::parse_soil("regolith")});
+  });
+  std::string text = fmt::format(
+      "Broken on hills of regolith, the Earth's gravity, 0.5 m/s straight ahead; wheels 4 and 5, "
+      "seeds 1 to {}. Columns as in\n[ardito-results.md](ardito-results.md): *found* from the "
+      "failure to the frame that found it, *treated* frames after that.\n\n"
+      "| failure | thesis, theoretical, s | found, worst, s | treated, frames | not as expected "
+      "|\n|---|---|---|---|---|\n",
+      seeds);
+  for (std::size_t r = 0; r < chosen.size(); ++r) {
+    const FailureRow& row = rows[chosen[r]];
+    FailureTimes all;
+    for (unsigned n = 0; n < seeds; ++n) all.worst_of(runs[r * seeds + n]);
+    std::string thesis, found, wrong;
+    for (std::size_t part = 0; part < row.parts.size(); ++part) {
+      const char* plus = part == 0 ? "" : " + ";
+      const Thesis& s = row.parts[part].theoretical_s;
+      thesis += plus + (s ? fmt::format("{:.1f}", *s) : "-");
+      const int frames = all.found[part];
+      found += plus + (frames == FailureTimes::kNothing ? "-"
+                       : frames >= FailureTimes::kNever ? "not within 8 s"
+                                                        : fmt::format("{:.2f}", all.found_s[part]));
+      if (!writing()) {
+        EXPECT_LT(frames, 30) << row.name;
+      }
+    }
+    for (const std::string& what : all.wrong) wrong += (wrong.empty() ? "" : ", ") + what;
+    text +=
+        fmt::format("| {} | {} | {} | {} | {} |\n", row.name, thesis, found,
+                    all.mitigated >= FailureTimes::kNever ? "never" : std::to_string(all.mitigated),
+                    wrong.empty() ? "-" : wrong);
+  }
+  fmt::print("{}", text);
+  if (writing())
+    write("Ardito's failure detection on soil: failures of wheels", "ArditoSoil.Failures", text);
+}
+
+}  // namespace
+}  // namespace lss::ardito
