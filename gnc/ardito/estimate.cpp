@@ -148,7 +148,9 @@ bool imu_confirms(const Motion& motion, std::size_t wheel, double wheel_rad_s,
                   const Parameters& p) noexcept {
   const double hub = plane_hub_m_s(wheel, wheel_rad_s, feedback, inputs, correction, p);
   const double v = v_from_hub_m_s(wheel, hub, motion.mean.direction, p.geometry) * motion.v_to_hub;
-  return std::abs(v - imu_speed_m_s(motion, inputs, p)) <= p.imu_agree_m_s;
+  const double imu = imu_speed_m_s(motion, inputs, p);
+  // a wheel that is towed through soil turns more slowly than it moves
+  return std::abs(v - imu) <= std::max(p.imu_agree_m_s, p.agree_share * std::abs(imu));
 }
 
 }  // namespace lss::gnc::ardito

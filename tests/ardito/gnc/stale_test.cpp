@@ -370,7 +370,14 @@ TEST(Stale, TheImuAndTheLoadTellAWrongReductionEncoderFromASlippingClutch) {
     m.wheels[1].current.value = 0.09;
     m.imu.speed_m_s.value = m.wheels[1].reduction_rad_s.value * 0.15;
   };
+  // on soil: driven wheels lose a fifth, the wheel without a motor turns more slowly than it moves
+  const auto towed = [](Measured& m) {
+    m.wheels[1].reduction_rad_s.value *= 0.7;
+    m.wheels[1].current.value = 0.09;
+    m.imu.speed_m_s.value *= 0.8;
+  };
   const std::pair<void (*)(Measured&), WheelFailure> cases[] = {
+      {towed, WheelFailure::clutch},
       {wrong, WheelFailure::reduction_encoder},
       {alone, WheelFailure::reduction_encoder},
       {slipping, WheelFailure::clutch}};
