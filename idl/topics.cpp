@@ -226,30 +226,35 @@ Result<Participant> Participant::create(const ParticipantParameters& parameters)
   return result;
 }
 
+std::optional<Guid> owner_of(dds_entity_t reader, dds_instance_handle_t writer) {
+  dds_builtintopic_endpoint_t* endpoint = dds_get_matched_publication_data(reader, writer);
+  if (endpoint == nullptr) return std::nullopt;
+  const Guid guid = std::to_array(endpoint->participant_key.v);
+  dds_builtintopic_free_endpoint(endpoint);
+  return guid;
+}
+
 // Of a writer that the reader is, or was, matched with.
-std::optional<Participant::Guid> Participant::owner_of(dds_entity_t reader,
-                                                       dds_instance_handle_t writer) const {
+std::optional<Guid> Participant::remembered_owner(dds_entity_t reader,
+                                                  dds_instance_handle_t writer) const {
   constexpr std::size_t kMost = 4096;
   {
     const std::lock_guard lock(writers_->mutex);
     if (const auto known = writers_->owners.find(writer); known != writers_->owners.end())
       return known->second;
   }
-  dds_builtintopic_endpoint_t* endpoint = dds_get_matched_publication_data(reader, writer);
-  if (endpoint == nullptr) return std::nullopt;
-  Guid guid{};
-  std::ranges::copy(endpoint->participant_key.v, guid.begin());
-  dds_builtintopic_free_endpoint(endpoint);
+  const std::optional<Guid> guid = owner_of(reader, writer);
+  if (!guid) return std::nullopt;
   const std::lock_guard lock(writers_->mutex);
   if (writers_->owners.size() >= kMost) writers_->owners.clear();
-  writers_->owners.emplace(writer, guid);
+  writers_->owners.emplace(writer, *guid);
   return guid;
 }
 
 bool Participant::is_by(std::initializer_list<std::string_view> names, dds_entity_t reader,
                         const dds_sample_info_t& info) const {
   if (!enclave_) return true;
-  const std::optional<Guid> owner = owner_of(reader, info.publication_handle);
+  const std::optional<Guid> owner = remembered_owner(reader, info.publication_handle);
   return owner && std::ranges::any_of(
                       names, [&](std::string_view name) { return is_name_of(name, *owner); });
 }

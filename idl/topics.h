@@ -54,6 +54,11 @@ class Entity {
   dds_entity_t handle_ = 0;
 };
 
+// Of a DDS participant.
+using Guid = std::array<std::uint8_t, sizeof(dds_guid_t)>;
+// The participant of a writer that the reader is matched with; empty: the writer has gone.
+std::optional<Guid> owner_of(dds_entity_t reader, dds_instance_handle_t writer);
+
 constexpr int kEventDepth = 256;  // of a reader
 constexpr int kEventsKept = 64;   // old events of each id and subject that a late reader gets
 
@@ -108,13 +113,12 @@ class Participant {
   }
 
  private:
-  using Guid = std::array<std::uint8_t, sizeof(dds_guid_t)>;
   struct Writers {
     std::mutex mutex;
     std::map<dds_instance_handle_t, Guid> owners;
   };
 
-  std::optional<Guid> owner_of(dds_entity_t reader, dds_instance_handle_t writer) const;
+  std::optional<Guid> remembered_owner(dds_entity_t reader, dds_instance_handle_t writer) const;
 
   Entity domain_;
   Entity participant_;

@@ -13,17 +13,21 @@ using std::chrono::minutes;
 using std::chrono::seconds;
 
 const Clock::time_point kStart{seconds(100)};
-constexpr std::uint64_t kOurs = 1, kTheirs = 2;  // participants
+constexpr int kOurs = 1, kTheirs = 2;  // participants
 constexpr int kMost = Places::kMost;
+
+dds::Guid participant(int n) {
+  return {static_cast<std::uint8_t>(n), static_cast<std::uint8_t>(n >> 8)};
+}
 
 // The use by the fleet.
 struct List {
   Places places;
   std::set<std::string> ids;
 
-  bool hear(const std::string& id, std::uint64_t origin, Clock::time_point now) {
+  bool hear(const std::string& id, int origin, Clock::time_point now) {
     if (!ids.contains(id)) {
-      const Places::Admission admission = places.admit(id, origin, now);
+      const Places::Admission admission = places.admit(id, participant(origin), now);
       if (!admission.in) return false;
       ids.erase(admission.left);
       ids.insert(id);
@@ -75,9 +79,9 @@ TEST(Places, OfManyThatInventOneNameEachTheSilentOnesLeaveAndNobodyWhoAnswered) 
   List list;
   ASSERT_TRUE(list.hear("real", kOurs, kStart));
   list.places.answered("real", kStart);
-  std::uint64_t origin = 10;
+  int origin = 10;
   for (int ms = 0; ms < 60'000; ms += 100) {
-    list.hear(invented(static_cast<int>(origin)), origin, kStart + milliseconds(ms));
+    list.hear(invented(origin), origin, kStart + milliseconds(ms));
     ++origin;
     ASSERT_TRUE(list.ids.contains("real")) << "silent since the beginning";
   }
@@ -88,8 +92,7 @@ TEST(Places, OfManyThatInventOneNameEachTheSilentOnesLeaveAndNobodyWhoAnswered) 
 
 TEST(Places, WhoSpeaksOnIsNotPushedOutByOneMore) {
   List list;
-  for (int i = 0; i < kMost; ++i)
-    list.hear(invented(i), 10 + static_cast<std::uint64_t>(i), kStart);
+  for (int i = 0; i < kMost; ++i) list.hear(invented(i), 10 + i, kStart);
   EXPECT_FALSE(list.hear("one more", kOurs, kStart + seconds(1)));
   EXPECT_TRUE(list.places.crowded(kStart + seconds(2)));
   EXPECT_FALSE(list.places.crowded(kStart + seconds(12)));

@@ -24,13 +24,9 @@ bool good_id(std::string_view id) {
   return true;
 }
 
-// The writer: one number for each DDS participant; 0: it is gone already.
-std::uint64_t origin_of(const dds::Entity& reader, const dds_sample_info_t& info) {
-  const std::unique_ptr<dds_builtintopic_endpoint_t, decltype([](dds_builtintopic_endpoint_t* e) {
-                          dds_builtintopic_free_endpoint(e);
-                        })>
-      writer(dds_get_matched_publication_data(reader.get(), info.publication_handle));
-  return writer ? writer->participant_instance_handle : 0;
+// All participants that are gone already are one.
+dds::Guid origin_of(const dds::Entity& reader, const dds_sample_info_t& info) {
+  return dds::owner_of(reader.get(), info.publication_handle).value_or(dds::Guid{});
 }
 
 }  // namespace
@@ -117,7 +113,7 @@ void Fleet::take() {
   take_parameters();
 }
 
-Craft* Fleet::admit(const lss_Status& sample, std::uint64_t origin) {
+Craft* Fleet::admit(const lss_Status& sample, const dds::Guid& origin) {
   const std::string id(cli::text(sample.vehicle_id));
   if (!good_id(id)) return nullptr;
   const cli::Vehicle* kind = cli::find_vehicle(cli::text(sample.vehicle));
@@ -181,7 +177,7 @@ void Fleet::forget() {
   for (const std::string& id : early_places_.forget(now)) early_.erase(id);
 }
 
-Fleet::Early* Fleet::early(std::string_view id, std::uint64_t origin) {
+Fleet::Early* Fleet::early(std::string_view id, const dds::Guid& origin) {
   const std::string key(id);
   if (const auto known = early_.find(key); known != early_.end()) return &known->second;
   const Places::Admission admission = early_places_.admit(key, origin, Clock::now());
@@ -294,7 +290,7 @@ void Fleet::take_dictionaries() {
 
 // Another dictionary is that of another daemon: the vehicle comes back with it, unless a page
 // drives it.
-void Fleet::heard_dictionary(std::string_view id, std::string text, std::uint64_t origin) {
+void Fleet::heard_dictionary(std::string_view id, std::string text, const dds::Guid& origin) {
   if (text.size() > kMostOfDictionary) return;
   if (const Craft* craft = find(id)) {
     if (!craft->described || craft->dictionary == text) return;

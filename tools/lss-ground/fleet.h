@@ -95,11 +95,11 @@ class Fleet {
   void take_timing();
   void take_parameters();
   void take_dictionaries();
-  void heard_dictionary(std::string_view id, std::string text, std::uint64_t origin);
+  void heard_dictionary(std::string_view id, std::string text, const dds::Guid& origin);
   // Takes new samples, up to a limit, so that the loop can do its other work.
   template <class Sample, class Each>
   void take_each(const dds::Entity& reader, Each each);
-  Craft* admit(const lss_Status& sample, std::uint64_t origin);
+  Craft* admit(const lss_Status& sample, const dds::Guid& origin);
   // Of a vehicle that is not on the roster: its dictionary has arrived.
   bool is_described(const std::string& id) const;
   // nullptr: it cannot be read.
@@ -112,7 +112,7 @@ class Fleet {
     lss_Parameters parameters{};
     std::string dictionary;
   };
-  Early* early(std::string_view id, std::uint64_t origin);  // nullptr: no place
+  Early* early(std::string_view id, const dds::Guid& origin);  // nullptr: no place
   struct TelemetryReader {
     const cli::Vehicle* kind;
     dds::Entity entity;

@@ -9,7 +9,7 @@ bool Places::stays(const std::string& id, const Place& place, Clock::time_point 
   return place.answered != Clock::time_point{} && now - place.heard < kRemember;
 }
 
-std::size_t Places::held_by(std::uint64_t origin) const {
+std::size_t Places::held_by(const dds::Guid& origin) const {
   return static_cast<std::size_t>(
       std::ranges::count_if(places_, [&](const auto& p) { return p.second.origin == origin; }));
 }
@@ -34,7 +34,7 @@ std::string Places::victim(std::size_t asking, Clock::time_point now) const {
   return silent != nullptr && asking == 1 ? silent->first : "";
 }
 
-Places::Admission Places::admit(const std::string& id, std::uint64_t origin,
+Places::Admission Places::admit(const std::string& id, const dds::Guid& origin,
                                 Clock::time_point now) {
   Admission admission{.in = true, .left = {}};
   if (places_.size() >= kMost) {

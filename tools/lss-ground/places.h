@@ -11,12 +11,12 @@
 //   functions of the given time.
 
 #include <cstddef>
-#include <cstdint>
 #include <functional>
 #include <map>
 #include <string>
 #include <vector>
 
+#include "idl/topics.h"
 #include "tools/lss-ground/outbox.h"
 
 namespace lss::ground {
@@ -38,7 +38,7 @@ class Places {
     std::string left;  // the name that had to leave; empty: none
   };
   // A message under a name that has no place yet.
-  Admission admit(const std::string& id, std::uint64_t origin, Clock::time_point now);
+  Admission admit(const std::string& id, const dds::Guid& origin, Clock::time_point now);
   void heard(const std::string& id, Clock::time_point now);
   void answered(const std::string& id, Clock::time_point now);
   void leave(const std::string& id) { places_.erase(id); }
@@ -51,11 +51,11 @@ class Places {
 
  private:
   struct Place {
-    std::uint64_t origin = 0;
+    dds::Guid origin{};
     Clock::time_point since{}, heard{}, answered{};
   };
   bool stays(const std::string& id, const Place& place, Clock::time_point now) const;
-  std::size_t held_by(std::uint64_t origin) const;
+  std::size_t held_by(const dds::Guid& origin) const;
   std::string victim(std::size_t asking, Clock::time_point now) const;
 
   std::function<bool(const std::string&)> driven_;

@@ -9,12 +9,6 @@
 namespace lss::cli {
 namespace {
 
-Guid guid_of(const dds_guid_t& from) {
-  Guid guid;
-  std::ranges::copy(from.v, guid.begin());
-  return guid;
-}
-
 bool is_marked(const dds_qos_t* qos) {
   void* data = nullptr;
   std::size_t size = 0;
@@ -41,14 +35,6 @@ dds::Entity status_reader(dds_entity_t participant, const dds_listener_t* listen
 
 }  // namespace
 
-std::optional<Guid> participant_of(dds_entity_t reader, dds_instance_handle_t writer) {
-  dds_builtintopic_endpoint_t* endpoint = dds_get_matched_publication_data(reader, writer);
-  if (endpoint == nullptr) return std::nullopt;
-  const Guid guid = guid_of(endpoint->participant_key);
-  dds_builtintopic_free_endpoint(endpoint);
-  return guid;
-}
-
 Daemons::Daemons(const dds::Participant& participant, const dds_listener_t* listener)
     : participant_(participant),
       participant_reader_(builtin_reader(participant.get(), listener)),
@@ -66,7 +52,7 @@ bool Daemons::take_participants() {
   dds_sample_info_t info{};
   while (dds_take(participant_reader_.get(), samples, &info, 1, 1) == 1) {
     const auto& found = *static_cast<const dds_builtintopic_participant_t*>(samples[0]);
-    const Guid guid = guid_of(found.key);
+    const Guid guid = std::to_array(found.key.v);
     if (info.instance_state != DDS_IST_ALIVE) {
       news = all_.erase(guid) > 0 || news;
     } else if (info.valid_data && !participant_.enclave() && is_marked(found.qos)) {
@@ -108,7 +94,7 @@ bool Daemons::take_writers() {
 // Stores the owner of the writer; nullptr when the writer has gone.
 const Guid* Daemons::daemon_of(dds_instance_handle_t writer) {
   if (const auto known = writers_.find(writer); known != writers_.end()) return &known->second;
-  const std::optional<Guid> guid = participant_of(status_reader_.get(), writer);
+  const std::optional<Guid> guid = dds::owner_of(status_reader_.get(), writer);
   return guid ? &writers_.emplace(writer, *guid).first->second : nullptr;
 }
 

@@ -6,7 +6,6 @@
 
 #include <dds/dds.h>
 
-#include <array>
 #include <map>
 #include <optional>
 #include <string_view>
@@ -18,8 +17,7 @@
 
 namespace lss::cli {
 
-// Of a DDS participant.
-using Guid = std::array<std::uint8_t, sizeof(dds_guid_t)>;
+using dds::Guid;
 
 struct Daemon {
   lss_Status status{};                       // the newest
@@ -70,8 +68,5 @@ class Lull {
   int slices_ = 0;
   Clock::time_point begin_{}, last_news_{}, now_{}, slice_end_{};
 };
-
-// The owner of the writer that the reader is matched with.
-std::optional<Guid> participant_of(dds_entity_t reader, dds_instance_handle_t writer);
 
 }  // namespace lss::cli

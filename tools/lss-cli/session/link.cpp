@@ -375,7 +375,7 @@ std::optional<Link::Answer> Link::next_answer() {
     if (!info.valid_data || text(answer.ack.source) != source_ ||
         !participant_->is_by_vehicle(text(answer.ack.vehicle_id), ack_reader_.get(), info))
       continue;
-    const std::optional<Guid> daemon = participant_of(ack_reader_.get(), info.publication_handle);
+    const std::optional<Guid> daemon = dds::owner_of(ack_reader_.get(), info.publication_handle);
     if (!daemon) continue;  // it went
     answer.daemon = *daemon;
     return answer;
