@@ -37,7 +37,7 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 # iceoryx: RouDi, started by the units; systemd: creates its users.
 set(CPACK_DEBIAN_LSSD_PACKAGE_NAME lssd)
 set(CPACK_DEBIAN_LSSD_PACKAGE_DEPENDS "iceoryx, systemd, passwd")
-set(CPACK_DEBIAN_LSSD_PACKAGE_SUGGESTS "lssd-simulator, can-utils, bash-completion, gnuplot-nox")
+set(CPACK_DEBIAN_LSSD_PACKAGE_SUGGESTS "lssd-simulator, can-utils, bash-completion, librsvg2-bin")
 set(CPACK_DEBIAN_LSSD_DESCRIPTION "A real-time daemon that moves a walking, a driving or a hopping vehicle, and its command line.
 It speaks RS-485 or CAN to the vehicle and DDS to everybody else.")
 set(CPACK_DEBIAN_LSSD_PACKAGE_CONTROL_EXTRA "")

@@ -9,7 +9,7 @@ namespace lss::cli::report {
 namespace {
 
 // In the units of the picture; a page shows it 460 to 640 pixels wide.
-constexpr double kWidth = 560, kTop = 22, kBottom = 40, kLeft = 56, kRight = 12;
+constexpr double kTop = 22, kBottom = 40, kLeft = 56, kRight = 12;
 constexpr double kPlotHeight = 170, kRowHeight = 22, kLetter = 6.5;
 constexpr int kPixels = static_cast<int>(kWidth - kLeft - kRight);
 
@@ -175,7 +175,7 @@ std::string escaped(std::string_view text) {
   return html;
 }
 
-std::string figure(const LineChart& chart) {
+Drawing drawing(const LineChart& chart) {
   const double bottom = kTop + kPlotHeight;
   Range xs = chart.x;
   if (!std::isfinite(xs.from)) xs = range_of(chart.lines, true, {});
@@ -185,16 +185,20 @@ std::string figure(const LineChart& chart) {
   Scale x{xs.from, xs.to, kLeft, kWidth - kRight};
   Scale y{ys.from, ys.to, bottom, kTop};
   if (chart.equal) equalise(x, y);
-  std::string html = begin(chart.title, bottom + kBottom);
-  html += y_axis(y, chart.y_label) + x_axis(x, bottom, chart.x_label);
-  std::vector<Look> looks;
+  Drawing result{y_axis(y, chart.y_label) + x_axis(x, bottom, chart.x_label), bottom + kBottom, {}};
   for (const Line& line : chart.lines) {
     const std::string look =
         fmt::format("c{}{}", line.colour % kColours, line.dashed ? " dashed" : "");
-    html += fmt::format(R"(<path class="line {}" d="{}"/>)", look, points(line, x, y));
-    looks.push_back({look, line.name});
+    result.svg += fmt::format(R"(<path class="line {}" d="{}"/>)", look, points(line, x, y));
+    result.legend.push_back({look, line.name});
   }
-  return html + "</svg></div>" + legend(looks) + "</figure>";
+  return result;
+}
+
+std::string figure(const LineChart& chart) {
+  const Drawing drawn = drawing(chart);
+  return begin(chart.title, drawn.height) + drawn.svg + "</svg></div>" + legend(drawn.legend) +
+         "</figure>";
 }
 
 std::string figure(const RowChart& chart) {

@@ -1,7 +1,7 @@
 #pragma once
 
-// Charts as SVG within a page. Colours come from its style sheet (page.cpp), which has a light and
-// a dark scheme. Pure functions.
+// Charts as SVG within a page or a picture. Colours come from its style sheet (page.cpp). Pure
+// functions.
 
 #include <limits>
 #include <string>
@@ -59,6 +59,16 @@ struct Histogram {
   std::string title, x_label;
   std::vector<double> edges, shares;
 };
+
+// A chart without title: what is inside of an <svg> of kWidth and `height`, in units of the
+// drawing.
+inline constexpr double kWidth = 560;
+struct Drawing {
+  std::string svg;
+  double height;
+  std::vector<Look> legend;
+};
+Drawing drawing(const LineChart& chart);
 
 // Each returns a <figure> with title and legend.
 std::string figure(const LineChart& chart);

@@ -5,13 +5,24 @@
 namespace lss::cli::report {
 namespace {
 
+struct Colour {
+  const char *name, *light, *dark;
+};
+constexpr Colour kColours[] = {
+    {"paper", "#fcfcfb", "#161615"}, {"card", "#ffffff", "#1e1e1c"}, {"ink", "#1b1b19", "#f2f1ec"},
+    {"soft", "#5c5b57", "#b4b2aa"},  {"grid", "#e4e3de", "#383733"}, {"c0", "#2a78d6", "#4d94e8"},
+    {"c1", "#eb6834", "#f08355"},    {"c2", "#1baf7a", "#2fc48f"},   {"c3", "#c98a00", "#e0a92e"},
+    {"c4", "#4a3aa7", "#9085e9"},    {"c5", "#d9363e", "#ee6a6a"},   {"c6", "#007a33", "#3fb56a"},
+    {"c7", "#d6609a", "#e07fae"},    {"good", "#1baf7a", "#2fc48f"}, {"warn", "#eda100", "#e0a92e"},
+    {"bad", "#d03b3b", "#ee6a6a"},   {"idle", "#d9d8d2", "#45443f"}};
+
+constexpr const char* kChartStyle = R"css(
+text{font:12px system-ui,sans-serif;fill:var(--soft)}text.label{fill:var(--ink)}
+.grid{stroke:var(--grid);stroke-width:1}.line{fill:none;stroke-width:1.6;stroke-linejoin:round}
+.dashed{stroke-dasharray:5 3}
+)css";
+
 constexpr const char* kStyle = R"css(
-:root{color-scheme:light dark;--paper:#fcfcfb;--card:#fff;--ink:#1b1b19;--soft:#5c5b57;--grid:#e4e3de;
---c0:#2a78d6;--c1:#eb6834;--c2:#1baf7a;--c3:#c98a00;--c4:#4a3aa7;--c5:#d9363e;--c6:#007a33;--c7:#d6609a;
---good:#1baf7a;--warn:#eda100;--bad:#d03b3b;--idle:#d9d8d2}
-@media(prefers-color-scheme:dark){:root{--paper:#161615;--card:#1e1e1c;--ink:#f2f1ec;--soft:#b4b2aa;--grid:#383733;
---c0:#4d94e8;--c1:#f08355;--c2:#2fc48f;--c3:#e0a92e;--c4:#9085e9;--c5:#ee6a6a;--c6:#3fb56a;--c7:#e07fae;
---good:#2fc48f;--warn:#e0a92e;--bad:#ee6a6a;--idle:#45443f}}
 *{box-sizing:border-box}
 body{margin:0 auto;max-width:82rem;padding:1rem;background:var(--paper);color:var(--ink);
 font:15px/1.45 system-ui,sans-serif;overflow-wrap:anywhere}
@@ -21,9 +32,6 @@ p{margin:.2rem 0 .6rem;color:var(--soft);max-width:60rem}
 figure{margin:0;padding:.7rem .8rem;background:var(--card);border:1px solid var(--grid);border-radius:6px;min-width:0}
 figcaption{font-weight:600;margin-bottom:.2rem}
 .scroll{overflow-x:auto}svg{display:block;width:100%;min-width:460px;max-width:720px;height:auto}
-text{font:12px system-ui,sans-serif;fill:var(--soft)}text.label{fill:var(--ink)}
-.grid{stroke:var(--grid);stroke-width:1}.line{fill:none;stroke-width:1.6;stroke-linejoin:round}
-.dashed{stroke-dasharray:5 3}
 .legend{list-style:none;display:flex;flex-wrap:wrap;gap:.15rem .9rem;margin:.3rem 0 0;padding:0;font-size:.85rem}
 .legend i{display:inline-block;width:1em;height:.7em;border-radius:2px;margin-right:.35em}
 .legend i.dashed{opacity:.55}
@@ -33,15 +41,30 @@ th{color:var(--soft);font-weight:500}td{font-variant-numeric:tabular-nums}
 tr.bad td{color:var(--bad)}tr.warn td{color:var(--c3)}
 )css";
 
-// Colours by name: lines are drawn, rectangles and legends are filled.
-std::string colours() {
+// By name: lines are drawn, rectangles and legends are filled.
+std::string looks() {
   std::string css;
-  for (const char* look :
-       {"c0", "c1", "c2", "c3", "c4", "c5", "c6", "c7", "good", "warn", "bad", "idle"}) {
+  for (const Colour& colour : kColours) {
     css += fmt::format(
         "path.{0}{{stroke:var(--{0})}}rect.{0}{{fill:var(--{0})}}"
         "i.{0}{{background:var(--{0})}}\n",
-        look);
+        colour.name);
+  }
+  return css;
+}
+
+std::string variables(const char* Colour::*scheme) {
+  std::string css;
+  for (const Colour& colour : kColours) css += fmt::format("--{}:{};", colour.name, colour.*scheme);
+  return ":root{" + css + "}";
+}
+
+// For programs that draw SVG but know no variables.
+std::string in_light_colours(std::string css) {
+  for (const Colour& colour : kColours) {
+    const std::string variable = fmt::format("var(--{})", colour.name);
+    for (std::size_t at = 0; (at = css.find(variable)) != std::string::npos;)
+      css.replace(at, variable.size(), colour.light);
   }
   return css;
 }
@@ -91,8 +114,36 @@ std::string Page::html() const {
   return fmt::format(
       "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
       "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"
-      "<title>{}</title><style>{}{}</style></head>\n<body>\n{}{}</body></html>\n",
-      escaped(title_), kStyle, colours(), body_, figures_ ? "</div>\n" : "");
+      "<title>{}</title><style>:root{{color-scheme:light dark}}{}\n"
+      "@media(prefers-color-scheme:dark){{{}}}{}{}{}</style></head>\n<body>\n{}{}</body></html>\n",
+      escaped(title_), variables(&Colour::light), variables(&Colour::dark), kStyle, kChartStyle,
+      looks(), body_, figures_ ? "</div>\n" : "");
+}
+
+std::string picture(const std::string& title, const std::vector<LineChart>& charts) {
+  constexpr double kLine = 17, kLeft = 12, kWidth_px = 960;
+  const auto label = [](double x, double y, const std::string& text) {
+    return fmt::format("<text class=\"label\" x=\"{}\" y=\"{}\">{}</text>\n", x, y, escaped(text));
+  };
+  double y = 1.5 * kLine;
+  std::string body = label(kLeft, y, title);
+  for (const LineChart& chart : charts) {
+    const Drawing drawn = drawing(chart);
+    body += fmt::format("<g transform=\"translate(0 {})\">{}</g>\n", y + kLine / 2, drawn.svg);
+    y += drawn.height + 2 * kLine;
+    for (const Look& look : drawn.legend) {
+      body += fmt::format(R"(<rect class="{}" x="{}" y="{}" width="14" height="9"/>)", look.look,
+                          kLeft, y - 9);
+      body += label(kLeft + 20, y, look.meaning);
+      y += kLine;
+    }
+  }
+  return fmt::format(
+      "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{2}\" "
+      "height=\"{3:.0f}\"><style>{4}</style><rect class=\"card\" width=\"{0}\" "
+      "height=\"{1}\"/>\n{5}</svg>\n",
+      kWidth, y, kWidth_px, y * kWidth_px / kWidth, in_light_colours(kChartStyle + looks()), body);
 }
 
 }  // namespace lss::cli::report

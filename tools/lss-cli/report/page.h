@@ -37,4 +37,7 @@ class Page {
   bool figures_ = false;
 };
 
+// Charts below one another with their legends, as one SVG file in light colours.
+std::string picture(const std::string& title, const std::vector<LineChart>& charts);
+
 }  // namespace lss::cli::report

@@ -1,10 +1,9 @@
-// plot: signals of a recording over time, by gnuplot.
+// plot: signals of a recording over time, as a picture.
 
 #include <fmt/format.h>
 #include <sys/wait.h>
 
 #include <algorithm>
-#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -12,6 +11,7 @@
 #include "idl/units.h"
 #include "tools/lss-cli/recording/flight.h"
 #include "tools/lss-cli/recording/recording.h"
+#include "tools/lss-cli/report/page.h"
 #include "tools/lss-cli/report/series.h"
 #include "tools/lss-cli/show/names.h"
 #include "tools/lss-cli/show/units.h"
@@ -20,8 +20,6 @@
 namespace lss::cli {
 namespace {
 
-constexpr int kWidth = 960, kPanelHeight = 300, kHead = 60;
-
 struct PlotWanted {
   std::string path, out;
   std::vector<std::string> signals;
@@ -29,8 +27,8 @@ struct PlotWanted {
 };
 
 struct Signal {
-  std::string name, unit;
-  std::vector<double> t_s, value;
+  std::string unit;
+  report::Line line;
 };
 
 // The topic of a signal and the pattern of its column: "timing.margin_ns", "modules[*].current_A"
@@ -77,7 +75,7 @@ std::vector<Signal> read_signals(const recording::Recording& recording, const Pl
     const Place at = place(recording, name);
     const report::Table table(recording, at.topic, {at.pattern}, wanted.filter);
     for (const std::string& column : table.names())
-      signals.push_back({column, std::string(unit_of(column)), table.t_s(), table[column]});
+      signals.push_back({std::string(unit_of(column)), report::line_of(table, column, column, 0)});
   }
   return signals;
 }
@@ -91,19 +89,19 @@ std::vector<Signal> read_signals(recording::Flight& flight, const PlotWanted& wa
   const auto columns = layout.columns();
   std::vector<Signal> signals;
   for (const auto& column : columns)
-    signals.push_back({column.name, std::string(unit_of(column.name)), {}, {}});
+    signals.push_back({std::string(unit_of(column.name)), {column.name, {}, {}}});
   std::vector<nlohmann::ordered_json> values;
   flight.each(part, [&](const recording::Flight::Frame& frame) {
     layout.values(frame.record, values);
     for (std::size_t i = 0; i < signals.size(); ++i) {
       const auto& value = values[i];
       if (!value.is_number() && !value.is_boolean()) continue;
-      signals[i].t_s.push_back(frame.t_s);
-      signals[i].value.push_back(value.is_boolean() ? (value.get<bool>() ? 1 : 0)
-                                                    : value.get<double>());
+      signals[i].line.x.push_back(frame.t_s);
+      signals[i].line.y.push_back(value.is_boolean() ? (value.get<bool>() ? 1 : 0)
+                                                     : value.get<double>());
     }
   });
-  std::erase_if(signals, [](const Signal& signal) { return signal.t_s.empty(); });
+  std::erase_if(signals, [](const Signal& signal) { return signal.line.x.empty(); });
   return signals;
 }
 
@@ -121,7 +119,7 @@ std::vector<Signal> read_signals(const PlotWanted& wanted) {
                   fmt::format("{} signals are too many for one picture", signals.size()),
                   fmt::format("name at most {}", kMost));
   }
-  const bool any = std::ranges::any_of(signals, [](const Signal& s) { return !s.t_s.empty(); });
+  const bool any = std::ranges::any_of(signals, [](const Signal& s) { return !s.line.x.empty(); });
   if (!any) {
     throw Failure(ExitCode::usage, "there is nothing of that in this time",
                   "see the times and topics with: lss-cli log list " + wanted.path);
@@ -129,82 +127,34 @@ std::vector<Signal> read_signals(const PlotWanted& wanted) {
   return signals;
 }
 
-// As gnuplot reads it in single quotes.
-std::string quoted(const std::string& text) {
-  std::string result = "'";
-  for (const char c : text) result += c == '\'' ? std::string("''") : std::string(1, c);
-  return result + "'";
+// Signals of one unit share a chart.
+std::vector<report::LineChart> charts_of(std::vector<Signal> signals) {
+  std::vector<report::LineChart> charts;
+  for (auto& [unit, line] : signals) {
+    const std::string label = unit.empty() ? "(no unit)" : unit;
+    auto chart = std::ranges::find(charts, label, &report::LineChart::y_label);
+    if (chart == charts.end()) chart = charts.insert(chart, report::over_time("", label));
+    line.colour = static_cast<int>(chart->lines.size());
+    chart->lines.push_back(std::move(line));
+  }
+  return charts;
 }
 
-// Signals of one unit share a panel.
-std::vector<std::vector<const Signal*>> panels_of(const std::vector<Signal>& signals) {
-  std::vector<std::vector<const Signal*>> panels;
-  for (const Signal& signal : signals) {
-    const auto same = std::ranges::find_if(
-        panels, [&](const auto& panel) { return panel.front()->unit == signal.unit; });
-    if (same == panels.end()) {
-      panels.push_back({&signal});
-    } else {
-      same->push_back(&signal);
-    }
-  }
-  return panels;
-}
-
-std::string script(const std::vector<Signal>& signals, const PlotWanted& wanted,
-                   const std::string& title) {
-  const auto panels = panels_of(signals);
-  const int height = kHead + kPanelHeight * static_cast<int>(panels.size());
-  const bool png = wanted.out.ends_with(".png");
-  std::string text = fmt::format("set terminal {} size {},{} font 'sans,{}' background '#ffffff'\n",
-                                 png ? "pngcairo" : "svg dynamic", kWidth, height, png ? 11 : 13);
-  text += fmt::format("set output {}\n", quoted(wanted.out));
-  for (std::size_t i = 0; i < signals.size(); ++i) {
-    text += fmt::format("$d{} << EOD\n", i);
-    for (std::size_t k = 0; k < signals[i].t_s.size(); ++k) {
-      if (std::isfinite(signals[i].value[k]))
-        text += fmt::format("{:.6f} {}\n", signals[i].t_s[k], signals[i].value[k]);
-    }
-    text += "EOD\n";
-  }
-  text +=
-      "set grid lc '#d8d8d4'\nset border 3 lc '#52514e'\nset tics nomirror\n"
-      "set key outside right top Left reverse samplen 1.5 noenhanced\n"
-      "set format y '%g'\nset lmargin 12\nset rmargin 34\n";
-  const char* colours[] = {"#2a78d6", "#eb6834", "#1baf7a", "#eda100",
-                           "#4a3aa7", "#e34948", "#008300", "#e87ba4"};
-  for (std::size_t i = 0; i < std::size(colours); ++i)
-    text += fmt::format("set linetype {} lc rgb '{}' lw 1.6\n", i + 1, colours[i]);
-  text += fmt::format("set linetype cycle {}\n", std::size(colours));
-  text +=
-      fmt::format("set multiplot layout {},1 title {} noenhanced\n", panels.size(), quoted(title));
-  for (const auto& panel : panels) {
-    const std::string unit = panel.front()->unit;
-    text += fmt::format("set ylabel {}\n", quoted(unit.empty() ? "(no unit)" : unit));
-    text += fmt::format("set xlabel {}\n",
-                        panel == panels.back() ? "'s since the recording began'" : "''");
-    text += "plot ";
-    for (const Signal* signal : panel) {
-      text +=
-          fmt::format("{}$d{} using 1:2 with lines title {}", signal == panel.front() ? "" : ", ",
-                      signal - signals.data(), quoted(signal->name));
-    }
-    text += "\n";
-  }
-  return text + "unset multiplot\nunset output\n";
-}
-
-void run_gnuplot(const std::string& script) {
-  std::FILE* pipe = popen("gnuplot", "w");
-  if (pipe == nullptr) throw Failure(ExitCode::internal, "cannot start gnuplot");
-  const bool all = std::fwrite(script.data(), 1, script.size(), pipe) == script.size();
+void write_png(const std::string& svg, const std::string& out) {
+  std::string quoted;  // within single quotes of the shell
+  for (const char c : out) quoted += c == '\'' ? "'\\''" : std::string(1, c);
+  std::signal(SIGPIPE, SIG_IGN);  // rsvg-convert is not installed
+  std::FILE* pipe = popen(("rsvg-convert -o '" + quoted + "'").c_str(), "w");
+  if (pipe == nullptr) throw Failure(ExitCode::internal, "cannot start rsvg-convert");
+  const bool all = std::fwrite(svg.data(), 1, svg.size(), pipe) == svg.size();
   const int status = pclose(pipe);
   constexpr int kNotFound = 127;
   if (WIFEXITED(status) && WEXITSTATUS(status) == kNotFound) {
-    throw Failure(ExitCode::failed, "gnuplot is not installed", "sudo apt-get install gnuplot-nox");
+    throw Failure(ExitCode::failed, "rsvg-convert, which makes a PNG, is not installed",
+                  "sudo apt-get install librsvg2-bin, or draw an SVG: --out FILE.svg");
   }
   if (!all || !WIFEXITED(status) || WEXITSTATUS(status) != 0)
-    throw Failure(ExitCode::failed, "gnuplot failed; it says why above");
+    throw Failure(ExitCode::failed, "rsvg-convert failed; it says why above");
 }
 
 ExitCode plot(Context& context, PlotWanted wanted) {
@@ -213,12 +163,17 @@ ExitCode plot(Context& context, PlotWanted wanted) {
     throw Failure(ExitCode::usage, fmt::format("do not know how to draw {}", wanted.out),
                   "end its name in .svg or .png");
   }
-  const std::vector<Signal> signals = read_signals(wanted);
-  std::signal(SIGPIPE, SIG_IGN);  // gnuplot is not installed
-  run_gnuplot(script(signals, wanted, std::filesystem::path(wanted.path).filename().string()));
-  context.output.print(fmt::format("{}: {} signals\n", wanted.out, signals.size()));
+  std::vector<Signal> signals = read_signals(wanted);
   nlohmann::json names = nlohmann::json::array();
-  for (const Signal& signal : signals) names.push_back(signal.name);
+  for (const Signal& signal : signals) names.push_back(signal.line.name);
+  const std::string svg = report::picture(std::filesystem::path(wanted.path).filename().string(),
+                                          charts_of(std::move(signals)));
+  if (wanted.out.ends_with(".png")) {
+    write_png(svg, wanted.out);
+  } else {
+    write_file(svg, wanted.out);
+  }
+  context.output.print(fmt::format("{}: {} signals\n", wanted.out, names.size()));
   context.output.document({{"out", wanted.out}, {"signals", std::move(names)}});
   return ExitCode::completed;
 }

@@ -50,20 +50,24 @@ ExitCode run_report(Context& context, const std::string& path, std::string out) 
   if (out.empty()) out = std::filesystem::path(path).stem().string() + ".html";
   const auto recording = recording::open(path);
   const std::string html = page_of(*recording);
-  std::ofstream file(out, std::ios::binary);
-  file << html;
-  file.close();
-  if (!file) {
-    throw Failure(ExitCode::failed,
-                  fmt::format("{} cannot be written: {}", out, std::strerror(errno)),
-                  "name a file in a folder that you may write to: --out FILE");
-  }
+  write_file(html, out);
   context.output.print(fmt::format("{}: {} kB\n", out, html.size() / 1000));
   context.output.document({{"out", out}, {"bytes", html.size()}});
   return ExitCode::completed;
 }
 
 }  // namespace
+
+void write_file(const std::string& content, const std::string& out) {
+  std::ofstream file(out, std::ios::binary);
+  file << content;
+  file.close();
+  if (!file) {
+    throw Failure(ExitCode::failed,
+                  fmt::format("{} cannot be written: {}", out, std::strerror(errno)),
+                  "name a file in a folder that you may write to: --out FILE");
+  }
+}
 
 void add_report_verb(Grammar& grammar) {
   if (grammar.scope() != Grammar::Scope::program) return;
