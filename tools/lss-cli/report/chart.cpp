@@ -71,13 +71,23 @@ std::string x_axis(const Scale& scale, double bottom, std::string_view label) {
   return svg + text_at((scale.low + scale.high) / 2, bottom + 32, "middle", label, "label");
 }
 
-std::string y_axis(const Scale& scale, std::string_view label, int wanted = 4) {
+// In front of it are the numbers of the axis.
+double left_of(const Scale& scale, int wanted) {
+  constexpr double kDigit = 7.7;  // of a wide font
+  double left = kLeft;
+  const double step = step_of(scale.to - scale.from, wanted);
+  for (const double v : ticks(scale, step))
+    left = std::max(left, kDigit * static_cast<double>(number(v, step).size()) + 10);
+  return std::min(left, kWidth / 3);
+}
+
+std::string y_axis(const Scale& scale, std::string_view label, int wanted, double left = kLeft) {
   std::string svg = text_at(4, 13, "start", label, "label");
   const double step = step_of(scale.to - scale.from, wanted);
   for (const double v : ticks(scale, step)) {
-    svg += fmt::format(R"(<line class="grid" x1="{0}" x2="{1}" y1="{2:.1f}" y2="{2:.1f}"/>)", kLeft,
-                       kWidth - kRight, scale.at(v));
-    svg += text_at(kLeft - 6, scale.at(v) + 4, "end", number(v, step));
+    svg += fmt::format(R"(<line class="grid" x1="{0:.1f}" x2="{1}" y1="{2:.1f}" y2="{2:.1f}"/>)",
+                       left, kWidth - kRight, scale.at(v));
+    svg += text_at(left - 6, scale.at(v) + 4, "end", number(v, step));
   }
   return svg;
 }
@@ -182,10 +192,13 @@ Drawing drawing(const LineChart& chart) {
   if (xs.to - xs.from < 1e-9) xs.to = xs.from + 1;
   const Range seen = range_of(chart.lines, false, chart.equal ? Range{} : chart.x);
   const Range ys = widened(seen.from, seen.to);
-  Scale x{xs.from, xs.to, kLeft, kWidth - kRight};
+  constexpr int kTicks = 4;
   Scale y{ys.from, ys.to, bottom, kTop};
+  Scale x{xs.from, xs.to, left_of(y, kTicks), kWidth - kRight};
   if (chart.equal) equalise(x, y);
-  Drawing result{y_axis(y, chart.y_label) + x_axis(x, bottom, chart.x_label), bottom + kBottom, {}};
+  Drawing result{y_axis(y, chart.y_label, kTicks, x.low) + x_axis(x, bottom, chart.x_label),
+                 bottom + kBottom,
+                 {}};
   for (const Line& line : chart.lines) {
     const std::string look =
         fmt::format("c{}{}", line.colour % kColours, line.dashed ? " dashed" : "");

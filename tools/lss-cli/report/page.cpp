@@ -130,7 +130,7 @@ std::string picture(const std::string& title, const std::vector<LineChart>& char
   for (const LineChart& chart : charts) {
     const Drawing drawn = drawing(chart);
     body += fmt::format("<g transform=\"translate(0 {})\">{}</g>\n", y + kLine / 2, drawn.svg);
-    y += drawn.height + 2 * kLine;
+    y += drawn.height + 1.5 * kLine;
     for (const Look& look : drawn.legend) {
       body += fmt::format(R"(<rect class="{}" x="{}" y="{}" width="14" height="9"/>)", look.look,
                           kLeft, y - 9);
