@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "drivers/time.h"
@@ -60,6 +61,15 @@ class VehicleKind {
   virtual bool has_lines() const { return can_address().empty(); }
   virtual void add_options(CLI::App& command) = 0;
   virtual std::unique_ptr<Vehicle> make(unsigned seed) const = 0;
+
+ protected:
+  // An option within a range; help shows its default.
+  template <class T>
+  static void number_option(CLI::App& command, const std::string& name, T& value,
+                            const std::string& help, std::type_identity_t<T> least,
+                            std::type_identity_t<T> most) {
+    command.add_option(name, value, help)->check(CLI::Range(least, most))->capture_default_str();
+  }
 };
 
 // Every vehicle in the build, by its make_NAME_kind().

@@ -14,8 +14,7 @@ constexpr double kWhite_s = 0.1;    // DW: ten a second on a white target
 constexpr double kNormal_s = 0.16;  // DT, DS: as long as the target needs
 constexpr double kBegin_s = 0.2;    // from the command to the first reading
 constexpr int kWeakSignal = 15;
-constexpr std::size_t kMostReadings = 4;  // readings, when they are not read
-constexpr std::size_t kLongest = 24;      // command
+constexpr std::size_t kLongest = 24;  // command
 
 }  // namespace
 
@@ -52,9 +51,8 @@ void Altimeter::say() {
   } else {
     line = fmt::format("E{:02d}", kWeakSignal);
   }
-  if (outbox_.size() >= kMostReadings) outbox_.pop_front();
-  outbox_.push_back(line + "\r\n");
-  waiting_ = true;
+  line += "\r\n";
+  queue({reinterpret_cast<const std::uint8_t*>(line.data()), line.size()});
 }
 
 std::span<const std::uint8_t> Altimeter::receive(std::uint8_t character, TimeNs) {
@@ -83,28 +81,6 @@ void Altimeter::obey() {
     return;
   }
   left_s_ = kBegin_s;
-}
-
-std::span<const std::uint8_t> Altimeter::send(TimeNs) {
-  const std::lock_guard lock(mutex_);
-  if (outbox_.empty()) {
-    waiting_ = false;
-    return {};
-  }
-  sent_ = outbox_.front();
-  outbox_.pop_front();
-  waiting_ = !outbox_.empty();
-  return {reinterpret_cast<const std::uint8_t*>(sent_.data()), sent_.size()};
-}
-
-void Altimeter::set_faults(const AltimeterFaults& faults) {
-  const std::lock_guard lock(mutex_);
-  faults_ = faults;
-}
-
-AltimeterFaults Altimeter::faults() const {
-  const std::lock_guard lock(mutex_);
-  return faults_;
 }
 
 bool Altimeter::measuring() const {

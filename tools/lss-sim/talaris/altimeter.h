@@ -2,17 +2,14 @@
 
 // The Acuity AR1000 laser altimeter of TALARIS on its serial line (RS-232, 9600 8N1, ASCII; TALARIS
 // thesis 2.3.5, 4.4.2, 4.4.3): measures on command, about ten times a second by its own clock.
-// Written from docs/icd-talaris.md, not from the daemon's driver. step() from the physics thread,
-// all other functions of LineDevice from the line's thread, faults from any: one lock.
+// Written from docs/icd-talaris.md, not from the daemon's driver. Threads as in sensor.h.
 
-#include <atomic>
 #include <deque>
-#include <mutex>
 #include <optional>
 #include <random>
 #include <string>
 
-#include "tools/lss-sim/frame/uart.h"
+#include "tools/lss-sim/talaris/sensor.h"
 
 namespace lss::sim::talaris {
 
@@ -34,36 +31,26 @@ struct AltimeterFaults {
   bool stuck = false;  // repeats its last reading
 };
 
-class Altimeter final : public LineDevice {
+class Altimeter final : public Sensor<AltimeterFaults> {
  public:
   Altimeter(const AltimeterOptions& options, unsigned seed) : options_(options), random_(seed) {}
 
   void step(std::optional<double> distance_m);  // a millisecond; unset: no target
   std::span<const std::uint8_t> receive(std::uint8_t character, TimeNs now) override;
-  std::span<const std::uint8_t> send(TimeNs now) override;
-  bool wants_to_send() const override { return waiting_; }
-
-  void set_faults(const AltimeterFaults& faults);
-  AltimeterFaults faults() const;
   bool measuring() const;
 
  private:
   void obey();
   void say();
 
-  mutable std::mutex mutex_;
   AltimeterOptions options_;
   std::mt19937 random_;
-  AltimeterFaults faults_;
   std::optional<double> distance_m_;
   std::deque<std::optional<double>> before_;  // as it was, a millisecond each
   std::string said_;                          // the last reading
   std::string command_;
   double period_s_ = 0;  // 0: not measuring
   double left_s_ = 0;    // until the next reading
-  std::deque<std::string> outbox_;
-  std::string sent_;
-  std::atomic<bool> waiting_ = false;
 };
 
 }  // namespace lss::sim::talaris

@@ -6,7 +6,6 @@
 namespace lss::sim::talaris {
 namespace {
 
-constexpr std::size_t kMostFrames = 4;  // when they are not read
 constexpr std::uint8_t kBest = 200, kNone = 0;
 
 std::uint8_t checked(std::span<const std::uint8_t> bytes) {
@@ -31,9 +30,8 @@ void FlowCamera::step(std::optional<std::array<double, 2>> passes_rad_s) {
   } else {
     seen_ = false;
   }
-  for (Frame& frame : outbox_) --frame.due_ms;
+  pass_millisecond();
   if (++age_ms_ >= std::lround(options_.period_s * 1e3)) expose_done();
-  waiting_ = !outbox_.empty() && outbox_.front().due_ms <= 0;
 }
 
 void FlowCamera::expose_done() {
@@ -58,30 +56,7 @@ void FlowCamera::expose_done() {
       bytes.push_back(static_cast<std::uint8_t>(static_cast<std::uint32_t>(value) >> shift));
   }
   bytes.push_back(checked(std::span(bytes).subspan(3)));
-  if (outbox_.size() >= kMostFrames) outbox_.pop_front();
-  outbox_.push_back({bytes, static_cast<int>(std::lround(late_s * 1e3))});
-}
-
-std::span<const std::uint8_t> FlowCamera::send(TimeNs) {
-  const std::lock_guard lock(mutex_);
-  if (outbox_.empty() || outbox_.front().due_ms > 0) {
-    waiting_ = false;
-    return {};
-  }
-  sent_ = outbox_.front().bytes;
-  outbox_.pop_front();
-  waiting_ = !outbox_.empty() && outbox_.front().due_ms <= 0;
-  return sent_;
-}
-
-void FlowCamera::set_faults(const FlowCameraFaults& faults) {
-  const std::lock_guard lock(mutex_);
-  faults_ = faults;
-}
-
-FlowCameraFaults FlowCamera::faults() const {
-  const std::lock_guard lock(mutex_);
-  return faults_;
+  queue(bytes, static_cast<int>(std::lround(late_s * 1e3)));
 }
 
 }  // namespace lss::sim::talaris

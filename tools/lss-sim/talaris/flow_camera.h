@@ -2,17 +2,13 @@
 
 // A downward pointing camera that measures how fast the ground passes, on its serial line (115,200
 // 8N1; frames of the MultiWii serial protocol, version 2). Written from docs/icd-talaris.md, not
-// from the daemon's driver. Locks as in altimeter.h.
+// from the daemon's driver. Threads as in sensor.h.
 
 #include <array>
-#include <atomic>
-#include <deque>
-#include <mutex>
 #include <optional>
 #include <random>
-#include <vector>
 
-#include "tools/lss-sim/frame/uart.h"
+#include "tools/lss-sim/talaris/sensor.h"
 
 namespace lss::sim::talaris {
 
@@ -35,36 +31,22 @@ struct FlowCameraFaults {
   double off_rad_s = 0;  // along both axes
 };
 
-class FlowCamera final : public LineDevice {
+class FlowCamera final : public Sensor<FlowCameraFaults> {
  public:
   FlowCamera(const FlowCameraOptions& options, unsigned seed);
 
   // A millisecond: how fast the ground passes towards +y and +z of B, rad/s; unset: not seen.
   void step(std::optional<std::array<double, 2>> passes_rad_s);
   std::span<const std::uint8_t> receive(std::uint8_t, TimeNs) override { return {}; }
-  std::span<const std::uint8_t> send(TimeNs now) override;
-  bool wants_to_send() const override { return waiting_; }
-
-  void set_faults(const FlowCameraFaults& faults);
-  FlowCameraFaults faults() const;
 
  private:
   void expose_done();
 
-  mutable std::mutex mutex_;
   FlowCameraOptions options_;
   std::mt19937 random_;
-  FlowCameraFaults faults_;
   std::array<double, 2> passed_rad_{};
   bool seen_ = true;  // all the time since the last frame
   int age_ms_ = 0;
-  struct Frame {
-    std::vector<std::uint8_t> bytes;
-    int due_ms = 0;
-  };
-  std::deque<Frame> outbox_;
-  std::vector<std::uint8_t> sent_;
-  std::atomic<bool> waiting_ = false;
 };
 
 }  // namespace lss::sim::talaris

@@ -9,8 +9,7 @@ namespace lss::sim::talaris {
 namespace {
 
 constexpr double kInside_degC = 25.12;
-constexpr std::size_t kMostPackets = 4;  // packets, when they are not read
-constexpr int kMostSummed = 20;          // milliseconds in the mean of a packet
+constexpr int kMostSummed = 20;  // milliseconds in the mean of a packet
 
 std::int16_t counts(double value, double scale) {
   return static_cast<std::int16_t>(std::clamp(std::round(value / scale), -32768.0, 32767.0));
@@ -107,33 +106,8 @@ Imu::Packet Imu::spoil(Packet packet) {
   return packet;
 }
 
-void Imu::say(Packet packet) {
-  if (faults_.silent) return;
-  if (outbox_.size() >= kMostPackets) outbox_.pop_front();
-  outbox_.push_back(spoil(packet));
-  waiting_ = true;
-}
-
-std::span<const std::uint8_t> Imu::send(TimeNs) {
-  const std::lock_guard lock(mutex_);
-  if (outbox_.empty()) {
-    waiting_ = false;
-    return {};
-  }
-  sent_ = outbox_.front();
-  outbox_.pop_front();
-  waiting_ = !outbox_.empty();
-  return sent_;
-}
-
-void Imu::set_faults(const ImuFaults& faults) {
-  const std::lock_guard lock(mutex_);
-  faults_ = faults;
-}
-
-ImuFaults Imu::faults() const {
-  const std::lock_guard lock(mutex_);
-  return faults_;
+void Imu::say(const Packet& packet) {
+  if (!faults_.silent) queue(spoil(packet));
 }
 
 Inertial Imu::bias() const {

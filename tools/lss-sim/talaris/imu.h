@@ -3,20 +3,17 @@
 // The inertial measurement units of TALARIS on their serial lines: Gladiator LandMark 30 (RS-485,
 // 115200 8E2, 200 packets a second by itself; TALARIS thesis 4.4.4, table 2) and Crossbow (RS-232,
 // 38400 8N1, polled; 5.3.1, 5.3.2). Written from docs/icd-talaris.md, not from the daemon's
-// drivers. Body frame B as in plant.h. step() from the physics thread, all other functions
-// of LineDevice from the line's thread, faults from any: one lock.
+// drivers. Body frame B as in plant.h. Threads as in sensor.h.
 
 #include <array>
-#include <atomic>
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <random>
 
-#include "tools/lss-sim/frame/uart.h"
 #include "tools/lss-sim/talaris/plant.h"
+#include "tools/lss-sim/talaris/sensor.h"
 
 namespace lss::sim::talaris {
 
@@ -58,18 +55,13 @@ struct Inertial {
   double shaking = 0;  // by the fans, as a share of ImuOptions'
 };
 
-class Imu : public LineDevice {
+class Imu : public Sensor<ImuFaults> {
  public:
   Imu(const ImuOptions& options, unsigned seed);
 
   void step(const Inertial& truth);  // a millisecond
-  std::span<const std::uint8_t> send(TimeNs now) override;
-  bool wants_to_send() const override { return waiting_; }
-
-  void set_faults(const ImuFaults& faults);
-  ImuFaults faults() const;
-  virtual void jump(int) {}  // the counter jumps by this many
-  Inertial bias() const;     // the present value, without faults
+  virtual void jump(int) {}          // the counter jumps by this many
+  Inertial bias() const;             // the present value, without faults
 
  protected:
   using Packet = std::array<std::uint8_t, 18>;
@@ -77,11 +69,9 @@ class Imu : public LineDevice {
   virtual void tick() = 0;  // after each step, locked
   // The mean since it was called last, with all errors. Locked.
   Inertial measure();
-  void say(Packet packet);
+  void say(const Packet& packet);
   Packet spoil(Packet packet);
 
-  mutable std::mutex mutex_;
-  ImuFaults faults_;
   TimeNs time_ns_ = 0;  // its own
 
  private:
@@ -93,9 +83,6 @@ class Imu : public LineDevice {
   Inertial bias_, sum_, latest_, last_, shaken_;
   Eigen::Matrix3d sees_rate_ = Eigen::Matrix3d::Identity(), sees_force_ = sees_rate_;
   int summed_ = 0;
-  std::deque<Packet> outbox_;
-  Packet sent_{};
-  std::atomic<bool> waiting_ = false;
 };
 
 class LandMark final : public Imu {

@@ -146,33 +146,21 @@ class TalarisKind final : public VehicleKind {
     command.add_option("--axis", options_.plant.axis, "pitch or yaw: of tilt, pivot and lift")
         ->transform(CLI::CheckedTransformer(axes).description(""))
         ->default_str("pitch");
-    command.add_option("--tilt", tilt_deg_, "at the start, degrees")
-        ->check(CLI::Range(-30.0, 30.0))
-        ->capture_default_str();
-    command.add_option("--heading", heading_deg_, "at the start, about x, degrees; free and sled")
-        ->check(CLI::Range(-180.0, 180.0))
-        ->capture_default_str();
-    command
-        .add_option("--height", options_.plant.height_m, "at the start, m above where it stands")
-        ->check(CLI::Range(0.0, 20.0))
-        ->capture_default_str();
-    command.add_option("--wall", options_.plant.wall_m, "rail, sled: from the start along z, m")
-        ->check(CLI::Range(0.7, 100.0))
-        ->capture_default_str();
-    command.add_option("--weight", options_.plant.weight_kg, "pivot: at the end of the frame, kg")
-        ->check(CLI::Range(0.0, 10.0))
-        ->capture_default_str();
-    command
-        .add_option("--stand-friction", options_.plant.friction_m_s2,
-                    "rail, sled, lift, fans: what slows it down, m/s2")
-        ->check(CLI::Range(0.0, 5.0))
-        ->capture_default_str();
+    number_option(command, "--tilt", tilt_deg_, "at the start, degrees", -30.0, 30.0);
+    number_option(command, "--heading", heading_deg_,
+                  "at the start, about x, degrees; free and sled", -180.0, 180.0);
+    number_option(command, "--height", options_.plant.height_m,
+                  "at the start, m above where it stands", 0.0, 20.0);
+    number_option(command, "--wall", options_.plant.wall_m, "rail, sled: from the start along z, m",
+                  0.7, 100.0);
+    number_option(command, "--weight", options_.plant.weight_kg,
+                  "pivot: at the end of the frame, kg", 0.0, 10.0);
+    number_option(command, "--stand-friction", options_.plant.friction_m_s2,
+                  "rail, sled, lift, fans: what slows it down, m/s2", 0.0, 5.0);
   }
 
   void add_body_options(CLI::App& command) {
-    command.add_option("--mass", options_.plant.mass_kg, "with full tanks, kg")
-        ->check(CLI::Range(20.0, 80.0))
-        ->capture_default_str();
+    number_option(command, "--mass", options_.plant.mass_kg, "with full tanks, kg", 20.0, 80.0);
     command.add_option("--inertia-scale", scale_, "factors about x, y, z")
         ->expected(3)
         ->check(CLI::Range(0.2, 5.0));
@@ -187,27 +175,15 @@ class TalarisKind final : public VehicleKind {
   }
 
   void add_actuator_options(CLI::App& command) {
-    command.add_option("--thrust", options_.gas.thrust_N, "of a valve, N")
-        ->check(CLI::Range(1.0, 200.0))
-        ->capture_default_str();
-    command.add_option("--thrust-scale", thrust_scale_, "factor on it")
-        ->check(CLI::Range(0.1, 3.0))
-        ->capture_default_str();
-    command.add_option("--fade", options_.gas.fade, "share of it that is gone with the last gas")
-        ->check(CLI::Range(0.0, 1.0))
-        ->capture_default_str();
-    command.add_option("--gas", options_.gas.budget_s, "in full tanks, thruster-seconds")
-        ->check(CLI::Range(1.0, 1'000.0))
-        ->capture_default_str();
-    command.add_option("--open-lag", options_.gas.open_lag_ms, "of the valves, ms")
-        ->check(CLI::Range(0, 100))
-        ->capture_default_str();
-    command.add_option("--close-lag", options_.gas.close_lag_ms, "of the valves, ms")
-        ->check(CLI::Range(0, 100))
-        ->capture_default_str();
-    command.add_option("--fan-scale", fan_scale_, "factor on the fans' thrust")
-        ->check(CLI::Range(0.1, 3.0))
-        ->capture_default_str();
+    number_option(command, "--thrust", options_.gas.thrust_N, "of a valve, N", 1.0, 200.0);
+    number_option(command, "--thrust-scale", thrust_scale_, "factor on it", 0.1, 3.0);
+    number_option(command, "--fade", options_.gas.fade,
+                  "share of it that is gone with the last gas", 0.0, 1.0);
+    number_option(command, "--gas", options_.gas.budget_s, "in full tanks, thruster-seconds", 1.0,
+                  1'000.0);
+    number_option(command, "--open-lag", options_.gas.open_lag_ms, "of the valves, ms", 0, 100);
+    number_option(command, "--close-lag", options_.gas.close_lag_ms, "of the valves, ms", 0, 100);
+    number_option(command, "--fan-scale", fan_scale_, "factor on the fans' thrust", 0.1, 3.0);
     command.add_flag("--fans-started", options_.fans.started,
                      "the speed controllers had their start-up procedure already");
   }
@@ -220,9 +196,8 @@ class TalarisKind final : public VehicleKind {
         ->default_str("landmark");
     command.add_flag("--standby-imu", options_.standby_imu,
                      "a second IMU, a Crossbow, on the line \"standby_imu\"");
-    command.add_option("--imu-errors", imu_errors_, "factor on its noise and biases")
-        ->check(CLI::Range(0.0, 100.0))
-        ->capture_default_str();
+    number_option(command, "--imu-errors", imu_errors_, "factor on its noise and biases", 0.0,
+                  100.0);
     command
         .add_option("--altimeter", altimeter_points_,
                     "down or sideways; default: as the stand needs it")
@@ -230,36 +205,26 @@ class TalarisKind final : public VehicleKind {
     command.add_option("--altimeter-at", altimeter_at_m_, "its place from the IMU: x y z, m")
         ->expected(3)
         ->check(CLI::Range(-1.0, 1.0));
-    command.add_option("--altimeter-noise", options_.altimeter.noise_m, "standard deviation, m")
-        ->check(CLI::Range(0.0, 1.0))
-        ->capture_default_str();
+    number_option(command, "--altimeter-noise", options_.altimeter.noise_m, "standard deviation, m",
+                  0.0, 1.0);
     command.add_flag("--camera", options_.camera.present,
                      "a camera on the line \"camera\", beside the altimeter");
     command.add_flag("--load-cell", load_cell_, "node 0x22 also where the stand has none");
   }
 
   void add_field_options(CLI::App& command) {
-    command.add_option("--air", options_.air.density_kg_m3, "its density, kg/m3; with wind: 1.2")
-        ->check(CLI::Range(0.0, 2.0))
-        ->capture_default_str();
-    command.add_option("--wind", options_.air.wind_m_s, "steady, m/s")
-        ->check(CLI::Range(0.0, 30.0))
-        ->capture_default_str();
-    command.add_option("--gust", options_.air.gust_m_s, "most that a gust adds, m/s")
-        ->check(CLI::Range(0.0, 30.0))
-        ->capture_default_str();
-    command.add_option("--wind-to", to_deg_, "where it blows, degrees from +z towards +y")
-        ->check(CLI::Range(-360.0, 360.0))
-        ->capture_default_str();
-    command.add_option("--slope", slope_deg_, "of the ground, degrees; stand free only")
-        ->check(CLI::Range(0.0, 20.0))
-        ->capture_default_str();
-    command.add_option("--uphill", uphill_deg_, "where it rises, degrees from +z towards +y")
-        ->check(CLI::Range(-360.0, 360.0))
-        ->capture_default_str();
-    command.add_option("--tank-fill", options_.gas.fill, "share of the full tanks")
-        ->check(CLI::Range(0.1, 1.0))
-        ->capture_default_str();
+    number_option(command, "--air", options_.air.density_kg_m3,
+                  "its density, kg/m3; with wind: 1.2", 0.0, 2.0);
+    number_option(command, "--wind", options_.air.wind_m_s, "steady, m/s", 0.0, 30.0);
+    number_option(command, "--gust", options_.air.gust_m_s, "most that a gust adds, m/s", 0.0,
+                  30.0);
+    number_option(command, "--wind-to", to_deg_, "where it blows, degrees from +z towards +y",
+                  -360.0, 360.0);
+    number_option(command, "--slope", slope_deg_, "of the ground, degrees; stand free only", 0.0,
+                  20.0);
+    number_option(command, "--uphill", uphill_deg_, "where it rises, degrees from +z towards +y",
+                  -360.0, 360.0);
+    number_option(command, "--tank-fill", options_.gas.fill, "share of the full tanks", 0.1, 1.0);
   }
 
   TalarisOptions options_;

@@ -263,23 +263,17 @@ class ZebroKind final : public VehicleKind {
     command.add_option("--gravity", terrain.gravity_m_s2, "moon, mars, earth, or m/s2")
         ->transform((CLI::CheckedTransformer(gravities) | CLI::Range(0.1, 30.0)).description(""))
         ->default_str("moon");
-    command.add_option("--slope", slope_deg_, "ground rises ahead by this angle, degrees")
-        ->check(CLI::Range(-30.0, 30.0))
-        ->capture_default_str();
+    number_option(command, "--slope", slope_deg_, "ground rises ahead by this angle, degrees",
+                  -30.0, 30.0);
     command.add_flag("--rocks", terrain.rocks, "stones on the ground, placed by the seed");
     command
         .add_option(
             "--ground", ground_,
             "hard, or a soil: sand, loam, regolith, each with :FACTOR of its strength if wanted")
         ->capture_default_str();
-    command.add_option("--friction", terrain.friction, "of hard ground")
-        ->check(CLI::Range(0.05, 2.0))
-        ->capture_default_str();
-    command
-        .add_option("--scatter", scatter_deg_,
-                    "legs boot at up to this from where they were stowed, degrees")
-        ->check(CLI::Range(0.0, 80.0))
-        ->capture_default_str();
+    number_option(command, "--friction", terrain.friction, "of hard ground", 0.05, 2.0);
+    number_option(command, "--scatter", scatter_deg_,
+                  "legs boot at up to this from where they were stowed, degrees", 0.0, 80.0);
     command.add_option("--check", check_, "check of the frames")
         ->check(CLI::IsMember({"lrc", "crc8"}))
         ->capture_default_str();
