@@ -2,8 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <array>
-#include <cerrno>
 #include <cstring>
 #include <system_error>
 #include <utility>

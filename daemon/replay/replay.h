@@ -7,7 +7,6 @@
 // VehicleRecords that programs find by the vehicle's name (daemon/replay/records.h).
 
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>

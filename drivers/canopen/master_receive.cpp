@@ -1,7 +1,5 @@
 // Received messages of the master.
 
-#include <algorithm>
-
 #include "drivers/canopen/master.h"
 
 namespace lss::canopen {

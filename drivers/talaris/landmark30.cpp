@@ -1,7 +1,6 @@
 #include "drivers/talaris/landmark30.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "drivers/talaris/units.h"
 

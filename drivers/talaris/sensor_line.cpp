@@ -1,7 +1,5 @@
 #include "drivers/talaris/sensor_line.h"
 
-#include <algorithm>
-
 namespace lss::talaris {
 
 void SensorLine::keep(const TalarisSample& sample) noexcept {

@@ -2,8 +2,6 @@
 
 // Units of the IMUs' data sheets.
 
-#include <numbers>
-
 #include "idl/angles.h"
 
 namespace lss::talaris {

@@ -1,7 +1,5 @@
 #include "gnc/zebro/schedule.h"
 
-#include <algorithm>
-
 namespace lss::gnc::zebro {
 
 namespace {

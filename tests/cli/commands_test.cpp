@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <numbers>
-
 #include "idl/angles.h"
 #include "idl/zebro/commands.h"
 #include "tools/lss-cli/session/vehicle.h"

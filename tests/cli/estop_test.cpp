@@ -1,7 +1,5 @@
 // The emergency stop as a program: its vehicles, its end, its output.
 
-#include <algorithm>
-
 #include "tests/cli/program_test.h"
 #include "tools/lss-cli/session/wire.h"
 

@@ -3,7 +3,6 @@
 
 #include "tools/lss-cli/recording/flight.h"
 
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 

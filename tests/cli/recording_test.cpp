@@ -9,7 +9,6 @@
 
 #include <csignal>
 #include <filesystem>
-#include <fstream>
 
 #include "tests/support/temp_folder.h"
 #include "tools/lss-cli/recording/mcap_writer.h"

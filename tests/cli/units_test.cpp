@@ -4,7 +4,6 @@
 #include <rapidcheck/gtest.h>
 
 #include <limits>
-#include <numbers>
 
 #include "idl/angles.h"
 #include "tools/lss-cli/session/waker.h"

@@ -7,8 +7,6 @@
 #include <limits>
 #include <string>
 
-#include "daemon/runtime/command_port.h"
-
 namespace lss {
 namespace {
 

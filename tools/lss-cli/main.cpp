@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <clocale>
-#include <cstdio>
 #include <string>
 #include <vector>
 

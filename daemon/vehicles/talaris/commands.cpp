@@ -1,7 +1,6 @@
 // Commands of TALARIS: the checks of the vehicle, and the actions.
 
 #include <bit>
-#include <cmath>
 
 #include "daemon/vehicles/talaris/vehicle.h"
 #include "idl/talaris/codes.h"

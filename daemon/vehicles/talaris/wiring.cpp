@@ -1,8 +1,6 @@
 // The wiring of TALARIS: two sensor lines and a CAN bus (buses.h); the IMU's packets begin
 // the frames, the actuate thread writes the edges of the valves.
 
-#include <memory>
-
 #include "daemon/kit/declare.h"
 #include "daemon/vehicles/talaris/buses.h"
 #include "daemon/vehicles/talaris/tunables.h"

@@ -3,9 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-#include <memory>
-
 #include "daemon/kit/declare.h"
 #include "daemon/vehicles/zebro/tunables.h"
 #include "daemon/vehicles/zebro/vehicle.h"

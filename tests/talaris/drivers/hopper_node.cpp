@@ -1,7 +1,6 @@
 #include "tests/talaris/drivers/hopper_node.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace lss::testing_support {
 

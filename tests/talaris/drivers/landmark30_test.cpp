@@ -4,8 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
-
 #include "idl/angles.h"
 #include "tests/support/allocations.h"
 #include "tests/talaris/drivers/lines.h"

@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "tests/talaris/sim/hopper_master.h"
 
 namespace lss::sim::talaris {

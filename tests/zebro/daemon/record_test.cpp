@@ -3,7 +3,6 @@
 #include <rapidcheck.h>
 
 #include <bit>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>

@@ -7,8 +7,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <memory>
-#include <string>
 #include <utility>
 #include <vector>
 

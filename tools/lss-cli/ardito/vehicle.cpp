@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "daemon/config/config.h"
 #include "daemon/record/json.h"

@@ -4,9 +4,8 @@
 
 #include <cmath>
 
-#include "tools/lss-cli/session/link.h"
 #include "tools/lss-cli/session/status.h"
-#include "tools/lss-cli/session/vehicle.h"
+#include "tools/lss-cli/session/wire.h"
 
 namespace lss::cli {
 

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "idl/codes.h"
 #include "tools/lss-cli/session/ack.h"
 #include "tools/lss-cli/session/answer.h"

@@ -4,12 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <ctime>
 
 #include "idl/codes.h"
-#include "tools/lss-cli/session/link.h"
 #include "tools/lss-cli/session/vehicle_words.h"
+#include "tools/lss-cli/session/wire.h"
 #include "tools/lss-cli/show/units.h"
 
 namespace lss::cli {

@@ -8,7 +8,6 @@
 
 #include "tools/lss-cli/session/motion.h"
 #include "tools/lss-cli/session/vehicle.h"
-#include "tools/lss-cli/show/names.h"
 #include "tools/lss-cli/show/units.h"
 #include "tools/lss-cli/talaris/script.h"
 #include "tools/lss-cli/talaris/vehicle.h"

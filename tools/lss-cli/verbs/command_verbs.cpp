@@ -8,7 +8,6 @@
 #include "tools/lss-cli/session/motion.h"
 #include "tools/lss-cli/session/status.h"
 #include "tools/lss-cli/session/vehicle.h"
-#include "tools/lss-cli/show/names.h"
 #include "tools/lss-cli/verbs/verbs.h"
 
 namespace lss::cli {

@@ -9,7 +9,6 @@
 
 #include "idl/codes.h"
 #include "tools/lss-cli/session/vehicle.h"
-#include "tools/lss-cli/show/names.h"
 #include "tools/lss-cli/verbs/verbs.h"
 
 namespace lss::cli {

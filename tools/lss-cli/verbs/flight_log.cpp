@@ -2,9 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <filesystem>
-
 #include "tools/lss-cli/show/units.h"
 #include "tools/lss-cli/verbs/log_files.h"
 

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "tools/lss-cli/show/units.h"
 #include "tools/lss-cli/verbs/log_files.h"
 #include "tools/lss-cli/verbs/verbs.h"
 

@@ -4,7 +4,6 @@
 // one reply for each line, none unasked. No request waits for another. Main thread; run() ends by
 // Ctrl-C or SIGTERM, or with a Failure when the daemon is gone.
 
-#include <array>
 #include <cstdint>
 #include <deque>
 #include <optional>

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-
 #include "tools/lss-cli/recording/mcap_scan.h"
 #include "tools/lss-cli/show/names.h"
 #include "tools/lss-cli/show/units.h"

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include "tools/lss-cli/verbs/poll_server.h"
-#include "tools/lss-cli/verbs/verbs.h"
 
 namespace lss::cli {
 namespace {

@@ -9,7 +9,6 @@
 #include <cwchar>
 #include <exception>
 #include <iostream>
-#include <iterator>
 
 #include "tools/lss-cli/session/status.h"
 #include "tools/lss-cli/verbs/steps.h"

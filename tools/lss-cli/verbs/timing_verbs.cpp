@@ -6,7 +6,6 @@
 
 #include "idl/timing_statistics.h"
 #include "tools/lss-cli/session/status.h"
-#include "tools/lss-cli/show/names.h"
 #include "tools/lss-cli/show/timing.h"
 #include "tools/lss-cli/show/units.h"
 #include "tools/lss-cli/verbs/timing_files.h"

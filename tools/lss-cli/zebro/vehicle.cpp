@@ -3,11 +3,6 @@
 #include <fmt/format.h>
 #include <zebro_fields.h>  // of the IDL
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <numbers>
-
 #include "daemon/config/config.h"
 #include "daemon/record/json.h"
 #include "drivers/zebro/leg_bus.h"

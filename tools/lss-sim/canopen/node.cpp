@@ -1,7 +1,6 @@
 #include "tools/lss-sim/canopen/node.h"
 
 #include <algorithm>
-#include <iterator>
 
 #include "tools/lss-sim/canopen/wire.h"
 

@@ -1,6 +1,5 @@
 #include "tools/lss-sim/talaris/air.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 

@@ -8,7 +8,6 @@
 
 #include <array>
 #include <cstdint>
-#include <numbers>
 #include <optional>
 
 #include "idl/angles.h"
