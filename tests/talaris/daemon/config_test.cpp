@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <regex>
 
+#include "daemon/vehicles/talaris/tunables.h"
 #include "tests/support/config_file.h"
 
 namespace lss::talaris {
@@ -21,7 +22,7 @@ std::vector<double> numbers(const T& x) {
 
 TEST(TalarisConfig, TheExampleHoldsTheDefaults) {
   Parameters p;
-  const auto config = kFile.load(LSS_CONFIG, p);
+  const auto config = kFile.load_defaults(tuning(), p);
   ASSERT_TRUE(config) << config.error();
   EXPECT_EQ(config->period_ns, 200 * kMillisecond);
   const Parameters d;
@@ -30,10 +31,7 @@ TEST(TalarisConfig, TheExampleHoldsTheDefaults) {
   EXPECT_EQ(p.buses.can.node, d.buses.can.node);
   EXPECT_EQ(p.buses.can.stale_after_ns, d.buses.can.stale_after_ns);
   EXPECT_EQ(p.buses.valves.renew_ns, d.buses.valves.renew_ns);
-  EXPECT_EQ(p.imu_silent_ns, d.imu_silent_ns);
-  EXPECT_EQ(p.altimeter_silent_ns, d.altimeter_silent_ns);
   EXPECT_EQ(p.solver.order, d.solver.order);
-  EXPECT_EQ(p.solver.budget_ns, d.solver.budget_ns);
   EXPECT_EQ(p.fan_slew_us_s, d.fan_slew_us_s);
   EXPECT_EQ(p.refuelled, d.refuelled);
   // All of them are doubles.
