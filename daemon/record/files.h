@@ -38,6 +38,9 @@ std::string line_of(const nlohmann::ordered_json& json);
 // Parsed JSON of a file: discarded when it is no JSON, or nests deeper than limits.h allows.
 nlohmann::ordered_json parse_json(std::string_view text);
 
+// Whether another program or a person deleted the open file: writing to it is useless.
+bool is_removed(int fd);
+
 // Writes everything; 0 or the error's number.
 int write_all(int fd, std::string_view text);
 

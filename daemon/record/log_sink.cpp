@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -31,7 +30,7 @@ LogFiles::LogFiles(const config::LogPreset& preset, fs::path folder, const std::
 
 std::string LogFiles::put(std::string_view line, TimeNs now) {
   const bool full = lines_ > 0 && size_ + line.size() > file_bytes_;
-  if (fd_ >= 0 && (full || removed())) close();
+  if (fd_ >= 0 && (full || is_removed(fd_))) close();
   if (fd_ < 0 && now < retry_ns_) return error_;
   int error = fd_ < 0 ? begin() : 0;
   if (error == 0) error = add(line);
@@ -70,12 +69,6 @@ int LogFiles::add(std::string_view text) {
     [[maybe_unused]] const int cut = ::ftruncate(fd_, static_cast<off_t>(size_));
   }
   return error;
-}
-
-// Deleted by another program or a person: writing to it is useless.
-bool LogFiles::removed() const {
-  struct stat info {};
-  return ::fstat(fd_, &info) == 0 && info.st_nlink == 0;
 }
 
 void LogFiles::close() {

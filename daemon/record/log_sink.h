@@ -49,7 +49,6 @@ class LogFiles final : public LogSink {
  private:
   int begin();
   int add(std::string_view text);
-  bool removed() const;
   void close();
 
   std::string preset_;

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <boost/crc.hpp>
@@ -108,10 +107,7 @@ void RecordingWriter::abandon() {
   ::close(std::exchange(fd_, -1));
 }
 
-bool RecordingWriter::removed() const {
-  struct stat info {};
-  return ::fstat(fd_, &info) == 0 && info.st_nlink == 0;
-}
+bool RecordingWriter::removed() const { return is_removed(fd_); }
 
 int RecordingWriter::write_chunk(std::uint8_t kind, std::span<const std::uint8_t> payload) {
   chunk_.assign(kChunkMagic.begin(), kChunkMagic.end());

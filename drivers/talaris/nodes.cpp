@@ -2,14 +2,17 @@
 
 #include <algorithm>
 
+#include "drivers/canopen/drive_pdo.h"
 #include "drivers/talaris/hopper_bus.h"
 
 namespace lss::talaris {
 namespace {
 
 using canopen::Entry;
+using canopen::i16;
 using canopen::NodeParameters;
 using canopen::Pdo;
+using canopen::u16;
 using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::uint32_t kValveDevice = 0x0006'0191, kFanDevice = 0x000C'0191;
@@ -69,11 +72,6 @@ NodeParameters load_cell(const HopperBusParameters& p) {
           {},
           {kLoadTpdo1, kLoadTpdo2}};
 }
-
-std::uint16_t u16(Bytes data, std::size_t at) {
-  return static_cast<std::uint16_t>(data[at] | data[at + 1] << 8);
-}
-double i16(Bytes data, std::size_t at) { return static_cast<std::int16_t>(u16(data, at)); }
 
 }  // namespace
 

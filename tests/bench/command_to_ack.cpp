@@ -18,12 +18,6 @@ namespace {
 
 constexpr auto kKind = static_cast<std::uint16_t>(CommandKind::request_data);
 
-template <class T>
-T value(dds::Result<T> result) {
-  if (!result) throw NotHere(result.error());
-  return std::move(*result);
-}
-
 // Sends a command from within the listener as soon as the one before is acknowledged.
 class Pinger {
  public:

@@ -11,6 +11,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <tl/expected.hpp>
 #include <vector>
 
 #include "drivers/time.h"
@@ -19,6 +20,12 @@
 #include "tests/support/temp_folder.h"
 
 namespace lss::bench {
+
+template <class T>
+T value(tl::expected<T, std::string> result) {
+  if (!result) throw NotHere(result.error());
+  return std::move(*result);
+}
 
 using testing_support::eventually;
 using testing_support::RoudiLock;

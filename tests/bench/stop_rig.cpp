@@ -30,12 +30,6 @@ constexpr double kGoldenRatio = 0.6180339887498949;
 // The load repeats numbers from 1 on in our name; ours are distinguishable.
 constexpr std::uint64_t kFirstSeq = std::uint64_t{1} << 40;
 
-template <class T>
-T value(dds::Result<T> result) {
-  if (!result) throw NotHere(result.error());
-  return std::move(*result);
-}
-
 std::string vehicle_id(const Stoppable& vehicle) { return std::string(vehicle.name) + "-1"; }
 
 std::string edited(std::string text, const std::string& key, const std::string& to) {

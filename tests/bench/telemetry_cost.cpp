@@ -24,12 +24,6 @@
 namespace lss::bench {
 namespace {
 
-template <class T>
-T value(dds::Result<T> result) {
-  if (!result) throw NotHere(result.error());
-  return std::move(*result);
-}
-
 dds::Topic telemetry_topic() { return dds::telemetry_topic("zebro", &lss_ZebroTelemetry_desc); }
 
 // Time of one call, from many.

@@ -34,12 +34,6 @@ class FrameLogTest : public testing::Test {
     log.put({.fault = fault}, bytes);
   }
   // As long as the log thread did not take them, records are in the ring: stop() empties it.
-  std::vector<fs::path> files() const {
-    std::vector<fs::path> found;
-    for (const auto& entry : fs::directory_iterator(folder_)) found.push_back(entry.path());
-    std::ranges::sort(found);
-    return found;
-  }
   static std::vector<nlohmann::json> lines(const fs::path& path) {
     std::ifstream file(path);
     std::vector<nlohmann::json> all;
@@ -61,10 +55,10 @@ TEST_F(FrameLogTest, KeepsTheLastFramesOfAFaultOldestFirst) {
   for (std::uint32_t i = 1; i < 100; ++i) put(log, i);
   put(log, 100, FaultId::port_lost);
   log.stop();
-  ASSERT_EQ(files().size(), 1u);
-  EXPECT_THAT(files()[0].filename().string(),
+  ASSERT_EQ(folder_.files().size(), 1u);
+  EXPECT_THAT(folder_.files()[0].filename().string(),
               testing::MatchesRegex("v-1-000001-.*Z-port_lost.crash.jsonl"));
-  const auto all = lines(files()[0]);
+  const auto all = lines(folder_.files()[0]);
   ASSERT_EQ(all.size(), 1 + FrameLog::kFrames);
   EXPECT_EQ(all[0]["vehicle"], "v");
   EXPECT_EQ(all[0]["frames"], FrameLog::kFrames);
@@ -78,7 +72,7 @@ TEST_F(FrameLogTest, WithoutAFaultNothingIsWritten) {
   log.start();
   for (std::uint32_t i = 1; i < 300; ++i) put(log, i);
   log.stop();
-  EXPECT_TRUE(files().empty());
+  EXPECT_TRUE(folder_.files().empty());
 }
 
 TEST_F(FrameLogTest, AStormOfFaultsLosesNoFrameAndWritesNoneTwice) {
@@ -87,14 +81,14 @@ TEST_F(FrameLogTest, AStormOfFaultsLosesNoFrameAndWritesNoneTwice) {
   for (std::uint32_t i = 1; i <= 200; ++i) put(log, i, FaultId::bus_noise);
   log.stop();
   std::vector<int> frames;
-  for (const fs::path& file : files()) {
+  for (const fs::path& file : folder_.files()) {
     const auto all = lines(file);
     for (std::size_t i = 1; i < all.size(); ++i) frames.push_back(all[i]);
   }
   std::ranges::sort(frames);
   frames.erase(std::unique(frames.begin(), frames.end()), frames.end());
   EXPECT_EQ(frames.size(), 200u);
-  EXPECT_LE(files().size(), 5u);
+  EXPECT_LE(folder_.files().size(), 5u);
 }
 
 TEST_F(FrameLogTest, TheNewestFilesAreKeptAndTheFirstSinceTheStart) {
@@ -107,10 +101,11 @@ TEST_F(FrameLogTest, TheNewestFilesAreKeptAndTheFirstSinceTheStart) {
   for (std::uint32_t i = 1; i <= 64 * 6; ++i) put(log, i, FaultId::bus_noise);
   log.stop();
   std::vector<std::string> names;
-  for (const fs::path& file : files()) names.push_back(file.filename().string().substr(0, 11));
+  for (const fs::path& file : folder_.files())
+    names.push_back(file.filename().string().substr(0, 11));
   EXPECT_THAT(names, ElementsAre("v-1-000008-", "v-1-000013-", "v-1-000014-", "v-1-2-00000"));
-  EXPECT_EQ(lines(files()[0]).back(), 1) << "the one that began it";
-  EXPECT_EQ(lines(files()[2]).back(), 64 * 6);
+  EXPECT_EQ(lines(folder_.files()[0]).back(), 1) << "the one that began it";
+  EXPECT_EQ(lines(folder_.files()[2]).back(), 64 * 6);
 }
 
 TEST_F(FrameLogTest, ASecondFaultIsWrittenAlsoWhenFramesEndAfterIt) {
@@ -118,8 +113,9 @@ TEST_F(FrameLogTest, ASecondFaultIsWrittenAlsoWhenFramesEndAfterIt) {
   log.start();
   put(log, 1, FaultId::bus_noise);
   put(log, 2, FaultId::port_lost);
-  while (files().size() < 2 || files()[1].extension() == ".part") std::this_thread::yield();
-  EXPECT_THAT(files()[1].string(), testing::HasSubstr("port_lost"));
+  while (folder_.files().size() < 2 || folder_.files()[1].extension() == ".part")
+    std::this_thread::yield();
+  EXPECT_THAT(folder_.files()[1].string(), testing::HasSubstr("port_lost"));
   log.stop();
 }
 
@@ -129,8 +125,9 @@ TEST_F(FrameLogTest, FramesAreKeptWhenTheFrameThreadStandsStill) {
   for (std::uint32_t i = 1; i <= 10; ++i) put(log, i);
   while (log.turns() < 2) std::this_thread::yield();
   log.keep();
-  while (files().empty() || files()[0].extension() == ".part") std::this_thread::yield();
-  EXPECT_EQ(lines(files()[0]).back(), 10);
+  while (folder_.files().empty() || folder_.files()[0].extension() == ".part")
+    std::this_thread::yield();
+  EXPECT_EQ(lines(folder_.files()[0]).back(), 10);
 }
 
 TEST_F(FrameLogTest, TextThatIsNoUtf8IsWrittenToo) {
@@ -140,8 +137,8 @@ TEST_F(FrameLogTest, TextThatIsNoUtf8IsWrittenToo) {
   log.start();
   put(log, 1, FaultId::emergency_stop);
   log.stop();
-  ASSERT_EQ(files().size(), 1u);
-  EXPECT_EQ(lines(files()[0]).size(), 2u);
+  ASSERT_EQ(folder_.files().size(), 1u);
+  EXPECT_EQ(lines(folder_.files()[0]).size(), 2u);
 }
 
 TEST_F(FrameLogTest, AFullDiskIsReportedOnceAndLeavesNoHalfFile) {
@@ -156,7 +153,7 @@ TEST_F(FrameLogTest, AFullDiskIsReportedOnceAndLeavesNoHalfFile) {
   log.stop();
   ::setrlimit(RLIMIT_FSIZE, &limit);
   std::signal(SIGXFSZ, before);
-  EXPECT_TRUE(files().empty());
+  EXPECT_TRUE(folder_.files().empty());
   EXPECT_THAT(told(log), ElementsAre(EventId::log_failed));
 }
 
@@ -181,8 +178,8 @@ TEST_F(FrameLogTest, FramesThatTheLogMissedAreReportedOnceAndCountedWhereTheyAre
   while (log.turns() < 1) std::this_thread::yield();
   fill(61, 70);
   log.stop();
-  ASSERT_EQ(files().size(), 1u);
-  const auto all = lines(files()[0]);
+  ASSERT_EQ(folder_.files().size(), 1u);
+  const auto all = lines(folder_.files()[0]);
   ASSERT_EQ(all.size(), 1 + 70 - missing);
   ASSERT_GT(missing, 0u);
   EXPECT_EQ(all[60 - missing]["frame"], 60 - missing);

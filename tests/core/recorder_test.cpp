@@ -45,12 +45,6 @@ class RecorderTest : public testing::Test {
     if (recorder.wants_state()) recorder.put_state(std::vector<std::uint8_t>{7}, dropped, now_);
     recorder.turn(now_);
   }
-  std::vector<fs::path> files() const {
-    std::vector<fs::path> found;
-    for (const auto& entry : fs::directory_iterator(folder_)) found.push_back(entry.path());
-    std::ranges::sort(found);
-    return found;
-  }
   struct Read {
     nlohmann::ordered_json header;
     std::vector<Item> kinds{};
@@ -88,9 +82,9 @@ TEST_F(RecorderTest, AFileBeginsWithTheStartAndTheNextOnesWithAState) {
   auto recorder = this->recorder();
   for (int i = 0; i < 200; ++i) frame(*recorder);
   recorder->end();
-  ASSERT_EQ(files().size(), 3u);
+  ASSERT_EQ(folder_.files().size(), 3u);
   std::size_t frames = 0;
-  for (const fs::path& path : files()) {
+  for (const fs::path& path : folder_.files()) {
     const Read file = read(path);
     EXPECT_EQ(file.end, End::whole);
     EXPECT_EQ(file.header["start"], frames == 0);
@@ -107,10 +101,10 @@ TEST_F(RecorderTest, AFileBeginsWithTheStartAndTheNextOnesWithAState) {
 TEST_F(RecorderTest, ARunThatEndsWhereAFileDoesLeavesNoFileWithoutFrames) {
   auto recorder = this->recorder();
   int frames = 0;
-  for (; files().size() < 2; ++frames) frame(*recorder);
+  for (; folder_.files().size() < 2; ++frames) frame(*recorder);
   recorder->end();
-  ASSERT_EQ(files().size(), 1u);
-  EXPECT_EQ(read(files()[0]).frames(), static_cast<std::size_t>(frames));
+  ASSERT_EQ(folder_.files().size(), 1u);
+  EXPECT_EQ(read(folder_.files()[0]).frames(), static_cast<std::size_t>(frames));
 }
 
 TEST_F(RecorderTest, TheOldestFilesGoAndOthersAreNotTouched) {
@@ -120,12 +114,12 @@ TEST_F(RecorderTest, TheOldestFilesGoAndOthersAreNotTouched) {
   for (int i = 0; i < 1000; ++i) {
     frame(*recorder);
     std::uintmax_t total = 0;
-    for (const fs::path& path : files())
+    for (const fs::path& path : folder_.files())
       if (path.filename().string().starts_with("v-1-")) total += fs::file_size(path);
     ASSERT_LE(total, 400'000u);
   }
   recorder->end();
-  const auto left = files();
+  const auto left = folder_.files();
   ASSERT_EQ(left.size(), 2u + 4u);
   EXPECT_TRUE(fs::exists(folder_ / "notes.txt"));
   EXPECT_TRUE(fs::exists(folder_ / "v-10-000001-x.lssrec"));
@@ -138,7 +132,7 @@ TEST_F(RecorderTest, AGapIsSaidAndFollowedByAState) {
   frame(*recorder, 5);
   frame(*recorder, 5);
   recorder->end();
-  const Read file = read(files().at(0));
+  const Read file = read(folder_.files().at(0));
   EXPECT_THAT(file.kinds,
               ElementsAre(Item::frame, Item::lost, Item::frame, Item::state, Item::frame));
   EXPECT_THAT(file.lost, ElementsAre(5));
@@ -148,7 +142,7 @@ TEST_F(RecorderTest, WhatATurnWroteIsReadableWhateverBecomesOfTheProcess) {
   auto recorder = this->recorder();
   for (int i = 0; i < 10; ++i) {
     frame(*recorder);
-    const Read file = read(files().at(0));
+    const Read file = read(folder_.files().at(0));
     EXPECT_EQ(file.frames(), static_cast<std::size_t>(i + 1));
     EXPECT_EQ(file.end, End::open);
   }
@@ -158,9 +152,9 @@ TEST_F(RecorderTest, ATornTailIsCutAtTheNextStartAndTold) {
   {
     auto recorder = this->recorder();
     for (int i = 0; i < 5; ++i) frame(*recorder);
-    fs::copy_file(files().at(0), folder_ / "copy");  // as it would be after kill -9
+    fs::copy_file(folder_.files().at(0), folder_ / "copy");  // as it would be after kill -9
   }
-  const fs::path path = files().at(1);
+  const fs::path path = folder_.files().at(1);
   fs::rename(folder_ / "copy", path);
   ASSERT_EQ(fs::file_size(path), 100'000u) << "with the room that was allocated";
   {
@@ -174,7 +168,7 @@ TEST_F(RecorderTest, ATornTailIsCutAtTheNextStartAndTold) {
   EXPECT_LT(fs::file_size(path), 6000u);
   frame(*again);
   again->end();
-  ASSERT_EQ(files().size(), 2u) << "a new file";
+  ASSERT_EQ(folder_.files().size(), 2u) << "a new file";
   told_.clear();
   recorder();
   EXPECT_THAT(told_, IsEmpty());
@@ -195,7 +189,7 @@ TEST_F(RecorderTest, AFullDiskIsReportedAndItGoesOnWhenThereIsRoom) {
   for (int i = 0; i < 300; ++i) frame(*recorder);
   EXPECT_FALSE(recorder->in_trouble());
   recorder->end();
-  const auto left = files();
+  const auto left = folder_.files();
   ASSERT_GE(left.size(), 2u);
   std::size_t frames = 0;
   std::uint64_t lost = 0;
@@ -227,11 +221,11 @@ TEST_F(RecorderTest, AFolderThatCannotBeWrittenIsReported) {
 TEST_F(RecorderTest, AFileThatSomebodyRemovedIsFollowedByAnother) {
   auto recorder = this->recorder();
   for (int i = 0; i < 5; ++i) frame(*recorder);
-  fs::remove(files().at(0));
+  fs::remove(folder_.files().at(0));
   for (int i = 0; i < 5; ++i) frame(*recorder);
   recorder->end();
-  ASSERT_EQ(files().size(), 1u);
-  EXPECT_EQ(read(files()[0]).kinds.front(), Item::state);
+  ASSERT_EQ(folder_.files().size(), 1u);
+  EXPECT_EQ(read(folder_.files()[0]).kinds.front(), Item::state);
 }
 
 }  // namespace

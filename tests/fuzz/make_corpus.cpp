@@ -5,7 +5,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "daemon/parameters/store.h"
@@ -14,6 +13,7 @@
 #include "drivers/zebro/leg_bus.h"
 #include "tests/cli/zebro_dictionary.h"
 #include "tests/fuzz/fuzz.h"
+#include "tests/support/temp_folder.h"
 #include "tools/lss-cli/obc/frame.h"
 #include "tools/lss-cli/recording/mcap_writer.h"
 
@@ -21,6 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace lss;
+using testing_support::content;
 
 fs::path folder;
 
@@ -48,11 +49,6 @@ class Out {
  private:
   std::string bytes_;
 };
-
-std::string content(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 void zebro_bus() {
   using namespace lss::zebro;

@@ -3,12 +3,14 @@
 // A folder of a test, and the content of its files. Its own name in the system's folder for
 // temporary files; gone at the end.
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace lss::testing_support {
 
@@ -21,6 +23,15 @@ class TempFolder : public std::filesystem::path {
   }
   TempFolder(const TempFolder&) = delete;
   TempFolder& operator=(const TempFolder&) = delete;
+
+  // By name.
+  std::vector<path> files() const {
+    std::vector<path> found;
+    for (const auto& entry : std::filesystem::directory_iterator(*this))
+      found.push_back(entry.path());
+    std::ranges::sort(found);
+    return found;
+  }
 
  private:
   static std::string make() {

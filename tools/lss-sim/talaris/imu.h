@@ -12,14 +12,13 @@
 #include <optional>
 #include <random>
 
+#include "idl/angles.h"
 #include "tools/lss-sim/talaris/plant.h"
 #include "tools/lss-sim/talaris/sensor.h"
 
 namespace lss::sim::talaris {
 
 enum class ImuKind : std::uint8_t { landmark, crossbow };
-
-inline constexpr double kDegree = 0.017453292519943295;
 
 // Standard deviations; of noise in one packet, of biases at power-on.
 struct ImuOptions {
