@@ -2,16 +2,7 @@
 
 // The structure of a record as text: members in their order, with their types. It is in the header
 // of a recording, so that a program reads only what it knows, and other programs can read it
-// (docs/recording.md). Made by visit() of fields.h; ordinary threads.
-//
-//   record  = { member }            member = name ":" type ";"
-//   type    = i1 i2 i4 i8           signed numbers by their bytes
-//           | u1 u2 u4 u8           unsigned ones
-//           | f4 f8 | b1 | c1       floating point, 0 or 1, a character
-//           | "{" record "}"        a struct
-//           | "[" count "]" type    an array
-//           | "<" type ">"          a list: its length as u4, then as many
-//           | "(" type {"|" type} ")"  one of these: its index as u1, then it
+// (grammar: docs/recording.md). Made by visit() of fields.h; ordinary threads.
 
 #include <array>
 #include <concepts>
