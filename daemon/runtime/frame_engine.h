@@ -4,7 +4,9 @@
 // frame k from T_k on, the actuate thread releases it at T_k + offset, never earlier and never
 // "when ready", so that a stochastic delay becomes a known constant. When a command is not ready,
 // the one before is repeated once; when late again, nothing is released and the bus notices its
-// stale orders. Frames: of daemon/runtime/frames.h.
+// stale orders. A command waits for its release as two copies with a checksum: a bit that radiation
+// flips there is corrected, and a command that is damaged otherwise is not released. Frames: of
+// daemon/runtime/frames.h.
 //
 // frame() and actuate() are the bodies of the two threads; nothing in here allocates, locks or
 // logs.
@@ -15,6 +17,7 @@
 #include <utility>
 
 #include "daemon/cycle/messages.h"
+#include "daemon/cycle/twins.h"
 #include "daemon/runtime/frames.h"
 #include "daemon/runtime/latest.h"
 
@@ -88,7 +91,8 @@ class FrameEngine {
     timing_.released_ns = released.released_ns;
     timing_.overruns = released.overruns;
     timing_.commands_repeated = released.repeated;
-    due_.put({.boundary_ns = boundary.time_ns, .command = compute(boundary, released, timing_)});
+    due_.put(Sealed<Due>(
+        {.boundary_ns = boundary.time_ns, .command = compute(boundary, released, timing_)}));
     timing_.ready_ns = now_ns();
     timing_.margin_ns = boundary.time_ns + parameters_.offset_ns - timing_.ready_ns;
     say(timing_);
@@ -99,9 +103,12 @@ class FrameEngine {
   template <class Release>
   void due(const Boundary& boundary, Release&& release) noexcept {
     // Releases that were slept through are late as well: a standstill of the machine is an overrun.
-    const Due& due = due_.get();
+    Due due;
+    const bool whole = due_.get().open(due);
     bool limit = due.boundary_ns != 0 && boundary.skipped != 0 && overruns_.late(boundary.skipped);
-    if (due.boundary_ns == boundary.time_ns) {
+    if (!whole) {
+      limit = overruns_.late() || limit;
+    } else if (due.boundary_ns == boundary.time_ns) {
       overruns_.in_time();
       hand(release, due.command, boundary);
     } else if (due.boundary_ns != 0) {  // before the first frame nothing is late
@@ -149,7 +156,7 @@ class FrameEngine {
   std::uint64_t limits_seen_ = 0;
   OverrunCounter overruns_;  // actuate thread, with its report
   Released report_;
-  Latest<Due> due_;
+  Latest<Sealed<Due>> due_;
   Latest<Released> released_;
   std::atomic<std::uint64_t> count_{0}, releases_{0};
   std::atomic<bool> stop_{false};

@@ -35,6 +35,14 @@ TEST_P(FlippedBits, InTheSupervisorReachNoBus) {
       << flip_table(subjects()[GetParam()].vehicle, counts);
 }
 
+// The orders wait for their release; what is beside them goes to no bus.
+TEST_P(FlippedBits, InTheOrdersReachNoBus) {
+  constexpr unsigned kFlips = 40;
+  const FlipCounts counts = flip({.flips = kFlips, .part = "outputs"});
+  EXPECT_EQ(of(counts.state, FlipOutcome::none), kFlips)
+      << flip_table(subjects()[GetParam()].vehicle, counts);
+}
+
 INSTANTIATE_TEST_SUITE_P(Vehicles, FlippedBits, testing::Range(std::size_t{0}, subjects().size()),
                          [](const auto& which) {
                            return std::string(subjects()[which.param].vehicle);

@@ -5,7 +5,9 @@
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <span>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -91,6 +93,29 @@ TEST(FrameEngine, ACommandThatCameTooLateIsNotReleasedAsTheNextOne) {
   s.compute(2);
   s.release(3);  // of frame 2 there is a command now, of frame 3 there is none
   EXPECT_EQ(s.sent, (std::vector{10, 10}));
+}
+
+// Radiation, while a command waits for its release.
+TEST(FrameEngine, AFlippedBitOfAWaitingCommandIsCorrectedAndTwoReleaseNothing) {
+  constexpr std::uint64_t kFrame = 12'345'679;
+  constexpr int kCommand = 10 * static_cast<int>(kFrame);
+  for (const std::size_t damaged : {0u, 1u, 2u}) {
+    Stage s;
+    s.compute(kFrame);
+    const std::span<std::uint8_t> memory = bytes_of(s.engine);
+    std::vector<std::uint8_t*> copies;
+    for (std::size_t at = 0; at + sizeof kCommand <= memory.size(); at += sizeof kCommand) {
+      if (std::memcmp(&memory[at], &kCommand, sizeof kCommand) == 0) copies.push_back(&memory[at]);
+    }
+    ASSERT_EQ(copies.size(), 2u);
+    if (damaged != 1) *copies[0] ^= 1;
+    if (damaged != 0) *copies[1] ^= 2;
+    s.release(kFrame);
+    const bool corrected = damaged != 2;
+    EXPECT_EQ(s.sent, corrected ? std::vector{kCommand} : std::vector<int>{}) << damaged;
+    s.compute(kFrame + 1);
+    EXPECT_EQ(s.timing.overruns, corrected ? 0u : 1u);
+  }
 }
 
 TEST(FrameEngine, NothingIsReleasedBeforeTheFirstCommand) {

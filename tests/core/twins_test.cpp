@@ -47,6 +47,27 @@ TEST_F(TwinTest, EveryBitOfTheSecondCopyIsCorrected) {
   }
 }
 
+TEST(SealedTest, EveryBitIsCorrectedAndTwoAreNoticed) {
+  using Bytes = std::array<std::uint8_t, 53>;
+  Bytes value{};
+  for (std::size_t i = 0; i < value.size(); ++i) value[i] = static_cast<std::uint8_t>(7 * i);
+  Sealed<Bytes> sealed(value);
+  const std::span<std::uint8_t> memory = bytes_of(sealed);
+  Bytes opened{};
+  for (std::size_t bit = 0; bit < 8 * memory.size(); ++bit) {
+    flip(memory, bit);
+    opened = {};
+    ASSERT_TRUE(sealed.open(opened)) << bit;
+    ASSERT_EQ(opened, value) << bit;
+    flip(memory, bit);
+  }
+  flip(memory, 3);
+  flip(memory, 8 * value.size() + 4);
+  opened = {};
+  EXPECT_FALSE(sealed.open(opened));
+  EXPECT_EQ(opened, Bytes{});
+}
+
 // Its outbox is all that is not held twice.
 TEST(TwinsTest, HoldAllOfTheSupervisorThatOutlivesAFrame) {
   using S = Twins<int>;

@@ -176,7 +176,10 @@ class VirtualChain {
     std::vector<Memory> all = {part("vehicle", vehicle_), part("supervisor", supervisor_),
                                part("inputs", in_), part("outputs", out_),
                                part("command port", port_)};
-    if (protect_) all.push_back(part("second copies", twins_));
+    if (protect_) {
+      all.push_back(part("outputs", due_));
+      all.push_back(part("second copies", twins_));
+    }
     return all;
   }
   // The member that this byte of a part belongs to.
@@ -286,11 +289,18 @@ class VirtualChain {
     cycle(vehicle_, supervisor_, in_, out_, [](Stage) {});
     ++cycles_;
     twins_.seal(vehicle_, supervisor_);
+    due_ = Sealed(out_.command);
     if (tape) tape(in_, out_, supervisor_, vehicle_);
     port_.show(supervisor_.state());
     const Supervisor::Outbox& box = supervisor_.outbox();
     acks.insert(acks.end(), box.acks.begin(), box.acks.begin() + box.ack_count);
     events.insert(events.end(), box.events.begin(), box.events.begin() + box.event_count);
+  }
+  // The actuate thread's orders at their release, as in daemon/runtime/frame_engine.h. False: none.
+  bool take_due(typename Vehicle::Command& orders) const {
+    if (protect_) return due_.open(orders);
+    orders = out_.command;
+    return true;
   }
   // A frame that the clock begins.
   template <class Pop>
@@ -322,6 +332,7 @@ class VirtualChain {
   CommandPort port_;
   Inputs<Vehicle> in_{};
   Outputs<Vehicle> out_{};
+  Sealed<typename Vehicle::Command> due_;  // from the frame thread to the actuate thread
   Twins<Vehicle> twins_;
   bool protect_ = true;
 

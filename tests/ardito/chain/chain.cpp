@@ -53,8 +53,10 @@ void Chain::dispatch() {
   beat_when_due();
   if (now_ns_ >= release_ns_) {
     release_ns_ = kNever;
+    RoverOrders due;
+    const bool whole = take_due(due);
     turn_held(master_, master_twin_, latch_,
-              [this] { latch_.obey(master_, &out_.command, now_ns_); });
+              [&] { latch_.obey(master_, whole ? &due : nullptr, now_ns_); });
   }
   turn();
   if (now_ns_ < next_frame_ns_) return;

@@ -119,11 +119,12 @@ bool Chain::run_until(Phase phase, double limit_s) {
 void Chain::release() {
   const TimeNs due_ns = release_ns_;
   release_ns_ = kNever;
-  if (!latch_.passes(out_.command.all_stop, out_.command.boundary_ns)) {
+  TalarisOrders due;
+  if (!take_due(due)) return;
+  if (!latch_.passes(due.all_stop, due.boundary_ns)) {
     ++edges_.refused_orders;
     return send_edges(now_ns_);
   }
-  TalarisOrders due = out_.command;
   due.release_ns = due_ns;
   valves_.release(due, now_ns_);
   send_edges(due_ns);

@@ -69,7 +69,7 @@ void Chain::dispatch() {
   beat_when_due();
   if (now_ns_ >= release_ns_) {
     release_ns_ = kNever;
-    bus_->release(out_.command);
+    if (BusOrders due; take_due(due)) bus_->release(due);
     bus_->turn(now_ns_, {});
   }
   std::span<const std::uint8_t> bytes;
