@@ -1,35 +1,55 @@
 #!/usr/bin/env bash
 # image.sh FOLDER PACKAGES : the OBC in a box, for PACKAGES/*.deb that will be installed in it: FOLDER/image becomes a
-# link to a folder with vmlinuz, initrd.gz and root.ext4. Debian 12 with systemd and the PREEMPT_RT kernel; what those
-# packages depend on is there, they themselves are not. Needs no root: packages are unpacked under fakeroot, and what
-# their scripts would do is done by hand. Kept in ${LSS_OBC_CACHE:-${XDG_CACHE_HOME:-~/.cache}/lss-obc}; built again
-# when its inputs changed. Status 77: cannot be built here, and it says why.
+# link to a folder with vmlinuz, initrd.gz, root.ext4 and arch, the name of its processor: amd64, or LSS_OBC_ARCH=arm64.
+# Debian 12 with systemd and the PREEMPT_RT kernel; what those packages depend on is there, they themselves are not.
+# Needs no root: packages are unpacked under fakeroot, and what their scripts would do is done by hand. Kept in
+# ${LSS_OBC_CACHE:-${XDG_CACHE_HOME:-~/.cache}/lss-obc}; built again when its inputs changed. Status 77: cannot be built
+# here, and it says why.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 out=$1
 ours=("$2"/*.deb)
+arch=${LSS_OBC_ARCH:-amd64}
 cache=${LSS_OBC_CACHE:-${XDG_CACHE_HOME:-$HOME/.cache}/lss-obc}
 
 cannot() {
+  rm -f "$out/image"
   echo "the OBC in a box is skipped: $*"
   exit 77
 }
-for program in qemu-system-x86_64 fakeroot busybox cpio mke2fs dpkg-deb apt-get; do
-  PATH=$PATH:/sbin:/usr/sbin command -v "$program" > /dev/null ||
-    cannot "no $program; install the packages of group obc in tools/packages.txt"
-done
-[ "$(dpkg --print-architecture)" = amd64 ] || cannot "the box is an amd64 machine, this one is not"
+need() {  # GROUP PROGRAM...
+  local program
+  for program in "${@:2}"; do
+    PATH=$PATH:/sbin:/usr/sbin command -v "$program" > /dev/null ||
+      cannot "no $program; install the packages of group $1 in tools/packages.txt"
+  done
+}
+need obc fakeroot busybox cpio mke2fs dpkg-deb apt-get
+# emulator: how a program of the image is executed here.
+case $arch in
+  amd64)
+    need obc qemu-system-x86_64
+    triplet=x86_64-linux-gnu loader=ld-linux-x86-64.so.2 emulator=()
+    ;;
+  arm64)
+    need arm64 qemu-system-aarch64 qemu-aarch64-static
+    triplet=aarch64-linux-gnu loader=ld-linux-aarch64.so.1 emulator=(qemu-aarch64-static)
+    ;;
+  *) echo "image.sh: LSS_OBC_ARCH is amd64 or arm64, not $arch" >&2 && exit 2 ;;
+esac
+[ "$(dpkg --print-architecture)" = amd64 ] || cannot "it is built on amd64, and this machine is not"
+[ -e "${ours[0]}" ] || cannot "no packages of $arch in $2; tools/package --arch $arch makes them"
 
 packages=(base-files base-passwd bash dash coreutils util-linux mount login passwd grep sed mawk findutils hostname
   diffutils libc-bin procps dpkg apt sudo kmod udev systemd systemd-sysv dbus iproute2 can-utils tar gzip usr-is-merged
-  busybox-static init-system-helpers linux-image-rt-amd64)
+  busybox-static init-system-helpers "linux-image-rt-$arch")
 # Of the first alternative each.
 mapfile -t depends < <(for deb in "${ours[@]}"; do dpkg-deb -f "$deb" Depends; done |
   tr ',' '\n' | sed 's/|.*//; s/(.*//; s/ //g' | grep -vxE 'lssd.*|lss-ground' | sort -u)
 
-key=$( (printf '%s\n' "${packages[@]}" "${depends[@]}"; cat "$here/image.sh" "$here"/guest/*) | sha256sum | cut -c 1-16)
+key=$( (printf '%s\n' "$arch" "${packages[@]}" "${depends[@]}"; cat "$here/image.sh" "$here"/guest/*) | sha256sum | cut -c 1-16)
 if [ -z "${FAKEROOTKEY:-}" ]; then
-  mkdir -p "$cache"/archives/partial "$cache"/lists/partial "$out"
+  mkdir -p "$cache"/archives/partial "$cache/lists/$arch/partial" "$out"
   exec 9> "$cache/lock"
   flock 9
   ln -sfn "$cache/$key" "$out/image"
@@ -52,7 +72,8 @@ step() { printf '%4d s %s\n' "$SECONDS" "$1"; }
 
 # The sources of this machine, nothing installed: apt lists and downloads all needed packages.
 apt=(-q -y -o Dir::State::status="$work/status" -o Dir::Cache="$cache" -o Dir::Cache::archives="$cache/archives"
-  -o Dir::Log="$work" -o APT::Sandbox::User=root -o APT::Install-Recommends=false -o Debug::NoLocking=1)
+  -o Dir::Log="$work" -o APT::Sandbox::User=root -o APT::Install-Recommends=false -o Debug::NoLocking=1
+  -o APT::Architecture="$arch" -o APT::Architectures="$arch")
 wanted=("${packages[@]}" "${depends[@]}")
 fetch() {
   # apt lists the files not yet downloaded: all of them, with an empty archive.
@@ -61,7 +82,7 @@ fetch() {
     apt-get "${apt[@]}" "$@" --download-only install "${wanted[@]}" > "$work/apt.log" 2>&1
 }
 if ! fetch; then  # no lists, or old ones that name files that are gone
-  own=(-o Dir::State::lists="$cache/lists")
+  own=(-o Dir::State::lists="$cache/lists/$arch")
   if ! { apt-get "${apt[@]}" "${own[@]}" update > "$work/apt.log" 2>&1 && fetch "${own[@]}"; }; then
     tail -n 5 "$work/apt.log"
     cannot "the packages of the image cannot be downloaded"
@@ -87,7 +108,7 @@ for file in "${files[@]}"; do
   # The database of dpkg, as if it had been installed.
   dpkg-deb -f "$deb" > "$work/control"
   package=$(sed -n 's/^Package: //p' "$work/control")
-  grep -qx 'Multi-Arch: same' "$work/control" && package+=:amd64
+  grep -qx 'Multi-Arch: same' "$work/control" && package+=:$arch
   { sed 's/^Package: .*/&\nStatus: install ok installed/' "$work/control"; echo; } >> "$root/var/lib/dpkg/status"
   dpkg-deb --fsys-tarfile "$deb" | tar -t | sed 's@^\./@/@; s@/$@@; s@^$@/.@' > "$info/$package.list"
 done
@@ -96,9 +117,9 @@ step unpacked
 
 # guest NAME PROGRAM ... : runs a program of the image under a name, before it can boot.
 guest() {
-  local name=$1 program=$2 libraries=$root/usr/lib/x86_64-linux-gnu
+  local name=$1 program=$2 libraries=$root/usr/lib/$triplet
   shift 2
-  env -u LD_PRELOAD "$libraries/ld-linux-x86-64.so.2" --argv0 "$name" \
+  env -u LD_PRELOAD "${emulator[@]}" "$libraries/$loader" --argv0 "$name" \
     --library-path "$libraries:$libraries/systemd:$root/usr/lib/systemd" "$root/$program" "$@"
 }
 release=$(ls "$work/kernel/lib/modules")
@@ -134,20 +155,20 @@ mkdir -p "$root"/{proc,sys,dev,run,tmp,root,var/tmp}
 chmod 1777 "$root/tmp" "$root/var/tmp"
 guest systemd-sysusers usr/bin/systemd-sysusers --root="$root" > /dev/null 2>&1
 sh "$here/guest/configure.sh" "$root" "$here/guest"
-PATH=$PATH:/sbin:/usr/sbin ldconfig -r "$root"
+env -u LD_PRELOAD "${emulator[@]}" "$root/usr/sbin/ldconfig" -r "$root"
 
 order="virtio_ring virtio virtio_pci_modern_dev virtio_pci_legacy_dev virtio_pci virtio_blk crc16 mbcache jbd2
 crc32c_generic ext4"
 cp "$root/usr/bin/busybox" "$work/ram/bin/"
-for module in $order; do
-  find "$root/usr/lib/modules" -name "$module.ko" -exec cp {} "$work/ram/modules/" \;
-done
-echo "$order" > "$work/ram/MODULES"
+for module in $order; do  # others are built in
+  find "$root/usr/lib/modules" -name "$module.ko" -exec cp {} "$work/ram/modules/" \; -printf "$module\n"
+done > "$work/ram/MODULES"
 install -m 755 "$here/guest/init" "$work/ram/init"
 (cd "$work/ram" && find . | cpio -o -H newc -R 0:0 --quiet | gzip -1) > "$work/image/initrd.gz"
 truncate -s 1G "$work/image/root.ext4"
 PATH=$PATH:/sbin:/usr/sbin mke2fs -q -t ext4 -d "$root" -E lazy_itable_init=1,lazy_journal_init=1 -m 0 -J size=8 -L obc \
   "$work/image/root.ext4"
+echo "$arch" > "$work/image/arch"
 rm -rf "${cache:?}/$key"
 mv "$work/image" "$cache/$key"
 # Images unused for a long time.

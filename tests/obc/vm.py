@@ -21,6 +21,9 @@ import time
 IMAGE = os.environ["LSS_OBC_IMAGE"]
 BOOT_S = 300  # on a busy machine
 PATIENCE = 5  # limits are seconds in the box; so many times as long here
+# Of each processor: the machine and its console.
+MACHINES = {"amd64": (["qemu-system-x86_64", "-M", "q35", "-cpu", "max"], "ttyS0"),
+            "arm64": (["qemu-system-aarch64", "-M", "virt", "-cpu", "cortex-a72"], "ttyAMA0")}
 
 
 class Gone(Exception):
@@ -44,10 +47,12 @@ class Machine:
         self.listener.bind(path)
         self.listener.listen(1)
         self.console = os.path.join(self.folder, "console")
-        words = ["qemu-system-x86_64", "-nodefaults", "-no-user-config", "-display", "none", "-M", "q35",
-                 *(self.COUNTED if counted else self.FREE), "-cpu", "max", "-m", "768", "-no-reboot",
+        with open(os.path.join(IMAGE, "arch"), encoding="ascii") as file:
+            machine, serial = MACHINES[file.read().strip()]
+        words = [*machine, "-nodefaults", "-no-user-config", "-display", "none",
+                 *(self.COUNTED if counted else self.FREE), "-m", "768", "-no-reboot",
                  "-kernel", os.path.join(IMAGE, "vmlinuz"), "-initrd", os.path.join(IMAGE, "initrd.gz"),
-                 "-append", "root=/dev/vda rw console=ttyS0 quiet panic=-1 mitigations=off nokaslr systemd.show_status=0",
+                 "-append", f"root=/dev/vda rw console={serial} quiet panic=-1 mitigations=off nokaslr systemd.show_status=0",
                  "-serial", f"file:{self.console}",
                  "-drive", f"file={disk or os.path.join(IMAGE, 'root.ext4')},format=raw,if=none,id=disk,"
                            f"snapshot={'off' if disk else 'on'}",

@@ -43,7 +43,7 @@ mkdir -p etc/systemd/system/multi-user.target.wants
 ln -s /lib/systemd/system/systemd-networkd.service etc/systemd/system/multi-user.target.wants/
 ln -sf /lib/systemd/system/multi-user.target etc/systemd/system/default.target
 for unit in apt-daily.timer apt-daily-upgrade.timer dpkg-db-backup.timer e2scrub_all.timer e2scrub_reap.service \
-  fstrim.timer systemd-timesyncd.service systemd-resolved.service getty@tty1.service serial-getty@ttyS0.service systemd-logind.service \
+  fstrim.timer systemd-timesyncd.service systemd-resolved.service getty@tty1.service serial-getty@ttyS0.service serial-getty@ttyAMA0.service systemd-logind.service \
   systemd-sysusers.service systemd-update-utmp.service systemd-update-utmp-runlevel.service systemd-hwdb-update.service \
   systemd-pstore.service ldconfig.service dev-hugepages.mount dev-mqueue.mount sys-kernel-debug.mount \
   sys-kernel-tracing.mount systemd-networkd-wait-online.service; do
