@@ -47,7 +47,7 @@ struct World {
 
   bool moves() const {
     const auto on = [](const auto& drive) { return drive.enabled; };
-    const ardito::RoverOrders& o = chain.orders();
+    const ardito::RoverOrders& o = chain.due();
     return !o.quick_stop &&
            (std::ranges::any_of(o.wheel, on) || std::ranges::any_of(o.steering, on));
   }
@@ -61,7 +61,7 @@ struct World {
     const double most_rad_s = 1.2 * p.top_speed_m_s / p.geometry.wheel_radius_m;
     const double most_rpm = (most_rad_s + 2 * p.wheel_saturation_rad_s) /
                             gnc::ardito::kRadPerSecondPerRpm * p.geometry.gear_ratio;
-    const ardito::RoverOrders& o = chain.orders();
+    const ardito::RoverOrders& o = chain.due();
     const auto within = [](double value, double most) { return std::abs(value) <= most; };
     return std::ranges::all_of(o.wheel,
                                [&](const auto& w) { return within(w.motor_rpm, most_rpm); }) &&

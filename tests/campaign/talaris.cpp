@@ -53,7 +53,7 @@ struct World {
     return true;
   }
 
-  bool moves() const { return talaris::active(chain.orders()); }
+  bool moves() const { return talaris::active(chain.due()); }
   bool may_move() const { return false; }
   bool cut() {
     return std::ranges::any_of(chain.attached(), [](const std::string& fault) {
@@ -62,7 +62,7 @@ struct World {
     });
   }
   bool sound() const {
-    const talaris::TalarisOrders& o = chain.orders();
+    const talaris::TalarisOrders& o = chain.due();
     return std::ranges::all_of(o.fan_us,
                                [](std::uint16_t us) { return us >= 1000 && us <= 2000; }) &&
            std::ranges::all_of(

@@ -49,7 +49,7 @@ struct World {
   }
 
   bool moves() const {
-    return std::ranges::any_of(chain.orders().module, [](const ModuleOrder& order) {
+    return std::ranges::any_of(chain.due().module, [](const ModuleOrder& order) {
       return order.kind == ModuleOrder::Kind::rotate_forward ||
              order.kind == ModuleOrder::Kind::rotate_backward;
     });
@@ -66,9 +66,8 @@ struct World {
     });
   }
   bool sound() const {
-    return std::ranges::all_of(chain.orders().module, [](const ModuleOrder& order) {
-      return order.position_cdeg < 36'000;
-    });
+    return std::ranges::all_of(
+        chain.due().module, [](const ModuleOrder& order) { return order.position_cdeg < 36'000; });
   }
   bool rests() const {
     return std::ranges::all_of(world().robot().shafts(), [](const auto& shaft) {

@@ -160,6 +160,12 @@ class VirtualChain {
   }
   const typename Vehicle::Telemetry& telemetry() const { return out_.telemetry; }
   const typename Vehicle::Command& orders() const { return out_.command; }
+  // The same, as they will be released.
+  typename Vehicle::Command due() const {
+    typename Vehicle::Command orders = out_.command;
+    take_due(orders);
+    return orders;
+  }
   const Vehicle& vehicle() const { return vehicle_; }
   std::vector<Ack> acks;
   std::vector<EventRecord> events;
