@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <string_view>
 
 #include "daemon/config/config.h"
 #include "daemon/cycle/tunables.h"
@@ -27,14 +28,17 @@ class ConfigFile {
     return config::load(file, {vehicle_},
                         [&](const std::string&, config::Section& s) { parameters = read_(s); });
   }
-  // The shipped one; its tunables are the defaults.
-  Loaded load_defaults(const Tuning<Parameters>& tuning, Parameters& parameters) const {
+  // The shipped one; its tunables are the defaults, but for one that is rounded for people.
+  Loaded load_defaults(const Tuning<Parameters>& tuning, Parameters& parameters,
+                       std::string_view rounded = "") const {
     Loaded config = load(LSS_CONFIG, parameters);
     const TunableValues read = values_of(tuning.tunables, parameters);
     const TunableValues defaults = values_of(tuning.tunables, Parameters{});
-    for (std::size_t i = 0; i < tuning.infos.size(); ++i)
-      EXPECT_NEAR(read.value[i], defaults.value[i], 1e-4 * std::abs(defaults.value[i]))
-          << tuning.infos[i].name;  // rounded for people
+    for (std::size_t i = 0; i < tuning.infos.size(); ++i) {
+      const std::string_view name = tuning.infos[i].name;
+      const double share = name == rounded ? 1e-4 : 1e-12;
+      EXPECT_NEAR(read.value[i], defaults.value[i], share * std::abs(defaults.value[i])) << name;
+    }
     return config;
   }
   // A file of this text; its path.

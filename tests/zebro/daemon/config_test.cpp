@@ -12,7 +12,7 @@ const testing_support::ConfigFile<Parameters> kFile("zebro", read_parameters);
 
 TEST(ZebroConfig, TheExampleHoldsTheDefaults) {
   Parameters p;
-  const auto config = kFile.load_defaults(tuning(), p);
+  const auto config = kFile.load_defaults(tuning(), p, "motion.arrived_deg");
   ASSERT_TRUE(config) << config.error();
   const Parameters d;
   EXPECT_EQ(p.bus.address, d.bus.address);
