@@ -41,7 +41,10 @@ class Twin {
     return live_is_good ? MemoryCheck::corrected : MemoryCheck::lost;
   }
 
-  std::span<std::uint8_t, kSize> copy() noexcept { return copy_; }  // for tests
+  std::span<std::uint8_t, kSize> copy() noexcept { return copy_; }       // for tests
+  bool same(std::span<const std::uint8_t, kSize> live) const noexcept {  // for tests
+    return std::memcmp(copy_.data(), live.data(), kSize) == 0;
+  }
 
  private:
   alignas(64) std::array<std::uint8_t, kSize> copy_{};
@@ -98,6 +101,10 @@ class Twins {
   MemoryCheck check(Vehicle& vehicle, Supervisor& supervisor) noexcept {
     return std::max(vehicle_.check(bytes_of(vehicle)),
                     supervisor_.check(bytes_of(supervisor).template first<kSupervisor>()));
+  }
+  bool same(Vehicle& vehicle, Supervisor& supervisor) const noexcept {  // for tests
+    return vehicle_.same(bytes_of(vehicle)) &&
+           supervisor_.same(bytes_of(supervisor).template first<kSupervisor>());
   }
 
  private:

@@ -4,6 +4,11 @@
 // moment a copy of it has one bit flipped and goes on to the end alone.
 
 #include <algorithm>
+#include <bit>
+#include <functional>
+#include <span>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "tests/campaign/dice.h"
@@ -23,7 +28,7 @@ class Flips {
   }
 
  private:
-  static constexpr unsigned kOfAScenario = 500;
+  static constexpr unsigned kOfAScenario = 2000;
   static constexpr int kGrid_ms = 10;  // shorter than every frame
   static constexpr double kDetection_s = 1, kAll_s = World::kFlips_s + World::kAfter_s;
   static constexpr unsigned kCpu_s = 20;
@@ -34,6 +39,7 @@ class Flips {
   struct Slice {
     std::uint64_t sent = 0, alarms = 0, memory = 0;
   };
+  using Bytes = std::span<std::uint8_t>;
   struct Flip {
     double at_s = 0;
     const FlipPart* part = nullptr;
@@ -73,10 +79,16 @@ class Flips {
     counts_.bytes.clear();
     for (const auto& [name, bytes] : live.world.chain.memory()) {
       all_parts_.push_back({name, bytes});
-      if (!plan_.part.empty() && plan_.part != name) continue;
+      if (!plan_.part.empty() && plan_.part != "state" && plan_.part != name) continue;
       parts_.push_back({name, bytes});
       counts_.bytes[name] += bytes.size();
     }
+    if (parts_.empty()) throw std::invalid_argument(unknown_part());
+    reports_ = live.world.chain.memory_of_reports();
+    std::vector<Bytes> undecisive = reports_;
+    if (plan_.protect) undecisive.push_back(live.world.chain.second_copies());
+    decisive_.clear();
+    for (const FlipPart& part : all_parts_) add_decisive(part.bytes, undecisive);
     const std::vector<Flip> flips = draw(live.dice);
     ends_s_.clear();
     for (const Flip& flip : flips) ends_s_.push_back(flip.at_s);
@@ -101,9 +113,32 @@ class Flips {
     }
   }
 
+  std::string unknown_part() const {
+    std::string names = "state";
+    for (const FlipPart& part : all_parts_)
+      if (names.find(part.name) == names.npos) names += ", " + part.name;
+    return "--part: no \"" + plan_.part + "\" here; there are: " + names;
+  }
+
+  // All of these bytes but those of `without`.
+  void add_decisive(Bytes bytes, std::span<const Bytes> without) {
+    for (const Bytes& hole : without) {
+      if (!within(hole.data(), bytes)) continue;
+      const auto at = static_cast<std::size_t>(hole.data() - bytes.data());
+      add_decisive(bytes.first(at), without);
+      add_decisive(bytes.subspan(at + hole.size()), without);
+      return;
+    }
+    if (!bytes.empty()) decisive_.push_back(bytes);
+  }
+  static bool within(const std::uint8_t* byte, const Bytes& bytes) {
+    return !std::less{}(byte, bytes.data()) && std::less{}(byte, bytes.data() + bytes.size());
+  }
+
+  // What the orders from now on depend on.
   std::uint64_t memory() const {
     std::uint64_t all = 0;
-    for (const FlipPart& part : all_parts_) all = digest(all, part.bytes);
+    for (const Bytes& bytes : decisive_) all = digest(all, bytes);
     return all;
   }
 
@@ -131,17 +166,23 @@ class Flips {
     const auto look = [&] { rules.look(live.world, [&](const std::string&) { broken = true; }); };
     look();
     campaign::flip(flip.part->bytes, flip.bit);
+    const bool compares = !flip.part->program && !plan_.to_the_end &&
+                          std::ranges::none_of(reports_, [&](const Bytes& bytes) {
+                            return within(&flip.part->bytes[flip.bit / 8], bytes);
+                          });
     constexpr double kNever_s = 1e9;
     double other_s = kNever_s, alarm_s = kNever_s;
-    for (int passes = 1; live.at < ends_s_.size() && !broken; ++passes) {
+    for (unsigned passes = 1; live.at < ends_s_.size() && !broken; ++passes) {
       const Slice& expected = reference_[live.at];
       const Slice slice = live.pass(ends_s_);
       look();
       if (slice.sent != expected.sent) other_s = std::min(other_s, live.now_s);
       if (slice.alarms > expected.alarms) alarm_s = std::min(alarm_s, live.now_s);
       // Nothing is left of it, and nothing can come any more.
-      const bool compares = !flip.part->program && passes % 32 == 2;
-      if (compares && slice.sent == expected.sent && memory() == expected.memory) break;
+      const bool now = std::has_single_bit(passes) || passes % 64 == 0;
+      if (compares && now && slice.sent == expected.sent &&
+          live.world.chain.second_copies_agree() && memory() == expected.memory)
+        break;
     }
     if (broken) return {FlipOutcome::unsafe};
     if (other_s == kNever_s)
@@ -169,6 +210,7 @@ class Flips {
   FlipPlan plan_;
   unsigned done_ = 0;
   std::vector<FlipPart> parts_, all_parts_;  // of the running scenario: to be hit, and all
+  std::vector<Bytes> reports_, decisive_;    // of all
   std::vector<double> ends_s_;               // of its passes
   std::vector<Slice> reference_;
   FlipCounts counts_;

@@ -33,8 +33,9 @@ using FlipTally = std::array<std::uint64_t, kFlipOutcomes>;
 struct FlipPlan {
   unsigned seed = 1;
   unsigned flips = 0;
-  bool protect = true;  // with the daemon's own protection
-  std::string part{};   // of the state, only this one; empty: all, and the program
+  bool to_the_end = false;  // also runs in which nothing of the flip is left
+  bool protect = true;      // with the daemon's own protection
+  std::string part{};       // of the state, only this one; "state": all; empty: the program too
 };
 
 // Bytes of the daemon. Program: its code, constants and static data.

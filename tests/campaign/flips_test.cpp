@@ -4,7 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include <numeric>
+#include <stdexcept>
+#include <string>
 
 #include "tests/campaign/campaign.h"
 
@@ -22,14 +23,14 @@ class FlippedBits : public testing::TestWithParam<std::size_t> {
 
 // Any bit of it, wherever it is: also padding is compared.
 TEST_P(FlippedBits, InTheVehicleAreAllCorrected) {
-  constexpr unsigned kFlips = 30;
+  constexpr unsigned kFlips = 200;
   const FlipCounts counts = flip({.flips = kFlips, .part = "vehicle"});
   EXPECT_EQ(of(counts.state, FlipOutcome::corrected), kFlips)
       << flip_table(subjects()[GetParam()].vehicle, counts);
 }
 
 TEST_P(FlippedBits, InTheSupervisorReachNoBus) {
-  constexpr unsigned kFlips = 20;
+  constexpr unsigned kFlips = 60;
   const FlipCounts counts = flip({.flips = kFlips, .part = "supervisor"});
   EXPECT_EQ(of(counts.state, FlipOutcome::corrected) + of(counts.state, FlipOutcome::none), kFlips)
       << flip_table(subjects()[GetParam()].vehicle, counts);
@@ -37,10 +38,24 @@ TEST_P(FlippedBits, InTheSupervisorReachNoBus) {
 
 // The orders wait for their release; what is beside them goes to no bus.
 TEST_P(FlippedBits, InTheOrdersReachNoBus) {
-  constexpr unsigned kFlips = 40;
+  constexpr unsigned kFlips = 200;
   const FlipCounts counts = flip({.flips = kFlips, .part = "outputs"});
   EXPECT_EQ(of(counts.state, FlipOutcome::none), kFlips)
       << flip_table(subjects()[GetParam()].vehicle, counts);
+}
+
+// A run ends as soon as nothing is left of its flip.
+TEST_P(FlippedBits, HaveTheOutcomeThatTheWholeRunHas) {
+  for (const bool protect : {false, true}) {
+    FlipPlan plan{.seed = 2, .flips = 6, .to_the_end = true, .protect = protect, .part = "state"};
+    const FlipCounts whole = flip(plan);
+    plan.to_the_end = false;
+    EXPECT_EQ(flip(plan).parts, whole.parts);
+  }
+}
+
+TEST_P(FlippedBits, AreRefusedForAPartThatIsNotThere) {
+  EXPECT_THROW(flip({.flips = 1, .part = "none"}), std::invalid_argument);
 }
 
 INSTANTIATE_TEST_SUITE_P(Vehicles, FlippedBits, testing::Range(std::size_t{0}, subjects().size()),

@@ -189,7 +189,7 @@ int main(int argc, char** argv) {
   cli.add_option("--flips", o.flips.flips,
                  "instead: flip as many single bits of the daemon's memory");
   cli.add_option("--part", o.flips.part,
-                 "flips: this part of the state only, as the table names it");
+                 "flips: this part only, as the table names it; \"state\": all but the program");
   cli.add_option("--seed", o.flips.seed, "seed of the flips")->capture_default_str();
   cli.add_flag("--unprotected", o.unprotected,
                "flips: without the daemon's protection against them");

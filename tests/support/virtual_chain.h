@@ -87,6 +87,19 @@ struct MemberFinder {
   }
 };
 
+// Keeper of record.h: where the supervisor counts events that repeat.
+struct SeriesFinder {
+  std::span<std::uint8_t> series{};
+
+  template <class... T>
+  void operator()(T&... members) {
+    (look(members), ...);
+  }
+  void look(EventSeries& member) { series = bytes_of(member); }
+  template <class T>
+  void look(T&) {}
+};
+
 template <class Vehicle, class Mode, class Parameters>
 class VirtualChain {
  public:
@@ -188,6 +201,15 @@ class VirtualChain {
     }
     return all;
   }
+  // Of these, what only reports are made of: no order depends on it.
+  std::vector<std::span<std::uint8_t>> memory_of_reports() {
+    SeriesFinder finder;
+    supervisor_.keep(finder);
+    return {finder.series, bytes_of(supervisor_).subspan(Twins<Vehicle>::kSupervisor)};
+  }
+  // The second copies of the cycle's state are as the state is: they decide nothing then.
+  std::span<std::uint8_t> second_copies() { return bytes_of(twins_); }
+  bool second_copies_agree() { return !protect_ || twins_.same(vehicle_, supervisor_); }
   // The member that this byte of a part belongs to.
   std::string member_at(const std::string& part, const std::uint8_t* byte) {
     MemberFinder finder{byte};
