@@ -201,21 +201,6 @@ class OnTheLine(Attacked):
 class OnTheBus(Attacked):
     """With STOP_FRAME of can_wire.py, and ECHOED, a datagram of one such frame."""
 
-    def start_can_tap(self, name, port, to):
-        log = os.path.join(self.folder, f"{name}.log")
-        tap = self.begin(name, [sys.executable, os.path.join(HERE, "can_tap.py"), str(port), str(to), log])
-        self.wait_for_text(tap, "ready", BOOT_S)
-        return log
-
-    def start_can_tapped(self, **config):
-        self.start_sim()
-        simulator, port = 20000 + self.domain, 20200 + self.domain
-        self.wire_log = self.start_can_tap("tap", port, simulator)
-        self.port = f"udp://127.0.0.1:{port}"
-        daemon = self.start_daemon(self.write_config(**config))
-        self.wait_modules()
-        return daemon
-
     def start_echo_line(self):
         port = 20400 + self.domain
         return str(port), self.start_can_tap("echo-tap", port, 20600 + self.domain)

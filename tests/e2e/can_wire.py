@@ -44,3 +44,8 @@ def quick_stops(frame):
 def fans_off(frame):
     """All fans of TALARIS have no throttle."""
     return not frame.to_daemon and frame.id == 0x221 and frame.data == struct.pack("<4H", *[1000] * 4)
+
+
+def all_shut(frame):
+    """All valves of TALARIS are shut."""
+    return not frame.to_daemon and frame.id == 0x220 and frame.data[:1] == b"\0"

@@ -401,3 +401,19 @@ class OnCan(Scenario):
 
     def config_text(self):
         return super().config_text().replace('"udp://127.0.0.1:20000"', f'"{self.port}"')
+
+    def start_can_tap(self, name, port, to):
+        log = os.path.join(self.folder, f"{name}.log")
+        tap = self.begin(name, [sys.executable, os.path.join(HERE, "can_tap.py"), str(port), str(to), log])
+        self.wait_for_text(tap, "ready", BOOT_S)
+        return log
+
+    def start_can_tapped(self, **config):
+        """As start_tapped()."""
+        self.start_sim()
+        simulator, port = 20000 + self.domain, 20200 + self.domain
+        self.wire_log = self.start_can_tap("tap", port, simulator)
+        self.port = f"udp://127.0.0.1:{port}"
+        daemon = self.start_daemon(self.write_config(**config))
+        self.wait_modules()
+        return daemon
