@@ -19,6 +19,9 @@ constexpr dds_duration_t kOfferedDeadline_ns = DDS_SECS(10);
 constexpr dds_duration_t kRequestedDeadline_ns = DDS_SECS(3600);
 constexpr dds_duration_t kMaxBlocking_ns = DDS_MSECS(100);
 
+// A RouDi that runs takes a message within a millisecond; a daemon that starts has to hold its
+// vehicle soon.
+constexpr std::chrono::milliseconds kRoudiAnswers{100};
 constexpr int kCommandDepth = 16;
 constexpr int kAckDepth = 64;
 constexpr int kRecordingDepth = 4096;
@@ -200,6 +203,10 @@ Result<Participant> Participant::create(const ParticipantParameters& parameters)
     result.enclave_ = std::move(*enclave);
   }
   if (parameters.shared_memory && !result.enclave_) result.roudi_ = find_roudi();
+  if (result.roudi_ && !roudi_answers(kRoudiAnswers)) {
+    result.roudi_.reset();
+    result.roudi_hangs_ = true;
+  }
   const dds_entity_t handle =
       dds_create_domain(domain, configuration(parameters, result.roudi_.has_value()).c_str());
   if (handle > 0) {

@@ -94,6 +94,8 @@ class Participant {
   dds_entity_t get() const { return participant_.get(); }
   // The RouDi that was joined; empty without shared memory.
   const std::optional<RoudiIdentity>& roudi() const { return roudi_; }
+  // It ran, but did not answer, and was not joined.
+  bool roudi_hangs() const { return roudi_hangs_; }
   // Empty without DDS Security.
   const std::optional<Enclave>& enclave() const { return enclave_; }
 
@@ -123,6 +125,7 @@ class Participant {
   Entity domain_;
   Entity participant_;
   std::optional<RoudiIdentity> roudi_;
+  bool roudi_hangs_ = false;
   std::optional<Enclave> enclave_;
   std::unique_ptr<Writers> writers_ = std::make_unique<Writers>();
 };

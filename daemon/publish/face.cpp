@@ -321,6 +321,6 @@ bool Face::watch_shared_memory() { return impl_->plane.watch(); }
 
 SharedMemory Face::shared_memory() const { return impl_->plane.state(); }
 
-bool Face::shared_memory_could_return() const { return impl_->plane.could_return(); }
+bool Face::shared_memory_could_return() { return impl_->plane.could_return(); }
 
 }  // namespace lss

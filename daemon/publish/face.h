@@ -73,8 +73,9 @@ class Face {
   // RouDi may have dropped us. True when the result changed.
   bool watch_shared_memory();
   SharedMemory shared_memory() const;  // thread-safe
-  // RouDi runs (again) and a restart of the daemon would use shared memory. Thread-safe.
-  bool shared_memory_could_return() const;
+  // RouDi runs (again) and a restart of the daemon would use shared memory; it answered.
+  // Publish thread; does not wait.
+  bool shared_memory_could_return();
 
  private:
   struct Impl;

@@ -206,8 +206,9 @@ void Publisher::watch(TimeNs now) {
   watch_clock();
   for (EventId event; sources_.log_event(event);) tell(event, now);
   series_.report_due(now, [this](const EventRecord& event) { publish(event); });
-  wants_restart_ = config_.restart_for_shared_memory && face_->shared_memory_could_return() &&
-                   state_.value().controller.state == State::idle;
+  wants_restart_ = config_.restart_for_shared_memory &&
+                   state_.value().controller.state == State::idle &&
+                   face_->shared_memory_could_return();
 }
 
 // Reads both clocks together: this thread may be delayed between any two lines.

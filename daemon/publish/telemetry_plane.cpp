@@ -29,6 +29,8 @@ constexpr const char* kOverriddenText = "switched off by CYCLONEDDS_URI";
 constexpr const char* kActiveText = "telemetry goes by shared memory";
 constexpr const char* kAbsentText =
     "no RouDi at start: telemetry by the network; start iox-roudi, then restart lssd";
+constexpr const char* kHangsText =
+    "RouDi hung at start: telemetry by the network; restart iox-roudi, then lssd";
 constexpr const char* kLostText =
     "RouDi ended or was replaced: telemetry by the network; restart lssd when idle";
 constexpr const char* kStandstillText =
@@ -68,7 +70,7 @@ Result<void> TelemetryPlane::open() {
     text_ = lives ? kOverriddenText : kOffText;
   } else {
     state_ = roudi ? SharedMemory::lost : SharedMemory::absent;
-    text_ = roudi ? kLostText : kAbsentText;
+    text_ = roudi ? kLostText : participant_.roudi_hangs() ? kHangsText : kAbsentText;
   }
   return {};
 }
@@ -177,9 +179,20 @@ void TelemetryPlane::abandon() {
   fall_back();
 }
 
-bool TelemetryPlane::could_return() const {
+// Does not wait: RouDi may hang.
+bool TelemetryPlane::could_return() {
   const SharedMemory now = state();
-  return (now == SharedMemory::absent || now == SharedMemory::lost) && find_roudi().has_value();
+  const auto roudi =
+      now == SharedMemory::absent || now == SharedMemory::lost ? find_roudi() : std::nullopt;
+  if (!roudi) {
+    call_.reset();
+    return false;
+  }
+  if (!call_ || !call_->sent() || called_ != roudi) {
+    call_.emplace();
+    called_ = roudi;
+  }
+  return call_->taken();
 }
 
 }  // namespace lss::dds

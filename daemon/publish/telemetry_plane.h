@@ -2,7 +2,7 @@
 
 // The telemetry plane of the face: two writers, the vehicle's telemetry and the frame timing, on
 // shared memory while the RouDi that they were created with runs, else on the network. Publish
-// thread only, except state() and could_return().
+// thread only, except state().
 
 #include <atomic>
 #include <condition_variable>
@@ -37,7 +37,7 @@ class TelemetryPlane {
   bool watch();  // true when the state changed
 
   SharedMemory state() const { return state_.load(std::memory_order_relaxed); }
-  bool could_return() const;
+  bool could_return();
   const char* text() const { return text_; }  // what the state means and what to do
   std::uint64_t dropped() const { return dropped_; }
 
@@ -83,6 +83,8 @@ class TelemetryPlane {
   std::uint64_t dropped_ = 0;
   bool changed_ = false;
   bool abandoned_ = false;
+  std::optional<RoudiCall> call_;  // to the one that could be joined by a restart
+  std::optional<RoudiIdentity> called_;
 };
 
 }  // namespace lss::dds

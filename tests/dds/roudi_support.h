@@ -32,6 +32,7 @@ class Roudi {
   Roudi& operator=(const Roudi&) = delete;
 
   void kill();  // returns when it is gone
+  void signal(int number) const { process_->signal(number); }
   const std::string& log_file() const { return log_file_; }
 
  private:

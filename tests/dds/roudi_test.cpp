@@ -121,7 +121,7 @@ void without_roudi_the_network_carries_it_and_status_says_so() {
   require_heard(false, "without RouDi");
   require(!daemon.face().shared_memory_could_return(), "nothing to return to");
   Roudi roudi;
-  require(daemon.face().shared_memory_could_return(), "RouDi came");
+  require(eventually([&] { return daemon.face().shared_memory_could_return(); }), "RouDi came");
   require_heard(true, "a face that started before RouDi");
   require(publisher.changes() == 0, "nothing changed meanwhile");
 }
@@ -146,7 +146,8 @@ void killing_roudi_moves_telemetry_to_the_network_for_old_and_new_readers() {
 
   roudi.reset();
   roudi.emplace();
-  require(daemon.face().shared_memory_could_return(), "RouDi is there again");
+  require(eventually([&] { return daemon.face().shared_memory_could_return(); }),
+          "RouDi is there again");
   require(daemon.face().shared_memory() == SharedMemory::lost, "but not taken up by itself");
   require_heard(true, "with the next RouDi");
   daemon.require_control("with the next RouDi");
@@ -217,7 +218,7 @@ void a_standstill_that_made_roudi_drop_us_is_survived() {
   waker.require_dropped();
   require(eventually([&] { return daemon.face().shared_memory() == SharedMemory::lost; }),
           "the standstill is noticed");
-  require(daemon.face().shared_memory_could_return(), "RouDi lives");
+  require(eventually([&] { return daemon.face().shared_memory_could_return(); }), "RouDi lives");
   daemon.require_control("after the standstill");
   require_heard(false, "after the standstill");
 }
@@ -253,6 +254,27 @@ void a_wish_of_the_user_for_shared_memory_without_roudi_does_not_abort() {
   const auto participant =
       value(dds::Participant::create({.domain = test_domain(), .shared_memory = true}));
   require(!participant.roudi(), "no RouDi");
+}
+
+// iceoryx would wait a minute for it, and then abort the process.
+void a_roudi_that_hangs_is_not_joined() {
+  const Alone alone;
+  Roudi roudi;
+  require(dds::roudi_answers(std::chrono::seconds(60)), "RouDi answers");
+  roudi.signal(SIGSTOP);
+  Daemon daemon;
+  require(daemon.face().shared_memory() == SharedMemory::absent, "it is not joined");
+  daemon.connect();
+  const lss_Status status = daemon.status();
+  require(std::string(status.shared_memory_text).find("RouDi hung") != std::string::npos,
+          "status says why");
+  Publisher publisher(daemon.face());
+  require_heard(false, "beside a RouDi that hangs");
+  // More than its queue takes.
+  for (int looks = 0; looks < 1000; ++looks)
+    require(!daemon.face().shared_memory_could_return(), "nothing to return to");
+  roudi.signal(SIGCONT);
+  require(eventually([&] { return daemon.face().shared_memory_could_return(); }), "it answers");
 }
 
 void every_roudi_has_an_identity_of_its_own() {
@@ -293,6 +315,9 @@ TEST(SharedMemoryPlane, APublisherWithoutAnythingToSendStaysOnSharedMemory) {
 }
 TEST(SharedMemoryPlane, AWishOfTheUserForSharedMemoryWithoutRoudiDoesNotAbort) {
   expect_success(a_wish_of_the_user_for_shared_memory_without_roudi_does_not_abort);
+}
+TEST(SharedMemoryPlane, ARoudiThatHangsIsNotJoined) {
+  expect_success(a_roudi_that_hangs_is_not_joined);
 }
 TEST(Roudi, EveryOneHasAnIdentityOfItsOwn) {
   expect_success(every_roudi_has_an_identity_of_its_own);

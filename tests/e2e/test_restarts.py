@@ -2,6 +2,7 @@
 
 import os
 import random
+import signal
 import statistics
 import time
 import unittest
@@ -50,6 +51,21 @@ class Zebro(Restarts, Scenario):
     @real_time("how long it takes")
     def test_a_daemon_that_dies_is_back_and_holds_lunar_zebro(self):
         self.restarts(self.start_tapped())
+
+    @real_time("how long it takes")
+    def test_a_roudi_that_stands_still_does_not_delay_the_orders_of_a_daemon_that_starts(self):
+        self.take_roudi()
+        roudi = self.start_roudi()
+        self.start_sim()
+        self.tap = self.start_tap()
+        roudi.signal(signal.SIGSTOP)
+        started_ns = time.monotonic_ns()
+        daemon = self.start_daemon(self.write_config(shared_memory=True), wait=False)
+        held_ns = wait_until(lambda: self.held_ns(started_ns), 60, "the vehicle is held", most_s=0.1)
+        print(f"held {(held_ns - started_ns) * 1e-6:.0f} ms after the start")
+        self.assertLessEqual((held_ns - started_ns) * 1e-9, STALL_S)
+        status = self.wait_status(lambda s: s["state"] == IDLE, 60, "the daemon answers", daemon)
+        self.assertIn("RouDi hung", status["shared_memory_text"])
 
 
 class OnTheBus(Restarts):
