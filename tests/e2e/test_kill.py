@@ -126,6 +126,28 @@ class Kill(Scenario):
         self.assertTrue(daemon.running())
 
     @real_time("shared memory")
+    def test_a_roudi_that_hangs_changes_nothing_and_keeps_no_daemon_from_its_end(self):
+        self.take_roudi()
+        roudi = self.start_roudi()
+        self.start_sim()
+        config = self.write_config(shared_memory=True)
+        daemon = self.start_daemon(config)
+        self.assertEqual(self.wait_modules()["shared_memory"], "active")
+        roudi.signal(signal.SIGSTOP)
+        client = self.begin_walk()
+        client.signal(signal.SIGINT)
+        self.assertEqual(client.wait(60), 0)
+        self.assert_resting(self.wait_state(IDLE))
+        self.assertEqual(self.status()["shared_memory"], "active", "its memory is ours")
+        ended_s = time.monotonic()
+        daemon.signal(signal.SIGTERM)
+        self.assertEqual(daemon.wait(30), 0)
+        print(f"ended after {time.monotonic() - ended_s:.1f} s")
+        self.start_daemon(config)
+        self.assertEqual(self.wait_modules()["shared_memory"], "absent")
+        self.walk_again()
+
+    @real_time("shared memory")
     def test_without_roudi_telemetry_goes_by_the_network_and_status_says_so(self):
         self.take_roudi()
         self.start_sim()
