@@ -1,5 +1,8 @@
 #include "idl/topics.h"
 
+#include <ifaddrs.h>
+#include <net/if.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdlib>
@@ -117,11 +120,15 @@ Qos recording_reader_qos(Kind kind) {
   return qos;
 }
 
-std::string configuration(const ParticipantParameters& parameters, bool shared_memory) {
+std::string configuration(const ParticipantParameters& parameters, bool shared_memory,
+                          const std::vector<std::string>& missing) {
   const char* uri = std::getenv("CYCLONEDDS_URI");
   const std::string user = uri != nullptr ? uri : "";
+  std::vector<std::string> names = parameters.interfaces;
+  std::erase_if(names, [&](const std::string& name) { return std::ranges::count(missing, name); });
+  if (names.empty() && !missing.empty()) names = {"lo"};
   std::string interfaces;
-  for (const std::string& name : parameters.interfaces) {
+  for (const std::string& name : names) {
     if (user.find("name=\"" + name + "\"") != user.npos) continue;  // Cyclone takes none twice
     interfaces += "<NetworkInterface name=\"" + name + "\"" +
                   (name == "lo" ? " multicast=\"true\"" : "") + "/>";
@@ -190,6 +197,19 @@ Result<Entity> create_reader_with(const Qos& qos, dds_entity_t participant, cons
 
 }  // namespace
 
+std::vector<std::string> missing_interfaces(const std::vector<std::string>& names) {
+  ifaddrs* all = nullptr;
+  if (::getifaddrs(&all) != 0) return {};  // DDS says what it lacks
+  const std::unique_ptr<ifaddrs, void (*)(ifaddrs*)> owner(all, ::freeifaddrs);
+  std::vector<std::string> missing = names;
+  for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
+    const bool usable = one->ifa_addr != nullptr && one->ifa_addr->sa_family == AF_INET &&
+                        (one->ifa_flags & IFF_UP) != 0;
+    if (usable) std::erase(missing, one->ifa_name);
+  }
+  return missing;
+}
+
 Result<Participant> Participant::create(const ParticipantParameters& parameters) {
   if (parameters.domain < 0 || parameters.domain > 230) {
     return tl::unexpected("DDS domain " + std::to_string(parameters.domain) +
@@ -207,8 +227,9 @@ Result<Participant> Participant::create(const ParticipantParameters& parameters)
     result.roudi_.reset();
     result.roudi_hangs_ = true;
   }
-  const dds_entity_t handle =
-      dds_create_domain(domain, configuration(parameters, result.roudi_.has_value()).c_str());
+  if (parameters.without_missing) result.missing_ = missing_interfaces(parameters.interfaces);
+  const dds_entity_t handle = dds_create_domain(
+      domain, configuration(parameters, result.roudi_.has_value(), result.missing_).c_str());
   if (handle > 0) {
     result.domain_ = Entity(handle);
   } else if (handle != DDS_RETCODE_PRECONDITION_NOT_MET) {  // this one: it stands already

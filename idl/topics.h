@@ -73,6 +73,8 @@ struct ParticipantParameters {
   // For a short-lived program: it asks every 4 ms, not every 100 ms, whether its samples were
   // received, so that it learns it at once.
   bool short_lived = false;
+  // Interfaces that are not up are left out, instead of an error; without any, loopback is used.
+  bool without_missing = false;
   // Marks the participant as a daemon's to all that discover it, before its topics are known.
   bool daemon = false;
   // DDS Security with this enclave; empty: none. Keeps everything off shared memory, which is not
@@ -80,6 +82,9 @@ struct ParticipantParameters {
   std::filesystem::path enclave{};
   std::chrono::days clock_slack{};  // see read_enclave()
 };
+
+// Those that do not exist, are down, or have no IPv4 address. Any thread; some system calls.
+std::vector<std::string> missing_interfaces(const std::vector<std::string>& names);
 
 // User data of such a participant.
 inline constexpr std::string_view kDaemonMark = "lssd";
@@ -94,6 +99,8 @@ class Participant {
   dds_entity_t get() const { return participant_.get(); }
   // The RouDi that was joined; empty without shared memory.
   const std::optional<RoudiIdentity>& roudi() const { return roudi_; }
+  // Interfaces that were left out.
+  const std::vector<std::string>& missing() const { return missing_; }
   // It ran, but did not answer, and was not joined.
   bool roudi_hangs() const { return roudi_hangs_; }
   // Empty without DDS Security.
@@ -126,6 +133,7 @@ class Participant {
   Entity participant_;
   std::optional<RoudiIdentity> roudi_;
   bool roudi_hangs_ = false;
+  std::vector<std::string> missing_;
   std::optional<Enclave> enclave_;
   std::unique_ptr<Writers> writers_ = std::make_unique<Writers>();
 };

@@ -136,9 +136,8 @@ int supervise(lss::App& app, const sigset_t& signals) {
       spdlog::info("{}: stopping", signal == SIGINT ? "interrupt" : "termination asked for");
       return 0;
     }
-    if (app.wants_restart()) {
-      spdlog::warn(
-          "RouDi is back and the vehicle is idle: leaving, to be started again with shared memory");
+    if (const char* reason = app.restart_reason(); reason != nullptr) {
+      spdlog::warn("{} and the vehicle is idle: leaving, to be started again", reason);
       return kExitRestart;
     }
     if (!program.step()) {

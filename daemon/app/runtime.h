@@ -178,7 +178,7 @@ class Runtime final : public App {
   void keep_frames() override { frame_log_.keep(); }
   void program_damaged() override { program_damaged_ = true; }
   std::string summary() const override { return publisher_.summary(); }
-  bool wants_restart() const override { return publisher_.wants_restart(); }
+  const char* restart_reason() const override { return publisher_.restart_reason(); }
 
  private:
   static constexpr TimeNs kLandingTime = 25 * kSecond;  // less than TimeoutStopSec of the unit

@@ -227,6 +227,7 @@ tl::expected<std::unique_ptr<Face>, std::string> Face::create(const FaceParamete
   auto participant = dds::Participant::create({.domain = parameters.domain,
                                                .interfaces = parameters.interfaces,
                                                .shared_memory = parameters.shared_memory,
+                                               .without_missing = true,
                                                .daemon = true,
                                                .enclave = parameters.enclave,
                                                .clock_slack = parameters.clock_slack});
@@ -315,6 +316,14 @@ std::uint64_t Face::foreign() const { return impl_->foreign.load(std::memory_ord
 const std::vector<std::string>& Face::warnings() const {
   static const std::vector<std::string> kNone;
   return impl_->participant.enclave() ? impl_->participant.enclave()->warnings : kNone;
+}
+
+const std::vector<std::string>& Face::missing_interfaces() const {
+  return impl_->participant.missing();
+}
+
+bool Face::interfaces_could_return() const {
+  return !missing_interfaces().empty() && dds::missing_interfaces(missing_interfaces()).empty();
 }
 
 bool Face::watch_shared_memory() { return impl_->plane.watch(); }

@@ -67,6 +67,11 @@ class Face {
   // Of the enclave; the same always.
   const std::vector<std::string>& warnings() const;
 
+  // Configured interfaces that were not up, and are left out. Whether all of them are up now, so
+  // that a restart of the daemon would use them.
+  const std::vector<std::string>& missing_interfaces() const;
+  bool interfaces_could_return() const;
+
   // Checks whether RouDi is still the one we started with; when it ended or was replaced, moves the
   // telemetry writers to the network. Publish thread, about ten times a second, also when there is
   // nothing to publish: a second without a call counts as a standstill of the process, after which

@@ -41,6 +41,9 @@ tl::expected<void, std::string> Publisher::open(RequestSink sink) {
   face_ = std::move(*face);
   answering_ = face_.get();
   for (const std::string& warning : face_->warnings()) spdlog::warn("DDS Security: {}", warning);
+  for (const std::string& name : face_->missing_interfaces())
+    told_.push_back({EventId::interface_missing,
+                     "network interface " + name + " is not up: nobody is reached by it"});
   return {};
 }
 
@@ -206,9 +209,15 @@ void Publisher::watch(TimeNs now) {
   watch_clock();
   for (EventId event; sources_.log_event(event);) tell(event, now);
   series_.report_due(now, [this](const EventRecord& event) { publish(event); });
-  wants_restart_ = config_.restart_for_shared_memory &&
-                   state_.value().controller.state == State::idle &&
-                   face_->shared_memory_could_return();
+  const char* reason = nullptr;
+  if (state_.value().controller.state == State::idle) {
+    if (face_->interfaces_could_return()) {
+      reason = "the missing network interfaces are up";
+    } else if (config_.restart_for_shared_memory && face_->shared_memory_could_return()) {
+      reason = "RouDi is back";
+    }
+  }
+  restart_reason_ = reason;
 }
 
 // Reads both clocks together: this thread may be delayed between any two lines.

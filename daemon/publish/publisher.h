@@ -84,7 +84,7 @@ class Publisher {
   // Main thread.
   const std::string& dictionary() const { return dictionary_; }
   std::string summary() const;
-  bool wants_restart() const { return wants_restart_; }
+  const char* restart_reason() const { return restart_reason_; }
   std::uint64_t turns() const { return turns_.load(std::memory_order_relaxed); }
 
  private:
@@ -137,7 +137,8 @@ class Publisher {
 
   mutable std::mutex summary_mutex_;  // main and publish thread only
   std::string summary_;
-  std::atomic<bool> wants_restart_{false}, stop_{false};
+  std::atomic<const char*> restart_reason_{nullptr};
+  std::atomic<bool> stop_{false};
   std::thread thread_;
 };
 

@@ -2,9 +2,15 @@
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
+#include <net/if.h>
+#include <sched.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -109,6 +115,44 @@ TEST(Loopback, CycloneddsUriStillWins) {
   ::unsetenv("CYCLONEDDS_URI");
   EXPECT_TRUE(std::filesystem::exists(log)) << "the user's tracing was not taken up";
   std::filesystem::remove(log);
+}
+
+// A network that is missing keeps no daemon from its vehicle.
+TEST(Network, AnInterfaceThatIsNotThereIsLeftOut) {
+  Requests requests;
+  FaceParameters parameters = face_parameters("v1");
+  for (const std::vector<std::string>& interfaces :
+       {std::vector<std::string>{"lo", "none0"}, std::vector<std::string>{"none0"}}) {
+    parameters.interfaces = interfaces;
+    const auto face = value(Face::create(parameters, requests.sink()));
+    EXPECT_EQ(face->missing_interfaces(), std::vector<std::string>{"none0"});
+    EXPECT_FALSE(face->interfaces_could_return());
+    // As above.
+    EXPECT_EQ(multicast_exits(), (std::set<std::string>{"0.0.0.0", "127.0.0.1"}));
+    Client client(test_domain(), "v1", "client");
+    EXPECT_TRUE(eventually([&] { return client.connected(); }));
+  }
+}
+
+// In a network namespace loopback is down at first.
+TEST(Network, AnInterfaceThatComesUpIsFound) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const std::vector<std::string> names{"lo"};
+    if (::unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) ::_exit(77);
+    if (dds::missing_interfaces(names) != names) ::_exit(1);
+    const int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    ifreq request{};
+    std::strcpy(request.ifr_name, "lo");
+    request.ifr_flags = IFF_UP;
+    if (::ioctl(fd, SIOCSIFFLAGS, &request) != 0) ::_exit(2);
+    ::_exit(dds::missing_interfaces(names).empty() ? 0 : 3);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status));
+  if (WEXITSTATUS(status) == 77) GTEST_SKIP() << "no namespaces for this user";
+  EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
 }  // namespace

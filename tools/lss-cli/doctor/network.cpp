@@ -66,13 +66,14 @@ Finding check_interface(const System& system, const std::string& interface) {
       read_number(system.sys / "class/net" / interface / "flags");
   if (!flags) {
     finding.found = fmt::format("there is no interface {}", interface);
-    finding.meaning = "lssd cannot open DDS and does not start";
+    finding.meaning =
+        "lssd starts without it, and starts again when it is up and the vehicle is Idle";
     finding.remedy = "name one that ip link shows in dds.interfaces";
     return finding;
   }
   if ((*flags & IFF_UP) == 0) {
     finding.found = interface + " is down";
-    finding.meaning = "no participant is reachable through it";
+    finding.meaning = "no participant is reachable through it; lssd starts without it";
     finding.remedy = fmt::format("ip link set {} up", interface);
     return finding;
   }
