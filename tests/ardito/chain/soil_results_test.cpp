@@ -202,6 +202,38 @@ TEST(ArditoSoil, FalseAlarms) {
   write("Ardito's failure detection on soil: false alarms", "ArditoSoil.FalseAlarms", text);
 }
 
+// ---- slowed by slip
+
+// Up 10 deg of regolith it loses half of its wheels' speed.
+TEST(ArditoSoil, SlipSlowsItAndFailuresAreFoundAndStopsComeAsBefore) {
+  Chain chain({.rover = {.soil = sim::soil::parse_soil("regolith"), .slope_rad = 10 * kDegree},
+               .seed = 1,
+               .adjust = [](Parameters& p) { p.beacon_ns = 1500 * kMillisecond; }});
+  ASSERT_TRUE(chain.start());
+  ASSERT_TRUE(chain.drive(0.5));
+  ASSERT_TRUE(chain.run_until([&] { return chain.telemetry().speed_share == 0.5; }, 10));
+  chain.run(1);
+  EXPECT_NEAR(chain.telemetry().slip_share, 0.45, 0.1);
+  EXPECT_NEAR(chain.telemetry().measured_m_s, 0.25, 0.03);
+  EXPECT_NEAR(chain.telemetry().ground_m_s, chain.world().rover().body().velocity_m_s.norm(), 0.03);
+  EXPECT_EQ(chain.supervisor().fault_count, 0u);
+
+  chain.inject("E-TM:3");
+  EXPECT_TRUE(chain.run_until([&] { return chain.telemetry().wheels[2].state != 0; }, 0.6));
+  chain.run(5);
+  for (std::size_t i = 0; i < kWheels; ++i)
+    EXPECT_EQ(chain.telemetry().wheels[i].state, i == 2 ? 1 : 0) << i;
+  EXPECT_LT(chain.telemetry().speed_share, 1);
+  EXPECT_FALSE(chain.has(faults::imu_lost, kImuNode));
+
+  chain.send(CommandKind::halt);
+  EXPECT_TRUE(chain.run_until(Mode::stopped, 2));
+  EXPECT_EQ(chain.telemetry().speed_share, 1);
+  ASSERT_TRUE(chain.drive(-0.3)) << "back, downhill";
+  chain.run(3);
+  EXPECT_EQ(chain.telemetry().speed_share, 1);
+}
+
 // ---- digging in
 
 struct DugIn {
