@@ -85,6 +85,15 @@ const char* check(const Parameters& p) noexcept {
       p.yaw_filter_s < kFrame_s) {
     return "slip_share must be in 0..1, slip_speed_m_s above 0, yaw_filter_s at least one frame";
   }
+  if (p.slow_share <= 0 || p.slow_share >= 1 || p.slow_hysteresis <= 0 ||
+      p.slow_hysteresis >= p.slow_share || p.slow_factor <= 0 || p.slow_factor > 1) {
+    return "slow_share must be in 0..1 and above slow_hysteresis, slow_factor in 0..1";
+  }
+  if (p.slow_least_m_s <= p.slip_speed_m_s || p.slow_rate_1_s <= 0 || p.slow_filter_s < kFrame_s ||
+      p.slide_lost_share <= 0) {
+    return "slow_least_m_s must be above slip_speed_m_s: at that slip is measured; slow_rate_1_s "
+           "and slide_lost_share above 0, slow_filter_s at least one frame";
+  }
   if (p.warm_temperature_C > p.max_temperature_C) {
     return "motors are reported at motor_temperature_degC and taken out at motor_cutoff_degC, "
            "which "

@@ -77,6 +77,10 @@ bool contradicts(const Motion& motion, const Inputs& inputs, const Parameters& p
 
 }  // namespace
 
+double v_to_hub(const Direction& d, const Parameters& p) noexcept {
+  return std::abs(d.sin) > kSpotSin ? p.parking_length_m / p.geometry.f_m : 1;
+}
+
 Motion estimate_motion(const Feedback& feedback, const Inputs& inputs, WheelSet trusted,
                        SteeringSet trusted_steering, bool correction,
                        const Parameters& p) noexcept {
@@ -92,8 +96,8 @@ Motion estimate_motion(const Feedback& feedback, const Inputs& inputs, WheelSet 
   motion.mean.direction = mean.value();
   const Direction& d = motion.mean.direction;
   motion.sigma_rad = sigma_rad(d);
-  const bool spot = std::abs(d.sin) > kSpotSin;
-  if (spot) motion.v_to_hub = p.parking_length_m / p.geometry.f_m;
+  motion.v_to_hub = v_to_hub(d, p);
+  const bool spot = motion.v_to_hub != 1;
 
   // least squares: a wheel near the centre of rotation has little weight
   const PerWheel<double> ratio = hub_ratios(d, p.geometry);

@@ -22,6 +22,9 @@ struct Motion {
   double ground_m_s = 0;   // of the CM along the motion, by the IMU; without one that of the wheels
 };
 
+// Motion::v_to_hub of a motion in this direction.
+double v_to_hub(const Direction& direction, const Parameters& parameters) noexcept;
+
 // trusted, trusted_steering: inputs of the means; none: all of them.
 Motion estimate_motion(const Feedback& feedback, const Inputs& inputs, WheelSet trusted,
                        SteeringSet trusted_steering, bool correction,

@@ -5,6 +5,7 @@
 
 #include "gnc/ardito/decision.h"
 #include "gnc/ardito/ratio.h"
+#include "gnc/ardito/slip.h"
 #include "idl/angles.h"
 
 namespace lss::gnc::ardito {
@@ -31,8 +32,6 @@ PerSteered<double> angles_to_hold(const Feedback& feedback) noexcept {
   return angles;
 }
 
-bool drives(Mode mode) noexcept { return mode == Mode::running || mode == Mode::parking; }
-
 }  // namespace
 
 Command MobilityController::step(const Request& asked, const Measured& measured) noexcept {
@@ -53,6 +52,7 @@ Command MobilityController::step(const Request& asked, const Measured& measured)
   watch_slip(inputs, motion, command);
   watch_yaw(inputs, motion, command);
   watch_imu(inputs, motion, command);
+  measure_slip(inputs, motion, command);
   const bool stop = error(request, command) || request.error || !request.powered;
 
   find_steering(inputs, feedback);
@@ -61,6 +61,7 @@ Command MobilityController::step(const Request& asked, const Measured& measured)
       steered(steering_angles_rad(target.direction, parameters_.geometry));
   if (request.powered) {
     decide(request, feedback, stop, asked_rad);
+    slow_by_slip(target);
     const bool ready =
         state_.phase == StopPhase::rover_steer || state_.phase == StopPhase::rover_stop;
     steer(request.run && !stop && state_.steering_known != 0 && (drives(state_.mode) || ready),
@@ -68,6 +69,7 @@ Command MobilityController::step(const Request& asked, const Measured& measured)
     drive(request, target, inputs, feedback, motion);
   } else {
     stand(feedback);
+    state_.slip_speed = {};
   }
   state_.sigma_rad = request.sigma_rad;
   state_.started = 1;
@@ -181,60 +183,6 @@ void MobilityController::watch_imu(const Inputs& inputs, const Motion& motion,
   if (inputs.imu.implausible || state_.imu_contradiction >= parameters_.imu_frames) {
     command.faults |= kImuImplausible;
   }
-}
-
-// Of the motors that drive: how hard they push against the ground, positive along their motion.
-double MobilityController::mean_load(const Inputs& inputs) const noexcept {
-  double sum = 0;
-  int count = 0;
-  for (std::size_t i = 0; i < kWheels; ++i) {
-    const bool driven = state_.wheels[i].service == WheelService::engaged;
-    if (!driven || !inputs.wheels[i].load.usable) continue;
-    sum += inputs.wheels[i].load.value;
-    ++count;
-  }
-  return count > 0 ? sum / count : 0;
-}
-
-// Wheels and IMU contradict each other. The rover turns as the wheels say, and by far more than its
-// speed fits: the IMU's speed is wrong. It does not turn, or its motors push against the ground in
-// the sense of the slip: the wheels slip. All other contradictions are the IMU's (watch_imu).
-// Judged by the sums over all frames of the contradiction.
-void MobilityController::watch_slip(const Inputs& inputs, const Motion& motion,
-                                    Command& command) noexcept {
-  SlipWatch& w = state_.slip;
-  const double load = mean_load(inputs);
-  command.estimate.load = load;
-  command.estimate.slip_m_s = motion.slip_m_s;
-  const double v = motion.mean.v_m_s * motion.v_to_hub;
-  const bool lost = std::abs(v) > parameters_.slip_speed_m_s &&
-                    motion.slip_m_s * v > parameters_.slip_share * v * v;
-  const bool begins = drives(state_.mode) || w.frames > 0;  // it goes on while they slow down
-  if (!inputs.imu.usable || !begins || !(lost || motion.imu_contradicts)) {
-    w = {};
-    return;
-  }
-  w.frames = std::min(w.frames + 1, 1000000U);
-  w.stuck_frames = lost ? std::min(w.stuck_frames + 1, 1000000U) : 0;
-  w.load += load;
-  w.wheels_yaw_rad_s += yaw_rate_rad_s(motion.mean, parameters_.geometry);
-  w.imu_yaw_rad_s += inputs.imu.yaw_rate_rad_s.value;
-
-  const double turning = std::abs(w.wheels_yaw_rad_s), turned = w.imu_yaw_rad_s / w.frames;
-  const double pushing = w.load * (motion.slip_m_s * v > 0 ? 1 : -1);
-  const bool spot = motion.v_to_hub != 1;  // there the yaw rate is what is in question
-  const bool along = lost || std::abs(motion.slip_m_s) > motion.sliding_m_s;  // not sideways
-  bool wheels = along && pushing > parameters_.slip_load * w.frames;
-  if (!spot && turning > parameters_.turning_rad_s * w.frames) {
-    // Wheels that slip lose yaw rate and speed together; uphill on soil more speed than yaw rate.
-    const double share = turned * w.frames / w.wheels_yaw_rad_s;
-    const double speed_share = 1 - motion.slip_m_s / v;
-    if (share < 0.35) wheels = true;
-    if (share > 0.65 && share - speed_share > 0.35) wheels = false;
-  }
-  if (!wheels) return;
-  command.faults |= kWheelsSlip;
-  if (w.stuck_frames >= parameters_.stuck_frames) command.faults |= kStuck;
 }
 
 // 7.2.1: a bent bracket shows in how the rover turns, if at all.
@@ -414,6 +362,7 @@ PerWheel<double> MobilityController::hubs_m_s(const Request& request, const Plan
     now.v_m_s = request.speed * request.speed_limit_m_s *
                 (1 - std::abs(sine_of_five(std::max(measured, asked))));
   }
+  now.v_m_s *= state_.slip_speed.factor;
   for (std::size_t i = 0; i < kWheels; ++i) {
     hubs[i] = hub_speed_m_s(i, now, feedback.steering[i], parameters_.geometry);
   }
@@ -470,7 +419,10 @@ void MobilityController::report(const Inputs& inputs, const Feedback& feedback,
   command.phase = state_.phase;
   command.busy = state_.mode == Mode::stop && busy(state_.phase) ? 1 : 0;
   command.probing = probed_wheels();
+  const SlipSpeed& slip = state_.slip_speed;
   Estimate& e = command.estimate;  // slip and load: watch_slip()
+  e.slip_share = slip_share(slip, parameters_);
+  e.speed_share = slip.factor;
   e.speed_m_s = motion.mean.v_m_s;
   e.sigma_rad = motion.sigma_rad;
   e.yaw_rate_rad_s = yaw_rate_rad_s(motion.mean, parameters_.geometry);

@@ -82,10 +82,18 @@ struct Parameters {
   double slip_m_s = 0.150;
   double slip_sigma_rad = 0.08;
   // wheels that slip, against an IMU that is wrong
-  double slip_share = 0.7;       // of the wheels' speed that is lost: more than that is stuck
-  double slip_speed_m_s = 0.07;  // slower wheels are not judged by their share
-  double slip_load = 0.18;       // mean load of motors that push against the ground
-  double turning_rad_s = 0.05;   // yaw rate that an IMU cannot miss
+  double slip_share = 0.7;         // of the wheels' speed that is lost: more than that is stuck
+  double slip_speed_m_s = 0.07;    // slower wheels are not judged by their share
+  double slip_load = 0.18;         // mean load of motors that push against the ground
+  double turning_rad_s = 0.05;     // yaw rate that an IMU cannot miss
+  double slide_lost_share = 0.06;  // of the speed: wheels that push and lose it may slide sideways
+  // slip that reduces the speed
+  double slow_share = 0.4;       // of the wheels' speed that is lost: slower above it
+  double slow_hysteresis = 0.1;  // and as before below slow_share less this
+  double slow_factor = 0.5;      // of the requested speed then
+  double slow_least_m_s = 0.12;  // never slower than that: slip could not be measured
+  double slow_rate_1_s = 0.5;    // how fast the factor changes
+  double slow_filter_s = 1;      // of the measured slip
   // yaw rate of the IMU against the inverse model (7.2.1)
   double yaw_agree_rad_s = 0.05;
   double yaw_filter_s = 5;
@@ -141,8 +149,10 @@ struct Parameters {
         self.steering_agree_rad, self.steering_step_rad, self.imu_agree_m_s, self.coherent_m_s,
         self.coherent_share, self.coherent_sigma_rad, self.slip_m_s, self.slip_sigma_rad,
         self.slip_share, self.slip_speed_m_s, self.slip_load, self.turning_rad_s,
-        self.yaw_agree_rad_s, self.yaw_filter_s, self.sensor_frames, self.motor_frames,
-        self.reduction_frames, self.clutch_frames, self.two_sensors_frames, self.all_sensors_frames,
+        self.slide_lost_share, self.slow_share, self.slow_hysteresis, self.slow_factor,
+        self.slow_least_m_s, self.slow_rate_1_s, self.slow_filter_s, self.yaw_agree_rad_s,
+        self.yaw_filter_s, self.sensor_frames, self.motor_frames, self.reduction_frames,
+        self.clutch_frames, self.two_sensors_frames, self.all_sensors_frames,
         self.all_sensors_error_frames, self.steering_encoder_frames, self.steering_frames,
         self.motor_test_frames, self.inconclusive_frames, self.max_lost_wheels, self.imu_frames,
         self.stuck_frames, self.rocker_frames, self.imu_frozen_frames, self.overcurrent_frames,

@@ -70,13 +70,34 @@ struct SlipWatch {
   std::uint32_t frames = 0;
   std::uint32_t stuck_frames = 0;  // of them those above Parameters::slip_share
   double load = 0;                 // sums
+  double wheels_m_s = 0;           // without signs
+  double imu_m_s = 0;              // the same
   double wheels_yaw_rad_s = 0;
   double imu_yaw_rad_s = 0;
 
   template <class Self>
   static constexpr auto members(Self& self) noexcept {
-    return std::tie(self.frames, self.stuck_frames, self.load, self.wheels_yaw_rad_s,
-                    self.imu_yaw_rad_s);
+    return std::tie(self.frames, self.stuck_frames, self.load, self.wheels_m_s, self.imu_m_s,
+                    self.wheels_yaw_rad_s, self.imu_yaw_rad_s);
+  }
+};
+
+// Slip over about a second, and what it makes of the requested speed. Of the drive that goes on: a
+// stop forgets it.
+struct SlipSpeed {
+  double lost_m_s = 0;    // filtered: of the wheels' speed
+  double wheels_m_s = 0;  // filtered, without a sign
+  double load = 0;        // filtered
+  double factor = 1;      // of the requested speed
+  std::uint32_t slows = 0;
+  std::uint32_t above = 0;       // frames with more slip than allowed
+  std::uint32_t unmeasured = 0;  // frames without an IMU
+  std::uint32_t reserved = 0;
+
+  template <class Self>
+  static constexpr auto members(Self& self) noexcept {
+    return std::tie(self.lost_m_s, self.wheels_m_s, self.load, self.factor, self.slows, self.above,
+                    self.unmeasured, self.reserved);
   }
 };
 
@@ -96,6 +117,7 @@ struct State {
   std::uint32_t rocker_distrust = 0;
   std::array<double, 3> rocker_rad{};
   SlipWatch slip;
+  SlipSpeed slip_speed;
   double yaw_error_rad_s = 0;  // IMU against inverse model, filtered
   double imu_speed_m_s = 0;
   double sigma_rad = 0;  // requested in the frame before
@@ -120,11 +142,11 @@ struct State {
   static constexpr auto members(Self& self) noexcept {
     return std::tie(self.mode, self.phase, self.started, self.steering_known, self.poses_known,
                     self.imu_counter, self.imu_frozen, self.imu_contradiction, self.rocker_known,
-                    self.rocker_distrust, self.rocker_rad, self.slip, self.yaw_error_rad_s,
-                    self.imu_speed_m_s, self.sigma_rad, self.v_m_s, self.direction_sin,
-                    self.direction_cos, self.poses, self.wheel_integral, self.steering_integral,
-                    self.steering_held, self.wheels_ordered, self.steering_ordered, self.wheels,
-                    self.steering);
+                    self.rocker_distrust, self.rocker_rad, self.slip, self.slip_speed,
+                    self.yaw_error_rad_s, self.imu_speed_m_s, self.sigma_rad, self.v_m_s,
+                    self.direction_sin, self.direction_cos, self.poses, self.wheel_integral,
+                    self.steering_integral, self.steering_held, self.wheels_ordered,
+                    self.steering_ordered, self.wheels, self.steering);
   }
 };
 

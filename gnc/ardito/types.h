@@ -146,6 +146,7 @@ enum Fault : std::uint32_t {
   kStuck = 1U << 8,          // the same, above Parameters::slip_share and for stuck_frames
   kRockerJump = 1U << 9,     // beta, rho1 or rho2 jumped: not trusted for rocker_frames
   kYawDisagrees = 1U << 10,  // yaw rate of IMU and inverse model, for long (7.2.1)
+  kSlipSlows = 1U << 11,     // it drives slower than requested: more slip than allowed
 };
 
 struct Estimate {
@@ -156,7 +157,11 @@ struct Estimate {
   double yaw_rate_rad_s = 0;
   double slip_m_s = 0;  // by how much the wheels go faster than the rover, by the IMU; 0 without it
   double ground_m_s = 0;  // speed over the ground: the IMU's while wheels slip, else speed_m_s
-  double load = 0;        // mean of the motors that drive: share of the rated current above no load
+  // Of the wheels' speed that is lost, by the IMU, over about a second; negative: the rover pushes
+  // its wheels. 0: not measured.
+  double slip_share = 0;
+  double speed_share = 1;  // of the requested speed that it drives with: less when it slips
+  double load = 0;  // mean of the motors that drive: share of the rated current above no load
   PerWheel<double> wheel_rad_s{};      // the feedback that control uses
   PerSteered<double> steering_rad{};   // the same
   PerWheel<double> wheel_speed_m_s{};  // Vtan by each wheel alone
@@ -164,8 +169,8 @@ struct Estimate {
   template <class Self>
   static constexpr auto members(Self& self) noexcept {
     return std::tie(self.speed_m_s, self.sigma_rad, self.yaw_rate_rad_s, self.slip_m_s,
-                    self.ground_m_s, self.load, self.wheel_rad_s, self.steering_rad,
-                    self.wheel_speed_m_s);
+                    self.ground_m_s, self.slip_share, self.speed_share, self.load, self.wheel_rad_s,
+                    self.steering_rad, self.wheel_speed_m_s);
   }
 };
 

@@ -35,6 +35,12 @@ constexpr std::array kTunables{
     tunable<&P::mobility, &M::slip_share>(
         "mobility.slip_limit", "", 0.2, 0.95, kAlways,
         "share of the wheels' speed that is lost: the rover is stuck, and stops"),
+    tunable<&P::mobility, &M::slow_share>(
+        "mobility.slip_slows", "", 0.15, 0.95, kAlways,
+        "share of the wheels' speed that is lost: it drives slower than commanded"),
+    tunable<&P::mobility, &M::slow_factor>(
+        "mobility.slip_speed", "", 0.2, 1, kAlways,
+        "share of the commanded speed that it drives with then; 1: as commanded"),
     tunable<&P::mobility, &M::slip_load>(
         "mobility.slip_load", "", 0.02, 1, kAlways,
         "times the rated current above no load: motors of wheels that slip draw more"),

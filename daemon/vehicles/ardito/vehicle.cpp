@@ -380,6 +380,8 @@ bool Vehicle::describe(const lss::Inputs<Vehicle>& in, const SupervisorState& st
   out.measured_rad = stepped_ ? e.sigma_rad : 0;
   out.ground_m_s = stepped_ ? e.ground_m_s : 0;
   out.slip_m_s = stepped_ ? e.slip_m_s : 0;
+  out.slip_share = stepped_ ? e.slip_share : 0;
+  out.speed_share = stepped_ ? e.speed_share : 1;
   out.load = stepped_ ? e.load : 0;
   out.slipping = slipping_;
   out.stuck = has_fault(gnc::ardito::kStuck);

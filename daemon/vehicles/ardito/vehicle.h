@@ -91,8 +91,9 @@ class Vehicle final : public Actor, private SolveTarget {
       retry_steering_, isolated_, stepped_, data_requested_, port_, watched_, failure_,
       steering_failure_, error_, rocker_lost_, imu_lost_, imu_seen_, imu_told_, disagreeing_,
       solver_, distance_m_, yaw_rad_, x_m_, y_m_, beacon_, by_itself_, activated_ns_, rests_ns_,
-      slipping_, slip_frames_, most_slip_m_s_, stuck_, stuck_told_, yaw_told_, yaw_good_frames_,
-      hot_, unproven_, unproven_told_, proven_frames_, restored_, restored_ns_);
+      slipping_, slip_frames_, most_slip_m_s_, slowed_, most_slip_share_, stuck_, stuck_told_,
+      yaw_told_, yaw_good_frames_, hot_, unproven_, unproven_told_, proven_frames_, restored_,
+      restored_ns_);
   }
 
  private:
@@ -122,6 +123,7 @@ class Vehicle final : public Actor, private SolveTarget {
   void watch_steering(std::size_t system, Supervisor& s) noexcept;
   void watch_imu(Supervisor& s) noexcept;
   void watch_slip(Supervisor& s) noexcept;
+  void watch_slowed(Supervisor& s) noexcept;
   void watch_yaw(Supervisor& s) noexcept;
   void watch_heat(std::size_t wheel, Supervisor& s) noexcept;
   void watch_unproven(std::size_t wheel, Supervisor& s) noexcept;
@@ -206,8 +208,10 @@ class Vehicle final : public Actor, private SolveTarget {
   std::uint8_t disagreeing_ = 0;  // 1..3; 0: none
   bool slipping_ = false, stuck_ = false, stuck_told_ = false, yaw_told_ = false;
   int slip_frames_ = 0, yaw_good_frames_ = 0;
-  double most_slip_m_s_ = 0;  // since it began
-  std::uint32_t hot_ = 0;     // wheels
+  double most_slip_m_s_ = 0;    // since it began
+  bool slowed_ = false;         // by slip
+  double most_slip_share_ = 0;  // since then
+  std::uint32_t hot_ = 0;       // wheels
   // Wheels whose failure error solving forgot, and for how long each has worked since.
   std::uint32_t unproven_ = 0, unproven_told_ = 0;
   std::array<int, kWheels> proven_frames_{};

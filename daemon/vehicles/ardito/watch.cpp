@@ -219,6 +219,7 @@ void Vehicle::watch_slip(Supervisor& s) noexcept {
     most_slip_m_s_ = 0;
     slip_frames_ = kEnds;
   }
+  watch_slowed(s);
   const bool stuck = has_fault(gnc::ardito::kStuck);
   if (stuck && !stuck_ && s.happen(event::stuck).reason == Reason::none) {
     s.latch(faults::rover_stuck);
@@ -228,6 +229,17 @@ void Vehicle::watch_slip(Supervisor& s) noexcept {
   }
   stuck_ = stuck;
   if (!stuck_told_) s.clear(faults::rover_stuck);  // another command to move came
+}
+
+// A person learns why the rover drives slower than commanded.
+void Vehicle::watch_slowed(Supervisor& s) noexcept {
+  const bool slowed = has_fault(gnc::ardito::kSlipSlows);
+  const double share = command_.estimate.slip_share;
+  if (slowed && !slowed_) s.note(events::slip_slows, 0, share, parameters_.mobility.slow_share);
+  if (slowed) most_slip_share_ = std::max(most_slip_share_, share);
+  if (!slowed && slowed_) s.note(events::slip_slows_ended, 0, share, most_slip_share_);
+  if (!slowed) most_slip_share_ = 0;
+  slowed_ = slowed;
 }
 
 void Vehicle::watch_yaw(Supervisor& s) noexcept {

@@ -45,6 +45,8 @@ constexpr auto kFirst = kinds(CommandKind::drive, CommandKind::park, CommandKind
 constexpr Presentation::Headline kHeadline[] = {{"measured_m_s", "speed"},
                                                 {"speed_m_s", "commanded"},
                                                 {"limit_m_s", "limit"},
+                                                {"slip_share", "lost by slip"},
+                                                {"speed_share", "of the commanded"},
                                                 {"distance_m", "driven"},
                                                 {"x_m", "ahead"},
                                                 {"y_m", "left"},

@@ -98,6 +98,19 @@ void look(const Chain& chain, Healthy& seen) {
   if (any(c.wheel_suspect) || any(c.steering_suspect)) ++seen.suspect_frames;
   if (c.probing != 0) ++seen.probe_frames;
   if ((c.faults & gnc::ardito::kSlip) != 0) ++seen.slip_frames;
+  const sim::ardito::RoverPlant& rover = chain.world().rover();
+  double lost_m_s = 0, treads_m_s = 0;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const double m_s = rover.wheels()[i].velocity_rad_s * sim::ardito::dimensions::kWheelRadius_m;
+    treads_m_s += std::abs(m_s);
+    lost_m_s += m_s > 0 ? rover.slip_m_s(i) : -rover.slip_m_s(i);
+  }
+  constexpr double kGain = 0.1;  // a frame
+  seen.lost_m_s += (lost_m_s - seen.lost_m_s) * kGain;
+  seen.treads_m_s += (treads_m_s - seen.treads_m_s) * kGain;
+  if ((c.faults & gnc::ardito::kSlipSlows) == 0) return;
+  ++seen.slowed_frames;
+  if (seen.lost_m_s < 0.25 * seen.treads_m_s) ++seen.slowed_wrong;
 }
 
 // Its commands, one after the other.
@@ -169,6 +182,8 @@ void Healthy::add(const Healthy& other) {
   suspect_frames += other.suspect_frames;
   probe_frames += other.probe_frames;
   slip_frames += other.slip_frames;
+  slowed_frames += other.slowed_frames;
+  slowed_wrong += other.slowed_wrong;
   isolated += other.isolated;
   left_out += other.left_out;
   fatal += other.fatal;

@@ -15,11 +15,14 @@ struct Healthy {
   double minutes = 0;  // in Operational
   double metres = 0;   // of the rover's true way
   unsigned long frames = 0;
-  unsigned long suspect_frames = 0;  // any wheel or steering system looks wrong in this frame
-  unsigned long probe_frames = 0;    // any clutch under test
-  unsigned long slip_frames = 0;     // wheels and IMU disagree as in 17.8.3: reported, no alarm
-  unsigned isolated = 0;             // wheels without cause
-  unsigned left_out = 0;             // sensors without cause
+  unsigned long suspect_frames = 0;     // any wheel or steering system looks wrong in this frame
+  unsigned long probe_frames = 0;       // any clutch under test
+  unsigned long slip_frames = 0;        // wheels and IMU disagree as in 17.8.3: reported, no alarm
+  unsigned long slowed_frames = 0;      // slower than commanded, by slip
+  unsigned long slowed_wrong = 0;       // of them: truly its treads lose less than a quarter
+  double lost_m_s = 0, treads_m_s = 0;  // true, of all treads, over about a second
+  unsigned isolated = 0;                // wheels without cause
+  unsigned left_out = 0;                // sensors without cause
   unsigned fatal = 0;
   unsigned stuck = 0;  // stopped as stuck, and truly at less than half the speed of the wheels
   bool is_stuck = false;

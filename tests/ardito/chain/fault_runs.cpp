@@ -169,7 +169,8 @@ class Run {
       wrong("still moves after FatalError");
     // Slower in curves (Ardito thesis 11.2.2).
     const double heading_rad = chain.telemetry().heading_rad;
-    const double wanted_m_s = drive_.speed_m_s * (1 - std::abs(std::sin(5 * heading_rad)));
+    const double wanted_m_s = drive_.speed_m_s * (1 - std::abs(std::sin(5 * heading_rad))) *
+                              chain.telemetry().speed_share;  // slower by slip
     const bool even = drive_.ground == sim::ardito::Ground::flat && !drive_.soil;
     const double uneven = even ? 1 : 2.5;
     const double most_m_s = uneven * std::max(0.08, 0.16 * wanted_m_s);

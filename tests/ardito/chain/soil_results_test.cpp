@@ -142,6 +142,8 @@ std::vector<Place> places() {
       {"hills, Moon", {.ground = Ground::hills, .soil = regolith, .gravity_m_s2 = kMoon_m_s2}},
       {"slope of 15 deg, Moon",
        {.soil = regolith, .gravity_m_s2 = kMoon_m_s2, .slope_rad = 15 * kDegree}},
+      {"hard hills, Earth", {.ground = Ground::hills}},
+      {"hard slope of 15 deg, Earth", {.slope_rad = 15 * kDegree}},
   };
 }
 
@@ -152,6 +154,8 @@ TEST(ArditoSoil, FalseAlarms) {
     EXPECT_GE(seen.minutes, 0.6);
     EXPECT_GT(seen.slip_frames, 100ul);
     EXPECT_TRUE(seen.alarms.empty()) << seen.alarms.front();
+    EXPECT_GT(seen.slowed_frames, 50ul);
+    EXPECT_EQ(seen.slowed_wrong, 0ul);
     return;
   }
   const char* wanted = std::getenv("LSS_RESULTS_MINUTES");
@@ -167,23 +171,27 @@ TEST(ArditoSoil, FalseAlarms) {
     std::fflush(stdout);
   });
   std::string text = fmt::format(
-      "The daemon's chain over regolith, nothing broken, all noise on: 0.5 m/s ahead, 0.3 m/s "
+      "The daemon's chain over regolith, and on hard ground to compare, nothing broken, all noise "
+      "on: 0.5 m/s ahead, 0.3 m/s "
       "back, "
       "straight and in curves of 3 deg,\na stop and a turn on the spot each minute; seeds 1 to {}; "
       "{:.0f} minutes in all. On the Moon `mobility.slip_load` is 0.03: motors\npush with the "
-      "weight. *Stuck*: stopped as stuck, and truly slower than half the speed of its wheels.\n\n"
-      "| place | minutes | way, m | frames with a suspicion | with slip | with a clutch probe | "
-      "stuck | wheels isolated | sensors left out | FatalErrors |\n"
-      "|---|---|---|---|---|---|---|---|---|---|\n",
+      "weight. *Stuck*: stopped as stuck, and truly slower than half the speed of its wheels. "
+      "*Slowed*: by slip, frames; *wrongly*: of them\nthose in which the treads truly lose less "
+      "than a quarter of their speed.\n\n"
+      "| place | minutes | way, m | frames with a suspicion | with slip | slowed | wrongly | with "
+      "a clutch probe | stuck | wheels isolated | sensors left out | FatalErrors |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|\n",
       kSeeds, minutes);
   std::string alarms;
   for (std::size_t i = 0; i < all.size(); ++i) {
     Healthy sum;
     for (unsigned n = 0; n < kSeeds; ++n) sum.add(runs[i * kSeeds + n]);
-    text += fmt::format("| {} | {:.1f} | {:.0f} | {} of {} | {} | {} | {} | {} | {} | {} |\n",
-                        all[i].name, sum.minutes, sum.metres, sum.suspect_frames, sum.frames,
-                        sum.slip_frames, sum.probe_frames, sum.stuck, sum.isolated, sum.left_out,
-                        sum.fatal);
+    text +=
+        fmt::format("| {} | {:.1f} | {:.0f} | {} of {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
+                    all[i].name, sum.minutes, sum.metres, sum.suspect_frames, sum.frames,
+                    sum.slip_frames, sum.slowed_frames, sum.slowed_wrong, sum.probe_frames,
+                    sum.stuck, sum.isolated, sum.left_out, sum.fatal);
     std::map<std::string, int> count;  // by what, of which the first
     for (const std::string& alarm : sum.alarms) ++count[alarm.substr(alarm.find(" s: ") + 4)];
     for (const auto& [what, n] : count)
@@ -192,6 +200,38 @@ TEST(ArditoSoil, FalseAlarms) {
   text += alarms.empty() ? "\nNo false alarm.\n" : "\nFalse alarms:\n\n" + alarms;
   fmt::print("{}", text);
   write("Ardito's failure detection on soil: false alarms", "ArditoSoil.FalseAlarms", text);
+}
+
+// ---- slowed by slip
+
+// Up 10 deg of regolith it loses half of its wheels' speed.
+TEST(ArditoSoil, SlipSlowsItAndFailuresAreFoundAndStopsComeAsBefore) {
+  Chain chain({.rover = {.soil = sim::soil::parse_soil("regolith"), .slope_rad = 10 * kDegree},
+               .seed = 1,
+               .adjust = [](Parameters& p) { p.beacon_ns = 1500 * kMillisecond; }});
+  ASSERT_TRUE(chain.start());
+  ASSERT_TRUE(chain.drive(0.5));
+  ASSERT_TRUE(chain.run_until([&] { return chain.telemetry().speed_share == 0.5; }, 10));
+  chain.run(1);
+  EXPECT_NEAR(chain.telemetry().slip_share, 0.45, 0.1);
+  EXPECT_NEAR(chain.telemetry().measured_m_s, 0.25, 0.03);
+  EXPECT_NEAR(chain.telemetry().ground_m_s, chain.world().rover().body().velocity_m_s.norm(), 0.03);
+  EXPECT_EQ(chain.supervisor().fault_count, 0u);
+
+  chain.inject("E-TM:3");
+  EXPECT_TRUE(chain.run_until([&] { return chain.telemetry().wheels[2].state != 0; }, 0.6));
+  chain.run(5);
+  for (std::size_t i = 0; i < kWheels; ++i)
+    EXPECT_EQ(chain.telemetry().wheels[i].state, i == 2 ? 1 : 0) << i;
+  EXPECT_LT(chain.telemetry().speed_share, 1);
+  EXPECT_FALSE(chain.has(faults::imu_lost, kImuNode));
+
+  chain.send(CommandKind::halt);
+  EXPECT_TRUE(chain.run_until(Mode::stopped, 2));
+  EXPECT_EQ(chain.telemetry().speed_share, 1);
+  ASSERT_TRUE(chain.drive(-0.3)) << "back, downhill";
+  chain.run(3);
+  EXPECT_EQ(chain.telemetry().speed_share, 1);
 }
 
 // ---- digging in

@@ -181,6 +181,58 @@ TEST(ArditoSlip, AnImuThatIsWrongIsNotTakenForSlip) {
   EXPECT_EQ(w.mode(), Mode::running);
 }
 
+// Half of the wheels' speed is lost.
+void slip(World& w) {
+  w.distort = [](std::vector<Reading>& readings) {
+    alter_all<Imu>(readings, [](Imu& m) { m.Vtan_mm_s = m.Vtan_mm_s / 2; });
+    alter_all<WheelMotion>(readings, [](WheelMotion& m) {
+      m.current_permille = std::copysign(m.motor_rpm == 0 ? 0 : 600, m.motor_rpm);
+    });
+  };
+}
+
+TEST(ArditoSlip, MoreThanAllowedSlowsTheRoverAndSaysWhatWasMeasuredAndAllowed) {
+  World w;
+  ASSERT_TRUE(w.start_and_drive(0.4));
+  w.run(4);
+  EXPECT_EQ(w.out_.telemetry.speed_share, 1);
+  EXPECT_NEAR(w.out_.telemetry.slip_share, 0, 0.03);
+  slip(w);
+  w.run(4);
+  EXPECT_NEAR(w.out_.telemetry.speed_share, 0.5, 1e-9);
+  EXPECT_NEAR(w.out_.telemetry.slip_share, 0.5, 0.03);
+  EXPECT_NEAR(w.out_.telemetry.speed_m_s, 0.4, 1e-9) << "as commanded";
+  EXPECT_NEAR(w.out_.telemetry.measured_m_s, 0.2, 0.02);
+  ASSERT_NE(w.heard(events::slip_slows), nullptr);
+  EXPECT_NEAR(w.heard(events::slip_slows)->argument[0], 0.45, 0.06);
+  EXPECT_EQ(w.heard(events::slip_slows)->argument[1], 0.4);
+  EXPECT_EQ(w.mode(), Mode::running);
+  EXPECT_FALSE(w.has(faults::rover_stuck));
+  EXPECT_FALSE(w.has(faults::imu_lost, kImuNode));
+  w.distort = nullptr;
+  w.run(4);
+  EXPECT_EQ(w.out_.telemetry.speed_share, 1);
+  EXPECT_NEAR(w.out_.telemetry.measured_m_s, 0.4, 0.02);
+  ASSERT_NE(w.heard(events::slip_slows_ended), nullptr);
+  EXPECT_NEAR(w.heard(events::slip_slows_ended)->argument[1], 0.5, 0.03);
+}
+
+TEST(ArditoSlip, ASlowedRoverStopsWithItsLastHeartbeatAsSoonAsAnother) {
+  TimeNs took_ns[2] = {};
+  for (const bool slowed : {false, true}) {
+    World w;
+    ASSERT_TRUE(w.start_and_drive(0.4));
+    if (slowed) slip(w);
+    w.run(4);
+    ASSERT_EQ(w.out_.telemetry.speed_share < 1, slowed);
+    const TimeNs from = w.time_ns_;
+    w.heartbeat_ = false;
+    ASSERT_TRUE(w.run_until(State::idle, 10));
+    took_ns[slowed ? 1 : 0] = w.time_ns_ - from;
+  }
+  EXPECT_LE(took_ns[1], took_ns[0]);
+}
+
 // ---- drives that drop out
 
 TEST(ArditoDropouts, EachIsAnEventAndFourInTenSecondsAreAFault) {

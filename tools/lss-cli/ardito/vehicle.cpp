@@ -88,9 +88,11 @@ std::string driven(const lss_ArditoTelemetry& t) {
 std::string asked(const lss_ArditoTelemetry& t) {
   const auto mode = static_cast<Mode>(t.mode);
   if (t.autonomy_wait_s > 0) return fmt::format("drives by itself in {:.1f} s", t.autonomy_wait_s);
-  if (mode == Mode::parking) return fmt::format("{:.2f} m/s on the spot", t.speed_m_s);
-  return fmt::format("{:.2f} m/s, heading {:.1f} deg{}", t.speed_m_s, t.heading_rad / kDegree,
-                     t.autonomous ? ", autonomous" : "");
+  const std::string slowed =
+      t.speed_share < 1 ? fmt::format(", {:.0f} % of it by slip", t.speed_share * 100) : "";
+  if (mode == Mode::parking) return fmt::format("{:.2f} m/s on the spot{}", t.speed_m_s, slowed);
+  return fmt::format("{:.2f} m/s{}, heading {:.1f} deg{}", t.speed_m_s, slowed,
+                     t.heading_rad / kDegree, t.autonomous ? ", autonomous" : "");
 }
 
 std::string screen(const Vehicle& vehicle, const void* telemetry, const Style& style) {
@@ -124,11 +126,13 @@ std::string screen(const Vehicle& vehicle, const void* telemetry, const Style& s
                       fixed(t.beta_rad / kDegree, 1), fixed(t.rho_rad[0] / kDegree, 1),
                       fixed(t.rho_rad[1] / kDegree, 1));
   text += fmt::format(
-      "{} {} m/s{}{}, motors {:.2f} of rated above no load, cap {:.2f} m/s\n",
-      style.dim("slip      "), fixed(t.slip_m_s, 3),
-      t.stuck      ? style.bad(", STUCK")
-      : t.slipping ? style.bad(", slipping")
-                   : "",
+      "{} {} m/s, {:.0f} % of the wheels' speed{}{}, motors {:.2f} of rated above no load, cap "
+      "{:.2f} m/s\n",
+      style.dim("slip      "), fixed(t.slip_m_s, 3), t.slip_share * 100,
+      t.stuck             ? style.bad(", STUCK")
+      : t.speed_share < 1 ? style.bad(", slowed by it")
+      : t.slipping        ? style.bad(", slipping")
+                          : "",
       t.incoherent_speed || t.incoherent_heading ? style.bad(", wheels incoherent") : "", t.load,
       t.cap_m_s);
   const bool moves = t.mode >= static_cast<std::uint8_t>(Mode::steering) || t.autonomy_wait_s > 0;
