@@ -19,8 +19,6 @@ enum class Off : std::uint8_t {
   late,    // s behind the plan
   wind,    // m/s2 of a steady push; what jets and tilt can stand
 };
-inline constexpr const char* kOffNames[] = {"none", "side", "height", "speed",
-                                            "tilt", "late", "wind"};
 
 struct Judgement {
   Off off = Off::none;  // the worst, relative to its limit
