@@ -143,7 +143,6 @@ std::vector<Place> places() {
       {"slope of 15 deg, Moon",
        {.soil = regolith, .gravity_m_s2 = kMoon_m_s2, .slope_rad = 15 * kDegree}},
       {"hard hills, Earth", {.ground = Ground::hills}},
-      {"hard slope of 15 deg, Earth", {.slope_rad = 15 * kDegree}},
   };
 }
 
