@@ -17,7 +17,7 @@ from rover_rig import Rover
 RESTARTS = 100 if os.environ.get("LSS_EVERYTHING") else 10
 RESTART_S = 0.02  # systemd/lssd@.service.in
 HELD_S = 0.2
-STALL_S = 1  # of this machine beside other tests: nothing is that late by itself
+STALL_S = 2  # of a busy machine: nothing is that late by itself
 
 
 class Restarts:
