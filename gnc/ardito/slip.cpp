@@ -9,6 +9,7 @@ namespace lss::gnc::ardito {
 namespace {
 
 constexpr std::uint32_t kSlowFrames = 5;  // with more slip than allowed, before it slows down
+constexpr double kRolls = 0.8;            // times slip_load: motors that push less roll easily
 
 }  // namespace
 
@@ -95,7 +96,7 @@ void MobilityController::measure_slip(const Inputs& inputs, const Motion& motion
   if (!inputs.imu.usable || (command.faults & kImuImplausible) != 0) {
     s.unmeasured = std::min(s.unmeasured + 1, p.imu_frames);
     if (s.unmeasured >= p.imu_frames) s = {.factor = s.factor, .unmeasured = s.unmeasured};
-    if (s.slows != 0) command.faults |= kSlipSlows;
+    if (s.factor < 1) command.faults |= kSlipSlows;
     return;
   }
   s.unmeasured = 0;
@@ -109,17 +110,17 @@ void MobilityController::measure_slip(const Inputs& inputs, const Motion& motion
   if (!above || state_.slip.stuck_frames == 0)
     s.above = above ? std::min(s.above + 1, kSlowFrames) : 0;
   if (s.above >= kSlowFrames) s.slows = 1;
-  if (share < p.slow_share - p.slow_hysteresis) s.slows = 0;
-  if (s.slows != 0)
-    command.faults |= kWheelsSlip | kSlipSlows;  // also when slow wheels lose little
+  if (share < p.slow_share - p.slow_hysteresis || s.load < kRolls * p.slip_load) s.slows = 0;
+  if (s.slows != 0) command.faults |= kWheelsSlip;  // also when slow wheels lose little
+  if (s.factor < 1) command.faults |= kSlipSlows;
 }
 
 // The factor of the requested speed, on its way to what measure_slip() found. A stop does not wait
-// for it: then nothing is requested.
+// for it: then nothing is requested. The way back is another drive.
 void MobilityController::slow_by_slip(const PlaneMotion& target) noexcept {
   const Parameters& p = parameters_;
   SlipSpeed& s = state_.slip_speed;
-  if (!drives(state_.mode)) {
+  if (!drives(state_.mode) || target.v_m_s * state_.v_m_s < 0) {
     s = {};
     return;
   }

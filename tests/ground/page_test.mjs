@@ -339,14 +339,14 @@ const tests = {
   async a_rover_that_slip_slows_down_shows_the_slip_and_why_it_is_slower() {
     const speed = (name) => ({name, type: "f8", unit: "m/s"}), share = (name) => ({name, type: "f8"});
     const rover = {...vehicle("ardito-1", "ardito"), fields: [speed("measured_m_s"), speed("speed_m_s"), share("slip_share"), share("speed_share")],
-      presentation: {headline: [{field: "measured_m_s", label: "speed"}, {field: "speed_m_s", label: "commanded"}, {field: "slip_share", label: "lost by slip"}, {field: "speed_share", label: "of the commanded"}]}};
+      presentation: {headline: [{field: "measured_m_s", label: "speed"}, {field: "speed_m_s", label: "commanded"}, {field: "slip_share", label: "lost by slip"}, {field: "speed_share", label: "share driven"}]}};
     const goes = (measured_m_s, slip_share, speed_share) => ({type: "telemetry", id: "ardito-1", telemetry: {measured_m_s, speed_m_s: 0.5, slip_share, speed_share, wheels: [], steering: [], nodes: [], rho_rad: [0, 0]}});
     await open({opening: [rover, status("ardito-1", {progress: "0.50 m/s, heading 0.0 deg"}), goes(0.5, 0.03, 1)], crafts: {"ardito-1": {age_ms: 0}}});
-    await says("#overlay", "speed 0.500 m/s\ncommanded 0.500 m/s\nlost by slip 0.030\nof the commanded 1.000");
+    await says("#overlay", "speed 0.500 m/s\ncommanded 0.500 m/s\nlost by slip 0.030\nshare driven 1.000");
     await say(goes(0.25, 0.482, 0.5));
-    await say(status("ardito-1", {progress: "0.50 m/s, 50 % of it by slip, heading 0.0 deg"}));
-    await says("#overlay", "speed 0.250 m/s\ncommanded 0.500 m/s\nlost by slip 0.482\nof the commanded 0.500");
-    await says("#state", "50 % of it by slip");
+    await say(status("ardito-1", {progress: "0.50 m/s, slowed to 50 % by slip, heading 0.0 deg"}));
+    await says("#overlay", "speed 0.250 m/s\ncommanded 0.500 m/s\nlost by slip 0.482\nshare driven 0.500");
+    await says("#state", "slowed to 50 % by slip");
     await say({type: "event", id: "ardito-1", index: 9, utc_ns: 1764000000e9, severity: "warning", subject_name: "", text: "drives slower than commanded: 0.44 of the wheels' speed is lost, 0.4 is allowed"});
     await says("#events", "0.44 of the wheels' speed is lost, 0.4 is allowed");
     assert.deepEqual(page.errors, []);

@@ -237,7 +237,8 @@ void Vehicle::watch_slowed(Supervisor& s) noexcept {
   const double share = command_.estimate.slip_share;
   if (slowed && !slowed_) s.note(events::slip_slows, 0, share, parameters_.mobility.slow_share);
   if (slowed) most_slip_share_ = std::max(most_slip_share_, share);
-  if (!slowed && slowed_) s.note(events::slip_slows_ended, 0, share, most_slip_share_);
+  const bool measured = command_.mode != gnc::ardito::Mode::stop && share != 0;
+  if (!slowed && slowed_ && measured) s.note(events::slip_slows_ended, 0, share, most_slip_share_);
   if (!slowed) most_slip_share_ = 0;
   slowed_ = slowed;
 }

@@ -345,7 +345,7 @@ TEST(Slip, ItIsNeverSlowedBelowASpeedAtWhichSlipIsMeasured) {
     Rover rover = climbing(speed);
     lose(rover, 0.5);
     rover.run(4);
-    EXPECT_TRUE(slows(rover));
+    EXPECT_EQ(slows(rover), slowed < speed);
     EXPECT_NEAR(rover.true_speed_m_s(), slowed, 0.02);
   }
 }
@@ -396,6 +396,28 @@ TEST(Slip, MotorsThatRollEasilyAreNotSlowedByWhatTheImuSays) {
     rover.step();
     ASSERT_FALSE(slows(rover)) << n;
   }
+}
+
+// An IMU that says too little cannot slow it on level ground for good.
+TEST(Slip, ItGoesOnFullyWhenItsMotorsRollEasilyAgain) {
+  Rover rover = climbing(0.3);
+  lose(rover, 0.5);
+  rover.run(4);
+  ASSERT_TRUE(slows(rover));
+  rover.drive_load = 0.08;
+  rover.run(4);
+  EXPECT_FALSE(slows(rover));
+  EXPECT_NEAR(rover.true_speed_m_s(), 0.3, 0.03);
+}
+
+TEST(Slip, TheWayBackBeginsWithTheSpeedThatIsAskedFor) {
+  Rover rover = climbing();
+  lose(rover, 0.5);
+  rover.run(4);
+  ASSERT_TRUE(slows(rover));
+  rover.request.speed = -rover.request.speed;
+  rover.step();
+  EXPECT_EQ(rover.command.estimate.speed_share, 1);
 }
 
 TEST(Slip, ARoverThatIsSlowedGoesOnFullyWithoutAnImuButNotForAGust) {

@@ -89,7 +89,7 @@ std::string asked(const lss_ArditoTelemetry& t) {
   const auto mode = static_cast<Mode>(t.mode);
   if (t.autonomy_wait_s > 0) return fmt::format("drives by itself in {:.1f} s", t.autonomy_wait_s);
   const std::string slowed =
-      t.speed_share < 1 ? fmt::format(", {:.0f} % of it by slip", t.speed_share * 100) : "";
+      t.speed_share < 1 ? fmt::format(", slowed to {:.0f} % by slip", t.speed_share * 100) : "";
   if (mode == Mode::parking) return fmt::format("{:.2f} m/s on the spot{}", t.speed_m_s, slowed);
   return fmt::format("{:.2f} m/s{}, heading {:.1f} deg{}", t.speed_m_s, slowed,
                      t.heading_rad / kDegree, t.autonomous ? ", autonomous" : "");
