@@ -132,6 +132,13 @@ class Security(Enclaves, Scenario):
         return ('<CycloneDDS><Domain id="any"><General><Interfaces><NetworkInterface name="lo" multicast="true"/>'
                 f"</Interfaces></General>{security}</Domain></CycloneDDS>")
 
+    def test_who_may_only_look_sees_the_status_of_a_vehicle_that_sends_telemetry_on_request(self):
+        self.start_secured(mode='"on_request"')
+        for looker in ("watcher", "stopper"):
+            status = self.as_enclave(looker, "status")
+            self.assertEqual(status.code, 0, status)
+            self.assertIn("Idle", status.out)
+
     def test_each_role_may_what_it_may(self):
         self.start_secured()
         self.begin_walk("--source", "pilot")
@@ -139,7 +146,8 @@ class Security(Enclaves, Scenario):
             looker = self.as_enclave("watcher", *words)
             self.assertEqual(looker.code, EXIT["not_authorised"], looker)
             self.assertIn("may only look", looker.err)
-        self.assertEqual(self.as_enclave("watcher", "status").code, 0)
+        status = self.as_enclave("watcher", "status")
+        self.assertEqual(status.code, 0, status)
         stopper = self.as_enclave("stopper", "stop", "--dry-run")
         self.assertEqual(stopper.code, EXIT["not_authorised"], stopper)
         self.assertIn("may only stop", stopper.err)
