@@ -64,11 +64,12 @@ bool RoudiCall::taken() const {
 }
 
 bool roudi_answers(std::chrono::milliseconds limit) {
-  const RoudiCall call;
+  std::optional<RoudiCall> call(std::in_place);
   const auto end = std::chrono::steady_clock::now() + limit;
-  while (!call.taken()) {
-    if (!call.sent() || std::chrono::steady_clock::now() > end) return false;
+  while (!call->taken()) {
+    if (std::chrono::steady_clock::now() > end) return false;
     std::this_thread::sleep_for(kPoll);
+    if (!call->sent()) call.emplace();  // its queue was full
   }
   return true;
 }

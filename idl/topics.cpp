@@ -199,7 +199,7 @@ Result<Entity> create_reader_with(const Qos& qos, dds_entity_t participant, cons
 
 std::vector<std::string> missing_interfaces(const std::vector<std::string>& names) {
   ifaddrs* all = nullptr;
-  if (::getifaddrs(&all) != 0) return {};  // DDS says what it lacks
+  if (::getifaddrs(&all) != 0) return names;
   const std::unique_ptr<ifaddrs, void (*)(ifaddrs*)> owner(all, ::freeifaddrs);
   std::vector<std::string> missing = names;
   for (const ifaddrs* one = all; one != nullptr; one = one->ifa_next) {
@@ -223,7 +223,8 @@ Result<Participant> Participant::create(const ParticipantParameters& parameters)
     result.enclave_ = std::move(*enclave);
   }
   if (parameters.shared_memory && !result.enclave_) result.roudi_ = find_roudi();
-  if (result.roudi_ && !roudi_answers(kRoudiAnswers)) {
+  // It may have ended meanwhile, too.
+  if (result.roudi_ && (!roudi_answers(kRoudiAnswers) || find_roudi() != result.roudi_)) {
     result.roudi_.reset();
     result.roudi_hangs_ = true;
   }

@@ -27,8 +27,8 @@ class App {
   virtual void keep_frames() = 0;           // writes the last frames to a file, as at a fault
   virtual void program_damaged() = 0;       // the vehicle stops, by the fault memory_lost
   virtual std::string summary() const = 0;  // one line for systemctl status
-  // The vehicle is idle, and a restart would use what DDS lacked at the start: network interfaces;
-  // if configured, shared memory. nullptr: no reason.
+  // The vehicle does nothing, and a restart would use what DDS lacked at the start: network
+  // interfaces; if configured, shared memory. nullptr: no reason.
   virtual const char* restart_reason() const = 0;
 };
 

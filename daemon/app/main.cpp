@@ -137,7 +137,7 @@ int supervise(lss::App& app, const sigset_t& signals) {
       return 0;
     }
     if (const char* reason = app.restart_reason(); reason != nullptr) {
-      spdlog::warn("{} and the vehicle is idle: leaving, to be started again", reason);
+      spdlog::warn("{} and the vehicle does nothing: leaving, to be started again", reason);
       return kExitRestart;
     }
     if (!program.step()) {

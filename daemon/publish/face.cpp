@@ -323,7 +323,7 @@ const std::vector<std::string>& Face::missing_interfaces() const {
 }
 
 bool Face::interfaces_could_return() const {
-  return !missing_interfaces().empty() && dds::missing_interfaces(missing_interfaces()).empty();
+  return dds::missing_interfaces(missing_interfaces()).size() < missing_interfaces().size();
 }
 
 bool Face::watch_shared_memory() { return impl_->plane.watch(); }

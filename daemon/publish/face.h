@@ -67,8 +67,8 @@ class Face {
   // Of the enclave; the same always.
   const std::vector<std::string>& warnings() const;
 
-  // Configured interfaces that were not up, and are left out. Whether all of them are up now, so
-  // that a restart of the daemon would use them.
+  // Configured interfaces that were not up, and are left out. Whether one of them is up now, so
+  // that a restart of the daemon would use it.
   const std::vector<std::string>& missing_interfaces() const;
   bool interfaces_could_return() const;
 

@@ -30,7 +30,7 @@ constexpr const char* kActiveText = "telemetry goes by shared memory";
 constexpr const char* kAbsentText =
     "no RouDi at start: telemetry by the network; start iox-roudi, then restart lssd";
 constexpr const char* kHangsText =
-    "RouDi hung at start: telemetry by the network; restart iox-roudi, then lssd";
+    "RouDi hung at start: telemetry by the network; look after iox-roudi, restart lssd when idle";
 constexpr const char* kLostText =
     "RouDi ended or was replaced: telemetry by the network; restart lssd when idle";
 constexpr const char* kStandstillText =
@@ -179,7 +179,8 @@ void TelemetryPlane::abandon() {
   fall_back();
 }
 
-// Does not wait: RouDi may hang.
+// Does not wait: RouDi may hang. It has to answer from one look to the next, as at the start, so
+// that a daemon does not start again and again for one that is too slow.
 bool TelemetryPlane::could_return() {
   const SharedMemory now = state();
   const auto roudi =
@@ -188,11 +189,10 @@ bool TelemetryPlane::could_return() {
     call_.reset();
     return false;
   }
-  if (!call_ || !call_->sent() || called_ != roudi) {
-    call_.emplace();
-    called_ = roudi;
-  }
-  return call_->taken();
+  const bool answered = call_ && called_ == roudi && call_->taken();
+  call_.emplace();
+  called_ = roudi;
+  return answered;
 }
 
 }  // namespace lss::dds

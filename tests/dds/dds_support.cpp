@@ -55,6 +55,12 @@ Child::~Child() {
   ::close(pipe_);
 }
 
+void Child::halt() const {
+  signal(SIGSTOP);
+  siginfo_t stopped{};
+  ::waitid(P_PID, static_cast<id_t>(pid_), &stopped, WSTOPPED);
+}
+
 void Child::signal(int number) const { ::kill(pid_, number); }
 
 // False at the end of the output, which is when the child has ended.

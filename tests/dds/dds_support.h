@@ -35,6 +35,7 @@ class Child {
   Child& operator=(const Child&) = delete;
 
   void signal(int number) const;
+  void halt() const;  // SIGSTOP; returns when all its threads stand still
   // False when no such line came before the end of the output or the limit.
   bool wait_for_line(std::string_view part, std::chrono::seconds limit = std::chrono::seconds(20));
   // Exit code, -signal, or nothing when it did not end in time.

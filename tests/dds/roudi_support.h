@@ -32,7 +32,8 @@ class Roudi {
   Roudi& operator=(const Roudi&) = delete;
 
   void kill();  // returns when it is gone
-  void signal(int number) const { process_->signal(number); }
+  void halt() const { process_->halt(); }
+  void go_on() const { process_->signal(SIGCONT); }
   const std::string& log_file() const { return log_file_; }
 
  private:

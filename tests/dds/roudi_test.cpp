@@ -261,7 +261,7 @@ void a_roudi_that_hangs_is_not_joined() {
   const Alone alone;
   Roudi roudi;
   require(dds::roudi_answers(std::chrono::seconds(60)), "RouDi answers");
-  roudi.signal(SIGSTOP);
+  roudi.halt();
   Daemon daemon;
   require(daemon.face().shared_memory() == SharedMemory::absent, "it is not joined");
   daemon.connect();
@@ -273,7 +273,7 @@ void a_roudi_that_hangs_is_not_joined() {
   // More than its queue takes.
   for (int looks = 0; looks < 1000; ++looks)
     require(!daemon.face().shared_memory_could_return(), "nothing to return to");
-  roudi.signal(SIGCONT);
+  roudi.go_on();
   require(eventually([&] { return daemon.face().shared_memory_could_return(); }), "it answers");
 }
 
