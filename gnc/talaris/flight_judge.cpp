@@ -12,7 +12,7 @@ constexpr double kSure = 3;
 constexpr double kAlong = 2.0 / 3;  // of a push along z, beside one along y
 constexpr double kStill_s = 0.4;    // on the ground: then navigation's velocity is its error
 constexpr double kFelt_m_s = 0.15;  // less may be an error of the expected lift
-// The first foot turns the vehicle: another comes down faster. Too little: docs/gnc-talaris.md.
+// The first foot turns the vehicle: another comes down faster, often by more (docs/gnc-talaris.md).
 constexpr double kLastFoot = 1.3;
 constexpr double kUnsure_m_s = 0.05;  // of the speeds at touchdown: the frame is not the moment
 

@@ -127,7 +127,7 @@ TEST(Network, AnInterfaceThatIsNotThereIsLeftOut) {
     const auto face = value(Face::create(parameters, requests.sink()));
     EXPECT_EQ(face->missing_interfaces(), std::vector<std::string>{"none0"});
     EXPECT_FALSE(face->interfaces_could_return());
-    // As above.
+    // Receiving sockets name no exit.
     EXPECT_EQ(multicast_exits(), (std::set<std::string>{"0.0.0.0", "127.0.0.1"}));
     Client client(test_domain(), "v1", "client");
     EXPECT_TRUE(eventually([&] { return client.connected(); }));

@@ -78,6 +78,11 @@ class Program:
         self.process.stdin.write(line.encode() + b"\n")
         self.process.stdin.flush()
 
+    def halt(self):
+        """SIGSTOP; returns when all its threads stand still: until then one may still take what it waited for."""
+        self.signal(signal.SIGSTOP)
+        os.waitid(os.P_PID, self.process.pid, os.WSTOPPED)
+
     def signal(self, number):
         self.process.send_signal(number)
 

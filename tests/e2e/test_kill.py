@@ -133,7 +133,7 @@ class Kill(Scenario):
         config = self.write_config(shared_memory=True)
         daemon = self.start_daemon(config)
         self.assertEqual(self.wait_modules()["shared_memory"], "active")
-        roudi.signal(signal.SIGSTOP)
+        roudi.halt()
         client = self.begin_walk()
         client.signal(signal.SIGINT)
         self.assertEqual(client.wait(60), 0)

@@ -2,7 +2,6 @@
 
 import os
 import random
-import signal
 import statistics
 import time
 import unittest
@@ -58,7 +57,7 @@ class Zebro(Restarts, Scenario):
         roudi = self.start_roudi()
         self.start_sim()
         self.tap = self.start_tap()
-        roudi.signal(signal.SIGSTOP)
+        roudi.halt()
         started_ns = time.monotonic_ns()
         daemon = self.start_daemon(self.write_config(shared_memory=True), wait=False)
         held_ns = wait_until(lambda: self.held_ns(started_ns), 60, "the vehicle is held", most_s=0.1)
