@@ -6,7 +6,8 @@
 # are not ours. Sources are compiled in groups, which takes a third of the time (LSS_UNITY); APART sources are compiled
 # separately, because their names conflict with those of others. OBJECTS: a library whose every source is linked. A TEST
 # is linked to GoogleTest's main and registered with CTest case by case under its LABELS; only those with the label
-# "threads" run under the thread sanitizer.
+# "threads" run under the thread sanitizer, and tools/test without words leaves out those with the label "long" and does
+# not build them (property LSS_LONG of a target).
 
 set(LSS_WARNINGS -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion -Wold-style-cast
                  -Wnon-virtual-dtor -Woverloaded-virtual -Wdouble-promotion -Wformat=2)
@@ -65,7 +66,7 @@ function(lss_target name kind)
   elseif(kind STREQUAL "TEST" AND NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
     # Tested code is optimised; a test only where it steps hours of a vehicle's time. This halves the compiler's time.
     set(level -O0)
-    if(CMAKE_CURRENT_SOURCE_DIR MATCHES "/(gnc|sim|chain|mission|campaign|lc)$")
+    if(CMAKE_CURRENT_SOURCE_DIR MATCHES "/(sim|chain|mission|campaign|lc)$")
       set(level -O1)
     endif()
     target_compile_options(${name} PRIVATE ${level})
@@ -81,7 +82,11 @@ function(lss_target name kind)
   if(kind STREQUAL "TEST" AND LSS_SANITIZE STREQUAL "thread" AND NOT "threads" IN_LIST ARG_LABELS)
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)  # one thread: nothing to find
   elseif(kind STREQUAL "TEST")
-    gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT 1200)
+    if("long" IN_LIST ARG_LABELS)
+      set_target_properties(${name} PROPERTIES LSS_LONG ON)
+    endif()
+    list(JOIN ARG_LABELS "+" labels)  # a list would lose all but its first
+    gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS "${labels}" TIMEOUT 1200)
   elseif(kind STREQUAL "PROGRAM")
     set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/bin)
   endif()

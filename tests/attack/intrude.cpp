@@ -1,6 +1,7 @@
 // A participant that does whatever DDS Security lets it: it writes all that clients and daemons
 // write, in the name of --source, and reads the status.
 
+#include <cstdio>
 #include <cstring>
 
 #include "tests/attack/attack.h"
@@ -32,7 +33,8 @@ int intrude(const Options& o, Counts& counts) {
     lss_Status status;
     void* pointer = &status;
     dds_sample_info_t info;
-    while (reader > 0 && dds_take(reader, &pointer, &info, 1, 1) > 0) heard += info.valid_data;
+    while (reader > 0 && dds_take(reader, &pointer, &info, 1, 1) > 0)
+      if (info.valid_data && heard++ == 0) std::fputs("heard\n", stderr);
     for (const auto& [topic, writer] : writers) {
       switch (topic) {
         case Topic::command:

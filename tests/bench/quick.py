@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 import subprocess
 import sys
 
@@ -31,9 +30,6 @@ def check_figure(figure):
 
 def main():
     program, *rows = sys.argv[1:]
-    if os.environ.get("LSS_ANY_MACHINE"):
-        print("skipped: in real time, on a quiet machine: tools/test release")
-        sys.exit(77)
     done = subprocess.run([program, "--quick", "--json", "--row", ",".join(rows)], stdout=subprocess.PIPE, check=False)
     check(done.returncode == 0, f"exit code {done.returncode} is 0")
     figures = json.loads(done.stdout)

@@ -417,7 +417,7 @@ const tests = {
     await next();
     await page.keyboard.down("KeyW");
     await next(forward);
-    const id = await page.evaluate("gateway.sent.at(-1).id");
+    const id = await page.evaluate("gateway.sent.filter((m) => m.command === 'drive' && !m.dry_run).at(-1).id");
     await say({type: "ack", request: id, command: "drive", phase: "rejected", final: true, reason: {name: "not_in_mode", text: "the brakes are on"}});
     await says("#drives", "rejected: the brakes are on");
     await page.keyboard.up("KeyW");
