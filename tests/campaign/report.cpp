@@ -54,20 +54,20 @@ std::string document(const std::vector<Summary>& summaries, const std::string& c
   std::string text = fmt::format(
       R"(# Fault campaigns
 
-Made by `{}`, {}; do not edit. Each scenario is drawn from its number: the vehicle is brought into operation; one to three of
-the faults of `lss-sim faults NAME` with any arguments are set at any moments of 8 to 25 s, half of them are cleared again; up
-to six commands of its table with any parameters come in between; sometimes the operator is lost. Then all faults are cleared,
-and the vehicle is commanded to return to Idle and to start again. All of it on the daemon's own cycle, drivers and bus
-masters, with bytes on lines and frames on buses, in virtual time (`tests/campaign/`).
+For reviewers of safety: random faults and commands on each vehicle.
+Made by `{}`, {}; do not edit.
+The number of a scenario draws one to three faults of `lss-sim faults NAME` between 8 and 25 s (half of them end again), up to
+six commands with any parameters, and sometimes the loss of the operator. Then all faults are cleared, and the vehicle is
+commanded to Idle and to start again. The daemon's cycle, drivers and bus masters run in virtual time (`tests/campaign/`).
 
-Conditions of every frame, after any event:
+Conditions of every frame:
 
 - outside Operational no order moves the vehicle;
-- the vehicle is at standstill soon after it left Operational, and stays so;
+- soon after it left Operational the vehicle is at standstill, and stays so;
 - orders are numbers in their ranges;
-- every command is ended exactly once: rejected, completed, failed or superseded;
+- every command ends exactly once: rejected, completed, failed or superseded;
 - no exception, and frame numbers continue;
-- after all faults are cleared, the vehicle returns to Idle and, unless it lies on its side, starts again.
+- in the end the vehicle returns to Idle and, unless it lies on its side, starts again.
 
 | vehicle | operation during the faults | scenarios | all satisfied | faults | commands | of them rejected | stops to FatalError | frames | simulated | times real time, by one CPU |
 |---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|
@@ -94,13 +94,13 @@ Conditions of every frame, after any event:
   text += R"(
 ## On several computers
 
-Each computer, or processor, plays a shard; the results are files that are added up when all are there:
+Each computer, or processor, runs a shard; `merge` adds up the results:
 
     seq 8 | xargs -P 8 -I{} lss-campaign --runs 9000 --shard {}/8 --out {}.json
     lss-campaign merge *.json --markdown campaign.md
 
-A shard that is missing, comes twice, or is of another campaign or commit is refused. Scenarios that are searched instead of
-drawn: [fuzzing.md](fuzzing.md#scenarios-that-are-searched).
+A shard that is missing, comes twice, or is of another campaign or commit is refused. Searched scenarios:
+[fuzzing.md](fuzzing.md#scenarios-that-are-searched).
 )";
   for (const Summary& s : summaries) {
     if (s.complaints.empty()) continue;

@@ -115,22 +115,22 @@ std::string document(std::span<const Result> results, const Options& options,
   std::string text = fmt::format(
       R"(# Missions of Lunar Zebro
 
+For reviewers: whether Lunar Zebro arrives in spite of faults.
 Made by `{}`, {}; do not edit.
-{} missions of {:.0f} m on the level Moon, each with another seed, within a lunar day of {:.0f} days, in frames of 20 ms with every
-byte on the bus: the shipping cycle, bus master and error solving on simulated modules and the kinematic plant
-([simulator.md](simulator.md)). Speed "{}", flight {:.1f} s. An autopilot ([tests/zebro/mission](../tests/zebro/mission/)) has
-an OBC's commands, acknowledgements, status and telemetry, the charge and a Sun sensor.
+{} missions of {:.0f} m on the level Moon, each with another seed, within a lunar day of {:.0f} days: the shipping cycle, bus master
+and error solving, every byte on the bus, simulated modules, kinematic plant ([simulator.md](simulator.md)). Speed "{}",
+flight {:.1f} s. An autopilot ([tests/zebro/mission](../tests/zebro/mission/)) has what an OBC has, the charge and a Sun sensor.
 
-- **Rest**: at {:.0f} % of {:.0f} Wh it lies down, puts the panel out ({:.0f} W) and switches OBC and daemon off until {:.0f} %. Then a
-  new daemon begins; modules keep their power. Sleep is skipped, without faults.
+- **Rest**: at {:.0f} % of {:.0f} Wh it lies down, deploys the panel ({:.0f} W) and switches OBC and daemon off until {:.0f} %. Modules
+  keep their power. Sleep is skipped, without faults.
 - **Faults**: at random, every {:.1f} h of operation on average.
-- **A person** takes two hours and repairs everything: when three times solving, a reset of everything and solving again did
-  not help; when the daemon solved the same too often (`[zebro.solve] rounds`); when three resets of everything in a row
-  led to no minute of walking; when commands are refused repeatedly.
-- Power, panel and faults are our assumptions: `mission.h`, `faults.h` there.
+- **A person** takes two hours and repairs everything: after solving three times, resetting everything and solving again;
+  after `[zebro.solve] rounds`; after three resets of everything without a minute of walking between; when commands are
+  rejected repeatedly.
+- Power, panel and faults are our assumptions (`mission.h`, `faults.h`).
 
-{} of {} arrived. Conditions of every frame, violated {} times: no order to move on the wire outside Operational (except a leg
-that error solving moves, and the panel in Idle); never operational with the panel out or a fatal fault latched; a reset or
+{} of {} arrived. Conditions of every frame, violated {} times: outside Operational no order to move on the wire (except a leg
+that error solving moves, and the panel in Idle); not operational with the panel out or a fatal fault latched; a reset or
 driver fault of a leg stops the vehicle within three seconds.
 
 )",
