@@ -18,10 +18,9 @@ constexpr const char* kBeginning = R"(# Failure modes of D.I.A.N.A. Ardito
 
 For reviewers of safety: the failure modes of the Ardito thesis (part IV; numbers are its sections, those of safety
 requirements its parts). `ardito_fmea_test --gtest_filter=*NAME`, NAME in the second column, executes each on the daemon's
-cycle and bus master, the CAN bus and the twelve simulated nodes. `LSS_WRITE_RESULTS=1` writes this page. Detection and
-mitigation: [gnc-ardito.md](gnc-ardito.md); times, compared with the thesis: [ardito-results.md](ardito-results.md).
+cycle, bus master and simulated nodes. How: [gnc-ardito.md](gnc-ardito.md); times: [ardito-results.md](ardito-results.md).
 
-- Reactions name the fault; "emergency" and "event" stand before a name. The rover drives on unless the row says otherwise.
+- Reactions name the fault; the rover drives on unless the row says otherwise.
 - Wheel out: motor off, clutch open; five wheels drive on.
 - Mechanical: no sensor of the Locomotion Sub-System detects it; the thesis and `lssd` rely on the design.
 )";
