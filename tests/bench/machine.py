@@ -124,20 +124,23 @@ def goal(figure):
 def document(pairs, kernel, command):
     lines = [
         "# Timing in the deterministic machine", "",
-        f"Made by `{command}`; do not edit. Columns as in [performance.md](performance.md);",
-        "*second*: the value of a second machine, booted after the first; *met*: by both; other columns: by the first.", "",
+        f"For reviewers of the timing: maxima and missed deadlines. Made by `{command}`; do not edit.",
+        "Columns as in [performance.md](performance.md); *second*: a second machine, booted after the first; goals are met by",
+        "both; other columns are of the first.", "",
         f"The machine (`qemu -icount shift=1,sleep=off -smp 1`, {kernel.split()[0]}, PREEMPT_RT, no KVM) counts",
-        "instructions, 2 ns each, instead of time: no other program of the host delays it. One CPU, no caches: maxima, missed",
+        "instructions of 2 ns instead of time: no other program of the host delays it. One CPU, no caches: maxima, missed",
         "deadlines and ratios are valid, microseconds are no hardware's.", "",
-        "| row | figure | unit | value | second | reference | ratio | goal | met |", "|---|---|---|---:|---:|---:|---:|---|---|"]
+        "| figure | value | second | reference | ratio | goal |", "|---|---:|---:|---:|---:|---|"]
     for a, b in pairs:
         both = {a["met"], b["met"]}
-        met = "-" if a["met"] is None else "no" if "no" in both else "undecided" if "undecided" in both else "yes"
-        lines.append(f"| {a['row']} | {a['figure']} | {a['unit']} | {number(a['value'])} | {number(b['value'])} | "
-                     f"{number(a['reference'])} | {number(a['ratio'])} | {goal(a)} | {met} |")
+        met = "no" if "no" in both else "undecided" if "undecided" in both else "yes"
+        unit = f", {a['unit']}" if a["unit"] not in ("", "1") else ""
+        lines.append(f"| {a['row']}, {a['figure']}{unit} | {number(a['value'])} | {number(b['value'])} | "
+                     f"{number(a['reference'])} | {number(a['ratio'])} | "
+                     f"{'-' if a['met'] is None else f'{goal(a)}: {met}'} |")
     worst = {kind: max((apart(a, b) or 0 for a, b in pairs if a["figure"].endswith(kind)), default=0)
              for kind in ("p50", "max")}
-    lines += ["", f"Both machines: medians differ by {worst['p50']:.1%} at most, maxima by {worst['max']:.1%}."]
+    lines += ["", f"Medians of both differ by {worst['p50']:.1%} at most, maxima by {worst['max']:.1%}."]
     differ = unsteady(pairs)
     if differ:
         lines += [f"By more than {REPEATS:.0%}: {'; '.join(differ)}."]

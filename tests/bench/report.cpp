@@ -143,22 +143,23 @@ Machine this_machine() {
 std::string markdown(const Figures& figures, const Machine& machine, const std::string& command) {
   std::string text = fmt::format(
       "# Performance\n\n"
-      "Made by `{}`; do not edit. Method: [tests/bench](../tests/bench/), a file for each row.\n\n"
-      "- Ratio: median of at least five, against a reference of the same minutes and CPU.\n"
-      "- A/A: the reference against itself, the uncertainty of the ratio.\n"
-      "- undecided: the ratio is nearer to its goal than A/A is to 1.\n\n"
+      "For reviewers: what costs how much, against a reference. Made by `{}`; do not edit. Method: "
+      "[tests/bench](../tests/bench/), a file for each row.\n\n"
+      "- ratio: median of at least five, against a reference of the same minutes and CPU\n"
+      "- A/A: the reference against itself, the uncertainty of the ratio\n"
+      "- goal: with yes (met), no, or undecided (nearer to the ratio than A/A is to 1)\n\n"
       "| machine | |\n|---|---|\n| date | {} |\n| CPU | {} x {} |\n| kernel | {}, {} |\n| governor "
       "| {} |\n"
       "| load average at the start | {} |\n\n",
       command, machine.date, machine.cpus, machine.cpu, machine.kernel, machine.preemption,
       machine.governor, machine.load);
-  const auto line = [](const Cells& row) {
-    std::string out = "|";
-    for (const std::string& cell : row) out += " " + cell + " |";
-    return out + '\n';
-  };
-  text += line(kHead) + "|---|---|---|---:|---:|---:|---:|---|---|\n";
-  for (const Figure& f : figures) text += line(cells(f));
+  text += "| figure | value | reference | ratio | A/A | goal |\n|---|---:|---:|---:|---:|---|\n";
+  for (const Figure& f : figures) {
+    text += fmt::format("| {}, {}{} | {} | {} | {} | {} | {} |\n", f.row, f.name,
+                        f.unit.empty() || f.unit == "1" ? "" : ", " + f.unit, number(f.value),
+                        number(f.reference), number(f.ratio), number(f.aa_ratio),
+                        f.met() ? goal(f) + ": " + met(f) : "-");
+  }
   return text + "\n## Notes\n\n" + notes(figures);
 }
 
