@@ -17,11 +17,12 @@ std::string text_of(const char* path) {
 }
 
 std::string table_of(std::span<const TunableInfo> infos) {
-  std::string table = "| parameter | unit | range | when | |\n|---|---|---|---|---|\n";
+  std::string table = "| parameter | range | |\n|---|---|---|\n";
   for (const TunableInfo& t : infos) {
-    table += fmt::format("| `{}` | {} | {:g} to {:g}{} | {} | {} |\n", t.name, t.unit, t.min, t.max,
-                         t.whole ? ", whole" : "",
-                         t.change == Change::always ? "always" : "at rest", t.help);
+    const std::string unit = t.unit;
+    table += fmt::format("| `{}` | {:g} to {:g}{}{}{} | {} |\n", t.name, t.min, t.max,
+                         (unit.empty() ? "" : " ") + unit, t.whole ? ", whole" : "",
+                         t.change == Change::always ? "" : ", at rest", t.help);
   }
   return table;
 }

@@ -117,11 +117,10 @@ std::string row(LegSet isolated, Speed speed) {
   const double ahead_m = advance_m(f.offset_rad - f.sweep_rad / 2, kDefault.leg_diameter_m) -
                          advance_m(f.offset_rad + f.sweep_rad / 2, kDefault.leg_diameter_m);
   char text[200];
-  std::snprintf(text, sizeof text, "| %s | %s | %s | %.1f s | %.1f mm/s | %.1f mm |",
-                legs_text(isolated).c_str(),
-                std::popcount(isolated) == 2 ? "all" : kSpeedNames[static_cast<std::size_t>(speed)],
-                creep_text(found.creep).c_str(), lambda_s, ahead_m / lambda_s * 1e3,
-                found.margin_m * 1e3);
+  std::snprintf(
+      text, sizeof text, "| %s | %s | %s | %.1f | %.1f | %.1f |", legs_text(isolated).c_str(),
+      std::popcount(isolated) == 2 ? "all" : kSpeedNames[static_cast<std::size_t>(speed)],
+      creep_text(found.creep).c_str(), lambda_s, ahead_m / lambda_s * 1e3, found.margin_m * 1e3);
   return text;
 }
 

@@ -168,7 +168,7 @@ TEST(Rowing, TablesOfTheDocumentAreWhatTheCodeDoes) {
   for (const LegSet isolated : rowing()) {
     PerLeg<bool> down{};
     for (std::size_t i = 0; i < kLegs; ++i) down[i] = !contains(isolated, i);
-    std::snprintf(text, sizeof text, "| %s | %.1f mm | %.1f mm |", legs_text(isolated).c_str(),
+    std::snprintf(text, sizeof text, "| %s | %.1f | %.1f |", legs_text(isolated).c_str(),
                   static_margin_m(down, {}, kDefault.leg_diameter_m) * 1e3,
                   rowing_margin_m(isolated, kDefault) * 1e3);
     wanted += document.str().find(text) == std::string::npos ? std::string(text) + "\n" : "";
@@ -181,7 +181,7 @@ TEST(Rowing, TablesOfTheDocumentAreWhatTheCodeDoes) {
   for (const auto& row : kRows) {
     const double ahead_m_s = rowed_m_s(1, row.speed, row.cycle_s);
     EXPECT_NEAR(rowed_m_s(-1, row.speed, row.cycle_s), -ahead_m_s, 0.07 * ahead_m_s);
-    std::snprintf(text, sizeof text, "| %s | %.1f s | %.1f mm/s |",
+    std::snprintf(text, sizeof text, "| %s | %.1f | %.1f |",
                   kSpeedNames[static_cast<std::size_t>(row.speed)], row.cycle_s, ahead_m_s * 1e3);
     EXPECT_NE(document.str().find(text), std::string::npos) << text;
   }
