@@ -15,13 +15,13 @@ namespace {
 constexpr const char* kBeginning =
     R"(# Faults of Lunar Zebro: reactions and times
 
-Checked by `zebro_faults_test`, made by it with `LSS_WRITE_FAULTS=1`: every fault of `lss-sim faults zebro` during a walk in
-virtual time. The daemon's cycle and bus master, the bytes on the line and the modules are real; the robot is kinematic.
+For operators and reviewers. Checked by `zebro_faults_test`, made by it with `LSS_WRITE_FAULTS=1`: every fault of `lss-sim
+faults zebro` during a walk in virtual time, with the daemon's cycle and bus master and every byte; the robot is kinematic.
 
 - **stops**: emergency stop to all on the wire within two frame times of the release of that frame's orders, to each module
   within ten (20.8 ms); then only requests and stops. Legs stand still within 0.3 s unless the line hides them. FatalError
-  until `solve`; when all faults are cleared it leads to Idle with all legs, and it stands up again.
-- **walks on**: for 10 s more without an emergency stop on the wire; a stop command ends it safely.
+  until `solve`, which leads to Idle with all legs when all faults are cleared.
+- **walks on**: 10 s more without an emergency stop; a stop command ends it safely.
 
 ## Alone
 
@@ -32,17 +32,16 @@ Ten moments of a walk each, on different legs. *Within*: from the fault to Fatal
 )";
 
 constexpr const char* kPairs = R"(
-- A bus that is cut, too noisy or gone, or a dead or restarting module, hides faults of modules: only its own fault counts.
+- A bus that is cut, too noisy or gone, or a dead or restarting module, hides other faults of modules.
 - Late replies are assigned to their requests, up to 15 ms late as if in time; their data is as old as their delay.
-- A leg that slipped or drifted is out of service after `solve` until `restore`, even when the fault is over: nothing on
-  board can prove its gear.
-- Faults of sensors and gears (19 to 24) are tested alone only.
+- After `solve` a leg that slipped or drifted is out of service until `restore`: nothing on board can prove its gear.
+- Faults 19 to 24 are tested alone only.
 
 ## Two at a time, on different legs
 
 Rows: first fault; columns: second, 0 to 2 s later and once more within the time of the first. `1`, `2`: it stops and names
-that one first; `-`: it walks on; empty: the second replaces the first. It stops by the earlier of both times; a line that
-loses or delays replies adds a bus cycle for each.
+that one first; `-`: it walks on; empty: the second replaces the first. It stops by the earlier time; lost or delayed
+replies add a bus cycle each.
 
 )";
 
