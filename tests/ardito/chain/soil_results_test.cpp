@@ -105,9 +105,8 @@ TEST(ArditoSoil, Drives) {
     return;
   }
   std::string text =
-      "Motors ordered to 0.2 m/s, straight ahead; the sixth second. *Slip*: share of the mean "
-      "speed "
-      "of the treads that is lost,\nnegative when the rover pushes its wheels; *depth*, *torque*, "
+      "Motors ordered to 0.2 m/s, straight ahead; the sixth second. *Slip*: lost share of the "
+      "treads' mean speed, negative when the\nrover pushes its wheels; *depth*, *torque*, "
       "*current* of the worst wheel (rated 4 A, limit 10 A).\n\n"
       "| soil | gravity | slope, deg | speed, mm/s | slip, % | depth, mm | torque, N m | current, "
       "A "
@@ -283,13 +282,10 @@ TEST(ArditoSoil, DigsIn) {
     runs[i] = dig_in(soil, slope_deg, static_cast<unsigned>(i % seeds + 1));
   });
   std::string text = fmt::format(
-      "Up a slope that is too steep for the soil, at 0.3 m/s in the Earth's gravity, then by "
-      "command "
-      "backward for 4 s; seeds 1 to {}.\n*Noticed*: from the wheels' start to `rover_stuck`, least "
-      "to "
-      "most; *depth* of the deepest wheel; *stopped*: all wheels stand 2 s\nlater; *out*: more "
-      "than "
-      "0.5 m back, and not stuck again.\n\n"
+      "Up a slope that is too steep, at 0.3 m/s in the Earth's gravity, then by command backward "
+      "for 4 s; seeds 1 to {}. *Noticed*: from\nthe wheels' start to `rover_stuck`; *depth* of the "
+      "deepest wheel; *stopped*: all wheels stand 2 s later; *out*: more than 0.5 m\nback, and not "
+      "stuck again.\n\n"
       "| soil | slope, deg | noticed | after, s | depth till then, mm | stopped | depth then, mm | "
       "out "
       "|\n|---|---|---|---|---|---|---|---|\n",
@@ -339,8 +335,7 @@ TEST(ArditoSoil, Failures) {
   });
   std::string text = fmt::format(
       "Broken on hills of regolith, the Earth's gravity, 0.5 m/s straight ahead; wheels 4 and 5, "
-      "seeds 1 to {}. Columns as in\n[ardito-results.md](ardito-results.md): *found* from the "
-      "failure to the frame that found it, *treated* frames after that.\n\n"
+      "seeds 1 to {}. Columns as in\n[ardito-results.md](ardito-results.md).\n\n"
       "| failure | thesis, theoretical, s | found, worst, s | treated, frames | not as expected "
       "|\n|---|---|---|---|---|\n",
       seeds);

@@ -52,10 +52,9 @@ TEST(SoilResults, Zebro) {
     GTEST_SKIP() << "LSS_WRITE_RESULTS=1 writes docs/soil.md";
   std::string text =
       "Measured " + testing_support::stamp(LSS_SOIL_DOCUMENT) +
-      " by\n`LSS_WRITE_RESULTS=1 zebro_soil_results_test`: open-loop script of `tests/zebro/sim`, "
-      "seed 4, level ground, the two cycles\nafter the first. *Depth*: deepest leg, mean; "
-      "*standing*: depth of all six after standing up; *torque*: largest of any leg;\n*tilt*: "
-      "largest; *yaw*: to the left, per cycle.\n\n"
+      " by\n`LSS_WRITE_RESULTS=1 zebro_soil_results_test`: open-loop script, seed 4, level ground, "
+      "the two cycles after the\nfirst. *Depth*: deepest leg, mean; *standing*: of all six after "
+      "standing up; *torque*, *tilt*: largest; *yaw*: to the left,\nper cycle.\n\n"
       "| soil | gravity | gait | speed, mm/s | depth, mm | standing, mm | torque, mN "
       "m | current, A | tilt, deg | yaw, deg |\n|---|---|---|---|---|---|---|---|---|---|\n";
   const std::pair<const char*, const Groups*> gaits[] = {
