@@ -108,13 +108,12 @@ TEST(ArditoSoil, Drives) {
       "Motors ordered to 0.2 m/s, straight ahead; the sixth second. *Slip*: lost share of the "
       "treads' mean speed, negative when the\nrover pushes its wheels; *depth*, *torque*, "
       "*current* of the worst wheel (rated 4 A, limit 10 A).\n\n"
-      "| soil | gravity | slope, deg | speed, mm/s | slip, % | depth, mm | torque, N m | current, "
-      "A "
-      "|\n|---|---|---|---|---|---|---|---|\n";
+      "| soil, gravity | slope, deg | speed, mm/s | slip, % | depth, mm | torque, N m | current, A "
+      "|\n|---|---|---|---|---|---|---|\n";
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const Driven& d = driven[i];
     text += fmt::format(
-        "| {} | {} | {:.0f} | {:.0f} | {:.0f} | {} | {:.1f} | {:.2f} |\n", cases[i].soil,
+        "| {}, {} | {:.0f} | {:.0f} | {:.0f} | {} | {:.1f} | {:.2f} |\n", cases[i].soil,
         cases[i].gravity_m_s2 > 5 ? "Earth" : "Moon", cases[i].slope_deg, d.speed_m_s * 1e3,
         d.slip * 100,
         cases[i].soil == std::string("hard") ? "-" : fmt::format("{:.0f}", d.sinkage_m * 1e3),
@@ -335,9 +334,10 @@ TEST(ArditoSoil, Failures) {
   });
   std::string text = fmt::format(
       "Broken on hills of regolith, the Earth's gravity, 0.5 m/s straight ahead; wheels 4 and 5, "
-      "seeds 1 to {}. Columns as in\n[ardito-results.md](ardito-results.md).\n\n"
-      "| failure | thesis, theoretical, s | found, worst, s | treated, frames | not as expected "
-      "|\n|---|---|---|---|---|\n",
+      "seeds 1 to {}. Columns as in\n[ardito-results.md](ardito-results.md); in brackets what was "
+      "not as expected.\n\n"
+      "| failure | thesis, theoretical, s | found, worst, s | treated, frames |\n"
+      "|---|---|---|---|\n",
       seeds);
   for (std::size_t r = 0; r < chosen.size(); ++r) {
     const FailureRow& row = rows[chosen[r]];
@@ -358,9 +358,9 @@ TEST(ArditoSoil, Failures) {
     }
     for (const std::string& what : all.wrong) wrong += (wrong.empty() ? "" : ", ") + what;
     text +=
-        fmt::format("| {} | {} | {} | {} | {} |\n", row.name, thesis, found,
+        fmt::format("| {} | {} | {} | {}{} |\n", row.name, thesis, found,
                     all.mitigated >= FailureTimes::kNever ? "never" : std::to_string(all.mitigated),
-                    wrong.empty() ? "-" : wrong);
+                    wrong.empty() ? "" : " (" + wrong + ")");
   }
   fmt::print("{}", text);
   if (writing())

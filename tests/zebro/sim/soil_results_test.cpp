@@ -55,8 +55,8 @@ TEST(SoilResults, Zebro) {
       " by\n`LSS_WRITE_RESULTS=1 zebro_soil_results_test`: open-loop script, seed 4, level ground, "
       "the two cycles after the\nfirst. *Depth*: deepest leg, mean; *standing*: of all six after "
       "standing up; *torque*, *tilt*: largest; *yaw*: to the left,\nper cycle.\n\n"
-      "| soil | gravity | gait | speed, mm/s | depth, mm | standing, mm | torque, mN "
-      "m | current, A | tilt, deg | yaw, deg |\n|---|---|---|---|---|---|---|---|---|---|\n";
+      "| soil, gravity, gait | speed, mm/s | depth, mm | standing, mm | torque, mN m | current, A "
+      "| tilt, deg | yaw, deg |\n|---|---|---|---|---|---|---|---|\n";
   const std::pair<const char*, const Groups*> gaits[] = {
       {"tripod", &kTripod}, {"tetrapod-B", &kTetrapod}, {"wave", &kWave}};
   for (const char* soil : {"hard", "loam", "regolith", "regolith:0.25", "sand", "sand:0.25"}) {
@@ -68,7 +68,7 @@ TEST(SoilResults, Zebro) {
         const Walked w = walk(terrain, *groups);
         char row[300];
         std::snprintf(row, sizeof row,
-                      "| %s | %s | %s | %.1f | %s | %s | %.0f | %.2f | %.1f | %+.1f |\n", soil,
+                      "| %s, %s, %s | %.1f | %s | %s | %.0f | %.2f | %.1f | %+.1f |\n", soil,
                       gravity_m_s2 > 5 ? "Earth" : "Moon", gait, w.speed_m_s * 1e3,
                       hard ? "-" : std::to_string(std::lround(w.sinkage_m * 1e3)).c_str(),
                       hard ? "-" : std::to_string(std::lround(w.standing_m * 1e3)).c_str(),
