@@ -32,13 +32,12 @@ constexpr double kCycle_s = 6.6;  // of the tripod
 // The rest of a stance and the double stance; then 0.4 s, two stretches of 6 deg, 0.15 s.
 constexpr double kSleeps_s = 3.6 + 0.3 + 0.4 + 0.12 + 0.15 + kReported_s;
 constexpr const char* kBySleep =
-    "the rest of a stance, then 0.4 s, 12 deg of a swing, 0.15 s, a bus cycle, a frame";
+    "rest of a stance, 0.4 s, 12 deg of a swing, 0.15 s, a bus cycle, a frame";
 
 constexpr const char* kBySilence = "`module_silent_ms`, and a frame";
 constexpr const char* kByStop =
-    "60 ms at standstill between two movements, 30 ms in the module, two bus cycles, two frames";
-constexpr const char* kByLimit =
-    "the same, and twice `current_time_ms`, which begins again after a pause";
+    "60 ms between two movements, 30 ms in the module, two bus cycles, two frames";
+constexpr const char* kByLimit = "the same, and twice `current_time_ms` (restarts after a pause)";
 
 constexpr FaultCase walks_on(const char* fault, double delays_s = 0) {
   return {fault, Reaction::walks_on, FaultId::none, 0, "", {}, Hides::nothing, delays_s};
@@ -57,7 +56,7 @@ constexpr FaultCase kCases[] = {
     stops("module-dead:#", Lasting::isolated, FaultId::module_silent, kSilent_s, kBySilence, {},
           Hides::module),
     stops("module-reset:#", Lasting::idle, FaultId::module_reset, 0.300 + kFlagged_s,
-          "300 ms at most to restart, two bus cycles, two frames", {}, Hides::module),
+          "restart (at most 300 ms), two bus cycles, two frames", {}, Hides::module),
     stops("leg-stuck:#", Lasting::isolated, FaultId::module_over_current,
           kRest_s + kProtected_s + kFlagged_s, kByStop, {faults::current_limit}),
     stops("over-current:#", Lasting::isolated, FaultId::module_over_current,

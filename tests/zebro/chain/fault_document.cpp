@@ -27,7 +27,7 @@ faults zebro` during a walk in virtual time, with the daemon's cycle and bus mas
 
 Ten moments of a walk each, on different legs. *Within*: from the fault to FatalError or the warning, by `config/zebro.toml`.
 
-| | fault | Lunar Zebro | reports | within | because | measured | `solve` while it lasts |
+| | fault | Lunar Zebro | reports | within, ms | because | measured, ms | `solve` while it lasts |
 |---|---|---|---|---|---|---|---|
 )";
 
@@ -40,8 +40,8 @@ constexpr const char* kPairs = R"(
 ## Two at a time, on different legs
 
 Rows: first fault; columns: second, 0 to 2 s later and once more within the time of the first. `1`, `2`: it stops and names
-that one first; `-`: it walks on; empty: the second replaces the first. It stops by the earlier time; lost or delayed
-replies add a bus cycle each.
+that one first (`1/2`: either); `-`: it walks on; empty: the second replaces the first. It stops by the earlier time; lost
+or delayed replies add a bus cycle each.
 
 )";
 
@@ -76,10 +76,10 @@ std::string read() {
   return text.str();
 }
 
-// Without measurements: milliseconds from-to, and which of two stopped it.
+// Without measurements: from-to, and which of two stopped it.
 std::string lasting(const std::string& row) {
-  static const std::regex measured("[0-9]+ to [0-9]+ ms"), which("\\| [12]( 2)? (?=\\|)");
-  return std::regex_replace(std::regex_replace(row, measured, "# ms"), which, "| stops ");
+  static const std::regex measured("\\| [0-9]+ to [0-9]+ \\|"), which("\\| [12](/2)? (?=\\|)");
+  return std::regex_replace(std::regex_replace(row, measured, "| # |"), which, "| stops ");
 }
 
 }  // namespace

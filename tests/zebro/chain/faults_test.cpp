@@ -81,7 +81,7 @@ class FaultsTest : public testing::TestWithParam<std::size_t> {
       const Observed observed = broken(both);
       results.insert(observed.stopped_s ? std::to_string(observed.by + 1) : "-");
     }
-    return fmt::format("{}", fmt::join(results, " "));
+    return fmt::format("{}", fmt::join(results, "/"));
   }
 
   const FaultCase& first_ = fault_cases()[GetParam()];
@@ -110,8 +110,8 @@ TEST_P(FaultAlone, IsAnsweredInItsTime) {
       fmt::format("| {} | `{}` | {} | {} | {} | {} | {} | {} |", GetParam() + 1, first_.text(3),
                   kReactions[static_cast<int>(first_.reaction)],
                   says ? fmt::format("`{}`", info(first_.id)->name) : "",
-                  says ? fmt::format("{:.0f} ms", first_.within_s * 1e3) : "", first_.because,
-                  says ? fmt::format("{:.0f} to {:.0f} ms", least_s * 1e3, most_s * 1e3) : "",
+                  says ? fmt::format("{:.0f}", first_.within_s * 1e3) : "", first_.because,
+                  says ? fmt::format("{:.0f} to {:.0f}", least_s * 1e3, most_s * 1e3) : "",
                   kLasting[static_cast<int>(first_.lasting)]);
   EXPECT_EQ(check_row(FaultTable::alone, GetParam(), row), "");
 }
