@@ -131,11 +131,13 @@ def document(pairs, kernel, command):
         "instructions of 2 ns instead of time: no other program of the host delays it. One CPU, no caches: maxima, missed",
         "deadlines and ratios are valid, microseconds are no hardware's.", "",
         "| figure | value | second | reference | ratio | goal |", "|---|---:|---:|---:|---:|---|"]
+    notes = list(dict.fromkeys(a["note"] for a, _ in pairs if a["note"]))  # each once; figures have its number
     for a, b in pairs:
         both = {a["met"], b["met"]}
         met = "no" if "no" in both else "undecided" if "undecided" in both else "yes"
         unit = f", {a['unit']}" if a["unit"] not in ("", "1") else ""
-        lines.append(f"| {a['row']}, {a['figure']}{unit} | {number(a['value'])} | {number(b['value'])} | "
+        note = f" [{notes.index(a['note']) + 1}]" if a["note"] else ""
+        lines.append(f"| {a['row']}, {a['figure']}{unit}{note} | {number(a['value'])} | {number(b['value'])} | "
                      f"{number(a['reference'])} | {number(a['ratio'])} | "
                      f"{'-' if a['met'] is None else f'{goal(a)}: {met}'} |")
     worst = {kind: max((apart(a, b) or 0 for a, b in pairs if a["figure"].endswith(kind)), default=0)
@@ -145,11 +147,7 @@ def document(pairs, kernel, command):
     if differ:
         lines += [f"By more than {REPEATS:.0%}: {'; '.join(differ)}."]
     lines += ["", "## Notes", ""]
-    notes = {}  # one for all figures of a row that have the same
-    for a, _ in pairs:
-        if a["note"]:
-            notes.setdefault((a["row"], a["note"]), []).append(a["figure"])
-    lines += [f"- {row}, {'; '.join(names)}: {note}" for (row, note), names in notes.items()]
+    lines += [f"{i}. {note}" for i, note in enumerate(notes, 1)]
     return "\n".join(lines) + "\n"
 
 

@@ -53,20 +53,14 @@ nlohmann::json finite(double value) {
   return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
 }
 
-// One for all figures of a row that have the same.
-std::string notes(const Figures& figures) {
-  std::string text;
-  for (auto f = figures.begin(); f != figures.end(); ++f) {
-    const auto same = [&](const Figure& other) {
-      return other.row == f->row && other.remark() == f->remark();
-    };
-    if (f->remark().empty() || std::any_of(figures.begin(), f, same)) continue;
-    std::string names;
-    for (const Figure& other : figures)
-      if (same(other)) names += (names.empty() ? "" : "; ") + other.name;
-    text += fmt::format("- {}, {}: {}\n", f->row, names, f->remark());
+// Each note once; figures have its number.
+std::vector<std::string> notes(const Figures& figures) {
+  std::vector<std::string> list;
+  for (const Figure& f : figures) {
+    if (!f.remark().empty() && std::find(list.begin(), list.end(), f.remark()) == list.end())
+      list.push_back(f.remark());
   }
-  return text;
+  return list;
 }
 
 std::string first_line_after(const std::string& text, const std::string& key) {
@@ -154,13 +148,19 @@ std::string markdown(const Figures& figures, const Machine& machine, const std::
       command, machine.date, machine.cpus, machine.cpu, machine.kernel, machine.preemption,
       machine.governor, machine.load);
   text += "| figure | value | reference | ratio | A/A | goal |\n|---|---:|---:|---:|---:|---|\n";
+  const std::vector<std::string> remarks = notes(figures);
   for (const Figure& f : figures) {
-    text += fmt::format("| {}, {}{} | {} | {} | {} | {} | {} |\n", f.row, f.name,
-                        f.unit.empty() || f.unit == "1" ? "" : ", " + f.unit, number(f.value),
+    const auto note = std::find(remarks.begin(), remarks.end(), f.remark()) - remarks.begin() + 1;
+    text += fmt::format("| {}, {}{}{} | {} | {} | {} | {} | {} |\n", f.row, f.name,
+                        f.unit.empty() || f.unit == "1" ? "" : ", " + f.unit,
+                        f.remark().empty() ? "" : fmt::format(" [{}]", note), number(f.value),
                         number(f.reference), number(f.ratio), number(f.aa_ratio),
                         f.met() ? goal(f) + ": " + met(f) : "-");
   }
-  return text + "\n## Notes\n\n" + notes(figures);
+  text += "\n## Notes\n\n";
+  for (std::size_t i = 0; i < remarks.size(); ++i)
+    text += fmt::format("{}. {}\n", i + 1, remarks[i]);
+  return text;
 }
 
 }  // namespace lss::bench
