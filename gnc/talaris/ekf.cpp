@@ -239,10 +239,12 @@ double Ekf::correct(const Measurement& m, double gate) noexcept {
   const Column d = m.by_position * p_.col(kPosition + m.axis) +
                    m.by_velocity * p_.col(kVelocity + m.axis) +
                    m.by_rate_bias * p_.col(kRateBias + m.axis) +
-                   p_.middleCols<3>(kAttitude).lazyProduct(m.by_attitude);
+                   p_.middleCols<3>(kAttitude).lazyProduct(m.by_attitude) +
+                   p_.middleCols<3>(kForceBias).lazyProduct(m.by_force_bias);
   const double s = m.by_position * d(kPosition + m.axis) + m.by_velocity * d(kVelocity + m.axis) +
                    m.by_rate_bias * d(kRateBias + m.axis) +
-                   m.by_attitude.dot(d.segment<3>(kAttitude)) + m.variance;
+                   m.by_attitude.dot(d.segment<3>(kAttitude)) +
+                   m.by_force_bias.dot(d.segment<3>(kForceBias)) + m.variance;
   if (!(s > 0) || !(m.residual * m.residual <= gate * gate * s)) return s;
   // With this gain, d / s, Joseph's form is P - d d^T / s: written so that it stays symmetric to
   // the last bit.

@@ -70,13 +70,14 @@ class Ekf {
   void blur_axis(int axis, double position_m2, double velocity_m2_s2) noexcept;
 
   // Linear scalar measurement: residual = by_position dp_axis + by_velocity dv_axis + by_attitude
-  // psi + by_rate_bias db_g_axis + noise.
+  // psi + by_force_bias db_a + by_rate_bias db_g_axis + noise.
   struct Measurement {
     int axis = 0;
     double by_position = 0;
     double by_velocity = 0;
     double by_rate_bias = 0;
     Vector3 by_attitude = Vector3::Zero();
+    Vector3 by_force_bias = Vector3::Zero();
     double residual = 0;
     double variance = 0;
   };

@@ -216,6 +216,7 @@ class Flight {
   void enter(Phase phase) noexcept;
   void leave_ground() noexcept;
   void begin_leg() noexcept;  // traverse, from its planned position
+  void descend_to(const Vector3& place_m) noexcept;
   void come_down(double peak_m_s2, double end_speed_m_s, double end_height_m) noexcept;
   void stop_here() noexcept;  // guidance: comes to standstill sideways
   bool touches(const FlightInputs& inputs) noexcept;

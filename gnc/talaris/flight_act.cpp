@@ -14,8 +14,9 @@ constexpr double kMaxBias_m_s2 = 0.6, kMaxBiasLost_m_s2 = 12;
 constexpr double kObserveAbove_m = 0.03, kObserveFirstAbove_m = 0.05;
 constexpr double kWindShare = 0.15, kMaxWind_m_s2 = 3, kWindAbove_m = 0.2;
 constexpr double kLeanStep_rad = 0.03;                 // of the commanded tilt, each frame
-constexpr double kDownDamping = 1.7;                   // of the speed along y, on the way down
-constexpr double kLeanLag_s = 0.5;                     // attitude behind its command
+constexpr double kDownDamping = 1.7;                   // of the speed along y, near the ground
+constexpr double kDampedBelow_m = 0.6;                 // there
+constexpr double kLeanLag_s = 0.9;                     // attitude behind its command
 constexpr double kProbeAfter_s = 0.4;                  // level
 constexpr double kProbe_1_s = 0.04, kMostProbe = 0.1;  // of the weight, each second; at most
 constexpr double kOverTime_s = 15, kSinks_1_s = 0.02;  // after max_run_s; lift lost each second
@@ -240,13 +241,18 @@ void Flight::act_gas(FlightOutput& output) noexcept {
       now += std::clamp(wanted - now, -kLeanStep_rad, kLeanStep_rad);
     };
     // at the ground the speed counts, not the place
-    const bool down = phase_ == Phase::descend || phase_ == Phase::escape;
+    const bool down =
+        (phase_ == Phase::descend && height_m_ < kDampedBelow_m) || phase_ == Phase::escape;
     // the attitude follows late: with the speed that it has by then
     const double soon_m_s =
         c * v.y() + s * v.z() + kLeanLag_s * (kGravity_m_s2 * attitude.tilt_z_rad + push_y);
     lean(lean_z_rad_, tilt_for_y(c * off.y() + s * off.z(), (down ? kDownDamping : 1) * soon_m_s,
                                  gain(), push_y));
-    lean(lean_y_rad_, std::clamp(push_z / kGravity_m_s2, -most, most));
+    // Not against what pushes it the way it wants to go: the drag that brakes it is gone when it
+    // stands, and a lean against it would push it on.
+    const double wanted_z = c * acceleration.z() - s * acceleration.y();
+    const double helps = push_z * wanted_z > 0 ? std::min(std::abs(wanted_z / push_z), 1.0) : 0;
+    lean(lean_y_rad_, std::clamp((1 - helps) * push_z / kGravity_m_s2, -most, most));
     target.tilt_y_rad = lean_y_rad_;
     target.tilt_z_rad = lean_z_rad_;
   }

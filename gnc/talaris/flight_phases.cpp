@@ -179,15 +179,8 @@ void Flight::advance_in_air() noexcept {
         enter(Phase::parachute);
       } else {
         if (plan_.uses_gas) {
-          const Vector3 place = guidance_.target().position_m;
-          come_down(parameters_.profile.descend_m_s2, parameters_.profile.touchdown_speed_m_s,
-                    parameters_.profile.touchdown_height_m);
-          // a controlled descent: at its planned position
-          Target target = guidance_.target();
-          target.position_m.tail<2>() = place.tail<2>();
-          leg_m_ = target.position_m;
-          corridor_.begin(corridor_.place_N_m(), leg_m_, target.time_to_go_s);
-          guidance_.aim(target);
+          descend_to(guidance_.target().position_m);
+          corridor_.begin(corridor_.place_N_m(), leg_m_, guidance_.time_to_go_s());
         }
         enter(Phase::descend);
       }
@@ -258,15 +251,27 @@ void Flight::wait_for_calm() noexcept {
   if (waits_) {
     if (side_m_s > kCalm_m_s && may) return;
     waits_ = false;
-    come_down(parameters_.profile.descend_m_s2, parameters_.profile.touchdown_speed_m_s,
-              parameters_.profile.touchdown_height_m);
+    descend_to(leg_m_);
     return;
   }
   if (side_m_s < kGust_m_s || height_m_ < kWaitAbove_m || height_m_ > kWaitBelow_m || !may) return;
   waits_ = true;
+  const Vector3 place = leg_m_;
   stop_here();
   Target target = guidance_.target();
+  target.position_m.tail<2>() = place.tail<2>();  // blown off by the gust, it comes back
   target.position_m.x() += std::max(v.x() * kMinTimeToGo_s / 3, kWaitAbove_m - height_m_);
+  leg_m_ = target.position_m;
+  guidance_.aim(target);
+}
+
+// A controlled descent: at its planned position.
+void Flight::descend_to(const Vector3& place_m) noexcept {
+  const Vector3 place = place_m;  // of the target that come_down() replaces
+  come_down(parameters_.profile.descend_m_s2, parameters_.profile.touchdown_speed_m_s,
+            parameters_.profile.touchdown_height_m);
+  Target target = guidance_.target();
+  target.position_m.tail<2>() = place.tail<2>();
   leg_m_ = target.position_m;
   guidance_.aim(target);
 }

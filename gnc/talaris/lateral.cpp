@@ -8,7 +8,8 @@
 namespace lss::gnc::talaris {
 namespace {
 constexpr double kTooMuchCarry = 0.75;  // of the clamp: then pushing does not wait for roll
-}
+constexpr double kRollRoom_s = 0.03;    // of the longest pulse: turned, it would push along y
+}  // namespace
 
 double tilt_for_y(double y_m, double y_rate_m_s, const Gains& g, double push_m_s2) noexcept {
   const double wn = g.lateral_wn_rad_s;
@@ -26,11 +27,11 @@ std::array<double, 4> SideJets::step(double force_N, double roll_acceleration_ra
                           2 * t.force_N * t.max_on_s + g.lateral_carry_N_s);
 
   const double asked = std::abs(carry_N_s_) / (2 * t.force_N);
-  const double mean = std::min(asked, t.max_on_s);
-  const double room = std::min(mean - t.min_on_s, t.max_on_s - mean);
   double d =
       kFrame_s * body.inertia_x_kg_m2 * roll_acceleration_rad_s2 / (2 * t.force_N * t.side_y_m);
   if (!std::isfinite(d)) d = 0;
+  const double mean = std::min(asked, t.max_on_s - std::min(std::abs(d), kRollRoom_s));
+  const double room = std::min(mean - t.min_on_s, t.max_on_s - mean);
   const bool roll_first = fire.on_s != 0 && room < std::abs(d) / 2 &&
                           std::abs(carry_N_s_) < kTooMuchCarry * g.lateral_carry_N_s;
   const int push = carry_N_s_ > 0 ? 1 : -1;

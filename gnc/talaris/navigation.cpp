@@ -111,7 +111,7 @@ void Navigation::align() noexcept {
   start_ = ekf_.nominal();
   filter_ns_ = last_imu_ns_ = last_range_ns_ = a.time_ns;
   rate_m_ = a.gyro_bias_rad_s;
-  force_m_ = a.up_B * p.gravity_m_s2 + a.accelerometer_bias_m_s2;
+  force_m_ = rest_force_m_s2_ = a.up_B * p.gravity_m_s2 + a.accelerometer_bias_m_s2;
 }
 
 const NavState& Navigation::step(const Batch& batch, bool standing, bool slides) noexcept {
@@ -187,6 +187,7 @@ void Navigation::advance(std::int64_t until_ns) noexcept {
   way_.time_s += dt;
   way_.velocity_m_s += dt * ekf_.acceleration_N_m_s2();
   way_.turned_rad += dt * rate_m_;
+  way_.force_m_s2 += dt * force_m_;
   if (!parameters_.camera) return;
   passed_.time_s += dt;
   passed_.moved_m += dt / 2 * (velocity_m_s + ekf_.nominal().velocity_N_m_s);
@@ -335,7 +336,7 @@ void Navigation::reopen(const Ekf::Measurement& m, std::int64_t at_ns) noexcept 
   ++counters_.gates_reopened;
 }
 
-// Standstill: velocity and rate are zero.
+// Standstill: velocity and rate are zero, and the vertical stays where the accelerometers have it.
 void Navigation::stand_still(bool slides) noexcept {
   for (int axis = 0; axis < 3; ++axis) {
     Ekf::Measurement m;
@@ -354,6 +355,30 @@ void Navigation::stand_still(bool slides) noexcept {
         square(parameters_.standing_sigma_rad_s) + square(parameters_.rate_noise) / way_.time_s;
     ekf_.correct(m, parameters_.gate_sigma);
   }
+  level(slides);
+}
+
+// The specific force of standstill is vertical, less its bias. While it slides it is that of
+// before: else noise and bias of the gyroscopes turn the attitude of a vehicle that does not turn.
+void Navigation::level(bool slides) noexcept {
+  const NavigationParameters& p = parameters_;
+  if (!(way_.time_s > 0)) return;
+  if (!slides) rest_force_m_s2_ = way_.force_m_s2 / way_.time_s;
+  for (const int axis : {1, 2}) {
+    const Nominal& x = ekf_.nominal();
+    const Matrix3 c = x.q_NB.toRotationMatrix();
+    Ekf::Measurement m;
+    m.axis = axis;
+    m.by_attitude = p.gravity_m_s2 * Vector3::Unit(axis).cross(Vector3::UnitX());
+    m.by_force_bias = c.row(axis).transpose();
+    m.residual = m.by_force_bias.dot(rest_force_m_s2_ - x.accelerometer_bias_m_s2);
+    m.variance = slides ? square(p.gravity_m_s2 * p.standing_sigma_rad)
+                        : square(p.standing_sigma_m_s2) + square(p.force_noise) / way_.time_s;
+    ekf_.correct(m, p.gate_sigma);
+  }
+  if (slides) return;
+  const Nominal& x = ekf_.nominal();
+  rest_force_m_s2_ = x.q_NB.conjugate() * Vector3(p.gravity_m_s2, 0, 0) + x.accelerometer_bias_m_s2;
 }
 
 void Navigation::hold_to_stand() noexcept {
@@ -415,6 +440,16 @@ void Navigation::publish(std::int64_t end_ns) noexcept {
       way_.time_s > 0 ? Vector3(way_.velocity_m_s / way_.time_s) : state_.acceleration_N_m_s2;
   s.position_sigma_m = ekf_.position_variance().cwiseMax(0).cwiseSqrt();
   s.velocity_sigma_m_s = ekf_.velocity_variance().cwiseMax(0).cwiseSqrt();
+  if (counters_.flows_used > 0) {
+    // an error of the camera's scale lasts: that much of the way, which the filter cannot see
+    for (const int axis : {1, 2}) {
+      const double way_m = x.position_N_m(axis) - start_.position_N_m(axis);
+      s.position_sigma_m(axis) =
+          math::hypot(s.position_sigma_m(axis), parameters_.flow_scale_sigma * way_m);
+      s.velocity_sigma_m_s(axis) = math::hypot(
+          s.velocity_sigma_m_s(axis), parameters_.flow_scale_sigma * x.velocity_N_m_s(axis));
+    }
+  }
   s.attitude_sigma_rad = ekf_.attitude_variance().cwiseMax(0).cwiseSqrt();
   s.gyro_bias_rad_s = x.gyro_bias_rad_s;
   s.accelerometer_bias_m_s2 = x.accelerometer_bias_m_s2;

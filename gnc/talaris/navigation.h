@@ -62,6 +62,7 @@ class Navigation {
   void use_flow(const FlowSample& sample) noexcept;
   void reopen(const Ekf::Measurement& m, std::int64_t at_ns) noexcept;
   void stand_still(bool slides) noexcept;
+  void level(bool slides) noexcept;
   void hold_to_stand() noexcept;
   void hold_axis(int axis, int component) noexcept;
   void publish(std::int64_t end_ns) noexcept;
@@ -82,8 +83,10 @@ class Navigation {
     double time_s = 0;
     Vector3 velocity_m_s = Vector3::Zero();  // by acceleration, without corrections
     Vector3 turned_rad = Vector3::Zero();    // as measured, with bias, B
+    Vector3 force_m_s2 = Vector3::Zero();    // the same, times its time
   };
-  Way way_;  // of this frame
+  Way way_;                                    // of this frame
+  Vector3 rest_force_m_s2_ = Vector3::Zero();  // at the last standstill, with bias, B
   struct Passed {
     double time_s = 0;
     Vector3 moved_m = Vector3::Zero();     // N

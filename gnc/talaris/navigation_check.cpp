@@ -29,6 +29,8 @@ const char* check(const NavigationParameters& p) noexcept {
                              p.start_heading_sigma_rad,
                              p.standing_sigma_m_s,
                              p.standing_sigma_rad_s,
+                             p.standing_sigma_m_s2,
+                             p.standing_sigma_rad,
                              p.stand.position_sigma_m,
                              p.stand.velocity_sigma_m_s,
                              p.stand.attitude_sigma_rad,

@@ -84,9 +84,11 @@ struct NavigationParameters {
   double force_bias_sigma_m_s2 = 0.03;    // across the vertical: not visible to levelling [D]
   double start_position_sigma_m = 0.001;  // horizontal: its place is the origin
   double start_velocity_sigma_m_s = 0.001;
-  double start_heading_sigma_rad = 1e-4;         // it defines the axes of N
-  double standing_sigma_m_s = 0.01;              // velocity of a standing vehicle: it trembles [D]
-  double standing_sigma_rad_s = 0.01 * kDegree;  // mean rate of it in a frame [D]
+  double start_heading_sigma_rad = 1e-4;          // it defines the axes of N
+  double standing_sigma_m_s = 0.01;               // velocity of a standing vehicle: it trembles [D]
+  double standing_sigma_rad_s = 0.004 * kDegree;  // mean rate of it in a frame [D]
+  double standing_sigma_m_s2 = 0.005;             // its mean acceleration in a frame [D]
+  double standing_sigma_rad = 0.02 * kDegree;  // what it turns while fans lift it from its legs [D]
 
   Stand stand;
   double gravity_m_s2 = kGravity_m_s2;  // where the vehicle flies

@@ -68,7 +68,7 @@ struct Gas {
 struct Profile {
   double climb_m_s2 = 0.75;          // 2 m in 4 s (ours)
   double descend_m_s2 = 0.70;        // 2 m in 4 s
-  double hover_s = 1;                // before and after the traverse
+  double hover_s = 0.4;              // before and after the traverse (ours): drift grows with t^3
   double lateral_duty = 0.70;        // of the lateral thrust: 30 m in 10 s (58 N), 12 s (40 N)
   double min_leg_s = 4;              // no motion is planned faster
   double touchdown_height_m = 0.15;  // guidance ends here, with the speed below
@@ -98,7 +98,7 @@ struct Gains {
   double roll_slope_1_s = 3;       // of the curve near the dead band, where the root is steep
   double roll_share = 0.7;         // share of a rate error that one pulse removes
   // lateral y by tilt; z by jets
-  double lateral_wn_rad_s = 0.45;
+  double lateral_wn_rad_s = 0.6;
   double lateral_zeta = 0.9;
   double lateral_max_tilt_rad = 0.15;  // 66 N of wind
   double lateral_carry_N_s = 8;        // sigma-delta clamp

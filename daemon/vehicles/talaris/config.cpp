@@ -178,6 +178,8 @@ void read_navigation(config::Section s, g::NavigationParameters& n) {
   read(s, "start_heading_sigma_deg", n.start_heading_sigma_rad, 1e-4, 10, kDegree);
   read(s, "standing_sigma_m_s", n.standing_sigma_m_s, 1e-5, 1);
   read(s, "standing_sigma_deg_s", n.standing_sigma_rad_s, 1e-4, 1, kDegree);
+  read(s, "standing_sigma_m_s2", n.standing_sigma_m_s2, 1e-4, 1);
+  read(s, "standing_sigma_deg", n.standing_sigma_rad, 1e-3, 5, kDegree);
   read(s, "gravity_m_s2", n.gravity_m_s2, 1, 12);
 }
 

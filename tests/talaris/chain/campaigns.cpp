@@ -49,8 +49,7 @@ const std::vector<HopFigure> kHopFigures = {
     {"place, from the target, m", 1, [](const Flown& f) { return f.off_m(); }},
     {"- along the way, m", 1, [](const Flown& f) { return std::abs(f.along_m); }},
     {"- across, m", 1, [](const Flown& f) { return std::abs(f.across_m); }},
-    {"- of that navigation's own error, m", 1,
-     [](const Flown& f) { return std::hypot(f.nav_along_m, f.nav_across_m); }},
+    {"- of that navigation's own error, m", 1, [](const Flown& f) { return f.nav_off_m(); }},
     {"gas, thruster-seconds of 44", 1, [](const Flown& f) { return f.gas_s; }},
     {"in the air, s", 1, [](const Flown& f) { return f.air_s; }},
 };

@@ -164,6 +164,12 @@ TEST(TalarisResults, Edge) {
               edge_section(wanted("LSS_RESULTS_EDGE", 10), picture ? picture : "").c_str());
 }
 
+TEST(TalarisResults, Hop) {
+  if (std::getenv("LSS_RESULTS_HOPS") == nullptr)
+    GTEST_SKIP() << "set LSS_RESULTS_HOPS to the number of seeds of the full hop";
+  std::printf("%s\n%s", commit().c_str(), hop_section(wanted("LSS_RESULTS_HOPS", 20)).c_str());
+}
+
 TEST(TalarisResults, Wide) {
   if (std::getenv("LSS_RESULTS_WIDE") == nullptr)
     GTEST_SKIP() << "set LSS_RESULTS_WIDE to the number of seeds of the wide set";

@@ -79,6 +79,9 @@ struct Watch {
       const auto& speed = chain.telemetry().velocity_m_s;
       flown.nav_side_m_s =
           std::hypot(speed[1] - body.velocity_m_s.y(), speed[2] - body.velocity_m_s.z());
+      const gnc::talaris::NavState& state = chain.vehicle().nav();
+      flown.sigma_m = state.position_sigma_m.tail<2>().norm() / std::numbers::sqrt2;
+      flown.sigma_m_s = state.velocity_sigma_m_s.tail<2>().norm() / std::numbers::sqrt2;
     }
     if (contact_ns == 0) {
       flown.max_tilt_deg = std::max(flown.max_tilt_deg, tilt_deg(body));
@@ -109,6 +112,7 @@ FlightPlan with(FlightPlan plan, World&& change, Adjust&& adjust) {
 }  // namespace
 
 double Flown::off_m() const { return std::hypot(along_m, across_m); }
+double Flown::nav_off_m() const { return std::hypot(nav_along_m, nav_across_m); }
 
 std::string Flown::text() const {
   std::string told;

@@ -40,9 +40,10 @@ struct Flown {
   // By the world.
   double down_m_s = 0, sideways_m_s = 0, contact_tilt_deg = 0;  // of the landing
   double rest_tilt_deg = 0;
-  double along_m = 0, across_m = 0;                               // from where it should stand
-  double nav_along_m = 0, nav_across_m = 0;                       // navigation error at touchdown
-  double nav_side_m_s = 0;                                        // and of its speed, sideways
+  double along_m = 0, across_m = 0;          // from where it should stand
+  double nav_along_m = 0, nav_across_m = 0;  // navigation error at touchdown
+  double nav_side_m_s = 0;                   // and of its speed, sideways
+  double sigma_m = 0, sigma_m_s = 0;  // of one axis, as navigation's covariance predicts them
   double max_height_m = 0, max_tilt_deg = 0, height_error_m = 0;  // in the air
   double told_down_m_s = 0, told_sideways_m_s = 0;                // by the daemon
   double gas_s = 0, air_s = 0;
@@ -52,7 +53,8 @@ struct Flown {
   std::vector<FaultId> faults;
 
   bool upright() const { return came_down && rest_tilt_deg < 10 + slope_deg; }
-  double off_m() const;  // from where it should stand
+  double off_m() const;      // from where it should stand
+  double nav_off_m() const;  // of that navigation's error
   std::string text() const;
 };
 

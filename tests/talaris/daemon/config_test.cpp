@@ -79,6 +79,8 @@ TEST(TalarisConfig, TheExampleHoldsTheDefaults) {
   EXPECT_EQ(n.start_heading_sigma_rad, m.start_heading_sigma_rad);
   EXPECT_EQ(n.standing_sigma_m_s, m.standing_sigma_m_s);
   EXPECT_EQ(n.standing_sigma_rad_s, m.standing_sigma_rad_s);
+  EXPECT_EQ(n.standing_sigma_m_s2, m.standing_sigma_m_s2);
+  EXPECT_EQ(n.standing_sigma_rad, m.standing_sigma_rad);
   EXPECT_EQ(n.stand.position_sigma_m, m.stand.position_sigma_m);
   EXPECT_EQ(n.stand.velocity_sigma_m_s, m.stand.velocity_sigma_m_s);
   EXPECT_EQ(n.stand.attitude_sigma_rad, m.stand.attitude_sigma_rad);

@@ -1,5 +1,7 @@
 // Navigation at standstill or on a stand: at a wall, on test stands, on the ground.
 
+#include <tuple>
+
 #include "tests/talaris/gnc/navigation_fixture.h"
 
 namespace lss::gnc::talaris::test {
@@ -101,6 +103,29 @@ TEST(Navigation, StandingDoesNotDrift) {
   };
   EXPECT_LT(bias_error(f), 0.01);
   EXPECT_GT(bias_error(left), 0.01);
+}
+
+// While the fans take its weight it may slide, but does not turn: neither noise nor what is left of
+// the gyroscopes' bias may turn it, or it flies with that tilt. The accelerometers' bias looks like
+// tilt, and remains.
+TEST(Navigation, LightOnItsLegsItDoesNotTurn) {
+  constexpr int kFlights = 30;
+  double squares = 0, predicted = 0;
+  for (unsigned seed = 1; seed <= kFlights; ++seed) {
+    Fixture f({}, false, seed);
+    for (int i = 0; i < 10; ++i) f.navigation.step(f.flown.frame(), true);
+    for (int i = 0; i < 25; ++i) f.navigation.step(f.flown.frame(), true, true);
+    const auto e = f.flown.error(f.navigation);
+    const Matrix15 c = f.navigation.filter().covariance();
+    const double g = f.flown.parameters.gravity_m_s2;
+    for (const auto& [turn, bias, sign] : {std::tuple(7, 11, 1.0), std::tuple(8, 10, -1.0)}) {
+      const double tilt = e(turn) + sign * e(bias) / g;
+      squares += tilt * tilt;
+      predicted += c(turn, turn) + c(bias, bias) / (g * g) + 2 * sign * c(turn, bias) / g;
+    }
+  }
+  EXPECT_LT(degrees(std::sqrt(squares / (2 * kFlights))), 0.006);
+  EXPECT_LT(squares, 1.5 * predicted);
 }
 
 }  // namespace
