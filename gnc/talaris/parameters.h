@@ -68,7 +68,7 @@ struct Gas {
 struct Profile {
   double climb_m_s2 = 0.75;          // 2 m in 4 s (ours)
   double descend_m_s2 = 0.70;        // 2 m in 4 s
-  double hover_s = 0.4;              // before and after the traverse (ours): drift grows with t^3
+  double hover_s = 1;                // before and after the traverse
   double lateral_duty = 0.70;        // of the lateral thrust: 30 m in 10 s (58 N), 12 s (40 N)
   double min_leg_s = 4;              // no motion is planned faster
   double touchdown_height_m = 0.15;  // guidance ends here, with the speed below
