@@ -16,7 +16,7 @@ constexpr double kWindShare = 0.15, kMaxWind_m_s2 = 3, kWindAbove_m = 0.2;
 constexpr double kLeanStep_rad = 0.03;                 // of the commanded tilt, each frame
 constexpr double kDownDamping = 1.7;                   // of the speed along y, near the ground
 constexpr double kDampedBelow_m = 0.6;                 // there
-constexpr double kLeanLag_s = 0.9;                     // attitude behind its command
+constexpr double kLeanLag_s = 0.5;                     // attitude behind its command
 constexpr double kProbeAfter_s = 0.4;                  // level
 constexpr double kProbe_1_s = 0.04, kMostProbe = 0.1;  // of the weight, each second; at most
 constexpr double kOverTime_s = 15, kSinks_1_s = 0.02;  // after max_run_s; lift lost each second

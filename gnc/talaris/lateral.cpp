@@ -30,7 +30,8 @@ std::array<double, 4> SideJets::step(double force_N, double roll_acceleration_ra
   double d =
       kFrame_s * body.inertia_x_kg_m2 * roll_acceleration_rad_s2 / (2 * t.force_N * t.side_y_m);
   if (!std::isfinite(d)) d = 0;
-  const double mean = std::min(asked, t.max_on_s - std::min(std::abs(d), kRollRoom_s));
+  // room for half of what roll asks for: with less, roll would go first
+  const double mean = std::min(asked, t.max_on_s - std::min(std::abs(d) / 2, kRollRoom_s));
   const double room = std::min(mean - t.min_on_s, t.max_on_s - mean);
   const bool roll_first = fire.on_s != 0 && room < std::abs(d) / 2 &&
                           std::abs(carry_N_s_) < kTooMuchCarry * g.lateral_carry_N_s;

@@ -98,7 +98,7 @@ struct Gains {
   double roll_slope_1_s = 3;       // of the curve near the dead band, where the root is steep
   double roll_share = 0.7;         // share of a rate error that one pulse removes
   // lateral y by tilt; z by jets
-  double lateral_wn_rad_s = 0.6;
+  double lateral_wn_rad_s = 0.45;
   double lateral_zeta = 0.9;
   double lateral_max_tilt_rad = 0.15;  // 66 N of wind
   double lateral_carry_N_s = 8;        // sigma-delta clamp
