@@ -32,7 +32,7 @@ constexpr At kPhases[] = {
 
 class TalarisCommands : public testing::TestWithParam<At> {
  protected:
-  // In this phase, half a second after it began.
+  // In this phase, in its second frame.
   void reach() {
     const At at = GetParam();
     ASSERT_TRUE(chain.prepare());
@@ -43,7 +43,7 @@ class TalarisCommands : public testing::TestWithParam<At> {
       chain.inject(at.fault);
     }
     ASSERT_TRUE(chain.run_until(at.phase, 60));
-    chain.run(0.5);
+    chain.run(0.25);
     ASSERT_EQ(chain.phase(), at.phase);
   }
   bool upright() const { return (chain.body().attitude * Eigen::Vector3d::UnitX()).x() > 0.98; }
