@@ -75,7 +75,7 @@ void Flight::drop_plan() noexcept {
 bool Flight::execute() noexcept {
   if (phase_ != Phase::ready) return false;
   begun_ = settled_ = true;
-  stopped_ = airborne_ = observed_ = impacted_ = false;
+  stopped_ = airborne_ = observed_ = impacted_ = start_known_ = false;
   reaction_ = Reaction::none;
   faults_ = 0;
   flown_s_ = fans_s_ = settle_s_ = silent_s_ = below_s_ = 0;
@@ -148,8 +148,13 @@ FlightOutput Flight::step(const FlightInputs& measured) noexcept {
     take_state(inputs);
     inputs_unheard_ = inputs.unheard;
     if (phase_ == Phase::spin_up && silent_s_ <= 0) {
-      start_m_ = leg_m_ = state_.position_N_m;
-      start_roll_rad_ = roll_rad_ = attitude_of(state_.q_NB).roll_rad;
+      // Light on its legs it slides and turns on a slope: the target stays where it was planned.
+      if (!start_known_) {
+        start_m_ = leg_m_ = state_.position_N_m;
+        start_roll_rad_ = roll_rad_ = attitude_of(state_.q_NB).roll_rad;
+        start_known_ = true;
+      }
+      start_m_.x() = leg_m_.x() = state_.position_N_m.x();
     }
     const FaultSet lasting = faults_ & ~static_cast<FaultSet>(kImuGap | kOffTrack);
     watch_actuators(inputs);

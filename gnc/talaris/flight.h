@@ -252,6 +252,7 @@ class Flight {
   // its start, and the leg in progress
   Vector3 start_m_ = Vector3::Zero(), leg_m_ = Vector3::Zero();
   double start_roll_rad_ = 0, roll_rad_ = 0, start_range_m_ = kNaN;
+  bool start_known_ = false;
 
   // the state in use: navigation's, extrapolated while the IMU is silent
   NavState state_;

@@ -59,6 +59,23 @@ TEST(TalarisHop, ATurnInTheHoverComesBeforeTheTraverse) {
   EXPECT_NEAR(attitude_of(hopper.q_NB).roll_rad, 90 * kDegree, 5 * kDegree);
 }
 
+// On a slope it slides and turns on its legs while the fans already carry it: the operator's target
+// is where it was, not as far from where it lifts off.
+TEST(TalarisHop, SlidingBeforeLiftOffDoesNotMoveTheTarget) {
+  Hopper hopper(World{}, Parameters{});
+  ASSERT_TRUE(hopper.flight.plan({}).feasible());
+  ASSERT_TRUE(hopper.flight.execute());
+  hopper.frame();
+  ASSERT_EQ(hopper.out.phase, Phase::spin_up);
+  hopper.position += Vector3(0, 0.7, -0.3);
+  hopper.q_NB = Quaternion(Eigen::AngleAxisd(8 * kDegree, Vector3::UnitX()));
+  ASSERT_TRUE(hopper.run(60));
+  EXPECT_TRUE(hopper.out.succeeded);
+  EXPECT_NEAR(hopper.position.y(), 0, 1);
+  EXPECT_NEAR(hopper.position.z(), 30, 1.5);
+  EXPECT_NEAR(attitude_of(hopper.q_NB).roll_rad, 0, 4 * kDegree);
+}
+
 TEST(TalarisHop, AWeakerVehicleHopsLessFar) {
   World world;
   world.force_N.fill(40);
