@@ -189,6 +189,7 @@ class Flight {
   // At the end (flight_judge.cpp).
   void watch_corridor() noexcept;
   void note_touchdown() noexcept;
+  double falls_m_s() const noexcept;
   void judge_landing() noexcept;
   void fall_short(Shortfall why, double measured = 0, double limit = 0) noexcept;
 
@@ -303,7 +304,8 @@ class Flight {
   // Of the two frames before this one, before the impact, and before contact was seen.
   struct Speed {
     Vector3 N_m_s = Vector3::Zero();
-    double foot_m_s = 0;  // by which a foot may come down faster, within the next frame
+    // By which all, and one of the feet, may come down faster within the next frame.
+    double falls_m_s = 0, foot_m_s = 0;
   };
   using Speeds = std::array<Speed, 2>;
   Speeds before_{}, before_impact_{}, before_contact_{};

@@ -61,9 +61,8 @@ void Flight::advance(const FlightInputs& inputs) noexcept {
     } else {
       advance_in_air();
     }
-    const double falls_m_s = std::max(-(expected_m_s2_ + bias_m_s2_), 0.0) * kFrame_s;
     const double turns_m_s = kFoot_m * state_.rate_B_rad_s.tail<2>().norm();
-    before_ = {before_[1], {state_.velocity_N_m_s, falls_m_s + turns_m_s}};
+    before_ = {before_[1], {state_.velocity_N_m_s, falls_m_s(), turns_m_s}};
     return;
   }
   if (phase_ == Phase::spin_up && silent_s_ > 0) return;  // begins when its position is known
@@ -77,6 +76,16 @@ void Flight::advance(const FlightInputs& inputs) noexcept {
     return;
   }
   advance_on_ground();
+}
+
+// Within the next frame. A pulse is in the middle of its frame: at the end of one the vehicle is in
+// the middle of the gap between two, and falls until the next.
+double Flight::falls_m_s() const noexcept {
+  const double up_m_s2 = expected_m_s2_ + bias_m_s2_;
+  const double on_s = lift_N_ * kFrame_s / (4 * parameters_.thrusters.force_N);
+  const double gap_m_s2 = lift_N_ / gas_.mass_kg(parameters_.body.mass_kg) - up_m_s2;
+  const double gap_s = lift_N_ > 0 ? std::max(kFrame_s - on_s, 0.0) : 0;
+  return std::max(-up_m_s2, 0.0) * kFrame_s + std::max(gap_m_s2, 0.0) * gap_s / 2;
 }
 
 void Flight::leave_ground() noexcept {

@@ -85,14 +85,16 @@ TEST(TalarisCorridor, ABreezeIsFlownAndLeavesItWhereItShouldBe) {
   }
 }
 
-// Down is positive, and of the impact, not of the standstill after it.
+// Down is positive, and of the fastest foot, not of the standstill after it.
 TEST(TalarisCorridor, TheSpeedOfTheTouchdownIsTold) {
-  for (const unsigned seed : {1u, 2u, 3u, 4u}) {
-    const Flown flown = fly({.request = {.height_m = 1, .distance_m = 5}}, seed);
-    SCOPED_TRACE(flown.text());
-    EXPECT_GT(flown.told_down_m_s, flown.down_m_s - 0.1);
-    EXPECT_LT(flown.told_down_m_s, flown.down_m_s + 0.4);
-    EXPECT_NEAR(flown.told_sideways_m_s, flown.sideways_m_s, 0.15);
+  for (const FlightPlan& plan : {FlightPlan{.request = {.height_m = 1, .distance_m = 5}}, {}}) {
+    const auto all = runs(24, [&](unsigned seed) { return fly(plan, seed); });
+    for (const Flown& flown : all) {
+      SCOPED_TRACE(flown.text());
+      EXPECT_GT(flown.told_down_m_s, flown.down_m_s - 0.1);
+      EXPECT_LT(flown.told_down_m_s, flown.down_m_s + 0.4);
+      EXPECT_NEAR(flown.told_sideways_m_s, flown.sideways_m_s, 0.15);
+    }
   }
 }
 
