@@ -66,7 +66,7 @@ function(lss_target name kind)
   elseif(kind STREQUAL "TEST" AND NOT CMAKE_BUILD_TYPE STREQUAL "Debug")
     # Tested code is optimised; a test only where it steps hours of a vehicle's time. This halves the compiler's time.
     set(level -O0)
-    if(CMAKE_CURRENT_SOURCE_DIR MATCHES "/(sim|chain|mission|campaign|lc)$")
+    if(CMAKE_CURRENT_SOURCE_DIR MATCHES "/(gnc|sim|chain|mission|campaign|lc)$")
       set(level -O1)
     endif()
     target_compile_options(${name} PRIVATE ${level})
