@@ -236,7 +236,7 @@ TEST(ArditoResults, WheelFailures) {
       measured_by("ArditoResults.WheelFailures") + "Straight ahead; wheels 1, 4 and 5. " +
           everywhere() + kHow + rows +
           "\nTM + TC: the clutch of a failed motor is already open. TC + TRG: the thesis has 0.1 s "
-          "for TC, but 4.8 s for TC alone.\n");
+          "for TC, but 4.8 s for TC alone; here\nboth are a proven clutch test.\n");
 }
 
 TEST(ArditoResults, SteeringFailures) {
@@ -390,7 +390,8 @@ std::string false_alarms(unsigned grounds, const Healthy& rough, const Healthy& 
           "Nothing broken, all noise on; 0.5 m/s ahead, 0.3 m/s back, straight and in curves of 3 "
           "deg, a stop and a turn on the spot\neach minute; seeds 1 to {} of each ground; {:.0f} "
           "minutes in all (`LSS_RESULTS_MINUTES`). Alarms: any fault, suspicion\ncounted to its "
-          "end, stop or isolated wheel, but no slip (17.8.3).\n\n"
+          "end, stop or isolated wheel, but no slip (17.8.3); after one it starts again on other "
+          "ground.\n\n"
           "| ground | minutes | way, m | frames with a suspicion | with slip | with "
           "a clutch probe | wheels isolated | sensors left out | FatalErrors |\n"
           "|---|---|---|---|---|---|---|---|---|\n",
