@@ -13,8 +13,8 @@ constexpr double kAlong = 2.0 / 3;  // of a push along z, beside one along y
 constexpr double kStill_s = 0.4;    // on the ground: then navigation's velocity is its error
 constexpr double kFelt_m_s = 0.15;  // less may be an error of the expected lift
 // The first foot turns the vehicle: the opposite one comes down faster. Of a plastic impact of one
-// corner, legs 0.3 and 0.4 m out, 45 kg and the inertia of the parameters: 1.65. By fans alone
-// 1.24 was measured, in the median of 18 descents (docs/gnc-talaris.md).
+// corner, legs 0.3 and 0.4 m out, 45 kg and the inertia of the parameters: 1.65. Programs by fans
+// alone: 1.24 was measured, in the median of 18 descents (docs/gnc-talaris.md).
 constexpr double kLastFoot = 1.65, kLastFootByFans = 1.3;
 constexpr double kUnsure_m_s = 0.05;  // of the speeds at touchdown: the frame is not the moment
 

@@ -78,8 +78,9 @@ void Flight::advance(const FlightInputs& inputs) noexcept {
   advance_on_ground();
 }
 
-// Within the next frame. A pulse is in the middle of its frame: at the end of one the vehicle is in
-// the middle of the gap between two, and falls until the next.
+// By which it may come down faster before the next state: as it accelerates now for a whole frame,
+// and half a gap between two pulses. A pulse of all lift valves is in the middle of its frame: at
+// the end of one the vehicle is in the middle of the gap.
 double Flight::falls_m_s() const noexcept {
   const double up_m_s2 = expected_m_s2_ + bias_m_s2_;
   const double on_s = lift_N_ * kFrame_s / (4 * parameters_.thrusters.force_N);

@@ -33,7 +33,8 @@ std::array<double, 4> SideJets::step(double force_N, double roll_acceleration_ra
   // room for half of what roll asks for: with less, roll would go first
   const double mean = std::min(asked, t.max_on_s - std::min(std::abs(d) / 2, kRollRoom_s));
   const double room = std::min(mean - t.min_on_s, t.max_on_s - mean);
-  const bool roll_first = fire.on_s != 0 && room < std::abs(d) / 2 &&
+  constexpr double kRounding_s = 1e-9;  // where the room is that half, it is not less
+  const bool roll_first = fire.on_s != 0 && room + kRounding_s < std::abs(d) / 2 &&
                           std::abs(carry_N_s_) < kTooMuchCarry * g.lateral_carry_N_s;
   const int push = carry_N_s_ > 0 ? 1 : -1;
   if (mean >= t.min_on_s && !roll_first) {

@@ -67,7 +67,9 @@ class Security(Enclaves, Scenario):
                                          "--seconds", "60"], CYCLONEDDS_URI=uri(self.enclave("watcher")))
         self.wait_for_text(watcher, "heard", BOOT_S, watcher.err_path)  # it may look
         watcher.stop()
+        self.assertEqual(watcher.process.returncode, 0)
         looked = json.loads(watcher.out())
+        self.assertGreater(looked["sent"], 0)
         self.assertEqual([looked[f"matched_{name}"] for name in WRITTEN], [-1] * len(WRITTEN), looked)
         after = self.status()
         self.assertEqual((after["mode"], after["authority"]), ("Walking", "pilot"))

@@ -128,7 +128,8 @@ TEST(TalarisGnc, HopsUpAlongAndDownAndEndsInStandby) {
   const EventRecord* landed = w.heard(events::landed);
   ASSERT_NE(landed, nullptr);
   EXPECT_GT(landed->argument[0], 0) << "down is positive";
-  EXPECT_NEAR(landed->argument[0], w.landing_m_s, 0.15);
+  EXPECT_GT(landed->argument[0], w.landing_m_s - 0.05);
+  EXPECT_LT(landed->argument[0], w.landing_m_s + 0.3) << "of the fastest foot, not of the body";
   EXPECT_EQ(w.last(lss::Phase::completed)->kind, 310);
   EXPECT_EQ(w.supervisor_.state().fault_count, 0u);
   EXPECT_EQ(w.supervisor_.state().safe_commands, 0u);
