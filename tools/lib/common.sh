@@ -140,15 +140,16 @@ quietly() {
 # A second clone finds the objects of the first in the cache.
 export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
 
-# build PRESET [TARGET...] : configures the first time (later the build does so when needed) and builds.
+# build PRESET|alone-VEHICLE [TARGET...] : configures the first time (later the build does so when needed) and builds.
+# alone-VEHICLE: as release, without the other vehicles.
 build() {
-  local preset=$1 log=build/$1/build.log
+  local folder=build/$1 log=build/$1/build.log how=(--preset "$1")
+  [[ $1 != alone-* ]] || how=(--preset release -B "$folder" -DLSS_VEHICLES="${1#alone-}")
   shift
-  if [ ! -f "build/$preset/build.ninja" ]; then
-    quietly "build/$preset/configure.log" "configure $preset" cmake --preset "$preset" ||
-      fail_with "build/$preset/configure.log"
+  if [ ! -f "$folder/build.ninja" ]; then
+    quietly "$folder/configure.log" "configure ${folder#build/}" cmake "${how[@]}" || fail_with "$folder/configure.log"
   fi
-  quietly "$log" "build $preset" ninja -C "build/$preset" -j "$(jobs_to_run)" "$@" && return
+  quietly "$log" "build ${folder#build/}" ninja -C "$folder" -j "$(jobs_to_run)" "$@" && return
   grep -E 'error:|FAILED' "$log" | head -n 20 >&2 || true
   fail_with "$log"
 }

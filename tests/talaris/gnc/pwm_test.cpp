@@ -133,6 +133,23 @@ TEST(TalarisLateral, WhileThePairFiresRollGoesByDifferential) {
   EXPECT_GT(minus[1], minus[2]);  // 4 longer than 6
 }
 
+// Otherwise roll would fire first, whenever it asks for more than the longest pulse leaves.
+TEST(TalarisLateral, AtItsLongestPulseThePairKeepsRoomForRoll) {
+  const Thrusters t;
+  const Body body;
+  Gains g;
+  g.lateral_carry_N_s = 50;
+  for (int n = 1; n <= 100; ++n) {
+    const double d_s = 0.0005 * n;
+    const double roll_rad_s2 = d_s * 2 * t.force_N * t.side_y_m / (kFrame_s * body.inertia_x_kg_m2);
+    SideJets jets;
+    const auto on = jets.step(100, roll_rad_s2, {0.05, true}, body, t, g);
+    EXPECT_NEAR(on[3] - on[0], d_s, 1e-9);
+    EXPECT_NEAR(on[3], t.max_on_s, 1e-9);
+    EXPECT_EQ(on[1], 0);
+  }
+}
+
 RC_GTEST_PROP(TalarisLateral, WhateverIsWantedThePulsesCanBeDone, ()) {
   SideJets jets;
   const Thrusters t;
