@@ -129,7 +129,7 @@ TEST(TalarisGnc, HopsUpAlongAndDownAndEndsInStandby) {
   ASSERT_NE(landed, nullptr);
   EXPECT_GT(landed->argument[0], 0) << "down is positive";
   EXPECT_GT(landed->argument[0], w.landing_m_s - 0.05);
-  EXPECT_LT(landed->argument[0], w.landing_m_s + 0.3) << "of the fastest foot, not of the body";
+  EXPECT_LT(landed->argument[0], w.landing_m_s + 0.25) << "of the fastest foot, not of the body";
   EXPECT_EQ(w.last(lss::Phase::completed)->kind, 310);
   EXPECT_EQ(w.supervisor_.state().fault_count, 0u);
   EXPECT_EQ(w.supervisor_.state().safe_commands, 0u);

@@ -98,7 +98,7 @@ TEST(TalarisContingency, LandEndsTheWaitingForCalm) {
       hopper.velocity.z() = 0.5;  // the gust
       waiting_s += kFrame_s;
       if (waiting_s >= 2) {
-        EXPECT_GT(hopper.out.height_m, 0.1) << "it waits";
+        EXPECT_GT(hopper.out.height_m, 0.14) << "it waits";
         hopper.flight.land();
         land_s = hopper.time_s;
       }
