@@ -103,6 +103,7 @@ Figures time_to_ready(const Options& options);
 Figures edge_error(const Options& options);
 Figures simulation_speed(const Options& options);
 Figures emergency_stop(const Options& options);
+Figures lockstep_speed(const Options& options);
 Figures fleet(const Options& options);
 
 }  // namespace lss::bench

@@ -53,6 +53,7 @@ constexpr Row kRows[] = {
     {"xi", "edge at an absolute time", edge_error},
     {"xii", "simulation against the wall-clock", simulation_speed},
     {"xiii", "emergency stop to the bus, also under a flood", emergency_stop},
+    {"xiv", "simulated time in lockstep", lockstep_speed},
     {"xvi", "many vehicles on one domain", fleet},
 };
 

@@ -15,6 +15,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <sstream>
 #include <thread>
 
@@ -40,6 +41,20 @@ double memory_mb(pid_t pid, std::string_view what) {
 }
 
 }  // namespace
+
+std::string shipped_config(const std::string& vehicle) {
+  return read_file(source() / "config" / (vehicle + ".toml"));
+}
+
+std::string edited(std::string text, const std::string& key, const std::string& to) {
+  const std::regex line("(^|\n)" + key + " *= *[^#\n]*");
+  std::smatch found;
+  if (!std::regex_search(text, found, line))
+    throw std::runtime_error("no key in the config: " + key);
+  return text.replace(static_cast<std::size_t>(found.position()),
+                      static_cast<std::size_t>(found.length()),
+                      found[1].str() + key + " = " + to + " ");
+}
 
 std::string program(const std::string& name) {
   for (const std::filesystem::path& folder :
@@ -212,7 +227,7 @@ void Service::start(const std::vector<std::string>& words, Process::Environment 
 
 Daemon::Daemon(int domain, bool shared_memory, const std::filesystem::path& enclave,
                const std::string& vehicle_id) {
-  std::string text = read_file(source() / "config" / "zebro.toml");
+  std::string text = shipped_config("zebro");
   if (!shared_memory) text = replaced(text, "shared_memory = true", "shared_memory = false");
   text = replaced(text, "\"zebro-1\"", '"' + vehicle_id + '"');
   text = replaced(text, "enclave = \"\"", "enclave = \"" + enclave.string() + "\"");

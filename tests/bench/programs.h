@@ -34,6 +34,11 @@ using Folder = testing_support::TempFolder;
 // Programs of this build, which stand beside lss-bench; references are made for it alone.
 std::string program(const std::string& name);
 
+// config/VEHICLE.toml.
+std::string shipped_config(const std::string& vehicle);
+// With `key = to` instead of what the text has; throws when it has no such key.
+std::string edited(std::string text, const std::string& key, const std::string& to);
+
 class Process {
  public:
   using Environment = std::vector<std::pair<std::string, std::string>>;

@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <array>
-#include <ctime>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "tests/bench/programs.h"
+#include "tests/support/stamp.h"
 
 namespace lss::bench {
 namespace {
@@ -119,9 +119,6 @@ Machine this_machine() {
   std::string governor = read_file("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor");
   governor.erase(std::remove(governor.begin(), governor.end(), '\n'), governor.end());
   const std::string load = read_file("/proc/loadavg");
-  char date[32];
-  const std::time_t now = std::time(nullptr);
-  std::strftime(date, sizeof date, "%Y-%m-%d", std::gmtime(&now));
   return {.cpu = first_line_after(read_file("/proc/cpuinfo"), "model name"),
           .kernel = system.release,
           .preemption = read_file("/sys/kernel/realtime").starts_with("1") ? "PREEMPT_RT"
@@ -129,7 +126,7 @@ Machine this_machine() {
                             ? "PREEMPT_DYNAMIC, not PREEMPT_RT"
                             : "not PREEMPT_RT",
           .governor = governor.empty() ? "none to be seen (as in a virtual machine)" : governor,
-          .date = date,
+          .date = testing_support::stamp(std::filesystem::read_symlink("/proc/self/exe")),
           .load = load.substr(0, load.find(' ')),
           .cpus = std::thread::hardware_concurrency()};
 }
@@ -147,17 +144,26 @@ std::string markdown(const Figures& figures, const Machine& machine, const std::
       "| load average at the start | {} |\n\n",
       command, machine.date, machine.cpus, machine.cpu, machine.kernel, machine.preemption,
       machine.governor, machine.load);
-  text += "| figure | value | reference | ratio | A/A | goal |\n|---|---:|---:|---:|---:|---|\n";
   const std::vector<std::string> remarks = notes(figures);
-  for (const Figure& f : figures) {
-    const auto note = std::find(remarks.begin(), remarks.end(), f.remark()) - remarks.begin() + 1;
-    text += fmt::format("| {}, {}{}{} | {} | {} | {} | {} | {} |\n", f.row, f.name,
-                        f.unit.empty() || f.unit == "1" ? "" : ", " + f.unit,
-                        f.remark().empty() ? "" : fmt::format(" [{}]", note), number(f.value),
-                        number(f.reference), number(f.ratio), number(f.aa_ratio),
-                        f.met() ? goal(f) + ": " + met(f) : "-");
-  }
-  text += "\n## Notes\n\n";
+  const auto rows = [&](const char* title, bool open) {
+    text += fmt::format(
+        "## {}\n\n| figure | value | reference | ratio | A/A | goal "
+        "|\n|---|---:|---:|---:|---:|---|\n",
+        title);
+    for (const Figure& f : figures) {
+      if ((f.failed || f.met().value_or(Met::yes) != Met::yes) != open) continue;
+      const auto note = std::find(remarks.begin(), remarks.end(), f.remark()) - remarks.begin() + 1;
+      text += fmt::format("| {}, {}{}{} | {} | {} | {} | {} | {} |\n", f.row, f.name,
+                          f.unit.empty() || f.unit == "1" ? "" : ", " + f.unit,
+                          f.remark().empty() ? "" : fmt::format(" [{}]", note), number(f.value),
+                          number(f.reference), number(f.ratio), number(f.aa_ratio),
+                          f.met() ? goal(f) + ": " + met(f) : "-");
+    }
+    text += '\n';
+  };
+  rows("Goals that are not met, or undecided", true);
+  rows("Goals that are met, and figures without a goal", false);
+  text += "## Notes\n\n";
   for (std::size_t i = 0; i < remarks.size(); ++i)
     text += fmt::format("{}. {}\n", i + 1, remarks[i]);
   return text;

@@ -32,16 +32,6 @@ constexpr std::uint64_t kFirstSeq = std::uint64_t{1} << 40;
 
 std::string vehicle_id(const Stoppable& vehicle) { return std::string(vehicle.name) + "-1"; }
 
-std::string edited(std::string text, const std::string& key, const std::string& to) {
-  const std::regex line("(^|\n)" + key + " *= *[^#\n]*");
-  std::smatch found;
-  if (!std::regex_search(text, found, line))
-    throw std::runtime_error("no key in the config: " + key);
-  return text.replace(static_cast<std::size_t>(found.position()),
-                      static_cast<std::size_t>(found.length()),
-                      found[1].str() + key + " = " + to + " ");
-}
-
 bool is_begun(lss_Phase phase) {
   return phase == lss_PHASE_EXECUTING || phase == lss_PHASE_COMPLETED;
 }
@@ -224,8 +214,7 @@ void StopDaemon::start_simulator() {
 }
 
 void StopDaemon::start_daemon(int domain) {
-  std::string text = read_file(std::filesystem::path(LSS_BENCH_SOURCE) / "config" /
-                               (std::string(vehicle_.name) + ".toml"));
+  std::string text = shipped_config(vehicle_.name);
   text = edited(text, "shared_memory", "false");
   for (const auto& [key, to] : vehicle_.config) text = edited(text, key, to);
   const std::string old = "udp://127.0.0.1:20000";
