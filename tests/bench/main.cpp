@@ -138,6 +138,11 @@ int main(int argc, char** argv) {
   Cyclictest::counts_instructions = options.maxima;
   if (machine_wanted) return in_machine(options, names, as_json, document);
 
+  std::string command = "lss-bench --markdown";
+  if (options.quick) command += " --quick";
+  if (!names.empty()) command += fmt::format(" --row {}", fmt::join(names, ","));
+  if (!campaign.empty()) command += " --campaign " + campaign;
+
   const Machine machine = this_machine();
   Figures figures;
   bool failed = false;
@@ -155,17 +160,13 @@ int main(int argc, char** argv) {
                               f.note.empty() ? "" : "; ", share * 100);
       figures.push_back(std::move(f));
     }
-  }
-  fmt::print("{}", as_json ? json(figures) : table(figures));
-  if (!document.empty()) {
-    std::string command = "lss-bench --markdown";
-    if (options.quick) command += " --quick";
-    if (!names.empty()) command += fmt::format(" --row {}", fmt::join(names, ","));
-    if (!campaign.empty()) command += " --campaign " + campaign;
+    // After each row, so that a run that is interrupted keeps what it has measured.
+    if (document.empty()) continue;
     if (!(std::ofstream(document) << markdown(figures, machine, command))) {
       fmt::print(stderr, "cannot write {}\n", document);
       return 1;
     }
   }
+  fmt::print("{}", as_json ? json(figures) : table(figures));
   return failed ? 1 : 0;
 }

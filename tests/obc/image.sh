@@ -45,7 +45,7 @@ packages=(base-files base-passwd bash dash coreutils util-linux mount login pass
   busybox-static init-system-helpers "linux-image-rt-$arch")
 # Of the first alternative each.
 mapfile -t depends < <(for deb in "${ours[@]}"; do dpkg-deb -f "$deb" Depends; done |
-  tr ',' '\n' | sed 's/|.*//; s/(.*//; s/ //g' | grep -vxE 'lssd.*|lss-ground' | sort -u)
+  tr ',' '\n' | sed 's/|.*//; s/(.*//; s/ //g' | grep -vxE 'lssd.*|lss-ground|lss-ros' | sort -u)
 
 key=$( (printf '%s\n' "$arch" "${packages[@]}" "${depends[@]}"; cat "$here/image.sh" "$here"/guest/*) | sha256sum | cut -c 1-16)
 if [ -z "${FAKEROOTKEY:-}" ]; then

@@ -31,6 +31,9 @@ constexpr TimeNs kMostBehindNs = 100 * kMillisecond;
 constexpr int kPhysicsPriority = 40;  // below the lines and the daemon
 constexpr long kStepsPerTruth = 100;
 constexpr int kLookMs = 100;
+// Characters that a line passes on at once: a UART's FIFO, and in simulated time, where each piece
+// costs a hand-over, a packet of a USB adapter.
+constexpr std::size_t kFifo = 8, kPacket = 64;
 
 TimeNs wall_ns() {
   timespec now{};
@@ -55,6 +58,7 @@ class Simulation {
       const Uart::Parameters parameters{.baud = line.baud != 0 ? line.baud : options.baud,
                                         .bits = line.bits,
                                         .paced = options.pace,
+                                        .fifo = options.lockstep ? kPacket : kFifo,
                                         .frame_begin = line.frame_begin,
                                         .frame_end = line.frame_end,
                                         .seed = ++seed};

@@ -110,7 +110,7 @@ TimeNs Uart::next_wake() const {
     if (character.character == parameters_.frame_end) break;
   }
   TimeNs piece = std::numeric_limits<TimeNs>::max();
-  for (std::size_t i = 0; i < std::min(kPiece, leaving_.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(parameters_.fifo, leaving_.size()); ++i) {
     piece = leaving_[i].at_ns;
     if (leaving_[i].character == parameters_.frame_end) break;
   }

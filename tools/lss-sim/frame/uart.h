@@ -39,8 +39,9 @@ class Uart {
  public:
   struct Parameters {
     int baud = 115'200;
-    int bits = 10;      // of a character, with start, parity and stop
-    bool paced = true;  // false: every character arrives at once
+    int bits = 10;         // of a character, with start, parity and stop
+    bool paced = true;     // false: every character arrives at once
+    std::size_t fifo = 8;  // of the master's UART: it passes on so many characters at once
     std::uint8_t frame_begin = ':';
     std::uint8_t frame_end = '\n';
     unsigned seed = 1;
@@ -52,8 +53,8 @@ class Uart {
   void from_master(std::span<const std::uint8_t> characters, TimeNs now);
   // Passes the received characters to the device, and queues its replies and unrequested frames.
   void advance(TimeNs now);
-  // The characters of replies whose last bit has been sent by now, in pieces of up to kPiece like
-  // the FIFO of a UART, but the end of a frame at its own time.
+  // The characters of replies whose last bit has been sent by now, in pieces of up to `fifo`, but
+  // the end of a frame at its own time.
   std::span<const std::uint8_t> take(TimeNs now);
   // The time of the next work for advance or take; the far future when there is none.
   TimeNs next_wake() const;
@@ -62,7 +63,6 @@ class Uart {
   WireFaults faults;
 
  private:
-  static constexpr std::size_t kPiece = 8;
   struct Timed {
     TimeNs at_ns;
     std::uint8_t character;
