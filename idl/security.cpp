@@ -1,5 +1,6 @@
 #include "idl/security.h"
 
+#include <dds/security/dds_security_api_defs.h>
 #include <dlfcn.h>
 #include <openssl/err.h>
 #include <openssl/pem.h>
@@ -23,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using openssl::Bio, openssl::Certificate, openssl::Key, openssl::With;
+using openssl::Bio, openssl::Certificate, openssl::Key, openssl::RevocationList, openssl::With;
 using Signers =
     std::unique_ptr<STACK_OF(X509), decltype([](STACK_OF(X509) * all) { sk_X509_free(all); })>;
 
@@ -56,6 +57,27 @@ tl::expected<Key, std::string> read_key(const fs::path& file) {
   Key key(PEM_read_bio_PrivateKey(in.get(), nullptr, no_word, nullptr));
   if (!key) return wrong(file, "is no private key in PEM without a password");
   return key;
+}
+
+// The list in `folder`, if there is one, is of that CA and does not name the certificate. True:
+// there is one.
+tl::expected<bool, std::string> read_revoked(const fs::path& folder, EVP_PKEY* ca,
+                                             X509* certificate) {
+  const fs::path file = folder / kRevoked;
+  std::error_code none;
+  if (!fs::exists(fs::symlink_status(file, none))) return false;
+  const Bio in = open(file);
+  if (!in) return wrong(file, "cannot be read");
+  const RevocationList list(PEM_read_bio_X509_CRL(in.get(), nullptr, nullptr, nullptr));
+  if (!list) return wrong(file, "is no list of revoked certificates in PEM");
+  if (X509_CRL_verify(list.get(), ca) != 1)
+    return wrong(file, "is not signed by " + std::string(kIdentityCa) +
+                           ": take the file from the keystore again");
+  X509_REVOKED* entry = nullptr;
+  if (X509_CRL_get0_by_cert(list.get(), &entry, certificate) == 1)
+    return wrong(folder / kCertificate,
+                 "is revoked: make a new enclave with: lss-cli keystore add");
+  return true;
 }
 
 std::string common_name(const X509* certificate) {
@@ -158,6 +180,9 @@ tl::expected<Enclave, std::string> read_enclave(const fs::path& folder,
   const Key ca_key(X509_get_pubkey(identity_ca->get()));
   if (X509_verify(certificate->get(), ca_key.get()) != 1)
     return wrong(all / kCertificate, "is not signed by " + std::string(kIdentityCa));
+  const auto revokes = read_revoked(all, ca_key.get(), certificate->get());
+  if (!revokes) return tl::unexpected(revokes.error());
+  enclave.revokes = *revokes;
 
   const std::int64_t now_s = std::time(nullptr);
   std::int64_t begins_s = INT64_MIN;
@@ -201,6 +226,7 @@ tl::expected<void, std::string> use_enclave(dds_qos_t* qos, const Enclave& encla
   put(qos, "dds.sec.auth.identity_ca", file(kIdentityCa));
   put(qos, "dds.sec.auth.identity_certificate", file(kCertificate));
   put(qos, "dds.sec.auth.private_key", file(kKey));
+  if (enclave.revokes) put(qos, ORG_ECLIPSE_CYCLONEDDS_SEC_AUTH_CRL, file(kRevoked));
   put(qos, "dds.sec.access.permissions_ca", file(kPermissionsCa));
   put(qos, "dds.sec.access.governance", file(kGovernance));
   put(qos, "dds.sec.access.permissions", file(kPermissions));

@@ -23,20 +23,22 @@ inline constexpr const char* kCertificate = "cert.pem";
 inline constexpr const char* kKey = "key.pem";
 inline constexpr const char* kGovernance = "governance.p7s";
 inline constexpr const char* kPermissions = "permissions.p7s";
+inline constexpr const char* kRevoked = "crl.pem";  // of the identity CA; there once it revoked one
 
 struct Enclave {
   std::filesystem::path folder;
   std::string name;                   // common name of its certificate
   std::string permissions;            // the signed text
   std::int64_t not_after_utc_s = 0;   // the first of its certificates to expire
+  bool revokes = false;               // it has a list of revoked certificates
   std::vector<std::string> warnings;  // sentences that say what to do
 };
 
-// Reads and checks it: the certificate belongs to the key and to the identity CA, and both
-// documents were signed by the permissions CA itself. (The plugin of Cyclone 0.10.2 accepts any
-// signer with a certificate of that CA, CVE-2023-24011.) `clock_slack`: how far the clock may be
-// before the beginning of a certificate, as on a computer without a clock battery; then this
-// process checks no dates of certificates.
+// Reads and checks it: the certificate belongs to the key and to the identity CA, which has not
+// revoked it, and both documents were signed by the permissions CA itself. (The plugin of Cyclone
+// 0.10.2 accepts any signer with a certificate of that CA, CVE-2023-24011.) `clock_slack`: how far
+// the clock may be before the beginning of a certificate, as on a computer without a clock battery;
+// then this process checks no dates of certificates.
 tl::expected<Enclave, std::string> read_enclave(const std::filesystem::path& folder,
                                                 std::chrono::days clock_slack = {});
 

@@ -123,6 +123,55 @@ TEST_F(Keystore, NothingIsOverwrittenAndNothingIsLeftOfWhatFailed) {
     EXPECT_THAT(one.path().filename().string(), testing::Not(testing::StartsWith("second")));
 }
 
+TEST_F(Keystore, ARevokedCertificateIsOnTheListOfEveryEnclaveAndItsNameIsFree) {
+  const fs::path pilot = add("pilot", DdsRole::command), lost = add("lost", DdsRole::command);
+  EXPECT_FALSE(dds::read_enclave(pilot)->revokes);
+  const std::string first = content(lost / dds::kCertificate);
+  revoke_enclave(store_, "lost");
+  EXPECT_FALSE(fs::exists(lost));
+  ASSERT_TRUE(dds::read_enclave(pilot)) << dds::read_enclave(pilot).error();
+  EXPECT_TRUE(dds::read_enclave(pilot)->revokes);
+
+  const fs::path again = add("lost", DdsRole::command);
+  revoke_enclave(store_, "pilot");  // the list grows
+  ASSERT_TRUE(dds::read_enclave(again)) << dds::read_enclave(again).error();
+  std::vector<fs::path> revoked;
+  for (const fs::directory_entry& one : fs::directory_iterator(store_ / "revoked"))
+    revoked.push_back(one.path());
+  ASSERT_EQ(revoked.size(), 2u);
+  const std::string verify = "verify -crl_check -CAfile " +
+                             (store_ / "public" / dds::kIdentityCa).string() + " -CRLfile " +
+                             (again / dds::kRevoked).string() + " ";
+  EXPECT_TRUE(openssl(verify + (again / dds::kCertificate).string()));
+  for (const fs::path& one : revoked) {
+    EXPECT_FALSE(openssl(verify + (one / dds::kCertificate).string())) << one;
+    fs::copy_file(again / dds::kRevoked, one / dds::kRevoked, fs::copy_options::overwrite_existing);
+    EXPECT_THAT(dds::read_enclave(one).error(), HasSubstr("is revoked"));
+  }
+  EXPECT_NE(content(again / dds::kCertificate), first);
+}
+
+TEST_F(Keystore, WhatCannotBeRevokedIsRefusedAndADamagedListIsNoEmptyOne) {
+  const fs::path one = add("one", DdsRole::command), other = add("other", DdsRole::look);
+  for (const char* name : {"", ".", "..", "nobody", "../enclaves/one", "governance.xml"})
+    EXPECT_THAT(failure_of([&] { revoke_enclave(store_, name); }), HasSubstr("is no enclave"))
+        << name;
+  revoke_enclave(store_, "other");
+  const std::string list = content(one / dds::kRevoked);
+  put_content(store_ / "public" / dds::kRevoked, list.substr(0, list.size() / 2));
+  EXPECT_THAT(failure_of([&] { revoke_enclave(store_, "one"); }),
+              HasSubstr("is no list of revoked certificates of this keystore"));
+  EXPECT_TRUE(fs::exists(one));
+  put_content(one / dds::kRevoked, "");
+  EXPECT_THAT(dds::read_enclave(one).error(), HasSubstr("is no list of revoked certificates"));
+  const fs::path strange = folder_ / "strange";
+  create_keystore(strange, 100);
+  add_enclave(strange, "x", DdsRole::look, 100);
+  revoke_enclave(strange, "x");
+  put_content(one / dds::kRevoked, content(strange / "public" / dds::kRevoked));
+  EXPECT_THAT(dds::read_enclave(one).error(), HasSubstr("is not signed by identity_ca.cert.pem"));
+}
+
 TEST_F(Keystore, NamesThatTheRoleCannotUseAreRefused) {
   EXPECT_THAT(failure_of([&] { add("-x", DdsRole::look); }), HasSubstr("begins with -"));
   EXPECT_THAT(failure_of([&] { add("a-name-of-16-cha", DdsRole::vehicle); }),

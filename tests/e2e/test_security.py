@@ -3,6 +3,7 @@ nor believed; who has one is obeyed as without it."""
 
 import json
 import os
+import shutil
 import socket
 import statistics
 import sys
@@ -94,6 +95,22 @@ class Security(Enclaves, Scenario):
         wrong = self.cli("--source", "other", "stop", "--dry-run")
         self.assertEqual(wrong.code, EXIT["usage"], wrong)
         self.assertIn("not in the name of the certificate, 'pilot'", wrong.err)
+
+    def test_a_revoked_certificate_is_refused_and_its_name_can_have_another(self):
+        daemon = self.start_secured()
+        self.assertEqual(self.as_enclave("other", "status").code, 0)
+        lost, old = os.path.join(self.folder, "lost"), os.path.join(self.folder, "old")
+        shutil.copytree(self.enclave("other"), lost)  # the thief's copy, without a list
+        shutil.copytree(self.enclave("watcher"), old)  # of a computer that did not get it yet
+        self.cli_ok("keystore", "revoke", self.keystore, "other")
+        self.cli_ok("keystore", "add", self.keystore, "other", "--role", "command")
+        daemon.stop()
+        self.start_daemon(self.secured())
+        self.assertEqual(self.as_enclave("pilot", "status").code, 0)
+        self.assertEqual(self.as_enclave("other", "status").code, 0)
+        self.assertEqual(self.cli("--enclave", old, "--timeout", "20s", "status").code, 0)
+        refused = self.cli("--enclave", lost, "--timeout", "5s", "stop")
+        self.assertEqual(refused.code, EXIT["unreachable"], refused)
 
     def test_no_vehicle_is_believed_in_the_name_of_another(self):
         self.start_secured()

@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using openssl::Bio, openssl::Certificate, openssl::Key, openssl::With;
+using openssl::Bio, openssl::Certificate, openssl::Key, openssl::RevocationList, openssl::With;
 
 constexpr mode_t kPublic = 0644, kPrivate = 0600;
 constexpr std::size_t kLongestName = 23;  // a source is NAME:PID of at most 31 characters
@@ -164,6 +164,12 @@ std::string pem(X509* certificate) {
   return text_of(out.get());
 }
 
+std::string pem(X509_CRL* list) {
+  const Bio out(made(BIO_new(BIO_s_mem())));
+  PEM_write_bio_X509_CRL(out.get(), list);
+  return text_of(out.get());
+}
+
 std::string pem(EVP_PKEY* key) {
   const Bio out(made(BIO_new(BIO_s_mem())));
   PEM_write_bio_PrivateKey(out.get(), key, nullptr, nullptr, 0, nullptr, nullptr);
@@ -203,7 +209,7 @@ Identity make_identity(const std::string& name, const Identity* issuer, int days
   extend(NID_authority_key_identifier, "keyid");
   if (issuer == nullptr) {
     extend(NID_basic_constraints, "critical,CA:TRUE,pathlen:0");
-    extend(NID_key_usage, "critical,keyCertSign,digitalSignature");
+    extend(NID_key_usage, "critical,keyCertSign,cRLSign,digitalSignature");
   } else {
     extend(NID_basic_constraints, "critical,CA:FALSE");
     extend(NID_key_usage, "critical,digitalSignature");
@@ -240,6 +246,45 @@ Identity read_identity(const fs::path& keystore, const char* ca) {
       X509_check_private_key(one.certificate.get(), one.key.get()) != 1)
     fail(key, "is not the key of " + certificate.string());
   return one;
+}
+
+// The old file or the new one, whole, also after a power cut.
+void replace(const fs::path& path, std::string_view text) {
+  fs::path next = path;
+  next += ".new";
+  std::error_code none;
+  fs::remove(next, none);  // of an attempt that was cut off
+  write(next, text, kPublic);
+  if (::rename(next.c_str(), path.c_str()) != 0) fail(path, std::strerror(errno));
+}
+
+// The list so far, or an empty one. Valid from 1970, like certificates.
+RevocationList read_revoked(const fs::path& file, const Identity& ca) {
+  std::error_code none;
+  if (fs::exists(fs::symlink_status(file, none))) {
+    const Bio in(BIO_new_file(file.c_str(), "r"));
+    RevocationList list(in ? PEM_read_bio_X509_CRL(in.get(), nullptr, nullptr, nullptr) : nullptr);
+    if (!list || X509_CRL_verify(list.get(), ca.key.get()) != 1)
+      fail(file, "is no list of revoked certificates of this keystore",
+           "restore it from a copy: without it, what was revoked is accepted again");
+    return list;
+  }
+  RevocationList list(made(X509_CRL_new()));
+  X509_CRL_set_version(list.get(), 1);  // the second, which has extensions
+  X509_CRL_set_issuer_name(list.get(), X509_get_subject_name(ca.certificate.get()));
+  const std::unique_ptr<ASN1_TIME, With<ASN1_TIME_free>> begin(made(ASN1_TIME_set(nullptr, 0)));
+  X509_CRL_set1_lastUpdate(list.get(), begin.get());
+  X509_CRL_set1_nextUpdate(list.get(), X509_get0_notAfter(ca.certificate.get()));
+  return list;
+}
+
+std::string serial_of(X509* certificate) {
+  const std::unique_ptr<BIGNUM, With<BN_free>> number(
+      made(ASN1_INTEGER_to_BN(X509_get0_serialNumber(certificate), nullptr)));
+  char* const text = made(BN_bn2hex(number.get()));
+  const std::string serial = text;
+  OPENSSL_free(text);
+  return serial;
 }
 
 // Fills a folder beside `folder` and gives it the name at last, so that it is whole or not there.
@@ -318,7 +363,7 @@ void add_enclave(const fs::path& keystore, const std::string& name, DdsRole role
   const fs::path folder = keystore / "enclaves" / name;
   if (fs::exists(folder, none))
     fail(folder, "is there already",
-         "take another name, or remove it first; its old certificate stays valid");
+         "take another name, or first: lss-cli keystore revoke " + keystore.string() + " " + name);
   const Identity identity_ca = read_identity(keystore, "identity_ca");
   const Identity permissions_ca = read_identity(keystore, "permissions_ca");
   if (X509_cmp(identity_ca.certificate.get(), permissions_ca.certificate.get()) == 0)
@@ -333,9 +378,54 @@ void add_enclave(const fs::path& keystore, const std::string& name, DdsRole role
     fs::copy_file(keystore / "enclaves" / dds::kGovernance, root / dds::kGovernance);
     write(root / dds::kCertificate, pem(own.certificate.get()), kPublic);
     write(root / dds::kKey, pem(own.key.get()), kPrivate);
+    if (const fs::path list = keystore / "public" / dds::kRevoked; fs::exists(list))
+      fs::copy_file(list, root / dds::kRevoked);
     write(root / "permissions.xml", permissions, kPublic);
     write(root / dds::kPermissions, signed_text(permissions, permissions_ca), kPublic);
   });
+}
+
+void revoke_enclave(const fs::path& keystore, const std::string& name) {
+  const Identity ca = read_identity(keystore, "identity_ca");
+  if ((X509_get_key_usage(ca.certificate.get()) & KU_CRL_SIGN) == 0)
+    fail(keystore, "is of an lss-cli whose CAs cannot revoke",
+         "make a new keystore: lss-cli keystore create FOLDER");
+  std::error_code error;
+  const fs::path folder = keystore / "enclaves" / name;
+  const bool is_name = !name.empty() && fs::path(name).filename() == name && name[0] != '.';
+  if (!is_name || !fs::is_directory(folder, error))
+    fail(folder, "is no enclave", "see them with: lss-cli keystore list " + keystore.string());
+  const Bio in(BIO_new_file((folder / dds::kCertificate).c_str(), "r"));
+  const Certificate certificate(in ? PEM_read_bio_X509(in.get(), nullptr, nullptr, nullptr)
+                                   : nullptr);
+  if (!certificate) fail(folder / dds::kCertificate, "is no certificate in PEM");
+  if (X509_verify(certificate.get(), ca.key.get()) != 1)
+    fail(folder / dds::kCertificate, "is not of this keystore");
+
+  const fs::path file = keystore / "public" / dds::kRevoked;
+  const RevocationList list = read_revoked(file, ca);
+  X509_REVOKED* entry = nullptr;
+  if (X509_CRL_get0_by_cert(list.get(), &entry, certificate.get()) != 1) {
+    std::unique_ptr<X509_REVOKED, With<X509_REVOKED_free>> one(made(X509_REVOKED_new()));
+    X509_REVOKED_set_serialNumber(one.get(), X509_get_serialNumber(certificate.get()));
+    const std::unique_ptr<ASN1_TIME, With<ASN1_TIME_free>> now(
+        made(ASN1_TIME_set(nullptr, std::time(nullptr))));
+    X509_REVOKED_set_revocationDate(one.get(), now.get());
+    made(X509_CRL_add0_revoked(list.get(), one.get()) == 1);
+    one.release();  // the list owns it
+  }
+  X509_CRL_sort(list.get());
+  made(X509_CRL_sign(list.get(), ca.key.get(), EVP_sha256()));
+  const std::string text = pem(list.get());
+  replace(file, text);
+  for (const fs::directory_entry& other : fs::directory_iterator(keystore / "enclaves")) {
+    if (other.is_directory() && other.path() != folder) replace(other.path() / dds::kRevoked, text);
+  }
+  const fs::path away = keystore / "revoked";
+  fs::create_directory(away, error);
+  fs::permissions(away, fs::perms::owner_all, error);
+  const fs::path to = away / (name + "-" + serial_of(certificate.get()));
+  if (::rename(folder.c_str(), to.c_str()) != 0) fail(to, std::strerror(errno));
 }
 
 std::vector<KeystoreEntry> list_keystore(const fs::path& keystore) {

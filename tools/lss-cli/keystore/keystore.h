@@ -4,7 +4,9 @@
 //   public/    certificates of the two CAs
 //   private/   their keys, which no vehicle gets
 //   enclaves/NAME/   all that one participant needs (idl/security.h)
-// with separate CAs for identities and permissions. Throws Failure; nothing is overwritten.
+//   revoked/NAME-SERIAL/   enclaves that nobody accepts any more
+// with separate CAs for identities and permissions. Throws Failure; nothing is overwritten but the
+// list of revoked certificates (public/crl.pem, a copy in each enclave), which only grows.
 
 #include <cstdint>
 #include <filesystem>
@@ -21,6 +23,10 @@ void create_keystore(const std::filesystem::path& folder, int days);
 
 void add_enclave(const std::filesystem::path& keystore, const std::string& name, DdsRole role,
                  int days);
+
+// Moves the enclave to revoked/ and puts its certificate on the list. Participants refuse it once
+// they have the list and are started again.
+void revoke_enclave(const std::filesystem::path& keystore, const std::string& name);
 
 struct KeystoreEntry {
   std::string name, role;

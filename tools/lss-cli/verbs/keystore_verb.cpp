@@ -40,6 +40,15 @@ ExitCode run(Context& context, const Words& words) {
                     words.folder));
     return ExitCode::completed;
   }
+  if (words.what == "revoke") {
+    revoke_enclave(words.folder, words.name);
+    context.output.print(fmt::format(
+        "{1} is revoked; its files are in {0}/revoked\n"
+        "next: copy {0}/enclaves/NAME/crl.pem to the computer of each NAME, and start its programs "
+        "again: until then they accept {1}\n",
+        words.folder, words.name));
+    return ExitCode::completed;
+  }
   const auto role = std::ranges::find(kDdsRoles, words.role);
   add_enclave(words.folder, words.name, static_cast<DdsRole>(role - std::begin(kDdsRoles)),
               words.days);
@@ -52,13 +61,15 @@ ExitCode run(Context& context, const Words& words) {
 
 // Before any action.
 void check(const Words& words) {
-  const bool adds = words.what == "add";
+  const bool adds = words.what == "add", revokes = words.what == "revoke";
   if (adds && (words.name.empty() || words.role.empty()))
     throw Failure(ExitCode::usage,
                   "add needs a name and --role look, stop, command, vehicle, ros or bridge");
-  if (!adds && (!words.name.empty() || !words.role.empty()))
+  if (revokes && words.name.empty()) throw Failure(ExitCode::usage, "revoke needs a name");
+  if ((!adds && !revokes && !words.name.empty()) || (!adds && !words.role.empty()))
     throw Failure(ExitCode::usage,
-                  fmt::format("{} takes a folder only; a name and --role are for add", words.what));
+                  fmt::format("{} takes a folder{} only; {}--role is for add", words.what,
+                              revokes ? " and a name" : "", revokes ? "" : "a name and "));
 }
 
 }  // namespace
@@ -71,11 +82,12 @@ void add_keystore_verb(Grammar& grammar) {
                                "  lss-cli keystore create keys\n"
                                "  lss-cli keystore add keys zebro-1 --role vehicle\n"
                                "  lss-cli keystore add keys pilot --role command\n"
+                               "  lss-cli keystore revoke keys pilot\n"
                                "  lss-cli keystore list keys\n");
   auto words = std::make_shared<Words>();
-  sub.add_option("what", words->what, "create, add or list")
+  sub.add_option("what", words->what, "create, add, revoke or list")
       ->required()
-      ->check(CLI::IsMember({"create", "add", "list"}));
+      ->check(CLI::IsMember({"create", "add", "revoke", "list"}));
   sub.add_option("folder", words->folder, "the keystore")->required();
   sub.add_option("name", words->name,
                  "of the enclave: a vehicle's vehicle_id, a pilot, a program, a node of ROS 2");
@@ -84,7 +96,7 @@ void add_keystore_verb(Grammar& grammar) {
   sub.add_option("--days", words->days, "until it expires")
       ->check(CLI::Range(1, 36'500))
       ->capture_default_str();
-  grammar.values(sub, "", {"create", "add", "list"});
+  grammar.values(sub, "", {"create", "add", "revoke", "list"});
   grammar.values(sub, "--role", {kDdsRoles, kDdsRoles + std::size(kDdsRoles)});
   grammar.on(
       sub, [words](Context& context) { return run(context, *words); }, [words] { check(*words); });
