@@ -53,11 +53,13 @@ class Secured(Box):
     def test_3_the_page_shows_the_vehicle(self):
         self.give("lss-ground", "page")
         self.must("systemctl start lss-ground")
+        hello = '{"type":"hello","key":"","session":""}'
         request = "\\r\\n".join(["GET / HTTP/1.1", f"Host: 127.0.0.1:{PAGE}", "Upgrade: websocket", "Connection: Upgrade",
                                 "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==", "Sec-WebSocket-Version: 13",
                                 "Sec-WebSocket-Protocol: lss-ground", "", ""])
-        self.wait(f"exec 3<> /dev/tcp/127.0.0.1/{PAGE} && printf '{request}' >&3 && timeout 5 cat <&3 | grep -qa zebro-1",
-                  "the page has the vehicle", 60)
+        frame = f"\\201\\{0x80 | len(hello):o}\\0\\0\\0\\0{hello}"  # text, masked with zeros
+        self.wait(f"exec 3<> /dev/tcp/127.0.0.1/{PAGE} && printf '{request}' >&3 && printf '{frame}' >&3 && "
+                  "timeout 5 cat <&3 | grep -qa zebro-1", "the page has the vehicle", 60)
 
     def test_4_nothing_failed(self):
         self.assertEqual(self.must("systemctl --failed --no-legend"), "")
