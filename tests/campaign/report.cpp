@@ -46,7 +46,7 @@ std::string Summary::line() const {
       "frames "
       "in {:.0f} s of CPU, {:.0f} times real time",
       subject.vehicle, runs - broken, runs, faults, commands, rejected, stops, frames, cpu_s,
-      simulated_s / cpu_s);
+      simulated_s / std::max(cpu_s, 1e-9));
 }
 
 std::string document(const std::vector<Summary>& summaries, const std::string& command,

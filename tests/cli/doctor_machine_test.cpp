@@ -187,6 +187,13 @@ TEST_F(DoctorMachine, ListsOfCpusAreReadAsTheKernelWritesThem) {
   EXPECT_THAT(parse_cpus("x,2-"), IsEmpty());
 }
 
+// As of a process that ends between open and read.
+TEST_F(DoctorMachine, AFileThatCannotBeReadIsAbsent) {
+  EXPECT_EQ(read_text("/"), std::nullopt);
+  EXPECT_EQ(read_number("/"), std::nullopt);
+  EXPECT_EQ(read_text("/dev/null"), "");
+}
+
 // Checks of this machine.
 TEST(DoctorProbes, AnswerOnTheMachineThatTheTestsRunOn) {
   EXPECT_EQ(ask_fifo(100), EINVAL);  // there are 99

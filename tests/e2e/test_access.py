@@ -100,6 +100,7 @@ class Access(Guarded):
         broken = self.write("broken.pem", "-----BEGIN CERTIFICATE-----\nAAAA\n-----END CERTIFICATE-----\n")
         for of_certificate, of_key, why in (
                 (absent, key, f"cannot read {absent}"), (certificate, absent, f"cannot read {absent}"),
+                (self.folder, key, f"cannot read {self.folder}"),
                 (broken, key, f"{broken} is no certificate"), (key, key, f"{key} is no certificate"),
                 (certificate, broken, f"{broken} is no private key"), (certificate, certificate, "others may read"),
                 (certificate, locked, f"{locked} is no private key in PEM without a password"),

@@ -150,7 +150,7 @@ class Ardito(Rover):
     def test_strangers_on_the_port_and_broken_datagrams_are_dropped_and_counted(self):
         self.start_all(beacon_s="1.5")
         self.begin_drive("0.3")
-        before = self.status()["telemetry"]["bus_frames_dropped"]
+        before = self.telemetry()["bus_frames_dropped"]
         with open(f"/proc/{self.programs[1].process.pid}/net/udp", encoding="ascii") as table:
             inodes = {line.split()[9]: int(line.split()[1].split(":")[1], 16) for line in table.readlines()[1:]}
         folder = f"/proc/{self.programs[1].process.pid}/fd"

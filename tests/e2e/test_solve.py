@@ -15,7 +15,7 @@ class Solve(Scenario):
     IN_LOCKSTEP = True
 
     def isolated(self):
-        return [m["name"] for m in self.status()["telemetry"]["modules"] if m["isolated"]]
+        return [m["name"] for m in self.telemetry()["modules"] if m["isolated"]]
 
     def tried(self):
         return [e["text"] for e in self.events() if e["name"] == "strategy_begun"]

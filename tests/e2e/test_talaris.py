@@ -156,9 +156,9 @@ class Talaris(Hopper):
         shell.signal(signal.SIGINT)
         shell.wait(20)
         self.wait_state(IDLE)
-        before = self.status()["telemetry"]["valves"][4]["fired_s"]
+        before = self.telemetry()["valves"][4]["fired_s"]
         self.cli_ok("run", "-e", "pulse 5,7 --on 80ms --delay 40ms --frames 10")
-        fired = self.status()["telemetry"]["valves"][4]["fired_s"] - before
+        fired = self.telemetry()["valves"][4]["fired_s"] - before
         self.assertAlmostEqual(fired, 0.8, delta=0.02)  # edges as late as the machine lets them be
 
     def test_what_is_out_of_order_or_cannot_be_flown_is_rejected_with_its_numbers(self):

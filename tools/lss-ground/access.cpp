@@ -40,9 +40,12 @@ bool is_local_name(std::string_view host) {
 
 tl::expected<std::string, std::string> read_file(const std::string& path) {
   std::ifstream file(path);
-  if (!file)
-    return tl::unexpected("cannot read " + path + ": does it exist, and may this user read it?");
-  return std::string(std::istreambuf_iterator<char>(file), {});
+  try {
+    if (file) return std::string(std::istreambuf_iterator<char>(file), {});
+  } catch (const std::ios_base::failure&) {  // a folder, for example
+  }
+  return tl::unexpected("cannot read " + path +
+                        ": is it a file that exists, and may this user read it?");
 }
 
 // Permission bits that let others read the file.

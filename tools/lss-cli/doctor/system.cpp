@@ -4,9 +4,9 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <fstream>
-#include <iterator>
 #include <sstream>
 #include <system_error>
 
@@ -41,7 +41,13 @@ Process process(const System& system, pid_t pid) {
 std::optional<std::string> read_text(const fs::path& file) {
   std::ifstream stream(file);
   if (!stream) return std::nullopt;
-  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  // By read(), which reports what a stream's buffer throws: a process can end before its file is
+  // read.
+  std::string text;
+  for (std::array<char, 4096> piece{}; stream;) {
+    stream.read(piece.data(), piece.size());
+    text.append(piece.data(), static_cast<std::size_t>(stream.gcount()));
+  }
   if (stream.bad()) return std::nullopt;
   const std::size_t first = text.find_first_not_of(" \t\n");
   if (first == std::string::npos) return "";
