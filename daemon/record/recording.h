@@ -109,6 +109,7 @@ class RecordingReader {
   bool read_chunk();
   bool being_written() const;
   void classify();
+  std::uint64_t file_size() const;
   std::uint64_t end_of_use() const;
   bool looks_torn(std::uint64_t used) const;
   bool has_head(std::uint64_t from, std::uint64_t to) const;

@@ -135,13 +135,20 @@ bool RecordingReader::next_chunk() {
   if (read_chunk()) return true;
   classify();
   if (end_ != End::torn && end_ != End::damaged) return false;
-  // Its recorder may have continued meanwhile: then the chunk is complete now, or will be.
-  const bool whole = read_chunk();
-  if (!whole && !(end_ == End::torn && being_written())) return false;
-  end_ = whole ? End::none : End::open;
+  // Its recorder may have continued meanwhile: then the chunk is complete now, or will be. Or it
+  // has ended: then the file is final, and longer than it was.
+  const bool written = being_written();
+  if (!written) size_ = file_size();
+  const End first = std::exchange(end_, End::none);
   torn_bytes_ = 0;
   trouble_.clear();
-  return whole;
+  if (read_chunk()) return true;
+  if (written && first == End::torn) {
+    end_ = End::open;
+  } else {
+    classify();
+  }
+  return false;
 }
 
 // Reads the chunk at offset_ when it is complete.
@@ -195,12 +202,15 @@ void RecordingReader::classify() {
     trouble_ += fmt::format(", of {} bytes; at most {} are read", head.size, most::kChunkBytes);
 }
 
+// size_ when it cannot be told.
+std::uint64_t RecordingReader::file_size() const {
+  struct stat info {};
+  return ::fstat(file_.get(), &info) == 0 ? static_cast<std::uint64_t>(info.st_size) : size_;
+}
+
 // Position after the last byte that is not zero; offset_ when there is none.
 std::uint64_t RecordingReader::end_of_use() const {
-  struct stat info {};
-  std::uint64_t end = size_;
-  if (::fstat(file_.get(), &info) == 0)
-    end = std::min(end, static_cast<std::uint64_t>(info.st_size));
+  std::uint64_t end = std::min(size_, file_size());
   std::vector<std::uint8_t> window;
   while (end > offset_) {
     window.resize(std::min<std::uint64_t>(kWindow, end - offset_));

@@ -204,6 +204,26 @@ TEST_F(RecordingTest, AChunkThatIsBeingWrittenIsNotTorn) {
   EXPECT_EQ(read().end, End::torn) << "nobody writes it";
 }
 
+// It was opened in the middle of a chunk, which was complete when it was looked at again.
+TEST_F(RecordingTest, ARecorderThatEndsWhileItIsReadLeavesAWholeFile) {
+  const Bytes whole = make(true);
+  for (const std::uint64_t from : {ends_[0] - 5, ends_[1] + 3, ends_[2] + 5}) {
+    const auto half = static_cast<std::ptrdiff_t>(from);
+    read(Bytes(whole.begin(), whole.begin() + half));
+    auto reader = RecordingReader::open(path());
+    ASSERT_TRUE(reader);
+    std::ofstream(path(), std::ios::binary | std::ios::app)
+        .write(reinterpret_cast<const char*>(whole.data()) + half,
+               static_cast<std::ptrdiff_t>(whole.size()) - half);
+    Item kind;
+    std::span<const std::uint8_t> item;
+    int items = 0;
+    while (reader->next(kind, item)) ++items;
+    EXPECT_EQ(reader->end(), End::whole) << from;
+    EXPECT_EQ(items, 6) << from;
+  }
+}
+
 // Looked at again and again while its recorder writes: there is no damage, and nothing is torn.
 TEST_F(RecordingTest, AFileThatIsBeingWrittenIsNeverDamaged) {
   for (const std::uint64_t allocate : {std::uint64_t{4'000'000}, std::uint64_t{0}}) {
