@@ -289,7 +289,10 @@ FaultSet Flight::find_faults(const FlightInputs& in) const noexcept {
   if (airborne_ && fans_s_ > parameters_.fans.max_run_s + kEscape_s) found |= kOverTime;
   if (!watch_.good()) found |= kActuatorFailed;
   if (judgement_.off != Off::none) found |= kOffCourse;
-  if (now_judged_.wavers && holds_ < kMostHolds) found |= kOffTrack;
+  // without the gas for the rest of the way after it a hold would be the end
+  const bool covered =
+      phase_ == Phase::hold || hold_gas_s() <= gas_.left_s() - parameters_.gas.reserve_s / 2;
+  if (now_judged_.wavers && holds_ < kMostHolds && covered) found |= kOffTrack;
   const bool goes_on = phase_ == Phase::ascend || phase_ == Phase::hover || phase_ == Phase::turn ||
                        phase_ == Phase::traverse || phase_ == Phase::hold;
   if (airborne_ && goes_on && needed_gas_s() > gas_.left_s() - parameters_.gas.reserve_s / 2)

@@ -22,7 +22,7 @@
 //   a valve or a fan failed               | escape by all actuators that are left (allocation.h)
 //   corridor left, wind too strong        | land (corridor.h)
 //   gas left < what the plan still takes  | shorten: it stops, then descends
-//   far off the plan                      | hold: waits in the traverse until it is back
+//   far off the plan, with gas to go on   | hold: waits in the traverse until it is back
 //   valves and fans, IMU and fans         | all-stop: nothing is left to do
 //   land()                                | controlled descent, here
 //
@@ -229,6 +229,9 @@ class Flight {
   void wait_for_calm() noexcept;
   bool by_fans() const noexcept;
   bool rests() const noexcept;
+  double leg_left_s(const Vector3& from_m) const noexcept;
+  double after_traverse_s() const noexcept;
+  double hold_gas_s() const noexcept;
   double needed_gas_s() const noexcept;
   double landing_gas_s() const noexcept;
   bool imu_usable() const noexcept { return (faults_ & kImuLost) == 0; }

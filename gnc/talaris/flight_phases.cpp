@@ -113,22 +113,38 @@ void Flight::begin_leg() noexcept {
   enter(Phase::traverse);
 }
 
+// Of the traverse from a standstill at `from_m`: the shorter way has the same peak of acceleration.
+double Flight::leg_left_s(const Vector3& from_m) const noexcept {
+  const double left_m = (goal_m_ - from_m).tail<2>().norm();
+  const double whole_m = std::max(std::abs(plan_.request.distance_m), 0.1);
+  return std::max(plan_.traverse_s * std::sqrt(std::min(left_m / whole_m, 1.0)),
+                  2 * kMinTimeToGo_s);
+}
+
+// Keep and descent, as planned.
+double Flight::after_traverse_s() const noexcept {
+  return plan_.total_s - plan_.climb_s - plan_.hover_s - plan_.turn_s - plan_.traverse_s;
+}
+
+// Gas for a hold that begins now: to stop, and for the rest of the way after it.
+double Flight::hold_gas_s() const noexcept {
+  const Vector3 v(0, state_.velocity_N_m_s.y(), state_.velocity_N_m_s.z());
+  const double stop_s = std::max(v.norm() / kStopping_m_s2, kMinTimeToGo_s);
+  const double way_s = leg_left_s(state_.position_N_m + stop_s / 2 * v) + after_traverse_s();
+  return hover_thrusters(parameters_) * stop_s +
+         parameters_.body.mass_kg * v.norm() / parameters_.thrusters.force_N +
+         plan_.gas_s * way_s / plan_.total_s;
+}
+
 // The traverse, after a hold: from here, at the planned mean speed.
 void Flight::resume() noexcept {
   Target target;
   target.position_m = goal_m_;
-  const double left_m = (goal_m_ - state_.position_N_m).tail<2>().norm();
-  const double whole_m = std::max(std::abs(plan_.request.distance_m), 0.1);
   const double waited_s = flown_s_;
-  // the shorter way has the same peak of acceleration
-  target.time_to_go_s =
-      std::max(plan_.traverse_s * std::sqrt(std::min(left_m / whole_m, 1.0)), 2 * kMinTimeToGo_s);
+  target.time_to_go_s = leg_left_s(state_.position_N_m);
   leg_m_ = target.position_m;
   traverse_s_ = target.time_to_go_s;
-  // the end of the plan moves: that of the traverse is known, keep and descent are as planned
-  const double rest_s =
-      plan_.total_s - plan_.climb_s - plan_.hover_s - plan_.turn_s - plan_.traverse_s;
-  extra_s_ = std::max(waited_s + traverse_s_ + rest_s - plan_.total_s, 0.0);
+  extra_s_ = std::max(waited_s + traverse_s_ + after_traverse_s() - plan_.total_s, 0.0);
   corridor_.begin(state_.position_N_m, goal_m_, traverse_s_);
   guidance_.aim(target);
   enter(Phase::traverse);

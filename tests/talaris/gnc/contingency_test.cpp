@@ -217,6 +217,31 @@ TEST(TalarisContingency, LowGasEndsTheHopSoonerAndStillUnderControl) {
   EXPECT_LT(hopper.out.gas_used_s, 44);
 }
 
+// After a hold the rest of the way takes its time again: begun without the gas for it, the flight
+// would end where it stopped.
+TEST(TalarisContingency, AHoldIsOnlyBegunWhenTheGasCoversTheRestOfTheWayAfterIt) {
+  constexpr double kBehind_m = 4.5, kSpare_s = 5;
+  for (const bool enough : {false, true}) {
+    Parameters p;
+    if (enough) p.gas.budget_s = 60;
+    Hopper hopper(World{}, p);
+    ASSERT_TRUE(hopper.flight.plan({}).feasible());
+    ASSERT_TRUE(hopper.flight.execute());
+    while (hopper.time_s < 30 && !(hopper.out.phase == Phase::traverse && hopper.out.phase_s > 1.5))
+      hopper.frame();
+    ASSERT_EQ(hopper.out.phase, Phase::traverse);
+    while (!enough && hopper.flight.gas().left_s() > hopper.out.gas_needed_s + kSpare_s)
+      hopper.flight.count_gas({0.1});
+    hopper.position.z() -= kBehind_m;
+    for (int n = 0; n < 2; ++n) hopper.frame();
+    EXPECT_EQ(hopper.out.phase, enough ? Phase::hold : Phase::traverse);
+    ASSERT_TRUE(hopper.run(60));
+    EXPECT_EQ(hopper.out.faults & kGasShort, 0U);
+    EXPECT_TRUE(hopper.out.succeeded);
+    EXPECT_NEAR(hopper.position.z(), 30, 1.5);
+  }
+}
+
 // Nothing is cut before the ground because that took longer than from 2 m.
 TEST(TalarisContingency, FromTenMetresItLandsToo) {
   const PlanRequest r = high();
