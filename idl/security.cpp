@@ -8,6 +8,7 @@
 #include <openssl/sha.h>
 #include <openssl/x509.h>
 #include <openssl/x509_vfy.h>
+#include <openssl/x509v3.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -59,31 +60,24 @@ tl::expected<Key, std::string> read_key(const fs::path& file) {
   return key;
 }
 
-// The list in `folder`, if there is one, is of that CA and does not name the certificate. True:
-// there is one.
-tl::expected<bool, std::string> read_revoked(const fs::path& folder, EVP_PKEY* ca,
-                                             X509* certificate) {
+// The list in `folder`, of that CA and without the certificate; nullptr: there is none.
+tl::expected<RevocationList, std::string> read_revoked(const fs::path& folder, EVP_PKEY* ca,
+                                                       X509* certificate) {
   const fs::path file = folder / kRevoked;
+  const std::string again = ": take the file from the keystore again";
   std::error_code none;
-  if (!fs::exists(fs::symlink_status(file, none))) return false;
+  if (!fs::exists(fs::symlink_status(file, none))) return RevocationList();
   const Bio in = open(file);
-  if (!in) return wrong(file, "cannot be read");
-  const RevocationList list(PEM_read_bio_X509_CRL(in.get(), nullptr, nullptr, nullptr));
-  if (!list) return wrong(file, "is no list of revoked certificates in PEM");
+  if (!in) return wrong(file, "cannot be read" + again);
+  RevocationList list(PEM_read_bio_X509_CRL(in.get(), nullptr, nullptr, nullptr));
+  if (!list) return wrong(file, "is no list of revoked certificates in PEM" + again);
   if (X509_CRL_verify(list.get(), ca) != 1)
-    return wrong(file, "is not signed by " + std::string(kIdentityCa) +
-                           ": take the file from the keystore again");
+    return wrong(file, "is not signed by " + std::string(kIdentityCa) + again);
   X509_REVOKED* entry = nullptr;
   if (X509_CRL_get0_by_cert(list.get(), &entry, certificate) == 1)
     return wrong(folder / kCertificate,
                  "is revoked: make a new enclave with: lss-cli keystore add");
-  return true;
-}
-
-std::string common_name(const X509* certificate) {
-  char text[256] = "";
-  X509_NAME_get_text_by_NID(X509_get_subject_name(certificate), NID_commonName, text, sizeof text);
-  return text;
+  return list;
 }
 
 std::int64_t utc_s(const ASN1_TIME* time) {
@@ -156,6 +150,12 @@ void put(dds_qos_t* qos, const std::string& name, const std::string& value) {
 
 }  // namespace
 
+std::string common_name(const X509* certificate) {
+  char text[256] = "";
+  X509_NAME_get_text_by_NID(X509_get_subject_name(certificate), NID_commonName, text, sizeof text);
+  return text;
+}
+
 tl::expected<Enclave, std::string> read_enclave(const fs::path& folder,
                                                 std::chrono::days clock_slack) {
   std::error_code none;
@@ -182,7 +182,12 @@ tl::expected<Enclave, std::string> read_enclave(const fs::path& folder,
     return wrong(all / kCertificate, "is not signed by " + std::string(kIdentityCa));
   const auto revokes = read_revoked(all, ca_key.get(), certificate->get());
   if (!revokes) return tl::unexpected(revokes.error());
-  enclave.revokes = *revokes;
+  enclave.revokes = *revokes != nullptr;
+  const std::uint32_t usage = X509_get_key_usage(identity_ca->get());
+  if (!enclave.revokes && usage != UINT32_MAX && (usage & KU_CRL_SIGN) != 0)
+    enclave.warnings.push_back((all / kRevoked).string() +
+                               " is missing: revoked certificates are accepted; take the file from "
+                               "the keystore");
 
   const std::int64_t now_s = std::time(nullptr);
   std::int64_t begins_s = INT64_MIN;
@@ -191,6 +196,11 @@ tl::expected<Enclave, std::string> read_enclave(const fs::path& folder,
     begins_s = std::max(begins_s, utc_s(X509_get0_notBefore((*one)->get())));
     enclave.not_after_utc_s =
         std::min(enclave.not_after_utc_s, utc_s(X509_get0_notAfter((*one)->get())));
+  }
+  if (enclave.revokes) {
+    begins_s = std::max(begins_s, utc_s(X509_CRL_get0_lastUpdate(revokes->get())));
+    if (const ASN1_TIME* next = X509_CRL_get0_nextUpdate(revokes->get()))
+      enclave.not_after_utc_s = std::min(enclave.not_after_utc_s, utc_s(next));
   }
   if (now_s < begins_s) {
     const std::string clock =

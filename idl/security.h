@@ -14,6 +14,8 @@
 #include <tl/expected.hpp>
 #include <vector>
 
+struct x509_st;  // X509 of OpenSSL
+
 namespace lss::dds {
 
 // The files of an enclave.
@@ -23,7 +25,7 @@ inline constexpr const char* kCertificate = "cert.pem";
 inline constexpr const char* kKey = "key.pem";
 inline constexpr const char* kGovernance = "governance.p7s";
 inline constexpr const char* kPermissions = "permissions.p7s";
-inline constexpr const char* kRevoked = "crl.pem";  // of the identity CA; there once it revoked one
+inline constexpr const char* kRevoked = "crl.pem";  // of the identity CA; optional
 
 struct Enclave {
   std::filesystem::path folder;
@@ -41,6 +43,9 @@ struct Enclave {
 // then this process checks no dates of certificates.
 tl::expected<Enclave, std::string> read_enclave(const std::filesystem::path& folder,
                                                 std::chrono::days clock_slack = {});
+
+// CN of the subject; empty: it has none.
+std::string common_name(const x509_st* certificate);
 
 // Lets a participant with this QoS use the enclave. The error says which plugin is missing.
 tl::expected<void, std::string> use_enclave(dds_qos_t* qos, const Enclave& enclave);

@@ -76,7 +76,9 @@ Figures measure(const Row& row, const Options& options, bool& failed) {
   } catch (const std::exception& error) {
     failed = true;
     fmt::print(stderr, "row {} failed: {}\n", row.name, error.what());
-    return {not_measured(row.name, row.what, error.what())};
+    Figure broken = not_measured(row.name, row.what, error.what());
+    broken.failed = true;
+    return {broken};
   }
 }
 
@@ -160,13 +162,19 @@ int main(int argc, char** argv) {
                               f.note.empty() ? "" : "; ", share * 100);
       figures.push_back(std::move(f));
     }
-    // After each row, so that a run that is interrupted keeps what it has measured.
+    // After each row, so that a run that is interrupted keeps what it has measured, beside the
+    // document of before.
     if (document.empty()) continue;
-    if (!(std::ofstream(document) << markdown(figures, machine, command))) {
-      fmt::print(stderr, "cannot write {}\n", document);
+    const std::string so_far = document + ".new";
+    if (!(std::ofstream(so_far) << markdown(figures, machine, command) << std::flush)) {
+      fmt::print(stderr, "cannot write {}\n", so_far);
       return 1;
     }
   }
   fmt::print("{}", as_json ? json(figures) : table(figures));
+  if (!document.empty() && std::rename((document + ".new").c_str(), document.c_str()) != 0) {
+    fmt::print(stderr, "cannot write {}; the document is in {}.new\n", document, document);
+    return 1;
+  }
   return failed ? 1 : 0;
 }

@@ -46,7 +46,7 @@ std::string Summary::line() const {
       "frames "
       "in {:.0f} s of CPU, {:.0f} times real time",
       subject.vehicle, runs - broken, runs, faults, commands, rejected, stops, frames, cpu_s,
-      simulated_s / std::max(cpu_s, 1e-9));
+      times_real_time());
 }
 
 std::string document(const std::vector<Summary>& summaries, const std::string& command,
@@ -77,7 +77,7 @@ Conditions of every frame:
     text += fmt::format("| {} | {} | {} | **{}** | {} | {} | {} | {} | {} | {:.1f} h | {:.0f} |\n",
                         s.subject.vehicle, s.subject.begin, s.runs, s.runs - s.broken, s.faults,
                         s.commands, s.rejected, s.stops, s.frames, s.simulated_s / 3600,
-                        s.simulated_s / s.cpu_s);
+                        s.times_real_time());
   }
   text +=
       "\n| vehicle | standstill is | must be within | slowest | with the bus cut or noisy | "

@@ -23,6 +23,8 @@ struct Summary {
   void add(const Run& run);
   void add(const Summary& other);  // of other scenarios of the same vehicle
   std::string line() const;
+  // Of one processor; 0 where nothing was simulated.
+  double times_real_time() const { return cpu_s > 0 ? simulated_s / cpu_s : 0; }
 };
 
 // `command`: that made it; `stamp`: when, and of which commit.

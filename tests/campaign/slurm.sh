@@ -6,10 +6,11 @@ here=$(cd "$(dirname "$0")" && pwd)
 campaign=$(readlink -f "$1") runs=${2:-4}
 PATH=$PATH:/usr/sbin:/sbin
 for program in slurmctld slurmd sbatch sinfo munged; do
-  command -v "$program" > /dev/null || { echo "skipped: no $program (Debian: slurm-wlm, munge)" && exit 77; }
+  command -v "$program" > /dev/null || { echo "skipped: no $program (Debian: slurmctld, slurmd, slurm-client, munge)" && exit 77; }
 done
 [ "$(id -u)" -eq 0 ] || { echo "skipped: needs root, for a network of its own" && exit 77; }
 if [ -z "${LSS_SLURM_INSIDE:-}" ]; then
+  unshare --net --mount --pid --fork true || { echo "skipped: no network of its own here" && exit 77; }
   LSS_SLURM_INSIDE=1 exec unshare --net --mount --pid --fork --kill-child --mount-proc "$here/slurm.sh" "$campaign" "$runs"
 fi
 
@@ -17,7 +18,7 @@ fi
 ip link set lo up
 ip address add 192.0.2.1/32 dev lo  # with 127.0.0.1 alone Slurm resolves no address
 folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
+trap 'jobs -p | xargs -r kill; wait; rm -rf "$folder"' EXIT
 chmod 755 "$folder"
 mkdir "$folder"/{ctld,n1,n2}
 install -d -o munge -g munge -m 711 "$folder/munge"

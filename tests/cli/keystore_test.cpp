@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 
 #include <cstdlib>
+#include <functional>
 
 #include "idl/security.h"
 #include "tests/support/temp_folder.h"
@@ -18,6 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace testing_support;
+using testing::AllOf;
 using testing::HasSubstr;
 
 bool openssl(const std::string& words) {
@@ -96,7 +98,7 @@ TEST_F(Keystore, ARoleSaysWhatItMay) {
     const std::size_t from = text.find("<publish>"), to = text.find("</publish>");
     return from == std::string::npos ? std::string() : text.substr(from, to - from);
   };
-  using testing::AllOf, testing::Not;
+  using testing::Not;
   EXPECT_EQ(published(DdsRole::look), "");
   EXPECT_THAT(published(DdsRole::stop),
               AllOf(HasSubstr("lss/stop"), Not(HasSubstr("lss/command"))));
@@ -123,53 +125,116 @@ TEST_F(Keystore, NothingIsOverwrittenAndNothingIsLeftOfWhatFailed) {
     EXPECT_THAT(one.path().filename().string(), testing::Not(testing::StartsWith("second")));
 }
 
-TEST_F(Keystore, ARevokedCertificateIsOnTheListOfEveryEnclaveAndItsNameIsFree) {
+class Revocation : public Keystore {
+ protected:
+  fs::path public_list() const { return store_ / "public" / dds::kRevoked; }
+  // Of the list that `by` has.
+  bool refuses(const fs::path& by, const fs::path& certificate) const {
+    return !openssl("verify -crl_check -CAfile " + (store_ / "public" / dds::kIdentityCa).string() +
+                    " -CRLfile " + (by / dds::kRevoked).string() + " " + certificate.string());
+  }
+  // A copy of the certificate of an enclave.
+  fs::path stolen(const fs::path& enclave) const {
+    const fs::path copy = folder_ / ("stolen-" + enclave.filename().string());
+    fs::copy_file(enclave / dds::kCertificate, copy);
+    return copy;
+  }
+};
+
+TEST_F(Revocation, ARevokedCertificateIsOnTheListOfEveryEnclaveAndItsNameIsFree) {
   const fs::path pilot = add("pilot", DdsRole::command), lost = add("lost", DdsRole::command);
-  EXPECT_FALSE(dds::read_enclave(pilot)->revokes);
-  const std::string first = content(lost / dds::kCertificate);
+  const fs::path lost_copy = stolen(lost), pilot_copy = stolen(pilot);
+  EXPECT_FALSE(refuses(pilot, lost_copy));
   revoke_enclave(store_, "lost");
   EXPECT_FALSE(fs::exists(lost));
-  ASSERT_TRUE(dds::read_enclave(pilot)) << dds::read_enclave(pilot).error();
-  EXPECT_TRUE(dds::read_enclave(pilot)->revokes);
+  EXPECT_TRUE(refuses(pilot, lost_copy));
+  EXPECT_FALSE(refuses(pilot, pilot_copy));
 
   const fs::path again = add("lost", DdsRole::command);
   revoke_enclave(store_, "pilot");  // the list grows
-  ASSERT_TRUE(dds::read_enclave(again)) << dds::read_enclave(again).error();
-  std::vector<fs::path> revoked;
-  for (const fs::directory_entry& one : fs::directory_iterator(store_ / "revoked"))
-    revoked.push_back(one.path());
-  ASSERT_EQ(revoked.size(), 2u);
-  const std::string verify = "verify -crl_check -CAfile " +
-                             (store_ / "public" / dds::kIdentityCa).string() + " -CRLfile " +
-                             (again / dds::kRevoked).string() + " ";
-  EXPECT_TRUE(openssl(verify + (again / dds::kCertificate).string()));
-  for (const fs::path& one : revoked) {
-    EXPECT_FALSE(openssl(verify + (one / dds::kCertificate).string())) << one;
-    fs::copy_file(again / dds::kRevoked, one / dds::kRevoked, fs::copy_options::overwrite_existing);
-    EXPECT_THAT(dds::read_enclave(one).error(), HasSubstr("is revoked"));
+  const auto read = dds::read_enclave(again);
+  ASSERT_TRUE(read) << read.error();
+  EXPECT_TRUE(read->warnings.empty()) << read->warnings.front();
+  EXPECT_TRUE(refuses(again, lost_copy));
+  EXPECT_TRUE(refuses(again, pilot_copy));
+  EXPECT_FALSE(refuses(again, again / dds::kCertificate));
+  for (const fs::directory_entry& one : fs::directory_iterator(store_ / "revoked")) {
+    fs::copy_file(again / dds::kRevoked, one.path() / dds::kRevoked,
+                  fs::copy_options::overwrite_existing);
+    EXPECT_THAT(dds::read_enclave(one.path()).error(), HasSubstr("is revoked"));
   }
-  EXPECT_NE(content(again / dds::kCertificate), first);
 }
 
-TEST_F(Keystore, WhatCannotBeRevokedIsRefusedAndADamagedListIsNoEmptyOne) {
+// Signed permissions are of a name and stay valid.
+TEST_F(Revocation, ARevokedNameIsAddedAgainWithItsRoleOnly) {
+  add("bob", DdsRole::command);
+  revoke_enclave(store_, "bob");
+  EXPECT_THAT(failure_of([&] { add("bob", DdsRole::look); }), HasSubstr("had the role command"));
+  EXPECT_EQ(failure_of([&] { add("bob", DdsRole::command); }), "");
+}
+
+TEST_F(Revocation, AListThatIsLostOrOldForgetsNothing) {
+  const fs::path one = add("one", DdsRole::command), a = add("a", DdsRole::look),
+                 b = add("b", DdsRole::look), c = add("c", DdsRole::look);
+  const fs::path a_copy = stolen(a), b_copy = stolen(b), c_copy = stolen(c);
+  const std::string old = content(public_list());
+  revoke_enclave(store_, "a");
+  put_content(public_list(), old);
+  revoke_enclave(store_, "b");
+  fs::remove(public_list());
+  revoke_enclave(store_, "c");
+  for (const fs::path& copy : {a_copy, b_copy, c_copy}) EXPECT_TRUE(refuses(one, copy)) << copy;
+}
+
+TEST_F(Revocation, ACertificateThatIsNoLongerInTheKeystoreIsRevokedByItsFile) {
+  const fs::path one = add("one", DdsRole::command), gone = add("gone", DdsRole::command);
+  const fs::path copy = stolen(gone);
+  fs::remove_all(gone);
+  const fs::path now = add("gone", DdsRole::command);
+  revoke_enclave(store_, "", copy);
+  EXPECT_TRUE(refuses(one, copy));
+  EXPECT_FALSE(refuses(one, now / dds::kCertificate));
+  EXPECT_TRUE(fs::exists(now));
+  EXPECT_THAT(failure_of([&] { revoke_enclave(store_, "", folder_ / "none"); }),
+              HasSubstr("is no certificate in PEM"));
+}
+
+TEST_F(Revocation, AnEnclaveDeeperInTheKeystoreGetsTheListAndOneThatCannotIsNamed) {
+  const fs::path one = add("one", DdsRole::command), other = add("other", DdsRole::look),
+                 lost = add("lost", DdsRole::look);
+  const fs::path copy = stolen(lost);
+  fs::create_directories(store_ / "enclaves" / "rover");
+  fs::rename(one, store_ / "enclaves" / "rover" / "one");  // as in ROS 2
+  fs::create_directory(other / (std::string(dds::kRevoked) + ".new"));
+  put_content(other / (std::string(dds::kRevoked) + ".new") / "x", "");  // not to be replaced
+  EXPECT_THAT(failure_of([&] { revoke_enclave(store_, "lost"); }),
+              AllOf(HasSubstr("it is revoked, but not all"), HasSubstr("enclaves/other")));
+  EXPECT_TRUE(refuses(store_ / "enclaves" / "rover" / "one", copy));
+  EXPECT_FALSE(fs::exists(lost));
+}
+
+TEST_F(Revocation, WhatCannotBeRevokedIsRefusedAndADamagedListIsNoEmptyOne) {
   const fs::path one = add("one", DdsRole::command), other = add("other", DdsRole::look);
   for (const char* name : {"", ".", "..", "nobody", "../enclaves/one", "governance.xml"})
     EXPECT_THAT(failure_of([&] { revoke_enclave(store_, name); }), HasSubstr("is no enclave"))
         << name;
   revoke_enclave(store_, "other");
-  const std::string list = content(one / dds::kRevoked);
-  put_content(store_ / "public" / dds::kRevoked, list.substr(0, list.size() / 2));
-  EXPECT_THAT(failure_of([&] { revoke_enclave(store_, "one"); }),
-              HasSubstr("is no list of revoked certificates of this keystore"));
+  const std::string list = content(public_list());
+  put_content(public_list(), list.substr(0, list.size() / 2));
+  for (const auto& change : std::initializer_list<std::function<void()>>{
+           [&] { revoke_enclave(store_, "one"); }, [&] { add("new", DdsRole::look); }})
+    EXPECT_THAT(failure_of(change),
+                HasSubstr("is no list of revoked certificates of this keystore"));
   EXPECT_TRUE(fs::exists(one));
   put_content(one / dds::kRevoked, "");
   EXPECT_THAT(dds::read_enclave(one).error(), HasSubstr("is no list of revoked certificates"));
   const fs::path strange = folder_ / "strange";
   create_keystore(strange, 100);
-  add_enclave(strange, "x", DdsRole::look, 100);
-  revoke_enclave(strange, "x");
   put_content(one / dds::kRevoked, content(strange / "public" / dds::kRevoked));
   EXPECT_THAT(dds::read_enclave(one).error(), HasSubstr("is not signed by identity_ca.cert.pem"));
+  fs::remove(one / dds::kRevoked);
+  ASSERT_TRUE(dds::read_enclave(one));
+  EXPECT_THAT(dds::read_enclave(one)->warnings.front(), HasSubstr("crl.pem is missing"));
 }
 
 TEST_F(Keystore, NamesThatTheRoleCannotUseAreRefused) {

@@ -311,23 +311,24 @@ class Scenario(unittest.TestCase):
         return json.loads(result.out) if result.code == 0 else None
 
     def wait_status(self, condition, limit_s, what, program=None):
-        last = None
+        last = without = None
 
         def holds():
-            nonlocal last
+            nonlocal last, without
             if program is not None and not program.running():
                 raise AssertionError(f"{program.name} ended with {program.process.returncode}\n{program.err()}")
             last = self.status()
             try:
                 return last if last and condition(last) else None
-            except TypeError:
-                if last["telemetry"] is not None:
+            except TypeError as error:
+                if last.get("telemetry") is not None:
                     raise
-                return None  # it is late, on a busy machine
+                without = error  # telemetry is late, on a busy machine
+                return None
         try:
             return wait_until(holds, limit_s, what, poll_s=0.05, most_s=0.3)
         except AssertionError as error:
-            raise AssertionError(f"{error}; last status: {json.dumps(last)}") from None
+            raise AssertionError(f"{error}; last status: {json.dumps(last)}") from without
 
     def telemetry(self):
         """The newest, which may be late on a busy machine."""

@@ -8,9 +8,11 @@
 #include <openssl/pkcs7.h>
 #include <openssl/rand.h>
 #include <openssl/x509v3.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cerrno>
 #include <cstring>
@@ -164,12 +166,6 @@ std::string pem(X509* certificate) {
   return text_of(out.get());
 }
 
-std::string pem(X509_CRL* list) {
-  const Bio out(made(BIO_new(BIO_s_mem())));
-  PEM_write_bio_X509_CRL(out.get(), list);
-  return text_of(out.get());
-}
-
 std::string pem(EVP_PKEY* key) {
   const Bio out(made(BIO_new(BIO_s_mem())));
   PEM_write_bio_PrivateKey(out.get(), key, nullptr, nullptr, 0, nullptr, nullptr);
@@ -248,6 +244,14 @@ Identity read_identity(const fs::path& keystore, const char* ca) {
   return one;
 }
 
+// What was renamed in it is on the disk.
+void sync_folder(const fs::path& folder) {
+  const int file = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file < 0) return;
+  ::fsync(file);
+  ::close(file);
+}
+
 // The old file or the new one, whole, also after a power cut.
 void replace(const fs::path& path, std::string_view text) {
   fs::path next = path;
@@ -256,26 +260,122 @@ void replace(const fs::path& path, std::string_view text) {
   fs::remove(next, none);  // of an attempt that was cut off
   write(next, text, kPublic);
   if (::rename(next.c_str(), path.c_str()) != 0) fail(path, std::strerror(errno));
+  sync_folder(path.parent_path());
 }
 
-// The list so far, or an empty one. Valid from 1970, like certificates.
-RevocationList read_revoked(const fs::path& file, const Identity& ca) {
-  std::error_code none;
-  if (fs::exists(fs::symlink_status(file, none))) {
-    const Bio in(BIO_new_file(file.c_str(), "r"));
-    RevocationList list(in ? PEM_read_bio_X509_CRL(in.get(), nullptr, nullptr, nullptr) : nullptr);
-    if (!list || X509_CRL_verify(list.get(), ca.key.get()) != 1)
-      fail(file, "is no list of revoked certificates of this keystore",
-           "restore it from a copy: without it, what was revoked is accepted again");
-    return list;
+// Held while the keystore is changed.
+class KeystoreLock {
+ public:
+  explicit KeystoreLock(const fs::path& keystore)
+      : file_(::open(keystore.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (file_ < 0)
+      fail(keystore, std::string("cannot be read: ") + std::strerror(errno),
+           "make one with: lss-cli keystore create FOLDER");
+    ::flock(file_, LOCK_EX);
   }
-  RevocationList list(made(X509_CRL_new()));
-  X509_CRL_set_version(list.get(), 1);  // the second, which has extensions
-  X509_CRL_set_issuer_name(list.get(), X509_get_subject_name(ca.certificate.get()));
-  const std::unique_ptr<ASN1_TIME, With<ASN1_TIME_free>> begin(made(ASN1_TIME_set(nullptr, 0)));
-  X509_CRL_set1_lastUpdate(list.get(), begin.get());
-  X509_CRL_set1_nextUpdate(list.get(), X509_get0_notAfter(ca.certificate.get()));
-  return list;
+  ~KeystoreLock() { ::close(file_); }
+  KeystoreLock(const KeystoreLock&) = delete;
+  KeystoreLock& operator=(const KeystoreLock&) = delete;
+
+ private:
+  int file_;
+};
+
+Certificate certificate_in(const fs::path& file) {
+  const Bio in(BIO_new_file(file.c_str(), "r"));
+  return Certificate(in ? PEM_read_bio_X509(in.get(), nullptr, nullptr, nullptr) : nullptr);
+}
+
+RevocationList list_in(const fs::path& file) {
+  const Bio in(BIO_new_file(file.c_str(), "r"));
+  return RevocationList(in ? PEM_read_bio_X509_CRL(in.get(), nullptr, nullptr, nullptr) : nullptr);
+}
+
+// Each participant has one folder with its certificate, in ROS 2 also deeper.
+std::vector<fs::path> enclaves_in(const fs::path& folder) {
+  std::vector<fs::path> all;
+  std::error_code error;
+  for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code none;
+    if (entry->is_directory(none) && fs::exists(entry->path() / dds::kCertificate, none))
+      all.push_back(entry->path());
+  }
+  std::ranges::sort(all);
+  return all;
+}
+
+// A list of revoked certificates, valid from 1970 like certificates.
+class Revoked {
+ public:
+  explicit Revoked(const Identity& ca) : ca_(ca), list_(made(X509_CRL_new())) {
+    X509_CRL_set_version(list_.get(), 1);  // the second, which has extensions
+    X509_CRL_set_issuer_name(list_.get(), X509_get_subject_name(ca.certificate.get()));
+    const std::unique_ptr<ASN1_TIME, With<ASN1_TIME_free>> begin(made(ASN1_TIME_set(nullptr, 0)));
+    made(X509_CRL_set1_lastUpdate(list_.get(), begin.get()) == 1);
+    made(X509_CRL_set1_nextUpdate(list_.get(), X509_get0_notAfter(ca.certificate.get())) == 1);
+  }
+
+  void add(const ASN1_INTEGER* serial) {
+    X509_REVOKED* there = nullptr;
+    std::unique_ptr<ASN1_INTEGER, With<ASN1_INTEGER_free>> number(made(ASN1_INTEGER_dup(serial)));
+    if (X509_CRL_get0_by_serial(list_.get(), &there, number.get()) == 1) return;
+    std::unique_ptr<X509_REVOKED, With<X509_REVOKED_free>> one(made(X509_REVOKED_new()));
+    made(X509_REVOKED_set_serialNumber(one.get(), number.get()) == 1);
+    const std::unique_ptr<ASN1_TIME, With<ASN1_TIME_free>> now(
+        made(ASN1_TIME_set(nullptr, std::time(nullptr))));
+    made(X509_REVOKED_set_revocationDate(one.get(), now.get()) == 1);
+    made(X509_CRL_add0_revoked(list_.get(), one.get()) == 1);
+    one.release();  // the list owns it
+    ++count_;
+  }
+  // All of a list of this CA; false: it is none.
+  bool add_all(const fs::path& file) {
+    const RevocationList list = list_in(file);
+    if (!list || X509_CRL_verify(list.get(), ca_.key.get()) != 1) return false;
+    STACK_OF(X509_REVOKED)* const all = X509_CRL_get_REVOKED(list.get());
+    for (int i = 0; i < sk_X509_REVOKED_num(all); ++i)
+      add(X509_REVOKED_get0_serialNumber(sk_X509_REVOKED_value(all, i)));
+    return true;
+  }
+  // Numbered by its length, which only grows.
+  std::string text() {
+    const std::unique_ptr<ASN1_INTEGER, With<ASN1_INTEGER_free>> number(made(ASN1_INTEGER_new()));
+    made(ASN1_INTEGER_set_int64(number.get(), count_) == 1);
+    made(X509_CRL_add1_ext_i2d(list_.get(), NID_crl_number, number.get(), 0, 0) == 1);
+    X509V3_CTX context;
+    X509V3_set_ctx(&context, ca_.certificate.get(), nullptr, nullptr, list_.get(), 0);
+    X509_EXTENSION* const issuer =
+        made(X509V3_EXT_conf_nid(nullptr, &context, NID_authority_key_identifier, "keyid:always"));
+    made(X509_CRL_add_ext(list_.get(), issuer, -1) == 1);
+    X509_EXTENSION_free(issuer);
+    X509_CRL_sort(list_.get());
+    made(X509_CRL_sign(list_.get(), ca_.key.get(), EVP_sha256()));
+    const Bio out(made(BIO_new(BIO_s_mem())));
+    made(PEM_write_bio_X509_CRL(out.get(), list_.get()) == 1);
+    return text_of(out.get());
+  }
+
+ private:
+  const Identity& ca_;
+  RevocationList list_;
+  std::int64_t count_ = 0;
+};
+
+// Everything that the keystore knows to be revoked, so that a list from an old copy forgets
+// nothing.
+void collect_revoked(const fs::path& keystore, Revoked& list) {
+  const fs::path file = keystore / "public" / dds::kRevoked;
+  std::error_code none;
+  if (fs::exists(fs::symlink_status(file, none)) && !list.add_all(file))
+    fail(file, "is no list of revoked certificates of this keystore, or cannot be read",
+         "restore it from a copy, or delete it: what is in revoked/ and in the lists of the "
+         "enclaves is kept");
+  for (const fs::path& one : enclaves_in(keystore / "enclaves")) list.add_all(one / dds::kRevoked);
+  for (const fs::path& one : enclaves_in(keystore / "revoked")) {
+    if (const Certificate gone = certificate_in(one / dds::kCertificate))
+      list.add(X509_get0_serialNumber(gone.get()));
+  }
 }
 
 std::string serial_of(X509* certificate) {
@@ -285,6 +385,10 @@ std::string serial_of(X509* certificate) {
   const std::string serial = text;
   OPENSSL_free(text);
   return serial;
+}
+
+bool can_revoke(const Identity& ca) {
+  return (X509_get_key_usage(ca.certificate.get()) & KU_CRL_SIGN) != 0;
 }
 
 // Fills a folder beside `folder` and gives it the name at last, so that it is whole or not there.
@@ -305,6 +409,15 @@ void make_folder(const fs::path& folder, Fill fill) {
 }
 
 std::string day(std::int64_t utc_s) { return fmt::format("{:%Y-%m-%d}", fmt::gmtime(utc_s)); }
+
+std::string content_of(const fs::path& file) {
+  const Bio in(BIO_new_file(file.c_str(), "r"));
+  std::string text;
+  std::array<char, 4096> piece{};
+  for (int got; in && (got = BIO_read(in.get(), piece.data(), piece.size())) > 0;)
+    text.append(piece.data(), static_cast<std::size_t>(got));
+  return text;
+}
 
 // Of a permissions document that add_enclave() made.
 std::string role_in(const std::string& permissions) {
@@ -332,6 +445,7 @@ void create_keystore(const fs::path& folder, int days) {
             kPublic);
       write(root / "private" / (std::string(name) + ".key.pem"), pem(one->key.get()), kPrivate);
     }
+    write(root / "public" / dds::kRevoked, Revoked(identity_ca).text(), kPublic);
     fs::permissions(root / "private", fs::perms::owner_all);
     const std::string governance = fmt::format(fmt::runtime(kHead), "governance") +
                                    fmt::format(fmt::runtime(kGovernance), kDomains);
@@ -359,6 +473,7 @@ void add_enclave(const fs::path& keystore, const std::string& name, DdsRole role
     throw Failure(ExitCode::usage,
                   fmt::format("'{}' is no name in ROS 2: letters, digits, _", name),
                   "take another name");
+  const KeystoreLock lock(keystore);
   std::error_code none;
   const fs::path folder = keystore / "enclaves" / name;
   if (fs::exists(folder, none))
@@ -369,6 +484,21 @@ void add_enclave(const fs::path& keystore, const std::string& name, DdsRole role
   if (X509_cmp(identity_ca.certificate.get(), permissions_ca.certificate.get()) == 0)
     fail(keystore, "has one CA for identities and permissions",
          "make a keystore with two: lss-cli keystore create FOLDER");
+  // Permissions are of a name, not of a certificate: those of before stay valid.
+  for (const fs::path& one : enclaves_in(keystore / "revoked")) {
+    const Certificate before = certificate_in(one / dds::kCertificate);
+    if (!before || dds::common_name(before.get()) != name) continue;
+    const std::string had = role_in(content_of(one / "permissions.xml"));
+    if (had != kDdsRoles[static_cast<std::size_t>(role)])
+      throw Failure(ExitCode::usage,
+                    fmt::format("a revoked {} had the role {}, and its signed permissions fit any "
+                                "certificate of that name",
+                                name, had),
+                    "take another name, or --role " + had);
+  }
+  Revoked revoked(identity_ca);
+  const bool lists = can_revoke(identity_ca);
+  if (lists) collect_revoked(keystore, revoked);
   const Identity own = make_identity(name, &identity_ca, days);
   const std::string permissions =
       permissions_text(name, role, std::time(nullptr) + std::time_t{days} * 86'400);
@@ -378,54 +508,60 @@ void add_enclave(const fs::path& keystore, const std::string& name, DdsRole role
     fs::copy_file(keystore / "enclaves" / dds::kGovernance, root / dds::kGovernance);
     write(root / dds::kCertificate, pem(own.certificate.get()), kPublic);
     write(root / dds::kKey, pem(own.key.get()), kPrivate);
-    if (const fs::path list = keystore / "public" / dds::kRevoked; fs::exists(list))
-      fs::copy_file(list, root / dds::kRevoked);
+    if (lists) write(root / dds::kRevoked, revoked.text(), kPublic);
     write(root / "permissions.xml", permissions, kPublic);
     write(root / dds::kPermissions, signed_text(permissions, permissions_ca), kPublic);
   });
 }
 
-void revoke_enclave(const fs::path& keystore, const std::string& name) {
+void revoke_enclave(const fs::path& keystore, const std::string& name,
+                    const fs::path& certificate_file) {
+  const KeystoreLock lock(keystore);
   const Identity ca = read_identity(keystore, "identity_ca");
-  if ((X509_get_key_usage(ca.certificate.get()) & KU_CRL_SIGN) == 0)
-    fail(keystore, "is of an lss-cli whose CAs cannot revoke",
+  if (!can_revoke(ca))
+    fail(keystore, "has an identity CA that may not sign a list of revoked certificates",
          "make a new keystore: lss-cli keystore create FOLDER");
   std::error_code error;
   const fs::path folder = keystore / "enclaves" / name;
   const bool is_name = !name.empty() && fs::path(name).filename() == name && name[0] != '.';
-  if (!is_name || !fs::is_directory(folder, error))
-    fail(folder, "is no enclave", "see them with: lss-cli keystore list " + keystore.string());
-  const Bio in(BIO_new_file((folder / dds::kCertificate).c_str(), "r"));
-  const Certificate certificate(in ? PEM_read_bio_X509(in.get(), nullptr, nullptr, nullptr)
-                                   : nullptr);
-  if (!certificate) fail(folder / dds::kCertificate, "is no certificate in PEM");
+  if (certificate_file.empty() && (!is_name || !fs::is_directory(folder, error)))
+    fail(folder, "is no enclave",
+         "see them with: lss-cli keystore list " + keystore.string() +
+             ", or give its certificate by --certificate");
+  const fs::path file = certificate_file.empty() ? folder / dds::kCertificate : certificate_file;
+  const Certificate certificate = certificate_in(file);
+  if (!certificate)
+    fail(file, "is no certificate in PEM, or cannot be read", "give a copy of it by --certificate");
   if (X509_verify(certificate.get(), ca.key.get()) != 1)
-    fail(folder / dds::kCertificate, "is not of this keystore");
+    fail(file, "is of another keystore, where it can be revoked");
 
-  const fs::path file = keystore / "public" / dds::kRevoked;
-  const RevocationList list = read_revoked(file, ca);
-  X509_REVOKED* entry = nullptr;
-  if (X509_CRL_get0_by_cert(list.get(), &entry, certificate.get()) != 1) {
-    std::unique_ptr<X509_REVOKED, With<X509_REVOKED_free>> one(made(X509_REVOKED_new()));
-    X509_REVOKED_set_serialNumber(one.get(), X509_get_serialNumber(certificate.get()));
-    const std::unique_ptr<ASN1_TIME, With<ASN1_TIME_free>> now(
-        made(ASN1_TIME_set(nullptr, std::time(nullptr))));
-    X509_REVOKED_set_revocationDate(one.get(), now.get());
-    made(X509_CRL_add0_revoked(list.get(), one.get()) == 1);
-    one.release();  // the list owns it
+  Revoked list(ca);
+  collect_revoked(keystore, list);
+  list.add(X509_get0_serialNumber(certificate.get()));
+  const std::string text = list.text();
+  replace(keystore / "public" / dds::kRevoked, text);
+  std::string without;
+  for (const fs::path& other : enclaves_in(keystore / "enclaves")) {
+    if (certificate_file.empty() && other == folder) continue;
+    try {
+      replace(other / dds::kRevoked, text);
+    } catch (const Failure& failure) {
+      without += std::string(without.empty() ? "" : "; ") + failure.what();
+    }
   }
-  X509_CRL_sort(list.get());
-  made(X509_CRL_sign(list.get(), ca.key.get(), EVP_sha256()));
-  const std::string text = pem(list.get());
-  replace(file, text);
-  for (const fs::directory_entry& other : fs::directory_iterator(keystore / "enclaves")) {
-    if (other.is_directory() && other.path() != folder) replace(other.path() / dds::kRevoked, text);
+  if (certificate_file.empty()) {
+    const fs::path away = keystore / "revoked";
+    fs::create_directory(away, error);
+    if (error) fail(away, error.message());
+    fs::permissions(away, fs::perms::owner_all, error);
+    const fs::path to = away / (name + "-" + serial_of(certificate.get()));
+    if (::rename(folder.c_str(), to.c_str()) != 0) fail(to, std::strerror(errno));
+    sync_folder(away);
+    sync_folder(folder.parent_path());
   }
-  const fs::path away = keystore / "revoked";
-  fs::create_directory(away, error);
-  fs::permissions(away, fs::perms::owner_all, error);
-  const fs::path to = away / (name + "-" + serial_of(certificate.get()));
-  if (::rename(folder.c_str(), to.c_str()) != 0) fail(to, std::strerror(errno));
+  if (!without.empty())
+    throw Failure(ExitCode::failed, "it is revoked, but not all enclaves have the list: " + without,
+                  "copy " + (keystore / "public" / dds::kRevoked).string() + " there");
 }
 
 std::vector<KeystoreEntry> list_keystore(const fs::path& keystore) {

@@ -24,9 +24,11 @@ void create_keystore(const std::filesystem::path& folder, int days);
 void add_enclave(const std::filesystem::path& keystore, const std::string& name, DdsRole role,
                  int days);
 
-// Moves the enclave to revoked/ and puts its certificate on the list. Participants refuse it once
-// they have the list and are started again.
-void revoke_enclave(const std::filesystem::path& keystore, const std::string& name);
+// Puts the certificate of the enclave on the list and moves the enclave to revoked/; or, with
+// `certificate`, a file, only puts that one on the list. Participants refuse it once they have the
+// list and are started again.
+void revoke_enclave(const std::filesystem::path& keystore, const std::string& name,
+                    const std::filesystem::path& certificate = {});
 
 struct KeystoreEntry {
   std::string name, role;

@@ -9,7 +9,7 @@ namespace lss::cli {
 namespace {
 
 struct Words {
-  std::string what, folder, name, role;
+  std::string what, folder, name, role, certificate;
   int days = 3650;
 };
 
@@ -41,12 +41,12 @@ ExitCode run(Context& context, const Words& words) {
     return ExitCode::completed;
   }
   if (words.what == "revoke") {
-    revoke_enclave(words.folder, words.name);
+    revoke_enclave(words.folder, words.name, words.certificate);
     context.output.print(fmt::format(
-        "{1} is revoked; its files are in {0}/revoked\n"
+        "{1} is revoked\n"
         "next: copy {0}/enclaves/NAME/crl.pem to the computer of each NAME, and start its programs "
-        "again: until then they accept {1}\n",
-        words.folder, words.name));
+        "again: until then they accept it\n",
+        words.folder, words.name.empty() ? words.certificate : words.name));
     return ExitCode::completed;
   }
   const auto role = std::ranges::find(kDdsRoles, words.role);
@@ -65,11 +65,14 @@ void check(const Words& words) {
   if (adds && (words.name.empty() || words.role.empty()))
     throw Failure(ExitCode::usage,
                   "add needs a name and --role look, stop, command, vehicle, ros or bridge");
-  if (revokes && words.name.empty()) throw Failure(ExitCode::usage, "revoke needs a name");
-  if ((!adds && !revokes && !words.name.empty()) || (!adds && !words.role.empty()))
+  if (revokes && words.name.empty() == words.certificate.empty())
+    throw Failure(ExitCode::usage, "revoke needs a name, or --certificate FILE");
+  if (!adds && !revokes && !words.name.empty())
     throw Failure(ExitCode::usage,
-                  fmt::format("{} takes a folder{} only; {}--role is for add", words.what,
-                              revokes ? " and a name" : "", revokes ? "" : "a name and "));
+                  words.what + " takes a folder only; a name is for add and revoke");
+  if (!adds && !words.role.empty()) throw Failure(ExitCode::usage, "--role is for add");
+  if (!revokes && !words.certificate.empty())
+    throw Failure(ExitCode::usage, "--certificate is for revoke");
 }
 
 }  // namespace
@@ -93,6 +96,8 @@ void add_keystore_verb(Grammar& grammar) {
                  "of the enclave: a vehicle's vehicle_id, a pilot, a program, a node of ROS 2");
   sub.add_option("--role", words->role, "what it may; ros: a node of ROS 2, bridge: lss-ros")
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(kDdsRoles), std::end(kDdsRoles))));
+  sub.add_option("--certificate", words->certificate,
+                 "to revoke, of an enclave that is no longer in the keystore");
   sub.add_option("--days", words->days, "until it expires")
       ->check(CLI::Range(1, 36'500))
       ->capture_default_str();
