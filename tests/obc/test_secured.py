@@ -7,7 +7,7 @@ import unittest
 
 from box import SOURCE, Box, setUpModule  # noqa: F401  pylint: disable=unused-import
 
-KEYS = "/root/keys"
+KEYS = "/var/tmp/keys"
 PAGE = 8470
 
 
