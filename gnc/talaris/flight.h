@@ -201,6 +201,7 @@ class Flight {
   void advance_in_air() noexcept;
   void advance_on_ground() noexcept;
   void next_leg() noexcept;
+  void turn_or_go() noexcept;  // the turn of the plan first, when it has one
   void resume() noexcept;
   void act(const FlightInputs& inputs, FlightOutput& output) noexcept;
   void act_gas(FlightOutput& output) noexcept;

@@ -161,6 +161,13 @@ void Flight::next_leg() noexcept {
   }
 }
 
+void Flight::turn_or_go() noexcept {
+  if (!(plan_.turn_s > 0)) return next_leg();
+  roll_rad_ = wrapped(start_roll_rad_ + plan_.request.turn_rad);
+  settle_s_ = 0;
+  enter(Phase::turn);
+}
+
 bool Flight::turned() noexcept {
   const Profile& profile = parameters_.profile;
   const double error = wrapped(attitude_of(state_.q_NB).roll_rad - roll_rad_);
@@ -179,14 +186,7 @@ void Flight::advance_in_air() noexcept {
       if (phase_s_ >= plan_.climb_s) enter(Phase::hover);
       return;
     case Phase::hover:
-      if (phase_s_ < plan_.hover_s) return;
-      if (plan_.turn_s > 0) {
-        roll_rad_ = wrapped(start_roll_rad_ + plan_.request.turn_rad);
-        settle_s_ = 0;
-        enter(Phase::turn);
-      } else {
-        next_leg();
-      }
+      if (phase_s_ >= plan_.hover_s) turn_or_go();
       return;
     case Phase::turn:
       if (turned()) next_leg();
@@ -222,12 +222,8 @@ void Flight::advance_on_ground() noexcept {
     case Phase::spin_up:  // without fans: begins at once
       if (program == Program::attitude) {
         enter(Phase::keep);
-      } else if (plan_.turn_s > 0) {
-        roll_rad_ = wrapped(start_roll_rad_ + plan_.request.turn_rad);
-        settle_s_ = 0;
-        enter(Phase::turn);
       } else {
-        next_leg();
+        turn_or_go();
       }
       return;
     case Phase::turn:

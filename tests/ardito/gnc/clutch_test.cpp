@@ -8,21 +8,9 @@
 namespace lss::gnc::ardito::test {
 namespace {
 
-Rover driving(unsigned seed, double speed) {
-  Rover rover(seed);
-  rover.request.run = true;
-  rover.request.speed = speed;
-  EXPECT_TRUE(rover.settle(30));
-  rover.run(2);
-  return rover;
-}
-
 int frames_until_isolated(Rover& rover, std::size_t wheel, int most) {
-  for (int n = 1; n <= most; ++n) {
-    rover.step();
-    if (contains(rover.command.motors_stopped, wheel)) return n;
-  }
-  return most + 1;
+  return frames_until(rover, most,
+                      [&](const Command& c) { return contains(c.motors_stopped, wheel); });
 }
 
 struct Row {
@@ -47,7 +35,7 @@ TEST(Clutch, IsFoundWhateverElseIsBroken) {
     int worst = 0, worst_other = 0;
     for (unsigned seed = 1; seed <= 20; ++seed) {
       const std::size_t wheel = seed % kWheels;
-      Rover rover = driving(seed, seed % 2 == 0 ? 0.7 : -0.4);
+      Rover rover = driving_rover(seed, seed % 2 == 0 ? 0.7 : -0.4);
       row.inject(rover.wheel_faults[wheel]);
       rover.run(2);
       while (rover.command.probing != 0) rover.step();
@@ -68,7 +56,7 @@ TEST(Clutch, IsFoundWhateverElseIsBroken) {
 }
 
 TEST(Clutch, ThenAStuckWheelIsFoundToo) {
-  Rover rover = driving(2, 0.7);
+  Rover rover = driving_rover(2, 0.7);
   rover.wheel_faults[4].clutch = true;
   ASSERT_LE(frames_until_isolated(rover, 4, 60), 60);
   rover.run(1);
@@ -82,7 +70,7 @@ TEST(Clutch, ThenAStuckWheelIsFoundToo) {
 
 TEST(Clutch, AMotorWithoutTorqueThatIsDraggedAlongIsAMotorFailure) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
-    Rover rover = driving(seed, 0.7);
+    Rover rover = driving_rover(seed, 0.7);
     while (rover.command.probing != 0) rover.step();
     rover.wheel_faults[2].motor_dead = true;
     EXPECT_LE(frames_until_isolated(rover, 2, 80), 20);

@@ -189,13 +189,13 @@ void Rover::measure() {
   measured.imu.counter = frame_ % 65536;
 }
 
-Rover driving_rover(unsigned seed, double speed, double sigma_deg) {
+Rover driving_rover(unsigned seed, double speed, double sigma_deg, double then_s) {
   Rover rover(seed);
   rover.request.run = true;
   rover.request.speed = speed;
   rover.request.sigma_rad = sigma_deg * kDegree;
   if (!rover.settle(30)) throw std::runtime_error("the rover does not settle");
-  rover.run(2);
+  rover.run(then_s);
   return rover;
 }
 

@@ -90,7 +90,9 @@ class Rover {
 };
 
 // A rover that drives at this speed and heading for two seconds.
-Rover driving_rover(unsigned seed, double speed, double sigma_deg = 0);
+Rover driving_rover(unsigned seed, double speed, double sigma_deg = 0, double then_s = 2);
+// With seed 5, one second after it has settled.
+inline Rover driving(double speed = 0.6) { return driving_rover(5, speed, 0, 1); }
 // Frames until `condition`, at most `most`.
 int frames_until(Rover& rover, int most, const std::function<bool(const Command&)>& condition);
 

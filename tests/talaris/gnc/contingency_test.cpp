@@ -244,25 +244,20 @@ TEST(TalarisContingency, AHoldIsOnlyBegunWhenTheGasCoversTheRestOfTheWayAfterIt)
 
 // Nothing is cut before the ground because that took longer than from 2 m.
 TEST(TalarisContingency, FromTenMetresItLandsToo) {
-  const PlanRequest r = high();
-  expect_lands(strike(
-                   "10 m: land", [](Hopper& h) { h.flight.land(); }, r),
-               0.8, 3, 0.6);
-  expect_lands(strike(
-                   "10 m: overruns", [](Hopper& h) { h.told = kOverruns; }, r),
-               1.0, 3, 0.6);
-  expect_lands(strike(
-                   "10 m: altimeter silent", [](Hopper& h) { h.range_silent = true; }, r),
-               1.4, 3, 0.6);
-  expect_lands(strike(
-                   "10 m: valves silent", [](Hopper& h) { h.valves_dead = true; }, r),
-               1.5, 8, 1.2);
-  expect_lands(strike(
-                   "10 m: gas pressure gone", [](Hopper& h) { h.pressure_gone = true; }, r),
-               1.0, 8, 1.2);
-  expect_lands(strike(
-                   "10 m: fan node silent", [](Hopper& h) { h.fans_silent = true; }, r),
-               1.0, 4, 0.6);
+  struct Case {
+    const char* name;
+    void (*fault)(Hopper&);
+    double speed_m_s, tilt_deg, drift_m_s;
+  };
+  for (const Case& c : {
+           Case{"10 m: land", [](Hopper& h) { h.flight.land(); }, 0.8, 3, 0.6},
+           Case{"10 m: overruns", [](Hopper& h) { h.told = kOverruns; }, 1.0, 3, 0.6},
+           Case{"10 m: altimeter silent", [](Hopper& h) { h.range_silent = true; }, 1.4, 3, 0.6},
+           Case{"10 m: valves silent", [](Hopper& h) { h.valves_dead = true; }, 1.5, 8, 1.2},
+           Case{"10 m: gas pressure gone", [](Hopper& h) { h.pressure_gone = true; }, 1.0, 8, 1.2},
+           Case{"10 m: fan node silent", [](Hopper& h) { h.fans_silent = true; }, 1.0, 4, 0.6},
+       })
+    expect_lands(strike(c.name, c.fault, high()), c.speed_m_s, c.tilt_deg, c.drift_m_s);
 }
 
 TEST(TalarisContingency, FromTenMetresTheParachuteWithoutAltimeterLandsToo) {

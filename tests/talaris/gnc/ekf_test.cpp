@@ -161,15 +161,22 @@ void fly(Pair& pair, const Beam& beam, Random& random, double seconds,
   }
 }
 
-class EkfPointing : public testing::TestWithParam<bool> {};
+class EkfPointing : public testing::TestWithParam<bool> {
+ protected:
+  // `look` after each range.
+  static void fly_seed(unsigned seed, DenseEkf::Form form, double seconds,
+                       const std::function<void(const Pair&)>& look) {
+    Random random(seed);
+    Pair pair(random, form);
+    fly(pair, beam_of(GetParam(), random.vector(0.2)), random, seconds, [&] { look(pair); });
+  }
+};
 INSTANTIATE_TEST_SUITE_P(DownAndSideways, EkfPointing, testing::Bool());
 
 TEST_P(EkfPointing, IsTheDenseFilter) {
   for (unsigned seed = 0; seed < 10; ++seed) {
-    Random random(seed);
-    Pair pair(random, DenseEkf::Form::middle_of_step);
     double worst_state = 0, worst_covariance = 0;
-    fly(pair, beam_of(GetParam(), random.vector(0.2)), random, 30, [&] {
+    fly_seed(seed, DenseEkf::Form::middle_of_step, 30, [&](const Pair& pair) {
       worst_state = std::max(worst_state, pair.apart().cwiseAbs().maxCoeff());
       const Matrix15 p = pair.sparse.covariance();
       worst_covariance = std::max(worst_covariance, (p - pair.dense.P).cwiseAbs().maxCoeff());
@@ -184,10 +191,8 @@ TEST_P(EkfPointing, IsTheDenseFilter) {
 // and noise with every one of them give the same estimate to a small share of its own uncertainty.
 TEST_P(EkfPointing, IsNearTheFilterWithNoiseInEverySample) {
   for (unsigned seed = 0; seed < 5; ++seed) {
-    Random random(seed);
-    Pair pair(random, DenseEkf::Form::begin_of_step);
     double worst_state = 0, worst_sigma = 0;
-    fly(pair, beam_of(GetParam(), random.vector(0.2)), random, 20, [&] {
+    fly_seed(seed, DenseEkf::Form::begin_of_step, 20, [&](const Pair& pair) {
       const Vector15 sigma = pair.dense.P.diagonal().cwiseSqrt();
       const Vector15 ours = pair.sparse.covariance().diagonal().cwiseSqrt();
       worst_state = std::max(worst_state, pair.apart().cwiseQuotient(sigma).cwiseAbs().maxCoeff());

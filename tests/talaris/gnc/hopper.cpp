@@ -10,6 +10,23 @@ constexpr double kStep_s = 0.001;
 constexpr double kFootStiffness = 15000, kFootDamping = 900, kFriction = 0.6;
 constexpr double kFootY = 0.3, kFootZ = 0.4;
 
+// Axes along and about which it can move: 1, or 0.
+struct Freedom {
+  Vector3 along, about;
+};
+Freedom freedom(Stand stand) {
+  switch (stand) {
+    case Stand::free: break;
+    case Stand::rails: return {{0, 0, 1}, {0, 0, 0}};
+    case Stand::sled: return {{0, 1, 1}, {1, 0, 0}};
+    case Stand::attitude_y: return {{0, 0, 0}, {0, 1, 0}};
+    case Stand::attitude_z: return {{0, 0, 0}, {0, 0, 1}};
+    case Stand::altitude: return {{1, 0, 0}, {0, 1, 0}};
+    case Stand::height: return {{1, 0, 0}, {0, 0, 0}};
+  }
+  return {{1, 1, 1}, {1, 1, 1}};
+}
+
 }  // namespace
 
 double Log::rms_height_m() const {
@@ -139,35 +156,7 @@ void Hopper::physics(double dt) {
   }
   if (position.x() > 0.1) was_up_ = true;
 
-  // blocked axes of the stand
-  Vector3 move = Vector3::Ones(), turn = Vector3::Ones();
-  switch (world.stand) {
-    case Stand::free: break;
-    case Stand::rails:
-      move = {0, 0, 1};
-      turn.setZero();
-      break;
-    case Stand::sled:
-      move = {0, 1, 1};
-      turn = {1, 0, 0};
-      break;
-    case Stand::attitude_y:
-      move.setZero();
-      turn = {0, 1, 0};
-      break;
-    case Stand::attitude_z:
-      move.setZero();
-      turn = {0, 0, 1};
-      break;
-    case Stand::altitude:
-      move = {1, 0, 0};
-      turn = {0, 1, 0};
-      break;
-    case Stand::height:
-      move = {1, 0, 0};
-      turn.setZero();
-      break;
-  }
+  const auto [move, turn] = freedom(world.stand);
   const Vector3& I = world.inertia_kg_m2;
   const Vector3 gyro = rate_B.cross(I.cwiseProduct(rate_B).eval());
   velocity += dt * force.cwiseProduct(move) / mass;

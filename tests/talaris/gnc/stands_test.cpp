@@ -141,23 +141,16 @@ TEST(TalarisAltitude, GasAndFansHopOnTheStandHoldingTheAttitude) {
   }
 }
 
-Gains gentle() {
+Gains of_height(double kp_1_s2, double kd_1_s, double ki_1_s3, double rate_m_s) {
   Gains g;
-  g.height_kp_1_s2 = 0.6;
-  g.height_kd_1_s = 1.2;
-  g.height_ki_1_s3 = 0.06;
-  g.height_rate_m_s = 0.12;
+  g.height_kp_1_s2 = kp_1_s2;
+  g.height_kd_1_s = kd_1_s;
+  g.height_ki_1_s3 = ki_1_s3;
+  g.height_rate_m_s = rate_m_s;
   return g;
 }
-
-Gains aggressive() {
-  Gains g;
-  g.height_kp_1_s2 = 1.6;
-  g.height_kd_1_s = 2.2;
-  g.height_ki_1_s3 = 0.2;
-  g.height_rate_m_s = 0.3;
-  return g;
-}
+Gains gentle() { return of_height(0.6, 1.2, 0.06, 0.12); }
+Gains aggressive() { return of_height(1.6, 2.2, 0.2, 0.3); }
 
 TEST(TalarisFanAltitude, ThirtyCentimetresWithGentleAndAggressiveGainsBetweenRuns) {
   Parameters p;
