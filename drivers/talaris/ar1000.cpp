@@ -50,12 +50,8 @@ bool parse_error(std::string_view text, std::uint8_t& code) {
 }  // namespace
 
 Ar1000::Ar1000(const Ar1000Parameters& parameters) noexcept
-    : parameters_(parameters), byte_ns_(byte_time_ns(format())) {
+    : SensorLine({parameters.baud, SerialFormat::Parity::none, 1, false}), parameters_(parameters) {
   restart(0);
-}
-
-SerialFormat Ar1000::format() const noexcept {
-  return {parameters_.baud, SerialFormat::Parity::none, 1, false};
 }
 
 void Ar1000::restart(TimeNs now) noexcept {
@@ -83,7 +79,7 @@ void Ar1000::receive(std::span<const LineByte> bytes, TimeNs now) noexcept {
       spoilt_ = marked_ = false;
       continue;
     }
-    if (size_ == 0 && !spoilt_) first_ns_ = arrival_ns(now, i, bytes.size(), byte_ns_);
+    if (size_ == 0 && !spoilt_) first_ns_ = arrival_ns(now, i, bytes.size());
     marked_ = marked_ || byte.bad;
     spoilt_ = spoilt_ || size_ == line_.size();
     if (!spoilt_) line_[size_++] = static_cast<char>(byte.value);

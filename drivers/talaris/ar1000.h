@@ -24,7 +24,6 @@ class Ar1000 final : public SensorLine {
  public:
   explicit Ar1000(const Ar1000Parameters& parameters) noexcept;
 
-  SerialFormat format() const noexcept override;
   void restart(TimeNs now) noexcept override;
   void receive(std::span<const LineByte> bytes, TimeNs now) noexcept override;
   std::span<const std::uint8_t> transmit(TimeNs now) noexcept override;
@@ -36,7 +35,6 @@ class Ar1000 final : public SensorLine {
   void end_line() noexcept;
 
   Ar1000Parameters parameters_;
-  TimeNs byte_ns_;
   Step step_ = Step::stop;
   TimeNs step_ns_ = 0;   // when it is due
   TimeNs alive_ns_ = 0;  // last line, or the command

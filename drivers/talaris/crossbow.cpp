@@ -14,14 +14,10 @@ std::uint16_t u16(const std::uint8_t* at) { return static_cast<std::uint16_t>(at
 }  // namespace
 
 Crossbow::Crossbow(const CrossbowParameters& parameters) noexcept
-    : parameters_(parameters), byte_ns_(byte_time_ns(format())) {
+    : SensorLine({parameters.baud, SerialFormat::Parity::none, 1, false}), parameters_(parameters) {
   status_.rate_unit_rad_s = parameters_.rate_range_deg_s * 1.5 / 32768 * kDegree;
   status_.force_unit_m_s2 = parameters_.force_range_g * 1.5 / 32768 * kG_m_s2;
   restart(0);
-}
-
-SerialFormat Crossbow::format() const noexcept {
-  return {parameters_.baud, SerialFormat::Parity::none, 1, false};
 }
 
 void Crossbow::restart(TimeNs now) noexcept {
@@ -45,7 +41,7 @@ void Crossbow::receive(std::span<const LineByte> bytes, TimeNs now) noexcept {
     } else if (!asked_) {
       ++status_.counters.skipped;
     } else {
-      packet_byte(bytes[i], arrival_ns(now, i, bytes.size(), byte_ns_));
+      packet_byte(bytes[i], arrival_ns(now, i, bytes.size()));
     }
   }
 }

@@ -27,7 +27,6 @@ class Crossbow final : public SensorLine {
 
   explicit Crossbow(const CrossbowParameters& parameters) noexcept;
 
-  SerialFormat format() const noexcept override;
   void restart(TimeNs now) noexcept override;
   void receive(std::span<const LineByte> bytes, TimeNs now) noexcept override;
   std::span<const std::uint8_t> transmit(TimeNs now) noexcept override;
@@ -49,7 +48,6 @@ class Crossbow final : public SensorLine {
   void accept() noexcept;
 
   CrossbowParameters parameters_;
-  TimeNs byte_ns_;
   std::uint8_t out_ = 0;
   Step step_ = Step::ping;
   TimeNs step_ns_ = 0;  // when it began

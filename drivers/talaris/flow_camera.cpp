@@ -21,11 +21,8 @@ std::uint8_t crc8(std::uint8_t crc, std::uint8_t byte) noexcept {
 }  // namespace
 
 FlowCamera::FlowCamera(const FlowCameraParameters& parameters) noexcept
-    : parameters_(parameters), byte_ns_(byte_time_ns(format())) {}
-
-SerialFormat FlowCamera::format() const noexcept {
-  return {parameters_.baud, SerialFormat::Parity::none, 1, false};
-}
+    : SensorLine({parameters.baud, SerialFormat::Parity::none, 1, false}),
+      parameters_(parameters) {}
 
 void FlowCamera::restart(TimeNs) noexcept {
   clear();
@@ -37,7 +34,7 @@ TimeNs FlowCamera::next_wake() const noexcept { return std::numeric_limits<TimeN
 void FlowCamera::receive(std::span<const LineByte> bytes, TimeNs now) noexcept {
   status_.counters.bytes += bytes.size();
   for (std::size_t i = 0; i < bytes.size(); ++i) {
-    buffer_[size_++] = {bytes[i].value, bytes[i].bad, arrival_ns(now, i, bytes.size(), byte_ns_)};
+    buffer_[size_++] = {bytes[i].value, bytes[i].bad, arrival_ns(now, i, bytes.size())};
     parse();
   }
 }

@@ -20,7 +20,6 @@ class FlowCamera final : public SensorLine {
  public:
   explicit FlowCamera(const FlowCameraParameters& parameters) noexcept;
 
-  SerialFormat format() const noexcept override;
   void restart(TimeNs now) noexcept override;
   void receive(std::span<const LineByte> bytes, TimeNs now) noexcept override;
   std::span<const std::uint8_t> transmit(TimeNs) noexcept override { return {}; }
@@ -35,7 +34,6 @@ class FlowCamera final : public SensorLine {
   void end_frame(std::size_t size) noexcept;
 
   FlowCameraParameters parameters_;
-  TimeNs byte_ns_;
   struct Byte {
     std::uint8_t value = 0;
     bool bad = false;

@@ -51,12 +51,8 @@ std::array<std::uint8_t, 8> landmark_command(std::uint8_t cmd0, std::uint8_t cmd
 }
 
 LandMark30::LandMark30(const LandMark30Parameters& parameters) noexcept
-    : parameters_(parameters), byte_ns_(byte_time_ns(format())) {
+    : SensorLine({parameters.baud, SerialFormat::Parity::even, 2, true}), parameters_(parameters) {
   restart(0);
-}
-
-SerialFormat LandMark30::format() const noexcept {
-  return {parameters_.baud, SerialFormat::Parity::even, 2, true};
 }
 
 // Counts and frames go on; the reports of the sensor on itself are repeated.
@@ -82,7 +78,7 @@ void LandMark30::drop(std::size_t bytes) noexcept {
 void LandMark30::receive(std::span<const LineByte> bytes, TimeNs now) noexcept {
   status_.counters.bytes += bytes.size();
   for (std::size_t i = 0; i < bytes.size(); ++i) {
-    held_[size_++] = {bytes[i], arrival_ns(now, i, bytes.size(), byte_ns_)};
+    held_[size_++] = {bytes[i], arrival_ns(now, i, bytes.size())};
     behind_ = bytes.size() - 1 - i;
     while (take_packet()) {
     }

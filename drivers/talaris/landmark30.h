@@ -32,7 +32,6 @@ class LandMark30 final : public SensorLine {
 
   explicit LandMark30(const LandMark30Parameters& parameters) noexcept;
 
-  SerialFormat format() const noexcept override;
   void restart(TimeNs now) noexcept override;
   void receive(std::span<const LineByte> bytes, TimeNs now) noexcept override;
   std::span<const std::uint8_t> transmit(TimeNs now) noexcept override;
@@ -59,7 +58,6 @@ class LandMark30 final : public SensorLine {
   void read_scale(std::uint8_t value, TimeNs time_ns) noexcept;
 
   LandMark30Parameters parameters_;
-  TimeNs byte_ns_;
   std::array<Held, 2 * kPacket> held_{};  // bytes that are no packet yet
   std::size_t size_ = 0;
   std::size_t behind_ = 0;  // bytes of the same read that are still to come

@@ -2,6 +2,9 @@
 
 namespace lss::talaris {
 
+SensorLine::SensorLine(const SerialFormat& format) noexcept
+    : format_(format), byte_ns_(byte_time_ns(format)) {}
+
 void SensorLine::keep(const TalarisSample& sample) noexcept {
   if (!samples_.put(sample)) ++status_.counters.overflows;
 }

@@ -54,12 +54,12 @@ class SensorLine {
  public:
   static constexpr std::size_t kMaxSamples = 64;
 
+  explicit SensorLine(const SerialFormat& format) noexcept;
   virtual ~SensorLine() = default;
-  SensorLine() = default;
   SensorLine(const SensorLine&) = delete;
   SensorLine& operator=(const SensorLine&) = delete;
 
-  virtual SerialFormat format() const noexcept = 0;
+  const SerialFormat& format() const noexcept { return format_; }
   // The port was opened (again): discards partial data, sends the first commands.
   virtual void restart(TimeNs now) noexcept = 0;
   // Bytes that were read at `now`, split anywhere.
@@ -79,19 +79,20 @@ class SensorLine {
   // A packet of the IMU, by the sensor's own count.
   void tick(std::uint64_t count, TimeNs time_ns, int packets_per_frame, TimeNs period_ns) noexcept;
   void clear() noexcept;  // samples, and where the frame was
+  // When byte `i` of `count` that were read at `now` began on the line.
+  TimeNs arrival_ns(TimeNs now, std::size_t i, std::size_t count) const noexcept {
+    return now - static_cast<TimeNs>(count - i) * byte_ns_;
+  }
 
   LineStatus status_{};
 
  private:
+  SerialFormat format_;
+  TimeNs byte_ns_;  // of one character
   SampleRing<TalarisSample, kMaxSamples> samples_;
   FrameTick tick_{};
   bool ticked_ = false;
 };
-
-// When byte `i` of `count` that were read at `now` began on the line.
-constexpr TimeNs arrival_ns(TimeNs now, std::size_t i, std::size_t count, TimeNs byte_ns) {
-  return now - static_cast<TimeNs>(count - i) * byte_ns;
-}
 
 // Of one character.
 constexpr TimeNs byte_time_ns(const SerialFormat& format) {

@@ -1,8 +1,6 @@
 #pragma once
 
-// CAN frames for tests: by hand, and any.
-
-#include <rapidcheck.h>
+// CAN frames for tests.
 
 #include <algorithm>
 #include <cstdint>
@@ -24,20 +22,5 @@ inline CanFrame frame(std::uint32_t id, const Bytes& data, TimeNs time_ns = 0) {
 }
 
 inline Bytes data_of(const CanFrame& f) { return {f.data.begin(), f.data.begin() + f.size}; }
-
-inline rc::Gen<CanFrame> any_frame() {
-  return rc::gen::exec([] {
-    CanFrame f;
-    f.extended = *rc::gen::inRange(0, 10) == 0;
-    f.remote = *rc::gen::inRange(0, 10) == 0;
-    f.error = *rc::gen::inRange(0, 10) == 0;
-    const bool wide = f.extended || f.error;
-    f.id = *rc::gen::inRange<std::uint32_t>(0, (wide ? kExtendedIds : kStandardIds) + 1);
-    f.size = *rc::gen::inRange<std::uint8_t>(0, 9);
-    if (f.remote) return f;
-    for (std::size_t i = 0; i < f.size; ++i) f.data[i] = *rc::gen::arbitrary<std::uint8_t>();
-    return f;
-  });
-}
 
 }  // namespace lss::testing_support

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "tests/support/can_frames.h"
+
 namespace lss::testing_support {
 namespace {
 
@@ -342,12 +344,7 @@ void CanNode::send_emcy(std::uint16_t code, std::uint8_t error_register, TimeNs 
 
 void CanNode::send(std::uint32_t cob_id, const std::vector<std::uint8_t>& data, TimeNs now) {
   if (mute || !powered) return;
-  CanFrame frame;
-  frame.id = cob_id;
-  frame.time_ns = now + kAnswer;
-  frame.size = static_cast<std::uint8_t>(data.size());
-  std::copy(data.begin(), data.end(), frame.data.begin());
-  out_.push_back(frame);
+  out_.push_back(frame(cob_id, data, now + kAnswer));
 }
 
 std::vector<CanFrame> CanNode::take() { return std::exchange(out_, {}); }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tests/support/allocations.h"
+#include "tests/support/any_frame.h"
 #include "tests/support/can_frames.h"
 
 namespace lss {

@@ -12,6 +12,7 @@
 
 #include "drivers/canopen/node.h"
 #include "drivers/canopen/sdo.h"
+#include "tests/support/any_frame.h"
 #include "tests/support/can_frames.h"
 
 namespace lss::canopen {

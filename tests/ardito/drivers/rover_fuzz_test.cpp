@@ -9,6 +9,8 @@
 
 #include "tests/ardito/drivers/rover_world.h"
 #include "tests/support/allocations.h"
+#include "tests/support/any_frame.h"
+#include "tests/support/bus_time.h"
 #include "tests/support/can_frames.h"
 
 namespace lss::ardito {
@@ -41,16 +43,7 @@ class Watched {
   }
 
   void advance(TimeNs duration) {
-    const TimeNs end = now_ + duration;
-    while (true) {
-      const TimeNs wake = bus_.next_wake();
-      RC_ASSERT(wake > now_);
-      if (wake > end) break;
-      now_ = wake;
-      pump();
-    }
-    now_ = end;
-    pump();
+    testing_support::advance(bus_, now_, now_ + duration, [this] { pump(); });
   }
 
   // A possible answer of a node to the last message, so that boots advance.

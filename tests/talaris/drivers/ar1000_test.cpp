@@ -20,6 +20,15 @@ class Altimeter : public ::testing::Test {
   }
   void hear(std::string_view text) { line.receive(line_bytes(text), now); }
   std::vector<std::pair<TimeNs, Range>> taken() { return only<Range>(take_all(line)); }
+  // The only reading, which has this range; its time.
+  TimeNs expect_only(double range_m) {
+    const auto got = taken();
+    EXPECT_EQ(got.size(), 1u);
+    if (got.empty()) return 0;
+    EXPECT_DOUBLE_EQ(got[0].second.range_m, range_m);
+    EXPECT_EQ(got[0].second.error, 0);
+    return got[0].first;
+  }
   const LineCounters& counters() const { return line.status().counters; }
 
   Ar1000 line{Ar1000Parameters{}};
@@ -28,11 +37,7 @@ class Altimeter : public ::testing::Test {
 
 TEST_F(Altimeter, TheGoldenLine) {
   hear("000.934\r\n");
-  const auto got = taken();
-  ASSERT_EQ(got.size(), 1u);
-  EXPECT_DOUBLE_EQ(got[0].second.range_m, 0.934);
-  EXPECT_EQ(got[0].second.error, 0);
-  EXPECT_EQ(got[0].first, now - 9 * kByte);  // the begin of its first byte
+  EXPECT_EQ(expect_only(0.934), now - 9 * kByte);  // the begin of its first byte
 }
 
 TEST_F(Altimeter, ALineInPiecesIsStampedWithItsFirst) {
@@ -115,18 +120,14 @@ TEST_F(Altimeter, WhatIsNoLineIsCountedAndNotTold) {
 TEST_F(Altimeter, AnOverlongLineIsThrownAwayAndTheNextOneIsGood) {
   hear(std::string(1'000, '1'));
   hear("\r\n002.000\r\n");
-  const auto got = taken();
-  ASSERT_EQ(got.size(), 1u);
-  EXPECT_DOUBLE_EQ(got[0].second.range_m, 2);
+  expect_only(2);
   EXPECT_EQ(counters().bad_check, 1u);
 }
 
 TEST_F(Altimeter, TheRestOfALineThatBeganBeforeIsNotANumber) {
   line.restart(now);
   hear("0.934\r\n001.000\r\n");
-  const auto got = taken();
-  ASSERT_EQ(got.size(), 1u);
-  EXPECT_DOUBLE_EQ(got[0].second.range_m, 1);
+  expect_only(1);
 }
 
 TEST_F(Altimeter, AMarkedByteSpoilsItsLine) {
@@ -134,9 +135,7 @@ TEST_F(Altimeter, AMarkedByteSpoilsItsLine) {
   marked[4].bad = true;
   line.receive(marked, now);
   hear("001.600\r\n");
-  const auto got = taken();
-  ASSERT_EQ(got.size(), 1u);
-  EXPECT_DOUBLE_EQ(got[0].second.range_m, 1.6);
+  expect_only(1.6);
   EXPECT_EQ(counters().parity, 1u);
 }
 

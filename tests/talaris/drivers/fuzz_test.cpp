@@ -9,6 +9,7 @@
 #include "drivers/talaris/hopper_bus.h"
 #include "drivers/talaris/landmark30.h"
 #include "drivers/talaris/valves.h"
+#include "tests/support/any_frame.h"
 #include "tests/support/can_frames.h"
 #include "tests/talaris/drivers/lines.h"
 

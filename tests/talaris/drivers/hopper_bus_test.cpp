@@ -165,10 +165,15 @@ TEST(HopperBus, BothThreadsTogetherPulseTheValves) {
   for (std::size_t i = 1; i < seen.size(); ++i) EXPECT_EQ(seen[i], seen[i - 1] % 255 + 1);
 }
 
-TEST(HopperBus, AValveHeldOpenIsRenewedInTime) {
-  HopperWorld world;
+// Boots it, and holds a valve open.
+void boot_holding(HopperWorld& world) {
   world.boot();
   world.orders.hold[2] = {true, world.now + 10 * kSecond};
+}
+
+TEST(HopperBus, AValveHeldOpenIsRenewedInTime) {
+  HopperWorld world;
+  boot_holding(world);
   for (int n = 0; n < 25; ++n) {
     world.run_frames(1);
     ASSERT_EQ(world.valve_node().valves, 0x04);
@@ -178,8 +183,7 @@ TEST(HopperBus, AValveHeldOpenIsRenewedInTime) {
 
 TEST(HopperBus, WithoutTheActuateThreadTheNodeForgets) {
   HopperWorld world;
-  world.boot();
-  world.orders.hold[2] = {true, world.now + 10 * kSecond};
+  boot_holding(world);
   world.release();
   world.actuate_dead = true;
   world.run_for(240 * kMillisecond);
@@ -191,8 +195,7 @@ TEST(HopperBus, WithoutTheActuateThreadTheNodeForgets) {
 
 TEST(HopperBus, WithoutTheMasterEverythingIsShutWithinAHundredMilliseconds) {
   HopperWorld world;
-  world.boot();
-  world.orders.hold[2] = {true, world.now + 10 * kSecond};
+  boot_holding(world);
   world.orders.fan_us = {1800, 1800, 1800, 1800};
   world.run_frames(2);
   ASSERT_EQ(world.valve_node().valves, 0x04);
@@ -205,8 +208,7 @@ TEST(HopperBus, WithoutTheMasterEverythingIsShutWithinAHundredMilliseconds) {
 
 TEST(HopperBus, StaleOrdersShutEverythingByThisThreadToo) {
   HopperWorld world;
-  world.boot();
-  world.orders.hold[2] = {true, world.now + 10 * kSecond};
+  boot_holding(world);
   world.orders.fan_us = {1800, 1800, 1800, 1800};
   world.release();
   world.sent.clear();
@@ -229,8 +231,7 @@ TEST(HopperBus, StaleOrdersShutEverythingByThisThreadToo) {
 // third's at the earliest.
 TEST(HopperBus, OneLateFrameShutsNothing) {
   HopperWorld world;
-  world.boot();
-  world.orders.hold[2] = {true, world.now + 10 * kSecond};
+  boot_holding(world);
   world.orders.fan_us = {1800, 1800, 1800, 1800};
   world.release();
   world.run_for(415 * kMillisecond);  // offset and grace behind two periods

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "tests/support/can_frames.h"
+
 namespace lss::testing_support {
 
 void HopperNode::power_on(TimeNs now) {
@@ -141,12 +143,7 @@ void HopperNode::sdo(const CanFrame& frame, TimeNs now) {
 
 void HopperNode::send(std::uint32_t cob_id, const std::vector<std::uint8_t>& bytes, TimeNs now) {
   if (mute) return;
-  CanFrame frame;
-  frame.id = cob_id;
-  frame.time_ns = now + kMillisecond;
-  frame.size = static_cast<std::uint8_t>(bytes.size());
-  std::copy(bytes.begin(), bytes.end(), frame.data.begin());
-  out_.push_back(frame);
+  out_.push_back(testing_support::frame(cob_id, bytes, now + kMillisecond));
 }
 
 }  // namespace lss::testing_support

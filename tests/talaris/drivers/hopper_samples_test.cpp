@@ -18,12 +18,18 @@ void set(std::array<std::uint8_t, 8>& data, std::initializer_list<int> bytes) {
                  [](int byte) { return static_cast<std::uint8_t>(byte); });
 }
 
+// Of one kind, from five frames.
+template <class Reading>
+auto samples_of(HopperWorld& world) {
+  world.boot();
+  world.run_frames(5);
+  return only<Reading>(world.take_all());
+}
+
 TEST(HopperBus, PressuresVoltageAndTemperatureInSiUnits) {
   HopperWorld world;
   set(world.node[0].data[1], {0xCC, 0x50, 0x63, 0x05, 0x65, 0x09, 0xD7, 0x00});
-  world.boot();
-  world.run_frames(5);
-  const auto got = only<GasState>(world.take_all());
+  const auto got = samples_of<GasState>(world);
   ASSERT_EQ(got.size(), 5u);
   EXPECT_DOUBLE_EQ(got[0].second.tank_Pa, 20.684e6);
   EXPECT_DOUBLE_EQ(got[0].second.regulated_Pa, 1.379e6);
@@ -35,9 +41,7 @@ TEST(HopperBus, PressuresVoltageAndTemperatureInSiUnits) {
 TEST(HopperBus, FanSpeedsEveryTwentyMilliseconds) {
   HopperWorld world;
   set(world.node[1].data[0], {0xD8, 0x72, 0xD8, 0x72, 0xA0, 0x73, 0x10, 0x72});
-  world.boot();
-  world.run_frames(5);
-  const auto got = only<FanSpeeds>(world.take_all());
+  const auto got = samples_of<FanSpeeds>(world);
   ASSERT_EQ(got.size(), 50u);
   EXPECT_EQ(got[0].second.rpm, (std::array<double, 4>{29400, 29400, 29600, 29200}));
 }

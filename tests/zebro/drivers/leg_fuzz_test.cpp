@@ -7,6 +7,7 @@
 
 #include "drivers/zebro/leg_bus.h"
 #include "tests/support/allocations.h"
+#include "tests/support/bus_time.h"
 
 namespace lss::zebro {
 namespace {
@@ -41,17 +42,8 @@ class Watched {
   }
 
   void advance(TimeNs duration) {
-    const TimeNs end = now_ + duration;
     pump();
-    while (true) {
-      const TimeNs wake = bus_.next_wake();
-      RC_ASSERT(wake > now_);
-      if (wake > end) break;
-      now_ = wake;
-      pump();
-    }
-    now_ = end;
-    pump();
+    testing_support::advance(bus_, now_, now_ + duration, [this] { pump(); });
   }
 
   const BusOrders& orders() const { return orders_; }
