@@ -78,7 +78,7 @@ class Runtime final : public App {
         supervisor_(logic, {.obc_timeout_ns = config.obc_timeout_ns}),
         port_(logic, static_cast<std::uint32_t>(config.lease_min_ms),
               static_cast<std::uint32_t>(config.lease_max_ms), [this] { buses_.all_stop(); }),
-        publisher_(config_, vocabulary,
+        publisher_(config_, logic, vocabulary,
                    dictionary_of<typename Vehicle::Telemetry>(config.vehicle, logic, vocabulary)),
         frame_log_({.folder = config_.log_folder,
                     .files = config_.log_files,

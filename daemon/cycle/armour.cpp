@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/cycle/common_commands.h"
+
 namespace lss {
 namespace {
 
@@ -26,7 +28,7 @@ Verdict refuse(Reason reason, double measured = kRequired, double limit = kRequi
 Verdict Armour::check(const Request& request, std::uint64_t writer, const Name& holder) noexcept {
   if (!good_text(request.source)) return refuse(Reason::bad_source);
   if (request.kind == 0) return {};  // a heartbeat: nothing else in it is used
-  const CommandInfo* info = lookup_(request.kind);
+  const CommandInfo* info = find_command(commands_, request.kind);
   if (info == nullptr) return refuse(Reason::unknown_command, request.kind);
   if (const Verdict v = check_parameters(*info, request); v.reason != Reason::none) return v;
   if (const Verdict v = check_name(*info, request); v.reason != Reason::none) return v;

@@ -16,11 +16,10 @@ namespace lss {
 
 class Armour {
  public:
-  using Lookup = const CommandInfo* (*)(std::uint16_t kind);
-
-  Armour(Lookup lookup, std::span<const TunableInfo> tunables, std::uint32_t lease_min_ms,
-         std::uint32_t lease_max_ms) noexcept
-      : lookup_(lookup),
+  // `commands`: the vehicle's own.
+  Armour(std::span<const CommandInfo> commands, std::span<const TunableInfo> tunables,
+         std::uint32_t lease_min_ms, std::uint32_t lease_max_ms) noexcept
+      : commands_(commands),
         tunables_(tunables),
         lease_min_ms_(lease_min_ms),
         lease_max_ms_(lease_max_ms) {}
@@ -44,7 +43,7 @@ class Armour {
   Verdict check_name(const CommandInfo& info, const Request& request) const noexcept;
   Verdict check_sequence(const Request& request, std::uint64_t writer, const Name& holder) noexcept;
 
-  Lookup lookup_;
+  std::span<const CommandInfo> commands_;
   std::span<const TunableInfo> tunables_;
   std::uint32_t lease_min_ms_, lease_max_ms_;
   std::array<Writer, kMaxWriters> writers_{};

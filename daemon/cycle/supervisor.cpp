@@ -50,6 +50,10 @@ Verdict check_parameter(const Logic& logic, const SupervisorState& s, const Requ
 
 }  // namespace
 
+const CommandInfo* Logic::command(std::uint16_t kind) const noexcept {
+  return find_command(commands, kind);
+}
+
 Verdict Supervisor::evaluate(const Logic& logic, const SupervisorState& state,
                              const Request& request) noexcept {
   const CommandInfo* info = logic.command(request.kind);

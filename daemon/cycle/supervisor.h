@@ -27,7 +27,7 @@ struct Logic {
   lc::Event (*event_of)(const Request& request);
   unsigned (*subject_of)(const Request&) = [](const Request&) { return 0u; };  // 0: no module
   bool (*reached)(std::uint16_t kind, const SupervisorState& state);
-  const CommandInfo* (*command)(std::uint16_t kind);
+  std::span<const CommandInfo> commands = {};  // its own
   // Guards on the vehicle's measurements (SupervisorState::sense).
   Verdict (*sense)(const SupervisorState&, const Request&) =
       [](const SupervisorState&, const Request&) -> Verdict { return {}; };
@@ -42,6 +42,9 @@ struct Logic {
   // The command that takes a module out of service, given again after a restart of the daemon.
   // nullptr: a restart puts all modules into service.
   Request (*isolation_of)(unsigned module) = nullptr;
+
+  // Its own command of this kind, or a common one; nullptr when there is none.
+  const CommandInfo* command(std::uint16_t kind) const noexcept;
 };
 
 // Result of setting a parameter, and its value before.

@@ -33,7 +33,8 @@ std::string tunable_unit(std::span<const TunableInfo> tunables, std::size_t numb
 
 namespace {
 
-std::string text_of_one(const EventRecord& event, const Vocabulary& vocabulary) {
+std::string text_of_one(const EventRecord& event, const Vocabulary& vocabulary,
+                        std::span<const TunableInfo> tunables) {
   std::string prefix;
   if (event.subject > 0 && event.subject <= vocabulary.modules.size()) {
     prefix = fmt::format("module {} ({}): ", event.subject, vocabulary.modules[event.subject - 1u]);
@@ -73,10 +74,10 @@ std::string text_of_one(const EventRecord& event, const Vocabulary& vocabulary) 
     } else if (id == EventId::strategy_begun || id == EventId::strategy_ended) {
       arguments.push_back(name_of(vocabulary.strategies, index));
     } else if (id == EventId::parameter_changed && &argument == &event.argument[0]) {
-      arguments.push_back(tunable_name(vocabulary.tunables, index));
+      arguments.push_back(tunable_name(tunables, index));
     } else if (id == EventId::parameter_changed && &argument == &event.argument[2]) {
       const auto of = static_cast<std::size_t>(std::max(event.argument[0], 0.0));
-      arguments.push_back(number(argument) + tunable_unit(vocabulary.tunables, of));
+      arguments.push_back(number(argument) + tunable_unit(tunables, of));
     } else if (id == EventId::parameters_not_saved) {
       arguments.push_back(std::generic_category().message(static_cast<int>(index)));
     } else if (id == EventId::emergency_message) {
@@ -90,8 +91,9 @@ std::string text_of_one(const EventRecord& event, const Vocabulary& vocabulary) 
 
 }  // namespace
 
-std::string event_text(const EventRecord& event, const Vocabulary& vocabulary) {
-  std::string text = text_of_one(event, vocabulary);
+std::string event_text(const EventRecord& event, const Vocabulary& vocabulary,
+                       std::span<const TunableInfo> tunables) {
+  std::string text = text_of_one(event, vocabulary, tunables);
   if (event.count > 1)
     text += fmt::format(" ({} times in {:.1f} s)", event.count,
                         static_cast<double>(event.time_ns - event.first_ns) * 1e-9);

@@ -105,13 +105,10 @@ constexpr auto modes(Mode... mode) {
 }
 
 // A vehicle's names for its modes, modules (wheels, nodes; subject n is modules[n - 1]), strategies
-// of error solving, parameters, commands, and, when it flies, phases and programs of a flight and
-// findings of a calibration.
+// of error solving, and, when it flies, phases and programs of a flight and findings of a
+// calibration. Those of its commands and parameters are in its Logic.
 struct Vocabulary {
   std::span<const char*const> modes, modules, strategies, phases = {}, programs = {}, findings = {};
-  std::span<const CommandInfo> commands = {};  // its own
-  std::span<const TunableInfo> tunables = {};
-  const CommandInfo* (*command)(std::uint16_t kind) = nullptr;
   Presentation presentation = {};
 };
 
@@ -120,6 +117,7 @@ std::string tunable_name(std::span<const TunableInfo> tunables, std::size_t numb
 std::string tunable_unit(std::span<const TunableInfo> tunables, std::size_t number);
 
 // "module 3 (LM): leg passed its calibration sensor"
-std::string event_text(const EventRecord& event, const Vocabulary& vocabulary);
+std::string event_text(const EventRecord& event, const Vocabulary& vocabulary,
+                       std::span<const TunableInfo> tunables = {});
 
 }  // namespace lss

@@ -132,6 +132,9 @@ constexpr std::array<TunableInfo, N> infos_of(const std::array<Tunable<P>, N>& t
   return infos;
 }
 
+template <const auto& kTunables>
+inline constexpr auto kInfosOf = infos_of(kTunables);
+
 template <class P>
 void set_tunable(const Tunable<P>& t, P& parameters, double value) noexcept {
   const double scaled = value * t.factor;

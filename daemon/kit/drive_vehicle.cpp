@@ -7,6 +7,7 @@
 #include <set>
 
 #include "daemon/config/reading.h"
+#include "daemon/kit/gate.h"
 
 namespace lss::kit {
 
@@ -213,14 +214,7 @@ void DriveVehicle::make_safe(TimeNs now) noexcept {
 
 DriveVehicle::Command DriveVehicle::gate(const Command& wanted, Supervisor& supervisor,
                                          TimeNs now) noexcept {
-  const DriveGate failed = check(wanted, now);
-  sent_ = wanted;
-  if (failed != DriveGate::passed) {
-    supervisor.gate_closed(static_cast<double>(failed));
-    make_safe(now);
-    sent_ = orders_;
-  }
-  return sent_;
+  return pass_gate(check(wanted, now), wanted, orders_, sent_, supervisor, [&] { make_safe(now); });
 }
 
 }  // namespace lss::kit

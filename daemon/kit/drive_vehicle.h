@@ -198,8 +198,6 @@ class DrivePort : public OnePort<Vehicle, DriveCanBus> {
   DrivePort(const config::Config& config, const Parameters& parameters)
       : OnePort<Vehicle, DriveCanBus>(config.ports.front(), parameters.bus,
                                       config.ports.front().path, canopen::filters()) {}
-
-  tl::expected<void, std::string> probe() { return check_can(this->path_, this->bus_.probe()); }
 };
 
 }  // namespace lss::kit

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <string>
+#include <tl/expected.hpp>
 #include <utility>
 #include <vector>
 
@@ -26,8 +27,10 @@ class OnePort {
  public:
   template <class... Arguments>
   explicit OnePort(const config::Port& port, Arguments&&... arguments)
-      : name_("bus/" + port.name), path_(port.path), bus_(std::forward<Arguments>(arguments)...) {}
+      : name_("bus/" + port.name), bus_(std::forward<Arguments>(arguments)...) {}
 
+  // Start-up: a port of the wrong kind is an error; an absent one is waited for.
+  tl::expected<void, std::string> probe() { return bus_.probe(); }
   std::vector<std::pair<std::string, std::function<void()>>> bodies() {
     return {{name_, [this] { bus_.run(); }}};
   }
@@ -51,7 +54,7 @@ class OnePort {
   std::uint64_t dropped() const noexcept { return bus_.dropped(); }
 
  protected:
-  std::string name_, path_;
+  std::string name_;
   Bus bus_;
 };
 

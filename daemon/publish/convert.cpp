@@ -1,40 +1,36 @@
 #include "daemon/publish/convert.h"
 
+#include <algorithm>
+
 #include "daemon/runtime/clock.h"
 
 namespace lss::dds {
 namespace {
 
-template <class E>
-constexpr int value(E e) {
-  return static_cast<int>(e);
+// The IDL has the numbers of our own lists.
+template <class E, std::size_t N>
+consteval bool same(const E (&ours)[N], const int (&theirs)[N]) {
+  return std::ranges::equal(ours, theirs, {}, [](E e) { return static_cast<int>(e); });
 }
 
-static_assert(value(State::idle) == lss_STATE_IDLE &&
-              value(State::operational) == lss_STATE_OPERATIONAL &&
-              value(State::fatal_error) == lss_STATE_FATAL_ERROR &&
-              value(State::solve_errors) == lss_STATE_SOLVE_ERRORS);
-static_assert(value(Phase::accepted) == lss_PHASE_ACCEPTED &&
-              value(Phase::rejected) == lss_PHASE_REJECTED &&
-              value(Phase::executing) == lss_PHASE_EXECUTING &&
-              value(Phase::completed) == lss_PHASE_COMPLETED &&
-              value(Phase::failed) == lss_PHASE_FAILED &&
-              value(Phase::superseded) == lss_PHASE_SUPERSEDED);
-static_assert(value(Severity::info) == lss_SEVERITY_INFO &&
-              value(Severity::warning) == lss_SEVERITY_WARNING &&
-              value(Severity::error) == lss_SEVERITY_ERROR &&
-              value(Severity::fatal) == lss_SEVERITY_FATAL);
-static_assert(value(SharedMemory::off) == lss_SHM_OFF &&
-              value(SharedMemory::active) == lss_SHM_ACTIVE &&
-              value(SharedMemory::absent) == lss_SHM_ABSENT &&
-              value(SharedMemory::lost) == lss_SHM_LOST);
-static_assert(value(SavedState::none) == lss_SAVED_NONE &&
-              value(SavedState::good) == lss_SAVED_GOOD &&
-              value(SavedState::one_copy) == lss_SAVED_ONE_COPY &&
-              value(SavedState::partly) == lss_SAVED_PARTLY &&
-              value(SavedState::lost) == lss_SAVED_LOST);
-static_assert(value(Change::always) == lss_CHANGE_ALWAYS &&
-              value(Change::at_rest) == lss_CHANGE_AT_REST);
+static_assert(same({State::idle, State::operational, State::fatal_error, State::solve_errors},
+                   {lss_STATE_IDLE, lss_STATE_OPERATIONAL, lss_STATE_FATAL_ERROR,
+                    lss_STATE_SOLVE_ERRORS}));
+static_assert(same({Phase::accepted, Phase::rejected, Phase::executing, Phase::completed,
+                    Phase::failed, Phase::superseded},
+                   {lss_PHASE_ACCEPTED, lss_PHASE_REJECTED, lss_PHASE_EXECUTING,
+                    lss_PHASE_COMPLETED, lss_PHASE_FAILED, lss_PHASE_SUPERSEDED}));
+static_assert(same({Severity::info, Severity::warning, Severity::error, Severity::fatal},
+                   {lss_SEVERITY_INFO, lss_SEVERITY_WARNING, lss_SEVERITY_ERROR,
+                    lss_SEVERITY_FATAL}));
+static_assert(same({SharedMemory::off, SharedMemory::active, SharedMemory::absent,
+                    SharedMemory::lost},
+                   {lss_SHM_OFF, lss_SHM_ACTIVE, lss_SHM_ABSENT, lss_SHM_LOST}));
+static_assert(same({SavedState::none, SavedState::good, SavedState::one_copy, SavedState::partly,
+                    SavedState::lost},
+                   {lss_SAVED_NONE, lss_SAVED_GOOD, lss_SAVED_ONE_COPY, lss_SAVED_PARTLY,
+                    lss_SAVED_LOST}));
+static_assert(same({Change::always, Change::at_rest}, {lss_CHANGE_ALWAYS, lss_CHANGE_AT_REST}));
 static_assert(sizeof(lss_Command::source) == sizeof(Name));
 static_assert(sizeof(lss_Command::parameter) == sizeof(Request::parameter));
 static_assert(sizeof(lss_Command::name) == sizeof(ParameterName));

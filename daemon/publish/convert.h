@@ -42,8 +42,8 @@ Request to_request(const lss_Heartbeat& heartbeat, TimeNs arrival_ns);
 struct Subjects {
   std::span<const char* const> modules{};
   std::span<const TunableInfo> tunables{};
-  const CommandInfo* (*command)(std::uint16_t kind) = nullptr;
-  std::string_view name{};  // of a parameter, in the command
+  std::span<const CommandInfo> commands{};  // the vehicle's own
+  std::string_view name{};                  // of a parameter, in the command
 };
 
 lss_CommandAck to_dds(const Ack& ack, std::string_view vehicle_id, const Subjects& subjects = {});

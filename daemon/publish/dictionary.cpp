@@ -202,11 +202,11 @@ std::string dictionary(const std::string& vehicle, const Logic& logic, const Voc
                {"commands", Json::array()},
                {"parameters", Json::array()}};
   for (const std::span<const CommandInfo> list :
-       {std::span<const CommandInfo>(kCommonCommands), vocabulary.commands}) {
+       {std::span<const CommandInfo>(kCommonCommands), logic.commands}) {
     for (const CommandInfo& info : list)
       json["commands"].push_back(command(info, logic, vocabulary));
   }
-  for (const TunableInfo& t : vocabulary.tunables) {
+  for (const TunableInfo& t : logic.tunables) {
     json["parameters"].push_back({{"name", t.name},
                                   {"unit", t.unit},
                                   {"min", t.min},

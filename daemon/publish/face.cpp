@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "daemon/cycle/common_commands.h"
 #include "daemon/publish/convert.h"
 #include "daemon/publish/instance.h"
 #include "daemon/publish/telemetry_plane.h"
@@ -105,8 +106,7 @@ bool Face::Impl::may(const lss_Command& command, dds_entity_t reader,
                      const dds_sample_info_t& info) const {
   if (!participant.enclave() || command.kind == kind_of(CommandKind::emergency_stop)) return true;
   if (reader == stop_reader.get()) {
-    const CommandInfo* kind =
-        parameters.command == nullptr ? nullptr : parameters.command(command.kind);
+    const CommandInfo* kind = find_command(parameters.commands, command.kind);
     if (kind == nullptr || kind->access != Access::anyone) return false;
   }
   const std::string_view source = dds::read_text(command.source).value_or("");
@@ -253,7 +253,7 @@ Face::~Face() = default;
 void Face::acknowledge(const Ack& ack, std::string_view name) {
   const lss_CommandAck sample = dds::to_dds(
       ack, impl_->parameters.vehicle_id,
-      {impl_->parameters.modules, impl_->parameters.tunables, impl_->parameters.command, name});
+      {impl_->parameters.modules, impl_->parameters.tunables, impl_->parameters.commands, name});
   dds_write(impl_->ack_writer.get(), &sample);
   if (lockstep::on()) lockstep::answered(dds::read_text(sample.source).value_or(""), sample.seq);
 }

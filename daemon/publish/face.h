@@ -27,8 +27,8 @@ struct FaceParameters {
   std::string version;
   std::span<const char* const> modules{};  // their names; subject n is modules[n - 1]
   std::span<const TunableInfo> tunables{};
-  const CommandInfo* (*command)(std::uint16_t kind) = nullptr;
-  std::string dictionary{};  // contents of lss/dictionary; empty: none
+  std::span<const CommandInfo> commands = {};  // the vehicle's own
+  std::string dictionary{};                    // contents of lss/dictionary; empty: none
   std::vector<std::string> interfaces = {"lo"};
   bool shared_memory = true;        // wanted; used when RouDi runs
   std::filesystem::path enclave{};  // of DDS Security; empty: none

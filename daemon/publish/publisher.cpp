@@ -19,9 +19,13 @@ constexpr TimeNs kForeignEvery = 60 * kSecond;
 
 }  // namespace
 
-Publisher::Publisher(const config::Config& config, const Vocabulary& vocabulary,
+Publisher::Publisher(const config::Config& config, const Logic& logic, const Vocabulary& vocabulary,
                      std::string dictionary)
-    : config_(config), vocabulary_(vocabulary), dictionary_(std::move(dictionary)) {}
+    : config_(config),
+      commands_(logic.commands),
+      tunable_infos_(logic.tunables),
+      vocabulary_(vocabulary),
+      dictionary_(std::move(dictionary)) {}
 
 tl::expected<void, std::string> Publisher::open(RequestSink sink) {
   auto face = Face::create({.domain = config_.domain,
@@ -29,8 +33,8 @@ tl::expected<void, std::string> Publisher::open(RequestSink sink) {
                             .vehicle_id = config_.vehicle_id,
                             .version = LSS_VERSION,
                             .modules = vocabulary_.modules,
-                            .tunables = vocabulary_.tunables,
-                            .command = vocabulary_.command,
+                            .tunables = tunable_infos_,
+                            .commands = commands_,
                             .dictionary = dictionary_,
                             .interfaces = config_.interfaces,
                             .shared_memory = config_.shared_memory,
@@ -69,7 +73,7 @@ void Publisher::start(const Threads& threads, Sources sources) {
                       .id = static_cast<std::uint16_t>(what.id)};
     std::ranges::copy(what.argument, event.argument.begin());
     event.first_ns = now;
-    publish(event, what.text.empty() ? event_text(event, vocabulary_) : what.text);
+    publish(event, what.text.empty() ? event_text(event, vocabulary_, tunable_infos_) : what.text);
   }
   face_->parameters(parameters_);
   thread_ = std::thread([this] { run(); });
@@ -301,7 +305,7 @@ void Publisher::tell(const EventRecord& event) {
 }
 
 void Publisher::publish(const EventRecord& event) {
-  publish(event, event_text(event, vocabulary_));
+  publish(event, event_text(event, vocabulary_, tunable_infos_));
 }
 
 void Publisher::publish(const EventRecord& event, std::string text) {

@@ -52,7 +52,8 @@ class Publisher {
   };
 
   // `dictionary`: contents of lss/dictionary.
-  Publisher(const config::Config& config, const Vocabulary& vocabulary, std::string dictionary);
+  Publisher(const config::Config& config, const Logic& logic, const Vocabulary& vocabulary,
+            std::string dictionary);
   ~Publisher() { stop(); }
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
@@ -104,6 +105,8 @@ class Publisher {
   StatusReport report(TimeNs now) const;
 
   const config::Config& config_;
+  std::span<const CommandInfo> commands_;       // of the vehicle
+  std::span<const TunableInfo> tunable_infos_;  // of the vehicle
   Vocabulary vocabulary_;
   std::string dictionary_;
   std::unique_ptr<Face> face_;

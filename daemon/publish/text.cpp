@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "daemon/cycle/common_commands.h"
 #include "daemon/cycle/subjects.h"
 #include "daemon/publish/convert.h"
 
@@ -61,8 +62,7 @@ std::string with_subject(const Ack& ack, const CodeInfo& reason, const Subjects&
   if (number == 0) return reason.text;
   switch (subject_is(ack.verdict.reason)) {
     case SubjectIs::argument:
-      return with_parameter(reason.text, number,
-                            subjects.command != nullptr ? subjects.command(ack.kind) : nullptr);
+      return with_parameter(reason.text, number, find_command(subjects.commands, ack.kind));
     case SubjectIs::step: return with_step(reason.text, number);
     default: return with_module(reason.text, number, subjects.modules);
   }

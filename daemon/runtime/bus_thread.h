@@ -4,9 +4,9 @@
 // descriptor and by the driver's schedule. Opens the line and opens it again when it is lost. FIFO
 // thread: nothing here allocates, locks or logs.
 //
-// Line (can_bus.h, serial_bus.h): Driver, Orders, Sample, Report, kMaxSamples; driver(); open() ->
-// status, begin(now) after it, close(), is_open(); fd(), events(), next_wake(), coming() in
-// simulated time; serve(readable, now) -> false when the port is gone; describe(report).
+// Line (can_bus.h, serial_bus.h): Driver, Orders, Sample, Report, kMaxSamples; driver(); probe();
+// open() -> status, begin(now) after it, close(), is_open(); fd(), events(), next_wake(), coming()
+// in simulated time; serve(readable, now) -> false when the port is gone; describe(report).
 // Driver: restart(now), next_wake(), take(samples) -> how many; with orders release(orders, now).
 // For an emergency stop that bypasses the cycle: all_stop(now), and stops_all(orders), whether no
 // order moves anything. Optional: published(), called when the samples of a turn can be popped.
@@ -47,12 +47,8 @@ class BusThread {
 
   // Before the thread runs.
   Line& line() noexcept { return line_; }
-  // Start-up: opens the port once, closes it and returns the status.
-  auto probe() {
-    const auto status = line_.open();
-    line_.close();
-    return status;
-  }
+  // Start-up: whether the port can be used, or what is wrong with the configuration.
+  auto probe() { return line_.probe(); }
 
   // Actuate thread: new orders; wakes the bus.
   void release(const Orders& orders) noexcept {

@@ -18,14 +18,6 @@
 
 namespace lss {
 
-// Start-up: an absent interface is waited for; an error of the configuration is reported with its
-// remedy.
-inline tl::expected<void, std::string> check_can(const std::string& path, CanStatus status) {
-  if (status == CanStatus::ok || status == CanStatus::absent || status == CanStatus::down)
-    return {};
-  return tl::unexpected(fmt::format("port {}: {}", path, text(status)));
-}
-
 template <class BusDriver, class Parameters, class BusOrders, class BusSample, class Status>
 class CanLine {
  public:
@@ -48,6 +40,16 @@ class CanLine {
 
   // Before the thread runs: lets a second thread send on the bus.
   void attach(CanSender& sender) noexcept { port_.attach(&sender); }
+
+  // Start-up: opens the port once. An absent interface is waited for; an error of the configuration
+  // is reported with its remedy.
+  tl::expected<void, std::string> probe() {
+    const CanStatus status = open();
+    close();
+    if (status == CanStatus::ok || status == CanStatus::absent || status == CanStatus::down)
+      return {};
+    return tl::unexpected(fmt::format("port {}: {}", path_, text(status)));
+  }
 
   Driver& driver() noexcept { return driver_; }
   CanStatus open() noexcept { return port_.open(path_.c_str(), filters_); }

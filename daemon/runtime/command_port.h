@@ -34,7 +34,7 @@ class CommandPort {
   CommandPort(const Logic& logic, std::uint32_t lease_min_ms, std::uint32_t lease_max_ms,
               std::function<void()> stop_now = {})
       : logic_(logic),
-        armour_(logic.command, logic.tunables, lease_min_ms, lease_max_ms),
+        armour_(logic.commands, logic.tunables, lease_min_ms, lease_max_ms),
         stop_now_(std::move(stop_now)) {}
 
   // Listener. `writer`: the DDS writer that it came from.

@@ -31,14 +31,6 @@ struct SerialSettings {
   }
 };
 
-// Start-up: an absent port is waited for; an error of the configuration is reported with its
-// remedy.
-inline tl::expected<void, std::string> check_port(const SerialSettings& settings,
-                                                  SerialPort::Status status) {
-  if (status == SerialPort::Status::ok || status == SerialPort::Status::absent) return {};
-  return tl::unexpected(fmt::format("port {}: {}", settings.path, text(status)));
-}
-
 // Received bytes for a driver: plain, or with the marks of parity errors.
 template <class Driver>
 struct ByteOf {
@@ -67,6 +59,15 @@ class SerialLine {
 
   SerialLine(const Parameters& parameters, const SerialSettings& settings)
       : driver_(parameters), settings_(settings) {}
+
+  // Start-up: opens the port once. An absent port is waited for; an error of the configuration is
+  // reported with its remedy.
+  tl::expected<void, std::string> probe() {
+    const SerialPort::Status status = open();
+    close();
+    if (status == SerialPort::Status::ok || status == SerialPort::Status::absent) return {};
+    return tl::unexpected(fmt::format("port {}: {}", settings_.path, text(status)));
+  }
 
   Driver& driver() noexcept { return driver_; }
   SerialPort::Status open() noexcept {

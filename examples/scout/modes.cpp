@@ -72,7 +72,7 @@ const Logic& logic() noexcept {
       .table = &kTable,
       .event_of = [](const Request& request) { return lss::event_of(kTable, request); },
       .reached = reached,
-      .command = [](std::uint16_t kind) { return find_command(kCommands, kind); },
+      .commands = kCommands,
       .tunables = tuning().infos,
       .codes = {.faults = kFaults}};
   return kLogic;

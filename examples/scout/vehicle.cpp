@@ -21,8 +21,7 @@ constexpr std::array kTunables{
     tunable<&Parameters::acceleration_m_s2>("limits.acceleration_m_s2", "m/s²", 0.05,
                                             kMostAcceleration_m_s2, Change::always, "of the body"),
 };
-constexpr auto kInfos = infos_of(kTunables);
-constexpr Tuning<Parameters> kTuning{kTunables, kInfos};
+constexpr Tuning<Parameters> kTuning{kTunables, kInfosOf<kTunables>};
 
 constexpr Presentation::Parts kParts[] = {
     {.field = "drives", .unheard = "does not answer, last heartbeat"}};
@@ -34,9 +33,6 @@ const Vocabulary kVocabulary{
     .modes = kModeNames,
     .modules = kDriveNames,
     .strategies = kit::kDriveStrategyNames,
-    .commands = kCommands,
-    .tunables = kInfos,
-    .command = logic().command,
     .presentation = {.at_rest = "motors off", .parts = kParts, .hold = kHold}};
 
 // Towards `wanted`, at most `step` a frame.

@@ -7,6 +7,8 @@
 #include <limits>
 #include <string>
 
+#include "tests/core/set_parameter.h"
+
 namespace lss {
 namespace {
 
@@ -18,22 +20,12 @@ constexpr ParameterInfo kParameters[] = {
 constexpr CommandInfo kMove{7, "move", Access::holder, true, "", kParameters};
 constexpr CommandInfo kData{6, "data", Access::anyone, false, "", {}};
 
-constexpr CommandInfo kSetIt{.kind = 9,
-                             .name = "set-parameter",
-                             .access = Access::anyone,
-                             .leased = false,
-                             .summary = "",
-                             .parameters = SetParameter::kParameters,
-                             .named = true};
+constexpr CommandInfo kSetIt = set_parameter_command(Access::anyone);
 constexpr TunableInfo kTunables[] = {
     {"limits.current_A", "A", 0, 2, Change::always, false, "above it: emergency"},
     {"gait.flight_s", "s", 0, 2, Change::at_rest, false, "a leg in the air"}};
 
-const CommandInfo* lookup(std::uint16_t kind) {
-  if (kind == kMove.kind) return &kMove;
-  if (kind == kSetIt.kind) return &kSetIt;
-  return kind == kData.kind ? &kData : nullptr;
-}
+constexpr CommandInfo kArmourCommands[] = {kMove, kSetIt, kData};
 
 Name name(const std::string& text) {
   Name n{};
@@ -54,7 +46,7 @@ class ArmourTest : public testing::Test {
   Reason check(const Request& r, std::uint64_t writer = 1, const Name& holder = {}) {
     return armour_.check(r, writer, holder).reason;
   }
-  Armour armour_{lookup, kTunables, 200, 60'000};
+  Armour armour_{kArmourCommands, kTunables, 200, 60'000};
 };
 
 TEST_F(ArmourTest, LetsAGoodCommandThrough) { EXPECT_EQ(check(move(1, 0.5, 1)), Reason::none); }
@@ -203,7 +195,7 @@ TEST_F(ArmourTest, WhateverComesInOnlySaneCommandsPass) {
   EXPECT_TRUE(rc::check([](const std::array<double, 8>& parameter, std::uint16_t kind,
                            std::uint64_t sequence, std::uint32_t lease,
                            const std::array<char, 32>& source) {
-    Armour armour(lookup, kTunables, 200, 60'000);
+    Armour armour(kArmourCommands, kTunables, 200, 60'000);
     Request r{.source = source,
               .sequence = sequence,
               .kind = static_cast<std::uint16_t>(kind % 9),

@@ -6,12 +6,14 @@
 #include <string>
 #include <vector>
 
+#include "tests/core/set_parameter.h"
+
 namespace lss {
 namespace {
 
-constexpr CommandInfo kSolve{4, "solve", Access::holder, false, "", {}};
-constexpr CommandInfo kEstop{3, "estop", Access::anyone, false, "", {}, true};
-constexpr CommandInfo kStop{2, "stop", Access::holder, false, "", {}, true};
+constexpr CommandInfo kPortCommands[] = {{4, "solve", Access::holder, false, "", {}},
+                                         {3, "estop", Access::anyone, false, "", {}, true},
+                                         {2, "stop", Access::holder, false, "", {}, true}};
 const lc::Rows kNoRows({});
 const lc::Table kTable{&kNoRows,
                        {},
@@ -26,11 +28,7 @@ const Logic kLogic{
         [](const Request& r) { return r.kind == 4 ? lc::Event::solve : lc::Event::emergency_stop; },
     .subject_of = [](const Request&) { return 0U; },
     .reached = [](std::uint16_t, const SupervisorState&) { return true; },
-    .command = [](std::uint16_t kind) -> const CommandInfo* {
-      if (kind == 4) return &kSolve;
-      if (kind == 2) return &kStop;
-      return kind == 3 ? &kEstop : nullptr;
-    },
+    .commands = kPortCommands,
     .sense = [](const SupervisorState&, const Request&) { return Verdict{}; }};
 
 class CommandPortTest : public testing::Test {
@@ -122,18 +120,12 @@ TEST_F(CommandPortTest, ADryRunThatIsRefusedIsAnsweredAndNotCounted) {
 }
 
 TEST_F(CommandPortTest, AParameterOutOfRangeIsRefusedAtOnceAndWhetherItGoesWithOthersIsTheFrames) {
-  static constexpr CommandInfo kSet{.kind = 9,
-                                    .name = "set-parameter",
-                                    .access = Access::holder,
-                                    .leased = false,
-                                    .summary = "",
-                                    .parameters = SetParameter::kParameters,
-                                    .named = true};
+  static constexpr CommandInfo kSet = set_parameter_command(Access::holder);
   static constexpr TunableInfo kInfos[] = {
       {"a.speed_m_s", "m/s", 0, 2, Change::always, false, "how fast"},
       {"a.gain", "", 0, 2, Change::at_rest, false, "how hard"}};
   Logic logic = kLogic;
-  logic.command = [](std::uint16_t) { return &kSet; };
+  logic.commands = {&kSet, 1};
   logic.tunables = kInfos;
   CommandPort port(logic, 100, 1000);
   SupervisorState walking;

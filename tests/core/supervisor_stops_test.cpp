@@ -52,7 +52,7 @@ const Logic kLogic{.table = &kTable,
                          if (kind == kSolve) return s.controller.state == State::idle;
                          return true;
                        },
-                   .command = [](std::uint16_t kind) { return find_command(kCommands, kind); },
+                   .commands = kCommands,
                    .sense = [](const SupervisorState&, const Request&) { return Verdict{}; }};
 
 class SupervisorStopsTest : public testing::Test, public Actor {

@@ -43,13 +43,11 @@ TEST(EventText, SaysPhasesProgramsAndFindingsByNameAndNumbersShortly) {
 TEST(EventText, NamesAParameterWithItsUnitAndWhyNothingCouldBeSaved) {
   constexpr TunableInfo kInfos[] = {
       {"limits.current_A", "A", 0, 2, Change::always, false, "above it: emergency"}};
-  const Vocabulary words{
-      .modes = kModes, .modules = kModules, .strategies = {}, .tunables = kInfos};
   EventRecord changed = event(EventId::parameter_changed, 1, 1.2);
   changed.argument[2] = 1.5;
-  EXPECT_EQ(event_text(changed, words), "parameter limits.current_A: 1.2 to 1.5 A");
+  EXPECT_EQ(event_text(changed, kWords, kInfos), "parameter limits.current_A: 1.2 to 1.5 A");
   EXPECT_EQ(event_text(changed, kWords), "parameter 1: 1.2 to 1.5");
-  EXPECT_EQ(event_text(event(EventId::parameters_not_saved, 28), words),
+  EXPECT_EQ(event_text(event(EventId::parameters_not_saved, 28), kWords, kInfos),
             "parameters could not be saved in both copies: No space left on device");
 }
 

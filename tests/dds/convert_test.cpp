@@ -83,8 +83,7 @@ TEST(AckText, NamesTheParameterOfTheCommandAndNoModule) {
                                                   {"speed", "choice", 0, 3, 3, kNoYes, ""}};
   static constexpr CommandInfo kWalk{104, "walk", Access::holder, true, "", kParameters};
   static constexpr const char* kNames[] = {"LF", "RF", "LM"};
-  const Subjects subjects{
-      {kNames}, {}, [](std::uint16_t kind) { return kind == 104 ? &kWalk : nullptr; }};
+  const Subjects subjects{{kNames}, {}, {&kWalk, 1}};
   const auto text = [&](Reason reason, std::uint16_t number) {
     Ack ack = rejection(reason, number, 7, 3);
     ack.kind = 104;

@@ -90,41 +90,34 @@ struct DriveTraits {
   static bool& stop_pending(kit::DriveVehicle::BusReport& bus) { return bus.all_stop_pending; }
 
   static std::vector<Fault<W>> faults() {
-    std::vector<Fault<W>> all;
-    const double within_s = 0.15;
-    const auto add = [&](std::string name, FaultId id, std::size_t module,
-                         std::function<void(W&)> cause, std::function<void(W&)> heal = {},
-                         bool everywhere = false) {
-      all.push_back({std::move(name), id, static_cast<std::uint16_t>(module), within_s,
-                     std::move(cause), std::move(heal), everywhere});
-    };
+    FaultList<W> list;
+    constexpr double kSoon_s = 0.15;
     for (std::size_t n = 0; n < kDrives; ++n) {
       const std::string number = " " + std::to_string(n + 1);
-      add(
-          "lost" + number, FaultId::module_silent, n + 1,
+      list.add(
+          "lost" + number, FaultId::module_silent, n + 1, kSoon_s,
           [n](W& w) { w.link(n).node.state = canopen::NodeState::lost; },
           [n](W& w) { w.link(n).node.state = canopen::NodeState::operational; }, true);
-      add(
-          "rebooted" + number, FaultId::module_reset, n + 1,
+      list.add(
+          "rebooted" + number, FaultId::module_reset, n + 1, kSoon_s,
           [n](W& w) { ++w.link(n).node.reboots; }, {}, true);
-      add("drive fault" + number, FaultId::drive_fault, n + 1,
-          [n](W& w) { w.link(n).drive = canopen::DriveState::fault; });
-      add(
-          "disobeys" + number, FaultId::module_disobeys, n + 1,
+      list.add("drive fault" + number, FaultId::drive_fault, n + 1, kSoon_s,
+               [n](W& w) { w.link(n).drive = canopen::DriveState::fault; });
+      list.add(
+          "disobeys" + number, FaultId::module_disobeys, n + 1, kSoon_s,
           [n](W& w) { w.link(n).disobeys = true; }, [n](W& w) { w.link(n).disobeys = false; });
     }
-    add(
-        "port lost", FaultId::port_lost, 0, [](W& w) { w.in_.bus.open = false; },
+    list.add(
+        "port lost", FaultId::port_lost, 0, kSoon_s, [](W& w) { w.in_.bus.open = false; },
         [](W& w) { w.in_.bus.open = true; });
-    add("bus off", FaultId::bus_off, 0, [](W& w) { ++w.in_.bus.port.bus_offs; });
-    add("orders stale", FaultId::orders_stale, 0,
-        [](W& w) { ++w.in_.bus.status.counters.safe_commands; });
-    add("bus stuck", FaultId::bus_stuck, 0,
-        [](W& w) { w.alter = [](W& x) { x.in_.bus.time_ns -= 200 * kMillisecond; }; });
-    add("no samples", FaultId::stale_input, 1,
-        [](W& w) { w.alter = [](W& x) { x.in_.sample_count = 0; }; });
-    all.back().within_s = 1;
-    return all;
+    list.add("bus off", FaultId::bus_off, 0, kSoon_s, [](W& w) { ++w.in_.bus.port.bus_offs; });
+    list.add("orders stale", FaultId::orders_stale, 0, kSoon_s,
+             [](W& w) { ++w.in_.bus.status.counters.safe_commands; });
+    list.add("bus stuck", FaultId::bus_stuck, 0, kSoon_s,
+             [](W& w) { w.alter = [](W& x) { x.in_.bus.time_ns -= 200 * kMillisecond; }; });
+    list.add("no samples", FaultId::stale_input, 1, 1,
+             [](W& w) { w.alter = [](W& x) { x.in_.sample_count = 0; }; });
+    return list.all;
   }
 
   static std::vector<std::function<void(canopen::VelocityOrders&)>> bad_commands() {

@@ -129,8 +129,7 @@ TYPED_TEST_P(SafetyInputs, ACommandWithANumberThatMakesNoSenseIsRefusedWithTheRe
 
 TYPED_TEST_P(SafetyInputs, ACommandThatIsNoneIsRefusedWithTheReason) {
   using T = TypeParam;
-  const auto w = fresh<T>();
-  w->run(1);
+  const auto w = rested<T>();
   const Request good = request_of(*T::logic().command(1));
   const auto expect_refused = [&](const Request& r, Reason reason) {
     EXPECT_EQ(answer_to<T>(*w, r).verdict.reason, reason);

@@ -87,8 +87,7 @@ TYPED_TEST_P(SafetyParameters, TheTableIsSound) {
 
 TYPED_TEST_P(SafetyParameters, EachIsTakenAndToldInIdle) {
   using T = TypeParam;
-  const auto w = fresh<T>();
-  w->run(1);
+  const auto w = rested<T>();
   for (std::size_t i = 0; i < T::tuning().infos.size(); ++i) {
     SCOPED_TRACE(T::tuning().infos[i].name);
     const double before = w->vehicle_.tunables().value[i];
@@ -142,8 +141,7 @@ TYPED_TEST_P(SafetyParameters, TheBoundsOfEachHoldAndARefusalNamesThem) {
 
 TYPED_TEST_P(SafetyParameters, OneThatThereIsNotIsRefused) {
   using T = TypeParam;
-  const auto w = fresh<T>();
-  w->run(1);
+  const auto w = rested<T>();
   const std::string longer = std::string(name_of<T>(0)) + "_";
   for (const char* name : {"", "nothing", longer.c_str(), longer.c_str() + 1}) {
     const Ack refused = set_parameter<T>(*w, name, 1);
@@ -187,8 +185,7 @@ TYPED_TEST_P(SafetyParameters, OnlyWhoHoldsAuthorityChangesThem) {
 
 TYPED_TEST_P(SafetyParameters, ADryRunAsksOnly) {
   using T = TypeParam;
-  const auto w = fresh<T>();
-  w->run(1);
+  const auto w = rested<T>();
   const double value = another<T>(T::parameters(), 0);
   EXPECT_EQ(set_parameter<T>(*w, name_of<T>(0), value, "test", kFlagDryRun).phase, Phase::accepted);
   const double outside = T::tuning().infos[0].max + 1;
@@ -200,8 +197,7 @@ TYPED_TEST_P(SafetyParameters, ADryRunAsksOnly) {
 // The saver's thread answers.
 TYPED_TEST_P(SafetyParameters, ASaveIsAskedForOnceAFrame) {
   using T = TypeParam;
-  const auto w = fresh<T>();
-  w->run(1);
+  const auto w = rested<T>();
   w->send(CommandKind::save_parameters);
   w->send(CommandKind::save_parameters, {}, "another");
   w->step();
@@ -256,8 +252,7 @@ TYPED_TEST_P(SafetyParameters, NonsenseIsRefusedWhateverItIs) {
 // On the frame thread nothing may.
 TYPED_TEST_P(SafetyParameters, AdjustingAllocatesNothing) {
   using T = TypeParam;
-  const auto w = fresh<T>();
-  w->run(1);
+  const auto w = rested<T>();
   int taken = 0, refused = 0;
   const std::uint64_t before = T::allocations();
   for (std::size_t i = 0; i < T::tuning().infos.size(); ++i) {

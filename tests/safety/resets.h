@@ -18,7 +18,7 @@ double reset_s() {
 }
 
 template <class T>
-WorldPtr<T> in_reset(std::uint16_t module) {
+WorldPtr<T> in_reset(std::uint16_t module, double for_s = 0) {
   auto w = fresh<T>();
   w->run(6);
   w->events.clear();
@@ -28,6 +28,7 @@ WorldPtr<T> in_reset(std::uint16_t module) {
   w->executed = nullptr;
   EXPECT_NE(w->answer(CommandKind::reset, Phase::executing), nullptr);
   T::take_away(*w, module);
+  w->run(for_s);
   return w;
 }
 
@@ -48,8 +49,7 @@ TYPED_TEST_P(SafetyResets, OfAModuleIsNoEmergencyAndEndsWhenItIsBack) {
   using T = TypeParam;
   for (const std::uint16_t module : T::kResettable) {
     SCOPED_TRACE(module);
-    const auto w = in_reset<T>(module);
-    w->run(reset_s<T>() / 2);
+    const auto w = in_reset<T>(module, reset_s<T>() / 2);
     expect_well<T>(*w);
     EXPECT_EQ(w->answer(CommandKind::reset, Phase::completed), nullptr);
     ASSERT_NE(w->heard(EventId::reset_begun), nullptr);
@@ -98,8 +98,7 @@ TYPED_TEST_P(SafetyResets, AModuleThatStaysAwayIsAFaultAtItsDeadline) {
   using T = TypeParam;
   for (const std::uint16_t module : T::kResettable) {
     SCOPED_TRACE(module);
-    const auto w = in_reset<T>(module);
-    w->run(reset_s<T>() - 0.2);
+    const auto w = in_reset<T>(module, reset_s<T>() - 0.2);
     expect_well<T>(*w);
     ASSERT_TRUE(w->run_until(State::fatal_error, 0.6));
     EXPECT_TRUE(w->has(FaultId::module_silent, module));
@@ -115,8 +114,7 @@ TYPED_TEST_P(SafetyResets, AModuleThatStaysAwayIsAFaultAtItsDeadline) {
 TYPED_TEST_P(SafetyResets, AModuleThatWasNotCommandedIsAFaultAsEver) {
   using T = TypeParam;
   const std::uint16_t one = T::kResettable[0], other = T::kResettable[1];
-  const auto w = in_reset<T>(one);
-  w->run(0.5);
+  const auto w = in_reset<T>(one, 0.5);
   T::take_away(*w, other);
   ASSERT_TRUE(w->run_until(State::fatal_error, 1));
   EXPECT_TRUE(w->has(FaultId::module_silent, other));
@@ -129,8 +127,7 @@ TYPED_TEST_P(SafetyResets, AModuleThatWasNotCommandedIsAFaultAsEver) {
 TYPED_TEST_P(SafetyResets, ALaterOneTakesItsPlaceAndBothModulesAreExcused) {
   using T = TypeParam;
   const std::uint16_t one = T::kResettable[0], other = T::kResettable[1];
-  const auto w = in_reset<T>(one);
-  w->run(0.5);
+  const auto w = in_reset<T>(one, 0.5);
   w->send(CommandKind::reset, {static_cast<double>(other)});
   w->executed = [&] { w->out_.command = {}; };
   w->step();

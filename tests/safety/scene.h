@@ -41,6 +41,19 @@ struct Fault {
   bool everywhere = false;  // in every mode of Operational
 };
 
+// Faults, one after the other.
+template <class World>
+struct FaultList {
+  std::vector<Fault<World>> all;
+
+  void add(std::string name, FaultId id, std::size_t subject, double within_s,
+           std::function<void(World&)> cause, std::function<void(World&)> heal = {},
+           bool everywhere = false) {
+    all.push_back({std::move(name), id, static_cast<std::uint16_t>(subject), within_s,
+                   std::move(cause), std::move(heal), everywhere});
+  }
+};
+
 // The command that makes the vehicle move when it is ready.
 struct Motion {
   std::uint16_t kind;
@@ -173,6 +186,14 @@ WorldPtr<T> fresh(const Supervisor::Parameters& links = {}) {
   return w;
 }
 
+// In Idle for a second.
+template <class T>
+WorldPtr<T> rested() {
+  auto w = fresh<T>();
+  w->run(1);
+  return w;
+}
+
 template <class T>
 void demand_motion(WorldOf<T>& w) {
   w.put({.source = source("test"),
@@ -279,6 +300,17 @@ WorldPtr<T> at(const Place<WorldOf<T>>& place) {
   const auto result = go_to<T>(*w, place);
   EXPECT_TRUE(result) << place.name;
   return result ? std::move(w) : nullptr;
+}
+
+// In each place: check(world, place).
+template <class T, class Check>
+void in_each_place(Check&& check) {
+  for (const auto& place : places<T>()) {
+    SCOPED_TRACE(place.name);
+    const auto w = at<T>(place);
+    ASSERT_NE(w, nullptr);
+    check(*w, place);
+  }
 }
 
 // Every command of the vehicle.

@@ -274,62 +274,52 @@ TYPED_TEST_P(SafetyStops, ADryRunSaysWhatWouldHappenAndDoesNothing) {
 
 TYPED_TEST_P(SafetyStops, ShutDownIsSafeAtOnceEverywhere) {
   using T = TypeParam;
-  for (const auto& place : places<T>()) {
-    SCOPED_TRACE(place.name);
-    const auto w = at<T>(place);
-    ASSERT_NE(w, nullptr);
-    if (airborne<T>(*w)) continue;  // it lands first
-    w->in_.shut_down = true;
-    w->step();
-    EXPECT_TRUE(safe<T>(*w));
-    EXPECT_NE(w->state(), State::operational);
+  in_each_place<T>([](WorldOf<T>& w, const auto& place) {
+    if (airborne<T>(w)) return;  // it lands first
+    w.in_.shut_down = true;
+    w.step();
+    EXPECT_TRUE(safe<T>(w));
+    EXPECT_NE(w.state(), State::operational);
     if (place.state == State::operational) {
-      EXPECT_TRUE(stopped<T>(*w)) << "of all at once";
+      EXPECT_TRUE(stopped<T>(w)) << "of all at once";
     }
-  }
+  });
 }
 
 // [Oper-2]
 TYPED_TEST_P(SafetyStops, AResetOfTheControllerEndsSafeEverywhereAndItCanGoOn) {
   using T = TypeParam;
-  for (const auto& place : places<T>()) {
-    SCOPED_TRACE(place.name);
-    const auto w = at<T>(place);
-    ASSERT_NE(w, nullptr);
-    if (airborne<T>(*w)) continue;  // it would fall
-    w->acks.clear();
-    w->send(CommandKind::reset, {-1});
-    w->step();
-    EXPECT_NE(w->answer(CommandKind::reset, Phase::accepted), nullptr);
-    EXPECT_NE(w->answer(CommandKind::reset, Phase::completed), nullptr);
+  in_each_place<T>([](WorldOf<T>& w, const auto& place) {
+    if (airborne<T>(w)) return;  // it would fall
+    w.acks.clear();
+    w.send(CommandKind::reset, {-1});
+    w.step();
+    EXPECT_NE(w.answer(CommandKind::reset, Phase::accepted), nullptr);
+    EXPECT_NE(w.answer(CommandKind::reset, Phase::completed), nullptr);
     const bool rests = place.state == State::idle || place.state == State::operational;
-    EXPECT_EQ(w->state(), rests ? State::idle : State::fatal_error);
-    EXPECT_TRUE(rests ? safe<T>(*w) : stopped<T>(*w));
-    if (place.state == State::solve_errors && faults<T>().front().heal)
-      faults<T>().front().heal(*w);
-    w->run(2);
-    EXPECT_TRUE(recovers<T>(*w));
-  }
+    EXPECT_EQ(w.state(), rests ? State::idle : State::fatal_error);
+    EXPECT_TRUE(rests ? safe<T>(w) : stopped<T>(w));
+    if (place.state == State::solve_errors && faults<T>().front().heal) faults<T>().front().heal(w);
+    w.run(2);
+    EXPECT_TRUE(recovers<T>(w));
+  });
 }
 
 // The daemon is started again; the hardware is as it was.
 // [Oper-3] [P-Int-2]
 TYPED_TEST_P(SafetyStops, ARestartedDaemonBeginsSafeEverywhereAndItCanGoOn) {
   using T = TypeParam;
-  for (const auto& place : places<T>()) {
-    SCOPED_TRACE(place.name);
-    const auto w = at<T>(place);
-    ASSERT_NE(w, nullptr);
-    w->restart(T::parameters());
-    w->step();
-    EXPECT_EQ(w->state(), State::idle);
-    EXPECT_TRUE(safe<T>(*w)) << "in its first frame";
-    EXPECT_TRUE(stays_sound<T>(*w, 2));
-    EXPECT_EQ(w->supervisor_.state().authority, Name{});
-    if (faults<T>().front().heal) faults<T>().front().heal(*w);
-    w->run(5);
-    EXPECT_TRUE(comes_to_motion<T>(*w));
-  }
+  in_each_place<T>([](WorldOf<T>& w, const auto&) {
+    w.restart(T::parameters());
+    w.step();
+    EXPECT_EQ(w.state(), State::idle);
+    EXPECT_TRUE(safe<T>(w)) << "in its first frame";
+    EXPECT_TRUE(stays_sound<T>(w, 2));
+    EXPECT_EQ(w.supervisor_.state().authority, Name{});
+    if (faults<T>().front().heal) faults<T>().front().heal(w);
+    w.run(5);
+    EXPECT_TRUE(comes_to_motion<T>(w));
+  });
 }
 
 // [Oper-1]
@@ -357,8 +347,7 @@ TYPED_TEST_P(SafetyStops, EveryCommandIsAnsweredEverywhereAndNoneEndsTheListenin
 
 TYPED_TEST_P(SafetyStops, AStartIsAnsweredAcceptedExecutingAndCompleted) {
   using T = TypeParam;
-  const auto w = fresh<T>();
-  w->run(1);
+  const auto w = rested<T>();
   w->put(request_of(*T::logic().command(1)));
   ASSERT_TRUE(
       w->run_until([&] { return w->answer(CommandKind::start, Phase::completed) != nullptr; }, 30));
@@ -384,8 +373,7 @@ TYPED_TEST_P(SafetyStops, ANewCommandSupersedesTheRunningOne) {
 // Reports about a slow machine must not slow it down further.
 TYPED_TEST_P(SafetyStops, LateCommandsAreReportedNowAndThenAndNoneIsForgotten) {
   using T = TypeParam;
-  const auto w = fresh<T>();
-  w->run(1);
+  const auto w = rested<T>();
   const auto told = [&] {
     std::vector<double> counts;
     for (const EventRecord& event : w->events) {

@@ -29,9 +29,11 @@ class ConfigFile {
                         [&](const std::string&, config::Section& s) { parameters = read_(s); });
   }
   // The shipped one; its tunables are the defaults, but for one that is rounded for people.
-  Loaded load_defaults(const Tuning<Parameters>& tuning, Parameters& parameters,
-                       std::string_view rounded = "") const {
+  std::pair<config::Config, Parameters> defaults(const Tuning<Parameters>& tuning,
+                                                 std::string_view rounded = "") const {
+    Parameters parameters;
     Loaded config = load(LSS_CONFIG, parameters);
+    EXPECT_TRUE(config) << config.error();
     const TunableValues read = values_of(tuning.tunables, parameters);
     const TunableValues defaults = values_of(tuning.tunables, Parameters{});
     for (std::size_t i = 0; i < tuning.infos.size(); ++i) {
@@ -39,7 +41,7 @@ class ConfigFile {
       const double share = name == rounded ? 1e-4 : 1e-12;
       EXPECT_NEAR(read.value[i], defaults.value[i], share * std::abs(defaults.value[i])) << name;
     }
-    return config;
+    return {config.value(), parameters};
   }
   // A file of this text; its path.
   std::string file_of(const std::string& text) const {

@@ -243,13 +243,11 @@ Verdict sense(const SupervisorState& state, const Request& r) noexcept {
 
 }  // namespace
 
-const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
-
 const Logic& logic() noexcept {
   static const Logic kLogic{.table = &kTable,
                             .event_of = event_of,
                             .reached = reached,
-                            .command = command,
+                            .commands = kCommands,
                             .sense = sense,
                             .tunables = tuning().infos,
                             .codes = kOwnCodes};

@@ -72,9 +72,6 @@ inline constexpr unsigned kMostIsolated = 1;  // wheels; the rover goes on with 
 // of the heading, rad.
 inline constexpr std::size_t kSenseLimit = 0, kSenseMotorsOn = 1, kSenseCap = 2, kSenseHeading = 3;
 
-// The command for `kind`, common or ardito's own; nullptr when there is none.
-const CommandInfo* command(std::uint16_t kind) noexcept;
-
 // For the supervisor.
 const Logic& logic() noexcept;
 

@@ -63,11 +63,10 @@ constexpr std::array kTunables{
     tunable<&P::reset_ns>("bus.reset_s", "s", 1, 120, kAlways,
                           "a node that a command resets has to answer again within it"),
 };
-constexpr auto kInfos = infos_of(kTunables);
 
 const char* check(const P& p) { return gnc::ardito::check(p.mobility); }
 
-constexpr Tuning<P> kTuning{.tunables = kTunables, .infos = kInfos, .check = check};
+constexpr Tuning<P> kTuning{.tunables = kTunables, .infos = kInfosOf<kTunables>, .check = check};
 
 }  // namespace
 

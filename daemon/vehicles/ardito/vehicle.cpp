@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "daemon/kit/gate.h"
 #include "daemon/vehicles/ardito/tunables.h"
 #include "gnc/math.h"
 #include "idl/angles.h"
@@ -351,13 +352,8 @@ Vehicle::Command Vehicle::gate(const Command& wanted, Supervisor& supervisor, Ti
                         saturation_rpm,
       .steering_rad = kSteeringLimit_rad};
   const GateCheck failed = check(wanted, sent_, supervisor.controller(), limits, now);
-  sent_ = wanted;
-  if (failed != GateCheck::passed) {
-    supervisor.gate_closed(static_cast<double>(failed));
-    make_safe(orders_, now);
-    sent_ = orders_;
-  }
-  return sent_;
+  return kit::pass_gate(failed, wanted, orders_, sent_, supervisor,
+                        [&] { make_safe(orders_, now); });
 }
 
 // ---- telemetry

@@ -226,8 +226,7 @@ class Buses final : public kit::OnePort<Vehicle, RoverCanBus> {
   using Parameters = ardito::Parameters;
 
   Buses(const config::Config& config, const Parameters& parameters);
-  // Start-up: a port that is no CAN bus is an error; an absent one is waited for.
-  tl::expected<void, std::string> probe();
+  tl::expected<void, std::string> probe();  // of the period of frames, too
 
  private:
   TimeNs period_ns_;

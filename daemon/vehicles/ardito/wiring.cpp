@@ -22,7 +22,7 @@ tl::expected<void, std::string> Buses::probe() {
     return tl::unexpected(
         fmt::format("[frame] period_ms is {}: the mobility controller is made for frames of 100 ms",
                     static_cast<double>(period_ns_) * 1e-6));
-  return check_can(path_, bus_.probe());
+  return OnePort::probe();
 }
 
 }  // namespace lss::ardito

@@ -1,7 +1,5 @@
 #include "daemon/vehicles/ardito/words.h"
 
-#include "daemon/vehicles/ardito/modes.h"
-#include "daemon/vehicles/ardito/tunables.h"
 #include "idl/ardito/commands.h"
 
 namespace lss::ardito {
@@ -71,9 +69,6 @@ const Vocabulary& vocabulary() {
       .modes = kModeNames,
       .modules = kNodeNames,
       .strategies = kStrategyNames,
-      .commands = kCommands,
-      .tunables = tuning().infos,
-      .command = logic().command,
       .presentation = {.examples = kExamples,
                        .rest = kind_of(CommandKind::halt),
                        .at_rest = "motors off",

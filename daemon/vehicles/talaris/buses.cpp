@@ -99,16 +99,11 @@ Buses::Buses(const config::Config& config, const BusesParameters& parameters)
       ar1000_(parameters_.altimeter),
       flow_camera_(parameters_.camera),
       standby_imu_(parameters_.standby),
-      imu_settings_(settings(config, "imu", imu_line())),
-      altimeter_settings_(settings(config, "altimeter", ar1000_)),
-      camera_settings_(settings(config, "camera", flow_camera_)),
-      standby_settings_(settings(config, "standby_imu", standby_imu_)),
-      can_path_(can_path(config)),
-      imu_(LineEnds{.line = &imu_line(), .frames = &frames_}, imu_settings_),
-      altimeter_(LineEnds{.line = &ar1000_}, altimeter_settings_),
-      camera_(LineEnds{.line = &flow_camera_}, camera_settings_),
-      standby_(LineEnds{.line = &standby_imu_}, standby_settings_),
-      can_(parameters_.can, can_path_, canopen::filters()),
+      imu_(LineEnds{.line = &imu_line(), .frames = &frames_}, settings(config, "imu", imu_line())),
+      altimeter_(LineEnds{.line = &ar1000_}, settings(config, "altimeter", ar1000_)),
+      camera_(LineEnds{.line = &flow_camera_}, settings(config, "camera", flow_camera_)),
+      standby_(LineEnds{.line = &standby_imu_}, settings(config, "standby_imu", standby_imu_)),
+      can_(parameters_.can, can_path(config), canopen::filters()),
       actuation_(parameters_.valves, can_) {
   can_.line().attach(actuation_.sender());
 }
@@ -132,15 +127,14 @@ tl::expected<void, std::string> Buses::probe() {
         fmt::format("[talaris.bus] stale_ms must be at least {:.0f}: two frames, the offset and "
                     "the grace, so that one late frame shuts nothing",
                     std::ceil(static_cast<double>(fresh_ns) * 1e-6)));
-  if (auto ok = check_port(imu_settings_, imu_.probe()); !ok) return ok;
-  if (auto ok = check_port(altimeter_settings_, altimeter_.probe()); !ok) return ok;
-  if (parameters_.has_standby) {
-    if (auto ok = check_port(standby_settings_, standby_.probe()); !ok) return ok;
+  for (const auto& [there, line] : {std::pair{true, &imu_},
+                                    {true, &altimeter_},
+                                    {parameters_.has_standby, &standby_},
+                                    {parameters_.has_camera, &camera_}}) {
+    if (!there) continue;
+    if (auto ok = line->probe(); !ok) return ok;
   }
-  if (parameters_.has_camera) {
-    if (auto ok = check_port(camera_settings_, camera_.probe()); !ok) return ok;
-  }
-  return check_can(can_path_, can_.probe());
+  return can_.probe();
 }
 
 std::vector<std::pair<std::string, std::function<void()>>> Buses::bodies() {

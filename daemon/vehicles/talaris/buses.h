@@ -100,8 +100,6 @@ class Buses {
   Ar1000 ar1000_;
   FlowCamera flow_camera_;
   Crossbow standby_imu_;
-  SerialSettings imu_settings_, altimeter_settings_, camera_settings_, standby_settings_;
-  std::string can_path_;
   LineBus imu_, altimeter_, camera_, standby_;
   HopperCan can_;
   Actuation actuation_;

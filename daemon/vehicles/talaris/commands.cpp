@@ -8,28 +8,26 @@
 namespace lss::talaris {
 namespace {
 
-using gnc::talaris::Guard;
-using gnc::talaris::PlanRequest;
-using gnc::talaris::PlanResult;
+namespace g = gnc::talaris;
 
-Reason reason_of(Guard guard) noexcept {
+Reason reason_of(g::Guard guard) noexcept {
   switch (guard) {
-    case Guard::none: return Reason::none;
-    case Guard::request: return reasons::plan_request;
-    case Guard::height: return reasons::plan_height;
-    case Guard::gas: return reasons::gas_short;
-    case Guard::hover_on_time: return reasons::hover_short;
-    case Guard::climb: return reasons::climb_short;
-    case Guard::lateral: return reasons::lateral_short;
-    case Guard::altimeter: return reasons::altimeter_short;
-    case Guard::wall: return reasons::wall_near;
-    case Guard::fan_thrust: return reasons::fans_short;
-    case Guard::run_time: return reasons::fans_long;
+    case g::Guard::none: return Reason::none;
+    case g::Guard::request: return reasons::plan_request;
+    case g::Guard::height: return reasons::plan_height;
+    case g::Guard::gas: return reasons::gas_short;
+    case g::Guard::hover_on_time: return reasons::hover_short;
+    case g::Guard::climb: return reasons::climb_short;
+    case g::Guard::lateral: return reasons::lateral_short;
+    case g::Guard::altimeter: return reasons::altimeter_short;
+    case g::Guard::wall: return reasons::wall_near;
+    case g::Guard::fan_thrust: return reasons::fans_short;
+    case g::Guard::run_time: return reasons::fans_long;
   }
   return reasons::plan_request;
 }
 
-Verdict verdict_of(const PlanResult& result) noexcept {
+Verdict verdict_of(const g::PlanResult& result) noexcept {
   if (result.feasible()) return {};
   return {.reason = reason_of(result.guard), .measured = result.measured, .limit = result.limit};
 }
@@ -124,9 +122,9 @@ Verdict Vehicle::consider_execute() const noexcept {
       gnc::talaris::make_plan(plan.request, parameters_.flight, flight_.gas().left_s()));
 }
 
-PlanRequest Vehicle::plan_request(const Request& r) const noexcept {
+g::PlanRequest Vehicle::plan_request(const Request& r) const noexcept {
   const auto wanted = arguments<PlanFlight>(r);
-  PlanRequest plan;
+  g::PlanRequest plan;
   plan.program = static_cast<gnc::talaris::Program>(wanted.program);
   plan.height_m = wanted.height_m;
   plan.distance_m = wanted.distance_m;
@@ -225,7 +223,7 @@ void Vehicle::carry_out(const Request& r) noexcept {
 }
 
 void Vehicle::plan(const Request& r) noexcept {
-  const PlanResult result = flight_.plan(plan_request(r));
+  const g::PlanResult result = flight_.plan(plan_request(r));
   program_ = static_cast<std::uint8_t>(arguments<PlanFlight>(r).program);
   tell(EventId::planned, program_, result.plan.total_s, result.plan.gas_s, flight_.gas().left_s());
 }

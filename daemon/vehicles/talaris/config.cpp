@@ -185,12 +185,12 @@ void read_navigation(config::Section s, g::NavigationParameters& n) {
 
 void read_stand(config::Section s, g::Stand& stand) {
   for (const std::string& axis : s.texts("fixed", {})) {
-    if (axis == "x") {
-      stand.fixed_x = true;
-    } else if (axis == "y") {
-      stand.fixed_y = true;
-    } else if (axis == "z") {
-      stand.fixed_z = true;
+    bool* fixed = axis == "x"   ? &stand.fixed_x
+                  : axis == "y" ? &stand.fixed_y
+                  : axis == "z" ? &stand.fixed_z
+                                : nullptr;
+    if (fixed != nullptr) {
+      *fixed = true;
     } else {
       s.error("fixed", fmt::format("\"{}\" is no axis: use x, y or z", axis));
     }

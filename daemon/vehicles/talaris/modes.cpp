@@ -267,13 +267,11 @@ bool reached(std::uint16_t kind, const SupervisorState& state) noexcept {
 
 }  // namespace
 
-const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
-
 const Logic& logic() noexcept {
   static const Logic kLogic{.table = &kTable,
                             .event_of = event_of,
                             .reached = reached,
-                            .command = command,
+                            .commands = kCommands,
                             .airborne = airborne,
                             .considered = considered,
                             .tunables = tuning().infos,

@@ -82,9 +82,6 @@ bool airborne(const lc::ControllerState& state) noexcept;
 // are open and fans run; [1] whether valves are open by hand or pulses are left.
 inline constexpr std::size_t kSenseActive = 0, kSensePulsing = 1;
 
-// The command of `kind`, common or talaris' own; nullptr when there is none.
-const CommandInfo* command(std::uint16_t kind) noexcept;
-
 // For the supervisor.
 const Logic& logic() noexcept;
 

@@ -95,7 +95,6 @@ constexpr std::array kTunables{
     tunable<&P::reset_ns>("bus.reset_s", "s", 1, 120, kAlways,
                           "a node that a command resets has to answer again within it"),
 };
-constexpr auto kInfos = infos_of(kTunables);
 
 void derive(P& p) {
   p.flight.limits.range_age_s = static_cast<double>(p.altimeter_silent_ns) * 1e-9;
@@ -106,7 +105,7 @@ const char* check(const P& p) {
   return wrong != nullptr ? wrong : gnc::talaris::check(p.flight);
 }
 
-constexpr Tuning<P> kTuning{kTunables, kInfos, derive, check};
+constexpr Tuning<P> kTuning{kTunables, kInfosOf<kTunables>, derive, check};
 
 }  // namespace
 

@@ -8,19 +8,17 @@
 namespace lss::talaris {
 namespace {
 
-using gnc::talaris::CalibrationFault;
-using gnc::talaris::CalibrationPhase;
-using gnc::talaris::FlightOutput;
+namespace g = gnc::talaris;
 
-Reason reason_of(CalibrationFault fault) noexcept {
+Reason reason_of(g::CalibrationFault fault) noexcept {
   switch (fault) {
-    case CalibrationFault::turning:
-    case CalibrationFault::rate_spread:
-    case CalibrationFault::shaking:
-    case CalibrationFault::force_spread: return reasons::moved;
-    case CalibrationFault::imu_silent: return Reason::imu_lost;
-    case CalibrationFault::few_ranges:
-    case CalibrationFault::range_spread: return reasons::altimeter_lost;
+    case g::CalibrationFault::turning:
+    case g::CalibrationFault::rate_spread:
+    case g::CalibrationFault::shaking:
+    case g::CalibrationFault::force_spread: return reasons::moved;
+    case g::CalibrationFault::imu_silent: return Reason::imu_lost;
+    case g::CalibrationFault::few_ranges:
+    case g::CalibrationFault::range_spread: return reasons::altimeter_lost;
     default: return reasons::calibration_bad;
   }
 }
@@ -68,18 +66,18 @@ void Vehicle::watch_calibration(Supervisor& s) noexcept {
   if (mode() != Mode::calibrate) return;
   const gnc::talaris::CalibrationStatus& c = navigation_.calibration();
   const bool lost = (s.controller().flags & kImuLost) != 0;
-  if (c.phase == CalibrationPhase::failed || lost) {
+  if (c.phase == g::CalibrationPhase::failed || lost) {
     s.note(EventId::calibration_refused, 0, static_cast<double>(c.fault), c.measured, c.limit);
     s.abandon(lost ? Reason::imu_lost : reason_of(c.fault));
     s.happen(event::calibration_refused);
-  } else if (c.phase == CalibrationPhase::done) {
+  } else if (c.phase == g::CalibrationPhase::done) {
     s.note(events::calibrated);
     s.happen(event::calibrated);
   }
 }
 
 void Vehicle::watch_flight(Supervisor& s) noexcept {
-  const FlightOutput& f = output_;
+  const g::FlightOutput& f = output_;
   if (mode() != Mode::execute) return;
   if (!begun_) {  // the plan is gone: treated as over
     s.abandon(reasons::not_planned);

@@ -1,7 +1,5 @@
 #include "daemon/vehicles/talaris/words.h"
 
-#include "daemon/vehicles/talaris/modes.h"
-#include "daemon/vehicles/talaris/tunables.h"
 #include "gnc/talaris/calibration.h"
 #include "idl/talaris/commands.h"
 
@@ -91,9 +89,6 @@ const Vocabulary& vocabulary() {
       .phases = kPhaseNames,
       .programs = kProgramNames,
       .findings = kFindings,
-      .commands = kCommands,
-      .tunables = tuning().infos,
-      .command = logic().command,
       .presentation = {
           .examples = kExamples,
           .begins = static_cast<std::uint8_t>(Mode::manual),

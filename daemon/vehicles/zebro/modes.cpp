@@ -358,14 +358,12 @@ Request isolation_of(unsigned module) noexcept {
   return request;
 }
 
-const CommandInfo* command(std::uint16_t kind) noexcept { return find_command(kCommands, kind); }
-
 const Logic& logic() noexcept {
   static const Logic kLogic{.table = &kTable,
                             .event_of = event_of,
                             .subject_of = subject_of,
                             .reached = reached,
-                            .command = command,
+                            .commands = kCommands,
                             .sense = sense,
                             .considered = considered,
                             .tunables = tuning().infos,

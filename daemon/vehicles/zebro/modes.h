@@ -85,9 +85,6 @@ inline constexpr std::size_t kSenseTurnLimit = kModules, kSenseMotorsOn = kModul
                              kSenseTripped = kModules + 2, kSenseSolveRounds = kModules + 3,
                              kSenseSolveModule = kModules + 4, kSenseSolveLimit = kModules + 5;
 
-// The command for `kind`, common or zebro's own; nullptr when there is none.
-const CommandInfo* command(std::uint16_t kind) noexcept;
-
 // The command that takes a module out of service, as after a restart of the daemon.
 Request isolation_of(unsigned module) noexcept;
 

@@ -63,7 +63,6 @@ constexpr std::array kTunables{
     tunable<&P::reset_ns>("bus.reset_s", "s", 1, 120, kAlways,
                           "a module that a command resets has to answer again within it"),
 };
-constexpr auto kInfos = infos_of(kTunables);
 
 void derive(P& p) { p.solver.current_limit_A = p.current_limit_A; }
 
@@ -72,7 +71,7 @@ const char* check(const P& p) {
   return gnc::zebro::check(p.locomotion);
 }
 
-constexpr Tuning<P> kTuning{kTunables, kInfos, derive, check};
+constexpr Tuning<P> kTuning{kTunables, kInfosOf<kTunables>, derive, check};
 
 }  // namespace
 

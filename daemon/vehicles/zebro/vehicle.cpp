@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "daemon/kit/gate.h"
 #include "daemon/vehicles/zebro/tunables.h"
 #include "idl/angles.h"
 #include "idl/zebro/codes.h"
@@ -269,13 +270,8 @@ Vehicle::Command Vehicle::gate(const Command& wanted, Supervisor& supervisor, Ti
   const GateLimits limits{parameters_.locomotion.swing_limit_rad_s / kDegree * kGateMargin};
   const GateCheck failed =
       check(wanted, sent_, measured_cdeg, supervisor.controller(), limits, now);
-  sent_ = wanted;
-  if (failed != GateCheck::passed) {
-    supervisor.gate_closed(static_cast<double>(failed));
-    make_safe(orders_, now);
-    sent_ = orders_;
-  }
-  return sent_;
+  return kit::pass_gate(failed, wanted, orders_, sent_, supervisor,
+                        [&] { make_safe(orders_, now); });
 }
 
 // ---- telemetry

@@ -228,11 +228,6 @@ class Buses final : public kit::OnePort<Vehicle, LegSerialBus> {
   using Parameters = zebro::Parameters;
 
   Buses(const config::Config& config, const Parameters& parameters);
-  // Start-up: a port that is no terminal or is in use is an error; an absent one is waited for.
-  tl::expected<void, std::string> probe();
-
- private:
-  SerialSettings settings_;
 };
 
 }  // namespace lss::zebro

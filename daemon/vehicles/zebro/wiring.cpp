@@ -30,10 +30,7 @@ SerialSettings settings(const config::Config& config) {
 }  // namespace
 
 Buses::Buses(const config::Config& config, const Parameters& parameters)
-    : OnePort(legs_port(config), bus_parameters(config, parameters.bus), settings(config)),
-      settings_(settings(config)) {}
-
-tl::expected<void, std::string> Buses::probe() { return check_port(settings_, bus_.probe()); }
+    : OnePort(legs_port(config), bus_parameters(config, parameters.bus), settings(config)) {}
 
 }  // namespace lss::zebro
 

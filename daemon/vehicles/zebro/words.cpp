@@ -1,7 +1,5 @@
 #include "daemon/vehicles/zebro/words.h"
 
-#include "daemon/vehicles/zebro/modes.h"
-#include "daemon/vehicles/zebro/tunables.h"
 #include "idl/zebro/commands.h"
 
 namespace lss::zebro {
@@ -95,9 +93,6 @@ const Vocabulary& vocabulary() {
       .modes = kModeNames,
       .modules = kModuleNames,
       .strategies = kStrategyNames,
-      .commands = kCommands,
-      .tunables = tuning().infos,
-      .command = logic().command,
       .presentation = {
           .examples = kExamples,
           .begins = static_cast<std::uint8_t>(Mode::holding),

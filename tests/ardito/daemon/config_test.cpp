@@ -14,10 +14,8 @@ using testing::HasSubstr;
 const testing_support::ConfigFile<Parameters> kFile("ardito", read_parameters);
 
 TEST(ArditoConfig, TheExampleHoldsTheDefaults) {
-  Parameters p;
-  const auto config = kFile.load_defaults(tuning(), p);
-  ASSERT_TRUE(config) << config.error();
-  EXPECT_EQ(config->period_ns, 100 * kMillisecond);
+  const auto [config, p] = kFile.defaults(tuning());
+  EXPECT_EQ(config.period_ns, 100 * kMillisecond);
   const Parameters d;
   EXPECT_EQ(p.bus.wheel_node, d.bus.wheel_node);
   EXPECT_EQ(p.bus.steering_node, d.bus.steering_node);

@@ -134,13 +134,21 @@ TEST(ArditoAutonomy, OfARoverThatIsDrivenByHandItStopsFlashesAndGoesOn) {
 
 // ---- slip
 
-void block(World& w) {
-  w.distort = [](std::vector<Reading>& readings) {
-    alter_all<Imu>(readings, [](Imu& m) { m.Vtan_mm_s = 1; });
+// The motors push, and the IMU reports something else.
+void push(World& w, void (*imu)(Imu&)) {
+  w.distort = [imu](std::vector<Reading>& readings) {
+    alter_all<Imu>(readings, imu);
     alter_all<WheelMotion>(readings, [](WheelMotion& m) {
       m.current_permille = std::copysign(m.motor_rpm == 0 ? 0 : 600, m.motor_rpm);
     });
   };
+}
+void block(World& w) {
+  push(w, [](Imu& m) { m.Vtan_mm_s = 1; });
+}
+// Half of the wheels' speed is lost.
+void slip(World& w) {
+  push(w, [](Imu& m) { m.Vtan_mm_s = m.Vtan_mm_s / 2; });
 }
 
 TEST(ArditoSlip, ABlockedRoverStopsWithinThreeSecondsSaysWhyAndStopsCounting) {
@@ -179,16 +187,6 @@ TEST(ArditoSlip, AnImuThatIsWrongIsNotTakenForSlip) {
   ASSERT_TRUE(w.run_until([&] { return w.has(faults::imu_lost, kImuNode); }, 4));
   EXPECT_FALSE(w.has(faults::rover_stuck));
   EXPECT_EQ(w.mode(), Mode::running);
-}
-
-// Half of the wheels' speed is lost.
-void slip(World& w) {
-  w.distort = [](std::vector<Reading>& readings) {
-    alter_all<Imu>(readings, [](Imu& m) { m.Vtan_mm_s = m.Vtan_mm_s / 2; });
-    alter_all<WheelMotion>(readings, [](WheelMotion& m) {
-      m.current_permille = std::copysign(m.motor_rpm == 0 ? 0 : 600, m.motor_rpm);
-    });
-  };
 }
 
 TEST(ArditoSlip, MoreThanAllowedSlowsTheRoverAndSaysWhatWasMeasuredAndAllowed) {

@@ -71,46 +71,40 @@ struct ArditoSafety : safety::Shipped<read_parameters, logic, tuning> {
   }
 
   static std::vector<safety::Fault<World>> faults() {
-    std::vector<safety::Fault<World>> all;
-    const auto add = [&](std::string name, FaultId id, std::size_t node, double within_s,
-                         std::function<void(World&)> cause, std::function<void(World&)> heal = {},
-                         bool everywhere = false) {
-      all.push_back({std::move(name), id, static_cast<std::uint16_t>(node), within_s,
-                     std::move(cause), std::move(heal), everywhere});
-    };
+    safety::FaultList<World> list;
     for (std::size_t n = 0; n < kImu; ++n) {
       const std::string number = " " + std::to_string(n + 1);
-      add(
+      list.add(
           "lost" + number, FaultId::module_silent, n + 1, 0.1,
           [n](World& w) { w.node(n).state = NodeState::lost; },
           [n](World& w) { w.node(n).state = NodeState::operational; }, n % 5 == 0);
-      add(
+      list.add(
           "rebooted" + number, FaultId::module_reset, n + 1, 0.1,
           [n](World& w) { ++w.node(n).reboots; }, {}, n % 5 == 0);
       if (n == kIo) continue;
-      add("drive_fault" + number, FaultId::drive_fault, n + 1, 0.1,
-          [n](World& w) { w.drive(n) = DriveState::fault; });
-      add(
+      list.add("drive_fault" + number, FaultId::drive_fault, n + 1, 0.1,
+               [n](World& w) { w.drive(n) = DriveState::fault; });
+      list.add(
           "disobeys" + number, FaultId::module_disobeys, n + 1, 0.1,
           [n](World& w) { w.in_.bus.status.link[n].disobeys = true; },
           [n](World& w) { w.in_.bus.status.link[n].disobeys = false; });
     }
-    add(
+    list.add(
         "button", faults::emergency_button, kIoNode, 0.1,
         [](World& w) { w.inputs.emergency_button = true; },
         [](World& w) { w.inputs.emergency_button = false; });
-    add(
+    list.add(
         "power", faults::power_lost, kIoNode, 0.1, [](World& w) { w.inputs.power_good = false; },
         [](World& w) { w.inputs.power_good = true; });
-    add(
+    list.add(
         "port_lost", FaultId::port_lost, 0, 0.1, [](World& w) { w.in_.bus.open = false; },
         [](World& w) { w.in_.bus.open = true; });
-    add("bus_off", FaultId::bus_off, 0, 0.1, [](World& w) { ++w.in_.bus.port.bus_offs; });
-    add("orders_stale", FaultId::orders_stale, 0, 0.1,
-        [](World& w) { ++w.in_.bus.status.counters.safe_commands; });
+    list.add("bus_off", FaultId::bus_off, 0, 0.1, [](World& w) { ++w.in_.bus.port.bus_offs; });
+    list.add("orders_stale", FaultId::orders_stale, 0, 0.1,
+             [](World& w) { ++w.in_.bus.status.counters.safe_commands; });
     const auto alter = [&](const char* name, FaultId id, std::size_t node, double within_s,
                            std::function<void(World&)> how) {
-      add(name, id, node, within_s, [=](World& w) { w.alter = how; });
+      list.add(name, id, node, within_s, [=](World& w) { w.alter = how; });
     };
     alter("bus_stuck", FaultId::bus_stuck, 0, 0.1,
           [](World& w) { w.in_.bus.time_ns -= 200 * kMillisecond; });
@@ -124,13 +118,13 @@ struct ArditoSafety : safety::Shipped<read_parameters, logic, tuning> {
         const auto* motion = std::get_if<WheelMotion>(&r);
         return motion != nullptr && motion->wheel == wheel;
       };
-      add(
+      list.add(
           "stale wheel " + std::to_string(wheel + 1), FaultId::stale_input, wheel + 1u, 0.7,
           [=](World& w) { w.distort = [=](auto& readings) { std::erase_if(readings, is_of); }; },
           [](World& w) { w.distort = nullptr; });
     }
     // The angle of a steering drive stays while the others turn.
-    add(
+    list.add(
         "steering_stuck", faults::steering_critical, 7, 3,
         [](World& w) {
           w.send(CommandKind::drive, {0.3, 0.087, 1, 0});
@@ -143,7 +137,7 @@ struct ArditoSafety : safety::Shipped<read_parameters, logic, tuning> {
           };
         },
         [](World& w) { w.distort = nullptr; });
-    return all;
+    return list.all;
   }
 
   static std::vector<std::function<void(RoverOrders&)>> bad_commands() {

@@ -21,12 +21,10 @@ std::vector<double> numbers(const T& x) {
 }
 
 TEST(TalarisConfig, TheExampleHoldsTheDefaults) {
-  Parameters p;
-  const auto config = kFile.load_defaults(tuning(), p);
-  ASSERT_TRUE(config) << config.error();
-  EXPECT_EQ(config->period_ns, 200 * kMillisecond);
+  const auto [config, p] = kFile.defaults(tuning());
+  EXPECT_EQ(config.period_ns, 200 * kMillisecond);
   const Parameters d;
-  EXPECT_EQ(config->offset_ns, d.offset_ns);
+  EXPECT_EQ(config.offset_ns, d.offset_ns);
   EXPECT_EQ(p.buses.imu, d.buses.imu);
   EXPECT_EQ(p.buses.can.node, d.buses.can.node);
   EXPECT_EQ(p.buses.can.stale_after_ns, d.buses.can.stale_after_ns);

@@ -8,8 +8,6 @@
 namespace lss::talaris {
 namespace {
 
-using Kind = CommandKind;
-
 template <class T>
 void remove(std::vector<TalarisSample>& samples) {
   std::erase_if(samples, [](const auto& s) { return std::holds_alternative<T>(s.reading); });

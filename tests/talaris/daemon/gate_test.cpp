@@ -23,6 +23,10 @@ class TalarisGate : public testing::Test {
   void pulse(std::size_t valve, int delay_ms, int on_ms) {
     orders_.pulse[valve] = {delay_ms * kMillisecond, on_ms * kMillisecond};
   }
+  GateCheck check_pulse(std::size_t valve, int delay_ms, int on_ms) {
+    pulse(valve, delay_ms, on_ms);
+    return check();
+  }
   static constexpr TimeNs kNow = 50 * kSecond, kOffset = 5 * kMillisecond;
   TalarisOrders orders_, before_;
   GateLimits limits_{.offset_ns = kOffset, .enabled = 0xFF, .fan_step_us = 300, .arming = false};
@@ -37,18 +41,12 @@ TEST_F(TalarisGate, LetsLegalOrdersPass) {
 }
 
 TEST_F(TalarisGate, StopsPulsesOfAWrongLength) {
-  pulse(3, 0, 39);
-  EXPECT_EQ(check(), GateCheck::pulse);
-  pulse(3, 100, 101);
-  EXPECT_EQ(check(), GateCheck::pulse);
-  pulse(3, 0, 201);
-  EXPECT_EQ(check(), GateCheck::pulse);
-  pulse(3, -1, 100);
-  EXPECT_EQ(check(), GateCheck::pulse);
-  pulse(3, 0, -100);
-  EXPECT_EQ(check(), GateCheck::pulse);
-  pulse(3, 190, 10);
-  EXPECT_EQ(check(), GateCheck::passed) << "it goes on in the next frame";
+  EXPECT_EQ(check_pulse(3, 0, 39), GateCheck::pulse);
+  EXPECT_EQ(check_pulse(3, 100, 101), GateCheck::pulse);
+  EXPECT_EQ(check_pulse(3, 0, 201), GateCheck::pulse);
+  EXPECT_EQ(check_pulse(3, -1, 100), GateCheck::pulse);
+  EXPECT_EQ(check_pulse(3, 0, -100), GateCheck::pulse);
+  EXPECT_EQ(check_pulse(3, 190, 10), GateCheck::passed) << "it goes on in the next frame";
   orders_.pulse[3] = {INT64_MAX, 100 * kMillisecond};
   EXPECT_EQ(check(), GateCheck::pulse);
 }
@@ -58,23 +56,16 @@ TEST_F(TalarisGate, StopsAPulseTooSoonAfterThatOfTheFrameBefore) {
   before_.boundary_ns = kNow - kFrame;
   before_.release_ns = before_.boundary_ns + kOffset;
   before_.pulse[4] = {20 * kMillisecond, 160 * kMillisecond};  // shut for 20 ms of its frame
-  pulse(4, 20, 100);
-  EXPECT_EQ(check(), GateCheck::passed);
-  pulse(4, 19, 100);
-  EXPECT_EQ(check(), GateCheck::pause);
+  EXPECT_EQ(check_pulse(4, 20, 100), GateCheck::passed);
+  EXPECT_EQ(check_pulse(4, 19, 100), GateCheck::pause);
   pulse(5, 19, 100);
-  pulse(4, 0, 0);
-  EXPECT_EQ(check(), GateCheck::passed) << "another valve";
+  EXPECT_EQ(check_pulse(4, 0, 0), GateCheck::passed) << "another valve";
 
   before_.pulse[4] = {0, 200 * kMillisecond};
-  pulse(4, 0, 100);
-  EXPECT_EQ(check(), GateCheck::passed) << "it stays open";
-  pulse(4, 1, 100);
-  EXPECT_EQ(check(), GateCheck::pause);
-  pulse(4, 39, 100);
-  EXPECT_EQ(check(), GateCheck::pause);
-  pulse(4, 40, 100);
-  EXPECT_EQ(check(), GateCheck::passed);
+  EXPECT_EQ(check_pulse(4, 0, 100), GateCheck::passed) << "it stays open";
+  EXPECT_EQ(check_pulse(4, 1, 100), GateCheck::pause);
+  EXPECT_EQ(check_pulse(4, 39, 100), GateCheck::pause);
+  EXPECT_EQ(check_pulse(4, 40, 100), GateCheck::passed);
 
   pulse(4, 1, 100);
   before_.boundary_ns -= kFrame;  // the frame between was missed

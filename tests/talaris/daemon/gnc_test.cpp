@@ -10,8 +10,6 @@
 namespace lss::talaris {
 namespace {
 
-using Kind = CommandKind;
-
 TEST(TalarisGnc, CalibratesStandingStill) {
   World w;
   ASSERT_TRUE(w.start());

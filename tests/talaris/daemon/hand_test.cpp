@@ -8,8 +8,6 @@
 namespace lss::talaris {
 namespace {
 
-using Kind = CommandKind;
-
 TEST(TalarisHand, AValveIsOpenForItsTimeAndThenShutsByItself) {
   World w;
   ASSERT_TRUE(w.start());

@@ -8,8 +8,6 @@
 namespace lss::talaris {
 namespace {
 
-using Kind = CommandKind;
-
 TEST(TalarisModes, EverythingIsShutBeforeAnything) {
   World w;
   w.run(1);

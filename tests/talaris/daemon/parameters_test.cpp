@@ -7,8 +7,6 @@
 namespace lss::talaris {
 namespace {
 
-using Kind = CommandKind;
-
 TEST(TalarisParameters, APlanLeavesTheReserveThatWasSet) {
   World w;
   w.run(1);

@@ -10,8 +10,6 @@ namespace lss::talaris {
 namespace {
 
 using canopen::NodeState;
-using Kind = CommandKind;
-
 struct TalarisSafety : safety::Shipped<read_parameters, logic, tuning> {
   using World = talaris::World;
   static constexpr double kRest_s = 60;                                // from the air
@@ -94,32 +92,27 @@ struct TalarisSafety : safety::Shipped<read_parameters, logic, tuning> {
   }
 
   static std::vector<safety::Fault<World>> faults() {
-    std::vector<safety::Fault<World>> all;
-    const auto add = [&](const char* name, FaultId id, int module, double within_s,
-                         std::function<void(World&)> cause, std::function<void(World&)> heal = {},
-                         bool everywhere = false) {
-      all.push_back({name, id, static_cast<std::uint16_t>(module), within_s, std::move(cause),
-                     std::move(heal), everywhere});
-    };
+    safety::FaultList<World> list;
     for (const std::size_t node : {kValveNode, kFanNode}) {
-      const int module = kValveModule + static_cast<int>(node);
-      add(
+      const std::size_t module = kValveModule + node;
+      list.add(
           "lost", FaultId::module_silent, module, 0.2,
           [node](World& w) { w.node(node).state = NodeState::lost; },
           [node](World& w) { w.node(node).state = NodeState::operational; }, true);
-      add(
+      list.add(
           "rebooted", FaultId::module_reset, module, 0.2,
           [node](World& w) { ++w.node(node).reboots; }, {}, true);
     }
-    add(
+    list.add(
         "port_lost", FaultId::port_lost, 0, 0.2, [](World& w) { w.in_.bus.can.open = false; },
         [](World& w) { w.in_.bus.can.open = true; });
-    add("bus_off", FaultId::bus_off, 0, 0.2, [](World& w) { ++w.in_.bus.can.port.bus_offs; });
-    add("orders_stale", FaultId::orders_stale, 0, 0.2,
-        [](World& w) { ++w.in_.bus.can.status.counters.safe_commands; });
-    add("bus_stuck", FaultId::bus_stuck, 0, 0.2,
-        [](World& w) { w.alter = [](World& x) { x.in_.bus.can.time_ns -= 200 * kMillisecond; }; });
-    return all;
+    list.add("bus_off", FaultId::bus_off, 0, 0.2, [](World& w) { ++w.in_.bus.can.port.bus_offs; });
+    list.add("orders_stale", FaultId::orders_stale, 0, 0.2,
+             [](World& w) { ++w.in_.bus.can.status.counters.safe_commands; });
+    list.add("bus_stuck", FaultId::bus_stuck, 0, 0.2, [](World& w) {
+      w.alter = [](World& x) { x.in_.bus.can.time_ns -= 200 * kMillisecond; };
+    });
+    return list.all;
   }
 
   static std::vector<std::function<void(TalarisOrders&)>> bad_commands() {

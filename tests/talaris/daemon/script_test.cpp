@@ -11,8 +11,6 @@
 namespace lss::talaris {
 namespace {
 
-using Kind = CommandKind;
-
 Request step_of(double id, double index, double at, StepKind kind, double which, double value) {
   Request r;
   r.parameter = {id, index, at, double(kind), which, value, 0, 0};
@@ -173,10 +171,16 @@ void upload(World& w) {
   w.step();
 }
 
+// Started, with the script uploaded.
+struct WithScript : World {
+  WithScript() {
+    EXPECT_TRUE(start());
+    upload(*this);
+  }
+};
+
 TEST(TalarisScripts, TheFirstActuationIsFiveSecondsAfterRun) {
-  World w;
-  ASSERT_TRUE(w.start());
-  upload(w);
+  WithScript w;
   ASSERT_EQ(w.why(Kind::script_run, {5}), Reason::none);
   EXPECT_EQ(w.mode(), Mode::script);
   const TimeNs run_ns = w.orders().release_ns;
@@ -232,9 +236,7 @@ TEST(TalarisScripts, ABadStepIsRefusedByTheDaemonWithItsNumber) {
 }
 
 TEST(TalarisScripts, NothingIsTakenWhileOneRuns) {
-  World w;
-  ASSERT_TRUE(w.start());
-  upload(w);
+  WithScript w;
   ASSERT_EQ(w.why(Kind::script_run, {5}), Reason::none);
   for (const auto kind :
        {Kind::manual, Kind::duty_cycle, Kind::valve, Kind::pulse, Kind::gnc, Kind::plan,
@@ -244,9 +246,7 @@ TEST(TalarisScripts, NothingIsTakenWhileOneRuns) {
 }
 
 TEST(TalarisScripts, DisabledValvesAndFansNotStartedAreFoundBeforeItRuns) {
-  World w;
-  ASSERT_TRUE(w.start());
-  upload(w);
+  WithScript w;
   ASSERT_EQ(w.why(Kind::enable, {0b1}), Reason::none);
   EXPECT_EQ(w.why(Kind::script_run, {5}), reasons::valve_disabled);
   w.send(Kind::script_begin, {8, 1});
@@ -265,9 +265,7 @@ class ScriptStops : public testing::TestWithParam<bool> {};
 // In the lead and with valves open, by abort and by emergency stop.
 TEST_P(ScriptStops, ShutEverythingAtOnceUntilSolve) {
   for (const double into_s : {1.0, 5.2}) {
-    World w;
-    ASSERT_TRUE(w.start());
-    upload(w);
+    WithScript w;
     ASSERT_EQ(w.why(Kind::script_run, {5}), Reason::none);
     w.run(into_s);
     if (GetParam()) {

@@ -14,6 +14,7 @@
 
 namespace lss::talaris {
 
+using Kind = CommandKind;
 using safety::source;
 
 // As by default, but calibrated in 4 s.

@@ -11,9 +11,7 @@ namespace {
 const testing_support::ConfigFile<Parameters> kFile("zebro", read_parameters);
 
 TEST(ZebroConfig, TheExampleHoldsTheDefaults) {
-  Parameters p;
-  const auto config = kFile.load_defaults(tuning(), p, "motion.arrived_deg");
-  ASSERT_TRUE(config) << config.error();
+  const auto [config, p] = kFile.defaults(tuning(), "motion.arrived_deg");
   const Parameters d;
   EXPECT_EQ(p.bus.address, d.bus.address);
   EXPECT_EQ(p.bus.stale_after_ns, d.bus.stale_after_ns);

@@ -41,7 +41,8 @@ class Day final : public Link {
   std::uint64_t send(std::uint16_t kind, std::initializer_list<double> parameters) override {
     chain_->acks.clear();
     if (options_.tell)
-      tell(fmt::format("command {}, {}", zebro::command(kind)->name, fmt::join(parameters, " ")));
+      tell(fmt::format("command {}, {}", zebro::logic().command(kind)->name,
+                       fmt::join(parameters, " ")));
     return chain_->send(kind, parameters);
   }
   const Ack* answer(std::uint64_t sequence) const override { return chain_->last_ack(sequence); }
