@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ctime>
 
 #include "tools/lss-sim/ardito/rover.h"
 
@@ -58,6 +59,27 @@ inline void follow_circle(Driver& driver, double radius_m, double rate_rad_s) {
     if (steered == kSteeredWheels.end()) continue;
     driver.angles_rad[static_cast<std::size_t>(steered - kSteeredWheels.begin())] = angle_rad;
   }
+}
+
+// Steers for `steering_s`, then drives round that circle.
+inline void drive_circle(Driver& driver, double radius_m, double steering_s, double rate_rad_s,
+                         double seconds) {
+  follow_circle(driver, radius_m, 0);
+  driver.run(steering_s);
+  follow_circle(driver, radius_m, rate_rad_s);
+  driver.run(seconds);
+}
+
+// CPU time of this thread for so long of it.
+inline double cpu_s_of(Driver& driver, double seconds) {
+  const auto now_s = [] {
+    timespec now{};
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
+  };
+  const double before_s = now_s();
+  driver.run(seconds);
+  return now_s() - before_s;
 }
 
 }  // namespace lss::sim::ardito

@@ -50,10 +50,7 @@ TEST(Rover, DrivesStraightAtTheSpeedOfItsWheels) {
 
 TEST(Rover, TurnsOnTheSpotAndToTheRight) {
   Driver driver({});
-  follow_circle(driver, 0, 0);
-  driver.run(3);
-  follow_circle(driver, 0, 0.1458);
-  driver.run(6);
+  drive_circle(driver, 0, 3, 0.1458, 6);
   EXPECT_NEAR(driver.rover.body().yaw_rate_rad_s, -0.1458, 0.005);
   EXPECT_NEAR(yaw_rad(driver.rover.body()), -0.1458 * 5.9, 0.05);
   // The middle of the axles is where it turns; the centre of mass goes round it.
@@ -62,10 +59,7 @@ TEST(Rover, TurnsOnTheSpotAndToTheRight) {
 
 TEST(Rover, FollowsACircleOnItsAckermannAngles) {
   Driver driver({});
-  follow_circle(driver, 0.8, 0);
-  driver.run(2);
-  follow_circle(driver, 0.8, 0.3);
-  driver.run(4);
+  drive_circle(driver, 0.8, 2, 0.3, 4);
   const BodyState body = driver.rover.body();
   EXPECT_NEAR(body.yaw_rate_rad_s, -0.3, 0.01);
   EXPECT_NEAR(body.velocity_B_m_s.head<2>().norm(), 0.3 * std::hypot(0.8, kCentre_m), 0.01);
@@ -181,12 +175,7 @@ TEST(Rover, AStepIsMuchFasterThanTheTimeThatItStandsFor) {
   Driver driver({.ground = Ground::rough, .friction = 0.5});
   driver.drive(0.5);
   driver.run(1);
-  timespec before{}, after{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &before);
-  driver.run(2);
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &after);
-  const double took_s = static_cast<double>(after.tv_sec - before.tv_sec) +
-                        static_cast<double>(after.tv_nsec - before.tv_nsec) * 1e-9;
+  const double took_s = cpu_s_of(driver, 2);
   std::printf("%.0f us of CPU time for a step of 1 ms\n", took_s / 2000 * 1e6);
 #ifndef LSS_SANITIZED
   EXPECT_LT(took_s, 1.0);

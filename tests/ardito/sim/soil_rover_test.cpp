@@ -265,12 +265,7 @@ double cpu_s_of(const RoverOptions& options) {
   Driver driver(options);
   driver.drive(0.3);
   driver.run(1);
-  timespec before{}, after{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &before);
-  driver.run(2);
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &after);
-  return static_cast<double>(after.tv_sec - before.tv_sec) +
-         static_cast<double>(after.tv_nsec - before.tv_nsec) * 1e-9;
+  return cpu_s_of(driver, 2);
 }
 
 TEST(RoverOnSoil, CostsAtMostThreeTimesHardGround) {

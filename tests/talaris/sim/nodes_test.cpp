@@ -30,6 +30,18 @@ class TalarisNodes : public testing::Test {
     ASSERT_FALSE(fans_off());
   }
 
+  void bring_up_and_spin() {
+    bring_up();
+    open_and_spin();
+  }
+  // The valves that are open, after these times.
+  void expect_shut_between(int open_ms, int shut_ms) {
+    master_.run(open_ms);
+    EXPECT_EQ(outputs(), 0x55u);
+    master_.run(shut_ms - open_ms);
+    EXPECT_EQ(outputs(), 0u);
+  }
+
   Talaris world_{{.fans = {.started = true}}};
   Master master_{world_};
 };
@@ -79,13 +91,9 @@ TEST_F(TalarisNodes, NothingOpensBeforeTheyAreOperational) {
 }
 
 TEST_F(TalarisNodes, ValvesShutWithin100msOfTheLastHeartbeat) {
-  bring_up();
-  open_and_spin();
+  bring_up_and_spin();
   master_.heartbeat = false;
-  master_.run(74);
-  EXPECT_EQ(outputs(), 0x55u);
-  master_.run(30);
-  EXPECT_EQ(outputs(), 0u);
+  expect_shut_between(74, 104);
   EXPECT_TRUE(fans_off());
   EXPECT_THAT(master_.heard, Contains("0A0 [8] 30 81 11 00 00 00 00 00"));
   master_.run(60);
@@ -94,13 +102,9 @@ TEST_F(TalarisNodes, ValvesShutWithin100msOfTheLastHeartbeat) {
 }
 
 TEST_F(TalarisNodes, ValvesThatAreNotRenewedShutAfter250msAndObeyAgain) {
-  bring_up();
-  open_and_spin();
+  bring_up_and_spin();
   master_.renew_valves = false;
-  master_.run(195);
-  EXPECT_EQ(outputs(), 0x55u);
-  master_.run(60);
-  EXPECT_EQ(outputs(), 0u);
+  expect_shut_between(195, 255);
   EXPECT_FALSE(fans_off());
   EXPECT_THAT(master_.heard, Contains("0A0 [8] 50 82 11 00 00 00 00 00"));
   master_.valves(0x01);
@@ -120,8 +124,7 @@ TEST_F(TalarisNodes, RepetitionsOfAFrameDoNotRenewIt) {
 }
 
 TEST_F(TalarisNodes, FansThatAreNotRenewedGoOff) {
-  bring_up();
-  open_and_spin();
+  bring_up_and_spin();
   master_.renew_fans = false;
   master_.run(280);
   EXPECT_TRUE(fans_off());

@@ -37,10 +37,6 @@ void FrameBus::Way::put(TimeNs end_ns, std::span<const std::uint8_t> bytes) {
   ++count;
 }
 
-bool FrameBus::chance(double probability) {
-  return probability > 0 && std::bernoulli_distribution(probability)(random_);
-}
-
 void FrameBus::plug(bool plugged, TimeNs now) {
   const auto held = hold(now);
   if (plugged && !open_) driver_.restart(now);
@@ -69,9 +65,9 @@ void FrameBus::turn(TimeNs now, std::span<const std::uint8_t>) {
 void FrameBus::arrive(TimeNs now) {
   while (const Timed* frame = to_modules_.next(now)) {
     const auto reply = modules_.receive(frame->bytes(), frame->end_ns);
-    if (!reply.empty() && !faults.cut && !chance(faults.drop)) {
+    if (!reply.empty() && !faults.cut && !sim::strikes(faults.drop, random_)) {
       answer(reply, frame->end_ns);
-      if (chance(faults.duplicate)) answer(reply, frame->end_ns);
+      if (sim::strikes(faults.duplicate, random_)) answer(reply, frame->end_ns);
     }
     to_modules_.take();
   }
@@ -89,7 +85,7 @@ void FrameBus::send(std::span<const std::uint8_t> frame, TimeNs now) {
     if (const auto received = overheard_.take())
       wire.push_back({begin_ns, master_free_ns_, received->frame});
   }
-  if (faults.cut || chance(faults.drop)) return;
+  if (faults.cut || sim::strikes(faults.drop, random_)) return;
   put(to_modules_, master_free_ns_, frame);
 }
 
@@ -105,7 +101,8 @@ void FrameBus::put(Way& way, TimeNs end_ns, std::span<const std::uint8_t> frame)
   if (faults.noise <= 0) return way.put(end_ns, frame);
   std::array<std::uint8_t, kMaxFrameCharacters> heard{};
   for (std::size_t i = 0; i < frame.size(); ++i) {
-    const int flip = chance(faults.noise) ? 1 << std::uniform_int_distribution(0, 7)(random_) : 0;
+    const int flip =
+        sim::strikes(faults.noise, random_) ? 1 << std::uniform_int_distribution(0, 7)(random_) : 0;
     heard[i] = static_cast<std::uint8_t>(frame[i] ^ flip);
   }
   way.put(end_ns, std::span(heard).first(frame.size()));

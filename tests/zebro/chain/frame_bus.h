@@ -51,7 +51,6 @@ class FrameBus final : public Bus {
   void send(std::span<const std::uint8_t> frame, TimeNs now);
   void answer(std::span<const std::uint8_t> frame, TimeNs request_end_ns);
   void put(Way& way, TimeNs end_ns, std::span<const std::uint8_t> frame);
-  bool chance(double probability);
 
   sim::zebro::Zebro& modules_;
   TimeNs character_ns_;

@@ -57,12 +57,14 @@ TEST_F(Faults, AnUnknownKindIsRefusedWithTheNearestNameAndTheList) {
 }
 
 TEST_F(Faults, WrongArgumentsAreRefusedWithTheirRange) {
-  EXPECT_THAT(wrong("5s:module-dead:8"), HasSubstr("from 1 to 7"));
-  EXPECT_THAT(wrong("5s:module-dead:1.5"), HasSubstr("whole number"));
-  EXPECT_THAT(wrong("5s:module-dead"), HasSubstr("needs N"));
-  EXPECT_THAT(wrong("5s:noise:nan"), HasSubstr("must be a number from 0 to 1"));
-  EXPECT_THAT(wrong("5s:noise:0.1x"), HasSubstr("must be a number"));
-  EXPECT_THAT(wrong("5s:bus-cut:1"), HasSubstr("too many arguments"));
+  for (const auto& [text, said] : {std::pair{"5s:module-dead:8", "from 1 to 7"},
+                                   {"5s:module-dead:1.5", "whole number"},
+                                   {"5s:module-dead", "needs N"},
+                                   {"5s:noise:nan", "must be a number from 0 to 1"},
+                                   {"5s:noise:0.1x", "must be a number"},
+                                   {"5s:bus-cut:1", "too many arguments"}}) {
+    EXPECT_THAT(wrong(text), HasSubstr(said)) << text;
+  }
 }
 
 TEST_F(Faults, AMissingOrSenselessTimeIsRefused) {

@@ -22,18 +22,12 @@
 
 #include "idl/angles.h"
 #include "tools/lss-sim/ardito/wheel_in_soil.h"
+#include "tools/lss-sim/frame/shapes.h"
 
 namespace lss::sim::ardito {
 namespace {
 
-using dart::dynamics::BodyNode;
-using dart::dynamics::CollisionAspect;
-using dart::dynamics::DynamicsAspect;
-using dart::dynamics::RevoluteJoint;
-using dart::dynamics::ShapeFrame;
-using dart::dynamics::ShapeNode;
-using dart::dynamics::Skeleton;
-using dart::dynamics::SkeletonPtr;
+using namespace dart::dynamics;
 using namespace dimensions;
 
 // Shares of the 50 kg; the motors sit in the wheels.
@@ -64,15 +58,6 @@ constexpr double kResting_rad_s = 1e-3;
 constexpr double kLoadFilter = 0.05;  // a step
 constexpr double kLeastLoad_N = 5;
 constexpr double kNoLimit = 100;  // friction of ground whose limit is set at the wheels
-
-template <typename Shape, typename... Arguments>
-ShapeNode* add_shape(BodyNode& body, double friction, Arguments&&... arguments) {
-  auto* node = body.createShapeNodeWith<CollisionAspect, DynamicsAspect>(
-      std::make_shared<Shape>(std::forward<Arguments>(arguments)...));
-  node->getDynamicsAspect()->setFrictionCoeff(friction);
-  node->getDynamicsAspect()->setRestitutionCoeff(0.0);
-  return node;
-}
 
 // A wheel touches its own patch, and kerbs.
 class WheelOnGround final : public dart::collision::CollisionFilter {

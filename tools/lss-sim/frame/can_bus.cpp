@@ -78,12 +78,8 @@ std::span<const FaultKind> can_fault_kinds() { return kKinds; }
 CanBus::CanBus(const Parameters& parameters, CanDevice& device)
     : parameters_(parameters), device_(device), random_(parameters.seed) {}
 
-bool CanBus::chance(double probability) {
-  return probability > 0 && std::bernoulli_distribution(probability)(random_);
-}
-
 CanFrame CanBus::through_noise(CanFrame frame) {
-  if (!chance(faults.noise)) return frame;
+  if (!strikes(faults.noise, random_)) return frame;
   std::uniform_int_distribution<unsigned> any(0, 255);
   if (frame.size == 0 || any(random_) % 4 == 0) {
     frame.size = static_cast<std::uint8_t>((frame.size + 1 + any(random_) % 8) % 9);
@@ -141,8 +137,8 @@ bool CanBus::begin(TimeNs now) {
 }
 
 void CanBus::deliver(const CanFrame& frame, bool by_master, TimeNs at_ns) {
-  if (faults.cut || off_until_ns_ != 0 || chance(faults.drop)) return;
-  const int times = chance(faults.duplicate) ? 2 : 1;
+  if (faults.cut || off_until_ns_ != 0 || strikes(faults.drop, random_)) return;
+  const int times = strikes(faults.duplicate, random_) ? 2 : 1;
   for (int i = 0; i < times; ++i) {
     if (by_master) {
       device_.receive(through_noise(frame));

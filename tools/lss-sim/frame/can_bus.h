@@ -74,7 +74,6 @@ class CanBus {
   void deliver(const CanFrame& frame, bool by_master, TimeNs at_ns);
   void to_master(const CanFrame& frame, TimeNs at_ns);
   CanFrame through_noise(CanFrame frame);
-  bool chance(double probability);
 
   Parameters parameters_;
   CanDevice& device_;

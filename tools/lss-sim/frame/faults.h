@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <mutex>
+#include <random>
 #include <span>
 #include <string>
 #include <string_view>
@@ -65,6 +66,11 @@ std::string describe(std::span<const FaultKind> kinds);
 
 // The nearest of `names` in spelling, empty when none is near.
 std::string nearest_name(std::string_view wrong, std::span<const std::string> names);
+
+// Whether a fault of this probability strikes now.
+inline bool strikes(double probability, std::mt19937& random) {
+  return probability > 0 && std::bernoulli_distribution(probability)(random);
+}
 
 // The faults of a serial line or a CAN bus.
 struct WireFaults {

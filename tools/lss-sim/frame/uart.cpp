@@ -42,12 +42,8 @@ Uart::Uart(const Parameters& parameters, LineDevice& device)
       character_ns_(parameters.paced ? parameters.bits * kSecond / parameters.baud : 0),
       random_(parameters.seed) {}
 
-bool Uart::chance(double probability) {
-  return probability > 0 && std::bernoulli_distribution(probability)(random_);
-}
-
 std::uint8_t Uart::through_noise(std::uint8_t character) {
-  if (!chance(faults.noise)) return character;
+  if (!strikes(faults.noise, random_)) return character;
   const int bit = std::uniform_int_distribution(0, 7)(random_);
   return static_cast<std::uint8_t>(character ^ (1 << bit));
 }
@@ -55,7 +51,7 @@ std::uint8_t Uart::through_noise(std::uint8_t character) {
 void Uart::from_master(std::span<const std::uint8_t> characters, TimeNs now) {
   for (const std::uint8_t character : characters) {
     master_free_ns_ = std::max(now, master_free_ns_) + character_ns_;
-    if (character == parameters_.frame_begin) dropping_ = chance(faults.drop);
+    if (character == parameters_.frame_begin) dropping_ = strikes(faults.drop, random_);
     if (faults.cut || dropping_) continue;
     arriving_.push_back({master_free_ns_, through_noise(character)});
   }
@@ -72,9 +68,9 @@ void Uart::advance(TimeNs now) {
 }
 
 void Uart::say(std::span<const std::uint8_t> frame, TimeNs now) {
-  if (frame.empty() || faults.cut || chance(faults.drop)) return;
+  if (frame.empty() || faults.cut || strikes(faults.drop, random_)) return;
   queue(frame, now);
-  if (chance(faults.duplicate)) queue(frame, now);
+  if (strikes(faults.duplicate, random_)) queue(frame, now);
 }
 
 // A reply begins one character after its request ended. The distance between requests is at least

@@ -71,7 +71,6 @@ class Uart {
   void say(std::span<const std::uint8_t> frame, TimeNs now);
   void queue(std::span<const std::uint8_t> frame, TimeNs now);
   std::uint8_t through_noise(std::uint8_t character);
-  bool chance(double probability);
 
   Parameters parameters_;
   LineDevice& device_;

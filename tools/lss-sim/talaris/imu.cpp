@@ -47,10 +47,6 @@ double Imu::normal(double deviation) {
   return deviation > 0 ? std::normal_distribution<double>(0, deviation)(random_) : 0;
 }
 
-bool Imu::chance(double probability) {
-  return probability > 0 && std::bernoulli_distribution(probability)(random_);
-}
-
 void Imu::step(const Inertial& truth) {
   const std::lock_guard lock(mutex_);
   time_ns_ += kMillisecond;
@@ -98,9 +94,10 @@ Inertial Imu::measure() {
 }
 
 Imu::Packet Imu::spoil(Packet packet) {
-  if (chance(faults_.checksum)) packet.back() = static_cast<std::uint8_t>(packet.back() ^ 0x5A);
+  if (strikes(faults_.checksum, random_))
+    packet.back() = static_cast<std::uint8_t>(packet.back() ^ 0x5A);
   for (std::uint8_t& byte : packet) {
-    if (!chance(faults_.parity)) continue;
+    if (!strikes(faults_.parity, random_)) continue;
     byte = static_cast<std::uint8_t>(byte ^ (1 << std::uniform_int_distribution(0, 7)(random_)));
   }
   return packet;

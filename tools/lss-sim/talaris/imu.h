@@ -75,7 +75,6 @@ class Imu : public Sensor<ImuFaults> {
 
  private:
   double normal(double deviation);
-  bool chance(double probability);
 
   ImuOptions options_;
   std::mt19937 random_;

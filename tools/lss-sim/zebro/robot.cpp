@@ -20,28 +20,16 @@
 #include <string>
 #include <unordered_set>
 
+#include "tools/lss-sim/frame/shapes.h"
+
 namespace lss::sim::zebro {
 namespace {
 
-using dart::dynamics::BodyNode;
-using dart::dynamics::CollisionAspect;
-using dart::dynamics::DynamicsAspect;
-using dart::dynamics::RevoluteJoint;
-using dart::dynamics::Skeleton;
-using dart::dynamics::SkeletonPtr;
+using namespace dart::dynamics;
 
 constexpr double kLegMass_kg = 0.02;
 const Eigen::Vector3d kBodySize_m(kBodyLength_m, kBodyWidth_m, 2 * kHipHeightLying_m);
 constexpr int kSpheres = 10;  // along the half circle from the toe to the hip
-
-template <typename Shape, typename... Arguments>
-dart::dynamics::ShapeNode* add_shape(BodyNode& body, double friction, Arguments&&... arguments) {
-  auto* node = body.createShapeNodeWith<CollisionAspect, DynamicsAspect>(
-      std::make_shared<Shape>(std::forward<Arguments>(arguments)...));
-  node->getDynamicsAspect()->setFrictionCoeff(friction);
-  node->getDynamicsAspect()->setRestitutionCoeff(0.0);
-  return node;
-}
 
 SkeletonPtr make_ground(const TerrainOptions& terrain, const Eigen::Isometry3d& tilt) {
   SkeletonPtr ground = Skeleton::create("ground");
