@@ -69,16 +69,11 @@ TEST(Wire, OfACanFrameIsItsBitsWithTheMostStuffBits) {
   static_assert(bits_us(135, 500'000) == 270);
 }
 
-const Overlay& overlay(std::string_view name) {
-  const auto all = overlays();
-  return **std::ranges::find(all, name, [](const Overlay* o) { return o->name; });
-}
-
 Wire wire_of(const config::Config& config, const std::string& own = "") {
   const toml::table table = toml::parse(own);
   config::Errors errors;
   config::Section section(&table, config.vehicle, "test", errors);
-  return overlay(config.vehicle).wire(config, section, 500'000);
+  return find_vehicle(config.vehicle)->overlay->wire(config, section, 500'000);
 }
 
 // docs/icd-zebro.md section 8: a frame has 24 characters, with CR one more; two characters of

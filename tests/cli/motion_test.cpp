@@ -10,7 +10,17 @@ namespace {
 
 using zebro::Mode;
 
-using MotionTest = ProgramTest;
+class MotionTest : public ProgramTest {
+ protected:
+  // A program that makes the vehicle walk, which it does.
+  struct Walk {
+    explicit Walk(const std::vector<std::string>& words) : program(domain(), words) {
+      EXPECT_TRUE(await([this] { return daemon.mode() == Mode::walking; }));
+    }
+    FakeDaemon daemon{domain()};
+    Program program;
+  };
+};
 
 TEST_F(MotionTest, AWalkFromIdleStartsStandsWalksAndStopsLyingDown) {
   FakeDaemon daemon(domain());
@@ -37,36 +47,30 @@ TEST_F(MotionTest, AWalkThatShallStayEndsStandingAndTellsHowFarItCame) {
 }
 
 TEST_F(MotionTest, CtrlCIsASafeStopAndTheProperEndOfAWalkWithoutOne) {
-  FakeDaemon daemon(domain());
-  Program program(domain(), {"walk", "backward"});
-  ASSERT_TRUE(await([&] { return daemon.mode() == Mode::walking; }));
-  program.signal(SIGINT);
-  EXPECT_EQ(program.wait().code, 0);
-  EXPECT_THAT(daemon.kinds(), ElementsAre(kStart, kStand, kWalk, kStop));
-  EXPECT_EQ(daemon.state(), lss_STATE_IDLE);
+  Walk walk({"walk", "backward"});
+  walk.program.signal(SIGINT);
+  EXPECT_EQ(walk.program.wait().code, 0);
+  EXPECT_THAT(walk.daemon.kinds(), ElementsAre(kStart, kStand, kWalk, kStop));
+  EXPECT_EQ(walk.daemon.state(), lss_STATE_IDLE);
 }
 
 TEST_F(MotionTest, CtrlCBeforeTheTimeIsOverIsASafeStopAndAFailure) {
-  FakeDaemon daemon(domain());
-  Program program(domain(), {"walk", "--for", "10min"});
-  ASSERT_TRUE(await([&] { return daemon.mode() == Mode::walking; }));
-  program.signal(SIGTERM);
-  const Ended ended = program.wait();
+  Walk walk({"walk", "--for", "10min"});
+  walk.program.signal(SIGTERM);
+  const Ended ended = walk.program.wait();
   EXPECT_EQ(ended.code, 6);
   EXPECT_THAT(ended.err, HasSubstr("stopped safely"));
-  EXPECT_EQ(daemon.state(), lss_STATE_IDLE);
+  EXPECT_EQ(walk.daemon.state(), lss_STATE_IDLE);
 }
 
 TEST_F(MotionTest, AWalkForCenturiesGoesOn) {
-  FakeDaemon daemon(domain());
-  Program program(domain(), {"walk", "--for", "1e10s"});
-  ASSERT_TRUE(await([&] { return daemon.mode() == Mode::walking; }));
-  const auto before = daemon.heartbeats();
-  ASSERT_TRUE(await([&] { return daemon.heartbeats() >= before + 3; }));
-  EXPECT_EQ(daemon.mode(), Mode::walking);
-  EXPECT_THAT(daemon.kinds(), ElementsAre(kStart, kStand, kWalk));
-  program.signal(SIGINT);
-  EXPECT_EQ(program.wait().code, 6);  // before its time
+  Walk walk({"walk", "--for", "1e10s"});
+  const auto before = walk.daemon.heartbeats();
+  ASSERT_TRUE(await([&] { return walk.daemon.heartbeats() >= before + 3; }));
+  EXPECT_EQ(walk.daemon.mode(), Mode::walking);
+  EXPECT_THAT(walk.daemon.kinds(), ElementsAre(kStart, kStand, kWalk));
+  walk.program.signal(SIGINT);
+  EXPECT_EQ(walk.program.wait().code, 6);  // before its time
 }
 
 TEST_F(MotionTest, ASecondCtrlCLeavesAtOnceAndSaysThatTheLeaseStopsTheVehicle) {
@@ -99,12 +103,10 @@ TEST_F(MotionTest, AVerbThatEndsSaysThatItsHeartbeatEndsToo) {
 }
 
 TEST_F(MotionTest, AnEmergencyWhileWalkingEndsWith6) {
-  FakeDaemon daemon(domain());
-  Program program(domain(), {"walk"});
-  ASSERT_TRUE(await([&] { return daemon.mode() == Mode::walking; }));
-  daemon.latch(FaultId::module_reset, 5);
-  daemon.emergency();
-  const Ended ended = program.wait();
+  Walk walk({"walk"});
+  walk.daemon.latch(FaultId::module_reset, 5);
+  walk.daemon.emergency();
+  const Ended ended = walk.program.wait();
   EXPECT_EQ(ended.code, 6);
   EXPECT_THAT(ended.err, HasSubstr("LH: module was reset"));
 }
@@ -164,12 +166,10 @@ TEST_F(MotionTest, ASequenceThatFailsSaysWhereAndStopsTheVehicle) {
 }
 
 TEST_F(MotionTest, AnEmergencyWhileASequenceWaitsEndsIt) {
-  FakeDaemon daemon(domain());
-  Program program(domain(), {"run", "-e", "walk forward; wait 10min; walk backward"});
-  ASSERT_TRUE(await([&] { return daemon.mode() == Mode::walking; }));
-  daemon.emergency();
-  EXPECT_EQ(program.wait().code, 6);
-  EXPECT_THAT(daemon.kinds(), ElementsAre(kStart, kStand, kWalk));
+  Walk walk({"run", "-e", "walk forward; wait 10min; walk backward"});
+  walk.daemon.emergency();
+  EXPECT_EQ(walk.program.wait().code, 6);
+  EXPECT_THAT(walk.daemon.kinds(), ElementsAre(kStart, kStand, kWalk));
 }
 
 TEST_F(MotionTest, TheShellTakesLinesGoesOnAfterMistakesAndStopsTheVehicleWhenItEnds) {

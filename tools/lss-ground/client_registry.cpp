@@ -240,11 +240,11 @@ void ClientRegistry::on(Client& client, const Script& script) {
   if (client.role < Role::command) return no("this key may not command");
   Craft* craft = fleet_.find(script.vehicle);
   if (craft == nullptr) return no("there is no such vehicle");
-  if (craft->kind->overlay == nullptr || craft->kind->overlay->script == nullptr)
+  if (craft->kind->overlay == nullptr || craft->kind->overlay->scripts.commands == nullptr)
     return no("this vehicle has no scripts");
   try {
     Job job{.id = script.id, .vehicle = craft->id};
-    for (Invocation& step : craft->kind->overlay->script(script.text))
+    for (Invocation& step : craft->kind->overlay->scripts.commands(script.text))
       job.steps.push_back(std::move(step));
     add(client, std::move(job));
   } catch (const cli::Failure& e) {

@@ -56,7 +56,7 @@ json ClientRegistry::describe(const Craft& craft) const {
   const cli::Overlay* overlay = craft.kind->overlay;
   const auto is_part = [&](std::string_view name) {
     return overlay != nullptr &&
-           std::ranges::find(overlay->script_parts, name) != overlay->script_parts.end();
+           std::ranges::find(overlay->scripts.parts, name) != overlay->scripts.parts.end();
   };
   for (const CommandInfo* info : cli::commands_of(*craft.kind)) {
     if (info->kind == static_cast<std::uint16_t>(CommandKind::emergency_stop)) continue;
@@ -71,7 +71,7 @@ json ClientRegistry::describe(const Craft& craft) const {
           {"vehicle", craft.kind->name},
           {"commands", std::move(commands)},
           {"subjects", std::move(subjects)},
-          {"scripts", overlay != nullptr && overlay->script != nullptr}};
+          {"scripts", overlay != nullptr && overlay->scripts.commands != nullptr}};
 }
 
 json ClientRegistry::status(const Craft& craft) const {

@@ -145,7 +145,7 @@ void Channels::add(const Craft& craft) {
   if (plain_.empty()) plain_ = craft.id;
   const cli::Vehicle& kind = *craft.kind;
   if (kind.telemetry == nullptr) return;
-  const bool compiled = kind.overlay != nullptr && kind.telemetry == kind.overlay->telemetry;
+  const bool compiled = kind.overlay != nullptr && kind.telemetry == kind.overlay->telemetry.type;
   vehicle.telemetry = std::make_unique<Topic>(dds::telemetry_topic(kind.name, kind.telemetry).name,
                                               kind.idl, kind.telemetry->m_typename, !compiled);
 }

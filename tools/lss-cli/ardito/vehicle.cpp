@@ -7,10 +7,10 @@
 #include <cmath>
 
 #include "daemon/config/config.h"
-#include "daemon/record/json.h"
 #include "idl/angles.h"
 #include "idl/ardito/commands.h"
 #include "tools/lss-cli/certify/wire.h"
+#include "tools/lss-cli/session/overlay.h"
 #include "tools/lss-cli/session/vehicle_words.h"
 
 namespace lss::cli::ardito {
@@ -18,10 +18,6 @@ namespace {
 
 using lss::ardito::CommandKind;
 using lss::ardito::Mode;
-
-const lss_ArditoTelemetry& sample(const void* telemetry) {
-  return *static_cast<const lss_ArditoTelemetry*>(telemetry);
-}
 
 constexpr const char* kWheelStates[] = {"good",        "motor sensor",  "encoder",
                                         "motor",       "gear",          "clutch",
@@ -95,8 +91,7 @@ std::string asked(const lss_ArditoTelemetry& t) {
                      t.heading_rad / kDegree, t.autonomous ? ", autonomous" : "");
 }
 
-std::string screen(const Vehicle& vehicle, const void* telemetry, const Style& style) {
-  const lss_ArditoTelemetry& t = sample(telemetry);
+std::string screen(const Vehicle& vehicle, const lss_ArditoTelemetry& t, const Style& style) {
   std::string text = style.dim(
                          "wheel    link        failure       clutch   target   motor    Hall "
                          "encoder current   temp supply") +
@@ -145,8 +140,7 @@ std::string screen(const Vehicle& vehicle, const void* telemetry, const Style& s
   return text;
 }
 
-std::string progress(const void* telemetry) {
-  const lss_ArditoTelemetry& t = sample(telemetry);
+std::string progress(const lss_ArditoTelemetry& t) {
   const bool moves = t.mode >= static_cast<std::uint8_t>(Mode::steering) || t.autonomy_wait_s > 0;
   return moves ? fmt::format(" {}: {}", asked(t), driven(t)) : "";
 }
@@ -170,14 +164,7 @@ certify::Wire wire(const config::Config&, config::Section&, std::int64_t bit_s) 
 }  // namespace
 
 const Overlay kOverlay{
-    .name = "ardito",
-    .idl = idl_of(lss_ArditoTelemetry{}),
-    .telemetry = &lss_ArditoTelemetry_desc,
-    .json = [](const void* telemetry) -> nlohmann::ordered_json {
-      return record::to_json(sample(telemetry));
-    },
-    .screen = screen,
-    .progress = progress,
+    .telemetry = view_of<lss_ArditoTelemetry, screen, progress>(lss_ArditoTelemetry_desc),
     .add_report = add_report,
     .start = start,
     .wire = wire,

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 
@@ -14,6 +15,13 @@
 
 namespace lss::cli {
 namespace {
+
+// The type of a vehicle's telemetry is named after it (daemon/publish/dictionary.cpp).
+bool is_of(const dds_topic_descriptor_t& type, std::string_view vehicle) {
+  const auto lower = [](unsigned char c) { return std::tolower(c); };
+  return std::ranges::equal(std::string_view(type.m_typename),
+                            fmt::format("lss::{}Telemetry", vehicle), {}, lower, lower);
+}
 
 using Json = nlohmann::json;
 
@@ -192,7 +200,7 @@ void DescribedVehicle::read(const Json& json) {
   };
   vehicle_.distance_m = [this](const void* sample) { return distance_m(sample); };
   for (const Overlay* overlay : overlays()) {
-    if (overlay->name == vehicle_.name) put_on(*overlay);
+    if (is_of(*overlay->telemetry.type, vehicle_.name)) put_on(*overlay);
   }
 }
 
@@ -234,13 +242,14 @@ void DescribedVehicle::read_presentation(const Json& json) {
 
 void DescribedVehicle::put_on(const Overlay& overlay) {
   vehicle_.overlay = &overlay;
-  if (overlay.idl != telemetry_->idl()) return;  // the daemon's telemetry is of another type
-  vehicle_.telemetry = overlay.telemetry;
-  raw_json_ = overlay.json;
-  vehicle_.screen = [this, &overlay](const void* sample, const Style& style) {
-    return overlay.screen(vehicle_, sample, style);
+  const TelemetryView& view = overlay.telemetry;
+  if (view.idl != telemetry_->idl()) return;  // the daemon's telemetry is of another type
+  vehicle_.telemetry = view.type;
+  raw_json_ = view.json;
+  vehicle_.screen = [this, &view](const void* sample, const Style& style) {
+    return view.screen(vehicle_, sample, style);
   };
-  vehicle_.progress = overlay.progress;
+  vehicle_.progress = view.progress;
 }
 
 std::vector<DescribedVehicle::Case> DescribedVehicle::read_cases(const Json& list) {

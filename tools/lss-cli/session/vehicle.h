@@ -49,19 +49,27 @@ namespace certify {
 struct Wire;
 }
 
-// Presentation of a vehicle that this program was built with, and its verbs of more than one
-// command.
 struct Vehicle;
-struct Overlay {
-  std::string_view name;
-  // Of these, `json`, `screen` and `progress`: only while the telemetry of the daemon is of this
-  // IDL.
+// What follows from the type of the telemetry (overlay.h); only while that of the daemon is of this
+// IDL.
+struct TelemetryView {
   std::string_view idl;
-  const dds_topic_descriptor_t* telemetry;
+  const dds_topic_descriptor_t* type;
   nlohmann::ordered_json (*json)(const void* sample);
   std::string (*screen)(const Vehicle& vehicle, const void* sample, const Style& style);  // lines
   // A few words after the mode, with a blank before them.
   std::string (*progress)(const void* sample);
+};
+// Texts of timed actuations.
+struct Scripts {
+  // The commands that send a text and run it, one after the other; nullptr: it takes none.
+  std::vector<Invocation> (*commands)(std::string_view text) = nullptr;
+  std::span<const std::string_view> parts = {};  // commands that are useless alone
+};
+// Presentation of a vehicle that this program was built with, and its verbs of more than one
+// command.
+struct Overlay {
+  TelemetryView telemetry;  // its type is named after the vehicle
   // Its own sections of a report.
   void (*add_report)(const recording::Recording& recording, report::Page& page);
   // Sets arguments of the start before a command.
@@ -69,9 +77,7 @@ struct Overlay {
   // Verbs of more than one command, and the commands that only they send.
   void (*add_verbs)(Grammar& grammar) = nullptr;
   std::span<const std::string_view> composed = {};
-  // The commands that send a text of timed actuations and run it, one after the other.
-  std::vector<Invocation> (*script)(std::string_view text) = nullptr;
-  std::span<const std::string_view> script_parts = {};  // useless alone
+  Scripts scripts = {};
   // Times on the wire with this configuration. `own`: the vehicle's table; bit_s: of its CAN.
   certify::Wire (*wire)(const config::Config& config, config::Section& own,
                         std::int64_t bit_s) = nullptr;

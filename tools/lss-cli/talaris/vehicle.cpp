@@ -7,10 +7,10 @@
 #include <cmath>
 
 #include "daemon/config/config.h"
-#include "daemon/record/json.h"
 #include "idl/angles.h"
 #include "idl/talaris/commands.h"
 #include "tools/lss-cli/certify/wire.h"
+#include "tools/lss-cli/session/overlay.h"
 #include "tools/lss-cli/session/vehicle_words.h"
 #include "tools/lss-cli/talaris/verbs.h"
 
@@ -21,10 +21,6 @@ using lss::talaris::CommandKind;
 using lss::talaris::GncStep;
 using lss::talaris::Mode;
 using lss::talaris::Phase;
-
-const lss_TalarisTelemetry& sample(const void* telemetry) {
-  return *static_cast<const lss_TalarisTelemetry*>(telemetry);
-}
 
 struct Angles {
   double roll_rad, pitch_rad, yaw_rad;
@@ -76,8 +72,7 @@ std::string flight(const lss_TalarisTelemetry& t) {
                      fixed(t.position_m[2], 2), fixed(t.velocity_m_s[0], 2));
 }
 
-std::string screen(const Vehicle& vehicle, const void* telemetry, const Style& style) {
-  const lss_TalarisTelemetry& t = sample(telemetry);
+std::string screen(const Vehicle& vehicle, const lss_TalarisTelemetry& t, const Style& style) {
   std::string text = style.dim("module     link    last data     samples  errors   lost") + "\n";
   for (const lss_TalarisModule& module : t.modules) text += module_row(vehicle, module, style);
   text += valve_row(t, style) + fan_row(t, style);
@@ -111,8 +106,7 @@ std::string screen(const Vehicle& vehicle, const void* telemetry, const Style& s
   return text;
 }
 
-std::string progress(const void* telemetry) {
-  const lss_TalarisTelemetry& t = sample(telemetry);
+std::string progress(const lss_TalarisTelemetry& t) {
   switch (static_cast<Mode>(t.mode)) {
     case Mode::calibrate: return fmt::format(" {:.0f} %, keep still", t.calibrated_share * 100);
     case Mode::execute: {
@@ -144,24 +138,16 @@ certify::Wire wire(const config::Config& config, config::Section& own, std::int6
 }  // namespace
 
 const Overlay kOverlay{
-    .name = "talaris",
-    .idl = idl_of(lss_TalarisTelemetry{}),
-    .telemetry = &lss_TalarisTelemetry_desc,
-    .json = [](const void* telemetry) -> nlohmann::ordered_json {
-      return record::to_json(sample(telemetry));
-    },
-    .screen = screen,
-    .progress = progress,
+    .telemetry = view_of<lss_TalarisTelemetry, screen, progress>(lss_TalarisTelemetry_desc),
     .add_report = add_report,
     .add_verbs = add_verbs,
     .composed = kComposed,
-    .script = script_commands,
-    .script_parts = kScriptParts,
+    .scripts = {script_commands, kScriptParts},
     .wire = wire,
 };
 
 const Vehicle& vehicle() {
-  static const Vehicle& built = *find_vehicle(kOverlay.name);
+  static const Vehicle& built = *find_vehicle("talaris");
   return built;
 }
 

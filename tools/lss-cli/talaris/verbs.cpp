@@ -30,7 +30,7 @@ ExitCode run(Context& context, const Invocation& invocation) {
 
 void only_talaris(Context& context, const char* verb) {
   const std::string_view name = context.session().vehicle().name;
-  if (name != kOverlay.name)
+  if (name != talaris::vehicle().name)
     throw Failure(ExitCode::unknown_name, fmt::format("{} has no '{}'", name, verb));
 }
 
@@ -80,10 +80,11 @@ ExitCode run_hop(Context& context, const Hop& hop) {
 
 void add_hop(Grammar& grammar) {
   CLI::App& sub = grammar.verb(
-      "hop", "calibrate, plan and fly, from where it is; then everything shut and off",
-      "  lss-cli hop --arm --height 2 --distance 30      the fans' controllers just got power\n"
-      "  lss-cli hop --height 1 --distance 5\n"
-      "  lss-cli hop --program fan-altitude --height 0.3\n");
+      "hop", "calibrate, plan and fly, from where it is; then everything shut and off", R"(
+  lss-cli hop --arm --height 2 --distance 30      the fans' controllers just got power
+  lss-cli hop --height 1 --distance 5
+  lss-cli hop --program fan-altitude --height 0.3
+)");
   auto hop = std::make_shared<Hop>();
   sub.add_option("--program", hop->program, "what is flown");
   grammar.values(sub, "--program",
@@ -122,11 +123,12 @@ Invocation invocation_of(const Edf& edf) {
 
 void add_edf(Grammar& grammar) {
   CLI::App& sub =
-      grammar.verb("edf", "the fans: start-up of their controllers, throttle, or speed",
-                   "  lss-cli edf arm                  only when their controllers just got power\n"
-                   "  lss-cli edf arm done             they beeped already: nothing is sent\n"
-                   "  lss-cli edf throttle 0.2 --fans 1,3 --hold\n"
-                   "  lss-cli edf rpm 12000 --hold     all four, closed loop, until Ctrl-C\n");
+      grammar.verb("edf", "the fans: start-up of their controllers, throttle, or speed", R"(
+  lss-cli edf arm                  only when their controllers just got power
+  lss-cli edf arm done             they beeped already: nothing is sent
+  lss-cli edf throttle 0.2 --fans 1,3 --hold
+  lss-cli edf rpm 12000 --hold     all four, closed loop, until Ctrl-C
+)");
   auto edf = std::make_shared<Edf>();
   sub.add_option("words", edf->words, "arm, throttle SHARE, or rpm SPEED")->required();
   grammar.values(sub, "", {std::begin(kEdf), std::end(kEdf)});
@@ -223,15 +225,15 @@ ExitCode do_script(Context& context, const std::string& what, const std::string&
 }
 
 void add_script(Grammar& grammar) {
-  CLI::App& sub = grammar.verb(
-      "script", "timed actuations from a file: run, check, abort",
-      "  lss-cli script check pulses.script       reads it, and asks the daemon\n"
-      "  lss-cli script run pulses.script         5 s later the first actuation; Ctrl-C: all-stop\n"
-      "  lss-cli script abort                     all-stop, from anyone\n"
-      "A line of the file:\n"
-      "  500ms  valves 1,3  for 100ms\n"
-      "  2s     fans all    throttle 0.3\n"
-      "  6s     fans 1,2    rpm 12000\n");
+  CLI::App& sub = grammar.verb("script", "timed actuations from a file: run, check, abort", R"(
+  lss-cli script check pulses.script       reads it, and asks the daemon
+  lss-cli script run pulses.script         5 s later the first actuation; Ctrl-C: all-stop
+  lss-cli script abort                     all-stop, from anyone
+A line of the file:
+  500ms  valves 1,3  for 100ms
+  2s     fans all    throttle 0.3
+  6s     fans 1,2    rpm 12000
+)");
   auto what = std::make_shared<std::string>();
   auto name = std::make_shared<std::string>();
   sub.add_option("what", *what, "run, check or abort")->required();

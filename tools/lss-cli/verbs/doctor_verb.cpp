@@ -152,10 +152,11 @@ ExitCode run_doctor(Context& context, const Asked& asked) {
 void add_doctor_verbs(Grammar& grammar) {
   if (grammar.scope() != Grammar::Scope::program) return;
   CLI::App& sub =
-      grammar.verb("doctor", "can lssd run here: checks of machine and configuration",
-                   "  lss-cli doctor\n"
-                   "  lss-cli doctor --config /etc/lss/zebro.toml\n"
-                   "  lss-cli --json doctor | jq '.checks[] | select(.result != \"good\")'\n");
+      grammar.verb("doctor", "can lssd run here: checks of machine and configuration", R"(
+  lss-cli doctor
+  lss-cli doctor --config /etc/lss/zebro.toml
+  lss-cli --json doctor | jq '.checks[] | select(.result != "good")'
+)");
   auto asked = std::make_shared<Asked>();
   sub.add_option("--config", asked->files,
                  "configuration of lssd, once for each (default: those in /etc/lss)")

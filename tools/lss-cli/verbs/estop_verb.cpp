@@ -103,14 +103,13 @@ ExitCode run_estop(Context& context, const std::string& name) {
 void add_estop_verb(Grammar& grammar) {
   const CommandInfo& info = common_command(CommandKind::emergency_stop);
   CLI::App& sub = grammar.verb(
-      info.name, "emergency stop of every vehicle on the domain, at once, from anyone",
-      "  lss-cli estop                    all of them; LSS_VEHICLE is not looked at\n"
-      "  lss-cli estop zebro-1            this one only; so does: lss-cli --vehicle zebro-1 estop\n"
-      "It is sent again until each vehicle has confirmed it, for --timeout at most (default 3s).\n"
-      "What is in the air falls: lss-cli land brings it down in good order. Afterwards: lss-cli "
-      "solve.\n"
-      "Exit code 0: each vehicle found has stopped; 3: none was reached; 7: some did not "
-      "confirm it.\n");
+      info.name, "emergency stop of every vehicle on the domain, at once, from anyone", R"(
+  lss-cli estop                    all of them; LSS_VEHICLE is not looked at
+  lss-cli estop zebro-1            this one only; so does: lss-cli --vehicle zebro-1 estop
+It is sent again until each vehicle has confirmed it, for --timeout at most (default 3s).
+What is in the air falls: lss-cli land brings it down in good order. Afterwards: lss-cli solve.
+Exit code 0: each vehicle found has stopped; 3: none was reached; 7: some did not confirm it.
+)");
   auto name = std::make_shared<std::string>();
   sub.add_option("name", *name, "vehicle_id; without it every vehicle on the domain");
   grammar.on(sub, [name](Context& context) { return run_estop(context, *name); });

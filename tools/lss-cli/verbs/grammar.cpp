@@ -83,6 +83,7 @@ void Grammar::add_options() {
 CLI::App& Grammar::verb(const std::string& name, const std::string& summary,
                         std::string_view examples) {
   CLI::App* sub = app_.add_subcommand(name, summary);
+  if (examples.starts_with('\n')) examples.remove_prefix(1);
   sub->footer(examples.empty() ? "" : "Examples:\n" + std::string(examples));
   values_[name];
   return *sub;

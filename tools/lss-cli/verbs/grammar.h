@@ -33,7 +33,7 @@ class Grammar {
   Grammar(const Grammar&) = delete;
   Grammar& operator=(const Grammar&) = delete;
 
-  // For adding verbs.
+  // For adding verbs. Examples are lines; the first may be empty.
   CLI::App& verb(const std::string& name, const std::string& summary,
                  std::string_view examples = "");
   // `check` throws an error in the words before any action.

@@ -82,11 +82,13 @@ void add_keystore_verb(Grammar& grammar) {
   CLI::App& sub = grammar.verb("keystore",
                                "certificates and permissions for DDS Security: who may look, stop, "
                                "command, be a vehicle, or take part in ROS 2",
-                               "  lss-cli keystore create keys\n"
-                               "  lss-cli keystore add keys zebro-1 --role vehicle\n"
-                               "  lss-cli keystore add keys pilot --role command\n"
-                               "  lss-cli keystore revoke keys pilot\n"
-                               "  lss-cli keystore list keys\n");
+                               R"(
+  lss-cli keystore create keys
+  lss-cli keystore add keys zebro-1 --role vehicle
+  lss-cli keystore add keys pilot --role command
+  lss-cli keystore revoke keys pilot
+  lss-cli keystore list keys
+)");
   auto words = std::make_shared<Words>();
   sub.add_option("what", words->what, "create, add, revoke or list")
       ->required()

@@ -96,18 +96,22 @@ ExitCode run_log(Context& context, const LogWanted& wanted) {
 }  // namespace
 
 void add_log_verbs(Grammar& grammar) {
-  CLI::App& sub = grammar.verb(
-      "log", "files of what happened: list [FOLDER|FILE], show FILE, export FILE",
-      "  lss-cli log list /run/lss\n  lss-cli log show FILE\n  lss-cli log show FILE --frame 154\n"
-      "  lss-cli --jsonl log show FILE | jq '.telemetry.distance_m'\n"
-      "flight recordings:\n"
-      "  lss-cli log list run.lssrec --columns 'telemetry.*'\n"
-      "  lss-cli log show run.lssrec --columns 'modules[*].current_A,timing' --from 5s --to 6s\n"
-      "  lss-cli log export run.lssrec --columns distance_m,timing.margin_ns --out run.csv\n"
-      "recordings of topics:\n"
-      "  lss-cli log list run.mcap\n  lss-cli log show run.mcap --topic event --from 5s\n"
-      "  lss-cli log export run.mcap --topic telemetry --columns 'modules[*].current_A' --out "
-      "run.csv\n  lss-cli log export run.mcap --from 10s --to 20s --out part.mcap\n");
+  CLI::App& sub =
+      grammar.verb("log", "files of what happened: list [FOLDER|FILE], show FILE, export FILE", R"(
+  lss-cli log list /run/lss
+  lss-cli log show FILE
+  lss-cli log show FILE --frame 154
+  lss-cli --jsonl log show FILE | jq '.telemetry.distance_m'
+flight recordings:
+  lss-cli log list run.lssrec --columns 'telemetry.*'
+  lss-cli log show run.lssrec --columns 'modules[*].current_A,timing' --from 5s --to 6s
+  lss-cli log export run.lssrec --columns distance_m,timing.margin_ns --out run.csv
+recordings of topics:
+  lss-cli log list run.mcap
+  lss-cli log show run.mcap --topic event --from 5s
+  lss-cli log export run.mcap --topic telemetry --columns 'modules[*].current_A' --out run.csv
+  lss-cli log export run.mcap --from 10s --to 20s --out part.mcap
+)");
   auto wanted = std::make_shared<LogWanted>();
   sub.add_option("what", wanted->what, "list, show or export")->required();
   sub.add_option("path", wanted->path,

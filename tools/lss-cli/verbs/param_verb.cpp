@@ -215,13 +215,13 @@ void check(const Typed& typed) {
 }  // namespace
 
 void add_param_verb(Grammar& grammar) {
-  CLI::App& sub = grammar.verb(
-      "param", "parameters: get, set, diff, save, reset",
-      "  lss-cli param get                          all, with range and what is saved\n"
-      "  lss-cli param set limits.current_A 1.0     in force at once, until the daemon ends\n"
-      "  lss-cli param diff                         what is not as configured, or not saved\n"
-      "  lss-cli param save                         keeps them for the next start\n"
-      "  lss-cli param reset limits.current_A       as configured again\n");
+  CLI::App& sub = grammar.verb("param", "parameters: get, set, diff, save, reset", R"(
+  lss-cli param get                          all, with range and what is saved
+  lss-cli param set limits.current_A 1.0     in force at once, until the daemon ends
+  lss-cli param diff                         what is not as configured, or not saved
+  lss-cli param save                         keeps them for the next start
+  lss-cli param reset limits.current_A       as configured again
+)");
   auto typed = std::make_shared<Typed>();
   sub.add_option("what", typed->what, "get, set, diff, save or reset")->required();
   sub.add_option("words", typed->words, "names; of set: names and values");

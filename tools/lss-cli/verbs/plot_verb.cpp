@@ -182,11 +182,11 @@ ExitCode plot(Context& context, PlotWanted wanted) {
 
 void add_plot_verb(Grammar& grammar) {
   if (grammar.scope() != Grammar::Scope::program) return;
-  CLI::App& sub = grammar.verb(
-      "plot", "signals of a recording over time, as SVG or PNG",
-      "  lss-cli plot run.mcap --signals distance_m,speed_m_s\n"
-      "  lss-cli plot run.mcap --signals 'modules[*].current_A,timing.margin_ns' --out run.png\n"
-      "  lss-cli plot run.lssrec --signals 'modules[*].set_point_rad,timing.margin_ns'\n");
+  CLI::App& sub = grammar.verb("plot", "signals of a recording over time, as SVG or PNG", R"(
+  lss-cli plot run.mcap --signals distance_m,speed_m_s
+  lss-cli plot run.mcap --signals 'modules[*].current_A,timing.margin_ns' --out run.png
+  lss-cli plot run.lssrec --signals 'modules[*].set_point_rad,timing.margin_ns'
+)");
   auto wanted = std::make_shared<PlotWanted>();
   sub.add_option("file", wanted->path, "a recording")->required();
   sub.add_option("--signals", wanted->signals,

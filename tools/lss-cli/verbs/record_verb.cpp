@@ -186,11 +186,13 @@ ExitCode record(Context& context, const RecordWanted& wanted) {
 void add_record_verb(Grammar& grammar) {
   // In a sequence it would delay the heartbeat.
   if (grammar.scope() != Grammar::Scope::program) return;
-  CLI::App& sub = grammar.verb(
-      "record", "DDS topics into an MCAP file, until Ctrl-C",
-      "  lss-cli record --for 60s --out run.mcap\n  lss-cli record --topics telemetry,event\n"
-      "  lss-cli record --append --out run.mcap\n  lss-cli record --ros2 --for 60s\n  lss-cli log "
-      "list run.mcap\n");
+  CLI::App& sub = grammar.verb("record", "DDS topics into an MCAP file, until Ctrl-C", R"(
+  lss-cli record --for 60s --out run.mcap
+  lss-cli record --topics telemetry,event
+  lss-cli record --append --out run.mcap
+  lss-cli record --ros2 --for 60s
+  lss-cli log list run.mcap
+)");
   auto wanted = std::make_shared<RecordWanted>();
   sub.add_option("-o,--out", wanted->out, "file; without it VEHICLE_ID-TIME.mcap, here");
   add_list(sub, "--topics", wanted->topics, "only these, divided by commas: telemetry,event,...");

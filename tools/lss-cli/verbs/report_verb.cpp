@@ -41,14 +41,21 @@ std::string page_of(const recording::Recording& recording) {
   return page.html();
 }
 
-ExitCode run_report(Context& context, const std::string& path, std::string out) {
-  if (recording::is_flight(path)) {
-    throw Failure(ExitCode::usage, path + " is a flight recording; reports are made of topics",
+struct ReportWanted {
+  std::string path, out;
+};
+
+ExitCode run_report(Context& context, const ReportWanted& wanted) {
+  if (recording::is_flight(wanted.path)) {
+    throw Failure(ExitCode::usage,
+                  wanted.path + " is a flight recording; reports are made of topics",
                   "record them with: lss-cli record --out FILE.mcap; of this one there is "
                   "lss-cli log and lss-cli plot");
   }
-  if (out.empty()) out = std::filesystem::path(path).stem().string() + ".html";
-  const auto recording = recording::open(path);
+  const std::string out = wanted.out.empty()
+                              ? std::filesystem::path(wanted.path).stem().string() + ".html"
+                              : wanted.out;
+  const auto recording = recording::open(wanted.path);
   const std::string html = page_of(*recording);
   write_file(html, out);
   context.output.print(fmt::format("{}: {} kB\n", out, html.size() / 1000));
@@ -74,11 +81,10 @@ void add_report_verb(Grammar& grammar) {
   CLI::App& sub =
       grammar.verb("report", "a recording as one HTML page, with the vehicle's own diagrams",
                    "  lss-cli report run.mcap\n  lss-cli report run.mcap --out run.html\n");
-  auto path = std::make_shared<std::string>();
-  auto out = std::make_shared<std::string>();
-  sub.add_option("file", *path, "a recording")->required();
-  sub.add_option("-o,--out", *out, "FILE.html; without it the name of the recording, here");
-  grammar.on(sub, [path, out](Context& context) { return run_report(context, *path, *out); });
+  auto wanted = std::make_shared<ReportWanted>();
+  sub.add_option("file", wanted->path, "a recording")->required();
+  sub.add_option("-o,--out", wanted->out, "FILE.html; without it the name of the recording, here");
+  grammar.on(sub, [wanted](Context& context) { return run_report(context, *wanted); });
 }
 
 }  // namespace lss::cli

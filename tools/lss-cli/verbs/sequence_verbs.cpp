@@ -14,10 +14,11 @@ namespace {
 
 void add_run(Grammar& grammar) {
   CLI::App& sub =
-      grammar.verb("run", "many verbs under one heartbeat; then it lies down and stops",
-                   "  lss-cli run patrol.lss\n"
-                   "  lss-cli run -e 'start; stand; walk forward --for 10s; stop'\n"
-                   "  lss-cli run -e 'walk forward low; wait 20s; walk --heading 45; wait 10s'\n");
+      grammar.verb("run", "many verbs under one heartbeat; then it lies down and stops", R"(
+  lss-cli run patrol.lss
+  lss-cli run -e 'start; stand; walk forward --for 10s; stop'
+  lss-cli run -e 'walk forward low; wait 20s; walk --heading 45; wait 10s'
+)");
   auto file = std::make_shared<std::string>();
   auto text = std::make_shared<std::string>();
   auto stay = std::make_shared<bool>(false);

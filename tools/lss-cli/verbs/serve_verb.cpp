@@ -33,12 +33,13 @@ ExitCode run_serve(Context& context, const std::string& path, const std::string&
 
 void add_serve_verb(Grammar& grammar) {
   if (grammar.scope() == Grammar::Scope::sequence) return;
-  CLI::App& sub = grammar.verb(
-      "serve", "answers an OBC that polls a socket, with a CRC in each line",
-      "  lss-cli --vehicle zebro-1 serve --socket /run/lss-obc/zebro-1 --group obc\n"
-      "  lss-cli --lease 5s serve --socket /run/lss-obc/zebro-1     for an OBC that polls slowly\n"
-      "Request 'CRC SEQUENCE WORDS', reply 'CRC SEQUENCE JSON': docs/cli.md. It moves nothing by\n"
-      "itself: when requests end for the lease, the vehicle stops.\n");
+  CLI::App& sub =
+      grammar.verb("serve", "answers an OBC that polls a socket, with a CRC in each line", R"(
+  lss-cli --vehicle zebro-1 serve --socket /run/lss-obc/zebro-1 --group obc
+  lss-cli --lease 5s serve --socket /run/lss-obc/zebro-1     for an OBC that polls slowly
+Request 'CRC SEQUENCE WORDS', reply 'CRC SEQUENCE JSON': docs/cli.md. It moves nothing by
+itself: when requests end for the lease, the vehicle stops.
+)");
   auto path = std::make_shared<std::string>();
   auto group = std::make_shared<std::string>();
   sub.add_option("--socket", *path, "path of the Unix socket to make")->required();

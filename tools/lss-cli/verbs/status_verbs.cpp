@@ -190,9 +190,11 @@ void add_status_verbs(Grammar& grammar) {
   grammar.on(grammar.verb("health", "0 when all is well, else 6 and what is wrong",
                           "  lss-cli health || lss-cli solve\n"),
              run_health);
-  grammar.on(grammar.verb("fleet", "every vehicle on the domain, a line each",
-                          "  lss-cli fleet\n  lss-cli --json fleet | jq '.vehicles[].vehicle_id'\n"
-                          "Exit code 3: none answered.\n"),
+  grammar.on(grammar.verb("fleet", "every vehicle on the domain, a line each", R"(
+  lss-cli fleet
+  lss-cli --json fleet | jq '.vehicles[].vehicle_id'
+Exit code 3: none answered.
+)"),
              run_fleet);
   CLI::App& watch =
       grammar.verb("watch", "status, updated continuously",

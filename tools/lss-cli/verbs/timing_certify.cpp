@@ -71,13 +71,13 @@ std::int64_t can_bit_s(const config::Config& config) {
 
 // Nothing: the overlay of the vehicle has no formula.
 std::optional<Wire> wire_of(const config::Config& config) {
-  const auto all = overlays();
-  const auto overlay = std::ranges::find(all, config.vehicle, [](auto* o) { return o->name; });
-  if (overlay == all.end() || (*overlay)->wire == nullptr) return std::nullopt;
+  const Vehicle* vehicle = find_vehicle(config.vehicle);
+  if (vehicle == nullptr || vehicle->overlay == nullptr || vehicle->overlay->wire == nullptr)
+    return std::nullopt;
   const toml::table root = toml::parse(config.text);
   config::Errors none;  // it was read before
   config::Section own(root[config.vehicle].as_table(), config.vehicle, config.file, none);
-  return (*overlay)->wire(config, own, can_bit_s(config));
+  return vehicle->overlay->wire(config, own, can_bit_s(config));
 }
 
 // The largest of the recorded frames.

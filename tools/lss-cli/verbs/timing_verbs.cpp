@@ -164,12 +164,14 @@ ExitCode run(Context& context, TimingWanted& wanted) {
 }  // namespace
 
 void add_timing_verbs(Grammar& grammar) {
-  CLI::App& timing =
-      grammar.verb("timing", "how punctual the frames are; trace FILE; certify",
-                   "  lss-cli timing\n  lss-cli timing --histogram wake-up\n"
-                   "  lss-cli timing --reset\n  lss-cli --json timing --for 1min\n"
-                   "  lss-cli timing trace run.lssrec --out trace.json    for ui.perfetto.dev\n"
-                   "  lss-cli timing certify --config /etc/lss/zebro.toml /var/lib/lss/*.lssrec\n");
+  CLI::App& timing = grammar.verb("timing", "how punctual the frames are; trace FILE; certify", R"(
+  lss-cli timing
+  lss-cli timing --histogram wake-up
+  lss-cli timing --reset
+  lss-cli --json timing --for 1min
+  lss-cli timing trace run.lssrec --out trace.json    for ui.perfetto.dev
+  lss-cli timing certify --config /etc/lss/zebro.toml /var/lib/lss/*.lssrec
+)");
   auto wanted = std::make_shared<TimingWanted>();
   std::vector<std::string> names;
   for (const TimingStep& step : kTimingSteps) names.emplace_back(step.name);

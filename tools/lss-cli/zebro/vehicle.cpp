@@ -4,11 +4,11 @@
 #include <zebro_fields.h>  // of the IDL
 
 #include "daemon/config/config.h"
-#include "daemon/record/json.h"
 #include "drivers/zebro/leg_bus.h"
 #include "idl/angles.h"
 #include "idl/zebro/commands.h"
 #include "tools/lss-cli/certify/wire.h"
+#include "tools/lss-cli/session/overlay.h"
 #include "tools/lss-cli/session/vehicle_words.h"
 
 namespace lss::cli::zebro {
@@ -16,10 +16,6 @@ namespace {
 
 using lss::zebro::CommandKind;
 using lss::zebro::Mode;
-
-const lss_ZebroTelemetry& sample(const void* telemetry) {
-  return *static_cast<const lss_ZebroTelemetry*>(telemetry);
-}
 
 const char* speed_name(const lss_ZebroTelemetry& t) {
   return name_of(lss::zebro::kSpeeds, t.speed);
@@ -53,8 +49,7 @@ std::string gait(const lss_ZebroTelemetry& t) {
                      speed_name(t), t.heading_rad / kDegree);
 }
 
-std::string screen(const Vehicle& vehicle, const void* telemetry, const Style& style) {
-  const lss_ZebroTelemetry& t = sample(telemetry);
+std::string screen(const Vehicle& vehicle, const lss_ZebroTelemetry& t, const Style& style) {
   std::string text =
       style.dim("leg    link     calib  motion     angle  target   speed current   temp supply") +
       "\n";
@@ -72,8 +67,7 @@ std::string screen(const Vehicle& vehicle, const void* telemetry, const Style& s
   return text;
 }
 
-std::string progress(const void* telemetry) {
-  const lss_ZebroTelemetry& t = sample(telemetry);
+std::string progress(const lss_ZebroTelemetry& t) {
   const bool walks = t.mode == static_cast<std::uint8_t>(Mode::walking);
   return walks ? fmt::format(" {}: {}", gait(t), walked(t)) : "";
 }
@@ -95,14 +89,7 @@ certify::Wire wire(const config::Config& config, config::Section& own, std::int6
 }  // namespace
 
 const Overlay kOverlay{
-    .name = "zebro",
-    .idl = idl_of(lss_ZebroTelemetry{}),
-    .telemetry = &lss_ZebroTelemetry_desc,
-    .json = [](const void* telemetry) -> nlohmann::ordered_json {
-      return record::to_json(sample(telemetry));
-    },
-    .screen = screen,
-    .progress = progress,
+    .telemetry = view_of<lss_ZebroTelemetry, screen, progress>(lss_ZebroTelemetry_desc),
     .add_report = add_report,
     .wire = wire,
 };
