@@ -55,6 +55,9 @@ class Sample {
     else
       std::memcpy(at, &whole, column.type->kind == cli::recording::Kind::int64 ? sizeof whole : 1);
   }
+  void set(std::initializer_list<std::pair<const char*, double>> values) {
+    for (const auto& [name, value] : values) set(name, value);
+  }
   std::span<const std::byte> cdr() const { return cdr_; }
 
  private:
@@ -110,20 +113,20 @@ TEST(Converter, ardito_drives_to_its_right) {
   Heard heard("ardito");
   heard.begin();
   Sample sample("ardito");
-  sample.set("time_ns", 1'000'000'000);
-  sample.set("wheels[1].motor_rad_s", 2);
-  sample.set("wheels[1].target_rad_s", 9);
-  sample.set("steering[0].motor_rad", 0.3);
-  sample.set("x_m", 1);
-  sample.set("y_m", 0.5);
-  sample.set("yaw_rad", 0.2);
-  sample.set("ground_m_s", 0.4);
-  sample.set("measured_rad", 0.05);
-  sample.set("imu_valid", 1);
-  sample.set("imu_yaw_rate_rad_s", 0.1);
-  sample.set("beta_rad", 0.02);
-  sample.set("rho_rad[0]", 0.03);
-  sample.set("rho_rad[1]", std::nan(""));
+  sample.set({{"time_ns", 1'000'000'000},
+              {"wheels[1].motor_rad_s", 2},
+              {"wheels[1].target_rad_s", 9},
+              {"steering[0].motor_rad", 0.3},
+              {"x_m", 1},
+              {"y_m", 0.5},
+              {"yaw_rad", 0.2},
+              {"ground_m_s", 0.4},
+              {"measured_rad", 0.05},
+              {"imu_valid", 1},
+              {"imu_yaw_rate_rad_s", 0.1},
+              {"beta_rad", 0.02},
+              {"rho_rad[0]", 0.03},
+              {"rho_rad[1]", std::nan("")}});
   heard.converter.telemetry(sample.cdr());
   sample.set("time_ns", 1'500'000'000);
   heard.converter.telemetry(sample.cdr());

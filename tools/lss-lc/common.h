@@ -281,6 +281,13 @@ inline constexpr std::array kSteps = {
 
 // ---- what has to happen
 
+// Of a vehicle's own command to stop.
+constexpr Duty stop_at_rest(const std::array<Event, 4>& events) {
+  return {"stop at rest is accepted and changes nothing", "Func-2", events,
+          [](S s, const Happening&) { return idle(s); },
+          [](T t) { return keeps(t) && starts_nothing(t); }};
+}
+
 inline constexpr std::array kDuties = {
     Duty{"an emergency stop is obeyed in every state",
          "Oper-5",

@@ -106,7 +106,8 @@ def to_c_of(name, fields):
     package, kind, plain = name.split("/")
     body = "".join(f"  to_c(from.{field.name}, to.{field.name}, arena);\n" for field in fields)
     unused = "" if fields else "[[maybe_unused]] "
-    return (f"inline void to_c({unused}const {package}::{plain}& from, {unused}{package}_{kind}_dds__{plain}_& to, "
+    return (f"{package}_{kind}_dds__{plain}_ c_struct_of(const {package}::{plain}&);  // for decltype\n"
+            f"inline void to_c({unused}const {package}::{plain}& from, {unused}{package}_{kind}_dds__{plain}_& to, "
             f"{unused}Arena& arena) {{\n{body}}}\n")
 
 

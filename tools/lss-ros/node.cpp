@@ -186,26 +186,7 @@ std::size_t Node::add_writer(const Channel& channel) {
 
 void Node::write(std::size_t channel, const Message& message) {
   const dds_entity_t writer = writers_[channel].get();
-  std::visit(
-      [&]<class M>(const M& one) {
-        if constexpr (std::is_same_v<M, sensor_msgs::Imu>)
-          write_as<sensor_msgs_msg_dds__Imu_>(writer, one);
-        else if constexpr (std::is_same_v<M, sensor_msgs::JointState>)
-          write_as<sensor_msgs_msg_dds__JointState_>(writer, one);
-        else if constexpr (std::is_same_v<M, sensor_msgs::BatteryState>)
-          write_as<sensor_msgs_msg_dds__BatteryState_>(writer, one);
-        else if constexpr (std::is_same_v<M, nav_msgs::Odometry>)
-          write_as<nav_msgs_msg_dds__Odometry_>(writer, one);
-        else if constexpr (std::is_same_v<M, tf2_msgs::TFMessage>)
-          write_as<tf2_msgs_msg_dds__TFMessage_>(writer, one);
-        else if constexpr (std::is_same_v<M, diagnostic_msgs::DiagnosticArray>)
-          write_as<diagnostic_msgs_msg_dds__DiagnosticArray_>(writer, one);
-        else if constexpr (std::is_same_v<M, rcl_interfaces::Log>)
-          write_as<rcl_interfaces_msg_dds__Log_>(writer, one);
-        else
-          write_as<std_msgs_msg_dds__String_>(writer, one);
-      },
-      message);
+  std::visit([&](const auto& one) { write_as<decltype(c_struct_of(one))>(writer, one); }, message);
 }
 
 void Node::add_reader(const std::string& topic, std::string_view type_name) {

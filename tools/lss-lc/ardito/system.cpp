@@ -225,11 +225,7 @@ constexpr std::array kOwnDuties = {
          {event::stop},
          [](S s, const Happening&) { return operational(s); },
          [](T t) { return comes_to_rest(t) && !has(t.result.next, kAutonomous); }},
-    Duty{"stop at rest is accepted and changes nothing",
-         "Func-2",
-         {event::stop},
-         [](S s, const Happening&) { return idle(s); },
-         [](T t) { return keeps(t) && starts_nothing(t); }},
+    stop_at_rest({event::stop}),
     Duty{
         "without the heartbeat of who commands it comes to a safe stop",
         "O-Int-2",

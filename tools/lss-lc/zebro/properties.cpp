@@ -75,6 +75,13 @@ bool comes_nearer(T t) {
 
 // ---- steps that were taken
 
+// These actions only in a step between these states.
+template <lc::ActionSet kActions, State kBefore, State kAfter>
+bool only(T t) {
+  return (t.result.actions & kActions) == 0 ||
+         (t.before.state == kBefore && t.result.next.state == kAfter);
+}
+
 constexpr std::array kOwnSteps = {
     StepProperty{"Operational is entered only from Idle, by start", "4.3.1", lc::kChange,
                  [](T t) {
@@ -87,20 +94,11 @@ constexpr std::array kOwnSteps = {
         "legs are commanded to move only in Operational", "4.3.1", lc::kActions,
         [](T t) { return (t.result.actions & kLegMotion) == 0 || operational(t.result.next); }},
     StepProperty{"a leg is moved free only in SolveErrors", "Conf-3", lc::kActions,
-                 [](T t) {
-                   return (t.result.actions & kFreeLeg) == 0 ||
-                          (solving(t.before) && solving(t.result.next));
-                 }},
+                 only<kFreeLeg, State::solve_errors, State::solve_errors>},
     StepProperty{"the panel is commanded to move only in Idle", "Func-5", lc::kActions,
-                 [](T t) {
-                   return (t.result.actions & kPanelMotion) == 0 ||
-                          (idle(t.before) && idle(t.result.next));
-                 }},
+                 only<kPanelMotion, State::idle, State::idle>},
     StepProperty{"motors are switched on only by start", "Oper-7", lc::kActions,
-                 [](T t) {
-                   return (t.result.actions & kMotorsOn) == 0 ||
-                          (idle(t.before) && operational(t.result.next));
-                 }},
+                 only<kMotorsOn, State::idle, State::operational>},
     StepProperty{"walking follows standing up, standing or walking", "Func-3", lc::kChange,
                  [](T t) {
                    return !to(t, Mode::walking) ||
@@ -251,11 +249,7 @@ constexpr std::array kOwnDuties = {
            return holds_still(s) && (h.event == event::stop || lies(s));
          },
          [](T t) { return idle(t.result.next); }},
-    Duty{"stop at rest is accepted and changes nothing",
-         "Func-2",
-         {event::stop, event::stop_lay_down},
-         [](S s, const Happening&) { return idle(s); },
-         [](T t) { return keeps(t) && starts_nothing(t); }},
+    stop_at_rest({event::stop, event::stop_lay_down}),
     Duty{"without the heartbeat of who commands it comes to a safe stop, lying",
          "O-Int-2",
          {Event::lease_expired},
