@@ -35,7 +35,11 @@ int intrude(const Options& o, Counts& counts) {
     dds_sample_info_t info;
     while (reader > 0 && dds_take(reader, &pointer, &info, 1, 1) > 0)
       if (info.valid_data && heard++ == 0) std::fputs("heard\n", stderr);
-    for (const auto& [topic, writer] : writers) {
+    for (const auto& [topic, entity] : writers) {
+      const auto send = [&o, writer = entity](auto sample) {
+        put_text(sample.vehicle_id, o.vehicle);
+        dds_write(writer, &sample);
+      };
       switch (topic) {
         case Topic::command:
         case Topic::stop: {
@@ -43,44 +47,36 @@ int intrude(const Options& o, Counts& counts) {
           constexpr std::uint16_t kKinds[] = {kStart, kStop, kWalk, kSolve, kEmergencyStop};
           lss_Command sample = command(o.vehicle, o.source, i + 1, kKinds[i % std::size(kKinds)]);
           sample.lease_ms = 2000;
-          dds_write(writer, &sample);
+          send(sample);
           break;
         }
-        case Topic::heartbeat: {
-          const lss_Heartbeat sample = heartbeat(o.vehicle, o.source, i);
-          dds_write(writer, &sample);
-          break;
-        }
+        case Topic::heartbeat: send(heartbeat(o.vehicle, o.source, i)); break;
         case Topic::ack: {
           lss_CommandAck sample{};
-          put_text(sample.vehicle_id, o.vehicle);
           put_text(sample.source, o.source);
           put_text(sample.text, "forged");
           sample.phase = lss_PHASE_COMPLETED;
-          dds_write(writer, &sample);
+          send(sample);
           break;
         }
         case Topic::status: {
           lss_Status sample{};
-          put_text(sample.vehicle_id, o.vehicle);
           put_text(sample.vehicle, "zebro");
           put_text(sample.authority, "intruder");
-          dds_write(writer, &sample);
+          send(sample);
           break;
         }
         case Topic::event: {
           lss_Event sample{};
-          put_text(sample.vehicle_id, o.vehicle);
           put_text(sample.text, "forged");
           sample.index = i;
-          dds_write(writer, &sample);
+          send(sample);
           break;
         }
         case Topic::telemetry: {
           lss_Timing sample{};
-          put_text(sample.vehicle_id, o.vehicle);
           sample.frame = i;
-          dds_write(writer, &sample);
+          send(sample);
           break;
         }
       }

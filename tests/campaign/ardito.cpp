@@ -34,11 +34,7 @@ struct World {
            chain.start();
   }
   bool begin(Dice& dice) {
-    if (!chain.start()) return false;
-    if (dice.chance(0.1)) return true;
-    if (!drive(dice)) return false;
-    chain.run(dice.between(0, 6));
-    return true;
+    return chain.start() && sets_out(dice, chain, 6, [this](Dice& d) { return drive(d); });
   }
   bool drive(Dice& dice) {
     const double heading = dice.chance(0.5) ? 0 : dice.between(-0.08, 0.08);

@@ -23,19 +23,24 @@
 
 namespace lss::campaign {
 
-struct Run {
-  unsigned number = 0;
-  std::vector<std::string> story;   // log of the run, for a person
-  std::vector<std::string> broken;  // violated conditions; empty: none
+// Counts of a scenario, or of several.
+struct Tally {
   double simulated_s = 0;
-  std::uint64_t frames = 0;
-  std::uint64_t cycles = 0;  // fewer than frames where a vehicle's clock jumped over some
-  unsigned faults = 0, commands = 0, rejected = 0;
-  unsigned stops = 0;             // into FatalError
+  std::uint64_t frames = 0, faults = 0, commands = 0, rejected = 0;
+  std::uint64_t stops = 0;        // into FatalError
   double slowest_rest_s = 0;      // from leaving Operational
   double slowest_cut_rest_s = 0;  // the same with the bus cut
   double slowest_idle_s = 0;      // from clearing of all faults to Idle
-  std::string outcome;            // how it stood in the end, of vehicles that can fall
+
+  void add(const Tally& other);
+};
+
+struct Run : Tally {
+  unsigned number = 0;
+  std::vector<std::string> story;   // log of the run, for a person
+  std::vector<std::string> broken;  // violated conditions; empty: none
+  std::uint64_t cycles = 0;         // fewer than frames where a vehicle's clock jumped over some
+  std::string outcome;              // how it stood in the end, of vehicles that can fall
 };
 
 struct Subject {

@@ -47,6 +47,15 @@ class Dice {
   bool scripted_ = false;
 };
 
+// Mostly on its way, for `most_s` at most. false: it does not come there.
+template <class Chain, class Move>
+bool sets_out(Dice& dice, Chain& chain, double most_s, Move&& move) {
+  if (dice.chance(0.1)) return true;
+  if (!move(dice)) return false;
+  chain.run(dice.between(0, most_s));
+  return true;
+}
+
 // As lss-sim reads it: any type, any arguments in their ranges.
 std::string draw_fault(Dice& dice, std::span<const sim::FaultKind> kinds);
 

@@ -12,37 +12,30 @@
 namespace lss::campaign {
 namespace {
 
-std::uint64_t of(const FlipTally& tally, FlipOutcome outcome) {
-  return tally[static_cast<std::size_t>(outcome)];
-}
-
 class FlippedBits : public testing::TestWithParam<std::size_t> {
  protected:
   FlipCounts flip(const FlipPlan& plan) { return subjects()[GetParam()].flip(plan); }
+  // Each flip in this part has one of these outcomes.
+  void expect_all(unsigned flips, const char* part, std::initializer_list<FlipOutcome> outcomes) {
+    const FlipCounts counts = flip({.flips = flips, .part = part});
+    std::uint64_t found = 0;
+    for (const FlipOutcome outcome : outcomes)
+      found += counts.state[static_cast<std::size_t>(outcome)];
+    EXPECT_EQ(found, flips) << flip_table(subjects()[GetParam()].vehicle, counts);
+  }
 };
 
 // Any bit of it, wherever it is: also padding is compared.
 TEST_P(FlippedBits, InTheVehicleAreAllCorrected) {
-  constexpr unsigned kFlips = 200;
-  const FlipCounts counts = flip({.flips = kFlips, .part = "vehicle"});
-  EXPECT_EQ(of(counts.state, FlipOutcome::corrected), kFlips)
-      << flip_table(subjects()[GetParam()].vehicle, counts);
+  expect_all(200, "vehicle", {FlipOutcome::corrected});
 }
 
 TEST_P(FlippedBits, InTheSupervisorReachNoBus) {
-  constexpr unsigned kFlips = 60;
-  const FlipCounts counts = flip({.flips = kFlips, .part = "supervisor"});
-  EXPECT_EQ(of(counts.state, FlipOutcome::corrected) + of(counts.state, FlipOutcome::none), kFlips)
-      << flip_table(subjects()[GetParam()].vehicle, counts);
+  expect_all(60, "supervisor", {FlipOutcome::corrected, FlipOutcome::none});
 }
 
 // The orders wait for their release; what is beside them goes to no bus.
-TEST_P(FlippedBits, InTheOrdersReachNoBus) {
-  constexpr unsigned kFlips = 200;
-  const FlipCounts counts = flip({.flips = kFlips, .part = "outputs"});
-  EXPECT_EQ(of(counts.state, FlipOutcome::none), kFlips)
-      << flip_table(subjects()[GetParam()].vehicle, counts);
-}
+TEST_P(FlippedBits, InTheOrdersReachNoBus) { expect_all(200, "outputs", {FlipOutcome::none}); }
 
 // A run ends as soon as nothing is left of its flip.
 TEST_P(FlippedBits, HaveTheOutcomeThatTheWholeRunHas) {

@@ -6,36 +6,32 @@
 
 namespace lss::campaign {
 
+void Tally::add(const Tally& other) {
+  simulated_s += other.simulated_s;
+  frames += other.frames;
+  faults += other.faults;
+  commands += other.commands;
+  rejected += other.rejected;
+  stops += other.stops;
+  slowest_rest_s = std::max(slowest_rest_s, other.slowest_rest_s);
+  slowest_cut_rest_s = std::max(slowest_cut_rest_s, other.slowest_cut_rest_s);
+  slowest_idle_s = std::max(slowest_idle_s, other.slowest_idle_s);
+}
+
 void Summary::add(const Run& run) {
+  Tally::add(run);
   ++runs;
   broken += run.broken.empty() ? 0u : 1u;
-  frames += run.frames;
-  faults += run.faults;
-  commands += run.commands;
-  rejected += run.rejected;
-  stops += run.stops;
-  simulated_s += run.simulated_s;
-  slowest_rest_s = std::max(slowest_rest_s, run.slowest_rest_s);
-  slowest_cut_rest_s = std::max(slowest_cut_rest_s, run.slowest_cut_rest_s);
-  slowest_idle_s = std::max(slowest_idle_s, run.slowest_idle_s);
   if (!run.outcome.empty()) ++outcomes[run.outcome];
   for (const std::string& what : run.broken)
     complaints.push_back(fmt::format("{}: {}", run.number, what));
 }
 
 void Summary::add(const Summary& other) {
+  Tally::add(other);
   runs += other.runs;
   broken += other.broken;
-  frames += other.frames;
-  faults += other.faults;
-  commands += other.commands;
-  rejected += other.rejected;
-  stops += other.stops;
-  simulated_s += other.simulated_s;
   cpu_s += other.cpu_s;
-  slowest_rest_s = std::max(slowest_rest_s, other.slowest_rest_s);
-  slowest_cut_rest_s = std::max(slowest_cut_rest_s, other.slowest_cut_rest_s);
-  slowest_idle_s = std::max(slowest_idle_s, other.slowest_idle_s);
   for (const auto& [outcome, count] : other.outcomes) outcomes[outcome] += count;
   complaints.insert(complaints.end(), other.complaints.begin(), other.complaints.end());
 }

@@ -10,13 +10,12 @@
 
 namespace lss::campaign {
 
-struct Summary {
+struct Summary : Tally {
   explicit Summary(const Subject& of) : subject(of) {}
 
   Subject subject;
   unsigned runs = 0, broken = 0;
-  std::uint64_t frames = 0, faults = 0, commands = 0, rejected = 0, stops = 0;
-  double simulated_s = 0, cpu_s = 0, slowest_rest_s = 0, slowest_cut_rest_s = 0, slowest_idle_s = 0;
+  double cpu_s = 0;
   std::map<std::string, unsigned> outcomes;  // of vehicles that can fall
   std::vector<std::string> complaints;       // "17: 3.2 s: ..."
 

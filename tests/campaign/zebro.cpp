@@ -36,11 +36,7 @@ struct World {
     return chain.stand();
   }
   bool begin(Dice& dice) {
-    if (!chain.stand()) return false;
-    if (dice.chance(0.1)) return true;
-    if (!walk(dice)) return false;
-    chain.run(dice.between(0, 10));
-    return true;
+    return chain.stand() && sets_out(dice, chain, 10, [this](Dice& d) { return walk(d); });
   }
   bool walk(Dice& dice) {
     const auto speed = static_cast<gnc::zebro::Speed>(dice.whole(1, 3));

@@ -11,6 +11,13 @@ class SectionTest : public ::testing::Test {
     table_ = toml::parse(text);
     return {&table_, "", "f.toml", errors_};
   }
+  // What is said of a text when these keys are read.
+  std::string errors_of(std::string_view text, std::initializer_list<const char*> keys) {
+    Section s = read(text);
+    for (const char* key : keys) s.number(key, 0, 0, 9);
+    s.finish();
+    return errors_.text();
+  }
   toml::table table_;
   Errors errors_;
 };
@@ -63,13 +70,8 @@ TEST_F(SectionTest, NotANumberAndInfinityAreErrors) {
 }
 
 TEST_F(SectionTest, AWrongUnitIsNamedWithTheRightOne) {
-  Section s = read("period_s = 1\nspeed_rad_s = 2\nbaud_Hz = 3\ntrack = 4");
-  s.number("period_ms", 0, 0, 9);
-  s.number("speed_deg_s", 0, 0, 9);
-  s.number("baud", 0, 0, 9);
-  s.number("track_mm", 0, 0, 9);
-  s.finish();
-  EXPECT_EQ(errors_.text(),
+  EXPECT_EQ(errors_of("period_s = 1\nspeed_rad_s = 2\nbaud_Hz = 3\ntrack = 4",
+                      {"period_ms", "speed_deg_s", "baud", "track_mm"}),
             "f.toml:1:1: unknown key period_s; unit of period is ms here: period_ms\n"
             "f.toml:2:1: unknown key speed_rad_s; unit of speed is deg/s here: speed_deg_s\n"
             "f.toml:3:1: unknown key baud_Hz; baud has no unit here: baud\n"
@@ -77,11 +79,7 @@ TEST_F(SectionTest, AWrongUnitIsNamedWithTheRightOne) {
 }
 
 TEST_F(SectionTest, AnUnknownKeyIsNamedWithTheNearestKnownOne) {
-  Section s = read("polcy = 1\nzzzzzzzz = 2");
-  s.number("policy", 0, 0, 9);
-  s.number("rate", 0, 0, 9);
-  s.finish();
-  EXPECT_EQ(errors_.text(),
+  EXPECT_EQ(errors_of("polcy = 1\nzzzzzzzz = 2", {"policy", "rate"}),
             "f.toml:1:1: unknown key polcy; did you mean policy?\n"
             "f.toml:2:1: unknown key zzzzzzzz; known here: policy, rate\n");
 }

@@ -1,12 +1,10 @@
 #!/usr/bin/env bash
 # client.sh CMAKE BUILD FOLDER: follows docs/tutorial-client.md: its files, then its commands, word by word but for the
 # installation of packages, the folder of what they install, and the domain.
-set -euo pipefail
-cmake=$1 build=$2 folder=$3
+# shellcheck source=tests/outside/common.sh
+. "$(dirname "$0")/common.sh"
 root=$(cd "$(dirname "$0")/../.." && pwd)
-rm -rf "$folder"
-mkdir -p "$folder"
-"$cmake" --install "$build" --component lssd --prefix "$folder/usr" > /dev/null
+install_fresh lssd
 export PATH=$build/bin:$PATH NO_COLOR=1
 export CYCLONEDDS_URI=''  # as on a machine of a reader
 python3 "$root/tools/lib/tutorial.py" "$root" --write "$folder" docs/tutorial-client.md

@@ -1,11 +1,10 @@
 #!/usr/bin/env bash
 # errors.sh CMAKE BUILD FOLDER: calls of lss_add_vehicle() with a mistake say what to do.
-set -euo pipefail
-cmake=$1 build=$2 folder=$3
+# shellcheck source=tests/outside/common.sh
+. "$(dirname "$0")/common.sh"
 failed=0
-rm -rf "$folder"
-mkdir -p "$folder/project"
-"$cmake" --install "$build" --component dev --prefix "$folder/usr" > /dev/null
+install_fresh dev
+mkdir "$folder/project"
 cd "$folder/project"
 cat > CMakeLists.txt << 'END'
 cmake_minimum_required(VERSION 3.25)

@@ -1,12 +1,10 @@
 #!/usr/bin/env bash
 # tutorial.sh CMAKE BUILD FOLDER: follows docs/tutorial-vehicle.md: its files, then its commands, word by word but for the
 # installation of packages, the port and the domain. The component dev of BUILD stands for liblssd-dev.
-set -euo pipefail
-cmake=$1 build=$2 folder=$3
+# shellcheck source=tests/outside/common.sh
+. "$(dirname "$0")/common.sh"
 root=$(cd "$(dirname "$0")/../.." && pwd)
-rm -rf "$folder"
-mkdir -p "$folder"
-"$cmake" --install "$build" --component dev --prefix "$folder/usr" > /dev/null
+install_fresh dev
 programs=$(dirname "$cmake"):$build/bin
 export CMAKE_PREFIX_PATH=$folder/usr PATH=$programs:$PATH NO_COLOR=1
 command -v ccache > /dev/null && export CMAKE_CXX_COMPILER_LAUNCHER=ccache

@@ -176,18 +176,11 @@ void run(Chain& chain, double seconds, Meter& meter) {
 }  // namespace
 
 void Healthy::add(const Healthy& other) {
-  minutes += other.minutes;
-  metres += other.metres;
-  frames += other.frames;
-  suspect_frames += other.suspect_frames;
-  probe_frames += other.probe_frames;
-  slip_frames += other.slip_frames;
-  slowed_frames += other.slowed_frames;
-  slowed_wrong += other.slowed_wrong;
-  isolated += other.isolated;
-  left_out += other.left_out;
-  fatal += other.fatal;
-  stuck += other.stuck;
+  const auto sum = [&](auto... members) { ((this->*members += other.*members), ...); };
+  sum(&Healthy::minutes, &Healthy::metres, &Healthy::frames, &Healthy::suspect_frames,
+      &Healthy::probe_frames, &Healthy::slip_frames, &Healthy::slowed_frames,
+      &Healthy::slowed_wrong, &Healthy::isolated, &Healthy::left_out, &Healthy::fatal,
+      &Healthy::stuck);
   alarms.insert(alarms.end(), other.alarms.begin(), other.alarms.end());
 }
 

@@ -269,12 +269,13 @@ Flown fail(const Failure& failure, unsigned seed, unsigned seeds) {
 
 std::string failures_section(unsigned seeds) {
   std::string text = fmt::format(
-      "{} hops each, the failure between 1 and 19 s after lift-off, evenly spread over ascent, "
-      "hover, traverse and descent.\nUpright: less than 10 deg of tilt in the end. "
-      "Reported: the faults that the daemon latched, and the number\nof flights with each.\n\n"
-      "| failure | should | down and upright | as planned | down, m/s: median | most | sideways, "
-      "m/s: median | most | tilt at touchdown, deg: most | reported |\n"
-      "|---|---|---|---|---|---|---|---|---|---|\n",
+      R"({} hops each, the failure between 1 and 19 s after lift-off, evenly spread over ascent, hover, traverse and descent.
+Upright: less than 10 deg of tilt in the end. Reported: the faults that the daemon latched, and the number
+of flights with each.
+
+| failure | should | down and upright | as planned | down, m/s: median | most | sideways, m/s: median | most | tilt at touchdown, deg: most | reported |
+|---|---|---|---|---|---|---|---|---|---|
+)",
       seeds);
   for (const Failure& failure : failures()) {
     const auto all = runs(seeds, [&](unsigned seed) { return fail(failure, seed, seeds); });

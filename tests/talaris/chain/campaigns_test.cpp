@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <fstream>
+#include <functional>
 
 #include "tests/support/everything.h"
 #include "tests/talaris/chain/many.h"
@@ -155,31 +156,26 @@ std::string commit() {
   return name.empty() ? "unknown" : name;
 }
 
-// The section alone, to standard output.
+// The section alone, to standard output; `variable` is the number of seeds.
+void print_section(const char* variable, const char* seeds_for,
+                   const std::function<std::string(unsigned)>& section) {
+  if (std::getenv(variable) == nullptr)
+    GTEST_SKIP() << "set " << variable << " to the number of seeds " << seeds_for;
+  std::printf("%s\n%s", commit().c_str(), section(wanted(variable, 20)).c_str());
+}
+
 TEST(TalarisResults, Edge) {
-  if (std::getenv("LSS_RESULTS_EDGE") == nullptr)
-    GTEST_SKIP() << "set LSS_RESULTS_EDGE to the number of seeds to sweep the envelope";
   const char* picture = std::getenv("LSS_RESULTS_PICTURE");
-  std::printf("%s\n%s", commit().c_str(),
-              edge_section(wanted("LSS_RESULTS_EDGE", 10), picture ? picture : "").c_str());
+  print_section("LSS_RESULTS_EDGE", "to sweep the envelope",
+                [&](unsigned seeds) { return edge_section(seeds, picture ? picture : ""); });
 }
 
-TEST(TalarisResults, Hop) {
-  if (std::getenv("LSS_RESULTS_HOPS") == nullptr)
-    GTEST_SKIP() << "set LSS_RESULTS_HOPS to the number of seeds of the full hop";
-  std::printf("%s\n%s", commit().c_str(), hop_section(wanted("LSS_RESULTS_HOPS", 20)).c_str());
-}
+TEST(TalarisResults, Hop) { print_section("LSS_RESULTS_HOPS", "of the full hop", hop_section); }
 
-TEST(TalarisResults, Wide) {
-  if (std::getenv("LSS_RESULTS_WIDE") == nullptr)
-    GTEST_SKIP() << "set LSS_RESULTS_WIDE to the number of seeds of the wide set";
-  std::printf("%s\n%s", commit().c_str(), wide_section(wanted("LSS_RESULTS_WIDE", 20)).c_str());
-}
+TEST(TalarisResults, Wide) { print_section("LSS_RESULTS_WIDE", "of the wide set", wide_section); }
 
 TEST(TalarisResults, Camera) {
-  if (std::getenv("LSS_RESULTS_CAMERA") == nullptr)
-    GTEST_SKIP() << "set LSS_RESULTS_CAMERA to the number of seeds of the wide set with a camera";
-  std::printf("%s\n%s", commit().c_str(), camera_section(wanted("LSS_RESULTS_CAMERA", 20)).c_str());
+  print_section("LSS_RESULTS_CAMERA", "of the wide set with a camera", camera_section);
 }
 
 TEST(TalarisResults, Document) {

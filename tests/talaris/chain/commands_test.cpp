@@ -47,9 +47,12 @@ class TalarisCommands : public testing::TestWithParam<At> {
     ASSERT_EQ(chain.phase(), at.phase);
   }
   bool upright() const { return (chain.body().attitude * Eigen::Vector3d::UnitX()).x() > 0.98; }
-  void expect_still() {
+  void expect_landed() {
     EXPECT_TRUE(chain.run_until([&] { return chain.rests() && !active(chain.orders()); }, 5));
     EXPECT_EQ(chain.world().gas().open(), 0);
+    EXPECT_TRUE(upright());
+    EXPECT_LT(chain.world().plant().touchdown().down_m_s, 1.5);
+    EXPECT_EQ(chain.rejected(), Reason::none);
   }
 
   Chain chain{{.config = "hop", .seed = 3}};
@@ -61,10 +64,7 @@ TEST_P(TalarisCommands, StopBringsItToTheGroundAndToIdle) {
   chain.send(lss::CommandKind::stop);
   const State end = fault ? State::fatal_error : State::idle;
   ASSERT_TRUE(chain.run_until(end, 40));
-  expect_still();
-  EXPECT_TRUE(upright());
-  EXPECT_LT(chain.world().plant().touchdown().down_m_s, 1.5);
-  EXPECT_EQ(chain.rejected(), Reason::none);
+  expect_landed();
 }
 
 TEST_P(TalarisCommands, LandBringsItToTheGround) {
@@ -73,10 +73,7 @@ TEST_P(TalarisCommands, LandBringsItToTheGround) {
   chain.send(CommandKind::land);
   ASSERT_TRUE(chain.run_until([&] { return chain.mode() != Mode::execute; }, 40));
   EXPECT_EQ(chain.state(), fault ? State::fatal_error : State::operational);
-  expect_still();
-  EXPECT_TRUE(upright());
-  EXPECT_LT(chain.world().plant().touchdown().down_m_s, 1.5);
-  EXPECT_EQ(chain.rejected(), Reason::none);
+  expect_landed();
 }
 
 TEST_P(TalarisCommands, EmergencyStopShutsEverythingAtOnce) {

@@ -62,22 +62,16 @@ std::function<void(FlightPlan&, double)> in_world(void (*change)(TalarisOptions&
   };
 }
 
+template <int kTo_deg>
+void push(TalarisOptions& world, double push_N) {
+  world.air.push_N = push_N;
+  world.air.to_rad = kTo_deg * kDegree;
+}
+
 const std::vector<Cause>& causes() {
   static const std::vector<Cause> all = {
-      {"steady push across",
-       "N",
-       {0, 10, 20, 30, 40, 50, 60},
-       in_world([](TalarisOptions& w, double v) {
-         w.air.push_N = v;
-         w.air.to_rad = 90 * kDegree;
-       })},
-      {"steady push against the way",
-       "N",
-       {0, 10, 20, 30, 40, 50, 60},
-       in_world([](TalarisOptions& w, double v) {
-         w.air.push_N = v;
-         w.air.to_rad = 180 * kDegree;
-       })},
+      {"steady push across", "N", {0, 10, 20, 30, 40, 50, 60}, in_world(push<90>)},
+      {"steady push against the way", "N", {0, 10, 20, 30, 40, 50, 60}, in_world(push<180>)},
       {"gusts on a steady push of 20 N across, in all",
        "N",
        {20, 30, 40, 50, 60, 80},
@@ -250,20 +244,13 @@ bool safe(const Flown& flown) {
 
 std::string wide_section(unsigned seeds) {
   std::string text = fmt::format(
-      "The same hop, seeds 1 to {}, with everything at once, evenly unless \"sigma\": mass {:.0f} "
-      "%, "
-      "inertia {:.0f} %, centre of mass\n{:.0f} mm in height and {:.1f} mm sideways, each valve "
-      "{:.0f} %, each fan {:.0f} % and its lag {:.0f} %, tanks up to {:.0f} % short, pressure up "
-      "to "
-      "{:.0f} % less\nfor each further open valve and {:.0f} % with the last gas, fan torque "
-      "{:.0f} mN m "
-      "a N and {:.0f} %, rotors {:.0e} kg m2, IMU scale {:.1f} % sigma, mounting {:.0f} "
-      "mrad\nsigma, "
-      "axes {:.1f} mrad sigma, vibration up to {:.1f} m/s2, altimeter {:.0f} mm and up to {:.0f} "
-      "ms "
-      "late, slope up to {:.0f} deg in any direction, wind up to\n{:.1f} m/s with gusts of up to "
-      "{:.1f} "
-      "m/s more, any direction, air of {:.1f} kg/m3, one frame in fifty up to 10 ms late.\n\n",
+      R"(The same hop, seeds 1 to {}, with everything at once, evenly unless "sigma": mass {:.0f} %, inertia {:.0f} %, centre of mass
+{:.0f} mm in height and {:.1f} mm sideways, each valve {:.0f} %, each fan {:.0f} % and its lag {:.0f} %, tanks up to {:.0f} % short, pressure up to {:.0f} % less
+for each further open valve and {:.0f} % with the last gas, fan torque {:.0f} mN m a N and {:.0f} %, rotors {:.0e} kg m2, IMU scale {:.1f} % sigma, mounting {:.0f} mrad
+sigma, axes {:.1f} mrad sigma, vibration up to {:.1f} m/s2, altimeter {:.0f} mm and up to {:.0f} ms late, slope up to {:.0f} deg in any direction, wind up to
+{:.1f} m/s with gusts of up to {:.1f} m/s more, any direction, air of {:.1f} kg/m3, one frame in fifty up to 10 ms late.
+
+)",
       seeds, 100 * kWide.mass, 100 * kWide.inertia, 1e3 * kWide.cg_x_m, 1e3 * kWide.cg_m,
       100 * kWide.valve_thrust, 100 * kWide.fan_thrust, 100 * kWide.fan_lag, 100 * kWide.tank_fill,
       100 * kWide.droop, 100 * kWide.fade, 1e3 * kWide.fan_torque_m, 100 * kWide.fan_torque,

@@ -12,32 +12,24 @@ bool told(const Flown& flown, FaultId id) {
   return std::ranges::find(flown.faults, id) != flown.faults.end();
 }
 
-Flown struck(const char* fault, double after_s, unsigned seed = 1) {
-  return fly({.faults = {fault}, .fault_s = after_s}, seed);
+void expect_down(const char* fault, double after_s, FaultId latched, double most_m_s) {
+  const Flown flown = fly({.faults = {fault}, .fault_s = after_s}, 1);
+  SCOPED_TRACE(flown.text());
+  EXPECT_TRUE(flown.upright());
+  EXPECT_TRUE(told(flown, latched));
+  EXPECT_LT(flown.down_m_s, most_m_s);
 }
 
 TEST(TalarisFailures, WithoutAltimeterItComesDownByDeadReckoning) {
-  const Flown flown = struck("altimeter-silent", 9);
-  SCOPED_TRACE(flown.text());
-  EXPECT_TRUE(flown.upright());
-  EXPECT_TRUE(told(flown, faults::altitude_lost));
-  EXPECT_LT(flown.down_m_s, 1.5);
+  expect_down("altimeter-silent", 9, faults::altitude_lost, 1.5);
 }
 
 TEST(TalarisFailures, WithoutTheValveNodeTheFansAreTheParachute) {
-  const Flown flown = struck("node-silent:0x20", 9);
-  SCOPED_TRACE(flown.text());
-  EXPECT_TRUE(flown.upright());
-  EXPECT_TRUE(told(flown, FaultId::module_silent));
-  EXPECT_LT(flown.down_m_s, 1.8);
+  expect_down("node-silent:0x20", 9, FaultId::module_silent, 1.8);
 }
 
 TEST(TalarisFailures, WithLessGasThanPlannedItComesDownInTime) {
-  const Flown flown = struck("gas:12", 5);
-  SCOPED_TRACE(flown.text());
-  EXPECT_TRUE(flown.upright());
-  EXPECT_TRUE(told(flown, faults::gas_low));
-  EXPECT_LT(flown.down_m_s, 1.6);
+  expect_down("gas:12", 5, faults::gas_low, 1.6);
 }
 
 }  // namespace

@@ -32,6 +32,12 @@ double roll_rad(const BodyState& body) {
 
 double wrapped(double angle) { return std::remainder(angle, 2 * std::numbers::pi); }
 
+TalarisOptions on(Stand stand) {
+  TalarisOptions world;
+  world.plant.stand = stand;
+  return world;
+}
+
 Chain::Options options_of(const char* config, TalarisOptions world, unsigned seed) {
   return {.config = config, .world = sim::talaris::dispersed(world, seed), .seed = seed};
 }
@@ -235,24 +241,21 @@ Slid slide(const char* config, const TalarisOptions& world, unsigned seed, Progr
 }  // namespace
 
 Slid turn_on_sled(double degrees, unsigned seed) {
-  TalarisOptions world;
-  world.plant.stand = Stand::sled;
+  TalarisOptions world = on(Stand::sled);
   const double heading = sim::talaris::dispersed(world, seed).plant.heading_rad;
   return slide("sled", world, seed, Program::turn,
                {.height_m = 0, .distance_m = 0, .turn_rad = degrees * kDegree}, heading);
 }
 
 Slid turn_and_traverse(unsigned seed) {
-  TalarisOptions world;
-  world.plant.stand = Stand::sled;
+  TalarisOptions world = on(Stand::sled);
   world.plant.heading_rad = -45 * kDegree;
   return slide("sled-traverse", world, seed, Program::turn_traverse,
                {.height_m = 0, .distance_m = 0.8, .turn_rad = 45 * kDegree}, -45 * kDegree);
 }
 
 Slid traverse_on_rails(double distance_m, unsigned seed) {
-  TalarisOptions world;
-  world.plant.stand = Stand::rail;
+  TalarisOptions world = on(Stand::rail);
   return slide("traverse", world, seed, Program::traverse,
                {.height_m = 0, .distance_m = distance_m}, 0);
 }
@@ -261,8 +264,7 @@ Slid traverse_on_rails(double distance_m, unsigned seed) {
 
 Held hold_attitude(double weight_kg, unsigned seed) {
   Held held;
-  TalarisOptions world;
-  world.plant.stand = Stand::pivot;
+  TalarisOptions world = on(Stand::pivot);
   world.plant.axis = sim::talaris::Axis::yaw;
   world.plant.weight_kg = weight_kg;
   Chain chain(options_of("attitude", world, seed));
@@ -283,8 +285,7 @@ Held hold_attitude(double weight_kg, unsigned seed) {
 Lifted lift_and_hold(unsigned seed) {
   constexpr double kNoCounterweight_kg = 0.5;  // the fans carry instead (5.2.9, at its end)
   Lifted lifted;
-  TalarisOptions world;
-  world.plant.stand = Stand::lift;
+  TalarisOptions world = on(Stand::lift);
   world.plant.axis = sim::talaris::Axis::yaw;
   world.plant.counterweight_kg = kNoCounterweight_kg;
   Chain chain(options_of("altitude-attitude", world, seed));
@@ -307,8 +308,7 @@ Lifted lift_and_hold(unsigned seed) {
 
 std::array<Hopped, 3> hop_by_fans(double height_m, unsigned seed) {
   std::array<Hopped, 3> all;
-  TalarisOptions world;
-  world.plant.stand = Stand::fans;
+  TalarisOptions world = on(Stand::fans);
   Chain chain(options_of("fan-altitude", world, seed));
   if (!chain.start() || !chain.arm()) return all;
   for (std::size_t set = 0; set < all.size(); ++set) {
@@ -338,8 +338,7 @@ std::array<Hopped, 3> hop_by_fans(double height_m, unsigned seed) {
 Spun spin(unsigned fans, double rpm, unsigned seed) {
   constexpr double kRamp_rpm_s = 4000, kSteady_s = 10;
   Spun spun;
-  TalarisOptions world;
-  world.plant.stand = Stand::load;
+  TalarisOptions world = on(Stand::load);
   world.load_cell = false;
   Chain chain(options_of("fans", world, seed));
   if (!chain.start() || !chain.arm()) return spun;
@@ -377,8 +376,7 @@ Spun spin(unsigned fans, double rpm, unsigned seed) {
 Fired fire(unsigned valve, double on_s, unsigned seed) {
   constexpr int kPulses = 10;
   Fired fired;
-  TalarisOptions world;
-  world.plant.stand = Stand::load;
+  TalarisOptions world = on(Stand::load);
   world.gas.thrust_N = 40;
   Chain chain(options_of("valves", world, seed));
   if (!chain.start()) return fired;

@@ -11,28 +11,32 @@ namespace {
 
 constexpr double kMostOff_m = 6;
 
-// Of the wide set; as built these touch down with 0.4 to 0.7 m/s sideways.
-TEST(TalarisCamera, KeepsTheSpeedOverGroundAndThePlace) {
-  for (const unsigned seed : {1u, 31u, 34u}) {
+// Flights of the wide set with a camera, which succeed.
+void fly_wide(std::initializer_list<unsigned> seeds, void (*expect)(const Flown&)) {
+  for (const unsigned seed : seeds) {
     const Flown flown = fly(with_camera(wide_flight()), seed);
     SCOPED_TRACE(flown.text());
     EXPECT_TRUE(flown.succeeded);
+    expect(flown);
+  }
+}
+
+// As built these touch down with 0.4 to 0.7 m/s sideways.
+TEST(TalarisCamera, KeepsTheSpeedOverGroundAndThePlace) {
+  fly_wide({1, 31, 34}, [](const Flown& flown) {
     EXPECT_LT(flown.sideways_m_s, 0.4);
     EXPECT_LT(flown.off_m(), 1.5);
     EXPECT_LT(flown.nav_side_m_s, 0.1);
-  }
+  });
 }
 
 // Drag that is gone when it stands, jets at full thrust and so without roll: with a lean against
 // all of the drag these came down 2.8 m short, for want of gas, and 1.4 m across.
 TEST(TalarisCamera, BrakesWhereItIsMeantTo) {
-  for (const unsigned seed : {10u, 67u}) {
-    const Flown flown = fly(with_camera(wide_flight()), seed);
-    SCOPED_TRACE(flown.text());
-    EXPECT_TRUE(flown.succeeded);
+  fly_wide({10, 67}, [](const Flown& flown) {
     EXPECT_LT(flown.off_m(), 1);
     EXPECT_LT(flown.gas_s, 36);
-  }
+  });
 }
 
 // 1 % of 30 m: as much as the configuration says, and no more than navigation says.
@@ -46,21 +50,13 @@ TEST(TalarisCamera, NavigationKnowsThatItsScaleMayBeOff) {
 
 // Gusts of the wide set that came on the last half metre: 0.5 to 0.8 m/s sideways without waiting.
 TEST(TalarisCamera, GustsNearTheGroundAreWaitedFor) {
-  for (const unsigned seed : {28u, 42u, 67u}) {
-    const Flown flown = fly(with_camera(wide_flight()), seed);
-    SCOPED_TRACE(flown.text());
-    EXPECT_TRUE(flown.succeeded);
-    EXPECT_LT(flown.sideways_m_s, 0.45);
-  }
+  fly_wide({28, 42, 67}, [](const Flown& flown) { EXPECT_LT(flown.sideways_m_s, 0.45); });
 }
 
 // Without it the flight goes on as built.
 TEST(TalarisCamera, OneThatIsSilentBlindOrFarOffCostsNoFlight) {
   for (const char* fault : {"camera-silent", "camera-blind", "camera-off:3"}) {
-    FlightPlan plan = with_camera({});
-    plan.faults = {fault};
-    plan.fault_s = 6;
-    const Flown flown = fly(plan, 2);
+    const Flown flown = fly(with_camera({.faults = {fault}, .fault_s = 6}), 2);
     SCOPED_TRACE(std::string(fault) + ": " + flown.text());
     EXPECT_TRUE(flown.upright());
     EXPECT_LT(flown.down_m_s, 1);
@@ -95,10 +91,8 @@ TEST(TalarisStandbyImu, TheLossOfOneImuCostsNoFlight) {
   for (const char* fault : {"imu-silent", "imu-stuck", "standby-imu-silent", "standby-imu-stuck"}) {
     for (const double at_s : {1.03, 17.11}) {
       if (at_s > 2 && fault != std::string_view("imu-silent")) continue;
-      FlightPlan plan = with_camera(with_standby_imu({}));
-      plan.faults = {fault};
-      plan.fault_s = at_s;
-      const Flown flown = fly(plan, 1);
+      const Flown flown =
+          fly(with_camera(with_standby_imu({.faults = {fault}, .fault_s = at_s})), 1);
       SCOPED_TRACE(std::string(fault) + ": " + flown.text());
       EXPECT_TRUE(flown.succeeded);
       EXPECT_TRUE(safe(flown));
@@ -110,10 +104,7 @@ TEST(TalarisStandbyImu, TheLossOfOneImuCostsNoFlight) {
 
 TEST(TalarisStandbyImu, OneThatIsOffEndsTheFlightUpright) {
   for (const char* fault : {"imu-bias:2:0.05", "imu-bias:6:0.4"}) {  // 2.9 deg/s; 0.4 m/s2
-    FlightPlan plan = with_standby_imu({});
-    plan.faults = {fault};
-    plan.fault_s = 6;
-    const Flown flown = fly(plan, 1);
+    const Flown flown = fly(with_standby_imu({.faults = {fault}, .fault_s = 6}), 1);
     SCOPED_TRACE(std::string(fault) + ": " + flown.text());
     EXPECT_TRUE(flown.upright());
     EXPECT_EQ(std::ranges::count(flown.faults, faults::imus_disagree), 1);
