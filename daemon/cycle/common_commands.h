@@ -1,8 +1,8 @@
 #pragma once
 
-// The commands of every vehicle, as far as they mean the same for all: a vehicle's event_of(),
-// reached() and command() (Logic in daemon/cycle/supervisor.h) call these first or last. Pure
-// functions; any thread.
+// The commands of every vehicle, as far as they mean the same for all: a vehicle's event_of() and
+// reached() (Logic in daemon/cycle/supervisor.h) call these first or last. Pure functions; any
+// thread.
 
 #include <cstdint>
 #include <span>

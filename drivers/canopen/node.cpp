@@ -7,20 +7,16 @@ namespace {
 
 constexpr std::uint8_t kCobId = 1, kType = 2, kInhibit = 3, kEventTimer = 5;  // sub-indices
 
-const Pdo* find(const std::array<Pdo, kMaxPdos>& pdos, int number) {
-  const auto found =
-      std::find_if(pdos.begin(), pdos.end(), [number](const Pdo& p) { return p.number == number; });
-  return found != pdos.end() && number != 0 ? &*found : nullptr;
-}
-
 std::uint32_t milliseconds(TimeNs time) {
   return static_cast<std::uint32_t>(std::clamp<TimeNs>(time / kMillisecond, 0, UINT16_MAX));
 }
 
 }  // namespace
 
-const Pdo* NodeParameters::tpdo_of(int number) const noexcept { return find(tpdo, number); }
-const Pdo* NodeParameters::rpdo_of(int number) const noexcept { return find(rpdo, number); }
+const Pdo* NodeParameters::tpdo_of(int number) const noexcept {
+  const auto found = std::ranges::find(tpdo, number, &Pdo::number);
+  return found != tpdo.end() && number != 0 ? &*found : nullptr;
+}
 
 Configuration::Configuration(const NodeParameters& node,
                              const HeartbeatParameters& heartbeat) noexcept {

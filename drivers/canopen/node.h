@@ -37,7 +37,6 @@ struct NodeParameters {
   std::array<Pdo, kMaxPdos> tpdo{};  // the node sends
 
   const Pdo* tpdo_of(int number) const noexcept;  // nullptr: it has none of this number
-  const Pdo* rpdo_of(int number) const noexcept;
 };
 
 // Heartbeat times, for all nodes.

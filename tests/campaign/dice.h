@@ -47,7 +47,7 @@ class Dice {
   bool scripted_ = false;
 };
 
-// Mostly on its way, for `most_s` at most. false: it does not come there.
+// In nine runs of ten it begins to move, and goes on for `most_s` at most. false: it cannot begin.
 template <class Chain, class Move>
 bool sets_out(Dice& dice, Chain& chain, double most_s, Move&& move) {
   if (dice.chance(0.1)) return true;

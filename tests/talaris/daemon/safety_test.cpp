@@ -10,6 +10,7 @@ namespace lss::talaris {
 namespace {
 
 using canopen::NodeState;
+
 struct TalarisSafety : safety::Shipped<read_parameters, logic, tuning> {
   using World = talaris::World;
   static constexpr double kRest_s = 60;                                // from the air

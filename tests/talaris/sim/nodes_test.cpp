@@ -34,7 +34,7 @@ class TalarisNodes : public testing::Test {
     bring_up();
     open_and_spin();
   }
-  // The valves that are open, after these times.
+  // The commanded valves are open after `open_ms` and shut after `shut_ms`.
   void expect_shut_between(int open_ms, int shut_ms) {
     master_.run(open_ms);
     EXPECT_EQ(outputs(), 0x55u);

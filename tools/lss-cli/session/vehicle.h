@@ -50,8 +50,8 @@ struct Wire;
 }
 
 struct Vehicle;
-// What follows from the type of the telemetry (overlay.h); only while that of the daemon is of this
-// IDL.
+
+// Presentation of one type of telemetry (overlay.h). Used only while the daemon has the same IDL.
 struct TelemetryView {
   std::string_view idl;
   const dds_topic_descriptor_t* type;
@@ -60,12 +60,14 @@ struct TelemetryView {
   // A few words after the mode, with a blank before them.
   std::string (*progress)(const void* sample);
 };
+
 // Texts of timed actuations.
 struct Scripts {
   // The commands that send a text and run it, one after the other; nullptr: it takes none.
   std::vector<Invocation> (*commands)(std::string_view text) = nullptr;
   std::span<const std::string_view> parts = {};  // commands that are useless alone
 };
+
 // Presentation of a vehicle that this program was built with, and its verbs of more than one
 // command.
 struct Overlay {
