@@ -3,8 +3,6 @@
 // What main needs of a vehicle's running daemon. Implemented by Runtime<Vehicle>
 // (daemon/app/runtime.h).
 
-#include <cstdint>
-#include <memory>
 #include <string>
 #include <tl/expected.hpp>
 #include <vector>

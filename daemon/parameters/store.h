@@ -5,7 +5,6 @@
 // good one last: a power cut at any moment leaves a good one. The file system is behind StoreFiles,
 // so that tests can cut the power. One thread at a time.
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>

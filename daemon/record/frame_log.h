@@ -11,7 +11,6 @@
 // another does not write the same frames again: its file comes when later frames have filled the
 // ring once, or when no frame comes any more.
 
-#include <array>
 #include <atomic>
 #include <boost/lockfree/policies.hpp>
 #include <boost/lockfree/spsc_queue.hpp>

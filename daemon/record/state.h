@@ -12,7 +12,6 @@
 // not contain pointers. That suits programs of the same layout, which StateLayout describes. Only
 // StateLayout allocates.
 
-#include <array>
 #include <cstdint>
 #include <cstring>
 #include <span>

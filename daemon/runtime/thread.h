@@ -6,7 +6,6 @@
 #include <sched.h>
 #include <sys/types.h>
 
-#include <array>
 #include <atomic>
 #include <cstdint>
 #include <functional>

@@ -8,7 +8,6 @@
 // character before that. What remains is the wake-up delay, which only makes a stamp late;
 // LandMark30 removes it with the sensor's own rhythm (landmark30.h).
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>

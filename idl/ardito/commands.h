@@ -4,7 +4,6 @@
 // idl/commands.h.
 
 #include <cstdint>
-#include <span>
 
 #include "idl/angles.h"
 #include "idl/commands.h"

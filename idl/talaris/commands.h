@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <iterator>
 #include <numbers>
-#include <span>
 
 #include "idl/commands.h"
 

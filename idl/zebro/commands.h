@@ -3,9 +3,7 @@
 // Lunar Zebro's own commands (100..199), its modes and the names of its modules. See
 // idl/commands.h.
 
-#include <array>
 #include <cstdint>
-#include <span>
 
 #include "idl/commands.h"
 

@@ -4,7 +4,6 @@
 #include "tests/bench/frame_mathematics.h"
 
 #include <Eigen/Core>
-#include <array>
 #include <cmath>
 
 #include "daemon/runtime/clock.h"

@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <cstring>
 #include <thread>
 
 #include "daemon/runtime/clock.h"

@@ -4,11 +4,9 @@
 // by a FIFO thread of its own. Frames are looked at as the interface documents have them, not by
 // the drivers of the daemon.
 
-#include <array>
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>

@@ -5,8 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "tests/campaign/dice.h"
 #include "tests/support/everything.h"
 

@@ -1,7 +1,6 @@
 // TALARIS in a fault campaign: any moment of a hop.
 
 #include <array>
-#include <cmath>
 #include <string_view>
 
 #include "daemon/vehicles/talaris/gate.h"

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <thread>
 
 #include "daemon/publish/convert.h"
 #include "daemon/publish/face.h"

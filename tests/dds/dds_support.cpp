@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <csignal>
-#include <thread>
 
 #include "daemon/publish/convert.h"
 #include "tests/support/own_domain.h"

@@ -3,10 +3,8 @@
 // RouDi processes of the tests' own, and a face that publishes meanwhile. There can be one RouDi on
 // a machine, so a test that starts one takes a lock that all test processes share.
 
-#include <array>
 #include <atomic>
 #include <csignal>
-#include <memory>
 #include <optional>
 #include <string>
 #include <thread>

@@ -15,7 +15,6 @@
 // with its armour.
 
 #include <algorithm>
-#include <array>
 #include <functional>
 #include <initializer_list>
 #include <memory>

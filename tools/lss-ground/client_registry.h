@@ -12,11 +12,9 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
-#include <utility>
 
 #include "tools/lss-cli/session/wire.h"
 #include "tools/lss-ground/access.h"

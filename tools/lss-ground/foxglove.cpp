@@ -1,7 +1,6 @@
 #include "tools/lss-ground/foxglove.h"
 
 #include <algorithm>
-#include <cstring>
 #include <stdexcept>
 #include <utility>
 

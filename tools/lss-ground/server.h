@@ -5,7 +5,6 @@
 // blocks: unread messages stay in the client's outbox. An emergency stop has its own connection, so
 // that no telemetry precedes it in any queue.
 
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>

@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstring>
 #include <list>
 
 #include "tools/lss-cli/show/failure.h"

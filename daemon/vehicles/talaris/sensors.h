@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <span>
 
 #include "daemon/vehicles/talaris/config.h"
 #include "daemon/vehicles/talaris/standby_imu.h"

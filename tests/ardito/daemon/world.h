@@ -7,8 +7,6 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <memory>
-#include <string>
 #include <vector>
 
 #include "daemon/vehicles/ardito/vehicle.h"

@@ -4,7 +4,6 @@
 
 #include <cstdio>
 #include <map>
-#include <numbers>
 
 #include "tests/talaris/chain/many.h"
 

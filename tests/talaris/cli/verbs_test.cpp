@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <numbers>
-
 #include "idl/talaris/commands.h"
 #include "tools/lss-cli/show/options.h"
 #include "tools/lss-cli/talaris/vehicle.h"

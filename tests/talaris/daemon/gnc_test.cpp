@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "idl/talaris/codes.h"
 #include "world.h"
 

@@ -5,8 +5,6 @@
 // good as their quantisation; tests break them by hand.
 
 #include <functional>
-#include <memory>
-#include <string>
 #include <vector>
 
 #include "daemon/vehicles/talaris/vehicle.h"

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "idl/angles.h"
 #include "idl/zebro/codes.h"

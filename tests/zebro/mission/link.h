@@ -8,7 +8,6 @@
 
 #include <cstdint>
 #include <initializer_list>
-#include <span>
 
 #include "daemon/cycle/messages.h"
 #include "idl/zebro/commands.h"

@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 
 #include "idl/angles.h"
 #include "tools/lss-sim/zebro/module.h"

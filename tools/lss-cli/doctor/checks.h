@@ -5,7 +5,6 @@
 // is daemon_findings() with its time limit.
 
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -8,11 +8,8 @@
 #include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <optional>
-#include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "daemon/record/recording.h"
 #include "tools/lss-cli/recording/record_layout.h"

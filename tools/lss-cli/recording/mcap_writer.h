@@ -7,8 +7,6 @@
 
 #include <map>
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include "tools/lss-cli/recording/mcap_scan.h"
 

@@ -5,7 +5,6 @@
 // memory by default, so that reception does not depend on RouDi. Main thread only; every wait is
 // bounded. Errors are thrown as a Failure.
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <deque>

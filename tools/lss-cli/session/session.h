@@ -9,7 +9,6 @@
 #include <deque>
 #include <functional>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 

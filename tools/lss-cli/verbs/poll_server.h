@@ -9,7 +9,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 
 #include "tools/lss-cli/obc/socket.h"
 #include "tools/lss-cli/session/context.h"

@@ -4,7 +4,6 @@
 #include <histedit.h>
 #include <unistd.h>
 
-#include <clocale>
 #include <cstdlib>
 #include <cwchar>
 #include <exception>

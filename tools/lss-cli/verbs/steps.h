@@ -3,7 +3,6 @@
 // Verbs done one after the other under one heartbeat: the common part of `run` and `shell`. Main
 // thread.
 
-#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>

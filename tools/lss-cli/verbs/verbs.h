@@ -3,7 +3,6 @@
 // The verbs of lss-cli, a file for each group. Called once per Grammar.
 
 #include <string>
-#include <vector>
 
 #include "tools/lss-cli/verbs/grammar.h"
 

@@ -5,7 +5,6 @@
 // docs/requirements.md.
 
 #include <array>
-#include <bit>
 
 #include "tools/lss-lc/talaris/words.h"
 #include "tools/lss-lc/vehicle.h"

@@ -8,7 +8,6 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
-#include <span>
 #include <type_traits>
 
 #include "daemon/record/state.h"

@@ -5,7 +5,6 @@
 // only from CiA 301 and the interface documents of the vehicles, not from the daemon's driver. Time
 // is the node's own: it passes in step(), 1 ms a call. One thread at a time.
 
-#include <array>
 #include <cstdint>
 #include <deque>
 #include <optional>

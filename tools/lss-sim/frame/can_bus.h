@@ -5,7 +5,6 @@
 // node has its own queue. Uses no file descriptor and no clock: one thread passes both in. Also
 // simulates the faults of a bus.
 
-#include <cstdint>
 #include <deque>
 #include <optional>
 #include <random>

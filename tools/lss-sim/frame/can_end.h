@@ -6,7 +6,6 @@
 
 #include <netinet/in.h>
 
-#include <array>
 #include <optional>
 #include <span>
 #include <string>

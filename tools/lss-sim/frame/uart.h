@@ -9,7 +9,6 @@
 #include <deque>
 #include <random>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "drivers/time.h"

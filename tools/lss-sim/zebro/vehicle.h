@@ -7,7 +7,6 @@
 #include <array>
 #include <memory>
 #include <mutex>
-#include <optional>
 
 #include "drivers/zebro/ascii_codec.h"
 #include "tools/lss-sim/frame/vehicle.h"
