@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 namespace lss::cli::recording {
 
@@ -42,6 +43,17 @@ inline std::uint32_t crc_of(Bytes data) {
 // A growing array of bytes. A text, map or block has its length before it.
 class Writer {
  public:
+  // Numbers, texts and maps of texts, one after the other.
+  template <class... Parts>
+  static Writer of(const Parts&... parts) {
+    Writer out;
+    out.add(parts...);
+    return out;
+  }
+  template <class... Parts>
+  void add(const Parts&... parts) {
+    (put(parts), ...);
+  }
   template <class Number>
   void number(Number value) {
     out_.append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -75,6 +87,17 @@ class Writer {
   void clear() { out_.clear(); }
 
  private:
+  template <class Part>
+  void put(const Part& part) {
+    if constexpr (std::is_arithmetic_v<Part>) {
+      number(part);
+    } else if constexpr (std::is_same_v<Part, Texts>) {
+      texts(part);
+    } else {
+      text(part);
+    }
+  }
+
   std::string out_;
 };
 

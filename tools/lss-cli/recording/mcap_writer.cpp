@@ -15,68 +15,32 @@
 namespace lss::cli::recording {
 namespace {
 
+constexpr const char* kNoCompression = "";
+
 Writer schema_record(std::uint16_t id, const Schema& schema) {
-  Writer out;
-  out.number(id);
-  out.text(schema.name);
-  out.text(schema.encoding);
-  out.text(schema.text);
-  return out;
+  return Writer::of(id, schema.name, schema.encoding, schema.text);
 }
 
 Writer channel_record(std::uint16_t id, const Channel& channel) {
-  Writer out;
-  out.number(id);
-  out.number(channel.schema);
-  out.text(channel.topic);
-  out.text(channel.encoding);
-  out.texts(channel.metadata);
-  return out;
+  return Writer::of(id, channel.schema, channel.topic, channel.encoding, channel.metadata);
 }
 
 Writer chunk_index_record(const Chunk& chunk) {
-  Writer out;
-  out.number(chunk.first_ns);
-  out.number(chunk.last_ns);
-  out.number(chunk.offset);
-  out.number(chunk.length);
   Writer index;
-  for (const auto& [channel, offset] : chunk.index) {
-    index.number(channel);
-    index.number(offset);
-  }
-  out.text(index.str());
-  out.number(chunk.index_length);
-  out.text("");  // no compression
-  out.number(chunk.size);
-  out.number(chunk.size);
-  return out;
+  for (const auto& [channel, offset] : chunk.index) index.add(channel, offset);
+  return Writer::of(chunk.first_ns, chunk.last_ns, chunk.offset, chunk.length, index.str(),
+                    chunk.index_length, kNoCompression, chunk.size, chunk.size);
 }
 
 Writer statistics_record(const Scan& scan) {
-  Writer out;
-  out.number(scan.all.messages);
-  out.number(static_cast<std::uint16_t>(scan.schemas.size()));
-  out.number(static_cast<std::uint32_t>(scan.channels.size()));
-  out.number(std::uint32_t{0});  // attachments
-  out.number(static_cast<std::uint32_t>(scan.metadata.size()));
-  out.number(static_cast<std::uint32_t>(scan.chunks.size()));
-  out.number(scan.all.first_ns);
-  out.number(scan.all.last_ns);
   Writer counts;
-  for (const auto& [channel, span] : scan.spans) {
-    counts.number(channel);
-    counts.number(span.messages);
-  }
-  out.text(counts.str());
-  return out;
-}
-
-Writer metadata_record(const std::string& name, const Texts& values) {
-  Writer out;
-  out.text(name);
-  out.texts(values);
-  return out;
+  for (const auto& [channel, span] : scan.spans) counts.add(channel, span.messages);
+  constexpr std::uint32_t kAttachments = 0;
+  return Writer::of(scan.all.messages, static_cast<std::uint16_t>(scan.schemas.size()),
+                    static_cast<std::uint32_t>(scan.channels.size()), kAttachments,
+                    static_cast<std::uint32_t>(scan.metadata.size()),
+                    static_cast<std::uint32_t>(scan.chunks.size()), scan.all.first_ns,
+                    scan.all.last_ns, counts.str());
 }
 
 // For a chunk with none or only some.
@@ -89,8 +53,7 @@ std::map<std::uint16_t, Writer> index_of(const Chunk& chunk) {
     const Bytes content = records.block();
     if (opcode != kMessage) continue;
     const RawMessage message = read_message(content);
-    index[message.channel].number(message.log_ns);
-    index[message.channel].number(offset);
+    index[message.channel].add(message.log_ns, offset);
   }
   return index;
 }
@@ -154,10 +117,7 @@ void McapWriter::begin(const std::string& library, const std::string& profile) {
   Writer head;
   head.raw(bytes_of(kMagic));
   put(head);
-  Writer header;
-  header.text(profile);
-  header.text(library);
-  put_record(kHeader, header);
+  put_record(kHeader, Writer::of(profile, library));
 }
 
 void McapWriter::resume() {
@@ -246,20 +206,15 @@ std::uint16_t McapWriter::channel(const std::string& topic, const Schema& schema
 void McapWriter::metadata(const std::string& name, const Texts& values) {
   end_chunk();
   const std::uint64_t offset = at_;
-  put_record(kMetadataRecord, metadata_record(name, values));
+  put_record(kMetadataRecord, Writer::of(name, values));
   scan_.metadata.push_back({offset, at_ - offset, name, values});
 }
 
 void McapWriter::write(const RawMessage& message) {
-  Writer content;
-  content.number(message.channel);
-  content.number(message.sequence);
-  content.number(message.log_ns);
-  content.number(message.publish_ns);
+  Writer content =
+      Writer::of(message.channel, message.sequence, message.log_ns, message.publish_ns);
   content.raw(message.data);
-  Writer& index = index_[message.channel];
-  index.number(message.log_ns);
-  index.number(static_cast<std::uint64_t>(records_.size()));
+  index_[message.channel].add(message.log_ns, static_cast<std::uint64_t>(records_.size()));
   records_.record(kMessage, content);
   chunk_.add(message.log_ns);
 }
@@ -269,10 +224,7 @@ Writer McapWriter::message_indexes(Chunk& chunk, std::uint64_t at) {
   Writer out;
   for (const auto& [channel, entries] : index_) {
     chunk.index[channel] = at + out.size();
-    Writer content;
-    content.number(channel);
-    content.text(entries.str());
-    out.record(kMessageIndex, content);
+    out.record(kMessageIndex, Writer::of(channel, entries.str()));
   }
   chunk.index_length = out.size();
   return out;
@@ -280,12 +232,9 @@ Writer McapWriter::message_indexes(Chunk& chunk, std::uint64_t at) {
 
 void McapWriter::end_chunk() {
   if (records_.size() == 0) return;
-  Writer content;
-  content.number(chunk_.first_ns);
-  content.number(chunk_.last_ns);
-  content.number(static_cast<std::uint64_t>(records_.size()));
-  content.number(crc_of(records_.data()));
-  content.text("");  // no compression
+  Writer content =
+      Writer::of(chunk_.first_ns, chunk_.last_ns, static_cast<std::uint64_t>(records_.size()),
+                 crc_of(records_.data()), kNoCompression);
   content.block(records_.data());
   Writer out;
   out.record(kChunk, content);
@@ -329,11 +278,8 @@ Writer McapWriter::summary(std::uint64_t start) const {
     const std::uint64_t begin = out.size();
     put_group();
     if (out.size() == begin) return;
-    Writer content;
-    content.number(static_cast<std::uint8_t>(opcode));
-    content.number(start + begin);
-    content.number(static_cast<std::uint64_t>(out.size() - begin));
-    offsets.record(kSummaryOffset, content);
+    offsets.record(kSummaryOffset, Writer::of(opcode, start + begin,
+                                              static_cast<std::uint64_t>(out.size() - begin)));
   };
   group(kSchema, [&] {
     for (const auto& [id, schema] : scan_.schemas) out.record(kSchema, schema_record(id, schema));
@@ -347,21 +293,13 @@ Writer McapWriter::summary(std::uint64_t start) const {
     for (const Chunk& chunk : scan_.chunks) out.record(kChunkIndex, chunk_index_record(chunk));
   });
   group(kMetadataIndex, [&] {
-    for (const MetadataAt& metadata : scan_.metadata) {
-      Writer content;
-      content.number(metadata.offset);
-      content.number(metadata.length);
-      content.text(metadata.name);
-      out.record(kMetadataIndex, content);
-    }
+    for (const MetadataAt& metadata : scan_.metadata)
+      out.record(kMetadataIndex, Writer::of(metadata.offset, metadata.length, metadata.name));
   });
   const std::uint64_t offsets_start = start + out.size();
   out.raw(offsets.data());
   // The footer up to its checksum, which covers all of this.
-  out.number(static_cast<std::uint8_t>(kFooter));
-  out.number(static_cast<std::uint64_t>(kFooterSize - kRecordHead));
-  out.number(start);
-  out.number(offsets_start);
+  out.add(kFooter, static_cast<std::uint64_t>(kFooterSize - kRecordHead), start, offsets_start);
   out.number(crc_of(out.data()));
   out.raw(bytes_of(kMagic));
   return out;
@@ -371,10 +309,8 @@ void McapWriter::close() {
   if (fd_ < 0) return;
   end_chunk();
   const std::uint64_t end = at_;
-  Writer data_end;
-  data_end.number(crc_.value());
   Writer out;
-  out.record(kDataEnd, data_end);
+  out.record(kDataEnd, Writer::of(crc_.value()));
   out.raw(summary(at_ + out.size()).data());
   try {
     put(out);
