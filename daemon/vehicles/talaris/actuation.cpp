@@ -2,6 +2,18 @@
 
 namespace lss::talaris {
 
+void EdgeReport::sent(std::uint8_t before, const ValveSequencer& valves, TimeNs due_ns,
+                      TimeNs now) noexcept {
+  open = valves.open();
+  for (std::size_t i = 0; i < kHopperValves; ++i) {
+    if (((before ^ open) >> i & 1) == 0) continue;
+    ((open >> i & 1) != 0 ? opened_ns : shut_ns)[i] = now;
+    last_ns = now;
+    last_late_ns = now - due_ns;
+  }
+  counters = valves.counters();
+}
+
 Actuation::Actuation(const ValveParameters& parameters, HopperCan& can)
     : can_(can), valves_(parameters) {}
 
@@ -47,15 +59,7 @@ void Actuation::send(TimeNs due_ns, TimeNs now) noexcept {
   const std::uint8_t before = valves_.open();
   for (CanFrame frame; valves_.due(now, frame);)
     valves_.sent(sender_.send(frame) == CanSender::Result::sent, now);
-  const std::uint8_t after = valves_.open();
-  for (std::size_t i = 0; i < kHopperValves; ++i) {
-    if (((before ^ after) >> i & 1) == 0) continue;
-    ((after >> i & 1) != 0 ? said_.opened_ns : said_.shut_ns)[i] = now;
-    said_.last_ns = now;
-    said_.last_late_ns = now - due_ns;
-  }
-  said_.open = after;
-  said_.counters = valves_.counters();
+  said_.sent(before, valves_, due_ns, now);
   said_.sender = sender_.counters();
   said_.all_stop_pending = latch_.pending();
   report_.put(said_);

@@ -31,6 +31,9 @@ struct EdgeReport {
   // An all-stop was obeyed; the orders of the cycle do not pass until it has confirmed.
   bool all_stop_pending = false;
   std::uint64_t refused_orders = 0;  // that did not pass
+
+  // Frames that were due were sent; `before`: the valves that were open until then.
+  void sent(std::uint8_t before, const ValveSequencer& valves, TimeNs due_ns, TimeNs now) noexcept;
 };
 
 class Actuation {

@@ -153,15 +153,7 @@ void Chain::send_edges(TimeNs due_ns) {
     send_can(*wire_, frame);
     valves_.sent(true, now_ns_);
   }
-  const std::uint8_t after = valves_.open();
-  for (std::size_t i = 0; i < kHopperValves; ++i) {
-    if (((before ^ after) >> i & 1) == 0) continue;
-    ((after >> i & 1) != 0 ? edges_.opened_ns : edges_.shut_ns)[i] = now_ns_;
-    edges_.last_ns = now_ns_;
-    edges_.last_late_ns = now_ns_ - due_ns;
-  }
-  edges_.open = after;
-  edges_.counters = valves_.counters();
+  edges_.sent(before, valves_, due_ns, now_ns_);
   edges_.all_stop_pending = latch_.pending();
 }
 
