@@ -14,6 +14,7 @@
 #include "daemon/publish/telemetry_plane.h"
 #include "daemon/publish/telemetry_topic.h"
 #include "daemon/runtime/clock.h"
+#include "idl/other_daemons.h"
 #include "idl/topics.h"
 
 namespace lss {
@@ -27,7 +28,8 @@ struct Face::Impl {
         same_clock(p.interfaces == std::vector<std::string>{"lo"}),
         sink(std::move(s)),
         participant(std::move(domain_participant)),
-        plane(participant, topic, p.vehicle_id, p.shared_memory) {}
+        plane(participant, topic, p.vehicle_id, p.shared_memory),
+        others(participant) {}
 
   dds::Result<void> open_writers();
   dds::Result<void> open_readers();
@@ -50,6 +52,7 @@ struct Face::Impl {
   const lss_Instance instance = dds::this_instance();
   dds::Participant participant;
   dds::TelemetryPlane plane;
+  dds::OtherDaemons others;
   dds::Entity ack_writer, event_writer, status_writer, statistics_writer, parameter_writer,
       heartbeat_writer, dictionary_writer;
   dds::Entity command_reader, heartbeat_reader;
@@ -325,6 +328,8 @@ const std::vector<std::string>& Face::missing_interfaces() const {
 bool Face::interfaces_could_return() const {
   return dds::missing_interfaces(missing_interfaces()).size() < missing_interfaces().size();
 }
+
+void Face::look_for_others() { impl_->others.look(); }
 
 bool Face::watch_shared_memory() { return impl_->plane.watch(); }
 

@@ -67,6 +67,9 @@ class Face {
   // Of the enclave; the same always.
   const std::vector<std::string>& warnings() const;
 
+  // Publish thread, about ten times a second: other daemons, for clients (idl/other_daemons.h).
+  void look_for_others();
+
   // Configured interfaces that were not up, and are left out. Whether one of them is up now, so
   // that a restart of the daemon would use it.
   const std::vector<std::string>& missing_interfaces() const;

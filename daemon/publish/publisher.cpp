@@ -200,6 +200,7 @@ void Publisher::watch(TimeNs now) {
       tell(lost);
     }
   }
+  face_->look_for_others();
   if (face_->other_interface()) tell(EventId::other_interface, now);
   if (const std::uint64_t foreign = face_->foreign();
       foreign != foreign_ && now >= next_foreign_ns_) {

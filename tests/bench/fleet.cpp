@@ -2,23 +2,22 @@
 // client takes to have the status of all, what each sends while nothing happens, and the memory of
 // `lss-cli fleet`.
 
+#include "tests/bench/fleet.h"
+
 #include <fmt/format.h>
 
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <sstream>
 #include <thread>
 
 #include "daemon/runtime/clock.h"
-#include "idl/topics.h"
 #include "tests/bench/programs.h"
 
 namespace lss::bench {
 namespace {
 
 constexpr double kDiscovery_s = 10, kTraffic_kB_s = 1;  // at most
-constexpr auto kLimit = std::chrono::seconds(60);
 
 // Bytes over loopback since the machine started, of everybody.
 double loopback_bytes() {
@@ -29,42 +28,6 @@ double loopback_bytes() {
   }
   throw NotHere("/proc/net/dev does not have the interface lo");
 }
-
-// A client that reads the status of all vehicles.
-class Client {
- public:
-  explicit Client(int domain) : began_ns_(now_ns()) {
-    auto participant = dds::Participant::create({.domain = domain});
-    if (!participant) throw NotHere(participant.error());
-    participant_.emplace(std::move(*participant));
-    auto reader = dds::create_reader(participant_->get(), dds::common_topic(dds::Kind::status));
-    if (!reader) throw NotHere(reader.error());
-    reader_ = std::move(*reader);
-  }
-
-  // From the client's first call of DDS.
-  double all_heard_s(std::size_t vehicles) {
-    std::set<std::string> heard;
-    const auto all = [&] {
-      lss_Status sample;
-      void* pointer = &sample;
-      dds_sample_info_t info;
-      while (dds_take(reader_.get(), &pointer, &info, 1, 1) > 0) {
-        if (info.valid_data) heard.insert(sample.vehicle_id);
-      }
-      return heard.size() == vehicles;
-    };
-    if (!eventually(all, kLimit))
-      throw std::runtime_error(fmt::format("a client heard {} of {} vehicles within {} s",
-                                           heard.size(), vehicles, kLimit.count()));
-    return static_cast<double>(now_ns() - began_ns_) * 1e-9;
-  }
-
- private:
-  TimeNs began_ns_;
-  std::optional<dds::Participant> participant_;
-  dds::Entity reader_;
-};
 
 // A figure without a reference.
 Figure plain(const std::string& name, const std::string& unit, double value, double goal,
@@ -87,12 +50,12 @@ void measure(const Options& options, std::size_t vehicles, int domain, Figures& 
 
   Samples discovery_s;
   for (int i = 0; i < options.count(kRounds, 1); ++i)
-    discovery_s.push_back(Client(domain).all_heard_s(vehicles));
+    discovery_s.push_back(StatusReader(domain).all_heard_s(vehicles));
   figures.push_back(plain(of + "status of all at a new client, largest", "s",
                           quantile(discovery_s, 1), kDiscovery_s,
                           fmt::format("of {}", discovery_s.size())));
 
-  Client client(domain);
+  StatusReader client(domain);
   client.all_heard_s(vehicles);
   const double before = loopback_bytes();
   const TimeNs began_ns = now_ns();
@@ -107,7 +70,7 @@ void measure(const Options& options, std::size_t vehicles, int domain, Figures& 
   Process listing({program("lss-cli"), "--timeout", "60s", "--json", "--domain",
                    std::to_string(domain), "fleet"},
                   folder / "fleet.json");
-  const int code = listing.wait(kLimit);
+  const int code = listing.wait(kFleetLimit);
   const auto answer = nlohmann::json::parse(read_file(folder / "fleet.json"), nullptr, false);
   const std::size_t listed =
       code == 0 && answer.contains("vehicles") ? answer["vehicles"].size() : 0;

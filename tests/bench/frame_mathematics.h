@@ -16,6 +16,8 @@ std::function<Samples()> ardito_frame(const Options& options);
 
 // TALARIS: one frame of navigation, 40 samples of the IMU and two ranges, ns.
 std::function<Samples()> talaris_navigation(const Options& options);
+// One frame of navigation with so many samples of the IMU, of so many recorded frames.
+double talaris_frame_us(int imu_samples, int frames);
 // The same filter, dense.
 Figure talaris_against_dense(const Options& options);
 

@@ -21,8 +21,8 @@ struct Frame {
 
 // A calibrated flight, and the sensor readings in it.
 struct Recorded {
-  explicit Recorded(int count) {
-    Flown flown({}, 1);
+  explicit Recorded(int count, const NavigationParameters& parameters = {}) : begin(parameters) {
+    Flown flown(parameters, 1);
     if (!flown.calibrate(begin)) throw std::runtime_error("TALARIS does not calibrate");
     flown.flying = true;
     for (int i = 0; i < count; ++i) {
@@ -82,6 +82,15 @@ Samples dense_ns(const Recorded& recorded) {
 
 std::function<Samples()> talaris_navigation(const Options& options) {
   return [recorded = Recorded(options.count(2'000, 100))] { return sparse_ns(recorded); };
+}
+
+double talaris_frame_us(int imu_samples, int frames) {
+  NavigationParameters p;
+  p.imu_period_s = test::kFrame_ns * 1e-9 / imu_samples;
+  const Recorded recorded(frames, p);
+  if (recorded.frames.front().imu.size() != static_cast<std::size_t>(imu_samples))
+    throw std::runtime_error("a frame of TALARIS does not have the samples that it should have");
+  return sparse_ns(recorded).front() * 1e-3;
 }
 
 Figure talaris_against_dense(const Options& options) {

@@ -5,9 +5,9 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
-#include <fstream>
 
 #include "daemon/runtime/clock.h"
+#include "tests/bench/lockstep.h"
 #include "tests/bench/programs.h"
 #include "tests/zebro/chain/chain.h"
 
@@ -17,56 +17,12 @@ namespace {
 constexpr double kGoalTimes = 20;      // with the kinematic plant
 constexpr double kOfOneProcess = 0.8;  // of its speed, with rigid bodies
 constexpr double kFrame_us = 600;
-constexpr double kAt_s = 2;  // when the client comes in
-
-struct Moving {
-  const char* vehicle;
-  const char* begin;
-  const char* motion;
-};
-constexpr Moving kWalk{"zebro", "start; stand", "walk forward --speed high"};
-constexpr Moving kDrive{"ardito", "start", "drive 0.3"};
-
-// The three programs once, from the start of the client to its end, while the vehicle moves for
-// so many simulated seconds.
-double wall_ms(const Moving& moving, const std::string& plant, int seconds) {
-  Folder folder;
-  const std::filesystem::path run = folder / "run", log = folder / "lss-sim.log";
-  const std::string id = std::to_string(domain(0));
-  const std::string can = "udp://127.0.0.1:" + std::to_string(21000 + domain(0));
-  std::vector<std::string> words{
-      program("lss-sim"), moving.vehicle, "--dir",       run,
-      "--pace",           "--lockstep",   "--speed",     "max",
-      "--plant",          plant,          "--client-at", fmt::format("{}", kAt_s)};
-  std::string config = edited(shipped_config(moving.vehicle), "shared_memory", "false");
-  if (moving.vehicle != std::string("zebro")) {
-    words.insert(words.end(), {"--can", can});
-    const std::string shipped = "udp://127.0.0.1:20000";
-    config.replace(config.find(shipped), shipped.size(), can);
-  }
-  std::ofstream(folder / "config.toml") << config;
-  Process simulator(words, log);
-  if (!eventually([&] { return simulator.said("ready"); }))
-    throw NotHere("lss-sim does not start here");
-  ReadySocket ready(folder);
-  Process daemon({program("lssd"), "--lockstep", "--config", folder / "config.toml", "--run-dir",
-                  run, "--domain", id},
-                 folder / "lssd.log", Process::Environment{loopback(), ready.variable()});
-  ready.wait();
-  Process client({program("lss-cli"), "--domain", id, "run", "--lockstep", "--dir", run, "-e",
-                  fmt::format("{}; {} --for {}s; stop", moving.begin, moving.motion, seconds)},
-                 folder / "lss-cli.log", Process::Environment{loopback()});
-  if (const int code = client.wait(std::chrono::seconds(300)); code != 0)
-    throw std::runtime_error(fmt::format("{} in lockstep: lss-cli ended with {}: {}",
-                                         moving.vehicle, code, read_file(folder / "lss-cli.log")));
-  return static_cast<double>(now_ns() - client.started_ns()) * 1e-6;
-}
 
 // Of a simulated second of motion: what a longer motion takes more.
 Samples second_ms(const Moving& moving, const std::string& plant, int seconds) {
   const int little = 2;
-  const double begin = wall_ms(moving, plant, little);
-  return {(wall_ms(moving, plant, little + seconds) - begin) / seconds};
+  const double begin = lockstep_ms(moving, plant, little);
+  return {(lockstep_ms(moving, plant, little + seconds) - begin) / seconds};
 }
 
 Samples one_process_ms(int seconds) {

@@ -5,9 +5,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <string>
 
+#include "tests/bench/growth.h"
 #include "tests/bench/programs.h"
 #include "tests/bench/report.h"
 
@@ -19,11 +21,13 @@ constexpr double kBusy = 0.1;  // of all CPUs, for others: too much for figures
 
 constexpr const char* kExamples =
     "Examples:\n"
-    "  lss-bench                         all rows, fifteen minutes\n"
+    "  lss-bench                         all rows, half an hour\n"
     "  lss-bench --quick                 all rows for seconds: does it run, not how fast\n"
     "  lss-bench --row ii,v --json       two rows, for a program\n"
     "  lss-bench --row ii --campaign load   3034 frames of 200 ms, eleven minutes, all CPUs busy\n"
     "  lss-bench --markdown docs/performance.md\n"
+    "  lss-bench --growth --markdown docs/growth.md   how cost grows, with pictures beside it in "
+    "images/; ten minutes\n"
     "  lss-bench --machine --markdown docs/machine-timing.md   rows i, ii, vi, xi in a machine "
     "whose\n"
     "                                    time is counted in instructions: maxima and what was "
@@ -100,13 +104,46 @@ int in_machine(const Options& options, const std::vector<std::string>& names, bo
   return 1;
 }
 
+bool write(const std::filesystem::path& path, const std::string& text) {
+  if (std::ofstream(path) << text << std::flush) return true;
+  fmt::print(stderr, "cannot write {}\n", path.string());
+  return false;
+}
+
+// Pictures are beside the document, in images/.
+int grow(const Options& options, const std::string& document) {
+  const Machine machine = this_machine();
+  const Others others;
+  std::vector<Growth> all;
+  try {
+    all = growth(options);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "not measured: {}\n", error.what());
+    return 1;
+  }
+  if (others.share() > kBusy)
+    fmt::print(stderr, "not to be quoted: others took {:.0f} % of the CPUs\n",
+               others.share() * 100);
+  fmt::print("{}", table(all));
+  if (document.empty()) return 0;
+  const std::filesystem::path images = std::filesystem::path(document).parent_path() / "images";
+  std::error_code exists;
+  std::filesystem::create_directories(images, exists);
+  for (const Growth& one : all) {
+    if (!write(images / ("growth-" + one.name + ".svg"), picture(one))) return 1;
+  }
+  const std::string command =
+      std::string("lss-bench --growth --markdown") + (options.quick ? " --quick" : "");
+  return write(document, markdown(all, machine, command, "images")) ? 0 : 1;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   Options options;
   std::vector<std::string> names;
   std::string campaign, document;
-  bool as_json = false, machine_wanted = false;
+  bool as_json = false, machine_wanted = false, growth_wanted = false;
   CLI::App cli("Performance figures, each a ratio against a reference of the same run.",
                "lss-bench");
   cli.add_option("--row", names, "rows to measure, e.g. ii,v; without it all")->delimiter(',');
@@ -118,6 +155,10 @@ int main(int argc, char** argv) {
       "also maxima and how often something was missed: in a machine that counts instructions");
   cli.add_flag("--machine", machine_wanted,
                "in a virtual machine that counts instructions; rows i,ii,vi,xi");
+  CLI::Option* rows_option = cli.get_option("--row");
+  cli.add_flag("--growth", growth_wanted,
+               "how cost grows with samples, modules, subscribers, vehicles, minutes of recording")
+      ->excludes(rows_option);
   cli.add_flag("--json", as_json, "a list instead of a table");
   cli.add_option("--markdown", document, "also write the document with machine and table there");
   cli.footer(row_list() + "\n" + kExamples);
@@ -137,6 +178,7 @@ int main(int argc, char** argv) {
     }
   }
 
+  if (growth_wanted) return grow(options, document);
   Cyclictest::counts_instructions = options.maxima;
   if (machine_wanted) return in_machine(options, names, as_json, document);
 

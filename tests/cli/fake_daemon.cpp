@@ -62,6 +62,12 @@ FakeDaemon::FakeDaemon(int domain, const Birth& birth)
     p.saved = NAN;
     p.change = change;
   }
+  if (!birth_.mark.empty()) {
+    dds_qos_t* qos = dds_create_qos();
+    dds_qset_userdata(qos, birth_.mark.data(), birth_.mark.size());
+    dds_set_qos(participant_.get(), qos);
+    dds_delete_qos(qos);
+  }
   if (birth_.late == Birth::Late::status) open();
   thread_ = std::thread([this] { run(); });
 }
@@ -104,7 +110,10 @@ FakeDaemon::~FakeDaemon() {
 
 void FakeDaemon::run() {
   Clock::time_point next_status{};
+  dds::OtherDaemons others(participant_);
   while (!stop_) {
+    others.look();
+    others_ = others.count();
     {
       const std::lock_guard lock(mutex_);
       const bool speaks = Clock::now() >= speaks_;

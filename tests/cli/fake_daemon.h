@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "idl/codes.h"
+#include "idl/other_daemons.h"
 #include "idl/timing_statistics.h"
 #include "idl/topics.h"
 #include "idl/zebro/commands.h"
@@ -48,6 +49,7 @@ struct Birth {
   };
   Late late = Late::status;
   std::chrono::milliseconds late_by{0};  // from then on it is as any other
+  std::string mark{};                    // user data of its participant; empty: as of any other
 };
 
 class FakeDaemon {
@@ -77,6 +79,7 @@ class FakeDaemon {
   // Of commands that were not dry runs, in order.
   std::vector<std::uint16_t> kinds() const;
   lss_Command last(std::uint16_t kind) const;
+  unsigned others() const { return others_; }  // daemons that it knows of
   std::uint64_t heartbeats() const { return heartbeats_; }
   lss_State state() const;
   zebro::Mode mode() const;
@@ -116,6 +119,7 @@ class FakeDaemon {
   std::uint64_t event_index_ = 0;
   double distance_m_ = 0;
   std::atomic<std::uint64_t> heartbeats_ = 0;
+  std::atomic<unsigned> others_ = 0;
   std::atomic<bool> stop_ = false;
   std::thread thread_;
 };

@@ -20,6 +20,7 @@ TEST_F(Several, NoVerbTakesTheOneThatIsHeardFirst) {
     const milliseconds late_by(random() % 900);
     const auto late = i % 2 == 0 ? Birth::Late::status : Birth::Late::topics;
     FakeDaemon second(domain(), Birth{.vehicle_id = "zebro-2", .late = late, .late_by = late_by});
+    ASSERT_TRUE(await([&] { return first.others() == 1; }));
     const Ended ended = run({"--timeout", "20s", i % 4 < 2 ? "start" : "status"});
     EXPECT_EQ(ended.code, 2) << "late by " << late_by.count() << " ms: " << ended.out;
     EXPECT_THAT(ended.err, AllOf(HasSubstr("zebro-1, zebro-2"), HasSubstr("LSS_VEHICLE")));
@@ -34,6 +35,15 @@ TEST_F(Several, AVehicleIsNotTakenForTheOnlyOneNextToADaemonThatDoesNotSayItsNam
   const Ended ended = run({"--timeout", "1s", "start"});
   EXPECT_EQ(ended.code, 2);
   EXPECT_THAT(ended.err, HasSubstr("did not say its name"));
+  EXPECT_EQ(run({"--vehicle", "zebro-1", "start"}).code, 0);
+}
+
+TEST_F(Several, AVehicleIsNotTakenForTheOnlyOneWhenItKnowsAnotherThatIsNotHeard) {
+  FakeDaemon first(domain(), Birth{.vehicle_id = "zebro-1", .mark = "lssd 1"});
+  const Ended ended = run({"--timeout", "1s", "start"});
+  EXPECT_EQ(ended.code, 2);
+  EXPECT_THAT(ended.err, HasSubstr("zebro-1 is not alone on this domain"));
+  EXPECT_THAT(first.kinds(), IsEmpty());
   EXPECT_EQ(run({"--vehicle", "zebro-1", "start"}).code, 0);
 }
 

@@ -2,21 +2,13 @@
 
 #include <algorithm>
 
+#include "idl/other_daemons.h"
 #include "idl/recording_reader.h"
 #include "tools/lss-cli/session/wire.h"
 #include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli {
 namespace {
-
-bool is_marked(const dds_qos_t* qos) {
-  void* data = nullptr;
-  std::size_t size = 0;
-  if (!dds_qget_userdata(qos, &data, &size) || data == nullptr) return false;
-  const bool marked = std::string_view(static_cast<const char*>(data), size) == dds::kDaemonMark;
-  dds_free(data);
-  return marked;
-}
 
 dds::Entity builtin_reader(dds_entity_t participant, const dds_listener_t* listener) {
   const dds_entity_t reader =
@@ -55,9 +47,13 @@ bool Daemons::take_participants() {
     const Guid guid = std::to_array(found.key.v);
     if (info.instance_state != DDS_IST_ALIVE) {
       news = all_.erase(guid) > 0 || news;
-    } else if (info.valid_data && !participant_.enclave() && is_marked(found.qos)) {
+    } else if (info.valid_data && !participant_.enclave()) {
       // With DDS Security anybody's mark: there a daemon is who may write status.
-      news = all_.try_emplace(guid).second || news;
+      if (const std::optional<unsigned> others = dds::others_known(found.qos)) {
+        const auto [daemon, is_new] = all_.try_emplace(guid);
+        news = is_new || daemon->second.others != *others || news;
+        daemon->second.others = *others;
+      }
     }
     dds_return_loan(participant_reader_.get(), samples, 1);
     samples[0] = nullptr;
@@ -137,7 +133,9 @@ Clock::time_point Lull::step(bool news) {
 }
 
 bool Daemons::all_heard() const {
-  return std::ranges::all_of(all_, [](const auto& d) { return d.second.heard.has_value(); });
+  return std::ranges::all_of(all_, [this](const auto& d) {
+    return d.second.heard.has_value() && d.second.others < all_.size();
+  });
 }
 
 std::vector<const Daemon*> Daemons::named(std::string_view vehicle_id) const {

@@ -22,6 +22,7 @@ using dds::Guid;
 struct Daemon {
   lss_Status status{};                       // the newest
   std::optional<Clock::time_point> heard{};  // when it arrived; empty: none yet
+  unsigned others = 0;                       // that it knows of
 };
 
 class Daemons {
@@ -32,6 +33,7 @@ class Daemons {
   bool take();
   // The daemons that are present.
   const std::map<Guid, Daemon>& all() const { return all_; }
+  // Also those that only others know of.
   bool all_heard() const;
   // The daemons of this name; the one with the newest status first.
   std::vector<const Daemon*> named(std::string_view vehicle_id) const;
@@ -48,7 +50,8 @@ class Daemons {
   std::map<dds_instance_handle_t, Guid> writers_;  // of status, matched
 };
 
-// Only listening for some time shows that there is no other daemon. The time is counted in slices,
+// Daemons say how many others they know of; that there is none which they do not know of yet, only
+// listening for some time shows. The time is counted in slices,
 // each without news: when this process gets little CPU time, so do its DDS threads, and the
 // listening takes correspondingly longer. It is three times as long as all news took, 0.3 s to a
 // second: where the first daemon was heard late, because its machine is busy, so may be the second,

@@ -1,0 +1,57 @@
+#include "idl/other_daemons.h"
+
+#include <charconv>
+#include <string>
+
+namespace lss::dds {
+
+std::optional<unsigned> others_known(const dds_qos_t* participant) {
+  void* data = nullptr;
+  std::size_t size = 0;
+  if (!dds_qget_userdata(participant, &data, &size) || data == nullptr) return std::nullopt;
+  const std::string text(static_cast<const char*>(data), size);
+  dds_free(data);
+  if (!text.starts_with(kDaemonMark)) return std::nullopt;
+  if (text.size() == kDaemonMark.size()) return 0;
+  unsigned others = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data() + kDaemonMark.size() + 1, end, others);
+  if (text[kDaemonMark.size()] != ' ' || error != std::errc() || rest != end) return std::nullopt;
+  return others;
+}
+
+OtherDaemons::OtherDaemons(const Participant& participant) : participant_(participant.get()) {
+  if (participant.enclave()) return;
+  dds_guid_t self{};
+  if (dds_get_guid(participant_, &self) != DDS_RETCODE_OK) return;
+  self_ = std::to_array(self.v);
+  reader_ =
+      Entity(dds_create_reader(participant_, DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr));
+}
+
+void OtherDaemons::look() {
+  if (!reader_) return;
+  const unsigned before = count();
+  void* samples[1] = {nullptr};
+  dds_sample_info_t info{};
+  while (dds_take(reader_.get(), samples, &info, 1, 1) == 1) {
+    const auto& found = *static_cast<const dds_builtintopic_participant_t*>(samples[0]);
+    const Guid guid = std::to_array(found.key.v);
+    if (info.instance_state != DDS_IST_ALIVE) {
+      found_.erase(guid);
+    } else if (info.valid_data && guid != self_ && others_known(found.qos)) {
+      found_.insert(guid);
+    }
+    dds_return_loan(reader_.get(), samples, 1);
+    samples[0] = nullptr;
+  }
+  if (count() == before) return;
+  std::string mark(kDaemonMark);
+  if (count() > 0) mark += ' ' + std::to_string(count());
+  dds_qos_t* qos = dds_create_qos();
+  dds_qset_userdata(qos, mark.data(), mark.size());
+  dds_set_qos(participant_, qos);  // fails only without memory: then clients listen as before
+  dds_delete_qos(qos);
+}
+
+}  // namespace lss::dds

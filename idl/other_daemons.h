@@ -1,0 +1,38 @@
+#pragma once
+
+// How daemons of one domain tell a client that it is not alone with the first one that it hears:
+// each says in the user data of its participant how many others it knows of.
+
+#include <dds/dds.h>
+
+#include <optional>
+#include <set>
+
+#include "idl/topics.h"
+
+namespace lss::dds {
+
+// Of a participant: how many other daemons it knows of; empty: it is no daemon. User data are
+// kDaemonMark, and the number behind it unless it is 0.
+std::optional<unsigned> others_known(const dds_qos_t* participant);
+
+// The other daemons of a domain, for a daemon. Not with DDS Security, where anybody could set the
+// mark. Ordinary threads; one at a time.
+class OtherDaemons {
+ public:
+  // The participant must outlive it.
+  explicit OtherDaemons(const Participant& participant);
+
+  // Takes what DDS has found since the last call, and says it in the user data when the number
+  // changed. A daemon that was killed counts until its lease ends, 10 s.
+  void look();
+  unsigned count() const { return static_cast<unsigned>(found_.size()); }
+
+ private:
+  dds_entity_t participant_;
+  Guid self_{};
+  Entity reader_;
+  std::set<Guid> found_;
+};
+
+}  // namespace lss::dds

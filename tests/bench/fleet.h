@@ -1,0 +1,54 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "daemon/runtime/clock.h"
+#include "idl/topics.h"
+#include "tests/bench/programs.h"
+
+namespace lss::bench {
+
+inline constexpr auto kFleetLimit = std::chrono::seconds(60);
+
+// A client that reads the status of all vehicles.
+class StatusReader {
+ public:
+  explicit StatusReader(int domain) : began_ns_(now_ns()) {
+    auto participant = dds::Participant::create({.domain = domain});
+    if (!participant) throw NotHere(participant.error());
+    participant_.emplace(std::move(*participant));
+    auto reader = dds::create_reader(participant_->get(), dds::common_topic(dds::Kind::status));
+    if (!reader) throw NotHere(reader.error());
+    reader_ = std::move(*reader);
+  }
+
+  // From the client's first call of DDS.
+  double all_heard_s(std::size_t vehicles) {
+    std::set<std::string> heard;
+    const auto all = [&] {
+      lss_Status sample;
+      void* pointer = &sample;
+      dds_sample_info_t info;
+      while (dds_take(reader_.get(), &pointer, &info, 1, 1) > 0) {
+        if (info.valid_data) heard.insert(sample.vehicle_id);
+      }
+      return heard.size() == vehicles;
+    };
+    if (!eventually(all, kFleetLimit))
+      throw std::runtime_error(fmt::format("a client heard {} of {} vehicles within {} s",
+                                           heard.size(), vehicles, kFleetLimit.count()));
+    return static_cast<double>(now_ns() - began_ns_) * 1e-9;
+  }
+
+ private:
+  TimeNs began_ns_;
+  std::optional<dds::Participant> participant_;
+  dds::Entity reader_;
+};
+
+}  // namespace lss::bench

@@ -1,0 +1,47 @@
+#pragma once
+
+// How cost grows with the number of something: samples in a frame, modules, subscribers, vehicles,
+// minutes of a recording. Each count is measured in several rounds, in turn with the others where
+// that is possible, so that a busy minute of the machine is seen by all of them.
+
+#include <string>
+#include <vector>
+
+#include "tests/bench/bench.h"
+#include "tests/bench/report.h"
+
+namespace lss::bench {
+
+struct Point {
+  double count = 0;
+  Samples cost{};  // of each round
+};
+
+struct Growth {
+  std::string name;  // of its picture, too
+  std::string what;  // is counted
+  std::string cost, unit;
+  std::vector<Point> points{};  // by rising count
+  std::string note{};           // how it was measured; or why it was not
+};
+
+// A step from one count to the next: what it costs, of what it would cost if all of the cost grew
+// with the count. At most 1: not worse than linear. `noise`: the largest round over the smallest,
+// of both counts.
+struct Step {
+  double from = 0, to = 0;
+  double each_more = kNone;  // cost of one more, in the unit
+  double of_linear = kNone, noise = kNone;
+  Met met = Met::undecided;
+};
+std::vector<Step> steps(const Growth& growth);
+
+std::vector<Growth> growth(const Options& options);
+
+std::string table(const std::vector<Growth>& all);
+// `pictures`: where they are, from the document.
+std::string markdown(const std::vector<Growth>& all, const Machine& machine,
+                     const std::string& command, const std::string& pictures);
+std::string picture(const Growth& growth);  // SVG
+
+}  // namespace lss::bench

@@ -1,0 +1,119 @@
+#include <fmt/format.h>
+
+#include "tests/bench/growth.h"
+#include "tools/lss-cli/report/page.h"
+
+namespace lss::bench {
+namespace {
+
+std::string number(double value) {
+  if (!std::isfinite(value)) return "-";
+  return std::abs(value) >= 100 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
+}
+
+const char* word(Met met) {
+  constexpr const char* kWords[] = {"no", "yes", "undecided"};
+  return kWords[static_cast<int>(met)];
+}
+
+}  // namespace
+
+std::string table(const std::vector<Growth>& all) {
+  std::string text;
+  for (const Growth& growth : all) {
+    text += fmt::format("{}: {}, {}, by {}\n", growth.name, growth.cost, growth.unit, growth.what);
+    for (const Point& point : growth.points)
+      text += fmt::format("  {:>5} {:>9}\n", point.count, number(median(point.cost)));
+    for (const Step& step : steps(growth))
+      text += fmt::format("  {:>5} to {:>4}: each more {}, {:.2f} of linear, noise {:.2f}: {}\n",
+                          step.from, step.to, number(step.each_more), step.of_linear, step.noise,
+                          word(step.met));
+    if (!growth.note.empty()) text += "  " + growth.note + '\n';
+  }
+  return text;
+}
+
+std::string markdown(const std::vector<Growth>& all, const Machine& machine,
+                     const std::string& command, const std::string& pictures) {
+  std::string text = fmt::format(
+      "# How cost grows\n\n"
+      "For reviewers: what twice as much of something costs. Made by `{}`; do not edit. Method: "
+      "[growth.cpp](../tests/bench/growth.cpp).\n\n"
+      "- cost: median of the rounds\n"
+      "- each more: what one more costs, between this count and the one before\n"
+      "- of linear: the step's cost over that of a cost without a fixed part; at most 1 is not "
+      "worse than linear\n"
+      "- noise: the largest round over the smallest of both counts; undecided when it is wider "
+      "than the distance from 1\n\n"
+      "| machine | |\n|---|---|\n| date | {} |\n| CPU | {} x {} |\n| kernel | {}, {} |\n"
+      "| load average at the start | {} |\n\n",
+      command, machine.date, machine.cpus, machine.cpu, machine.kernel, machine.preemption,
+      machine.load);
+  const auto open = [&](Met met) {
+    std::string list;
+    for (const Growth& growth : all) {
+      for (const Step& step : steps(growth)) {
+        if (step.met == met)
+          list += fmt::format("- {}: {} to {} {}\n", growth.cost, step.from, step.to, growth.what);
+      }
+    }
+    return list;
+  };
+  const std::string worse = open(Met::no), undecided = open(Met::undecided);
+  text += "Steps that are worse than linear:" + (worse.empty() ? " none.\n\n" : "\n\n" + worse) +
+          (worse.empty() ? "" : "\n");
+  if (!undecided.empty()) text += "Undecided:\n\n" + undecided + '\n';
+  for (const Growth& growth : all) {
+    text += fmt::format("## {}, {}\n\n", growth.cost, growth.unit);
+    if (!growth.note.empty()) text += growth.note + ".\n\n";
+    if (growth.points.empty()) continue;
+    text += fmt::format("![{} by {}]({}/growth-{}.svg)\n\n", growth.cost, growth.what, pictures,
+                        growth.name);
+    text += fmt::format(
+        "| {} | cost | each more | of linear | noise | at most linear |\n"
+        "|---:|---:|---:|---:|---:|---|\n",
+        growth.what);
+    const std::vector<Step> all_steps = steps(growth);
+    for (std::size_t i = 0; i < growth.points.size(); ++i) {
+      const Point& point = growth.points[i];
+      text += fmt::format("| {} | {} |", point.count, number(median(point.cost)));
+      if (i == 0) {
+        text += " - | - | - | - |\n";
+        continue;
+      }
+      const Step& step = all_steps[i - 1];
+      text += fmt::format(" {} | {:.2f} | {:.2f} | {} |\n", number(step.each_more), step.of_linear,
+                          step.noise, word(step.met));
+    }
+    text += '\n';
+  }
+  text.pop_back();
+  return text;
+}
+
+std::string picture(const Growth& growth) {
+  using namespace cli::report;
+  Line measured, lowest, highest, linear;
+  measured.name = "median";
+  lowest.name = "lowest and highest round";
+  linear.name = "linear from the first two";
+  lowest.colour = highest.colour = 1;
+  linear.colour = 2;
+  lowest.dashed = highest.dashed = linear.dashed = true;
+  for (const Point& point : growth.points) {
+    for (Line* line : {&measured, &lowest, &highest, &linear}) line->x.push_back(point.count);
+    measured.y.push_back(median(point.cost));
+    lowest.y.push_back(quantile(point.cost, 0));
+    highest.y.push_back(quantile(point.cost, 1));
+    const double more = growth.points.size() < 2 ? 0 : steps(growth).front().each_more;
+    linear.y.push_back(measured.y.front() + more * (point.count - measured.x.front()));
+  }
+  LineChart chart;
+  chart.title = growth.cost + ", " + growth.unit;
+  chart.x_label = growth.what;
+  chart.y_label = growth.unit;
+  chart.lines = {measured, lowest, highest, linear};
+  return cli::report::picture(growth.cost, {chart});
+}
+
+}  // namespace lss::bench

@@ -1,0 +1,66 @@
+#include "tests/bench/lockstep.h"
+
+#include <fmt/format.h>
+
+#include <csignal>
+#include <fstream>
+#include <optional>
+
+#include "daemon/runtime/clock.h"
+#include "tests/bench/programs.h"
+
+namespace lss::bench {
+
+constexpr double kAt_s = 2;  // when the client comes in
+
+double lockstep_ms(const Moving& moving, const std::string& plant, int seconds,
+                   const std::filesystem::path& recording) {
+  Folder folder;
+  const std::filesystem::path run = folder / "run", log = folder / "lss-sim.log";
+  const std::string id = std::to_string(domain(0));
+  const std::string can = "udp://127.0.0.1:" + std::to_string(21000 + domain(0));
+  std::vector<std::string> words{
+      program("lss-sim"), moving.vehicle, "--dir",       run,
+      "--pace",           "--lockstep",   "--speed",     "max",
+      "--plant",          plant,          "--client-at", fmt::format("{}", kAt_s)};
+  std::string config = edited(shipped_config(moving.vehicle), "shared_memory", "false");
+  if (moving.vehicle != std::string("zebro")) {
+    words.insert(words.end(), {"--can", can});
+    const std::string shipped = "udp://127.0.0.1:20000";
+    config.replace(config.find(shipped), shipped.size(), can);
+  }
+  if (!recording.empty()) {
+    const std::size_t recorder = config.find("[recorder]");
+    config = config.substr(0, recorder) +
+             edited(edited(config.substr(recorder), "file_mb", "200"), "total_mb", "400");
+  }
+  std::ofstream(folder / "config.toml") << config;
+  Process simulator(words, log);
+  if (!eventually([&] { return simulator.said("ready"); }))
+    throw NotHere("lss-sim does not start here");
+  std::optional<ReadySocket> ready(folder);
+  Process daemon({program("lssd"), "--lockstep", "--config", folder / "config.toml", "--run-dir",
+                  run, "--domain", id},
+                 folder / "lssd.log", Process::Environment{loopback(), ready->variable()});
+  ready->wait();
+  ready.reset();  // nobody reads the daemon's later messages, and a full socket would hold it up
+  Process client({program("lss-cli"), "--domain", id, "run", "--lockstep", "--dir", run, "-e",
+                  fmt::format("{}; {} --for {}s; stop", moving.begin, moving.motion, seconds)},
+                 folder / "lss-cli.log", Process::Environment{loopback()});
+  if (const int code = client.wait(std::chrono::seconds(300)); code != 0)
+    throw std::runtime_error(fmt::format("{} in lockstep: lss-cli ended with {}: {}",
+                                         moving.vehicle, code, read_file(folder / "lss-cli.log")));
+  const double ms = static_cast<double>(now_ns() - client.started_ns()) * 1e-6;
+  if (recording.empty()) return ms;
+  simulator.signal(SIGINT);  // in standing time nothing else would end
+  simulator.wait();
+  daemon.signal(SIGTERM);
+  daemon.wait();
+  for (const auto& file : std::filesystem::directory_iterator(run)) {
+    if (file.path().extension() == ".lssrec")
+      return std::filesystem::copy_file(file, recording), ms;
+  }
+  throw std::runtime_error("lssd made no recording: " + read_file(folder / "lssd.log"));
+}
+
+}  // namespace lss::bench
