@@ -60,11 +60,13 @@ void Master::enter(Node& node, NodeState state, TimeNs now, TimeNs deadline) noe
   if (node.status.state != state) node.status.since_ns = now;
   node.status.state = state;
   node.deadline_ns = deadline;
+  quiet_ns_ = std::min(quiet_ns_, deadline);
 }
 
 void Master::command(Node& node, Nmt nmt) noexcept {
   node.nmt = nmt;
   node.nmt_due = true;
+  quiet_ns_ = kAlways;
 }
 
 void Master::boot(Node& node, Nmt how, TimeNs now) noexcept {
@@ -80,6 +82,7 @@ void Master::reset(std::size_t node, TimeNs now) noexcept {
 void Master::identify(Node& node, TimeNs now) noexcept {
   node.nmt_due = false;
   node.sdo.read(kDeviceType, 0);
+  quiet_ns_ = kAlways;
   enter(node, NodeState::identifying, now);
 }
 
@@ -117,7 +120,10 @@ void Master::sdo_over(Node& node, TimeNs now) noexcept {
     ++node.step;
   }
   const std::span<const Entry> entries = node.configuration.entries();
-  if (node.step < entries.size()) return node.sdo.write(entries[node.step]);
+  if (node.step < entries.size()) {
+    quiet_ns_ = kAlways;
+    return node.sdo.write(entries[node.step]);
+  }
   command(node, Nmt::start);
   enter(node, NodeState::starting, now, now + parameters_.start_timeout_ns);
 }
@@ -152,7 +158,6 @@ bool Master::waits(const Node& node) const noexcept {
   return !boot_allowed_ && !resumes && waits_for_leave(node.status.state);
 }
 
-// Mostly none does, and this is called for each frame received.
 bool Master::needs_care(const Node& node, TimeNs now) noexcept {
   return node.nmt_due || node.sdo.busy() || node.status.emcy_storm || now >= node.deadline_ns;
 }
@@ -217,7 +222,17 @@ bool Master::transmit_heartbeat(TimeNs now, CanFrame& frame) noexcept {
 
 bool Master::transmit(TimeNs now, CanFrame& frame) noexcept {
   frame = {};
-  bool sends = transmit_rpdo(frame) || transmit_sync(now, frame) || transmit_heartbeat(now, frame);
+  transmitted_ns_ = now;
+  const bool sends = transmit_rpdo(frame) || transmit_sync(now, frame) ||
+                     transmit_heartbeat(now, frame) || (now >= quiet_ns_ && care(now, frame));
+  frame.time_ns = now;
+  if (sends) ++counters_.frames_sent;
+  return sends;
+}
+
+// True: a frame of a node is to be sent.
+bool Master::care(TimeNs now, CanFrame& frame) noexcept {
+  bool sends = false;
   for (std::size_t i = 0; i < count_ && !sends; ++i) {
     Node& node = nodes_[i];
     if (!needs_care(node, now)) continue;
@@ -234,17 +249,22 @@ bool Master::transmit(TimeNs now, CanFrame& frame) noexcept {
       sdo_over(node, now);
     }
   }
-  frame.time_ns = now;
-  if (sends) ++counters_.frames_sent;
+  quiet_ns_ = sends ? kAlways : kNever;
+  for (std::size_t i = 0; i < count_ && !sends; ++i) {
+    const Node& node = nodes_[i];
+    const bool at_once = node.nmt_due || node.sdo.busy() || node.status.emcy_storm;
+    quiet_ns_ = std::min(quiet_ns_, at_once ? kAlways : node.deadline_ns);
+  }
   return sends;
 }
 
 TimeNs Master::next_wake() const noexcept {
-  if (rpdos_due_ != 0) return INT64_MIN;
+  if (rpdos_due_ != 0) return kAlways;
   TimeNs wake = std::min(sync_ns_, heartbeat_ns_);
+  if (quiet_ns_ > transmitted_ns_) return std::min(wake, quiet_ns_);
   for (std::size_t i = 0; i < count_; ++i) {
     const Node& node = nodes_[i];
-    if (node.nmt_due) return INT64_MIN;
+    if (node.nmt_due) return kAlways;
     if (node.sdo.busy()) wake = std::min(wake, node.sdo.next_wake());
     if (!waits(node)) wake = std::min(wake, node.deadline_ns);
   }

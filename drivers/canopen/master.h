@@ -130,6 +130,8 @@ class Master {
   bool parameters_fit() const noexcept { return fit_; }
 
  private:
+  static constexpr TimeNs kAlways = INT64_MIN;
+
   struct Outgoing {
     std::uint8_t size = 0;
     std::array<std::uint8_t, 8> data{};
@@ -170,6 +172,7 @@ class Master {
   void pdo(Node& node, int number, const CanFrame& frame) noexcept;
   void booted(Node& node, TimeNs time) noexcept;
 
+  bool care(TimeNs now, CanFrame& frame) noexcept;
   bool transmit_sync(TimeNs now, CanFrame& frame) noexcept;
   bool transmit_heartbeat(TimeNs now, CanFrame& frame) noexcept;
   bool transmit_rpdo(CanFrame& frame) noexcept;
@@ -183,6 +186,9 @@ class Master {
   bool boot_allowed_ = true, resume_allowed_ = false;
   std::uint64_t rpdos_due_ = 0;  // bit: node * kMaxPdos + number - 1
   static_assert(kMaxNodes * kMaxPdos <= 64);
+  // Before this time no node needs care. Nodes are looked at one by one only from then on, or each
+  // frame received would cost more with each node.
+  TimeNs quiet_ns_ = kAlways, transmitted_ns_ = 0;
   TimeNs sync_ns_ = 0, last_sync_ns_ = 0, heartbeat_ns_ = 0;
   std::array<PdoSample, kMaxSamples> samples_{};  // ring
   std::size_t first_sample_ = 0, sample_count_ = 0;

@@ -153,6 +153,7 @@ void Master::emergency(Node& node, const CanFrame& frame) noexcept {
     node.storm_emcys = 0;
   }
   if (++node.storm_emcys > kStorm) status.emcy_storm = true;
+  if (status.emcy_storm) quiet_ns_ = kAlways;
 }
 
 void Master::pdo(Node& node, int number, const CanFrame& frame) noexcept {
