@@ -1,5 +1,6 @@
 #include "idl/other_daemons.h"
 
+#include <algorithm>
 #include <charconv>
 #include <string>
 
@@ -17,7 +18,7 @@ std::optional<unsigned> others_known(const dds_qos_t* participant) {
   const char* const end = text.data() + text.size();
   const auto [rest, error] = std::from_chars(text.data() + kDaemonMark.size() + 1, end, others);
   if (text[kDaemonMark.size()] != ' ' || error != std::errc() || rest != end) return std::nullopt;
-  return others;
+  return std::min(others, kMostOthers);
 }
 
 OtherDaemons::OtherDaemons(const Participant& participant) : participant_(participant.get()) {

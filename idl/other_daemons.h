@@ -13,7 +13,9 @@
 namespace lss::dds {
 
 // Of a participant: how many other daemons it knows of; empty: it is no daemon. User data are
-// kDaemonMark, and the number behind it unless it is 0.
+// kDaemonMark, and the number behind it unless it is 0. Anybody can write them: at most
+// kMostOthers.
+inline constexpr unsigned kMostOthers = 1000;
 std::optional<unsigned> others_known(const dds_qos_t* participant);
 
 // The other daemons of a domain, for a daemon. Not with DDS Security, where anybody could set the

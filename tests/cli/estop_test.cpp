@@ -113,6 +113,15 @@ TEST_F(Estop, OfADaemonThatNeverOpensItsTopicsIsNotConfirmed) {
   EXPECT_TRUE(is_stopped(first));
 }
 
+TEST_F(Estop, OfADaemonThatOnlyAnotherKnowsOfIsNotConfirmed) {
+  FakeDaemon first(domain(), Birth{.mark = "lssd 1"});
+  const Ended ended = run({"--timeout", "1s", "estop"});
+  EXPECT_EQ(ended.code, 7);
+  EXPECT_THAT(ended.err, HasSubstr("1 of 2"));
+  EXPECT_TRUE(is_stopped(first));
+  EXPECT_EQ(run({"estop", "zebro-1"}).code, 0) << "that one is not meant";
+}
+
 TEST_F(Estop, InTheAirSaysThatItFell) {
   FakeDaemon daemon(domain());
   daemon.set_state(lss_STATE_OPERATIONAL, Mode::standing);

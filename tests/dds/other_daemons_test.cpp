@@ -31,6 +31,7 @@ std::optional<unsigned> known_by(const std::string& user_data) {
 TEST(OtherDaemons, AreReadFromUserData) {
   EXPECT_EQ(known_by("lssd"), 0u);
   EXPECT_EQ(known_by("lssd 12"), 12u);
+  EXPECT_EQ(known_by("lssd 4294967295"), kMostOthers) << "of an attacker";
   for (const char* other : {"", "lss", "lssd ", "lssd2", "lssd -1", "lssd 1x", "lssd 99999999999",
                             "enclave=/;", " lssd"})
     EXPECT_EQ(known_by(other), std::nullopt) << other;

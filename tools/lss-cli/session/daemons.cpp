@@ -132,10 +132,15 @@ Clock::time_point Lull::step(bool news) {
   return slice_end_;
 }
 
+std::size_t Daemons::missing() const {
+  std::size_t known = all_.size();
+  for (const auto& [guid, daemon] : all_) known = std::max<std::size_t>(known, daemon.others + 1u);
+  return known - all_.size();
+}
+
 bool Daemons::all_heard() const {
-  return std::ranges::all_of(all_, [this](const auto& d) {
-    return d.second.heard.has_value() && d.second.others < all_.size();
-  });
+  return missing() == 0 &&
+         std::ranges::all_of(all_, [](const auto& d) { return d.second.heard.has_value(); });
 }
 
 std::vector<const Daemon*> Daemons::named(std::string_view vehicle_id) const {

@@ -33,8 +33,9 @@ class Daemons {
   bool take();
   // The daemons that are present.
   const std::map<Guid, Daemon>& all() const { return all_; }
-  // Also those that only others know of.
-  bool all_heard() const;
+  bool all_heard() const;  // none is missing
+  // How many are not present, but known to one that is.
+  std::size_t missing() const;
   // The daemons of this name; the one with the newest status first.
   std::vector<const Daemon*> named(std::string_view vehicle_id) const;
 

@@ -59,9 +59,10 @@ void EmergencyStop::take_status() {
 // The status names the daemon; it may arrive a little after the acknowledgement.
 bool EmergencyStop::is_done() const {
   const Daemons& daemons = link_.daemons();
-  const bool accounted = std::ranges::all_of(daemons.all(), [this](const auto& known) {
+  const bool present = std::ranges::all_of(daemons.all(), [this](const auto& known) {
     return known.second.heard || all_.contains(known.first);
   });
+  const bool accounted = present && (!is_for_all() || daemons.missing() == 0);
   const auto heard = [&](const Guid& guid) {
     const auto known = daemons.all().find(guid);
     return known != daemons.all().end() && known->second.heard;
@@ -103,6 +104,7 @@ std::vector<Stopped> EmergencyStop::results() const {
   for (const auto& [guid, daemon] : link_.daemons().all()) {
     if (!daemon.heard && is_for_all() && !all_.contains(guid)) list.emplace_back();
   }
+  if (is_for_all()) list.resize(list.size() + link_.daemons().missing());
   std::ranges::sort(list, {}, &Stopped::vehicle_id);
   return list;
 }
