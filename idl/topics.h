@@ -86,7 +86,7 @@ struct ParticipantParameters {
 // Those that do not exist, are down, or have no IPv4 address. Any thread; some system calls.
 std::vector<std::string> missing_interfaces(const std::vector<std::string>& names);
 
-// User data of such a participant.
+// User data of such a participant, and how many others it knows of (other_daemons.h).
 inline constexpr std::string_view kDaemonMark = "lssd";
 
 // Domain and participant with our own configuration; CYCLONEDDS_URI is read after it and wins,

@@ -253,7 +253,7 @@ bool Master::care(TimeNs now, CanFrame& frame) noexcept {
   for (std::size_t i = 0; i < count_ && !sends; ++i) {
     const Node& node = nodes_[i];
     const bool at_once = node.nmt_due || node.sdo.busy() || node.status.emcy_storm;
-    quiet_ns_ = std::min(quiet_ns_, at_once ? kAlways : node.deadline_ns);
+    quiet_ns_ = std::min(quiet_ns_, at_once ? kAlways : waits(node) ? kNever : node.deadline_ns);
   }
   return sends;
 }

@@ -111,9 +111,9 @@ class Master {
   // Resets a node, with power stage and outputs, and boots it again, in any state.
   void reset(std::size_t node, TimeNs now) noexcept;
   // Whether nodes that were lost, rebooted, fell back or failed may be booted (again) now.
-  void allow_boot(bool allowed) noexcept { boot_allowed_ = allowed; }
+  void allow_boot(bool allowed) noexcept { allow(boot_allowed_, allowed); }
   // Whether nodes that only fell back, powered all the time, may be booted when the others may not.
-  void allow_resume(bool allowed) noexcept { resume_allowed_ = allowed; }
+  void allow_resume(bool allowed) noexcept { allow(resume_allowed_, allowed); }
   // Sent with the next transmit(), before everything else; a newer one replaces it.
   void send_rpdo(std::size_t node, int number, std::span<const std::uint8_t> data) noexcept;
 
@@ -172,6 +172,10 @@ class Master {
   void pdo(Node& node, int number, const CanFrame& frame) noexcept;
   void booted(Node& node, TimeNs time) noexcept;
 
+  void allow(bool& what, bool allowed) noexcept {
+    if (what != allowed) quiet_ns_ = kAlways;
+    what = allowed;
+  }
   bool care(TimeNs now, CanFrame& frame) noexcept;
   bool transmit_sync(TimeNs now, CanFrame& frame) noexcept;
   bool transmit_heartbeat(TimeNs now, CanFrame& frame) noexcept;

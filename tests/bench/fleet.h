@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
 
 #include "daemon/runtime/clock.h"
+#include "idl/other_daemons.h"
 #include "idl/topics.h"
 #include "tests/bench/programs.h"
 
@@ -43,6 +46,34 @@ class StatusReader {
       throw std::runtime_error(fmt::format("a client heard {} of {} vehicles within {} s",
                                            heard.size(), vehicles, kFleetLimit.count()));
     return static_cast<double>(now_ns() - began_ns_) * 1e-9;
+  }
+
+  // Each daemon knows all others, by the user data of its participant.
+  void wait_until_all_know_each_other(std::size_t vehicles) {
+    const dds::Entity reader(dds_create_reader(
+        participant_->get(), DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr));
+    std::map<dds_instance_handle_t, unsigned> others;
+    const auto all_do = [&] {
+      void* samples[1] = {nullptr};
+      dds_sample_info_t info{};
+      while (dds_take(reader.get(), samples, &info, 1, 1) == 1) {
+        const auto& found = *static_cast<const dds_builtintopic_participant_t*>(samples[0]);
+        const auto known = info.valid_data && info.instance_state == DDS_IST_ALIVE
+                               ? dds::others_known(found.qos)
+                               : std::nullopt;
+        if (known)
+          others[info.instance_handle] = *known;
+        else
+          others.erase(info.instance_handle);
+        dds_return_loan(reader.get(), samples, 1);
+        samples[0] = nullptr;
+      }
+      return others.size() == vehicles &&
+             std::ranges::all_of(others, [&](const auto& o) { return o.second + 1 == vehicles; });
+    };
+    if (!eventually(all_do, kFleetLimit))
+      throw std::runtime_error(fmt::format("{} vehicles do not know each other within {} s",
+                                           vehicles, kFleetLimit.count()));
   }
 
  private:

@@ -42,7 +42,11 @@ Samples sparse_ns(const Recorded& recorded) {
     keep(&navigation);
   }
   const auto ns = static_cast<double>(now_ns() - begin);
-  if (!navigation.state().valid || navigation.counters().ranges_used < recorded.frames.size()) {
+  std::size_t samples = 0;
+  for (const Frame& f : recorded.frames) samples += f.imu.size();
+  const auto before = recorded.begin.counters().imu_used;
+  if (!navigation.state().valid || navigation.counters().ranges_used < recorded.frames.size() ||
+      navigation.counters().imu_used - before != samples) {
     throw std::runtime_error("TALARIS' navigation did not use what it got");
   }
   return {ns / static_cast<double>(recorded.frames.size())};

@@ -25,18 +25,20 @@ struct Growth {
   std::string note{};           // how it was measured; or why it was not
 };
 
-// A step from one count to the next: what it costs, of what it would cost if all of the cost grew
-// with the count. At most 1: not worse than linear. `noise`: the largest round over the smallest,
-// of both counts.
+// A step from one count to the next. It is not worse than linear when one more costs no more than
+// in the step before, and the step no more than if all of the cost grew with the count. The lowest
+// and the highest round of both counts say how far each is to be trusted.
 struct Step {
   double from = 0, to = 0;
-  double each_more = kNone;  // cost of one more, in the unit
-  double of_linear = kNone, noise = kNone;
+  double each_more = kNone;                      // cost of one more, in the unit: of the medians
+  double least_more = kNone, most_more = kNone;  // by the rounds
+  double of_proportional = kNone;
   Met met = Met::undecided;
 };
 std::vector<Step> steps(const Growth& growth);
 
-std::vector<Growth> growth(const Options& options);
+// `failed`: one could not be measured although this machine should be able to.
+std::vector<Growth> growth(const Options& options, bool& failed);
 
 std::string table(const std::vector<Growth>& all);
 // `pictures`: where they are, from the document.

@@ -25,9 +25,10 @@ std::string table(const std::vector<Growth>& all) {
     for (const Point& point : growth.points)
       text += fmt::format("  {:>5} {:>9}\n", point.count, number(median(point.cost)));
     for (const Step& step : steps(growth))
-      text += fmt::format("  {:>5} to {:>4}: each more {}, {:.2f} of linear, noise {:.2f}: {}\n",
-                          step.from, step.to, number(step.each_more), step.of_linear, step.noise,
-                          word(step.met));
+      text += fmt::format(
+          "  {:>5} to {:>4}: each more {} ({} to {}), {:.2f} of proportional: at most linear {}\n",
+          step.from, step.to, number(step.each_more), number(step.least_more),
+          number(step.most_more), step.of_proportional, word(step.met));
     if (!growth.note.empty()) text += "  " + growth.note + '\n';
   }
   return text;
@@ -40,11 +41,11 @@ std::string markdown(const std::vector<Growth>& all, const Machine& machine,
       "For reviewers: what twice as much of something costs. Made by `{}`; do not edit. Method: "
       "[growth.cpp](../tests/bench/growth.cpp).\n\n"
       "- cost: median of the rounds\n"
-      "- each more: what one more costs, between this count and the one before\n"
-      "- of linear: the step's cost over that of a cost without a fixed part; at most 1 is not "
-      "worse than linear\n"
-      "- noise: the largest round over the smallest of both counts; undecided when it is wider "
-      "than the distance from 1\n\n"
+      "- each more: what one more costs, between this count and the one before; in brackets the "
+      "least and the most by the rounds\n"
+      "- of proportional: the cost over that of the count before, by their counts\n"
+      "- at most linear: one more costs no more than in the step before, and of proportional is at "
+      "most 1; undecided when rounds differ by more than that\n\n"
       "| machine | |\n|---|---|\n| date | {} |\n| CPU | {} x {} |\n| kernel | {}, {} |\n"
       "| load average at the start | {} |\n\n",
       command, machine.date, machine.cpus, machine.cpu, machine.kernel, machine.preemption,
@@ -70,20 +71,21 @@ std::string markdown(const std::vector<Growth>& all, const Machine& machine,
     text += fmt::format("![{} by {}]({}/growth-{}.svg)\n\n", growth.cost, growth.what, pictures,
                         growth.name);
     text += fmt::format(
-        "| {} | cost | each more | of linear | noise | at most linear |\n"
-        "|---:|---:|---:|---:|---:|---|\n",
+        "| {} | cost | each more | of proportional | at most linear |\n"
+        "|---:|---:|---:|---:|---|\n",
         growth.what);
     const std::vector<Step> all_steps = steps(growth);
     for (std::size_t i = 0; i < growth.points.size(); ++i) {
       const Point& point = growth.points[i];
       text += fmt::format("| {} | {} |", point.count, number(median(point.cost)));
       if (i == 0) {
-        text += " - | - | - | - |\n";
+        text += " - | - | - |\n";
         continue;
       }
       const Step& step = all_steps[i - 1];
-      text += fmt::format(" {} | {:.2f} | {:.2f} | {} |\n", number(step.each_more), step.of_linear,
-                          step.noise, word(step.met));
+      text += fmt::format(" {} ({} to {}) | {:.2f} | {} |\n", number(step.each_more),
+                          number(step.least_more), number(step.most_more), step.of_proportional,
+                          word(step.met));
     }
     text += '\n';
   }

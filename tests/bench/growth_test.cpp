@@ -25,17 +25,38 @@ TEST(Growth, AStepIsWorseThanLinearWhenItCostsMoreThanItsShareOfTheCount) {
   EXPECT_EQ(of({9, 10, 11}, {40, 41, 42}), Met::no);
 }
 
+// A large fixed part hides in a proportion what one more costs.
+TEST(Growth, AStepIsWorseThanLinearWhenOneMoreCostsMoreThanBefore) {
+  Growth growth{.name = "some", .what = "", .cost = "", .unit = ""};
+  for (const double n : {1, 2, 4, 8})
+    growth.points.push_back({n, {100 + n * n - 0.1, 100 + n * n, 100 + n * n + 0.1}});
+  const std::vector<Step> all = steps(growth);
+  EXPECT_EQ(all[0].met, Met::yes) << "nothing to compare with";
+  EXPECT_EQ(all[1].met, Met::no);
+  EXPECT_EQ(all[2].met, Met::no);
+  for (Point& point : growth.points) point.cost = {100 + 3 * point.count};
+  for (const Step& step : steps(growth)) EXPECT_EQ(step.met, Met::yes) << step.to;
+}
+
+TEST(Growth, NothingIsJudgedByWhatWasNotMeasured) {
+  EXPECT_EQ(of({0}, {5}), Met::undecided);
+  EXPECT_EQ(of({}, {5}), Met::undecided);
+  EXPECT_EQ(of({5}, {kNone}), Met::undecided);
+}
+
 TEST(Growth, EachMoreIsTheSlopeBetweenTwoCounts) {
   const Growth growth{.name = "some",
                       .what = "",
                       .cost = "",
                       .unit = "",
-                      .points = {{1, {7}}, {2, {9}}, {4, {13}}}};
+                      .points = {{1, {7}}, {2, {9}}, {4, {12, 13, 14}}}};
   const std::vector<Step> all = steps(growth);
   ASSERT_EQ(all.size(), 2u);
   EXPECT_EQ(all[0].each_more, 2);
   EXPECT_EQ(all[1].each_more, 2);
-  EXPECT_NEAR(all[1].of_linear, 13. / 18, 1e-12);
+  EXPECT_EQ(all[1].least_more, 1.5);
+  EXPECT_EQ(all[1].most_more, 2.5);
+  EXPECT_NEAR(all[1].of_proportional, 13. / 18, 1e-12);
 }
 
 }  // namespace

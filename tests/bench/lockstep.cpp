@@ -56,11 +56,15 @@ double lockstep_ms(const Moving& moving, const std::string& plant, int seconds,
   simulator.wait();
   daemon.signal(SIGTERM);
   daemon.wait();
+  std::vector<std::filesystem::path> files;
   for (const auto& file : std::filesystem::directory_iterator(run)) {
-    if (file.path().extension() == ".lssrec")
-      return std::filesystem::copy_file(file, recording), ms;
+    if (file.path().extension() == ".lssrec") files.push_back(file);
   }
-  throw std::runtime_error("lssd made no recording: " + read_file(folder / "lssd.log"));
+  if (files.size() != 1)
+    throw std::runtime_error(
+        fmt::format("lssd made {} recordings: {}", files.size(), read_file(folder / "lssd.log")));
+  std::filesystem::copy_file(files.front(), recording);
+  return ms;
 }
 
 }  // namespace lss::bench

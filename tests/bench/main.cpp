@@ -114,27 +114,23 @@ bool write(const std::filesystem::path& path, const std::string& text) {
 int grow(const Options& options, const std::string& document) {
   const Machine machine = this_machine();
   const Others others;
-  std::vector<Growth> all;
-  try {
-    all = growth(options);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "not measured: {}\n", error.what());
-    return 1;
-  }
+  bool failed = false;
+  const std::vector<Growth> all = growth(options, failed);
   if (others.share() > kBusy)
     fmt::print(stderr, "not to be quoted: others took {:.0f} % of the CPUs\n",
                others.share() * 100);
   fmt::print("{}", table(all));
-  if (document.empty()) return 0;
+  if (document.empty()) return failed ? 1 : 0;
   const std::filesystem::path images = std::filesystem::path(document).parent_path() / "images";
   std::error_code exists;
   std::filesystem::create_directories(images, exists);
   for (const Growth& one : all) {
-    if (!write(images / ("growth-" + one.name + ".svg"), picture(one))) return 1;
+    if (!one.points.empty() && !write(images / ("growth-" + one.name + ".svg"), picture(one)))
+      return 1;
   }
   const std::string command =
-      std::string("lss-bench --growth --markdown") + (options.quick ? " --quick" : "");
-  return write(document, markdown(all, machine, command, "images")) ? 0 : 1;
+      fmt::format("lss-bench --growth{} --markdown {}", options.quick ? " --quick" : "", document);
+  return write(document, markdown(all, machine, command, "images")) && !failed ? 0 : 1;
 }
 
 }  // namespace
@@ -155,10 +151,9 @@ int main(int argc, char** argv) {
       "also maxima and how often something was missed: in a machine that counts instructions");
   cli.add_flag("--machine", machine_wanted,
                "in a virtual machine that counts instructions; rows i,ii,vi,xi");
-  CLI::Option* rows_option = cli.get_option("--row");
   cli.add_flag("--growth", growth_wanted,
                "how cost grows with samples, modules, subscribers, vehicles, minutes of recording")
-      ->excludes(rows_option);
+      ->excludes("--row", "--campaign", "--maxima", "--machine", "--json");
   cli.add_flag("--json", as_json, "a list instead of a table");
   cli.add_option("--markdown", document, "also write the document with machine and table there");
   cli.footer(row_list() + "\n" + kExamples);

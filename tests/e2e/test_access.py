@@ -3,12 +3,13 @@ connects by this machine's own."""
 
 import contextlib
 import os
+import signal
 import socket
 import ssl
 import time
 
-from programs import run
-from rig import FATAL_ERROR, OPERATIONAL, TOOLS, Scenario, real_time
+from programs import run, wait_until
+from rig import EXIT, FATAL_ERROR, OPERATIONAL, TOOLS, Scenario, real_time
 from test_ground import KEYS, Gateway
 from ws import Refused, WebSocket
 
@@ -186,3 +187,20 @@ class Access(Guarded):
         for client in silent:
             self.assertEqual(client.recv(1), b"")
         self.assertLess(time.monotonic() - begun_s, REQUEST_S + 1)
+
+
+class Several(Scenario):
+    IN_LOCKSTEP = True
+
+    @real_time("two daemons, neither with a vehicle", any_machine=True)
+    def test_a_vehicle_is_not_taken_for_the_only_one_when_its_daemon_knows_another(self):
+        self.start_daemon()
+        other = self.start_daemon(self.write_config("other.toml", vehicle_id='"zebro-2"'), wait=False)
+        wait_until(lambda: "zebro-1, zebro-2" in self.cli("status").err, 30, "both are there")
+        other.halt()  # DDS of the first knows it for 10 s more; it answers no client
+        told = self.cli("--timeout", "1s", "status")
+        self.assertEqual((told.code, told.out), (EXIT["usage"], ""), told)
+        self.assertIn("zebro-1 is not alone on this domain: it knows another daemon", told.err)
+        self.assertIn('"without_status": 1', self.cli_ok("--timeout", "1s", "--json", "fleet").out)
+        self.cli_ok("--vehicle", "zebro-1", "status")
+        other.signal(signal.SIGCONT)

@@ -118,8 +118,8 @@ bool Daemons::take_status() {
   return news;
 }
 
-Clock::time_point Lull::step(bool news) {
-  now_ = Clock::now();
+Clock::time_point Lull::step(bool news, Clock::time_point now) {
+  now_ = now;
   if (begin_ == Clock::time_point{}) begin_ = now_;
   if (news || begin_ == now_) {
     slices_ = 0;

@@ -60,7 +60,7 @@ class Daemons {
 class Lull {
  public:
   // Call after each check for news; returns the time of the next check.
-  Clock::time_point step(bool news);
+  Clock::time_point step(bool news, Clock::time_point now);
   bool is_over() const {
     return slices_ >= kSlices && now_ - last_news_ >= std::min(3 * (last_news_ - begin_), kMost);
   }

@@ -81,7 +81,7 @@ std::optional<Clock::time_point> EmergencyStop::step(const Hooks& hooks) {
     hearers_ = std::move(hearers);
     next_ = Clock::now() + seconds(kRepeat_s);
   }
-  const Clock::time_point look = lull_.step(link_.take());
+  const Clock::time_point look = lull_.step(link_.take(), Clock::now());
   take_acks(hooks);
   take_status();
   if (is_done()) return std::nullopt;

@@ -143,7 +143,7 @@ void Link::find_vehicle() {
   const bool named = !options_.vehicle_id.empty();
   Lull lull;
   while (Clock::now() < until) {
-    const Clock::time_point look = lull.step(take());
+    const Clock::time_point look = lull.step(take(), Clock::now());
     const bool settled =
         named ? daemons_.all_heard() || lull.is_over() : daemons_.all_heard() && lull.is_over();
     if (is_found() && settled) break;
@@ -152,10 +152,13 @@ void Link::find_vehicle() {
   if (!is_found()) throw unreachable(options_.vehicle_id);
   if (!named && names().size() > 1) throw several();
   if (!named && !daemons_.all_heard()) {
-    throw Failure(
-        ExitCode::usage,
-        names().front() + " is not alone on this domain: another daemon did not say its name",
-        "name the vehicle with --vehicle, or LSS_VEHICLE in the environment");
+    const char* why = daemons_.missing() == 0
+                          ? "another daemon did not say its name"
+                          : "it knows another daemon, which is not heard here (on another network, "
+                            "or killed within the last 10 s)";
+    throw Failure(ExitCode::usage,
+                  fmt::format("{} is not alone on this domain: {}", names().front(), why),
+                  "name the vehicle with --vehicle, or LSS_VEHICLE in the environment");
   }
   const std::string id = named ? options_.vehicle_id : names().front();
   const Daemon& daemon = *daemons_.named(id).front();
@@ -184,7 +187,7 @@ bool Link::is_described() const {
 bool Link::may_be_described() {
   const Clock::time_point until = Clock::now() + seconds(options_.find_timeout_s());
   for (Lull lull; Clock::now() < until;) {
-    const Clock::time_point look = lull.step(take());
+    const Clock::time_point look = lull.step(take(), Clock::now());
     if (is_found() && daemons_.all_heard() && lull.is_over()) break;
     if (waker_.wait(std::min(look, until)).interrupted) throw Interrupted();
   }
@@ -199,7 +202,7 @@ bool Link::may_be_described() {
 void Link::listen() {
   const Clock::time_point until = Clock::now() + seconds(options_.find_timeout_s());
   for (Lull lull; Clock::now() < until;) {
-    const Clock::time_point look = lull.step(take());
+    const Clock::time_point look = lull.step(take(), Clock::now());
     if (lull.is_over() && daemons_.all_heard()) return;
     if (waker_.wait(std::min(look, until)).interrupted) throw Interrupted();
   }

@@ -123,7 +123,7 @@ ExitCode run_fleet(Context& context) {
                     {"version", text(status->version)},
                     {"instance", instance_json(status->instance)}});
   }
-  const std::size_t silent = link.daemons().all().size() - all.size();
+  const std::size_t silent = link.daemons().all().size() + link.daemons().missing() - all.size();
   if (silent > 0) context.output.note(fmt::format("{} more did not say their names", silent));
   context.output.document({{"vehicles", std::move(list)}, {"without_status", silent}});
   return ExitCode::completed;
