@@ -194,6 +194,22 @@ TEST_F(Program, RefusesGroundThatItDoesNotKnow) {
     EXPECT_EQ(refused.wait(), 2) << ground;
     EXPECT_THAT(refused.heard, HasSubstr(says));
   }
+  for (const auto& [patch, says] : {std::pair("sand:0.1", "it names no wheels"),
+                                    {"mud@4", "'mud' is no soil"},
+                                    {"sand@7", "there is no wheel '7'"},
+                                    {"sand@4@2-3", "'2-3' is no stretch FROM..TO"},
+                                    {"sand@4@2..x", "'x' is no number of metres"},
+                                    {"sand@4@3..2", "the stretch ends before it begins"}}) {
+    Process refused(ardito({"--ground", "regolith", "--patch", patch}));
+    EXPECT_EQ(refused.wait(), 2) << patch;
+    EXPECT_THAT(refused.heard, HasSubstr(says));
+  }
+  Process rocks(ardito({"--rocks", "1.5"}));
+  EXPECT_EQ(rocks.wait(), 2);
+  EXPECT_THAT(rocks.heard, HasSubstr("--rocks"));
+  Process hard(ardito({"--patch", "sand@4"}));
+  EXPECT_EQ(hard.wait(), 2);
+  EXPECT_THAT(hard.heard, HasSubstr("a patch is in a soil"));
   Process step(ardito({"--ground", "sand", "--step", "60"}));
   EXPECT_EQ(step.wait(), 2);
   EXPECT_THAT(step.heard, HasSubstr("there is no step on soil"));

@@ -241,6 +241,23 @@ TEST(RoverOnSoil, DrivesOverHillsAndRoughGround) {
   }
 }
 
+TEST(RoverOnSoil, AWheelSinksInAPatchAloneAndComesOutBehindIt) {
+  RoverOptions options = on("regolith");
+  options.patches.push_back(parse_patch("sand:0.1@4@0.5..1.4"));
+  Driver driver(options);  // wheel 4 begins 70 mm behind the origin
+  driver.drive(0.3);
+  const auto axle_m = [&] { return driver.x_m() - dimensions::kCentre_m; };
+  while (axle_m() < 0.5) driver.run(0.05);
+  EXPECT_LT(driver.rover.sinkage_m(3), 0.02);
+  while (axle_m() < 1.1) driver.run(0.05);
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    EXPECT_EQ(driver.rover.sinkage_m(i) > 0.02, i == 3) << i;
+  }
+  EXPECT_GT(driver.rover.sinkage_m(3), 0.07);
+  while (axle_m() < 2) driver.run(0.05);
+  EXPECT_LT(driver.rover.sinkage_m(3), 0.02);
+}
+
 TEST(RoverOnSoil, TheSameDriveGivesTheSameBits) {
   const auto drive = [] {
     Driver driver(on("sand"));

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "idl/angles.h"
+#include "tools/lss-sim/ardito/rocks.h"
 #include "tools/lss-sim/ardito/wheel_in_soil.h"
 #include "tools/lss-sim/frame/shapes.h"
 
@@ -145,12 +146,17 @@ ShaftState felt(const RevoluteJoint& joint, const ShaftDrive& wanted, double fri
 }  // namespace
 
 struct Rover::World {
-  World(const RoverOptions& options) : terrain(options.ground, options.seed) {}
+  World(const RoverOptions& options)
+      : terrain(options.ground, options.seed),
+        rocks(options.rocks, options.seed),
+        hard_friction(options.friction) {}
 
   void build(const RoverOptions& options);
   void add_side(BodyNode& chassis, std::size_t side, double friction);
   void build_ground(const RoverOptions& options);
   void place_patches();
+  void place_patch(std::size_t wheel, const GroundPoint& at, double below_m);
+  soil::Soil soil_under(std::size_t wheel, double x_m) const;
   // Of one wheel, on hard ground and on soil: sets its contact, returns the torques against rolling
   // and steering.
   struct Friction {
@@ -162,6 +168,8 @@ struct Rover::World {
   dart::simulation::WorldPtr world = dart::simulation::World::create();
   std::shared_ptr<WheelOnGround> filter = std::make_shared<WheelOnGround>();
   Terrain terrain;
+  Rocks rocks;
+  double hard_friction;
   SkeletonPtr robot, ground;
   BodyNode* chassis = nullptr;
   std::array<RevoluteJoint*, 2> rockers{}, bogies{};  // left, right
@@ -171,8 +179,11 @@ struct Rover::World {
   std::array<DynamicsAspect*, kWheels> treads{};
   std::array<ShapeNode*, kWheels> patches{};
   std::array<GroundPoint, kWheels> under{};
+  std::array<bool, kWheels> on_rock{};
   // On soil: of each wheel, how it sinks and the motion of its patch.
   std::vector<WheelInSoil> in_soil;
+  soil::Soil around;  // and its patches, in this gravity
+  std::vector<Patch> soft;
   std::array<dart::dynamics::TranslationalJoint*, kWheels> moving{};
   std::array<double, kWheels> sinking_m_s{};
 };
@@ -278,35 +289,63 @@ void Rover::World::build(const RoverOptions& options) {
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.translation().z() = kAxleDown_m + kWheelRadius_m;
   if (options.soil) {
-    in_soil.assign(kWheels,
-                   WheelInSoil(soil::in_gravity(*options.soil, g), kMass_kg * g / kWheels));
+    around = soil::in_gravity(*options.soil, g);
+    in_soil.assign(kWheels, WheelInSoil(around, kMass_kg * g / kWheels));
+    for (const Patch& patch : options.patches) {
+      soft.push_back(patch);
+      soft.back().soil = soil::in_gravity(patch.soil, g);
+    }
     pose.translation().z() -= in_soil[0].sinkage_m();
   }
   free->setTransform(pose);
   world->addSkeleton(robot);
 }
 
+soil::Soil Rover::World::soil_under(std::size_t wheel, double x_m) const {
+  soil::Soil found = around;
+  for (const Patch& patch : soft) found = mixed(found, patch.soil, patch.share(wheel, x_m));
+  return found;
+}
+
 // Moves each wheel's patch so that it touches the ground where the wheel is nearest to it.
 void Rover::World::place_patches() {
   for (std::size_t wheel = 0; wheel < kWheels; ++wheel) {
     const Eigen::Vector3d centre = hubs[wheel]->getWorldTransform().translation();
+    if (!soft.empty()) in_soil[wheel].enter(soil_under(wheel, centre.x()));
     const GroundPoint& point = under[wheel] =
         terrain.nearest(centre.x(), centre.y(), centre.z(), under[wheel]);
-    const Eigen::Vector3d normal(point.normal[0], point.normal[1], point.normal[2]);
-    Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
-    place.linear() =
-        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal).toRotationMatrix();
     const double below_m = in_soil.empty() ? 0 : in_soil[wheel].sinkage_m();
-    place.translation() =
-        Eigen::Vector3d(point.x_m, point.y_m, point.z_m) - normal * (kPatch_m.z() / 2 + below_m);
-    patches[wheel]->setRelativeTransform(place);
-    if (!in_soil.empty()) moving[wheel]->setVelocities(-sinking_m_s[wheel] * normal);
+    const auto far_m = [&](const GroundPoint& of) {
+      return (centre - Eigen::Vector3d(of.x_m, of.y_m, of.z_m))
+          .dot(Eigen::Vector3d(of.normal.data()));
+    };
+    const std::optional<GroundPoint> rock =
+        rocks.nearest(centre.x(), centre.y(), centre.z(), terrain);
+    on_rock[wheel] = rock && far_m(*rock) < far_m(point) + below_m;
+    if (on_rock[wheel]) {
+      place_patch(wheel, *rock, 0);
+    } else {
+      place_patch(wheel, point, below_m);
+    }
   }
+}
+
+void Rover::World::place_patch(std::size_t wheel, const GroundPoint& at, double below_m) {
+  const Eigen::Vector3d normal(at.normal.data());
+  Eigen::Isometry3d place = Eigen::Isometry3d::Identity();
+  place.linear() =
+      Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), normal).toRotationMatrix();
+  place.translation() =
+      Eigen::Vector3d(at.x_m, at.y_m, at.z_m) - normal * (kPatch_m.z() / 2 + below_m);
+  patches[wheel]->setRelativeTransform(place);
+  const double sinking = on_rock[wheel] ? 0 : sinking_m_s[wheel];
+  if (!in_soil.empty()) moving[wheel]->setVelocities(-sinking * normal);
 }
 
 Rover::World::Friction Rover::World::touch(std::size_t wheel, double load_N) {
   const double speed_m_s = std::abs(wheels[wheel]->getVelocity(0)) * kWheelRadius_m;
   const double compliance_m_sN = kSlip * speed_m_s / std::max(load_N, kLeastLoad_N);
+  treads[wheel]->setFrictionCoeff(hard_friction);
   treads[wheel]->setPrimarySlipCompliance(compliance_m_sN);
   treads[wheel]->setSecondarySlipCompliance(compliance_m_sN);
   return {kRollingResistance * load_N * kWheelRadius_m, kPatchRadius_m * load_N};
@@ -318,15 +357,16 @@ Rover::World::Friction Rover::World::sink(std::size_t wheel, double load_N) {
   const Eigen::Vector3d ahead = axle.cross(normal).normalized();
   const Eigen::Vector3d hub_m_s = hubs[wheel]->getLinearVelocity();
   const SoilGrip grip =
-      in_soil[wheel].step({.load_N = load_N,
+      in_soil[wheel].step({.load_N = on_rock[wheel] ? 0 : load_N,
                            .rim_m_s = wheels[wheel]->getVelocity(0) * kWheelRadius_m,
                            .ahead_m_s = hub_m_s.dot(ahead),
                            .left_m_s = hub_m_s.dot(normal.cross(ahead))});
+  sinking_m_s[wheel] = grip.sinking_m_s;
+  if (on_rock[wheel]) return touch(wheel, load_N);
   treads[wheel]->setFrictionCoeff(grip.friction);
   treads[wheel]->setPrimarySlipCompliance(grip.compliance_m_sN);
   treads[wheel]->setSecondarySlipCompliance(grip.compliance_m_sN);
   hubs[wheel]->addExtForce(grip.resistance_N * ahead, Eigen::Vector3d::Zero(), false, true);
-  sinking_m_s[wheel] = grip.sinking_m_s;
   return {grip.rolling_Nm, grip.turning_Nm};
 }
 
@@ -334,6 +374,9 @@ Rover::Rover(const RoverOptions& options) : world_(std::make_unique<World>(optio
   if (options.soil && options.step_height_m > 0)
     throw std::invalid_argument(
         "there is no step on soil: leave out --step or the soil of --ground");
+  if (!options.soil && !options.patches.empty())
+    throw std::invalid_argument(
+        "a patch is in a soil: leave out --patch or add one to --ground, for example regolith");
   world_->build(options);
   loads_N_.fill(kMass_kg * options.gravity_m_s2 / kWheels);
 }
@@ -396,7 +439,7 @@ double Rover::slip_m_s(std::size_t wheel) const {
 
 double Rover::sinkage_m(std::size_t wheel) const {
   const World& w = *world_;
-  if (w.in_soil.empty()) return 0;
+  if (w.in_soil.empty() || w.on_rock[wheel]) return 0;
   const Eigen::Vector3d centre = w.hubs[wheel]->getWorldTransform().translation();
   const GroundPoint& point = w.under[wheel];
   const Eigen::Vector3d up(point.normal.data());

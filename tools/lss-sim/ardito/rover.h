@@ -12,7 +12,9 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <vector>
 
+#include "tools/lss-sim/ardito/patch.h"
 #include "tools/lss-sim/ardito/terrain.h"
 #include "tools/lss-sim/frame/shaft.h"
 #include "tools/lss-sim/soil/soil.h"
@@ -42,7 +44,9 @@ struct RoverOptions {
   PlantKind plant = PlantKind::dart;
   Ground ground = Ground::flat;
   std::optional<soil::Soil> soil{};  // as measured, not in this gravity; unset: hard ground
+  std::vector<Patch> patches{};      // in the soil; of several the last one counts
   double gravity_m_s2 = 9.81;
+  double rocks = 0;            // share of the square metres with one (rocks.h), of hard ground
   double friction = 0.3;       // of hard ground
   double slope_rad = 0;        // uphill ahead
   double step_height_m = 0;    // a kerb across the way; 0: none

@@ -29,11 +29,11 @@ auto collect(Get get) {
 
 std::unique_ptr<RoverPlant> make_plant(const RoverOptions& options) {
   if (options.plant == PlantKind::kinematic) {
-    if (options.ground != Ground::flat || options.soil || options.slope_rad != 0 ||
-        options.step_height_m > 0)
+    if (options.ground != Ground::flat || options.soil || !options.patches.empty() ||
+        options.rocks > 0 || options.slope_rad != 0 || options.step_height_m > 0)
       throw std::invalid_argument(
-          "the kinematic plant is on level ground: leave out --ground, --slope and --step, or use "
-          "--plant dart");
+          "the kinematic plant is on level ground: leave out --ground, --rocks, --slope and "
+          "--step, or use --plant dart");
     return std::make_unique<KinematicRover>(options.gravity_m_s2);
   }
   return std::make_unique<Rover>(options);
@@ -179,6 +179,16 @@ class ArditoKind final : public VehicleKind {
                     "flat, hills or rough, placed by the seed; a soil: sand, loam, regolith, each "
                     "with :FACTOR of its strength if wanted; or both: hills,regolith")
         ->default_str("flat");
+    command.add_option(
+        "--patch", patches_,
+        "SOIL[:FACTOR]@WHEELS[@FROM..TO], repeatable: another soil under these wheels "
+        "(digits 1 to 6), from and to these metres ahead of the start");
+    command
+        .add_option(
+            "--rocks", options_.rocks,
+            "share of the square metres that have a rock of 10 to 60 mm, placed by the seed")
+        ->check(CLI::Range(0.0, 1.0))
+        ->default_str("0");
     command.add_option("--gravity", options_.gravity_m_s2, "moon, mars, earth, or m/s2")
         ->transform((CLI::CheckedTransformer(gravities) | CLI::Range(0.1, 30.0)).description(""))
         ->default_str("earth");
@@ -207,6 +217,7 @@ class ArditoKind final : public VehicleKind {
     options.seed = seed;
     options.plant = plant_ == "dart" ? PlantKind::dart : PlantKind::kinematic;
     set_ground(options, ground_);
+    for (const std::string& patch : patches_) options.patches.push_back(parse_patch(patch));
     options.slope_rad = slope_deg_ * kDegree;
     options.step_height_m = step_mm_ * 1e-3;
     return std::make_unique<Ardito>(options);
@@ -215,6 +226,7 @@ class ArditoKind final : public VehicleKind {
  private:
   RoverOptions options_;
   std::string plant_ = "dart", ground_ = "flat";
+  std::vector<std::string> patches_;
   double slope_deg_ = 0, step_mm_ = 0;
 };
 

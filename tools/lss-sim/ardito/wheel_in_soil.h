@@ -34,6 +34,8 @@ class WheelInSoil {
   // At rest under this load.
   WheelInSoil(const soil::Soil& soil, double load_N);
   SoilGrip step(const WheelMotion& motion);
+  // Another one from the next step on: the wheel sinks or comes out as in its own.
+  void enter(const soil::Soil& soil) { soil_ = soil; }
   double sinkage_m() const { return sinkage_m_; }
 
  private:
