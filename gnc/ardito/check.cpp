@@ -94,6 +94,11 @@ const char* check(const Parameters& p) noexcept {
     return "slow_least_m_s must be above slip_speed_m_s: at that slip is measured; slow_rate_1_s "
            "and slide_lost_share above 0, slow_filter_s at least one frame";
   }
+  if (p.sink_m <= 0 || p.sink_strain_deep <= 1 || p.sink_strain < p.sink_strain_deep ||
+      p.sink_deep <= 1 || p.sink_slip <= 0 || p.sink_filter_s < kFrame_s) {
+    return "sink_m and sink_slip must be above 0, sink_strain_deep and sink_deep above 1, "
+           "sink_strain not below sink_strain_deep, sink_filter_s at least one frame";
+  }
   if (p.warm_temperature_C > p.max_temperature_C) {
     return "motors are reported at motor_temperature_degC and taken out at motor_cutoff_degC, "
            "which "

@@ -53,6 +53,7 @@ Command MobilityController::step(const Request& asked, const Measured& measured)
   watch_yaw(inputs, motion, command);
   watch_imu(inputs, motion, command);
   measure_slip(inputs, motion, command);
+  watch_sinking(inputs, motion, command);
   const bool stop = error(request, command) || request.error || !request.powered;
 
   find_steering(inputs, feedback);

@@ -44,6 +44,7 @@ class MobilityController {
   void watch_imu(const Inputs& inputs, const Motion& motion, Command& command) noexcept;
   void watch_slip(const Inputs& inputs, const Motion& motion, Command& command) noexcept;
   void measure_slip(const Inputs& inputs, const Motion& motion, Command& command) noexcept;
+  void watch_sinking(const Inputs& inputs, const Motion& motion, Command& command) noexcept;
   void slow_by_slip(const PlaneMotion& target) noexcept;
   void watch_yaw(const Inputs& inputs, const Motion& motion, Command& command) noexcept;
   double mean_load(const Inputs& inputs) const noexcept;

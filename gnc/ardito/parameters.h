@@ -94,6 +94,13 @@ struct Parameters {
   double slow_least_m_s = 0.12;  // never slower than that: slip could not be measured
   double slow_rate_1_s = 0.5;    // how fast the factor changes
   double slow_filter_s = 1;      // of the measured slip
+  // one wheel that digs itself in
+  double sink_m = 0.06;            // lower than the plane of the others
+  double sink_strain = 1.8;        // and its motor's load, times that of the others:
+  double sink_strain_deep = 1.25;  // falling to this one of a wheel sink_deep times as low
+  double sink_deep = 1.8;
+  double sink_slip = 0.04;     // and lost of the wheels' speed: more than on hard ground
+  double sink_filter_s = 0.5;  // of depth and load
   // yaw rate of the IMU against the inverse model (7.2.1)
   double yaw_agree_rad_s = 0.05;
   double yaw_filter_s = 5;
@@ -150,9 +157,10 @@ struct Parameters {
         self.coherent_share, self.coherent_sigma_rad, self.slip_m_s, self.slip_sigma_rad,
         self.slip_share, self.slip_speed_m_s, self.slip_load, self.turning_rad_s,
         self.slide_lost_share, self.slow_share, self.slow_hysteresis, self.slow_factor,
-        self.slow_least_m_s, self.slow_rate_1_s, self.slow_filter_s, self.yaw_agree_rad_s,
-        self.yaw_filter_s, self.sensor_frames, self.motor_frames, self.reduction_frames,
-        self.clutch_frames, self.two_sensors_frames, self.all_sensors_frames,
+        self.slow_least_m_s, self.slow_rate_1_s, self.slow_filter_s, self.sink_m, self.sink_strain,
+        self.sink_strain_deep, self.sink_deep, self.sink_slip, self.sink_filter_s,
+        self.yaw_agree_rad_s, self.yaw_filter_s, self.sensor_frames, self.motor_frames,
+        self.reduction_frames, self.clutch_frames, self.two_sensors_frames, self.all_sensors_frames,
         self.all_sensors_error_frames, self.steering_encoder_frames, self.steering_frames,
         self.motor_test_frames, self.inconclusive_frames, self.max_lost_wheels, self.imu_frames,
         self.stuck_frames, self.rocker_frames, self.imu_frozen_frames, self.overcurrent_frames,

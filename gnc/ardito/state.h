@@ -101,6 +101,21 @@ struct SlipSpeed {
   }
 };
 
+// Of one wheel that digs itself in. `held` and `way` outlast a stop: the wheels that are still in,
+// and the sense of the motion that brought them there.
+struct SinkWatch {
+  WheelSet held = 0;
+  std::uint32_t frames = 0;
+  double way = 0;
+  PerWheel<double> lower_m{};  // filtered: than the plane of the others
+  PerWheel<double> load{};     // filtered
+
+  template <class Self>
+  static constexpr auto members(Self& self) noexcept {
+    return std::tie(self.held, self.frames, self.way, self.lower_m, self.load);
+  }
+};
+
 struct State {
   // decisions
   Mode mode = Mode::stop;
@@ -118,6 +133,7 @@ struct State {
   std::array<double, 3> rocker_rad{};
   SlipWatch slip;
   SlipSpeed slip_speed;
+  SinkWatch sinking;
   double yaw_error_rad_s = 0;  // IMU against inverse model, filtered
   double imu_speed_m_s = 0;
   double sigma_rad = 0;  // requested in the frame before
@@ -142,7 +158,7 @@ struct State {
   static constexpr auto members(Self& self) noexcept {
     return std::tie(self.mode, self.phase, self.started, self.steering_known, self.poses_known,
                     self.imu_counter, self.imu_frozen, self.imu_contradiction, self.rocker_known,
-                    self.rocker_distrust, self.rocker_rad, self.slip, self.slip_speed,
+                    self.rocker_distrust, self.rocker_rad, self.slip, self.slip_speed, self.sinking,
                     self.yaw_error_rad_s, self.imu_speed_m_s, self.sigma_rad, self.v_m_s,
                     self.direction_sin, self.direction_cos, self.poses, self.wheel_integral,
                     self.steering_integral, self.steering_held, self.wheels_ordered,

@@ -147,6 +147,7 @@ enum Fault : std::uint32_t {
   kRockerJump = 1U << 9,     // beta, rho1 or rho2 jumped: not trusted for rocker_frames
   kYawDisagrees = 1U << 10,  // yaw rate of IMU and inverse model, for long (7.2.1)
   kSlipSlows = 1U << 11,     // it drives slower than requested: more slip than allowed
+  kWheelSinks = 1U << 12,    // one wheel digs itself in: Command::sinking
 };
 
 struct Estimate {
@@ -160,7 +161,10 @@ struct Estimate {
   // Of the wheels' speed that is lost, by the IMU, over about a second; negative: the rover pushes
   // its wheels. 0: not measured.
   double slip_share = 0;
-  double speed_share = 1;  // of the requested speed that it drives with: less when it slips
+  double speed_share = 1;   // of the requested speed that it drives with: less when it slips
+  double sunk_m = 0;        // of Command::sinking, when there is one: lower than the others' plane
+  double strain = 0;        // the same: its motor's load, times that of the others
+  double strain_limit = 0;  // the same
   double load = 0;  // mean of the motors that drive: share of the rated current above no load
   PerWheel<double> wheel_rad_s{};      // the feedback that control uses
   PerSteered<double> steering_rad{};   // the same
@@ -169,8 +173,9 @@ struct Estimate {
   template <class Self>
   static constexpr auto members(Self& self) noexcept {
     return std::tie(self.speed_m_s, self.sigma_rad, self.yaw_rate_rad_s, self.slip_m_s,
-                    self.ground_m_s, self.slip_share, self.speed_share, self.load, self.wheel_rad_s,
-                    self.steering_rad, self.wheel_speed_m_s);
+                    self.ground_m_s, self.slip_share, self.speed_share, self.sunk_m, self.strain,
+                    self.strain_limit, self.load, self.wheel_rad_s, self.steering_rad,
+                    self.wheel_speed_m_s);
   }
 };
 
@@ -200,7 +205,7 @@ struct Command {
   WheelSet hot_motors = 0;           // above Parameters::warm_temperature_C; taken out above max_
   WheelSet inconclusive_wheels = 0;  // contradictory sensors for long, no failure fits
   WheelSet probing = 0;              // clutch under test: this wheel runs a little slower
-  std::uint32_t reserved = 0;
+  WheelSet sinking = 0;              // digs itself in, now
   Estimate estimate;
 
   template <class Self>
@@ -210,7 +215,7 @@ struct Command {
                     self.wheel_failure, self.steering_failure, self.wheel_suspect,
                     self.steering_suspect, self.sensors_lost, self.encoders_lost, self.stale_wheels,
                     self.stale_steering, self.hot_motors, self.inconclusive_wheels, self.probing,
-                    self.reserved, self.estimate);
+                    self.sinking, self.estimate);
   }
 };
 

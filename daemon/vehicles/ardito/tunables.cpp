@@ -44,6 +44,9 @@ constexpr std::array kTunables{
     tunable<&P::mobility, &M::slip_load>(
         "mobility.slip_load", "", 0.02, 1, kAlways,
         "times the rated current above no load: motors of wheels that slip draw more"),
+    tunable<&P::mobility, &M::sink_m>(
+        "mobility.sink_limit_m", "m", 0.03, 0.5, kAlways,
+        "a wheel lower than the plane of the others, whose motor pushes harder: dug in, it stops"),
     tunable<&P::mobility, &M::max_lost_wheels>("mobility.lost_wheels", "", 0, 2, kAlways,
                                                "so many may be out of work without an error"),
     tunable<&P::wheel_current_A>("bus.wheel_rated_A", "A", 0.1, 100, kAlways,

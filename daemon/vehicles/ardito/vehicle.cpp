@@ -202,7 +202,7 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
     by_itself_ = true;
     activated_ns_ = now_ns_;
   }
-  if (actions & (kDrive | kPark)) stuck_told_ = false;
+  if (actions & (kDrive | kPark)) stuck_told_ = embedded_told_ = false;
   if (actions & kDrive) {
     const auto drive = arguments<Drive>(*request);
     wanted_m_s_ = drive.speed_m_s;

@@ -92,8 +92,8 @@ class Vehicle final : public Actor, private SolveTarget {
       steering_failure_, error_, rocker_lost_, imu_lost_, imu_seen_, imu_told_, disagreeing_,
       solver_, distance_m_, yaw_rad_, x_m_, y_m_, beacon_, by_itself_, activated_ns_, rests_ns_,
       slipping_, slip_frames_, most_slip_m_s_, slowed_, most_slip_share_, stuck_, stuck_told_,
-      yaw_told_, yaw_good_frames_, hot_, unproven_, unproven_told_, proven_frames_, restored_,
-      restored_ns_);
+      embedded_, embedded_told_, yaw_told_, yaw_good_frames_, hot_, unproven_, unproven_told_,
+      proven_frames_, restored_, restored_ns_);
   }
 
  private:
@@ -124,6 +124,7 @@ class Vehicle final : public Actor, private SolveTarget {
   void watch_imu(Supervisor& s) noexcept;
   void watch_slip(Supervisor& s) noexcept;
   void watch_slowed(Supervisor& s) noexcept;
+  void watch_sinking(Supervisor& s) noexcept;
   void watch_yaw(Supervisor& s) noexcept;
   void watch_heat(std::size_t wheel, Supervisor& s) noexcept;
   void watch_unproven(std::size_t wheel, Supervisor& s) noexcept;
@@ -205,8 +206,10 @@ class Vehicle final : public Actor, private SolveTarget {
   std::array<gnc::ardito::SteeringFailure, kSteered> steering_failure_{};
   bool error_ = false, rocker_lost_ = false;
   bool imu_lost_ = true, imu_seen_ = false, imu_told_ = false;
+  std::uint16_t embedded_ = 0;    // the wheel that dug itself in, as a module; 0: none
   std::uint8_t disagreeing_ = 0;  // 1..3; 0: none
-  bool slipping_ = false, stuck_ = false, stuck_told_ = false, yaw_told_ = false;
+  bool slipping_ = false, stuck_ = false, stuck_told_ = false, embedded_told_ = false,
+       yaw_told_ = false;
   int slip_frames_ = 0, yaw_good_frames_ = 0;
   double most_slip_m_s_ = 0;    // since it began
   bool slowed_ = false;         // by slip

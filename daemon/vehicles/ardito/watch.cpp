@@ -229,6 +229,24 @@ void Vehicle::watch_slip(Supervisor& s) noexcept {
   }
   stuck_ = stuck;
   if (!stuck_told_) s.clear(faults::rover_stuck);  // another command to move came
+  watch_sinking(s);
+}
+
+// One wheel digs itself in: the rover stops before it is held.
+void Vehicle::watch_sinking(Supervisor& s) noexcept {
+  const unsigned sinks = command_.sinking;
+  if (embedded_ != 0 && !embedded_told_) {  // another command to move came
+    s.clear(faults::wheel_embedded, embedded_);
+    embedded_ = 0;
+  }
+  if (sinks == 0 || s.happen(event::stuck).reason != Reason::none) return;
+  const gnc::ardito::Estimate& e = command_.estimate;
+  const gnc::ardito::Parameters& p = parameters_.mobility;
+  embedded_ = kit::module_of(static_cast<std::size_t>(std::countr_zero(sinks)));
+  embedded_told_ = true;
+  s.latch(faults::wheel_embedded, embedded_);
+  s.note(events::stopped_embedded, embedded_, e.sunk_m, p.sink_m, e.strain, e.strain_limit);
+  s.abandon(reasons::wheel_embedded);
 }
 
 // A person learns why the rover drives slower than commanded.

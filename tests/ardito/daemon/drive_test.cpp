@@ -189,6 +189,36 @@ TEST(ArditoSlip, AnImuThatIsWrongIsNotTakenForSlip) {
   EXPECT_EQ(w.mode(), Mode::running);
 }
 
+TEST(ArditoSlip, AWheelThatDigsItselfInStopsTheRoverAndTheWayBackIsFree) {
+  World w;
+  ASSERT_TRUE(w.start_and_drive(0.3));
+  w.run(3);
+  w.distort = [](std::vector<Reading>& readings) {
+    alter_all<Rocker>(readings, [](Rocker& m) { m.rho2_rad -= 0.18; });
+    alter_all<Imu>(readings, [](Imu& m) { m.Vtan_mm_s = 0.85 * m.Vtan_mm_s; });
+    alter_all<WheelMotion>(readings, [](WheelMotion& m) {
+      if (m.wheel == 3) m.current_permille += m.motor_rpm > 0 ? 700 : -700;
+    });
+  };
+  ASSERT_TRUE(w.run_until([&] { return w.has(faults::wheel_embedded, 4); }, 3));
+  ASSERT_TRUE(w.run_until(Mode::stopped, 3));
+  EXPECT_EQ(w.state(), State::operational) << "a safe stop, no emergency";
+  ASSERT_NE(w.heard(events::stopped_embedded), nullptr);
+  const EventRecord& told = *w.heard(events::stopped_embedded);
+  EXPECT_GT(told.argument[0], 0.06);
+  EXPECT_EQ(told.argument[1], 0.06);
+  EXPECT_GT(told.argument[2], told.argument[3]);
+  EXPECT_GT(told.argument[3], 1.25);
+  EXPECT_LT(told.argument[3], 1.8);
+  EXPECT_EQ(w.last(Phase::failed)->verdict.reason, reasons::wheel_embedded);
+  w.run(2);
+  EXPECT_TRUE(w.has(faults::wheel_embedded, 4)) << "until it is moved again";
+  ASSERT_TRUE(w.drive_at(-0.3));
+  w.run(3);
+  EXPECT_EQ(w.mode(), Mode::running);
+  EXPECT_FALSE(w.has(faults::wheel_embedded, 4));
+}
+
 TEST(ArditoSlip, MoreThanAllowedSlowsTheRoverAndSaysWhatWasMeasuredAndAllowed) {
   World w;
   ASSERT_TRUE(w.start_and_drive(0.4));

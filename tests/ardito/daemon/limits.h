@@ -202,10 +202,19 @@ inline std::vector<Limit> limits() {
 // named have: heading (drive_test.cpp), slip and deceleration (tests/ardito/gnc), error solving
 // (watch_test.cpp).
 inline std::set<std::string> no_limits() {
-  return {"mobility.heading_limit_deg", "mobility.ratio_p",           "mobility.ratio_i",
-          "mobility.correction_sign",   "mobility.deceleration_m_s2", "mobility.slip_limit",
-          "mobility.slip_slows",        "mobility.slip_speed",        "mobility.slip_load",
-          "bus.wheel_rated_A",          "bus.steering_rated_A",       "solve.budget_s"};
+  return {"mobility.heading_limit_deg",
+          "mobility.ratio_p",
+          "mobility.ratio_i",
+          "mobility.correction_sign",
+          "mobility.deceleration_m_s2",
+          "mobility.slip_limit",
+          "mobility.slip_slows",
+          "mobility.slip_speed",
+          "mobility.slip_load",
+          "mobility.sink_limit_m",
+          "bus.wheel_rated_A",
+          "bus.steering_rated_A",
+          "solve.budget_s"};
 }
 
 }  // namespace lss::ardito
