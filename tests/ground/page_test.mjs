@@ -354,6 +354,20 @@ const tests = {
     await shot("slip");
   },
 
+  async a_wheel_that_digs_itself_in_shows_how_deep_and_which_one() {
+    const rover = {...vehicle("ardito-1", "ardito"), fields: [{name: "sunk_m", type: "f8", unit: "m", count: 6}], presentation: {headline: [{field: "sunk_m", label: "wheels sunk by"}]}};
+    const stands = (sunk_m) => ({type: "telemetry", id: "ardito-1", telemetry: {sunk_m, wheels: [], steering: [], nodes: [], rho_rad: [0, 0]}});
+    await open({opening: [rover, status("ardito-1"), stands([null, null, null, null, null, null])], crafts: {"ardito-1": {age_ms: 0}}});
+    await says("#overlay", "wheels sunk by – – – – – – m");
+    await say(stands([-0.02, -0.01, 0, 0.0724, 0.03, -0.07]));
+    await say(status("ardito-1", {problems: [{text: "the wheel dug itself in, the others hold: the rover stopped, wheel 4", error: true, advice: "drive back the way it came"}]}));
+    await says("#overlay", "wheels sunk by -0.020 -0.010 0.000 0.072 0.030 -0.070 m");
+    await says("#problems", "the wheel dug itself in");
+    assert.deepEqual(page.errors, []);
+    await fits();
+    await shot("sunk");
+  },
+
   async two_daemons_of_one_name_are_named() {
     await open(kTwo);
     await is("document.querySelector('#rivals').hidden");

@@ -6,6 +6,7 @@
 
 #include "daemon/kit/gate.h"
 #include "daemon/vehicles/ardito/tunables.h"
+#include "gnc/ardito/slip.h"
 #include "gnc/math.h"
 #include "idl/angles.h"
 
@@ -427,6 +428,7 @@ bool Vehicle::describe(const lss::Inputs<Vehicle>& in, const SupervisorState& st
   out.beta_rad = shown(beta_rad_);
   out.rho_rad[0] = shown(rho1_rad_);
   out.rho_rad[1] = shown(rho2_rad_);
+  describe_sunk(out);
   out.imu_valid = !imu_lost_;
   out.imu_speed_m_s = shown(imu_speed_m_s_);
   out.imu_heading_rad = shown(imu_sigma_rad_);
@@ -445,6 +447,19 @@ bool Vehicle::describe(const lss::Inputs<Vehicle>& in, const SupervisorState& st
   out.bus_overflows = bus_.port.overflows + bus_.port.dropped_full + rover.overflows;
   out.bus_offs = bus_.port.bus_offs;
   return data_requested_;
+}
+
+// As it stands: sinking wheels are judged by it, filtered, while the rover drives.
+void Vehicle::describe_sunk(Telemetry& out) const noexcept {
+  using namespace gnc::ardito;
+  static_assert(std::extent_v<decltype(out.sunk_m)> == kWheels);
+  const RockerAngles angles{out.beta_rad, out.rho_rad[0], out.rho_rad[1]};
+  if (!std::isfinite(angles.beta_rad + angles.rho1_rad + angles.rho2_rad)) {
+    std::ranges::fill(out.sunk_m, std::numeric_limits<double>::quiet_NaN());
+    return;
+  }
+  const WheelPoses poses = wheel_poses(angles, parameters_.mobility.geometry);
+  std::ranges::copy(lower_than_others_m(poses.z_m), out.sunk_m);
 }
 
 void Vehicle::describe_node(std::size_t i, lss_ArditoNode& out) const noexcept {

@@ -158,6 +158,7 @@ class Vehicle final : public Actor, private SolveTarget {
   void measure() noexcept;
   void reckon() noexcept;
   void describe_node(std::size_t node, lss_ArditoNode& out) const noexcept;
+  void describe_sunk(Telemetry& out) const noexcept;
 
   Parameters parameters_;
   TunableValues tunables_;  // of the parameters

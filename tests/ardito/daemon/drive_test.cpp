@@ -213,6 +213,8 @@ TEST(ArditoSlip, AWheelThatDigsItselfInStopsTheRoverAndTheWayBackIsFree) {
   EXPECT_EQ(w.last(Phase::failed)->verdict.reason, reasons::wheel_embedded);
   w.run(2);
   EXPECT_TRUE(w.has(faults::wheel_embedded, 4)) << "until it is moved again";
+  for (std::size_t i = 0; i < kWheels; ++i)
+    EXPECT_EQ(w.out_.telemetry.sunk_m[i] > 0.06, i == 3) << i;
   ASSERT_TRUE(w.drive_at(-0.3));
   w.run(3);
   EXPECT_EQ(w.mode(), Mode::running);
@@ -367,12 +369,13 @@ TEST(ArditoWheels, NothingIsShownBeforeItWasMeasured) {
   const lss_ArditoTelemetry& t = w.out_.telemetry;
   for (const double value :
        {t.wheels[0].temperature_degC, t.wheels[5].voltage_V, t.wheels[2].motor_rad_s,
-        t.wheels[2].current_A, t.steering[3].reduction_rad, t.beta_rad, t.rho_rad[1],
+        t.wheels[2].current_A, t.steering[3].reduction_rad, t.beta_rad, t.rho_rad[1], t.sunk_m[3],
         t.imu_speed_m_s})
     EXPECT_TRUE(std::isnan(value));
   w.distort = nullptr;
   w.run(0.2);
   EXPECT_EQ(t.wheels[0].temperature_degC, 25);
+  for (const double sunk_m : t.sunk_m) EXPECT_NEAR(sunk_m, 0, 0.002);
 }
 
 // [Oper-2] The wheels are braked with power; once they are at rest motors are off.
