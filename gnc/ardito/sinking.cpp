@@ -10,6 +10,7 @@ namespace lss::gnc::ardito {
 namespace {
 
 constexpr std::uint32_t kFrames = 4;  // in a row, before the wheel counts as dug in
+constexpr double kUnknownWay = 2;     // SinkWatch::way
 
 // What the load of this wheel's motor is compared with, of the other wheels that drive.
 double others_load(const PerWheel<double>& load, WheelSet driven, std::size_t wheel,
@@ -62,42 +63,53 @@ double sink_strain_limit(double lower_m, const Parameters& p) noexcept {
 //   the less is asked for. Weight is on the rear wheels then and the middle ones push little, so
 //   the others are their mean or, where that is less, the wheel beside it.
 // - Out of a hole of hard ground a wheel pushes, too, but there hardly any speed is lost.
-// On the way back a wheel is not judged until it is out.
+// Against the way that it went in by a wheel is not judged until it is out, nor when nobody saw it
+// go in: out of soil it would look the same.
 void MobilityController::watch_sinking(const Inputs& inputs, const Motion& motion,
                                        Command& command) noexcept {
   const Parameters& p = parameters_;
   SinkWatch& w = state_.sinking;
   if (!inputs.rocker || state_.mode != Mode::running) {
-    w = {.held = w.held, .way = w.way};
+    w.running = 0;
     return;
   }
-  const double gain = kFrame_s / p.sink_filter_s;
+  const bool begins = w.running == 0;
+  if (begins) {
+    w.frames = {};
+    w.load = {};
+  }
+  w.running = 1;
+  const double gain = kFrame_s / p.sink_filter_s, v_m_s = motion.mean.v_m_s;
   const PerWheel<double> lower_m = lower_than_others_m(state_.poses.z_m);
   WheelSet driven = 0;
   for (std::size_t i = 0; i < kWheels; ++i) {
-    w.lower_m[i] += (lower_m[i] - w.lower_m[i]) * gain;
-    if (lower_m[i] < p.sink_m / 2) w.held &= ~only(i);
+    w.lower_m[i] += (lower_m[i] - w.lower_m[i]) * (begins ? 1 : gain);
+    if (w.lower_m[i] < p.sink_m / 2) {
+      w.way[i] = 0;
+    } else if (w.way[i] == 0) {
+      w.way[i] = begins ? kUnknownWay : std::copysign(1, v_m_s);
+    }
     const Sensor& load = inputs.wheels[i].load;
     if (state_.wheels[i].service != WheelService::engaged || !load.usable) continue;
     w.load[i] += (load.value - w.load[i]) * gain;
     driven |= only(i);
   }
-  const auto lowest = std::max_element(w.lower_m.begin(), w.lower_m.end());
-  const auto i = static_cast<std::size_t>(lowest - w.lower_m.begin());
-  const double strain = w.load[i] / others_load(w.load, driven, i, p);
-  const double limit = sink_strain_limit(*lowest, p);
-  const bool back = contains(w.held, i) && motion.mean.v_m_s * w.way < 0;
-  const bool digs = *lowest > p.sink_m && contains(driven, i) && strain > limit &&
-                    slip_share(state_.slip_speed, p) > p.sink_slip && !back;
-  w.frames = digs ? std::min(w.frames + 1, kFrames) : 0;
-  if (w.frames < kFrames) return;
-  w.held |= only(i);
-  w.way = motion.mean.v_m_s;
-  command.faults |= kWheelSinks;
-  command.sinking = only(i);
-  command.estimate.sunk_m = *lowest;
-  command.estimate.strain = strain;
-  command.estimate.strain_limit = limit;
+  const bool slips = slip_share(state_.slip_speed, p) > p.sink_slip;
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const double strain = w.load[i] / others_load(w.load, driven, i, p);
+    const double limit = sink_strain_limit(w.lower_m[i], p);
+    const bool out = w.way[i] == kUnknownWay || w.way[i] * v_m_s < 0;
+    const bool digs =
+        w.lower_m[i] > p.sink_m && contains(driven, i) && strain > limit && slips && !out;
+    w.frames[i] = digs ? std::min(w.frames[i] + 1, kFrames) : 0;
+    const bool deepest = command.sinking == 0 || w.lower_m[i] > command.estimate.sunk_m;
+    if (w.frames[i] < kFrames || !deepest) continue;
+    command.faults |= kWheelSinks;
+    command.sinking = only(i);
+    command.estimate.sunk_m = w.lower_m[i];
+    command.estimate.strain = strain;
+    command.estimate.strain_limit = limit;
+  }
 }
 
 }  // namespace lss::gnc::ardito

@@ -104,15 +104,15 @@ struct SlipSpeed {
 // Of one wheel that digs itself in. `held` and `way` outlast a stop: the wheels that are still in,
 // and the sense of the motion that brought them there.
 struct SinkWatch {
-  WheelSet held = 0;
-  std::uint32_t frames = 0;
-  double way = 0;
-  PerWheel<double> lower_m{};  // filtered: than the plane of the others
-  PerWheel<double> load{};     // filtered
+  std::uint64_t running = 0;         // it was in the frame before
+  PerWheel<std::uint32_t> frames{};  // in a row, in which it dug
+  PerWheel<double> way{};            // it went in by: 1 ahead, -1 back, 2 unknown; 0: it is up
+  PerWheel<double> lower_m{};        // filtered: than the plane of the others
+  PerWheel<double> load{};           // filtered
 
   template <class Self>
   static constexpr auto members(Self& self) noexcept {
-    return std::tie(self.held, self.frames, self.way, self.lower_m, self.load);
+    return std::tie(self.running, self.frames, self.way, self.lower_m, self.load);
   }
 };
 

@@ -96,6 +96,54 @@ TEST(Sinking, AWheelIsDugInWhenItIsLowAndItsMotorPushesHarderAndTheRoverSlips) {
   }
 }
 
+void shallow_wheel_4(Measured& m) { m.rho2_rad.value -= 0.12; }
+
+// Whether a wheel counts as dug in while the rover drives so for some seconds.
+bool is_dug_in_at(Rover& rover, double speed) {
+  rover.request.speed = 0;
+  EXPECT_TRUE(rover.settle(20));
+  rover.request.speed = speed;
+  EXPECT_TRUE(rover.settle(20));
+  for (int n = 0; n < 30; ++n) {
+    rover.step();
+    if ((rover.command.faults & kWheelSinks) != 0) return true;
+  }
+  return false;
+}
+
+TEST(Sinking, TheWayOutIsFreeForAWheelThatWasHaltedBeforeItCountedAsDugIn) {
+  for (const double speed : {0.6, -0.4}) {
+    Rover rover = on_level_ground(speed);
+    rover.tamper = shallow_wheel_4;
+    rover.run(3);
+    ASSERT_EQ(rover.command.faults & kWheelSinks, 0U);
+    rover.tamper = dug_in_wheel_4;  // backing out it goes deeper first
+    EXPECT_FALSE(is_dug_in_at(rover, -speed));
+    EXPECT_TRUE(is_dug_in_at(rover, speed)) << "the way in is not free";
+    rover.tamper = nullptr;  // out
+    EXPECT_FALSE(is_dug_in_at(rover, -speed));
+    rover.tamper = shallow_wheel_4;
+    rover.run(3);
+    rover.tamper = dug_in_wheel_4;
+    rover.run(3);
+    EXPECT_NE(rover.command.faults & kWheelSinks, 0U) << "in again, by the other way";
+  }
+}
+
+TEST(Sinking, AWheelThatNobodySawGoInIsNotJudgedUntilItIsOut) {
+  Rover rover;
+  rover.noise.ground_rad = 0;
+  rover.tamper = dug_in_wheel_4;
+  rover.request.run = true;
+  EXPECT_FALSE(is_dug_in_at(rover, 0.6));
+  EXPECT_FALSE(is_dug_in_at(rover, -0.4));
+  rover.tamper = nullptr;
+  EXPECT_FALSE(is_dug_in_at(rover, 0.6));
+  rover.tamper = dug_in_wheel_4;
+  rover.run(3);
+  EXPECT_NE(rover.command.faults & kWheelSinks, 0U);
+}
+
 // Uphill as measured in physics: middle wheels carry little, those behind much.
 void add_load(Measured& m, const PerWheel<double>& more) {
   for (std::size_t i = 0; i < kWheels; ++i) {
