@@ -1,15 +1,19 @@
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "tests/bench/growth.h"
 
 namespace lss::bench {
 namespace {
 
-// The step after one of that slope; without one the first.
+// `before`: the step before, if any. A cost that falls less than before does not rise.
 Met judged(const Step& step, const Step* before, double least_of_proportional,
            double most_of_proportional) {
-  const bool worse = least_of_proportional > 1 || (before && step.least_more > before->most_more);
-  const bool rises = before && step.each_more > before->most_more;
+  const double most_before =
+      before ? std::max(before->most_more, 0.0) : std::numeric_limits<double>::infinity();
+  const bool worse = least_of_proportional > 1 || step.least_more > most_before;
+  const bool rises = step.each_more > most_before;
   if (worse) return Met::no;
   return step.of_proportional > 1 || most_of_proportional > 1 || rises ? Met::undecided : Met::yes;
 }

@@ -38,6 +38,17 @@ TEST(Growth, AStepIsWorseThanLinearWhenOneMoreCostsMoreThanBefore) {
   for (const Step& step : steps(growth)) EXPECT_EQ(step.met, Met::yes) << step.to;
 }
 
+TEST(Growth, ACostThatFallsIsAtMostLinear) {
+  const Growth growth{.name = "some",
+                      .what = "",
+                      .cost = "",
+                      .unit = "",
+                      .points = {{1, {21}}, {2, {15}}, {4, {14}}, {8, {16}}}};
+  const std::vector<Step> all = steps(growth);
+  EXPECT_EQ(all[1].met, Met::yes);
+  EXPECT_EQ(all[2].met, Met::no) << "one more costs 0.5, before nothing";
+}
+
 TEST(Growth, NothingIsJudgedByWhatWasNotMeasured) {
   EXPECT_EQ(of({0}, {5}), Met::undecided);
   EXPECT_EQ(of({}, {5}), Met::undecided);

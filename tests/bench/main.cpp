@@ -151,11 +151,11 @@ int main(int argc, char** argv) {
       "also maxima and how often something was missed: in a machine that counts instructions");
   cli.add_flag("--machine", machine_wanted,
                "in a virtual machine that counts instructions; rows i,ii,vi,xi");
+  cli.add_flag("--json", as_json, "a list instead of a table");
+  cli.add_option("--markdown", document, "also write the document with machine and table there");
   cli.add_flag("--growth", growth_wanted,
                "how cost grows with samples, modules, subscribers, vehicles, minutes of recording")
       ->excludes("--row", "--campaign", "--maxima", "--machine", "--json");
-  cli.add_flag("--json", as_json, "a list instead of a table");
-  cli.add_option("--markdown", document, "also write the document with machine and table there");
   cli.footer(row_list() + "\n" + kExamples);
   CLI11_PARSE(cli, argc, argv);
 
