@@ -80,6 +80,7 @@ bool Flight::execute() noexcept {
   faults_ = 0;
   flown_s_ = fans_s_ = settle_s_ = silent_s_ = below_s_ = 0;
   lift_N_ = lift_before_N_ = bias_m_s2_ = expected_m_s2_ = fans_N_ = fan_trim_N_ = 0;
+  fan_yield_N_ = fan_yield_step_N_ = 0;
   fan_y_Nm_ = fan_z_Nm_ = 0;
   low_frames_ = contact_frames_ = 0;
   range_height_m_ = kNaN;

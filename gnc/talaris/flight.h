@@ -207,6 +207,7 @@ class Flight {
   void act_gas(FlightOutput& output) noexcept;
   void trim_fans() noexcept;
   void trim_moments() noexcept;
+  void yield_fans(double later_m_s2) noexcept;
   void act_fans(const FlightInputs& inputs, FlightOutput& output) noexcept;
   // flight_failed.cpp
   void watch_actuators(const FlightInputs& inputs) noexcept;
@@ -271,7 +272,9 @@ class Flight {
   double fans_N_ = 0, fans_before_N_ = 0;  // thrust of the fans, now and a frame ago
   double fan_height_m_ = 0;                // commanded, of a flight by fans
   double fan_goal_rpm_ = 0;
-  double fan_trim_N_ = 0;  // more than planned, so that the valves have their share of the weight
+  double fan_trim_N_ = 0;   // more than planned, so that the valves have their share of the weight
+  double fan_yield_N_ = 0;  // never positive: for what the shortest pulses cannot leave out
+  double fan_yield_step_N_ = 0;         // its change, in this frame
   double fan_y_Nm_ = 0, fan_z_Nm_ = 0;  // moments of unequal speeds, against what turns it
   int low_frames_ = 0, contact_frames_ = 0;
   double below_s_ = 0;  // since contact was due; negative: until then

@@ -26,6 +26,7 @@ constexpr double kFanStart = 0.8;  // of the weight, on the ground, before heigh
 // Fans with too much or too little thrust are corrected: dead band of the weight share that is left
 // to the gas, and speed and limit of the correction, as shares of the vehicle's weight.
 constexpr double kShareOff = 0.15, kTrimShare = 0.1, kTrimShareFresh = 0.4, kMaxTrim = 0.08;
+constexpr double kMostYield = 0.15;  // of the weight, less lift of the fans: 1.5 m/s2
 constexpr double kMomentOff_Nm = 1, kMomentShare = 0.1, kMostMoment_Nm = 8;  // the same of moments
 constexpr double kFresh_s = 2;                                               // after lift-off
 constexpr double kBrakeSpeed_m_s = 0.6, kBrakeTime_s = 6;  // parachute: sideways first, then down
@@ -58,15 +59,19 @@ void Flight::act(const FlightInputs& inputs, FlightOutput& output) noexcept {
   } else if (airborne_ && by_fans()) {
     fly_by_fans(inputs, output);
   } else {
-    act_fans(inputs, output);
+    if (plan_.uses_fans && phase_ != Phase::touchdown) {
+      trim_fans();
+      trim_moments();
+    }
     const bool fires = phase_ != Phase::spin_up && phase_ != Phase::touchdown &&
                        phase_ != Phase::landed && !by_fans();
     if (fires) {
       act_gas(output);
     } else {
       lift_before_N_ = lift_N_;
-      lift_N_ = 0;
+      lift_N_ = fan_yield_N_ = 0;
     }
+    act_fans(inputs, output);
   }
   const auto& throttle = output.actuation.fan_throttle;
   const bool running = throttle[0] + throttle[1] + throttle[2] + throttle[3] > 0;
@@ -137,13 +142,28 @@ void Flight::trim_fans() noexcept {
   if (!known || height_m_ < kObserveAbove_m) return;
   const double mass = gas_.mass_kg(parameters_.body.mass_kg);
   const double weight = parameters_.body.mass_kg * kGravity_m_s2;
-  const double left = mass * (kGravity_m_s2 - bias_m_s2_) - fans_N_;  // to the gas
+  const double steady_N = fans_N_ - fan_yield_N_;
+  const double left = mass * (kGravity_m_s2 - bias_m_s2_) - steady_N;  // to the gas
   const double wanted = (1 - parameters_.fans.weight_share) * weight;
   // at once and wholly when it has just left the ground: it would rise too high
   const bool now = fresh(phase_, phase_s_);
   const double off = now ? 0 : kShareOff, share = now ? kTrimShareFresh : kTrimShare;
   const double over = left - std::clamp(left, (1 - off) * wanted, (1 + off) * wanted);
   fan_trim_N_ = std::clamp(fan_trim_N_ + share * over, -kMaxTrim * weight, kMaxTrim * weight);
+}
+
+// At the end of a climb and the begin of a descent the shortest pulses of four valves lift more
+// than guidance wants: the fans, which follow within a frame, give way before.
+void Flight::yield_fans(double later_m_s2) noexcept {
+  const double before_N = fan_yield_N_;
+  const bool known = airborne_ && imu_usable() && (faults_ & kFansLost) == 0;
+  const double mass = gas_.mass_kg(parameters_.body.mass_kg);
+  const double weight = parameters_.body.mass_kg * kGravity_m_s2;
+  const double steady_N = parameters_.fans.weight_share * weight + fan_trim_N_;
+  const double left = mass * (kGravity_m_s2 + later_m_s2 - bias_m_s2_) - steady_N;  // to the gas
+  const double least = (1 - kShareOff) * (1 - parameters_.fans.weight_share) * weight;
+  fan_yield_N_ = known ? std::clamp(left - least, -kMostYield * weight, 0.0) : 0;
+  fan_yield_step_N_ = fan_yield_N_ - before_N;
 }
 
 // What turns it all the time is left to the fans: the pulses have their room for the rest.
@@ -163,15 +183,14 @@ void Flight::act_fans(const FlightInputs& inputs, FlightOutput& output) noexcept
   if (!plan_.uses_fans) return;
   const double weight = parameters_.body.mass_kg * kGravity_m_s2;
   if (phase_ != Phase::touchdown) {
-    trim_fans();
-    trim_moments();
     // On the way down it takes lift away as long as that has no effect: the ground shows itself.
     const bool down = phase_ == Phase::descend || phase_ == Phase::escape;
     const bool carried = down && (touchdown_.level_s() >= kProbeAfter_s || impacted_);
     fan_probe_N_ =
         carried ? std::min(fan_probe_N_ + kProbe_1_s * kFrame_s * weight, kMostProbe * weight)
                 : fan_probe_N_ / 2;
-    const double planned = parameters_.fans.weight_share * weight + fan_trim_N_ - fan_probe_N_;
+    const double planned =
+        parameters_.fans.weight_share * weight + fan_trim_N_ + fan_yield_N_ - fan_probe_N_;
     fan_goal_rpm_ = rpm_for(plan_.uses_gas ? planned : kFanStart * weight, fans);
   }
   PerFan goal{};
@@ -202,23 +221,31 @@ void Flight::act_gas(FlightOutput& output) noexcept {
   const double mass = gas_.mass_kg(parameters_.body.mass_kg);
   const double ahead = parameters_.offset_s + kFrame_s / 2;
 
+  // the fans are where they shall be at the end of the frame
+  const double later = ahead + kFrame_s / 2;
+  double later_m_s2 = 0;
+
   ControlTarget target;
   target.roll_rad = roll_rad_;
   Vector3 acceleration = Vector3::Zero();
   const bool guided = phase_ != Phase::turn || plan_.flies;
   if (guided && phase_ != Phase::keep) {
     acceleration = guidance_.step(state_.position_N_m, state_.velocity_N_m_s, ahead);
+    later_m_s2 = guidance_.wanted_m_s2(later).x();
   }
   if (plan_.flies && phase_ == Phase::traverse) {
     // the traverse has many seconds to go, the height has not: it is controlled in every frame
     const Coefficients up =
         e_guidance(state_.position_N_m, state_.velocity_N_m_s, guidance_.target(), kMinTimeToGo_s);
     acceleration.x() = up.c0_m_s2.x() + up.c1_m_s3.x() * ahead;
+    later_m_s2 = up.c0_m_s2.x() + up.c1_m_s3.x() * later;
   }
+  if (plan_.flies) yield_fans(later_m_s2);
   const Attitude attitude = attitude_of(state_.q_NB);
   const double cosine = std::max(attitude.cosine, 0.5);
+  const double fans_N = fans_N_ + fan_yield_step_N_ / 2;  // in the middle of the frame
   target.force_N =
-      gas_force_N(acceleration - Vector3(bias_m_s2_, 0, 0), mass, Vector3(fans_N_ * cosine, 0, 0));
+      gas_force_N(acceleration - Vector3(bias_m_s2_, 0, 0), mass, Vector3(fans_N * cosine, 0, 0));
   const bool stand = program == Program::altitude || program == Program::attitude;
   target.lift = plan_.flies || program == Program::attitude;
   target.side = guided && !stand && !rests();

@@ -36,6 +36,10 @@ class Guidance {
   // One frame: position and velocity now, acceleration wanted `ahead_s` from now. Computed again
   // once a second; in between, the polynomial runs on.
   Vector3 step(const Vector3& position_m, const Vector3& velocity_m_s, double ahead_s) noexcept;
+  // Acceleration that the last step() wants `ahead_s` after it.
+  Vector3 wanted_m_s2(double ahead_s) const noexcept {
+    return now_.c0_m_s2 + now_.c1_m_s3 * (since_s_ - kFrame_s + ahead_s);
+  }
   const Target& target() const noexcept { return target_; }
   double time_to_go_s() const noexcept { return left_s_; }  // by the plan; below 0: overdue
 

@@ -105,6 +105,22 @@ TEST(TalarisHop, AVehicleThatIsLightForItsFansComesDown) {
   EXPECT_LT(hopper.out.gas_used_s, 41);
 }
 
+// Braked by 1.3 m/s2 it wants 15 N of the valves, whose shortest pulses push with 46 N: the fans
+// have to give way, or it rises too high.
+TEST(TalarisHop, AQuickClimbEndsAtItsHeight) {
+  Parameters p;
+  p.profile.climb_m_s2 = 1.3;
+  p.profile.hover_s = 0.2;
+  PlanRequest request;
+  request.distance_m = 5;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    Hopper hopper(dispersed(seed, Spread{}), p);
+    ASSERT_TRUE(hopper.fly(request));
+    EXPECT_TRUE(hopper.out.succeeded);
+    EXPECT_NEAR(hopper.log.max_height_m, request.height_m, 0.05 * request.height_m) << seed;
+  }
+}
+
 // Mass +-1 %, inertia +-20 %, thrust +-5 % (+-2 % from jet to jet), fans +-1 %, moments up to 0.5 N
 // m, navigation drifting by up to 0.01 m/s2.
 TEST(TalarisHop, TwoHundredDispersedHopsSucceed) {
