@@ -89,7 +89,7 @@ TEST(TalarisCamera, OneThatLiesCostsNoFlight) {
 
 TEST(TalarisStandbyImu, TheLossOfOneImuCostsNoFlight) {
   for (const char* fault : {"imu-silent", "imu-stuck", "standby-imu-silent", "standby-imu-stuck"}) {
-    for (const double at_s : {1.03, 17.11}) {
+    for (const double at_s : {1.03, 15.11}) {
       if (at_s > 2 && fault != std::string_view("imu-silent")) continue;
       const Flown flown =
           fly(with_camera(with_standby_imu({.faults = {fault}, .fault_s = at_s})), 1);
