@@ -54,6 +54,7 @@ bool Flight::brakes() const noexcept {
 }
 
 void Flight::act(const FlightInputs& inputs, FlightOutput& output) noexcept {
+  if (allocates() || (airborne_ && by_fans())) fan_yield_N_ = fan_yield_step_N_ = 0;
   if (allocates()) {
     act_allocated(inputs, output);
   } else if (airborne_ && by_fans()) {

@@ -55,7 +55,10 @@ class TalarisCommands : public testing::TestWithParam<At> {
     EXPECT_EQ(chain.rejected(), Reason::none);
   }
 
-  Chain chain{{.config = "hop", .seed = 3}};
+  // Hover and brake have a second frame.
+  Chain chain{{.config = "hop",
+               .seed = 3,
+               .adjust = [](Parameters& p) { p.flight.profile.hover_s = 0.4; }}};
 };
 
 TEST_P(TalarisCommands, StopBringsItToTheGroundAndToIdle) {
