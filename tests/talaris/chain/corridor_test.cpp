@@ -85,15 +85,18 @@ TEST(TalarisCorridor, ABreezeIsFlownAndLeavesItWhereItShouldBe) {
   }
 }
 
-// Down is positive, and of the fastest foot, not of the standstill after it.
+// Down is positive, and of the fastest foot, not of the standstill after it. Bounds from 80 hops
+// (seeds 1 to 40 of each): reported down 0.04 to 0.40 m/s more than true, sideways 0.08 less to
+// 0.18 more. Less is the dangerous side.
 TEST(TalarisCorridor, TheSpeedOfTheTouchdownIsTold) {
   for (const FlightPlan& plan : {FlightPlan{.request = {.height_m = 1, .distance_m = 5}}, {}}) {
     const auto all = runs(12, [&](unsigned seed) { return fly(plan, seed); });
     for (const Flown& flown : all) {
       SCOPED_TRACE(flown.text());
-      EXPECT_GT(flown.told_down_m_s, flown.down_m_s - 0.1);
-      EXPECT_LT(flown.told_down_m_s, flown.down_m_s + 0.4);
-      EXPECT_NEAR(flown.told_sideways_m_s, flown.sideways_m_s, 0.15);
+      EXPECT_GT(flown.told_down_m_s, flown.down_m_s - 0.05);
+      EXPECT_LT(flown.told_down_m_s, flown.down_m_s + 0.45);
+      EXPECT_GT(flown.told_sideways_m_s, flown.sideways_m_s - 0.1);
+      EXPECT_LT(flown.told_sideways_m_s, flown.sideways_m_s + 0.2);
     }
   }
 }
