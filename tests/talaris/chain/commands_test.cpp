@@ -56,9 +56,9 @@ class TalarisCommands : public testing::TestWithParam<At> {
   }
 
   // Hover and brake have a second frame.
-  Chain chain{{.config = "hop",
-               .seed = 3,
-               .adjust = [](Parameters& p) { p.flight.profile.hover_s = 0.4; }}};
+  Chain chain{{.config = "hop", .seed = 3, .adjust = [](Parameters& p) {
+                 p.flight.profile.hover_s = 0.4;
+               }}};
 };
 
 TEST_P(TalarisCommands, StopBringsItToTheGroundAndToIdle) {
