@@ -33,19 +33,12 @@ OtherDaemons::OtherDaemons(const Participant& participant) : participant_(partic
 void OtherDaemons::look() {
   if (!reader_) return;
   const unsigned before = count();
-  void* samples[1] = {nullptr};
-  dds_sample_info_t info{};
-  while (dds_take(reader_.get(), samples, &info, 1, 1) == 1) {
-    const auto& found = *static_cast<const dds_builtintopic_participant_t*>(samples[0]);
-    const Guid guid = std::to_array(found.key.v);
-    if (info.instance_state != DDS_IST_ALIVE) {
-      found_.erase(guid);
-    } else if (info.valid_data && guid != self_ && others_known(found.qos)) {
-      found_.insert(guid);
-    }
-    dds_return_loan(reader_.get(), samples, 1);
-    samples[0] = nullptr;
-  }
+  take_participants(
+      reader_.get(),
+      [&](const Guid& guid, const std::optional<unsigned>& others) {
+        if (others && guid != self_) found_.insert(guid);
+      },
+      [&](const Guid& guid) { found_.erase(guid); });
   if (count() == before) return;
   std::string mark(kDaemonMark);
   if (count() > 0) mark += ' ' + std::to_string(count());

@@ -52,22 +52,14 @@ class StatusReader {
   void wait_until_all_know_each_other(std::size_t vehicles) {
     const dds::Entity reader(dds_create_reader(
         participant_->get(), DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr));
-    std::map<dds_instance_handle_t, unsigned> others;
+    std::map<dds::Guid, unsigned> others;
     const auto all_do = [&] {
-      void* samples[1] = {nullptr};
-      dds_sample_info_t info{};
-      while (dds_take(reader.get(), samples, &info, 1, 1) == 1) {
-        const auto& found = *static_cast<const dds_builtintopic_participant_t*>(samples[0]);
-        const auto known = info.valid_data && info.instance_state == DDS_IST_ALIVE
-                               ? dds::others_known(found.qos)
-                               : std::nullopt;
-        if (known)
-          others[info.instance_handle] = *known;
-        else
-          others.erase(info.instance_handle);
-        dds_return_loan(reader.get(), samples, 1);
-        samples[0] = nullptr;
-      }
+      dds::take_participants(
+          reader.get(),
+          [&](const dds::Guid& guid, const std::optional<unsigned>& known) {
+            if (known) others[guid] = *known;
+          },
+          [&](const dds::Guid& guid) { others.erase(guid); });
       return others.size() == vehicles &&
              std::ranges::all_of(others, [&](const auto& o) { return o.second + 1 == vehicles; });
     };

@@ -66,16 +66,10 @@ TEST(OtherDaemons, AreToldToAClientThatComesLater) {
       dds_create_reader(domain.get(), DDS_BUILTIN_TOPIC_DCPSPARTICIPANT, nullptr, nullptr));
   std::optional<unsigned> most;
   EXPECT_TRUE(eventually([&] {
-    void* samples[1] = {nullptr};
-    dds_sample_info_t info{};
-    while (dds_take(reader.get(), samples, &info, 1, 1) == 1) {
-      if (info.valid_data)
-        most = std::max(
-            most,
-            others_known(static_cast<const dds_builtintopic_participant_t*>(samples[0])->qos));
-      dds_return_loan(reader.get(), samples, 1);
-      samples[0] = nullptr;
-    }
+    take_participants(
+        reader.get(),
+        [&](const Guid&, const std::optional<unsigned>& known) { most = std::max(most, known); },
+        [](const Guid&) {});
     return most == 1u;
   }));
 }

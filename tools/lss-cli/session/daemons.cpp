@@ -40,24 +40,16 @@ bool Daemons::take() {
 
 bool Daemons::take_participants() {
   bool news = false;
-  void* samples[1] = {nullptr};
-  dds_sample_info_t info{};
-  while (dds_take(participant_reader_.get(), samples, &info, 1, 1) == 1) {
-    const auto& found = *static_cast<const dds_builtintopic_participant_t*>(samples[0]);
-    const Guid guid = std::to_array(found.key.v);
-    if (info.instance_state != DDS_IST_ALIVE) {
-      news = all_.erase(guid) > 0 || news;
-    } else if (info.valid_data && !participant_.enclave()) {
-      // With DDS Security anybody's mark: there a daemon is who may write status.
-      if (const std::optional<unsigned> others = dds::others_known(found.qos)) {
+  dds::take_participants(
+      participant_reader_.get(),
+      [&](const Guid& guid, const std::optional<unsigned>& others) {
+        // With DDS Security anybody's mark: there a daemon is who may write status.
+        if (participant_.enclave() || !others) return;
         const auto [daemon, is_new] = all_.try_emplace(guid);
         news = is_new || daemon->second.others != *others || news;
         daemon->second.others = *others;
-      }
-    }
-    dds_return_loan(participant_reader_.get(), samples, 1);
-    samples[0] = nullptr;
-  }
+      },
+      [&](const Guid& guid) { news = all_.erase(guid) > 0 || news; });
   return news;
 }
 

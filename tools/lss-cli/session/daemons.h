@@ -33,7 +33,7 @@ class Daemons {
   bool take();
   // The daemons that are present.
   const std::map<Guid, Daemon>& all() const { return all_; }
-  bool all_heard() const;  // none is missing
+  bool all_heard() const;  // each has sent its status, and none is missing
   // How many are not present, but known to one that is.
   std::size_t missing() const;
   // The daemons of this name; the one with the newest status first.
@@ -51,10 +51,10 @@ class Daemons {
   std::map<dds_instance_handle_t, Guid> writers_;  // of status, matched
 };
 
-// Daemons say how many others they know of; that there is none which they do not know of yet, only
-// listening for some time shows. The time is counted in slices,
-// each without news: when this process gets little CPU time, so do its DDS threads, and the
-// listening takes correspondingly longer. It is three times as long as all news took, 0.3 s to a
+// Daemons say how many others they know of. That there is none which they do not know of yet, only
+// listening for some time shows. The time is counted in slices, each without news: when this
+// process gets little CPU time, so do its DDS threads, and the listening takes correspondingly
+// longer. It is three times as long as all news took, 0.3 s to a
 // second: where the first daemon was heard late, because its machine is busy, so may be the second,
 // and a busy virtual machine lets one of its processors stand still for 0.1 s.
 class Lull {
