@@ -11,6 +11,7 @@ With LSS_ANY_MACHINE set, as tools/test without words sets it, these scenarios a
 """
 
 import os
+import signal
 import subprocess
 import sys
 import threading
@@ -103,9 +104,16 @@ def in_real_time(name, suite):
     return SKIPPED
 
 
+def cut_off(*_):
+    raise AssertionError("not at its end in the time that it has: it waited here")
+
+
 def main():
     if sys.argv[1] == "--measure":
         measure()
+    # Before CTest kills it: a scenario that hangs shows where, and what its programs printed.
+    signal.signal(signal.SIGALRM, cut_off)
+    signal.alarm(int(os.environ.get("LSS_E2E_LIMIT_S", "0")))
     suite = unittest.defaultTestLoader.loadTestsFromName(sys.argv[1])
     (test,) = suite
     if test.any_machine:

@@ -124,6 +124,7 @@ class Keys(Guarded):
 @needs_browser
 class Flight(hopper_rig.Hopper):
     IN_LOCKSTEP = True
+    SPEED = 0.25  # a page on a busy machine finds it in the air
 
     def test_the_space_bar_lands_and_the_all_stop_is_held(self):
         self.start_all()
@@ -131,6 +132,7 @@ class Flight(hopper_rig.Hopper):
         page = Browser(self)
         page.do("open", f"http://127.0.0.1:{gateway.port}/")
         page.says("#estop-text", "talaris-1")
+        self.cli_ok("run", "-e", "wait 6s")  # it calibrates
         hop = self.begin_cli("hop", "--arm", "--height", "2", "--distance", "30", name="hop")
         page.says("#estop", "LAND")
         page.says("#fall", "IT FALLS")
@@ -138,6 +140,7 @@ class Flight(hopper_rig.Hopper):
         page.says("#answers", "Hold ALL-STOP for half a second: talaris-1 FALLS.")
         page.do("key", "Space")  # although somebody else commands
         page.says("#answers", "landing: acknowledged after")
+        self.cli_ok("run", "-e", "wait 20s")  # it lands
         page.says("#estop", "STOP", 30)
         self.assertEqual(self.wait_state(IDLE, 60)["faults"], [], "it landed in good order")
         self.assertNotEqual(hop.wait(20), 0)
