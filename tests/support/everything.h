@@ -12,10 +12,13 @@ inline bool everything() { return std::getenv("LSS_EVERYTHING") != nullptr; }
 
 // Whether the case of this number is in the sample of one in `of`. tools/test sets LSS_SAMPLE from
 // the commit.
-inline bool in_sample(std::size_t number, std::size_t of) {
+inline std::size_t sample_shift(std::size_t of) {
   const char* sample = std::getenv("LSS_SAMPLE");
-  const std::size_t shift = sample == nullptr ? 0 : std::strtoul(sample, nullptr, 10) % of;
-  return everything() || (number + shift) % of == 0;
+  return sample == nullptr ? 0 : std::strtoul(sample, nullptr, 10) % of;
+}
+
+inline bool in_sample(std::size_t number, std::size_t of) {
+  return everything() || (number + sample_shift(of)) % of == 0;
 }
 
 }  // namespace lss::testing_support

@@ -8,6 +8,8 @@
 #include <thread>
 #include <vector>
 
+#include "tests/support/everything.h"
+
 namespace lss::talaris {
 
 // run(seed) for seeds 1..count on two threads; each run is a world of its own. In order of seeds.
@@ -23,6 +25,14 @@ auto runs(unsigned count, Run&& run) {
   work();
   second.join();
   return results;
+}
+
+// run(seed) for one in three of the seeds 1..count, others at each commit.
+template <class Run>
+auto sampled_runs(unsigned count, Run&& run) {
+  if (testing_support::everything()) return runs(count, run);
+  const auto first = static_cast<unsigned>(1 + testing_support::sample_shift(3));
+  return runs(count / 3, [&](unsigned n) { return run(first + 3 * (n - 1)); });
 }
 
 // Of one figure of all runs.
