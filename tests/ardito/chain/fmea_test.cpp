@@ -16,13 +16,12 @@ namespace {
 
 constexpr const char* kBeginning = R"(# Failure modes of D.I.A.N.A. Ardito
 
-For reviewers of safety: the failure modes of the Ardito thesis (part IV; numbers are its sections, those of safety
-requirements its parts). `ardito_fmea_test --gtest_filter=*NAME`, NAME in the second column, executes each on the daemon's
-cycle, bus master and simulated nodes. How: [gnc-ardito.md](gnc-ardito.md); times: [ardito-results.md](ardito-results.md).
+For reviewers of safety: the failure modes of the Ardito thesis (part IV; numbers are its sections). `ardito_fmea_test` executes
+each that has a name on the daemon's cycle with simulated nodes. [How](gnc-ardito.md), [times](ardito-results.md).
 
-- Reactions name the fault; the rover drives on unless the row says otherwise.
+- The rover drives on unless the reaction says otherwise.
 - Wheel out: motor off, clutch open; five wheels drive on.
-- Mechanical: no sensor of the Locomotion Sub-System detects it; the thesis and `lssd` rely on the design.
+- Mechanical: **no sensor detects it**; the thesis and `lssd` rely on the design.
 )";
 
 std::string document() {

@@ -15,17 +15,17 @@ namespace {
 constexpr const char* kBeginning =
     R"(# Faults of Lunar Zebro: reactions and times
 
-For operators and reviewers. Checked by `zebro_faults_test`, made by it with `LSS_WRITE_FAULTS=1`: every fault of `lss-sim
-faults zebro` during a walk in virtual time, with the daemon's cycle and bus master and every byte; the robot is kinematic.
+For operators and reviewers: every fault of `lss-sim faults zebro` during a walk in simulation (kinematic robot). Made by
+`LSS_WRITE_FAULTS=1 zebro_faults_test`.
 
-- **stops**: emergency stop to all on the wire within two frame times of the release of that frame's orders, to each module
-  within ten (20.8 ms); then only requests and stops. Legs stand still within 0.3 s unless the line hides them. FatalError
-  until `solve`, which leads to Idle with all legs when all faults are cleared.
-- **walks on**: 10 s more without an emergency stop; a stop command ends it safely.
+- **stops**: every module is sent an emergency stop within 20.8 ms of the release of that frame's orders; legs stand still
+  within 0.3 s unless the line hides them. FatalError until `solve`; when all faults are cleared this leads to Idle with all
+  legs.
+- **walks on**: 10 s more; then a stop command ends it safely.
 
 ## Alone
 
-Ten moments of a walk each, on different legs. *Within*: from the fault to FatalError or the warning, by `config/zebro.toml`.
+At ten moments of a walk each. *Within*: from the fault to FatalError or the warning, by `config/zebro.toml`.
 
 | | fault | Lunar Zebro | reports | within, ms | because | measured, ms | `solve` while it lasts |
 |---|---|---|---|---|---|---|---|
@@ -33,15 +33,13 @@ Ten moments of a walk each, on different legs. *Within*: from the fault to Fatal
 
 constexpr const char* kPairs = R"(
 - A bus that is cut, too noisy or gone, or a dead or restarting module, hides other faults of modules.
-- Late replies are assigned to their requests, up to 15 ms late as if in time; their data is as old as their delay.
-- After `solve` a leg that slipped or drifted is out of service until `restore`: nothing on board can prove its gear.
+- After `solve` a leg that slipped or drifted is out of service until `restore`.
 - Faults 19 to 24 are tested alone only.
 
 ## Two at a time, on different legs
 
-Rows: first fault; columns: second, 0 to 2 s later and once more within the time of the first. `1`, `2`: it stops and names
-that one first (`1/2`: either); `-`: it walks on; empty: the second replaces the first. It stops by the earlier time; lost
-or delayed replies add a bus cycle each.
+Rows: first fault; columns: second, 0 to 2 s later. `1`, `2`: it stops and names that one first (`1/2`: either); `-`: it walks
+on; empty: the second replaces the first.
 
 )";
 
