@@ -432,9 +432,9 @@ const std::vector<FailureMode> kBusModes = {
 
 const std::array kSections = {
     FailureSection{"Wheels (7.1)", kWheels,
-                   "Several at once: two sensors (state 6) are done without, clutch and sensor (7) "
-                   "stop the motor, all sensors (8) stop it and\nare an emergency, as are more "
-                   "lost wheels than `lost_wheels`.\n"},
+                   "Several at once: without two sensors (state 6) the wheel works on; clutch and "
+                   "sensor (7) stop its motor; all sensors (8) are an\nemergency, as are more lost "
+                   "wheels than `lost_wheels`.\n"},
     FailureSection{"Steering (7.2)", kSteeringModes, ""},
     FailureSection{"Rocker-bogie (7.3)", kRockerModes, ""},
     FailureSection{"Logic, power, links (7.5, 7.6, 7.8)", kLogicModes,
