@@ -67,7 +67,7 @@ set(CPACK_DEBIAN_LIBLSSD-DEV_PACKAGE_NAME liblssd-dev)
 set(CPACK_DEBIAN_LIBLSSD-DEV_PACKAGE_SECTION libdevel)
 string(JOIN ", " CPACK_DEBIAN_LIBLSSD-DEV_PACKAGE_DEPENDS
        "cmake (>= 3.25)" g++ python3 cyclonedds-dev cyclonedds-tools libboost-dev libcli11-dev libexpected-dev libfmt-dev
-       libspdlog-dev libssl-dev libsystemd-dev libtomlplusplus-dev nlohmann-json3-dev)
+       libspdlog-dev libssl-dev libtomlplusplus-dev nlohmann-json3-dev)
 set(CPACK_DEBIAN_LIBLSSD-DEV_PACKAGE_RECOMMENDS "libgtest-dev, libgmock-dev")
 set(CPACK_DEBIAN_LIBLSSD-DEV_PACKAGE_SUGGESTS "lssd, lssd-simulator, libdart-dev, libeigen3-dev, librapidcheck-dev")
 set(CPACK_DEBIAN_LIBLSSD-DEV_DESCRIPTION "Libraries of lssd, to build a daemon for a vehicle of your own.

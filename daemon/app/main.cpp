@@ -5,7 +5,6 @@
 #include <spdlog/async.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
-#include <systemd/sd-daemon.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -28,6 +27,7 @@
 #include "daemon/replay/replay_files.h"
 #include "daemon/runtime/clock.h"
 #include "daemon/runtime/program_check.h"
+#include "daemon/runtime/service_manager.h"
 #include "drivers/lockstep/wire.h"
 
 namespace {
@@ -148,7 +148,7 @@ int supervise(lss::App& app, const sigset_t& signals) {
     const std::vector<lss::Progress> progress = app.progress();
     if (progress.front().turns != frames) {
       frames = progress.front().turns;
-      ::sd_notify(0, "WATCHDOG=1");
+      lss::tell_service_manager("WATCHDOG=1");
     }
     const bool frame_stuck = watch.stuck(0);
     if (tell_standstills(watch.look(progress, lss::now_ns()))) {
@@ -160,7 +160,7 @@ int supervise(lss::App& app, const sigset_t& signals) {
     }
     if (const std::string text = app.summary() + stuck; text != summary) {
       summary = text;
-      ::sd_notify(0, ("STATUS=" + summary).c_str());
+      lss::tell_service_manager("STATUS=" + summary);
     }
   }
 }
@@ -197,11 +197,11 @@ int run(const Options& options, const sigset_t& signals) {
     spdlog::critical("{}", ok.error());
     return kExitFailure;
   }
-  ::sd_notify(0, "READY=1");
+  lss::tell_service_manager("READY=1");
   spdlog::info("lssd {} ready: {} ({}) on DDS domain {}", LSS_VERSION, config->vehicle_id,
                config->vehicle, config->domain);
   const int code = supervise(*app, signals);
-  ::sd_notify(0, "STOPPING=1");
+  lss::tell_service_manager("STOPPING=1");
   app->stop();
   return code;
 }
@@ -289,7 +289,8 @@ int main(int argc, char** argv) {
   spdlog::init_thread_pool(kLogLines, 1);
   spdlog::set_default_logger(spdlog::create_async_nb<spdlog::sinks::stderr_color_sink_mt>("lssd"));
   // The journal adds its own time and level.
-  spdlog::set_pattern(::sd_notify(0, "STATUS=starting") > 0 ? "%v" : "%H:%M:%S.%e %^%-8l%$ %v");
+  spdlog::set_pattern(lss::tell_service_manager("STATUS=starting") ? "%v"
+                                                                   : "%H:%M:%S.%e %^%-8l%$ %v");
   const int code = run(options, signals);
   end_log(code);
   return code;

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <csignal>
 #include <cstdlib>
@@ -42,6 +43,9 @@ Program::Program(int domain, const std::vector<std::string>& arguments, const st
   posix_spawn_file_actions_adddup2(&actions, out.write_fd, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, err.write_fd, STDERR_FILENO);
   std::vector<std::string> words = {LSS_CLI};
+  // A busy machine is no finding: a program has a minute, unless its test says how long.
+  if (std::ranges::find(arguments, "--timeout") == arguments.end())
+    words.insert(words.end(), {"--timeout", "60s"});
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());

@@ -1,6 +1,8 @@
 """kill -9 of everything around the daemon while it walks: it keeps running, reacts as specified, continues afterwards."""
 
+import os
 import signal
+import socket
 import time
 import unittest
 
@@ -146,6 +148,26 @@ class Kill(Scenario):
         self.start_daemon(config)
         self.assertEqual(self.wait_modules()["shared_memory"], "absent")
         self.walk_again()
+
+    def test_a_service_manager_that_hangs_keeps_no_daemon_from_stopping_safely_and_ending(self):
+        self.start_sim()
+        path = os.path.join(self.folder, "notify")
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager, \
+                socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK) as probe:
+            manager.bind(path)  # and never reads
+            daemon = self.start_daemon(NOTIFY_SOCKET=path)
+            self.wait_modules()
+            self.begin_walk()
+
+            def full():
+                try:
+                    probe.sendto(b"STATUS=probe", path)
+                except BlockingIOError:
+                    return True
+                return False
+            wait_until(full, 10, "nothing more can be sent to it")
+            daemon.signal(signal.SIGTERM)
+            self.assertEqual(daemon.wait(30), 0)
 
     @real_time("shared memory")
     def test_without_roudi_telemetry_goes_by_the_network_and_status_says_so(self):
