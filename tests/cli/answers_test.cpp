@@ -11,7 +11,7 @@ using Answers = ProgramTest;
 
 TEST_F(Answers, ADaemonWithAnotherTypeOfCommandsIsNamedAndNothingIsSent) {
   FakeDaemon daemon(domain(), Birth{.earlier = true});
-  const Ended ended = run({"stand"});
+  const Ended ended = run({"--timeout", "10s", "stand"});
   EXPECT_EQ(ended.code, 3);
   EXPECT_THAT(ended.err, HasSubstr("zebro-1 was built with other types of commands"));
   EXPECT_THAT(ended.err, HasSubstr("take the lss-cli of its version"));
