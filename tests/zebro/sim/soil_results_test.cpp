@@ -16,7 +16,7 @@ namespace {
 constexpr int kCycles = 2;
 
 struct Walked {
-  double standing_m = 0, speed_m_s = 0, sinkage_m = 0, torque_Nm = 0, tilt_deg = 0, yaw_deg = 0;
+  double standing_m = 0, speed_m_s = 0, sinkage_m = 0, torque_Nm = 0, tilt_deg = 0;
 };
 
 // Whole cycles after the first one; depth of the deepest leg on average, the largest torque of all.
@@ -41,9 +41,7 @@ Walked walk(const TerrainOptions& terrain, const Groups& groups) {
   };
   driver.walk(groups, kCycles, +1, +1);
   walked.sinkage_m /= static_cast<double>(steps);
-  const Pose pose = driver.moved(from);
-  walked.speed_m_s = pose.ahead_m / (driver.now_s() - began_s);
-  walked.yaw_deg = pose.yaw_deg / kCycles;
+  walked.speed_m_s = driver.moved(from).ahead_m / (driver.now_s() - began_s);
   return walked;
 }
 
@@ -53,31 +51,38 @@ TEST(SoilResults, Zebro) {
   std::string text =
       "Measured " + testing_support::stamp(LSS_SOIL_DOCUMENT) +
       " by\n`LSS_WRITE_RESULTS=1 zebro_soil_results_test`: open-loop script, seed 4, level ground, "
-      "the two cycles after the\nfirst. *Depth*: deepest leg, mean; *standing*: of all six after "
-      "standing up; *torque*, *tilt*: largest; *yaw*: to the left,\nper cycle.\n\n"
-      "| soil, gravity, gait | speed, mm/s | depth, mm | standing, mm | torque, mN m | current, A "
-      "| tilt, deg | yaw, deg |\n|---|---|---|---|---|---|---|---|\n";
-  const std::pair<const char*, const Groups*> gaits[] = {
-      {"tripod", &kTripod}, {"tetrapod-B", &kTetrapod}, {"wave", &kWave}};
+      "the two cycles after the\nfirst. Of tripod, tetrapod-B, wave: speed, mean depth of the "
+      "deepest leg, largest current of a leg and tilt.\n*Standing*: depth of all six after "
+      "standing up.\n\n"
+      "| soil, gravity | speed, mm/s | depth, mm | standing, mm | current, A | tilt, deg |\n"
+      "|---|---|---|---|---|---|\n";
+  const auto add = [](std::string& list, double value, int digits) {
+    char number[40];
+    std::snprintf(number, sizeof number, "%s%.*f", list.empty() ? "" : ", ", digits, value);
+    list += number;
+  };
   for (const char* soil : {"hard", "loam", "regolith", "regolith:0.25", "sand", "sand:0.25"}) {
     for (const double gravity_m_s2 : {soil::kEarth_m_s2, soil::kMoon_m_s2}) {
-      for (const auto& [gait, groups] : gaits) {
+      const bool hard = soil == std::string("hard");
+      std::string speed, depth, standing, current, tilt;
+      for (const Groups* groups : {&kTripod, &kTetrapod, &kWave}) {
         TerrainOptions terrain{.gravity_m_s2 = gravity_m_s2, .seed = 4};
-        const bool hard = soil == std::string("hard");
         if (!hard) terrain.soil = soil::parse_soil(soil);
         const Walked w = walk(terrain, *groups);
-        char row[300];
-        std::snprintf(row, sizeof row,
-                      "| %s, %s, %s | %.1f | %s | %s | %.0f | %.2f | %.1f | %+.1f |\n", soil,
-                      gravity_m_s2 > 5 ? "Earth" : "Moon", gait, w.speed_m_s * 1e3,
-                      hard ? "-" : std::to_string(std::lround(w.sinkage_m * 1e3)).c_str(),
-                      hard ? "-" : std::to_string(std::lround(w.standing_m * 1e3)).c_str(),
-                      w.torque_Nm * 1e3, motor::current_A(w.torque_Nm, 0), w.tilt_deg, w.yaw_deg);
-        text += row;
-        std::printf("%s", row);
-        std::fflush(stdout);
-        EXPECT_TRUE(w.speed_m_s > 0.001) << row;
+        EXPECT_TRUE(w.speed_m_s > 0.001) << soil;
+        add(speed, w.speed_m_s * 1e3, 1);
+        add(depth, w.sinkage_m * 1e3, 0);
+        add(current, motor::current_A(w.torque_Nm, 0), 2);
+        add(tilt, w.tilt_deg, 1);
+        if (standing.empty()) add(standing, w.standing_m * 1e3, 0);
       }
+      if (hard) depth = standing = "-";
+      const std::string row = std::string("| ") + soil + (gravity_m_s2 > 5 ? ", Earth" : ", Moon") +
+                              " | " + speed + " | " + depth + " | " + standing + " | " + current +
+                              " | " + tilt + " |\n";
+      text += row;
+      std::printf("%s", row.c_str());
+      std::fflush(stdout);
     }
   }
   testing_support::write_section(LSS_SOIL_DOCUMENT, "Lunar Zebro on soil", text);
