@@ -1,7 +1,7 @@
 #pragma once
 
 // Constants of CANopen: CiA 301 (services), CiA 402 (drives), CiA 401 (I/O), as far as used here.
-// docs/icd-ardito.md has them as tables.
+// docs/icd-ardito.md says how the buses use them.
 
 #include <cstdint>
 
