@@ -1,6 +1,6 @@
 // Legs fail in the middle of a walk and stay where they are; error solving takes them out of
 // service, and the others walk on. The place where the legs failed is random: in the air, or on the
-// ground, where they drag and prop the body up. The table in docs/gait-zebro.md is of these runs.
+// ground, where they drag and prop the body up. docs/gait-zebro.md has figures of these runs.
 
 #include <gtest/gtest.h>
 
