@@ -4,10 +4,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "idl/angles.h"
@@ -489,9 +492,10 @@ TEST(ArditoSoil, Failures) {
       "Broken on hills of regolith, the Earth's gravity, 0.5 m/s straight ahead; wheels 4 and 5, "
       "seeds 1 to {}. Columns as in\n[ardito-results.md](ardito-results.md); in brackets what was "
       "not as expected.\n\n"
-      "| failure | found, worst, s | treated, frames |\n"
+      "| failures | found, worst, s | treated, frames |\n"
       "|---|---|---|\n",
       seeds);
+  std::vector<std::pair<std::string, std::string>> results;  // and the failures that have it
   for (std::size_t r = 0; r < chosen.size(); ++r) {
     const FailureRow& row = rows[chosen[r]];
     FailureTimes all;
@@ -508,11 +512,19 @@ TEST(ArditoSoil, Failures) {
       }
     }
     for (const std::string& what : all.wrong) wrong += (wrong.empty() ? "" : ", ") + what;
-    text +=
-        fmt::format("| {} | {} | {}{} |\n", row.name, found,
+    const std::string result =
+        fmt::format("{} | {}{}", found,
                     all.mitigated >= FailureTimes::kNever ? "never" : std::to_string(all.mitigated),
                     wrong.empty() ? "" : " (" + wrong + ")");
+    const auto same = std::find_if(results.begin(), results.end(),
+                                   [&](const auto& other) { return other.first == result; });
+    if (same == results.end()) {
+      results.emplace_back(result, row.name);
+    } else {
+      same->second += fmt::format("; {}", row.name);
+    }
   }
+  for (const auto& [result, names] : results) text += fmt::format("| {} | {} |\n", names, result);
   fmt::print("{}", text);
   if (writing())
     write("Ardito's failure detection on soil: failures of wheels", "ArditoSoil.Failures", text);
