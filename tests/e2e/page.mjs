@@ -177,16 +177,38 @@ async function frames(seconds) {
   await probe.detach();
 }
 
+// In the head no part covers another one, and state and mode have room.
+async function head() {
+  assert.deepEqual(await page.evaluate(() => {
+    const parts = [...document.querySelectorAll("#top > :not([hidden], #state), #state > *, #links dt")].filter((e) => e.checkVisibility() && e.id !== "links");
+    const boxes = parts.map((e) => {
+      const range = document.createRange();
+      range.selectNodeContents(e);
+      const {x, y, right, bottom} = e.matches("b, dt") ? range.getBoundingClientRect() : e.getBoundingClientRect();
+      return {name: e.id || e.textContent, x, y, right, bottom};
+    });
+    const wrong = boxes.flatMap((a, i) => boxes.slice(i + 1).filter((b) =>
+      a.x < b.right - 1 && b.x < a.right - 1 && a.y < b.bottom - 1 && b.y < a.bottom - 1).map((b) => `${a.name} covers ${b.name}`));
+    const mode = document.querySelector("#state span").clientWidth, lines = document.querySelector("#top").clientHeight / 58;
+    if (mode < 100) wrong.push(`the mode has ${mode} pixels`);
+    if (innerWidth > 1000 && lines > 2.2) wrong.push(`it is ${lines} lines high`);
+    return wrong;
+  }), []);
+}
+
 // Nothing is wider than the window, and STOP is in it, on a small screen and on a telephone.
 async function looks() {
+  await head();
   for (const [width, height] of [[900, 900], [390, 844]]) {
     await page.setViewportSize({width, height});
     await page.waitForFunction((w) => innerWidth === w && document.documentElement.scrollWidth <= w, width);
     const stop = await page.locator("#estop").boundingBox();
     assert.ok(stop.x >= 0 && stop.x + stop.width <= width && stop.y >= 0 && stop.y + stop.height <= height, JSON.stringify(stop));
+    await head();
     await shot(`ground-${vehicle}-${width}`, true);
   }
   await page.setViewportSize({width: 1024, height: 768});
+  await head();
   await shot(`ground-${vehicle}-1024`);
   await page.setViewportSize({width: 1440, height: 900});
   await page.getByRole("button", {name: "Light or dark"}).click();
