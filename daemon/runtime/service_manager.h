@@ -1,5 +1,7 @@
 #pragma once
 
+// What the daemon says to the service manager that started it.
+
 #include <string_view>
 
 namespace lss {
