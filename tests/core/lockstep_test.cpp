@@ -333,14 +333,17 @@ TEST_F(Lockstep, a_thread_that_takes_no_part_wakes_one_that_does_at_the_time_of_
     if (!create(folder_, {.speed = 1}).empty()) ::_exit(1);
     told_->ready = true;
     Waiter waiter;
+    std::atomic<bool> has_turn = false;
     std::thread waits([&] {
       const Part part("publish");
+      has_turn = true;
       waiter.wait(kBegin + 3600 * kSecond);
       told_->woken_ns = now();
       told_->done = true;
     });
     const TimeNs from = wall_now();
     if (!begin(1)) ::_exit(3);
+    while (!has_turn || !waits_for().empty()) wall_sleep(kMillisecond);
     wall_sleep(300 * kMillisecond);
     waiter.wake();
     waits.join();
