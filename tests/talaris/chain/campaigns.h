@@ -45,7 +45,8 @@ std::string failures_section(unsigned seeds);
 
 // The wide set (sim::talaris::kWide), and where it no longer stands: each cause alone, swept.
 // `picture`: an SVG file of the sweeps.
-bool safe(const Flown& flown);  // upright, at most 1 m/s down and 0.5 m/s sideways
+bool safe(const Flown& flown);   // upright, at most 1 m/s down and 0.5 m/s sideways
+bool wrong(const Flown& flown);  // the daemon says "as planned", and it was not, by the world
 FlightPlan wide_flight();
 std::string wide_section(unsigned seeds);
 std::string camera_section(unsigned seeds);  // the wide set with a camera

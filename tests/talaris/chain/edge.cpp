@@ -21,11 +21,6 @@ using sim::talaris::TalarisOptions;
 
 constexpr double kSlow_m_s = 1.0, kSideways_m_s = 0.5, kNear_m = 6;
 
-// Says "as planned" and was not, by the world.
-bool wrong(const Flown& flown) {
-  return flown.succeeded && !(safe(flown) && flown.off_m() <= kNear_m);
-}
-
 void show(const std::string& line) {
   std::fputs(line.c_str(), stdout);
   std::fflush(stdout);
@@ -240,6 +235,10 @@ FlightPlan wide_flight() { return {.spread = kWide, .late_share = 0.02, .late_s 
 
 bool safe(const Flown& flown) {
   return flown.upright() && flown.down_m_s <= kSlow_m_s && flown.sideways_m_s <= kSideways_m_s;
+}
+
+bool wrong(const Flown& flown) {
+  return flown.succeeded && !(safe(flown) && flown.off_m() <= kNear_m);
 }
 
 std::string wide_section(unsigned seeds) {

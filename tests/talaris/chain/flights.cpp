@@ -64,7 +64,7 @@ bool as_planned(const Chain& chain) {
 struct Watch {
   Chain& chain;
   Flown& flown;
-  TimeNs lift_ns = 0, contact_ns = 0;
+  TimeNs lift_ns = 0, contact_ns = 0, noticed_ns = 0;
   double wanted_m = 0;
 
   void step() {
@@ -76,6 +76,7 @@ struct Watch {
       lift_ns = chain.now();
     }
     flown.max_height_m = std::max(flown.max_height_m, body.position_m.x());
+    if (noticed_ns == 0 && chain.phase() == Phase::touchdown) noticed_ns = chain.now();
     if (contact_ns == 0 && plant.contact()) {
       contact_ns = chain.now();
       flown.contact_tilt_deg = tilt_deg(body);
@@ -97,6 +98,7 @@ struct Watch {
             std::max(flown.height_error_m, std::abs(body.position_m.x() - wanted_m));
       return;
     }
+    flown.ground_tilt_deg = std::max(flown.ground_tilt_deg, tilt_deg(body));
     flown.down_m_s = std::max(flown.down_m_s, plant.touchdown().down_m_s);
     flown.sideways_m_s = std::max(flown.sideways_m_s, plant.touchdown().horizontal_m_s);
   }
@@ -210,6 +212,10 @@ Flown fly(const FlightPlan& plan, unsigned seed) {
   }
   if (watch.contact_ns != 0)
     flown.air_s = static_cast<double>(watch.contact_ns - watch.lift_ns) * 1e-9;
+  if (watch.contact_ns != 0 && watch.noticed_ns != 0)
+    flown.noticed_s = static_cast<double>(watch.noticed_ns - watch.contact_ns) * 1e-9;
+  for (std::size_t foot = 0; foot < sim::talaris::Plant::kFeet; ++foot)
+    flown.sinkage_m = std::max(flown.sinkage_m, chain.world().plant().sinkage_m(foot));
   for (const FaultRecord& fault : chain.supervisor().faults) {
     if (fault.id != FaultId::none) flown.faults.push_back(fault.id);
   }

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -39,10 +40,12 @@ struct Flown {
   bool succeeded = false;  // the daemon says: as planned, no fault
   // By the world.
   double down_m_s = 0, sideways_m_s = 0, contact_tilt_deg = 0;  // of the landing
-  double rest_tilt_deg = 0;
-  double along_m = 0, across_m = 0;          // from where it should stand
-  double nav_along_m = 0, nav_across_m = 0;  // navigation error at touchdown
-  double nav_side_m_s = 0;                   // and of its speed, sideways
+  double rest_tilt_deg = 0, ground_tilt_deg = 0;  // in the end, and the most since contact
+  double sinkage_m = 0;                           // of the deepest foot, in the end
+  double noticed_s = std::numeric_limits<double>::quiet_NaN();  // contact by the daemon, after it
+  double along_m = 0, across_m = 0;                             // from where it should stand
+  double nav_along_m = 0, nav_across_m = 0;                     // navigation error at touchdown
+  double nav_side_m_s = 0;                                      // and of its speed, sideways
   double sigma_m = 0, sigma_m_s = 0;  // of one axis, as navigation's covariance predicts them
   double max_height_m = 0, max_tilt_deg = 0, height_error_m = 0;  // in the air
   double told_down_m_s = 0, told_sideways_m_s = 0;                // by the daemon

@@ -131,6 +131,13 @@ TEST_F(TalarisProgram, WritesTheTruthWithItsFaults) {
   EXPECT_EQ(third.at("attached_faults"), nlohmann::json({"node-silent:0x20", "push:20:0"}));
 }
 
+TEST_F(TalarisProgram, StandsInSoil) {
+  Process sim(talaris({"--truth", truth().string(), "--ground", "sand:0.5"}));
+  ASSERT_TRUE(sim.says("ready"));
+  for (const double sinkage_m : third_truth().at("foot_sinkage_m"))
+    EXPECT_NEAR(sinkage_m, 0.026, 0.002);
+}
+
 TEST_F(TalarisProgram, ListsItsFaultsAndRefusesWhatDoesNotGo) {
   Process list({"faults", "talaris"});
   EXPECT_EQ(list.wait(), 0);
@@ -145,6 +152,12 @@ TEST_F(TalarisProgram, ListsItsFaultsAndRefusesWhatDoesNotGo) {
   Process heading(talaris({"--stand", "rail", "--heading", "45"}));
   EXPECT_EQ(heading.wait(), 2);
   EXPECT_THAT(heading.heard, HasSubstr("--heading is for"));
+  Process soil(talaris({"--ground", "mud"}));
+  EXPECT_EQ(soil.wait(), 2);
+  EXPECT_THAT(soil.heard, HasSubstr("'mud' is no soil: sand, loam, regolith"));
+  Process stand(talaris({"--stand", "sled", "--ground", "sand"}));
+  EXPECT_EQ(stand.wait(), 2);
+  EXPECT_THAT(stand.heard, HasSubstr("soil is for the stand free only"));
 }
 
 TEST_F(TalarisProgram, EveryStandRuns) {

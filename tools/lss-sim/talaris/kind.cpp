@@ -98,6 +98,7 @@ class TalarisKind final : public VehicleKind {
     options.plant.heading_rad = heading_deg_ * kDegree;
     options.plant.slope_rad = slope_deg_ * kDegree;
     options.plant.uphill_rad = uphill_deg_ * kDegree;
+    if (ground_ != "hard") options.plant.soil = soil::parse_soil(ground_);
     options.air.to_rad = to_deg_ * kDegree;
     if (options.air.wind_m_s + options.air.gust_m_s > 0 && options.air.density_kg_m3 == 0)
       options.air.density_kg_m3 = kSeaLevel_kg_m3;
@@ -224,6 +225,11 @@ class TalarisKind final : public VehicleKind {
                   20.0);
     number_option(command, "--uphill", uphill_deg_, "where it rises, degrees from +z towards +y",
                   -360.0, 360.0);
+    command
+        .add_option("--ground", ground_,
+                    "hard, or a soil: sand, loam, regolith, each with :FACTOR of its strength if "
+                    "wanted; stand free only")
+        ->capture_default_str();
     number_option(command, "--tank-fill", options_.gas.fill, "share of the full tanks", 0.1, 1.0);
   }
 
@@ -231,7 +237,7 @@ class TalarisKind final : public VehicleKind {
   double slope_deg_ = 0, uphill_deg_ = 0, to_deg_ = 0;
   double tilt_deg_ = 0, heading_deg_ = 0, thrust_scale_ = 1, fan_scale_ = 1, imu_errors_ = 1;
   std::vector<double> scale_ = {1, 1, 1}, cg_m_ = {0, 0, 0}, altimeter_at_m_ = {0, 0, 0};
-  std::string altimeter_points_;
+  std::string altimeter_points_, ground_ = "hard";
   bool disperse_ = false, wide_ = false, load_cell_ = false;
 };
 

@@ -9,6 +9,10 @@
 #include <dart/dynamics/RevoluteJoint.hpp>
 #include <dart/dynamics/Skeleton.hpp>
 #include <dart/dynamics/WeldJoint.hpp>
+#include <stdexcept>
+#include <vector>
+
+#include "tools/lss-sim/talaris/pad_in_soil.h"
 
 namespace lss::sim::talaris {
 namespace {
@@ -24,7 +28,7 @@ const Vector3 kUp = Vector3::UnitX();
 // vehicle sinks 3 mm into its legs and comes to standstill within a tenth of a second.
 constexpr double kLeg_m = 0.25;
 constexpr double kLeg_N_m = 40'000, kLeg_Ns_m = 1'200;
-constexpr std::size_t kFeet = 4, kPoints = 8;
+constexpr std::size_t kPoints = 8;
 const std::array<Vector3, kPoints> kTouching = {{{-kLeg_m, -0.30, -0.40},
                                                  {-kLeg_m, -0.30, 0.40},
                                                  {-kLeg_m, 0.30, 0.40},
@@ -59,7 +63,8 @@ struct Plant::World {
   BodyNode* body = nullptr;
   BodyNode* carriage = nullptr;  // of lift
   double inertia_gas_kg = -1;
-  std::array<std::optional<Vector3>, kPoints> anchors;  // points where feet stick to the ground
+  std::array<std::optional<Vector3>, kPoints> anchors;  // points where feet stick to hard ground
+  std::vector<PadInSoil> pads;                          // of all points, on soil
 
   void set_inertia(const PlantOptions& options, double mass_kg) {
     Vector3 cg_m = options.cg_m;
@@ -151,11 +156,28 @@ Plant::Plant(const PlantOptions& options)
   w.skeleton->setGravity(-kGravity_m_s2 * kUp);
   w.set_inertia(options_, mass_kg_);
   feel(Vector3::Zero());
+  if (options.soil) press_pads();
   body_.force_B_m_s2 = body_.attitude.conjugate() * (kGravity_m_s2 * kUp);
   contact_ = clearance_m() <= 0;
 }
 
 Plant::~Plant() = default;
+
+// Where it stands all pads rest at the depth of a quarter of the weight.
+void Plant::press_pads() {
+  if (options_.stand != Stand::free)
+    throw std::invalid_argument("soil is for the stand free only: leave out --ground or --stand");
+  const soil::Soil here = soil::in_gravity(*options_.soil, kGravity_m_s2);
+  const PadInSoil pad(here, {kLeg_N_m, kLeg_Ns_m}, normal_);
+  const double rest_m = pad.carries_at_m(mass_kg_ * kGravity_m_s2 / kFeet);
+  ground_m_ += rest_m;
+  world_->pads.assign(kPoints, pad);
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    const double into_m =
+        std::max(0.0, into_ground_m(body_.position_m + body_.attitude * kTouching[i]));
+    world_->pads[i].press(std::min(into_m, rest_m), into_m);
+  }
+}
 
 void Plant::step(const Wrench& wrench, double gas_used_kg, const Vector3& push_N) {
   World& w = *world_;
@@ -257,15 +279,21 @@ Wrench Plant::feet() {
   for (std::size_t i = 0; i < kPoints; ++i) {
     const Vector3 arm = to_world * kTouching[i];
     const Vector3 at = body_.position_m + arm;
-    const double into_m = ground_m_ - normal_.dot(at);
+    const double into_m = into_ground_m(at);
     if (!near || into_m <= 0) {
       w.anchors[i].reset();
+      if (options_.soil) w.pads[i].step({});
       continue;
     }
     const Vector3 velocity = body_.velocity_m_s + (to_world * body_.rate_B_rad_s).cross(arm);
     const double apart_m_s = normal_.dot(velocity);
     touching = true;
     down_m_s = std::max(down_m_s, -velocity.x());
+    if (options_.soil) {
+      const Vector3 push_N = w.pads[i].step({into_m, at, velocity});
+      wrench.add(kTouching[i], to_world.transpose() * push_N);
+      continue;
+    }
     const double normal = std::max(0.0, kLeg_N_m * into_m - kLeg_Ns_m * apart_m_s);
     if (!w.anchors[i]) w.anchors[i] = at;
     Vector3 sideways = -kLeg_N_m * (at - *w.anchors[i]) - kLeg_Ns_m * velocity;
@@ -300,12 +328,32 @@ double Plant::clearance_m() const {
   return normal_.dot(body_.position_m) + lowest - ground_m_;
 }
 
+double Plant::sinkage_m(std::size_t foot) const {
+  return options_.soil ? world_->pads[foot].depth_m() : 0;
+}
+
+double Plant::legs_J() const {
+  double sum_J = 0;
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    const Vector3 at = body_.position_m + body_.attitude * kTouching[i];
+    const double into_m = into_ground_m(at);
+    if (options_.soil) {
+      sum_J += world_->pads[i].leg_J({into_m, at});
+    } else if (const auto& anchor = world_->anchors[i]; anchor && into_m > 0) {
+      const Vector3 bent_m = at - *anchor;
+      const double sideways_m2 = bent_m.squaredNorm() - std::pow(normal_.dot(bent_m), 2);
+      sum_J += kLeg_N_m / 2 * (into_m * into_m + sideways_m2);
+    }
+  }
+  return sum_J;
+}
+
 double Plant::energy_J() const {
   // DART computes potential energy as if a body's origin were its centre of mass.
   const World& w = *world_;
   double moment_kg_m = w.body->getMass() * w.body->getCOM().x();
   if (w.carriage != nullptr) moment_kg_m -= options_.counterweight_kg * body_.position_m.x();
-  return w.skeleton->computeKineticEnergy() + moment_kg_m * kGravity_m_s2;
+  return w.skeleton->computeKineticEnergy() + moment_kg_m * kGravity_m_s2 + legs_J();
 }
 
 std::optional<double> Plant::distance_m(const Vector3& at_m, const Vector3& along,

@@ -12,6 +12,8 @@
 #include <memory>
 #include <optional>
 
+#include "tools/lss-sim/soil/soil.h"
+
 namespace lss::sim::talaris {
 
 inline constexpr std::size_t kValves = 8;  // index i: valve i + 1
@@ -53,6 +55,7 @@ struct PlantOptions {
   double ground_friction = 0.8;          // of the feet
   double slope_rad = 0;                  // of free: the ground rises by this angle,
   double uphill_rad = 0;                 // along +z turned by this one towards +y; it stands on it
+  std::optional<soil::Soil> soil{};      // of free: instead of hard ground (pad_in_soil.h)
 };
 
 // On the body, in B, about its origin.
@@ -81,7 +84,9 @@ struct Touchdown {
 
 class Plant {
  public:
-  // It stands, hangs or lies at standstill.
+  static constexpr std::size_t kFeet = 4;
+
+  // It stands, hangs or lies at standstill. Throws std::invalid_argument for a soil on a stand.
   explicit Plant(const PlantOptions& options);
   ~Plant();
   Plant(const Plant&) = delete;
@@ -93,9 +98,10 @@ class Plant {
   const BodyState& body() const { return body_; }
   double mass_kg() const { return mass_kg_; }
   bool contact() const { return contact_; }
-  double clearance_m() const;  // of the lowest foot
+  double clearance_m() const;                // of the lowest foot; in soil negative
+  double sinkage_m(std::size_t foot) const;  // of its pad in soil
   const Touchdown& touchdown() const { return touchdown_; }
-  double energy_J() const;  // kinetic and potential, relative to standstill at the origin
+  double energy_J() const;  // kinetic, potential relative to the origin, and of the legs' springs
 
   // The length of a beam from `at_m` (B) in direction `along` (B) to ground or wall; unset when it
   // does not hit, or hits at more than `most_rad` from the normal.
@@ -108,6 +114,9 @@ class Plant {
   void brake();
   Wrench feet();
   void note_contact(bool now, double down_m_s);
+  double into_ground_m(const Vector3& at_m) const { return ground_m_ - normal_.dot(at_m); }
+  void press_pads();
+  double legs_J() const;
 
   PlantOptions options_;
   std::unique_ptr<World> world_;

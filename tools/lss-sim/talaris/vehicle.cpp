@@ -145,7 +145,7 @@ nlohmann::ordered_json Talaris::truth() const {
     armed[i] = fans_.armed(i);
   }
   const auto range = range_m();
-  return {
+  nlohmann::ordered_json state = {
       {"position_m", to_array(body.position_m)},
       {"attitude_wxyz", {q.w(), q.x(), q.y(), q.z()}},
       {"velocity_m_s", to_array(body.velocity_m_s)},
@@ -164,6 +164,12 @@ nlohmann::ordered_json Talaris::truth() const {
       {"touchdown_down_m_s", plant_.touchdown().down_m_s},
       {"touchdown_horizontal_m_s", plant_.touchdown().horizontal_m_s},
   };
+  if (options_.plant.soil) {
+    std::array<double, Plant::kFeet> sinkage_m{};
+    for (std::size_t i = 0; i < sinkage_m.size(); ++i) sinkage_m[i] = plant_.sinkage_m(i);
+    state["foot_sinkage_m"] = sinkage_m;
+  }
+  return state;
 }
 
 }  // namespace lss::sim::talaris
