@@ -32,7 +32,8 @@ Locomotion::Locomotion(const LocomotionParameters& parameters) noexcept
       ends_(stroke_ends(parameters)),
       times_(footing(0, parameters).times),
       sweep_rad_(parameters.sweep_rad),
-      offset_rad_(parameters.offset_rad) {}
+      offset_rad_(parameters.offset_rad),
+      can_row_(rowing_margin_m(0, parameters) >= kLeastMargin_m) {}
 
 bool Locomotion::isolate(LegSet legs) noexcept {
   const bool possible = legs < 1 << kLegs && std::popcount(legs) <= kMostIsolated;
@@ -160,7 +161,10 @@ void Locomotion::order_again(std::size_t i) noexcept {
 bool Locomotion::run_stage(double now_s) noexcept {
   switch (stage_) {
     case Stage::rest: return false;
-    case Stage::decide: enter(first_stage(), now_s); return true;
+    case Stage::decide:
+      if (walks() && upright()) choose_rowing();
+      enter(first_stage(), now_s);
+      return true;
     case Stage::land:
       if (!landed(now_s)) return false;
       stage_ = Stage::decide;
@@ -172,6 +176,7 @@ bool Locomotion::run_stage(double now_s) noexcept {
     case Stage::step: step(now_s); return stage_ != Stage::step;
     default:
       if (!ordered_legs_arrived(now_s)) return false;
+      if (walks() && (stage_ == Stage::push || stage_ == Stage::align)) choose_rowing();
       enter(stage_after(stage_), now_s);
       return true;
   }
@@ -197,7 +202,7 @@ Locomotion::Stage Locomotion::stage_after(Stage stage) const noexcept {
   if (stage == Stage::lift && !goes_down) return Stage::push;
   if (stage == Stage::align && goes_down) return Stage::lower;
   if (stage == Stage::align && walks()) return rows_ ? Stage::sink : Stage::step;
-  if (stage == Stage::push && walks()) return Stage::sink;
+  if (stage == Stage::push && walks()) return rows_ ? Stage::sink : Stage::align;
   if (stage == Stage::sink) return Stage::lift;
   return Stage::rest;
 }

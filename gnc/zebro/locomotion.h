@@ -60,6 +60,10 @@ struct WalkRequest {
   double direction = 1;    // +1 forward, -1 backward
   double heading_rad = 0;  // [-pi/2, pi/2], clockwise positive; pi/2 turns on the spot
   Speed speed = Speed::medium;
+  // By rowing (rowing.h), which also gets on where the belly lies in the soil. Walking, it changes
+  // after the step, rowing after the stroke. Ignored with legs out of service, whose gait depends
+  // on which they are.
+  bool rows = false;
 };
 
 struct LegMeasured {
@@ -205,6 +209,7 @@ class Locomotion {
   void turn_on(std::size_t leg, double now_s) noexcept;
   void turn(std::size_t leg, double way_rad, double now_s) noexcept;
 
+  void choose_rowing() noexcept;
   void begin_rowing() noexcept;
   void choose_strokes() noexcept;
   Stroke stroke_of(std::size_t leg) const noexcept;
@@ -249,6 +254,7 @@ class Locomotion {
   LegSet isolated_ = 0;
   bool can_walk_ = true;
   bool rows_ = false;  // instead of stepping
+  bool can_row_;       // with all legs
   // For the present walk, when legs are isolated.
   Creep creep_{};
   Speed creep_speed_ = Speed::zero;

@@ -53,6 +53,12 @@ double rowing_margin_m(LegSet isolated, const LocomotionParameters& p) noexcept 
 
 // ---- Locomotion
 
+// Where the legs stand straight down, so that both ways to go on are possible. With legs out of
+// service isolate() chooses.
+void Locomotion::choose_rowing() noexcept {
+  if (isolated_ == 0) rows_ = request_.rows && can_row_;
+}
+
 void Locomotion::begin_rowing() noexcept {
   owed_ = {};
   choose_strokes();

@@ -151,8 +151,8 @@ void Locomotion::step(double now_s) noexcept {
 void Locomotion::change_walk() noexcept {
   walk_changed_ = false;
   const SideSpeeds wanted = side_speeds(request_.direction, request_.heading_rad);
-  if (request_.speed == Speed::zero || reverses(sides_.left, wanted.left) ||
-      reverses(sides_.right, wanted.right)) {
+  if (request_.speed == Speed::zero || (request_.rows && can_row_ && isolated_ == 0) ||
+      reverses(sides_.left, wanted.left) || reverses(sides_.right, wanted.right)) {
     stage_ = Stage::land;
     return;
   }

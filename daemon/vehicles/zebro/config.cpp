@@ -95,6 +95,9 @@ Parameters read_parameters(config::Section& root) {
   read_adjustable(limits, "limits", p);
   if (const char* wrong = check_currents(p)) limits.error("total_A", wrong);
 
+  config::Section ground = root.section("ground");
+  read_adjustable(ground, "ground", p);
+
   config::Section panel = root.section("panel");
   read_adjustable(panel, "panel", p);
 

@@ -20,6 +20,7 @@ struct Parameters {
   double power_limit_A = 8.0;
   TimeNs current_time_ns = 100 * kMillisecond;
   double temperature_warning_degC = 80;
+  double soil_share = 0.16;  // of Sinking::share(): more, and the belly lies in the soil
   double panel_deployed_rad = 110 * kDegree;
   TimeNs panel_move_ns = 10 * kSecond;
   SolverParameters solver;

@@ -48,6 +48,9 @@ constexpr std::array kTunables{
                                               "a movement this late has failed"),
     tunable<&P::locomotion, &L::swing_limit_rad_s>("motion.swing_limit_deg_s", "deg/s", 10, 720,
                                                    kAtRest, "the fastest a leg may turn"),
+    tunable<&P::soil_share>("ground.soil_share", "", 0.05, 1, kAlways,
+                            "of a leg's current in soil, where the belly would touch it: with more "
+                            "of all legs it rows; 1: never"),
     tunable<&P::panel_deployed_rad>("panel.deployed_deg", "deg", 10, 350, kAtRest,
                                     "where the panel is deployed"),
     tunable<&P::panel_move_ns>("panel.move_s", "s", 1, 60, kAtRest, "from one end to the other"),

@@ -39,7 +39,9 @@ Vehicle::Vehicle(const Parameters& parameters) noexcept
     : parameters_(parameters),
       tunables_(values_of(tuning().tunables, parameters)),
       locomotion_(parameters.locomotion),
-      solver_(parameters.solver) {
+      solver_(parameters.solver),
+      sinking_(gnc::zebro::lowered_rad(parameters.locomotion.belly_height_m,
+                                       parameters.locomotion.leg_diameter_m)) {
   order_all(Kind::motion_off);
   for (std::size_t i = 0; i < walks_without_.size(); ++i)
     walks_without_[i] =
@@ -189,10 +191,20 @@ void Vehicle::begin_motion(lc::ActionSet actions, const Request* request) noexce
   if (actions & kFinishStep) locomotion_.finish_step(now_s);
   if (actions & kLayDown) locomotion_.lay_down(now_s);
   if (actions & kStow) locomotion_.stow(now_s);
-  if (actions & kWalk) {
-    if (request != nullptr) walk_ = walk_request(arguments<Walk>(*request));
-    locomotion_.walk(now_s, walk_);
+  if (actions & kWalk) begin_walk(request);
+}
+
+// What the ground is like is judged again with each walk from standing.
+void Vehicle::begin_walk(const Request* request) noexcept {
+  const bool goes_on = locomotion_.motion() == gnc::zebro::Motion::walk;
+  const bool rows = goes_on && walk_.rows;
+  if (request != nullptr) walk_ = walk_request(arguments<Walk>(*request));
+  walk_.rows = rows;
+  if (!goes_on) {
+    sinking_.reset();
+    deep_strides_ = 0;
   }
+  locomotion_.walk(seconds(now_ns_), walk_);
 }
 
 void Vehicle::move_leg(const Request& request) noexcept {
@@ -244,7 +256,22 @@ void Vehicle::navigate(TimeNs) noexcept {
 }
 
 void Vehicle::guide(TimeNs now) noexcept {
-  if (walking_legs_) locomotion_.update(seconds(now), measured_);
+  if (!walking_legs_) return;
+  locomotion_.update(seconds(now), measured_);
+  feel_ground();
+}
+
+void Vehicle::feel_ground() noexcept {
+  gnc::zebro::PerLeg<gnc::zebro::Sinking::Leg> legs;
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    legs[i] = {.theta_rad = measured_[i].angle_rad,
+               .current_A = modules_[i].status.current_A,
+               .known = measured_[i].known && measured_[i].calibrated,
+               .flies = locomotion_.targets()[i].swing};
+  }
+  if (!sinking_.update(legs)) return;
+  const bool deep = sinking_.share() > parameters_.soil_share;
+  deep_strides_ = deep ? std::min(deep_strides_ + 1, kDeepStrides) : 0;
 }
 
 Vehicle::Command Vehicle::control(TimeNs now) noexcept {

@@ -23,6 +23,7 @@
 #include "daemon/vehicles/zebro/report_check.h"
 #include "daemon/vehicles/zebro/rounds.h"
 #include "daemon/vehicles/zebro/solver.h"
+#include "gnc/zebro/sinking.h"
 
 namespace lss::zebro {
 
@@ -75,7 +76,7 @@ class Vehicle final : public Actor, private SolveTarget {
       flags_before_, disobeyed_, resends_before_, segment_, orders_, sent_, walk_, solver_, rounds_,
       operated_ns_, isolated_, walks_without_, epoch_ns_, now_ns_, before_ns_, walking_legs_,
       in_motion_, port_, motors_on_ns_, over_sum_ns_, noise_window_ns_, noise_frames_, bridge_,
-      panel_, resets_, resets_seen_, data_requested_);
+      panel_, resets_, resets_seen_, data_requested_, sinking_, deep_strides_, belly_told_);
   }
 
  private:
@@ -142,6 +143,7 @@ class Vehicle final : public Actor, private SolveTarget {
   void watch_motor(std::size_t module, const ModuleLink& link) noexcept;
   void watch_obedience(std::size_t module, const ModuleLink& link, Supervisor& s) noexcept;
   void watch_motion(Supervisor& s) noexcept;
+  void watch_ground(Supervisor& s) noexcept;
   void watch_solver(Supervisor& s) noexcept;
   void watch_rounds(Supervisor& s) noexcept;
   Symptoms symptoms(const Supervisor& s) const noexcept;
@@ -163,6 +165,8 @@ class Vehicle final : public Actor, private SolveTarget {
   void move_panel(bool deploy) noexcept;
   void reset_modules(const Request& request) noexcept;
   void take(const ModuleReply& reply) noexcept;
+  void begin_walk(const Request* request) noexcept;
+  void feel_ground() noexcept;
 
   Parameters parameters_;
   TunableValues tunables_;  // of the parameters
@@ -220,6 +224,11 @@ class Vehicle final : public Actor, private SolveTarget {
   Resets resets_;                                      // by command
   std::array<std::uint64_t, kModules> resets_seen_{};  // by the bus, in all
   bool data_requested_ = false;
+
+  static constexpr int kDeepStrides = 2;  // in a row, then it rows
+  gnc::zebro::Sinking sinking_;           // belly and legs stay as constructed
+  int deep_strides_ = 0;                  // with the belly in the soil
+  bool belly_told_ = false;               // that it is
 };
 
 // The wiring: one port, one bus of leg modules.

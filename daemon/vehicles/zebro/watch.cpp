@@ -47,6 +47,7 @@ void Vehicle::watch(const Inputs<Vehicle>& in, Supervisor& s) noexcept {
   }
   watch_current_sum(s);
   watch_motion(s);
+  watch_ground(s);
   watch_panel(s);
   watch_solver(s);
   watch_rounds(s);
@@ -225,6 +226,21 @@ void Vehicle::watch_motion(Supervisor& s) noexcept {
     in_motion_ = false;
     if (mode == Mode::standing_up) report_uncalibrated(s);
     s.happen(event::motion_done);
+  }
+}
+
+// On its belly it gets on by rowing only.
+void Vehicle::watch_ground(Supervisor& s) noexcept {
+  const bool walks =
+      locomotion_.motion() == gnc::zebro::Motion::walk && walk_.speed != gnc::zebro::Speed::zero;
+  if (walks && !walk_.rows && deep_strides_ >= kDeepStrides) {
+    walk_.rows = true;
+    locomotion_.walk(seconds(now_ns_), walk_);
+    s.raise(faults::belly_in_soil, 0, sinking_.share(), parameters_.soil_share);
+    belly_told_ = true;
+  } else if (belly_told_ && !walk_.rows) {  // another walk began
+    s.clear(faults::belly_in_soil);
+    belly_told_ = false;
   }
 }
 

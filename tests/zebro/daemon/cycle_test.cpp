@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "idl/zebro/codes.h"
+#include "limits.h"
 #include "world.h"
 
 namespace lss::zebro {
@@ -136,6 +137,45 @@ TEST(Cycle, WalksWithALegThatNeverCalibratesAndSaysSo_Miss_1) {
   w.send(lss::CommandKind::start, {2, 1, 0, 3});
   ASSERT_TRUE(w.run_until(Mode::walking, 40));
   EXPECT_TRUE(w.has(faults::not_calibrated, 4));
+}
+
+int legs_in_flight(const World& w) {
+  return static_cast<int>(std::ranges::count_if(w.out_.telemetry.modules,
+                                                [](const lss_ZebroModule& m) { return m.swing; }));
+}
+
+TEST(Cycle, WhereTheBellyLiesInTheSoilItRowsUntilItWalksFromStandingAgain) {
+  World w;
+  ASSERT_TRUE(w.stand());
+  w.alter = [](World& x) { draw_in_soil(x, 0.3); };
+  w.send(CommandKind::walk, {1, 0, 3});
+  ASSERT_TRUE(w.run_until([&] { return w.has(faults::belly_in_soil); }, 14));
+  EXPECT_EQ(w.out_.telemetry.steps, 2U);
+  EXPECT_EQ(w.state(), State::operational);
+  EXPECT_TRUE(w.run_until([&] { return legs_in_flight(w) == kLegs; }, 10));
+  w.alter = nullptr;
+  w.send(CommandKind::walk, {1, 0.2, 3});  // goes on
+  w.run(5);
+  EXPECT_TRUE(w.run_until([&] { return legs_in_flight(w) == kLegs; }, 10));
+  EXPECT_TRUE(w.has(faults::belly_in_soil));
+  w.send(CommandKind::stand);
+  ASSERT_TRUE(w.run_until(Mode::standing, 20));
+  EXPECT_TRUE(w.has(faults::belly_in_soil)) << "until it walks again";
+  w.send(CommandKind::walk, {1, 0, 3});
+  ASSERT_TRUE(w.run_until(Mode::walking, 1));
+  w.run(0.1);
+  EXPECT_FALSE(w.has(faults::belly_in_soil));
+  int most = 0;
+  w.run_until([&] { return (most = std::max(most, legs_in_flight(w))) > kLegs / 2; }, 20);
+  EXPECT_EQ(most, kLegs / 2);
+}
+
+TEST(Cycle, ABellyInTheSoilForOneStrideIsNone) {
+  World w;
+  ASSERT_TRUE(w.stand());
+  w.alter = [](World& x) { draw_in_soil(x, x.out_.telemetry.steps % 2 == 0 ? 0.3 : 0.1); };
+  w.send(CommandKind::walk, {1, 0, 3});
+  EXPECT_FALSE(w.run_until([&] { return w.has(faults::belly_in_soil); }, 60));
 }
 
 // Of two statuses in one frame the first may be the one that reports the reset; it may also be

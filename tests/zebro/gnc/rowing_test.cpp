@@ -137,6 +137,37 @@ TEST(Rowing, MarginOfEveryHeadingAllTheTime) {
   }
 }
 
+// With all legs by request, from any moment of a walk, and on its legs again from any stroke.
+RC_GTEST_PROP(Rowing, WithAllLegsByRequestAndBackToSteps, ()) {
+  Rower robot(0);
+  WalkRequest request = *any_walk();
+  request.speed = Speed::high;
+  request.rows = *rc::gen::arbitrary<bool>();
+  robot.locomotion.walk(0, request);
+  for (int n = 0; n < 4; ++n) {
+    robot.run(*rc::gen::inRange(20, 300) * 0.1);
+    request = {.direction = *rc::gen::elementOf(std::vector{-1.0, 1.0}),
+               .speed = Speed::high,
+               .rows = !request.rows};
+    robot.locomotion.walk(robot.now_s, request);
+    // Within a cycle of the gait and the way to the other.
+    robot.run(20);
+    RC_ASSERT(robot.fastest_rad_s_ordered <= robot.parameters.swing_limit_rad_s * 1.001);
+    std::uint32_t steps = robot.locomotion.steps();
+    int most_flying = 0;
+    for (int frame = 0; frame < 500; ++frame) {
+      robot.frame();
+      most_flying = std::max(most_flying, robot.flying());
+    }
+    RC_ASSERT(most_flying == (request.rows ? kLegs : kLegs / 2));
+    RC_ASSERT(robot.locomotion.steps() > steps);
+    RC_ASSERT(robot.locomotion.progress() == Progress::running);
+  }
+  robot.locomotion.finish_step(robot.now_s);
+  RC_ASSERT(robot.finish());
+  robot.expect_legs_at(0);
+}
+
 TEST(Rowing, SidesGoWhatTheyWereAskedForToHalfAStroke) {
   for (int percent = -100; percent <= 100; percent += 7) {
     double owed = 0, gone = 0;

@@ -74,6 +74,8 @@ class KeyOfCycle {
   void take(const TunableValues&) {}
   void take(const gnc::zebro::WalkRequest&) {}
   void take(const std::array<gnc::zebro::LegMeasured, kLegs>&) {}
+  // Its modules draw the same at all angles: there is no soil.
+  void take(const gnc::zebro::Sinking&) {}
   // Counters, of which only changes are noticed.
   void take(const std::array<std::uint64_t, kModules>&) {}
   void take(const std::array<std::uint32_t, kLegs>& segments) {
