@@ -14,7 +14,7 @@ from test_ground import KEYS, Gateway
 from ws import Refused, WebSocket
 
 GUESSES = 200
-REQUEST_S = 5  # docs/ground.md: to come as a whole
+REQUEST_S = 5  # a request must come as a whole within it
 
 
 def make_certificate(folder, name="ground"):

@@ -99,7 +99,7 @@ void end(int) { running->stop(); }
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Vehicles in a browser: watch, command and stop. Everything else: docs/ground.md"};
+  CLI::App app{"Vehicles in a browser: watch, command and stop. Use and access: docs/ground.md"};
   app.set_version_flag("--version", "lss-ground " LSS_VERSION);
   Options options;
   add_options(app, options);

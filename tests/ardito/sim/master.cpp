@@ -7,7 +7,7 @@ namespace {
 
 constexpr unsigned kAll[] = {1, 2, 3, 4, 5, 6, 0x11, 0x12, 0x15, 0x16, 0x20, 0x21};
 
-// The way to operation enabled: ICD section 9.
+// The way to operation enabled, by CiA 402.
 unsigned next_controlword(unsigned statusword) {
   if ((statusword & 0x4F) == 0x40) return 0x06;
   switch (statusword & 0x6F) {

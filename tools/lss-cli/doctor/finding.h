@@ -16,7 +16,7 @@ enum class Result : std::uint8_t {
 };
 
 struct Finding {
-  std::string name;  // a stable interface for programs: docs/cli.md
+  std::string name;  // stable: programs look for it
   Result result = Result::good;
   std::string found = "";
   std::string meaning = "";

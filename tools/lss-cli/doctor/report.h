@@ -19,7 +19,7 @@ struct Layout {
 
 // A few lines for each finding, and a summary line.
 std::string report_text(const Findings& findings, const Style& style, const Layout& layout);
-// The keys are in docs/cli.md.
+// {checks: [{name, result, found, meaning, remedy}], problems, warnings}.
 nlohmann::json report_json(const Findings& findings);
 
 bool has_problem(const Findings& findings);

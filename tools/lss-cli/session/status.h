@@ -38,7 +38,7 @@ std::vector<Problem> problems(const Vehicle& vehicle, const lss_Status& status,
 // A line each, with the advice.
 std::string problem_lines(const std::vector<Problem>& list, const Style& style);
 
-// The keys are in docs/cli.md.
+// Keys are the names of idl/lss.idl; exceptions are in docs/cli.md, "For programs".
 nlohmann::json status_json(const Vehicle& vehicle, const lss_Status& status, const void* telemetry);
 
 // One screen, problems first.

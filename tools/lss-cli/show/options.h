@@ -13,7 +13,7 @@ struct Options {
   int domain = 0;
   std::string vehicle_id;      // empty: the only one on the domain
   bool vehicle_typed = false;  // on the command line, not in the environment
-  std::string source;          // empty: lss-cli:PID
+  std::string source;          // empty: lss-cli:PID, detached lss-cli
   std::string enclave;         // folder, for DDS Security; empty: none
   std::optional<double> timeout_s;
   std::uint32_t lease_ms = 2000;

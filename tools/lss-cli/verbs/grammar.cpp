@@ -58,7 +58,8 @@ void Grammar::add_options() {
   app_.add_option("--vehicle", options_.vehicle_id,
                   "vehicle_id; needed when several share the domain (Env:LSS_VEHICLE, which estop "
                   "does not look at)");
-  app_.add_option("--source", options_.source, "who commands (default lss-cli:PID)")
+  app_.add_option("--source", options_.source,
+                  "who commands (default lss-cli:PID, with --detach lss-cli)")
       ->envname("LSS_SOURCE");
   app_.add_option("--enclave", options_.enclave,
                   "folder with certificates and permissions, for DDS Security")
