@@ -12,19 +12,29 @@ namespace {
 constexpr std::uint32_t kFrames = 4;  // in a row, before the wheel counts as dug in
 constexpr double kUnknownWay = 2;     // SinkWatch::way
 
-// What the load of this wheel's motor is compared with, of the other wheels that drive.
+// Least share of what the pushing ones push on average: a motor that pushes less belongs to a wheel
+// that carries nothing, over a hole or on its way down from a rock, and says nothing of the ground.
+constexpr double kCarries = 0.4;
+
+// What the load of this wheel's motor is compared with, of the other wheels that drive and carry:
+// their mean or, where that is less, the wheel beside it. None carries: the least load that means
+// anything, loaded_current.
 double others_load(const PerWheel<double>& load, WheelSet driven, std::size_t wheel,
                    const Parameters& p) noexcept {
-  double sum = 0;
-  int count = 0;
-  for (std::size_t i = 0; i < kWheels; ++i) {
-    if (i == wheel || !contains(driven, i)) continue;
-    sum += load[i];
-    ++count;
-  }
-  double others = count > 0 ? sum / count : 0;
+  const auto mean_above = [&](double least) {
+    double sum = 0;
+    int count = 0;
+    for (std::size_t i = 0; i < kWheels; ++i) {
+      if (i == wheel || !contains(driven, i) || load[i] <= least) continue;
+      sum += load[i];
+      ++count;
+    }
+    return count > 0 ? sum / count : 0;
+  };
+  const double carries = kCarries * mean_above(0);
+  double others = mean_above(carries);
   const std::size_t beside = wheel ^ 1U;
-  if (contains(driven, beside)) others = std::min(others, load[beside]);
+  if (contains(driven, beside) && load[beside] > carries) others = std::min(others, load[beside]);
   return std::max(others, p.loaded_current);
 }
 

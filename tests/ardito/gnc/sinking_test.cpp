@@ -198,6 +198,35 @@ TEST(Sinking, AMiddleWheelUphillIsComparedWithTheOneBesideIt) {
   }
 }
 
+// A wheel that is over a hole or comes down a rock pushes nothing, or brakes: it is no measure for
+// the one beside it, or for the mean. All others push as on level ground.
+void lifted_wheel_3(Measured& m) {
+  low_wheel_4(m);
+  add_load(m, {0, 0, -0.4, 0, 0, 0});
+}
+void braking_wheels_1_2_3(Measured& m) {
+  low_wheel_4(m);
+  add_load(m, {-0.6, -0.6, -0.6, 0, 0, 0});
+}
+void lifted_wheel_3_dug_in_wheel_4(Measured& m) {
+  lifted_wheel_3(m);
+  add_load(m, {0, 0, 0, 0.6, 0, 0});
+}
+void none_but_wheel_4_pushes(Measured& m) {
+  low_wheel_4(m);
+  add_load(m, {-0.4, -0.4, -0.4, 0, -0.4, -0.4});
+}
+
+TEST(Sinking, AWheelThatCarriesNothingIsNoMeasureForTheOthers) {
+  for (const auto& [tamper, found] : {std::pair<Tamper, bool>(lifted_wheel_3, false),
+                                      {braking_wheels_1_2_3, false},
+                                      {lifted_wheel_3_dug_in_wheel_4, true},
+                                      {none_but_wheel_4_pushes, true}}) {
+    Rover rover = evenly_loaded(0.4);
+    EXPECT_EQ(finds_wheel_4(rover, tamper), found);
+  }
+}
+
 TEST(Sinking, ADeeperWheelNeedsLessStrain) {
   for (const auto& [tamper, found] : {std::pair<Tamper, bool>(somewhat_strained_low_wheel_4, false),
                                       {somewhat_strained_deep_wheel_4, true}}) {
