@@ -49,6 +49,16 @@ TEST(ArditoConfig, NoLoadCurrentsAreFiveAtRisingSpeeds) {
               HasSubstr("must rise"));
 }
 
+TEST(ArditoConfig, ASinkLimitOutOfItsRangeOrThatIsNoNumberIsRefused) {
+  const auto error_of = [](const std::string& value) {
+    return kFile.error_of("sink_limit_m = 0.06", "sink_limit_m = " + value);
+  };
+  for (const char* inside : {"0.03", "0.1", "0.5"}) EXPECT_EQ(error_of(inside), "") << inside;
+  for (const char* outside : {"0.029", "0.51", "-0.06", "nan"})
+    EXPECT_THAT(error_of(outside), HasSubstr("sink_limit_m")) << outside;
+  EXPECT_THAT(error_of("\"deep\""), HasSubstr("sink_limit_m"));
+}
+
 TEST(ArditoConfig, TwoNodesOfOneNumberAreRefused) {
   EXPECT_THAT(kFile.error_of("io_node = 32", "io_node = 3"), HasSubstr("node 3 is there twice"));
 }

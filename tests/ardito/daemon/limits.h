@@ -2,6 +2,8 @@
 
 // The limits of D.I.A.N.A. Ardito's supervision (tests/safety/limits.h).
 
+#include "gnc/ardito/rocker_bogie.h"
+#include "gnc/ardito/slip.h"
 #include "idl/ardito/codes.h"
 #include "tests/safety/limits.h"
 #include "world.h"
@@ -29,6 +31,18 @@ inline void heat(World& w, double degC) {
   measure<WheelHealth>(w, [degC](WheelHealth& h) {
     if (h.wheel == kWheel) h.temperature_degC = degC;
   });
+}
+
+// The wheel that sinks, and the angle of its bogie that lowers it against the plane of the others.
+inline constexpr std::uint8_t kLow = 3;
+inline double bogie_rad(double lower_m, const gnc::ardito::Geometry& geometry) {
+  double least = -1, most = 0;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = (least + most) / 2;
+    const auto poses = gnc::ardito::wheel_poses({0, 0, middle}, geometry);
+    (gnc::ardito::lower_than_others_m(poses.z_m)[kLow] > lower_m ? least : most) = middle;
+  }
+  return most;
 }
 
 inline std::vector<Limit> limits() {
@@ -114,6 +128,20 @@ inline std::vector<Limit> limits() {
       if (h.wheel < lost) h.temperature_degC = hot_degC;
     });
   };
+  // Its motor pushes, and speed is lost.
+  const auto sinks = [](World& w, const Parameters& p, bool above) {
+    const double angle_rad =
+        bogie_rad(p.mobility.sink_m + (above ? 0.002 : -0.002), p.mobility.geometry);
+    w.distort = [=](std::vector<Reading>& readings) {
+      for (Reading& reading : readings) {
+        if (auto* rocker = std::get_if<Rocker>(&reading)) rocker->rho2_rad = angle_rad;
+        if (auto* imu = std::get_if<Imu>(&reading)) imu->Vtan_mm_s *= 0.85;
+        auto* wheel = std::get_if<WheelMotion>(&reading);
+        if (wheel != nullptr && wheel->wheel == kLow)
+          wheel->current_permille += std::copysign(700, wheel->motor_rpm);
+      }
+    };
+  };
   const auto too_few_wheels = [](const World& w) {
     return (w.vehicle_.command().faults & gnc::ardito::kTooFewWheels) != 0;
   };
@@ -195,6 +223,11 @@ inline std::vector<Limit> limits() {
        [](const World& w) { return w.wheel_rpm(0) != 0; },
        stands},
       {"wheels out of work", {"mobility.lost_wheels"}, 10, lose_wheels, too_few_wheels},
+      {"a wheel that digs itself in",
+       {"mobility.sink_limit_m"},
+       5,
+       sinks,
+       noticed(faults::wheel_embedded, kLow + 1)},
   };
 }
 
@@ -202,19 +235,10 @@ inline std::vector<Limit> limits() {
 // named have: heading (drive_test.cpp), slip and deceleration (tests/ardito/gnc), error solving
 // (watch_test.cpp).
 inline std::set<std::string> no_limits() {
-  return {"mobility.heading_limit_deg",
-          "mobility.ratio_p",
-          "mobility.ratio_i",
-          "mobility.correction_sign",
-          "mobility.deceleration_m_s2",
-          "mobility.slip_limit",
-          "mobility.slip_slows",
-          "mobility.slip_speed",
-          "mobility.slip_load",
-          "mobility.sink_limit_m",
-          "bus.wheel_rated_A",
-          "bus.steering_rated_A",
-          "solve.budget_s"};
+  return {"mobility.heading_limit_deg", "mobility.ratio_p",           "mobility.ratio_i",
+          "mobility.correction_sign",   "mobility.deceleration_m_s2", "mobility.slip_limit",
+          "mobility.slip_slows",        "mobility.slip_speed",        "mobility.slip_load",
+          "bus.wheel_rated_A",          "bus.steering_rated_A",       "solve.budget_s"};
 }
 
 }  // namespace lss::ardito
