@@ -99,6 +99,9 @@ const char* check(const Parameters& p) noexcept {
     return "sink_m and sink_slip must be above 0, sink_strain_deep and sink_deep above 1, "
            "sink_strain not below sink_strain_deep, sink_filter_s at least one frame";
   }
+  if (p.rocker_way_m <= 0 || p.rocker_mean_rad <= 0 || p.bogie_mean_rad <= 0) {
+    return "rocker_way_m, rocker_mean_rad and bogie_mean_rad must be above 0";
+  }
   if (p.warm_temperature_C > p.max_temperature_C) {
     return "motors are reported at motor_temperature_degC and taken out at motor_cutoff_degC, "
            "which "

@@ -114,7 +114,7 @@ void read_rocker(const Measured& m, const Parameters& p, const Linkage& linkage,
   in.rocker_jumped = usable ? jumps({angles[0].value, angles[1].value, angles[2].value}, p, state)
                             : state.rocker_distrust > 0;
   if (!usable) state.rocker_known = 0;
-  if (!usable || in.rocker_jumped) {
+  if (!usable || in.rocker_jumped || state.rocker_watch.off != 0) {
     state.poses_known = 0;
     return;
   }

@@ -42,7 +42,8 @@ struct Inputs {
   ImuInputs imu;
   bool rocker = false;  // vx, vz can be used
   bool rocker_stale = false;
-  bool rocker_jumped = false;  // in this frame, or a short while ago
+  bool rocker_jumped = false;  // in this frame, or a short while ago; `rocker` is false, too, while
+                               // RockerWatch::off
   PerWheel<double> vx_m_s{};   // of the hubs against the chassis
   PerWheel<double> vz_m_s{};
 };

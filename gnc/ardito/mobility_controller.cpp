@@ -49,6 +49,7 @@ Command MobilityController::step(const Request& asked, const Measured& measured)
   }
   const Motion motion = estimate(request, inputs, feedback, looks, command);
   diagnose(request, inputs, feedback, looks, motion, command);
+  watch_rocker(motion, command);
   watch_slip(inputs, motion, command);
   watch_yaw(inputs, motion, command);
   watch_imu(inputs, motion, command);
@@ -184,6 +185,31 @@ void MobilityController::watch_imu(const Inputs& inputs, const Motion& motion,
   if (inputs.imu.implausible || state_.imu_contradiction >= parameters_.imu_frames) {
     command.faults |= kImuImplausible;
   }
+}
+
+// All wheels of a side roll over the same ground: over a long way the mean slopes of rocker and
+// bogie, and of both sides, are equal, and so the angles between them are 0 on average, whatever
+// the ground. Beyond the limit one of their encoders is wrong, by a constant. Not where the rover
+// turns back: the same place again is no average.
+void MobilityController::watch_rocker(const Motion& motion, Command& command) noexcept {
+  constexpr double kGood = 0.8;  // of the limit: then it is trusted again
+  const Parameters& p = parameters_;
+  RockerWatch& w = state_.rocker_watch;
+  const bool measured = state_.rocker_known != 0 && state_.rocker_distrust == 0;
+  const bool moves = std::abs(motion.ground_m_s) > p.slip_speed_m_s;
+  if (measured && moves && state_.mode == Mode::running) {
+    const double way_m = motion.ground_m_s * kFrame_s;
+    if (way_m * w.way_m < 0) w.way_m = 0;
+    w.way_m = std::clamp(w.way_m + way_m, -p.rocker_way_m, p.rocker_way_m);
+    const std::array limits_rad = {p.rocker_mean_rad, p.bogie_mean_rad, p.bogie_mean_rad};
+    double most = 0;  // of its limit
+    for (std::size_t i = 0; i < limits_rad.size(); ++i) {
+      w.mean_rad[i] += (state_.rocker_rad[i] - w.mean_rad[i]) * way_m / w.way_m;
+      most = std::max(most, std::abs(w.mean_rad[i]) / limits_rad[i]);
+    }
+    if (std::abs(w.way_m) >= p.rocker_way_m) w.off = most > (w.off != 0 ? kGood : 1) ? 1 : 0;
+  }
+  if (w.off != 0) command.faults |= kRockerOff;
 }
 
 // 7.2.1: a bent bracket shows in how the rover turns, if at all.

@@ -41,6 +41,7 @@ class MobilityController {
                   const PerWheel<WheelLook>& looks, Command& command) noexcept;
   void diagnose(const Request& request, const Inputs& inputs, const Feedback& feedback,
                 const PerWheel<WheelLook>& looks, const Motion& motion, Command& command) noexcept;
+  void watch_rocker(const Motion& motion, Command& command) noexcept;
   void watch_imu(const Inputs& inputs, const Motion& motion, Command& command) noexcept;
   void watch_slip(const Inputs& inputs, const Motion& motion, Command& command) noexcept;
   void measure_slip(const Inputs& inputs, const Motion& motion, Command& command) noexcept;

@@ -128,6 +128,9 @@ struct Parameters {
   std::uint32_t probe_frames = 6;        // how long, twice that without a reduction encoder
   std::uint32_t probe_pause_frames = 4;  // after a probe without findings
   double rocker_step_rad = 0.5;          // in a frame: no rocker or bogie turns further
+  double rocker_way_m = 20;              // one way, over which they must be 0 on average
+  double rocker_mean_rad = 0.04;         // by less than this: beta (0.01 rad are 13 mm at a wheel)
+  double bogie_mean_rad = 0.08;          // rho1, rho2 (5 mm)
   // motor supervision (FMEA 7.1.1, 7.2.2)
   double warm_temperature_C = 90;  // reported
   double max_temperature_C = 105;  // taken out
@@ -165,10 +168,10 @@ struct Parameters {
         self.motor_test_frames, self.inconclusive_frames, self.max_lost_wheels, self.imu_frames,
         self.stuck_frames, self.rocker_frames, self.imu_frozen_frames, self.overcurrent_frames,
         self.quiet_frames, self.probe_frames, self.probe_pause_frames, self.rocker_step_rad,
-        self.warm_temperature_C, self.max_temperature_C, self.max_current,
-        self.max_steering_current, self.no_load_rad_s, self.no_load_current, self.no_load_tolerance,
-        self.clutch_min_rad_s, self.clutch_drift_rad, self.loaded_current, self.probe_share,
-        self.probe_rad_s);
+        self.rocker_way_m, self.rocker_mean_rad, self.bogie_mean_rad, self.warm_temperature_C,
+        self.max_temperature_C, self.max_current, self.max_steering_current, self.no_load_rad_s,
+        self.no_load_current, self.no_load_tolerance, self.clutch_min_rad_s, self.clutch_drift_rad,
+        self.loaded_current, self.probe_share, self.probe_rad_s);
   }
 };
 

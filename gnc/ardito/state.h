@@ -116,6 +116,18 @@ struct SinkWatch {
   }
 };
 
+// Of the suspension angles, over a way without turning back.
+struct RockerWatch {
+  double way_m = 0;                  // the last rocker_way_m at most; negative: backward
+  std::array<double, 3> mean_rad{};  // over it
+  std::uint64_t off = 0;
+
+  template <class Self>
+  static constexpr auto members(Self& self) noexcept {
+    return std::tie(self.way_m, self.mean_rad, self.off);
+  }
+};
+
 struct State {
   // decisions
   Mode mode = Mode::stop;
@@ -131,6 +143,7 @@ struct State {
   std::uint32_t rocker_known = 0;
   std::uint32_t rocker_distrust = 0;
   std::array<double, 3> rocker_rad{};
+  RockerWatch rocker_watch;
   SlipWatch slip;
   SlipSpeed slip_speed;
   SinkWatch sinking;
@@ -158,11 +171,11 @@ struct State {
   static constexpr auto members(Self& self) noexcept {
     return std::tie(self.mode, self.phase, self.started, self.steering_known, self.poses_known,
                     self.imu_counter, self.imu_frozen, self.imu_contradiction, self.rocker_known,
-                    self.rocker_distrust, self.rocker_rad, self.slip, self.slip_speed, self.sinking,
-                    self.yaw_error_rad_s, self.imu_speed_m_s, self.sigma_rad, self.v_m_s,
-                    self.direction_sin, self.direction_cos, self.poses, self.wheel_integral,
-                    self.steering_integral, self.steering_held, self.wheels_ordered,
-                    self.steering_ordered, self.wheels, self.steering);
+                    self.rocker_distrust, self.rocker_rad, self.rocker_watch, self.slip,
+                    self.slip_speed, self.sinking, self.yaw_error_rad_s, self.imu_speed_m_s,
+                    self.sigma_rad, self.v_m_s, self.direction_sin, self.direction_cos, self.poses,
+                    self.wheel_integral, self.steering_integral, self.steering_held,
+                    self.wheels_ordered, self.steering_ordered, self.wheels, self.steering);
   }
 };
 

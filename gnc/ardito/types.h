@@ -148,6 +148,7 @@ enum Fault : std::uint32_t {
   kYawDisagrees = 1U << 10,  // yaw rate of IMU and inverse model, for long (7.2.1)
   kSlipSlows = 1U << 11,     // it drives slower than requested: more slip than allowed
   kWheelSinks = 1U << 12,    // one wheel digs itself in: Command::sinking
+  kRockerOff = 1U << 13,     // beta, rho1 or rho2 is not 0 on average over a long way
 };
 
 struct Estimate {

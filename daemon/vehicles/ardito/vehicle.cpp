@@ -454,7 +454,7 @@ void Vehicle::describe_sunk(Telemetry& out) const noexcept {
   using namespace gnc::ardito;
   static_assert(std::extent_v<decltype(out.sunk_m)> == kWheels);
   const RockerAngles angles{out.beta_rad, out.rho_rad[0], out.rho_rad[1]};
-  if (!std::isfinite(angles.beta_rad + angles.rho1_rad + angles.rho2_rad)) {
+  if (rocker_lost_ || !std::isfinite(angles.beta_rad + angles.rho1_rad + angles.rho2_rad)) {
     std::ranges::fill(out.sunk_m, std::numeric_limits<double>::quiet_NaN());
     return;
   }

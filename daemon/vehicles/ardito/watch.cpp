@@ -142,7 +142,8 @@ void Vehicle::watch_mobility(Supervisor& s) noexcept {
   }
   error_ = error;
   const bool rocker_lost =
-      (has_fault(gnc::ardito::kRockerStale) || has_fault(gnc::ardito::kRockerJump)) &&
+      (has_fault(gnc::ardito::kRockerStale) || has_fault(gnc::ardito::kRockerJump) ||
+       has_fault(gnc::ardito::kRockerOff)) &&
       !watched_.away(kIo);
   if (rocker_lost != rocker_lost_) {
     rocker_lost ? s.latch(faults::rocker_lost, kIoNode) : s.clear(faults::rocker_lost, kIoNode);

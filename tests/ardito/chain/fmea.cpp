@@ -121,6 +121,12 @@ std::function<std::string()> rocker(const char* fault) {
     return std::string(Broken().breaks(fault).finds(faults::rocker_lost, kIoNode, 1).drives_on());
   };
 }
+// By a plausible angle, for ever: found over a long way.
+std::function<std::string()> wrong_angle(const char* fault) {
+  return [=] {
+    return std::string(Broken().breaks(fault).finds(faults::rocker_lost, kIoNode, 60).drives_on());
+  };
+}
 std::function<std::string()> cut(const char* fault, FaultId id, std::uint16_t subject) {
   return [=] { return std::string(Broken().breaks(fault).finds(id, subject, 3).emergency()); };
 }
@@ -171,6 +177,17 @@ std::string imu(const char* fault, bool by_itself) {
   if (!by_itself) return rover.drives_on();
   rover.expects(rover.chain.run_until(Mode::stopped, 4), "does not stop");
   return rover.expects(rover.told(events::autonomy_ended), "no event");
+}
+std::string embedded() {
+  sim::ardito::RoverOptions ground{.soil = sim::soil::parse_soil("regolith")};
+  ground.patches.push_back(sim::ardito::parse_patch("sand:0.1@4@2.5..100"));
+  Broken rover({.speed_m_s = 0.3, .rover = ground});
+  rover.finds(faults::wheel_embedded, 4, 15);
+  rover.expects(rover.chain.run_until(Mode::stopped, 3), "does not stop");
+  rover.expects(rover.told(events::stopped_embedded), "no event").rests();
+  rover.expects(rover.chain.drive(-0.3), "no way back");
+  rover.chain.run(2);
+  return rover.expects(rover.chain.supervisor().fault_count == 0, "a fault on the way back");
 }
 // As a rover that is blocked: climbing motors push, too.
 std::string imu_zero_uphill() {
@@ -289,6 +306,10 @@ const std::vector<FailureMode> kWheels = {
      "event `slip_begun`, slip in telemetry, odometry by the IMU; above `slip_limit` for 1.2 s "
      "safe stop, `rover_stuck`",
      blocked},
+    {"wheel_embedded", "7.1.4", "one wheel digs itself in",
+     "lower than the plane of the others by `sink_limit_m`, its motor pushes harder, and speed is "
+     "lost, 0.4 s; **not** less deep, nor without an IMU or suspension angles",
+     "safe stop, `wheel_embedded`; the way back is free", embedded},
     {"", "7.1.4 to 7.1.9", "torn grouser; skin, cylinders, hub, slewing ring", "mechanical", ""},
     {"motor_encoder_dead", "7.1.10", "",
      "alone differs from Hall, reduction encoder, command (state 1)",
@@ -334,10 +355,16 @@ const std::vector<FailureMode> kRockerModes = {
     {"torsion_bar_jumps", "7.3.1", "encoder jumps", "0.5 rad in a frame: faster than a rocker",
      "5 s without correction to uneven ground; `rocker_lost` (the thesis stops)",
      rocker("rocker-encoder:1:0.8")},
-    {"torsion_bar_impossible", "7.3.1", "encoder wrong",
-     "beyond the range of the suspension; **not** a plausible angle (the thesis: needs a second "
-     "encoder)",
+    {"torsion_bar_impossible", "7.3.1", "encoder wrong", "beyond the range of the suspension",
      "the same, while it lasts", rocker("rocker-encoder:1:2")},
+    {"torsion_bar_wrong", "7.3.1", "encoder wrong, plausible",
+     "mean over 20 m one way above 0.04 rad: wheels of a side roll over the same ground; **not** "
+     "a smaller error, nor on shorter ways (the thesis: needs a second encoder)",
+     "no correction, no wheel counts as dug in, while it lasts; `rocker_lost`. Before, a wheel may "
+     "seem lower or higher by 13 mm for each 0.01 rad: `wheel_embedded` without cause, or not",
+     wrong_angle("encoder-jump:0x20:1:900")},
+    {"bogie_wrong", "7.3.2", "encoder wrong, plausible", "the same, above 0.08 rad",
+     "the same; 5 mm for each 0.01 rad", wrong_angle("encoder-jump:0x20:3:-1800")},
     {"left_bogie_jumps", "7.3.2", "encoder jumps", "0.5 rad in a frame", "as `torsion_bar_jumps`",
      rocker("rocker-encoder:2:0.8")},
     {"right_bogie_jumps", "7.3.2", "encoder jumps", "the same", "the same",

@@ -333,6 +333,7 @@ struct SoftPlace {
   double slope_deg = 0;
   Ground ground = Ground::flat;
   double gravity_m_s2 = kEarth_m_s2;
+  const char* fault = "";  // of lss-sim, from the beginning
 
   // Patch, ground and slope, with this between them.
   std::string name(const char* between) const {
@@ -344,14 +345,22 @@ struct SoftPlace {
 
 struct Embedded {
   bool noticed = false, stuck = false, stood = false, out = false;
-  double noticed_s = 0;  // since the wheel came to the patch
-  double moving_m = 0;   // its depth till then
-  std::string wrong;     // other faults
+  double noticed_s = 0;                // since the wheel came to the patch
+  double moving_m = 0, stopped_m = 0;  // its depth
+  double in_m = 0;                     // way of its axle into the patch
+  double out_s = 0;                    // of the way back
+  std::string wrong;                   // other faults
 };
 
-// This wheel alone comes to the patch, then back by command.
-Embedded embed(const SoftPlace& place, std::size_t wheel, unsigned seed) {
-  constexpr double kFrom_m = 1;
+struct WayOut {
+  const char* name = "";
+  double speed_m_s = -0.3;
+  bool free = false;  // the clutch of the wheel is open
+};
+
+// This wheel alone comes to the patch, then back by command until it is out, for 30 s at most.
+Embedded embed(const SoftPlace& place, std::size_t wheel, unsigned seed, const WayOut& way = {}) {
+  constexpr double kFrom_m = 1, kOut_m = 0.02;
   constexpr std::array kAxle_m = {0.542, 0.542, -0.07, -0.07, -0.657, -0.657};
   sim::ardito::RoverOptions options{.ground = place.ground,
                                     .soil = sim::soil::parse_soil("regolith"),
@@ -374,7 +383,9 @@ Embedded embed(const SoftPlace& place, std::size_t wheel, unsigned seed) {
       run.wrong += fmt::format(", {} of {} {}", info(fault.id)->name, fault.subject, when);
     }
   };
-  if (!chain.start() || !chain.drive(0.3)) return run;
+  if (!chain.start()) return run;
+  if (*place.fault != 0) chain.inject(place.fault);
+  if (!chain.drive(0.3)) return run;
   chain.run_until([&] { return rover.body().position_m.x() + kAxle_m[wheel] > kFrom_m; }, 30);
   const double from_s = chain.seconds();
   chain.run_until(
@@ -391,9 +402,18 @@ Embedded embed(const SoftPlace& place, std::size_t wheel, unsigned seed) {
   run.stood = true;
   for (const sim::ShaftState& one : rover.wheels())
     run.stood = run.stood && std::abs(one.velocity_rad_s) < 0.05;
-  if (!chain.drive(-0.3)) return run;
-  chain.run(5);
-  run.out = rover.sinkage_m(wheel) < 0.02;
+  run.stopped_m = rover.sinkage_m(wheel);
+  run.in_m = rover.body().position_m.x() + kAxle_m[wheel] - kFrom_m;
+  if (way.free) chain.inject(fmt::format("TC:{}", subject));
+  if (!chain.drive(way.speed_m_s)) return run;
+  const double back_from_s = chain.seconds();
+  chain.run_until(
+      [&] {
+        run.out = rover.sinkage_m(wheel) < kOut_m;
+        return run.out || chain.mode() != Mode::running;
+      },
+      30);
+  run.out_s = chain.seconds() - back_from_s;
   if (chain.has(faults::wheel_embedded, subject)) run.wrong += ", noticed on the way back";
   judge("on the way back");
   return run;
@@ -417,27 +437,37 @@ TEST(ArditoSoil, OneWheelDigsIn) {
     const auto n = static_cast<unsigned>(i % seeds);
     const Embedded& run = runs[i] =
         embed(places[i / seeds], writing() ? n % kWheels : 3, n + kNewSeeds);
-    fmt::print("{}, seed {}: {}, {:.0f} mm{}\n", places[i / seeds].name(", "), n + kNewSeeds,
+    fmt::print("{}, seed {}: {}, {:.0f} mm, {:.1f} m in, {}{}\n", places[i / seeds].name(", "),
+               n + kNewSeeds,
                run.noticed ? fmt::format("noticed after {:.1f} s", run.noticed_s) : "not noticed",
-               run.moving_m * 1e3, run.wrong);
+               run.moving_m * 1e3, run.in_m,
+               run.out ? fmt::format("out after {:.1f} s", run.out_s) : "not out", run.wrong);
     std::fflush(stdout);
   });
   std::string text = fmt::format(
-      "On regolith, at 0.3 m/s, one wheel comes to a patch of softer soil; then by command "
-      "backward for 5 s; wheels 1 to 6 in turn, seeds {} to {}\n(the limits were chosen with "
-      "others). *Noticed*: `wheel_embedded` of this wheel; *after*: since its axle came to the "
-      "patch;\n*depth* of the wheel till then, at most; *out*: less than 20 mm deep in the "
-      "end.\n\n"
-      "| soil of the patch | ground | slope, deg | noticed | after, s | depth, mm | out |\n"
-      "|---|---|---|---|---|---|---|\n",
+      "On regolith, at 0.3 m/s, one wheel comes to much softer soil, the others do not; then by "
+      "command backward for 30 s at most; seeds {} to {}\n(the limits were chosen with others), "
+      "wheel 1 to 6 in turn. *Noticed*: `wheel_embedded` of this wheel; *after*: from its axle's "
+      "way into\nthe patch, least to most; *stuck*: stopped as stuck instead; *depth* of the "
+      "wheel, at most; *stopped*: all wheels stand 2 s later; *in*: way of\nthe axle into the "
+      "patch, at most; *out*: less than 20 mm deep, so long after the wheels began to turn "
+      "back.\n\n"
+      "| soil of the patch | ground | slope, deg | noticed | after, s | stuck | depth till then, "
+      "mm | stopped | depth then, mm | in, m | out | after, s |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|\n",
       kNewSeeds, kNewSeeds + seeds - 1);
   std::map<std::string, std::string> failures;  // by place and what: which wheels and seeds
   for (std::size_t c = 0; c < places.size(); ++c) {
-    unsigned noticed = 0, stood = 0, out = 0;
-    double least_s = 1e9, most_s = 0, moving_m = 0;
+    unsigned noticed = 0, stuck = 0, stood = 0, out = 0;
+    double least_s = 1e9, most_s = 0, moving_m = 0, stopped_m = 0;
+    double in_m = 0, soonest_s = 1e9, latest_s = 0;
     for (unsigned n = 0; n < seeds; ++n) {
       const Embedded& run = runs[c * seeds + n];
-      noticed += run.noticed ? 1 : 0, stood += run.stood ? 1 : 0, out += run.out ? 1 : 0;
+      in_m = std::max(in_m, run.in_m);
+      if (run.out)
+        soonest_s = std::min(soonest_s, run.out_s), latest_s = std::max(latest_s, run.out_s);
+      noticed += run.noticed ? 1 : 0, stuck += run.stuck ? 1 : 0;
+      stood += run.stood ? 1 : 0, out += run.out ? 1 : 0;
       if (run.noticed)
         least_s = std::min(least_s, run.noticed_s), most_s = std::max(most_s, run.noticed_s);
       moving_m = std::max(moving_m, run.moving_m);
@@ -449,9 +479,11 @@ TEST(ArditoSoil, OneWheelDigsIn) {
       failures[fmt::format("{:02} {} deg: {}", c, places[c].name(", "), what.substr(2))] +=
           fmt::format(" {}/{}", (writing() ? n % kWheels : 3) + 1, n + kNewSeeds);
     }
-    text += fmt::format(
-        "| {} | {} of {} | {} | {:.0f} | {} |\n", places[c].name(" | "), noticed, seeds,
-        noticed == 0 ? "-" : fmt::format("{:.1f} to {:.1f}", least_s, most_s), moving_m * 1e3, out);
+    text += fmt::format("| {} | {} of {} | {} | {} | {:.0f} | {} | {:.0f} | {:.1f} | {} | {} |\n",
+                        places[c].name(" | "), noticed, seeds,
+                        noticed == 0 ? "-" : fmt::format("{:.1f} to {:.1f}", least_s, most_s),
+                        stuck, moving_m * 1e3, stood, stopped_m * 1e3, in_m, out,
+                        out == 0 ? "-" : fmt::format("{:.1f} to {:.1f}", soonest_s, latest_s));
     if (writing()) continue;
     EXPECT_EQ(noticed, seeds);
     EXPECT_EQ(stood, seeds);
@@ -467,6 +499,99 @@ TEST(ArditoSoil, OneWheelDigsIn) {
   }
   fmt::print("{}", text);
   write("Ardito: one wheel digs itself in", "ArditoSoil.OneWheelDigsIn", text);
+}
+
+// A wheel stands low beside one that pushes nothing: over a hole, or on its way down from a rock.
+TEST(ArditoSoil, AWheelBesideOneThatCarriesNothingIsNotTakenForDugIn) {
+  for (const bool digs : {false, true}) {
+    Chain chain({.rover = {.soil = sim::soil::parse_soil("regolith")},
+                 .seed = kNewSeeds,
+                 .adjust = [](Parameters& p) { p.beacon_ns = 1500 * kMillisecond; }});
+    ASSERT_TRUE(chain.start());
+    ASSERT_TRUE(chain.drive(0.3));
+    chain.run(3);
+    chain.inject("encoder-jump:0x20:3:-1800");  // the right bogie: wheel 4 is lower by 67 mm
+    chain.inject("encoder-jump:0x03:4:-500");   // wheel 3 brakes
+    if (digs) chain.inject("encoder-jump:0x04:4:600");
+    EXPECT_EQ(chain.run_until([&] { return chain.has(faults::wheel_embedded, 4); }, 5), digs);
+    if (!digs) {
+      EXPECT_EQ(chain.mode(), Mode::running);
+    }
+  }
+}
+
+// ---- a wrong angle of the right bogie, from the beginning
+
+constexpr const char* kWrongAngles[] = {"encoder-jump:0x20:3:1800", "encoder-jump:0x20:3:-1800"};
+
+// Over hills of regolith, where no wheel digs itself in.
+struct Misled {
+  bool lost = false, embedded = false;
+  double way_m = 0;  // until it was found
+};
+
+Misled mislead(const char* fault, unsigned seed) {
+  Chain chain({.rover = {.ground = Ground::hills, .soil = sim::soil::parse_soil("regolith")},
+               .seed = seed,
+               .adjust = [](Parameters& p) { p.beacon_ns = 1500 * kMillisecond; }});
+  Misled run;
+  if (!chain.start()) return run;
+  chain.inject(fault);
+  if (!chain.drive(0.4)) return run;
+  chain.run_until(
+      [&] {
+        run.lost = chain.has(faults::rocker_lost, kIoNode);
+        for (std::uint16_t wheel = 1; wheel <= kWheels; ++wheel)
+          run.embedded = run.embedded || chain.has(faults::wheel_embedded, wheel);
+        return run.lost || run.embedded;
+      },
+      120);
+  run.way_m = chain.telemetry().distance_m;
+  return run;
+}
+
+TEST(ArditoSoil, AWrongBogieAngleIsFoundAndHidesAWheelUntilThen) {
+  const unsigned seeds = writing() ? 20 : 1;
+  constexpr std::size_t kWrong = std::size(kWrongAngles);
+  std::vector<Embedded> hidden(kWrong * seeds);
+  std::vector<Misled> misled(kWrong * seeds);
+  for_each_job(hidden.size() * 2, [&](std::size_t n) {
+    const std::size_t i = n / 2;
+    const char* fault = kWrongAngles[i / seeds];
+    const auto seed = static_cast<unsigned>(i % seeds) + kNewSeeds;
+    if (n % 2 == 0) {
+      hidden[i] = embed({.patch = "sand:0.1", .fault = fault}, 3, seed);
+    } else {
+      misled[i] = mislead(fault, seed);
+    }
+  });
+  std::string text = fmt::format(
+      "From the start on the angle of the right bogie is wrong by so much. *Noticed*: wheel 4 in a "
+      "patch of sand:0.1 after 1 m, as below.\n*Feigned*: `wheel_embedded` over hills of regolith "
+      "without a patch; *found*: `rocker_lost`, after so many metres at 0.4 m/s. Seeds\n{} to "
+      "{}.\n\n| wrong by, rad | noticed | feigned | found | after, m |\n|---|---|---|---|---|\n",
+      kNewSeeds, kNewSeeds + seeds - 1);
+  for (std::size_t w = 0; w < kWrong; ++w) {
+    unsigned noticed = 0, embedded = 0, lost = 0;
+    double least_m = 1e9, most_m = 0;
+    for (unsigned n = 0; n < seeds; ++n) {
+      const Misled& run = misled[w * seeds + n];
+      noticed += hidden[w * seeds + n].noticed ? 1U : 0U;
+      embedded += run.embedded ? 1 : 0, lost += run.lost ? 1 : 0;
+      if (run.lost) least_m = std::min(least_m, run.way_m), most_m = std::max(most_m, run.way_m);
+    }
+    if (!writing()) {
+      EXPECT_EQ(noticed, 0U) << kWrongAngles[w];
+      EXPECT_EQ(lost, seeds) << kWrongAngles[w];
+    }
+    text += fmt::format("| {} | {} of {} | {} of {} | {} of {} | {} |\n",
+                        w == 0 ? "+0.18" : "-0.18", noticed, seeds, embedded, seeds, lost, seeds,
+                        lost == 0 ? "-" : fmt::format("{:.0f} to {:.0f}", least_m, most_m));
+  }
+  fmt::print("{}", text);
+  if (writing())
+    write("Ardito with a wrong bogie angle",
+          "ArditoSoil.AWrongBogieAngleIsFoundAndHidesAWheelUntilThen", text);
 }
 
 // ---- failures

@@ -214,6 +214,46 @@ TEST(Stale, RockerAnglesThatJumpAreNotTrustedForAWhile) {
   EXPECT_NE(rover.command.faults & kRockerJump, 0U) << "and back";
 }
 
+// Metres until the angles are in doubt, or no longer; 60 at most.
+double metres_until(Rover& rover, bool doubted) {
+  double way_m = 0;
+  while (((rover.command.faults & kRockerOff) != 0) != doubted && way_m < 60) {
+    rover.step();
+    way_m += std::abs(rover.true_speed_m_s()) * kFrame_s;
+  }
+  return way_m;
+}
+
+TEST(Stale, RockerAnglesThatAreNot0OnAverageAreNotTrustedUntilTheyAreAgain) {
+  constexpr decltype(Rover::tamper) kWrong[] = {[](Measured& m) { m.beta_rad.value += 0.06; },
+                                                [](Measured& m) { m.rho1_rad.value -= 0.18; },
+                                                [](Measured& m) { m.rho2_rad.value += 0.18; }};
+  for (const auto wrong : kWrong) {
+    for (const double speed : {0.6, -0.5}) {
+      Rover rover = driving(speed);
+      rover.noise.ground_rad = 0;  // it wanders: wheels of a side do not roll over the same there
+      rover.tamper = wrong;
+      const double way_m = metres_until(rover, true);
+      EXPECT_GT(way_m, 5);
+      EXPECT_LT(way_m, 25);
+      rover.tamper = nullptr;
+      EXPECT_LT(metres_until(rover, false), 25);
+      EXPECT_GE(metres_until(rover, true), 60) << "nothing is wrong";
+    }
+  }
+}
+
+TEST(Stale, RockerAnglesAreNotJudgedOnShortWaysBackAndForth) {
+  Rover rover = driving();
+  rover.tamper = [](Measured& m) { m.rho1_rad.value += 0.18; };
+  for (const double speed : {0.6, -0.6, 0.6, -0.6}) {
+    rover.request.speed = speed;
+    ASSERT_TRUE(rover.settle(20));
+    rover.run(20);  // 12 m
+    EXPECT_EQ(rover.command.faults & kRockerOff, 0U);
+  }
+}
+
 // On the slope of a hill the rover slides down sideways while it drives, for seconds.
 TEST(Stale, ARoverThatSlidesSidewaysSlipsAndItsImuIsRight) {
   for (const double speed : {1.0, -0.6}) {
