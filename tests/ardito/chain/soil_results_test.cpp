@@ -32,6 +32,13 @@ using sim::soil::kMoon_m_s2;
 
 bool writing() { return std::getenv("LSS_WRITE_RESULTS") != nullptr; }
 
+// 20, or LSS_RESULTS_SEEDS; in the test one.
+unsigned seeds_of_results() {
+  if (!writing()) return 1;
+  const char* wanted = std::getenv("LSS_RESULTS_SEEDS");
+  return wanted == nullptr ? 20 : static_cast<unsigned>(std::atoi(wanted));
+}
+
 // Limits of the detection of a single wheel that digs itself in were chosen with seeds below this.
 constexpr unsigned kNewSeeds = 101;
 
@@ -284,7 +291,7 @@ DugIn dig_in(const char* soil, double slope_deg, unsigned seed) {
 }
 
 TEST(ArditoSoil, DigsIn) {
-  const unsigned seeds = writing() ? 20 : 1;
+  const unsigned seeds = seeds_of_results();
   const std::vector<std::pair<const char*, double>> cases = {{"regolith", 15}, {"sand", 10}};
   const std::size_t tried = writing() ? cases.size() : 1;
   std::vector<DugIn> runs(tried * seeds);
@@ -420,7 +427,7 @@ Embedded embed(const SoftPlace& place, std::size_t wheel, unsigned seed, const W
 }
 
 TEST(ArditoSoil, OneWheelDigsIn) {
-  const unsigned seeds = writing() ? 20 : 1;
+  const unsigned seeds = seeds_of_results();
   std::vector<SoftPlace> places = {{"sand:0.1"}, {"sand:0.1", 5}};
   if (writing()) {
     places = {{"sand:0.05"},
@@ -551,7 +558,7 @@ Misled mislead(const char* fault, unsigned seed) {
 }
 
 TEST(ArditoSoil, AWrongBogieAngleIsFoundAndHidesAWheelUntilThen) {
-  const unsigned seeds = writing() ? 20 : 1;
+  const unsigned seeds = seeds_of_results();
   constexpr std::size_t kWrong = std::size(kWrongAngles);
   std::vector<Embedded> hidden(kWrong * seeds);
   std::vector<Misled> misled(kWrong * seeds);
