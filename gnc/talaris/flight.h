@@ -116,6 +116,7 @@ struct FlightInputs {
   double regulated_kPa = kNaN;
   bool contact = false;  // on the way down: the ground carries (contact.h)
   bool shock = false;    // and just now: a shock
+  bool jolt = false;     // or one foot that turned it
   bool unheard = false;  // the last orders may not have reached valves and fans
   FaultSet faults = 0;   // known to the caller, now
 };
@@ -188,6 +189,7 @@ class Flight {
  private:
   // At the end (flight_judge.cpp).
   void watch_corridor() noexcept;
+  void note_contact() noexcept;
   void note_touchdown() noexcept;
   double falls_m_s() const noexcept;
   void judge_landing() noexcept;
@@ -308,15 +310,24 @@ class Flight {
   Shortfall shortfall_ = Shortfall::none;
   double short_measured_ = 0, short_limit_ = 0;
   double off_m_ = 0, off_sigma_m_ = 0;
+  // Of the velocity in a frame, axis by axis, and of a foot's speed down.
+  struct Swing {
+    Vector3 least_m_s = Vector3::Zero(), most_m_s = Vector3::Zero();
+    double foot_down_m_s = 0;
+  };
+  Swing swing() const noexcept {
+    return {state_.velocity_least_N_m_s, state_.velocity_most_N_m_s, state_.foot_down_m_s};
+  }
   // Of the two frames before this one, before the impact, and before contact was seen.
   struct Speed {
     Vector3 N_m_s = Vector3::Zero();
     // By which all, and one of the feet, may come down faster within the next frame.
     double falls_m_s = 0, foot_m_s = 0;
+    Swing in_frame{};
   };
   using Speeds = std::array<Speed, 2>;
   Speeds before_{}, before_impact_{}, before_contact_{};
-  std::array<Vector3, 16> after_contact_{};  // velocities until it stood
+  std::array<Swing, 16> after_contact_{};  // from the frame of the contact until it stood
   std::size_t moved_frames_ = 0;
   bool speed_noted_ = false;
   double touchdown_m_s_ = 0, touchdown_side_m_s_ = 0;

@@ -48,30 +48,42 @@ void Flight::fall_short(Shortfall why, double measured, double limit) noexcept {
   short_limit_ = limit;
 }
 
+void Flight::note_contact() noexcept {
+  before_contact_ = before_;
+  after_contact_[0] = swing();
+  moved_frames_ = 1;
+  airborne_ = false;
+  enter(Phase::touchdown);
+}
+
 // Once it is still its velocity is zero: what navigation has then is its error, and what it had
 // before contact was wrong by as much.
 void Flight::note_touchdown() noexcept {
   if (!speed_noted_ && moved_frames_ < after_contact_.size())
-    after_contact_[moved_frames_++] = state_.velocity_N_m_s;
+    after_contact_[moved_frames_++] = swing();
   const bool ends = phase_s_ >= parameters_.limits.run_down_s;
   if (speed_noted_ || (touchdown_.still_s() < kStill_s && !ends)) return;
   speed_noted_ = touchdown_.still_s() >= kStill_s;
   const Vector3& error = state_.velocity_N_m_s;
-  const auto side = [&](const Speed& v) { return (v.N_m_s - error).tail<2>().norm(); };
   touchdown_m_s_ = impact_m_s_;
   touchdown_side_m_s_ = 0;
+  const auto passes = [&](const Swing& v) {
+    const Vector3 most = (v.least_m_s - error).cwiseAbs().cwiseMax((v.most_m_s - error).cwiseAbs());
+    touchdown_side_m_s_ = std::max(touchdown_side_m_s_, most.tail<2>().norm());
+    touchdown_m_s_ = std::max(touchdown_m_s_, v.foot_down_m_s + error.x());
+  };
   const double last = plan_.request.program == Program::hop ? kLastFoot : kLastFootByFans;
   for (const Speed& v : before_contact_) {
     touchdown_m_s_ =
         std::max(touchdown_m_s_, last * ((error - v.N_m_s).x() + v.falls_m_s) + v.foot_m_s);
-    touchdown_side_m_s_ = std::max(touchdown_side_m_s_, side(v));
+    passes({v.N_m_s, v.N_m_s});
   }
-  // it may come off the ground again, or slide
-  for (std::size_t i = 0; i < moved_frames_; ++i)
-    touchdown_side_m_s_ = std::max(touchdown_side_m_s_, side({after_contact_[i]}));
+  // Seen late, the contact was in the frame before. Then it may come off the ground again, or
+  // slide.
+  passes(before_contact_[1].in_frame);
+  for (std::size_t i = 0; i < moved_frames_; ++i) passes(after_contact_[i]);
   if (impact_m_s_ < kFelt_m_s) return;
-  for (const Speed& v : before_impact_)
-    touchdown_side_m_s_ = std::max(touchdown_side_m_s_, side(v));
+  for (const Speed& v : before_impact_) passes({v.N_m_s, v.N_m_s});
 }
 
 void Flight::judge_landing() noexcept {

@@ -9,10 +9,10 @@
 namespace lss::gnc::talaris {
 namespace {
 
-constexpr double kFoot_m = 0.5;                       // of a leg from the centre
 constexpr double kStopping_m_s2 = 1.2;                // sideways, when a flight is cut short
 constexpr double kContactBelow_m = 0.4;               // accelerations are ignored above
 constexpr double kShock = 1.6, kShockBelow_m = 0.15;  // one frame of that is enough
+constexpr double kJoltBelow_m = 0.2;  // a foot 0.4 m out, on a slope of 12 deg, and some error
 // Speed that a shock takes away within two frames, and what is left of it: the ground, wherever the
 // altimeter has it. A valve stuck open adds 0.5 m/s in that time, without a shock.
 constexpr double kStruck_m_s = 0.55, kStopped_m_s = 0.35;
@@ -47,22 +47,18 @@ void Flight::advance(const FlightInputs& inputs) noexcept {
     if (pulsed && !by_fans() && touchdown_.stands()) {
       const bool down = phase_ == Phase::descend || phase_ == Phase::escape;
       if (!down) fall_short(Shortfall::no_lift_off);
-      before_contact_ = before_;
-      airborne_ = false;
-      enter(Phase::touchdown);
+      note_contact();
       return;
     }
     if (fans_s_ > parameters_.fans.max_run_s + kLastLimit_s) return all_stop();
     if ((phase_ == Phase::descend || phase_ == Phase::escape || phase_ == Phase::parachute) &&
         touches(inputs)) {
-      before_contact_ = before_;
-      airborne_ = false;
-      enter(Phase::touchdown);
+      note_contact();
     } else {
       advance_in_air();
     }
     const double turns_m_s = kFoot_m * state_.rate_B_rad_s.tail<2>().norm();
-    before_ = {before_[1], {state_.velocity_N_m_s, falls_m_s(), turns_m_s}};
+    before_ = {before_[1], {state_.velocity_N_m_s, falls_m_s(), turns_m_s, swing()}};
     return;
   }
   if (phase_ == Phase::spin_up && silent_s_ > 0) return;  // begins when its position is known
@@ -352,7 +348,10 @@ bool Flight::touches(const FlightInputs& inputs) noexcept {
   } else if (!brakes()) {
     below_s_ += kFrame_s;
   }
-  const bool knocks = inputs.contact || inputs.shock;
+  // Pulses turn it as much when one of the valves failed.
+  const bool jolt =
+      asked && inputs.jolt && !blind && height_m_ < kJoltBelow_m && watch_.good() && !by_fans();
+  const bool knocks = inputs.contact || inputs.shock || jolt;
   if (low_frames_ >= 2 || contact_frames_ >= 2 || shock || (near && knocks)) return true;
   if (imu_usable() && (struck || touchdown_.supported())) return true;
   // Fans and valves are never cut by the clock while it is known to be high.

@@ -117,6 +117,7 @@ void Navigation::align() noexcept {
 const NavState& Navigation::step(const Batch& batch, bool standing, bool slides) noexcept {
   if (!aligned()) return state_;
   way_ = {};
+  way_.least_m_s = way_.most_m_s = ekf_.nominal().velocity_N_m_s;
   std::size_t next = 0, next_flow = 0;
   const auto others_until = [&](std::int64_t until_ns) {
     for (;;) {
@@ -188,6 +189,11 @@ void Navigation::advance(std::int64_t until_ns) noexcept {
   way_.velocity_m_s += dt * ekf_.acceleration_N_m_s2();
   way_.turned_rad += dt * rate_m_;
   way_.force_m_s2 += dt * force_m_;
+  way_.least_m_s = way_.least_m_s.cwiseMin(ekf_.nominal().velocity_N_m_s);
+  way_.most_m_s = way_.most_m_s.cwiseMax(ekf_.nominal().velocity_N_m_s);
+  const Vector3 rate = rate_m_ - ekf_.nominal().gyro_bias_rad_s;
+  way_.foot_down_m_s = std::max(
+      way_.foot_down_m_s, kFoot_m * rate.tail<2>().norm() - ekf_.nominal().velocity_N_m_s.x());
   if (!parameters_.camera) return;
   passed_.time_s += dt;
   passed_.moved_m += dt / 2 * (velocity_m_s + ekf_.nominal().velocity_N_m_s);
@@ -438,6 +444,9 @@ void Navigation::publish(std::int64_t end_ns) noexcept {
   s.rate_B_rad_s = rate_m_ - x.gyro_bias_rad_s;
   s.acceleration_N_m_s2 =
       way_.time_s > 0 ? Vector3(way_.velocity_m_s / way_.time_s) : state_.acceleration_N_m_s2;
+  s.velocity_least_N_m_s = way_.least_m_s.cwiseMin(x.velocity_N_m_s);
+  s.velocity_most_N_m_s = way_.most_m_s.cwiseMax(x.velocity_N_m_s);
+  s.foot_down_m_s = way_.foot_down_m_s;
   s.position_sigma_m = ekf_.position_variance().cwiseMax(0).cwiseSqrt();
   s.velocity_sigma_m_s = ekf_.velocity_variance().cwiseMax(0).cwiseSqrt();
   if (counters_.flows_used > 0) {

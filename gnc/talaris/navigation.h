@@ -84,6 +84,8 @@ class Navigation {
     Vector3 velocity_m_s = Vector3::Zero();  // by acceleration, without corrections
     Vector3 turned_rad = Vector3::Zero();    // as measured, with bias, B
     Vector3 force_m_s2 = Vector3::Zero();    // the same, times its time
+    Vector3 least_m_s = Vector3::Zero(), most_m_s = Vector3::Zero();  // of the velocity, each axis
+    double foot_down_m_s = 0;                                         // the most
   };
   Way way_;                                    // of this frame
   Vector3 rest_force_m_s2_ = Vector3::Zero();  // at the last standstill, with bias, B

@@ -22,6 +22,7 @@ inline constexpr double kFrame_s = 0.2;
 inline constexpr double kGravity_m_s2 = 9.80665;
 inline constexpr std::size_t kValves = 8;  // index i: valve i + 1
 inline constexpr std::size_t kFans = 4;
+inline constexpr double kFoot_m = 0.5;  // of a leg from the centre
 
 using Vector3 = Eigen::Vector3d;
 // (w, x, y, z) by Eigen's constructor; not aligned, so that plain structs can contain it.
@@ -74,6 +75,9 @@ struct NavState {
   Quaternion q_NB = Quaternion::Identity();
   Vector3 rate_B_rad_s = Vector3::Zero();         // without bias
   Vector3 acceleration_N_m_s2 = Vector3::Zero();  // mean of the frame, without gravity
+  // Of the velocity in the frame, axis by axis, and of a foot's speed down: a touchdown is shorter.
+  Vector3 velocity_least_N_m_s = Vector3::Zero(), velocity_most_N_m_s = Vector3::Zero();
+  double foot_down_m_s = 0;
   Vector3 position_sigma_m = Vector3::Zero();
   Vector3 velocity_sigma_m_s = Vector3::Zero();
   Vector3 attitude_sigma_rad = Vector3::Zero();  // about the axes of B

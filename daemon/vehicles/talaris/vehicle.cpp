@@ -145,6 +145,7 @@ void Vehicle::feel_ground(gnc::talaris::FlightInputs& in) noexcept {
   const bool down = phase == Phase::descend || phase == Phase::escape || phase == Phase::parachute;
   in.contact = down && contact_.supported();
   in.shock = down && contact_.shocked();
+  in.jolt = down && contact_.jolted();
 }
 
 Vehicle::Command Vehicle::control(TimeNs now) noexcept {

@@ -52,6 +52,59 @@ TEST(Contact, AShockIsOneInItsFrameAndTheNext) {
   EXPECT_FALSE(felt_anything(contact));
 }
 
+// 0.2 m/s of one corner: the springs take 10 ms, and 2 m/s2 of the middle.
+TEST(Contact, AFootThatTurnsItIsAJolt) {
+  for (int at = 2; at < 40; ++at) {
+    Felt felt;
+    Contact contact;
+    contact.step(felt.frame(kLift), kLift);
+    EXPECT_FALSE(contact.jolted());
+    felt.frame(kLift);
+    for (int i = at; i < 40; ++i) {
+      const double share = std::min(1.0, (i - at + 1) / 2.0);
+      felt.samples[static_cast<std::size_t>(i)].rate_B_rad_s = {0, 0.12 * share, -0.15 * share};
+    }
+    contact.step({felt.samples, {}, 0}, kLift);
+    const bool at_once = contact.jolted();
+    felt.frame(kLift);
+    for (ImuSample& s : felt.samples) s.rate_B_rad_s = {0, 0.12, -0.15};
+    contact.step({felt.samples, {}, 0}, kLift);
+    EXPECT_EQ(at_once, at <= 37) << at;  // two samples after it tell
+    EXPECT_EQ(contact.jolted(), !at_once) << at;
+    EXPECT_FALSE(contact.shocked());
+    contact.step({felt.samples, {}, 0}, kLift);
+    EXPECT_FALSE(contact.jolted());
+  }
+}
+
+// A valve that opens 20 ms before the one opposite; rolling; a sample that is wrong.
+TEST(Contact, PulsesAreNoJoltNorIsOneWrongSample) {
+  Felt felt;
+  Contact contact;
+  const auto turn = [&](int from, int to, const Vector3& rad_s2) {
+    felt.frame(kLift);
+    Vector3 rate = Vector3::Zero();
+    for (int i = 0; i < 40; ++i) {
+      if (i >= from && i < to) rate += rad_s2 * 0.005;
+      felt.samples[static_cast<std::size_t>(i)].rate_B_rad_s = rate;
+    }
+    contact.step({felt.samples, {}, 0}, kLift);
+    return contact.jolted();
+  };
+  EXPECT_FALSE(turn(10, 14, {0, 4, 5}));
+  EXPECT_FALSE(turn(0, 40, {40, 0, 0}));
+  for (std::size_t i = 0; i < 40; ++i) {
+    felt.frame(kLift);
+    for (ImuSample& s : felt.samples) s.rate_B_rad_s.setZero();
+    felt.samples[i].rate_B_rad_s = {0, 3, 3};
+    contact.step({felt.samples, {}, 0}, kLift);
+    EXPECT_FALSE(contact.jolted()) << i;
+    felt.samples[i].rate_B_rad_s = {0, kNaN, 3};
+    contact.step({felt.samples, {}, 0}, kLift);
+    EXPECT_FALSE(contact.jolted()) << i;
+  }
+}
+
 TEST(Contact, OneWrongSampleIsNone) {
   Felt felt;
   Contact contact;

@@ -64,9 +64,11 @@ void Hopper::sense() {
     const Vector3 p = noise(0.006);
     nav.position_N_m = position - Vector3(rest_x_, 0, 0) + drift_p_ + Vector3(p.x(), 0, 0);
     nav.velocity_N_m_s = velocity + drift_v_ + noise(0.01);
+    nav.velocity_least_N_m_s = nav.velocity_most_N_m_s = nav.velocity_N_m_s;
     const Vector3 a = tilt_offset_ + noise(0.0005);
     nav.q_NB = (q_NB * Quaternion(1, a.x() / 2, a.y() / 2, a.z() / 2)).normalized();
     nav.rate_B_rad_s = rate_B + noise(0.002);
+    nav.foot_down_m_s = kFoot_m * nav.rate_B_rad_s.tail<2>().norm() - nav.velocity_N_m_s.x();
     nav.acceleration_N_m_s2 = (velocity - velocity_before_) / kFrame_s + noise(0.02);
   } else {
     inputs.nav.valid = imu_age_ < 0.25;
