@@ -14,7 +14,7 @@ namespace lss::talaris {
 // The failure of a hop, and the acceptable ends in spite of it.
 struct Failure {
   const char* name;
-  std::vector<std::string> faults;           // # is replaced by a number 1..8 of the seed
+  std::vector<std::string> faults;           // as for lss-sim
   const char* right;                         // the expected end of the flight
   FlightPlan (*with)(FlightPlan) = nullptr;  // more sensors than as built
 };
@@ -41,12 +41,14 @@ extern const std::vector<HopFigure> kHopFigures;
 // Tables. Every line of the campaign is printed as it is flown.
 std::string hop_section(unsigned seeds);
 std::string stands_section(unsigned seeds, unsigned sled_seeds);
-std::string failures_section(unsigned seeds);
+// One table of all failures; those of valves and fans (failed_actuators.h) in each phase.
+std::string failures_section(unsigned seeds, unsigned actuator_seeds);
+std::string actuators_section(unsigned seeds);  // their part alone
 
 // The wide set (sim::talaris::kWide), and where it no longer stands: each cause alone, swept.
 // `picture`: an SVG file of the sweeps.
 bool safe(const Flown& flown);   // upright, at most 1 m/s down and 0.5 m/s sideways
-bool wrong(const Flown& flown);  // the daemon says "as planned", and it was not, by the world
+bool wrong(const Flown& flown);  // says "as planned" and was not, by the world: safe, within 6 m
 FlightPlan wide_flight();
 std::string wide_section(unsigned seeds);
 std::string camera_section(unsigned seeds);  // the wide set with a camera
