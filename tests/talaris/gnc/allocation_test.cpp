@@ -6,6 +6,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <random>
 
 #include "gnc/talaris/pwm.h"
@@ -193,6 +194,78 @@ TEST(TalarisAllocation, HoverBudgetOfEachSingleFailure) {
     EXPECT_NEAR(dead.lift_N, 464, 1);  // two fans and four valves
     EXPECT_TRUE(dead.hovers);
   }
+}
+
+// Speed down at the ground after the loss of a fan at 2 m: its thrust is gone at once, or (`dead`)
+// fades with its speed. In the plane of the tilt; nothing answers for `late_s`, then all that is
+// left does so, in the best of several ways, without frames and pulses. Infinite: it turns over.
+double lands_m_s(double late_s, bool dead) {
+  constexpr double kStep_s = 0.001, kOver_rad = 2, kStands_rad = 0.35;
+  const Parameters p;
+  const double full_N = fan_thrust_N(p.fans.max_rpm, p.fans), force_N = p.thrusters.force_N;
+  const double weight_N = p.body.mass_kg * kGravity_m_s2;
+  // rad/s2 of each newton at the corner
+  const double fan =
+      std::hypot(p.fans.z_m / p.body.inertia_y_kg_m2, p.fans.y_m / p.body.inertia_z_kg_m2);
+  const double valve = std::hypot(p.thrusters.lift_z_m / p.body.inertia_y_kg_m2,
+                                  p.thrusters.lift_y_m / p.body.inertia_z_kg_m2);
+  const double pulses_N = (1 - p.fans.weight_share) * weight_N / 4;
+  const auto follow = [&](double& speed, double goal) {
+    speed += (goal - speed) * kStep_s / p.fans.lag_s;
+  };
+  const auto lands = [&](double wn_rad_s, double zeta) {
+    double until_s = late_s;
+    double lost = std::sqrt(p.fans.weight_share * weight_N / 4 / full_N);  // speeds, of the highest
+    double opposite = lost, others = lost;
+    double tilt = 0, rate = 0, height_m = 2, climb_m_s = 0;
+    while (height_m > 0 && std::abs(tilt) < kOver_rad) {
+      follow(lost, 0);
+      const double lost_N = dead ? full_N * lost * lost : 0,
+                   opposite_N = full_N * opposite * opposite;
+      double here_N = pulses_N, there_N = pulses_N, others_N = 2 * full_N * others * others;
+      if (until_s > 0) {
+        until_s -= kStep_s;
+        others_N += 2 * pulses_N;
+      } else {
+        const double wanted = -wn_rad_s * (wn_rad_s * tilt + 2 * zeta * rate);
+        const double goal_N = (valve * force_N + wanted + fan * lost_N) / fan;
+        follow(opposite, goal_N > opposite_N ? 1 : 0);
+        follow(others, 1);
+        const double rest = (fan * (opposite_N - lost_N) - wanted) / valve;
+        here_N = std::clamp(rest, 0.0, force_N);
+        there_N = std::clamp(-rest, 0.0, force_N);
+        const double down_m_s = -std::min(0.25 + 0.4 * height_m, 1.0);
+        const double up_N = (weight_N + 4 * p.body.mass_kg * (down_m_s - climb_m_s)) /
+                            std::max(std::cos(tilt), 0.2);
+        others_N =
+            std::clamp(up_N - lost_N - opposite_N - here_N - there_N, 0.0, others_N + 2 * force_N);
+      }
+      rate += kStep_s * (fan * (opposite_N - lost_N) + valve * (there_N - here_N));
+      tilt += kStep_s * rate;
+      const double lift_N = lost_N + opposite_N + others_N + here_N + there_N;
+      climb_m_s += kStep_s * (lift_N * std::cos(tilt) - weight_N) / p.body.mass_kg;
+      height_m += kStep_s * climb_m_s;
+    }
+    return std::abs(tilt) < kStands_rad ? -climb_m_s : std::numeric_limits<double>::infinity();
+  };
+  double best = std::numeric_limits<double>::infinity();
+  for (const double wn_rad_s : {3.0, 4.0, 5.0, 7.0, 10.0}) {
+    for (const double zeta : {0.6, 0.8, 1.0}) best = std::min(best, lands(wn_rad_s, zeta));
+  }
+  return best;
+}
+
+// Why fans are lost that leave enough lift: a frame takes 0.2 s (docs/gnc-talaris.md).
+TEST(TalarisAllocation, ALostFanLeavesLittleTimeToAnswer) {
+  for (const bool dead : {false, true}) {
+    for (const double late_s : {0.05, 0.10, 0.12, 0.15, 0.20, 0.25, 0.30})
+      std::printf("%s, answered after %.2f s: %.2f m/s\n", dead ? "dead" : "without thrust", late_s,
+                  lands_m_s(late_s, dead));
+  }
+  EXPECT_LT(lands_m_s(0.10, false), 2);
+  EXPECT_GT(lands_m_s(0.15, false), 2);
+  EXPECT_LT(lands_m_s(0.20, true), 2);
+  EXPECT_GT(lands_m_s(0.25, true), 2);
 }
 
 Pulse from_ms(double delay, double on) { return {on * 1e-3, delay * 1e-3}; }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "tools/lss-sim/talaris/vehicle.h"
 
@@ -103,6 +104,29 @@ TEST(TalarisField, FansThatAreNotAlikeTurnTheVehicle) {
   }
   EXPECT_NEAR(alike.wrench().torque_Nm.x(), 0, 1e-9);
   EXPECT_NEAR(unlike.wrench().torque_Nm.x(), -0.2 * 0.004 * unlike.thrust_N(0), 1e-6);
+}
+
+// Neighbours turn against each other: what a failed one leaves turns the vehicle.
+TEST(TalarisField, AFailedFanLeavesTheTorqueOfTheOthers) {
+  Fans broken({.torque_m = 0.004, .started = true});
+  Fans dead({.torque_m = 0.004, .rotor_kg_m2 = 2e-4, .started = true});
+  for (int ms = 0; ms < 3'000; ++ms) {
+    broken.step({1900, 1900, 1900, 1900});
+    dead.step({1900, 1900, 1900, 1900});
+  }
+  const double each_N = broken.thrust_N(0), rpm = broken.rpm(1);
+  broken.broken[1] = dead.dead[1] = true;
+  double turned_Nms = 0;
+  for (int ms = 0; ms < 3'000; ++ms) {
+    broken.step({1900, 1900, 1900, 1900});
+    dead.step({1900, 1900, 1900, 1900});
+    turned_Nms += kStep_s * (dead.wrench().torque_Nm.x() + 0.004 * (each_N - dead.thrust_N(1)));
+  }
+  EXPECT_NEAR(broken.rpm(1), rpm, 1);
+  EXPECT_NEAR(broken.wrench().force_N.x(), 3 * each_N, 0.1);
+  EXPECT_NEAR(broken.wrench().torque_Nm.x(), -0.004 * each_N, 1e-4);
+  // the rotor that stops takes the vehicle with it
+  EXPECT_NEAR(turned_Nms, -2e-4 * rpm * 2 * std::numbers::pi / 60, 1e-3);
 }
 
 TEST(TalarisField, TheWideSetIsDrawnWithinItsBoundsAndTheNarrowOneAsBefore) {
