@@ -9,7 +9,7 @@ import unittest
 
 from hopper_rig import Hopper
 from programs import run, wait_until
-from rig import DAEMON, EXIT, IDLE, OPERATIONAL, Scenario
+from rig import DAEMON, EXIT, FAULT, IDLE, OPERATIONAL, Scenario
 from rover_rig import Rover
 
 # idl/codes.h
@@ -171,6 +171,50 @@ class Ardito(Parameters, Rover):
         self.wait_state(IDLE)
         daemon.stop()
         self.replay_all()
+
+
+class Sinking(Parameters, Rover):
+    IN_LOCKSTEP, PLANT = True, "dart"
+
+    def drive_with_a_low_wheel(self):
+        """In soil, where wheels slip: one looks 67 mm lower, and its motor pushes harder."""
+        client = self.begin_endless("drive", "0.3", name="drive")
+        self.wait_mode("Running", 60, client)
+        self.later(3)
+        self.fault("encoder-jump:0x20:3:-1800")
+        self.fault("encoder-jump:0x04:4:1000")
+        return client
+
+    def later(self, seconds):
+        begin_s = self.truth.samples[-1][1]["t_s"]
+        wait_until(lambda: self.truth.samples[-1][1]["t_s"] > begin_s + seconds, 60, f"{seconds} s of simulated time")
+
+    def test_the_sink_limit_decides_what_counts_as_dug_in(self):
+        self.start_sim("--ground", "regolith")
+        self.start_daemon(self.write_config(beacon_s="1.5"))
+        self.wait_modules()
+        for wrong, code, why in (("0.02", "rejected", "0.02 m is out of range, allowed 0.03 to 0.5 m"),
+                                 ("0.6", "rejected", "0.6 m is out of range, allowed 0.03 to 0.5 m"),
+                                 ("deep", "usage", "deep")):
+            refused = self.cli("param", "set", "mobility.sink_limit_m", wrong)
+            self.assertEqual(refused.code, EXIT[code], refused)
+            self.assertIn(why, refused.err)
+        self.assertEqual(self.param("mobility.sink_limit_m")["value"], 0.06)
+
+        client = self.drive_with_a_low_wheel()
+        self.assertEqual(client.wait(60), EXIT["failed"])
+        self.assertIn(FAULT["wheel_embedded"], self.fault_ids(self.status()))
+        self.fault("clear")
+        self.wait_state(IDLE)
+
+        self.cli_ok("param", "set", "mobility.sink_limit_m", "0.1")
+        client = self.drive_with_a_low_wheel()
+        self.later(5)
+        status = self.status()
+        self.assertEqual(status["mode"], "Running")
+        self.assertNotIn(FAULT["wheel_embedded"], self.fault_ids(status))
+        client.kill()
+        self.wait_state(IDLE)
 
 
 class Talaris(Parameters, Hopper):
