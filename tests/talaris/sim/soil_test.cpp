@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include "idl/angles.h"
 #include "tools/lss-sim/talaris/vehicle.h"
@@ -179,6 +180,41 @@ TEST(TalarisOnSoils, AHeavierSideSinksDeeperAndItStandsStillOnASlope) {
   const double at_m = plant.body().position_m.z();
   run(plant, 20);
   EXPECT_NEAR(plant.body().position_m.z(), at_m, 1e-4);
+}
+
+// What the IMU feels of a touchdown at 0.2 m/s above the lift, which carries all of the weight.
+struct Felt {
+  double pair_m_s2 = 0;  // as gnc/talaris/contact.h: the harder of two samples in a row, 5 ms apart
+  double mean_m_s2 = 0;  // of the 200 ms after it
+};
+Felt touch_down(const char* ground) {
+  PlantOptions options{.height_m = 0.1};
+  if (ground != std::string("hard")) options.soil = soil::parse_soil(ground);
+  Plant plant(options);
+  run(plant, 0.2 / kGravity_m_s2);
+  Felt felt;
+  double before_m_s2 = 0;
+  for (int i = 0, since = 0; since < 200; ++i) {
+    plant.step({.force_N = {kWeight_N, 0, 0}}, 0, kNoPush);
+    if (since == 0 && !plant.contact()) continue;
+    ++since;
+    const double more_m_s2 = plant.body().force_B_m_s2.x() - kGravity_m_s2;
+    felt.mean_m_s2 += more_m_s2 / 200;
+    if (i % 5 != 0) continue;
+    const double harder = std::max(before_m_s2, more_m_s2);
+    felt.pair_m_s2 =
+        std::max(felt.pair_m_s2, std::min(harder, 2 * std::min(before_m_s2, more_m_s2)));
+    before_m_s2 = more_m_s2;
+  }
+  return felt;
+}
+
+TEST(TalarisOnSoils, ATouchdownIsSofterAndTakesTheSameSpeedAway) {
+  const Felt hard = touch_down("hard"), sand = touch_down("sand"), loose = touch_down("sand:0.25");
+  EXPECT_GT(hard.pair_m_s2, 12);
+  EXPECT_NEAR(sand.pair_m_s2, 4.5, 0.5);
+  EXPECT_NEAR(loose.pair_m_s2, 2.5, 0.3);
+  for (const Felt& felt : {hard, sand, loose}) EXPECT_NEAR(felt.mean_m_s2, 1.1, 0.1);
 }
 
 TEST(TalarisOnSoils, TheBeamMeetsTheUntouchedSurface) {
