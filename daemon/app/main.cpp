@@ -130,6 +130,7 @@ int supervise(lss::App& app, const sigset_t& signals) {
   lss::ProgramCheck program;
   std::uint64_t frames = 0;
   std::string summary, stuck;
+  bool ready = lss::tell_service_manager("READY=1");
   for (;;) {
     const int signal = ::sigtimedwait(&signals, nullptr, &tenth);
     if (signal > 0) {
@@ -149,6 +150,7 @@ int supervise(lss::App& app, const sigset_t& signals) {
     if (progress.front().turns != frames) {
       frames = progress.front().turns;
       lss::tell_service_manager("WATCHDOG=1");
+      if (!ready) ready = lss::tell_service_manager("READY=1");
     }
     const bool frame_stuck = watch.stuck(0);
     if (tell_standstills(watch.look(progress, lss::now_ns()))) {
@@ -158,10 +160,9 @@ int supervise(lss::App& app, const sigset_t& signals) {
         if (watch.stuck(i)) stuck += " " + progress[i].thread + " stands still!";
       }
     }
-    if (const std::string text = app.summary() + stuck; text != summary) {
+    if (const std::string text = app.summary() + stuck;
+        text != summary && lss::tell_service_manager("STATUS=" + text))
       summary = text;
-      lss::tell_service_manager("STATUS=" + summary);
-    }
   }
 }
 
@@ -197,7 +198,6 @@ int run(const Options& options, const sigset_t& signals) {
     spdlog::critical("{}", ok.error());
     return kExitFailure;
   }
-  lss::tell_service_manager("READY=1");
   spdlog::info("lssd {} ready: {} ({}) on DDS domain {}", LSS_VERSION, config->vehicle_id,
                config->vehicle, config->domain);
   const int code = supervise(*app, signals);

@@ -49,10 +49,10 @@ Command MobilityController::step(const Request& asked, const Measured& measured)
   }
   const Motion motion = estimate(request, inputs, feedback, looks, command);
   diagnose(request, inputs, feedback, looks, motion, command);
-  watch_rocker(motion, command);
   watch_slip(inputs, motion, command);
   watch_yaw(inputs, motion, command);
   watch_imu(inputs, motion, command);
+  watch_rocker(motion, command);
   measure_slip(inputs, motion, command);
   watch_sinking(inputs, motion, command);
   const bool stop = error(request, command) || request.error || !request.powered;
@@ -189,16 +189,22 @@ void MobilityController::watch_imu(const Inputs& inputs, const Motion& motion,
 
 // All wheels of a side roll over the same ground: over a long way the mean slopes of rocker and
 // bogie, and of both sides, are equal, and so the angles between them are 0 on average, whatever
-// the ground. Beyond the limit one of their encoders is wrong, by a constant. Not where the rover
-// turns back: the same place again is no average.
+// the ground. Beyond the limit one of their encoders is wrong, by a constant. Not in a curve, where
+// they do not, nor where the rover turns back or on the spot: the same place again is no average.
+// The way is the lesser of the IMU's and the wheels': either may be wrong.
 void MobilityController::watch_rocker(const Motion& motion, Command& command) noexcept {
-  constexpr double kGood = 0.8;  // of the limit: then it is trusted again
+  constexpr double kGood = 0.8;                  // of the limit: then it is trusted again
+  constexpr double kStraight_rad = 1 * kDegree;  // sigma: a circle of 4 m
   const Parameters& p = parameters_;
   RockerWatch& w = state_.rocker_watch;
   const bool measured = state_.rocker_known != 0 && state_.rocker_distrust == 0;
-  const bool moves = std::abs(motion.ground_m_s) > p.slip_speed_m_s;
-  if (measured && moves && state_.mode == Mode::running) {
-    const double way_m = motion.ground_m_s * kFrame_s;
+  const double wheels_m_s = motion.mean.v_m_s, ground_m_s = motion.ground_m_s;
+  const bool moves = std::min(std::abs(ground_m_s), std::abs(wheels_m_s)) > p.slip_speed_m_s;
+  const bool straight = state_.mode == Mode::running && std::abs(motion.sigma_rad) < kStraight_rad;
+  if (state_.mode == Mode::parking) w.way_m = 0;
+  if (measured && moves && straight && (command.faults & kImuImplausible) == 0) {
+    const double way_m =
+        std::abs(wheels_m_s) < std::abs(ground_m_s) ? wheels_m_s * kFrame_s : ground_m_s * kFrame_s;
     if (way_m * w.way_m < 0) w.way_m = 0;
     w.way_m = std::clamp(w.way_m + way_m, -p.rocker_way_m, p.rocker_way_m);
     const std::array limits_rad = {p.rocker_mean_rad, p.bogie_mean_rad, p.bogie_mean_rad};

@@ -12,8 +12,9 @@ namespace {
 constexpr std::uint32_t kFrames = 4;  // in a row, before the wheel counts as dug in
 constexpr double kUnknownWay = 2;     // SinkWatch::way
 
-// Least share of what the pushing ones push on average: a motor that pushes less belongs to a wheel
-// that carries nothing, over a hole or on its way down from a rock, and says nothing of the ground.
+// Least share of the median of what the pushing ones push: a motor that pushes less belongs to a
+// wheel that carries nothing, over a hole or on its way down from a rock, and says nothing of the
+// ground.
 constexpr double kCarries = 0.4;
 
 // What the load of this wheel's motor is compared with, of the other wheels that drive and carry:
@@ -21,20 +22,24 @@ constexpr double kCarries = 0.4;
 // anything, loaded_current.
 double others_load(const PerWheel<double>& load, WheelSet driven, std::size_t wheel,
                    const Parameters& p) noexcept {
-  const auto mean_above = [&](double least) {
-    double sum = 0;
-    int count = 0;
-    for (std::size_t i = 0; i < kWheels; ++i) {
-      if (i == wheel || !contains(driven, i) || load[i] <= least) continue;
-      sum += load[i];
-      ++count;
-    }
-    return count > 0 ? sum / count : 0;
-  };
-  const double carries = kCarries * mean_above(0);
-  double others = mean_above(carries);
+  PerWheel<double> pushing{};
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < kWheels; ++i)
+    if (i != wheel && contains(driven, i) && load[i] > 0) pushing[count++] = load[i];
+  if (count == 0) return p.loaded_current;
+  std::sort(pushing.begin(), pushing.begin() + static_cast<std::ptrdiff_t>(count));
+  const double carries = kCarries * pushing[count / 2];
+  double sum = 0, carrying = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (pushing[i] <= carries) continue;
+    sum += pushing[i];
+    ++carrying;
+  }
+  double others = sum / carrying;
+  // Uphill the middle wheels push little, also where they carry.
   const std::size_t beside = wheel ^ 1U;
-  if (contains(driven, beside) && load[beside] > carries) others = std::min(others, load[beside]);
+  if (contains(driven, beside) && load[beside] > std::min(carries, p.loaded_current))
+    others = std::min(others, load[beside]);
   return std::max(others, p.loaded_current);
 }
 

@@ -57,14 +57,14 @@ void Flight::note_contact() noexcept {
 }
 
 // Once it is still its velocity is zero: what navigation has then is its error, and what it had
-// before contact was wrong by as much.
+// before contact was wrong by as much. One that slides on has its velocity.
 void Flight::note_touchdown() noexcept {
   if (!speed_noted_ && moved_frames_ < after_contact_.size())
     after_contact_[moved_frames_++] = swing();
   const bool ends = phase_s_ >= parameters_.limits.run_down_s;
   if (speed_noted_ || (touchdown_.still_s() < kStill_s && !ends)) return;
   speed_noted_ = touchdown_.still_s() >= kStill_s;
-  const Vector3& error = state_.velocity_N_m_s;
+  const Vector3 error = speed_noted_ ? state_.velocity_N_m_s : Vector3(Vector3::Zero());
   touchdown_m_s_ = impact_m_s_;
   touchdown_side_m_s_ = 0;
   const auto passes = [&](const Swing& v) {

@@ -15,7 +15,7 @@ constexpr double kShock = 1.6, kShockBelow_m = 0.15;  // one frame of that is en
 constexpr double kJoltBelow_m = 0.2;  // a foot 0.4 m out, on a slope of 12 deg, and some error
 // Speed that a shock takes away within two frames, and what is left of it: the ground, wherever the
 // altimeter has it. A valve stuck open adds 0.5 m/s in that time, without a shock.
-constexpr double kStruck_m_s = 0.55, kStopped_m_s = 0.35;
+constexpr double kStruck_m_s = 0.55, kStopped_m_s = 0.35, kRises_m_s = 0.1;
 constexpr double kImpact_m_s = 0.25;    // then what pushes it up is the ground, too
 constexpr double kOverdue_s = 4;        // then a lost altimeter is not waited for
 constexpr double kGivenUp_s = 12;       // so low and so long overdue it must stand
@@ -348,9 +348,9 @@ bool Flight::touches(const FlightInputs& inputs) noexcept {
   } else if (!brakes()) {
     below_s_ += kFrame_s;
   }
-  // Pulses turn it as much when one of the valves failed.
-  const bool jolt =
-      asked && inputs.jolt && !blind && height_m_ < kJoltBelow_m && watch_.good() && !by_fans();
+  // Pulses turn it as much when one of the valves failed. No foot comes down while it climbs.
+  const bool jolt = asked && inputs.jolt && !blind && height_m_ < kJoltBelow_m &&
+                    climb_m_s_ < kRises_m_s && watch_.good() && !by_fans();
   const bool knocks = inputs.contact || inputs.shock || jolt;
   if (low_frames_ >= 2 || contact_frames_ >= 2 || shock || (near && knocks)) return true;
   if (imu_usable() && (struck || touchdown_.supported())) return true;

@@ -254,6 +254,14 @@ TEST(Stale, RockerAnglesAreNotJudgedOnShortWaysBackAndForth) {
   }
 }
 
+// Around a mound or in a bowl the wheels of a side do not roll over the same ground.
+TEST(Stale, RockerAnglesAreNotJudgedInCurves) {
+  Rover rover = driving_rover(5, 0.6, 3, 1);
+  rover.noise.ground_rad = 0;
+  rover.tamper = [](Measured& m) { m.rho2_rad.value += 0.1; };
+  EXPECT_GE(metres_until(rover, true), 60);
+}
+
 // On the slope of a hill the rover slides down sideways while it drives, for seconds.
 TEST(Stale, ARoverThatSlidesSidewaysSlipsAndItsImuIsRight) {
   for (const double speed : {1.0, -0.6}) {
