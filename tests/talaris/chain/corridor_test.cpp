@@ -63,8 +63,8 @@ TEST(TalarisCorridor, SlopesAreFlownOver) {
 }
 
 // One foot is first, too slowly for a shock. Contact was seen 0.4 to 1.0 s after it, or never (12
-// deg across: 3.5 m/s sideways); seed 3 touched down with 0.50 m/s sideways, which was told as 0.12
-// and "as planned".
+// deg across: 3.5 m/s sideways); seed 3 touched down with 0.50 m/s sideways, which was reported as
+// 0.12 and "as planned".
 TEST(TalarisCorridor, OnASteepSlopeTheFirstFootEndsTheFlight) {
   struct Case {
     double slope_deg, uphill_deg;
