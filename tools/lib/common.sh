@@ -140,15 +140,20 @@ quietly() {
 # A second clone finds the objects of the first in the cache.
 export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
 
-# build PRESET|alone-VEHICLE [TARGET...] : configures the first time (later the build does so when needed) and builds.
-# alone-VEHICLE: as release, without the other vehicles.
-build() {
-  local folder=build/$1 log=build/$1/build.log how=(--preset "$1")
+# configure PRESET|alone-VEHICLE : the first time; later the build does so when needed. alone-VEHICLE: as release, without
+# the other vehicles.
+configure() {
+  local folder=build/$1 how=(--preset "$1")
   [[ $1 != alone-* ]] || how=(--preset release -B "$folder" -DLSS_VEHICLES="${1#alone-}")
-  shift
-  if [ ! -f "$folder/build.ninja" ]; then
+  [ -f "$folder/build.ninja" ] ||
     quietly "$folder/configure.log" "configure ${folder#build/}" cmake "${how[@]}" || fail_with "$folder/configure.log"
-  fi
+}
+
+# build PRESET|alone-VEHICLE [TARGET...]
+build() {
+  local folder=build/$1 log=build/$1/build.log
+  configure "$1"
+  shift
   quietly "$log" "build ${folder#build/}" ninja -C "$folder" -j "$(jobs_to_run)" "$@" && return
   grep -E 'error:|FAILED' "$log" | head -n 20 >&2 || true
   fail_with "$log"
