@@ -5,13 +5,39 @@
 #include <csignal>
 #include <fstream>
 #include <optional>
+#include <sstream>
+#include <thread>
 
 #include "daemon/runtime/clock.h"
 #include "tests/bench/programs.h"
 
 namespace lss::bench {
 
+namespace {
+
 constexpr double kAt_s = 2;  // when the client comes in
+
+// When the log of lss-cli --jsonl says that the motion is executed, or has ended.
+TimeNs when(bool ended, const Moving& moving, const std::filesystem::path& log, Process& client) {
+  const std::string motion = moving.motion;
+  const std::string command = "{\"command\":\"" + motion.substr(0, motion.find(' ')) + "\",";
+  for (bool last = false;;) {
+    std::istringstream lines(read_file(log));
+    for (std::string line; std::getline(lines, line);) {
+      const auto phase = [&](const char* name) {
+        return line.find(fmt::format("\"phase\":\"{}\"", name)) != std::string::npos;
+      };
+      if (line.starts_with(command) &&
+          (ended ? !phase("accepted") && !phase("executing") : phase("executing")))
+        return now_ns();
+    }
+    if (last) throw std::runtime_error("lss-cli says nothing of its motion: " + read_file(log));
+    last = !client.running();
+    std::this_thread::sleep_for(std::chrono::microseconds(500));
+  }
+}
+
+}  // namespace
 
 double lockstep_ms(const Moving& moving, const std::string& plant, int seconds,
                    const std::filesystem::path& recording) {
@@ -44,13 +70,16 @@ double lockstep_ms(const Moving& moving, const std::string& plant, int seconds,
                  folder / "lssd.log", Process::Environment{loopback(), ready->variable()});
   ready->wait();
   ready.reset();  // nobody reads the daemon's later messages, and a full socket would hold it up
-  Process client({program("lss-cli"), "--domain", id, "run", "--lockstep", "--dir", run, "-e",
-                  fmt::format("{}; {} --for {}s; stop", moving.begin, moving.motion, seconds)},
-                 folder / "lss-cli.log", Process::Environment{loopback()});
+  const std::filesystem::path said = folder / "lss-cli.log";
+  Process client(
+      {program("lss-cli"), "--domain", id, "--jsonl", "run", "--lockstep", "--dir", run, "-e",
+       fmt::format("{}; {} --for {}s; stop", moving.begin, moving.motion, seconds)},
+      said, Process::Environment{loopback()});
+  const TimeNs begun_ns = when(false, moving, said, client);
+  const double ms = static_cast<double>(when(true, moving, said, client) - begun_ns) * 1e-6;
   if (const int code = client.wait(std::chrono::seconds(300)); code != 0)
     throw std::runtime_error(fmt::format("{} in lockstep: lss-cli ended with {}: {}",
-                                         moving.vehicle, code, read_file(folder / "lss-cli.log")));
-  const double ms = static_cast<double>(now_ns() - client.started_ns()) * 1e-6;
+                                         moving.vehicle, code, read_file(said)));
   if (recording.empty()) return ms;
   simulator.signal(SIGINT);  // in standing time nothing else would end
   simulator.wait();

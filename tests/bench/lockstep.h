@@ -15,8 +15,8 @@ struct Moving {
 inline constexpr Moving kWalk{"zebro", "start; stand", "walk forward --speed high"};
 inline constexpr Moving kDrive{"ardito", "start", "drive 0.3"};
 
-// The three programs once, from the start of the client to its end, while the vehicle moves for so
-// many simulated seconds. With `recording`: the daemon's flight recording as one file there.
+// The three programs once. Returns the time that they take for so many simulated seconds of motion,
+// ms. With `recording`: the daemon's flight recording as one file there.
 double lockstep_ms(const Moving& moving, const std::string& plant, int seconds,
                    const std::filesystem::path& recording = {});
 

@@ -18,11 +18,9 @@ constexpr double kGoalTimes = 20;      // with the kinematic plant
 constexpr double kOfOneProcess = 0.8;  // of its speed, with rigid bodies
 constexpr double kFrame_us = 600;
 
-// Of a simulated second of motion: what a longer motion takes more.
+// Of a simulated second of motion.
 Samples second_ms(const Moving& moving, const std::string& plant, int seconds) {
-  const int little = 2;
-  const double begin = lockstep_ms(moving, plant, little);
-  return {(lockstep_ms(moving, plant, little + seconds) - begin) / seconds};
+  return {lockstep_ms(moving, plant, seconds) / seconds};
 }
 
 Samples one_process_ms(int seconds) {
