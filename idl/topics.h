@@ -13,6 +13,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
@@ -105,6 +106,11 @@ class Participant {
   bool roudi_hangs() const { return roudi_hangs_; }
   // Empty without DDS Security.
   const std::optional<Enclave>& enclave() const { return enclave_; }
+  // What is not as it should be about the enclave, and yet no error. Sentences that say what to do.
+  std::span<const std::string> warnings() const {
+    return enclave_ ? std::span<const std::string>(enclave_->warnings)
+                    : std::span<const std::string>();
+  }
 
   // With DDS Security, whether the participant that wrote the sample has a certificate of one of
   // these names; without it always. Writers are remembered: also of samples that outlive them.

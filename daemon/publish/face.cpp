@@ -316,10 +316,7 @@ bool Face::other_interface() {
 
 std::uint64_t Face::foreign() const { return impl_->foreign.load(std::memory_order_relaxed); }
 
-const std::vector<std::string>& Face::warnings() const {
-  static const std::vector<std::string> kNone;
-  return impl_->participant.enclave() ? impl_->participant.enclave()->warnings : kNone;
-}
+std::span<const std::string> Face::warnings() const { return impl_->participant.warnings(); }
 
 const std::vector<std::string>& Face::missing_interfaces() const {
   return impl_->participant.missing();

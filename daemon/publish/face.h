@@ -65,7 +65,7 @@ class Face {
   // certificate does not have: they are dropped. Always 0 without DDS Security.
   std::uint64_t foreign() const;
   // Of the enclave; the same always.
-  const std::vector<std::string>& warnings() const;
+  std::span<const std::string> warnings() const;
 
   // Publish thread, about ten times a second: other daemons, for clients (idl/other_daemons.h).
   void look_for_others();

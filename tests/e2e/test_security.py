@@ -112,6 +112,19 @@ class Security(Enclaves, Scenario):
         refused = self.cli("--enclave", lost, "--timeout", "5s", "stop")
         self.assertEqual(refused.code, EXIT["unreachable"], refused)
 
+    def test_who_has_no_list_of_revoked_certificates_is_warned(self):
+        daemon = self.start_secured()
+        self.assertNotIn("warning", self.cli_ok("stop", "--dry-run").err)
+        for name in ("pilot", "zebro-1"):
+            os.remove(os.path.join(self.enclave(name), "crl.pem"))
+        daemon.stop()
+        warned = "crl.pem is missing: revoked certificates are accepted"
+        self.wait_log(self.start_daemon(self.secured()), warned)
+        self.assertIn(warned, self.cli_ok("stop", "--dry-run").err)
+        self.wait_log(Gateway(self).program, warned)
+        face = self.begin("lss-ros", [os.path.join(self.TOOLS, "lss-ros"), "--ros-domain", str(self.domain)])
+        self.wait_log(face, warned)
+
     def test_no_vehicle_is_believed_in_the_name_of_another(self):
         self.start_secured()
         self.begin_walk("--source", "pilot")

@@ -10,6 +10,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
@@ -80,6 +81,8 @@ class Fleet {
   std::string own_name() const {
     return participant_.enclave() ? participant_.enclave()->name : "";
   }
+
+  std::span<const std::string> warnings() const { return participant_.warnings(); }
 
   // False: DDS did not accept it.
   bool send(const lss_Command& command);

@@ -125,6 +125,8 @@ int main(int argc, char** argv) {
   if (!server) fail(server.error());
   auto fleet = Fleet::create(options.domain, options.enclave, [&] { (*server)->wake(); });
   if (!fleet) fail(fleet.error());
+  for (const std::string& warning : (*fleet)->warnings())
+    fmt::print(stderr, "lss-ground: warning: {}\n", warning);
   ClientRegistry registry(**fleet, door, options.lease_ms);
 
   running = server->get();

@@ -102,6 +102,8 @@ int main(int argc, char** argv) {
     const Participant ros = participant({.domain = wanted.bridge.ros_domain,
                                          .interfaces = wanted.bridge.interfaces,
                                          .enclave = wanted.link.enclave});
+    for (const std::string& warning : ros->warnings())
+      fmt::print(stderr, "lss-ros: warning: {}\n", warning);
     const std::string enclave = ros_enclave(*ros);
     dds_qos_t* qos = dds_create_qos();
     dds_qset_userdata(qos, enclave.data(), enclave.size());

@@ -20,7 +20,10 @@ class Context {
 
   // Opened on first use; no vehicle is asked for.
   Link& link() {
-    if (!link_) link_ = std::make_unique<Link>(options);
+    if (!link_) {
+      link_ = std::make_unique<Link>(options);
+      for (const std::string& warning : link_->warnings()) output.note("warning: " + warning);
+    }
     return *link_;
   }
   // Finds the vehicle on first use.

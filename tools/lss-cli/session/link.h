@@ -10,6 +10,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,6 +36,8 @@ class Link {
   explicit Link(const Options& options,
                 std::shared_ptr<const dds::Participant> participant = nullptr);
 
+  // Of the participant: what to say before the first verb.
+  std::span<const std::string> warnings() const { return participant_->warnings(); }
   // Waits for the status of the vehicle and of every daemon known to DDS. Throws unreachable when
   // there is none, unknown_name when there are only others, usage when there are several and none
   // was named.
