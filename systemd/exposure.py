@@ -14,21 +14,21 @@ UNITS = ("lssd@ardito.service", "lssd-obc@ardito.service", "iox-roudi.service")
 BEGIN, END = "<!-- exposure: made by systemd/exposure.py --write -->\n", "<!-- end of exposure -->\n"
 REASONS = {
     "SystemCallFilter=~@resources": "real-time threads choose their scheduling and their CPU",
-    "RemoveIPC=": "shared memory outlives one of the two that share it",
-    "RootDirectory=/RootImage=": "Debian's libraries are those of the system",
+    "RemoveIPC=": "shared memory remains when RouDi or the daemon ends",
+    "RootDirectory=/RootImage=": "it uses the system's libraries",
     "SupplementaryGroups=": "serial ports belong to `dialout`",
     "PrivateDevices=": "serial ports and `/dev/cpu_dma_latency`; `DevicePolicy=closed` instead",
-    "DeviceAllow=": "these devices alone; `rtc` is what systemd adds itself",
+    "DeviceAllow=": "only these devices; systemd itself adds `rtc`",
     "PrivateNetwork=": "DDS on the loopback, CAN interfaces",
-    "PrivateMounts=": "its `/tmp` is the daemon's, too",
+    "PrivateMounts=": "it shares its `/tmp` with the daemon",
     "PrivateUsers=": "a site may give the socket to a group of its own",
-    "RestrictAddressFamilies=~AF_NETLINK": "DDS asks for the interfaces that there are",
-    "RestrictAddressFamilies=~AF_UNIX": "RouDi, and readiness",
+    "RestrictAddressFamilies=~AF_NETLINK": "DDS lists the network interfaces",
+    "RestrictAddressFamilies=~AF_UNIX": "RouDi, report of readiness",
     "RestrictAddressFamilies=~…": "CAN",
     "RestrictAddressFamilies=~AF_(INET|INET6)": "DDS",
     "RestrictRealtime=": "SCHED_FIFO",
-    "IPAddressDeny=": "multicast besides localhost, by which DDS finds who is there",
-    "UMask=": "the daemon opens what RouDi makes: the same group",
+    "IPAddressDeny=": "DDS discovery needs multicast besides localhost",
+    "UMask=": "the daemon opens files of RouDi by their group",
 }
 
 
