@@ -1,7 +1,7 @@
 #pragma once
 
-// The vehicles of this build. Each vehicle's wiring defines NAME_port(); the roster in the top
-// CMakeLists.txt makes the list (generated roster.inc). Start-up only.
+// The vehicles of this build. The wiring of each vehicle defines NAME_port(). CMake generates the
+// list roster.inc from LSS_ROSTER in the top CMakeLists.txt. Start-up only.
 
 #include <functional>
 #include <memory>
@@ -13,7 +13,7 @@
 
 namespace lss {
 
-// Makes the daemon of a vehicle whose own table of the configuration has been read.
+// Makes the daemon of a vehicle after its own table of the configuration was read.
 using Maker = std::function<std::unique_ptr<App>(const config::Config& config)>;
 
 struct Port {

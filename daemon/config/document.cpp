@@ -29,7 +29,7 @@ std::size_t end_of_text(std::string_view text, std::size_t at) {
   return text.size();
 }
 
-// Number of parts of the longest dotted key, or more.
+// At least the number of parts of the longest dotted key.
 std::size_t longest_key(std::string_view text) {
   std::size_t longest = 0, parts = 1;
   for (std::size_t at = 0; at < text.size();) {
@@ -70,7 +70,7 @@ tl::expected<std::string, std::string> read_document(const std::filesystem::path
   if (!std::filesystem::is_regular_file(file, trouble))
     return tl::unexpected<std::string>("no such file");
   std::ifstream stream(file, std::ios::binary);
-  std::string text(most::kBytes + 1, '\0');  // one more: shows a file that is too large
+  std::string text(most::kBytes + 1, '\0');  // one byte more, to find a file that is too large
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (stream.bad() || !stream.is_open()) return tl::unexpected<std::string>("cannot be read");
   text.resize(static_cast<std::size_t>(stream.gcount()));

@@ -1,8 +1,8 @@
 #pragma once
 
-// One cycle, once per frame, the same for every vehicle. The same inputs give bit-identical
-// outputs: no clock, I/O, lock, log or allocation in here; time is data. `mark` is called at the
-// end of each stage (the frame thread stamps the timing points with it).
+// The cycle runs once per frame and is the same for every vehicle. It uses no clock, I/O, lock, log
+// or allocation, and gets the time as data, so the same inputs give bit-identical outputs. It calls
+// `mark` at the end of each stage (the frame thread stamps the timing points there).
 
 #include <array>
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace lss {
 
-// Inputs of a frame: the batch stamped in [T_k-1, T_k), and the requests received.
+// Inputs of a frame: the samples stamped in [T_k-1, T_k), and the requests received.
 template <class Vehicle>
 struct Inputs {
   std::uint64_t frame = 0;
@@ -21,10 +21,10 @@ struct Inputs {
   std::array<Request, kMaxRequests> requests{};
   std::uint32_t request_count = 0;
   typename Vehicle::BusReport bus{};
-  std::uint64_t late_commands = 0;  // so far
-  bool overrun_limit = false;       // too many in a row
-  bool held = false;                // begun by the clock, see daemon/runtime/frames.h
-  bool shut_down = false;           // the daemon stops: to the safe command
+  std::uint64_t late_commands = 0;  // since the daemon's start
+  bool overrun_limit = false;       // too many late commands in a row
+  bool held = false;                // the clock began the frame: daemon/runtime/frames.h
+  bool shut_down = false;           // the daemon ends: the vehicle must stop
   MemoryCheck memory = MemoryCheck::good;
 };
 
@@ -62,11 +62,11 @@ void cycle(Vehicle& vehicle, Supervisor& supervisor, const Inputs<Vehicle>& in,
   const typename Vehicle::Command wanted = vehicle.control(in.time_ns);
   mark(Stage::controlled);
 
-  // gate: every command passes it on its way out
+  // gate: checks every command, or replaces it by the safe command
   out.command = vehicle.gate(wanted, supervisor, in.time_ns);
   mark(Stage::gated);
 
-  // write: the caller puts out.command into the slot that the actuate thread releases
+  // write: the caller stores out.command for the actuate thread, which releases it
   out.data_requested = vehicle.describe(in, supervisor.state(), out.telemetry);
 }
 

@@ -1,7 +1,8 @@
 #pragma once
 
-// Messages between the threads of the daemon, and between the cycle and the DDS face: plain,
-// trivially copyable, no DDS type in it. Strings are NUL-terminated.
+// Messages between the threads of the daemon, and between the cycle and the DDS code
+// (daemon/publish). They are trivially copyable and contain no DDS type. Strings are
+// NUL-terminated.
 
 #include <array>
 #include <cstdint>
@@ -25,20 +26,21 @@ enum class Phase : std::uint8_t { accepted, rejected, executing, completed, fail
 enum class Severity : std::uint8_t { info, warning, error, fatal };
 enum class SharedMemory : std::uint8_t { off, active, absent, lost };
 
-// What the cycle remembers, compared with its second copy before a frame (daemon/cycle/twins.h).
+// Result of the comparison of the cycle's state with its second copy before a frame
+// (daemon/cycle/twins.h).
 enum class MemoryCheck : std::uint8_t {
   good,
-  corrected,  // as the last frame left it, again
-  lost,       // both copies are damaged: nobody knows what it was
+  corrected,  // the state of the last frame was restored
+  lost,       // both copies are damaged: the state of the last frame is unknown
 };
 
 using Name = std::array<char, 32>;                  // a source
-using ParameterName = std::array<char, kNameSize>;  // of the vehicle
+using ParameterName = std::array<char, kNameSize>;  // of a parameter of the vehicle
 
-// Internal flag, in addition to those of idl/commands.h: the heartbeat is that of another daemon
+// Internal flags, in addition to those of idl/commands.h. The heartbeat comes from another daemon
 // with our vehicle_id.
 inline constexpr std::uint16_t kFlagAnotherDaemon = 1u << 15;
-// Of the daemon itself, from what it saved before its start: no client's, so no sign of the OBC.
+// The daemon itself makes the request from saved data; it does not count as contact with the OBC.
 inline constexpr std::uint16_t kFlagSaved = 1u << 14;
 
 // A received command or heartbeat, before and after the armour. kind 0 is a heartbeat.
@@ -51,13 +53,13 @@ struct Request {
   std::array<double, kMaxParameters> parameter{};
   ParameterName name{};
   TimeNs arrival_ns = 0;
-  bool acknowledged = false;  // "accepted" was answered already
-  bool answered = false;      // an emergency stop: "completed", too
+  bool acknowledged = false;  // the acknowledgement "accepted" was sent
+  bool answered = false;      // of an emergency stop: "completed" was sent, too
 };
 
-// The parameters of a command by name: Arguments is a struct with a member for each, in the order
-// of its kParameters, as in `struct Drive { double speed_m_s; bool autonomous; ... }`. Of a request
-// that passed the armour: in range, and whole where the members are.
+// Gives the parameters of a command names: Arguments is a struct with a member for each parameter,
+// in the order of its kParameters, as in `struct Drive { double speed_m_s; bool autonomous; ... }`.
+// The request must have passed the armour: values are in range, and whole for integer members.
 template <class Arguments>
 Arguments arguments(const Request& request) noexcept {
   if constexpr (requires { Arguments::kParameters; })
@@ -81,7 +83,8 @@ constexpr std::uint16_t kind_of(Kind kind) noexcept {
   return static_cast<std::uint16_t>(kind);
 }
 
-// Result of the guards: which guard, measured value, limit. none: accepted.
+// Result of the guards: the guard that rejects the command, measured value, limit. Reason::none:
+// the command is accepted.
 struct Verdict {
   Reason reason = Reason::none;
   double measured = kRequired;  // NaN: the guard has no number
@@ -103,8 +106,8 @@ struct EventRecord {
   Severity severity = Severity::info;
   std::uint16_t id = 0;  // EventId, or FaultId + kFaultEventBase
   std::uint16_t subject = 0;
-  std::uint32_t count = 1;  // occurrences of its series so far (daemon/cycle/event_series.h)
-  TimeNs first_ns = 0;      // the first of them; `time_ns` is the newest
+  std::uint32_t count = 1;  // events of its series so far (daemon/cycle/event_series.h)
+  TimeNs first_ns = 0;      // time of the first one; `time_ns` is that of the newest
   std::array<double, 4> argument{};
 };
 
@@ -116,7 +119,7 @@ struct FaultRecord {
 };
 inline constexpr std::size_t kMaxFaults = 16;
 
-// The points of one frame (TALARIS thesis table 1).
+// The points in time of one frame (TALARIS thesis table 1).
 struct TimingPoints {
   std::uint64_t frame = 0;
   TimeNs boundary_ns = 0;
@@ -173,8 +176,8 @@ struct StatusReport {
   SavedState saved_parameters = SavedState::none;
   bool airborne = false;
   bool simulated_time = false;
-  bool stop_falls = false;  // effect of a pilot's STOP in the air: land, or the emergency stop
-  // (shared memory is added by the face)
+  bool stop_falls = false;  // a pilot's STOP in the air is the emergency stop; false: land
+  // (daemon/publish adds the state of shared memory)
 };
 
 }  // namespace lss

@@ -1,6 +1,7 @@
 #pragma once
 
-// The order of strategies of error solving, from the configuration of each class of faults. Pure.
+// The order in which error solving tries its strategies. The configuration has a list of strategies
+// for each class of faults. Pure function.
 
 #include <algorithm>
 #include <array>
@@ -8,9 +9,10 @@
 
 namespace lss {
 
-// The first choice of every class that is present, then the second ones, and so on; each strategy
-// once, at its latest place in any class: it serves all classes, and the most expensive comes last.
-// The value-initialised Kind is none and ends a list. `otherwise`: when the result is empty.
+// Begins with the first strategies of all classes that are present, then come the second ones, and
+// so on. A strategy that several lists contain appears once, at its latest place, because it serves
+// all classes and the most expensive strategy comes last. The value-initialised Kind means no
+// strategy and ends a list. `otherwise` is the result when all lists are empty.
 template <class Kind, std::size_t Choices, std::size_t Classes>
 std::array<Kind, Choices> plan(const std::array<std::array<Kind, Choices>, Classes>& order,
                                const std::array<bool, Classes>& present, Kind otherwise) noexcept {

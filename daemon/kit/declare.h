@@ -1,7 +1,7 @@
 #pragma once
 
-// A vehicle declared: the entries of the rosters (daemon/app/roster.h, daemon/replay/records.h) out
-// of what the vehicle is made of. Start-up only.
+// Makes the entry of a vehicle in the roster (daemon/app/roster.h) from the vehicle's parts.
+// Start-up only.
 
 #include <memory>
 
@@ -11,7 +11,8 @@
 
 namespace lss::kit {
 
-// `complete`: fills parameters that come from the rest of the configuration; nullptr: none.
+// `complete` fills in parameters that are outside the vehicle's table of the configuration;
+// nullptr: there are none.
 template <class Vehicle, class Buses, class Parameters>
 Port port(Parameters (*read)(config::Section&), const Tuning<Parameters>& tuning,
           const Logic& logic, const Vocabulary& vocabulary, record::VehicleRecords (*records)(),

@@ -1,8 +1,8 @@
 #pragma once
 
-// Supervision of CANopen nodes and drives of CiA 402: contact, identity, resets and their own
-// reports, as events and faults of the locomotion controller. Module i+1 is node i of the bus.
-// Frame thread; time is data; no allocation.
+// Supervises CANopen nodes and drives of CiA 402: contact, identity, resets and what they report.
+// It reports these as events and faults to the locomotion controller. Module i+1 is node i of the
+// bus. Frame thread; time is data; no allocation.
 
 #include <algorithm>
 #include <array>
@@ -17,7 +17,8 @@ inline std::uint16_t module_of(std::size_t node) noexcept {
   return static_cast<std::uint16_t>(node + 1);
 }
 
-// A fault of a node. During error solving it is only latched: the strategies handle it.
+// Raises a fault of a node. During error solving the fault is only latched, because the strategies
+// handle it.
 inline void blame(FaultId id, std::size_t node, Supervisor& s) noexcept {
   if (s.controller().state == State::solve_errors) {
     s.latch(id, module_of(node));
@@ -28,8 +29,8 @@ inline void blame(FaultId id, std::size_t node, Supervisor& s) noexcept {
 
 class NodeWatch {
  public:
-  static constexpr TimeNs kSettled = 500 * kMillisecond;  // of a running node: its values come
-  static constexpr std::size_t kDropouts = 4;             // so many within the window are a fault
+  static constexpr TimeNs kSettled = 500 * kMillisecond;  // until a node that runs sends its values
+  static constexpr std::size_t kDropouts = 4;  // this number within kDropoutWindow is a fault
   static constexpr TimeNs kDropoutWindow = 10 * kSecond;
 
   struct Node {
@@ -38,7 +39,8 @@ class NodeWatch {
     bool in_service = true;
   };
 
-  // In every frame, before silence is judged. `link(i)`: canopen::DriveLink of a node.
+  // Call in every frame before watch(), which checks for silence. `link(i)`: canopen::DriveLink of
+  // a node.
   template <class Link, class Answers>
   void watch_resets(TimeNs now, TimeNs limit, bool port_open, Link&& link, Answers&& answers,
                     Supervisor& s) noexcept {
@@ -73,7 +75,7 @@ class NodeWatch {
     if (is.needed && is.in_service) watch_contact(i, is.answers, port_open, s);
   }
 
-  // `judged`: its faults are its own.
+  // `judged` false: a fault of the drive has another cause and is not reported.
   void watch_drive(std::size_t i, const canopen::DriveLink& link, bool answers, bool judged,
                    Supervisor& s) noexcept {
     using canopen::DriveState;
@@ -87,11 +89,11 @@ class NodeWatch {
     disobeyed_[i] = disobeys;
   }
 
-  // Out of service: what it reports when it is in service again is new.
+  // Call when the drive is out of service: faults that it reports afterwards count as new.
   void forget_drive(std::size_t i) noexcept { was_faulty_[i] = disobeyed_[i] = false; }
 
-  // Its drops out of operation enabled (canopen::DriveLink): an event each, and a fault by their
-  // rate. `judged` as above.
+  // Each time the drive drops out of operation enabled (canopen::DriveLink) is an event; too many
+  // within kDropoutWindow are a fault. `judged` as above.
   void watch_dropouts(std::size_t i, const canopen::DriveLink& link, TimeNs now, bool judged,
                       Supervisor& s) noexcept {
     std::array<TimeNs, kDropouts>& at_ns = dropped_ns_[i];
@@ -109,7 +111,7 @@ class NodeWatch {
     }
   }
 
-  // A command resets it: its silence is expected.
+  // A command resets the node: until it is back its silence is expected.
   void begin_reset(std::size_t i, TimeNs now, const canopen::NodeStatus& node) noexcept {
     resets_.begin(i, now, node.boots);
   }
@@ -140,7 +142,7 @@ class NodeWatch {
   std::array<std::array<TimeNs, kDropouts>, canopen::kMaxNodes> dropped_ns_{};  // latest first
 };
 
-// Ages of the nodes' last heartbeats, for guards and people.
+// Gives the supervisor the ages of the nodes' last heartbeats, for guards and for display.
 template <class Link>
 void set_ages(std::size_t nodes, TimeNs now, TimeNs limit, Link&& link, Supervisor& s) noexcept {
   std::array<std::int64_t, kMaxModules> age_ms{};
@@ -148,7 +150,7 @@ void set_ages(std::size_t nodes, TimeNs now, TimeNs limit, Link&& link, Supervis
   for (std::size_t i = 0; i < nodes; ++i) {
     const canopen::NodeStatus& node = link(i).node;
     if (node.heartbeat_ns != 0) age_ms[i] = (now - node.heartbeat_ns) / kMillisecond;
-    // The last attempt failed for what the node is, not for silence.
+    // The last configuration failed because the node refused it, not because it was silent.
     const bool refuses = node.abort_code != 0 && node.abort_code != canopen::kAbortTimeout;
     const bool wrong = node.state == canopen::NodeState::wrong_device;
     const bool away = node.state == canopen::NodeState::missing || node.heartbeat_ns == 0;

@@ -1,7 +1,7 @@
 #pragma once
 
-// The initial parameters of a daemon or of a replay: those of the configuration, replaced by those
-// that were saved. Refused ones are reported by name. Start-up only.
+// The initial parameters of a daemon or of a replay: the values of the configuration, some replaced
+// by saved values. Saved values that are not accepted are reported by name. Start-up only.
 
 #include <string>
 #include <vector>
@@ -13,35 +13,35 @@
 namespace lss {
 
 struct TakenParameters {
-  std::vector<config::SavedValue> values;  // in force
-  std::vector<std::string> refused;        // sentences
+  std::vector<config::SavedValue> values;  // accepted
+  std::vector<std::string> refused;        // messages about values that were not accepted
 };
 
-// Modules that were out of service when the daemon ended, with the place where they are saved: at
-// once, when they change.
+// Modules that were out of service when the daemon ended, and the store in which each change is
+// saved at once.
 struct Isolation {
   ParameterStore store;
   std::uint16_t modules = 0;          // bit i: module i+1
-  std::vector<std::string> troubles;  // sentences
+  std::vector<std::string> troubles;  // messages
 };
 Isolation load_isolation(const config::Config& config);
-// 0, or the error's number.
+// Returns 0 or errno.
 int save_isolation(ParameterStore& store, std::uint16_t modules, std::int64_t utc_ns);
 
-// Of a daemon, with the place of its saved parameters.
+// The parameters at a daemon's start, and the store of the saved ones.
 struct ParameterStart {
   TunableValues configured;
   TakenParameters taken;
   ParameterStore store;
-  ParameterStore::Loaded loaded;  // `taken` of it: the saved ones, not necessarily accepted
+  ParameterStore::Loaded loaded;  // loaded.taken: the saved values, accepted or not
   Isolation isolation;
 };
 
-// Checks each alone: known, and in its range.
+// Checks each value alone: its parameter is known, and it is in range.
 TakenParameters vet(std::span<const TunableInfo> infos,
                     const std::vector<config::SavedValue>& saved);
 
-// Checks them together, too; else none is accepted.
+// Checks the values also together. If they do not fit together, none is accepted.
 template <class P>
 TakenParameters take_saved(const Tuning<P>& tuning, const std::vector<config::SavedValue>& saved,
                            P& parameters) {
@@ -62,7 +62,7 @@ TakenParameters take_saved(const Tuning<P>& tuning, const std::vector<config::Sa
   return taken;
 }
 
-// Reads the saved parameters into `parameters`, which are those of the configuration.
+// Replaces values in `parameters`, which come from the configuration, by the saved ones.
 template <class P>
 ParameterStart start_parameters(const Tuning<P>& tuning, const config::Config& config,
                                 P& parameters) {
@@ -78,7 +78,7 @@ ParameterStart start_parameters(const Tuning<P>& tuning, const config::Config& c
   return start;
 }
 
-// The initial report to publish. `present`: the values of the vehicle.
+// The first report to publish. `present`: the values that the vehicle uses.
 ParameterReport report_of(const ParameterStart& start, std::span<const TunableInfo> infos,
                           const TunableValues& present);
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// The dictionary of a vehicle out of what it is made of. Start-up only.
+// Makes the dictionary of a vehicle from its parts. Start-up only.
 
 #include <string>
 

@@ -1,8 +1,8 @@
 #pragma once
 
-// Record operations of the vehicles of this build: daemon/vehicles/NAME/records.cpp defines
-// NAME_records(), the roster in the top CMakeLists.txt makes the list. For the daemon's replay and
-// for programs that read recordings; no DDS.
+// What the daemon's replay and programs that read recordings need to know about the vehicles of
+// this build. daemon/vehicles/NAME/records.cpp defines NAME_records(). CMake makes the list from
+// LSS_ROSTER in the top CMakeLists.txt. No DDS.
 
 #include <optional>
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace lss {
 
-// Nothing: the vehicle is not in this build.
+// Empty if the vehicle is not in this build.
 std::optional<record::VehicleRecords> vehicle_records(const std::string& vehicle);
 
 }  // namespace lss

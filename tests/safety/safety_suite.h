@@ -6,40 +6,39 @@
 //
 //   struct Traits { ... };
 //   LSS_SAFETY_SUITE(Name, Traits);
-//   LSS_SAFETY_LIMITS(Name, Traits);  // says its limits
-//   LSS_SAFETY_RESETS(Name, Traits);  // has modules that a command resets
+//   LSS_SAFETY_LIMITS(Name, Traits);  // if Traits has limits()
+//   LSS_SAFETY_RESETS(Name, Traits);  // if a command resets modules of the vehicle
 //
-// Everything is tested on the vehicle that ships, in its own cycle and behind the daemon's entry of
-// commands; time is data. Include the vehicle's record.h before the macros.
+// The suite tests the code of the vehicle that ships, in its own cycle and behind the daemon's
+// entry of commands; time is data. Include the vehicle's record.h before the macros.
 //
 // Traits:
-//   World                        of the vehicle's tests, a CycleWorld (cycle_world.h); its
-//                                constructor takes (parameters, Supervisor::Parameters)
-//   parameters()                 of the configuration that ships, logic(), tuning(),
-//   allocations()                of this program so far: those of Shipped, below
-//   bool ready(World&)           from Idle to where kMotion is accepted
-//   Motion kMotion               the command that makes it move
-//   bool moves(const World&)     the command in out_ moves it
-//   bool safe(const World&)      the command in out_ can move nothing
-//   double kRest_s               within which a stop or a lost lease ends in Idle
-//   faults()                     losses and failures (scene.h), one for each module that must
-//                                answer, the port, stale data. The loss of a module is one
-//                                `everywhere`; error solving takes a while for the first one
-//   bad_commands()               functions that each make a good command in motion one that the
+//   World                        a CycleWorld (cycle_world.h) of the vehicle; its constructor takes
+//                                (parameters, Supervisor::Parameters)
+//   parameters()                 of the configuration that ships; logic(), tuning();
+//   allocations()                number of allocations so far; Shipped, below, has all four
+//   bool ready(World&)           brings the vehicle from Idle to where kMotion is accepted
+//   Motion kMotion               the command that makes the vehicle move
+//   bool moves(const World&)     whether the command in out_ moves the vehicle
+//   bool safe(const World&)      whether the command in out_ cannot move the vehicle
+//   double kRest_s               time within which a stop or an expired lease ends in Idle
+//   faults()                     losses and failures (scene.h): of each module that must answer, of
+//                                the port, stale data. The loss of a module sets `everywhere`.
+//                                Solving the first fault must take more than one frame
+//   bad_commands()               functions that change a good command in motion into one that the
 //                                gate must replace
 //   bool& stop_pending(BusReport&)  the report of an all-stop that the cycle has to confirm
 // Optional:
-//   bool stopped(const World&)   the command in out_ is the emergency stop, too; else: safe
-//   bool in_range(const World&)  what the gate guarantees besides finite numbers
-//   places()                     modes of Operational and how to come there; else: in motion
-//   limits(), no_limits()        each limit of its supervision, and names of the parameters that
-//   are
-//                                none or whose limit another test has (limits.h)
+//   bool stopped(const World&)   whether the command in out_ is the emergency stop; default: safe
+//   bool in_range(const World&)  what the gate guarantees in addition to finite numbers
+//   places()                     modes of Operational, with how to enter them; default: in motion
+//   limits(), no_limits()        the limits of the vehicle's supervision; names of parameters that
+//                                are no limits or whose limit another test covers (limits.h)
 //   kResettable, take_away(World&, module), bring_back(World&, module)  numbers of modules that a
 //                                command resets and whose absence is an emergency; parameters()
-//                                has reset_ns. kAlsoReset: others that a reset of all reaches.
-//                                kVital: one of them that error solving cannot do without;
-//                                else: the first one
+//                                has reset_ns. kAlsoReset: other modules that a reset of all
+//                                reaches. kVital: a resettable module that error solving needs;
+//                                default: the first one
 
 #include <gtest/gtest.h>
 
@@ -59,7 +58,7 @@
 
 namespace lss::safety {
 
-// The traits that are functions of the vehicle; LSS_CONFIG is its file, NAME.toml.
+// Traits that call the vehicle's functions; LSS_CONFIG is the path of its NAME.toml.
 template <auto kRead, auto kLogic, auto kTuning>
 struct Shipped {
   static const auto& parameters() {

@@ -1,7 +1,7 @@
 #pragma once
 
-// A vehicle whose locomotion controller is verified. It brings NAME/*.cpp here, which define
-// NAME_verified() with LSS_VERIFIED; properties of every vehicle are in common.h.
+// A vehicle whose locomotion controller is verified. Its files NAME/*.cpp in this folder define
+// NAME_verified() with LSS_VERIFIED. Properties that all vehicles must have are in common.h.
 
 #include <span>
 #include <string>
@@ -13,27 +13,27 @@ namespace lss::lc {
 
 struct FlagName {
   std::uint8_t flag;
-  const char* text;         // when it is set
-  std::uint8_t unless = 0;  // and this one is not
+  const char* text;         // shown when `flag` is set
+  std::uint8_t unless = 0;  // and `unless` is not set
 };
 
 struct Verified {
   const char* name;  // of the roster
   const Table* table;
-  // Of this table, or of another that is checked against the same properties.
+  // Makes the model of this table, or of another table that must have the same properties.
   Model (*model)(const Table& table, std::uint16_t modules);
-  std::span<const char* const> mode_names;  // from none on
-  std::span<const char* const> goal_names;  // from none on
-  const char* title;                        // for people
-  std::uint16_t modules;                    // all, bit i: module i+1
-  std::uint16_t few;                        // enough for mutations of the table, and fast
+  std::span<const char* const> mode_names;  // the first one is none
+  std::span<const char* const> goal_names;  // the first one is none
+  const char* title;                        // for messages
+  std::uint16_t modules;                    // all modules, bit i: module i+1
+  std::uint16_t few;  // the modules with which mutations of the table are explored quickly
   std::span<const FlagName> flag_names;
   std::span<const char* const> module_names;
-  // Supervisor, watch and solver together (composition.h); nullptr: not explored.
+  // Explores supervisor, watch and solver together (composition.h); nullptr: not explored.
   Composition (*composition)(const Depth& depth) = nullptr;
 };
 
-// The vehicles of this build, in the order of the roster; nullptr: there is none of this name.
+// The vehicles of this build, in the order of the roster. nullptr: none has this name.
 std::span<const Verified* const> verified_vehicles();
 const Verified* verified_vehicle(const std::string& name);
 
@@ -44,8 +44,9 @@ std::string text(const Verified& vehicle, const ControllerState& state);
 
 }  // namespace lss::lc
 
-// NAME_verified(), with kTable, model_of(), kModeNames and kGoals of the vehicle's namespace; then
-// the other members, from .title on. Outside of any namespace.
+// Defines NAME_verified() with kTable, model_of(), kModeNames and kGoals of the vehicle's
+// namespace. The arguments after the name are the other members, from .title on. Use it outside of
+// any namespace.
 #define LSS_VERIFIED(vehicle, ...)                                     \
   namespace lss::lc {                                                  \
   const Verified& vehicle##_verified() {                               \

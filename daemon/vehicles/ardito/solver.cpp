@@ -24,7 +24,7 @@ FaultClass class_of(FaultId fault) noexcept {
   return class_in(kClasses, fault, FaultClass::system);
 }
 
-// Returns its budget.
+// Returns the time that the strategy may take.
 TimeNs Solver::begin_strategy(SolveTarget& target) noexcept {
   left_ = kind() == StrategyKind::retest ? target.diagnosed() : std::uint16_t{0};
   next_ns_ = target.now();
@@ -38,7 +38,7 @@ Treatment Solver::treat(SolveTarget& target) noexcept {
       target.reset_nodes(target.faulty_modules());
       return Treatment::done;
     case StrategyKind::retest:
-      // One at a time: two clutches that close at once draw twice the current.
+      // Clutches close one at a time: two at once would draw twice the current.
       if (target.now() < next_ns_) return Treatment::running;
       if (left_ == 0) return Treatment::done;
       target.forget(static_cast<std::uint16_t>(left_ & -left_));

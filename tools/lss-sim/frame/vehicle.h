@@ -1,9 +1,9 @@
 #pragma once
 
 // The interface of a simulated vehicle to lss-sim: serial lines and CAN buses with devices on them,
-// physics in steps of one millisecond, faults, and the truth. Threads: step() and truth() from the
-// physics thread, a line's or bus's device from that line's or bus's thread, faults from any; the
-// vehicle locks the shared data.
+// physics in steps of one millisecond, faults, and the true motion. Threads: the physics thread
+// calls step() and truth(), the thread of a line or bus calls its device, and any thread calls the
+// functions for faults. The vehicle locks data that threads share.
 
 #include <CLI/CLI.hpp>
 #include <memory>
@@ -23,15 +23,15 @@ namespace lss::sim {
 inline constexpr TimeNs kStepNs = kMillisecond;
 
 struct SerialLine {
-  std::string name;  // of the link in DIR
+  std::string name;  // of the link in the folder --dir
   LineDevice* device = nullptr;
-  int baud = 0;                                      // 0: the program's option
-  int bits = 10;                                     // of a character
+  int baud = 0;                                      // 0: that of the program's option
+  int bits = 10;                                     // of a character on the line
   std::uint8_t frame_begin = ':', frame_end = '\n';  // of messages from the master
 };
 
 struct CanLine {
-  std::string name;  // for people
+  std::string name;  // for messages
   CanDevice* device = nullptr;
 };
 
@@ -40,12 +40,12 @@ class Vehicle {
   virtual ~Vehicle() = default;
   virtual std::vector<SerialLine> lines() { return {}; }
   virtual std::vector<CanLine> can_buses() { return {}; }
-  virtual void step() = 0;  // kStepNs of simulated time; wakes the buses' threads after it
-  // position_m, attitude_wxyz, velocity_m_s and the vehicle's own.
+  virtual void step() = 0;  // simulates kStepNs, then wakes the threads of the buses
+  // position_m, attitude_wxyz, velocity_m_s, and fields of this vehicle.
   virtual nlohmann::ordered_json truth() const = 0;
-  // One of the vehicle's own fault types: attach or clear it.
+  // Attaches or clears a fault of a type that only this vehicle has.
   virtual void set_fault(const Fault& fault, bool attach) = 0;
-  // False when an attached fault of its own has ended by itself.
+  // False when an attached fault of such a type has ended by itself.
   virtual bool in_force(const Fault& fault) const = 0;
 };
 
@@ -56,14 +56,14 @@ class VehicleKind {
   virtual std::string name() const = 0;
   virtual std::string summary() const = 0;
   virtual std::span<const FaultKind> fault_kinds() const = 0;
-  // The default place of its CAN bus; empty for a vehicle on serial lines.
+  // Default address of the CAN bus; empty for a vehicle on serial lines.
   virtual std::string can_address() const { return {}; }
   virtual bool has_lines() const { return can_address().empty(); }
   virtual void add_options(CLI::App& command) = 0;
   virtual std::unique_ptr<Vehicle> make(unsigned seed) const = 0;
 
  protected:
-  // An option within a range; help shows its default.
+  // Adds an option with a range; --help shows its default.
   template <class T>
   static void number_option(CLI::App& command, const std::string& name, T& value,
                             const std::string& help, std::type_identity_t<T> least,
@@ -72,7 +72,7 @@ class VehicleKind {
   }
 };
 
-// Every vehicle in the build, by its make_NAME_kind().
+// All vehicles of this build, made by their make_NAME_kind().
 std::vector<std::unique_ptr<VehicleKind>> all_vehicles();
 
 }  // namespace lss::sim
