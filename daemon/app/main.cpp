@@ -107,12 +107,12 @@ bool tell_standstills(const std::vector<lss::ProgressWatch::Change>& changes) {
     if (!change.stuck) {
       spdlog::warn("thread {} runs again after {:.1f} s", change.thread, still_s);
     } else if (change.thread == "frame") {
-      spdlog::error("thread frame stands still for {:.1f} s: the watchdog is not fed", still_s);
+      spdlog::error("thread frame stands still for {:.1f} s: the watchdog is not reset", still_s);
     } else if (change.thread == "publish") {
-      spdlog::error("thread publish stands still for {:.1f} s: frames go on, nobody hears of them",
+      spdlog::error("thread publish stands still for {:.1f} s: frames continue, without DDS output",
                     still_s);
     } else if (change.thread == "log") {
-      spdlog::error("thread log stands still for {:.1f} s: frames before a fault are not kept",
+      spdlog::error("thread log stands still for {:.1f} s: frames before a fault are not saved",
                     still_s);
     } else {
       spdlog::error("thread {} stands still for {:.1f} s: no orders reach the modules",
@@ -138,7 +138,8 @@ int supervise(lss::App& app, const sigset_t& signals) {
       return 0;
     }
     if (const char* reason = app.restart_reason(); reason != nullptr) {
-      spdlog::warn("{} and the vehicle does nothing: leaving, to be started again", reason);
+      spdlog::warn("{} and the vehicle does not move: the daemon ends, systemd starts it again",
+                   reason);
       return kExitRestart;
     }
     if (!program.step()) {

@@ -6,14 +6,15 @@
 // the output of the frame. frame, actuate and bus are real-time: they never allocate, lock, log or
 // call DDS.
 //
-// Vehicle: what daemon/cycle/cycle.h asks for. Buses: the vehicle's wiring,
+// Vehicle has what daemon/cycle/cycle.h needs. Buses is the vehicle's wiring and has
 //   Buses(config, parameters), probe() -> expected, bodies() -> {name, function}, stop(),
 //   collect(Inputs&) (frame thread), release(const Command&) (actuate thread), dropped(),
-//   progress(), all_stop(): an emergency stop was taken; any thread, does not wait;
+//   progress(), all_stop(): called at an emergency stop, by any thread; does not wait;
 // and optionally
-//   Frames, frames() -> Frames&: where frames begin, started by start(epoch); else by the clock,
+//   Frames, frames() -> Frames&: decides when frames begin, started by start(epoch); default: the
+//   clock,
 //   actuation(): what the actuate thread does between releases (NoWork in daemon/runtime/frames.h);
-//   release(Command, Boundary) then.
+//   then also release(Command, Boundary).
 // The vehicle's structs are described for records in daemon/vehicles/NAME/record.h.
 
 #include <algorithm>
@@ -187,7 +188,7 @@ class Runtime final : public App {
 
   using Engine = FrameEngine<Frames, typename Vehicle::Command>;
 
-  // READY is when frames run: the first one made the safe command for the buses.
+  // The daemon is READY when frames run: the first frame gives the safe command to the buses.
   tl::expected<void, std::string> await_frames() {
     const TimeNs until = now_ns() + 5 * kSecond;
     while (engine_->frames() == 0) {
@@ -202,8 +203,8 @@ class Runtime final : public App {
   // Simulated time has ended.
   static bool time_is_over() { return lockstep::on() && lockstep::over(); }
 
-  // Frame 1 begins a little ahead, on a whole millisecond of the monotonic clock; or when the
-  // sensor that makes frames has had time to send.
+  // Frame 1 begins 1 to 2 ms from now, on a whole millisecond of the monotonic clock. If a sensor
+  // begins the frames, it begins after the sensor has had time to send.
   Frames& start_frames() {
     const TimeNs epoch = (now_ns() / kMillisecond + 2) * kMillisecond - config_.period_ns;
     if constexpr (std::is_same_v<Frames, ClockFrames>) {
@@ -254,10 +255,10 @@ class Runtime final : public App {
     for (const std::string& trouble : start.isolation.troubles)
       told.push_back({EventId::parameters_damaged, "saved modules out of service: " + trouble});
     for (const std::string& refused : start.taken.refused)
-      told.push_back({EventId::parameters_refused, "saved parameter not taken: " + refused});
+      told.push_back({EventId::parameters_refused, "saved parameter ignored: " + refused});
     if (start.loaded.state == SavedState::lost) {
       told.push_back({EventId::parameters_refused,
-                      "no good copy of the saved parameters: those of the configuration apply"});
+                      "no undamaged copy of the saved parameters: the configuration applies"});
     }
     if (start.loaded.taken) {
       told.push_back({EventId::parameters_taken,
@@ -268,7 +269,7 @@ class Runtime final : public App {
     return told;
   }
 
-  // Why the configured one is not valid here; empty: it is taken, or none is configured.
+  // Why the configured certificate is not valid here. Empty: it is used, or none is configured.
   std::string take_certificate() {
     if (config_.certificate.empty()) return "";
     const auto made = record::read_certificate(config_.certificate);
@@ -280,7 +281,7 @@ class Runtime final : public App {
       publisher_.certificate(*made);
       return "";
     }
-    return "timing certificate not taken, make a new one by lss-cli timing certify: " + why;
+    return "timing certificate rejected; make a new one with lss-cli timing certify: " + why;
   }
 
   static std::optional<record::RecorderSettings> flight_recorder(
@@ -314,7 +315,7 @@ class Runtime final : public App {
   Publisher publisher_;
   record::FrameLog frame_log_;
   ParameterSaver saver_;
-  // Modules out of service: as saved, and those of them that the first frame has to isolate again.
+  // Modules out of service: those that are saved, and those that the first frames must isolate.
   Request (*isolation_of_)(unsigned module);
   std::uint16_t isolated_, isolate_first_;
   std::unique_ptr<Frames> frames_;  // empty: the buses have them
@@ -401,7 +402,8 @@ void Runtime<Vehicle, Buses>::hand_over(const TimingPoints& timing) noexcept {
   record_frame(timing);
 }
 
-// When the acknowledgements so far are put: the answer of another thread comes after them.
+// Called after the acknowledgements so far were put, so that the answer of the save thread follows
+// them.
 template <class Vehicle, class Buses>
 void Runtime<Vehicle, Buses>::ask_to_save() noexcept {
   const SupervisorState::Active* asked = supervisor_.save_asked();
@@ -414,7 +416,7 @@ void Runtime<Vehicle, Buses>::ask_to_save() noexcept {
                      .time_ns = in_.time_ns});
 }
 
-// As commands of the first frame: in recordings, too.
+// Isolates the saved modules by commands of the first frame, so that recordings contain them.
 template <class Vehicle, class Buses>
 void Runtime<Vehicle, Buses>::isolate_as_before() noexcept {
   for (; isolate_first_ != 0 && in_.request_count < in_.requests.size();

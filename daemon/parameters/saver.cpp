@@ -64,7 +64,7 @@ SaveResult ParameterSaver::save_isolated(const SaveJob& job) {
   SaveResult result;
   result.error = save_isolation(isolation_, job.isolated, utc_ns());
   report(result.error, "modules out of service", isolation_,
-         "after a restart they are in service: free or repair the disk");
+         "after a restart these modules are in service again: free or repair the disk");
   return result;
 }
 

@@ -54,7 +54,7 @@ TakenParameters take_saved(const Tuning<P>& tuning, const std::vector<config::Sa
   tuning.derive(changed);
   if (const char* wrong = tuning.check(changed); wrong != nullptr) {
     taken.values.clear();
-    taken.refused.push_back(std::string("the saved parameters do not go with the configuration: ") +
+    taken.refused.push_back(std::string("the saved parameters do not fit the configuration: ") +
                             wrong);
     return taken;
   }
