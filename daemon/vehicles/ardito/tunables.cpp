@@ -12,59 +12,63 @@ constexpr Change kAlways = Change::always, kAtRest = Change::at_rest;
 constexpr std::array kTunables{
     tunable<&P::mobility, &M::max_sigma_rad>(
         "mobility.heading_limit_deg", "deg", 0.5, 5, kAtRest,
-        "of the motion against the rover; an order beyond it is refused"),
+        "largest angle between motion and rover; larger orders are rejected"),
     tunable<&P::mobility, &M::proportional>(
         "mobility.ratio_p", "", 0, 10, kAtRest,
-        "controllers that let all wheels, and all steering motors, settle together"),
-    tunable<&P::mobility, &M::integral_1_s>("mobility.ratio_i", "1/s", 0, 100, kAtRest, "the same"),
+        "controller with which all wheels, and all steering motors, settle together"),
+    tunable<&P::mobility, &M::integral_1_s>("mobility.ratio_i", "1/s", 0, 100, kAtRest,
+                                            "integral of the same controller"),
     tunable<&P::mobility, &M::correction_sign>(
         "mobility.correction_sign", "", -1, 1, kAtRest,
-        "of the correction of wheel speeds on uneven ground; 0: none", true),
+        "sign of the correction of wheel speeds on uneven ground; 0: none", true),
     tunable<&P::mobility, &M::warm_temperature_C>("mobility.motor_temperature_degC", "degC", 0, 200,
                                                   kAlways, "hotter motors are reported"),
     tunable<&P::mobility, &M::max_temperature_C>(
         "mobility.motor_cutoff_degC", "degC", 0, 200, kAlways,
-        "hotter motors are taken out: clutch open, motor off"),
+        "hotter motors are taken out of service: clutch open, motor off"),
     tunable<&P::mobility, &M::max_current>(
         "mobility.motor_current", "", 0.1, 10, kAlways,
-        "times the rated one, longer than a second: the same as a failed motor"),
-    tunable<&P::mobility, &M::max_steering_current>("mobility.steering_current", "", 0.1, 10,
-                                                    kAlways, "the same of a steering motor"),
+        "a wheel motor with more than this times its rated current for a second has failed"),
+    tunable<&P::mobility, &M::max_steering_current>(
+        "mobility.steering_current", "", 0.1, 10, kAlways,
+        "a steering motor with more than this times its rated current for a second has failed"),
     tunable<&P::mobility, &M::deceleration_m_s2>("mobility.deceleration_m_s2", "m/s2", 0.05, 2,
-                                                 kAtRest, "of every stop but emergencies"),
+                                                 kAtRest,
+                                                 "deceleration of every stop except emergencies"),
     tunable<&P::mobility, &M::slip_share>(
         "mobility.slip_limit", "", 0.2, 0.95, kAlways,
-        "share of the wheels' speed that is lost: the rover is stuck, and stops"),
+        "above this share of the wheels' speed lost, the rover is stuck and stops"),
     tunable<&P::mobility, &M::slow_share>(
         "mobility.slip_slows", "", 0.15, 0.95, kAlways,
-        "share of the wheels' speed that is lost: it drives slower than commanded"),
+        "above this share of the wheels' speed lost, the rover drives slower than commanded"),
     tunable<&P::mobility, &M::slow_factor>(
         "mobility.slip_speed", "", 0.2, 1, kAlways,
-        "share of the commanded speed that it drives with then; 1: as commanded"),
+        "share of the commanded speed that it then drives with; 1: as commanded"),
     tunable<&P::mobility, &M::slip_load>(
         "mobility.slip_load", "", 0.02, 1, kAlways,
-        "times the rated current above no load: motors of wheels that slip draw more"),
-    tunable<&P::mobility, &M::sink_m>(
-        "mobility.sink_limit_m", "m", 0.03, 0.5, kAlways,
-        "a wheel lower than the plane of the others, whose motor pushes harder: dug in, it stops"),
+        "slipping wheels draw more than this times the rated current above no load"),
+    tunable<&P::mobility, &M::sink_m>("mobility.sink_limit_m", "m", 0.03, 0.5, kAlways,
+                                      "a wheel lower than the plane of the others by more, whose "
+                                      "motor pushes harder, has dug itself in"),
     tunable<&P::mobility, &M::max_lost_wheels>("mobility.lost_wheels", "", 0, 2, kAlways,
-                                               "so many may be out of work without an error"),
+                                               "more lost wheels are an emergency"),
     tunable<&P::wheel_current_A>("bus.wheel_rated_A", "A", 0.1, 100, kAlways,
-                                 "what 1000 per mille of a wheel's current are, for people"),
+                                 "rated current of a wheel motor, to show currents in A"),
     tunable<&P::steering_current_A>("bus.steering_rated_A", "A", 0.1, 100, kAlways,
-                                    "the same of the steering"),
+                                    "rated current of a steering motor, to show currents in A"),
     tunable<&P::beacon_ns>("safety.beacon_s", "s", 0, 60, kAtRest,
-                           "the lamp runs for so long before the motors go on"),
+                           "time for which the lamp is on before the motors are switched on"),
     tunable<&P::autonomy_ns>("safety.autonomy_s", "s", 0, 60, kAtRest,
-                             "the lamp flashes for so long before the rover drives by itself"),
+                             "time for which the lamp flashes before autonomous driving"),
     tunable<&P::mobility, &M::top_speed_m_s>("safety.max_speed_m_s", "m/s", 0.1, 1, kAtRest,
-                                             "no limit is above it: 0.5 at the ERC"),
-    tunable<&P::io_silent_ns>("safety.io_silent_ms", "ms", 150, 5000, kAlways,
-                              "no message of the emergency-stop button for so long: emergency"),
+                                             "largest speed limit that can be chosen; ERC: 0.5"),
+    tunable<&P::io_silent_ns>(
+        "safety.io_silent_ms", "ms", 150, 5000, kAlways,
+        "no message of the emergency-stop button for this time is an emergency"),
     tunable<&P::solver, &S::budget_ns>("solve.budget_s", "s", 3, 600, kAlways,
-                                       "for one strategy of error solving"),
+                                       "time for one strategy of error solving"),
     tunable<&P::reset_ns>("bus.reset_s", "s", 1, 120, kAlways,
-                          "a node that a command resets has to answer again within it"),
+                          "a node must answer within this time after a commanded reset"),
 };
 
 const char* check(const P& p) { return gnc::ardito::check(p.mobility); }
