@@ -69,7 +69,7 @@ function(lss_target name kind)
     if(CMAKE_CURRENT_SOURCE_DIR MATCHES "/(gnc|sim|chain|mission|campaign|lc)$")
       set(level -O1)
     endif()
-    target_compile_options(${name} PRIVATE ${level})
+    target_compile_options(${name} PRIVATE ${level} -g0)  # preset debug has lines for debuggers
   endif()
 
   if(kind STREQUAL "TEST")
