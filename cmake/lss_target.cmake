@@ -69,7 +69,10 @@ function(lss_target name kind)
     if(CMAKE_CURRENT_SOURCE_DIR MATCHES "/(gnc|sim|chain|mission|campaign|lc)$")
       set(level -O1)
     endif()
-    target_compile_options(${name} PRIVATE ${level} -g0)  # preset debug has lines for debuggers
+    target_compile_options(${name} PRIVATE ${level})
+    if(CMAKE_PROJECT_NAME STREQUAL "lssd")  # its preset debug has lines for debuggers
+      target_compile_options(${name} PRIVATE -g0)
+    endif()
   endif()
 
   if(kind STREQUAL "TEST")

@@ -106,7 +106,7 @@ class Participant {
   bool roudi_hangs() const { return roudi_hangs_; }
   // Empty without DDS Security.
   const std::optional<Enclave>& enclave() const { return enclave_; }
-  // What is not as it should be about the enclave, and yet no error. Sentences that say what to do.
+  // Problems of the enclave that are not errors: sentences that say what to do.
   std::span<const std::string> warnings() const {
     return enclave_ ? std::span<const std::string>(enclave_->warnings)
                     : std::span<const std::string>();

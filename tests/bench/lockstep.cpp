@@ -21,6 +21,7 @@ constexpr double kAt_s = 2;  // when the client comes in
 TimeNs when(bool ended, const Moving& moving, const std::filesystem::path& log, Process& client) {
   const std::string motion = moving.motion;
   const std::string command = "{\"command\":\"" + motion.substr(0, motion.find(' ')) + "\",";
+  const TimeNs until_ns = now_ns() + 300 * kSecond;
   for (bool last = false;;) {
     std::istringstream lines(read_file(log));
     for (std::string line; std::getline(lines, line);) {
@@ -31,7 +32,11 @@ TimeNs when(bool ended, const Moving& moving, const std::filesystem::path& log, 
           (ended ? !phase("accepted") && !phase("executing") : phase("executing")))
         return now_ns();
     }
-    if (last) throw std::runtime_error("lss-cli says nothing of its motion: " + read_file(log));
+    if (last || now_ns() > until_ns) {
+      throw std::runtime_error(
+          fmt::format("{} in lockstep: lss-cli does not say that its motion {}: {}", moving.vehicle,
+                      ended ? "ended" : "began", read_file(log)));
+    }
     last = !client.running();
     std::this_thread::sleep_for(std::chrono::microseconds(500));
   }

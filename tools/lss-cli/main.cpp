@@ -37,6 +37,7 @@ ExitCode perform(Context& context, const Action& action) {
     code = failure->code();
     context.output.fail(*failure);
   }
+  context.warn();
   context.output.finish(code, failure ? &*failure : nullptr, context.report());
   return code;
 }

@@ -20,19 +20,23 @@ class Context {
 
   // Opened on first use; no vehicle is asked for.
   Link& link() {
-    if (!link_) {
-      link_ = std::make_unique<Link>(options);
-      for (const std::string& warning : link_->warnings()) output.note("warning: " + warning);
-    }
+    if (!link_) link_ = std::make_unique<Link>(options);
     return *link_;
   }
   // Finds the vehicle on first use.
   Session& session() {
     if (!session_) {
       link().find_vehicle();
+      warn();
       session_ = std::make_unique<Session>(*link_, output, options);
     }
     return *session_;
+  }
+  // Warnings of the link, once. Not before an emergency stop was sent: who reads stderr may be
+  // slow.
+  void warn() {
+    if (!link_ || std::exchange(warned_, true)) return;
+    for (const std::string& warning : link_->warnings()) output.note("warning: " + warning);
   }
   bool connected() const { return session_ != nullptr; }
   // The vehicle, when this program was built without it. Contacts its daemon on first use; nullptr
@@ -62,6 +66,7 @@ class Context {
 
  private:
   std::unique_ptr<Link> link_;
+  bool warned_ = false;
   std::unique_ptr<Session> session_;
   std::vector<std::pair<std::size_t, nlohmann::json>> others_;
 };

@@ -36,7 +36,7 @@ class Link {
   explicit Link(const Options& options,
                 std::shared_ptr<const dds::Participant> participant = nullptr);
 
-  // Of the participant: what to say before the first verb.
+  // Of the participant.
   std::span<const std::string> warnings() const { return participant_->warnings(); }
   // Waits for the status of the vehicle and of every daemon known to DDS. Throws unreachable when
   // there is none, unknown_name when there are only others, usage when there are several and none
