@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "daemon/config/document.h"
+#include "idl/edit_distance.h"
 
 namespace lss::config {
 namespace {
@@ -38,23 +38,6 @@ std::string spoken(std::string_view unit) {
   return text;
 }
 
-// Edits (insert, delete, replace, swap of neighbours) that lead from one word to the other.
-std::size_t distance(std::string_view a, std::string_view b) {
-  std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
-  for (std::size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
-  std::iota(d[0].begin(), d[0].end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = d[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
-      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, replaced});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
-        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
-      }
-    }
-  }
-  return d[a.size()][b.size()];
-}
-
 const char* type_name(const toml::node& node) {
   switch (node.type()) {
     case toml::node_type::table: return "a table";
@@ -75,7 +58,7 @@ const std::string* nearest(std::string_view word, const std::vector<std::string>
   std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
   for (const std::string& candidate : candidates) {
     const bool shortened = word.size() >= 3 && candidate.starts_with(word);
-    const std::size_t d = shortened ? 1 : distance(word, candidate);
+    const std::size_t d = shortened ? 1 : edit_distance(word, candidate);
     if (d < best_distance && d < candidate.size()) {
       best_distance = d;
       best = &candidate;

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include "idl/edit_distance.h"
+
 namespace lss::cli {
 namespace {
 

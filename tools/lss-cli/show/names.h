@@ -8,9 +8,6 @@
 
 namespace lss::cli {
 
-// Insertions, deletions, replacements and swaps of neighbours that turn one into the other.
-std::size_t edit_distance(std::string_view a, std::string_view b);
-
 // The name nearest to `wrong`, or empty when none is near enough.
 std::string nearest(std::string_view wrong, const std::vector<std::string>& names);
 
