@@ -42,7 +42,7 @@ struct CommandInfo {
   Access access;
   bool leased;  // has a motion lease
   const char* summary;
-  std::span<const ParameterInfo> parameters;
+  std::span<const ParameterInfo> parameters = {};
   // Stops the vehicle: never waits behind other commands; earlier commands are not obeyed after it.
   bool ends_motion = false;
   // Goes on until another command: walk, drive.
@@ -50,6 +50,8 @@ struct CommandInfo {
   // lss::Command.name says of which parameter of the vehicle; of all others it is empty.
   bool named = false;
 };
+
+inline constexpr std::span<const ParameterInfo> kNoParameters;
 
 // age_ms of telemetry: no message came since the start.
 inline constexpr std::uint64_t kNeverHeard_ms = std::numeric_limits<std::uint64_t>::max();
@@ -90,22 +92,13 @@ struct Reset {
 };
 
 inline constexpr CommandInfo kCommonCommands[] = {
-    {3,
-     "estop",
-     Access::anyone,
-     false,
-     "emergency stop of everything, at once, from anyone",
-     {},
-     true},
-    {4, "solve", Access::holder, false, "leave FatalError: run the error-solving strategies", {}},
-    {6, "data", Access::anyone, false, "ask for one telemetry sample", {}},
-    {7, "reset-timing", Access::anyone, false, "restart the timing statistics", {}},
-    {8,
-     "restore",
-     Access::holder,
-     false,
-     "put modules that error solving isolated into service again",
-     {}},
+    {3, "estop", Access::anyone, false, "emergency stop of everything, at once, from anyone",
+     kNoParameters, true},
+    {4, "solve", Access::holder, false, "leave FatalError: run the error-solving strategies"},
+    {6, "data", Access::anyone, false, "ask for one telemetry sample"},
+    {7, "reset-timing", Access::anyone, false, "restart the timing statistics"},
+    {8, "restore", Access::holder, false,
+     "put modules that error solving isolated into service again"},
     {.kind = 9,
      .name = "set-parameter",
      .access = Access::holder,
@@ -113,12 +106,8 @@ inline constexpr CommandInfo kCommonCommands[] = {
      .summary = "change a parameter; until the daemon ends",
      .parameters = SetParameter::kParameters,
      .named = true},
-    {10,
-     "save-parameters",
-     Access::holder,
-     false,
-     "save the present parameters for the next start",
-     {}},
+    {10, "save-parameters", Access::holder, false,
+     "save the present parameters for the next start"},
 };
 
 }  // namespace lss

@@ -108,14 +108,14 @@ inline constexpr CommandInfo kCommands[] = {
     {1, "start", Access::holder, true,
      "beacon on, then the motors; from here on the link to the OBC is supervised",
      Start::kParameters},
-    {2, "stop", Access::holder, false, "come to a safe stop, motors off", {}, true},
+    {2, "stop", Access::holder, false, "come to a safe stop, motors off", kNoParameters, true},
     {5, "reset", Access::holder, false, "reset a node, all nodes, or the controller",
      kResetParameters},
     {201, "drive", Access::holder, true, "drive along an arc until another command",
      Drive::kParameters, false, true},
     {202, "park", Access::holder, true, "turn on the spot until another command", Park::kParameters,
      false, true},
-    {203, "halt", Access::holder, true, "stand still, ready to go on", {}},
+    {203, "halt", Access::holder, true, "stand still, ready to go on"},
 };
 
 }  // namespace lss::ardito
