@@ -98,7 +98,7 @@ bool Flight::execute() noexcept {
   waits_ = false;
   waited_s_ = 0;
   shortfall_ = Shortfall::none;
-  short_measured_ = short_limit_ = off_m_ = off_sigma_m_ = 0;
+  off_m_ = off_sigma_m_ = 0;
   for (Speeds* each : {&before_, &before_impact_, &before_contact_}) *each = {};
   moved_frames_ = 0;
   speed_noted_ = false;
@@ -187,8 +187,6 @@ FlightOutput Flight::step(const FlightInputs& measured) noexcept {
   out.still = active() && touchdown_.still_s() >= kSettled_s;
   out.stands = phase_ == Phase::touchdown && speed_noted_;
   out.shortfall = shortfall_;
-  out.short_measured = short_measured_;
-  out.short_limit = short_limit_;
   out.judgement = judgement_;
   out.off_target_m = off_m_;
   out.off_target_sigma_m = off_sigma_m_;

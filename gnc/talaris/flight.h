@@ -132,9 +132,8 @@ struct FlightOutput {
   bool stands = false;                    // on the ground and still: its velocity is zero
   bool still = false;                     // no motion in the last two frames
   Shortfall shortfall = Shortfall::none;  // once finished
-  double short_measured = 0, short_limit = 0;
-  Judgement judgement;      // of the corridor, that ended the flight
-  double off_target_m = 0;  // at the end, by navigation
+  Judgement judgement;                    // of the corridor, that ended the flight
+  double off_target_m = 0;                // at the end, by navigation
   double off_target_sigma_m = 0;
   double touchdown_m_s = 0;  // down, and
   double touchdown_side_m_s = 0;
@@ -193,7 +192,7 @@ class Flight {
   void note_touchdown() noexcept;
   double falls_m_s() const noexcept;
   void judge_landing() noexcept;
-  void fall_short(Shortfall why, double measured = 0, double limit = 0) noexcept;
+  void fall_short(Shortfall why) noexcept;
 
   // The stages of step().
   void take_state(const FlightInputs& inputs) noexcept;
@@ -308,7 +307,6 @@ class Flight {
   bool waits_ = false;  // for calm, near the ground
   double waited_s_ = 0;
   Shortfall shortfall_ = Shortfall::none;
-  double short_measured_ = 0, short_limit_ = 0;
   double off_m_ = 0, off_sigma_m_ = 0;
   // Of the velocity in a frame, axis by axis, and of a foot's speed down.
   struct Swing {

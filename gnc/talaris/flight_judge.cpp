@@ -41,11 +41,8 @@ void Flight::watch_corridor() noexcept {
   if (judgement_.off == Off::none && now_judged_.off != Off::none) judgement_ = now_judged_;
 }
 
-void Flight::fall_short(Shortfall why, double measured, double limit) noexcept {
-  if (shortfall_ != Shortfall::none) return;
-  shortfall_ = why;
-  short_measured_ = measured;
-  short_limit_ = limit;
+void Flight::fall_short(Shortfall why) noexcept {
+  if (shortfall_ == Shortfall::none) shortfall_ = why;
 }
 
 void Flight::note_contact() noexcept {
@@ -90,18 +87,17 @@ void Flight::judge_landing() noexcept {
   if (!plan_.flies || reaction_ > Reaction::hold) return;
   const Limits& limits = parameters_.limits;
   const double tilt = math::acos(std::clamp(attitude_of(state_.q_NB).cosine, -1.0, 1.0));
-  if (!(tilt <= limits.upright_rad)) fall_short(Shortfall::fallen, tilt, limits.upright_rad);
+  if (!(tilt <= limits.upright_rad)) fall_short(Shortfall::fallen);
   const double hardest_m_s = touchdown_m_s_ + kUnsure_m_s;
-  if (!(hardest_m_s <= limits.touchdown_m_s))
-    fall_short(Shortfall::hard, hardest_m_s, limits.touchdown_m_s);
+  if (!(hardest_m_s <= limits.touchdown_m_s)) fall_short(Shortfall::hard);
   if (plan_.request.program != Program::hop) return;
   if (!(touchdown_side_m_s_ + kUnsure_m_s <= limits.touchdown_side_m_s))
-    fall_short(Shortfall::sideways, touchdown_side_m_s_, limits.touchdown_side_m_s);
+    fall_short(Shortfall::sideways);
   const Vector3 off = state_.position_N_m - goal_m_;
   off_m_ = math::hypot(off.y(), off.z());
   off_sigma_m_ = state_.position_sigma_m.tail<2>().maxCoeff();
   const double sure = off_m_ + kSure * off_sigma_m_;
-  if (!(sure <= limits.place_m)) fall_short(Shortfall::place, sure, limits.place_m);
+  if (!(sure <= limits.place_m)) fall_short(Shortfall::place);
 }
 
 }  // namespace lss::gnc::talaris

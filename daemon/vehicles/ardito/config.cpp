@@ -14,10 +14,6 @@
 namespace lss::ardito {
 namespace {
 
-void read_adjustable(config::Section& s, std::string_view section, Parameters& p) {
-  config::read_tunables(s, section, tuning().tunables, p);
-}
-
 double millimetres(config::Section& s, std::string_view key, double fallback_m, double min_mm,
                    double max_mm) {
   return s.number(key, fallback_m * 1e3, min_mm, max_mm) * 1e-3;
@@ -77,7 +73,7 @@ void read_bus(config::Section s, Parameters& p) {
       s.number("steering_speed_rad_s", p.bus.steering_speed_rad_s, 0.05, 5);
   p.bus.steering_acceleration_rad_s2 =
       s.number("steering_acceleration_rad_s2", p.bus.steering_acceleration_rad_s2, 0.05, 50);
-  read_adjustable(s, "bus", p);
+  config::read_tunables(s, "bus", tuning().tunables, p);
 }
 
 void read_geometry(config::Section s, gnc::ardito::Geometry& g) {
@@ -101,7 +97,7 @@ void read_list(config::Section& s, std::string_view key, std::array<double, N>& 
 
 void read_mobility(config::Section s, Parameters& all) {
   gnc::ardito::Parameters& p = all.mobility;
-  read_adjustable(s, "mobility", all);
+  config::read_tunables(s, "mobility", tuning().tunables, all);
   read_list(s, "no_load_rad_s", p.no_load_rad_s, 100);
   read_list(s, "no_load_current", p.no_load_current, 2);
   if (const char* wrong = gnc::ardito::check(p)) s.error("", wrong);
@@ -117,12 +113,12 @@ Parameters read_parameters(config::Section& root) {
   read_mobility(root.section("mobility"), p);
 
   config::Section safety = root.section("safety");
-  read_adjustable(safety, "safety", p);
+  config::read_tunables(safety, "safety", tuning().tunables, p);
 
   config::Section solve = root.section("solve");
   for (std::size_t c = 0; c < kFaultClasses; ++c)
     config::read_strategies(solve, kFaultClassNames[c], kStrategyNames, p.solver.order[c]);
-  read_adjustable(solve, "solve", p);
+  config::read_tunables(solve, "solve", tuning().tunables, p);
   tuning().derive(p);
   return p;
 }

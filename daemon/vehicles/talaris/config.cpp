@@ -33,10 +33,6 @@ void read_ms(config::Section& s, std::string_view key, TimeNs& member, double mi
   member = config::milliseconds(s, key, member, min, max);
 }
 
-void read_adjustable(config::Section& s, std::string_view section, Parameters& p) {
-  config::read_tunables(s, section, tuning().tunables, p);
-}
-
 // `body`: the axes of the body along which those of the sensor look, as words.
 template <std::size_t kCount>
 void read_axes(config::Section& s, std::array<SensorAxis, kCount>& axes, const char* body) {
@@ -69,7 +65,7 @@ void read_imu(config::Section s, Parameters& p) {
   read(s, "rate_range_deg_s", p.buses.crossbow.rate_range_deg_s, 10, 2000);
   read(s, "force_range_g", p.buses.crossbow.force_range_g, 1, 50);
   read(s, "stuck_s", p.imu_stuck_s, 0.02, 1);
-  read_adjustable(s, "imu", p);
+  config::read_tunables(s, "imu", tuning().tunables, p);
   p.navigation.imu_period_s =
       static_cast<double>(p.buses.imu == ImuKind::landmark30 ? p.buses.landmark.period_ns
                                                              : p.buses.crossbow.period_ns) *
@@ -99,7 +95,7 @@ void read_altimeter(config::Section s, Parameters& p) {
   if (n.range_min_m >= n.range_max_m) s.error("nearest_m", "nearest_m must be below farthest_m");
   read_ms(s, "latency_ms", p.buses.altimeter.latency_ns, 0, 200);
   read(s, "repeats", p.altimeter_repeats, 3, 100);
-  read_adjustable(s, "altimeter", p);
+  config::read_tunables(s, "altimeter", tuning().tunables, p);
   p.buses.altimeter.nearest_m = n.range_min_m;
   p.buses.altimeter.farthest_m = n.range_max_m;
   p.flight.limits.altimeter_min_m = n.range_min_m;
@@ -143,7 +139,7 @@ void read_bus(config::Section s, Parameters& p) {
   read_ms(s, "stale_ms", b.stale_after_ns, 250, 5000);
   read_ms(s, "renew_ms", p.buses.valves.renew_ns, 5, 100);
   read_ms(s, "fan_ramp_ms", b.fan_ramp_ns, 0, 10'000);
-  read_adjustable(s, "bus", p);
+  config::read_tunables(s, "bus", tuning().tunables, p);
   p.buses.valves.node = b.node[kValveNode];
   p.buses.valves.fan_node = b.node[kFanNode];
   p.buses.valves.stale_after_ns = b.stale_after_ns;
@@ -237,7 +233,7 @@ void read_fans(config::Section s, Parameters& p) {
   read(s, "settled_rpm", f.settled_rpm, 10, 5000);
   read(s, "settled_s", f.settled_s, 0, 10);
   read(s, "slew_us_s", p.fan_slew_us_s, 100, 50000);
-  read_adjustable(s, "fans", p);
+  config::read_tunables(s, "fans", tuning().tunables, p);
 }
 
 void read_gas(config::Section s, Parameters& p) {
@@ -249,12 +245,12 @@ void read_gas(config::Section s, Parameters& p) {
   read(s, "empty_kPa", gas.empty_kPa, 0, 30000);
   read(s, "refuelled", p.refuelled, 0.5, 1);
   read(s, "pressure_corner_Hz", p.pressure_corner_Hz, 0.05, 2.4);
-  read_adjustable(s, "gas", p);
+  config::read_tunables(s, "gas", tuning().tunables, p);
 }
 
 void read_profile(config::Section s, Parameters& p) {
   g::Profile& f = p.flight.profile;
-  read_adjustable(s, "profile", p);
+  config::read_tunables(s, "profile", tuning().tunables, p);
   read(s, "lateral_duty", f.lateral_duty, 0.05, 1);
   read(s, "min_leg_s", f.min_leg_s, 0.6, 30);
   read(s, "clearance_m", f.clearance_m, 0, 10);
@@ -268,7 +264,7 @@ void read_profile(config::Section s, Parameters& p) {
 }
 
 void read_limits(config::Section s, Parameters& p) {
-  read_adjustable(s, "limits", p);
+  config::read_tunables(s, "limits", tuning().tunables, p);
   g::Limits& l = p.flight.limits;
   read(s, "altimeter_share", l.altimeter_share, 0.1, 1);
   read(s, "corridor_side_m", l.corridor_side_m, 0.5, 100);
@@ -287,7 +283,7 @@ void read_limits(config::Section s, Parameters& p) {
 
 void read_gains(config::Section& s, g::Gains& k) {
   Parameters first;  // the ranges are those of the first set
-  read_adjustable(s, "gains.1", first);
+  config::read_tunables(s, "gains.1", tuning().tunables, first);
   k = first.flight.gains[0];
   read(s, "attitude_max_integral_rad_s2", k.attitude_max_integral_rad_s2, 0, 10);
   read(s, "attitude_observer", k.attitude_observer, 0, 0.8);
@@ -347,7 +343,7 @@ Parameters read_parameters(config::Section& root) {
   config::Section solve = root.section("solve");
   for (std::size_t c = 0; c < kFaultClasses; ++c)
     config::read_strategies(solve, kFaultClassNames[c], kStrategyNames, p.solver.order[c]);
-  read_adjustable(solve, "solve", p);
+  config::read_tunables(solve, "solve", tuning().tunables, p);
   tuning().derive(p);
 
   if (const char* wrong = g::check(p.navigation)) root.error("navigation", wrong);

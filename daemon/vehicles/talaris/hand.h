@@ -24,7 +24,7 @@ class Hand {
   void pulse(std::uint8_t valves, double on_s, double delay_s, int frames) noexcept;
   void throttle(std::uint8_t fans, double throttle) noexcept;
   void rpm(std::uint8_t fans, double rpm, double ramp_rpm_s) noexcept;
-  void rpm(std::uint8_t fans, double rpm) noexcept { this->rpm(fans, rpm, default_ramp()); }
+  void rpm(std::uint8_t fans, double rpm) noexcept { this->rpm(fans, rpm, default_ramp_rpm_s_); }
   void arm() noexcept;
   void limit(std::uint8_t valves) noexcept;  // other valves are shut and stay so
   void set_gains(const gnc::talaris::Gains& gains) noexcept { speed_.set_gains(gains); }
@@ -44,8 +44,6 @@ class Hand {
  private:
   // Pulses of 2 ms for at least 380 ms, then of 1 ms: in whole frames 400 ms.
   static constexpr int kFullFrames = 2, kQuietFrames = 1;
-
-  double default_ramp() const noexcept { return default_ramp_rpm_s_; }
 
   gnc::talaris::FanSpeed speed_;
   double ramp_rpm_s_, default_ramp_rpm_s_ = ramp_rpm_s_;

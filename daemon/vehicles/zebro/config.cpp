@@ -11,17 +11,13 @@
 namespace lss::zebro {
 namespace {
 
-void read_adjustable(config::Section& s, std::string_view section, Parameters& p) {
-  config::read_tunables(s, section, tuning().tunables, p);
-}
-
 void read_bus(config::Section s, Parameters& p) {
   p.bus.check = s.choice("check", 0, {"lrc", "crc8"}) == 0 ? Check::lrc : Check::crc8;
   p.bus.stop = s.choice("stop", 0, {"lf", "crlf"}) == 0 ? Stop::lf : Stop::crlf;
   p.bus.reply_timeout_ns =
       config::milliseconds(s, "reply_timeout_ms", p.bus.reply_timeout_ns, 0.5, 1000);
   p.bus.resend_limit = static_cast<int>(s.integer("resend_limit", p.bus.resend_limit, 0, 100));
-  read_adjustable(s, "bus", p);
+  config::read_tunables(s, "bus", tuning().tunables, p);
   p.bus.stale_after_ns = config::milliseconds(s, "stale_ms", p.bus.stale_after_ns, 40, 5000);
   const auto addresses = s.integers("addresses", {1, 2, 3, 4, 5, 6, 7}, kBusModules, 1, 127);
   if (std::set(addresses.begin(), addresses.end()).size() != addresses.size()) {
@@ -60,7 +56,7 @@ void read_locomotion(config::Section& root, Parameters& all) {
   config::Section gait = root.section("gait");
   p.coordination = static_cast<gnc::zebro::Coordination>(
       gait.choice("coordination", 0, {"groups", "neighbours"}));
-  read_adjustable(gait, "gait", all);
+  config::read_tunables(gait, "gait", tuning().tunables, all);
   p.sweep_rad = gait.number("sweep_deg", p.sweep_rad / kDegree, 5, 90) * kDegree;
   p.offset_rad = gait.number("offset_deg", p.offset_rad / kDegree, -30, 30) * kDegree;
 
@@ -72,7 +68,7 @@ void read_locomotion(config::Section& root, Parameters& all) {
   read_hips(body, p);
 
   config::Section motion = root.section("motion");
-  read_adjustable(motion, "motion", all);
+  config::read_tunables(motion, "motion", tuning().tunables, all);
 
   if (const char* wrong = gnc::zebro::check(p)) gait.error("", wrong);
 }
@@ -80,7 +76,7 @@ void read_locomotion(config::Section& root, Parameters& all) {
 void read_solver(config::Section s, Parameters& p) {
   for (std::size_t c = 0; c < kFaultClasses; ++c)
     config::read_strategies(s, kFaultClassNames[c], kStrategyNames, p.solver.order[c]);
-  read_adjustable(s, "solve", p);
+  config::read_tunables(s, "solve", tuning().tunables, p);
 }
 
 }  // namespace
@@ -92,14 +88,14 @@ Parameters read_parameters(config::Section& root) {
 
   config::Section limits = root.section("limits");
   p.power_limit_A = limits.number("power_A", p.power_limit_A, 0.1, 100);
-  read_adjustable(limits, "limits", p);
+  config::read_tunables(limits, "limits", tuning().tunables, p);
   if (const char* wrong = check_currents(p)) limits.error("total_A", wrong);
 
   config::Section ground = root.section("ground");
-  read_adjustable(ground, "ground", p);
+  config::read_tunables(ground, "ground", tuning().tunables, p);
 
   config::Section panel = root.section("panel");
-  read_adjustable(panel, "panel", p);
+  config::read_tunables(panel, "panel", tuning().tunables, p);
 
   read_solver(root.section("solve"), p);
   tuning().derive(p);

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "daemon/cycle/plan.h"
-#include "daemon/cycle/strategies.h"
 #include "idl/zebro/codes.h"
 
 namespace lss::zebro {
@@ -66,23 +65,23 @@ void MoveFree::begin(SolveTarget& target, std::uint8_t modules) noexcept {
 }
 
 // Others may still be moved: only what does not move is isolated.
-Outcome MoveFree::give_up_leg(SolveTarget& target) noexcept {
+Treatment MoveFree::give_up_leg(SolveTarget& target) noexcept {
   target.rest();
   stuck_ = static_cast<std::uint8_t>(stuck_ | 1u << leg_);
   phase_ = Phase::next_leg;
-  return Outcome::running;
+  return Treatment::running;
 }
 
-Outcome MoveFree::step(SolveTarget& target) noexcept {
+Treatment MoveFree::step(SolveTarget& target) noexcept {
   const TimeNs now = target.now();
   if (phase_ == Phase::next_leg) {
-    if (left_ == 0) return stuck_ == 0 ? Outcome::done : Outcome::failed;
+    if (left_ == 0) return stuck_ == 0 ? Treatment::done : Treatment::failed;
     leg_ = static_cast<std::size_t>(std::countr_zero(left_));
     left_ = static_cast<std::uint8_t>(left_ & (left_ - 1));
     if (!target.begin_move(leg_)) return give_up_leg(target);
     phase_ = Phase::switching_on;
     due_ns_ = now + kMoveGrace;
-    return Outcome::running;
+    return Treatment::running;
   }
   const Status& status = target.status(leg_);
   const bool late = now > due_ns_ + kMoveGrace || target.doubtful(leg_);
@@ -117,7 +116,7 @@ Outcome MoveFree::step(SolveTarget& target) noexcept {
       break;
     case Phase::next_leg: break;
   }
-  return Outcome::running;
+  return Treatment::running;
 }
 
 void MoveFree::order(SolveTarget& target) noexcept {
@@ -140,16 +139,16 @@ void MoveFree::follow_calibration(SolveTarget& target) noexcept {
   seen_rad_ = status.position_rad;
 }
 
-Outcome CoolDown::step(SolveTarget& target) noexcept {
+Treatment CoolDown::step(SolveTarget& target) noexcept {
   for (std::size_t i = 0; i < kModules; ++i) {
     if (contains(modules_, i) && target.temperature_degC(i) > parameters_.cool_degC)
-      return Outcome::running;
+      return Treatment::running;
   }
   // Cool: the trip may be cleared.
   for (std::size_t i = 0; i < kModules; ++i) {
     if (contains(modules_, i)) target.reset(i);
   }
-  return Outcome::done;
+  return Treatment::done;
 }
 
 void Isolate::begin(SolveTarget& target, std::uint8_t modules) noexcept {
@@ -158,12 +157,12 @@ void Isolate::begin(SolveTarget& target, std::uint8_t modules) noexcept {
 }
 
 // Waits until the motor of a leg that was just moved is off.
-Outcome Isolate::step(SolveTarget& target) noexcept {
+Treatment Isolate::step(SolveTarget& target) noexcept {
   for (std::size_t i = 0; i < kModules && target.now() < until_ns_; ++i) {
     const bool motor = (target.status(i).flags & kFlagMotionControl) != 0;
-    if (contains(modules_, i) && target.answers(i) && motor) return Outcome::running;
+    if (contains(modules_, i) && target.answers(i) && motor) return Treatment::running;
   }
-  return modules_ == 0 || target.isolate(modules_) ? Outcome::done : Outcome::failed;
+  return modules_ == 0 || target.isolate(modules_) ? Treatment::done : Treatment::failed;
 }
 
 Solver::Solver(const SolverParameters& parameters) noexcept
@@ -254,10 +253,10 @@ Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
   if (now > until_ns_) return give_up(target);
   switch (phase_) {
     case Phase::treating: {
-      const Outcome outcome = strategy().step(target);
+      const Treatment treatment = strategy().step(target);
       if (kind() == StrategyKind::move_free) clear_moved();
-      if (outcome == Outcome::failed) return give_up(target);
-      if (outcome == Outcome::running) break;
+      if (treatment == Treatment::failed) return give_up(target);
+      if (treatment == Treatment::running) break;
       phase_ = Phase::waiting;
       until_ns_ = std::min(until_ns_, now + parameters_.budget_ns + moves_ns(suspects_));
       break;
@@ -269,10 +268,10 @@ Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
       if (phase_ == Phase::moving) move_free_.begin(target, suspects_);
       break;
     case Phase::moving: {
-      const Outcome outcome = move_free_.step(target);
+      const Treatment treatment = move_free_.step(target);
       clear_moved();
-      if (outcome == Outcome::failed) return give_up(target);
-      if (outcome == Outcome::running) break;
+      if (treatment == Treatment::failed) return give_up(target);
+      if (treatment == Treatment::running) break;
       phase_ = Phase::waiting;
       break;
     }

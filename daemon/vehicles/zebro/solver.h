@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <span>
 
-#include "daemon/cycle/controller.h"
+#include "daemon/cycle/strategies.h"
 #include "drivers/zebro/leg_module.h"
 #include "idl/zebro/commands.h"
 
@@ -41,7 +41,7 @@ struct Symptom {
 };
 
 // Strategies, in order; none ends it.
-using StrategyList = std::array<StrategyKind, lc::kMaxStrategies>;
+using StrategyList = Strategies<StrategyKind>::List;
 
 struct SolverParameters {
   std::array<StrategyList, kFaultClasses> order{{
@@ -94,13 +94,11 @@ class SolveTarget {
   ~SolveTarget() = default;
 };
 
-enum class Outcome : std::uint8_t { running, done, failed };
-
 // One way to solve errors. `modules`: its modules, as bits.
 class Strategy {
  public:
   virtual void begin(SolveTarget& target, std::uint8_t modules) noexcept = 0;
-  virtual Outcome step(SolveTarget& target) noexcept = 0;
+  virtual Treatment step(SolveTarget& target) noexcept = 0;
 
  protected:
   ~Strategy() = default;
@@ -110,14 +108,14 @@ class Strategy {
 class Reconnect final : public Strategy {
  public:
   void begin(SolveTarget&, std::uint8_t) noexcept override {}
-  Outcome step(SolveTarget&) noexcept override { return Outcome::done; }
+  Treatment step(SolveTarget&) noexcept override { return Treatment::done; }
 };
 
 class ResetModules final : public Strategy {
  public:
   explicit ResetModules(bool all) noexcept : all_(all) {}
   void begin(SolveTarget& target, std::uint8_t modules) noexcept override;
-  Outcome step(SolveTarget&) noexcept override { return Outcome::done; }
+  Treatment step(SolveTarget&) noexcept override { return Treatment::done; }
 
  private:
   bool all_;
@@ -130,7 +128,7 @@ class MoveFree final : public Strategy {
  public:
   explicit MoveFree(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
   void begin(SolveTarget& target, std::uint8_t modules) noexcept override;
-  Outcome step(SolveTarget& target) noexcept override;
+  Treatment step(SolveTarget& target) noexcept override;
   // Legs, as bits, that came back from their way.
   std::uint8_t moved() const noexcept { return moved_; }
   template <class V>
@@ -141,7 +139,7 @@ class MoveFree final : public Strategy {
 
  private:
   enum class Phase : std::uint8_t { next_leg, switching_on, back, forth };
-  Outcome give_up_leg(SolveTarget& target) noexcept;
+  Treatment give_up_leg(SolveTarget& target) noexcept;
   void follow_calibration(SolveTarget& target) noexcept;
   void order(SolveTarget& target) noexcept;
 
@@ -160,7 +158,7 @@ class CoolDown final : public Strategy {
  public:
   explicit CoolDown(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
   void begin(SolveTarget&, std::uint8_t modules) noexcept override { modules_ = modules; }
-  Outcome step(SolveTarget& target) noexcept override;
+  Treatment step(SolveTarget& target) noexcept override;
   template <class V>
   void keep(V& v) {
     v(parameters_, modules_);
@@ -176,7 +174,7 @@ class CoolDown final : public Strategy {
 class Isolate final : public Strategy {
  public:
   void begin(SolveTarget& target, std::uint8_t modules) noexcept override;
-  Outcome step(SolveTarget& target) noexcept override;
+  Treatment step(SolveTarget& target) noexcept override;
   template <class V>
   void keep(V& v) {
     v(modules_, until_ns_);
@@ -189,7 +187,7 @@ class Isolate final : public Strategy {
 
 class Solver {
  public:
-  enum class Report : std::uint8_t { running, next, solved, unsolved };
+  using Report = Strategies<StrategyKind>::Report;
 
   explicit Solver(const SolverParameters& parameters) noexcept;
 
