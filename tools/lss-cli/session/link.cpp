@@ -281,8 +281,7 @@ void Link::await_match(dds_entity_t writer, Clock::time_point until) {
 // acknowledgements are not sent twice. So repeat a request without effect (a dry run that anyone
 // may do) until it is answered.
 void Link::await_answer(Clock::time_point until) {
-  const Invocation probe{
-      &find_command(*vehicle_, static_cast<std::uint16_t>(CommandKind::request_data)), {}};
+  const Invocation probe{&common_command(CommandKind::request_data), {}};
   std::vector<std::uint64_t> asked;
   while (Clock::now() < until) {
     asked.push_back(send(probe, kFlagDryRun));

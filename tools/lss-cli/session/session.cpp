@@ -189,8 +189,7 @@ const void* Session::telemetry() {
   };
   if (const void* sample = wait_for_one(kTelemetryComes_s)) return sample;
   try {
-    submit({&find_command(vehicle(), static_cast<std::uint16_t>(CommandKind::request_data)), {}}, 0,
-           true);
+    submit({&common_command(CommandKind::request_data), {}}, 0, true);
   } catch (const Failure& failure) {
     if (failure.code() != ExitCode::not_authorised) throw;  // who may only look waits
   }

@@ -140,10 +140,9 @@ double parse(const std::string& typed, const lss_Parameter& p) {
 
 void change(Context& context, const lss_Parameter& before, double value) {
   Session& session = context.session();
-  const CommandInfo& info =
-      find_command(session.vehicle(), static_cast<std::uint16_t>(CommandKind::set_parameter));
-  const Invocation command{
-      .info = &info, .parameter = {value}, .name = std::string(text(before.name))};
+  const Invocation command{.info = &common_command(CommandKind::set_parameter),
+                           .parameter = {value},
+                           .name = std::string(text(before.name))};
   if (context.options.dry_run) return session.dry_run(command);
   session.complete(command);
   context.output.print(fmt::format("{}: {} to {}\n", text(before.name), show(before.value),
@@ -185,10 +184,7 @@ ExitCode reset(Context& context, const Words& names) {
 
 ExitCode save(Context& context) {
   Session& session = context.session();
-  const Invocation command{
-      .info = &find_command(session.vehicle(),
-                            static_cast<std::uint16_t>(CommandKind::save_parameters)),
-      .parameter = {}};
+  const Invocation command{&common_command(CommandKind::save_parameters), {}};
   if (context.options.dry_run) {
     session.dry_run(command);
   } else {

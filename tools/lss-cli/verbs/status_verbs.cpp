@@ -63,8 +63,7 @@ ExitCode run_health(Context& context) {
 ExitCode run_data(Context& context) {
   Session& session = context.session();
   session.open_telemetry();
-  session.complete(with_defaults(
-      find_command(session.vehicle(), static_cast<std::uint16_t>(CommandKind::request_data))));
+  session.complete({&common_command(CommandKind::request_data), {}});
   const void* telemetry = session.telemetry();
   if (telemetry == nullptr) {
     throw Failure(ExitCode::timed_out, "the daemon acknowledged, but no telemetry came",

@@ -119,9 +119,7 @@ struct TimingWanted {
 ExitCode run_timing(Context& context, const TimingWanted& wanted) {
   Session& session = context.session();
   if (wanted.reset) {
-    session.complete(
-        {&find_command(session.vehicle(), static_cast<std::uint16_t>(CommandKind::reset_timing)),
-         {}});
+    session.complete({&common_command(CommandKind::reset_timing), {}});
     return ExitCode::completed;
   }
   const TimingStatistics all = wanted.for_s ? listened(session, *wanted.for_s) : collected(session);
