@@ -64,11 +64,9 @@ Bridge::Bridge(cli::Link& link, dds_entity_t ros, const dds::Participant& ours,
   link_.open_events();
   link_.open_telemetry();
   if (const cli::Vehicle& vehicle = link.vehicle(); vehicle.telemetry != nullptr) {
-    auto reader =
+    telemetry_reader_ = cli::checked(
         dds::create_reader(ours.get(), dds::telemetry_topic(vehicle.name, vehicle.telemetry),
-                           dds::Transport::best, node_.listener());
-    if (!reader) throw cli::Failure(cli::ExitCode::internal, reader.error());
-    telemetry_reader_ = std::move(*reader);
+                           dds::Transport::best, node_.listener()));
   }
   sources_.emplace_back(own_);
   await_answer();

@@ -1,16 +1,8 @@
 #include "tools/lss-ros/commander.h"
 
-#include "tools/lss-cli/show/failure.h"
-
 namespace lss::ros {
-namespace {
 
-dds::Entity checked(dds::Result<dds::Entity> result) {
-  if (!result) throw cli::Failure(cli::ExitCode::internal, result.error());
-  return std::move(*result);
-}
-
-}  // namespace
+using cli::checked;
 
 Commander::Commander(const dds::Participant& participant, std::string vehicle_id,
                      std::uint32_t lease_ms)

@@ -52,9 +52,8 @@ void add_options(CLI::App& app, Wanted& wanted) {
 using Participant = std::shared_ptr<const dds::Participant>;
 
 Participant participant(const dds::ParticipantParameters& parameters) {
-  auto made = dds::Participant::create(parameters);
-  if (!made) throw cli::Failure(cli::ExitCode::internal, made.error());
-  return std::make_shared<const dds::Participant>(std::move(*made));
+  return std::make_shared<const dds::Participant>(
+      cli::checked(dds::Participant::create(parameters)));
 }
 
 // User data of a participant of ROS 2.

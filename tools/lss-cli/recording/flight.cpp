@@ -4,10 +4,9 @@
 
 #include <charconv>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 
 #include "daemon/record/limits.h"
+#include "tools/lss-cli/recording/recording.h"
 #include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli::recording {
@@ -65,13 +64,7 @@ FrameRange parse_frames(std::string_view text) {
 }
 
 bool is_flight(const std::string& path) {
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored)) return false;  // a pipe may deliver nothing
-  std::ifstream file(path, std::ios::binary);
-  std::array<char, lss::record::kRecordingMagic.size()> begin{};
-  file.read(begin.data(), begin.size());
-  return file.gcount() == static_cast<std::streamsize>(begin.size()) &&
-         std::memcmp(begin.data(), lss::record::kRecordingMagic.data(), begin.size()) == 0;
+  return begins_with(path, std::as_bytes(std::span(lss::record::kRecordingMagic)));
 }
 
 RecordingReader Flight::open(const std::string& path) {

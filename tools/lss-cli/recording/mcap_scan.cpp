@@ -71,12 +71,13 @@ void take_channel(Bytes content, Scan& scan) {
   check_name(channel.encoding, "encoding");
 }
 
-void take_message(const RawMessage& message, Scan& scan) {
-  ChannelSpan& span = scan.spans[message.channel];
-  span.add(message.log_ns);
-  span.published_ns = std::max(span.published_ns, message.publish_ns);
-  span.sequence = message.sequence;
-  scan.all.add(message.log_ns);
+RawMessage read_message(Bytes record) {
+  Reader in(record);
+  return {.channel = in.number<std::uint16_t>(),
+          .sequence = in.number<std::uint32_t>(),
+          .log_ns = in.number<std::int64_t>(),
+          .publish_ns = in.number<std::int64_t>(),
+          .data = in.rest()};
 }
 
 // Throws Torn when it is not as expected.
@@ -105,7 +106,7 @@ void take_chunk(const Chunk& chunk, Scan& scan) {
     const Record record = next(records);
     if (record.opcode == kSchema) take_schema(record.content, scan);
     if (record.opcode == kChannel) take_channel(record.content, scan);
-    if (record.opcode == kMessage) take_message(read_message(record.content), scan);
+    if (record.opcode == kMessage) scan.count(read_message(record.content));
   }
   if (scan.chunks.size() == most::kChunks)
     refuse(fmt::format("it has more than {} chunks", most::kChunks));
@@ -195,23 +196,27 @@ MappedFile::~MappedFile() {
   if (!data_.empty()) munmap(const_cast<std::byte*>(data_.data()), data_.size());
 }
 
-RawMessage read_message(Bytes record) {
-  Reader in(record);
-  return {.channel = in.number<std::uint16_t>(),
-          .sequence = in.number<std::uint32_t>(),
-          .log_ns = in.number<std::int64_t>(),
-          .publish_ns = in.number<std::int64_t>(),
-          .data = in.rest()};
+void each_message(Bytes records,
+                  const std::function<void(const RawMessage&, std::uint64_t at)>& take) {
+  Reader reader(records);
+  while (!reader.empty()) {
+    const std::uint64_t at = reader.at();
+    const Record record = next(reader);
+    if (record.opcode == kMessage) take(read_message(record.content), at);
+  }
+}
+
+void Scan::count(const RawMessage& message) {
+  ChannelSpan& span = spans[message.channel];
+  span.add(message.log_ns);
+  span.published_ns = std::max(span.published_ns, message.publish_ns);
+  span.sequence = message.sequence;
+  all.add(message.log_ns);
 }
 
 void Scan::each(const std::function<void(const RawMessage&)>& take) const {
-  for (const Chunk& chunk : chunks) {
-    Reader records(chunk.records);
-    while (!records.empty()) {
-      const Record record = next(records);
-      if (record.opcode == kMessage) take(read_message(record.content));
-    }
-  }
+  for (const Chunk& chunk : chunks)
+    each_message(chunk.records, [&](const RawMessage& message, std::uint64_t) { take(message); });
 }
 
 Scan scan(const std::string& path, Bytes file) {

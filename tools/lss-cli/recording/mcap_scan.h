@@ -33,7 +33,9 @@ struct RawMessage {
   std::int64_t log_ns = 0, publish_ns = 0;
   Bytes data;
 };
-RawMessage read_message(Bytes record);
+// Each message of a chunk, with its place among the chunk's records.
+void each_message(Bytes records,
+                  const std::function<void(const RawMessage&, std::uint64_t at)>& take);
 
 struct Chunk {
   std::uint64_t offset = 0, length = 0;  // of the record, its head included
@@ -68,6 +70,7 @@ struct Scan {
   bool whole = false;            // it has DataEnd, summary and footer
   std::string complaint;         // why the remaining part is left out; empty when complete
 
+  void count(const RawMessage& message);
   // Of all chunks, in the order of the file.
   void each(const std::function<void(const RawMessage&)>& take) const;
 };

@@ -46,15 +46,9 @@ Writer statistics_record(const Scan& scan) {
 // For a chunk with none or only some.
 std::map<std::uint16_t, Writer> index_of(const Chunk& chunk) {
   std::map<std::uint16_t, Writer> index;
-  Reader records(chunk.records);
-  while (!records.empty()) {
-    const std::uint64_t offset = records.at();
-    const auto opcode = records.number<std::uint8_t>();
-    const Bytes content = records.block();
-    if (opcode != kMessage) continue;
-    const RawMessage message = read_message(content);
-    index[message.channel].add(message.log_ns, offset);
-  }
+  each_message(chunk.records, [&](const RawMessage& message, std::uint64_t at) {
+    index[message.channel].add(message.log_ns, at);
+  });
   return index;
 }
 
@@ -244,22 +238,10 @@ void McapWriter::end_chunk() {
   chunk_ = {};
   index_.clear();
   put(out);  // otherwise it is lost as a whole
-  count(records.data());
+  each_message(records.data(),
+               [this](const RawMessage& message, std::uint64_t) { scan_.count(message); });
   summary_size_ += kRecordHead + chunk_index_record(chunk).size();
   scan_.chunks.push_back(std::move(chunk));
-}
-
-void McapWriter::count(Bytes records) {
-  Reader reader(records);
-  while (!reader.empty()) {
-    reader.number<std::uint8_t>();
-    const RawMessage message = read_message(reader.block());
-    scan_.all.add(message.log_ns);
-    ChannelSpan& span = scan_.spans[message.channel];
-    span.add(message.log_ns);
-    span.published_ns = std::max(span.published_ns, message.publish_ns);
-    span.sequence = message.sequence;
-  }
 }
 
 void McapWriter::sync() {

@@ -55,7 +55,6 @@ class McapWriter {
   void put(const Writer& data);
   void put_record(std::uint8_t opcode, const Writer& content);
   Writer message_indexes(Chunk& chunk, std::uint64_t at);
-  void count(Bytes records);
   Writer summary(std::uint64_t start) const;
   [[noreturn]] void fail(const char* what, int error);
 

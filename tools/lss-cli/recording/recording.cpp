@@ -197,14 +197,17 @@ const Column* counter_of(const Layout& layout) {
   return nullptr;
 }
 
-bool is_recording(const std::string& path) {
+bool begins_with(const std::string& path, Bytes magic) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) return false;  // a pipe may deliver nothing
   std::ifstream file(path, std::ios::binary);
-  std::string begin(kMagic.size(), '\0');
+  std::string begin(magic.size(), '\0');
   file.read(begin.data(), static_cast<std::streamsize>(begin.size()));
-  return file.gcount() == static_cast<std::streamsize>(begin.size()) && begin == kMagic;
+  return file.gcount() == static_cast<std::streamsize>(begin.size()) &&
+         std::ranges::equal(bytes_of(begin), magic);
 }
+
+bool is_recording(const std::string& path) { return begins_with(path, bytes_of(kMagic)); }
 
 std::unique_ptr<Recording> open(const std::string& path) {
   return std::make_unique<McapRecording>(path);

@@ -19,10 +19,8 @@ dds::Entity builtin_reader(dds_entity_t participant, const dds_listener_t* liste
 
 // Two daemons of one name must not hide each other: samples of one key wait side by side.
 dds::Entity status_reader(dds_entity_t participant, const dds_listener_t* listener) {
-  dds::Result<dds::Entity> reader =
-      dds::create_recording_reader(participant, dds::common_topic(dds::Kind::status), listener);
-  if (!reader) throw Failure(ExitCode::internal, reader.error());
-  return std::move(*reader);
+  return checked(
+      dds::create_recording_reader(participant, dds::common_topic(dds::Kind::status), listener));
 }
 
 }  // namespace

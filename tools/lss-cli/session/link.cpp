@@ -1,6 +1,7 @@
 #include "tools/lss-cli/session/link.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -26,12 +27,6 @@ constexpr double kDictionary_s = 5;  // a large sample, on a busy machine
 // yet.
 constexpr TimeNs kTaken = 10 * kSecond, kAgain = 100 * kMillisecond;
 
-template <class T>
-T checked(dds::Result<T> result) {
-  if (!result) throw Failure(ExitCode::internal, result.error());
-  return std::move(*result);
-}
-
 dds::ParticipantParameters parameters(const Options& options) {
   dds::ParticipantParameters result;
   result.short_lived = true;
@@ -44,12 +39,6 @@ dds::ParticipantParameters parameters(const Options& options) {
 Failure not_taken() {
   return Failure(ExitCode::unreachable, "the daemon does not take what was sent",
                  "is it lssd --lockstep of this simulation?");
-}
-
-std::string join(const std::vector<std::string>& names) {
-  std::string list;
-  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-  return list;
 }
 
 }  // namespace
@@ -116,7 +105,7 @@ Failure Link::unreachable(const std::string& vehicle_id) const {
   const std::vector<std::string> others = names();
   if (!others.empty() && !vehicle_id.empty()) {
     std::string advice = did_you_mean(vehicle_id, others);
-    if (advice.empty()) advice = "there are: " + join(others);
+    if (advice.empty()) advice = fmt::format("there are: {}", fmt::join(others, ", "));
     return Failure(
         ExitCode::unknown_name,
         fmt::format("there is no vehicle '{}' on DDS domain {}", vehicle_id, options_.domain),
@@ -129,7 +118,8 @@ Failure Link::unreachable(const std::string& vehicle_id) const {
 }
 
 Failure Link::several() const {
-  return Failure(ExitCode::usage, "several vehicles are on this domain: " + join(names()),
+  return Failure(ExitCode::usage,
+                 fmt::format("several vehicles are on this domain: {}", fmt::join(names(), ", ")),
                  "name one with --vehicle, or LSS_VEHICLE in the environment");
 }
 

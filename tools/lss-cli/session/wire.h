@@ -7,10 +7,19 @@
 #include <cstdint>
 #include <string_view>
 
+#include "idl/topics.h"
 #include "lss.h"
 #include "tools/lss-cli/session/commands.h"
+#include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli {
+
+// What was made, or a Failure with the reason why not.
+template <class T>
+T checked(dds::Result<T> result) {
+  if (!result) throw Failure(ExitCode::internal, result.error());
+  return std::move(*result);
+}
 
 template <std::size_t N>
 std::string_view text(const char (&field)[N]) {

@@ -9,6 +9,7 @@
 #include "idl/idl_text.h"
 #include "idl/recording_reader.h"
 #include "tools/lss-cli/recording/recording.h"
+#include "tools/lss-cli/session/wire.h"
 #include "tools/lss-cli/show/failure.h"
 
 namespace lss::cli {
@@ -17,15 +18,6 @@ namespace {
 constexpr double kChunk_s = 0.1;  // a killed recorder loses this much
 constexpr double kSync_s = 1;     // a power failure loses this much
 constexpr std::size_t kChunkSize = 1024 * 1024;
-
-// idlc writes lss_Status, IDL says lss::Status.
-std::string idl_name(const dds_topic_descriptor_t& descriptor) { return descriptor.m_typename; }
-
-template <class T>
-T checked(dds::Result<T> result) {
-  if (!result) throw Failure(ExitCode::internal, result.error());
-  return std::move(*result);
-}
 
 const recording::Type& find_type(const recording::Types& types, const std::string& name) {
   const recording::Type* type = types.find(name);
@@ -63,7 +55,7 @@ Recorder::Recorder(const Options& options, const Vehicle& vehicle, std::string v
 }
 
 void Recorder::add(const dds::Topic& topic, std::string_view idl) {
-  const std::string name = idl_name(*topic.descriptor);
+  const std::string name = topic.descriptor->m_typename;
   recording::Types types(idl);
   const recording::Type& type = find_type(types, name);
   const std::uint16_t channel =
