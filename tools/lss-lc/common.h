@@ -88,6 +88,7 @@ inline bool only_by(T t, ActionSet actions, std::initializer_list<Event> events)
   return !does(t, actions) || one_of(t.happening.event, events);
 }
 inline bool any_state(S, const Happening&) { return true; }
+inline bool always(S, unsigned) { return true; }
 inline bool rests(S s, const Happening&) { return idle(s) || fatal(s); }
 inline bool of_one_in_service(S s, const Happening& h) {
   return h.subject == 0 || in_service(s, h.subject);
@@ -164,11 +165,9 @@ inline constexpr std::array kSteps = {
     StepProperty{
         "SolveErrors is entered only from FatalError", "4.3.1", kChange,
         [](T t) { return !solving(t.result.next) || solving(t.before) || fatal(t.before); }},
-    StepProperty{"into FatalError every module gets an emergency stop", "Oper-5", kChange,
-                 [](T t) {
-                   return fatal(t.before) || !fatal(t.result.next) ||
-                          (t.result.actions & kEmergencyStop) != 0;
-                 }},
+    StepProperty{
+        "into FatalError every module gets an emergency stop", "Oper-5", kChange,
+        [](T t) { return fatal(t.before) || !fatal(t.result.next) || does(t, kEmergencyStop); }},
     StepProperty{"leaving Operational stops the motors", "Oper-7", kChange,
                  [](T t) {
                    return !operational(t.before) || operational(t.result.next) ||
@@ -177,7 +176,7 @@ inline constexpr std::array kSteps = {
     StepProperty{"leaving SolveErrors stops the motors", "Oper-7", kChange,
                  [](T t) {
                    return !solving(t.before) || solving(t.result.next) ||
-                          (stops_motors(t.result.actions) && (t.result.actions & kEndSolve) != 0);
+                          (stops_motors(t.result.actions) && does(t, kEndSolve));
                  }},
     StepProperty{"links change by what is heard of them, only", "O-Int-2", kLinks,
                  [](T t) {
@@ -199,15 +198,13 @@ inline constexpr std::array kSteps = {
                  [](T t) {
                    const unsigned gone = t.before.isolated & ~t.result.next.isolated,
                                   more = t.result.next.isolated & ~t.before.isolated;
-                   return (gone == 0 || (t.result.actions & kRestore) != 0) &&
+                   return (gone == 0 || does(t, kRestore)) &&
                           (more == 0 ||
                            (!operational(t.before) && same_mode(t) && (more & (more - 1)) == 0));
                  }},
-    StepProperty{"faults are forgotten only when they are solved", "Oper-6", kActions,
-                 [](T t) {
-                   return (t.result.actions & kClearFaults) == 0 ||
-                          (solving(t.before) && idle(t.result.next));
-                 }},
+    StepProperty{
+        "faults are forgotten only when they are solved", "Oper-6", kActions,
+        [](T t) { return !does(t, kClearFaults) || (solving(t.before) && idle(t.result.next)); }},
     StepProperty{"a module is reset only by its command, and nothing else happens then", "Oper-4",
                  kActions,
                  [](T t) {
@@ -379,37 +376,36 @@ inline constexpr std::array kDuties = {
 // ---- events
 
 inline constexpr std::array kContracts = {
-    Contract{"emergency stop", Event::emergency_stop, [](S, unsigned) { return true; },
-             [](T t) { return emergency(t) && (t.result.actions & kEndSolve) != 0; }},
-    Contract{"fatal fault", Event::emergency, [](S, unsigned) { return true; },
+    Contract{"emergency stop", Event::emergency_stop, always,
+             [](T t) { return emergency(t) && does(t, kEndSolve); }},
+    Contract{"fatal fault", Event::emergency, always,
              [](T t) { return fatal(t.before) ? keeps(t) : emergency(t); }},
     Contract{"solve", Event::solve, [](S s, unsigned) { return fatal(s); },
              [](T t) {
-               return solving(t.result.next) && (t.result.actions & kBeginSolve) != 0 &&
-                      t.result.next.strategy == 1;
+               return solving(t.result.next) && does(t, kBeginSolve) && t.result.next.strategy == 1;
              }},
     Contract{"solved", Event::solved, [](S s, unsigned) { return solving(s) && contact(s); },
-             [](T t) { return idle(t.result.next) && (t.result.actions & kClearFaults) != 0; }},
+             [](T t) { return idle(t.result.next) && does(t, kClearFaults); }},
     Contract{"unsolved", Event::unsolved, [](S s, unsigned) { return solving(s); }, emergency},
-    Contract{"reset of the controller", Event::reset_controller, [](S, unsigned) { return true; },
+    Contract{"reset of the controller", Event::reset_controller, always,
              [](T t) {
                const bool back = fatal(t.before) || solving(t.before);
                return (back ? emergency(t) : idle(t.result.next)) &&
                       stops_motors(t.result.actions) &&
-                      (!operational(t.before) || (t.result.actions & kEmergencyStop) != 0);
+                      (!operational(t.before) || does(t, kEmergencyStop));
              }},
     Contract{"reset of a module", Event::reset_module,
              [](S s, unsigned) { return idle(s) || fatal(s); },
-             [](T t) { return keeps(t) && (t.result.actions & kResetModule) != 0; }},
+             [](T t) { return keeps(t) && does(t, kResetModule); }},
     Contract{"restore", Event::restore, [](S s, unsigned) { return idle(s) || fatal(s); },
              [](T t) {
                return same_mode(t) && t.result.next.isolated == 0 &&
                       t.result.next.silent == (t.before.silent | t.before.isolated) &&
-                      (t.result.actions & kRestore) != 0;
+                      does(t, kRestore);
              }},
-    Contract{"data", Event::request_data, [](S, unsigned) { return true; },
-             [](T t) { return keeps(t) && (t.result.actions & kPublishData) != 0; }},
-    Contract{"reset of the timing", Event::reset_timing, [](S, unsigned) { return true; }, keeps},
+    Contract{"data", Event::request_data, always,
+             [](T t) { return keeps(t) && does(t, kPublishData); }},
+    Contract{"reset of the timing", Event::reset_timing, always, keeps},
     Contract{"module heard", Event::module_heard,
              [](S s, unsigned module) { return in_service(s, module); },
              [](T t) {
@@ -425,13 +421,13 @@ inline constexpr std::array kContracts = {
                return t.result.next.silent == (t.before.silent | bit) &&
                       (moves ? emergency(t) : same_mode(t));
              }},
-    Contract{"port opened", Event::port_opened, [](S, unsigned) { return true; },
+    Contract{"port opened", Event::port_opened, always,
              [](T t) { return same_mode(t) && !link(t.result.next, kPortClosed); }},
-    Contract{"port closed", Event::port_closed, [](S, unsigned) { return true; },
+    Contract{"port closed", Event::port_closed, always,
              [](T t) { return lost_is_emergency(t) && link(t.result.next, kPortClosed); }},
-    Contract{"OBC heard", Event::obc_heard, [](S, unsigned) { return true; },
+    Contract{"OBC heard", Event::obc_heard, always,
              [](T t) { return same_mode(t) && !link(t.result.next, kObcSilent); }},
-    Contract{"OBC silent", Event::obc_silent, [](S, unsigned) { return true; },
+    Contract{"OBC silent", Event::obc_silent, always,
              [](T t) { return lost_is_emergency(t) && link(t.result.next, kObcSilent); }},
 };
 

@@ -331,13 +331,11 @@ constexpr Contract now_in(const char* name, Event event) {
 }
 template <Flag flag, bool on>
 constexpr Contract says(const char* name, Event event) {
-  return {name, event, [](S, unsigned) { return true; },
-          [](T t) { return only_flags(t) && flag_is(t, flag, on); }};
+  return {name, event, always, [](T t) { return only_flags(t) && flag_is(t, flag, on); }};
 }
 template <Flag flag>
 constexpr Contract cuts(const char* name, Event event) {
-  return {name, event, [](S, unsigned) { return true; },
-          [](T t) {
+  return {name, event, always, [](T t) {
             return has(t.result.next, flag) &&
                    (operational(t.before) ? emergency(t) : only_flags(t) && flag_is(t, flag, true));
           }};

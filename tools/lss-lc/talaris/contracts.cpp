@@ -28,8 +28,7 @@ constexpr Contract acts(const char* name, Event event) {
 }
 template <unsigned on, unsigned off>
 constexpr Contract says(const char* name, Event event) {
-  return {name, event, [](S, unsigned) { return true; },
-          [](T t) { return only_flags(t, on, off); }};
+  return {name, event, always, [](T t) { return only_flags(t, on, off); }};
 }
 
 constexpr std::array kOwn = {

@@ -14,7 +14,7 @@ constexpr Contract starts(const char* name, lc::Event event) {
   return {name, event, [](S s, unsigned) { return may_start(s); },
           [](T t) {
             return to(t, Mode::holding) && goal(t.result.next) == kGoal && held_after(t) &&
-                   (t.result.actions & kMotorsOn) != 0;
+                   does(t, kMotorsOn);
           }};
 }
 
@@ -83,9 +83,7 @@ constexpr std::array kOwnContracts = {
              [](S s, unsigned) {
                return in_mode(s, {Mode::standing, Mode::walking});
              },
-             [](T t) {
-               return to(t, Mode::walking) && held_after(t) && (t.result.actions & kWalk) != 0;
-             }},
+             [](T t) { return to(t, Mode::walking) && held_after(t) && does(t, kWalk); }},
     Contract{"walk at speed zero", event::walk_zero,
              [](S s, unsigned) {
                return in_mode(s, {Mode::standing, Mode::walking, Mode::finishing_step});
@@ -102,7 +100,7 @@ constexpr std::array kOwnContracts = {
     Contract{"leg", event::leg, [](S s, unsigned) { return holds_still(s) && confirmed(s); },
              [](T t) {
                return to(t, Mode::bridge) && goal(t.result.next) == Goal::leg && held_after(t) &&
-                      (t.result.actions & kMoveLeg) != 0;
+                      does(t, kMoveLeg);
              }},
     Contract{"deploy the panel", event::panel_deploy, [](S s, unsigned) { return panel_ready(s); },
              [](T t) {
@@ -122,7 +120,7 @@ constexpr std::array kOwnContracts = {
                return same_mode(t) && has(t.result.next, kPanelOut) &&
                       !has(t.result.next, kPanelMoving);
              }},
-    Contract{"panel seen out", event::panel_seen_out, [](S, unsigned) { return true; },
+    Contract{"panel seen out", event::panel_seen_out, always,
              [](T t) {
                return (operational(t.before) ? emergency(t) : same_mode(t)) &&
                       has(t.result.next, kPanelOut) && !has(t.result.next, kPanelMoving);
@@ -196,7 +194,7 @@ constexpr std::array kOwnContracts = {
                const unsigned module = 1u << (t.happening.subject - 1);
                return same_mode(t) && t.result.next.isolated == (t.before.isolated & ~module) &&
                       t.result.next.silent == (t.before.silent | (t.before.isolated & module)) &&
-                      (t.result.actions & lc::kRestore) != 0;
+                      does(t, lc::kRestore);
              }},
     Contract{"the operator answers for the panel", event::panel_is_in,
              [](S s, unsigned) {

@@ -78,8 +78,7 @@ bool comes_nearer(T t) {
 // These actions only in a step between these states.
 template <lc::ActionSet kActions, State kBefore, State kAfter>
 bool only(T t) {
-  return (t.result.actions & kActions) == 0 ||
-         (t.before.state == kBefore && t.result.next.state == kAfter);
+  return !does(t, kActions) || (t.before.state == kBefore && t.result.next.state == kAfter);
 }
 
 constexpr std::array kOwnSteps = {
@@ -90,9 +89,8 @@ constexpr std::array kOwnSteps = {
                           (idle(t.before) && (e == event::start || e == event::start_stand ||
                                               e == event::start_walk));
                  }},
-    StepProperty{
-        "legs are commanded to move only in Operational", "4.3.1", lc::kActions,
-        [](T t) { return (t.result.actions & kLegMotion) == 0 || operational(t.result.next); }},
+    StepProperty{"legs are commanded to move only in Operational", "4.3.1", lc::kActions,
+                 [](T t) { return !does(t, kLegMotion) || operational(t.result.next); }},
     StepProperty{"a leg is moved free only in SolveErrors", "Conf-3", lc::kActions,
                  only<kFreeLeg, State::solve_errors, State::solve_errors>},
     StepProperty{"the panel is commanded to move only in Idle", "Func-5", lc::kActions,
@@ -107,8 +105,7 @@ constexpr std::array kOwnSteps = {
     StepProperty{"a walk ends with its step finished, or in an emergency", "Func-2", lc::kChange,
                  [](T t) {
                    return !in_mode(t.before, {Mode::walking}) || to(t, Mode::walking) ||
-                          to(t, Mode::finishing_step) ||
-                          (t.result.actions & lc::kEmergencyStop) != 0;
+                          to(t, Mode::finishing_step) || does(t, lc::kEmergencyStop);
                  }},
     StepProperty{"what begins a motion sets its algorithm going, and nothing else does", "Conf-2",
                  lc::kChange | lc::kActions,
