@@ -183,6 +183,4 @@ bool Ardito::set_sensor_fault(const Fault& fault, bool attach) {
   return true;
 }
 
-bool Ardito::in_force(const Fault&) const { return true; }
-
 }  // namespace lss::sim::ardito

@@ -165,8 +165,6 @@ class ArditoKind final : public VehicleKind {
   std::string can_address() const override { return "udp://127.0.0.1:20000"; }
 
   void add_options(CLI::App& command) override {
-    const std::map<std::string, double> gravities = {
-        {"moon", 1.625}, {"mars", 3.72}, {"earth", 9.81}};
     const std::map<std::string, StepSide> sides = {
         {"both", StepSide::both}, {"left", StepSide::left}, {"right", StepSide::right}};
     command
@@ -189,24 +187,16 @@ class ArditoKind final : public VehicleKind {
             "share of the square metres that have a rock of 10 to 60 mm, placed by the seed")
         ->check(CLI::Range(0.0, 1.0))
         ->default_str("0");
-    command.add_option("--gravity", options_.gravity_m_s2, "moon, mars, earth, or m/s2")
-        ->transform((CLI::CheckedTransformer(gravities) | CLI::Range(0.1, 30.0)).description(""))
-        ->default_str("earth");
-    command.add_option("--friction", options_.friction, "of hard ground")
-        ->check(CLI::Range(0.05, 2.0))
-        ->capture_default_str();
-    command.add_option("--slope", slope_deg_, "ground rises ahead by this angle, degrees")
-        ->check(CLI::Range(-30.0, 30.0))
-        ->capture_default_str();
-    command.add_option("--step", step_mm_, "height of a step across the way, mm; 0: none")
-        ->check(CLI::Range(0.0, 400.0))
-        ->capture_default_str();
-    command.add_option("--step-at", options_.step_at_m, "where it begins, m ahead of the start")
-        ->check(CLI::Range(1.0, 1000.0))
-        ->capture_default_str();
-    command.add_option("--step-length", options_.step_length_m, "how long it stays up, m")
-        ->check(CLI::Range(0.1, 1000.0))
-        ->capture_default_str();
+    gravity_option(command, options_.gravity_m_s2, "earth");
+    number_option(command, "--friction", options_.friction, "of hard ground", 0.05, 2.0);
+    number_option(command, "--slope", slope_deg_, "ground rises ahead by this angle, degrees",
+                  -30.0, 30.0);
+    number_option(command, "--step", step_mm_, "height of a step across the way, mm; 0: none", 0.0,
+                  400.0);
+    number_option(command, "--step-at", options_.step_at_m, "where it begins, m ahead of the start",
+                  1.0, 1000.0);
+    number_option(command, "--step-length", options_.step_length_m, "how long it stays up, m", 0.1,
+                  1000.0);
     command.add_option("--step-side", options_.step_side, "both, left or right wheels meet it")
         ->transform(CLI::CheckedTransformer(sides).description(""))
         ->default_str("both");

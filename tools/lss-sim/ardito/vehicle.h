@@ -32,7 +32,6 @@ class Ardito final : public Vehicle, public NodeBus {
   void step() override;
   nlohmann::ordered_json truth() const override;
   void set_fault(const Fault& fault, bool attach) override;
-  bool in_force(const Fault& fault) const override;
 
   // For tests, which have one thread.
   const RoverPlant& rover() const { return *rover_; }

@@ -33,7 +33,6 @@ class NodeVehicle : public Vehicle, public NodeBus {
     if (!set_node_fault(fault, attach)) set_own_fault(fault, attach);
     note_waiting();
   }
-  bool in_force(const Fault&) const override { return true; }
 
  protected:
   // With the mutex held.

@@ -6,6 +6,7 @@
 // functions for faults. The vehicle locks data that threads share.
 
 #include <CLI/CLI.hpp>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -45,8 +46,8 @@ class Vehicle {
   virtual nlohmann::ordered_json truth() const = 0;
   // Attaches or clears a fault of a type that only this vehicle has.
   virtual void set_fault(const Fault& fault, bool attach) = 0;
-  // False when an attached fault of such a type has ended by itself.
-  virtual bool in_force(const Fault& fault) const = 0;
+  // False when an attached fault of its own has ended by itself.
+  virtual bool in_force(const Fault&) const { return true; }
 };
 
 // The entry of a vehicle in lss-sim's roster.
@@ -69,6 +70,13 @@ class VehicleKind {
                             const std::string& help, std::type_identity_t<T> least,
                             std::type_identity_t<T> most) {
     command.add_option(name, value, help)->check(CLI::Range(least, most))->capture_default_str();
+  }
+  static void gravity_option(CLI::App& command, double& value, const char* where) {
+    const std::map<std::string, double> gravities = {
+        {"moon", 1.625}, {"mars", 3.72}, {"earth", 9.81}};
+    command.add_option("--gravity", value, "moon, mars, earth, or m/s2")
+        ->transform((CLI::CheckedTransformer(gravities) | CLI::Range(0.1, 30.0)).description(""))
+        ->default_str(where);
   }
 };
 

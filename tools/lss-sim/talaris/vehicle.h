@@ -103,7 +103,6 @@ class Talaris final : public Vehicle, public nodes::NodeBus {
   void step() override;
   nlohmann::ordered_json truth() const override;
   void set_fault(const Fault& fault, bool attach) override;
-  bool in_force(const Fault&) const override { return true; }
 
   // For tests, which have one thread.
   const TalarisOptions& options() const { return options_; }

@@ -251,8 +251,6 @@ class ZebroKind final : public VehicleKind {
   std::span<const FaultKind> fault_kinds() const override { return kFaultKinds; }
 
   void add_options(CLI::App& command) override {
-    const std::map<std::string, double> gravities = {
-        {"moon", 1.625}, {"mars", 3.72}, {"earth", 9.81}};
     TerrainOptions& terrain = options_.terrain;
     command
         .add_option(
@@ -260,9 +258,7 @@ class ZebroKind final : public VehicleKind {
             "dart: rigid bodies; kinematic: legs that carry and roll, no falling or slipping")
         ->check(CLI::IsMember({"dart", "kinematic"}))
         ->capture_default_str();
-    command.add_option("--gravity", terrain.gravity_m_s2, "moon, mars, earth, or m/s2")
-        ->transform((CLI::CheckedTransformer(gravities) | CLI::Range(0.1, 30.0)).description(""))
-        ->default_str("moon");
+    gravity_option(command, terrain.gravity_m_s2, "moon");
     number_option(command, "--slope", slope_deg_, "ground rises ahead by this angle, degrees",
                   -30.0, 30.0);
     command.add_flag("--rocks", terrain.rocks, "stones on the ground, placed by the seed");
