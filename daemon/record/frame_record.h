@@ -8,8 +8,22 @@
 
 namespace lss {
 
-template <class V, class Vehicle>
-void fields(V& v, const Inputs<Vehicle>& x);
+// Inputs of any vehicle.
+template <class V, class X>
+requires requires(X& x) { x.samples, x.requests, x.overrun_limit; }
+void fields(V& v, X& x) {
+  static_assert(kMembers<std::remove_const_t<X>> == 12);
+  v("frame", x.frame);
+  v("time_ns", x.time_ns);
+  v.list("samples", x.samples, x.sample_count);
+  v.list("requests", x.requests, x.request_count);
+  v("bus", x.bus);
+  v("late_commands", x.late_commands);
+  v("overrun_limit", x.overrun_limit);
+  v("held", x.held);
+  v("shut_down", x.shut_down);
+  v("memory", x.memory);
+}
 
 namespace record {
 
@@ -35,21 +49,6 @@ struct FrameView {
   const TimingPoints& timing;
 };
 
-template <class V, class X>
-void inputs(V& v, X& x) {
-  static_assert(kMembers<std::remove_const_t<X>> == 12);
-  v("frame", x.frame);
-  v("time_ns", x.time_ns);
-  v.list("samples", x.samples, x.sample_count);
-  v.list("requests", x.requests, x.request_count);
-  v("bus", x.bus);
-  v("late_commands", x.late_commands);
-  v("overrun_limit", x.overrun_limit);
-  v("held", x.held);
-  v("shut_down", x.shut_down);
-  v("memory", x.memory);
-}
-
 // The outputs of the cycle: the same inputs give the same, to the bit.
 template <class V, class X>
 void outputs(V& v, X& x) {
@@ -60,25 +59,16 @@ void outputs(V& v, X& x) {
   v("data_requested", x.data_requested);
 }
 
+// FrameRecord and FrameView.
 template <class V, class X>
-void frame(V& v, X& x) {
+requires requires(X& x) { x.in, x.outbox, x.timing; }
+void fields(V& v, X&& x) {
+  using Frame = std::remove_cvref_t<X>;
+  if constexpr (std::is_default_constructible_v<Frame>)  // no references
+    static_assert(kMembers<Frame> == 7);
   v("in", x.in);
   outputs(v, x);
   v("timing", x.timing);
-}
-
-template <class V, class Vehicle>
-void fields(V& v, const FrameView<Vehicle>& x) {
-  frame(v, x);
-}
-template <class V, class Vehicle>
-void fields(V& v, FrameRecord<Vehicle>& x) {
-  static_assert(kMembers<FrameRecord<Vehicle>> == 7);
-  frame(v, x);
-}
-template <class V, class Vehicle>
-void fields(V& v, const FrameRecord<Vehicle>& x) {
-  frame(v, x);
 }
 
 // The first fault of the frame; none when there is none.
@@ -91,14 +81,4 @@ inline FaultId first_fault(const Supervisor::Outbox& outbox) noexcept {
 }
 
 }  // namespace record
-
-template <class V, class Vehicle>
-void fields(V& v, const Inputs<Vehicle>& x) {
-  record::inputs(v, x);
-}
-template <class V, class Vehicle>
-void fields(V& v, Inputs<Vehicle>& x) {
-  record::inputs(v, x);
-}
-
 }  // namespace lss
