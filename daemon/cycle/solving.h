@@ -2,7 +2,7 @@
 
 // One frame of error solving, the same for every vehicle: its strategies one after the other, as
 // far as the locomotion controller agrees, with their events. A vehicle has its own Solver (kind(),
-// running(), step()) and its own SolveTarget, which the strategies treat. Frame thread.
+// running(), Report). Frame thread.
 
 #include "daemon/cycle/supervisor.h"
 
@@ -18,10 +18,9 @@ void each_fatal(const Supervisor& s, Each&& each) {
   }
 }
 
-// begin(): fills the solver with the present faults. `healthy`: no fault at all in this frame.
-template <class Solver, class SolveTarget, class Begin>
-void solve_errors(Supervisor& s, Solver& solver, SolveTarget& target, Begin&& begin,
-                  bool healthy) noexcept {
+// begin(): fills the solver with the present faults. step(): one frame of it; its report.
+template <class Solver, class Begin, class Step>
+void solve_errors(Supervisor& s, Solver& solver, Begin&& begin, Step&& step) noexcept {
   const auto tell_begin = [&] {
     s.note(EventId::strategy_begun, 0, static_cast<double>(solver.kind()));
   };
@@ -31,7 +30,7 @@ void solve_errors(Supervisor& s, Solver& solver, SolveTarget& target, Begin&& be
   }
   using Report = typename Solver::Report;
   const auto tried = solver.kind();
-  Report report = solver.step(target, healthy);
+  Report report = step();
   if (report == Report::running) return;
   s.note(EventId::strategy_ended, 0, static_cast<double>(tried), report == Report::solved ? 1 : 0);
   if (report == Report::next) {

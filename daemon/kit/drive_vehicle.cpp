@@ -112,31 +112,22 @@ void DriveVehicle::supervise(bool overrun_limit, Supervisor& s) noexcept {
 
 void DriveVehicle::watch_solver(Supervisor& s) noexcept {
   if (s.controller().state != State::solve_errors) return;
-  // What solve_errors() asks for, with the strategies of drives.
-  struct Shell {
-    using Report = Strategies<DriveStrategy>::Report;
-    DriveVehicle& vehicle;
-    DriveStrategy kind() const { return vehicle.solver_.kind(); }
-    bool running() const { return vehicle.solver_.running(); }
-    Report step(DriveVehicle& v, bool healthy) {
-      return v.solver_.step(
-          v.now_ns_, healthy, [&] { return v.drive_.budget_ns; },
-          [&] {
-            if (kind() == DriveStrategy::reset_fault) ++v.orders_.fault_reset_serial;
-            if (kind() == DriveStrategy::reset_node) v.reset_nodes(v.faulty_modules());
-            return Treatment::done;
-          });
-    }
-  } shell{*this};
   const bool healthy = port_.open() && faulty_modules() == 0 && s.controller().unheard == 0 &&
                        s.controller().silent == 0;
-  solve_errors(
-      s, shell, *this,
-      [this] {
-        solver_.begin(
-            {DriveStrategy::reconnect, DriveStrategy::reset_fault, DriveStrategy::reset_node});
-      },
-      healthy);
+  const auto begin = [this] {
+    solver_.begin(
+        {DriveStrategy::reconnect, DriveStrategy::reset_fault, DriveStrategy::reset_node});
+  };
+  const auto treat = [this] {
+    if (solver_.kind() == DriveStrategy::reset_fault) ++orders_.fault_reset_serial;
+    if (solver_.kind() == DriveStrategy::reset_node) reset_nodes(faulty_modules());
+    return Treatment::done;
+  };
+  const auto step = [&] {
+    return solver_.step(
+        now_ns_, healthy, [this] { return drive_.budget_ns; }, treat);
+  };
+  solve_errors(s, solver_, begin, step);
 }
 
 // ---- act: actions of the locomotion controller, at once

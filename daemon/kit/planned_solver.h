@@ -15,10 +15,8 @@
 namespace lss::kit {
 
 template <class Kind, class FaultClass, class Parameters>
-class PlannedSolver {
+class PlannedSolver : public Strategies<Kind> {
  public:
-  using Report = typename Strategies<Kind>::Report;
-
   explicit PlannedSolver(const Parameters& parameters) noexcept : parameters_(parameters) {}
 
   // Plans the strategies from the present faults. The first one begins with the next step.
@@ -26,17 +24,13 @@ class PlannedSolver {
     std::array<bool, std::tuple_size_v<decltype(Parameters::order)>> present{};
     for (const FaultClass c : wrong) present[static_cast<std::size_t>(c)] = true;
     // The cause may be gone by now.
-    strategies_.begin(plan(parameters_.order, present, Kind::reconnect));
+    Strategies<Kind>::begin(plan(parameters_.order, present, Kind::reconnect));
   }
-  void end() noexcept { strategies_.end(); }
   // Applies to the running strategy, too.
   void configure(const Parameters& parameters) noexcept { parameters_ = parameters; }
-  bool running() const noexcept { return strategies_.running(); }
-  Kind kind() const noexcept { return strategies_.kind(); }
 
  protected:
   Parameters parameters_;
-  Strategies<Kind> strategies_;
 };
 
 }  // namespace lss::kit

@@ -3,6 +3,7 @@
 #include <bit>
 #include <utility>
 
+#include "daemon/vehicles/ardito/vehicle.h"
 #include "idl/ardito/codes.h"
 
 namespace lss::ardito {
@@ -25,29 +26,29 @@ FaultClass class_of(FaultId fault) noexcept {
 }
 
 // Returns the time that the strategy may take.
-TimeNs Solver::begin_strategy(SolveTarget& target) noexcept {
-  left_ = kind() == StrategyKind::retest ? target.diagnosed() : std::uint16_t{0};
-  next_ns_ = target.now();
+TimeNs Solver::begin_strategy(Vehicle& vehicle) noexcept {
+  left_ = kind() == StrategyKind::retest ? vehicle.diagnosed() : std::uint16_t{0};
+  next_ns_ = vehicle.now();
   return parameters_.budget_ns + std::popcount(left_) * parameters_.close_ns;
 }
 
-Treatment Solver::treat(SolveTarget& target) noexcept {
+Treatment Solver::treat(Vehicle& vehicle) noexcept {
   switch (kind()) {
-    case StrategyKind::reset_fault: target.reset_faults(); return Treatment::done;
+    case StrategyKind::reset_fault: vehicle.reset_faults(); return Treatment::done;
     case StrategyKind::reset_node:
-      target.reset_nodes(target.faulty_modules());
+      vehicle.reset_nodes(vehicle.faulty_modules());
       return Treatment::done;
     case StrategyKind::retest:
       // Clutches close one at a time: two at once would draw twice the current.
-      if (target.now() < next_ns_) return Treatment::running;
+      if (vehicle.now() < next_ns_) return Treatment::running;
       if (left_ == 0) return Treatment::done;
-      target.forget(static_cast<std::uint16_t>(left_ & -left_));
+      vehicle.forget(static_cast<std::uint16_t>(left_ & -left_));
       left_ = static_cast<std::uint16_t>(left_ & (left_ - 1));
-      next_ns_ = target.now() + parameters_.close_ns;
+      next_ns_ = vehicle.now() + parameters_.close_ns;
       return Treatment::running;
     case StrategyKind::isolate: {
-      const auto nodes = static_cast<std::uint16_t>(target.faulty_modules() | target.diagnosed());
-      return nodes == 0 || target.isolate(nodes) ? Treatment::done : Treatment::failed;
+      const auto nodes = static_cast<std::uint16_t>(vehicle.faulty_modules() | vehicle.diagnosed());
+      return nodes == 0 || vehicle.isolate(nodes) ? Treatment::done : Treatment::failed;
     }
     case StrategyKind::none:
     case StrategyKind::reconnect: break;
@@ -55,9 +56,10 @@ Treatment Solver::treat(SolveTarget& target) noexcept {
   return Treatment::done;
 }
 
-Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
-  return strategies_.step(
-      target.now(), healthy, [&] { return begin_strategy(target); }, [&] { return treat(target); });
+Solver::Report Solver::step(Vehicle& vehicle, bool healthy) noexcept {
+  return Strategies::step(
+      vehicle.now(), healthy, [&] { return begin_strategy(vehicle); },
+      [&] { return treat(vehicle); });
 }
 
 }  // namespace lss::ardito

@@ -36,21 +36,7 @@ struct SolverParameters {
   TimeNs close_ns = kSecond;        // between closing two clutches
 };
 
-// The strategies' access to the vehicle. Sets of nodes as bits: bit i is node i+1.
-class SolveTarget {
- public:
-  virtual TimeNs now() const noexcept = 0;
-  virtual std::uint16_t faulty_modules() const noexcept = 0;  // nodes in service
-  virtual std::uint16_t diagnosed() const noexcept = 0;  // by the failure detection, in service
-  virtual void reset_faults() noexcept = 0;              // of drives
-  virtual void reset_nodes(std::uint16_t nodes) noexcept = 0;
-  virtual void forget(std::uint16_t nodes) noexcept = 0;  // clear the diagnosis, diagnose again
-  // False when the locomotion controller refuses.
-  virtual bool isolate(std::uint16_t nodes) noexcept = 0;
-
- protected:
-  ~SolveTarget() = default;
-};
+class Vehicle;
 
 class Solver final : public kit::PlannedSolver<StrategyKind, FaultClass, SolverParameters> {
  public:
@@ -58,11 +44,11 @@ class Solver final : public kit::PlannedSolver<StrategyKind, FaultClass, SolverP
 
   // Once per frame while running. `healthy`: no fault at all in this frame. next: the strategy did
   // not help; call again when the locomotion controller agreed to the next one.
-  Report step(SolveTarget& target, bool healthy) noexcept;
+  Report step(Vehicle& vehicle, bool healthy) noexcept;
 
  private:
-  TimeNs begin_strategy(SolveTarget& target) noexcept;
-  Treatment treat(SolveTarget& target) noexcept;
+  TimeNs begin_strategy(Vehicle& vehicle) noexcept;
+  Treatment treat(Vehicle& vehicle) noexcept;
 
   std::uint16_t left_ = 0;  // nodes to diagnose again
   TimeNs next_ns_ = 0;      // the next of them

@@ -54,7 +54,7 @@ struct Known {
   TimeNs time_ns = 0;  // 0: never
 };
 
-class Vehicle final : public Actor, private SolveTarget {
+class Vehicle final : public Actor {
  public:
   using Sample = RoverSample;
   using BusReport = RoverCanBus::Report;
@@ -75,6 +75,15 @@ class Vehicle final : public Actor, private SolveTarget {
   // Fills the telemetry; true when a sample was requested.
   bool describe(const lss::Inputs<Vehicle>& in, const SupervisorState& state,
                 Telemetry& out) noexcept;
+
+  // For error solving. Sets of nodes as bits: bit i is node i+1.
+  TimeNs now() const noexcept { return now_ns_; }
+  std::uint16_t faulty_modules() const noexcept;  // nodes in service
+  std::uint16_t diagnosed() const noexcept;       // by the failure detection, in service
+  void reset_faults() noexcept { ++orders_.fault_reset_serial; }  // of drives
+  void reset_nodes(std::uint16_t nodes) noexcept;
+  void forget(std::uint16_t nodes) noexcept;   // clears the diagnosis, diagnoses again
+  bool isolate(std::uint16_t nodes) noexcept;  // false when the locomotion controller refuses
 
   const gnc::ardito::Command& command() const noexcept { return command_; }
   const TunableValues& tunables() const noexcept { return tunables_; }
@@ -134,15 +143,6 @@ class Vehicle final : public Actor, private SolveTarget {
   void set_sense(Supervisor& s) noexcept;
   bool healthy(const Supervisor& s) const noexcept;
   bool all_heard() const noexcept;
-
-  // For error solving.
-  TimeNs now() const noexcept override { return now_ns_; }
-  std::uint16_t faulty_modules() const noexcept override;
-  std::uint16_t diagnosed() const noexcept override;
-  void reset_faults() noexcept override { ++orders_.fault_reset_serial; }
-  void reset_nodes(std::uint16_t nodes) noexcept override;
-  void forget(std::uint16_t nodes) noexcept override;
-  bool isolate(std::uint16_t nodes) noexcept override;
 
   const RoverLink& link(std::size_t node) const noexcept { return bus_.status.link[node]; }
   bool answers(std::size_t node) const noexcept;

@@ -417,9 +417,9 @@ void Vehicle::begin_solving(const Supervisor& s) noexcept {
 
 void Vehicle::watch_solver(Supervisor& s) noexcept {
   if (s.controller().state != State::solve_errors) return;
-  SolveTarget& target = *this;
+  const bool well = healthy(s);
   solve_errors(
-      s, solver_, target, [&] { begin_solving(s); }, healthy(s));
+      s, solver_, [&] { begin_solving(s); }, [&] { return solver_.step(*this, well); });
 }
 
 }  // namespace lss::ardito

@@ -17,14 +17,4 @@ FaultClass class_of(FaultId fault) noexcept {
   return navigation ? FaultClass::navigation : FaultClass::system;
 }
 
-Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
-  return strategies_.step(
-      target.now(), healthy, [&] { return parameters_.budget_ns; },
-      [&] {
-        if (kind() == StrategyKind::reset_node) target.reset_modules(target.faulty_modules());
-        if (kind() == StrategyKind::realign) target.realign();
-        return Treatment::done;
-      });
-}
-
 }  // namespace lss::talaris

@@ -32,25 +32,6 @@ struct SolverParameters {
   TimeNs budget_ns = 10 * kSecond;  // for one strategy
 };
 
-// The strategies' access to the vehicle. Sets of modules as bits: bit i is module i+1.
-class SolveTarget {
- public:
-  virtual TimeNs now() const noexcept = 0;
-  virtual std::uint16_t faulty_modules() const noexcept = 0;  // modules that are needed
-  virtual void reset_modules(std::uint16_t modules) noexcept = 0;
-  virtual void realign() noexcept = 0;
-
- protected:
-  ~SolveTarget() = default;
-};
-
-class Solver final : public kit::PlannedSolver<StrategyKind, FaultClass, SolverParameters> {
- public:
-  using PlannedSolver::PlannedSolver;
-
-  // Once per frame while running. `healthy`: no fault at all in this frame. next: the strategy did
-  // not help; call again when the locomotion controller agreed to the next one.
-  Report step(SolveTarget& target, bool healthy) noexcept;
-};
+using Solver = kit::PlannedSolver<StrategyKind, FaultClass, SolverParameters>;
 
 }  // namespace lss::talaris

@@ -29,7 +29,7 @@
 
 namespace lss::talaris {
 
-class Vehicle final : public Actor, private SolveTarget {
+class Vehicle final : public Actor {
  public:
   using Sample = TalarisSample;
   using BusReport = talaris::BusReport;
@@ -98,11 +98,10 @@ class Vehicle final : public Actor, private SolveTarget {
   void begin_solving(const Supervisor& s) noexcept;
   void warn(bool wrong, bool& told, FaultId id, std::uint16_t subject, Supervisor& s) noexcept;
 
-  // For error solving.
-  TimeNs now() const noexcept override { return now_ns_; }
-  std::uint16_t faulty_modules() const noexcept override;
-  void reset_modules(std::uint16_t modules) noexcept override;
-  void realign() noexcept override;
+  // For error solving. Sets of modules as bits: bit i is module i+1.
+  std::uint16_t faulty_modules() const noexcept;  // modules that are needed
+  void reset_modules(std::uint16_t modules) noexcept;
+  void realign() noexcept;
 
   Mode mode() const noexcept;
   const HopperLink& link(std::size_t node) const noexcept { return bus_.can.status.link[node]; }

@@ -227,9 +227,17 @@ void Vehicle::watch_solver(Supervisor& s) noexcept {
   const lc::ControllerState& c = s.controller();
   const bool healthy = bus_.can.open && (faulty_modules() & kActuators) == 0 && c.unheard == 0 &&
                        c.silent == 0 && !bus_.edges.all_stop_pending;
-  SolveTarget& target = *this;
+  const auto treat = [this] {
+    if (solver_.kind() == StrategyKind::reset_node) reset_modules(faulty_modules());
+    if (solver_.kind() == StrategyKind::realign) realign();
+    return Treatment::done;
+  };
+  const auto step = [&] {
+    return solver_.step(
+        now_ns_, healthy, [this] { return parameters_.solver.budget_ns; }, treat);
+  };
   solve_errors(
-      s, solver_, target, [&] { begin_solving(s); }, healthy);
+      s, solver_, [&] { begin_solving(s); }, step);
 }
 
 }  // namespace lss::talaris

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "daemon/cycle/plan.h"
+#include "daemon/vehicles/zebro/vehicle.h"
 #include "idl/zebro/codes.h"
 
 namespace lss::zebro {
@@ -48,16 +49,16 @@ bool of_operator(FaultId fault) noexcept {
   return fault == FaultId::emergency_stop || fault == FaultId::obc_silent;
 }
 
-void ResetModules::begin(SolveTarget& target, std::uint8_t modules) noexcept {
+void ResetModules::begin(Vehicle& vehicle, std::uint8_t modules) noexcept {
   for (std::size_t i = 0; i < kModules; ++i) {
-    if (all_ || contains(modules, i)) target.reset(i);
+    if (all_ || contains(modules, i)) vehicle.reset(i);
   }
 }
 
-void MoveFree::begin(SolveTarget& target, std::uint8_t modules) noexcept {
+void MoveFree::begin(Vehicle& vehicle, std::uint8_t modules) noexcept {
   left_ = 0;
   for (std::size_t i = 0; i < kLegs; ++i) {
-    if (contains(modules, i) && target.answers(i))
+    if (contains(modules, i) && vehicle.answers(i))
       left_ = static_cast<std::uint8_t>(left_ | 1u << i);
   }
   moved_ = stuck_ = 0;
@@ -65,31 +66,31 @@ void MoveFree::begin(SolveTarget& target, std::uint8_t modules) noexcept {
 }
 
 // Others may still be moved: only what does not move is isolated.
-Treatment MoveFree::give_up_leg(SolveTarget& target) noexcept {
-  target.rest();
+Treatment MoveFree::give_up_leg(Vehicle& vehicle) noexcept {
+  vehicle.rest();
   stuck_ = static_cast<std::uint8_t>(stuck_ | 1u << leg_);
   phase_ = Phase::next_leg;
   return Treatment::running;
 }
 
-Treatment MoveFree::step(SolveTarget& target) noexcept {
-  const TimeNs now = target.now();
+Treatment MoveFree::step(Vehicle& vehicle) noexcept {
+  const TimeNs now = vehicle.now();
   if (phase_ == Phase::next_leg) {
     if (left_ == 0) return stuck_ == 0 ? Treatment::done : Treatment::failed;
     leg_ = static_cast<std::size_t>(std::countr_zero(left_));
     left_ = static_cast<std::uint8_t>(left_ & (left_ - 1));
-    if (!target.begin_move(leg_)) return give_up_leg(target);
+    if (!vehicle.begin_move(leg_)) return give_up_leg(vehicle);
     phase_ = Phase::switching_on;
     due_ns_ = now + kMoveGrace;
     return Treatment::running;
   }
-  const Status& status = target.status(leg_);
-  const bool late = now > due_ns_ + kMoveGrace || target.doubtful(leg_);
+  const Status& status = vehicle.status(leg_);
+  const bool late = now > due_ns_ + kMoveGrace || vehicle.doubtful(leg_);
   const bool stopped = phase_ != Phase::switching_on &&
                        (status.flags & (kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog)) != 0;
-  if (late || stopped || !target.answers(leg_) || status.current_A > parameters_.current_limit_A)
-    return give_up_leg(target);
-  follow_calibration(target);
+  if (late || stopped || !vehicle.answers(leg_) || status.current_A > parameters_.current_limit_A)
+    return give_up_leg(vehicle);
+  follow_calibration(vehicle);
   const auto moved = [&](double to_rad) {
     return now >= due_ns_ && (status.flags & kFlagMoving) == 0 &&
            apart(status.position_rad, to_rad) < kArrived_rad;
@@ -100,17 +101,17 @@ Treatment MoveFree::step(SolveTarget& target) noexcept {
       from_rad_ = status.position_rad;
       due_ns_ = now + parameters_.free_move_ns;
       phase_ = Phase::back;
-      order(target);
+      order(vehicle);
       break;
     case Phase::back:
       if (!moved(turned(from_rad_, -parameters_.free_rad))) break;
       due_ns_ = now + parameters_.free_move_ns;
       phase_ = Phase::forth;
-      order(target);
+      order(vehicle);
       break;
     case Phase::forth:
       if (!moved(from_rad_)) break;
-      target.rest();
+      vehicle.rest();
       moved_ = static_cast<std::uint8_t>(moved_ | 1u << leg_);
       phase_ = Phase::next_leg;
       break;
@@ -119,50 +120,51 @@ Treatment MoveFree::step(SolveTarget& target) noexcept {
   return Treatment::running;
 }
 
-void MoveFree::order(SolveTarget& target) noexcept {
+void MoveFree::order(Vehicle& vehicle) noexcept {
   const bool forth = phase_ == Phase::forth;
-  target.move(leg_, forth ? from_rad_ : turned(from_rad_, -parameters_.free_rad), due_ns_, forth);
+  vehicle.order_move(leg_, forth ? from_rad_ : turned(from_rad_, -parameters_.free_rad), due_ns_,
+                     forth);
 }
 
 // At its Hall sensor a leg's position becomes the true one, and the module goes on to its ordered
 // position, which is now another place, up to a turn away.
-void MoveFree::follow_calibration(SolveTarget& target) noexcept {
-  const Status& status = target.status(leg_);
+void MoveFree::follow_calibration(Vehicle& vehicle) noexcept {
+  const Status& status = vehicle.status(leg_);
   const bool calibrated = (status.flags & kFlagCalibrated) != 0;
   const bool under_way = phase_ == Phase::back || phase_ == Phase::forth;
   if (under_way && calibrated && !calibrated_) {
     from_rad_ = turned(status.position_rad, std::remainder(from_rad_ - seen_rad_, kWholeTurn_rad));
-    due_ns_ = std::max(due_ns_, target.now() + kReplanned);
-    order(target);
+    due_ns_ = std::max(due_ns_, vehicle.now() + kReplanned);
+    order(vehicle);
   }
   calibrated_ = calibrated;
   seen_rad_ = status.position_rad;
 }
 
-Treatment CoolDown::step(SolveTarget& target) noexcept {
+Treatment CoolDown::step(Vehicle& vehicle) noexcept {
   for (std::size_t i = 0; i < kModules; ++i) {
-    if (contains(modules_, i) && target.temperature_degC(i) > parameters_.cool_degC)
+    if (contains(modules_, i) && vehicle.temperature_degC(i) > parameters_.cool_degC)
       return Treatment::running;
   }
   // Cool: the trip may be cleared.
   for (std::size_t i = 0; i < kModules; ++i) {
-    if (contains(modules_, i)) target.reset(i);
+    if (contains(modules_, i)) vehicle.reset(i);
   }
   return Treatment::done;
 }
 
-void Isolate::begin(SolveTarget& target, std::uint8_t modules) noexcept {
+void Isolate::begin(Vehicle& vehicle, std::uint8_t modules) noexcept {
   modules_ = modules;
-  until_ns_ = target.now() + kMoveGrace;
+  until_ns_ = vehicle.now() + kMoveGrace;
 }
 
 // Waits until the motor of a leg that was just moved is off.
-Treatment Isolate::step(SolveTarget& target) noexcept {
-  for (std::size_t i = 0; i < kModules && target.now() < until_ns_; ++i) {
-    const bool motor = (target.status(i).flags & kFlagMotionControl) != 0;
-    if (contains(modules_, i) && target.answers(i) && motor) return Treatment::running;
+Treatment Isolate::step(Vehicle& vehicle) noexcept {
+  for (std::size_t i = 0; i < kModules && vehicle.now() < until_ns_; ++i) {
+    const bool motor = (vehicle.status(i).flags & kFlagMotionControl) != 0;
+    if (contains(modules_, i) && vehicle.answers(i) && motor) return Treatment::running;
   }
-  return modules_ == 0 || target.isolate(modules_) ? Treatment::done : Treatment::failed;
+  return modules_ == 0 || vehicle.isolate(modules_) ? Treatment::done : Treatment::failed;
 }
 
 Solver::Solver(const SolverParameters& parameters) noexcept
@@ -219,28 +221,28 @@ void Solver::clear_moved() noexcept {
   suspects_ = static_cast<std::uint8_t>(suspects_ & ~move_free_.moved());
 }
 
-Solver::Report Solver::give_up(SolveTarget& target) noexcept {
+Solver::Report Solver::give_up(Vehicle& vehicle) noexcept {
   unsigned blamed = suspects_;
   for (std::size_t i = 0; i < kLegs; ++i) {
-    if (contains(target.faulty_modules(), i) && target.answers(i)) blamed |= 1u << i;
+    if (contains(vehicle.faulty_modules(), i) && vehicle.answers(i)) blamed |= 1u << i;
   }
   blamed_ = static_cast<std::uint8_t>(blamed);
-  target.rest();  // ends a movement in progress
+  vehicle.rest();  // ends a movement in progress
   if (at_ + 1 == plan_.size() || plan_[at_ + 1] == StrategyKind::none) return Report::unsolved;
   ++at_;
   begun_ = false;
   return Report::next;
 }
 
-Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
-  const TimeNs now = target.now();
-  suspects_ = static_cast<std::uint8_t>(suspects_ & ~target.isolated());
+Solver::Report Solver::step(Vehicle& vehicle, bool healthy) noexcept {
+  const TimeNs now = vehicle.now();
+  suspects_ = static_cast<std::uint8_t>(suspects_ & ~vehicle.isolated());
   if (!begun_) {
-    auto modules = static_cast<std::uint8_t>(target.faulty_modules() | suspects_);
+    auto modules = static_cast<std::uint8_t>(vehicle.faulty_modules() | suspects_);
     if (at_ == 0 && relapsed_ != 0) modules = relapsed_;
     // New orders between two strategies hide that a module disobeys.
     if (kind() == StrategyKind::isolate && modules == 0) modules = blamed_;
-    strategy().begin(target, modules);
+    strategy().begin(vehicle, modules);
     begun_ = true;
     std::uint8_t moves = suspects_;
     if (kind() == StrategyKind::move_free) moves = modules;
@@ -250,12 +252,12 @@ Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
                 parameters_.budget_ns;
     phase_ = Phase::treating;
   }
-  if (now > until_ns_) return give_up(target);
+  if (now > until_ns_) return give_up(vehicle);
   switch (phase_) {
     case Phase::treating: {
-      const Treatment treatment = strategy().step(target);
+      const Treatment treatment = strategy().step(vehicle);
       if (kind() == StrategyKind::move_free) clear_moved();
-      if (treatment == Treatment::failed) return give_up(target);
+      if (treatment == Treatment::failed) return give_up(vehicle);
       if (treatment == Treatment::running) break;
       phase_ = Phase::waiting;
       until_ns_ = std::min(until_ns_, now + parameters_.budget_ns + moves_ns(suspects_));
@@ -265,12 +267,12 @@ Solver::Report Solver::step(SolveTarget& target, bool healthy) noexcept {
       if (!healthy) break;
       healthy_since_ns_ = now;
       phase_ = suspects_ != 0 ? Phase::moving : Phase::proving;
-      if (phase_ == Phase::moving) move_free_.begin(target, suspects_);
+      if (phase_ == Phase::moving) move_free_.begin(vehicle, suspects_);
       break;
     case Phase::moving: {
-      const Treatment treatment = move_free_.step(target);
+      const Treatment treatment = move_free_.step(vehicle);
       clear_moved();
-      if (treatment == Treatment::failed) return give_up(target);
+      if (treatment == Treatment::failed) return give_up(vehicle);
       if (treatment == Treatment::running) break;
       phase_ = Phase::waiting;
       break;

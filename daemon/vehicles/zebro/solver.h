@@ -69,36 +69,13 @@ constexpr bool contains(std::uint8_t modules, std::size_t i) noexcept {
   return (static_cast<unsigned>(modules) >> i & 1u) != 0;
 }
 
-// The strategies' access to the vehicle.
-class SolveTarget {
- public:
-  virtual TimeNs now() const noexcept = 0;
-  virtual bool answers(std::size_t module) const noexcept = 0;
-  // What it reports cannot be true (daemon/vehicles/zebro/report_check.h).
-  virtual bool doubtful(std::size_t module) const noexcept = 0;
-  virtual const Status& status(std::size_t module) const noexcept = 0;
-  virtual double temperature_degC(std::size_t module) const noexcept = 0;
-  // Bit i: something is wrong with module i+1, and it is in service.
-  virtual std::uint8_t faulty_modules() const noexcept = 0;
-  virtual std::uint8_t isolated() const noexcept = 0;
-  virtual void reset(std::size_t module) noexcept = 0;
-  // False when the locomotion controller refuses.
-  virtual bool isolate(std::uint8_t modules) noexcept = 0;
-  // One leg may move until rest(); false when the locomotion controller refuses.
-  virtual bool begin_move(std::size_t leg) noexcept = 0;
-  virtual void move(std::size_t leg, double position_rad, TimeNs arrive_ns,
-                    bool forward) noexcept = 0;
-  virtual void rest() noexcept = 0;
-
- protected:
-  ~SolveTarget() = default;
-};
+class Vehicle;
 
 // One way to solve errors. `modules`: its modules, as bits.
 class Strategy {
  public:
-  virtual void begin(SolveTarget& target, std::uint8_t modules) noexcept = 0;
-  virtual Treatment step(SolveTarget& target) noexcept = 0;
+  virtual void begin(Vehicle& vehicle, std::uint8_t modules) noexcept = 0;
+  virtual Treatment step(Vehicle& vehicle) noexcept = 0;
 
  protected:
   ~Strategy() = default;
@@ -107,15 +84,15 @@ class Strategy {
 // Only waits: contact and port are retried all the time.
 class Reconnect final : public Strategy {
  public:
-  void begin(SolveTarget&, std::uint8_t) noexcept override {}
-  Treatment step(SolveTarget&) noexcept override { return Treatment::done; }
+  void begin(Vehicle&, std::uint8_t) noexcept override {}
+  Treatment step(Vehicle&) noexcept override { return Treatment::done; }
 };
 
 class ResetModules final : public Strategy {
  public:
   explicit ResetModules(bool all) noexcept : all_(all) {}
-  void begin(SolveTarget& target, std::uint8_t modules) noexcept override;
-  Treatment step(SolveTarget&) noexcept override { return Treatment::done; }
+  void begin(Vehicle& vehicle, std::uint8_t modules) noexcept override;
+  Treatment step(Vehicle&) noexcept override { return Treatment::done; }
 
  private:
   bool all_;
@@ -127,8 +104,8 @@ class ResetModules final : public Strategy {
 class MoveFree final : public Strategy {
  public:
   explicit MoveFree(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
-  void begin(SolveTarget& target, std::uint8_t modules) noexcept override;
-  Treatment step(SolveTarget& target) noexcept override;
+  void begin(Vehicle& vehicle, std::uint8_t modules) noexcept override;
+  Treatment step(Vehicle& vehicle) noexcept override;
   // Legs, as bits, that came back from their way.
   std::uint8_t moved() const noexcept { return moved_; }
   template <class V>
@@ -139,9 +116,9 @@ class MoveFree final : public Strategy {
 
  private:
   enum class Phase : std::uint8_t { next_leg, switching_on, back, forth };
-  Treatment give_up_leg(SolveTarget& target) noexcept;
-  void follow_calibration(SolveTarget& target) noexcept;
-  void order(SolveTarget& target) noexcept;
+  Treatment give_up_leg(Vehicle& vehicle) noexcept;
+  void follow_calibration(Vehicle& vehicle) noexcept;
+  void order(Vehicle& vehicle) noexcept;
 
   SolverParameters parameters_;
   Phase phase_ = Phase::next_leg;
@@ -157,8 +134,8 @@ class MoveFree final : public Strategy {
 class CoolDown final : public Strategy {
  public:
   explicit CoolDown(const SolverParameters& parameters) noexcept : parameters_(parameters) {}
-  void begin(SolveTarget&, std::uint8_t modules) noexcept override { modules_ = modules; }
-  Treatment step(SolveTarget& target) noexcept override;
+  void begin(Vehicle&, std::uint8_t modules) noexcept override { modules_ = modules; }
+  Treatment step(Vehicle& vehicle) noexcept override;
   template <class V>
   void keep(V& v) {
     v(parameters_, modules_);
@@ -173,8 +150,8 @@ class CoolDown final : public Strategy {
 // Takes the legs out of service, when the others can stand and walk.
 class Isolate final : public Strategy {
  public:
-  void begin(SolveTarget& target, std::uint8_t modules) noexcept override;
-  Treatment step(SolveTarget& target) noexcept override;
+  void begin(Vehicle& vehicle, std::uint8_t modules) noexcept override;
+  Treatment step(Vehicle& vehicle) noexcept override;
   template <class V>
   void keep(V& v) {
     v(modules_, until_ns_);
@@ -206,7 +183,7 @@ class Solver {
 
   // Once per frame while running. `healthy`: no fault at all in this frame. next: the strategy did
   // not help; call again when the locomotion controller agreed to the next one.
-  Report step(SolveTarget& target, bool healthy) noexcept;
+  Report step(Vehicle& vehicle, bool healthy) noexcept;
 
   // For records (daemon/record/state.h).
   template <class V>
@@ -220,7 +197,7 @@ class Solver {
 
   Strategy& strategy() noexcept;
   TimeNs moves_ns(std::uint8_t legs) const noexcept;  // time for moving them free
-  Report give_up(SolveTarget& target) noexcept;
+  Report give_up(Vehicle& vehicle) noexcept;
   void clear_moved() noexcept;
   // After the treatment: no fault, stopped legs have moved, no fault for a while.
   enum class Phase : std::uint8_t { treating, waiting, moving, proving };

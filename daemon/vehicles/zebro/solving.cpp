@@ -92,7 +92,6 @@ void Vehicle::watch_solver(Supervisor& s) noexcept {
     const bool motor = (modules_[i].status.flags & kFlagMotionControl) != 0;
     healthy = healthy && !(motor && answers(i));
   }
-  SolveTarget& target = *this;
   const auto begin = [&] {
     Symptoms all = symptoms(s);
     rounds_.begun(all.all());
@@ -100,7 +99,7 @@ void Vehicle::watch_solver(Supervisor& s) noexcept {
       symptom.again = rounds_.of(symptom) > 1;
     solver_.begin(all.all());
   };
-  solve_errors(s, solver_, target, begin, healthy);
+  solve_errors(s, solver_, begin, [&] { return solver_.step(*this, healthy); });
 }
 
 }  // namespace lss::zebro

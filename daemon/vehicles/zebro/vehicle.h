@@ -44,7 +44,7 @@ struct Module {
   bool reset = false;          // shown by two statuses, in this frame
 };
 
-class Vehicle final : public Actor, private SolveTarget {
+class Vehicle final : public Actor {
  public:
   using Sample = ModuleReply;
   using BusReport = LegSerialBus::Report;
@@ -65,6 +65,30 @@ class Vehicle final : public Actor, private SolveTarget {
   Command gate(const Command& wanted, Supervisor& supervisor, TimeNs now) noexcept;
   // Fills the telemetry; true when a sample was requested.
   bool describe(const Inputs<Vehicle>& in, const SupervisorState& state, Telemetry& out) noexcept;
+
+  // For error solving.
+  TimeNs now() const noexcept { return now_ns_; }
+  bool answers(std::size_t module) const noexcept;
+  // What it reports cannot be true (daemon/vehicles/zebro/report_check.h).
+  bool doubtful(std::size_t module) const noexcept {
+    return checks_[module].finding(now_ns_) != ReportCheck::Finding::none;
+  }
+  const Status& status(std::size_t module) const noexcept { return modules_[module].status; }
+  double temperature_degC(std::size_t module) const noexcept {
+    return modules_[module].health.temperature_degC;
+  }
+  // Bit i: something is wrong with module i+1, and it is in service.
+  std::uint8_t faulty_modules() const noexcept;
+  std::uint8_t isolated() const noexcept { return static_cast<std::uint8_t>(isolated_); }
+  void reset(std::size_t module) noexcept {
+    if (in_service(module)) order(module, ModuleOrder::Kind::reset);
+  }
+  // False when the locomotion controller refuses.
+  bool isolate(std::uint8_t modules) noexcept;
+  // One leg may move until rest(); false when the locomotion controller refuses.
+  bool begin_move(std::size_t leg) noexcept;
+  void order_move(std::size_t module, double position_rad, TimeNs arrive_ns, bool forward) noexcept;
+  void rest() noexcept;
 
   const std::array<Module, kModules>& modules() const noexcept { return modules_; }
   const TunableValues& tunables() const noexcept { return tunables_; }
@@ -104,33 +128,7 @@ class Vehicle final : public Actor, private SolveTarget {
   }
   void order_all(ModuleOrder::Kind kind) noexcept;
   void order(std::size_t module, ModuleOrder::Kind kind) noexcept;
-  void order_move(std::size_t module, double position_rad, TimeNs arrive_ns, bool forward) noexcept;
   bool in_service(std::size_t module) const noexcept { return (isolated_ >> module & 1u) == 0; }
-
-  // For error solving.
-  TimeNs now() const noexcept override { return now_ns_; }
-  bool answers(std::size_t module) const noexcept override;
-  bool doubtful(std::size_t module) const noexcept override {
-    return checks_[module].finding(now_ns_) != ReportCheck::Finding::none;
-  }
-  const Status& status(std::size_t module) const noexcept override {
-    return modules_[module].status;
-  }
-  double temperature_degC(std::size_t module) const noexcept override {
-    return modules_[module].health.temperature_degC;
-  }
-  std::uint8_t faulty_modules() const noexcept override;
-  std::uint8_t isolated() const noexcept override { return static_cast<std::uint8_t>(isolated_); }
-  void reset(std::size_t module) noexcept override {
-    if (in_service(module)) order(module, ModuleOrder::Kind::reset);
-  }
-  bool isolate(std::uint8_t modules) noexcept override;
-  bool begin_move(std::size_t leg) noexcept override;
-  void move(std::size_t leg, double position_rad, TimeNs arrive_ns,
-            bool forward) noexcept override {
-    order_move(leg, position_rad, arrive_ns, forward);
-  }
-  void rest() noexcept override;
 
   void watch_resets(Supervisor& s) noexcept;
   void watch_modules(Supervisor& s) noexcept;
