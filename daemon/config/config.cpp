@@ -25,7 +25,7 @@ TimeNs ns_from(double value, TimeNs unit) {
 
 void read_identity(Section& root, const std::vector<std::string>& vehicles, Config& config) {
   config.vehicle = root.required_text("vehicle");
-  const bool known = std::find(vehicles.begin(), vehicles.end(), config.vehicle) != vehicles.end();
+  const bool known = std::ranges::find(vehicles, config.vehicle) != vehicles.end();
   if (!known && !config.vehicle.empty()) {
     root.error("vehicle", fmt::format("\"{}\" is not built into this daemon; it has: {}",
                                       config.vehicle, join(vehicles)));
@@ -98,8 +98,7 @@ void read_realtime(Section realtime, Config& config) {
   for (Section& section : realtime.sections("thread")) {
     const std::string name = section.required_text("name");
     Thread unknown;
-    const auto found = std::find_if(config.threads.begin(), config.threads.end(),
-                                    [&](const Thread& thread) { return thread.name == name; });
+    const auto found = std::ranges::find(config.threads, name, &Thread::name);
     Thread& thread = found == config.threads.end() ? unknown : *found;
     thread.priority = static_cast<int>(section.integer("priority", thread.priority, 0, 99));
     thread.cpu = static_cast<int>(section.integer("cpu", -1, -1, 1023));
@@ -110,7 +109,7 @@ void read_realtime(Section realtime, Config& config) {
     if (name.empty()) continue;
     if (found == config.threads.end()) {
       section.error("name", fmt::format("\"{}\" is no thread; there are: {}", name, join(names)));
-    } else if (std::find(seen.begin(), seen.end(), name) != seen.end()) {
+    } else if (std::ranges::find(seen, name) != seen.end()) {
       section.error("name", fmt::format("\"{}\" stands in the table twice", name));
     }
     seen.push_back(name);
@@ -159,7 +158,7 @@ unsigned read_what(Section& section, unsigned fallback) {
   const std::vector<std::string> chosen = section.texts("what", fallback_names);
   if (chosen.empty()) section.error("what", "is empty; choose of: " + join(names) + ", all");
   for (const std::string& word : chosen) {
-    const auto found = std::find(names.begin(), names.end(), word);
+    const auto found = std::ranges::find(names, word);
     if (word == "all") {
       what |= kAllLogParts;
     } else if (found != names.end()) {
@@ -242,9 +241,8 @@ std::vector<LogPreset> shipped_presets() {
            .address = "/run/lss/log"}};
 }
 
-auto find_preset(const std::vector<LogPreset>& presets, const std::string& name) {
-  return std::find_if(presets.begin(), presets.end(),
-                      [&](const LogPreset& preset) { return preset.name == name; });
+auto find_preset(auto& presets, const std::string& name) {
+  return std::ranges::find(presets, name, &LogPreset::name);
 }
 
 void read_presets(Section& log, Config& config) {
@@ -252,14 +250,13 @@ void read_presets(Section& log, Config& config) {
   std::vector<std::string> seen;
   for (Section& section : log.sections("preset")) {
     const std::string name = section.required_text("name");
-    const auto found = std::find_if(config.log_presets.begin(), config.log_presets.end(),
-                                    [&](const LogPreset& preset) { return preset.name == name; });
+    const auto found = find_preset(config.log_presets, name);
     const bool known = found != config.log_presets.end();
     LogPreset preset = read_preset(section, known ? *found : LogPreset{.name = name});
     if (name.empty()) continue;
     if (!is_name(name, 24, "_-")) {  // goes into the names of files
       section.error("name", fmt::format("\"{}\" must be 1 to 24 letters, digits, - or _", name));
-    } else if (std::find(seen.begin(), seen.end(), name) != seen.end()) {
+    } else if (std::ranges::find(seen, name) != seen.end()) {
       section.error("name", fmt::format("\"{}\" stands in the list twice", name));
     }
     seen.push_back(name);
@@ -274,7 +271,7 @@ void read_presets(Section& log, Config& config) {
   std::vector<std::string> names;
   for (const LogPreset& preset : config.log_presets) names.push_back(preset.name);
   const auto is_preset = [&](const std::string& name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
+    return std::ranges::count(names, name) > 0;
   };
   if (!config.log_use.empty() && !is_preset(config.log_use))
     log.error("use", fmt::format("\"{}\" is no preset; there are: {}; \"\" logs nothing",
@@ -319,7 +316,7 @@ void read_all(Section root, const std::vector<std::string>& vehicles,
   config.certificate = root.section("timing").text("certificate", "");
   config.parameters_folder = root.section("parameters").text("folder", "");
   read_link(root.section("link"), config);
-  if (std::find(vehicles.begin(), vehicles.end(), config.vehicle) != vehicles.end()) {
+  if (std::ranges::find(vehicles, config.vehicle) != vehicles.end()) {
     Section own = root.section(config.vehicle);
     read_vehicle(config.vehicle, own);
   } else {
