@@ -215,9 +215,9 @@ void DescribedVehicle::read_presentation(const Json& json) {
   ends_ = read_cases(json.value("ends", Json::array()));
   slow_ = read_cases(json.value("slow", Json::array()));
   for (const Json& alarm : json.value("alarms", Json::array())) {
-    alarms_.push_back({alarm.at("field").get<std::string>(), alarm.at("text").get<std::string>(),
-                       alarm.at("advice").get<std::string>(), alarm.at("good").get<bool>(),
-                       alarm.at("alone").get<bool>(), alarm.at("subject").get<std::uint16_t>()});
+    alarms_.push_back({keep(alarm.at("field")), alarm.at("good").get<bool>(),
+                       keep(alarm.at("text")), keep(alarm.at("advice")),
+                       alarm.at("subject").get<std::uint16_t>(), alarm.at("alone").get<bool>()});
   }
   for (const Json& w : json.value("words", Json::array()))
     shown_.words[w.at("field").get<std::string>()] = {w.at("words").get<std::vector<std::string>>(),
@@ -247,7 +247,7 @@ void DescribedVehicle::put_on(const Overlay& overlay) {
 std::vector<DescribedVehicle::Case> DescribedVehicle::read_cases(const Json& list) {
   std::vector<Case> cases;
   for (const Json& one : list) {
-    cases.push_back({one.at("command").get<std::uint16_t>(), one.at("index").get<std::size_t>(),
+    cases.push_back({one.at("command").get<std::uint16_t>(), one.at("index").get<unsigned>(),
                      one.at("value").get<double>(), one.at("takes_s").get<double>()});
     if (cases.back().index >= kMaxParameters)
       refuse(fmt::format("parameter {} of command {}", cases.back().index, cases.back().command));

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "daemon/cycle/text.h"
 #include "tools/lss-cli/session/telemetry_screen.h"
 #include "tools/lss-cli/session/telemetry_type.h"
 #include "tools/lss-cli/session/vehicle.h"
@@ -28,23 +29,15 @@ class DescribedVehicle {
 
  private:
   using Json = nlohmann::json;
-  // As in a Presentation (daemon/cycle/text.h).
+  // As in a Presentation.
   struct Step {
     std::uint16_t step = 0;
     std::vector<std::uint8_t> modes;
     std::vector<std::uint16_t> commands;
     std::optional<double> argument, when;
   };
-  struct Case {
-    std::uint16_t command = 0;
-    std::size_t index = 0;
-    double value = 0, takes_s = 0;
-  };
-  struct Alarm {
-    std::string field, text, advice;
-    bool good = true, alone = false;
-    std::uint16_t subject = 0;
-  };
+  using Case = Presentation::Case;
+  using Alarm = Presentation::Alarm;
 
   void read(const Json& dictionary);
   void read_command(const Json& json);
