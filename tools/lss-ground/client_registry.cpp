@@ -58,10 +58,7 @@ ClientRegistry::ClientRegistry(Fleet& fleet, const Door& door, std::uint32_t lea
       .status = [this](Craft& craft) { heard_status(craft); },
       .event =
           [this](Craft& craft, const lss_Event& event) {
-            json document = cli::event_json(*craft.kind, event);
-            document["type"] = "event";
-            document["id"] = craft.id;
-            tell_everybody("", document);
+            tell_event(craft, event);
             show_event(craft, event);
           },
       .timing =

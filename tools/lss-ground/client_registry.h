@@ -124,6 +124,7 @@ class ClientRegistry {
   void on(Client& client, const Script& script);
 
   void heard_status(Craft& craft);
+  void tell_event(const Craft& craft, const lss_Event& event);
   void heard_ack(const lss_CommandAck& ack);
   bool is_over(Job& job, const lss_CommandAck& ack);  // otherwise it continues
   void send_step(Job& job);

@@ -114,17 +114,19 @@ void ClientRegistry::tell_everything(Client& client) {
   }
 }
 
+void ClientRegistry::tell_event(const Craft& craft, const lss_Event& event) {
+  json document = cli::event_json(*craft.kind, event);
+  document["type"] = "event";
+  document["id"] = craft.id;
+  tell_everybody("", document);
+}
+
 void ClientRegistry::heard_status(Craft& craft) {
   if (described_.insert(craft.id).second) {
     show_vehicle(craft);
     tell_everybody("", describe(craft));
     if (craft.parameters.count > 0) tell_everybody("parameters " + craft.id, parameters(craft));
-    for (const lss_Event& event : craft.events) {
-      json document = cli::event_json(*craft.kind, event);
-      document["type"] = "event";
-      document["id"] = craft.id;
-      tell_everybody("", document);
-    }
+    for (const lss_Event& event : craft.events) tell_event(craft, event);
   }
   tell_everybody("status " + craft.id, status(craft));
   show_status(craft);
