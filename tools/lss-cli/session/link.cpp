@@ -128,17 +128,20 @@ bool Link::is_found() const {
   return !names().empty();
 }
 
-void Link::find_vehicle() {
+void Link::look(const std::function<bool(bool all_heard, bool lull)>& is_enough) {
   const Clock::time_point until = Clock::now() + seconds(options_.find_timeout_s());
-  const bool named = !options_.vehicle_id.empty();
-  Lull lull;
-  while (Clock::now() < until) {
-    const Clock::time_point look = lull.step(take(), Clock::now());
-    const bool settled =
-        named ? daemons_.all_heard() || lull.is_over() : daemons_.all_heard() && lull.is_over();
-    if (is_found() && settled) break;
-    if (waker_.wait(std::min(look, until)).interrupted) throw Interrupted();
+  for (Lull lull; Clock::now() < until;) {
+    const Clock::time_point next = lull.step(take(), Clock::now());
+    if (is_enough(daemons_.all_heard(), lull.is_over())) return;
+    if (waker_.wait(std::min(next, until)).interrupted) throw Interrupted();
   }
+}
+
+void Link::find_vehicle() {
+  const bool named = !options_.vehicle_id.empty();
+  look([&](bool all_heard, bool lull) {
+    return is_found() && (named ? all_heard || lull : all_heard && lull);
+  });
   if (!is_found()) throw unreachable(options_.vehicle_id);
   if (!named && names().size() > 1) throw several();
   if (!named && !daemons_.all_heard()) {
@@ -175,12 +178,7 @@ bool Link::is_described() const {
 }
 
 bool Link::may_be_described() {
-  const Clock::time_point until = Clock::now() + seconds(options_.find_timeout_s());
-  for (Lull lull; Clock::now() < until;) {
-    const Clock::time_point look = lull.step(take(), Clock::now());
-    if (is_found() && daemons_.all_heard() && lull.is_over()) break;
-    if (waker_.wait(std::min(look, until)).interrupted) throw Interrupted();
-  }
+  look([&](bool all_heard, bool lull) { return is_found() && all_heard && lull; });
   return std::ranges::any_of(daemons_.all(), [&](const auto& one) {
     const auto& [guid, daemon] = one;
     const bool meant =
@@ -190,12 +188,7 @@ bool Link::may_be_described() {
 }
 
 void Link::listen() {
-  const Clock::time_point until = Clock::now() + seconds(options_.find_timeout_s());
-  for (Lull lull; Clock::now() < until;) {
-    const Clock::time_point look = lull.step(take(), Clock::now());
-    if (lull.is_over() && daemons_.all_heard()) return;
-    if (waker_.wait(std::min(look, until)).interrupted) throw Interrupted();
-  }
+  look([](bool all_heard, bool lull) { return all_heard && lull; });
 }
 
 void Link::check_meant() {

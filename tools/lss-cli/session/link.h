@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -122,6 +123,9 @@ class Link {
   dds::Entity writer(const dds::Topic& topic);
   std::vector<std::string> names() const;
   bool is_found() const;
+  // Looks for daemons until it is enough, as long as find_vehicle() may; `lull`: DDS has reported
+  // no new one for some time.
+  void look(const std::function<bool(bool all_heard, bool lull)>& is_enough);
   const Vehicle& describe();
   Failure several() const;
   void open_command_writer(const std::string& source);
