@@ -14,6 +14,7 @@
 
 #include "daemon/record/files.h"
 #include "daemon/record/recording.h"
+#include "drivers/file.h"
 
 namespace lss {
 namespace {
@@ -65,20 +66,19 @@ class Reader {
 class Disk final : public StoreFiles {
  public:
   int read(const std::filesystem::path& path, Bytes& bytes) override {
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a pipe has no end
-    if (fd < 0) return errno;
+    const File file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // a pipe has no end
+    if (!file) return errno;
     bytes.resize(kMostBytes + 1);  // one more: shows a file that is too long
     std::size_t size = 0;
     int error = 0;
     while (size < bytes.size()) {
-      const ssize_t got = ::read(fd, &bytes[size], bytes.size() - size);
+      const ssize_t got = ::read(file.get(), &bytes[size], bytes.size() - size);
       if (got < 0 && errno == EINTR) continue;
       if (got < 0) error = errno;
       if (got <= 0) break;
       size += static_cast<std::size_t>(got);
     }
     bytes.resize(size);
-    ::close(fd);
     return error;
   }
 
@@ -98,12 +98,10 @@ class Disk final : public StoreFiles {
   }
 
   int sync_folder(const std::filesystem::path& folder) override {
-    const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd < 0) return errno;
-    int error = ::fsync(fd) == 0 ? 0 : errno;
-    if (error == EINVAL) error = 0;  // some file systems have nothing to sync there
-    ::close(fd);
-    return error;
+    const File file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (!file) return errno;
+    const bool synced = ::fsync(file.get()) == 0;
+    return synced || errno == EINVAL ? 0 : errno;  // EINVAL: this file system has nothing to sync
   }
 };
 

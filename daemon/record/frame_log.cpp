@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "daemon/runtime/clock.h"
+#include "drivers/file.h"
 
 namespace lss::record {
 namespace {
@@ -214,11 +215,8 @@ std::string FrameLog::write_file(const std::filesystem::path& path) const {
     return std::strerror(error);
   }
   // The name must survive a power cut, too.
-  if (const int folder = ::open(settings_.folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-      folder >= 0) {
-    ::fsync(folder);
-    ::close(folder);
-  }
+  const File folder(::open(settings_.folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (folder) ::fsync(folder.get());
   return {};
 }
 

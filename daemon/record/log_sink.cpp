@@ -78,8 +78,8 @@ void LogFiles::close() {
 }
 
 std::string LogSocket::put(std::string_view line, TimeNs now) {
-  if (fd_ < 0 && now < retry_ns_) return error_;
-  int error = fd_ < 0 ? connect() : 0;
+  if (!socket_ && now < retry_ns_) return error_;
+  int error = !socket_ ? connect() : 0;
   if (error == 0 && now >= first_line_ns_) {
     error = send(first_line_());
     if (error == 0) first_line_ns_ = now + kFirstLineEvery;
@@ -88,7 +88,7 @@ std::string LogSocket::put(std::string_view line, TimeNs now) {
   if (error == 0) return {};
   if (error == EAGAIN || error == ENOBUFS) return "who listens is too slow";
   if (error == EMSGSIZE) return "a line is longer than a datagram may be";
-  close();
+  socket_ = File();
   retry_ns_ = now + kRetry;
   return error_ = std::strerror(error);
 }
@@ -114,18 +114,16 @@ int LogSocket::connect() {
     std::memcpy(to.sun_path, address_.data(), address_.size());
     std::memcpy(&storage, &to, size = sizeof to);
   }
-  fd_ = ::socket(storage.ss_family, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (fd_ < 0) return errno;
+  socket_ = File(::socket(storage.ss_family, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  if (!socket_) return errno;
   first_line_ns_ = 0;
-  return ::connect(fd_, reinterpret_cast<const sockaddr*>(&storage), size) == 0 ? 0 : errno;
+  const auto* to = reinterpret_cast<const sockaddr*>(&storage);
+  return ::connect(socket_.get(), to, size) == 0 ? 0 : errno;
 }
 
 int LogSocket::send(std::string_view text) const {
-  return ::send(fd_, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL) < 0 ? errno : 0;
-}
-
-void LogSocket::close() {
-  if (fd_ >= 0) ::close(std::exchange(fd_, -1));
+  constexpr int kFlags = MSG_DONTWAIT | MSG_NOSIGNAL;
+  return ::send(socket_.get(), text.data(), text.size(), kFlags) < 0 ? errno : 0;
 }
 
 std::unique_ptr<LogSink> make_sink(const config::LogPreset& preset, const fs::path& folder,

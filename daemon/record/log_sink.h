@@ -12,6 +12,7 @@
 
 #include "daemon/config/config.h"
 #include "daemon/record/files.h"
+#include "drivers/file.h"
 #include "drivers/time.h"
 
 namespace lss::record {
@@ -73,9 +74,6 @@ class LogSocket final : public LogSink {
 
   LogSocket(std::string address, FirstLine first_line)
       : address_(std::move(address)), first_line_(std::move(first_line)) {}
-  ~LogSocket() override { close(); }
-  LogSocket(const LogSocket&) = delete;
-  LogSocket& operator=(const LogSocket&) = delete;
 
   std::string put(std::string_view line, TimeNs now) override;
   std::string where() const override { return address_; }
@@ -83,11 +81,10 @@ class LogSocket final : public LogSink {
  private:
   int connect();
   int send(std::string_view text) const;
-  void close();
 
   std::string address_;
   FirstLine first_line_;
-  int fd_ = -1;
+  File socket_;
   std::string error_;
   TimeNs retry_ns_ = 0, first_line_ns_ = 0;
 };

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <ctime>
 
+#include "drivers/file.h"
 #include "drivers/lockstep/page.h"
 
 namespace lss::lockstep {
@@ -32,14 +33,14 @@ Page* map(int fd) {
 // nullptr: none; `why` is the reason. A page of another build counts as none.
 Page* open_page(const std::string& folder, std::string& why) {
   const std::string path = folder + "/" + kFile;
-  const int fd = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
-  if (fd < 0) {
+  const File file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
+  if (!file) {
     why = trouble(path) + ": start lss-sim VEHICLE --lockstep first, with this folder as its --dir";
     return nullptr;
   }
   struct stat info {};
-  Page* page = ::fstat(fd, &info) == 0 && info.st_size == sizeof(Page) ? map(fd) : nullptr;
-  ::close(fd);
+  Page* page =
+      ::fstat(file.get(), &info) == 0 && info.st_size == sizeof(Page) ? map(file.get()) : nullptr;
   if (page != nullptr && page->magic == kMagic && page->version == kVersion &&
       page->size == sizeof(Page))
     return page;
@@ -112,10 +113,8 @@ std::string enter(const std::string& folder, const char* program, bool joining) 
 std::uint64_t started_of(pid_t pid) noexcept {
   char path[32], text[512];
   std::snprintf(path, sizeof path, "/proc/%d/stat", static_cast<int>(pid));
-  const int fd = ::open(path, O_RDONLY | O_CLOEXEC);
-  if (fd < 0) return 0;
-  const ssize_t size = ::read(fd, text, sizeof text - 1);
-  ::close(fd);
+  const File file(::open(path, O_RDONLY | O_CLOEXEC));
+  const ssize_t size = ::read(file.get(), text, sizeof text - 1);
   if (size <= 0) return 0;
   text[size] = '\0';
   const char* after = std::strrchr(text, ')');  // the name may contain any character
@@ -138,10 +137,9 @@ std::string create(const std::string& folder, const Settings& settings) {
   if (enter(folder, "lss-sim", false).empty()) return {};  // its processes run: join them
   const std::string path = folder + "/" + kFile, fresh = path + ".new";
   ::unlink(fresh.c_str());
-  const int fd = ::open(fresh.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0660);
-  if (fd < 0) return trouble(fresh);
-  Page* page = ::ftruncate(fd, sizeof(Page)) == 0 ? map(fd) : nullptr;
-  ::close(fd);
+  const File file(::open(fresh.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0660));
+  if (!file) return trouble(fresh);
+  Page* page = ::ftruncate(file.get(), sizeof(Page)) == 0 ? map(file.get()) : nullptr;
   if (page == nullptr) return trouble(fresh);
   if (!make_mutex(page->mutex)) return "lockstep: this kernel has no shared mutex that is robust";
   page->version = kVersion;

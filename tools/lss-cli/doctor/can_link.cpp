@@ -7,12 +7,12 @@
 #include <linux/rtnetlink.h>
 #include <sys/socket.h>
 #include <sys/time.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cstring>
 
+#include "drivers/file.h"
 #include "tools/lss-cli/doctor/probes.h"
 
 namespace lss::cli::doctor {
@@ -50,25 +50,20 @@ void read_can(Bytes attributes, CanLink& link) {
 
 class Socket {
  public:
-  Socket() : fd_(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE)) {
+  Socket() {
     const timeval patience{.tv_sec = 1, .tv_usec = 0};
-    ::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    ::setsockopt(file_.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   }
-  ~Socket() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Socket(const Socket&) = delete;
-  Socket& operator=(const Socket&) = delete;
 
   // The number of bytes of the answer; 0 when none came.
   std::size_t ask(Bytes question, std::span<std::byte> answer) const {
-    if (::send(fd_, question.data(), question.size(), 0) < 0) return 0;
-    const ssize_t size = ::recv(fd_, answer.data(), answer.size(), 0);
+    if (::send(file_.get(), question.data(), question.size(), 0) < 0) return 0;
+    const ssize_t size = ::recv(file_.get(), answer.data(), answer.size(), 0);
     return size > 0 ? static_cast<std::size_t>(size) : 0;
   }
 
  private:
-  int fd_;
+  File file_{::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE)};
 };
 
 }  // namespace

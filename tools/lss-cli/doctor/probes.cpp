@@ -21,6 +21,8 @@
 #include <system_error>
 #include <thread>
 
+#include "drivers/file.h"
+
 namespace lss::cli::doctor {
 namespace {
 
@@ -86,25 +88,22 @@ SerialAnswer ask_serial(const std::filesystem::path& path) {
   }
   if (!may_be_terminal(file)) return answer;
   answer.pseudo = is_pseudo_terminal(file.st_rdev);
-  const int fd = ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
-  if (fd < 0) {
+  const File port(::open(path.c_str(), O_RDWR | O_NONBLOCK | O_NOCTTY | O_CLOEXEC));
+  if (!port) {
     answer.error = errno;
     return answer;
   }
-  answer.terminal = ::isatty(fd) == 1;
+  answer.terminal = ::isatty(port.get()) == 1;
   serial_struct settings{};
-  if (answer.terminal && ::ioctl(fd, TIOCGSERIAL, &settings) == 0) {
+  if (answer.terminal && ::ioctl(port.get(), TIOCGSERIAL, &settings) == 0) {
     answer.low_latency = (settings.flags & static_cast<int>(ASYNC_LOW_LATENCY)) != 0;
   }
-  ::close(fd);
   return answer;
 }
 
 int ask_can_socket() {
-  const int fd = ::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW);
-  if (fd < 0) return errno;
-  ::close(fd);
-  return 0;
+  const File socket(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
+  return socket ? 0 : errno;
 }
 
 std::optional<Space> space(const std::filesystem::path& folder) {

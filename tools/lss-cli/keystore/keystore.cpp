@@ -19,6 +19,7 @@
 #include <ctime>
 #include <memory>
 
+#include "drivers/file.h"
 #include "idl/openssl_handles.h"
 #include "idl/security.h"
 #include "lss.h"
@@ -148,10 +149,8 @@ Identity read_identity(const fs::path& keystore, const char* ca) {
 
 // What was renamed in it is on the disk.
 void sync_folder(const fs::path& folder) {
-  const int file = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (file < 0) return;
-  ::fsync(file);
-  ::close(file);
+  const File file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (file) ::fsync(file.get());
 }
 
 // The old file or the new one, whole, also after a power cut.
@@ -166,22 +165,14 @@ void replace(const fs::path& path, std::string_view text) {
 }
 
 // Held while the keystore is changed.
-class KeystoreLock {
- public:
-  explicit KeystoreLock(const fs::path& keystore)
-      : file_(::open(keystore.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    if (file_ < 0)
-      fail(keystore, std::string("cannot be read: ") + std::strerror(errno),
-           "make one with: lss-cli keystore create FOLDER");
-    ::flock(file_, LOCK_EX);
-  }
-  ~KeystoreLock() { ::close(file_); }
-  KeystoreLock(const KeystoreLock&) = delete;
-  KeystoreLock& operator=(const KeystoreLock&) = delete;
-
- private:
-  int file_;
-};
+File lock_of(const fs::path& keystore) {
+  File folder(::open(keystore.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!folder)
+    fail(keystore, std::string("cannot be read: ") + std::strerror(errno),
+         "make one with: lss-cli keystore create FOLDER");
+  ::flock(folder.get(), LOCK_EX);
+  return folder;
+}
 
 Certificate certificate_in(const fs::path& file) {
   const Bio in(BIO_new_file(file.c_str(), "r"));
@@ -365,7 +356,7 @@ void add_enclave(const fs::path& keystore, const std::string& name, DdsRole role
     throw Failure(ExitCode::usage,
                   fmt::format("'{}' is no name in ROS 2: letters, digits, _", name),
                   "take another name");
-  const KeystoreLock lock(keystore);
+  const File lock = lock_of(keystore);
   std::error_code none;
   const fs::path folder = keystore / "enclaves" / name;
   if (fs::exists(folder, none))
@@ -408,7 +399,7 @@ void add_enclave(const fs::path& keystore, const std::string& name, DdsRole role
 
 void revoke_enclave(const fs::path& keystore, const std::string& name,
                     const fs::path& certificate_file) {
-  const KeystoreLock lock(keystore);
+  const File lock = lock_of(keystore);
   const Identity ca = read_identity(keystore, "identity_ca");
   if (!can_revoke(ca))
     fail(keystore, "has an identity CA that may not sign a list of revoked certificates",

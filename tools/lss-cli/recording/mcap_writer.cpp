@@ -52,39 +52,22 @@ std::map<std::uint16_t, Writer> index_of(const Chunk& chunk) {
   return index;
 }
 
-int open_file(const std::string& path, int flags) {
-  const int fd = open(path.c_str(), O_RDWR | O_CLOEXEC | flags, 0644);
-  if (fd < 0) {
+File open_file(const std::string& path, int flags) {
+  File file(open(path.c_str(), O_RDWR | O_CLOEXEC | flags, 0644));
+  if (!file) {
     const int error = errno;
     throw Failure(ExitCode::usage, fmt::format("{}: {}", path, std::strerror(error)),
                   error == EEXIST ? "go on with it by --append, or name another file"
                                   : "name a file in a folder that you may write to: --out FILE");
   }
-  if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
-    close(fd);
+  if (flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
     throw Failure(ExitCode::usage, path + " is being written by another process",
                   "let it end, or name another file: --out FILE");
   }
-  return fd;
+  return file;
 }
 
 }  // namespace
-
-McapWriter::McapWriter(McapWriter&& other) noexcept
-    : path_(std::move(other.path_)),
-      fd_(std::exchange(other.fd_, -1)),
-      at_(other.at_),
-      cut_(other.cut_),
-      crc_(other.crc_),
-      scan_(std::move(other.scan_)),
-      summary_size_(other.summary_size_),
-      records_(std::move(other.records_)),
-      chunk_(other.chunk_),
-      index_(std::move(other.index_)) {}
-
-McapWriter::~McapWriter() {
-  if (fd_ >= 0) ::close(fd_);
-}
 
 McapWriter McapWriter::create(const std::string& path, const std::string& library,
                               const std::string& profile) {
@@ -97,8 +80,8 @@ McapWriter McapWriter::append(const std::string& path, const std::string& librar
                               const std::string& profile) {
   McapWriter writer(path, open_file(path, O_CREAT));
   // A file shorter than a header is empty.
-  if (lseek(writer.fd_, 0, SEEK_END) <= static_cast<off_t>(kMagic.size() + kRecordHead)) {
-    if (ftruncate(writer.fd_, 0) != 0 || lseek(writer.fd_, 0, SEEK_SET) != 0)
+  if (lseek(writer.file_.get(), 0, SEEK_END) <= static_cast<off_t>(kMagic.size() + kRecordHead)) {
+    if (ftruncate(writer.file_.get(), 0) != 0 || lseek(writer.file_.get(), 0, SEEK_SET) != 0)
       writer.fail("cannot be cut", errno);
     writer.begin(library, profile);
   } else {
@@ -131,8 +114,8 @@ void McapWriter::resume() {
       !scan_.chunks.empty() && index.size() != scan_.chunks.back().index.size();
   if (without_index) at_ = scan_.chunks.back().offset + scan_.chunks.back().length;
   crc_.add(file.data().first(at_));
-  if (ftruncate(fd_, static_cast<off_t>(at_)) != 0 ||
-      lseek(fd_, static_cast<off_t>(at_), SEEK_SET) < 0) {
+  if (ftruncate(file_.get(), static_cast<off_t>(at_)) != 0 ||
+      lseek(file_.get(), static_cast<off_t>(at_), SEEK_SET) < 0) {
     fail("cannot be cut", errno);
   }
   if (without_index) {
@@ -150,8 +133,8 @@ void McapWriter::resume() {
 
 void McapWriter::fail(const char* what, int error) {
   // No partial chunk: a reader must find complete chunks only.
-  [[maybe_unused]] const int cut = ftruncate(fd_, static_cast<off_t>(at_));
-  lseek(fd_, static_cast<off_t>(at_), SEEK_SET);
+  [[maybe_unused]] const int cut = ftruncate(file_.get(), static_cast<off_t>(at_));
+  lseek(file_.get(), static_cast<off_t>(at_), SEEK_SET);
   throw Failure(ExitCode::failed, fmt::format("{} {}: {}", path_, what, std::strerror(error)),
                 error == ENOSPC || error == EFBIG || error == EDQUOT
                     ? "make room; what was recorded until here is in the file"
@@ -161,7 +144,7 @@ void McapWriter::fail(const char* what, int error) {
 void McapWriter::put(const Writer& data) {
   Bytes left = data.data();
   while (!left.empty()) {
-    const ssize_t written = ::write(fd_, left.data(), left.size());
+    const ssize_t written = ::write(file_.get(), left.data(), left.size());
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) fail("cannot be written", written < 0 ? errno : ENOSPC);
     left = left.subspan(static_cast<std::size_t>(written));
@@ -245,12 +228,13 @@ void McapWriter::end_chunk() {
 }
 
 void McapWriter::sync() {
-  if (fdatasync(fd_) != 0 && errno != EINVAL && errno != EROFS) fail("cannot be synced", errno);
+  if (fdatasync(file_.get()) != 0 && errno != EINVAL && errno != EROFS)
+    fail("cannot be synced", errno);
 }
 
 std::uint64_t McapWriter::size() const {
   constexpr std::uint64_t kSchemasAndChannels = 64 * 1024;
-  if (fd_ < 0) return at_;
+  if (!file_) return at_;
   return at_ + records_.size() + summary_size_ + kSchemasAndChannels;
 }
 
@@ -288,7 +272,7 @@ Writer McapWriter::summary(std::uint64_t start) const {
 }
 
 void McapWriter::close() {
-  if (fd_ < 0) return;
+  if (!file_) return;
   end_chunk();
   const std::uint64_t end = at_;
   Writer out;
@@ -301,7 +285,7 @@ void McapWriter::close() {
     at_ = end;
     throw Failure(e.code(), e.what(), "make room, then: lss-cli record --append ends it whole");
   }
-  ::close(std::exchange(fd_, -1));
+  file_ = File();
 }
 
 }  // namespace lss::cli::recording

@@ -8,6 +8,7 @@
 #include <map>
 #include <string>
 
+#include "drivers/file.h"
 #include "tools/lss-cli/recording/mcap_scan.h"
 
 namespace lss::cli::recording {
@@ -21,10 +22,6 @@ class McapWriter {
   // is none. Throws for foreign files, and for a file that another process writes.
   static McapWriter append(const std::string& path, const std::string& library,
                            const std::string& profile = "");
-
-  McapWriter(McapWriter&& other) noexcept;
-  McapWriter& operator=(McapWriter&&) = delete;
-  ~McapWriter();  // without close(): leaves the file as it is
 
   // The channel of that topic and schema, which may exist already.
   std::uint16_t channel(const std::string& topic, const Schema& schema, const std::string& encoding,
@@ -48,7 +45,7 @@ class McapWriter {
   std::uint64_t cut() const { return cut_; }  // bytes that append() had to remove
 
  private:
-  McapWriter(std::string path, int fd) : path_(std::move(path)), fd_(fd) {}
+  McapWriter(std::string path, File file) : path_(std::move(path)), file_(std::move(file)) {}
 
   void begin(const std::string& library, const std::string& profile);
   void resume();  // the header stays unchanged
@@ -59,7 +56,7 @@ class McapWriter {
   [[noreturn]] void fail(const char* what, int error);
 
   std::string path_;
-  int fd_ = -1;
+  File file_;  // without close() it stays as it is
   std::uint64_t at_ = 0, cut_ = 0;
   Crc crc_;
   Scan scan_;  // of all that is in the file, without the data
