@@ -118,6 +118,6 @@ std::string tunable_unit(std::span<const TunableInfo> tunables, std::size_t numb
 
 // "module 3 (LM): leg passed its calibration sensor"
 std::string event_text(const EventRecord& event, const Vocabulary& vocabulary,
-                       std::span<const TunableInfo> tunables = {});
+                       std::span<const TunableInfo> tunables);
 
 }  // namespace lss

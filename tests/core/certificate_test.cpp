@@ -35,7 +35,7 @@ struct Watched {
   void look(const TimingPoints& t) {
     watch.look(t, [&](const EventRecord& event) { events.push_back(event); });
   }
-  std::string text(std::size_t i) const { return event_text(events.at(i), {}); }
+  std::string text(std::size_t i) const { return event_text(events.at(i), {}, {}); }
 };
 
 TEST(CertificateWatch, SaysNothingOfFramesWithinTheBoundsAndAtThem) {

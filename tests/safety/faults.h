@@ -222,7 +222,7 @@ TYPED_TEST_P(SafetyFaults, CodesOfItsOwnHaveANumberOfTheirOwnAndATextThatLeavesN
   for (const CodeInfo& code : own_codes.faults) EXPECT_STRNE(code.advice, "") << code.name;
   for (const CodeInfo& code : own_codes.events) {
     const EventRecord event{.id = code.number, .argument = {-1, 1e9, 0, 99}};
-    EXPECT_EQ(event_text(event, {}).find('{'), std::string::npos) << code.name;
+    EXPECT_EQ(event_text(event, {}, {}).find('{'), std::string::npos) << code.name;
   }
 }
 
