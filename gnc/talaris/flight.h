@@ -86,16 +86,16 @@ using FaultSet = std::uint32_t;
 // In order of severity.
 enum class Reaction : std::uint8_t { none, hold, shorten, land, escape, parachute, all_stop };
 
-// Why a flight did not succeed; units of FlightOutput::short_measured and short_limit.
+// Why a flight did not succeed.
 enum class Shortfall : std::uint8_t {
   none,
   cut_short,    // by a reaction or a command
   unsettled,    // a turn or a place was not reached
   no_lift_off,  // it stood when it should fly
-  fallen,       // rad, tilt at the end
-  hard,         // m/s down at touchdown
-  sideways,     // m/s sideways at touchdown
-  place,        // m from the target, with 3 sigma
+  fallen,       // tilted at the end
+  hard,         // too fast down at touchdown
+  sideways,     // too fast sideways at touchdown
+  place,        // too far from the target, with 3 sigma
 };
 
 // The contingency table; pure. `flying`: off the ground, or about to be; `fans`, `gas`: the program
