@@ -1,8 +1,8 @@
 #pragma once
 
 // One frame of error solving, the same for every vehicle: its strategies one after the other, as
-// far as the locomotion controller agrees, with their events. A vehicle has its own Solver (kind(),
-// running(), Report). Frame thread.
+// far as the locomotion controller agrees, with their events. A vehicle has its own Solver with
+// kind(), running() and Report. Frame thread.
 
 #include "daemon/cycle/supervisor.h"
 

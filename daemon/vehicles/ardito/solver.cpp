@@ -57,7 +57,7 @@ Treatment Solver::treat(Vehicle& vehicle) noexcept {
 }
 
 Solver::Report Solver::step(Vehicle& vehicle, bool healthy) noexcept {
-  return Strategies::step(
+  return PlannedSolver::step(
       vehicle.now(), healthy, [&] { return begin_strategy(vehicle); },
       [&] { return treat(vehicle); });
 }

@@ -80,10 +80,6 @@ class Vehicle final : public Actor {
   TimeNs now() const noexcept { return now_ns_; }
   std::uint16_t faulty_modules() const noexcept;  // nodes in service
   std::uint16_t diagnosed() const noexcept;       // by the failure detection, in service
-  void reset_faults() noexcept { ++orders_.fault_reset_serial; }  // of drives
-  void reset_nodes(std::uint16_t nodes) noexcept;
-  void forget(std::uint16_t nodes) noexcept;   // clears the diagnosis, diagnoses again
-  bool isolate(std::uint16_t nodes) noexcept;  // false when the locomotion controller refuses
 
   const gnc::ardito::Command& command() const noexcept { return command_; }
   const TunableValues& tunables() const noexcept { return tunables_; }
@@ -106,6 +102,12 @@ class Vehicle final : public Actor {
   }
 
  private:
+  friend class Solver;  // only error solving does this:
+  void reset_faults() noexcept { ++orders_.fault_reset_serial; }  // of drives
+  void reset_nodes(std::uint16_t nodes) noexcept;
+  void forget(std::uint16_t nodes) noexcept;   // clears the diagnosis, diagnoses again
+  bool isolate(std::uint16_t nodes) noexcept;  // false when the locomotion controller refuses
+
   struct Wheel {
     Known motor_rpm, hall_rpm, reduction_rpm, current_permille, temperature_degC, link_V;
   };

@@ -80,15 +80,6 @@ class Vehicle final : public Actor {
   // Bit i: something is wrong with module i+1, and it is in service.
   std::uint8_t faulty_modules() const noexcept;
   std::uint8_t isolated() const noexcept { return static_cast<std::uint8_t>(isolated_); }
-  void reset(std::size_t module) noexcept {
-    if (in_service(module)) order(module, ModuleOrder::Kind::reset);
-  }
-  // False when the locomotion controller refuses.
-  bool isolate(std::uint8_t modules) noexcept;
-  // One leg may move until rest(); false when the locomotion controller refuses.
-  bool begin_move(std::size_t leg) noexcept;
-  void order_move(std::size_t module, double position_rad, TimeNs arrive_ns, bool forward) noexcept;
-  void rest() noexcept;
 
   const std::array<Module, kModules>& modules() const noexcept { return modules_; }
   const TunableValues& tunables() const noexcept { return tunables_; }
@@ -104,6 +95,19 @@ class Vehicle final : public Actor {
   }
 
  private:
+  friend class ResetModules;  // only error solving does this:
+  friend class MoveFree;
+  friend class Isolate;
+  void reset(std::size_t module) noexcept {
+    if (in_service(module)) order(module, ModuleOrder::Kind::reset);
+  }
+  // False when the locomotion controller refuses.
+  bool isolate(std::uint8_t modules) noexcept;
+  // One leg may move until rest(); false when the locomotion controller refuses.
+  bool begin_move(std::size_t leg) noexcept;
+  void order_move(std::size_t module, double position_rad, TimeNs arrive_ns, bool forward) noexcept;
+  void rest() noexcept;
+
   static constexpr std::size_t kPanel = kModules - 1;
   static constexpr unsigned kAllLegs = (1u << kLegs) - 1;  // as bits
   static constexpr std::uint16_t kStopFlags = kFlagOverCurrent | kFlagDriverFault | kFlagWatchdog;

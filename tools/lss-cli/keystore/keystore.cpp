@@ -164,7 +164,7 @@ void replace(const fs::path& path, std::string_view text) {
   sync_folder(path.parent_path());
 }
 
-// Held while the keystore is changed.
+// Locks the keystore until the File is closed.
 File lock_of(const fs::path& keystore) {
   File folder(::open(keystore.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!folder)

@@ -56,7 +56,7 @@ class McapWriter {
   [[noreturn]] void fail(const char* what, int error);
 
   std::string path_;
-  File file_;  // without close() it stays as it is
+  File file_;  // destroyed without close(): it has its complete chunks
   std::uint64_t at_ = 0, cut_ = 0;
   Crc crc_;
   Scan scan_;  // of all that is in the file, without the data

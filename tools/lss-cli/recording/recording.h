@@ -64,7 +64,7 @@ class Recording {
 // By its first bytes.
 std::unique_ptr<Recording> open(const std::string& path);
 bool is_recording(const std::string& path);
-bool begins_with(const std::string& path, Bytes magic);  // false for what is no file
+bool begins_with(const std::string& path, Bytes magic);  // false unless a regular file
 
 // "telemetry", "lss/telemetry/zebro" and "lss/tele*" are lss/telemetry/zebro.
 bool names(std::string_view wanted, std::string_view topic);

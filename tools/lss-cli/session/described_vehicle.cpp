@@ -247,10 +247,11 @@ void DescribedVehicle::put_on(const Overlay& overlay) {
 std::vector<DescribedVehicle::Case> DescribedVehicle::read_cases(const Json& list) {
   std::vector<Case> cases;
   for (const Json& one : list) {
-    cases.push_back({one.at("command").get<std::uint16_t>(), one.at("index").get<unsigned>(),
-                     one.at("value").get<double>(), one.at("takes_s").get<double>()});
-    if (cases.back().index >= kMaxParameters)
-      refuse(fmt::format("parameter {} of command {}", cases.back().index, cases.back().command));
+    const auto command = one.at("command").get<std::uint16_t>();
+    const auto index = one.at("index").get<std::size_t>();
+    if (index >= kMaxParameters) refuse(fmt::format("parameter {} of command {}", index, command));
+    cases.push_back({command, static_cast<unsigned>(index), one.at("value").get<double>(),
+                     one.at("takes_s").get<double>()});
   }
   return cases;
 }

@@ -123,7 +123,7 @@ class Link {
   dds::Entity writer(const dds::Topic& topic);
   std::vector<std::string> names() const;
   bool is_found() const;
-  // Looks for daemons until it is enough, as long as find_vehicle() may; `lull`: DDS has reported
+  // Looks for daemons until is_enough(), at most for find_timeout_s(). `lull`: DDS has reported
   // no new one for some time.
   void look(const std::function<bool(bool all_heard, bool lull)>& is_enough);
   const Vehicle& describe();

@@ -14,7 +14,7 @@
 
 namespace lss::cli {
 
-// What was made, or a Failure with the reason why not.
+// The value. Throws a Failure with the error.
 template <class T>
 T checked(dds::Result<T> result) {
   if (!result) throw Failure(ExitCode::internal, result.error());
