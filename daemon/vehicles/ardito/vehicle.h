@@ -102,7 +102,7 @@ class Vehicle final : public Actor {
   }
 
  private:
-  friend class Solver;  // only error solving does this:
+  friend class Solver;                                            // only error solving does this:
   void reset_faults() noexcept { ++orders_.fault_reset_serial; }  // of drives
   void reset_nodes(std::uint16_t nodes) noexcept;
   void forget(std::uint16_t nodes) noexcept;   // clears the diagnosis, diagnoses again
