@@ -97,7 +97,9 @@ class Vehicle final : public Actor {
  private:
   friend class ResetModules;  // only error solving does this:
   friend class MoveFree;
+  friend class CoolDown;
   friend class Isolate;
+  friend class Solver;
   void reset(std::size_t module) noexcept {
     if (in_service(module)) order(module, ModuleOrder::Kind::reset);
   }

@@ -161,22 +161,42 @@ struct Talkative {
   static constexpr std::size_t kMaxReplies = 1;
   explicit Talkative(int) {}
   void receive(std::span<const std::uint8_t>, TimeNs) noexcept {}
-  std::span<const std::uint8_t> transmit(TimeNs) noexcept { return bytes; }
+  std::span<const std::uint8_t> transmit(TimeNs) noexcept {
+    ++transmitted;
+    return bytes;
+  }
   TimeNs next_wake() const noexcept { return 0; }
   int counters() const noexcept { return 0; }
   Bytes bytes = Bytes(4096, 0x55);
+  static inline int transmitted = 0;
 };
 
 TEST(SerialLine, ThatTakesNoBytesForATenthOfASecondIsGivenUp) {
   Pty pty;
   SerialLine<Talkative, int, int, int, int> line(0, {.path = pty.path()});
   ASSERT_EQ(line.open(), Status::ok);
-  const TimeNs full = 5 * kSecond;
-  EXPECT_TRUE(line.serve(false, full)) << "its queue is full now, which is no loss";
+  TimeNs now = 5 * kSecond;
+  EXPECT_TRUE(line.serve(false, now)) << "its queue is full now, which is no loss";
   EXPECT_NE(line.events() & POLLOUT, 0);
-  EXPECT_EQ(line.next_wake(), full + 100 * kMillisecond);
+  // Once more the kernel may pass on what is in its queue, and take more.
+  bool served = true;
+  for (int before = -1; before != Talkative::transmitted;) {
+    EXPECT_TRUE(served);
+    EXPECT_EQ(line.next_wake(), now + 100 * kMillisecond);
+    now += 100 * kMillisecond;
+    before = Talkative::transmitted;
+    served = line.serve(false, now);
+  }
+  EXPECT_FALSE(served);
+}
+
+TEST(SerialLine, ThatTakesBytesAgainWithinATenthOfASecondIsKept) {
+  Pty pty;
+  SerialLine<Talkative, int, int, int, int> line(0, {.path = pty.path()});
+  ASSERT_EQ(line.open(), Status::ok);
+  const TimeNs full = 5 * kSecond;
+  EXPECT_TRUE(line.serve(false, full));
   EXPECT_TRUE(line.serve(false, full + 100 * kMillisecond - 1));
-  EXPECT_FALSE(line.serve(false, full + 100 * kMillisecond));
 }
 
 TEST(SerialPort, HangUpIsSeenByReadAndWrite) {
