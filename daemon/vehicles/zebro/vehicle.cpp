@@ -194,15 +194,16 @@ void Vehicle::begin_motion(lc::ActionSet actions, const Request* request) noexce
   if (actions & kWalk) begin_walk(request);
 }
 
-// What the ground is like is judged again with each walk from standing.
+// Strides in the soil count over short walks. After such a walk the next one from standing steps
+// again, and one stride more in the soil is enough. Without a leg nothing is felt.
 void Vehicle::begin_walk(const Request* request) noexcept {
   const bool goes_on = locomotion_.motion() == gnc::zebro::Motion::walk;
   const bool rows = goes_on && walk_.rows;
   if (request != nullptr) walk_ = walk_request(arguments<Walk>(*request));
   walk_.rows = rows;
-  if (!goes_on) {
+  if (!goes_on && belly_told_) {
     sinking_.reset();
-    deep_strides_ = 0;
+    deep_strides_ = (isolated_ & kAllLegs) == 0 ? kDeepStrides - 1 : 0;
   }
   locomotion_.walk(seconds(now_ns_), walk_);
 }

@@ -229,19 +229,21 @@ void Vehicle::watch_motion(Supervisor& s) noexcept {
   }
 }
 
-// On its belly it gets on by rowing only.
+// On its belly it gets on by rowing only. Told until a stride shows that the belly is clear.
 void Vehicle::watch_ground(Supervisor& s) noexcept {
-  const bool walks =
-      locomotion_.motion() == gnc::zebro::Motion::walk && walk_.speed != gnc::zebro::Speed::zero;
-  if (walks && !walk_.rows && deep_strides_ >= kDeepStrides) {
-    walk_.rows = true;
-    locomotion_.walk(seconds(now_ns_), walk_);
+  const bool deep = deep_strides_ >= kDeepStrides;
+  if (deep && !belly_told_) {
     s.raise(faults::belly_in_soil, 0, sinking_.share(), parameters_.soil_share);
     belly_told_ = true;
-  } else if (belly_told_ && !walk_.rows) {  // another walk began
+  } else if (belly_told_ && deep_strides_ == 0) {
     s.clear(faults::belly_in_soil);
     belly_told_ = false;
   }
+  const bool walks =
+      locomotion_.motion() == gnc::zebro::Motion::walk && walk_.speed != gnc::zebro::Speed::zero;
+  if (!deep || !walks || walk_.rows) return;
+  walk_.rows = true;
+  locomotion_.walk(seconds(now_ns_), walk_);
 }
 
 // A leg moves by direct command. One out of service is no emergency when it fails.

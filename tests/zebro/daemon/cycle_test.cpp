@@ -144,7 +144,23 @@ int legs_in_flight(const World& w) {
                                                 [](const lss_ZebroModule& m) { return m.swing; }));
 }
 
-TEST(Cycle, WhereTheBellyLiesInTheSoilItRowsUntilItWalksFromStandingAgain) {
+bool rows(World& w, double seconds) {
+  return w.run_until([&] { return legs_in_flight(w) == kLegs; }, seconds);
+}
+
+// Of walking, from the command.
+void strides(World& w, unsigned count) {
+  w.send(CommandKind::walk, {1, 0, 3});
+  const std::uint32_t before = w.out_.telemetry.steps;
+  ASSERT_TRUE(w.run_until([&] { return w.out_.telemetry.steps == before + count; }, 8.0 * count));
+}
+
+void stand(World& w) {
+  w.send(CommandKind::stand);
+  ASSERT_TRUE(w.run_until(Mode::standing, 20));
+}
+
+TEST(Cycle, WhereTheBellyLiesInTheSoilItRowsUntilTheWalkEnds) {
   World w;
   ASSERT_TRUE(w.stand());
   w.alter = [](World& x) { draw_in_soil(x, 0.3); };
@@ -152,22 +168,75 @@ TEST(Cycle, WhereTheBellyLiesInTheSoilItRowsUntilItWalksFromStandingAgain) {
   ASSERT_TRUE(w.run_until([&] { return w.has(faults::belly_in_soil); }, 14));
   EXPECT_EQ(w.out_.telemetry.steps, 2U);
   EXPECT_EQ(w.state(), State::operational);
-  EXPECT_TRUE(w.run_until([&] { return legs_in_flight(w) == kLegs; }, 10));
+  EXPECT_TRUE(rows(w, 10));
   w.alter = nullptr;
   w.send(CommandKind::walk, {1, 0.2, 3});  // goes on
   w.run(5);
-  EXPECT_TRUE(w.run_until([&] { return legs_in_flight(w) == kLegs; }, 10));
+  EXPECT_TRUE(rows(w, 10));
   EXPECT_TRUE(w.has(faults::belly_in_soil));
-  w.send(CommandKind::stand);
-  ASSERT_TRUE(w.run_until(Mode::standing, 20));
-  EXPECT_TRUE(w.has(faults::belly_in_soil)) << "until it walks again";
+  stand(w);
   w.send(CommandKind::walk, {1, 0, 3});
-  ASSERT_TRUE(w.run_until(Mode::walking, 1));
+  EXPECT_FALSE(rows(w, 20));
+}
+
+// Where it stopped it still lies in the soil.
+TEST(Cycle, ThatTheBellyLiesInTheSoilIsToldUntilAStrideShowsOtherwise) {
+  World w;
+  ASSERT_TRUE(w.stand());
+  w.alter = [](World& x) { draw_in_soil(x, 0.3); };
+  w.send(CommandKind::walk, {1, 0, 3});
+  ASSERT_TRUE(w.run_until([&] { return w.has(faults::belly_in_soil); }, 14));
+  ASSERT_TRUE(rows(w, 10));
+  w.send(lss::CommandKind::stop, {1});
+  ASSERT_TRUE(w.run_until(State::idle, 40));
+  EXPECT_TRUE(w.has(faults::belly_in_soil));
+  w.alter = nullptr;
+  ASSERT_TRUE(w.stand());
+  EXPECT_TRUE(w.has(faults::belly_in_soil));
+  strides(w, 1);
   w.run(0.1);
   EXPECT_FALSE(w.has(faults::belly_in_soil));
-  int most = 0;
-  w.run_until([&] { return (most = std::max(most, legs_in_flight(w))) > kLegs / 2; }, 20);
-  EXPECT_EQ(most, kLegs / 2);
+  EXPECT_FALSE(rows(w, 20));
+}
+
+TEST(Cycle, AfterABellyInTheSoilOneMoreStrideInItIsEnough) {
+  World w;
+  ASSERT_TRUE(w.stand());
+  w.alter = [](World& x) { draw_in_soil(x, 0.3); };
+  strides(w, 2);
+  stand(w);
+  ASSERT_TRUE(w.has(faults::belly_in_soil));
+  strides(w, 1);
+  EXPECT_TRUE(rows(w, 10));
+  EXPECT_TRUE(w.has(faults::belly_in_soil));
+}
+
+TEST(Cycle, StridesInSoilCountOverShortWalks) {
+  World w;
+  ASSERT_TRUE(w.stand());
+  w.alter = [](World& x) { draw_in_soil(x, 0.3); };
+  strides(w, 1);
+  stand(w);
+  EXPECT_FALSE(w.has(faults::belly_in_soil));
+  strides(w, 1);
+  w.run(0.1);
+  EXPECT_TRUE(w.has(faults::belly_in_soil));
+  EXPECT_TRUE(rows(w, 10));
+}
+
+TEST(Cycle, WithoutALegTheBellyIsNotFelt) {
+  World w;
+  ASSERT_TRUE(w.stand());
+  w.alter = [](World& x) { draw_in_soil(x, 0.3); };
+  strides(w, 2);
+  w.send(lss::CommandKind::stop, {1});
+  ASSERT_TRUE(w.run_until(State::idle, 40));
+  ASSERT_TRUE(w.has(faults::belly_in_soil));
+  w.send(CommandKind::isolate, {2});
+  ASSERT_TRUE(w.stand());
+  w.send(CommandKind::walk, {1, 0, 3});
+  w.run(0.1);
+  EXPECT_FALSE(w.has(faults::belly_in_soil));
 }
 
 TEST(Cycle, ABellyInTheSoilForOneStrideIsNone) {
