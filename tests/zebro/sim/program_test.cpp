@@ -164,6 +164,19 @@ TEST_F(Program, AWrongFaultIsRefusedWithTheNearestName) {
   EXPECT_EQ(refused.wait(), 2);
 }
 
+TEST_F(Program, AWrongPatchIsRefused) {
+  for (const auto& [patch, says] : {std::pair("sand:0.1", "it names no legs"),
+                                    {"sand@7", "there is no leg '7'"},
+                                    {"sand@4@2..x", "'x' is no number of metres"}}) {
+    Process refused(zebro({"--ground", "regolith", "--patch", patch}));
+    EXPECT_EQ(refused.wait(), 2) << patch;
+    EXPECT_THAT(refused.heard, HasSubstr(says));
+  }
+  Process hard(zebro({"--patch", "sand@4"}));
+  EXPECT_EQ(hard.wait(), 2);
+  EXPECT_THAT(hard.heard, HasSubstr("a patch is in a soil"));
+}
+
 TEST_F(Program, AFaultForNobodyIsAnErrorOfItsOwn) {
   std::string said;
   EXPECT_EQ(fault("clear", &said), 3);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <stdexcept>
 
@@ -75,9 +77,49 @@ TEST(SoilWalk, HoldsOnASlopeThatTheSoilHolds) {
   EXPECT_NEAR(driver.moved(from).ahead_m, 0, 5e-4);
 }
 
+TerrainOptions with_patch(const std::string& patch) {
+  TerrainOptions terrain = on("regolith");
+  terrain.patches.push_back(parse_patch(patch));
+  return terrain;
+}
+
+TEST(SoilWalk, ALegSinksInAPatchAloneAndComesOutBehindIt) {
+  RobotDriver driver(with_patch("sand:0.1@3@0.2..0.3"));
+  driver.stand_up();
+  // The deepest that each leg comes, by where its hip is then.
+  std::array<double, kLegs> before_m{}, inside_m{}, behind_m{};
+  driver.after_step = [&] {
+    const Plant& robot = driver.zebro().robot();
+    for (std::size_t i = 0; i < kLegs; ++i) {
+      const double hip_m = robot.body().position_m.x() + kHipX_m[i];
+      double& deepest_m = (hip_m < 0.17 ? before_m : hip_m < 0.33 ? inside_m : behind_m)[i];
+      deepest_m = std::max(deepest_m, robot.legs_in_soil()[i].sinkage_m);
+    }
+  };
+  driver.walk(kTripod, 5, +1, +1);
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    EXPECT_LT(before_m[i], 0.02) << i;
+    EXPECT_EQ(inside_m[i] > 0.02, i == 2) << i << " " << inside_m[i];
+    EXPECT_LT(behind_m[i], 0.02) << i;
+  }
+  EXPECT_GT(behind_m[2], 0.005);
+}
+
+// All six legs: the underside lies in it, too.
+TEST(SoilWalk, SinksWhollyInAPatchUnderAllLegs) {
+  RobotDriver patch(with_patch("sand:0.25@123456")), soft(on("sand:0.25"));
+  for (RobotDriver* driver : {&patch, &soft}) driver->stand_up();
+  EXPECT_NEAR(patch.body().position_m.z(), soft.body().position_m.z(), 1e-6);
+  RobotDriver side(with_patch("sand:0.1@135"));
+  side.stand_up();
+  EXPECT_GT(side.moved({}).tilt_deg, 5);
+}
+
 TEST(SoilWalk, HasTheSameBitsInEachRun) {
   const auto bits = [] {
-    RobotDriver driver(on("sand"));
+    TerrainOptions terrain = on("sand");
+    terrain.patches.push_back(parse_patch("sand:0.1@1"));
+    RobotDriver driver(terrain);
     driver.stand_up();
     const BodyState body = driver.body();
     return std::array{std::bit_cast<std::uint64_t>(body.position_m.x()),
@@ -92,6 +134,9 @@ TEST(SoilWalk, IsNotForPlantsWithoutSoil) {
   TerrainOptions rocks = on("sand");
   rocks.rocks = true;
   EXPECT_THROW(RobotDriver{rocks}, std::invalid_argument);
+  TerrainOptions hard;
+  hard.patches.push_back(parse_patch("sand@1"));
+  EXPECT_THROW(RobotDriver{hard}, std::invalid_argument);
 }
 
 }  // namespace

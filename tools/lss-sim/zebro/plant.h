@@ -10,8 +10,10 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include "tools/lss-sim/frame/shaft.h"
+#include "tools/lss-sim/soil/patch.h"
 #include "tools/lss-sim/soil/soil.h"
 
 namespace lss::sim::zebro {
@@ -32,10 +34,11 @@ struct TerrainOptions {
   double gravity_m_s2 = 1.625;
   double slope_rad = 0;  // positive: uphill ahead
   bool rocks = false;
-  double friction = 0.8;             // of hard ground
-  std::optional<soil::Soil> soil{};  // unset: hard ground
-  double scatter_rad = 0.35;         // legs boot at up to this from stowed
-  unsigned seed = 1;                 // of the legs' angles at boot and of the rocks
+  double friction = 0.8;               // of hard ground
+  std::optional<soil::Soil> soil{};    // unset: hard ground
+  std::vector<soil::Patch> patches{};  // in the soil; of several the last one counts
+  double scatter_rad = 0.35;           // legs boot at up to this from stowed
+  unsigned seed = 1;                   // of the legs' angles at boot and of the rocks
 };
 
 struct BodyState {

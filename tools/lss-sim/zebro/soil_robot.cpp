@@ -29,6 +29,11 @@ SoilRobot::SoilRobot(const TerrainOptions& terrain, double step_s, const RobotSh
   const soil::Soil soil = soil::in_gravity(*terrain.soil, g);
   stiffness_leg_Pa_m_ = soil::stiffness_Pa_m(soil, shape.leg_width_m);
   stiffness_belly_Pa_m_ = soil::stiffness_Pa_m(soil, shape.width_m);
+  for (const soil::Patch& patch : terrain.patches) {
+    const soil::Soil soft = soil::in_gravity(patch.soil, g);
+    soft_.push_back({patch, soil::stiffness_Pa_m(soft, shape.leg_width_m),
+                     soil::stiffness_Pa_m(soft, shape.width_m)});
+  }
   gravity_m_s2_ = {-g * std::sin(terrain.slope_rad), 0, -g * std::cos(terrain.slope_rad)};
   const Eigen::Array3d size_m(shape.length_m, shape.width_m, 2 * shape.hip_height_m);
   const Eigen::Array3d square = size_m.square() * (shape.mass_kg / 12);
@@ -83,6 +88,32 @@ void SoilRobot::immerse() {
   }
 }
 
+double SoilRobot::stiffness_Pa_m(int leg, const Eigen::Vector3d& arm_B_m, double x_m) const {
+  double found_Pa_m = leg < 0 ? stiffness_belly_Pa_m_ : stiffness_leg_Pa_m_;
+  for (const Soft& soft : soft_) {
+    const double share =
+        leg < 0 ? share_of_belly(soft.patch, arm_B_m, x_m) : soft.patch.share(nth(leg), x_m);
+    found_Pa_m = std::lerp(found_Pa_m, leg < 0 ? soft.belly_Pa_m : soft.leg_Pa_m, share);
+  }
+  return found_Pa_m;
+}
+
+double SoilRobot::share_of_belly(const soil::Patch& patch, const Eigen::Vector3d& arm_B_m,
+                                 double x_m) const {
+  std::size_t left = 0;  // the leg nearest on that side; the one on the other side is the next
+  for (std::size_t i = 2; i < kLegs; i += 2) {
+    const auto away_m = [&](std::size_t leg) {
+      return std::abs(arm_B_m.x() - shape_.hip_x_m[leg]);
+    };
+    if (away_m(i) < away_m(left)) left = i;
+  }
+  const double on_left = patch.share(left, x_m), on_right = patch.share(left + 1, x_m);
+  constexpr double kCentre_m = 1e-6;
+  return arm_B_m.y() > kCentre_m    ? on_left
+         : arm_B_m.y() < -kCentre_m ? on_right
+                                    : std::min(on_left, on_right);
+}
+
 void SoilRobot::immerse(int leg, const Eigen::Vector3d& arm_B_m, const Eigen::Vector3d& normal_B,
                         const Eigen::Vector3d& turn_B_m_s, double area_m2) {
   const Eigen::Vector3d arm_m = attitude_ * arm_B_m;
@@ -91,12 +122,12 @@ void SoilRobot::immerse(int leg, const Eigen::Vector3d& arm_B_m, const Eigen::Ve
   const Eigen::Vector3d normal = attitude_ * normal_B;
   const double ahead = normal.dot(axes_.col(0)), up = normal.z();
   const double size = std::hypot(ahead, up);
-  const double stiffness_Pa_m = leg < 0 ? stiffness_belly_Pa_m_ : stiffness_leg_Pa_m_;
+  const double stiffness = stiffness_Pa_m(leg, arm_B_m, position_m_.x() + arm_m.x());
   pieces_.push_back({.leg = leg,
                      .arm_m = arm_m,
                      .turn_m_s = attitude_ * turn_B_m_s,
                      .depth_m = depth_m,
-                     .strength_N = area_m2 * depth_m * stiffness_Pa_m,
+                     .strength_N = area_m2 * depth_m * stiffness,
                      .plate = soil::Plate(ahead / size, up / size)});
 }
 

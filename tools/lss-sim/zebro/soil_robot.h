@@ -4,11 +4,14 @@
 // mass, and the forces on legs and underside are those of granular resistive force theory
 // (tools/lss-sim/soil/resistive.h). The surface stays as it was: no ruts, no stones. Legs are
 // strips along their half circle; their edges and the body's sides feel nothing. An overloaded leg
-// stands still, as in kinematic.h. Lunar Zebro by default; other robots for validation. Used by one
-// thread (physics). Nothing allocates after construction.
+// stands still, as in kinematic.h. A patch is met by pieces of its legs, each where it is, and by
+// the underside where one of these legs is nearest, on the centre line where both sides' are.
+// Lunar Zebro by default; other robots for validation. Used by one thread (physics). Nothing
+// allocates after construction.
 
 #include <vector>
 
+#include "tools/lss-sim/soil/patch.h"
 #include "tools/lss-sim/soil/resistive.h"
 #include "tools/lss-sim/soil/soil.h"
 #include "tools/lss-sim/zebro/plant.h"
@@ -51,6 +54,14 @@ class SoilRobot final : public Plant {
     Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   };
 
+  // A patch, with the stiffness of its soil in this gravity.
+  struct Soft {
+    soil::Patch patch;
+    double leg_Pa_m, belly_Pa_m;
+  };
+
+  double stiffness_Pa_m(int leg, const Eigen::Vector3d& arm_B_m, double x_m) const;
+  double share_of_belly(const soil::Patch& patch, const Eigen::Vector3d& arm_B_m, double x_m) const;
   void immerse();
   void immerse(int leg, const Eigen::Vector3d& arm_B_m, const Eigen::Vector3d& normal_B,
                const Eigen::Vector3d& turn_B_m_s, double area_m2);
@@ -63,6 +74,7 @@ class SoilRobot final : public Plant {
   double step_s_;  // inner
   int steps_;      // inner, in one step
   double stiffness_leg_Pa_m_, stiffness_belly_Pa_m_;
+  std::vector<Soft> soft_;
   Eigen::Vector3d gravity_m_s2_;  // in the slope's axes
   Eigen::Vector3d inertia_kg_m2_;
   std::array<ShaftState, kLegs> shafts_{};

@@ -43,6 +43,7 @@ constexpr FaultKind kFaultKinds[] = {
 
 constexpr double kBlocked_Nm = 5;  // holding torque of a blocked shaft
 constexpr double kWanting_rad_s = 1e-3;
+constexpr double kPatchEdge_m = 0.02;  // ours
 
 std::size_t unit_of(const Fault& fault) {
   return static_cast<std::size_t>(fault.values.front()) - 1;
@@ -59,6 +60,9 @@ std::unique_ptr<Plant> make_plant(const ZebroOptions& options) {
           "the kinematic plant is on hard ground: leave out --ground, or use --plant dart");
     return std::make_unique<SoilRobot>(options.terrain, to_seconds(options.step_ns));
   }
+  if (!options.terrain.patches.empty())
+    throw std::invalid_argument(
+        "a patch is in a soil: leave out --patch or add one to --ground, for example regolith");
   if (options.plant == PlantKind::kinematic)
     return std::make_unique<KinematicRobot>(options.terrain, to_seconds(options.step_ns));
   if (options.step_ns != kStepNs) throw std::invalid_argument("rigid bodies take steps of 1 ms");
@@ -66,6 +70,10 @@ std::unique_ptr<Plant> make_plant(const ZebroOptions& options) {
 }
 
 }  // namespace
+
+soil::Patch parse_patch(const std::string& text) {
+  return soil::parse_patch(text, "leg", kPatchEdge_m);
+}
 
 const ShaftState& Panel::step(const ShaftDrive& drive) {
   constexpr double kTravel_rad = 110 * kDegree;
@@ -267,6 +275,10 @@ class ZebroKind final : public VehicleKind {
             "--ground", ground_,
             "hard, or a soil: sand, loam, regolith, each with :FACTOR of its strength if wanted")
         ->capture_default_str();
+    command.add_option("--patch", patches_,
+                       "SOIL[:FACTOR]@LEGS[@FROM..TO], repeatable: another soil under these legs "
+                       "(digits 1 to 6: LF RF LM RM LH RH), from and to these metres ahead of the "
+                       "start");
     number_option(command, "--friction", terrain.friction, "of hard ground", 0.05, 2.0);
     number_option(command, "--scatter", scatter_deg_,
                   "legs boot at up to this from where they were stowed, degrees", 0.0, 80.0);
@@ -284,6 +296,7 @@ class ZebroKind final : public VehicleKind {
     options.stop = stop_ == "lf" ? lss::zebro::Stop::lf : lss::zebro::Stop::crlf;
     options.plant = plant_ == "dart" ? PlantKind::dart : PlantKind::kinematic;
     if (ground_ != "hard") options.terrain.soil = soil::parse_soil(ground_);
+    for (const std::string& patch : patches_) options.terrain.patches.push_back(parse_patch(patch));
     options.terrain.seed = seed;
     options.terrain.slope_rad = slope_deg_ * kDegree;
     options.terrain.scatter_rad = scatter_deg_ * kDegree;
@@ -294,6 +307,7 @@ class ZebroKind final : public VehicleKind {
   ZebroOptions options_;
   double slope_deg_ = 0;
   double scatter_deg_ = 20;
+  std::vector<std::string> patches_;
   std::string check_ = "lrc", stop_ = "lf", plant_ = "dart", ground_ = "hard";
 };
 

@@ -30,6 +30,9 @@ struct ZebroOptions {
       kStepNs;  // of step(); a value other than the simulator's only with the kinematic plant
 };
 
+// As of `lss-sim zebro --patch`. Throws std::invalid_argument.
+soil::Patch parse_patch(const std::string& text);
+
 // The solar panel: from its mechanical stop at 0 (retracted) to the one at 110 deg.
 class Panel {
  public:
