@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 
@@ -14,6 +15,13 @@
 
 namespace lss::cli {
 namespace {
+
+// The type of a vehicle's telemetry is named after it (daemon/publish/dictionary.cpp).
+bool is_of(const dds_topic_descriptor_t& type, std::string_view vehicle) {
+  const auto lower = [](unsigned char c) { return std::tolower(c); };
+  return std::ranges::equal(std::string_view(type.m_typename),
+                            fmt::format("lss::{}Telemetry", vehicle), {}, lower, lower);
+}
 
 using Json = nlohmann::json;
 
@@ -192,7 +200,7 @@ void DescribedVehicle::read(const Json& json) {
   };
   vehicle_.distance_m = [this](const void* sample) { return distance_m(sample); };
   for (const Overlay* overlay : overlays()) {
-    if (telemetry.at("type") == overlay->telemetry.type->m_typename) put_on(*overlay);
+    if (is_of(*overlay->telemetry.type, vehicle_.name)) put_on(*overlay);
   }
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
 // A vehicle from a dictionary (docs/dds.md): commands, parameters, codes, telemetry and how it is
-// driven and shown. With the overlay of its telemetry's type, when this program has one. A
-// dictionary that cannot be read is thrown as a Failure.
+// driven and shown. With the overlay of its name, when this program has one. A dictionary that
+// cannot be read is thrown as a Failure.
 
 #include <cstdint>
 #include <deque>

@@ -71,7 +71,7 @@ struct Scripts {
 // Presentation of a vehicle that this program was built with, and its verbs of more than one
 // command.
 struct Overlay {
-  TelemetryView telemetry;  // vehicles with this type have the overlay
+  TelemetryView telemetry;  // its type is named after the vehicle
   // Its own sections of a report.
   void (*add_report)(const recording::Recording& recording, report::Page& page);
   // Sets arguments of the start before a command.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <utility>
 
 #include "tools/lss-cli/session/ack.h"
 #include "tools/lss-cli/session/answer.h"
@@ -110,14 +111,14 @@ void PollServer::run() {
 }
 
 void PollServer::turn(bool input) {
-  const Clock::time_point now = Clock::now();
-  const bool late = now - turned_ > seconds(kStoodStill_s);
-  turned_ = now;
-  next_ = now + seconds(kTurn_s);
+  const Clock::time_point before = std::exchange(turned_, Clock::now());
+  next_ = turned_ + seconds(kTurn_s);
   if (input) {
     const obc::Socket::News news = socket_.take();
     if (news.connected) asked_.clear();
-    for (const obc::Lines::Line& line : news.lines) take(line, late);
+    // It may stand still anywhere, also between looking at the clock and reading the socket.
+    for (const obc::Lines::Line& line : news.lines)
+      take(line, Clock::now() - before > seconds(kStoodStill_s));
   }
   take_answers();
   for (Asked& asked : asked_) check(asked);
