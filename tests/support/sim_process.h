@@ -4,6 +4,7 @@
 // Test thread only; every wait is bounded.
 
 #include <fcntl.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/wait.h>
@@ -85,6 +86,13 @@ class Process {
   int status_ = 0;
   bool waited_ = false;
 };
+
+// It ends at once and says why.
+inline void expect_refused(const std::vector<std::string>& arguments, const char* why) {
+  Process refused(arguments);
+  EXPECT_EQ(refused.wait(), 2) << why;
+  EXPECT_THAT(refused.heard, testing::HasSubstr(why));
+}
 
 // A simulator of the folder of the test.
 class SimProgram : public testing::Test {

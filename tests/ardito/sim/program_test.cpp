@@ -180,9 +180,7 @@ TEST_F(Program, ListsItsFaultsAndRefusesOthers) {
                            "one of 0x01, 0x02", "unplug:SECONDS"}) {
     EXPECT_THAT(list.heard, HasSubstr(each));
   }
-  Process refused(ardito({"--fault", "5s:E-TN:2"}));
-  EXPECT_EQ(refused.wait(), 2);
-  EXPECT_THAT(refused.heard, HasSubstr("did you mean 'E-TM'"));
+  expect_refused(ardito({"--fault", "5s:E-TN:2"}), "did you mean 'E-TM'");
 }
 
 TEST_F(Program, RefusesGroundThatItDoesNotKnow) {
@@ -190,9 +188,7 @@ TEST_F(Program, RefusesGroundThatItDoesNotKnow) {
                                      {"hills,mud", "'mud' is no soil"},
                                      {"sand,hills", "before the comma flat, hills or rough"},
                                      {"sand:0", "'sand:0' is no soil"}}) {
-    Process refused(ardito({"--ground", ground}));
-    EXPECT_EQ(refused.wait(), 2) << ground;
-    EXPECT_THAT(refused.heard, HasSubstr(says));
+    expect_refused(ardito({"--ground", ground}), says);
   }
   for (const auto& [patch, says] : {std::pair("sand:0.1", "it names no wheels"),
                                     {"mud@4", "'mud' is no soil"},
@@ -200,19 +196,11 @@ TEST_F(Program, RefusesGroundThatItDoesNotKnow) {
                                     {"sand@4@2-3", "'2-3' is no stretch FROM..TO"},
                                     {"sand@4@2..x", "'x' is no number of metres"},
                                     {"sand@4@3..2", "the stretch ends before it begins"}}) {
-    Process refused(ardito({"--ground", "regolith", "--patch", patch}));
-    EXPECT_EQ(refused.wait(), 2) << patch;
-    EXPECT_THAT(refused.heard, HasSubstr(says));
+    expect_refused(ardito({"--ground", "regolith", "--patch", patch}), says);
   }
-  Process rocks(ardito({"--rocks", "1.5"}));
-  EXPECT_EQ(rocks.wait(), 2);
-  EXPECT_THAT(rocks.heard, HasSubstr("--rocks"));
-  Process hard(ardito({"--patch", "sand@4"}));
-  EXPECT_EQ(hard.wait(), 2);
-  EXPECT_THAT(hard.heard, HasSubstr("a patch is in a soil"));
-  Process step(ardito({"--ground", "sand", "--step", "60"}));
-  EXPECT_EQ(step.wait(), 2);
-  EXPECT_THAT(step.heard, HasSubstr("there is no step on soil"));
+  expect_refused(ardito({"--rocks", "1.5"}), "--rocks");
+  expect_refused(ardito({"--patch", "sand@4"}), "a patch is in a soil");
+  expect_refused(ardito({"--ground", "sand", "--step", "60"}), "there is no step on soil");
 }
 
 }  // namespace

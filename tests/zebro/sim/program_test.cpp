@@ -168,13 +168,9 @@ TEST_F(Program, AWrongPatchIsRefused) {
   for (const auto& [patch, says] : {std::pair("sand:0.1", "it names no legs"),
                                     {"sand@7", "there is no leg '7'"},
                                     {"sand@4@2..x", "'x' is no number of metres"}}) {
-    Process refused(zebro({"--ground", "regolith", "--patch", patch}));
-    EXPECT_EQ(refused.wait(), 2) << patch;
-    EXPECT_THAT(refused.heard, HasSubstr(says));
+    expect_refused(zebro({"--ground", "regolith", "--patch", patch}), says);
   }
-  Process hard(zebro({"--patch", "sand@4"}));
-  EXPECT_EQ(hard.wait(), 2);
-  EXPECT_THAT(hard.heard, HasSubstr("a patch is in a soil"));
+  expect_refused(zebro({"--patch", "sand@4"}), "a patch is in a soil");
 }
 
 TEST_F(Program, AFaultForNobodyIsAnErrorOfItsOwn) {
@@ -188,9 +184,7 @@ TEST_F(Program, ListsItsFaultsAndSuggestsVehicles) {
   EXPECT_EQ(list.wait(), 0);
   EXPECT_THAT(list.heard, HasSubstr("leg-stuck:N"));
   EXPECT_THAT(list.heard, HasSubstr("unplug:SECONDS"));
-  Process wrong({"zbro", "--dir", folder_.string()});
-  EXPECT_EQ(wrong.wait(), 2);
-  EXPECT_THAT(wrong.heard, HasSubstr("did you mean 'zebro'"));
+  expect_refused({"zbro", "--dir", folder_.string()}, "did you mean 'zebro'");
 }
 
 }  // namespace
