@@ -29,15 +29,6 @@ void place_side(const Direction& rocker, const Direction& bogie_on_it, std::size
   put(side + 4, bogie.x_m + rear.x_m, bogie.z_m + rear.z_m);
 }
 
-// The bogie's own angle, from the place of its middle wheel: E6.
-double bogie_rad(double rocker_rad, double x_m, double z_m, const Linkage& l,
-                 const Geometry& g) noexcept {
-  const Point bogie = turned(direction(rocker_rad), l.bogie_on_rocker);
-  const double x = x_m - l.pivot_x_m - bogie.x_m, z = z_m - bogie.z_m;
-  // the arm points k3 below the bogie's x axis; turning by an angle lifts it by as much
-  return std::remainder(g.k3_rad - rocker_rad - math::atan2(z, x), 2 * kPi);
-}
-
 double squared(double x) noexcept { return x * x; }
 
 }  // namespace
@@ -60,18 +51,6 @@ WheelPoses wheel_poses(const RockerAngles& angles, const Linkage& linkage) noexc
   place_side(left, direction(angles.rho1_rad), 0, linkage, poses);
   place_side(opposite(left), direction(angles.rho2_rad), 1, linkage, poses);
   return poses;
-}
-
-RockerAngles rocker_angles(const WheelPoses& poses, const Geometry& geometry) noexcept {
-  // E4, E5
-  const Linkage l = linkage(geometry);
-  const Point& arm = l.front_on_rocker;
-  const double x = poses.x_m[0] - l.pivot_x_m, z = poses.z_m[0];
-  RockerAngles angles;
-  angles.beta_rad = math::atan2(arm.z_m * x - arm.x_m * z, arm.x_m * x + arm.z_m * z);
-  angles.rho1_rad = bogie_rad(angles.beta_rad, poses.x_m[2], poses.z_m[2], l, geometry);
-  angles.rho2_rad = bogie_rad(-angles.beta_rad, poses.x_m[3], poses.z_m[3], l, geometry);
-  return angles;
 }
 
 double rim_speed_m_s(double plane_m_s, const Direction& steering, double vx_m_s, double vz_m_s,

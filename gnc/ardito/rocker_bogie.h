@@ -58,9 +58,6 @@ inline WheelPoses wheel_poses(const RockerAngles& angles, const Geometry& geomet
   return wheel_poses(angles, linkage(geometry));
 }
 
-// From wheels 1, 3 and 4 (13.3); any pose that wheel_poses() can make, no singular one.
-RockerAngles rocker_angles(const WheelPoses& poses, const Geometry& geometry) noexcept;
-
 // Speed at the rim so that the CM moves as in the plane while the suspension moves the hub by (vx,
 // vz) relative to it. sign: +1 right, -1 as printed (E7, E1).
 double rim_speed_m_s(double plane_m_s, const Direction& steering, double vx_m_s, double vz_m_s,

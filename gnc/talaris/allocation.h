@@ -56,17 +56,4 @@ enum class Health : std::uint8_t {
 using Healths = std::array<Health, kActuators>;
 bool all_good(const Healths& health) noexcept;
 
-// Hover with these actuators, at rest: is there an equilibrium, and what does it cost?
-struct HoverBudget {
-  double lift_N = 0;              // most lift without any moment or force sideways
-  double weight_N = 0;            // what it has to carry
-  double gas_s_per_s = 0;         // thruster-seconds a second in the equilibrium, or at most lift
-  double gas_time_s = 0;          // so long `gas_s` lasts
-  double moment_left_Nm[2] = {};  // pitch, yaw: what is left to correct with, the smaller side
-  bool hovers = false;
-  Forces force_N = Forces::Zero();
-};
-HoverBudget hover_budget(const Parameters& parameters, const Healths& health, double mass_kg,
-                         double gas_s) noexcept;
-
 }  // namespace lss::gnc::talaris

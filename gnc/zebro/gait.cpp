@@ -10,7 +10,6 @@ namespace {
 
 using max_plus::kEps;
 using max_plus::Matrix;
-using max_plus::Vector;
 
 double last_touchdown_s(const Partition& gait, int group, const Events& events) noexcept {
   double last_s = kEps;
@@ -54,20 +53,6 @@ double neighbours_landed_s(const Partition& gait, std::size_t i, const Events& c
 bool neighbours(std::size_t i, std::size_t j) noexcept {
   const std::size_t apart = i > j ? i - j : j - i;
   return apart == 2 || (apart == 1 && i / 2 == j / 2);
-}
-
-Vector to_vector(const Events& events) noexcept {
-  Vector x;
-  std::copy(events.touchdown_s.begin(), events.touchdown_s.end(), x.begin());
-  std::copy(events.lift_off_s.begin(), events.lift_off_s.end(), x.begin() + kLegs);
-  return x;
-}
-
-Events to_events(const Vector& x) noexcept {
-  Events events;
-  std::copy_n(x.begin(), kLegs, events.touchdown_s.begin());
-  std::copy_n(x.begin() + kLegs, kLegs, events.lift_off_s.begin());
-  return events;
 }
 
 Matrix same_cycle(const Partition& gait, const GaitTimes& times) noexcept {

@@ -61,8 +61,6 @@ struct Events {
   PerLeg<double> touchdown_s{};
   PerLeg<double> lift_off_s{};
 };
-max_plus::Vector to_vector(const Events& events) noexcept;  // [t_1..t_6 l_1..l_6]
-Events to_events(const max_plus::Vector& x) noexcept;
 
 // x(k) = A0 (x) x(k) (+) A1 (x) x(k-1). Guarded: the first group of this cycle waits for all legs
 // instead of the last group of its own gait, which makes the change from any other gait safe. Of

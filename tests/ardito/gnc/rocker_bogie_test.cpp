@@ -9,8 +9,36 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "gnc/math.h"
+
 namespace lss::gnc::ardito::test {
 namespace {
+
+// About y, by an angle that lifts the front (z is down).
+Point turned(const Direction& angle, const Point& p) {
+  return {angle.cos * p.x_m + angle.sin * p.z_m, -angle.sin * p.x_m + angle.cos * p.z_m};
+}
+
+// The bogie's own angle, from the place of its middle wheel: E6.
+double bogie_rad(double rocker_rad, double x_m, double z_m, const Linkage& l, const Geometry& g) {
+  const Point bogie = turned(direction(rocker_rad), l.bogie_on_rocker);
+  const double x = x_m - l.pivot_x_m - bogie.x_m, z = z_m - bogie.z_m;
+  // the arm points k3 below the bogie's x axis; turning by an angle lifts it by as much
+  return std::remainder(g.k3_rad - rocker_rad - math::atan2(z, x), 2 * kPi);
+}
+
+// From wheels 1, 3 and 4 (13.3); any pose that wheel_poses() can make, no singular one.
+RockerAngles rocker_angles(const WheelPoses& poses, const Geometry& geometry) {
+  // E4, E5
+  const Linkage l = linkage(geometry);
+  const Point& arm = l.front_on_rocker;
+  const double x = poses.x_m[0] - l.pivot_x_m, z = poses.z_m[0];
+  RockerAngles angles;
+  angles.beta_rad = math::atan2(arm.z_m * x - arm.x_m * z, arm.x_m * x + arm.z_m * z);
+  angles.rho1_rad = bogie_rad(angles.beta_rad, poses.x_m[2], poses.z_m[2], l, geometry);
+  angles.rho2_rad = bogie_rad(-angles.beta_rad, poses.x_m[3], poses.z_m[3], l, geometry);
+  return angles;
+}
 
 constexpr Geometry kGeometry;
 

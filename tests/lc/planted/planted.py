@@ -23,7 +23,7 @@ DEFECTS = {
     "disobedience_ignored": (ZEBRO, "if (link.disobeys && !disobeyed_[i])", "if (false && !disobeyed_[i])", "deaf", LOSS),
     "lease_doubled": (CYCLE, "state_.time_ns - state_.heartbeat_ns > state_.lease_ns",
                       "state_.time_ns - state_.heartbeat_ns > 2 * state_.lease_ns", "client lost", LOSS),
-    "budget_ignored": (ZEBRO, "if (now > until_ns_) return give_up(target);", "", "unplugged", "no endless solving"),
+    "budget_ignored": (ZEBRO, "if (now > until_ns_) return give_up(vehicle);", "", "unplugged", "no endless solving"),
     "isolation_not_applied": (ZEBRO, "if (contains(modules, i)) supervisor_->happen(event::isolate, number(i));", "",
                               "silent", WALKS),
     "success_without_proof": (ZEBRO, "if (!healthy) break;\n      healthy_since_ns_ = now;",

@@ -11,6 +11,7 @@
 
 #include "gnc/talaris/pwm.h"
 #include "tests/support/allocations.h"
+#include "tests/talaris/gnc/hover_budget.h"
 
 namespace lss::gnc::talaris {
 namespace {

@@ -64,6 +64,21 @@ inline rc::Gen<GaitTimes> synchronising_times(const Partition& gait) {
   });
 }
 
+// [t_1..t_6 l_1..l_6]
+inline max_plus::Vector to_vector(const Events& events) {
+  max_plus::Vector x;
+  std::copy(events.touchdown_s.begin(), events.touchdown_s.end(), x.begin());
+  std::copy(events.lift_off_s.begin(), events.lift_off_s.end(), x.begin() + kLegs);
+  return x;
+}
+
+inline Events to_events(const max_plus::Vector& x) {
+  Events events;
+  std::copy_n(x.begin(), kLegs, events.touchdown_s.begin());
+  std::copy_n(x.begin() + kLegs, kLegs, events.lift_off_s.begin());
+  return events;
+}
+
 inline rc::Gen<Events> any_events(int last_64ths = 3200) {
   return rc::gen::map(
       rc::gen::container<std::vector<double>>(max_plus::kSize, dyadic_s(0, last_64ths)),
