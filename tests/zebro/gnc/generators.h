@@ -120,6 +120,6 @@ inline void showValue(const GaitTimes& times, std::ostream& out) {
       << times.double_stance_s;
 }
 inline void showValue(const Events& events, std::ostream& out) {
-  for (const double x : to_vector(events)) out << x << ' ';
+  for (const double x : test::to_vector(events)) out << x << ' ';
 }
 }  // namespace lss::gnc::zebro
