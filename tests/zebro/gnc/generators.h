@@ -66,7 +66,7 @@ inline rc::Gen<GaitTimes> synchronising_times(const Partition& gait) {
 
 // [t_1..t_6 l_1..l_6]
 inline max_plus::Vector to_vector(const Events& events) {
-  max_plus::Vector x;
+  max_plus::Vector x{};
   std::copy(events.touchdown_s.begin(), events.touchdown_s.end(), x.begin());
   std::copy(events.lift_off_s.begin(), events.lift_off_s.end(), x.begin() + kLegs);
   return x;
@@ -83,7 +83,7 @@ inline rc::Gen<Events> any_events(int last_64ths = 3200) {
   return rc::gen::map(
       rc::gen::container<std::vector<double>>(max_plus::kSize, dyadic_s(0, last_64ths)),
       [](const std::vector<double>& drawn) {
-        max_plus::Vector x;
+        max_plus::Vector x{};
         std::copy(drawn.begin(), drawn.end(), x.begin());
         return to_events(x);
       });
