@@ -132,7 +132,7 @@ class Zebro(Parameters, Scenario):
         self.assertEqual(self.param("limits.current_A")["value"], 1.2)
         self.assertEqual(self.status()["saved_parameters"], "lost")
         self.assertEqual(len(self.event_texts(DAMAGED, 2)), 2)
-        self.assertIn("those of the configuration apply", self.event_texts(REFUSED)[0])
+        self.assertIn("the configuration applies", self.event_texts(REFUSED)[0])
 
         # A save restores both.
         self.assert_kept("limits.current_A", 1.1)
