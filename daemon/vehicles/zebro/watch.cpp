@@ -229,7 +229,8 @@ void Vehicle::watch_motion(Supervisor& s) noexcept {
   }
 }
 
-// On its belly it gets on by rowing only. Told until a stride shows that the belly is clear.
+// On its belly it moves by rowing only. The warning stays until a stride shows that the belly is
+// clear.
 void Vehicle::watch_ground(Supervisor& s) noexcept {
   const bool deep = deep_strides_ >= kDeepStrides;
   if (deep && !belly_told_) {
