@@ -120,7 +120,7 @@ TEST(TalarisCorridor, ABreezeIsFlownAndLeavesItWhereItShouldBe) {
 // Down is positive, and of the fastest foot, not of the standstill after it. Bounds from 80 hops
 // (seeds 1 to 40 of each): reported down 0.04 to 0.40 m/s more than true, sideways 0.08 less to
 // 0.18 more. Less is the dangerous side.
-TEST(TalarisCorridor, TheSpeedOfTheTouchdownIsTold) {
+TEST(TalarisCorridor, TheSpeedOfTheTouchdownIsReported) {
   for (const FlightPlan& plan : {FlightPlan{.request = {.height_m = 1, .distance_m = 5}}, {}}) {
     const auto all = sampled_runs(12, [&](unsigned seed) { return fly(plan, seed); });
     for (const Flown& flown : all) {

@@ -44,7 +44,7 @@ TEST(Script, ALineIsATimeAndWhatIsDoneThen) {
   EXPECT_DOUBLE_EQ(steps[2].at_s, 60);
 }
 
-TEST(Script, WhatCannotBeReadIsToldWithItsLine) {
+TEST(Script, WhatCannotBeReadIsReportedWithItsLine) {
   EXPECT_THAT(refusal("0 valves 1 for 0.1\n0 valves 9 for 0.1"), StartsWith("a.script:2: "));
   EXPECT_THAT(refusal("0 valves 1"), HasSubstr("five words"));
   EXPECT_THAT(refusal("0 wheels 1 for 0.1"), HasSubstr("wheels"));

@@ -121,12 +121,12 @@ TEST(TalarisConfig, ACameraIsAsExactAsItsCounts) {
   EXPECT_EQ(kFile.error_of("counts_per_rad = 1000.0", "counts_per_rad = 240.0"), "");
 }
 
-TEST(TalarisConfig, AnUnknownKeyIsToldWithTheNearest) {
+TEST(TalarisConfig, AnUnknownKeyIsReportedWithTheNearest) {
   EXPECT_NE(kFile.error_of("budget_s = 44.0", "budged_s = 44.0").find("budget_s"),
             std::string::npos);
 }
 
-TEST(TalarisConfig, AWrongUnitIsToldWithTheRightOne) {
+TEST(TalarisConfig, AWrongUnitIsReportedWithTheRightOne) {
   EXPECT_NE(kFile.error_of("stale_ms = 450", "stale_s = 0.45").find("stale_ms"), std::string::npos);
 }
 

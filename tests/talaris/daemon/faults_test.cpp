@@ -13,7 +13,7 @@ void remove(std::vector<TalarisSample>& samples) {
   std::erase_if(samples, [](const auto& s) { return std::holds_alternative<T>(s.reading); });
 }
 
-TEST(TalarisFaults, ASilentImuIsToldAndCalibrationRefused) {
+TEST(TalarisFaults, ASilentImuIsReportedAndCalibrationRefused) {
   World w;
   ASSERT_TRUE(w.start());
   ASSERT_EQ(w.why(Kind::gnc, {0}), Reason::none);
@@ -96,7 +96,7 @@ TEST(TalarisFaults, ACounterThatGoesBackIsNoLoss) {
   EXPECT_EQ(w.out_.telemetry.modules[0].lost, 0u);
 }
 
-TEST(TalarisFaults, AScaleThatChangesIsTold) {
+TEST(TalarisFaults, AScaleThatChangesIsReported) {
   World w;
   ASSERT_TRUE(w.start());
   std::uint8_t scale = 1;
@@ -160,7 +160,7 @@ TEST(TalarisSensors, TheAxesOfTheCameraMayBeTurned) {
 }
 
 // Silent, or in another rhythm than configured, in which navigation uses no frame.
-TEST(TalarisFaults, ACameraThatIsSilentOrOutOfItsRhythmIsTold) {
+TEST(TalarisFaults, ACameraThatIsSilentOrOutOfItsRhythmIsReported) {
   Parameters p = quick();
   p.navigation.camera = p.buses.has_camera = true;
   for (const int fewer : {0, 2}) {

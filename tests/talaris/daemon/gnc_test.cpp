@@ -51,7 +51,7 @@ TEST(TalarisGnc, AnInfeasibleHopIsRefusedWithItsNumbers) {
   EXPECT_EQ(w.why(Kind::plan, {0, 9.9, 99, 0, 0.5}) == Reason::none, false);
 }
 
-TEST(TalarisGnc, APlanIsToldWithTimeAndGas) {
+TEST(TalarisGnc, APlanIsReportedWithTimeAndGas) {
   World w;
   ASSERT_TRUE(w.start());
   ASSERT_EQ(w.why(Kind::plan, {0, 2, 30, 0, 0}), Reason::none);

@@ -17,7 +17,7 @@ TEST(TalarisParameters, APlanLeavesTheReserveThatWasSet) {
   EXPECT_EQ(w.why(Kind::plan, {hop, 2, 5, 0, 0}), reasons::gas_short);
 }
 
-TEST(TalarisParameters, ALowSupplyIsToldByTheLimitThatWasSetAlsoWhileOperational) {
+TEST(TalarisParameters, ALowSupplyIsReportedByTheLimitThatWasSetAlsoWhileOperational) {
   World w;
   ASSERT_TRUE(w.start());
   w.run(1);

@@ -178,7 +178,7 @@ TEST_F(Altimeter, AnotherCommand) {
   EXPECT_EQ(written(other, now + 100 * kMillisecond), (Bytes{'D', 'T', '\r'}));
 }
 
-TEST_F(Altimeter, SilentForASecondItIsToldAgain) {
+TEST_F(Altimeter, SilentForASecondItIsReportedAgain) {
   written(line, now);
   now += 100 * kMillisecond;
   written(line, now);

@@ -263,7 +263,7 @@ TEST_F(Landmark, LostPacketsDoNotShiftTheFrame) {
   EXPECT_EQ(tick.index, 5u);
 }
 
-TEST_F(Landmark, TheScaleHoldsFromItsStatusOnAndIsTold) {
+TEST_F(Landmark, TheScaleHoldsFromItsStatusOnAndIsReported) {
   packets(2, 3);
   packet(4, 0x40 | 0x11 | 0x02);  // 0.015 deg/s, 0.0001 g
   const auto samples = take_all(line);
@@ -312,7 +312,7 @@ TEST_F(Landmark, EachScaleOfTheTable) {
   }
 }
 
-TEST_F(Landmark, WhatItSaysOfItselfIsToldOnce) {
+TEST_F(Landmark, WhatItSaysOfItselfIsReportedOnce) {
   using Kind = ImuStatus::Kind;
   std::vector<std::pair<TimeNs, ImuStatus>> told;
   for (int n = 0; n < 512; ++n) {

@@ -263,7 +263,7 @@ TEST_F(Valves, OrdersThatSayAllStopOpenNothing) {
   EXPECT_TRUE(edges().empty());
 }
 
-TEST_F(Valves, APortThatWasOpenedAgainIsToldShutFirst) {
+TEST_F(Valves, APortThatWasOpenedAgainIsReportedShutFirst) {
   orders.hold[0] = {true, now + 10 * kSecond};
   release();
   run_until(now + 20 * kMillisecond);

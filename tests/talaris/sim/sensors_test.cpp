@@ -210,7 +210,7 @@ class TalarisAltimeter : public testing::Test {
   std::vector<int> times_ms_;
 };
 
-TEST_F(TalarisAltimeter, SaysNothingUntilItIsToldTo) {
+TEST_F(TalarisAltimeter, SaysNothingUntilItIsReportedTo) {
   EXPECT_TRUE(listen(1'000, 1).empty());
   ask(altimeter_, "dw\r");
   const auto heard = listen(1'000, 0.934);

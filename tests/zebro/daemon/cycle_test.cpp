@@ -180,7 +180,7 @@ TEST(Cycle, WhereTheBellyLiesInTheSoilItRowsUntilTheWalkEnds) {
 }
 
 // Where it stopped it still lies in the soil.
-TEST(Cycle, ThatTheBellyLiesInTheSoilIsToldUntilAStrideShowsOtherwise) {
+TEST(Cycle, ThatTheBellyLiesInTheSoilIsReportedUntilAStrideShowsOtherwise) {
   World w;
   ASSERT_TRUE(w.stand());
   w.alter = [](World& x) { draw_in_soil(x, 0.3); };
