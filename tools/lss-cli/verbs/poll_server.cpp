@@ -282,7 +282,7 @@ void PollServer::check(Asked& asked) {
       }
       return;  // the next turn comes soon enough
     case Wait::status:
-      if (over || link().status().time_ns >= last_ack_ns_) {
+      if (over || (!stop_ && link().status().time_ns >= last_ack_ns_)) {  // a stop is in it
         nlohmann::json document = status_json(vehicle(), link().status(), nullptr);
         document["obc"] = packet()["obc"];
         return answer(asked, std::move(document));
