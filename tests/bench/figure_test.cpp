@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/bench/bench.h"
+#include "tests/bench/programs.h"
 
 namespace lss::bench {
 namespace {
@@ -20,6 +20,21 @@ TEST(Figure, IsUndecidedWhenTheReferenceDiffersFromItselfByMoreThanTheRatioFromI
   EXPECT_EQ(met(1.061, 1.005, 1.05), Met::no);
   EXPECT_EQ(met(1.061, 1.199, 1.05), Met::undecided);
   EXPECT_EQ(met(0.5, 1.199, 1.05), Met::yes);
+}
+
+// Two runs that shared one had two vehicles of one name on it: seen as a failed bench.growth.
+TEST(Domain, OfARunIsItsOwnUntilItEnds) {
+  std::vector<int> domains;
+  for (const int index : {0, 1, 7}) {
+    domains.push_back(domain(index));
+    EXPECT_EQ(domain(index), domains.back());
+    const std::string path = "/tmp/lss-e2e-domain-" + std::to_string(domains.back()) + ".lock";
+    const int file = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
+    ASSERT_GE(file, 0) << path;
+    EXPECT_NE(::flock(file, LOCK_EX | LOCK_NB), 0) << "another run could take " << path;
+    ::close(file);
+  }
+  EXPECT_TRUE(domains[0] != domains[1] && domains[1] != domains[2] && domains[2] != domains[0]);
 }
 
 TEST(Figure, WithoutAReferenceOfItsOwnIsJudgedAsItIs) {

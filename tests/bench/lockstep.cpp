@@ -49,7 +49,7 @@ double lockstep_ms(const Moving& moving, const std::string& plant, int seconds,
   Folder folder;
   const std::filesystem::path run = folder / "run", log = folder / "lss-sim.log";
   const std::string id = std::to_string(domain(0));
-  const std::string can = "udp://127.0.0.1:" + std::to_string(21000 + domain(0));
+  const std::string can = "udp://127.0.0.1:" + std::to_string(20000 + domain(0));
   std::vector<std::string> words{
       program("lss-sim"), moving.vehicle, "--dir",       run,
       "--pace",           "--lockstep",   "--speed",     "max",

@@ -215,9 +215,6 @@ std::pair<std::string, std::string> loopback(bool shared_memory) {
               "</Enable><LogLevel>warn</LogLevel></SharedMemory>"};
 }
 
-// Not those of the tests (1 to 100), nor 0, where a real daemon may run.
-int domain(int index) { return 101 + (::getpid() * 8 + index) % 104; }
-
 void Service::start(const std::vector<std::string>& words, Process::Environment environment) {
   ReadySocket ready(folder_);
   environment.push_back(ready.variable());

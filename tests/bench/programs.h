@@ -16,6 +16,7 @@
 #include "drivers/time.h"
 #include "tests/bench/bench.h"
 #include "tests/support/eventually.h"
+#include "tests/support/own_domain.h"
 #include "tests/support/temp_folder.h"
 
 namespace lss::bench {
@@ -113,7 +114,7 @@ class ReadySocket {
 // DDS on loopback for programs that are configured by their environment.
 std::pair<std::string, std::string> loopback(bool shared_memory = false);
 // Domains of this run: 0, 1, ... are different, and different from other runs at the same time.
-int domain(int index);
+inline int domain(int index) { return testing_support::own_domain(index); }
 
 // A program that says READY=1; it has when the constructor of the derived class returns.
 class Service {
