@@ -60,7 +60,7 @@ class Recorded:
             result = run([other, "--replay", path], self.environment(), 300)
         except OSError:
             return False
-        older = ("laid out otherwise", "does not take the configuration")
+        older = ("laid out otherwise", "of another layout", "does not take the configuration")
         return "--config is required" not in result.err and not any(text in result.out for text in older)
 
     def begin_again(self):
