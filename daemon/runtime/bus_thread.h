@@ -23,7 +23,7 @@
 #include "daemon/cycle/twins.h"
 #include "daemon/runtime/clock.h"
 #include "daemon/runtime/latest.h"
-#include "daemon/runtime/ring.h"
+#include "daemon/runtime/sample_queue.h"
 #include "daemon/runtime/stop_latch.h"
 #include "daemon/runtime/wake_up.h"
 #include "drivers/lockstep/lockstep.h"
@@ -64,9 +64,7 @@ class BusThread {
   }
 
   // Frame thread: the oldest sample stamped before `end`.
-  bool pop(Sample& sample, TimeNs end) noexcept {
-    return samples_.pop_if(sample, [end](const Sample& s) { return s.time_ns < end; });
-  }
+  bool pop(Sample& sample, TimeNs end) noexcept { return samples_.pop(sample, end); }
   const Report& report() noexcept { return report_.get(); }
   std::uint64_t dropped() const noexcept { return samples_.dropped(); }
   std::uint64_t turns() const noexcept { return turns_.load(std::memory_order_relaxed); }
@@ -163,7 +161,7 @@ class BusThread {
   StopLatch latch_;
   Latest<Orders> orders_;
   Latest<Report> report_;
-  Ring<Sample, 256> samples_;
+  SampleQueue<Sample> samples_;
 };
 
 }  // namespace lss

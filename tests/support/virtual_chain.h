@@ -23,7 +23,7 @@
 #include "daemon/cycle/twins.h"
 #include "daemon/record/state.h"
 #include "daemon/runtime/command_port.h"
-#include "daemon/runtime/ring.h"
+#include "daemon/runtime/sample_queue.h"
 #include "daemon/runtime/stop_latch.h"
 #include "tools/lss-sim/frame/can_bus.h"
 #include "tools/lss-sim/frame/faults.h"
@@ -41,8 +41,8 @@ inline Name name_of(const char* text) {
 
 // One turn of the bus thread of daemon/runtime/can_bus.h. True when its report is due. Passes the
 // master's frames to send(frame).
-template <class Master, class Report, class Sample, std::size_t kCapacity, class Send>
-bool turn_can(sim::CanBus& line, Master& master, Report& report, Ring<Sample, kCapacity>& samples,
+template <class Master, class Report, class Sample, class Send>
+bool turn_can(sim::CanBus& line, Master& master, Report& report, SampleQueue<Sample>& samples,
               TimeNs now, Send&& send) {
   constexpr TimeNs kReportEvery = 5 * kMillisecond;
   line.advance(now);

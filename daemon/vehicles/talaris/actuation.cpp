@@ -15,9 +15,12 @@ void EdgeReport::sent(std::uint8_t before, const ValveSequencer& valves, TimeNs 
 }
 
 Actuation::Actuation(const ValveParameters& parameters, HopperCan& can)
-    : can_(can), valves_(parameters) {}
+    : can_(can), valves_(parameters) {
+  twin_.seal(bytes_of(valves_));
+}
 
 void Actuation::release(const TalarisOrders& orders, TimeNs release_ns, TimeNs now) noexcept {
+  check(now);
   obey(now);
   if (latch_.passes(orders.all_stop, orders.boundary_ns)) {
     TalarisOrders due = orders;
@@ -30,12 +33,20 @@ void Actuation::release(const TalarisOrders& orders, TimeNs release_ns, TimeNs n
     ++said_.refused_orders;
     send(now, now);
   }
+  twin_.seal(bytes_of(valves_));
 }
 
 void Actuation::run(TimeNs now) noexcept {
+  check(now);
   const TimeNs due_ns = next_wake();
   obey(now);
   send(due_ns, now);
+  twin_.seal(bytes_of(valves_));
+}
+
+// Nobody knows when which valve was to be shut. The fans go on: the vehicle may be in the air.
+void Actuation::check(TimeNs now) noexcept {
+  if (twin_.check(bytes_of(valves_)) == MemoryCheck::lost) valves_.reopened(now);
 }
 
 // Orders of the actuate thread itself.

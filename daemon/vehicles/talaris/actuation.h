@@ -3,11 +3,14 @@
 // The work of the actuate thread of TALARIS: orders of a frame at T_k + offset, the edges of the
 // valves at their own times, and an all-stop that does not wait for the frame. It writes valve
 // frames to the CAN bus itself; the bus thread sends all others. Time is data; actuate thread,
-// unless noted otherwise. Nothing here allocates, locks or logs.
+// unless noted otherwise. Between releases and edges the timing of the valves has a second copy; if
+// neither is as it was left, all valves are shut until the next release. Nothing here allocates,
+// locks or logs.
 
 #include <array>
 #include <cstdint>
 
+#include "daemon/cycle/twins.h"
 #include "daemon/runtime/can_bus.h"
 #include "daemon/runtime/latest.h"
 #include "daemon/runtime/stop_latch.h"
@@ -55,12 +58,14 @@ class Actuation {
   const EdgeReport& report() noexcept { return report_.get(); }
 
  private:
+  void check(TimeNs now) noexcept;
   void obey(TimeNs now) noexcept;
   void send(TimeNs due_ns, TimeNs now) noexcept;
 
   HopperCan& can_;
   CanSender sender_;
   ValveSequencer valves_;
+  Twin<sizeof(ValveSequencer)> twin_;
   StopLatch latch_;
   std::uint32_t generation_ = 0;
   std::uint32_t reset_serial_ = 0;  // of the orders that passed last

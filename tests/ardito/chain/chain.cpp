@@ -64,9 +64,7 @@ void Chain::dispatch() {
     next_frame_ns_ += config_.period_ns;
     return;
   }
-  run_clock_frame(report_, [this](RoverSample& out) {
-    return samples_.pop_if(out, [&](const RoverSample& s) { return s.time_ns < in_.time_ns; });
-  });
+  run_clock_frame(report_, [this](RoverSample& out) { return samples_.pop(out, in_.time_ns); });
 }
 
 std::vector<Chain::Memory> Chain::memory() {

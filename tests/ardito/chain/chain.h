@@ -72,7 +72,7 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   Twin<sizeof(RoverBus)> master_twin_;
   StopLatch latch_;
   Vehicle::BusReport report_{};
-  Ring<RoverSample, 256> samples_;
+  SampleQueue<RoverSample> samples_;
 };
 
 }  // namespace lss::ardito

@@ -67,11 +67,15 @@ Chain::Chain(const Options& options)
   master_.restart(now_ns_);
   master_twin_.seal(bytes_of(master_));
   valves_.reopened(now_ns_);
+  valves_twin_.seal(bytes_of(valves_));
   can_.open = can_.was_open = true;
   turn_can();
 }
 
 TimeNs Chain::next_event() {
+  // As in daemon/vehicles/talaris/actuation.cpp.
+  if (protect_ && valves_twin_.check(bytes_of(valves_)) == MemoryCheck::lost)
+    valves_.reopened(now_ns_);
   return std::min({step_ns_, imu_.next_wake(), altimeter_.next_wake(), wire_->next_wake(),
                    std::max(master_.next_wake(), now_ns_ + 1),
                    std::max(valves_.next_wake(), now_ns_ + 1), grid_.deadline(), release_ns_,
@@ -92,6 +96,7 @@ void Chain::dispatch() {
   } else if (now_ns_ >= valves_.next_wake()) {
     send_edges(valves_.next_wake());
   }
+  valves_twin_.seal(bytes_of(valves_));
   imu_.turn(now_ns_);
   altimeter_.turn(now_ns_);
   if (camera_) camera_->turn(now_ns_);
@@ -192,9 +197,7 @@ void Chain::frame(const Boundary& boundary) {
       return false;
     });
   }
-  collect([&](TalarisSample& out) {
-    return samples_.pop_if(out, [&](const TalarisSample& s) { return s.time_ns < in_.time_ns; });
-  });
+  collect([&](TalarisSample& s) { return samples_.pop(s, in_.time_ns); });
   if (camera_) collect([&](TalarisSample& s) { return camera_->pop(s, in_.time_ns); });
   in_.bus = {.imu = imu_.report(),
              .altimeter = altimeter_.report(),
@@ -268,7 +271,10 @@ std::vector<Chain::Memory> Chain::memory() {
        {part("bus", master_), part("bus", can_), part("bus", samples_), part("bus", valves_),
         part("bus", latch_), part("bus", edges_), part("bus", grid_), part("bus", boundary_)})
     all.push_back(more);
-  if (protect_) all.push_back(part("second copies", master_twin_));
+  if (protect_) {
+    all.push_back(part("second copies", master_twin_));
+    all.push_back(part("second copies", valves_twin_));
+  }
   return all;
 }
 

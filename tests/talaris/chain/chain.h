@@ -106,8 +106,9 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   HopperBus master_;
   Twin<sizeof(HopperBus)> master_twin_;
   HopperCan::Report can_{};
-  Ring<TalarisSample, 256> samples_;
+  SampleQueue<TalarisSample> samples_;
   ValveSequencer valves_;
+  Twin<sizeof(ValveSequencer)> valves_twin_;
   StopLatch latch_;
   EdgeReport edges_{};
   std::uint32_t reset_serial_ = 0;

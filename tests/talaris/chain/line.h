@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "daemon/runtime/ring.h"
+#include "daemon/runtime/sample_queue.h"
 #include "daemon/vehicles/talaris/buses.h"
 #include "tools/lss-sim/frame/uart.h"
 #include "tools/lss-sim/frame/vehicle.h"
@@ -26,16 +26,14 @@ class Line {
 
   // The frame that began since the last call, when its line is the IMU's.
   bool take_tick(FrameTick& tick) noexcept;
-  bool pop(TalarisSample& sample, TimeNs end) noexcept {
-    return samples_.pop_if(sample, [end](const TalarisSample& s) { return s.time_ns < end; });
-  }
+  bool pop(TalarisSample& sample, TimeNs end) noexcept { return samples_.pop(sample, end); }
   const LineReport& report() const noexcept { return report_; }
   sim::WireFaults& faults() noexcept { return uart_.faults; }
 
  private:
   sim::Uart uart_;
   std::unique_ptr<SensorLine> driver_;
-  Ring<TalarisSample, 256> samples_;
+  SampleQueue<TalarisSample> samples_;
   LineReport report_{};
   FrameTick tick_{};
   bool ticked_ = false;

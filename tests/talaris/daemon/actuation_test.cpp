@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "drivers/canopen/canopen.h"
 #include "tests/talaris/daemon/buses_rig.h"
 
@@ -77,6 +79,38 @@ TEST_F(Actuate, AnAllStopDoesNotRepeatTheLastResetOfANode) {
   release(1200);
   ASSERT_TRUE(heard(1200));
   EXPECT_EQ(resets(), 1);
+}
+
+// Radiation, between the release of a pulse and its end: tenths of a second.
+TEST_F(Actuate, AFlippedBitOfAPulseIsCorrectedAndTwoShutTheValves) {
+  constexpr TimeNs kOn = 123'456'789;
+  const auto order = [] {
+    TalarisOrders orders;
+    orders.issued_ns = orders.boundary_ns = orders.release_ns = now_ns();
+    orders.enabled = 1;
+    orders.pulse[0].on_ns = kOn;
+    orders.fan_us.fill(1100);
+    return orders;
+  };
+  for (const std::size_t damaged : {0u, 1u, 2u}) {
+    const TalarisOrders orders = order();
+    actuation_.release(orders, orders.release_ns, orders.release_ns);
+    ASSERT_EQ(actuation_.report().open, 1);
+    const std::span<std::uint8_t> memory = bytes_of(actuation_);
+    std::vector<std::uint8_t*> copies;
+    for (std::size_t at = 0; at + sizeof kOn <= memory.size(); at += sizeof kOn) {
+      if (std::memcmp(&memory[at], &kOn, sizeof kOn) == 0) copies.push_back(&memory[at]);
+    }
+    ASSERT_EQ(copies.size(), 2u);
+    if (damaged != 1) *copies[0] ^= 1;
+    if (damaged != 0) *copies[1] ^= 2;
+    actuation_.run(orders.release_ns + kMillisecond);
+    EXPECT_EQ(actuation_.report().open, damaged == 2 ? 0 : 1) << damaged;
+    EXPECT_FALSE(actuation_.report().all_stop_pending);
+    if (damaged == 2) continue;
+    EXPECT_EQ(std::memcmp(copies[0], &kOn, sizeof kOn), 0);
+    EXPECT_EQ(std::memcmp(copies[1], &kOn, sizeof kOn), 0);
+  }
 }
 
 }  // namespace

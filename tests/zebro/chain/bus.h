@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "daemon/cycle/twins.h"
-#include "daemon/runtime/ring.h"
+#include "daemon/runtime/sample_queue.h"
 #include "daemon/vehicles/zebro/vehicle.h"
 
 namespace lss::zebro {
@@ -40,9 +40,7 @@ class Bus {
     orders_ = orders;
     released_ = true;
   }
-  bool pop(ModuleReply& reply, TimeNs end) {
-    return replies_.pop_if(reply, [end](const ModuleReply& r) { return r.time_ns < end; });
-  }
+  bool pop(ModuleReply& reply, TimeNs end) { return replies_.pop(reply, end); }
   // An emergency stop was taken: the thread wakes and obeys.
   void all_stop(TimeNs now) {
     latch_.ask(now);
@@ -96,7 +94,7 @@ class Bus {
   BusOrders orders_{};
   bool released_ = false;
   Report report_{};
-  Ring<ModuleReply, 256> replies_;
+  SampleQueue<ModuleReply> replies_;
 };
 
 }  // namespace lss::zebro
