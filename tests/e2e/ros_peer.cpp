@@ -273,10 +273,10 @@ int main(int argc, char** argv) {
       std::istringstream words(line);
       words >> word;
       if (word == "drive") {
-        double ahead = 0, turn = 0;
+        std::string ahead, turn;  // "nan", too
         words >> ahead >> turn;
-        twist.linear().x(ahead);
-        twist.angular().z(turn);
+        twist.linear().x(std::stod(ahead));
+        twist.angular().z(std::stod(turn));
       }
       drives = word == "drive" || (word == "call" && drives);
       if (word == "call") {

@@ -110,10 +110,17 @@ class Ros(Rover):
         self.assertEqual(self.status()["authority"][:5], "ros2:")
         self.tell("drive 0 0")
         wait_until(lambda: abs(self.heard(topic="rt/ardito_1/odom")[-1]["speed"]) < 1e-3, 60, "zero stands still")
+        stands = len(self.heard(topic="rt/ardito_1/odom"))
+        wait_until(lambda: len(self.heard(topic="rt/ardito_1/odom")) > stands + 40, 60, "four seconds, four leases")
         self.assertEqual(self.status()["state"], OPERATIONAL)
-        # Without messages the lease ends.
+        # Without messages the lease ends, and when they are refused.
         self.tell("silent")
         self.wait_state(IDLE, 60)
+        self.tell("drive 0.3 0")
+        wait_until(lambda: self.heard(topic="rt/ardito_1/odom")[-1]["speed"] > 0.1, 120, "it drives again")
+        self.tell("drive nan 0")
+        self.wait_state(IDLE, 60)
+        self.tell("silent")
 
         self.assertTrue(self.answer_to("start")["success"])
         stopped = self.answer_to("stop")
@@ -126,6 +133,21 @@ class Ros(Rover):
                    "a refusal in the log")
         self.tell("silent")
         self.assertTrue(self.answer_to("solve")["success"])
+
+    @unittest.skipUnless(os.path.exists(ROS_PEER), NEEDED)
+    def test_an_emergency_stop_goes_before_calls_that_nobody_answers(self):
+        daemon = self.start_all()
+        self.begin_ros()
+        self.wait_heard("a service", reader="rq/ardito_1/estopRequest")
+        daemon.kill()
+
+        def refused():
+            self.tell("call start")
+            return self.heard(topic="rr/ardito_1/startReply", text="too many calls at a time")
+
+        wait_until(refused, 90, "as many calls as it keeps", most_s=0.05)
+        self.tell("call estop")
+        self.wait_heard("a call that gave way", topic="rr/ardito_1/startReply", text="gave way to an emergency stop")
 
     @unittest.skipUnless(os.path.exists(ROS_PEER), NEEDED)
     def test_without_leave_to_start_cmd_vel_is_refused(self):

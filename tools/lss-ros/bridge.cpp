@@ -125,8 +125,12 @@ void Bridge::send(Pending& pending) {
 void Bridge::take_requests() {
   while (const std::optional<Node::Request> request = node_.next_request()) {
     if (pending_.size() >= kMostCalls) {
-      node_.reply(*request, false, "too many calls at a time");
-      continue;
+      if (static_cast<Call>(request->service) != Call::estop) {
+        node_.reply(*request, false, "too many calls at a time");
+        continue;
+      }
+      node_.reply(pending_.front().request, false, "gave way to an emergency stop");
+      pending_.pop_front();
     }
     Pending& pending = pending_.emplace_back();
     pending.request = *request;

@@ -69,7 +69,8 @@ void Driver::wanted(const Velocity& velocity, const std::string& source, const l
   heard_ = Clock::now();
   wanted_ = command_for(velocity, status);
   step(status);
-  if (sent_ && !sent_->over) commander_.heartbeat(source_);
+  // Not for a message that is refused; a vehicle that stands on order keeps its authority.
+  if (wanted_ && sent_ && (!sent_->over || resting_)) commander_.heartbeat(source_);
 }
 
 void Driver::step(const lss_Status& status) {
