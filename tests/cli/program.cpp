@@ -36,10 +36,22 @@ std::thread drain(int fd, std::string& text) {
 }  // namespace
 
 Program::Program(int domain, const std::vector<std::string>& arguments, const std::string& input) {
-  const Pipe in, out, err;
+  const Pipe in;
+  begin(domain, arguments, in.read_fd);
+  close(in.read_fd);
+  [[maybe_unused]] const ssize_t written = write(in.write_fd, input.data(), input.size());
+  close(in.write_fd);
+}
+
+Program::Program(int domain, const std::vector<std::string>& arguments, int input_fd) {
+  begin(domain, arguments, input_fd);
+}
+
+void Program::begin(int domain, const std::vector<std::string>& arguments, int input_fd) {
+  const Pipe out, err;
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, in.read_fd, STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, input_fd, STDIN_FILENO);
   posix_spawn_file_actions_adddup2(&actions, out.write_fd, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, err.write_fd, STDERR_FILENO);
   std::vector<std::string> words = {LSS_CLI};
@@ -53,12 +65,10 @@ Program::Program(int domain, const std::vector<std::string>& arguments, const st
   setenv("LSS_DOMAIN", std::to_string(domain).c_str(), 1);
   const int error = posix_spawn(&pid_, LSS_CLI, &actions, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
-  for (const int fd : {in.read_fd, out.write_fd, err.write_fd}) close(fd);
+  for (const int fd : {out.write_fd, err.write_fd}) close(fd);
   if (error != 0) throw std::runtime_error("cannot run " LSS_CLI);
   out_ = drain(out.read_fd, ended_.out);
   err_ = drain(err.read_fd, ended_.err);
-  [[maybe_unused]] const ssize_t written = write(in.write_fd, input.data(), input.size());
-  close(in.write_fd);
 }
 
 Program::~Program() {

@@ -20,6 +20,8 @@ class Program {
  public:
   // LSS_CLI is the path of the program; the domain goes by LSS_DOMAIN.
   Program(int domain, const std::vector<std::string>& arguments, const std::string& input = "");
+  // It reads from input_fd, which stays with the caller.
+  Program(int domain, const std::vector<std::string>& arguments, int input_fd);
   ~Program();
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
@@ -28,6 +30,8 @@ class Program {
   Ended wait();
 
  private:
+  void begin(int domain, const std::vector<std::string>& arguments, int input_fd);
+
   pid_t pid_ = -1;
   Ended ended_;
   std::thread out_, err_;

@@ -39,6 +39,7 @@ class Context {
     for (const std::string& warning : link_->warnings()) output.note("warning: " + warning);
   }
   bool connected() const { return session_ != nullptr; }
+  bool was_interrupted() const { return link_ && link_->was_interrupted(); }
   // The vehicle, when this program was built without it. Contacts its daemon on first use; nullptr
   // when no such daemon answers.
   const Vehicle* described() {

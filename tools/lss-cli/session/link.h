@@ -63,6 +63,9 @@ class Link {
   void open_emergency(const std::string& source);
 
   Waker::Result wait(Clock::time_point until, int input_fd = -1);
+  // Also when the verb that waited ends by Ctrl-C.
+  bool was_interrupted() const { return waker_.was_interrupted(); }
+  void forget_interruption() { waker_.forget_interruption(); }
 
   const Vehicle& vehicle() const { return *vehicle_; }
   // It is not on the roster: its daemon describes it.

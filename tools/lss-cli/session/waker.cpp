@@ -85,6 +85,7 @@ Waker::Result Waker::poll(int timeout_ms, int input_fd) {
     const ssize_t n = read(news_fd_, &news, sizeof news);
   signalfd_siginfo info{};
   result.interrupted = fds[1].revents != 0 && read(signal_fd_, &info, sizeof info) == sizeof info;
+  was_interrupted_ = was_interrupted_ || result.interrupted;
   result.input = fds[2].revents != 0;
   return result;
 }

@@ -57,6 +57,10 @@ class Waker {
   // The same, on the wall clock.
   Result poll(int timeout_ms, int input_fd = -1);
 
+  // Whether a wait was interrupted since the beginning, or since this was forgotten.
+  bool was_interrupted() const { return was_interrupted_; }
+  void forget_interruption() { was_interrupted_ = false; }
+
   // From here on uses the simulated time of lss-sim in that folder, under that name. Throws on
   // errors. `source` numbers its commands and heartbeats from 1.
   void take_part(const std::string& folder, const std::string& source);
@@ -69,6 +73,7 @@ class Waker {
   std::unique_ptr<lockstep::Part> part_;
   std::unique_ptr<lockstep::Client> client_;
   int news_fd_ = -1, signal_fd_ = -1;
+  bool was_interrupted_ = false;
   dds_listener_t* listener_ = nullptr;
 };
 

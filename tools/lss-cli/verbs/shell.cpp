@@ -4,10 +4,10 @@
 #include <histedit.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdlib>
 #include <cwchar>
 #include <exception>
-#include <iostream>
 
 #include "tools/lss-cli/session/status.h"
 #include "tools/lss-cli/verbs/steps.h"
@@ -155,12 +155,50 @@ ExitCode run_line(Context& context, const std::string& line) {
   return ExitCode::completed;
 }
 
-// Every line; the code of the first that failed.
+// Lines of a pipe or a file. Waits through the session, so that the heartbeat continues.
+class PipedLines {
+ public:
+  explicit PipedLines(Session& session) : session_(session) {}
+
+  // Empty at the end of input. Interrupted also by a signal that came since the last wait.
+  std::optional<std::string> next() {
+    session_.pump(Clock::now());
+    std::size_t end = text_.find('\n');
+    while (end == std::string::npos && read()) end = text_.find('\n');
+    if (text_.empty()) return std::nullopt;
+    std::string line = text_.substr(0, end);
+    text_.erase(0, end == std::string::npos ? end : end + 1);
+    return line;
+  }
+
+ private:
+  bool read() {
+    while (!session_.pump_input(Clock::now() + seconds(1), STDIN_FILENO)) {
+    }
+    std::array<char, 4096> buffer;
+    const ssize_t count = ::read(STDIN_FILENO, buffer.data(), buffer.size());
+    if (count > 0) text_.append(buffer.data(), static_cast<std::size_t>(count));
+    return count > 0;
+  }
+
+  Session& session_;
+  std::string text_;
+};
+
+// Every line, until a Ctrl-C; the code of the first that failed.
 ExitCode run_piped(Context& context) {
+  PipedLines lines(context.session());
   ExitCode code = ExitCode::completed;
-  for (std::string line; std::getline(std::cin, line);) {
-    const ExitCode ended = run_line(context, line);
-    if (code == ExitCode::completed) code = ended;
+  try {
+    while (!context.was_interrupted()) {
+      const std::optional<std::string> line = lines.next();
+      if (!line) break;
+      const ExitCode ended = run_line(context, *line);
+      if (code == ExitCode::completed) code = ended;
+    }
+  } catch (const Interrupted&) {
+    stop_attached(context, "interrupted");
+    throw Failure(ExitCode::failed, "interrupted");
   }
   return code;
 }
@@ -173,6 +211,7 @@ void run_terminal(Context& context) {
       "leaves\n");
   Editor editor(context);
   while (true) {
+    context.session().link().forget_interruption();
     try {
       const std::optional<std::string> line = editor.read();
       if (!line || is_end(*line)) return;

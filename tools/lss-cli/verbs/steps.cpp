@@ -50,6 +50,7 @@ std::vector<Step> parse_steps(Context& context, std::string_view text, const std
 void run_step(Context& context, const Step& step) {
   ExitCode code = ExitCode::completed;
   try {
+    if (context.was_interrupted()) throw Interrupted();  // of the step before it was the proper end
     code = step.parsed.action(context);
   } catch (const Failure& e) {
     throw Failure(e.code(), step.where + e.what(), e.advice());

@@ -27,7 +27,8 @@ std::vector<Step> parse_steps(Context& context, std::string_view text, const std
 // Executes all steps in order; then, unless the vehicle is to stay as it is, a safe stop.
 ExitCode run_steps(Context& context, const std::vector<Step>& steps, bool stay);
 
-// Throws a Failure with the place. Ctrl-C brings the vehicle to a safe stop first.
+// Throws a Failure with the place. Ctrl-C, in it or before it, brings the vehicle to a safe stop
+// first.
 void run_step(Context& context, const Step& step);
 
 // Brings the vehicle to a safe stop when this session moved it.
