@@ -1,10 +1,11 @@
-// lss-cli shell: lines of a pipe, and what ends it, against a stand-in for the daemon.
+// lss-cli shell: lines of a pipe or a terminal, and its end, against a stand-in for the daemon.
 
 #include <fcntl.h>
 #include <unistd.h>
 
 #include <array>
 #include <csignal>
+#include <cstdlib>
 #include <utility>
 
 #include "tests/cli/program_test.h"
@@ -36,6 +37,35 @@ class OpenPipe {
   std::array<int, 2> fds_{-1, -1};
 };
 
+// The keyboard of a shell, which then reads no history.
+class Keyboard {
+ public:
+  Keyboard() : end_(posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC)) {
+    unsetenv("HOME");
+    EXPECT_EQ(grantpt(end_), 0);
+    EXPECT_EQ(unlockpt(end_), 0);
+    terminal_ = open(ptsname(end_), O_RDWR | O_NOCTTY | O_CLOEXEC);
+    EXPECT_GE(terminal_, 0);
+  }
+  ~Keyboard() {
+    unplug();
+    close(terminal_);
+  }
+  Keyboard(const Keyboard&) = delete;
+  Keyboard& operator=(const Keyboard&) = delete;
+
+  int terminal() const { return terminal_; }
+  void type(const std::string& text) const {
+    EXPECT_EQ(write(end_, text.data(), text.size()), static_cast<ssize_t>(text.size()));
+  }
+  void unplug() {
+    if (const int fd = std::exchange(end_, -1); fd >= 0) close(fd);
+  }
+
+ private:
+  int end_, terminal_ = -1;
+};
+
 class ShellTest : public ProgramTest {
  protected:
   bool comes_to(Mode mode) {
@@ -44,6 +74,19 @@ class ShellTest : public ProgramTest {
   bool beats() {
     const std::uint64_t before = daemon_.heartbeats();
     return await([&] { return daemon_.heartbeats() >= before + 10; });
+  }
+  // No heartbeat comes for the time of seven.
+  bool falls_silent() {
+    std::uint64_t last = daemon_.heartbeats();
+    Clock::time_point since = Clock::now();
+    return await([&] {
+      if (const std::uint64_t now = daemon_.heartbeats(); std::exchange(last, now) != now)
+        since = Clock::now();
+      return Clock::now() - since > seconds(1.5);
+    });
+  }
+  bool hears(std::uint16_t kind) {
+    return await([&] { return daemon_.last(kind).kind == kind; });
   }
   // The first motion has stopped, and no other one followed.
   void expect_stopped(const Ended& ended) const {
@@ -99,6 +142,49 @@ TEST_F(ShellTest, NoStepOfASequenceFollowsAVerbThatEndsByCtrlC) {
   ASSERT_TRUE(comes_to(Mode::walking) && beats());
   sequence.signal(SIGINT);
   expect_stopped(sequence.wait());
+}
+
+TEST_F(ShellTest, AfterAStopThatWasLostTheHeartbeatEndsAndTheNextCtrlCStopsAgain) {
+  daemon_.trouble(kStop, {Trouble::Kind::no_answer, Reason::none, 1});
+  const Keyboard keyboard;
+  Program shell(domain(), {"shell"}, keyboard.terminal());
+  keyboard.type("walk forward --for 10min\n");
+  ASSERT_TRUE(comes_to(Mode::walking));
+  shell.signal(SIGINT);
+  ASSERT_TRUE(hears(kStop) && falls_silent());
+  EXPECT_EQ(daemon_.mode(), Mode::walking);
+  shell.signal(SIGINT);
+  EXPECT_TRUE(await([&] { return daemon_.state() == lss_STATE_IDLE; }));
+  keyboard.type("exit\n");
+  const Ended ended = shell.wait();
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_THAT(ended.err, HasSubstr("without a heartbeat the daemon stops the vehicle in"));
+  EXPECT_THAT(daemon_.kinds(), ElementsAre(kStart, kStand, kWalk, kStop, kStop));
+}
+
+TEST_F(ShellTest, ASequenceWhoseStopWasLostSendsItAgainAtItsEnd) {
+  daemon_.trouble(kStop, {Trouble::Kind::no_answer, Reason::none, 1});
+  Program sequence(domain(), {"run", "-e", "walk forward --for 10min"});
+  ASSERT_TRUE(comes_to(Mode::walking));
+  sequence.signal(SIGINT);
+  EXPECT_EQ(sequence.wait().code, 7);
+  EXPECT_EQ(daemon_.state(), lss_STATE_IDLE);
+  EXPECT_THAT(daemon_.kinds(), ElementsAre(kStart, kStand, kWalk, kStop, kStop));
+}
+
+TEST_F(ShellTest, ASecondCtrlCLeavesATerminalAtOnce) {
+  daemon_.trouble(kStop, {Trouble::Kind::never_ends});
+  Keyboard keyboard;
+  Program shell(domain(), {"shell"}, keyboard.terminal());
+  keyboard.type("walk forward --for 10min\n");
+  ASSERT_TRUE(comes_to(Mode::walking));
+  shell.signal(SIGINT);
+  ASSERT_TRUE(hears(kStop));
+  shell.signal(SIGINT);
+  keyboard.unplug();
+  const Ended ended = shell.wait();
+  EXPECT_EQ(ended.code, 7);
+  EXPECT_THAT(ended.err, HasSubstr("left at once"));
 }
 
 }  // namespace

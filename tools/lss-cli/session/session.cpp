@@ -26,6 +26,11 @@ std::string source_name(const Options& options, const Link& link, const lss_Stat
   return link.own_source();
 }
 
+std::string end_by_lease(const Options& options) {
+  return fmt::format("without a heartbeat the daemon stops the vehicle in {}",
+                     format_duration(options.lease_ms / 1000.0));
+}
+
 // The command that ends another source's motion. In the air an emergency stop lets the vehicle
 // fall.
 std::string ending_by_anyone(const lss_Status& status) {
@@ -144,14 +149,22 @@ void Session::dry_run(const Invocation& command) {
 
 void Session::safe_stop(const std::string& why) {
   if (!attached_) return;
-  attached_ = false;
   try {
-    if (status().state != lss_STATE_OPERATIONAL) return;
-    output_.note(fmt::format("{}: {} (Ctrl-C leaves at once)", why,
-                             link_.status().airborne ? "landing" : "stopping safely"));
-    complete(with_defaults(find_command(vehicle(), static_cast<std::uint16_t>(CommandKind::stop))));
+    if (status().state == lss_STATE_OPERATIONAL) {
+      output_.note(fmt::format("{}: {} (Ctrl-C leaves at once)", why,
+                               link_.status().airborne ? "landing" : "stopping safely"));
+      complete(
+          with_defaults(find_command(vehicle(), static_cast<std::uint16_t>(CommandKind::stop))));
+    }
+    attached_ = false;
   } catch (const Interrupted&) {
     left_at_once();
+  } catch (const Failure& e) {
+    progress_ = nullptr;
+    attached_ = e.code() == ExitCode::timed_out;
+    if (!attached_) throw;
+    beating_ = false;
+    throw Failure(e.code(), e.what(), fmt::format("{}; {}", end_by_lease(options_), e.advice()));
   }
 }
 
@@ -174,10 +187,10 @@ void Session::end_by(const Invocation& command, const std::string& why) {
   }
 }
 
-void Session::left_at_once() const {
-  throw Failure(ExitCode::timed_out, "left at once",
-                fmt::format("without a heartbeat the daemon stops the vehicle in {}",
-                            format_duration(options_.lease_ms / 1000.0)));
+void Session::left_at_once() {
+  attached_ = beating_ = false;
+  has_left_ = true;
+  throw Failure(ExitCode::timed_out, "left at once", end_by_lease(options_));
 }
 
 const void* Session::telemetry() {

@@ -55,8 +55,9 @@ class Session {
                     const std::function<std::string(std::size_t)>& where);
   // Only checks whether it would be accepted.
   void dry_run(const Invocation& command);
-  // Stop, lie down, motors off, with progress; does nothing when nothing moves. A Ctrl-C during
-  // this ends at once with timed_out.
+  // Stop, lie down, motors off, with progress; does nothing when nothing moves. When its outcome is
+  // unknown, the heartbeat ends, so that the lease stops the vehicle, and the next call sends it
+  // again. A Ctrl-C during this ends at once with timed_out.
   void safe_stop(const std::string& why);
   // The same by `command`, which has its own end; by a stop when it is rejected.
   void end_by(const Invocation& command, const std::string& why);
@@ -78,6 +79,7 @@ class Session {
   void heard(const lss_CommandAck& ack);
   // A motion command of this session is active, as far as is known.
   bool attached() const { return attached_; }
+  bool has_left() const { return has_left_; }  // at once, by a second Ctrl-C
   // Throws when the command failed or the vehicle left Operational by itself.
   void check(const Sent& command);
   void check_operational();
@@ -99,7 +101,7 @@ class Session {
   void check_daemon();
   void check_name(const Invocation& command);
   [[noreturn]] void fail(const Sent& sent);
-  [[noreturn]] void left_at_once() const;
+  [[noreturn]] void left_at_once();
   std::string faults();
   nlohmann::json to_json(const Sent& sent) const;
   void show(const Sent& sent);
@@ -109,7 +111,7 @@ class Session {
   Options options_;
   std::deque<Sent> sent_;   // references stay valid
   std::deque<Sent> quiet_;  // not part of the report
-  bool attached_ = false, beating_ = false, warned_ = false;
+  bool attached_ = false, beating_ = false, has_left_ = false, warned_ = false;
   std::int64_t last_ack_ns_ = 0;
   Clock::time_point next_beat_{}, next_progress_{};
   std::function<std::string()> progress_;

@@ -143,12 +143,12 @@ class Editor {
   std::exception_ptr thrown_;
 };
 
-// An error in a line does not end the shell, unless the daemon is gone.
+// An error in a line does not end the shell, unless the daemon is gone, or a second Ctrl-C came.
 ExitCode run_line(Context& context, const std::string& line) {
   try {
     for (const Step& step : parse_steps(context, line, "")) run_step(context, step);
   } catch (const Failure& e) {
-    if (e.code() == ExitCode::unreachable) throw;
+    if (e.code() == ExitCode::unreachable || context.session().has_left()) throw;
     context.output.fail(e);
     return e.code();
   }
