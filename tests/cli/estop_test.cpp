@@ -49,6 +49,17 @@ TEST_F(Estop, DoesNotLookAtTheVehicleOfTheEnvironment) {
   EXPECT_TRUE(is_stopped(first) && is_stopped(second));
 }
 
+TEST_F(Estop, IsSentUnderItsOwnNameWhenTheSourceDoesNotFit) {
+  FakeDaemon daemon(domain());
+  const Variable variable("LSS_SOURCE", "a source of more than 31 characters");
+  EXPECT_EQ(run({"stand"}).code, 2);
+  EXPECT_THAT(daemon.kinds(), IsEmpty());
+  const Ended ended = run({"estop"});
+  EXPECT_EQ(ended.code, 0) << ended.err;
+  EXPECT_TRUE(is_stopped(daemon));
+  EXPECT_THAT(std::string(text(daemon.last(kEstop).source)), StartsWith("lss-cli:"));
+}
+
 TEST_F(Estop, IsSentAgainUntilItIsCompletedWhateverElseWasAnswered) {
   FakeDaemon daemon(domain());
   for (const Trouble& trouble : {Trouble{Trouble::Kind::reject, Reason::busy, 3},

@@ -187,7 +187,7 @@ class Security(Enclaves, Scenario):
         self.assertEqual(stopper.code, EXIT["not_authorised"], stopper)
         self.assertIn("may only stop", stopper.err)
         self.assertEqual(self.status()["mode"], "Walking")
-        stopped = self.as_enclave("stopper", "estop")
+        stopped = self.as_enclave("stopper", "--source", "not-its-name", "estop")
         self.assertEqual(stopped.code, 0, stopped)
         self.wait_state(FATAL_ERROR)
         self.keystore = None

@@ -291,7 +291,7 @@ std::string Link::own_source() const {
 
 void Link::open_command_writer(const std::string& source) {
   source_ = source;
-  if (participant_->enclave() && dds::name_of_source(source) != own_name()) {
+  if (!is_certified(source)) {
     throw Failure(ExitCode::usage,
                   fmt::format("the source '{}' is not in the name of the certificate, '{}'", source,
                               own_name()),
@@ -331,10 +331,6 @@ void Link::take_part(const std::string& folder) {
   sequence_.from_one();
   heartbeats_ = 0;
   take();
-}
-
-void Link::open_emergency(const std::string& source) {
-  if (!command_writer_) open_command_writer(source);
 }
 
 void Link::open_events() { event_reader_ = reader(dds::common_topic(dds::Kind::event)); }

@@ -82,7 +82,7 @@ ExitCode run_estop(Context& context, const std::string& name) {
   const std::string vehicle_id = meant(context, name);
   if (context.options.dry_run) return dry_run(context, name);
   Link& link = context.link();
-  link.open_emergency(context.options.source.empty() ? link.own_source() : context.options.source);
+  link.open_emergency(context.options.source);
   EmergencyStop stop(link, vehicle_id);
   EmergencyStop::Hooks hooks;
   if (context.connected()) {  // this session may have another vehicle

@@ -154,6 +154,9 @@ void Grammar::check_options() {
   const bool printable =
       std::ranges::all_of(options_.source, [](char c) { return c >= ' ' && c <= '~'; });
   if (options_.source.size() > kSourceLength || !printable) {
+    // A forgotten LSS_SOURCE must not prevent a stop.
+    if (app_.got_subcommand(common_command(CommandKind::emergency_stop).name))
+      return options_.source.clear();
     throw Failure(ExitCode::usage,
                   fmt::format("--source: '{}' must be at most {} printable characters",
                               options_.source, kSourceLength));
