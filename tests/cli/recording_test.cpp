@@ -185,6 +185,54 @@ TEST_F(RecordingTest, AWholeFileIsGoneOnWithAndAByteThatChangedIsFound) {
   EXPECT_THAT(open(path_)->complaint(), HasSubstr("damaged"));
 }
 
+TEST_F(RecordingTest, OneThatIsDamagedBeforeItsEndIsNotGoneOnWith) {
+  write_file(9);
+  const std::string whole = content(path_);
+  Chunk chunk;  // the second of three
+  std::size_t data_end = 0;
+  {
+    const MappedFile file(path_);
+    const Scan scanned = scan(path_, file.data());
+    chunk = scanned.chunks[1];
+    data_end = scanned.end;
+  }
+  const auto expect_kept = [&](const std::string& damaged) {
+    put_content(damaged);
+    EXPECT_EQ(frames(path_), numbers(0, 3));
+    try {
+      McapWriter::append(path_, "lss-cli test");
+      ADD_FAILURE() << "it was cut";
+    } catch (const Failure& e) {
+      EXPECT_THAT(e.what(), HasSubstr("is damaged at byte " + std::to_string(chunk.offset)));
+      EXPECT_THAT(e.advice(), HasSubstr("--out FILE"));
+    }
+    EXPECT_EQ(content(path_), damaged);
+  };
+  std::string changed = whole;
+  changed[chunk.offset + chunk.length - 1] ^= 1;  // its checksum does not fit
+  expect_kept(changed);
+  expect_kept(changed.substr(0, data_end));  // and it has no end
+  changed = whole;
+  changed[chunk.offset + 6] ^= 1;  // its length reaches beyond the file
+  expect_kept(changed);
+}
+
+TEST_F(RecordingTest, OneWhoseLastRecordIsDamagedIsCutThere) {
+  write_file(9);
+  std::string torn;
+  {
+    const MappedFile file(path_);
+    const Chunk chunk = scan(path_, file.data()).chunks[2];
+    torn = content(path_).substr(0, chunk.offset + chunk.length);
+  }
+  torn.back() ^= 1;
+  put_content(torn);
+  McapWriter writer = McapWriter::append(path_, "lss-cli test");
+  EXPECT_GT(writer.cut(), 0u);
+  writer.close();
+  EXPECT_EQ(frames(path_), numbers(0, 6));
+}
+
 TEST_F(RecordingTest, OneThatIsThereForeignOrBeingWrittenIsRefused) {
   write_file(3);
   EXPECT_THROW(McapWriter::create(path_, "lss-cli test"), Failure);

@@ -227,14 +227,17 @@ Scan scan(const std::string& path, Bytes file) {
   Reader reader(file);
   reader.take(kMagic.size());
   result.end = reader.at();
+  std::size_t behind = 0;  // bytes that follow the record
   try {
     while (true) {
       const std::uint64_t offset = reader.at();
+      behind = 0;
       if (reader.empty()) {
         result.complaint = "it has no end: its recorder was killed, or writes just now";
         return result;
       }
       const Record record = next(reader);
+      behind = file.size() - reader.at();
       if (!take(record, offset, reader.at() - offset, result)) break;
       result.end = reader.at();
     }
@@ -242,6 +245,7 @@ Scan scan(const std::string& path, Bytes file) {
     if (!result.whole) result.complaint = "its summary is torn";
   } catch (const Torn&) {
     result.complaint = fmt::format("it is torn or damaged at byte {}", result.end);
+    result.damaged = behind > 0 || ends_whole(file, result.end);
   } catch (const Failure& e) {
     throw Failure(e.code(), fmt::format("{}: {}", path, e.what()), e.advice());
   }

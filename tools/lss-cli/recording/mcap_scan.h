@@ -68,6 +68,7 @@ struct Scan {
   std::size_t descriptions = 0;  // bytes of schemas, channels and metadata
   std::uint64_t end = 0;         // of the last whole record of the data section
   bool whole = false;            // it has DataEnd, summary and footer
+  bool damaged = false;          // not torn: more follows what cannot be read
   std::string complaint;         // why the remaining part is left out; empty when complete
 
   void count(const RawMessage& message);

@@ -105,6 +105,12 @@ void McapWriter::resume() {
                   fmt::format("{} was made by '{}', not by lss-cli", path_, scan_.library),
                   "only files of lss-cli record can be gone on with; name another one");
   }
+  if (scan_.damaged) {
+    throw Failure(ExitCode::failed,
+                  fmt::format("{} is damaged at byte {} of {}: going on would remove what follows",
+                              path_, scan_.end, file.data().size()),
+                  "name another file: --out FILE; see what can be read with: lss-cli log list");
+  }
   if (!scan_.whole) cut_ = file.data().size() - scan_.end;
   at_ = scan_.end;
   // Only the last chunk may lack its indexes; they are then added at the end of the file.

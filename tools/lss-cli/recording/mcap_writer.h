@@ -19,7 +19,8 @@ class McapWriter {
   static McapWriter create(const std::string& path, const std::string& library,
                            const std::string& profile = "");
   // Continues a file of ours, complete or torn, with all its complete chunks; a new file when there
-  // is none. Throws for foreign files, and for a file that another process writes.
+  // is none. Throws for foreign files, for a file that another process writes, and for one that is
+  // damaged before its end.
   static McapWriter append(const std::string& path, const std::string& library,
                            const std::string& profile = "");
 
