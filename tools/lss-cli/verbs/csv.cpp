@@ -1,9 +1,12 @@
 // Rows of CSV, for all types of files.
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
+#include <filesystem>
 
 #include "tools/lss-cli/verbs/log_files.h"
 
@@ -12,23 +15,35 @@ namespace {
 
 using Write = std::function<std::uint64_t(std::FILE*)>;
 
+Failure not_opened(const std::string& path) {
+  return Failure(ExitCode::usage, fmt::format("{}: {}", path, std::strerror(errno)),
+                 "name a file in a folder that you may write to");
+}
+
+// A file becomes another one when that is complete; a device or a link is written to.
 std::uint64_t to_file(const std::string& path, const Write& write) {
-  std::FILE* file = std::fopen(path.c_str(), "w");
-  if (file == nullptr) {
-    throw Failure(ExitCode::usage, fmt::format("{}: {}", path, std::strerror(errno)),
-                  "name a file in a folder that you may write to");
-  }
+  std::error_code ignored;
+  const std::filesystem::file_type type = std::filesystem::symlink_status(path, ignored).type();
+  const bool exists = type == std::filesystem::file_type::regular;
+  const bool replaces = exists || type == std::filesystem::file_type::not_found;
+  if (exists && access(path.c_str(), W_OK) != 0) throw not_opened(path);
+  const std::string written = replaces ? path + ".part" : path;
+  std::FILE* file = std::fopen(written.c_str(), "w");
+  if (file == nullptr) throw not_opened(written);
   std::uint64_t rows = 0;
   try {
     rows = write(file);
   } catch (...) {
     std::fclose(file);
-    std::remove(path.c_str());
+    if (replaces) std::remove(written.c_str());
     throw;
   }
   const bool failed = std::ferror(file) != 0;
-  if (std::fclose(file) != 0 || failed)
+  if (std::fclose(file) != 0 || failed) {
+    if (replaces) std::remove(written.c_str());
     throw Failure(ExitCode::failed, path + " cannot be written", "is the disk full?");
+  }
+  if (replaces && std::rename(written.c_str(), path.c_str()) != 0) throw not_opened(path);
   return rows;
 }
 

@@ -51,7 +51,7 @@ std::string csv_text(const std::string& text);
 // A value of a row: a NaN is empty, booleans are 0 and 1.
 std::string csv_value(const nlohmann::ordered_json& value);
 // write(file) writes rows to --out or stdout, and returns their number. A write error or an
-// exception leaves no file. Reports the number and `of_what`.
+// exception leaves the file of before, or none. Reports the number and `of_what`.
 ExitCode export_rows(Context& context, const LogWanted& wanted, const char* of_what,
                      const std::function<std::uint64_t(std::FILE*)>& write);
 
