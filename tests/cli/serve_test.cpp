@@ -212,6 +212,29 @@ TEST_F(Serve, ANewConnectionReplacesTheOldOneWithoutItsReplies) {
   EXPECT_THAT(daemon_.kinds(), ElementsAre(kStart, kStart));
 }
 
+TEST_F(Serve, ASecondServerAtItsSocketEndsAndLeavesTheConnection) {
+  const auto obc = connect();
+  obc->ask(1, "start");
+  const Ended second = run({"serve", "--socket", path_});
+  EXPECT_EQ(second.code, 2);
+  EXPECT_THAT(second.err, HasSubstr("another process listens at"));
+  EXPECT_EQ(obc->ask(1, "start")["command"], "start") << "of the stored replies";
+  EXPECT_EQ(obc->ask(2, "heartbeat")["state"], "Operational");
+  EXPECT_THAT(daemon_.kinds(), ElementsAre(kStart));
+}
+
+TEST_F(Serve, WhatAKilledServerLeftIsReplaced) {
+  const auto obc = connect();
+  obc->ask(1, "heartbeat");
+  program_.signal(SIGKILL);
+  program_.wait();
+  EXPECT_TRUE(std::filesystem::exists(path_));
+  Program next(domain(), {"serve", "--socket", path_});
+  EXPECT_TRUE(await([&] { return Obc(path_).connected(); }));
+  next.signal(SIGTERM);
+  EXPECT_EQ(next.wait().code, 0);
+}
+
 TEST_F(Serve, TheSocketIsForItsGroupAndGoesWithTheProgram) {
   const auto obc = connect();
   obc->ask(1, "heartbeat");

@@ -43,13 +43,12 @@ gid_t group_of(const std::string& name) {
   return found->gr_gid;
 }
 
-int stream_socket() { return ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0); }
-
-// Whether a process listens there; removes the file of one that has ended.
+// Whether a process has a socket there; removes the file of one that has ended. The type is another
+// than that of the server (EPROTOTYPE): a connection would replace that of the OBC.
 bool is_taken(const sockaddr_un& address) {
   struct stat file {};
   if (lstat(address.sun_path, &file) != 0 || !S_ISSOCK(file.st_mode)) return false;
-  const int fd = stream_socket();
+  const int fd = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   const bool dead =
       ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 &&
       errno == ECONNREFUSED;
@@ -77,7 +76,7 @@ void Socket::open(const std::string& group) {
     throw Failure(ExitCode::usage, fmt::format("another process listens at {}", path_),
                   "end it, or name another --socket");
   }
-  listener_ = stream_socket();
+  listener_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   epoll_ = epoll_create1(EPOLL_CLOEXEC);
   const mode_t before = umask(0777 & ~0600);  // until it has its group
   const bool bound =
