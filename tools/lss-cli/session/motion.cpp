@@ -154,7 +154,7 @@ void run_detached(Context& context, const Motion& motion) {
        : session.accept(motion.command);
   if (motion.command.info->leased) {
     context.output.note(
-        fmt::format("detached: without a heartbeat for {} the vehicle stops (lss-cli heartbeat)",
+        fmt::format("detached: without a heartbeat of anybody for {} it stops (lss-cli heartbeat)",
                     format_duration(context.options.lease_ms / 1000.0)));
   }
 }
