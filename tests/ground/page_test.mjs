@@ -17,7 +17,7 @@ const browser = await chromium.launch({executablePath: process.env.CHROMIUM, arg
 
 // In the page, in place of the network.
 function standIn(setup) {
-  const gateway = window.gateway = {sent: [], crafts: {}, opening: [], lease_ms: 2000, late_ms: 0, open: true, sockets: {}, ...setup};
+  const gateway = window.gateway = {sent: [], order: [], crafts: {}, opening: [], lease_ms: 2000, late_ms: 0, open: true, closed: "", sockets: {}, ...setup};
   gateway.say = (protocol, message) => gateway.sockets[protocol]?.onmessage?.({data: JSON.stringify(message)});
   gateway.stops = () => gateway.sent.filter((m) => m.type === "stop");
   // The time of the page, which a test on a busy machine stops while it speaks for the gateway.
@@ -39,13 +39,15 @@ function standIn(setup) {
     constructor(_, protocol) {
       this.protocol = protocol;
       this.readyState = 0;
-      if (!gateway.open) return;
+      if (!gateway.open || gateway.closed === protocol) return;
       gateway.sockets[protocol] = this;
       setTimeout(() => { this.readyState = 1; this.onopen?.(); });
     }
     close() { this.readyState = 3; }
     send(text) {
       const message = JSON.parse(text);
+      if (["beat", "stop", "command"].includes(message.type) && !message.dry_run)
+        gateway.order.push([message.type === "beat" ? "beat" : `${message.vehicle} ${message.command ?? "STOP"}`, performance.now()]);
       if (message.type === "beat") return void beats.push([performance.now(), message.n]);
       gateway.sent.push(message);
       if (message.type !== "hello") return;
@@ -434,6 +436,7 @@ const tests = {
     const id = await page.evaluate("gateway.sent.filter((m) => m.command === 'drive' && !m.dry_run).at(-1).id");
     await say({type: "ack", request: id, command: "drive", phase: "rejected", final: true, reason: {name: "not_in_mode", text: "the brakes are on"}});
     await says("#drives", "rejected: the brakes are on");
+    await next(halt);
     await page.keyboard.up("KeyW");
     await next();
 
@@ -464,10 +467,101 @@ const tests = {
     await is("gateway.sent.filter((m) => m.command === 'walk' && !m.dry_run).length === 2");
     await page.evaluate("gateway.open = false");  // nothing is heard any more
     await says("#drives", "no connection: it stops by itself");
-    await page.evaluate("gateway.open = true");
-    await is("!document.querySelector('#lost').checkVisibility()");
+    await page.evaluate("gateway.order = []; gateway.open = true");
+    await is("gateway.order.length > 0");
+    assert.equal(await page.evaluate("gateway.order[0][0]"), "rover-2 stop", "before any heartbeat");
     await page.keyboard.up("ArrowUp");
-    assert.deepEqual(await moves(), ["rover-1 walk", "rover-1 stop", "rover-2 walk"], "held over a lost connection: nothing more was sent");
+    assert.deepEqual(await moves(), ["rover-1 walk", "rover-1 stop", "rover-2 walk", "rover-2 stop"]);
+  },
+
+  async every_end_of_a_hold_stops_the_vehicle_and_no_heartbeat_drives_it_on() {
+    const rover = {...vehicle("rover-1", "rover"), presentation: {rest: 2, hold: [{way: "forward", command: 3, parameters: []}, {way: "forward left", command: 3, parameters: []}]}};
+    await open({opening: [rover, status("rover-1")], crafts: {"rover-1": {age_ms: 0}}});
+    const last = (what) => `gateway.order.findLastIndex(([o]) => ${JSON.stringify(what)}.includes(o))`;
+    const walks = () => is(`${last(["rover-1 walk"])} > ${last(["rover-1 stop", "rover-1 STOP"])}`);
+    const rests = () => is(`${last(["rover-1 stop"])} > ${last(["rover-1 walk"])}`);
+    // After this the next message is a heartbeat, when the lease is over.
+    const lets = async (what) => {
+      await is(`${last(["beat"])} > ${last([what])}`);
+      const [[, from_ms], [next, to_ms]] = await page.evaluate(`gateway.order.slice(${last([what])})`);
+      assert.equal(next, "beat");
+      assert.ok(to_ms - from_ms >= 1000, `a heartbeat ${to_ms - from_ms} ms after ${what}`);
+    };
+    const answered = async (command, phase, text) => {
+      const request = await page.evaluate((c) => gateway.sent.filter((m) => m.command === c && !m.dry_run).at(-1).id, command);
+      await say({type: "ack", request, command, phase, final: phase !== "accepted", reason: text ? {name: "a_reason", text, advice: ""} : null});
+    };
+
+    await page.click("#drive label");
+    await page.keyboard.down("KeyW");
+    await walks();
+    await answered("walk", "accepted");
+    await page.keyboard.down("KeyA");
+    await is("gateway.order.filter(([o]) => o === 'rover-1 walk').length === 2");
+    await answered("walk", "rejected", "too far to the side");
+    await rests();
+    await answered("stop", "rejected", "request queue is full");
+    await says("#drives", "rejected: too far to the side");
+    await lets("rover-1 stop");
+    await page.keyboard.up("KeyA");
+    await page.keyboard.up("KeyW");
+
+    await page.keyboard.down("KeyW");
+    await walks();
+    await page.keyboard.up("KeyW");
+    await rests();
+    await answered("stop", "accepted");
+    assert.equal(await page.evaluate("sessionStorage.getItem('driven')"), "null");
+
+    await page.keyboard.down("KeyW");
+    await walks();
+    await page.keyboard.press("Space");
+    await lets("rover-1 STOP");
+    await page.keyboard.up("KeyW");
+
+    await page.keyboard.down("KeyW");
+    await walks();
+    await page.evaluate("gateway.crafts['rover-1'].age_ms = 5000");  // it is silent
+    await rests();
+    await says("#drives", "no status from it: it was told to stand still");
+    await is("document.body.classList.contains('stale')");
+    await page.evaluate("gateway.crafts['rover-1'].age_ms = 0");
+    await is("!document.body.classList.contains('stale')");
+    await page.keyboard.up("KeyW");
+
+    await page.keyboard.down("KeyW");
+    await walks();
+    await page.evaluate(() => {  // it comes back at once
+      const socket = gateway.sockets["lss-ground"];
+      gateway.order = [];
+      socket.readyState = 3;
+      socket.onclose({reason: ""});
+    });
+    await is("gateway.order.length > 0");
+    assert.equal(await page.evaluate("gateway.order[0][0]"), "rover-1 stop", "before any heartbeat");
+    await page.keyboard.up("KeyW");
+
+    await page.keyboard.down("KeyW");
+    await walks();
+    await page.reload();
+    await is("gateway.order.length > 0");
+    assert.equal(await page.evaluate("gateway.order[0][0]"), "rover-1 stop", "before any heartbeat of the new page");
+    await page.keyboard.up("KeyW");
+
+    await page.click("#drive label");
+    await page.keyboard.down("KeyW");
+    await walks();
+    await page.evaluate(() => {
+      const socket = gateway.sockets["lss-stop"];
+      gateway.closed = "lss-stop";
+      socket.readyState = 3;
+      socket.onclose({reason: ""});
+    });
+    await page.keyboard.press("Space");
+    await says("#answers", "NOT SENT");
+    await rests();
+    assert.deepEqual(await stops(), []);
+    await page.keyboard.up("KeyW");
   },
 
   async a_new_problem_sounds_and_those_with_one_remedy_are_one() {

@@ -1,6 +1,7 @@
 // Hold to drive: the vehicle moves as long as a button, a key or a gamepad's stick is held, in the ways that its
 // dictionary lists. Letting go is its command for standing still. Motions have a short lease of their own, so that the
-// vehicle also stops when this page hangs or its network is gone.
+// vehicle also stops when this page hangs or its network is gone. From the end of a hold until the vehicle confirms that
+// it stands still, or the lease is over, the page sends no heartbeat.
 
 import {$, el, show} from "./dom";
 import type {Json} from "./link";
@@ -9,6 +10,7 @@ import {outcome, type Requests} from "./requests";
 
 const kLease_ms = 500;
 const kPoll_ms = 50;
+const kAlone = "no connection: it stops by itself";
 const kStick = 0.4;            // of its way
 const kShoulders = [4, 5];     // of the standard gamepad: one of them is held while the stick drives
 const kKeys: Record<string, string> = {KeyW: "forward", ArrowUp: "forward", KeyS: "backward", ArrowDown: "backward",
@@ -17,11 +19,13 @@ const kPad = [["forward left", "↖"], ["forward", "↑"], ["forward right", "�
   ["backward left", "↙"], ["backward", "↓"], ["backward right", "↘"]];
 
 interface Way { way: string; command: number; parameters: (number | null)[]; }
+interface Driven { id: string; rest: string; }  // name of its command for standing still
 
 export class Drive {
   private shown: Vehicle | null = null;
-  private driven: Vehicle | null = null;   // that moves by this
-  private way = "";                        // as sent
+  private way = "";                        // as sent; empty: the hold is over
+  private turn = 0;                        // only the newest command's answers count
+  private asked_ms: number | null = null;  // when the driven vehicle was sent its command for standing still, or a stop
   private held: string | null = null;      // button of the pad
   private readonly keys = new Set<string>();
   private stick: string[] = [];
@@ -39,7 +43,14 @@ export class Drive {
   }
 
   // While it drives the heartbeat is sent more often.
-  get drives() { return this.driven !== null; }
+  get drives() { return this.way !== ""; }
+  // No heartbeat now: it would keep a motion going whose hold is over.
+  get ending() { return this.driven !== null && !this.way; }
+
+  // The vehicle that may move by a hold. It is kept over a reload of the page: the new page has the same source name, so
+  // that its heartbeat would keep the motion going.
+  private get driven(): Driven | null { return JSON.parse(sessionStorage.getItem("driven") ?? "null"); }
+  private set driven(driven: Driven | null) { sessionStorage.setItem("driven", JSON.stringify(driven)); }
 
   show(vehicle: Vehicle | null) {
     this.release();
@@ -55,11 +66,12 @@ export class Drive {
     this.draw();
   }
 
-  // A stop was pressed: nothing drives before all is let go.
-  interrupt() {
+  // A stop was pressed: nothing drives before all is let go. It was sent to this vehicle; empty: to every one; null: it
+  // could not be sent.
+  interrupt(stopped: string | null) {
+    const driven = this.driven;
     this.blocked = true;
-    this.driven = null;
-    this.way = "";
+    this.end("", driven !== null && (stopped === "" || stopped === driven.id));
     this.draw();
   }
 
@@ -106,11 +118,13 @@ export class Drive {
     const [x, y] = pad?.axes ?? [0, 0], on = pad !== null && kShoulders.some((i) => pad.buttons[i]?.pressed);
     const stick = !on ? [] : [y < -kStick ? "forward" : y > kStick ? "backward" : "", x < -kStick ? "left" : x > kStick ? "right" : ""].filter(Boolean);
     this.pad = pad?.id ?? "";
-    if (stick.join(" ") !== this.stick.join(" ")) {
-      this.stick = stick;
-      this.update();
+    this.stick = stick;
+    if (this.way && (this.requests.lost || !this.shown?.living)) {
+      this.blocked = true;
+      this.end("no status from it: it was told to stand still");
     }
-    this.draw();
+    this.settle();
+    this.update();
   }
 
   private release() {
@@ -133,49 +147,77 @@ export class Drive {
 
   private update() {
     const wanted = this.wanted();
-    if (wanted && !this.ready && !this.driven) {
+    if (!wanted) {
+      if (this.way) this.end("");
+    } else if (!this.way && !this.ready) {
       this.text = !this.requests.mayCommand ? "this page may not command now" : "start it first";
       this.blocked = true;
-    } else if (wanted) {
-      if (wanted.way !== this.way) this.send(wanted);
-    } else if (this.driven) {
-      const vehicle = this.driven, rest = vehicle.commands.find((c) => c.kind === vehicle.presentation.rest)?.name ?? "stop";
-      this.driven = null;
-      this.way = "";
-      this.text = this.requests.send({type: "command", vehicle: vehicle.id, command: rest, parameters: {}, whole: false}, (ack) => this.heard("", ack))
-        ? "" : "no connection: it stops by itself";
+    } else if (wanted.way !== this.way && (!this.driven || this.driven.id === this.shown!.id)) {
+      this.send(wanted);
     }
     this.draw();
   }
 
   private send(wanted: Way) {
     const vehicle = this.shown!, command = vehicle.commands.find((c) => c.kind === wanted.command);
-    if (!command) return;
+    if (!command) return this.way ? this.end("") : undefined;
     const parameters: Record<string, number> = {};
     command.parameters.forEach((p, i) => {
       const value = wanted.parameters[i] ?? p.default;
       if (value !== null) parameters[p.name] = value;
     });
-    const sent = this.requests.send({type: "command", vehicle: vehicle.id, command: command.name, parameters, lease_ms: kLease_ms}, (ack) => this.heard(wanted.way, ack));
-    this.text = sent ? "" : "no connection: it stops by itself";
-    if (!sent) return this.interrupt();
-    this.driven = vehicle;
-    this.way = wanted.way;
+    const turn = ++this.turn;
+    if (this.requests.send({type: "command", vehicle: vehicle.id, command: command.name, parameters, lease_ms: kLease_ms}, (ack) => this.heard(turn, ack))) {
+      this.driven = {id: vehicle.id, rest: vehicle.commands.find((c) => c.kind === vehicle.presentation.rest)?.name ?? "stop"};
+      this.way = wanted.way;
+      this.text = "";
+    } else {
+      this.blocked = true;
+      this.end(kAlone);
+    }
   }
 
-  private heard(way: string, ack: Json) {
-    if (way !== this.way || !["rejected", "failed", "unanswered"].includes(ack.phase)) return;
-    this.text = `${ack.phase}: ${outcome(ack)}`;
-    if (way) this.interrupt();
+  // The hold is over, for whatever reason. `stopped`: a stop was sent to the vehicle.
+  private end(text: string, stopped = false) {
+    this.way = "";
+    this.text = text;
+    this.turn++;
+    this.asked_ms = stopped ? performance.now() : null;
+    this.settle();
+  }
+
+  // The command for standing still leaves as soon as there is a connection.
+  private settle() {
+    const driven = this.driven;
+    if (!driven || this.way) return;
+    if (this.asked_ms !== null) {
+      if (performance.now() - this.asked_ms > 2 * kLease_ms) this.driven = null;  // its lease is over
+      return;
+    }
+    const turn = ++this.turn;
+    if (this.requests.send({type: "command", vehicle: driven.id, command: driven.rest, parameters: {}, whole: false}, (ack) => this.heard(turn, ack)))
+      this.asked_ms = performance.now();
+    else this.text = kAlone;
+  }
+
+  private heard(turn: number, ack: Json) {
+    if (turn !== this.turn) return;
+    const no = ["rejected", "failed", "unanswered"].includes(ack.phase), why = `${ack.phase}: ${outcome(ack)}`;
+    if (this.way) {
+      if (!no) return;
+      this.blocked = true;
+      this.end(why);
+    } else if (no) {
+      this.text ||= why;
+      if (ack.phase === "unanswered") this.asked_ms = null;  // the connection was lost
+    } else {
+      this.driven = null;
+    }
   }
 
   private draw() {
     const where = $("drive");
     if (where.hidden) return;
-    if (this.driven && (this.requests.lost || !this.driven.living)) {
-      this.text = "no connection: it stops by itself";
-      this.interrupt();
-    }
     where.classList.toggle("off", !this.ready);
     for (const button of where.querySelectorAll<HTMLElement>("[data-way]")) button.classList.toggle("held", button.dataset.way === this.way);
     show($("gamepad"), this.pad, () => [this.pad ? `gamepad: hold a shoulder button and the left stick` : "no gamepad"]);

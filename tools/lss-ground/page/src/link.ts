@@ -105,12 +105,12 @@ export class Line {
 }
 
 // The heartbeat is sent by the drawing loop: a page that hangs cannot drive. `trip` receives the round-trip time.
-export function beat(line: Line, trip: (ms: number) => void, fast: () => boolean): (pulse: Json) => void {
+export function beat(line: Line, trip: (ms: number) => void, drive: () => {drives: boolean; ending: boolean}): (pulse: Json) => void {
   let n = 0, turn = 0;
   const sent = new Map<number, number>();
   setInterval(() => {
-    if (++turn % (kBeat_ms / kFastBeat_ms) !== 0 && !fast()) return;
-    if (!line.send({type: "beat", n: ++n})) return;
+    if (++turn % (kBeat_ms / kFastBeat_ms) !== 0 && !drive().drives) return;
+    if (line.lost || drive().ending || !line.send({type: "beat", n: ++n})) return;
     sent.set(n, performance.now());
     sent.delete(n - 50);
   }, kFastBeat_ms);

@@ -20,7 +20,7 @@ import {kindOf} from "./vehicles/roster";
 let trip_ms: number | null = null;
 
 const data = new Line("lss-ground", hear);
-const pulse = beat(data, (ms) => { trip_ms = ms; }, () => drive.drives);
+const pulse = beat(data, (ms) => { trip_ms = ms; }, () => drive);
 
 const scene = new Scene($("scene") as HTMLCanvasElement);
 const bars = new Bars($("bars") as HTMLCanvasElement);
@@ -42,7 +42,7 @@ const player = new Player(fleet, (vehicle) => {
   vehicle.telemetry_ms = performance.now();
   bars.add(vehicle);
 });
-const stops = new Stops(fleet, () => drive.interrupt());
+const stops = new Stops(fleet, (stopped) => drive.interrupt(stopped));
 let crowded = false;
 
 function hear(m: Json) {

@@ -34,7 +34,7 @@ export class Stops {
   private hint = {text: "", at: -Infinity};  // the hint after a press that was too short
   readonly line = new Line("lss-stop", (m) => this.hear(m));
 
-  constructor(private readonly fleet: Fleet, private readonly pressed: () => void) {
+  constructor(private readonly fleet: Fleet, private readonly pressed: (stopped: string | null) => void) {
     const big = $("estop"), fall = $("fall"), all = $("stop-all");
     this.button(big, () => [], () => this.pilot());
     this.button(fall, () => this.fleet.meant ? [this.fleet.meant.id] : [], () => this.press(this.fleet.meant?.id ?? "", false));
@@ -84,7 +84,6 @@ export class Stops {
   }
 
   private press(vehicle: string, land: boolean) {
-    this.pressed();
     this.presses = this.presses.filter((p) => !p.over && (p.vehicle !== vehicle || p.land !== land));
     const press: Press = {id: ++this.numbers, vehicle, land, at: performance.now(), sent: false, acknowledged: false, over: false, over_ms: 0,
       text: "sent …", brief: "sent …", tone: "busy", each: new Map()};
@@ -95,12 +94,14 @@ export class Stops {
 
   private send(press: Press) {
     const {id, vehicle, land} = press;
-    if (this.line.send(land ? {type: "stop", id, vehicle, land} : {type: "stop", id, vehicle})) {
+    const sent = this.line.send(land ? {type: "stop", id, vehicle, land} : {type: "stop", id, vehicle});
+    if (sent) {
       if (!press.sent && press.tone === "bad") this.say(press, "sent …", "busy");
       press.sent = true;
     } else if (!press.sent) {
       this.say(press, press.land ? "NOT SENT: no connection. It goes when the connection is back." : "NOT SENT: no connection. Cut the power.", "bad", "NOT SENT");
     }
+    this.pressed(sent && !this.line.lost ? vehicle : null);
   }
 
   private say(press: Press, text: string, tone: Tone, brief = text) {
