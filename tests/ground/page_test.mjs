@@ -27,7 +27,11 @@ function standIn(setup) {
   gateway.time = (goes) => { stopped_ms = goes ? null : clock(); };
   const beats = [];
   gateway.pads = [];
-  navigator.getGamepads = () => gateway.pads;
+  gateway.reads = 0;  // of the pads
+  navigator.getGamepads = () => {
+    gateway.reads++;
+    return gateway.pads;
+  };
   gateway.tones = 0;
   window.AudioContext = class {
     currentTime = 0;
@@ -472,6 +476,45 @@ const tests = {
     assert.equal(await page.evaluate("gateway.order[0][0]"), "rover-2 stop", "before any heartbeat");
     await page.keyboard.up("ArrowUp");
     assert.deepEqual(await moves(), ["rover-1 walk", "rover-1 stop", "rover-2 walk", "rover-2 stop"]);
+  },
+
+  async a_stick_that_is_held_over_a_change_of_vehicle_or_window_drives_nothing() {
+    const rover = (id) => ({...vehicle(id, "rover"), presentation: {rest: 2, hold: [{way: "forward", command: 3, parameters: []}]}});
+    await open({opening: [rover("rover-1"), status("rover-1"), rover("rover-2"), status("rover-2")], crafts: {"rover-1": {age_ms: 0}, "rover-2": {age_ms: 0}}});
+    const moves = () => page.evaluate("gateway.order.map(([o]) => o).filter((o) => o !== 'beat')");
+    const stick = async (y) => {
+      await page.evaluate((y_) => {
+        gateway.pads = [{id: "pad", connected: true, axes: [0, y_], buttons: Array.from({length: 16}, (_, i) => ({pressed: i === 4}))}];
+        gateway.reads = 0;
+      }, y);
+      await is("gateway.reads > 4");
+    };
+    const confirmed = async () => {  // that it stands still, and the stick was read some times more
+      await is("gateway.order.findLastIndex(([o]) => o.endsWith('stop')) > gateway.order.findLastIndex(([o]) => o.endsWith('walk'))");
+      const request = await page.evaluate("gateway.sent.filter((m) => m.command === 'stop' && !m.dry_run).at(-1).id");
+      await say({type: "ack", request, command: "stop", phase: "completed", final: true});
+      await page.evaluate("gateway.reads = 0");
+      await is("gateway.reads > 4");
+    };
+    const expected = ["rover-1 walk"];
+    await stick(-1);
+    assert.deepEqual(await moves(), expected);
+    await page.click("#strip button:nth-child(2)");
+    await confirmed();
+    expected.push("rover-1 stop");
+    assert.deepEqual(await moves(), expected);
+    await stick(0);
+    await stick(-1);
+    expected.push("rover-2 walk");
+    assert.deepEqual(await moves(), expected, "pushed again");
+    await page.evaluate("dispatchEvent(new Event('blur'))");
+    await confirmed();
+    expected.push("rover-2 stop");
+    assert.deepEqual(await moves(), expected);
+    await stick(0);
+    await stick(-1);
+    expected.push("rover-2 walk");
+    assert.deepEqual(await moves(), expected, "pushed again");
   },
 
   async every_end_of_a_hold_stops_the_vehicle_and_no_heartbeat_drives_it_on() {

@@ -113,12 +113,15 @@ export class Drive {
     this.update();
   }
 
-  private poll() {
+  private stickOfPad(): string[] {
     const pad = this.shown && navigator.getGamepads ? [...navigator.getGamepads()].find((g) => g?.connected && g.axes.length >= 2) ?? null : null;
     const [x, y] = pad?.axes ?? [0, 0], on = pad !== null && kShoulders.some((i) => pad.buttons[i]?.pressed);
-    const stick = !on ? [] : [y < -kStick ? "forward" : y > kStick ? "backward" : "", x < -kStick ? "left" : x > kStick ? "right" : ""].filter(Boolean);
     this.pad = pad?.id ?? "";
-    this.stick = stick;
+    return !on ? [] : [y < -kStick ? "forward" : y > kStick ? "backward" : "", x < -kStick ? "left" : x > kStick ? "right" : ""].filter(Boolean);
+  }
+
+  private poll() {
+    this.stick = this.stickOfPad();
     if (this.way && (this.requests.lost || !this.shown?.living)) {
       this.blocked = true;
       this.end("no status from it: it was told to stand still");
@@ -127,11 +130,14 @@ export class Drive {
     this.update();
   }
 
+  // To drive on, all is let go and pressed again: a key that is still held only repeats, a stick is waited for.
   private release() {
     this.held = null;
     this.keys.clear();
     this.stick = [];
     this.update();
+    this.stick = this.stickOfPad();
+    this.blocked = this.stick.length > 0;
   }
 
   // The way that is held now, of those that the vehicle has.
