@@ -464,6 +464,38 @@ TEST_F(ClientRegistryTest, ALandingIsOrderedUntilItIsAcceptedAndItsEndIsReported
   EXPECT_EQ(said(line, "ack").back()["command"], "land");
 }
 
+TEST_F(ClientRegistryTest, ALandingIsTheCommandOfTheVehiclesDictionary) {
+  Talker daemon(domain_);
+  Client& line = client(Client::Line::stop);
+  daemon.describe("hover-1", dictionary_of("land"));
+  daemon.describe("hover-2", dictionary_of("climb"));
+  ASSERT_TRUE(until([&] {
+    daemon.say("hover-1", {}, "hover");
+    daemon.say("hover-2", {}, "hover");
+    return has("hover-1") && has("hover-2");
+  }));
+  const auto land = [&](int id, const char* vehicle) {
+    const json message = {{"type", "stop"}, {"id", id}, {"vehicle", vehicle}, {"land", true}};
+    registry_->receive(line, message.dump());
+  };
+  const auto ordered = [&](std::string_view vehicle) {
+    for (const lss_Command& command : daemon.heard()) {
+      if (cli::text(command.vehicle_id) == vehicle) return command.kind;
+    }
+    return std::uint16_t{0};
+  };
+  land(1, "hover-1");
+  ASSERT_TRUE(until([&] { return ordered("hover-1") != 0; }));
+  EXPECT_EQ(ordered("hover-1"), 401);
+  land(2, "ghost-1");
+  ASSERT_TRUE(until([&] { return ordered("ghost-1") != 0; }));
+  EXPECT_EQ(ordered("ghost-1"), kLand) << "of this build: the gateway never heard of it";
+  land(3, "hover-2");
+  ASSERT_TRUE(until([&] { return !phases(line).empty(); }));
+  EXPECT_THAT(phases(line), ElementsAre("rejected, final"));
+  EXPECT_EQ(said(line, "ack").back()["reason"]["text"], "this vehicle has no command 'land'");
+}
+
 TEST_F(ClientRegistryTest, InventedNamesDoNotHideTheVehicleNorDropThePage) {
   Client& page = client(Client::Line::data);
   Talker liar(domain_), daemon(domain_);

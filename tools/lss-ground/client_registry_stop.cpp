@@ -31,13 +31,18 @@ const CommandInfo& stop_command() {
       kCommonCommands, static_cast<std::uint16_t>(CommandKind::emergency_stop), &CommandInfo::kind);
 }
 
-// nullptr: no vehicle of this build can land.
-const CommandInfo* land_command() {
+const CommandInfo* land_command(const cli::Vehicle& kind) {
+  const auto land =
+      std::ranges::find(kind.commands, std::string_view("land"),
+                        [](const CommandInfo& c) { return std::string_view(c.name); });
+  return land == kind.commands.end() ? nullptr : &*land;
+}
+
+// The vehicle's own; if the vehicle is not known, that of this build. nullptr: it cannot land.
+const CommandInfo* land_command(const Craft* craft) {
+  if (craft != nullptr) return land_command(*craft->kind);
   for (const cli::Vehicle* kind : cli::vehicles()) {
-    const auto land =
-        std::ranges::find(kind->commands, std::string_view("land"),
-                          [](const CommandInfo& c) { return std::string_view(c.name); });
-    if (land != kind->commands.end()) return &*land;
+    if (const CommandInfo* land = land_command(*kind)) return land;
   }
   return nullptr;
 }
@@ -48,8 +53,10 @@ void ClientRegistry::on(Client& client, const Stop& stop) {
   const char* command = stop.land ? "land" : "estop";
   if (client.line != Client::Line::stop) return bad(client, "stopping has a connection of its own");
   if (client.role < Role::stop) return refuse(client, stop.id, command, "this key may not stop");
-  if (stop.land && (stop.vehicle.empty() || land_command() == nullptr))
+  if (stop.land && stop.vehicle.empty())
     return refuse(client, stop.id, command, "name a vehicle that can land");
+  if (stop.land && land_command(fleet_.find(stop.vehicle)) == nullptr)
+    return refuse(client, stop.id, command, "this vehicle has no command 'land'");
   begin_stop({.client = client.number,
               .id = stop.id,
               .vehicle = stop.vehicle.empty() ? std::string(dds::kEveryVehicle) : stop.vehicle,
@@ -73,10 +80,12 @@ void ClientRegistry::begin_stop(Emergency emergency) {
 void ClientRegistry::send_stop(Emergency& emergency) {
   emergency.sent = Clock::now();
   const auto send = [&](const std::string& vehicle) {
+    const CommandInfo* command =
+        emergency.land ? land_command(fleet_.find(vehicle)) : &stop_command();
+    if (command == nullptr) return;  // another daemon has taken its name
     const std::uint64_t seq = sequence_.next();
     emergency.asked.insert(seq);
-    const CommandInfo& command = emergency.land ? *land_command() : stop_command();
-    fleet_.send(cli::to_dds({&command, {}}, {vehicle, emergency.source, seq, 0, 0}));
+    fleet_.send(cli::to_dds(cli::with_defaults(*command), {vehicle, emergency.source, seq, 0, 0}));
   };
   const bool early = emergency.sent - emergency.begun < kEverybody;
   if (emergency.vehicle != dds::kEveryVehicle || early || emergency.stopped.empty())
