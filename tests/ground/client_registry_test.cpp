@@ -349,6 +349,23 @@ TEST_F(ClientRegistryTest, OfAClientThatLeftNothingMoreIsSent) {
   }
 }
 
+TEST_F(ClientRegistryTest, ACommandThatWaitedInAnOldConnectionOfAPageIsRefused) {
+  Talker daemon(domain_);
+  daemon.say("talaris-1", {}, "talaris");
+  ASSERT_TRUE(until([&] { return has("talaris-1"); }));
+  Client& old = client(Client::Line::data);
+  Client& page = client(Client::Line::data);  // of the same session
+  constexpr const char* kStart =
+      R"({"type":"command","id":1,"vehicle":"talaris-1","command":"start"})";
+  registry_->receive(old, kStart);
+  registry_->receive(old, kScript);
+  turn();
+  EXPECT_THAT(phases(old), ElementsAre("rejected, final", "rejected, final"));
+  registry_->receive(page, kStart);
+  ASSERT_TRUE(until([&] { return !daemon.heard().empty(); }));
+  EXPECT_THAT(daemon.heard(), SizeIs(1));
+}
+
 TEST_F(ClientRegistryTest, AStopLeavesForANameThatTheGatewayNeverHeardAgainAndAgain) {
   Talker ghost(domain_);
   Client& line = client(Client::Line::stop);

@@ -209,6 +209,7 @@ void ClientRegistry::on(Client& client, const Order& order) {
   };
   if (client.line != Client::Line::data) return bad(client, "this connection is for stopping");
   if (client.role < Role::command) return no("this key may not command");
+  if (is_replaced(client)) return no("this page has a newer connection", "reload this page");
   Craft* craft = fleet_.find(order.vehicle);
   if (craft == nullptr) return no("there is no such vehicle");
   try {
@@ -235,6 +236,7 @@ void ClientRegistry::on(Client& client, const Script& script) {
   };
   if (client.line != Client::Line::data) return bad(client, "this connection is for stopping");
   if (client.role < Role::command) return no("this key may not command");
+  if (is_replaced(client)) return no("this page has a newer connection", "reload this page");
   Craft* craft = fleet_.find(script.vehicle);
   if (craft == nullptr) return no("there is no such vehicle");
   if (craft->kind->overlay == nullptr || craft->kind->overlay->scripts.commands == nullptr)
@@ -247,6 +249,15 @@ void ClientRegistry::on(Client& client, const Script& script) {
   } catch (const cli::Failure& e) {
     no(e.what(), e.advice());
   }
+}
+
+// A command that waited in the old connection of a page, while the network was gone, comes too
+// late: the heartbeat of the newer connection would keep its motion going.
+bool ClientRegistry::is_replaced(const Client& client) const {
+  return std::ranges::any_of(clients_, [&](const auto& c) {
+    return c.second.line == client.line && c.second.source == client.source &&
+           c.second.number > client.number;
+  });
 }
 
 void ClientRegistry::add(Client& client, Job job) {

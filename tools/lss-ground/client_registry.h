@@ -139,6 +139,7 @@ class ClientRegistry {
   void bad(Client& client, const std::string& why);
   void refuse(Client& client, std::uint64_t id, const std::string& command, const std::string& why,
               const std::string& advice = "");
+  bool is_replaced(const Client& client) const;  // by a newer connection of the same page
   void add(Client& client, Job job);
   void tell(Client& client, const nlohmann::json& document);
   void tell_newest(Client& client, const std::string& key, const FramePtr& frame);
