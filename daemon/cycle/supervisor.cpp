@@ -313,22 +313,33 @@ void Supervisor::stop_after_landing() noexcept {
 void Supervisor::latch(FaultId id, std::uint16_t subject, double measured, double limit) noexcept {
   FaultRecord* fault = find(id, subject);
   if (fault == nullptr) {
-    ++state_.fault_count;
     report(fatal(id) ? Severity::fatal : Severity::warning,
            static_cast<std::uint16_t>(static_cast<std::uint16_t>(id) + kFaultEventBase), subject,
            {measured, limit});
-    fault = find(FaultId::none, 0);
-    if (fault != nullptr)
-      *fault = {.id = id, .subject = subject, .count = 0, .since_ns = state_.time_ns};
+    if (state_.fault_count <= kMaxFaults) ++state_.fault_count;
+    fault = place_of(id);
+    if (fault == nullptr) return;
+    *fault = {.id = id, .subject = subject, .count = 0, .since_ns = state_.time_ns};
   }
-  if (fault != nullptr) ++fault->count;
+  ++fault->count;
 }
 
+// Where a new fault is kept: a fatal one that does not fit replaces one that is not. nullptr:
+// nowhere.
+FaultRecord* Supervisor::place_of(FaultId id) noexcept {
+  FaultRecord* const empty = find(FaultId::none, 0);
+  if (empty != nullptr || !fatal(id)) return empty;
+  const auto lesser =
+      std::ranges::find_if(state_.faults, [&](const FaultRecord& f) { return !fatal(f.id); });
+  return lesser != state_.faults.end() ? &*lesser : nullptr;
+}
+
+// Those that do not fit are forgotten with the first that is cleared.
 void Supervisor::clear(FaultId id, std::uint16_t subject) noexcept {
   FaultRecord* fault = find(id, subject);
   if (fault == nullptr) return;
   *fault = {};
-  --state_.fault_count;
+  state_.fault_count = std::min<std::uint32_t>(state_.fault_count, kMaxFaults) - 1;
   note(EventId::fault_cleared, subject, static_cast<double>(id));
 }
 

@@ -99,7 +99,7 @@ struct SupervisorState {
   } active;
 
   std::array<FaultRecord, kMaxFaults> faults{};
-  std::uint32_t fault_count = 0;
+  std::uint32_t fault_count = 0;  // kMaxFaults + 1: more than fit
 
   std::uint16_t resetting = 0;  // modules that a command resets, until they answer again
   std::uint16_t unfit = 0;      // those that answer but are not as configured
@@ -232,6 +232,7 @@ class Supervisor {
               const std::array<double, 4>& argument) noexcept;
   void put(const EventRecord& event) noexcept;
   FaultRecord* find(FaultId id, std::uint16_t subject) noexcept;
+  FaultRecord* place_of(FaultId id) noexcept;
 
   Logic logic_;            // no state: constant
   Parameters parameters_;  // no state: constant

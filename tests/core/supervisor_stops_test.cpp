@@ -1,5 +1,5 @@
 // Stops in the supervisor: order of arrival decides, and another daemon of the same name is no
-// partner.
+// partner. And its faults, when there are more than fit.
 
 #include <gtest/gtest.h>
 
@@ -89,11 +89,11 @@ class SupervisorStopsTest : public testing::Test, public Actor {
     return last;
   }
   State state() const { return supervisor_.state().controller.state; }
-  bool conflict() const {
-    return std::ranges::any_of(supervisor_.state().faults, [](const FaultRecord& fault) {
-      return fault.id == FaultId::name_conflict;
-    });
+  bool has(FaultId id) const {
+    return std::ranges::any_of(supervisor_.state().faults,
+                               [&](const FaultRecord& fault) { return fault.id == id; });
   }
+  bool conflict() const { return has(FaultId::name_conflict); }
   void act(lc::ActionSet, const Request*) noexcept override {}
 
   TimeNs now_ns_ = kSecond;
@@ -222,6 +222,29 @@ TEST_F(SupervisorStopsTest, TheCycleHasToFollowAStopThatTheBusObeyed) {
   EXPECT_EQ(state(), State::operational) << "it may be on its way";
   pending_frame();
   EXPECT_EQ(state(), State::fatal_error);
+}
+
+TEST_F(SupervisorStopsTest, OfMoreFaultsThanFitNoneIsLeftWhenAllAreSolved) {
+  const auto count = [&] { return supervisor_.state().fault_count; };
+  for (std::uint16_t module = 1; module < kMaxFaults; ++module)
+    supervisor_.raise(FaultId::module_silent, module);
+  supervisor_.latch(FaultId::temperature_warning, 1);
+  EXPECT_EQ(count(), kMaxFaults);
+  supervisor_.raise(FaultId::memory_lost);
+  EXPECT_TRUE(has(FaultId::memory_lost)) << "in the place of the warning";
+  EXPECT_EQ(count(), kMaxFaults + 1) << "more than fit";
+  const auto events = supervisor_.outbox().event_count;
+  for (int frame = 0; frame < 3; ++frame) {
+    supervisor_.raise(FaultId::memory_lost);
+    supervisor_.latch(FaultId::temperature_warning, 1);
+  }
+  EXPECT_EQ(count(), kMaxFaults + 1) << "the same ones again";
+  EXPECT_EQ(supervisor_.outbox().event_count, events);
+  supervisor_.happen(lc::Event::port_opened);
+  supervisor_.happen(lc::Event::solve);
+  ASSERT_EQ(supervisor_.happen(lc::Event::solved).reason, Reason::none);
+  EXPECT_EQ(state(), State::idle);
+  EXPECT_EQ(count(), 0u);
 }
 
 }  // namespace

@@ -218,8 +218,7 @@ std::vector<Problem> problems(const Vehicle& vehicle, const lss_Status& status,
                                 format_duration(age_s(status, fault.since_ns)), times),
                     code != nullptr ? code->advice : ""});
   }
-  if (status.fault_count > shown)
-    list.push_back({true, fmt::format("{} more faults", status.fault_count - shown), ""});
+  if (status.fault_count > shown) list.push_back({true, "more faults than are listed", ""});
   if (status.state == lss_STATE_FATAL_ERROR && shown == 0) {
     list.push_back({true, "stopped by an emergency", "lss-cli solve"});
   }
