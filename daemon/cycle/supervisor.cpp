@@ -104,7 +104,8 @@ void Supervisor::begin(TimeNs now, Actor& actor) noexcept {
 void Supervisor::request(const Request& request) noexcept {
   if ((request.flags & kFlagAnotherDaemon) != 0) return another_daemon();
   if (request.kind == 0) return heartbeat(request);
-  if (request.kind != number(CommandKind::emergency_stop)) ++state_.commands_taken;
+  const bool stop = request.kind == number(CommandKind::emergency_stop);
+  if (!stop && (request.flags & kFlagSaved) == 0) ++state_.commands_taken;
   command(request);
 }
 

@@ -128,15 +128,20 @@ TEST(Service, ADeadPanelModuleIsForgoneWhenTheOperatorAnswersForIt_Func_5) {
   EXPECT_EQ(w.mode(), Mode::walking);
 }
 
-TEST(Service, ARestartedDaemonIsolatesThemAgainByCommandsOfItsOwn_Conf_3) {
-  World w;
-  w.modules[2].alive = w.modules[6].alive = false;
-  for (const unsigned module : {3u, 7u}) {
+// Commands of a restarted daemon itself, for the next frame.
+void isolate_as_before(World& w, std::initializer_list<unsigned> modules) {
+  for (const unsigned module : modules) {
     Request request = isolation_of(module);
     request.source = source("lssd");
     request.flags = kFlagSaved;
     w.put(request);
   }
+}
+
+TEST(Service, ARestartedDaemonIsolatesThemAgainByCommandsOfItsOwn_Conf_3) {
+  World w;
+  w.modules[2].alive = w.modules[6].alive = false;
+  isolate_as_before(w, {3, 7});
   w.heartbeat_ = false;
   w.step();
   EXPECT_EQ(isolated(w), 1u << 2 | 1u << 6);
@@ -145,6 +150,18 @@ TEST(Service, ARestartedDaemonIsolatesThemAgainByCommandsOfItsOwn_Conf_3) {
   w.run(1);
   EXPECT_EQ(w.state(), State::idle);
   EXPECT_TRUE(w.stand());
+}
+
+TEST(Service, AfterCommandsOfItsOwnTheDaemonStillAnswersOthersAtOnce) {
+  World w;
+  isolate_as_before(w, {3});
+  w.step();
+  ASSERT_EQ(isolated(w), 1u << 2);
+  w.use_port();
+  w.acks.clear();
+  w.send(lss::CommandKind::solve);
+  ASSERT_EQ(w.acks.size(), 1u) << "without a frame";
+  EXPECT_EQ(w.acks[0].verdict.reason, Reason::not_in_state);
 }
 
 }  // namespace
