@@ -140,6 +140,9 @@ void Vehicle::act(lc::ActionSet actions, const Request* request) noexcept {
   }
   if (actions & lc::kEndSolve) solver_.end();
   if (request != nullptr && event_of(*request) == lc::Event::reset_controller) rounds_.forget();
+  // A request that follows in the same frame is judged by it.
+  if ((actions & lc::kIsolate) && request != nullptr)
+    isolated_ = static_cast<std::uint16_t>(isolated_ | 1u << (arguments<OneLeg>(*request).leg - 1));
   if (actions & lc::kRestore) restore(request);
   if (actions & lc::kResetModule) reset_modules(*request);
   if (actions & lc::kPublishData) data_requested_ = true;

@@ -48,6 +48,24 @@ TEST(Service, TooFewLegsAreNotIsolated_Conf_3) {
   EXPECT_EQ(isolated(w), 0b1100);
 }
 
+// The centre of mass is 3 mm ahead: without one leg it creeps, without 1 and 4 it cannot even row.
+TEST(Service, TwoLegsIsolatedInOneFrameAreJudgedTogether) {
+  Parameters p;
+  for (double& x_m : p.locomotion.hips.x_m) x_m -= 0.003;
+  ASSERT_TRUE(gnc::zebro::can_walk_without(0b0001, p.locomotion));
+  ASSERT_TRUE(gnc::zebro::can_walk_without(0b1000, p.locomotion));
+  ASSERT_FALSE(gnc::zebro::can_walk_without(0b1001, p.locomotion));
+  World w(p);
+  w.send(CommandKind::isolate, {1});
+  EXPECT_EQ(w.why(CommandKind::isolate, {4}), reasons::not_stable) << "in the first frame";
+  EXPECT_EQ(isolated(w), 0b0001);
+  w.run(0.2);
+  w.send(CommandKind::restore_leg, {1});
+  w.send(CommandKind::isolate, {4});
+  EXPECT_EQ(w.why(CommandKind::isolate, {1}), reasons::not_stable);
+  EXPECT_EQ(isolated(w), 0b1000);
+}
+
 TEST(Service, OneLegIsRestoredAndTheOtherIsNot_Conf_3) {
   World w;
   w.run(0.2);
