@@ -95,17 +95,21 @@ void Vehicle::watch_nodes(Supervisor& s) noexcept {
   }
 }
 
+// What was pressed or lost in Idle is no emergency, and over when it is undone.
 void Vehicle::watch_inputs(Supervisor& s) noexcept {
   if (inputs_ns_ == 0) return;
   const std::uint8_t flags = s.controller().flags;
+  const bool idle = s.controller().state == State::idle;
   if (inputs_.emergency_button != ((flags & kButtonIn) != 0)) {
     if (inputs_.emergency_button) s.latch(faults::emergency_button, kIoNode);
+    if (!inputs_.emergency_button && idle) s.clear(faults::emergency_button, kIoNode);
     s.happen(inputs_.emergency_button ? event::button_in : event::button_out);
   }
   if (inputs_.power_good == ((flags & kPowerBad) != 0)) {
     const bool driven = s.controller().state == State::operational;
     if (!inputs_.power_good && (driven || inputs_.emergency_button))
       s.latch(faults::power_lost, kIoNode);
+    if (inputs_.power_good && idle) s.clear(faults::power_lost, kIoNode);
     s.happen(inputs_.power_good ? event::power_good : event::power_bad);
   }
   // The node answers but its inputs are missing.

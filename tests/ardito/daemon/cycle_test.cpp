@@ -140,6 +140,27 @@ TEST(ArditoCycle, TheButtonCutsEverythingUntilItIsReleasedAndSolved) {
   EXPECT_TRUE(w.start());
 }
 
+TEST(ArditoCycle, TheButtonPressedInIdleIsNoFaultAnyMoreWhenItIsReleased) {
+  World w;
+  w.run(0.5);
+  w.inputs.emergency_button = true;
+  w.inputs.power_good = false;
+  w.run(0.5);
+  EXPECT_EQ(w.state(), State::idle);
+  EXPECT_TRUE(w.has(faults::emergency_button, kIoNode));
+  EXPECT_TRUE(w.has(faults::power_lost, kIoNode));
+  EXPECT_EQ(w.why(lss::CommandKind::start, {0}), reasons::button_pressed);
+  w.inputs.emergency_button = false;
+  w.run(0.5);
+  EXPECT_FALSE(w.has(faults::emergency_button, kIoNode));
+  EXPECT_TRUE(w.has(faults::power_lost, kIoNode));
+  w.inputs.power_good = true;
+  w.run(0.5);
+  EXPECT_FALSE(w.has(faults::power_lost, kIoNode));
+  w.acks.clear();
+  EXPECT_TRUE(w.start());
+}
+
 bool starts_with_wheel_5(World& w) {
   w.acks.clear();
   return w.start() && w.out_.command.wheel[4].enabled;
