@@ -23,12 +23,13 @@ void report(int error, const char* what, const ParameterStore& store, const char
 
 ParameterSaver::ParameterSaver(ParameterStore store, ParameterStore isolation,
                                std::span<const TunableInfo> infos, const TunableValues& configured,
-                               std::function<void()> done)
+                               std::function<void()> done, TimeNs again)
     : store_(std::move(store)),
       isolation_(std::move(isolation)),
       infos_(infos),
       configured_(configured),
-      done_(std::move(done)) {}
+      done_(std::move(done)),
+      again_(again) {}
 
 void ParameterSaver::start() {
   thread_ = std::thread([this] { run(); });
@@ -51,21 +52,34 @@ void ParameterSaver::run() {
   ::pthread_setname_np(::pthread_self(), "save");
   const lockstep::Part part("save");
   for (bool last = false; !last;) {
-    wake_up_.wait(lockstep::kNever);
+    wake_up_.wait(refused_ ? refused_ns_ + again_ : lockstep::kNever);
     last = stop_;
     for (SaveJob job; jobs_.pop(job);) {
       results_.push(job.isolation ? save_isolated(job) : save(job));
       done_();
     }
+    if (refused_ && (last || now_ns() >= refused_ns_ + again_)) save_isolated_again();
   }
 }
 
 SaveResult ParameterSaver::save_isolated(const SaveJob& job) {
   SaveResult result;
   result.error = save_isolation(isolation_, job.isolated, utc_ns());
-  report(result.error, "modules out of service", isolation_,
-         "after a restart these modules are in service again: free or repair the disk");
+  report(
+      result.error, "modules out of service", isolation_,
+      "until they are, a restart puts these modules into service again: free or repair the disk");
+  refused_.reset();
+  if (result.error != 0) refused_ = job.isolated;
+  refused_ns_ = now_ns();
   return result;
+}
+
+// Reported again only when they are saved.
+void ParameterSaver::save_isolated_again() {
+  refused_ns_ = now_ns();
+  if (save_isolation(isolation_, *refused_, utc_ns()) != 0) return;
+  refused_.reset();
+  spdlog::info("modules out of service are saved now");
 }
 
 SaveResult ParameterSaver::save(const SaveJob& job) {

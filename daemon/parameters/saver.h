@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <thread>
 
@@ -36,9 +37,11 @@ struct SaveResult {
 
 class ParameterSaver {
  public:
-  // `configured`: values that need no saving. `done` is called when there is a result.
+  // `configured`: values that need no saving. `done` is called when there is a result. `again`:
+  // so often the modules out of service are offered to a disk that refused them.
   ParameterSaver(ParameterStore store, ParameterStore isolation, std::span<const TunableInfo> infos,
-                 const TunableValues& configured, std::function<void()> done);
+                 const TunableValues& configured, std::function<void()> done,
+                 TimeNs again = 5 * kSecond);
   ~ParameterSaver() { stop(); }
   ParameterSaver(const ParameterSaver&) = delete;
   ParameterSaver& operator=(const ParameterSaver&) = delete;
@@ -55,11 +58,15 @@ class ParameterSaver {
   void run();
   SaveResult save(const SaveJob& job);
   SaveResult save_isolated(const SaveJob& job);
+  void save_isolated_again();
 
   ParameterStore store_, isolation_;
   std::span<const TunableInfo> infos_;
   TunableValues configured_;
   std::function<void()> done_;
+  TimeNs again_;
+  std::optional<std::uint16_t> refused_;  // modules out of service that are not saved
+  TimeNs refused_ns_ = 0;
   Ring<SaveJob, 8> jobs_;
   Ring<SaveResult, 8> results_;
   WakeUp wake_up_;
