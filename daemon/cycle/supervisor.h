@@ -117,6 +117,11 @@ struct SupervisorState {
   TimeNs time_ns = 0;
 };
 
+// Nothing runs that a restart of the daemon would break off, as a panel that moves.
+inline bool at_rest(const SupervisorState& s) noexcept {
+  return s.controller.state == State::idle && s.active.kind == 0 && s.resetting == 0;
+}
+
 class Supervisor {
  public:
   struct Parameters {

@@ -215,13 +215,13 @@ void Publisher::watch(TimeNs now) {
   for (EventId event; sources_.log_event(event);) tell(event, now);
   series_.report_due(now, [this](const EventRecord& event) { publish(event); });
   const SupervisorState& state = state_.value();
-  const bool idle = state.controller.state == State::idle;
+  const bool rests = at_rest(state);
   // Whom nobody has reached, nobody can bring back to Idle.
   const bool unreached = state.contact_ns == 0 && state.controller.state == State::fatal_error;
   const char* reason = nullptr;
-  if ((idle || unreached) && face_->interfaces_could_return()) {
+  if ((rests || unreached) && face_->interfaces_could_return()) {
     reason = "a network interface that was missing is up";
-  } else if (idle && config_.restart_for_shared_memory && face_->shared_memory_could_return()) {
+  } else if (rests && config_.restart_for_shared_memory && face_->shared_memory_could_return()) {
     reason = "RouDi is back";
   }
   restart_reason_ = reason;

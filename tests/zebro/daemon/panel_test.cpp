@@ -211,5 +211,23 @@ TEST(Panel, AResetOfTheControllerOrOfModulesEndsItsMovementAndSaysSo) {
   }
 }
 
+TEST(Panel, TheVehicleIsNotAtRestWhileItMovesOrAModuleIsReset) {
+  World w;
+  w.run(0.2);
+  const auto rests = [&] { return at_rest(w.supervisor_.state()); };
+  EXPECT_TRUE(rests());
+  w.send(CommandKind::panel, {1});
+  w.step();
+  EXPECT_EQ(w.state(), State::idle);
+  EXPECT_FALSE(rests());
+  ASSERT_TRUE(w.run_until(rests, 40));
+  EXPECT_EQ(w.acks.back().phase, Phase::completed);
+  w.modules[0].boot_ns = kSecond;
+  w.send(lss::CommandKind::reset, {1});
+  w.step();
+  EXPECT_FALSE(rests());
+  EXPECT_TRUE(w.run_until(rests, 5));
+}
+
 }  // namespace
 }  // namespace lss::zebro
