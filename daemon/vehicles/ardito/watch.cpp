@@ -129,6 +129,7 @@ void Vehicle::watch_mobility(Supervisor& s) noexcept {
   }
   watch_yaw(s);
   for (std::size_t i = 0; i < kSteered; ++i) watch_steering(i, s);
+  if (started_ns_ == now_ns_) s.clear(faults::instance_disagreed);  // nothing else solves it
   const gnc::ardito::VoteReport& vote = mobility_.report();
   if (vote.no_majority) {
     s.raise(faults::no_majority);

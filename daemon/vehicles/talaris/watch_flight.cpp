@@ -79,6 +79,10 @@ void Vehicle::watch_calibration(Supervisor& s) noexcept {
 void Vehicle::watch_flight(Supervisor& s) noexcept {
   const g::FlightOutput& f = output_;
   if (mode() != Mode::execute) return;
+  if (executed_ns_ == now_ns_) {  // of the flight before; nothing else solves them
+    s.clear(faults::corridor_left);
+    s.clear(faults::hop_shortened, kValveModule);
+  }
   if (!begun_) {  // the plan is gone: treated as over
     s.abandon(reasons::not_planned);
     s.happen(event::finished);

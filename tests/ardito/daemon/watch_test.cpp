@@ -25,6 +25,22 @@ TEST(ArditoWatch, AnInstanceThatDisagreesIsOutvotedAndTold) {
   EXPECT_EQ(w.out_.telemetry.disagreements, 1u) << "it agrees again";
 }
 
+TEST(ArditoWatch, AnInstanceThatDisagreedIsToldUntilTheNextStart) {
+  World w;
+  ASSERT_TRUE(w.start_and_drive(0.3));
+  gnc::ardito::Parameters wrong;
+  wrong.proportional = 0.25;
+  w.vehicle_.mobility().instance(1) = gnc::ardito::MobilityController(wrong);
+  w.run(0.2);
+  w.send(lss::CommandKind::stop);
+  ASSERT_TRUE(w.run_until(State::idle, 10));
+  w.run(1);
+  EXPECT_TRUE(w.has(faults::instance_disagreed));
+  w.acks.clear();
+  ASSERT_TRUE(w.start());
+  EXPECT_FALSE(w.has(faults::instance_disagreed));
+}
+
 TEST(ArditoWatch, InstancesWithoutAMajorityAreAnEmergency) {
   World w;
   ASSERT_TRUE(w.start_and_drive(0.3));

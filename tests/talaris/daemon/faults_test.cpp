@@ -320,6 +320,21 @@ TEST(TalarisAirFault, AtTheGateValvesAreShutAndTheFansGoOn) {
   EXPECT_LT(w.landing_m_s, 0.6);
 }
 
+TEST(TalarisAirFault, WhyTheLastHopWasCutShortIsForgottenWhenTheNextBegins) {
+  World w;
+  ASSERT_TRUE(w.start() && w.arm() && w.calibrate());
+  w.supervisor_.latch(faults::corridor_left);
+  w.supervisor_.latch(faults::hop_shortened, kValveModule);
+  ASSERT_EQ(w.why(Kind::plan, {double(Program::hop), 2, 5, 0, 0}), Reason::none);
+  w.run(1);
+  EXPECT_TRUE(w.has(faults::corridor_left));
+  EXPECT_TRUE(w.has(faults::hop_shortened, kValveModule));
+  ASSERT_EQ(w.why(Kind::gnc, {2}), Reason::none);
+  EXPECT_EQ(w.mode(), Mode::execute);
+  EXPECT_FALSE(w.has(faults::corridor_left));
+  EXPECT_FALSE(w.has(faults::hop_shortened, kValveModule));
+}
+
 // ---- solving
 
 TEST(TalarisSolve, ANodeThatStaysAwayIsResetAndComesBack) {
