@@ -121,9 +121,13 @@ void Supervisor::another_daemon() noexcept {
   const bool known = std::exchange(state_.another_daemon_ns, state_.time_ns) != 0;
   if (known) return;
   latch(FaultId::name_conflict);
-  if (state_.controller.state != State::operational) return;
+  if (state_.controller.state == State::operational) stop_safely(Reason::name_conflict);
+}
+
+// As without a lease. A command that already leads to a stop goes on to its end.
+void Supervisor::stop_safely(Reason reason) noexcept {
   if (state_.active.kind != 0 && logic_.command(state_.active.kind)->leased)
-    finish(Phase::failed, Reason::name_conflict);
+    finish(Phase::failed, reason);
   happen(lc::Event::lease_expired);
 }
 
@@ -360,10 +364,7 @@ void Supervisor::check_links() noexcept {
   if ((links & lc::kHeld) && state_.time_ns - state_.heartbeat_ns > state_.lease_ns) {
     note(EventId::lease_expired, 0,
          static_cast<double>(state_.time_ns - state_.heartbeat_ns) * 1e-6);
-    // A command that already leads to a stop goes on to its end.
-    if (state_.active.kind != 0 && logic_.command(state_.active.kind)->leased)
-      finish(Phase::failed, Reason::lease_expired);
-    happen(lc::Event::lease_expired);
+    stop_safely(Reason::lease_expired);
   }
   check_obc();
   check_name();
@@ -400,7 +401,9 @@ void Supervisor::count_late(std::uint64_t late) noexcept {
 
 void Supervisor::check_memory(MemoryCheck memory) noexcept {
   if (memory == MemoryCheck::corrected) note(EventId::memory_corrected);
-  if (memory == MemoryCheck::lost) raise(FaultId::memory_lost);
+  if (memory != MemoryCheck::lost) return;
+  raise(FaultId::memory_lost);
+  if (airborne()) stop_safely(Reason::emergency);  // it lands
 }
 
 void Supervisor::check_stop(bool pending) noexcept {

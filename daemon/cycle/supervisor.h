@@ -219,6 +219,7 @@ class Supervisor {
   void command(const Request& request) noexcept;
   void heartbeat(const Request& request) noexcept;
   void another_daemon() noexcept;
+  void stop_safely(Reason reason) noexcept;
   bool fatal(FaultId id) const noexcept;
   Verdict judge(const Request& request) noexcept;
   Adjusted adjust(const Request& request, bool really) noexcept;
