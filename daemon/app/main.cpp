@@ -106,17 +106,9 @@ bool tell_standstills(const std::vector<lss::ProgressWatch::Change>& changes) {
     const double still_s = static_cast<double>(change.still_ns) * 1e-9;
     if (!change.stuck) {
       spdlog::warn("thread {} runs again after {:.1f} s", change.thread, still_s);
-    } else if (change.thread == "frame") {
-      spdlog::error("thread frame stands still for {:.1f} s: the watchdog is not reset", still_s);
-    } else if (change.thread == "publish") {
-      spdlog::error("thread publish stands still for {:.1f} s: frames continue, without DDS output",
-                    still_s);
-    } else if (change.thread == "log") {
-      spdlog::error("thread log stands still for {:.1f} s: frames before a fault are not saved",
-                    still_s);
     } else {
-      spdlog::error("thread {} stands still for {:.1f} s: no orders reach the modules",
-                    change.thread, still_s);
+      spdlog::error("thread {} stands still for {:.1f} s: {}", change.thread, still_s,
+                    lss::ProgressWatch::effect(change));
     }
   }
   return !changes.empty();

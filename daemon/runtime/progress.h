@@ -16,6 +16,7 @@ namespace lss {
 struct Progress {
   std::string thread;
   std::uint64_t turns = 0;
+  bool orders = true;  // of a bus: it takes orders to modules, not only measurements from them
 };
 
 class ProgressWatch {
@@ -28,6 +29,7 @@ class ProgressWatch {
     std::string thread;
     bool stuck = false;
     TimeNs still_ns = 0;
+    bool orders = true;
   };
   std::vector<Change> look(const std::vector<Progress>& now_running, TimeNs now) {
     std::vector<Change> changes;
@@ -36,18 +38,28 @@ class ProgressWatch {
       Known& known = known_[i];
       if (known.since_ns == 0 || known.turns != now_running[i].turns) {
         if (std::exchange(known.stuck, false))
-          changes.push_back({now_running[i].thread, false, now - known.since_ns});
+          changes.push_back(change(now_running[i], false, now - known.since_ns));
         known = {now_running[i].turns, now, false};
       } else if (!known.stuck && now - known.since_ns >= limit_ns_) {
         known.stuck = true;
-        changes.push_back({now_running[i].thread, true, now - known.since_ns});
+        changes.push_back(change(now_running[i], true, now - known.since_ns));
       }
     }
     return changes;
   }
+  // What is missing while the thread stands still.
+  static const char* effect(const Change& change) {
+    if (change.thread == "frame") return "the watchdog is not reset";
+    if (change.thread == "publish") return "frames continue, without DDS output";
+    if (change.thread == "log") return "frames before a fault are not saved";
+    return change.orders ? "no orders reach the modules" : "it brings no measurements";
+  }
   bool stuck(std::size_t i) const { return i < known_.size() && known_[i].stuck; }
 
  private:
+  static Change change(const Progress& of, bool stuck, TimeNs still_ns) {
+    return {.thread = of.thread, .stuck = stuck, .still_ns = still_ns, .orders = of.orders};
+  }
   struct Known {
     std::uint64_t turns = 0;
     TimeNs since_ns = 0;

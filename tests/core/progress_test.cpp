@@ -38,6 +38,16 @@ TEST(ProgressWatch, TellsAThreadThatStandsStillOnceAndThatItRunsAgain) {
   EXPECT_FALSE(watch.stuck(1));
 }
 
+TEST(ProgressWatch, ABusWithoutOrdersBringsNoMeasurementsWhileItStandsStill) {
+  ProgressWatch watch(kSecond);
+  const std::vector<Progress> threads{{"bus/can", 1}, {"bus/imu", 1, false}};
+  watch.look(threads, kSecond);
+  const auto changes = watch.look(threads, 3 * kSecond);
+  ASSERT_EQ(changes.size(), 2u);
+  EXPECT_STREQ(ProgressWatch::effect(changes[0]), "no orders reach the modules");
+  EXPECT_STREQ(ProgressWatch::effect(changes[1]), "it brings no measurements");
+}
+
 TEST(ProgressWatch, AStuckFrameAndAStuckBusAreReportedApart) {
   ProgressWatch watch(kSecond);
   std::vector<Progress> threads{{"frame", 1}, {"bus/legs", 1}};

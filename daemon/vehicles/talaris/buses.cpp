@@ -148,10 +148,11 @@ std::vector<std::pair<std::string, std::function<void()>>> Buses::bodies() {
 }
 
 std::vector<Progress> Buses::progress() const {
-  std::vector<Progress> all = {
-      {"bus/imu", imu_.turns()}, {"bus/altimeter", altimeter_.turns()}, {"bus/can", can_.turns()}};
-  if (parameters_.has_camera) all.push_back({"bus/camera", camera_.turns()});
-  if (parameters_.has_standby) all.push_back({"bus/standby_imu", standby_.turns()});
+  std::vector<Progress> all = {{"bus/imu", imu_.turns(), false},
+                               {"bus/altimeter", altimeter_.turns(), false},
+                               {"bus/can", can_.turns()}};
+  if (parameters_.has_camera) all.push_back({"bus/camera", camera_.turns(), false});
+  if (parameters_.has_standby) all.push_back({"bus/standby_imu", standby_.turns(), false});
   return all;
 }
 

@@ -176,6 +176,12 @@ TEST(Buses, ThePortsHaveToBeThereByName) {
   EXPECT_THAT(Buses(rig.config, rig.parameters).probe().error(), testing::HasSubstr("\"can\""));
 }
 
+TEST(Buses, OnlyTheCanBusTakesOrders) {
+  Rig rig;
+  for (const Progress& bus : Buses(rig.config, rig.parameters).progress())
+    EXPECT_EQ(bus.orders, bus.thread == "bus/can") << bus.thread;
+}
+
 TEST(Buses, APortThatNothingReadsIsNamed) {
   Rig rig;
   rig.config.ports.push_back({.name = "camera", .path = "/dev/camera"});
