@@ -70,7 +70,7 @@ Status SerialPort::open(const char* path, const SerialFormat& format) noexcept {
     return from_errno(error_);
   }
   const Status status = prepare(format);
-  if (status != Status::ok) close();
+  if (status != Status::ok) give_up();  // what waits in its queue may be another program's
   return status;
 }
 
@@ -94,6 +94,7 @@ Status SerialPort::prepare(const SerialFormat& format) noexcept {
   if (const Status status = set_line(format); status != Status::ok) return status;
   set_rs485(format.half_duplex);
   set_low_latency();
+  set_no_closing_wait();
   if (::tcflush(fd_, TCIOFLUSH) != 0) {
     error_ = errno;
     return from_errno(error_);
@@ -176,7 +177,24 @@ void SerialPort::set_low_latency() noexcept {
   ::ioctl(fd_, TIOCSSERIAL, &settings);  // an improvement: it goes without, too
 }
 
+// See close(). The drivers of many USB adapters ignore TCOFLUSH, so there only this helps. Linux
+// permits it to root: docs/install.md has a rule for an OBC.
+void SerialPort::set_no_closing_wait() noexcept {
+  serial_struct settings{};
+  if (::ioctl(fd_, TIOCGSERIAL, &settings) != 0) return;
+  if (settings.closing_wait == ASYNC_CLOSING_WAIT_NONE) return;
+  settings.closing_wait = ASYNC_CLOSING_WAIT_NONE;
+  ::ioctl(fd_, TIOCSSERIAL, &settings);
+}
+
+// In close() Linux waits until the line has taken the queue, by default for 30 s, with O_NONBLOCK
+// too: a line that takes nothing would hold the thread, and be sent stale bytes later.
 void SerialPort::close() noexcept {
+  if (fd_ >= 0) ::tcflush(fd_, TCOFLUSH);
+  give_up();
+}
+
+void SerialPort::give_up() noexcept {
   if (fd_ >= 0) ::close(fd_);
   fd_ = -1;
 }

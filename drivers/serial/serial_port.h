@@ -55,7 +55,7 @@ class SerialPort {
   Status open(const char* path, int baud, bool half_duplex) noexcept {  // 8N1
     return open(path, {.baud = baud, .half_duplex = half_duplex});
   }
-  void close() noexcept;
+  void close() noexcept;  // discards what the line has not taken
 
   Transfer read(std::span<std::uint8_t> into) noexcept;  // 0 bytes: nothing there
   // The same with the marks of parity errors decoded: required for a line with parity. 0 is
@@ -75,6 +75,8 @@ class SerialPort {
   Status set_line(const SerialFormat& format) noexcept;
   void set_rs485(bool half_duplex) noexcept;
   void set_low_latency() noexcept;
+  void set_no_closing_wait() noexcept;
+  void give_up() noexcept;
   Transfer outcome(std::ptrdiff_t result, bool zero_is_lost) noexcept;
 
   int fd_ = -1;

@@ -156,6 +156,34 @@ TEST(SerialPort, AFullQueueTakesFewerBytesAndIsNoLoss) {
   EXPECT_LT(taken, much.size());
 }
 
+std::size_t fill(SerialPort& port) {
+  const Bytes piece(1 << 10, 0x55);
+  std::size_t taken = 0;
+  while (const std::size_t put = port.write(piece).bytes) taken += put;
+  return taken;
+}
+
+// The other end of a pseudo-terminal has up to 4 KiB already.
+TEST(SerialPort, ClosingDiscardsWhatTheLineHasNotTaken) {
+  Pty pty;
+  SerialPort port;
+  ASSERT_EQ(port.open(pty.path().c_str(), 115'200, false), Status::ok);
+  const std::size_t taken = fill(port);
+  ASSERT_GT(taken, 4096u);
+  port.close();
+  EXPECT_LE(read_from(pty.fd(), taken).size(), 4096u);
+}
+
+TEST(SerialPort, ASecondOpenerDiscardsNothingOfTheFirst) {
+  Pty pty;
+  SerialPort first, second;
+  ASSERT_EQ(first.open(pty.path().c_str(), 115'200, false), Status::ok);
+  const std::size_t taken = fill(first);
+  EXPECT_EQ(second.open(pty.path().c_str(), 115'200, false), Status::in_use);
+  second.close();
+  EXPECT_EQ(read_from(pty.fd(), taken).size(), taken);
+}
+
 // A driver that has always something to send.
 struct Talkative {
   static constexpr std::size_t kMaxReplies = 1;
