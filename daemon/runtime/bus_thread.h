@@ -9,7 +9,8 @@
 // in simulated time; serve(readable, now) -> false when the port is gone; describe(report).
 // Driver: restart(now), next_wake(), take(samples) -> how many; with orders release(orders, now).
 // For an emergency stop that bypasses the cycle: all_stop(now), and stops_all(orders), whether no
-// order moves anything. Optional: published(), called when the samples of a turn can be popped.
+// order moves anything. Optional: published(), called when the samples of a turn can be popped;
+// reopened(now), instead of restart(now) when the line came back and the driver's memory is good.
 
 #include <poll.h>
 
@@ -32,6 +33,16 @@ namespace lss {
 
 // Of a line that only listens, or polls by itself.
 struct NoOrders {};
+
+// The line was opened (again), or came back from bus-off.
+template <class Driver>
+void came_back(Driver& driver, TimeNs now) noexcept {
+  if constexpr (requires { driver.reopened(now); }) {
+    driver.reopened(now);
+  } else {
+    driver.restart(now);
+  }
+}
 
 template <class Line>
 class BusThread {
@@ -101,7 +112,7 @@ class BusThread {
     const auto status = line_.open();
     if (status != decltype(status)::ok) return;
     line_.begin();
-    line_.driver().restart(now);
+    came_back(line_.driver(), now);
     reported_.was_open = true;
   }
 

@@ -77,7 +77,7 @@ class CanLine {
     // Back from bus-off: any node may have missed any message.
     if (port_.counters().restarts != restarts_) {
       restarts_ = port_.counters().restarts;
-      driver_.restart(now);
+      came_back(driver_, now);
     }
     for (CanFrame frame; driver_.transmit(now, frame);) port_.send(frame, now);
     return port_.flush(now);

@@ -27,6 +27,14 @@ void HopperBus::restart(TimeNs now) noexcept {
   shut(now);
 }
 
+// In the air the nodes slow the fans down by themselves while nobody speaks to them, and those that
+// fell back are booted without a reset: orders go on, or there would be no lift until the next
+// release. Orders that are too old by now are found by transmit().
+void HopperBus::reopened(TimeNs now) noexcept {
+  if (safe() || orders_.boot_allowed) return restart(now);
+  fans_ns_ = now;
+}
+
 // Sequence 0: shuts, regardless of the last sequence of the actuate thread.
 void HopperBus::shut(TimeNs now) noexcept {
   shut_ns_ = now + parameters_.shut_period_ns;

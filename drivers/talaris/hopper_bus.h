@@ -5,8 +5,8 @@
 // Schedule of messages: docs/icd-talaris.md.
 //
 // The edges of valves are the actuate thread's (valves.h). The master shuts them by itself, and
-// turns the fans off, when the bus begins, was opened again, when orders are stale and when they
-// have all_stop set.
+// turns the fans off, when the bus begins, was opened again on the ground, when orders are stale
+// and when they have all_stop set.
 
 #include <array>
 #include <cstdint>
@@ -61,8 +61,11 @@ class HopperBus {
  public:
   explicit HopperBus(const HopperBusParameters& parameters) noexcept;
 
-  // The bus was opened (again), or came back from bus-off: all shut, then all nodes are booted.
+  // All shut, then all nodes are booted.
   void restart(TimeNs now) noexcept;
+  // The bus was opened (again), or came back from bus-off: the same, but in the air, which is where
+  // orders do not allow boots, it goes on.
+  void reopened(TimeNs now) noexcept;
   // New orders, or the same with a new time.
   void release(const TalarisOrders& orders, TimeNs now) noexcept;
   void receive(std::span<const CanFrame> frames) noexcept;  // each by its time_ns

@@ -4,6 +4,8 @@
 // operator, faults, and the frame thread's turn. A chain adds the world, the bus, and the order of
 // their events. One thread.
 
+#include <linux/can/error.h>
+
 #include <algorithm>
 #include <array>
 #include <boost/core/demangle.hpp>
@@ -22,6 +24,7 @@
 #include "daemon/cycle/cycle.h"
 #include "daemon/cycle/twins.h"
 #include "daemon/record/state.h"
+#include "daemon/runtime/bus_thread.h"
 #include "daemon/runtime/command_port.h"
 #include "daemon/runtime/sample_queue.h"
 #include "daemon/runtime/stop_latch.h"
@@ -48,6 +51,13 @@ bool turn_can(sim::CanBus& line, Master& master, Report& report, SampleQueue<Sam
   line.advance(now);
   for (CanFrame heard : line.take(now)) {
     heard.time_ns = now;
+    if (heard.error) {  // as drivers/can/socket_can.cpp
+      if ((heard.id & CAN_ERR_BUSOFF) != 0) ++report.port.bus_offs;
+      if ((heard.id & CAN_ERR_RESTARTED) == 0) continue;
+      ++report.port.restarts;
+      came_back(master, now);
+      continue;
+    }
     ++report.port.received;
     master.receive({&heard, 1});
   }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 
@@ -19,6 +20,20 @@ TEST(TalarisBusCut, OfThreeHundredMillisecondsIsFlownThrough) {
   for (const Phase phase : kStruckPhases) {
     const Flown flown = fly_through_cut(0.3, phase, ++seed);
     SCOPED_TRACE(std::string(kPhaseNames[static_cast<std::size_t>(phase)]) + ", " + flown.text());
+    EXPECT_TRUE(flown.upright());
+    EXPECT_LE(flown.down_m_s, 2);
+  }
+}
+
+// The fans go on, as at a cut: icd-talaris.md, 7.
+TEST(TalarisBusOff, OfAHundredMillisecondsIsFlownThrough) {
+  unsigned seed = 0;
+  for (const Phase phase : kStruckPhases) {
+    const auto [flown, fans_off, resets] = fly_through_bus_off(0.1, phase, ++seed);
+    SCOPED_TRACE(std::string(kPhaseNames[static_cast<std::size_t>(phase)]) + ", " + flown.text());
+    EXPECT_EQ(fans_off, 0u);
+    EXPECT_EQ(resets, 0u);
+    EXPECT_NE(std::ranges::find(flown.faults, FaultId::bus_off), flown.faults.end());
     EXPECT_TRUE(flown.upright());
     EXPECT_LE(flown.down_m_s, 2);
   }

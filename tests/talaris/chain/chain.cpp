@@ -139,6 +139,10 @@ void Chain::release() {
 
 // Actions without an order of the cycle.
 void Chain::obey() {
+  if (can_.port.restarts != restarts_) {
+    restarts_ = can_.port.restarts;
+    valves_.reopened(now_ns_);
+  }
   if (!latch_.fell()) return;
   valves_.all_stop(now_ns_);
   send_edges(now_ns_);
@@ -257,8 +261,10 @@ Reason Chain::rejected() const {
 
 void Chain::act(const sim::Fault& fault, bool attach) {
   const std::string_view kind = fault.kind->name;
-  if (kind == "unplug" || kind == "line-unplug" || kind == "bus-off") refuse(kind);
-  if (kind.starts_with("line-")) {
+  if (kind == "unplug" || kind == "line-unplug") refuse(kind);
+  if (kind == "bus-off") {
+    wire_->bus_off(now_ns_, attach ? testing_support::to_ns(fault.values.front()) : 0);
+  } else if (kind.starts_with("line-")) {
     (fault.values.front() < 1.5 ? imu_ : altimeter_).faults().set(fault, attach);
   } else if (!wire_->faults.set(fault, attach)) {
     world_->set_fault(fault, attach);

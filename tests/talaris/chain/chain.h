@@ -21,6 +21,7 @@
 #include <random>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "daemon/runtime/frames.h"
 #include "daemon/runtime/stop_latch.h"
@@ -84,7 +85,10 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
 
  private:
   void act(const sim::Fault& fault, bool attach) override;
-  bool in_force(const sim::Fault& fault) const override { return world_->in_force(fault); }
+  bool in_force(const sim::Fault& fault) const override {
+    const bool off = std::string_view(fault.kind->name) == "bus-off";
+    return off ? wire_->is_off() : world_->in_force(fault);
+  }
   TimeNs next_event() override;
   void dispatch() override;
   void all_stop() override { latch_.ask(now_ns_); }
@@ -112,6 +116,7 @@ class Chain final : public testing_support::VirtualChain<Vehicle, Mode, Paramete
   StopLatch latch_;
   EdgeReport edges_{};
   std::uint32_t reset_serial_ = 0;
+  std::uint64_t restarts_ = 0;  // of the CAN port, seen by the actuate thread
   SensorGrid grid_;
   Boundary boundary_{};
 };

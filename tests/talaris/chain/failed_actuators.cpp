@@ -83,28 +83,54 @@ Struck strike(const ActuatorFailure& failure, Phase phase, unsigned seed) {
   return struck;
 }
 
-Flown fly_through_cut(double cut_s, Phase phase, unsigned seed) {
+namespace {
+
+// `fault` lasts for so long, from a time in `phase` on that the seed chooses; then begun(chain).
+Flown fly_through(const std::string& fault, double lasts_s, Phase phase, unsigned seed,
+                  FlightPlan plan, const std::function<void(Chain&)>& begun) {
   const auto [from_s, to_s] = window(phase);
   std::mt19937 random(seed * 31 + static_cast<unsigned>(phase));
   const double when_s = std::uniform_real_distribution(from_s, to_s)(random);
   TimeNs begun_ns = 0;
-  enum { waits, cut, over } state = waits;
-  FlightPlan plan;
-  plan.faults = {"bus-cut"};
+  enum { waits, lasts, over } state = waits;
+  plan.faults = {fault};
   plan.strike_step = [&](Chain& chain) {
     if (begun_ns == 0 && chain.phase() == phase) begun_ns = chain.now();
     const double since_s = static_cast<double>(chain.now() - begun_ns) * 1e-9 - when_s;
     if (begun_ns == 0 || since_s < 0) return false;
     if (state == waits) {
-      chain.inject("bus-cut");
-      state = cut;
-    } else if (state == cut && since_s >= cut_s) {
-      chain.inject("clear:bus-cut");
+      chain.inject(fault);
+      begun(chain);
+      state = lasts;
+    } else if (state == lasts && since_s >= lasts_s) {
+      chain.inject("clear:" + fault.substr(0, fault.find(':')));
       state = over;
     }
     return false;
   };
   return fly(plan, seed);
+}
+
+}  // namespace
+
+Flown fly_through_cut(double cut_s, Phase phase, unsigned seed) {
+  return fly_through("bus-cut", cut_s, phase, seed, {}, [](Chain&) {});
+}
+
+Outage fly_through_bus_off(double off_s, Phase phase, unsigned seed) {
+  constexpr double kFrame_s = 0.2;
+  Outage outage;
+  outage.flown =
+      fly_through(fmt::format("bus-off:{}", off_s), off_s, phase, seed, {}, [&](Chain& chain) {
+        const TimeNs end_ns = chain.now() + testing_support::to_ns(off_s + kFrame_s);
+        chain.on_master = [&outage, &chain, end_ns](const CanFrame& frame, TimeNs now) {
+          if (now > end_ns || chain.phase() == Phase::touchdown) return;
+          const bool off = (frame.data[0] | frame.data[1] << 8) == kFanOff_us;
+          if (frame.id == 0x221 && off) ++outage.fans_off;
+          if (frame.id == 0x000 && frame.data[0] != 1) ++outage.resets;
+        };
+      });
+  return outage;
 }
 
 bool survived(const Flown& flown) { return flown.upright() && flown.down_m_s <= kSurvived_m_s; }

@@ -39,4 +39,12 @@ bool survived(const Flown& flown);  // upright, at most so fast down
 // Nothing passes the CAN bus for so long, from a time in `phase` on that the seed chooses.
 Flown fly_through_cut(double cut_s, Phase phase, unsigned seed);
 
+// The same, the controller of the CAN bus being bus-off.
+struct Outage {
+  Flown flown;
+  // Orders of the bus master from then on, until a frame after it came back: fans off, nodes reset.
+  unsigned fans_off = 0, resets = 0;
+};
+Outage fly_through_bus_off(double off_s, Phase phase, unsigned seed);
+
 }  // namespace lss::talaris
