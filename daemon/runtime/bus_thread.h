@@ -116,8 +116,8 @@ class BusThread {
     reported_.was_open = true;
   }
 
-  // Nobody knows what the driver was about to do: it begins again and stops everything, which the
-  // cycle notices.
+  // Nobody knows what the driver was about to do: it begins again and stops everything. The cycle
+  // notices by the all-stop of a driver that has one; others (TALARIS) follow the next orders.
   void forget(TimeNs now) noexcept {
     line_.driver().restart(now);
     latch_.ask(now);

@@ -54,6 +54,15 @@ void ValveSequencer::reopened(TimeNs now) noexcept {
   force(now);
 }
 
+void ValveSequencer::begin_again(const ValveParameters& parameters, const ValveCounters& counters,
+                                 std::uint8_t open, TimeNs now) noexcept {
+  *this = ValveSequencer(parameters);
+  counters_ = counters;
+  sent_ = open;
+  last_ns_ = checked_ns_ = now;
+  reopened(now);
+}
+
 void ValveSequencer::all_stop(TimeNs now) noexcept {
   ++counters_.all_stops;
   orders_ = {};

@@ -64,6 +64,10 @@ class ValveSequencer {
 
   // The port was opened (again) or came back from bus-off: shut first; earlier orders are void.
   void reopened(TimeNs now) noexcept;
+  // Nothing in the memory of this object can be trusted: the same, with counters and open valves as
+  // they were reported last.
+  void begin_again(const ValveParameters& parameters, const ValveCounters& counters,
+                   std::uint8_t open, TimeNs now) noexcept;
   // Orders of a frame, at its release.
   void release(const TalarisOrders& orders, TimeNs now) noexcept;
   // At once, before the frame knows.

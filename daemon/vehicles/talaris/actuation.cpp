@@ -15,7 +15,7 @@ void EdgeReport::sent(std::uint8_t before, const ValveSequencer& valves, TimeNs 
 }
 
 Actuation::Actuation(const ValveParameters& parameters, HopperCan& can)
-    : can_(can), valves_(parameters) {
+    : can_(can), parameters_(parameters), valves_(parameters) {
   twin_.seal(bytes_of(valves_));
 }
 
@@ -46,7 +46,8 @@ void Actuation::run(TimeNs now) noexcept {
 
 // Nobody knows when which valve was to be shut. The fans go on: the vehicle may be in the air.
 void Actuation::check(TimeNs now) noexcept {
-  if (twin_.check(bytes_of(valves_)) == MemoryCheck::lost) valves_.reopened(now);
+  if (twin_.check(bytes_of(valves_)) == MemoryCheck::lost)
+    valves_.begin_again(parameters_, said_.counters, said_.open, now);
 }
 
 // Orders of the actuate thread itself.

@@ -64,6 +64,7 @@ class Actuation {
 
   HopperCan& can_;
   CanSender sender_;
+  const ValveParameters parameters_;
   ValveSequencer valves_;
   Twin<sizeof(ValveSequencer)> twin_;
   StopLatch latch_;

@@ -75,7 +75,7 @@ Chain::Chain(const Options& options)
 TimeNs Chain::next_event() {
   // As in daemon/vehicles/talaris/actuation.cpp.
   if (protect_ && valves_twin_.check(bytes_of(valves_)) == MemoryCheck::lost)
-    valves_.reopened(now_ns_);
+    valves_.begin_again(parameters_.buses.valves, edges_.counters, edges_.open, now_ns_);
   return std::min({step_ns_, imu_.next_wake(), altimeter_.next_wake(), wire_->next_wake(),
                    std::max(master_.next_wake(), now_ns_ + 1),
                    std::max(valves_.next_wake(), now_ns_ + 1), grid_.deadline(), release_ns_,

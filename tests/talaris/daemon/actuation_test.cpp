@@ -64,7 +64,8 @@ class Actuate : public testing::Test {
   CanListener listener_;
   HopperCan can_{HopperBusParameters{.stale_after_ns = 1000 * kSecond}, listener_.path(),
                  canopen::filters()};
-  Actuation actuation_{ValveParameters{}, can_};
+  static constexpr TimeNs kStaleAfter = 450'000'123;
+  Actuation actuation_{ValveParameters{.stale_after_ns = kStaleAfter}, can_};
   std::thread thread_;
   std::size_t from_ = 0;
 };
@@ -81,26 +82,33 @@ TEST_F(Actuate, AnAllStopDoesNotRepeatTheLastResetOfANode) {
   EXPECT_EQ(resets(), 1);
 }
 
+constexpr TimeNs kOn = 123'456'789;
+
+TalarisOrders pulse_now() {
+  TalarisOrders orders;
+  orders.issued_ns = orders.boundary_ns = orders.release_ns = now_ns();
+  orders.enabled = 1;
+  orders.pulse[0].on_ns = kOn;
+  orders.fan_us.fill(1100);
+  return orders;
+}
+
+// Where the value is in memory, in order.
+std::vector<std::uint8_t*> copies_of(TimeNs value, std::span<std::uint8_t> memory) {
+  std::vector<std::uint8_t*> copies;
+  for (std::size_t at = 0; at + sizeof value <= memory.size(); at += sizeof value) {
+    if (std::memcmp(&memory[at], &value, sizeof value) == 0) copies.push_back(&memory[at]);
+  }
+  return copies;
+}
+
 // Radiation, between the release of a pulse and its end: tenths of a second.
 TEST_F(Actuate, AFlippedBitOfAPulseIsCorrectedAndTwoShutTheValves) {
-  constexpr TimeNs kOn = 123'456'789;
-  const auto order = [] {
-    TalarisOrders orders;
-    orders.issued_ns = orders.boundary_ns = orders.release_ns = now_ns();
-    orders.enabled = 1;
-    orders.pulse[0].on_ns = kOn;
-    orders.fan_us.fill(1100);
-    return orders;
-  };
   for (const std::size_t damaged : {0u, 1u, 2u}) {
-    const TalarisOrders orders = order();
+    const TalarisOrders orders = pulse_now();
     actuation_.release(orders, orders.release_ns, orders.release_ns);
     ASSERT_EQ(actuation_.report().open, 1);
-    const std::span<std::uint8_t> memory = bytes_of(actuation_);
-    std::vector<std::uint8_t*> copies;
-    for (std::size_t at = 0; at + sizeof kOn <= memory.size(); at += sizeof kOn) {
-      if (std::memcmp(&memory[at], &kOn, sizeof kOn) == 0) copies.push_back(&memory[at]);
-    }
+    const std::vector<std::uint8_t*> copies = copies_of(kOn, bytes_of(actuation_));
     ASSERT_EQ(copies.size(), 2u);
     if (damaged != 1) *copies[0] ^= 1;
     if (damaged != 0) *copies[1] ^= 2;
@@ -111,6 +119,23 @@ TEST_F(Actuate, AFlippedBitOfAPulseIsCorrectedAndTwoShutTheValves) {
     EXPECT_EQ(std::memcmp(copies[0], &kOn, sizeof kOn), 0);
     EXPECT_EQ(std::memcmp(copies[1], &kOn, sizeof kOn), 0);
   }
+}
+
+TEST_F(Actuate, AParameterOfWhichBothCopiesAreDamagedIsThatOfTheStartAgain) {
+  TalarisOrders orders = pulse_now();
+  actuation_.release(orders, orders.release_ns, orders.release_ns);
+  const std::uint64_t pulses = actuation_.report().counters.pulses[0];
+  const std::vector<std::uint8_t*> copies = copies_of(kStaleAfter, bytes_of(actuation_));
+  ASSERT_EQ(copies.size(), 3u) << "the start's, then both of the valves' timing";
+  copies[1][7] ^= 0x80;  // all orders are stale
+  copies[2][7] ^= 0xC0;
+  actuation_.run(orders.release_ns + kMillisecond);
+  EXPECT_EQ(actuation_.report().open, 0);
+  EXPECT_EQ(actuation_.report().shut_ns[0], orders.release_ns + kMillisecond);
+  orders = pulse_now();
+  actuation_.release(orders, orders.release_ns, orders.release_ns);
+  EXPECT_EQ(actuation_.report().open, 1);
+  EXPECT_EQ(actuation_.report().counters.pulses[0], pulses + 1);
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "tests/support/allocations.h"
 #include "tests/talaris/drivers/lines.h"
 
@@ -302,6 +304,28 @@ TEST_F(Valves, ALateThreadIsSeenAndShutsOnTime) {
   EXPECT_EQ(valves.counters().worst_late_ns, 8 * kMillisecond);
   EXPECT_EQ(valves.counters().open_ns[0], 32 * kMillisecond);
   EXPECT_EQ(edges().back(), (Said{orders.release_ns + 90 * kMillisecond, 0}));
+}
+
+TEST_F(Valves, OfWhichTheMemoryIsDamagedShutAndBeginAgain) {
+  orders.pulse[0] = {0, 150 * kMillisecond};
+  release();
+  ASSERT_EQ(valves.open(), 0x01);
+  const ValveCounters counters = valves.counters();
+  std::memset(static_cast<void*>(&valves), 0xA5, sizeof valves);
+  now += 20 * kMillisecond;
+  valves.begin_again({}, counters, 0x01, now);
+  frames.clear();
+  send();
+  ASSERT_EQ(frames.size(), 1u);
+  EXPECT_EQ(frames[0].id, 0x220u);
+  EXPECT_EQ(frames[0].data[0], 0);
+  EXPECT_EQ(valves.counters().edges, 2u);
+  EXPECT_EQ(valves.counters().restarts, counters.restarts + 1);
+  EXPECT_EQ(valves.counters().pulses[0], 1u);
+  run_until(now + kFrame);
+  EXPECT_EQ(valves.open(), 0) << "the rest of the pulse is void";
+  release();
+  EXPECT_EQ(valves.open(), 0x01);
 }
 
 TEST_F(Valves, NothingAllocates) {
