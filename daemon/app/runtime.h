@@ -8,7 +8,7 @@
 //
 // Vehicle has what daemon/cycle/cycle.h needs. Buses is the vehicle's wiring and has
 //   Buses(config, parameters), probe() -> expected, bodies() -> {name, function}, stop(),
-//   collect(Inputs&) (frame thread), release(const Command&) (actuate thread), dropped(),
+//   collect(Inputs&) (frame thread), release(const Command&) (actuate thread),
 //   progress(), all_stop(): called at an emergency stop, by any thread; does not wait;
 // and optionally
 //   Frames, frames() -> Frames&: decides when frames begin, started by start(epoch); default: the

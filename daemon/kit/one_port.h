@@ -51,7 +51,6 @@ class OnePort {
     bus_.release(orders);
   }
   void all_stop() noexcept { bus_.all_stop(); }  // any thread
-  std::uint64_t dropped() const noexcept { return bus_.dropped(); }
 
  protected:
   std::string name_;

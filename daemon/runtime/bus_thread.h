@@ -6,7 +6,8 @@
 //
 // Line (can_bus.h, serial_bus.h): Driver, Orders, Sample, Report, kMaxSamples; driver(); probe();
 // open() -> status, begin(now) after it, close(), is_open(); fd(), events(), next_wake(), coming()
-// in simulated time; serve(readable, now) -> false when the port is gone; describe(report).
+// in simulated time; serve(readable, now) -> false when the port is gone; describe(report,
+// samples that the thread dropped so far).
 // Driver: restart(now), next_wake(), take(samples) -> how many; with orders release(orders, now).
 // For an emergency stop that bypasses the cycle: all_stop(now), and stops_all(orders), whether no
 // order moves anything. Optional: published(), called when the samples of a turn can be popped;
@@ -77,7 +78,6 @@ class BusThread {
   // Frame thread: the oldest sample stamped before `end`.
   bool pop(Sample& sample, TimeNs end) noexcept { return samples_.pop(sample, end); }
   const Report& report() noexcept { return report_.get(); }
-  std::uint64_t dropped() const noexcept { return samples_.dropped(); }
   std::uint64_t turns() const noexcept { return turns_.load(std::memory_order_relaxed); }
 
   void stop() noexcept {
@@ -152,7 +152,7 @@ class BusThread {
   }
 
   void report(TimeNs now) noexcept {
-    line_.describe(reported_);
+    line_.describe(reported_, samples_.dropped());
     reported_.time_ns = now;
     reported_.open = line_.is_open();
     reported_.all_stop_pending = latch_.pending();

@@ -83,9 +83,10 @@ class CanLine {
     return port_.flush(now);
   }
 
-  void describe(Report& report) noexcept {
+  void describe(Report& report, std::uint64_t dropped) noexcept {
     report.status = driver_.status();
     report.port = port_.counters();
+    report.port.overflows += dropped;
     report.state = port_.state();
   }
 

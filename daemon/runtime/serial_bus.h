@@ -2,8 +2,8 @@
 
 // A serial port for a bus thread (bus_thread.h). The driver knows only bytes and time
 // (drivers/zebro/leg_bus.h is one): besides what the thread asks of it, receive(bytes, now),
-// transmit(now) -> bytes, counters(), kMaxReplies. Optional: Byte, the type of received bytes
-// (LineByte: with the marks of parity errors).
+// transmit(now) -> bytes, counters() with overflows, kMaxReplies. Optional: Byte, the type of
+// received bytes (LineByte: with the marks of parity errors).
 
 #include <fmt/format.h>
 
@@ -41,6 +41,16 @@ requires requires { typename Driver::Byte; }
 struct ByteOf<Driver> {
   using Type = typename Driver::Byte;
 };
+
+// Of the driver's counters, which may be a part of its status.
+template <class Counters>
+std::uint64_t& overflows_of(Counters& counters) noexcept {
+  if constexpr (requires { counters.overflows; }) {
+    return counters.overflows;
+  } else {
+    return counters.counters.overflows;
+  }
+}
 
 template <class BusDriver, class Parameters, class BusOrders, class Reply, class Counters>
 class SerialLine {
@@ -116,7 +126,10 @@ class SerialLine {
     return now - blocked_ns_ < kBlockedLimit;
   }
 
-  void describe(Report& report) noexcept { report.counters = driver_.counters(); }
+  void describe(Report& report, std::uint64_t dropped) noexcept {
+    report.counters = driver_.counters();
+    overflows_of(report.counters) += dropped;
+  }
 
  private:
   static constexpr TimeNs kBlockedLimit = 100 * kMillisecond;

@@ -186,11 +186,6 @@ std::size_t Buses::collect(TimeNs boundary_ns, std::span<TalarisSample> samples,
   return count;
 }
 
-std::uint64_t Buses::dropped() const noexcept {
-  return imu_.dropped() + altimeter_.dropped() + camera_.dropped() + standby_.dropped() +
-         can_.dropped();
-}
-
 void Buses::release(const TalarisOrders& orders, const Boundary& boundary) noexcept {
   actuation_.release(orders, boundary.time_ns + offset_ns_, now_ns());
 }

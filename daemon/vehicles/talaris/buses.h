@@ -79,7 +79,6 @@ class Buses {
   // find no room are left to the next frame.
   std::size_t collect(TimeNs boundary_ns, std::span<TalarisSample> samples,
                       BusReport& report) noexcept;
-  std::uint64_t dropped() const noexcept;
 
   // Actuate thread: orders of this frame, or again those of the frame before.
   void release(const TalarisOrders& orders, const Boundary& boundary) noexcept;

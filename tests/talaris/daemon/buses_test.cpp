@@ -170,6 +170,18 @@ TEST(Buses, ALineThatIsPulledOutIsOpenedAgain) {
   speaking.join();
 }
 
+TEST(Buses, SamplesThatAThreadDroppedAreReported) {
+  HopperCan can(HopperBusParameters{}, "can0", canopen::filters());
+  HopperCan::Report said;
+  can.line().describe(said, 3);
+  EXPECT_EQ(said.port.overflows, 3u);
+  Ar1000 altimeter(Ar1000Parameters{});
+  LineBus line(LineEnds{.line = &altimeter}, SerialSettings{});
+  LineBus::Report heard;
+  line.line().describe(heard, 3);
+  EXPECT_EQ(heard.counters.counters.overflows, 3u);
+}
+
 TEST(Buses, ThePortsHaveToBeThereByName) {
   Rig rig;
   rig.config.ports.pop_back();

@@ -88,6 +88,16 @@ TEST(TalarisFaults, LostPacketsAreCountedAndManyAreAFault) {
   EXPECT_FALSE(w.has(faults::imu_lossy, kImuModule)) << "it goes when it is over";
 }
 
+TEST(TalarisFaults, SamplesThatFoundNoRoomCountAsDropped) {
+  World w;
+  ASSERT_TRUE(w.start());
+  const std::uint64_t before = w.out_.telemetry.bus_frames_dropped;
+  w.in_.bus.can.port.overflows += 2;
+  w.in_.bus.altimeter.status.counters.overflows += 3;
+  w.step();
+  EXPECT_EQ(w.out_.telemetry.bus_frames_dropped, before + 5);
+}
+
 TEST(TalarisFaults, ACounterThatGoesBackIsNoLoss) {
   World w;
   ASSERT_TRUE(w.start());

@@ -227,6 +227,21 @@ TEST(SerialLine, ThatTakesBytesAgainWithinATenthOfASecondIsKept) {
   EXPECT_TRUE(line.serve(false, full + 100 * kMillisecond - 1));
 }
 
+struct Counted : Talkative {
+  struct Counters {
+    std::uint64_t overflows = 0;
+  };
+  using Talkative::Talkative;
+  Counters counters() const noexcept { return {.overflows = 2}; }
+};
+
+TEST(SerialLine, ReportsRepliesThatTheThreadDroppedWithThoseOfTheDriver) {
+  SerialLine<Counted, int, int, int, Counted::Counters> line(0, {});
+  decltype(line)::Report report;
+  line.describe(report, 3);
+  EXPECT_EQ(report.counters.overflows, 5u);
+}
+
 TEST(SerialPort, HangUpIsSeenByReadAndWrite) {
   Pty pty;
   SerialPort port;
