@@ -41,7 +41,9 @@ struct Order {
 struct Reply {
   TimeNs time_ns = 0;
 };
-struct Counters {};
+struct Counters {
+  std::uint64_t overflows = 0;
+};
 
 class PacketDriver {
  public:

@@ -8,60 +8,71 @@
 #include <cerrno>
 #include <chrono>
 #include <filesystem>
-#include <semaphore>
+#include <future>
+#include <utility>
 #include <vector>
 
 namespace lss {
 namespace {
 
 namespace fs = std::filesystem;
-using std::chrono::seconds;
 
 class FullDisk final : public StoreFiles {
  public:
   int read(const fs::path&, std::vector<std::uint8_t>&) override { return ENOENT; }
   int write(const fs::path&, std::span<const std::uint8_t>) override {
     if (full) return ENOSPC;
-    written.release();
+    if (!std::exchange(written_, true)) written.set_value();
     return 0;
   }
   int rename(const fs::path&, const fs::path&) override { return 0; }
   int sync_folder(const fs::path&) override { return 0; }
 
   std::atomic<bool> full{true};
-  std::counting_semaphore<> written{0};
+  std::promise<void> written;
+
+ private:
+  bool written_ = false;
 };
 
-TEST(ParameterSaver, ModulesOutOfServiceThatTheDiskRefusedAreSavedAsSoonAsItTakesThem) {
-  FullDisk disk;
-  std::counting_semaphore<> done{0};
+class ParameterSaverTest : public testing::Test {
+ protected:
+  // Module 3 is out of service, and the disk refuses it.
+  void refuse(ParameterSaver& saver) {
+    saver.start();
+    ASSERT_TRUE(saver.ask({.command = {}, .values = {}, .isolation = true, .isolated = 1u << 2}));
+    ASSERT_TRUE(comes(done_));
+    SaveResult result;
+    ASSERT_TRUE(saver.pop(result));
+    EXPECT_EQ(result.error, ENOSPC);
+    disk_.full = false;
+  }
+  static bool comes(std::promise<void>& event) {
+    return event.get_future().wait_for(std::chrono::seconds(30)) == std::future_status::ready;
+  }
+  ParameterStore store(const char* what) { return {"/state", "zebro", "zebro-1", disk_, what}; }
+
+  FullDisk disk_;
+  std::promise<void> done_;
+};
+
+TEST_F(ParameterSaverTest, ModulesOutOfServiceThatTheDiskRefusedAreSavedWhenItTakesThem) {
   ParameterSaver saver(
-      {"/state", "zebro", "zebro-1", disk}, {"/state", "zebro", "zebro-1", disk, "isolation"}, {},
-      TunableValues{}, [&done] { done.release(); }, kMillisecond);
-  saver.start();
-  ASSERT_TRUE(saver.ask({.command = {}, .values = {}, .isolation = true, .isolated = 4}));
-  ASSERT_TRUE(done.try_acquire_for(seconds(20)));
-  SaveResult result;
-  ASSERT_TRUE(saver.pop(result));
-  EXPECT_EQ(result.error, ENOSPC);
-  disk.full = false;
-  EXPECT_TRUE(disk.written.try_acquire_for(seconds(20))) << "nobody asked again";
+      store("parameters"), store("isolation"), {}, {}, [this] { done_.set_value(); }, kMillisecond);
+  ASSERT_NO_FATAL_FAILURE(refuse(saver));
+  EXPECT_TRUE(comes(disk_.written)) << "nobody asked again";
   saver.stop();
+  SaveResult result;
   EXPECT_FALSE(saver.pop(result)) << "a retry is no news";
 }
 
-TEST(ParameterSaver, TheEndOfTheDaemonIsTheLastTryToSaveModulesOutOfService) {
-  FullDisk disk;
-  std::counting_semaphore<> done{0};
+TEST_F(ParameterSaverTest, TheEndOfTheDaemonIsTheLastTryToSaveThem) {
   ParameterSaver saver(
-      {"/state", "zebro", "zebro-1", disk}, {"/state", "zebro", "zebro-1", disk, "isolation"}, {},
-      TunableValues{}, [&done] { done.release(); }, 1000 * kSecond);
-  saver.start();
-  ASSERT_TRUE(saver.ask({.command = {}, .values = {}, .isolation = true, .isolated = 4}));
-  ASSERT_TRUE(done.try_acquire_for(seconds(20)));
-  disk.full = false;
+      store("parameters"), store("isolation"), {}, {}, [this] { done_.set_value(); },
+      1000 * kSecond);
+  ASSERT_NO_FATAL_FAILURE(refuse(saver));
   saver.stop();
-  EXPECT_TRUE(disk.written.try_acquire());
+  EXPECT_TRUE(comes(disk_.written));
 }
 
 }  // namespace

@@ -82,13 +82,13 @@ TEST_F(Actuate, AnAllStopDoesNotRepeatTheLastResetOfANode) {
   EXPECT_EQ(resets(), 1);
 }
 
-constexpr TimeNs kOn = 123'456'789;
+constexpr TimeNs kPulse = 123'456'789;
 
 TalarisOrders pulse_now() {
   TalarisOrders orders;
   orders.issued_ns = orders.boundary_ns = orders.release_ns = now_ns();
   orders.enabled = 1;
-  orders.pulse[0].on_ns = kOn;
+  orders.pulse[0].on_ns = kPulse;
   orders.fan_us.fill(1100);
   return orders;
 }
@@ -104,11 +104,13 @@ std::vector<std::uint8_t*> copies_of(TimeNs value, std::span<std::uint8_t> memor
 
 // Radiation, between the release of a pulse and its end: tenths of a second.
 TEST_F(Actuate, AFlippedBitOfAPulseIsCorrectedAndTwoShutTheValves) {
+  release(1200);
+  ASSERT_TRUE(heard(1200)) << "the port is open";
   for (const std::size_t damaged : {0u, 1u, 2u}) {
     const TalarisOrders orders = pulse_now();
     actuation_.release(orders, orders.release_ns, orders.release_ns);
     ASSERT_EQ(actuation_.report().open, 1);
-    const std::vector<std::uint8_t*> copies = copies_of(kOn, bytes_of(actuation_));
+    const std::vector<std::uint8_t*> copies = copies_of(kPulse, bytes_of(actuation_));
     ASSERT_EQ(copies.size(), 2u);
     if (damaged != 1) *copies[0] ^= 1;
     if (damaged != 0) *copies[1] ^= 2;
@@ -116,12 +118,14 @@ TEST_F(Actuate, AFlippedBitOfAPulseIsCorrectedAndTwoShutTheValves) {
     EXPECT_EQ(actuation_.report().open, damaged == 2 ? 0 : 1) << damaged;
     EXPECT_FALSE(actuation_.report().all_stop_pending);
     if (damaged == 2) continue;
-    EXPECT_EQ(std::memcmp(copies[0], &kOn, sizeof kOn), 0);
-    EXPECT_EQ(std::memcmp(copies[1], &kOn, sizeof kOn), 0);
+    EXPECT_EQ(std::memcmp(copies[0], &kPulse, sizeof kPulse), 0);
+    EXPECT_EQ(std::memcmp(copies[1], &kPulse, sizeof kPulse), 0);
   }
 }
 
 TEST_F(Actuate, AParameterOfWhichBothCopiesAreDamagedIsThatOfTheStartAgain) {
+  release(1200);
+  ASSERT_TRUE(heard(1200)) << "the port is open";
   TalarisOrders orders = pulse_now();
   actuation_.release(orders, orders.release_ns, orders.release_ns);
   const std::uint64_t pulses = actuation_.report().counters.pulses[0];
