@@ -265,12 +265,18 @@ int main(int argc, char** argv) {
   geometry_msgs::msg::dds_::Twist_ twist;
   bool drives = false;
   long sequence = 0;
+  std::string typed;  // of which the last line may not be complete
   while (true) {
     pollfd input{0, POLLIN, 0};
     if (poll(&input, 1, 100) == 1) {
-      std::string line, word;
-      if (!std::getline(std::cin, line)) return 0;
-      std::istringstream words(line);
+      char more[4096];
+      const ssize_t size = read(0, more, sizeof more);
+      if (size <= 0) return 0;
+      typed.append(more, static_cast<std::size_t>(size));
+    }
+    for (std::size_t end; (end = typed.find('\n')) != std::string::npos; typed.erase(0, end + 1)) {
+      std::istringstream words(typed.substr(0, end));
+      std::string word;
       words >> word;
       if (word == "drive") {
         std::string ahead, turn;  // "nan", too
