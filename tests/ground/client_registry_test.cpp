@@ -366,6 +366,17 @@ TEST_F(ClientRegistryTest, ACommandThatWaitedInAnOldConnectionOfAPageIsRefused) 
   EXPECT_THAT(daemon.heard(), SizeIs(1));
 }
 
+TEST_F(ClientRegistryTest, AnEndOfMotionThatWaitedInAnOldConnectionIsObeyed) {
+  Talker daemon(domain_);
+  daemon.say("talaris-1", {}, "talaris");
+  ASSERT_TRUE(until([&] { return has("talaris-1"); }));
+  Client& old = client(Client::Line::data);
+  client(Client::Line::data);  // of the same session
+  registry_->receive(old, R"({"type":"command","id":1,"vehicle":"talaris-1","command":"stop"})");
+  ASSERT_TRUE(until([&] { return !daemon.heard().empty(); }));
+  EXPECT_EQ(daemon.heard().front().kind, 2);
+}
+
 TEST_F(ClientRegistryTest, AStopLeavesForANameThatTheGatewayNeverHeardAgainAndAgain) {
   Talker ghost(domain_);
   Client& line = client(Client::Line::stop);

@@ -209,7 +209,6 @@ void ClientRegistry::on(Client& client, const Order& order) {
   };
   if (client.line != Client::Line::data) return bad(client, "this connection is for stopping");
   if (client.role < Role::command) return no("this key may not command");
-  if (is_replaced(client)) return no("this page has a newer connection", "reload this page");
   Craft* craft = fleet_.find(order.vehicle);
   if (craft == nullptr) return no("there is no such vehicle");
   try {
@@ -224,6 +223,10 @@ void ClientRegistry::on(Client& client, const Order& order) {
         job.steps.push_back(step);
     }
     job.steps.push_back(wanted);
+    // Too late for a motion, never for its end.
+    const bool ends = wanted.info->ends_motion || wanted.info->kind == craft->kind->rest;
+    if (is_replaced(client) && (!ends || job.steps.size() > 1))
+      return no("this page has a newer connection", "reload this page");
     add(client, std::move(job));
   } catch (const cli::Failure& e) {
     no(e.what(), e.advice());
