@@ -126,8 +126,8 @@ void Supervisor::another_daemon() noexcept {
 
 // As without a lease. A command that already leads to a stop goes on to its end.
 void Supervisor::stop_safely(Reason reason) noexcept {
-  if (state_.active.kind != 0 && logic_.command(state_.active.kind)->leased)
-    finish(Phase::failed, reason);
+  const CommandInfo* active = logic_.command(state_.active.kind);  // none: 0, or damaged memory
+  if (active != nullptr && active->leased) finish(Phase::failed, reason);
   happen(lc::Event::lease_expired);
 }
 
