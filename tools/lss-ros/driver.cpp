@@ -69,8 +69,9 @@ void Driver::wanted(const Velocity& velocity, const std::string& source, const l
   heard_ = Clock::now();
   wanted_ = command_for(velocity, status);
   step(status);
-  // Not for a message that is refused; a vehicle that stands on order keeps its authority.
-  if (wanted_ && sent_ && (!sent_->over || resting_)) commander_.heartbeat(source_);
+  // Not for a message that is refused; a vehicle that stands on our order keeps its lease.
+  const bool stands = resting_ && cli::text(status.authority) == source_;
+  if (wanted_ && sent_ && (!sent_->over || stands)) commander_.heartbeat(source_);
 }
 
 void Driver::step(const lss_Status& status) {
