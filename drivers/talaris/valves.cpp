@@ -60,6 +60,7 @@ void ValveSequencer::begin_again(const ValveParameters& parameters, const ValveC
   counters_ = counters;
   sent_ = open;
   last_ns_ = checked_ns_ = now;
+  begins_ = true;
   reopened(now);
 }
 
@@ -132,6 +133,11 @@ void ValveSequencer::plan() noexcept {
   next_ns_ = std::max(next_ns_, retry_ns_);
 }
 
+std::uint8_t ValveSequencer::next_sequence() const noexcept {
+  if (begins_) return 0;
+  return static_cast<std::uint8_t>(sequence_ == kLastSequence ? 1 : sequence_ + 1);
+}
+
 bool ValveSequencer::due(TimeNs now, CanFrame& frame) noexcept {
   if (now < retry_ns_) return false;
   if (!told_stale_ && orders_.issued_ns != 0 && stale(now)) {
@@ -143,8 +149,7 @@ bool ValveSequencer::due(TimeNs now, CanFrame& frame) noexcept {
   if (forced_ || bits != sent_ || (bits != 0 && now - last_ns_ >= parameters_.renew_ns)) {
     pending_ = bits;
     fans_pending_ = false;
-    const auto next = static_cast<std::uint8_t>(sequence_ == kLastSequence ? 1 : sequence_ + 1);
-    frame = valve_frame(parameters_.node, bits, next);
+    frame = valve_frame(parameters_.node, bits, next_sequence());
     frame.time_ns = now;
     return true;
   }
@@ -173,7 +178,8 @@ void ValveSequencer::sent(bool ok, TimeNs now) noexcept {
     return;
   }
   count(pending_, now);
-  sequence_ = static_cast<std::uint8_t>(sequence_ == kLastSequence ? 1 : sequence_ + 1);
+  sequence_ = next_sequence();
+  begins_ = false;
   sent_ = pending_;
   forced_ = false;
   last_ns_ = checked_ns_ = now;

@@ -92,6 +92,7 @@ class ValveSequencer {
   bool stale(TimeNs time) const noexcept;
   TimeNs edge_after(TimeNs time) const noexcept;
   void plan() noexcept;
+  std::uint8_t next_sequence() const noexcept;
   void count(std::uint8_t bits, TimeNs now) noexcept;
 
   ValveParameters parameters_;
@@ -107,6 +108,7 @@ class ValveSequencer {
   TimeNs next_ns_ = kNever;
   std::uint8_t sent_ = 0;  // bits, as last sent
   std::uint8_t sequence_ = 0;
+  bool begins_ = false;        // the node's count is not known: the next frame has sequence 0
   bool fans_pending_ = false;  // what due() returned
   std::uint8_t pending_ = 0;
   ValveCounters counters_{};
