@@ -234,10 +234,12 @@ TEST_F(FlightLog, AnExportThatFailsLeavesTheFileOfBefore) {
   write();
   const std::string out = (folder_ / "old.csv").string();
   testing_support::put_content(out, "of before");
+  fs::permissions(out, fs::perms::owner_read | fs::perms::owner_write);
   EXPECT_EQ(run({"log", "export", path_, "--out", out, "--columns", "curent_A"}).code, 4);
   EXPECT_EQ(testing_support::content(out), "of before");
   EXPECT_EQ(run({"log", "export", path_, "--out", out}).code, 0);
   EXPECT_THAT(testing_support::content(out), StartsWith("t_s,frame,"));
+  EXPECT_EQ(fs::status(out).permissions(), fs::perms::owner_read | fs::perms::owner_write);
   EXPECT_EQ(folder_.files().size(), 2u) << "the recording and the rows";
   const fs::path link = folder_ / "nothing.csv";
   fs::create_symlink("/dev/null", link);

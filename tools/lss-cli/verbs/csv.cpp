@@ -1,6 +1,7 @@
 // Rows of CSV, for all types of files.
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -25,11 +26,22 @@ std::uint64_t to_file(const std::string& path, const Write& write) {
   std::error_code ignored;
   const std::filesystem::file_type type = std::filesystem::symlink_status(path, ignored).type();
   const bool exists = type == std::filesystem::file_type::regular;
-  const bool replaces = exists || type == std::filesystem::file_type::not_found;
-  if (exists && access(path.c_str(), W_OK) != 0) throw not_opened(path);
-  const std::string written = replaces ? path + ".part" : path;
-  std::FILE* file = std::fopen(written.c_str(), "w");
-  if (file == nullptr) throw not_opened(written);
+  bool replaces = exists || type == std::filesystem::file_type::not_found;
+  struct stat old {};
+  if (exists && (access(path.c_str(), W_OK) != 0 || stat(path.c_str(), &old) != 0))
+    throw not_opened(path);
+  std::string written = fmt::format("{}.{}.part", path, getpid());
+  std::FILE* file = replaces ? std::fopen(written.c_str(), "wx") : nullptr;
+  if (file == nullptr) {  // or its folder takes no other file
+    replaces = false;
+    written = path;
+    file = std::fopen(path.c_str(), "w");
+  }
+  if (file == nullptr) throw not_opened(path);
+  if (exists && replaces) {
+    fchmod(fileno(file), old.st_mode & 07777);
+    [[maybe_unused]] const int only_by_root = fchown(fileno(file), old.st_uid, old.st_gid);
+  }
   std::uint64_t rows = 0;
   try {
     rows = write(file);
@@ -43,7 +55,12 @@ std::uint64_t to_file(const std::string& path, const Write& write) {
     if (replaces) std::remove(written.c_str());
     throw Failure(ExitCode::failed, path + " cannot be written", "is the disk full?");
   }
-  if (replaces && std::rename(written.c_str(), path.c_str()) != 0) throw not_opened(path);
+  if (replaces && std::rename(written.c_str(), path.c_str()) != 0) {
+    const int error = errno;
+    std::remove(written.c_str());
+    errno = error;
+    throw not_opened(path);
+  }
   return rows;
 }
 
