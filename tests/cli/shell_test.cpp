@@ -162,6 +162,21 @@ TEST_F(ShellTest, AfterAStopThatWasLostTheHeartbeatEndsAndTheNextCtrlCStopsAgain
   EXPECT_THAT(daemon_.kinds(), ElementsAre(kStart, kStand, kWalk, kStop, kStop));
 }
 
+TEST_F(ShellTest, AtThePromptTheNextCtrlCStopsAgainToo) {
+  daemon_.trouble(kStop, {Trouble::Kind::no_answer, Reason::none, 1});
+  const Keyboard keyboard;
+  Program shell(domain(), {"shell"}, keyboard.terminal());
+  keyboard.type("walk forward\n");
+  ASSERT_TRUE(comes_to(Mode::walking) && beats());
+  shell.signal(SIGINT);
+  ASSERT_TRUE(hears(kStop) && falls_silent());
+  shell.signal(SIGINT);
+  EXPECT_TRUE(await([&] { return daemon_.state() == lss_STATE_IDLE; }));
+  keyboard.type("exit\n");
+  EXPECT_EQ(shell.wait().code, 0);
+  EXPECT_THAT(daemon_.kinds(), ElementsAre(kStart, kStand, kWalk, kStop, kStop));
+}
+
 TEST_F(ShellTest, ASequenceWhoseStopWasLostSendsItAgainAtItsEnd) {
   daemon_.trouble(kStop, {Trouble::Kind::no_answer, Reason::none, 1});
   Program sequence(domain(), {"run", "-e", "walk forward --for 10min"});

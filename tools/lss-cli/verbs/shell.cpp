@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <cwchar>
 #include <exception>
+#include <functional>
 
 #include "tools/lss-cli/session/status.h"
 #include "tools/lss-cli/verbs/steps.h"
@@ -143,16 +144,22 @@ class Editor {
   std::exception_ptr thrown_;
 };
 
-// An error in a line does not end the shell, unless the daemon is gone, or a second Ctrl-C came.
-ExitCode run_line(Context& context, const std::string& line) {
+// An error does not end the shell, unless the daemon is gone, or a second Ctrl-C came.
+ExitCode in_shell(Context& context, const std::function<void()>& act) {
   try {
-    for (const Step& step : parse_steps(context, line, "")) run_step(context, step);
+    act();
   } catch (const Failure& e) {
     if (e.code() == ExitCode::unreachable || context.session().has_left()) throw;
     context.output.fail(e);
     return e.code();
   }
   return ExitCode::completed;
+}
+
+ExitCode run_line(Context& context, const std::string& line) {
+  return in_shell(context, [&] {
+    for (const Step& step : parse_steps(context, line, "")) run_step(context, step);
+  });
 }
 
 // Lines of a pipe or a file. Waits through the session, so that the heartbeat continues.
@@ -222,7 +229,7 @@ void run_terminal(Context& context) {
       }
     } catch (const Interrupted&) {
       context.output.print("^C\n");
-      stop_attached(context, "interrupted");
+      in_shell(context, [&] { stop_attached(context, "interrupted"); });
     }
   }
 }
