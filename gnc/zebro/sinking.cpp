@@ -39,7 +39,7 @@ bool Sinking::update(const PerLeg<Leg>& legs) noexcept {
     Flight& flight = under_way_[i];
     if (!legs[i].flies) {
       if (flight.whole()) {
-        shares_[i] = flight.share();
+        of_leg_[i] = flight.share();
         ++ended_[i];
       }
       flight = {};
@@ -55,7 +55,11 @@ bool Sinking::update(const PerLeg<Leg>& legs) noexcept {
   }
   if (std::ranges::min(ended_) == 0) return false;
   ended_ = {};
-  share_ = std::ranges::min(shares_);
+  shares_ = {1, 1};
+  for (std::size_t i = 0; i < kLegs; ++i) {
+    double& side = shares_[is_left(static_cast<int>(i)) ? 0 : 1];
+    side = std::min(side, of_leg_[i]);
+  }
   return true;
 }
 

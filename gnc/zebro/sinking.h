@@ -4,8 +4,10 @@
 // soil earlier on its way down, or leaves it later on its way up, the deeper the robot has sunk;
 // how its current grows on that way follows from the depth alone, whatever gravity and the soil's
 // strength are. A robot that walks on its legs tilts, so that some of them are always higher: only
-// on its belly are all of them deep. Frame thread; nothing allocates; no clock.
+// on its belly are all of them deep, and all of a side only where the belly's edge lies in the soil
+// there. Frame thread; nothing allocates; no clock.
 
+#include <array>
 #include <cstdint>
 
 #include "gnc/zebro/gait.h"
@@ -25,12 +27,13 @@ class Sinking {
   explicit Sinking(double belly_rad) noexcept : belly_rad_(belly_rad) {}
   void reset() noexcept { *this = Sinking(belly_rad_); }
 
-  // Once per frame. True when all legs have ended another flight: share() is new.
+  // Once per frame. True when all legs have ended another flight: shares() are new.
   bool update(const PerLeg<Leg>& legs) noexcept;
 
   // Current with the hip where the belly would touch the ground, as a share of that further down;
-  // each above that of the same leg in the air. The smallest of the six legs; 0: no soil.
-  double share() const noexcept { return share_; }
+  // each above that of the same leg in the air. Left and right, the smallest of a side's three
+  // legs; 0: no soil.
+  const std::array<double, 2>& shares() const noexcept { return shares_; }
 
  private:
   struct Mean {
@@ -47,9 +50,9 @@ class Sinking {
 
   double belly_rad_;
   PerLeg<Flight> under_way_{};
-  PerLeg<double> shares_{};
-  PerLeg<std::int64_t> ended_{};  // whole flights since the last time that share() was new
-  double share_ = 0;
+  PerLeg<double> of_leg_{};
+  PerLeg<std::int64_t> ended_{};  // whole flights since the last time that shares() were new
+  std::array<double, 2> shares_{};
 };
 
 }  // namespace lss::gnc::zebro

@@ -204,9 +204,11 @@ void Vehicle::begin_walk(const Request* request) noexcept {
   const bool rows = goes_on && walk_.rows;
   if (request != nullptr) walk_ = walk_request(arguments<Walk>(*request));
   walk_.rows = rows;
-  if (!goes_on && belly_told_) {
+  if (!goes_on && in_soil_ != 0) {
     sinking_.reset();
-    deep_strides_ = (isolated_ & kAllLegs) == 0 ? kDeepStrides - 1 : 0;
+    const bool feels = (isolated_ & kAllLegs) == 0;
+    for (int& strides : deep_strides_) strides = feels ? std::min(strides, kDeepStrides - 1) : 0;
+    for (int& strides : side_strides_) strides = feels ? std::min(strides, kSideStrides - 1) : 0;
   }
   locomotion_.walk(seconds(now_ns_), walk_);
 }
@@ -274,8 +276,15 @@ void Vehicle::feel_ground() noexcept {
                .flies = locomotion_.targets()[i].swing};
   }
   if (!sinking_.update(legs)) return;
-  const bool deep = sinking_.share() > parameters_.soil_share;
-  deep_strides_ = deep ? std::min(deep_strides_ + 1, kDeepStrides) : 0;
+  for (std::size_t side = 0; side < deep_strides_.size(); ++side) {
+    const double share = sinking_.shares()[side];
+    const auto counted = [share](int strides, double limit, int enough) {
+      return share > limit ? std::min(strides + 1, enough) : 0;
+    };
+    deep_strides_[side] = counted(deep_strides_[side], parameters_.soil_share, kDeepStrides);
+    side_strides_[side] =
+        counted(side_strides_[side], kSideShare * parameters_.soil_share, kSideStrides);
+  }
 }
 
 Vehicle::Command Vehicle::control(TimeNs now) noexcept {

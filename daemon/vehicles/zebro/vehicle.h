@@ -91,7 +91,8 @@ class Vehicle final : public Actor {
       flags_before_, disobeyed_, resends_before_, segment_, orders_, sent_, walk_, solver_, rounds_,
       operated_ns_, isolated_, walks_without_, epoch_ns_, now_ns_, before_ns_, walking_legs_,
       in_motion_, port_, motors_on_ns_, over_sum_ns_, noise_window_ns_, noise_frames_, bridge_,
-      panel_, resets_, resets_seen_, data_requested_, sinking_, deep_strides_, belly_told_);
+      panel_, resets_, resets_seen_, data_requested_, sinking_, deep_strides_, side_strides_,
+      in_soil_);
   }
 
  private:
@@ -229,10 +230,13 @@ class Vehicle final : public Actor {
   std::array<std::uint64_t, kModules> resets_seen_{};  // by the bus, in all
   bool data_requested_ = false;
 
-  static constexpr int kDeepStrides = 2;  // in a row, then it rows
-  gnc::zebro::Sinking sinking_;           // belly and legs stay as constructed
-  int deep_strides_ = 0;                  // with the belly in the soil
-  bool belly_told_ = false;               // that it is
+  static constexpr int kDeepStrides = 2, kSideStrides = 3;  // in a row, of both sides; of one
+  static constexpr double kSideShare = 2;  // of soil_share: turning on the spot tilts it to a side
+  static constexpr unsigned kBothSides = 3;
+  gnc::zebro::Sinking sinking_;        // belly and legs stay as constructed
+  std::array<int, 2> deep_strides_{};  // in a row with the left, the right side in the soil
+  std::array<int, 2> side_strides_{};  // so deep that it is reported of this side alone
+  unsigned in_soil_ = 0;               // what is reported: bit 0 left, bit 1 right
 };
 
 // The wiring: one port, one bus of leg modules.

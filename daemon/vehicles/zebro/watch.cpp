@@ -1,6 +1,7 @@
 // Supervision of Lunar Zebro: turns reports of the modules, the bus and the motions into events and
 // faults of the locomotion controller. The panel: panel.cpp; error solving: solving.cpp.
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -229,20 +230,27 @@ void Vehicle::watch_motion(Supervisor& s) noexcept {
   }
 }
 
-// On its belly it moves by rowing only. The warning stays until a stride shows that the belly is
-// clear.
+// On its belly, or a side of it, the vehicle gets on by rowing only. A warning stays until a stride
+// shows that the side is clear.
 void Vehicle::watch_ground(Supervisor& s) noexcept {
-  const bool deep = deep_strides_ >= kDeepStrides;
-  if (deep && !belly_told_) {
-    s.raise(faults::belly_in_soil, 0, sinking_.share(), parameters_.soil_share);
-    belly_told_ = true;
-  } else if (belly_told_ && deep_strides_ == 0) {
-    s.clear(faults::belly_in_soil);
-    belly_told_ = false;
+  constexpr std::array kWarnings = {FaultId::none, faults::left_in_soil, faults::right_in_soil,
+                                    faults::belly_in_soil};
+  unsigned deep = std::ranges::min(deep_strides_) >= kDeepStrides ? kBothSides : 0, clear = 0;
+  for (std::size_t side = 0; side < deep_strides_.size(); ++side) {
+    if (side_strides_[side] >= kSideStrides) deep |= 1u << side;
+    if (deep_strides_[side] == 0) clear |= 1u << side;
+  }
+  if (const unsigned now = (in_soil_ | deep) & ~clear; now != in_soil_) {
+    if (in_soil_ != 0) s.clear(kWarnings[in_soil_]);
+    const std::array<double, 2>& shares = sinking_.shares();
+    const double limit = (now == kBothSides ? 1 : kSideShare) * parameters_.soil_share;
+    const double share = now == kBothSides ? std::ranges::min(shares) : shares[now / 2];
+    if (now != 0) s.raise(kWarnings[now], 0, share, limit);
+    in_soil_ = now;
   }
   const bool walks =
       locomotion_.motion() == gnc::zebro::Motion::walk && walk_.speed != gnc::zebro::Speed::zero;
-  if (!deep || !walks || walk_.rows) return;
+  if (deep == 0 || !walks || walk_.rows) return;
   walk_.rows = true;
   locomotion_.walk(seconds(now_ns_), walk_);
 }

@@ -60,7 +60,7 @@ struct Figures {
   Span speed_mm_s, yaw_deg_s, tilt_deg, depth_mm, current_A;
 };
 
-// Two cycles after the first group has landed.
+// Three cycles after the first group has landed.
 void walk(const std::string& patch, double gravity_m_s2, unsigned seed, Figures& figures,
           const Pace& pace = {}) {
   SCOPED_TRACE(patch + ", " + pace.name + ", seed " + std::to_string(seed));
@@ -70,7 +70,7 @@ void walk(const std::string& patch, double gravity_m_s2, unsigned seed, Figures&
   ASSERT_TRUE(chain.stand() && chain.walk(pace.forward, 0, pace.speed));
   chain.run(3.8);
   const sim::zebro::BodyState from = chain.body();
-  const double walk_s = 2 * pace.cycle_s;
+  const double walk_s = 3 * pace.cycle_s;
   double tilt_deg = 0, depth_m = 0, current_A = 0;
   const bool alarm = chain.run_until(
       [&] {
@@ -80,11 +80,10 @@ void walk(const std::string& patch, double gravity_m_s2, unsigned seed, Figures&
           depth_m = std::max(depth_m, chain.world().robot().legs_in_soil()[i].sinkage_m);
           current_A = std::max(current_A, chain.telemetry().modules[i].current_A);
         }
-        return chain.has(faults::belly_in_soil);
+        return chain.supervisor().fault_count != 0;
       },
       walk_s);
   EXPECT_EQ(chain.mode(), Mode::walking);
-  EXPECT_EQ(chain.supervisor().fault_count, alarm ? 1U : 0U);
   ++figures.runs;
   figures.alarms += alarm ? 1 : 0;
   figures.speed_mm_s.add((pace.forward ? 1 : -1) * ahead_m(chain, from) / walk_s * 1e3);
@@ -141,17 +140,44 @@ TEST(SoftSoil, UnderOneLegDoesNotHinderOtherWalksEither) {
   }
 }
 
-// Its side lies in the soil, and nothing tells: the other legs are clear of it.
-TEST(SoftSoil, UnderTheLegsOfOneSideItHardlyGetsOn) {
-  for (const char* soil : {"sand:0.25", "sand:0.1"}) {
-    for (const double gravity_m_s2 : {sim::soil::kEarth_m_s2, sim::soil::kMoon_m_s2}) {
-      Figures figures;
-      for (unsigned seed = 1; seed <= 4; ++seed) {
-        if (!testing_support::in_sample(seed, 4)) continue;
-        walk(soil + std::string(seed % 2 == 0 ? "@135" : "@246"), gravity_m_s2, seed, figures);
+// The body's edge lies in the soil on that side.
+TEST(SoftSoil, UnderTheLegsOfOneSideIsNoticedInThreeStridesAndRowingGetsOn) {
+  unsigned number = 0;
+  for (const double gravity_m_s2 : {sim::soil::kEarth_m_s2, sim::soil::kMoon_m_s2}) {
+    for (const bool left : {true, false}) {
+      int noticed = 0, runs = 0;
+      Span walks_mm_s, rows_mm_s, yaw_deg_s;
+      for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+        if (!testing_support::in_sample(++number, 40)) continue;
+        SCOPED_TRACE((left ? "left, seed " : "right, seed ") + std::to_string(seed));
+        Chain chain(on_regolith_with(left ? "sand:0.1@135" : "sand:0.1@246", gravity_m_s2, seed));
+        ASSERT_TRUE(chain.stand() && chain.walk());
+        chain.run(3.8);
+        sim::zebro::BodyState from = chain.body();
+        chain.run(6.6);
+        walks_mm_s.add(ahead_m(chain, from) / 6.6 * 1e3);
+        ++runs;
+        ASSERT_TRUE(chain.run_until([&] { return chain.supervisor().fault_count != 0; }, 15));
+        EXPECT_TRUE(chain.has(left ? faults::left_in_soil : faults::right_in_soil));
+        EXPECT_EQ(chain.telemetry().steps, 3U);
+        ++noticed;
+        if (seed > 3) continue;
+        chain.run(10);  // it lands, and begins to row
+        from = chain.body();
+        chain.run(20);
+        rows_mm_s.add(ahead_m(chain, from) / 20 * 1e3);
+        yaw_deg_s.add(yaw_deg(chain, from) / 20);
+        EXPECT_EQ(chain.mode(), Mode::walking);
+        EXPECT_EQ(chain.supervisor().fault_count, 1U);
       }
-      print(std::string(soil) + " under one side, " + std::to_string(gravity_m_s2), figures);
-      EXPECT_GT(figures.speed_mm_s.least, 0);
+      if (runs == 0) continue;
+      std::printf(
+          "sand:0.1 under the %s side, %.2f m/s2: noticed %d of %d, walks %.1f to %.1f mm/s, rows "
+          "%.1f to %.1f mm/s, yaw %.1f to %.1f deg/s\n",
+          left ? "left" : "right", gravity_m_s2, noticed, runs, walks_mm_s.least, walks_mm_s.most,
+          rows_mm_s.least, rows_mm_s.most, yaw_deg_s.least, yaw_deg_s.most);
+      std::fflush(stdout);
+      EXPECT_GT(rows_mm_s.least, 2 * walks_mm_s.most);
     }
   }
 }

@@ -224,19 +224,21 @@ TEST(Cycle, StridesInSoilCountOverShortWalks) {
   EXPECT_TRUE(rows(w, 10));
 }
 
-TEST(Cycle, WithoutALegTheBellyIsNotFelt) {
-  World w;
-  ASSERT_TRUE(w.stand());
-  w.alter = [](World& x) { draw_in_soil(x, 0.3); };
-  strides(w, 2);
-  w.send(lss::CommandKind::stop, {1});
-  ASSERT_TRUE(w.run_until(State::idle, 40));
-  ASSERT_TRUE(w.has(faults::belly_in_soil));
-  w.send(CommandKind::isolate, {2});
-  ASSERT_TRUE(w.stand());
-  w.send(CommandKind::walk, {1, 0, 3});
-  w.run(0.1);
-  EXPECT_FALSE(w.has(faults::belly_in_soil));
+TEST(Cycle, WithoutALegSoilIsNotFelt) {
+  for (const unsigned legs : {kAllLegs, kLeftLegs, kRightLegs}) {
+    World w;
+    ASSERT_TRUE(w.stand());
+    w.alter = [=](World& x) { draw_in_soil(x, 0.4, legs); };
+    strides(w, legs == kAllLegs ? 2 : 3);
+    w.send(lss::CommandKind::stop, {1});
+    ASSERT_TRUE(w.run_until(State::idle, 40));
+    ASSERT_EQ(w.supervisor_.state().fault_count, 1U);
+    w.send(CommandKind::isolate, {2});
+    ASSERT_TRUE(w.stand());
+    w.send(CommandKind::walk, {1, 0, 3});
+    w.run(0.1);
+    EXPECT_FALSE(w.run_until([&] { return w.supervisor_.state().fault_count != 0; }, 60));
+  }
 }
 
 TEST(Cycle, ABellyInTheSoilForOneStrideIsNone) {
@@ -245,6 +247,63 @@ TEST(Cycle, ABellyInTheSoilForOneStrideIsNone) {
   w.alter = [](World& x) { draw_in_soil(x, x.out_.telemetry.steps % 2 == 0 ? 0.3 : 0.1); };
   w.send(CommandKind::walk, {1, 0, 3});
   EXPECT_FALSE(w.run_until([&] { return w.has(faults::belly_in_soil); }, 60));
+}
+
+TEST(Cycle, WhereASideLiesInTheSoilItRowsAndSaysWhichSide) {
+  for (const bool left : {true, false}) {
+    const FaultId fault = left ? faults::left_in_soil : faults::right_in_soil;
+    World w;
+    ASSERT_TRUE(w.stand());
+    w.alter = [=](World& x) { draw_in_soil(x, 0.4, left ? kLeftLegs : kRightLegs); };
+    w.send(CommandKind::walk, {1, 0, 3});
+    ASSERT_TRUE(w.run_until([&] { return w.has(fault); }, 25));
+    EXPECT_EQ(w.out_.telemetry.steps, 3U);
+    EXPECT_EQ(w.supervisor_.state().fault_count, 1U);
+    EXPECT_EQ(w.state(), State::operational);
+    EXPECT_TRUE(rows(w, 10));
+    stand(w);
+    EXPECT_TRUE(w.has(fault));
+    strides(w, 1);  // one more is enough
+    EXPECT_TRUE(rows(w, 10));
+    EXPECT_TRUE(w.has(fault));
+    stand(w);
+    w.alter = nullptr;
+    strides(w, 1);
+    w.run(0.1);
+    EXPECT_EQ(w.supervisor_.state().fault_count, 0U);
+    EXPECT_FALSE(rows(w, 20));
+  }
+}
+
+// Nor where it touches the soil, as when it turns on the spot in sand.
+TEST(Cycle, ASideInTheSoilForTwoStridesIsNone) {
+  for (const bool touches : {false, true}) {
+    World w;
+    ASSERT_TRUE(w.stand());
+    w.alter = [=](World& x) {
+      draw_in_soil(x, touches ? 0.3 : x.out_.telemetry.steps % 3 < 2 ? 0.4 : 0, kLeftLegs);
+    };
+    w.send(CommandKind::walk, {1, 0, 3});
+    EXPECT_FALSE(w.run_until([&] { return w.supervisor_.state().fault_count != 0; }, 80));
+  }
+}
+
+// Of the belly in the soil only one warning is reported, whichever side comes first.
+TEST(Cycle, TheOtherSideInTheSoilAsWellIsTheBelly) {
+  World w;
+  ASSERT_TRUE(w.stand());
+  w.alter = [](World& x) {
+    draw_in_soil(x, 0.4, x.out_.telemetry.steps < 1 ? kLeftLegs : kAllLegs);
+  };
+  w.send(CommandKind::walk, {1, 0, 3});
+  ASSERT_TRUE(w.run_until([&] { return w.supervisor_.state().fault_count != 0; }, 30));
+  EXPECT_TRUE(w.has(faults::belly_in_soil));
+  stand(w);
+  w.alter = [](World& x) { draw_in_soil(x, 0.4, kRightLegs); };
+  strides(w, 1);
+  w.run(0.1);
+  EXPECT_TRUE(w.has(faults::right_in_soil));
+  EXPECT_EQ(w.supervisor_.state().fault_count, 1U);
 }
 
 // Of two statuses in one frame the first may be the one that reports the reset; it may also be

@@ -34,12 +34,17 @@ inline void put_position(World& w, std::size_t module, std::uint16_t position_cd
   }
 }
 
-// Legs draw 50 mA, in soil 100 mA more, and a share of it where the belly would touch the ground.
-inline void draw_in_soil(World& w, double share) {
+// Which legs, as bits.
+inline constexpr unsigned kAllLegs = 0b111111, kLeftLegs = 0b010101, kRightLegs = 0b101010;
+
+// Legs draw 50 mA, these in soil 100 mA more, and a share of it where the belly would touch the
+// ground.
+inline void draw_in_soil(World& w, double share, unsigned legs = kAllLegs) {
   for (ModuleReply& reply : std::span(w.in_.samples).first(w.in_.sample_count)) {
     if (reply.module >= kLegs || reply.code != static_cast<std::uint8_t>(Code::status)) continue;
     const double ahead_deg = 360 - (reply.data[2] * 256 + reply.data[3]) * 0.01;
-    const double soil_A = ahead_deg < 65 ? 0.1 : ahead_deg < 95 ? 0.1 * share : 0;
+    const bool in_soil = (legs >> reply.module & 1u) != 0;
+    const double soil_A = !in_soil || ahead_deg >= 95 ? 0 : ahead_deg < 65 ? 0.1 : 0.1 * share;
     const std::uint16_t current_mA = milliampere(0.05 + soil_A, 0);
     reply.data[6] = static_cast<std::uint8_t>(current_mA >> 8);
     reply.data[7] = static_cast<std::uint8_t>(current_mA & 0xFF);
@@ -173,6 +178,14 @@ inline std::vector<Limit> limits() {
          w.alter = [=](World& x) { draw_in_soil(x, share); };
        },
        noticed(faults::belly_in_soil)},
+      {"soil where a side is",
+       {},
+       27,
+       [](World& w, const Parameters& p, bool above) {
+         const double share = 2 * p.soil_share + (above ? 0.015 : -0.015);
+         w.alter = [=](World& x) { draw_in_soil(x, share, kLeftLegs); };
+       },
+       noticed(faults::left_in_soil)},
       {"a module that was hot has cooled down",
        {},
        3,
