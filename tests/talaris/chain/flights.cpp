@@ -386,11 +386,14 @@ Fired fire(unsigned valve, double on_s, unsigned seed) {
   world.gas.thrust_N = 40;
   Chain chain(options_of("valves", world, seed));
   if (!chain.start()) return fired;
+  chain.run(1);
   const std::size_t i = valve - 1;
   const double set = 1u << i;
   const bool lifts = valve % 2 == 1;
+  const std::size_t axis = lifts ? 0 : 2;
+  const double zero_N = chain.telemetry().load_N[axis];
   const auto force = [&](const std::array<double, 3>& load_N) {
-    return std::abs(load_N[lifts ? 0 : 2]);
+    return std::abs(load_N[axis] - zero_N);
   };
 
   // Valve kept open: the force, with and without the ringing of the stand.

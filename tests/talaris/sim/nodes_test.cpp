@@ -196,6 +196,26 @@ TEST_F(TalarisNodes, SpeedsComeInStepsOf200) {
   for (const std::size_t at : {0u, 2u, 4u}) EXPECT_EQ(u16_at(speeds, at) % 200, 0);
 }
 
+TEST(TalarisLoadCell, AtStandstillShowsAnOffsetThatWalksAndDependsOnTheSeed) {
+  std::array<double, 2> force_N{};
+  for (const unsigned seed : {0u, 1u}) {
+    Talaris world({.plant = {.stand = Stand::load}, .seed = seed});
+    Master master(world);
+    ASSERT_TRUE(master.bring_up({0x20, 0x21, 0x22}));
+    const auto before = world.load_cell().offset();
+    double moment_Nm = 0;
+    for (int i = 0; i < 500; ++i) {
+      master.run(2);
+      force_N[seed] += i16_at(master.last[0x1A2], 0) * 0.1 / 500;
+      moment_Nm += i16_at(master.last[0x2A2], 2) * 0.01 / 500;
+    }
+    EXPECT_NEAR(force_N[seed], before[0], 0.15);
+    EXPECT_NEAR(moment_Nm, before[4], 0.015);
+    EXPECT_NE(world.load_cell().offset(), before);
+  }
+  EXPECT_NE(force_N[0], force_N[1]);
+}
+
 TEST(TalarisLoadCell, RingsAtSevenHertzAboutTheForce) {
   Talaris world({.plant = {.stand = Stand::load}});
   Master master(world);
@@ -205,7 +225,7 @@ TEST(TalarisLoadCell, RingsAtSevenHertzAboutTheForce) {
   std::vector<double> force_N;
   for (int i = 0; i < 1'000; ++i) {
     master.run(2);
-    force_N.push_back(i16_at(master.last[0x1A2], 0) * 0.1);
+    force_N.push_back(i16_at(master.last[0x1A2], 0) * 0.1 - world.load_cell().offset()[0]);
   }
   EXPECT_NEAR(master.count("1A2 [6]"), 1'000, 1);
   EXPECT_NEAR(master.count("2A2 [6]"), 1'000, 1);

@@ -80,6 +80,9 @@ constexpr Object kLoadObjects[] = {
 constexpr double kSpeedSteps_rpm = 200;
 constexpr double kRinging_rad_s = 2 * std::numbers::pi * 7, kDamping = 0.03;
 constexpr double kForceNoise_N = 0.15, kMomentNoise_Nm = 0.02;
+// Of the load cell at power-on, and its walk in a second: standard deviations, ours.
+constexpr double kOffset_N = 2, kOffset_Nm = 0.2;
+constexpr double kWalk_N_rts = 0.03, kWalk_Nm_rts = 0.003;
 
 }  // namespace
 
@@ -206,7 +209,13 @@ void FanNode::tick() {
 
 LoadCellNode::LoadCellNode(unsigned seed)
     : Node({.id = kId, .device_type = 0x0004'0191, .product = kProduct + kId}, 0, 2, kLoadObjects,
-           seed) {}
+           seed) {
+  for (std::size_t i = 0; i < offset_.size(); ++i) offset_[i] = drawn(i, kOffset_N, kOffset_Nm);
+}
+
+double LoadCellNode::drawn(std::size_t component, double force_N, double moment_Nm) {
+  return std::normal_distribution(0.0, component < 3 ? force_N : moment_Nm)(random_);
+}
 
 void LoadCellNode::feel(const Wrench& wrench) {
   for (std::size_t i = 0; i < 3; ++i) {
@@ -224,9 +233,9 @@ void LoadCellNode::tick() {
                         2 * kDamping * kRinging_rad_s * felt.rate_1_s;
     felt.rate_1_s += pull * kStep_s;
     felt.value += felt.rate_1_s * kStep_s;
-    const bool force = i < 3;
-    std::normal_distribution<double> noise(0, force ? kForceNoise_N : kMomentNoise_Nm);
-    const double steps = (felt.value + noise(random_)) / (force ? 0.1 : 0.01);
+    offset_[i] += std::sqrt(kStep_s) * drawn(i, kWalk_N_rts, kWalk_Nm_rts);
+    const double steps =
+        (felt.value + offset_[i] + drawn(i, kForceNoise_N, kMomentNoise_Nm)) / (i < 3 ? 0.1 : 0.01);
     objects_.set(0x6401, static_cast<std::uint8_t>(i + 1), to_i16(steps));
   }
 }

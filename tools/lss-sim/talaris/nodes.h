@@ -84,13 +84,14 @@ class FanNode final : public Node {
 };
 
 // Six components, each with the oscillation of the stand: 7 Hz, hardly damped (TALARIS thesis
-// 5.2.5).
+// 5.2.5), about an offset that walks: its zero is taken at standstill (A.5.3).
 class LoadCellNode final : public Node {
  public:
   static constexpr std::uint8_t kId = 0x22;
 
   explicit LoadCellNode(unsigned seed);
   void feel(const Wrench& wrench);
+  const std::array<double, 6>& offset() const { return offset_; }  // N, N m
   Signal* signal(int) override { return nullptr; }
 
  private:
@@ -99,11 +100,12 @@ class LoadCellNode final : public Node {
   void left_operational(bool) override {}
   void reset() override {}
   void tick() override;
+  double drawn(std::size_t component, double force_N, double moment_Nm);
 
   struct Ringing {
     double value = 0, rate_1_s = 0;
   };
-  std::array<double, 6> load_{};
+  std::array<double, 6> load_{}, offset_{};
   std::array<Ringing, 6> felt_{};
 };
 

@@ -114,6 +114,7 @@ class Talaris final : public Vehicle, public nodes::NodeBus {
   const Fans& fans() const { return fans_; }
   const ValveNode& valve_node() const { return valve_node_; }
   const FanNode& fan_node() const { return fan_node_; }
+  const LoadCellNode& load_cell() const { return load_cell_.value(); }
   double voltage_V() const;
   std::optional<double> range_m() const;  // the true range of the altimeter
 
