@@ -118,6 +118,15 @@ TEST_F(TalarisFans, TheStartUpProcedureTurnsNothingAndLeavesThemArmed) {
   EXPECT_NEAR(fans_.rpm(0), 16'500, 20);
 }
 
+TEST_F(TalarisFans, BentSpeedIsNotLinearInTheThrottle) {
+  Fans bent({.bend = 0.3, .started = true});
+  for (int i = 0; i < 3'000; ++i) bent.step({1250, 1500, 1750, 2000});
+  EXPECT_NEAR(bent.rpm(0), 33'000 * (0.25 + 0.3 * 3 / 16), 20);
+  EXPECT_NEAR(bent.rpm(1), 33'000 * (0.5 + 0.3 / 4), 20);
+  EXPECT_NEAR(bent.rpm(2), 33'000 * (0.75 + 0.3 * 3 / 16), 20);
+  EXPECT_NEAR(bent.rpm(3), 33'000, 20);
+}
+
 TEST_F(TalarisFans, TooShortAStartUpIsNone) {
   run(300, 2000);
   run(1'000, 1000);

@@ -48,7 +48,8 @@ void Fans::step(const std::array<std::uint16_t, kFans>& pulse_us) {
     if (!turns || throttle < kLeastThrottle) throttle = 0;
     // A missing pulse within the controller's timeout has no effect.
     if (turns && fan.silent_ms > 0) continue;
-    fan.rpm += (throttle * options_.max_rpm - fan.rpm) * std::min(1.0, kStep_s / options_.lag_s);
+    const double rpm = options_.max_rpm * throttle * (1 + options_.bend * (1 - throttle));
+    fan.rpm += (rpm - fan.rpm) * std::min(1.0, kStep_s / options_.lag_s);
   }
 }
 

@@ -15,6 +15,7 @@ namespace lss::sim::talaris {
 struct FanOptions {
   double thrust_N = 116;  // at 33,000 rpm: 100 N at 6.37 kW (2.3.2), 8 kW is what the motor may
   double max_rpm = 33'000;
+  double bend = 0;      // speed at throttle t: max_rpm (t + bend t (1 - t)); not linear (4.2)
   double lag_s = 0.25;  // throttle to speed, first order
   std::array<double, kFans> thrust_scale{1, 1, 1, 1};
   // Torque about x that the stators leave, of each N of thrust; neighbours turn against each other

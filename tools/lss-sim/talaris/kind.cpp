@@ -180,11 +180,15 @@ class TalarisKind final : public VehicleKind {
     number_option(command, "--thrust-scale", thrust_scale_, "factor on it", 0.1, 3.0);
     number_option(command, "--fade", options_.gas.fade,
                   "share of it that is gone with the last gas", 0.0, 1.0);
+    number_option(command, "--droop", options_.gas.droop,
+                  "share of the pressure that each further open valve takes", 0.0, 0.1);
     number_option(command, "--gas", options_.gas.budget_s, "in full tanks, thruster-seconds", 1.0,
                   1'000.0);
     number_option(command, "--open-lag", options_.gas.open_lag_ms, "of the valves, ms", 0, 100);
     number_option(command, "--close-lag", options_.gas.close_lag_ms, "of the valves, ms", 0, 100);
     number_option(command, "--fan-scale", fan_scale_, "factor on the fans' thrust", 0.1, 3.0);
+    number_option(command, "--fan-bend", options_.fans.bend,
+                  "their speed at throttle t goes with t + BEND t (1 - t)", -0.5, 0.5);
     command.add_flag("--fans-started", options_.fans.started,
                      "the speed controllers had their start-up procedure already");
   }
