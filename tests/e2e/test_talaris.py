@@ -1,12 +1,16 @@
 """TALARIS flies, with and without failures: judged by the simulator's true path."""
 
+import csv
+import glob
+import io
+import itertools
 import os
 import signal
 import unittest
 
 from hopper_rig import Hopper
-from programs import wait_until
-from rig import BOOT_S, EXIT, FATAL_ERROR, FAULT, IDLE
+from programs import read_text, wait_until
+from rig import BOOT_S, EXIT, FATAL_ERROR, FAULT, IDLE, SOURCE
 
 SOFT_m_s = 1.0
 
@@ -160,6 +164,38 @@ class Talaris(Hopper):
         self.cli_ok("run", "-e", "pulse 5,7 --on 80ms --delay 40ms --frames 10")
         fired = self.telemetry()["valves"][4]["fired_s"] - before
         self.assertAlmostEqual(fired, 0.8, delta=0.02)  # edges as late as the machine lets them be
+
+    def test_the_scripts_of_the_load_cell_run_and_their_recording_shows_valves_together_and_bent_fans(self):
+        campaigns, config = os.path.join(SOURCE, "config", "talaris"), os.path.join(self.folder, "valves.toml")
+        with open(config, "w", encoding="utf-8") as file:
+            file.write(read_text(os.path.join(campaigns, "valves.toml")).replace("udp://127.0.0.1:20000", self.port)
+                       + "\n[dds]\nshared_memory = false\n")
+        self.start_sim("--stand", "load", "--thrust", "40", "--droop", "0.03", "--fan-bend", "0.3")
+        daemon = self.start_daemon(config)
+        self.wait_modules()
+        self.cli_ok("run", "-e", f"edf arm; script run {campaigns}/valves.script; script run {campaigns}/throttle.script",
+                    limit_s=170)
+        daemon.stop()
+
+        recording, = glob.glob(os.path.join(self.run_folder, "*.lssrec"))
+        exported = self.cli_ok("log", "export", recording, "--columns", "valves[*].open,fans[0].*,load_N[0]").out
+        forces_N, speeds_rpm, zero_N = {}, {}, None
+        for (valves, throttle), rows in itertools.groupby(csv.DictReader(io.StringIO(exported)), lambda row: (
+                tuple(i for i in range(1, 9) if float(row[f"telemetry.valves[{i - 1}].open"])),
+                float(row["telemetry.fans[0].throttle"]))):
+            second = list(rows)[-5:]
+            force_N = sum(float(row["telemetry.load_N[0]"]) for row in second) / len(second)
+            speeds_rpm[throttle] = float(second[-1]["telemetry.fans[0].rpm"])
+            if valves:
+                forces_N[valves] = force_N - zero_N
+            else:
+                zero_N = force_N
+        print(forces_N, speeds_rpm)
+        self.assertEqual((len(forces_N), len(speeds_rpm)), (14, 9))
+        self.assertAlmostEqual(forces_N[1,], 40, delta=1)
+        self.assertAlmostEqual(forces_N[1, 3], 2 * 40 * 0.97, delta=1)
+        self.assertAlmostEqual(forces_N[1, 3, 5, 7], 4 * 40 * 0.91, delta=1.5)
+        self.assertAlmostEqual(speeds_rpm[0.5], 33000 * 0.575, delta=200)
 
     def test_what_is_out_of_order_or_cannot_be_flown_is_rejected_with_its_numbers(self):
         self.start_all()

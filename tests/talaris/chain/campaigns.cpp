@@ -144,6 +144,41 @@ std::string stands_section(unsigned seeds, unsigned sled_seeds) {
                   figures(fired, [](const Fired& f) { return f.open_ms; }).mean(),
                   figures(fired, [](const Fired& f) { return f.shut_ms; }).mean()));
 
+  const auto most = [](const std::vector<Series>& all, double Series::*get) {
+    return figures(all, [get](const Series& s) { return s.*get; }).most();
+  };
+  const auto measured = [&](const std::vector<Series>& all) {
+    return outcome(count(all, [](const Series& s) { return s.measured(); }), seeds);
+  };
+  const auto swept = runs(seeds, [](unsigned n) { return play("throttle.script", n); });
+  for (const auto& [name, fans] : {std::pair("one fan", 0b0001u), {"four fans", 0b1111u}}) {
+    std::string curve;
+    for (const double throttle : {0.25, 0.5, 0.75, 1.0}) {
+      const auto mean = [&](auto get) {
+        return figures(swept, [&](const Series& s) { return get(at(s, fans, throttle)); }).mean();
+      };
+      curve += fmt::format("{:.0f} %: {:.0f} rpm, {:.1f} N; ", throttle * 100,
+                           mean([](const Plateau& a) { return a.rpm; }),
+                           mean([](const Plateau& a) { return a.force_N(); }));
+    }
+    add(fmt::format("{} by throttle (`throttle.script`)", name), "rpm and thrust are not linear",
+        measured(swept),
+        fmt::format("{}off by {:.0f} rpm (steps of 200) and {:.2f} N at most", curve,
+                    most(swept, &Series::off_rpm), most(swept, &Series::off_N)));
+  }
+  const auto together = runs(seeds, [](unsigned n) { return play("valves.script", n); });
+  const auto share = [&](int valves) {
+    return 100 * figures(together, [&](const Series& s) { return of_alone(s, valves); }).mean();
+  };
+  add("valves alone, in pairs, all four for lift (`valves.script`)",
+      "firings together change the thrust; a minute at standstill gives the load cell's zero",
+      measured(together),
+      fmt::format("of what they give alone a pair gives {:.1f} %, four {:.1f} % (each further "
+                  "valve takes {:.0f} % of the pressure); off by {:.2f} N and {:.2f} N m at most; "
+                  "the zero, taken before each, moves by up to {:.2f} N in 70 s",
+                  share(2), share(4), 100 * kDroop, most(together, &Series::off_N),
+                  most(together, &Series::off_Nm), most(together, &Series::moved_N)));
+
   const auto slid_text = [](const std::vector<Slid>& all, bool turns, bool moves) {
     std::string figures_text;
     if (turns) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tests/talaris/chain/flights.h"
+#include "tests/talaris/chain/loads.h"
 
 namespace lss::talaris {
 

@@ -66,6 +66,27 @@ TEST(TalarisCampaigns, OneFanAndFourFollowTheirRamp) {
   }
 }
 
+TEST(TalarisCampaigns, SpeedAndThrustAreNotLinearInTheThrottle) {
+  const Series series = play("throttle.script", 1);
+  ASSERT_EQ(series.all.size(), 16u);
+  EXPECT_TRUE(series.measured()) << series.off_N << " N, " << series.off_rpm << " rpm";
+  for (const unsigned fans : {0b0001u, 0b1111u}) {
+    const Plateau &half = at(series, fans, 0.5), &full = at(series, fans, 1);
+    const double share = 0.5 + kBend / 4;
+    EXPECT_NEAR(half.rpm / full.rpm, share, 0.01);
+    EXPECT_NEAR(half.force_N() / full.force_N(), share * share, 0.01);
+  }
+}
+
+TEST(TalarisCampaigns, ValvesTogetherGiveLessThanAloneAndTheZeroIsTakenBeforeEach) {
+  const Series series = play("valves.script", 1);
+  ASSERT_EQ(series.all.size(), 14u);
+  EXPECT_TRUE(series.measured()) << series.off_N << " N, " << series.off_Nm << " N m";
+  EXPECT_NEAR(of_alone(series, 2), 1 - kDroop, 0.01);
+  EXPECT_NEAR(of_alone(series, 4), 1 - 3 * kDroop, 0.01);
+  EXPECT_GT(series.moved_N, 0.1);
+}
+
 TEST(TalarisCampaigns, AValveIsWhatThePulseSaysAndTheNotchRecoversItsForce) {
   for (const unsigned valve : {1u, 4u}) {
     const Fired fired = fire(valve, 0.08, valve);
