@@ -50,14 +50,14 @@ class Recorded:
         print(said)
         for preset in ("release", "debug", "asan", "tsan"):
             other = os.path.join(SOURCE, "build", preset, "bin", "lssd")
-            if os.path.exists(other) and not os.path.samefile(other, DAEMON) and self.same_records(other, paths[0]):
+            if os.path.exists(other) and not os.path.samefile(other, DAEMON) and self.same_records(other, paths):
                 print(preset, self.replay(*paths, program=[other, "--replay"]))
 
-    def same_records(self, other, path):
+    def same_records(self, other, paths):
         """A build that was made before records or configuration changed has nothing to say, nor one that is being
         linked."""
         try:
-            result = run([other, "--replay", path], self.environment(), 300)
+            result = run([other, "--replay", *paths], self.environment(), 300)
         except OSError:
             return False
         older = ("laid out otherwise", "of another layout", "does not take the configuration")
