@@ -256,13 +256,18 @@ void sleep_until(TimeNs time) noexcept {
 
 void wake_seat(int seat) noexcept {
   if (seat == kNobody) return;
-  shared->seats[static_cast<std::size_t>(seat)].woken.store(true, std::memory_order_relaxed);
-  if (own_seat != kNobody && shared->holder.load(std::memory_order_relaxed) == own_seat) return;
-  // Maybe nobody has the turn, while time waits for the wall clock: this is its present value.
+  std::atomic<bool>& woken = shared->seats[static_cast<std::size_t>(seat)].woken;
+  if (own_seat != kNobody && shared->holder.load(std::memory_order_relaxed) == own_seat) {
+    woken.store(true, std::memory_order_relaxed);
+    return;
+  }
+  // Maybe nobody has the turn, while time waits for the wall clock: this is its present value. With
+  // the lock, so that look_after() does not give the turn at the time of before.
   int next = kNobody;
   {
     const Lock lock;
     Page& p = *shared;
+    woken.store(true, std::memory_order_relaxed);
     if (p.holder.load(std::memory_order_relaxed) != kNobody || !may_move()) return;
     if (p.pace > 0) {
       const auto gone_ns = static_cast<double>(wall_now() - p.wall_ns) * p.pace;

@@ -14,6 +14,7 @@
 
 #include <atomic>
 #include <cstdlib>
+#include <fstream>
 #include <functional>
 #include <new>
 #include <random>
@@ -39,6 +40,15 @@ struct Told {
 void wall_sleep(TimeNs ns) {
   const timespec t{ns / kSecond, ns % kSecond};
   ::nanosleep(&t, nullptr);
+}
+
+// A thread of this process: state S of proc_pid_stat(5).
+bool sleeps(pid_t thread) {
+  std::ifstream file("/proc/self/task/" + std::to_string(thread) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  const std::size_t end = text.rfind(')');
+  return end != std::string::npos && text.substr(end, 4).find('S') != std::string::npos;
 }
 
 class Lockstep : public testing::Test {
@@ -354,6 +364,38 @@ TEST_F(Lockstep, a_thread_that_takes_no_part_wakes_one_that_does_at_the_time_of_
   while (told_->wall_ns == 0) wall_sleep(kMillisecond);
   EXPECT_GE(told_->woken_ns - kBegin, 300 * kMillisecond);
   EXPECT_LE(told_->woken_ns - kBegin, told_->wall_ns.load());
+}
+
+// Otherwise the sleeper's own look at the others gives it the turn at the time of before.
+TEST_F(Lockstep, a_wake_is_not_seen_before_time_is_that_of_the_clock) {
+  process([this] {
+    if (!create(folder_, {.speed = 1}).empty()) ::_exit(1);
+    Waiter waiter;
+    std::thread waits([&] {
+      const Part part("publish");
+      waiter.wait(kBegin + 3600 * kSecond);
+    });
+    if (!begin(1)) ::_exit(3);
+    const Seat& seat = shared->seats[0];
+    while (!waits_for().empty() || seat.deadline < kBegin + kSecond) wall_sleep(kMillisecond);
+    std::atomic<pid_t> waker = 0;
+    std::thread wakes;
+    {
+      const Lock lock;
+      wakes = std::thread([&] {
+        waker = ::gettid();
+        waiter.wake();
+      });
+      while (waker == 0 || !sleeps(waker)) wall_sleep(kMillisecond);
+      told_->woken_ns = seat.woken ? 1 : 2;
+    }
+    wakes.join();
+    waits.join();
+    told_->done = true;
+    for (;;) ::pause();
+  });
+  await(told_->done);
+  EXPECT_EQ(told_->woken_ns, 2) << "the sleeper was woken before the waker had the lock";
 }
 
 TEST_F(Lockstep, time_waits_for_a_client_where_it_shall) {
