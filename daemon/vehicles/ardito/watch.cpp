@@ -97,6 +97,11 @@ void Vehicle::watch_nodes(Supervisor& s) noexcept {
 
 // What was pressed or lost in Idle is no emergency, and over when it is undone.
 void Vehicle::watch_inputs(Supervisor& s) noexcept {
+  // The node answers but its inputs are missing, perhaps since it began.
+  const TimeNs heard_ns = std::max(inputs_ns_, link(kIo).node.since_ns);
+  if (s.controller().state == State::operational && answers(kIo) &&
+      now_ns_ - heard_ns > parameters_.io_silent_ns)
+    s.raise(FaultId::stale_input, kIoNode);
   if (inputs_ns_ == 0) return;
   const std::uint8_t flags = s.controller().flags;
   const bool idle = s.controller().state == State::idle;
@@ -112,10 +117,6 @@ void Vehicle::watch_inputs(Supervisor& s) noexcept {
     if (inputs_.power_good && idle) s.clear(faults::power_lost, kIoNode);
     s.happen(inputs_.power_good ? event::power_good : event::power_bad);
   }
-  // The node answers but its inputs are missing.
-  if (s.controller().state == State::operational && answers(kIo) &&
-      now_ns_ - inputs_ns_ > parameters_.io_silent_ns)
-    s.raise(FaultId::stale_input, kIoNode);
 }
 
 // ---- the mobility controller, as it was in the last frame

@@ -88,6 +88,35 @@ TEST(ArditoWatch, AValueThatNeverComesIsAFaultAfterTheBeacon) {
   EXPECT_TRUE(w.has(FaultId::stale_input, 4));
 }
 
+// Nobody would hear of the button.
+TEST(ArditoWatch, InputsThatNeverCameAreAnEmergencyBeforeAnythingMoves) {
+  World w;
+  w.distort = [](std::vector<Reading>& readings) {
+    std::erase_if(readings, [](const Reading& r) { return std::holds_alternative<Inputs>(r); });
+  };
+  w.run(0.5);
+  w.send(lss::CommandKind::start, {0});
+  ASSERT_TRUE(w.run_until(State::fatal_error, 1));
+  EXPECT_TRUE(w.has(FaultId::stale_input, kIoNode));
+}
+
+// A node that has just begun has not had the time to send them.
+TEST(ArditoWatch, InputsOfANodeThatHasJustBegunAreAwaited) {
+  World w;
+  w.run(0.5);
+  w.distort = [](std::vector<Reading>& readings) {
+    std::erase_if(readings, [](const Reading& r) { return std::holds_alternative<Inputs>(r); });
+  };
+  w.run(1);
+  w.node(kIo).since_ns = w.time_ns_;
+  w.send(lss::CommandKind::start, {0});
+  w.run(0.2);
+  EXPECT_EQ(w.mode(), Mode::warning);
+  w.distort = nullptr;
+  ASSERT_TRUE(w.run_until(Mode::stopped, 10));
+  EXPECT_FALSE(w.has(FaultId::stale_input, kIoNode));
+}
+
 // The frame wakes a little after its T_k and knows of heartbeats since.
 TEST(ArditoWatch, ANodeHeardAfterTheBoundaryWasHeardNow) {
   World w;
