@@ -60,10 +60,14 @@ void Vehicle::read(const lss::Inputs<Vehicle>& in) noexcept {
   now_ns_ = in.time_ns;
   data_requested_ = false;
   bus_ = in.bus;
+  bool pressed = false;  // also when it was released before the frame
   for (std::uint32_t i = 0; i < in.sample_count; ++i) {
     const RoverSample& sample = in.samples[i];
     std::visit([&](const auto& heard) { take(heard, sample.time_ns); }, sample.reading);
+    const bool of_io = std::holds_alternative<ardito::Inputs>(sample.reading);
+    pressed = pressed || (of_io && inputs_.emergency_button);
   }
+  inputs_.emergency_button = inputs_.emergency_button || pressed;
 }
 
 void Vehicle::take(const WheelMotion& m, TimeNs time) noexcept {

@@ -140,6 +140,23 @@ TEST(ArditoCycle, TheButtonCutsEverythingUntilItIsReleasedAndSolved) {
   EXPECT_TRUE(w.start());
 }
 
+// Between two frames it is pressed and released.
+TEST(ArditoCycle, AButtonPressedForLessThanAFrameCutsEverything) {
+  World w;
+  ASSERT_TRUE(w.start_and_drive(0.3));
+  w.distort = [](std::vector<Reading>& readings) {
+    readings.insert(readings.begin(), Inputs{.emergency_button = true, .power_good = true});
+  };
+  w.step();
+  w.distort = nullptr;
+  EXPECT_EQ(w.state(), State::fatal_error);
+  EXPECT_TRUE(w.has(faults::emergency_button, kIoNode));
+  EXPECT_TRUE(w.all_stopped());
+  w.run(1);
+  w.send(lss::CommandKind::solve);
+  EXPECT_TRUE(w.run_until(State::idle, 30)) << "it is released";
+}
+
 TEST(ArditoCycle, TheButtonPressedInIdleIsNoFaultAnyMoreWhenItIsReleased) {
   World w;
   w.run(0.5);
