@@ -38,7 +38,11 @@ Command Redundant::step(const Request& request, const Measured& measured) noexce
   report_.no_majority = several(before) || several(after) ? 1 : 0;
   if (report_.disagreed != 0 && report_.upsets < UINT32_MAX) ++report_.upsets;
   if (report_.no_majority != 0) {
+    // Wheels that are out of work stay so: their gears may be blocked.
+    const Command voted = command;
     command = {};
+    command.clutches_engaged = voted.clutches_engaged;
+    command.motors_stopped = voted.motors_stopped;
     command.error = 1;
   }
   return command;

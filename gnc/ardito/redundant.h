@@ -6,7 +6,8 @@
 // Before each frame all members of the three, parameters and state, are voted bit by bit and the
 // majority is written back into all three; after it the states and the three commands are voted
 // the same way. One instance that differs has no effect and is reported; when no two agree the
-// result is the stop command with an error, and the instances go on with the bitwise majority.
+// result is the stop command with an error, with the bitwise majority of clutches and of motors
+// that are stopped, and the instances go on with the bitwise majority.
 
 #include "gnc/ardito/mobility_controller.h"
 #include "gnc/ardito/vote.h"

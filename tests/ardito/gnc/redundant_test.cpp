@@ -84,6 +84,23 @@ TEST(Redundant, HitsInDifferentPlacesOfTwoInstancesStopForAFrameAndAreRestored) 
   EXPECT_EQ(hit.report().no_majority, 0U);
 }
 
+TEST(Redundant, WithoutAMajorityAWheelOutOfWorkStaysSo) {
+  constexpr std::size_t kWheel = 2;
+  Rover rover = driving();
+  rover.wheel_faults[kWheel].motor_blocked = true;
+  const auto out_of_work = [](const Command& c) { return contains(c.motors_stopped, kWheel); };
+  frames_until(rover, 50, out_of_work);
+  ASSERT_TRUE(out_of_work(rover.command));
+  ASSERT_FALSE(contains(rover.command.clutches_engaged, kWheel));
+  flip(rover.redundant().instance(0), 8 * sizeof(Parameters) + 700);
+  flip(rover.redundant().instance(2), 8 * sizeof(Parameters) + 5000);
+  rover.step();
+  ASSERT_EQ(rover.redundant().report().no_majority, 1U);
+  EXPECT_EQ(rover.command.error, 1U);
+  EXPECT_EQ(rover.command.clutches_engaged, kAllWheels & ~only(kWheel));
+  EXPECT_EQ(rover.command.motors_stopped, only(kWheel));
+}
+
 TEST(Vote, BitsThatTwoHaveWin) {
   double a = 1.5, b = 1.5, c = -0.0;
   EXPECT_EQ(vote(a, b, c), 4U);
