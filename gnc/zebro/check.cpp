@@ -92,14 +92,21 @@ const char* check_gait(const char* name, const Partition& gait, const GaitTimes&
                      << " (flight_s + double_stance_s) = " << ring_s << " s")
         .finish();
   }
-  const double stance_s = ring_s - times.flight_s;
-  constexpr double kLongestOrder_s = 65.5;
-  if (stance_s > kLongestOrder_s) {
-    return (sentence << "gait " << name << ": a stance of " << stance_s
-                     << " s is longer than a leg module can count, " << kLongestOrder_s << " s")
-        .finish();
-  }
   return nullptr;
+}
+
+// The longest order is a stance during which the gait changes from wave to tetrapod-B or back: of a
+// leg that landed with the first group and lifts off with the last.
+const char* check_stance(const GaitTimes& times) noexcept {
+  constexpr double kLongestOrder_s = 65.5;
+  constexpr int kGroups = kWave.groups + kTetrapodB.groups - 2;
+  const double longest_s =
+      kGroups * (times.flight_s + times.double_stance_s) + times.double_stance_s;
+  if (longest_s <= kLongestOrder_s) return nullptr;
+  return (sentence << "gait: a stance of " << longest_s
+                   << " s, when the gait changes, is longer than a leg module can count, "
+                   << kLongestOrder_s << " s")
+      .finish();
 }
 
 const char* check_rates(const LocomotionParameters& p) noexcept {
@@ -151,6 +158,7 @@ const char* check(const LocomotionParameters& p) noexcept {
   if (const char* wrong = check_gait("tripod", kTripod, times)) return wrong;
   if (const char* wrong = check_gait("tetrapod-B", kTetrapodB, times)) return wrong;
   if (const char* wrong = check_gait("wave", kWave, times)) return wrong;
+  if (const char* wrong = check_stance(times)) return wrong;
   return check_rates(p);
 }
 

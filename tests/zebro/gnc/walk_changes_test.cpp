@@ -56,6 +56,27 @@ TEST(Walk, NewHeadingTakesEffectWithTheNextSwingOfEachLeg) {
   }
 }
 
+// A leg module counts the time of a movement in 16 bits of milliseconds.
+TEST(Walk, ChangesOfTheSlowestGaitsOrderNothingLongerThanAModuleCanCount) {
+  EXPECT_NE(check({.flight_s = 10}), nullptr);
+  const LocomotionParameters slowest{.flight_s = 8.9};
+  ASSERT_EQ(check(slowest), nullptr);
+  for (const Pace& from : kPaces) {
+    for (const Pace& to : kPaces) {
+      if (from.speed == to.speed) continue;
+      Robot robot(slowest);
+      robot.on_order = [&](std::size_t i, const LegTarget& target, double) {
+        EXPECT_LE(target.arrive_s - robot.now_s, 65.535) << i;
+      };
+      robot.locomotion.walk(0, {.direction = 1, .heading_rad = 0, .speed = from.speed});
+      robot.run(150);
+      robot.locomotion.walk(robot.now_s, {.direction = 1, .heading_rad = 0, .speed = to.speed});
+      robot.run(150);
+      EXPECT_EQ(robot.locomotion.progress(), Progress::running);
+    }
+  }
+}
+
 TEST(Walk, NewGaitIsWalkedFromTheNextCycleAndNothingCommandedMovesEarlier) {
   for (const Pace& from : kPaces) {
     for (const Pace& to : kPaces) {
