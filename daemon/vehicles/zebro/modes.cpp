@@ -7,6 +7,7 @@
 #include "daemon/cycle/common_commands.h"
 #include "daemon/vehicles/zebro/tunables.h"
 #include "gnc/zebro/locomotion.h"
+#include "idl/angles.h"
 #include "idl/zebro/codes.h"
 
 namespace lss::zebro {
@@ -336,8 +337,10 @@ Verdict sense(const SupervisorState& state, const Request& r) noexcept {
   const auto move = arguments<MoveLeg>(r);
   const double from_rad = state.sense[move.leg - 1];
   const double forward_rad = std::fmod(move.position_rad - from_rad + 2 * kRound_rad, kRound_rad);
-  const double rate_rad_s =
-      (move.forward ? forward_rad : kRound_rad - forward_rad) / move.duration_s;
+  double way_rad = move.forward ? forward_rad : kRound_rad - forward_rad;
+  constexpr double kGoBack_rad = 5 * kDegree;  // docs/icd-zebro.md section 6
+  if (way_rad > kRound_rad - kGoBack_rad) way_rad = kRound_rad - way_rad;
+  const double rate_rad_s = way_rad / move.duration_s;
   const double limit_rad_s = state.sense[kSenseTurnLimit];
   if (rate_rad_s <= limit_rad_s || std::isnan(rate_rad_s)) return {};
   return {.reason = reasons::too_fast,

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "idl/angles.h"
 #include "idl/zebro/codes.h"
 #include "limits.h"
 #include "world.h"
@@ -74,6 +77,20 @@ TEST(Cycle, BridgeMovesOneLegAndOnlyThat) {
   for (std::size_t i = 0; i < kLegs; ++i) {
     EXPECT_NEAR(w.modules[i].position_deg, i == 3 ? 180 : before[i].position_deg, 0.1);
   }
+}
+
+// The module goes back to a position that it has just passed, instead of once round.
+TEST(Cycle, ALegThatHasJustPassedItsPositionIsNotOrderedTooFast) {
+  World w;
+  w.run(0.2);
+  w.send(lss::CommandKind::start, {0});
+  w.run(0.2);
+  const double passed_deg = std::fmod(w.modules[3].position_deg - 0.5 + 360, 360);
+  EXPECT_EQ(w.why(CommandKind::leg, {4, passed_deg * kDegree, 1, 1}), Reason::none);
+  ASSERT_TRUE(w.run_until([&] { return w.last(Phase::completed) != nullptr; }, 5));
+  EXPECT_NEAR(w.modules[3].position_deg, passed_deg, 0.1);
+  const double same_rad = w.modules[3].position_deg * kDegree;
+  EXPECT_EQ(w.why(CommandKind::leg, {4, same_rad, 1, 0}), Reason::none) << "where it is";
 }
 
 TEST(Cycle, PanelMovesOnlyInIdleAndForbidsStartWhileItIsOut_Func_5) {
