@@ -15,9 +15,9 @@ constexpr Change kAlways = Change::always, kAtRest = Change::at_rest;
 
 constexpr std::array kTunables{
     tunable<&P::current_limit_A>("limits.current_A", "A", 0.05, kMostCurrent_A, kAlways,
-                                 "a leg that draws more for current_time_ms is an emergency"),
+                                 "a motor that draws more for current_time_ms is an emergency"),
     tunable<&P::current_time_ns>("limits.current_time_ms", "ms", 0, 10'000, kAlways,
-                                 "time for which a leg may draw more than limits.current_A"),
+                                 "time for which a motor may draw more than limits.current_A"),
     tunable<&P::total_limit_A>(
         "limits.total_A", "A", 0.05, 100, kAlways,
         "all motors together that draw more for current_time_ms are an emergency"),

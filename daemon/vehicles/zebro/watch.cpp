@@ -156,8 +156,10 @@ void Vehicle::watch_flags(std::size_t i, Supervisor& s) noexcept {
 
 void Vehicle::watch_current(std::size_t i, Supervisor& s) noexcept {
   Module& module = modules_[i];
-  if (s.controller().state != State::operational ||
-      module.status.current_A <= parameters_.current_limit_A) {
+  const lc::ControllerState& c = s.controller();
+  const bool moves =
+      c.state == State::operational || (i == kPanel && (c.flags & kPanelMoving) != 0);
+  if (!moves || module.status.current_A <= parameters_.current_limit_A) {
     module.over_limit_ns = 0;
     return;
   }

@@ -54,6 +54,17 @@ TEST(Panel, WithoutCalibrationAndAwayFromItsSensorItIsOut) {
   EXPECT_TRUE(other.stand());
 }
 
+TEST(Panel, ThatDrawsTooMuchWhileItMovesIsAnEmergency_P_Int_1) {
+  World w;
+  panel(w).current_mA = 1300;
+  w.run(0.5);
+  EXPECT_EQ(w.state(), State::idle) << "its motor is off";
+  w.send(CommandKind::panel, {1});
+  ASSERT_TRUE(w.run_until(State::fatal_error, 1));
+  EXPECT_TRUE(w.has(faults::current_limit, kPanelNumber));
+  EXPECT_TRUE(w.all_stopped());
+}
+
 TEST(Panel, WithoutCalibrationAtItsSensorItIsIn_Func_5) {
   World w;
   panel(w).position_deg = 1.5;
